@@ -1,0 +1,122 @@
+//! A log in memory: what the vehicle did, what its sensor saw and what is known to be true.
+//!
+//! Read from a folder (`log_folder`) or made by a simulation (`scenario`).
+
+/// Motion model and geometry, from the `[vehicle]` section of `log.toml`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Vehicle {
+    /// Equations 5.25–5.27 of the thesis; controls are encoder speed and steering angle.
+    Ackermann {
+        /// Wheelbase L, m.
+        wheelbase_m: f64,
+        /// Lateral offset H of the wheel encoder from the centreline, m.
+        encoder_offset_m: f64,
+        /// Forward offset a of the sensor from the rear axle, m.
+        sensor_forward_m: f64,
+        /// Leftward offset b of the sensor from the centreline, m.
+        sensor_left_m: f64,
+    },
+    /// Euler step; controls are speed and turn rate.
+    Unicycle,
+    /// Exact arc; controls are speed and turn rate.
+    UnicycleArc,
+}
+
+/// Range-bearing sensor window, from the `[sensor]` section of `log.toml`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sensor {
+    /// Least range, m (0 where the log does not say).
+    pub range_min_m: f64,
+    /// Greatest range, m.
+    pub range_max_m: f64,
+    /// Right edge of the window, rad.
+    pub bearing_min_rad: f64,
+    /// Left edge of the window, rad.
+    pub bearing_max_rad: f64,
+}
+
+/// Noise figures as far as the log states them.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Nominal {
+    /// Standard deviation of the range, m.
+    pub range_sigma_m: Option<f64>,
+    /// Standard deviation of the bearing, rad.
+    pub bearing_sigma_rad: Option<f64>,
+    /// Standard deviation of the speed, m/s, one draw a sample.
+    pub speed_sigma_mps: Option<f64>,
+    /// Standard deviation of the turn rate, rad/s, one draw a sample (unicycles).
+    pub rate_sigma_radps: Option<f64>,
+    /// Standard deviation of the steering angle, rad, one draw a sample (Ackermann).
+    pub steering_sigma_rad: Option<f64>,
+    /// Probability of detection of a landmark in view.
+    pub detection_probability: Option<f64>,
+    /// Mean number of false measurements a scan.
+    pub clutter_per_scan: Option<f64>,
+}
+
+/// One odometry row; it holds until the next one.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Odometry {
+    /// Time, s.
+    pub t_s: f64,
+    /// Speed (m/s), then steering angle (rad, Ackermann) or turn rate (rad/s, unicycles).
+    pub control: [f64; 2],
+}
+
+/// One scan of the sensor, possibly empty.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Scan {
+    /// Time, s.
+    pub t_s: f64,
+    /// Range (m) and bearing (rad, 0 ahead, growing to the left) of every detection.
+    pub detections: Vec<[f64; 2]>,
+}
+
+/// One row of the true trajectory.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TruePose {
+    /// Time, s.
+    pub t_s: f64,
+    /// Position, m.
+    pub position: [f64; 2],
+    /// Heading, rad, where the source has it.
+    pub heading_rad: Option<f64>,
+}
+
+/// One row of a true track of a moving landmark.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MovingLandmark {
+    /// Which landmark.
+    pub subject: i64,
+    /// Time, s.
+    pub t_s: f64,
+    /// Position, m.
+    pub position: [f64; 2],
+}
+
+/// A whole log.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Log {
+    /// The name in `log.toml`, or of the scenario.
+    pub name: String,
+    /// Pose at the start: x m, y m, heading rad.
+    pub initial_pose: [f64; 3],
+    /// The vehicle.
+    pub vehicle: Vehicle,
+    /// The sensor.
+    pub sensor: Sensor,
+    /// What the log says about its noise.
+    pub nominal: Nominal,
+    /// Whether the log is simulated (`kind` starts with "simulated"), so that its nominal noise is exact.
+    pub simulated: bool,
+    /// Odometry in order of time.
+    pub odometry: Vec<Odometry>,
+    /// Scans in order of time.
+    pub scans: Vec<Scan>,
+    /// True trajectory in order of time; empty if unknown.
+    pub truth: Vec<TruePose>,
+    /// True static landmarks, m; empty if unknown.
+    pub landmarks: Vec<[f64; 2]>,
+    /// True tracks of moving landmarks; empty if unknown.
+    pub moving: Vec<MovingLandmark>,
+}

@@ -1,0 +1,46 @@
+//! What a run leaves behind: one row a scan and the final map, for scores, tables and plots.
+
+/// A feature of an estimated map.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MapFeature {
+    /// Weight of its component: expected number of features there.
+    pub weight: f64,
+    /// Position, m.
+    pub mean: [f64; 2],
+    /// Covariance, m².
+    pub covariance: [[f64; 2]; 2],
+}
+
+/// One scan of a run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ScanRecord {
+    /// Time, s.
+    pub t_s: f64,
+    /// Estimated pose: x m, y m, heading rad.
+    pub pose: [f64; 3],
+    /// Covariance of the estimated pose, in the same order and units.
+    pub pose_covariance: [[f64; 3]; 3],
+    /// Pose by odometry alone.
+    pub dead_reckoning: [f64; 3],
+    /// True position, where the truth covers this time.
+    pub true_position: Option<[f64; 2]>,
+    /// True heading, rad, where the truth has it.
+    pub true_heading_rad: Option<f64>,
+    /// Number of measurements.
+    pub measurements: usize,
+    /// N̂: mass of the estimated map.
+    pub features_estimated: f64,
+    /// Effective number of particles before resampling.
+    pub n_eff: f64,
+    /// Wall time of the scan step, µs.
+    pub scan_us: f64,
+}
+
+/// A whole run of one filter over one log.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Record {
+    /// One row a scan.
+    pub scans: Vec<ScanRecord>,
+    /// The estimated features after the last scan.
+    pub map: Vec<MapFeature>,
+}

@@ -1,0 +1,1 @@
+//! Checks that cross crate borders; the tests themselves are in `tests/`.
