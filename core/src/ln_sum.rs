@@ -1,0 +1,84 @@
+//! Sums of weights in the log domain.
+
+use crate::Real;
+
+/// ln Σ exp(tᵢ), summed term by term without overflow or underflow (appendix A asks for the log domain).
+///
+/// The sum is held relative to its greatest term, which needs one exponential a term and one logarithm at the end.
+///
+/// ```
+/// use scphd::LnSum;
+///
+/// let mut sum = LnSum::EMPTY;
+/// sum.add(-1000.0_f32);
+/// sum.add(-1000.0);
+/// assert!((sum.ln() - (-1000.0 + 2.0_f32.ln())).abs() < 1e-4);
+/// assert_eq!(LnSum::<f32>::EMPTY.ln(), f32::NEG_INFINITY);
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LnSum<T> {
+    greatest: T,
+    scaled: T,
+}
+
+impl<T: Real> LnSum<T> {
+    /// The empty sum: ln 0.
+    pub const EMPTY: Self = Self { greatest: T::NEG_INFINITY, scaled: T::ZERO };
+
+    /// The sum of one term, given by its logarithm.
+    #[must_use]
+    pub fn of(ln_term: T) -> Self {
+        let mut sum = Self::EMPTY;
+        sum.add(ln_term);
+        sum
+    }
+
+    /// Adds a term, given by its logarithm. A term of −∞ (weight zero) or NaN adds nothing.
+    #[inline]
+    pub fn add(&mut self, ln_term: T) {
+        if ln_term > self.greatest {
+            self.scaled = self.scaled * (self.greatest - ln_term).exp() + T::ONE;
+            self.greatest = ln_term;
+        } else if ln_term > T::NEG_INFINITY {
+            self.scaled += (ln_term - self.greatest).exp();
+        }
+    }
+
+    /// The logarithm of the sum.
+    #[inline]
+    #[must_use]
+    pub fn ln(&self) -> T {
+        self.greatest + self.scaled.ln()
+    }
+}
+
+/// ln Σ exp(tᵢ) over all terms.
+pub(crate) fn ln_sum<T: Real>(ln_terms: impl Iterator<Item = T>) -> T {
+    let mut sum = LnSum::EMPTY;
+    ln_terms.for_each(|term| sum.add(term));
+    sum.ln()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{LnSum, ln_sum};
+
+    #[test]
+    fn order_and_scale_do_not_matter() {
+        let terms = [-3.0_f64, 2.0, -700.0, 1.5];
+        let direct = terms.iter().map(|t| t.exp()).sum::<f64>().ln();
+        assert!((ln_sum(terms.into_iter()) - direct).abs() < 1e-14);
+        assert!((ln_sum(terms.into_iter().rev()) - direct).abs() < 1e-14);
+        let shifted = ln_sum(terms.into_iter().map(|t| t - 5000.0));
+        assert!((shifted - (direct - 5000.0)).abs() < 1e-11);
+    }
+
+    #[test]
+    fn zero_weights_are_normal() {
+        assert_eq!(ln_sum([f32::NEG_INFINITY; 3].into_iter()), f32::NEG_INFINITY);
+        assert_eq!(ln_sum([f32::NEG_INFINITY, 0.0].into_iter()), 0.0);
+        let mut sum = LnSum::of(1.0_f32);
+        sum.add(f32::NAN);
+        assert_eq!(sum.ln(), 1.0);
+    }
+}

@@ -1,0 +1,53 @@
+//! What the sensor measures though nothing is there.
+
+use super::{ModelError, require};
+use crate::Real;
+use nalgebra::SVector;
+
+/// The intensity κ(z) of false measurements (4.51).
+pub trait Clutter<T: Real, const Z: usize> {
+    /// ln κ(z), κ per unit of measurement space (1/(m·rad) for range and bearing); −∞ for none.
+    fn ln_intensity(&self, measurement: &SVector<T, Z>) -> T;
+}
+
+/// The same intensity everywhere in the window.
+///
+/// ```
+/// use scphd::{RangeBearingWindow, UniformClutter};
+///
+/// let window = RangeBearingWindow::full_circle(15.0_f64, 0.95);
+/// let clutter = UniformClutter::of_scan(20.0, window.measure())?;
+/// let kappa = 20.0 / (15.0 * core::f64::consts::TAU);
+/// assert!((clutter.intensity() - kappa).abs() < 1e-15);
+/// # Ok::<(), scphd::ModelError>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct UniformClutter<T> {
+    ln_intensity: T,
+}
+
+impl<T: Real> UniformClutter<T> {
+    /// λ false measurements a scan, spread evenly over a window of this measure in measurement space
+    /// ([`RangeBearingWindow::measure`](super::RangeBearingWindow::measure), m·rad).
+    ///
+    /// # Errors
+    /// λ must be finite and not negative, the measure finite and positive.
+    pub fn of_scan(clutter_per_scan: T, window_measure: T) -> Result<Self, ModelError> {
+        let (rate, measure) = (clutter_per_scan, window_measure);
+        require(rate >= T::ZERO && rate.is_finite(), "clutter_per_scan", "finite and not negative")?;
+        require(measure > T::ZERO && measure.is_finite(), "window_measure", "finite and positive")?;
+        Ok(Self { ln_intensity: (rate / measure).ln() })
+    }
+
+    /// κ, per unit of measurement space.
+    #[must_use]
+    pub fn intensity(&self) -> T {
+        self.ln_intensity.exp()
+    }
+}
+
+impl<T: Real, const Z: usize> Clutter<T, Z> for UniformClutter<T> {
+    fn ln_intensity(&self, _measurement: &SVector<T, Z>) -> T {
+        self.ln_intensity
+    }
+}

@@ -1,0 +1,89 @@
+//! Noise of a planar vehicle's two controls.
+
+use super::{ModelError, require};
+use crate::{Noise, Real, Symmetric};
+
+/// Zero-mean Gaussian noise on a speed and on a second control (steering angle or turn rate), section 5.3.1.
+///
+/// Odometry errors of real vehicles persist (scale, offset, slip); noise drawn anew for every sample averages
+/// itself away the faster the odometry comes. `interval_s` says for how long an error lasts: a prediction that
+/// is shorter draws with a standard deviation raised by √(interval/dt), which spreads the poses exactly as far
+/// as an error held over the interval would, whatever the rate of the odometry.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ControlNoise<T> {
+    /// Standard deviation of the speed, m/s.
+    pub speed_sigma_mps: T,
+    /// Standard deviation of the second control: steering angle, rad, or turn rate, rad/s.
+    pub turn_sigma: T,
+    /// How long an error lasts, s. Zero: one independent draw a prediction, as the thesis has it.
+    pub interval_s: T,
+}
+
+impl<T: Real> ControlNoise<T> {
+    /// No noise at all.
+    pub const NONE: Self = Self { speed_sigma_mps: T::ZERO, turn_sigma: T::ZERO, interval_s: T::ZERO };
+
+    /// The field that is out of range, if any.
+    ///
+    /// # Errors
+    /// Every field must be finite and not negative.
+    pub fn check(&self) -> Result<(), ModelError> {
+        let usable = |x: T| x >= T::ZERO && x.is_finite();
+        require(usable(self.speed_sigma_mps), "speed_sigma_mps", "finite and not negative")?;
+        require(usable(self.turn_sigma), "turn_sigma", "finite and not negative")?;
+        require(usable(self.interval_s), "interval_s", "finite and not negative")
+    }
+
+    fn raise(&self, dt: T) -> T {
+        if self.interval_s > dt && dt > T::ZERO { (self.interval_s / dt).sqrt() } else { T::ONE }
+    }
+
+    /// Errors of speed and second control for one prediction over `dt` seconds.
+    pub(crate) fn draw(&self, dt: T, noise: &mut Noise) -> (T, T) {
+        let raise = self.raise(dt);
+        let speed = noise.normal::<T>();
+        let turn = noise.normal::<T>();
+        (self.speed_sigma_mps * raise * speed, self.turn_sigma * raise * turn)
+    }
+
+    /// Covariance of one draw.
+    pub(crate) fn covariance(&self, dt: T) -> Symmetric<T, 2> {
+        let raise = self.raise(dt);
+        let (speed, turn) = (self.speed_sigma_mps * raise, self.turn_sigma * raise);
+        Symmetric::from_diagonal([speed * speed, turn * turn])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::ControlNoise;
+    use crate::Noise;
+
+    /// The random walk of the speed error's integral after `seconds`, over many draws.
+    fn spread(noise: &ControlNoise<f64>, dt: f64, seconds: f64) -> f64 {
+        let mut stream = Noise::seeded(3);
+        let steps = (seconds / dt).round() as usize;
+        let runs = 2000;
+        let sum: f64 =
+            (0..runs).map(|_| (0..steps).map(|_| noise.draw(dt, &mut stream).0 * dt).sum::<f64>().powi(2)).sum();
+        (sum / f64::from(runs)).sqrt()
+    }
+
+    #[test]
+    fn spread_does_not_hang_on_the_rate() {
+        let noise = ControlNoise { speed_sigma_mps: 0.5, turn_sigma: 0.0, interval_s: 0.4 };
+        // Five independent errors of 0.5 m/s held for 0.4 s each.
+        let expected = 0.5 * 0.4 * 5.0_f64.sqrt();
+        for dt in [0.025, 0.1, 0.4] {
+            let measured = spread(&noise, dt, 2.0);
+            assert!((measured / expected - 1.0).abs() < 0.08, "dt {dt}: {measured} against {expected}");
+        }
+    }
+
+    #[test]
+    fn fields_are_checked() {
+        assert!(ControlNoise::<f32>::NONE.check().is_ok());
+        let bad = ControlNoise { turn_sigma: f32::NAN, ..ControlNoise::NONE };
+        assert_eq!(bad.check().unwrap_err().field, "turn_sigma");
+    }
+}

@@ -1,0 +1,208 @@
+//! Where the sensor sees: p_D(m | x) (section 5.2.3).
+
+use super::{ModelError, PlanarFrame, require};
+use crate::{Bounds, Real, wrap};
+use nalgebra::SVector;
+
+/// The probability of detection of a feature from a pose, p_D(m | x) of (5.15).
+///
+/// F is the frame of the sensor ([`Sensor::Frame`](super::Sensor::Frame)), D the dimension of the map, Z that of a
+/// measurement.
+pub trait FieldOfView<T: Real, F, const D: usize, const Z: usize> {
+    /// p_D of a feature at `feature`, whose expected measurement is `expected`: in [0, 1); zero outside the view.
+    fn detection_probability(&self, frame: &F, feature: &SVector<T, D>, expected: &SVector<T, Z>) -> T;
+
+    /// A box that holds every position with p_D > 0.
+    fn bounds(&self, frame: &F) -> Bounds<T, D>;
+}
+
+/// A window in range and bearing with soft edges.
+///
+/// p_D falls linearly with range from `probability_near` at the sensor to `probability_far` at the greatest range, and
+/// to zero over a cubic ramp of half width `range_edge_m` or `bearing_edge_rad` around every edge of the window: a hard
+/// edge would let an error of the pose delete a feature at the rim that is believed seen and is not.
+///
+/// ```
+/// use scphd::RangeBearingWindow;
+///
+/// let ahead = RangeBearingWindow {
+///     range_max_m: 30.0_f32,
+///     range_edge_m: 1.0,
+///     bearing_half_width_rad: 1.57,
+///     bearing_edge_rad: 0.05,
+///     ..RangeBearingWindow::full_circle(30.0, 0.9)
+/// };
+/// assert!(ahead.check().is_ok());
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RangeBearingWindow<T> {
+    /// Least range, m; 0 for none.
+    pub range_min_m: T,
+    /// Greatest range, m.
+    pub range_max_m: T,
+    /// Half width of the soft edge at either range, m.
+    pub range_edge_m: T,
+    /// Middle of the window, rad.
+    pub bearing_center_rad: T,
+    /// Half width of the window, rad; π or more for a full circle.
+    pub bearing_half_width_rad: T,
+    /// Half width of the soft edge at either side, rad.
+    pub bearing_edge_rad: T,
+    /// p_D at range zero.
+    pub probability_near: T,
+    /// p_D at the greatest range, before the edge.
+    pub probability_far: T,
+}
+
+impl<T: Real> RangeBearingWindow<T> {
+    /// A hard-edged full circle with one probability of detection, as in (5.15).
+    #[must_use]
+    pub fn full_circle(range_max_m: T, probability: T) -> Self {
+        Self {
+            range_min_m: T::ZERO,
+            range_max_m,
+            range_edge_m: T::ZERO,
+            bearing_center_rad: T::ZERO,
+            bearing_half_width_rad: T::PI,
+            bearing_edge_rad: T::ZERO,
+            probability_near: probability,
+            probability_far: probability,
+        }
+    }
+
+    /// The field that is out of range, if any.
+    ///
+    /// # Errors
+    /// Ranges must be finite with 0 ≤ min < max, edges finite and not negative, the half width positive, and both
+    /// probabilities in [0, 1): a sensor that never misses would leave features of weight zero.
+    pub fn check(&self) -> Result<(), ModelError> {
+        let zero = T::ZERO;
+        let edge = |x: T| x >= zero && x.is_finite();
+        let probability = |p: T| p >= zero && p < T::ONE;
+        require(self.range_min_m >= zero, "range_min_m", "not negative")?;
+        require(
+            self.range_max_m > self.range_min_m && self.range_max_m.is_finite(),
+            "range_max_m",
+            "finite and above range_min_m",
+        )?;
+        require(edge(self.range_edge_m), "range_edge_m", "finite and not negative")?;
+        require(self.bearing_center_rad.is_finite(), "bearing_center_rad", "finite")?;
+        require(self.bearing_half_width_rad > zero, "bearing_half_width_rad", "positive")?;
+        require(edge(self.bearing_edge_rad), "bearing_edge_rad", "finite and not negative")?;
+        require(probability(self.probability_near), "probability_near", "in [0, 1)")?;
+        require(probability(self.probability_far), "probability_far", "in [0, 1)")
+    }
+
+    /// Range × bearing measure of the window, m·rad: what uniform clutter is uniform over.
+    #[must_use]
+    pub fn measure(&self) -> T {
+        let half_width = self.bearing_half_width_rad.at_most(T::PI);
+        (self.range_max_m - self.range_min_m) * (half_width + half_width)
+    }
+}
+
+/// The ramp from 0 at `inside` = −`edge` to 1 at +`edge`.
+fn ramp<T: Real>(inside: T, edge: T) -> T {
+    if inside >= edge {
+        T::ONE
+    } else if inside > -edge {
+        let t = (inside / edge + T::ONE) * T::from_f64(0.5);
+        t * t * (T::from_f64(3.0) - (t + t))
+    } else {
+        T::ZERO
+    }
+}
+
+impl<T: Real> FieldOfView<T, PlanarFrame<T>, 2, 2> for RangeBearingWindow<T> {
+    #[inline]
+    fn detection_probability(&self, _frame: &PlanarFrame<T>, _feature: &SVector<T, 2>, expected: &SVector<T, 2>) -> T {
+        let [[range, bearing]] = expected.data.0;
+        let far = (range / self.range_max_m).at_most(T::ONE);
+        let mut probability = self.probability_near + (self.probability_far - self.probability_near) * far;
+        probability *= ramp(self.range_max_m - range, self.range_edge_m);
+        if self.range_min_m > T::ZERO {
+            probability *= ramp(range - self.range_min_m, self.range_edge_m);
+        }
+        if self.bearing_half_width_rad < T::PI {
+            let aside = wrap(bearing - self.bearing_center_rad).abs();
+            probability *= ramp(self.bearing_half_width_rad - aside, self.bearing_edge_rad);
+        }
+        probability
+    }
+
+    fn bounds(&self, frame: &PlanarFrame<T>) -> Bounds<T, 2> {
+        // Rounding of the range must not push a feature that is in view out of the box.
+        let reach = (self.range_max_m + self.range_edge_m) * (T::ONE + T::from_f64(4.0) * T::EPSILON);
+        Bounds::around(&frame.position, reach)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{FieldOfView, RangeBearingWindow};
+    use crate::{PlanarPose, RangeBearing, Sensor};
+    use nalgebra::Vector2;
+
+    fn probability(window: &RangeBearingWindow<f64>, range: f64, bearing: f64) -> f64 {
+        let frame = RangeBearing::new(1.0, 1.0).unwrap().frame(&PlanarPose::new(0.0, 0.0, 0.0));
+        window.detection_probability(&frame, &Vector2::zeros(), &Vector2::new(range, bearing))
+    }
+
+    #[test]
+    fn a_hard_window_is_the_thesis_s() {
+        let window = RangeBearingWindow::full_circle(15.0, 0.95);
+        assert_eq!(probability(&window, 15.0, 3.0), 0.95);
+        assert_eq!(probability(&window, 15.000_001, 3.0), 0.0);
+    }
+
+    #[test]
+    fn soft_edges_are_half_way_at_the_rim_and_monotonous() {
+        let window = RangeBearingWindow {
+            range_min_m: 1.0,
+            range_edge_m: 0.5,
+            bearing_center_rad: 3.0,
+            bearing_half_width_rad: 0.6,
+            bearing_edge_rad: 0.1,
+            probability_far: 0.5,
+            ..RangeBearingWindow::full_circle(10.0, 0.9)
+        };
+        assert!((probability(&window, 5.0, 3.0) - 0.7).abs() < 1e-15);
+        assert!((probability(&window, 10.0, 3.0) - 0.25).abs() < 1e-15);
+        assert!((probability(&window, 1.0, 3.0) - 0.5 * 0.86).abs() < 1e-15);
+        // The window reaches across ±π.
+        let other_side = 3.6 - core::f64::consts::TAU;
+        assert!((probability(&window, 5.0, other_side) - 0.35).abs() < 1e-12);
+        assert_eq!(probability(&window, 10.5, 3.0), 0.0);
+        assert_eq!(probability(&window, 5.0, 0.0), 0.0);
+        let mut last = 1.0;
+        for step in 0..=100 {
+            let p = probability(&window, 9.0 + 0.02 * f64::from(step), 3.0);
+            assert!(p <= last);
+            last = p;
+        }
+    }
+
+    #[test]
+    fn every_position_in_view_is_in_the_bounds() {
+        let window = RangeBearingWindow { range_edge_m: 0.5, ..RangeBearingWindow::full_circle(10.0, 0.9) };
+        let sensor = RangeBearing::new(1.0, 1.0).unwrap();
+        let frame = sensor.frame(&PlanarPose::new(100.0, -50.0, 1.0));
+        let bounds = window.bounds(&frame);
+        for k in 0..1000 {
+            let angle = f64::from(k) * 0.1;
+            let feature = frame.position + Vector2::new(angle.cos(), angle.sin()) * 10.499_999_9;
+            let expected = sensor.expect(&frame, &feature).unwrap().measurement;
+            assert!(window.detection_probability(&frame, &feature, &expected) > 0.0);
+            assert!(feature.x >= bounds.low.x && feature.x <= bounds.high.x);
+            assert!(feature.y >= bounds.low.y && feature.y <= bounds.high.y);
+        }
+    }
+
+    #[test]
+    fn bad_fields_are_named() {
+        let good = RangeBearingWindow::full_circle(10.0, 0.9);
+        assert!(good.check().is_ok());
+        assert_eq!(RangeBearingWindow { range_max_m: f64::NAN, ..good }.check().unwrap_err().field, "range_max_m");
+        assert_eq!(RangeBearingWindow { probability_near: 1.0, ..good }.check().unwrap_err().field, "probability_near");
+    }
+}

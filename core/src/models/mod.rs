@@ -1,0 +1,61 @@
+//! Models of the vehicle and its sensor: the traits a user may implement, and the models that come with the crate.
+
+mod ackermann;
+mod clutter;
+mod control_noise;
+mod field_of_view;
+mod known_pose;
+mod motion;
+mod pose;
+mod range_bearing;
+mod sensor;
+#[cfg(test)]
+mod testing;
+mod unicycle;
+
+pub use ackermann::{Ackermann, AckermannControl, AckermannGeometry};
+pub use clutter::{Clutter, UniformClutter};
+pub use control_noise::ControlNoise;
+pub use field_of_view::{FieldOfView, RangeBearingWindow};
+pub use known_pose::KnownPose;
+pub use motion::{Linearised, Motion};
+pub use pose::{PlanarPose, Pose};
+pub use range_bearing::{PlanarFrame, RangeBearing};
+pub use sensor::{Expected, Inverse, Sensor};
+pub use unicycle::{Step, Unicycle, UnicycleControl};
+
+/// A parameter of a model is not one the model can work with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct ModelError {
+    /// The parameter, by the name of its field.
+    pub field: &'static str,
+    /// What it must be.
+    pub range: &'static str,
+}
+
+impl core::fmt::Display for ModelError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        write!(f, "{} must be {}", self.field, self.range)
+    }
+}
+
+impl core::error::Error for ModelError {}
+
+/// `Ok` where `holds`, otherwise the error that names the field.
+fn require(holds: bool, field: &'static str, range: &'static str) -> Result<(), ModelError> {
+    if holds { Ok(()) } else { Err(ModelError { field, range }) }
+}
+
+/// The models one filter works with.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Models<M, S, V, C> {
+    /// How the vehicle moves: π(x_k | x_{k−1}, u_k).
+    pub motion: M,
+    /// What its sensor measures: h, its inverse and their noise.
+    pub sensor: S,
+    /// Where the sensor sees: p_D(m | x).
+    pub field_of_view: V,
+    /// What it measures though nothing is there: κ(z).
+    pub clutter: C,
+}

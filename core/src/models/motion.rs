@@ -1,0 +1,42 @@
+//! The vehicle's transition density, as a trait.
+
+use crate::{Dim, Noise, Packed, Pose, Real, Symmetric};
+use nalgebra::SMatrix;
+
+/// How the vehicle moves: the transition density π(x_k | x_{k−1}, u_k) of (4.47).
+///
+/// K is the number of degrees of freedom of the pose. An implementation must be a pure function of its arguments:
+/// the same pose, control, time step and random numbers must give the same bits.
+pub trait Motion<T: Real, const K: usize>
+where
+    Dim<K>: Packed,
+{
+    /// The vehicle state.
+    type Pose: Pose<T, K>;
+    /// The control input u, such as odometry.
+    type Control: Copy;
+
+    /// Whether the model can work with this control: every number finite and inside the model's domain.
+    fn admits(&self, control: &Self::Control) -> bool;
+
+    /// The pose after `dt` seconds without noise, f(x, u).
+    fn propagate(&self, pose: &Self::Pose, control: &Self::Control, dt: T) -> Self::Pose;
+
+    /// A draw from the transition density (5.12).
+    fn sample(&self, pose: &Self::Pose, control: &Self::Control, dt: T, noise: &mut Noise) -> Self::Pose;
+
+    /// The transition density linearised at the noise-free motion.
+    fn linearise(&self, pose: &Self::Pose, control: &Self::Control, dt: T) -> Linearised<T, K>;
+}
+
+/// A linearised transition: x_k ≈ f(x_{k−1}, u) + F (x_{k−1} − x̄) + w, w ~ N(0, Q).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Linearised<T: Real, const K: usize>
+where
+    Dim<K>: Packed,
+{
+    /// F = ∂f/∂x.
+    pub transition: SMatrix<T, K, K>,
+    /// Q = (∂f/∂u) Σ_u (∂f/∂u)ᵀ.
+    pub noise: Symmetric<T, K>,
+}

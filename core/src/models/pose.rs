@@ -1,0 +1,83 @@
+//! The parent state: where the vehicle is.
+
+use crate::{Real, wrap};
+use core::fmt::Debug;
+use nalgebra::{SVector, Vector3};
+
+/// A vehicle state with K degrees of freedom, X in the thesis (5.1).
+pub trait Pose<T: Real, const K: usize>: Copy + PartialEq + Debug + Send + Sync {
+    /// All zero.
+    const ZERO: Self;
+
+    /// The coordinates, for checks and digests.
+    fn coordinates(&self) -> SVector<T, K>;
+
+    /// The difference `self` ⊖ `from` in the tangent space, angles wrapped.
+    fn difference(&self, from: &Self) -> SVector<T, K>;
+
+    /// The weighted mean of poses with weights that sum to one; angles by their circular mean.
+    fn mean(weighted: impl Iterator<Item = (T, Self)>) -> Self;
+
+    /// Every coordinate finite.
+    fn is_finite(&self) -> bool {
+        self.coordinates().iter().all(|coordinate| coordinate.is_finite())
+    }
+}
+
+/// Position and heading in the plane: (x, y, θ) of section 5.3.1.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PlanarPose<T> {
+    /// x, m.
+    pub x_m: T,
+    /// y, m.
+    pub y_m: T,
+    /// Heading θ, rad, from the x axis towards the y axis.
+    pub heading_rad: T,
+}
+
+impl<T: Real> PlanarPose<T> {
+    /// A pose from x (m), y (m) and heading (rad).
+    #[must_use]
+    pub const fn new(x_m: T, y_m: T, heading_rad: T) -> Self {
+        Self { x_m, y_m, heading_rad }
+    }
+}
+
+impl<T: Real> Pose<T, 3> for PlanarPose<T> {
+    const ZERO: Self = Self::new(T::ZERO, T::ZERO, T::ZERO);
+
+    fn coordinates(&self) -> SVector<T, 3> {
+        Vector3::new(self.x_m, self.y_m, self.heading_rad)
+    }
+
+    fn difference(&self, from: &Self) -> SVector<T, 3> {
+        Vector3::new(self.x_m - from.x_m, self.y_m - from.y_m, wrap(self.heading_rad - from.heading_rad))
+    }
+
+    fn mean(weighted: impl Iterator<Item = (T, Self)>) -> Self {
+        let (mut x, mut y, mut sine, mut cosine) = (T::ZERO, T::ZERO, T::ZERO, T::ZERO);
+        for (weight, pose) in weighted {
+            let (s, c) = pose.heading_rad.sin_cos();
+            x += weight * pose.x_m;
+            y += weight * pose.y_m;
+            sine += weight * s;
+            cosine += weight * c;
+        }
+        Self::new(x, y, sine.atan2(cosine))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{PlanarPose, Pose};
+
+    #[test]
+    fn headings_average_across_the_cut() {
+        let poses = [PlanarPose::new(1.0, 2.0, 3.1_f64), PlanarPose::new(3.0, 4.0, -3.1)];
+        let mean = PlanarPose::mean(poses.into_iter().map(|pose| (0.5, pose)));
+        assert!((mean.x_m - 2.0).abs() < 1e-15 && (mean.y_m - 3.0).abs() < 1e-15);
+        assert!((mean.heading_rad.abs() - core::f64::consts::PI).abs() < 1e-15);
+        let spread = poses[0].difference(&poses[1])[2];
+        assert!((spread - (6.2 - core::f64::consts::TAU)).abs() < 1e-15);
+    }
+}

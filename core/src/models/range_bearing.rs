@@ -1,0 +1,157 @@
+//! Range and bearing in the plane (5.28).
+
+use super::{Expected, Inverse, ModelError, PlanarPose, Sensor, require};
+use crate::{Real, Symmetric, wrap};
+use nalgebra::{Matrix2, SVector, Vector2};
+
+/// A sensor that measures range (m) and bearing (rad, 0 ahead, growing to the left) of a feature in the plane.
+///
+/// ```
+/// use scphd::{PlanarPose, RangeBearing, Sensor};
+/// use nalgebra::Vector2;
+///
+/// let laser = RangeBearing::new(0.25_f32, 0.01)?;
+/// let frame = laser.frame(&PlanarPose::new(1.0, 0.0, 0.0));
+/// let seen = laser.expect(&frame, &Vector2::new(1.0, 2.0)).unwrap();
+/// assert_eq!(seen.measurement, Vector2::new(2.0, core::f32::consts::FRAC_PI_2));
+/// # Ok::<(), scphd::ModelError>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RangeBearing<T: Real> {
+    noise: Symmetric<T, 2>,
+}
+
+/// A planar pose with its heading's sine and cosine.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PlanarFrame<T> {
+    /// Position, m.
+    pub position: Vector2<T>,
+    /// Heading, rad.
+    pub heading_rad: T,
+    /// Sine of the heading.
+    pub sine: T,
+    /// Cosine of the heading.
+    pub cosine: T,
+}
+
+impl<T: Real> RangeBearing<T> {
+    /// A sensor with independent noise of these standard deviations, m and rad.
+    ///
+    /// # Errors
+    /// Both must lie between 1e-6 and 1e6: beyond, their squares leave the range of single precision.
+    pub fn new(range_sigma_m: T, bearing_sigma_rad: T) -> Result<Self, ModelError> {
+        let usable = |sigma: T| sigma >= T::from_f64(1e-6) && sigma <= T::from_f64(1e6);
+        require(usable(range_sigma_m), "range_sigma_m", "between 1e-6 and 1e6 m")?;
+        require(usable(bearing_sigma_rad), "bearing_sigma_rad", "between 1e-6 and 1e6 rad")?;
+        let variances = [range_sigma_m * range_sigma_m, bearing_sigma_rad * bearing_sigma_rad];
+        Ok(Self { noise: Symmetric::from_diagonal(variances) })
+    }
+}
+
+impl<T: Real> Sensor<T, 2, 2> for RangeBearing<T> {
+    type Pose = PlanarPose<T>;
+    type Frame = PlanarFrame<T>;
+
+    const SORTED_BY: usize = 1;
+    const SORTED_BY_ANGLE: bool = true;
+
+    fn frame(&self, pose: &Self::Pose) -> Self::Frame {
+        let (sine, cosine) = pose.heading_rad.sin_cos();
+        PlanarFrame { position: Vector2::new(pose.x_m, pose.y_m), heading_rad: pose.heading_rad, sine, cosine }
+    }
+
+    /// (5.28) with the heading subtracted. The Jacobian is that of range and bearing with respect to the feature.
+    #[inline]
+    fn expect(&self, frame: &Self::Frame, feature: &SVector<T, 2>) -> Option<Expected<T, 2, 2>> {
+        let [[dx, dy]] = (feature - frame.position).data.0;
+        let squared = dx * dx + dy * dy;
+        let range = squared.sqrt();
+        // At the sensor itself the bearing has no derivative. Written so that NaN fails too.
+        if !(squared > T::ZERO && range.is_finite()) {
+            return None;
+        }
+        let bearing = wrap(dy.atan2(dx) - frame.heading_rad);
+        let (along, across) = (dx / range, dy / range);
+        Some(Expected {
+            measurement: Vector2::new(range, bearing),
+            jacobian: Matrix2::new(along, across, -across / range, along / range),
+        })
+    }
+
+    #[inline]
+    fn innovation(&self, measured: &SVector<T, 2>, expected: &SVector<T, 2>) -> SVector<T, 2> {
+        let [[range, bearing]] = (measured - expected).data.0;
+        Vector2::new(range, wrap(bearing))
+    }
+
+    fn noise(&self) -> &Symmetric<T, 2> {
+        &self.noise
+    }
+
+    /// h⁻¹ and H* of (5.9), (5.10). A measurement of no range has no inverse.
+    fn invert(&self, frame: &Self::Frame, measured: &SVector<T, 2>) -> Option<Inverse<T, 2, 2>> {
+        let [[range, bearing]] = measured.data.0;
+        if !(range > T::ZERO) {
+            return None;
+        }
+        let (s, c) = bearing.sin_cos();
+        let sine = frame.sine * c + frame.cosine * s;
+        let cosine = frame.cosine * c - frame.sine * s;
+        Some(Inverse {
+            feature: frame.position + Vector2::new(range * cosine, range * sine),
+            jacobian: Matrix2::new(cosine, -range * sine, sine, range * cosine),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{PlanarPose, RangeBearing, Sensor};
+    use nalgebra::{Matrix2, Vector2};
+
+    const STEP: f64 = 1e-6;
+
+    #[test]
+    fn derivatives_agree_with_differences_and_the_inverse_inverts() {
+        let sensor = RangeBearing::new(0.2, 0.01).unwrap();
+        for heading in [-2.9, -0.7, 0.0, 1.3, 3.1] {
+            let frame = sensor.frame(&PlanarPose::new(3.0, -2.0, heading));
+            for range in [0.3, 2.0, 40.0] {
+                for turn in -6..=6 {
+                    let angle = f64::from(turn) * 0.5;
+                    let feature = Vector2::new(3.0 + range * angle.cos(), -2.0 + range * angle.sin());
+                    let seen = sensor.expect(&frame, &feature).unwrap();
+                    let back = sensor.invert(&frame, &seen.measurement).unwrap();
+                    assert!((back.feature - feature).norm() < 1e-12 * range.max(1.0));
+                    assert!((back.jacobian * seen.jacobian - Matrix2::identity()).norm() < 1e-12);
+                    for k in 0..2 {
+                        let mut offset = Vector2::zeros();
+                        offset[k] = STEP;
+                        let after = sensor.expect(&frame, &(feature + offset)).unwrap().measurement;
+                        let before = sensor.expect(&frame, &(feature - offset)).unwrap().measurement;
+                        let slope = sensor.innovation(&after, &before) / (2.0 * STEP);
+                        assert!((slope - seen.jacobian.column(k)).norm() < 1e-7, "{slope} {}", seen.jacobian);
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn bearings_wrap() {
+        let sensor = RangeBearing::new(0.2, 0.01).unwrap();
+        let innovation = sensor.innovation(&Vector2::new(5.0, 3.1), &Vector2::new(4.0, -3.1));
+        assert!((innovation - Vector2::new(1.0, 6.2 - core::f64::consts::TAU)).norm() < 1e-14);
+    }
+
+    #[test]
+    fn what_cannot_be_measured_or_inverted() {
+        let sensor = RangeBearing::new(0.2_f32, 0.01).unwrap();
+        let frame = sensor.frame(&PlanarPose::new(1.0, 1.0, 0.0));
+        assert!(sensor.expect(&frame, &Vector2::new(1.0, 1.0)).is_none());
+        assert!(sensor.expect(&frame, &Vector2::new(f32::NAN, 1.0)).is_none());
+        assert!(sensor.invert(&frame, &Vector2::new(0.0, 1.0)).is_none());
+        assert_eq!(RangeBearing::new(0.0_f32, 0.01).unwrap_err().field, "range_sigma_m");
+        assert_eq!(RangeBearing::new(0.2_f32, f32::NAN).unwrap_err().field, "bearing_sigma_rad");
+    }
+}

@@ -1,0 +1,59 @@
+//! What the sensor measures, as a trait.
+
+use crate::{Dim, Packed, Real, Symmetric};
+use nalgebra::{SMatrix, SVector};
+
+/// What the sensor measures of a feature: h(m, x), its inverse, and their noise (sections 5.1, 5.2.1).
+///
+/// D is the dimension of the map, Z that of a measurement. An implementation must be a pure function of its
+/// arguments, and take its transcendental functions from [`Real`].
+pub trait Sensor<T: Real, const D: usize, const Z: usize>
+where
+    Dim<D>: Packed,
+    Dim<Z>: Packed,
+{
+    /// The vehicle state it works from.
+    type Pose;
+    /// Whatever can be computed once per pose instead of once per feature, such as the heading's sine and cosine.
+    type Frame;
+
+    /// The coordinate of the measurement by which measurements are sorted, below Z: a feature then meets only the
+    /// measurements near it. Choose the one that separates features best.
+    const SORTED_BY: usize;
+    /// Whether that coordinate is an angle that wraps at ±π.
+    const SORTED_BY_ANGLE: bool;
+
+    /// The frame of a pose.
+    fn frame(&self, pose: &Self::Pose) -> Self::Frame;
+
+    /// The measurement ẑ = h(m, x) to expect of a feature at `feature`, with H = ∂h/∂m; `None` where the feature
+    /// cannot be measured from there at all.
+    fn expect(&self, frame: &Self::Frame, feature: &SVector<T, D>) -> Option<Expected<T, D, Z>>;
+
+    /// z ⊖ ẑ: the difference of two measurements, angles wrapped.
+    fn innovation(&self, measured: &SVector<T, Z>, expected: &SVector<T, Z>) -> SVector<T, Z>;
+
+    /// R, the covariance of the measurement noise.
+    fn noise(&self) -> &Symmetric<T, Z>;
+
+    /// The feature h⁻¹(z, x) that would give the measurement, with H* = ∂h⁻¹/∂z; `None` where there is none.
+    fn invert(&self, frame: &Self::Frame, measured: &SVector<T, Z>) -> Option<Inverse<T, D, Z>>;
+}
+
+/// An expected measurement.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Expected<T, const D: usize, const Z: usize> {
+    /// ẑ.
+    pub measurement: SVector<T, Z>,
+    /// H = ∂h/∂m.
+    pub jacobian: SMatrix<T, Z, D>,
+}
+
+/// A measurement turned into a feature.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Inverse<T, const D: usize, const Z: usize> {
+    /// Position of the feature, m.
+    pub feature: SVector<T, D>,
+    /// H* = ∂h⁻¹/∂z.
+    pub jacobian: SMatrix<T, D, Z>,
+}

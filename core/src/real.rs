@@ -1,0 +1,170 @@
+//! The scalar: `f32` or `f64`, with every transcendental function from `libm`.
+
+use core::fmt::{Debug, Display};
+use nalgebra::Scalar;
+use num_traits::NumAssign;
+
+mod sealed {
+    pub trait Sealed {}
+    impl Sealed for f32 {}
+    impl Sealed for f64 {}
+}
+
+/// A floating-point scalar: implemented by `f32` and `f64`, and by nothing else.
+///
+/// All functions that are not exactly rounded come from `libm` on every target, the host included, so that
+/// the same inputs give the same bits everywhere. No method uses a fused multiply-add.
+///
+/// ```
+/// use scphd::Real;
+///
+/// fn norm<T: Real>(x: T, y: T) -> T {
+///     (x * x + y * y).sqrt()
+/// }
+/// assert_eq!(norm(3.0_f32, 4.0), 5.0);
+/// assert_eq!(norm(3.0_f64, 4.0), 5.0);
+/// ```
+pub trait Real:
+    sealed::Sealed
+    + Scalar
+    + Copy
+    + Default
+    + Debug
+    + Display
+    + PartialOrd
+    + NumAssign
+    + core::ops::Neg<Output = Self>
+    + Send
+    + Sync
+{
+    /// 0, usable in constants.
+    const ZERO: Self;
+    /// 1, usable in constants.
+    const ONE: Self;
+    /// Distance from 1 to the next greater number.
+    const EPSILON: Self;
+    /// −∞, the logarithm of a weight of zero.
+    const NEG_INFINITY: Self;
+    /// +∞.
+    const INFINITY: Self;
+    /// π.
+    const PI: Self;
+
+    /// The nearest scalar to `x`.
+    fn from_f64(x: f64) -> Self;
+    /// The nearest scalar to `n`.
+    fn from_usize(n: usize) -> Self;
+    /// The nearest scalar to `n`.
+    fn from_i32(n: i32) -> Self;
+    /// The same number in full precision.
+    fn to_f64(self) -> f64;
+    /// The nearest integer towards zero, saturating; 0 for NaN.
+    fn to_i32(self) -> i32;
+    /// The bits of the number (of an `f32`, in the lower half), for digests.
+    fn bits(self) -> u64;
+
+    /// Neither infinite nor NaN.
+    fn is_finite(self) -> bool;
+    /// Absolute value.
+    fn abs(self) -> Self;
+    /// Greatest integer not above.
+    fn floor(self) -> Self;
+    /// Square root, exactly rounded.
+    fn sqrt(self) -> Self;
+    /// e to the power of `self`.
+    fn exp(self) -> Self;
+    /// Natural logarithm.
+    fn ln(self) -> Self;
+    /// Sine and cosine of an angle in rad.
+    fn sin_cos(self) -> (Self, Self);
+    /// Tangent of an angle in rad.
+    fn tan(self) -> Self;
+    /// Angle of the vector (`x`, `self`) in rad, in \[−π, π\].
+    fn atan2(self, x: Self) -> Self;
+
+    /// The lesser of two numbers; `other` where `self` is NaN.
+    fn at_most(self, other: Self) -> Self {
+        if self < other { self } else { other }
+    }
+    /// The greater of two numbers; `other` where `self` is NaN.
+    fn at_least(self, other: Self) -> Self {
+        if self > other { self } else { other }
+    }
+}
+
+macro_rules! implement_real {
+    ($t:ident, $sqrt:ident, $exp:ident, $ln:ident, $sincos:ident, $tan:ident, $atan2:ident, $floor:ident) => {
+        impl Real for $t {
+            const ZERO: Self = 0.0;
+            const ONE: Self = 1.0;
+            const EPSILON: Self = $t::EPSILON;
+            const NEG_INFINITY: Self = $t::NEG_INFINITY;
+            const INFINITY: Self = $t::INFINITY;
+            const PI: Self = core::$t::consts::PI;
+
+            #[inline]
+            fn from_f64(x: f64) -> Self {
+                x as $t
+            }
+            #[inline]
+            fn from_usize(n: usize) -> Self {
+                n as $t
+            }
+            #[inline]
+            fn from_i32(n: i32) -> Self {
+                n as $t
+            }
+            #[inline]
+            fn to_f64(self) -> f64 {
+                f64::from(self)
+            }
+            #[inline]
+            fn to_i32(self) -> i32 {
+                self as i32
+            }
+            #[inline]
+            fn bits(self) -> u64 {
+                u64::from(self.to_bits())
+            }
+            #[inline]
+            fn is_finite(self) -> bool {
+                $t::is_finite(self)
+            }
+            #[inline]
+            fn abs(self) -> Self {
+                $t::abs(self)
+            }
+            #[inline]
+            fn floor(self) -> Self {
+                libm::$floor(self)
+            }
+            #[inline]
+            fn sqrt(self) -> Self {
+                libm::$sqrt(self)
+            }
+            #[inline]
+            fn exp(self) -> Self {
+                libm::$exp(self)
+            }
+            #[inline]
+            fn ln(self) -> Self {
+                libm::$ln(self)
+            }
+            #[inline]
+            fn sin_cos(self) -> (Self, Self) {
+                libm::$sincos(self)
+            }
+            #[inline]
+            fn tan(self) -> Self {
+                libm::$tan(self)
+            }
+            #[inline]
+            fn atan2(self, x: Self) -> Self {
+                libm::$atan2(self, x)
+            }
+        }
+    };
+}
+
+implement_real!(f32, sqrtf, expf, logf, sincosf, tanf, atan2f, floorf);
+implement_real!(f64, sqrt, exp, log, sincos, tan, atan2, floor);

@@ -1,0 +1,328 @@
+//! Symmetric matrices in packed storage, and their square-root-free Cholesky factors.
+//!
+//! A covariance of dimension N takes N(N+1)/2 scalars: the lower triangle, row after row.
+
+// Every index below is a pair bounded by the constant N, or by the packed length that `Packed` ties to it. The
+// loops unroll and the checks vanish; iterators would hide the linear algebra.
+#![allow(clippy::indexing_slicing)]
+
+use crate::Real;
+use core::fmt::Debug;
+use nalgebra::{SMatrix, SVector};
+
+mod sealed {
+    pub trait Sealed {}
+}
+
+/// A dimension, as a type: carries the packed storage of symmetric matrices of that dimension.
+#[derive(Debug, Clone, Copy)]
+pub struct Dim<const N: usize>;
+
+/// Dimensions that have packed storage: [`Dim<1>`] to [`Dim<4>`], and [`Dim<6>`].
+pub trait Packed: sealed::Sealed {
+    /// The lower triangle, row after row: N(N+1)/2 scalars.
+    type Lower<T: Real>: Lower<T>;
+}
+
+/// Array that holds a lower triangle.
+pub trait Lower<T>: sealed::Sealed + Copy + PartialEq + Debug + Send + Sync + AsRef<[T]> + AsMut<[T]> {
+    /// All zero.
+    const ZERO: Self;
+}
+
+impl<T: Real, const L: usize> sealed::Sealed for [T; L] {}
+impl<T: Real, const L: usize> Lower<T> for [T; L] {
+    const ZERO: Self = [T::ZERO; L];
+}
+
+macro_rules! implement_packed {
+    ($($n:literal: $length:literal),*) => {$(
+        impl sealed::Sealed for Dim<$n> {}
+        impl Packed for Dim<$n> {
+            type Lower<T: Real> = [T; $length];
+        }
+    )*};
+}
+implement_packed!(1: 1, 2: 3, 3: 6, 4: 10, 6: 21);
+
+/// Position of element (`row`, `column`), `row` ≥ `column`, in the packed lower triangle.
+const fn at(row: usize, column: usize) -> usize {
+    row * (row + 1) / 2 + column
+}
+
+/// A symmetric N × N matrix in packed storage, such as a covariance.
+///
+/// ```
+/// use scphd::Symmetric;
+///
+/// let p = Symmetric::<f64, 2>::from_fn(|row, column| if row == column { 2.0 } else { 0.5 });
+/// assert_eq!(p.get(0, 1), p.get(1, 0));
+/// let factor = p.factor().unwrap();
+/// assert!((factor.ln_determinant() - 3.75_f64.ln()).abs() < 1e-15);
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Symmetric<T: Real, const N: usize>
+where
+    Dim<N>: Packed,
+{
+    lower: <Dim<N> as Packed>::Lower<T>,
+}
+
+impl<T: Real, const N: usize> Symmetric<T, N>
+where
+    Dim<N>: Packed,
+{
+    /// The zero matrix.
+    pub const ZERO: Self = Self { lower: <<Dim<N> as Packed>::Lower<T> as Lower<T>>::ZERO };
+
+    /// The matrix with elements `element(row, column)`, asked for `row` ≥ `column` only.
+    #[inline]
+    #[must_use]
+    pub fn from_fn(mut element: impl FnMut(usize, usize) -> T) -> Self {
+        let mut result = Self::ZERO;
+        let lower = result.lower.as_mut();
+        for row in 0..N {
+            for column in 0..=row {
+                lower[at(row, column)] = element(row, column);
+            }
+        }
+        result
+    }
+
+    /// The diagonal matrix of `diagonal`.
+    #[inline]
+    #[must_use]
+    pub fn from_diagonal(diagonal: [T; N]) -> Self {
+        Self::from_fn(|row, column| if row == column { diagonal[row] } else { T::ZERO })
+    }
+
+    /// Element (`row`, `column`); zero outside the matrix.
+    #[inline]
+    #[must_use]
+    pub fn get(&self, row: usize, column: usize) -> T {
+        let (row, column) = if row < column { (column, row) } else { (row, column) };
+        if row < N { self.lower.as_ref()[at(row, column)] } else { T::ZERO }
+    }
+
+    /// The packed lower triangle, row after row.
+    #[inline]
+    #[must_use]
+    pub fn as_lower(&self) -> &[T] {
+        self.lower.as_ref()
+    }
+
+    /// All N² elements.
+    #[must_use]
+    pub fn to_matrix(&self) -> SMatrix<T, N, N> {
+        SMatrix::from_fn(|row, column| self.get(row, column))
+    }
+
+    /// The sum of two matrices.
+    #[inline]
+    #[must_use]
+    pub fn plus(&self, other: &Self) -> Self {
+        Self::from_fn(|row, column| self.get(row, column) + other.get(row, column))
+    }
+
+    /// The matrix times a scalar.
+    #[inline]
+    #[must_use]
+    pub fn scaled(&self, factor: T) -> Self {
+        Self::from_fn(|row, column| self.get(row, column) * factor)
+    }
+
+    /// Adds `weight` v vᵀ.
+    #[inline]
+    pub fn add_outer(&mut self, weight: T, v: &SVector<T, N>) {
+        *self = Self::from_fn(|row, column| self.get(row, column) + weight * v[row] * v[column]);
+    }
+
+    /// The upper left D × D block, D ≤ N: of a feature's covariance, that of its position.
+    #[inline]
+    #[must_use]
+    pub fn leading<const D: usize>(&self) -> Symmetric<T, D>
+    where
+        Dim<D>: Packed,
+    {
+        Symmetric::from_fn(|row, column| self.get(row, column))
+    }
+
+    /// P Hᵀ for a measurement matrix H that sees the first D ≤ N coordinates: N × Z.
+    #[inline]
+    #[must_use]
+    pub fn times_transpose<const D: usize, const Z: usize>(&self, h: &SMatrix<T, Z, D>) -> SMatrix<T, N, Z> {
+        SMatrix::from_fn(|row, column| (0..D).fold(T::ZERO, |sum, k| sum + self.get(row, k) * h[(column, k)]))
+    }
+
+    /// A P Aᵀ: M × M.
+    #[inline]
+    #[must_use]
+    pub fn congruence<const M: usize>(&self, a: &SMatrix<T, M, N>) -> Symmetric<T, M>
+    where
+        Dim<M>: Packed,
+    {
+        let product: SMatrix<T, M, N> =
+            SMatrix::from_fn(|row, column| (0..N).fold(T::ZERO, |sum, k| sum + a[(row, k)] * self.get(k, column)));
+        Symmetric::from_fn(|row, column| (0..N).fold(T::ZERO, |sum, k| sum + product[(row, k)] * a[(column, k)]))
+    }
+
+    /// All elements finite.
+    #[must_use]
+    pub fn is_finite(&self) -> bool {
+        self.lower.as_ref().iter().all(|element| element.is_finite())
+    }
+
+    /// The factors L and d of L diag(d) Lᵀ, or `None` unless the matrix is positive definite.
+    #[inline]
+    #[must_use]
+    pub fn factor(&self) -> Option<Factor<T, N>> {
+        let mut factor = Factor { lower: self.lower, pivots: [T::ZERO; N] };
+        let l = factor.lower.as_mut();
+        for column in 0..N {
+            let mut pivot = l[at(column, column)];
+            for k in 0..column {
+                pivot -= l[at(column, k)] * l[at(column, k)] * factor.pivots[k];
+            }
+            // Written so that NaN fails too.
+            if !(pivot > T::ZERO && pivot.is_finite()) {
+                return None;
+            }
+            factor.pivots[column] = pivot;
+            for row in column + 1..N {
+                let mut element = l[at(row, column)];
+                for k in 0..column {
+                    element -= l[at(row, k)] * l[at(column, k)] * factor.pivots[k];
+                }
+                l[at(row, column)] = element / pivot;
+            }
+        }
+        Some(factor)
+    }
+}
+
+/// The factors of a positive definite matrix S = L diag(d) Lᵀ, L with a unit diagonal.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Factor<T: Real, const N: usize>
+where
+    Dim<N>: Packed,
+{
+    /// Below the diagonal: L. The diagonal is implied.
+    lower: <Dim<N> as Packed>::Lower<T>,
+    pivots: [T; N],
+}
+
+impl<T: Real, const N: usize> Factor<T, N>
+where
+    Dim<N>: Packed,
+{
+    /// L⁻¹ v.
+    #[inline]
+    fn forward(&self, v: &SVector<T, N>) -> SVector<T, N> {
+        let l = self.lower.as_ref();
+        let mut y = *v;
+        for row in 0..N {
+            for k in 0..row {
+                let known = y[k];
+                y[row] -= l[at(row, k)] * known;
+            }
+        }
+        y
+    }
+
+    /// vᵀ S⁻¹ v, the squared Mahalanobis distance.
+    #[inline]
+    #[must_use]
+    pub fn mahalanobis(&self, v: &SVector<T, N>) -> T {
+        let y = self.forward(v);
+        (0..N).fold(T::ZERO, |sum, k| sum + y[k] * y[k] / self.pivots[k])
+    }
+
+    /// S⁻¹ v.
+    #[inline]
+    #[must_use]
+    pub fn solve(&self, v: &SVector<T, N>) -> SVector<T, N> {
+        let l = self.lower.as_ref();
+        let mut y = self.forward(v);
+        for row in (0..N).rev() {
+            y[row] /= self.pivots[row];
+            for k in row + 1..N {
+                let known = y[k];
+                y[row] -= l[at(k, row)] * known;
+            }
+        }
+        y
+    }
+
+    /// ln det S.
+    #[inline]
+    #[must_use]
+    pub fn ln_determinant(&self) -> T {
+        self.pivots.iter().fold(T::ONE, |product, &pivot| product * pivot).ln()
+    }
+
+    /// ln of the greatest value of the Gaussian density with covariance S: −½ ln det(2πS).
+    #[inline]
+    #[must_use]
+    pub fn ln_peak(&self) -> T {
+        let half = T::from_f64(0.5);
+        let dimension = T::from_usize(N);
+        -half * (self.ln_determinant() + dimension * T::from_f64(LN_TAU))
+    }
+}
+
+/// ln 2π.
+const LN_TAU: f64 = 1.837_877_066_409_345_3;
+
+#[cfg(test)]
+mod tests {
+    use super::Symmetric;
+    use nalgebra::{SMatrix, Vector2, Vector3};
+
+    fn example() -> Symmetric<f64, 3> {
+        let rows = [[4.0, 0.0, 0.0], [1.0, 3.0, 0.0], [-0.5, 0.2, 2.0]];
+        Symmetric::from_fn(|r, c| rows[r][c])
+    }
+
+    #[test]
+    fn factor_solves_and_measures() {
+        let s = example();
+        let full = s.to_matrix();
+        let factor = s.factor().unwrap();
+        let v = Vector3::new(1.0, -2.0, 0.5);
+        let x = factor.solve(&v);
+        assert!((full * x - v).abs().max() < 1e-14);
+        assert!((factor.mahalanobis(&v) - v.dot(&x)).abs() < 1e-14);
+        // By cofactors: 4 (3·2 − 0.2²) − 1 (1·2 − 0.2·(−0.5)) + (−0.5)(1·0.2 − 3·(−0.5)).
+        let determinant: f64 = 4.0 * (6.0 - 0.04) - (2.0 + 0.1) - 0.5 * (0.2 + 1.5);
+        assert!((factor.ln_determinant() - determinant.ln()).abs() < 1e-14);
+    }
+
+    #[test]
+    fn peak_is_that_of_the_normal_density() {
+        let s = Symmetric::<f64, 1>::from_diagonal([0.25]);
+        let peak = 1.0 / (0.5 * core::f64::consts::TAU.sqrt());
+        assert!((s.factor().unwrap().ln_peak() - peak.ln()).abs() < 1e-15);
+    }
+
+    #[test]
+    fn products_agree_with_full_matrices() {
+        let s = example();
+        let a = SMatrix::<f64, 2, 3>::new(1.0, 2.0, -1.0, 0.5, 0.0, 3.0);
+        let direct = a * s.to_matrix() * a.transpose();
+        assert!((s.congruence(&a).to_matrix() - direct).abs().max() < 1e-14);
+        let h = SMatrix::<f64, 2, 2>::new(1.0, 2.0, -1.0, 0.5);
+        let padded = SMatrix::<f64, 2, 3>::new(1.0, 2.0, 0.0, -1.0, 0.5, 0.0);
+        assert!((s.times_transpose(&h) - s.to_matrix() * padded.transpose()).abs().max() < 1e-14);
+        let mut outer = s.leading::<2>();
+        outer.add_outer(0.5, &Vector2::new(2.0, -1.0));
+        assert_eq!((outer.get(0, 0), outer.get(1, 0), outer.get(1, 1)), (6.0, 0.0, 3.5));
+    }
+
+    #[test]
+    fn only_positive_definite_matrices_have_factors() {
+        assert!(Symmetric::<f64, 2>::from_diagonal([1.0, 0.0]).factor().is_none());
+        assert!(Symmetric::<f64, 2>::from_fn(|r, c| if r == c { 1.0 } else { 1.5 }).factor().is_none());
+        assert!(Symmetric::<f64, 2>::from_diagonal([1.0, f64::NAN]).factor().is_none());
+        assert!(Symmetric::<f64, 2>::from_diagonal([f64::INFINITY, 1.0]).factor().is_none());
+    }
+}
