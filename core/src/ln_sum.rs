@@ -25,6 +25,9 @@ impl<T: Real> LnSum<T> {
     /// The empty sum: ln 0.
     pub const EMPTY: Self = Self { greatest: T::NEG_INFINITY, scaled: T::ZERO };
 
+    /// All zero; a placeholder for unused memory.
+    pub(crate) const ZERO: Self = Self { greatest: T::ZERO, scaled: T::ZERO };
+
     /// The sum of one term, given by its logarithm.
     #[must_use]
     pub fn of(ln_term: T) -> Self {

@@ -1,0 +1,65 @@
+//! A digest of everything the filter knows.
+
+use crate::{Clutter, Dim, FieldOfView, Motion, Packed, Pose, Real, ScPhd, Sensor};
+
+/// 64-bit FNV-1a over 32-bit words.
+struct Fnv(u64);
+
+impl Fnv {
+    fn take(&mut self, word: u32) {
+        for byte in word.to_le_bytes() {
+            self.0 = (self.0 ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3);
+        }
+    }
+
+    fn take_scalar<T: Real>(&mut self, x: T) {
+        let bits = x.bits();
+        self.take(bits as u32);
+        self.take((bits >> 32) as u32);
+    }
+}
+
+impl<T, P, M, S, V, C, const K: usize, const D: usize, const Z: usize> ScPhd<'_, T, P, M, S, V, C, K, D, Z>
+where
+    T: Real,
+    P: Pose<T, K>,
+    M: Motion<T, K, Pose = P>,
+    S: Sensor<T, D, Z, Pose = P>,
+    V: FieldOfView<T, S::Frame, D, Z>,
+    C: Clutter<T, Z>,
+    Dim<K>: Packed,
+    Dim<D>: Packed,
+    Dim<Z>: Packed,
+{
+    /// A hash of the complete state: every pose, weight and component to the last bit, and the random stream.
+    ///
+    /// The same inputs give the same digest on every machine, at every optimisation level. It does not depend on where
+    /// in the pool a page lies, but on everything that decides how the filter goes on.
+    #[must_use]
+    pub fn digest(&self) -> u64 {
+        let mut digest = Fnv(0xcbf2_9ce4_8422_2325);
+        let cursor = &*self.memory.cursor;
+        for count in [cursor.particles, cursor.children, usize::from(cursor.predicted), cursor.heaviest] {
+            digest.take(count as u32);
+        }
+        if let Some(noise) = &cursor.noise {
+            noise
+                .bytes()
+                .chunks(4)
+                .for_each(|word| digest.take(word.iter().fold(0, |sum, &b| sum << 8 | u32::from(b))));
+        }
+        for candidate in self.candidates() {
+            digest.take_scalar(candidate.ln_weight);
+            candidate.pose.coordinates().iter().for_each(|&x| digest.take_scalar(x));
+        }
+        for particle in 0..cursor.particles {
+            for component in self.map(particle) {
+                digest.take_scalar(component.ln_weight);
+                component.mean.iter().for_each(|&x| digest.take_scalar(x));
+                component.covariance.as_lower().iter().for_each(|&x| digest.take_scalar(x));
+            }
+            digest.take(u32::MAX);
+        }
+        digest.0
+    }
+}

@@ -1,0 +1,122 @@
+//! Why an operation was refused. Whatever is refused leaves the state as it was.
+
+use crate::ConfigError;
+use core::fmt;
+
+/// Why a filter cannot be set up.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum SetupError {
+    /// A field of the configuration is out of range.
+    Config(ConfigError),
+    /// More particles are configured than the state holds.
+    TooManyParticles {
+        /// Particles configured.
+        particles: usize,
+        /// Particles the state holds.
+        capacity: usize,
+    },
+    /// More candidates (particles × samples) are configured than the state holds.
+    TooManyCandidates {
+        /// Candidates configured.
+        candidates: usize,
+        /// Candidates the state holds.
+        capacity: usize,
+    },
+}
+
+impl fmt::Display for SetupError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Config(error) => error.fmt(f),
+            Self::TooManyParticles { particles, capacity } => {
+                write!(f, "{particles} particles do not fit a state for {capacity}")
+            }
+            Self::TooManyCandidates { candidates, capacity } => {
+                write!(f, "{candidates} candidates (particles × samples) do not fit a state for {capacity}")
+            }
+        }
+    }
+}
+
+impl core::error::Error for SetupError {}
+
+impl From<ConfigError> for SetupError {
+    fn from(error: ConfigError) -> Self {
+        Self::Config(error)
+    }
+}
+
+/// Why the filter cannot start.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum ResetError {
+    /// The pose is not finite.
+    NonFinitePose,
+}
+
+impl fmt::Display for ResetError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("the pose is not finite")
+    }
+}
+
+impl core::error::Error for ResetError {}
+
+/// Why a prediction was refused.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum PredictError {
+    /// The state holds no particles: it has not been reset yet.
+    NotStarted,
+    /// The time step is negative or not finite.
+    TimeStep,
+    /// The motion model does not admit the control.
+    Control,
+}
+
+impl fmt::Display for PredictError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::NotStarted => "the filter has not been reset yet",
+            Self::TimeStep => "the time step is negative or not finite",
+            Self::Control => "the control is not finite or outside the motion model's domain",
+        })
+    }
+}
+
+impl core::error::Error for PredictError {}
+
+/// Why a scan was refused.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum ScanError {
+    /// The state holds no particles: it has not been reset yet.
+    NotStarted,
+    /// The scan has more measurements than the state holds; the caller chooses which to leave out.
+    TooManyMeasurements {
+        /// Measurements in the scan.
+        measurements: usize,
+        /// Measurements the state holds.
+        capacity: usize,
+    },
+    /// A measurement is not finite.
+    NonFinite {
+        /// Its place in the scan.
+        index: usize,
+    },
+}
+
+impl fmt::Display for ScanError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NotStarted => f.write_str("the filter has not been reset yet"),
+            Self::TooManyMeasurements { measurements, capacity } => {
+                write!(f, "{measurements} measurements do not fit a state for {capacity}")
+            }
+            Self::NonFinite { index } => write!(f, "measurement {index} is not finite"),
+        }
+    }
+}
+
+impl core::error::Error for ScanError {}

@@ -1,0 +1,94 @@
+//! State extraction (5.2.7).
+
+use crate::reduce::heavier;
+use crate::{Clutter, Dim, FieldOfView, Gaussian, Motion, Packed, Pose, Real, ScPhd, Sensor, Symmetric};
+
+/// The estimated pose.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PoseEstimate<T: Real, P, const K: usize>
+where
+    Dim<K>: Packed,
+{
+    /// Weighted mean over the candidates; angles by their circular mean.
+    pub mean: P,
+    /// Weighted covariance of the candidates' differences from the mean.
+    pub covariance: Symmetric<T, K>,
+}
+
+/// The estimated map, beside the features written to the caller's buffer.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MapEstimate<T> {
+    /// N̂ = Σ w: the expected number of features.
+    pub expected_features: T,
+    /// Features written: the round(N̂) heaviest components, or as many as there are.
+    pub features: usize,
+    /// Features left out because the buffer was too small for them.
+    pub left_out: usize,
+}
+
+impl<T, P, M, S, V, C, const K: usize, const D: usize, const Z: usize> ScPhd<'_, T, P, M, S, V, C, K, D, Z>
+where
+    T: Real,
+    P: Pose<T, K>,
+    M: Motion<T, K, Pose = P>,
+    S: Sensor<T, D, Z, Pose = P>,
+    V: FieldOfView<T, S::Frame, D, Z>,
+    C: Clutter<T, Z>,
+    Dim<K>: Packed,
+    Dim<D>: Packed,
+    Dim<Z>: Packed,
+{
+    /// Mean and covariance of the vehicle's pose over all candidates; `None` before the first reset.
+    #[must_use]
+    pub fn estimate_pose(&self) -> Option<PoseEstimate<T, P, K>> {
+        let candidates = self.candidates();
+        if candidates.is_empty() {
+            return None;
+        }
+        let weighted = || candidates.iter().map(|candidate| (candidate.ln_weight.exp(), candidate.pose));
+        let mean = P::mean(weighted());
+        let mut covariance = Symmetric::ZERO;
+        for (weight, pose) in weighted() {
+            covariance.add_outer(weight, &pose.difference(&mean));
+        }
+        Some(PoseEstimate { mean, covariance })
+    }
+
+    /// The components of one particle's map, in no particular order.
+    pub fn map(&self, particle: usize) -> impl Iterator<Item = &Gaussian<T, D>> {
+        let pages = self.memory.maps.pages(particle).iter();
+        pages.filter_map(|&id| self.memory.pool.get(id)).flat_map(|page| page.components())
+    }
+
+    /// The particle whose map is the estimate: the one that continues the heaviest candidate of the last scan.
+    #[must_use]
+    pub fn heaviest(&self) -> usize {
+        self.memory.cursor.heaviest
+    }
+
+    /// Writes the round(N̂) heaviest components of the heaviest particle's map to `features`, heaviest first.
+    pub fn estimate_map(&self, features: &mut [Gaussian<T, D>]) -> MapEstimate<T> {
+        let map = || self.map(self.heaviest());
+        let expected_features = map().fold(T::ZERO, |sum, component| sum + component.ln_weight.exp());
+        let rounded = (expected_features + T::from_f64(0.5)).floor().to_i32();
+        let wanted = usize::try_from(rounded).unwrap_or(0).min(map().count());
+        let buffer = features.len().min(wanted);
+        let features = features.get_mut(..buffer).unwrap_or(&mut []);
+        // Insertion into the sorted buffer: linear in the map for every feature at worst, without memory of its own.
+        let mut held = 0;
+        for component in map() {
+            let mut carried = *component;
+            for (place, slot) in features.iter_mut().enumerate() {
+                if place == held {
+                    *slot = carried;
+                    held += 1;
+                    break;
+                }
+                if heavier(&carried, slot) {
+                    core::mem::swap(&mut carried, slot);
+                }
+            }
+        }
+        MapEstimate { expected_features, features: held, left_out: wanted - held }
+    }
+}

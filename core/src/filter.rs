@@ -1,0 +1,183 @@
+//! The filter: models and tuning over a state.
+
+use crate::state::{Memory, State};
+use crate::{
+    Clutter, Config, Dim, FieldOfView, Models, Motion, Noise, Packed, Pose, PredictError, PredictReport, Real,
+    ResetError, ScanError, ScanReport, Sensor, SetupError, candidate::Candidate,
+};
+use nalgebra::SVector;
+
+/// The single-cluster PHD SLAM filter.
+///
+/// Holds the models and the tuning, and borrows a [`State`], which may be of any capacity. A scan is read from top to
+/// bottom in [`ScPhd::scan`]: weigh, normalise, select, update, reduce.
+///
+/// `M` is the motion, `S` the sensor, `V` its field of view, `C` its clutter; K, D and Z are the dimensions of pose, map
+/// and measurement.
+///
+/// ```
+/// use nalgebra::Vector2;
+/// use scphd::{
+///     Config, ControlNoise, Models, PlanarPose, RangeBearing, RangeBearingWindow, ScPhd, State, Step, Unicycle,
+///     UnicycleControl, UniformClutter,
+/// };
+///
+/// // On a vehicle the state is a static; here the test owns it.
+/// let mut state = Box::new(State::<f32, PlanarPose<f32>, 3, 2, 2, 16, 16, 64, 8, 32, 128>::new());
+///
+/// let window = RangeBearingWindow::full_circle(15.0, 0.9);
+/// let models = Models {
+///     motion: Unicycle::new(Step::Arc, ControlNoise { speed_sigma_mps: 0.1, turn_sigma: 0.02, interval_s: 0.0 })?,
+///     sensor: RangeBearing::new(0.2, 0.02)?,
+///     field_of_view: window,
+///     clutter: UniformClutter::of_scan(2.0, window.measure())?,
+/// };
+/// let config = Config { particles: 16, ..Config::default() };
+/// let mut filter = ScPhd::new(models, config, &mut *state)?;
+/// filter.reset(PlanarPose::new(0.0, 0.0, 0.0), 1)?;
+///
+/// for step in 0..20 {
+///     filter.predict(&UnicycleControl { speed_mps: 1.0, rate_radps: 0.0 }, 0.1)?;
+///     // One landmark, 5 m to the left of the start.
+///     let (along, left) = (0.1 * (step + 1) as f32, 5.0_f32);
+///     let seen = Vector2::new(along.hypot(left), left.atan2(-along));
+///     let report = filter.scan(&[seen])?;
+///     assert!(report.health.is_good(), "{:?}", report.health);
+/// }
+/// let pose = filter.estimate_pose().unwrap();
+/// assert!((pose.mean.x_m - 2.0).abs() < 0.3);
+/// let mut features = [scphd::Gaussian::ZERO; 4];
+/// let map = filter.estimate_map(&mut features);
+/// assert_eq!(map.features, 1);
+/// assert!((features[0].mean.y - 5.0).abs() < 0.3);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug)]
+pub struct ScPhd<'s, T: Real, P, M, S, V, C, const K: usize, const D: usize, const Z: usize>
+where
+    Dim<D>: Packed,
+{
+    pub(crate) models: Models<M, S, V, C>,
+    pub(crate) config: Config<T>,
+    pub(crate) memory: Memory<'s, T, P, D, Z>,
+}
+
+impl<'s, T, P, M, S, V, C, const K: usize, const D: usize, const Z: usize> ScPhd<'s, T, P, M, S, V, C, K, D, Z>
+where
+    T: Real,
+    P: Pose<T, K>,
+    M: Motion<T, K, Pose = P>,
+    S: Sensor<T, D, Z, Pose = P>,
+    V: FieldOfView<T, S::Frame, D, Z>,
+    C: Clutter<T, Z>,
+    Dim<K>: Packed,
+    Dim<D>: Packed,
+    Dim<Z>: Packed,
+{
+    /// A filter over a state, which keeps what it holds: a fresh state must be [reset](Self::reset) first, one that a
+    /// filter worked on before goes on from there.
+    ///
+    /// # Errors
+    /// The configuration is out of range or does not fit the state.
+    pub fn new<
+        const PARTICLES: usize,
+        const CANDIDATES: usize,
+        const PAGES: usize,
+        const MAP_PAGES: usize,
+        const MEASUREMENTS: usize,
+        const VIEW: usize,
+    >(
+        models: Models<M, S, V, C>,
+        config: Config<T>,
+        state: &'s mut State<T, P, K, D, Z, PARTICLES, CANDIDATES, PAGES, MAP_PAGES, MEASUREMENTS, VIEW>,
+    ) -> Result<Self, SetupError> {
+        config.check()?;
+        if config.particles > PARTICLES {
+            return Err(SetupError::TooManyParticles { particles: config.particles, capacity: PARTICLES });
+        }
+        let candidates = config.particles.saturating_mul(config.samples);
+        if candidates > CANDIDATES {
+            return Err(SetupError::TooManyCandidates { candidates, capacity: CANDIDATES });
+        }
+        Ok(Self { models, config, memory: state.memory() })
+    }
+
+    /// Starts, or starts again: every particle at `pose` with the same weight and an empty map, and the random stream
+    /// of `seed`.
+    ///
+    /// # Errors
+    /// The pose is not finite; the state is as it was.
+    pub fn reset(&mut self, pose: P, seed: u64) -> Result<(), ResetError> {
+        if !pose.is_finite() {
+            return Err(ResetError::NonFinitePose);
+        }
+        let Memory { cursor, candidates, maps, next_maps, pool, .. } = &mut self.memory;
+        cursor.particles = self.config.particles;
+        cursor.children = 1;
+        cursor.predicted = false;
+        cursor.heaviest = 0;
+        cursor.noise = Some(Noise::seeded(seed));
+        let ln_weight = -T::from_usize(cursor.particles).ln();
+        candidates.iter_mut().take(cursor.particles).for_each(|slot| *slot = Candidate { pose, ln_weight });
+        maps.clear();
+        next_maps.clear();
+        pool.clear();
+        Ok(())
+    }
+
+    /// Moves the vehicle for `dt` seconds under `control`: draws M samples of every particle in the first prediction
+    /// after a scan (5.12, 5.13), and moves every sample on in later ones. Static features stay where they are.
+    ///
+    /// # Errors
+    /// The control is not admissible, `dt` negative or not finite, or the filter not reset; the state is as it was.
+    pub fn predict(&mut self, control: &M::Control, dt: T) -> Result<PredictReport, PredictError> {
+        if !(dt >= T::ZERO && dt.is_finite()) {
+            return Err(PredictError::TimeStep);
+        }
+        if !self.models.motion.admits(control) {
+            return Err(PredictError::Control);
+        }
+        crate::predict::predict(&self.models.motion, self.config.samples, &mut self.memory, control, dt)
+    }
+
+    /// Takes in one scan: weighs every candidate, selects the particles that go on and updates their maps
+    /// (4.49–4.52, 5.17–5.24).
+    ///
+    /// # Errors
+    /// A measurement is not finite, there are more than the state holds, or the filter has not been reset; the state is
+    /// as it was.
+    pub fn scan(&mut self, measurements: &[SVector<T, Z>]) -> Result<ScanReport<T>, ScanError> {
+        let capacity = self.memory.measurements.len();
+        if measurements.len() > capacity {
+            return Err(ScanError::TooManyMeasurements { measurements: measurements.len(), capacity });
+        }
+        let finite = |z: &SVector<T, Z>| z.iter().all(|coordinate| coordinate.is_finite());
+        if let Some(index) = measurements.iter().position(|z| !finite(z)) {
+            return Err(ScanError::NonFinite { index });
+        }
+        self.step(measurements)
+    }
+
+    /// The models, for changing between steps: noise may be retuned in flight.
+    pub fn models_mut(&mut self) -> &mut Models<M, S, V, C> {
+        &mut self.models
+    }
+
+    /// The models.
+    #[must_use]
+    pub fn models(&self) -> &Models<M, S, V, C> {
+        &self.models
+    }
+
+    /// The tuning.
+    #[must_use]
+    pub fn config(&self) -> &Config<T> {
+        &self.config
+    }
+
+    /// The candidates: N particles after a scan, N·M samples after a prediction. Weights sum to one.
+    #[must_use]
+    pub fn candidates(&self) -> &[Candidate<T, P>] {
+        self.memory.candidates()
+    }
+}

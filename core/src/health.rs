@@ -1,0 +1,94 @@
+//! Health flags: what an autopilot may want to act on.
+
+use core::fmt;
+use core::ops::{BitOr, BitOrAssign};
+
+/// A set of conditions, each with one cause.
+///
+/// ```
+/// use scphd::Health;
+///
+/// let health = Health::PRUNING_TIGHTENED | Health::DEGENERATE;
+/// assert!(health.contains(Health::DEGENERATE) && !health.is_good());
+/// ```
+#[derive(Clone, Copy, PartialEq, Eq, Default)]
+pub struct Health(u16);
+
+impl Health {
+    /// Nothing to report.
+    pub const GOOD: Self = Self(0);
+    /// No candidate explained the scan at all (every weight times likelihood was zero): the weights were left as they
+    /// were. The vehicle is lost, or the clutter and birth intensities are both zero.
+    pub const UNEXPLAINED_SCAN: Self = Self(1);
+    /// The weight of all candidates but one was negligible (`N_eff` below 1.5, with more than one candidate): the pose
+    /// hangs on a single sample.
+    pub const DEGENERATE: Self = Self(1 << 1);
+    /// Some map had so little room (workspace, page list or pool) that components above `prune_weight` were dropped.
+    pub const PRUNING_TIGHTENED: Self = Self(1 << 2);
+    /// Some map was left as predicted, because not even its confirmed features found room in its page list or the pool.
+    pub const MAP_NOT_UPDATED: Self = Self(1 << 3);
+    /// Components were lost that no tightening of the pruning could make room for.
+    pub const COMPONENTS_LOST: Self = Self(1 << 4);
+    /// Rounding had made some covariance indefinite; it was repaired by shrinking its correlations.
+    pub const COVARIANCE_REPAIRED: Self = Self(1 << 5);
+    /// Some candidate's pose left the range of the scalar in the prediction; it stayed where it was.
+    pub const POSE_REJECTED: Self = Self(1 << 6);
+    /// The mean squared innovation of the detections is more than twice what their covariances say: the noise is set
+    /// too low, or the vehicle is not where the filter thinks.
+    pub const INNOVATION_HIGH: Self = Self(1 << 7);
+
+    const NAMES: [(Self, &'static str); 8] = [
+        (Self::UNEXPLAINED_SCAN, "UNEXPLAINED_SCAN"),
+        (Self::DEGENERATE, "DEGENERATE"),
+        (Self::PRUNING_TIGHTENED, "PRUNING_TIGHTENED"),
+        (Self::MAP_NOT_UPDATED, "MAP_NOT_UPDATED"),
+        (Self::COMPONENTS_LOST, "COMPONENTS_LOST"),
+        (Self::COVARIANCE_REPAIRED, "COVARIANCE_REPAIRED"),
+        (Self::POSE_REJECTED, "POSE_REJECTED"),
+        (Self::INNOVATION_HIGH, "INNOVATION_HIGH"),
+    ];
+
+    /// No condition at all.
+    #[must_use]
+    pub fn is_good(self) -> bool {
+        self == Self::GOOD
+    }
+
+    /// Whether every condition of `other` holds.
+    #[must_use]
+    pub fn contains(self, other: Self) -> bool {
+        self.0 & other.0 == other.0
+    }
+
+    /// The set as bits, for a telemetry field. A condition keeps its bit from release to release.
+    #[must_use]
+    pub fn bits(self) -> u16 {
+        self.0
+    }
+
+    /// This condition where it holds, otherwise the empty set.
+    pub(crate) fn when(self, holds: bool) -> Self {
+        if holds { self } else { Self::GOOD }
+    }
+}
+
+impl BitOr for Health {
+    type Output = Self;
+    fn bitor(self, other: Self) -> Self {
+        Self(self.0 | other.0)
+    }
+}
+
+impl BitOrAssign for Health {
+    fn bitor_assign(&mut self, other: Self) {
+        self.0 |= other.0;
+    }
+}
+
+impl fmt::Debug for Health {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_set()
+            .entries(Self::NAMES.iter().filter(|(flag, _)| self.contains(*flag)).map(|(_, name)| name))
+            .finish()
+    }
+}

@@ -1,0 +1,11 @@
+//! The daughter process in memory: copy-on-write pages of Gaussian components in one pool, and a list of pages for
+//! every particle.
+
+mod page;
+mod pool;
+mod table;
+
+pub use page::PAGE_LEN;
+pub(crate) use page::Page;
+pub(crate) use pool::{PageId, Pool, PoolMemory};
+pub(crate) use table::{MapTable, MapTableMemory};

@@ -1,0 +1,174 @@
+//! The pool of pages that all maps share, with a reference count for every page.
+
+use super::Page;
+use crate::{Dim, Packed, Real};
+
+/// Index of a page in its pool.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct PageId(u16);
+
+impl PageId {
+    /// A placeholder for unused memory.
+    pub(crate) const ZERO: Self = Self(0);
+
+    fn index(self) -> usize {
+        usize::from(self.0)
+    }
+}
+
+/// Memory of a pool of PAGES pages.
+#[derive(Debug)]
+pub struct PoolMemory<T: Real, const N: usize, const D: usize, const PAGES: usize>
+where
+    Dim<N>: Packed,
+{
+    pages: [Page<T, N, D>; PAGES],
+    references: [u16; PAGES],
+    /// The free pages are the first `free_len` of these.
+    free: [PageId; PAGES],
+    free_len: u16,
+}
+
+impl<T: Real, const N: usize, const D: usize, const PAGES: usize> PoolMemory<T, N, D, PAGES>
+where
+    Dim<N>: Packed,
+{
+    /// All zero: a pool without a free page, until [`Pool::clear`].
+    pub(crate) const ZERO: Self =
+        Self { pages: [Page::ZERO; PAGES], references: [0; PAGES], free: [PageId::ZERO; PAGES], free_len: 0 };
+
+    /// The pool over this memory.
+    pub(crate) fn view(&mut self) -> Pool<'_, T, N, D> {
+        Pool {
+            pages: &mut self.pages,
+            references: &mut self.references,
+            free: &mut self.free,
+            free_len: &mut self.free_len,
+        }
+    }
+}
+
+/// A pool of pages, whatever its capacity.
+#[derive(Debug)]
+pub struct Pool<'s, T: Real, const N: usize, const D: usize>
+where
+    Dim<N>: Packed,
+{
+    pages: &'s mut [Page<T, N, D>],
+    references: &'s mut [u16],
+    free: &'s mut [PageId],
+    free_len: &'s mut u16,
+}
+
+impl<T: Real, const N: usize, const D: usize> Pool<'_, T, N, D>
+where
+    Dim<N>: Packed,
+{
+    /// Frees every page.
+    pub(crate) fn clear(&mut self) {
+        self.references.fill(0);
+        *self.free_len = 0;
+        // The last one freed is the first one taken: ids in ascending order.
+        for index in (0..self.pages.len()).rev() {
+            self.put_back(PageId(index as u16));
+        }
+    }
+
+    fn put_back(&mut self, id: PageId) {
+        if let Some(slot) = self.free.get_mut(usize::from(*self.free_len)) {
+            *slot = id;
+            *self.free_len += 1;
+        }
+    }
+
+    /// Number of free pages.
+    pub(crate) fn free(&self) -> usize {
+        usize::from(*self.free_len)
+    }
+
+    /// Number of pages in all.
+    pub(crate) fn capacity(&self) -> usize {
+        self.pages.len()
+    }
+
+    /// The page of an id.
+    #[inline]
+    pub(crate) fn get(&self, id: PageId) -> Option<&Page<T, N, D>> {
+        self.pages.get(id.index())
+    }
+
+    /// Takes a free page, with one reference, for the caller to fill; `None` when the pool is full.
+    pub(crate) fn take(&mut self) -> Option<(PageId, &mut Page<T, N, D>)> {
+        let last = self.free_len.checked_sub(1)?;
+        let id = *self.free.get(usize::from(last))?;
+        let references = self.references.get_mut(id.index())?;
+        let page = self.pages.get_mut(id.index())?;
+        *self.free_len = last;
+        *references = 1;
+        Some((id, page))
+    }
+
+    /// One more map holds this page.
+    pub(crate) fn share(&mut self, id: PageId) {
+        if let Some(references) = self.references.get_mut(id.index()) {
+            *references += 1;
+        }
+    }
+
+    /// One map fewer holds this page; the last one frees it.
+    pub(crate) fn release(&mut self, id: PageId) {
+        if let Some(references) = self.references.get_mut(id.index())
+            && *references > 0
+        {
+            *references -= 1;
+            if *references == 0 {
+                self.put_back(id);
+            }
+        }
+    }
+
+    /// Number of maps that hold this page.
+    pub(crate) fn references(&self, id: PageId) -> u16 {
+        self.references.get(id.index()).copied().unwrap_or(0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::PoolMemory;
+    use crate::Gaussian;
+    use nalgebra::Vector2;
+    use std::vec::Vec;
+
+    #[test]
+    fn pages_come_back_when_nothing_holds_them() {
+        let mut memory = PoolMemory::<f32, 2, 2, 3>::ZERO;
+        let mut pool = memory.view();
+        assert!(pool.take().is_none());
+        pool.clear();
+        let ids: Vec<_> = (0..3).map(|_| pool.take().unwrap().0).collect();
+        assert!(pool.take().is_none());
+        pool.share(ids[1]);
+        pool.release(ids[1]);
+        assert_eq!((pool.free(), pool.references(ids[1])), (0, 1));
+        pool.release(ids[1]);
+        assert_eq!(pool.free(), 1);
+        // Releasing what nobody holds changes nothing.
+        pool.release(ids[1]);
+        assert_eq!(pool.free(), 1);
+        assert_eq!(pool.take().unwrap().0, ids[1]);
+    }
+
+    #[test]
+    fn a_page_knows_its_box() {
+        let mut memory = PoolMemory::<f32, 2, 2, 1>::ZERO;
+        let mut pool = memory.view();
+        pool.clear();
+        let at = |x, y| Gaussian { mean: Vector2::new(x, y), ..Gaussian::ZERO };
+        let (id, page) = pool.take().unwrap();
+        page.fill([at(1.0, 5.0), at(-2.0, 7.0)].iter());
+        let page = pool.get(id).unwrap();
+        assert_eq!(page.components().len(), 2);
+        assert_eq!((page.bounds().low, page.bounds().high), (Vector2::new(-2.0, 5.0), Vector2::new(1.0, 7.0)));
+    }
+}

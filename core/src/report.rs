@@ -1,0 +1,64 @@
+//! What a step did.
+
+use crate::Health;
+
+/// What a prediction did.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct PredictReport {
+    /// Candidates after the prediction: N·M.
+    pub candidates: usize,
+    /// Candidates whose pose left the range of the scalar; they stayed where they were.
+    pub rejected: usize,
+    /// Conditions.
+    pub health: Health,
+}
+
+/// What a scan did. Counts over maps are sums over the maps of all distinct survivors.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct ScanReport<T> {
+    /// Measurements in the scan.
+    pub measurements: usize,
+    /// Measurements without an inverse, which could not give birth.
+    pub not_inverted: usize,
+    /// Candidates weighed.
+    pub candidates: usize,
+    /// Greatest number of components in view of a candidate.
+    pub in_view: usize,
+    /// ln Σ ζ L: the logarithm of the scan's likelihood given all before, up to a constant; −∞ where no candidate
+    /// explains it.
+    pub ln_evidence: T,
+    /// `N_eff` of the candidates before any resampling.
+    pub n_eff: T,
+    /// Whether the particles were resampled.
+    pub resampled: bool,
+    /// Distinct candidates among the survivors.
+    pub survivors: usize,
+    /// Maps written.
+    pub maps_updated: usize,
+    /// Components born and kept, before merging.
+    pub births: usize,
+    /// Components merged into another.
+    pub merged: usize,
+    /// Mass of the components dropped for their weight. Detections that are ruled out without being computed are not
+    /// counted; each weighs less than `prune_weight`.
+    pub pruned_mass: T,
+    /// Maps that lacked room, for which pruning was tightened.
+    pub tightened: usize,
+    /// Maps left as predicted for want of room.
+    pub not_updated: usize,
+    /// Components that found no room.
+    pub lost: usize,
+    /// Covariances repaired.
+    pub repaired: usize,
+    /// Pages in use after the scan.
+    pub pages_used: usize,
+    /// Pages in all.
+    pub pages: usize,
+    /// Mean of vᵀ S⁻¹ v over the detections, by weight, per dimension of the measurement; about 1 for a consistent
+    /// filter; 0 where nothing was detected.
+    pub innovation: T,
+    /// Conditions.
+    pub health: Health,
+}

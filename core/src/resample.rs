@@ -1,0 +1,84 @@
+//! Drawing candidates in proportion to their weights.
+
+use crate::ln_sum::ln_sum;
+use crate::{Real, candidate::Candidate};
+
+/// Systematic resampling (Arulampalam et al. 2002, algorithm 2): one uniform number, positions (i + u)/N, each takes the
+/// first candidate whose cumulated weight exceeds it. Weights must be normalised; survivors weigh 1/N.
+pub(crate) fn systematic<T: Real, P>(candidates: &[Candidate<T, P>], uniform: T, survivors: &mut [u16]) {
+    let count = T::from_usize(survivors.len());
+    // The last candidate that weighs anything takes what rounding leaves over.
+    let last = candidates.iter().rposition(|candidate| candidate.ln_weight > T::NEG_INFINITY).unwrap_or(0);
+    let mut weights = candidates.iter().map(|candidate| candidate.ln_weight.exp()).enumerate().take(last + 1);
+    let (mut index, mut cumulated) = weights.next().unwrap_or((0, T::ONE));
+    for (place, survivor) in survivors.iter_mut().enumerate() {
+        let position = (T::from_usize(place) + uniform) / count;
+        while cumulated <= position {
+            let Some((next, weight)) = weights.next() else { break };
+            index = next;
+            cumulated += weight;
+        }
+        *survivor = index as u16;
+    }
+}
+
+/// One of a particle's children, drawn in proportion to weight with a uniform number; returns its place among them and ln
+/// of the weight of all together, which it carries on. Unbiased: the expected measure is that of the children.
+pub(crate) fn one_child<T: Real, P>(children: &[Candidate<T, P>], uniform: T) -> (usize, T) {
+    let total = ln_sum(children.iter().map(|child| child.ln_weight));
+    if !(total > T::NEG_INFINITY) {
+        let drawn = (uniform * T::from_usize(children.len())).to_i32();
+        return (usize::try_from(drawn).unwrap_or(0), T::NEG_INFINITY);
+    }
+    let mut cumulated = T::ZERO;
+    let chosen = children.iter().position(|child| {
+        cumulated += (child.ln_weight - total).exp();
+        cumulated > uniform
+    });
+    let last = children.iter().rposition(|child| child.ln_weight > T::NEG_INFINITY);
+    (chosen.or(last).unwrap_or(0), total)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{one_child, systematic};
+    use crate::{Noise, candidate::Candidate};
+    use std::vec::Vec;
+
+    fn candidates(weights: &[f64]) -> Vec<Candidate<f64, ()>> {
+        weights.iter().map(|w| Candidate { pose: (), ln_weight: w.ln() }).collect()
+    }
+
+    #[test]
+    fn positions_take_the_first_exceeding_sum() {
+        let mut survivors = [0; 4];
+        systematic(&candidates(&[0.1, 0.2, 0.3, 0.4]), 0.25, &mut survivors);
+        assert_eq!(survivors, [0, 2, 2, 3]);
+        systematic(&candidates(&[0.0, 0.0, 1.0, 0.0]), 0.999, &mut survivors);
+        assert_eq!(survivors, [2; 4]);
+    }
+
+    #[test]
+    fn selection_among_children_is_unbiased() {
+        let weights = [0.05, 0.15, 0.0, 0.3];
+        let children = candidates(&weights);
+        let mut noise = Noise::seeded(5);
+        let mut drawn = [0.0; 4];
+        let runs = 40_000;
+        for _ in 0..runs {
+            let (child, total) = one_child(&children, noise.uniform());
+            drawn[child] += total.exp();
+        }
+        for (mean, weight) in drawn.iter().map(|sum| sum / f64::from(runs)).zip(weights) {
+            // Five standard errors of a choice with a total of ½.
+            assert!((mean - weight).abs() < 5.0 * 0.25 / f64::from(runs).sqrt(), "{mean} against {weight}");
+        }
+    }
+
+    #[test]
+    fn children_without_weight_are_drawn_evenly() {
+        let children = candidates(&[0.0, 0.0]);
+        assert_eq!(one_child(&children, 0.4), (0, f64::NEG_INFINITY));
+        assert_eq!(one_child(&children, 0.6), (1, f64::NEG_INFINITY));
+    }
+}

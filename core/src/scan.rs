@@ -1,0 +1,133 @@
+//! The measurements of one scan, sorted so that a component meets only those near it.
+
+use crate::{Clutter, Dim, LnSum, Packed, Real, Sensor, wrap};
+use nalgebra::SVector;
+
+/// One measurement of the scan.
+#[derive(Debug, Clone, Copy)]
+pub struct Measurement<T: Real, const Z: usize> {
+    /// z.
+    pub(crate) z: SVector<T, Z>,
+    /// ln( κ(z) + B w_b ): what explains the measurement where no feature does; −∞ for nothing.
+    pub(crate) ln_unexplained: T,
+}
+
+/// ln of the least intensity that weights are taken relative to.
+const LN_LEAST: f64 = -69.0;
+
+impl<T: Real, const Z: usize> Measurement<T, Z> {
+    /// All zero; a placeholder for unused memory.
+    pub(crate) const ZERO: Self =
+        Self { z: SVector::from_array_storage(nalgebra::ArrayStorage([[T::ZERO; Z]; 1])), ln_unexplained: T::ZERO };
+
+    /// A finite number to take weights relative to while η_z is not complete: ln( κ(z) + B w_b ), which bounds them
+    /// from above, unless that is next to nothing.
+    pub(crate) fn ln_reference(&self) -> T {
+        self.ln_unexplained.at_least(T::from_f64(LN_LEAST))
+    }
+}
+
+/// A scan, sorted by the sensor's sorting coordinate.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Scan<'s, T: Real, const Z: usize> {
+    measurements: &'s [Measurement<T, Z>],
+    sorted_by: usize,
+    /// Length of a turn where the sorting coordinate is an angle.
+    turn: Option<T>,
+    /// The least of all `ln_unexplained`.
+    ln_least_unexplained: T,
+}
+
+/// A place in the scan's order, and the measurement there.
+pub(crate) type Indexed<'s, T, const Z: usize> = (usize, &'s Measurement<T, Z>);
+
+impl<'s, T: Real, const Z: usize> Scan<'s, T, Z> {
+    /// Sorts `measured` into `memory`, which must be as long as `measured` at least; the rest of it is not used.
+    pub(crate) fn sort<S, C, const D: usize>(
+        memory: &'s mut [Measurement<T, Z>],
+        measured: &[SVector<T, Z>],
+        clutter: &C,
+        ln_birth: T,
+    ) -> Self
+    where
+        S: Sensor<T, D, Z>,
+        C: Clutter<T, Z>,
+        Dim<D>: Packed,
+        Dim<Z>: Packed,
+    {
+        let key = |measurement: &Measurement<T, Z>| coordinate(&measurement.z, S::SORTED_BY);
+        let mut ln_least_unexplained = T::INFINITY;
+        let mut len = 0;
+        for &z in measured {
+            let mut z = z;
+            if S::SORTED_BY_ANGLE
+                && let Some(angle) = z.get_mut(S::SORTED_BY)
+            {
+                *angle = wrap(*angle);
+            }
+            let mut unexplained = LnSum::of(clutter.ln_intensity(&z));
+            unexplained.add(ln_birth);
+            let ln_unexplained = unexplained.ln();
+            ln_least_unexplained = ln_unexplained.at_most(ln_least_unexplained);
+            // Insertion keeps measurements with equal keys in the caller's order. Scans are short, and most sensors
+            // deliver them in order already.
+            let mut place = Measurement { z, ln_unexplained };
+            let position = memory.get(..len).unwrap_or(&[]).partition_point(|held| key(held) <= key(&place));
+            for slot in memory.iter_mut().take(len + 1).skip(position) {
+                core::mem::swap(slot, &mut place);
+            }
+            len += 1;
+        }
+        let turn = S::SORTED_BY_ANGLE.then(|| T::PI + T::PI);
+        Self { measurements: memory.get(..len).unwrap_or(&[]), sorted_by: S::SORTED_BY, turn, ln_least_unexplained }
+    }
+
+    /// Number of measurements.
+    pub(crate) fn len(&self) -> usize {
+        self.measurements.len()
+    }
+
+    /// All measurements in order.
+    pub(crate) fn iter(&self) -> impl Iterator<Item = &'s Measurement<T, Z>> + use<'s, T, Z> {
+        self.measurements.iter()
+    }
+
+    /// The least of ln( κ(z) + B w_b ) over the measurements.
+    pub(crate) fn ln_least_unexplained(&self) -> T {
+        self.ln_least_unexplained
+    }
+
+    /// The measurements whose sorting coordinate differs from that of `expected` by at most `reach`.
+    #[inline]
+    pub(crate) fn near(
+        &self,
+        expected: &SVector<T, Z>,
+        reach: T,
+    ) -> impl Iterator<Item = Indexed<'s, T, Z>> + use<'s, T, Z> {
+        let centre = coordinate(expected, self.sorted_by);
+        let (low, high) = (centre - reach, centre + reach);
+        let (main, across) = match self.turn {
+            Some(turn) if reach + reach >= turn => (0..self.len(), 0..0),
+            // A window that crosses the cut of the circle continues at its other end.
+            Some(turn) if low <= -T::PI => (0..self.upper(high), self.lower(low + turn)..self.len()),
+            Some(turn) if high > T::PI => (self.lower(low)..self.len(), 0..self.upper(high - turn)),
+            _ => (self.lower(low)..self.upper(high), 0..0),
+        };
+        let measurements = self.measurements;
+        main.chain(across).filter_map(move |index| measurements.get(index).map(|measurement| (index, measurement)))
+    }
+
+    /// First place whose coordinate is not below `bound`.
+    fn lower(&self, bound: T) -> usize {
+        self.measurements.partition_point(|measurement| coordinate(&measurement.z, self.sorted_by) < bound)
+    }
+
+    /// First place whose coordinate is above `bound`.
+    fn upper(&self, bound: T) -> usize {
+        self.measurements.partition_point(|measurement| coordinate(&measurement.z, self.sorted_by) <= bound)
+    }
+}
+
+fn coordinate<T: Real, const Z: usize>(z: &SVector<T, Z>, index: usize) -> T {
+    z.get(index).copied().unwrap_or(T::ZERO)
+}

@@ -1,0 +1,104 @@
+//! One scan, from top to bottom: weigh, select, update.
+
+use crate::candidate::{effective_number, reweigh};
+use crate::scan::Scan;
+use crate::select::select;
+use crate::state::Memory;
+use crate::update::Maps;
+use crate::view::View;
+use crate::weigh::weigh;
+use crate::{Clutter, Dim, FieldOfView, Health, Motion, Packed, Pose, Real, ScPhd, ScanError, ScanReport, Sensor};
+use nalgebra::SVector;
+
+impl<T, P, M, S, V, C, const K: usize, const D: usize, const Z: usize> ScPhd<'_, T, P, M, S, V, C, K, D, Z>
+where
+    T: Real,
+    P: Pose<T, K>,
+    M: Motion<T, K, Pose = P>,
+    S: Sensor<T, D, Z, Pose = P>,
+    V: FieldOfView<T, S::Frame, D, Z>,
+    C: Clutter<T, Z>,
+    Dim<K>: Packed,
+    Dim<D>: Packed,
+    Dim<Z>: Packed,
+{
+    /// The scan update, of measurements that have been checked.
+    pub(crate) fn step(&mut self, measured: &[SVector<T, Z>]) -> Result<ScanReport<T>, ScanError> {
+        let Self { models, config, memory } = self;
+        let Memory { cursor, candidates, ln_likelihoods, selected, survivors, measurements, eta, .. } = memory;
+        let Some(noise) = cursor.noise.as_mut() else { return Err(ScanError::NotStarted) };
+        let (particles, children) = (cursor.particles, cursor.children);
+        let scan = Scan::sort::<S, C, D>(measurements, measured, &models.clutter, config.birth_intensity.ln());
+        let ln_negligible = config.negligible.ln();
+        let look = |pose: &P| View {
+            sensor: &models.sensor,
+            field_of_view: &models.field_of_view,
+            frame: models.sensor.frame(pose),
+            ln_negligible,
+        };
+
+        // Weigh (4.52). Only ln L and the scratch η are written; the maps are those of the prediction.
+        let candidates = candidates.get_mut(..particles * children).unwrap_or(&mut []);
+        let mut in_view = 0;
+        for (index, (candidate, ln_likelihood)) in candidates.iter().zip(ln_likelihoods.iter_mut()).enumerate() {
+            let pages = memory.maps.pages(index / children);
+            let weighed = weigh(&look(&candidate.pose), pages, &memory.pool, &scan, eta);
+            *ln_likelihood = weighed.ln_likelihood;
+            in_view = in_view.max(weighed.in_view);
+        }
+        let ln_evidence = reweigh(candidates, ln_likelihoods);
+        let n_eff = effective_number(candidates);
+
+        // Select (5.2.2): back to one candidate a particle.
+        let survivors = survivors.get_mut(..particles).unwrap_or(&mut []);
+        let selection = select(candidates, children, config.resample_threshold, n_eff, noise, survivors, selected);
+
+        // Update (5.17–5.22): write the survivors' maps.
+        let maps = Maps {
+            predicted: &mut memory.maps,
+            updated: &mut memory.next_maps,
+            pool: &mut memory.pool,
+            workspace: &mut memory.workspace,
+            eta,
+        };
+        let look_again = |survivor: usize| candidates.get(survivor).map(|candidate| look(&candidate.pose));
+        let tally = maps.update_all(survivors, children, look_again, &scan, config, |born| *born);
+
+        candidates.iter_mut().zip(selected.iter()).take(particles).for_each(|(slot, chosen)| *slot = *chosen);
+        cursor.children = 1;
+        cursor.predicted = false;
+        cursor.heaviest = selection.heaviest;
+
+        let innovation = tally.mean_innovation(Z);
+        let health = Health::UNEXPLAINED_SCAN.when(!ln_evidence.is_finite())
+            | Health::DEGENERATE.when(particles > 1 && n_eff < T::from_f64(1.5))
+            | Health::PRUNING_TIGHTENED.when(tally.tightened > 0)
+            | Health::MAP_NOT_UPDATED.when(tally.kept > 0)
+            | Health::COMPONENTS_LOST.when(tally.lost > 0)
+            | Health::COVARIANCE_REPAIRED.when(tally.repaired > 0)
+            | Health::INNOVATION_HIGH.when(innovation > T::from_f64(2.0));
+        let pages = memory.pool.capacity();
+        Ok(ScanReport {
+            measurements: measured.len(),
+            not_inverted: tally.not_inverted,
+            candidates: particles * children,
+            in_view,
+            ln_evidence,
+            n_eff,
+            resampled: selection.resampled,
+            survivors: tally.updated + tally.kept,
+            maps_updated: tally.updated,
+            births: tally.births,
+            merged: tally.merged,
+            pruned_mass: tally.pruned_mass,
+            tightened: tally.tightened,
+            not_updated: tally.kept,
+            lost: tally.lost,
+            repaired: tally.repaired,
+            pages_used: pages - memory.pool.free(),
+            pages,
+            innovation,
+            health,
+        })
+    }
+}

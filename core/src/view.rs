@@ -1,0 +1,149 @@
+//! The map as one candidate pose sees it: what to expect of every component, and which measurements it meets.
+
+use crate::scan::Scan;
+use crate::{Bounds, Correction, Dim, Factor, FieldOfView, Gaussian, Packed, Real, Sensor};
+use nalgebra::{SMatrix, SVector};
+
+/// A sensor at one pose.
+#[derive(Debug)]
+pub(crate) struct View<'a, T, S, V, F> {
+    pub(crate) sensor: &'a S,
+    pub(crate) field_of_view: &'a V,
+    pub(crate) frame: F,
+    /// ln of [`Config::negligible`](crate::Config::negligible).
+    pub(crate) ln_negligible: T,
+}
+
+/// What a component in view leads one to expect: ẑ, H, S and p_D w.
+#[derive(Debug)]
+pub(crate) struct Expectation<T: Real, const D: usize, const Z: usize>
+where
+    Dim<Z>: Packed,
+{
+    /// ẑ.
+    measurement: SVector<T, Z>,
+    /// H.
+    jacobian: SMatrix<T, Z, D>,
+    /// The factor of S = H P Hᵀ + R.
+    innovation: Factor<T, Z>,
+    /// Standard deviation squared of the coordinate by which measurements are sorted.
+    sorted_variance: T,
+    /// p_D.
+    pub(crate) detection_probability: T,
+    /// ln(p_D w).
+    pub(crate) ln_detected_weight: T,
+    /// ln( p_D w N(ẑ; ẑ, S) ), the greatest value of the term in η_z.
+    ln_peak: T,
+}
+
+/// A measurement that a component may have caused.
+#[derive(Debug)]
+pub(crate) struct Match<T, const Z: usize> {
+    /// Its place in the scan.
+    pub(crate) index: usize,
+    /// z ⊖ ẑ.
+    pub(crate) innovation: SVector<T, Z>,
+    /// Its squared Mahalanobis length, vᵀ S⁻¹ v.
+    pub(crate) distance: T,
+    /// ln( p_D w N(z; ẑ, S) ), the component's term in η_z (4.51).
+    pub(crate) ln_term: T,
+    /// What to take its weight relative to while η_z is not complete.
+    pub(crate) ln_reference: T,
+}
+
+impl<T: Real, const D: usize, const Z: usize> Expectation<T, D, Z>
+where
+    Dim<Z>: Packed,
+{
+    /// The Kalman correction that any measurement of this component brings.
+    pub(crate) fn correction<const N: usize>(
+        &self,
+        component: &Gaussian<T, N>,
+        noise: &crate::Symmetric<T, Z>,
+    ) -> Correction<T, N, Z>
+    where
+        Dim<N>: Packed,
+    {
+        Correction::new(&component.covariance, &self.jacobian, noise, &self.innovation)
+    }
+}
+
+impl<T: Real, S, V, F> View<'_, T, S, V, F> {
+    /// The box outside which nothing is in view.
+    pub(crate) fn bounds<const D: usize, const Z: usize>(&self) -> Bounds<T, D>
+    where
+        V: FieldOfView<T, F, D, Z>,
+    {
+        self.field_of_view.bounds(&self.frame)
+    }
+
+    /// What to expect of a component; `None` where it is out of view (p_D = 0).
+    #[inline]
+    pub(crate) fn expect<const N: usize, const D: usize, const Z: usize>(
+        &self,
+        component: &Gaussian<T, N>,
+    ) -> Option<Expectation<T, D, Z>>
+    where
+        S: Sensor<T, D, Z, Frame = F>,
+        V: FieldOfView<T, F, D, Z>,
+        Dim<N>: Packed,
+        Dim<D>: Packed,
+        Dim<Z>: Packed,
+    {
+        let position = component.position::<D>();
+        let expected = self.sensor.expect(&self.frame, &position)?;
+        let p_d = self.field_of_view.detection_probability(&self.frame, &position, &expected.measurement);
+        // Written so that NaN is out of view too.
+        if !(p_d > T::ZERO) {
+            return None;
+        }
+        // Where p_D reaches 1 the missed component would weigh nothing, and its logarithm be −∞.
+        let detection_probability = p_d.at_most(T::ONE - T::EPSILON);
+        let position_covariance = component.covariance.leading::<D>();
+        let s = position_covariance.congruence(&expected.jacobian).plus(self.sensor.noise());
+        let innovation = s.factor()?;
+        let ln_detected_weight = component.ln_weight + detection_probability.ln();
+        Some(Expectation {
+            measurement: expected.measurement,
+            jacobian: expected.jacobian,
+            sorted_variance: s.get(S::SORTED_BY, S::SORTED_BY),
+            detection_probability,
+            ln_detected_weight,
+            ln_peak: ln_detected_weight + innovation.ln_peak(),
+            innovation,
+        })
+    }
+
+    /// Calls `found` for every measurement whose term in η_z is not negligible, in the order of the scan.
+    ///
+    /// A term counts while it is above `negligible` times what explains its measurement without any feature; that
+    /// bounds the distance vᵀ S⁻¹ v, which in turn bounds the sorting coordinate's part of v.
+    #[inline]
+    pub(crate) fn matches<const D: usize, const Z: usize>(
+        &self,
+        expectation: &Expectation<T, D, Z>,
+        scan: &Scan<'_, T, Z>,
+        mut found: impl FnMut(Match<T, Z>),
+    ) where
+        S: Sensor<T, D, Z, Frame = F>,
+        Dim<D>: Packed,
+        Dim<Z>: Packed,
+    {
+        let half = T::from_f64(0.5);
+        let headroom = expectation.ln_peak - scan.ln_least_unexplained() - self.ln_negligible;
+        // Also where the headroom is NaN.
+        if !(headroom > T::ZERO) {
+            return;
+        }
+        let farthest = headroom + headroom;
+        let reach = (farthest * expectation.sorted_variance).sqrt();
+        for (index, measured) in scan.near(&expectation.measurement, reach) {
+            let innovation = self.sensor.innovation(&measured.z, &expectation.measurement);
+            let distance = expectation.innovation.mahalanobis(&innovation);
+            if distance <= farthest {
+                let ln_term = expectation.ln_peak - half * distance;
+                found(Match { index, innovation, distance, ln_term, ln_reference: measured.ln_reference() });
+            }
+        }
+    }
+}

@@ -1,0 +1,240 @@
+//! Scratch for the update of one map: the components in view after the update, before they are written back.
+
+use crate::{Dim, Gaussian, Packed, Real};
+
+/// Where a component of the updated map comes from (5.17).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Origin<T> {
+    /// Not in view, but on a page with components that are: kept as it is.
+    Outside,
+    /// In view and missed.
+    Missed,
+    /// Detected by the measurement at this place of the scan, at this squared Mahalanobis distance.
+    Detected { measurement: u16, distance: T },
+    /// Born from a measurement.
+    Born,
+    /// Merged into another or dropped.
+    Gone,
+}
+
+/// One component of the updated map.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Entry<T: Real, const N: usize>
+where
+    Dim<N>: Packed,
+{
+    pub(crate) component: Gaussian<T, N>,
+    pub(crate) origin: Origin<T>,
+}
+
+/// An entry's place in some order.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Ranked {
+    /// What the order goes by.
+    pub(crate) key: u32,
+    /// Index of the entry.
+    pub(crate) entry: u16,
+    /// The group the entry was merged into, counted from 1; 0 for none yet.
+    pub(crate) group: u16,
+}
+
+/// Memory of a workspace for VIEW components.
+#[derive(Debug)]
+pub struct WorkspaceMemory<T: Real, const N: usize, const VIEW: usize>
+where
+    Dim<N>: Packed,
+{
+    entries: [Entry<T, N>; VIEW],
+    ranking: [Ranked; VIEW],
+}
+
+impl<T: Real, const N: usize, const VIEW: usize> WorkspaceMemory<T, N, VIEW>
+where
+    Dim<N>: Packed,
+{
+    pub(crate) const ZERO: Self = Self {
+        entries: [Entry { component: Gaussian::ZERO, origin: Origin::Outside }; VIEW],
+        ranking: [Ranked { key: 0, entry: 0, group: 0 }; VIEW],
+    };
+
+    pub(crate) fn view(&mut self) -> Workspace<'_, T, N> {
+        Workspace {
+            entries: &mut self.entries,
+            ranking: &mut self.ranking,
+            in_view: 0,
+            outside: 0,
+            ln_floor: T::NEG_INFINITY,
+            tightened: false,
+            lost: 0,
+            pruned_mass: T::ZERO,
+        }
+    }
+}
+
+/// Components in view from the front of the memory, components out of view from its back.
+#[derive(Debug)]
+pub(crate) struct Workspace<'s, T: Real, const N: usize>
+where
+    Dim<N>: Packed,
+{
+    entries: &'s mut [Entry<T, N>],
+    ranking: &'s mut [Ranked],
+    in_view: usize,
+    outside: usize,
+    ln_floor: T,
+    tightened: bool,
+    lost: usize,
+    pruned_mass: T,
+}
+
+/// Pruning is tightened by this factor at a time, up to components of half a feature.
+const TIGHTEN: f64 = 4.0;
+const TIGHTEN_UP_TO: f64 = 0.5;
+
+impl<T: Real, const N: usize> Workspace<'_, T, N>
+where
+    Dim<N>: Packed,
+{
+    /// Empties the workspace for the next map, and sets the weight below which components are dropped.
+    pub(crate) fn clear(&mut self, prune_weight: T) {
+        self.in_view = 0;
+        self.outside = 0;
+        self.ln_floor = prune_weight.ln();
+        self.tightened = false;
+        self.lost = 0;
+        self.pruned_mass = T::ZERO;
+    }
+
+    /// ln of the weight below which components are dropped, after any tightening.
+    pub(crate) fn ln_floor(&self) -> T {
+        self.ln_floor
+    }
+
+    /// Whether pruning had to be tightened for want of room.
+    pub(crate) fn tightened(&self) -> bool {
+        self.tightened
+    }
+
+    /// Components that found no room although pruning had been tightened as far as it goes.
+    pub(crate) fn lost(&self) -> usize {
+        self.lost
+    }
+
+    /// Mass of the components dropped for their weight.
+    pub(crate) fn pruned_mass(&self) -> T {
+        self.pruned_mass
+    }
+
+    /// Components in view.
+    pub(crate) fn in_view(&self) -> &[Entry<T, N>] {
+        self.entries.get(..self.in_view).unwrap_or(&[])
+    }
+
+    /// Components in view, for changing, with a ranking at least as long.
+    pub(crate) fn in_view_and_ranking(&mut self) -> (&mut [Entry<T, N>], &mut [Ranked]) {
+        (self.entries.get_mut(..self.in_view).unwrap_or(&mut []), self.ranking)
+    }
+
+    /// Number of components in view and out of view.
+    pub(crate) fn len(&self) -> usize {
+        self.in_view + self.outside
+    }
+
+    /// Number of components out of view.
+    pub(crate) fn outside(&self) -> usize {
+        self.outside
+    }
+
+    /// Forgets the components out of view that were pushed since there were `outside` of them.
+    pub(crate) fn forget_outside(&mut self, outside: usize) {
+        self.outside = outside;
+    }
+
+    /// Adds a component in view, unless it is below the floor.
+    pub(crate) fn push(&mut self, component: Gaussian<T, N>, origin: Origin<T>) {
+        if !(component.ln_weight >= self.ln_floor) {
+            self.pruned_mass += component.ln_weight.exp();
+            return;
+        }
+        if !self.make_room(component.ln_weight) {
+            return;
+        }
+        if let Some(slot) = self.entries.get_mut(self.in_view) {
+            *slot = Entry { component, origin };
+            self.in_view += 1;
+        }
+    }
+
+    /// Adds a component that is not in view.
+    pub(crate) fn push_outside(&mut self, component: Gaussian<T, N>) {
+        if !self.make_room(T::INFINITY) {
+            return;
+        }
+        let from_back = self.outside + 1;
+        let index = self.entries.len().checked_sub(from_back);
+        if let Some(slot) = index.and_then(|index| self.entries.get_mut(index)) {
+            *slot = Entry { component, origin: Origin::Outside };
+            self.outside = from_back;
+        }
+    }
+
+    /// Makes room for a component of this weight by tightening the pruning; `false` where that does not help, or the
+    /// component itself falls below the new floor.
+    fn make_room(&mut self, ln_weight: T) -> bool {
+        while self.in_view + self.outside >= self.entries.len() {
+            let ln_raised = self.ln_floor + T::from_f64(TIGHTEN).ln();
+            if !(ln_raised <= T::from_f64(TIGHTEN_UP_TO).ln()) {
+                self.lost += 1;
+                return false;
+            }
+            self.ln_floor = ln_raised;
+            self.tightened = true;
+            self.prune();
+        }
+        ln_weight >= self.ln_floor
+    }
+
+    /// Drops the components in view that are below the floor.
+    pub(crate) fn prune(&mut self) {
+        let ln_floor = self.ln_floor;
+        let mut pruned_mass = self.pruned_mass;
+        self.retain(|entry| {
+            let keep = entry.component.ln_weight >= ln_floor;
+            if !keep {
+                pruned_mass += entry.component.ln_weight.exp();
+            }
+            keep
+        });
+        self.pruned_mass = pruned_mass;
+    }
+
+    /// Keeps the components in view that satisfy `keep`, in order.
+    pub(crate) fn retain(&mut self, mut keep: impl FnMut(&mut Entry<T, N>) -> bool) {
+        let mut kept = 0;
+        for index in 0..self.in_view {
+            let Some(entry) = self.entries.get_mut(index) else { break };
+            if keep(entry) {
+                let entry = *entry;
+                if let Some(slot) = self.entries.get_mut(kept) {
+                    *slot = entry;
+                    kept += 1;
+                }
+            }
+        }
+        self.in_view = kept;
+    }
+
+    /// All components, ranked by `key`; the caller sorts. The ranking points into the entries returned with it.
+    pub(crate) fn rank_all(&mut self, key: impl Fn(&Gaussian<T, N>) -> u32) -> (&[Entry<T, N>], &mut [Ranked]) {
+        let capacity = self.entries.len();
+        let indices = (0..self.in_view).chain(capacity.saturating_sub(self.outside)..capacity);
+        let mut len = 0;
+        for (slot, index) in self.ranking.iter_mut().zip(indices) {
+            if let Some(entry) = self.entries.get(index) {
+                *slot = Ranked { key: key(&entry.component), entry: index as u16, group: 0 };
+                len += 1;
+            }
+        }
+        (self.entries, self.ranking.get_mut(..len).unwrap_or(&mut []))
+    }
+}
