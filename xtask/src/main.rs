@@ -1,3 +1,32 @@
-//! The project's own commands.
+//! The project's own commands: `cargo xtask test` is what a developer runs before a commit and what CI runs.
 
-fn main() {}
+mod args;
+mod noalloc;
+mod process;
+mod steps;
+mod target;
+
+use std::process::ExitCode;
+
+use args::Request;
+
+fn main() -> ExitCode {
+    let words: Vec<String> = std::env::args().skip(1).collect();
+    match args::parse(&words) {
+        Ok(Request::Help) => {
+            print!("{}", args::usage());
+            ExitCode::SUCCESS
+        }
+        Ok(Request::Run(chosen)) => {
+            if steps::run(&chosen) {
+                ExitCode::SUCCESS
+            } else {
+                ExitCode::FAILURE
+            }
+        }
+        Err(message) => {
+            eprintln!("xtask: {message}\n\n{}", args::usage());
+            ExitCode::from(2)
+        }
+    }
+}

@@ -1,0 +1,91 @@
+//! The command line: step names, `test` for all of them, `help`.
+
+use crate::steps::{STEPS, Step};
+use crate::target;
+
+/// What the user asked for.
+pub enum Request {
+    /// Print the usage.
+    Help,
+    /// Run these steps, in this order.
+    Run(Vec<&'static Step>),
+}
+
+/// Reads the words after `cargo xtask`. The error is one line for the user.
+pub fn parse(words: &[String]) -> Result<Request, String> {
+    if words.is_empty() {
+        return Err("no command given".into());
+    }
+    let mut chosen = Vec::new();
+    for word in words {
+        match word.as_str() {
+            "help" | "--help" | "-h" => return Ok(Request::Help),
+            "test" => chosen.extend(STEPS),
+            name => match STEPS.iter().find(|step| step.name == name) {
+                Some(step) => chosen.push(step),
+                None => return Err(format!("unknown command `{name}`")),
+            },
+        }
+    }
+    Ok(Request::Run(chosen))
+}
+
+/// The text of `cargo xtask help`.
+pub fn usage() -> String {
+    let mut text = String::from("Usage: cargo xtask <command>...\n\nCommands:\n");
+    let mut line = |name: &str, what: &str| text.push_str(&format!("  {name:<8}{what}\n"));
+    line(
+        "test",
+        "every step below, in this order; goes on after a failure",
+    );
+    for step in STEPS {
+        line(step.name, step.what);
+    }
+    line("help", "this text");
+    text.push_str(&format!(
+        "\nEnvironment:\n  {}=rustup|debian\n          \
+         the only toolchain the step `target` may use; unset: the first that works of\n          \
+         the active toolchain, `rustup target add`, Debian's packages\n\
+         \nExit code: 0 all steps passed or were skipped with a reason, 1 a step failed, 2 wrong usage.\n",
+        target::CHOICE_VARIABLE
+    ));
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn names(words: &[&str]) -> Option<Vec<&'static str>> {
+        let words: Vec<String> = words.iter().map(|word| (*word).to_owned()).collect();
+        match parse(&words) {
+            Ok(Request::Run(steps)) => Some(steps.iter().map(|step| step.name).collect()),
+            _ => None,
+        }
+    }
+
+    #[test]
+    fn test_is_every_step() {
+        let all: Vec<&str> = STEPS.iter().map(|step| step.name).collect();
+        assert_eq!(names(&["test"]), Some(all));
+    }
+
+    #[test]
+    fn steps_run_in_the_order_given() {
+        assert_eq!(names(&["lint", "fmt"]), Some(vec!["lint", "fmt"]));
+    }
+
+    #[test]
+    fn unknown_and_missing_words_are_errors() {
+        assert!(parse(&["fmt".into(), "nonsense".into()]).is_err());
+        assert!(parse(&[]).is_err());
+    }
+
+    #[test]
+    fn help_names_every_step() {
+        assert!(matches!(parse(&["help".into()]), Ok(Request::Help)));
+        let text = usage();
+        assert!(STEPS.iter().all(|step| text.contains(step.name)));
+        assert!(text.contains(target::CHOICE_VARIABLE));
+    }
+}

@@ -1,0 +1,171 @@
+//! Proof that the core needs no allocator.
+//!
+//! The proof is that the core and everything it depends on compile where the crate `alloc` does not exist. Symbols alone
+//! would not do: the core is generic, and generic code is not in its library until somebody instantiates it. Scanning
+//! the library is a second look, for code that calls the allocator's symbols without the crate.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use crate::process;
+
+/// The libraries of a bare-metal target that the core may use.
+const ALLOWED: [&str; 2] = ["libcore-", "libcompiler_builtins-"];
+
+/// What the compiler calls the allocator's entry points; mangled names contain them literally.
+const SYMBOLS: [&str; 4] = [
+    "__rust_alloc",
+    "__rust_realloc",
+    "__rg_alloc",
+    "__rdl_alloc",
+];
+
+/// Makes a sysroot in `dir` with `core` and its compiler support, but without `alloc`, from `sysroot`.
+///
+/// Fails if a crate can still find `alloc` in it, in which case it would prove nothing.
+pub fn core_only_sysroot(sysroot: &Path, target: &str, dir: &Path) -> Result<PathBuf, String> {
+    let libraries = Path::new("lib/rustlib").join(target).join("lib");
+    let from = sysroot.join(&libraries);
+    let to = dir.join(&libraries);
+    let failed = |error: std::io::Error| {
+        format!(
+            "cannot copy {} to {}: {error}",
+            from.display(),
+            to.display()
+        )
+    };
+
+    if dir.exists() {
+        // A toolchain update leaves libraries of another hash behind, and the compiler refuses two of a kind.
+        fs::remove_dir_all(dir).map_err(failed)?;
+    }
+    fs::create_dir_all(&to).map_err(failed)?;
+    for entry in fs::read_dir(&from).map_err(failed)? {
+        let name = entry.map_err(failed)?.file_name();
+        if is_allowed(&name.to_string_lossy()) {
+            let (source, copy) = (from.join(&name), to.join(&name));
+            // Links save 60 MB, where both directories share a file system.
+            fs::hard_link(&source, &copy)
+                .or_else(|_| fs::copy(&source, &copy).map(drop))
+                .map_err(failed)?;
+        }
+    }
+    probe(target, dir)?;
+    Ok(dir.to_owned())
+}
+
+/// Whether `sysroot` has `core` for the target; an empty directory may be left of a target that was removed.
+pub fn has_core(sysroot: &Path, target: &str) -> bool {
+    let libraries = sysroot.join("lib/rustlib").join(target).join("lib");
+    fs::read_dir(libraries).is_ok_and(|entries| {
+        entries
+            .flatten()
+            .any(|entry| entry.file_name().to_string_lossy().starts_with("libcore-"))
+    })
+}
+
+fn is_allowed(file_name: &str) -> bool {
+    ALLOWED.iter().any(|prefix| file_name.starts_with(prefix))
+}
+
+/// Compiles one crate that needs only `core`, which must work, and one that needs `alloc`, which must not.
+fn probe(target: &str, sysroot: &Path) -> Result<(), String> {
+    let compile = |name: &str, text: &str| {
+        let source = sysroot.join(name).with_extension("rs");
+        fs::write(&source, text).map_err(|error| error.to_string())?;
+        let mut rustc = process::command(rustc());
+        rustc
+            .args([
+                "--crate-type=rlib",
+                "--emit=metadata",
+                "--target",
+                target,
+                "--sysroot",
+            ])
+            .arg(sysroot);
+        process::read(rustc.arg("--out-dir").arg(sysroot).arg(source))
+    };
+    compile("needs_core", "#![no_std]\npub use core::mem::size_of;\n")?;
+    match compile("needs_alloc", "#![no_std]\nextern crate alloc;\n") {
+        Err(complaint) if complaint.contains("can't find crate for `alloc`") => Ok(()),
+        Err(complaint) => Err(format!("the probe failed for another reason: {complaint}")),
+        Ok(_) => Err("a crate that needs alloc compiled without it".into()),
+    }
+}
+
+/// The compiler cargo would use.
+pub fn rustc() -> std::ffi::OsString {
+    std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into())
+}
+
+/// Fails if the library at `path` refers to an allocator.
+pub fn check_library(path: &Path) -> Result<(), String> {
+    let bytes =
+        fs::read(path).map_err(|error| format!("cannot read {}: {error}", path.display()))?;
+    // Anything but a library would pass the scan, whatever it is.
+    if !bytes.starts_with(b"!<arch>\n") {
+        return Err(format!("{} is not a library archive", path.display()));
+    }
+    match allocator_symbol(&bytes) {
+        Some(symbol) => Err(format!("{} refers to {symbol}", path.display())),
+        None => Ok(()),
+    }
+}
+
+/// The first of the allocator's symbols that occurs in `bytes`, which may be object code or LLVM bitcode.
+fn allocator_symbol(bytes: &[u8]) -> Option<&'static str> {
+    let occurs = |symbol: &&str| {
+        bytes
+            .windows(symbol.len())
+            .any(|window| window == symbol.as_bytes())
+    };
+    SYMBOLS.into_iter().find(|symbol| occurs(symbol))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn allocator_symbols_are_found_wherever_they_are() {
+        assert_eq!(allocator_symbol(b"__rust_alloc"), Some("__rust_alloc"));
+        assert_eq!(
+            allocator_symbol(b"\0\x7f_RNvCsfLfy6EI15iL_7___rustc12___rust_alloc\0\0"),
+            Some("__rust_alloc")
+        );
+        assert_eq!(
+            allocator_symbol(b"\xff__rust_alloc_zeroed"),
+            Some("__rust_alloc")
+        );
+        assert_eq!(
+            allocator_symbol(b"\xff_RNv7___rustc14___rust_realloc\xff"),
+            Some("__rust_realloc")
+        );
+        assert_eq!(allocator_symbol(b"x__rg_alloc"), Some("__rg_alloc"));
+        assert_eq!(allocator_symbol(b"x__rdl_allocx"), Some("__rdl_alloc"));
+    }
+
+    #[test]
+    fn other_bytes_are_not_allocator_symbols() {
+        assert_eq!(allocator_symbol(b""), None);
+        assert_eq!(allocator_symbol(b"__rust_allo"), None);
+        assert_eq!(
+            allocator_symbol(b"allocation of a page from the pool, memcpy, __rust_begin_unwind"),
+            None
+        );
+    }
+
+    #[test]
+    fn only_core_and_its_support_are_allowed() {
+        assert!(is_allowed("libcore-0147d103acb464ac.rlib"));
+        assert!(is_allowed("libcompiler_builtins-bbc9955573378e8c.rmeta"));
+        assert!(!is_allowed("liballoc-71d093c14198c12f.rlib"));
+        assert!(!is_allowed("libstd-71d093c14198c12f.rlib"));
+    }
+
+    #[test]
+    fn a_file_that_is_no_library_does_not_pass() {
+        assert!(check_library(&process::root().join("Cargo.toml")).is_err());
+        assert!(check_library(&process::root().join("no-such-file")).is_err());
+    }
+}

@@ -1,0 +1,171 @@
+//! Running other programs from the top of the workspace, visibly.
+
+use std::ffi::OsStr;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::thread;
+use std::time::{Duration, Instant};
+
+/// The top directory of the workspace.
+pub fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .parent()
+        .expect("xtask lies in a directory of the workspace")
+}
+
+/// A directory for one step's own build products, apart from those of the everyday builds: other compiler flags or
+/// another compiler would make cargo rebuild everything at each change of hands.
+pub fn own_target_dir(name: &str) -> PathBuf {
+    let base = std::env::var_os("CARGO_TARGET_DIR").unwrap_or_else(|| "target".into());
+    root().join(base).join("xtask").join(name)
+}
+
+/// The cargo that started this program, so that `cargo +toolchain xtask` reaches the inner calls too.
+pub fn cargo() -> Command {
+    command(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()))
+}
+
+/// A command that starts at the top of the workspace and never waits for input.
+pub fn command(program: impl AsRef<OsStr>) -> Command {
+    let mut command = Command::new(program);
+    command.current_dir(root()).stdin(Stdio::null());
+    command
+}
+
+/// Runs to the end; the program writes to the terminal itself.
+pub fn run(command: &mut Command) -> Result<(), String> {
+    let status = start(command)?.wait();
+    judge(command, status.map_err(|error| error.to_string())?)
+}
+
+/// Like [`run`], but kills the program after `limit`.
+pub fn run_for(command: &mut Command, limit: Duration) -> Result<(), String> {
+    let mut child = start(command)?;
+    let started = Instant::now();
+    loop {
+        if let Some(status) = child.try_wait().map_err(|error| error.to_string())? {
+            return judge(command, status);
+        }
+        if started.elapsed() >= limit {
+            // Either call fails only if the child has just ended by itself, which comes too late as well.
+            let _ = child.kill();
+            let _ = child.wait();
+            return Err(format!(
+                "{} took longer than {} s",
+                name(command),
+                limit.as_secs_f32()
+            ));
+        }
+        thread::sleep(Duration::from_millis(50));
+    }
+}
+
+/// Runs silently and returns standard output; the error carries standard error.
+pub fn read(command: &mut Command) -> Result<String, String> {
+    let output = command
+        .output()
+        .map_err(|error| format!("{}: {error}", show(command)))?;
+    if output.status.success() {
+        Ok(String::from_utf8_lossy(&output.stdout).trim().to_owned())
+    } else {
+        let complaint = String::from_utf8_lossy(&output.stderr).trim().to_owned();
+        Err(format!("{}: {}: {complaint}", show(command), output.status))
+    }
+}
+
+fn start(command: &mut Command) -> Result<Child, String> {
+    println!("$ {}", show(command));
+    command
+        .spawn()
+        .map_err(|error| format!("{}: {error}", show(command)))
+}
+
+fn judge(command: &Command, status: ExitStatus) -> Result<(), String> {
+    if status.success() {
+        Ok(())
+    } else {
+        Err(format!("{}: {status}", name(command)))
+    }
+}
+
+/// Enough to recognise a command that was shown in full when it started: the program and its first argument.
+fn name(command: &Command) -> String {
+    let program = Path::new(command.get_program())
+        .file_stem()
+        .unwrap_or(command.get_program());
+    let words = std::iter::once(program).chain(command.get_args().take(1));
+    words.map(quote).collect::<Vec<_>>().join(" ")
+}
+
+/// The command as one would type it, with the variables set for it.
+fn show(command: &Command) -> String {
+    let mut words = Vec::new();
+    for (name, value) in command.get_envs() {
+        if let Some(value) = value {
+            words.push(format!("{}={}", name.display(), quote(value)));
+        }
+    }
+    // Which cargo it is has been said where it matters; its directory only buries the arguments.
+    let program = Path::new(command.get_program());
+    let is_cargo = program.file_stem() == Some(OsStr::new("cargo"));
+    words.push(if is_cargo {
+        "cargo".to_owned()
+    } else {
+        quote(command.get_program())
+    });
+    words.extend(command.get_args().map(quote));
+    words.join(" ")
+}
+
+fn quote(word: &OsStr) -> String {
+    let word = word.to_string_lossy();
+    if word.contains(' ') {
+        format!("\"{word}\"")
+    } else {
+        word.into_owned()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn root_is_the_workspace() {
+        assert!(root().join("Cargo.lock").is_file());
+    }
+
+    #[test]
+    fn a_missing_program_is_an_error() {
+        assert!(run(&mut command("scphd-no-such-program")).is_err());
+        assert!(read(&mut command("scphd-no-such-program")).is_err());
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn the_exit_status_decides() {
+        assert!(run(&mut command("true")).is_ok());
+        assert!(run(&mut command("false")).is_err());
+        assert!(run_for(&mut command("true"), Duration::from_secs(30)).is_ok());
+        assert!(run_for(&mut command("false"), Duration::from_secs(30)).is_err());
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_program_that_takes_too_long_is_ended() {
+        let started = Instant::now();
+        let message = run_for(command("sleep").arg("60"), Duration::from_millis(100)).unwrap_err();
+        assert!(message.contains("longer than"), "{message}");
+        assert!(started.elapsed() < Duration::from_secs(30));
+    }
+
+    #[test]
+    fn commands_show_their_variables() {
+        let mut command = command("/some/where/cargo");
+        command
+            .env("RUSTDOCFLAGS", "-D warnings")
+            .arg("doc")
+            .env_remove("UNSET");
+        assert_eq!(show(&command), "RUSTDOCFLAGS=\"-D warnings\" cargo doc");
+    }
+}
