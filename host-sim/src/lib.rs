@@ -2,6 +2,7 @@
 
 pub mod angle;
 pub mod log;
+pub mod log_folder;
 pub mod noise;
 pub mod record;
 pub mod score;
