@@ -6,10 +6,10 @@ use crate::log::TruePose;
 /// Greatest gap between two rows of truth that is bridged, s.
 ///
 /// Every simulated log has a row at least each second, the indoor robots' tracks one each 0.4 s. The GPS of
-/// Victoria Park comes five times a second where it comes at all, drops single fixes (gaps of about a second,
-/// over which a straight line is right to centimetres at a few m/s), and fails for up to 58 s under the
-/// trees, where a straight line would score the filter against a path that nobody drove. Two seconds
-/// keep the former and leave out the latter.
+/// Victoria Park comes five times a second where it comes at all. It drops a few fixes now and then: over two
+/// seconds of the sharpest turn at a few m/s, a straight line is off by less than half a metre. And it fails
+/// for up to 58 s under the trees, where a straight line would score the filter against a path that
+/// nobody drove. Two seconds keep the former and leave out the latter.
 pub const MAX_GAP_S: f64 = 2.0;
 
 /// The true pose at `t_s`, linear in time between two rows, the heading along the shorter arc.
