@@ -1,4 +1,15 @@
 //! Simulator, replayer and full-precision reference for the `scphd` SLAM filter.
 
+pub mod angle;
+pub mod events;
 pub mod log;
+pub mod log_folder;
+pub mod noise;
 pub mod record;
+pub mod scenario;
+pub mod score;
+pub mod truth;
+pub mod vehicle;
+
+#[cfg(test)]
+mod shared_data;

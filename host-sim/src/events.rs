@@ -1,0 +1,190 @@
+//! Odometry and scans of a log in the order in which a filter needs them.
+
+use crate::log::Log;
+
+/// One step of a filter.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Event {
+    /// The vehicle moved.
+    Predict {
+        /// The odometry row in force: speed (m/s), then steering angle (rad) or turn rate (rad/s).
+        control: [f64; 2],
+        /// For how long, s; more than 0.
+        dt_s: f64,
+    },
+    /// A scan was taken.
+    Scan {
+        /// Its place in [`Log::scans`].
+        index: usize,
+    },
+}
+
+/// Iterator over the events of a log; see [`events`].
+#[derive(Debug, Clone)]
+pub struct Events<'a> {
+    log: &'a Log,
+    now_s: f64,
+    /// Odometry rows that have come into force.
+    rows: usize,
+    /// Scans that have been handed out.
+    scans: usize,
+}
+
+/// The events of `log` in order of time, up to its last scan.
+///
+/// The vehicle stands at the initial pose when the first odometry row or the first scan comes, whichever is
+/// earlier. A row holds until the next one; before the first row nothing is known to move, so nothing is
+/// predicted. A scan at the time of a row comes after all motion up to then and before any motion by
+/// that row: where both start at the same time, scan 0 is seen from the initial pose. Odometry after the last
+/// scan is left out, for nothing is recorded there.
+#[must_use]
+pub fn events(log: &Log) -> Events<'_> {
+    let first_row_s = log.odometry.first().map_or(f64::INFINITY, |row| row.t_s);
+    let first_scan_s = log.scans.first().map_or(f64::INFINITY, |scan| scan.t_s);
+    Events {
+        log,
+        now_s: first_row_s.min(first_scan_s),
+        rows: 0,
+        scans: 0,
+    }
+}
+
+impl Iterator for Events<'_> {
+    type Item = Event;
+
+    fn next(&mut self) -> Option<Event> {
+        loop {
+            let scan_s = self.log.scans.get(self.scans)?.t_s;
+            while self
+                .log
+                .odometry
+                .get(self.rows)
+                .is_some_and(|row| row.t_s <= self.now_s)
+            {
+                self.rows += 1;
+            }
+            if scan_s <= self.now_s {
+                let index = self.scans;
+                self.scans += 1;
+                return Some(Event::Scan { index });
+            }
+            let until_s = self
+                .log
+                .odometry
+                .get(self.rows)
+                .map_or(scan_s, |row| row.t_s.min(scan_s));
+            let dt_s = until_s - self.now_s;
+            self.now_s = until_s;
+            if let Some(row) = self.rows.checked_sub(1) {
+                return Some(Event::Predict {
+                    control: self.log.odometry[row].control,
+                    dt_s,
+                });
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::log::{Nominal, Odometry, Scan, Sensor, Vehicle};
+
+    fn log(odometry: &[f64], scans: &[f64]) -> Log {
+        Log {
+            name: String::new(),
+            initial_pose: [0.0; 3],
+            vehicle: Vehicle::Unicycle,
+            sensor: Sensor {
+                range_min_m: 0.0,
+                range_max_m: 1.0,
+                bearing_min_rad: -1.0,
+                bearing_max_rad: 1.0,
+            },
+            nominal: Nominal::default(),
+            simulated: true,
+            odometry: odometry
+                .iter()
+                .map(|&t_s| Odometry {
+                    t_s,
+                    control: [t_s, -t_s],
+                })
+                .collect(),
+            scans: scans
+                .iter()
+                .map(|&t_s| Scan {
+                    t_s,
+                    detections: vec![],
+                })
+                .collect(),
+            truth: vec![],
+            landmarks: vec![],
+            moving: vec![],
+        }
+    }
+
+    /// A predict by the row at `row_s`.
+    fn moved(row_s: f64, dt_s: f64) -> Event {
+        Event::Predict {
+            control: [row_s, -row_s],
+            dt_s,
+        }
+    }
+
+    fn scan(index: usize) -> Event {
+        Event::Scan { index }
+    }
+
+    fn all(odometry: &[f64], scans: &[f64]) -> Vec<Event> {
+        events(&log(odometry, scans)).collect()
+    }
+
+    #[test]
+    fn scan_k_is_seen_from_pose_k() {
+        let expected = [scan(0), moved(0.0, 1.0), scan(1), moved(1.0, 1.0), scan(2)];
+        assert_eq!(all(&[0.0, 1.0, 2.0], &[0.0, 1.0, 2.0]), expected);
+    }
+
+    #[test]
+    fn rows_are_split_at_scans_and_scans_wait_for_rows() {
+        let expected = [
+            moved(0.0, 0.5),
+            moved(0.5, 0.25),
+            scan(0),
+            moved(0.5, 0.25),
+            moved(1.0, 0.5),
+            scan(1),
+        ];
+        assert_eq!(all(&[0.0, 0.5, 1.0, 2.0], &[0.75, 1.5]), expected);
+    }
+
+    #[test]
+    fn nothing_moves_before_the_first_row() {
+        let expected = [scan(0), scan(1), moved(2.0, 1.0), scan(2)];
+        assert_eq!(all(&[2.0], &[0.0, 1.0, 3.0]), expected);
+    }
+
+    #[test]
+    fn equal_times_make_no_empty_predict() {
+        let expected = [scan(0), scan(1), moved(0.0, 1.0), scan(2)];
+        assert_eq!(all(&[0.0], &[0.0, 0.0, 1.0]), expected);
+        let mut twice = log(&[0.0, 0.0], &[1.0]);
+        twice.odometry[1].control = [7.0, 8.0];
+        let expected = [
+            Event::Predict {
+                control: [7.0, 8.0],
+                dt_s: 1.0,
+            },
+            scan(0),
+        ];
+        assert_eq!(events(&twice).collect::<Vec<_>>(), expected);
+    }
+
+    #[test]
+    fn the_last_row_holds_and_odometry_after_the_last_scan_is_left_out() {
+        assert_eq!(all(&[0.0], &[4.0]), [moved(0.0, 4.0), scan(0)]);
+        assert_eq!(all(&[0.0, 5.0, 6.0], &[4.0]), [moved(0.0, 4.0), scan(0)]);
+        assert_eq!(all(&[], &[1.0, 2.0]), [scan(0), scan(1)]);
+        assert_eq!(all(&[0.0], &[]), []);
+    }
+}

@@ -1,0 +1,211 @@
+//! A log as a folder of files: `log.toml` and plain CSV tables.
+//!
+//! | file | content |
+//! |---|---|
+//! | `log.toml` | name, kind, initial pose, `[vehicle]` and `[sensor]` with what is known of their noise |
+//! | `odometry.csv` | `t_s` and the controls: `speed_mps,steering_rad` (Ackermann) or `v_mps,omega_radps` (unicycles) |
+//! | `scans.csv` | `scan,t_s`, one row a scan |
+//! | `detections.csv` | `scan,range_m,bearing_rad`, one row a detection |
+//! | `truth.csv` | optional: `t_s,x_m,y_m` and, where known, `heading_rad` |
+//! | `landmarks.csv` | optional: `x_m,y_m` |
+//! | `moving.csv` | optional: `subject,t_s,x_m,y_m` |
+//!
+//! Columns are found by name, in any order; others, such as labels for scoring, are not looked at.
+
+mod error;
+mod head;
+mod table;
+mod write;
+
+pub use error::{LogError, Place, Problem};
+pub use write::write;
+
+use crate::log::{Log, MovingLandmark, Odometry, Scan, TruePose};
+use head::Head;
+use std::collections::HashMap;
+use std::path::Path;
+use table::{Row, Table};
+
+/// Reads a folder.
+///
+/// Numbers come as they are written; nothing is sorted, cut or corrected. Scans are numbered anew from 0
+/// where the folder leaves numbers out, as folders without their empty scans do. An empty cell in the
+/// column `heading_rad` of `truth.csv` is an unknown heading.
+///
+/// # Errors
+///
+/// The first thing wrong with the folder and where it is: see [`Problem`].
+pub fn read(dir: &Path) -> Result<Log, LogError> {
+    if !dir.is_dir() {
+        return Err(Place::Folder(dir.to_path_buf()).error(Problem::Missing));
+    }
+    let head = Head::read(dir)?;
+    let odometry = odometry(dir, &head)?;
+    let scans = scans(dir, &head)?;
+    Ok(Log {
+        name: head.name,
+        initial_pose: head.initial_pose,
+        vehicle: head.vehicle,
+        sensor: head.sensor,
+        nominal: head.nominal,
+        simulated: head.simulated,
+        odometry,
+        scans,
+        truth: truth(dir)?,
+        landmarks: landmarks(dir)?,
+        moving: moving(dir)?,
+    })
+}
+
+/// Checks that times do not go backwards from row to row. Equal times are fine.
+struct Clock(f64);
+
+impl Clock {
+    fn new() -> Self {
+        Self(f64::NEG_INFINITY)
+    }
+
+    fn tick(&mut self, row: &Row, t_s: f64) -> Result<f64, LogError> {
+        if t_s < self.0 {
+            return Err(row.cell("t_s").error(Problem::Backwards {
+                before: self.0,
+                after: t_s,
+            }));
+        }
+        self.0 = t_s;
+        Ok(t_s)
+    }
+}
+
+fn odometry(dir: &Path, head: &Head) -> Result<Vec<Odometry>, LogError> {
+    let table = Table::read(dir, "odometry.csv")?;
+    let names = head.control_columns();
+    let time = table.column("t_s")?;
+    let (first, second) = (table.column(names[0])?, table.column(names[1])?);
+    let mut clock = Clock::new();
+    table
+        .rows()
+        .map(|row| {
+            let t_s = clock.tick(&row, row.number(&time)?)?;
+            Ok(Odometry {
+                t_s,
+                control: [row.number(&first)?, row.number(&second)?],
+            })
+        })
+        .collect()
+}
+
+fn scans(dir: &Path, head: &Head) -> Result<Vec<Scan>, LogError> {
+    let table = Table::read(dir, "scans.csv")?;
+    let (scan, time) = (table.column("scan")?, table.column("t_s")?);
+    let mut clock = Clock::new();
+    let mut numbers: Vec<i64> = Vec::new();
+    let mut scans = Vec::new();
+    for row in table.rows() {
+        let number = row.integer(&scan)?;
+        let least = numbers.last().map_or(0, |last| last + 1);
+        if number < least {
+            return Err(row.cell("scan").error(Problem::ScanOrder {
+                found: number,
+                least,
+            }));
+        }
+        numbers.push(number);
+        scans.push(Scan {
+            t_s: clock.tick(&row, row.number(&time)?)?,
+            detections: Vec::new(),
+        });
+    }
+    if scans.is_empty() {
+        return Err(Place::File("scans.csv").error(Problem::NoScans));
+    }
+
+    let table = Table::read(dir, "detections.csv")?;
+    let scan = table.column("scan")?;
+    let (range, bearing) = (table.column("range_m")?, table.column("bearing_rad")?);
+    let mut current = 0;
+    for row in table.rows() {
+        let number = row.integer(&scan)?;
+        let Ok(index) = numbers.binary_search(&number) else {
+            return Err(row.cell("scan").error(Problem::NoSuchScan(number)));
+        };
+        if index < current {
+            let least = numbers[current];
+            return Err(row.cell("scan").error(Problem::ScanOrder {
+                found: number,
+                least,
+            }));
+        }
+        current = index;
+        let range_m = row.number(&range)?;
+        // Simulations add noise to short ranges and keep what comes out.
+        if range_m < 0.0 && !head.simulated {
+            return Err(row.cell("range_m").error(Problem::NegativeRange(range_m)));
+        }
+        scans[index]
+            .detections
+            .push([range_m, row.number(&bearing)?]);
+    }
+    Ok(scans)
+}
+
+fn truth(dir: &Path) -> Result<Vec<TruePose>, LogError> {
+    let Some(table) = Table::read_optional(dir, "truth.csv")? else {
+        return Ok(Vec::new());
+    };
+    let (time, x, y) = (
+        table.column("t_s")?,
+        table.column("x_m")?,
+        table.column("y_m")?,
+    );
+    let heading = table.column_if_any("heading_rad")?;
+    let mut clock = Clock::new();
+    table
+        .rows()
+        .map(|row| {
+            Ok(TruePose {
+                t_s: clock.tick(&row, row.number(&time)?)?,
+                position: [row.number(&x)?, row.number(&y)?],
+                heading_rad: match &heading {
+                    Some(heading) => row.number_if_any(heading)?,
+                    None => None,
+                },
+            })
+        })
+        .collect()
+}
+
+fn landmarks(dir: &Path) -> Result<Vec<[f64; 2]>, LogError> {
+    let Some(table) = Table::read_optional(dir, "landmarks.csv")? else {
+        return Ok(Vec::new());
+    };
+    let (x, y) = (table.column("x_m")?, table.column("y_m")?);
+    table
+        .rows()
+        .map(|row| Ok([row.number(&x)?, row.number(&y)?]))
+        .collect()
+}
+
+fn moving(dir: &Path) -> Result<Vec<MovingLandmark>, LogError> {
+    let Some(table) = Table::read_optional(dir, "moving.csv")? else {
+        return Ok(Vec::new());
+    };
+    let (subject, time) = (table.column("subject")?, table.column("t_s")?);
+    let (x, y) = (table.column("x_m")?, table.column("y_m")?);
+    let mut clocks: HashMap<i64, Clock> = HashMap::new();
+    table
+        .rows()
+        .map(|row| {
+            let subject = row.integer(&subject)?;
+            let clock = clocks.entry(subject).or_insert_with(Clock::new);
+            Ok(MovingLandmark {
+                subject,
+                t_s: clock.tick(&row, row.number(&time)?)?,
+                position: [row.number(&x)?, row.number(&y)?],
+            })
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests;

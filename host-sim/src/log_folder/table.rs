@@ -1,0 +1,178 @@
+//! A CSV file whose cells know where they are.
+
+use super::error::{LogError, Place, Problem};
+use csv::{ErrorKind, Position, ReaderBuilder, StringRecord, Trim};
+use std::fs;
+use std::io::ErrorKind::NotFound;
+use std::path::Path;
+
+/// A table with a header.
+pub(super) struct Table {
+    file: &'static str,
+    header: StringRecord,
+    rows: Vec<(u64, StringRecord)>,
+}
+
+/// A column of a table.
+pub(super) struct Column {
+    name: &'static str,
+    index: usize,
+}
+
+/// A row of a table.
+pub(super) struct Row<'a> {
+    file: &'static str,
+    line: u64,
+    fields: &'a StringRecord,
+}
+
+/// The text of a file without its byte order mark, or `None` if it is not there.
+pub(super) fn text(dir: &Path, file: &'static str) -> Result<Option<String>, LogError> {
+    match fs::read(dir.join(file)) {
+        Ok(bytes) => match String::from_utf8(bytes) {
+            Ok(text) => Ok(Some(
+                text.strip_prefix('\u{feff}')
+                    .map(str::to_owned)
+                    .unwrap_or(text),
+            )),
+            Err(_) => Err(Place::File(file).error(Problem::NotText)),
+        },
+        Err(error) if error.kind() == NotFound => Ok(None),
+        Err(error) => Err(Place::File(file).error(Problem::Unreadable(error))),
+    }
+}
+
+/// Line numbers of the records of a text, asked for in order.
+///
+/// The reader's own leave out line ends that it has not come by yet when a record starts: blank lines and the
+/// second half of the line ends of Windows.
+struct Lines<'a> {
+    bytes: &'a [u8],
+    at: usize,
+    line: u64,
+}
+
+impl<'a> Lines<'a> {
+    fn new(text: &'a str) -> Self {
+        Self {
+            bytes: text.as_bytes(),
+            at: 0,
+            line: 1,
+        }
+    }
+
+    fn of(&mut self, record: &Position) -> u64 {
+        let mut start = record.byte() as usize;
+        while matches!(self.bytes.get(start), Some(b'\r' | b'\n')) {
+            start += 1;
+        }
+        let passed = self.bytes.get(self.at..start).unwrap_or_default();
+        self.line += passed.iter().filter(|byte| **byte == b'\n').count() as u64;
+        self.at = start;
+        self.line
+    }
+}
+
+impl Table {
+    /// Reads a file that must be there.
+    pub(super) fn read(dir: &Path, file: &'static str) -> Result<Self, LogError> {
+        Self::read_optional(dir, file)?.ok_or_else(|| Place::File(file).error(Problem::Missing))
+    }
+
+    /// Reads a file that may be absent.
+    pub(super) fn read_optional(dir: &Path, file: &'static str) -> Result<Option<Self>, LogError> {
+        let Some(text) = text(dir, file)? else {
+            return Ok(None);
+        };
+        let mut reader = ReaderBuilder::new()
+            .trim(Trim::All)
+            .from_reader(text.as_bytes());
+        let fail = |error: csv::Error| match error.kind() {
+            ErrorKind::UnequalLengths {
+                pos: Some(pos),
+                expected_len,
+                len,
+            } => {
+                let problem = Problem::Fields {
+                    found: *len,
+                    expected: *expected_len,
+                };
+                Place::Row(file, Lines::new(&text).of(pos)).error(problem)
+            }
+            _ => Place::File(file).error(Problem::Syntax(error.to_string())),
+        };
+        let header = reader.headers().map_err(fail)?.clone();
+        let (mut rows, mut lines) = (Vec::new(), Lines::new(&text));
+        for record in reader.records() {
+            let record = record.map_err(fail)?;
+            let line = record.position().map_or(0, |position| lines.of(position));
+            rows.push((line, record));
+        }
+        Ok(Some(Self { file, header, rows }))
+    }
+
+    /// The column of that name.
+    pub(super) fn column(&self, name: &'static str) -> Result<Column, LogError> {
+        let missing = || Place::Cell(self.file, 1, name).error(Problem::Missing);
+        self.column_if_any(name)?.ok_or_else(missing)
+    }
+
+    /// The column of that name, if there is one.
+    pub(super) fn column_if_any(&self, name: &'static str) -> Result<Option<Column>, LogError> {
+        let mut found = self
+            .header
+            .iter()
+            .enumerate()
+            .filter(|(_, title)| *title == name);
+        let column = found.next().map(|(index, _)| Column { name, index });
+        if found.next().is_some() {
+            return Err(Place::Cell(self.file, 1, name).error(Problem::Twice));
+        }
+        Ok(column)
+    }
+
+    /// The rows below the header.
+    pub(super) fn rows(&self) -> impl Iterator<Item = Row<'_>> {
+        self.rows.iter().map(|(line, fields)| Row {
+            file: self.file,
+            line: *line,
+            fields,
+        })
+    }
+}
+
+impl Row<'_> {
+    /// The place of one of this row's cells.
+    pub(super) fn cell(&self, column: &'static str) -> Place {
+        Place::Cell(self.file, self.line, column)
+    }
+
+    /// A finite number.
+    pub(super) fn number(&self, column: &Column) -> Result<f64, LogError> {
+        let text = &self.fields[column.index];
+        match text.parse::<f64>() {
+            Ok(number) if number.is_finite() => Ok(number),
+            _ => Err(self
+                .cell(column.name)
+                .error(Problem::NotFinite(text.to_owned()))),
+        }
+    }
+
+    /// A finite number, or nothing if the cell is empty.
+    pub(super) fn number_if_any(&self, column: &Column) -> Result<Option<f64>, LogError> {
+        if self.fields[column.index].is_empty() {
+            Ok(None)
+        } else {
+            self.number(column).map(Some)
+        }
+    }
+
+    /// A whole number.
+    pub(super) fn integer(&self, column: &Column) -> Result<i64, LogError> {
+        let text = &self.fields[column.index];
+        text.parse().map_err(|_| {
+            self.cell(column.name)
+                .error(Problem::NotWhole(text.to_owned()))
+        })
+    }
+}

@@ -1,0 +1,119 @@
+//! Errors of a trajectory over the scans that the truth covers.
+
+use crate::angle::wrap;
+use crate::record::ScanRecord;
+
+/// Errors of a trajectory.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TrajectoryScore {
+    /// Number of scans with a true position; all figures are over these.
+    pub scans: usize,
+    /// Root mean square distance to the true position, m.
+    pub position_rmse_m: f64,
+    /// Root mean square heading error, degrees; `None` where no scan has a true heading.
+    pub heading_rmse_deg: Option<f64>,
+    /// Distance to the true position at the last of these scans, m.
+    pub final_position_error_m: f64,
+}
+
+/// Score of poses (x m, y m, heading rad), each with its true position (m) and, if known, heading (rad).
+///
+/// `None` if there is none.
+#[must_use]
+pub fn score(
+    poses: impl IntoIterator<Item = ([f64; 3], [f64; 2], Option<f64>)>,
+) -> Option<TrajectoryScore> {
+    let (mut scans, mut squares, mut last) = (0_usize, 0.0, 0.0);
+    let (mut headings, mut heading_squares) = (0_usize, 0.0);
+    for ([x, y, heading], position, true_heading) in poses {
+        let (dx, dy) = (x - position[0], y - position[1]);
+        last = dx * dx + dy * dy;
+        squares += last;
+        scans += 1;
+        if let Some(true_heading) = true_heading {
+            let error = wrap(heading - true_heading);
+            heading_squares += error * error;
+            headings += 1;
+        }
+    }
+    if scans == 0 {
+        return None;
+    }
+    Some(TrajectoryScore {
+        scans,
+        position_rmse_m: (squares / scans as f64).sqrt(),
+        heading_rmse_deg: (headings > 0)
+            .then(|| (heading_squares / headings as f64).sqrt().to_degrees()),
+        final_position_error_m: last.sqrt(),
+    })
+}
+
+/// Score of the estimated poses of a run.
+#[must_use]
+pub fn of_estimate(scans: &[ScanRecord]) -> Option<TrajectoryScore> {
+    score(covered(scans, |scan| scan.pose))
+}
+
+/// Score of odometry alone over the same scans.
+#[must_use]
+pub fn of_dead_reckoning(scans: &[ScanRecord]) -> Option<TrajectoryScore> {
+    score(covered(scans, |scan| scan.dead_reckoning))
+}
+
+fn covered(
+    scans: &[ScanRecord],
+    pose: impl Fn(&ScanRecord) -> [f64; 3],
+) -> impl Iterator<Item = ([f64; 3], [f64; 2], Option<f64>)> {
+    scans
+        .iter()
+        .filter_map(move |scan| Some((pose(scan), scan.true_position?, scan.true_heading_rad)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn record(
+        pose: [f64; 3],
+        true_position: Option<[f64; 2]>,
+        true_heading_rad: Option<f64>,
+    ) -> ScanRecord {
+        ScanRecord {
+            t_s: 0.0,
+            pose,
+            pose_covariance: [[0.0; 3]; 3],
+            dead_reckoning: [1.0, 1.0, 0.0],
+            true_position,
+            true_heading_rad,
+            measurements: 0,
+            features_estimated: 0.0,
+            n_eff: 1.0,
+            scan_us: 0.0,
+        }
+    }
+
+    #[test]
+    fn closed_form() {
+        let scans = [
+            record([3.0, 4.0, 3.1], Some([0.0, 0.0]), Some(-3.1)),
+            record([1.0, 0.0, 0.0], Some([1.0, 1.0]), None),
+            record([9.0, 9.0, 9.0], None, None),
+        ];
+        let s = of_estimate(&scans).unwrap();
+        assert_eq!(s.scans, 2);
+        assert!((s.position_rmse_m - 13.0_f64.sqrt()).abs() < 1e-15);
+        // The heading error leads over π, not over 0.
+        let expected = (2.0 * std::f64::consts::PI - 6.2).to_degrees();
+        assert!((s.heading_rmse_deg.unwrap() - expected).abs() < 1e-12);
+        assert_eq!(s.final_position_error_m, 1.0);
+        let d = of_dead_reckoning(&scans).unwrap();
+        assert_eq!((d.position_rmse_m, d.final_position_error_m), (1.0, 0.0));
+    }
+
+    #[test]
+    fn nothing_covered_is_no_score() {
+        assert_eq!(of_estimate(&[record([0.0; 3], None, None)]), None);
+        let no_heading = of_estimate(&[record([0.0; 3], Some([0.0, 0.0]), None)]).unwrap();
+        assert_eq!(no_heading.heading_rmse_deg, None);
+    }
+}

@@ -1,0 +1,214 @@
+//! Motion of the three vehicles in f64, for dead reckoning and for simulating.
+//!
+//! Sines and cosines are those of `libm`, so that a simulated log is the same on every machine.
+
+use crate::angle::wrap;
+use crate::events::{Event, events};
+use crate::log::{Log, Vehicle};
+use libm::{cos, sin, tan};
+
+/// Turn (rad) of one step below which the exact arc is replaced by its chord; see `docs/recursion.md`.
+const STRAIGHT_RAD: f64 = 1e-4;
+
+impl Vehicle {
+    /// The pose after `dt_s` seconds of `control` from `pose` (x m, y m, heading rad), without noise.
+    ///
+    /// `control` is encoder speed (m/s) and steering angle (rad) for the Ackermann vehicle (5.25–5.27, sign of
+    /// the x row corrected), speed (m/s) and turn rate (rad/s) for the unicycles. The heading comes back in
+    /// (−π, π].
+    #[must_use]
+    pub fn step(&self, pose: [f64; 3], control: [f64; 2], dt_s: f64) -> [f64; 3] {
+        let [x, y, heading] = pose;
+        match *self {
+            Self::Ackermann {
+                wheelbase_m,
+                encoder_offset_m,
+                sensor_forward_m: a,
+                sensor_left_m: b,
+            } => {
+                let [encoder_speed, steering] = control;
+                let slope = tan(steering);
+                let speed = encoder_speed / (1.0 - slope * encoder_offset_m / wheelbase_m);
+                let rate = speed / wheelbase_m * slope;
+                let (s, c) = (sin(heading), cos(heading));
+                [
+                    x + dt_s * (speed * c - rate * (a * s + b * c)),
+                    y + dt_s * (speed * s + rate * (a * c - b * s)),
+                    wrap(heading + dt_s * rate),
+                ]
+            }
+            Self::Unicycle => {
+                let [speed, rate] = control;
+                [
+                    x + dt_s * speed * cos(heading),
+                    y + dt_s * speed * sin(heading),
+                    wrap(heading + dt_s * rate),
+                ]
+            }
+            Self::UnicycleArc => {
+                let [speed, rate] = control;
+                let turn = rate * dt_s;
+                let end = heading + turn;
+                let (dx, dy) = if turn.abs() < STRAIGHT_RAD {
+                    let middle = heading + 0.5 * turn;
+                    (speed * dt_s * cos(middle), speed * dt_s * sin(middle))
+                } else {
+                    let radius = speed / rate;
+                    (
+                        radius * (sin(end) - sin(heading)),
+                        radius * (cos(heading) - cos(end)),
+                    )
+                };
+                [x + dx, y + dy, wrap(end)]
+            }
+        }
+    }
+}
+
+/// The pose (x m, y m, heading rad) at each scan of `log` by odometry alone.
+#[must_use]
+pub fn dead_reckoning(log: &Log) -> Vec<[f64; 3]> {
+    let mut pose = log.initial_pose;
+    let mut poses = Vec::with_capacity(log.scans.len());
+    for event in events(log) {
+        match event {
+            Event::Predict { control, dt_s } => pose = log.vehicle.step(pose, control, dt_s),
+            Event::Scan { .. } => poses.push(pose),
+        }
+    }
+    poses
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::score::trajectory;
+    use crate::{log_folder, shared_data, truth};
+    use std::f64::consts::{FRAC_PI_2, PI};
+
+    const CAR: Vehicle = Vehicle::Ackermann {
+        wheelbase_m: 2.83,
+        encoder_offset_m: 0.76,
+        sensor_forward_m: 3.78,
+        sensor_left_m: 0.5,
+    };
+
+    fn close(a: [f64; 3], b: [f64; 3], tolerance: f64) {
+        for k in 0..3 {
+            assert!((a[k] - b[k]).abs() < tolerance, "{a:?} is not {b:?}");
+        }
+    }
+
+    #[test]
+    fn all_vehicles_go_straight() {
+        for vehicle in [CAR, Vehicle::Unicycle, Vehicle::UnicycleArc] {
+            let pose = vehicle.step([1.0, 2.0, FRAC_PI_2], [3.0, 0.0], 0.5);
+            close(pose, [1.0, 3.5, FRAC_PI_2], 1e-15);
+        }
+    }
+
+    #[test]
+    fn the_exact_arc_closes_its_circle_in_one_and_in_many_steps() {
+        let start = [1.0, 2.0, 0.3];
+        close(
+            Vehicle::UnicycleArc.step(start, [2.0, 0.5], 4.0 * PI),
+            start,
+            1e-14,
+        );
+        let half = Vehicle::UnicycleArc.step([0.0; 3], [2.0, 0.5], 2.0 * PI);
+        close(half, [0.0, 8.0, PI], 1e-14);
+        let mut pose = start;
+        for _ in 0..1000 {
+            pose = Vehicle::UnicycleArc.step(pose, [2.0, 0.5], 4.0 * PI / 1000.0);
+        }
+        close(pose, start, 1e-11);
+    }
+
+    #[test]
+    fn the_chord_takes_over_without_a_jump() {
+        let at = |turn: f64| Vehicle::UnicycleArc.step([0.0, 0.0, 1.0], [10.0, turn], 1.0);
+        close(
+            at(0.999_999 * STRAIGHT_RAD),
+            at(1.000_001 * STRAIGHT_RAD),
+            1e-8,
+        );
+        // The chord is longer than the arc's by (ω dt)²/24 of itself.
+        let turn = 0.999 * STRAIGHT_RAD;
+        let exact = 10.0 * 2.0 / turn * (0.5 * turn).sin();
+        let [x, y, _] = at(turn);
+        assert!((x.hypot(y) - exact).abs() < 10.0 * turn * turn / 23.0);
+    }
+
+    #[test]
+    fn the_ackermann_sensor_moves_as_a_point_of_the_rigid_body() {
+        let (steering, dt) = (0.2_f64, 1e-5);
+        let (encoder_speed, heading) = (2.0, 0.7_f64);
+        // At the encoder, H left of the axle's middle, the speed is v_c − θ̇ H.
+        let speed = encoder_speed / (1.0 - steering.tan() * 0.76 / 2.83);
+        let rate = speed * steering.tan() / 2.83;
+        assert!((speed - rate * 0.76 - encoder_speed).abs() < 1e-12);
+        let sensor = |x: f64, y: f64, h: f64| {
+            [
+                x + 3.78 * h.cos() - 0.5 * h.sin(),
+                y + 3.78 * h.sin() + 0.5 * h.cos(),
+                h,
+            ]
+        };
+        let axle = Vehicle::UnicycleArc.step([0.0, 0.0, heading], [speed, rate], dt);
+        let moved = CAR.step(sensor(0.0, 0.0, heading), [encoder_speed, steering], dt);
+        // Euler against the exact motion: they differ by O(dt²).
+        close(moved, sensor(axle[0], axle[1], axle[2]), 5.0 * dt * dt);
+    }
+
+    #[test]
+    fn the_heading_wraps() {
+        let pose = Vehicle::Unicycle.step([0.0, 0.0, 3.0], [0.0, 1.0], 1.0);
+        close(pose, [0.0, 0.0, 4.0 - 2.0 * PI], 1e-15);
+    }
+
+    /// Position RMSE of dead reckoning within the given bounds, m.
+    fn check_rmse(name: &str, least: f64, most: f64) {
+        let Some(dir) = shared_data::find(name) else {
+            return;
+        };
+        let log = log_folder::read(&dir).unwrap();
+        let poses = dead_reckoning(&log);
+        assert_eq!(poses.len(), log.scans.len());
+        let score = trajectory::score(poses.iter().zip(&log.scans).filter_map(|(&pose, scan)| {
+            let truth = truth::at(&log.truth, scan.t_s)?;
+            Some((pose, truth.position, truth.heading_rad))
+        }))
+        .unwrap();
+        println!(
+            "{name}: {} of {} scans, {score:?}",
+            score.scans,
+            poses.len()
+        );
+        assert!(
+            (least..most).contains(&score.position_rmse_m),
+            "{name}: {score:?}"
+        );
+    }
+
+    #[test]
+    fn dead_reckoning_errs_as_published() {
+        check_rmse("victoria_park", 149.2, 149.4);
+        check_rmse("car_park", 2.5, 2.6);
+        check_rmse("mrclam_ds6_robot1", 2.9, 3.1);
+        check_rmse("mrclam_ds6_robot2", 2.8, 3.0);
+        check_rmse("mrclam_ds6_robot3", 4.2, 4.4);
+    }
+
+    #[test]
+    fn dead_reckoning_errs_as_much_as_the_simulated_noise_lets_it() {
+        for (run, rmse) in [73.67, 161.27, 113.47, 83.94, 374.61, 124.77]
+            .into_iter()
+            .enumerate()
+        {
+            check_rmse(&format!("phd_slam3_a0{run}"), rmse - 0.1, rmse + 0.1);
+        }
+        for (run, rmse) in [3.466, 5.037, 6.724, 5.604, 2.602].into_iter().enumerate() {
+            check_rmse(&format!("thesis_cmp_a0{run}"), rmse - 0.01, rmse + 0.01);
+        }
+    }
+}
