@@ -111,6 +111,15 @@ mod tests {
     }
 
     #[test]
+    fn no_near_edge_where_the_window_starts_at_the_sensor() {
+        let from_zero = FieldOfView {
+            range_min_m: 0.0,
+            ..VIEW
+        };
+        assert!((seen(&from_zero, 0.25, 0.2) - 0.89).abs() < 1e-12);
+    }
+
+    #[test]
     fn hard_edges_include_the_rim() {
         let hard = FieldOfView {
             range_min_m: 0.0,

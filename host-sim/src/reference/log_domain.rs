@@ -17,7 +17,7 @@ pub(super) fn normalised(ln_weights: &[f64]) -> Option<Vec<f64>> {
     if largest == f64::NEG_INFINITY {
         return None;
     }
-    // The largest goes first: next to a likelihood of e⁻⁵⁰⁰⁰ the sum's logarithm would lose its last digits.
+    // The largest goes first: the logarithm of a sum near e⁻⁵⁰⁰⁰ has four digits less.
     let relative: Vec<f64> = ln_weights.iter().map(|weight| weight - largest).collect();
     let total = log_sum_exp(&relative);
     Some(relative.iter().map(|weight| weight - total).collect())

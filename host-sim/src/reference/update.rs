@@ -153,10 +153,11 @@ mod tests {
     #[test]
     fn measurement_that_nothing_explains_updates_nothing() {
         let measurements = [[5.0, 0.0]];
-        let view = view(&[], &measurements);
+        let weightless = feature(0.0, 5.0);
+        let view = view(&[weightless], &measurements);
         let ln_eta = ln_eta(&view, 1, 0.0);
         assert_eq!(ln_likelihood(&view, &ln_eta), f64::NEG_INFINITY);
-        assert!(persisting(&view, &ln_eta).is_empty());
+        assert_eq!(persisting(&view, &ln_eta), [weightless]);
         assert!(born(POSE, &measurements, &ln_eta, &SENSOR, 0.0).is_empty());
     }
 
