@@ -6,6 +6,7 @@ pub mod log;
 pub mod log_folder;
 pub mod noise;
 pub mod record;
+pub mod reference;
 pub mod scenario;
 pub mod score;
 pub mod truth;

@@ -1,0 +1,49 @@
+//! Sums of numbers that are kept as logarithms.
+
+/// ln Σ exp(term), in two passes: the largest term, then the sum relative to it. No terms, or none
+/// above zero, give −∞.
+pub(super) fn log_sum_exp(terms: &[f64]) -> f64 {
+    let largest = terms.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    if largest == f64::NEG_INFINITY {
+        return f64::NEG_INFINITY;
+    }
+    let relative: f64 = terms.iter().map(|term| (term - largest).exp()).sum();
+    largest + relative.ln()
+}
+
+/// The weights divided by their sum, all as logarithms; `None` where every weight is zero.
+pub(super) fn normalised(ln_weights: &[f64]) -> Option<Vec<f64>> {
+    let largest = ln_weights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    if largest == f64::NEG_INFINITY {
+        return None;
+    }
+    // The largest goes first: the logarithm of a sum near e⁻⁵⁰⁰⁰ has four digits less.
+    let relative: Vec<f64> = ln_weights.iter().map(|weight| weight - largest).collect();
+    let total = log_sum_exp(&relative);
+    Some(relative.iter().map(|weight| weight - total).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sum_beyond_the_range_of_exp() {
+        let sum = log_sum_exp(&[-5000.0, -5000.0 + 3f64.ln()]);
+        assert!((sum - (-5000.0 + 4f64.ln())).abs() < 1e-12);
+    }
+
+    #[test]
+    fn nothing_sums_to_zero() {
+        assert_eq!(log_sum_exp(&[]), f64::NEG_INFINITY);
+        assert_eq!(normalised(&[f64::NEG_INFINITY; 3]), None);
+    }
+
+    #[test]
+    fn normalised_weights_sum_to_one() {
+        let weights = normalised(&[-900.0, -901.0, f64::NEG_INFINITY]).expect("positive weights");
+        let total: f64 = weights.iter().map(|weight| weight.exp()).sum();
+        assert!((total - 1.0).abs() < 1e-15);
+        assert_eq!(weights[2], f64::NEG_INFINITY);
+    }
+}

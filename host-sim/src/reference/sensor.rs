@@ -1,0 +1,170 @@
+//! Measurement models: h, its derivative, its inverse.
+
+use super::angle::wrap;
+use super::gaussian::{Matrix, Vector, transformed};
+
+/// A measurement of one feature as a Kalman update sees it: prediction, linearization, noise.
+pub trait Sensor {
+    /// ẑ = h(m, x) and H = ∂h/∂m at feature position m (m) and pose x (m, m, rad); `None` where the
+    /// feature cannot be observed at all.
+    fn predicted(&self, mean: Vector, pose: [f64; 3]) -> Option<(Vector, Matrix)>;
+
+    /// z ⊖ ẑ: the difference of two measurements.
+    fn innovation(&self, measurement: Vector, predicted: Vector) -> Vector;
+
+    /// R, the covariance of the measurement noise.
+    fn noise(&self) -> Matrix;
+}
+
+/// Range (m) and bearing (rad, 0 straight ahead, growing to the left).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RangeBearing {
+    /// Standard deviation of the range, m.
+    pub range_sigma_m: f64,
+    /// Standard deviation of the bearing, rad.
+    pub bearing_sigma_rad: f64,
+}
+
+/// h(m, x), range in m and bearing in rad (5.28 with the heading subtracted, wrapped).
+pub(super) fn range_bearing(position: Vector, pose: [f64; 3]) -> Vector {
+    let (dx, dy) = (position[0] - pose[0], position[1] - pose[1]);
+    [(dx * dx + dy * dy).sqrt(), wrap(dy.atan2(dx) - pose[2])]
+}
+
+impl Sensor for RangeBearing {
+    fn predicted(&self, mean: Vector, pose: [f64; 3]) -> Option<(Vector, Matrix)> {
+        let predicted = range_bearing(mean, pose);
+        let range = predicted[0];
+        if range.is_nan() || range <= 0.0 {
+            return None;
+        }
+        let (dx, dy) = (mean[0] - pose[0], mean[1] - pose[1]);
+        let jacobian = [
+            [dx / range, dy / range],
+            [-dy / (range * range), dx / (range * range)],
+        ];
+        Some((predicted, jacobian))
+    }
+
+    fn innovation(&self, measurement: Vector, predicted: Vector) -> Vector {
+        [
+            measurement[0] - predicted[0],
+            wrap(measurement[1] - predicted[1]),
+        ]
+    }
+
+    fn noise(&self) -> Matrix {
+        [
+            [self.range_sigma_m.powi(2), 0.0],
+            [0.0, self.bearing_sigma_rad.powi(2)],
+        ]
+    }
+}
+
+impl RangeBearing {
+    /// Where a measurement (m, rad) taken at a pose (m, m, rad) puts a feature: position
+    /// h⁻¹(z, x) in m and covariance R* = H* R H*ᵀ in m² (5.9, 5.10). `None` for a range that is not
+    /// above 0.
+    pub fn inverse(&self, measurement: Vector, pose: [f64; 3]) -> Option<(Vector, Matrix)> {
+        let range = measurement[0];
+        if range.is_nan() || range <= 0.0 {
+            return None;
+        }
+        let (sin, cos) = (pose[2] + measurement[1]).sin_cos();
+        let position = [pose[0] + range * cos, pose[1] + range * sin];
+        let jacobian = [[cos, -range * sin], [sin, range * cos]];
+        Some((position, transformed(&jacobian, &self.noise())))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::PI;
+
+    const SENSOR: RangeBearing = RangeBearing {
+        range_sigma_m: 0.25,
+        bearing_sigma_rad: 0.01,
+    };
+    const STEP: f64 = 1e-6;
+
+    /// Columns are the central differences of `function` along each coordinate.
+    fn central_differences(function: impl Fn(Vector) -> Vector, at: Vector) -> Matrix {
+        let mut jacobian = [[0.0; 2]; 2];
+        for column in 0..2 {
+            let (mut ahead, mut behind) = (at, at);
+            ahead[column] += STEP;
+            behind[column] -= STEP;
+            let (ahead, behind) = (function(ahead), function(behind));
+            for row in 0..2 {
+                jacobian[row][column] = (ahead[row] - behind[row]) / (2.0 * STEP);
+            }
+        }
+        jacobian
+    }
+
+    fn close(a: &Matrix, b: &Matrix, bound: f64) {
+        for row in 0..2 {
+            for column in 0..2 {
+                let difference = (a[row][column] - b[row][column]).abs();
+                assert!(difference < bound, "{a:?} against {b:?}");
+            }
+        }
+    }
+
+    fn grid() -> impl Iterator<Item = (Vector, [f64; 3])> {
+        // Ranges and angles on odd steps, so that no point sits on the seam of the bearing.
+        (1..8).flat_map(|i| {
+            (-7..8).flat_map(move |j| {
+                (-3..4).map(move |k| {
+                    let measurement = [1.7 * f64::from(i), 0.41 * f64::from(j)];
+                    (measurement, [3.0, -2.0, 0.83 * f64::from(k)])
+                })
+            })
+        })
+    }
+
+    #[test]
+    fn jacobian_of_h() {
+        for (measurement, pose) in grid() {
+            let (position, _) = SENSOR.inverse(measurement, pose).expect("range above 0");
+            let (_, jacobian) = SENSOR.predicted(position, pose).expect("in front");
+            let numeric = central_differences(|m| range_bearing(m, pose), position);
+            close(&jacobian, &numeric, 1e-8);
+        }
+    }
+
+    #[test]
+    fn covariance_of_the_inverse() {
+        for (measurement, pose) in grid() {
+            let position = |z: Vector| SENSOR.inverse(z, pose).expect("range above 0").0;
+            let (_, covariance) = SENSOR.inverse(measurement, pose).expect("range above 0");
+            let jacobian = central_differences(position, measurement);
+            close(&covariance, &transformed(&jacobian, &SENSOR.noise()), 1e-9);
+        }
+    }
+
+    #[test]
+    fn inverse_undoes_h() {
+        for (measurement, pose) in grid() {
+            let (position, _) = SENSOR.inverse(measurement, pose).expect("range above 0");
+            let (back, _) = SENSOR.predicted(position, pose).expect("in front");
+            let difference = SENSOR.innovation(measurement, back);
+            assert!(difference[0].abs() < 1e-13 && difference[1].abs() < 1e-13);
+        }
+    }
+
+    #[test]
+    fn innovation_takes_the_short_way_round() {
+        let difference = SENSOR.innovation([5.0, PI - 0.1], [5.0, -PI + 0.1]);
+        assert!((difference[1] + 0.2).abs() < 1e-14);
+    }
+
+    #[test]
+    fn no_observation_at_the_sensor_and_no_birth_without_range() {
+        assert!(SENSOR.predicted([3.0, -2.0], [3.0, -2.0, 0.5]).is_none());
+        for range in [0.0, -1.0, f64::NAN] {
+            assert!(SENSOR.inverse([range, 0.2], [0.0; 3]).is_none());
+        }
+    }
+}

@@ -1,0 +1,91 @@
+//! The state of the filter: particles with their maps, and the candidates of the next scan.
+
+use super::gaussian::Component;
+
+/// One particle of the parent process (5.7) with its daughter process (5.8).
+#[derive(Debug, Clone, PartialEq)]
+pub struct Particle {
+    /// Pose: x m, y m, heading rad.
+    pub pose: [f64; 3],
+    /// ln ζ.
+    pub ln_weight: f64,
+    /// The map, in no particular order.
+    pub map: Vec<Component>,
+}
+
+/// A predicted pose that waits to be weighed (5.12, 5.13).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Candidate {
+    /// Pose: x m, y m, heading rad.
+    pub pose: [f64; 3],
+    /// ln ζ.
+    pub ln_weight: f64,
+}
+
+/// Everything that goes on from step to step. Any state another filter is in can be written as one.
+#[derive(Debug, Clone, PartialEq)]
+pub struct State {
+    /// The N particles as the last scan left them.
+    pub particles: Vec<Particle>,
+    /// The N·M candidates since the first prediction after the last scan; `None` before it.
+    /// Candidate `c` descends from particle `c / M`, whose map it shares.
+    pub candidates: Option<Vec<Candidate>>,
+    /// Index of the particle whose map is the estimate.
+    pub heaviest: usize,
+}
+
+impl State {
+    /// `particles` equal particles at one pose (m, m, rad), knowing nothing of the map.
+    pub fn new(particles: usize, pose: [f64; 3]) -> Self {
+        let particle = Particle {
+            pose,
+            ln_weight: -(particles as f64).ln(),
+            map: Vec::new(),
+        };
+        Self {
+            particles: vec![particle; particles],
+            candidates: None,
+            heaviest: 0,
+        }
+    }
+
+    /// What the next scan weighs: the candidates, or, without a prediction since the last scan, the
+    /// particles themselves.
+    pub fn current(&self) -> Vec<Candidate> {
+        match &self.candidates {
+            Some(candidates) => candidates.clone(),
+            None => self
+                .particles
+                .iter()
+                .map(|particle| Candidate {
+                    pose: particle.pose,
+                    ln_weight: particle.ln_weight,
+                })
+                .collect(),
+        }
+    }
+
+    /// M of the current candidates: how many descend from each particle.
+    ///
+    /// # Panics
+    ///
+    /// If there are no particles, or their number does not divide that of the candidates.
+    pub fn samples(&self) -> usize {
+        let candidates = self
+            .candidates
+            .as_ref()
+            .map_or(self.particles.len(), Vec::len);
+        assert!(!self.particles.is_empty(), "a state has particles");
+        assert!(
+            candidates.is_multiple_of(self.particles.len()),
+            "{candidates} candidates of {} particles",
+            self.particles.len()
+        );
+        candidates / self.particles.len()
+    }
+
+    /// The map that candidate `c` shares.
+    pub fn map_of(&self, candidate: usize) -> &[Component] {
+        &self.particles[candidate / self.samples()].map
+    }
+}
