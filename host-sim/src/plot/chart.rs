@@ -14,11 +14,12 @@ impl Colour {
     pub const DEAD_RECKONING: Self = Self(214, 39, 40);
     /// Things beside the matter.
     pub const GREY: Self = Self(130, 130, 130);
-    /// Runs and other curves of equal standing, in this order; told apart by colour-blind readers too.
+    /// Runs and other curves of equal standing, in this order; neighbours differ in brightness too, and the first
+    /// two do not mix to grey where they overlap.
     const CURVES: [Self; 6] = [
         Self(0, 92, 200),
+        Self(60, 180, 60),
         Self(230, 126, 0),
-        Self(0, 140, 100),
         Self(160, 60, 170),
         Self(90, 170, 230),
         Self(120, 90, 40),

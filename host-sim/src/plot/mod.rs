@@ -24,12 +24,13 @@
 pub mod axis;
 pub mod chart;
 mod draw;
-pub mod error;
+pub mod errors;
 pub mod figure;
 mod polyline;
 mod raster;
 pub mod trajectory;
 
+pub use axis::Interval;
 pub use chart::{Chart, Colour, Gaussian, Mark, Shape};
 pub use figure::Figure;
 
@@ -75,7 +76,7 @@ pub fn write_plots(
     })?;
     let mut paths = Vec::new();
     paths.extend(trajectory::figure(log, runs).write(dir, "trajectory")?);
-    paths.extend(error::figure(log, runs).write(dir, "error")?);
+    paths.extend(errors::figure(log, runs).write(dir, "error")?);
     Ok(paths)
 }
 

@@ -31,7 +31,7 @@ pub fn figure(log: &Log, runs: &[(&str, &Record)]) -> Figure {
     let width = |index| run_width(index, runs.len());
     if !truth.is_empty() {
         // Its rim shows on both sides of an estimate that coincides with it.
-        marks.push(Mark::line("truth", Colour::TRUTH, truth).wide(width(0) + 1.2));
+        marks.push(Mark::line("truth", Colour::TRUTH, truth).wide(width(0) + 1.0));
     }
     if !reckoned.is_empty() {
         let colour = Colour::DEAD_RECKONING;
@@ -82,9 +82,9 @@ pub fn figure(log: &Log, runs: &[(&str, &Record)]) -> Figure {
 
 /// Width of the curve of run number `index` of `count`, px: each is thinner than those it is drawn over, so that
 /// coinciding curves all show.
-pub fn run_width(index: usize, count: usize) -> f64 {
+pub(super) fn run_width(index: usize, count: usize) -> f64 {
     let over_it = count.saturating_sub(index + 1).min(2);
-    1.5 + 1.4 * over_it as f64
+    1.5 + 1.3 * over_it as f64
 }
 
 /// Limits of x and y.
