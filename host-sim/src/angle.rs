@@ -10,11 +10,7 @@ pub fn wrap(angle_rad: f64) -> f64 {
     }
     let wrapped = angle_rad - 2.0 * PI * ((angle_rad - PI) / (2.0 * PI)).ceil();
     // Rounding may leave the result one step outside either edge.
-    if wrapped <= -PI || wrapped > PI {
-        PI
-    } else {
-        wrapped
-    }
+    if wrapped <= -PI || wrapped > PI { PI } else { wrapped }
 }
 
 #[cfg(test)]

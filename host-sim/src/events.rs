@@ -41,12 +41,7 @@ pub struct Events<'a> {
 pub fn events(log: &Log) -> Events<'_> {
     let first_row_s = log.odometry.first().map_or(f64::INFINITY, |row| row.t_s);
     let first_scan_s = log.scans.first().map_or(f64::INFINITY, |scan| scan.t_s);
-    Events {
-        log,
-        now_s: first_row_s.min(first_scan_s),
-        rows: 0,
-        scans: 0,
-    }
+    Events { log, now_s: first_row_s.min(first_scan_s), rows: 0, scans: 0 }
 }
 
 impl Iterator for Events<'_> {
@@ -55,12 +50,7 @@ impl Iterator for Events<'_> {
     fn next(&mut self) -> Option<Event> {
         loop {
             let scan_s = self.log.scans.get(self.scans)?.t_s;
-            while self
-                .log
-                .odometry
-                .get(self.rows)
-                .is_some_and(|row| row.t_s <= self.now_s)
-            {
+            while self.log.odometry.get(self.rows).is_some_and(|row| row.t_s <= self.now_s) {
                 self.rows += 1;
             }
             if scan_s <= self.now_s {
@@ -68,18 +58,11 @@ impl Iterator for Events<'_> {
                 self.scans += 1;
                 return Some(Event::Scan { index });
             }
-            let until_s = self
-                .log
-                .odometry
-                .get(self.rows)
-                .map_or(scan_s, |row| row.t_s.min(scan_s));
+            let until_s = self.log.odometry.get(self.rows).map_or(scan_s, |row| row.t_s.min(scan_s));
             let dt_s = until_s - self.now_s;
             self.now_s = until_s;
             if let Some(row) = self.rows.checked_sub(1) {
-                return Some(Event::Predict {
-                    control: self.log.odometry[row].control,
-                    dt_s,
-                });
+                return Some(Event::Predict { control: self.log.odometry[row].control, dt_s });
             }
         }
     }
@@ -95,28 +78,11 @@ mod tests {
             name: String::new(),
             initial_pose: [0.0; 3],
             vehicle: Vehicle::Unicycle,
-            sensor: Sensor {
-                range_min_m: 0.0,
-                range_max_m: 1.0,
-                bearing_min_rad: -1.0,
-                bearing_max_rad: 1.0,
-            },
+            sensor: Sensor { range_min_m: 0.0, range_max_m: 1.0, bearing_min_rad: -1.0, bearing_max_rad: 1.0 },
             nominal: Nominal::default(),
             simulated: true,
-            odometry: odometry
-                .iter()
-                .map(|&t_s| Odometry {
-                    t_s,
-                    control: [t_s, -t_s],
-                })
-                .collect(),
-            scans: scans
-                .iter()
-                .map(|&t_s| Scan {
-                    t_s,
-                    detections: vec![],
-                })
-                .collect(),
+            odometry: odometry.iter().map(|&t_s| Odometry { t_s, control: [t_s, -t_s] }).collect(),
+            scans: scans.iter().map(|&t_s| Scan { t_s, detections: vec![] }).collect(),
             truth: vec![],
             landmarks: vec![],
             moving: vec![],
@@ -125,10 +91,7 @@ mod tests {
 
     /// A predict by the row at `row_s`.
     fn moved(row_s: f64, dt_s: f64) -> Event {
-        Event::Predict {
-            control: [row_s, -row_s],
-            dt_s,
-        }
+        Event::Predict { control: [row_s, -row_s], dt_s }
     }
 
     fn scan(index: usize) -> Event {
@@ -147,14 +110,7 @@ mod tests {
 
     #[test]
     fn rows_are_split_at_scans_and_scans_wait_for_rows() {
-        let expected = [
-            moved(0.0, 0.5),
-            moved(0.5, 0.25),
-            scan(0),
-            moved(0.5, 0.25),
-            moved(1.0, 0.5),
-            scan(1),
-        ];
+        let expected = [moved(0.0, 0.5), moved(0.5, 0.25), scan(0), moved(0.5, 0.25), moved(1.0, 0.5), scan(1)];
         assert_eq!(all(&[0.0, 0.5, 1.0, 2.0], &[0.75, 1.5]), expected);
     }
 
@@ -170,13 +126,7 @@ mod tests {
         assert_eq!(all(&[0.0], &[0.0, 0.0, 1.0]), expected);
         let mut twice = log(&[0.0, 0.0], &[1.0]);
         twice.odometry[1].control = [7.0, 8.0];
-        let expected = [
-            Event::Predict {
-                control: [7.0, 8.0],
-                dt_s: 1.0,
-            },
-            scan(0),
-        ];
+        let expected = [Event::Predict { control: [7.0, 8.0], dt_s: 1.0 }, scan(0)];
         assert_eq!(events(&twice).collect::<Vec<_>>(), expected);
     }
 

@@ -5,6 +5,8 @@ pub mod events;
 pub mod log;
 pub mod log_folder;
 pub mod noise;
+pub mod output;
+pub mod plot;
 pub mod record;
 pub mod reference;
 pub mod scenario;

@@ -67,10 +67,7 @@ impl Clock {
 
     fn tick(&mut self, row: &Row, t_s: f64) -> Result<f64, LogError> {
         if t_s < self.0 {
-            return Err(row.cell("t_s").error(Problem::Backwards {
-                before: self.0,
-                after: t_s,
-            }));
+            return Err(row.cell("t_s").error(Problem::Backwards { before: self.0, after: t_s }));
         }
         self.0 = t_s;
         Ok(t_s)
@@ -87,10 +84,7 @@ fn odometry(dir: &Path, head: &Head) -> Result<Vec<Odometry>, LogError> {
         .rows()
         .map(|row| {
             let t_s = clock.tick(&row, row.number(&time)?)?;
-            Ok(Odometry {
-                t_s,
-                control: [row.number(&first)?, row.number(&second)?],
-            })
+            Ok(Odometry { t_s, control: [row.number(&first)?, row.number(&second)?] })
         })
         .collect()
 }
@@ -105,16 +99,10 @@ fn scans(dir: &Path, head: &Head) -> Result<Vec<Scan>, LogError> {
         let number = row.integer(&scan)?;
         let least = numbers.last().map_or(0, |last| last + 1);
         if number < least {
-            return Err(row.cell("scan").error(Problem::ScanOrder {
-                found: number,
-                least,
-            }));
+            return Err(row.cell("scan").error(Problem::ScanOrder { found: number, least }));
         }
         numbers.push(number);
-        scans.push(Scan {
-            t_s: clock.tick(&row, row.number(&time)?)?,
-            detections: Vec::new(),
-        });
+        scans.push(Scan { t_s: clock.tick(&row, row.number(&time)?)?, detections: Vec::new() });
     }
     if scans.is_empty() {
         return Err(Place::File("scans.csv").error(Problem::NoScans));
@@ -131,10 +119,7 @@ fn scans(dir: &Path, head: &Head) -> Result<Vec<Scan>, LogError> {
         };
         if index < current {
             let least = numbers[current];
-            return Err(row.cell("scan").error(Problem::ScanOrder {
-                found: number,
-                least,
-            }));
+            return Err(row.cell("scan").error(Problem::ScanOrder { found: number, least }));
         }
         current = index;
         let range_m = row.number(&range)?;
@@ -142,9 +127,7 @@ fn scans(dir: &Path, head: &Head) -> Result<Vec<Scan>, LogError> {
         if range_m < 0.0 && !head.simulated {
             return Err(row.cell("range_m").error(Problem::NegativeRange(range_m)));
         }
-        scans[index]
-            .detections
-            .push([range_m, row.number(&bearing)?]);
+        scans[index].detections.push([range_m, row.number(&bearing)?]);
     }
     Ok(scans)
 }
@@ -153,11 +136,7 @@ fn truth(dir: &Path) -> Result<Vec<TruePose>, LogError> {
     let Some(table) = Table::read_optional(dir, "truth.csv")? else {
         return Ok(Vec::new());
     };
-    let (time, x, y) = (
-        table.column("t_s")?,
-        table.column("x_m")?,
-        table.column("y_m")?,
-    );
+    let (time, x, y) = (table.column("t_s")?, table.column("x_m")?, table.column("y_m")?);
     let heading = table.column_if_any("heading_rad")?;
     let mut clock = Clock::new();
     table
@@ -180,10 +159,7 @@ fn landmarks(dir: &Path) -> Result<Vec<[f64; 2]>, LogError> {
         return Ok(Vec::new());
     };
     let (x, y) = (table.column("x_m")?, table.column("y_m")?);
-    table
-        .rows()
-        .map(|row| Ok([row.number(&x)?, row.number(&y)?]))
-        .collect()
+    table.rows().map(|row| Ok([row.number(&x)?, row.number(&y)?])).collect()
 }
 
 fn moving(dir: &Path) -> Result<Vec<MovingLandmark>, LogError> {

@@ -18,9 +18,7 @@ impl Noise {
     /// The source that belongs to `seed`.
     #[must_use]
     pub fn new(seed: u64) -> Self {
-        Self {
-            rng: Xoshiro256PlusPlus::seed_from_u64(seed),
-        }
+        Self { rng: Xoshiro256PlusPlus::seed_from_u64(seed) }
     }
 
     /// Uniform in (0, 1), neither end included: an odd multiple of 2⁻⁵³.
@@ -75,30 +73,18 @@ mod tests {
     fn moments(draw: impl FnMut(usize) -> f64) -> (f64, f64) {
         let values: Vec<f64> = (0..DRAWS).map(draw).collect();
         let mean = values.iter().sum::<f64>() / DRAWS as f64;
-        (
-            mean,
-            values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / DRAWS as f64,
-        )
+        (mean, values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / DRAWS as f64)
     }
 
     #[test]
     fn moments_are_those_of_the_distributions() {
         let mut noise = Noise::new(1);
         let (mean, variance) = moments(|_| noise.normal());
-        assert!(
-            mean.abs() < 0.01 && (variance - 1.0).abs() < 0.015,
-            "{mean} {variance}"
-        );
+        assert!(mean.abs() < 0.01 && (variance - 1.0).abs() < 0.015, "{mean} {variance}");
         let (mean, variance) = moments(|_| noise.between(-1.0, 3.0));
-        assert!(
-            (mean - 1.0).abs() < 0.01 && (variance - 16.0 / 12.0).abs() < 0.015,
-            "{mean} {variance}"
-        );
+        assert!((mean - 1.0).abs() < 0.01 && (variance - 16.0 / 12.0).abs() < 0.015, "{mean} {variance}");
         let (mean, variance) = moments(|_| noise.poisson(20.0) as f64);
-        assert!(
-            (mean - 20.0).abs() < 0.05 && (variance - 20.0).abs() < 0.3,
-            "{mean} {variance}"
-        );
+        assert!((mean - 20.0).abs() < 0.05 && (variance - 20.0).abs() < 0.3, "{mean} {variance}");
         let (mean, _) = moments(|_| f64::from(u8::from(noise.happens(0.95))));
         assert!((mean - 0.95).abs() < 0.002, "{mean}");
     }
@@ -106,8 +92,7 @@ mod tests {
     #[test]
     fn tails_are_normal() {
         let mut noise = Noise::new(2);
-        let beyond =
-            (0..DRAWS).filter(|_| noise.normal().abs() > 3.0).count() as f64 / DRAWS as f64;
+        let beyond = (0..DRAWS).filter(|_| noise.normal().abs() > 3.0).count() as f64 / DRAWS as f64;
         assert!((beyond - 0.0027).abs() < 0.0005, "{beyond}");
     }
 
@@ -121,25 +106,14 @@ mod tests {
             *counts.entry(items).or_insert(0) += 1;
         }
         assert_eq!(counts.len(), 6);
-        assert!(
-            counts.values().all(|n| (9_500..10_500).contains(n)),
-            "{counts:?}"
-        );
+        assert!(counts.values().all(|n| (9_500..10_500).contains(n)), "{counts:?}");
     }
 
     #[test]
     fn the_stream_is_fixed() {
         let mut noise = Noise::new(42);
         let drawn = [noise.uniform(), noise.normal(), noise.poisson(20.0) as f64];
-        let expected = [
-            4605509828241559245,
-            4609453583164098785,
-            4626885667169763328,
-        ];
-        assert_eq!(
-            drawn.map(f64::to_bits),
-            expected,
-            "committed figures depend on these bits"
-        );
+        let expected = [4605509828241559245, 4609453583164098785, 4626885667169763328];
+        assert_eq!(drawn.map(f64::to_bits), expected, "committed figures depend on these bits");
     }
 }

@@ -82,10 +82,7 @@ pub fn survey(seed: u64) -> Log {
         .enumerate()
         .map(|(row, [speed, steering])| Odometry {
             t_s: row as f64 / ROWS_PER_SECOND,
-            control: [
-                speed + SPEED_SIGMA_MPS * noise.normal(),
-                steering + STEERING_SIGMA_RAD * noise.normal(),
-            ],
+            control: [speed + SPEED_SIGMA_MPS * noise.normal(), steering + STEERING_SIGMA_RAD * noise.normal()],
         })
         .collect();
     let seen_from = path.iter().enumerate().step_by(ROWS_PER_SCAN);
@@ -99,22 +96,14 @@ pub fn survey(seed: u64) -> Log {
     let scans = truth
         .iter()
         .zip(path.iter().step_by(ROWS_PER_SCAN))
-        .map(|(truth, pose)| Scan {
-            t_s: truth.t_s,
-            detections: scan(pose, &landmarks, &mut noise),
-        })
+        .map(|(truth, pose)| Scan { t_s: truth.t_s, detections: scan(pose, &landmarks, &mut noise) })
         .collect();
 
     Log {
         name: "survey".to_owned(),
         initial_pose: path[0],
         vehicle,
-        sensor: Sensor {
-            range_min_m: 0.0,
-            range_max_m: RANGE_MAX_M,
-            bearing_min_rad: -PI,
-            bearing_max_rad: PI,
-        },
+        sensor: Sensor { range_min_m: 0.0, range_max_m: RANGE_MAX_M, bearing_min_rad: -PI, bearing_max_rad: PI },
         nominal: Nominal {
             range_sigma_m: Some(RANGE_SIGMA_M),
             bearing_sigma_rad: Some(BEARING_SIGMA_RAD),
@@ -140,11 +129,7 @@ pub fn survey(seed: u64) -> Log {
 fn control(row: usize) -> [f64; 2] {
     let half = LAP_ROWS / 2;
     let place = row % half;
-    let corner_start = if place < LONG_ROWS + CORNER_ROWS {
-        LONG_ROWS
-    } else {
-        LONG_ROWS + CORNER_ROWS + SHORT_ROWS
-    };
+    let corner_start = if place < LONG_ROWS + CORNER_ROWS { LONG_ROWS } else { LONG_ROWS + CORNER_ROWS + SHORT_ROWS };
     let length_m = CORNER_ROWS as f64 * SPEED_MPS / ROWS_PER_SECOND;
     let curvature = match place.checked_sub(corner_start) {
         Some(step) if step < CORNER_ROWS => {
@@ -154,10 +139,7 @@ fn control(row: usize) -> [f64; 2] {
     };
     // tan α = L κ; the encoder is H left of the axle's middle.
     let slope = WHEELBASE_M * curvature;
-    [
-        SPEED_MPS * (1.0 - slope * ENCODER_OFFSET_M / WHEELBASE_M),
-        libm::atan(slope),
-    ]
+    [SPEED_MPS * (1.0 - slope * ENCODER_OFFSET_M / WHEELBASE_M), libm::atan(slope)]
 }
 
 /// Poses (x m, y m, heading rad) at the start of every row and after the last.
@@ -176,32 +158,17 @@ fn landmarks(path: &[[f64; 3]]) -> Vec<[f64; 2]> {
     let mut noise = Noise::new(LANDMARK_SEED);
     let (near, far) = FROM_PATH_M;
     let side = |k: usize| {
-        let least = path
-            .iter()
-            .map(|pose| pose[k])
-            .fold(f64::INFINITY, f64::min);
-        let most = path
-            .iter()
-            .map(|pose| pose[k])
-            .fold(f64::NEG_INFINITY, f64::max);
+        let least = path.iter().map(|pose| pose[k]).fold(f64::INFINITY, f64::min);
+        let most = path.iter().map(|pose| pose[k]).fold(f64::NEG_INFINITY, f64::max);
         (least - far, most + far)
     };
     let (width, height) = (side(0), side(1));
-    let squared =
-        |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]) * (a[0] - b[0]) + (a[1] - b[1]) * (a[1] - b[1]);
+    let squared = |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]) * (a[0] - b[0]) + (a[1] - b[1]) * (a[1] - b[1]);
     let mut landmarks: Vec<[f64; 2]> = Vec::with_capacity(LANDMARKS);
     while landmarks.len() < LANDMARKS {
-        let place = [
-            noise.between(width.0, width.1),
-            noise.between(height.0, height.1),
-        ];
-        let to_path = path
-            .iter()
-            .map(|pose| squared(place, [pose[0], pose[1]]))
-            .fold(f64::INFINITY, f64::min);
-        let alone = landmarks
-            .iter()
-            .all(|&other| squared(place, other) >= APART_M * APART_M);
+        let place = [noise.between(width.0, width.1), noise.between(height.0, height.1)];
+        let to_path = path.iter().map(|pose| squared(place, [pose[0], pose[1]])).fold(f64::INFINITY, f64::min);
+        let alone = landmarks.iter().all(|&other| squared(place, other) >= APART_M * APART_M);
         if alone && (near * near..=far * far).contains(&to_path) {
             landmarks.push(place);
         }
@@ -218,10 +185,8 @@ fn scan(pose: &[f64; 3], landmarks: &[[f64; 2]], noise: &mut Noise) -> Vec<[f64;
         let range = (dx * dx + dy * dy).sqrt();
         if range <= RANGE_MAX_M && noise.happens(DETECTION_PROBABILITY) {
             let bearing = libm::atan2(dy, dx) - heading;
-            detections.push([
-                range + RANGE_SIGMA_M * noise.normal(),
-                wrap(bearing + BEARING_SIGMA_RAD * noise.normal()),
-            ]);
+            detections
+                .push([range + RANGE_SIGMA_M * noise.normal(), wrap(bearing + BEARING_SIGMA_RAD * noise.normal())]);
         }
     }
     for _ in 0..noise.poisson(CLUTTER_PER_SCAN) {
@@ -249,10 +214,7 @@ mod tests {
     #[test]
     fn the_lap_closes_and_has_its_size() {
         let log = survey(1);
-        assert_eq!(
-            (log.odometry.len(), log.scans.len(), log.truth.len()),
-            (1280, 641, 641)
-        );
+        assert_eq!((log.odometry.len(), log.scans.len(), log.truth.len()), (1280, 641, 641));
         let lap_scans = LAP_ROWS / ROWS_PER_SCAN;
         for (first, second) in log.truth.iter().zip(&log.truth[lap_scans..]) {
             for k in 0..2 {
@@ -279,25 +241,17 @@ mod tests {
                 let here = truth::at(&log.truth, scan.t_s).unwrap();
                 let mut unexplained = scan.detections.clone();
                 for landmark in &log.landmarks {
-                    let (dx, dy) = (
-                        landmark[0] - here.position[0],
-                        landmark[1] - here.position[1],
-                    );
+                    let (dx, dy) = (landmark[0] - here.position[0], landmark[1] - here.position[1]);
                     let range = dx.hypot(dy);
                     if range > RANGE_MAX_M {
                         continue;
                     }
                     in_range += 1;
                     let bearing = dy.atan2(dx) - here.heading_rad.unwrap();
-                    let off = |z: &[f64; 2]| {
-                        [
-                            (z[0] - range) / RANGE_SIGMA_M,
-                            wrap(z[1] - bearing) / BEARING_SIGMA_RAD,
-                        ]
-                    };
+                    let off = |z: &[f64; 2]| [(z[0] - range) / RANGE_SIGMA_M, wrap(z[1] - bearing) / BEARING_SIGMA_RAD];
                     let size = |z: &[f64; 2]| off(z)[0].powi(2) + off(z)[1].powi(2);
-                    let Some(best) = (0..unexplained.len())
-                        .min_by(|&a, &b| size(&unexplained[a]).total_cmp(&size(&unexplained[b])))
+                    let Some(best) =
+                        (0..unexplained.len()).min_by(|&a, &b| size(&unexplained[a]).total_cmp(&size(&unexplained[b])))
                     else {
                         continue;
                     };
@@ -316,9 +270,7 @@ mod tests {
         let false_rate = clutter as f64 / f64::from(scans);
         let variances = [range_squares, bearing_squares].map(|sum: f64| sum / f64::from(detected));
         let per_scan = f64::from(in_range) / f64::from(scans);
-        println!(
-            "{per_scan} in range, detected {rate}, clutter {false_rate}, variances {variances:?}"
-        );
+        println!("{per_scan} in range, detected {rate}, clutter {false_rate}, variances {variances:?}");
         assert!((rate - 0.95).abs() < 0.004);
         assert!((false_rate - 20.0).abs() < 0.4);
         assert!(variances.iter().all(|v| (v - 1.0).abs() < 0.03));
@@ -333,9 +285,7 @@ mod tests {
             let errors: Vec<f64> = poses
                 .iter()
                 .zip(&log.truth)
-                .map(|(pose, truth)| {
-                    (pose[0] - truth.position[0]).hypot(pose[1] - truth.position[1])
-                })
+                .map(|(pose, truth)| (pose[0] - truth.position[0]).hypot(pose[1] - truth.position[1]))
                 .collect();
             let greatest = errors.iter().copied().fold(0.0, f64::max);
             println!("seed {seed}: greatest {greatest}, last {}", errors[640]);
@@ -356,10 +306,7 @@ mod tests {
     fn the_seed_decides_the_noise_and_nothing_else() {
         let (log, same, other) = (survey(5), survey(5), survey(6));
         assert_eq!(log, same);
-        assert_eq!(
-            (&log.truth, &log.landmarks),
-            (&other.truth, &other.landmarks)
-        );
+        assert_eq!((&log.truth, &log.landmarks), (&other.truth, &other.landmarks));
         assert_ne!(log.odometry, other.odometry);
         assert_ne!(log.scans, other.scans);
     }

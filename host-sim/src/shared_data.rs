@@ -5,10 +5,8 @@ use std::path::PathBuf;
 
 /// The path of `name` in the shared data, or a note that the test is skipped.
 pub(crate) fn find(name: &str) -> Option<PathBuf> {
-    let root = std::env::var_os("SCPHD_DATA").map_or_else(
-        || PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/data")),
-        PathBuf::from,
-    );
+    let root = std::env::var_os("SCPHD_DATA")
+        .map_or_else(|| PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/data")), PathBuf::from);
     let path = root.join(name);
     if path.exists() {
         return Some(path);

@@ -33,10 +33,7 @@ pub fn at(truth: &[TruePose], t_s: f64) -> Option<TruePose> {
     Some(TruePose {
         t_s,
         position: [between(0), between(1)],
-        heading_rad: before
-            .heading_rad
-            .zip(next.heading_rad)
-            .map(|(a, b)| wrap(a + f * wrap(b - a))),
+        heading_rad: before.heading_rad.zip(next.heading_rad).map(|(a, b)| wrap(a + f * wrap(b - a))),
     })
 }
 
@@ -45,20 +42,12 @@ mod tests {
     use super::*;
 
     fn row(t_s: f64, x: f64, heading_rad: Option<f64>) -> TruePose {
-        TruePose {
-            t_s,
-            position: [x, -x],
-            heading_rad,
-        }
+        TruePose { t_s, position: [x, -x], heading_rad }
     }
 
     #[test]
     fn rows_are_exact_and_the_line_is_straight_between() {
-        let truth = [
-            row(1.0, 0.0, Some(3.0)),
-            row(2.0, 4.0, Some(-3.0)),
-            row(3.0, 5.0, None),
-        ];
+        let truth = [row(1.0, 0.0, Some(3.0)), row(2.0, 4.0, Some(-3.0)), row(3.0, 5.0, None)];
         assert_eq!(at(&truth, 1.0), Some(truth[0]));
         assert_eq!(at(&truth, 3.0), Some(truth[2]));
         let quarter = at(&truth, 1.25).unwrap();
@@ -71,11 +60,7 @@ mod tests {
 
     #[test]
     fn nothing_outside_the_span_and_inside_long_gaps() {
-        let truth = [
-            row(1.0, 0.0, None),
-            row(3.0, 1.0, None),
-            row(5.5, 2.0, None),
-        ];
+        let truth = [row(1.0, 0.0, None), row(3.0, 1.0, None), row(5.5, 2.0, None)];
         assert_eq!(at(&truth, 0.999), None);
         assert_eq!(at(&truth, 5.501), None);
         assert_eq!(at(&truth, 2.0).unwrap().position, [0.5, -0.5]);
@@ -86,11 +71,7 @@ mod tests {
 
     #[test]
     fn two_rows_at_one_time_do_not_divide_by_zero() {
-        let truth = [
-            row(1.0, 0.0, None),
-            row(1.0, 2.0, None),
-            row(2.0, 4.0, None),
-        ];
+        let truth = [row(1.0, 0.0, None), row(1.0, 2.0, None), row(2.0, 4.0, None)];
         assert_eq!(at(&truth, 1.0), Some(truth[1]));
         assert_eq!(at(&truth, 1.5).unwrap().position, [3.0, -3.0]);
     }

@@ -20,12 +20,7 @@ impl Vehicle {
     pub fn step(&self, pose: [f64; 3], control: [f64; 2], dt_s: f64) -> [f64; 3] {
         let [x, y, heading] = pose;
         match *self {
-            Self::Ackermann {
-                wheelbase_m,
-                encoder_offset_m,
-                sensor_forward_m: a,
-                sensor_left_m: b,
-            } => {
+            Self::Ackermann { wheelbase_m, encoder_offset_m, sensor_forward_m: a, sensor_left_m: b } => {
                 let [encoder_speed, steering] = control;
                 let slope = tan(steering);
                 let speed = encoder_speed / (1.0 - slope * encoder_offset_m / wheelbase_m);
@@ -39,11 +34,7 @@ impl Vehicle {
             }
             Self::Unicycle => {
                 let [speed, rate] = control;
-                [
-                    x + dt_s * speed * cos(heading),
-                    y + dt_s * speed * sin(heading),
-                    wrap(heading + dt_s * rate),
-                ]
+                [x + dt_s * speed * cos(heading), y + dt_s * speed * sin(heading), wrap(heading + dt_s * rate)]
             }
             Self::UnicycleArc => {
                 let [speed, rate] = control;
@@ -54,10 +45,7 @@ impl Vehicle {
                     (speed * dt_s * cos(middle), speed * dt_s * sin(middle))
                 } else {
                     let radius = speed / rate;
-                    (
-                        radius * (sin(end) - sin(heading)),
-                        radius * (cos(heading) - cos(end)),
-                    )
+                    (radius * (sin(end) - sin(heading)), radius * (cos(heading) - cos(end)))
                 };
                 [x + dx, y + dy, wrap(end)]
             }
@@ -86,12 +74,8 @@ mod tests {
     use crate::{log_folder, shared_data, truth};
     use std::f64::consts::{FRAC_PI_2, PI};
 
-    const CAR: Vehicle = Vehicle::Ackermann {
-        wheelbase_m: 2.83,
-        encoder_offset_m: 0.76,
-        sensor_forward_m: 3.78,
-        sensor_left_m: 0.5,
-    };
+    const CAR: Vehicle =
+        Vehicle::Ackermann { wheelbase_m: 2.83, encoder_offset_m: 0.76, sensor_forward_m: 3.78, sensor_left_m: 0.5 };
 
     fn close(a: [f64; 3], b: [f64; 3], tolerance: f64) {
         for k in 0..3 {
@@ -110,11 +94,7 @@ mod tests {
     #[test]
     fn the_exact_arc_closes_its_circle_in_one_and_in_many_steps() {
         let start = [1.0, 2.0, 0.3];
-        close(
-            Vehicle::UnicycleArc.step(start, [2.0, 0.5], 4.0 * PI),
-            start,
-            1e-14,
-        );
+        close(Vehicle::UnicycleArc.step(start, [2.0, 0.5], 4.0 * PI), start, 1e-14);
         let half = Vehicle::UnicycleArc.step([0.0; 3], [2.0, 0.5], 2.0 * PI);
         close(half, [0.0, 8.0, PI], 1e-14);
         let mut pose = start;
@@ -127,11 +107,7 @@ mod tests {
     #[test]
     fn the_chord_takes_over_without_a_jump() {
         let at = |turn: f64| Vehicle::UnicycleArc.step([0.0, 0.0, 1.0], [10.0, turn], 1.0);
-        close(
-            at(0.999_999 * STRAIGHT_RAD),
-            at(1.000_001 * STRAIGHT_RAD),
-            1e-8,
-        );
+        close(at(0.999_999 * STRAIGHT_RAD), at(1.000_001 * STRAIGHT_RAD), 1e-8);
         // The chord is longer than the arc's by (ω dt)²/24 of itself.
         let turn = 0.999 * STRAIGHT_RAD;
         let exact = 10.0 * 2.0 / turn * (0.5 * turn).sin();
@@ -147,13 +123,8 @@ mod tests {
         let speed = encoder_speed / (1.0 - steering.tan() * 0.76 / 2.83);
         let rate = speed * steering.tan() / 2.83;
         assert!((speed - rate * 0.76 - encoder_speed).abs() < 1e-12);
-        let sensor = |x: f64, y: f64, h: f64| {
-            [
-                x + 3.78 * h.cos() - 0.5 * h.sin(),
-                y + 3.78 * h.sin() + 0.5 * h.cos(),
-                h,
-            ]
-        };
+        let sensor =
+            |x: f64, y: f64, h: f64| [x + 3.78 * h.cos() - 0.5 * h.sin(), y + 3.78 * h.sin() + 0.5 * h.cos(), h];
         let axle = Vehicle::UnicycleArc.step([0.0, 0.0, heading], [speed, rate], dt);
         let moved = CAR.step(sensor(0.0, 0.0, heading), [encoder_speed, steering], dt);
         // Euler against the exact motion: they differ by O(dt²).
@@ -179,15 +150,8 @@ mod tests {
             Some((pose, truth.position, truth.heading_rad))
         }))
         .unwrap();
-        println!(
-            "{name}: {} of {} scans, {score:?}",
-            score.scans,
-            poses.len()
-        );
-        assert!(
-            (least..most).contains(&score.position_rmse_m),
-            "{name}: {score:?}"
-        );
+        println!("{name}: {} of {} scans, {score:?}", score.scans, poses.len());
+        assert!((least..most).contains(&score.position_rmse_m), "{name}: {score:?}");
     }
 
     #[test]
@@ -201,10 +165,7 @@ mod tests {
 
     #[test]
     fn dead_reckoning_errs_as_much_as_the_simulated_noise_lets_it() {
-        for (run, rmse) in [73.67, 161.27, 113.47, 83.94, 374.61, 124.77]
-            .into_iter()
-            .enumerate()
-        {
+        for (run, rmse) in [73.67, 161.27, 113.47, 83.94, 374.61, 124.77].into_iter().enumerate() {
             check_rmse(&format!("phd_slam3_a0{run}"), rmse - 0.1, rmse + 0.1);
         }
         for (run, rmse) in [3.466, 5.037, 6.724, 5.604, 2.602].into_iter().enumerate() {

@@ -34,10 +34,7 @@ pub fn parse(words: &[String]) -> Result<Request, String> {
 pub fn usage() -> String {
     let mut text = String::from("Usage: cargo xtask <command>...\n\nCommands:\n");
     let mut line = |name: &str, what: &str| text.push_str(&format!("  {name:<8}{what}\n"));
-    line(
-        "test",
-        "every step below, in this order; goes on after a failure",
-    );
+    line("test", "every step below, in this order; goes on after a failure");
     for step in STEPS {
         line(step.name, step.what);
     }

@@ -13,12 +13,7 @@ use crate::process;
 const ALLOWED: [&str; 2] = ["libcore-", "libcompiler_builtins-"];
 
 /// What the compiler calls the allocator's entry points; mangled names contain them literally.
-const SYMBOLS: [&str; 4] = [
-    "__rust_alloc",
-    "__rust_realloc",
-    "__rg_alloc",
-    "__rdl_alloc",
-];
+const SYMBOLS: [&str; 4] = ["__rust_alloc", "__rust_realloc", "__rg_alloc", "__rdl_alloc"];
 
 /// Makes a sysroot in `dir` with `core` and its compiler support, but without `alloc`, from `sysroot`.
 ///
@@ -27,13 +22,7 @@ pub fn core_only_sysroot(sysroot: &Path, target: &str, dir: &Path) -> Result<Pat
     let libraries = Path::new("lib/rustlib").join(target).join("lib");
     let from = sysroot.join(&libraries);
     let to = dir.join(&libraries);
-    let failed = |error: std::io::Error| {
-        format!(
-            "cannot copy {} to {}: {error}",
-            from.display(),
-            to.display()
-        )
-    };
+    let failed = |error: std::io::Error| format!("cannot copy {} to {}: {error}", from.display(), to.display());
 
     if dir.exists() {
         // A toolchain update leaves libraries of another hash behind, and the compiler refuses two of a kind.
@@ -45,9 +34,7 @@ pub fn core_only_sysroot(sysroot: &Path, target: &str, dir: &Path) -> Result<Pat
         if is_allowed(&name.to_string_lossy()) {
             let (source, copy) = (from.join(&name), to.join(&name));
             // Links save 60 MB, where both directories share a file system.
-            fs::hard_link(&source, &copy)
-                .or_else(|_| fs::copy(&source, &copy).map(drop))
-                .map_err(failed)?;
+            fs::hard_link(&source, &copy).or_else(|_| fs::copy(&source, &copy).map(drop)).map_err(failed)?;
         }
     }
     probe(target, dir)?;
@@ -57,11 +44,8 @@ pub fn core_only_sysroot(sysroot: &Path, target: &str, dir: &Path) -> Result<Pat
 /// Whether `sysroot` has `core` for the target; an empty directory may be left of a target that was removed.
 pub fn has_core(sysroot: &Path, target: &str) -> bool {
     let libraries = sysroot.join("lib/rustlib").join(target).join("lib");
-    fs::read_dir(libraries).is_ok_and(|entries| {
-        entries
-            .flatten()
-            .any(|entry| entry.file_name().to_string_lossy().starts_with("libcore-"))
-    })
+    fs::read_dir(libraries)
+        .is_ok_and(|entries| entries.flatten().any(|entry| entry.file_name().to_string_lossy().starts_with("libcore-")))
 }
 
 fn is_allowed(file_name: &str) -> bool {
@@ -74,15 +58,7 @@ fn probe(target: &str, sysroot: &Path) -> Result<(), String> {
         let source = sysroot.join(name).with_extension("rs");
         fs::write(&source, text).map_err(|error| error.to_string())?;
         let mut rustc = process::command(rustc());
-        rustc
-            .args([
-                "--crate-type=rlib",
-                "--emit=metadata",
-                "--target",
-                target,
-                "--sysroot",
-            ])
-            .arg(sysroot);
+        rustc.args(["--crate-type=rlib", "--emit=metadata", "--target", target, "--sysroot"]).arg(sysroot);
         process::read(rustc.arg("--out-dir").arg(sysroot).arg(source))
     };
     compile("needs_core", "#![no_std]\npub use core::mem::size_of;\n")?;
@@ -100,8 +76,7 @@ pub fn rustc() -> std::ffi::OsString {
 
 /// Fails if the library at `path` refers to an allocator.
 pub fn check_library(path: &Path) -> Result<(), String> {
-    let bytes =
-        fs::read(path).map_err(|error| format!("cannot read {}: {error}", path.display()))?;
+    let bytes = fs::read(path).map_err(|error| format!("cannot read {}: {error}", path.display()))?;
     // Anything but a library would pass the scan, whatever it is.
     if !bytes.starts_with(b"!<arch>\n") {
         return Err(format!("{} is not a library archive", path.display()));
@@ -114,11 +89,7 @@ pub fn check_library(path: &Path) -> Result<(), String> {
 
 /// The first of the allocator's symbols that occurs in `bytes`, which may be object code or LLVM bitcode.
 fn allocator_symbol(bytes: &[u8]) -> Option<&'static str> {
-    let occurs = |symbol: &&str| {
-        bytes
-            .windows(symbol.len())
-            .any(|window| window == symbol.as_bytes())
-    };
+    let occurs = |symbol: &&str| bytes.windows(symbol.len()).any(|window| window == symbol.as_bytes());
     SYMBOLS.into_iter().find(|symbol| occurs(symbol))
 }
 
@@ -129,18 +100,9 @@ mod tests {
     #[test]
     fn allocator_symbols_are_found_wherever_they_are() {
         assert_eq!(allocator_symbol(b"__rust_alloc"), Some("__rust_alloc"));
-        assert_eq!(
-            allocator_symbol(b"\0\x7f_RNvCsfLfy6EI15iL_7___rustc12___rust_alloc\0\0"),
-            Some("__rust_alloc")
-        );
-        assert_eq!(
-            allocator_symbol(b"\xff__rust_alloc_zeroed"),
-            Some("__rust_alloc")
-        );
-        assert_eq!(
-            allocator_symbol(b"\xff_RNv7___rustc14___rust_realloc\xff"),
-            Some("__rust_realloc")
-        );
+        assert_eq!(allocator_symbol(b"\0\x7f_RNvCsfLfy6EI15iL_7___rustc12___rust_alloc\0\0"), Some("__rust_alloc"));
+        assert_eq!(allocator_symbol(b"\xff__rust_alloc_zeroed"), Some("__rust_alloc"));
+        assert_eq!(allocator_symbol(b"\xff_RNv7___rustc14___rust_realloc\xff"), Some("__rust_realloc"));
         assert_eq!(allocator_symbol(b"x__rg_alloc"), Some("__rg_alloc"));
         assert_eq!(allocator_symbol(b"x__rdl_allocx"), Some("__rdl_alloc"));
     }
@@ -149,10 +111,7 @@ mod tests {
     fn other_bytes_are_not_allocator_symbols() {
         assert_eq!(allocator_symbol(b""), None);
         assert_eq!(allocator_symbol(b"__rust_allo"), None);
-        assert_eq!(
-            allocator_symbol(b"allocation of a page from the pool, memcpy, __rust_begin_unwind"),
-            None
-        );
+        assert_eq!(allocator_symbol(b"allocation of a page from the pool, memcpy, __rust_begin_unwind"), None);
     }
 
     #[test]

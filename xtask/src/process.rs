@@ -8,9 +8,7 @@ use std::time::{Duration, Instant};
 
 /// The top directory of the workspace.
 pub fn root() -> &'static Path {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
-        .parent()
-        .expect("xtask lies in a directory of the workspace")
+    Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("xtask lies in a directory of the workspace")
 }
 
 /// A directory for one step's own build products, apart from those of the everyday builds: other compiler flags or
@@ -50,11 +48,7 @@ pub fn run_for(command: &mut Command, limit: Duration) -> Result<(), String> {
             // Either call fails only if the child has just ended by itself, which comes too late as well.
             let _ = child.kill();
             let _ = child.wait();
-            return Err(format!(
-                "{} took longer than {} s",
-                name(command),
-                limit.as_secs_f32()
-            ));
+            return Err(format!("{} took longer than {} s", name(command), limit.as_secs_f32()));
         }
         thread::sleep(Duration::from_millis(50));
     }
@@ -62,9 +56,7 @@ pub fn run_for(command: &mut Command, limit: Duration) -> Result<(), String> {
 
 /// Runs silently and returns standard output; the error carries standard error.
 pub fn read(command: &mut Command) -> Result<String, String> {
-    let output = command
-        .output()
-        .map_err(|error| format!("{}: {error}", show(command)))?;
+    let output = command.output().map_err(|error| format!("{}: {error}", show(command)))?;
     if output.status.success() {
         Ok(String::from_utf8_lossy(&output.stdout).trim().to_owned())
     } else {
@@ -75,24 +67,16 @@ pub fn read(command: &mut Command) -> Result<String, String> {
 
 fn start(command: &mut Command) -> Result<Child, String> {
     println!("$ {}", show(command));
-    command
-        .spawn()
-        .map_err(|error| format!("{}: {error}", show(command)))
+    command.spawn().map_err(|error| format!("{}: {error}", show(command)))
 }
 
 fn judge(command: &Command, status: ExitStatus) -> Result<(), String> {
-    if status.success() {
-        Ok(())
-    } else {
-        Err(format!("{}: {status}", name(command)))
-    }
+    if status.success() { Ok(()) } else { Err(format!("{}: {status}", name(command))) }
 }
 
 /// Enough to recognise a command that was shown in full when it started: the program and its first argument.
 fn name(command: &Command) -> String {
-    let program = Path::new(command.get_program())
-        .file_stem()
-        .unwrap_or(command.get_program());
+    let program = Path::new(command.get_program()).file_stem().unwrap_or(command.get_program());
     let words = std::iter::once(program).chain(command.get_args().take(1));
     words.map(quote).collect::<Vec<_>>().join(" ")
 }
@@ -108,22 +92,14 @@ fn show(command: &Command) -> String {
     // Which cargo it is has been said where it matters; its directory only buries the arguments.
     let program = Path::new(command.get_program());
     let is_cargo = program.file_stem() == Some(OsStr::new("cargo"));
-    words.push(if is_cargo {
-        "cargo".to_owned()
-    } else {
-        quote(command.get_program())
-    });
+    words.push(if is_cargo { "cargo".to_owned() } else { quote(command.get_program()) });
     words.extend(command.get_args().map(quote));
     words.join(" ")
 }
 
 fn quote(word: &OsStr) -> String {
     let word = word.to_string_lossy();
-    if word.contains(' ') {
-        format!("\"{word}\"")
-    } else {
-        word.into_owned()
-    }
+    if word.contains(' ') { format!("\"{word}\"") } else { word.into_owned() }
 }
 
 #[cfg(test)]
@@ -162,10 +138,7 @@ mod tests {
     #[test]
     fn commands_show_their_variables() {
         let mut command = command("/some/where/cargo");
-        command
-            .env("RUSTDOCFLAGS", "-D warnings")
-            .arg("doc")
-            .env_remove("UNSET");
+        command.env("RUSTDOCFLAGS", "-D warnings").arg("doc").env_remove("UNSET");
         assert_eq!(show(&command), "RUSTDOCFLAGS=\"-D warnings\" cargo doc");
     }
 }

@@ -35,49 +35,19 @@ impl From<Result<(), String>> for Outcome {
 
 /// Cheapest first, so that the common slips show early.
 pub const STEPS: &[Step] = &[
-    Step {
-        name: "fmt",
-        what: "formatting of every package",
-        run: fmt,
-    },
-    Step {
-        name: "lint",
-        what: "clippy on every package, warnings are errors",
-        run: lint,
-    },
-    Step {
-        name: "doc",
-        what: "documentation builds without a warning",
-        run: doc,
-    },
-    Step {
-        name: "unit",
-        what: "every test of the workspace, documentation examples included",
-        run: unit,
-    },
-    Step {
-        name: "target",
-        what: "the core builds for a Cortex-M without std and without alloc",
-        run: target::step,
-    },
-    Step {
-        name: "msrv",
-        what: "the workspace builds with the oldest supported Rust, if that is installed",
-        run: msrv,
-    },
+    Step { name: "fmt", what: "formatting of every package", run: fmt },
+    Step { name: "lint", what: "clippy on every package, warnings are errors", run: lint },
+    Step { name: "doc", what: "documentation builds without a warning", run: doc },
+    Step { name: "unit", what: "every test of the workspace, documentation examples included", run: unit },
+    Step { name: "target", what: "the core builds for a Cortex-M without std and without alloc", run: target::step },
+    Step { name: "msrv", what: "the workspace builds with the oldest supported Rust, if that is installed", run: msrv },
 ];
 
 /// Runs the steps and prints the summary. `false` if one failed.
 pub fn run(chosen: &[&Step]) -> bool {
     let mut results = Vec::new();
     for (index, step) in chosen.iter().enumerate() {
-        println!(
-            "\n=== [{}/{}] {}: {}",
-            index + 1,
-            chosen.len(),
-            step.name,
-            step.what
-        );
+        println!("\n=== [{}/{}] {}: {}", index + 1, chosen.len(), step.name, step.what);
         let started = Instant::now();
         let outcome = (step.run)();
         let elapsed = started.elapsed();
@@ -89,18 +59,9 @@ pub fn run(chosen: &[&Step]) -> bool {
     for (name, outcome, elapsed) in &results {
         println!("{}", verdict(name, outcome, *elapsed));
     }
-    let failed = results
-        .iter()
-        .filter(|(_, outcome, _)| matches!(outcome, Outcome::Failed(_)))
-        .count();
-    let skipped = results
-        .iter()
-        .filter(|(_, outcome, _)| matches!(outcome, Outcome::Skipped(_)))
-        .count();
-    println!(
-        "{} passed, {skipped} skipped, {failed} failed",
-        results.len() - failed - skipped
-    );
+    let failed = results.iter().filter(|(_, outcome, _)| matches!(outcome, Outcome::Failed(_))).count();
+    let skipped = results.iter().filter(|(_, outcome, _)| matches!(outcome, Outcome::Skipped(_))).count();
+    println!("{} passed, {skipped} skipped, {failed} failed", results.len() - failed - skipped);
     failed == 0
 }
 
@@ -120,26 +81,13 @@ fn fmt() -> Outcome {
 }
 
 fn lint() -> Outcome {
-    let arguments = [
-        "clippy",
-        "--workspace",
-        "--all-targets",
-        "--keep-going",
-        "--",
-        "-D",
-        "warnings",
-    ];
+    let arguments = ["clippy", "--workspace", "--all-targets", "--keep-going", "--", "-D", "warnings"];
     process::run(process::cargo().args(arguments)).into()
 }
 
 fn doc() -> Outcome {
     let mut cargo = process::cargo();
-    cargo.env("RUSTDOCFLAGS", "-D warnings").args([
-        "doc",
-        "--workspace",
-        "--no-deps",
-        "--keep-going",
-    ]);
+    cargo.env("RUSTDOCFLAGS", "-D warnings").args(["doc", "--workspace", "--no-deps", "--keep-going"]);
     process::run(&mut cargo).into()
 }
 
@@ -150,70 +98,36 @@ fn unit() -> Outcome {
 /// Checks with the oldest supported toolchain, but only if rustup has it: fetching one is not a test's business.
 fn msrv() -> Outcome {
     let oldest = env!("CARGO_PKG_RUST_VERSION");
-    let listed =
-        process::read(process::command("rustup").args(["toolchain", "list"])).unwrap_or_default();
-    let Some(toolchain) = listed
-        .split_whitespace()
-        .find(|name| is_version(name, oldest))
-    else {
+    let listed = process::read(process::command("rustup").args(["toolchain", "list"])).unwrap_or_default();
+    let Some(toolchain) = listed.split_whitespace().find(|name| is_version(name, oldest)) else {
         return Outcome::Skipped(format!("NOT CHECKED: no toolchain {oldest} is installed"));
     };
     // A toolchain's name is whatever its owner called it; the compiler itself knows better.
-    let version =
-        process::read(process::command("rustup").args(["run", toolchain, "rustc", "--version"]));
+    let version = process::read(process::command("rustup").args(["run", toolchain, "rustc", "--version"]));
     match version {
-        Ok(version)
-            if version
-                .split(' ')
-                .nth(1)
-                .is_some_and(|number| is_version(number, oldest)) => {}
+        Ok(version) if version.split(' ').nth(1).is_some_and(|number| is_version(number, oldest)) => {}
         other => {
-            return Outcome::Skipped(format!(
-                "NOT CHECKED: toolchain {toolchain} is not {oldest}: {other:?}"
-            ));
+            return Outcome::Skipped(format!("NOT CHECKED: toolchain {toolchain} is not {oldest}: {other:?}"));
         }
     }
     let mut check = process::command("rustup");
-    check.args([
-        "run",
-        toolchain,
-        "cargo",
-        "check",
-        "--workspace",
-        "--all-targets",
-        "--target-dir",
-    ]);
-    check
-        .arg(process::own_target_dir("msrv"))
-        .env_remove("RUSTC");
+    check.args(["run", toolchain, "cargo", "check", "--workspace", "--all-targets", "--target-dir"]);
+    check.arg(process::own_target_dir("msrv")).env_remove("RUSTC");
     process::run(&mut check).into()
 }
 
 /// Whether `name` is the release `version`, any patch release of it, or a toolchain called after one.
 fn is_version(name: &str, version: &str) -> bool {
-    name.strip_prefix(version)
-        .is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', '-']))
+    name.strip_prefix(version).is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', '-']))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    const FAILS: Step = Step {
-        name: "fails",
-        what: "",
-        run: || Outcome::Failed("on purpose".into()),
-    };
-    const SKIPS: Step = Step {
-        name: "skips",
-        what: "",
-        run: || Outcome::Skipped("on purpose".into()),
-    };
-    const PASSES: Step = Step {
-        name: "passes",
-        what: "",
-        run: || Outcome::Passed(String::new()),
-    };
+    const FAILS: Step = Step { name: "fails", what: "", run: || Outcome::Failed("on purpose".into()) };
+    const SKIPS: Step = Step { name: "skips", what: "", run: || Outcome::Skipped("on purpose".into()) };
+    const PASSES: Step = Step { name: "passes", what: "", run: || Outcome::Passed(String::new()) };
 
     #[test]
     fn one_failure_fails_the_run_and_a_skip_does_not() {
@@ -229,11 +143,7 @@ mod tests {
             REACHED.store(true, Ordering::Relaxed);
             Outcome::Passed(String::new())
         }
-        let reaches = Step {
-            name: "reaches",
-            what: "",
-            run: reach,
-        };
+        let reaches = Step { name: "reaches", what: "", run: reach };
         assert!(!run(&[&FAILS, &reaches]));
         assert!(REACHED.load(Ordering::Relaxed));
     }

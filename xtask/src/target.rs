@@ -34,9 +34,7 @@ impl Choice {
             None | Some("") => Ok(Self::First),
             Some("rustup") => Ok(Self::Rustup),
             Some("debian") => Ok(Self::Debian),
-            Some(other) => Err(format!(
-                "{CHOICE_VARIABLE} is `{other}`; it may be `rustup` or `debian`"
-            )),
+            Some(other) => Err(format!("{CHOICE_VARIABLE} is `{other}`; it may be `rustup` or `debian`")),
         }
     }
 }
@@ -62,13 +60,9 @@ fn find() -> Result<Toolchain, String> {
     let choice = Choice::from_variable(std::env::var(CHOICE_VARIABLE).ok().as_deref())?;
     println!("looking for a toolchain that builds for {TARGET}");
     if choice != Choice::Debian {
-        for (name, alternative) in [
-            (
-                "active toolchain",
-                active as fn() -> Result<Toolchain, String>,
-            ),
-            ("rustup target add", add_with_rustup),
-        ] {
+        for (name, alternative) in
+            [("active toolchain", active as fn() -> Result<Toolchain, String>), ("rustup target add", add_with_rustup)]
+        {
             if let Some(toolchain) = report(name, alternative()) {
                 return Ok(toolchain);
             }
@@ -81,9 +75,7 @@ fn find() -> Result<Toolchain, String> {
     }
     Err(match choice {
         Choice::First => format!("no toolchain here builds for {TARGET}; see the reasons above"),
-        _ => format!(
-            "no toolchain that {CHOICE_VARIABLE} allows builds for {TARGET}; see the reasons above"
-        ),
+        _ => format!("no toolchain that {CHOICE_VARIABLE} allows builds for {TARGET}; see the reasons above"),
     })
 }
 
@@ -107,25 +99,15 @@ fn active() -> Result<Toolchain, String> {
     if noalloc::has_core(&sysroot, TARGET) {
         Ok(Toolchain::Active { sysroot })
     } else {
-        Err(format!(
-            "{} has no libraries for {TARGET}",
-            sysroot.display()
-        ))
+        Err(format!("{} has no libraries for {TARGET}", sysroot.display()))
     }
 }
 
 /// Has rustup fetch the target for the active toolchain.
 fn add_with_rustup() -> Result<Toolchain, String> {
-    process::read(process::command("rustup").arg("--version"))
-        .map_err(|_| "there is no rustup".to_owned())?;
-    println!(
-        "setting up: rustup fetches {TARGET}, for at most {} s",
-        DOWNLOAD_LIMIT.as_secs()
-    );
-    process::run_for(
-        process::command("rustup").args(["target", "add", TARGET]),
-        DOWNLOAD_LIMIT,
-    )?;
+    process::read(process::command("rustup").arg("--version")).map_err(|_| "there is no rustup".to_owned())?;
+    println!("setting up: rustup fetches {TARGET}, for at most {} s", DOWNLOAD_LIMIT.as_secs());
+    process::run_for(process::command("rustup").args(["target", "add", TARGET]), DOWNLOAD_LIMIT)?;
     active()
 }
 
@@ -151,33 +133,21 @@ fn debian_usable() -> Result<(), String> {
     let version = process::read(debian_command(DEBIAN_RUSTC).arg("--version"))?;
     let oldest = env!("CARGO_PKG_RUST_VERSION");
     if minor_version(&version).is_none_or(|minor| Some(minor) < minor_version(oldest)) {
-        return Err(format!(
-            "{DEBIAN_RUSTC} is `{version}`, older than {oldest}"
-        ));
+        return Err(format!("{DEBIAN_RUSTC} is `{version}`, older than {oldest}"));
     }
     // The packages link the sources to where `-Zbuild-std` looks for them.
     let sysroot = process::read(debian_command(DEBIAN_RUSTC).args(["--print", "sysroot"]))?;
     let sources = Path::new(&sysroot).join("lib/rustlib/src/rust/library/core/Cargo.toml");
-    if sources.is_file() {
-        Ok(())
-    } else {
-        Err(format!("{} is missing", sources.display()))
-    }
+    if sources.is_file() { Ok(()) } else { Err(format!("{} is missing", sources.display())) }
 }
 
 /// The number 96 of "rustc 1.96.0 (…)" or of "1.96".
 fn minor_version(text: &str) -> Option<u32> {
-    text.split(' ')
-        .find_map(|word| word.strip_prefix("1."))?
-        .split('.')
-        .next()?
-        .parse()
-        .ok()
+    text.split(' ').find_map(|word| word.strip_prefix("1."))?.split('.').next()?.parse().ok()
 }
 
 fn install_debian_packages() -> Result<(), String> {
-    process::read(process::command("apt-get").arg("--version"))
-        .map_err(|_| "there is no apt-get".to_owned())?;
+    process::read(process::command("apt-get").arg("--version")).map_err(|_| "there is no apt-get".to_owned())?;
     let packages = DEBIAN_PACKAGES.join(" ");
     if process::read(process::command("id").arg("-u"))? != "0" {
         return Err(format!("only root can install {packages}"));
@@ -187,9 +157,7 @@ fn install_debian_packages() -> Result<(), String> {
     process::run(update.arg("update"))?;
     let mut install = apt_get();
     // Without --no-remove apt would replace another Rust the machine's owner has chosen.
-    install
-        .args(["install", "-y", "--no-install-recommends", "--no-remove"])
-        .args(DEBIAN_PACKAGES);
+    install.args(["install", "-y", "--no-install-recommends", "--no-remove"]).args(DEBIAN_PACKAGES);
     process::run(&mut install)
 }
 
@@ -197,13 +165,7 @@ fn install_debian_packages() -> Result<(), String> {
 fn apt_get() -> Command {
     let mut command = process::command("apt-get");
     command.env("DEBIAN_FRONTEND", "noninteractive");
-    command.args([
-        "-q",
-        "-o",
-        "Acquire::Retries=1",
-        "-o",
-        "Acquire::http::Timeout=30",
-    ]);
+    command.args(["-q", "-o", "Acquire::Retries=1", "-o", "Acquire::http::Timeout=30"]);
     command.args(["-o", "Acquire::https::Timeout=30"]);
     command
 }
@@ -211,13 +173,7 @@ fn apt_get() -> Command {
 /// A command of Debian's toolchain, kept apart from the one that runs this program.
 fn debian_command(program: &str) -> Command {
     let mut command = process::command(program);
-    for variable in [
-        "CARGO",
-        "RUSTUP_TOOLCHAIN",
-        "LD_LIBRARY_PATH",
-        "RUSTC_WRAPPER",
-        "RUSTC_WORKSPACE_WRAPPER",
-    ] {
+    for variable in ["CARGO", "RUSTUP_TOOLCHAIN", "LD_LIBRARY_PATH", "RUSTC_WRAPPER", "RUSTC_WORKSPACE_WRAPPER"] {
         command.env_remove(variable);
     }
     clear_flags(&mut command);
@@ -226,9 +182,7 @@ fn debian_command(program: &str) -> Command {
 
 /// The build is judged with the flags given here and no others.
 fn clear_flags(command: &mut Command) {
-    command
-        .env_remove("RUSTFLAGS")
-        .env_remove("CARGO_ENCODED_RUSTFLAGS");
+    command.env_remove("RUSTFLAGS").env_remove("CARGO_ENCODED_RUSTFLAGS");
 }
 
 /// Builds the core where there is no `alloc`, and looks at the library.
@@ -236,18 +190,12 @@ fn build(toolchain: &Toolchain) -> Result<String, String> {
     let (name, dir, mut cargo) = match toolchain {
         Toolchain::Active { sysroot } => {
             let dir = process::own_target_dir("target-active");
-            println!(
-                "setting up: a sysroot with core and without alloc, in {}",
-                dir.display()
-            );
+            println!("setting up: a sysroot with core and without alloc, in {}", dir.display());
             let core_only = noalloc::core_only_sysroot(sysroot, TARGET, &dir.join("core-only"))?;
             let mut cargo = process::cargo();
             clear_flags(&mut cargo);
             // The encoded form survives a path with a space in it.
-            cargo.env(
-                "CARGO_ENCODED_RUSTFLAGS",
-                format!("--sysroot={}", core_only.display()),
-            );
+            cargo.env("CARGO_ENCODED_RUSTFLAGS", format!("--sysroot={}", core_only.display()));
             cargo.arg("build");
             ("the active toolchain", dir, cargo)
         }
@@ -256,31 +204,15 @@ fn build(toolchain: &Toolchain) -> Result<String, String> {
             // Building `core` from its sources is an unstable feature of cargo, and this is a stable cargo.
             cargo.env("RUSTC_BOOTSTRAP", "1").env("RUSTC", DEBIAN_RUSTC);
             cargo.args(["build", "-Zbuild-std=core"]);
-            (
-                "Debian's toolchain",
-                process::own_target_dir("target-debian"),
-                cargo,
-            )
+            ("Debian's toolchain", process::own_target_dir("target-debian"), cargo)
         }
     };
-    cargo
-        .args([
-            "-p",
-            "scphd",
-            "--target",
-            TARGET,
-            "--release",
-            "--target-dir",
-        ])
-        .arg(&dir);
+    cargo.args(["-p", "scphd", "--target", TARGET, "--release", "--target-dir"]).arg(&dir);
     process::run(&mut cargo)?;
 
     let library = dir.join(TARGET).join("release/libscphd.rlib");
     noalloc::check_library(&library)?;
-    println!(
-        "no alloc to link with, and no allocator symbol in {}",
-        library.display()
-    );
+    println!("no alloc to link with, and no allocator symbol in {}", library.display());
     Ok(format!("with {name}"))
 }
 
@@ -299,15 +231,9 @@ mod tests {
 
     #[test]
     fn minor_versions_are_read() {
-        assert_eq!(
-            minor_version("rustc 1.96.0 (ac68faa20 2026-05-25)"),
-            Some(96)
-        );
+        assert_eq!(minor_version("rustc 1.96.0 (ac68faa20 2026-05-25)"), Some(96));
         assert_eq!(minor_version("1.89"), Some(89));
-        assert_eq!(
-            minor_version("rustc 1.97.0-nightly (e50aa6fba 2026-05-19)"),
-            Some(97)
-        );
+        assert_eq!(minor_version("rustc 1.97.0-nightly (e50aa6fba 2026-05-19)"), Some(97));
         assert_eq!(minor_version("no version"), None);
     }
 }

@@ -31,10 +31,7 @@ pub enum Place {
 impl Place {
     /// An error at this place.
     pub(super) fn error(self, problem: Problem) -> LogError {
-        LogError {
-            place: self,
-            problem,
-        }
+        LogError { place: self, problem }
     }
 }
 
@@ -133,10 +130,7 @@ impl fmt::Display for Problem {
             Self::Syntax(what) => write!(f, "{what}"),
             Self::Twice => write!(f, "named twice in the header"),
             Self::Fields { found, expected } => {
-                write!(
-                    f,
-                    "wrong number of fields: {found}, the header has {expected}"
-                )
+                write!(f, "wrong number of fields: {found}, the header has {expected}")
             }
             Self::NotFinite(text) => write!(f, "not a finite number: '{text}'"),
             Self::NotWhole(text) => write!(f, "not a whole number: '{text}'"),

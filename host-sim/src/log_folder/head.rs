@@ -35,17 +35,11 @@ impl Head {
         let file = "log.toml";
         let text = text(dir, file)?.ok_or_else(|| Place::File(file).error(Problem::Missing))?;
         let table: Table = text.parse().map_err(|error| syntax(&text, &error))?;
-        let top = Section {
-            name: "",
-            table: &table,
-        };
+        let top = Section { name: "", table: &table };
         // The sensor first: logs of other sensors lack other things as well, which is not what to report.
         if table.contains_key("camera") && !table.contains_key("sensor") {
             let found = String::from("camera");
-            return Err(top.key("camera").error(Problem::Unsupported {
-                found,
-                supported: SENSORS,
-            }));
+            return Err(top.key("camera").error(Problem::Unsupported { found, supported: SENSORS }));
         }
         let sensor = top.section("sensor")?;
         let vehicle = top.section("vehicle")?;
@@ -64,9 +58,8 @@ impl Head {
                 speed_sigma_mps: vehicle.sigma("speed_sigma_mps")?,
                 rate_sigma_radps: vehicle.sigma("rate_sigma_radps")?,
                 steering_sigma_rad: vehicle.sigma("steering_sigma_rad")?,
-                detection_probability: sensor.limited("detection_probability", "0 to 1", |p| {
-                    (0.0..=1.0).contains(&p)
-                })?,
+                detection_probability: sensor
+                    .limited("detection_probability", "0 to 1", |p| (0.0..=1.0).contains(&p))?,
                 clutter_per_scan: sensor.sigma("clutter_per_scan")?,
             },
         })
@@ -85,10 +78,7 @@ fn sensor(section: &Section) -> Result<Sensor, LogError> {
     let model = section.string("model")?;
     if model != "range_bearing" {
         let found = model.to_owned();
-        return Err(section.key("model").error(Problem::Unsupported {
-            found,
-            supported: SENSORS,
-        }));
+        return Err(section.key("model").error(Problem::Unsupported { found, supported: SENSORS }));
     }
     let range_min_m = section.sigma("range_min_m")?.unwrap_or(0.0);
     let sensor = Sensor {
@@ -97,18 +87,10 @@ fn sensor(section: &Section) -> Result<Sensor, LogError> {
         bearing_min_rad: section.number("bearing_min_rad")?,
         bearing_max_rad: section.number("bearing_max_rad")?,
     };
-    section.check(
-        "range_max_m",
-        sensor.range_max_m,
-        "more than the least range",
-        |r| r > range_min_m,
-    )?;
-    section.check(
-        "bearing_max_rad",
-        sensor.bearing_max_rad,
-        "more than bearing_min_rad",
-        |b| b > sensor.bearing_min_rad,
-    )?;
+    section.check("range_max_m", sensor.range_max_m, "more than the least range", |r| r > range_min_m)?;
+    section.check("bearing_max_rad", sensor.bearing_max_rad, "more than bearing_min_rad", |b| {
+        b > sensor.bearing_min_rad
+    })?;
     Ok(sensor)
 }
 
@@ -128,23 +110,14 @@ fn vehicle(section: &Section) -> Result<Vehicle, LogError> {
         "unicycle_arc" => Ok(Vehicle::UnicycleArc),
         other => {
             let found = other.to_owned();
-            Err(section.key("model").error(Problem::Unsupported {
-                found,
-                supported: VEHICLES,
-            }))
+            Err(section.key("model").error(Problem::Unsupported { found, supported: VEHICLES }))
         }
     }
 }
 
 /// A parser's error as one line.
 fn syntax(text: &str, error: &toml::de::Error) -> LogError {
-    let what = Problem::Syntax(
-        error
-            .message()
-            .split_whitespace()
-            .collect::<Vec<_>>()
-            .join(" "),
-    );
+    let what = Problem::Syntax(error.message().split_whitespace().collect::<Vec<_>>().join(" "));
     match error.span().and_then(|span| text.get(..span.start)) {
         Some(before) => Place::Row("log.toml", 1 + before.matches('\n').count() as u64).error(what),
         None => Place::File("log.toml").error(what),
@@ -153,39 +126,26 @@ fn syntax(text: &str, error: &toml::de::Error) -> LogError {
 
 impl<'a> Section<'a> {
     fn key(&self, key: &str) -> Place {
-        Place::Key(if self.name.is_empty() {
-            key.to_owned()
-        } else {
-            format!("{}.{key}", self.name)
-        })
+        Place::Key(if self.name.is_empty() { key.to_owned() } else { format!("{}.{key}", self.name) })
     }
 
     fn get(&self, key: &str) -> Result<&'a Value, LogError> {
-        self.table
-            .get(key)
-            .ok_or_else(|| self.key(key).error(Problem::Missing))
+        self.table.get(key).ok_or_else(|| self.key(key).error(Problem::Missing))
     }
 
     fn ill_typed(&self, key: &str, value: &Value, expected: &'static str) -> LogError {
-        self.key(key).error(Problem::Type {
-            found: value.to_string(),
-            expected,
-        })
+        self.key(key).error(Problem::Type { found: value.to_string(), expected })
     }
 
     fn section(&self, name: &'static str) -> Result<Section<'a>, LogError> {
         let value = self.get(name)?;
-        let table = value
-            .as_table()
-            .ok_or_else(|| self.ill_typed(name, value, "a section"))?;
+        let table = value.as_table().ok_or_else(|| self.ill_typed(name, value, "a section"))?;
         Ok(Section { name, table })
     }
 
     fn string(&self, key: &str) -> Result<&'a str, LogError> {
         let value = self.get(key)?;
-        value
-            .as_str()
-            .ok_or_else(|| self.ill_typed(key, value, "a string"))
+        value.as_str().ok_or_else(|| self.ill_typed(key, value, "a string"))
     }
 
     fn number(&self, key: &str) -> Result<f64, LogError> {
@@ -195,34 +155,17 @@ impl<'a> Section<'a> {
 
     fn pose(&self, key: &str) -> Result<[f64; 3], LogError> {
         let value = self.get(key)?;
-        let numbers = value
-            .as_array()
-            .and_then(|list| list.iter().map(finite).collect::<Option<Vec<_>>>());
+        let numbers = value.as_array().and_then(|list| list.iter().map(finite).collect::<Option<Vec<_>>>());
         let pose = numbers.and_then(|list| <[f64; 3]>::try_from(list).ok());
         pose.ok_or_else(|| self.ill_typed(key, value, "three finite numbers"))
     }
 
-    fn check(
-        &self,
-        key: &str,
-        found: f64,
-        expected: &'static str,
-        good: impl Fn(f64) -> bool,
-    ) -> Result<(), LogError> {
-        if good(found) {
-            Ok(())
-        } else {
-            Err(self.key(key).error(Problem::Limits { found, expected }))
-        }
+    fn check(&self, key: &str, found: f64, expected: &'static str, good: impl Fn(f64) -> bool) -> Result<(), LogError> {
+        if good(found) { Ok(()) } else { Err(self.key(key).error(Problem::Limits { found, expected })) }
     }
 
     /// A number that may be absent.
-    fn limited(
-        &self,
-        key: &str,
-        expected: &'static str,
-        good: impl Fn(f64) -> bool,
-    ) -> Result<Option<f64>, LogError> {
+    fn limited(&self, key: &str, expected: &'static str, good: impl Fn(f64) -> bool) -> Result<Option<f64>, LogError> {
         if !self.table.contains_key(key) {
             return Ok(None);
         }

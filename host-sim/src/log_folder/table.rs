@@ -30,11 +30,7 @@ pub(super) struct Row<'a> {
 pub(super) fn text(dir: &Path, file: &'static str) -> Result<Option<String>, LogError> {
     match fs::read(dir.join(file)) {
         Ok(bytes) => match String::from_utf8(bytes) {
-            Ok(text) => Ok(Some(
-                text.strip_prefix('\u{feff}')
-                    .map(str::to_owned)
-                    .unwrap_or(text),
-            )),
+            Ok(text) => Ok(Some(text.strip_prefix('\u{feff}').map(str::to_owned).unwrap_or(text))),
             Err(_) => Err(Place::File(file).error(Problem::NotText)),
         },
         Err(error) if error.kind() == NotFound => Ok(None),
@@ -54,11 +50,7 @@ struct Lines<'a> {
 
 impl<'a> Lines<'a> {
     fn new(text: &'a str) -> Self {
-        Self {
-            bytes: text.as_bytes(),
-            at: 0,
-            line: 1,
-        }
+        Self { bytes: text.as_bytes(), at: 0, line: 1 }
     }
 
     fn of(&mut self, record: &Position) -> u64 {
@@ -84,19 +76,10 @@ impl Table {
         let Some(text) = text(dir, file)? else {
             return Ok(None);
         };
-        let mut reader = ReaderBuilder::new()
-            .trim(Trim::All)
-            .from_reader(text.as_bytes());
+        let mut reader = ReaderBuilder::new().trim(Trim::All).from_reader(text.as_bytes());
         let fail = |error: csv::Error| match error.kind() {
-            ErrorKind::UnequalLengths {
-                pos: Some(pos),
-                expected_len,
-                len,
-            } => {
-                let problem = Problem::Fields {
-                    found: *len,
-                    expected: *expected_len,
-                };
+            ErrorKind::UnequalLengths { pos: Some(pos), expected_len, len } => {
+                let problem = Problem::Fields { found: *len, expected: *expected_len };
                 Place::Row(file, Lines::new(&text).of(pos)).error(problem)
             }
             _ => Place::File(file).error(Problem::Syntax(error.to_string())),
@@ -119,11 +102,7 @@ impl Table {
 
     /// The column of that name, if there is one.
     pub(super) fn column_if_any(&self, name: &'static str) -> Result<Option<Column>, LogError> {
-        let mut found = self
-            .header
-            .iter()
-            .enumerate()
-            .filter(|(_, title)| *title == name);
+        let mut found = self.header.iter().enumerate().filter(|(_, title)| *title == name);
         let column = found.next().map(|(index, _)| Column { name, index });
         if found.next().is_some() {
             return Err(Place::Cell(self.file, 1, name).error(Problem::Twice));
@@ -133,11 +112,7 @@ impl Table {
 
     /// The rows below the header.
     pub(super) fn rows(&self) -> impl Iterator<Item = Row<'_>> {
-        self.rows.iter().map(|(line, fields)| Row {
-            file: self.file,
-            line: *line,
-            fields,
-        })
+        self.rows.iter().map(|(line, fields)| Row { file: self.file, line: *line, fields })
     }
 }
 
@@ -152,27 +127,18 @@ impl Row<'_> {
         let text = &self.fields[column.index];
         match text.parse::<f64>() {
             Ok(number) if number.is_finite() => Ok(number),
-            _ => Err(self
-                .cell(column.name)
-                .error(Problem::NotFinite(text.to_owned()))),
+            _ => Err(self.cell(column.name).error(Problem::NotFinite(text.to_owned()))),
         }
     }
 
     /// A finite number, or nothing if the cell is empty.
     pub(super) fn number_if_any(&self, column: &Column) -> Result<Option<f64>, LogError> {
-        if self.fields[column.index].is_empty() {
-            Ok(None)
-        } else {
-            self.number(column).map(Some)
-        }
+        if self.fields[column.index].is_empty() { Ok(None) } else { self.number(column).map(Some) }
     }
 
     /// A whole number.
     pub(super) fn integer(&self, column: &Column) -> Result<i64, LogError> {
         let text = &self.fields[column.index];
-        text.parse().map_err(|_| {
-            self.cell(column.name)
-                .error(Problem::NotWhole(text.to_owned()))
-        })
+        text.parse().map_err(|_| self.cell(column.name).error(Problem::NotWhole(text.to_owned())))
     }
 }

@@ -40,15 +40,9 @@ impl Folder {
     fn sound() -> Self {
         let folder = Self::empty();
         folder.put("log.toml", HEAD);
-        folder.put(
-            "odometry.csv",
-            "t_s,speed_mps,steering_rad\n0,1.5,0.1\n0.5,2,-0.25\n0.5,3,0\n",
-        );
+        folder.put("odometry.csv", "t_s,speed_mps,steering_rad\n0,1.5,0.1\n0.5,2,-0.25\n0.5,3,0\n");
         folder.put("scans.csv", "scan,t_s\n0,0\n2,0.5\n3,1\n");
-        folder.put(
-            "detections.csv",
-            "scan,range_m,bearing_rad\n0,1,0.5\n3,2,-0.5\n3,3,0.25\n",
-        );
+        folder.put("detections.csv", "scan,range_m,bearing_rad\n0,1,0.5\n3,2,-0.5\n3,3,0.25\n");
         folder
     }
 
@@ -85,10 +79,7 @@ fn with_head(piece: &str, other: &str) -> String {
 #[test]
 fn a_sound_folder() {
     let log = read(&Folder::sound().0).unwrap();
-    let row = |t_s, speed, steering| Odometry {
-        t_s,
-        control: [speed, steering],
-    };
+    let row = |t_s, speed, steering| Odometry { t_s, control: [speed, steering] };
     let expected = Log {
         name: "test".into(),
         initial_pose: [1.0, 2.5, -0.5],
@@ -98,31 +89,14 @@ fn a_sound_folder() {
             sensor_forward_m: 3.78,
             sensor_left_m: 0.5,
         },
-        sensor: Sensor {
-            range_min_m: 0.0,
-            range_max_m: 30.0,
-            bearing_min_rad: -1.5,
-            bearing_max_rad: 1.5,
-        },
-        nominal: Nominal {
-            range_sigma_m: Some(0.1),
-            ..Nominal::default()
-        },
+        sensor: Sensor { range_min_m: 0.0, range_max_m: 30.0, bearing_min_rad: -1.5, bearing_max_rad: 1.5 },
+        nominal: Nominal { range_sigma_m: Some(0.1), ..Nominal::default() },
         simulated: false,
         odometry: vec![row(0.0, 1.5, 0.1), row(0.5, 2.0, -0.25), row(0.5, 3.0, 0.0)],
         scans: vec![
-            Scan {
-                t_s: 0.0,
-                detections: vec![[1.0, 0.5]],
-            },
-            Scan {
-                t_s: 0.5,
-                detections: vec![],
-            },
-            Scan {
-                t_s: 1.0,
-                detections: vec![[2.0, -0.5], [3.0, 0.25]],
-            },
+            Scan { t_s: 0.0, detections: vec![[1.0, 0.5]] },
+            Scan { t_s: 0.5, detections: vec![] },
+            Scan { t_s: 1.0, detections: vec![[2.0, -0.5], [3.0, 0.25]] },
         ],
         truth: vec![],
         landmarks: vec![],
@@ -141,23 +115,13 @@ fn optional_files_and_foreign_columns() {
     );
     folder.put("truth.csv", "t_s,x_m,y_m,heading_rad\n0,1,2,0.5\n1,2,3,\n");
     folder.put("landmarks.csv", "x_m,y_m\n4,5\n");
-    folder.put(
-        "moving.csv",
-        "subject,t_s,x_m,y_m\n2,0,1,1\n2,1,1,2\n-1,0,3,3\n",
-    );
+    folder.put("moving.csv", "subject,t_s,x_m,y_m\n2,0,1,1\n2,1,1,2\n-1,0,3,3\n");
     let log = read(&folder.0).unwrap();
     assert_eq!(log.scans, read(&Folder::sound().0).unwrap().scans);
     let headings: Vec<_> = log.truth.iter().map(|row| row.heading_rad).collect();
     assert_eq!(headings, [Some(0.5), None]);
     assert_eq!(log.landmarks, [[4.0, 5.0]]);
-    assert_eq!(
-        log.moving[2],
-        MovingLandmark {
-            subject: -1,
-            t_s: 0.0,
-            position: [3.0, 3.0]
-        }
-    );
+    assert_eq!(log.moving[2], MovingLandmark { subject: -1, t_s: 0.0, position: [3.0, 3.0] });
 }
 
 #[test]
@@ -165,10 +129,7 @@ fn what_is_missing_is_named() {
     let folder = Folder::empty();
     assert_eq!(folder.error(), "log.toml: missing");
     let nowhere = folder.0.join("nowhere");
-    assert_eq!(
-        read(&nowhere).unwrap_err().to_string(),
-        format!("{}: missing", nowhere.display())
-    );
+    assert_eq!(read(&nowhere).unwrap_err().to_string(), format!("{}: missing", nowhere.display()));
     for file in ["odometry.csv", "scans.csv", "detections.csv"] {
         let folder = Folder::sound();
         fs::remove_file(folder.0.join(file)).unwrap();
@@ -176,149 +137,73 @@ fn what_is_missing_is_named() {
     }
     let message = with("odometry.csv", "t_s,v_mps,steering_rad\n");
     assert_eq!(message, "odometry.csv, row 1, column speed_mps: missing");
-    assert_eq!(
-        with("scans.csv", ""),
-        "scans.csv, row 1, column scan: missing"
-    );
+    assert_eq!(with("scans.csv", ""), "scans.csv, row 1, column scan: missing");
     assert_eq!(with("scans.csv", "scan,t_s\n"), "scans.csv: no scans");
-    assert_eq!(
-        with("truth.csv", "t_s,x_m\n"),
-        "truth.csv, row 1, column y_m: missing"
-    );
+    assert_eq!(with("truth.csv", "t_s,x_m\n"), "truth.csv, row 1, column y_m: missing");
     let message = with("scans.csv", "scan,t_s,t_s\n");
-    assert_eq!(
-        message,
-        "scans.csv, row 1, column t_s: named twice in the header"
-    );
+    assert_eq!(message, "scans.csv, row 1, column t_s: named twice in the header");
 }
 
 #[test]
 fn bad_cells_are_named_by_row_and_column() {
     for bad in ["nan", "inf", "-inf", "1e999", "x", "", "1 2"] {
-        let message = with(
-            "odometry.csv",
-            format!("t_s,speed_mps,steering_rad\n0,1,0\n1,{bad},0\n"),
-        );
-        assert_eq!(
-            message,
-            format!("odometry.csv, row 3, column speed_mps: not a finite number: '{bad}'")
-        );
+        let message = with("odometry.csv", format!("t_s,speed_mps,steering_rad\n0,1,0\n1,{bad},0\n"));
+        assert_eq!(message, format!("odometry.csv, row 3, column speed_mps: not a finite number: '{bad}'"));
     }
     let message = with("truth.csv", "t_s,x_m,y_m,heading_rad\n0,0,0,east\n");
-    assert_eq!(
-        message,
-        "truth.csv, row 2, column heading_rad: not a finite number: 'east'"
-    );
+    assert_eq!(message, "truth.csv, row 2, column heading_rad: not a finite number: 'east'");
     let message = with("scans.csv", "scan,t_s\n0,0\n1.5,1\n");
-    assert_eq!(
-        message,
-        "scans.csv, row 3, column scan: not a whole number: '1.5'"
-    );
+    assert_eq!(message, "scans.csv, row 3, column scan: not a whole number: '1.5'");
     let message = with("odometry.csv", "t_s,speed_mps,steering_rad\n0,1,0\n1,1\n");
-    assert_eq!(
-        message,
-        "odometry.csv, row 3: wrong number of fields: 2, the header has 3"
-    );
+    assert_eq!(message, "odometry.csv, row 3: wrong number of fields: 2, the header has 3");
     let message = with("odometry.csv", b"t_s,speed_mps,steering_rad\n0,\xff,0\n");
     assert_eq!(message, "odometry.csv: not UTF-8 text");
 }
 
 #[test]
 fn rows_are_lines_of_the_file_whatever_ends_them() {
-    for (mark, end, blank) in [
-        ("", "\n", 0),
-        ("", "\r\n", 0),
-        ("\u{feff}", "\n", 2),
-        ("\u{feff}", "\r\n", 3),
-    ] {
+    for (mark, end, blank) in [("", "\n", 0), ("", "\r\n", 0), ("\u{feff}", "\n", 2), ("\u{feff}", "\r\n", 3)] {
         let header = format!("{mark}scan,t_s");
         let blanks = end.repeat(blank);
-        let rows = [
-            header.clone(),
-            format!("{blanks}0,0"),
-            format!("1,1{blanks}"),
-            "2,x".into(),
-        ];
+        let rows = [header.clone(), format!("{blanks}0,0"), format!("1,1{blanks}"), "2,x".into()];
         let message = with("scans.csv", rows.join(end));
-        let expected = format!(
-            "scans.csv, row {}, column t_s: not a finite number: 'x'",
-            4 + 2 * blank
-        );
+        let expected = format!("scans.csv, row {}, column t_s: not a finite number: 'x'", 4 + 2 * blank);
         assert_eq!(message, expected);
-        let rows = [
-            header.clone(),
-            format!("{blanks}0,0"),
-            format!("1,1{blanks}"),
-            "2".into(),
-        ];
+        let rows = [header.clone(), format!("{blanks}0,0"), format!("1,1{blanks}"), "2".into()];
         let message = with("scans.csv", rows.join(end));
-        assert!(
-            message.starts_with(&format!("scans.csv, row {}: wrong", 4 + 2 * blank)),
-            "{message}"
-        );
+        assert!(message.starts_with(&format!("scans.csv, row {}: wrong", 4 + 2 * blank)), "{message}");
     }
 }
 
 #[test]
 fn order_is_checked() {
-    let message = with(
-        "odometry.csv",
-        "t_s,speed_mps,steering_rad\n0,1,0\n2,1,0\n1.5,1,0\n",
-    );
-    assert_eq!(
-        message,
-        "odometry.csv, row 4, column t_s: time goes backwards from 2 to 1.5"
-    );
+    let message = with("odometry.csv", "t_s,speed_mps,steering_rad\n0,1,0\n2,1,0\n1.5,1,0\n");
+    assert_eq!(message, "odometry.csv, row 4, column t_s: time goes backwards from 2 to 1.5");
     let message = with("scans.csv", "scan,t_s\n0,1\n1,0\n");
-    assert_eq!(
-        message,
-        "scans.csv, row 3, column t_s: time goes backwards from 1 to 0"
-    );
+    assert_eq!(message, "scans.csv, row 3, column t_s: time goes backwards from 1 to 0");
     let message = with("truth.csv", "t_s,x_m,y_m\n0,0,0\n-1,0,0\n");
-    assert_eq!(
-        message,
-        "truth.csv, row 3, column t_s: time goes backwards from 0 to -1"
-    );
-    let message = with(
-        "moving.csv",
-        "subject,t_s,x_m,y_m\n1,5,0,0\n2,1,0,0\n1,4,0,0\n",
-    );
-    assert_eq!(
-        message,
-        "moving.csv, row 4, column t_s: time goes backwards from 5 to 4"
-    );
+    assert_eq!(message, "truth.csv, row 3, column t_s: time goes backwards from 0 to -1");
+    let message = with("moving.csv", "subject,t_s,x_m,y_m\n1,5,0,0\n2,1,0,0\n1,4,0,0\n");
+    assert_eq!(message, "moving.csv, row 4, column t_s: time goes backwards from 5 to 4");
     for (twice, least) in [("0,0\n0,1", 1), ("0,0\n4,1\n3,2", 5), ("-1,0", 0)] {
         let message = with("scans.csv", format!("scan,t_s\n{twice}\n"));
-        assert!(
-            message.ends_with(&format!("out of order, expected {least} or more")),
-            "{message}"
-        );
+        assert!(message.ends_with(&format!("out of order, expected {least} or more")), "{message}");
     }
     let message = with("detections.csv", "scan,range_m,bearing_rad\n0,1,0\n1,1,0\n");
-    assert_eq!(
-        message,
-        "detections.csv, row 3, column scan: scan 1 is not in scans.csv"
-    );
+    assert_eq!(message, "detections.csv, row 3, column scan: scan 1 is not in scans.csv");
     let message = with("detections.csv", "scan,range_m,bearing_rad\n2,1,0\n0,1,0\n");
-    assert_eq!(
-        message,
-        "detections.csv, row 3, column scan: scan 0 out of order, expected 2 or more"
-    );
+    assert_eq!(message, "detections.csv, row 3, column scan: scan 0 out of order, expected 2 or more");
 }
 
 #[test]
 fn negative_ranges_are_noise_in_a_simulation_and_wrong_elsewhere() {
     let negative = "scan,range_m,bearing_rad\n0,-0.5,0\n";
     let message = with("detections.csv", negative);
-    let expected =
-        "detections.csv, row 2, column range_m: negative range -0.5 in a log that is not simulated";
+    let expected = "detections.csv, row 2, column range_m: negative range -0.5 in a log that is not simulated";
     assert_eq!(message, expected);
     let folder = Folder::sound();
     folder.put("detections.csv", negative);
-    folder.put(
-        "log.toml",
-        HEAD.replace("\"real\"", "\"simulated, by hand\""),
-    );
+    folder.put("log.toml", HEAD.replace("\"real\"", "\"simulated, by hand\""));
     let log = read(&folder.0).unwrap();
     assert!(log.simulated);
     assert_eq!(log.scans[0].detections, [[-0.5, 0.0]]);
@@ -328,73 +213,35 @@ fn negative_ranges_are_noise_in_a_simulation_and_wrong_elsewhere() {
 fn the_head_is_checked() {
     let message = with_head("kind = \"real\"", "kind = ");
     assert!(message.starts_with("log.toml, row 2: "), "{message}");
-    assert_eq!(
-        with_head("name = \"test\"", ""),
-        "log.toml, key name: missing"
-    );
-    assert_eq!(
-        with_head("name = \"test\"", "name = 3"),
-        "log.toml, key name: not a string but 3"
-    );
-    assert_eq!(
-        with_head("wheelbase_m = 2.83", ""),
-        "log.toml, key vehicle.wheelbase_m: missing"
-    );
+    assert_eq!(with_head("name = \"test\"", ""), "log.toml, key name: missing");
+    assert_eq!(with_head("name = \"test\"", "name = 3"), "log.toml, key name: not a string but 3");
+    assert_eq!(with_head("wheelbase_m = 2.83", ""), "log.toml, key vehicle.wheelbase_m: missing");
     let message = with_head("2.83", "\"long\"");
-    assert_eq!(
-        message,
-        "log.toml, key vehicle.wheelbase_m: not a finite number but \"long\""
-    );
-    assert_eq!(
-        with_head("2.83", "nan"),
-        "log.toml, key vehicle.wheelbase_m: not a finite number but nan"
-    );
-    assert_eq!(
-        with_head("2.83", "0"),
-        "log.toml, key vehicle.wheelbase_m: 0, expected more than 0"
-    );
+    assert_eq!(message, "log.toml, key vehicle.wheelbase_m: not a finite number but \"long\"");
+    assert_eq!(with_head("2.83", "nan"), "log.toml, key vehicle.wheelbase_m: not a finite number but nan");
+    assert_eq!(with_head("2.83", "0"), "log.toml, key vehicle.wheelbase_m: 0, expected more than 0");
     let message = with_head("[1, 2.5, -0.5]", "[1, 2.5]");
-    assert_eq!(
-        message,
-        "log.toml, key initial_pose: not three finite numbers but [1, 2.5]"
-    );
+    assert_eq!(message, "log.toml, key initial_pose: not three finite numbers but [1, 2.5]");
     let message = with_head("range_max_m = 30", "range_max_m = 30\nrange_min_m = 40");
-    assert_eq!(
-        message,
-        "log.toml, key sensor.range_max_m: 30, expected more than the least range"
-    );
+    assert_eq!(message, "log.toml, key sensor.range_max_m: 30, expected more than the least range");
     let message = with_head("bearing_max_rad = 1.5", "bearing_max_rad = -2");
-    assert_eq!(
-        message,
-        "log.toml, key sensor.bearing_max_rad: -2, expected more than bearing_min_rad"
-    );
+    assert_eq!(message, "log.toml, key sensor.bearing_max_rad: -2, expected more than bearing_min_rad");
     let message = with_head("range_sigma_m = 0.1", "detection_probability = 1.5");
-    assert_eq!(
-        message,
-        "log.toml, key sensor.detection_probability: 1.5, expected 0 to 1"
-    );
+    assert_eq!(message, "log.toml, key sensor.detection_probability: 1.5, expected 0 to 1");
     let message = with_head("range_sigma_m = 0.1", "range_sigma_m = -1");
-    assert_eq!(
-        message,
-        "log.toml, key sensor.range_sigma_m: -1, expected 0 or more"
-    );
+    assert_eq!(message, "log.toml, key sensor.range_sigma_m: -1, expected 0 or more");
 }
 
 #[test]
 fn models_that_are_not_supported_are_named() {
     let message = with_head("\"ackermann\"", "\"hovercraft\"");
-    let expected = "log.toml, key vehicle.model: 'hovercraft' is not supported yet, only ackermann, unicycle and unicycle_arc";
+    let expected =
+        "log.toml, key vehicle.model: 'hovercraft' is not supported yet, only ackermann, unicycle and unicycle_arc";
     assert_eq!(message, expected);
     let message = with_head("\"range_bearing\"", "\"stereo\"");
-    assert_eq!(
-        message,
-        "log.toml, key sensor.model: 'stereo' is not supported yet, only range_bearing"
-    );
+    assert_eq!(message, "log.toml, key sensor.model: 'stereo' is not supported yet, only range_bearing");
     let message = with("log.toml", "name = \"camera\"\n[camera]\nfu = 484.5\n");
-    assert_eq!(
-        message,
-        "log.toml, key camera: 'camera' is not supported yet, only range_bearing"
-    );
+    assert_eq!(message, "log.toml, key camera: 'camera' is not supported yet, only range_bearing");
     if let Some(dir) = shared_data::find("starry_night") {
         assert_eq!(read(&dir).unwrap_err().to_string(), message);
     }
@@ -420,23 +267,11 @@ fn what_is_written_reads_back_bit_for_bit() {
     log.odometry[1].control = [-third * 1e-9, f64::MAX];
     log.scans[2].detections[0] = [-third, f64::MIN_POSITIVE / 8.0];
     log.truth = vec![
-        TruePose {
-            t_s: -1.0,
-            position: [third, 1e300],
-            heading_rad: Some(third),
-        },
-        TruePose {
-            t_s: 0.0,
-            position: [0.0, 1.0],
-            heading_rad: None,
-        },
+        TruePose { t_s: -1.0, position: [third, 1e300], heading_rad: Some(third) },
+        TruePose { t_s: 0.0, position: [0.0, 1.0], heading_rad: None },
     ];
     log.landmarks = vec![[third, -third]];
-    log.moving = vec![MovingLandmark {
-        subject: -3,
-        t_s: third,
-        position: [1.0, third],
-    }];
+    log.moving = vec![MovingLandmark { subject: -3, t_s: third, position: [1.0, third] }];
     let folder = Folder::empty();
     write(&log, &folder.0).unwrap();
     assert_eq!(read(&folder.0).unwrap(), log);
@@ -450,20 +285,13 @@ fn what_is_written_reads_back_bit_for_bit() {
     let inner = folder.0.join("made/on/the/way");
     write(&log, &inner).unwrap();
     assert_eq!(read(&inner).unwrap(), log);
-    assert!(
-        !fs::read_to_string(inner.join("truth.csv"))
-            .unwrap()
-            .contains("heading")
-    );
+    assert!(!fs::read_to_string(inner.join("truth.csv")).unwrap().contains("heading"));
 }
 
 /// Every value of a numeric CSV file, by rows, read without any of the code under test.
 fn plain(dir: &Path, file: &str) -> Vec<Vec<f64>> {
     let text = fs::read_to_string(dir.join(file)).unwrap();
-    text.lines()
-        .skip(1)
-        .map(|line| line.split(',').map(|cell| cell.parse().unwrap()).collect())
-        .collect()
+    text.lines().skip(1).map(|line| line.split(',').map(|cell| cell.parse().unwrap()).collect()).collect()
 }
 
 #[test]
@@ -477,45 +305,28 @@ fn the_published_logs_read_exactly() {
             return;
         };
         let log = read(&dir).unwrap();
-        let odometry: Vec<_> = log
-            .odometry
-            .iter()
-            .map(|row| vec![row.t_s, row.control[0], row.control[1]])
-            .collect();
+        let odometry: Vec<_> = log.odometry.iter().map(|row| vec![row.t_s, row.control[0], row.control[1]]).collect();
         assert_eq!(odometry, plain(&dir, "odometry.csv"), "{name}");
         let times: Vec<_> = log.scans.iter().map(|scan| scan.t_s).collect();
         let scans = plain(&dir, "scans.csv");
-        assert_eq!(
-            times,
-            scans.iter().map(|row| row[1]).collect::<Vec<_>>(),
-            "{name}"
-        );
+        assert_eq!(times, scans.iter().map(|row| row[1]).collect::<Vec<_>>(), "{name}");
         let detections: Vec<_> = log
             .scans
             .iter()
             .zip(&scans)
             .flat_map(|(scan, row)| scan.detections.iter().map(|z| [row[0], z[0], z[1]]))
             .collect();
-        let expected: Vec<_> = plain(&dir, "detections.csv")
-            .iter()
-            .map(|row| [row[0], row[1], row[2]])
-            .collect();
+        let expected: Vec<_> = plain(&dir, "detections.csv").iter().map(|row| [row[0], row[1], row[2]]).collect();
         assert_eq!(detections, expected, "{name}");
         let truth: Vec<_> = log
             .truth
             .iter()
             .map(|row| {
-                [row.t_s, row.position[0], row.position[1]]
-                    .into_iter()
-                    .chain(row.heading_rad)
-                    .collect::<Vec<_>>()
+                [row.t_s, row.position[0], row.position[1]].into_iter().chain(row.heading_rad).collect::<Vec<_>>()
             })
             .collect();
         assert_eq!(truth, plain(&dir, "truth.csv"), "{name}");
-        assert_eq!(
-            log.simulated,
-            name.starts_with("phd_slam3") || name.starts_with("thesis_cmp")
-        );
+        assert_eq!(log.simulated, name.starts_with("phd_slam3") || name.starts_with("thesis_cmp"));
 
         let folder = Folder::empty();
         write(&log, &folder.0).unwrap();

@@ -23,67 +23,37 @@ pub fn write(log: &Log, dir: &Path) -> io::Result<()> {
     fs::write(dir.join("log.toml"), head(log).to_string())?;
 
     let [first, second] = control_columns(&log.vehicle);
-    let rows = log
-        .odometry
-        .iter()
-        .map(|row| vec![row.t_s, row.control[0], row.control[1]]);
-    table(
-        &dir.join("odometry.csv"),
-        &format!("t_s,{first},{second}"),
-        rows,
-    )?;
-    let rows = log
-        .scans
-        .iter()
-        .enumerate()
-        .map(|(k, scan)| format!("{k},{:?}", scan.t_s));
+    let rows = log.odometry.iter().map(|row| vec![row.t_s, row.control[0], row.control[1]]);
+    table(&dir.join("odometry.csv"), &format!("t_s,{first},{second}"), rows)?;
+    let rows = log.scans.iter().enumerate().map(|(k, scan)| format!("{k},{:?}", scan.t_s));
     lines(&dir.join("scans.csv"), "scan,t_s", rows)?;
-    let detections = log.scans.iter().enumerate().flat_map(|(k, scan)| {
-        scan.detections
-            .iter()
-            .map(move |[range, bearing]| format!("{k},{range:?},{bearing:?}"))
-    });
-    lines(
-        &dir.join("detections.csv"),
-        "scan,range_m,bearing_rad",
-        detections,
-    )?;
+    let detections =
+        log.scans.iter().enumerate().flat_map(|(k, scan)| {
+            scan.detections.iter().map(move |[range, bearing]| format!("{k},{range:?},{bearing:?}"))
+        });
+    lines(&dir.join("detections.csv"), "scan,range_m,bearing_rad", detections)?;
 
     if !log.truth.is_empty() {
         let path = dir.join("truth.csv");
         if has_heading(log) {
             let rows = log.truth.iter().map(|row| {
-                let heading = row
-                    .heading_rad
-                    .map_or_else(String::new, |heading| format!("{heading:?}"));
-                format!(
-                    "{:?},{:?},{:?},{heading}",
-                    row.t_s, row.position[0], row.position[1]
-                )
+                let heading = row.heading_rad.map_or_else(String::new, |heading| format!("{heading:?}"));
+                format!("{:?},{:?},{:?},{heading}", row.t_s, row.position[0], row.position[1])
             });
             lines(&path, "t_s,x_m,y_m,heading_rad", rows)?;
         } else {
-            let rows = log
-                .truth
-                .iter()
-                .map(|row| vec![row.t_s, row.position[0], row.position[1]]);
+            let rows = log.truth.iter().map(|row| vec![row.t_s, row.position[0], row.position[1]]);
             table(&path, "t_s,x_m,y_m", rows)?;
         }
     }
     if !log.landmarks.is_empty() {
-        table(
-            &dir.join("landmarks.csv"),
-            "x_m,y_m",
-            log.landmarks.iter().map(|place| place.to_vec()),
-        )?;
+        table(&dir.join("landmarks.csv"), "x_m,y_m", log.landmarks.iter().map(|place| place.to_vec()))?;
     }
     if !log.moving.is_empty() {
-        let rows = log.moving.iter().map(|row| {
-            format!(
-                "{},{:?},{:?},{:?}",
-                row.subject, row.t_s, row.position[0], row.position[1]
-            )
-        });
+        let rows = log
+            .moving
+            .iter()
+            .map(|row| format!("{},{:?},{:?},{:?}", row.subject, row.t_s, row.position[0], row.position[1]));
         lines(&dir.join("moving.csv"), "subject,t_s,x_m,y_m", rows)?;
     }
     Ok(())
@@ -94,12 +64,7 @@ fn has_heading(log: &Log) -> bool {
 }
 
 fn table(path: &Path, header: &str, rows: impl Iterator<Item = Vec<f64>>) -> io::Result<()> {
-    let join = |row: Vec<f64>| {
-        row.iter()
-            .map(|number| format!("{number:?}"))
-            .collect::<Vec<_>>()
-            .join(",")
-    };
+    let join = |row: Vec<f64>| row.iter().map(|number| format!("{number:?}")).collect::<Vec<_>>().join(",");
     lines(path, header, rows.map(join))
 }
 
@@ -116,12 +81,7 @@ fn head(log: &Log) -> Table {
     let nominal = &log.nominal;
     let mut vehicle = Table::new();
     let model = match log.vehicle {
-        Vehicle::Ackermann {
-            wheelbase_m,
-            encoder_offset_m,
-            sensor_forward_m,
-            sensor_left_m,
-        } => {
+        Vehicle::Ackermann { wheelbase_m, encoder_offset_m, sensor_forward_m, sensor_left_m } => {
             put(&mut vehicle, "wheelbase_m", Some(wheelbase_m));
             put(&mut vehicle, "encoder_offset_m", Some(encoder_offset_m));
             put(&mut vehicle, "sensor_forward_m", Some(sensor_forward_m));
@@ -134,47 +94,25 @@ fn head(log: &Log) -> Table {
     vehicle.insert("model".into(), model.into());
     put(&mut vehicle, "speed_sigma_mps", nominal.speed_sigma_mps);
     put(&mut vehicle, "rate_sigma_radps", nominal.rate_sigma_radps);
-    put(
-        &mut vehicle,
-        "steering_sigma_rad",
-        nominal.steering_sigma_rad,
-    );
+    put(&mut vehicle, "steering_sigma_rad", nominal.steering_sigma_rad);
 
     let mut sensor = Table::new();
     sensor.insert("model".into(), "range_bearing".into());
     put(&mut sensor, "range_min_m", Some(log.sensor.range_min_m));
     put(&mut sensor, "range_max_m", Some(log.sensor.range_max_m));
-    put(
-        &mut sensor,
-        "bearing_min_rad",
-        Some(log.sensor.bearing_min_rad),
-    );
-    put(
-        &mut sensor,
-        "bearing_max_rad",
-        Some(log.sensor.bearing_max_rad),
-    );
+    put(&mut sensor, "bearing_min_rad", Some(log.sensor.bearing_min_rad));
+    put(&mut sensor, "bearing_max_rad", Some(log.sensor.bearing_max_rad));
     put(&mut sensor, "range_sigma_m", nominal.range_sigma_m);
     put(&mut sensor, "bearing_sigma_rad", nominal.bearing_sigma_rad);
-    put(
-        &mut sensor,
-        "detection_probability",
-        nominal.detection_probability,
-    );
+    put(&mut sensor, "detection_probability", nominal.detection_probability);
     put(&mut sensor, "clutter_per_scan", nominal.clutter_per_scan);
 
     let mut top = Table::new();
     top.insert("name".into(), log.name.clone().into());
-    top.insert(
-        "kind".into(),
-        if log.simulated { "simulated" } else { "real" }.into(),
-    );
+    top.insert("kind".into(), if log.simulated { "simulated" } else { "real" }.into());
     top.insert("initial_pose".into(), log.initial_pose.to_vec().into());
     if !log.truth.is_empty() {
-        top.insert(
-            "truth".into(),
-            if has_heading(log) { "pose" } else { "position" }.into(),
-        );
+        top.insert("truth".into(), if has_heading(log) { "pose" } else { "position" }.into());
     }
     top.insert("vehicle".into(), Value::Table(vehicle));
     top.insert("sensor".into(), Value::Table(sensor));

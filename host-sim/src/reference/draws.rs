@@ -22,9 +22,7 @@ pub struct OwnDraws {
 impl OwnDraws {
     /// The stream that belongs to a seed.
     pub fn new(seed: u64) -> Self {
-        Self {
-            words: Xoshiro128PlusPlus::seed_from_u64(seed),
-        }
+        Self { words: Xoshiro128PlusPlus::seed_from_u64(seed) }
     }
 }
 
@@ -123,9 +121,6 @@ mod tests {
         let square = numbers.iter().map(|x| x * x).sum::<f64>() / f64::from(count);
         // Five standard deviations: of the mean 1/√n, of the mean square √(2/n).
         assert!(mean.abs() < 5.0 / f64::from(count).sqrt(), "{mean}");
-        assert!(
-            (square - 1.0).abs() < 5.0 * (2.0 / f64::from(count)).sqrt(),
-            "{square}"
-        );
+        assert!((square - 1.0).abs() < 5.0 * (2.0 / f64::from(count)).sqrt(), "{square}");
     }
 }

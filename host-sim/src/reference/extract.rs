@@ -24,36 +24,23 @@ pub struct Estimate {
 pub(super) fn estimate(state: &State) -> Estimate {
     let candidates = state.current();
     let ln_weights: Vec<f64> = candidates.iter().map(|c| c.ln_weight).collect();
-    let weights: Vec<f64> = normalised(&ln_weights)
-        .expect("some candidate weighs something")
-        .iter()
-        .map(|w| w.exp())
-        .collect();
+    let weights: Vec<f64> =
+        normalised(&ln_weights).expect("some candidate weighs something").iter().map(|w| w.exp()).collect();
     let mean_of = |value: &dyn Fn([f64; 3]) -> f64| -> f64 {
-        candidates
-            .iter()
-            .zip(&weights)
-            .map(|(c, w)| w * value(c.pose))
-            .sum()
+        candidates.iter().zip(&weights).map(|(c, w)| w * value(c.pose)).sum()
     };
     let sin = mean_of(&|pose| pose[2].sin());
     let cos = mean_of(&|pose| pose[2].cos());
     let pose = [mean_of(&|p| p[0]), mean_of(&|p| p[1]), sin.atan2(cos)];
     let away = |p: [f64; 3]| [p[0] - pose[0], p[1] - pose[1], wrap(p[2] - pose[2])];
-    let pose_covariance = std::array::from_fn(|row| {
-        std::array::from_fn(|column| mean_of(&|p| away(p)[row] * away(p)[column]))
-    });
+    let pose_covariance =
+        std::array::from_fn(|row| std::array::from_fn(|column| mean_of(&|p| away(p)[row] * away(p)[column])));
 
     let mut features = state.particles[state.heaviest].map.clone();
     let expected_features: f64 = features.iter().map(Component::weight).sum();
     features.sort_by(heaviest_first);
     features.truncate(expected_features.round() as usize);
-    Estimate {
-        pose,
-        pose_covariance,
-        expected_features,
-        features,
-    }
+    Estimate { pose, pose_covariance, expected_features, features }
 }
 
 #[cfg(test)]
@@ -68,11 +55,7 @@ mod tests {
             mean: [i as f64, 0.0],
             covariance: [[1.0, 0.0], [0.0, 1.0]],
         };
-        Particle {
-            pose,
-            ln_weight: weight.ln(),
-            map: map.iter().enumerate().map(component).collect(),
-        }
+        Particle { pose, ln_weight: weight.ln(), map: map.iter().enumerate().map(component).collect() }
     }
 
     fn state() -> State {
@@ -118,10 +101,7 @@ mod tests {
         let mut predicted = state();
         predicted.candidates = Some(
             [[0.0; 3], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0], [3.0, 0.0, 0.0]]
-                .map(|pose| Candidate {
-                    pose,
-                    ln_weight: -2.0 * LN_2,
-                })
+                .map(|pose| Candidate { pose, ln_weight: -2.0 * LN_2 })
                 .to_vec(),
         );
         assert!((estimate(&predicted).pose[0] - 1.5).abs() < 1e-15);

@@ -34,17 +34,13 @@ impl FieldOfView {
         if range.is_nan() || range <= 0.0 {
             return 0.0;
         }
-        let mut probability =
-            self.nominal(range) * soft(self.range_max_m - range, self.range_edge_m);
+        let mut probability = self.nominal(range) * soft(self.range_max_m - range, self.range_edge_m);
         if self.range_min_m > 0.0 {
             probability *= soft(range - self.range_min_m, self.range_edge_m);
         }
         if self.bearing_half_width_rad < PI {
             let off_center = wrap(bearing - self.bearing_center_rad).abs();
-            probability *= soft(
-                self.bearing_half_width_rad - off_center,
-                self.bearing_edge_rad,
-            );
+            probability *= soft(self.bearing_half_width_rad - off_center, self.bearing_edge_rad);
         }
         probability
     }
@@ -112,10 +108,7 @@ mod tests {
 
     #[test]
     fn no_near_edge_where_the_window_starts_at_the_sensor() {
-        let from_zero = FieldOfView {
-            range_min_m: 0.0,
-            ..VIEW
-        };
+        let from_zero = FieldOfView { range_min_m: 0.0, ..VIEW };
         assert!((seen(&from_zero, 0.25, 0.2) - 0.89).abs() < 1e-12);
     }
 
@@ -138,10 +131,7 @@ mod tests {
 
     #[test]
     fn window_across_the_seam() {
-        let astern = FieldOfView {
-            bearing_center_rad: PI,
-            ..VIEW
-        };
+        let astern = FieldOfView { bearing_center_rad: PI, ..VIEW };
         assert!((seen(&astern, 5.0, PI - 0.5) - 0.7).abs() < 1e-12);
         assert!((seen(&astern, 5.0, -PI + 0.5) - 0.7).abs() < 1e-12);
         assert_eq!(seen(&astern, 5.0, 0.0), 0.0);
@@ -150,10 +140,7 @@ mod tests {
     #[test]
     fn clutter_is_uniform_over_the_window() {
         assert!((VIEW.clutter_intensity(18.0) - 1.0).abs() < 1e-15);
-        let circle = FieldOfView {
-            bearing_half_width_rad: 4.0,
-            ..VIEW
-        };
+        let circle = FieldOfView { bearing_half_width_rad: 4.0, ..VIEW };
         assert!((circle.clutter_intensity(18.0) - 1.0 / PI).abs() < 1e-15);
     }
 }

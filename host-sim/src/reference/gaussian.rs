@@ -37,10 +37,7 @@ pub(super) fn minus(a: Vector, b: Vector) -> Vector {
 }
 
 pub(super) fn apply(a: &Matrix, v: Vector) -> Vector {
-    [
-        a[0][0] * v[0] + a[0][1] * v[1],
-        a[1][0] * v[0] + a[1][1] * v[1],
-    ]
+    [a[0][0] * v[0] + a[0][1] * v[1], a[1][0] * v[0] + a[1][1] * v[1]]
 }
 
 pub(super) fn product(a: &Matrix, b: &Matrix) -> Matrix {
@@ -80,10 +77,7 @@ pub(super) fn determinant(a: &Matrix) -> f64 {
 }
 
 pub(super) fn inverse(a: &Matrix) -> Matrix {
-    scaled(
-        1.0 / determinant(a),
-        &[[a[1][1], -a[0][1]], [-a[1][0], a[0][0]]],
-    )
+    scaled(1.0 / determinant(a), &[[a[1][1], -a[0][1]], [-a[1][0], a[0][0]]])
 }
 
 /// (A + Aᵀ)/2: takes the rounding out of a matrix that is symmetric on paper.

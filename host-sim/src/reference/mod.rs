@@ -150,19 +150,11 @@ impl Reference {
 
     /// One scan of measurements (m, rad): [`weigh`](Self::weigh), [`select`](Self::select),
     /// [`update`](Self::update).
-    pub fn scan(
-        &self,
-        state: &mut State,
-        measurements: &[Vector],
-        draws: &mut dyn Draws,
-    ) -> ScanOutcome {
+    pub fn scan(&self, state: &mut State, measurements: &[Vector], draws: &mut dyn Draws) -> ScanOutcome {
         let weighing = self.weigh(state, measurements);
         let selection = self.select(state, &weighing, draws);
         self.update(state, measurements, &weighing, &selection);
-        ScanOutcome {
-            weighing,
-            selection,
-        }
+        ScanOutcome { weighing, selection }
     }
 
     /// Weighs every candidate against the measurements (4.52, 5.23). A map is read, never written.
@@ -174,22 +166,11 @@ impl Reference {
             .map(|(c, candidate)| self.ln_likelihood(candidate.pose, state.map_of(c), measurements))
             .collect();
         let before: Vec<f64> = candidates.iter().map(|c| c.ln_weight).collect();
-        let after: Vec<f64> = before
-            .iter()
-            .zip(&ln_likelihoods)
-            .map(|(w, l)| w + l)
-            .collect();
+        let after: Vec<f64> = before.iter().zip(&ln_likelihoods).map(|(w, l)| w + l).collect();
         let updated = normalised(&after);
         let weights_kept = updated.is_none();
-        let ln_weights = updated
-            .or_else(|| normalised(&before))
-            .expect("some candidate weighs something");
-        Weighing {
-            n_eff: resample::effective_number(&ln_weights),
-            ln_likelihoods,
-            ln_weights,
-            weights_kept,
-        }
+        let ln_weights = updated.or_else(|| normalised(&before)).expect("some candidate weighs something");
+        Weighing { n_eff: resample::effective_number(&ln_weights), ln_likelihoods, ln_weights, weights_kept }
     }
 
     /// Selects the candidates that go on.
@@ -204,21 +185,10 @@ impl Reference {
     }
 
     /// Writes the survivors: their poses and weights, and their maps updated by the measurements.
-    pub fn update(
-        &self,
-        state: &mut State,
-        measurements: &[Vector],
-        weighing: &Weighing,
-        selection: &Selection,
-    ) {
+    pub fn update(&self, state: &mut State, measurements: &[Vector], weighing: &Weighing, selection: &Selection) {
         let candidates = state.current();
         let mut particles: Vec<Particle> = Vec::with_capacity(selection.survivors.len());
-        for (i, (&survivor, &ln_weight)) in selection
-            .survivors
-            .iter()
-            .zip(&selection.ln_weights)
-            .enumerate()
-        {
+        for (i, (&survivor, &ln_weight)) in selection.survivors.iter().zip(&selection.ln_weights).enumerate() {
             let pose = candidates[survivor].pose;
             // Survivors come in order, so copies of one stand next to each other.
             let map = if i > 0 && selection.survivors[i - 1] == survivor {
@@ -226,11 +196,7 @@ impl Reference {
             } else {
                 self.updated_map(pose, state.map_of(survivor), measurements)
             };
-            particles.push(Particle {
-                pose,
-                ln_weight,
-                map,
-            });
+            particles.push(Particle { pose, ln_weight, map });
         }
         // The heaviest candidate itself may not have gone on: then the heaviest that did.
         let mut heaviest = 0;
@@ -240,11 +206,7 @@ impl Reference {
                 heaviest = i;
             }
         }
-        *state = State {
-            particles,
-            candidates: None,
-            heaviest,
-        };
+        *state = State { particles, candidates: None, heaviest };
     }
 
     /// ln L of one pose (m, m, rad) with a map (4.52), without the clutter rate λ.
@@ -256,22 +218,11 @@ impl Reference {
 
     /// A map updated by the measurements from one pose and reduced (5.17–5.22, appendix A). Components out
     /// of view come first, untouched; the reduced ones follow, heaviest first.
-    pub fn updated_map(
-        &self,
-        pose: [f64; 3],
-        map: &[Component],
-        measurements: &[Vector],
-    ) -> Vec<Component> {
+    pub fn updated_map(&self, pose: [f64; 3], map: &[Component], measurements: &[Vector]) -> Vec<Component> {
         let view = pre_update(map, pose, measurements, &self.sensor, &self.field_of_view);
         let ln_eta = update::ln_eta(&view, measurements.len(), self.unexplained());
         let mut posterior = update::persisting(&view, &ln_eta);
-        posterior.extend(update::born(
-            pose,
-            measurements,
-            &ln_eta,
-            &self.sensor,
-            self.config.birth_intensity,
-        ));
+        posterior.extend(update::born(pose, measurements, &ln_eta, &self.sensor, self.config.birth_intensity));
         let mut map = view.out_of_view;
         map.extend(prune_and_merge(&posterior, &self.config));
         map

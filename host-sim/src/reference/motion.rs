@@ -22,11 +22,7 @@ impl ControlNoise {
     /// What one draw's standard deviation is multiplied with: √(τ/dt) for τ > dt, so that a random
     /// walk in steps of `dt` spreads as far as an error that stays constant over τ.
     fn scale(&self, dt: f64) -> f64 {
-        if self.interval_s > dt {
-            (self.interval_s / dt).sqrt()
-        } else {
-            1.0
-        }
+        if self.interval_s > dt { (self.interval_s / dt).sqrt() } else { 1.0 }
     }
 }
 
@@ -42,13 +38,7 @@ pub struct Motion {
 impl Motion {
     /// Draws one sample of the transition (5.12): two normal numbers, first for the speed, then for
     /// the steering angle or turn rate. Pose in m, m, rad; `dt` in s, above 0.
-    pub fn sample(
-        &self,
-        pose: [f64; 3],
-        control: &[f64; 2],
-        dt: f64,
-        draws: &mut dyn Draws,
-    ) -> [f64; 3] {
+    pub fn sample(&self, pose: [f64; 3], control: &[f64; 2], dt: f64, draws: &mut dyn Draws) -> [f64; 3] {
         let scale = self.noise.scale(dt);
         let speed = control[0] + self.noise.speed_sigma_mps * scale * draws.normal();
         let second = control[1] + self.noise.second_sigma * scale * draws.normal();
@@ -62,12 +52,7 @@ impl Motion {
         let (sin, cos) = heading.sin_cos();
         let [speed, second] = *control;
         let (dx, dy, turn) = match self.vehicle {
-            Vehicle::Ackermann {
-                wheelbase_m,
-                encoder_offset_m,
-                sensor_forward_m: a,
-                sensor_left_m: b,
-            } => {
+            Vehicle::Ackermann { wheelbase_m, encoder_offset_m, sensor_forward_m: a, sensor_left_m: b } => {
                 let centre_speed = speed / (1.0 - second.tan() * encoder_offset_m / wheelbase_m);
                 let rate = centre_speed / wheelbase_m * second.tan();
                 (
@@ -100,17 +85,10 @@ mod tests {
     use super::*;
     use std::f64::consts::{FRAC_PI_2, PI};
 
-    const NO_NOISE: ControlNoise = ControlNoise {
-        speed_sigma_mps: 0.0,
-        second_sigma: 0.0,
-        interval_s: 0.0,
-    };
+    const NO_NOISE: ControlNoise = ControlNoise { speed_sigma_mps: 0.0, second_sigma: 0.0, interval_s: 0.0 };
 
     fn motion(vehicle: Vehicle) -> Motion {
-        Motion {
-            vehicle,
-            noise: NO_NOISE,
-        }
+        Motion { vehicle, noise: NO_NOISE }
     }
 
     fn close(a: [f64; 3], b: [f64; 3], bound: f64) {
@@ -161,11 +139,7 @@ mod tests {
     #[test]
     fn euler_step_uses_the_old_heading_and_wraps_the_new() {
         let moved = motion(Vehicle::Unicycle).step([0.0, 0.0, PI - 0.1], &[1.0, 0.4], 0.5);
-        close(
-            moved,
-            [0.5 * (PI - 0.1).cos(), 0.5 * (PI - 0.1).sin(), -PI + 0.1],
-            1e-14,
-        );
+        close(moved, [0.5 * (PI - 0.1).cos(), 0.5 * (PI - 0.1).sin(), -PI + 0.1], 1e-14);
     }
 
     #[test]
@@ -174,11 +148,7 @@ mod tests {
         for steps in [1u32, 20] {
             let walk = Motion {
                 vehicle: Vehicle::Unicycle,
-                noise: ControlNoise {
-                    speed_sigma_mps: 0.5,
-                    second_sigma: 0.0,
-                    interval_s: 1.0,
-                },
+                noise: ControlNoise { speed_sigma_mps: 0.5, second_sigma: 0.0, interval_s: 1.0 },
             };
             let mut draws = OwnDraws::new(3);
             let runs = 20_000;

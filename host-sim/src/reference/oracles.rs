@@ -14,10 +14,8 @@ const BOUND: f64 = 1e-9;
 
 /// An oracle file, or `None`, with a line that says so, where the data are not at hand.
 pub(super) fn load(name: &str) -> Option<Value> {
-    let data = std::env::var_os("SCPHD_DATA").map_or_else(
-        || PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/data")),
-        PathBuf::from,
-    );
+    let data = std::env::var_os("SCPHD_DATA")
+        .map_or_else(|| PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/data")), PathBuf::from);
     let path = data.join("oracles").join(name);
     if !path.exists() {
         println!("skipped: no {}", path.display());
@@ -32,12 +30,7 @@ fn number(value: &Value) -> f64 {
 }
 
 pub(super) fn numbers(value: &Value) -> Vec<f64> {
-    value
-        .as_array()
-        .expect("an array")
-        .iter()
-        .map(number)
-        .collect()
+    value.as_array().expect("an array").iter().map(number).collect()
 }
 
 fn vector(value: &Value) -> Vector {
@@ -49,12 +42,7 @@ fn matrix(value: &Value) -> Matrix {
 }
 
 fn vectors(value: &Value) -> Vec<Vector> {
-    value
-        .as_array()
-        .expect("an array")
-        .iter()
-        .map(vector)
-        .collect()
+    value.as_array().expect("an array").iter().map(vector).collect()
 }
 
 fn mixture(value: &Value) -> Vec<Component> {
@@ -91,23 +79,13 @@ impl Sensor for Linear {
 
 /// A view that has every feature of the oracles in it, with one probability of detection.
 fn everywhere(detection_probability: f64) -> FieldOfView {
-    FieldOfView {
-        p_near: detection_probability,
-        p_far: detection_probability,
-        ..WIDE_VIEW
-    }
+    FieldOfView { p_near: detection_probability, p_far: detection_probability, ..WIDE_VIEW }
 }
 
 /// The posterior in the oracle's order (measurements first, then missed) and ln L, without births.
 fn updated<S: Sensor>(case: &Value, measurements: &[Vector], sensor: &S) -> (Vec<Component>, f64) {
     let prior = mixture(&case["prior"]);
-    let view = pre_update(
-        &prior,
-        [0.0; 3],
-        measurements,
-        sensor,
-        &everywhere(number(&case["pd"])),
-    );
+    let view = pre_update(&prior, [0.0; 3], measurements, sensor, &everywhere(number(&case["pd"])));
     let ln_eta = update::ln_eta(&view, measurements.len(), number(&case["clutter_density"]));
     let mut posterior = update::persisting(&view, &ln_eta);
     posterior.rotate_left(prior.len());
@@ -119,12 +97,7 @@ fn assert_close(found: &[Component], expected: &[Component]) {
     for (a, b) in found.iter().zip(expected) {
         // Relative: some of the weights are as small as 1e-209.
         let difference = (a.weight() / b.weight() - 1.0).abs();
-        assert!(
-            difference < BOUND,
-            "weight {} for {}",
-            a.weight(),
-            b.weight()
-        );
+        assert!(difference < BOUND, "weight {} for {}", a.weight(), b.weight());
         for row in 0..2 {
             assert!((a.mean[row] - b.mean[row]).abs() < BOUND, "{a:?} for {b:?}");
             for column in 0..2 {
@@ -141,9 +114,7 @@ fn gaussian_mixture_update_with_a_linear_sensor() {
         return;
     };
     let case = &oracle["cases"][0];
-    let sensor = Linear {
-        noise: matrix(&case["R"]),
-    };
+    let sensor = Linear { noise: matrix(&case["R"]) };
     let (posterior, ln_likelihood) = updated(case, &vectors(&case["measurements"]), &sensor);
     assert_close(&posterior, &mixture(&case["posterior"]));
 
@@ -160,14 +131,9 @@ fn gaussian_mixture_update_by_range_and_bearing() {
     };
     let case = &oracle["cases"][1];
     let noise = matrix(&case["R_bearing_range"]);
-    let sensor = RangeBearing {
-        range_sigma_m: noise[1][1].sqrt(),
-        bearing_sigma_rad: noise[0][0].sqrt(),
-    };
-    let measurements: Vec<Vector> = vectors(&case["measurements_bearing_range"])
-        .iter()
-        .map(|[bearing, range]| [*range, *bearing])
-        .collect();
+    let sensor = RangeBearing { range_sigma_m: noise[1][1].sqrt(), bearing_sigma_rad: noise[0][0].sqrt() };
+    let measurements: Vec<Vector> =
+        vectors(&case["measurements_bearing_range"]).iter().map(|[bearing, range]| [*range, *bearing]).collect();
     let (posterior, _) = updated(case, &measurements, &sensor);
     assert_close(&posterior, &mixture(&case["posterior"]));
 }

@@ -2,8 +2,8 @@
 
 use super::field_of_view::FieldOfView;
 use super::gaussian::{
-    Component, IDENTITY, Matrix, Vector, apply, difference, inverse, ln_density, plus, product,
-    sum, symmetrised, transformed, transpose,
+    Component, IDENTITY, Matrix, Vector, apply, difference, inverse, ln_density, plus, product, sum, symmetrised,
+    transformed, transpose,
 };
 use super::sensor::Sensor;
 
@@ -44,22 +44,13 @@ pub(super) fn pre_update<S: Sensor>(
     sensor: &S,
     field_of_view: &FieldOfView,
 ) -> PreUpdate {
-    let mut result = PreUpdate {
-        in_view: Vec::new(),
-        out_of_view: Vec::new(),
-    };
+    let mut result = PreUpdate { in_view: Vec::new(), out_of_view: Vec::new() };
     for &prior in map {
         let detection_probability = field_of_view.detection_probability(prior.mean, pose);
         match sensor.predicted(prior.mean, pose) {
             Some((predicted, jacobian)) if detection_probability > 0.0 => {
-                let (covariance, updated) =
-                    kalman(&prior, predicted, &jacobian, measurements, sensor);
-                result.in_view.push(InView {
-                    prior,
-                    detection_probability,
-                    covariance,
-                    updated,
-                });
+                let (covariance, updated) = kalman(&prior, predicted, &jacobian, measurements, sensor);
+                result.in_view.push(InView { prior, detection_probability, covariance, updated });
             }
             _ => result.out_of_view.push(prior),
         }
@@ -76,22 +67,13 @@ fn kalman<S: Sensor>(
     sensor: &S,
 ) -> (Matrix, Vec<(Vector, f64)>) {
     let innovation_covariance = sum(&transformed(jacobian, &prior.covariance), &sensor.noise());
-    let gain = product(
-        &product(&prior.covariance, &transpose(jacobian)),
-        &inverse(&innovation_covariance),
-    );
-    let covariance = symmetrised(&product(
-        &difference(&IDENTITY, &product(&gain, jacobian)),
-        &prior.covariance,
-    ));
+    let gain = product(&product(&prior.covariance, &transpose(jacobian)), &inverse(&innovation_covariance));
+    let covariance = symmetrised(&product(&difference(&IDENTITY, &product(&gain, jacobian)), &prior.covariance));
     let updated = measurements
         .iter()
         .map(|&measurement| {
             let innovation = sensor.innovation(measurement, predicted);
-            (
-                plus(prior.mean, apply(&gain, innovation)),
-                ln_density(innovation, &innovation_covariance),
-            )
+            (plus(prior.mean, apply(&gain, innovation)), ln_density(innovation, &innovation_covariance))
         })
         .collect();
     (covariance, updated)

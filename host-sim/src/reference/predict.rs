@@ -18,9 +18,7 @@ pub(super) fn predict(
     if dt == 0.0 {
         return;
     }
-    let candidates = state
-        .candidates
-        .get_or_insert_with(|| children(&state.particles, samples));
+    let candidates = state.candidates.get_or_insert_with(|| children(&state.particles, samples));
     for candidate in candidates {
         candidate.pose = motion.sample(candidate.pose, control, dt, draws);
     }
@@ -31,10 +29,7 @@ fn children(particles: &[Particle], samples: usize) -> Vec<Candidate> {
     particles
         .iter()
         .flat_map(|particle| {
-            let child = Candidate {
-                pose: particle.pose,
-                ln_weight: particle.ln_weight - (samples as f64).ln(),
-            };
+            let child = Candidate { pose: particle.pose, ln_weight: particle.ln_weight - (samples as f64).ln() };
             std::iter::repeat_n(child, samples)
         })
         .collect()

@@ -47,26 +47,16 @@ pub(super) fn select(
                 (parent * samples + child, total)
             })
             .unzip();
-        Selection {
-            resampled: false,
-            survivors,
-            ln_weights,
-        }
+        Selection { resampled: false, survivors, ln_weights }
     } else {
-        Selection {
-            resampled: false,
-            survivors: (0..particles).collect(),
-            ln_weights: ln_weights.to_vec(),
-        }
+        Selection { resampled: false, survivors: (0..particles).collect(), ln_weights: ln_weights.to_vec() }
     }
 }
 
 /// Systematic resampling (Arulampalam et al. 2002, algorithm 2) with one uniform number: at each
 /// position (i + u)/N the first candidate whose cumulated weight exceeds it.
 fn systematic(weights: &[f64], count: usize, uniform: f64) -> Vec<usize> {
-    (0..count)
-        .map(|i| first_above(weights, (i as f64 + uniform) / count as f64))
-        .collect()
+    (0..count).map(|i| first_above(weights, (i as f64 + uniform) / count as f64)).collect()
 }
 
 /// One of a particle's children, drawn in proportion to weight, and the ln of their total weight.
@@ -128,10 +118,7 @@ mod tests {
         };
         for case in oracle["cases"].as_array().expect("cases") {
             let weights = oracles::numbers(&case["weights"]);
-            let expected: Vec<usize> = oracles::numbers(&case["indices"])
-                .iter()
-                .map(|index| *index as usize)
-                .collect();
+            let expected: Vec<usize> = oracles::numbers(&case["indices"]).iter().map(|index| *index as usize).collect();
             let uniform = case["u"].as_f64().expect("u");
             assert_eq!(systematic(&weights, weights.len(), uniform), expected);
             let n_eff = effective_number(&ln(&weights));
@@ -144,20 +131,12 @@ mod tests {
         // Two particles with two children each: N_eff of these weights is 1/0.34 = 2.94.
         let weights = ln(&[0.5, 0.2, 0.1, 0.2]);
         let n_eff = effective_number(&weights);
-        let at = |threshold: f64, uniforms: &[f64]| {
-            select(&weights, n_eff, 2, threshold, &mut Listed(uniforms))
-        };
+        let at = |threshold: f64, uniforms: &[f64]| select(&weights, n_eff, 2, threshold, &mut Listed(uniforms));
         let global = at(0.74, &[0.6]);
-        assert_eq!(
-            (global.resampled, &global.survivors[..]),
-            (true, &[0, 3][..])
-        );
+        assert_eq!((global.resampled, &global.survivors[..]), (true, &[0, 3][..]));
         assert_eq!(global.ln_weights, ln(&[0.5, 0.5]));
         let local = at(0.73, &[0.8, 0.3]);
-        assert_eq!(
-            (local.resampled, &local.survivors[..]),
-            (false, &[1, 2][..])
-        );
+        assert_eq!((local.resampled, &local.survivors[..]), (false, &[1, 2][..]));
         for (found, expected) in local.ln_weights.iter().zip(ln(&[0.7, 0.3])) {
             assert!((found - expected).abs() < 1e-15);
         }
@@ -166,13 +145,7 @@ mod tests {
     #[test]
     fn single_children_go_on_without_a_draw() {
         let weights = ln(&[0.3, 0.7]);
-        let selection = select(
-            &weights,
-            effective_number(&weights),
-            2,
-            0.1,
-            &mut Listed(&[]),
-        );
+        let selection = select(&weights, effective_number(&weights), 2, 0.1, &mut Listed(&[]));
         assert_eq!(selection.survivors, [0, 1]);
         assert_eq!(selection.ln_weights, weights);
     }
@@ -180,13 +153,7 @@ mod tests {
     #[test]
     fn children_that_weigh_nothing_are_drawn_evenly() {
         let weights = ln(&[0.0, 0.0, 0.0, 0.3, 0.3, 0.4]);
-        let selection = select(
-            &weights,
-            effective_number(&weights),
-            2,
-            0.1,
-            &mut Listed(&[0.67, 0.5]),
-        );
+        let selection = select(&weights, effective_number(&weights), 2, 0.1, &mut Listed(&[0.67, 0.5]));
         assert_eq!(selection.survivors, [2, 4]);
         assert_eq!(selection.ln_weights[0], f64::NEG_INFINITY);
         assert!(selection.ln_weights[1].abs() < 1e-15);
@@ -218,11 +185,7 @@ mod tests {
             let total: f64 = weights[parent..parent + samples].iter().sum();
             // Five standard deviations of a mean of total · Bernoulli(weight / total).
             let deviation = (weight * (total - weight) / f64::from(runs)).sqrt();
-            assert!(
-                (carried[c] - weight).abs() < 5.0 * deviation,
-                "{c}: {}",
-                carried[c]
-            );
+            assert!((carried[c] - weight).abs() < 5.0 * deviation, "{c}: {}", carried[c]);
         }
     }
 }

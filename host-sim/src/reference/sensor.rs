@@ -39,25 +39,16 @@ impl Sensor for RangeBearing {
             return None;
         }
         let (dx, dy) = (mean[0] - pose[0], mean[1] - pose[1]);
-        let jacobian = [
-            [dx / range, dy / range],
-            [-dy / (range * range), dx / (range * range)],
-        ];
+        let jacobian = [[dx / range, dy / range], [-dy / (range * range), dx / (range * range)]];
         Some((predicted, jacobian))
     }
 
     fn innovation(&self, measurement: Vector, predicted: Vector) -> Vector {
-        [
-            measurement[0] - predicted[0],
-            wrap(measurement[1] - predicted[1]),
-        ]
+        [measurement[0] - predicted[0], wrap(measurement[1] - predicted[1])]
     }
 
     fn noise(&self) -> Matrix {
-        [
-            [self.range_sigma_m.powi(2), 0.0],
-            [0.0, self.bearing_sigma_rad.powi(2)],
-        ]
+        [[self.range_sigma_m.powi(2), 0.0], [0.0, self.bearing_sigma_rad.powi(2)]]
     }
 }
 
@@ -82,10 +73,7 @@ mod tests {
     use super::*;
     use std::f64::consts::PI;
 
-    const SENSOR: RangeBearing = RangeBearing {
-        range_sigma_m: 0.25,
-        bearing_sigma_rad: 0.01,
-    };
+    const SENSOR: RangeBearing = RangeBearing { range_sigma_m: 0.25, bearing_sigma_rad: 0.01 };
     const STEP: f64 = 1e-6;
 
     /// Columns are the central differences of `function` along each coordinate.

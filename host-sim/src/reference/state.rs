@@ -37,16 +37,8 @@ pub struct State {
 impl State {
     /// `particles` equal particles at one pose (m, m, rad), knowing nothing of the map.
     pub fn new(particles: usize, pose: [f64; 3]) -> Self {
-        let particle = Particle {
-            pose,
-            ln_weight: -(particles as f64).ln(),
-            map: Vec::new(),
-        };
-        Self {
-            particles: vec![particle; particles],
-            candidates: None,
-            heaviest: 0,
-        }
+        let particle = Particle { pose, ln_weight: -(particles as f64).ln(), map: Vec::new() };
+        Self { particles: vec![particle; particles], candidates: None, heaviest: 0 }
     }
 
     /// What the next scan weighs: the candidates, or, without a prediction since the last scan, the
@@ -57,10 +49,7 @@ impl State {
             None => self
                 .particles
                 .iter()
-                .map(|particle| Candidate {
-                    pose: particle.pose,
-                    ln_weight: particle.ln_weight,
-                })
+                .map(|particle| Candidate { pose: particle.pose, ln_weight: particle.ln_weight })
                 .collect(),
         }
     }
@@ -71,10 +60,7 @@ impl State {
     ///
     /// If there are no particles, or their number does not divide that of the candidates.
     pub fn samples(&self) -> usize {
-        let candidates = self
-            .candidates
-            .as_ref()
-            .map_or(self.particles.len(), Vec::len);
+        let candidates = self.candidates.as_ref().map_or(self.particles.len(), Vec::len);
         assert!(!self.particles.is_empty(), "a state has particles");
         assert!(
             candidates.is_multiple_of(self.particles.len()),

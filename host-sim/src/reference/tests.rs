@@ -15,10 +15,7 @@ pub(super) const CONFIG: Config = Config {
     max_components: 50,
 };
 
-pub(super) const SENSOR: RangeBearing = RangeBearing {
-    range_sigma_m: 0.2,
-    bearing_sigma_rad: 0.02,
-};
+pub(super) const SENSOR: RangeBearing = RangeBearing { range_sigma_m: 0.2, bearing_sigma_rad: 0.02 };
 
 /// Everything up to a kilometre around.
 pub(super) const WIDE_VIEW: FieldOfView = FieldOfView {
@@ -37,26 +34,15 @@ fn reference() -> Reference {
         config: CONFIG,
         motion: Motion {
             vehicle: Vehicle::Unicycle,
-            noise: ControlNoise {
-                speed_sigma_mps: 0.3,
-                second_sigma: 0.1,
-                interval_s: 0.0,
-            },
+            noise: ControlNoise { speed_sigma_mps: 0.3, second_sigma: 0.1, interval_s: 0.0 },
         },
         sensor: SENSOR,
-        field_of_view: FieldOfView {
-            range_max_m: 15.0,
-            ..WIDE_VIEW
-        },
+        field_of_view: FieldOfView { range_max_m: 15.0, ..WIDE_VIEW },
     }
 }
 
 fn feature(weight: f64, mean: Vector) -> Component {
-    Component {
-        ln_weight: weight.ln(),
-        mean,
-        covariance: [[0.1, 0.0], [0.0, 0.1]],
-    }
+    Component { ln_weight: weight.ln(), mean, covariance: [[0.1, 0.0], [0.0, 0.1]] }
 }
 
 #[test]
@@ -88,9 +74,7 @@ fn first_prediction_makes_the_candidates_and_later_ones_move_them() {
         assert!((before.ln_weight - (1.0 / 6.0f64).ln()).abs() < 1e-15);
     }
     for (before, after) in first.iter().zip(&second) {
-        let moved = reference
-            .motion
-            .sample(before.pose, &[1.0, 0.0], 0.1, &mut again);
+        let moved = reference.motion.sample(before.pose, &[1.0, 0.0], 0.1, &mut again);
         assert_eq!(after.pose, moved);
         assert_eq!(after.ln_weight, before.ln_weight);
     }
@@ -152,14 +136,9 @@ fn components_out_of_view_are_untouched() {
 fn cap_counts_what_is_in_view() {
     let mut reference = reference();
     reference.config.max_components = 2;
-    let map: Vec<Component> = (0..3)
-        .map(|i| feature(0.5, [30.0 + f64::from(i), 0.0]))
-        .collect();
+    let map: Vec<Component> = (0..3).map(|i| feature(0.5, [30.0 + f64::from(i), 0.0])).collect();
     let measurements: Vec<Vector> = (0..5).map(|i| [5.0, f64::from(i)]).collect();
-    assert_eq!(
-        reference.updated_map([0.0; 3], &map, &measurements).len(),
-        5
-    );
+    assert_eq!(reference.updated_map([0.0; 3], &map, &measurements).len(), 5);
 }
 
 #[test]
@@ -174,12 +153,7 @@ fn weights_are_kept_where_nothing_explains_the_scan() {
     let outcome = reference.scan(&mut state, &[[5.0, 0.0]], &mut OwnDraws::new(1));
     assert!(outcome.weighing.weights_kept);
     assert!((state.particles[2].ln_weight - 0.5f64.ln()).abs() < 1e-15);
-    assert!(
-        state
-            .particles
-            .iter()
-            .all(|particle| particle.map.is_empty())
-    );
+    assert!(state.particles.iter().all(|particle| particle.map.is_empty()));
 }
 
 #[test]
@@ -191,10 +165,7 @@ fn resampling_shares_the_map_of_the_best_and_evens_the_weights() {
         particle.map = vec![feature(1.0, [5.0, 0.0])];
     }
     // Only candidate 3 stands where the measurement puts the vehicle.
-    let candidate = |x: f64| Candidate {
-        pose: [x, 0.0, 0.0],
-        ln_weight: -(6.0f64.ln()),
-    };
+    let candidate = |x: f64| Candidate { pose: [x, 0.0, 0.0], ln_weight: -(6.0f64.ln()) };
     state.candidates = Some([-9.0, -8.0, 9.0, 0.0, 8.0, 7.0].map(candidate).to_vec());
     reference.config.birth_intensity = 1e-12;
     reference.config.clutter_intensity = 1e-12;
@@ -253,15 +224,8 @@ fn run_alone_finds_the_map_and_corrects_the_odometry() {
         ..CONFIG
     };
     let odometry_bias = [0.1, 0.01];
-    let quiet = ControlNoise {
-        speed_sigma_mps: 0.0,
-        second_sigma: 0.0,
-        interval_s: 0.0,
-    };
-    let vehicle = Motion {
-        noise: quiet,
-        ..reference.motion
-    };
+    let quiet = ControlNoise { speed_sigma_mps: 0.0, second_sigma: 0.0, interval_s: 0.0 };
+    let vehicle = Motion { noise: quiet, ..reference.motion };
     let (mut world, mut draws) = (OwnDraws::new(2), OwnDraws::new(3));
     let mut state = reference.initial([0.0; 3]);
     let (mut truth, mut dead_reckoning) = ([0.0; 3], [0.0; 3]);
@@ -273,13 +237,9 @@ fn run_alone_finds_the_map_and_corrects_the_odometry() {
         reference.predict(&mut state, &read, 0.2, &mut draws);
         let mut scan = Vec::new();
         for landmark in &landmarks {
-            let seen = reference
-                .field_of_view
-                .detection_probability(*landmark, truth);
+            let seen = reference.field_of_view.detection_probability(*landmark, truth);
             if world.uniform() < seen {
-                let (exact, _) = SENSOR
-                    .predicted(*landmark, truth)
-                    .expect("not on a landmark");
+                let (exact, _) = SENSOR.predicted(*landmark, truth).expect("not on a landmark");
                 scan.push([
                     exact[0] + SENSOR.range_sigma_m * world.normal(),
                     exact[1] + SENSOR.bearing_sigma_rad * world.normal(),
@@ -298,10 +258,7 @@ fn run_alone_finds_the_map_and_corrects_the_odometry() {
     let distance = |a: &[f64], b: &[f64]| f64::hypot(a[0] - b[0], a[1] - b[1]);
     let error = distance(&estimate.pose, &truth);
     let uncorrected = distance(&dead_reckoning, &truth);
-    assert!(
-        uncorrected > 2.0,
-        "dead reckoning is off by {uncorrected} m"
-    );
+    assert!(uncorrected > 2.0, "dead reckoning is off by {uncorrected} m");
     assert!(error < 0.5, "off by {error} m");
     // A landmark that the last scan missed keeps a tenth of its weight.
     let found = estimate.expected_features;

@@ -20,21 +20,17 @@ pub(super) fn ln_eta(view: &PreUpdate, measurements: usize, unexplained: f64) ->
 /// ln L = −Σ p_D w + Σ ln η_z (4.52): the mass in view counts against a pose, not for it as (5.24)
 /// prints. The clutter rate λ, which is the same for every pose, is left out.
 pub(super) fn ln_likelihood(view: &PreUpdate, ln_eta: &[f64]) -> f64 {
-    let expected: f64 = view
-        .in_view
-        .iter()
-        .map(|j| j.detection_probability * j.prior.weight())
-        .sum();
+    let expected: f64 = view.in_view.iter().map(|j| j.detection_probability * j.prior.weight()).sum();
     ln_eta.iter().sum::<f64>() - expected
 }
 
 /// The persisting components in view after the update: for each one missed, w (1 − p_D), then for each
 /// measurement each one detected, p_D w N(z; ẑ, S)/η_z (5.17, 5.18, corrected).
 pub(super) fn persisting(view: &PreUpdate, ln_eta: &[f64]) -> Vec<Component> {
-    let missed = view.in_view.iter().map(|j| Component {
-        ln_weight: j.prior.ln_weight + (-j.detection_probability).ln_1p(),
-        ..j.prior
-    });
+    let missed = view
+        .in_view
+        .iter()
+        .map(|j| Component { ln_weight: j.prior.ln_weight + (-j.detection_probability).ln_1p(), ..j.prior });
     let detected = ln_eta
         .iter()
         .enumerate()
@@ -66,11 +62,7 @@ pub(super) fn born(
         .zip(ln_eta)
         .filter_map(|(&measurement, eta)| {
             let (mean, covariance) = sensor.inverse(measurement, pose)?;
-            Some(Component {
-                ln_weight: birth_intensity.ln() - eta,
-                mean,
-                covariance,
-            })
+            Some(Component { ln_weight: birth_intensity.ln() - eta, mean, covariance })
         })
         .collect()
 }
@@ -87,10 +79,7 @@ mod tests {
     fn feature(weight: f64, forward: f64) -> Component {
         Component {
             ln_weight: weight.ln(),
-            mean: [
-                POSE[0] + forward * POSE[2].cos(),
-                POSE[1] + forward * POSE[2].sin(),
-            ],
+            mean: [POSE[0] + forward * POSE[2].cos(), POSE[1] + forward * POSE[2].sin()],
             covariance: [[0.2, 0.05], [0.05, 0.1]],
         }
     }
@@ -128,10 +117,7 @@ mod tests {
         let after = persisting(&view(&[before], &[]), &[]);
         assert_eq!(after.len(), 1);
         assert!((after[0].weight() - 0.8 * (1.0 - WIDE_VIEW.p_near)).abs() < 1e-15);
-        assert_eq!(
-            (after[0].mean, after[0].covariance),
-            (before.mean, before.covariance)
-        );
+        assert_eq!((after[0].mean, after[0].covariance), (before.mean, before.covariance));
     }
 
     #[test]
@@ -142,10 +128,7 @@ mod tests {
         let ln_eta = ln_eta(&view, 3, UNEXPLAINED);
         let after = persisting(&view, &ln_eta);
         for (z, eta) in ln_eta.iter().enumerate() {
-            let detected: f64 = after[2 + 2 * z..4 + 2 * z]
-                .iter()
-                .map(Component::weight)
-                .sum();
+            let detected: f64 = after[2 + 2 * z..4 + 2 * z].iter().map(Component::weight).sum();
             assert!((detected + UNEXPLAINED / eta.exp() - 1.0).abs() < 1e-13);
         }
     }

@@ -25,17 +25,12 @@ pub fn assign(costs: &[f64], rows: usize, columns: usize) -> Vec<(usize, usize)>
     assert!(costs.iter().all(|cost| cost.is_finite()), "finite costs");
     let greatest = costs.iter().fold(0.0, |max: f64, cost| max.max(cost.abs()));
     let shift = DIGITS - libm::frexp(greatest).1;
-    let fixed =
-        |row: usize, column: usize| libm::scalbn(costs[row * columns + column], shift) as i128;
+    let fixed = |row: usize, column: usize| libm::scalbn(costs[row * columns + column], shift) as i128;
     if rows == 0 || columns == 0 {
         Vec::new()
     } else if rows <= columns {
         let matrix = Matrix::from_fn(rows, columns, |(row, column)| fixed(row, column));
-        kuhn_munkres_min(&matrix)
-            .1
-            .into_iter()
-            .enumerate()
-            .collect()
+        kuhn_munkres_min(&matrix).1.into_iter().enumerate().collect()
     } else {
         let matrix = Matrix::from_fn(columns, rows, |(column, row)| fixed(row, column));
         let chosen = kuhn_munkres_min(&matrix).1.into_iter().enumerate();
@@ -52,10 +47,7 @@ mod tests {
     use crate::shared_data;
 
     fn total(costs: &[f64], columns: usize, pairs: &[(usize, usize)]) -> f64 {
-        pairs
-            .iter()
-            .map(|&(row, column)| costs[row * columns + column])
-            .sum()
+        pairs.iter().map(|&(row, column)| costs[row * columns + column]).sum()
     }
 
     /// Least total over all assignments of the rows from `row` on to columns not in `used`.
@@ -65,8 +57,7 @@ mod tests {
         }
         let free = (0..columns).filter(|column| used & (1 << column) == 0);
         free.map(|column| {
-            costs[row * columns + column]
-                + exhaustive(costs, rows, columns, row + 1, used | (1 << column))
+            costs[row * columns + column] + exhaustive(costs, rows, columns, row + 1, used | (1 << column))
         })
         .fold(f64::INFINITY, f64::min)
     }
@@ -80,18 +71,15 @@ mod tests {
                 continue;
             }
             // Costs over many magnitudes, negative ones among them.
-            let costs: Vec<f64> = (0..rows * columns)
-                .map(|_| noise.normal() * libm::exp2(20.0 * noise.normal()))
-                .collect();
+            let costs: Vec<f64> =
+                (0..rows * columns).map(|_| noise.normal() * libm::exp2(20.0 * noise.normal())).collect();
             let pairs = assign(&costs, rows, columns);
             assert_eq!(pairs.len(), rows);
             let best = exhaustive(&costs, rows, columns, 0, 0);
             let scale = costs.iter().fold(0.0, |max: f64, cost| max.max(cost.abs()));
             assert!((total(&costs, columns, &pairs) - best).abs() <= 1e-14 * scale);
             // The transposed problem has the same solution.
-            let transposed: Vec<f64> = (0..columns * rows)
-                .map(|k| costs[k % rows * columns + k / rows])
-                .collect();
+            let transposed: Vec<f64> = (0..columns * rows).map(|k| costs[k % rows * columns + k / rows]).collect();
             let back = assign(&transposed, columns, rows);
             assert!((total(&transposed, rows, &back) - best).abs() <= 1e-14 * scale);
         }
@@ -124,24 +112,13 @@ mod tests {
             return;
         };
         for case in oracle["assignment"].as_array().unwrap() {
-            let matrix: Vec<Vec<f64>> = case["cost"]
-                .as_array()
-                .unwrap()
-                .iter()
-                .map(shared_data::numbers)
-                .collect();
+            let matrix: Vec<Vec<f64>> = case["cost"].as_array().unwrap().iter().map(shared_data::numbers).collect();
             let (rows, columns) = (matrix.len(), matrix[0].len());
             let costs = matrix.concat();
             let pairs = assign(&costs, rows, columns);
-            let side = |name: &str| {
-                shared_data::numbers(&case[name])
-                    .into_iter()
-                    .map(|k| k as usize)
-            };
+            let side = |name: &str| shared_data::numbers(&case[name]).into_iter().map(|k| k as usize);
             assert_eq!(pairs, side("rows").zip(side("cols")).collect::<Vec<_>>());
-            assert!(
-                (total(&costs, columns, &pairs) - case["total"].as_f64().unwrap()).abs() < 1e-9
-            );
+            assert!((total(&costs, columns, &pairs) - case["total"].as_f64().unwrap()).abs() < 1e-9);
         }
     }
 }

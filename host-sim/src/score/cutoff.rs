@@ -17,14 +17,8 @@ impl Cutoff {
     /// If they are not.
     #[must_use]
     pub const fn new(order: f64, distance: f64) -> Self {
-        assert!(
-            order >= 1.0 && order < f64::INFINITY,
-            "the order is finite and at least 1"
-        );
-        assert!(
-            distance > 0.0 && distance < f64::INFINITY,
-            "the cut-off is finite and more than 0"
-        );
+        assert!(order >= 1.0 && order < f64::INFINITY, "the order is finite and at least 1");
+        assert!(distance > 0.0 && distance < f64::INFINITY, "the cut-off is finite and more than 0");
         Self { order, distance }
     }
 
@@ -47,12 +41,7 @@ impl Cutoff {
     /// If the points differ in dimension.
     pub(super) fn between(&self, a: &[f64], b: &[f64]) -> f64 {
         assert_eq!(a.len(), b.len(), "points of one dimension");
-        let d = a
-            .iter()
-            .zip(b)
-            .map(|(a, b)| (a - b) * (a - b))
-            .sum::<f64>()
-            .sqrt();
+        let d = a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt();
         if d < self.distance { d } else { self.distance }
     }
 
@@ -80,19 +69,11 @@ impl Cutoff {
 
     /// Cut-off distances of the pairs of the assignment that has the least sum of their p-th powers.
     pub(super) fn matched<X: AsRef<[f64]>, Y: AsRef<[f64]>>(&self, x: &[X], y: &[Y]) -> Vec<f64> {
-        let distances: Vec<f64> = x
-            .iter()
-            .flat_map(|a| y.iter().map(|b| self.between(a.as_ref(), b.as_ref())))
-            .collect();
+        let distances: Vec<f64> =
+            x.iter().flat_map(|a| y.iter().map(|b| self.between(a.as_ref(), b.as_ref()))).collect();
         // In units of c, so that high powers do not overflow.
-        let costs: Vec<f64> = distances
-            .iter()
-            .map(|d| self.power(d / self.distance))
-            .collect();
+        let costs: Vec<f64> = distances.iter().map(|d| self.power(d / self.distance)).collect();
         let pairs = assign(&costs, x.len(), y.len());
-        pairs
-            .into_iter()
-            .map(|(row, column)| distances[row * y.len() + column])
-            .collect()
+        pairs.into_iter().map(|(row, column)| distances[row * y.len() + column]).collect()
     }
 }

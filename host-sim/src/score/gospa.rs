@@ -35,11 +35,7 @@ pub struct Gospa {
 /// assert_eq!((d.localization, d.missed, d.spurious, d.distance), (5.0, 0.0, 5.0, 10.0));
 /// ```
 #[must_use]
-pub fn gospa<X: AsRef<[f64]>, Y: AsRef<[f64]>>(
-    estimates: &[X],
-    truth: &[Y],
-    cutoff: &Cutoff,
-) -> Gospa {
+pub fn gospa<X: AsRef<[f64]>, Y: AsRef<[f64]>>(estimates: &[X], truth: &[Y], cutoff: &Cutoff) -> Gospa {
     let c = cutoff.distance();
     let mut pairs = cutoff.matched(estimates, truth);
     pairs.retain(|&d| d < c);
@@ -70,57 +66,31 @@ mod tests {
         let cutoff = Cutoff::new(2.0, 10.0);
         assert_eq!(gospa(&NONE, &NONE, &cutoff).distance, 0.0);
         let missed = gospa(&NONE, &[[1.0, 1.0], [2.0, 2.0]], &cutoff);
-        assert_eq!(
-            (missed.distance, missed.missed_count, missed.spurious_count),
-            (10.0, 2, 0)
-        );
+        assert_eq!((missed.distance, missed.missed_count, missed.spurious_count), (10.0, 2, 0));
         let spurious = gospa(&[[1.0, 1.0], [2.0, 2.0]], &NONE, &cutoff);
-        assert_eq!(
-            (
-                spurious.distance,
-                spurious.missed_count,
-                spurious.spurious_count
-            ),
-            (10.0, 0, 2)
-        );
+        assert_eq!((spurious.distance, spurious.missed_count, spurious.spurious_count), (10.0, 0, 2));
         // Exactly c apart: a missed and a false point, not a pair.
         let apart = gospa(&[[0.0, 0.0]], &[[10.0, 0.0]], &cutoff);
-        assert_eq!(
-            (apart.distance, apart.missed_count, apart.spurious_count),
-            (10.0, 1, 1)
-        );
+        assert_eq!((apart.distance, apart.missed_count, apart.spurious_count), (10.0, 1, 1));
         assert_eq!(apart.localization, 0.0);
         let near = gospa(&[[0.0, 0.0]], &[[3.0, 4.0]], &cutoff);
-        assert_eq!(
-            (near.distance, near.localization, near.missed, near.spurious),
-            (5.0, 5.0, 0.0, 0.0)
-        );
+        assert_eq!((near.distance, near.localization, near.missed, near.spurious), (5.0, 5.0, 0.0, 0.0));
     }
 
     #[test]
     fn swapping_the_sets_swaps_missed_and_false() {
         let mut noise = Noise::new(5);
-        let mut set = |n: usize| -> Vec<[f64; 2]> {
-            (0..n)
-                .map(|_| [0; 2].map(|_| 4.0 * noise.normal()))
-                .collect()
-        };
+        let mut set = |n: usize| -> Vec<[f64; 2]> { (0..n).map(|_| [0; 2].map(|_| 4.0 * noise.normal())).collect() };
         for case in 0..200 {
             let (x, y, z) = (set(case % 6), set(case % 7), set(case % 4));
             let cutoff = Cutoff::new([1.0, 2.0, 3.5][case % 3], [3.0, 20.0][case % 2]);
             let (d, back) = (gospa(&x, &y, &cutoff), gospa(&y, &x, &cutoff));
             assert!((d.distance - back.distance).abs() < 1e-12);
-            assert_eq!(
-                (d.missed_count, d.spurious_count),
-                (back.spurious_count, back.missed_count)
-            );
+            assert_eq!((d.missed_count, d.spurious_count), (back.spurious_count, back.missed_count));
             assert_eq!(gospa(&x, &x, &cutoff).distance, 0.0);
             let around = gospa(&x, &z, &cutoff).distance + gospa(&z, &y, &cutoff).distance;
             assert!(d.distance <= around + 1e-12);
-            let parts: f64 = [d.localization, d.missed, d.spurious]
-                .map(|part| cutoff.power(part))
-                .iter()
-                .sum();
+            let parts: f64 = [d.localization, d.missed, d.spurious].map(|part| cutoff.power(part)).iter().sum();
             assert!((cutoff.power(d.distance) - parts).abs() < 1e-9 * parts.max(1.0));
         }
     }
@@ -132,19 +102,11 @@ mod tests {
         };
         for case in oracle["cases"].as_array().unwrap() {
             let set = |name: &str| -> Vec<Vec<f64>> {
-                case[name]
-                    .as_array()
-                    .unwrap()
-                    .iter()
-                    .map(shared_data::numbers)
-                    .collect()
+                case[name].as_array().unwrap().iter().map(shared_data::numbers).collect()
             };
             let cutoff = Cutoff::new(case["p"].as_f64().unwrap(), case["c"].as_f64().unwrap());
             let d = gospa(&set("X"), &set("Y"), &cutoff).distance;
-            assert!(
-                (d - case["gospa_alpha2"].as_f64().unwrap()).abs() < 1e-9,
-                "{case}"
-            );
+            assert!((d - case["gospa_alpha2"].as_f64().unwrap()).abs() < 1e-9, "{case}");
         }
     }
 }

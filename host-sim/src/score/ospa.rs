@@ -29,19 +29,11 @@ pub struct Ospa {
 pub fn ospa<X: AsRef<[f64]>, Y: AsRef<[f64]>>(x: &[X], y: &[Y], cutoff: &Cutoff) -> Ospa {
     let n = x.len().max(y.len());
     if n == 0 {
-        return Ospa {
-            distance: 0.0,
-            localization: 0.0,
-            cardinality: 0.0,
-        };
+        return Ospa { distance: 0.0, localization: 0.0, cardinality: 0.0 };
     }
     // In units of c, so that high powers do not overflow.
     let c = cutoff.distance();
-    let near: f64 = cutoff
-        .matched(x, y)
-        .into_iter()
-        .map(|d| cutoff.power(d / c))
-        .sum();
+    let near: f64 = cutoff.matched(x, y).into_iter().map(|d| cutoff.power(d / c)).sum();
     let localization = near / n as f64;
     let cardinality = x.len().abs_diff(y.len()) as f64 / n as f64;
     Ospa {
@@ -64,14 +56,8 @@ mod tests {
         let cutoff = Cutoff::new(2.0, 10.0);
         assert_eq!(ospa(&NONE, &NONE, &cutoff).distance, 0.0);
         assert_eq!(ospa(&NONE, &[[1.0, 1.0]], &cutoff).distance, 10.0);
-        assert_eq!(
-            ospa(&[[0.0], [7.0]], &[[7.0], [0.0]], &cutoff).distance,
-            0.0
-        );
-        assert_eq!(
-            ospa(&[[0.0, 0.0, 0.0]], &[[2.0, 3.0, 6.0]], &cutoff).distance,
-            7.0
-        );
+        assert_eq!(ospa(&[[0.0], [7.0]], &[[7.0], [0.0]], &cutoff).distance, 0.0);
+        assert_eq!(ospa(&[[0.0, 0.0, 0.0]], &[[2.0, 3.0, 6.0]], &cutoff).distance, 7.0);
         assert_eq!(ospa(&[[0.0]], &[[1e300]], &cutoff).distance, 10.0);
         assert_eq!(ospa(&[[f64::NAN]], &[[0.0]], &cutoff).distance, 10.0);
         // One of two points missing: (c²/2)^½.
@@ -79,11 +65,7 @@ mod tests {
         assert_eq!((half.localization, half.cardinality), (0.0, half.distance));
         assert!((half.distance - 50.0_f64.sqrt()).abs() < 1e-14);
         // A high order tends to the greatest error.
-        let high = ospa(
-            &[[0.0], [100.0]],
-            &[[3.0], [105.0]],
-            &Cutoff::new(20.0, 10.0),
-        );
+        let high = ospa(&[[0.0], [100.0]], &[[3.0], [105.0]], &Cutoff::new(20.0, 10.0));
         let expected = 5.0 * (0.5 * (1.0 + 0.6_f64.powi(20))).powf(0.05);
         assert!((high.distance - expected).abs() < 1e-12);
     }
@@ -91,11 +73,7 @@ mod tests {
     #[test]
     fn a_distance() {
         let mut noise = Noise::new(3);
-        let mut set = |n: usize| -> Vec<[f64; 3]> {
-            (0..n)
-                .map(|_| [0; 3].map(|_| 4.0 * noise.normal()))
-                .collect()
-        };
+        let mut set = |n: usize| -> Vec<[f64; 3]> { (0..n).map(|_| [0; 3].map(|_| 4.0 * noise.normal())).collect() };
         for case in 0..200 {
             let (x, y, z) = (set(case % 5), set(case % 7), set(case % 4));
             let cutoff = Cutoff::new([1.0, 2.0, 3.5][case % 3], [3.0, 20.0][case % 2]);
@@ -117,12 +95,7 @@ mod tests {
         };
         for case in oracle["cases"].as_array().unwrap() {
             let set = |name: &str| -> Vec<Vec<f64>> {
-                case[name]
-                    .as_array()
-                    .unwrap()
-                    .iter()
-                    .map(shared_data::numbers)
-                    .collect()
+                case[name].as_array().unwrap().iter().map(shared_data::numbers).collect()
             };
             let cutoff = Cutoff::new(case["p"].as_f64().unwrap(), case["c"].as_f64().unwrap());
             let d = ospa(&set("X"), &set("Y"), &cutoff).distance;

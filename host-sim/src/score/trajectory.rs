@@ -20,9 +20,7 @@ pub struct TrajectoryScore {
 ///
 /// `None` if there is none.
 #[must_use]
-pub fn score(
-    poses: impl IntoIterator<Item = ([f64; 3], [f64; 2], Option<f64>)>,
-) -> Option<TrajectoryScore> {
+pub fn score(poses: impl IntoIterator<Item = ([f64; 3], [f64; 2], Option<f64>)>) -> Option<TrajectoryScore> {
     let (mut scans, mut squares, mut last) = (0_usize, 0.0, 0.0);
     let (mut headings, mut heading_squares) = (0_usize, 0.0);
     for ([x, y, heading], position, true_heading) in poses {
@@ -42,8 +40,7 @@ pub fn score(
     Some(TrajectoryScore {
         scans,
         position_rmse_m: (squares / scans as f64).sqrt(),
-        heading_rmse_deg: (headings > 0)
-            .then(|| (heading_squares / headings as f64).sqrt().to_degrees()),
+        heading_rmse_deg: (headings > 0).then(|| (heading_squares / headings as f64).sqrt().to_degrees()),
         final_position_error_m: last.sqrt(),
     })
 }
@@ -64,20 +61,14 @@ fn covered(
     scans: &[ScanRecord],
     pose: impl Fn(&ScanRecord) -> [f64; 3],
 ) -> impl Iterator<Item = ([f64; 3], [f64; 2], Option<f64>)> {
-    scans
-        .iter()
-        .filter_map(move |scan| Some((pose(scan), scan.true_position?, scan.true_heading_rad)))
+    scans.iter().filter_map(move |scan| Some((pose(scan), scan.true_position?, scan.true_heading_rad)))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn record(
-        pose: [f64; 3],
-        true_position: Option<[f64; 2]>,
-        true_heading_rad: Option<f64>,
-    ) -> ScanRecord {
+    fn record(pose: [f64; 3], true_position: Option<[f64; 2]>, true_heading_rad: Option<f64>) -> ScanRecord {
         ScanRecord {
             t_s: 0.0,
             pose,

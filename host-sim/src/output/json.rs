@@ -1,0 +1,172 @@
+//! The figures of a run as one flat JSON object, and of several runs as a list of them.
+
+use super::{OutputError, atomic};
+use serde::{Serialize, Serializer};
+use std::path::Path;
+
+/// The figures of one run of one filter over one log.
+///
+/// Serialised with exactly these keys in this order. Whatever is unknown or not finite becomes `null`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Summary {
+    /// Name of the log.
+    pub log: String,
+    /// Which filter: `scphd`, `reference` …
+    pub filter: String,
+    /// Number type of the filter: `f32` or `f64`.
+    pub precision: String,
+    /// Number of particles N.
+    pub particles: u64,
+    /// Seed of the random numbers.
+    pub seed: u64,
+    /// Number of scans processed.
+    pub scans: u64,
+    /// Root mean square of the position error over the scans with truth, m.
+    pub position_rmse_m: Option<f64>,
+    /// Root mean square of the heading error over the scans with truth, degrees.
+    pub heading_rmse_deg: Option<f64>,
+    /// Root mean square of the position error of odometry alone, m.
+    pub dead_reckoning_rmse_m: Option<f64>,
+    /// Position error at the last scan with truth, m.
+    pub final_position_error_m: Option<f64>,
+    /// OSPA distance of the final map, m.
+    pub ospa_m: Option<f64>,
+    /// Part of the OSPA distance that is due to misplaced features, m.
+    pub ospa_localization_m: Option<f64>,
+    /// Part of the OSPA distance that is due to a wrong number of features, m.
+    pub ospa_cardinality_m: Option<f64>,
+    /// GOSPA distance of the final map, m.
+    pub gospa_m: Option<f64>,
+    /// N̂: mass of the final map.
+    pub features_estimated: Option<f64>,
+    /// Mean wall time of the scan step, µs.
+    pub scan_us_mean: Option<f64>,
+    /// Wall time of the scan step that 99 % of the scans stay under, µs.
+    pub scan_us_p99: Option<f64>,
+    /// Size of the filter's whole state, bytes; unknown where it is not fixed.
+    pub state_bytes: Option<u64>,
+    /// Digest of the final state, written as `0x` and 16 hexadecimal digits; the reference has none.
+    #[serde(serialize_with = "hexadecimal")]
+    pub digest: Option<u64>,
+}
+
+/// JSON numbers lose bits above 2⁵³ in many readers; a string of digits does not.
+fn hexadecimal<S: Serializer>(digest: &Option<u64>, serializer: S) -> Result<S::Ok, S::Error> {
+    match digest {
+        Some(digest) => serializer.collect_str(&format_args!("{digest:#018x}")),
+        None => serializer.serialize_none(),
+    }
+}
+
+/// Writes one summary to `path` as one JSON object, all or nothing.
+///
+/// # Errors
+///
+/// [`OutputError`] where the file cannot be written.
+pub fn write_summary(path: &Path, summary: &Summary) -> Result<(), OutputError> {
+    write(path, summary)
+}
+
+/// Writes summaries to `path` as a JSON list of objects, all or nothing.
+///
+/// # Errors
+///
+/// [`OutputError`] where the file cannot be written.
+pub fn write_summaries(path: &Path, summaries: &[Summary]) -> Result<(), OutputError> {
+    write(path, summaries)
+}
+
+/// Writes `value` indented, with a newline at the end.
+fn write<T: Serialize + ?Sized>(path: &Path, value: &T) -> Result<(), OutputError> {
+    // serde_json itself puts `null` for a number that is not finite.
+    let mut bytes =
+        serde_json::to_vec_pretty(value).map_err(|source| OutputError::Json { path: path.into(), source })?;
+    bytes.push(b'\n');
+    atomic::write(path, &bytes).map_err(|source| OutputError::Io { path: path.into(), source })
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+    use crate::output::atomic::tests::Folder;
+
+    pub(crate) fn summary() -> Summary {
+        Summary {
+            log: "circle".into(),
+            filter: "scphd".into(),
+            precision: "f32".into(),
+            particles: 40,
+            seed: 1,
+            scans: 300,
+            position_rmse_m: Some(0.1 + 0.2),
+            heading_rmse_deg: None,
+            dead_reckoning_rmse_m: Some(12.5),
+            final_position_error_m: Some(f64::NAN),
+            ospa_m: Some(1.25),
+            ospa_localization_m: Some(f64::INFINITY),
+            ospa_cardinality_m: Some(0.0),
+            gospa_m: Some(3.0),
+            features_estimated: Some(11.9),
+            scan_us_mean: Some(812.3),
+            scan_us_p99: Some(1201.0),
+            state_bytes: Some(262_144),
+            digest: Some(0x0123_4567_89ab_cdef),
+        }
+    }
+
+    #[test]
+    fn one_object_with_the_keys_in_order() {
+        let folder = Folder::new("json");
+        let path = folder.0.join("summary.json");
+        write_summary(&path, &summary()).unwrap();
+        let text = std::fs::read_to_string(&path).unwrap();
+        let keys: Vec<&str> =
+            text.lines().filter_map(|line| line.trim().strip_prefix('"')?.split('"').next()).collect();
+        assert_eq!(
+            keys,
+            [
+                "log",
+                "filter",
+                "precision",
+                "particles",
+                "seed",
+                "scans",
+                "position_rmse_m",
+                "heading_rmse_deg",
+                "dead_reckoning_rmse_m",
+                "final_position_error_m",
+                "ospa_m",
+                "ospa_localization_m",
+                "ospa_cardinality_m",
+                "gospa_m",
+                "features_estimated",
+                "scan_us_mean",
+                "scan_us_p99",
+                "state_bytes",
+                "digest",
+            ]
+        );
+        let value: serde_json::Value = serde_json::from_str(&text).unwrap();
+        assert_eq!(value["particles"], 40);
+        assert_eq!(value["position_rmse_m"].as_f64().unwrap(), 0.1 + 0.2);
+        assert!(value["heading_rmse_deg"].is_null());
+        assert!(value["final_position_error_m"].is_null());
+        assert!(value["ospa_localization_m"].is_null());
+        assert_eq!(value["digest"], "0x0123456789abcdef");
+        assert_eq!(folder.names(), ["summary.json"]);
+    }
+
+    #[test]
+    fn a_list_of_objects_and_a_missing_digest() {
+        let folder = Folder::new("json-list");
+        let path = folder.0.join("summaries.json");
+        let reference = Summary { digest: None, state_bytes: None, ..summary() };
+        let short = Summary { digest: Some(0xf), ..summary() };
+        write_summaries(&path, &[reference, short]).unwrap();
+        let value: serde_json::Value = serde_json::from_slice(&std::fs::read(&path).unwrap()).unwrap();
+        assert_eq!(value.as_array().unwrap().len(), 2);
+        assert!(value[0]["digest"].is_null());
+        assert!(value[0]["state_bytes"].is_null());
+        assert_eq!(value[1]["digest"], "0x000000000000000f");
+    }
+}

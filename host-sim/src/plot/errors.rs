@@ -1,0 +1,250 @@
+//! Errors over time, beside what the filter itself thinks of them, with the size of the map and the particles in use.
+
+use super::axis::Interval;
+use super::chart::{Chart, Colour, Mark};
+use super::figure::Figure;
+use super::trajectory::run_width;
+use crate::log::{Log, Sensor};
+use crate::record::{Record, ScanRecord};
+use std::f64::consts::{PI, TAU};
+
+/// Height of the frame of an error and of a count, px.
+const HEIGHT_PX: [f64; 2] = [270.0, 170.0];
+/// Multiples of the largest error of an estimate: where the filter's own band is cut off, and beyond which dead
+/// reckoning is not considered for the limits at all.
+const STRETCH: [f64; 2] = [2.5, 3.5];
+
+/// The picture of errors, number of features and effective number of particles of `runs` over `log`.
+///
+/// Position error: distance of estimate and truth at the scans with truth, under the filter's own 2σ, where
+/// σ² = `P_xx` + `P_yy` is the mean square distance it expects. Heading error: signed, with ±2σ; only where the
+/// truth has a heading. Dead reckoning may leave the frame; its label then says how far it went.
+pub fn figure(log: &Log, runs: &[(&str, &Record)]) -> Figure {
+    let start_s =
+        runs.iter().filter_map(|(_, record)| record.scans.first().map(|scan| scan.t_s)).fold(f64::INFINITY, f64::min);
+    let mut charts = vec![(position_chart(runs, start_s), HEIGHT_PX[0])];
+    let mut scans = runs.iter().flat_map(|(_, record)| &record.scans);
+    if scans.any(|scan| scan.true_heading_rad.is_some()) {
+        charts.push((heading_chart(runs, start_s), HEIGHT_PX[0]));
+    }
+    charts.push((features_chart(log, runs, start_s), HEIGHT_PX[1]));
+    charts.push((particles_chart(runs, start_s), HEIGHT_PX[1]));
+
+    // One time axis for all, so that they can be read downwards.
+    let times = runs.iter().flat_map(|(_, record)| &record.scans);
+    let time = Interval::around(times.map(|scan| scan.t_s - start_s));
+    for (chart, _) in &mut charts {
+        chart.x = time;
+    }
+    if let Some((last, _)) = charts.last_mut() {
+        last.x_label = "time since the first scan (s)".into();
+    }
+    Figure { title: format!("{}: errors over time", log.name), charts }
+}
+
+/// A curve over time; what `value` does not know breaks it.
+fn curve(record: &Record, start_s: f64, value: impl Fn(&ScanRecord) -> Option<f64>) -> Vec<[f64; 2]> {
+    let points = record.scans.iter();
+    points.map(|scan| [scan.t_s - start_s, value(scan).unwrap_or(f64::NAN)]).collect()
+}
+
+/// Position error of every run and of dead reckoning, m.
+fn position_chart(runs: &[(&str, &Record)], start_s: f64) -> Chart {
+    let error = |scan: &ScanRecord, position: [f64; 3]| {
+        let truth = scan.true_position?;
+        Some((position[0] - truth[0]).hypot(position[1] - truth[1]))
+    };
+    let band = |scan: &ScanRecord| {
+        let p = &scan.pose_covariance;
+        [0.0, 2.0 * (p[0][0] + p[1][1]).sqrt()]
+    };
+    let series = Series::new(runs, start_s, error, band);
+    let largest = series.largest();
+    series.chart("position error (m)", "2σ", "m", Interval::new(0.0, largest))
+}
+
+/// Heading error of every run and of dead reckoning, degrees.
+fn heading_chart(runs: &[(&str, &Record)], start_s: f64) -> Chart {
+    let error = |scan: &ScanRecord, pose: [f64; 3]| {
+        let truth = scan.true_heading_rad?;
+        Some(wrapped(pose[2] - truth).to_degrees())
+    };
+    let band = |scan: &ScanRecord| {
+        let twice = 2.0 * scan.pose_covariance[2][2].sqrt().to_degrees();
+        [-twice, twice]
+    };
+    let series = Series::new(runs, start_s, error, band);
+    let largest = series.largest();
+    series.chart("heading error (deg)", "±2σ", "deg", Interval::new(-largest, largest))
+}
+
+/// The curves of an error chart before they are drawn.
+struct Series<'a> {
+    labels: Vec<&'a str>,
+    errors: Vec<Vec<[f64; 2]>>,
+    bands: Vec<Vec<[f64; 3]>>,
+    reckoned: Vec<[f64; 2]>,
+}
+
+impl<'a> Series<'a> {
+    /// `error` compares a pose with the truth of its scan, `band` is what the filter expects of the error.
+    fn new(
+        runs: &[(&'a str, &Record)],
+        start_s: f64,
+        error: impl Fn(&ScanRecord, [f64; 3]) -> Option<f64>,
+        band: impl Fn(&ScanRecord) -> [f64; 2],
+    ) -> Self {
+        let over_time = |record: &Record| {
+            let rows = record.scans.iter().map(|scan| {
+                let [low, high] = band(scan);
+                [scan.t_s - start_s, low, high]
+            });
+            rows.collect()
+        };
+        Self {
+            labels: runs.iter().map(|(label, _)| *label).collect(),
+            errors: runs.iter().map(|(_, record)| curve(record, start_s, |scan| error(scan, scan.pose))).collect(),
+            bands: runs.iter().map(|(_, record)| over_time(record)).collect(),
+            reckoned: runs
+                .first()
+                .map_or_else(Vec::new, |(_, record)| curve(record, start_s, |scan| error(scan, scan.dead_reckoning))),
+        }
+    }
+
+    /// Upper limit of the size of an error: all of the estimates', and of the rest what does not dwarf them.
+    fn largest(&self) -> f64 {
+        let errors = largest(self.errors.iter().flatten().map(|p| p[1]));
+        let band = largest(self.bands.iter().flatten().map(|row| row[2]));
+        let reckoned = largest(self.reckoned.iter().map(|p| p[1]));
+        let size = match (errors, band) {
+            (Some(errors), _) if errors > 0.0 => errors
+                .max(band.unwrap_or(0.0).min(STRETCH[0] * errors))
+                .max(reckoned.filter(|r| *r <= STRETCH[1] * errors).unwrap_or(0.0)),
+            (_, Some(band)) if band > 0.0 => band.max(reckoned.unwrap_or(0.0)),
+            _ => 1.0,
+        };
+        1.06 * size
+    }
+
+    /// The chart; `y` without an interval finds its own.
+    fn chart(self, y_label: &str, band_name: &str, unit: &str, y: Option<Interval>) -> Chart {
+        let count = self.labels.len();
+        let mut marks = Vec::new();
+        for (index, (label, band)) in self.labels.iter().zip(self.bands).enumerate() {
+            if !band.is_empty() {
+                let name = format!("{label}: {band_name}");
+                marks.push(Mark::band(name, Colour::of_curve(index), band));
+            }
+        }
+        if let Some(reach) = largest(self.reckoned.iter().map(|p| p[1])) {
+            let label = if y.is_some_and(|y| reach > y.high()) {
+                {
+                    let digits = if reach < 10.0 { 1 } else { 0 };
+                    format!("dead reckoning (up to {reach:.digits$} {unit})")
+                }
+            } else {
+                "dead reckoning".into()
+            };
+            let colour = Colour::DEAD_RECKONING;
+            marks.push(Mark::dashed(label, colour, self.reckoned));
+        }
+        for (index, (label, points)) in self.labels.iter().zip(self.errors).enumerate() {
+            if points.iter().any(|p| p[1].is_finite()) {
+                let mark = Mark::line(*label, Colour::of_curve(index), points);
+                marks.push(mark.wide(run_width(index, count)));
+            }
+        }
+        Chart { y_label: y_label.into(), y, marks, ..Chart::default() }
+    }
+}
+
+/// Mass of the map over time, beside the number of true landmarks that have been in view, where that is known.
+fn features_chart(log: &Log, runs: &[(&str, &Record)], start_s: f64) -> Chart {
+    let mut marks = Vec::new();
+    if let Some((record, seen)) = runs.iter().find_map(|(_, record)| Some((record, seen(log, record)?))) {
+        let scans = record.scans.iter().zip(seen);
+        let points = scans.map(|(scan, total)| [scan.t_s - start_s, total]);
+        marks.push(Mark::dashed("true landmarks in view so far", Colour::TRUTH, points.collect()));
+    }
+    marks.extend(counts(runs, start_s, |scan| scan.features_estimated));
+    Chart { y_label: "features N̂".into(), marks, ..Chart::default() }
+}
+
+/// Effective number of particles over time.
+fn particles_chart(runs: &[(&str, &Record)], start_s: f64) -> Chart {
+    Chart { y_label: "N_eff".into(), marks: counts(runs, start_s, |scan| scan.n_eff), ..Chart::default() }
+}
+
+/// A thin curve of every run.
+fn counts(runs: &[(&str, &Record)], start_s: f64, value: fn(&ScanRecord) -> f64) -> Vec<Mark> {
+    let marks = runs.iter().enumerate().map(|(index, (label, record))| {
+        let points = curve(record, start_s, |scan| Some(value(scan)));
+        Mark::line(*label, Colour::of_curve(index), points).wide(0.8 * run_width(index, runs.len()))
+    });
+    marks.collect()
+}
+
+/// Number of true landmarks that were in the sensor's window at this scan or before; `None` unless the landmarks and
+/// the true pose at every scan are known, as a gap would hide some.
+fn seen(log: &Log, record: &Record) -> Option<Vec<f64>> {
+    if log.landmarks.is_empty() || record.scans.is_empty() {
+        return None;
+    }
+    let mut seen = vec![false; log.landmarks.len()];
+    let mut total = 0.0;
+    let mut totals = Vec::with_capacity(record.scans.len());
+    for scan in &record.scans {
+        let (position, heading_rad) = scan.true_position.zip(scan.true_heading_rad)?;
+        for (seen, landmark) in seen.iter_mut().zip(&log.landmarks) {
+            if !*seen && in_window(&log.sensor, position, heading_rad, *landmark) {
+                *seen = true;
+                total += 1.0;
+            }
+        }
+        totals.push(total);
+    }
+    Some(totals)
+}
+
+/// Whether the sensor's window at a pose holds a point (m).
+fn in_window(sensor: &Sensor, position: [f64; 2], heading_rad: f64, point: [f64; 2]) -> bool {
+    let (dx, dy) = (point[0] - position[0], point[1] - position[1]);
+    let range = dx.hypot(dy);
+    let centre = 0.5 * (sensor.bearing_min_rad + sensor.bearing_max_rad);
+    let half_width = 0.5 * (sensor.bearing_max_rad - sensor.bearing_min_rad);
+    let off_centre = wrapped(dy.atan2(dx) - heading_rad - centre);
+    (sensor.range_min_m..=sensor.range_max_m).contains(&range) && off_centre.abs() <= half_width
+}
+
+/// An angle in [−π, π).
+fn wrapped(angle_rad: f64) -> f64 {
+    (angle_rad + PI).rem_euclid(TAU) - PI
+}
+
+/// The largest size of the finite ones of the values.
+fn largest(values: impl Iterator<Item = f64>) -> Option<f64> {
+    values.filter(|v| v.is_finite()).map(f64::abs).reduce(f64::max)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn angles_are_wrapped() {
+        assert!((wrapped(3.0 * PI + 0.1) - (0.1 - PI)).abs() < 1e-12);
+        assert!((wrapped(-0.3) + 0.3).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_window_of_the_sensor() {
+        let sensor = Sensor { range_min_m: 1.0, range_max_m: 10.0, bearing_min_rad: -0.5, bearing_max_rad: 1.5 };
+        let at = |point| in_window(&sensor, [0.0, 0.0], PI, point);
+        assert!(at([-5.0, 0.0]));
+        assert!(!at([-0.5, 0.0]), "too near");
+        assert!(!at([-11.0, 0.0]), "too far");
+        assert!(!at([5.0, 0.0]), "behind");
+        assert!(at([-1.0, -5.0]), "left of a vehicle that drives west is south");
+        assert!(!at([-1.0, 5.0]));
+    }
+}
