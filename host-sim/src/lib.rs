@@ -11,6 +11,8 @@ pub mod record;
 pub mod reference;
 pub mod scenario;
 pub mod score;
+pub mod settings;
+pub mod slam;
 pub mod truth;
 pub mod vehicle;
 

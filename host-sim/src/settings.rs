@@ -1,0 +1,86 @@
+//! Everything a run can be tuned with, in one place: defaults derived from a log, then a TOML file, then the command
+//! line.
+
+use serde::{Deserialize, Serialize};
+
+/// Tuning of a run; every field is required here, the TOML file may leave any out.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Settings {
+    /// The recursion.
+    pub filter: FilterSettings,
+    /// The vehicle's noise.
+    pub vehicle: VehicleSettings,
+    /// The sensor's noise and view.
+    pub sensor: SensorSettings,
+}
+
+/// `[filter]`: see [`scphd::Config`].
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct FilterSettings {
+    /// N.
+    pub particles: usize,
+    /// M.
+    pub samples: usize,
+    /// w_b, 1/(m·rad).
+    pub birth_intensity: f64,
+    /// Resample below this N_eff / N.
+    pub resample_threshold: f64,
+    /// Drop components below this weight.
+    pub prune_weight: f64,
+    /// Merge components within this squared Mahalanobis distance.
+    pub merge_distance: f64,
+    /// Components kept in view, at most.
+    pub max_components: usize,
+}
+
+/// `[vehicle]`: see [`scphd::ControlNoise`].
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct VehicleSettings {
+    /// Standard deviation of the speed, m/s.
+    pub speed_sigma_mps: f64,
+    /// Standard deviation of the second control: steering angle, rad, or turn rate, rad/s.
+    pub turn_sigma: f64,
+    /// How long an error lasts, s.
+    pub noise_interval_s: f64,
+}
+
+/// `[sensor]`: see [`scphd::RangeBearing`] and [`scphd::RangeBearingWindow`].
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct SensorSettings {
+    /// Standard deviation of the range, m.
+    pub range_sigma_m: f64,
+    /// Standard deviation of the bearing, rad.
+    pub bearing_sigma_rad: f64,
+    /// Least range, m.
+    pub range_min_m: f64,
+    /// Greatest range, m.
+    pub range_max_m: f64,
+    /// Half width of the soft edges in range, m.
+    pub range_edge_m: f64,
+    /// Right edge of the window, rad.
+    pub bearing_min_rad: f64,
+    /// Left edge of the window, rad.
+    pub bearing_max_rad: f64,
+    /// Half width of the soft edges in bearing, rad.
+    pub bearing_edge_rad: f64,
+    /// p_D at range zero.
+    pub detection_near: f64,
+    /// p_D at the greatest range.
+    pub detection_far: f64,
+    /// λ, false measurements a scan.
+    pub clutter_per_scan: f64,
+}
+
+impl SensorSettings {
+    /// Middle of the bearing window, rad.
+    #[must_use]
+    pub fn bearing_center_rad(&self) -> f64 {
+        0.5 * (self.bearing_min_rad + self.bearing_max_rad)
+    }
+
+    /// Half width of the bearing window, rad; π and above is a full circle.
+    #[must_use]
+    pub fn bearing_half_width_rad(&self) -> f64 {
+        0.5 * (self.bearing_max_rad - self.bearing_min_rad)
+    }
+}

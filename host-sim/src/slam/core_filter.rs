@@ -1,0 +1,244 @@
+//! The fixed-capacity filter over a planar log.
+
+use super::{PoseAndCovariance, Refusal, ScanOutcome, Slam};
+use crate::log::Vehicle;
+use crate::record::MapFeature;
+use crate::settings::{SensorSettings, Settings};
+use scphd::{
+    Ackermann, AckermannControl, AckermannGeometry, Config, ControlNoise, Gaussian, Models, Motion, PlanarPose,
+    RangeBearing, RangeBearingWindow, Real, ScPhd, State, Step, Unicycle, UnicycleControl, UniformClutter,
+};
+
+/// Scalar of the fixed-capacity filter.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Precision {
+    /// Single precision.
+    F32,
+    /// Double precision.
+    F64,
+}
+
+/// A motion model whose controls come as two numbers.
+pub trait PlanarMotion<T: Real>: Motion<T, 3, Pose = PlanarPose<T>> + Copy {
+    /// The model's control.
+    fn control(numbers: [f64; 2]) -> Self::Control;
+}
+
+impl<T: Real> PlanarMotion<T> for Ackermann<T> {
+    fn control([speed, steering]: [f64; 2]) -> AckermannControl<T> {
+        AckermannControl { speed_mps: T::from_f64(speed), steering_rad: T::from_f64(steering) }
+    }
+}
+
+impl<T: Real> PlanarMotion<T> for Unicycle<T> {
+    fn control([speed, rate]: [f64; 2]) -> UnicycleControl<T> {
+        UnicycleControl { speed_mps: T::from_f64(speed), rate_radps: T::from_f64(rate) }
+    }
+}
+
+/// Measurements in a scan and components of one map in an update that every host state has room for.
+const MEASUREMENTS: usize = 256;
+const VIEW: usize = 4096;
+
+type HostState<T, const PARTICLES: usize, const CANDIDATES: usize, const PAGES: usize, const MAP_PAGES: usize> =
+    State<T, PlanarPose<T>, 3, 2, 2, PARTICLES, CANDIDATES, PAGES, MAP_PAGES, MEASUREMENTS, VIEW>;
+
+type PlanarModels<T, M> = Models<M, RangeBearing<T>, RangeBearingWindow<T>, UniformClutter<T>>;
+
+type PlanarFilter<'s, T, M> =
+    ScPhd<'s, T, PlanarPose<T>, M, RangeBearing<T>, RangeBearingWindow<T>, UniformClutter<T>, 3, 2, 2>;
+
+/// The filter of one planar log, with its state on the heap.
+#[derive(Debug)]
+pub struct CoreFilter<
+    T: Real,
+    M,
+    const PARTICLES: usize,
+    const CANDIDATES: usize,
+    const PAGES: usize,
+    const MAP_PAGES: usize,
+> {
+    models: PlanarModels<T, M>,
+    config: Config<T>,
+    state: Box<HostState<T, PARTICLES, CANDIDATES, PAGES, MAP_PAGES>>,
+}
+
+impl<
+    T: Real,
+    M: PlanarMotion<T>,
+    const PARTICLES: usize,
+    const CANDIDATES: usize,
+    const PAGES: usize,
+    const MAP_PAGES: usize,
+> CoreFilter<T, M, PARTICLES, CANDIDATES, PAGES, MAP_PAGES>
+{
+    fn start(
+        models: PlanarModels<T, M>,
+        config: Config<T>,
+        initial_pose: [f64; 3],
+        seed: u64,
+    ) -> Result<Self, Refusal> {
+        let mut state = Box::new(State::new());
+        let [x, y, heading] = initial_pose.map(T::from_f64);
+        PlanarFilter::new(models, config, &mut *state)
+            .map_err(refusal)?
+            .reset(PlanarPose::new(x, y, heading), seed)
+            .map_err(refusal)?;
+        Ok(Self { models, config, state })
+    }
+
+    /// Works on the filter. A state goes on from where the last filter over it left off.
+    fn with<R>(&mut self, work: impl FnOnce(&mut PlanarFilter<'_, T, M>) -> R) -> Result<R, Refusal> {
+        PlanarFilter::new(self.models, self.config, &mut *self.state)
+            .map_err(refusal)
+            .map(|mut filter| work(&mut filter))
+    }
+}
+
+fn refusal(error: impl core::fmt::Display) -> Refusal {
+    Refusal(error.to_string())
+}
+
+impl<
+    T: Real,
+    M: PlanarMotion<T>,
+    const PARTICLES: usize,
+    const CANDIDATES: usize,
+    const PAGES: usize,
+    const MAP_PAGES: usize,
+> Slam for CoreFilter<T, M, PARTICLES, CANDIDATES, PAGES, MAP_PAGES>
+{
+    fn predict(&mut self, control: [f64; 2], dt_s: f64) -> Result<(), Refusal> {
+        self.with(|filter| filter.predict(&M::control(control), T::from_f64(dt_s)))?.map_err(refusal)?;
+        Ok(())
+    }
+
+    fn scan(&mut self, detections: &[[f64; 2]]) -> Result<ScanOutcome, Refusal> {
+        let measurements: Vec<_> = detections.iter().map(|z| nalgebra::Vector2::from(z.map(T::from_f64))).collect();
+        let report = self.with(|filter| filter.scan(&measurements))?.map_err(refusal)?;
+        Ok(ScanOutcome { n_eff: report.n_eff.to_f64(), health: report.health })
+    }
+
+    fn pose(&mut self) -> Result<PoseAndCovariance, Refusal> {
+        let estimate = self.with(|filter| filter.estimate_pose())?.ok_or_else(|| refusal("not started"))?;
+        let mean = estimate.mean;
+        let covariance = std::array::from_fn(|r| std::array::from_fn(|c| estimate.covariance.get(r, c).to_f64()));
+        Ok(([mean.x_m, mean.y_m, mean.heading_rad].map(T::to_f64), covariance))
+    }
+
+    fn map(&mut self) -> Result<(f64, Vec<MapFeature>), Refusal> {
+        let mut features = vec![Gaussian::ZERO; MAP_PAGES * scphd::PAGE_LEN];
+        let estimate = self.with(|filter| filter.estimate_map(&mut features))?;
+        features.truncate(estimate.features);
+        let features = features.iter().map(|feature| MapFeature {
+            weight: feature.ln_weight.exp().to_f64(),
+            mean: std::array::from_fn(|k| feature.mean[k].to_f64()),
+            covariance: std::array::from_fn(|r| std::array::from_fn(|c| feature.covariance.get(r, c).to_f64())),
+        });
+        Ok((estimate.expected_features.to_f64(), features.collect()))
+    }
+
+    fn digest(&mut self) -> Option<u64> {
+        self.with(|filter| filter.digest()).ok()
+    }
+
+    fn state_bytes(&self) -> Option<u64> {
+        Some(size_of_val(&*self.state) as u64)
+    }
+}
+
+/// The fixed-capacity filter for a log's vehicle, in the smallest host state with room for its particles.
+///
+/// # Errors
+/// The settings are out of range, and which.
+pub fn core_filter(
+    settings: &Settings,
+    vehicle: &Vehicle,
+    initial_pose: [f64; 3],
+    precision: Precision,
+    seed: u64,
+) -> Result<Box<dyn Slam>, Refusal> {
+    match precision {
+        Precision::F32 => with_scalar::<f32>(settings, vehicle, initial_pose, seed),
+        Precision::F64 => with_scalar::<f64>(settings, vehicle, initial_pose, seed),
+    }
+}
+
+fn with_scalar<T: Real>(
+    settings: &Settings,
+    vehicle: &Vehicle,
+    initial_pose: [f64; 3],
+    seed: u64,
+) -> Result<Box<dyn Slam>, Refusal> {
+    let noise = ControlNoise {
+        speed_sigma_mps: T::from_f64(settings.vehicle.speed_sigma_mps),
+        turn_sigma: T::from_f64(settings.vehicle.turn_sigma),
+        interval_s: T::from_f64(settings.vehicle.noise_interval_s),
+    };
+    match *vehicle {
+        Vehicle::Ackermann { wheelbase_m, encoder_offset_m, sensor_forward_m, sensor_left_m } => {
+            let geometry = AckermannGeometry {
+                wheelbase_m: T::from_f64(wheelbase_m),
+                encoder_offset_m: T::from_f64(encoder_offset_m),
+                sensor_forward_m: T::from_f64(sensor_forward_m),
+                sensor_left_m: T::from_f64(sensor_left_m),
+            };
+            with_motion(settings, Ackermann::new(geometry, noise).map_err(refusal)?, initial_pose, seed)
+        }
+        Vehicle::Unicycle => {
+            with_motion(settings, Unicycle::new(Step::Euler, noise).map_err(refusal)?, initial_pose, seed)
+        }
+        Vehicle::UnicycleArc => {
+            with_motion(settings, Unicycle::new(Step::Arc, noise).map_err(refusal)?, initial_pose, seed)
+        }
+    }
+}
+
+fn with_motion<T: Real, M: PlanarMotion<T> + 'static>(
+    settings: &Settings,
+    motion: M,
+    initial_pose: [f64; 3],
+    seed: u64,
+) -> Result<Box<dyn Slam>, Refusal> {
+    let SensorSettings { range_sigma_m, bearing_sigma_rad, clutter_per_scan, .. } = settings.sensor;
+    let field_of_view = window::<T>(&settings.sensor);
+    field_of_view.check().map_err(refusal)?;
+    let models = Models {
+        motion,
+        sensor: RangeBearing::new(T::from_f64(range_sigma_m), T::from_f64(bearing_sigma_rad)).map_err(refusal)?,
+        field_of_view,
+        clutter: UniformClutter::of_scan(T::from_f64(clutter_per_scan), field_of_view.measure()).map_err(refusal)?,
+    };
+    let filter = &settings.filter;
+    let config = Config {
+        particles: filter.particles,
+        samples: filter.samples,
+        birth_intensity: T::from_f64(filter.birth_intensity),
+        resample_threshold: T::from_f64(filter.resample_threshold),
+        prune_weight: T::from_f64(filter.prune_weight),
+        merge_distance: T::from_f64(filter.merge_distance),
+        max_components: filter.max_components,
+        ..Config::default()
+    };
+    let candidates = filter.particles.saturating_mul(filter.samples);
+    Ok(match (filter.particles, candidates) {
+        (..=32, ..=64) => Box::new(CoreFilter::<T, M, 32, 64, 2048, 128>::start(models, config, initial_pose, seed)?),
+        (..=128, ..=256) => {
+            Box::new(CoreFilter::<T, M, 128, 256, 16_384, 256>::start(models, config, initial_pose, seed)?)
+        }
+        _ => Box::new(CoreFilter::<T, M, 1024, 2048, 65_535, 512>::start(models, config, initial_pose, seed)?),
+    })
+}
+
+fn window<T: Real>(sensor: &SensorSettings) -> RangeBearingWindow<T> {
+    RangeBearingWindow {
+        range_min_m: T::from_f64(sensor.range_min_m),
+        range_max_m: T::from_f64(sensor.range_max_m),
+        range_edge_m: T::from_f64(sensor.range_edge_m),
+        bearing_center_rad: T::from_f64(sensor.bearing_center_rad()),
+        bearing_half_width_rad: T::from_f64(sensor.bearing_half_width_rad()),
+        bearing_edge_rad: T::from_f64(sensor.bearing_edge_rad),
+        probability_near: T::from_f64(sensor.detection_near),
+        probability_far: T::from_f64(sensor.detection_far),
+    }
+}
