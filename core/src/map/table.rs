@@ -89,16 +89,16 @@ impl MapTable<'_> {
         }
     }
 
-    /// Takes over all lists of another table of the same shape, references included.
-    pub(crate) fn take_over(&mut self, other: &MapTable<'_>, maps: usize) {
+    /// Takes over the lists of the first `maps` maps of another table of the same shape, references included, and
+    /// leaves the other empty.
+    pub(crate) fn take_over(&mut self, other: &mut MapTable<'_>, maps: usize) {
+        self.clear();
         for map in 0..maps {
-            if let Some(length) = self.lengths.get_mut(map) {
-                *length = 0;
-            }
             for &id in other.pages(map) {
                 self.push(map, id);
             }
         }
+        other.clear();
     }
 }
 
