@@ -115,6 +115,7 @@ where
         cursor.particles = self.config.particles;
         cursor.children = 1;
         cursor.predicted = false;
+        cursor.weighed = 0;
         cursor.heaviest = 0;
         cursor.noise = Some(Noise::seeded(seed));
         let ln_weight = -T::from_usize(cursor.particles).ln();
@@ -173,6 +174,25 @@ where
     #[must_use]
     pub fn config(&self) -> &Config<T> {
         &self.config
+    }
+
+    /// The random stream as it stands; `None` before the first reset.
+    #[must_use]
+    pub fn noise(&self) -> Option<&Noise> {
+        self.memory.cursor.noise.as_ref()
+    }
+
+    /// ln L of every candidate that the last scan weighed, in the order of the candidates before it (4.52).
+    #[must_use]
+    pub fn ln_likelihoods(&self) -> &[T] {
+        self.memory.ln_likelihoods.get(..self.memory.cursor.weighed).unwrap_or(&[])
+    }
+
+    /// For every particle the index of the candidate of the last scan that it continues.
+    #[must_use]
+    pub fn survivors(&self) -> &[u16] {
+        let particles = if self.memory.cursor.weighed > 0 { self.memory.cursor.particles } else { 0 };
+        self.memory.survivors.get(..particles).unwrap_or(&[])
     }
 
     /// The candidates: N particles after a scan, N·M samples after a prediction. Weights sum to one.

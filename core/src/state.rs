@@ -149,6 +149,8 @@ pub(crate) struct Cursor {
     pub(crate) children: usize,
     /// Whether the candidates have moved since the last scan.
     pub(crate) predicted: bool,
+    /// Candidates that the last scan weighed; zero before the first.
+    pub(crate) weighed: usize,
     /// The particle whose map is the estimate: the one that continues the heaviest surviving candidate of the last
     /// scan.
     pub(crate) heaviest: usize,
@@ -157,7 +159,7 @@ pub(crate) struct Cursor {
 }
 
 impl Cursor {
-    const ZERO: Self = Self { particles: 0, children: 0, predicted: false, heaviest: 0, noise: None };
+    const ZERO: Self = Self { particles: 0, children: 0, predicted: false, weighed: 0, heaviest: 0, noise: None };
 
     /// Number of candidates in use.
     pub(crate) fn candidates(&self) -> usize {

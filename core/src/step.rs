@@ -67,6 +67,7 @@ where
         candidates.iter_mut().zip(selected.iter()).take(particles).for_each(|(slot, chosen)| *slot = *chosen);
         cursor.children = 1;
         cursor.predicted = false;
+        cursor.weighed = particles * children;
         cursor.heaviest = selection.heaviest;
 
         let innovation = tally.mean_innovation(Z);

@@ -1,6 +1,7 @@
 //! Simulator, replayer and full-precision reference for the `scphd` SLAM filter.
 
 pub mod angle;
+pub mod compare;
 pub mod events;
 pub mod log;
 pub mod log_folder;

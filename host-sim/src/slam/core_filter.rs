@@ -1,11 +1,12 @@
 //! The fixed-capacity filter over a planar log.
 
-use super::{PoseAndCovariance, Refusal, ScanOutcome, Slam};
+use super::{PoseAndCovariance, Refusal, ScanOutcome, Slam, Snapshot, Transparent};
 use crate::log::Vehicle;
 use crate::record::MapFeature;
+use crate::reference::{Candidate, Component, Draws};
 use crate::settings::{SensorSettings, Settings};
 use scphd::{
-    Ackermann, AckermannControl, AckermannGeometry, Config, ControlNoise, Gaussian, Models, Motion, PlanarPose,
+    Ackermann, AckermannControl, AckermannGeometry, Config, ControlNoise, Gaussian, Models, Motion, Noise, PlanarPose,
     RangeBearing, RangeBearingWindow, Real, ScPhd, State, Step, Unicycle, UnicycleControl, UniformClutter,
 };
 
@@ -147,6 +148,56 @@ impl<
     }
 }
 
+impl<
+    T: Real,
+    M: PlanarMotion<T>,
+    const PARTICLES: usize,
+    const CANDIDATES: usize,
+    const PAGES: usize,
+    const MAP_PAGES: usize,
+> Transparent for CoreFilter<T, M, PARTICLES, CANDIDATES, PAGES, MAP_PAGES>
+{
+    fn snapshot(&mut self) -> Result<Snapshot, Refusal> {
+        let particles = self.config.particles;
+        self.with(|filter| {
+            let candidates = filter.candidates().iter().map(|candidate| Candidate {
+                pose: [candidate.pose.x_m, candidate.pose.y_m, candidate.pose.heading_rad].map(T::to_f64),
+                ln_weight: candidate.ln_weight.to_f64(),
+            });
+            let component = |gaussian: &Gaussian<T, 2>| Component {
+                ln_weight: gaussian.ln_weight.to_f64(),
+                mean: std::array::from_fn(|k| gaussian.mean[k].to_f64()),
+                covariance: std::array::from_fn(|r| std::array::from_fn(|c| gaussian.covariance.get(r, c).to_f64())),
+            };
+            let noise = filter.noise().cloned().ok_or_else(|| refusal("not started"))?;
+            Ok(Snapshot {
+                candidates: candidates.collect(),
+                maps: (0..particles).map(|particle| filter.map(particle).map(component).collect()).collect(),
+                heaviest: filter.heaviest(),
+                ln_likelihoods: filter.ln_likelihoods().iter().map(|ln_l| ln_l.to_f64()).collect(),
+                survivors: filter.survivors().iter().map(|&survivor| usize::from(survivor)).collect(),
+                draws: Box::new(Ahead::<T> { noise, scalar: core::marker::PhantomData }),
+            })
+        })?
+    }
+}
+
+/// A copy of a filter's random stream that runs ahead of it.
+struct Ahead<T> {
+    noise: Noise,
+    scalar: core::marker::PhantomData<T>,
+}
+
+impl<T: Real> Draws for Ahead<T> {
+    fn normal(&mut self) -> f64 {
+        self.noise.normal::<T>().to_f64()
+    }
+
+    fn uniform(&mut self) -> f64 {
+        self.noise.uniform::<T>().to_f64()
+    }
+}
+
 /// The fixed-capacity filter for a log's vehicle, in the smallest host state with room for its particles.
 ///
 /// # Errors
@@ -157,7 +208,7 @@ pub fn core_filter(
     initial_pose: [f64; 3],
     precision: Precision,
     seed: u64,
-) -> Result<Box<dyn Slam>, Refusal> {
+) -> Result<Box<dyn Transparent>, Refusal> {
     match precision {
         Precision::F32 => with_scalar::<f32>(settings, vehicle, initial_pose, seed),
         Precision::F64 => with_scalar::<f64>(settings, vehicle, initial_pose, seed),
@@ -169,7 +220,7 @@ fn with_scalar<T: Real>(
     vehicle: &Vehicle,
     initial_pose: [f64; 3],
     seed: u64,
-) -> Result<Box<dyn Slam>, Refusal> {
+) -> Result<Box<dyn Transparent>, Refusal> {
     let noise = ControlNoise {
         speed_sigma_mps: T::from_f64(settings.vehicle.speed_sigma_mps),
         turn_sigma: T::from_f64(settings.vehicle.turn_sigma),
@@ -199,7 +250,7 @@ fn with_motion<T: Real, M: PlanarMotion<T> + 'static>(
     motion: M,
     initial_pose: [f64; 3],
     seed: u64,
-) -> Result<Box<dyn Slam>, Refusal> {
+) -> Result<Box<dyn Transparent>, Refusal> {
     let SensorSettings { range_sigma_m, bearing_sigma_rad, clutter_per_scan, .. } = settings.sensor;
     let field_of_view = window::<T>(&settings.sensor);
     field_of_view.check().map_err(refusal)?;

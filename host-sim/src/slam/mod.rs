@@ -8,6 +8,7 @@ pub use core_filter::{Precision, core_filter};
 pub use reference_filter::{ReferenceFilter, reference_of};
 
 use crate::record::MapFeature;
+use crate::reference::{Candidate, Component, Draws};
 
 /// A filter that a log can be fed to.
 pub trait Slam {
@@ -40,6 +41,41 @@ pub trait Slam {
 
     /// Memory of the state, where it is fixed.
     fn state_bytes(&self) -> Option<u64>;
+}
+
+/// A filter that shows its whole state, for lockstep with the reference.
+pub trait Transparent: Slam {
+    /// The state as it stands.
+    ///
+    /// # Errors
+    /// The filter refused, and says why.
+    fn snapshot(&mut self) -> Result<Snapshot, Refusal>;
+}
+
+/// The state of a filter in the reference's terms.
+pub struct Snapshot {
+    /// Candidates, in order; weights sum to one.
+    pub candidates: Vec<Candidate>,
+    /// The map of every particle.
+    pub maps: Vec<Vec<Component>>,
+    /// The particle whose map is the estimate.
+    pub heaviest: usize,
+    /// ln L of the candidates that the last scan weighed.
+    pub ln_likelihoods: Vec<f64>,
+    /// For every particle the candidate of the last scan that it continues.
+    pub survivors: Vec<usize>,
+    /// A copy of the random stream: gives the numbers that the filter will draw next.
+    pub draws: Box<dyn Draws>,
+}
+
+impl core::fmt::Debug for Snapshot {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.debug_struct("Snapshot")
+            .field("candidates", &self.candidates)
+            .field("maps", &self.maps)
+            .field("heaviest", &self.heaviest)
+            .finish_non_exhaustive()
+    }
 }
 
 /// A pose (x m, y m, heading rad) and its covariance.

@@ -1,0 +1,273 @@
+//! Filter and reference in lockstep: every step of the reference starts from the filter's own state and random numbers,
+//! so that what differs afterwards is what that one step computed differently.
+
+use crate::events::{Event, events};
+use crate::log::Log;
+use crate::reference::{Component, Particle, Reference, Selection, State, Weighing};
+use crate::settings::Settings;
+use crate::slam::{Precision, Refusal, Snapshot, Transparent, core_filter, reference_of};
+use serde::Serialize;
+
+/// Largest differences between filter and reference, relative unless the name carries a unit.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+pub struct Differences {
+    /// Scans compared.
+    pub scans: usize,
+    /// Position of a candidate after a prediction, m.
+    pub predicted_position_m: f64,
+    /// Heading of a candidate after a prediction, rad.
+    pub predicted_heading_rad: f64,
+    /// ln L of a candidate, relative to its magnitude or to 1, whichever is larger: where ln L passes through zero, this
+    /// is the relative difference of L itself.
+    pub ln_likelihood: f64,
+    /// Weight of a particle.
+    pub particle_weight: f64,
+    /// Weight of a component.
+    pub component_weight: f64,
+    /// Mean of a component: distance over distance from the origin.
+    pub mean: f64,
+    /// Covariance of a component: Frobenius norm of the difference over that of the covariance.
+    pub covariance: f64,
+    /// N̂ of a map.
+    pub mass: f64,
+    /// Position of the estimated pose, m.
+    pub estimated_position_m: f64,
+    /// Heading of the estimated pose, rad.
+    pub estimated_heading_rad: f64,
+    /// Scans that selected other survivors (the reference's maps are then updated for the filter's survivors).
+    pub other_survivors: usize,
+    /// Components compared.
+    pub components: usize,
+    /// Components of either that have no counterpart: rounding decided otherwise whether to prune or to merge.
+    pub unmatched: usize,
+    /// Greatest share of a map's mass in such components.
+    pub unmatched_mass: f64,
+    /// Scans in which the filter reported a lack of room, and so was not expected to agree.
+    pub capacity_events: usize,
+}
+
+impl Differences {
+    /// The larger of both in every field; counts are added.
+    fn merge(&mut self, other: &Self) {
+        let larger = |into: &mut f64, value: f64| *into = if value > *into || value.is_nan() { value } else { *into };
+        larger(&mut self.predicted_position_m, other.predicted_position_m);
+        larger(&mut self.predicted_heading_rad, other.predicted_heading_rad);
+        larger(&mut self.ln_likelihood, other.ln_likelihood);
+        larger(&mut self.particle_weight, other.particle_weight);
+        larger(&mut self.component_weight, other.component_weight);
+        larger(&mut self.mean, other.mean);
+        larger(&mut self.covariance, other.covariance);
+        larger(&mut self.mass, other.mass);
+        larger(&mut self.estimated_position_m, other.estimated_position_m);
+        larger(&mut self.estimated_heading_rad, other.estimated_heading_rad);
+        larger(&mut self.unmatched_mass, other.unmatched_mass);
+        self.scans += other.scans;
+        self.other_survivors += other.other_survivors;
+        self.components += other.components;
+        self.unmatched += other.unmatched;
+        self.capacity_events += other.capacity_events;
+    }
+}
+
+/// A comparison over a whole log.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Comparison {
+    /// One row a scan.
+    pub scans: Vec<Differences>,
+    /// The largest of all.
+    pub overall: Differences,
+}
+
+/// Runs the filter over a log and repeats each of its steps with the reference; `progress` is told the number of scans
+/// done.
+///
+/// # Errors
+/// The filter refuses the settings or a step, and says why.
+pub fn compare(
+    log: &Log,
+    settings: &Settings,
+    precision: Precision,
+    seed: u64,
+    mut progress: impl FnMut(usize),
+) -> Result<Comparison, Refusal> {
+    let reference = reference_of(settings, &log.vehicle);
+    let mut filter = core_filter(settings, &log.vehicle, log.initial_pose, precision, seed)?;
+    let mut comparison = Comparison { scans: Vec::with_capacity(log.scans.len()), overall: Differences::default() };
+    let mut predictions = Differences::default();
+    let mut predicted = false;
+    for event in events(log) {
+        match event {
+            Event::Predict { control, dt_s } => {
+                let step = predict(&reference, &mut *filter, predicted, control, dt_s)?;
+                predictions.merge(&step);
+                predicted = true;
+            }
+            Event::Scan { index } => {
+                let mut step = scan(&reference, &mut *filter, predicted, &log.scans[index].detections)?;
+                step.merge(&predictions);
+                comparison.overall.merge(&step);
+                comparison.scans.push(step);
+                predictions = Differences::default();
+                predicted = false;
+                progress(comparison.scans.len());
+            }
+        }
+    }
+    Ok(comparison)
+}
+
+/// The reference's state at a snapshot of the filter.
+fn state_of(snapshot: &Snapshot, predicted: bool) -> State {
+    let children = snapshot.candidates.len() / snapshot.maps.len();
+    let particles = snapshot.maps.iter().zip(snapshot.candidates.iter().step_by(children));
+    State {
+        particles: particles
+            .map(|(map, first)| Particle { pose: first.pose, ln_weight: first.ln_weight, map: map.clone() })
+            .collect(),
+        candidates: predicted.then(|| snapshot.candidates.clone()),
+        heaviest: snapshot.heaviest,
+    }
+}
+
+fn predict(
+    reference: &Reference,
+    filter: &mut dyn Transparent,
+    predicted: bool,
+    control: [f64; 2],
+    dt_s: f64,
+) -> Result<Differences, Refusal> {
+    let mut before = filter.snapshot()?;
+    let mut state = state_of(&before, predicted);
+    filter.predict(control, dt_s)?;
+    reference.predict(&mut state, &control, dt_s, &mut *before.draws);
+    let after = filter.snapshot()?;
+    let mut differences = Differences::default();
+    for (ours, theirs) in after.candidates.iter().zip(&state.current()) {
+        let (position, heading) = pose_difference(ours.pose, theirs.pose);
+        differences.merge(&Differences {
+            predicted_position_m: position,
+            predicted_heading_rad: heading,
+            particle_weight: (ours.ln_weight - theirs.ln_weight).abs(),
+            ..Differences::default()
+        });
+    }
+    Ok(differences)
+}
+
+fn scan(
+    reference: &Reference,
+    filter: &mut dyn Transparent,
+    predicted: bool,
+    detections: &[[f64; 2]],
+) -> Result<Differences, Refusal> {
+    let mut before = filter.snapshot()?;
+    let mut state = state_of(&before, predicted);
+    let outcome = filter.scan(detections)?;
+    let after = filter.snapshot()?;
+    let mut differences = Differences { scans: 1, ..Differences::default() };
+    differences.capacity_events = usize::from(
+        [scphd::Health::PRUNING_TIGHTENED, scphd::Health::MAP_NOT_UPDATED, scphd::Health::COMPONENTS_LOST]
+            .iter()
+            .any(|&flag| outcome.health.contains(flag)),
+    );
+
+    let weighing = reference.weigh(&state, detections);
+    for (&ours, &theirs) in after.ln_likelihoods.iter().zip(&weighing.ln_likelihoods) {
+        let scale = ours.abs().max(theirs.abs()).max(1.0);
+        differences.ln_likelihood = differences.ln_likelihood.max((ours - theirs).abs() / scale);
+    }
+    let selection = reference.select(&state, &weighing, &mut *before.draws);
+    differences.other_survivors = usize::from(selection.survivors != after.survivors);
+    let selection = with_survivors(&selection, &after, &state, &weighing);
+    reference.update(&mut state, detections, &weighing, &selection);
+
+    for (ours, theirs) in after.candidates.iter().zip(&state.particles) {
+        // Relative difference of the weights; of weights that are negligible too.
+        let weight = (ours.ln_weight - theirs.ln_weight).exp_m1().abs();
+        differences.particle_weight = differences.particle_weight.max(weight);
+    }
+    for (particle, (ours, theirs)) in after.maps.iter().zip(&state.particles).enumerate() {
+        if particle == 0 || after.survivors[particle] != after.survivors[particle - 1] {
+            differences.merge(&map_differences(ours, &theirs.map));
+        }
+    }
+    let estimate = reference.estimate(&state);
+    let (pose, _) = filter.pose()?;
+    (differences.estimated_position_m, differences.estimated_heading_rad) = pose_difference(pose, estimate.pose);
+    Ok(differences)
+}
+
+/// The selection itself where filter and reference agree; otherwise the filter's choice with the reference's weights.
+fn with_survivors(selection: &Selection, after: &Snapshot, state: &State, weighing: &Weighing) -> Selection {
+    if selection.survivors == after.survivors {
+        return selection.clone();
+    }
+    // A resampling leaves equal weights behind. The filter's own decision shows in them.
+    let equal = -(after.maps.len() as f64).ln();
+    let resampled = after.candidates.iter().all(|candidate| (candidate.ln_weight - equal).abs() < 1e-6);
+    let samples = state.samples();
+    let family = |parent: usize| {
+        let total: f64 = weighing.ln_weights[parent * samples..(parent + 1) * samples].iter().map(|w| w.exp()).sum();
+        total.ln()
+    };
+    let ln_weights = after.survivors.iter().map(|survivor| if resampled { equal } else { family(survivor / samples) });
+    Selection { resampled, survivors: after.survivors.clone(), ln_weights: ln_weights.collect() }
+}
+
+/// Components further apart than this, relative to their distance from the origin, are not the same component.
+const COUNTERPART: f64 = 1e-3;
+
+fn map_differences(ours: &[Component], theirs: &[Component]) -> Differences {
+    let mut differences = Differences::default();
+    let mut unmatched_mass = 0.0;
+    let mut free: Vec<&Component> = theirs.iter().collect();
+    let apart = |a: &Component, b: &Component| {
+        let distance = (a.mean[0] - b.mean[0]).hypot(a.mean[1] - b.mean[1]);
+        distance + (a.ln_weight - b.ln_weight).abs()
+    };
+    for component in ours {
+        let nearest = (0..free.len()).min_by(|&a, &b| apart(component, free[a]).total_cmp(&apart(component, free[b])));
+        let counterpart = nearest.filter(|&index| {
+            let other = free[index];
+            mean_difference(component, other) < COUNTERPART && (component.ln_weight - other.ln_weight).abs() < 0.1
+        });
+        let Some(index) = counterpart else {
+            differences.unmatched += 1;
+            unmatched_mass += component.weight();
+            continue;
+        };
+        let other = free.swap_remove(index);
+        differences.components += 1;
+        let weight = (component.ln_weight - other.ln_weight).exp_m1().abs();
+        differences.component_weight = differences.component_weight.max(weight);
+        differences.mean = differences.mean.max(mean_difference(component, other));
+        differences.covariance = differences.covariance.max(covariance_difference(component, other));
+    }
+    differences.unmatched += free.len();
+    unmatched_mass += free.iter().map(|component| component.weight()).sum::<f64>();
+    let mass = |map: &[Component]| map.iter().map(Component::weight).sum::<f64>();
+    differences.mass = relative(mass(ours), mass(theirs));
+    differences.unmatched_mass = if unmatched_mass > 0.0 { unmatched_mass / mass(theirs).max(1.0) } else { 0.0 };
+    differences
+}
+
+fn mean_difference(a: &Component, b: &Component) -> f64 {
+    let distance = (a.mean[0] - b.mean[0]).hypot(a.mean[1] - b.mean[1]);
+    distance / b.mean[0].hypot(b.mean[1]).max(1.0)
+}
+
+fn covariance_difference(a: &Component, b: &Component) -> f64 {
+    let pairs = || a.covariance.as_flattened().iter().zip(b.covariance.as_flattened());
+    let difference = pairs().map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt();
+    difference / pairs().map(|(_, b)| b.powi(2)).sum::<f64>().sqrt()
+}
+
+fn relative(a: f64, b: f64) -> f64 {
+    let scale = a.abs().max(b.abs());
+    if a == b { 0.0 } else { (a - b).abs() / scale }
+}
+
+/// Distance (m) and angle (rad) between two poses.
+fn pose_difference(a: [f64; 3], b: [f64; 3]) -> (f64, f64) {
+    ((a[0] - b[0]).hypot(a[1] - b[1]), crate::angle::wrap(a[2] - b[2]).abs())
+}
