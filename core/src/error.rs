@@ -63,6 +63,42 @@ impl fmt::Display for ResetError {
 
 impl core::error::Error for ResetError {}
 
+/// Why a map cannot be loaded.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum LoadMapError {
+    /// The state holds no particles: it has not been reset yet.
+    NotStarted,
+    /// A component is not finite, or its covariance not positive definite.
+    Component {
+        /// Its place in the map.
+        index: usize,
+    },
+    /// The map has more components than the state holds.
+    TooManyComponents {
+        /// Components in the map.
+        components: usize,
+        /// Components the state holds.
+        capacity: usize,
+    },
+}
+
+impl fmt::Display for LoadMapError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NotStarted => f.write_str("the filter has not been reset yet"),
+            Self::Component { index } => {
+                write!(f, "component {index} is not finite, or its covariance not positive definite")
+            }
+            Self::TooManyComponents { components, capacity } => {
+                write!(f, "{components} components do not fit a state for {capacity}")
+            }
+        }
+    }
+}
+
+impl core::error::Error for LoadMapError {}
+
 /// Why a prediction was refused.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]

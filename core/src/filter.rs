@@ -2,8 +2,8 @@
 
 use crate::state::{Memory, State};
 use crate::{
-    Clutter, Config, Dim, FieldOfView, Models, Motion, Noise, Packed, Pose, PredictError, PredictReport, Real,
-    ResetError, ScanError, ScanReport, Sensor, SetupError, candidate::Candidate,
+    Clutter, Config, Dim, FieldOfView, Gaussian, LoadMapError, Models, Motion, Noise, PAGE_LEN, Packed, Pose,
+    PredictError, PredictReport, Real, ResetError, ScanError, ScanReport, Sensor, SetupError, candidate::Candidate,
 };
 use nalgebra::SVector;
 
@@ -123,6 +123,40 @@ where
         maps.clear();
         next_maps.clear();
         pool.clear();
+        Ok(())
+    }
+
+    /// Gives every particle this map instead of its own: a surveyed map to start from, or the objects a tracker is to
+    /// take over. All particles share its pages. Neighbours should stand next to each other, so that a page spans little.
+    ///
+    /// # Errors
+    /// A component is not finite or its covariance not positive definite, or the map does not fit; the state is as it
+    /// was.
+    pub fn load_map(&mut self, components: &[Gaussian<T, D>]) -> Result<(), LoadMapError> {
+        let Memory { cursor, maps, pool, .. } = &mut self.memory;
+        if cursor.particles == 0 {
+            return Err(LoadMapError::NotStarted);
+        }
+        let usable = |component: &Gaussian<T, D>| {
+            component.ln_weight.is_finite()
+                && component.mean.iter().all(|coordinate| coordinate.is_finite())
+                && component.covariance.factor().is_some()
+        };
+        if let Some(index) = components.iter().position(|component| !usable(component)) {
+            return Err(LoadMapError::Component { index });
+        }
+        let capacity = maps.map_pages().min(pool.capacity()) * PAGE_LEN;
+        if components.len() > capacity {
+            return Err(LoadMapError::TooManyComponents { components: components.len(), capacity });
+        }
+        (0..cursor.particles).for_each(|particle| maps.release(particle, pool));
+        for chunk in components.chunks(PAGE_LEN) {
+            if let Some((id, page)) = pool.take() {
+                page.fill(chunk.iter());
+                maps.push(0, id);
+            }
+        }
+        (1..cursor.particles).for_each(|particle| maps.share_within(0, particle, pool));
         Ok(())
     }
 

@@ -86,7 +86,7 @@ where
             identity - seen
         });
         let joseph = covariance.congruence(&residual).plus(&r.congruence(&gain));
-        let (covariance, repaired) = keep_positive_definite(joseph);
+        let (covariance, repaired) = joseph.kept_positive_definite();
         Self { gain, covariance, repaired }
     }
 
@@ -103,26 +103,4 @@ where
     pub fn repaired(&self) -> bool {
         self.repaired
     }
-}
-
-/// The matrix itself where it can be factored; otherwise the same variances with the correlations shrunk until it
-/// can. The factor of ½ a round reaches a diagonal matrix to rounding long before the rounds end.
-fn keep_positive_definite<T: Real, const N: usize>(matrix: Symmetric<T, N>) -> (Symmetric<T, N>, bool)
-where
-    Dim<N>: Packed,
-{
-    if matrix.factor().is_some() {
-        return (matrix, false);
-    }
-    let mut shrunk = matrix;
-    for _ in 0..32 {
-        shrunk = Symmetric::from_fn(|row, column| {
-            let element = shrunk.get(row, column);
-            if row == column { element } else { element * T::from_f64(0.5) }
-        });
-        if shrunk.factor().is_some() {
-            break;
-        }
-    }
-    (shrunk, true)
 }

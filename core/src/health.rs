@@ -29,7 +29,8 @@ impl Health {
     pub const MAP_NOT_UPDATED: Self = Self(1 << 3);
     /// Components were lost that no tightening of the pruning could make room for.
     pub const COMPONENTS_LOST: Self = Self(1 << 4);
-    /// Rounding had made some covariance indefinite; it was repaired by shrinking its correlations.
+    /// Rounding had made some covariance indefinite; it was repaired by adding as little as
+    /// possible to its diagonal. A feature born next to the sensor, much longer than wide, is the usual case.
     pub const COVARIANCE_REPAIRED: Self = Self(1 << 5);
     /// Some candidate's pose left the range of the scalar in the prediction; it stayed where it was.
     pub const POSE_REJECTED: Self = Self(1 << 6);

@@ -17,6 +17,8 @@ mod config;
 mod digest;
 mod error;
 mod extract;
+#[cfg(test)]
+mod faults;
 mod filter;
 mod gaussian;
 mod health;
@@ -44,7 +46,7 @@ pub use angle::wrap;
 pub use bounds::Bounds;
 pub use candidate::Candidate;
 pub use config::{Config, ConfigError};
-pub use error::{PredictError, ResetError, ScanError, SetupError};
+pub use error::{LoadMapError, PredictError, ResetError, ScanError, SetupError};
 pub use extract::{MapEstimate, PoseEstimate};
 pub use filter::ScPhd;
 pub use gaussian::{Correction, Gaussian};

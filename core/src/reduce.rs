@@ -170,6 +170,6 @@ where
     Gaussian {
         ln_weight: head.ln_weight + mass.ln(),
         mean: head.mean + offset,
-        covariance: covariance.scaled(T::ONE / mass),
+        covariance: covariance.scaled(T::ONE / mass).kept_positive_definite().0,
     }
 }

@@ -283,7 +283,8 @@ where
                 tally.not_inverted += 1;
                 continue;
             };
-            let covariance = view.sensor.noise().congruence(&inverse.jacobian);
+            let (covariance, repaired) = view.sensor.noise().congruence(&inverse.jacobian).kept_positive_definite();
+            tally.repaired += usize::from(repaired);
             let born = birth(&Gaussian { ln_weight, mean: inverse.feature, covariance });
             self.workspace.push(born, Origin::Born);
             tally.births += 1;

@@ -1,6 +1,8 @@
 //! The daughter process in memory: copy-on-write pages of Gaussian components in one pool, and a list of pages for
 //! every particle.
 
+#[cfg(test)]
+pub(crate) mod audit;
 mod page;
 mod pool;
 mod table;

@@ -11,7 +11,7 @@ impl PageId {
     /// A placeholder for unused memory.
     pub(crate) const ZERO: Self = Self(0);
 
-    fn index(self) -> usize {
+    pub(crate) fn index(self) -> usize {
         usize::from(self.0)
     }
 }
@@ -125,6 +125,12 @@ where
                 self.put_back(id);
             }
         }
+    }
+
+    /// For every page the number of maps that hold it.
+    #[cfg(test)]
+    pub(crate) fn reference_counts(&self) -> &[u16] {
+        self.references
     }
 
     /// Number of maps that hold this page.

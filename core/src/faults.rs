@@ -1,0 +1,316 @@
+//! What goes wrong on a vehicle, on purpose: full memory, empty input, weights that vanish. Nothing may panic, leak or
+//! stall, and everything must be reported.
+
+use crate::map::audit;
+use crate::*;
+use nalgebra::Vector2;
+use std::boxed::Box;
+use std::vec::Vec;
+
+type Car = Unicycle<f32>;
+type Planar<'s, M> =
+    ScPhd<'s, f32, PlanarPose<f32>, M, RangeBearing<f32>, RangeBearingWindow<f32>, UniformClutter<f32>, 3, 2, 2>;
+type Roomy = State<f32, PlanarPose<f32>, 3, 2, 2, 8, 16, 256, 32, 64, 256>;
+
+fn models(clutter_per_scan: f32) -> Models<Car, RangeBearing<f32>, RangeBearingWindow<f32>, UniformClutter<f32>> {
+    let window = RangeBearingWindow::full_circle(20.0, 0.9);
+    Models {
+        motion: Unicycle::new(Step::Euler, ControlNoise { speed_sigma_mps: 0.3, turn_sigma: 0.05, interval_s: 0.0 })
+            .unwrap(),
+        sensor: RangeBearing::new(0.2, 0.02).unwrap(),
+        field_of_view: window,
+        clutter: UniformClutter::of_scan(clutter_per_scan, window.measure()).unwrap(),
+    }
+}
+
+const AHEAD: UnicycleControl<f32> = UnicycleControl { speed_mps: 1.0, rate_radps: 0.1 };
+const ORIGIN: PlanarPose<f32> = PlanarPose::new(0.0, 0.0, 0.0);
+
+fn config() -> Config<f32> {
+    Config { particles: 8, samples: 2, ..Config::default() }
+}
+
+/// Pseudo-random numbers in [0, 1) for inputs.
+fn numbers(seed: u32) -> impl FnMut() -> f32 {
+    let mut state = seed;
+    move || {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (state >> 8) as f32 / 16_777_216.0
+    }
+}
+
+fn random_scan(number: &mut impl FnMut() -> f32, len: usize) -> Vec<Vector2<f32>> {
+    (0..len).map(|_| Vector2::new(20.0 * number(), 6.28 * number() - 3.14)).collect()
+}
+
+fn check_consistent(filter: &Planar<'_, Car>) {
+    let memory = &filter.memory;
+    audit::check(
+        &memory.pool,
+        &[(&memory.maps, memory.cursor.particles), (&memory.next_maps, memory.cursor.particles)],
+    );
+    let total: f32 = filter.candidates().iter().map(|candidate| candidate.ln_weight.exp()).sum();
+    assert!((total - 1.0).abs() < 1e-4, "weights sum to {total}");
+    for particle in 0..memory.cursor.particles {
+        for component in filter.map(particle) {
+            assert!(component.ln_weight.is_finite() && component.mean.iter().all(|x| x.is_finite()));
+            assert!(component.covariance.factor().is_some(), "{component:?}");
+        }
+    }
+}
+
+#[test]
+fn nothing_works_before_the_first_reset() {
+    let mut state = Box::new(Roomy::new());
+    let mut filter = Planar::new(models(2.0), config(), &mut *state).unwrap();
+    assert_eq!(filter.predict(&AHEAD, 0.1), Err(PredictError::NotStarted));
+    assert_eq!(filter.scan(&[]), Err(ScanError::NotStarted));
+    assert_eq!(filter.load_map(&[]), Err(LoadMapError::NotStarted));
+    assert!(filter.estimate_pose().is_none());
+    assert_eq!(filter.reset(PlanarPose::new(f32::NAN, 0.0, 0.0), 1), Err(ResetError::NonFinitePose));
+    assert!(filter.estimate_pose().is_none());
+}
+
+#[test]
+fn a_configuration_that_does_not_fit_is_refused() {
+    let mut state = Box::new(Roomy::new());
+    let mut refused = |config| Planar::new(models(2.0), config, &mut *state).map(|_| ()).unwrap_err();
+    assert_eq!(
+        refused(Config { particles: 9, ..config() }),
+        SetupError::TooManyParticles { particles: 9, capacity: 8 }
+    );
+    assert_eq!(
+        refused(Config { samples: 3, ..config() }),
+        SetupError::TooManyCandidates { candidates: 24, capacity: 16 }
+    );
+    assert!(matches!(
+        refused(Config { prune_weight: f32::NAN, ..config() }),
+        SetupError::Config(ConfigError { field: "prune_weight", .. })
+    ));
+    assert!(matches!(refused(Config { samples: usize::MAX, ..config() }), SetupError::TooManyCandidates { .. }));
+}
+
+#[test]
+fn refused_input_leaves_the_state_as_it_was() {
+    let mut state = Box::new(Roomy::new());
+    let mut filter = Planar::new(models(2.0), config(), &mut *state).unwrap();
+    filter.reset(ORIGIN, 1).unwrap();
+    filter.predict(&AHEAD, 0.1).unwrap();
+    filter.scan(&[Vector2::new(5.0, 1.0)]).unwrap();
+    filter.predict(&AHEAD, 0.1).unwrap();
+    let before = filter.digest();
+    let control = |v, w| UnicycleControl { speed_mps: v, rate_radps: w };
+    assert_eq!(filter.predict(&AHEAD, -0.1), Err(PredictError::TimeStep));
+    assert_eq!(filter.predict(&AHEAD, f32::NAN), Err(PredictError::TimeStep));
+    assert_eq!(filter.predict(&control(f32::INFINITY, 0.0), 0.1), Err(PredictError::Control));
+    assert_eq!(filter.predict(&control(1.0, f32::NAN), 0.1), Err(PredictError::Control));
+    let seen = [Vector2::new(5.0, 1.0), Vector2::new(f32::NAN, 1.0)];
+    assert_eq!(filter.scan(&seen), Err(ScanError::NonFinite { index: 1 }));
+    let many = [Vector2::new(5.0, 1.0); 65];
+    assert_eq!(filter.scan(&many), Err(ScanError::TooManyMeasurements { measurements: 65, capacity: 64 }));
+    assert_eq!(filter.reset(PlanarPose::new(0.0, f32::INFINITY, 0.0), 1), Err(ResetError::NonFinitePose));
+    let bad = Gaussian { covariance: Symmetric::ZERO, ..Gaussian::ZERO };
+    assert_eq!(filter.load_map(&[bad]), Err(LoadMapError::Component { index: 0 }));
+    assert_eq!(filter.digest(), before);
+}
+
+#[test]
+fn a_step_of_no_length_changes_nothing() {
+    let mut state = Box::new(Roomy::new());
+    let mut filter = Planar::new(models(2.0), config(), &mut *state).unwrap();
+    filter.reset(ORIGIN, 1).unwrap();
+    let before = filter.digest();
+    let report = filter.predict(&AHEAD, 0.0).unwrap();
+    assert_eq!((filter.digest(), report.candidates), (before, 8));
+}
+
+#[test]
+fn a_pose_that_overflows_stays_where_it_was_and_is_reported() {
+    let mut state = Box::new(Roomy::new());
+    let mut filter = Planar::new(models(2.0), config(), &mut *state).unwrap();
+    filter.reset(ORIGIN, 1).unwrap();
+    let report = filter.predict(&UnicycleControl { speed_mps: f32::MAX, rate_radps: 0.0 }, 10.0).unwrap();
+    assert_eq!((report.rejected, report.health), (16, Health::POSE_REJECTED));
+    assert!(filter.candidates().iter().all(|candidate| candidate.pose == ORIGIN));
+}
+
+#[test]
+fn empty_scans_are_normal() {
+    let mut state = Box::new(Roomy::new());
+    let mut filter = Planar::new(models(2.0), config(), &mut *state).unwrap();
+    filter.reset(ORIGIN, 1).unwrap();
+    for _ in 0..50 {
+        filter.predict(&AHEAD, 0.1).unwrap();
+        let report = filter.scan(&[]).unwrap();
+        assert!(report.health.is_good(), "{:?}", report.health);
+        assert_eq!((report.measurements, report.in_view, report.pages_used), (0, 0, 0));
+        check_consistent(&filter);
+    }
+    let map = filter.estimate_map(&mut [Gaussian::ZERO; 4]);
+    assert_eq!((map.expected_features, map.features, map.left_out), (0.0, 0, 0));
+}
+
+#[test]
+fn a_full_measurement_list_is_normal() {
+    let mut state = Box::new(Roomy::new());
+    let mut filter = Planar::new(models(2.0), config(), &mut *state).unwrap();
+    filter.reset(ORIGIN, 1).unwrap();
+    let mut number = numbers(3);
+    for _ in 0..5 {
+        filter.predict(&AHEAD, 0.1).unwrap();
+        let report = filter.scan(&random_scan(&mut number, 64)).unwrap();
+        assert_eq!(report.measurements, 64);
+        check_consistent(&filter);
+    }
+}
+
+#[test]
+fn one_particle_is_normal() {
+    let mut state = Box::new(State::<f32, PlanarPose<f32>, 3, 2, 2, 1, 1, 8, 8, 8, 64>::new());
+    let mut filter = Planar::new(models(2.0), Config { particles: 1, ..Config::default() }, &mut *state).unwrap();
+    filter.reset(ORIGIN, 1).unwrap();
+    for _ in 0..20 {
+        filter.predict(&AHEAD, 0.1).unwrap();
+        let report = filter.scan(&[Vector2::new(10.0, 0.5)]).unwrap();
+        assert!(!report.health.contains(Health::DEGENERATE));
+        assert_eq!(report.n_eff, 1.0);
+        check_consistent(&filter);
+    }
+}
+
+#[test]
+fn a_scan_that_nothing_explains_keeps_the_weights_and_says_so() {
+    // No clutter, no births, and the only feature out of view: every likelihood is zero.
+    let mut state = Box::new(Roomy::new());
+    let mut filter = Planar::new(models(0.0), Config { birth_intensity: 0.0, ..config() }, &mut *state).unwrap();
+    filter.reset(ORIGIN, 1).unwrap();
+    let unit = Symmetric::from_diagonal([0.01, 0.01]);
+    let feature = Gaussian { ln_weight: 0.0, mean: Vector2::new(25.0, 0.0), covariance: unit };
+    filter.load_map(&[feature]).unwrap();
+    filter.predict(&AHEAD, 0.1).unwrap();
+    let report = filter.scan(&[Vector2::new(5.0, 3.0), Vector2::new(-1.0, 0.0)]).unwrap();
+    assert!(report.health.contains(Health::UNEXPLAINED_SCAN), "{:?}", report.health);
+    assert_eq!(report.ln_evidence, f32::NEG_INFINITY);
+    assert_eq!(report.n_eff.round(), 16.0);
+    check_consistent(&filter);
+    // It goes on when the feature comes into view.
+    filter.predict(&UnicycleControl { speed_mps: 10.0, rate_radps: 0.0 }, 1.0).unwrap();
+    let report = filter.scan(&[Vector2::new(14.9, 0.0)]).unwrap();
+    assert!(report.ln_evidence.is_finite());
+    check_consistent(&filter);
+}
+
+#[test]
+fn a_measurement_without_range_weighs_but_gives_no_birth() {
+    let mut state = Box::new(Roomy::new());
+    let mut filter = Planar::new(models(2.0), config(), &mut *state).unwrap();
+    filter.reset(ORIGIN, 1).unwrap();
+    let report = filter.scan(&[Vector2::new(-0.3, 0.0)]).unwrap();
+    assert_eq!((report.not_inverted, report.births), (report.maps_updated, 0));
+    assert!(report.ln_evidence.is_finite());
+}
+
+#[test]
+fn full_memory_degrades_in_order_and_recovers() {
+    // Room for a tenth of what the scans bring: 24 pages for 8 particles, 3 pages a map, 32 components in an update.
+    let mut state = Box::new(State::<f32, PlanarPose<f32>, 3, 2, 2, 8, 16, 24, 3, 64, 32>::new());
+    let config = Config { birth_intensity: 0.05, ..config() };
+    let mut filter = Planar::new(models(0.5), config, &mut *state).unwrap();
+    filter.reset(ORIGIN, 1).unwrap();
+    let mut number = numbers(7);
+    let mut seen = Health::GOOD;
+    for _ in 0..300 {
+        filter.predict(&AHEAD, 0.1).unwrap();
+        let report = filter.scan(&random_scan(&mut number, 40)).unwrap();
+        assert!(report.pages_used <= 24);
+        assert_eq!(report.maps_updated + report.not_updated, report.survivors);
+        seen |= report.health;
+        check_consistent(&filter);
+    }
+    assert!(seen.contains(Health::PRUNING_TIGHTENED), "{seen:?}");
+    // With less to hold, it is well again.
+    let mut last = Health::GOOD;
+    for _ in 0..60 {
+        filter.predict(&AHEAD, 0.1).unwrap();
+        last = filter.scan(&[Vector2::new(15.0, 0.0)]).unwrap().health;
+        check_consistent(&filter);
+    }
+    let lack = [Health::PRUNING_TIGHTENED, Health::MAP_NOT_UPDATED, Health::COMPONENTS_LOST];
+    assert!(lack.iter().all(|&flag| !last.contains(flag)), "{last:?}");
+}
+
+#[test]
+fn confirmed_features_outlive_clutter_when_memory_is_full() {
+    // Two pages a map hold the sixteen landmarks and nothing else.
+    let mut state = Box::new(State::<f32, PlanarPose<f32>, 3, 2, 2, 4, 4, 16, 2, 64, 128>::new());
+    let motionless = Models { motion: Unicycle::new(Step::Euler, ControlNoise::NONE).unwrap(), ..models(4.0) };
+    let config = Config { particles: 4, birth_intensity: 0.03, ..Config::default() };
+    let mut filter = Planar::new(motionless, config, &mut *state).unwrap();
+    filter.reset(ORIGIN, 1).unwrap();
+    let landmarks: Vec<_> = (0..16).map(|k| Vector2::new(4.0 + 0.9 * k as f32, -3.0 + 0.4 * k as f32)).collect();
+    let mut number = numbers(11);
+    let mut tightened = 0;
+    for step in 0..40 {
+        let mut scan = landmarks.clone();
+        if step > 10 {
+            scan.extend(random_scan(&mut number, 8));
+        }
+        tightened += filter.scan(&scan).unwrap().tightened;
+        check_consistent(&filter);
+    }
+    assert!(tightened > 0);
+    let mut features = [Gaussian::ZERO; 16];
+    let map = filter.estimate_map(&mut features);
+    assert_eq!(map.features, 16);
+    for landmark in &landmarks {
+        let at = Vector2::new(landmark.x * landmark.y.cos(), landmark.x * landmark.y.sin());
+        let nearest = features.iter().map(|feature| (feature.mean - at).norm()).fold(f32::MAX, f32::min);
+        assert!(nearest < 0.2, "the landmark at {at} was lost");
+    }
+}
+
+#[test]
+fn long_random_operation_sequences_stay_consistent() {
+    let mut state = Box::new(State::<f32, PlanarPose<f32>, 3, 2, 2, 8, 16, 48, 12, 32, 96>::new());
+    let mut filter = Planar::new(models(3.0), config(), &mut *state).unwrap();
+    filter.reset(ORIGIN, 1).unwrap();
+    let mut number = numbers(23);
+    for _ in 0..3000 {
+        match (number() * 10.0) as u32 {
+            0..=4 => {
+                let control = UnicycleControl { speed_mps: 4.0 * number() - 1.0, rate_radps: number() - 0.5 };
+                filter.predict(&control, 0.2 * number()).unwrap();
+            }
+            5..=8 => {
+                let len = (number() * 33.0) as usize;
+                let scan = random_scan(&mut number, len.min(32));
+                filter.scan(&scan).unwrap();
+            }
+            _ if number() < 0.05 => filter.reset(PlanarPose::new(number(), number(), number()), 5).unwrap(),
+            _ => drop(filter.scan(&[])),
+        }
+        check_consistent(&filter);
+    }
+}
+
+#[test]
+fn covariances_stay_positive_definite_over_a_million_updates() {
+    // The hardest case for single precision: a static feature, seen again and again from the same place, far off and
+    // under a narrow angle, with ranges known to a millimetre beside bearings of a tenth of a radian.
+    let mut covariance = Symmetric::<f32, 2>::from_diagonal([400.0, 400.0]);
+    let noise = Symmetric::from_diagonal([1e-6, 1e-2]);
+    let sensor = RangeBearing::new(1e-3_f32, 0.1).unwrap();
+    let mut repaired = 0;
+    for step in 0..1_000_000 {
+        let frame = sensor.frame(&PlanarPose::new(0.0, 0.001 * (step % 100) as f32, 0.0));
+        let expected = sensor.expect(&frame, &Vector2::new(30.0, 40.0)).unwrap();
+        let innovation = covariance.congruence(&expected.jacobian).plus(&noise).factor().unwrap();
+        let correction = Correction::new(&covariance, &expected.jacobian, &noise, &innovation);
+        let corrected = correction.apply(&Vector2::zeros(), &Vector2::zeros(), 0.0).covariance;
+        repaired += usize::from(correction.repaired());
+        assert!(corrected.factor().is_some(), "step {step}: {corrected:?}");
+        assert!(corrected.get(0, 0) <= covariance.get(0, 0) * 1.001);
+        covariance = corrected;
+    }
+    std::println!("{repaired} repairs, {covariance:?}");
+}
