@@ -26,6 +26,8 @@ mod ln_sum;
 mod map;
 mod models;
 mod noise;
+#[cfg(test)]
+mod oracles;
 mod predict;
 mod real;
 mod reduce;

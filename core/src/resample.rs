@@ -4,13 +4,12 @@ use crate::ln_sum::ln_sum;
 use crate::{Real, candidate::Candidate};
 
 /// Systematic resampling (Arulampalam et al. 2002, algorithm 2): one uniform number, positions (i + u)/N, each takes the
-/// first candidate whose cumulated weight exceeds it. Weights must be normalised; survivors weigh 1/N.
-pub(crate) fn systematic<T: Real, P>(candidates: &[Candidate<T, P>], uniform: T, survivors: &mut [u16]) {
+/// first index whose cumulated weight exceeds it. The weights must sum to one; what rounding leaves over goes to the last
+/// that weighs anything.
+pub(crate) fn systematic<T: Real>(weights: impl Iterator<Item = T>, uniform: T, survivors: &mut [u16]) {
     let count = T::from_usize(survivors.len());
-    // The last candidate that weighs anything takes what rounding leaves over.
-    let last = candidates.iter().rposition(|candidate| candidate.ln_weight > T::NEG_INFINITY).unwrap_or(0);
-    let mut weights = candidates.iter().map(|candidate| candidate.ln_weight.exp()).enumerate().take(last + 1);
-    let (mut index, mut cumulated) = weights.next().unwrap_or((0, T::ONE));
+    let mut weights = weights.enumerate().filter(|&(_, weight)| weight > T::ZERO);
+    let (mut index, mut cumulated) = (0, T::ZERO);
     for (place, survivor) in survivors.iter_mut().enumerate() {
         let position = (T::from_usize(place) + uniform) / count;
         while cumulated <= position {
@@ -52,9 +51,9 @@ mod tests {
     #[test]
     fn positions_take_the_first_exceeding_sum() {
         let mut survivors = [0; 4];
-        systematic(&candidates(&[0.1, 0.2, 0.3, 0.4]), 0.25, &mut survivors);
+        systematic([0.1, 0.2, 0.3, 0.4].into_iter(), 0.25, &mut survivors);
         assert_eq!(survivors, [0, 2, 2, 3]);
-        systematic(&candidates(&[0.0, 0.0, 1.0, 0.0]), 0.999, &mut survivors);
+        systematic([0.0, 0.0, 1.0, 0.0].into_iter(), 0.999, &mut survivors);
         assert_eq!(survivors, [2; 4]);
     }
 

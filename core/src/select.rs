@@ -30,7 +30,7 @@ pub(crate) fn select<T: Real, P: Copy>(
     let chosen = |index: u16| candidates.get(usize::from(index)).copied();
     if resampled {
         let particles = T::from_usize(survivors.len());
-        systematic(candidates, noise.uniform(), survivors);
+        systematic(candidates.iter().map(|candidate| candidate.ln_weight.exp()), noise.uniform(), survivors);
         for (slot, &survivor) in selected.iter_mut().zip(survivors.iter()) {
             if let Some(candidate) = chosen(survivor) {
                 *slot = Candidate { ln_weight: -particles.ln(), ..candidate };
