@@ -24,7 +24,8 @@ Exit code: 0, 2 for bad input, arguments or settings, 1 for any other failure. O
 successful run, each whole or not at all.";
 
 #[derive(Debug, Parser)]
-#[command(name = "scphd-sim", version, about = ABOUT, long_about = LONG_ABOUT, args_conflicts_with_subcommands = true)]
+#[command(name = "scphd-sim", version, about = ABOUT, long_about = LONG_ABOUT, args_conflicts_with_subcommands = true,
+    propagate_version = true, max_term_width = 100)]
 pub struct Cli {
     #[command(subcommand)]
     pub command: Option<Command>,
@@ -117,11 +118,11 @@ pub struct RunArgs {
 /// What changes the settings.
 #[derive(Debug, Args)]
 pub struct Tuning {
-    /// Particles N kept between scans; the core filter holds up to 1024. Goes before the settings file.
+    /// Particles N kept between scans; the core filter holds up to 1024. Overrides the settings file.
     #[arg(long, value_name = "N")]
     pub particles: Option<usize>,
-    /// Samples M drawn from every particle by a prediction; the core filter holds up to 2048 particles × samples. Goes
-    /// before the settings file.
+    /// Samples M drawn from every particle by a prediction; the core filter holds up to 2048 particles × samples.
+    /// Overrides the settings file.
     #[arg(long, value_name = "M")]
     pub samples: Option<usize>,
     /// TOML file whose fields replace the defaults that follow from the log; any may be left out. `scphd-sim settings`

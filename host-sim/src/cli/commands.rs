@@ -69,8 +69,11 @@ fn tuned(defaults: Settings, tuning: &Tuning) -> Result<Settings, Failure> {
     };
     settings.filter.particles = tuning.particles.unwrap_or(settings.filter.particles);
     settings.filter.samples = tuning.samples.unwrap_or(settings.filter.samples);
-    // All else has been checked with the file.
-    settings.check().map_err(|error| Failure::input(format_args!("command line: {error}")))?;
+    // The defaults and the file are within the limits, so whatever is not comes from an argument of the same name.
+    settings.check().map_err(|error| {
+        let name = error.field.rsplit('.').next().unwrap_or(error.field);
+        Failure::input(format_args!("--{name} {}: must be {}", error.found, error.range))
+    })?;
     Ok(settings)
 }
 
@@ -94,15 +97,15 @@ fn main_job(job: MainJob) -> Result<(), Failure> {
     let settings = tuned(defaults, &job.tuning)?;
     let outputs = Outputs { json: job.json, out: Some(job.out) };
     outputs.check()?;
-    notice(format_args!(
-        "scenario {MAIN_SCENARIO}, {} particles, seed {seed}: filter (f32), then reference (f64)",
-        settings.filter.particles
-    ));
     // One after the other: side by side they would slow each other down, and their times would tell nothing.
     let filters = [Filter::Core(Precision::F32), Filter::Reference];
     let sessions =
         filters.into_iter().map(|filter| run(&log, &settings, filter, seed)).collect::<Result<Vec<_>, _>>()?;
     outputs.write_all(&log, &sessions)?;
+    print(&format!(
+        "{} particles by the fixed-capacity filter (scphd, f32) and by the brute-force reference (f64):",
+        settings.filter.particles
+    ))?;
     report(&sessions)
 }
 

@@ -1,6 +1,6 @@
 //! Failures and their exit codes.
 
-use scphd_sim::log_folder::LogError;
+use scphd_sim::log_folder::{LogError, Place};
 use scphd_sim::output::OutputError;
 use scphd_sim::plot::PlotError;
 use scphd_sim::session::SessionError;
@@ -32,12 +32,17 @@ impl Failure {
         let text = error.to_string();
         let text = text.strip_prefix("error: ").unwrap_or(&text);
         let end = ["Usage:", "For more information"].iter().filter_map(|after| text.find(after)).min();
-        Self::input(format_args!("{} (see --help)", &text[..end.unwrap_or(text.len())]))
+        let said = text[..end.unwrap_or(text.len())].trim_end().replace("\n\n", "; ");
+        Self::input(format_args!("{said} (see --help)"))
     }
 
     /// A log folder that cannot be read.
     pub fn of_log(dir: &Path, error: &LogError) -> Self {
-        Self::input(format_args!("{}: {error}", dir.display()))
+        match error.place {
+            // It names itself.
+            Place::Folder(_) => Self::input(error),
+            _ => Self::input(format_args!("{}: {error}", dir.display())),
+        }
     }
 
     /// Tells it and gives its exit code.

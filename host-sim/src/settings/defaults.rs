@@ -169,7 +169,7 @@ mod tests {
             detection_probability: Some(1.0),
             clutter_per_scan: Some(0.0),
         };
-        (log.sensor.bearing_min_rad, log.sensor.bearing_max_rad) = (-3.1415, 3.1415);
+        (log.sensor.bearing_min_rad, log.sensor.bearing_max_rad) = (-PI + 1e-4, PI - 1e-4);
         let settings = Settings::for_log(&log);
         assert_eq!(settings.check(), Ok(()));
         assert!(settings.filter.birth_intensity > 0.0);
