@@ -12,6 +12,7 @@ pub mod record;
 pub mod reference;
 pub mod scenario;
 pub mod score;
+pub mod session;
 pub mod settings;
 pub mod slam;
 pub mod truth;

@@ -1,10 +1,18 @@
 //! Everything a run can be tuned with, in one place: defaults derived from a log, then a TOML file, then the command
 //! line.
 
+mod defaults;
+mod file;
+mod limits;
+
+pub use file::{FileError, FileProblem};
+pub use limits::OutOfRange;
+
 use serde::{Deserialize, Serialize};
 
 /// Tuning of a run; every field is required here, the TOML file may leave any out.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Settings {
     /// The recursion.
     pub filter: FilterSettings,
@@ -16,6 +24,7 @@ pub struct Settings {
 
 /// `[filter]`: see [`scphd::Config`].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct FilterSettings {
     /// N.
     pub particles: usize,
@@ -35,6 +44,7 @@ pub struct FilterSettings {
 
 /// `[vehicle]`: see [`scphd::ControlNoise`].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct VehicleSettings {
     /// Standard deviation of the speed, m/s.
     pub speed_sigma_mps: f64,
@@ -46,6 +56,7 @@ pub struct VehicleSettings {
 
 /// `[sensor]`: see [`scphd::RangeBearing`] and [`scphd::RangeBearingWindow`].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct SensorSettings {
     /// Standard deviation of the range, m.
     pub range_sigma_m: f64,

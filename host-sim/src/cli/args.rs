@@ -1,0 +1,185 @@
+//! The arguments and their help.
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use scphd_sim::session::Filter;
+use scphd_sim::slam::Precision;
+use std::path::PathBuf;
+
+const ABOUT: &str = "Runs the scphd SLAM filter over logs and simulated scenarios";
+
+const LONG_ABOUT: &str = "\
+Runs the scphd SLAM filter (single-cluster PHD filter in fixed memory) over recorded logs and simulated scenarios, and \
+prints how well and how fast it did.
+
+Without a command: the scenario `survey` once through the filter in single precision (f32) and once through the \
+brute-force reference in double precision (f64), on the same measurements and with the same seed. Prints both side by \
+side and leaves plots (SVG and PNG) and CSV tables in `out/`. Takes some seconds: the reference computes everything, so \
+this job uses 32 particles unless told otherwise.
+
+The figures: root mean square errors over the scans whose true position is known; OSPA (order 1, cut-off 10 m) and GOSPA \
+(order 2, cut-off 20 m, alpha 2) of the final map against the true landmarks; wall time of the scan step in \
+microseconds. Angles in settings, CSV and logs are in radians, in the table in degrees.
+
+Exit code: 0, 2 for bad input, arguments or settings, 1 for any other failure. Output files are written only after a \
+successful run, each whole or not at all.";
+
+#[derive(Debug, Parser)]
+#[command(name = "scphd-sim", version, about = ABOUT, long_about = LONG_ABOUT, args_conflicts_with_subcommands = true,
+    propagate_version = true, max_term_width = 100)]
+pub struct Cli {
+    #[command(subcommand)]
+    pub command: Option<Command>,
+    #[command(flatten)]
+    pub job: MainJob,
+}
+
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Runs a filter over a recorded log.
+    ///
+    /// DIR is a folder with log.toml, odometry.csv, scans.csv, detections.csv and, optionally, truth.csv,
+    /// landmarks.csv and moving.csv; `scphd-sim export` makes one to look at.
+    Replay {
+        /// Folder of the log.
+        dir: PathBuf,
+        #[command(flatten)]
+        run: RunArgs,
+    },
+    /// Runs a filter over a built-in scenario.
+    Run {
+        /// Name of the scenario; see --list.
+        #[arg(required_unless_present = "list")]
+        scenario: Option<String>,
+        /// Lists the scenarios and does nothing else.
+        #[arg(long, exclusive = true)]
+        list: bool,
+        #[command(flatten)]
+        run: RunArgs,
+        #[command(flatten)]
+        scenario_seed: ScenarioSeed,
+    },
+    /// Lists the built-in scenarios.
+    Scenarios,
+    /// Writes a built-in scenario as a log folder.
+    Export {
+        /// Name of the scenario; `scphd-sim scenarios` lists them.
+        scenario: String,
+        /// Folder to write; it is made, or has to be empty.
+        dir: PathBuf,
+        /// Seed of the scenario's noise, missed detections and false measurements.
+        #[arg(long, default_value_t = 1)]
+        seed: u64,
+    },
+    /// Prints the settings a log or scenario is run with, as a TOML file for --settings.
+    Settings {
+        /// Folder of a log, or name of a scenario (which goes first; write ./NAME for a folder of that name).
+        source: PathBuf,
+        #[command(flatten)]
+        tuning: Tuning,
+    },
+}
+
+#[derive(Debug, Args)]
+pub struct MainJob {
+    #[command(flatten)]
+    pub tuning: Tuning,
+    #[command(flatten)]
+    pub seed: Seed,
+    #[command(flatten)]
+    pub scenario_seed: ScenarioSeed,
+    /// Writes the figures of both runs to FILE as a JSON list of two flat objects.
+    #[arg(long, value_name = "FILE")]
+    pub json: Option<PathBuf>,
+    /// Folder for plots and, in a folder for each filter, CSV tables.
+    #[arg(long, value_name = "DIR", default_value = "out")]
+    pub out: PathBuf,
+}
+
+#[derive(Debug, Args)]
+pub struct RunArgs {
+    #[command(flatten)]
+    pub tuning: Tuning,
+    #[command(flatten)]
+    pub seed: Seed,
+    /// The filter: `core` is the fixed-capacity filter, `reference` the brute-force one.
+    #[arg(long, value_enum, default_value_t = FilterName::Core)]
+    pub filter: FilterName,
+    /// Number type of the filter [default: f32 for core, f64 for reference, which knows no other].
+    #[arg(long, value_enum)]
+    pub precision: Option<PrecisionName>,
+    /// Writes the figures to FILE as one flat JSON object.
+    #[arg(long, value_name = "FILE")]
+    pub json: Option<PathBuf>,
+    /// Writes scans.csv, map.csv, and trajectory and error plots (SVG and PNG) to DIR.
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+}
+
+/// What changes the settings.
+#[derive(Debug, Args)]
+pub struct Tuning {
+    /// Particles N kept between scans; the core filter holds up to 1024. Overrides the settings file.
+    #[arg(long, value_name = "N")]
+    pub particles: Option<usize>,
+    /// Samples M drawn from every particle by a prediction; the core filter holds up to 2048 particles × samples.
+    /// Overrides the settings file.
+    #[arg(long, value_name = "M")]
+    pub samples: Option<usize>,
+    /// TOML file whose fields replace the defaults that follow from the log; any may be left out. `scphd-sim settings`
+    /// prints all with their values; units are in the names, intensities are per m rad.
+    #[arg(long, value_name = "FILE.toml")]
+    pub settings: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub struct Seed {
+    /// Seed of the filter's random numbers; for a scenario also of its noise, unless --scenario-seed is given.
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+}
+
+#[derive(Debug, Args)]
+pub struct ScenarioSeed {
+    /// Seed of the scenario's noise, missed detections and false measurements [default: that of --seed].
+    #[arg(long, value_name = "SEED")]
+    pub scenario_seed: Option<u64>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum FilterName {
+    /// Fixed capacity, what runs on the target.
+    Core,
+    /// Brute force in double precision, slow.
+    Reference,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum PrecisionName {
+    /// Single precision.
+    F32,
+    /// Double precision.
+    F64,
+}
+
+impl RunArgs {
+    /// The filter asked for, or why there is none such.
+    pub fn filter(&self) -> Result<Filter, &'static str> {
+        match (self.filter, self.precision) {
+            (FilterName::Core, None | Some(PrecisionName::F32)) => Ok(Filter::Core(Precision::F32)),
+            (FilterName::Core, Some(PrecisionName::F64)) => Ok(Filter::Core(Precision::F64)),
+            (FilterName::Reference, None | Some(PrecisionName::F64)) => Ok(Filter::Reference),
+            (FilterName::Reference, Some(PrecisionName::F32)) => Err("--precision f32: the reference is f64 only"),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Cli::command().debug_assert();
+    }
+}

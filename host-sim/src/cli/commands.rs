@@ -1,0 +1,162 @@
+//! What the commands do.
+
+use super::args::{Cli, Command, MainJob, RunArgs, Tuning};
+use super::failure::{Failure, notice, print};
+use super::outputs::{Outputs, label};
+use super::progress::Progress;
+use scphd_sim::log::Log;
+use scphd_sim::log_folder;
+use scphd_sim::output::table;
+use scphd_sim::scenario::{SCENARIOS, by_name};
+use scphd_sim::session::{self, Filter, Session, condition_name};
+use scphd_sim::settings::Settings;
+use scphd_sim::slam::Precision;
+use std::fs;
+use std::io;
+use std::path::Path;
+use std::process;
+
+/// The scenario of the job without a command, and its particles: the reference weighs every component against every
+/// measurement, so that more of them would take minutes.
+const MAIN_SCENARIO: &str = "survey";
+const MAIN_PARTICLES: usize = 32;
+
+/// Does what was asked for.
+pub fn execute(cli: Cli) -> Result<(), Failure> {
+    match cli.command {
+        None => main_job(cli.job),
+        Some(Command::Replay { dir, run }) => single(&read(&dir)?, run),
+        Some(Command::Run { scenario: Some(name), run, scenario_seed, list: false }) => {
+            let seed = scenario_seed.scenario_seed.unwrap_or(run.seed.seed);
+            single(&scenario(&name, seed)?, run)
+        }
+        Some(Command::Run { .. } | Command::Scenarios) => list_scenarios(),
+        Some(Command::Export { scenario: name, dir, seed }) => export(&scenario(&name, seed)?, &dir),
+        Some(Command::Settings { source, tuning }) => {
+            let log = match source.to_str().and_then(|name| by_name(name, 0)) {
+                Some(log) => log,
+                None => read(&source)?,
+            };
+            let settings = tuned(Settings::for_log(&log), &tuning)?;
+            let text = settings.to_toml().map_err(|error| Failure::Internal(error.to_string()))?;
+            print(text.trim_end())
+        }
+    }
+}
+
+fn read(dir: &Path) -> Result<Log, Failure> {
+    log_folder::read(dir).map_err(|error| Failure::of_log(dir, &error))
+}
+
+fn scenario(name: &str, seed: u64) -> Result<Log, Failure> {
+    by_name(name, seed).ok_or_else(|| {
+        let known: Vec<&str> = SCENARIOS.iter().map(|(name, _)| *name).collect();
+        Failure::input(format_args!("no scenario '{name}', there are: {}", known.join(", ")))
+    })
+}
+
+fn list_scenarios() -> Result<(), Failure> {
+    let width = SCENARIOS.iter().map(|(name, _)| name.len()).max().unwrap_or(0);
+    let lines: Vec<String> = SCENARIOS.iter().map(|(name, about)| format!("{name:width$}  {about}")).collect();
+    print(&lines.join("\n"))
+}
+
+/// `defaults`, then the settings file, then the command line.
+fn tuned(defaults: Settings, tuning: &Tuning) -> Result<Settings, Failure> {
+    let mut settings = match &tuning.settings {
+        Some(path) => defaults.with_file(path)?,
+        None => defaults,
+    };
+    settings.filter.particles = tuning.particles.unwrap_or(settings.filter.particles);
+    settings.filter.samples = tuning.samples.unwrap_or(settings.filter.samples);
+    // The defaults and the file are within the limits, so whatever is not comes from an argument of the same name.
+    settings.check().map_err(|error| {
+        let name = error.field.rsplit('.').next().unwrap_or(error.field);
+        Failure::input(format_args!("--{name} {}: must be {}", error.found, error.range))
+    })?;
+    Ok(settings)
+}
+
+/// One filter over one log.
+fn single(log: &Log, args: RunArgs) -> Result<(), Failure> {
+    let filter = args.filter().map_err(Failure::input)?;
+    let settings = tuned(Settings::for_log(log), &args.tuning)?;
+    let outputs = Outputs { json: args.json, out: args.out };
+    outputs.check()?;
+    let session = run(log, &settings, filter, args.seed.seed)?;
+    outputs.write_one(log, &session)?;
+    report(&[session])
+}
+
+/// The fixed-capacity filter and the reference side by side.
+fn main_job(job: MainJob) -> Result<(), Failure> {
+    let seed = job.seed.seed;
+    let log = scenario(MAIN_SCENARIO, job.scenario_seed.scenario_seed.unwrap_or(seed))?;
+    let mut defaults = Settings::for_log(&log);
+    defaults.filter.particles = MAIN_PARTICLES;
+    let settings = tuned(defaults, &job.tuning)?;
+    let outputs = Outputs { json: job.json, out: Some(job.out) };
+    outputs.check()?;
+    // One after the other: side by side they would slow each other down, and their times would tell nothing.
+    let filters = [Filter::Core(Precision::F32), Filter::Reference];
+    let sessions =
+        filters.into_iter().map(|filter| run(&log, &settings, filter, seed)).collect::<Result<Vec<_>, _>>()?;
+    outputs.write_all(&log, &sessions)?;
+    print(&format!(
+        "{} particles by the fixed-capacity filter (scphd, f32) and by the brute-force reference (f64):",
+        settings.filter.particles
+    ))?;
+    report(&sessions)
+}
+
+fn run(log: &Log, settings: &Settings, filter: Filter, seed: u64) -> Result<Session, Failure> {
+    let name = format!("{} {}", filter.name(), filter.precision());
+    let mut progress = Progress::new(name, log.scans.len());
+    Ok(session::run(log, settings, filter, seed, &mut |scans| progress.at(scans))?)
+}
+
+/// The table and, below it, what the fixed-capacity filter reported.
+fn report(sessions: &[Session]) -> Result<(), Failure> {
+    let summaries: Vec<_> = sessions.iter().map(|session| session.summary.clone()).collect();
+    print(&table::render(&summaries))?;
+    for session in sessions.iter().filter(|session| session.summary.digest.is_some()) {
+        let scans = session.summary.scans;
+        let conditions: Vec<String> = session
+            .health
+            .iter()
+            .map(|&(condition, count)| format!("{} in {count} of {scans} scans", condition_name(condition)))
+            .collect();
+        let text = if conditions.is_empty() { "good in all scans".into() } else { conditions.join(", ") };
+        print(&format!("health, {}: {text}", label(session)))?;
+    }
+    Ok(())
+}
+
+/// Writes the folder beside its place and moves it there when it is complete.
+fn export(log: &Log, dir: &Path) -> Result<(), Failure> {
+    let cannot = |error: io::Error| Failure::input(format_args!("cannot write {}: {error}", dir.display()));
+    let empty = match fs::read_dir(dir) {
+        Ok(mut entries) => entries.next().is_none(),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => false,
+        Err(error) => return Err(cannot(error)),
+    };
+    if dir.exists() && !empty {
+        return Err(Failure::input(format_args!("{} is not empty", dir.display())));
+    }
+    let name =
+        dir.file_name().ok_or_else(|| Failure::input(format_args!("{}: not the name of a folder", dir.display())))?;
+    let hidden = dir.with_file_name(format!(".{}.{}.tmp", name.to_string_lossy(), process::id()));
+    let moved = log_folder::write(log, &hidden).and_then(|()| {
+        if empty {
+            fs::remove_dir(dir)?;
+        }
+        fs::rename(&hidden, dir)
+    });
+    if let Err(error) = moved {
+        // The first error is the one worth telling; there may be nothing to remove.
+        let _ = fs::remove_dir_all(&hidden);
+        return Err(cannot(error));
+    }
+    notice(format_args!("{} is in {}", log.name, dir.display()));
+    Ok(())
+}

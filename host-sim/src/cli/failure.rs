@@ -1,0 +1,103 @@
+//! Failures and their exit codes.
+
+use scphd_sim::log_folder::{LogError, Place};
+use scphd_sim::output::OutputError;
+use scphd_sim::plot::PlotError;
+use scphd_sim::session::SessionError;
+use scphd_sim::settings::FileError;
+use std::fmt::Display;
+use std::io::{self, Write};
+use std::path::Path;
+use std::process::ExitCode;
+
+/// Why the program ends without having done what was asked.
+#[derive(Debug)]
+pub enum Failure {
+    /// Input, arguments or settings are bad: exit code 2.
+    Input(String),
+    /// Anything else: exit code 1.
+    Internal(String),
+    /// Nobody reads the output any more, which is no failure.
+    PipeClosed,
+}
+
+impl Failure {
+    /// A message about bad input.
+    pub fn input(message: impl Display) -> Self {
+        Self::Input(message.to_string())
+    }
+
+    /// What clap says, without the usage and on one line.
+    pub fn of_arguments(error: &clap::Error) -> Self {
+        let text = error.to_string();
+        let text = text.strip_prefix("error: ").unwrap_or(&text);
+        let end = ["Usage:", "For more information"].iter().filter_map(|after| text.find(after)).min();
+        let said = text[..end.unwrap_or(text.len())].trim_end().replace("\n\n", "; ");
+        Self::input(format_args!("{said} (see --help)"))
+    }
+
+    /// A log folder that cannot be read.
+    pub fn of_log(dir: &Path, error: &LogError) -> Self {
+        match error.place {
+            // It names itself.
+            Place::Folder(_) => Self::input(error),
+            _ => Self::input(format_args!("{}: {error}", dir.display())),
+        }
+    }
+
+    /// Tells it and gives its exit code.
+    pub fn report(self) -> ExitCode {
+        let (message, code) = match self {
+            Self::Input(message) => (message, 2),
+            Self::Internal(message) => (message, 1),
+            Self::PipeClosed => return ExitCode::SUCCESS,
+        };
+        // One line, whatever a file name or a library puts into it; and nothing to be done if nobody hears it.
+        let line = message.split_whitespace().collect::<Vec<_>>().join(" ");
+        let _ = writeln!(io::stderr(), "error: {line}");
+        ExitCode::from(code)
+    }
+}
+
+impl From<FileError> for Failure {
+    fn from(error: FileError) -> Self {
+        Self::input(error)
+    }
+}
+
+impl From<SessionError> for Failure {
+    fn from(error: SessionError) -> Self {
+        match error {
+            SessionError::Start(_) | SessionError::Step { .. } => Self::input(error),
+            other => Self::Internal(other.to_string()),
+        }
+    }
+}
+
+impl From<OutputError> for Failure {
+    fn from(error: OutputError) -> Self {
+        Self::Internal(error.to_string())
+    }
+}
+
+impl From<PlotError> for Failure {
+    fn from(error: PlotError) -> Self {
+        Self::Internal(error.to_string())
+    }
+}
+
+/// Writes `text` and a newline to stdout.
+pub fn print(text: &str) -> Result<(), Failure> {
+    let mut stdout = io::stdout().lock();
+    match writeln!(stdout, "{text}").and_then(|()| stdout.flush()) {
+        Ok(()) => Ok(()),
+        Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Err(Failure::PipeClosed),
+        Err(error) => Err(Failure::Internal(format!("cannot write to stdout: {error}"))),
+    }
+}
+
+/// Tells something on the side, on stderr.
+pub fn notice(text: impl Display) {
+    // A notice that nobody hears changes nothing.
+    let _ = writeln!(io::stderr(), "{text}");
+}

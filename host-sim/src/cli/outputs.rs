@@ -1,0 +1,87 @@
+//! Where the files of a run go.
+
+use super::failure::{Failure, notice};
+use scphd_sim::log::Log;
+use scphd_sim::output::{csv, json};
+use scphd_sim::plot;
+use scphd_sim::session::Session;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// A JSON file and a folder, where asked for.
+#[derive(Debug)]
+pub struct Outputs {
+    pub json: Option<PathBuf>,
+    pub out: Option<PathBuf>,
+}
+
+impl Outputs {
+    /// Whether the files can be written, as far as that can be told before a run that may take minutes. Nothing is
+    /// made yet.
+    pub fn check(&self) -> Result<(), Failure> {
+        if let Some(json) = &self.json {
+            let folder = json.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+            if !folder.is_dir() {
+                return Err(Failure::input(format_args!("--json {}: no folder {}", json.display(), folder.display())));
+            }
+            if json.is_dir() {
+                return Err(Failure::input(format_args!("--json {}: is a folder", json.display())));
+            }
+        }
+        if let Some(out) = &self.out {
+            // The nearest that exists has to be a folder.
+            let there = out.ancestors().find(|path| path.symlink_metadata().is_ok());
+            if let Some(file) = there.filter(|path| !path.is_dir()) {
+                return Err(Failure::input(format_args!(
+                    "--out {}: {} is not a folder",
+                    out.display(),
+                    file.display()
+                )));
+            }
+        }
+        Ok(())
+    }
+
+    /// One run: its JSON object, its tables and its plots.
+    pub fn write_one(&self, log: &Log, session: &Session) -> Result<(), Failure> {
+        if let Some(out) = &self.out {
+            make(out)?;
+            csv::write_record(out, &session.record)?;
+            plot::write_plots(out, log, &[(&label(session), &session.record)])?;
+            notice(format_args!("tables and plots are in {}", out.display()));
+        }
+        if let Some(path) = &self.json {
+            json::write_summary(path, &session.summary)?;
+        }
+        Ok(())
+    }
+
+    /// Runs over the same log: a JSON list, plots of all together, tables in a folder for each.
+    pub fn write_all(&self, log: &Log, sessions: &[Session]) -> Result<(), Failure> {
+        if let Some(out) = &self.out {
+            for session in sessions {
+                let folder = out.join(format!("{}-{}", session.summary.filter, session.summary.precision));
+                make(&folder)?;
+                csv::write_record(&folder, &session.record)?;
+            }
+            let labels: Vec<String> = sessions.iter().map(label).collect();
+            let runs: Vec<_> = labels.iter().zip(sessions).map(|(label, run)| (label.as_str(), &run.record)).collect();
+            plot::write_plots(out, log, &runs)?;
+            notice(format_args!("tables and plots are in {}", out.display()));
+        }
+        if let Some(path) = &self.json {
+            let summaries: Vec<_> = sessions.iter().map(|session| session.summary.clone()).collect();
+            json::write_summaries(path, &summaries)?;
+        }
+        Ok(())
+    }
+}
+
+/// The run in a legend: filter and precision.
+pub fn label(session: &Session) -> String {
+    format!("{} {}", session.summary.filter, session.summary.precision)
+}
+
+fn make(dir: &Path) -> Result<(), Failure> {
+    fs::create_dir_all(dir).map_err(|error| Failure::Internal(format!("cannot make {}: {error}", dir.display())))
+}

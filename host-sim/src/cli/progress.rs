@@ -1,0 +1,41 @@
+//! A progress bar for those who would otherwise wait in the dark.
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use std::io::{self, IsTerminal};
+use std::time::{Duration, Instant};
+
+/// Runs shorter than this show no bar.
+const PATIENCE: Duration = Duration::from_secs(1);
+
+/// The bar of one run, on stderr if that is a terminal; gone when it is dropped.
+pub struct Progress {
+    bar: ProgressBar,
+    start: Instant,
+}
+
+impl Progress {
+    /// A bar, not shown yet, for a run over `scans` scans.
+    pub fn new(label: String, scans: usize) -> Self {
+        let bar = ProgressBar::with_draw_target(Some(scans as u64), ProgressDrawTarget::hidden());
+        let template = "{msg} {wide_bar} {pos}/{len} scans, {eta} left";
+        if let Ok(style) = ProgressStyle::with_template(template) {
+            bar.set_style(style);
+        }
+        bar.set_message(label);
+        Self { bar, start: Instant::now() }
+    }
+
+    /// So many scans are done.
+    pub fn at(&mut self, scans: usize) {
+        if self.bar.is_hidden() && self.start.elapsed() > PATIENCE && io::stderr().is_terminal() {
+            self.bar.set_draw_target(ProgressDrawTarget::stderr());
+        }
+        self.bar.set_position(scans as u64);
+    }
+}
+
+impl Drop for Progress {
+    fn drop(&mut self) {
+        self.bar.finish_and_clear();
+    }
+}

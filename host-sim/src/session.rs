@@ -1,0 +1,338 @@
+//! One filter over one whole log: what it estimated, how well, how fast.
+
+use crate::events::{Event, events};
+use crate::log::Log;
+use crate::output::json::Summary;
+use crate::record::{MapFeature, Record, ScanRecord};
+use crate::score::cutoff::Cutoff;
+use crate::score::{gospa, ospa, trajectory};
+use crate::settings::Settings;
+use crate::slam::{Precision, ReferenceFilter, Refusal, Slam, core_filter};
+use crate::{truth, vehicle};
+use scphd::Health;
+use std::io;
+use std::thread;
+use std::time::Instant;
+
+/// Order 1 and cut-off 10 m of the OSPA distance of the final map: a feature more or less costs as much as one that
+/// is 10 m off.
+pub const OSPA: Cutoff = Cutoff::new(1.0, 10.0);
+/// Order 2 and cut-off 20 m of the GOSPA distance (α = 2) of the final map, the figures of the published PHD-SLAM
+/// benchmark.
+pub const GOSPA: Cutoff = Cutoff::new(2.0, 20.0);
+
+/// Stack of the thread a session runs in, bytes. The state of the fixed-capacity filter is tens of MB and lives on
+/// the heap, but an unoptimised build makes it on the stack before it moves there, more than once. A stack takes
+/// memory only as it is touched.
+const STACK_BYTES: usize = 512 << 20;
+
+/// Which filter.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Filter {
+    /// The fixed-capacity filter.
+    Core(Precision),
+    /// The brute-force reference, in double precision.
+    Reference,
+}
+
+impl Filter {
+    /// Its name in tables and files: `scphd` or `reference`.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Core(_) => "scphd",
+            Self::Reference => "reference",
+        }
+    }
+
+    /// Its scalar: `f32` or `f64`.
+    #[must_use]
+    pub fn precision(self) -> &'static str {
+        match self {
+            Self::Core(Precision::F32) => "f32",
+            Self::Core(Precision::F64) | Self::Reference => "f64",
+        }
+    }
+
+    fn start(self, log: &Log, settings: &Settings, seed: u64) -> Result<Box<dyn Slam>, Refusal> {
+        match self {
+            Self::Core(precision) => core_filter(settings, &log.vehicle, log.initial_pose, precision, seed),
+            Self::Reference => Ok(Box::new(ReferenceFilter::start(settings, &log.vehicle, log.initial_pose, seed))),
+        }
+    }
+}
+
+/// What a session leaves behind.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Session {
+    /// Every scan and the final map.
+    pub record: Record,
+    /// The figures of the run.
+    pub summary: Summary,
+    /// In how many scans the filter reported each condition; none for the reference, which reports nothing.
+    pub health: Vec<(Health, usize)>,
+}
+
+/// Why a session came to no end.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum SessionError {
+    /// The filter cannot work with the settings.
+    #[error("the filter refuses the settings: {0}")]
+    Start(Refusal),
+    /// The filter refused a step.
+    #[error("scan {scan} at {t_s} s: {step} refused: {refusal}")]
+    Step {
+        /// The scan, counted from 0, that was taken in or predicted towards.
+        scan: usize,
+        /// Its time, s.
+        t_s: f64,
+        /// What was asked of the filter.
+        step: &'static str,
+        /// Why it refused.
+        refusal: Refusal,
+    },
+    /// The system has no thread for it.
+    #[error("cannot start a thread: {0}")]
+    Thread(io::Error),
+}
+
+/// Every condition a filter can report.
+const CONDITIONS: [Health; 8] = [
+    Health::UNEXPLAINED_SCAN,
+    Health::DEGENERATE,
+    Health::PRUNING_TIGHTENED,
+    Health::MAP_NOT_UPDATED,
+    Health::COMPONENTS_LOST,
+    Health::COVARIANCE_REPAIRED,
+    Health::POSE_REJECTED,
+    Health::INNOVATION_HIGH,
+];
+
+/// Runs `filter` over `log`, in a thread with a stack that has room for any state; `progress` is told the number of
+/// scans done after each.
+///
+/// # Errors
+/// The filter refused the settings or a step.
+pub fn run(
+    log: &Log,
+    settings: &Settings,
+    filter: Filter,
+    seed: u64,
+    progress: &mut (dyn FnMut(usize) + Send),
+) -> Result<Session, SessionError> {
+    let session = || {
+        let mut slam = filter.start(log, settings, seed).map_err(SessionError::Start)?;
+        let run = drive(log, &mut *slam, progress)?;
+        let summary = summary(log, settings, filter, seed, &run, &mut *slam);
+        Ok(Session { record: run.record, summary, health: run.health })
+    };
+    thread::scope(|scope| {
+        let thread = thread::Builder::new().stack_size(STACK_BYTES);
+        let handle = thread.spawn_scoped(scope, session).map_err(SessionError::Thread)?;
+        handle.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+    })
+}
+
+/// What [`drive`] saw.
+struct Run {
+    record: Record,
+    health: Vec<(Health, usize)>,
+    /// N̂ after the last scan.
+    features_estimated: Option<f64>,
+}
+
+/// Feeds a whole log to a filter.
+fn drive(log: &Log, slam: &mut dyn Slam, progress: &mut (dyn FnMut(usize) + Send)) -> Result<Run, SessionError> {
+    let dead_reckoning = vehicle::dead_reckoning(log);
+    let mut scans = Vec::with_capacity(log.scans.len());
+    let mut map: Vec<MapFeature> = Vec::new();
+    let mut counts = [0; CONDITIONS.len()];
+    for event in events(log) {
+        let next = scans.len();
+        let refused = |step| {
+            let t_s = log.scans[next].t_s;
+            move |refusal| SessionError::Step { scan: next, t_s, step, refusal }
+        };
+        match event {
+            Event::Predict { control, dt_s } => slam.predict(control, dt_s).map_err(refused("the prediction"))?,
+            Event::Scan { index } => {
+                let scan = &log.scans[index];
+                let start = Instant::now();
+                let outcome = slam.scan(&scan.detections).map_err(refused("the scan"))?;
+                let scan_us = start.elapsed().as_secs_f64() * 1e6;
+                for (count, condition) in counts.iter_mut().zip(CONDITIONS) {
+                    *count += usize::from(outcome.health.contains(condition));
+                }
+                let (pose, pose_covariance) = slam.pose().map_err(refused("the pose"))?;
+                let (features_estimated, features) = slam.map().map_err(refused("the map"))?;
+                map = features;
+                let truth = truth::at(&log.truth, scan.t_s);
+                scans.push(ScanRecord {
+                    t_s: scan.t_s,
+                    pose,
+                    pose_covariance,
+                    dead_reckoning: dead_reckoning[index],
+                    true_position: truth.map(|truth| truth.position),
+                    true_heading_rad: truth.and_then(|truth| truth.heading_rad),
+                    measurements: scan.detections.len(),
+                    features_estimated,
+                    n_eff: outcome.n_eff,
+                    scan_us,
+                });
+                progress(scans.len());
+            }
+        }
+    }
+    let features_estimated = scans.last().map(|scan| scan.features_estimated);
+    let health = CONDITIONS.into_iter().zip(counts).filter(|&(_, count)| count > 0).collect();
+    Ok(Run { record: Record { scans, map }, health, features_estimated })
+}
+
+fn summary(log: &Log, settings: &Settings, filter: Filter, seed: u64, run: &Run, slam: &mut dyn Slam) -> Summary {
+    let scans = &run.record.scans;
+    let estimate = trajectory::of_estimate(scans);
+    let dead_reckoning = trajectory::of_dead_reckoning(scans);
+    let features: Vec<[f64; 2]> = run.record.map.iter().map(|feature| feature.mean).collect();
+    let known = !log.landmarks.is_empty();
+    let ospa = known.then(|| ospa::ospa(&features, &log.landmarks, &OSPA));
+    let gospa = known.then(|| gospa::gospa(&features, &log.landmarks, &GOSPA));
+    let mut times: Vec<f64> = scans.iter().map(|scan| scan.scan_us).collect();
+    times.sort_by(f64::total_cmp);
+    Summary {
+        log: log.name.clone(),
+        filter: filter.name().into(),
+        precision: filter.precision().into(),
+        particles: settings.filter.particles as u64,
+        seed,
+        scans: scans.len() as u64,
+        position_rmse_m: estimate.map(|score| score.position_rmse_m),
+        heading_rmse_deg: estimate.and_then(|score| score.heading_rmse_deg),
+        dead_reckoning_rmse_m: dead_reckoning.map(|score| score.position_rmse_m),
+        final_position_error_m: estimate.map(|score| score.final_position_error_m),
+        ospa_m: ospa.map(|score| score.distance),
+        ospa_localization_m: ospa.map(|score| score.localization),
+        ospa_cardinality_m: ospa.map(|score| score.cardinality),
+        gospa_m: gospa.map(|score| score.distance),
+        features_estimated: run.features_estimated,
+        scan_us_mean: (!times.is_empty()).then(|| times.iter().sum::<f64>() / times.len() as f64),
+        scan_us_p99: percentile(&times, 99),
+        state_bytes: slam.state_bytes(),
+        digest: slam.digest(),
+    }
+}
+
+/// The least of the ascending `values` that `percent` percent of them do not exceed.
+fn percentile(values: &[f64], percent: usize) -> Option<f64> {
+    let rank = (percent * values.len()).div_ceil(100);
+    values.get(rank.checked_sub(1)?).copied()
+}
+
+/// The name of a single condition.
+#[must_use]
+pub fn condition_name(condition: Health) -> String {
+    format!("{condition:?}").trim_matches(['{', '"', '}']).to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scenario;
+    use crate::slam::{PoseAndCovariance, ScanOutcome};
+
+    #[test]
+    fn percentiles_are_ranks() {
+        let hundred: Vec<f64> = (1..=100).map(f64::from).collect();
+        assert_eq!(percentile(&hundred, 99), Some(99.0));
+        assert_eq!(percentile(&hundred[..3], 99), Some(3.0));
+        assert_eq!(percentile(&[], 99), None);
+    }
+
+    #[test]
+    fn conditions_have_distinct_names() {
+        let names: Vec<String> = CONDITIONS.into_iter().map(condition_name).collect();
+        assert_eq!(names[1], "DEGENERATE");
+        for (k, name) in names.iter().enumerate() {
+            assert!(!name.is_empty() && !names[..k].contains(name));
+        }
+    }
+
+    /// Knows the truth and refuses its scan number `refuse`.
+    struct Oracle {
+        log: Log,
+        scans: usize,
+        refuse: usize,
+    }
+
+    impl Slam for Oracle {
+        fn predict(&mut self, _: [f64; 2], _: f64) -> Result<(), Refusal> {
+            Ok(())
+        }
+
+        fn scan(&mut self, _: &[[f64; 2]]) -> Result<ScanOutcome, Refusal> {
+            if self.scans == self.refuse {
+                return Err(Refusal("no".into()));
+            }
+            self.scans += 1;
+            let health = if self.scans == 2 { Health::DEGENERATE } else { Health::GOOD };
+            Ok(ScanOutcome { n_eff: 1.0, health })
+        }
+
+        fn pose(&mut self) -> Result<PoseAndCovariance, Refusal> {
+            let truth = self.log.truth[self.scans - 1];
+            Ok(([truth.position[0] + 1.0, truth.position[1], truth.heading_rad.unwrap()], [[0.0; 3]; 3]))
+        }
+
+        fn map(&mut self) -> Result<(f64, Vec<MapFeature>), Refusal> {
+            let features =
+                self.log.landmarks.iter().map(|&mean| MapFeature { weight: 1.0, mean, covariance: [[0.0; 2]; 2] });
+            Ok((self.scans as f64, features.collect()))
+        }
+
+        fn digest(&mut self) -> Option<u64> {
+            Some(7)
+        }
+
+        fn state_bytes(&self) -> Option<u64> {
+            None
+        }
+    }
+
+    fn short_log() -> Log {
+        let mut log = scenario::survey(1);
+        log.scans.truncate(20);
+        log
+    }
+
+    #[test]
+    fn an_oracle_is_off_by_what_it_lies() {
+        let log = short_log();
+        let mut oracle = Oracle { log: log.clone(), scans: 0, refuse: usize::MAX };
+        let mut told = Vec::new();
+        let run = drive(&log, &mut oracle, &mut |done| told.push(done)).unwrap();
+        assert_eq!(told, (1..=20).collect::<Vec<_>>());
+        assert_eq!(run.health, [(Health::DEGENERATE, 1)]);
+        let summary = summary(&log, &Settings::for_log(&log), Filter::Reference, 3, &run, &mut oracle);
+        assert!((summary.position_rmse_m.unwrap() - 1.0).abs() < 1e-12);
+        assert_eq!((summary.heading_rmse_deg, summary.ospa_m, summary.gospa_m), (Some(0.0), Some(0.0), Some(0.0)));
+        assert_eq!((summary.features_estimated, summary.digest, summary.scans), (Some(20.0), Some(7), 20));
+    }
+
+    #[test]
+    fn a_refusal_names_scan_and_time() {
+        let log = short_log();
+        let mut oracle = Oracle { log: log.clone(), scans: 0, refuse: 5 };
+        let error = drive(&log, &mut oracle, &mut |_| ()).err().unwrap().to_string();
+        assert_eq!(error, "scan 5 at 0.5 s: the scan refused: no");
+    }
+
+    #[test]
+    fn settings_beyond_the_state_are_refused_at_the_start() {
+        let log = short_log();
+        let mut settings = Settings::for_log(&log);
+        settings.filter.particles = 5000;
+        let error = run(&log, &settings, Filter::Core(Precision::F32), 1, &mut |_| ()).unwrap_err();
+        assert!(matches!(error, SessionError::Start(_)), "{error}");
+        assert!(error.to_string().contains("5000 particles"), "{error}");
+    }
+}

@@ -1,0 +1,178 @@
+//! Settings that suit a log, from what its head says of vehicle, sensor and noise; never from its name.
+//!
+//! A simulation that states its noise gets exactly that. What a real log calls its noise is the spread of good
+//! measurements in good conditions; it does not cover what else a filter has to put up with (the width of a
+//! trunk, a time stamp that is off, a pose between two odometry rows), so real noise is set wider.
+
+use super::{FilterSettings, SensorSettings, Settings, VehicleSettings};
+use crate::log::{Log, Vehicle};
+use std::f64::consts::PI;
+
+/// Particles N. Fits the middle state of the fixed-capacity filter.
+const PARTICLES: usize = 100;
+/// Samples M of every particle a prediction: one, because drawing more is paid for as more particles would be.
+const SAMPLES: usize = 1;
+/// Resample below this N_eff / N: section 5.3.1, and most of the literature.
+const RESAMPLE_THRESHOLD: f64 = 0.5;
+/// A component of this weight is one expected feature in ten thousand.
+const PRUNE_WEIGHT: f64 = 1e-4;
+/// Squared Mahalanobis distance of components that are one: two standard deviations.
+const MERGE_DISTANCE: f64 = 4.0;
+/// Components in view. No view of the published logs needs half of it; it bounds the time of a scan gone wrong.
+const MAX_COMPONENTS: usize = 1000;
+
+/// κ / w_b. A measurement that nothing explains starts as a feature of weight 1/21: the next detection near it
+/// makes it a likely feature (a Gaussian's peak is far above κ), a lone false measurement dies out.
+const CLUTTER_OVER_BIRTH: f64 = 20.0;
+/// Births a scan where there is no clutter for them to be measured against.
+const BIRTHS_PER_SCAN: f64 = 0.1;
+
+/// Real noise over nominal noise.
+const REAL_INFLATION: f64 = 1.5;
+/// Standard deviation of the range where a log does not say, as a share of the greatest range.
+const RANGE_SIGMA_SHARE: f64 = 0.01;
+/// Standard deviation of the bearing where a log does not say, rad.
+const BEARING_SIGMA_RAD: f64 = 0.02;
+/// p_D of a log that does not say, at range zero and at the greatest range: real detectors miss what is hidden or
+/// far. Too high a value deletes features, too low a one only keeps false ones for longer.
+const DETECTION: (f64, f64) = (0.8, 0.5);
+/// False measurements a scan of a log that does not say.
+const CLUTTER_PER_SCAN: f64 = 3.0;
+
+/// Standard deviations of the controls of a log that does not say: speed m/s, steering rad or turn rate rad/s.
+/// A car's wheel encoder slips at some metres a second and its steering sensor has play; a small indoor robot is
+/// ten times slower and turns on the spot.
+const CAR_SIGMAS: (f64, f64) = (0.3, 0.03);
+const ROBOT_SIGMAS: (f64, f64) = (0.05, 0.1);
+/// How long an odometry error of a real vehicle lasts, s. Drawn anew with every row it would average itself away.
+const REAL_NOISE_INTERVAL_S: f64 = 0.5;
+
+/// Half width of a soft edge in standard deviations of its coordinate: a feature at the rim is taken for missed
+/// only where noise can hardly have put it outside.
+const EDGE_SIGMAS: f64 = 2.5;
+/// A window this near the full circle is one, rad: logs give π with a few digits.
+const CIRCLE_SLACK_RAD: f64 = 1e-3;
+/// Bounds within which every filter works: no certain detection, no noise so small that its square vanishes.
+const GREATEST_DETECTION: f64 = 0.999;
+const LEAST_RANGE_SIGMA_M: f64 = 1e-3;
+const LEAST_BEARING_SIGMA_RAD: f64 = 1e-4;
+
+impl Settings {
+    /// Settings that suit `log`.
+    #[must_use]
+    pub fn for_log(log: &Log) -> Self {
+        let sensor = sensor(log);
+        let measure = (sensor.range_max_m - sensor.range_min_m) * 2.0 * sensor.bearing_half_width_rad().min(PI);
+        let births =
+            if sensor.clutter_per_scan > 0.0 { sensor.clutter_per_scan / CLUTTER_OVER_BIRTH } else { BIRTHS_PER_SCAN };
+        let filter = FilterSettings {
+            particles: PARTICLES,
+            samples: SAMPLES,
+            birth_intensity: births / measure,
+            resample_threshold: RESAMPLE_THRESHOLD,
+            prune_weight: PRUNE_WEIGHT,
+            merge_distance: MERGE_DISTANCE,
+            max_components: MAX_COMPONENTS,
+        };
+        Self { filter, vehicle: vehicle(log), sensor }
+    }
+}
+
+fn vehicle(log: &Log) -> VehicleSettings {
+    let nominal = &log.nominal;
+    let (turn, unstated) = match log.vehicle {
+        Vehicle::Ackermann { .. } => (nominal.steering_sigma_rad, CAR_SIGMAS),
+        Vehicle::Unicycle | Vehicle::UnicycleArc => (nominal.rate_sigma_radps, ROBOT_SIGMAS),
+    };
+    // Stated noise is white, one draw a row, only where it was simulated so.
+    let white = log.simulated && nominal.speed_sigma_mps.is_some() && turn.is_some();
+    VehicleSettings {
+        speed_sigma_mps: nominal.speed_sigma_mps.unwrap_or(unstated.0),
+        turn_sigma: turn.unwrap_or(unstated.1),
+        noise_interval_s: if white { 0.0 } else { REAL_NOISE_INTERVAL_S },
+    }
+}
+
+fn sensor(log: &Log) -> SensorSettings {
+    let (window, nominal) = (&log.sensor, &log.nominal);
+    let inflation = if log.simulated { 1.0 } else { REAL_INFLATION };
+    let range_sigma_m =
+        (inflation * nominal.range_sigma_m.unwrap_or(RANGE_SIGMA_SHARE * window.range_max_m)).max(LEAST_RANGE_SIGMA_M);
+    let bearing_sigma_rad =
+        (inflation * nominal.bearing_sigma_rad.unwrap_or(BEARING_SIGMA_RAD)).max(LEAST_BEARING_SIGMA_RAD);
+    let (detection_near, detection_far) = match nominal.detection_probability {
+        Some(stated) => (stated.min(GREATEST_DETECTION), stated.min(GREATEST_DETECTION)),
+        None => DETECTION,
+    };
+    let all_around = window.bearing_max_rad - window.bearing_min_rad > 2.0 * PI - CIRCLE_SLACK_RAD;
+    let (bearing_min_rad, bearing_max_rad) =
+        if all_around { (-PI, PI) } else { (window.bearing_min_rad, window.bearing_max_rad) };
+    SensorSettings {
+        range_sigma_m,
+        bearing_sigma_rad,
+        range_min_m: window.range_min_m,
+        range_max_m: window.range_max_m,
+        range_edge_m: EDGE_SIGMAS * range_sigma_m,
+        bearing_min_rad,
+        bearing_max_rad,
+        bearing_edge_rad: if all_around { 0.0 } else { EDGE_SIGMAS * bearing_sigma_rad },
+        detection_near,
+        detection_far,
+        clutter_per_scan: nominal.clutter_per_scan.unwrap_or(CLUTTER_PER_SCAN),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scenario;
+
+    #[test]
+    fn a_simulation_is_taken_at_its_word() {
+        let log = scenario::survey(1);
+        let settings = Settings::for_log(&log);
+        let sensor = &settings.sensor;
+        assert_eq!((settings.vehicle.speed_sigma_mps, settings.vehicle.noise_interval_s), (1.0, 0.0));
+        assert_eq!(Some(settings.vehicle.turn_sigma), log.nominal.steering_sigma_rad);
+        assert_eq!((sensor.range_sigma_m, sensor.clutter_per_scan), (0.25, 20.0));
+        assert_eq!((sensor.detection_near, sensor.detection_far), (0.95, 0.95));
+        assert_eq!((sensor.bearing_edge_rad, sensor.range_edge_m), (0.0, 0.625));
+        // κ = 20 w_b, and one birth a scan from 20 false measurements.
+        assert!((settings.filter.birth_intensity * 15.0 * 2.0 * PI - 1.0).abs() < 1e-12);
+        assert_eq!(settings.check(), Ok(()));
+    }
+
+    #[test]
+    fn a_real_log_gets_wider_noise_whatever_its_name() {
+        let mut log = scenario::survey(1);
+        log.simulated = false;
+        log.nominal = crate::log::Nominal { range_sigma_m: Some(0.4), ..Default::default() };
+        (log.sensor.bearing_min_rad, log.sensor.bearing_max_rad) = (-1.0, 1.0);
+        let settings = Settings::for_log(&log);
+        assert!((settings.sensor.range_sigma_m - 0.6).abs() < 1e-12);
+        assert!((settings.sensor.bearing_edge_rad - 2.5 * 0.03).abs() < 1e-12);
+        assert!(settings.vehicle.noise_interval_s > 0.0);
+        assert_eq!(settings.check(), Ok(()));
+        log.name = "another".into();
+        assert_eq!(Settings::for_log(&log), settings);
+    }
+
+    #[test]
+    fn extremes_stay_within_the_limits() {
+        let mut log = scenario::survey(1);
+        log.nominal = crate::log::Nominal {
+            range_sigma_m: Some(0.0),
+            bearing_sigma_rad: Some(0.0),
+            speed_sigma_mps: Some(0.0),
+            steering_sigma_rad: Some(0.0),
+            rate_sigma_radps: None,
+            detection_probability: Some(1.0),
+            clutter_per_scan: Some(0.0),
+        };
+        (log.sensor.bearing_min_rad, log.sensor.bearing_max_rad) = (-PI + 1e-4, PI - 1e-4);
+        let settings = Settings::for_log(&log);
+        assert_eq!(settings.check(), Ok(()));
+        assert!(settings.filter.birth_intensity > 0.0);
+        assert_eq!(settings.sensor.bearing_max_rad, PI);
+    }
+}

@@ -1,0 +1,170 @@
+//! Settings in a TOML file: the sections and fields of [`Settings`], any of which may be left out.
+
+use super::Settings;
+use super::limits::{LIMITS, OutOfRange};
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+use toml::{Table, Value};
+
+/// Why a settings file was not taken; displays as one line.
+#[derive(Debug, thiserror::Error)]
+#[error("{}: {problem}", path.display())]
+pub struct FileError {
+    /// The file.
+    pub path: PathBuf,
+    /// What is wrong with it.
+    pub problem: FileProblem,
+}
+
+/// What is wrong with a settings file.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum FileProblem {
+    /// The file system refused, or the file is not UTF-8.
+    #[error("cannot be read: {0}")]
+    Unreadable(io::Error),
+    /// Not TOML.
+    #[error("row {row}: {message}")]
+    Syntax {
+        /// Line of the file, counted from 1.
+        row: usize,
+        /// What the parser says.
+        message: String,
+    },
+    /// A key that is not known, or a value of the wrong type.
+    #[error("{0}")]
+    Field(String),
+    /// A value out of range.
+    #[error("{0}")]
+    OutOfRange(#[from] OutOfRange),
+}
+
+impl Settings {
+    /// These settings with the fields of the TOML file at `path` put over them.
+    ///
+    /// # Errors
+    /// The file cannot be read, has an unknown key, or a value that is not of its field's type or range.
+    pub fn with_file(&self, path: &Path) -> Result<Self, FileError> {
+        let error = |problem| FileError { path: path.into(), problem };
+        let text = fs::read_to_string(path).map_err(|source| error(FileProblem::Unreadable(source)))?;
+        self.with_toml(&text).map_err(error)
+    }
+
+    /// These settings with the fields in `text` put over them.
+    ///
+    /// # Errors
+    /// As for a file.
+    pub fn with_toml(&self, text: &str) -> Result<Self, FileProblem> {
+        let over: Table = text.parse().map_err(|error| syntax(text, &error))?;
+        // Before serde sees them: it would call a negative count ill-typed and not say what it may be.
+        for limit in LIMITS {
+            if let Some(found) = lookup(&over, limit.field).and_then(number) {
+                limit.check(found)?;
+            }
+        }
+        let field = |error: &dyn std::fmt::Display| FileProblem::Field(one_line(error));
+        let mut table = Table::try_from(self).map_err(|error| field(&error))?;
+        lay_over(&mut table, over);
+        let settings: Self = table.try_into().map_err(|error| field(&error))?;
+        settings.check()?;
+        Ok(settings)
+    }
+
+    /// The settings as TOML, which [`Settings::with_toml`] takes back to the last bit.
+    ///
+    /// # Errors
+    /// A count beyond what TOML can hold, which no settings within the limits have.
+    pub fn to_toml(&self) -> Result<String, toml::ser::Error> {
+        toml::to_string(self)
+    }
+}
+
+/// Puts every value of `over` into `table`, section by section.
+fn lay_over(table: &mut Table, over: Table) {
+    for (key, value) in over {
+        match (table.get_mut(&key), value) {
+            (Some(Value::Table(section)), Value::Table(over)) => lay_over(section, over),
+            (_, value) => {
+                table.insert(key, value);
+            }
+        }
+    }
+}
+
+/// The value of `section.key`.
+fn lookup<'a>(table: &'a Table, field: &str) -> Option<&'a Value> {
+    let (section, key) = field.split_once('.')?;
+    table.get(section)?.as_table()?.get(key)
+}
+
+fn number(value: &Value) -> Option<f64> {
+    value.as_float().or_else(|| value.as_integer().map(|whole| whole as f64))
+}
+
+fn syntax(text: &str, error: &toml::de::Error) -> FileProblem {
+    let before = error.span().and_then(|span| text.get(..span.start)).unwrap_or("");
+    FileProblem::Syntax { row: 1 + before.matches('\n').count(), message: one_line(&error.message()) }
+}
+
+fn one_line(error: &dyn std::fmt::Display) -> String {
+    error.to_string().split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scenario;
+
+    fn defaults() -> Settings {
+        Settings::for_log(&scenario::survey(1))
+    }
+
+    #[test]
+    fn toml_brings_back_every_bit() {
+        let mut settings = defaults();
+        settings.filter.birth_intensity = 0.1 + 0.2;
+        settings.sensor.range_edge_m = 1.0 / 3.0;
+        let other = defaults();
+        assert_eq!(other.with_toml(&settings.to_toml().unwrap()).unwrap(), settings);
+    }
+
+    #[test]
+    fn what_is_left_out_stays() {
+        let defaults = defaults();
+        assert_eq!(defaults.with_toml("").unwrap(), defaults);
+        let settings = defaults.with_toml("[filter]\nparticles = 7\n[sensor]\nrange_sigma_m = 1\n").unwrap();
+        let mut expected = defaults;
+        expected.filter.particles = 7;
+        expected.sensor.range_sigma_m = 1.0;
+        assert_eq!(settings, expected);
+    }
+
+    #[test]
+    fn errors_are_one_line_with_the_field() {
+        for (text, parts) in [
+            ("[filter]\nparticles = 0", ["filter.particles", "1 to 65536"]),
+            ("[filter]\nparticles = -1", ["filter.particles", "1 to 65536"]),
+            ("[filter]\nparticles = 2.5", ["filter.particles", "2.5"]),
+            ("[filter]\nparticles = '2'", ["filter.particles", "\"2\""]),
+            ("[vehicle]\nspeed_sigma_mps = -0.1", ["vehicle.speed_sigma_mps", "0 to 1000 m/s"]),
+            ("[sensor]\ndetection_near = nan", ["sensor.detection_near", "0 to 0.9999"]),
+            ("[sensor]\nrange_min_m = 20", ["sensor.range_max_m", "more than sensor.range_min_m"]),
+            ("[filter]\nparticle = 3", ["`particle`", "`particles`"]),
+            ("[filters]\nparticles = 3", ["`filters`", "`filter`"]),
+            ("filter = 3", ["filter", "3"]),
+            ("[filter]\nparticles = ", ["row 2", ""]),
+        ] {
+            let error = defaults().with_toml(text).unwrap_err().to_string();
+            println!("{error}");
+            assert!(parts.iter().all(|part| error.contains(part)), "{text}: {error}");
+            assert!(!error.contains('\n'), "{error}");
+        }
+    }
+
+    #[test]
+    fn the_file_is_named() {
+        let error = defaults().with_file(Path::new("no/such.toml")).unwrap_err().to_string();
+        assert!(error.starts_with("no/such.toml: cannot be read: "), "{error}");
+    }
+}

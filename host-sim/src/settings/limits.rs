@@ -1,0 +1,126 @@
+//! What every field of the settings may be.
+
+use super::Settings;
+
+/// A field is out of its range.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("{field} = {found}, must be {range}")]
+pub struct OutOfRange {
+    /// The field with its section, `filter.particles`.
+    pub field: &'static str,
+    /// What it is.
+    pub found: f64,
+    /// What it may be.
+    pub range: &'static str,
+}
+
+/// The range of one field.
+pub(super) struct Limit {
+    pub(super) field: &'static str,
+    value: fn(&Settings) -> f64,
+    range: &'static str,
+    /// False for NaN.
+    holds: fn(f64) -> bool,
+}
+
+impl Limit {
+    pub(super) fn check(&self, found: f64) -> Result<(), OutOfRange> {
+        if (self.holds)(found) { Ok(()) } else { Err(OutOfRange { field: self.field, found, range: self.range }) }
+    }
+}
+
+/// A field's path in [`Settings`] as its name, its range in words and in code.
+macro_rules! limit {
+    ($section:ident . $field:ident, $range:literal, $holds:expr) => {
+        Limit {
+            field: concat!(stringify!($section), ".", stringify!($field)),
+            value: |settings| settings.$section.$field as f64,
+            range: $range,
+            holds: $holds,
+        }
+    };
+}
+
+/// Every field. Standard deviations of the sensor have a least value because their squares must not vanish in
+/// single precision; nobody detects with certainty, for that would leave features of weight zero.
+pub(super) const LIMITS: &[Limit] = &[
+    limit!(filter.particles, "1 to 65536", |x| (1.0..=65536.0).contains(&x)),
+    limit!(filter.samples, "1 to 1024", |x| (1.0..=1024.0).contains(&x)),
+    limit!(filter.birth_intensity, "0 to 1e6 per m rad", |x| (0.0..=1e6).contains(&x)),
+    limit!(filter.resample_threshold, "0 to 1", |x| (0.0..=1.0).contains(&x)),
+    limit!(filter.prune_weight, "1e-6 or more and less than 1", |x| (1e-6..1.0).contains(&x)),
+    limit!(filter.merge_distance, "0 to 1e6", |x| (0.0..=1e6).contains(&x)),
+    limit!(filter.max_components, "1 to 65536", |x| (1.0..=65536.0).contains(&x)),
+    limit!(vehicle.speed_sigma_mps, "0 to 1000 m/s", |x| (0.0..=1e3).contains(&x)),
+    limit!(vehicle.turn_sigma, "0 to 100 rad or rad/s", |x| (0.0..=1e2).contains(&x)),
+    limit!(vehicle.noise_interval_s, "0 to 1000 s", |x| (0.0..=1e3).contains(&x)),
+    limit!(sensor.range_sigma_m, "1e-6 to 1000 m", |x| (1e-6..=1e3).contains(&x)),
+    limit!(sensor.bearing_sigma_rad, "1e-6 to 3 rad", |x| (1e-6..=3.0).contains(&x)),
+    limit!(sensor.range_min_m, "0 to 1e6 m", |x| (0.0..=1e6).contains(&x)),
+    limit!(sensor.range_max_m, "more than 0 and at most 1e6 m", |x| x > 0.0 && x <= 1e6),
+    limit!(sensor.range_edge_m, "0 to 1e6 m", |x| (0.0..=1e6).contains(&x)),
+    limit!(sensor.bearing_min_rad, "-10 to 10 rad", |x| (-10.0..=10.0).contains(&x)),
+    limit!(sensor.bearing_max_rad, "-10 to 10 rad", |x| (-10.0..=10.0).contains(&x)),
+    limit!(sensor.bearing_edge_rad, "0 to 3 rad", |x| (0.0..=3.0).contains(&x)),
+    limit!(sensor.detection_near, "0 to 0.9999", |x| (0.0..=0.9999).contains(&x)),
+    limit!(sensor.detection_far, "0 to 0.9999", |x| (0.0..=0.9999).contains(&x)),
+    limit!(sensor.clutter_per_scan, "0 to 1e6", |x| (0.0..=1e6).contains(&x)),
+];
+
+impl Settings {
+    /// The first field that is out of range, if any.
+    ///
+    /// # Errors
+    /// Names the field and its range. NaN is out of every range.
+    pub fn check(&self) -> Result<(), OutOfRange> {
+        for limit in LIMITS {
+            limit.check((limit.value)(self))?;
+        }
+        let sensor = &self.sensor;
+        let above = |field, found, range, least| {
+            if found > least { Ok(()) } else { Err(OutOfRange { field, found, range }) }
+        };
+        above("sensor.range_max_m", sensor.range_max_m, "more than sensor.range_min_m", sensor.range_min_m)?;
+        above(
+            "sensor.bearing_max_rad",
+            sensor.bearing_max_rad,
+            "more than sensor.bearing_min_rad",
+            sensor.bearing_min_rad,
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scenario;
+
+    #[test]
+    fn every_field_has_a_limit() {
+        let settings = Settings::for_log(&scenario::survey(1));
+        let table = toml::Table::try_from(&settings).unwrap();
+        let mut fields = Vec::new();
+        for (section, keys) in &table {
+            fields.extend(keys.as_table().unwrap().keys().map(|key| format!("{section}.{key}")));
+        }
+        let mut limited: Vec<_> = LIMITS.iter().map(|limit| limit.field.to_owned()).collect();
+        fields.sort();
+        limited.sort();
+        assert_eq!(fields, limited);
+        assert!(LIMITS.iter().all(|limit| !(limit.holds)(f64::NAN) && !(limit.holds)(f64::INFINITY)));
+    }
+
+    #[test]
+    fn the_field_is_named() {
+        let good = Settings::for_log(&scenario::survey(1));
+        let mut bad = good.clone();
+        bad.filter.particles = 0;
+        assert_eq!(bad.check().unwrap_err().to_string(), "filter.particles = 0, must be 1 to 65536");
+        let mut bad = good.clone();
+        bad.sensor.range_min_m = bad.sensor.range_max_m;
+        assert_eq!(bad.check().unwrap_err().field, "sensor.range_max_m");
+        let mut bad = good;
+        bad.sensor.bearing_max_rad = -4.0;
+        assert_eq!(bad.check().unwrap_err().field, "sensor.bearing_max_rad");
+    }
+}

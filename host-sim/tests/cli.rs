@@ -1,0 +1,323 @@
+//! The program as its users see it: exit codes, messages, files.
+
+use scphd_sim::log::Log;
+use scphd_sim::{log_folder, scenario};
+use serde_json::Value;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use tempfile::TempDir;
+
+/// Keys of the JSON object of a run, in order.
+const KEYS: [&str; 19] = [
+    "log",
+    "filter",
+    "precision",
+    "particles",
+    "seed",
+    "scans",
+    "position_rmse_m",
+    "heading_rmse_deg",
+    "dead_reckoning_rmse_m",
+    "final_position_error_m",
+    "ospa_m",
+    "ospa_localization_m",
+    "ospa_cardinality_m",
+    "gospa_m",
+    "features_estimated",
+    "scan_us_mean",
+    "scan_us_p99",
+    "state_bytes",
+    "digest",
+];
+
+/// What `--out` leaves for a single run.
+const FILES: [&str; 6] = ["error.png", "error.svg", "map.csv", "scans.csv", "trajectory.png", "trajectory.svg"];
+
+/// The first four seconds of the survey.
+fn short_log() -> Log {
+    let mut log = scenario::survey(3);
+    log.scans.truncate(41);
+    log.truth.truncate(41);
+    log.odometry.truncate(80);
+    log
+}
+
+/// A folder to work in, with the short log in `log` and an empty folder `results`.
+struct Workplace(TempDir);
+
+impl Workplace {
+    fn new() -> Self {
+        let dir = TempDir::new().unwrap();
+        log_folder::write(&short_log(), &dir.path().join("log")).unwrap();
+        fs::create_dir(dir.path().join("results")).unwrap();
+        Self(dir)
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    /// Runs the program in here.
+    fn run(&self, args: &[&str]) -> Output {
+        Command::new(env!("CARGO_BIN_EXE_scphd-sim")).args(args).current_dir(self.0.path()).output().unwrap()
+    }
+
+    /// What it prints.
+    fn succeeds(&self, args: &[&str]) -> String {
+        let output = self.run(args);
+        assert!(output.status.success(), "{args:?}: {output:?}");
+        String::from_utf8(output.stdout).unwrap()
+    }
+
+    /// The line it tells on stderr when it has to fail for bad input, without leaving anything anywhere.
+    fn fails(&self, args: &[&str]) -> String {
+        let before = names(self.0.path());
+        let output = self.run(args);
+        assert_eq!(output.status.code(), Some(2), "{args:?}: {output:?}");
+        assert!(output.stdout.is_empty(), "{args:?}: {output:?}");
+        let error = String::from_utf8(output.stderr).unwrap();
+        assert!(error.starts_with("error: ") && error.lines().count() == 1, "{args:?}: {error}");
+        assert_eq!(names(&self.path("results")), [""; 0], "{args:?}");
+        assert_eq!(names(self.0.path()), before, "{args:?}");
+        println!("{args:?}: {error}");
+        error
+    }
+
+    /// The JSON object of a replay of the log.
+    fn replay(&self, more: &[&str]) -> Value {
+        let mut args = vec!["replay", "log", "--particles", "4", "--json", "results/run.json"];
+        args.extend(more);
+        self.succeeds(&args);
+        serde_json::from_slice(&fs::read(self.path("results/run.json")).unwrap()).unwrap()
+    }
+}
+
+/// Names in a folder, sorted.
+fn names(dir: &Path) -> Vec<String> {
+    let mut names: Vec<String> =
+        fs::read_dir(dir).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+    names.sort();
+    names
+}
+
+/// The object without the times, which no two runs share.
+fn timeless(mut summary: Value) -> Value {
+    let fields = summary.as_object_mut().unwrap();
+    fields.retain(|key, _| !key.starts_with("scan_us"));
+    summary
+}
+
+#[test]
+fn bad_logs_are_refused_by_file_row_and_column() {
+    // File, text, its first occurrence replaced by, and what the message has to name.
+    let cases: [(&str, &str, &str, &[&str]); 8] = [
+        ("odometry.csv", "steering_rad", "angle", &["odometry.csv", "row 1", "steering_rad", "missing"]),
+        ("odometry.csv", "\n0.05,", "\nNaN,", &["odometry.csv", "row 3", "t_s", "'NaN'"]),
+        ("odometry.csv", "\n0.05,", "\n-1.0,", &["odometry.csv", "row 3", "t_s", "backwards"]),
+        ("scans.csv", "\n2,0.2", "\n2,0.05", &["scans.csv", "row 4", "t_s", "backwards"]),
+        ("detections.csv", "\n0,", "\n0,inf", &["detections.csv", "row 2", "range_m", "'inf"]),
+        ("truth.csv", "x_m", "x", &["truth.csv", "row 1", "x_m", "missing"]),
+        ("log.toml", "range_max_m", "range_most_m", &["log.toml", "sensor.range_max_m", "missing"]),
+        ("log.toml", "ackermann", "tricycle", &["log.toml", "vehicle.model", "tricycle"]),
+    ];
+    for (file, from, to, parts) in cases {
+        let place = Workplace::new();
+        let path = place.path("log").join(file);
+        let good = fs::read_to_string(&path).unwrap();
+        assert!(good.contains(from), "{file}: {from}");
+        fs::write(&path, good.replacen(from, to, 1)).unwrap();
+        let error = place.fails(&["replay", "log", "--json", "results/run.json", "--out", "results/out"]);
+        assert!(parts.iter().all(|part| error.contains(part)), "{error}");
+    }
+    for file in ["log.toml", "odometry.csv", "scans.csv", "detections.csv"] {
+        let place = Workplace::new();
+        fs::remove_file(place.path("log").join(file)).unwrap();
+        let error = place.fails(&["replay", "log", "--out", "results/out"]);
+        assert!(error.contains(&format!("{file}: missing")), "{error}");
+    }
+}
+
+#[test]
+fn bad_settings_are_refused_by_file_field_and_range() {
+    let place = Workplace::new();
+    let cases: [(&str, &[&str]); 8] = [
+        ("[filter]\nparticles = 0", &["filter.particles", "1 to 65536"]),
+        ("[filter]\nparticles = 5000", &["5000 particles", "1024"]),
+        ("[sensor]\nrange_sigma_m = -0.5", &["bad.toml", "sensor.range_sigma_m", "1e-6 to 1000 m"]),
+        ("[sensor]\ndetection_far = nan", &["bad.toml", "sensor.detection_far", "0 to 0.9999"]),
+        ("[vehicle]\nturn_sigma = 'wide'", &["bad.toml", "vehicle.turn_sigma", "wide"]),
+        ("[filter]\nparticels = 5", &["bad.toml", "particels"]),
+        ("[filtre]\nparticles = 5", &["bad.toml", "filtre"]),
+        ("[filter]\n\nparticles 5", &["bad.toml", "row 3"]),
+    ];
+    for (settings, parts) in cases {
+        fs::write(place.path("bad.toml"), settings).unwrap();
+        let outputs = ["--json", "results/run.json", "--out", "results/out"];
+        let error = place.fails(&[&["replay", "log", "--settings", "bad.toml"][..], &outputs].concat());
+        assert!(parts.iter().all(|part| error.contains(part)), "{settings}: {error}");
+        place.fails(&[&["run", "survey", "--settings", "bad.toml"][..], &outputs].concat());
+        place.fails(&[&["--settings", "bad.toml"][..], &outputs].concat());
+    }
+}
+
+#[test]
+fn bad_arguments_are_refused() {
+    let place = Workplace::new();
+    fs::write(place.path("file"), "").unwrap();
+    let cases: [(&[&str], &[&str]); 17] = [
+        (&["replay", "nowhere"], &["nowhere", "missing"]),
+        (&["replay"], &["<DIR>"]),
+        (&["replay", "log", "--particles", "0"], &["--particles 0", "1 to 65536"]),
+        (&["replay", "log", "--particles", "5000"], &["5000 particles", "1024"]),
+        (&["replay", "log", "--particles", "1000", "--samples", "3"], &["3000 candidates", "2048"]),
+        (&["replay", "log", "--samples", "2000"], &["--samples 2000", "1 to 1024"]),
+        (&["replay", "log", "--particles", "-3"], &["-3"]),
+        (&["replay", "log", "--seed", "one"], &["--seed", "one"]),
+        (&["replay", "log", "--filter", "kalman"], &["kalman"]),
+        (&["replay", "log", "--filter", "reference", "--precision", "f32"], &["f32", "f64 only"]),
+        (&["replay", "log", "--settings", "nowhere.toml"], &["nowhere.toml", "cannot be read"]),
+        (&["replay", "log", "--json", "nowhere/run.json"], &["--json", "nowhere"]),
+        (&["replay", "log", "--json", "results"], &["--json", "is a folder"]),
+        (&["replay", "log", "--out", "file/out"], &["--out", "file is not a folder"]),
+        (&["run", "atlantis"], &["atlantis", "survey"]),
+        (&["export", "survey", "log"], &["log is not empty"]),
+        (&["--particels", "3"], &["--particels", "--particles"]),
+    ];
+    for (args, parts) in cases {
+        let error = place.fails(args);
+        assert!(parts.iter().all(|part| error.contains(part)), "{args:?}: {error}");
+    }
+}
+
+#[test]
+fn a_replay_leaves_its_figures_tables_and_plots() {
+    let place = Workplace::new();
+    let args = ["replay", "log", "--particles", "4", "--json", "results/run.json", "--out", "results/a/b"];
+    let printed = place.succeeds(&args);
+    for part in ["survey", "scphd", "f32", "position RMSE (m)", "health, scphd f32: "] {
+        assert!(printed.contains(part), "{printed}");
+    }
+    assert_eq!(names(&place.path("results")), ["a", "run.json"]);
+    assert_eq!(names(&place.path("results/a/b")), FILES);
+
+    let text = fs::read_to_string(place.path("results/run.json")).unwrap();
+    let keys: Vec<&str> = text.lines().filter_map(|line| line.trim().strip_prefix('"')?.split('"').next()).collect();
+    assert_eq!(keys, KEYS);
+    let summary: Value = serde_json::from_str(&text).unwrap();
+    assert_eq!(summary["particles"], 4);
+    assert_eq!((&summary["seed"], &summary["scans"]), (&1.into(), &41.into()));
+    for key in ["position_rmse_m", "heading_rmse_deg", "ospa_m", "gospa_m", "features_estimated", "state_bytes"] {
+        assert!(summary[key].as_f64().is_some_and(f64::is_finite), "{key}: {text}");
+    }
+}
+
+#[test]
+fn the_seed_decides_everything_but_the_time() {
+    let place = Workplace::new();
+    for precision in ["f32", "f64"] {
+        let first = place.replay(&["--precision", precision, "--seed", "7"]);
+        let second = place.replay(&["--precision", precision, "--seed", "7"]);
+        let other = place.replay(&["--precision", precision, "--seed", "8"]);
+        assert!(first["digest"].is_string());
+        assert_eq!(timeless(first.clone()), timeless(second));
+        assert_ne!(first["digest"], other["digest"]);
+        assert_eq!(first["precision"], precision);
+    }
+    let first = place.replay(&["--filter", "reference", "--seed", "7"]);
+    assert_eq!(timeless(first.clone()), timeless(place.replay(&["--filter", "reference", "--seed", "7"])));
+    assert!(first["digest"].is_null() && first["state_bytes"].is_null());
+    assert_eq!(first["filter"], "reference");
+}
+
+#[test]
+fn an_exported_scenario_replays_as_it_runs() {
+    let place = Workplace::new();
+    fs::write(place.path("few.toml"), "[filter]\nparticles = 2\n[sensor]\nclutter_per_scan = 25\n").unwrap();
+    let tuned = ["--settings", "few.toml", "--seed", "5", "--json", "run.json"];
+    let summary = || -> Value { serde_json::from_slice(&fs::read(place.path("run.json")).unwrap()).unwrap() };
+    place.succeeds(&[&["run", "survey", "--scenario-seed", "9"][..], &tuned].concat());
+    let run = summary();
+    place.succeeds(&["export", "survey", "exported", "--seed", "9"]);
+    place.succeeds(&[&["replay", "exported"][..], &tuned].concat());
+    assert_eq!(timeless(summary()), timeless(run.clone()));
+    assert_eq!((&run["seed"], &run["particles"]), (&5.into(), &2.into()));
+    // Without a seed of its own the scenario takes the filter's.
+    place.succeeds(&[&["run", "survey"][..], &tuned].concat());
+    assert_ne!(summary()["dead_reckoning_rmse_m"], run["dead_reckoning_rmse_m"]);
+}
+
+#[test]
+fn the_job_without_a_command_compares_filter_and_reference() {
+    let place = Workplace::new();
+    let printed = place.succeeds(&["--particles", "2", "--json", "results/both.json"]);
+    assert!(printed.contains("reference"), "{printed}");
+    assert_eq!(
+        names(&place.path("out")),
+        ["error.png", "error.svg", "reference-f64", "scphd-f32", "trajectory.png", "trajectory.svg"]
+    );
+    for folder in ["out/reference-f64", "out/scphd-f32"] {
+        assert_eq!(names(&place.path(folder)), ["map.csv", "scans.csv"]);
+    }
+    let list: Value = serde_json::from_slice(&fs::read(place.path("results/both.json")).unwrap()).unwrap();
+    let list = list.as_array().unwrap();
+    assert_eq!(list.len(), 2);
+    assert_eq!((&list[0]["filter"], &list[1]["filter"]), (&"scphd".into(), &"reference".into()));
+    assert_eq!(list[0]["dead_reckoning_rmse_m"], list[1]["dead_reckoning_rmse_m"]);
+}
+
+#[test]
+fn printed_settings_are_a_settings_file() {
+    let place = Workplace::new();
+    let printed = place.succeeds(&["settings", "log", "--particles", "9"]);
+    assert!(printed.contains("particles = 9"), "{printed}");
+    fs::write(place.path("all.toml"), &printed).unwrap();
+    assert_eq!(place.succeeds(&["settings", "survey", "--settings", "all.toml"]), printed);
+}
+
+#[test]
+fn help_version_and_lists() {
+    let place = Workplace::new();
+    let version = format!("scphd-sim {}\n", env!("CARGO_PKG_VERSION"));
+    assert_eq!(place.succeeds(&["--version"]), version);
+    // Where its lines break depends on the terminal.
+    let help = place.succeeds(&["--help"]).split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(help.contains("OSPA (order 1, cut-off 10 m)"), "{help}");
+    for command in ["replay", "run", "export", "settings"] {
+        assert!(place.succeeds(&[command, "--help"]).contains("Usage: scphd-sim"), "{command}");
+    }
+    let list = place.succeeds(&["scenarios"]);
+    assert!(list.starts_with("survey "), "{list}");
+    assert_eq!(place.succeeds(&["run", "--list"]), list);
+}
+
+#[test]
+fn a_reader_that_goes_away_is_no_failure() {
+    let place = Workplace::new();
+    for args in [&["settings", "log"][..], &["scenarios"], &["--help"], &["replay", "log", "--particles", "2"]] {
+        let (reader, writer) = std::io::pipe().unwrap();
+        drop(reader);
+        let mut command = Command::new(env!("CARGO_BIN_EXE_scphd-sim"));
+        let child = command.args(args).current_dir(place.0.path()).stdout(writer).stderr(std::process::Stdio::piped());
+        let output = child.spawn().unwrap().wait_with_output().unwrap();
+        assert!(output.status.success() && output.stderr.is_empty(), "{args:?}: {output:?}");
+    }
+}
+
+#[test]
+fn a_published_log_replays() {
+    let root = std::env::var_os("SCPHD_DATA")
+        .map_or_else(|| PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/data")), PathBuf::from);
+    let log = root.join("car_park");
+    if !log.exists() {
+        eprintln!("skipped: no {}", log.display());
+        return;
+    }
+    let place = Workplace::new();
+    let args = ["replay", log.to_str().unwrap(), "--filter", "reference", "--particles", "4", "--json", "run.json"];
+    place.succeeds(&args);
+    let summary: Value = serde_json::from_slice(&fs::read(place.path("run.json")).unwrap()).unwrap();
+    assert_eq!((&summary["log"], &summary["scans"]), (&"Car park".into(), &506.into()));
+    assert!(summary["heading_rmse_deg"].is_null() && summary["gospa_m"].is_number());
+    assert!((summary["dead_reckoning_rmse_m"].as_f64().unwrap() - 2.51).abs() < 0.01);
+}
