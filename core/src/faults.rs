@@ -15,8 +15,7 @@ type Roomy = State<f32, PlanarPose<f32>, 3, 2, 2, 8, 16, 256, 32, 64, 256>;
 fn models(clutter_per_scan: f32) -> Models<Car, RangeBearing<f32>, RangeBearingWindow<f32>, UniformClutter<f32>> {
     let window = RangeBearingWindow::full_circle(20.0, 0.9);
     Models {
-        motion: Unicycle::new(Step::Euler, ControlNoise { speed_sigma_mps: 0.3, turn_sigma: 0.05, interval_s: 0.0 })
-            .unwrap(),
+        motion: Unicycle::new(Step::Euler, ControlNoise::white(0.3, 0.05)).unwrap(),
         sensor: RangeBearing::new(0.2, 0.02).unwrap(),
         field_of_view: window,
         clutter: UniformClutter::of_scan(clutter_per_scan, window.measure()).unwrap(),

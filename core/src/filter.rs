@@ -27,7 +27,7 @@ use nalgebra::SVector;
 ///
 /// let window = RangeBearingWindow::full_circle(15.0, 0.9);
 /// let models = Models {
-///     motion: Unicycle::new(Step::Arc, ControlNoise { speed_sigma_mps: 0.1, turn_sigma: 0.02, interval_s: 0.0 })?,
+///     motion: Unicycle::new(Step::Arc, ControlNoise::white(0.1, 0.02))?,
 ///     sensor: RangeBearing::new(0.2, 0.02)?,
 ///     field_of_view: window,
 ///     clutter: UniformClutter::of_scan(2.0, window.measure())?,

@@ -112,12 +112,8 @@ impl<T: Real> Motion<T, 3> for Ackermann<T> {
     }
 
     fn sample(&self, pose: &Self::Pose, control: &Self::Control, dt: T, noise: &mut Noise) -> Self::Pose {
-        let (speed_error, steering_error) = self.noise.draw(dt, noise);
-        let perturbed = AckermannControl {
-            speed_mps: control.speed_mps + speed_error,
-            steering_rad: control.steering_rad + steering_error,
-        };
-        self.propagate(pose, &perturbed, dt)
+        let [speed_mps, steering_rad] = self.noise.perturb([control.speed_mps, control.steering_rad], dt, noise);
+        self.propagate(pose, &AckermannControl { speed_mps, steering_rad }, dt)
     }
 
     fn linearise(&self, pose: &Self::Pose, control: &Self::Control, dt: T) -> Linearised<T, 3> {
@@ -142,7 +138,8 @@ impl<T: Real> Motion<T, 3> for Ackermann<T> {
         let ([v, alpha], [v_rate, alpha_rate]) = (d_speed, d_rate);
         let ([xv, yv, hv], [xa, ya, ha]) = (column(v, v_rate), column(alpha, alpha_rate));
         let by_control = SMatrix::<T, 3, 2>::new(xv, xa, yv, ya, hv, ha);
-        Linearised { transition, noise: self.noise.covariance(dt).congruence(&by_control) }
+        let control_noise = self.noise.covariance([control.speed_mps, control.steering_rad], dt);
+        Linearised { transition, noise: control_noise.congruence(&by_control) }
     }
 }
 
@@ -180,14 +177,21 @@ mod tests {
 
     #[test]
     fn derivatives_agree_with_differences() {
-        let noise = ControlNoise { speed_sigma_mps: 0.3, turn_sigma: 0.05, interval_s: 0.2 };
+        let noise = ControlNoise { interval_s: 0.2, speed_sigma_ratio: 0.1, ..ControlNoise::white(0.3, 0.05) };
         let car = victoria_park(noise);
         for heading in [-3.0, -1.2, 0.0, 0.6, 2.4] {
             for speed in [-1.0, 0.0, 4.0] {
                 for steering in [-0.5, -0.1, 0.0, 0.4] {
                     let pose = PlanarPose::new(5.0, -7.0, heading);
                     let at = |[v, alpha]: [f64; 2]| AckermannControl { speed_mps: v, steering_rad: alpha };
-                    check_linearised(&car, &pose, [speed, steering], at, noise.covariance(0.05), 0.05);
+                    check_linearised(
+                        &car,
+                        &pose,
+                        [speed, steering],
+                        at,
+                        noise.covariance([speed, steering], 0.05),
+                        0.05,
+                    );
                 }
             }
         }

@@ -11,17 +11,28 @@ use crate::{Noise, Real, Symmetric};
 /// as an error held over the interval would, whatever the rate of the odometry.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ControlNoise<T> {
-    /// Standard deviation of the speed, m/s.
+    /// Standard deviation of the speed, m/s, whatever the speed is.
     pub speed_sigma_mps: T,
-    /// Standard deviation of the second control: steering angle, rad, or turn rate, rad/s.
+    /// Standard deviation of the speed as a share of it: scale error and slip. Adds in quadrature.
+    pub speed_sigma_ratio: T,
+    /// Standard deviation of the second control, whatever it is: steering angle, rad, or turn rate, rad/s.
     pub turn_sigma: T,
+    /// Standard deviation of the second control as a share of it. Adds in quadrature.
+    pub turn_sigma_ratio: T,
     /// How long an error lasts, s. Zero: one independent draw a prediction, as the thesis has it.
     pub interval_s: T,
 }
 
 impl<T: Real> ControlNoise<T> {
     /// No noise at all.
-    pub const NONE: Self = Self { speed_sigma_mps: T::ZERO, turn_sigma: T::ZERO, interval_s: T::ZERO };
+    pub const NONE: Self = Self::white(T::ZERO, T::ZERO);
+
+    /// Independent noise of constant standard deviations, one draw a prediction, as the thesis has it: of the speed, m/s,
+    /// and of the second control (steering angle, rad, or turn rate, rad/s).
+    #[must_use]
+    pub const fn white(speed_sigma_mps: T, turn_sigma: T) -> Self {
+        Self { speed_sigma_mps, speed_sigma_ratio: T::ZERO, turn_sigma, turn_sigma_ratio: T::ZERO, interval_s: T::ZERO }
+    }
 
     /// The field that is out of range, if any.
     ///
@@ -30,27 +41,36 @@ impl<T: Real> ControlNoise<T> {
     pub fn check(&self) -> Result<(), ModelError> {
         let usable = |x: T| x >= T::ZERO && x.is_finite();
         require(usable(self.speed_sigma_mps), "speed_sigma_mps", "finite and not negative")?;
+        require(usable(self.speed_sigma_ratio), "speed_sigma_ratio", "finite and not negative")?;
         require(usable(self.turn_sigma), "turn_sigma", "finite and not negative")?;
+        require(usable(self.turn_sigma_ratio), "turn_sigma_ratio", "finite and not negative")?;
         require(usable(self.interval_s), "interval_s", "finite and not negative")
     }
 
-    fn raise(&self, dt: T) -> T {
-        if self.interval_s > dt && dt > T::ZERO { (self.interval_s / dt).sqrt() } else { T::ONE }
+    /// Standard deviations of one draw, for controls of this size.
+    fn sigmas(&self, [speed, turn]: [T; 2], dt: T) -> [T; 2] {
+        let raise = if self.interval_s > dt && dt > T::ZERO { (self.interval_s / dt).sqrt() } else { T::ONE };
+        let sigma = |constant: T, ratio: T, control: T| {
+            let share = ratio * control;
+            (constant * constant + share * share).sqrt() * raise
+        };
+        [
+            sigma(self.speed_sigma_mps, self.speed_sigma_ratio, speed),
+            sigma(self.turn_sigma, self.turn_sigma_ratio, turn),
+        ]
     }
 
-    /// Errors of speed and second control for one prediction over `dt` seconds.
-    pub(crate) fn draw(&self, dt: T, noise: &mut Noise) -> (T, T) {
-        let raise = self.raise(dt);
-        let speed = noise.normal::<T>();
-        let turn = noise.normal::<T>();
-        (self.speed_sigma_mps * raise * speed, self.turn_sigma * raise * turn)
+    /// Both controls with errors drawn for one prediction over `dt` seconds.
+    pub(crate) fn perturb(&self, control: [T; 2], dt: T, noise: &mut Noise) -> [T; 2] {
+        let ([speed, turn], [speed_sigma, turn_sigma]) = (control, self.sigmas(control, dt));
+        let speed_error = speed_sigma * noise.normal();
+        let turn_error = turn_sigma * noise.normal();
+        [speed + speed_error, turn + turn_error]
     }
 
     /// Covariance of one draw.
-    pub(crate) fn covariance(&self, dt: T) -> Symmetric<T, 2> {
-        let raise = self.raise(dt);
-        let (speed, turn) = (self.speed_sigma_mps * raise, self.turn_sigma * raise);
-        Symmetric::from_diagonal([speed * speed, turn * turn])
+    pub(crate) fn covariance(&self, control: [T; 2], dt: T) -> Symmetric<T, 2> {
+        Symmetric::from_diagonal(self.sigmas(control, dt).map(|sigma| sigma * sigma))
     }
 }
 
@@ -64,20 +84,30 @@ mod tests {
         let mut stream = Noise::seeded(3);
         let steps = (seconds / dt).round() as usize;
         let runs = 2000;
-        let sum: f64 =
-            (0..runs).map(|_| (0..steps).map(|_| noise.draw(dt, &mut stream).0 * dt).sum::<f64>().powi(2)).sum();
+        let sum: f64 = (0..runs)
+            .map(|_| (0..steps).map(|_| noise.perturb([0.0, 0.0], dt, &mut stream)[0] * dt).sum::<f64>().powi(2))
+            .sum();
         (sum / f64::from(runs)).sqrt()
     }
 
     #[test]
     fn spread_does_not_hang_on_the_rate() {
-        let noise = ControlNoise { speed_sigma_mps: 0.5, turn_sigma: 0.0, interval_s: 0.4 };
+        let noise = ControlNoise { interval_s: 0.4, ..ControlNoise::white(0.5, 0.0) };
         // Five independent errors of 0.5 m/s held for 0.4 s each.
         let expected = 0.5 * 0.4 * 5.0_f64.sqrt();
         for dt in [0.025, 0.1, 0.4] {
             let measured = spread(&noise, dt, 2.0);
             assert!((measured / expected - 1.0).abs() < 0.08, "dt {dt}: {measured} against {expected}");
         }
+    }
+
+    #[test]
+    fn shares_add_in_quadrature() {
+        let noise = ControlNoise { speed_sigma_ratio: 0.2, turn_sigma_ratio: 0.5, ..ControlNoise::white(0.3, 0.0) };
+        let covariance = noise.covariance([2.0, -0.1], 0.1);
+        assert!((covariance.get(0, 0) - 0.25_f64).abs() < 1e-15 && (covariance.get(1, 1) - 0.0025).abs() < 1e-15);
+        // At rest only the constant part is left.
+        assert!((noise.covariance([0.0, 0.0], 0.1).get(0, 0) - 0.09).abs() < 1e-15);
     }
 
     #[test]

@@ -112,10 +112,8 @@ impl<T: Real> Motion<T, 3> for Unicycle<T> {
     }
 
     fn sample(&self, pose: &Self::Pose, control: &Self::Control, dt: T, noise: &mut Noise) -> Self::Pose {
-        let (speed_error, rate_error) = self.noise.draw(dt, noise);
-        let perturbed =
-            UnicycleControl { speed_mps: control.speed_mps + speed_error, rate_radps: control.rate_radps + rate_error };
-        self.propagate(pose, &perturbed, dt)
+        let [speed_mps, rate_radps] = self.noise.perturb([control.speed_mps, control.rate_radps], dt, noise);
+        self.propagate(pose, &UnicycleControl { speed_mps, rate_radps }, dt)
     }
 
     fn linearise(&self, pose: &Self::Pose, control: &Self::Control, dt: T) -> Linearised<T, 3> {
@@ -125,7 +123,8 @@ impl<T: Real> Motion<T, 3> for Unicycle<T> {
         // Turning the start turns the whole displacement.
         let transition = Matrix3::new(one, zero, -y, zero, one, x, zero, zero, one);
         let by_control = SMatrix::<T, 3, 2>::new(xv, xw, yv, yw, zero, dt);
-        Linearised { transition, noise: self.noise.covariance(dt).congruence(&by_control) }
+        let control_noise = self.noise.covariance([control.speed_mps, control.rate_radps], dt);
+        Linearised { transition, noise: control_noise.congruence(&by_control) }
     }
 }
 
@@ -153,7 +152,7 @@ mod tests {
 
     #[test]
     fn derivatives_agree_with_differences() {
-        let noise = ControlNoise { speed_sigma_mps: 0.3, turn_sigma: 0.05, interval_s: 0.0 };
+        let noise = ControlNoise { turn_sigma_ratio: 0.2, ..ControlNoise::white(0.3, 0.05) };
         for step in [Step::Euler, Step::Arc] {
             let robot = Unicycle::new(step, noise).unwrap();
             for heading in [-3.0, -1.2, 0.0, 0.6, 2.4] {
@@ -161,7 +160,7 @@ mod tests {
                     for rate in [-0.5, -1e-5, 0.0, 0.02, 0.9] {
                         let pose = PlanarPose::new(5.0, -7.0, heading);
                         let at = |[v, omega]: [f64; 2]| UnicycleControl { speed_mps: v, rate_radps: omega };
-                        check_linearised(&robot, &pose, [speed, rate], at, noise.covariance(0.4), 0.4);
+                        check_linearised(&robot, &pose, [speed, rate], at, noise.covariance([speed, rate], 0.4), 0.4);
                     }
                 }
             }

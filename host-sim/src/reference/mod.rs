@@ -33,7 +33,7 @@
 //!     },
 //!     motion: Motion {
 //!         vehicle: Vehicle::Unicycle,
-//!         noise: ControlNoise { speed_sigma_mps: 0.1, second_sigma: 0.01, interval_s: 0.0 },
+//!         noise: ControlNoise { speed_sigma_mps: 0.1, second_sigma: 0.01, speed_ratio: 0.0, second_ratio: 0.0, interval_s: 0.0 },
 //!     },
 //!     sensor: RangeBearing { range_sigma_m: 0.25, bearing_sigma_rad: 0.01 },
 //!     field_of_view,

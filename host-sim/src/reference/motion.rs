@@ -14,6 +14,10 @@ pub struct ControlNoise {
     pub speed_sigma_mps: f64,
     /// Standard deviation of the second control: steering angle (rad) or turn rate (rad/s).
     pub second_sigma: f64,
+    /// Standard deviation of the speed as a share of it, in quadrature.
+    pub speed_ratio: f64,
+    /// Standard deviation of the second control as a share of it, in quadrature.
+    pub second_ratio: f64,
     /// How long an odometry error stays the same, τ, s; 0 where every sample errs on its own.
     pub interval_s: f64,
 }
@@ -40,8 +44,9 @@ impl Motion {
     /// the steering angle or turn rate. Pose in m, m, rad; `dt` in s, above 0.
     pub fn sample(&self, pose: [f64; 3], control: &[f64; 2], dt: f64, draws: &mut dyn Draws) -> [f64; 3] {
         let scale = self.noise.scale(dt);
-        let speed = control[0] + self.noise.speed_sigma_mps * scale * draws.normal();
-        let second = control[1] + self.noise.second_sigma * scale * draws.normal();
+        let ControlNoise { speed_sigma_mps, second_sigma, speed_ratio, second_ratio, .. } = self.noise;
+        let speed = control[0] + speed_sigma_mps.hypot(speed_ratio * control[0]) * scale * draws.normal();
+        let second = control[1] + second_sigma.hypot(second_ratio * control[1]) * scale * draws.normal();
         self.step(pose, &[speed, second], dt)
     }
 
@@ -85,7 +90,8 @@ mod tests {
     use super::*;
     use std::f64::consts::{FRAC_PI_2, PI};
 
-    const NO_NOISE: ControlNoise = ControlNoise { speed_sigma_mps: 0.0, second_sigma: 0.0, interval_s: 0.0 };
+    const NO_NOISE: ControlNoise =
+        ControlNoise { speed_sigma_mps: 0.0, second_sigma: 0.0, speed_ratio: 0.0, second_ratio: 0.0, interval_s: 0.0 };
 
     fn motion(vehicle: Vehicle) -> Motion {
         Motion { vehicle, noise: NO_NOISE }
@@ -148,7 +154,13 @@ mod tests {
         for steps in [1u32, 20] {
             let walk = Motion {
                 vehicle: Vehicle::Unicycle,
-                noise: ControlNoise { speed_sigma_mps: 0.5, second_sigma: 0.0, interval_s: 1.0 },
+                noise: ControlNoise {
+                    speed_sigma_mps: 0.5,
+                    second_sigma: 0.0,
+                    speed_ratio: 0.0,
+                    second_ratio: 0.0,
+                    interval_s: 1.0,
+                },
             };
             let mut draws = OwnDraws::new(3);
             let runs = 20_000;

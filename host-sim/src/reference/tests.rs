@@ -34,7 +34,13 @@ fn reference() -> Reference {
         config: CONFIG,
         motion: Motion {
             vehicle: Vehicle::Unicycle,
-            noise: ControlNoise { speed_sigma_mps: 0.3, second_sigma: 0.1, interval_s: 0.0 },
+            noise: ControlNoise {
+                speed_sigma_mps: 0.3,
+                second_sigma: 0.1,
+                speed_ratio: 0.0,
+                second_ratio: 0.0,
+                interval_s: 0.0,
+            },
         },
         sensor: SENSOR,
         field_of_view: FieldOfView { range_max_m: 15.0, ..WIDE_VIEW },
@@ -224,7 +230,8 @@ fn run_alone_finds_the_map_and_corrects_the_odometry() {
         ..CONFIG
     };
     let odometry_bias = [0.1, 0.01];
-    let quiet = ControlNoise { speed_sigma_mps: 0.0, second_sigma: 0.0, interval_s: 0.0 };
+    let quiet =
+        ControlNoise { speed_sigma_mps: 0.0, second_sigma: 0.0, speed_ratio: 0.0, second_ratio: 0.0, interval_s: 0.0 };
     let vehicle = Motion { noise: quiet, ..reference.motion };
     let (mut world, mut draws) = (OwnDraws::new(2), OwnDraws::new(3));
     let mut state = reference.initial([0.0; 3]);

@@ -88,7 +88,9 @@ fn vehicle(log: &Log) -> VehicleSettings {
     let white = log.simulated && nominal.speed_sigma_mps.is_some() && turn.is_some();
     VehicleSettings {
         speed_sigma_mps: nominal.speed_sigma_mps.unwrap_or(unstated.0),
+        speed_sigma_ratio: 0.0,
         turn_sigma: turn.unwrap_or(unstated.1),
+        turn_sigma_ratio: 0.0,
         noise_interval_s: if white { 0.0 } else { REAL_NOISE_INTERVAL_S },
     }
 }

@@ -48,8 +48,12 @@ pub struct FilterSettings {
 pub struct VehicleSettings {
     /// Standard deviation of the speed, m/s.
     pub speed_sigma_mps: f64,
+    /// Standard deviation of the speed as a share of it; adds in quadrature.
+    pub speed_sigma_ratio: f64,
     /// Standard deviation of the second control: steering angle, rad, or turn rate, rad/s.
     pub turn_sigma: f64,
+    /// Standard deviation of the second control as a share of it; adds in quadrature.
+    pub turn_sigma_ratio: f64,
     /// How long an error lasts, s.
     pub noise_interval_s: f64,
 }

@@ -223,7 +223,9 @@ fn with_scalar<T: Real>(
 ) -> Result<Box<dyn Transparent>, Refusal> {
     let noise = ControlNoise {
         speed_sigma_mps: T::from_f64(settings.vehicle.speed_sigma_mps),
+        speed_sigma_ratio: T::from_f64(settings.vehicle.speed_sigma_ratio),
         turn_sigma: T::from_f64(settings.vehicle.turn_sigma),
+        turn_sigma_ratio: T::from_f64(settings.vehicle.turn_sigma_ratio),
         interval_s: T::from_f64(settings.vehicle.noise_interval_s),
     };
     match *vehicle {

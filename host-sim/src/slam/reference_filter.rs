@@ -54,6 +54,8 @@ pub fn reference_of(settings: &Settings, vehicle: &Vehicle) -> Reference {
             noise: reference::ControlNoise {
                 speed_sigma_mps: noise.speed_sigma_mps,
                 second_sigma: noise.turn_sigma,
+                speed_ratio: noise.speed_sigma_ratio,
+                second_ratio: noise.turn_sigma_ratio,
                 interval_s: noise.noise_interval_s,
             },
         },
