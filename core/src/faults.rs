@@ -205,8 +205,18 @@ fn a_measurement_without_range_weighs_but_gives_no_birth() {
     let mut filter = Planar::new(models(2.0), config(), &mut *state).unwrap();
     filter.reset(ORIGIN, 1).unwrap();
     let report = filter.scan(&[Vector2::new(-0.3, 0.0)]).unwrap();
-    assert_eq!((report.not_inverted, report.births), (report.maps_updated, 0));
+    assert_eq!((report.no_birth, report.births), (report.maps_updated, 0));
     assert!(report.ln_evidence.is_finite());
+}
+
+#[test]
+fn a_measurement_beyond_the_view_gives_no_birth() {
+    let mut state = Box::new(Roomy::new());
+    let mut filter = Planar::new(models(2.0), config(), &mut *state).unwrap();
+    filter.reset(ORIGIN, 1).unwrap();
+    let report = filter.scan(&[Vector2::new(20.5, 0.0), Vector2::new(19.5, 0.0)]).unwrap();
+    assert_eq!((report.no_birth, report.births), (report.maps_updated, report.maps_updated));
+    assert_eq!(filter.map(0).count(), 1);
 }
 
 #[test]

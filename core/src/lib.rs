@@ -1,4 +1,38 @@
 //! Single-cluster PHD SLAM in fixed memory.
+//!
+//! Where is the vehicle, and what is around it? This crate answers with the single-cluster PHD filter of C. S. Lee's
+//! thesis (*SLAM using Single Cluster PHD Filters*, Girona 2014): particles for the vehicle (the parent process), and
+//! for every particle a Gaussian mixture for the map (the daughter process). Features are a random finite set: there is
+//! no data association to get wrong, and clutter and missed detections are part of the model.
+//!
+//! It is written for vehicle computers:
+//!
+//! * `no_std`, no heap, no `unsafe`. Everything lives in one [`State`], whose size is known before the build;
+//! * nothing panics: bad input is an error that leaves the state as it was, want of room is handled in a defined order
+//!   and reported in the [`ScanReport`];
+//! * the same inputs give the same bits on every machine ([`ScPhd::digest`]): a vehicle's log replays on a desk.
+//!
+//! # How to use it
+//!
+//! Choose models ([`Motion`], [`Sensor`], [`FieldOfView`], [`Clutter`]; some come with the crate), a tuning ([`Config`])
+//! and capacities ([`State`]); put a [`ScPhd`] over them; then [`predict`](ScPhd::predict) with every odometry sample,
+//! [`scan`](ScPhd::scan) with every scan, and read [`estimate_pose`](ScPhd::estimate_pose) and
+//! [`estimate_map`](ScPhd::estimate_map). [`ScPhd`] has a complete example.
+//!
+//! With one particle and [`KnownPose`] it is a Gaussian-mixture PHD filter for tracking from a known place.
+//!
+//! # Where things are
+//!
+//! One scan, from top to bottom, is `step.rs`: weigh (`weigh.rs`, over the map as one pose sees it, `view.rs`), select
+//! (`select.rs`, `resample.rs`), update (`update.rs`), reduce (`reduce.rs`). `predict.rs` comes before it, `extract.rs`
+//! after it. `map/` holds the copy-on-write pages, `models/` the models. The recursion with all its choices is written
+//! out in `docs/recursion.md`.
+//!
+//! # When memory runs short
+//!
+//! A map's update first tightens its pruning, in factors of four up to half a feature, then leaves out births, then
+//! leaves the map as it was predicted; confirmed features are given up last, and only where the scratch of one update
+//! (`VIEW`) itself is too small. Every step down is counted in the [`ScanReport`] and raises a flag in [`Health`].
 #![no_std]
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]

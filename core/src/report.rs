@@ -20,8 +20,8 @@ pub struct PredictReport {
 pub struct ScanReport<T> {
     /// Measurements in the scan.
     pub measurements: usize,
-    /// Measurements without an inverse, which could not give birth.
-    pub not_inverted: usize,
+    /// Measurements that could not give birth, because they have no inverse or one that is out of view.
+    pub no_birth: usize,
     /// Candidates weighed.
     pub candidates: usize,
     /// Greatest number of components in view of a candidate.

@@ -81,7 +81,7 @@ where
         let pages = memory.pool.capacity();
         Ok(ScanReport {
             measurements: measured.len(),
-            not_inverted: tally.not_inverted,
+            no_birth: tally.no_birth,
             candidates: particles * children,
             in_view,
             ln_evidence,

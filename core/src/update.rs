@@ -28,8 +28,8 @@ pub(crate) struct Tally<T> {
     pub(crate) kept: usize,
     /// Corrected covariances that had to be repaired.
     pub(crate) repaired: usize,
-    /// Measurements without an inverse, in the update of the first map.
-    pub(crate) not_inverted: usize,
+    /// Measurements that could not give birth: without an inverse, or with one out of view.
+    pub(crate) no_birth: usize,
     /// Σ w d² and Σ w over the detections kept: the normalised innovation squared and its weight.
     pub(crate) innovation: (T, T),
 }
@@ -45,7 +45,7 @@ impl<T: Real> Tally<T> {
             lost: 0,
             kept: 0,
             repaired: 0,
-            not_inverted: 0,
+            no_birth: 0,
             innovation: (T::ZERO, T::ZERO),
         }
     }
@@ -271,6 +271,7 @@ where
         tally: &mut Tally<T>,
     ) where
         S: Sensor<T, D, Z, Frame = F>,
+        V: FieldOfView<T, F, D, Z>,
         Dim<Z>: Packed,
     {
         let ln_birth = config.birth_intensity.ln();
@@ -279,8 +280,10 @@ where
             if !(ln_weight >= self.workspace.ln_floor()) {
                 continue;
             }
-            let Some(inverse) = view.sensor.invert(&view.frame, &measurement.z) else {
-                tally.not_inverted += 1;
+            // A feature out of view cannot have caused the measurement; born there, it would never be missed and stay.
+            let inverse = view.sensor.invert(&view.frame, &measurement.z);
+            let Some(inverse) = inverse.filter(|inverse| view.sees(&inverse.feature)) else {
+                tally.no_birth += 1;
                 continue;
             };
             let (covariance, repaired) = view.sensor.noise().congruence(&inverse.jacobian).kept_positive_definite();

@@ -77,6 +77,19 @@ impl<T: Real, S, V, F> View<'_, T, S, V, F> {
         self.field_of_view.bounds(&self.frame)
     }
 
+    /// Whether a feature at this position is in view (p_D > 0).
+    pub(crate) fn sees<const D: usize, const Z: usize>(&self, feature: &SVector<T, D>) -> bool
+    where
+        S: Sensor<T, D, Z, Frame = F>,
+        V: FieldOfView<T, F, D, Z>,
+        Dim<D>: Packed,
+        Dim<Z>: Packed,
+    {
+        self.sensor.expect(&self.frame, feature).is_some_and(|expected| {
+            self.field_of_view.detection_probability(&self.frame, feature, &expected.measurement) > T::ZERO
+        })
+    }
+
     /// What to expect of a component; `None` where it is out of view (p_D = 0).
     #[inline]
     pub(crate) fn expect<const N: usize, const D: usize, const Z: usize>(

@@ -222,7 +222,14 @@ impl Reference {
         let view = pre_update(map, pose, measurements, &self.sensor, &self.field_of_view);
         let ln_eta = update::ln_eta(&view, measurements.len(), self.unexplained());
         let mut posterior = update::persisting(&view, &ln_eta);
-        posterior.extend(update::born(pose, measurements, &ln_eta, &self.sensor, self.config.birth_intensity));
+        posterior.extend(update::born(
+            pose,
+            measurements,
+            &ln_eta,
+            &self.sensor,
+            &self.field_of_view,
+            self.config.birth_intensity,
+        ));
         let mut map = view.out_of_view;
         map.extend(prune_and_merge(&posterior, &self.config));
         map

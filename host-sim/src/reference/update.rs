@@ -1,5 +1,6 @@
 //! `Update` of appendix A: the multi-object likelihood and the posterior mixture of one pose.
 
+use super::field_of_view::FieldOfView;
 use super::gaussian::{Component, Vector};
 use super::log_domain::log_sum_exp;
 use super::pre_update::PreUpdate;
@@ -46,12 +47,13 @@ pub(super) fn persisting(view: &PreUpdate, ln_eta: &[f64]) -> Vec<Component> {
     missed.chain(detected).collect()
 }
 
-/// The components born on the measurements: w_b/η_z at h⁻¹(z, x) with R* (5.9, 5.10, 5.17).
+/// The components born on the measurements: w_b/η_z at h⁻¹(z, x) with R*, where that is in view (5.9, 5.10, 5.17).
 pub(super) fn born(
     pose: [f64; 3],
     measurements: &[Vector],
     ln_eta: &[f64],
     sensor: &RangeBearing,
+    field_of_view: &FieldOfView,
     birth_intensity: f64,
 ) -> Vec<Component> {
     if birth_intensity == 0.0 {
@@ -62,6 +64,9 @@ pub(super) fn born(
         .zip(ln_eta)
         .filter_map(|(&measurement, eta)| {
             let (mean, covariance) = sensor.inverse(measurement, pose)?;
+            if field_of_view.detection_probability(mean, pose) <= 0.0 {
+                return None;
+            }
             Some(Component { ln_weight: birth_intensity.ln() - eta, mean, covariance })
         })
         .collect()
@@ -102,7 +107,7 @@ mod tests {
         let ln_eta = ln_eta(&view, 2, UNEXPLAINED);
         let expected = 2.0 * UNEXPLAINED.ln();
         assert!((ln_likelihood(&view, &ln_eta) - expected).abs() < 1e-14);
-        let births = born(POSE, &measurements, &ln_eta, &SENSOR, 0.03);
+        let births = born(POSE, &measurements, &ln_eta, &SENSOR, &WIDE_VIEW, 0.03);
         assert_eq!(births.len(), 2);
         for (birth, measurement) in births.iter().zip(measurements) {
             assert!((birth.weight() - 0.75).abs() < 1e-14);
@@ -141,7 +146,7 @@ mod tests {
         let ln_eta = ln_eta(&view, 1, 0.0);
         assert_eq!(ln_likelihood(&view, &ln_eta), f64::NEG_INFINITY);
         assert_eq!(persisting(&view, &ln_eta), [weightless]);
-        assert!(born(POSE, &measurements, &ln_eta, &SENSOR, 0.0).is_empty());
+        assert!(born(POSE, &measurements, &ln_eta, &SENSOR, &WIDE_VIEW, 0.0).is_empty());
     }
 
     #[test]
@@ -149,7 +154,7 @@ mod tests {
         let measurements = [[0.0, 0.0]];
         let ln_eta = ln_eta(&view(&[], &measurements), 1, UNEXPLAINED);
         assert!((ln_eta[0] - UNEXPLAINED.ln()).abs() < 1e-15);
-        assert!(born(POSE, &measurements, &ln_eta, &SENSOR, 0.03).is_empty());
+        assert!(born(POSE, &measurements, &ln_eta, &SENSOR, &WIDE_VIEW, 0.03).is_empty());
     }
 
     #[test]
