@@ -29,7 +29,7 @@ pub fn execute(cli: Cli) -> Result<(), Failure> {
     match cli.command {
         None => main_job(cli.job),
         Some(Command::Replay { dirs, run }) => {
-            let logs = dirs.iter().map(|dir| read(dir).map(Source::Fixed));
+            let logs = dirs.iter().map(|dir| read(dir).map(|log| Source::Fixed(Box::new(log))));
             runs(logs.collect::<Result<_, _>>()?, run)
         }
         Some(Command::Run { scenario: Some(name), run, scenario_seed, list: false }) => {

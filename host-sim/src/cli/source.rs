@@ -12,7 +12,7 @@ use std::path::Path;
 /// Where the log of a run with a certain seed comes from.
 pub enum Source {
     /// One log for all seeds.
-    Fixed(Log),
+    Fixed(Box<Log>),
     /// A scenario that is made anew with every seed; this is its name.
     Seeded(String),
 }
@@ -21,7 +21,7 @@ impl Source {
     /// A scenario, with a seed of its own or with that of the run.
     pub fn scenario(name: String, seed: Option<u64>) -> Result<Self, Failure> {
         Ok(match seed {
-            Some(seed) => Self::Fixed(scenario(&name, seed)?),
+            Some(seed) => Self::Fixed(Box::new(scenario(&name, seed)?)),
             None => Self::Seeded(name),
         })
     }

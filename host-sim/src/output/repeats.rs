@@ -8,9 +8,9 @@ use comfy_table::Row;
 const FIGURES: [(&str, usize); 8] = [
     ("dead reckoning\nRMSE (m)", 3),
     ("position RMSE\nmean (m)", 3),
-    ("\nstd dev (m)", 3),
-    ("\nleast (m)", 3),
-    ("\ngreatest (m)", 3),
+    ("RMSE\nstd dev (m)", 3),
+    ("RMSE\nleast (m)", 3),
+    ("RMSE\ngreatest (m)", 3),
     ("heading\nRMSE (deg)", 3),
     ("GOSPA\n(m)", 3),
     ("scan\n(µs)", 1),
