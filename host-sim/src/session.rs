@@ -21,7 +21,7 @@ pub const OSPA: Cutoff = Cutoff::new(1.0, 10.0);
 /// benchmark.
 pub const GOSPA: Cutoff = Cutoff::new(2.0, 20.0);
 
-/// Stack of the thread a session runs in, bytes. The state of the fixed-capacity filter is tens of MB and lives on
+/// Stack of the thread a filter runs in, bytes. The state of the fixed-capacity filter is tens of MB and lives on
 /// the heap, but an unoptimised build makes it on the stack before it moves there, more than once. A stack takes
 /// memory only as it is touched.
 const STACK_BYTES: usize = 512 << 20;
@@ -127,10 +127,17 @@ pub fn run(
         let summary = summary(log, settings, filter, seed, &run, &mut *slam);
         Ok(Session { record: run.record, summary, health: run.health })
     };
+    with_roomy_stack(session).map_err(SessionError::Thread)?
+}
+
+/// Does `work` in a thread of its own, with a stack that has room for any filter state.
+///
+/// # Errors
+/// The system has no thread for it.
+pub fn with_roomy_stack<T: Send>(work: impl FnOnce() -> T + Send) -> io::Result<T> {
     thread::scope(|scope| {
-        let thread = thread::Builder::new().stack_size(STACK_BYTES);
-        let handle = thread.spawn_scoped(scope, session).map_err(SessionError::Thread)?;
-        handle.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+        let handle = thread::Builder::new().stack_size(STACK_BYTES).spawn_scoped(scope, work)?;
+        Ok(handle.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
     })
 }
 

@@ -165,7 +165,7 @@ fn bad_settings_are_refused_by_file_field_and_range() {
 fn bad_arguments_are_refused() {
     let place = Workplace::new();
     fs::write(place.path("file"), "").unwrap();
-    let cases: [(&[&str], &[&str]); 17] = [
+    let cases: [(&[&str], &[&str]); 26] = [
         (&["replay", "nowhere"], &["nowhere", "missing"]),
         (&["replay"], &["<DIR>"]),
         (&["replay", "log", "--particles", "0"], &["--particles 0", "1 to 65536"]),
@@ -182,6 +182,15 @@ fn bad_arguments_are_refused() {
         (&["replay", "log", "--out", "file/out"], &["--out", "file is not a folder"]),
         (&["run", "atlantis"], &["atlantis", "survey"]),
         (&["export", "survey", "log"], &["log is not empty"]),
+        (&["replay", "log", "--repeat", "0"], &["--repeat", "0"]),
+        (&["replay", "log", "--jobs", "0"], &["--jobs", "0"]),
+        (&["replay", "log", "--repeat", "2", "--out", "results/out"], &["--out", "single run"]),
+        (&["replay", "log", "log", "--out", "results/out"], &["--out", "single run"]),
+        (&["replay", "log", "nowhere"], &["nowhere", "missing"]),
+        (&["replay", "log", "--repeat", "2", "--seed", "18446744073709551615"], &["--seed", "--repeat 2"]),
+        (&["compare", "atlantis"], &["atlantis", "survey"]),
+        (&["compare", "log", "--precision", "f16"], &["--precision", "f16"]),
+        (&["compare", "log", "--particles", "5000"], &["5000 particles", "1024"]),
         (&["--particels", "3"], &["--particels", "--particles"]),
     ];
     for (args, parts) in cases {
@@ -267,6 +276,73 @@ fn the_job_without_a_command_compares_filter_and_reference() {
 }
 
 #[test]
+fn filter_and_reference_agree_in_lockstep() {
+    let place = Workplace::new();
+    let sizes = ["compare", "log", "--particles", "4", "--samples", "3", "--seed", "5"];
+    let printed = place.succeeds(&[&sizes[..], &["--json", "results/c.json", "--out", "results/out"]].concat());
+    for part in ["f32", "f64", "4 × 3", "predicted position (m)", "scans short of room"] {
+        assert!(printed.contains(part), "{printed}");
+    }
+    assert_eq!(names(&place.path("results/out")), ["compare-f32.csv", "compare-f64.csv"]);
+    let rows = fs::read_to_string(place.path("results/out/compare-f64.csv")).unwrap();
+    assert!(rows.starts_with("t_s,scans,predicted_position_m,"), "{rows}");
+    assert_eq!(rows.lines().count(), 42);
+
+    let list: Value = serde_json::from_slice(&fs::read(place.path("results/c.json")).unwrap()).unwrap();
+    let list = list.as_array().unwrap();
+    assert_eq!(list.len(), 2);
+    for (object, precision) in list.iter().zip(["f32", "f64"]) {
+        assert_eq!((&object["log"], &object["precision"]), (&"survey".into(), &precision.into()));
+        assert_eq!((&object["particles"], &object["samples"]), (&4.into(), &3.into()));
+        assert_eq!((&object["seed"], &object["scans"]), (&5.into(), &41.into()));
+        assert!(object["components"].as_u64().unwrap() > 0);
+    }
+    for field in ["ln_likelihood", "particle_weight", "component_weight", "mean", "covariance", "mass"] {
+        let difference = list[1][field].as_f64().unwrap();
+        assert!(difference < 1e-9, "{field}: {difference}");
+    }
+    place.succeeds(&["compare", "log", "--precision", "f64", "--particles", "2", "--json", "results/one.json"]);
+    let list: Value = serde_json::from_slice(&fs::read(place.path("results/one.json")).unwrap()).unwrap();
+    assert_eq!(list.as_array().unwrap().len(), 1);
+    assert_eq!(list[0]["precision"], "f64");
+}
+
+#[test]
+fn repeated_runs_are_single_runs_with_consecutive_seeds() {
+    let place = Workplace::new();
+    let list = |args: &[&str]| -> Vec<Value> {
+        place.succeeds(&[args, &["--particles", "4", "--json", "results/list.json"]].concat());
+        let list: Value = serde_json::from_slice(&fs::read(place.path("results/list.json")).unwrap()).unwrap();
+        list.as_array().unwrap().iter().cloned().map(timeless).collect()
+    };
+    let three = list(&["replay", "log", "--seed", "7", "--repeat", "3"]);
+    let singly = ["7", "8", "9"].map(|seed| timeless(place.replay(&["--seed", seed])));
+    assert_eq!(three, singly);
+    assert_eq!(list(&["replay", "log", "--seed", "7", "--repeat", "3", "--jobs", "2"]), three);
+
+    let logs = list(&["replay", "log", "log", "--seed", "7", "--repeat", "2", "--jobs", "3"]);
+    assert_eq!(logs, [&three[..2], &three[..2]].concat());
+    let printed = place.succeeds(&["replay", "log", "log", "--particles", "4"]);
+    assert_eq!(printed.lines().filter(|line| line.trim_start().starts_with("survey")).count(), 2, "{printed}");
+    assert!(printed.contains("mean over logs"), "{printed}");
+}
+
+#[test]
+fn a_repeated_scenario_takes_its_noise_from_the_seed_of_the_run() {
+    let place = Workplace::new();
+    let dead_reckoning = |more: &[&str]| -> Vec<Value> {
+        let args = ["run", "survey", "--particles", "2", "--repeat", "2", "--json", "results/list.json"];
+        place.succeeds(&[&args[..], more].concat());
+        let list: Value = serde_json::from_slice(&fs::read(place.path("results/list.json")).unwrap()).unwrap();
+        list.as_array().unwrap().iter().map(|run| run["dead_reckoning_rmse_m"].clone()).collect()
+    };
+    let own = dead_reckoning(&[]);
+    assert_ne!(own[0], own[1]);
+    let shared = dead_reckoning(&["--scenario-seed", "1"]);
+    assert_eq!(shared, [own[0].clone(), own[0].clone()]);
+}
+
+#[test]
 fn printed_settings_are_a_settings_file() {
     let place = Workplace::new();
     let printed = place.succeeds(&["settings", "log", "--particles", "9"]);
@@ -283,7 +359,7 @@ fn help_version_and_lists() {
     // Where its lines break depends on the terminal.
     let help = place.succeeds(&["--help"]).split_whitespace().collect::<Vec<_>>().join(" ");
     assert!(help.contains("OSPA (order 1, cut-off 10 m)"), "{help}");
-    for command in ["replay", "run", "export", "settings"] {
+    for command in ["replay", "run", "compare", "export", "settings"] {
         assert!(place.succeeds(&[command, "--help"]).contains("Usage: scphd-sim"), "{command}");
     }
     let list = place.succeeds(&["scenarios"]);

@@ -1,6 +1,6 @@
 //! The arguments and their help.
 
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::{Args, Parser, Subcommand, ValueEnum, value_parser};
 use scphd_sim::session::Filter;
 use scphd_sim::slam::Precision;
 use std::path::PathBuf;
@@ -35,13 +35,14 @@ pub struct Cli {
 
 #[derive(Debug, Subcommand)]
 pub enum Command {
-    /// Runs a filter over a recorded log.
+    /// Runs a filter over recorded logs.
     ///
     /// DIR is a folder with log.toml, odometry.csv, scans.csv, detections.csv and, optionally, truth.csv,
     /// landmarks.csv and moving.csv; `scphd-sim export` makes one to look at.
     Replay {
-        /// Folder of the log.
-        dir: PathBuf,
+        /// Folder of a log; several are run one after the other.
+        #[arg(required = true, value_name = "DIR")]
+        dirs: Vec<PathBuf>,
         #[command(flatten)]
         run: RunArgs,
     },
@@ -58,6 +59,11 @@ pub enum Command {
         #[command(flatten)]
         scenario_seed: ScenarioSeed,
     },
+    /// Runs the filter in lockstep with the reference and prints how far they differ.
+    ///
+    /// Every step of the reference starts from the filter's own state and random numbers, so that what differs
+    /// afterwards is what that one step computed differently. The exit code is 0 however large the differences are.
+    Compare(CompareArgs),
     /// Lists the built-in scenarios.
     Scenarios,
     /// Writes a built-in scenario as a log folder.
@@ -107,10 +113,38 @@ pub struct RunArgs {
     /// Number type of the filter [default: f32 for core, f64 for reference, which knows no other].
     #[arg(long, value_enum)]
     pub precision: Option<PrecisionName>,
-    /// Writes the figures to FILE as one flat JSON object.
+    /// Runs as many seeds, each one more than that before, and prints a row of statistics for each log.
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = value_parser!(u32).range(1..))]
+    pub repeat: u32,
+    /// Runs up to N at the same time; the figures do not depend on it, except for the times.
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = value_parser!(u16).range(1..))]
+    pub jobs: u16,
+    /// Writes the figures to FILE as one flat JSON object, those of several runs as a list of them.
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
-    /// Writes scans.csv, map.csv, and trajectory and error plots (SVG and PNG) to DIR.
+    /// Writes scans.csv, map.csv, and trajectory and error plots (SVG and PNG) to DIR; for a single run only.
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub struct CompareArgs {
+    /// Folder of a log, or, where there is no such folder, name of a scenario.
+    #[arg(value_name = "DIR|SCENARIO", default_value = "survey")]
+    pub source: PathBuf,
+    /// Number type of the filter; the reference always has f64.
+    #[arg(long, value_enum, default_value_t = ComparedPrecision::Both)]
+    pub precision: ComparedPrecision,
+    #[command(flatten)]
+    pub tuning: Tuning,
+    #[command(flatten)]
+    pub seed: Seed,
+    #[command(flatten)]
+    pub scenario_seed: ScenarioSeed,
+    /// Writes the differences to FILE as a JSON list of flat objects, one a precision.
+    #[arg(long, value_name = "FILE")]
+    pub json: Option<PathBuf>,
+    /// Writes the differences scan by scan to compare-f32.csv and compare-f64.csv in DIR.
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
 }
@@ -159,6 +193,27 @@ pub enum PrecisionName {
     F32,
     /// Double precision.
     F64,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum ComparedPrecision {
+    /// Single precision.
+    F32,
+    /// Double precision.
+    F64,
+    /// One after the other.
+    Both,
+}
+
+impl ComparedPrecision {
+    /// The precisions to compare, in the order of the columns.
+    pub fn each(self) -> &'static [Precision] {
+        match self {
+            Self::F32 => &[Precision::F32],
+            Self::F64 => &[Precision::F64],
+            Self::Both => &[Precision::F32, Precision::F64],
+        }
+    }
 }
 
 impl RunArgs {

@@ -1,9 +1,12 @@
 //! What the commands do.
 
-use super::args::{Cli, Command, MainJob, RunArgs, Tuning};
+use super::args::{Cli, Command, MainJob, RunArgs};
+use super::compare;
 use super::failure::{Failure, notice, print};
 use super::outputs::{Outputs, label};
 use super::progress::Progress;
+use super::repeat;
+use super::source::{Source, read, scenario, tuned};
 use scphd_sim::log::Log;
 use scphd_sim::log_folder;
 use scphd_sim::output::table;
@@ -25,11 +28,14 @@ const MAIN_PARTICLES: usize = 32;
 pub fn execute(cli: Cli) -> Result<(), Failure> {
     match cli.command {
         None => main_job(cli.job),
-        Some(Command::Replay { dir, run }) => single(&read(&dir)?, run),
-        Some(Command::Run { scenario: Some(name), run, scenario_seed, list: false }) => {
-            let seed = scenario_seed.scenario_seed.unwrap_or(run.seed.seed);
-            single(&scenario(&name, seed)?, run)
+        Some(Command::Replay { dirs, run }) => {
+            let logs = dirs.iter().map(|dir| read(dir).map(|log| Source::Fixed(Box::new(log))));
+            runs(logs.collect::<Result<_, _>>()?, run)
         }
+        Some(Command::Run { scenario: Some(name), run, scenario_seed, list: false }) => {
+            runs(vec![Source::scenario(name, scenario_seed.scenario_seed)?], run)
+        }
+        Some(Command::Compare(args)) => compare::compare(args),
         Some(Command::Run { .. } | Command::Scenarios) => list_scenarios(),
         Some(Command::Export { scenario: name, dir, seed }) => export(&scenario(&name, seed)?, &dir),
         Some(Command::Settings { source, tuning }) => {
@@ -44,37 +50,18 @@ pub fn execute(cli: Cli) -> Result<(), Failure> {
     }
 }
 
-fn read(dir: &Path) -> Result<Log, Failure> {
-    log_folder::read(dir).map_err(|error| Failure::of_log(dir, &error))
-}
-
-fn scenario(name: &str, seed: u64) -> Result<Log, Failure> {
-    by_name(name, seed).ok_or_else(|| {
-        let known: Vec<&str> = SCENARIOS.iter().map(|(name, _)| *name).collect();
-        Failure::input(format_args!("no scenario '{name}', there are: {}", known.join(", ")))
-    })
-}
-
 fn list_scenarios() -> Result<(), Failure> {
     let width = SCENARIOS.iter().map(|(name, _)| name.len()).max().unwrap_or(0);
     let lines: Vec<String> = SCENARIOS.iter().map(|(name, about)| format!("{name:width$}  {about}")).collect();
     print(&lines.join("\n"))
 }
 
-/// `defaults`, then the settings file, then the command line.
-fn tuned(defaults: Settings, tuning: &Tuning) -> Result<Settings, Failure> {
-    let mut settings = match &tuning.settings {
-        Some(path) => defaults.with_file(path)?,
-        None => defaults,
-    };
-    settings.filter.particles = tuning.particles.unwrap_or(settings.filter.particles);
-    settings.filter.samples = tuning.samples.unwrap_or(settings.filter.samples);
-    // The defaults and the file are within the limits, so whatever is not comes from an argument of the same name.
-    settings.check().map_err(|error| {
-        let name = error.field.rsplit('.').next().unwrap_or(error.field);
-        Failure::input(format_args!("--{name} {}: must be {}", error.found, error.range))
-    })?;
-    Ok(settings)
+/// One filter over one log or several, with one seed or several.
+fn runs(sources: Vec<Source>, args: RunArgs) -> Result<(), Failure> {
+    match &sources[..] {
+        [source] if args.repeat == 1 => single(&*source.log(args.seed.seed)?, args),
+        _ => repeat::repeat(&sources, args),
+    }
 }
 
 /// One filter over one log.
@@ -111,7 +98,7 @@ fn main_job(job: MainJob) -> Result<(), Failure> {
 
 fn run(log: &Log, settings: &Settings, filter: Filter, seed: u64) -> Result<Session, Failure> {
     let name = format!("{} {}", filter.name(), filter.precision());
-    let mut progress = Progress::new(name, log.scans.len());
+    let progress = Progress::new(name, log.scans.len());
     Ok(session::run(log, settings, filter, seed, &mut |scans| progress.at(scans))?)
 }
 

@@ -2,9 +2,12 @@
 
 mod args;
 mod commands;
+mod compare;
 mod failure;
 mod outputs;
 mod progress;
+mod repeat;
+mod source;
 
 use args::Cli;
 use clap::Parser;

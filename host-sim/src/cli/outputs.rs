@@ -82,6 +82,7 @@ pub fn label(session: &Session) -> String {
     format!("{} {}", session.summary.filter, session.summary.precision)
 }
 
-fn make(dir: &Path) -> Result<(), Failure> {
+/// Makes the folder where it is missing.
+pub fn make(dir: &Path) -> Result<(), Failure> {
     fs::create_dir_all(dir).map_err(|error| Failure::Internal(format!("cannot make {}: {error}", dir.display())))
 }

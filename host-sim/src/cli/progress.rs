@@ -7,14 +7,14 @@ use std::time::{Duration, Instant};
 /// Runs shorter than this show no bar.
 const PATIENCE: Duration = Duration::from_secs(1);
 
-/// The bar of one run, on stderr if that is a terminal; gone when it is dropped.
+/// The bar of a run or of several, on stderr if that is a terminal; gone when it is dropped.
 pub struct Progress {
     bar: ProgressBar,
     start: Instant,
 }
 
 impl Progress {
-    /// A bar, not shown yet, for a run over `scans` scans.
+    /// A bar, not shown yet, for `scans` scans in all.
     pub fn new(label: String, scans: usize) -> Self {
         let bar = ProgressBar::with_draw_target(Some(scans as u64), ProgressDrawTarget::hidden());
         let template = "{msg} {wide_bar} {pos}/{len} scans, {eta} left";
@@ -26,7 +26,7 @@ impl Progress {
     }
 
     /// So many scans are done.
-    pub fn at(&mut self, scans: usize) {
+    pub fn at(&self, scans: usize) {
         if self.bar.is_hidden() && self.start.elapsed() > PATIENCE && io::stderr().is_terminal() {
             self.bar.set_draw_target(ProgressDrawTarget::stderr());
         }

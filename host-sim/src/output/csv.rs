@@ -125,7 +125,11 @@ pub fn write_record(dir: &Path, record: &Record) -> Result<[PathBuf; 2], OutputE
 }
 
 /// Writes a header and rows to `path`, all or nothing.
-fn write_rows<R: Serialize>(path: &Path, header: &[&str], rows: impl Iterator<Item = R>) -> Result<(), OutputError> {
+pub(super) fn write_rows<R: Serialize>(
+    path: &Path,
+    header: &[&str],
+    rows: impl Iterator<Item = R>,
+) -> Result<(), OutputError> {
     let csv_error = |source| OutputError::Csv { path: path.into(), source };
     let io_error = |source| OutputError::Io { path: path.into(), source };
     // The header is written by name, not by serde, which would write none where there is no row.

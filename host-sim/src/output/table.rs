@@ -58,12 +58,16 @@ pub fn render(summaries: &[Summary]) -> String {
 
 /// One table of a few runs.
 fn block(summaries: &[Summary]) -> String {
+    let rows = FIGURES.into_iter().map(|(name, show)| row(name, summaries, show));
+    ruled(row("log", summaries, |s| s.log.clone()), rows)
+}
+
+/// A header and rows as text: names on the left, everything else flush right.
+pub(super) fn ruled(header: Row, rows: impl Iterator<Item = Row>) -> String {
     let mut table = Table::new();
     table.load_style(STYLE);
-    table.set_header(row("log", summaries, |s| s.log.clone()));
-    for (name, show) in FIGURES {
-        table.add_row(row(name, summaries, show));
-    }
+    table.set_header(header);
+    table.add_rows(rows);
     for column in table.column_iter_mut().skip(1) {
         column.set_cell_alignment(CellAlignment::Right);
     }
@@ -78,7 +82,7 @@ fn row(name: &str, summaries: &[Summary], show: impl Fn(&Summary) -> String) -> 
 }
 
 /// A number with fixed decimals and grouped thousands, in powers of ten where it would be long or all zeros.
-fn decimals(value: Option<f64>, digits: usize) -> String {
+pub(super) fn decimals(value: Option<f64>, digits: usize) -> String {
     let Some(value) = value.filter(|v| v.is_finite()) else {
         return UNKNOWN.into();
     };
@@ -94,7 +98,7 @@ fn decimals(value: Option<f64>, digits: usize) -> String {
 }
 
 /// A count with its thousands grouped.
-fn grouped(value: u64) -> String {
+pub(super) fn grouped(value: u64) -> String {
     group_digits(&value.to_string())
 }
 

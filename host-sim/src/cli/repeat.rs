@@ -1,0 +1,107 @@
+//! Many runs of one filter: several logs, several seeds.
+
+use super::args::RunArgs;
+use super::failure::{Failure, print};
+use super::outputs::Outputs;
+use super::progress::Progress;
+use super::source::{Source, tuned};
+use scphd_sim::output::json::{self, Summary};
+use scphd_sim::output::repeats;
+use scphd_sim::session;
+use scphd_sim::settings::Settings;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::mpsc;
+use std::thread;
+
+/// Runs every log with every seed, and prints a row for each log.
+pub fn repeat(sources: &[Source], args: RunArgs) -> Result<(), Failure> {
+    let filter = args.filter().map_err(Failure::input)?;
+    if args.out.is_some() {
+        return Err(Failure::input("--out: for a single run only, not with several logs or --repeat"));
+    }
+    let first = args.seed.seed;
+    let last = first
+        .checked_add(u64::from(args.repeat) - 1)
+        .ok_or_else(|| Failure::input(format_args!("--seed {first}: too large for --repeat {}", args.repeat)))?;
+    let outputs = Outputs { json: args.json, out: None };
+    outputs.check()?;
+    // Settings that are bad for a log show before any other is run.
+    let mut scans = 0;
+    for source in sources {
+        let log = source.log(first)?;
+        tuned(Settings::for_log(&log), &args.tuning)?;
+        scans += log.scans.len() * args.repeat as usize;
+    }
+
+    let progress = Progress::new(format!("{} {}", filter.name(), filter.precision()), scans);
+    let done = AtomicUsize::new(0);
+    let runs: Vec<(&Source, u64)> =
+        sources.iter().flat_map(|source| (first..=last).map(move |seed| (source, seed))).collect();
+    let summaries = in_parallel(&runs, args.jobs.into(), |&(source, seed)| {
+        let log = source.log(seed)?;
+        let settings = tuned(Settings::for_log(&log), &args.tuning)?;
+        let mut advance = |_| progress.at(done.fetch_add(1, Ordering::Relaxed) + 1);
+        Ok(session::run(&log, &settings, filter, seed, &mut advance)?.summary)
+    })?;
+    drop(progress);
+
+    if let Some(path) = &outputs.json {
+        json::write_summaries(path, &summaries)?;
+    }
+    let logs: Vec<&[Summary]> = summaries.chunks(args.repeat as usize).collect();
+    print(&repeats::render(&logs))
+}
+
+/// What `work` makes of every item, in their order, by `jobs` threads; of several failures that of the first item.
+fn in_parallel<I: Sync, T: Send>(
+    items: &[I],
+    jobs: usize,
+    work: impl Fn(&I) -> Result<T, Failure> + Sync,
+) -> Result<Vec<T>, Failure> {
+    let next = AtomicUsize::new(0);
+    let failed = AtomicBool::new(false);
+    let (sender, receiver) = mpsc::channel();
+    // Items are begun in order and finished once begun, so that every item before a failed one has its result.
+    let worker = || {
+        let sender = sender.clone();
+        while !failed.load(Ordering::Relaxed) {
+            let index = next.fetch_add(1, Ordering::Relaxed);
+            let Some(item) = items.get(index) else { break };
+            let result = work(item);
+            failed.fetch_or(result.is_err(), Ordering::Relaxed);
+            // The receiver outlives the threads.
+            let _ = sender.send((index, result));
+        }
+    };
+    thread::scope(|scope| -> Result<(), Failure> {
+        for _ in 1..jobs.min(items.len()) {
+            thread::Builder::new()
+                .spawn_scoped(scope, worker)
+                .map_err(|error| Failure::Internal(format!("cannot start a thread: {error}")))?;
+        }
+        worker();
+        Ok(())
+    })?;
+    drop(sender);
+    let mut results: Vec<_> = receiver.into_iter().collect();
+    results.sort_by_key(|&(index, _)| index);
+    results.into_iter().map(|(_, result)| result).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn results_are_in_order_whatever_the_threads() {
+        let items: Vec<usize> = (0..50).collect();
+        for jobs in [1, 2, 7, 100] {
+            assert_eq!(in_parallel(&items, jobs, |&item| Ok(2 * item)).unwrap()[49], 98);
+            let failure = in_parallel(&items, jobs, |&item| match item {
+                20.. => Err(Failure::input(item)),
+                _ => Ok(item),
+            });
+            assert!(matches!(failure, Err(Failure::Input(text)) if text == "20"));
+        }
+    }
+}

@@ -1,0 +1,65 @@
+//! What a run starts from: a log and its settings.
+
+use super::args::Tuning;
+use super::failure::Failure;
+use scphd_sim::log::Log;
+use scphd_sim::log_folder;
+use scphd_sim::scenario::{SCENARIOS, by_name};
+use scphd_sim::settings::Settings;
+use std::borrow::Cow;
+use std::path::Path;
+
+/// Where the log of a run with a certain seed comes from.
+pub enum Source {
+    /// One log for all seeds.
+    Fixed(Box<Log>),
+    /// A scenario that is made anew with every seed; this is its name.
+    Seeded(String),
+}
+
+impl Source {
+    /// A scenario, with a seed of its own or with that of the run.
+    pub fn scenario(name: String, seed: Option<u64>) -> Result<Self, Failure> {
+        Ok(match seed {
+            Some(seed) => Self::Fixed(Box::new(scenario(&name, seed)?)),
+            None => Self::Seeded(name),
+        })
+    }
+
+    /// The log for a run with `seed`.
+    pub fn log(&self, seed: u64) -> Result<Cow<'_, Log>, Failure> {
+        match self {
+            Self::Fixed(log) => Ok(Cow::Borrowed(log)),
+            Self::Seeded(name) => scenario(name, seed).map(Cow::Owned),
+        }
+    }
+}
+
+/// The log of a folder.
+pub fn read(dir: &Path) -> Result<Log, Failure> {
+    log_folder::read(dir).map_err(|error| Failure::of_log(dir, &error))
+}
+
+/// The log of a scenario with that seed.
+pub fn scenario(name: &str, seed: u64) -> Result<Log, Failure> {
+    by_name(name, seed).ok_or_else(|| {
+        let known: Vec<&str> = SCENARIOS.iter().map(|(name, _)| *name).collect();
+        Failure::input(format_args!("no scenario '{name}', there are: {}", known.join(", ")))
+    })
+}
+
+/// `defaults`, then the settings file, then the command line.
+pub fn tuned(defaults: Settings, tuning: &Tuning) -> Result<Settings, Failure> {
+    let mut settings = match &tuning.settings {
+        Some(path) => defaults.with_file(path)?,
+        None => defaults,
+    };
+    settings.filter.particles = tuning.particles.unwrap_or(settings.filter.particles);
+    settings.filter.samples = tuning.samples.unwrap_or(settings.filter.samples);
+    // The defaults and the file are within the limits, so whatever is not comes from an argument of the same name.
+    settings.check().map_err(|error| {
+        let name = error.field.rsplit('.').next().unwrap_or(error.field);
+        Failure::input(format_args!("--{name} {}: must be {}", error.found, error.range))
+    })?;
+    Ok(settings)
+}
