@@ -39,6 +39,7 @@ pub const STEPS: &[Step] = &[
     Step { name: "lint", what: "clippy on every package, warnings are errors", run: lint },
     Step { name: "doc", what: "documentation builds without a warning", run: doc },
     Step { name: "unit", what: "every test of the workspace, documentation examples included", run: unit },
+    Step { name: "digest", what: "the filter's state is bit for bit the same in every build profile", run: digest },
     Step { name: "target", what: "the core builds for a Cortex-M without std and without alloc", run: target::step },
     Step { name: "msrv", what: "the workspace builds with the oldest supported Rust, if that is installed", run: msrv },
 ];
@@ -93,6 +94,23 @@ fn doc() -> Outcome {
 
 fn unit() -> Outcome {
     process::run(process::cargo().args(["test", "--workspace", "--no-fail-fast"])).into()
+}
+
+/// The step `unit` has checked the digests at the optimisation of its own profile. A filter that is tuned in one
+/// profile and flown in another must compute the same in both, so they are checked without optimisation and in a
+/// release build too, where a fused operation, another order of a sum or another crate's `libm` would show.
+fn digest() -> Outcome {
+    let mut failures = Vec::new();
+    for profile in [&["--profile", "dev"][..], &["--release"]] {
+        let mut cargo = process::cargo();
+        cargo.args(["test", "-p", "scphd-tests", "--test", "digest"]).args(profile);
+        // A run that rewrites what it should compare with checks nothing.
+        cargo.env_remove("SCPHD_BLESS");
+        if let Err(reason) = process::run(&mut cargo) {
+            failures.push(format!("{}: {reason}", profile.join(" ")));
+        }
+    }
+    if failures.is_empty() { Outcome::Passed(String::new()) } else { Outcome::Failed(failures.join("; ")) }
 }
 
 /// Checks with the oldest supported toolchain, but only if rustup has it: fetching one is not a test's business.

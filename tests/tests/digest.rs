@@ -1,0 +1,102 @@
+//! Reproducibility: a seed determines every bit of the filter's state, in every build profile and on every machine.
+
+use scphd_sim::scenario;
+use scphd_sim::session::{self, Filter};
+use scphd_sim::settings::{FilterSettings, SensorSettings, Settings, VehicleSettings};
+use scphd_sim::slam::Precision;
+use std::f64::consts::PI;
+use std::fmt::Write;
+
+/// The committed digests, one line a case: scenario precision particles samples seed scans digest.
+const EXPECTED: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/expected/digests.txt");
+
+/// Set to 1 to rewrite the committed digests.
+const BLESS: &str = "SCPHD_BLESS";
+
+const SCENARIO: &str = "survey";
+const PARTICLES: usize = 32;
+const SAMPLES: usize = 2;
+/// Few enough for an unoptimised build, enough for births, merging, pruning and resampling.
+const SCANS: usize = 60;
+
+/// Field by field, so that another default elsewhere does not change a digest.
+fn settings() -> Settings {
+    Settings {
+        filter: FilterSettings {
+            particles: PARTICLES,
+            samples: SAMPLES,
+            birth_intensity: 0.01,
+            resample_threshold: 0.5,
+            prune_weight: 1e-4,
+            merge_distance: 4.0,
+            max_components: 1000,
+        },
+        vehicle: VehicleSettings {
+            speed_sigma_mps: 1.0,
+            speed_sigma_ratio: 0.0,
+            turn_sigma: 0.035,
+            turn_sigma_ratio: 0.0,
+            noise_interval_s: 0.0,
+        },
+        sensor: SensorSettings {
+            range_sigma_m: 0.25,
+            bearing_sigma_rad: 0.00875,
+            range_min_m: 0.0,
+            range_max_m: 15.0,
+            range_edge_m: 0.625,
+            bearing_min_rad: -PI,
+            bearing_max_rad: PI,
+            bearing_edge_rad: 0.0,
+            detection_near: 0.95,
+            detection_far: 0.95,
+            clutter_per_scan: 20.0,
+        },
+    }
+}
+
+/// The state after the last scan of the scenario of `scenario_seed`, by a filter of `seed`.
+fn digest(precision: Precision, scenario_seed: u64, seed: u64) -> u64 {
+    let mut log = scenario::by_name(SCENARIO, scenario_seed).expect("a built-in scenario");
+    log.scans.truncate(SCANS);
+    let session = session::run(&log, &settings(), Filter::Core(precision), seed, &mut |_| ()).expect("a whole run");
+    assert_eq!(session.record.scans.len(), SCANS);
+    session.summary.digest.expect("the filter has a digest")
+}
+
+#[test]
+fn the_seed_determines_the_state() {
+    let first = digest(Precision::F32, 1, 1);
+    assert_eq!(digest(Precision::F32, 1, 1), first, "the same seed gave another state");
+    assert_ne!(digest(Precision::F32, 1, 2), first, "another seed of the filter gave the same state");
+    assert_ne!(digest(Precision::F32, 2, 1), first, "another seed of the scenario gave the same state");
+}
+
+#[test]
+fn digests_are_the_committed_ones() {
+    let seed = 1;
+    let mut found = String::new();
+    for (name, precision) in [("f32", Precision::F32), ("f64", Precision::F64)] {
+        let digest = digest(precision, seed, seed);
+        writeln!(found, "{SCENARIO} {name} {PARTICLES} {SAMPLES} {seed} {SCANS} {digest:016x}").expect("memory");
+    }
+    if std::env::var_os(BLESS).is_some_and(|value| value == "1") {
+        std::fs::write(EXPECTED, &found).expect("a writable file");
+        return;
+    }
+    let committed = std::fs::read_to_string(EXPECTED).unwrap_or_default();
+    // Some systems check text files out with other line ends.
+    let committed: Vec<&str> = committed.lines().collect();
+    let mut changes = String::new();
+    for line in found.lines().filter(|line| !committed.contains(line)) {
+        writeln!(changes, "  now       {line}").expect("memory");
+    }
+    for line in committed.iter().filter(|line| !found.lines().any(|found| found == **line)) {
+        writeln!(changes, "  committed {line}").expect("memory");
+    }
+    assert!(
+        changes.is_empty(),
+        "digests changed (scenario precision particles samples seed scans digest):\n{changes}\
+         If other numbers are what you wanted, run `{BLESS}=1 cargo test -p scphd-tests --test digest` and commit \
+         {EXPECTED}; if they differ between build profiles or machines, something depends on how it is compiled."
+    );
+}

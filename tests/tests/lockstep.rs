@@ -1,0 +1,92 @@
+//! The filter against the reference, step by step: with equal numbers they must compute the same.
+
+use scphd_sim::compare::{Comparison, Differences, compare};
+use scphd_sim::log::{Log, Vehicle};
+use scphd_sim::settings::Settings;
+use scphd_sim::slam::Precision;
+use scphd_sim::{log_folder, scenario};
+use scphd_tests::{data_folder, with_roomy_stack};
+
+/// What double precision may lose in one step, relative or in m and rad. Rounding alone is some 1e-13; a formula
+/// that differs at all is far above.
+const F64_BOUND: f64 = 1e-9;
+
+/// What single precision may move the estimated pose in one step, m.
+const F32_POSITION_BOUND_M: f64 = 0.01;
+
+const SEED: u64 = 1;
+
+fn lockstep(log: &Log, particles: usize, samples: usize, precision: Precision) -> Comparison {
+    let mut settings = Settings::for_log(log);
+    settings.filter.particles = particles;
+    settings.filter.samples = samples;
+    with_roomy_stack(|| compare(log, &settings, precision, SEED, |_| ())).expect("no step is refused")
+}
+
+fn assert_agreement(name: &str, overall: &Differences, scans: usize) {
+    let fields = [
+        ("predicted position, m", overall.predicted_position_m),
+        ("predicted heading, rad", overall.predicted_heading_rad),
+        ("ln likelihood", overall.ln_likelihood),
+        ("particle weight", overall.particle_weight),
+        ("component weight", overall.component_weight),
+        ("mean", overall.mean),
+        ("covariance", overall.covariance),
+        ("mass", overall.mass),
+        ("estimated position, m", overall.estimated_position_m),
+        ("estimated heading, rad", overall.estimated_heading_rad),
+    ];
+    for (field, difference) in fields {
+        assert!(difference <= F64_BOUND, "{name}: {field} differs by {difference:e}");
+    }
+    assert_eq!(overall.unmatched, 0, "{name}: components without a counterpart");
+    assert_eq!(overall.other_survivors, 0, "{name}: scans with other survivors");
+    assert_eq!(overall.capacity_events, 0, "{name}: scans without room, which need not agree");
+    assert_eq!(overall.scans, scans, "{name}: scans compared");
+    // Empty maps would agree in everything.
+    assert!(overall.components > scans, "{name}: only {} components were compared", overall.components);
+}
+
+/// The first `scans` scans of a published log; there the filter must agree with the reference. `model` makes sure that
+/// the log still stands for the motion model it was chosen for.
+fn agrees_on_excerpt(name: &str, scans: usize, particles: usize, model: fn(&Vehicle) -> bool) {
+    let Some(folder) = data_folder(name) else { return };
+    let mut log = log_folder::read(&folder).expect("a readable log");
+    assert!(model(&log.vehicle), "{name} has another motion model: {:?}", log.vehicle);
+    log.scans.truncate(scans);
+    let comparison = lockstep(&log, particles, 2, Precision::F64);
+    assert_agreement(name, &comparison.overall, scans);
+}
+
+#[test]
+fn survey_in_double_precision() {
+    let log = scenario::by_name("survey", SEED).expect("a built-in scenario");
+    let comparison = lockstep(&log, 32, 2, Precision::F64);
+    assert_agreement("survey", &comparison.overall, log.scans.len());
+}
+
+#[test]
+fn survey_in_single_precision() {
+    let log = scenario::by_name("survey", SEED).expect("a built-in scenario");
+    let comparison = lockstep(&log, 32, 2, Precision::F32);
+    assert_eq!(comparison.scans.len(), log.scans.len());
+    for (scan, differences) in comparison.scans.iter().enumerate() {
+        let difference = differences.estimated_position_m;
+        assert!(difference <= F32_POSITION_BOUND_M, "scan {scan}: the estimated position differs by {difference} m");
+    }
+}
+
+#[test]
+fn unicycle_arc() {
+    agrees_on_excerpt("phd_slam3_a00", 120, 6, |vehicle| matches!(vehicle, Vehicle::UnicycleArc));
+}
+
+#[test]
+fn unicycle() {
+    agrees_on_excerpt("mrclam_ds6_robot2", 120, 6, |vehicle| matches!(vehicle, Vehicle::Unicycle));
+}
+
+#[test]
+fn ackermann() {
+    agrees_on_excerpt("thesis_cmp_a00", 40, 6, |vehicle| matches!(vehicle, Vehicle::Ackermann { .. }));
+}

@@ -1,0 +1,74 @@
+//! What a state costs in RAM: the total for a vehicle, and the price of each capacity.
+
+use scphd::{Bounds, Candidate, Gaussian, LnSum, PAGE_LEN, PlanarPose, State};
+
+type Pose = PlanarPose<f32>;
+
+const PARTICLES: usize = 32;
+const CANDIDATES: usize = 64;
+const PAGES: usize = 512;
+const MAP_PAGES: usize = 32;
+const MEASUREMENTS: usize = 64;
+const VIEW: usize = 512;
+
+/// Size of the state with these capacities more than the vehicle's.
+macro_rules! bytes {
+    ($particles:expr, $candidates:expr, $pages:expr, $map_pages:expr, $measurements:expr, $view:expr) => {
+        size_of::<
+            State<
+                f32,
+                Pose,
+                3,
+                2,
+                2,
+                { PARTICLES + $particles },
+                { CANDIDATES + $candidates },
+                { PAGES + $pages },
+                { MAP_PAGES + $map_pages },
+                { MEASUREMENTS + $measurements },
+                { VIEW + $view },
+            >,
+        >()
+    };
+}
+
+/// An index or a counter.
+const INDEX: usize = size_of::<u16>();
+const COMPONENT: usize = size_of::<Gaussian<f32, 2>>();
+const SCALAR: usize = size_of::<f32>();
+
+#[test]
+fn a_vehicle_fits_160_kib() {
+    let total = bytes!(0, 0, 0, 0, 0, 0);
+    assert!(total < 160 * 1024, "{total} bytes");
+}
+
+/// Capacities grow by eight at a time: less would vanish in the padding of the index arrays, or come with it.
+#[test]
+fn every_capacity_costs_what_its_arrays_cost() {
+    let total = bytes!(0, 0, 0, 0, 0, 0);
+    // Six numbers: weight, mean, covariance.
+    assert_eq!(COMPONENT, 6 * SCALAR);
+    let candidate = size_of::<Candidate<f32, Pose>>();
+
+    // The one selected, its survivor, and twice a list of pages with its length.
+    let particle = candidate + INDEX + 2 * (MAP_PAGES + 1) * INDEX;
+    assert_eq!(bytes!(8, 0, 0, 0, 0, 0) - total, 8 * particle, "particles");
+
+    // The pose and its weight, and ln L.
+    assert_eq!(bytes!(0, 8, 0, 0, 0, 0) - total, 8 * (candidate + SCALAR), "candidates");
+
+    // Components, their box and their number; then a reference count and a place in the list of free pages.
+    let page = (PAGE_LEN * COMPONENT + size_of::<Bounds<f32, 2>>() + INDEX).next_multiple_of(SCALAR);
+    assert_eq!(bytes!(0, 0, 8, 0, 0, 0) - total, 8 * (page + 2 * INDEX), "pages");
+
+    // An index in both lists of every particle.
+    assert_eq!(bytes!(0, 0, 0, 8, 0, 0) - total, 8 * 2 * PARTICLES * INDEX, "pages of a map");
+
+    // Range, bearing, what explains it otherwise; and the sum η.
+    assert_eq!(bytes!(0, 0, 0, 0, 8, 0) - total, 8 * (3 * SCALAR + size_of::<LnSum<f32>>()), "measurements");
+
+    // The component, where it comes from, and its rank.
+    let (origin, ranked) = (2 * SCALAR, SCALAR + 2 * INDEX);
+    assert_eq!(bytes!(0, 0, 0, 0, 0, 8) - total, 8 * (COMPONENT + origin + ranked), "view");
+}
