@@ -33,7 +33,6 @@ const THESIS: Group = Group {
 const PHD_SLAM: Group = Group { logs: &["phd_slam3_a00", "phd_slam3_a01", "phd_slam3_a02"], bound: Bound::Metres(6.0) };
 const VICTORIA_PARK: Group = Group { logs: &["victoria_park"], bound: Bound::Metres(80.0) };
 
-const PARTICLES: usize = 100;
 const SEED: u64 = 1;
 
 /// Runs every log of the group and checks the mean; `None` where a log is absent.
@@ -42,8 +41,7 @@ fn check(group: &Group) -> Option<Vec<Session>> {
     let mut sessions = Vec::new();
     for folder in folders {
         let log = log_folder::read(&folder).expect("a readable log");
-        let mut settings = Settings::for_log(&log);
-        settings.filter.particles = PARTICLES;
+        let settings = Settings::for_log(&log);
         let filter = Filter::Core(Precision::F32);
         let session = session::run(&log, &settings, filter, SEED, &mut |_| ()).expect("a whole run");
         assert_eq!(session.record.scans.len(), log.scans.len());

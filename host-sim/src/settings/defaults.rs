@@ -21,33 +21,74 @@ const MERGE_DISTANCE: f64 = 4.0;
 /// Components in view. No view of the published logs needs half of it; it bounds the time of a scan gone wrong.
 const MAX_COMPONENTS: usize = 1000;
 
-/// κ / w_b. A measurement that nothing explains starts as a feature of weight 1/21: the next detection near it
-/// makes it a likely feature (a Gaussian's peak is far above κ), a lone false measurement dies out.
+/// κ / w_b of a simulation. A measurement that nothing explains starts as a feature of weight 1/21: the next detection
+/// near it makes it a likely feature (a Gaussian's peak is far above κ), a lone false measurement dies out.
 const CLUTTER_OVER_BIRTH: f64 = 20.0;
 /// Births a scan where there is no clutter for them to be measured against.
 const BIRTHS_PER_SCAN: f64 = 0.1;
 
-/// Real noise over nominal noise.
-const REAL_INFLATION: f64 = 1.5;
 /// Standard deviation of the range where a log does not say, as a share of the greatest range.
 const RANGE_SIGMA_SHARE: f64 = 0.01;
 /// Standard deviation of the bearing where a log does not say, rad.
 const BEARING_SIGMA_RAD: f64 = 0.02;
-/// p_D of a log that does not say, at range zero and at the greatest range: real detectors miss what is hidden or
-/// far. Counted against the truth of the published indoor logs it is 0.5 near and next to nothing at the rim. Too
-/// high a value deletes features, too low a one only keeps false ones for longer.
-const DETECTION: (f64, f64) = (0.6, 0.1);
-/// False measurements a scan of a log that does not say: real detectors report what they take for a landmark, not
-/// raw returns. Things that move, which are no features, count as false; the same logs have 0.3 to 0.5.
-const CLUTTER_PER_SCAN: f64 = 0.7;
 
-/// Standard deviations of the controls of a log that does not say: speed m/s, steering rad or turn rate rad/s.
-/// A car's wheel encoder slips at some metres a second and its steering sensor has play; a small indoor robot is
-/// ten times slower.
-const CAR_SIGMAS: (f64, f64) = (0.3, 0.03);
-const ROBOT_SIGMAS: (f64, f64) = (0.03, 0.05);
-/// How long an odometry error of a real vehicle lasts, s. Drawn anew with every row it would average itself away.
-const REAL_NOISE_INTERVAL_S: f64 = 0.5;
+/// Particles of a real log: its odometry errs in ways that more of them have to cover.
+const REAL_PARTICLES: usize = 200;
+/// Real likelihoods are too sure of themselves; resampling less often keeps the particles that they would lose.
+const REAL_RESAMPLE_THRESHOLD: f64 = 0.35;
+/// Real maps collect remnants of landmarks seen from errant poses; they are dropped earlier.
+const REAL_PRUNE_WEIGHT: f64 = 1e-3;
+/// Landmarks of real logs may stand next to each other, so only what lies within 1.3 standard deviations is one.
+const REAL_MERGE_DISTANCE: f64 = 1.8;
+
+/// What a kind of real vehicle is taken for where its log does not say. Found by search on the published logs.
+struct Unstated {
+    /// Standard deviation of the speed: constant, m/s, and share.
+    speed: (f64, f64),
+    /// Standard deviation of steering (rad) or turn rate (rad/s): constant, and share.
+    turn: (f64, f64),
+    /// How long an odometry error lasts, s. Drawn anew with every row it would average itself away.
+    interval_s: f64,
+    /// Noise of range and bearing over the nominal noise: widths of trunks, time stamps, poses between odometry rows.
+    inflation: (f64, f64),
+    /// Share of the nominal range in which the detector is to be relied on.
+    range_share: f64,
+    /// Half width of the soft edge in range, in standard deviations, and in bearing, rad.
+    edges: (f64, f64),
+    /// p_D: real detectors miss most of what is in view. Too high a value deletes features, too low a one only keeps
+    /// false ones for longer.
+    detection: f64,
+    /// False measurements a scan.
+    clutter_per_scan: f64,
+    /// κ / w_b.
+    clutter_over_birth: f64,
+}
+
+/// A car with a wheel encoder and a steering sensor, outdoors.
+const CAR: Unstated = Unstated {
+    speed: (0.25, 0.03),
+    turn: (0.005, 0.02),
+    interval_s: 0.7,
+    inflation: (3.8, 1.75),
+    range_share: 0.6,
+    edges: (3.2, 0.15),
+    detection: 0.22,
+    clutter_per_scan: 0.24,
+    clutter_over_birth: 3.0,
+};
+
+/// A small robot that turns on the spot, indoors.
+const ROBOT: Unstated = Unstated {
+    speed: (0.0244, 0.29),
+    turn: (0.048, 0.1),
+    interval_s: 0.295,
+    inflation: (4.2, 1.9),
+    range_share: 0.94,
+    edges: (0.5, 0.05),
+    detection: 0.2445,
+    clutter_per_scan: 0.273,
+    clutter_over_birth: 12.7,
+};
 
 /// Half width of a soft edge in standard deviations of its coordinate: a feature at the rim is taken for missed
 /// only where noise can hardly have put it outside.
@@ -65,49 +106,62 @@ impl Settings {
     pub fn for_log(log: &Log) -> Self {
         let sensor = sensor(log);
         let measure = (sensor.range_max_m - sensor.range_min_m) * 2.0 * sensor.bearing_half_width_rad().min(PI);
+        let clutter_over_birth =
+            if log.simulated { CLUTTER_OVER_BIRTH } else { unstated(&log.vehicle).clutter_over_birth };
         let births =
-            if sensor.clutter_per_scan > 0.0 { sensor.clutter_per_scan / CLUTTER_OVER_BIRTH } else { BIRTHS_PER_SCAN };
+            if sensor.clutter_per_scan > 0.0 { sensor.clutter_per_scan / clutter_over_birth } else { BIRTHS_PER_SCAN };
+        let of = |simulated, real| if log.simulated { simulated } else { real };
         let filter = FilterSettings {
-            particles: PARTICLES,
+            particles: if log.simulated { PARTICLES } else { REAL_PARTICLES },
             samples: SAMPLES,
             birth_intensity: births / measure,
-            resample_threshold: RESAMPLE_THRESHOLD,
-            prune_weight: PRUNE_WEIGHT,
-            merge_distance: MERGE_DISTANCE,
+            resample_threshold: of(RESAMPLE_THRESHOLD, REAL_RESAMPLE_THRESHOLD),
+            prune_weight: of(PRUNE_WEIGHT, REAL_PRUNE_WEIGHT),
+            merge_distance: of(MERGE_DISTANCE, REAL_MERGE_DISTANCE),
             max_components: MAX_COMPONENTS,
         };
         Self { filter, vehicle: vehicle(log), sensor }
     }
 }
 
+fn unstated(vehicle: &Vehicle) -> &'static Unstated {
+    match vehicle {
+        Vehicle::Ackermann { .. } => &CAR,
+        Vehicle::Unicycle | Vehicle::UnicycleArc => &ROBOT,
+    }
+}
+
 fn vehicle(log: &Log) -> VehicleSettings {
     let nominal = &log.nominal;
-    let (turn, unstated) = match log.vehicle {
-        Vehicle::Ackermann { .. } => (nominal.steering_sigma_rad, CAR_SIGMAS),
-        Vehicle::Unicycle | Vehicle::UnicycleArc => (nominal.rate_sigma_radps, ROBOT_SIGMAS),
+    let unstated = unstated(&log.vehicle);
+    let turn = match log.vehicle {
+        Vehicle::Ackermann { .. } => nominal.steering_sigma_rad,
+        Vehicle::Unicycle | Vehicle::UnicycleArc => nominal.rate_sigma_radps,
     };
     // Stated noise is white, one draw a row, only where it was simulated so.
     let white = log.simulated && nominal.speed_sigma_mps.is_some() && turn.is_some();
+    let share = |stated: Option<f64>, share| if stated.is_some() { 0.0 } else { share };
     VehicleSettings {
-        speed_sigma_mps: nominal.speed_sigma_mps.unwrap_or(unstated.0),
-        speed_sigma_ratio: 0.0,
-        turn_sigma: turn.unwrap_or(unstated.1),
-        turn_sigma_ratio: 0.0,
-        noise_interval_s: if white { 0.0 } else { REAL_NOISE_INTERVAL_S },
+        speed_sigma_mps: nominal.speed_sigma_mps.unwrap_or(unstated.speed.0),
+        speed_sigma_ratio: share(nominal.speed_sigma_mps, unstated.speed.1),
+        turn_sigma: turn.unwrap_or(unstated.turn.0),
+        turn_sigma_ratio: share(turn, unstated.turn.1),
+        noise_interval_s: if white { 0.0 } else { unstated.interval_s },
     }
 }
 
 fn sensor(log: &Log) -> SensorSettings {
     let (window, nominal) = (&log.sensor, &log.nominal);
-    let inflation = if log.simulated { 1.0 } else { REAL_INFLATION };
-    let range_sigma_m =
-        (inflation * nominal.range_sigma_m.unwrap_or(RANGE_SIGMA_SHARE * window.range_max_m)).max(LEAST_RANGE_SIGMA_M);
+    let unstated = unstated(&log.vehicle);
+    let (range_inflation, bearing_inflation) = if log.simulated { (1.0, 1.0) } else { unstated.inflation };
+    let range_sigma_m = (range_inflation * nominal.range_sigma_m.unwrap_or(RANGE_SIGMA_SHARE * window.range_max_m))
+        .max(LEAST_RANGE_SIGMA_M);
     let bearing_sigma_rad =
-        (inflation * nominal.bearing_sigma_rad.unwrap_or(BEARING_SIGMA_RAD)).max(LEAST_BEARING_SIGMA_RAD);
-    let (detection_near, detection_far) = match nominal.detection_probability {
-        Some(stated) => (stated.min(GREATEST_DETECTION), stated.min(GREATEST_DETECTION)),
-        None => DETECTION,
-    };
+        (bearing_inflation * nominal.bearing_sigma_rad.unwrap_or(BEARING_SIGMA_RAD)).max(LEAST_BEARING_SIGMA_RAD);
+    let (range_edge, bearing_edge_rad) =
+        if log.simulated { (EDGE_SIGMAS, EDGE_SIGMAS * bearing_sigma_rad) } else { unstated.edges };
+    let range_share = if log.simulated { 1.0 } else { unstated.range_share };
+    let detection = nominal.detection_probability.unwrap_or(unstated.detection).min(GREATEST_DETECTION);
     let all_around = window.bearing_max_rad - window.bearing_min_rad > 2.0 * PI - CIRCLE_SLACK_RAD;
     let (bearing_min_rad, bearing_max_rad) =
         if all_around { (-PI, PI) } else { (window.bearing_min_rad, window.bearing_max_rad) };
@@ -115,14 +169,14 @@ fn sensor(log: &Log) -> SensorSettings {
         range_sigma_m,
         bearing_sigma_rad,
         range_min_m: window.range_min_m,
-        range_max_m: window.range_max_m,
-        range_edge_m: EDGE_SIGMAS * range_sigma_m,
+        range_max_m: window.range_min_m + range_share * (window.range_max_m - window.range_min_m),
+        range_edge_m: range_edge * range_sigma_m,
         bearing_min_rad,
         bearing_max_rad,
-        bearing_edge_rad: if all_around { 0.0 } else { EDGE_SIGMAS * bearing_sigma_rad },
-        detection_near,
-        detection_far,
-        clutter_per_scan: nominal.clutter_per_scan.unwrap_or(CLUTTER_PER_SCAN),
+        bearing_edge_rad: if all_around { 0.0 } else { bearing_edge_rad },
+        detection_near: detection,
+        detection_far: detection,
+        clutter_per_scan: nominal.clutter_per_scan.unwrap_or(unstated.clutter_per_scan),
     }
 }
 
@@ -153,8 +207,8 @@ mod tests {
         log.nominal = crate::log::Nominal { range_sigma_m: Some(0.4), ..Default::default() };
         (log.sensor.bearing_min_rad, log.sensor.bearing_max_rad) = (-1.0, 1.0);
         let settings = Settings::for_log(&log);
-        assert!((settings.sensor.range_sigma_m - 0.6).abs() < 1e-12);
-        assert!((settings.sensor.bearing_edge_rad - 2.5 * 0.03).abs() < 1e-12);
+        assert!((settings.sensor.range_sigma_m - 3.8 * 0.4).abs() < 1e-12);
+        assert_eq!((settings.sensor.bearing_edge_rad, settings.filter.particles), (0.15, 200));
         assert!(settings.vehicle.noise_interval_s > 0.0);
         assert_eq!(settings.check(), Ok(()));
         log.name = "another".into();
