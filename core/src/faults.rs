@@ -39,7 +39,7 @@ fn numbers(seed: u32) -> impl FnMut() -> f32 {
 }
 
 fn random_scan(number: &mut impl FnMut() -> f32, len: usize) -> Vec<Vector2<f32>> {
-    (0..len).map(|_| Vector2::new(20.0 * number(), 6.28 * number() - 3.14)).collect()
+    (0..len).map(|_| Vector2::new(20.0 * number(), 6.2 * number() - 3.1)).collect()
 }
 
 fn check_consistent(filter: &Planar<'_, Car>) {
