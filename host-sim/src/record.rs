@@ -1,13 +1,30 @@
 //! What a run leaves behind: one row a scan and the final map, for scores, tables and plots.
 
-/// A feature of an estimated map.
+/// A static feature of an estimated map.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MapFeature {
+    /// Its name from scan to scan.
+    pub id: u32,
     /// Weight of its component: expected number of features there.
     pub weight: f64,
     /// Position, m.
     pub mean: [f64; 2],
     /// Covariance, m².
+    pub covariance: [[f64; 2]; 2],
+}
+
+/// A moving feature of an estimated map.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MovingFeature {
+    /// Its name from scan to scan, apart from those of static features.
+    pub id: u32,
+    /// Weight of its component: expected number of features there.
+    pub weight: f64,
+    /// Position, m.
+    pub position: [f64; 2],
+    /// Velocity, m/s.
+    pub velocity: [f64; 2],
+    /// Covariance of the position, m².
     pub covariance: [[f64; 2]; 2],
 }
 

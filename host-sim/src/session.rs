@@ -244,6 +244,7 @@ pub fn condition_name(condition: Health) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::record::MovingFeature;
     use crate::scenario;
     use crate::slam::{PoseAndCovariance, ScanOutcome};
 
@@ -291,9 +292,17 @@ mod tests {
         }
 
         fn map(&mut self) -> Result<(f64, Vec<MapFeature>), Refusal> {
-            let features =
-                self.log.landmarks.iter().map(|&mean| MapFeature { weight: 1.0, mean, covariance: [[0.0; 2]; 2] });
+            let features = self.log.landmarks.iter().map(|&mean| MapFeature {
+                id: 0,
+                weight: 1.0,
+                mean,
+                covariance: [[0.0; 2]; 2],
+            });
             Ok((self.scans as f64, features.collect()))
+        }
+
+        fn moving(&mut self) -> Result<Vec<MovingFeature>, Refusal> {
+            Ok(Vec::new())
         }
 
         fn digest(&mut self) -> Option<u64> {

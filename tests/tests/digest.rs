@@ -2,7 +2,9 @@
 
 use scphd_sim::scenario;
 use scphd_sim::session::{self, Filter};
-use scphd_sim::settings::{FilterSettings, SensorSettings, Settings, VehicleSettings};
+use scphd_sim::settings::{
+    FilterSettings, Likelihood, MovingSettings, Reduction, SensorSettings, Settings, VehicleSettings,
+};
 use scphd_sim::slam::Precision;
 use std::f64::consts::PI;
 use std::fmt::Write;
@@ -30,6 +32,10 @@ fn settings() -> Settings {
             prune_weight: 1e-4,
             merge_distance: 4.0,
             max_components: 1000,
+            extraction_weight: 0.0,
+            likelihood: Likelihood::SingleCluster,
+            reduction: Reduction::Greedy,
+            merge_cost: 0.7,
         },
         vehicle: VehicleSettings {
             speed_sigma_mps: 1.0,
@@ -50,6 +56,13 @@ fn settings() -> Settings {
             detection_near: 0.95,
             detection_far: 0.95,
             clutter_per_scan: 20.0,
+        },
+        moving: MovingSettings {
+            birth_intensity: 0.0,
+            velocity_sigma_mps: 1.0,
+            acceleration_psd: 0.1,
+            lifetime_s: 100.0,
+            spread_max_m: 3.0,
         },
     }
 }

@@ -167,7 +167,12 @@ mod tests {
         let folder = Folder::new("csv");
         let record = Record {
             scans: vec![scan(0.1), scan(2.0_f64.sqrt())],
-            map: vec![MapFeature { weight: 0.7, mean: [1.0 / 7.0, -2.0], covariance: [[0.1, 0.01], [0.01, 0.2]] }],
+            map: vec![MapFeature {
+                id: 1,
+                weight: 0.7,
+                mean: [1.0 / 7.0, -2.0],
+                covariance: [[0.1, 0.01], [0.01, 0.2]],
+            }],
         };
         let [scans, map] = write_record(&folder.0, &record).unwrap();
         assert_eq!(folder.names(), ["map.csv", "scans.csv"]);
@@ -205,7 +210,7 @@ mod tests {
         assert_eq!(text.lines().next().unwrap(), SCAN_HEADER.join(","));
 
         let mut writer = ::csv::Writer::from_writer(Vec::new());
-        let feature = MapFeature { weight: 1.0, mean: [0.0; 2], covariance: [[0.0; 2]; 2] };
+        let feature = MapFeature { id: 1, weight: 1.0, mean: [0.0; 2], covariance: [[0.0; 2]; 2] };
         writer.serialize(MapRow::from(&feature)).unwrap();
         let text = String::from_utf8(writer.into_inner().unwrap()).unwrap();
         assert_eq!(text.lines().next().unwrap(), MAP_HEADER.join(","));

@@ -33,7 +33,7 @@ fn empty_log() -> Log {
 
 fn feature(mean: [f64; 2], sigma: f64, weight: f64) -> MapFeature {
     let variance = sigma * sigma;
-    MapFeature { weight, mean, covariance: [[variance, 0.6 * variance], [0.6 * variance, 0.5 * variance]] }
+    MapFeature { id: 1, weight, mean, covariance: [[variance, 0.6 * variance], [0.6 * variance, 0.5 * variance]] }
 }
 
 /// A run along `path` (pose at an index), whose error is about `error` m and whose dead reckoning drifts by `drift` m.

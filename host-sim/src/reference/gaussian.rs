@@ -10,16 +10,16 @@ pub type Matrix = [[f64; 2]; 2];
 
 /// One term of the mixture that is a particle's map (5.8).
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Component {
+pub struct Component<const N: usize = 2> {
     /// ln w; w is the expected number of features under this component.
     pub ln_weight: f64,
-    /// Mean position m, m.
-    pub mean: Vector,
-    /// Covariance P, m².
-    pub covariance: Matrix,
+    /// Mean m: of a static feature its position, m; of a moving one also its velocity, m/s.
+    pub mean: [f64; N],
+    /// Covariance P.
+    pub covariance: [[f64; N]; N],
 }
 
-impl Component {
+impl<const N: usize> Component<N> {
     /// w, the expected number of features under this component.
     pub fn weight(&self) -> f64 {
         self.ln_weight.exp()

@@ -4,7 +4,7 @@
 //! measurements in good conditions; it does not cover what else a filter has to put up with (the width of a
 //! trunk, a time stamp that is off, a pose between two odometry rows), so real noise is set wider.
 
-use super::{FilterSettings, SensorSettings, Settings, VehicleSettings};
+use super::{FilterSettings, Likelihood, MovingSettings, Reduction, SensorSettings, Settings, VehicleSettings};
 use crate::log::{Log, Vehicle};
 use std::f64::consts::PI;
 
@@ -18,6 +18,8 @@ const RESAMPLE_THRESHOLD: f64 = 0.5;
 const PRUNE_WEIGHT: f64 = 1e-4;
 /// Squared Mahalanobis distance of components that are one: two standard deviations.
 const MERGE_DISTANCE: f64 = 4.0;
+/// Runnalls' cost per mass of the lighter of two components that are one: of equal ones two standard deviations apart.
+const MERGE_COST: f64 = 0.7;
 /// Components in view. No view of the published logs needs half of it; it bounds the time of a scan gone wrong.
 const MAX_COMPONENTS: usize = 1000;
 
@@ -119,8 +121,19 @@ impl Settings {
             prune_weight: of(PRUNE_WEIGHT, REAL_PRUNE_WEIGHT),
             merge_distance: of(MERGE_DISTANCE, REAL_MERGE_DISTANCE),
             max_components: MAX_COMPONENTS,
+            extraction_weight: 0.0,
+            likelihood: Likelihood::SingleCluster,
+            reduction: Reduction::Greedy,
+            merge_cost: MERGE_COST,
         };
-        Self { filter, vehicle: vehicle(log), sensor }
+        let moving = MovingSettings {
+            birth_intensity: 0.0,
+            velocity_sigma_mps: 1.0,
+            acceleration_psd: 0.1,
+            lifetime_s: 100.0,
+            spread_max_m: 3.0,
+        };
+        Self { filter, vehicle: vehicle(log), sensor, moving }
     }
 }
 

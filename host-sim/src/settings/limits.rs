@@ -51,6 +51,13 @@ pub(super) const LIMITS: &[Limit] = &[
     limit!(filter.prune_weight, "1e-6 or more and less than 1", |x| (1e-6..1.0).contains(&x)),
     limit!(filter.merge_distance, "0 to 1e6", |x| (0.0..=1e6).contains(&x)),
     limit!(filter.max_components, "1 to 65536", |x| (1.0..=65536.0).contains(&x)),
+    limit!(filter.extraction_weight, "0 to 1", |x| (0.0..=1.0).contains(&x)),
+    limit!(filter.merge_cost, "0 to 1000", |x| (0.0..=1e3).contains(&x)),
+    limit!(moving.birth_intensity, "0 to 1e6 per m rad", |x| (0.0..=1e6).contains(&x)),
+    limit!(moving.velocity_sigma_mps, "1e-3 to 1000 m/s", |x| (1e-3..=1e3).contains(&x)),
+    limit!(moving.acceleration_psd, "1e-6 to 1e6 m2/s3", |x| (1e-6..=1e6).contains(&x)),
+    limit!(moving.lifetime_s, "1e-3 to 1e9 s", |x| (1e-3..=1e9).contains(&x)),
+    limit!(moving.spread_max_m, "1e-3 to 1e6 m", |x| (1e-3..=1e6).contains(&x)),
     limit!(vehicle.speed_sigma_mps, "0 to 1000 m/s", |x| (0.0..=1e3).contains(&x)),
     limit!(vehicle.speed_sigma_ratio, "0 to 10", |x| (0.0..=1e1).contains(&x)),
     limit!(vehicle.turn_sigma, "0 to 100 rad or rad/s", |x| (0.0..=1e2).contains(&x)),
@@ -103,7 +110,9 @@ mod tests {
         let table = toml::Table::try_from(&settings).unwrap();
         let mut fields = Vec::new();
         for (section, keys) in &table {
-            fields.extend(keys.as_table().unwrap().keys().map(|key| format!("{section}.{key}")));
+            // Choices between names have no limits; what is not one of the names is refused when it is read.
+            let numbers = keys.as_table().unwrap().iter().filter(|(_, value)| !value.is_str());
+            fields.extend(numbers.map(|(key, _)| format!("{section}.{key}")));
         }
         let mut limited: Vec<_> = LIMITS.iter().map(|limit| limit.field.to_owned()).collect();
         fields.sort();

@@ -20,6 +20,8 @@ pub struct Settings {
     pub vehicle: VehicleSettings,
     /// The sensor's noise and view.
     pub sensor: SensorSettings,
+    /// Moving features.
+    pub moving: MovingSettings,
 }
 
 /// `[filter]`: see [`scphd::Config`].
@@ -40,6 +42,52 @@ pub struct FilterSettings {
     pub merge_distance: f64,
     /// Components kept in view, at most.
     pub max_components: usize,
+    /// Least weight of an estimated feature.
+    pub extraction_weight: f64,
+    /// The particle likelihood.
+    pub likelihood: Likelihood,
+    /// How components are merged.
+    pub reduction: Reduction,
+    /// Merge by Runnalls' cost up to this bound.
+    pub merge_cost: f64,
+}
+
+/// The particle likelihood: see `docs/recursion.md`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Likelihood {
+    /// Single cluster (4.52).
+    SingleCluster,
+    /// RB-PHD with the empty map.
+    RbEmpty,
+    /// RB-PHD with a single feature.
+    RbSingle,
+}
+
+/// How components are merged: see `docs/recursion.md`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Reduction {
+    /// Vo & Ma 2006, table II.
+    Greedy,
+    /// By Runnalls' cost.
+    Runnalls,
+}
+
+/// `[moving]`: the moving part of the map.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MovingSettings {
+    /// w_m, 1/(m·rad); 0: the filter takes everything for static.
+    pub birth_intensity: f64,
+    /// Standard deviation of each coordinate of a new feature's velocity, m/s.
+    pub velocity_sigma_mps: f64,
+    /// q, spectral density of the acceleration, m²/s³.
+    pub acceleration_psd: f64,
+    /// τ, mean lifetime, s.
+    pub lifetime_s: f64,
+    /// Forget components whose position has a greater standard deviation, m.
+    pub spread_max_m: f64,
 }
 
 /// `[vehicle]`: see [`scphd::ControlNoise`].

@@ -2,7 +2,7 @@
 
 use super::{PoseAndCovariance, Refusal, ScanOutcome, Slam, Snapshot, Transparent};
 use crate::log::Vehicle;
-use crate::record::MapFeature;
+use crate::record::{MapFeature, MovingFeature};
 use crate::reference::{Candidate, Component, Draws};
 use crate::settings::{SensorSettings, Settings};
 use scphd::{
@@ -132,11 +132,16 @@ impl<
         let estimate = self.with(|filter| filter.estimate_map(&mut features))?;
         features.truncate(estimate.features);
         let features = features.iter().map(|feature| MapFeature {
+            id: 0,
             weight: feature.ln_weight.exp().to_f64(),
             mean: std::array::from_fn(|k| feature.mean[k].to_f64()),
             covariance: std::array::from_fn(|r| std::array::from_fn(|c| feature.covariance.get(r, c).to_f64())),
         });
         Ok((estimate.expected_features.to_f64(), features.collect()))
+    }
+
+    fn moving(&mut self) -> Result<Vec<MovingFeature>, Refusal> {
+        Ok(Vec::new())
     }
 
     fn digest(&mut self) -> Option<u64> {
@@ -173,6 +178,8 @@ impl<
             Ok(Snapshot {
                 candidates: candidates.collect(),
                 maps: (0..particles).map(|particle| filter.map(particle).map(component).collect()).collect(),
+                moving: vec![Vec::new(); particles],
+                waited_s: 0.0,
                 heaviest: filter.heaviest(),
                 ln_likelihoods: filter.ln_likelihoods().iter().map(|ln_l| ln_l.to_f64()).collect(),
                 survivors: filter.survivors().iter().map(|&survivor| usize::from(survivor)).collect(),

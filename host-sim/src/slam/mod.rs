@@ -7,7 +7,7 @@ mod reference_filter;
 pub use core_filter::{Precision, core_filter};
 pub use reference_filter::{ReferenceFilter, reference_of};
 
-use crate::record::MapFeature;
+use crate::record::{MapFeature, MovingFeature};
 use crate::reference::{Candidate, Component, Draws};
 
 /// A filter that a log can be fed to.
@@ -36,6 +36,12 @@ pub trait Slam {
     /// The filter refused, and says why.
     fn map(&mut self) -> Result<(f64, Vec<MapFeature>), Refusal>;
 
+    /// The estimated moving features, at the time of the last prediction.
+    ///
+    /// # Errors
+    /// The filter refused, and says why.
+    fn moving(&mut self) -> Result<Vec<MovingFeature>, Refusal>;
+
     /// Hash of the complete state, where the filter has one.
     fn digest(&mut self) -> Option<u64>;
 
@@ -56,8 +62,12 @@ pub trait Transparent: Slam {
 pub struct Snapshot {
     /// Candidates, in order; weights sum to one.
     pub candidates: Vec<Candidate>,
-    /// The map of every particle.
+    /// The static map of every particle.
     pub maps: Vec<Vec<Component>>,
+    /// The moving part of the map of every particle, as of `waited_s` ago.
+    pub moving: Vec<Vec<Component<4>>>,
+    /// Summed dt of the predictions since the last scan, s.
+    pub waited_s: f64,
     /// The particle whose map is the estimate.
     pub heaviest: usize,
     /// ln L of the candidates that the last scan weighed.

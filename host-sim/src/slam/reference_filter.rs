@@ -2,7 +2,7 @@
 
 use super::{PoseAndCovariance, Refusal, ScanOutcome, Slam};
 use crate::log::Vehicle;
-use crate::record::MapFeature;
+use crate::record::{MapFeature, MovingFeature};
 use crate::reference::{self, OwnDraws, Reference};
 use crate::settings::Settings;
 
@@ -27,7 +27,7 @@ impl ReferenceFilter {
 /// The reference with the same models and tuning as the filter that the settings describe.
 #[must_use]
 pub fn reference_of(settings: &Settings, vehicle: &Vehicle) -> Reference {
-    let Settings { filter, vehicle: noise, sensor } = settings;
+    let Settings { filter, vehicle: noise, sensor, .. } = settings;
     let field_of_view = reference::FieldOfView {
         range_min_m: sensor.range_min_m,
         range_max_m: sensor.range_max_m,
@@ -86,11 +86,16 @@ impl Slam for ReferenceFilter {
     fn map(&mut self) -> Result<(f64, Vec<MapFeature>), Refusal> {
         let estimate = self.reference.estimate(&self.state);
         let features = estimate.features.iter().map(|feature| MapFeature {
+            id: 0,
             weight: feature.weight(),
             mean: feature.mean,
             covariance: feature.covariance,
         });
         Ok((estimate.expected_features, features.collect()))
+    }
+
+    fn moving(&mut self) -> Result<Vec<MovingFeature>, Refusal> {
+        Ok(Vec::new())
     }
 
     fn digest(&mut self) -> Option<u64> {
