@@ -2,7 +2,7 @@
 //!
 //! Where is the vehicle, and what is around it? This crate answers with the single-cluster PHD filter of C. S. Lee's
 //! thesis (*SLAM using Single Cluster PHD Filters*, Girona 2014): particles for the vehicle (the parent process), and
-//! for every particle a Gaussian mixture for the map (the daughter process). Features are a random finite set: there is
+//! for every particle a Component mixture for the map (the daughter process). Features are a random finite set: there is
 //! no data association to get wrong, and clutter and missed detections are part of the model.
 //!
 //! It is written for vehicle computers:
@@ -47,15 +47,17 @@ extern crate std;
 mod angle;
 mod bounds;
 mod candidate;
+mod component;
 mod config;
 mod digest;
+mod drift;
 mod error;
 mod extract;
 #[cfg(test)]
 mod faults;
 mod filter;
-mod gaussian;
 mod health;
+mod likelihood;
 mod ln_sum;
 mod map;
 mod models;
@@ -73,6 +75,7 @@ mod sort;
 mod state;
 mod step;
 mod symmetric;
+mod tally;
 mod update;
 mod view;
 mod weigh;
@@ -81,17 +84,19 @@ mod workspace;
 pub use angle::wrap;
 pub use bounds::Bounds;
 pub use candidate::Candidate;
-pub use config::{Config, ConfigError};
+pub use component::{Component, Correction};
+pub use config::{Config, ConfigError, MovingConfig};
 pub use error::{LoadMapError, PredictError, ResetError, ScanError, SetupError};
 pub use extract::{MapEstimate, PoseEstimate};
 pub use filter::ScPhd;
-pub use gaussian::{Correction, Gaussian};
 pub use health::Health;
+pub use likelihood::Likelihood;
 pub use ln_sum::LnSum;
-pub use map::PAGE_LEN;
+pub use map::{MapMemory, MapStorage, NoMoving, PAGE_LEN};
 pub use models::*;
 pub use noise::Noise;
 pub use real::Real;
+pub use reduce::Reduction;
 pub use report::{PredictReport, ScanReport};
 pub use state::State;
-pub use symmetric::{Dim, Factor, Lower, Packed, Symmetric};
+pub use symmetric::{Dim, Factor, Lower, Packed, Symmetric, Twice};

@@ -1,14 +1,38 @@
-//! Mixture reduction: prune, merge, cap (Vo & Ma 2006, table II).
+//! Mixture reduction: merge and cap (Vo & Ma 2006, table II), after pruning.
 
 use crate::sort::heap_sort;
 use crate::workspace::{Entry, Origin, Ranked, Workspace};
-use crate::{Dim, Gaussian, Packed, Real};
+use crate::{Component, Dim, Packed, Real};
 use nalgebra::SVector;
+
+/// Which components are merged into one of the same mass, mean and spread.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Reduction<T> {
+    /// Vo & Ma 2006, table II: the heaviest component takes in all within reach, and so on.
+    Greedy {
+        /// Squared Mahalanobis distance within which components are merged (table II: U).
+        merge_distance: T,
+    },
+    /// Runnalls 2007: the heaviest component takes in one other after another, always the one whose merger costs least.
+    Runnalls {
+        /// Greatest cost: the bound on the Kullback–Leibler divergence, per mass of the lighter component. Two equal
+        /// components a squared Mahalanobis distance d² apart cost ln(1 + d²/4), a much lighter one about d²/2.
+        merge_cost: T,
+    },
+}
+
+impl<T: Real> Reduction<T> {
+    /// Whether the bound is finite and not negative.
+    pub(crate) fn is_usable(&self) -> bool {
+        let (Self::Greedy { merge_distance: bound } | Self::Runnalls { merge_cost: bound }) = *self;
+        bound >= T::ZERO && bound.is_finite()
+    }
+}
 
 /// Merges and caps the components in view, which are pruned already; returns how many were merged away.
 pub(crate) fn merge_and_cap<T: Real, const N: usize>(
     workspace: &mut Workspace<'_, T, N>,
-    merge_distance: T,
+    reduction: Reduction<T>,
     max_components: usize,
 ) -> usize
 where
@@ -17,7 +41,16 @@ where
     let before = workspace.in_view().len();
     let (entries, ranking) = workspace.in_view_and_ranking();
     let ranking = rank_heaviest_first(entries, ranking, |_| 0);
-    merge(entries, ranking, merge_distance);
+    for head_place in 0..ranking.len() {
+        let Some((head, followers)) = ranking.get_mut(head_place..).and_then(<[_]>::split_first_mut) else { break };
+        if head.group == 0 {
+            let group = head_place as u16 + 1;
+            match reduction {
+                Reduction::Greedy { merge_distance } => take_in_near(entries, *head, group, followers, merge_distance),
+                Reduction::Runnalls { merge_cost } => take_in_cheap(entries, *head, group, followers, merge_cost),
+            }
+        }
+    }
     workspace.retain(|entry| entry.origin != Origin::Gone);
     let merged = before - workspace.in_view().len();
     keep_heaviest(workspace, max_components, |_| 0);
@@ -55,7 +88,7 @@ fn heaviest_first<T: Real>(ln_weight: T, class: u32) -> u32 {
 }
 
 /// Whether one component comes before another: heaviest first, then by position.
-pub(crate) fn heavier<T: Real, const N: usize>(a: &Gaussian<T, N>, b: &Gaussian<T, N>) -> bool
+pub(crate) fn heavier<T: Real, const N: usize>(a: &Component<T, N>, b: &Component<T, N>) -> bool
 where
     Dim<N>: Packed,
 {
@@ -94,46 +127,87 @@ where
 }
 
 /// Vo & Ma 2006, table II: the heaviest component left takes in every component i left with
-/// (m_i − m_h)ᵀ P_i⁻¹ (m_i − m_h) ≤ `merge_distance`; repeat. Those taken in are marked as gone.
-fn merge<T: Real, const N: usize>(entries: &mut [Entry<T, N>], ranking: &mut [Ranked], merge_distance: T)
-where
+/// (m_i − m_h)ᵀ P_i⁻¹ (m_i − m_h) ≤ `merge_distance`. Those taken in are marked as gone.
+fn take_in_near<T: Real, const N: usize>(
+    entries: &mut [Entry<T, N>],
+    head: Ranked,
+    group: u16,
+    followers: &mut [Ranked],
+    merge_distance: T,
+) where
     Dim<N>: Packed,
 {
-    for head_place in 0..ranking.len() {
-        let Some((head_rank, followers)) = ranking.get_mut(head_place..).and_then(<[_]>::split_first_mut) else {
-            return;
-        };
-        if head_rank.group != 0 {
-            continue;
+    let head_index = usize::from(head.entry);
+    let Some(head) = entries.get(head_index).map(|entry| entry.component) else { return };
+    let mut members = 0;
+    for ranked in followers.iter_mut().filter(|ranked| ranked.group == 0) {
+        let Some(entry) = entries.get_mut(usize::from(ranked.entry)) else { continue };
+        if is_near(&entry.component, &head.mean, merge_distance) {
+            ranked.group = group;
+            entry.origin = Origin::Gone;
+            members += 1;
         }
-        let group = head_place as u16 + 1;
-        let head_index = usize::from(head_rank.entry);
-        let Some(head) = entries.get(head_index).map(|entry| entry.component) else { continue };
+    }
+    if members == 0 {
+        return;
+    }
+    let taken = followers.iter().filter(|ranked| ranked.group == group);
+    let merged = moment_match(&head, || {
+        taken.clone().filter_map(|ranked| entries.get(usize::from(ranked.entry))).map(|entry| &entry.component)
+    });
+    if let Some(entry) = entries.get_mut(head_index) {
+        entry.component = merged;
+    }
+}
 
-        let mut members = 0;
-        for ranked in followers.iter_mut().filter(|ranked| ranked.group == 0) {
-            let Some(entry) = entries.get_mut(usize::from(ranked.entry)) else { continue };
-            if is_near(&entry.component, &head.mean, merge_distance) {
-                ranked.group = group;
-                entry.origin = Origin::Gone;
-                members += 1;
+/// Runnalls 2007: the heaviest component left takes in the one left whose merger costs least, as long as that is at most
+/// `merge_cost`. Those taken in are marked as gone.
+fn take_in_cheap<T: Real, const N: usize>(
+    entries: &mut [Entry<T, N>],
+    head: Ranked,
+    group: u16,
+    followers: &mut [Ranked],
+    merge_cost: T,
+) where
+    Dim<N>: Packed,
+{
+    let head_index = usize::from(head.entry);
+    loop {
+        let Some(head) = entries.get(head_index).map(|entry| entry.component) else { return };
+        let mut cheapest = None;
+        for (place, ranked) in followers.iter().enumerate().filter(|(_, ranked)| ranked.group == 0) {
+            let cost = entries.get(usize::from(ranked.entry)).and_then(|entry| cost(&head, &entry.component));
+            if let Some(cost) = cost.filter(|&cost| cheapest.map_or(cost <= merge_cost, |(_, least)| cost < least)) {
+                cheapest = Some((place, cost));
             }
         }
-        if members == 0 {
-            continue;
-        }
-        let taken = followers.iter().filter(|ranked| ranked.group == group);
-        let merged = moment_match(&head, || {
-            taken.clone().filter_map(|ranked| entries.get(usize::from(ranked.entry))).map(|entry| &entry.component)
-        });
+        let Some(ranked) = cheapest.and_then(|(place, _)| followers.get_mut(place)) else { return };
+        ranked.group = group;
+        let Some(entry) = entries.get_mut(usize::from(ranked.entry)) else { return };
+        entry.origin = Origin::Gone;
+        let taken = entry.component;
+        let merged = moment_match(&head, || core::iter::once(&taken));
         if let Some(entry) = entries.get_mut(head_index) {
             entry.component = merged;
         }
     }
 }
 
+/// What Runnalls' bound on the Kullback–Leibler divergence says a merger costs, per mass of the lighter component:
+/// ½ [(w_h + w_i) ln|P_hi| − w_h ln|P_h| − w_i ln|P_i|] / min(w_h, w_i).
+fn cost<T: Real, const N: usize>(head: &Component<T, N>, other: &Component<T, N>) -> Option<T>
+where
+    Dim<N>: Packed,
+{
+    let ln_determinant = |component: &Component<T, N>| component.covariance.factor().map(|f| f.ln_determinant());
+    let weight = (other.ln_weight - head.ln_weight).exp();
+    let both = ln_determinant(&moment_match(head, || core::iter::once(other)))?;
+    let divergence = (T::ONE + weight) * both - ln_determinant(head)? - weight * ln_determinant(other)?;
+    Some(T::from_f64(0.5) * divergence / weight.at_most(T::ONE))
+}
+
 /// Whether `head_mean` lies within the squared Mahalanobis distance of a component.
-fn is_near<T: Real, const N: usize>(component: &Gaussian<T, N>, head_mean: &SVector<T, N>, distance: T) -> bool
+fn is_near<T: Real, const N: usize>(component: &Component<T, N>, head_mean: &SVector<T, N>, distance: T) -> bool
 where
     Dim<N>: Packed,
 {
@@ -145,13 +219,13 @@ where
 }
 
 /// One Gaussian with the mass, the mean and the spread of `head` and the others together.
-fn moment_match<'e, T: Real, const N: usize, I>(head: &Gaussian<T, N>, others: impl Fn() -> I) -> Gaussian<T, N>
+fn moment_match<'e, T: Real, const N: usize, I>(head: &Component<T, N>, others: impl Fn() -> I) -> Component<T, N>
 where
-    I: Iterator<Item = &'e Gaussian<T, N>>,
+    I: Iterator<Item = &'e Component<T, N>>,
     Dim<N>: Packed + 'e,
 {
     // Weights and means relative to the head keep single precision where the map is far from its origin.
-    let relative = |component: &Gaussian<T, N>| (component.ln_weight - head.ln_weight).exp();
+    let relative = |component: &Component<T, N>| (component.ln_weight - head.ln_weight).exp();
     let mut mass = T::ONE;
     let mut offset = SVector::<T, N>::zeros();
     for other in others() {
@@ -167,7 +241,8 @@ where
         covariance = covariance.plus(&other.covariance.scaled(weight));
         covariance.add_outer(weight, &(other.mean - head.mean - offset));
     }
-    Gaussian {
+    Component {
+        tag: head.tag,
         ln_weight: head.ln_weight + mass.ln(),
         mean: head.mean + offset,
         covariance: covariance.scaled(T::ONE / mass).kept_positive_definite().0,

@@ -8,7 +8,9 @@ use nalgebra::SVector;
 pub struct Measurement<T: Real, const Z: usize> {
     /// z.
     pub(crate) z: SVector<T, Z>,
-    /// ln( κ(z) + B w_b ): what explains the measurement where no feature does; −∞ for nothing.
+    /// ln κ(z); −∞ for no clutter.
+    pub(crate) ln_clutter: T,
+    /// ln( κ(z) + Σ w_b ): what explains the measurement where no feature does; −∞ for nothing.
     pub(crate) ln_unexplained: T,
 }
 
@@ -17,10 +19,13 @@ const LN_LEAST: f64 = -69.0;
 
 impl<T: Real, const Z: usize> Measurement<T, Z> {
     /// All zero; a placeholder for unused memory.
-    pub(crate) const ZERO: Self =
-        Self { z: SVector::from_array_storage(nalgebra::ArrayStorage([[T::ZERO; Z]; 1])), ln_unexplained: T::ZERO };
+    pub(crate) const ZERO: Self = Self {
+        z: SVector::from_array_storage(nalgebra::ArrayStorage([[T::ZERO; Z]; 1])),
+        ln_clutter: T::ZERO,
+        ln_unexplained: T::ZERO,
+    };
 
-    /// A finite number to take weights relative to while η_z is not complete: ln( κ(z) + B w_b ), which bounds them
+    /// A finite number to take weights relative to while η_z is not complete: ln( κ(z) + Σ w_b ), which bounds them
     /// from above, unless that is next to nothing.
     pub(crate) fn ln_reference(&self) -> T {
         self.ln_unexplained.at_least(T::from_f64(LN_LEAST))
@@ -47,7 +52,7 @@ impl<'s, T: Real, const Z: usize> Scan<'s, T, Z> {
         memory: &'s mut [Measurement<T, Z>],
         measured: &[SVector<T, Z>],
         clutter: &C,
-        ln_birth: T,
+        birth_intensity: T,
     ) -> Self
     where
         S: Sensor<T, D, Z>,
@@ -56,6 +61,7 @@ impl<'s, T: Real, const Z: usize> Scan<'s, T, Z> {
         Dim<Z>: Packed,
     {
         let key = |measurement: &Measurement<T, Z>| coordinate(&measurement.z, S::SORTED_BY);
+        let ln_birth = birth_intensity.ln();
         let mut ln_least_unexplained = T::INFINITY;
         let mut len = 0;
         for &z in measured {
@@ -65,13 +71,14 @@ impl<'s, T: Real, const Z: usize> Scan<'s, T, Z> {
             {
                 *angle = wrap(*angle);
             }
-            let mut unexplained = LnSum::of(clutter.ln_intensity(&z));
+            let ln_clutter = clutter.ln_intensity(&z);
+            let mut unexplained = LnSum::of(ln_clutter);
             unexplained.add(ln_birth);
             let ln_unexplained = unexplained.ln();
             ln_least_unexplained = ln_unexplained.at_most(ln_least_unexplained);
             // Insertion keeps measurements with equal keys in the caller's order. Scans are short, and most sensors
             // deliver them in order already.
-            let mut place = Measurement { z, ln_unexplained };
+            let mut place = Measurement { z, ln_clutter, ln_unexplained };
             let position = memory.get(..len).unwrap_or(&[]).partition_point(|held| key(held) <= key(&place));
             for slot in memory.iter_mut().take(len + 1).skip(position) {
                 core::mem::swap(slot, &mut place);
@@ -92,7 +99,7 @@ impl<'s, T: Real, const Z: usize> Scan<'s, T, Z> {
         self.measurements.iter()
     }
 
-    /// The least of ln( κ(z) + B w_b ) over the measurements.
+    /// The least of ln( κ(z) + Σ w_b ) over the measurements.
     pub(crate) fn ln_least_unexplained(&self) -> T {
         self.ln_least_unexplained
     }

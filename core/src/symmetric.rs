@@ -24,6 +24,13 @@ pub trait Packed: sealed::Sealed {
     type Lower<T: Real>: Lower<T>;
 }
 
+/// The dimension of a moving feature's state (position, velocity), E = 2D, of one whose position has the dimension D.
+pub trait Twice<const E: usize>: sealed::Sealed {}
+
+impl Twice<2> for Dim<1> {}
+impl Twice<4> for Dim<2> {}
+impl Twice<6> for Dim<3> {}
+
 /// Array that holds a lower triangle.
 pub trait Lower<T>: sealed::Sealed + Copy + PartialEq + Debug + Send + Sync + AsRef<[T]> + AsMut<[T]> {
     /// All zero.
@@ -289,7 +296,7 @@ where
         self.pivots.iter().fold(T::ONE, |product, &pivot| product * pivot).ln()
     }
 
-    /// ln of the greatest value of the Gaussian density with covariance S: −½ ln det(2πS).
+    /// ln of the greatest value of the Component density with covariance S: −½ ln det(2πS).
     #[inline]
     #[must_use]
     pub fn ln_peak(&self) -> T {

@@ -1,7 +1,7 @@
 //! The map as one candidate pose sees it: what to expect of every component, and which measurements it meets.
 
 use crate::scan::Scan;
-use crate::{Bounds, Correction, Dim, Factor, FieldOfView, Gaussian, Packed, Real, Sensor};
+use crate::{Bounds, Component, Correction, Dim, Factor, FieldOfView, Packed, Real, Sensor};
 use nalgebra::{SMatrix, SVector};
 
 /// A sensor at one pose.
@@ -58,7 +58,7 @@ where
     /// The Kalman correction that any measurement of this component brings.
     pub(crate) fn correction<const N: usize>(
         &self,
-        component: &Gaussian<T, N>,
+        component: &Component<T, N>,
         noise: &crate::Symmetric<T, Z>,
     ) -> Correction<T, N, Z>
     where
@@ -75,6 +75,16 @@ impl<T: Real, S, V, F> View<'_, T, S, V, F> {
         V: FieldOfView<T, F, D, Z>,
     {
         self.field_of_view.bounds(&self.frame)
+    }
+
+    /// The birth intensity that does not wait for measurements, if the sensor has one.
+    pub(crate) fn expected_births<const D: usize, const Z: usize>(&self) -> impl Iterator<Item = Component<T, D>>
+    where
+        S: Sensor<T, D, Z, Frame = F>,
+        Dim<D>: Packed,
+        Dim<Z>: Packed,
+    {
+        (0..).map_while(|index| self.sensor.expected_birth(&self.frame, index))
     }
 
     /// Whether a feature at this position is in view (p_D > 0).
@@ -94,7 +104,7 @@ impl<T: Real, S, V, F> View<'_, T, S, V, F> {
     #[inline]
     pub(crate) fn expect<const N: usize, const D: usize, const Z: usize>(
         &self,
-        component: &Gaussian<T, N>,
+        component: &Component<T, N>,
     ) -> Option<Expectation<T, D, Z>>
     where
         S: Sensor<T, D, Z, Frame = F>,

@@ -1,6 +1,6 @@
 //! Scratch for the update of one map: the components in view after the update, before they are written back.
 
-use crate::{Dim, Gaussian, Packed, Real};
+use crate::{Component, Dim, Packed, Real};
 
 /// Where a component of the updated map comes from (5.17).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -23,7 +23,7 @@ pub(crate) struct Entry<T: Real, const N: usize>
 where
     Dim<N>: Packed,
 {
-    pub(crate) component: Gaussian<T, N>,
+    pub(crate) component: Component<T, N>,
     pub(crate) origin: Origin<T>,
 }
 
@@ -53,7 +53,7 @@ where
     Dim<N>: Packed,
 {
     pub(crate) const ZERO: Self = Self {
-        entries: [Entry { component: Gaussian::ZERO, origin: Origin::Outside }; VIEW],
+        entries: [Entry { component: Component::ZERO, origin: Origin::Outside }; VIEW],
         ranking: [Ranked { key: 0, entry: 0, group: 0 }; VIEW],
     };
 
@@ -95,11 +95,25 @@ impl<T: Real, const N: usize> Workspace<'_, T, N>
 where
     Dim<N>: Packed,
 {
-    /// Empties the workspace for the next map, and sets the weight below which components are dropped.
-    pub(crate) fn clear(&mut self, prune_weight: T) {
+    /// A workspace without room.
+    pub(crate) fn none() -> Self {
+        Self {
+            entries: &mut [],
+            ranking: &mut [],
+            in_view: 0,
+            outside: 0,
+            ln_floor: T::NEG_INFINITY,
+            tightened: false,
+            lost: 0,
+            pruned_mass: T::ZERO,
+        }
+    }
+
+    /// Empties the workspace for the next map, and sets ln of the weight below which components are dropped.
+    pub(crate) fn clear(&mut self, ln_floor: T) {
         self.in_view = 0;
         self.outside = 0;
-        self.ln_floor = prune_weight.ln();
+        self.ln_floor = ln_floor;
         self.tightened = false;
         self.lost = 0;
         self.pruned_mass = T::ZERO;
@@ -151,7 +165,7 @@ where
     }
 
     /// Adds a component in view, unless it is below the floor.
-    pub(crate) fn push(&mut self, component: Gaussian<T, N>, origin: Origin<T>) {
+    pub(crate) fn push(&mut self, component: Component<T, N>, origin: Origin<T>) {
         if !(component.ln_weight >= self.ln_floor) {
             self.pruned_mass += component.ln_weight.exp();
             return;
@@ -166,7 +180,7 @@ where
     }
 
     /// Adds a component that is not in view.
-    pub(crate) fn push_outside(&mut self, component: Gaussian<T, N>) {
+    pub(crate) fn push_outside(&mut self, component: Component<T, N>) {
         if !self.make_room(T::INFINITY) {
             return;
         }
@@ -225,7 +239,7 @@ where
     }
 
     /// All components, ranked by `key`; the caller sorts. The ranking points into the entries returned with it.
-    pub(crate) fn rank_all(&mut self, key: impl Fn(&Gaussian<T, N>) -> u32) -> (&[Entry<T, N>], &mut [Ranked]) {
+    pub(crate) fn rank_all(&mut self, key: impl Fn(&Component<T, N>) -> u32) -> (&[Entry<T, N>], &mut [Ranked]) {
         let capacity = self.entries.len();
         let indices = (0..self.in_view).chain(capacity.saturating_sub(self.outside)..capacity);
         let mut len = 0;

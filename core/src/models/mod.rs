@@ -2,6 +2,7 @@
 
 mod ackermann;
 mod clutter;
+mod constant_velocity;
 mod control_noise;
 mod field_of_view;
 mod known_pose;
@@ -15,6 +16,7 @@ mod unicycle;
 
 pub use ackermann::{Ackermann, AckermannControl, AckermannGeometry};
 pub use clutter::{Clutter, UniformClutter};
+pub use constant_velocity::ConstantVelocity;
 pub use control_noise::ControlNoise;
 pub use field_of_view::{FieldOfView, RangeBearingWindow};
 pub use known_pose::KnownPose;

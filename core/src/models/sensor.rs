@@ -1,6 +1,6 @@
 //! What the sensor measures, as a trait.
 
-use crate::{Dim, Packed, Real, Symmetric};
+use crate::{Component, Dim, Packed, Real, Symmetric};
 use nalgebra::{SMatrix, SVector};
 
 /// What the sensor measures of a feature: h(m, x), its inverse, and their noise (sections 5.1, 5.2.1).
@@ -35,6 +35,14 @@ where
 
     /// R, the covariance of the measurement noise.
     fn noise(&self) -> &Symmetric<T, Z>;
+
+    /// The birth intensity that does not wait for measurements (5.2.1), for a sensor whose measurement cannot be
+    /// inverted: its component of that index, in map coordinates, as seen from the frame; `None` past the last. These
+    /// components are part of every predicted static map, without being stored. None by default: features are then born
+    /// from measurements.
+    fn expected_birth(&self, _frame: &Self::Frame, _index: usize) -> Option<Component<T, D>> {
+        None
+    }
 
     /// The feature h⁻¹(z, x) that would give the measurement, with H* = ∂h⁻¹/∂z; `None` where there is none.
     fn invert(&self, frame: &Self::Frame, measured: &SVector<T, Z>) -> Option<Inverse<T, D, Z>>;
