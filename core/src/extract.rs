@@ -1,6 +1,7 @@
 //! State extraction (5.2.7).
 
 use crate::reduce::heavier;
+use crate::state::Memory;
 use crate::{Clutter, Component, Dim, FieldOfView, Motion, Packed, Pose, Real, ScPhd, Sensor, Symmetric, Twice};
 
 /// The estimated pose.
@@ -84,7 +85,22 @@ where
         heaviest_of(|| self.map(self.heaviest()).copied(), self.config.extraction_weight, features)
     }
 
-    /// The same for the moving features, (position, velocity), where they are by now.
+    /// The same for the static map that is expected over all particles, Σ_i ζ_i v_i, so that the covariances hold the
+    /// uncertainty of the pose too. Components of one tag are one feature; the rest is left to the
+    /// [`reduction`](crate::Config::reduction). Works in the scratch of the update, whose capacity bounds it.
+    pub fn estimate_expected_map(&mut self, features: &mut [Component<T, D>]) -> MapEstimate<T> {
+        let Self { memory: Memory { cursor, candidates, still, .. }, config, .. } = self;
+        let (particles, children) = (cursor.particles, cursor.children);
+        let weight = |particle: usize| {
+            let family = candidates.iter().skip(particle * children).take(children);
+            family.fold(T::ZERO, |sum, candidate| sum + candidate.ln_weight.exp())
+        };
+        still.expect(particles, weight, config);
+        let map = || still.workspace.in_view().iter().map(|entry| entry.component);
+        heaviest_of(map, config.extraction_weight, features)
+    }
+
+    /// The same for the moving features of the heaviest particle, (position, velocity), where they are by now.
     pub fn estimate_moving(&self, features: &mut [Component<T, E>]) -> MapEstimate<T> {
         let (motion, waited_s) = (&self.config.moving.motion, self.waited_s());
         let now = |component: &Component<T, E>| {

@@ -52,6 +52,7 @@ mod config;
 mod digest;
 mod drift;
 mod error;
+mod expected_map;
 mod extract;
 #[cfg(test)]
 mod faults;
@@ -61,6 +62,8 @@ mod likelihood;
 mod ln_sum;
 mod map;
 mod models;
+#[cfg(test)]
+mod movers;
 mod noise;
 #[cfg(test)]
 mod oracles;

@@ -219,7 +219,10 @@ where
 }
 
 /// One Gaussian with the mass, the mean and the spread of `head` and the others together.
-fn moment_match<'e, T: Real, const N: usize, I>(head: &Component<T, N>, others: impl Fn() -> I) -> Component<T, N>
+pub(crate) fn moment_match<'e, T: Real, const N: usize, I>(
+    head: &Component<T, N>,
+    others: impl Fn() -> I,
+) -> Component<T, N>
 where
     I: Iterator<Item = &'e Component<T, N>>,
     Dim<N>: Packed + 'e,
@@ -246,5 +249,114 @@ where
         ln_weight: head.ln_weight + mass.ln(),
         mean: head.mean + offset,
         covariance: covariance.scaled(T::ONE / mass).kept_positive_definite().0,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Reduction, cost, merge_and_cap, moment_match};
+    use crate::workspace::{Origin, WorkspaceMemory};
+    use crate::{Component, Symmetric};
+    use nalgebra::{Matrix2, Vector2};
+    use std::boxed::Box;
+    use std::vec::Vec;
+
+    fn component(weight: f64, x: f64, y: f64) -> Component<f64, 2> {
+        let covariance = Symmetric::from_fn(|row, column| if row == column { 0.4 } else { 0.1 });
+        Component { tag: (100.0 * weight) as u32, ln_weight: weight.ln(), mean: Vector2::new(x, y), covariance }
+    }
+
+    fn reduced(mixture: &[Component<f64, 2>], reduction: Reduction<f64>, cap: usize) -> Vec<Component<f64, 2>> {
+        let mut memory = Box::new(WorkspaceMemory::<f64, 2, 32>::ZERO);
+        let mut workspace = memory.view();
+        workspace.clear(1e-6_f64.ln());
+        mixture.iter().for_each(|component| workspace.push(*component, Origin::Missed));
+        let merged = merge_and_cap(&mut workspace, reduction, cap);
+        let left: Vec<_> = workspace.in_view().iter().map(|entry| entry.component).collect();
+        assert!(merged + left.len() <= mixture.len());
+        left
+    }
+
+    /// Mass, mean and second moment of a mixture.
+    fn moments(mixture: &[Component<f64, 2>]) -> (f64, Vector2<f64>, Matrix2<f64>) {
+        let mass: f64 = mixture.iter().map(|c| c.ln_weight.exp()).sum();
+        let weighted = || mixture.iter().map(|c| (c.ln_weight.exp() / mass, c));
+        let mean = weighted().fold(Vector2::zeros(), |sum, (w, c)| sum + c.mean * w);
+        let second = weighted()
+            .fold(Matrix2::zeros(), |sum, (w, c)| sum + (c.covariance.to_matrix() + c.mean * c.mean.transpose()) * w);
+        (mass, mean, second)
+    }
+
+    const CLUSTERS: [(f64, f64, f64); 7] = [
+        (0.9, 0.0, 0.0),
+        (0.2, 0.3, 0.1),
+        (0.05, -0.6, 0.4),
+        (0.5, 6.0, 1.0),
+        (0.4, 6.4, 1.3),
+        (0.3, -5.0, 4.0),
+        (0.01, 0.1, -0.2),
+    ];
+
+    #[test]
+    fn either_reduction_keeps_mass_mean_and_spread() {
+        let mixture: Vec<_> = CLUSTERS.iter().map(|&(w, x, y)| component(w, x, y)).collect();
+        let before = moments(&mixture);
+        for reduction in [Reduction::Greedy { merge_distance: 4.0 }, Reduction::Runnalls { merge_cost: 2.0 }] {
+            let left = reduced(&mixture, reduction, usize::MAX);
+            assert_eq!(left.len(), 3, "{reduction:?}: {left:?}");
+            let after = moments(&left);
+            assert!((after.0 - before.0).abs() < 1e-14, "{reduction:?}");
+            assert!((after.1 - before.1).norm() < 1e-13, "{reduction:?}");
+            assert!((after.2 - before.2).norm() < 1e-12, "{reduction:?}");
+            // The tag is that of the heaviest part.
+            let mut tags: Vec<u32> = left.iter().map(|c| c.tag).collect();
+            tags.sort_unstable();
+            assert_eq!(tags, [30, 50, 90]);
+        }
+    }
+
+    #[test]
+    fn the_cap_keeps_the_heaviest() {
+        let mixture: Vec<_> = CLUSTERS.iter().map(|&(w, x, y)| component(w, x, y)).collect();
+        for reduction in [Reduction::Greedy { merge_distance: 0.0 }, Reduction::Runnalls { merge_cost: 0.0 }] {
+            let weights: Vec<f64> = reduced(&mixture, reduction, 3).iter().map(|c| c.ln_weight.exp()).collect();
+            assert_eq!(weights.len(), 3);
+            assert!(weights.iter().all(|&w| w > 0.399), "{weights:?}");
+        }
+    }
+
+    #[test]
+    fn runnalls_cost_in_closed_form() {
+        let unit = |weight: f64, x: f64| Component {
+            covariance: Symmetric::from_diagonal([1.0, 1.0]),
+            ..component(weight, x, 0.0)
+        };
+        // Equal ones at distance d: |P| grows by 1 + d²/4, and the cost per mass is its logarithm.
+        assert!((cost(&unit(0.5, 0.0), &unit(0.5, 2.0)).unwrap() - 2.0_f64.ln()).abs() < 1e-14);
+        // A light one: ½ d² in the limit.
+        assert!((cost(&unit(1.0, 0.0), &unit(1e-6, 3.0)).unwrap() - 4.5).abs() < 1e-4);
+        // Two that are the same cost nothing, and nothing costs less than that.
+        assert!(cost(&unit(0.7, 1.0), &unit(0.1, 1.0)).unwrap().abs() < 1e-14);
+        let mut tried = 0;
+        for (w, x, y) in CLUSTERS {
+            for (v, a, b) in CLUSTERS {
+                assert!(cost(&component(w, x, y), &component(v, a, b)).unwrap() > -1e-12);
+                tried += 1;
+            }
+        }
+        assert_eq!(tried, 49);
+    }
+
+    #[test]
+    fn runnalls_takes_the_cheapest_first() {
+        // The head takes in the near one, moves to it, and then reaches the third, which it could not before.
+        let mixture = [component(0.5, 0.0, 0.0), component(0.4, 1.0, 0.0), component(0.3, 1.9, 0.0)];
+        let bound = 1.2;
+        assert!(cost(&mixture[0], &mixture[2]).unwrap() > bound);
+        let left = reduced(&mixture, Reduction::Runnalls { merge_cost: bound }, usize::MAX);
+        assert_eq!(left.len(), 1);
+        let both = moment_match(&mixture[0], || mixture[1..].iter());
+        assert!((left[0].mean - both.mean).norm() < 1e-14);
+        assert!((left[0].covariance.to_matrix() - both.covariance.to_matrix()).norm() < 1e-13);
     }
 }

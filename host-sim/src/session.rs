@@ -97,18 +97,6 @@ pub enum SessionError {
     Thread(io::Error),
 }
 
-/// Every condition a filter can report.
-const CONDITIONS: [Health; 8] = [
-    Health::UNEXPLAINED_SCAN,
-    Health::DEGENERATE,
-    Health::PRUNING_TIGHTENED,
-    Health::MAP_NOT_UPDATED,
-    Health::COMPONENTS_LOST,
-    Health::COVARIANCE_REPAIRED,
-    Health::POSE_REJECTED,
-    Health::INNOVATION_HIGH,
-];
-
 /// Runs `filter` over `log`, in a thread with a stack that has room for any state; `progress` is told the number of
 /// scans done after each.
 ///
@@ -154,7 +142,7 @@ fn drive(log: &Log, slam: &mut dyn Slam, progress: &mut (dyn FnMut(usize) + Send
     let dead_reckoning = vehicle::dead_reckoning(log);
     let mut scans = Vec::with_capacity(log.scans.len());
     let mut map: Vec<MapFeature> = Vec::new();
-    let mut counts = [0; CONDITIONS.len()];
+    let mut counts = vec![0; Health::all().count()];
     for event in events(log) {
         let next = scans.len();
         let refused = |step| {
@@ -168,7 +156,7 @@ fn drive(log: &Log, slam: &mut dyn Slam, progress: &mut (dyn FnMut(usize) + Send
                 let start = Instant::now();
                 let outcome = slam.scan(&scan.detections).map_err(refused("the scan"))?;
                 let scan_us = start.elapsed().as_secs_f64() * 1e6;
-                for (count, condition) in counts.iter_mut().zip(CONDITIONS) {
+                for (count, condition) in counts.iter_mut().zip(Health::all()) {
                     *count += usize::from(outcome.health.contains(condition));
                 }
                 let (pose, pose_covariance) = slam.pose().map_err(refused("the pose"))?;
@@ -192,7 +180,7 @@ fn drive(log: &Log, slam: &mut dyn Slam, progress: &mut (dyn FnMut(usize) + Send
         }
     }
     let features_estimated = scans.last().map(|scan| scan.features_estimated);
-    let health = CONDITIONS.into_iter().zip(counts).filter(|&(_, count)| count > 0).collect();
+    let health = Health::all().zip(counts).filter(|&(_, count)| count > 0).collect();
     Ok(Run { record: Record { scans, map }, health, features_estimated })
 }
 

@@ -1,6 +1,7 @@
 //! Models of the vehicle and its sensor: the traits a user may implement, and the models that come with the crate.
 
 mod ackermann;
+mod bearing_only;
 mod clutter;
 mod constant_velocity;
 mod control_noise;
@@ -15,6 +16,7 @@ mod testing;
 mod unicycle;
 
 pub use ackermann::{Ackermann, AckermannControl, AckermannGeometry};
+pub use bearing_only::{BearingOnly, BirthIntensity, PolarBirths};
 pub use clutter::{Clutter, UniformClutter};
 pub use constant_velocity::ConstantVelocity;
 pub use control_noise::ControlNoise;

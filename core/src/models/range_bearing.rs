@@ -34,6 +34,15 @@ pub struct PlanarFrame<T> {
     pub cosine: T,
 }
 
+impl<T: Real> PlanarFrame<T> {
+    /// The frame of a pose.
+    #[must_use]
+    pub fn of(pose: &PlanarPose<T>) -> Self {
+        let (sine, cosine) = pose.heading_rad.sin_cos();
+        Self { position: Vector2::new(pose.x_m, pose.y_m), heading_rad: pose.heading_rad, sine, cosine }
+    }
+}
+
 impl<T: Real> RangeBearing<T> {
     /// A sensor with independent noise of these standard deviations, m and rad.
     ///
@@ -56,8 +65,7 @@ impl<T: Real> Sensor<T, 2, 2> for RangeBearing<T> {
     const SORTED_BY_ANGLE: bool = true;
 
     fn frame(&self, pose: &Self::Pose) -> Self::Frame {
-        let (sine, cosine) = pose.heading_rad.sin_cos();
-        PlanarFrame { position: Vector2::new(pose.x_m, pose.y_m), heading_rad: pose.heading_rad, sine, cosine }
+        PlanarFrame::of(pose)
     }
 
     /// (5.28) with the heading subtracted. The Jacobian is that of range and bearing with respect to the feature.

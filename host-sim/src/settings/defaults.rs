@@ -36,12 +36,8 @@ const BEARING_SIGMA_RAD: f64 = 0.02;
 
 /// Particles of a real log: its odometry errs in ways that more of them have to cover.
 const REAL_PARTICLES: usize = 200;
-/// Real likelihoods are too sure of themselves; resampling less often keeps the particles that they would lose.
-const REAL_RESAMPLE_THRESHOLD: f64 = 0.35;
 /// Real maps collect remnants of landmarks seen from errant poses; they are dropped earlier.
 const REAL_PRUNE_WEIGHT: f64 = 1e-3;
-/// Landmarks of real logs may stand next to each other, so only what lies within 1.3 standard deviations is one.
-const REAL_MERGE_DISTANCE: f64 = 1.8;
 
 /// What a kind of real vehicle is taken for where its log does not say. Found by search on the published logs.
 struct Unstated {
@@ -64,6 +60,11 @@ struct Unstated {
     clutter_per_scan: f64,
     /// κ / w_b.
     clutter_over_birth: f64,
+    /// Resample below this N_eff / N. Real likelihoods are too sure of themselves; resampling less often keeps the
+    /// particles that they would lose.
+    resample_threshold: f64,
+    /// Real landmarks may stand next to each other, so only what lies within 1.3 standard deviations is one.
+    merge_distance: f64,
 }
 
 /// A car with a wheel encoder and a steering sensor, outdoors.
@@ -77,6 +78,8 @@ const CAR: Unstated = Unstated {
     detection: 0.22,
     clutter_per_scan: 0.24,
     clutter_over_birth: 3.0,
+    resample_threshold: 0.35,
+    merge_distance: 1.8,
 };
 
 /// A small robot that turns on the spot, indoors.
@@ -84,12 +87,14 @@ const ROBOT: Unstated = Unstated {
     speed: (0.0244, 0.29),
     turn: (0.048, 0.1),
     interval_s: 0.295,
-    inflation: (4.2, 1.9),
-    range_share: 0.94,
-    edges: (0.5, 0.05),
+    inflation: (4.175, 1.92),
+    range_share: 0.937,
+    edges: (0.48, 0.051),
     detection: 0.2445,
     clutter_per_scan: 0.273,
-    clutter_over_birth: 12.7,
+    clutter_over_birth: 5.9,
+    resample_threshold: 0.318,
+    merge_distance: 1.6,
 };
 
 /// Half width of a soft edge in standard deviations of its coordinate: a feature at the rim is taken for missed
@@ -108,8 +113,8 @@ impl Settings {
     pub fn for_log(log: &Log) -> Self {
         let sensor = sensor(log);
         let measure = (sensor.range_max_m - sensor.range_min_m) * 2.0 * sensor.bearing_half_width_rad().min(PI);
-        let clutter_over_birth =
-            if log.simulated { CLUTTER_OVER_BIRTH } else { unstated(&log.vehicle).clutter_over_birth };
+        let unstated = unstated(&log.vehicle);
+        let clutter_over_birth = if log.simulated { CLUTTER_OVER_BIRTH } else { unstated.clutter_over_birth };
         let births =
             if sensor.clutter_per_scan > 0.0 { sensor.clutter_per_scan / clutter_over_birth } else { BIRTHS_PER_SCAN };
         let of = |simulated, real| if log.simulated { simulated } else { real };
@@ -117,9 +122,9 @@ impl Settings {
             particles: if log.simulated { PARTICLES } else { REAL_PARTICLES },
             samples: SAMPLES,
             birth_intensity: births / measure,
-            resample_threshold: of(RESAMPLE_THRESHOLD, REAL_RESAMPLE_THRESHOLD),
+            resample_threshold: of(RESAMPLE_THRESHOLD, unstated.resample_threshold),
             prune_weight: of(PRUNE_WEIGHT, REAL_PRUNE_WEIGHT),
-            merge_distance: of(MERGE_DISTANCE, REAL_MERGE_DISTANCE),
+            merge_distance: of(MERGE_DISTANCE, unstated.merge_distance),
             max_components: MAX_COMPONENTS,
             extraction_weight: 0.0,
             likelihood: Likelihood::SingleCluster,
