@@ -271,7 +271,7 @@ mod tests {
             }
             self.scans += 1;
             let health = if self.scans == 2 { Health::DEGENERATE } else { Health::GOOD };
-            Ok(ScanOutcome { n_eff: 1.0, health })
+            Ok(ScanOutcome { n_eff: 1.0, resampled: false, health })
         }
 
         fn pose(&mut self) -> Result<PoseAndCovariance, Refusal> {

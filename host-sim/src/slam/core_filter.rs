@@ -128,7 +128,7 @@ impl<
     fn scan(&mut self, detections: &[[f64; 2]]) -> Result<ScanOutcome, Refusal> {
         let measurements: Vec<_> = detections.iter().map(|z| nalgebra::Vector2::from(z.map(T::from_f64))).collect();
         let report = self.with(|filter| filter.scan(&measurements))?.map_err(refusal)?;
-        Ok(ScanOutcome { n_eff: report.n_eff.to_f64(), health: report.health })
+        Ok(ScanOutcome { n_eff: report.n_eff.to_f64(), resampled: report.resampled, health: report.health })
     }
 
     fn pose(&mut self) -> Result<PoseAndCovariance, Refusal> {

@@ -27,7 +27,7 @@ impl ReferenceFilter {
 /// The reference with the same models and tuning as the filter that the settings describe.
 #[must_use]
 pub fn reference_of(settings: &Settings, vehicle: &Vehicle) -> Reference {
-    let Settings { filter, vehicle: noise, sensor, .. } = settings;
+    let Settings { filter, vehicle: noise, sensor, moving } = settings;
     let field_of_view = reference::FieldOfView {
         range_min_m: sensor.range_min_m,
         range_max_m: sensor.range_max_m,
@@ -48,6 +48,17 @@ pub fn reference_of(settings: &Settings, vehicle: &Vehicle) -> Reference {
             prune_weight: filter.prune_weight,
             merge_distance: filter.merge_distance,
             max_components: filter.max_components,
+            extraction_weight: filter.extraction_weight,
+            likelihood: filter.likelihood,
+            reduction: filter.reduction,
+            merge_cost: filter.merge_cost,
+            moving: reference::MovingConfig {
+                birth_intensity: moving.birth_intensity,
+                velocity_sigma_mps: moving.velocity_sigma_mps,
+                acceleration_psd: moving.acceleration_psd,
+                lifetime_s: moving.lifetime_s,
+                spread_max_m: moving.spread_max_m,
+            },
         },
         motion: reference::Motion {
             vehicle: *vehicle,
@@ -75,7 +86,11 @@ impl Slam for ReferenceFilter {
 
     fn scan(&mut self, detections: &[[f64; 2]]) -> Result<ScanOutcome, Refusal> {
         let outcome = self.reference.scan(&mut self.state, detections, &mut self.draws);
-        Ok(ScanOutcome { n_eff: outcome.weighing.n_eff, health: scphd::Health::GOOD })
+        Ok(ScanOutcome {
+            n_eff: outcome.weighing.n_eff,
+            resampled: outcome.selection.resampled,
+            health: scphd::Health::GOOD,
+        })
     }
 
     fn pose(&mut self) -> Result<PoseAndCovariance, Refusal> {
@@ -95,7 +110,13 @@ impl Slam for ReferenceFilter {
     }
 
     fn moving(&mut self) -> Result<Vec<MovingFeature>, Refusal> {
-        Ok(Vec::new())
+        let estimate = self.reference.estimate(&self.state);
+        let features = estimate.moving.iter().map(|feature| {
+            let [x, y, vx, vy] = feature.mean;
+            let covariance = std::array::from_fn(|r| std::array::from_fn(|c| feature.covariance[r][c]));
+            MovingFeature { id: 0, weight: feature.weight(), position: [x, y], velocity: [vx, vy], covariance }
+        });
+        Ok(features.collect())
     }
 
     fn digest(&mut self) -> Option<u64> {
