@@ -128,7 +128,10 @@ fn what_moves_and_what_stands_are_told_apart_and_keep_their_names() {
             noise.uniform::<f64>() < DETECTION
         });
         for _ in 0..2 {
-            scan.push(Vector2::new(20.0 * noise.uniform::<f64>(), wrap(6.28 * noise.uniform::<f64>())));
+            scan.push(Vector2::new(
+                20.0 * noise.uniform::<f64>(),
+                wrap(core::f64::consts::TAU * noise.uniform::<f64>()),
+            ));
         }
         filter.scan(&scan).unwrap();
         if step < 20 {

@@ -246,7 +246,7 @@ mod tests {
 
     #[test]
     fn conditions_have_distinct_names() {
-        let names: Vec<String> = CONDITIONS.into_iter().map(condition_name).collect();
+        let names: Vec<String> = Health::all().map(condition_name).collect();
         assert_eq!(names[1], "DEGENERATE");
         for (k, name) in names.iter().enumerate() {
             assert!(!name.is_empty() && !names[..k].contains(name));

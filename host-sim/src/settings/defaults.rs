@@ -93,7 +93,7 @@ const ROBOT: Unstated = Unstated {
     detection: 0.2445,
     clutter_per_scan: 0.273,
     clutter_over_birth: 5.9,
-    resample_threshold: 0.318,
+    resample_threshold: 0.32,
     merge_distance: 1.6,
 };
 
