@@ -33,7 +33,8 @@ pub fn points<P>(clusters: &[Cluster<P>]) -> impl Iterator<Item = Point> {
 /// What happens where clusters reach over the border of the region.
 ///
 /// κ is the mean number of parents in the region over its area and μ the mean number of daughters of a parent. Deeper
-/// inside than a cluster reaches, the intensity is κμ in all three cases.
+/// inside than a cluster reaches, the intensity is κμ in all three cases. What is said of the border holds where clusters
+/// do not reach from one side of the region to the other.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Border {
     /// As the thesis simulates: parents lie in the region, all their daughters are kept.

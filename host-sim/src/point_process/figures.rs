@@ -96,7 +96,7 @@ pub fn figure_3_2(seed: u64) -> Result<Figure, ProcessError> {
     }
     let parents = Mark::line(format!("segments ({})", clusters.len()), Colour::GREY, segments);
     let marks = vec![border(region), parents, observed(cluster::points(&clusters).collect())];
-    let title = format!("Segment Cox process, λ₁ = 5, λ₂ = 10, L = {length}");
+    let title = format!("Segment Cox process, λ₁ = 5, λ₂ = 10, L = {length} m");
     Ok(picture(title, region.grown(0.5 * length)?, marks))
 }
 
@@ -118,7 +118,7 @@ pub fn figure_3_3(seed: u64) -> Result<Figure, ProcessError> {
     }
     let parents = Mark::line(format!("clusters ({})", clusters.len()), Colour::GREY, circles);
     let marks = vec![border(region), parents, observed(cluster::points(&clusters).collect())];
-    let title = format!("Matérn process, λ₁ = 5, λ₂ = 20, R = {radius}");
+    let title = format!("Matérn process, λ₁ = 5, λ₂ = 20, R = {radius} m");
     Ok(picture(title, region.grown(radius)?, marks))
 }
 
