@@ -8,6 +8,7 @@ pub mod log_folder;
 pub mod noise;
 pub mod output;
 pub mod plot;
+pub mod point_process;
 pub mod record;
 pub mod reference;
 pub mod scenario;
