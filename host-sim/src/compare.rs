@@ -293,3 +293,54 @@ fn relative(a: f64, b: f64) -> f64 {
 fn pose_difference(a: [f64; 3], b: [f64; 3]) -> (f64, f64) {
     ((a[0] - b[0]).hypot(a[1] - b[1]), crate::angle::wrap(a[2] - b[2]).abs())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn moving(weight: f64, velocity: f64) -> Component<4> {
+        let mut covariance = [[0.0; 4]; 4];
+        (0..4).for_each(|k| covariance[k][k] = 0.5);
+        Component { ln_weight: weight.ln(), mean: [30.0, 40.0, velocity, 0.0], covariance }
+    }
+
+    #[test]
+    fn moving_components_differ_in_velocity_too() {
+        let mut other = moving(0.5, 2.0);
+        other.mean[2] = 2.0 + 2e-4;
+        other.covariance[3][3] += 1e-6;
+        // At the same place with another velocity it is another component.
+        let differences = map_differences(&[moving(0.5, 2.0), moving(0.25, -1.0)], &[moving(0.25 + 1e-9, -1.0), other]);
+        assert_eq!((differences.components, differences.unmatched), (2, 0));
+        assert!((differences.mean - 1e-4).abs() < 1e-7, "{differences:?}");
+        assert!((differences.covariance - 1e-6).abs() < 1e-9, "{differences:?}");
+        assert!((differences.component_weight - 4e-9).abs() < 1e-12, "{differences:?}");
+
+        let turned = map_differences(&[moving(0.5, 2.0)], &[moving(0.5, -2.0)]);
+        assert_eq!((turned.components, turned.unmatched), (0, 2));
+        assert_eq!((turned.mass, turned.unmatched_mass), (0.0, 1.0));
+    }
+
+    #[test]
+    fn what_is_not_a_number_is_the_largest() {
+        let mut differences = Differences { mean: 3.0, mass: f64::NAN, ..Differences::default() };
+        differences.merge(&Differences { mean: f64::NAN, mass: 1.0, ..Differences::default() });
+        assert!(differences.mean.is_nan() && differences.mass.is_nan());
+    }
+
+    #[test]
+    fn weights_follow_the_filters_decision() {
+        let mut state = State::new(2, [0.0; 3]);
+        let shares = [0.3, 0.5, 0.05, 0.15].map(f64::ln);
+        state.candidates = Some(shares.map(|ln_weight| Candidate { pose: [0.0; 3], ln_weight }).to_vec());
+        let weighing =
+            Weighing { ln_likelihoods: vec![0.0; 4], ln_weights: shares.to_vec(), n_eff: 2.7, weights_kept: false };
+        for (resampled, expected) in [(true, [0.5, 0.5]), (false, [0.8, 0.2])] {
+            let selection = as_selected(resampled, &[1, 3], &state, &weighing);
+            assert_eq!((selection.resampled, &selection.survivors[..]), (resampled, &[1, 3][..]));
+            for (ln_weight, expected) in selection.ln_weights.iter().zip(expected) {
+                assert!((ln_weight.exp() - expected).abs() < 1e-15);
+            }
+        }
+    }
+}

@@ -49,8 +49,12 @@ pub(super) fn pre_update<const N: usize, S: Sensor>(
         match sensor.predicted(prior.position(), pose) {
             Some((predicted, by_position)) if detection_probability > 0.0 => {
                 let jacobian = by_state(&by_position);
-                let (covariance, updated) = kalman(&prior, predicted, &jacobian, measurements, sensor);
-                result.in_view.push(InView { prior, detection_probability, covariance, updated });
+                let (covariance, gain, innovation_covariance) = kalman(&prior, &jacobian, &sensor.noise());
+                let updated = measurements.iter().map(|&measurement| {
+                    let innovation = sensor.innovation(measurement, predicted);
+                    (plus(prior.mean, apply(&gain, innovation)), ln_density(innovation, &innovation_covariance))
+                });
+                result.in_view.push(InView { prior, detection_probability, covariance, updated: updated.collect() });
             }
             _ => result.out_of_view.push(prior),
         }
@@ -63,23 +67,14 @@ fn by_state<const N: usize>(by_position: &Matrix) -> [[f64; N]; 2] {
     by_position.map(|row| from_fn(|column| if column < 2 { row[column] } else { 0.0 }))
 }
 
-/// P⁺ and, for each measurement, m⁺ and ln N(z; ẑ, S) (5.20–5.22).
-fn kalman<const N: usize, S: Sensor>(
+/// P⁺, the gain K and S (5.20–5.22).
+fn kalman<const N: usize>(
     prior: &Component<N>,
-    predicted: Vector,
     jacobian: &[[f64; N]; 2],
-    measurements: &[Vector],
-    sensor: &S,
-) -> ([[f64; N]; N], Vec<([f64; N], f64)>) {
-    let innovation_covariance = sum(&transformed(jacobian, &prior.covariance), &sensor.noise());
+    noise: &Matrix,
+) -> ([[f64; N]; N], [[f64; 2]; N], Matrix) {
+    let innovation_covariance = sum(&transformed(jacobian, &prior.covariance), noise);
     let gain = product(&product(&prior.covariance, &transpose(jacobian)), &inverse(&innovation_covariance));
     let covariance = symmetrised(&product(&difference(&identity(), &product(&gain, jacobian)), &prior.covariance));
-    let updated = measurements
-        .iter()
-        .map(|&measurement| {
-            let innovation = sensor.innovation(measurement, predicted);
-            (plus(prior.mean, apply(&gain, innovation)), ln_density(innovation, &innovation_covariance))
-        })
-        .collect();
-    (covariance, updated)
+    (covariance, gain, innovation_covariance)
 }

@@ -191,8 +191,8 @@ mod tests {
         }
         // Two standard deviations cost ln 2.
         let pair = [round(0.0), round(1.0)];
-        assert_eq!(prune_and_merge(&pair, &costing(0.6932)).len(), 1);
-        assert_eq!(prune_and_merge(&pair, &costing(0.6931)).len(), 2);
+        assert_eq!(prune_and_merge(&pair, &costing(std::f64::consts::LN_2 + 1e-4)).len(), 1);
+        assert_eq!(prune_and_merge(&pair, &costing(std::f64::consts::LN_2 - 1e-4)).len(), 2);
     }
 
     #[test]

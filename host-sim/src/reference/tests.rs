@@ -308,8 +308,8 @@ fn ten_scans_tell_what_moves_from_what_stands_still() {
     let (_, still_weight) = heaviest_near(&particle.map, walker);
     let moving = moving.expect("a moving component at the walker");
     assert!(moving_weight > 0.9 && still_weight < 0.01, "{moving_weight} and {still_weight}");
-    for k in 0..2 {
-        assert!((moving.mean[k + 2] - velocity[k]).abs() < 0.1, "{moving:?}");
+    for (found, expected) in moving.mean[2..].iter().zip(velocity) {
+        assert!((found - expected).abs() < 0.1, "{moving:?}");
     }
     let estimate = reference.estimate(&state);
     assert_eq!(estimate.moving[0].mean, moving.mean);

@@ -173,8 +173,8 @@ mod tests {
         // P_pp⁻¹ of [[0.2, 0.05], [0.05, 0.1]] by hand: 1/0.0175 [[0.1, −0.05], [−0.05, 0.2]].
         let velocity =
             [0.2 * (0.1 * shift[0] - 0.05 * shift[1]) / 0.0175, 0.2 * (0.2 * shift[1] - 0.05 * shift[0]) / 0.0175];
-        for k in 0..2 {
-            assert!((after.mean[k + 2] - velocity[k]).abs() < 1e-13, "{after:?}");
+        for (k, expected) in velocity.iter().enumerate() {
+            assert!((after.mean[k + 2] - expected).abs() < 1e-13, "{after:?}");
             assert!(after.covariance[k + 2][k + 2] < before.covariance[k + 2][k + 2]);
         }
     }

@@ -127,3 +127,57 @@ impl Slam for ReferenceFilter {
         None
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scenario;
+    use crate::settings::{Likelihood, Reduction};
+
+    #[test]
+    fn settings_arrive() {
+        let mut settings = Settings::for_log(&scenario::survey(1));
+        settings.filter.likelihood = Likelihood::RbSingle;
+        settings.filter.reduction = Reduction::Runnalls;
+        settings.filter.merge_cost = 0.3;
+        settings.filter.extraction_weight = 0.4;
+        settings.moving.birth_intensity = 0.01;
+        settings.moving.spread_max_m = 7.0;
+        let config = reference_of(&settings, &Vehicle::Unicycle).config;
+        assert_eq!((config.likelihood, config.reduction), (Likelihood::RbSingle, Reduction::Runnalls));
+        assert_eq!((config.merge_cost, config.extraction_weight), (0.3, 0.4));
+        let expected = reference::MovingConfig {
+            birth_intensity: 0.01,
+            velocity_sigma_mps: 1.0,
+            acceleration_psd: 0.1,
+            lifetime_s: 100.0,
+            spread_max_m: 7.0,
+        };
+        assert_eq!(config.moving, expected);
+    }
+
+    #[test]
+    fn moving_features_are_reported_where_they_are_by_now() {
+        let mut settings = Settings::for_log(&scenario::survey(1));
+        settings.filter.particles = 1;
+        settings.moving.birth_intensity = settings.filter.birth_intensity;
+        (settings.vehicle.speed_sigma_mps, settings.vehicle.turn_sigma) = (0.0, 0.0);
+        let mut filter = ReferenceFilter::start(&settings, &Vehicle::Unicycle, [0.0; 3], 1);
+        // Straight ahead and away at 1 m/s.
+        for k in 0..14 {
+            filter.predict([0.0, 0.0], 0.5).unwrap();
+            filter.scan(&[[3.0 + 0.5 * f64::from(k), 0.0]]).unwrap();
+        }
+        let before = filter.moving().unwrap();
+        filter.predict([0.0, 0.0], 0.5).unwrap();
+        let after = filter.moving().unwrap();
+        assert_eq!((before.len(), after.len()), (1, 1));
+        let speed = before[0].velocity[0].hypot(before[0].velocity[1]);
+        assert!((speed - 1.0).abs() < 0.2, "{before:?}");
+        for k in 0..2 {
+            let expected = before[0].position[k] + 0.5 * before[0].velocity[k];
+            assert!((after[0].position[k] - expected).abs() < 1e-12);
+        }
+        assert!(after[0].weight < before[0].weight && after[0].covariance[0][0] > before[0].covariance[0][0]);
+    }
+}
