@@ -9,7 +9,7 @@ use std::process::{Command, Output};
 use tempfile::TempDir;
 
 /// Keys of the JSON object of a run, in order.
-const KEYS: [&str; 19] = [
+const KEYS: [&str; 26] = [
     "log",
     "filter",
     "precision",
@@ -29,10 +29,18 @@ const KEYS: [&str; 19] = [
     "scan_us_p99",
     "state_bytes",
     "digest",
+    "moving_hit_rate",
+    "moving_settled_rate",
+    "moving_position_error_median_m",
+    "false_moving_tracks_per_scan",
+    "static_features_matched",
+    "static_features_false",
+    "static_position_error_median_m",
 ];
 
 /// What `--out` leaves for a single run.
-const FILES: [&str; 6] = ["error.png", "error.svg", "map.csv", "scans.csv", "trajectory.png", "trajectory.svg"];
+const FILES: [&str; 7] =
+    ["error.png", "error.svg", "map.csv", "moving.csv", "scans.csv", "trajectory.png", "trajectory.svg"];
 
 /// The first four seconds of the survey.
 fn short_log() -> Log {
@@ -266,7 +274,7 @@ fn the_job_without_a_command_compares_filter_and_reference() {
         ["error.png", "error.svg", "reference-f64", "scphd-f32", "trajectory.png", "trajectory.svg"]
     );
     for folder in ["out/reference-f64", "out/scphd-f32"] {
-        assert_eq!(names(&place.path(folder)), ["map.csv", "scans.csv"]);
+        assert_eq!(names(&place.path(folder)), ["map.csv", "moving.csv", "scans.csv"]);
     }
     let list: Value = serde_json::from_slice(&fs::read(place.path("results/both.json")).unwrap()).unwrap();
     let list = list.as_array().unwrap();

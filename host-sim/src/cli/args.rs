@@ -2,6 +2,7 @@
 
 use clap::{Args, Parser, Subcommand, ValueEnum, value_parser};
 use scphd_sim::session::Filter;
+use scphd_sim::settings::{Likelihood, Settings};
 use scphd_sim::slam::Precision;
 use std::path::PathBuf;
 
@@ -107,7 +108,8 @@ pub struct RunArgs {
     pub tuning: Tuning,
     #[command(flatten)]
     pub seed: Seed,
-    /// The filter: `core` is the fixed-capacity filter, `reference` the brute-force one.
+    /// The filter: `core` is the fixed-capacity filter, `rb-empty` and `rb-single` are the same with the particle
+    /// likelihoods of RB-PHD SLAM, `reference` is the brute-force one.
     #[arg(long, value_enum, default_value_t = FilterName::Core)]
     pub filter: FilterName,
     /// Number type of the filter [default: f32 for core, f64 for reference, which knows no other].
@@ -181,8 +183,12 @@ pub struct ScenarioSeed {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum FilterName {
-    /// Fixed capacity, what runs on the target.
+    /// Fixed capacity, what runs on the target; the likelihood is that of the settings, single-cluster by default.
     Core,
+    /// The same with the likelihood of RB-PHD SLAM, empty-map approximation.
+    RbEmpty,
+    /// The same with the likelihood of RB-PHD SLAM, single-feature approximation.
+    RbSingle,
     /// Brute force in double precision, slow.
     Reference,
 }
@@ -216,15 +222,43 @@ impl ComparedPrecision {
     }
 }
 
+/// A filter with its number type and, where its name says so, its particle likelihood.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Choice {
+    pub filter: Filter,
+    likelihood: Option<Likelihood>,
+}
+
+impl Choice {
+    /// The filter asked for, or why there is none such.
+    pub fn of(name: FilterName, precision: Option<PrecisionName>) -> Result<Self, &'static str> {
+        let filter = match (name, precision) {
+            (FilterName::Reference, None | Some(PrecisionName::F64)) => Filter::Reference,
+            (FilterName::Reference, Some(PrecisionName::F32)) => {
+                return Err("--precision f32: the reference is f64 only");
+            }
+            (_, None | Some(PrecisionName::F32)) => Filter::Core(Precision::F32),
+            (_, Some(PrecisionName::F64)) => Filter::Core(Precision::F64),
+        };
+        let likelihood = match name {
+            FilterName::Core | FilterName::Reference => None,
+            FilterName::RbEmpty => Some(Likelihood::RbEmpty),
+            FilterName::RbSingle => Some(Likelihood::RbSingle),
+        };
+        Ok(Self { filter, likelihood })
+    }
+
+    /// The settings it works with.
+    pub fn settings(&self, mut settings: Settings) -> Settings {
+        settings.filter.likelihood = self.likelihood.unwrap_or(settings.filter.likelihood);
+        settings
+    }
+}
+
 impl RunArgs {
     /// The filter asked for, or why there is none such.
-    pub fn filter(&self) -> Result<Filter, &'static str> {
-        match (self.filter, self.precision) {
-            (FilterName::Core, None | Some(PrecisionName::F32)) => Ok(Filter::Core(Precision::F32)),
-            (FilterName::Core, Some(PrecisionName::F64)) => Ok(Filter::Core(Precision::F64)),
-            (FilterName::Reference, None | Some(PrecisionName::F64)) => Ok(Filter::Reference),
-            (FilterName::Reference, Some(PrecisionName::F32)) => Err("--precision f32: the reference is f64 only"),
-        }
+    pub fn filter(&self) -> Result<Choice, &'static str> {
+        Choice::of(self.filter, self.precision)
     }
 }
 

@@ -66,11 +66,11 @@ fn runs(sources: Vec<Source>, args: RunArgs) -> Result<(), Failure> {
 
 /// One filter over one log.
 fn single(log: &Log, args: RunArgs) -> Result<(), Failure> {
-    let filter = args.filter().map_err(Failure::input)?;
-    let settings = tuned(Settings::for_log(log), &args.tuning)?;
+    let choice = args.filter().map_err(Failure::input)?;
+    let settings = choice.settings(tuned(Settings::for_log(log), &args.tuning)?);
     let outputs = Outputs { json: args.json, out: args.out };
     outputs.check()?;
-    let session = run(log, &settings, filter, args.seed.seed)?;
+    let session = run(log, &settings, choice.filter, args.seed.seed)?;
     outputs.write_one(log, &session)?;
     report(&[session])
 }
@@ -97,7 +97,7 @@ fn main_job(job: MainJob) -> Result<(), Failure> {
 }
 
 fn run(log: &Log, settings: &Settings, filter: Filter, seed: u64) -> Result<Session, Failure> {
-    let name = format!("{} {}", filter.name(), filter.precision());
+    let name = format!("{} {}", filter.name(settings.filter.likelihood), filter.precision());
     let progress = Progress::new(name, log.scans.len());
     Ok(session::run(log, settings, filter, seed, &mut |scans| progress.at(scans))?)
 }
