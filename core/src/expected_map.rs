@@ -30,8 +30,7 @@ where
                 let Some(page) = pool.get(id) else { continue };
                 for component in page.components() {
                     let weighted = crate::Component { ln_weight: component.ln_weight + share, ..*component };
-                    let held =
-                        workspace.in_view_and_ranking().0.iter_mut().find(|entry| entry.component.tag == component.tag);
+                    let held = workspace.in_view_mut().iter_mut().find(|entry| entry.component.tag == component.tag);
                     match held {
                         Some(entry) if entry.component.ln_weight >= weighted.ln_weight => {
                             entry.component = moment_match(&entry.component, || core::iter::once(&weighted));

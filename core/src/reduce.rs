@@ -1,7 +1,7 @@
 //! Mixture reduction: merge and cap (Vo & Ma 2006, table II), after pruning.
 
 use crate::sort::heap_sort;
-use crate::workspace::{Entry, Origin, Ranked, Workspace};
+use crate::workspace::{Entry, InView, Origin, Placed, Ranked, Workspace};
 use crate::{Component, Dim, Packed, Real};
 use nalgebra::SVector;
 
@@ -39,17 +39,11 @@ where
     Dim<N>: Packed,
 {
     let before = workspace.in_view().len();
-    let (entries, ranking) = workspace.in_view_and_ranking();
-    let ranking = rank_heaviest_first(entries, ranking, |_| 0);
-    for head_place in 0..ranking.len() {
-        let Some((head, followers)) = ranking.get_mut(head_place..).and_then(<[_]>::split_first_mut) else { break };
-        if head.group == 0 {
-            let group = head_place as u16 + 1;
-            match reduction {
-                Reduction::Greedy { merge_distance } => take_in_near(entries, *head, group, followers, merge_distance),
-                Reduction::Runnalls { merge_cost } => take_in_cheap(entries, *head, group, followers, merge_cost),
-            }
-        }
+    let InView { entries, ranking, places } = workspace.orders_mut();
+    rank_heaviest_first(entries, ranking, |_| 0);
+    match reduction {
+        Reduction::Greedy { merge_distance } => merge_near(entries, ranking, places, merge_distance),
+        Reduction::Runnalls { merge_cost } => merge_cheap(entries, ranking, merge_cost),
     }
     workspace.retain(|entry| entry.origin != Origin::Gone);
     let merged = before - workspace.in_view().len();
@@ -68,8 +62,8 @@ pub(crate) fn keep_heaviest<T: Real, const N: usize>(
     if workspace.in_view().len() <= limit {
         return;
     }
-    let (entries, ranking) = workspace.in_view_and_ranking();
-    let ranking = rank_heaviest_first(entries, ranking, class);
+    let InView { entries, ranking, .. } = workspace.orders_mut();
+    rank_heaviest_first(entries, ranking, class);
     for ranked in ranking.iter().skip(limit) {
         if let Some(entry) = entries.get_mut(usize::from(ranked.entry)) {
             entry.origin = Origin::Gone;
@@ -101,19 +95,16 @@ fn lies_before<T: Real, const N: usize>(a: &SVector<T, N>, b: &SVector<T, N>) ->
     a.iter().zip(b.iter()).find(|(a, b)| a != b).map(|(a, b)| a < b)
 }
 
-/// The order of all entries: class, then heaviest first, then by position.
-fn rank_heaviest_first<'r, T: Real, const N: usize>(
+/// Orders all entries by class, then heaviest first, then by position.
+fn rank_heaviest_first<T: Real, const N: usize>(
     entries: &[Entry<T, N>],
-    ranking: &'r mut [Ranked],
+    ranking: &mut [Ranked],
     class: impl Fn(&Entry<T, N>) -> u32,
-) -> &'r mut [Ranked]
-where
+) where
     Dim<N>: Packed,
 {
-    let ranking = ranking.get_mut(..entries.len()).unwrap_or(&mut []);
     for (index, (ranked, entry)) in ranking.iter_mut().zip(entries).enumerate() {
-        let key = heaviest_first(entry.component.ln_weight, class(entry));
-        *ranked = Ranked { key, entry: index as u16, group: 0 };
+        *ranked = Ranked { key: heaviest_first(entry.component.ln_weight, class(entry)), entry: index as u16 };
     }
     let mean = |ranked: &Ranked| entries.get(usize::from(ranked.entry)).map(|entry| &entry.component.mean);
     heap_sort(ranking, |a, b| {
@@ -123,72 +114,97 @@ where
         let by_position = mean(a).zip(mean(b)).and_then(|(a, b)| lies_before(a, b));
         by_position.unwrap_or(a.entry < b.entry)
     });
-    ranking
 }
 
-/// Vo & Ma 2006, table II: the heaviest component left takes in every component i left with
-/// (m_i − m_h)ᵀ P_i⁻¹ (m_i − m_h) ≤ `merge_distance`. Those taken in are marked as gone.
-fn take_in_near<T: Real, const N: usize>(
+/// Vo & Ma 2006, table II: the heaviest component h left takes in every component i left with
+/// (m_i − m_h)ᵀ P_i⁻¹ (m_i − m_h) ≤ `merge_distance`; repeat. Those taken in are marked as gone.
+///
+/// That distance is at least δ²/P_i of any one axis; so only those in a strip along the first axis are looked at, as wide
+/// as the widest component reaches.
+fn merge_near<T: Real, const N: usize>(
     entries: &mut [Entry<T, N>],
-    head: Ranked,
-    group: u16,
-    followers: &mut [Ranked],
+    ranking: &[Ranked],
+    places: &mut [Placed],
     merge_distance: T,
 ) where
     Dim<N>: Packed,
 {
-    let head_index = usize::from(head.entry);
-    let Some(head) = entries.get(head_index).map(|entry| entry.component) else { return };
-    let mut members = 0;
-    for ranked in followers.iter_mut().filter(|ranked| ranked.group == 0) {
-        let Some(entry) = entries.get_mut(usize::from(ranked.entry)) else { continue };
-        if is_near(&entry.component, &head.mean, merge_distance) {
-            ranked.group = group;
-            entry.origin = Origin::Gone;
-            members += 1;
-        }
+    let widest = entries.iter().fold(T::ZERO, |widest, entry| widest.at_least(entry.component.covariance.get(0, 0)));
+    let farthest = merge_distance * widest;
+    let along = |entries: &[Entry<T, N>], place: &Placed| {
+        entries.get(usize::from(place.entry)).and_then(|entry| entry.component.mean.get(0).copied()).unwrap_or(T::ZERO)
+    };
+    for (rank, (place, ranked)) in places.iter_mut().zip(ranking).enumerate() {
+        *place = Placed { entry: ranked.entry, rank: rank as u16 };
     }
-    if members == 0 {
-        return;
-    }
-    let taken = followers.iter().filter(|ranked| ranked.group == group);
-    let merged = moment_match(&head, || {
-        taken.clone().filter_map(|ranked| entries.get(usize::from(ranked.entry))).map(|entry| &entry.component)
+    heap_sort(places, |a, b| {
+        let (x, y) = (along(entries, a), along(entries, b));
+        x < y || (x == y && a.rank < b.rank)
     });
-    if let Some(entry) = entries.get_mut(head_index) {
-        entry.component = merged;
+
+    for (rank, ranked) in ranking.iter().enumerate() {
+        let head_index = usize::from(ranked.entry);
+        let Some(head) = entries.get(head_index).filter(|entry| entry.origin != Origin::Gone) else { continue };
+        let head = head.component;
+        let middle = head.mean.get(0).copied().unwrap_or(T::ZERO);
+        let in_strip = |place: &Placed| {
+            let offset = along(entries, place) - middle;
+            offset * offset <= farthest
+        };
+        let here = places.partition_point(|place| along(entries, place) < middle);
+        let (below, above) = places.split_at_checked(here).unwrap_or((&[], &[]));
+        let first = here - below.iter().rev().take_while(|place| in_strip(place)).count();
+        let last = here + above.iter().take_while(|place| in_strip(place)).count();
+        let Some(strip) = places.get_mut(first..last) else { continue };
+
+        let mut members = 0;
+        for place in strip.iter_mut().filter(|place| usize::from(place.rank) > rank) {
+            let Some(entry) = entries.get_mut(usize::from(place.entry)) else { continue };
+            if entry.origin != Origin::Gone && is_near(&entry.component, &head.mean, merge_distance) {
+                entry.origin = Origin::Gone;
+                place.rank = rank as u16;
+                members += 1;
+            }
+        }
+        if members == 0 {
+            continue;
+        }
+        let taken = strip.iter().filter(|place| usize::from(place.rank) == rank && place.entry != ranked.entry);
+        let merged = moment_match(&head, || {
+            taken.clone().filter_map(|place| entries.get(usize::from(place.entry))).map(|entry| &entry.component)
+        });
+        if let Some(entry) = entries.get_mut(head_index) {
+            entry.component = merged;
+        }
     }
 }
 
 /// Runnalls 2007: the heaviest component left takes in the one left whose merger costs least, as long as that is at most
-/// `merge_cost`. Those taken in are marked as gone.
-fn take_in_cheap<T: Real, const N: usize>(
-    entries: &mut [Entry<T, N>],
-    head: Ranked,
-    group: u16,
-    followers: &mut [Ranked],
-    merge_cost: T,
-) where
+/// `merge_cost`; then the next heaviest left. Those taken in are marked as gone.
+fn merge_cheap<T: Real, const N: usize>(entries: &mut [Entry<T, N>], ranking: &[Ranked], merge_cost: T)
+where
     Dim<N>: Packed,
 {
-    let head_index = usize::from(head.entry);
-    loop {
-        let Some(head) = entries.get(head_index).map(|entry| entry.component) else { return };
-        let mut cheapest = None;
-        for (place, ranked) in followers.iter().enumerate().filter(|(_, ranked)| ranked.group == 0) {
-            let cost = entries.get(usize::from(ranked.entry)).and_then(|entry| cost(&head, &entry.component));
-            if let Some(cost) = cost.filter(|&cost| cheapest.map_or(cost <= merge_cost, |(_, least)| cost < least)) {
-                cheapest = Some((place, cost));
+    for (rank, ranked) in ranking.iter().enumerate() {
+        let head_index = usize::from(ranked.entry);
+        while let Some(head) = entries.get(head_index).filter(|entry| entry.origin != Origin::Gone) {
+            let head = head.component;
+            let mut cheapest = None;
+            for follower in ranking.iter().skip(rank + 1) {
+                let entry = entries.get(usize::from(follower.entry)).filter(|entry| entry.origin != Origin::Gone);
+                let cost = entry.and_then(|entry| cost(&head, &entry.component));
+                if let Some(cost) = cost.filter(|&cost| cheapest.map_or(cost <= merge_cost, |(_, least)| cost < least))
+                {
+                    cheapest = Some((follower.entry, cost));
+                }
             }
-        }
-        let Some(ranked) = cheapest.and_then(|(place, _)| followers.get_mut(place)) else { return };
-        ranked.group = group;
-        let Some(entry) = entries.get_mut(usize::from(ranked.entry)) else { return };
-        entry.origin = Origin::Gone;
-        let taken = entry.component;
-        let merged = moment_match(&head, || core::iter::once(&taken));
-        if let Some(entry) = entries.get_mut(head_index) {
-            entry.component = merged;
+            let Some(entry) = cheapest.and_then(|(index, _)| entries.get_mut(usize::from(index))) else { break };
+            entry.origin = Origin::Gone;
+            let taken = entry.component;
+            let merged = moment_match(&head, || core::iter::once(&taken));
+            if let Some(entry) = entries.get_mut(head_index) {
+                entry.component = merged;
+            }
         }
     }
 }

@@ -32,11 +32,19 @@ impl<T: Real, const Z: usize> Measurement<T, Z> {
     }
 }
 
+/// Buckets of the index over the sorting coordinate.
+const BUCKETS: usize = 64;
+
 /// A scan, sorted by the sensor's sorting coordinate.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub(crate) struct Scan<'s, T: Real, const Z: usize> {
     measurements: &'s [Measurement<T, Z>],
     sorted_by: usize,
+    /// For every bucket the first place that is not before it; a search starts there.
+    starts: [u16; BUCKETS],
+    /// Where the first bucket begins, and buckets per unit of the coordinate.
+    first: T,
+    buckets_per_unit: T,
     /// Length of a turn where the sorting coordinate is an angle.
     turn: Option<T>,
     /// The least of all `ln_unexplained`.
@@ -86,7 +94,34 @@ impl<'s, T: Real, const Z: usize> Scan<'s, T, Z> {
             len += 1;
         }
         let turn = S::SORTED_BY_ANGLE.then(|| T::PI + T::PI);
-        Self { measurements: memory.get(..len).unwrap_or(&[]), sorted_by: S::SORTED_BY, turn, ln_least_unexplained }
+        let measurements = memory.get(..len).unwrap_or(&[]);
+        let first = measurements.first().map_or(T::ZERO, key);
+        let extent = measurements.last().map_or(T::ZERO, key) - first;
+        let buckets_per_unit = if extent > T::ZERO { T::from_usize(BUCKETS) / extent } else { T::ZERO };
+        let mut scan = Self {
+            measurements,
+            sorted_by: S::SORTED_BY,
+            starts: [0; BUCKETS],
+            first,
+            buckets_per_unit,
+            turn,
+            ln_least_unexplained,
+        };
+        let mut place = 0;
+        for bucket in 0..BUCKETS {
+            let before = |measurement: &&Measurement<T, Z>| scan.bucket(key(measurement)) < bucket;
+            place += measurements.iter().skip(place).take_while(before).count();
+            if let Some(start) = scan.starts.get_mut(bucket) {
+                *start = place as u16;
+            }
+        }
+        scan
+    }
+
+    /// The bucket that a coordinate falls into; the outer ones hold everything beyond. Grows with the coordinate.
+    fn bucket(&self, coordinate: T) -> usize {
+        let place = ((coordinate - self.first) * self.buckets_per_unit).to_i32();
+        usize::try_from(place).unwrap_or(0).min(BUCKETS - 1)
     }
 
     /// Number of measurements.
@@ -126,12 +161,19 @@ impl<'s, T: Real, const Z: usize> Scan<'s, T, Z> {
 
     /// First place whose coordinate is not below `bound`.
     fn lower(&self, bound: T) -> usize {
-        self.measurements.partition_point(|measurement| coordinate(&measurement.z, self.sorted_by) < bound)
+        self.after(bound, |coordinate| coordinate < bound)
     }
 
     /// First place whose coordinate is above `bound`.
     fn upper(&self, bound: T) -> usize {
-        self.measurements.partition_point(|measurement| coordinate(&measurement.z, self.sorted_by) <= bound)
+        self.after(bound, |coordinate| coordinate <= bound)
+    }
+
+    /// First place from the bucket of `bound` on whose coordinate is not `before`. All earlier buckets are.
+    fn after(&self, bound: T, before: impl Fn(T) -> bool) -> usize {
+        let start = self.starts.get(self.bucket(bound)).copied().map_or(0, usize::from);
+        let rest = self.measurements.get(start..).unwrap_or(&[]);
+        start + rest.iter().take_while(|measurement| before(coordinate(&measurement.z, self.sorted_by))).count()
     }
 }
 

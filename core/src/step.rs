@@ -6,11 +6,12 @@ use crate::scan::Scan;
 use crate::select::select;
 use crate::state::Memory;
 use crate::update::Update;
-use crate::view::View;
+use crate::view::{Detection, View};
 use crate::weigh::weigh;
 use crate::{
     Clutter, Dim, FieldOfView, Health, Motion, Packed, Pose, Real, ScPhd, ScanError, ScanReport, Sensor, Twice,
 };
+use core::cell::Cell;
 use nalgebra::SVector;
 
 impl<T, P, M, S, V, C, const K: usize, const D: usize, const E: usize, const Z: usize>
@@ -42,6 +43,7 @@ where
             field_of_view: &models.field_of_view,
             frame: models.sensor.frame(pose),
             ln_negligible,
+            last_detection: Cell::new(Detection::of(T::ONE)),
         };
         let parent_of = |candidate: usize| candidate.checked_div(children).unwrap_or(0);
 

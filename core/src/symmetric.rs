@@ -296,7 +296,7 @@ where
         self.pivots.iter().fold(T::ONE, |product, &pivot| product * pivot).ln()
     }
 
-    /// ln of the greatest value of the Component density with covariance S: −½ ln det(2πS).
+    /// ln of the greatest value of the Gaussian density with covariance S: −½ ln det(2πS).
     #[inline]
     #[must_use]
     pub fn ln_peak(&self) -> T {

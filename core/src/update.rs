@@ -209,8 +209,8 @@ where
         Dim<Z>: Packed,
     {
         let Some(expectation) = view.expect(component) else { return false };
-        let ln_missed = component.ln_weight + (T::ONE - expectation.detection_probability).ln();
-        self.push(Component { ln_weight: ln_missed, ..*component }, Origin::Missed);
+        let ln_weight = component.ln_weight + expectation.ln_missed;
+        self.push(Component { ln_weight, ..*component }, Origin::Missed);
         let mut correction = None;
         view.matches(&expectation, scan, |found| {
             if let Some(eta) = eta.get_mut(found.index) {
@@ -325,8 +325,7 @@ where
     /// What one component has become, missed or detected, and has not been merged since, bears one tag, and stands side
     /// by side: the heaviest keeps the tag, the others get fresh ones.
     fn tell_apart(&mut self, next_tag: &mut u32) {
-        let (entries, _) = self.workspace.in_view_and_ranking();
-        for copies in entries.chunk_by_mut(|a, b| a.component.tag == b.component.tag) {
+        for copies in self.workspace.in_view_mut().chunk_by_mut(|a, b| a.component.tag == b.component.tag) {
             if copies.len() < 2 {
                 continue;
             }

@@ -2,16 +2,37 @@
 
 use crate::scan::Scan;
 use crate::{Bounds, Component, Correction, Dim, Factor, FieldOfView, Packed, Real, Sensor};
+use core::cell::Cell;
 use nalgebra::{SMatrix, SVector};
 
 /// A sensor at one pose.
 #[derive(Debug)]
-pub(crate) struct View<'a, T, S, V, F> {
+pub(crate) struct View<'a, T: Real, S, V, F> {
     pub(crate) sensor: &'a S,
     pub(crate) field_of_view: &'a V,
     pub(crate) frame: F,
     /// ln of [`Config::negligible`](crate::Config::negligible).
     pub(crate) ln_negligible: T,
+    /// The last probability of detection with its logarithms. Most features have the same, away from the rim.
+    pub(crate) last_detection: Cell<Detection<T>>,
+}
+
+/// A probability of detection and its logarithms.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Detection<T> {
+    /// p_D.
+    probability: T,
+    /// ln p_D.
+    ln_detected: T,
+    /// ln(1 − p_D).
+    pub(crate) ln_missed: T,
+}
+
+impl<T: Real> Detection<T> {
+    /// The logarithms of a probability.
+    pub(crate) fn of(probability: T) -> Self {
+        Self { probability, ln_detected: probability.ln(), ln_missed: (T::ONE - probability).ln() }
+    }
 }
 
 /// What a component in view leads one to expect: ẑ, H, S and p_D w.
@@ -28,8 +49,8 @@ where
     innovation: Factor<T, Z>,
     /// Standard deviation squared of the coordinate by which measurements are sorted.
     sorted_variance: T,
-    /// p_D.
-    pub(crate) detection_probability: T,
+    /// ln(1 − p_D).
+    pub(crate) ln_missed: T,
     /// ln(p_D w).
     pub(crate) ln_detected_weight: T,
     /// ln( p_D w N(ẑ; ẑ, S) ), the greatest value of the term in η_z.
@@ -121,16 +142,20 @@ impl<T: Real, S, V, F> View<'_, T, S, V, F> {
             return None;
         }
         // Where p_D reaches 1 the missed component would weigh nothing, and its logarithm be −∞.
-        let detection_probability = p_d.at_most(T::ONE - T::EPSILON);
+        let p_d = p_d.at_most(T::ONE - T::EPSILON);
+        if self.last_detection.get().probability != p_d {
+            self.last_detection.set(Detection::of(p_d));
+        }
+        let detection = self.last_detection.get();
         let position_covariance = component.covariance.leading::<D>();
         let s = position_covariance.congruence(&expected.jacobian).plus(self.sensor.noise());
         let innovation = s.factor()?;
-        let ln_detected_weight = component.ln_weight + detection_probability.ln();
+        let ln_detected_weight = component.ln_weight + detection.ln_detected;
         Some(Expectation {
             measurement: expected.measurement,
             jacobian: expected.jacobian,
             sorted_variance: s.get(S::SORTED_BY, S::SORTED_BY),
-            detection_probability,
+            ln_missed: detection.ln_missed,
             ln_detected_weight,
             ln_peak: ln_detected_weight + innovation.ln_peak(),
             innovation,

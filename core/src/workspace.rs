@@ -34,8 +34,26 @@ pub(crate) struct Ranked {
     pub(crate) key: u32,
     /// Index of the entry.
     pub(crate) entry: u16,
-    /// The group the entry was merged into, counted from 1; 0 for none yet.
-    pub(crate) group: u16,
+}
+
+/// An entry's place along the first axis.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Placed {
+    /// Index of the entry.
+    pub(crate) entry: u16,
+    /// Its rank, heaviest first; of an entry that was merged into another, the rank of that one.
+    pub(crate) rank: u16,
+}
+
+/// The components in view and the two orders that their reduction needs, each at least as long.
+#[derive(Debug)]
+pub(crate) struct InView<'w, T: Real, const N: usize>
+where
+    Dim<N>: Packed,
+{
+    pub(crate) entries: &'w mut [Entry<T, N>],
+    pub(crate) ranking: &'w mut [Ranked],
+    pub(crate) places: &'w mut [Placed],
 }
 
 /// Memory of a workspace for VIEW components.
@@ -46,6 +64,7 @@ where
 {
     entries: [Entry<T, N>; VIEW],
     ranking: [Ranked; VIEW],
+    places: [Placed; VIEW],
 }
 
 impl<T: Real, const N: usize, const VIEW: usize> WorkspaceMemory<T, N, VIEW>
@@ -54,13 +73,15 @@ where
 {
     pub(crate) const ZERO: Self = Self {
         entries: [Entry { component: Component::ZERO, origin: Origin::Outside }; VIEW],
-        ranking: [Ranked { key: 0, entry: 0, group: 0 }; VIEW],
+        ranking: [Ranked { key: 0, entry: 0 }; VIEW],
+        places: [Placed { entry: 0, rank: 0 }; VIEW],
     };
 
     pub(crate) fn view(&mut self) -> Workspace<'_, T, N> {
         Workspace {
             entries: &mut self.entries,
             ranking: &mut self.ranking,
+            places: &mut self.places,
             in_view: 0,
             outside: 0,
             ln_floor: T::NEG_INFINITY,
@@ -79,6 +100,7 @@ where
 {
     entries: &'s mut [Entry<T, N>],
     ranking: &'s mut [Ranked],
+    places: &'s mut [Placed],
     in_view: usize,
     outside: usize,
     ln_floor: T,
@@ -100,6 +122,7 @@ where
         Self {
             entries: &mut [],
             ranking: &mut [],
+            places: &mut [],
             in_view: 0,
             outside: 0,
             ln_floor: T::NEG_INFINITY,
@@ -144,9 +167,18 @@ where
         self.entries.get(..self.in_view).unwrap_or(&[])
     }
 
-    /// Components in view, for changing, with a ranking at least as long.
-    pub(crate) fn in_view_and_ranking(&mut self) -> (&mut [Entry<T, N>], &mut [Ranked]) {
-        (self.entries.get_mut(..self.in_view).unwrap_or(&mut []), self.ranking)
+    /// Components in view, for changing.
+    pub(crate) fn in_view_mut(&mut self) -> &mut [Entry<T, N>] {
+        self.entries.get_mut(..self.in_view).unwrap_or(&mut [])
+    }
+
+    /// Components in view, for changing, with the memory of their orders.
+    pub(crate) fn orders_mut(&mut self) -> InView<'_, T, N> {
+        InView {
+            entries: self.entries.get_mut(..self.in_view).unwrap_or(&mut []),
+            ranking: self.ranking.get_mut(..self.in_view).unwrap_or(&mut []),
+            places: self.places.get_mut(..self.in_view).unwrap_or(&mut []),
+        }
     }
 
     /// Number of components in view and out of view.
@@ -245,7 +277,7 @@ where
         let mut len = 0;
         for (slot, index) in self.ranking.iter_mut().zip(indices) {
             if let Some(entry) = self.entries.get(index) {
-                *slot = Ranked { key: key(&entry.component), entry: index as u16, group: 0 };
+                *slot = Ranked { key: key(&entry.component), entry: index as u16 };
                 len += 1;
             }
         }

@@ -18,6 +18,16 @@ const RESAMPLE_THRESHOLD: f64 = 0.5;
 const PRUNE_WEIGHT: f64 = 1e-4;
 /// Squared Mahalanobis distance of components that are one: two standard deviations.
 const MERGE_DISTANCE: f64 = 4.0;
+/// w_m / w_b: most of what turns up stands still.
+const MOVING_BIRTH_SHARE: f64 = 0.5;
+/// Walking pace and somewhat more.
+const MOVING_VELOCITY_SIGMA_MPS: f64 = 1.0;
+/// Half a metre a second more or less after three seconds.
+const MOVING_ACCELERATION_PSD: f64 = 0.1;
+/// p_S = 0.999 a tenth of a second.
+const MOVING_LIFETIME_S: f64 = 100.0;
+/// What has moved out of view for longer than this takes is forgotten, m.
+const MOVING_SPREAD_MAX_M: f64 = 1.5;
 /// Runnalls' cost per mass of the lighter of two components that are one: of equal ones two standard deviations apart.
 const MERGE_COST: f64 = 0.7;
 /// Components in view. No view of the published logs needs half of it; it bounds the time of a scan gone wrong.
@@ -132,11 +142,12 @@ impl Settings {
             merge_cost: MERGE_COST,
         };
         let moving = MovingSettings {
-            birth_intensity: 0.0,
-            velocity_sigma_mps: 1.0,
-            acceleration_psd: 0.1,
-            lifetime_s: 100.0,
-            spread_max_m: 3.0,
+            // A log that comes with tracks of moving landmarks was made where there are some.
+            birth_intensity: if log.moving.is_empty() { 0.0 } else { MOVING_BIRTH_SHARE * filter.birth_intensity },
+            velocity_sigma_mps: MOVING_VELOCITY_SIGMA_MPS,
+            acceleration_psd: MOVING_ACCELERATION_PSD,
+            lifetime_s: MOVING_LIFETIME_S,
+            spread_max_m: MOVING_SPREAD_MAX_M,
         };
         Self { filter, vehicle: vehicle(log), sensor, moving }
     }
