@@ -5,6 +5,7 @@ pub mod compare;
 pub mod events;
 pub mod log;
 pub mod log_folder;
+pub mod monte_carlo;
 pub mod noise;
 pub mod output;
 pub mod plot;
