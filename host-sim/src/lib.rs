@@ -3,6 +3,7 @@
 pub mod angle;
 pub mod compare;
 pub mod events;
+pub mod figure;
 pub mod log;
 pub mod log_folder;
 pub mod monte_carlo;

@@ -70,6 +70,10 @@ pub enum Command {
     MonteCarlo(MonteCarloArgs),
     /// Puts together the parts of a study that `monte-carlo --shard` left.
     Merge(MergeArgs),
+    /// Draws a figure of the thesis from scenarios and runs of this program, as SVG and PNG.
+    ///
+    /// Without a number: lists the figures.
+    Figure(FigureArgs),
     /// Runs the filter in lockstep with the reference and prints how far they differ.
     ///
     /// Every step of the reference starts from the filter's own state and random numbers, so that what differs
@@ -187,6 +191,27 @@ pub struct MergeArgs {
     /// Folder for plots (SVG and PNG) and tables (CSV).
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub struct FigureArgs {
+    /// Number of the figure, as 5.5.
+    #[arg(value_name = "NUMBER")]
+    pub number: Option<String>,
+    /// Folder for figure-NUMBER.svg and figure-NUMBER.png.
+    #[arg(long, value_name = "DIR", default_value = "out")]
+    pub out: PathBuf,
+    /// Runs of each filter, for figures of means [default: as in the thesis].
+    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=1_000_000))]
+    pub runs: Option<u32>,
+    /// Runs at the same time [default: as many as there are cores].
+    #[arg(long, value_name = "N", value_parser = value_parser!(u16).range(1..))]
+    pub jobs: Option<u16>,
+    /// Seed of scenario and filter, or, for figures of means, added to all seeds.
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    #[command(flatten)]
+    pub tuning: Tuning,
 }
 
 #[derive(Debug, Args)]

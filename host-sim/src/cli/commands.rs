@@ -6,7 +6,7 @@ use super::failure::{Failure, notice, print};
 use super::outputs::{Outputs, label};
 use super::progress::Progress;
 use super::source::{Source, read, scenario, scenario_defaults, tuned};
-use super::{monte_carlo, repeat};
+use super::{figure, monte_carlo, repeat};
 use scphd_sim::log::Log;
 use scphd_sim::log_folder;
 use scphd_sim::output::table;
@@ -37,6 +37,7 @@ pub fn execute(cli: Cli) -> Result<(), Failure> {
         }
         Some(Command::MonteCarlo(args)) => monte_carlo::study(args),
         Some(Command::Merge(args)) => monte_carlo::merge(args),
+        Some(Command::Figure(args)) => figure::figure(args),
         Some(Command::Compare(args)) => compare::compare(args),
         Some(Command::Run { .. } | Command::Scenarios) => list_scenarios(),
         Some(Command::Export { scenario: name, dir, seed }) => export(&scenario(&name, seed)?, &dir),

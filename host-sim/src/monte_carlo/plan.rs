@@ -2,6 +2,7 @@
 
 use super::run::RunResult;
 use serde::{Deserialize, Serialize};
+use std::collections::HashSet;
 use std::str::FromStr;
 
 /// What a study is, before any run.
@@ -103,6 +104,14 @@ pub enum MergeError {
         /// Its filter.
         filter: String,
     },
+    /// A run that the plan does not have.
+    #[error("run {run} by {filter} is not of the study")]
+    Stray {
+        /// Number of the run.
+        run: usize,
+        /// Its filter.
+        filter: String,
+    },
     /// A run is in no part.
     #[error("run {run} by {filter} is missing")]
     Missing {
@@ -124,6 +133,10 @@ impl Study {
             return Err(MergeError::Other(place + 1));
         }
         let mut done: Vec<RunResult> = parts.into_iter().flat_map(|part| part.results).collect();
+        let mut seen = HashSet::new();
+        if let Some(again) = done.iter().find(|result| !seen.insert((result.run, &result.filter))) {
+            return Err(MergeError::Twice { run: again.run, filter: again.filter.clone() });
+        }
         let mut results = Vec::with_capacity(done.len());
         for filter in &plan.filters {
             for run in 0..plan.runs {
@@ -132,10 +145,10 @@ impl Study {
                 results.push(result.ok_or_else(|| MergeError::Missing { run, filter: filter.clone() })?);
             }
         }
-        match done.into_iter().next() {
-            Some(RunResult { run, filter, .. }) => Err(MergeError::Twice { run, filter }),
-            None => Ok(Self { plan, results }),
+        if let Some(RunResult { run, filter, .. }) = done.pop() {
+            return Err(MergeError::Stray { run, filter });
         }
+        Ok(Self { plan, results })
     }
 
     /// The runs of one filter, in order.
