@@ -15,8 +15,8 @@ use scphd_sim::session;
 use scphd_sim::settings::Settings;
 use std::path::PathBuf;
 
-/// The update of figure 5.9: 12 s into the drive, in the first curve of the second lobe, 50 particles with 40 children.
-const UPDATE: Moment = Moment { scan: 120, particles: 50, samples: 40 };
+/// The update of figure 5.9: 12 s into the drive, in the first curve of the second lobe, 200 particles with 20 children.
+const UPDATE: Moment = Moment { scan: 120, particles: 200, samples: 20 };
 
 /// Draws a figure, or lists them.
 pub fn figure(args: FigureArgs) -> Result<(), Failure> {

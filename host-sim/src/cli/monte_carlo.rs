@@ -70,7 +70,9 @@ pub struct Extent {
 /// The plan of a study by `choices`.
 pub fn plan(inputs: &Inputs, choices: &[Choice], tuning: &Tuning, extent: &Extent) -> Result<Plan, Failure> {
     let runs = extent.runs;
-    let asked = extent.input_sets.or_else(|| inputs.0[0].runs_per_input().filter(|n| runs % n == 0).map(|n| runs / n));
+    let asked = extent
+        .input_sets
+        .or_else(|| inputs.0[0].runs_per_input().filter(|&n| runs.is_multiple_of(n)).map(|n| runs / n));
     let input_sets = match (inputs.sets(), extent.input_sets) {
         (Some(logs), Some(sets)) if logs != sets => {
             return Err(Failure::input(format_args!("--input-sets {sets}: the logs make {logs}")));
@@ -78,7 +80,7 @@ pub fn plan(inputs: &Inputs, choices: &[Choice], tuning: &Tuning, extent: &Exten
         (Some(logs), _) => logs,
         (None, _) => asked.unwrap_or(runs),
     };
-    if input_sets == 0 || runs % input_sets != 0 {
+    if !runs.is_multiple_of(input_sets) {
         return Err(Failure::input(format_args!("--runs {runs}: must be a multiple of the {input_sets} input sets")));
     }
     let mut plan = Plan {

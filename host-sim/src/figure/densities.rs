@@ -108,6 +108,14 @@ pub fn figure(log: &Log, moment: &Moment, weighed: &Weighed) -> Figure {
             weighed.positions.iter().map(|position| position[axis]).zip(weights.iter().copied()).collect()
         };
         let reach = Interval::around(weighed.positions.iter().map(|position| position[axis])).unwrap_or(Interval::UNIT);
+        // The truth is shown where that does not squeeze the particles.
+        let near = |truth: &f64| reach.padded(0.3).contains(*truth);
+        let reach = weighed
+            .truth
+            .map(|truth| truth[axis])
+            .filter(near)
+            .and_then(|truth| Interval::around([reach.low(), reach.high(), truth]))
+            .unwrap_or(reach);
         let reach = reach.padded(0.05);
         let curve = |weights: &[f64]| -> Vec<[f64; 2]> {
             let points = along(weights);
