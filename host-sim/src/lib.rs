@@ -3,8 +3,10 @@
 pub mod angle;
 pub mod compare;
 pub mod events;
+pub mod figure;
 pub mod log;
 pub mod log_folder;
+pub mod monte_carlo;
 pub mod noise;
 pub mod output;
 pub mod plot;

@@ -1,6 +1,7 @@
 //! The arguments and their help.
 
 use clap::{Args, Parser, Subcommand, ValueEnum, value_parser};
+use scphd_sim::monte_carlo::Shard;
 use scphd_sim::session::Filter;
 use scphd_sim::settings::{Likelihood, Settings};
 use scphd_sim::slam::Precision;
@@ -60,6 +61,19 @@ pub enum Command {
         #[command(flatten)]
         scenario_seed: ScenarioSeed,
     },
+    /// Runs a scenario many times, or logs, and prints means over the runs.
+    ///
+    /// Run k (from 0) has filter seed SEED + k and input set k / (N / M): a scenario made with seed SEED + that number,
+    /// or the log of that number. So every run is decided by its number alone, whatever the threads. OSPA is of order
+    /// 1 and cut-off 10 m, of the static and moving estimate together, at every scan: a static landmark counts from
+    /// its first time in view on, a moving one while it is in view.
+    MonteCarlo(MonteCarloArgs),
+    /// Puts together the parts of a study that `monte-carlo --shard` left.
+    Merge(MergeArgs),
+    /// Draws a figure of the thesis from scenarios and runs of this program, as SVG and PNG.
+    ///
+    /// Without a number: lists the figures.
+    Figure(FigureArgs),
     /// Runs the filter in lockstep with the reference and prints how far they differ.
     ///
     /// Every step of the reference starts from the filter's own state and random numbers, so that what differs
@@ -127,6 +141,77 @@ pub struct RunArgs {
     /// Writes scans.csv, map.csv, and trajectory and error plots (SVG and PNG) to DIR; for a single run only.
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub struct MonteCarloArgs {
+    /// Name of a scenario, or folders of logs.
+    #[arg(required = true, value_name = "SCENARIO|DIR")]
+    pub sources: Vec<PathBuf>,
+    /// Runs of each filter [default: 100 of a scenario, one of each log].
+    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=1_000_000))]
+    pub runs: Option<u32>,
+    /// Different inputs, a divisor of the runs [default: as many as runs, or logs; a quarter for thesis-dynamic, whose
+    /// study in the thesis has 25 inputs with 4 runs each].
+    #[arg(long, value_name = "M", value_parser = value_parser!(u32).range(1..))]
+    pub input_sets: Option<u32>,
+    /// Added to all seeds.
+    #[arg(long, default_value_t = 0)]
+    pub seed: u64,
+    /// The filters, separated by commas; they get the same inputs, and the first is compared with each other one.
+    #[arg(long, value_enum, value_delimiter = ',', default_value = "core")]
+    pub filter: Vec<FilterName>,
+    /// Number type of the filters [default: f32 for core, f64 for reference, which knows no other].
+    #[arg(long, value_enum)]
+    pub precision: Option<PrecisionName>,
+    #[command(flatten)]
+    pub tuning: Tuning,
+    /// Runs at the same time [default: as many as there are cores].
+    #[arg(long, value_name = "N", value_parser = value_parser!(u16).range(1..))]
+    pub jobs: Option<u16>,
+    /// Does only part K of N of the runs and leaves them in the file of --out, for `merge`.
+    #[arg(long, value_name = "K/N")]
+    pub shard: Option<Shard>,
+    /// Writes the figures to FILE as one flat JSON object, those of several filters as a list of them.
+    #[arg(long, value_name = "FILE")]
+    pub json: Option<PathBuf>,
+    /// Folder for plots (SVG and PNG) and tables (CSV); with --shard the file for the runs (JSON).
+    #[arg(long, value_name = "DIR|FILE")]
+    pub out: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub struct MergeArgs {
+    /// What every `monte-carlo --shard` of the study left, in any order.
+    #[arg(required = true, value_name = "FILE")]
+    pub files: Vec<PathBuf>,
+    /// Writes the figures to FILE as one flat JSON object, those of several filters as a list of them.
+    #[arg(long, value_name = "FILE")]
+    pub json: Option<PathBuf>,
+    /// Folder for plots (SVG and PNG) and tables (CSV).
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub struct FigureArgs {
+    /// Number of the figure, as 5.5.
+    #[arg(value_name = "NUMBER")]
+    pub number: Option<String>,
+    /// Folder for figure-NUMBER.svg and figure-NUMBER.png.
+    #[arg(long, value_name = "DIR", default_value = "out")]
+    pub out: PathBuf,
+    /// Runs of each filter, for figures of means [default: as in the thesis].
+    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=1_000_000))]
+    pub runs: Option<u32>,
+    /// Runs at the same time [default: as many as there are cores].
+    #[arg(long, value_name = "N", value_parser = value_parser!(u16).range(1..))]
+    pub jobs: Option<u16>,
+    /// Seed of scenario and filter, or, for figures of means, added to all seeds.
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    #[command(flatten)]
+    pub tuning: Tuning,
 }
 
 #[derive(Debug, Args)]

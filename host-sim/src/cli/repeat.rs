@@ -8,7 +8,6 @@ use super::source::{Source, tuned};
 use scphd_sim::output::json::{self, Summary};
 use scphd_sim::output::repeats;
 use scphd_sim::session;
-use scphd_sim::settings::Settings;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc;
 use std::thread;
@@ -30,7 +29,7 @@ pub fn repeat(sources: &[Source], args: RunArgs) -> Result<(), Failure> {
     let mut name = String::new();
     for source in sources {
         let log = source.log(first)?;
-        let settings = choice.settings(tuned(Settings::for_log(&log), &args.tuning)?);
+        let settings = choice.settings(tuned(source.defaults(&log), &args.tuning)?);
         name = format!("{} {}", choice.filter.name(settings.filter.likelihood), choice.filter.precision());
         scans += log.scans.len() * args.repeat as usize;
     }
@@ -41,7 +40,7 @@ pub fn repeat(sources: &[Source], args: RunArgs) -> Result<(), Failure> {
         sources.iter().flat_map(|source| (first..=last).map(move |seed| (source, seed))).collect();
     let summaries = in_parallel(&runs, args.jobs.into(), |&(source, seed)| {
         let log = source.log(seed)?;
-        let settings = choice.settings(tuned(Settings::for_log(&log), &args.tuning)?);
+        let settings = choice.settings(tuned(source.defaults(&log), &args.tuning)?);
         let mut advance = |_| progress.at(done.fetch_add(1, Ordering::Relaxed) + 1);
         Ok(session::run(&log, &settings, choice.filter, seed, &mut advance)?.summary)
     })?;

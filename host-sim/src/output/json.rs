@@ -91,7 +91,7 @@ pub fn write_summaries(path: &Path, summaries: &[Summary]) -> Result<(), OutputE
 }
 
 /// Writes `value` indented, with a newline at the end.
-pub(super) fn write<T: Serialize + ?Sized>(path: &Path, value: &T) -> Result<(), OutputError> {
+pub(crate) fn write<T: Serialize + ?Sized>(path: &Path, value: &T) -> Result<(), OutputError> {
     // serde_json itself puts `null` for a number that is not finite.
     let mut bytes =
         serde_json::to_vec_pretty(value).map_err(|source| OutputError::Json { path: path.into(), source })?;

@@ -70,7 +70,7 @@ fn block(summaries: &[Summary]) -> String {
 }
 
 /// A header and rows as text: names on the left, everything else flush right.
-pub(super) fn ruled(header: Row, rows: impl Iterator<Item = Row>) -> String {
+pub(crate) fn ruled(header: Row, rows: impl Iterator<Item = Row>) -> String {
     let mut table = Table::new();
     table.load_style(STYLE);
     table.set_header(header);
@@ -89,7 +89,7 @@ fn row(name: &str, summaries: &[Summary], show: impl Fn(&Summary) -> String) -> 
 }
 
 /// A number with fixed decimals and grouped thousands, in powers of ten where it would be long or all zeros.
-pub(super) fn decimals(value: Option<f64>, digits: usize) -> String {
+pub(crate) fn decimals(value: Option<f64>, digits: usize) -> String {
     let Some(value) = value.filter(|v| v.is_finite()) else {
         return UNKNOWN.into();
     };
@@ -110,7 +110,7 @@ fn count(value: Option<u64>) -> String {
 }
 
 /// A count with its thousands grouped.
-pub(super) fn grouped(value: u64) -> String {
+pub(crate) fn grouped(value: u64) -> String {
     group_digits(&value.to_string())
 }
 

@@ -50,3 +50,23 @@ pub fn by_name(name: &str, seed: u64) -> Option<Log> {
         _ => None,
     }
 }
+
+/// How the thesis runs its filter over a scenario.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ThesisRun {
+    /// Particles N.
+    pub particles: usize,
+    /// Samples M of every particle a prediction.
+    pub samples: usize,
+    /// Resample below this N_eff / N.
+    pub resample_threshold: f64,
+    /// Runs with each input of a Monte Carlo study.
+    pub runs_per_input: usize,
+}
+
+/// What the thesis says about running that scenario, where it does (5.3.1).
+#[must_use]
+pub fn thesis_run(name: &str) -> Option<ThesisRun> {
+    let as_in_5_3_1 = ThesisRun { particles: 32, samples: 2, resample_threshold: 0.05, runs_per_input: 4 };
+    matches!(name, "thesis-dynamic" | "thesis-dynamic-long").then_some(as_in_5_3_1)
+}

@@ -37,14 +37,11 @@ impl Motion {
     /// the plane the turn is the direction of Σ ā·b and Σ ā×b). `None` for no pair; a shift only for one.
     #[must_use]
     pub fn fit(pairs: &[([f64; 2], [f64; 2])]) -> Option<Self> {
-        let count = pairs.len() as f64;
-        let mean = |pick: fn(&([f64; 2], [f64; 2])) -> [f64; 2]| -> [f64; 2] {
-            std::array::from_fn(|k| pairs.iter().map(|pair| pick(pair)[k]).sum::<f64>() / count)
-        };
         if pairs.is_empty() {
             return None;
         }
-        let (from, to) = (mean(|pair| pair.0), mean(|pair| pair.1));
+        let (firsts, seconds): (Vec<[f64; 2]>, Vec<[f64; 2]>) = pairs.iter().copied().unzip();
+        let (from, to) = (centre(&firsts), centre(&seconds));
         let (mut along, mut across) = (0.0, 0.0);
         for (a, b) in pairs {
             let (a, b) = ([a[0] - from[0], a[1] - from[1]], [b[0] - to[0], b[1] - to[1]]);
@@ -55,6 +52,11 @@ impl Motion {
         let turned = Self { turn_rad, shift_m: [0.0; 2] }.apply(from);
         Some(Self { turn_rad, shift_m: [to[0] - turned[0], to[1] - turned[1]] })
     }
+}
+
+/// Mean of points.
+fn centre(points: &[[f64; 2]]) -> [f64; 2] {
+    std::array::from_fn(|k| points.iter().map(|point| point[k]).sum::<f64>() / points.len() as f64)
 }
 
 /// Features of a map that are landmarks, and how far off.

@@ -1,6 +1,7 @@
 //! How well moving landmarks are found, and what is taken for one.
 
 use crate::score::cutoff::Cutoff;
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 /// Farther than this from a mover in view, m, an estimate is not of it.
@@ -25,7 +26,7 @@ pub struct ScanMatch {
 }
 
 /// Figures over the scans whose movers are known; those of several runs add up.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct MovingScore {
     /// Scans.
     pub scans: usize,
