@@ -13,6 +13,7 @@ use crate::Real;
 /// assert_eq!(error.field, "merge_distance");
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Config<T> {
     /// N, particles kept between scans (5.7).
     pub particles: usize,
@@ -53,6 +54,7 @@ impl<T: Real> Default for Config<T> {
 
 /// A field of the [`Config`] is out of range.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub struct ConfigError {
     /// The field's name.

@@ -15,6 +15,7 @@ pub mod score;
 pub mod session;
 pub mod settings;
 pub mod slam;
+pub mod stream;
 pub mod truth;
 pub mod vehicle;
 

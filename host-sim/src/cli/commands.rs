@@ -7,6 +7,7 @@ use super::outputs::{Outputs, label};
 use super::progress::Progress;
 use super::repeat;
 use super::source::{Source, read, scenario, tuned};
+use super::stream;
 use scphd_sim::log::Log;
 use scphd_sim::log_folder;
 use scphd_sim::output::table;
@@ -38,6 +39,7 @@ pub fn execute(cli: Cli) -> Result<(), Failure> {
         Some(Command::Compare(args)) => compare::compare(args),
         Some(Command::Run { .. } | Command::Scenarios) => list_scenarios(),
         Some(Command::Export { scenario: name, dir, seed }) => export(&scenario(&name, seed)?, &dir),
+        Some(Command::Stream(args)) => stream::stream(args),
         Some(Command::Settings { source, tuning }) => {
             let log = match source.to_str().and_then(|name| by_name(name, 0)) {
                 Some(log) => log,
