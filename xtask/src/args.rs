@@ -1,7 +1,7 @@
 //! The command line: step names, `test` for all of them, `help`.
 
 use crate::steps::{STEPS, Step};
-use crate::target;
+use crate::toolchain;
 
 /// What the user asked for.
 pub enum Request {
@@ -33,7 +33,7 @@ pub fn parse(words: &[String]) -> Result<Request, String> {
 /// The text of `cargo xtask help`.
 pub fn usage() -> String {
     let mut text = String::from("Usage: cargo xtask <command>...\n\nCommands:\n");
-    let mut line = |name: &str, what: &str| text.push_str(&format!("  {name:<8}{what}\n"));
+    let mut line = |name: &str, what: &str| text.push_str(&format!("  {name:<9}{what}\n"));
     line("test", "every step below, in this order; goes on after a failure");
     for step in STEPS {
         line(step.name, step.what);
@@ -41,10 +41,10 @@ pub fn usage() -> String {
     line("help", "this text");
     text.push_str(&format!(
         "\nEnvironment:\n  {}=rustup|debian\n          \
-         the only toolchain the step `target` may use; unset: the first that works of\n          \
+         the only toolchain the steps for a Cortex-M may use; unset: the first that works of\n          \
          the active toolchain, `rustup target add`, Debian's packages\n\
          \nExit code: 0 all steps passed or were skipped with a reason, 1 a step failed, 2 wrong usage.\n",
-        target::CHOICE_VARIABLE
+        toolchain::CHOICE_VARIABLE
     ));
     text
 }
@@ -83,6 +83,6 @@ mod tests {
         assert!(matches!(parse(&["help".into()]), Ok(Request::Help)));
         let text = usage();
         assert!(STEPS.iter().all(|step| text.contains(step.name)));
-        assert!(text.contains(target::CHOICE_VARIABLE));
+        assert!(text.contains(toolchain::CHOICE_VARIABLE));
     }
 }

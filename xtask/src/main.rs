@@ -1,10 +1,14 @@
 //! The project's own commands: `cargo xtask test` is what a developer runs before a commit and what CI runs.
 
 mod args;
+mod budget;
+mod firmware;
+mod install;
 mod noalloc;
 mod process;
 mod steps;
 mod target;
+mod toolchain;
 
 use std::process::ExitCode;
 

@@ -2,6 +2,8 @@
 
 use std::time::{Duration, Instant};
 
+use crate::budget;
+use crate::firmware;
 use crate::process;
 use crate::target;
 
@@ -41,6 +43,17 @@ pub const STEPS: &[Step] = &[
     Step { name: "unit", what: "every test of the workspace, documentation examples included", run: unit },
     Step { name: "digest", what: "the filter's state is bit for bit the same in every build profile", run: digest },
     Step { name: "target", what: "the core builds for a Cortex-M without std and without alloc", run: target::step },
+    Step {
+        name: "proof",
+        what: "firmware images link for every board without a panic and without an allocator",
+        run: firmware::proof,
+    },
+    Step {
+        name: "firmware",
+        what: "after every scan the boards, in QEMU, have the same state as the host, bit for bit",
+        run: firmware::digests,
+    },
+    Step { name: "budget", what: "flash, RAM, stack and instructions are within budgets.toml", run: budget::step },
     Step { name: "msrv", what: "the workspace builds with the oldest supported Rust, if that is installed", run: msrv },
 ];
 
@@ -73,7 +86,7 @@ fn verdict(name: &str, outcome: &Outcome, elapsed: Duration) -> String {
         Outcome::Skipped(note) => ("skipped", note),
         Outcome::Failed(note) => ("FAILED", note),
     };
-    let line = format!("{word:<8}{name:<8}{:>7.1} s  {note}", elapsed.as_secs_f64());
+    let line = format!("{word:<8}{name:<9}{:>7.1} s  {note}", elapsed.as_secs_f64());
     line.trim_end().to_owned()
 }
 
