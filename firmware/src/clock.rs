@@ -37,6 +37,8 @@ impl Clock {
         timer.clear_current();
         timer.enable_interrupt();
         timer.enable_counter();
+        // It stands at zero until its first tick, as it does at the end of a round.
+        while SYST::get_current() == 0 {}
         Self::SysTick
     }
 

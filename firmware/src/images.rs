@@ -5,7 +5,7 @@ use crate::clock::{Clock, LOOP_INSTRUCTIONS};
 use crate::report::{self, Report};
 use cortex_m::Peripherals;
 use scphd::Real;
-use scphd_stream::{Memory, ram_parts, replay};
+use scphd_stream::{CAPACITIES, Memory, ram_parts, replay};
 
 /// Replays the stream that was loaded, tells of every scan, and ends the program.
 pub fn replay_and_report<T: Real>(memory: Option<&'static mut Memory<T>>) -> ! {
@@ -19,6 +19,14 @@ pub fn replay_and_report<T: Real>(memory: Option<&'static mut Memory<T>>) -> ! {
         clock.name(),
         LOOP_INSTRUCTIONS,
         clock.of_known_loop()
+    );
+    defmt::println!(
+        "capacity candidates {=usize} particles {=usize} components {=usize} in_all {=usize} measurements {=usize}",
+        CAPACITIES.candidates,
+        CAPACITIES.particles,
+        CAPACITIES.components,
+        CAPACITIES.components_in_all,
+        CAPACITIES.measurements,
     );
     defmt::println!("ram total {=usize}", size_of::<Memory<T>>());
     for part in ram_parts::<T>() {

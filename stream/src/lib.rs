@@ -25,7 +25,9 @@ mod replay;
 mod writer;
 
 pub use header::{Header, Likelihood, Reduction, Scalar, UNKNOWN, Vehicle};
-pub use onboard::{MEASUREMENTS, Memory, Onboard, RamPart, Refusal, Scan, Seen, memory, ram_parts};
+pub use onboard::{
+    CAPACITIES, Capacities, MEASUREMENTS, Memory, Onboard, RamPart, Refusal, Scan, Seen, memory, ram_parts,
+};
 pub use reader::{Measurements, Reader, Record, StreamError};
 pub use replay::{Monitor, ReplayError, ScanCost, Totals, replay};
 pub use writer::Writer;

@@ -89,6 +89,30 @@ pub const fn ram_parts<T: Real>() -> [RamPart; 5] {
     ]
 }
 
+/// What bounds the work of a scan.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Capacities {
+    /// Candidates that are weighed, N·M.
+    pub candidates: usize,
+    /// Maps that are updated, N.
+    pub particles: usize,
+    /// Components of one map.
+    pub components: usize,
+    /// Components of all maps.
+    pub components_in_all: usize,
+    /// Measurements of a scan.
+    pub measurements: usize,
+}
+
+/// What bounds the work of a scan with the memory on board.
+pub const CAPACITIES: Capacities = Capacities {
+    candidates: CANDIDATES,
+    particles: PARTICLES,
+    components: MAP_PAGES * scphd::PAGE_LEN,
+    components_in_all: PAGES * scphd::PAGE_LEN,
+    measurements: MEASUREMENTS,
+};
+
 /// The motion model that the head of the stream chooses.
 #[derive(Debug, Clone, Copy)]
 enum Drive<T> {

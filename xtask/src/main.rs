@@ -21,8 +21,8 @@ fn main() -> ExitCode {
             print!("{}", args::usage());
             ExitCode::SUCCESS
         }
-        Ok(Request::Run(chosen)) => {
-            if steps::run(&chosen) {
+        Ok(Request::Run(chosen, options)) => {
+            if steps::run(&chosen, &options) {
                 ExitCode::SUCCESS
             } else {
                 ExitCode::FAILURE

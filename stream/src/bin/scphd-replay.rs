@@ -2,7 +2,7 @@
 //! same words as the firmware.
 
 use scphd::Real;
-use scphd_stream::{Memory, Monitor, ScanCost, Seen, memory, replay};
+use scphd_stream::{Memory, Monitor, Reader, ScanCost, Seen, memory, replay};
 use std::io::{self, Write};
 use std::process::ExitCode;
 use std::time::Instant;
@@ -44,8 +44,11 @@ impl<W: Write> Monitor for Printer<W> {
 }
 
 fn run<T: Real>(bytes: &[u8], scans: u32) -> Result<(), String> {
+    let header = *Reader::open(bytes).map_err(|error| error.to_string())?.header();
     let mut state: Box<Memory<T>> = Box::new(memory());
     let mut printer = Printer { out: io::stdout().lock(), started: Instant::now(), failed: None };
+    let line = writeln!(printer.out, "stream scan_interval_s {}", header.scan_interval_s);
+    printer.failed = line.err();
     let totals = replay(bytes, &mut state, scans, &mut printer).map_err(|error| error.to_string())?;
     let [x, y, heading] = totals.pose;
     let end = writeln!(printer.out, "end scans {} pose {x} {y} {heading} features {}", totals.scans, totals.features);

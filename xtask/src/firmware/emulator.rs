@@ -37,7 +37,9 @@ pub fn run(board: &Board, image: &Image, stream: &Path) -> Result<Vec<String>, S
     let output = process::capture_for(&mut qemu, LIMIT);
     // A program that failed has mostly said why.
     let bytes = output.map_err(|error| format!("{}: {error}", image.path.display()))?;
-    decode(&image.elf, &bytes)
+    let lines = decode(&image.elf, &bytes)?;
+    lines.first().into_iter().chain(lines.last()).for_each(|line| println!("{line}"));
+    Ok(lines)
 }
 
 fn decode(elf: &[u8], bytes: &[u8]) -> Result<Vec<String>, String> {

@@ -8,5 +8,5 @@ pub mod output;
 mod proof;
 pub mod streams;
 
-pub use digests::step as digests;
+pub use digests::{image_name, step as digests};
 pub use proof::step as proof;

@@ -13,6 +13,10 @@ pub struct Replay {
     pub ram_parts: Vec<(String, u64)>,
     /// Greatest depth of the stack, bytes.
     pub stack: u64,
+    /// Time from scan to scan, s; told on the host.
+    pub scan_interval_s: f64,
+    /// What bounds the work of a scan.
+    pub capacities: Capacities,
     /// Whether the replay came to its end.
     pub ended: bool,
 }
@@ -24,6 +28,10 @@ pub struct Scan {
     pub state: String,
     /// Hash of the filter's state.
     pub digest: String,
+    /// Most components in view of a candidate.
+    pub in_view: u64,
+    /// Measurements.
+    pub measurements: u64,
     /// Predictions before it.
     pub predictions: u64,
     /// Clock ticks of all predictions before it.
@@ -52,6 +60,8 @@ impl Replay {
             "clock" => {
                 self.instructions_per_tick = number(rest, "instructions")? as f64 / number(rest, "ticks")? as f64;
             }
+            "stream" => self.scan_interval_s = word(rest, "scan_interval_s")?.parse().ok()?,
+            "capacity" => self.capacities = Capacities::parse(rest)?,
             "ram" => {
                 let (name, bytes) = rest.rsplit_once(' ')?;
                 let bytes = bytes.parse().ok()?;
@@ -64,6 +74,8 @@ impl Replay {
             "scan" => self.scans.push(Scan {
                 state: rest.to_owned(),
                 digest: word(rest, "digest")?.to_owned(),
+                in_view: number(rest, "in_view")?,
+                measurements: number(rest, "measurements")?,
                 predictions: number(rest, "predictions")?,
                 ..Scan::default()
             }),
@@ -96,6 +108,40 @@ impl Replay {
     }
 }
 
+/// What bounds the work of a scan.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Capacities {
+    candidates: u64,
+    particles: u64,
+    components: u64,
+    components_in_all: u64,
+    measurements: u64,
+}
+
+impl Capacities {
+    fn parse(text: &str) -> Option<Self> {
+        Some(Self {
+            candidates: number(text, "candidates")?,
+            particles: number(text, "particles")?,
+            components: number(text, "components")?,
+            components_in_all: number(text, "in_all")?,
+            measurements: number(text, "measurements")?,
+        })
+    }
+
+    /// How often a component in view meets the measurements: weighing looks once for every candidate, updating once for
+    /// every particle.
+    pub fn looks(&self) -> u64 {
+        self.candidates + self.particles
+    }
+
+    /// Most pairs of a component and a measurement that a scan can look at: every look meets a full map, which all
+    /// particles may share, and the most measurements.
+    pub fn most_pairs(&self) -> u64 {
+        self.looks() * self.components.min(self.components_in_all) * self.measurements
+    }
+}
+
 /// The word after `name`.
 fn word<'a>(text: &'a str, name: &str) -> Option<&'a str> {
     let mut words = text.split(' ');
@@ -119,7 +165,7 @@ mod tests {
     fn lines_become_figures() {
         let replay = parse(
             "clock systick instructions 2000000 ticks 50000\nram total 100\nram in and out 7\n\
-             scan 0 measurements 5 predictions 2 health 0000 digest 0a\ncost 0 predict 9 worst 6 update 77 estimate 3\n\
+             scan 0 measurements 5 predictions 2 in_view 9 health 0000 digest 0a\ncost 0 predict 9 worst 6 update 77 estimate 3\n\
              end scans 1 features 3 stack 2000",
         )
         .unwrap();
@@ -131,15 +177,15 @@ mod tests {
 
     #[test]
     fn a_replay_without_an_end_or_with_complaints_is_none() {
-        assert!(parse("scan 0 predictions 2 digest 0a").is_err());
+        assert!(parse("scan 0 measurements 5 predictions 2 in_view 9 digest 0a").is_err());
         assert!(parse("Error damaged\nend scans 0").is_err());
     }
 
     #[test]
     fn the_first_difference_is_told() {
-        let one = parse("scan 0 predictions 2 digest 0a\nend scans 1").unwrap();
-        let other = parse("scan 0 predictions 2 digest 0b\nend scans 1").unwrap();
-        let longer = parse("scan 0 predictions 2 digest 0a\nscan 1 predictions 2 digest 0a\nend scans 2").unwrap();
+        let one = parse("scan 0 measurements 5 predictions 2 in_view 9 digest 0a\nend scans 1").unwrap();
+        let other = parse("scan 0 measurements 5 predictions 2 in_view 9 digest 0b\nend scans 1").unwrap();
+        let longer = parse("scan 0 measurements 5 predictions 2 in_view 9 digest 0a\nscan 1 measurements 5 predictions 2 in_view 9 digest 0a\nend scans 2").unwrap();
         assert_eq!(one.first_difference(&one), None);
         assert!(one.first_difference(&other).unwrap().contains("0b"));
         assert_eq!(one.first_difference(&longer).unwrap(), "1 scans / 2 scans");
