@@ -13,6 +13,7 @@ use crate::{ConstantVelocity, Likelihood, Real, Reduction};
 /// assert_eq!(error.field, "prune_weight");
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Config<T> {
     /// N, particles kept between scans (5.7).
     pub particles: usize,
@@ -43,6 +44,7 @@ pub struct Config<T> {
 
 /// The part of the tuning that is about features that move.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct MovingConfig<T> {
     /// w_b of the moving feature born from a measurement (5.19), as an intensity in measurement space. Zero: every feature is
     /// taken for static.
@@ -96,6 +98,7 @@ impl<T: Real> Default for Config<T> {
 
 /// A field of the [`Config`] is out of range.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub struct ConfigError {
     /// The field's name.

@@ -5,6 +5,7 @@ use core::fmt;
 
 /// Why a filter cannot be set up.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum SetupError {
     /// A field of the configuration is out of range.
@@ -52,6 +53,7 @@ impl From<ConfigError> for SetupError {
 
 /// Why the filter cannot start.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum ResetError {
     /// The pose is not finite.
@@ -68,6 +70,7 @@ impl core::error::Error for ResetError {}
 
 /// Why a map cannot be loaded.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum LoadMapError {
     /// The state holds no particles: it has not been reset yet.
@@ -104,6 +107,7 @@ impl core::error::Error for LoadMapError {}
 
 /// Why a prediction was refused.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum PredictError {
     /// The state holds no particles: it has not been reset yet.
@@ -128,6 +132,7 @@ impl core::error::Error for PredictError {}
 
 /// Why a scan was refused.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum ScanError {
     /// The state holds no particles: it has not been reset yet.

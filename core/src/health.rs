@@ -98,3 +98,16 @@ impl fmt::Debug for Health {
             .finish()
     }
 }
+
+#[cfg(feature = "defmt")]
+impl defmt::Format for Health {
+    fn format(&self, f: defmt::Formatter<'_>) {
+        let mut separator = "";
+        defmt::write!(f, "{{");
+        for (_, name) in Self::NAMES.iter().filter(|(flag, _)| self.contains(*flag)) {
+            defmt::write!(f, "{=str}{=str}", separator, name);
+            separator = ", ";
+        }
+        defmt::write!(f, "}}");
+    }
+}

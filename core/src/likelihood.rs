@@ -7,6 +7,7 @@ use crate::{Dim, FieldOfView, LnSum, Packed, Real, Sensor};
 
 /// How the scan weighs a particle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Likelihood {
     /// The single-cluster likelihood (4.52): ln L = −Σ p_D w + Σ_z ln η_z.
     #[default]

@@ -7,6 +7,7 @@ use nalgebra::SVector;
 
 /// Which components are merged into one of the same mass, mean and spread.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Reduction<T> {
     /// Vo & Ma 2006, table II: the heaviest component takes in all within reach, and so on.
     Greedy {

@@ -4,6 +4,7 @@ use crate::Health;
 
 /// What a prediction did.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub struct PredictReport {
     /// Candidates after the prediction: N·M.
@@ -16,6 +17,7 @@ pub struct PredictReport {
 
 /// What a scan did. Counts over maps are sums over the maps of all distinct survivors; a map is one particle's of both kinds.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub struct ScanReport<T> {
     /// Measurements in the scan.

@@ -10,7 +10,7 @@ pub(crate) fn heap_sort<I: Copy>(items: &mut [I], comes_before: impl Fn(&I, &I) 
         sift_down(items, root, &comes_before);
     }
     for end in (1..len).rev() {
-        items.swap(0, end);
+        swap(items, 0, end);
         if let Some(heap) = items.get_mut(..end) {
             sift_down(heap, 0, &comes_before);
         }
@@ -29,8 +29,19 @@ fn sift_down<I: Copy>(heap: &mut [I], mut root: usize, comes_before: &impl Fn(&I
         if !comes_before(&item, &child_item) {
             return;
         }
-        heap.swap(root, child);
+        swap(heap, root, child);
         root = child;
+    }
+}
+
+/// The standard library's swap has a panic that the compiler cannot always see to be out of reach.
+fn swap<I: Copy>(items: &mut [I], a: usize, b: usize) {
+    let (Some(&first), Some(&second)) = (items.get(a), items.get(b)) else { return };
+    if let Some(slot) = items.get_mut(a) {
+        *slot = second;
+    }
+    if let Some(slot) = items.get_mut(b) {
+        *slot = first;
     }
 }
 

@@ -18,6 +18,7 @@ pub mod score;
 pub mod session;
 pub mod settings;
 pub mod slam;
+pub mod stream;
 pub mod truth;
 pub mod vehicle;
 

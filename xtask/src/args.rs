@@ -1,24 +1,24 @@
 //! The command line: step names, `test` for all of them, `help`.
 
-use crate::steps::{STEPS, Step};
-use crate::target;
+use crate::steps::{Options, STEPS, Step};
+use crate::toolchain;
 
 /// What the user asked for.
 pub enum Request {
     /// Print the usage.
     Help,
     /// Run these steps, in this order.
-    Run(Vec<&'static Step>),
+    Run(Vec<&'static Step>, Options),
 }
 
 /// Reads the words after `cargo xtask`. The error is one line for the user.
 pub fn parse(words: &[String]) -> Result<Request, String> {
-    if words.is_empty() {
-        return Err("no command given".into());
-    }
     let mut chosen = Vec::new();
-    for word in words {
+    let mut options = Options::default();
+    let mut words = words.iter();
+    while let Some(word) = words.next() {
         match word.as_str() {
+            "--json" => options.json = Some(words.next().ok_or("--json needs a file")?.into()),
             "help" | "--help" | "-h" => return Ok(Request::Help),
             "test" => chosen.extend(STEPS),
             name => match STEPS.iter().find(|step| step.name == name) {
@@ -27,24 +27,28 @@ pub fn parse(words: &[String]) -> Result<Request, String> {
             },
         }
     }
-    Ok(Request::Run(chosen))
+    if chosen.is_empty() {
+        return Err("no command given".into());
+    }
+    Ok(Request::Run(chosen, options))
 }
 
 /// The text of `cargo xtask help`.
 pub fn usage() -> String {
-    let mut text = String::from("Usage: cargo xtask <command>...\n\nCommands:\n");
-    let mut line = |name: &str, what: &str| text.push_str(&format!("  {name:<8}{what}\n"));
+    let mut text = String::from("Usage: cargo xtask <command>... [--json FILE]\n\nCommands:\n");
+    let mut line = |name: &str, what: &str| text.push_str(&format!("  {name:<9}{what}\n"));
     line("test", "every step below, in this order; goes on after a failure");
     for step in STEPS {
         line(step.name, step.what);
     }
     line("help", "this text");
+    text.push_str("\nOptions:\n  --json FILE  where `budget` writes its figures, as a list of flat objects\n");
     text.push_str(&format!(
         "\nEnvironment:\n  {}=rustup|debian\n          \
-         the only toolchain the step `target` may use; unset: the first that works of\n          \
+         the only toolchain the steps for a Cortex-M may use; unset: the first that works of\n          \
          the active toolchain, `rustup target add`, Debian's packages\n\
          \nExit code: 0 all steps passed or were skipped with a reason, 1 a step failed, 2 wrong usage.\n",
-        target::CHOICE_VARIABLE
+        toolchain::CHOICE_VARIABLE
     ));
     text
 }
@@ -56,7 +60,7 @@ mod tests {
     fn names(words: &[&str]) -> Option<Vec<&'static str>> {
         let words: Vec<String> = words.iter().map(|word| (*word).to_owned()).collect();
         match parse(&words) {
-            Ok(Request::Run(steps)) => Some(steps.iter().map(|step| step.name).collect()),
+            Ok(Request::Run(steps, _)) => Some(steps.iter().map(|step| step.name).collect()),
             _ => None,
         }
     }
@@ -73,6 +77,15 @@ mod tests {
     }
 
     #[test]
+    fn a_file_for_the_figures_may_be_given() {
+        let words = ["budget", "--json", "figures.json"].map(str::to_owned);
+        let Ok(Request::Run(_, options)) = parse(&words) else { panic!("refused") };
+        assert_eq!(options.json, Some("figures.json".into()));
+        assert!(parse(&words[..2]).is_err());
+        assert!(parse(&words[1..]).is_err());
+    }
+
+    #[test]
     fn unknown_and_missing_words_are_errors() {
         assert!(parse(&["fmt".into(), "nonsense".into()]).is_err());
         assert!(parse(&[]).is_err());
@@ -83,6 +96,6 @@ mod tests {
         assert!(matches!(parse(&["help".into()]), Ok(Request::Help)));
         let text = usage();
         assert!(STEPS.iter().all(|step| text.contains(step.name)));
-        assert!(text.contains(target::CHOICE_VARIABLE));
+        assert!(text.contains(toolchain::CHOICE_VARIABLE));
     }
 }

@@ -1,10 +1,14 @@
 //! The project's own commands: `cargo xtask test` is what a developer runs before a commit and what CI runs.
 
 mod args;
+mod budget;
+mod firmware;
+mod install;
 mod noalloc;
 mod process;
 mod steps;
 mod target;
+mod toolchain;
 
 use std::process::ExitCode;
 
@@ -17,8 +21,8 @@ fn main() -> ExitCode {
             print!("{}", args::usage());
             ExitCode::SUCCESS
         }
-        Ok(Request::Run(chosen)) => {
-            if steps::run(&chosen) {
+        Ok(Request::Run(chosen, options)) => {
+            if steps::run(&chosen, &options) {
                 ExitCode::SUCCESS
             } else {
                 ExitCode::FAILURE

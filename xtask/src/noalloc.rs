@@ -13,7 +13,7 @@ use crate::process;
 const ALLOWED: [&str; 2] = ["libcore-", "libcompiler_builtins-"];
 
 /// What the compiler calls the allocator's entry points; mangled names contain them literally.
-const SYMBOLS: [&str; 4] = ["__rust_alloc", "__rust_realloc", "__rg_alloc", "__rdl_alloc"];
+pub const SYMBOLS: [&str; 4] = ["__rust_alloc", "__rust_realloc", "__rg_alloc", "__rdl_alloc"];
 
 /// Makes a sysroot in `dir` with `core` and its compiler support, but without `alloc`, from `sysroot`.
 ///

@@ -1,6 +1,7 @@
 //! Running other programs from the top of the workspace, visibly.
 
 use std::ffi::OsStr;
+use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::thread;
@@ -39,6 +40,10 @@ pub fn run(command: &mut Command) -> Result<(), String> {
 /// Like [`run`], but kills the program after `limit`.
 pub fn run_for(command: &mut Command, limit: Duration) -> Result<(), String> {
     let mut child = start(command)?;
+    await_for(command, &mut child, limit)
+}
+
+fn await_for(command: &Command, child: &mut Child, limit: Duration) -> Result<(), String> {
     let started = Instant::now();
     loop {
         if let Some(status) = child.try_wait().map_err(|error| error.to_string())? {
@@ -52,6 +57,19 @@ pub fn run_for(command: &mut Command, limit: Duration) -> Result<(), String> {
         }
         thread::sleep(Duration::from_millis(50));
     }
+}
+
+/// Like [`run`], but returns standard output as it is; kills the program after `limit`.
+pub fn capture_for(command: &mut Command, limit: Duration) -> Result<Vec<u8>, String> {
+    let mut child = start(command.stdout(Stdio::piped()))?;
+    let mut output = child.stdout.take().ok_or("no output to read")?;
+    let reader = thread::spawn(move || {
+        let mut bytes = Vec::new();
+        output.read_to_end(&mut bytes).map(|_| bytes)
+    });
+    await_for(command, &mut child, limit)?;
+    let bytes = reader.join().map_err(|_| "the reader of a program's output failed".to_owned())?;
+    bytes.map_err(|error| format!("{}: {error}", name(command)))
 }
 
 /// Runs silently and returns standard output; the error carries standard error.

@@ -1,9 +1,19 @@
 //! The steps of `cargo xtask test` and how they are run: all of them, even after a failure, then a summary.
 
+use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
+use crate::budget;
+use crate::firmware;
 use crate::process;
 use crate::target;
+
+/// What the command line says beside the steps.
+#[derive(Debug, Default, PartialEq, Eq)]
+pub struct Options {
+    /// Where the budget writes its figures.
+    pub json: Option<PathBuf>,
+}
 
 /// One step, which can also be run by its name.
 pub struct Step {
@@ -11,7 +21,7 @@ pub struct Step {
     pub name: &'static str,
     /// What it checks, for the headline and the help.
     pub what: &'static str,
-    run: fn() -> Outcome,
+    run: fn(&Options) -> Outcome,
 }
 
 /// How a step ended.
@@ -35,22 +45,45 @@ impl From<Result<(), String>> for Outcome {
 
 /// Cheapest first, so that the common slips show early.
 pub const STEPS: &[Step] = &[
-    Step { name: "fmt", what: "formatting of every package", run: fmt },
-    Step { name: "lint", what: "clippy on every package, warnings are errors", run: lint },
-    Step { name: "doc", what: "documentation builds without a warning", run: doc },
-    Step { name: "unit", what: "every test of the workspace, documentation examples included", run: unit },
-    Step { name: "digest", what: "the filter's state is bit for bit the same in every build profile", run: digest },
-    Step { name: "target", what: "the core builds for a Cortex-M without std and without alloc", run: target::step },
-    Step { name: "msrv", what: "the workspace builds with the oldest supported Rust, if that is installed", run: msrv },
+    Step { name: "fmt", what: "formatting of every package", run: |_| fmt() },
+    Step { name: "lint", what: "clippy on every package, warnings are errors", run: |_| lint() },
+    Step { name: "doc", what: "documentation builds without a warning", run: |_| doc() },
+    Step { name: "unit", what: "every test of the workspace, documentation examples included", run: |_| unit() },
+    Step {
+        name: "digest",
+        what: "the filter's state is bit for bit the same in every build profile",
+        run: |_| digest(),
+    },
+    Step {
+        name: "target",
+        what: "the core builds for a Cortex-M without std and without alloc",
+        run: |_| target::step(),
+    },
+    Step {
+        name: "proof",
+        what: "firmware images link for every board without a panic and without an allocator",
+        run: |_| firmware::proof(),
+    },
+    Step {
+        name: "firmware",
+        what: "after every scan the boards, in QEMU, have the same state as the host, bit for bit",
+        run: |_| firmware::digests(),
+    },
+    Step { name: "budget", what: "flash, RAM, stack and instructions are within budgets.toml", run: budget::step },
+    Step {
+        name: "msrv",
+        what: "the workspace builds with the oldest supported Rust, if that is installed",
+        run: |_| msrv(),
+    },
 ];
 
 /// Runs the steps and prints the summary. `false` if one failed.
-pub fn run(chosen: &[&Step]) -> bool {
+pub fn run(chosen: &[&Step], options: &Options) -> bool {
     let mut results = Vec::new();
     for (index, step) in chosen.iter().enumerate() {
         println!("\n=== [{}/{}] {}: {}", index + 1, chosen.len(), step.name, step.what);
         let started = Instant::now();
-        let outcome = (step.run)();
+        let outcome = (step.run)(options);
         let elapsed = started.elapsed();
         println!("=== {}", verdict(step.name, &outcome, elapsed));
         results.push((step.name, outcome, elapsed));
@@ -73,7 +106,7 @@ fn verdict(name: &str, outcome: &Outcome, elapsed: Duration) -> String {
         Outcome::Skipped(note) => ("skipped", note),
         Outcome::Failed(note) => ("FAILED", note),
     };
-    let line = format!("{word:<8}{name:<8}{:>7.1} s  {note}", elapsed.as_secs_f64());
+    let line = format!("{word:<8}{name:<9}{:>7.1} s  {note}", elapsed.as_secs_f64());
     line.trim_end().to_owned()
 }
 
@@ -143,26 +176,26 @@ fn is_version(name: &str, version: &str) -> bool {
 mod tests {
     use super::*;
 
-    const FAILS: Step = Step { name: "fails", what: "", run: || Outcome::Failed("on purpose".into()) };
-    const SKIPS: Step = Step { name: "skips", what: "", run: || Outcome::Skipped("on purpose".into()) };
-    const PASSES: Step = Step { name: "passes", what: "", run: || Outcome::Passed(String::new()) };
+    const FAILS: Step = Step { name: "fails", what: "", run: |_| Outcome::Failed("on purpose".into()) };
+    const SKIPS: Step = Step { name: "skips", what: "", run: |_| Outcome::Skipped("on purpose".into()) };
+    const PASSES: Step = Step { name: "passes", what: "", run: |_| Outcome::Passed(String::new()) };
 
     #[test]
     fn one_failure_fails_the_run_and_a_skip_does_not() {
-        assert!(run(&[&PASSES, &SKIPS]));
-        assert!(!run(&[&FAILS, &PASSES]));
+        assert!(run(&[&PASSES, &SKIPS], &Options::default()));
+        assert!(!run(&[&FAILS, &PASSES], &Options::default()));
     }
 
     #[test]
     fn steps_after_a_failure_still_run() {
         use std::sync::atomic::{AtomicBool, Ordering};
         static REACHED: AtomicBool = AtomicBool::new(false);
-        fn reach() -> Outcome {
+        fn reach(_: &Options) -> Outcome {
             REACHED.store(true, Ordering::Relaxed);
             Outcome::Passed(String::new())
         }
         let reaches = Step { name: "reaches", what: "", run: reach };
-        assert!(!run(&[&FAILS, &reaches]));
+        assert!(!run(&[&FAILS, &reaches], &Options::default()));
         assert!(REACHED.load(Ordering::Relaxed));
     }
 

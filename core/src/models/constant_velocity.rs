@@ -24,6 +24,7 @@ use nalgebra::SVector;
 /// assert!((later.ln_weight + 0.02).abs() < 1e-15);
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ConstantVelocity<T> {
     /// q, spectral density of the acceleration along each axis, m²/s³: after a time t the velocity's standard deviation
     /// has grown to √(q t), that of the position to √(q t³/3).

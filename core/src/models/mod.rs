@@ -30,6 +30,7 @@ pub use unicycle::{Step, Unicycle, UnicycleControl};
 
 /// A parameter of a model is not one the model can work with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub struct ModelError {
     /// The parameter, by the name of its field.

@@ -91,6 +91,8 @@ pub enum Command {
         #[arg(long, default_value_t = 1)]
         seed: u64,
     },
+    /// Writes a log or scenario as the binary stream that a vehicle computer reads; docs/stream.md describes it.
+    Stream(StreamArgs),
     /// Prints the settings a log or scenario is run with, as a TOML file for --settings.
     Settings {
         /// Folder of a log, or name of a scenario (which goes first; write ./NAME for a folder of that name).
@@ -234,6 +236,27 @@ pub struct CompareArgs {
     /// Writes the differences scan by scan to compare-f32.csv and compare-f64.csv in DIR.
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub struct StreamArgs {
+    /// Name of a scenario, `worst-case` for inputs that cost a filter the most its memory allows, or folder of a log.
+    #[arg(value_name = "SCENARIO|DIR")]
+    pub source: PathBuf,
+    /// File to write.
+    pub file: PathBuf,
+    /// Number of scans, from the first [default: all].
+    #[arg(long, value_name = "N")]
+    pub scans: Option<usize>,
+    /// Number type of the inputs.
+    #[arg(long, value_enum, default_value_t = PrecisionName::F32)]
+    pub precision: PrecisionName,
+    #[command(flatten)]
+    pub tuning: Tuning,
+    #[command(flatten)]
+    pub seed: Seed,
+    #[command(flatten)]
+    pub scenario_seed: ScenarioSeed,
 }
 
 /// What changes the settings.

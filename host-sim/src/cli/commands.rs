@@ -6,7 +6,7 @@ use super::failure::{Failure, notice, print};
 use super::outputs::{Outputs, label};
 use super::progress::Progress;
 use super::source::{Source, read, scenario, scenario_defaults, tuned};
-use super::{figure, monte_carlo, repeat};
+use super::{figure, monte_carlo, repeat, stream};
 use scphd_sim::log::Log;
 use scphd_sim::log_folder;
 use scphd_sim::output::table;
@@ -41,6 +41,7 @@ pub fn execute(cli: Cli) -> Result<(), Failure> {
         Some(Command::Compare(args)) => compare::compare(args),
         Some(Command::Run { .. } | Command::Scenarios) => list_scenarios(),
         Some(Command::Export { scenario: name, dir, seed }) => export(&scenario(&name, seed)?, &dir),
+        Some(Command::Stream(args)) => stream::stream(args),
         Some(Command::Settings { source, tuning }) => {
             let defaults = match source.to_str().and_then(|name| Some((name, by_name(name, 0)?))) {
                 Some((name, log)) => scenario_defaults(name, &log),

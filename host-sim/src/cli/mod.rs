@@ -10,6 +10,7 @@ mod outputs;
 mod progress;
 mod repeat;
 mod source;
+mod stream;
 
 use args::Cli;
 use clap::Parser;

@@ -1,0 +1,81 @@
+//! Links only if no panic can be reached from setting up, predicting, scanning and estimating, in either precision:
+//! whoever panics calls a function that does not exist.
+#![no_std]
+#![no_main]
+
+#[cfg(feature = "planted-heap")]
+extern crate alloc;
+
+use core::hint::black_box;
+use core::panic::PanicInfo;
+use cortex_m_rt::entry;
+use scphd::Real;
+use scphd_firmware::board;
+use scphd_stream::{Memory, Monitor, ScanCost, Seen, memory, replay};
+use static_cell::ConstStaticCell;
+
+static SINGLE: ConstStaticCell<Memory<f32>> = ConstStaticCell::new(memory());
+static DOUBLE: ConstStaticCell<Memory<f64>> = ConstStaticCell::new(memory());
+
+/// Makes the compiler keep what it is told.
+struct Witness;
+
+impl Monitor for Witness {
+    fn start(&mut self) {}
+
+    fn elapsed(&mut self) -> u64 {
+        0
+    }
+
+    fn scanned(&mut self, cost: &ScanCost, seen: &Seen, digest: u64) {
+        black_box((cost, seen, digest));
+        #[cfg(feature = "planted-panic")]
+        assert_ne!(black_box(digest), 1, "planted");
+        #[cfg(feature = "planted-heap")]
+        black_box(alloc::vec![digest; black_box(1)]);
+    }
+}
+
+fn run<T: Real>(memory: &'static ConstStaticCell<Memory<T>>) {
+    if let Some(memory) = memory.try_take() {
+        let _ = black_box(replay(board::stream(), memory, u32::MAX, &mut Witness));
+    }
+}
+
+#[entry]
+fn main() -> ! {
+    run(&SINGLE);
+    run(&DOUBLE);
+    loop {
+        cortex_m::asm::wfi();
+    }
+}
+
+unsafe extern "C" {
+    safe fn a_panic_is_reachable() -> !;
+}
+
+#[panic_handler]
+fn panic(_info: &PanicInfo<'_>) -> ! {
+    a_panic_is_reachable()
+}
+
+/// Hands out memory and never takes it back: enough to link.
+#[cfg(feature = "planted-heap")]
+mod planted {
+    use core::alloc::{GlobalAlloc, Layout};
+
+    struct Heap;
+
+    // SAFETY: it never hands out anything.
+    unsafe impl GlobalAlloc for Heap {
+        unsafe fn alloc(&self, _layout: Layout) -> *mut u8 {
+            core::ptr::null_mut()
+        }
+
+        unsafe fn dealloc(&self, _place: *mut u8, _layout: Layout) {}
+    }
+
+    #[global_allocator]
+    static HEAP: Heap = Heap;
+}

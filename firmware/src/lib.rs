@@ -1,0 +1,7 @@
+//! What the images share: the clock, the stack's paint, the place of the stream, the report.
+#![no_std]
+
+pub mod board;
+pub mod clock;
+pub mod images;
+pub mod report;

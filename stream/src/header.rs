@@ -1,0 +1,308 @@
+//! The head of a stream: everything a filter has to be told before the first record.
+
+use crate::bytes::{Bytes, CRC};
+use crate::reader::StreamError;
+
+/// The first bytes of every stream.
+pub(crate) const MAGIC: [u8; 8] = *b"SCPHDLOG";
+/// The version this code reads and writes.
+pub(crate) const VERSION: u16 = 1;
+/// A count that was not known when the head was written, as in a flight that was still going on.
+pub const UNKNOWN: u32 = u32::MAX;
+
+/// Number of [`FIELDS`].
+const COUNT: usize = 35;
+/// Bytes before the fields: magic, version, length, choices, counts, seed.
+const FRONT: usize = 48;
+/// Bytes of the whole head, its check included.
+pub(crate) const LENGTH: usize = FRONT + 8 * COUNT + 4;
+
+/// The number type of the records' payload.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Scalar {
+    /// Four bytes.
+    F32,
+    /// Eight bytes.
+    F64,
+}
+
+impl Scalar {
+    /// Bytes of one number.
+    #[must_use]
+    pub const fn bytes(self) -> usize {
+        match self {
+            Self::F32 => 4,
+            Self::F64 => 8,
+        }
+    }
+}
+
+/// The motion model.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Vehicle {
+    /// Speed of the encoder's wheel and steering angle (5.25–5.27).
+    Ackermann,
+    /// Speed and turn rate, Euler step.
+    Unicycle,
+    /// Speed and turn rate, exact arc.
+    UnicycleArc,
+}
+
+/// The particle likelihood.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Likelihood {
+    /// Single cluster (4.52).
+    SingleCluster,
+    /// RB-PHD with the empty map.
+    RbEmpty,
+    /// RB-PHD with a single feature.
+    RbSingle,
+}
+
+/// How components are merged.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Reduction {
+    /// Vo & Ma 2006, table II.
+    Greedy,
+    /// By Runnalls' cost.
+    Runnalls,
+}
+
+/// One number of the head.
+struct Field {
+    get: fn(&Header) -> f64,
+    set: fn(&mut Header) -> &mut f64,
+}
+
+macro_rules! header {
+    ($($(#[$doc:meta])* $name:ident,)*) => {
+        /// Everything a filter has to be told before the first record: models, tuning, start. All numbers are in double
+        /// precision, whatever the payload: the filter rounds them as it would round settings from anywhere else.
+        #[derive(Debug, Clone, Copy, PartialEq)]
+        pub struct Header {
+            /// The number type of the payload.
+            pub scalar: Scalar,
+            /// The motion model.
+            pub vehicle: Vehicle,
+            /// The particle likelihood.
+            pub likelihood: Likelihood,
+            /// How components are merged.
+            pub reduction: Reduction,
+            /// Scans in the stream, or [`UNKNOWN`].
+            pub scans: u32,
+            /// Predictions in the stream, or [`UNKNOWN`].
+            pub predictions: u32,
+            /// The most measurements in a scan, or [`UNKNOWN`].
+            pub most_measurements: u32,
+            /// N.
+            pub particles: u32,
+            /// M.
+            pub samples: u32,
+            /// Components kept in view, at most.
+            pub max_components: u32,
+            /// Seed of the filter's random numbers.
+            pub seed: u64,
+            $($(#[$doc])* pub $name: f64,)*
+        }
+
+        /// The numbers of the head in their order in the stream.
+        const FIELDS: [Field; COUNT] =
+            [$(Field { get: |header| header.$name, set: |header| &mut header.$name },)*];
+
+        impl Header {
+            /// A head with every number zero, one particle, one sample, single cluster, greedy merging and unknown counts.
+            pub const EMPTY: Self = Self {
+                scalar: Scalar::F64,
+                vehicle: Vehicle::Ackermann,
+                likelihood: Likelihood::SingleCluster,
+                reduction: Reduction::Greedy,
+                scans: UNKNOWN,
+                predictions: UNKNOWN,
+                most_measurements: UNKNOWN,
+                particles: 1,
+                samples: 1,
+                max_components: UNKNOWN,
+                seed: 0,
+                $($name: 0.0,)*
+            };
+        }
+    };
+}
+
+header! {
+    /// Pose at the start: x, m.
+    start_x_m,
+    /// Pose at the start: y, m.
+    start_y_m,
+    /// Pose at the start: heading, rad.
+    start_heading_rad,
+    /// Wheelbase L, m; this and the next three are 0 for a unicycle.
+    wheelbase_m,
+    /// Lateral offset H of the wheel encoder from the centreline, m.
+    encoder_offset_m,
+    /// Forward offset a of the sensor from the rear axle, m.
+    sensor_forward_m,
+    /// Leftward offset b of the sensor from the centreline, m.
+    sensor_left_m,
+    /// Standard deviation of the speed, m/s.
+    speed_sigma_mps,
+    /// Standard deviation of the speed as a share of it.
+    speed_sigma_ratio,
+    /// Standard deviation of the second control: steering angle, rad, or turn rate, rad/s.
+    turn_sigma,
+    /// Standard deviation of the second control as a share of it.
+    turn_sigma_ratio,
+    /// How long an odometry error lasts, s.
+    noise_interval_s,
+    /// Standard deviation of the range, m.
+    range_sigma_m,
+    /// Standard deviation of the bearing, rad.
+    bearing_sigma_rad,
+    /// Least range, m.
+    range_min_m,
+    /// Greatest range, m.
+    range_max_m,
+    /// Half width of the soft edges in range, m.
+    range_edge_m,
+    /// Middle of the bearing window, rad.
+    bearing_center_rad,
+    /// Half width of the bearing window, rad; π and above is a full circle.
+    bearing_half_width_rad,
+    /// Half width of the soft edges in bearing, rad.
+    bearing_edge_rad,
+    /// p_D at range zero.
+    detection_near,
+    /// p_D at the greatest range.
+    detection_far,
+    /// λ, false measurements a scan.
+    clutter_per_scan,
+    /// w_b, 1/(m·rad).
+    birth_intensity,
+    /// Resample below this N_eff / N.
+    resample_threshold,
+    /// Drop components below this weight.
+    prune_weight,
+    /// Merge components within this squared Mahalanobis distance.
+    merge_distance,
+    /// Merge by Runnalls' cost up to this bound.
+    merge_cost,
+    /// Least weight of an estimated feature.
+    extraction_weight,
+    /// w_m, birth intensity of moving features, 1/(m·rad); 0 for none.
+    moving_birth_intensity,
+    /// Standard deviation of each coordinate of a new feature's velocity, m/s.
+    velocity_sigma_mps,
+    /// q, spectral density of the acceleration, m²/s³.
+    acceleration_psd,
+    /// τ, mean lifetime, s.
+    lifetime_s,
+    /// Forget moving components whose position has a greater standard deviation, m.
+    spread_max_m,
+    /// Time from one scan to the next, s; the median where it varies.
+    scan_interval_s,
+}
+
+impl Header {
+    /// The bytes of the head.
+    #[must_use]
+    pub fn encode(&self) -> [u8; LENGTH] {
+        let mut bytes = [0; LENGTH];
+        let choices = [
+            self.scalar.bytes() as u8,
+            match self.vehicle {
+                Vehicle::Ackermann => 0,
+                Vehicle::Unicycle => 1,
+                Vehicle::UnicycleArc => 2,
+            },
+            match self.likelihood {
+                Likelihood::SingleCluster => 0,
+                Likelihood::RbEmpty => 1,
+                Likelihood::RbSingle => 2,
+            },
+            match self.reduction {
+                Reduction::Greedy => 0,
+                Reduction::Runnalls => 1,
+            },
+        ];
+        let counts =
+            [self.scans, self.predictions, self.most_measurements, self.particles, self.samples, self.max_components];
+        let front = MAGIC
+            .into_iter()
+            .chain(VERSION.to_le_bytes())
+            .chain((LENGTH as u16).to_le_bytes())
+            .chain(choices)
+            .chain(counts.into_iter().flat_map(u32::to_le_bytes))
+            .chain(self.seed.to_le_bytes());
+        let numbers = FIELDS.iter().flat_map(|field| (field.get)(self).to_le_bytes());
+        bytes.iter_mut().zip(front.chain(numbers)).for_each(|(slot, byte)| *slot = byte);
+        let (content, check) = bytes.split_at_mut(LENGTH - 4);
+        check.copy_from_slice(&CRC.checksum(content).to_le_bytes());
+        bytes
+    }
+
+    /// Takes the head off the front of `bytes`.
+    pub(crate) fn decode(bytes: &mut Bytes<'_>) -> Result<Self, StreamError> {
+        let whole = bytes.0;
+        if bytes.array().ok_or(StreamError::Truncated)? != MAGIC {
+            return Err(StreamError::NotAStream);
+        }
+        let version = bytes.u16().ok_or(StreamError::Truncated)?;
+        if version != VERSION {
+            return Err(StreamError::Version { found: version });
+        }
+        let length = usize::from(bytes.u16().ok_or(StreamError::Truncated)?);
+        if length != LENGTH {
+            return Err(StreamError::Header);
+        }
+        let content = whole.get(..LENGTH - 4).ok_or(StreamError::Truncated)?;
+        let header = Self::fields(bytes).ok_or(StreamError::Header);
+        let check = bytes.u32().ok_or(StreamError::Truncated)?;
+        if check != CRC.checksum(content) {
+            return Err(StreamError::HeaderDamaged);
+        }
+        header
+    }
+
+    /// What follows version and length; consumes all of it, known choices or not.
+    fn fields(bytes: &mut Bytes<'_>) -> Option<Self> {
+        let [scalar, vehicle, likelihood, reduction] = bytes.array()?;
+        let mut header = Self::EMPTY;
+        for count in [
+            &mut header.scans,
+            &mut header.predictions,
+            &mut header.most_measurements,
+            &mut header.particles,
+            &mut header.samples,
+            &mut header.max_components,
+        ] {
+            *count = bytes.u32()?;
+        }
+        header.seed = bytes.u64()?;
+        for field in &FIELDS {
+            *(field.set)(&mut header) = bytes.f64()?;
+        }
+        header.scalar = match scalar {
+            4 => Scalar::F32,
+            8 => Scalar::F64,
+            _ => return None,
+        };
+        header.vehicle = match vehicle {
+            0 => Vehicle::Ackermann,
+            1 => Vehicle::Unicycle,
+            2 => Vehicle::UnicycleArc,
+            _ => return None,
+        };
+        header.likelihood = match likelihood {
+            0 => Likelihood::SingleCluster,
+            1 => Likelihood::RbEmpty,
+            2 => Likelihood::RbSingle,
+            _ => return None,
+        };
+        header.reduction = match reduction {
+            0 => Reduction::Greedy,
+            1 => Reduction::Runnalls,
+            _ => return None,
+        };
+        Some(header)
+    }
+}

@@ -1,0 +1,127 @@
+//! The loop that feeds a stream to a filter.
+
+use crate::{Memory, Onboard, Reader, Record, Refusal, Seen, StreamError};
+use core::fmt;
+use scphd::Real;
+
+/// Watches a replay: keeps the time, and is told of every scan.
+pub trait Monitor {
+    /// Starts the clock.
+    fn start(&mut self);
+    /// The time since the clock was started, in whatever the clock counts.
+    fn elapsed(&mut self) -> u64;
+    /// A scan is done. Whatever this takes is not counted.
+    fn scanned(&mut self, cost: &ScanCost, seen: &Seen, digest: u64);
+}
+
+/// What a scan and the predictions before it took, in whatever the monitor's clock counts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ScanCost {
+    /// Place of the scan, counted from 0.
+    pub scan: u32,
+    /// Measurements in it.
+    pub measurements: u32,
+    /// Predictions since the scan before.
+    pub predictions: u32,
+    /// All of these predictions.
+    pub predict: u64,
+    /// The longest of them.
+    pub predict_worst: u64,
+    /// The scan.
+    pub update: u64,
+    /// The estimate of pose and map.
+    pub estimate: u64,
+}
+
+impl ScanCost {
+    const fn of(scan: u32) -> Self {
+        Self { scan, measurements: 0, predictions: 0, predict: 0, predict_worst: 0, update: 0, estimate: 0 }
+    }
+}
+
+/// What a whole replay did.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Totals {
+    /// Scans.
+    pub scans: u32,
+    /// x (m), y (m) and heading (rad) after the last scan.
+    pub pose: [f64; 3],
+    /// Estimated features after the last scan.
+    pub features: usize,
+}
+
+/// Why a replay came to no end.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum ReplayError {
+    /// The stream cannot be read.
+    Stream(StreamError),
+    /// The filter cannot be set up as the head says.
+    Start(Refusal),
+    /// The filter refused what came before or with this scan, counted from 0.
+    Step {
+        /// The scan.
+        scan: u32,
+        /// Why.
+        refusal: Refusal,
+    },
+}
+
+impl fmt::Display for ReplayError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Stream(error) => error.fmt(f),
+            Self::Start(refusal) => write!(f, "the filter refuses the head of the stream: {refusal}"),
+            Self::Step { scan, refusal } => write!(f, "scan {scan}: the filter refuses: {refusal}"),
+        }
+    }
+}
+
+impl core::error::Error for ReplayError {}
+
+/// Feeds the stream in `bytes` to a filter in `memory`, up to `scans` scans of it.
+///
+/// # Errors
+/// The stream is damaged, or the filter refuses something in it.
+pub fn replay<T: Real>(
+    bytes: &[u8],
+    memory: &mut Memory<T>,
+    scans: u32,
+    monitor: &mut impl Monitor,
+) -> Result<Totals, ReplayError> {
+    let mut reader = Reader::open(bytes).map_err(ReplayError::Stream)?;
+    let mut onboard = Onboard::start(reader.header(), memory).map_err(ReplayError::Start)?;
+    let mut totals = Totals { scans: 0, pose: [0.0; 3], features: 0 };
+    let mut cost = ScanCost::of(0);
+    while totals.scans < scans {
+        let step = |refusal| ReplayError::Step { scan: cost.scan, refusal };
+        match reader.read().map_err(ReplayError::Stream)? {
+            None => break,
+            Some(Record::Predict { control, dt_s }) => {
+                monitor.start();
+                let moved = onboard.predict(control, dt_s);
+                let elapsed = monitor.elapsed();
+                moved.map_err(step)?;
+                cost.predictions = cost.predictions.saturating_add(1);
+                cost.predict = cost.predict.saturating_add(elapsed);
+                cost.predict_worst = cost.predict_worst.max(elapsed);
+            }
+            Some(Record::Scan(measurements)) => {
+                let scan = onboard.receive(measurements);
+                cost.measurements = scan.measurements() as u32;
+                monitor.start();
+                let seen = onboard.scan(scan);
+                cost.update = monitor.elapsed();
+                let seen = seen.map_err(step)?;
+                monitor.start();
+                (totals.pose, totals.features) = onboard.estimate();
+                cost.estimate = monitor.elapsed();
+                monitor.scanned(&cost, &seen, onboard.digest());
+                totals.scans = totals.scans.saturating_add(1);
+                cost = ScanCost::of(totals.scans);
+            }
+        }
+    }
+    Ok(totals)
+}

@@ -1,0 +1,119 @@
+//! What was measured, from a replay and its image.
+
+use serde::Serialize;
+
+use super::limits::Budget;
+use crate::firmware::board::Board;
+use crate::firmware::image::Sizes;
+use crate::firmware::output::{Replay, Scan};
+
+/// The figures of one entry of `budgets.toml`.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct Figures {
+    pub board: String,
+    pub core: String,
+    pub configuration: String,
+    pub scenario: String,
+    pub scans: usize,
+    pub scans_per_second: f64,
+    /// Code and constants of the whole image, with its startup code and output.
+    pub flash_bytes: u64,
+    pub text_bytes: u64,
+    pub rodata_bytes: u64,
+    /// All RAM of the filter.
+    pub state_bytes: u64,
+    pub state_parts: Vec<(String, u64)>,
+    pub stack_bytes: u64,
+    pub instructions_per_predict_mean: u64,
+    pub instructions_per_predict_worst: u64,
+    pub instructions_per_scan_mean: u64,
+    pub instructions_per_scan_p99: u64,
+    pub instructions_per_scan_worst: u64,
+    pub instructions_per_estimate_mean: u64,
+    /// Of a scan, the predictions before it and the estimate after it, all together: the mean and the worst.
+    pub instructions_per_cycle_mean: u64,
+    pub instructions_per_cycle_worst: u64,
+    /// Pairs of a component and a measurement that the costliest scan looked at: upper bounds, by what was in view and
+    /// by the capacities.
+    pub pairs_in_worst_scan: u64,
+    pub pairs_by_capacity: u64,
+    /// Hash of the state after the last scan.
+    pub digest: String,
+}
+
+impl Figures {
+    /// The figures of a replay.
+    pub fn of(
+        budget: &Budget,
+        board: &Board,
+        sizes: Sizes,
+        replay: &Replay,
+        scan_interval_s: f64,
+    ) -> Result<Self, String> {
+        let scans = &replay.scans;
+        let last = scans.last().ok_or("a replay without a scan")?;
+        // A clock that stands still keeps every limit.
+        if !(1.0..=1000.0).contains(&replay.instructions_per_tick) || scans.iter().any(|scan| scan.update == 0) {
+            return Err(format!("no instructions were counted on {}", board.name));
+        }
+        let instructions = |ticks: u64| (ticks as f64 * replay.instructions_per_tick).round() as u64;
+        let each = |cost: fn(&Scan) -> u64| -> Vec<u64> { scans.iter().map(|scan| instructions(cost(scan))).collect() };
+        let updates = each(|scan| scan.update);
+        let cycles = each(|scan| scan.predict + scan.update + scan.estimate);
+        let predictions: u64 = scans.iter().map(|scan| scan.predictions).sum();
+        let costliest = scans.iter().max_by_key(|scan| scan.update).unwrap_or(last);
+        Ok(Self {
+            board: board.name.into(),
+            core: board.core.into(),
+            configuration: budget.configuration.clone(),
+            scenario: budget.scenario.clone(),
+            scans: scans.len(),
+            scans_per_second: 1.0 / scan_interval_s,
+            flash_bytes: sizes.text + sizes.rodata,
+            text_bytes: sizes.text,
+            rodata_bytes: sizes.rodata,
+            state_bytes: replay.ram,
+            state_parts: replay.ram_parts.clone(),
+            stack_bytes: replay.stack,
+            instructions_per_predict_mean: each(|scan| scan.predict).iter().sum::<u64>() / predictions.max(1),
+            instructions_per_predict_worst: greatest(&each(|scan| scan.predict_worst)),
+            instructions_per_scan_mean: mean(&updates),
+            instructions_per_scan_p99: percentile(&updates, 99),
+            instructions_per_scan_worst: greatest(&updates),
+            instructions_per_estimate_mean: mean(&each(|scan| scan.estimate)),
+            instructions_per_cycle_mean: mean(&cycles),
+            instructions_per_cycle_worst: greatest(&cycles),
+            pairs_in_worst_scan: replay.capacities.looks() * costliest.in_view * costliest.measurements,
+            pairs_by_capacity: replay.capacities.most_pairs(),
+            digest: last.digest.clone(),
+        })
+    }
+}
+
+fn mean(values: &[u64]) -> u64 {
+    values.iter().sum::<u64>() / (values.len() as u64).max(1)
+}
+
+fn greatest(values: &[u64]) -> u64 {
+    values.iter().copied().max().unwrap_or(0)
+}
+
+/// The least of `values` that `percent` percent of them do not exceed.
+fn percentile(values: &[u64], percent: usize) -> u64 {
+    let mut sorted = values.to_vec();
+    sorted.sort_unstable();
+    let rank = (percent * sorted.len()).div_ceil(100);
+    rank.checked_sub(1).and_then(|index| sorted.get(index)).copied().unwrap_or(0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn percentiles_are_ranks() {
+        let hundred: Vec<u64> = (1..=100).rev().collect();
+        assert_eq!((percentile(&hundred, 99), mean(&hundred), greatest(&hundred)), (99, 50, 100));
+        assert_eq!((percentile(&[7], 99), percentile(&[], 99)), (7, 0));
+    }
+}

@@ -1,0 +1,67 @@
+//! The step `budget`: what the firmware takes in flash, RAM, stack and instructions, against `budgets.toml`.
+
+mod figures;
+mod limits;
+mod share;
+mod table;
+
+use std::collections::HashMap;
+use std::collections::hash_map::Entry;
+
+use crate::firmware::board::{Board, EMULATED, TARGETS};
+use crate::firmware::image::{self, Extra, Image};
+use crate::firmware::output::Replay;
+use crate::firmware::streams::{self, Source};
+use crate::firmware::{emulator, image_name};
+use crate::process;
+use crate::steps::{Options, Outcome};
+use crate::toolchain;
+use figures::Figures;
+use limits::Budget;
+
+/// The step.
+pub fn step(options: &Options) -> Outcome {
+    match measure(options) {
+        Ok((measured, broken)) if broken.is_empty() => Outcome::Passed(format!("{measured} budgets kept")),
+        Ok((_, broken)) => Outcome::Failed(broken.join("; ")),
+        Err(reason) => Outcome::Failed(reason),
+    }
+}
+
+/// Measures every entry; the number of them and the limits that are broken.
+fn measure(options: &Options) -> Result<(usize, Vec<String>), String> {
+    let budgets = limits::read(&process::root().join("budgets.toml"))?;
+    emulator::prepare()?;
+    let toolchain = toolchain::find(&TARGETS)?;
+    let mut images: HashMap<(&str, &str), Image> = HashMap::new();
+    let mut measured = Vec::new();
+    for budget in &budgets {
+        let (board, precision) = (board_of(budget)?, budget.precision()?);
+        let key = (board.name, precision.name());
+        let image = match images.entry(key) {
+            Entry::Occupied(built) => built.into_mut(),
+            Entry::Vacant(place) => {
+                place.insert(image::build(&toolchain, board, &image_name(precision), &Extra::default())?)
+            }
+        };
+        let stream = streams::make(Source { what: &budget.scenario, scans: budget.scans }, precision)?;
+        let host = streams::on_host(&stream, precision, "release")?;
+        let replay = Replay::parse(&emulator::run(board, image, &stream)?)?;
+        if let Some(difference) = host.first_difference(&replay) {
+            return Err(format!("{} on {} is not what the host computes: {difference}", budget.scenario, board.name));
+        }
+        measured.push(Figures::of(budget, board, image.sizes()?, &replay, host.scan_interval_s)?);
+    }
+    table::print(&measured);
+    if let Some(path) = &options.json {
+        let text = serde_json::to_string_pretty(&measured).map_err(|error| error.to_string())?;
+        std::fs::write(path, text + "\n").map_err(|error| format!("{}: {error}", path.display()))?;
+    }
+    let broken = budgets.iter().zip(&measured).flat_map(|(budget, figures)| budget.broken_by(figures));
+    Ok((budgets.len(), broken.collect()))
+}
+
+fn board_of(budget: &Budget) -> Result<&'static Board, String> {
+    let found = EMULATED.iter().find(|board| board.name == budget.board);
+    found.ok_or_else(|| format!("budgets.toml: no board `{}`", budget.board))
+}

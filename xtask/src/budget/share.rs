@@ -1,0 +1,49 @@
+//! What share of a real microcontroller a filter takes, from instructions counted on the emulated one nearest to it.
+
+/// A microcontroller.
+#[derive(Debug, Clone, Copy)]
+pub struct Chip {
+    /// Its name.
+    pub name: &'static str,
+    /// The board whose instructions are taken for its own.
+    pub like: &'static str,
+    /// Its clock, Hz.
+    pub clock_hz: f64,
+    /// Cycles for every instruction, assumed: code from flash behind a cache or accelerator, the filter in on-chip RAM.
+    /// The two-issue M7 stays near one, the others wait for loads, branches and flash.
+    pub cycles_per_instruction: f64,
+}
+
+/// The chips of the table.
+pub const CHIPS: [Chip; 5] = [
+    Chip { name: "STM32F427", like: "mps2-an386", clock_hz: 168e6, cycles_per_instruction: 1.5 },
+    Chip { name: "STM32F765", like: "mps2-an500", clock_hz: 216e6, cycles_per_instruction: 1.0 },
+    Chip { name: "STM32H753", like: "mps2-an500", clock_hz: 480e6, cycles_per_instruction: 1.0 },
+    Chip { name: "RT1062", like: "mps2-an500", clock_hz: 600e6, cycles_per_instruction: 1.0 },
+    // A Cortex-M33: single-precision FPU like the M4F's, whose code it runs.
+    Chip { name: "RP2350", like: "mps2-an386", clock_hz: 150e6, cycles_per_instruction: 1.5 },
+];
+
+impl Chip {
+    /// The share of the chip's time, 0 to 1 and more where it cannot keep up.
+    pub fn share(&self, instructions: u64, per_second: f64) -> f64 {
+        instructions as f64 * self.cycles_per_instruction * per_second / self.clock_hz
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::firmware::board::EMULATED;
+
+    #[test]
+    fn a_share_is_cycles_over_clock() {
+        let chip = Chip { name: "", like: "", clock_hz: 100e6, cycles_per_instruction: 2.0 };
+        assert_eq!(chip.share(5_000_000, 10.0), 1.0);
+    }
+
+    #[test]
+    fn every_chip_is_like_a_board() {
+        assert!(CHIPS.iter().all(|chip| EMULATED.iter().any(|board| board.name == chip.like)));
+    }
+}

@@ -1,0 +1,130 @@
+//! The tables that a person reads.
+
+use comfy_table::presets::ASCII_MARKDOWN;
+use comfy_table::{CellAlignment, Table};
+
+use super::figures::Figures;
+use super::share::CHIPS;
+
+/// Columns of words at the front of every table.
+const WORDS: usize = 3;
+
+/// Prints memory, instructions and shares, a row for every entry.
+pub fn print(all: &[Figures]) {
+    println!(
+        "\nbytes: flash is the whole image with startup code and output; RAM is the filter's; stack is the deepest"
+    );
+    println!("{}", memory(all));
+    println!("\ninstructions: a prediction, a scan (p99: 99 % of scans take no more), an estimate of pose and map");
+    println!("{}", instructions(all));
+    println!("\nshare of a chip's time, mean and worst, for scan, predictions before it and estimate after it");
+    println!("{}", shares(all));
+}
+
+fn memory(all: &[Figures]) -> Table {
+    let parts = all.first().map(|figures| figures.state_parts.as_slice()).unwrap_or_default();
+    let mut header = words(&["flash", "text", "rodata", "RAM"]);
+    header.extend(parts.iter().map(|(name, _)| name.clone()));
+    header.push("stack".into());
+    table(header, all, |figures| {
+        let mut row = vec![figures.flash_bytes, figures.text_bytes, figures.rodata_bytes, figures.state_bytes];
+        row.extend(figures.state_parts.iter().map(|(_, bytes)| bytes));
+        row.push(figures.stack_bytes);
+        row.into_iter().map(grouped).collect()
+    })
+}
+
+fn instructions(all: &[Figures]) -> Table {
+    let header = words(&[
+        "scans",
+        "predict mean",
+        "worst",
+        "scan mean",
+        "p99",
+        "worst",
+        "estimate mean",
+        "pairs",
+        "pairs by capacity",
+        "digest",
+    ]);
+    table(header, all, |figures| {
+        let mut row: Vec<String> = [
+            figures.scans as u64,
+            figures.instructions_per_predict_mean,
+            figures.instructions_per_predict_worst,
+            figures.instructions_per_scan_mean,
+            figures.instructions_per_scan_p99,
+            figures.instructions_per_scan_worst,
+            figures.instructions_per_estimate_mean,
+            figures.pairs_in_worst_scan,
+            figures.pairs_by_capacity,
+        ]
+        .into_iter()
+        .map(grouped)
+        .collect();
+        row.push(figures.digest.clone());
+        row
+    })
+}
+
+fn shares(all: &[Figures]) -> Table {
+    let mut header = words(&["scans/s"]);
+    header.extend(CHIPS.iter().map(|chip| {
+        format!("{} {:.0} MHz, {} cycles/instr.", chip.name, chip.clock_hz / 1e6, chip.cycles_per_instruction)
+    }));
+    table(header, all, |figures| {
+        let rate = figures.scans_per_second;
+        let mut row = vec![format!("{rate:.1}")];
+        row.extend(CHIPS.iter().map(|chip| {
+            if chip.like != figures.board {
+                return String::new();
+            }
+            let percent = |instructions| 100.0 * chip.share(instructions, rate);
+            let (mean, worst) = (figures.instructions_per_cycle_mean, figures.instructions_per_cycle_worst);
+            format!("{:.1} % {:.1} %", percent(mean), percent(worst))
+        }));
+        row
+    })
+}
+
+fn words(columns: &[&str]) -> Vec<String> {
+    ["board", "configuration", "scenario"].iter().chain(columns).map(|&word| word.to_owned()).collect()
+}
+
+fn table(header: Vec<String>, all: &[Figures], row: impl Fn(&Figures) -> Vec<String>) -> Table {
+    let mut table = Table::new();
+    table.load_style(ASCII_MARKDOWN).set_header(header);
+    for figures in all {
+        let names =
+            [format!("{} {}", figures.board, figures.core), figures.configuration.clone(), figures.scenario.clone()];
+        table.add_row(names.into_iter().chain(row(figures)));
+    }
+    for column in table.column_iter_mut().skip(WORDS) {
+        column.set_cell_alignment(CellAlignment::Right);
+    }
+    table
+}
+
+/// 1 234 567
+fn grouped(number: u64) -> String {
+    let digits = number.to_string();
+    let mut text = String::new();
+    for (index, digit) in digits.chars().enumerate() {
+        if index > 0 && (digits.len() - index).is_multiple_of(3) {
+            text.push(' ');
+        }
+        text.push(digit);
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn digits_are_grouped_by_three() {
+        let numbers = [0, 999, 1000, 1_234_567].map(grouped);
+        assert_eq!(numbers, ["0", "999", "1 000", "1 234 567"]);
+    }
+}

@@ -1,0 +1,60 @@
+//! Running an image in QEMU, with its defmt output decoded.
+
+use std::path::Path;
+use std::time::Duration;
+
+use defmt_decoder::{DecodeError, Table};
+
+use super::board::Board;
+use super::image::Image;
+use crate::install;
+use crate::process;
+
+const QEMU: &str = "qemu-system-arm";
+
+/// A run that takes longer has gone wrong.
+const LIMIT: Duration = Duration::from_secs(1800);
+
+/// Fails unless QEMU is there or can be installed.
+pub fn prepare() -> Result<(), String> {
+    let version = || process::read(process::command(QEMU).arg("--version"));
+    if version().is_err() {
+        install::packages(&[QEMU])?;
+    }
+    let version = version()?;
+    println!("{}", version.lines().next().unwrap_or_default());
+    Ok(())
+}
+
+/// Runs `image` on `board` with a stream in its memory, and returns what it printed, line by line.
+pub fn run(board: &Board, image: &Image, stream: &Path) -> Result<Vec<String>, String> {
+    let address = board.stream.ok_or_else(|| format!("QEMU has no {}", board.name))?;
+    let mut qemu = process::command(QEMU);
+    qemu.args(["-machine", board.name, "-nographic", "-monitor", "none", "-serial", "none"]);
+    // One instruction, one nanosecond: counts are the same in every run.
+    qemu.args(["-icount", "shift=0", "-semihosting-config", "enable=on,target=native", "-kernel"]).arg(&image.path);
+    qemu.arg("-device").arg(format!("loader,file={},addr={address:#x},force-raw=on", stream.display()));
+    let output = process::capture_for(&mut qemu, LIMIT);
+    // A program that failed has mostly said why.
+    let bytes = output.map_err(|error| format!("{}: {error}", image.path.display()))?;
+    let lines = decode(&image.elf, &bytes)?;
+    lines.first().into_iter().chain(lines.last()).for_each(|line| println!("{line}"));
+    Ok(lines)
+}
+
+fn decode(elf: &[u8], bytes: &[u8]) -> Result<Vec<String>, String> {
+    let table = Table::parse(elf).map_err(|error| format!("defmt: {error}"))?.ok_or("the image does not use defmt")?;
+    let mut decoder = table.new_stream_decoder();
+    decoder.received(bytes);
+    let mut lines = Vec::new();
+    loop {
+        match decoder.decode() {
+            Ok(frame) => lines.push(match frame.level() {
+                Some(level) => format!("{level:?} {}", frame.display_message()),
+                None => frame.display_message().to_string(),
+            }),
+            Err(DecodeError::UnexpectedEof) => return Ok(lines),
+            Err(DecodeError::Malformed) => return Err(format!("malformed defmt frame after {} lines", lines.len())),
+        }
+    }
+}

@@ -1,0 +1,140 @@
+//! Building the images, and what is in them.
+
+use std::fs;
+use std::path::PathBuf;
+use std::process::Command;
+
+use object::{Object, ObjectSection, ObjectSymbol, SectionFlags, SectionKind, elf};
+
+use super::board::{Board, REFERENCE};
+use crate::process;
+use crate::toolchain::Toolchain;
+
+/// An image that was built.
+pub struct Image {
+    /// Its ELF file.
+    pub path: PathBuf,
+    /// What that holds.
+    pub elf: Vec<u8>,
+}
+
+/// What an image takes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Sizes {
+    /// Code, and the vector table.
+    pub text: u64,
+    /// Constants, and the initial values of variables.
+    pub rodata: u64,
+    /// Variables.
+    pub ram: u64,
+}
+
+/// What else there is to a build.
+#[derive(Default)]
+pub struct Extra<'a> {
+    /// Features of the firmware to turn on.
+    pub features: &'a [&'a str],
+    /// More flags for the compiler.
+    pub flags: &'a [&'a str],
+}
+
+/// Builds one image of the firmware for a board.
+pub fn build(toolchain: &Toolchain, board: &Board, name: &str, extra: &Extra<'_>) -> Result<Image, String> {
+    process::run(&mut cargo(toolchain, board, name, extra)?)?;
+    // The next board's build leaves its image in the same place.
+    let dir = target_dir(toolchain);
+    let built = dir.join(board.target).join("release").join(name);
+    let path = dir.join(format!("{}-{name}.elf", board.name));
+    fs::copy(&built, &path).map_err(|error| format!("{}: {error}", built.display()))?;
+    let elf = fs::read(&path).map_err(|error| format!("{}: {error}", path.display()))?;
+    let image = Image { path, elf };
+    image.check_ram(board)?;
+    Ok(image)
+}
+
+/// Builds an image that must not link, for the reason that `complaint` names.
+pub fn must_not_link(
+    toolchain: &Toolchain,
+    board: &Board,
+    name: &str,
+    extra: &Extra<'_>,
+    complaint: &str,
+) -> Result<(), String> {
+    match process::read(&mut cargo(toolchain, board, name, extra)?) {
+        Err(reason) if reason.contains(complaint) => Ok(()),
+        Err(reason) => Err(format!("{name} with {:?} failed for another reason: {reason}", extra.features)),
+        Ok(_) => Err(format!("{name} for {} linked with {:?}", board.name, extra.features)),
+    }
+}
+
+fn target_dir(toolchain: &Toolchain) -> PathBuf {
+    process::own_target_dir(&format!("firmware-{}", toolchain.key()))
+}
+
+fn cargo(toolchain: &Toolchain, board: &Board, name: &str, extra: &Extra<'_>) -> Result<Command, String> {
+    let libraries = if extra.features.is_empty() { "core" } else { "core,alloc" };
+    let mut flags: Vec<String> = board.flags.iter().chain(extra.flags).map(|&flag| flag.to_owned()).collect();
+    flags.extend(toolchain.linker_flags()?);
+    let mut cargo = toolchain.cargo_build(libraries);
+    cargo.current_dir(process::root().join("firmware"));
+    cargo.env("CARGO_ENCODED_RUSTFLAGS", flags.join("\x1f"));
+    if board.name == REFERENCE.name {
+        cargo.env_remove("SCPHD_BOARD");
+    } else {
+        cargo.env("SCPHD_BOARD", board.name);
+    }
+    cargo.args(["--quiet", "--release", "--locked", "--bin", name, "--target", board.target, "--target-dir"]);
+    cargo.arg(target_dir(toolchain));
+    if !extra.features.is_empty() {
+        cargo.arg("--features").arg(extra.features.join(","));
+    }
+    Ok(cargo)
+}
+
+impl Image {
+    fn file(&self) -> Result<object::File<'_>, String> {
+        object::File::parse(&*self.elf).map_err(|error| format!("{}: {error}", self.path.display()))
+    }
+
+    /// Fails if the image is not for this board.
+    fn check_ram(&self, board: &Board) -> Result<(), String> {
+        let file = self.file()?;
+        let bss = file.section_by_name(".bss").ok_or_else(|| format!("{} has no .bss", self.path.display()))?;
+        if bss.address() == board.ram {
+            Ok(())
+        } else {
+            Err(format!("{} has its variables at {:#x}, not at {:#x}", self.path.display(), bss.address(), board.ram))
+        }
+    }
+
+    /// How much flash and RAM it takes.
+    pub fn sizes(&self) -> Result<Sizes, String> {
+        let mut sizes = Sizes { text: 0, rodata: 0, ram: 0 };
+        for section in self.file()?.sections() {
+            let SectionFlags::Elf { sh_flags, .. } = section.flags() else { continue };
+            // What defmt tells the host about, and debug information, is in the file and not on the board.
+            if sh_flags & u64::from(elf::SHF_ALLOC) == 0 {
+                continue;
+            }
+            let (size, name) = (section.size(), section.name().unwrap_or_default());
+            match section.kind() {
+                SectionKind::UninitializedData => sizes.ram += size,
+                SectionKind::Text => sizes.text += size,
+                _ if name == ".vector_table" => sizes.text += size,
+                _ if name == ".data" => {
+                    sizes.ram += size;
+                    sizes.rodata += size;
+                }
+                _ => sizes.rodata += size,
+            }
+        }
+        Ok(sizes)
+    }
+
+    /// The first symbol that has one of `names` in its own.
+    pub fn symbol_with(&self, names: &[&str]) -> Result<Option<String>, String> {
+        let file = self.file()?;
+        let mut symbols = file.symbols().filter_map(|symbol| symbol.name().ok());
+        Ok(symbols.find(|symbol| names.iter().any(|name| symbol.contains(name))).map(str::to_owned))
+    }
+}

@@ -1,0 +1,193 @@
+//! What a replay prints, on a board and on the host.
+
+/// One replay.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Replay {
+    /// Every scan.
+    pub scans: Vec<Scan>,
+    /// Instructions for every tick of the clock; 0 where nothing was counted.
+    pub instructions_per_tick: f64,
+    /// RAM of the filter, bytes.
+    pub ram: u64,
+    /// Its parts.
+    pub ram_parts: Vec<(String, u64)>,
+    /// Greatest depth of the stack, bytes.
+    pub stack: u64,
+    /// Time from scan to scan, s; told on the host.
+    pub scan_interval_s: f64,
+    /// What bounds the work of a scan.
+    pub capacities: Capacities,
+    /// Whether the replay came to its end.
+    pub ended: bool,
+}
+
+/// One scan.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Scan {
+    /// All that host and board must agree on: counts, health, digest.
+    pub state: String,
+    /// Hash of the filter's state.
+    pub digest: String,
+    /// Most components in view of a candidate.
+    pub in_view: u64,
+    /// Measurements.
+    pub measurements: u64,
+    /// Predictions before it.
+    pub predictions: u64,
+    /// Clock ticks of all predictions before it.
+    pub predict: u64,
+    /// Clock ticks of the longest of them.
+    pub predict_worst: u64,
+    /// Clock ticks of the update.
+    pub update: u64,
+    /// Clock ticks of the estimate.
+    pub estimate: u64,
+}
+
+impl Replay {
+    /// Reads the lines of one replay.
+    pub fn parse(lines: &[String]) -> Result<Self, String> {
+        let mut replay = Self::default();
+        for line in lines {
+            replay.line(line).ok_or_else(|| format!("unexpected output: {line}"))?;
+        }
+        if replay.ended { Ok(replay) } else { Err(format!("no end after {} scans", replay.scans.len())) }
+    }
+
+    fn line(&mut self, line: &str) -> Option<()> {
+        let (kind, rest) = line.split_once(' ')?;
+        match kind {
+            "clock" => {
+                self.instructions_per_tick = number(rest, "instructions")? as f64 / number(rest, "ticks")? as f64;
+            }
+            "stream" => self.scan_interval_s = word(rest, "scan_interval_s")?.parse().ok()?,
+            "capacity" => self.capacities = Capacities::parse(rest)?,
+            "ram" => {
+                let (name, bytes) = rest.rsplit_once(' ')?;
+                let bytes = bytes.parse().ok()?;
+                if name == "total" {
+                    self.ram = bytes;
+                } else {
+                    self.ram_parts.push((name.to_owned(), bytes));
+                }
+            }
+            "scan" => self.scans.push(Scan {
+                state: rest.to_owned(),
+                digest: word(rest, "digest")?.to_owned(),
+                in_view: number(rest, "in_view")?,
+                measurements: number(rest, "measurements")?,
+                predictions: number(rest, "predictions")?,
+                ..Scan::default()
+            }),
+            "cost" => {
+                let scan = self.scans.last_mut()?;
+                scan.predict = number(rest, "predict")?;
+                scan.predict_worst = number(rest, "worst")?;
+                scan.update = number(rest, "update")?;
+                scan.estimate = number(rest, "estimate")?;
+            }
+            "end" => {
+                self.stack = number(rest, "stack").unwrap_or(0);
+                self.ended = true;
+            }
+            _ => return None,
+        }
+        Some(())
+    }
+
+    /// Where two replays of the same stream part.
+    pub fn first_difference(&self, other: &Self) -> Option<String> {
+        let scans = self.scans.iter().zip(&other.scans);
+        for (left, right) in scans {
+            if left.state != right.state {
+                return Some(format!("{} / {}", left.state, right.state));
+            }
+        }
+        let (left, right) = (self.scans.len(), other.scans.len());
+        (left != right).then(|| format!("{left} scans / {right} scans"))
+    }
+}
+
+/// What bounds the work of a scan.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Capacities {
+    candidates: u64,
+    particles: u64,
+    components: u64,
+    components_in_all: u64,
+    measurements: u64,
+}
+
+impl Capacities {
+    fn parse(text: &str) -> Option<Self> {
+        Some(Self {
+            candidates: number(text, "candidates")?,
+            particles: number(text, "particles")?,
+            components: number(text, "components")?,
+            components_in_all: number(text, "in_all")?,
+            measurements: number(text, "measurements")?,
+        })
+    }
+
+    /// How often a component in view meets the measurements: weighing looks once for every candidate, updating once for
+    /// every particle.
+    pub fn looks(&self) -> u64 {
+        self.candidates + self.particles
+    }
+
+    /// Most pairs of a component and a measurement that a scan can look at: every look meets a full map, which all
+    /// particles may share, and the most measurements.
+    pub fn most_pairs(&self) -> u64 {
+        self.looks() * self.components.min(self.components_in_all) * self.measurements
+    }
+}
+
+/// The word after `name`.
+fn word<'a>(text: &'a str, name: &str) -> Option<&'a str> {
+    let mut words = text.split(' ');
+    words.find(|word| *word == name)?;
+    words.next()
+}
+
+fn number(text: &str, name: &str) -> Option<u64> {
+    word(text, name)?.parse().ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parse(text: &str) -> Result<Replay, String> {
+        Replay::parse(&text.lines().map(str::to_owned).collect::<Vec<_>>())
+    }
+
+    #[test]
+    fn lines_become_figures() {
+        let replay = parse(
+            "clock systick instructions 2000000 ticks 50000\nram total 100\nram in and out 7\n\
+             scan 0 measurements 5 predictions 2 in_view 9 health 0000 digest 0a\ncost 0 predict 9 worst 6 update 77 estimate 3\n\
+             end scans 1 features 3 stack 2000",
+        )
+        .unwrap();
+        assert_eq!((replay.instructions_per_tick, replay.ram, replay.stack), (40.0, 100, 2000));
+        assert_eq!(replay.ram_parts, [("in and out".to_owned(), 7)]);
+        let scan = &replay.scans[0];
+        assert_eq!((scan.digest.as_str(), scan.predictions, scan.predict_worst, scan.update), ("0a", 2, 6, 77));
+    }
+
+    #[test]
+    fn a_replay_without_an_end_or_with_complaints_is_none() {
+        assert!(parse("scan 0 measurements 5 predictions 2 in_view 9 digest 0a").is_err());
+        assert!(parse("Error damaged\nend scans 0").is_err());
+    }
+
+    #[test]
+    fn the_first_difference_is_told() {
+        let one = parse("scan 0 measurements 5 predictions 2 in_view 9 digest 0a\nend scans 1").unwrap();
+        let other = parse("scan 0 measurements 5 predictions 2 in_view 9 digest 0b\nend scans 1").unwrap();
+        let longer = parse("scan 0 measurements 5 predictions 2 in_view 9 digest 0a\nscan 1 measurements 5 predictions 2 in_view 9 digest 0a\nend scans 2").unwrap();
+        assert_eq!(one.first_difference(&one), None);
+        assert!(one.first_difference(&other).unwrap().contains("0b"));
+        assert_eq!(one.first_difference(&longer).unwrap(), "1 scans / 2 scans");
+    }
+}

@@ -1,0 +1,64 @@
+//! The step `proof`: what is linked holds no panic and no allocator, fits the reference board, and the checks that say
+//! so fail where they should.
+
+use super::board::{Board, EMULATED, REFERENCE, TARGETS};
+use super::image::{self, Extra, Image};
+use crate::noalloc;
+use crate::steps::Outcome;
+use crate::toolchain;
+
+/// The image whose panic handler calls a function that does not exist.
+const PROOF: &str = "proof";
+/// That function.
+const NO_FUNCTION: &str = "undefined symbol: a_panic_is_reachable";
+/// Gives that function an address, so that an image with a panic can be looked at.
+const WITH_PANICS: &str = "-Clink-arg=--defsym=a_panic_is_reachable=0";
+
+/// The reference board with less RAM than the filter needs.
+const TOO_SMALL: Board = Board { name: "too-small", ..REFERENCE };
+
+/// The step.
+pub fn step() -> Outcome {
+    match prove() {
+        Ok(()) => {
+            Outcome::Passed("no panic, no allocator, fits the reference board; each check fails where it should".into())
+        }
+        Err(reason) => Outcome::Failed(reason),
+    }
+}
+
+fn prove() -> Result<(), String> {
+    let toolchain = toolchain::find(&TARGETS)?;
+    for board in EMULATED.iter().chain([&REFERENCE]) {
+        let image = image::build(&toolchain, board, PROOF, &Extra::default())
+            .map_err(|error| format!("a panic is reachable, or the image does not fit {}: {error}", board.name))?;
+        if let Some(symbol) = allocator_symbol(&image)? {
+            return Err(format!("{} has the allocator's {symbol}", image.path.display()));
+        }
+    }
+    for name in ["replay-f32", "replay-f64"] {
+        let image = image::build(&toolchain, &REFERENCE, name, &Extra::default())?;
+        if let Some(symbol) = allocator_symbol(&image)? {
+            return Err(format!("{} has the allocator's {symbol}", image.path.display()));
+        }
+        println!("{name} fits {}: {:?}", REFERENCE.name, image.sizes()?);
+    }
+    let planted = |feature| Extra { features: feature, flags: &[] };
+    for (board, extra, complaint) in [
+        (&REFERENCE, planted(&["planted-panic"]), NO_FUNCTION),
+        (&REFERENCE, planted(&["planted-heap"]), NO_FUNCTION),
+        (&TOO_SMALL, planted(&[]), "will not fit in region 'RAM'"),
+    ] {
+        image::must_not_link(&toolchain, board, PROOF, &extra, complaint)?;
+    }
+    let heap = Extra { features: &["planted-heap"], flags: &[WITH_PANICS] };
+    match allocator_symbol(&image::build(&toolchain, &REFERENCE, PROOF, &heap)?)? {
+        Some(symbol) => println!("the planted heap shows as {symbol}"),
+        None => return Err("the check for an allocator does not see a planted heap".into()),
+    }
+    Ok(())
+}
+
+fn allocator_symbol(image: &Image) -> Result<Option<String>, String> {
+    image.symbol_with(&noalloc::SYMBOLS)
+}

@@ -1,0 +1,63 @@
+//! The streams that boards and host replay, and the replay on the host.
+
+use std::path::{Path, PathBuf};
+
+use super::output::Replay;
+use crate::process;
+
+/// Number type of a filter.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Precision {
+    /// Single.
+    F32,
+    /// Double.
+    F64,
+}
+
+impl Precision {
+    /// Both.
+    pub const ALL: [Self; 2] = [Self::F32, Self::F64];
+
+    /// Its name on the command line and in an image's name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::F32 => "f32",
+            Self::F64 => "f64",
+        }
+    }
+}
+
+/// A stream to make: what it is of, and how much of it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Source<'a> {
+    /// A scenario, `worst-case`, or the folder of a log.
+    pub what: &'a str,
+    /// Its first scans.
+    pub scans: usize,
+}
+
+/// Particles and samples of every stream: those that the firmware has room for.
+const PARTICLES: &str = "32";
+const SAMPLES: &str = "2";
+
+/// Has the simulator write a stream.
+pub fn make(source: Source<'_>, precision: Precision) -> Result<PathBuf, String> {
+    let dir = process::own_target_dir("streams");
+    std::fs::create_dir_all(&dir).map_err(|error| format!("{}: {error}", dir.display()))?;
+    let name = Path::new(source.what).file_name().unwrap_or_default().display();
+    let path = dir.join(format!("{name}-{}-{}.scphd", source.scans, precision.name()));
+    let mut cargo = process::cargo();
+    cargo.args(["run", "--quiet", "--package", "scphd-sim", "--", "stream", source.what]).arg(&path);
+    cargo.args(["--scans", &source.scans.to_string(), "--precision", precision.name()]);
+    cargo.args(["--particles", PARTICLES, "--samples", SAMPLES]);
+    process::run(&mut cargo)?;
+    Ok(path)
+}
+
+/// Replays a stream on the host, in a build of this profile.
+pub fn on_host(stream: &Path, precision: Precision, profile: &str) -> Result<Replay, String> {
+    let mut cargo = process::cargo();
+    cargo.args(["run", "--quiet", "--package", "scphd-stream", "--profile", profile, "--", precision.name()]);
+    let text = process::read(cargo.arg(stream))?;
+    Replay::parse(&text.lines().map(str::to_owned).collect::<Vec<_>>())
+}

@@ -1,0 +1,31 @@
+//! Installing what a check needs, where that is allowed.
+
+use std::process::Command;
+
+use crate::process;
+
+/// Has apt-get install Debian packages. The error names them.
+pub fn packages(names: &[&str]) -> Result<(), String> {
+    let packages = names.join(" ");
+    if process::read(process::command("apt-get").arg("--version")).is_err() {
+        return Err(format!("there is no apt-get to install {packages}"));
+    }
+    if process::read(process::command("id").arg("-u"))? != "0" {
+        return Err(format!("only root can install {packages}"));
+    }
+    println!("setting up: apt-get installs {packages}");
+    process::run(apt_get().arg("update"))?;
+    let mut install = apt_get();
+    // Without --no-remove apt would replace another Rust the machine's owner has chosen.
+    install.args(["install", "-y", "--no-install-recommends", "--no-remove"]).args(names);
+    process::run(&mut install)
+}
+
+/// apt-get with limits of its own on the network; killing it from outside could leave packages half configured.
+fn apt_get() -> Command {
+    let mut command = process::command("apt-get");
+    command.env("DEBIAN_FRONTEND", "noninteractive");
+    command.args(["-q", "-o", "Acquire::Retries=1", "-o", "Acquire::http::Timeout=30"]);
+    command.args(["-o", "Acquire::https::Timeout=30"]);
+    command
+}
