@@ -54,8 +54,12 @@ pub fn long_run(name: &str, run: &RunResult) -> Figure {
 #[must_use]
 pub fn comparison(study: &Study) -> Figure {
     let filters = named(study);
-    let mut charts = vec![curve(&filters, Curve::PositionError, "position error (m)")];
-    charts.push(curve(&filters, Curve::HeadingError, "heading error (deg)"));
+    // The two that the thesis compares by themselves, for the others may dwarf them.
+    let pair = &filters[..filters.len().min(2)];
+    let mut charts = vec![curve(pair, Curve::PositionError, "position error (m)")];
+    if filters.len() > pair.len() {
+        charts.push(curve(&filters, Curve::PositionError, "position error (m)"));
+    }
     charts.extend(parts(&filters));
     column(format!("{}: means of {} runs, ±1σ", study.plan.scenario, study.plan.runs), charts)
 }

@@ -29,15 +29,17 @@ pub fn column(title: String, mut charts: Vec<Chart>) -> Figure {
     Figure { title, charts: charts.into_iter().map(|chart| (chart, HEIGHT_PX)).collect() }
 }
 
-/// Position error of every filter with its band, beside that of dead reckoning, which is the same for all.
+/// Position error of every filter beside that of dead reckoning, which is the same for all, each with its band.
 #[must_use]
 pub fn position(filters: &[(&str, Vec<&RunResult>)]) -> Chart {
     let mut chart = curve(filters, Curve::PositionError, "position error (m)");
     if let Some((_, results)) = filters.first() {
-        let reckoned = line(&band(results, Curve::DeadReckoningError));
-        chart.marks.push(Mark::dashed("dead reckoning", Colour::DEAD_RECKONING, reckoned));
+        let reckoned = band(results, Curve::DeadReckoningError);
+        if let Some(mark) = spread(&reckoned, Colour::DEAD_RECKONING) {
+            chart.marks.insert(0, mark);
+        }
+        chart.marks.push(Mark::dashed("dead reckoning", Colour::DEAD_RECKONING, line(&reckoned)));
     }
-    chart.x = None;
     spanning(chart)
 }
 
@@ -45,12 +47,8 @@ pub fn position(filters: &[(&str, Vec<&RunResult>)]) -> Chart {
 #[must_use]
 pub fn curve(filters: &[(&str, Vec<&RunResult>)], curve: Curve, y_label: &str) -> Chart {
     let bands: Vec<Vec<Band>> = filters.iter().map(|(_, results)| band(results, curve)).collect();
-    let mut marks = Vec::new();
-    for (index, bands) in bands.iter().enumerate().filter(|(_, bands)| bands.iter().any(|band| band.sigma > 0.0)) {
-        // No error is less than 0, whatever the spread.
-        let rows = bands.iter().map(|band| [band.t_s, (band.mean - band.sigma).max(0.0), band.mean + band.sigma]);
-        marks.push(Mark::band("", Colour::of_curve(index), rows.collect()));
-    }
+    let mut marks: Vec<Mark> = Vec::new();
+    marks.extend(bands.iter().enumerate().filter_map(|(index, bands)| spread(bands, Colour::of_curve(index))));
     for (index, ((label, _), bands)) in filters.iter().zip(&bands).enumerate() {
         marks.push(Mark::line(*label, Colour::of_curve(index), line(bands)));
     }
@@ -65,6 +63,13 @@ pub fn parts(filters: &[(&str, Vec<&RunResult>)]) -> Vec<Chart> {
         curve(filters, Curve::OspaFarLocalization, "localization (m)"),
         curve(filters, Curve::OspaFarCardinality, "cardinality (m)"),
     ]
+}
+
+/// The area within ±1σ, where there is any.
+fn spread(bands: &[Band], colour: Colour) -> Option<Mark> {
+    // No error is less than 0, whatever the spread.
+    let rows = bands.iter().map(|band| [band.t_s, (band.mean - band.sigma).max(0.0), band.mean + band.sigma]);
+    bands.iter().any(|band| band.sigma > 0.0).then(|| Mark::band("", colour, rows.collect()))
 }
 
 fn line(bands: &[Band]) -> Vec<[f64; 2]> {
@@ -97,7 +102,7 @@ mod tests {
         assert_eq!(figure.charts.len(), 4);
         let position = &figure.charts[0].0;
         let names: Vec<&str> = position.marks.iter().map(|mark| &mark.label[..]).collect();
-        assert_eq!(names, ["", "", "scphd", "rb-single", "dead reckoning"]);
+        assert_eq!(names, ["", "", "", "scphd", "rb-single", "dead reckoning"]);
         assert_eq!(position.y.unwrap().low(), 0.0);
         assert!(figure.svg().contains("means of 3 runs, ±1σ"));
     }
