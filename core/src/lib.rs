@@ -63,6 +63,7 @@ mod noise;
 #[cfg(test)]
 mod oracles;
 mod predict;
+mod probe;
 mod real;
 mod reduce;
 mod report;
@@ -91,6 +92,11 @@ pub use ln_sum::LnSum;
 pub use map::PAGE_LEN;
 pub use models::*;
 pub use noise::Noise;
+#[cfg(feature = "embedded-hal")]
+pub use probe::StagePins;
+#[cfg(feature = "defmt")]
+pub use probe::StageTrace;
+pub use probe::{Probe, Stage};
 pub use real::Real;
 pub use report::{PredictReport, ScanReport};
 pub use state::State;
