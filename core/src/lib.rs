@@ -68,6 +68,7 @@ mod noise;
 #[cfg(test)]
 mod oracles;
 mod predict;
+mod probe;
 mod real;
 mod reduce;
 mod report;
@@ -98,6 +99,11 @@ pub use ln_sum::LnSum;
 pub use map::{MapMemory, MapStorage, NoMoving, PAGE_LEN};
 pub use models::*;
 pub use noise::Noise;
+#[cfg(feature = "embedded-hal")]
+pub use probe::StagePins;
+#[cfg(feature = "defmt")]
+pub use probe::StageTrace;
+pub use probe::{Probe, Stage};
 pub use real::Real;
 pub use reduce::Reduction;
 pub use report::{PredictReport, ScanReport};

@@ -306,3 +306,73 @@ impl Header {
         Some(header)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A head in which no two numbers are the same.
+    fn numbered() -> Header {
+        let mut header = Header {
+            scalar: Scalar::F32,
+            vehicle: Vehicle::UnicycleArc,
+            likelihood: Likelihood::RbSingle,
+            reduction: Reduction::Runnalls,
+            scans: 1,
+            predictions: 2,
+            most_measurements: 3,
+            particles: 4,
+            samples: 5,
+            max_components: 6,
+            seed: 0x0102_0304_0506_0708,
+            ..Header::EMPTY
+        };
+        for (index, field) in FIELDS.iter().enumerate() {
+            *(field.set)(&mut header) = 100.5 + index as f64;
+        }
+        header
+    }
+
+    #[test]
+    fn what_is_written_is_read() {
+        let header = numbered();
+        let bytes = header.encode();
+        assert_eq!(Header::decode(&mut Bytes(&bytes)), Ok(header));
+        assert_eq!((header.start_x_m, header.scan_interval_s), (100.5, 134.5));
+    }
+
+    /// The places of the documented layout, by hand.
+    #[test]
+    fn the_layout_is_the_documented_one() {
+        let bytes = numbered().encode();
+        assert_eq!(bytes.len(), 332);
+        assert_eq!(&bytes[..12], b"SCPHDLOG\x01\x00\x4c\x01");
+        assert_eq!(bytes[12..16], [4, 2, 2, 1]);
+        assert_eq!(bytes[16..20], [1, 0, 0, 0]);
+        assert_eq!(bytes[36..40], [6, 0, 0, 0]);
+        assert_eq!(bytes[40..48], [8, 7, 6, 5, 4, 3, 2, 1]);
+        assert_eq!(bytes[48..56], 100.5_f64.to_le_bytes());
+        assert_eq!(bytes[320..328], 134.5_f64.to_le_bytes());
+    }
+
+    #[test]
+    fn every_damage_to_the_head_is_seen() {
+        let good = numbered().encode();
+        for place in 0..good.len() {
+            let mut bytes = good;
+            bytes[place] ^= 0x10;
+            assert!(Header::decode(&mut Bytes(&bytes)).is_err(), "byte {place}");
+            assert!(Header::decode(&mut Bytes(&good[..place])).is_err(), "cut at {place}");
+        }
+    }
+
+    #[test]
+    fn other_versions_and_other_files_are_told_apart() {
+        let mut bytes = numbered().encode();
+        bytes[8] = 2;
+        assert_eq!(Header::decode(&mut Bytes(&bytes)), Err(StreamError::Version { found: 2 }));
+        bytes[0] = b'X';
+        assert_eq!(Header::decode(&mut Bytes(&bytes)), Err(StreamError::NotAStream));
+        assert_eq!(Header::decode(&mut Bytes(b"SCPHD")), Err(StreamError::Truncated));
+    }
+}

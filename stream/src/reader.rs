@@ -163,3 +163,86 @@ impl<'a> Reader<'a> {
         Ok(Some(record))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Writer;
+    use std::vec::Vec;
+
+    const CONTROL: [f64; 2] = [1.1, -0.2];
+    const SCAN_OF_TWO: [[f64; 2]; 2] = [[3.3, 0.4], [5.5, -0.6]];
+
+    fn stream(scalar: Scalar) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        let header = Header { scalar, ..Header::EMPTY };
+        let mut writer = Writer::start(&header, |piece: &[u8]| {
+            bytes.extend_from_slice(piece);
+            Ok::<(), ()>(())
+        })
+        .unwrap();
+        writer.predict(CONTROL, 0.05).unwrap();
+        writer.scan(&SCAN_OF_TWO).unwrap();
+        writer.scan(&[]).unwrap();
+        writer.end().unwrap();
+        bytes
+    }
+
+    /// Every number of the stream, up to an error or its end.
+    fn numbers(bytes: &[u8]) -> Result<Vec<f64>, StreamError> {
+        let mut reader = Reader::open(bytes)?;
+        let mut numbers = Vec::new();
+        while let Some(record) = reader.read()? {
+            match record {
+                Record::Predict { control, dt_s } => numbers.extend([control[0], control[1], dt_s]),
+                Record::Scan(measurements) => {
+                    numbers.push(measurements.len() as f64);
+                    numbers.extend(measurements.flatten());
+                }
+            }
+        }
+        Ok(numbers)
+    }
+
+    #[test]
+    fn what_is_written_is_read() {
+        let expected = [1.1, -0.2, 0.05, 2.0, 3.3, 0.4, 5.5, -0.6, 0.0];
+        assert_eq!(numbers(&stream(Scalar::F64)).unwrap(), expected);
+        assert_eq!(numbers(&stream(Scalar::F32)).unwrap(), expected.map(|x| f64::from(x as f32)));
+    }
+
+    #[test]
+    fn what_follows_the_end_is_not_looked_at() {
+        let mut bytes = stream(Scalar::F32);
+        let expected = numbers(&bytes);
+        bytes.extend([0xff; 100]);
+        assert_eq!(numbers(&bytes), expected);
+        let mut reader = Reader::open(&bytes).unwrap();
+        (0..3).for_each(|_| assert!(reader.read().unwrap().is_some()));
+        assert!(reader.read().unwrap().is_none() && reader.read().unwrap().is_none());
+    }
+
+    #[test]
+    fn every_damage_and_every_cut_is_seen() {
+        for scalar in [Scalar::F32, Scalar::F64] {
+            let good = stream(scalar);
+            for place in 0..good.len() {
+                assert!(numbers(&good[..place]).is_err(), "cut at {place}");
+                for bit in 0..8 {
+                    let mut bytes = good.clone();
+                    bytes[place] ^= 1 << bit;
+                    assert!(numbers(&bytes).is_err(), "bit {bit} of byte {place}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn whole_records_before_a_cut_can_be_read() {
+        let bytes = stream(Scalar::F64);
+        let mut reader = Reader::open(&bytes[..bytes.len() - 9]).unwrap();
+        assert!(reader.read().unwrap().is_some() && reader.read().unwrap().is_some());
+        assert_eq!(reader.read().unwrap_err(), StreamError::Truncated);
+        assert_eq!(reader.read().unwrap_err(), StreamError::Truncated);
+    }
+}

@@ -110,13 +110,19 @@ fn verdict(name: &str, outcome: &Outcome, elapsed: Duration) -> String {
     line.trim_end().to_owned()
 }
 
+/// The firmware is a workspace of its own.
 fn fmt() -> Outcome {
-    process::run(process::cargo().args(["fmt", "--all", "--check"])).into()
+    let firmware = ["fmt", "--manifest-path", "firmware/Cargo.toml", "--", "--check"];
+    let workspace = ["fmt", "--all", "--check"];
+    let results = [&workspace[..], &firmware[..]].map(|arguments| process::run(process::cargo().args(arguments)));
+    results.into_iter().collect::<Result<(), String>>().into()
 }
 
 fn lint() -> Outcome {
-    let arguments = ["clippy", "--workspace", "--all-targets", "--keep-going", "--", "-D", "warnings"];
-    process::run(process::cargo().args(arguments)).into()
+    let mut cargo = process::cargo();
+    cargo.args(["clippy", "--workspace", "--all-targets", "--keep-going"]);
+    cargo.args(["--features", "scphd/defmt,scphd/embedded-hal,scphd-stream/defmt", "--", "-D", "warnings"]);
+    process::run(&mut cargo).into()
 }
 
 fn doc() -> Outcome {
@@ -126,7 +132,9 @@ fn doc() -> Outcome {
 }
 
 fn unit() -> Outcome {
-    process::run(process::cargo().args(["test", "--workspace", "--no-fail-fast"])).into()
+    // Not with defmt: a test program has no logger to link with.
+    let arguments = ["test", "--workspace", "--no-fail-fast", "--features", "scphd/embedded-hal"];
+    process::run(process::cargo().args(arguments)).into()
 }
 
 /// The step `unit` has checked the digests at the optimisation of its own profile. A filter that is tuned in one

@@ -3,10 +3,10 @@
 use super::board::{EMULATED, TARGETS};
 use super::emulator;
 use super::image::{self, Extra};
-use super::output::Replay;
+use super::output::{self, Replay};
 use super::streams::{self, Precision, Source};
 use crate::steps::Outcome;
-use crate::toolchain;
+use crate::toolchain::{self, Toolchain};
 
 /// Scans of logs and scenarios; double precision takes ten times as long where it has to be emulated.
 const SCANS: usize = 200;
@@ -28,6 +28,7 @@ fn compare() -> Result<String, String> {
     emulator::prepare()?;
     let toolchain = toolchain::find(&TARGETS)?;
     let (mut failures, mut compared) = (Vec::new(), 0);
+    failures.extend(driven_by_a_timer(&toolchain)?);
     for precision in Precision::ALL {
         let mut images = Vec::new();
         for board in &EMULATED {
@@ -57,6 +58,19 @@ fn compare() -> Result<String, String> {
         }
     }
     if failures.is_empty() { Ok(format!("{compared} digests equal")) } else { Err(failures.join("; ")) }
+}
+
+/// The loop that a timer drives ends in the state that the host's ends in, without a scan late or an input lost.
+fn driven_by_a_timer(toolchain: &Toolchain) -> Result<Option<String>, String> {
+    let [board, ..] = &EMULATED;
+    let stream = streams::make(SCENARIOS[0], Precision::F32)?;
+    let host = streams::on_host(&stream, Precision::F32, "release")?;
+    let image = image::build(toolchain, board, "vehicle-loop", &Extra::default())?;
+    let run = Replay::parse(&emulator::run(board, &image, &stream)?)?;
+    let (Some(last), Some(end)) = (host.scans.last(), &run.end) else { return Err("nothing to compare".into()) };
+    let expected = [("late", "0"), ("lost", "0"), ("digest", last.digest.as_str())];
+    let holds = expected.iter().all(|(name, value)| output::word(end, name) == Some(value));
+    Ok((!holds).then(|| format!("the timer-driven loop ended with {end}, not with {expected:?}")))
 }
 
 /// The image that replays in this precision.

@@ -17,8 +17,8 @@ pub struct Replay {
     pub scan_interval_s: f64,
     /// What bounds the work of a scan.
     pub capacities: Capacities,
-    /// Whether the replay came to its end.
-    pub ended: bool,
+    /// The line it ended with, once it has come to its end.
+    pub end: Option<String>,
 }
 
 /// One scan.
@@ -51,7 +51,7 @@ impl Replay {
         for line in lines {
             replay.line(line).ok_or_else(|| format!("unexpected output: {line}"))?;
         }
-        if replay.ended { Ok(replay) } else { Err(format!("no end after {} scans", replay.scans.len())) }
+        if replay.end.is_some() { Ok(replay) } else { Err(format!("no end after {} scans", replay.scans.len())) }
     }
 
     fn line(&mut self, line: &str) -> Option<()> {
@@ -88,7 +88,7 @@ impl Replay {
             }
             "end" => {
                 self.stack = number(rest, "stack").unwrap_or(0);
-                self.ended = true;
+                self.end = Some(rest.to_owned());
             }
             _ => return None,
         }
@@ -143,7 +143,7 @@ impl Capacities {
 }
 
 /// The word after `name`.
-fn word<'a>(text: &'a str, name: &str) -> Option<&'a str> {
+pub fn word<'a>(text: &'a str, name: &str) -> Option<&'a str> {
     let mut words = text.split(' ');
     words.find(|word| *word == name)?;
     words.next()

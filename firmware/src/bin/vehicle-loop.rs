@@ -1,0 +1,174 @@
+//! A filter in a vehicle's loop: odometry and scans arrive in an interrupt, the filter works in the foreground, and
+//! every scan has to be done before the next one comes.
+//!
+//! On a vehicle the interrupt is that of the odometry's timer and of the sensor's transfer; here SysTick stands for
+//! both, at 20 Hz, and takes what they would deliver from a stream.
+#![no_std]
+#![no_main]
+
+use core::cell::RefCell;
+use core::panic::PanicInfo;
+use cortex_m::Peripherals;
+use cortex_m::interrupt::{Mutex, free};
+use cortex_m::peripheral::syst::SystClkSource;
+use cortex_m_rt::{ExceptionFrame, entry, exception};
+use defmt_semihosting as _;
+use heapless::Deque;
+use scphd_firmware::{board, report};
+use scphd_stream::{Measurements, Memory, Onboard, Reader, Record, memory};
+use static_cell::ConstStaticCell;
+
+/// Odometry samples a second.
+const ODOMETRY_HZ: u32 = 20;
+/// Ticks of the core's clock in a second: 25 MHz on the boards that QEMU has.
+const CLOCK_HZ: u32 = 25_000_000;
+/// Inputs that may wait while a scan is worked on. More than that is lost time that no filter makes good.
+const QUEUE: usize = 16;
+
+/// What the interrupt hands to the foreground.
+enum Input {
+    Odometry {
+        control: [f64; 2],
+        dt_s: f64,
+    },
+    /// The measurements stay where they arrived; a driver would hand over its buffer.
+    Scan {
+        measurements: Measurements<'static>,
+        tick: u32,
+    },
+}
+
+/// What interrupt and foreground share.
+struct Arrivals {
+    source: Option<Reader<'static>>,
+    inputs: Deque<Input, QUEUE>,
+    /// Interrupts so far: the time.
+    tick: u32,
+    lost: u32,
+    ended: bool,
+}
+
+static ARRIVALS: Mutex<RefCell<Arrivals>> =
+    Mutex::new(RefCell::new(Arrivals { source: None, inputs: Deque::new(), tick: 0, lost: 0, ended: false }));
+
+static MEMORY: ConstStaticCell<Memory<f32>> = ConstStaticCell::new(memory());
+
+#[entry]
+fn main() -> ! {
+    let (Some(memory), Some(mut peripherals)) = (MEMORY.try_take(), Peripherals::take()) else { report::failed() };
+    let reader = match Reader::open(board::stream()) {
+        Ok(reader) => reader,
+        Err(error) => {
+            defmt::error!("{}", error);
+            report::failed()
+        }
+    };
+    let header = *reader.header();
+    let mut filter = match Onboard::start(&header, memory) {
+        Ok(filter) => filter,
+        Err(refusal) => {
+            defmt::error!("{}", refusal);
+            report::failed()
+        }
+    };
+    // A scan has to be done before the next one comes.
+    let deadline = (header.scan_interval_s * f64::from(ODOMETRY_HZ)) as u32;
+    free(|token| ARRIVALS.borrow(token).borrow_mut().source = Some(reader));
+    start_timer(&mut peripherals);
+
+    let (mut scans, mut late) = (0_u32, 0_u32);
+    loop {
+        let (input, ended, lost) = free(|token| {
+            let mut arrivals = ARRIVALS.borrow(token).borrow_mut();
+            (arrivals.inputs.pop_front(), arrivals.ended, arrivals.lost)
+        });
+        match input {
+            Some(Input::Odometry { control, dt_s }) => {
+                if let Err(refusal) = filter.predict(control, dt_s) {
+                    defmt::warn!("prediction left out: {}", refusal);
+                }
+            }
+            Some(Input::Scan { measurements, tick }) => {
+                let scan = filter.receive(measurements);
+                match filter.scan(scan) {
+                    Ok(seen) => {
+                        let ([x, y, heading], features) = filter.estimate();
+                        let now = free(|token| ARRIVALS.borrow(token).borrow().tick);
+                        let took = now.wrapping_sub(tick);
+                        if took > deadline {
+                            late += 1;
+                            defmt::warn!("scan {=u32} took {=u32} ticks of {=u32}", scans, took, deadline);
+                        }
+                        defmt::debug!(
+                            "scan {=u32} pose {=f32} m {=f32} m {=f32} rad, {=usize} features, health {=u16:04x}",
+                            scans,
+                            x as f32,
+                            y as f32,
+                            heading as f32,
+                            features,
+                            seen.health
+                        );
+                    }
+                    Err(refusal) => defmt::warn!("scan {=u32} left out: {}", scans, refusal),
+                }
+                scans += 1;
+            }
+            None if ended => {
+                defmt::println!(
+                    "end scans {=u32} late {=u32} lost {=u32} digest {=u64:016x} stack {=usize}",
+                    scans,
+                    late,
+                    lost,
+                    filter.digest(),
+                    board::stack_used()
+                );
+                report::done()
+            }
+            None => cortex_m::asm::wfi(),
+        }
+    }
+}
+
+fn start_timer(peripherals: &mut Peripherals) {
+    let timer = &mut peripherals.SYST;
+    timer.set_clock_source(SystClkSource::Core);
+    timer.set_reload(CLOCK_HZ / ODOMETRY_HZ - 1);
+    timer.clear_current();
+    timer.enable_interrupt();
+    timer.enable_counter();
+}
+
+/// Odometry, and the scan that came with it.
+#[exception]
+fn SysTick() {
+    free(|token| {
+        let arrivals = &mut *ARRIVALS.borrow(token).borrow_mut();
+        arrivals.tick = arrivals.tick.wrapping_add(1);
+        let Arrivals { source: Some(source), inputs, tick, lost, ended } = arrivals else { return };
+        // All up to the next odometry sample is here by now.
+        loop {
+            let (input, last) = match source.read() {
+                Ok(Some(Record::Predict { control, dt_s })) => (Input::Odometry { control, dt_s }, true),
+                Ok(Some(Record::Scan(measurements))) => (Input::Scan { measurements, tick: *tick }, false),
+                Ok(None) | Err(_) => {
+                    *ended = true;
+                    return;
+                }
+            };
+            *lost += u32::from(inputs.push_back(input).is_err());
+            if last {
+                return;
+            }
+        }
+    });
+}
+
+#[exception]
+unsafe fn HardFault(_frame: &ExceptionFrame) -> ! {
+    report::fault()
+}
+
+#[panic_handler]
+fn panic(_info: &PanicInfo<'_>) -> ! {
+    report::panicked()
+}
