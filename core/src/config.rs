@@ -1,6 +1,6 @@
 //! What a user tunes.
 
-use crate::{ConstantVelocity, Likelihood, Real, Reduction};
+use crate::{ConstantVelocity, Likelihood, Proposal, Real, Reduction};
 
 /// Tuning of the recursion; the models carry their own parameters.
 ///
@@ -19,6 +19,8 @@ pub struct Config<T> {
     pub particles: usize,
     /// M, samples drawn from every particle by a prediction (5.12).
     pub samples: usize,
+    /// Where the samples are drawn from.
+    pub proposal: Proposal<T>,
     /// How the scan weighs a particle.
     pub likelihood: Likelihood,
     /// w_b, weight of the static feature born from a measurement (5.9), as an intensity in measurement space, in the same
@@ -83,6 +85,7 @@ impl<T: Real> Default for Config<T> {
         Self {
             particles: 32,
             samples: 1,
+            proposal: Proposal::Blind,
             likelihood: Likelihood::SingleCluster,
             birth_intensity: T::from_f64(0.01),
             resample_threshold: T::from_f64(0.5),
@@ -143,6 +146,15 @@ impl<T: Real> Config<T> {
             "extraction_weight",
             "between 0 and 1",
         )?;
+        if let Proposal::Informed(informed) = self.proposal {
+            require((1..=16).contains(&informed.rounds), "proposal.rounds", "1 to 16")?;
+            require(informed.drawn >= zero && informed.drawn <= one, "proposal.drawn", "between 0 and 1")?;
+            require(
+                informed.least_share > zero && informed.least_share < one,
+                "proposal.least_share",
+                "above 0 and below 1",
+            )?;
+        }
         let moving = &self.moving;
         require(
             moving.birth_intensity >= zero && moving.birth_intensity.is_finite(),

@@ -1,6 +1,8 @@
 //! A digest of everything the filter knows.
 
-use crate::{Clutter, Component, Dim, FieldOfView, Motion, Packed, Pose, Real, ScPhd, Sensor, Twice};
+use crate::{
+    Clutter, Component, Dim, FieldOfView, Locating, Motion, Packed, Pose, Proposal, Real, ScPhd, Sensor, Twice,
+};
 
 /// 64-bit FNV-1a over 32-bit words.
 struct Fnv(u64);
@@ -38,7 +40,7 @@ where
     T: Real,
     P: Pose<T, K>,
     M: Motion<T, K, Pose = P>,
-    S: Sensor<T, D, Z, Pose = P>,
+    S: Locating<T, K, D, Z> + Sensor<T, D, Z, Pose = P>,
     V: FieldOfView<T, S::Frame, D, Z>,
     C: Clutter<T, Z>,
     Dim<K>: Packed,
@@ -68,6 +70,11 @@ where
         for candidate in self.candidates() {
             digest.take_scalar(candidate.ln_weight);
             candidate.pose.coordinates().iter().for_each(|&x| digest.take_scalar(x));
+        }
+        if matches!(self.config.proposal, Proposal::Informed(_)) {
+            for spread in self.memory.spreads.iter().take(cursor.particles) {
+                spread.as_lower().iter().for_each(|&x| digest.take_scalar(x));
+            }
         }
         for particle in 0..cursor.particles {
             digest.take_map(self.map(particle));

@@ -2,7 +2,10 @@
 
 use crate::reduce::heavier;
 use crate::state::Memory;
-use crate::{Clutter, Component, Dim, FieldOfView, Motion, Packed, Pose, Real, ScPhd, Sensor, Symmetric, Twice};
+use crate::{
+    Clutter, Component, Dim, FieldOfView, Locating, Motion, Packed, Pose, Proposal, Real, ScPhd, Sensor, Symmetric,
+    Twice,
+};
 
 /// The estimated pose.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -33,7 +36,7 @@ where
     T: Real,
     P: Pose<T, K>,
     M: Motion<T, K, Pose = P>,
-    S: Sensor<T, D, Z, Pose = P>,
+    S: Locating<T, K, D, Z> + Sensor<T, D, Z, Pose = P>,
     V: FieldOfView<T, S::Frame, D, Z>,
     C: Clutter<T, Z>,
     Dim<K>: Packed,
@@ -53,6 +56,11 @@ where
         let mut covariance = Symmetric::ZERO;
         for (weight, pose) in weighted() {
             covariance.add_outer(weight, &pose.difference(&mean));
+        }
+        if matches!(self.config.proposal, Proposal::Informed(_)) {
+            for (candidate, spread) in candidates.iter().zip(self.memory.spreads.iter()) {
+                covariance = covariance.plus(&spread.scaled(candidate.ln_weight.exp()));
+            }
         }
         Some(PoseEstimate { mean, covariance })
     }

@@ -1,10 +1,11 @@
 //! The filter: models and tuning over a state.
 
+use crate::predict::{predict, spread};
 use crate::state::{Memory, State};
 use crate::{
-    Clutter, Component, Config, Dim, FieldOfView, LoadMapError, MapStorage, Models, Motion, Noise, PAGE_LEN, Packed,
-    Pose, PredictError, PredictReport, Real, ResetError, ScanError, ScanReport, Sensor, SetupError, Twice,
-    candidate::Candidate,
+    Clutter, Component, Config, Dim, FieldOfView, LoadMapError, Locating, MapStorage, Models, Motion, Noise, PAGE_LEN,
+    Packed, Pose, PredictError, PredictReport, Proposal, Real, ResetError, ScanError, ScanReport, Sensor, SetupError,
+    Symmetric, Twice, candidate::Candidate,
 };
 use nalgebra::SVector;
 
@@ -58,12 +59,13 @@ use nalgebra::SVector;
 #[derive(Debug)]
 pub struct ScPhd<'s, T: Real, P, M, S, V, C, const K: usize, const D: usize, const E: usize, const Z: usize>
 where
+    Dim<K>: Packed,
     Dim<D>: Packed,
     Dim<E>: Packed,
 {
     pub(crate) models: Models<M, S, V, C>,
     pub(crate) config: Config<T>,
-    pub(crate) memory: Memory<'s, T, P, D, E, Z>,
+    pub(crate) memory: Memory<'s, T, P, K, D, E, Z>,
 }
 
 impl<'s, T, P, M, S, V, C, const K: usize, const D: usize, const E: usize, const Z: usize>
@@ -72,7 +74,7 @@ where
     T: Real,
     P: Pose<T, K>,
     M: Motion<T, K, Pose = P>,
-    S: Sensor<T, D, Z, Pose = P>,
+    S: Locating<T, K, D, Z> + Sensor<T, D, Z, Pose = P>,
     V: FieldOfView<T, S::Frame, D, Z>,
     C: Clutter<T, Z>,
     Dim<K>: Packed,
@@ -117,7 +119,7 @@ where
         if !pose.is_finite() {
             return Err(ResetError::NonFinitePose);
         }
-        let Memory { cursor, candidates, still, moving, .. } = &mut self.memory;
+        let Memory { cursor, spreads, candidates, still, moving, .. } = &mut self.memory;
         cursor.particles = self.config.particles;
         cursor.children = 1;
         cursor.predicted = false;
@@ -128,6 +130,7 @@ where
         cursor.noise = Some(Noise::seeded(seed));
         let ln_weight = -T::from_usize(cursor.particles).ln();
         candidates.iter_mut().take(cursor.particles).for_each(|slot| *slot = Candidate { pose, ln_weight });
+        spreads.iter_mut().for_each(|spread| *spread = Symmetric::ZERO);
         still.clear();
         moving.clear();
         Ok(())
@@ -183,8 +186,12 @@ where
         if !self.models.motion.admits(control) {
             return Err(PredictError::Control);
         }
-        let Memory { cursor, candidates, .. } = &mut self.memory;
-        crate::predict::predict(&self.models.motion, self.config.samples, cursor, candidates, control, dt)
+        let Memory { cursor, spreads, candidates, .. } = &mut self.memory;
+        let motion = &self.models.motion;
+        match self.config.proposal {
+            Proposal::Blind => predict(motion, self.config.samples, cursor, candidates, control, dt),
+            Proposal::Informed(_) => spread(motion, cursor, candidates, spreads, control, dt),
+        }
     }
 
     /// Takes in one scan: weighs every candidate, selects the particles that go on and updates their maps

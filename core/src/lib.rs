@@ -23,7 +23,7 @@
 //!
 //! # Where things are
 //!
-//! One scan, from top to bottom, is `step.rs`: weigh (`weigh.rs`, over the map as one pose sees it, `view.rs`), select
+//! One scan, from top to bottom, is `step.rs`: propose poses (`propose.rs`), weigh (`weigh.rs`, over the map as one pose sees it, `view.rs`), select
 //! (`select.rs`, `resample.rs`), update (`update.rs`), reduce (`reduce.rs`). `predict.rs` comes before it, `extract.rs`
 //! after it. `map/` holds the copy-on-write pages, `models/` the models. The recursion with all its choices is written
 //! out in `docs/recursion.md`.
@@ -69,6 +69,7 @@ mod noise;
 mod oracles;
 mod predict;
 mod probe;
+mod propose;
 mod real;
 mod reduce;
 mod report;
@@ -104,6 +105,7 @@ pub use probe::StagePins;
 #[cfg(feature = "defmt")]
 pub use probe::StageTrace;
 pub use probe::{Probe, Stage};
+pub use propose::{Informed, Proposal};
 pub use real::Real;
 pub use reduce::Reduction;
 pub use report::{PredictReport, ScanReport};

@@ -3,7 +3,7 @@
 use crate::candidate::{Candidate, effective_number};
 use crate::resample::systematic;
 use crate::*;
-use nalgebra::{Matrix2, SVector, Vector2};
+use nalgebra::{Matrix2, Matrix2x3, SVector, Vector2};
 use serde_json::Value;
 use std::boxed::Box;
 use std::path::PathBuf;
@@ -71,6 +71,13 @@ impl Sensor<f64, 2, 2> for Direct {
     }
 }
 
+/// It tells nothing of where it is.
+impl Locating<f64, 3, 2, 2> for Direct {
+    fn by_pose(&self, _: &PlanarFrame<f64>, _: &Vector2<f64>, _: &Expected<f64, 2, 2>) -> Matrix2x3<f64> {
+        Matrix2x3::zeros()
+    }
+}
+
 /// The same probability of detection everywhere.
 struct Everywhere(f64);
 
@@ -101,7 +108,7 @@ fn one_scan<S>(
     scan: &[Vector2<f64>],
 ) -> (f64, Vec<Component<f64, 2>>)
 where
-    S: Sensor<f64, 2, 2, Pose = PlanarPose<f64>>,
+    S: Locating<f64, 3, 2, 2> + Sensor<f64, 2, 2, Pose = PlanarPose<f64>>,
 {
     let mut state = Box::new(State::<f64, PlanarPose<f64>, 3, 2, 1, 1, 8, MapMemory<f64, 2, 2, 1, 16, 16, 64>>::new());
     let models = Models { motion: KnownPose, sensor, field_of_view: Everywhere(p_d), clutter: Intensity(kappa) };

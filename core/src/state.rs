@@ -2,7 +2,7 @@
 
 use crate::map::{MapStorage, Maps, NoMoving};
 use crate::scan::Measurement;
-use crate::{Dim, LnSum, Noise, Packed, Pose, Real, Twice, candidate::Candidate};
+use crate::{Dim, LnSum, Noise, Packed, Pose, Real, Symmetric, Twice, candidate::Candidate};
 
 /// All memory of a filter: what it knows and its scratch, with every capacity in the type.
 ///
@@ -40,8 +40,12 @@ pub struct State<
     const MEASUREMENTS: usize,
     S,
     V = NoMoving,
-> {
+> where
+    Dim<K>: Packed,
+{
     cursor: Cursor<T>,
+    spreads: [Symmetric<T, K>; PARTICLES],
+    selected_spreads: [Symmetric<T, K>; PARTICLES],
     candidates: [Candidate<T, P>; CANDIDATES],
     ln_likelihoods: [T; CANDIDATES],
     selected: [Candidate<T, P>; PARTICLES],
@@ -63,6 +67,8 @@ impl<
     S,
     V,
 > State<T, P, K, Z, PARTICLES, CANDIDATES, MEASUREMENTS, S, V>
+where
+    Dim<K>: Packed,
 {
     /// An empty state, all zero, to be started by [`ScPhd::reset`](crate::ScPhd::reset).
     ///
@@ -85,6 +91,8 @@ impl<
         }
         Self {
             cursor: Cursor::ZERO,
+            spreads: [Symmetric::ZERO; PARTICLES],
+            selected_spreads: [Symmetric::ZERO; PARTICLES],
             candidates: [Candidate::zero::<K>(); CANDIDATES],
             ln_likelihoods: [T::ZERO; CANDIDATES],
             selected: [Candidate::zero::<K>(); PARTICLES],
@@ -97,7 +105,7 @@ impl<
     }
 
     /// The state as slices, whatever its capacities.
-    pub(crate) fn memory<const D: usize, const E: usize>(&mut self) -> Memory<'_, T, P, D, E, Z>
+    pub(crate) fn memory<const D: usize, const E: usize>(&mut self) -> Memory<'_, T, P, K, D, E, Z>
     where
         S: MapStorage<T, D, D>,
         V: MapStorage<T, E, D>,
@@ -106,6 +114,8 @@ impl<
     {
         Memory {
             cursor: &mut self.cursor,
+            spreads: &mut self.spreads,
+            selected_spreads: &mut self.selected_spreads,
             candidates: &mut self.candidates,
             ln_likelihoods: &mut self.ln_likelihoods,
             selected: &mut self.selected,
@@ -160,12 +170,17 @@ impl<T: Real> Cursor<T> {
 
 /// The state as slices, whatever its capacities: what the recursion is written for.
 #[derive(Debug)]
-pub(crate) struct Memory<'s, T: Real, P, const D: usize, const E: usize, const Z: usize>
+pub(crate) struct Memory<'s, T: Real, P, const K: usize, const D: usize, const E: usize, const Z: usize>
 where
+    Dim<K>: Packed,
     Dim<D>: Packed,
     Dim<E>: Packed,
 {
     pub(crate) cursor: &'s mut Cursor<T>,
+    /// With the informed proposal, the covariance of every particle's pose since the last scan; otherwise zero.
+    pub(crate) spreads: &'s mut [Symmetric<T, K>],
+    /// The same of the particles that go on.
+    pub(crate) selected_spreads: &'s mut [Symmetric<T, K>],
     pub(crate) candidates: &'s mut [Candidate<T, P>],
     pub(crate) ln_likelihoods: &'s mut [T],
     pub(crate) selected: &'s mut [Candidate<T, P>],
@@ -176,8 +191,9 @@ where
     pub(crate) moving: Maps<'s, T, E, D>,
 }
 
-impl<T: Real, P, const D: usize, const E: usize, const Z: usize> Memory<'_, T, P, D, E, Z>
+impl<T: Real, P, const K: usize, const D: usize, const E: usize, const Z: usize> Memory<'_, T, P, K, D, E, Z>
 where
+    Dim<K>: Packed,
     Dim<D>: Packed,
     Dim<E>: Packed,
 {

@@ -1,7 +1,8 @@
-//! One scan, from top to bottom: drift, weigh, select, update.
+//! One scan, from top to bottom: drift, propose, weigh, select, update.
 
 use crate::candidate::{effective_number, reweigh};
 use crate::drift::drift;
+use crate::propose::{Proposal, Proposer};
 use crate::scan::Scan;
 use crate::select::select;
 use crate::state::Memory;
@@ -9,7 +10,8 @@ use crate::update::Update;
 use crate::view::{Detection, View};
 use crate::weigh::weigh;
 use crate::{
-    Clutter, Dim, FieldOfView, Health, Motion, Packed, Pose, Real, ScPhd, ScanError, ScanReport, Sensor, Twice,
+    Clutter, Dim, FieldOfView, Health, Locating, Motion, Packed, Pose, Real, ScPhd, ScanError, ScanReport, Sensor,
+    Symmetric, Twice,
 };
 use core::cell::Cell;
 use nalgebra::SVector;
@@ -20,7 +22,7 @@ where
     T: Real,
     P: Pose<T, K>,
     M: Motion<T, K, Pose = P>,
-    S: Sensor<T, D, Z, Pose = P>,
+    S: Locating<T, K, D, Z> + Sensor<T, D, Z, Pose = P>,
     V: FieldOfView<T, S::Frame, D, Z>,
     C: Clutter<T, Z>,
     Dim<K>: Packed,
@@ -31,10 +33,21 @@ where
     /// The scan update, of measurements that have been checked.
     pub(crate) fn step(&mut self, measured: &[SVector<T, Z>]) -> Result<ScanReport<T>, ScanError> {
         let Self { models, config, memory } = self;
-        let Memory { cursor, candidates, ln_likelihoods, selected, survivors, measurements, eta, still, moving } =
-            memory;
-        let Some(noise) = cursor.noise.as_mut() else { return Err(ScanError::NotStarted) };
-        let (particles, children) = (cursor.particles, cursor.children);
+        let Memory {
+            cursor,
+            spreads,
+            selected_spreads,
+            candidates,
+            ln_likelihoods,
+            selected,
+            survivors,
+            measurements,
+            eta,
+            still,
+            moving,
+        } = memory;
+        let Some(mut noise) = cursor.noise.clone() else { return Err(ScanError::NotStarted) };
+        let particles = cursor.particles;
         let births = config.birth_intensity + config.moving.birth_intensity;
         let scan = Scan::sort::<S, C, D>(measurements, measured, &models.clutter, births);
         let ln_negligible = config.negligible.ln();
@@ -45,10 +58,20 @@ where
             ln_negligible,
             last_detection: Cell::new(Detection::of(T::ONE)),
         };
-        let parent_of = |candidate: usize| candidate.checked_div(children).unwrap_or(0);
-
         // Predict what moves (5.14), once for all the steps since the last scan.
         drift(&mut moving.pool, config, cursor.waited_s);
+
+        // Propose: with poses that the scan has been taken into, the samples are drawn now.
+        ln_likelihoods.iter_mut().for_each(|ln_correction| *ln_correction = T::ZERO);
+        if let Proposal::Informed(informed) = config.proposal
+            && (cursor.predicted || informed.drawn < T::ONE)
+        {
+            let proposer =
+                Proposer { informed, look, still: &mut *still, moving: &*moving, scan: &scan, eta };
+            proposer.all(config.samples, cursor, candidates, spreads, ln_likelihoods, &mut noise);
+        }
+        let children = cursor.children;
+        let parent_of = |candidate: usize| candidate.checked_div(children).unwrap_or(0);
 
         // Weigh (4.52). Only ln L and the scratch η are written; the maps are those of the prediction.
         let candidates = candidates.get_mut(..particles * children).unwrap_or(&mut []);
@@ -56,7 +79,7 @@ where
         for (index, (candidate, ln_likelihood)) in candidates.iter().zip(ln_likelihoods.iter_mut()).enumerate() {
             let view = look(&candidate.pose);
             let weighed = weigh(&view, parent_of(index), (still, moving), &scan, config.likelihood, eta);
-            *ln_likelihood = weighed.ln_likelihood;
+            *ln_likelihood += weighed.ln_likelihood;
             in_view = in_view.max(weighed.in_view);
         }
         let ln_evidence = reweigh(candidates, ln_likelihoods);
@@ -64,7 +87,7 @@ where
 
         // Select (5.2.2): back to one candidate a particle.
         let survivors = survivors.get_mut(..particles).unwrap_or(&mut []);
-        let selection = select(candidates, children, config.resample_threshold, n_eff, noise, survivors, selected);
+        let selection = select(candidates, children, config.resample_threshold, n_eff, &mut noise, survivors, selected);
 
         // Update (5.17–5.22): write the survivors' maps.
         let update = Update { still, moving, eta, config, next_tag: &mut cursor.next_tag };
@@ -73,6 +96,11 @@ where
         let tally = update.all(survivors, parent, look_again, &scan);
 
         candidates.iter_mut().zip(selected.iter()).take(particles).for_each(|(slot, chosen)| *slot = *chosen);
+        for (slot, &survivor) in selected_spreads.iter_mut().zip(survivors.iter()) {
+            *slot = spreads.get(parent_of(usize::from(survivor))).copied().unwrap_or(Symmetric::ZERO);
+        }
+        spreads.iter_mut().zip(selected_spreads.iter()).for_each(|(slot, chosen)| *slot = *chosen);
+        cursor.noise = Some(noise);
         cursor.children = 1;
         cursor.predicted = false;
         cursor.waited_s = T::ZERO;

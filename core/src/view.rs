@@ -1,7 +1,7 @@
 //! The map as one candidate pose sees it: what to expect of every component, and which measurements it meets.
 
 use crate::scan::Scan;
-use crate::{Bounds, Component, Correction, Dim, Factor, FieldOfView, Packed, Real, Sensor};
+use crate::{Bounds, Component, Correction, Dim, Expected, Factor, FieldOfView, Packed, Real, Sensor, Symmetric};
 use core::cell::Cell;
 use nalgebra::{SMatrix, SVector};
 
@@ -45,7 +45,8 @@ where
     measurement: SVector<T, Z>,
     /// H.
     jacobian: SMatrix<T, Z, D>,
-    /// The factor of S = H P Hᵀ + R.
+    /// S = H P Hᵀ + R, and its factor.
+    innovation_covariance: Symmetric<T, Z>,
     innovation: Factor<T, Z>,
     /// Standard deviation squared of the coordinate by which measurements are sorted.
     sorted_variance: T,
@@ -76,11 +77,38 @@ impl<T: Real, const D: usize, const Z: usize> Expectation<T, D, Z>
 where
     Dim<Z>: Packed,
 {
+    /// ẑ and H.
+    pub(crate) fn expected(&self) -> Expected<T, D, Z> {
+        Expected { measurement: self.measurement, jacobian: self.jacobian }
+    }
+
+    /// The factor of S.
+    pub(crate) fn innovation_factor(&self) -> &Factor<T, Z> {
+        &self.innovation
+    }
+
+    /// S⁻¹.
+    pub(crate) fn precision(&self) -> Symmetric<T, Z> {
+        self.innovation.inverse()
+    }
+
+    /// The same with a further uncertainty of ẑ, independent of the feature's, added to S.
+    pub(crate) fn blurred<S: Sensor<T, D, Z>>(&self, by: &Symmetric<T, Z>) -> Option<Self>
+    where
+        Dim<D>: Packed,
+    {
+        let innovation_covariance = self.innovation_covariance.plus(by);
+        let innovation = innovation_covariance.factor()?;
+        let sorted_variance = innovation_covariance.get(S::SORTED_BY, S::SORTED_BY);
+        let ln_peak = self.ln_detected_weight + innovation.ln_peak();
+        Some(Self { innovation_covariance, innovation, sorted_variance, ln_peak, ..*self })
+    }
+
     /// The Kalman correction that any measurement of this component brings.
     pub(crate) fn correction<const N: usize>(
         &self,
         component: &Component<T, N>,
-        noise: &crate::Symmetric<T, Z>,
+        noise: &Symmetric<T, Z>,
     ) -> Correction<T, N, Z>
     where
         Dim<N>: Packed,
@@ -158,6 +186,7 @@ impl<T: Real, S, V, F> View<'_, T, S, V, F> {
             ln_missed: detection.ln_missed,
             ln_detected_weight,
             ln_peak: ln_detected_weight + innovation.ln_peak(),
+            innovation_covariance: s,
             innovation,
         })
     }

@@ -76,7 +76,7 @@ pub(crate) fn reset_eta<T: Real, const Z: usize>(eta: &mut [LnSum<T>], scan: &Sc
 }
 
 /// The components on those pages of a particle's map that meet `bounds`.
-fn within<'m, T: Real, const N: usize, const D: usize>(
+pub(crate) fn within<'m, T: Real, const N: usize, const D: usize>(
     maps: &'m Maps<'_, T, N, D>,
     particle: usize,
     bounds: &'m Bounds<T, D>,

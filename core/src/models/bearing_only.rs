@@ -1,9 +1,11 @@
 //! Bearing alone, in the plane: a measurement that cannot be inverted (5.2.1).
 
-use super::{Expected, FieldOfView, Inverse, ModelError, PlanarFrame, PlanarPose, RangeBearingWindow, Sensor, require};
+use super::{
+    Expected, FieldOfView, Inverse, Locating, ModelError, PlanarFrame, PlanarPose, RangeBearingWindow, Sensor, require,
+};
 use crate::{Bounds, Component, Real, Symmetric, wrap};
 use core::fmt::Debug;
-use nalgebra::{RowVector2, SVector, Vector1, Vector2};
+use nalgebra::{RowVector2, SMatrix, SVector, Vector1, Vector2};
 
 /// A birth intensity that does not wait for measurements, as the user knows where features appear (5.2.1): a Gaussian
 /// mixture over static features, which may move with the sensor's frame.
@@ -91,6 +93,13 @@ impl<T: Real, B: BirthIntensity<T, PlanarFrame<T>, 2>> Sensor<T, 2, 1> for Beari
     /// None: any range fits a bearing.
     fn invert(&self, _frame: &Self::Frame, _measured: &SVector<T, 1>) -> Option<Inverse<T, 2, 1>> {
         None
+    }
+}
+
+impl<T: Real, B: BirthIntensity<T, PlanarFrame<T>, 2>> Locating<T, 3, 2, 1> for BearingOnly<T, B> {
+    #[inline]
+    fn by_pose(&self, frame: &Self::Frame, feature: &SVector<T, 2>, expected: &Expected<T, 2, 1>) -> SMatrix<T, 1, 3> {
+        frame.by_pose(&expected.jacobian, feature)
     }
 }
 

@@ -25,7 +25,7 @@ pub use known_pose::KnownPose;
 pub use motion::{Linearised, Motion};
 pub use pose::{PlanarPose, Pose};
 pub use range_bearing::{PlanarFrame, RangeBearing};
-pub use sensor::{Expected, Inverse, Sensor};
+pub use sensor::{Expected, Inverse, Locating, Sensor};
 pub use unicycle::{Step, Unicycle, UnicycleControl};
 
 /// A parameter of a model is not one the model can work with.

@@ -48,6 +48,18 @@ where
     fn invert(&self, frame: &Self::Frame, measured: &SVector<T, Z>) -> Option<Inverse<T, D, Z>>;
 }
 
+/// A sensor that tells where its vehicle is: one whose measurements can be differentiated by the pose, which has K degrees
+/// of freedom. The informed proposal needs it.
+pub trait Locating<T: Real, const K: usize, const D: usize, const Z: usize>: Sensor<T, D, Z>
+where
+    Dim<D>: Packed,
+    Dim<Z>: Packed,
+{
+    /// ∂h/∂x of what is expected of the feature at `feature`, in the coordinates of
+    /// [`Pose::difference`](crate::Pose::difference).
+    fn by_pose(&self, frame: &Self::Frame, feature: &SVector<T, D>, expected: &Expected<T, D, Z>) -> SMatrix<T, Z, K>;
+}
+
 /// An expected measurement.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Expected<T, const D: usize, const Z: usize> {

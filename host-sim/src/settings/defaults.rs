@@ -4,7 +4,9 @@
 //! measurements in good conditions; it does not cover what else a filter has to put up with (the width of a
 //! trunk, a time stamp that is off, a pose between two odometry rows), so real noise is set wider.
 
-use super::{FilterSettings, Likelihood, MovingSettings, Reduction, SensorSettings, Settings, VehicleSettings};
+use super::{
+    FilterSettings, Likelihood, MovingSettings, Proposal, Reduction, SensorSettings, Settings, VehicleSettings,
+};
 use crate::log::{Log, Vehicle};
 use std::f64::consts::PI;
 
@@ -137,6 +139,10 @@ impl Settings {
             merge_distance: of(MERGE_DISTANCE, unstated.merge_distance),
             max_components: MAX_COMPONENTS,
             extraction_weight: 0.0,
+            proposal: Proposal::Blind,
+            proposal_rounds: 3,
+            proposal_drawn: 1.0,
+            proposal_least_share: 0.01,
             likelihood: Likelihood::SingleCluster,
             reduction: Reduction::Greedy,
             merge_cost: MERGE_COST,

@@ -6,9 +6,9 @@ use crate::record::{MapFeature, MovingFeature};
 use crate::reference::{self, Candidate, Draws};
 use crate::settings::{self, SensorSettings, Settings};
 use scphd::{
-    Ackermann, AckermannControl, AckermannGeometry, Component, Config, ConstantVelocity, ControlNoise, Dim, Likelihood,
-    MapMemory, Models, Motion, MovingConfig, Noise, Packed, PlanarPose, RangeBearing, RangeBearingWindow, Real,
-    Reduction, ScPhd, State, Step, Unicycle, UnicycleControl, UniformClutter,
+    Ackermann, AckermannControl, AckermannGeometry, Component, Config, ConstantVelocity, ControlNoise, Dim, Informed,
+    Likelihood, MapMemory, Models, Motion, MovingConfig, Noise, Packed, PlanarPose, Proposal, RangeBearing,
+    RangeBearingWindow, Real, Reduction, ScPhd, State, Step, Unicycle, UnicycleControl, UniformClutter,
 };
 
 /// Scalar of the fixed-capacity filter.
@@ -311,6 +311,14 @@ fn with_motion<T: Real, M: PlanarMotion<T> + 'static>(
         birth_intensity: T::from_f64(filter.birth_intensity),
         resample_threshold: T::from_f64(filter.resample_threshold),
         prune_weight: T::from_f64(filter.prune_weight),
+        proposal: match filter.proposal {
+            settings::Proposal::Blind => Proposal::Blind,
+            settings::Proposal::Informed => Proposal::Informed(Informed {
+                rounds: filter.proposal_rounds,
+                drawn: T::from_f64(filter.proposal_drawn),
+                least_share: T::from_f64(filter.proposal_least_share),
+            }),
+        },
         likelihood: match filter.likelihood {
             settings::Likelihood::SingleCluster => Likelihood::SingleCluster,
             settings::Likelihood::RbEmpty => Likelihood::EmptyMap,
