@@ -220,7 +220,10 @@ mod tests {
         println!("{text}");
         assert!(text.contains("scphd") && text.contains("4 × 2"));
         let spreads: Vec<&str> = text.lines().filter(|line| line.contains("std dev over runs")).collect();
-        assert!(spreads.len() == 2 && spreads.iter().all(|line| line.ends_with("0.100      0.100")), "{spreads:?}");
+        assert_eq!(spreads.len(), 2, "{text}");
+        for line in spreads {
+            assert_eq!(line.split_whitespace().rev().take(2).collect::<Vec<_>>(), ["0.100"; 2], "{line}");
+        }
         assert!(text.contains("better than rb-single in 3 of 3 runs"), "{text}");
     }
 }
