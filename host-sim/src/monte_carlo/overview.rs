@@ -1,7 +1,7 @@
 //! The figures of a study as one flat JSON object a filter.
 
 use super::run::{Curve, RunResult};
-use super::statistics::mean;
+use super::statistics::{mean, standard_deviation};
 use super::{Study, compare};
 use crate::output::json::write;
 use crate::output::{OutputError, table};
@@ -73,7 +73,7 @@ impl Overview {
             dead_reckoning_error_mean_m: over(Curve::DeadReckoningError, whole),
             dead_reckoning_error_final_m: over(Curve::DeadReckoningError, last),
             ospa_first_third_m: over(Curve::OspaFar, |values| whole(&values[..values.len() / 3])),
-            ospa_last_third_m: over(Curve::OspaFar, |values| whole(&values[values.len() - values.len() / 3..])),
+            ospa_last_third_m: over(Curve::OspaFar, last_third),
             moving_hit_rate: moving.hit_rate(),
             moving_position_error_median_m: moving.position_error_median_m(),
             false_moving_tracks_per_scan: moving.false_per_scan(),
@@ -85,6 +85,10 @@ impl Overview {
 /// Mean of what is known.
 pub(super) fn whole(values: &[Option<f64>]) -> Option<f64> {
     mean(values.iter().copied().flatten())
+}
+
+fn last_third(values: &[Option<f64>]) -> Option<f64> {
+    whole(&values[values.len() - values.len() / 3..])
 }
 
 fn last(values: &[Option<f64>]) -> Option<f64> {
@@ -109,35 +113,57 @@ pub fn write_json(path: &Path, overviews: &[Overview]) -> Result<(), OutputError
     }
 }
 
+/// Standard deviations over runs of the mean over a run; unknown for less than two runs.
+struct Spread {
+    /// Of the position error, m.
+    position_m: Option<f64>,
+    /// Of the map error over the last third of the scans, m.
+    ospa_m: Option<f64>,
+}
+
+impl Spread {
+    fn of(results: &[&RunResult]) -> Self {
+        let over = |curve, part: fn(&[Option<f64>]) -> Option<f64>| {
+            let means = results.iter().filter_map(|result| part(result.series.curve(curve)));
+            standard_deviation(&means.collect::<Vec<f64>>())
+        };
+        Self { position_m: over(Curve::PositionError, whole), ospa_m: over(Curve::OspaFar, last_third) }
+    }
+}
+
 /// The figures as text, one column a filter, and below them how the first filter compares with each other.
 #[must_use]
 pub fn render(study: &Study) -> String {
-    type Figure = (&'static str, fn(&Overview) -> String);
-    const FIGURES: [Figure; 14] = [
-        ("runs", |o| o.runs.to_string()),
-        ("particles × samples", |o| format!("{} × {}", o.particles, o.samples)),
-        ("position error, mean (m)", |o| table::decimals(o.position_error_mean_m, 3)),
-        ("position error, final (m)", |o| table::decimals(o.position_error_final_m, 3)),
-        ("heading error, mean (deg)", |o| table::decimals(o.heading_error_mean_deg, 3)),
-        ("dead reckoning, mean (m)", |o| table::decimals(o.dead_reckoning_error_mean_m, 3)),
-        ("dead reckoning, final (m)", |o| table::decimals(o.dead_reckoning_error_final_m, 3)),
-        ("error / dead reckoning", |o| {
+    type Figure = (&'static str, fn(&Overview, &Spread) -> String);
+    const FIGURES: [Figure; 16] = [
+        ("runs", |o, _| o.runs.to_string()),
+        ("particles × samples", |o, _| format!("{} × {}", o.particles, o.samples)),
+        ("position error, mean (m)", |o, _| table::decimals(o.position_error_mean_m, 3)),
+        ("  std dev over runs (m)", |_, spread| table::decimals(spread.position_m, 3)),
+        ("position error, final (m)", |o, _| table::decimals(o.position_error_final_m, 3)),
+        ("heading error, mean (deg)", |o, _| table::decimals(o.heading_error_mean_deg, 3)),
+        ("dead reckoning, mean (m)", |o, _| table::decimals(o.dead_reckoning_error_mean_m, 3)),
+        ("dead reckoning, final (m)", |o, _| table::decimals(o.dead_reckoning_error_final_m, 3)),
+        ("error / dead reckoning", |o, _| {
             let ratio = o.position_error_mean_m.zip(o.dead_reckoning_error_mean_m).map(|(a, b)| a / b);
             table::decimals(ratio, 3)
         }),
-        ("OSPA (c 10 m), first third (m)", |o| table::decimals(o.ospa_first_third_m, 3)),
-        ("OSPA (c 10 m), last third (m)", |o| table::decimals(o.ospa_last_third_m, 3)),
-        ("movers found in 10 scans", |o| table::decimals(o.moving_hit_rate, 3)),
-        ("  median error (m)", |o| table::decimals(o.moving_position_error_median_m, 3)),
-        ("  false tracks a scan", |o| table::decimals(o.false_moving_tracks_per_scan, 3)),
-        ("scan, mean (µs)", |o| table::decimals(o.scan_us_mean, 1)),
+        ("OSPA (c 10 m), first third (m)", |o, _| table::decimals(o.ospa_first_third_m, 3)),
+        ("OSPA (c 10 m), last third (m)", |o, _| table::decimals(o.ospa_last_third_m, 3)),
+        ("  std dev over runs (m)", |_, spread| table::decimals(spread.ospa_m, 3)),
+        ("movers found in 10 scans", |o, _| table::decimals(o.moving_hit_rate, 3)),
+        ("  median error (m)", |o, _| table::decimals(o.moving_position_error_median_m, 3)),
+        ("  false tracks a scan", |o, _| table::decimals(o.false_moving_tracks_per_scan, 3)),
+        ("scan, mean (µs)", |o, _| table::decimals(o.scan_us_mean, 1)),
     ];
     let overviews = overviews(study);
-    let row = |name: &str, show: &dyn Fn(&Overview) -> String| {
-        let cells: Vec<String> = std::iter::once(name.to_owned()).chain(overviews.iter().map(show)).collect();
-        comfy_table::Row::from(cells)
+    let spreads: Vec<Spread> =
+        overviews.iter().map(|overview| Spread::of(&study.of_filter(&overview.filter))).collect();
+    let row = |name: &str, show: &dyn Fn(&Overview, &Spread) -> String| {
+        let columns = overviews.iter().zip(&spreads).map(|(overview, spread)| show(overview, spread));
+        comfy_table::Row::from(std::iter::once(name.to_owned()).chain(columns).collect::<Vec<String>>())
     };
-    let header = row(&study.plan.scenario, &|overview| overview.filter.clone());
+    let header = row(&study.plan.scenario, &|overview, _| overview.filter.clone());
     let mut text = table::ruled(header, FIGURES.iter().map(|(name, show)| row(name, show)));
     for comparison in compare::comparisons(study) {
         text.push('\n');
@@ -193,6 +219,11 @@ mod tests {
         let text = render(&Study { plan: plan.clone(), results });
         println!("{text}");
         assert!(text.contains("scphd") && text.contains("4 × 2"));
+        let spreads: Vec<&str> = text.lines().filter(|line| line.contains("std dev over runs")).collect();
+        assert_eq!(spreads.len(), 2, "{text}");
+        for line in spreads {
+            assert_eq!(line.split_whitespace().rev().take(2).collect::<Vec<_>>(), ["0.100"; 2], "{line}");
+        }
         assert!(text.contains("better than rb-single in 3 of 3 runs"), "{text}");
     }
 }

@@ -22,9 +22,7 @@ pub fn band(results: &[&RunResult], curve: Curve) -> Vec<Band> {
         let values: Vec<f64> =
             results.iter().filter_map(|result| result.series.curve(curve).get(scan).copied().flatten()).collect();
         let mean = mean(values.iter().copied())?;
-        let squares: f64 = values.iter().map(|value| (value - mean) * (value - mean)).sum();
-        let sigma = if values.len() > 1 { (squares / (values.len() - 1) as f64).sqrt() } else { 0.0 };
-        Some(Band { t_s: *t_s, mean, sigma })
+        Some(Band { t_s: *t_s, mean, sigma: standard_deviation(&values).unwrap_or(0.0) })
     };
     (0..scans).filter_map(at).collect()
 }
@@ -34,6 +32,14 @@ pub fn band(results: &[&RunResult], curve: Curve) -> Vec<Band> {
 pub fn mean(values: impl IntoIterator<Item = f64>) -> Option<f64> {
     let (count, sum) = values.into_iter().fold((0_usize, 0.0), |(count, sum), value| (count + 1, sum + value));
     (count > 0).then(|| sum / count as f64)
+}
+
+/// Standard deviation of a sample (divisor one less than its size); `None` of less than two values.
+#[must_use]
+pub fn standard_deviation(values: &[f64]) -> Option<f64> {
+    let mean = mean(values.iter().copied()).filter(|_| values.len() > 1)?;
+    let squares: f64 = values.iter().map(|value| (value - mean) * (value - mean)).sum();
+    Some((squares / (values.len() - 1) as f64).sqrt())
 }
 
 #[cfg(test)]

@@ -47,8 +47,8 @@ pub fn position(filters: &[(&str, Vec<&RunResult>)]) -> Chart {
 #[must_use]
 pub fn curve(filters: &[(&str, Vec<&RunResult>)], curve: Curve, y_label: &str) -> Chart {
     let bands: Vec<Vec<Band>> = filters.iter().map(|(_, results)| band(results, curve)).collect();
-    let mut marks: Vec<Mark> = Vec::new();
-    marks.extend(bands.iter().enumerate().filter_map(|(index, bands)| spread(bands, Colour::of_curve(index))));
+    let mut marks: Vec<Mark> =
+        bands.iter().enumerate().filter_map(|(index, bands)| spread(bands, Colour::of_curve(index))).collect();
     for (index, ((label, _), bands)) in filters.iter().zip(&bands).enumerate() {
         marks.push(Mark::line(*label, Colour::of_curve(index), line(bands)));
     }
