@@ -35,7 +35,7 @@ pub struct Config<T> {
     pub reduction: Reduction<T>,
     /// Greatest number of components kept in view, of each kind (Vo & Ma 2006, table II: J_max).
     pub max_components: usize,
-    /// Least weight of an estimated feature. Zero: the round(N̂) heaviest components, whatever they weigh (5.2.7).
+    /// Least weight of an estimated static feature. Zero: the round(N̂) heaviest components, whatever they weigh (5.2.7).
     pub extraction_weight: T,
     /// Features that move.
     pub moving: MovingConfig<T>,
@@ -58,6 +58,9 @@ pub struct MovingConfig<T> {
     /// A component whose position is more uncertain than this, as a standard deviation along any axis, m, is forgotten. It
     /// bounds what becomes of features that move out of view.
     pub spread_max_m: T,
+    /// Least weight of an estimated moving feature. What clutter begets moves as well as it stands, and is told apart by
+    /// its weight alone.
+    pub extraction_weight: T,
 }
 
 impl<T: Real> MovingConfig<T> {
@@ -75,6 +78,7 @@ impl<T: Real> MovingConfig<T> {
             velocity_sigma_mps: T::ONE,
             motion: ConstantVelocity { acceleration_psd: T::from_f64(0.1), lifetime_s: T::from_f64(100.0) },
             spread_max_m: T::from_f64(3.0),
+            extraction_weight: T::from_f64(0.5),
         }
     }
 }
@@ -167,6 +171,11 @@ impl<T: Real> Config<T> {
             "finite and positive",
         )?;
         moving.motion.check().map_err(|error| ConfigError { field: error.field, range: error.range })?;
+        require(
+            moving.extraction_weight >= zero && moving.extraction_weight <= one,
+            "moving.extraction_weight",
+            "between 0 and 1",
+        )?;
         require(
             moving.spread_max_m > zero && moving.spread_max_m.is_finite(),
             "moving.spread_max_m",

@@ -114,7 +114,7 @@ where
         let now = |component: &Component<T, E>| {
             if waited_s > T::ZERO { motion.advance::<D, E>(component, waited_s) } else { *component }
         };
-        heaviest_of(|| self.moving_map(self.heaviest()).map(now), self.config.extraction_weight, features)
+        heaviest_of(|| self.moving_map(self.heaviest()).map(now), self.config.moving.extraction_weight, features)
     }
 }
 

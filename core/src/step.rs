@@ -66,8 +66,7 @@ where
         if let Proposal::Informed(informed) = config.proposal
             && (cursor.predicted || informed.drawn < T::ONE)
         {
-            let proposer =
-                Proposer { informed, look, still: &mut *still, moving: &*moving, scan: &scan, eta };
+            let proposer = Proposer { informed, look, still: &mut *still, moving: &*moving, scan: &scan, eta };
             proposer.all(config.samples, cursor, candidates, spreads, ln_likelihoods, &mut noise);
         }
         let children = cursor.children;

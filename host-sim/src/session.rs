@@ -2,6 +2,7 @@
 
 use crate::events::{Event, events};
 use crate::log::Log;
+use crate::log::TruePose;
 use crate::output::json::Summary;
 use crate::record::{MapFeature, Record, ScanRecord};
 use crate::score::cutoff::Cutoff;
@@ -11,6 +12,7 @@ use crate::score::{alignment, gospa, ospa, trajectory};
 use crate::settings::{Likelihood, Settings};
 use crate::slam::{Precision, ReferenceFilter, Refusal, Slam, core_filter};
 use crate::truth::map::MapTruth;
+use crate::truth::window::Window;
 use crate::{truth, vehicle};
 use scphd::Health;
 use std::io;
@@ -153,6 +155,7 @@ fn drive(
     progress: &mut (dyn FnMut(usize) + Send),
 ) -> Result<Run, SessionError> {
     let mut map_truth = MapTruth::new(log, settings);
+    let view = Window::of_settings(&settings.sensor);
     let mut tally = MovingTally::default();
     let dead_reckoning = vehicle::dead_reckoning(log);
     let mut scans = Vec::with_capacity(log.scans.len());
@@ -176,7 +179,10 @@ fn drive(
                 }
                 let (pose, pose_covariance) = slam.pose().map_err(refused("the pose"))?;
                 let (features_estimated, features) = slam.map().map_err(refused("the map"))?;
-                let moving = slam.moving().map_err(refused("the moving features"))?;
+                let mut moving = slam.moving().map_err(refused("the moving features"))?;
+                // What has moved out of view is a guess that no truth of this scan can confirm or refute.
+                let here = TruePose { t_s: scan.t_s, position: [pose[0], pose[1]], heading_rad: Some(pose[2]) };
+                moving.retain(|feature| view.holds(&here, feature.position) != Some(false));
                 map = features;
                 let truth = truth::at(&log.truth, scan.t_s);
                 let true_map = map_truth.at(scan.t_s, truth.as_ref());

@@ -400,6 +400,7 @@ fn config<T: Real>(header: &Header) -> Config<T> {
                 lifetime_s: T::from_f64(header.lifetime_s),
             },
             spread_max_m: T::from_f64(header.spread_max_m),
+            extraction_weight: T::from_f64(header.extraction_weight),
         },
         max_components: header.max_components as usize,
         ..Config::default()

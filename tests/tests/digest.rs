@@ -67,6 +67,7 @@ fn settings() -> Settings {
             acceleration_psd: 0.1,
             lifetime_s: 100.0,
             spread_max_m: 3.0,
+            extraction_weight: 0.5,
         },
     }
 }

@@ -269,6 +269,10 @@ pub struct Tuning {
     /// Overrides the settings file.
     #[arg(long, value_name = "M")]
     pub samples: Option<usize>,
+    /// Whether features may move; on: births of moving features are half as frequent as of static ones [default: on for
+    /// real indoor robots and the scenarios of 5.3.1, otherwise off]. Overrides the settings file.
+    #[arg(long, value_enum)]
+    pub moving: Option<Switch>,
     /// TOML file whose fields replace the defaults that follow from the log; any may be left out. `scphd-sim settings`
     /// prints all with their values; units are in the names, intensities are per m rad.
     #[arg(long, value_name = "FILE.toml")]
@@ -299,6 +303,12 @@ pub enum FilterName {
     RbSingle,
     /// Brute force in double precision, slow.
     Reference,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Switch {
+    On,
+    Off,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]

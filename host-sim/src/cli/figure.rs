@@ -11,6 +11,7 @@ use scphd_sim::figure::{self, FIGURES};
 use scphd_sim::log::Log;
 use scphd_sim::monte_carlo::{Job, RunResult, Study, overview};
 use scphd_sim::plot::Figure;
+use scphd_sim::point_process;
 use scphd_sim::session;
 use scphd_sim::settings::Settings;
 use std::path::PathBuf;
@@ -27,6 +28,12 @@ pub fn figure(args: FigureArgs) -> Result<(), Failure> {
     let outputs = Outputs { json: None, out: Some(args.out.clone()) };
     outputs.check()?;
     let figures = match &number[..] {
+        "3.1" => {
+            let [homogeneous, inhomogeneous] = point_process::figures::figure_3_1(args.seed).map_err(internal)?;
+            vec![("3.1a", homogeneous), ("3.1b", inhomogeneous)]
+        }
+        "3.2" => vec![("3.2", point_process::figures::figure_3_2(args.seed).map_err(internal)?)],
+        "3.3" => vec![("3.3", point_process::figures::figure_3_3(args.seed).map_err(internal)?)],
         "5.3" => {
             let log = scenario("thesis-dynamic", args.seed)?;
             vec![("5.3a", figure::scenario(&log)), ("5.3b", figure::measurements(&log))]
@@ -69,6 +76,10 @@ pub fn figure(args: FigureArgs) -> Result<(), Failure> {
         }
     };
     write(args.out, &figures)
+}
+
+fn internal(error: impl core::fmt::Display) -> Failure {
+    Failure::Internal(error.to_string())
 }
 
 fn write(out: PathBuf, figures: &[(&str, Figure)]) -> Result<(), Failure> {

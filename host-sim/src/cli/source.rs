@@ -1,6 +1,6 @@
 //! What a run starts from: a log and its settings.
 
-use super::args::Tuning;
+use super::args::{Switch, Tuning};
 use super::failure::Failure;
 use scphd_sim::log::Log;
 use scphd_sim::log_folder;
@@ -64,6 +64,7 @@ pub fn scenario_defaults(name: &str, log: &Log) -> Settings {
         settings.filter.particles = run.particles;
         settings.filter.samples = run.samples;
         settings.filter.resample_threshold = run.resample_threshold;
+        settings.set_moving(run.moving);
     }
     settings
 }
@@ -89,6 +90,9 @@ pub fn tuned(defaults: Settings, tuning: &Tuning) -> Result<Settings, Failure> {
     };
     settings.filter.particles = tuning.particles.unwrap_or(settings.filter.particles);
     settings.filter.samples = tuning.samples.unwrap_or(settings.filter.samples);
+    if let Some(moving) = tuning.moving {
+        settings.set_moving(moving == Switch::On);
+    }
     // The defaults and the file are within the limits, so whatever is not comes from an argument of the same name.
     settings.check().map_err(|error| {
         let name = error.field.rsplit('.').next().unwrap_or(error.field);

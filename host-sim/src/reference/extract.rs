@@ -26,8 +26,8 @@ pub struct Estimate {
 
 /// The mean pose over the candidates (or, after a scan, the particles), with the map of the particle
 /// that descends from the heaviest candidate of the last scan. `moving` is the moving part of that map, predicted;
-/// features weigh at least `least_weight`.
-pub(super) fn estimate(state: &State, moving: &[Component<4>], least_weight: f64) -> Estimate {
+/// static and moving features weigh at least `least_weights`.
+pub(super) fn estimate(state: &State, moving: &[Component<4>], least_weights: [f64; 2]) -> Estimate {
     let candidates = state.current();
     let ln_weights: Vec<f64> = candidates.iter().map(|c| c.ln_weight).collect();
     let weights: Vec<f64> =
@@ -42,8 +42,8 @@ pub(super) fn estimate(state: &State, moving: &[Component<4>], least_weight: f64
     let pose_covariance =
         std::array::from_fn(|row| std::array::from_fn(|column| mean_of(&|p| away(p)[row] * away(p)[column])));
 
-    let (expected_features, features) = heaviest(&state.particles[state.heaviest].map, least_weight);
-    let (expected_moving, moving) = heaviest(moving, least_weight);
+    let (expected_features, features) = heaviest(&state.particles[state.heaviest].map, least_weights[0]);
+    let (expected_moving, moving) = heaviest(moving, least_weights[1]);
     Estimate { pose, pose_covariance, expected_features, features, expected_moving, moving }
 }
 
@@ -88,7 +88,7 @@ mod tests {
 
     #[test]
     fn mean_and_covariance_across_the_seam_of_the_heading() {
-        let estimate = estimate(&state(), &[], 0.0);
+        let estimate = estimate(&state(), &[], [0.0; 2]);
         assert!((estimate.pose[0] - 2.5).abs() < 1e-15);
         assert!((estimate.pose[1] - 5.0).abs() < 1e-15);
         // tan of the mean's distance from π is (0.75 − 0.25) sin 0.1 / cos 0.1.
@@ -107,7 +107,7 @@ mod tests {
 
     #[test]
     fn as_many_features_as_expected_the_heaviest_first() {
-        let estimate = estimate(&state(), &[], 0.0);
+        let estimate = estimate(&state(), &[], [0.0; 2]);
         assert!((estimate.expected_features - 2.6).abs() < 1e-14);
         let places: Vec<f64> = estimate.features.iter().map(|c| c.mean[0]).collect();
         assert_eq!(places, [3.0, 1.0, 2.0]);
@@ -115,7 +115,7 @@ mod tests {
 
     #[test]
     fn light_features_are_none_but_count_in_the_mass() {
-        let estimate = estimate(&state(), &[], 0.8);
+        let estimate = estimate(&state(), &[], [0.8; 2]);
         assert!((estimate.expected_features - 2.6).abs() < 1e-14);
         let places: Vec<f64> = estimate.features.iter().map(|c| c.mean[0]).collect();
         assert_eq!(places, [3.0, 1.0]);
@@ -128,7 +128,7 @@ mod tests {
             mean: [x, 0.0, 1.0, 0.0],
             covariance: identity(),
         };
-        let estimate = estimate(&state(), &[at(0.4, 1.0), at(0.3, 2.0), at(0.9, 3.0)], 0.35);
+        let estimate = estimate(&state(), &[at(0.4, 1.0), at(0.3, 2.0), at(0.9, 3.0)], [0.35; 2]);
         assert!((estimate.expected_moving - 1.6).abs() < 1e-14);
         assert_eq!(estimate.moving, [at(0.9, 3.0), at(0.4, 1.0)]);
         assert_eq!(estimate.features.len(), 3);
@@ -142,6 +142,6 @@ mod tests {
                 .map(|pose| Candidate { pose, ln_weight: -2.0 * LN_2 })
                 .to_vec(),
         );
-        assert!((estimate(&predicted, &[], 0.0).pose[0] - 1.5).abs() < 1e-15);
+        assert!((estimate(&predicted, &[], [0.0; 2]).pose[0] - 1.5).abs() < 1e-15);
     }
 }

@@ -41,6 +41,7 @@
 //!             acceleration_psd: 0.1,
 //!             lifetime_s: 100.0,
 //!             spread_max_m: 3.0,
+//!             extraction_weight: 0.0,
 //!         },
 //!     },
 //!     motion: Motion {
@@ -284,7 +285,8 @@ impl Reference {
 
     /// Pose and map as the state has them (5.2.7), the moving part at the time of the last prediction.
     pub fn estimate(&self, state: &State) -> Estimate {
-        extract::estimate(state, &self.moving_now(state, state.heaviest), self.config.extraction_weight)
+        let least_weights = [self.config.extraction_weight, self.config.moving.extraction_weight];
+        extract::estimate(state, &self.moving_now(state, state.heaviest), least_weights)
     }
 
     fn sight<'a>(

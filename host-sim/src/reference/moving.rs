@@ -19,6 +19,8 @@ pub struct MovingConfig {
     pub lifetime_s: f64,
     /// Components are dropped where a coordinate of their position has a greater standard deviation, m.
     pub spread_max_m: f64,
+    /// Least weight of an estimated moving feature.
+    pub extraction_weight: f64,
 }
 
 /// The moving part of a map after `dt` seconds: every component predicted, then dropped where it has become too light or

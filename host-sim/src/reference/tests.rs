@@ -23,6 +23,7 @@ pub(super) const CONFIG: Config = Config {
         acceleration_psd: 0.1,
         lifetime_s: 100.0,
         spread_max_m: 3.0,
+        extraction_weight: 0.0,
     },
 };
 

@@ -60,6 +60,8 @@ pub struct ThesisRun {
     pub samples: usize,
     /// Resample below this N_eff / N.
     pub resample_threshold: f64,
+    /// Whether features may move.
+    pub moving: bool,
     /// Runs with each input of a Monte Carlo study.
     pub runs_per_input: usize,
 }
@@ -67,6 +69,7 @@ pub struct ThesisRun {
 /// What the thesis says about running that scenario, where it does (5.3.1).
 #[must_use]
 pub fn thesis_run(name: &str) -> Option<ThesisRun> {
-    let as_in_5_3_1 = ThesisRun { particles: 32, samples: 2, resample_threshold: 0.05, runs_per_input: 4 };
+    let as_in_5_3_1 =
+        ThesisRun { particles: 32, samples: 2, resample_threshold: 0.05, moving: true, runs_per_input: 4 };
     matches!(name, "thesis-dynamic" | "thesis-dynamic-long").then_some(as_in_5_3_1)
 }

@@ -30,6 +30,8 @@ const MOVING_ACCELERATION_PSD: f64 = 0.1;
 const MOVING_LIFETIME_S: f64 = 100.0;
 /// What has moved out of view for longer than this takes is forgotten, m.
 const MOVING_SPREAD_MAX_M: f64 = 1.5;
+/// What clutter begets is told from what moves by its weight.
+const MOVING_EXTRACTION_WEIGHT: f64 = 0.4;
 /// Runnalls' cost per mass of the lighter of two components that are one: of equal ones two standard deviations apart.
 const MERGE_COST: f64 = 0.7;
 /// Components in view. No view of the published logs needs half of it; it bounds the time of a scan gone wrong.
@@ -77,6 +79,8 @@ struct Unstated {
     resample_threshold: f64,
     /// Real landmarks may stand next to each other, so only what lies within 1.3 standard deviations is one.
     merge_distance: f64,
+    /// Whether features may move.
+    moving: bool,
 }
 
 /// A car with a wheel encoder and a steering sensor, outdoors.
@@ -92,9 +96,10 @@ const CAR: Unstated = Unstated {
     clutter_over_birth: 3.0,
     resample_threshold: 0.35,
     merge_distance: 1.8,
+    moving: false,
 };
 
-/// A small robot that turns on the spot, indoors.
+/// A small robot that turns on the spot, indoors, where people and other robots are about.
 const ROBOT: Unstated = Unstated {
     speed: (0.0244, 0.29),
     turn: (0.048, 0.1),
@@ -107,6 +112,7 @@ const ROBOT: Unstated = Unstated {
     clutter_over_birth: 5.9,
     resample_threshold: 0.32,
     merge_distance: 1.6,
+    moving: true,
 };
 
 /// Half width of a soft edge in standard deviations of its coordinate: a feature at the rim is taken for missed
@@ -148,14 +154,21 @@ impl Settings {
             merge_cost: MERGE_COST,
         };
         let moving = MovingSettings {
-            // A log that comes with tracks of moving landmarks was made where there are some.
-            birth_intensity: if log.moving.is_empty() { 0.0 } else { MOVING_BIRTH_SHARE * filter.birth_intensity },
+            birth_intensity: 0.0,
             velocity_sigma_mps: MOVING_VELOCITY_SIGMA_MPS,
             acceleration_psd: MOVING_ACCELERATION_PSD,
             lifetime_s: MOVING_LIFETIME_S,
             spread_max_m: MOVING_SPREAD_MAX_M,
+            extraction_weight: MOVING_EXTRACTION_WEIGHT,
         };
-        Self { filter, vehicle: vehicle(log), sensor, moving }
+        let mut settings = Self { filter, vehicle: vehicle(log), sensor, moving };
+        settings.set_moving(!log.simulated && unstated.moving);
+        settings
+    }
+
+    /// Lets features move, or takes them all for static.
+    pub fn set_moving(&mut self, moving: bool) {
+        self.moving.birth_intensity = if moving { MOVING_BIRTH_SHARE * self.filter.birth_intensity } else { 0.0 };
     }
 }
 

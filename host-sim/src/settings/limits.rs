@@ -60,6 +60,7 @@ pub(super) const LIMITS: &[Limit] = &[
     limit!(moving.velocity_sigma_mps, "1e-3 to 1000 m/s", |x| (1e-3..=1e3).contains(&x)),
     limit!(moving.acceleration_psd, "1e-6 to 1e6 m2/s3", |x| (1e-6..=1e6).contains(&x)),
     limit!(moving.lifetime_s, "1e-3 to 1e9 s", |x| (1e-3..=1e9).contains(&x)),
+    limit!(moving.extraction_weight, "0 to 1", |x| (0.0..=1.0).contains(&x)),
     limit!(moving.spread_max_m, "1e-3 to 1e6 m", |x| (1e-3..=1e6).contains(&x)),
     limit!(vehicle.speed_sigma_mps, "0 to 1000 m/s", |x| (0.0..=1e3).contains(&x)),
     limit!(vehicle.speed_sigma_ratio, "0 to 10", |x| (0.0..=1e1).contains(&x)),

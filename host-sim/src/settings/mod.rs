@@ -42,7 +42,7 @@ pub struct FilterSettings {
     pub merge_distance: f64,
     /// Components kept in view, at most.
     pub max_components: usize,
-    /// Least weight of an estimated feature.
+    /// Least weight of an estimated static feature.
     pub extraction_weight: f64,
     /// Where poses are drawn from.
     pub proposal: Proposal,
@@ -106,6 +106,8 @@ pub struct MovingSettings {
     pub lifetime_s: f64,
     /// Forget components whose position has a greater standard deviation, m.
     pub spread_max_m: f64,
+    /// Least weight of an estimated moving feature.
+    pub extraction_weight: f64,
 }
 
 /// `[vehicle]`: see [`scphd::ControlNoise`].

@@ -338,6 +338,7 @@ fn with_motion<T: Real, M: PlanarMotion<T> + 'static>(
                 lifetime_s: T::from_f64(settings.moving.lifetime_s),
             },
             spread_max_m: T::from_f64(settings.moving.spread_max_m),
+            extraction_weight: T::from_f64(settings.moving.extraction_weight),
         },
         ..Config::default()
     };

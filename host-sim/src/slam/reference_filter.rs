@@ -58,6 +58,7 @@ pub fn reference_of(settings: &Settings, vehicle: &Vehicle) -> Reference {
                 acceleration_psd: moving.acceleration_psd,
                 lifetime_s: moving.lifetime_s,
                 spread_max_m: moving.spread_max_m,
+                extraction_weight: moving.extraction_weight,
             },
         },
         motion: reference::Motion {
@@ -143,6 +144,7 @@ mod tests {
         settings.filter.extraction_weight = 0.4;
         settings.moving.birth_intensity = 0.01;
         settings.moving.spread_max_m = 7.0;
+        settings.moving.extraction_weight = 0.6;
         let config = reference_of(&settings, &Vehicle::Unicycle).config;
         assert_eq!((config.likelihood, config.reduction), (Likelihood::RbSingle, Reduction::Runnalls));
         assert_eq!((config.merge_cost, config.extraction_weight), (0.3, 0.4));
@@ -152,6 +154,7 @@ mod tests {
             acceleration_psd: 0.1,
             lifetime_s: 100.0,
             spread_max_m: 7.0,
+            extraction_weight: 0.6,
         };
         assert_eq!(config.moving, expected);
     }
