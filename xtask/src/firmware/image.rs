@@ -99,11 +99,11 @@ impl Image {
     /// Fails if the image is not for this board.
     fn check_ram(&self, board: &Board) -> Result<(), String> {
         let file = self.file()?;
-        let bss = file.section_by_name(".bss").ok_or_else(|| format!("{} has no .bss", self.path.display()))?;
-        if bss.address() == board.ram {
+        let data = file.section_by_name(".data").ok_or_else(|| format!("{} has no .data", self.path.display()))?;
+        if data.address() == board.ram {
             Ok(())
         } else {
-            Err(format!("{} has its variables at {:#x}, not at {:#x}", self.path.display(), bss.address(), board.ram))
+            Err(format!("{} has its variables at {:#x}, not at {:#x}", self.path.display(), data.address(), board.ram))
         }
     }
 
