@@ -3,7 +3,7 @@
 use crate::map::{Maps, PAGE_LEN};
 use crate::reduce::{heavier, keep_heaviest, merge_and_cap};
 use crate::scan::Scan;
-use crate::sort::heap_sort;
+use crate::sort::BUCKETS;
 use crate::tally::Tally;
 use crate::view::View;
 use crate::weigh::reset_eta;
@@ -278,7 +278,8 @@ where
             let mut seen = page.components().is_empty();
             if page.bounds().meets(bounds) {
                 for component in page.components() {
-                    if self.workspace.look_at(component, view, scan, eta, tally) {
+                    let near = bounds.holds(&component.position());
+                    if near && self.workspace.look_at(component, view, scan, eta, tally) {
                         seen = true;
                     } else {
                         self.workspace.push_outside(*component);
@@ -383,14 +384,13 @@ where
 
     /// Writes the workspace to fresh pages, in spatial order, so that the pages' boxes stay small.
     fn write(&mut self, particle: usize, bounds: &Bounds<T, D>, tally: &mut Tally<T>) {
-        let (entries, ranking) = self.workspace.rank_all(|component| morton(&component.position(), bounds));
-        heap_sort(ranking, |a, b| (a.key, a.entry) < (b.key, b.entry));
-        for chunk in ranking.chunks(PAGE_LEN) {
+        let (entries, order) = self.workspace.in_order(|component| morton(&component.position(), bounds));
+        for chunk in order.chunks(PAGE_LEN) {
             let Some((id, page)) = self.pool.take() else {
                 tally.lost += chunk.len();
                 continue;
             };
-            let components = chunk.iter().filter_map(|ranked| entries.get(usize::from(ranked.entry)));
+            let components = chunk.iter().filter_map(|placed| entries.get(usize::from(placed.entry)));
             page.fill(components.map(|entry| &entry.component));
             if !self.updated.push(particle, id) {
                 self.pool.release(id);
@@ -414,14 +414,14 @@ where
     }
 }
 
-/// Place of a position along a Morton curve over `bounds`, 16 cells to a side.
-fn morton<T: Real, const D: usize>(position: &SVector<T, D>, bounds: &Bounds<T, D>) -> u32 {
-    const BITS: usize = 4;
+/// Place of a position along a Morton curve over `bounds`, as a [bucket](BUCKETS).
+fn morton<T: Real, const D: usize>(position: &SVector<T, D>, bounds: &Bounds<T, D>) -> usize {
+    let bits = BUCKETS.ilog2().checked_div(D as u32).unwrap_or(0);
+    let cells = T::from_usize(1 << bits);
     let mut key = 0;
     for (axis, ((&x, &low), &high)) in position.iter().zip(bounds.low.iter()).zip(bounds.high.iter()).enumerate() {
-        let cells = T::from_usize(1 << BITS);
-        let cell = ((x - low) / (high - low) * cells).to_i32().clamp(0, (1 << BITS) - 1).unsigned_abs();
-        for bit in 0..BITS {
+        let cell = ((x - low) / (high - low) * cells).to_i32().clamp(0, (1 << bits) - 1).unsigned_abs() as usize;
+        for bit in 0..bits as usize {
             key |= (cell >> bit & 1) << (bit * D + axis);
         }
     }

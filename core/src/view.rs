@@ -214,13 +214,17 @@ impl<T: Real, S, V, F> View<'_, T, S, V, F> {
         }
         let farthest = headroom + headroom;
         let reach = (farthest * expectation.sorted_variance).sqrt();
-        for (index, measured) in scan.near(&expectation.measurement, reach) {
+        scan.near(&expectation.measurement, reach, |(index, measured)| {
             let innovation = self.sensor.innovation(&measured.z, &expectation.measurement);
+            let along = innovation.get(S::SORTED_BY).copied().unwrap_or(T::ZERO);
+            if along * along > farthest * expectation.sorted_variance {
+                return;
+            }
             let distance = expectation.innovation.mahalanobis(&innovation);
             if distance <= farthest {
                 let ln_term = expectation.ln_peak - half * distance;
                 found(Match { index, innovation, distance, ln_term, ln_reference: measured.ln_reference() });
             }
-        }
+        });
     }
 }
