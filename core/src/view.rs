@@ -1,7 +1,9 @@
 //! The map as one candidate pose sees it: what to expect of every component, and which measurements it meets.
 
 use crate::scan::Scan;
-use crate::{Bounds, Component, Correction, Dim, Expected, Factor, FieldOfView, Packed, Real, Sensor, Symmetric};
+use crate::{
+    Bounds, Component, Correction, Dim, Expected, Factor, FieldOfView, Locating, Packed, Real, Sensor, Symmetric,
+};
 use core::cell::Cell;
 use nalgebra::{SMatrix, SVector};
 
@@ -147,6 +149,22 @@ impl<T: Real, S, V, F> View<'_, T, S, V, F> {
         self.sensor.expect(&self.frame, feature).is_some_and(|expected| {
             self.field_of_view.detection_probability(&self.frame, feature, &expected.measurement) > T::ZERO
         })
+    }
+
+    /// Covariance that an uncertain pose lends to what is expected of a feature.
+    pub(crate) fn blur<const K: usize, const D: usize, const Z: usize>(
+        &self,
+        spread: &Symmetric<T, K>,
+        feature: &SVector<T, D>,
+        expected: &Expected<T, D, Z>,
+    ) -> Symmetric<T, Z>
+    where
+        S: Locating<T, K, D, Z> + Sensor<T, D, Z, Frame = F>,
+        Dim<K>: Packed,
+        Dim<D>: Packed,
+        Dim<Z>: Packed,
+    {
+        spread.congruence(&self.sensor.by_pose(&self.frame, feature, expected))
     }
 
     /// What to expect of a component; `None` where it is out of view (p_D = 0).
