@@ -1,6 +1,6 @@
 //! What a user tunes.
 
-use crate::Real;
+use crate::{ConstantVelocity, Likelihood, Proposal, Real, Reduction};
 
 /// Tuning of the recursion; the models carry their own parameters.
 ///
@@ -9,8 +9,8 @@ use crate::Real;
 ///
 /// let config = Config { particles: 50, ..Config::<f32>::default() };
 /// assert!(config.check().is_ok());
-/// let error = Config { merge_distance: f32::NAN, ..config }.check().unwrap_err();
-/// assert_eq!(error.field, "merge_distance");
+/// let error = Config { prune_weight: f32::NAN, ..config }.check().unwrap_err();
+/// assert_eq!(error.field, "prune_weight");
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -19,7 +19,11 @@ pub struct Config<T> {
     pub particles: usize,
     /// M, samples drawn from every particle by a prediction (5.12).
     pub samples: usize,
-    /// w_b, weight of the feature born from a measurement (5.9), as an intensity in measurement space, in the same
+    /// Where the samples are drawn from.
+    pub proposal: Proposal<T>,
+    /// How the scan weighs a particle.
+    pub likelihood: Likelihood,
+    /// w_b, weight of the static feature born from a measurement (5.9), as an intensity in measurement space, in the same
     /// unit as the clutter's κ: 1/(m·rad) for range and bearing. κ = w_b means that a measurement which nothing
     /// explains is a new feature with probability ½.
     pub birth_intensity: T,
@@ -27,26 +31,73 @@ pub struct Config<T> {
     pub resample_threshold: T,
     /// Components below this weight are dropped (Vo & Ma 2006, table II: T).
     pub prune_weight: T,
-    /// Components closer than this squared Mahalanobis distance are merged (Vo & Ma 2006, table II: U).
-    pub merge_distance: T,
-    /// Greatest number of components kept in view (Vo & Ma 2006, table II: J_max).
+    /// Which components are merged.
+    pub reduction: Reduction<T>,
+    /// Greatest number of components kept in view, of each kind (Vo & Ma 2006, table II: J_max).
     pub max_components: usize,
+    /// Least weight of an estimated static feature. Zero: the round(N̂) heaviest components, whatever they weigh (5.2.7).
+    pub extraction_weight: T,
+    /// Features that move.
+    pub moving: MovingConfig<T>,
     /// A term of η_z (4.51) below this fraction of what explains the measurement without any feature is left out.
     /// At the default, the precision of the scalar, leaving it out does not change the sum.
     pub negligible: T,
 }
 
+/// The part of the tuning that is about features that move.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct MovingConfig<T> {
+    /// w_b of the moving feature born from a measurement (5.19), as an intensity in measurement space. Zero: every feature is
+    /// taken for static.
+    pub birth_intensity: T,
+    /// Standard deviation of each coordinate of a new feature's velocity around zero, m/s.
+    pub velocity_sigma_mps: T,
+    /// How moving features move.
+    pub motion: ConstantVelocity<T>,
+    /// A component whose position is more uncertain than this, as a standard deviation along any axis, m, is forgotten. It
+    /// bounds what becomes of features that move out of view.
+    pub spread_max_m: T,
+    /// Least weight of an estimated moving feature. What clutter begets moves as well as it stands, and is told apart by
+    /// its weight alone.
+    pub extraction_weight: T,
+}
+
+impl<T: Real> MovingConfig<T> {
+    /// Everything is static.
+    #[must_use]
+    pub fn none() -> Self {
+        Self { birth_intensity: T::ZERO, ..Self::walkers(T::ZERO) }
+    }
+
+    /// Moving features as fast as people, with this birth intensity (1/(m·rad) for range and bearing).
+    #[must_use]
+    pub fn walkers(birth_intensity: T) -> Self {
+        Self {
+            birth_intensity,
+            velocity_sigma_mps: T::ONE,
+            motion: ConstantVelocity { acceleration_psd: T::from_f64(0.1), lifetime_s: T::from_f64(100.0) },
+            spread_max_m: T::from_f64(3.0),
+            extraction_weight: T::from_f64(0.5),
+        }
+    }
+}
+
 impl<T: Real> Default for Config<T> {
-    /// The figures of section 5.3.1, with a birth intensity for about one new feature a scan in a 15 m circle.
+    /// The figures of section 5.3.1 without moving features, with a birth intensity for about one new feature a scan in a 15 m circle.
     fn default() -> Self {
         Self {
             particles: 32,
             samples: 1,
+            proposal: Proposal::Blind,
+            likelihood: Likelihood::SingleCluster,
             birth_intensity: T::from_f64(0.01),
             resample_threshold: T::from_f64(0.5),
             prune_weight: T::from_f64(1e-4),
-            merge_distance: T::from_f64(4.0),
+            reduction: Reduction::Greedy { merge_distance: T::from_f64(4.0) },
             max_components: usize::MAX,
+            extraction_weight: T::ZERO,
+            moving: MovingConfig::none(),
             negligible: T::EPSILON,
         }
     }
@@ -92,12 +143,44 @@ impl<T: Real> Config<T> {
             "between 0 and 1",
         )?;
         require(self.prune_weight > zero && self.prune_weight < one, "prune_weight", "above 0 and below 1")?;
+        require(self.reduction.is_usable(), "reduction", "of a bound that is finite and not negative")?;
+        require(self.max_components >= 1, "max_components", "at least 1")?;
         require(
-            self.merge_distance >= zero && self.merge_distance.is_finite(),
-            "merge_distance",
+            self.extraction_weight >= zero && self.extraction_weight <= one,
+            "extraction_weight",
+            "between 0 and 1",
+        )?;
+        if let Proposal::Informed(informed) = self.proposal {
+            require((1..=16).contains(&informed.rounds), "proposal.rounds", "1 to 16")?;
+            require(informed.drawn >= zero && informed.drawn <= one, "proposal.drawn", "between 0 and 1")?;
+            require(
+                informed.least_share > zero && informed.least_share < one,
+                "proposal.least_share",
+                "above 0 and below 1",
+            )?;
+        }
+        let moving = &self.moving;
+        require(
+            moving.birth_intensity >= zero && moving.birth_intensity.is_finite(),
+            "moving.birth_intensity",
             "finite and not negative",
         )?;
-        require(self.max_components >= 1, "max_components", "at least 1")?;
+        require(
+            moving.velocity_sigma_mps > zero && moving.velocity_sigma_mps.is_finite(),
+            "moving.velocity_sigma_mps",
+            "finite and positive",
+        )?;
+        moving.motion.check().map_err(|error| ConfigError { field: error.field, range: error.range })?;
+        require(
+            moving.extraction_weight >= zero && moving.extraction_weight <= one,
+            "moving.extraction_weight",
+            "between 0 and 1",
+        )?;
+        require(
+            moving.spread_max_m > zero && moving.spread_max_m.is_finite(),
+            "moving.spread_max_m",
+            "finite and positive",
+        )?;
         require(
             self.negligible > zero && self.negligible <= self.prune_weight,
             "negligible",

@@ -1,6 +1,8 @@
 //! A digest of everything the filter knows.
 
-use crate::{Clutter, Dim, FieldOfView, Motion, Packed, Pose, Real, ScPhd, Sensor};
+use crate::{
+    Clutter, Component, Dim, FieldOfView, Locating, Motion, Packed, Pose, Proposal, Real, ScPhd, Sensor, Twice,
+};
 
 /// 64-bit FNV-1a over 32-bit words.
 struct Fnv(u64);
@@ -17,18 +19,33 @@ impl Fnv {
         self.take(bits as u32);
         self.take((bits >> 32) as u32);
     }
+
+    fn take_map<'c, T: Real, const N: usize>(&mut self, map: impl Iterator<Item = &'c Component<T, N>>)
+    where
+        Dim<N>: Packed,
+    {
+        for component in map {
+            self.take(component.tag);
+            self.take_scalar(component.ln_weight);
+            component.mean.iter().for_each(|&x| self.take_scalar(x));
+            component.covariance.as_lower().iter().for_each(|&x| self.take_scalar(x));
+        }
+        self.take(u32::MAX);
+    }
 }
 
-impl<T, P, M, S, V, C, const K: usize, const D: usize, const Z: usize> ScPhd<'_, T, P, M, S, V, C, K, D, Z>
+impl<T, P, M, S, V, C, const K: usize, const D: usize, const E: usize, const Z: usize>
+    ScPhd<'_, T, P, M, S, V, C, K, D, E, Z>
 where
     T: Real,
     P: Pose<T, K>,
     M: Motion<T, K, Pose = P>,
-    S: Sensor<T, D, Z, Pose = P>,
+    S: Locating<T, K, D, Z> + Sensor<T, D, Z, Pose = P>,
     V: FieldOfView<T, S::Frame, D, Z>,
     C: Clutter<T, Z>,
     Dim<K>: Packed,
-    Dim<D>: Packed,
+    Dim<D>: Packed + Twice<E>,
+    Dim<E>: Packed,
     Dim<Z>: Packed,
 {
     /// A hash of the complete state: every pose, weight and component to the last bit, and the random stream.
@@ -42,6 +59,8 @@ where
         for count in [cursor.particles, cursor.children, usize::from(cursor.predicted), cursor.heaviest] {
             digest.take(count as u32);
         }
+        digest.take(cursor.next_tag);
+        digest.take_scalar(cursor.waited_s);
         if let Some(noise) = &cursor.noise {
             noise
                 .bytes()
@@ -52,13 +71,14 @@ where
             digest.take_scalar(candidate.ln_weight);
             candidate.pose.coordinates().iter().for_each(|&x| digest.take_scalar(x));
         }
-        for particle in 0..cursor.particles {
-            for component in self.map(particle) {
-                digest.take_scalar(component.ln_weight);
-                component.mean.iter().for_each(|&x| digest.take_scalar(x));
-                component.covariance.as_lower().iter().for_each(|&x| digest.take_scalar(x));
+        if matches!(self.config.proposal, Proposal::Informed(_)) {
+            for spread in self.memory.spreads.iter().take(cursor.particles) {
+                spread.as_lower().iter().for_each(|&x| digest.take_scalar(x));
             }
-            digest.take(u32::MAX);
+        }
+        for particle in 0..cursor.particles {
+            digest.take_map(self.map(particle));
+            digest.take_map(self.moving_map(particle));
         }
         digest.0
     }

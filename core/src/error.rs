@@ -24,6 +24,8 @@ pub enum SetupError {
         /// Candidates the state holds.
         capacity: usize,
     },
+    /// Moving features are configured, and the state has no memory for them.
+    NoRoomForMoving,
 }
 
 impl fmt::Display for SetupError {
@@ -36,6 +38,7 @@ impl fmt::Display for SetupError {
             Self::TooManyCandidates { candidates, capacity } => {
                 write!(f, "{candidates} candidates (particles × samples) do not fit a state for {capacity}")
             }
+            Self::NoRoomForMoving => f.write_str("moving.birth_intensity is above 0, but the state has no moving maps"),
         }
     }
 }

@@ -1,7 +1,11 @@
 //! State extraction (5.2.7).
 
 use crate::reduce::heavier;
-use crate::{Clutter, Dim, FieldOfView, Gaussian, Motion, Packed, Pose, Real, ScPhd, Sensor, Symmetric};
+use crate::state::Memory;
+use crate::{
+    Clutter, Component, Dim, FieldOfView, Locating, Motion, Packed, Pose, Proposal, Real, ScPhd, Sensor, Symmetric,
+    Twice,
+};
 
 /// The estimated pose.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -26,16 +30,18 @@ pub struct MapEstimate<T> {
     pub left_out: usize,
 }
 
-impl<T, P, M, S, V, C, const K: usize, const D: usize, const Z: usize> ScPhd<'_, T, P, M, S, V, C, K, D, Z>
+impl<T, P, M, S, V, C, const K: usize, const D: usize, const E: usize, const Z: usize>
+    ScPhd<'_, T, P, M, S, V, C, K, D, E, Z>
 where
     T: Real,
     P: Pose<T, K>,
     M: Motion<T, K, Pose = P>,
-    S: Sensor<T, D, Z, Pose = P>,
+    S: Locating<T, K, D, Z> + Sensor<T, D, Z, Pose = P>,
     V: FieldOfView<T, S::Frame, D, Z>,
     C: Clutter<T, Z>,
     Dim<K>: Packed,
-    Dim<D>: Packed,
+    Dim<D>: Packed + Twice<E>,
+    Dim<E>: Packed,
     Dim<Z>: Packed,
 {
     /// Mean and covariance of the vehicle's pose over all candidates; `None` before the first reset.
@@ -51,13 +57,28 @@ where
         for (weight, pose) in weighted() {
             covariance.add_outer(weight, &pose.difference(&mean));
         }
+        if matches!(self.config.proposal, Proposal::Informed(_)) {
+            for (candidate, spread) in candidates.iter().zip(self.memory.spreads.iter()) {
+                covariance = covariance.plus(&spread.scaled(candidate.ln_weight.exp()));
+            }
+        }
         Some(PoseEstimate { mean, covariance })
     }
 
-    /// The components of one particle's map, in no particular order.
-    pub fn map(&self, particle: usize) -> impl Iterator<Item = &Gaussian<T, D>> {
-        let pages = self.memory.maps.pages(particle).iter();
-        pages.filter_map(|&id| self.memory.pool.get(id)).flat_map(|page| page.components())
+    /// The components of one particle's static map, in no particular order.
+    pub fn map(&self, particle: usize) -> impl Iterator<Item = &Component<T, D>> {
+        self.memory.still.of(particle)
+    }
+
+    /// The components of one particle's moving map, in no particular order, as they were at the last scan.
+    pub fn moving_map(&self, particle: usize) -> impl Iterator<Item = &Component<T, E>> {
+        self.memory.moving.of(particle)
+    }
+
+    /// Time since the last scan, s: the sum of the predictions that the moving features wait to be moved by.
+    #[must_use]
+    pub fn waited_s(&self) -> T {
+        self.memory.cursor.waited_s
     }
 
     /// The particle whose map is the estimate: the one that continues the heaviest candidate of the last scan.
@@ -66,29 +87,67 @@ where
         self.memory.cursor.heaviest
     }
 
-    /// Writes the round(N̂) heaviest components of the heaviest particle's map to `features`, heaviest first.
-    pub fn estimate_map(&self, features: &mut [Gaussian<T, D>]) -> MapEstimate<T> {
-        let map = || self.map(self.heaviest());
-        let expected_features = map().fold(T::ZERO, |sum, component| sum + component.ln_weight.exp());
-        let rounded = (expected_features + T::from_f64(0.5)).floor().to_i32();
-        let wanted = usize::try_from(rounded).unwrap_or(0).min(map().count());
-        let buffer = features.len().min(wanted);
-        let features = features.get_mut(..buffer).unwrap_or(&mut []);
-        // Insertion into the sorted buffer: linear in the map for every feature at worst, without memory of its own.
-        let mut held = 0;
-        for component in map() {
-            let mut carried = *component;
-            for (place, slot) in features.iter_mut().enumerate() {
-                if place == held {
-                    *slot = carried;
-                    held += 1;
-                    break;
-                }
-                if heavier(&carried, slot) {
-                    core::mem::swap(&mut carried, slot);
-                }
+    /// Writes the round(N̂) heaviest components of the heaviest particle's static map, of those that weigh at least
+    /// [`extraction_weight`](crate::Config::extraction_weight), to `features`, heaviest first.
+    pub fn estimate_map(&self, features: &mut [Component<T, D>]) -> MapEstimate<T> {
+        heaviest_of(|| self.map(self.heaviest()).copied(), self.config.extraction_weight, features)
+    }
+
+    /// The same for the static map that is expected over all particles, Σ_i ζ_i v_i, so that the covariances hold the
+    /// uncertainty of the pose too. Components of one tag are one feature; the rest is left to the
+    /// [`reduction`](crate::Config::reduction). Works in the scratch of the update, whose capacity bounds it.
+    pub fn estimate_expected_map(&mut self, features: &mut [Component<T, D>]) -> MapEstimate<T> {
+        let Self { memory: Memory { cursor, candidates, still, .. }, config, .. } = self;
+        let (particles, children) = (cursor.particles, cursor.children);
+        let weight = |particle: usize| {
+            let family = candidates.iter().skip(particle * children).take(children);
+            family.fold(T::ZERO, |sum, candidate| sum + candidate.ln_weight.exp())
+        };
+        still.expect(particles, weight, config);
+        let map = || still.workspace.in_view().iter().map(|entry| entry.component);
+        heaviest_of(map, config.extraction_weight, features)
+    }
+
+    /// The same for the moving features of the heaviest particle, (position, velocity), where they are by now.
+    pub fn estimate_moving(&self, features: &mut [Component<T, E>]) -> MapEstimate<T> {
+        let (motion, waited_s) = (&self.config.moving.motion, self.waited_s());
+        let now = |component: &Component<T, E>| {
+            if waited_s > T::ZERO { motion.advance::<D, E>(component, waited_s) } else { *component }
+        };
+        heaviest_of(|| self.moving_map(self.heaviest()).map(now), self.config.moving.extraction_weight, features)
+    }
+}
+
+/// Writes the round(N̂) heaviest components, of those that weigh at least `least_weight`, to `features`, heaviest first.
+fn heaviest_of<T: Real, const N: usize, I: Iterator<Item = Component<T, N>>>(
+    map: impl Fn() -> I,
+    least_weight: T,
+    features: &mut [Component<T, N>],
+) -> MapEstimate<T>
+where
+    Dim<N>: Packed,
+{
+    let expected_features = map().fold(T::ZERO, |sum, component| sum + component.ln_weight.exp());
+    let rounded = (expected_features + T::from_f64(0.5)).floor().to_i32();
+    let ln_least = least_weight.ln();
+    let heavy_enough = || map().filter(|component| component.ln_weight >= ln_least);
+    let wanted = usize::try_from(rounded).unwrap_or(0).min(heavy_enough().count());
+    let buffer = features.len().min(wanted);
+    let features = features.get_mut(..buffer).unwrap_or(&mut []);
+    // Insertion into the sorted buffer: linear in the map for every feature at worst, without memory of its own.
+    let mut held = 0;
+    for component in heavy_enough() {
+        let mut carried = component;
+        for (place, slot) in features.iter_mut().enumerate() {
+            if place == held {
+                *slot = carried;
+                held += 1;
+                break;
+            }
+            if heavier(&carried, slot) {
+                core::mem::swap(&mut carried, slot);
             }
         }
-        MapEstimate { expected_features, features: held, left_out: wanted - held }
     }
+    MapEstimate { expected_features, features: held, left_out: wanted - held }
 }

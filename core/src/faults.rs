@@ -9,8 +9,11 @@ use std::vec::Vec;
 
 type Car = Unicycle<f32>;
 type Planar<'s, M> =
-    ScPhd<'s, f32, PlanarPose<f32>, M, RangeBearing<f32>, RangeBearingWindow<f32>, UniformClutter<f32>, 3, 2, 2>;
-type Roomy = State<f32, PlanarPose<f32>, 3, 2, 2, 8, 16, 256, 32, 64, 256>;
+    ScPhd<'s, f32, PlanarPose<f32>, M, RangeBearing<f32>, RangeBearingWindow<f32>, UniformClutter<f32>, 3, 2, 4, 2>;
+/// Static and moving maps of the same capacities: particles, candidates, pages, pages a map, measurements, view.
+type Compact<const N: usize, const C: usize, const P: usize, const M: usize, const Z: usize, const V: usize> =
+    State<f32, PlanarPose<f32>, 3, 2, N, C, Z, MapMemory<f32, 2, 2, N, P, M, V>, MapMemory<f32, 4, 2, N, P, M, V>>;
+type Roomy = Compact<8, 16, 256, 32, 64, 256>;
 
 fn models(clutter_per_scan: f32) -> Models<Car, RangeBearing<f32>, RangeBearingWindow<f32>, UniformClutter<f32>> {
     let window = RangeBearingWindow::full_circle(20.0, 0.9);
@@ -44,18 +47,30 @@ fn random_scan(number: &mut impl FnMut() -> f32, len: usize) -> Vec<Vector2<f32>
 
 fn check_consistent(filter: &Planar<'_, Car>) {
     let memory = &filter.memory;
-    audit::check(
-        &memory.pool,
-        &[(&memory.maps, memory.cursor.particles), (&memory.next_maps, memory.cursor.particles)],
-    );
+    audit::check(&memory.still, memory.cursor.particles);
+    audit::check(&memory.moving, memory.cursor.particles);
     let total: f32 = filter.candidates().iter().map(|candidate| candidate.ln_weight.exp()).sum();
     assert!((total - 1.0).abs() < 1e-4, "weights sum to {total}");
     for particle in 0..memory.cursor.particles {
-        for component in filter.map(particle) {
-            assert!(component.ln_weight.is_finite() && component.mean.iter().all(|x| x.is_finite()));
-            assert!(component.covariance.factor().is_some(), "{component:?}");
-        }
+        check_map(filter.map(particle));
+        check_map(filter.moving_map(particle));
     }
+}
+
+fn check_map<'c, const N: usize>(map: impl Iterator<Item = &'c Component<f32, N>>)
+where
+    Dim<N>: Packed,
+{
+    let mut tags = Vec::new();
+    for component in map {
+        assert!(component.ln_weight.is_finite() && component.mean.iter().all(|x| x.is_finite()));
+        assert!(component.covariance.factor().is_some(), "{component:?}");
+        tags.push(component.tag);
+    }
+    let components = tags.len();
+    tags.sort_unstable();
+    tags.dedup();
+    assert_eq!(tags.len(), components, "two components have one tag");
 }
 
 #[test]
@@ -108,7 +123,7 @@ fn refused_input_leaves_the_state_as_it_was() {
     let many = [Vector2::new(5.0, 1.0); 65];
     assert_eq!(filter.scan(&many), Err(ScanError::TooManyMeasurements { measurements: 65, capacity: 64 }));
     assert_eq!(filter.reset(PlanarPose::new(0.0, f32::INFINITY, 0.0), 1), Err(ResetError::NonFinitePose));
-    let bad = Gaussian { covariance: Symmetric::ZERO, ..Gaussian::ZERO };
+    let bad = Component { covariance: Symmetric::ZERO, ..Component::ZERO };
     assert_eq!(filter.load_map(&[bad]), Err(LoadMapError::Component { index: 0 }));
     assert_eq!(filter.digest(), before);
 }
@@ -145,7 +160,7 @@ fn empty_scans_are_normal() {
         assert_eq!((report.measurements, report.in_view, report.pages_used), (0, 0, 0));
         check_consistent(&filter);
     }
-    let map = filter.estimate_map(&mut [Gaussian::ZERO; 4]);
+    let map = filter.estimate_map(&mut [Component::ZERO; 4]);
     assert_eq!((map.expected_features, map.features, map.left_out), (0.0, 0, 0));
 }
 
@@ -165,7 +180,7 @@ fn a_full_measurement_list_is_normal() {
 
 #[test]
 fn one_particle_is_normal() {
-    let mut state = Box::new(State::<f32, PlanarPose<f32>, 3, 2, 2, 1, 1, 8, 8, 8, 64>::new());
+    let mut state = Box::new(Compact::<1, 1, 8, 8, 8, 64>::new());
     let mut filter = Planar::new(models(2.0), Config { particles: 1, ..Config::default() }, &mut *state).unwrap();
     filter.reset(ORIGIN, 1).unwrap();
     for _ in 0..20 {
@@ -184,7 +199,7 @@ fn a_scan_that_nothing_explains_keeps_the_weights_and_says_so() {
     let mut filter = Planar::new(models(0.0), Config { birth_intensity: 0.0, ..config() }, &mut *state).unwrap();
     filter.reset(ORIGIN, 1).unwrap();
     let unit = Symmetric::from_diagonal([0.01, 0.01]);
-    let feature = Gaussian { ln_weight: 0.0, mean: Vector2::new(25.0, 0.0), covariance: unit };
+    let feature = Component { tag: 0, ln_weight: 0.0, mean: Vector2::new(25.0, 0.0), covariance: unit };
     filter.load_map(&[feature]).unwrap();
     filter.predict(&AHEAD, 0.1).unwrap();
     let report = filter.scan(&[Vector2::new(5.0, 3.0), Vector2::new(-1.0, 0.0)]).unwrap();
@@ -222,7 +237,7 @@ fn a_measurement_beyond_the_view_gives_no_birth() {
 #[test]
 fn full_memory_degrades_in_order_and_recovers() {
     // Room for a tenth of what the scans bring: 24 pages for 8 particles, 3 pages a map, 32 components in an update.
-    let mut state = Box::new(State::<f32, PlanarPose<f32>, 3, 2, 2, 8, 16, 24, 3, 64, 32>::new());
+    let mut state = Box::new(Compact::<8, 16, 24, 3, 64, 32>::new());
     let config = Config { birth_intensity: 0.05, ..config() };
     let mut filter = Planar::new(models(0.5), config, &mut *state).unwrap();
     filter.reset(ORIGIN, 1).unwrap();
@@ -251,7 +266,7 @@ fn full_memory_degrades_in_order_and_recovers() {
 #[test]
 fn confirmed_features_outlive_clutter_when_memory_is_full() {
     // Two pages a map hold the sixteen landmarks and nothing else.
-    let mut state = Box::new(State::<f32, PlanarPose<f32>, 3, 2, 2, 4, 4, 16, 2, 64, 128>::new());
+    let mut state = Box::new(Compact::<4, 4, 16, 2, 64, 128>::new());
     let motionless = Models { motion: Unicycle::new(Step::Euler, ControlNoise::NONE).unwrap(), ..models(4.0) };
     let config = Config { particles: 4, birth_intensity: 0.03, ..Config::default() };
     let mut filter = Planar::new(motionless, config, &mut *state).unwrap();
@@ -268,7 +283,7 @@ fn confirmed_features_outlive_clutter_when_memory_is_full() {
         check_consistent(&filter);
     }
     assert!(tightened > 0);
-    let mut features = [Gaussian::ZERO; 16];
+    let mut features = [Component::ZERO; 16];
     let map = filter.estimate_map(&mut features);
     assert_eq!(map.features, 16);
     for landmark in &landmarks {
@@ -280,7 +295,7 @@ fn confirmed_features_outlive_clutter_when_memory_is_full() {
 
 #[test]
 fn long_random_operation_sequences_stay_consistent() {
-    let mut state = Box::new(State::<f32, PlanarPose<f32>, 3, 2, 2, 8, 16, 48, 12, 32, 96>::new());
+    let mut state = Box::new(Compact::<8, 16, 48, 12, 32, 96>::new());
     let mut filter = Planar::new(models(3.0), config(), &mut *state).unwrap();
     filter.reset(ORIGIN, 1).unwrap();
     let mut number = numbers(23);
@@ -315,7 +330,7 @@ fn covariances_stay_positive_definite_over_a_million_updates() {
         let expected = sensor.expect(&frame, &Vector2::new(30.0, 40.0)).unwrap();
         let innovation = covariance.congruence(&expected.jacobian).plus(&noise).factor().unwrap();
         let correction = Correction::new(&covariance, &expected.jacobian, &noise, &innovation);
-        let corrected = correction.apply(&Vector2::zeros(), &Vector2::zeros(), 0.0).covariance;
+        let corrected = correction.apply(&Component::ZERO, &Vector2::zeros(), 0.0).covariance;
         repaired += usize::from(correction.repaired());
         assert!(corrected.factor().is_some(), "step {step}: {corrected:?}");
         assert!(corrected.get(0, 0) <= covariance.get(0, 0) * 1.001);

@@ -1,9 +1,11 @@
 //! The filter: models and tuning over a state.
 
+use crate::predict::{predict, spread};
 use crate::state::{Memory, State};
 use crate::{
-    Clutter, Config, Dim, FieldOfView, Gaussian, LoadMapError, Models, Motion, Noise, PAGE_LEN, Packed, Pose,
-    PredictError, PredictReport, Real, ResetError, ScanError, ScanReport, Sensor, SetupError, candidate::Candidate,
+    Clutter, Component, Config, Dim, FieldOfView, LoadMapError, Locating, MapStorage, Models, Motion, Noise, PAGE_LEN,
+    Packed, Pose, PredictError, PredictReport, Proposal, Real, ResetError, ScanError, ScanReport, Sensor, SetupError,
+    Symmetric, Twice, candidate::Candidate,
 };
 use nalgebra::SVector;
 
@@ -12,18 +14,20 @@ use nalgebra::SVector;
 /// Holds the models and the tuning, and borrows a [`State`], which may be of any capacity. A scan is read from top to
 /// bottom in [`ScPhd::scan`]: weigh, normalise, select, update, reduce.
 ///
-/// `M` is the motion, `S` the sensor, `V` its field of view, `C` its clutter; K, D and Z are the dimensions of pose, map
-/// and measurement.
+/// `M` is the motion, `S` the sensor, `V` its field of view, `C` its clutter; K, D, E and Z are the dimensions of pose,
+/// position, moving feature (E = 2D) and measurement.
 ///
 /// ```
 /// use nalgebra::Vector2;
 /// use scphd::{
-///     Config, ControlNoise, Models, PlanarPose, RangeBearing, RangeBearingWindow, ScPhd, State, Step, Unicycle,
-///     UnicycleControl, UniformClutter,
+///     Config, ControlNoise, MapMemory, Models, PlanarPose, RangeBearing, RangeBearingWindow, ScPhd, State, Step,
+///     Unicycle, UnicycleControl, UniformClutter,
 /// };
 ///
 /// // On a vehicle the state is a static; here the test owns it.
-/// let mut state = Box::new(State::<f32, PlanarPose<f32>, 3, 2, 2, 16, 16, 64, 8, 32, 128>::new());
+/// // 16 particles of one sample each, 32 measurements; 64 pages of static features, 8 to a map, 128 in view.
+/// type Memory = State<f32, PlanarPose<f32>, 3, 2, 16, 16, 32, MapMemory<f32, 2, 2, 16, 64, 8, 128>>;
+/// let mut state = Box::new(Memory::new());
 ///
 /// let window = RangeBearingWindow::full_circle(15.0, 0.9);
 /// let models = Models {
@@ -46,32 +50,36 @@ use nalgebra::SVector;
 /// }
 /// let pose = filter.estimate_pose().unwrap();
 /// assert!((pose.mean.x_m - 2.0).abs() < 0.3);
-/// let mut features = [scphd::Gaussian::ZERO; 4];
+/// let mut features = [scphd::Component::ZERO; 4];
 /// let map = filter.estimate_map(&mut features);
 /// assert_eq!(map.features, 1);
 /// assert!((features[0].mean.y - 5.0).abs() < 0.3);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug)]
-pub struct ScPhd<'s, T: Real, P, M, S, V, C, const K: usize, const D: usize, const Z: usize>
+pub struct ScPhd<'s, T: Real, P, M, S, V, C, const K: usize, const D: usize, const E: usize, const Z: usize>
 where
+    Dim<K>: Packed,
     Dim<D>: Packed,
+    Dim<E>: Packed,
 {
     pub(crate) models: Models<M, S, V, C>,
     pub(crate) config: Config<T>,
-    pub(crate) memory: Memory<'s, T, P, D, Z>,
+    pub(crate) memory: Memory<'s, T, P, K, D, E, Z>,
 }
 
-impl<'s, T, P, M, S, V, C, const K: usize, const D: usize, const Z: usize> ScPhd<'s, T, P, M, S, V, C, K, D, Z>
+impl<'s, T, P, M, S, V, C, const K: usize, const D: usize, const E: usize, const Z: usize>
+    ScPhd<'s, T, P, M, S, V, C, K, D, E, Z>
 where
     T: Real,
     P: Pose<T, K>,
     M: Motion<T, K, Pose = P>,
-    S: Sensor<T, D, Z, Pose = P>,
+    S: Locating<T, K, D, Z> + Sensor<T, D, Z, Pose = P>,
     V: FieldOfView<T, S::Frame, D, Z>,
     C: Clutter<T, Z>,
     Dim<K>: Packed,
-    Dim<D>: Packed,
+    Dim<D>: Packed + Twice<E>,
+    Dim<E>: Packed,
     Dim<Z>: Packed,
 {
     /// A filter over a state, which keeps what it holds: a fresh state must be [reset](Self::reset) first, one that a
@@ -79,18 +87,15 @@ where
     ///
     /// # Errors
     /// The configuration is out of range or does not fit the state.
-    pub fn new<
-        const PARTICLES: usize,
-        const CANDIDATES: usize,
-        const PAGES: usize,
-        const MAP_PAGES: usize,
-        const MEASUREMENTS: usize,
-        const VIEW: usize,
-    >(
+    pub fn new<const PARTICLES: usize, const CANDIDATES: usize, const MEASUREMENTS: usize, SM, VM>(
         models: Models<M, S, V, C>,
         config: Config<T>,
-        state: &'s mut State<T, P, K, D, Z, PARTICLES, CANDIDATES, PAGES, MAP_PAGES, MEASUREMENTS, VIEW>,
-    ) -> Result<Self, SetupError> {
+        state: &'s mut State<T, P, K, Z, PARTICLES, CANDIDATES, MEASUREMENTS, SM, VM>,
+    ) -> Result<Self, SetupError>
+    where
+        SM: MapStorage<T, D, D>,
+        VM: MapStorage<T, E, D>,
+    {
         config.check()?;
         if config.particles > PARTICLES {
             return Err(SetupError::TooManyParticles { particles: config.particles, capacity: PARTICLES });
@@ -98,6 +103,9 @@ where
         let candidates = config.particles.saturating_mul(config.samples);
         if candidates > CANDIDATES {
             return Err(SetupError::TooManyCandidates { candidates, capacity: CANDIDATES });
+        }
+        if config.moving.birth_intensity > T::ZERO && VM::PARTICLES == 0 {
+            return Err(SetupError::NoRoomForMoving);
         }
         Ok(Self { models, config, memory: state.memory() })
     }
@@ -111,33 +119,36 @@ where
         if !pose.is_finite() {
             return Err(ResetError::NonFinitePose);
         }
-        let Memory { cursor, candidates, maps, next_maps, pool, .. } = &mut self.memory;
+        let Memory { cursor, spreads, candidates, still, moving, .. } = &mut self.memory;
         cursor.particles = self.config.particles;
         cursor.children = 1;
         cursor.predicted = false;
+        cursor.waited_s = T::ZERO;
         cursor.weighed = 0;
         cursor.heaviest = 0;
+        cursor.next_tag = 0;
         cursor.noise = Some(Noise::seeded(seed));
         let ln_weight = -T::from_usize(cursor.particles).ln();
         candidates.iter_mut().take(cursor.particles).for_each(|slot| *slot = Candidate { pose, ln_weight });
-        maps.clear();
-        next_maps.clear();
-        pool.clear();
+        spreads.iter_mut().for_each(|spread| *spread = Symmetric::ZERO);
+        still.clear();
+        moving.clear();
         Ok(())
     }
 
-    /// Gives every particle this map instead of its own: a surveyed map to start from, or the objects a tracker is to
-    /// take over. All particles share its pages. Neighbours should stand next to each other, so that a page spans little.
+    /// Gives every particle this map instead of its own static one: a surveyed map to start from, or the objects a tracker is to
+    /// take over. All particles share its pages. Tags are kept, and should differ. Neighbours should stand next to each other, so that a page spans little.
     ///
     /// # Errors
     /// A component is not finite or its covariance not positive definite, or the map does not fit; the state is as it
     /// was.
-    pub fn load_map(&mut self, components: &[Gaussian<T, D>]) -> Result<(), LoadMapError> {
-        let Memory { cursor, maps, pool, .. } = &mut self.memory;
+    pub fn load_map(&mut self, components: &[Component<T, D>]) -> Result<(), LoadMapError> {
+        let Memory { cursor, still, .. } = &mut self.memory;
+        let (maps, pool) = (&mut still.predicted, &mut still.pool);
         if cursor.particles == 0 {
             return Err(LoadMapError::NotStarted);
         }
-        let usable = |component: &Gaussian<T, D>| {
+        let usable = |component: &Component<T, D>| {
             component.ln_weight.is_finite()
                 && component.mean.iter().all(|coordinate| coordinate.is_finite())
                 && component.covariance.factor().is_some()
@@ -157,11 +168,14 @@ where
             }
         }
         (1..cursor.particles).for_each(|particle| maps.share_within(0, particle, pool));
+        let taken = components.iter().map(|component| component.tag).max();
+        cursor.next_tag = cursor.next_tag.max(taken.map_or(0, |tag| tag.wrapping_add(1)));
         Ok(())
     }
 
     /// Moves the vehicle for `dt` seconds under `control`: draws M samples of every particle in the first prediction
-    /// after a scan (5.12, 5.13), and moves every sample on in later ones. Static features stay where they are.
+    /// after a scan (5.12, 5.13), and moves every sample on in later ones. Static features stay where they are; moving ones
+    /// are moved when the next scan comes, by all the steps at once.
     ///
     /// # Errors
     /// The control is not admissible, `dt` negative or not finite, or the filter not reset; the state is as it was.
@@ -172,7 +186,12 @@ where
         if !self.models.motion.admits(control) {
             return Err(PredictError::Control);
         }
-        crate::predict::predict(&self.models.motion, self.config.samples, &mut self.memory, control, dt)
+        let Memory { cursor, spreads, candidates, .. } = &mut self.memory;
+        let motion = &self.models.motion;
+        match self.config.proposal {
+            Proposal::Blind => predict(motion, self.config.samples, cursor, candidates, control, dt),
+            Proposal::Informed(_) => spread(motion, cursor, candidates, spreads, control, dt),
+        }
     }
 
     /// Takes in one scan: weighs every candidate, selects the particles that go on and updates their maps

@@ -49,6 +49,11 @@ impl Health {
         (Self::INNOVATION_HIGH, "INNOVATION_HIGH"),
     ];
 
+    /// Every condition there is, in the order of the bits.
+    pub fn all() -> impl Iterator<Item = Self> {
+        Self::NAMES.iter().map(|(condition, _)| *condition)
+    }
+
     /// No condition at all.
     #[must_use]
     pub fn is_good(self) -> bool {

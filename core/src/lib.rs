@@ -2,7 +2,7 @@
 //!
 //! Where is the vehicle, and what is around it? This crate answers with the single-cluster PHD filter of C. S. Lee's
 //! thesis (*SLAM using Single Cluster PHD Filters*, Girona 2014): particles for the vehicle (the parent process), and
-//! for every particle a Gaussian mixture for the map (the daughter process). Features are a random finite set: there is
+//! for every particle a Component mixture for the map (the daughter process). Features are a random finite set: there is
 //! no data association to get wrong, and clutter and missed detections are part of the model.
 //!
 //! It is written for vehicle computers:
@@ -23,7 +23,7 @@
 //!
 //! # Where things are
 //!
-//! One scan, from top to bottom, is `step.rs`: weigh (`weigh.rs`, over the map as one pose sees it, `view.rs`), select
+//! One scan, from top to bottom, is `step.rs`: propose poses (`propose.rs`), weigh (`weigh.rs`, over the map as one pose sees it, `view.rs`), select
 //! (`select.rs`, `resample.rs`), update (`update.rs`), reduce (`reduce.rs`). `predict.rs` comes before it, `extract.rs`
 //! after it. `map/` holds the copy-on-write pages, `models/` the models. The recursion with all its choices is written
 //! out in `docs/recursion.md`.
@@ -47,23 +47,29 @@ extern crate std;
 mod angle;
 mod bounds;
 mod candidate;
+mod component;
 mod config;
 mod digest;
+mod drift;
 mod error;
+mod expected_map;
 mod extract;
 #[cfg(test)]
 mod faults;
 mod filter;
-mod gaussian;
 mod health;
+mod likelihood;
 mod ln_sum;
 mod map;
 mod models;
+#[cfg(test)]
+mod movers;
 mod noise;
 #[cfg(test)]
 mod oracles;
 mod predict;
 mod probe;
+mod propose;
 mod real;
 mod reduce;
 mod report;
@@ -74,6 +80,7 @@ mod sort;
 mod state;
 mod step;
 mod symmetric;
+mod tally;
 mod update;
 mod view;
 mod weigh;
@@ -82,14 +89,15 @@ mod workspace;
 pub use angle::wrap;
 pub use bounds::Bounds;
 pub use candidate::Candidate;
-pub use config::{Config, ConfigError};
+pub use component::{Component, Correction};
+pub use config::{Config, ConfigError, MovingConfig};
 pub use error::{LoadMapError, PredictError, ResetError, ScanError, SetupError};
 pub use extract::{MapEstimate, PoseEstimate};
 pub use filter::ScPhd;
-pub use gaussian::{Correction, Gaussian};
 pub use health::Health;
+pub use likelihood::Likelihood;
 pub use ln_sum::LnSum;
-pub use map::PAGE_LEN;
+pub use map::{MapMemory, MapStorage, NoMoving, PAGE_LEN};
 pub use models::*;
 pub use noise::Noise;
 #[cfg(feature = "embedded-hal")]
@@ -97,7 +105,9 @@ pub use probe::StagePins;
 #[cfg(feature = "defmt")]
 pub use probe::StageTrace;
 pub use probe::{Probe, Stage};
+pub use propose::{Informed, Proposal};
 pub use real::Real;
+pub use reduce::Reduction;
 pub use report::{PredictReport, ScanReport};
 pub use state::State;
-pub use symmetric::{Dim, Factor, Lower, Packed, Symmetric};
+pub use symmetric::{Dim, Factor, Lower, Packed, Symmetric, Twice};

@@ -3,7 +3,7 @@
 use crate::candidate::{Candidate, effective_number};
 use crate::resample::systematic;
 use crate::*;
-use nalgebra::{Matrix2, SVector, Vector2};
+use nalgebra::{Matrix2, Matrix2x3, SVector, Vector2};
 use serde_json::Value;
 use std::boxed::Box;
 use std::path::PathBuf;
@@ -33,8 +33,9 @@ fn symmetric(value: &Value) -> Symmetric<f64, 2> {
     Symmetric::from_fn(|row, column| number(&value[row][column]))
 }
 
-fn components(value: &Value) -> Vec<Gaussian<f64, 2>> {
-    let component = |value: &Value| Gaussian {
+fn components(value: &Value) -> Vec<Component<f64, 2>> {
+    let component = |value: &Value| Component {
+        tag: 0,
         ln_weight: number(&value["weight"]).ln(),
         mean: vector(&value["mean"]),
         covariance: symmetric(&value["cov"]),
@@ -70,6 +71,13 @@ impl Sensor<f64, 2, 2> for Direct {
     }
 }
 
+/// It tells nothing of where it is.
+impl Locating<f64, 3, 2, 2> for Direct {
+    fn by_pose(&self, _: &PlanarFrame<f64>, _: &Vector2<f64>, _: &Expected<f64, 2, 2>) -> Matrix2x3<f64> {
+        Matrix2x3::zeros()
+    }
+}
+
 /// The same probability of detection everywhere.
 struct Everywhere(f64);
 
@@ -96,13 +104,13 @@ fn one_scan<S>(
     p_d: f64,
     kappa: f64,
     config: Config<f64>,
-    prior: &[Gaussian<f64, 2>],
+    prior: &[Component<f64, 2>],
     scan: &[Vector2<f64>],
-) -> (f64, Vec<Gaussian<f64, 2>>)
+) -> (f64, Vec<Component<f64, 2>>)
 where
-    S: Sensor<f64, 2, 2, Pose = PlanarPose<f64>>,
+    S: Locating<f64, 3, 2, 2> + Sensor<f64, 2, 2, Pose = PlanarPose<f64>>,
 {
-    let mut state = Box::new(State::<f64, PlanarPose<f64>, 3, 2, 2, 1, 1, 16, 16, 8, 64>::new());
+    let mut state = Box::new(State::<f64, PlanarPose<f64>, 3, 2, 1, 1, 8, MapMemory<f64, 2, 2, 1, 16, 16, 64>>::new());
     let models = Models { motion: KnownPose, sensor, field_of_view: Everywhere(p_d), clutter: Intensity(kappa) };
     let config = Config { particles: 1, ..config };
     let mut filter = ScPhd::new(models, config, &mut *state).unwrap();
@@ -115,14 +123,20 @@ where
 
 /// Nothing pruned, nothing merged, nothing born.
 fn bare() -> Config<f64> {
-    Config { birth_intensity: 0.0, prune_weight: 1e-300, merge_distance: 0.0, negligible: 1e-300, ..Config::default() }
+    Config {
+        birth_intensity: 0.0,
+        prune_weight: 1e-300,
+        reduction: Reduction::Greedy { merge_distance: 0.0 },
+        negligible: 1e-300,
+        ..Config::default()
+    }
 }
 
 /// Every component of `expected` has a counterpart of the same weight, mean and covariance, and nothing is left over.
-fn assert_same_mixture(ours: &[Gaussian<f64, 2>], expected: &[Gaussian<f64, 2>]) {
+fn assert_same_mixture(ours: &[Component<f64, 2>], expected: &[Component<f64, 2>]) {
     let mut free: Vec<_> = ours.to_vec();
     for component in expected {
-        let distance = |other: &Gaussian<f64, 2>| {
+        let distance = |other: &Component<f64, 2>| {
             let weight = (other.ln_weight - component.ln_weight).exp_m1().abs();
             let mean = (other.mean - component.mean).norm();
             let covariance = (other.covariance.to_matrix() - component.covariance.to_matrix()).norm();
@@ -169,7 +183,11 @@ fn gmphd_update_range_bearing() {
 #[test]
 fn vo_and_ma_reduction() {
     let Some(file) = oracle("gm_merge_prune.json") else { return };
-    let config = Config { prune_weight: number(&file["prune_T"]), merge_distance: number(&file["merge_U"]), ..bare() };
+    let config = Config {
+        prune_weight: number(&file["prune_T"]),
+        reduction: Reduction::Greedy { merge_distance: number(&file["merge_U"]) },
+        ..bare()
+    };
     // An empty scan of a sensor that sees next to nothing leaves the mixture to the reduction alone.
     let sensor = Direct { noise: Symmetric::from_diagonal([1.0, 1.0]) };
     let (_, reduced) = one_scan(sensor, 1e-12, 1.0, config, &components(&file["input"]), &[]);
@@ -191,8 +209,13 @@ fn systematic_resampling() {
     }
 }
 
-fn feature(weight: f64, x: f64, y: f64) -> Gaussian<f64, 2> {
-    Gaussian { ln_weight: weight.ln(), mean: Vector2::new(x, y), covariance: Symmetric::from_diagonal([0.5, 0.25]) }
+fn feature(weight: f64, x: f64, y: f64) -> Component<f64, 2> {
+    Component {
+        tag: 0,
+        ln_weight: weight.ln(),
+        mean: Vector2::new(x, y),
+        covariance: Symmetric::from_diagonal([0.5, 0.25]),
+    }
 }
 
 fn unit_sensor() -> Direct {
@@ -221,20 +244,25 @@ fn a_detection_in_closed_form() {
     assert!((ln_l - (eta.ln() - p_d * w)).abs() < 1e-14);
     let missed = feature(w * (1.0 - p_d), 3.0, 4.0);
     let gain = Vector2::new(0.5, 0.25);
-    let detected = Gaussian {
+    let detected = Component {
+        tag: 0,
         ln_weight: (p_d * w * density / eta).ln(),
         mean: Vector2::new(3.0 + gain.x, 4.0),
         covariance: Symmetric::from_diagonal([0.5 * (1.0 - gain.x), 0.25 * (1.0 - gain.y)]),
     };
-    let born =
-        Gaussian { ln_weight: (birth / eta).ln(), mean: Vector2::new(4.0, 4.0), covariance: unit_sensor().noise };
+    let born = Component {
+        tag: 0,
+        ln_weight: (birth / eta).ln(),
+        mean: Vector2::new(4.0, 4.0),
+        covariance: unit_sensor().noise,
+    };
     assert_same_mixture(&posterior, &[missed, detected, born]);
 }
 
 #[test]
 fn merging_keeps_mass_mean_and_spread() {
     let parts = [feature(0.5, 0.0, 0.0), feature(0.3, 0.4, -0.3), feature(0.2, -0.2, 0.1)];
-    let config = Config { merge_distance: 100.0, ..bare() };
+    let config = Config { reduction: Reduction::Greedy { merge_distance: 100.0 }, ..bare() };
     let (_, merged) = one_scan(unit_sensor(), 1e-15, 1.0, config, &parts, &[]);
     assert_eq!(merged.len(), 1);
     let mass: f64 = parts.iter().map(|part| part.ln_weight.exp()).sum();

@@ -1,14 +1,16 @@
 //! Sampled prediction of the vehicle (5.11–5.13).
 
-use crate::state::Memory;
-use crate::{Dim, Health, Motion, Packed, Pose, PredictError, PredictReport, Real};
+use crate::candidate::Candidate;
+use crate::state::Cursor;
+use crate::{Dim, Health, Linearised, Motion, Packed, Pose, PredictError, PredictReport, Real, Symmetric};
 
 /// Splits every particle into `samples` candidates in the first prediction after a scan, then moves every candidate
-/// with its own noise. A step of no length moves nothing and draws nothing.
-pub(crate) fn predict<T, M, const K: usize, const D: usize, const Z: usize>(
+/// with its own noise. A step of no length moves nothing and draws nothing. The moving features wait for the scan.
+pub(crate) fn predict<T, M, const K: usize>(
     motion: &M,
     samples: usize,
-    memory: &mut Memory<'_, T, M::Pose, D, Z>,
+    cursor: &mut Cursor<T>,
+    candidates: &mut [Candidate<T, M::Pose>],
     control: &M::Control,
     dt: T,
 ) -> Result<PredictReport, PredictError>
@@ -16,9 +18,7 @@ where
     T: Real,
     M: Motion<T, K>,
     Dim<K>: Packed,
-    Dim<D>: Packed,
 {
-    let Memory { cursor, candidates, .. } = memory;
     let Some(mut noise) = cursor.noise.clone() else { return Err(PredictError::NotStarted) };
     let mut rejected = 0;
     if dt > T::ZERO {
@@ -36,19 +36,58 @@ where
             }
         }
         cursor.noise = Some(noise);
+        cursor.waited_s += dt;
+    }
+    let health = Health::POSE_REJECTED.when(rejected > 0);
+    Ok(PredictReport { candidates: cursor.candidates(), rejected, health })
+}
+
+/// Moves every particle without noise and lets the covariance of its pose grow, x ← f(x, u), P ← F P Fᵀ + Q: what the
+/// informed proposal starts from when the scan comes. Draws nothing.
+pub(crate) fn spread<T, M, const K: usize>(
+    motion: &M,
+    cursor: &mut Cursor<T>,
+    particles: &mut [Candidate<T, M::Pose>],
+    spreads: &mut [Symmetric<T, K>],
+    control: &M::Control,
+    dt: T,
+) -> Result<PredictReport, PredictError>
+where
+    T: Real,
+    M: Motion<T, K>,
+    Dim<K>: Packed,
+{
+    if cursor.noise.is_none() {
+        return Err(PredictError::NotStarted);
+    }
+    let mut rejected = 0;
+    if dt > T::ZERO {
+        for (particle, spread) in particles.iter_mut().zip(spreads.iter_mut()).take(cursor.particles) {
+            let moved = motion.propagate(&particle.pose, control, dt);
+            let Linearised { transition, noise } = motion.linearise(&particle.pose, control, dt);
+            let grown = spread.congruence(&transition).plus(&noise);
+            if moved.is_finite() && grown.is_finite() {
+                particle.pose = moved;
+                *spread = grown;
+            } else {
+                rejected += 1;
+            }
+        }
+        cursor.predicted = true;
+        cursor.waited_s += dt;
     }
     let health = Health::POSE_REJECTED.when(rejected > 0);
     Ok(PredictReport { candidates: cursor.candidates(), rejected, health })
 }
 
 /// M candidates ζ/M of every particle (5.13), in place, from the last particle back.
-fn split<T: Real, P: Copy>(candidates: &mut [crate::Candidate<T, P>], particles: usize, samples: usize) {
+pub(crate) fn split<T: Real, P: Copy>(candidates: &mut [Candidate<T, P>], particles: usize, samples: usize) {
     let ln_samples = T::from_usize(samples).ln();
     for particle in (0..particles).rev() {
         let Some(&parent) = candidates.get(particle) else { continue };
         let first = particle * samples;
         for child in candidates.iter_mut().skip(first).take(samples) {
-            *child = crate::Candidate { pose: parent.pose, ln_weight: parent.ln_weight - ln_samples };
+            *child = Candidate { pose: parent.pose, ln_weight: parent.ln_weight - ln_samples };
         }
     }
 }

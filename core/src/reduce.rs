@@ -1,23 +1,51 @@
-//! Mixture reduction: prune, merge, cap (Vo & Ma 2006, table II).
+//! Mixture reduction: merge and cap (Vo & Ma 2006, table II), after pruning.
 
 use crate::sort::heap_sort;
-use crate::workspace::{Entry, Origin, Ranked, Workspace};
-use crate::{Dim, Gaussian, Packed, Real};
+use crate::workspace::{Entry, InView, Origin, Placed, Ranked, Workspace};
+use crate::{Component, Dim, Packed, Real};
 use nalgebra::SVector;
+
+/// Which components are merged into one of the same mass, mean and spread.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Reduction<T> {
+    /// Vo & Ma 2006, table II: the heaviest component takes in all within reach, and so on.
+    Greedy {
+        /// Squared Mahalanobis distance within which components are merged (table II: U).
+        merge_distance: T,
+    },
+    /// Runnalls 2007: the heaviest component takes in one other after another, always the one whose merger costs least.
+    Runnalls {
+        /// Greatest cost: the bound on the Kullback–Leibler divergence, per mass of the lighter component. Two equal
+        /// components a squared Mahalanobis distance d² apart cost ln(1 + d²/4), a much lighter one about d²/2.
+        merge_cost: T,
+    },
+}
+
+impl<T: Real> Reduction<T> {
+    /// Whether the bound is finite and not negative.
+    pub(crate) fn is_usable(&self) -> bool {
+        let (Self::Greedy { merge_distance: bound } | Self::Runnalls { merge_cost: bound }) = *self;
+        bound >= T::ZERO && bound.is_finite()
+    }
+}
 
 /// Merges and caps the components in view, which are pruned already; returns how many were merged away.
 pub(crate) fn merge_and_cap<T: Real, const N: usize>(
     workspace: &mut Workspace<'_, T, N>,
-    merge_distance: T,
+    reduction: Reduction<T>,
     max_components: usize,
 ) -> usize
 where
     Dim<N>: Packed,
 {
     let before = workspace.in_view().len();
-    let (entries, ranking) = workspace.in_view_and_ranking();
-    let ranking = rank_heaviest_first(entries, ranking, |_| 0);
-    merge(entries, ranking, merge_distance);
+    let InView { entries, ranking, places } = workspace.orders_mut();
+    rank_heaviest_first(entries, ranking, |_| 0);
+    match reduction {
+        Reduction::Greedy { merge_distance } => merge_near(entries, ranking, places, merge_distance),
+        Reduction::Runnalls { merge_cost } => merge_cheap(entries, ranking, merge_cost),
+    }
     workspace.retain(|entry| entry.origin != Origin::Gone);
     let merged = before - workspace.in_view().len();
     keep_heaviest(workspace, max_components, |_| 0);
@@ -35,8 +63,8 @@ pub(crate) fn keep_heaviest<T: Real, const N: usize>(
     if workspace.in_view().len() <= limit {
         return;
     }
-    let (entries, ranking) = workspace.in_view_and_ranking();
-    let ranking = rank_heaviest_first(entries, ranking, class);
+    let InView { entries, ranking, .. } = workspace.orders_mut();
+    rank_heaviest_first(entries, ranking, class);
     for ranked in ranking.iter().skip(limit) {
         if let Some(entry) = entries.get_mut(usize::from(ranked.entry)) {
             entry.origin = Origin::Gone;
@@ -55,7 +83,7 @@ fn heaviest_first<T: Real>(ln_weight: T, class: u32) -> u32 {
 }
 
 /// Whether one component comes before another: heaviest first, then by position.
-pub(crate) fn heavier<T: Real, const N: usize>(a: &Gaussian<T, N>, b: &Gaussian<T, N>) -> bool
+pub(crate) fn heavier<T: Real, const N: usize>(a: &Component<T, N>, b: &Component<T, N>) -> bool
 where
     Dim<N>: Packed,
 {
@@ -68,19 +96,16 @@ fn lies_before<T: Real, const N: usize>(a: &SVector<T, N>, b: &SVector<T, N>) ->
     a.iter().zip(b.iter()).find(|(a, b)| a != b).map(|(a, b)| a < b)
 }
 
-/// The order of all entries: class, then heaviest first, then by position.
-fn rank_heaviest_first<'r, T: Real, const N: usize>(
+/// Orders all entries by class, then heaviest first, then by position.
+fn rank_heaviest_first<T: Real, const N: usize>(
     entries: &[Entry<T, N>],
-    ranking: &'r mut [Ranked],
+    ranking: &mut [Ranked],
     class: impl Fn(&Entry<T, N>) -> u32,
-) -> &'r mut [Ranked]
-where
+) where
     Dim<N>: Packed,
 {
-    let ranking = ranking.get_mut(..entries.len()).unwrap_or(&mut []);
     for (index, (ranked, entry)) in ranking.iter_mut().zip(entries).enumerate() {
-        let key = heaviest_first(entry.component.ln_weight, class(entry));
-        *ranked = Ranked { key, entry: index as u16, group: 0 };
+        *ranked = Ranked { key: heaviest_first(entry.component.ln_weight, class(entry)), entry: index as u16 };
     }
     let mean = |ranked: &Ranked| entries.get(usize::from(ranked.entry)).map(|entry| &entry.component.mean);
     heap_sort(ranking, |a, b| {
@@ -90,41 +115,64 @@ where
         let by_position = mean(a).zip(mean(b)).and_then(|(a, b)| lies_before(a, b));
         by_position.unwrap_or(a.entry < b.entry)
     });
-    ranking
 }
 
-/// Vo & Ma 2006, table II: the heaviest component left takes in every component i left with
+/// Vo & Ma 2006, table II: the heaviest component h left takes in every component i left with
 /// (m_i − m_h)ᵀ P_i⁻¹ (m_i − m_h) ≤ `merge_distance`; repeat. Those taken in are marked as gone.
-fn merge<T: Real, const N: usize>(entries: &mut [Entry<T, N>], ranking: &mut [Ranked], merge_distance: T)
-where
+///
+/// That distance is at least δ²/P_i of any one axis; so only those in a strip along the first axis are looked at, as wide
+/// as the widest component reaches.
+fn merge_near<T: Real, const N: usize>(
+    entries: &mut [Entry<T, N>],
+    ranking: &[Ranked],
+    places: &mut [Placed],
+    merge_distance: T,
+) where
     Dim<N>: Packed,
 {
-    for head_place in 0..ranking.len() {
-        let Some((head_rank, followers)) = ranking.get_mut(head_place..).and_then(<[_]>::split_first_mut) else {
-            return;
+    let widest = entries.iter().fold(T::ZERO, |widest, entry| widest.at_least(entry.component.covariance.get(0, 0)));
+    let farthest = merge_distance * widest;
+    let along = |entries: &[Entry<T, N>], place: &Placed| {
+        entries.get(usize::from(place.entry)).and_then(|entry| entry.component.mean.get(0).copied()).unwrap_or(T::ZERO)
+    };
+    for (rank, (place, ranked)) in places.iter_mut().zip(ranking).enumerate() {
+        *place = Placed { entry: ranked.entry, rank: rank as u16 };
+    }
+    heap_sort(places, |a, b| {
+        let (x, y) = (along(entries, a), along(entries, b));
+        x < y || (x == y && a.rank < b.rank)
+    });
+
+    for (rank, ranked) in ranking.iter().enumerate() {
+        let head_index = usize::from(ranked.entry);
+        let Some(head) = entries.get(head_index).filter(|entry| entry.origin != Origin::Gone) else { continue };
+        let head = head.component;
+        let middle = head.mean.get(0).copied().unwrap_or(T::ZERO);
+        let in_strip = |place: &Placed| {
+            let offset = along(entries, place) - middle;
+            offset * offset <= farthest
         };
-        if head_rank.group != 0 {
-            continue;
-        }
-        let group = head_place as u16 + 1;
-        let head_index = usize::from(head_rank.entry);
-        let Some(head) = entries.get(head_index).map(|entry| entry.component) else { continue };
+        let here = places.partition_point(|place| along(entries, place) < middle);
+        let (below, above) = places.split_at_checked(here).unwrap_or((&[], &[]));
+        let first = here - below.iter().rev().take_while(|place| in_strip(place)).count();
+        let last = here + above.iter().take_while(|place| in_strip(place)).count();
+        let Some(strip) = places.get_mut(first..last) else { continue };
 
         let mut members = 0;
-        for ranked in followers.iter_mut().filter(|ranked| ranked.group == 0) {
-            let Some(entry) = entries.get_mut(usize::from(ranked.entry)) else { continue };
-            if is_near(&entry.component, &head.mean, merge_distance) {
-                ranked.group = group;
+        for place in strip.iter_mut().filter(|place| usize::from(place.rank) > rank) {
+            let Some(entry) = entries.get_mut(usize::from(place.entry)) else { continue };
+            if entry.origin != Origin::Gone && is_near(&entry.component, &head.mean, merge_distance) {
                 entry.origin = Origin::Gone;
+                place.rank = rank as u16;
                 members += 1;
             }
         }
         if members == 0 {
             continue;
         }
-        let taken = followers.iter().filter(|ranked| ranked.group == group);
+        let taken = strip.iter().filter(|place| usize::from(place.rank) == rank && place.entry != ranked.entry);
         let merged = moment_match(&head, || {
-            taken.clone().filter_map(|ranked| entries.get(usize::from(ranked.entry))).map(|entry| &entry.component)
+            taken.clone().filter_map(|place| entries.get(usize::from(place.entry))).map(|entry| &entry.component)
         });
         if let Some(entry) = entries.get_mut(head_index) {
             entry.component = merged;
@@ -132,8 +180,51 @@ where
     }
 }
 
+/// Runnalls 2007: the heaviest component left takes in the one left whose merger costs least, as long as that is at most
+/// `merge_cost`; then the next heaviest left. Those taken in are marked as gone.
+fn merge_cheap<T: Real, const N: usize>(entries: &mut [Entry<T, N>], ranking: &[Ranked], merge_cost: T)
+where
+    Dim<N>: Packed,
+{
+    for (rank, ranked) in ranking.iter().enumerate() {
+        let head_index = usize::from(ranked.entry);
+        while let Some(head) = entries.get(head_index).filter(|entry| entry.origin != Origin::Gone) {
+            let head = head.component;
+            let mut cheapest = None;
+            for follower in ranking.iter().skip(rank + 1) {
+                let entry = entries.get(usize::from(follower.entry)).filter(|entry| entry.origin != Origin::Gone);
+                let cost = entry.and_then(|entry| cost(&head, &entry.component));
+                if let Some(cost) = cost.filter(|&cost| cheapest.map_or(cost <= merge_cost, |(_, least)| cost < least))
+                {
+                    cheapest = Some((follower.entry, cost));
+                }
+            }
+            let Some(entry) = cheapest.and_then(|(index, _)| entries.get_mut(usize::from(index))) else { break };
+            entry.origin = Origin::Gone;
+            let taken = entry.component;
+            let merged = moment_match(&head, || core::iter::once(&taken));
+            if let Some(entry) = entries.get_mut(head_index) {
+                entry.component = merged;
+            }
+        }
+    }
+}
+
+/// What Runnalls' bound on the Kullback–Leibler divergence says a merger costs, per mass of the lighter component:
+/// ½ [(w_h + w_i) ln|P_hi| − w_h ln|P_h| − w_i ln|P_i|] / min(w_h, w_i).
+fn cost<T: Real, const N: usize>(head: &Component<T, N>, other: &Component<T, N>) -> Option<T>
+where
+    Dim<N>: Packed,
+{
+    let ln_determinant = |component: &Component<T, N>| component.covariance.factor().map(|f| f.ln_determinant());
+    let weight = (other.ln_weight - head.ln_weight).exp();
+    let both = ln_determinant(&moment_match(head, || core::iter::once(other)))?;
+    let divergence = (T::ONE + weight) * both - ln_determinant(head)? - weight * ln_determinant(other)?;
+    Some(T::from_f64(0.5) * divergence / weight.at_most(T::ONE))
+}
+
 /// Whether `head_mean` lies within the squared Mahalanobis distance of a component.
-fn is_near<T: Real, const N: usize>(component: &Gaussian<T, N>, head_mean: &SVector<T, N>, distance: T) -> bool
+fn is_near<T: Real, const N: usize>(component: &Component<T, N>, head_mean: &SVector<T, N>, distance: T) -> bool
 where
     Dim<N>: Packed,
 {
@@ -145,13 +236,16 @@ where
 }
 
 /// One Gaussian with the mass, the mean and the spread of `head` and the others together.
-fn moment_match<'e, T: Real, const N: usize, I>(head: &Gaussian<T, N>, others: impl Fn() -> I) -> Gaussian<T, N>
+pub(crate) fn moment_match<'e, T: Real, const N: usize, I>(
+    head: &Component<T, N>,
+    others: impl Fn() -> I,
+) -> Component<T, N>
 where
-    I: Iterator<Item = &'e Gaussian<T, N>>,
+    I: Iterator<Item = &'e Component<T, N>>,
     Dim<N>: Packed + 'e,
 {
     // Weights and means relative to the head keep single precision where the map is far from its origin.
-    let relative = |component: &Gaussian<T, N>| (component.ln_weight - head.ln_weight).exp();
+    let relative = |component: &Component<T, N>| (component.ln_weight - head.ln_weight).exp();
     let mut mass = T::ONE;
     let mut offset = SVector::<T, N>::zeros();
     for other in others() {
@@ -167,9 +261,119 @@ where
         covariance = covariance.plus(&other.covariance.scaled(weight));
         covariance.add_outer(weight, &(other.mean - head.mean - offset));
     }
-    Gaussian {
+    Component {
+        tag: head.tag,
         ln_weight: head.ln_weight + mass.ln(),
         mean: head.mean + offset,
         covariance: covariance.scaled(T::ONE / mass).kept_positive_definite().0,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Reduction, cost, merge_and_cap, moment_match};
+    use crate::workspace::{Origin, WorkspaceMemory};
+    use crate::{Component, Symmetric};
+    use nalgebra::{Matrix2, Vector2};
+    use std::boxed::Box;
+    use std::vec::Vec;
+
+    fn component(weight: f64, x: f64, y: f64) -> Component<f64, 2> {
+        let covariance = Symmetric::from_fn(|row, column| if row == column { 0.4 } else { 0.1 });
+        Component { tag: (100.0 * weight) as u32, ln_weight: weight.ln(), mean: Vector2::new(x, y), covariance }
+    }
+
+    fn reduced(mixture: &[Component<f64, 2>], reduction: Reduction<f64>, cap: usize) -> Vec<Component<f64, 2>> {
+        let mut memory = Box::new(WorkspaceMemory::<f64, 2, 32>::ZERO);
+        let mut workspace = memory.view();
+        workspace.clear(1e-6_f64.ln());
+        mixture.iter().for_each(|component| workspace.push(*component, Origin::Missed));
+        let merged = merge_and_cap(&mut workspace, reduction, cap);
+        let left: Vec<_> = workspace.in_view().iter().map(|entry| entry.component).collect();
+        assert!(merged + left.len() <= mixture.len());
+        left
+    }
+
+    /// Mass, mean and second moment of a mixture.
+    fn moments(mixture: &[Component<f64, 2>]) -> (f64, Vector2<f64>, Matrix2<f64>) {
+        let mass: f64 = mixture.iter().map(|c| c.ln_weight.exp()).sum();
+        let weighted = || mixture.iter().map(|c| (c.ln_weight.exp() / mass, c));
+        let mean = weighted().fold(Vector2::zeros(), |sum, (w, c)| sum + c.mean * w);
+        let second = weighted()
+            .fold(Matrix2::zeros(), |sum, (w, c)| sum + (c.covariance.to_matrix() + c.mean * c.mean.transpose()) * w);
+        (mass, mean, second)
+    }
+
+    const CLUSTERS: [(f64, f64, f64); 7] = [
+        (0.9, 0.0, 0.0),
+        (0.2, 0.3, 0.1),
+        (0.05, -0.6, 0.4),
+        (0.5, 6.0, 1.0),
+        (0.4, 6.4, 1.3),
+        (0.3, -5.0, 4.0),
+        (0.01, 0.1, -0.2),
+    ];
+
+    #[test]
+    fn either_reduction_keeps_mass_mean_and_spread() {
+        let mixture: Vec<_> = CLUSTERS.iter().map(|&(w, x, y)| component(w, x, y)).collect();
+        let before = moments(&mixture);
+        for reduction in [Reduction::Greedy { merge_distance: 4.0 }, Reduction::Runnalls { merge_cost: 2.0 }] {
+            let left = reduced(&mixture, reduction, usize::MAX);
+            assert_eq!(left.len(), 3, "{reduction:?}: {left:?}");
+            let after = moments(&left);
+            assert!((after.0 - before.0).abs() < 1e-14, "{reduction:?}");
+            assert!((after.1 - before.1).norm() < 1e-13, "{reduction:?}");
+            assert!((after.2 - before.2).norm() < 1e-12, "{reduction:?}");
+            // The tag is that of the heaviest part.
+            let mut tags: Vec<u32> = left.iter().map(|c| c.tag).collect();
+            tags.sort_unstable();
+            assert_eq!(tags, [30, 50, 90]);
+        }
+    }
+
+    #[test]
+    fn the_cap_keeps_the_heaviest() {
+        let mixture: Vec<_> = CLUSTERS.iter().map(|&(w, x, y)| component(w, x, y)).collect();
+        for reduction in [Reduction::Greedy { merge_distance: 0.0 }, Reduction::Runnalls { merge_cost: 0.0 }] {
+            let weights: Vec<f64> = reduced(&mixture, reduction, 3).iter().map(|c| c.ln_weight.exp()).collect();
+            assert_eq!(weights.len(), 3);
+            assert!(weights.iter().all(|&w| w > 0.399), "{weights:?}");
+        }
+    }
+
+    #[test]
+    fn runnalls_cost_in_closed_form() {
+        let unit = |weight: f64, x: f64| Component {
+            covariance: Symmetric::from_diagonal([1.0, 1.0]),
+            ..component(weight, x, 0.0)
+        };
+        // Equal ones at distance d: |P| grows by 1 + d²/4, and the cost per mass is its logarithm.
+        assert!((cost(&unit(0.5, 0.0), &unit(0.5, 2.0)).unwrap() - 2.0_f64.ln()).abs() < 1e-14);
+        // A light one: ½ d² in the limit.
+        assert!((cost(&unit(1.0, 0.0), &unit(1e-6, 3.0)).unwrap() - 4.5).abs() < 1e-4);
+        // Two that are the same cost nothing, and nothing costs less than that.
+        assert!(cost(&unit(0.7, 1.0), &unit(0.1, 1.0)).unwrap().abs() < 1e-14);
+        let mut tried = 0;
+        for (w, x, y) in CLUSTERS {
+            for (v, a, b) in CLUSTERS {
+                assert!(cost(&component(w, x, y), &component(v, a, b)).unwrap() > -1e-12);
+                tried += 1;
+            }
+        }
+        assert_eq!(tried, 49);
+    }
+
+    #[test]
+    fn runnalls_takes_the_cheapest_first() {
+        // The head takes in the near one, moves to it, and then reaches the third, which it could not before.
+        let mixture = [component(0.5, 0.0, 0.0), component(0.4, 1.0, 0.0), component(0.3, 1.9, 0.0)];
+        let bound = 1.2;
+        assert!(cost(&mixture[0], &mixture[2]).unwrap() > bound);
+        let left = reduced(&mixture, Reduction::Runnalls { merge_cost: bound }, usize::MAX);
+        assert_eq!(left.len(), 1);
+        let both = moment_match(&mixture[0], || mixture[1..].iter());
+        assert!((left[0].mean - both.mean).norm() < 1e-14);
+        assert!((left[0].covariance.to_matrix() - both.covariance.to_matrix()).norm() < 1e-13);
     }
 }

@@ -15,7 +15,7 @@ pub struct PredictReport {
     pub health: Health,
 }
 
-/// What a scan did. Counts over maps are sums over the maps of all distinct survivors.
+/// What a scan did. Counts over maps are sums over the maps of all distinct survivors; a map is one particle's of both kinds.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
@@ -54,10 +54,14 @@ pub struct ScanReport<T> {
     pub lost: usize,
     /// Covariances repaired.
     pub repaired: usize,
-    /// Pages in use after the scan.
+    /// Pages of static features in use after the scan.
     pub pages_used: usize,
-    /// Pages in all.
+    /// Pages for static features in all.
     pub pages: usize,
+    /// Pages of moving features in use after the scan.
+    pub moving_pages_used: usize,
+    /// Pages for moving features in all.
+    pub moving_pages: usize,
     /// Mean of vᵀ S⁻¹ v over the detections, by weight, per dimension of the measurement; about 1 for a consistent
     /// filter; 0 where nothing was detected.
     pub innovation: T,

@@ -8,7 +8,9 @@ use nalgebra::SVector;
 pub struct Measurement<T: Real, const Z: usize> {
     /// z.
     pub(crate) z: SVector<T, Z>,
-    /// ln( κ(z) + B w_b ): what explains the measurement where no feature does; −∞ for nothing.
+    /// ln κ(z); −∞ for no clutter.
+    pub(crate) ln_clutter: T,
+    /// ln( κ(z) + Σ w_b ): what explains the measurement where no feature does; −∞ for nothing.
     pub(crate) ln_unexplained: T,
 }
 
@@ -17,21 +19,32 @@ const LN_LEAST: f64 = -69.0;
 
 impl<T: Real, const Z: usize> Measurement<T, Z> {
     /// All zero; a placeholder for unused memory.
-    pub(crate) const ZERO: Self =
-        Self { z: SVector::from_array_storage(nalgebra::ArrayStorage([[T::ZERO; Z]; 1])), ln_unexplained: T::ZERO };
+    pub(crate) const ZERO: Self = Self {
+        z: SVector::from_array_storage(nalgebra::ArrayStorage([[T::ZERO; Z]; 1])),
+        ln_clutter: T::ZERO,
+        ln_unexplained: T::ZERO,
+    };
 
-    /// A finite number to take weights relative to while η_z is not complete: ln( κ(z) + B w_b ), which bounds them
+    /// A finite number to take weights relative to while η_z is not complete: ln( κ(z) + Σ w_b ), which bounds them
     /// from above, unless that is next to nothing.
     pub(crate) fn ln_reference(&self) -> T {
         self.ln_unexplained.at_least(T::from_f64(LN_LEAST))
     }
 }
 
+/// Buckets of the index over the sorting coordinate.
+const BUCKETS: usize = 64;
+
 /// A scan, sorted by the sensor's sorting coordinate.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub(crate) struct Scan<'s, T: Real, const Z: usize> {
     measurements: &'s [Measurement<T, Z>],
     sorted_by: usize,
+    /// For every bucket the first place that is not before it; a search starts there.
+    starts: [u16; BUCKETS],
+    /// Where the first bucket begins, and buckets per unit of the coordinate.
+    first: T,
+    buckets_per_unit: T,
     /// Length of a turn where the sorting coordinate is an angle.
     turn: Option<T>,
     /// The least of all `ln_unexplained`.
@@ -47,7 +60,7 @@ impl<'s, T: Real, const Z: usize> Scan<'s, T, Z> {
         memory: &'s mut [Measurement<T, Z>],
         measured: &[SVector<T, Z>],
         clutter: &C,
-        ln_birth: T,
+        birth_intensity: T,
     ) -> Self
     where
         S: Sensor<T, D, Z>,
@@ -56,6 +69,7 @@ impl<'s, T: Real, const Z: usize> Scan<'s, T, Z> {
         Dim<Z>: Packed,
     {
         let key = |measurement: &Measurement<T, Z>| coordinate(&measurement.z, S::SORTED_BY);
+        let ln_birth = birth_intensity.ln();
         let mut ln_least_unexplained = T::INFINITY;
         let mut len = 0;
         for &z in measured {
@@ -65,13 +79,14 @@ impl<'s, T: Real, const Z: usize> Scan<'s, T, Z> {
             {
                 *angle = wrap(*angle);
             }
-            let mut unexplained = LnSum::of(clutter.ln_intensity(&z));
+            let ln_clutter = clutter.ln_intensity(&z);
+            let mut unexplained = LnSum::of(ln_clutter);
             unexplained.add(ln_birth);
             let ln_unexplained = unexplained.ln();
             ln_least_unexplained = ln_unexplained.at_most(ln_least_unexplained);
             // Insertion keeps measurements with equal keys in the caller's order. Scans are short, and most sensors
             // deliver them in order already.
-            let mut place = Measurement { z, ln_unexplained };
+            let mut place = Measurement { z, ln_clutter, ln_unexplained };
             let position = memory.get(..len).unwrap_or(&[]).partition_point(|held| key(held) <= key(&place));
             for slot in memory.iter_mut().take(len + 1).skip(position) {
                 core::mem::swap(slot, &mut place);
@@ -79,7 +94,34 @@ impl<'s, T: Real, const Z: usize> Scan<'s, T, Z> {
             len += 1;
         }
         let turn = S::SORTED_BY_ANGLE.then(|| T::PI + T::PI);
-        Self { measurements: memory.get(..len).unwrap_or(&[]), sorted_by: S::SORTED_BY, turn, ln_least_unexplained }
+        let measurements = memory.get(..len).unwrap_or(&[]);
+        let first = measurements.first().map_or(T::ZERO, key);
+        let extent = measurements.last().map_or(T::ZERO, key) - first;
+        let buckets_per_unit = if extent > T::ZERO { T::from_usize(BUCKETS) / extent } else { T::ZERO };
+        let mut scan = Self {
+            measurements,
+            sorted_by: S::SORTED_BY,
+            starts: [0; BUCKETS],
+            first,
+            buckets_per_unit,
+            turn,
+            ln_least_unexplained,
+        };
+        let mut place = 0;
+        for bucket in 0..BUCKETS {
+            let before = |measurement: &&Measurement<T, Z>| scan.bucket(key(measurement)) < bucket;
+            place += measurements.iter().skip(place).take_while(before).count();
+            if let Some(start) = scan.starts.get_mut(bucket) {
+                *start = place as u16;
+            }
+        }
+        scan
+    }
+
+    /// The bucket that a coordinate falls into; the outer ones hold everything beyond. Grows with the coordinate.
+    fn bucket(&self, coordinate: T) -> usize {
+        let place = ((coordinate - self.first) * self.buckets_per_unit).to_i32();
+        usize::try_from(place).unwrap_or(0).min(BUCKETS - 1)
     }
 
     /// Number of measurements.
@@ -92,7 +134,7 @@ impl<'s, T: Real, const Z: usize> Scan<'s, T, Z> {
         self.measurements.iter()
     }
 
-    /// The least of ln( κ(z) + B w_b ) over the measurements.
+    /// The least of ln( κ(z) + Σ w_b ) over the measurements.
     pub(crate) fn ln_least_unexplained(&self) -> T {
         self.ln_least_unexplained
     }
@@ -119,12 +161,19 @@ impl<'s, T: Real, const Z: usize> Scan<'s, T, Z> {
 
     /// First place whose coordinate is not below `bound`.
     fn lower(&self, bound: T) -> usize {
-        self.measurements.partition_point(|measurement| coordinate(&measurement.z, self.sorted_by) < bound)
+        self.after(bound, |coordinate| coordinate < bound)
     }
 
     /// First place whose coordinate is above `bound`.
     fn upper(&self, bound: T) -> usize {
-        self.measurements.partition_point(|measurement| coordinate(&measurement.z, self.sorted_by) <= bound)
+        self.after(bound, |coordinate| coordinate <= bound)
+    }
+
+    /// First place from the bucket of `bound` on whose coordinate is not `before`. All earlier buckets are.
+    fn after(&self, bound: T, before: impl Fn(T) -> bool) -> usize {
+        let start = self.starts.get(self.bucket(bound)).copied().map_or(0, usize::from);
+        let rest = self.measurements.get(start..).unwrap_or(&[]);
+        start + rest.iter().take_while(|measurement| before(coordinate(&measurement.z, self.sorted_by))).count()
     }
 }
 

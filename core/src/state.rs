@@ -1,9 +1,8 @@
 //! All memory of a filter.
 
-use crate::map::{MapTable, MapTableMemory, Pool, PoolMemory};
+use crate::map::{MapStorage, Maps, NoMoving};
 use crate::scan::Measurement;
-use crate::workspace::{Workspace, WorkspaceMemory};
-use crate::{Dim, LnSum, Noise, Packed, Pose, Real, candidate::Candidate};
+use crate::{Dim, LnSum, Noise, Packed, Pose, Real, Symmetric, Twice, candidate::Candidate};
 
 /// All memory of a filter: what it knows and its scratch, with every capacity in the type.
 ///
@@ -13,153 +12,155 @@ use crate::{Dim, LnSum, Noise, Packed, Pose, Real, candidate::Candidate};
 /// | parameter | meaning |
 /// |---|---|
 /// | `T`, `P` | scalar and pose |
-/// | `K`, `D`, `Z` | dimensions of pose, map and measurement |
+/// | `K`, `Z` | dimensions of pose and measurement |
 /// | `PARTICLES` | particles |
 /// | `CANDIDATES` | particles × samples, at least `PARTICLES` |
-/// | `PAGES` | pages of [`PAGE_LEN`](crate::PAGE_LEN) components in the pool that all maps share |
-/// | `MAP_PAGES` | pages one map can have |
 /// | `MEASUREMENTS` | measurements in a scan |
-/// | `VIEW` | components of one map that the update of a scan may touch, before reduction |
+/// | `S` | memory of the static features, a [`MapMemory`](crate::MapMemory) |
+/// | `V` | memory of the moving features, a [`MapMemory`](crate::MapMemory) or [`NoMoving`] |
 ///
 /// ```
-/// use scphd::{PlanarPose, State};
+/// use scphd::{MapMemory, PlanarPose, State};
 ///
-/// static mut STATE: State<f32, PlanarPose<f32>, 3, 2, 2, 32, 64, 512, 32, 64, 512> = State::new();
-/// assert!(size_of::<State<f32, PlanarPose<f32>, 3, 2, 2, 32, 64, 512, 32, 64, 512>>() < 160 * 1024);
+/// // Maps in the plane: a static feature has a state of dimension 2, a moving one of dimension 4.
+/// type Still = MapMemory<f32, 2, 2, 32, 256, 16, 256>;
+/// type Moving = MapMemory<f32, 4, 2, 32, 64, 8, 128>;
+/// type Memory = State<f32, PlanarPose<f32>, 3, 2, 32, 64, 64, Still, Moving>;
+/// static mut STATE: Memory = State::new();
+/// assert!(size_of::<Memory>() < 128 * 1024);
 /// ```
 #[derive(Debug)]
 pub struct State<
     T: Real,
     P,
     const K: usize,
-    const D: usize,
     const Z: usize,
     const PARTICLES: usize,
     const CANDIDATES: usize,
-    const PAGES: usize,
-    const MAP_PAGES: usize,
     const MEASUREMENTS: usize,
-    const VIEW: usize,
+    S,
+    V = NoMoving,
 > where
-    Dim<D>: Packed,
+    Dim<K>: Packed,
 {
-    cursor: Cursor,
+    cursor: Cursor<T>,
+    spreads: [Symmetric<T, K>; PARTICLES],
+    selected_spreads: [Symmetric<T, K>; PARTICLES],
     candidates: [Candidate<T, P>; CANDIDATES],
     ln_likelihoods: [T; CANDIDATES],
     selected: [Candidate<T, P>; PARTICLES],
     survivors: [u16; PARTICLES],
-    maps: MapTableMemory<PARTICLES, MAP_PAGES>,
-    next_maps: MapTableMemory<PARTICLES, MAP_PAGES>,
-    pool: PoolMemory<T, D, D, PAGES>,
     measurements: [Measurement<T, Z>; MEASUREMENTS],
     eta: [LnSum<T>; MEASUREMENTS],
-    workspace: WorkspaceMemory<T, D, VIEW>,
+    still: S,
+    moving: V,
 }
 
 impl<
     T: Real,
     P: Pose<T, K>,
     const K: usize,
-    const D: usize,
     const Z: usize,
     const PARTICLES: usize,
     const CANDIDATES: usize,
-    const PAGES: usize,
-    const MAP_PAGES: usize,
     const MEASUREMENTS: usize,
-    const VIEW: usize,
-> State<T, P, K, D, Z, PARTICLES, CANDIDATES, PAGES, MAP_PAGES, MEASUREMENTS, VIEW>
+    S,
+    V,
+> State<T, P, K, Z, PARTICLES, CANDIDATES, MEASUREMENTS, S, V>
 where
-    Dim<D>: Packed,
+    Dim<K>: Packed,
 {
     /// An empty state, all zero, to be started by [`ScPhd::reset`](crate::ScPhd::reset).
     ///
     /// Capacities that cannot work do not compile.
     #[must_use]
-    pub const fn new() -> Self {
+    pub const fn new<const D: usize, const E: usize>() -> Self
+    where
+        S: MapStorage<T, D, D>,
+        V: MapStorage<T, E, D>,
+        Dim<D>: Packed + Twice<E>,
+        Dim<E>: Packed,
+    {
         const {
             assert!(PARTICLES >= 1, "a filter needs a particle");
             assert!(CANDIDATES >= PARTICLES, "CANDIDATES must be at least PARTICLES");
             assert!(CANDIDATES <= u16::MAX as usize, "candidates are counted in 16 bits");
-            assert!(PAGES >= 1 && PAGES <= u16::MAX as usize, "pages are counted in 16 bits");
-            assert!(MAP_PAGES >= 1 && MAP_PAGES <= PAGES, "a map cannot have more pages than the pool");
             assert!(MEASUREMENTS <= u16::MAX as usize, "measurements are counted in 16 bits");
-            assert!(VIEW >= crate::PAGE_LEN && VIEW < u16::MAX as usize, "VIEW must hold a page, and fit 16 bits");
+            assert!(S::PARTICLES >= PARTICLES, "every particle needs a static map");
+            assert!(V::PARTICLES >= PARTICLES || V::PARTICLES == 0, "every particle needs a moving map, or none");
         }
         Self {
             cursor: Cursor::ZERO,
+            spreads: [Symmetric::ZERO; PARTICLES],
+            selected_spreads: [Symmetric::ZERO; PARTICLES],
             candidates: [Candidate::zero::<K>(); CANDIDATES],
             ln_likelihoods: [T::ZERO; CANDIDATES],
             selected: [Candidate::zero::<K>(); PARTICLES],
             survivors: [0; PARTICLES],
-            maps: MapTableMemory::ZERO,
-            next_maps: MapTableMemory::ZERO,
-            pool: PoolMemory::ZERO,
             measurements: [Measurement::ZERO; MEASUREMENTS],
             eta: [LnSum::ZERO; MEASUREMENTS],
-            workspace: WorkspaceMemory::ZERO,
+            still: S::ZERO,
+            moving: V::ZERO,
         }
     }
 
     /// The state as slices, whatever its capacities.
-    pub(crate) fn memory(&mut self) -> Memory<'_, T, P, D, Z> {
+    pub(crate) fn memory<const D: usize, const E: usize>(&mut self) -> Memory<'_, T, P, K, D, E, Z>
+    where
+        S: MapStorage<T, D, D>,
+        V: MapStorage<T, E, D>,
+        Dim<D>: Packed,
+        Dim<E>: Packed,
+    {
         Memory {
             cursor: &mut self.cursor,
+            spreads: &mut self.spreads,
+            selected_spreads: &mut self.selected_spreads,
             candidates: &mut self.candidates,
             ln_likelihoods: &mut self.ln_likelihoods,
             selected: &mut self.selected,
             survivors: &mut self.survivors,
-            maps: self.maps.view(),
-            next_maps: self.next_maps.view(),
-            pool: self.pool.view(),
             measurements: &mut self.measurements,
             eta: &mut self.eta,
-            workspace: self.workspace.view(),
+            still: self.still.maps(),
+            moving: self.moving.maps(),
         }
-    }
-}
-
-impl<
-    T: Real,
-    P: Pose<T, K>,
-    const K: usize,
-    const D: usize,
-    const Z: usize,
-    const PARTICLES: usize,
-    const CANDIDATES: usize,
-    const PAGES: usize,
-    const MAP_PAGES: usize,
-    const MEASUREMENTS: usize,
-    const VIEW: usize,
-> Default for State<T, P, K, D, Z, PARTICLES, CANDIDATES, PAGES, MAP_PAGES, MEASUREMENTS, VIEW>
-where
-    Dim<D>: Packed,
-{
-    fn default() -> Self {
-        Self::new()
     }
 }
 
 /// Where the recursion stands.
 #[derive(Debug, Clone)]
-pub(crate) struct Cursor {
+pub(crate) struct Cursor<T> {
     /// Particles in use; zero before the first reset.
     pub(crate) particles: usize,
     /// Candidates of every particle: M between a prediction and the next scan, otherwise 1.
     pub(crate) children: usize,
     /// Whether the candidates have moved since the last scan.
     pub(crate) predicted: bool,
+    /// Summed dt of the predictions since the last scan, s, which the moving features have still to be moved by.
+    pub(crate) waited_s: T,
     /// Candidates that the last scan weighed; zero before the first.
     pub(crate) weighed: usize,
     /// The particle whose map is the estimate: the one that continues the heaviest surviving candidate of the last
     /// scan.
     pub(crate) heaviest: usize,
+    /// The tag that the next feature gets. It wraps after four thousand million.
+    pub(crate) next_tag: u32,
     /// The random stream; none before the first reset.
     pub(crate) noise: Option<Noise>,
 }
 
-impl Cursor {
-    const ZERO: Self = Self { particles: 0, children: 0, predicted: false, weighed: 0, heaviest: 0, noise: None };
+impl<T: Real> Cursor<T> {
+    const ZERO: Self = Self {
+        particles: 0,
+        children: 0,
+        predicted: false,
+        waited_s: T::ZERO,
+        weighed: 0,
+        heaviest: 0,
+        next_tag: 0,
+        noise: None,
+    };
 
     /// Number of candidates in use.
     pub(crate) fn candidates(&self) -> usize {
@@ -169,26 +170,32 @@ impl Cursor {
 
 /// The state as slices, whatever its capacities: what the recursion is written for.
 #[derive(Debug)]
-pub(crate) struct Memory<'s, T: Real, P, const D: usize, const Z: usize>
+pub(crate) struct Memory<'s, T: Real, P, const K: usize, const D: usize, const E: usize, const Z: usize>
 where
+    Dim<K>: Packed,
     Dim<D>: Packed,
+    Dim<E>: Packed,
 {
-    pub(crate) cursor: &'s mut Cursor,
+    pub(crate) cursor: &'s mut Cursor<T>,
+    /// With the informed proposal, the covariance of every particle's pose since the last scan; otherwise zero.
+    pub(crate) spreads: &'s mut [Symmetric<T, K>],
+    /// The same of the particles that go on.
+    pub(crate) selected_spreads: &'s mut [Symmetric<T, K>],
     pub(crate) candidates: &'s mut [Candidate<T, P>],
     pub(crate) ln_likelihoods: &'s mut [T],
     pub(crate) selected: &'s mut [Candidate<T, P>],
     pub(crate) survivors: &'s mut [u16],
-    pub(crate) maps: MapTable<'s>,
-    pub(crate) next_maps: MapTable<'s>,
-    pub(crate) pool: Pool<'s, T, D, D>,
     pub(crate) measurements: &'s mut [Measurement<T, Z>],
     pub(crate) eta: &'s mut [LnSum<T>],
-    pub(crate) workspace: Workspace<'s, T, D>,
+    pub(crate) still: Maps<'s, T, D, D>,
+    pub(crate) moving: Maps<'s, T, E, D>,
 }
 
-impl<T: Real, P, const D: usize, const Z: usize> Memory<'_, T, P, D, Z>
+impl<T: Real, P, const K: usize, const D: usize, const E: usize, const Z: usize> Memory<'_, T, P, K, D, E, Z>
 where
+    Dim<K>: Packed,
     Dim<D>: Packed,
+    Dim<E>: Packed,
 {
     /// The candidates in use.
     pub(crate) fn candidates(&self) -> &[Candidate<T, P>] {

@@ -1,49 +1,84 @@
-//! One scan, from top to bottom: weigh, select, update.
+//! One scan, from top to bottom: drift, propose, weigh, select, update.
 
 use crate::candidate::{effective_number, reweigh};
+use crate::drift::drift;
+use crate::propose::{Proposal, Proposer};
 use crate::scan::Scan;
 use crate::select::select;
 use crate::state::Memory;
-use crate::update::Maps;
-use crate::view::View;
+use crate::update::Update;
+use crate::view::{Detection, View};
 use crate::weigh::weigh;
-use crate::{Clutter, Dim, FieldOfView, Health, Motion, Packed, Pose, Real, ScPhd, ScanError, ScanReport, Sensor};
+use crate::{
+    Clutter, Dim, FieldOfView, Health, Locating, Motion, Packed, Pose, Real, ScPhd, ScanError, ScanReport, Sensor,
+    Symmetric, Twice,
+};
+use core::cell::Cell;
 use nalgebra::SVector;
 
-impl<T, P, M, S, V, C, const K: usize, const D: usize, const Z: usize> ScPhd<'_, T, P, M, S, V, C, K, D, Z>
+impl<T, P, M, S, V, C, const K: usize, const D: usize, const E: usize, const Z: usize>
+    ScPhd<'_, T, P, M, S, V, C, K, D, E, Z>
 where
     T: Real,
     P: Pose<T, K>,
     M: Motion<T, K, Pose = P>,
-    S: Sensor<T, D, Z, Pose = P>,
+    S: Locating<T, K, D, Z> + Sensor<T, D, Z, Pose = P>,
     V: FieldOfView<T, S::Frame, D, Z>,
     C: Clutter<T, Z>,
     Dim<K>: Packed,
-    Dim<D>: Packed,
+    Dim<D>: Packed + Twice<E>,
+    Dim<E>: Packed,
     Dim<Z>: Packed,
 {
     /// The scan update, of measurements that have been checked.
     pub(crate) fn step(&mut self, measured: &[SVector<T, Z>]) -> Result<ScanReport<T>, ScanError> {
         let Self { models, config, memory } = self;
-        let Memory { cursor, candidates, ln_likelihoods, selected, survivors, measurements, eta, .. } = memory;
-        let Some(noise) = cursor.noise.as_mut() else { return Err(ScanError::NotStarted) };
-        let (particles, children) = (cursor.particles, cursor.children);
-        let scan = Scan::sort::<S, C, D>(measurements, measured, &models.clutter, config.birth_intensity.ln());
+        let Memory {
+            cursor,
+            spreads,
+            selected_spreads,
+            candidates,
+            ln_likelihoods,
+            selected,
+            survivors,
+            measurements,
+            eta,
+            still,
+            moving,
+        } = memory;
+        let Some(mut noise) = cursor.noise.clone() else { return Err(ScanError::NotStarted) };
+        let particles = cursor.particles;
+        let births = config.birth_intensity + config.moving.birth_intensity;
+        let scan = Scan::sort::<S, C, D>(measurements, measured, &models.clutter, births);
         let ln_negligible = config.negligible.ln();
         let look = |pose: &P| View {
             sensor: &models.sensor,
             field_of_view: &models.field_of_view,
             frame: models.sensor.frame(pose),
             ln_negligible,
+            last_detection: Cell::new(Detection::of(T::ONE)),
         };
+        // Predict what moves (5.14), once for all the steps since the last scan.
+        drift(&mut moving.pool, config, cursor.waited_s);
+
+        // Propose: with poses that the scan has been taken into, the samples are drawn now.
+        ln_likelihoods.iter_mut().for_each(|ln_correction| *ln_correction = T::ZERO);
+        if let Proposal::Informed(informed) = config.proposal
+            && (cursor.predicted || informed.drawn < T::ONE)
+        {
+            let proposer = Proposer { informed, look, still: &mut *still, moving: &*moving, scan: &scan, eta };
+            proposer.all(config.samples, cursor, candidates, spreads, ln_likelihoods, &mut noise);
+        }
+        let children = cursor.children;
+        let parent_of = |candidate: usize| candidate.checked_div(children).unwrap_or(0);
 
         // Weigh (4.52). Only ln L and the scratch η are written; the maps are those of the prediction.
         let candidates = candidates.get_mut(..particles * children).unwrap_or(&mut []);
         let mut in_view = 0;
         for (index, (candidate, ln_likelihood)) in candidates.iter().zip(ln_likelihoods.iter_mut()).enumerate() {
-            let pages = memory.maps.pages(index / children);
-            let weighed = weigh(&look(&candidate.pose), pages, &memory.pool, &scan, eta);
-            *ln_likelihood = weighed.ln_likelihood;
+            let view = look(&candidate.pose);
+            let weighed = weigh(&view, parent_of(index), (still, moving), &scan, config.likelihood, eta);
+            *ln_likelihood += weighed.ln_likelihood;
             in_view = in_view.max(weighed.in_view);
         }
         let ln_evidence = reweigh(candidates, ln_likelihoods);
@@ -51,22 +86,23 @@ where
 
         // Select (5.2.2): back to one candidate a particle.
         let survivors = survivors.get_mut(..particles).unwrap_or(&mut []);
-        let selection = select(candidates, children, config.resample_threshold, n_eff, noise, survivors, selected);
+        let selection = select(candidates, children, config.resample_threshold, n_eff, &mut noise, survivors, selected);
 
         // Update (5.17–5.22): write the survivors' maps.
-        let maps = Maps {
-            predicted: &mut memory.maps,
-            updated: &mut memory.next_maps,
-            pool: &mut memory.pool,
-            workspace: &mut memory.workspace,
-            eta,
-        };
-        let look_again = |survivor: usize| candidates.get(survivor).map(|candidate| look(&candidate.pose));
-        let tally = maps.update_all(survivors, children, look_again, &scan, config, |born| *born);
+        let update = Update { still, moving, eta, config, next_tag: &mut cursor.next_tag };
+        let parent = |survivor| parent_of(usize::from(survivor));
+        let look_again = |survivor| candidates.get(usize::from(survivor)).map(|candidate| look(&candidate.pose));
+        let tally = update.all(survivors, parent, look_again, &scan);
 
         candidates.iter_mut().zip(selected.iter()).take(particles).for_each(|(slot, chosen)| *slot = *chosen);
+        for (slot, &survivor) in selected_spreads.iter_mut().zip(survivors.iter()) {
+            *slot = spreads.get(parent_of(usize::from(survivor))).copied().unwrap_or(Symmetric::ZERO);
+        }
+        spreads.iter_mut().zip(selected_spreads.iter()).for_each(|(slot, chosen)| *slot = *chosen);
+        cursor.noise = Some(noise);
         cursor.children = 1;
         cursor.predicted = false;
+        cursor.waited_s = T::ZERO;
         cursor.weighed = particles * children;
         cursor.heaviest = selection.heaviest;
 
@@ -78,7 +114,6 @@ where
             | Health::COMPONENTS_LOST.when(tally.lost > 0)
             | Health::COVARIANCE_REPAIRED.when(tally.repaired > 0)
             | Health::INNOVATION_HIGH.when(innovation > T::from_f64(2.0));
-        let pages = memory.pool.capacity();
         Ok(ScanReport {
             measurements: measured.len(),
             no_birth: tally.no_birth,
@@ -87,7 +122,7 @@ where
             ln_evidence,
             n_eff,
             resampled: selection.resampled,
-            survivors: tally.updated + tally.kept,
+            survivors: tally.survivors,
             maps_updated: tally.updated,
             births: tally.births,
             merged: tally.merged,
@@ -96,8 +131,10 @@ where
             not_updated: tally.kept,
             lost: tally.lost,
             repaired: tally.repaired,
-            pages_used: pages - memory.pool.free(),
-            pages,
+            pages_used: still.pages_used(),
+            pages: still.pool.capacity(),
+            moving_pages_used: moving.pages_used(),
+            moving_pages: moving.pool.capacity(),
             innovation,
             health,
         })

@@ -24,6 +24,13 @@ pub trait Packed: sealed::Sealed {
     type Lower<T: Real>: Lower<T>;
 }
 
+/// The dimension of a moving feature's state (position, velocity), E = 2D, of one whose position has the dimension D.
+pub trait Twice<const E: usize>: sealed::Sealed {}
+
+impl Twice<2> for Dim<1> {}
+impl Twice<4> for Dim<2> {}
+impl Twice<6> for Dim<3> {}
+
 /// Array that holds a lower triangle.
 pub trait Lower<T>: sealed::Sealed + Copy + PartialEq + Debug + Send + Sync + AsRef<[T]> + AsMut<[T]> {
     /// All zero.
@@ -201,6 +208,28 @@ where
         (repaired, true)
     }
 
+    /// A lower triangular A with A Aᵀ = the matrix, which need only be positive semidefinite: coordinates without variance
+    /// of their own beyond rounding get columns of zeros.
+    #[must_use]
+    pub fn root(&self) -> SMatrix<T, N, N> {
+        let mut a = SMatrix::<T, N, N>::zeros();
+        for column in 0..N {
+            let pivot = (0..column).fold(self.get(column, column), |pivot, k| pivot - a[(column, k)] * a[(column, k)]);
+            let rounding = T::EPSILON * T::from_f64(16.0) * self.get(column, column);
+            // Written so that NaN gives zeros too.
+            if !(pivot > rounding && pivot.is_finite()) {
+                continue;
+            }
+            let root = pivot.sqrt();
+            a[(column, column)] = root;
+            for row in column + 1..N {
+                let rest = (0..column).fold(self.get(row, column), |rest, k| rest - a[(row, k)] * a[(column, k)]);
+                a[(row, column)] = rest / root;
+            }
+        }
+        a
+    }
+
     /// The factors L and d of L diag(d) Lᵀ, or `None` unless the matrix is positive definite.
     #[inline]
     #[must_use]
@@ -280,6 +309,34 @@ where
             }
         }
         y
+    }
+
+    /// L⁻ᵀ diag(d)^{-½} v: of a vector of covariance I, one of covariance S⁻¹.
+    #[inline]
+    #[must_use]
+    pub fn spread_inverse(&self, v: &SVector<T, N>) -> SVector<T, N> {
+        let l = self.lower.as_ref();
+        let mut y = *v;
+        for row in (0..N).rev() {
+            y[row] /= self.pivots[row].sqrt();
+            for k in row + 1..N {
+                let known = y[k];
+                y[row] -= l[at(k, row)] * known;
+            }
+        }
+        y
+    }
+
+    /// S⁻¹.
+    #[must_use]
+    pub fn inverse(&self) -> Symmetric<T, N> {
+        let mut full = SMatrix::<T, N, N>::zeros();
+        for column in 0..N {
+            let mut unit = SVector::<T, N>::zeros();
+            unit[column] = T::ONE;
+            full.set_column(column, &self.solve(&unit));
+        }
+        Symmetric::from_fn(|row, column| full[(row, column)])
     }
 
     /// ln det S.

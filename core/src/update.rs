@@ -1,105 +1,71 @@
 //! The update of the survivors' maps (5.17–5.22), after their weights are known.
 
-use crate::map::{MapTable, PAGE_LEN, Pool};
-use crate::reduce::{keep_heaviest, merge_and_cap};
+use crate::map::{Maps, PAGE_LEN};
+use crate::reduce::{heavier, keep_heaviest, merge_and_cap};
 use crate::scan::Scan;
 use crate::sort::heap_sort;
+use crate::tally::Tally;
 use crate::view::View;
 use crate::weigh::reset_eta;
 use crate::workspace::{Entry, Origin, Workspace};
-use crate::{Bounds, Config, Dim, FieldOfView, Gaussian, LnSum, Packed, Real, Sensor};
-
-/// What the updates of one scan did, over all maps.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Tally<T> {
-    /// Maps written.
-    pub(crate) updated: usize,
-    /// Mass of the components dropped for their weight.
-    pub(crate) pruned_mass: T,
-    /// Components merged into another.
-    pub(crate) merged: usize,
-    /// Components born that outlived pruning, before merging.
-    pub(crate) births: usize,
-    /// Maps for which pruning had to be tightened, by any lack of room.
-    pub(crate) tightened: usize,
-    /// Components that found no room at all.
-    pub(crate) lost: usize,
-    /// Maps left as predicted because their confirmed components would not have fitted.
-    pub(crate) kept: usize,
-    /// Corrected covariances that had to be repaired.
-    pub(crate) repaired: usize,
-    /// Measurements that could not give birth: without an inverse, or with one out of view.
-    pub(crate) no_birth: usize,
-    /// Σ w d² and Σ w over the detections kept: the normalised innovation squared and its weight.
-    pub(crate) innovation: (T, T),
-}
-
-impl<T: Real> Tally<T> {
-    pub(crate) fn new() -> Self {
-        Self {
-            updated: 0,
-            pruned_mass: T::ZERO,
-            merged: 0,
-            births: 0,
-            tightened: 0,
-            lost: 0,
-            kept: 0,
-            repaired: 0,
-            no_birth: 0,
-            innovation: (T::ZERO, T::ZERO),
-        }
-    }
-
-    /// Mean squared innovation per dimension of the measurement; 0 where nothing was detected.
-    pub(crate) fn mean_innovation(&self, dimension: usize) -> T {
-        let (sum, weight) = self.innovation;
-        if weight > T::ZERO { sum / (weight * T::from_usize(dimension)) } else { T::ZERO }
-    }
-}
-
-/// The maps before and after the update, and the scratch between them.
-#[derive(Debug)]
-pub(crate) struct Maps<'a, 's, T: Real, const N: usize, const D: usize>
-where
-    Dim<N>: Packed,
-{
-    pub(crate) predicted: &'a mut MapTable<'s>,
-    pub(crate) updated: &'a mut MapTable<'s>,
-    pub(crate) pool: &'a mut Pool<'s, T, N, D>,
-    pub(crate) workspace: &'a mut Workspace<'s, T, N>,
-    pub(crate) eta: &'a mut [LnSum<T>],
-}
+use crate::{Bounds, Component, Config, Dim, FieldOfView, LnSum, Packed, Real, Sensor, Symmetric};
+use nalgebra::SVector;
 
 /// Which map to update, where to put it, and what share of the pool it may take.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Task {
     /// The particle whose predicted map is updated.
-    pub(crate) parent: usize,
+    parent: usize,
     /// The particle that gets the updated map.
-    pub(crate) particle: usize,
+    particle: usize,
     /// No later survivor needs the parent's map.
-    pub(crate) last_child: bool,
+    last_child: bool,
     /// Maps still to be updated, this one included.
-    pub(crate) remaining: usize,
+    remaining: usize,
 }
 
-impl<T: Real, const N: usize, const D: usize> Maps<'_, '_, T, N, D>
+/// The scan as one survivor's pose sees it.
+#[derive(Debug)]
+struct Sight<'a, T: Real, S, V, F, const D: usize, const Z: usize> {
+    view: View<'a, T, S, V, F>,
+    /// Outside nothing is in view.
+    bounds: Bounds<T, D>,
+    scan: &'a Scan<'a, T, Z>,
+    /// The tag of the scan's first measurement; after the last one come the births that did not wait for one.
+    first_tag: u32,
+}
+
+/// All maps of both kinds, and the scratch that they share.
+#[derive(Debug)]
+pub(crate) struct Update<'a, 's, T: Real, const D: usize, const E: usize>
 where
-    Dim<N>: Packed,
     Dim<D>: Packed,
+    Dim<E>: Packed,
+{
+    pub(crate) still: &'a mut Maps<'s, T, D, D>,
+    pub(crate) moving: &'a mut Maps<'s, T, E, D>,
+    pub(crate) eta: &'a mut [LnSum<T>],
+    pub(crate) config: &'a Config<T>,
+    /// The tag of the scan's first measurement; afterwards the first that has not been given away.
+    pub(crate) next_tag: &'a mut u32,
+}
+
+impl<T: Real, const D: usize, const E: usize> Update<'_, '_, T, D, E>
+where
+    Dim<D>: Packed,
+    Dim<E>: Packed,
 {
     /// Gives every particle the updated map of the survivor it continues, and frees the predicted maps.
     ///
-    /// Survivors come in ascending order of parents. Copies of one survivor share its map. A parent's pages are let go
-    /// before its last child's map is written, so that without a resampling every map is rewritten in its own place.
-    pub(crate) fn update_all<'v, S, V, F, const Z: usize>(
+    /// Survivors come in ascending order of parents; `parent_of` tells a survivor's, `look` its view. Copies of one
+    /// survivor share its map. A parent's pages are let go before its last child's map is written, so that without a
+    /// resampling every map is rewritten in its own place.
+    pub(crate) fn all<'v, S, V, F, const Z: usize>(
         mut self,
         survivors: &[u16],
-        children: usize,
-        look: impl Fn(usize) -> Option<View<'v, T, S, V, F>>,
+        parent_of: impl Fn(u16) -> usize,
+        look: impl Fn(u16) -> Option<View<'v, T, S, V, F>>,
         scan: &Scan<'_, T, Z>,
-        config: &Config<T>,
-        birth: impl Fn(&Gaussian<T, D>) -> Gaussian<T, N>,
     ) -> Tally<T>
     where
         S: Sensor<T, D, Z, Frame = F> + 'v,
@@ -107,73 +73,184 @@ where
         Dim<Z>: Packed,
     {
         let mut tally = Tally::new();
-        let parent_of = |survivor: u16| usize::from(survivor) / children;
+        let first_tag = *self.next_tag;
+        let first_view = survivors.first().and_then(|&survivor| look(survivor));
+        let expected_births = first_view.map_or(0, |view| view.expected_births().count());
+        *self.next_tag = first_tag.wrapping_add((scan.len() + expected_births) as u32);
         let mut alive = survivors.iter().map(|&survivor| parent_of(survivor)).peekable();
         for parent in 0..survivors.len() {
             if alive.next_if_eq(&parent).is_none() {
-                self.predicted.release(parent, self.pool);
+                self.still.let_go(parent);
+                self.moving.let_go(parent);
             }
             while alive.next_if_eq(&parent).is_some() {}
         }
-        let mut remaining = survivors.chunk_by(|a, b| a == b).count();
+        tally.survivors = survivors.chunk_by(|a, b| a == b).count();
+        let mut remaining = tally.survivors;
         let mut particle = 0;
         let mut copies = survivors.chunk_by(|a, b| a == b).peekable();
         while let Some(copy) = copies.next() {
             let Some(&survivor) = copy.first() else { continue };
             let parent = parent_of(survivor);
             let last_child = copies.peek().and_then(|next| next.first()).is_none_or(|&next| parent_of(next) != parent);
-            if let Some(view) = look(usize::from(survivor)) {
+            if let Some(view) = look(survivor) {
                 let task = Task { parent, particle, last_child, remaining };
-                self.update(task, &view, scan, config, &birth, &mut tally);
+                let bounds = view.bounds();
+                self.one(task, &Sight { view, bounds, scan, first_tag }, &mut tally);
             }
             for twin in 1..copy.len() {
-                self.updated.share_within(particle, particle + twin, self.pool);
+                self.still.share_updated(particle, particle + twin);
+                self.moving.share_updated(particle, particle + twin);
             }
             particle += copy.len();
             remaining -= 1;
         }
-        self.predicted.take_over(self.updated, survivors.len());
+        self.still.finish(survivors.len());
+        self.moving.finish(survivors.len());
         tally
     }
 
     /// Updates one survivor's map as seen from its pose, reduces it and writes it to fresh pages. Pages out of view
     /// are shared with the parent.
-    fn update<S, V, F, const Z: usize>(
-        &mut self,
-        task: Task,
-        view: &View<'_, T, S, V, F>,
-        scan: &Scan<'_, T, Z>,
-        config: &Config<T>,
-        birth: impl Fn(&Gaussian<T, D>) -> Gaussian<T, N>,
-        tally: &mut Tally<T>,
-    ) where
+    fn one<S, V, F, const Z: usize>(&mut self, task: Task, sight: &Sight<'_, T, S, V, F, D, Z>, tally: &mut Tally<T>)
+    where
         S: Sensor<T, D, Z, Frame = F>,
         V: FieldOfView<T, F, D, Z>,
         Dim<Z>: Packed,
     {
-        let bounds = view.bounds();
-        self.workspace.clear(config.prune_weight);
-        reset_eta(self.eta, scan);
-        let regained = self.collect(task, view, scan, &bounds, tally);
-        self.weigh_detections(scan, tally);
-        self.give_birth(view, scan, config, birth, tally);
-        tally.merged += merge_and_cap(self.workspace, config.merge_distance, config.max_components);
-        tally.tightened += usize::from(self.workspace.tightened());
-        tally.lost += self.workspace.lost();
-        tally.pruned_mass += self.workspace.pruned_mass();
-
-        let share = self.pool.free() / task.remaining.max(1) + regained;
-        let room = self.updated.map_pages().saturating_sub(self.updated.pages(task.particle).len()).min(share);
-        if self.fit(room, tally) {
-            if task.last_child {
-                self.predicted.release(task.parent, self.pool);
-            }
-            self.write(task.particle, &bounds, tally);
+        reset_eta(self.eta, sight.scan);
+        let ln_floor = self.config.prune_weight.ln();
+        let regained_still = self.still.collect(task, ln_floor, sight, self.eta, tally);
+        let first_birth = sight.first_tag.wrapping_add(sight.scan.len() as u32);
+        for (index, birth) in sight.view.expected_births().enumerate() {
+            let birth = Component { tag: first_birth.wrapping_add(index as u32), ..birth };
+            self.still.workspace.look_at(&birth, &sight.view, sight.scan, self.eta, tally);
+        }
+        let regained_moving = self.moving.collect(task, ln_floor, sight, self.eta, tally);
+        for (eta, measurement) in self.eta.iter_mut().zip(sight.scan.iter()) {
+            // From here on: by how much features lower the weight of whatever explains the measurement.
+            *eta = LnSum::of(measurement.ln_reference() - eta.ln());
+        }
+        self.still.weigh_detections(self.eta, tally);
+        self.moving.weigh_detections(self.eta, tally);
+        self.give_birth(sight, tally);
+        self.still.reduce(self.config, self.next_tag, tally);
+        self.moving.reduce(self.config, self.next_tag, tally);
+        let still_stored = self.still.store(task, regained_still, &sight.bounds, tally);
+        let moving_stored = self.moving.store(task, regained_moving, &sight.bounds, tally);
+        if still_stored && moving_stored {
             tally.updated += 1;
         } else {
-            self.keep_prediction(task);
             tally.kept += 1;
         }
+    }
+
+    /// Adds components of weight w_b/η_z at h⁻¹(z, x) for every measurement, a static and a moving one (5.9, 5.10, 5.17).
+    fn give_birth<S, V, F, const Z: usize>(&mut self, sight: &Sight<'_, T, S, V, F, D, Z>, tally: &mut Tally<T>)
+    where
+        S: Sensor<T, D, Z, Frame = F>,
+        V: FieldOfView<T, F, D, Z>,
+        Dim<Z>: Packed,
+    {
+        let Sight { view, scan, first_tag, .. } = sight;
+        let (still, moving) = (&mut self.still.workspace, &mut self.moving.workspace);
+        let (ln_still, ln_moving) = (self.config.birth_intensity.ln(), self.config.moving.birth_intensity.ln());
+        let velocity_variance = self.config.moving.velocity_sigma_mps * self.config.moving.velocity_sigma_mps;
+        for (index, (eta, measurement)) in self.eta.iter().zip(scan.iter()).enumerate() {
+            let ln_unexplained = eta.ln() - measurement.ln_reference();
+            let ln_still = Some(ln_still + ln_unexplained).filter(|&ln_weight| ln_weight >= still.ln_floor());
+            let ln_moving = Some(ln_moving + ln_unexplained).filter(|&ln_weight| ln_weight >= moving.ln_floor());
+            if ln_still.is_none() && ln_moving.is_none() {
+                continue;
+            }
+            // A feature out of view cannot have caused the measurement; born there, it would never be missed and stay.
+            let inverse = view.sensor.invert(&view.frame, &measurement.z);
+            let Some(inverse) = inverse.filter(|inverse| view.sees(&inverse.feature)) else {
+                tally.no_birth += 1;
+                continue;
+            };
+            let (place, repaired) = view.sensor.noise().congruence(&inverse.jacobian).kept_positive_definite();
+            tally.repaired += usize::from(repaired);
+            let tag = first_tag.wrapping_add(index as u32);
+            if let Some(ln_weight) = ln_still {
+                still.push(Component { tag, ln_weight, mean: inverse.feature, covariance: place }, Origin::Born);
+                tally.births += 1;
+            }
+            if let Some(ln_weight) = ln_moving {
+                let mean = SVector::from_fn(|row, _| inverse.feature.get(row).copied().unwrap_or(T::ZERO));
+                let covariance = Symmetric::from_fn(|row, column| {
+                    let velocity = if row == column { velocity_variance } else { T::ZERO };
+                    if row < D { place.get(row, column) } else { velocity }
+                });
+                moving.push(Component { tag, ln_weight, mean, covariance }, Origin::Born);
+                tally.births += 1;
+            }
+        }
+    }
+}
+
+impl<T: Real, const N: usize> Workspace<'_, T, N>
+where
+    Dim<N>: Packed,
+{
+    /// Adds what becomes of one component, and its terms to η_z; `false` where it is out of view.
+    fn look_at<S, V, F, const D: usize, const Z: usize>(
+        &mut self,
+        component: &Component<T, N>,
+        view: &View<'_, T, S, V, F>,
+        scan: &Scan<'_, T, Z>,
+        eta: &mut [LnSum<T>],
+        tally: &mut Tally<T>,
+    ) -> bool
+    where
+        S: Sensor<T, D, Z, Frame = F>,
+        V: FieldOfView<T, F, D, Z>,
+        Dim<D>: Packed,
+        Dim<Z>: Packed,
+    {
+        let Some(expectation) = view.expect(component) else { return false };
+        let ln_weight = component.ln_weight + expectation.ln_missed;
+        self.push(Component { ln_weight, ..*component }, Origin::Missed);
+        let mut correction = None;
+        view.matches(&expectation, scan, |found| {
+            if let Some(eta) = eta.get_mut(found.index) {
+                eta.add(found.ln_term);
+            }
+            // η_z is not complete yet; what it is without features bounds the weight from above.
+            let ln_bound = found.ln_term - found.ln_reference;
+            if ln_bound >= self.ln_floor() {
+                let correction = correction.get_or_insert_with(|| {
+                    let correction = expectation.correction(component, view.sensor.noise());
+                    tally.repaired += usize::from(correction.repaired());
+                    correction
+                });
+                let origin = Origin::Detected { measurement: found.index as u16, distance: found.distance };
+                self.push(correction.apply(component, &found.innovation, ln_bound), origin);
+            }
+        });
+        true
+    }
+}
+
+/// The steps of one map's update, for features of either kind.
+impl<T: Real, const N: usize, const D: usize> Maps<'_, T, N, D>
+where
+    Dim<N>: Packed,
+    Dim<D>: Packed,
+{
+    /// Frees the predicted map of a particle that has no survivor.
+    fn let_go(&mut self, parent: usize) {
+        self.predicted.release(parent, &mut self.pool);
+    }
+
+    /// Makes one updated map that of another particle too.
+    fn share_updated(&mut self, from: usize, to: usize) {
+        self.updated.share_within(from, to, &mut self.pool);
+    }
+
+    /// Makes the updated maps the current ones.
+    fn finish(&mut self, particles: usize) {
+        self.predicted.take_over(&mut self.updated, particles);
     }
 
     /// Fills the workspace with what becomes of the components in view, and η_z with their terms. Returns how many of
@@ -181,9 +258,9 @@ where
     fn collect<S, V, F, const Z: usize>(
         &mut self,
         task: Task,
-        view: &View<'_, T, S, V, F>,
-        scan: &Scan<'_, T, Z>,
-        bounds: &Bounds<T, D>,
+        ln_floor: T,
+        sight: &Sight<'_, T, S, V, F, D, Z>,
+        eta: &mut [LnSum<T>],
         tally: &mut Tally<T>,
     ) -> usize
     where
@@ -191,40 +268,20 @@ where
         V: FieldOfView<T, F, D, Z>,
         Dim<Z>: Packed,
     {
+        let Sight { view, bounds, scan, .. } = sight;
+        self.workspace.clear(ln_floor);
         let mut regained = 0;
         for &id in self.predicted.pages(task.parent) {
             let Some(page) = self.pool.get(id) else { continue };
             let outside = self.workspace.outside();
-            let mut seen = false;
+            // A page whose last component was dropped is not carried on.
+            let mut seen = page.components().is_empty();
             if page.bounds().meets(bounds) {
                 for component in page.components() {
-                    match view.expect(component) {
-                        None => self.workspace.push_outside(*component),
-                        Some(expectation) => {
-                            seen = true;
-                            let missed = (T::ONE - expectation.detection_probability).ln();
-                            let ln_weight = component.ln_weight + missed;
-                            self.workspace.push(Gaussian { ln_weight, ..*component }, Origin::Missed);
-                            let mut correction = None;
-                            view.matches(&expectation, scan, |found| {
-                                if let Some(eta) = self.eta.get_mut(found.index) {
-                                    eta.add(found.ln_term);
-                                }
-                                // η_z is not complete yet; what it is without features bounds the weight from above.
-                                let ln_bound = found.ln_term - found.ln_reference;
-                                if ln_bound >= self.workspace.ln_floor() {
-                                    let correction = correction.get_or_insert_with(|| {
-                                        let correction = expectation.correction(component, view.sensor.noise());
-                                        tally.repaired += usize::from(correction.repaired());
-                                        correction
-                                    });
-                                    let measurement = found.index as u16;
-                                    let origin = Origin::Detected { measurement, distance: found.distance };
-                                    let detected = correction.apply(&component.mean, &found.innovation, ln_bound);
-                                    self.workspace.push(detected, origin);
-                                }
-                            });
-                        }
+                    if self.workspace.look_at(component, view, scan, eta, tally) {
+                        seen = true;
+                    } else {
+                        self.workspace.push_outside(*component);
                     }
                 }
             }
@@ -243,12 +300,7 @@ where
     }
 
     /// Divides the detections by the completed η_z and prunes (5.18).
-    fn weigh_detections<const Z: usize>(&mut self, scan: &Scan<'_, T, Z>, tally: &mut Tally<T>) {
-        for (eta, measurement) in self.eta.iter_mut().zip(scan.iter()) {
-            // From here on: by how much features lower the weight of whatever explains the measurement.
-            *eta = LnSum::of(measurement.ln_reference() - eta.ln());
-        }
-        let eta = &*self.eta;
+    fn weigh_detections(&mut self, eta: &[LnSum<T>], tally: &mut Tally<T>) {
         self.workspace.retain(|Entry { component, origin }| {
             if let Origin::Detected { measurement, distance } = *origin {
                 component.ln_weight += eta.get(usize::from(measurement)).map_or(T::NEG_INFINITY, LnSum::ln);
@@ -261,37 +313,49 @@ where
         self.workspace.prune();
     }
 
-    /// Adds a component of weight w_b/η_z at h⁻¹(z, x) for every measurement (5.9, 5.10, 5.17).
-    fn give_birth<S, V, F, const Z: usize>(
-        &mut self,
-        view: &View<'_, T, S, V, F>,
-        scan: &Scan<'_, T, Z>,
-        config: &Config<T>,
-        birth: impl Fn(&Gaussian<T, D>) -> Gaussian<T, N>,
-        tally: &mut Tally<T>,
-    ) where
-        S: Sensor<T, D, Z, Frame = F>,
-        V: FieldOfView<T, F, D, Z>,
-        Dim<Z>: Packed,
-    {
-        let ln_birth = config.birth_intensity.ln();
-        for (eta, measurement) in self.eta.iter().zip(scan.iter()) {
-            let ln_weight = ln_birth - measurement.ln_reference() + eta.ln();
-            if !(ln_weight >= self.workspace.ln_floor()) {
+    /// Merges, caps and names what is in view.
+    fn reduce(&mut self, config: &Config<T>, next_tag: &mut u32, tally: &mut Tally<T>) {
+        tally.merged += merge_and_cap(&mut self.workspace, config.reduction, config.max_components);
+        self.tell_apart(next_tag);
+        tally.tightened += usize::from(self.workspace.tightened());
+        tally.lost += self.workspace.lost();
+        tally.pruned_mass += self.workspace.pruned_mass();
+    }
+
+    /// What one component has become, missed or detected, and has not been merged since, bears one tag, and stands side
+    /// by side: the heaviest keeps the tag, the others get fresh ones.
+    fn tell_apart(&mut self, next_tag: &mut u32) {
+        for copies in self.workspace.in_view_mut().chunk_by_mut(|a, b| a.component.tag == b.component.tag) {
+            if copies.len() < 2 {
                 continue;
             }
-            // A feature out of view cannot have caused the measurement; born there, it would never be missed and stay.
-            let inverse = view.sensor.invert(&view.frame, &measurement.z);
-            let Some(inverse) = inverse.filter(|inverse| view.sees(&inverse.feature)) else {
-                tally.no_birth += 1;
-                continue;
-            };
-            let (covariance, repaired) = view.sensor.noise().congruence(&inverse.jacobian).kept_positive_definite();
-            tally.repaired += usize::from(repaired);
-            let born = birth(&Gaussian { ln_weight, mean: inverse.feature, covariance });
-            self.workspace.push(born, Origin::Born);
-            tally.births += 1;
+            let mut keeper = 0;
+            for (place, copy) in copies.iter().enumerate() {
+                if copies.get(keeper).is_some_and(|held| heavier(&copy.component, &held.component)) {
+                    keeper = place;
+                }
+            }
+            for (_, copy) in copies.iter_mut().enumerate().filter(|&(place, _)| place != keeper) {
+                copy.component.tag = *next_tag;
+                *next_tag = next_tag.wrapping_add(1);
+            }
         }
+    }
+
+    /// Writes the updated map, or leaves the predicted one, `false`, where not even its confirmed components find room.
+    fn store(&mut self, task: Task, regained: usize, bounds: &Bounds<T, D>, tally: &mut Tally<T>) -> bool {
+        let share = self.pool.free().checked_div(task.remaining).unwrap_or(0) + regained;
+        let room = self.updated.map_pages().saturating_sub(self.updated.pages(task.particle).len()).min(share);
+        let fits = self.fit(room, tally);
+        if fits {
+            if task.last_child {
+                self.predicted.release(task.parent, &mut self.pool);
+            }
+            self.write(task.particle, bounds, tally);
+        } else {
+            self.keep_prediction(task);
+        }
+        fits
     }
 
     /// Makes the updated components fit into `room` pages: the lightest go first, down from half a feature; then
@@ -313,7 +377,7 @@ where
             return false;
         }
         tally.tightened += 1;
-        keep_heaviest(self.workspace, limit, class);
+        keep_heaviest(&mut self.workspace, limit, class);
         true
     }
 
@@ -337,7 +401,7 @@ where
 
     /// Gives the particle its parent's predicted map as it is.
     fn keep_prediction(&mut self, task: Task) {
-        self.updated.release(task.particle, self.pool);
+        self.updated.release(task.particle, &mut self.pool);
         for &id in self.predicted.pages(task.parent) {
             self.pool.share(id);
             if !self.updated.push(task.particle, id) {
@@ -345,13 +409,13 @@ where
             }
         }
         if task.last_child {
-            self.predicted.release(task.parent, self.pool);
+            self.predicted.release(task.parent, &mut self.pool);
         }
     }
 }
 
 /// Place of a position along a Morton curve over `bounds`, 16 cells to a side.
-fn morton<T: Real, const D: usize>(position: &nalgebra::SVector<T, D>, bounds: &Bounds<T, D>) -> u32 {
+fn morton<T: Real, const D: usize>(position: &SVector<T, D>, bounds: &Bounds<T, D>) -> u32 {
     const BITS: usize = 4;
     let mut key = 0;
     for (axis, ((&x, &low), &high)) in position.iter().zip(bounds.low.iter()).zip(bounds.high.iter()).enumerate() {

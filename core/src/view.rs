@@ -1,17 +1,38 @@
 //! The map as one candidate pose sees it: what to expect of every component, and which measurements it meets.
 
 use crate::scan::Scan;
-use crate::{Bounds, Correction, Dim, Factor, FieldOfView, Gaussian, Packed, Real, Sensor};
+use crate::{Bounds, Component, Correction, Dim, Expected, Factor, FieldOfView, Packed, Real, Sensor, Symmetric};
+use core::cell::Cell;
 use nalgebra::{SMatrix, SVector};
 
 /// A sensor at one pose.
 #[derive(Debug)]
-pub(crate) struct View<'a, T, S, V, F> {
+pub(crate) struct View<'a, T: Real, S, V, F> {
     pub(crate) sensor: &'a S,
     pub(crate) field_of_view: &'a V,
     pub(crate) frame: F,
     /// ln of [`Config::negligible`](crate::Config::negligible).
     pub(crate) ln_negligible: T,
+    /// The last probability of detection with its logarithms. Most features have the same, away from the rim.
+    pub(crate) last_detection: Cell<Detection<T>>,
+}
+
+/// A probability of detection and its logarithms.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Detection<T> {
+    /// p_D.
+    probability: T,
+    /// ln p_D.
+    ln_detected: T,
+    /// ln(1 − p_D).
+    pub(crate) ln_missed: T,
+}
+
+impl<T: Real> Detection<T> {
+    /// The logarithms of a probability.
+    pub(crate) fn of(probability: T) -> Self {
+        Self { probability, ln_detected: probability.ln(), ln_missed: (T::ONE - probability).ln() }
+    }
 }
 
 /// What a component in view leads one to expect: ẑ, H, S and p_D w.
@@ -24,12 +45,13 @@ where
     measurement: SVector<T, Z>,
     /// H.
     jacobian: SMatrix<T, Z, D>,
-    /// The factor of S = H P Hᵀ + R.
+    /// S = H P Hᵀ + R, and its factor.
+    innovation_covariance: Symmetric<T, Z>,
     innovation: Factor<T, Z>,
     /// Standard deviation squared of the coordinate by which measurements are sorted.
     sorted_variance: T,
-    /// p_D.
-    pub(crate) detection_probability: T,
+    /// ln(1 − p_D).
+    pub(crate) ln_missed: T,
     /// ln(p_D w).
     pub(crate) ln_detected_weight: T,
     /// ln( p_D w N(ẑ; ẑ, S) ), the greatest value of the term in η_z.
@@ -55,11 +77,38 @@ impl<T: Real, const D: usize, const Z: usize> Expectation<T, D, Z>
 where
     Dim<Z>: Packed,
 {
+    /// ẑ and H.
+    pub(crate) fn expected(&self) -> Expected<T, D, Z> {
+        Expected { measurement: self.measurement, jacobian: self.jacobian }
+    }
+
+    /// The factor of S.
+    pub(crate) fn innovation_factor(&self) -> &Factor<T, Z> {
+        &self.innovation
+    }
+
+    /// S⁻¹.
+    pub(crate) fn precision(&self) -> Symmetric<T, Z> {
+        self.innovation.inverse()
+    }
+
+    /// The same with a further uncertainty of ẑ, independent of the feature's, added to S.
+    pub(crate) fn blurred<S: Sensor<T, D, Z>>(&self, by: &Symmetric<T, Z>) -> Option<Self>
+    where
+        Dim<D>: Packed,
+    {
+        let innovation_covariance = self.innovation_covariance.plus(by);
+        let innovation = innovation_covariance.factor()?;
+        let sorted_variance = innovation_covariance.get(S::SORTED_BY, S::SORTED_BY);
+        let ln_peak = self.ln_detected_weight + innovation.ln_peak();
+        Some(Self { innovation_covariance, innovation, sorted_variance, ln_peak, ..*self })
+    }
+
     /// The Kalman correction that any measurement of this component brings.
     pub(crate) fn correction<const N: usize>(
         &self,
-        component: &Gaussian<T, N>,
-        noise: &crate::Symmetric<T, Z>,
+        component: &Component<T, N>,
+        noise: &Symmetric<T, Z>,
     ) -> Correction<T, N, Z>
     where
         Dim<N>: Packed,
@@ -75,6 +124,16 @@ impl<T: Real, S, V, F> View<'_, T, S, V, F> {
         V: FieldOfView<T, F, D, Z>,
     {
         self.field_of_view.bounds(&self.frame)
+    }
+
+    /// The birth intensity that does not wait for measurements, if the sensor has one.
+    pub(crate) fn expected_births<const D: usize, const Z: usize>(&self) -> impl Iterator<Item = Component<T, D>>
+    where
+        S: Sensor<T, D, Z, Frame = F>,
+        Dim<D>: Packed,
+        Dim<Z>: Packed,
+    {
+        (0..).map_while(|index| self.sensor.expected_birth(&self.frame, index))
     }
 
     /// Whether a feature at this position is in view (p_D > 0).
@@ -94,7 +153,7 @@ impl<T: Real, S, V, F> View<'_, T, S, V, F> {
     #[inline]
     pub(crate) fn expect<const N: usize, const D: usize, const Z: usize>(
         &self,
-        component: &Gaussian<T, N>,
+        component: &Component<T, N>,
     ) -> Option<Expectation<T, D, Z>>
     where
         S: Sensor<T, D, Z, Frame = F>,
@@ -111,18 +170,23 @@ impl<T: Real, S, V, F> View<'_, T, S, V, F> {
             return None;
         }
         // Where p_D reaches 1 the missed component would weigh nothing, and its logarithm be −∞.
-        let detection_probability = p_d.at_most(T::ONE - T::EPSILON);
+        let p_d = p_d.at_most(T::ONE - T::EPSILON);
+        if self.last_detection.get().probability != p_d {
+            self.last_detection.set(Detection::of(p_d));
+        }
+        let detection = self.last_detection.get();
         let position_covariance = component.covariance.leading::<D>();
         let s = position_covariance.congruence(&expected.jacobian).plus(self.sensor.noise());
         let innovation = s.factor()?;
-        let ln_detected_weight = component.ln_weight + detection_probability.ln();
+        let ln_detected_weight = component.ln_weight + detection.ln_detected;
         Some(Expectation {
             measurement: expected.measurement,
             jacobian: expected.jacobian,
             sorted_variance: s.get(S::SORTED_BY, S::SORTED_BY),
-            detection_probability,
+            ln_missed: detection.ln_missed,
             ln_detected_weight,
             ln_peak: ln_detected_weight + innovation.ln_peak(),
+            innovation_covariance: s,
             innovation,
         })
     }

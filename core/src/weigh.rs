@@ -1,9 +1,11 @@
-//! The particle likelihood: how well a candidate pose explains the scan (4.52).
+//! Weighing: how well a candidate pose explains the scan (4.51, 4.52).
 
-use crate::map::{PageId, Pool};
+use crate::likelihood::{Likelihood, ln_likelihood};
+use crate::map::Maps;
+use crate::reduce::heavier;
 use crate::scan::Scan;
 use crate::view::View;
-use crate::{Dim, FieldOfView, LnSum, Packed, Real, Sensor};
+use crate::{Bounds, Component, Dim, FieldOfView, LnSum, Packed, Real, Sensor};
 
 /// ln L of the scan from one pose over one predicted map, and how much of the map it saw.
 #[derive(Debug, Clone, Copy)]
@@ -14,16 +16,87 @@ pub(crate) struct Weighed<T> {
     pub(crate) in_view: usize,
 }
 
-/// ln L = −Σ_{j∈V} p_D,j w_j + Σ_z ln η_z with η_z = κ(z) + B w_b + Σ_{j∈V} p_D,j w_j N(z; ẑ_j, S_j) (4.52, 4.51, 5.19).
+/// What one candidate sees of its map, apart from η_z.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Seen<T: Real, const D: usize>
+where
+    Dim<D>: Packed,
+{
+    /// Σ_{j∈V} p_D,j w_j.
+    pub(crate) expected_detections: T,
+    /// |V|.
+    pub(crate) in_view: usize,
+    /// The static component in view that comes first, heaviest first; looked for only where the likelihood needs it.
+    pub(crate) heaviest: Option<Component<T, D>>,
+}
+
+/// ln L and |V| of one candidate of `particle`, with η_z = κ(z) + Σ w_b + Σ_{j∈V} p_D,j w_j N(z; ẑ_j, S_j) (4.51, 5.19).
 ///
 /// Reads the map and writes nothing but `eta`, its scratch, so that candidates can be weighed in any order or at once.
-pub(crate) fn weigh<T, S, V, F, const N: usize, const D: usize, const Z: usize>(
+pub(crate) fn weigh<T, S, V, F, const D: usize, const E: usize, const Z: usize>(
     view: &View<'_, T, S, V, F>,
-    pages: &[PageId],
-    pool: &Pool<'_, T, N, D>,
+    particle: usize,
+    (still, moving): (&Maps<'_, T, D, D>, &Maps<'_, T, E, D>),
     scan: &Scan<'_, T, Z>,
+    likelihood: Likelihood,
     eta: &mut [LnSum<T>],
 ) -> Weighed<T>
+where
+    T: Real,
+    S: Sensor<T, D, Z, Frame = F>,
+    V: FieldOfView<T, F, D, Z>,
+    Dim<D>: Packed,
+    Dim<E>: Packed,
+    Dim<Z>: Packed,
+{
+    reset_eta(eta, scan);
+    let bounds = view.bounds();
+    let mut seen = Seen { expected_detections: T::ZERO, in_view: 0, heaviest: None };
+    for component in within(still, particle, &bounds) {
+        let in_view = look_at(view, component, scan, eta, &mut seen);
+        if in_view && likelihood == Likelihood::SingleFeature {
+            seen.heaviest = Some(seen.heaviest.filter(|held| heavier(held, component)).unwrap_or(*component));
+        }
+    }
+    for birth in view.expected_births() {
+        look_at(view, &birth, scan, eta, &mut seen);
+    }
+    for component in within(moving, particle, &bounds) {
+        look_at(view, component, scan, eta, &mut seen);
+    }
+    let ln_likelihood = ln_likelihood(likelihood, view, &seen, scan, eta);
+    Weighed { ln_likelihood, in_view: seen.in_view }
+}
+
+/// Sets every η_z to κ(z) + Σ w_b, what it is where no feature is near.
+pub(crate) fn reset_eta<T: Real, const Z: usize>(eta: &mut [LnSum<T>], scan: &Scan<'_, T, Z>) {
+    for (eta, measurement) in eta.iter_mut().zip(scan.iter()) {
+        *eta = LnSum::of(measurement.ln_unexplained);
+    }
+}
+
+/// The components on those pages of a particle's map that meet `bounds`.
+pub(crate) fn within<'m, T: Real, const N: usize, const D: usize>(
+    maps: &'m Maps<'_, T, N, D>,
+    particle: usize,
+    bounds: &'m Bounds<T, D>,
+) -> impl Iterator<Item = &'m Component<T, N>>
+where
+    Dim<N>: Packed,
+{
+    let pages = maps.predicted.pages(particle).iter().filter_map(|&id| maps.pool.get(id));
+    pages.filter(|page| page.bounds().meets(bounds)).flat_map(|page| page.components())
+}
+
+/// Adds a component's terms to η_z and to what is seen; `false` where it is out of view.
+#[inline]
+fn look_at<T, S, V, F, const N: usize, const D: usize, const Z: usize>(
+    view: &View<'_, T, S, V, F>,
+    component: &Component<T, N>,
+    scan: &Scan<'_, T, Z>,
+    eta: &mut [LnSum<T>],
+    seen: &mut Seen<T, D>,
+) -> bool
 where
     T: Real,
     S: Sensor<T, D, Z, Frame = F>,
@@ -32,29 +105,13 @@ where
     Dim<D>: Packed,
     Dim<Z>: Packed,
 {
-    reset_eta(eta, scan);
-    let bounds = view.bounds();
-    let mut expected_detections = T::ZERO;
-    let mut in_view = 0;
-    for page in pages.iter().filter_map(|&id| pool.get(id)).filter(|page| page.bounds().meets(&bounds)) {
-        for component in page.components() {
-            let Some(expectation) = view.expect(component) else { continue };
-            in_view += 1;
-            expected_detections += expectation.ln_detected_weight.exp();
-            view.matches(&expectation, scan, |found| {
-                if let Some(eta) = eta.get_mut(found.index) {
-                    eta.add(found.ln_term);
-                }
-            });
+    let Some(expectation) = view.expect(component) else { return false };
+    seen.in_view += 1;
+    seen.expected_detections += expectation.ln_detected_weight.exp();
+    view.matches(&expectation, scan, |found| {
+        if let Some(eta) = eta.get_mut(found.index) {
+            eta.add(found.ln_term);
         }
-    }
-    let explained = eta.iter().take(scan.len()).fold(T::ZERO, |sum, eta| sum + eta.ln());
-    Weighed { ln_likelihood: explained - expected_detections, in_view }
-}
-
-/// Sets every η_z to κ(z) + B w_b, what it is where no feature is near.
-pub(crate) fn reset_eta<T: Real, const Z: usize>(eta: &mut [LnSum<T>], scan: &Scan<'_, T, Z>) {
-    for (eta, measurement) in eta.iter_mut().zip(scan.iter()) {
-        *eta = LnSum::of(measurement.ln_unexplained);
-    }
+    });
+    true
 }

@@ -1,6 +1,6 @@
 //! Scratch for the update of one map: the components in view after the update, before they are written back.
 
-use crate::{Dim, Gaussian, Packed, Real};
+use crate::{Component, Dim, Packed, Real};
 
 /// Where a component of the updated map comes from (5.17).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -23,7 +23,7 @@ pub(crate) struct Entry<T: Real, const N: usize>
 where
     Dim<N>: Packed,
 {
-    pub(crate) component: Gaussian<T, N>,
+    pub(crate) component: Component<T, N>,
     pub(crate) origin: Origin<T>,
 }
 
@@ -34,8 +34,26 @@ pub(crate) struct Ranked {
     pub(crate) key: u32,
     /// Index of the entry.
     pub(crate) entry: u16,
-    /// The group the entry was merged into, counted from 1; 0 for none yet.
-    pub(crate) group: u16,
+}
+
+/// An entry's place along the first axis.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Placed {
+    /// Index of the entry.
+    pub(crate) entry: u16,
+    /// Its rank, heaviest first; of an entry that was merged into another, the rank of that one.
+    pub(crate) rank: u16,
+}
+
+/// The components in view and the two orders that their reduction needs, each at least as long.
+#[derive(Debug)]
+pub(crate) struct InView<'w, T: Real, const N: usize>
+where
+    Dim<N>: Packed,
+{
+    pub(crate) entries: &'w mut [Entry<T, N>],
+    pub(crate) ranking: &'w mut [Ranked],
+    pub(crate) places: &'w mut [Placed],
 }
 
 /// Memory of a workspace for VIEW components.
@@ -46,6 +64,7 @@ where
 {
     entries: [Entry<T, N>; VIEW],
     ranking: [Ranked; VIEW],
+    places: [Placed; VIEW],
 }
 
 impl<T: Real, const N: usize, const VIEW: usize> WorkspaceMemory<T, N, VIEW>
@@ -53,14 +72,16 @@ where
     Dim<N>: Packed,
 {
     pub(crate) const ZERO: Self = Self {
-        entries: [Entry { component: Gaussian::ZERO, origin: Origin::Outside }; VIEW],
-        ranking: [Ranked { key: 0, entry: 0, group: 0 }; VIEW],
+        entries: [Entry { component: Component::ZERO, origin: Origin::Outside }; VIEW],
+        ranking: [Ranked { key: 0, entry: 0 }; VIEW],
+        places: [Placed { entry: 0, rank: 0 }; VIEW],
     };
 
     pub(crate) fn view(&mut self) -> Workspace<'_, T, N> {
         Workspace {
             entries: &mut self.entries,
             ranking: &mut self.ranking,
+            places: &mut self.places,
             in_view: 0,
             outside: 0,
             ln_floor: T::NEG_INFINITY,
@@ -79,6 +100,7 @@ where
 {
     entries: &'s mut [Entry<T, N>],
     ranking: &'s mut [Ranked],
+    places: &'s mut [Placed],
     in_view: usize,
     outside: usize,
     ln_floor: T,
@@ -95,11 +117,26 @@ impl<T: Real, const N: usize> Workspace<'_, T, N>
 where
     Dim<N>: Packed,
 {
-    /// Empties the workspace for the next map, and sets the weight below which components are dropped.
-    pub(crate) fn clear(&mut self, prune_weight: T) {
+    /// A workspace without room.
+    pub(crate) fn none() -> Self {
+        Self {
+            entries: &mut [],
+            ranking: &mut [],
+            places: &mut [],
+            in_view: 0,
+            outside: 0,
+            ln_floor: T::NEG_INFINITY,
+            tightened: false,
+            lost: 0,
+            pruned_mass: T::ZERO,
+        }
+    }
+
+    /// Empties the workspace for the next map, and sets ln of the weight below which components are dropped.
+    pub(crate) fn clear(&mut self, ln_floor: T) {
         self.in_view = 0;
         self.outside = 0;
-        self.ln_floor = prune_weight.ln();
+        self.ln_floor = ln_floor;
         self.tightened = false;
         self.lost = 0;
         self.pruned_mass = T::ZERO;
@@ -130,9 +167,18 @@ where
         self.entries.get(..self.in_view).unwrap_or(&[])
     }
 
-    /// Components in view, for changing, with a ranking at least as long.
-    pub(crate) fn in_view_and_ranking(&mut self) -> (&mut [Entry<T, N>], &mut [Ranked]) {
-        (self.entries.get_mut(..self.in_view).unwrap_or(&mut []), self.ranking)
+    /// Components in view, for changing.
+    pub(crate) fn in_view_mut(&mut self) -> &mut [Entry<T, N>] {
+        self.entries.get_mut(..self.in_view).unwrap_or(&mut [])
+    }
+
+    /// Components in view, for changing, with the memory of their orders.
+    pub(crate) fn orders_mut(&mut self) -> InView<'_, T, N> {
+        InView {
+            entries: self.entries.get_mut(..self.in_view).unwrap_or(&mut []),
+            ranking: self.ranking.get_mut(..self.in_view).unwrap_or(&mut []),
+            places: self.places.get_mut(..self.in_view).unwrap_or(&mut []),
+        }
     }
 
     /// Number of components in view and out of view.
@@ -151,7 +197,7 @@ where
     }
 
     /// Adds a component in view, unless it is below the floor.
-    pub(crate) fn push(&mut self, component: Gaussian<T, N>, origin: Origin<T>) {
+    pub(crate) fn push(&mut self, component: Component<T, N>, origin: Origin<T>) {
         if !(component.ln_weight >= self.ln_floor) {
             self.pruned_mass += component.ln_weight.exp();
             return;
@@ -166,7 +212,7 @@ where
     }
 
     /// Adds a component that is not in view.
-    pub(crate) fn push_outside(&mut self, component: Gaussian<T, N>) {
+    pub(crate) fn push_outside(&mut self, component: Component<T, N>) {
         if !self.make_room(T::INFINITY) {
             return;
         }
@@ -225,13 +271,13 @@ where
     }
 
     /// All components, ranked by `key`; the caller sorts. The ranking points into the entries returned with it.
-    pub(crate) fn rank_all(&mut self, key: impl Fn(&Gaussian<T, N>) -> u32) -> (&[Entry<T, N>], &mut [Ranked]) {
+    pub(crate) fn rank_all(&mut self, key: impl Fn(&Component<T, N>) -> u32) -> (&[Entry<T, N>], &mut [Ranked]) {
         let capacity = self.entries.len();
         let indices = (0..self.in_view).chain(capacity.saturating_sub(self.outside)..capacity);
         let mut len = 0;
         for (slot, index) in self.ranking.iter_mut().zip(indices) {
             if let Some(entry) = self.entries.get(index) {
-                *slot = Ranked { key: key(&entry.component), entry: index as u16, group: 0 };
+                *slot = Ranked { key: key(&entry.component), entry: index as u16 };
                 len += 1;
             }
         }

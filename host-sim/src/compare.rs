@@ -3,7 +3,7 @@
 
 use crate::events::{Event, events};
 use crate::log::Log;
-use crate::reference::{Component, Particle, Reference, Selection, State, Weighing};
+use crate::reference::{Candidate, Component, Particle, Reference, Selection, State, Weighing};
 use crate::settings::Settings;
 use crate::slam::{Precision, Refusal, Snapshot, Transparent, core_filter, reference_of};
 use serde::Serialize;
@@ -17,30 +17,35 @@ pub struct Differences {
     pub predicted_position_m: f64,
     /// Heading of a candidate after a prediction, rad.
     pub predicted_heading_rad: f64,
+    /// Time since the last scan after a prediction, s: what moving features are predicted by.
+    pub waited_s: f64,
     /// ln L of a candidate, relative to its magnitude or to 1, whichever is larger: where ln L passes through zero, this
     /// is the relative difference of L itself.
     pub ln_likelihood: f64,
     /// Weight of a particle.
     pub particle_weight: f64,
-    /// Weight of a component.
+    /// Weight of a component; here and below, of the static and of the moving ones.
     pub component_weight: f64,
-    /// Mean of a component: distance over distance from the origin.
+    /// Mean of a component: distance over distance from the origin; of a moving one also that of the velocity, likewise.
     pub mean: f64,
     /// Covariance of a component: Frobenius norm of the difference over that of the covariance.
     pub covariance: f64,
-    /// N̂ of a map.
+    /// N̂ of either part of a map.
     pub mass: f64,
     /// Position of the estimated pose, m.
     pub estimated_position_m: f64,
     /// Heading of the estimated pose, rad.
     pub estimated_heading_rad: f64,
-    /// Scans that selected other survivors (the reference's maps are then updated for the filter's survivors).
+    /// Scans that selected other survivors, or only one of both resampled (the reference's maps are then updated for the
+    /// filter's survivors).
     pub other_survivors: usize,
-    /// Components compared.
+    /// Static components compared.
     pub components: usize,
+    /// Moving components compared.
+    pub moving_components: usize,
     /// Components of either that have no counterpart: rounding decided otherwise whether to prune or to merge.
     pub unmatched: usize,
-    /// Greatest share of a map's mass in such components.
+    /// Greatest share of the mass of either part of a map in such components.
     pub unmatched_mass: f64,
     /// Scans in which the filter reported a lack of room, and so was not expected to agree.
     pub capacity_events: usize,
@@ -49,9 +54,10 @@ pub struct Differences {
 impl Differences {
     /// The larger of both in every field; counts are added.
     fn merge(&mut self, other: &Self) {
-        let larger = |into: &mut f64, value: f64| *into = if value > *into || value.is_nan() { value } else { *into };
+        let larger = |into: &mut f64, value: f64| *into = larger(*into, value);
         larger(&mut self.predicted_position_m, other.predicted_position_m);
         larger(&mut self.predicted_heading_rad, other.predicted_heading_rad);
+        larger(&mut self.waited_s, other.waited_s);
         larger(&mut self.ln_likelihood, other.ln_likelihood);
         larger(&mut self.particle_weight, other.particle_weight);
         larger(&mut self.component_weight, other.component_weight);
@@ -64,6 +70,7 @@ impl Differences {
         self.scans += other.scans;
         self.other_survivors += other.other_survivors;
         self.components += other.components;
+        self.moving_components += other.moving_components;
         self.unmatched += other.unmatched;
         self.capacity_events += other.capacity_events;
     }
@@ -119,12 +126,17 @@ pub fn compare(
 /// The reference's state at a snapshot of the filter.
 fn state_of(snapshot: &Snapshot, predicted: bool) -> State {
     let children = snapshot.candidates.len() / snapshot.maps.len();
-    let particles = snapshot.maps.iter().zip(snapshot.candidates.iter().step_by(children));
+    let maps = snapshot.maps.iter().zip(&snapshot.moving);
+    let particle = |((map, moving), first): ((&Vec<_>, &Vec<_>), &Candidate)| Particle {
+        pose: first.pose,
+        ln_weight: first.ln_weight,
+        map: map.clone(),
+        moving: moving.clone(),
+    };
     State {
-        particles: particles
-            .map(|(map, first)| Particle { pose: first.pose, ln_weight: first.ln_weight, map: map.clone() })
-            .collect(),
+        particles: maps.zip(snapshot.candidates.iter().step_by(children)).map(particle).collect(),
         candidates: predicted.then(|| snapshot.candidates.clone()),
+        waited_s: snapshot.waited_s,
         heaviest: snapshot.heaviest,
     }
 }
@@ -141,7 +153,8 @@ fn predict(
     filter.predict(control, dt_s)?;
     reference.predict(&mut state, &control, dt_s, &mut *before.draws);
     let after = filter.snapshot()?;
-    let mut differences = Differences::default();
+    let waited_s = (after.waited_s - state.waited_s).abs();
+    let mut differences = Differences { waited_s, ..Differences::default() };
     for (ours, theirs) in after.candidates.iter().zip(&state.current()) {
         let (position, heading) = pose_difference(ours.pose, theirs.pose);
         differences.merge(&Differences {
@@ -177,8 +190,10 @@ fn scan(
         differences.ln_likelihood = differences.ln_likelihood.max((ours - theirs).abs() / scale);
     }
     let selection = reference.select(&state, &weighing, &mut *before.draws);
-    differences.other_survivors = usize::from(selection.survivors != after.survivors);
-    let selection = with_survivors(&selection, &after, &state, &weighing);
+    let agreed = selection.survivors == after.survivors && selection.resampled == outcome.resampled;
+    differences.other_survivors = usize::from(!agreed);
+    let selection =
+        if agreed { selection } else { as_selected(outcome.resampled, &after.survivors, &state, &weighing) };
     reference.update(&mut state, detections, &weighing, &selection);
 
     for (ours, theirs) in after.candidates.iter().zip(&state.particles) {
@@ -186,9 +201,11 @@ fn scan(
         let weight = (ours.ln_weight - theirs.ln_weight).exp_m1().abs();
         differences.particle_weight = differences.particle_weight.max(weight);
     }
-    for (particle, (ours, theirs)) in after.maps.iter().zip(&state.particles).enumerate() {
+    for (particle, theirs) in state.particles.iter().enumerate() {
         if particle == 0 || after.survivors[particle] != after.survivors[particle - 1] {
-            differences.merge(&map_differences(ours, &theirs.map));
+            differences.merge(&map_differences(&after.maps[particle], &theirs.map));
+            let moving = map_differences(&after.moving[particle], &theirs.moving);
+            differences.merge(&Differences { components: 0, moving_components: moving.components, ..moving });
         }
     }
     let estimate = reference.estimate(&state);
@@ -197,34 +214,26 @@ fn scan(
     Ok(differences)
 }
 
-/// The selection itself where filter and reference agree; otherwise the filter's choice with the reference's weights.
-fn with_survivors(selection: &Selection, after: &Snapshot, state: &State, weighing: &Weighing) -> Selection {
-    if selection.survivors == after.survivors {
-        return selection.clone();
-    }
-    // A resampling leaves equal weights behind. The filter's own decision shows in them.
-    let equal = -(after.maps.len() as f64).ln();
-    let resampled = after.candidates.iter().all(|candidate| (candidate.ln_weight - equal).abs() < 1e-6);
+/// The filter's choice with the reference's weights.
+fn as_selected(resampled: bool, survivors: &[usize], state: &State, weighing: &Weighing) -> Selection {
+    let equal = -(survivors.len() as f64).ln();
     let samples = state.samples();
     let family = |parent: usize| {
         let total: f64 = weighing.ln_weights[parent * samples..(parent + 1) * samples].iter().map(|w| w.exp()).sum();
         total.ln()
     };
-    let ln_weights = after.survivors.iter().map(|survivor| if resampled { equal } else { family(survivor / samples) });
-    Selection { resampled, survivors: after.survivors.clone(), ln_weights: ln_weights.collect() }
+    let ln_weights = survivors.iter().map(|survivor| if resampled { equal } else { family(survivor / samples) });
+    Selection { resampled, survivors: survivors.to_vec(), ln_weights: ln_weights.collect() }
 }
 
 /// Components further apart than this, relative to their distance from the origin, are not the same component.
 const COUNTERPART: f64 = 1e-3;
 
-fn map_differences(ours: &[Component], theirs: &[Component]) -> Differences {
+fn map_differences<const N: usize>(ours: &[Component<N>], theirs: &[Component<N>]) -> Differences {
     let mut differences = Differences::default();
     let mut unmatched_mass = 0.0;
-    let mut free: Vec<&Component> = theirs.iter().collect();
-    let apart = |a: &Component, b: &Component| {
-        let distance = (a.mean[0] - b.mean[0]).hypot(a.mean[1] - b.mean[1]);
-        distance + (a.ln_weight - b.ln_weight).abs()
-    };
+    let mut free: Vec<&Component<N>> = theirs.iter().collect();
+    let apart = |a: &Component<N>, b: &Component<N>| distance(&a.mean, &b.mean) + (a.ln_weight - b.ln_weight).abs();
     for component in ours {
         let nearest = (0..free.len()).min_by(|&a, &b| apart(component, free[a]).total_cmp(&apart(component, free[b])));
         let counterpart = nearest.filter(|&index| {
@@ -245,21 +254,34 @@ fn map_differences(ours: &[Component], theirs: &[Component]) -> Differences {
     }
     differences.unmatched += free.len();
     unmatched_mass += free.iter().map(|component| component.weight()).sum::<f64>();
-    let mass = |map: &[Component]| map.iter().map(Component::weight).sum::<f64>();
+    let mass = |map: &[Component<N>]| map.iter().map(Component::weight).sum::<f64>();
     differences.mass = relative(mass(ours), mass(theirs));
     differences.unmatched_mass = if unmatched_mass > 0.0 { unmatched_mass / mass(theirs).max(1.0) } else { 0.0 };
     differences
 }
 
-fn mean_difference(a: &Component, b: &Component) -> f64 {
-    let distance = (a.mean[0] - b.mean[0]).hypot(a.mean[1] - b.mean[1]);
-    distance / b.mean[0].hypot(b.mean[1]).max(1.0)
+/// The larger of the differences in position and, of moving components, in velocity.
+fn mean_difference<const N: usize>(a: &Component<N>, b: &Component<N>) -> f64 {
+    let parts = a.mean.chunks(2).zip(b.mean.chunks(2));
+    parts.map(|(a, b)| distance(a, b) / norm(b).max(1.0)).fold(0.0, larger)
 }
 
-fn covariance_difference(a: &Component, b: &Component) -> f64 {
-    let pairs = || a.covariance.as_flattened().iter().zip(b.covariance.as_flattened());
-    let difference = pairs().map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt();
-    difference / pairs().map(|(_, b)| b.powi(2)).sum::<f64>().sqrt()
+fn covariance_difference<const N: usize>(a: &Component<N>, b: &Component<N>) -> f64 {
+    let (a, b) = (a.covariance.as_flattened(), b.covariance.as_flattened());
+    distance(a, b) / norm(b)
+}
+
+fn distance(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
+}
+
+fn norm(a: &[f64]) -> f64 {
+    a.iter().map(|x| x.powi(2)).sum::<f64>().sqrt()
+}
+
+/// The larger of two differences; one that is not a number outdoes all.
+fn larger(a: f64, b: f64) -> f64 {
+    if b > a || b.is_nan() { b } else { a }
 }
 
 fn relative(a: f64, b: f64) -> f64 {
@@ -270,4 +292,55 @@ fn relative(a: f64, b: f64) -> f64 {
 /// Distance (m) and angle (rad) between two poses.
 fn pose_difference(a: [f64; 3], b: [f64; 3]) -> (f64, f64) {
     ((a[0] - b[0]).hypot(a[1] - b[1]), crate::angle::wrap(a[2] - b[2]).abs())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn moving(weight: f64, velocity: f64) -> Component<4> {
+        let mut covariance = [[0.0; 4]; 4];
+        (0..4).for_each(|k| covariance[k][k] = 0.5);
+        Component { ln_weight: weight.ln(), mean: [30.0, 40.0, velocity, 0.0], covariance }
+    }
+
+    #[test]
+    fn moving_components_differ_in_velocity_too() {
+        let mut other = moving(0.5, 2.0);
+        other.mean[2] = 2.0 + 2e-4;
+        other.covariance[3][3] += 1e-6;
+        // At the same place with another velocity it is another component.
+        let differences = map_differences(&[moving(0.5, 2.0), moving(0.25, -1.0)], &[moving(0.25 + 1e-9, -1.0), other]);
+        assert_eq!((differences.components, differences.unmatched), (2, 0));
+        assert!((differences.mean - 1e-4).abs() < 1e-7, "{differences:?}");
+        assert!((differences.covariance - 1e-6).abs() < 1e-9, "{differences:?}");
+        assert!((differences.component_weight - 4e-9).abs() < 1e-12, "{differences:?}");
+
+        let turned = map_differences(&[moving(0.5, 2.0)], &[moving(0.5, -2.0)]);
+        assert_eq!((turned.components, turned.unmatched), (0, 2));
+        assert_eq!((turned.mass, turned.unmatched_mass), (0.0, 1.0));
+    }
+
+    #[test]
+    fn what_is_not_a_number_is_the_largest() {
+        let mut differences = Differences { mean: 3.0, mass: f64::NAN, ..Differences::default() };
+        differences.merge(&Differences { mean: f64::NAN, mass: 1.0, ..Differences::default() });
+        assert!(differences.mean.is_nan() && differences.mass.is_nan());
+    }
+
+    #[test]
+    fn weights_follow_the_filters_decision() {
+        let mut state = State::new(2, [0.0; 3]);
+        let shares = [0.3, 0.5, 0.05, 0.15].map(f64::ln);
+        state.candidates = Some(shares.map(|ln_weight| Candidate { pose: [0.0; 3], ln_weight }).to_vec());
+        let weighing =
+            Weighing { ln_likelihoods: vec![0.0; 4], ln_weights: shares.to_vec(), n_eff: 2.7, weights_kept: false };
+        for (resampled, expected) in [(true, [0.5, 0.5]), (false, [0.8, 0.2])] {
+            let selection = as_selected(resampled, &[1, 3], &state, &weighing);
+            assert_eq!((selection.resampled, &selection.survivors[..]), (resampled, &[1, 3][..]));
+            for (ln_weight, expected) in selection.ln_weights.iter().zip(expected) {
+                assert!((ln_weight.exp() - expected).abs() < 1e-15);
+            }
+        }
+    }
 }

@@ -3,11 +3,14 @@
 pub mod angle;
 pub mod compare;
 pub mod events;
+pub mod figure;
 pub mod log;
 pub mod log_folder;
+pub mod monte_carlo;
 pub mod noise;
 pub mod output;
 pub mod plot;
+pub mod point_process;
 pub mod record;
 pub mod reference;
 pub mod scenario;

@@ -1,5 +1,8 @@
 //! What a run leaves behind: one row a scan and the final map, for scores, tables and plots.
 
+use crate::score::map_error::MapError;
+use crate::score::moving::ScanMatch;
+
 /// A static feature of an estimated map.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MapFeature {
@@ -51,6 +54,13 @@ pub struct ScanRecord {
     pub n_eff: f64,
     /// Wall time of the scan step, µs.
     pub scan_us: f64,
+    /// The estimated moving features.
+    pub moving: Vec<MovingFeature>,
+    /// Distance of the estimated map, moving features included, to the true one; unknown without true landmarks or
+    /// the true pose.
+    pub map_error: Option<MapError>,
+    /// Which true movers in view were found; unknown without true tracks or the true pose.
+    pub movers: Option<ScanMatch>,
 }
 
 /// A whole run of one filter over one log.

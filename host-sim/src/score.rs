@@ -1,7 +1,10 @@
 //! How far an estimate is from the truth.
 
+pub mod alignment;
 pub mod assignment;
 pub mod cutoff;
 pub mod gospa;
+pub mod map_error;
+pub mod moving;
 pub mod ospa;
 pub mod trajectory;

@@ -2,12 +2,17 @@
 
 use crate::events::{Event, events};
 use crate::log::Log;
+use crate::log::TruePose;
 use crate::output::json::Summary;
 use crate::record::{MapFeature, Record, ScanRecord};
 use crate::score::cutoff::Cutoff;
-use crate::score::{gospa, ospa, trajectory};
-use crate::settings::Settings;
+use crate::score::map_error::MapError;
+use crate::score::moving::{MovingScore, MovingTally};
+use crate::score::{alignment, gospa, ospa, trajectory};
+use crate::settings::{Likelihood, Settings};
 use crate::slam::{Precision, ReferenceFilter, Refusal, Slam, core_filter};
+use crate::truth::map::MapTruth;
+use crate::truth::window::Window;
 use crate::{truth, vehicle};
 use scphd::Health;
 use std::io;
@@ -36,12 +41,14 @@ pub enum Filter {
 }
 
 impl Filter {
-    /// Its name in tables and files: `scphd` or `reference`.
+    /// Its name in tables and files, with this particle likelihood: `scphd`, `rb-empty`, `rb-single` or `reference`.
     #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Core(_) => "scphd",
-            Self::Reference => "reference",
+    pub fn name(self, likelihood: Likelihood) -> &'static str {
+        match (self, likelihood) {
+            (Self::Core(_), Likelihood::SingleCluster) => "scphd",
+            (Self::Core(_), Likelihood::RbEmpty) => "rb-empty",
+            (Self::Core(_), Likelihood::RbSingle) => "rb-single",
+            (Self::Reference, _) => "reference",
         }
     }
 
@@ -69,6 +76,8 @@ pub struct Session {
     pub record: Record,
     /// The figures of the run.
     pub summary: Summary,
+    /// How moving landmarks were found; unknown where the log does not know them.
+    pub moving: Option<MovingScore>,
     /// In how many scans the filter reported each condition; none for the reference, which reports nothing.
     pub health: Vec<(Health, usize)>,
 }
@@ -97,18 +106,6 @@ pub enum SessionError {
     Thread(io::Error),
 }
 
-/// Every condition a filter can report.
-const CONDITIONS: [Health; 8] = [
-    Health::UNEXPLAINED_SCAN,
-    Health::DEGENERATE,
-    Health::PRUNING_TIGHTENED,
-    Health::MAP_NOT_UPDATED,
-    Health::COMPONENTS_LOST,
-    Health::COVARIANCE_REPAIRED,
-    Health::POSE_REJECTED,
-    Health::INNOVATION_HIGH,
-];
-
 /// Runs `filter` over `log`, in a thread with a stack that has room for any state; `progress` is told the number of
 /// scans done after each.
 ///
@@ -123,9 +120,9 @@ pub fn run(
 ) -> Result<Session, SessionError> {
     let session = || {
         let mut slam = filter.start(log, settings, seed).map_err(SessionError::Start)?;
-        let run = drive(log, &mut *slam, progress)?;
+        let run = drive(log, settings, &mut *slam, progress)?;
         let summary = summary(log, settings, filter, seed, &run, &mut *slam);
-        Ok(Session { record: run.record, summary, health: run.health })
+        Ok(Session { record: run.record, summary, moving: run.moving, health: run.health })
     };
     with_roomy_stack(session).map_err(SessionError::Thread)?
 }
@@ -145,16 +142,25 @@ pub fn with_roomy_stack<T: Send>(work: impl FnOnce() -> T + Send) -> io::Result<
 struct Run {
     record: Record,
     health: Vec<(Health, usize)>,
+    moving: Option<MovingScore>,
     /// N̂ after the last scan.
     features_estimated: Option<f64>,
 }
 
 /// Feeds a whole log to a filter.
-fn drive(log: &Log, slam: &mut dyn Slam, progress: &mut (dyn FnMut(usize) + Send)) -> Result<Run, SessionError> {
+fn drive(
+    log: &Log,
+    settings: &Settings,
+    slam: &mut dyn Slam,
+    progress: &mut (dyn FnMut(usize) + Send),
+) -> Result<Run, SessionError> {
+    let mut map_truth = MapTruth::new(log, settings);
+    let view = Window::of_settings(&settings.sensor);
+    let mut tally = MovingTally::default();
     let dead_reckoning = vehicle::dead_reckoning(log);
     let mut scans = Vec::with_capacity(log.scans.len());
     let mut map: Vec<MapFeature> = Vec::new();
-    let mut counts = [0; CONDITIONS.len()];
+    let mut counts = vec![0; Health::all().count()];
     for event in events(log) {
         let next = scans.len();
         let refused = |step| {
@@ -168,13 +174,28 @@ fn drive(log: &Log, slam: &mut dyn Slam, progress: &mut (dyn FnMut(usize) + Send
                 let start = Instant::now();
                 let outcome = slam.scan(&scan.detections).map_err(refused("the scan"))?;
                 let scan_us = start.elapsed().as_secs_f64() * 1e6;
-                for (count, condition) in counts.iter_mut().zip(CONDITIONS) {
+                for (count, condition) in counts.iter_mut().zip(Health::all()) {
                     *count += usize::from(outcome.health.contains(condition));
                 }
                 let (pose, pose_covariance) = slam.pose().map_err(refused("the pose"))?;
                 let (features_estimated, features) = slam.map().map_err(refused("the map"))?;
+                let mut moving = slam.moving().map_err(refused("the moving features"))?;
+                // What has moved out of view is a guess that no truth of this scan can confirm or refute.
+                let here = TruePose { t_s: scan.t_s, position: [pose[0], pose[1]], heading_rad: Some(pose[2]) };
+                moving.retain(|feature| view.holds(&here, feature.position) != Some(false));
                 map = features;
                 let truth = truth::at(&log.truth, scan.t_s);
+                let true_map = map_truth.at(scan.t_s, truth.as_ref());
+                let known = true_map.as_ref();
+                let map_error =
+                    known.filter(|_| map_truth.knows_landmarks()).map(|true_map| MapError::of(&map, &moving, true_map));
+                let movers = known.filter(|_| map_truth.knows_movers()).map(|true_map| {
+                    let positions: Vec<[f64; 2]> = moving.iter().map(|feature| feature.position).collect();
+                    tally.scan(&true_map.movers, &positions)
+                });
+                if movers.is_none() {
+                    tally.unknown();
+                }
                 scans.push(ScanRecord {
                     t_s: scan.t_s,
                     pose,
@@ -186,14 +207,18 @@ fn drive(log: &Log, slam: &mut dyn Slam, progress: &mut (dyn FnMut(usize) + Send
                     features_estimated,
                     n_eff: outcome.n_eff,
                     scan_us,
+                    moving,
+                    map_error,
+                    movers,
                 });
                 progress(scans.len());
             }
         }
     }
     let features_estimated = scans.last().map(|scan| scan.features_estimated);
-    let health = CONDITIONS.into_iter().zip(counts).filter(|&(_, count)| count > 0).collect();
-    Ok(Run { record: Record { scans, map }, health, features_estimated })
+    let health = Health::all().zip(counts).filter(|&(_, count)| count > 0).collect();
+    let moving = map_truth.knows_movers().then(|| tally.score()).filter(|score| score.scans > 0);
+    Ok(Run { record: Record { scans, map }, health, moving, features_estimated })
 }
 
 fn summary(log: &Log, settings: &Settings, filter: Filter, seed: u64, run: &Run, slam: &mut dyn Slam) -> Summary {
@@ -204,11 +229,13 @@ fn summary(log: &Log, settings: &Settings, filter: Filter, seed: u64, run: &Run,
     let known = !log.landmarks.is_empty();
     let ospa = known.then(|| ospa::ospa(&features, &log.landmarks, &OSPA));
     let gospa = known.then(|| gospa::gospa(&features, &log.landmarks, &GOSPA));
+    let aligned = known.then(|| alignment::score(&features, &log.landmarks));
+    let moving = run.moving.as_ref();
     let mut times: Vec<f64> = scans.iter().map(|scan| scan.scan_us).collect();
     times.sort_by(f64::total_cmp);
     Summary {
         log: log.name.clone(),
-        filter: filter.name().into(),
+        filter: filter.name(settings.filter.likelihood).into(),
         precision: filter.precision().into(),
         particles: settings.filter.particles as u64,
         seed,
@@ -226,6 +253,13 @@ fn summary(log: &Log, settings: &Settings, filter: Filter, seed: u64, run: &Run,
         scan_us_p99: percentile(&times, 99),
         state_bytes: slam.state_bytes(),
         digest: slam.digest(),
+        moving_hit_rate: moving.and_then(MovingScore::hit_rate),
+        moving_settled_rate: moving.and_then(MovingScore::settled_rate),
+        moving_position_error_median_m: moving.and_then(MovingScore::position_error_median_m),
+        false_moving_tracks_per_scan: moving.and_then(MovingScore::false_per_scan),
+        static_features_matched: aligned.map(|score| score.matched as u64),
+        static_features_false: aligned.map(|score| score.spurious as u64),
+        static_position_error_median_m: aligned.and_then(|score| score.position_error_median_m),
     }
 }
 
@@ -258,7 +292,7 @@ mod tests {
 
     #[test]
     fn conditions_have_distinct_names() {
-        let names: Vec<String> = CONDITIONS.into_iter().map(condition_name).collect();
+        let names: Vec<String> = Health::all().map(condition_name).collect();
         assert_eq!(names[1], "DEGENERATE");
         for (k, name) in names.iter().enumerate() {
             assert!(!name.is_empty() && !names[..k].contains(name));
@@ -283,7 +317,7 @@ mod tests {
             }
             self.scans += 1;
             let health = if self.scans == 2 { Health::DEGENERATE } else { Health::GOOD };
-            Ok(ScanOutcome { n_eff: 1.0, health })
+            Ok(ScanOutcome { n_eff: 1.0, resampled: false, health })
         }
 
         fn pose(&mut self) -> Result<PoseAndCovariance, Refusal> {
@@ -325,7 +359,7 @@ mod tests {
         let log = short_log();
         let mut oracle = Oracle { log: log.clone(), scans: 0, refuse: usize::MAX };
         let mut told = Vec::new();
-        let run = drive(&log, &mut oracle, &mut |done| told.push(done)).unwrap();
+        let run = drive(&log, &Settings::for_log(&log), &mut oracle, &mut |done| told.push(done)).unwrap();
         assert_eq!(told, (1..=20).collect::<Vec<_>>());
         assert_eq!(run.health, [(Health::DEGENERATE, 1)]);
         let summary = summary(&log, &Settings::for_log(&log), Filter::Reference, 3, &run, &mut oracle);
@@ -338,7 +372,7 @@ mod tests {
     fn a_refusal_names_scan_and_time() {
         let log = short_log();
         let mut oracle = Oracle { log: log.clone(), scans: 0, refuse: 5 };
-        let error = drive(&log, &mut oracle, &mut |_| ()).err().unwrap().to_string();
+        let error = drive(&log, &Settings::for_log(&log), &mut oracle, &mut |_| ()).err().unwrap().to_string();
         assert_eq!(error, "scan 5 at 0.5 s: the scan refused: no");
     }
 

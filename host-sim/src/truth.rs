@@ -1,4 +1,8 @@
-//! The true trajectory between its rows.
+//! What is true at a time: the trajectory between its rows, the map, the tracks of what moves.
+
+pub mod map;
+pub mod tracks;
+pub mod window;
 
 use crate::angle::wrap;
 use crate::log::TruePose;

@@ -9,7 +9,7 @@ use std::process::{Command, Output};
 use tempfile::TempDir;
 
 /// Keys of the JSON object of a run, in order.
-const KEYS: [&str; 19] = [
+const KEYS: [&str; 26] = [
     "log",
     "filter",
     "precision",
@@ -29,10 +29,18 @@ const KEYS: [&str; 19] = [
     "scan_us_p99",
     "state_bytes",
     "digest",
+    "moving_hit_rate",
+    "moving_settled_rate",
+    "moving_position_error_median_m",
+    "false_moving_tracks_per_scan",
+    "static_features_matched",
+    "static_features_false",
+    "static_position_error_median_m",
 ];
 
 /// What `--out` leaves for a single run.
-const FILES: [&str; 6] = ["error.png", "error.svg", "map.csv", "scans.csv", "trajectory.png", "trajectory.svg"];
+const FILES: [&str; 7] =
+    ["error.png", "error.svg", "map.csv", "moving.csv", "scans.csv", "trajectory.png", "trajectory.svg"];
 
 /// The first four seconds of the survey.
 fn short_log() -> Log {
@@ -266,7 +274,7 @@ fn the_job_without_a_command_compares_filter_and_reference() {
         ["error.png", "error.svg", "reference-f64", "scphd-f32", "trajectory.png", "trajectory.svg"]
     );
     for folder in ["out/reference-f64", "out/scphd-f32"] {
-        assert_eq!(names(&place.path(folder)), ["map.csv", "scans.csv"]);
+        assert_eq!(names(&place.path(folder)), ["map.csv", "moving.csv", "scans.csv"]);
     }
     let list: Value = serde_json::from_slice(&fs::read(place.path("results/both.json")).unwrap()).unwrap();
     let list = list.as_array().unwrap();
@@ -342,6 +350,101 @@ fn a_repeated_scenario_takes_its_noise_from_the_seed_of_the_run() {
     assert_eq!(shared, [own[0].clone(), own[0].clone()]);
 }
 
+/// The figures of a study without the times.
+fn figures(place: &Workplace, file: &str) -> Value {
+    timeless(serde_json::from_slice(&fs::read(place.path(file)).unwrap()).unwrap())
+}
+
+#[test]
+fn a_study_is_the_same_on_any_number_of_threads_and_in_parts() {
+    let place = Workplace::new();
+    let study = ["monte-carlo", "log", "--runs", "5", "--particles", "4"];
+    let with = |more: &[&str]| place.succeeds(&[&study[..], more].concat());
+    let printed = with(&["--jobs", "1", "--json", "results/one.json", "--out", "results/study"]);
+    for part in ["survey", "scphd", "4 × 1", "position error, mean (m)", "OSPA (c 10 m), last third (m)"] {
+        assert!(printed.contains(part), "{printed}");
+    }
+    assert_eq!(names(&place.path("results/study")), ["runs.csv", "series-scphd.csv", "study.png", "study.svg"]);
+    with(&["--jobs", "3", "--json", "results/three.json"]);
+    let whole = figures(&place, "results/one.json");
+    assert_eq!(figures(&place, "results/three.json"), whole);
+
+    with(&["--shard", "1/2", "--out", "results/1"]);
+    with(&["--shard", "2/2", "--out", "results/2"]);
+    place.succeeds(&["merge", "results/2", "results/1", "--json", "results/merged.json"]);
+    assert_eq!(figures(&place, "results/merged.json"), whole);
+    assert_eq!((&whole["runs"], &whole["samples"]), (&5.into(), &1.into()));
+    assert!(whole["ospa_last_third_m"].is_number() && whole["moving_hit_rate"].is_null());
+    // Run 0 has the study's seed.
+    place.succeeds(&["monte-carlo", "log", "--particles", "4", "--seed", "7", "--json", "results/first.json"]);
+    let run = place.replay(&["--seed", "7"]);
+    let error = figures(&place, "results/first.json")["position_error_final_m"].as_f64().unwrap();
+    assert!((error - run["final_position_error_m"].as_f64().unwrap()).abs() < 1e-12);
+}
+
+#[test]
+fn filters_are_compared_on_the_same_inputs() {
+    let place = Workplace::new();
+    let printed = place.succeeds(&[
+        "monte-carlo",
+        "log",
+        "log",
+        "--runs",
+        "4",
+        "--particles",
+        "3",
+        "--filter",
+        "core,rb-single",
+        "--json",
+        "results/both.json",
+    ]);
+    assert!(printed.contains("better than rb-single in") && printed.contains("of 4 runs"), "{printed}");
+    let list: Value = serde_json::from_slice(&fs::read(place.path("results/both.json")).unwrap()).unwrap();
+    assert_eq!((&list[0]["filter"], &list[1]["filter"]), (&"scphd".into(), &"rb-single".into()));
+    assert_eq!(list[0]["dead_reckoning_error_mean_m"], list[1]["dead_reckoning_error_mean_m"]);
+    let summary = place.replay(&["--filter", "rb-empty"]);
+    assert_eq!(summary["filter"], "rb-empty");
+}
+
+#[test]
+fn bad_studies_are_refused() {
+    let place = Workplace::new();
+    fs::write(place.path("part"), "{}").unwrap();
+    let cases: [(&[&str], &[&str]); 10] = [
+        (&["monte-carlo", "atlantis"], &["atlantis", "survey"]),
+        (&["monte-carlo", "survey", "--runs", "5", "--input-sets", "2"], &["--runs 5", "2 input sets"]),
+        (&["monte-carlo", "log", "log", "--runs", "3"], &["--runs 3", "2 input sets"]),
+        (&["monte-carlo", "log", "--input-sets", "2"], &["--input-sets 2", "the logs make 1"]),
+        (&["monte-carlo", "survey", "--filter", "core,core"], &["--filter", "scphd is there twice"]),
+        (&["monte-carlo", "survey", "--shard", "1/3"], &["--shard", "--out FILE"]),
+        (&["monte-carlo", "survey", "--shard", "4/3", "--out", "results/x"], &["--shard", "K/N"]),
+        (&["monte-carlo", "survey", "--shard", "1/3", "--out", "results"], &["results", "is a folder"]),
+        (&["merge", "nowhere"], &["nowhere"]),
+        (&["merge", "part"], &["part", "plan"]),
+    ];
+    for (args, parts) in cases {
+        let error = place.fails(args);
+        assert!(parts.iter().all(|part| error.contains(part)), "{args:?}: {error}");
+    }
+}
+
+#[test]
+fn figures_are_listed_and_drawn() {
+    let place = Workplace::new();
+    let list = place.succeeds(&["figure"]);
+    for number in ["5.3", "5.4", "5.5", "5.6", "5.7", "5.8", "5.9"] {
+        assert!(list.lines().any(|line| line.starts_with(number)), "{list}");
+    }
+    place.succeeds(&["figure", "5.3", "--out", "results/f"]);
+    place.succeeds(&["figure", "5.5", "--runs", "2", "--particles", "2", "--out", "results/f"]);
+    assert_eq!(
+        names(&place.path("results/f")),
+        ["5.3a.png", "5.3a.svg", "5.3b.png", "5.3b.svg", "5.5.png", "5.5.svg"].map(|name| format!("figure-{name}"))
+    );
+    let place = Workplace::new();
+    assert!(place.fails(&["figure", "9.9"]).contains("no figure 9.9"));
+}
+
 #[test]
 fn printed_settings_are_a_settings_file() {
     let place = Workplace::new();
@@ -359,7 +462,7 @@ fn help_version_and_lists() {
     // Where its lines break depends on the terminal.
     let help = place.succeeds(&["--help"]).split_whitespace().collect::<Vec<_>>().join(" ");
     assert!(help.contains("OSPA (order 1, cut-off 10 m)"), "{help}");
-    for command in ["replay", "run", "compare", "export", "settings"] {
+    for command in ["replay", "run", "monte-carlo", "merge", "figure", "compare", "export", "settings"] {
         assert!(place.succeeds(&[command, "--help"]).contains("Usage: scphd-sim"), "{command}");
     }
     let list = place.succeeds(&["scenarios"]);

@@ -1,21 +1,25 @@
 //! The filter that a stream is fed to: its capacities, its models, its tuning, from the head of the stream.
 
-use crate::{Header, Vehicle};
+use crate::{Header, Vehicle, header};
 use core::fmt;
 use nalgebra::{SVector, Vector2};
 use scphd::{
-    Ackermann, AckermannControl, AckermannGeometry, Config, ControlNoise, Gaussian, Linearised, ModelError, Models,
-    Motion, Noise, PlanarPose, PredictError, RangeBearing, RangeBearingWindow, Real, ResetError, ScPhd, ScanError,
-    SetupError, State, Step, Unicycle, UnicycleControl, UniformClutter,
+    Ackermann, AckermannControl, AckermannGeometry, Component, Config, ConstantVelocity, ControlNoise, Likelihood,
+    Linearised, MapMemory, ModelError, Models, Motion, MovingConfig, Noise, PlanarPose, PredictError, RangeBearing,
+    RangeBearingWindow, Real, Reduction, ResetError, ScPhd, ScanError, SetupError, State, Step, Unicycle,
+    UnicycleControl, UniformClutter,
 };
 
 const PARTICLES: usize = 32;
 const CANDIDATES: usize = 64;
-const PAGES: usize = 512;
+const PAGES: usize = 320;
 const MAP_PAGES: usize = 32;
+const MOVING_PAGES: usize = 128;
+const MOVING_MAP_PAGES: usize = 16;
 /// Measurements that a scan can have.
 pub const MEASUREMENTS: usize = 64;
-const VIEW: usize = 512;
+const VIEW: usize = 256;
+const MOVING_VIEW: usize = 128;
 /// Features of an estimated map.
 const FEATURES: usize = 128;
 
@@ -27,12 +31,24 @@ type StateWith<
     const PAGES_AND: usize,
     const MEASUREMENTS_AND: usize,
     const VIEW_AND: usize,
-> = State<T, PlanarPose<T>, 3, 2, 2, PARTICLES_AND, CANDIDATES_AND, PAGES_AND, MAP_PAGES, MEASUREMENTS_AND, VIEW_AND>;
+    const MOVING_PAGES_AND: usize,
+    const MOVING_VIEW_AND: usize,
+> = State<
+    T,
+    PlanarPose<T>,
+    3,
+    2,
+    PARTICLES_AND,
+    CANDIDATES_AND,
+    MEASUREMENTS_AND,
+    MapMemory<T, 2, 2, PARTICLES_AND, PAGES_AND, MAP_PAGES, VIEW_AND>,
+    MapMemory<T, 4, 2, PARTICLES_AND, MOVING_PAGES_AND, MOVING_MAP_PAGES, MOVING_VIEW_AND>,
+>;
 
-type OnboardState<T> = StateWith<T, PARTICLES, CANDIDATES, PAGES, MEASUREMENTS, VIEW>;
+type OnboardState<T> = StateWith<T, PARTICLES, CANDIDATES, PAGES, MEASUREMENTS, VIEW, MOVING_PAGES, MOVING_VIEW>;
 
 type Filter<'m, T> =
-    ScPhd<'m, T, PlanarPose<T>, Drive<T>, RangeBearing<T>, RangeBearingWindow<T>, UniformClutter<T>, 3, 2, 2>;
+    ScPhd<'m, T, PlanarPose<T>, Drive<T>, RangeBearing<T>, RangeBearingWindow<T>, UniformClutter<T>, 3, 2, 4, 2>;
 
 /// All memory of the filter on board: its state, a scan on its way in, an estimated map on its way out. All zero when
 /// new, so that a `static` of it lies in .bss.
@@ -40,7 +56,7 @@ type Filter<'m, T> =
 pub struct Memory<T: Real> {
     state: OnboardState<T>,
     measurements: [SVector<T, 2>; MEASUREMENTS],
-    features: [Gaussian<T, 2>; FEATURES],
+    features: [Component<T, 2>; FEATURES],
 }
 
 /// Fresh memory.
@@ -49,7 +65,7 @@ pub const fn memory<T: Real>() -> Memory<T> {
     Memory {
         state: State::new(),
         measurements: [SVector::from_array_storage(nalgebra::ArrayStorage([[T::ZERO; 2]; 1])); MEASUREMENTS],
-        features: [Gaussian::ZERO; FEATURES],
+        features: [Component::ZERO; FEATURES],
     }
 }
 
@@ -62,27 +78,41 @@ pub struct RamPart {
     pub bytes: usize,
 }
 
+/// The state with so many more of each capacity, less the one on board, for each of them.
+macro_rules! price {
+    ($particles:expr, $candidates:expr, $pages:expr, $measurements:expr, $view:expr, $moving_pages:expr, $moving_view:expr) => {
+        size_of::<
+            StateWith<
+                T,
+                { PARTICLES + $particles },
+                { CANDIDATES + $candidates },
+                { PAGES + $pages },
+                { MEASUREMENTS + $measurements },
+                { VIEW + $view },
+                { MOVING_PAGES + $moving_pages },
+                { MOVING_VIEW + $moving_view },
+            >,
+        >() - size_of::<OnboardState<T>>()
+    };
+}
+
 /// Where the RAM goes, from the price of each capacity: how much larger a state is with eight more of it.
 #[must_use]
-pub const fn ram_parts<T: Real>() -> [RamPart; 5] {
-    const MORE: usize = 8;
-    let total = size_of::<Memory<T>>();
-    let state = size_of::<OnboardState<T>>();
-    let particles = (size_of::<StateWith<T, { PARTICLES + MORE }, { CANDIDATES + MORE }, PAGES, MEASUREMENTS, VIEW>>()
-        - state)
-        / MORE;
-    let candidates =
-        (size_of::<StateWith<T, PARTICLES, { CANDIDATES + MORE }, PAGES, MEASUREMENTS, VIEW>>() - state) / MORE;
-    let pages = (size_of::<StateWith<T, PARTICLES, CANDIDATES, { PAGES + MORE }, MEASUREMENTS, VIEW>>() - state) / MORE;
-    let measurements =
-        (size_of::<StateWith<T, PARTICLES, CANDIDATES, PAGES, { MEASUREMENTS + MORE }, VIEW>>() - state) / MORE;
-    let view = (size_of::<StateWith<T, PARTICLES, CANDIDATES, PAGES, MEASUREMENTS, { VIEW + MORE }>>() - state) / MORE;
-    let particles = (particles - candidates) * PARTICLES + candidates * CANDIDATES;
-    let (pages, scratch) = (pages * PAGES, measurements * MEASUREMENTS + view * VIEW);
-    let named = particles + pages + scratch;
+pub const fn ram_parts<T: Real>() -> [RamPart; 6] {
+    let (total, state) = (size_of::<Memory<T>>(), size_of::<OnboardState<T>>());
+    let candidates = price!(0, 8, 0, 0, 0, 0, 0) / 8;
+    let particles = price!(8, 8, 0, 0, 0, 0, 0) / 8 - candidates;
+    let particles = particles * PARTICLES + candidates * CANDIDATES;
+    let pages = price!(0, 0, 8, 0, 0, 0, 0) / 8 * PAGES;
+    let moving_pages = price!(0, 0, 0, 0, 0, 8, 0) / 8 * MOVING_PAGES;
+    let scratch = price!(0, 0, 0, 8, 0, 0, 0) / 8 * MEASUREMENTS
+        + price!(0, 0, 0, 0, 8, 0, 0) / 8 * VIEW
+        + price!(0, 0, 0, 0, 0, 0, 8) / 8 * MOVING_VIEW;
+    let named = particles + pages + moving_pages + scratch;
     [
         RamPart { name: "particles", bytes: particles },
         RamPart { name: "pages", bytes: pages },
+        RamPart { name: "moving pages", bytes: moving_pages },
         RamPart { name: "scratch", bytes: scratch },
         RamPart { name: "other", bytes: state - named },
         RamPart { name: "in and out", bytes: total - state },
@@ -108,8 +138,8 @@ pub struct Capacities {
 pub const CAPACITIES: Capacities = Capacities {
     candidates: CANDIDATES,
     particles: PARTICLES,
-    components: MAP_PAGES * scphd::PAGE_LEN,
-    components_in_all: PAGES * scphd::PAGE_LEN,
+    components: (MAP_PAGES + MOVING_MAP_PAGES) * scphd::PAGE_LEN,
+    components_in_all: (PAGES + MOVING_PAGES) * scphd::PAGE_LEN,
     measurements: MEASUREMENTS,
 };
 
@@ -227,7 +257,7 @@ impl Scan {
 pub struct Onboard<'m, T: Real> {
     filter: Filter<'m, T>,
     measurements: &'m mut [SVector<T, 2>; MEASUREMENTS],
-    features: &'m mut [Gaussian<T, 2>; FEATURES],
+    features: &'m mut [Component<T, 2>; FEATURES],
 }
 
 impl<'m, T: Real> Onboard<'m, T> {
@@ -283,8 +313,8 @@ impl<'m, T: Real> Onboard<'m, T> {
             health: report.health.bits(),
             in_view: report.in_view as u32,
             maps_updated: report.maps_updated as u32,
-            pages_used: report.pages_used as u32,
-            pages: report.pages as u32,
+            pages_used: (report.pages_used + report.moving_pages_used) as u32,
+            pages: (report.pages + report.moving_pages) as u32,
         })
     }
 
@@ -352,7 +382,26 @@ fn config<T: Real>(header: &Header) -> Config<T> {
         birth_intensity: T::from_f64(header.birth_intensity),
         resample_threshold: T::from_f64(header.resample_threshold),
         prune_weight: T::from_f64(header.prune_weight),
-        merge_distance: T::from_f64(header.merge_distance),
+        likelihood: match header.likelihood {
+            header::Likelihood::SingleCluster => Likelihood::SingleCluster,
+            header::Likelihood::RbEmpty => Likelihood::EmptyMap,
+            header::Likelihood::RbSingle => Likelihood::SingleFeature,
+        },
+        reduction: match header.reduction {
+            header::Reduction::Greedy => Reduction::Greedy { merge_distance: T::from_f64(header.merge_distance) },
+            header::Reduction::Runnalls => Reduction::Runnalls { merge_cost: T::from_f64(header.merge_cost) },
+        },
+        extraction_weight: T::from_f64(header.extraction_weight),
+        moving: MovingConfig {
+            birth_intensity: T::from_f64(header.moving_birth_intensity),
+            velocity_sigma_mps: T::from_f64(header.velocity_sigma_mps),
+            motion: ConstantVelocity {
+                acceleration_psd: T::from_f64(header.acceleration_psd),
+                lifetime_s: T::from_f64(header.lifetime_s),
+            },
+            spread_max_m: T::from_f64(header.spread_max_m),
+            extraction_weight: T::from_f64(header.extraction_weight),
+        },
         max_components: header.max_components as usize,
         ..Config::default()
     }

@@ -3,7 +3,7 @@
 use scphd_sim::scenario;
 use scphd_sim::session::{self, Filter};
 use scphd_sim::settings::{
-    FilterSettings, Likelihood, MovingSettings, Reduction, SensorSettings, Settings, VehicleSettings,
+    FilterSettings, Likelihood, MovingSettings, Proposal, Reduction, SensorSettings, Settings, VehicleSettings,
 };
 use scphd_sim::slam::Precision;
 use std::f64::consts::PI;
@@ -36,6 +36,10 @@ fn settings() -> Settings {
             likelihood: Likelihood::SingleCluster,
             reduction: Reduction::Greedy,
             merge_cost: 0.7,
+            proposal: Proposal::Blind,
+            proposal_rounds: 3,
+            proposal_drawn: 1.0,
+            proposal_least_share: 0.01,
         },
         vehicle: VehicleSettings {
             speed_sigma_mps: 1.0,
@@ -63,6 +67,7 @@ fn settings() -> Settings {
             acceleration_psd: 0.1,
             lifetime_s: 100.0,
             spread_max_m: 3.0,
+            extraction_weight: 0.5,
         },
     }
 }

@@ -2,7 +2,7 @@
 
 use scphd_sim::compare::{Comparison, Differences, compare};
 use scphd_sim::log::{Log, Vehicle};
-use scphd_sim::settings::Settings;
+use scphd_sim::settings::{Likelihood, Reduction, Settings};
 use scphd_sim::slam::Precision;
 use scphd_sim::{log_folder, scenario};
 use scphd_tests::{data_folder, with_roomy_stack};
@@ -17,9 +17,21 @@ const F32_POSITION_BOUND_M: f64 = 0.01;
 const SEED: u64 = 1;
 
 fn lockstep(log: &Log, particles: usize, samples: usize, precision: Precision) -> Comparison {
+    lockstep_with(log, particles, samples, precision, |_| ())
+}
+
+/// Lockstep with other than the log's own settings.
+fn lockstep_with(
+    log: &Log,
+    particles: usize,
+    samples: usize,
+    precision: Precision,
+    change: impl FnOnce(&mut Settings),
+) -> Comparison {
     let mut settings = Settings::for_log(log);
     settings.filter.particles = particles;
     settings.filter.samples = samples;
+    change(&mut settings);
     with_roomy_stack(|| compare(log, &settings, precision, SEED, |_| ())).expect("no step is refused")
 }
 
@@ -33,6 +45,7 @@ fn assert_agreement(name: &str, overall: &Differences, scans: usize) {
         ("mean", overall.mean),
         ("covariance", overall.covariance),
         ("mass", overall.mass),
+        ("time since the scan, s", overall.waited_s),
         ("estimated position, m", overall.estimated_position_m),
         ("estimated heading, rad", overall.estimated_heading_rad),
     ];
@@ -73,6 +86,37 @@ fn survey_in_single_precision() {
     for (scan, differences) in comparison.scans.iter().enumerate() {
         let difference = differences.estimated_position_m;
         assert!(difference <= F32_POSITION_BOUND_M, "scan {scan}: the estimated position differs by {difference} m");
+    }
+}
+
+/// Moving features beside static ones, over a whole scenario.
+#[test]
+fn moving_features() {
+    let log = scenario::by_name("thesis-dynamic", SEED).expect("a built-in scenario");
+    let comparison = lockstep_with(&log, 16, 2, Precision::F64, |settings| {
+        settings.moving.birth_intensity = settings.filter.birth_intensity;
+    });
+    assert_agreement("thesis-dynamic", &comparison.overall, log.scans.len());
+    let moving = comparison.overall.moving_components;
+    assert!(moving > log.scans.len(), "only {moving} moving components were compared");
+}
+
+/// The other likelihoods and the other reduction, over an excerpt with moving features.
+#[test]
+fn replaceable_parts() {
+    let mut log = scenario::by_name("thesis-dynamic", SEED).expect("a built-in scenario");
+    log.scans.truncate(60);
+    for (likelihood, reduction) in [
+        (Likelihood::RbEmpty, Reduction::Greedy),
+        (Likelihood::RbSingle, Reduction::Greedy),
+        (Likelihood::SingleCluster, Reduction::Runnalls),
+    ] {
+        let comparison = lockstep_with(&log, 8, 2, Precision::F64, |settings| {
+            settings.moving.birth_intensity = settings.filter.birth_intensity;
+            settings.filter.likelihood = likelihood;
+            settings.filter.reduction = reduction;
+        });
+        assert_agreement(&format!("{likelihood:?}, {reduction:?}"), &comparison.overall, log.scans.len());
     }
 }
 

@@ -1,6 +1,6 @@
 //! What a state costs in RAM: the total for a vehicle, and the price of each capacity.
 
-use scphd::{Bounds, Candidate, Gaussian, LnSum, PAGE_LEN, PlanarPose, State};
+use scphd::{Bounds, Candidate, Component, LnSum, MapMemory, PAGE_LEN, PlanarPose, State};
 
 type Pose = PlanarPose<f32>;
 
@@ -11,7 +11,7 @@ const MAP_PAGES: usize = 32;
 const MEASUREMENTS: usize = 64;
 const VIEW: usize = 512;
 
-/// Size of the state with these capacities more than the vehicle's.
+/// Size of the state with these capacities more than the vehicle's, static features only.
 macro_rules! bytes {
     ($particles:expr, $candidates:expr, $pages:expr, $map_pages:expr, $measurements:expr, $view:expr) => {
         size_of::<
@@ -20,13 +20,18 @@ macro_rules! bytes {
                 Pose,
                 3,
                 2,
-                2,
                 { PARTICLES + $particles },
                 { CANDIDATES + $candidates },
-                { PAGES + $pages },
-                { MAP_PAGES + $map_pages },
                 { MEASUREMENTS + $measurements },
-                { VIEW + $view },
+                MapMemory<
+                    f32,
+                    2,
+                    2,
+                    { PARTICLES + $particles },
+                    { PAGES + $pages },
+                    { MAP_PAGES + $map_pages },
+                    { VIEW + $view },
+                >,
             >,
         >()
     };
@@ -34,7 +39,7 @@ macro_rules! bytes {
 
 /// An index or a counter.
 const INDEX: usize = size_of::<u16>();
-const COMPONENT: usize = size_of::<Gaussian<f32, 2>>();
+const COMPONENT: usize = size_of::<Component<f32, 2>>();
 const SCALAR: usize = size_of::<f32>();
 
 #[test]
@@ -47,8 +52,8 @@ fn a_vehicle_fits_160_kib() {
 #[test]
 fn every_capacity_costs_what_its_arrays_cost() {
     let total = bytes!(0, 0, 0, 0, 0, 0);
-    // Six numbers: weight, mean, covariance.
-    assert_eq!(COMPONENT, 6 * SCALAR);
+    // Tag, weight, mean, covariance.
+    assert_eq!(COMPONENT, size_of::<u32>() + 6 * SCALAR);
     let candidate = size_of::<Candidate<f32, Pose>>();
 
     // The one selected, its survivor, and twice a list of pages with its length.
@@ -65,10 +70,10 @@ fn every_capacity_costs_what_its_arrays_cost() {
     // An index in both lists of every particle.
     assert_eq!(bytes!(0, 0, 0, 8, 0, 0) - total, 8 * 2 * PARTICLES * INDEX, "pages of a map");
 
-    // Range, bearing, what explains it otherwise; and the sum η.
-    assert_eq!(bytes!(0, 0, 0, 0, 8, 0) - total, 8 * (3 * SCALAR + size_of::<LnSum<f32>>()), "measurements");
+    // Range, bearing, clutter and what explains it otherwise; and the sum η.
+    assert_eq!(bytes!(0, 0, 0, 0, 8, 0) - total, 8 * (4 * SCALAR + size_of::<LnSum<f32>>()), "measurements");
 
-    // The component, where it comes from, and its rank.
-    let (origin, ranked) = (2 * SCALAR, SCALAR + 2 * INDEX);
-    assert_eq!(bytes!(0, 0, 0, 0, 0, 8) - total, 8 * (COMPONENT + origin + ranked), "view");
+    // The component, where it comes from, its rank, and its place with the rank of what it was merged into.
+    let (origin, ranked, placed) = (2 * SCALAR, SCALAR + 2 * INDEX, 2 * INDEX);
+    assert_eq!(bytes!(0, 0, 0, 0, 0, 8) - total, 8 * (COMPONENT + origin + ranked + placed), "view");
 }

@@ -1,19 +1,18 @@
 //! Consistency of pool and tables, for tests.
 
-use super::{MapTable, Pool};
+use super::Maps;
 use crate::{Dim, Packed, Real};
 use std::vec;
 
 /// Every page is held as often as its count says, and is free if and only if nobody holds it.
-pub(crate) fn check<T: Real, const N: usize, const D: usize>(
-    pool: &Pool<'_, T, N, D>,
-    tables: &[(&MapTable<'_>, usize)],
-) where
+pub(crate) fn check<T: Real, const N: usize, const D: usize>(maps: &Maps<'_, T, N, D>, particles: usize)
+where
     Dim<N>: Packed,
 {
+    let pool = &maps.pool;
     let mut holders = vec![0_u16; pool.capacity()];
-    for (table, maps) in tables {
-        for map in 0..*maps {
+    for table in [&maps.predicted, &maps.updated] {
+        for map in 0..particles {
             table.pages(map).iter().for_each(|id| holders[id.index()] += 1);
         }
     }

@@ -60,10 +60,15 @@ where
     free_len: &'s mut u16,
 }
 
-impl<T: Real, const N: usize, const D: usize> Pool<'_, T, N, D>
+impl<'s, T: Real, const N: usize, const D: usize> Pool<'s, T, N, D>
 where
     Dim<N>: Packed,
 {
+    /// A pool without pages.
+    pub(crate) fn none(free_len: &'s mut u16) -> Self {
+        Self { pages: &mut [], references: &mut [], free: &mut [], free_len }
+    }
+
     /// Frees every page.
     pub(crate) fn clear(&mut self) {
         self.references.fill(0);
@@ -95,6 +100,12 @@ where
     #[inline]
     pub(crate) fn get(&self, id: PageId) -> Option<&Page<T, N, D>> {
         self.pages.get(id.index())
+    }
+
+    /// All pages that some map holds, for changing in all of them at once.
+    pub(crate) fn held_mut(&mut self) -> impl Iterator<Item = &mut Page<T, N, D>> {
+        let held = self.pages.iter_mut().zip(self.references.iter()).filter(|(_, references)| **references > 0);
+        held.map(|(page, _)| page)
     }
 
     /// Takes a free page, with one reference, for the caller to fill; `None` when the pool is full.
@@ -142,7 +153,7 @@ where
 #[cfg(test)]
 mod tests {
     use super::PoolMemory;
-    use crate::Gaussian;
+    use crate::Component;
     use nalgebra::Vector2;
     use std::vec::Vec;
 
@@ -170,7 +181,7 @@ mod tests {
         let mut memory = PoolMemory::<f32, 2, 2, 1>::ZERO;
         let mut pool = memory.view();
         pool.clear();
-        let at = |x, y| Gaussian { mean: Vector2::new(x, y), ..Gaussian::ZERO };
+        let at = |x, y| Component { mean: Vector2::new(x, y), ..Component::ZERO };
         let (id, page) = pool.take().unwrap();
         page.fill([at(1.0, 5.0), at(-2.0, 7.0)].iter());
         let page = pool.get(id).unwrap();

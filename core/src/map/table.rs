@@ -29,6 +29,11 @@ pub struct MapTable<'s> {
 }
 
 impl MapTable<'_> {
+    /// A table without maps.
+    pub(crate) fn none() -> Self {
+        Self { ids: &mut [], lengths: &mut [], map_pages: 0 }
+    }
+
     /// Pages one map can have.
     pub(crate) fn map_pages(&self) -> usize {
         self.map_pages

@@ -145,7 +145,12 @@ mod tests {
 
     fn probability(window: &RangeBearingWindow<f64>, range: f64, bearing: f64) -> f64 {
         let frame = RangeBearing::new(1.0, 1.0).unwrap().frame(&PlanarPose::new(0.0, 0.0, 0.0));
-        window.detection_probability(&frame, &Vector2::zeros(), &Vector2::new(range, bearing))
+        FieldOfView::<_, _, 2, 2>::detection_probability(
+            window,
+            &frame,
+            &Vector2::zeros(),
+            &Vector2::new(range, bearing),
+        )
     }
 
     #[test]
@@ -187,7 +192,7 @@ mod tests {
         let window = RangeBearingWindow { range_edge_m: 0.5, ..RangeBearingWindow::full_circle(10.0, 0.9) };
         let sensor = RangeBearing::new(1.0, 1.0).unwrap();
         let frame = sensor.frame(&PlanarPose::new(100.0, -50.0, 1.0));
-        let bounds = window.bounds(&frame);
+        let bounds = FieldOfView::<_, _, 2, 2>::bounds(&window, &frame);
         for k in 0..1000 {
             let angle = f64::from(k) * 0.1;
             let feature = frame.position + Vector2::new(angle.cos(), angle.sin()) * 10.499_999_9;

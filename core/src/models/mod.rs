@@ -1,7 +1,9 @@
 //! Models of the vehicle and its sensor: the traits a user may implement, and the models that come with the crate.
 
 mod ackermann;
+mod bearing_only;
 mod clutter;
+mod constant_velocity;
 mod control_noise;
 mod field_of_view;
 mod known_pose;
@@ -14,14 +16,16 @@ mod testing;
 mod unicycle;
 
 pub use ackermann::{Ackermann, AckermannControl, AckermannGeometry};
+pub use bearing_only::{BearingOnly, BirthIntensity, PolarBirths};
 pub use clutter::{Clutter, UniformClutter};
+pub use constant_velocity::ConstantVelocity;
 pub use control_noise::ControlNoise;
 pub use field_of_view::{FieldOfView, RangeBearingWindow};
 pub use known_pose::KnownPose;
 pub use motion::{Linearised, Motion};
 pub use pose::{PlanarPose, Pose};
 pub use range_bearing::{PlanarFrame, RangeBearing};
-pub use sensor::{Expected, Inverse, Sensor};
+pub use sensor::{Expected, Inverse, Locating, Sensor};
 pub use unicycle::{Step, Unicycle, UnicycleControl};
 
 /// A parameter of a model is not one the model can work with.

@@ -15,6 +15,10 @@ pub trait Pose<T: Real, const K: usize>: Copy + PartialEq + Debug + Send + Sync 
     /// The difference `self` ⊖ `from` in the tangent space, angles wrapped.
     fn difference(&self, from: &Self) -> SVector<T, K>;
 
+    /// The pose at this difference from `self`: what [`Self::difference`] takes away, angles wrapped.
+    #[must_use]
+    fn displaced(&self, by: &SVector<T, K>) -> Self;
+
     /// The weighted mean of poses with weights that sum to one; angles by their circular mean.
     fn mean(weighted: impl Iterator<Item = (T, Self)>) -> Self;
 
@@ -52,6 +56,11 @@ impl<T: Real> Pose<T, 3> for PlanarPose<T> {
 
     fn difference(&self, from: &Self) -> SVector<T, 3> {
         Vector3::new(self.x_m - from.x_m, self.y_m - from.y_m, wrap(self.heading_rad - from.heading_rad))
+    }
+
+    fn displaced(&self, by: &SVector<T, 3>) -> Self {
+        let [[x, y, heading]] = by.data.0;
+        Self::new(self.x_m + x, self.y_m + y, wrap(self.heading_rad + heading))
     }
 
     fn mean(weighted: impl Iterator<Item = (T, Self)>) -> Self {

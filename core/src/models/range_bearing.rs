@@ -1,8 +1,8 @@
 //! Range and bearing in the plane (5.28).
 
-use super::{Expected, Inverse, ModelError, PlanarPose, Sensor, require};
+use super::{Expected, Inverse, Locating, ModelError, PlanarPose, Sensor, require};
 use crate::{Real, Symmetric, wrap};
-use nalgebra::{Matrix2, SVector, Vector2};
+use nalgebra::{Matrix2, SMatrix, SVector, Vector2};
 
 /// A sensor that measures range (m) and bearing (rad, 0 ahead, growing to the left) of a feature in the plane.
 ///
@@ -34,6 +34,25 @@ pub struct PlanarFrame<T> {
     pub cosine: T,
 }
 
+impl<T: Real> PlanarFrame<T> {
+    /// ∂h/∂x of any sensor fixed to the vehicle, from its H = ∂h/∂m: to move the vehicle is to move the feature the other
+    /// way in its frame, and to turn the vehicle is to turn the feature the other way around it.
+    #[inline]
+    #[must_use]
+    pub fn by_pose<const Z: usize>(&self, by_feature: &SMatrix<T, Z, 2>, feature: &SVector<T, 2>) -> SMatrix<T, Z, 3> {
+        let [[dx, dy]] = (feature - self.position).data.0;
+        let moves = SMatrix::<T, 2, 3>::new(-T::ONE, T::ZERO, dy, T::ZERO, -T::ONE, -dx);
+        by_feature * moves
+    }
+
+    /// The frame of a pose.
+    #[must_use]
+    pub fn of(pose: &PlanarPose<T>) -> Self {
+        let (sine, cosine) = pose.heading_rad.sin_cos();
+        Self { position: Vector2::new(pose.x_m, pose.y_m), heading_rad: pose.heading_rad, sine, cosine }
+    }
+}
+
 impl<T: Real> RangeBearing<T> {
     /// A sensor with independent noise of these standard deviations, m and rad.
     ///
@@ -48,6 +67,13 @@ impl<T: Real> RangeBearing<T> {
     }
 }
 
+impl<T: Real> Locating<T, 3, 2, 2> for RangeBearing<T> {
+    #[inline]
+    fn by_pose(&self, frame: &Self::Frame, feature: &SVector<T, 2>, expected: &Expected<T, 2, 2>) -> SMatrix<T, 2, 3> {
+        frame.by_pose(&expected.jacobian, feature)
+    }
+}
+
 impl<T: Real> Sensor<T, 2, 2> for RangeBearing<T> {
     type Pose = PlanarPose<T>;
     type Frame = PlanarFrame<T>;
@@ -56,8 +82,7 @@ impl<T: Real> Sensor<T, 2, 2> for RangeBearing<T> {
     const SORTED_BY_ANGLE: bool = true;
 
     fn frame(&self, pose: &Self::Pose) -> Self::Frame {
-        let (sine, cosine) = pose.heading_rad.sin_cos();
-        PlanarFrame { position: Vector2::new(pose.x_m, pose.y_m), heading_rad: pose.heading_rad, sine, cosine }
+        PlanarFrame::of(pose)
     }
 
     /// (5.28) with the heading subtracted. The Jacobian is that of range and bearing with respect to the feature.
@@ -106,8 +131,9 @@ impl<T: Real> Sensor<T, 2, 2> for RangeBearing<T> {
 
 #[cfg(test)]
 mod tests {
-    use super::{PlanarPose, RangeBearing, Sensor};
-    use nalgebra::{Matrix2, Vector2};
+    use super::{Locating, PlanarPose, RangeBearing, Sensor};
+    use crate::Pose;
+    use nalgebra::{Matrix2, Vector2, Vector3};
 
     const STEP: f64 = 1e-6;
 
@@ -132,6 +158,28 @@ mod tests {
                         let slope = sensor.innovation(&after, &before) / (2.0 * STEP);
                         assert!((slope - seen.jacobian.column(k)).norm() < 1e-7, "{slope} {}", seen.jacobian);
                     }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn derivatives_by_the_pose_agree_with_differences() {
+        let sensor = RangeBearing::new(0.2, 0.01).unwrap();
+        for heading in [-3.1, -0.7, 0.0, 1.3, 3.1] {
+            let pose = PlanarPose::new(3.0, -2.0, heading);
+            for (range, angle) in [(0.3, 0.4), (2.0, -2.5), (40.0, 3.0)] {
+                let feature = Vector2::new(3.0 + range * f64::cos(angle), -2.0 + range * f64::sin(angle));
+                let frame = sensor.frame(&pose);
+                let slope = sensor.by_pose(&frame, &feature, &sensor.expect(&frame, &feature).unwrap());
+                for k in 0..3 {
+                    let at = |step: f64| {
+                        let mut by = Vector3::zeros();
+                        by[k] = step;
+                        sensor.expect(&sensor.frame(&pose.displaced(&by)), &feature).unwrap().measurement
+                    };
+                    let difference = sensor.innovation(&at(STEP), &at(-STEP)) / (2.0 * STEP);
+                    assert!((difference - slope.column(k)).norm() < 1e-7, "{difference} {slope}");
                 }
             }
         }

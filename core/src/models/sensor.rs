@@ -1,6 +1,6 @@
 //! What the sensor measures, as a trait.
 
-use crate::{Dim, Packed, Real, Symmetric};
+use crate::{Component, Dim, Packed, Real, Symmetric};
 use nalgebra::{SMatrix, SVector};
 
 /// What the sensor measures of a feature: h(m, x), its inverse, and their noise (sections 5.1, 5.2.1).
@@ -36,8 +36,28 @@ where
     /// R, the covariance of the measurement noise.
     fn noise(&self) -> &Symmetric<T, Z>;
 
+    /// The birth intensity that does not wait for measurements (5.2.1), for a sensor whose measurement cannot be
+    /// inverted: its component of that index, in map coordinates, as seen from the frame; `None` past the last. These
+    /// components are part of every predicted static map, without being stored. None by default: features are then born
+    /// from measurements.
+    fn expected_birth(&self, _frame: &Self::Frame, _index: usize) -> Option<Component<T, D>> {
+        None
+    }
+
     /// The feature h⁻¹(z, x) that would give the measurement, with H* = ∂h⁻¹/∂z; `None` where there is none.
     fn invert(&self, frame: &Self::Frame, measured: &SVector<T, Z>) -> Option<Inverse<T, D, Z>>;
+}
+
+/// A sensor that tells where its vehicle is: one whose measurements can be differentiated by the pose, which has K degrees
+/// of freedom. The informed proposal needs it.
+pub trait Locating<T: Real, const K: usize, const D: usize, const Z: usize>: Sensor<T, D, Z>
+where
+    Dim<D>: Packed,
+    Dim<Z>: Packed,
+{
+    /// ∂h/∂x of what is expected of the feature at `feature`, in the coordinates of
+    /// [`Pose::difference`](crate::Pose::difference).
+    fn by_pose(&self, frame: &Self::Frame, feature: &SVector<T, D>, expected: &Expected<T, D, Z>) -> SMatrix<T, Z, K>;
 }
 
 /// An expected measurement.

@@ -1,7 +1,9 @@
 //! The arguments and their help.
 
 use clap::{Args, Parser, Subcommand, ValueEnum, value_parser};
+use scphd_sim::monte_carlo::Shard;
 use scphd_sim::session::Filter;
+use scphd_sim::settings::{Likelihood, Settings};
 use scphd_sim::slam::Precision;
 use std::path::PathBuf;
 
@@ -59,6 +61,19 @@ pub enum Command {
         #[command(flatten)]
         scenario_seed: ScenarioSeed,
     },
+    /// Runs a scenario many times, or logs, and prints means over the runs.
+    ///
+    /// Run k (from 0) has filter seed SEED + k and input set k / (N / M): a scenario made with seed SEED + that number,
+    /// or the log of that number. So every run is decided by its number alone, whatever the threads. OSPA is of order
+    /// 1 and cut-off 10 m, of the static and moving estimate together, at every scan: a static landmark counts from
+    /// its first time in view on, a moving one while it is in view.
+    MonteCarlo(MonteCarloArgs),
+    /// Puts together the parts of a study that `monte-carlo --shard` left.
+    Merge(MergeArgs),
+    /// Draws a figure of the thesis from scenarios and runs of this program, as SVG and PNG.
+    ///
+    /// Without a number: lists the figures.
+    Figure(FigureArgs),
     /// Runs the filter in lockstep with the reference and prints how far they differ.
     ///
     /// Every step of the reference starts from the filter's own state and random numbers, so that what differs
@@ -109,7 +124,8 @@ pub struct RunArgs {
     pub tuning: Tuning,
     #[command(flatten)]
     pub seed: Seed,
-    /// The filter: `core` is the fixed-capacity filter, `reference` the brute-force one.
+    /// The filter: `core` is the fixed-capacity filter, `rb-empty` and `rb-single` are the same with the particle
+    /// likelihoods of RB-PHD SLAM, `reference` is the brute-force one.
     #[arg(long, value_enum, default_value_t = FilterName::Core)]
     pub filter: FilterName,
     /// Number type of the filter [default: f32 for core, f64 for reference, which knows no other].
@@ -127,6 +143,77 @@ pub struct RunArgs {
     /// Writes scans.csv, map.csv, and trajectory and error plots (SVG and PNG) to DIR; for a single run only.
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub struct MonteCarloArgs {
+    /// Name of a scenario, or folders of logs.
+    #[arg(required = true, value_name = "SCENARIO|DIR")]
+    pub sources: Vec<PathBuf>,
+    /// Runs of each filter [default: 100 of a scenario, one of each log].
+    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=1_000_000))]
+    pub runs: Option<u32>,
+    /// Different inputs, a divisor of the runs [default: as many as runs, or logs; a quarter for thesis-dynamic, whose
+    /// study in the thesis has 25 inputs with 4 runs each].
+    #[arg(long, value_name = "M", value_parser = value_parser!(u32).range(1..))]
+    pub input_sets: Option<u32>,
+    /// Added to all seeds.
+    #[arg(long, default_value_t = 0)]
+    pub seed: u64,
+    /// The filters, separated by commas; they get the same inputs, and the first is compared with each other one.
+    #[arg(long, value_enum, value_delimiter = ',', default_value = "core")]
+    pub filter: Vec<FilterName>,
+    /// Number type of the filters [default: f32 for core, f64 for reference, which knows no other].
+    #[arg(long, value_enum)]
+    pub precision: Option<PrecisionName>,
+    #[command(flatten)]
+    pub tuning: Tuning,
+    /// Runs at the same time [default: as many as there are cores].
+    #[arg(long, value_name = "N", value_parser = value_parser!(u16).range(1..))]
+    pub jobs: Option<u16>,
+    /// Does only part K of N of the runs and leaves them in the file of --out, for `merge`.
+    #[arg(long, value_name = "K/N")]
+    pub shard: Option<Shard>,
+    /// Writes the figures to FILE as one flat JSON object, those of several filters as a list of them.
+    #[arg(long, value_name = "FILE")]
+    pub json: Option<PathBuf>,
+    /// Folder for plots (SVG and PNG) and tables (CSV); with --shard the file for the runs (JSON).
+    #[arg(long, value_name = "DIR|FILE")]
+    pub out: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub struct MergeArgs {
+    /// What every `monte-carlo --shard` of the study left, in any order.
+    #[arg(required = true, value_name = "FILE")]
+    pub files: Vec<PathBuf>,
+    /// Writes the figures to FILE as one flat JSON object, those of several filters as a list of them.
+    #[arg(long, value_name = "FILE")]
+    pub json: Option<PathBuf>,
+    /// Folder for plots (SVG and PNG) and tables (CSV).
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub struct FigureArgs {
+    /// Number of the figure, as 5.5.
+    #[arg(value_name = "NUMBER")]
+    pub number: Option<String>,
+    /// Folder for figure-NUMBER.svg and figure-NUMBER.png.
+    #[arg(long, value_name = "DIR", default_value = "out")]
+    pub out: PathBuf,
+    /// Runs of each filter, for figures of means [default: as in the thesis].
+    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=1_000_000))]
+    pub runs: Option<u32>,
+    /// Runs at the same time [default: as many as there are cores].
+    #[arg(long, value_name = "N", value_parser = value_parser!(u16).range(1..))]
+    pub jobs: Option<u16>,
+    /// Seed of scenario and filter, or, for figures of means, added to all seeds.
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    #[command(flatten)]
+    pub tuning: Tuning,
 }
 
 #[derive(Debug, Args)]
@@ -182,6 +269,10 @@ pub struct Tuning {
     /// Overrides the settings file.
     #[arg(long, value_name = "M")]
     pub samples: Option<usize>,
+    /// Whether features may move; on: births of moving features are half as frequent as of static ones [default: on for
+    /// real indoor robots and the scenarios of 5.3.1, otherwise off]. Overrides the settings file.
+    #[arg(long, value_enum)]
+    pub moving: Option<Switch>,
     /// TOML file whose fields replace the defaults that follow from the log; any may be left out. `scphd-sim settings`
     /// prints all with their values; units are in the names, intensities are per m rad.
     #[arg(long, value_name = "FILE.toml")]
@@ -204,10 +295,20 @@ pub struct ScenarioSeed {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum FilterName {
-    /// Fixed capacity, what runs on the target.
+    /// Fixed capacity, what runs on the target; the likelihood is that of the settings, single-cluster by default.
     Core,
+    /// The same with the likelihood of RB-PHD SLAM, empty-map approximation.
+    RbEmpty,
+    /// The same with the likelihood of RB-PHD SLAM, single-feature approximation.
+    RbSingle,
     /// Brute force in double precision, slow.
     Reference,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Switch {
+    On,
+    Off,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -239,15 +340,43 @@ impl ComparedPrecision {
     }
 }
 
+/// A filter with its number type and, where its name says so, its particle likelihood.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Choice {
+    pub filter: Filter,
+    likelihood: Option<Likelihood>,
+}
+
+impl Choice {
+    /// The filter asked for, or why there is none such.
+    pub fn of(name: FilterName, precision: Option<PrecisionName>) -> Result<Self, &'static str> {
+        let filter = match (name, precision) {
+            (FilterName::Reference, None | Some(PrecisionName::F64)) => Filter::Reference,
+            (FilterName::Reference, Some(PrecisionName::F32)) => {
+                return Err("--precision f32: the reference is f64 only");
+            }
+            (_, None | Some(PrecisionName::F32)) => Filter::Core(Precision::F32),
+            (_, Some(PrecisionName::F64)) => Filter::Core(Precision::F64),
+        };
+        let likelihood = match name {
+            FilterName::Core | FilterName::Reference => None,
+            FilterName::RbEmpty => Some(Likelihood::RbEmpty),
+            FilterName::RbSingle => Some(Likelihood::RbSingle),
+        };
+        Ok(Self { filter, likelihood })
+    }
+
+    /// The settings it works with.
+    pub fn settings(&self, mut settings: Settings) -> Settings {
+        settings.filter.likelihood = self.likelihood.unwrap_or(settings.filter.likelihood);
+        settings
+    }
+}
+
 impl RunArgs {
     /// The filter asked for, or why there is none such.
-    pub fn filter(&self) -> Result<Filter, &'static str> {
-        match (self.filter, self.precision) {
-            (FilterName::Core, None | Some(PrecisionName::F32)) => Ok(Filter::Core(Precision::F32)),
-            (FilterName::Core, Some(PrecisionName::F64)) => Ok(Filter::Core(Precision::F64)),
-            (FilterName::Reference, None | Some(PrecisionName::F64)) => Ok(Filter::Reference),
-            (FilterName::Reference, Some(PrecisionName::F32)) => Err("--precision f32: the reference is f64 only"),
-        }
+    pub fn filter(&self) -> Result<Choice, &'static str> {
+        Choice::of(self.filter, self.precision)
     }
 }
 

@@ -5,9 +5,8 @@ use super::compare;
 use super::failure::{Failure, notice, print};
 use super::outputs::{Outputs, label};
 use super::progress::Progress;
-use super::repeat;
-use super::source::{Source, read, scenario, tuned};
-use super::stream;
+use super::source::{Source, read, scenario, scenario_defaults, tuned};
+use super::{figure, monte_carlo, repeat, stream};
 use scphd_sim::log::Log;
 use scphd_sim::log_folder;
 use scphd_sim::output::table;
@@ -36,16 +35,19 @@ pub fn execute(cli: Cli) -> Result<(), Failure> {
         Some(Command::Run { scenario: Some(name), run, scenario_seed, list: false }) => {
             runs(vec![Source::scenario(name, scenario_seed.scenario_seed)?], run)
         }
+        Some(Command::MonteCarlo(args)) => monte_carlo::study(args),
+        Some(Command::Merge(args)) => monte_carlo::merge(args),
+        Some(Command::Figure(args)) => figure::figure(args),
         Some(Command::Compare(args)) => compare::compare(args),
         Some(Command::Run { .. } | Command::Scenarios) => list_scenarios(),
         Some(Command::Export { scenario: name, dir, seed }) => export(&scenario(&name, seed)?, &dir),
         Some(Command::Stream(args)) => stream::stream(args),
         Some(Command::Settings { source, tuning }) => {
-            let log = match source.to_str().and_then(|name| by_name(name, 0)) {
-                Some(log) => log,
-                None => read(&source)?,
+            let defaults = match source.to_str().and_then(|name| Some((name, by_name(name, 0)?))) {
+                Some((name, log)) => scenario_defaults(name, &log),
+                None => Settings::for_log(&read(&source)?),
             };
-            let settings = tuned(Settings::for_log(&log), &tuning)?;
+            let settings = tuned(defaults, &tuning)?;
             let text = settings.to_toml().map_err(|error| Failure::Internal(error.to_string()))?;
             print(text.trim_end())
         }
@@ -61,18 +63,19 @@ fn list_scenarios() -> Result<(), Failure> {
 /// One filter over one log or several, with one seed or several.
 fn runs(sources: Vec<Source>, args: RunArgs) -> Result<(), Failure> {
     match &sources[..] {
-        [source] if args.repeat == 1 => single(&*source.log(args.seed.seed)?, args),
+        [source] if args.repeat == 1 => single(source, args),
         _ => repeat::repeat(&sources, args),
     }
 }
 
 /// One filter over one log.
-fn single(log: &Log, args: RunArgs) -> Result<(), Failure> {
-    let filter = args.filter().map_err(Failure::input)?;
-    let settings = tuned(Settings::for_log(log), &args.tuning)?;
+fn single(source: &Source, args: RunArgs) -> Result<(), Failure> {
+    let log = &*source.log(args.seed.seed)?;
+    let choice = args.filter().map_err(Failure::input)?;
+    let settings = choice.settings(tuned(source.defaults(log), &args.tuning)?);
     let outputs = Outputs { json: args.json, out: args.out };
     outputs.check()?;
-    let session = run(log, &settings, filter, args.seed.seed)?;
+    let session = run(log, &settings, choice.filter, args.seed.seed)?;
     outputs.write_one(log, &session)?;
     report(&[session])
 }
@@ -99,7 +102,7 @@ fn main_job(job: MainJob) -> Result<(), Failure> {
 }
 
 fn run(log: &Log, settings: &Settings, filter: Filter, seed: u64) -> Result<Session, Failure> {
-    let name = format!("{} {}", filter.name(), filter.precision());
+    let name = format!("{} {}", filter.name(settings.filter.likelihood), filter.precision());
     let progress = Progress::new(name, log.scans.len());
     Ok(session::run(log, settings, filter, seed, &mut |scans| progress.at(scans))?)
 }

@@ -74,6 +74,12 @@ impl From<SessionError> for Failure {
     }
 }
 
+impl From<rayon::ThreadPoolBuildError> for Failure {
+    fn from(error: rayon::ThreadPoolBuildError) -> Self {
+        Self::Internal(format!("cannot start threads: {error}"))
+    }
+}
+
 impl From<OutputError> for Failure {
     fn from(error: OutputError) -> Self {
         Self::Internal(error.to_string())

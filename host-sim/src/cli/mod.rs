@@ -4,6 +4,8 @@ mod args;
 mod commands;
 mod compare;
 mod failure;
+mod figure;
+mod monte_carlo;
 mod outputs;
 mod progress;
 mod repeat;

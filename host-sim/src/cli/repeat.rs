@@ -8,14 +8,13 @@ use super::source::{Source, tuned};
 use scphd_sim::output::json::{self, Summary};
 use scphd_sim::output::repeats;
 use scphd_sim::session;
-use scphd_sim::settings::Settings;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc;
 use std::thread;
 
 /// Runs every log with every seed, and prints a row for each log.
 pub fn repeat(sources: &[Source], args: RunArgs) -> Result<(), Failure> {
-    let filter = args.filter().map_err(Failure::input)?;
+    let choice = args.filter().map_err(Failure::input)?;
     if args.out.is_some() {
         return Err(Failure::input("--out: for a single run only, not with several logs or --repeat"));
     }
@@ -27,21 +26,23 @@ pub fn repeat(sources: &[Source], args: RunArgs) -> Result<(), Failure> {
     outputs.check()?;
     // Settings that are bad for a log show before any other is run.
     let mut scans = 0;
+    let mut name = String::new();
     for source in sources {
         let log = source.log(first)?;
-        tuned(Settings::for_log(&log), &args.tuning)?;
+        let settings = choice.settings(tuned(source.defaults(&log), &args.tuning)?);
+        name = format!("{} {}", choice.filter.name(settings.filter.likelihood), choice.filter.precision());
         scans += log.scans.len() * args.repeat as usize;
     }
 
-    let progress = Progress::new(format!("{} {}", filter.name(), filter.precision()), scans);
+    let progress = Progress::new(name, scans);
     let done = AtomicUsize::new(0);
     let runs: Vec<(&Source, u64)> =
         sources.iter().flat_map(|source| (first..=last).map(move |seed| (source, seed))).collect();
     let summaries = in_parallel(&runs, args.jobs.into(), |&(source, seed)| {
         let log = source.log(seed)?;
-        let settings = tuned(Settings::for_log(&log), &args.tuning)?;
+        let settings = choice.settings(tuned(source.defaults(&log), &args.tuning)?);
         let mut advance = |_| progress.at(done.fetch_add(1, Ordering::Relaxed) + 1);
-        Ok(session::run(&log, &settings, filter, seed, &mut advance)?.summary)
+        Ok(session::run(&log, &settings, choice.filter, seed, &mut advance)?.summary)
     })?;
     drop(progress);
 

@@ -1,10 +1,10 @@
 //! What a run starts from: a log and its settings.
 
-use super::args::Tuning;
+use super::args::{Switch, Tuning};
 use super::failure::Failure;
 use scphd_sim::log::Log;
 use scphd_sim::log_folder;
-use scphd_sim::scenario::{SCENARIOS, by_name};
+use scphd_sim::scenario::{SCENARIOS, by_name, thesis_run};
 use scphd_sim::settings::Settings;
 use std::borrow::Cow;
 use std::path::Path;
@@ -15,24 +15,58 @@ pub enum Source {
     Fixed(Box<Log>),
     /// A scenario that is made anew with every seed; this is its name.
     Seeded(String),
+    /// A scenario of one seed for all.
+    Frozen(String, Box<Log>),
 }
 
 impl Source {
     /// A scenario, with a seed of its own or with that of the run.
     pub fn scenario(name: String, seed: Option<u64>) -> Result<Self, Failure> {
         Ok(match seed {
-            Some(seed) => Self::Fixed(Box::new(scenario(&name, seed)?)),
+            Some(seed) => {
+                let log = scenario(&name, seed)?;
+                Self::Frozen(name, Box::new(log))
+            }
             None => Self::Seeded(name),
         })
+    }
+
+    /// The settings a log of this source is run with unless told otherwise: those that suit the log, and what the
+    /// thesis says about its scenario.
+    pub fn defaults(&self, log: &Log) -> Settings {
+        match self {
+            Self::Fixed(_) => Settings::for_log(log),
+            Self::Seeded(name) | Self::Frozen(name, _) => scenario_defaults(name, log),
+        }
+    }
+
+    /// Runs with each input, where the thesis says so.
+    pub fn runs_per_input(&self) -> Option<usize> {
+        match self {
+            Self::Fixed(_) => None,
+            Self::Seeded(name) | Self::Frozen(name, _) => thesis_run(name).map(|run| run.runs_per_input),
+        }
     }
 
     /// The log for a run with `seed`.
     pub fn log(&self, seed: u64) -> Result<Cow<'_, Log>, Failure> {
         match self {
-            Self::Fixed(log) => Ok(Cow::Borrowed(log)),
+            Self::Fixed(log) | Self::Frozen(_, log) => Ok(Cow::Borrowed(log)),
             Self::Seeded(name) => scenario(name, seed).map(Cow::Owned),
         }
     }
+}
+
+/// The settings a scenario is run with unless told otherwise.
+pub fn scenario_defaults(name: &str, log: &Log) -> Settings {
+    let mut settings = Settings::for_log(log);
+    if let Some(run) = thesis_run(name) {
+        settings.filter.particles = run.particles;
+        settings.filter.samples = run.samples;
+        settings.filter.resample_threshold = run.resample_threshold;
+        settings.set_moving(run.moving);
+    }
+    settings
 }
 
 /// The log of a folder.
@@ -56,6 +90,9 @@ pub fn tuned(defaults: Settings, tuning: &Tuning) -> Result<Settings, Failure> {
     };
     settings.filter.particles = tuning.particles.unwrap_or(settings.filter.particles);
     settings.filter.samples = tuning.samples.unwrap_or(settings.filter.samples);
+    if let Some(moving) = tuning.moving {
+        settings.set_moving(moving == Switch::On);
+    }
     // The defaults and the file are within the limits, so whatever is not comes from an argument of the same name.
     settings.check().map_err(|error| {
         let name = error.field.rsplit('.').next().unwrap_or(error.field);

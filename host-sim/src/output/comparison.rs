@@ -30,10 +30,11 @@ pub struct Compared {
 type Field = (&'static str, &'static str, fn(&Differences) -> String);
 
 /// The fields of [`Differences`] in order.
-const FIELDS: [Field; 16] = [
+const FIELDS: [Field; 18] = [
     ("scans", "scans", |d| count(d.scans)),
     ("predicted_position_m", "predicted position (m)", |d| power(d.predicted_position_m)),
     ("predicted_heading_rad", "predicted heading (rad)", |d| power(d.predicted_heading_rad)),
+    ("waited_s", "time since the scan (s)", |d| power(d.waited_s)),
     ("ln_likelihood", "ln likelihood (relative)", |d| power(d.ln_likelihood)),
     ("particle_weight", "particle weight (relative)", |d| power(d.particle_weight)),
     ("component_weight", "component weight (relative)", |d| power(d.component_weight)),
@@ -43,7 +44,8 @@ const FIELDS: [Field; 16] = [
     ("estimated_position_m", "estimated position (m)", |d| power(d.estimated_position_m)),
     ("estimated_heading_rad", "estimated heading (rad)", |d| power(d.estimated_heading_rad)),
     ("other_survivors", "scans with other survivors", |d| count(d.other_survivors)),
-    ("components", "components compared", |d| count(d.components)),
+    ("components", "static components compared", |d| count(d.components)),
+    ("moving_components", "moving components compared", |d| count(d.moving_components)),
     ("unmatched", "components unmatched", |d| count(d.unmatched)),
     ("unmatched_mass", "unmatched mass (share of a map)", |d| power(d.unmatched_mass)),
     ("capacity_events", "scans short of room", |d| count(d.capacity_events)),

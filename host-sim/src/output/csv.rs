@@ -1,9 +1,11 @@
-//! A record as CSV: `scans.csv`, one row a scan, and `map.csv`, one row an estimated feature.
+//! A record as CSV: `scans.csv`, one row a scan, `map.csv`, one row a feature of the final map, and `moving.csv`, one
+//! row a moving feature and scan.
 //!
 //! Numbers are printed with as many digits as bring back the same `f64`; an unknown value is an empty cell.
 
 use super::{OutputError, atomic};
-use crate::record::{MapFeature, Record, ScanRecord};
+use crate::record::{MapFeature, MovingFeature, Record, ScanRecord};
+use crate::score::map_error::MapError;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
@@ -30,11 +32,22 @@ struct ScanRow {
     features_estimated: f64,
     n_eff: f64,
     scan_us: f64,
+    ospa_c1_m: Option<f64>,
+    ospa_c1_localization_m: Option<f64>,
+    ospa_c1_cardinality_m: Option<f64>,
+    ospa_c10_m: Option<f64>,
+    ospa_c10_localization_m: Option<f64>,
+    ospa_c10_cardinality_m: Option<f64>,
+    moving_estimated: usize,
+    movers_in_view: Option<usize>,
+    movers_matched: Option<usize>,
+    moving_false: Option<usize>,
 }
 
 impl From<&ScanRecord> for ScanRow {
     fn from(scan: &ScanRecord) -> Self {
         let p = &scan.pose_covariance;
+        let error = |figure: fn(&MapError) -> f64| scan.map_error.as_ref().map(figure);
         Self {
             t_s: scan.t_s,
             x_m: scan.pose[0],
@@ -56,12 +69,22 @@ impl From<&ScanRecord> for ScanRow {
             features_estimated: scan.features_estimated,
             n_eff: scan.n_eff,
             scan_us: scan.scan_us,
+            ospa_c1_m: error(|error| error.near.distance),
+            ospa_c1_localization_m: error(|error| error.near.localization),
+            ospa_c1_cardinality_m: error(|error| error.near.cardinality),
+            ospa_c10_m: error(|error| error.far.distance),
+            ospa_c10_localization_m: error(|error| error.far.localization),
+            ospa_c10_cardinality_m: error(|error| error.far.cardinality),
+            moving_estimated: scan.moving.len(),
+            movers_in_view: scan.movers.map(|movers| movers.in_view),
+            movers_matched: scan.movers.map(|movers| movers.matched),
+            moving_false: scan.movers.map(|movers| movers.spurious),
         }
     }
 }
 
 /// Names of the columns of [`ScanRow`], for a record without rows.
-const SCAN_HEADER: [&str; 20] = [
+const SCAN_HEADER: [&str; 30] = [
     "t_s",
     "x_m",
     "y_m",
@@ -82,6 +105,16 @@ const SCAN_HEADER: [&str; 20] = [
     "features_estimated",
     "n_eff",
     "scan_us",
+    "ospa_c1_m",
+    "ospa_c1_localization_m",
+    "ospa_c1_cardinality_m",
+    "ospa_c10_m",
+    "ospa_c10_localization_m",
+    "ospa_c10_cardinality_m",
+    "moving_estimated",
+    "movers_in_view",
+    "movers_matched",
+    "moving_false",
 ];
 
 /// Header and order of `map.csv`.
@@ -111,17 +144,57 @@ impl From<&MapFeature> for MapRow {
 /// Names of the columns of [`MapRow`], for an empty map.
 const MAP_HEADER: [&str; 6] = ["weight", "x_m", "y_m", "cov_x_x_m2", "cov_x_y_m2", "cov_y_y_m2"];
 
-/// Writes `scans.csv` and `map.csv` into the existing folder `dir` and returns their paths.
+/// Header and order of `moving.csv`.
+#[derive(Serialize)]
+struct MovingRow {
+    t_s: f64,
+    id: u32,
+    weight: f64,
+    x_m: f64,
+    y_m: f64,
+    velocity_x_mps: f64,
+    velocity_y_mps: f64,
+    cov_x_x_m2: f64,
+    cov_x_y_m2: f64,
+    cov_y_y_m2: f64,
+}
+
+impl MovingRow {
+    fn new(t_s: f64, feature: &MovingFeature) -> Self {
+        Self {
+            t_s,
+            id: feature.id,
+            weight: feature.weight,
+            x_m: feature.position[0],
+            y_m: feature.position[1],
+            velocity_x_mps: feature.velocity[0],
+            velocity_y_mps: feature.velocity[1],
+            cov_x_x_m2: feature.covariance[0][0],
+            cov_x_y_m2: feature.covariance[0][1],
+            cov_y_y_m2: feature.covariance[1][1],
+        }
+    }
+}
+
+/// Names of the columns of [`MovingRow`], for a run without moving features.
+const MOVING_HEADER: [&str; 10] =
+    ["t_s", "id", "weight", "x_m", "y_m", "velocity_x_mps", "velocity_y_mps", "cov_x_x_m2", "cov_x_y_m2", "cov_y_y_m2"];
+
+/// Writes `scans.csv`, `map.csv` and `moving.csv` into the existing folder `dir` and returns their paths.
 ///
 /// # Errors
 ///
 /// [`OutputError`] where a file cannot be written; files already complete stay.
-pub fn write_record(dir: &Path, record: &Record) -> Result<[PathBuf; 2], OutputError> {
+pub fn write_record(dir: &Path, record: &Record) -> Result<[PathBuf; 3], OutputError> {
     let scans = dir.join("scans.csv");
     let map = dir.join("map.csv");
     write_rows(&scans, &SCAN_HEADER, record.scans.iter().map(ScanRow::from))?;
     write_rows(&map, &MAP_HEADER, record.map.iter().map(MapRow::from))?;
-    Ok([scans, map])
+    let moving = dir.join("moving.csv");
+    let of_scan =
+        |scan: &ScanRecord| scan.moving.iter().map(|feature| MovingRow::new(scan.t_s, feature)).collect::<Vec<_>>();
+    write_rows(&moving, &MOVING_HEADER, record.scans.iter().flat_map(of_scan))?;
+    Ok([scans, map, moving])
 }
 
 /// Writes a header and rows to `path`, all or nothing.
@@ -159,6 +232,19 @@ mod tests {
             features_estimated: 8.5,
             n_eff: f64::NAN,
             scan_us: 10.0,
+            moving: Vec::new(),
+            map_error: None,
+            movers: None,
+        }
+    }
+
+    fn moving_feature() -> MovingFeature {
+        MovingFeature {
+            id: 9,
+            weight: 0.5,
+            position: [1.0, 2.0],
+            velocity: [1.0 / 3.0, 0.0],
+            covariance: [[1.0, 0.0], [0.0, 1.0]],
         }
     }
 
@@ -166,7 +252,7 @@ mod tests {
     fn numbers_come_back_as_they_were() {
         let folder = Folder::new("csv");
         let record = Record {
-            scans: vec![scan(0.1), scan(2.0_f64.sqrt())],
+            scans: vec![scan(0.1), ScanRecord { moving: vec![moving_feature()], ..scan(2.0_f64.sqrt()) }],
             map: vec![MapFeature {
                 id: 1,
                 weight: 0.7,
@@ -174,8 +260,8 @@ mod tests {
                 covariance: [[0.1, 0.01], [0.01, 0.2]],
             }],
         };
-        let [scans, map] = write_record(&folder.0, &record).unwrap();
-        assert_eq!(folder.names(), ["map.csv", "scans.csv"]);
+        let [scans, map, moving] = write_record(&folder.0, &record).unwrap();
+        assert_eq!(folder.names(), ["map.csv", "moving.csv", "scans.csv"]);
 
         let mut reader = ::csv::Reader::from_path(scans).unwrap();
         assert_eq!(reader.headers().unwrap(), &SCAN_HEADER[..]);
@@ -200,6 +286,11 @@ mod tests {
         let mut reader = ::csv::Reader::from_path(map).unwrap();
         let row = reader.records().next().unwrap().unwrap();
         assert_eq!(row[1].parse::<f64>().unwrap(), 1.0 / 7.0);
+
+        let mut reader = ::csv::Reader::from_path(moving).unwrap();
+        let row = reader.records().next().unwrap().unwrap();
+        assert_eq!((row[0].parse::<f64>().unwrap(), &row[1]), (2.0_f64.sqrt(), "9"));
+        assert_eq!(row[5].parse::<f64>().unwrap(), 1.0 / 3.0);
     }
 
     #[test]
@@ -214,17 +305,24 @@ mod tests {
         writer.serialize(MapRow::from(&feature)).unwrap();
         let text = String::from_utf8(writer.into_inner().unwrap()).unwrap();
         assert_eq!(text.lines().next().unwrap(), MAP_HEADER.join(","));
+
+        let mut writer = ::csv::Writer::from_writer(Vec::new());
+        writer.serialize(MovingRow::new(0.0, &moving_feature())).unwrap();
+        let text = String::from_utf8(writer.into_inner().unwrap()).unwrap();
+        assert_eq!(text.lines().next().unwrap(), MOVING_HEADER.join(","));
     }
 
     #[test]
     fn an_empty_record_leaves_headers() {
         let folder = Folder::new("csv-empty");
         let record = Record { scans: vec![], map: vec![] };
-        let [scans, map] = write_record(&folder.0, &record).unwrap();
+        let [scans, map, moving] = write_record(&folder.0, &record).unwrap();
         let scans = std::fs::read_to_string(scans).unwrap();
         assert_eq!(scans.trim_end(), SCAN_HEADER.join(","));
         let map = std::fs::read_to_string(map).unwrap();
         assert_eq!(map.trim_end(), MAP_HEADER.join(","));
+        let moving = std::fs::read_to_string(moving).unwrap();
+        assert_eq!(moving.trim_end(), MOVING_HEADER.join(","));
     }
 
     #[test]

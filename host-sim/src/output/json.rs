@@ -48,6 +48,20 @@ pub struct Summary {
     /// Digest of the final state, written as `0x` and 16 hexadecimal digits; the reference has none.
     #[serde(serialize_with = "hexadecimal")]
     pub digest: Option<u64>,
+    /// Share of the spells of ten scans or more of a moving landmark in view in which it was found within the first ten.
+    pub moving_hit_rate: Option<f64>,
+    /// Share of the scans after those ten in which it was found.
+    pub moving_settled_rate: Option<f64>,
+    /// Median distance of a moving landmark to the estimate that was matched with it, m.
+    pub moving_position_error_median_m: Option<f64>,
+    /// Moving features estimated where no moving landmark is in view, a scan.
+    pub false_moving_tracks_per_scan: Option<f64>,
+    /// Static landmarks with a feature of the final map within 0.5 m, after the map was laid over them.
+    pub static_features_matched: Option<u64>,
+    /// Features of the final map left over.
+    pub static_features_false: Option<u64>,
+    /// Median distance of the matched, m.
+    pub static_position_error_median_m: Option<f64>,
 }
 
 /// JSON numbers lose bits above 2⁵³ in many readers; a string of digits does not.
@@ -77,7 +91,7 @@ pub fn write_summaries(path: &Path, summaries: &[Summary]) -> Result<(), OutputE
 }
 
 /// Writes `value` indented, with a newline at the end.
-pub(super) fn write<T: Serialize + ?Sized>(path: &Path, value: &T) -> Result<(), OutputError> {
+pub(crate) fn write<T: Serialize + ?Sized>(path: &Path, value: &T) -> Result<(), OutputError> {
     // serde_json itself puts `null` for a number that is not finite.
     let mut bytes =
         serde_json::to_vec_pretty(value).map_err(|source| OutputError::Json { path: path.into(), source })?;
@@ -111,6 +125,13 @@ pub(crate) mod tests {
             scan_us_p99: Some(1201.0),
             state_bytes: Some(262_144),
             digest: Some(0x0123_4567_89ab_cdef),
+            moving_hit_rate: Some(0.95),
+            moving_settled_rate: Some(0.9),
+            moving_position_error_median_m: None,
+            false_moving_tracks_per_scan: Some(0.125),
+            static_features_matched: Some(14),
+            static_features_false: Some(1),
+            static_position_error_median_m: Some(0.11),
         }
     }
 
@@ -144,6 +165,13 @@ pub(crate) mod tests {
                 "scan_us_p99",
                 "state_bytes",
                 "digest",
+                "moving_hit_rate",
+                "moving_settled_rate",
+                "moving_position_error_median_m",
+                "false_moving_tracks_per_scan",
+                "static_features_matched",
+                "static_features_false",
+                "static_position_error_median_m",
             ]
         );
         let value: serde_json::Value = serde_json::from_str(&text).unwrap();

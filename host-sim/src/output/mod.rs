@@ -5,6 +5,7 @@ pub mod comparison;
 pub mod csv;
 pub mod json;
 pub mod repeats;
+pub mod studies;
 pub mod table;
 
 use std::io;

@@ -21,7 +21,7 @@ const STYLE: TableStyle = TableStyle::new()
 type Figure = (&'static str, fn(&Summary) -> String);
 
 /// The figures in the order of the rows.
-const FIGURES: [Figure; 18] = [
+const FIGURES: [Figure; 25] = [
     ("filter", |s| s.filter.clone()),
     ("precision", |s| s.precision.clone()),
     ("particles", |s| grouped(s.particles)),
@@ -36,6 +36,13 @@ const FIGURES: [Figure; 18] = [
     ("  cardinality (m)", |s| decimals(s.ospa_cardinality_m, 3)),
     ("GOSPA (m)", |s| decimals(s.gospa_m, 3)),
     ("features estimated", |s| decimals(s.features_estimated, 1)),
+    ("landmarks mapped within 0.5 m", |s| count(s.static_features_matched)),
+    ("  median error (m)", |s| decimals(s.static_position_error_median_m, 3)),
+    ("  false features", |s| count(s.static_features_false)),
+    ("movers found in 10 scans", |s| decimals(s.moving_hit_rate, 3)),
+    ("  tracked afterwards", |s| decimals(s.moving_settled_rate, 3)),
+    ("  median error (m)", |s| decimals(s.moving_position_error_median_m, 3)),
+    ("  false tracks a scan", |s| decimals(s.false_moving_tracks_per_scan, 3)),
     ("scan, mean (µs)", |s| decimals(s.scan_us_mean, 1)),
     ("scan, 99 % (µs)", |s| decimals(s.scan_us_p99, 1)),
     ("state (KiB)", |s| {
@@ -63,7 +70,7 @@ fn block(summaries: &[Summary]) -> String {
 }
 
 /// A header and rows as text: names on the left, everything else flush right.
-pub(super) fn ruled(header: Row, rows: impl Iterator<Item = Row>) -> String {
+pub(crate) fn ruled(header: Row, rows: impl Iterator<Item = Row>) -> String {
     let mut table = Table::new();
     table.load_style(STYLE);
     table.set_header(header);
@@ -82,7 +89,7 @@ fn row(name: &str, summaries: &[Summary], show: impl Fn(&Summary) -> String) -> 
 }
 
 /// A number with fixed decimals and grouped thousands, in powers of ten where it would be long or all zeros.
-pub(super) fn decimals(value: Option<f64>, digits: usize) -> String {
+pub(crate) fn decimals(value: Option<f64>, digits: usize) -> String {
     let Some(value) = value.filter(|v| v.is_finite()) else {
         return UNKNOWN.into();
     };
@@ -97,8 +104,13 @@ pub(super) fn decimals(value: Option<f64>, digits: usize) -> String {
     format!("{sign}{}{point}{fraction}", group_digits(whole))
 }
 
+/// A count that may be unknown.
+fn count(value: Option<u64>) -> String {
+    value.map_or_else(|| UNKNOWN.into(), grouped)
+}
+
 /// A count with its thousands grouped.
-pub(super) fn grouped(value: u64) -> String {
+pub(crate) fn grouped(value: u64) -> String {
     group_digits(&value.to_string())
 }
 

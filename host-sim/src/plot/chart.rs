@@ -64,6 +64,8 @@ pub enum Shape {
     Band(Vec<[f64; 3]>),
     /// Crosses at points (x, y).
     Crosses(Vec<[f64; 2]>),
+    /// Many small points (x, y), pale enough to show where they pile up.
+    Dots(Vec<[f64; 2]>),
     /// Circles around points (x, y).
     Rings(Vec<[f64; 2]>),
     /// Means with their 3-sigma ellipses.
@@ -104,6 +106,11 @@ impl Mark {
         Self::new(label, colour, Shape::Crosses(points))
     }
 
+    /// Small dots.
+    pub fn dots(label: impl Into<String>, colour: Colour, points: Vec<[f64; 2]>) -> Self {
+        Self::new(label, colour, Shape::Dots(points))
+    }
+
     /// Rings.
     pub fn rings(label: impl Into<String>, colour: Colour, points: Vec<[f64; 2]>) -> Self {
         Self::new(label, colour, Shape::Rings(points))
@@ -127,10 +134,17 @@ impl Mark {
         self
     }
 
+    /// The greatest y.
+    pub fn highest(&self) -> Option<f64> {
+        self.extent().iter().map(|point| point[1]).reduce(f64::max)
+    }
+
     /// Points the view has to hold; a [`Gaussian`] counts with its mean.
     fn extent(&self) -> Vec<[f64; 2]> {
         let points = match &self.shape {
-            Shape::Line { points, .. } | Shape::Crosses(points) | Shape::Rings(points) => points.clone(),
+            Shape::Line { points, .. } | Shape::Crosses(points) | Shape::Dots(points) | Shape::Rings(points) => {
+                points.clone()
+            }
             Shape::Band(rows) => rows.iter().flat_map(|&[x, low, high]| [[x, low], [x, high]]).collect(),
             Shape::Gaussians(features) => features.iter().map(|f| f.mean).collect(),
         };

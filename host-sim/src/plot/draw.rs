@@ -29,6 +29,8 @@ const SIGMAS: f64 = 3.0;
 const LARGEST_AXIS_PX: f64 = 20_000.0;
 /// Half the size of a cross, px.
 const CROSS_PX: f64 = 5.5;
+/// Diameter of a small dot, px.
+const DOT_PX: f64 = 2.6;
 /// Colour of the frame, the ticks and the text.
 const INK: Colour = Colour(45, 45, 45);
 /// Colour of the grid.
@@ -189,6 +191,7 @@ impl<'a> Panel<'a> {
             Shape::Line { points, width_px, dashed } => self.line(mark.colour, points, *width_px, *dashed),
             Shape::Band(rows) => self.band(mark.colour, rows),
             Shape::Crosses(points) => self.symbols(points, |at| cross(mark.colour, at)),
+            Shape::Dots(points) => self.dots(mark.colour, points),
             Shape::Rings(points) => self.symbols(points, |at| ring(mark.colour, at)),
             Shape::Gaussians(features) => {
                 let mut group = Group::new();
@@ -254,6 +257,16 @@ impl<'a> Panel<'a> {
             }
         }
         group
+    }
+
+    /// One path for all: thousands of circles would make a large file.
+    fn dots(&self, colour: Colour, points: &[[f64; 2]]) -> Group {
+        let mut path = String::new();
+        for pixel in points.iter().map(|&point| self.pixel(point)).filter(|&pixel| self.frame.contains(pixel)) {
+            append(&mut path, 'M', pixel);
+            path.push_str("h0");
+        }
+        if path.is_empty() { Group::new() } else { Group::new().add(dotted(path, colour)) }
     }
 
     /// A mean and its ellipse; nothing where a number is not finite or the ellipse is out of sight.
@@ -337,6 +350,11 @@ fn sample(mark: &Mark, [x, y]: [f64; 2]) -> Group {
             Group::new().add(filled(path, mark.colour))
         }
         Shape::Crosses(_) => cross(mark.colour, centre),
+        Shape::Dots(_) => {
+            let at = |dx: f64, dy: f64| format!("M{:.2} {:.2}h0", centre[0] + dx, y + dy);
+            let path = [at(-9.0, 2.0), at(-3.0, -3.0), at(4.0, 3.0), at(10.0, -1.0)].concat();
+            Group::new().add(dotted(path, mark.colour).set("stroke-opacity", 1))
+        }
         Shape::Rings(_) => ring(mark.colour, centre),
         Shape::Gaussians(_) => gaussian_symbol(mark.colour, centre, [14.0, 7.0], -20.0),
     }
@@ -350,6 +368,11 @@ fn stroked(path: String, colour: Colour, width_px: f64, dashed: bool) -> Path {
         .set("stroke-width", width_px)
         .set("stroke-linejoin", "round");
     if dashed { drawn.set("stroke-dasharray", "8 5") } else { drawn.set("stroke-linecap", "round") }
+}
+
+/// Strokes of no length with round ends: dots.
+fn dotted(path: String, colour: Colour) -> Path {
+    stroked(path, colour, DOT_PX, false).set("stroke-opacity", 0.5)
 }
 
 fn filled(path: String, colour: Colour) -> Path {

@@ -4,8 +4,9 @@ use super::axis::Interval;
 use super::chart::{Chart, Colour, Mark};
 use super::figure::Figure;
 use super::trajectory::run_width;
-use crate::log::{Log, Sensor};
+use crate::log::{Log, TruePose};
 use crate::record::{Record, ScanRecord};
+use crate::truth::window::Window;
 use std::f64::consts::{PI, TAU};
 
 /// Height of the frame of an error and of a count, px.
@@ -190,13 +191,14 @@ fn seen(log: &Log, record: &Record) -> Option<Vec<f64>> {
     if log.landmarks.is_empty() || record.scans.is_empty() {
         return None;
     }
+    let window = Window::of_sensor(&log.sensor);
     let mut seen = vec![false; log.landmarks.len()];
     let mut total = 0.0;
     let mut totals = Vec::with_capacity(record.scans.len());
     for scan in &record.scans {
-        let (position, heading_rad) = scan.true_position.zip(scan.true_heading_rad)?;
+        let pose = TruePose { t_s: scan.t_s, position: scan.true_position?, heading_rad: scan.true_heading_rad };
         for (seen, landmark) in seen.iter_mut().zip(&log.landmarks) {
-            if !*seen && in_window(&log.sensor, position, heading_rad, *landmark) {
+            if !*seen && window.holds(&pose, *landmark)? {
                 *seen = true;
                 total += 1.0;
             }
@@ -204,16 +206,6 @@ fn seen(log: &Log, record: &Record) -> Option<Vec<f64>> {
         totals.push(total);
     }
     Some(totals)
-}
-
-/// Whether the sensor's window at a pose holds a point (m).
-fn in_window(sensor: &Sensor, position: [f64; 2], heading_rad: f64, point: [f64; 2]) -> bool {
-    let (dx, dy) = (point[0] - position[0], point[1] - position[1]);
-    let range = dx.hypot(dy);
-    let centre = 0.5 * (sensor.bearing_min_rad + sensor.bearing_max_rad);
-    let half_width = 0.5 * (sensor.bearing_max_rad - sensor.bearing_min_rad);
-    let off_centre = wrapped(dy.atan2(dx) - heading_rad - centre);
-    (sensor.range_min_m..=sensor.range_max_m).contains(&range) && off_centre.abs() <= half_width
 }
 
 /// An angle in [−π, π).
@@ -234,17 +226,5 @@ mod tests {
     fn angles_are_wrapped() {
         assert!((wrapped(3.0 * PI + 0.1) - (0.1 - PI)).abs() < 1e-12);
         assert!((wrapped(-0.3) + 0.3).abs() < 1e-12);
-    }
-
-    #[test]
-    fn the_window_of_the_sensor() {
-        let sensor = Sensor { range_min_m: 1.0, range_max_m: 10.0, bearing_min_rad: -0.5, bearing_max_rad: 1.5 };
-        let at = |point| in_window(&sensor, [0.0, 0.0], PI, point);
-        assert!(at([-5.0, 0.0]));
-        assert!(!at([-0.5, 0.0]), "too near");
-        assert!(!at([-11.0, 0.0]), "too far");
-        assert!(!at([5.0, 0.0]), "behind");
-        assert!(at([-1.0, -5.0]), "left of a vehicle that drives west is south");
-        assert!(!at([-1.0, 5.0]));
     }
 }

@@ -28,6 +28,7 @@ pub mod errors;
 pub mod figure;
 mod polyline;
 mod raster;
+pub mod study;
 pub mod trajectory;
 
 pub use axis::Interval;

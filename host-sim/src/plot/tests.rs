@@ -60,6 +60,9 @@ fn record(log: &Log, path: impl Fn(usize) -> [f64; 3], error: f64, drift: f64) -
             features_estimated: log.landmarks.len() as f64 * (1.0 - (-4.0 * share).exp()),
             n_eff: 20.0 + 20.0 * noise(i, 4.0),
             scan_us: 500.0,
+            moving: Vec::new(),
+            map_error: None,
+            movers: None,
         }
     });
     let map = log.landmarks.iter().enumerate().map(|(i, landmark)| {

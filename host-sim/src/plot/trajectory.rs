@@ -5,6 +5,7 @@ use super::chart::{Chart, Colour, Gaussian, Mark};
 use super::figure::Figure;
 use crate::log::{Log, MovingLandmark, TruePose};
 use crate::record::Record;
+use std::collections::BTreeMap;
 
 /// A step in the truth this many times the median step is a gap.
 const GAP_FACTOR: f64 = 5.0;
@@ -13,7 +14,7 @@ const DEAD_RECKONING_SHARE: f64 = 0.15;
 /// Least and greatest height of the frame, px.
 const HEIGHT_PX: [f64; 2] = [420.0, 1040.0];
 /// A point that breaks a curve.
-const BREAK: [f64; 2] = [f64::NAN, f64::NAN];
+pub(crate) const BREAK: [f64; 2] = [f64::NAN, f64::NAN];
 
 /// The picture of the trajectories and maps of `runs` over `log`, axes in metres at equal scale.
 ///
@@ -52,6 +53,15 @@ pub fn figure(log: &Log, runs: &[(&str, &Record)]) -> Figure {
             let name = format!("{label}: features, 3σ");
             let colour = Colour::of_curve(index);
             marks.push(Mark::gaussians(name, colour, features.collect()));
+        }
+    }
+    for (index, (label, record)) in runs.iter().enumerate() {
+        let (tracks, lone) = estimated_tracks(record);
+        if !tracks.is_empty() {
+            // One run has a second colour to spare.
+            let colour = Colour::of_curve(if runs.len() == 1 { 1 } else { index });
+            marks.push(Mark::dots("", colour, lone));
+            marks.push(Mark::line(format!("{label}: moving features"), colour, tracks).wide(1.4));
         }
     }
     if !log.landmarks.is_empty() {
@@ -101,7 +111,7 @@ fn view(log: &Log, runs: &[(&str, &Record)], truth: &[[f64; 2]], reckoned: &[[f6
 }
 
 /// The true positions, broken where rows are missing.
-fn true_path(truth: &[TruePose]) -> Vec<[f64; 2]> {
+pub(crate) fn true_path(truth: &[TruePose]) -> Vec<[f64; 2]> {
     let mut steps: Vec<f64> = truth.windows(2).map(|w| w[1].t_s - w[0].t_s).collect();
     steps.sort_by(f64::total_cmp);
     let longest = steps.get(steps.len() / 2).map_or(f64::INFINITY, |median| GAP_FACTOR * median);
@@ -115,8 +125,29 @@ fn true_path(truth: &[TruePose]) -> Vec<[f64; 2]> {
     path
 }
 
+/// One curve through the estimated moving features of every scan, by their names, broken where one is not reported;
+/// and those that are reported for a single scan, which the curve leaves out.
+pub(crate) fn estimated_tracks(record: &Record) -> (Vec<[f64; 2]>, Vec<[f64; 2]>) {
+    let mut tracks: BTreeMap<u32, Vec<(usize, [f64; 2])>> = BTreeMap::new();
+    for (scan, row) in record.scans.iter().enumerate() {
+        for feature in &row.moving {
+            tracks.entry(feature.id).or_default().push((scan, feature.position));
+        }
+    }
+    let (mut path, mut lone) = (Vec::new(), Vec::new());
+    for track in tracks.values() {
+        for piece in track.chunk_by(|before, after| after.0 == before.0 + 1) {
+            match piece {
+                [(_, position)] => lone.push(*position),
+                piece => path.extend(piece.iter().map(|(_, position)| *position).chain([BREAK])),
+            }
+        }
+    }
+    (path, lone)
+}
+
 /// One curve through the tracks of all moving landmarks, broken between them.
-fn moving_tracks(moving: &[MovingLandmark]) -> Vec<[f64; 2]> {
+pub(crate) fn moving_tracks(moving: &[MovingLandmark]) -> Vec<[f64; 2]> {
     let mut rows: Vec<&MovingLandmark> = moving.iter().collect();
     // Stable: rows of one landmark stay in order of time.
     rows.sort_by_key(|row| row.subject);
@@ -144,6 +175,42 @@ mod tests {
         assert!(path[4][0].is_nan());
         assert!(true_path(&[]).is_empty());
         assert_eq!(true_path(&rows[..1]).len(), 1);
+    }
+
+    #[test]
+    fn estimated_tracks_break_where_a_feature_is_not_reported() {
+        let feature = |id, x| crate::record::MovingFeature {
+            id,
+            weight: 1.0,
+            position: [x, 0.0],
+            velocity: [0.0; 2],
+            covariance: [[0.0; 2]; 2],
+        };
+        let scan = |moving| crate::record::ScanRecord {
+            t_s: 0.0,
+            pose: [0.0; 3],
+            pose_covariance: [[0.0; 3]; 3],
+            dead_reckoning: [0.0; 3],
+            true_position: None,
+            true_heading_rad: None,
+            measurements: 0,
+            features_estimated: 0.0,
+            n_eff: 1.0,
+            scan_us: 0.0,
+            moving,
+            map_error: None,
+            movers: None,
+        };
+        let scans = vec![
+            scan(vec![feature(7, 1.0), feature(2, 5.0)]),
+            scan(vec![feature(7, 2.0)]),
+            scan(vec![]),
+            scan(vec![feature(7, 4.0)]),
+        ];
+        let (path, lone) = estimated_tracks(&Record { scans, map: vec![] });
+        assert_eq!(path[..2], [[1.0, 0.0], [2.0, 0.0]]);
+        assert!(path.len() == 3 && path[2][0].is_nan());
+        assert_eq!(lone, [[5.0, 0.0], [4.0, 0.0]]);
     }
 
     #[test]

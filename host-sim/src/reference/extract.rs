@@ -13,15 +13,21 @@ pub struct Estimate {
     pub pose: [f64; 3],
     /// Weighted covariance about that mean, in m, m, rad.
     pub pose_covariance: [[f64; 3]; 3],
-    /// N̂, the mass of the map.
+    /// N̂, the mass of the static map.
     pub expected_features: f64,
-    /// The round(N̂) heaviest components of the map, heaviest first; all of them where there are fewer.
+    /// The round(N̂) heaviest components of the map, heaviest first, without those that weigh too little; all of them
+    /// where there are fewer.
     pub features: Vec<Component>,
+    /// The mass of the moving part of the map.
+    pub expected_moving: f64,
+    /// Likewise the heaviest components of the moving part, at the time of the last prediction.
+    pub moving: Vec<Component<4>>,
 }
 
 /// The mean pose over the candidates (or, after a scan, the particles), with the map of the particle
-/// that descends from the heaviest candidate of the last scan.
-pub(super) fn estimate(state: &State) -> Estimate {
+/// that descends from the heaviest candidate of the last scan. `moving` is the moving part of that map, predicted;
+/// static and moving features weigh at least `least_weights`.
+pub(super) fn estimate(state: &State, moving: &[Component<4>], least_weights: [f64; 2]) -> Estimate {
     let candidates = state.current();
     let ln_weights: Vec<f64> = candidates.iter().map(|c| c.ln_weight).collect();
     let weights: Vec<f64> =
@@ -36,15 +42,24 @@ pub(super) fn estimate(state: &State) -> Estimate {
     let pose_covariance =
         std::array::from_fn(|row| std::array::from_fn(|column| mean_of(&|p| away(p)[row] * away(p)[column])));
 
-    let mut features = state.particles[state.heaviest].map.clone();
-    let expected_features: f64 = features.iter().map(Component::weight).sum();
+    let (expected_features, features) = heaviest(&state.particles[state.heaviest].map, least_weights[0]);
+    let (expected_moving, moving) = heaviest(moving, least_weights[1]);
+    Estimate { pose, pose_covariance, expected_features, features, expected_moving, moving }
+}
+
+/// The mass of a mixture, and as many of its heaviest components as that says, as far as they weigh enough.
+fn heaviest<const N: usize>(mixture: &[Component<N>], least_weight: f64) -> (f64, Vec<Component<N>>) {
+    let mass: f64 = mixture.iter().map(Component::weight).sum();
+    let mut features = mixture.to_vec();
     features.sort_by(heaviest_first);
-    features.truncate(expected_features.round() as usize);
-    Estimate { pose, pose_covariance, expected_features, features }
+    features.truncate(mass.round() as usize);
+    features.retain(|feature| feature.weight() >= least_weight);
+    (mass, features)
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::algebra::identity;
     use super::super::state::{Candidate, Particle};
     use super::*;
     use std::f64::consts::{LN_2, PI};
@@ -55,7 +70,8 @@ mod tests {
             mean: [i as f64, 0.0],
             covariance: [[1.0, 0.0], [0.0, 1.0]],
         };
-        Particle { pose, ln_weight: weight.ln(), map: map.iter().enumerate().map(component).collect() }
+        let map = map.iter().enumerate().map(component).collect();
+        Particle { pose, ln_weight: weight.ln(), map, moving: Vec::new() }
     }
 
     fn state() -> State {
@@ -65,13 +81,14 @@ mod tests {
                 particle([3.0, 6.0, -PI + 0.1], 0.75, &[0.1, 0.9, 0.5, 1.1]),
             ],
             candidates: None,
+            waited_s: 0.0,
             heaviest: 1,
         }
     }
 
     #[test]
     fn mean_and_covariance_across_the_seam_of_the_heading() {
-        let estimate = estimate(&state());
+        let estimate = estimate(&state(), &[], [0.0; 2]);
         assert!((estimate.pose[0] - 2.5).abs() < 1e-15);
         assert!((estimate.pose[1] - 5.0).abs() < 1e-15);
         // tan of the mean's distance from π is (0.75 − 0.25) sin 0.1 / cos 0.1.
@@ -90,10 +107,31 @@ mod tests {
 
     #[test]
     fn as_many_features_as_expected_the_heaviest_first() {
-        let estimate = estimate(&state());
+        let estimate = estimate(&state(), &[], [0.0; 2]);
         assert!((estimate.expected_features - 2.6).abs() < 1e-14);
         let places: Vec<f64> = estimate.features.iter().map(|c| c.mean[0]).collect();
         assert_eq!(places, [3.0, 1.0, 2.0]);
+    }
+
+    #[test]
+    fn light_features_are_none_but_count_in_the_mass() {
+        let estimate = estimate(&state(), &[], [0.8; 2]);
+        assert!((estimate.expected_features - 2.6).abs() < 1e-14);
+        let places: Vec<f64> = estimate.features.iter().map(|c| c.mean[0]).collect();
+        assert_eq!(places, [3.0, 1.0]);
+    }
+
+    #[test]
+    fn moving_features_from_their_own_mixture() {
+        let at = |weight: f64, x: f64| Component {
+            ln_weight: weight.ln(),
+            mean: [x, 0.0, 1.0, 0.0],
+            covariance: identity(),
+        };
+        let estimate = estimate(&state(), &[at(0.4, 1.0), at(0.3, 2.0), at(0.9, 3.0)], [0.35; 2]);
+        assert!((estimate.expected_moving - 1.6).abs() < 1e-14);
+        assert_eq!(estimate.moving, [at(0.9, 3.0), at(0.4, 1.0)]);
+        assert_eq!(estimate.features.len(), 3);
     }
 
     #[test]
@@ -104,6 +142,6 @@ mod tests {
                 .map(|pose| Candidate { pose, ln_weight: -2.0 * LN_2 })
                 .to_vec(),
         );
-        assert!((estimate(&predicted).pose[0] - 1.5).abs() < 1e-15);
+        assert!((estimate(&predicted, &[], [0.0; 2]).pose[0] - 1.5).abs() < 1e-15);
     }
 }

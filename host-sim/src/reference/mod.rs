@@ -9,6 +9,7 @@
 //! ```
 //! use scphd_sim::log::Vehicle;
 //! use scphd_sim::reference::*;
+//! use scphd_sim::settings::{Likelihood, Reduction};
 //!
 //! let field_of_view = FieldOfView {
 //!     range_min_m: 0.0,
@@ -30,6 +31,18 @@
 //!         prune_weight: 1e-5,
 //!         merge_distance: 4.0,
 //!         max_components: 100,
+//!         extraction_weight: 0.0,
+//!         likelihood: Likelihood::SingleCluster,
+//!         reduction: Reduction::Greedy,
+//!         merge_cost: 0.7,
+//!         moving: MovingConfig {
+//!             birth_intensity: 0.0,
+//!             velocity_sigma_mps: 1.0,
+//!             acceleration_psd: 0.1,
+//!             lifetime_s: 100.0,
+//!             spread_max_m: 3.0,
+//!             extraction_weight: 0.0,
+//!         },
 //!     },
 //!     motion: Motion {
 //!         vehicle: Vehicle::Unicycle,
@@ -47,18 +60,22 @@
 //! assert_eq!(reference.estimate(&state).features.len(), 1);
 //! ```
 
+mod algebra;
 mod angle;
 mod draws;
 mod extract;
 mod field_of_view;
 mod gaussian;
+mod likelihood;
 mod log_domain;
 mod motion;
+mod moving;
 mod pre_update;
 mod predict;
 mod reduce;
 mod resample;
 mod sensor;
+mod sight;
 mod state;
 mod update;
 
@@ -72,13 +89,15 @@ pub use extract::Estimate;
 pub use field_of_view::FieldOfView;
 pub use gaussian::{Component, Matrix, Vector};
 pub use motion::{ControlNoise, Motion};
+pub use moving::MovingConfig;
 pub use resample::Selection;
 pub use sensor::{RangeBearing, Sensor};
 pub use state::{Candidate, Particle, State};
 
+use crate::settings::{Likelihood, Reduction};
 use log_domain::normalised;
-use pre_update::pre_update;
 use reduce::prune_and_merge;
+use sight::Sight;
 
 /// Parameters of the recursion.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -97,14 +116,24 @@ pub struct Config {
     pub prune_weight: f64,
     /// Squared Mahalanobis distance up to which components are merged.
     pub merge_distance: f64,
-    /// How many components the reduction leaves in view at most, for each particle.
+    /// How many components of each kind the reduction leaves in view at most, for each particle.
     pub max_components: usize,
+    /// Components lighter than this are no estimated features.
+    pub extraction_weight: f64,
+    /// The particle likelihood.
+    pub likelihood: Likelihood,
+    /// How components are merged.
+    pub reduction: Reduction,
+    /// Cost per mass of the lighter component up to which Runnalls' reduction merges.
+    pub merge_cost: f64,
+    /// Moving features.
+    pub moving: MovingConfig,
 }
 
 /// What the measurements say about each candidate.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Weighing {
-    /// ln L of each candidate (4.52), without the clutter rate λ.
+    /// ln L of each candidate (4.52, or that of the other likelihood), without the clutter rate λ.
     pub ln_likelihoods: Vec<f64>,
     /// ln ζ of each candidate after the scan, normalised (5.23).
     pub ln_weights: Vec<f64>,
@@ -157,13 +186,16 @@ impl Reference {
         ScanOutcome { weighing, selection }
     }
 
-    /// Weighs every candidate against the measurements (4.52, 5.23). A map is read, never written.
+    /// Weighs every candidate against the measurements (4.52, 5.23). A map is read, never written; the moving parts
+    /// are read as they are at the time of the last prediction.
     pub fn weigh(&self, state: &State, measurements: &[Vector]) -> Weighing {
-        let candidates = state.current();
+        let (candidates, samples) = (state.current(), state.samples());
+        let moving: Vec<_> = (0..state.particles.len()).map(|i| self.moving_now(state, i)).collect();
         let ln_likelihoods: Vec<f64> = candidates
             .iter()
             .enumerate()
-            .map(|(c, candidate)| self.ln_likelihood(candidate.pose, state.map_of(c), measurements))
+            .map(|(c, candidate)| (candidate.pose, c / samples))
+            .map(|(pose, i)| self.ln_likelihood(pose, &state.particles[i].map, &moving[i], measurements))
             .collect();
         let before: Vec<f64> = candidates.iter().map(|c| c.ln_weight).collect();
         let after: Vec<f64> = before.iter().zip(&ln_likelihoods).map(|(w, l)| w + l).collect();
@@ -186,17 +218,19 @@ impl Reference {
 
     /// Writes the survivors: their poses and weights, and their maps updated by the measurements.
     pub fn update(&self, state: &mut State, measurements: &[Vector], weighing: &Weighing, selection: &Selection) {
-        let candidates = state.current();
+        let (candidates, samples) = (state.current(), state.samples());
         let mut particles: Vec<Particle> = Vec::with_capacity(selection.survivors.len());
         for (i, (&survivor, &ln_weight)) in selection.survivors.iter().zip(&selection.ln_weights).enumerate() {
             let pose = candidates[survivor].pose;
             // Survivors come in order, so copies of one stand next to each other.
-            let map = if i > 0 && selection.survivors[i - 1] == survivor {
-                particles[i - 1].map.clone()
+            let (map, moving) = if i > 0 && selection.survivors[i - 1] == survivor {
+                (particles[i - 1].map.clone(), particles[i - 1].moving.clone())
             } else {
-                self.updated_map(pose, state.map_of(survivor), measurements)
+                let parent = survivor / samples;
+                let moving = self.moving_now(state, parent);
+                self.updated_maps(pose, &state.particles[parent].map, &moving, measurements)
             };
-            particles.push(Particle { pose, ln_weight, map });
+            particles.push(Particle { pose, ln_weight, map, moving });
         }
         // The heaviest candidate itself may not have gone on: then the heaviest that did.
         let mut heaviest = 0;
@@ -206,42 +240,62 @@ impl Reference {
                 heaviest = i;
             }
         }
-        *state = State { particles, candidates: None, heaviest };
+        *state = State { particles, candidates: None, waited_s: 0.0, heaviest };
     }
 
-    /// ln L of one pose (m, m, rad) with a map (4.52), without the clutter rate λ.
-    pub fn ln_likelihood(&self, pose: [f64; 3], map: &[Component], measurements: &[Vector]) -> f64 {
-        let view = pre_update(map, pose, measurements, &self.sensor, &self.field_of_view);
-        let ln_eta = update::ln_eta(&view, measurements.len(), self.unexplained());
-        update::ln_likelihood(&view, &ln_eta)
+    /// The moving part of a particle's map at the time of the last prediction.
+    pub fn moving_now(&self, state: &State, particle: usize) -> Vec<Component<4>> {
+        moving::predicted(&state.particles[particle].moving, state.waited_s, &self.config)
     }
 
-    /// A map updated by the measurements from one pose and reduced (5.17–5.22, appendix A). Components out
-    /// of view come first, untouched; the reduced ones follow, heaviest first.
-    pub fn updated_map(&self, pose: [f64; 3], map: &[Component], measurements: &[Vector]) -> Vec<Component> {
-        let view = pre_update(map, pose, measurements, &self.sensor, &self.field_of_view);
-        let ln_eta = update::ln_eta(&view, measurements.len(), self.unexplained());
-        let mut posterior = update::persisting(&view, &ln_eta);
-        posterior.extend(update::born(
-            pose,
-            measurements,
-            &ln_eta,
-            &self.sensor,
-            &self.field_of_view,
-            self.config.birth_intensity,
-        ));
-        let mut map = view.out_of_view;
-        map.extend(prune_and_merge(&posterior, &self.config));
-        map
+    /// ln L of one pose (m, m, rad) with the two parts of a map, without the clutter rate λ.
+    pub fn ln_likelihood(
+        &self,
+        pose: [f64; 3],
+        map: &[Component],
+        moving: &[Component<4>],
+        measurements: &[Vector],
+    ) -> f64 {
+        likelihood::ln_likelihood(self.config.likelihood, &self.sight(pose, map, moving, measurements))
     }
 
-    /// Pose and map as the state has them (5.2.7).
+    /// The two parts of a map updated by the measurements from one pose and reduced (5.17–5.22, appendix A). Of each
+    /// part, components out of view come first, untouched; the reduced ones follow, heaviest first.
+    pub fn updated_maps(
+        &self,
+        pose: [f64; 3],
+        map: &[Component],
+        moving: &[Component<4>],
+        measurements: &[Vector],
+    ) -> (Vec<Component>, Vec<Component<4>>) {
+        let Sight { still, moving, ln_eta, .. } = self.sight(pose, map, moving, measurements);
+        let born = |intensity| update::born(pose, measurements, &ln_eta, &self.sensor, &self.field_of_view, intensity);
+        let MovingConfig { birth_intensity, velocity_sigma_mps, .. } = self.config.moving;
+
+        let mut posterior = update::persisting(&still, &ln_eta);
+        posterior.extend(born(self.config.birth_intensity));
+        let mut moving_posterior = update::persisting(&moving, &ln_eta);
+        moving_posterior
+            .extend(born(birth_intensity).iter().map(|birth| update::set_in_motion(birth, velocity_sigma_mps)));
+        (
+            [still.out_of_view, prune_and_merge(&posterior, &self.config)].concat(),
+            [moving.out_of_view, prune_and_merge(&moving_posterior, &self.config)].concat(),
+        )
+    }
+
+    /// Pose and map as the state has them (5.2.7), the moving part at the time of the last prediction.
     pub fn estimate(&self, state: &State) -> Estimate {
-        extract::estimate(state)
+        let least_weights = [self.config.extraction_weight, self.config.moving.extraction_weight];
+        extract::estimate(state, &self.moving_now(state, state.heaviest), least_weights)
     }
 
-    /// κ + w_b, 1/(m·rad): what explains a measurement that no feature does.
-    fn unexplained(&self) -> f64 {
-        self.config.clutter_intensity + self.config.birth_intensity
+    fn sight<'a>(
+        &'a self,
+        pose: [f64; 3],
+        map: &[Component],
+        moving: &[Component<4>],
+        measurements: &'a [Vector],
+    ) -> Sight<'a, RangeBearing> {
+        Sight::new(pose, map, moving, measurements, &self.sensor, &self.field_of_view, &self.config)
     }
 }

@@ -1,12 +1,15 @@
 //! Numbers of independent implementations: Stone Soup's PHD updater, a Monte Carlo estimate of the
 //! particle likelihood, Vo & Ma's reduction, FilterPy's resampling.
 
-use super::gaussian::{Component, IDENTITY, Matrix, Vector, minus};
-use super::pre_update::pre_update;
+use super::algebra::{identity, minus};
+use super::gaussian::{Component, Matrix, Vector};
+use super::likelihood::ln_likelihood;
 use super::reduce::prune_and_merge;
 use super::sensor::{RangeBearing, Sensor};
+use super::sight::Sight;
 use super::tests::{CONFIG, WIDE_VIEW};
 use super::{Config, FieldOfView, update};
+use crate::settings::Likelihood;
 use serde_json::Value;
 use std::path::PathBuf;
 
@@ -59,13 +62,13 @@ fn mixture(value: &Value) -> Vec<Component> {
 }
 
 /// Position measured directly.
-struct Linear {
-    noise: Matrix,
+pub(super) struct Linear {
+    pub(super) noise: Matrix,
 }
 
 impl Sensor for Linear {
     fn predicted(&self, mean: Vector, _pose: [f64; 3]) -> Option<(Vector, Matrix)> {
-        Some((mean, IDENTITY))
+        Some((mean, identity()))
     }
 
     fn innovation(&self, measurement: Vector, predicted: Vector) -> Vector {
@@ -85,11 +88,12 @@ fn everywhere(detection_probability: f64) -> FieldOfView {
 /// The posterior in the oracle's order (measurements first, then missed) and ln L, without births.
 fn updated<S: Sensor>(case: &Value, measurements: &[Vector], sensor: &S) -> (Vec<Component>, f64) {
     let prior = mixture(&case["prior"]);
-    let view = pre_update(&prior, [0.0; 3], measurements, sensor, &everywhere(number(&case["pd"])));
-    let ln_eta = update::ln_eta(&view, measurements.len(), number(&case["clutter_density"]));
-    let mut posterior = update::persisting(&view, &ln_eta);
+    let config = Config { clutter_intensity: number(&case["clutter_density"]), birth_intensity: 0.0, ..CONFIG };
+    let view = everywhere(number(&case["pd"]));
+    let sight = Sight::new([0.0; 3], &prior, &[], measurements, sensor, &view, &config);
+    let mut posterior = update::persisting(&sight.still, &sight.ln_eta);
     posterior.rotate_left(prior.len());
-    (posterior, update::ln_likelihood(&view, &ln_eta))
+    (posterior, ln_likelihood(Likelihood::SingleCluster, &sight))
 }
 
 fn assert_close(found: &[Component], expected: &[Component]) {

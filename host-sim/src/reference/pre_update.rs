@@ -1,56 +1,60 @@
 //! `PreUpdate` of appendix A: the Kalman update of every component in view with every measurement.
 
+use super::algebra::{apply, difference, identity, inverse, plus, product, sum, symmetrised, transformed, transpose};
 use super::field_of_view::FieldOfView;
-use super::gaussian::{
-    Component, IDENTITY, Matrix, Vector, apply, difference, inverse, ln_density, plus, product, sum, symmetrised,
-    transformed, transpose,
-};
+use super::gaussian::{Component, Matrix, Vector, ln_density};
 use super::sensor::Sensor;
+use std::array::from_fn;
 
 /// A component in view and what each measurement would make of it.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct InView {
+pub(super) struct InView<const N: usize> {
     /// The predicted component.
-    pub(super) prior: Component,
+    pub(super) prior: Component<N>,
     /// p_D at its mean.
     pub(super) detection_probability: f64,
     /// P⁺, the same for every measurement (5.21).
-    pub(super) covariance: Matrix,
+    pub(super) covariance: [[f64; N]; N],
     /// For each measurement: m⁺ (5.20) and ln N(z; ẑ, S).
-    pub(super) updated: Vec<(Vector, f64)>,
+    pub(super) updated: Vec<([f64; N], f64)>,
 }
 
-impl InView {
+impl<const N: usize> InView<N> {
     /// ln(p_D w N(z; ẑ, S)) for one measurement: its share of η_z.
     pub(super) fn ln_detection(&self, measurement: usize) -> f64 {
         self.detection_probability.ln() + self.prior.ln_weight + self.updated[measurement].1
     }
 }
 
-/// A map as seen from one pose.
+/// A map of one kind as seen from one pose.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct PreUpdate {
+pub(super) struct PreUpdate<const N: usize> {
     /// V: the components that may be detected.
-    pub(super) in_view: Vec<InView>,
+    pub(super) in_view: Vec<InView<N>>,
     /// All others.
-    pub(super) out_of_view: Vec<Component>,
+    pub(super) out_of_view: Vec<Component<N>>,
 }
 
 /// Splits a map by the field of view and updates each component in it with each measurement.
-pub(super) fn pre_update<S: Sensor>(
-    map: &[Component],
+pub(super) fn pre_update<const N: usize, S: Sensor>(
+    map: &[Component<N>],
     pose: [f64; 3],
     measurements: &[Vector],
     sensor: &S,
     field_of_view: &FieldOfView,
-) -> PreUpdate {
+) -> PreUpdate<N> {
     let mut result = PreUpdate { in_view: Vec::new(), out_of_view: Vec::new() };
     for &prior in map {
-        let detection_probability = field_of_view.detection_probability(prior.mean, pose);
-        match sensor.predicted(prior.mean, pose) {
-            Some((predicted, jacobian)) if detection_probability > 0.0 => {
-                let (covariance, updated) = kalman(&prior, predicted, &jacobian, measurements, sensor);
-                result.in_view.push(InView { prior, detection_probability, covariance, updated });
+        let detection_probability = field_of_view.detection_probability(prior.position(), pose);
+        match sensor.predicted(prior.position(), pose) {
+            Some((predicted, by_position)) if detection_probability > 0.0 => {
+                let jacobian = by_state(&by_position);
+                let (covariance, gain, innovation_covariance) = kalman(&prior, &jacobian, &sensor.noise());
+                let updated = measurements.iter().map(|&measurement| {
+                    let innovation = sensor.innovation(measurement, predicted);
+                    (plus(prior.mean, apply(&gain, innovation)), ln_density(innovation, &innovation_covariance))
+                });
+                result.in_view.push(InView { prior, detection_probability, covariance, updated: updated.collect() });
             }
             _ => result.out_of_view.push(prior),
         }
@@ -58,23 +62,19 @@ pub(super) fn pre_update<S: Sensor>(
     result
 }
 
-/// P⁺ and, for each measurement, m⁺ and ln N(z; ẑ, S) (5.20–5.22).
-fn kalman<S: Sensor>(
-    prior: &Component,
-    predicted: Vector,
-    jacobian: &Matrix,
-    measurements: &[Vector],
-    sensor: &S,
-) -> (Matrix, Vec<(Vector, f64)>) {
-    let innovation_covariance = sum(&transformed(jacobian, &prior.covariance), &sensor.noise());
+/// H = [∂h/∂p, 0]: nothing but the position is measured.
+fn by_state<const N: usize>(by_position: &Matrix) -> [[f64; N]; 2] {
+    by_position.map(|row| from_fn(|column| if column < 2 { row[column] } else { 0.0 }))
+}
+
+/// P⁺, the gain K and S (5.20–5.22).
+fn kalman<const N: usize>(
+    prior: &Component<N>,
+    jacobian: &[[f64; N]; 2],
+    noise: &Matrix,
+) -> ([[f64; N]; N], [[f64; 2]; N], Matrix) {
+    let innovation_covariance = sum(&transformed(jacobian, &prior.covariance), noise);
     let gain = product(&product(&prior.covariance, &transpose(jacobian)), &inverse(&innovation_covariance));
-    let covariance = symmetrised(&product(&difference(&IDENTITY, &product(&gain, jacobian)), &prior.covariance));
-    let updated = measurements
-        .iter()
-        .map(|&measurement| {
-            let innovation = sensor.innovation(measurement, predicted);
-            (plus(prior.mean, apply(&gain, innovation)), ln_density(innovation, &innovation_covariance))
-        })
-        .collect();
-    (covariance, updated)
+    let covariance = symmetrised(&product(&difference(&identity(), &product(&gain, jacobian)), &prior.covariance));
+    (covariance, gain, innovation_covariance)
 }

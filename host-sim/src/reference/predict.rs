@@ -1,12 +1,12 @@
-//! `Predict` of appendix A for a static map.
+//! `Predict` of appendix A.
 
 use super::draws::Draws;
 use super::motion::Motion;
 use super::state::{Candidate, Particle, State};
 
 /// Moves every candidate by its own sample of the transition (5.12). The first prediction after a scan
-/// makes the candidates. Static features keep as they are (5.14 with F = I, Q = 0, p_S = 1), so no map
-/// is touched; no time, no change and no draw.
+/// makes the candidates. Static features keep as they are (5.14 with F = I, Q = 0, p_S = 1), and moving ones
+/// only wait until the scan, so no map is touched; no time, no change and no draw.
 pub(super) fn predict(
     state: &mut State,
     samples: usize,
@@ -22,6 +22,7 @@ pub(super) fn predict(
     for candidate in candidates {
         candidate.pose = motion.sample(candidate.pose, control, dt, draws);
     }
+    state.waited_s += dt;
 }
 
 /// M copies of every particle, sharing its weight (5.13).

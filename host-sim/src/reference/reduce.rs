@@ -1,48 +1,90 @@
-//! `PruneAndMerge` of appendix A: Vo & Ma 2006, table II.
+//! `PruneAndMerge` of appendix A: Vo & Ma 2006, table II, or merging by the cost of Runnalls 2007.
 
 use super::Config;
-use super::gaussian::{Component, inverse, minus, outer, plus, quadratic, scaled, sum, symmetrised};
+use super::algebra::{determinant, inverse, minus, outer, plus, quadratic, scaled, sum, symmetrised};
+use super::gaussian::Component;
+use crate::settings::Reduction;
 use std::cmp::Ordering;
 
 /// Prunes, merges and caps a mixture; the result is in the order of [`heaviest_first`].
-pub(super) fn prune_and_merge(mixture: &[Component], config: &Config) -> Vec<Component> {
-    let mut remaining: Vec<Component> = mixture
-        .iter()
-        .copied()
-        // A weight of exactly zero (missed at p_D = 1) is no component, whatever the bound.
-        .filter(|c| c.ln_weight >= config.prune_weight.ln() && c.ln_weight > f64::NEG_INFINITY)
-        .collect();
+pub(super) fn prune_and_merge<const N: usize>(mixture: &[Component<N>], config: &Config) -> Vec<Component<N>> {
+    let mut remaining: Vec<Component<N>> =
+        mixture.iter().copied().filter(|c| heavy_enough(c, config.prune_weight)).collect();
     remaining.sort_by(heaviest_first);
-
-    let mut merged = Vec::new();
-    while let Some(&heaviest) = remaining.first() {
-        let (close, far): (Vec<_>, Vec<_>) = remaining.into_iter().partition(|c| {
-            let offset = minus(c.mean, heaviest.mean);
-            quadratic(&inverse(&c.covariance), offset) <= config.merge_distance
-        });
-        merged.push(merge(&close));
-        remaining = far;
-    }
+    let mut merged = match config.reduction {
+        Reduction::Greedy => greedy(remaining, config.merge_distance),
+        Reduction::Runnalls => by_cost(remaining, config.merge_cost),
+    };
     merged.sort_by(heaviest_first);
     merged.truncate(config.max_components);
     merged
 }
 
-/// The total order of the reduction: by ln w in steps of 2⁻¹⁶, descending, then by x, then by y,
-/// ascending. The steps keep the last bit of a sum from deciding among weights that are equal on paper.
-pub(super) fn heaviest_first(a: &Component, b: &Component) -> Ordering {
-    let step = |c: &Component| (c.ln_weight * 65_536.0 + 0.5).floor();
-    step(b).total_cmp(&step(a)).then(a.mean[0].total_cmp(&b.mean[0])).then(a.mean[1].total_cmp(&b.mean[1]))
+/// Whether a component survives pruning. A weight of exactly zero (missed at p_D = 1) is no component, whatever the
+/// bound.
+pub(super) fn heavy_enough<const N: usize>(component: &Component<N>, prune_weight: f64) -> bool {
+    component.ln_weight >= prune_weight.ln() && component.ln_weight > f64::NEG_INFINITY
+}
+
+/// The total order of the reduction: by ln w in steps of 2⁻¹⁶, descending, then by the coordinates of the mean in their
+/// order, ascending. The steps keep the last bit of a sum from deciding among weights that are equal on paper.
+pub(super) fn heaviest_first<const N: usize>(a: &Component<N>, b: &Component<N>) -> Ordering {
+    let step = |c: &Component<N>| (c.ln_weight * 65_536.0 + 0.5).floor();
+    let by_weight = step(b).total_cmp(&step(a));
+    a.mean.iter().zip(&b.mean).fold(by_weight, |order, (a, b)| order.then(a.total_cmp(b)))
+}
+
+/// Vo & Ma: the heaviest takes all that are close to it, by their own covariance.
+fn greedy<const N: usize>(mut remaining: Vec<Component<N>>, merge_distance: f64) -> Vec<Component<N>> {
+    let mut merged = Vec::new();
+    while let Some(&heaviest) = remaining.first() {
+        let (close, far): (Vec<_>, Vec<_>) = remaining.into_iter().partition(|c| {
+            let offset = minus(c.mean, heaviest.mean);
+            quadratic(&inverse(&c.covariance), offset) <= merge_distance
+        });
+        merged.push(merge(&close));
+        remaining = far;
+    }
+    merged
+}
+
+/// Runnalls' cost: the heaviest takes the one that costs least, and then the next, as long as it costs little enough.
+fn by_cost<const N: usize>(mut remaining: Vec<Component<N>>, merge_cost: f64) -> Vec<Component<N>> {
+    let mut merged = Vec::new();
+    while !remaining.is_empty() {
+        let mut heaviest = remaining.remove(0);
+        while let Some((index, _)) = cheapest(&heaviest, &remaining).filter(|&(_, cost)| cost <= merge_cost) {
+            heaviest = merge(&[heaviest, remaining.remove(index)]);
+        }
+        merged.push(heaviest);
+    }
+    merged
+}
+
+/// The first of the components that are merged into `into` at the least cost, and that cost; `None` where there are none.
+fn cheapest<const N: usize>(into: &Component<N>, others: &[Component<N>]) -> Option<(usize, f64)> {
+    let costs = others.iter().map(|other| cost(into, other)).enumerate();
+    costs.min_by(|(_, a), (_, b)| a.total_cmp(b))
+}
+
+/// B(a, b)/min(w_a, w_b): Runnalls' bound on the Kullback–Leibler divergence of merging two components, per mass of the
+/// lighter.
+fn cost<const N: usize>(a: &Component<N>, b: &Component<N>) -> f64 {
+    let lighter = a.ln_weight.min(b.ln_weight);
+    let relative = |c: &Component<N>| (c.ln_weight - lighter).exp();
+    let ln_det = |c: &Component<N>| determinant(&c.covariance).ln();
+    let together = merge(&[*a, *b]);
+    0.5 * (relative(&together) * ln_det(&together) - relative(a) * ln_det(a) - relative(b) * ln_det(b))
 }
 
 /// The Gaussian with the mass, mean and spread of all components together.
-fn merge(components: &[Component]) -> Component {
-    // Relative to the heaviest, which comes first, no weight is lost to underflow.
+fn merge<const N: usize>(components: &[Component<N>]) -> Component<N> {
+    // Relative to one of the heaviest, which comes first, no weight is lost to underflow.
     let unit = components[0].ln_weight;
-    let relative = |c: &Component| (c.ln_weight - unit).exp();
+    let relative = |c: &Component<N>| (c.ln_weight - unit).exp();
     let total: f64 = components.iter().map(relative).sum();
-    let mean = components.iter().fold([0.0; 2], |mean, c| plus(mean, c.mean.map(|x| relative(c) / total * x)));
-    let covariance = components.iter().fold([[0.0; 2]; 2], |spread, c| {
+    let mean = components.iter().fold([0.0; N], |mean, c| plus(mean, c.mean.map(|x| relative(c) / total * x)));
+    let covariance = components.iter().fold([[0.0; N]; N], |spread, c| {
         let around = sum(&c.covariance, &outer(minus(c.mean, mean)));
         sum(&spread, &scaled(relative(c) / total, &around))
     });
@@ -92,24 +134,115 @@ mod tests {
         assert_eq!(prune_and_merge(&[heavy_and_wide, narrow], &apart(9)).len(), 2);
     }
 
-    #[test]
-    fn merging_keeps_mass_mean_and_spread() {
-        let mixture = [at(0.5, 0.0, 0.0), at(0.3, 0.3, -0.2), at(0.2, -0.1, 0.4)];
-        let reduced = prune_and_merge(&mixture, &apart(9));
+    fn keeps_moments<const N: usize>(mixture: &[Component<N>], config: &Config) {
+        let reduced = prune_and_merge(mixture, config);
         assert_eq!(reduced.len(), 1);
-        assert!((reduced[0].weight() - 1.0).abs() < 1e-14);
+        let mass: f64 = mixture.iter().map(Component::weight).sum();
+        assert!((reduced[0].weight() - mass).abs() < 1e-14);
         // E[m mᵀ] of the mixture and of the one Gaussian.
-        for row in 0..2 {
+        for row in 0..N {
             let mean: f64 = mixture.iter().map(|c| c.weight() * c.mean[row]).sum();
-            assert!((reduced[0].mean[row] - mean).abs() < 1e-14);
-            for column in 0..2 {
+            assert!((mass * reduced[0].mean[row] - mean).abs() < 1e-14);
+            for column in 0..N {
                 let second: f64 = mixture
                     .iter()
                     .map(|c| c.weight() * (c.covariance[row][column] + c.mean[row] * c.mean[column]))
                     .sum();
                 let one = reduced[0].covariance[row][column] + reduced[0].mean[row] * reduced[0].mean[column];
-                assert!((second - one).abs() < 1e-14);
+                assert!((second - mass * one).abs() < 1e-14);
             }
         }
+    }
+
+    fn moving(weight: f64, x: f64, velocity: f64) -> Component<4> {
+        let covariance = [[0.9, 0.2, 0.3, -0.1], [0.2, 0.7, 0.05, 0.4], [0.3, 0.05, 0.8, 0.1], [-0.1, 0.4, 0.1, 1.1]];
+        Component { ln_weight: weight.ln(), mean: [x, 1.0, velocity, -velocity], covariance }
+    }
+
+    #[test]
+    fn merging_keeps_mass_mean_and_spread() {
+        for config in [apart(9), costing(0.7)] {
+            keeps_moments(&[at(0.5, 0.0, 0.0), at(0.3, 0.3, -0.2), at(0.2, -0.1, 0.4)], &config);
+            keeps_moments(&[moving(0.5, 0.0, 0.1), moving(0.3, 0.3, -0.2), moving(0.4, -0.1, 0.2)], &config);
+        }
+    }
+
+    #[test]
+    fn velocity_keeps_moving_components_apart() {
+        for config in [apart(9), costing(0.7)] {
+            assert_eq!(prune_and_merge(&[moving(0.5, 0.0, 3.0), moving(0.3, 0.0, -3.0)], &config).len(), 2);
+        }
+        // Of equal weight and place, the lower velocity comes first.
+        let order = [moving(0.3, 0.0, -3.0), moving(0.3, 0.0, 3.0)];
+        assert_eq!(prune_and_merge(&[order[1], order[0]], &apart(9)), order);
+    }
+
+    fn costing(merge_cost: f64) -> Config {
+        Config { reduction: Reduction::Runnalls, merge_cost, merge_distance: 1e9, ..apart(9) }
+    }
+
+    #[test]
+    fn cost_of_equal_components_by_hand() {
+        // |P_hi|/|P| = 1 + d²/(4σ²) for two of the same weight and σ, d apart.
+        let round = |x: f64| Component { covariance: [[0.25, 0.0], [0.0, 0.25]], ..at(0.3, x, 0.0) };
+        for distance in [0.1f64, 1.0, 7.0] {
+            let expected = (1.0 + distance * distance).ln();
+            assert!((cost(&round(0.0), &round(distance)) - expected).abs() < 1e-14);
+        }
+        // Two standard deviations cost ln 2.
+        let pair = [round(0.0), round(1.0)];
+        assert_eq!(prune_and_merge(&pair, &costing(std::f64::consts::LN_2 + 1e-4)).len(), 1);
+        assert_eq!(prune_and_merge(&pair, &costing(std::f64::consts::LN_2 - 1e-4)).len(), 2);
+    }
+
+    #[test]
+    fn cost_is_never_negative_and_zero_only_for_the_same() {
+        let (heavy, light) = (at(0.9, 1.0, 2.0), at(0.02, 1.0, 2.0));
+        assert!(cost(&heavy, &light).abs() < 1e-13);
+        assert!(cost(&moving(0.9, 1.0, 0.5), &moving(0.02, 1.0, 0.5)).abs() < 1e-13);
+        for k in 1..200 {
+            let k = f64::from(k);
+            let (sin, cos) = (2.4 * k).sin_cos();
+            let shape = [[1.0 + 0.9 * sin, 0.4 * cos], [0.4 * cos, 1.0 - 0.5 * sin]];
+            let other = Component { covariance: scaled(0.01 * k, &shape), ..at(0.9 / k, 1.0 + 0.1 * cos, 2.0) };
+            assert!(cost(&heavy, &other) > 0.0, "{other:?}");
+            assert!((cost(&heavy, &other) - cost(&other, &heavy)).abs() < 1e-11, "{other:?}");
+        }
+    }
+
+    #[test]
+    fn light_components_far_away_stay_on_their_own() {
+        // B itself is 1e-4 · ½ ln(…): a bound on it would take the light one in from any distance.
+        let mixture = [at(0.99, 0.0, 0.0), Component { ln_weight: 1e-2f64.ln(), ..at(1.0, 6.0, 0.0) }];
+        assert_eq!(prune_and_merge(&mixture, &costing(0.7)).len(), 2);
+    }
+
+    #[test]
+    fn the_cheapest_is_merged_first_and_into_what_has_grown() {
+        // In one dimension, as y tells nothing: σ = ½ as in the cost by hand. The second weighs more than the third but
+        // is further from the first; the third is merged first, and with it the sum is too far from the second.
+        let round = |weight: f64, x: f64| Component { covariance: [[0.25, 0.0], [0.0, 0.25]], ..at(weight, x, 0.0) };
+        let mixture = [round(0.5, 0.0), round(0.4, 1.0), round(0.3, -0.9)];
+        let by_itself = cost(&mixture[0], &mixture[1]);
+        assert!(cost(&mixture[0], &mixture[2]) < by_itself);
+        let grown = merge(&[mixture[0], mixture[2]]);
+        let after = cost(&grown, &mixture[1]);
+        assert!(after > by_itself);
+        let bound = 0.5 * (by_itself + after);
+        let reduced = prune_and_merge(&mixture, &costing(bound));
+        assert_eq!(reduced, vec![grown, mixture[1]]);
+        // With room for that too, all become one.
+        assert_eq!(prune_and_merge(&mixture, &costing(1.01 * after)).len(), 1);
+    }
+
+    #[test]
+    fn of_equal_costs_the_first_in_order_is_merged() {
+        // Both cost exactly the same, by symmetry; the one with the smaller x comes first in the order.
+        let round = |weight: f64, x: f64| Component { covariance: [[0.25, 0.0], [0.0, 0.25]], ..at(weight, x, 0.0) };
+        let mixture = [round(0.5, 0.0), round(0.25, 1.0), round(0.25, -1.0)];
+        let single = cost(&mixture[0], &mixture[1]);
+        assert_eq!(single, cost(&mixture[0], &mixture[2]));
+        let reduced = prune_and_merge(&mixture, &costing(single));
+        assert_eq!(reduced, vec![merge(&[mixture[0], mixture[2]]), mixture[1]]);
     }
 }

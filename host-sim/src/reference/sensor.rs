@@ -1,7 +1,8 @@
 //! Measurement models: h, its derivative, its inverse.
 
+use super::algebra::transformed;
 use super::angle::wrap;
-use super::gaussian::{Matrix, Vector, transformed};
+use super::gaussian::{Matrix, Vector};
 
 /// A measurement of one feature as a Kalman update sees it: prediction, linearization, noise.
 pub trait Sensor {

@@ -9,8 +9,10 @@ pub struct Particle {
     pub pose: [f64; 3],
     /// ln ζ.
     pub ln_weight: f64,
-    /// The map, in no particular order.
+    /// The static part of the map, in no particular order.
     pub map: Vec<Component>,
+    /// The moving part, as of the last scan, in no particular order.
+    pub moving: Vec<Component<4>>,
 }
 
 /// A predicted pose that waits to be weighed (5.12, 5.13).
@@ -30,6 +32,8 @@ pub struct State {
     /// The N·M candidates since the first prediction after the last scan; `None` before it.
     /// Candidate `c` descends from particle `c / M`, whose map it shares.
     pub candidates: Option<Vec<Candidate>>,
+    /// Summed dt of the predictions since the last scan, s: how far the moving parts lag behind.
+    pub waited_s: f64,
     /// Index of the particle whose map is the estimate.
     pub heaviest: usize,
 }
@@ -37,8 +41,8 @@ pub struct State {
 impl State {
     /// `particles` equal particles at one pose (m, m, rad), knowing nothing of the map.
     pub fn new(particles: usize, pose: [f64; 3]) -> Self {
-        let particle = Particle { pose, ln_weight: -(particles as f64).ln(), map: Vec::new() };
-        Self { particles: vec![particle; particles], candidates: None, heaviest: 0 }
+        let particle = Particle { pose, ln_weight: -(particles as f64).ln(), map: Vec::new(), moving: Vec::new() };
+        Self { particles: vec![particle; particles], candidates: None, waited_s: 0.0, heaviest: 0 }
     }
 
     /// What the next scan weighs: the candidates, or, without a prediction since the last scan, the
@@ -68,10 +72,5 @@ impl State {
             self.particles.len()
         );
         candidates / self.particles.len()
-    }
-
-    /// The map that candidate `c` shares.
-    pub fn map_of(&self, candidate: usize) -> &[Component] {
-        &self.particles[candidate / self.samples()].map
     }
 }

@@ -13,6 +13,18 @@ pub(super) const CONFIG: Config = Config {
     prune_weight: 1e-5,
     merge_distance: 4.0,
     max_components: 50,
+    extraction_weight: 0.0,
+    likelihood: Likelihood::SingleCluster,
+    reduction: Reduction::Greedy,
+    merge_cost: 0.7,
+    moving: MovingConfig {
+        birth_intensity: 0.0,
+        velocity_sigma_mps: 1.0,
+        acceleration_psd: 0.1,
+        lifetime_s: 100.0,
+        spread_max_m: 3.0,
+        extraction_weight: 0.0,
+    },
 };
 
 pub(super) const SENSOR: RangeBearing = RangeBearing { range_sigma_m: 0.2, bearing_sigma_rad: 0.02 };
@@ -133,7 +145,7 @@ fn components_out_of_view_are_untouched() {
     ];
     let mut map = outside.to_vec();
     map.insert(1, feature(0.8, [5.0, 0.0]));
-    let updated = reference.updated_map([0.0; 3], &map, &[[5.1, 0.0], [14.9, 0.0]]);
+    let updated = reference.updated_maps([0.0; 3], &map, &[], &[[5.1, 0.0], [14.9, 0.0]]).0;
     assert_eq!(updated[..4], outside);
     assert!(updated[4..].iter().all(|c| c.mean[0] < 15.0));
 }
@@ -144,7 +156,7 @@ fn cap_counts_what_is_in_view() {
     reference.config.max_components = 2;
     let map: Vec<Component> = (0..3).map(|i| feature(0.5, [30.0 + f64::from(i), 0.0])).collect();
     let measurements: Vec<Vector> = (0..5).map(|i| [5.0, f64::from(i)]).collect();
-    assert_eq!(reference.updated_map([0.0; 3], &map, &measurements).len(), 5);
+    assert_eq!(reference.updated_maps([0.0; 3], &map, &[], &measurements).0.len(), 5);
 }
 
 #[test]
@@ -207,6 +219,107 @@ fn estimated_map_is_that_of_the_heaviest_survivor() {
         reference.update(&mut state, &[], &weighing, &of(survivors));
         assert_eq!(state.heaviest, heaviest);
     }
+}
+
+/// One particle that stands still and knows it, with births of both kinds.
+fn watching() -> Reference {
+    let mut reference = reference();
+    reference.motion.noise =
+        ControlNoise { speed_sigma_mps: 0.0, second_sigma: 0.0, speed_ratio: 0.0, second_ratio: 0.0, interval_s: 0.0 };
+    reference.config.particles = 1;
+    reference.config.samples = 1;
+    reference.config.birth_intensity = 0.001;
+    reference.config.moving.birth_intensity = 0.001;
+    reference
+}
+
+#[test]
+fn moving_features_wait_for_the_scan_and_take_its_step_at_once() {
+    let reference = watching();
+    let mut state = reference.initial([0.0; 3]);
+    let covariance = [[0.1, 0.0, 0.0, 0.0], [0.0, 0.1, 0.0, 0.0], [0.0, 0.0, 0.2, 0.0], [0.0, 0.0, 0.0, 0.2]];
+    let feature = Component { ln_weight: -0.1, mean: [5.0, 1.0, 1.0, -0.5], covariance };
+    state.particles[0].moving = vec![feature];
+    let mut draws = OwnDraws::new(1);
+    for dt in [0.25, 0.0, 0.5] {
+        reference.predict(&mut state, &[0.0, 0.0], dt, &mut draws);
+    }
+    assert_eq!(state.waited_s, 0.75);
+    assert_eq!(state.particles[0].moving, [feature]);
+    assert_eq!(reference.moving_now(&state, 0)[0].mean, [5.75, 0.625, 1.0, -0.5]);
+    assert_eq!(reference.estimate(&state).moving, reference.moving_now(&state, 0));
+
+    let (predicted, weighing) = (reference.moving_now(&state, 0), reference.weigh(&state, &[]));
+    assert!((weighing.ln_likelihoods[0] + 0.9 * predicted[0].weight()).abs() < 1e-15);
+    reference.scan(&mut state, &[], &mut draws);
+    assert_eq!(state.waited_s, 0.0);
+    assert_eq!(state.particles[0].moving[0].mean, predicted[0].mean);
+    assert!((state.particles[0].moving[0].weight() - 0.1 * predicted[0].weight()).abs() < 1e-15);
+}
+
+#[test]
+fn moving_features_without_births_are_carried_on() {
+    let mut reference = watching();
+    reference.config.moving.birth_intensity = 0.0;
+    let covariance = [[0.1, 0.0, 0.0, 0.0], [0.0, 0.1, 0.0, 0.0], [0.0, 0.0, 0.2, 0.0], [0.0, 0.0, 0.0, 0.2]];
+    let feature = Component { ln_weight: 0.0, mean: [5.0, 0.0, 0.0, 0.0], covariance };
+    let (still, moving) = reference.updated_maps([0.0; 3], &[], &[feature], &[[5.0, 0.0], [9.0, 1.0]]);
+    assert_eq!(still.len(), 2);
+    assert_eq!(moving.len(), 1);
+    assert!((moving[0].weight() - 1.1).abs() < 0.02);
+}
+
+#[test]
+fn moving_components_out_of_view_are_untouched() {
+    let reference = watching();
+    let outside = Component {
+        ln_weight: -99.0,
+        mean: [15.1, 0.0, -1.0, 0.0],
+        covariance: [[0.1, 0.0, 0.0, 0.0], [0.0, 0.1, 0.0, 0.0], [0.0, 0.0, 0.2, 0.0], [0.0, 0.0, 0.0, 0.2]],
+    };
+    let (_, moving) = reference.updated_maps([0.0; 3], &[], &[outside], &[[14.9, 0.0]]);
+    assert_eq!(moving[0], outside);
+    assert_eq!(moving.len(), 2);
+}
+
+/// The heaviest component within half a metre, and its weight or 0.
+fn heaviest_near<const N: usize>(map: &[Component<N>], place: Vector) -> (Option<Component<N>>, f64) {
+    let near = |c: &&Component<N>| f64::hypot(c.mean[0] - place[0], c.mean[1] - place[1]) < 0.5;
+    let heaviest = map.iter().filter(near).max_by(|a, b| a.ln_weight.total_cmp(&b.ln_weight)).copied();
+    (heaviest, heaviest.map_or(0.0, |c| c.weight()))
+}
+
+/// Measured without noise, in every scan.
+#[test]
+fn ten_scans_tell_what_moves_from_what_stands_still() {
+    let reference = watching();
+    let (velocity, dt) = ([0.6, 0.8], 0.5);
+    let (mut walker, post) = ([4.0, -5.0], [6.0, 4.0]);
+    let mut state = reference.initial([0.0; 3]);
+    let mut draws = OwnDraws::new(1);
+    for _ in 0..12 {
+        walker = [walker[0] + dt * velocity[0], walker[1] + dt * velocity[1]];
+        reference.predict(&mut state, &[0.0, 0.0], dt / 2.0, &mut draws);
+        reference.predict(&mut state, &[0.0, 0.0], dt / 2.0, &mut draws);
+        let scan = [walker, post].map(|place| SENSOR.predicted(place, [0.0; 3]).expect("not at the sensor").0);
+        reference.scan(&mut state, &scan, &mut draws);
+    }
+    let particle = &state.particles[0];
+    let (moving, moving_weight) = heaviest_near(&particle.moving, walker);
+    let (_, still_weight) = heaviest_near(&particle.map, walker);
+    let moving = moving.expect("a moving component at the walker");
+    assert!(moving_weight > 0.9 && still_weight < 0.01, "{moving_weight} and {still_weight}");
+    for (found, expected) in moving.mean[2..].iter().zip(velocity) {
+        assert!((found - expected).abs() < 0.1, "{moving:?}");
+    }
+    let estimate = reference.estimate(&state);
+    assert_eq!(estimate.moving[0].mean, moving.mean);
+
+    // What stands still may as well be something that moves at no speed; it takes less to be the former.
+    let (still, still_weight) = heaviest_near(&particle.map, post);
+    let (_, moving_weight) = heaviest_near(&particle.moving, post);
+    assert!(still_weight > 5.0 * moving_weight, "{still_weight} and {moving_weight}");
+    assert!((still.expect("a static component at the post").mean[0] - post[0]).abs() < 0.02);
 }
 
 /// A vehicle on a circle among eight landmarks, always in view, with biased odometry, missed detections and

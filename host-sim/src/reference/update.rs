@@ -1,33 +1,14 @@
-//! `Update` of appendix A: the multi-object likelihood and the posterior mixture of one pose.
+//! `Update` of appendix A: the posterior mixture of one pose.
 
+use super::algebra::{identity, scaled};
 use super::field_of_view::FieldOfView;
 use super::gaussian::{Component, Vector};
-use super::log_domain::log_sum_exp;
 use super::pre_update::PreUpdate;
 use super::sensor::RangeBearing;
 
-/// ln η_z of every measurement (4.51, 5.19 with one birth space): η_z = κ + w_b + Σ p_D w N(z; ẑ, S)
-/// over the components in view. `unexplained` is κ + w_b, 1/(m·rad).
-pub(super) fn ln_eta(view: &PreUpdate, measurements: usize, unexplained: f64) -> Vec<f64> {
-    (0..measurements)
-        .map(|z| {
-            let mut terms: Vec<f64> = view.in_view.iter().map(|j| j.ln_detection(z)).collect();
-            terms.push(unexplained.ln());
-            log_sum_exp(&terms)
-        })
-        .collect()
-}
-
-/// ln L = −Σ p_D w + Σ ln η_z (4.52): the mass in view counts against a pose, not for it as (5.24)
-/// prints. The clutter rate λ, which is the same for every pose, is left out.
-pub(super) fn ln_likelihood(view: &PreUpdate, ln_eta: &[f64]) -> f64 {
-    let expected: f64 = view.in_view.iter().map(|j| j.detection_probability * j.prior.weight()).sum();
-    ln_eta.iter().sum::<f64>() - expected
-}
-
 /// The persisting components in view after the update: for each one missed, w (1 − p_D), then for each
 /// measurement each one detected, p_D w N(z; ẑ, S)/η_z (5.17, 5.18, corrected).
-pub(super) fn persisting(view: &PreUpdate, ln_eta: &[f64]) -> Vec<Component> {
+pub(super) fn persisting<const N: usize>(view: &PreUpdate<N>, ln_eta: &[f64]) -> Vec<Component<N>> {
     let missed = view
         .in_view
         .iter()
@@ -47,7 +28,7 @@ pub(super) fn persisting(view: &PreUpdate, ln_eta: &[f64]) -> Vec<Component> {
     missed.chain(detected).collect()
 }
 
-/// The components born on the measurements: w_b/η_z at h⁻¹(z, x) with R*, where that is in view (5.9, 5.10, 5.17).
+/// The static components born on the measurements: w_b/η_z at h⁻¹(z, x) with R*, where that is in view (5.9, 5.10, 5.17).
 pub(super) fn born(
     pose: [f64; 3],
     measurements: &[Vector],
@@ -72,10 +53,22 @@ pub(super) fn born(
         .collect()
 }
 
+/// A birth that may move: the same place, and a velocity of which no more is known than its standard deviation, m/s.
+pub(super) fn set_in_motion(birth: &Component, velocity_sigma_mps: f64) -> Component<4> {
+    let [x, y] = birth.mean;
+    let mut covariance = scaled(velocity_sigma_mps.powi(2), &identity());
+    for (row, entries) in birth.covariance.iter().enumerate() {
+        covariance[row][..2].copy_from_slice(entries);
+    }
+    Component { ln_weight: birth.ln_weight, mean: [x, y, 0.0, 0.0], covariance }
+}
+
 #[cfg(test)]
 mod tests {
-    use super::super::pre_update::pre_update;
-    use super::super::tests::{SENSOR, WIDE_VIEW};
+    use super::super::Config;
+    use super::super::algebra::determinant;
+    use super::super::sight::Sight;
+    use super::super::tests::{CONFIG, SENSOR, WIDE_VIEW};
     use super::*;
 
     const POSE: [f64; 3] = [1.0, -2.0, 0.4];
@@ -89,24 +82,25 @@ mod tests {
         }
     }
 
-    fn view(map: &[Component], measurements: &[Vector]) -> PreUpdate {
-        pre_update(map, POSE, measurements, &SENSOR, &WIDE_VIEW)
+    fn moving(weight: f64, forward: f64) -> Component<4> {
+        set_in_motion(&feature(weight, forward), 1.5)
+    }
+
+    /// What is in view, with `unexplained` in all for κ and the births.
+    fn sight<'a>(
+        map: &[Component],
+        moving: &[Component<4>],
+        measurements: &'a [Vector],
+        unexplained: f64,
+    ) -> Sight<'a, RangeBearing> {
+        let config = Config { clutter_intensity: unexplained, birth_intensity: 0.0, ..CONFIG };
+        Sight::new(POSE, map, moving, measurements, &SENSOR, &WIDE_VIEW, &config)
     }
 
     #[test]
-    fn mass_in_view_that_nothing_measures_counts_against_the_pose() {
-        let view = view(&[feature(0.8, 5.0)], &[]);
-        let expected = -WIDE_VIEW.p_near * 0.8;
-        assert!((ln_likelihood(&view, &[]) - expected).abs() < 1e-15);
-    }
-
-    #[test]
-    fn empty_map_explains_by_clutter_and_birth() {
+    fn births_share_what_nothing_else_explains() {
         let measurements = [[4.0, 0.1], [7.0, -1.0]];
-        let view = view(&[], &measurements);
-        let ln_eta = ln_eta(&view, 2, UNEXPLAINED);
-        let expected = 2.0 * UNEXPLAINED.ln();
-        assert!((ln_likelihood(&view, &ln_eta) - expected).abs() < 1e-14);
+        let ln_eta = sight(&[], &[], &measurements, UNEXPLAINED).ln_eta;
         let births = born(POSE, &measurements, &ln_eta, &SENSOR, &WIDE_VIEW, 0.03);
         assert_eq!(births.len(), 2);
         for (birth, measurement) in births.iter().zip(measurements) {
@@ -117,9 +111,19 @@ mod tests {
     }
 
     #[test]
+    fn moving_birth_stands_for_any_velocity() {
+        let birth = moving(0.3, 5.0);
+        let still = feature(0.3, 5.0);
+        assert_eq!((birth.ln_weight, birth.position()), (still.ln_weight, still.mean));
+        assert_eq!(birth.mean[2..], [0.0, 0.0]);
+        let expected = [[0.2, 0.05, 0.0, 0.0], [0.05, 0.1, 0.0, 0.0], [0.0, 0.0, 2.25, 0.0], [0.0, 0.0, 0.0, 2.25]];
+        assert_eq!(birth.covariance, expected);
+    }
+
+    #[test]
     fn missed_feature_keeps_place_and_loses_weight() {
         let before = feature(0.8, 5.0);
-        let after = persisting(&view(&[before], &[]), &[]);
+        let after = persisting(&sight(&[before], &[], &[], UNEXPLAINED).still, &[]);
         assert_eq!(after.len(), 1);
         assert!((after[0].weight() - 0.8 * (1.0 - WIDE_VIEW.p_near)).abs() < 1e-15);
         assert_eq!((after[0].mean, after[0].covariance), (before.mean, before.covariance));
@@ -129,12 +133,49 @@ mod tests {
     fn every_measurement_hands_out_exactly_its_own_mass() {
         let measurements = [[5.1, 0.02], [5.0, -0.01], [9.0, 2.0]];
         let map = [feature(0.8, 5.0), feature(0.3, 5.6)];
-        let view = view(&map, &measurements);
-        let ln_eta = ln_eta(&view, 3, UNEXPLAINED);
-        let after = persisting(&view, &ln_eta);
-        for (z, eta) in ln_eta.iter().enumerate() {
-            let detected: f64 = after[2 + 2 * z..4 + 2 * z].iter().map(Component::weight).sum();
+        let sight = sight(&map, &[moving(0.5, 5.2)], &measurements, UNEXPLAINED);
+        let (still, moving) = (persisting(&sight.still, &sight.ln_eta), persisting(&sight.moving, &sight.ln_eta));
+        assert_eq!((still.len(), moving.len()), (8, 4));
+        for (z, eta) in sight.ln_eta.iter().enumerate() {
+            let detected: f64 = still[2 + 2 * z..4 + 2 * z].iter().map(Component::weight).sum();
+            let detected = detected + moving[1 + z].weight();
             assert!((detected + UNEXPLAINED / eta.exp() - 1.0).abs() < 1e-13);
+        }
+    }
+
+    #[test]
+    fn both_kinds_explain_a_measurement_alike() {
+        // Position and velocity are independent, so what is measured is the same for both.
+        let measurements = [[5.1, 0.02]];
+        let sight = sight(&[feature(0.5, 5.0)], &[moving(0.5, 5.0)], &measurements, UNEXPLAINED);
+        let still = persisting(&sight.still, &sight.ln_eta)[1];
+        let moving = persisting(&sight.moving, &sight.ln_eta)[1];
+        assert!((still.ln_weight - moving.ln_weight).abs() < 1e-14);
+        for k in 0..2 {
+            assert!((still.mean[k] - moving.mean[k]).abs() < 1e-14);
+            assert_eq!(moving.mean[k + 2], 0.0);
+        }
+        assert_eq!(moving.covariance[2], [0.0, 0.0, 2.25, 0.0]);
+    }
+
+    #[test]
+    fn velocity_is_learnt_from_what_it_has_to_do_with_the_position() {
+        // Of two scans the second alone tells the velocity: m_v⁺ = P_vp P_pp⁻¹ (p⁺ − p) for a measurement of p.
+        let mut before = moving(0.5, 5.0);
+        for k in 0..2 {
+            before.covariance[k][k + 2] = 0.2;
+            before.covariance[k + 2][k] = 0.2;
+        }
+        let measurements = [[5.3, -0.03]];
+        let sight = sight(&[], &[before], &measurements, UNEXPLAINED);
+        let after = persisting(&sight.moving, &sight.ln_eta)[1];
+        let shift = [after.mean[0] - before.mean[0], after.mean[1] - before.mean[1]];
+        // P_pp⁻¹ of [[0.2, 0.05], [0.05, 0.1]] by hand: 1/0.0175 [[0.1, −0.05], [−0.05, 0.2]].
+        let velocity =
+            [0.2 * (0.1 * shift[0] - 0.05 * shift[1]) / 0.0175, 0.2 * (0.2 * shift[1] - 0.05 * shift[0]) / 0.0175];
+        for (k, expected) in velocity.iter().enumerate() {
+            assert!((after.mean[k + 2] - expected).abs() < 1e-13, "{after:?}");
+            assert!(after.covariance[k + 2][k + 2] < before.covariance[k + 2][k + 2]);
         }
     }
 
@@ -142,33 +183,42 @@ mod tests {
     fn measurement_that_nothing_explains_updates_nothing() {
         let measurements = [[5.0, 0.0]];
         let weightless = feature(0.0, 5.0);
-        let view = view(&[weightless], &measurements);
-        let ln_eta = ln_eta(&view, 1, 0.0);
-        assert_eq!(ln_likelihood(&view, &ln_eta), f64::NEG_INFINITY);
-        assert_eq!(persisting(&view, &ln_eta), [weightless]);
-        assert!(born(POSE, &measurements, &ln_eta, &SENSOR, &WIDE_VIEW, 0.0).is_empty());
+        let sight = sight(&[weightless], &[], &measurements, 0.0);
+        assert_eq!(persisting(&sight.still, &sight.ln_eta), [weightless]);
+        assert!(born(POSE, &measurements, &sight.ln_eta, &SENSOR, &WIDE_VIEW, 0.0).is_empty());
     }
 
     #[test]
     fn measurement_without_inverse_bears_nothing_but_is_weighed() {
         let measurements = [[0.0, 0.0]];
-        let ln_eta = ln_eta(&view(&[], &measurements), 1, UNEXPLAINED);
+        let ln_eta = sight(&[], &[], &measurements, UNEXPLAINED).ln_eta;
         assert!((ln_eta[0] - UNEXPLAINED.ln()).abs() < 1e-15);
         assert!(born(POSE, &measurements, &ln_eta, &SENSOR, &WIDE_VIEW, 0.03).is_empty());
     }
 
     #[test]
     fn covariance_shrinks_and_stays_positive() {
-        let mut component = feature(1.0, 5.0);
-        let mut area = f64::INFINITY;
-        for _ in 0..1000 {
-            let view = view(&[component], &[[5.0, 0.0]]);
-            component.covariance = view.in_view[0].covariance;
-            let [[a, b], [c, d]] = component.covariance;
-            assert_eq!(b, c);
-            assert!(a > 0.0 && d > 0.0 && a * d - b * c > 0.0);
-            assert!(a * d - b * c < area);
-            area = a * d - b * c;
+        fn shrinks<const N: usize>(mut component: Component<N>, see: impl Fn(Component<N>) -> Component<N>) {
+            let mut volume = f64::INFINITY;
+            for _ in 0..1000 {
+                component = see(component);
+                for k in 0..N {
+                    assert!(component.covariance[k][k] > 0.0);
+                    assert!((0..N).all(|l| component.covariance[k][l] == component.covariance[l][k]));
+                }
+                let smaller = determinant(&component.covariance);
+                assert!(smaller > 0.0 && smaller < volume);
+                volume = smaller;
+            }
         }
+        let measurements = [[5.0, 0.0]];
+        shrinks(feature(1.0, 5.0), |c| {
+            let sight = sight(&[c], &[], &measurements, UNEXPLAINED);
+            Component { covariance: sight.still.in_view[0].covariance, ..c }
+        });
+        shrinks(moving(1.0, 5.0), |c| {
+            let sight = sight(&[], &[c], &measurements, UNEXPLAINED);
+            Component { covariance: sight.moving.in_view[0].covariance, ..c }
+        });
     }
 }

@@ -80,6 +80,9 @@ mod tests {
             features_estimated: 0.0,
             n_eff: 1.0,
             scan_us: 0.0,
+            moving: Vec::new(),
+            map_error: None,
+            movers: None,
         }
     }
 

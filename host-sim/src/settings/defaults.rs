@@ -4,7 +4,9 @@
 //! measurements in good conditions; it does not cover what else a filter has to put up with (the width of a
 //! trunk, a time stamp that is off, a pose between two odometry rows), so real noise is set wider.
 
-use super::{FilterSettings, Likelihood, MovingSettings, Reduction, SensorSettings, Settings, VehicleSettings};
+use super::{
+    FilterSettings, Likelihood, MovingSettings, Proposal, Reduction, SensorSettings, Settings, VehicleSettings,
+};
 use crate::log::{Log, Vehicle};
 use std::f64::consts::PI;
 
@@ -18,6 +20,18 @@ const RESAMPLE_THRESHOLD: f64 = 0.5;
 const PRUNE_WEIGHT: f64 = 1e-4;
 /// Squared Mahalanobis distance of components that are one: two standard deviations.
 const MERGE_DISTANCE: f64 = 4.0;
+/// w_m / w_b: most of what turns up stands still.
+const MOVING_BIRTH_SHARE: f64 = 0.5;
+/// Walking pace and somewhat more.
+const MOVING_VELOCITY_SIGMA_MPS: f64 = 1.0;
+/// Half a metre a second more or less after three seconds.
+const MOVING_ACCELERATION_PSD: f64 = 0.1;
+/// p_S = 0.999 a tenth of a second.
+const MOVING_LIFETIME_S: f64 = 100.0;
+/// What has moved out of view for longer than this takes is forgotten, m.
+const MOVING_SPREAD_MAX_M: f64 = 1.5;
+/// What clutter begets is told from what moves by its weight.
+const MOVING_EXTRACTION_WEIGHT: f64 = 0.4;
 /// Runnalls' cost per mass of the lighter of two components that are one: of equal ones two standard deviations apart.
 const MERGE_COST: f64 = 0.7;
 /// Components in view. No view of the published logs needs half of it; it bounds the time of a scan gone wrong.
@@ -36,12 +50,8 @@ const BEARING_SIGMA_RAD: f64 = 0.02;
 
 /// Particles of a real log: its odometry errs in ways that more of them have to cover.
 const REAL_PARTICLES: usize = 200;
-/// Real likelihoods are too sure of themselves; resampling less often keeps the particles that they would lose.
-const REAL_RESAMPLE_THRESHOLD: f64 = 0.35;
 /// Real maps collect remnants of landmarks seen from errant poses; they are dropped earlier.
 const REAL_PRUNE_WEIGHT: f64 = 1e-3;
-/// Landmarks of real logs may stand next to each other, so only what lies within 1.3 standard deviations is one.
-const REAL_MERGE_DISTANCE: f64 = 1.8;
 
 /// What a kind of real vehicle is taken for where its log does not say. Found by search on the published logs.
 struct Unstated {
@@ -64,6 +74,13 @@ struct Unstated {
     clutter_per_scan: f64,
     /// κ / w_b.
     clutter_over_birth: f64,
+    /// Resample below this N_eff / N. Real likelihoods are too sure of themselves; resampling less often keeps the
+    /// particles that they would lose.
+    resample_threshold: f64,
+    /// Real landmarks may stand next to each other, so only what lies within 1.3 standard deviations is one.
+    merge_distance: f64,
+    /// Whether features may move.
+    moving: bool,
 }
 
 /// A car with a wheel encoder and a steering sensor, outdoors.
@@ -77,19 +94,25 @@ const CAR: Unstated = Unstated {
     detection: 0.22,
     clutter_per_scan: 0.24,
     clutter_over_birth: 3.0,
+    resample_threshold: 0.35,
+    merge_distance: 1.8,
+    moving: false,
 };
 
-/// A small robot that turns on the spot, indoors.
+/// A small robot that turns on the spot, indoors, where people and other robots are about.
 const ROBOT: Unstated = Unstated {
     speed: (0.0244, 0.29),
     turn: (0.048, 0.1),
     interval_s: 0.295,
-    inflation: (4.2, 1.9),
-    range_share: 0.94,
-    edges: (0.5, 0.05),
+    inflation: (4.175, 1.92),
+    range_share: 0.937,
+    edges: (0.48, 0.051),
     detection: 0.2445,
     clutter_per_scan: 0.273,
-    clutter_over_birth: 12.7,
+    clutter_over_birth: 5.9,
+    resample_threshold: 0.32,
+    merge_distance: 1.6,
+    moving: true,
 };
 
 /// Half width of a soft edge in standard deviations of its coordinate: a feature at the rim is taken for missed
@@ -108,8 +131,8 @@ impl Settings {
     pub fn for_log(log: &Log) -> Self {
         let sensor = sensor(log);
         let measure = (sensor.range_max_m - sensor.range_min_m) * 2.0 * sensor.bearing_half_width_rad().min(PI);
-        let clutter_over_birth =
-            if log.simulated { CLUTTER_OVER_BIRTH } else { unstated(&log.vehicle).clutter_over_birth };
+        let unstated = unstated(&log.vehicle);
+        let clutter_over_birth = if log.simulated { CLUTTER_OVER_BIRTH } else { unstated.clutter_over_birth };
         let births =
             if sensor.clutter_per_scan > 0.0 { sensor.clutter_per_scan / clutter_over_birth } else { BIRTHS_PER_SCAN };
         let of = |simulated, real| if log.simulated { simulated } else { real };
@@ -117,23 +140,35 @@ impl Settings {
             particles: if log.simulated { PARTICLES } else { REAL_PARTICLES },
             samples: SAMPLES,
             birth_intensity: births / measure,
-            resample_threshold: of(RESAMPLE_THRESHOLD, REAL_RESAMPLE_THRESHOLD),
+            resample_threshold: of(RESAMPLE_THRESHOLD, unstated.resample_threshold),
             prune_weight: of(PRUNE_WEIGHT, REAL_PRUNE_WEIGHT),
-            merge_distance: of(MERGE_DISTANCE, REAL_MERGE_DISTANCE),
+            merge_distance: of(MERGE_DISTANCE, unstated.merge_distance),
             max_components: MAX_COMPONENTS,
             extraction_weight: 0.0,
+            proposal: Proposal::Blind,
+            proposal_rounds: 3,
+            proposal_drawn: 1.0,
+            proposal_least_share: 0.01,
             likelihood: Likelihood::SingleCluster,
             reduction: Reduction::Greedy,
             merge_cost: MERGE_COST,
         };
         let moving = MovingSettings {
             birth_intensity: 0.0,
-            velocity_sigma_mps: 1.0,
-            acceleration_psd: 0.1,
-            lifetime_s: 100.0,
-            spread_max_m: 3.0,
+            velocity_sigma_mps: MOVING_VELOCITY_SIGMA_MPS,
+            acceleration_psd: MOVING_ACCELERATION_PSD,
+            lifetime_s: MOVING_LIFETIME_S,
+            spread_max_m: MOVING_SPREAD_MAX_M,
+            extraction_weight: MOVING_EXTRACTION_WEIGHT,
         };
-        Self { filter, vehicle: vehicle(log), sensor, moving }
+        let mut settings = Self { filter, vehicle: vehicle(log), sensor, moving };
+        settings.set_moving(!log.simulated && unstated.moving);
+        settings
+    }
+
+    /// Lets features move, or takes them all for static.
+    pub fn set_moving(&mut self, moving: bool) {
+        self.moving.birth_intensity = if moving { MOVING_BIRTH_SHARE * self.filter.birth_intensity } else { 0.0 };
     }
 }
 

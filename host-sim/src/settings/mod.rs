@@ -42,14 +42,32 @@ pub struct FilterSettings {
     pub merge_distance: f64,
     /// Components kept in view, at most.
     pub max_components: usize,
-    /// Least weight of an estimated feature.
+    /// Least weight of an estimated static feature.
     pub extraction_weight: f64,
+    /// Where poses are drawn from.
+    pub proposal: Proposal,
+    /// Linearisations of the informed proposal.
+    pub proposal_rounds: usize,
+    /// Share of the proposal's covariance that is drawn.
+    pub proposal_drawn: f64,
+    /// Least share of a measurement with which a component steers the proposal.
+    pub proposal_least_share: f64,
     /// The particle likelihood.
     pub likelihood: Likelihood,
     /// How components are merged.
     pub reduction: Reduction,
     /// Merge by Runnalls' cost up to this bound.
     pub merge_cost: f64,
+}
+
+/// Where poses are drawn from: see [`scphd::Proposal`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Proposal {
+    /// The odometry alone.
+    Blind,
+    /// Odometry and scan.
+    Informed,
 }
 
 /// The particle likelihood: see `docs/recursion.md`.
@@ -88,6 +106,8 @@ pub struct MovingSettings {
     pub lifetime_s: f64,
     /// Forget components whose position has a greater standard deviation, m.
     pub spread_max_m: f64,
+    /// Least weight of an estimated moving feature.
+    pub extraction_weight: f64,
 }
 
 /// `[vehicle]`: see [`scphd::ControlNoise`].

@@ -3,11 +3,12 @@
 use super::{PoseAndCovariance, Refusal, ScanOutcome, Slam, Snapshot, Transparent};
 use crate::log::Vehicle;
 use crate::record::{MapFeature, MovingFeature};
-use crate::reference::{Candidate, Component, Draws};
-use crate::settings::{SensorSettings, Settings};
+use crate::reference::{self, Candidate, Draws};
+use crate::settings::{self, SensorSettings, Settings};
 use scphd::{
-    Ackermann, AckermannControl, AckermannGeometry, Config, ControlNoise, Gaussian, Models, Motion, Noise, PlanarPose,
-    RangeBearing, RangeBearingWindow, Real, ScPhd, State, Step, Unicycle, UnicycleControl, UniformClutter,
+    Ackermann, AckermannControl, AckermannGeometry, Component, Config, ConstantVelocity, ControlNoise, Dim, Informed,
+    Likelihood, MapMemory, Models, Motion, MovingConfig, Noise, Packed, PlanarPose, Proposal, RangeBearing,
+    RangeBearingWindow, Real, Reduction, ScPhd, State, Step, Unicycle, UnicycleControl, UniformClutter,
 };
 
 /// Scalar of the fixed-capacity filter.
@@ -41,13 +42,23 @@ impl<T: Real> PlanarMotion<T> for Unicycle<T> {
 const MEASUREMENTS: usize = 256;
 const VIEW: usize = 4096;
 
-type HostState<T, const PARTICLES: usize, const CANDIDATES: usize, const PAGES: usize, const MAP_PAGES: usize> =
-    State<T, PlanarPose<T>, 3, 2, 2, PARTICLES, CANDIDATES, PAGES, MAP_PAGES, MEASUREMENTS, VIEW>;
+/// Static and moving maps of the same capacities.
+type HostState<T, const PARTICLES: usize, const CANDIDATES: usize, const PAGES: usize, const MAP_PAGES: usize> = State<
+    T,
+    PlanarPose<T>,
+    3,
+    2,
+    PARTICLES,
+    CANDIDATES,
+    MEASUREMENTS,
+    MapMemory<T, 2, 2, PARTICLES, PAGES, MAP_PAGES, VIEW>,
+    MapMemory<T, 4, 2, PARTICLES, PAGES, MAP_PAGES, VIEW>,
+>;
 
 type PlanarModels<T, M> = Models<M, RangeBearing<T>, RangeBearingWindow<T>, UniformClutter<T>>;
 
 type PlanarFilter<'s, T, M> =
-    ScPhd<'s, T, PlanarPose<T>, M, RangeBearing<T>, RangeBearingWindow<T>, UniformClutter<T>, 3, 2, 2>;
+    ScPhd<'s, T, PlanarPose<T>, M, RangeBearing<T>, RangeBearingWindow<T>, UniformClutter<T>, 3, 2, 4, 2>;
 
 /// The filter of one planar log, with its state on the heap.
 #[derive(Debug)]
@@ -117,31 +128,40 @@ impl<
     fn scan(&mut self, detections: &[[f64; 2]]) -> Result<ScanOutcome, Refusal> {
         let measurements: Vec<_> = detections.iter().map(|z| nalgebra::Vector2::from(z.map(T::from_f64))).collect();
         let report = self.with(|filter| filter.scan(&measurements))?.map_err(refusal)?;
-        Ok(ScanOutcome { n_eff: report.n_eff.to_f64(), health: report.health })
+        Ok(ScanOutcome { n_eff: report.n_eff.to_f64(), resampled: report.resampled, health: report.health })
     }
 
     fn pose(&mut self) -> Result<PoseAndCovariance, Refusal> {
         let estimate = self.with(|filter| filter.estimate_pose())?.ok_or_else(|| refusal("not started"))?;
         let mean = estimate.mean;
-        let covariance = std::array::from_fn(|r| std::array::from_fn(|c| estimate.covariance.get(r, c).to_f64()));
-        Ok(([mean.x_m, mean.y_m, mean.heading_rad].map(T::to_f64), covariance))
+        Ok(([mean.x_m, mean.y_m, mean.heading_rad].map(T::to_f64), full(&estimate.covariance)))
     }
 
     fn map(&mut self) -> Result<(f64, Vec<MapFeature>), Refusal> {
-        let mut features = vec![Gaussian::ZERO; MAP_PAGES * scphd::PAGE_LEN];
+        let mut features = vec![Component::ZERO; MAP_PAGES * scphd::PAGE_LEN];
         let estimate = self.with(|filter| filter.estimate_map(&mut features))?;
         features.truncate(estimate.features);
         let features = features.iter().map(|feature| MapFeature {
-            id: 0,
+            id: feature.tag,
             weight: feature.ln_weight.exp().to_f64(),
             mean: std::array::from_fn(|k| feature.mean[k].to_f64()),
-            covariance: std::array::from_fn(|r| std::array::from_fn(|c| feature.covariance.get(r, c).to_f64())),
+            covariance: full(&feature.covariance),
         });
         Ok((estimate.expected_features.to_f64(), features.collect()))
     }
 
     fn moving(&mut self) -> Result<Vec<MovingFeature>, Refusal> {
-        Ok(Vec::new())
+        let mut features = vec![Component::ZERO; MAP_PAGES * scphd::PAGE_LEN];
+        let estimate = self.with(|filter| filter.estimate_moving(&mut features))?;
+        features.truncate(estimate.features);
+        let features = features.iter().map(|feature| MovingFeature {
+            id: feature.tag,
+            weight: feature.ln_weight.exp().to_f64(),
+            position: std::array::from_fn(|k| feature.mean[k].to_f64()),
+            velocity: std::array::from_fn(|k| feature.mean[2 + k].to_f64()),
+            covariance: full(&feature.covariance),
+        });
+        Ok(features.collect())
     }
 
     fn digest(&mut self) -> Option<u64> {
@@ -169,23 +189,38 @@ impl<
                 pose: [candidate.pose.x_m, candidate.pose.y_m, candidate.pose.heading_rad].map(T::to_f64),
                 ln_weight: candidate.ln_weight.to_f64(),
             });
-            let component = |gaussian: &Gaussian<T, 2>| Component {
-                ln_weight: gaussian.ln_weight.to_f64(),
-                mean: std::array::from_fn(|k| gaussian.mean[k].to_f64()),
-                covariance: std::array::from_fn(|r| std::array::from_fn(|c| gaussian.covariance.get(r, c).to_f64())),
-            };
             let noise = filter.noise().cloned().ok_or_else(|| refusal("not started"))?;
             Ok(Snapshot {
                 candidates: candidates.collect(),
-                maps: (0..particles).map(|particle| filter.map(particle).map(component).collect()).collect(),
-                moving: vec![Vec::new(); particles],
-                waited_s: 0.0,
+                maps: (0..particles).map(|particle| filter.map(particle).map(of_core).collect()).collect(),
+                moving: (0..particles).map(|particle| filter.moving_map(particle).map(of_core).collect()).collect(),
+                waited_s: filter.waited_s().to_f64(),
                 heaviest: filter.heaviest(),
                 ln_likelihoods: filter.ln_likelihoods().iter().map(|ln_l| ln_l.to_f64()).collect(),
                 survivors: filter.survivors().iter().map(|&survivor| usize::from(survivor)).collect(),
                 draws: Box::new(Ahead::<T> { noise, scalar: core::marker::PhantomData }),
             })
         })?
+    }
+}
+
+/// The upper left corner of a covariance, or all of it.
+fn full<T: Real, const N: usize, const M: usize>(covariance: &scphd::Symmetric<T, N>) -> [[f64; M]; M]
+where
+    Dim<N>: Packed,
+{
+    std::array::from_fn(|row| std::array::from_fn(|column| covariance.get(row, column).to_f64()))
+}
+
+/// A component in the reference's terms.
+fn of_core<T: Real, const N: usize>(component: &Component<T, N>) -> reference::Component<N>
+where
+    Dim<N>: Packed,
+{
+    reference::Component {
+        ln_weight: component.ln_weight.to_f64(),
+        mean: std::array::from_fn(|k| component.mean[k].to_f64()),
+        covariance: full(&component.covariance),
     }
 }
 
@@ -276,8 +311,35 @@ fn with_motion<T: Real, M: PlanarMotion<T> + 'static>(
         birth_intensity: T::from_f64(filter.birth_intensity),
         resample_threshold: T::from_f64(filter.resample_threshold),
         prune_weight: T::from_f64(filter.prune_weight),
-        merge_distance: T::from_f64(filter.merge_distance),
+        proposal: match filter.proposal {
+            settings::Proposal::Blind => Proposal::Blind,
+            settings::Proposal::Informed => Proposal::Informed(Informed {
+                rounds: filter.proposal_rounds,
+                drawn: T::from_f64(filter.proposal_drawn),
+                least_share: T::from_f64(filter.proposal_least_share),
+            }),
+        },
+        likelihood: match filter.likelihood {
+            settings::Likelihood::SingleCluster => Likelihood::SingleCluster,
+            settings::Likelihood::RbEmpty => Likelihood::EmptyMap,
+            settings::Likelihood::RbSingle => Likelihood::SingleFeature,
+        },
+        reduction: match filter.reduction {
+            settings::Reduction::Greedy => Reduction::Greedy { merge_distance: T::from_f64(filter.merge_distance) },
+            settings::Reduction::Runnalls => Reduction::Runnalls { merge_cost: T::from_f64(filter.merge_cost) },
+        },
         max_components: filter.max_components,
+        extraction_weight: T::from_f64(filter.extraction_weight),
+        moving: MovingConfig {
+            birth_intensity: T::from_f64(settings.moving.birth_intensity),
+            velocity_sigma_mps: T::from_f64(settings.moving.velocity_sigma_mps),
+            motion: ConstantVelocity {
+                acceleration_psd: T::from_f64(settings.moving.acceleration_psd),
+                lifetime_s: T::from_f64(settings.moving.lifetime_s),
+            },
+            spread_max_m: T::from_f64(settings.moving.spread_max_m),
+            extraction_weight: T::from_f64(settings.moving.extraction_weight),
+        },
         ..Config::default()
     };
     let candidates = filter.particles.saturating_mul(filter.samples);

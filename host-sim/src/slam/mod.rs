@@ -83,6 +83,8 @@ impl core::fmt::Debug for Snapshot {
         f.debug_struct("Snapshot")
             .field("candidates", &self.candidates)
             .field("maps", &self.maps)
+            .field("moving", &self.moving)
+            .field("waited_s", &self.waited_s)
             .field("heaviest", &self.heaviest)
             .finish_non_exhaustive()
     }
@@ -96,6 +98,8 @@ pub type PoseAndCovariance = ([f64; 3], [[f64; 3]; 3]);
 pub struct ScanOutcome {
     /// Effective number of particles before resampling.
     pub n_eff: f64,
+    /// Whether the particles were resampled.
+    pub resampled: bool,
     /// Conditions the filter reported; always good for the reference.
     pub health: scphd::Health,
 }

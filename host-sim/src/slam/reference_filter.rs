@@ -27,7 +27,7 @@ impl ReferenceFilter {
 /// The reference with the same models and tuning as the filter that the settings describe.
 #[must_use]
 pub fn reference_of(settings: &Settings, vehicle: &Vehicle) -> Reference {
-    let Settings { filter, vehicle: noise, sensor, .. } = settings;
+    let Settings { filter, vehicle: noise, sensor, moving } = settings;
     let field_of_view = reference::FieldOfView {
         range_min_m: sensor.range_min_m,
         range_max_m: sensor.range_max_m,
@@ -48,6 +48,18 @@ pub fn reference_of(settings: &Settings, vehicle: &Vehicle) -> Reference {
             prune_weight: filter.prune_weight,
             merge_distance: filter.merge_distance,
             max_components: filter.max_components,
+            extraction_weight: filter.extraction_weight,
+            likelihood: filter.likelihood,
+            reduction: filter.reduction,
+            merge_cost: filter.merge_cost,
+            moving: reference::MovingConfig {
+                birth_intensity: moving.birth_intensity,
+                velocity_sigma_mps: moving.velocity_sigma_mps,
+                acceleration_psd: moving.acceleration_psd,
+                lifetime_s: moving.lifetime_s,
+                spread_max_m: moving.spread_max_m,
+                extraction_weight: moving.extraction_weight,
+            },
         },
         motion: reference::Motion {
             vehicle: *vehicle,
@@ -75,7 +87,11 @@ impl Slam for ReferenceFilter {
 
     fn scan(&mut self, detections: &[[f64; 2]]) -> Result<ScanOutcome, Refusal> {
         let outcome = self.reference.scan(&mut self.state, detections, &mut self.draws);
-        Ok(ScanOutcome { n_eff: outcome.weighing.n_eff, health: scphd::Health::GOOD })
+        Ok(ScanOutcome {
+            n_eff: outcome.weighing.n_eff,
+            resampled: outcome.selection.resampled,
+            health: scphd::Health::GOOD,
+        })
     }
 
     fn pose(&mut self) -> Result<PoseAndCovariance, Refusal> {
@@ -95,7 +111,13 @@ impl Slam for ReferenceFilter {
     }
 
     fn moving(&mut self) -> Result<Vec<MovingFeature>, Refusal> {
-        Ok(Vec::new())
+        let estimate = self.reference.estimate(&self.state);
+        let features = estimate.moving.iter().map(|feature| {
+            let [x, y, vx, vy] = feature.mean;
+            let covariance = std::array::from_fn(|r| std::array::from_fn(|c| feature.covariance[r][c]));
+            MovingFeature { id: 0, weight: feature.weight(), position: [x, y], velocity: [vx, vy], covariance }
+        });
+        Ok(features.collect())
     }
 
     fn digest(&mut self) -> Option<u64> {
@@ -104,5 +126,61 @@ impl Slam for ReferenceFilter {
 
     fn state_bytes(&self) -> Option<u64> {
         None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scenario;
+    use crate::settings::{Likelihood, Reduction};
+
+    #[test]
+    fn settings_arrive() {
+        let mut settings = Settings::for_log(&scenario::survey(1));
+        settings.filter.likelihood = Likelihood::RbSingle;
+        settings.filter.reduction = Reduction::Runnalls;
+        settings.filter.merge_cost = 0.3;
+        settings.filter.extraction_weight = 0.4;
+        settings.moving.birth_intensity = 0.01;
+        settings.moving.spread_max_m = 7.0;
+        settings.moving.extraction_weight = 0.6;
+        let config = reference_of(&settings, &Vehicle::Unicycle).config;
+        assert_eq!((config.likelihood, config.reduction), (Likelihood::RbSingle, Reduction::Runnalls));
+        assert_eq!((config.merge_cost, config.extraction_weight), (0.3, 0.4));
+        let expected = reference::MovingConfig {
+            birth_intensity: 0.01,
+            velocity_sigma_mps: 1.0,
+            acceleration_psd: 0.1,
+            lifetime_s: 100.0,
+            spread_max_m: 7.0,
+            extraction_weight: 0.6,
+        };
+        assert_eq!(config.moving, expected);
+    }
+
+    #[test]
+    fn moving_features_are_reported_where_they_are_by_now() {
+        let mut settings = Settings::for_log(&scenario::survey(1));
+        settings.filter.particles = 1;
+        settings.moving.birth_intensity = settings.filter.birth_intensity;
+        (settings.vehicle.speed_sigma_mps, settings.vehicle.turn_sigma) = (0.0, 0.0);
+        let mut filter = ReferenceFilter::start(&settings, &Vehicle::Unicycle, [0.0; 3], 1);
+        // Straight ahead and away at 1 m/s.
+        for k in 0..14 {
+            filter.predict([0.0, 0.0], 0.5).unwrap();
+            filter.scan(&[[3.0 + 0.5 * f64::from(k), 0.0]]).unwrap();
+        }
+        let before = filter.moving().unwrap();
+        filter.predict([0.0, 0.0], 0.5).unwrap();
+        let after = filter.moving().unwrap();
+        assert_eq!((before.len(), after.len()), (1, 1));
+        let speed = before[0].velocity[0].hypot(before[0].velocity[1]);
+        assert!((speed - 1.0).abs() < 0.2, "{before:?}");
+        for k in 0..2 {
+            let expected = before[0].position[k] + 0.5 * before[0].velocity[k];
+            assert!((after[0].position[k] - expected).abs() < 1e-12);
+        }
+        assert!(after[0].weight < before[0].weight && after[0].covariance[0][0] > before[0].covariance[0][0]);
     }
 }

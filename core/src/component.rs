@@ -1,30 +1,35 @@
-//! One component of an intensity: a weighted Gaussian, and its Kalman update.
+//! One component of an intensity: a weighted Component, and its Kalman update.
 
 use crate::{Dim, Factor, Packed, Real, Symmetric};
 use nalgebra::{SMatrix, SVector};
 
-/// A component w N(m, P) of a Gaussian mixture (5.8), with the logarithm of its weight.
+/// A component w N(m, P) of a Component mixture (5.8), with the logarithm of its weight.
 ///
-/// The weight is the expected number of features that the component stands for.
+/// The weight is the expected number of features that the component stands for. A static feature has the state (position)
+/// of dimension N = D, a moving one (position, velocity) of dimension N = 2D.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Gaussian<T: Real, const N: usize>
+pub struct Component<T: Real, const N: usize>
 where
     Dim<N>: Packed,
 {
+    /// Names the feature from scan to scan: no two components of one kind in one map have the same. It tells from which
+    /// measurement the feature was born, and is the same in all particles.
+    pub tag: u32,
     /// ln w.
     pub ln_weight: T,
-    /// m: of a static feature its position, m.
+    /// m: the position, m; of a moving feature then its velocity, m/s.
     pub mean: SVector<T, N>,
-    /// P: of a static feature, m².
+    /// P, in the squares of those units.
     pub covariance: Symmetric<T, N>,
 }
 
-impl<T: Real, const N: usize> Gaussian<T, N>
+impl<T: Real, const N: usize> Component<T, N>
 where
     Dim<N>: Packed,
 {
     /// All zero; a placeholder for unused memory.
     pub const ZERO: Self = Self {
+        tag: 0,
         ln_weight: T::ZERO,
         mean: SVector::from_array_storage(nalgebra::ArrayStorage([[T::ZERO; N]; 1])),
         covariance: Symmetric::ZERO,
@@ -93,8 +98,9 @@ where
     /// The component after the measurement with this innovation z ⊖ ẑ, with the given ln weight.
     #[inline]
     #[must_use]
-    pub fn apply(&self, mean: &SVector<T, N>, innovation: &SVector<T, Z>, ln_weight: T) -> Gaussian<T, N> {
-        Gaussian { ln_weight, mean: mean + self.gain * innovation, covariance: self.covariance }
+    pub fn apply(&self, component: &Component<T, N>, innovation: &SVector<T, Z>, ln_weight: T) -> Component<T, N> {
+        let mean = component.mean + self.gain * innovation;
+        Component { tag: component.tag, ln_weight, mean, covariance: self.covariance }
     }
 
     /// Whether the corrected covariance had to be repaired.

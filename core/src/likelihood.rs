@@ -1,0 +1,78 @@
+//! The particle likelihood, the one part in which SC-PHD and RB-PHD SLAM differ (5.3.2).
+
+use crate::scan::Scan;
+use crate::view::View;
+use crate::weigh::Seen;
+use crate::{Dim, FieldOfView, LnSum, Packed, Real, Sensor};
+
+/// How the scan weighs a particle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Likelihood {
+    /// The single-cluster likelihood (4.52): ln L = −Σ p_D w + Σ_z ln η_z.
+    #[default]
+    SingleCluster,
+    /// That of RB-PHD SLAM with the empty map: ln L = Σ_z ln κ + N̂ − N̂⁻. The baseline of section 5.3.2; needs clutter.
+    EmptyMap,
+    /// That of RB-PHD SLAM with a single feature, the heaviest static one in view. Needs clutter.
+    SingleFeature,
+}
+
+/// ln L of the scan, up to the clutter rate λ, from what the candidate saw and the complete η_z.
+pub(crate) fn ln_likelihood<T, S, V, F, const D: usize, const Z: usize>(
+    likelihood: Likelihood,
+    view: &View<'_, T, S, V, F>,
+    seen: &Seen<T, D>,
+    scan: &Scan<'_, T, Z>,
+    eta: &[LnSum<T>],
+) -> T
+where
+    T: Real,
+    S: Sensor<T, D, Z, Frame = F>,
+    V: FieldOfView<T, F, D, Z>,
+    Dim<D>: Packed,
+    Dim<Z>: Packed,
+{
+    let eta = || scan.iter().zip(eta);
+    if likelihood == Likelihood::SingleCluster {
+        return eta().fold(T::ZERO, |sum, (_, eta)| sum + eta.ln()) - seen.expected_detections;
+    }
+    // N̂ − N̂⁻: what every measurement adds less what is missed.
+    let (mut clutter, mut gained) = (T::ZERO, T::ZERO);
+    for (measurement, eta) in eta() {
+        clutter += measurement.ln_clutter;
+        gained += T::ONE - (measurement.ln_clutter - eta.ln()).exp();
+    }
+    let empty = clutter + gained - seen.expected_detections;
+    let anchor = if likelihood == Likelihood::SingleFeature { seen.heaviest.as_ref() } else { None };
+    empty + anchor.and_then(|feature| single_feature(view, feature, eta())).unwrap_or(T::ZERO)
+}
+
+/// ln[ 1 − p_D + p_D Σ g/κ ] − ln[ 1 − p_D + p_D Σ g/η ] at the mean of a feature: by how much the scan speaks for it,
+/// less by how much the update has made of that already, v(m)/v⁻(m).
+fn single_feature<'e, T, S, V, F, const D: usize, const Z: usize>(
+    view: &View<'_, T, S, V, F>,
+    feature: &crate::Component<T, D>,
+    eta: impl Iterator<Item = (&'e crate::scan::Measurement<T, Z>, &'e LnSum<T>)>,
+) -> Option<T>
+where
+    T: Real,
+    S: Sensor<T, D, Z, Frame = F>,
+    V: FieldOfView<T, F, D, Z>,
+    Dim<D>: Packed,
+    Dim<Z>: Packed,
+{
+    let expected = view.sensor.expect(&view.frame, &feature.mean)?.measurement;
+    let detection = view.field_of_view.detection_probability(&view.frame, &feature.mean, &expected);
+    let detection = detection.at_most(T::ONE - T::EPSILON);
+    let noise = view.sensor.noise().factor()?;
+    let (ln_missed, ln_detected) = ((T::ONE - detection).ln(), detection.ln());
+    let (mut for_it, mut made_of_it) = (LnSum::of(ln_missed), LnSum::of(ln_missed));
+    for (measurement, eta) in eta {
+        let innovation = view.sensor.innovation(&measurement.z, &expected);
+        let ln_g = noise.ln_peak() - T::from_f64(0.5) * noise.mahalanobis(&innovation);
+        for_it.add(ln_detected + ln_g - measurement.ln_clutter);
+        made_of_it.add(ln_detected + ln_g - eta.ln());
+    }
+    Some(for_it.ln() - made_of_it.ln())
+}

@@ -1,0 +1,266 @@
+//! Bearing alone, in the plane: a measurement that cannot be inverted (5.2.1).
+
+use super::{
+    Expected, FieldOfView, Inverse, Locating, ModelError, PlanarFrame, PlanarPose, RangeBearingWindow, Sensor, require,
+};
+use crate::{Bounds, Component, Real, Symmetric, wrap};
+use core::fmt::Debug;
+use nalgebra::{RowVector2, SMatrix, SVector, Vector1, Vector2};
+
+/// A birth intensity that does not wait for measurements, as the user knows where features appear (5.2.1): a Gaussian
+/// mixture over static features, which may move with the sensor's frame.
+pub trait BirthIntensity<T: Real, F, const D: usize>: Debug
+where
+    crate::Dim<D>: crate::Packed,
+{
+    /// The component of that index, in map coordinates; `None` past the last. Tags do not matter.
+    fn component(&self, frame: &F, index: usize) -> Option<Component<T, D>>;
+}
+
+/// A sensor that measures the bearing of a feature in the plane and nothing else (rad, 0 ahead, growing to the left).
+///
+/// One bearing has no inverse, so features are born from the birth intensity `B` instead of from measurements; which of
+/// its components stay is for the bearings from other places to decide.
+///
+/// ```
+/// use scphd::{BearingOnly, PlanarPose, PolarBirths, Sensor};
+/// use nalgebra::Vector2;
+///
+/// let births = PolarBirths { nearest_m: 2.0_f32, farthest_m: 20.0, rings: 4, sectors: 24, weight: 0.001 };
+/// let camera = BearingOnly::new(0.01, births)?;
+/// let frame = camera.frame(&PlanarPose::new(1.0, 0.0, 0.0));
+/// let seen = camera.expect(&frame, &Vector2::new(1.0, 2.0)).unwrap();
+/// assert_eq!(seen.measurement[0], core::f32::consts::FRAC_PI_2);
+/// assert!(camera.invert(&frame, &seen.measurement).is_none());
+/// # Ok::<(), scphd::ModelError>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BearingOnly<T: Real, B> {
+    noise: Symmetric<T, 1>,
+    births: B,
+}
+
+impl<T: Real, B> BearingOnly<T, B> {
+    /// A sensor with noise of this standard deviation, rad.
+    ///
+    /// # Errors
+    /// It must lie between 1e-6 and 10.
+    pub fn new(bearing_sigma_rad: T, births: B) -> Result<Self, ModelError> {
+        let usable = bearing_sigma_rad >= T::from_f64(1e-6) && bearing_sigma_rad <= T::from_f64(10.0);
+        require(usable, "bearing_sigma_rad", "between 1e-6 and 10 rad")?;
+        Ok(Self { noise: Symmetric::from_diagonal([bearing_sigma_rad * bearing_sigma_rad]), births })
+    }
+}
+
+impl<T: Real, B: BirthIntensity<T, PlanarFrame<T>, 2>> Sensor<T, 2, 1> for BearingOnly<T, B> {
+    type Pose = PlanarPose<T>;
+    type Frame = PlanarFrame<T>;
+
+    const SORTED_BY: usize = 0;
+    const SORTED_BY_ANGLE: bool = true;
+
+    fn frame(&self, pose: &Self::Pose) -> Self::Frame {
+        PlanarFrame::of(pose)
+    }
+
+    #[inline]
+    fn expect(&self, frame: &Self::Frame, feature: &SVector<T, 2>) -> Option<Expected<T, 2, 1>> {
+        let [[dx, dy]] = (feature - frame.position).data.0;
+        let squared = dx * dx + dy * dy;
+        // Written so that NaN fails too.
+        if !(squared > T::ZERO && squared.is_finite()) {
+            return None;
+        }
+        Some(Expected {
+            measurement: Vector1::new(wrap(dy.atan2(dx) - frame.heading_rad)),
+            jacobian: RowVector2::new(-dy / squared, dx / squared),
+        })
+    }
+
+    #[inline]
+    fn innovation(&self, measured: &SVector<T, 1>, expected: &SVector<T, 1>) -> SVector<T, 1> {
+        (measured - expected).map(wrap)
+    }
+
+    fn noise(&self) -> &Symmetric<T, 1> {
+        &self.noise
+    }
+
+    fn expected_birth(&self, frame: &Self::Frame, index: usize) -> Option<Component<T, 2>> {
+        self.births.component(frame, index)
+    }
+
+    /// None: any range fits a bearing.
+    fn invert(&self, _frame: &Self::Frame, _measured: &SVector<T, 1>) -> Option<Inverse<T, 2, 1>> {
+        None
+    }
+}
+
+impl<T: Real, B: BirthIntensity<T, PlanarFrame<T>, 2>> Locating<T, 3, 2, 1> for BearingOnly<T, B> {
+    #[inline]
+    fn by_pose(&self, frame: &Self::Frame, feature: &SVector<T, 2>, expected: &Expected<T, 2, 1>) -> SMatrix<T, 1, 3> {
+        frame.by_pose(&expected.jacobian, feature)
+    }
+}
+
+/// The same window for a sensor that does not measure the range it depends on.
+impl<T: Real> FieldOfView<T, PlanarFrame<T>, 2, 1> for RangeBearingWindow<T> {
+    fn detection_probability(&self, frame: &PlanarFrame<T>, feature: &SVector<T, 2>, expected: &SVector<T, 1>) -> T {
+        let [[bearing]] = expected.data.0;
+        let [[dx, dy]] = (feature - frame.position).data.0;
+        let range = (dx * dx + dy * dy).sqrt();
+        FieldOfView::<T, PlanarFrame<T>, 2, 2>::detection_probability(
+            self,
+            frame,
+            feature,
+            &Vector2::new(range, bearing),
+        )
+    }
+
+    fn bounds(&self, frame: &PlanarFrame<T>) -> Bounds<T, 2> {
+        FieldOfView::<T, PlanarFrame<T>, 2, 2>::bounds(self, frame)
+    }
+}
+
+/// Births all around the sensor, in rings whose distance grows by the same factor from one to the next, so that every
+/// component spans the same share of its range: what one knows who knows nothing but how far the sensor sees.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PolarBirths<T> {
+    /// Range of the innermost ring, m; above zero.
+    pub nearest_m: T,
+    /// Range of the outermost ring, m.
+    pub farthest_m: T,
+    /// Number of rings, at least two.
+    pub rings: u16,
+    /// Number of components in a ring.
+    pub sectors: u16,
+    /// Weight of every component: features that appear there between two scans.
+    pub weight: T,
+}
+
+impl<T: Real> BirthIntensity<T, PlanarFrame<T>, 2> for PolarBirths<T> {
+    fn component(&self, frame: &PlanarFrame<T>, index: usize) -> Option<Component<T, 2>> {
+        let (rings, sectors) = (usize::from(self.rings), usize::from(self.sectors));
+        let (ring, sector) = (index.checked_div(sectors)?, index.checked_rem(sectors)?);
+        if ring >= rings || rings < 2 {
+            return None;
+        }
+        let step = (self.farthest_m / self.nearest_m).ln() / T::from_usize(rings - 1);
+        let range = self.nearest_m * (step * T::from_usize(ring)).exp();
+        let width = (T::PI + T::PI) / T::from_usize(sectors);
+        let (sine, cosine) = (frame.heading_rad + width * T::from_usize(sector)).sin_cos();
+        // Standard deviations of half the distance to the neighbours, along and across.
+        let (along, across) = (range * step * T::from_f64(0.5), range * width * T::from_f64(0.5));
+        let covariance = Symmetric::from_fn(|row, column| {
+            let (a, b) = ([cosine, sine], [-sine, cosine]);
+            let product = |v: [T; 2]| v.get(row).zip(v.get(column)).map_or(T::ZERO, |(&r, &c)| r * c);
+            along * along * product(a) + across * across * product(b)
+        });
+        let mean = frame.position + Vector2::new(range * cosine, range * sine);
+        Some(Component { tag: 0, ln_weight: self.weight.ln(), mean, covariance })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{BearingOnly, BirthIntensity, PolarBirths};
+    use crate::{
+        Component, Config, KnownPose, MapMemory, Models, Noise, PlanarFrame, PlanarPose, RangeBearingWindow, ScPhd,
+        Sensor, State, UniformClutter, wrap,
+    };
+    use nalgebra::{Vector1, Vector2};
+    use std::boxed::Box;
+    use std::vec::Vec;
+
+    const BIRTHS: PolarBirths<f64> =
+        PolarBirths { nearest_m: 2.0, farthest_m: 25.0, rings: 6, sectors: 24, weight: 2e-4 };
+
+    #[test]
+    fn derivatives_agree_with_differences() {
+        let sensor = BearingOnly::new(0.01, BIRTHS).unwrap();
+        let frame = sensor.frame(&PlanarPose::new(1.0, -2.0, 2.9));
+        for step in 0..20 {
+            let angle = 0.31 * f64::from(step);
+            let feature = frame.position + Vector2::new(angle.cos(), angle.sin()) * 7.0;
+            let seen = sensor.expect(&frame, &feature).unwrap();
+            for k in 0..2 {
+                let mut offset = Vector2::zeros();
+                offset[k] = 1e-6;
+                let bearing = |offset| sensor.expect(&frame, &(feature + offset)).unwrap().measurement[0];
+                let slope = wrap(bearing(offset) - bearing(-offset)) / 2e-6;
+                assert!((slope - seen.jacobian[k]).abs() < 1e-8);
+            }
+        }
+        assert!(sensor.expect(&frame, &frame.position).is_none());
+        assert_eq!(BearingOnly::new(0.0, BIRTHS).unwrap_err().field, "bearing_sigma_rad");
+    }
+
+    #[test]
+    fn births_surround_the_sensor_once() {
+        let frame = PlanarFrame::of(&PlanarPose::new(3.0, 1.0, 0.7));
+        let births: Vec<_> = (0..).map_while(|index| BIRTHS.component(&frame, index)).collect();
+        assert_eq!(births.len(), 6 * 24);
+        for birth in &births {
+            let range = (birth.mean - frame.position).norm();
+            assert!((1.999..25.001).contains(&range));
+            assert!(birth.covariance.factor().is_some());
+        }
+        let mean = births.iter().map(|birth| birth.mean).sum::<Vector2<f64>>() / births.len() as f64;
+        assert!((mean - frame.position).norm() < 1e-9);
+        assert_eq!(PolarBirths { sectors: 0, ..BIRTHS }.component(&frame, 0), None);
+    }
+
+    /// Landmarks seen as bearings from a path around them come out where they are, though no single bearing can tell.
+    #[test]
+    fn bearings_from_many_places_make_a_map() {
+        let landmarks = [Vector2::new(8.0, 6.0), Vector2::new(12.0, -5.0), Vector2::new(3.0, -9.0)];
+        let models = Models {
+            motion: KnownPose,
+            sensor: BearingOnly::new(0.01, BIRTHS).unwrap(),
+            field_of_view: RangeBearingWindow::full_circle(30.0, 0.95),
+            clutter: UniformClutter::of_scan(1.0, core::f64::consts::TAU).unwrap(),
+        };
+        let config = Config {
+            particles: 1,
+            birth_intensity: 0.0,
+            prune_weight: 1e-5,
+            extraction_weight: 0.5,
+            ..Config::default()
+        };
+        type Memory = State<f64, PlanarPose<f64>, 3, 1, 1, 1, 16, MapMemory<f64, 2, 2, 1, 128, 128, 2048>>;
+        let mut state = Box::new(Memory::new());
+        let mut filter = ScPhd::new(models, config, &mut *state).unwrap();
+        let mut noise = Noise::seeded(4);
+        filter.reset(PlanarPose::new(0.0, 0.0, 0.0), 1).unwrap();
+        for step in 0..150 {
+            let pose = PlanarPose::new(0.1 * f64::from(step), 1.5 * (0.1 * f64::from(step)).sin(), 0.0);
+            filter.predict(&pose, 0.1).unwrap();
+            let mut scan = Vec::new();
+            for landmark in &landmarks {
+                // A landmark that the last scan missed would not be among the estimated ones.
+                if step > 140 || noise.uniform::<f64>() < 0.95 {
+                    let bearing = (landmark.y - pose.y_m).atan2(landmark.x - pose.x_m);
+                    scan.push(Vector1::new(wrap(bearing + 0.01 * noise.normal::<f64>())));
+                }
+            }
+            if noise.uniform::<f64>() < 0.6 {
+                scan.push(Vector1::new(wrap(core::f64::consts::TAU * noise.uniform::<f64>())));
+            }
+            let report = filter.scan(&scan).unwrap();
+            assert_eq!((report.births, report.lost), (0, 0));
+        }
+        let mut features = [Component::ZERO; 16];
+        let map = filter.estimate_map(&mut features);
+        let found = &features[..map.features];
+        std::println!(
+            "N̂ {}, {:?}",
+            map.expected_features,
+            found.iter().map(|f| (f.mean, f.ln_weight)).collect::<Vec<_>>()
+        );
+        for landmark in &landmarks {
+            let nearest = found.iter().map(|feature| (feature.mean - landmark).norm()).fold(f64::MAX, f64::min);
+            assert!(nearest < 0.3, "{landmark} is {nearest} m from the next feature");
+        }
+        assert_eq!(found.len(), 3);
+    }
+}

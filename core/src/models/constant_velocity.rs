@@ -1,0 +1,133 @@
+//! How moving features move (5.14): with constant velocity, but for a white acceleration.
+
+use super::{ModelError, require};
+use crate::{Component, Dim, Packed, Real, Symmetric};
+use nalgebra::SVector;
+
+/// Constant velocity under white acceleration, and a mean lifetime.
+///
+/// Two steps one after the other are exactly one step of their summed length, so that steps may be put off and taken as
+/// one.
+///
+/// ```
+/// use nalgebra::Vector4;
+/// use scphd::{Component, ConstantVelocity, Symmetric};
+///
+/// let motion = ConstantVelocity { acceleration_psd: 0.1_f64, lifetime_s: 100.0 };
+/// let walker = Component {
+///     mean: Vector4::new(0.0, 0.0, 1.0, -0.5),
+///     covariance: Symmetric::from_diagonal([0.01, 0.01, 0.1, 0.1]),
+///     ..Component::ZERO
+/// };
+/// let later = motion.advance::<2, 4>(&walker, 2.0);
+/// assert_eq!(later.mean, Vector4::new(2.0, -1.0, 1.0, -0.5));
+/// assert!((later.ln_weight + 0.02).abs() < 1e-15);
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct ConstantVelocity<T> {
+    /// q, spectral density of the acceleration along each axis, m²/s³: after a time t the velocity's standard deviation
+    /// has grown to √(q t), that of the position to √(q t³/3).
+    pub acceleration_psd: T,
+    /// τ, mean lifetime, s: the probability of survival of (5.14) is exp(−dt/τ). Infinite: nothing ever vanishes.
+    pub lifetime_s: T,
+}
+
+impl<T: Real> ConstantVelocity<T> {
+    /// The field that is out of range, if any.
+    ///
+    /// # Errors
+    /// The density must be finite and positive, the lifetime positive.
+    pub fn check(&self) -> Result<(), ModelError> {
+        let (psd, lifetime) = (self.acceleration_psd, self.lifetime_s);
+        require(psd > T::ZERO && psd.is_finite(), "acceleration_psd", "finite and positive")?;
+        require(lifetime > T::ZERO, "lifetime_s", "positive")
+    }
+
+    /// The component after `dt` seconds; E = 2D.
+    #[must_use]
+    pub fn advance<const D: usize, const E: usize>(&self, component: &Component<T, E>, dt: T) -> Component<T, E>
+    where
+        Dim<E>: Packed,
+    {
+        let p = &component.covariance;
+        let mean = SVector::from_fn(|row, _| {
+            let (held, velocity) = (component.mean.get(row), component.mean.get(row + D));
+            held.copied().unwrap_or(T::ZERO) + velocity.map_or(T::ZERO, |&velocity| dt * velocity)
+        });
+        let in_velocity = self.acceleration_psd * dt;
+        let in_both = in_velocity * dt * T::from_f64(0.5);
+        let in_position = in_velocity * dt * dt / T::from_f64(3.0);
+        // F P Fᵀ + Q for `row` ≥ `column`, block by block.
+        let covariance = Symmetric::from_fn(|row, column| {
+            let noise = |same, q| if same { q } else { T::ZERO };
+            let held = p.get(row, column);
+            if row < D {
+                let crossed = p.get(row, column + D) + p.get(row + D, column);
+                held + dt * crossed + dt * dt * p.get(row + D, column + D) + noise(row == column, in_position)
+            } else if column < D {
+                held + dt * p.get(row, column + D) + noise(row == column + D, in_both)
+            } else {
+                held + noise(row == column, in_velocity)
+            }
+        });
+        Component {
+            tag: component.tag,
+            ln_weight: component.ln_weight - dt / self.lifetime_s,
+            mean,
+            covariance: covariance.kept_positive_definite().0,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::ConstantVelocity;
+    use crate::{Component, Symmetric};
+    use nalgebra::{Matrix4, Vector4};
+
+    const MOTION: ConstantVelocity<f64> = ConstantVelocity { acceleration_psd: 0.3, lifetime_s: 20.0 };
+
+    fn component() -> Component<f64, 4> {
+        let root = Matrix4::new(1.0, 0.2, -0.3, 0.1, 0.0, 0.8, 0.4, 0.2, 0.1, 0.0, 0.5, 0.3, 0.2, 0.1, 0.0, 0.7);
+        let full = root * root.transpose();
+        let covariance = Symmetric::from_fn(|row, column| full[(row, column)]);
+        Component { tag: 7, ln_weight: -0.2, mean: Vector4::new(1.0, 2.0, 0.5, -0.3), covariance }
+    }
+
+    #[test]
+    fn one_step_is_that_of_the_matrices() {
+        let dt = 0.7;
+        let mut f = Matrix4::identity();
+        (f[(0, 2)], f[(1, 3)]) = (dt, dt);
+        let mut q = Matrix4::zeros();
+        for axis in 0..2 {
+            q[(axis, axis)] = dt * dt * dt / 3.0;
+            (q[(axis, axis + 2)], q[(axis + 2, axis)]) = (dt * dt / 2.0, dt * dt / 2.0);
+            q[(axis + 2, axis + 2)] = dt;
+        }
+        let (before, after) = (component(), MOTION.advance::<2, 4>(&component(), dt));
+        let expected = f * before.covariance.to_matrix() * f.transpose() + q * 0.3;
+        assert!((after.covariance.to_matrix() - expected).norm() < 1e-14);
+        assert!((after.mean - f * before.mean).norm() < 1e-15);
+        assert!((after.ln_weight - (-0.2 - 0.7 / 20.0)).abs() < 1e-15);
+        assert_eq!(after.tag, 7);
+    }
+
+    #[test]
+    fn two_steps_are_one_of_their_summed_length() {
+        let twice = MOTION.advance::<2, 4>(&MOTION.advance::<2, 4>(&component(), 0.3), 1.1);
+        let once = MOTION.advance::<2, 4>(&component(), 1.4);
+        assert!((twice.mean - once.mean).norm() < 1e-14 && (twice.ln_weight - once.ln_weight).abs() < 1e-14);
+        assert!((twice.covariance.to_matrix() - once.covariance.to_matrix()).norm() < 1e-13);
+    }
+
+    #[test]
+    fn what_cannot_be_is_refused() {
+        assert!(MOTION.check().is_ok());
+        assert!(ConstantVelocity { lifetime_s: f64::INFINITY, ..MOTION }.check().is_ok());
+        let bad = ConstantVelocity { acceleration_psd: 0.0, ..MOTION };
+        assert_eq!(bad.check().unwrap_err().field, "acceleration_psd");
+        assert_eq!(ConstantVelocity { lifetime_s: f64::NAN, ..MOTION }.check().unwrap_err().field, "lifetime_s");
+    }
+}

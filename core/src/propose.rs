@@ -1,0 +1,276 @@
+//! The informed proposal: poses drawn from where the vehicle's motion and the scan agree.
+//!
+//! Between scans a particle's pose is a Gaussian N(x̄, P). At the scan it is written x = x̄ ⊕ A ξ with A Aᵀ = P and
+//! ξ ~ N(0, I), so that a direction in which the pose is certain costs nothing and needs no inverse. The scan is taken in
+//! by iterated linearisation: every component in view speaks for a measurement with the share of η_z that is its own, as
+//! computed with the pose's uncertainty of the round before, which narrows from round to round. The samples come from the Gaussian found,
+//! and are weighed by prior over proposal, so that what they stand for is what blind samples would stand for.
+
+use crate::candidate::Candidate;
+use crate::map::Maps;
+use crate::predict::split;
+use crate::scan::Scan;
+use crate::state::Cursor;
+use crate::view::{Expectation, View};
+use crate::weigh::{reset_eta, within};
+use crate::workspace::{Entry, Origin};
+use crate::{Component, Dim, Factor, FieldOfView, LnSum, Locating, Noise, Packed, Pose, Real, Symmetric};
+use nalgebra::{SMatrix, SVector};
+
+/// Where a particle's samples are drawn from.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum Proposal<T> {
+    /// From the transition density, by every prediction (5.12).
+    #[default]
+    Blind,
+    /// From a Gaussian that the scan has been taken into, by every scan.
+    Informed(Informed<T>),
+}
+
+/// Parameters of the informed proposal.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Informed<T> {
+    /// Linearisations, 1 to 16. Associations are decided anew in each, from the pose of the one before.
+    pub rounds: usize,
+    /// Share of the Gaussian's covariance that the samples are drawn with; what is left stays with the particle, and is added to
+    /// what the next motion brings. 1: samples of the posterior; 0: its mean, without drawing.
+    pub drawn: T,
+    /// A component speaks for a measurement if it explains at least this share of it.
+    pub least_share: T,
+}
+
+impl<T: Real> Default for Informed<T> {
+    fn default() -> Self {
+        Self { rounds: 3, drawn: T::ONE, least_share: T::from_f64(0.01) }
+    }
+}
+
+/// The Gaussian of one particle's ξ: N(ξ̂, Λ⁻¹).
+#[derive(Debug, Clone, Copy)]
+struct Posterior<T: Real, const K: usize>
+where
+    Dim<K>: Packed,
+{
+    mean: SVector<T, K>,
+    /// The factor of Λ.
+    information: Factor<T, K>,
+    /// Λ⁻¹.
+    covariance: Symmetric<T, K>,
+}
+
+impl<T: Real, const K: usize> Posterior<T, K>
+where
+    Dim<K>: Packed,
+{
+    /// N(ξ̂, Λ⁻¹) with Λ ξ̂ = `pull`; `None` where rounding or overflow has left nothing of it.
+    fn new(information: &Symmetric<T, K>, pull: &SVector<T, K>) -> Option<Self> {
+        let information = information.factor()?;
+        let (mean, covariance) = (information.solve(pull), information.inverse());
+        let finite = mean.iter().all(|x| x.is_finite()) && covariance.is_finite();
+        finite.then_some(Self { mean, information, covariance })
+    }
+
+    /// Before the scan: N(0, I).
+    fn prior() -> Option<Self> {
+        Self::new(&identity(), &SVector::zeros())
+    }
+}
+
+fn identity<T: Real, const K: usize>() -> Symmetric<T, K>
+where
+    Dim<K>: Packed,
+{
+    Symmetric::from_diagonal([T::ONE; K])
+}
+
+/// What the proposal works with, beside the particles.
+#[derive(Debug)]
+pub(crate) struct Proposer<'a, 's, T: Real, L, const D: usize, const E: usize, const Z: usize>
+where
+    Dim<D>: Packed,
+    Dim<E>: Packed,
+    Dim<Z>: Packed,
+{
+    pub(crate) informed: Informed<T>,
+    /// What is seen from a pose.
+    pub(crate) look: L,
+    pub(crate) still: &'a mut Maps<'s, T, D, D>,
+    pub(crate) moving: &'a Maps<'s, T, E, D>,
+    pub(crate) scan: &'a Scan<'a, T, Z>,
+    pub(crate) eta: &'a mut [LnSum<T>],
+}
+
+impl<T: Real, L, const D: usize, const E: usize, const Z: usize> Proposer<'_, '_, T, L, D, E, Z>
+where
+    Dim<D>: Packed,
+    Dim<E>: Packed,
+    Dim<Z>: Packed,
+{
+    /// Replaces every particle by `samples` candidates, and sets for each ln p(ξ) − ln q(ξ), the part of its weight that
+    /// corrects for where it was drawn. Of the covariances, what has not been drawn stays.
+    pub(crate) fn all<'v, P, S, V, const K: usize>(
+        mut self,
+        samples: usize,
+        cursor: &mut Cursor<T>,
+        candidates: &mut [Candidate<T, P>],
+        spreads: &mut [Symmetric<T, K>],
+        ln_corrections: &mut [T],
+        noise: &mut Noise,
+    ) where
+        P: Pose<T, K>,
+        S: Locating<T, K, D, Z> + 'v,
+        V: FieldOfView<T, S::Frame, D, Z> + 'v,
+        L: Fn(&P) -> View<'v, T, S, V, S::Frame>,
+        Dim<K>: Packed,
+    {
+        split(candidates, cursor.particles, samples);
+        cursor.children = samples;
+        let families = candidates.chunks_mut(samples).zip(ln_corrections.chunks_mut(samples));
+        for (particle, ((family, ln_corrections), spread)) in families.zip(spreads).take(cursor.particles).enumerate() {
+            let Some(parent) = family.first().map(|candidate| candidate.pose) else { continue };
+            let root = spread.root();
+            let Some(posterior) = self.posterior(particle, &parent, &root) else { continue };
+            let half = T::from_f64(0.5);
+            let ln_scale = half * posterior.information.ln_determinant();
+            let share = self.informed.drawn.sqrt();
+            for (candidate, ln_correction) in family.iter_mut().zip(ln_corrections) {
+                let drawn = SVector::<T, K>::from_fn(|_, _| share * noise.normal());
+                let xi = posterior.mean + posterior.information.spread_inverse(&drawn);
+                let pose = parent.displaced(&(root * xi));
+                if pose.is_finite() {
+                    candidate.pose = pose;
+                    *ln_correction = half * (drawn.dot(&drawn) - xi.dot(&xi)) - ln_scale;
+                }
+            }
+            *spread = posterior.covariance.congruence(&root).scaled(T::ONE - self.informed.drawn);
+        }
+    }
+
+    /// The Gaussian of ξ given the scan and the particle's map.
+    fn posterior<'v, P, S, V, const K: usize>(
+        &mut self,
+        particle: usize,
+        parent: &P,
+        root: &SMatrix<T, K, K>,
+    ) -> Option<Posterior<T, K>>
+    where
+        P: Pose<T, K>,
+        S: Locating<T, K, D, Z> + 'v,
+        V: FieldOfView<T, S::Frame, D, Z> + 'v,
+        L: Fn(&P) -> View<'v, T, S, V, S::Frame>,
+        Dim<K>: Packed,
+    {
+        let ln_negligible = self.informed.least_share.ln();
+        let look = |pose: &P| View { ln_negligible, ..(self.look)(pose) };
+        let mut posterior = Posterior::prior()?;
+        let view = look(parent);
+        let bounds = view.bounds();
+        let Maps { predicted, pool, workspace, .. } = &mut *self.still;
+        workspace.clear(T::NEG_INFINITY);
+        let pages = predicted.pages(particle).iter().filter_map(|&id| pool.get(id));
+        for component in pages.filter(|page| page.bounds().meets(&bounds)).flat_map(|page| page.components()) {
+            let Some(sighted) = Sighted::new(&view, component, root, &posterior.covariance) else { continue };
+            let mut near = false;
+            view.matches(&sighted.blurred, self.scan, |_| near = true);
+            if near {
+                workspace.push(*component, Origin::Missed);
+            }
+        }
+        if workspace.in_view().is_empty() {
+            return Some(posterior);
+        }
+        for _ in 0..self.informed.rounds {
+            let view = look(&parent.displaced(&(root * posterior.mean)));
+            reset_eta(self.eta, self.scan);
+            let still = || workspace.in_view().iter().map(|Entry { component, .. }| component);
+            for component in still() {
+                let Some(sighted) = Sighted::new(&view, component, root, &posterior.covariance) else { continue };
+                add_terms(&view, &sighted.blurred, self.scan, self.eta);
+            }
+            // What moves claims its measurements, but does not steer.
+            for component in within(self.moving, particle, &view.bounds()) {
+                let Some(sighted) = Sighted::new(&view, component, root, &posterior.covariance) else { continue };
+                add_terms(&view, &sighted.blurred, self.scan, self.eta);
+            }
+            let (mut information, mut pull) = (identity(), SVector::zeros());
+            for component in still() {
+                let Some(sighted) = Sighted::new(&view, component, root, &posterior.covariance) else { continue };
+                let (mut share_sum, mut innovation_sum) = (T::ZERO, SVector::<T, Z>::zeros());
+                view.matches(&sighted.blurred, self.scan, |found| {
+                    let ln_eta = self.eta.get(found.index).map_or(T::INFINITY, LnSum::ln);
+                    let share = (found.ln_term - ln_eta).exp();
+                    if share >= self.informed.least_share {
+                        share_sum += share;
+                        innovation_sum += found.innovation * share;
+                    }
+                });
+                if share_sum > T::ZERO {
+                    let slope = &sighted.slope;
+                    information =
+                        information.plus(&sighted.sharp.precision().congruence(&slope.transpose()).scaled(share_sum));
+                    let residual = innovation_sum + slope * posterior.mean * share_sum;
+                    pull += slope.transpose() * sighted.sharp.innovation_factor().solve(&residual);
+                }
+            }
+            posterior = Posterior::new(&information, &pull)?;
+        }
+        Some(posterior)
+    }
+}
+
+/// What is expected of a component from an uncertain pose.
+struct Sighted<T: Real, const K: usize, const D: usize, const Z: usize>
+where
+    Dim<Z>: Packed,
+{
+    /// From the pose itself.
+    sharp: Expectation<T, D, Z>,
+    /// With the uncertainty of the pose in S.
+    blurred: Expectation<T, D, Z>,
+    /// ∂h/∂ξ = ∂h/∂x A.
+    slope: SMatrix<T, Z, K>,
+}
+
+impl<T: Real, const K: usize, const D: usize, const Z: usize> Sighted<T, K, D, Z>
+where
+    Dim<K>: Packed,
+    Dim<D>: Packed,
+    Dim<Z>: Packed,
+{
+    fn new<S, V, const N: usize>(
+        view: &View<'_, T, S, V, S::Frame>,
+        component: &Component<T, N>,
+        root: &SMatrix<T, K, K>,
+        covariance: &Symmetric<T, K>,
+    ) -> Option<Self>
+    where
+        S: Locating<T, K, D, Z>,
+        V: FieldOfView<T, S::Frame, D, Z>,
+        Dim<N>: Packed,
+    {
+        let sharp = view.expect(component)?;
+        let by_pose = view.sensor.by_pose(&view.frame, &component.position::<D>(), &sharp.expected());
+        let slope = by_pose * root;
+        let blurred = sharp.blurred::<S>(&covariance.congruence(&slope))?;
+        Some(Self { sharp, blurred, slope })
+    }
+}
+
+/// Adds a component's terms to η_z.
+fn add_terms<T, S, V, F, const D: usize, const Z: usize>(
+    view: &View<'_, T, S, V, F>,
+    expectation: &Expectation<T, D, Z>,
+    scan: &Scan<'_, T, Z>,
+    eta: &mut [LnSum<T>],
+) where
+    T: Real,
+    S: crate::Sensor<T, D, Z, Frame = F>,
+    Dim<D>: Packed,
+    Dim<Z>: Packed,
+{
+    view.matches(expectation, scan, |found| {
+        if let Some(eta) = eta.get_mut(found.index) {
+            eta.add(found.ln_term);
+        }
+    });
+}

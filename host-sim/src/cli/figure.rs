@@ -1,0 +1,115 @@
+//! The figures of the thesis as commands.
+
+use super::args::{Choice, FigureArgs, FilterName};
+use super::failure::{Failure, notice, print};
+use super::monte_carlo::{Extent, Inputs, plan, run};
+use super::outputs::{Outputs, make};
+use super::progress::Progress;
+use super::source::{Source, scenario, tuned};
+use scphd_sim::figure::densities::{self, Moment};
+use scphd_sim::figure::{self, FIGURES};
+use scphd_sim::log::Log;
+use scphd_sim::monte_carlo::{Job, RunResult, Study, overview};
+use scphd_sim::plot::Figure;
+use scphd_sim::point_process;
+use scphd_sim::session;
+use scphd_sim::settings::Settings;
+use std::path::PathBuf;
+
+/// The update of figure 5.9: 12 s into the drive, in the first curve of the second lobe, 200 particles with 20 children.
+const UPDATE: Moment = Moment { scan: 120, particles: 200, samples: 20 };
+
+/// Draws a figure, or lists them.
+pub fn figure(args: FigureArgs) -> Result<(), Failure> {
+    let Some(number) = args.number.clone() else {
+        let lines: Vec<String> = FIGURES.iter().map(|(number, about)| format!("{number}  {about}")).collect();
+        return print(&lines.join("\n"));
+    };
+    let outputs = Outputs { json: None, out: Some(args.out.clone()) };
+    outputs.check()?;
+    let figures = match &number[..] {
+        "3.1" => {
+            let [homogeneous, inhomogeneous] = point_process::figures::figure_3_1(args.seed).map_err(internal)?;
+            vec![("3.1a", homogeneous), ("3.1b", inhomogeneous)]
+        }
+        "3.2" => vec![("3.2", point_process::figures::figure_3_2(args.seed).map_err(internal)?)],
+        "3.3" => vec![("3.3", point_process::figures::figure_3_3(args.seed).map_err(internal)?)],
+        "5.3" => {
+            let log = scenario("thesis-dynamic", args.seed)?;
+            vec![("5.3a", figure::scenario(&log)), ("5.3b", figure::measurements(&log))]
+        }
+        "5.4" => {
+            let (log, settings, session) = single("thesis-dynamic", &args)?;
+            let tracks = figure::tracks(&log, &settings, &session.record);
+            vec![("5.4a", figure::estimate(&log, &session.record)), ("5.4b", tracks)]
+        }
+        "5.5" => {
+            let study = study("thesis-dynamic", &[FilterName::Core], 100, &args)?;
+            vec![("5.5", figure::mean_errors(&study))]
+        }
+        "5.6" => {
+            let (log, settings, session) = single("thesis-dynamic-long", &args)?;
+            let map = figure::estimate(&log, &session.record);
+            let job = Job { run: 0, input: 0, scenario_seed: args.seed, filter_seed: args.seed };
+            let result = RunResult::of(&job, settings.filter.samples, session);
+            vec![("5.6a", map), ("5.6bc", figure::long_run(&log.name, &result))]
+        }
+        "5.7" => {
+            let log = scenario("thesis-compare", args.seed)?;
+            vec![("5.7", figure::measurements(&log))]
+        }
+        "5.8" => {
+            let filters = [FilterName::Core, FilterName::RbSingle, FilterName::RbEmpty];
+            let study = study("thesis-compare", &filters, 50, &args)?;
+            vec![("5.8", figure::comparison(&study))]
+        }
+        "5.9" => {
+            let log = scenario("thesis-compare", args.seed)?;
+            let settings = tuned(Settings::for_log(&log), &args.tuning)?;
+            let weighed = densities::weigh(&log, &settings, &UPDATE, args.seed)
+                .ok_or_else(|| Failure::Internal("the scenario ends before the update".into()))?;
+            vec![("5.9", densities::figure(&log, &UPDATE, &weighed))]
+        }
+        _ => {
+            let known: Vec<&str> = FIGURES.iter().map(|(number, _)| *number).collect();
+            return Err(Failure::input(format_args!("no figure {number}, there are: {}", known.join(", "))));
+        }
+    };
+    write(args.out, &figures)
+}
+
+fn internal(error: impl core::fmt::Display) -> Failure {
+    Failure::Internal(error.to_string())
+}
+
+fn write(out: PathBuf, figures: &[(&str, Figure)]) -> Result<(), Failure> {
+    make(&out)?;
+    for (number, figure) in figures {
+        let [svg, png] = figure.write(&out, &format!("figure-{number}"))?;
+        notice(format_args!("{} and {}", svg.display(), png.display()));
+    }
+    Ok(())
+}
+
+/// One run of a scenario by the filter.
+fn single(name: &str, args: &FigureArgs) -> Result<(Log, Settings, session::Session), Failure> {
+    let source = Source::scenario(name.to_owned(), Some(args.seed))?;
+    let log = source.log(args.seed)?.into_owned();
+    let settings = tuned(source.defaults(&log), &args.tuning)?;
+    let choice = Choice::of(FilterName::Core, None).map_err(Failure::input)?;
+    let progress = Progress::new(name.to_owned(), log.scans.len());
+    let session = session::run(&log, &settings, choice.filter, args.seed, &mut |scans| progress.at(scans))?;
+    Ok((log, settings, session))
+}
+
+/// A study of a scenario; its table goes to the terminal.
+fn study(name: &str, filters: &[FilterName], runs: usize, args: &FigureArgs) -> Result<Study, Failure> {
+    let choices =
+        filters.iter().map(|&name| Choice::of(name, None).map_err(Failure::input)).collect::<Result<Vec<_>, _>>()?;
+    let inputs = Inputs::of(&[PathBuf::from(name)])?;
+    let runs = args.runs.map_or(runs, |runs| runs as usize);
+    let plan = plan(&inputs, &choices, &args.tuning, &Extent { runs, input_sets: None, seed: args.seed })?;
+    let study = run(&plan, &plan.jobs(None), &inputs, &choices, &args.tuning, args.jobs)?;
+    print(&overview::render(&study))?;
+    Ok(study)
+}

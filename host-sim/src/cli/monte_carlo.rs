@@ -1,0 +1,206 @@
+//! Monte Carlo studies as commands.
+
+use super::args::{Choice, MergeArgs, MonteCarloArgs, Tuning};
+use super::failure::{Failure, notice, print};
+use super::outputs::{Outputs, make};
+use super::progress::Progress;
+use super::source::{Source, read, tuned};
+use scphd_sim::monte_carlo::{self, Job, Plan, RunResult, Study, overview};
+use scphd_sim::output::studies;
+use scphd_sim::plot::study;
+use scphd_sim::session;
+use scphd_sim::settings::Settings;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::thread;
+
+/// The inputs of a study: a scenario, or logs.
+pub struct Inputs(Vec<Source>);
+
+impl Inputs {
+    /// Folders of logs, or the name of one scenario.
+    pub fn of(sources: &[PathBuf]) -> Result<Self, Failure> {
+        match sources {
+            [name] if !name.is_dir() => {
+                let source = Source::scenario(name.to_string_lossy().into_owned(), None)?;
+                // An unknown name shows before anything is run.
+                source.log(0)?;
+                Ok(Self(vec![source]))
+            }
+            dirs => {
+                let logs = dirs.iter().map(|dir| read(dir).map(|log| Source::Fixed(Box::new(log))));
+                Ok(Self(logs.collect::<Result<_, _>>()?))
+            }
+        }
+    }
+
+    /// The source of input set `input`.
+    fn source(&self, input: usize) -> &Source {
+        &self.0[input % self.0.len()]
+    }
+
+    /// Number of different inputs, where it is fixed.
+    fn sets(&self) -> Option<usize> {
+        match &self.0[..] {
+            [Source::Seeded(_)] => None,
+            logs => Some(logs.len()),
+        }
+    }
+
+    /// Names of the logs or the scenario.
+    fn name(&self, seed: u64) -> Result<String, Failure> {
+        let names = self.0.iter().map(|source| Ok(source.log(seed)?.name.clone()));
+        Ok(names.collect::<Result<Vec<_>, Failure>>()?.join(", "))
+    }
+
+    fn settings(&self, job: &Job, tuning: &Tuning) -> Result<Settings, Failure> {
+        let source = self.source(job.input);
+        tuned(source.defaults(&*source.log(job.scenario_seed)?), tuning)
+    }
+}
+
+/// How many runs, of what, and from which seed.
+pub struct Extent {
+    pub runs: usize,
+    pub input_sets: Option<usize>,
+    pub seed: u64,
+}
+
+/// The plan of a study by `choices`.
+pub fn plan(inputs: &Inputs, choices: &[Choice], tuning: &Tuning, extent: &Extent) -> Result<Plan, Failure> {
+    let runs = extent.runs;
+    let asked = extent
+        .input_sets
+        .or_else(|| inputs.0[0].runs_per_input().filter(|&n| runs.is_multiple_of(n)).map(|n| runs / n));
+    let input_sets = match (inputs.sets(), extent.input_sets) {
+        (Some(logs), Some(sets)) if logs != sets => {
+            return Err(Failure::input(format_args!("--input-sets {sets}: the logs make {logs}")));
+        }
+        (Some(logs), _) => logs,
+        (None, _) => asked.unwrap_or(runs),
+    };
+    if !runs.is_multiple_of(input_sets) {
+        return Err(Failure::input(format_args!("--runs {runs}: must be a multiple of the {input_sets} input sets")));
+    }
+    let mut plan = Plan {
+        scenario: inputs.name(extent.seed)?,
+        filters: Vec::new(),
+        runs,
+        input_sets,
+        seed: extent.seed,
+        settings: String::new(),
+    };
+    let first = inputs.settings(&plan.job(0), tuning)?;
+    // Settings that are bad for one of several logs show before any is run.
+    for input in 1..inputs.sets().unwrap_or(1) {
+        inputs.settings(&plan.job(input * (runs / input_sets)), tuning)?;
+    }
+    for choice in choices {
+        let name = choice.filter.name(choice.settings(first.clone()).filter.likelihood).to_owned();
+        if plan.filters.contains(&name) {
+            return Err(Failure::input(format_args!("--filter: {name} is there twice")));
+        }
+        plan.filters.push(name);
+    }
+    plan.settings = first.to_toml().map_err(|error| Failure::Internal(error.to_string()))?;
+    Ok(plan)
+}
+
+/// Does the jobs of a plan.
+pub fn run(
+    plan: &Plan,
+    jobs: &[Job],
+    inputs: &Inputs,
+    choices: &[Choice],
+    tuning: &Tuning,
+    threads: Option<u16>,
+) -> Result<Study, Failure> {
+    let threads = threads.map_or_else(|| thread::available_parallelism().map_or(1, usize::from), usize::from);
+    let mut scans = 0;
+    for job in jobs {
+        match inputs.source(job.input) {
+            Source::Fixed(log) | Source::Frozen(_, log) => scans += log.scans.len(),
+            // Every seed of a scenario has as many.
+            source @ Source::Seeded(_) => {
+                scans = source.log(job.scenario_seed)?.scans.len() * jobs.len();
+                break;
+            }
+        }
+    }
+    let label = format!("{} runs of {}", jobs.len() * choices.len(), plan.filters.join(", "));
+    let progress = Progress::new(label, scans * choices.len());
+    let done = AtomicUsize::new(0);
+    let one = |job: &Job, filter: usize| -> Result<RunResult, Failure> {
+        let choice = choices[filter];
+        let log = inputs.source(job.input).log(job.scenario_seed)?;
+        let settings = choice.settings(inputs.settings(job, tuning)?);
+        let mut advance = |_| progress.at(done.fetch_add(1, Ordering::Relaxed) + 1);
+        let session = session::run(&log, &settings, choice.filter, job.filter_seed, &mut advance)?;
+        Ok(RunResult::of(job, settings.filter.samples, session))
+    };
+    Ok(Study { plan: plan.clone(), results: monte_carlo::execute(jobs, choices.len(), threads, one)? })
+}
+
+/// Runs a study, or a part of one.
+pub fn study(args: MonteCarloArgs) -> Result<(), Failure> {
+    let choices = args
+        .filter
+        .iter()
+        .map(|&name| Choice::of(name, args.precision).map_err(Failure::input))
+        .collect::<Result<Vec<_>, _>>()?;
+    let inputs = Inputs::of(&args.sources)?;
+    let runs = args.runs.map_or_else(|| inputs.sets().unwrap_or(DEFAULT_RUNS), |runs| runs as usize);
+    let extent = Extent { runs, input_sets: args.input_sets.map(|sets| sets as usize), seed: args.seed };
+    let plan = plan(&inputs, &choices, &args.tuning, &extent)?;
+    let Some(shard) = args.shard else {
+        let outputs = Outputs { json: args.json, out: args.out };
+        outputs.check()?;
+        let study = run(&plan, &plan.jobs(None), &inputs, &choices, &args.tuning, args.jobs)?;
+        return report(&study, &outputs);
+    };
+    let Some(file) = args.out else {
+        return Err(Failure::input("--shard: needs --out FILE for its runs"));
+    };
+    if args.json.is_some() {
+        return Err(Failure::input("--json: a part of a study has no figures; merge all parts"));
+    }
+    // The same demands as on a JSON file.
+    Outputs { json: Some(file.clone()), out: None }.check()?;
+    let study = run(&plan, &plan.jobs(Some(shard)), &inputs, &choices, &args.tuning, args.jobs)?;
+    studies::write(&file, &study)?;
+    notice(format_args!("{} runs are in {}", study.results.len(), file.display()));
+    Ok(())
+}
+
+/// Runs of a study of a scenario unless told otherwise.
+const DEFAULT_RUNS: usize = 100;
+
+/// Puts the parts of a study together.
+pub fn merge(args: MergeArgs) -> Result<(), Failure> {
+    let outputs = Outputs { json: args.json, out: args.out };
+    outputs.check()?;
+    let parts = args.files.iter().map(|file| part(file)).collect::<Result<Vec<_>, _>>()?;
+    let study = Study::merge(parts).map_err(Failure::input)?;
+    report(&study, &outputs)
+}
+
+fn part(file: &Path) -> Result<Study, Failure> {
+    let bad = |error: &dyn std::fmt::Display| Failure::input(format_args!("{}: {error}", file.display()));
+    let bytes = fs::read(file).map_err(|error| bad(&error))?;
+    serde_json::from_slice(&bytes).map_err(|error| bad(&error))
+}
+
+/// Files, then the table.
+fn report(study: &Study, outputs: &Outputs) -> Result<(), Failure> {
+    if let Some(out) = &outputs.out {
+        make(out)?;
+        studies::write_tables(out, study)?;
+        study::figure(study).write(out, "study")?;
+        notice(format_args!("tables and plots are in {}", out.display()));
+    }
+    if let Some(path) = &outputs.json {
+        overview::write_json(path, &overview::overviews(study))?;
+    }
+    print(&overview::render(study))
+}

@@ -1,0 +1,229 @@
+//! The figures of a study as one flat JSON object a filter.
+
+use super::run::{Curve, RunResult};
+use super::statistics::{mean, standard_deviation};
+use super::{Study, compare};
+use crate::output::json::write;
+use crate::output::{OutputError, table};
+use crate::score::moving::MovingScore;
+use serde::Serialize;
+use std::path::Path;
+
+/// The figures of one filter in a study; whatever is unknown becomes `null`.
+///
+/// Means are over runs and scans: first over the scans of a run, then over the runs. The map error is OSPA of order 1
+/// and cut-off 10 m at every scan, moving features included. Moving figures are over all runs together.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Overview {
+    /// Name of the scenario, or of the logs.
+    pub scenario: String,
+    /// Name of the filter.
+    pub filter: String,
+    /// Number of runs.
+    pub runs: usize,
+    /// Particles N.
+    pub particles: u64,
+    /// Samples M.
+    pub samples: u64,
+    /// Mean distance of the estimated to the true position, m.
+    pub position_error_mean_m: Option<f64>,
+    /// The same at the last scan.
+    pub position_error_final_m: Option<f64>,
+    /// Mean size of the heading error, degrees.
+    pub heading_error_mean_deg: Option<f64>,
+    /// Mean distance of dead reckoning to the true position, m.
+    pub dead_reckoning_error_mean_m: Option<f64>,
+    /// The same at the last scan.
+    pub dead_reckoning_error_final_m: Option<f64>,
+    /// Mean map error over the first third of the scans, m.
+    pub ospa_first_third_m: Option<f64>,
+    /// Mean map error over the last third of the scans, m.
+    pub ospa_last_third_m: Option<f64>,
+    /// Share of the spells of ten scans or more of a moving landmark in view in which it was found within the first ten.
+    pub moving_hit_rate: Option<f64>,
+    /// Median distance of a moving landmark to its estimate, m.
+    pub moving_position_error_median_m: Option<f64>,
+    /// Moving features estimated where no moving landmark is in view, a scan.
+    pub false_moving_tracks_per_scan: Option<f64>,
+    /// Mean wall time of a scan step, µs.
+    pub scan_us_mean: Option<f64>,
+}
+
+impl Overview {
+    /// Of the runs of one filter; `None` without any.
+    #[must_use]
+    pub fn of(scenario: &str, results: &[&RunResult]) -> Option<Self> {
+        let first = results.first()?;
+        let over = |curve, part: fn(&[Option<f64>]) -> Option<f64>| {
+            mean(results.iter().filter_map(|result| part(result.series.curve(curve))))
+        };
+        let mut moving = MovingScore::default();
+        for score in results.iter().filter_map(|result| result.moving.as_ref()) {
+            moving.add(score);
+        }
+        Some(Self {
+            scenario: scenario.into(),
+            filter: first.filter.clone(),
+            runs: results.len(),
+            particles: first.particles,
+            samples: first.samples,
+            position_error_mean_m: over(Curve::PositionError, whole),
+            position_error_final_m: over(Curve::PositionError, last),
+            heading_error_mean_deg: over(Curve::HeadingError, whole),
+            dead_reckoning_error_mean_m: over(Curve::DeadReckoningError, whole),
+            dead_reckoning_error_final_m: over(Curve::DeadReckoningError, last),
+            ospa_first_third_m: over(Curve::OspaFar, |values| whole(&values[..values.len() / 3])),
+            ospa_last_third_m: over(Curve::OspaFar, last_third),
+            moving_hit_rate: moving.hit_rate(),
+            moving_position_error_median_m: moving.position_error_median_m(),
+            false_moving_tracks_per_scan: moving.false_per_scan(),
+            scan_us_mean: mean(results.iter().filter_map(|result| result.scan_us_mean)),
+        })
+    }
+}
+
+/// Mean of what is known.
+pub(super) fn whole(values: &[Option<f64>]) -> Option<f64> {
+    mean(values.iter().copied().flatten())
+}
+
+fn last_third(values: &[Option<f64>]) -> Option<f64> {
+    whole(&values[values.len() - values.len() / 3..])
+}
+
+fn last(values: &[Option<f64>]) -> Option<f64> {
+    values.iter().copied().flatten().next_back()
+}
+
+/// The figures of every filter of a study, in the plan's order.
+#[must_use]
+pub fn overviews(study: &Study) -> Vec<Overview> {
+    let filters = study.plan.filters.iter();
+    filters.filter_map(|filter| Overview::of(&study.plan.scenario, &study.of_filter(filter))).collect()
+}
+
+/// Writes one object, or a list of them where there are several filters.
+///
+/// # Errors
+/// The file cannot be written.
+pub fn write_json(path: &Path, overviews: &[Overview]) -> Result<(), OutputError> {
+    match overviews {
+        [one] => write(path, one),
+        several => write(path, several),
+    }
+}
+
+/// Standard deviations over runs of the mean over a run; unknown for less than two runs.
+struct Spread {
+    /// Of the position error, m.
+    position_m: Option<f64>,
+    /// Of the map error over the last third of the scans, m.
+    ospa_m: Option<f64>,
+}
+
+impl Spread {
+    fn of(results: &[&RunResult]) -> Self {
+        let over = |curve, part: fn(&[Option<f64>]) -> Option<f64>| {
+            let means = results.iter().filter_map(|result| part(result.series.curve(curve)));
+            standard_deviation(&means.collect::<Vec<f64>>())
+        };
+        Self { position_m: over(Curve::PositionError, whole), ospa_m: over(Curve::OspaFar, last_third) }
+    }
+}
+
+/// The figures as text, one column a filter, and below them how the first filter compares with each other.
+#[must_use]
+pub fn render(study: &Study) -> String {
+    type Figure = (&'static str, fn(&Overview, &Spread) -> String);
+    const FIGURES: [Figure; 16] = [
+        ("runs", |o, _| o.runs.to_string()),
+        ("particles × samples", |o, _| format!("{} × {}", o.particles, o.samples)),
+        ("position error, mean (m)", |o, _| table::decimals(o.position_error_mean_m, 3)),
+        ("  std dev over runs (m)", |_, spread| table::decimals(spread.position_m, 3)),
+        ("position error, final (m)", |o, _| table::decimals(o.position_error_final_m, 3)),
+        ("heading error, mean (deg)", |o, _| table::decimals(o.heading_error_mean_deg, 3)),
+        ("dead reckoning, mean (m)", |o, _| table::decimals(o.dead_reckoning_error_mean_m, 3)),
+        ("dead reckoning, final (m)", |o, _| table::decimals(o.dead_reckoning_error_final_m, 3)),
+        ("error / dead reckoning", |o, _| {
+            let ratio = o.position_error_mean_m.zip(o.dead_reckoning_error_mean_m).map(|(a, b)| a / b);
+            table::decimals(ratio, 3)
+        }),
+        ("OSPA (c 10 m), first third (m)", |o, _| table::decimals(o.ospa_first_third_m, 3)),
+        ("OSPA (c 10 m), last third (m)", |o, _| table::decimals(o.ospa_last_third_m, 3)),
+        ("  std dev over runs (m)", |_, spread| table::decimals(spread.ospa_m, 3)),
+        ("movers found in 10 scans", |o, _| table::decimals(o.moving_hit_rate, 3)),
+        ("  median error (m)", |o, _| table::decimals(o.moving_position_error_median_m, 3)),
+        ("  false tracks a scan", |o, _| table::decimals(o.false_moving_tracks_per_scan, 3)),
+        ("scan, mean (µs)", |o, _| table::decimals(o.scan_us_mean, 1)),
+    ];
+    let overviews = overviews(study);
+    let spreads: Vec<Spread> =
+        overviews.iter().map(|overview| Spread::of(&study.of_filter(&overview.filter))).collect();
+    let row = |name: &str, show: &dyn Fn(&Overview, &Spread) -> String| {
+        let columns = overviews.iter().zip(&spreads).map(|(overview, spread)| show(overview, spread));
+        comfy_table::Row::from(std::iter::once(name.to_owned()).chain(columns).collect::<Vec<String>>())
+    };
+    let header = row(&study.plan.scenario, &|overview, _| overview.filter.clone());
+    let mut text = table::ruled(header, FIGURES.iter().map(|(name, show)| row(name, show)));
+    for comparison in compare::comparisons(study) {
+        text.push('\n');
+        text.push_str(&comparison.to_string());
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::monte_carlo::tests::{plan, result};
+
+    #[test]
+    fn figures_of_made_up_runs() {
+        let plan = plan(3, 3);
+        let runs: Vec<RunResult> = (0..3).map(|run| result(&plan.job(run), "scphd", 0.0)).collect();
+        let overview = Overview::of("made up", &runs.iter().collect::<Vec<_>>()).unwrap();
+        let close = |value: Option<f64>, expected: f64| assert!((value.unwrap() - expected).abs() < 1e-12, "{value:?}");
+        // Scans 1 to 5 add a third each; runs 0 to 2 add 0.1 each; a curve adds its place.
+        close(overview.position_error_mean_m, 1.0 + 0.1);
+        close(overview.position_error_final_m, 5.0 / 3.0 + 0.1);
+        close(overview.heading_error_mean_deg, 1.0 + 1.1);
+        close(overview.ospa_first_third_m, 1.0 / 3.0 + 6.1);
+        close(overview.ospa_last_third_m, 1.5 + 6.1);
+        close(overview.moving_hit_rate, 0.5);
+        close(overview.moving_position_error_median_m, 1.0 / 7.0);
+        close(overview.scan_us_mean, 101.0);
+        assert_eq!(Overview::of("nothing", &[]), None);
+        let json = serde_json::to_string(&overview).unwrap();
+        let mut at = 0;
+        for key in "scenario filter runs particles samples position_error_mean_m position_error_final_m \
+            heading_error_mean_deg dead_reckoning_error_mean_m dead_reckoning_error_final_m ospa_first_third_m \
+            ospa_last_third_m moving_hit_rate moving_position_error_median_m false_moving_tracks_per_scan scan_us_mean"
+            .split(' ')
+        {
+            let found = json.find(&format!("\"{key}\":")).unwrap_or_else(|| panic!("{key}"));
+            assert!(found >= at, "{key} is out of order");
+            at = found;
+        }
+        assert_eq!(json.matches(':').count(), 16);
+    }
+
+    #[test]
+    fn a_table_with_a_comparison() {
+        let plan = plan(3, 3);
+        let results = ["scphd", "rb-single"]
+            .iter()
+            .enumerate()
+            .flat_map(|(place, filter)| (0..3).map(move |run| (place, *filter, run)))
+            .map(|(place, filter, run)| result(&plan.job(run), filter, place as f64))
+            .collect();
+        let text = render(&Study { plan: plan.clone(), results });
+        println!("{text}");
+        assert!(text.contains("scphd") && text.contains("4 × 2"));
+        let spreads: Vec<&str> = text.lines().filter(|line| line.contains("std dev over runs")).collect();
+        assert_eq!(spreads.len(), 2, "{text}");
+        for line in spreads {
+            assert_eq!(line.split_whitespace().rev().take(2).collect::<Vec<_>>(), ["0.100"; 2], "{line}");
+        }
+        assert!(text.contains("better than rb-single in 3 of 3 runs"), "{text}");
+    }
+}

@@ -1,0 +1,166 @@
+//! What is kept of a run: its errors over time.
+
+use super::plan::Job;
+use crate::angle::wrap;
+use crate::record::ScanRecord;
+use crate::score::moving::MovingScore;
+use crate::session::Session;
+use serde::{Deserialize, Serialize};
+
+/// A figure of every scan.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Curve {
+    /// Distance of the estimated to the true position, m.
+    PositionError,
+    /// Size of the heading error, degrees.
+    HeadingError,
+    /// Distance of dead reckoning to the true position, m.
+    DeadReckoningError,
+    /// OSPA of the map, order 1, cut-off 1 m.
+    OspaNear,
+    /// Its part due to positions.
+    OspaNearLocalization,
+    /// Its part due to the number of features.
+    OspaNearCardinality,
+    /// OSPA of the map, order 1, cut-off 10 m.
+    OspaFar,
+    /// Its part due to positions.
+    OspaFarLocalization,
+    /// Its part due to the number of features.
+    OspaFarCardinality,
+}
+
+impl Curve {
+    /// All, in the order of [`Series::values`].
+    pub const ALL: [Self; 9] = [
+        Self::PositionError,
+        Self::HeadingError,
+        Self::DeadReckoningError,
+        Self::OspaNear,
+        Self::OspaNearLocalization,
+        Self::OspaNearCardinality,
+        Self::OspaFar,
+        Self::OspaFarLocalization,
+        Self::OspaFarCardinality,
+    ];
+
+    /// Its name in tables, with the unit.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::PositionError => "position_error_m",
+            Self::HeadingError => "heading_error_deg",
+            Self::DeadReckoningError => "dead_reckoning_error_m",
+            Self::OspaNear => "ospa_c1_m",
+            Self::OspaNearLocalization => "ospa_c1_localization_m",
+            Self::OspaNearCardinality => "ospa_c1_cardinality_m",
+            Self::OspaFar => "ospa_c10_m",
+            Self::OspaFarLocalization => "ospa_c10_localization_m",
+            Self::OspaFarCardinality => "ospa_c10_cardinality_m",
+        }
+    }
+
+    /// Its value at a scan, where the truth for it is known and it is a number.
+    fn of(self, scan: &ScanRecord) -> Option<f64> {
+        let distance = |pose: [f64; 3]| {
+            let truth = scan.true_position?;
+            Some((pose[0] - truth[0]).hypot(pose[1] - truth[1]))
+        };
+        let value = match self {
+            Self::PositionError => distance(scan.pose)?,
+            Self::HeadingError => wrap(scan.pose[2] - scan.true_heading_rad?).abs().to_degrees(),
+            Self::DeadReckoningError => distance(scan.dead_reckoning)?,
+            Self::OspaNear => scan.map_error?.near.distance,
+            Self::OspaNearLocalization => scan.map_error?.near.localization,
+            Self::OspaNearCardinality => scan.map_error?.near.cardinality,
+            Self::OspaFar => scan.map_error?.far.distance,
+            Self::OspaFarLocalization => scan.map_error?.far.localization,
+            Self::OspaFarCardinality => scan.map_error?.far.cardinality,
+        };
+        Some(value).filter(|value| value.is_finite())
+    }
+}
+
+/// The curves of a run.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Series {
+    /// Time of every scan since the first, s.
+    pub t_s: Vec<f64>,
+    /// For each of [`Curve::ALL`] a value a scan, where it is known.
+    pub values: [Vec<Option<f64>>; Curve::ALL.len()],
+}
+
+impl Series {
+    /// The curves of a run's scans.
+    #[must_use]
+    pub fn of(scans: &[ScanRecord]) -> Self {
+        let start_s = scans.first().map_or(0.0, |scan| scan.t_s);
+        Self {
+            t_s: scans.iter().map(|scan| scan.t_s - start_s).collect(),
+            values: Curve::ALL.map(|curve| scans.iter().map(|scan| curve.of(scan)).collect()),
+        }
+    }
+
+    /// One curve.
+    #[must_use]
+    pub fn curve(&self, curve: Curve) -> &[Option<f64>] {
+        &self.values[curve as usize]
+    }
+}
+
+/// What is kept of a run.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct RunResult {
+    /// Number of the run in its study.
+    pub run: usize,
+    /// Name of the log.
+    pub log: String,
+    /// Name of the filter.
+    pub filter: String,
+    /// Seed of the scenario; of no meaning to a log.
+    pub scenario_seed: u64,
+    /// Seed of the filter.
+    pub filter_seed: u64,
+    /// Particles N.
+    pub particles: u64,
+    /// Samples M.
+    pub samples: u64,
+    /// Errors over time.
+    pub series: Series,
+    /// How moving landmarks were found, where the log knows them.
+    pub moving: Option<MovingScore>,
+    /// Mean wall time of a scan step, µs.
+    pub scan_us_mean: Option<f64>,
+}
+
+impl RunResult {
+    /// Of a session that did `job` with `samples` samples.
+    #[must_use]
+    pub fn of(job: &Job, samples: usize, session: Session) -> Self {
+        Self {
+            run: job.run,
+            log: session.summary.log,
+            filter: session.summary.filter,
+            scenario_seed: job.scenario_seed,
+            filter_seed: job.filter_seed,
+            particles: session.summary.particles,
+            samples: samples as u64,
+            series: Series::of(&session.record.scans),
+            moving: session.moving,
+            scan_us_mean: session.summary.scan_us_mean,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn curves_are_in_their_places_with_distinct_names() {
+        for (place, curve) in Curve::ALL.into_iter().enumerate() {
+            assert_eq!(curve as usize, place);
+            assert!(Curve::ALL[..place].iter().all(|other| other.name() != curve.name()));
+        }
+    }
+}

@@ -1,0 +1,62 @@
+//! Means and spreads over runs.
+
+use super::run::{Curve, RunResult};
+
+/// Mean and spread over runs at one scan.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Band {
+    /// Time since the first scan, in the first run that has this scan, s.
+    pub t_s: f64,
+    /// Mean over the runs that know the value.
+    pub mean: f64,
+    /// Standard deviation over them (divisor one less than their number); 0 for a single one.
+    pub sigma: f64,
+}
+
+/// Mean and ±1σ of a curve at every scan; scans that no run knows a value for are left out.
+#[must_use]
+pub fn band(results: &[&RunResult], curve: Curve) -> Vec<Band> {
+    let scans = results.iter().map(|result| result.series.t_s.len()).max().unwrap_or(0);
+    let at = |scan: usize| {
+        let t_s = results.iter().find_map(|result| result.series.t_s.get(scan))?;
+        let values: Vec<f64> =
+            results.iter().filter_map(|result| result.series.curve(curve).get(scan).copied().flatten()).collect();
+        let mean = mean(values.iter().copied())?;
+        Some(Band { t_s: *t_s, mean, sigma: standard_deviation(&values).unwrap_or(0.0) })
+    };
+    (0..scans).filter_map(at).collect()
+}
+
+/// Mean of the values; `None` of none.
+#[must_use]
+pub fn mean(values: impl IntoIterator<Item = f64>) -> Option<f64> {
+    let (count, sum) = values.into_iter().fold((0_usize, 0.0), |(count, sum), value| (count + 1, sum + value));
+    (count > 0).then(|| sum / count as f64)
+}
+
+/// Standard deviation of a sample (divisor one less than its size); `None` of less than two values.
+#[must_use]
+pub fn standard_deviation(values: &[f64]) -> Option<f64> {
+    let mean = mean(values.iter().copied()).filter(|_| values.len() > 1)?;
+    let squares: f64 = values.iter().map(|value| (value - mean) * (value - mean)).sum();
+    Some((squares / (values.len() - 1) as f64).sqrt())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::monte_carlo::tests::{plan, result};
+
+    #[test]
+    fn means_and_spreads_of_three_runs() {
+        let plan = plan(3, 3);
+        let runs: Vec<RunResult> = (0..3).map(|run| result(&plan.job(run), "scphd", 0.0)).collect();
+        let bands = band(&runs.iter().collect::<Vec<_>>(), Curve::PositionError);
+        // The first scan has no value; 0, 0.1 and 0.2 more than a third a scan.
+        assert_eq!(bands.len(), 5);
+        assert!((bands[0].mean - (0.1 + 1.0 / 3.0)).abs() < 1e-12 && (bands[0].t_s - 0.1).abs() < 1e-12);
+        assert!(bands.iter().all(|band| (band.sigma - 0.1).abs() < 1e-12));
+        assert_eq!(band(&[&runs[0]], Curve::OspaFar)[2].sigma, 0.0);
+        assert!(band(&[], Curve::OspaFar).is_empty());
+    }
+}

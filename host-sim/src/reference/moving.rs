@@ -1,0 +1,146 @@
+//! Moving features between scans: constant velocity under white acceleration.
+
+use super::Config;
+use super::algebra::{apply, sum, transformed};
+use super::gaussian::Component;
+use super::reduce::heavy_enough;
+use std::array::from_fn;
+
+/// How features move, begin and end.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MovingConfig {
+    /// w_m, intensity of births of moving features on a measurement, 1/(m·rad); 0: none are born.
+    pub birth_intensity: f64,
+    /// σ_v, standard deviation of each coordinate of a new feature's velocity, m/s.
+    pub velocity_sigma_mps: f64,
+    /// q, spectral density of the acceleration, m²/s³.
+    pub acceleration_psd: f64,
+    /// τ, mean lifetime, s; infinite: they never vanish.
+    pub lifetime_s: f64,
+    /// Components are dropped where a coordinate of their position has a greater standard deviation, m.
+    pub spread_max_m: f64,
+    /// Least weight of an estimated moving feature.
+    pub extraction_weight: f64,
+}
+
+/// The moving part of a map after `dt` seconds: every component predicted, then dropped where it has become too light or
+/// too wide (5.14 with F, Q and p_S = exp(−dt/τ)). No time, no change.
+pub(super) fn predicted(map: &[Component<4>], dt: f64, config: &Config) -> Vec<Component<4>> {
+    if dt == 0.0 {
+        return map.to_vec();
+    }
+    let moving = &config.moving;
+    let (transition, noise) = (transition(dt), noise(moving.acceleration_psd, dt));
+    map.iter()
+        .map(|component| Component {
+            ln_weight: component.ln_weight - dt / moving.lifetime_s,
+            mean: apply(&transition, component.mean),
+            covariance: sum(&transformed(&transition, &component.covariance), &noise),
+        })
+        .filter(|c| heavy_enough(c, config.prune_weight))
+        .filter(|c| (0..2).all(|k| c.covariance[k][k].sqrt() <= moving.spread_max_m))
+        .collect()
+}
+
+/// F = [I, dt·I; 0, I].
+fn transition(dt: f64) -> [[f64; 4]; 4] {
+    blocks([[1.0, dt], [0.0, 1.0]])
+}
+
+/// Q = q [dt³/3·I, dt²/2·I; dt²/2·I, dt·I].
+fn noise(density: f64, dt: f64) -> [[f64; 4]; 4] {
+    let cross = density * dt.powi(2) / 2.0;
+    blocks([[density * dt.powi(3) / 3.0, cross], [cross, density * dt]])
+}
+
+/// The matrix of 2×2 blocks that are these numbers times I.
+fn blocks(factors: [[f64; 2]; 2]) -> [[f64; 4]; 4] {
+    from_fn(|row| from_fn(|column| if row % 2 == column % 2 { factors[row / 2][column / 2] } else { 0.0 }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::algebra::{identity, scaled};
+    use super::super::tests::CONFIG;
+    use super::*;
+
+    const MOVING: MovingConfig =
+        MovingConfig { acceleration_psd: 0.7, lifetime_s: 20.0, spread_max_m: 50.0, ..CONFIG.moving };
+
+    fn config(moving: MovingConfig) -> Config {
+        Config { moving, ..CONFIG }
+    }
+
+    fn component() -> Component<4> {
+        let covariance = [[0.9, 0.2, 0.3, -0.1], [0.2, 0.7, 0.05, 0.4], [0.3, 0.05, 0.8, 0.1], [-0.1, 0.4, 0.1, 1.1]];
+        Component { ln_weight: 0.6f64.ln(), mean: [3.0, -2.0, 0.5, 1.5], covariance }
+    }
+
+    fn close(a: &Component<4>, b: &Component<4>, bound: f64) {
+        assert!((a.ln_weight - b.ln_weight).abs() < bound);
+        for row in 0..4 {
+            assert!((a.mean[row] - b.mean[row]).abs() < bound, "{a:?} against {b:?}");
+            for column in 0..4 {
+                let difference = (a.covariance[row][column] - b.covariance[row][column]).abs();
+                assert!(difference < bound, "{a:?} against {b:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn two_steps_are_one_of_the_summed_time() {
+        for (first, second) in [(0.1, 0.1), (0.03, 1.7), (2.5, 0.4)] {
+            let between = predicted(&[component()], first, &config(MOVING));
+            let twice = predicted(&between, second, &config(MOVING));
+            let once = predicted(&[component()], first + second, &config(MOVING));
+            close(&twice[0], &once[0], 1e-13);
+        }
+    }
+
+    #[test]
+    fn noise_is_the_integral_of_what_each_instant_adds() {
+        // Q = ∫ F(s) diag(0, q I) F(s)ᵀ ds; Simpson's rule is exact for its cubics.
+        let (density, dt) = (0.7, 1.3);
+        let mut instant = [[0.0; 4]; 4];
+        (instant[2][2], instant[3][3]) = (density, density);
+        let at = |s: f64| transformed(&transition(s), &instant);
+        let ends = sum(&at(0.0), &at(dt));
+        let integral = scaled(dt / 6.0, &sum(&ends, &scaled(4.0, &at(dt / 2.0))));
+        for (row, expected) in noise(density, dt).iter().zip(integral) {
+            for (entry, other) in row.iter().zip(expected) {
+                assert!((entry - other).abs() < 1e-15);
+            }
+        }
+    }
+
+    #[test]
+    fn drifts_with_its_velocity_and_fades_with_its_lifetime() {
+        let after = predicted(&[component()], 2.0, &config(MOVING))[0];
+        assert_eq!(after.mean, [4.0, 1.0, 0.5, 1.5]);
+        assert!((after.weight() - 0.6 * (-0.1f64).exp()).abs() < 1e-15);
+        // Var(p + v dt) of the first coordinate, and the noise.
+        let variance = 0.9 + 2.0 * 2.0 * 0.3 + 4.0 * 0.8 + 0.7 * 8.0 / 3.0;
+        assert!((after.covariance[0][0] - variance).abs() < 1e-14);
+        let immortal = MovingConfig { lifetime_s: f64::INFINITY, ..MOVING };
+        assert_eq!(predicted(&[component()], 1e3, &config(MovingConfig { spread_max_m: 1e9, ..immortal })).len(), 1);
+        assert_eq!(predicted(&[component()], 2.0, &config(immortal))[0].ln_weight, component().ln_weight);
+    }
+
+    #[test]
+    fn too_light_or_too_wide_is_dropped_after_the_step_only() {
+        let light = Component { ln_weight: (1.01 * CONFIG.prune_weight).ln(), ..component() };
+        assert_eq!(predicted(&[light], 0.1, &config(MOVING)).len(), 1);
+        assert_eq!(predicted(&[light], 1.0, &config(MOVING)).len(), 0);
+        // A lone coordinate of the position is enough; √(0.7 + …) of y, and the velocity does not count.
+        let mut wide = Component { covariance: identity(), ..component() };
+        wide.covariance[1][1] = 2500.1;
+        wide.covariance[2][2] = 1e6;
+        assert_eq!(predicted(&[wide], 1e-9, &config(MOVING)).len(), 0);
+        wide.covariance[1][1] = 2499.9;
+        assert_eq!(predicted(&[wide], 1e-9, &config(MOVING)).len(), 1);
+        // Without time there is no step.
+        wide.covariance[1][1] = 1e4;
+        let lighter = Component { ln_weight: -99.0, ..component() };
+        assert_eq!(predicted(&[wide, lighter], 0.0, &config(MOVING)), [wide, lighter]);
+    }
+}

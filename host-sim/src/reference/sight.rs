@@ -1,0 +1,53 @@
+//! One pose, the map of its particle and a scan, each seen by the others.
+
+use super::Config;
+use super::field_of_view::FieldOfView;
+use super::gaussian::{Component, Vector};
+use super::log_domain::log_sum_exp;
+use super::pre_update::{PreUpdate, pre_update};
+use super::sensor::Sensor;
+
+/// All that the likelihood and the update of a pose have in common.
+#[derive(Debug)]
+pub(super) struct Sight<'a, S> {
+    /// Pose: x m, y m, heading rad.
+    pub(super) pose: [f64; 3],
+    /// The scan, m and rad.
+    pub(super) measurements: &'a [Vector],
+    /// Measurement model.
+    pub(super) sensor: &'a S,
+    /// κ, 1/(m·rad).
+    pub(super) clutter_intensity: f64,
+    /// The static part of the map.
+    pub(super) still: PreUpdate<2>,
+    /// The moving part, at the time of the scan.
+    pub(super) moving: PreUpdate<4>,
+    /// ln η_z of every measurement (4.51, 5.19 with one birth space for each kind):
+    /// η_z = κ + w_b + w_m + Σ p_D w N(z; ẑ, S) over the components of both kinds in view.
+    pub(super) ln_eta: Vec<f64>,
+}
+
+impl<'a, S: Sensor> Sight<'a, S> {
+    pub(super) fn new(
+        pose: [f64; 3],
+        map: &[Component],
+        moving: &[Component<4>],
+        measurements: &'a [Vector],
+        sensor: &'a S,
+        field_of_view: &FieldOfView,
+        config: &Config,
+    ) -> Self {
+        let still = pre_update(map, pose, measurements, sensor, field_of_view);
+        let moving = pre_update(moving, pose, measurements, sensor, field_of_view);
+        let unexplained = config.clutter_intensity + config.birth_intensity + config.moving.birth_intensity;
+        let ln_eta = (0..measurements.len())
+            .map(|z| {
+                let mut terms = vec![unexplained.ln()];
+                terms.extend(still.in_view.iter().map(|j| j.ln_detection(z)));
+                terms.extend(moving.in_view.iter().map(|j| j.ln_detection(z)));
+                log_sum_exp(&terms)
+            })
+            .collect();
+        Self { pose, measurements, sensor, clutter_intensity: config.clutter_intensity, still, moving, ln_eta }
+    }
+}

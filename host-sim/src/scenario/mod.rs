@@ -1,0 +1,75 @@
+//! Built-in simulated scenarios.
+//!
+//! Map, path and tracks of a scenario never change; its seed changes the noise, the missed detections and
+//! the clutter. The same seed gives the same log, bit for bit, on every machine (see [`crate::noise`]).
+
+mod car;
+mod landmarks;
+mod mover;
+mod simulation;
+mod survey;
+#[cfg(test)]
+mod tests;
+mod thesis_compare;
+mod thesis_dynamic;
+
+pub use survey::survey;
+pub use thesis_compare::thesis_compare;
+pub use thesis_dynamic::{thesis_dynamic, thesis_dynamic_long};
+
+use crate::log::Log;
+
+/// Names of the scenarios, each with a line about it.
+pub const SCENARIOS: &[(&str, &str)] = &[
+    (
+        "survey",
+        "a car drives two laps of a rounded rectangle (29 x 23 m, 64 s) among 60 landmarks, 20 false measurements a scan",
+    ),
+    (
+        "thesis-dynamic",
+        "section 5.3.1: a loop (39 x 37 m, 30 s) among 45 landmarks and 6 that move, 20 false measurements a scan",
+    ),
+    (
+        "thesis-dynamic-long",
+        "section 5.3.1: seven loops (65 x 61 m, 350 s) among 90 landmarks and 9 that move, 20 false measurements a scan",
+    ),
+    (
+        "thesis-compare",
+        "section 5.3.2: a trefoil (44 x 41 m, 40 s) among 60 landmarks, strong noise, 5 false measurements a scan",
+    ),
+];
+
+/// The scenario of that name.
+#[must_use]
+pub fn by_name(name: &str, seed: u64) -> Option<Log> {
+    match name {
+        "survey" => Some(survey(seed)),
+        "thesis-dynamic" => Some(thesis_dynamic(seed)),
+        "thesis-dynamic-long" => Some(thesis_dynamic_long(seed)),
+        "thesis-compare" => Some(thesis_compare(seed)),
+        _ => None,
+    }
+}
+
+/// How the thesis runs its filter over a scenario.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ThesisRun {
+    /// Particles N.
+    pub particles: usize,
+    /// Samples M of every particle a prediction.
+    pub samples: usize,
+    /// Resample below this N_eff / N.
+    pub resample_threshold: f64,
+    /// Whether features may move.
+    pub moving: bool,
+    /// Runs with each input of a Monte Carlo study.
+    pub runs_per_input: usize,
+}
+
+/// What the thesis says about running that scenario, where it does (5.3.1).
+#[must_use]
+pub fn thesis_run(name: &str) -> Option<ThesisRun> {
+    let as_in_5_3_1 =
+        ThesisRun { particles: 32, samples: 2, resample_threshold: 0.05, moving: true, runs_per_input: 4 };
+    matches!(name, "thesis-dynamic" | "thesis-dynamic-long").then_some(as_in_5_3_1)
+}

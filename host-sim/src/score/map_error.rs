@@ -1,0 +1,51 @@
+//! Map error of one scan: OSPA of order 1 with the thesis's two cut-offs.
+
+use crate::record::{MapFeature, MovingFeature};
+use crate::score::cutoff::Cutoff;
+use crate::score::ospa::{Ospa, ospa};
+use crate::truth::map::TrueMap;
+
+/// Cut-off 1 m: what is more than a metre off is as wrong as what is missing.
+pub const NEAR: Cutoff = Cutoff::new(1.0, 1.0);
+/// Cut-off 10 m, that of figures 5.5b, 5.6c and 5.8b.
+pub const FAR: Cutoff = Cutoff::new(1.0, 10.0);
+
+/// OSPA of the static and moving estimate together against the true map at that scan.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MapError {
+    /// With a cut-off of 1 m.
+    pub near: Ospa,
+    /// With a cut-off of 10 m.
+    pub far: Ospa,
+}
+
+impl MapError {
+    /// Of the estimated features against `truth`.
+    #[must_use]
+    pub fn of(features: &[MapFeature], moving: &[MovingFeature], truth: &TrueMap) -> Self {
+        let positions =
+            features.iter().map(|feature| feature.mean).chain(moving.iter().map(|feature| feature.position));
+        let (estimate, truth) = (positions.collect::<Vec<_>>(), truth.points());
+        Self { near: ospa(&estimate, &truth, &NEAR), far: ospa(&estimate, &truth, &FAR) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn static_and_moving_count_together() {
+        let still = |x: f64| MapFeature { id: 1, weight: 1.0, mean: [x, 0.0], covariance: [[0.0; 2]; 2] };
+        let moving =
+            MovingFeature { id: 2, weight: 1.0, position: [0.0, 7.0], velocity: [1.0, 0.0], covariance: [[0.0; 2]; 2] };
+        let truth = TrueMap { landmarks: vec![[0.0, 0.0], [20.0, 0.0]], movers: vec![(4, [0.0, 5.0])] };
+        let error = MapError::of(&[still(0.5), still(20.0)], &[moving], &truth);
+        // 0.5, 0 and 2 m off.
+        assert!((error.far.distance - 2.5 / 3.0).abs() < 1e-12 && error.far.cardinality == 0.0);
+        assert!((error.near.distance - 1.5 / 3.0).abs() < 1e-12);
+        let without = MapError::of(&[still(0.5), still(20.0)], &[], &truth);
+        assert!((without.far.cardinality - 10.0 / 3.0).abs() < 1e-12);
+        assert!((without.far.localization - 0.5 / 3.0).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,132 @@
+//! The true map from scan to scan, as the thesis defines it for the map error (5.3.1).
+
+use super::tracks::Tracks;
+use super::window::Window;
+use crate::log::{Log, TruePose};
+use crate::settings::Settings;
+
+/// What is true of the map at a scan.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TrueMap {
+    /// Static landmarks that are or have been in view, m.
+    pub landmarks: Vec<[f64; 2]>,
+    /// Moving landmarks in view: subject and position, m.
+    pub movers: Vec<(i64, [f64; 2])>,
+}
+
+impl TrueMap {
+    /// All of it, m.
+    #[must_use]
+    pub fn points(&self) -> Vec<[f64; 2]> {
+        self.landmarks.iter().copied().chain(self.movers.iter().map(|&(_, position)| position)).collect()
+    }
+}
+
+/// The true map while the scans of a log pass by.
+///
+/// A static landmark counts from its first observation on, a moving one only while it is in view. In view is what the
+/// window of the settings holds, seen from the true pose. A log does not tell which detections are of landmarks, so
+/// "first observed" is taken for "first in view"; with p_D 0.95 that is less than a tenth of a scan early on average.
+#[derive(Debug, Clone)]
+pub struct MapTruth<'a> {
+    window: Window,
+    landmarks: &'a [[f64; 2]],
+    seen: Vec<bool>,
+    tracks: Tracks,
+    movers_known: bool,
+}
+
+impl<'a> MapTruth<'a> {
+    /// Before the first scan of `log`.
+    #[must_use]
+    pub fn new(log: &'a Log, settings: &Settings) -> Self {
+        let landmarks = &log.landmarks[..];
+        Self {
+            window: Window::of_settings(&settings.sensor),
+            landmarks,
+            seen: vec![false; landmarks.len()],
+            tracks: Tracks::new(&log.moving),
+            // A simulation that lists no moving landmark has none; a real log may just not know.
+            movers_known: !log.moving.is_empty() || (log.simulated && !landmarks.is_empty()),
+        }
+    }
+
+    /// Whether the static landmarks are known.
+    #[must_use]
+    pub fn knows_landmarks(&self) -> bool {
+        !self.landmarks.is_empty()
+    }
+
+    /// Whether the moving landmarks are known, if only to be none.
+    #[must_use]
+    pub fn knows_movers(&self) -> bool {
+        self.movers_known
+    }
+
+    /// The true map at the next scan, taken at `t_s` from `pose`; `None` where what is in view cannot be told.
+    pub fn at(&mut self, t_s: f64, pose: Option<&TruePose>) -> Option<TrueMap> {
+        let pose = pose?;
+        if !self.knows_landmarks() && !self.knows_movers() {
+            return None;
+        }
+        for (landmark, seen) in self.landmarks.iter().zip(&mut self.seen) {
+            *seen = *seen || self.window.holds(pose, *landmark)?;
+        }
+        let mut movers = Vec::new();
+        for (subject, position) in self.tracks.at(t_s) {
+            if self.window.holds(pose, position)? {
+                movers.push((subject, position));
+            }
+        }
+        let landmarks = self.landmarks.iter().zip(&self.seen).filter(|(_, seen)| **seen).map(|(&at, _)| at).collect();
+        Some(TrueMap { landmarks, movers })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::log::MovingLandmark;
+    use crate::scenario;
+
+    #[test]
+    fn static_landmarks_stay_and_moving_ones_go() {
+        let mut log = scenario::survey(1);
+        let settings = Settings::for_log(&log);
+        log.landmarks = vec![[10.0, 0.0], [40.0, 0.0], [0.0, 100.0]];
+        // From 20 m left of the start to 20 m right of it in four seconds, then still there.
+        log.moving = (0..=5)
+            .map(|k| MovingLandmark {
+                subject: 3,
+                t_s: f64::from(k),
+                position: [0.0, 20.0 - f64::from(k.min(4)) * 10.0],
+            })
+            .collect();
+        let mut truth = MapTruth::new(&log, &settings);
+        assert!(truth.knows_landmarks() && truth.knows_movers());
+        // The vehicle goes from 0 to 50 m; the sensor reaches 15 m.
+        let mut at =
+            |t_s: f64, x: f64| truth.at(t_s, Some(&TruePose { t_s, position: [x, 0.0], heading_rad: None })).unwrap();
+        assert_eq!(at(0.0, 0.0), TrueMap { landmarks: vec![[10.0, 0.0]], movers: vec![] });
+        assert_eq!(at(1.0, 0.0).movers, [(3, [0.0, 10.0])]);
+        assert_eq!(at(2.0, 0.0).points(), [[10.0, 0.0], [0.0, 0.0]]);
+        assert_eq!(at(2.5, 0.0).movers, [(3, [0.0, -5.0])]);
+        assert_eq!(at(3.0, 20.0).movers, []);
+        assert_eq!(at(4.0, 50.0).landmarks, [[10.0, 0.0], [40.0, 0.0]]);
+        assert_eq!(at(5.0, 50.0).landmarks.len(), 2);
+        assert_eq!(truth.at(5.0, None), None);
+    }
+
+    #[test]
+    fn what_is_not_known() {
+        let mut log = scenario::survey(1);
+        let settings = Settings::for_log(&log);
+        assert!(MapTruth::new(&log, &settings).knows_movers(), "a simulation knows that there are none");
+        log.simulated = false;
+        let truth = MapTruth::new(&log, &settings);
+        assert!(truth.knows_landmarks() && !truth.knows_movers());
+        log.landmarks.clear();
+        let pose = log.truth[0];
+        assert_eq!(MapTruth::new(&log, &settings).at(0.0, Some(&pose)), None);
+    }
+}
