@@ -127,7 +127,7 @@ where
     {
         split(candidates, cursor.particles, samples);
         cursor.children = samples;
-        let families = candidates.chunks_mut(samples).zip(ln_corrections.chunks_mut(samples));
+        let families = candidates.chunks_mut(samples.max(1)).zip(ln_corrections.chunks_mut(samples.max(1)));
         for (particle, ((family, ln_corrections), spread)) in families.zip(spreads).take(cursor.particles).enumerate() {
             let Some(parent) = family.first().map(|candidate| candidate.pose) else { continue };
             let root = spread.root();
