@@ -49,6 +49,14 @@ impl<T: Real, const D: usize> Bounds<T, D> {
         self.high.zip_apply(point, |high, p| *high = high.at_least(p));
     }
 
+    /// Whether the point is in the box.
+    #[inline]
+    #[must_use]
+    pub fn holds(&self, point: &SVector<T, D>) -> bool {
+        let within = |((x, low), high): ((&T, &T), &T)| x >= low && x <= high;
+        point.iter().zip(self.low.iter()).zip(self.high.iter()).all(within)
+    }
+
     /// Whether the boxes share a point.
     #[inline]
     #[must_use]

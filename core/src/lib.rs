@@ -76,6 +76,7 @@ mod report;
 mod resample;
 mod scan;
 mod select;
+mod single;
 mod sort;
 mod state;
 mod step;

@@ -1,5 +1,7 @@
-//! The scalar: `f32` or `f64`, with every transcendental function from `libm`.
+//! The scalar: `f32` or `f64`, with transcendental functions that are the same on every target: from `libm`, or, where that
+//! would leave single precision, from `single.rs`.
 
+use crate::single;
 use core::fmt::{Debug, Display};
 use nalgebra::Scalar;
 use num_traits::NumAssign;
@@ -12,7 +14,7 @@ mod sealed {
 
 /// A floating-point scalar: implemented by `f32` and `f64`, and by nothing else.
 ///
-/// All functions that are not exactly rounded come from `libm` on every target, the host included, so that
+/// All functions that are not exactly rounded come from `libm` or this crate on every target, the host included, so that
 /// the same inputs give the same bits everywhere. No method uses a fused multiply-add.
 ///
 /// ```
@@ -93,7 +95,7 @@ pub trait Real:
 }
 
 macro_rules! implement_real {
-    ($t:ident, $sqrt:ident, $exp:ident, $ln:ident, $sincos:ident, $tan:ident, $atan2:ident, $floor:ident) => {
+    ($t:ident, $sqrt:ident, $exp:path, $ln:ident, $sincos:path, $tan:ident, $atan2:path, $floor:ident) => {
         impl Real for $t {
             const ZERO: Self = 0.0;
             const ONE: Self = 1.0;
@@ -144,7 +146,7 @@ macro_rules! implement_real {
             }
             #[inline]
             fn exp(self) -> Self {
-                libm::$exp(self)
+                $exp(self)
             }
             #[inline]
             fn ln(self) -> Self {
@@ -152,7 +154,7 @@ macro_rules! implement_real {
             }
             #[inline]
             fn sin_cos(self) -> (Self, Self) {
-                libm::$sincos(self)
+                $sincos(self)
             }
             #[inline]
             fn tan(self) -> Self {
@@ -160,11 +162,11 @@ macro_rules! implement_real {
             }
             #[inline]
             fn atan2(self, x: Self) -> Self {
-                libm::$atan2(self, x)
+                $atan2(self, x)
             }
         }
     };
 }
 
-implement_real!(f32, sqrtf, expf, logf, sincosf, tanf, atan2f, floorf);
-implement_real!(f64, sqrt, exp, log, sincos, tan, atan2, floor);
+implement_real!(f32, sqrtf, single::exp, logf, single::sin_cos, tanf, single::atan2, floorf);
+implement_real!(f64, sqrt, libm::exp, log, libm::sincos, tan, libm::atan2, floor);

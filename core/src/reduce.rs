@@ -1,6 +1,6 @@
 //! Mixture reduction: merge and cap (Vo & Ma 2006, table II), after pruning.
 
-use crate::sort::heap_sort;
+use crate::sort::{BUCKETS, bucket_sort, heap_sort};
 use crate::workspace::{Entry, InView, Origin, Placed, Ranked, Workspace};
 use crate::{Component, Dim, Packed, Real};
 use nalgebra::SVector;
@@ -120,7 +120,7 @@ fn rank_heaviest_first<T: Real, const N: usize>(
 /// Vo & Ma 2006, table II: the heaviest component h left takes in every component i left with
 /// (m_i − m_h)ᵀ P_i⁻¹ (m_i − m_h) ≤ `merge_distance`; repeat. Those taken in are marked as gone.
 ///
-/// That distance is at least δ²/P_i of any one axis; so only those in a strip along the first axis are looked at, as wide
+/// That distance is at least δ²/P_i of any one axis; so only those in a strip across the first axis are looked at, as wide
 /// as the widest component reaches.
 fn merge_near<T: Real, const N: usize>(
     entries: &mut [Entry<T, N>],
@@ -130,33 +130,30 @@ fn merge_near<T: Real, const N: usize>(
 ) where
     Dim<N>: Packed,
 {
-    let widest = entries.iter().fold(T::ZERO, |widest, entry| widest.at_least(entry.component.covariance.get(0, 0)));
-    let farthest = merge_distance * widest;
-    let along = |entries: &[Entry<T, N>], place: &Placed| {
-        entries.get(usize::from(place.entry)).and_then(|entry| entry.component.mean.get(0).copied()).unwrap_or(T::ZERO)
-    };
-    for (rank, (place, ranked)) in places.iter_mut().zip(ranking).enumerate() {
-        *place = Placed { entry: ranked.entry, rank: rank as u16 };
+    let places_len = places.len();
+    let along = |component: &Component<T, N>| component.mean.get(0).copied().unwrap_or(T::ZERO);
+    let (mut widest, mut low, mut high) = (T::ZERO, T::INFINITY, T::NEG_INFINITY);
+    for Entry { component, .. } in entries.iter() {
+        widest = component.covariance.get(0, 0).at_least(widest);
+        (low, high) = (along(component).at_most(low), along(component).at_least(high));
     }
-    heap_sort(places, |a, b| {
-        let (x, y) = (along(entries, a), along(entries, b));
-        x < y || (x == y && a.rank < b.rank)
-    });
+    // A little more than the distance at which rounding could still decide for a merger.
+    let reach = (merge_distance * widest).sqrt() * (T::ONE + T::from_f64(8.0) * T::EPSILON);
+    let per_unit = if high > low { T::from_usize(BUCKETS) / (high - low) } else { T::ZERO };
+    let bucket = |x: T| usize::try_from(((x - low) * per_unit).to_i32()).unwrap_or(0).min(BUCKETS - 1);
+    let ranked = ranking.iter().enumerate().map(|(rank, ranked)| Placed { entry: ranked.entry, rank: rank as u16 });
+    let bucket_of =
+        |placed: &Placed| entries.get(usize::from(placed.entry)).map_or(0, |entry| bucket(along(&entry.component)));
+    let starts = bucket_sort(ranked, bucket_of, places);
+    let start = |bucket: usize| starts.get(bucket).copied().map_or(places_len, usize::from);
 
     for (rank, ranked) in ranking.iter().enumerate() {
         let head_index = usize::from(ranked.entry);
         let Some(head) = entries.get(head_index).filter(|entry| entry.origin != Origin::Gone) else { continue };
         let head = head.component;
-        let middle = head.mean.get(0).copied().unwrap_or(T::ZERO);
-        let in_strip = |place: &Placed| {
-            let offset = along(entries, place) - middle;
-            offset * offset <= farthest
-        };
-        let here = places.partition_point(|place| along(entries, place) < middle);
-        let (below, above) = places.split_at_checked(here).unwrap_or((&[], &[]));
-        let first = here - below.iter().rev().take_while(|place| in_strip(place)).count();
-        let last = here + above.iter().take_while(|place| in_strip(place)).count();
-        let Some(strip) = places.get_mut(first..last) else { continue };
+        let middle = along(&head);
+        let strip = start(bucket(middle - reach))..start(bucket(middle + reach) + 1);
+        let Some(strip) = places.get_mut(strip) else { continue };
 
         let mut members = 0;
         for place in strip.iter_mut().filter(|place| usize::from(place.rank) > rank) {

@@ -1,6 +1,7 @@
 //! The measurements of one scan, sorted so that a component meets only those near it.
 
 use crate::{Clutter, Dim, LnSum, Packed, Real, Sensor, wrap};
+use core::ops::Range;
 use nalgebra::SVector;
 
 /// One measurement of the scan.
@@ -139,41 +140,41 @@ impl<'s, T: Real, const Z: usize> Scan<'s, T, Z> {
         self.ln_least_unexplained
     }
 
-    /// The measurements whose sorting coordinate differs from that of `expected` by at most `reach`.
+    /// Calls `found` for the measurements whose sorting coordinate may differ from that of `expected` by at most `reach`:
+    /// all those that do, and some that do not.
     #[inline]
-    pub(crate) fn near(
-        &self,
-        expected: &SVector<T, Z>,
-        reach: T,
-    ) -> impl Iterator<Item = Indexed<'s, T, Z>> + use<'s, T, Z> {
+    pub(crate) fn near(&self, expected: &SVector<T, Z>, reach: T, mut found: impl FnMut(Indexed<'s, T, Z>)) {
         let centre = coordinate(expected, self.sorted_by);
         let (low, high) = (centre - reach, centre + reach);
-        let (main, across) = match self.turn {
-            Some(turn) if reach + reach >= turn => (0..self.len(), 0..0),
-            // A window that crosses the cut of the circle continues at its other end.
-            Some(turn) if low <= -T::PI => (0..self.upper(high), self.lower(low + turn)..self.len()),
-            Some(turn) if high > T::PI => (self.lower(low)..self.len(), 0..self.upper(high - turn)),
-            _ => (self.lower(low)..self.upper(high), 0..0),
+        let mut visit = |places: Range<usize>| {
+            let measurements = self.measurements.get(places.clone()).unwrap_or(&[]);
+            places.zip(measurements).for_each(&mut found);
         };
-        let measurements = self.measurements;
-        main.chain(across).filter_map(move |index| measurements.get(index).map(|measurement| (index, measurement)))
+        match self.turn {
+            Some(turn) if reach + reach >= turn => visit(0..self.len()),
+            // A window that crosses the cut of the circle continues at its other end.
+            Some(turn) if low <= -T::PI => {
+                let end = self.end(high);
+                visit(0..end);
+                visit(self.start(low + turn).max(end)..self.len());
+            }
+            Some(turn) if high > T::PI => {
+                let start = self.start(low);
+                visit(0..self.end(high - turn).min(start));
+                visit(start..self.len());
+            }
+            _ => visit(self.start(low)..self.end(high)),
+        }
     }
 
-    /// First place whose coordinate is not below `bound`.
-    fn lower(&self, bound: T) -> usize {
-        self.after(bound, |coordinate| coordinate < bound)
+    /// A place that no measurement at or above `bound` is before.
+    fn start(&self, bound: T) -> usize {
+        self.starts.get(self.bucket(bound)).copied().map_or(0, usize::from)
     }
 
-    /// First place whose coordinate is above `bound`.
-    fn upper(&self, bound: T) -> usize {
-        self.after(bound, |coordinate| coordinate <= bound)
-    }
-
-    /// First place from the bucket of `bound` on whose coordinate is not `before`. All earlier buckets are.
-    fn after(&self, bound: T, before: impl Fn(T) -> bool) -> usize {
-        let start = self.starts.get(self.bucket(bound)).copied().map_or(0, usize::from);
-        let rest = self.measurements.get(start..).unwrap_or(&[]);
-        start + rest.iter().take_while(|measurement| before(coordinate(&measurement.z, self.sorted_by))).count()
+    /// A place that no measurement at or below `bound` is behind.
+    fn end(&self, bound: T) -> usize {
+        self.starts.get(self.bucket(bound) + 1).copied().map_or(self.len(), usize::from)
     }
 }
 

@@ -45,9 +45,44 @@ fn swap<I: Copy>(items: &mut [I], a: usize, b: usize) {
     }
 }
 
+/// Buckets of a [`bucket_sort`].
+pub(crate) const BUCKETS: usize = 256;
+
+/// Where the items of every bucket begin in the sorted order, and past the last one its length.
+pub(crate) type Starts = [u16; BUCKETS + 1];
+
+/// Writes `items` to `sorted`, which must be as long, in the order of their buckets, below [`BUCKETS`]; within a bucket they stay in
+/// the order they came in. Linear.
+pub(crate) fn bucket_sort<I: Copy>(
+    items: impl Iterator<Item = I> + Clone,
+    bucket: impl Fn(&I) -> usize,
+    sorted: &mut [I],
+) -> Starts {
+    let mut starts = [0; BUCKETS + 1];
+    for item in items.clone() {
+        if let Some(count) = starts.get_mut(bucket(&item) + 1) {
+            *count += 1;
+        }
+    }
+    let mut sum = 0;
+    for start in &mut starts {
+        sum += *start;
+        *start = sum;
+    }
+    let mut next = starts;
+    for item in items {
+        let Some(place) = next.get_mut(bucket(&item)) else { continue };
+        if let Some(slot) = sorted.get_mut(usize::from(*place)) {
+            *slot = item;
+        }
+        *place += 1;
+    }
+    starts
+}
+
 #[cfg(test)]
 mod tests {
-    use super::heap_sort;
+    use super::{BUCKETS, bucket_sort, heap_sort};
     use std::vec::Vec;
 
     #[test]
@@ -64,6 +99,20 @@ mod tests {
             expected.sort_unstable();
             heap_sort(&mut items, |a, b| a < b);
             assert_eq!(items, expected);
+        }
+    }
+
+    #[test]
+    fn buckets_come_in_order_and_keep_theirs() {
+        let items: Vec<(usize, usize)> = (0..300_usize).map(|k| (k * 7919 % BUCKETS, k)).collect();
+        let mut sorted = items.clone();
+        let starts = bucket_sort(items.iter().copied(), |item| item.0, &mut sorted);
+        let mut expected = items;
+        expected.sort_by_key(|item| item.0);
+        assert_eq!(sorted, expected);
+        assert_eq!((starts[0], starts[BUCKETS]), (0, 300));
+        for (bucket, pair) in starts.windows(2).enumerate() {
+            assert!(sorted[usize::from(pair[0])..usize::from(pair[1])].iter().all(|item| item.0 == bucket));
         }
     }
 }

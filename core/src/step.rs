@@ -91,7 +91,11 @@ where
         // Update (5.17–5.22): write the survivors' maps.
         let update = Update { still, moving, eta, config, next_tag: &mut cursor.next_tag };
         let parent = |survivor| parent_of(usize::from(survivor));
-        let look_again = |survivor| candidates.get(usize::from(survivor)).map(|candidate| look(&candidate.pose));
+        let blurs = matches!(config.proposal, Proposal::Informed(informed) if informed.drawn < T::ONE);
+        let look_again = |survivor| {
+            let spread = if blurs { spreads.get(parent(survivor)).copied() } else { None };
+            candidates.get(usize::from(survivor)).map(|candidate| (look(&candidate.pose), spread))
+        };
         let tally = update.all(survivors, parent, look_again, &scan);
 
         candidates.iter_mut().zip(selected.iter()).take(particles).for_each(|(slot, chosen)| *slot = *chosen);

@@ -3,12 +3,12 @@
 use crate::map::{Maps, PAGE_LEN};
 use crate::reduce::{heavier, keep_heaviest, merge_and_cap};
 use crate::scan::Scan;
-use crate::sort::heap_sort;
+use crate::sort::BUCKETS;
 use crate::tally::Tally;
 use crate::view::View;
 use crate::weigh::reset_eta;
 use crate::workspace::{Entry, Origin, Workspace};
-use crate::{Bounds, Component, Config, Dim, FieldOfView, LnSum, Packed, Real, Sensor, Symmetric};
+use crate::{Bounds, Component, Config, Dim, FieldOfView, LnSum, Locating, Packed, Real, Sensor, Symmetric};
 use nalgebra::SVector;
 
 /// Which map to update, where to put it, and what share of the pool it may take.
@@ -26,8 +26,13 @@ pub(crate) struct Task {
 
 /// The scan as one survivor's pose sees it.
 #[derive(Debug)]
-struct Sight<'a, T: Real, S, V, F, const D: usize, const Z: usize> {
+struct Sight<'a, T: Real, S, V, F, const K: usize, const D: usize, const Z: usize>
+where
+    Dim<K>: Packed,
+{
     view: View<'a, T, S, V, F>,
+    /// Covariance of the pose, where it is not certain: it blurs what is expected.
+    spread: Option<Symmetric<T, K>>,
     /// Outside nothing is in view.
     bounds: Bounds<T, D>,
     scan: &'a Scan<'a, T, Z>,
@@ -60,22 +65,23 @@ where
     /// Survivors come in ascending order of parents; `parent_of` tells a survivor's, `look` its view. Copies of one
     /// survivor share its map. A parent's pages are let go before its last child's map is written, so that without a
     /// resampling every map is rewritten in its own place.
-    pub(crate) fn all<'v, S, V, F, const Z: usize>(
+    pub(crate) fn all<'v, S, V, F, const K: usize, const Z: usize>(
         mut self,
         survivors: &[u16],
         parent_of: impl Fn(u16) -> usize,
-        look: impl Fn(u16) -> Option<View<'v, T, S, V, F>>,
+        look: impl Fn(u16) -> Option<(View<'v, T, S, V, F>, Option<Symmetric<T, K>>)>,
         scan: &Scan<'_, T, Z>,
     ) -> Tally<T>
     where
-        S: Sensor<T, D, Z, Frame = F> + 'v,
+        S: Locating<T, K, D, Z> + Sensor<T, D, Z, Frame = F> + 'v,
         V: FieldOfView<T, F, D, Z> + 'v,
+        Dim<K>: Packed,
         Dim<Z>: Packed,
     {
         let mut tally = Tally::new();
         let first_tag = *self.next_tag;
-        let first_view = survivors.first().and_then(|&survivor| look(survivor));
-        let expected_births = first_view.map_or(0, |view| view.expected_births().count());
+        let first_look = survivors.first().and_then(|&survivor| look(survivor));
+        let expected_births = first_look.map_or(0, |(view, _)| view.expected_births().count());
         *self.next_tag = first_tag.wrapping_add((scan.len() + expected_births) as u32);
         let mut alive = survivors.iter().map(|&survivor| parent_of(survivor)).peekable();
         for parent in 0..survivors.len() {
@@ -93,10 +99,10 @@ where
             let Some(&survivor) = copy.first() else { continue };
             let parent = parent_of(survivor);
             let last_child = copies.peek().and_then(|next| next.first()).is_none_or(|&next| parent_of(next) != parent);
-            if let Some(view) = look(survivor) {
+            if let Some((view, spread)) = look(survivor) {
                 let task = Task { parent, particle, last_child, remaining };
                 let bounds = view.bounds();
-                self.one(task, &Sight { view, bounds, scan, first_tag }, &mut tally);
+                self.one(task, &Sight { view, spread, bounds, scan, first_tag }, &mut tally);
             }
             for twin in 1..copy.len() {
                 self.still.share_updated(particle, particle + twin);
@@ -112,10 +118,15 @@ where
 
     /// Updates one survivor's map as seen from its pose, reduces it and writes it to fresh pages. Pages out of view
     /// are shared with the parent.
-    fn one<S, V, F, const Z: usize>(&mut self, task: Task, sight: &Sight<'_, T, S, V, F, D, Z>, tally: &mut Tally<T>)
-    where
-        S: Sensor<T, D, Z, Frame = F>,
+    fn one<S, V, F, const K: usize, const Z: usize>(
+        &mut self,
+        task: Task,
+        sight: &Sight<'_, T, S, V, F, K, D, Z>,
+        tally: &mut Tally<T>,
+    ) where
+        S: Locating<T, K, D, Z> + Sensor<T, D, Z, Frame = F>,
         V: FieldOfView<T, F, D, Z>,
+        Dim<K>: Packed,
         Dim<Z>: Packed,
     {
         reset_eta(self.eta, sight.scan);
@@ -124,7 +135,7 @@ where
         let first_birth = sight.first_tag.wrapping_add(sight.scan.len() as u32);
         for (index, birth) in sight.view.expected_births().enumerate() {
             let birth = Component { tag: first_birth.wrapping_add(index as u32), ..birth };
-            self.still.workspace.look_at(&birth, &sight.view, sight.scan, self.eta, tally);
+            self.still.workspace.look_at(&birth, sight, self.eta, tally);
         }
         let regained_moving = self.moving.collect(task, ln_floor, sight, self.eta, tally);
         for (eta, measurement) in self.eta.iter_mut().zip(sight.scan.iter()) {
@@ -146,13 +157,17 @@ where
     }
 
     /// Adds components of weight w_b/η_z at h⁻¹(z, x) for every measurement, a static and a moving one (5.9, 5.10, 5.17).
-    fn give_birth<S, V, F, const Z: usize>(&mut self, sight: &Sight<'_, T, S, V, F, D, Z>, tally: &mut Tally<T>)
-    where
-        S: Sensor<T, D, Z, Frame = F>,
+    fn give_birth<S, V, F, const K: usize, const Z: usize>(
+        &mut self,
+        sight: &Sight<'_, T, S, V, F, K, D, Z>,
+        tally: &mut Tally<T>,
+    ) where
+        S: Locating<T, K, D, Z> + Sensor<T, D, Z, Frame = F>,
         V: FieldOfView<T, F, D, Z>,
+        Dim<K>: Packed,
         Dim<Z>: Packed,
     {
-        let Sight { view, scan, first_tag, .. } = sight;
+        let Sight { view, spread, scan, first_tag, .. } = sight;
         let (still, moving) = (&mut self.still.workspace, &mut self.moving.workspace);
         let (ln_still, ln_moving) = (self.config.birth_intensity.ln(), self.config.moving.birth_intensity.ln());
         let velocity_variance = self.config.moving.velocity_sigma_mps * self.config.moving.velocity_sigma_mps;
@@ -169,7 +184,13 @@ where
                 tally.no_birth += 1;
                 continue;
             };
-            let (place, repaired) = view.sensor.noise().congruence(&inverse.jacobian).kept_positive_definite();
+            let mut noise = *view.sensor.noise();
+            if let Some(spread) = spread
+                && let Some(expected) = view.sensor.expect(&view.frame, &inverse.feature)
+            {
+                noise = noise.plus(&view.blur(spread, &inverse.feature, &expected));
+            }
+            let (place, repaired) = noise.congruence(&inverse.jacobian).kept_positive_definite();
             tally.repaired += usize::from(repaired);
             let tag = first_tag.wrapping_add(index as u32);
             if let Some(ln_weight) = ln_still {
@@ -194,21 +215,29 @@ where
     Dim<N>: Packed,
 {
     /// Adds what becomes of one component, and its terms to η_z; `false` where it is out of view.
-    fn look_at<S, V, F, const D: usize, const Z: usize>(
+    fn look_at<S, V, F, const K: usize, const D: usize, const Z: usize>(
         &mut self,
         component: &Component<T, N>,
-        view: &View<'_, T, S, V, F>,
-        scan: &Scan<'_, T, Z>,
+        sight: &Sight<'_, T, S, V, F, K, D, Z>,
         eta: &mut [LnSum<T>],
         tally: &mut Tally<T>,
     ) -> bool
     where
-        S: Sensor<T, D, Z, Frame = F>,
+        S: Locating<T, K, D, Z> + Sensor<T, D, Z, Frame = F>,
         V: FieldOfView<T, F, D, Z>,
         Dim<D>: Packed,
+        Dim<K>: Packed,
         Dim<Z>: Packed,
     {
-        let Some(expectation) = view.expect(component) else { return false };
+        let Sight { view, spread, scan, .. } = sight;
+        let Some(mut expectation) = view.expect(component) else { return false };
+        let mut noise = *view.sensor.noise();
+        if let Some(spread) = spread {
+            let blur = view.blur(spread, &component.position::<D>(), &expectation.expected());
+            let Some(blurred) = expectation.blurred::<S>(&blur) else { return false };
+            expectation = blurred;
+            noise = noise.plus(&blur);
+        }
         let ln_weight = component.ln_weight + expectation.ln_missed;
         self.push(Component { ln_weight, ..*component }, Origin::Missed);
         let mut correction = None;
@@ -220,7 +249,7 @@ where
             let ln_bound = found.ln_term - found.ln_reference;
             if ln_bound >= self.ln_floor() {
                 let correction = correction.get_or_insert_with(|| {
-                    let correction = expectation.correction(component, view.sensor.noise());
+                    let correction = expectation.correction(component, &noise);
                     tally.repaired += usize::from(correction.repaired());
                     correction
                 });
@@ -255,20 +284,21 @@ where
 
     /// Fills the workspace with what becomes of the components in view, and η_z with their terms. Returns how many of
     /// the parent's pages become free when it lets go of them.
-    fn collect<S, V, F, const Z: usize>(
+    fn collect<S, V, F, const K: usize, const Z: usize>(
         &mut self,
         task: Task,
         ln_floor: T,
-        sight: &Sight<'_, T, S, V, F, D, Z>,
+        sight: &Sight<'_, T, S, V, F, K, D, Z>,
         eta: &mut [LnSum<T>],
         tally: &mut Tally<T>,
     ) -> usize
     where
-        S: Sensor<T, D, Z, Frame = F>,
+        S: Locating<T, K, D, Z> + Sensor<T, D, Z, Frame = F>,
         V: FieldOfView<T, F, D, Z>,
+        Dim<K>: Packed,
         Dim<Z>: Packed,
     {
-        let Sight { view, bounds, scan, .. } = sight;
+        let bounds = &sight.bounds;
         self.workspace.clear(ln_floor);
         let mut regained = 0;
         for &id in self.predicted.pages(task.parent) {
@@ -278,7 +308,8 @@ where
             let mut seen = page.components().is_empty();
             if page.bounds().meets(bounds) {
                 for component in page.components() {
-                    if self.workspace.look_at(component, view, scan, eta, tally) {
+                    let near = bounds.holds(&component.position());
+                    if near && self.workspace.look_at(component, sight, eta, tally) {
                         seen = true;
                     } else {
                         self.workspace.push_outside(*component);
@@ -387,14 +418,13 @@ where
 
     /// Writes the workspace to fresh pages, in spatial order, so that the pages' boxes stay small.
     fn write(&mut self, particle: usize, bounds: &Bounds<T, D>, tally: &mut Tally<T>) {
-        let (entries, ranking) = self.workspace.rank_all(|component| morton(&component.position(), bounds));
-        heap_sort(ranking, |a, b| (a.key, a.entry) < (b.key, b.entry));
-        for chunk in ranking.chunks(PAGE_LEN) {
+        let (entries, order) = self.workspace.in_order(|component| morton(&component.position(), bounds));
+        for chunk in order.chunks(PAGE_LEN) {
             let Some((id, page)) = self.pool.take() else {
                 tally.lost += chunk.len();
                 continue;
             };
-            let components = chunk.iter().filter_map(|ranked| entries.get(usize::from(ranked.entry)));
+            let components = chunk.iter().filter_map(|placed| entries.get(usize::from(placed.entry)));
             page.fill(components.map(|entry| &entry.component));
             if !self.updated.push(particle, id) {
                 self.pool.release(id);
@@ -418,14 +448,14 @@ where
     }
 }
 
-/// Place of a position along a Morton curve over `bounds`, 16 cells to a side.
-fn morton<T: Real, const D: usize>(position: &SVector<T, D>, bounds: &Bounds<T, D>) -> u32 {
-    const BITS: usize = 4;
+/// Place of a position along a Morton curve over `bounds`, as a [bucket](BUCKETS).
+fn morton<T: Real, const D: usize>(position: &SVector<T, D>, bounds: &Bounds<T, D>) -> usize {
+    let bits = BUCKETS.ilog2().checked_div(D as u32).unwrap_or(0);
+    let cells = T::from_usize(1 << bits);
     let mut key = 0;
     for (axis, ((&x, &low), &high)) in position.iter().zip(bounds.low.iter()).zip(bounds.high.iter()).enumerate() {
-        let cells = T::from_usize(1 << BITS);
-        let cell = ((x - low) / (high - low) * cells).to_i32().clamp(0, (1 << BITS) - 1).unsigned_abs();
-        for bit in 0..BITS {
+        let cell = ((x - low) / (high - low) * cells).to_i32().clamp(0, (1 << bits) - 1).unsigned_abs() as usize;
+        for bit in 0..bits as usize {
             key |= (cell >> bit & 1) << (bit * D + axis);
         }
     }

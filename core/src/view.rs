@@ -1,7 +1,9 @@
 //! The map as one candidate pose sees it: what to expect of every component, and which measurements it meets.
 
 use crate::scan::Scan;
-use crate::{Bounds, Component, Correction, Dim, Expected, Factor, FieldOfView, Packed, Real, Sensor, Symmetric};
+use crate::{
+    Bounds, Component, Correction, Dim, Expected, Factor, FieldOfView, Locating, Packed, Real, Sensor, Symmetric,
+};
 use core::cell::Cell;
 use nalgebra::{SMatrix, SVector};
 
@@ -149,6 +151,22 @@ impl<T: Real, S, V, F> View<'_, T, S, V, F> {
         })
     }
 
+    /// Covariance that an uncertain pose lends to what is expected of a feature.
+    pub(crate) fn blur<const K: usize, const D: usize, const Z: usize>(
+        &self,
+        spread: &Symmetric<T, K>,
+        feature: &SVector<T, D>,
+        expected: &Expected<T, D, Z>,
+    ) -> Symmetric<T, Z>
+    where
+        S: Locating<T, K, D, Z> + Sensor<T, D, Z, Frame = F>,
+        Dim<K>: Packed,
+        Dim<D>: Packed,
+        Dim<Z>: Packed,
+    {
+        spread.congruence(&self.sensor.by_pose(&self.frame, feature, expected))
+    }
+
     /// What to expect of a component; `None` where it is out of view (p_D = 0).
     #[inline]
     pub(crate) fn expect<const N: usize, const D: usize, const Z: usize>(
@@ -214,13 +232,17 @@ impl<T: Real, S, V, F> View<'_, T, S, V, F> {
         }
         let farthest = headroom + headroom;
         let reach = (farthest * expectation.sorted_variance).sqrt();
-        for (index, measured) in scan.near(&expectation.measurement, reach) {
+        scan.near(&expectation.measurement, reach, |(index, measured)| {
             let innovation = self.sensor.innovation(&measured.z, &expectation.measurement);
+            let along = innovation.get(S::SORTED_BY).copied().unwrap_or(T::ZERO);
+            if along * along > farthest * expectation.sorted_variance {
+                return;
+            }
             let distance = expectation.innovation.mahalanobis(&innovation);
             if distance <= farthest {
                 let ln_term = expectation.ln_peak - half * distance;
                 found(Match { index, innovation, distance, ln_term, ln_reference: measured.ln_reference() });
             }
-        }
+        });
     }
 }

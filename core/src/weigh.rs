@@ -75,7 +75,7 @@ pub(crate) fn reset_eta<T: Real, const Z: usize>(eta: &mut [LnSum<T>], scan: &Sc
     }
 }
 
-/// The components on those pages of a particle's map that meet `bounds`.
+/// The components of a particle's map within `bounds`.
 pub(crate) fn within<'m, T: Real, const N: usize, const D: usize>(
     maps: &'m Maps<'_, T, N, D>,
     particle: usize,
@@ -85,7 +85,8 @@ where
     Dim<N>: Packed,
 {
     let pages = maps.predicted.pages(particle).iter().filter_map(|&id| maps.pool.get(id));
-    pages.filter(|page| page.bounds().meets(bounds)).flat_map(|page| page.components())
+    let components = pages.filter(|page| page.bounds().meets(bounds)).flat_map(|page| page.components());
+    components.filter(|component| bounds.holds(&component.position()))
 }
 
 /// Adds a component's terms to η_z and to what is seen; `false` where it is out of view.

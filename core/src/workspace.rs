@@ -1,5 +1,6 @@
 //! Scratch for the update of one map: the components in view after the update, before they are written back.
 
+use crate::sort::bucket_sort;
 use crate::{Component, Dim, Packed, Real};
 
 /// Where a component of the updated map comes from (5.17).
@@ -270,17 +271,19 @@ where
         self.in_view = kept;
     }
 
-    /// All components, ranked by `key`; the caller sorts. The ranking points into the entries returned with it.
-    pub(crate) fn rank_all(&mut self, key: impl Fn(&Component<T, N>) -> u32) -> (&[Entry<T, N>], &mut [Ranked]) {
+    /// All components, in the order of their buckets, below [`BUCKETS`](crate::sort::BUCKETS). The order points into the
+    /// entries returned with it.
+    pub(crate) fn in_order(&mut self, bucket: impl Fn(&Component<T, N>) -> usize) -> (&[Entry<T, N>], &[Placed]) {
         let capacity = self.entries.len();
         let indices = (0..self.in_view).chain(capacity.saturating_sub(self.outside)..capacity);
-        let mut len = 0;
+        // Of every item, the rank holds the bucket until the order is made.
         for (slot, index) in self.ranking.iter_mut().zip(indices) {
-            if let Some(entry) = self.entries.get(index) {
-                *slot = Ranked { key: key(&entry.component), entry: index as u16 };
-                len += 1;
-            }
+            let key = self.entries.get(index).map_or(0, |entry| bucket(&entry.component));
+            *slot = Ranked { key: key as u32, entry: index as u16 };
         }
-        (self.entries, self.ranking.get_mut(..len).unwrap_or(&mut []))
+        let len = self.len().min(self.ranking.len());
+        let items = self.ranking.iter().take(len).map(|ranked| Placed { entry: ranked.entry, rank: ranked.key as u16 });
+        bucket_sort(items, |placed| usize::from(placed.rank), self.places);
+        (self.entries, self.places.get(..len).unwrap_or(&[]))
     }
 }

@@ -1,6 +1,6 @@
 //! What a state costs in RAM: the total for a vehicle, and the price of each capacity.
 
-use scphd::{Bounds, Candidate, Component, LnSum, MapMemory, PAGE_LEN, PlanarPose, State};
+use scphd::{Bounds, Candidate, Component, LnSum, MapMemory, PAGE_LEN, PlanarPose, State, Symmetric};
 
 type Pose = PlanarPose<f32>;
 
@@ -56,8 +56,9 @@ fn every_capacity_costs_what_its_arrays_cost() {
     assert_eq!(COMPONENT, size_of::<u32>() + 6 * SCALAR);
     let candidate = size_of::<Candidate<f32, Pose>>();
 
-    // The one selected, its survivor, and twice a list of pages with its length.
-    let particle = candidate + INDEX + 2 * (MAP_PAGES + 1) * INDEX;
+    // The one selected, the covariance of either, its survivor, and twice a list of pages with its length.
+    let spread = size_of::<Symmetric<f32, 3>>();
+    let particle = candidate + 2 * spread + INDEX + 2 * (MAP_PAGES + 1) * INDEX;
     assert_eq!(bytes!(8, 0, 0, 0, 0, 0) - total, 8 * particle, "particles");
 
     // The pose and its weight, and ln L.

@@ -1,17 +1,22 @@
 //! The step `firmware`: after every scan the boards are in the same state as the host, bit for bit.
 
+use std::path::PathBuf;
+
 use super::board::{EMULATED, TARGETS};
 use super::emulator;
 use super::image::{self, Extra};
 use super::output::{self, Replay};
 use super::streams::{self, Precision, Source};
+use crate::process;
 use crate::steps::Outcome;
 use crate::toolchain::{self, Toolchain};
 
 /// Scans of logs and scenarios; double precision takes ten times as long where it has to be emulated.
 const SCANS: usize = 200;
-/// Scenarios that are always there.
-const SCENARIOS: [Source<'_>; 1] = [Source { what: "survey", scans: SCANS }];
+/// Scenarios, which are always there.
+const SCENARIOS: [&str; 1] = ["survey"];
+/// Recorded logs, which are not part of this repository.
+const LOGS: [&str; 2] = ["victoria_park", "mrclam_ds6_robot2"];
 
 /// Host profiles: without optimisation and with all of it.
 const PROFILES: [&str; 2] = ["dev", "release"];
@@ -27,6 +32,9 @@ pub fn step() -> Outcome {
 fn compare() -> Result<String, String> {
     emulator::prepare()?;
     let toolchain = toolchain::find(&TARGETS)?;
+    let (logs, missing) = logs();
+    let names = SCENARIOS.into_iter().chain(logs.iter().map(String::as_str));
+    let sources: Vec<Source<'_>> = names.map(|what| Source { what, scans: SCANS }).collect();
     let (mut failures, mut compared) = (Vec::new(), 0);
     failures.extend(driven_by_a_timer(&toolchain)?);
     for precision in Precision::ALL {
@@ -34,7 +42,7 @@ fn compare() -> Result<String, String> {
         for board in &EMULATED {
             images.push((board, image::build(&toolchain, board, &image_name(precision), &Extra::default())?));
         }
-        for source in SCENARIOS {
+        for &source in &sources {
             let stream = streams::make(source, precision)?;
             let mut replays: Vec<(&str, Replay)> = Vec::new();
             for profile in PROFILES {
@@ -57,13 +65,28 @@ fn compare() -> Result<String, String> {
             println!("{} {}: {} scans compared on {}", source.what, precision.name(), first.1.scans.len(), rest.len());
         }
     }
-    if failures.is_empty() { Ok(format!("{compared} digests equal")) } else { Err(failures.join("; ")) }
+    if !failures.is_empty() {
+        return Err(failures.join("; "));
+    }
+    let note = if missing.is_empty() { String::new() } else { format!("; NOT CHECKED: no {}", missing.join(", no ")) };
+    Ok(format!("{compared} digests equal{note}"))
+}
+
+/// The folders of the recorded logs that are here, and those that are not: in the folder that the environment variable
+/// `SCPHD_DATA` names, otherwise in `shared/data` beside the repository.
+fn logs() -> (Vec<String>, Vec<String>) {
+    let beside = || process::root().join("../shared/data");
+    let data = std::env::var_os("SCPHD_DATA").map_or_else(beside, PathBuf::from);
+    let folders = LOGS.iter().map(|name| data.join(name));
+    let (here, missing): (Vec<_>, Vec<_>) = folders.partition(|folder| folder.is_dir());
+    let names = |folders: Vec<PathBuf>| folders.iter().map(|folder| folder.display().to_string()).collect();
+    (names(here), names(missing))
 }
 
 /// The loop that a timer drives ends in the state that the host's ends in, without a scan late or an input lost.
 fn driven_by_a_timer(toolchain: &Toolchain) -> Result<Option<String>, String> {
     let [board, ..] = &EMULATED;
-    let stream = streams::make(SCENARIOS[0], Precision::F32)?;
+    let stream = streams::make(Source { what: SCENARIOS[0], scans: SCANS }, Precision::F32)?;
     let host = streams::on_host(&stream, Precision::F32, "release")?;
     let image = image::build(toolchain, board, "vehicle-loop", &Extra::default())?;
     let run = Replay::parse(&emulator::run(board, &image, &stream)?)?;

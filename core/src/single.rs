@@ -1,0 +1,162 @@
+//! Transcendental functions in single precision that stay in single precision.
+//!
+//! `libm` computes `expf`, `atan2f` and `sincosf` partly in double precision, which a single-precision FPU has to emulate
+//! (over a thousand instructions for a sine). These use nothing but f32 additions, multiplications and divisions, on every
+//! target alike, and so give the same bits everywhere. The polynomials are minimax fits of our own; the tests hold the error
+//! bounds that are stated with each function, over millions of arguments.
+
+// The constants are those of the fits; they are rounded to single precision here, once, by the compiler.
+#![allow(clippy::excessive_precision)]
+
+/// ln 2 in two parts, the first short enough that its multiples up to 2¹⁰ are exact.
+const LN_2: [f32; 2] = [0.693_115_234_375, 3.194_618_3e-5];
+
+/// π/2 in three parts, the first two short enough that their multiples up to 2¹² are exact.
+const HALF_PI: [f32; 3] = [1.570_312_5, 0.000_483_751_297, 7.549_790_1e-8];
+
+/// c₀ + c₁ x + c₂ x² + …
+#[inline]
+fn polynomial<const N: usize>(coefficients: [f32; N], x: f32) -> f32 {
+    coefficients.into_iter().rev().fold(0.0, |sum, coefficient| sum * x + coefficient)
+}
+
+/// The nearest whole number, halves away from zero.
+#[inline]
+fn nearest(x: f32) -> i32 {
+    (x + if x < 0.0 { -0.5 } else { 0.5 }) as i32
+}
+
+/// 2ⁿ for −126 ≤ n ≤ 127.
+#[inline]
+fn power_of_two(n: i32) -> f32 {
+    f32::from_bits(((n + 127) << 23).cast_unsigned())
+}
+
+/// e to the power of `x`; relative error below 1.5e-7 where the result is a normal number.
+pub(crate) fn exp(x: f32) -> f32 {
+    const COEFFICIENTS: [f32; 7] =
+        [1.0, 1.0, 0.499_999_934, 0.166_665_206, 0.041_668_388, 0.008_368_717, 0.001_381_459_8];
+    // Beyond, the result is 0 or infinite; also where `x` is not a number.
+    if !(x > -104.0 && x < 88.8) {
+        return if x < 0.0 {
+            0.0
+        } else if x > 0.0 {
+            f32::INFINITY
+        } else {
+            x
+        };
+    }
+    let n = nearest(x * core::f32::consts::LOG2_E);
+    let whole = n as f32;
+    let rest = x - whole * LN_2[0] - whole * LN_2[1];
+    let power = polynomial(COEFFICIENTS, rest);
+    // In two steps, so that neither leaves the range of normal numbers.
+    let half = n / 2;
+    power * power_of_two(half) * power_of_two(n - half)
+}
+
+/// Angle of the vector (`x`, `y`), rad, in \[−π, π\]; error below 3e-7.
+pub(crate) fn atan2(y: f32, x: f32) -> f32 {
+    const TANGENT_OF_PI_8: f32 = 0.414_213_56;
+    const COEFFICIENTS: [f32; 4] = [-0.333_327_562, 0.199_718_642, -0.138_242_954, 0.079_020_9];
+    let (along, across) = (x.abs(), y.abs());
+    let (less, more) = if across > along { (along, across) } else { (across, along) };
+    // Zeros, infinities and what is not a number.
+    if !(more > f32::MIN_POSITIVE && more < 1e37) {
+        return libm::atan2f(y, x);
+    }
+    let (slope, offset) = if less > TANGENT_OF_PI_8 * more {
+        ((less - more) / (less + more), core::f32::consts::FRAC_PI_4)
+    } else {
+        (less / more, 0.0)
+    };
+    let square = slope * slope;
+    let octant = offset + (slope + slope * square * polynomial(COEFFICIENTS, square));
+    let quadrant = if across > along { core::f32::consts::FRAC_PI_2 - octant } else { octant };
+    let half = if x < 0.0 { core::f32::consts::PI - quadrant } else { quadrant };
+    if y.is_sign_negative() { -half } else { half }
+}
+
+/// Sine and cosine of an angle, rad; error below 1.5e-7.
+pub(crate) fn sin_cos(angle: f32) -> (f32, f32) {
+    const SINE: [f32; 3] = [-0.166_666_506, 0.008_331_976, -0.000_194_952_93];
+    const COSINE: [f32; 3] = [0.041_666_647, -0.001_388_736_4, 2.443_809_06e-5];
+    // Angles that have not been wrapped for very long, and what is not a number.
+    if !(angle.abs() < 4096.0) {
+        return libm::sincosf(angle);
+    }
+    let n = nearest(angle * core::f32::consts::FRAC_2_PI);
+    let whole = n as f32;
+    let rest = angle - whole * HALF_PI[0] - whole * HALF_PI[1] - whole * HALF_PI[2];
+    let square = rest * rest;
+    let sine = rest + rest * square * polynomial(SINE, square);
+    let cosine = 1.0 - 0.5 * square + square * square * polynomial(COSINE, square);
+    match n & 3 {
+        0 => (sine, cosine),
+        1 => (cosine, -sine),
+        2 => (-sine, -cosine),
+        _ => (-cosine, sine),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{atan2, exp, sin_cos};
+
+    /// Every step-th number between two, by their bits, which follow the order of positive numbers.
+    fn numbers(from: f32, to: f32, step: usize) -> impl Iterator<Item = f32> {
+        (from.to_bits()..=to.to_bits()).step_by(step).map(f32::from_bits)
+    }
+
+    #[test]
+    fn exponentials() {
+        let mut worst = 0.0_f64;
+        for x in numbers(1e-9, 87.3, 257).flat_map(|x| [x, -x]) {
+            let exact = f64::from(x).exp();
+            worst = worst.max((f64::from(exp(x)) / exact - 1.0).abs());
+        }
+        std::println!("exp: relative error {worst:e}");
+        assert!(worst < 1.5e-7, "{worst:e}");
+        assert_eq!((exp(0.0), exp(f32::NEG_INFINITY), exp(f32::INFINITY)), (1.0, 0.0, f32::INFINITY));
+        assert_eq!((exp(-200.0), exp(89.0)), (0.0, f32::INFINITY));
+        assert!(exp(f32::NAN).is_nan());
+        // Below the normal numbers it ends gradually.
+        assert!((f64::from(exp(-90.0)) / (-90.0_f64).exp() - 1.0).abs() < 1e-3 && exp(-103.0) > 0.0);
+    }
+
+    #[test]
+    fn angles() {
+        let mut worst = 0.0_f64;
+        for y in numbers(1e-4, 1e4, 9973).flat_map(|y| [y, -y]) {
+            for x in [-300.0, -7.0, -1.0, -0.3, -1e-3, 0.0, 1e-3, 0.3, 1.0, 7.0, 300.0_f32] {
+                let exact = f64::from(y).atan2(f64::from(x));
+                worst = worst.max((f64::from(atan2(y, x)) - exact).abs());
+            }
+        }
+        std::println!("atan2: error {worst:e}");
+        assert!(worst < 3e-7, "{worst:e}");
+        let pi = core::f32::consts::PI;
+        assert_eq!((atan2(0.0, 1.0), atan2(0.0, -1.0), atan2(-0.0, -1.0)), (0.0, pi, -pi));
+        assert_eq!((atan2(2.0, 0.0), atan2(-2.0, 0.0)), (pi / 2.0, -pi / 2.0));
+        assert_eq!(atan2(0.0, 0.0), 0.0);
+        assert!((atan2(f32::INFINITY, 1.0) - pi / 2.0).abs() < 2e-7);
+        assert!(atan2(f32::NAN, 1.0).is_nan() && atan2(1.0, f32::NAN).is_nan());
+        assert!((atan2(3e38, 3e38) - pi / 4.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn sines_and_cosines() {
+        let mut worst = 0.0_f64;
+        for angle in numbers(1e-6, 4000.0, 409).flat_map(|angle| [angle, -angle]) {
+            let (sine, cosine) = sin_cos(angle);
+            let (exact_sine, exact_cosine) = f64::from(angle).sin_cos();
+            worst = worst.max((f64::from(sine) - exact_sine).abs()).max((f64::from(cosine) - exact_cosine).abs());
+        }
+        std::println!("sine, cosine: error {worst:e}");
+        assert!(worst < 1.5e-7, "{worst:e}");
+        assert_eq!(sin_cos(0.0), (0.0, 1.0));
+        assert!(sin_cos(f32::INFINITY).0.is_nan() && sin_cos(f32::NAN).1.is_nan());
+        let (sine, cosine) = sin_cos(1e6);
+        assert!((f64::from(sine) - 1e6_f64.sin()).abs() < 1e-6 && (f64::from(cosine) - 1e6_f64.cos()).abs() < 1e-6);
+    }
+}
