@@ -1,4 +1,4 @@
-//! Links only if no panic can be reached from setting up, predicting, scanning and estimating, in either precision:
+//! Links only if no panic can be reached from setting up, predicting, scanning and estimating, in single precision or, with the feature `double`, in double:
 //! whoever panics calls a function that does not exist.
 #![no_std]
 #![no_main]
@@ -9,13 +9,16 @@ extern crate alloc;
 use core::hint::black_box;
 use core::panic::PanicInfo;
 use cortex_m_rt::entry;
-use scphd::Real;
 use scphd_firmware::board;
 use scphd_stream::{Memory, Monitor, ScanCost, Seen, memory, replay};
 use static_cell::ConstStaticCell;
 
-static SINGLE: ConstStaticCell<Memory<f32>> = ConstStaticCell::new(memory());
-static DOUBLE: ConstStaticCell<Memory<f64>> = ConstStaticCell::new(memory());
+#[cfg(not(feature = "double"))]
+type Scalar = f32;
+#[cfg(feature = "double")]
+type Scalar = f64;
+
+static MEMORY: ConstStaticCell<Memory<Scalar>> = ConstStaticCell::new(memory());
 
 /// Makes the compiler keep what it is told.
 struct Witness;
@@ -36,16 +39,11 @@ impl Monitor for Witness {
     }
 }
 
-fn run<T: Real>(memory: &'static ConstStaticCell<Memory<T>>) {
-    if let Some(memory) = memory.try_take() {
-        let _ = black_box(replay(board::stream(), memory, u32::MAX, &mut Witness));
-    }
-}
-
 #[entry]
 fn main() -> ! {
-    run(&SINGLE);
-    run(&DOUBLE);
+    if let Some(memory) = MEMORY.try_take() {
+        let _ = black_box(replay(board::stream(), memory, u32::MAX, &mut Witness));
+    }
     loop {
         cortex_m::asm::wfi();
     }

@@ -30,10 +30,12 @@ pub fn step() -> Outcome {
 fn prove() -> Result<(), String> {
     let toolchain = toolchain::find(&TARGETS)?;
     for board in EMULATED.iter().chain([&REFERENCE]) {
-        let image = image::build(&toolchain, board, PROOF, &Extra::default())
-            .map_err(|error| format!("a panic is reachable, or the image does not fit {}: {error}", board.name))?;
-        if let Some(symbol) = allocator_symbol(&image)? {
-            return Err(format!("{} has the allocator's {symbol}", image.path.display()));
+        for features in [&[][..], &["double"]] {
+            let image = image::build(&toolchain, board, PROOF, &Extra { features, flags: &[] })
+                .map_err(|error| format!("a panic is reachable, or the image does not fit {}: {error}", board.name))?;
+            if let Some(symbol) = allocator_symbol(&image)? {
+                return Err(format!("{} has the allocator's {symbol}", image.path.display()));
+            }
         }
     }
     for name in ["replay-f32", "replay-f64"] {
