@@ -19,6 +19,7 @@ use nalgebra::{SMatrix, SVector};
 
 /// Where a particle's samples are drawn from.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Proposal<T> {
     /// From the transition density, by every prediction (5.12).
     #[default]
@@ -29,6 +30,7 @@ pub enum Proposal<T> {
 
 /// Parameters of the informed proposal.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Informed<T> {
     /// Linearisations, 1 to 16. Associations are decided anew in each, from the pose of the one before.
     pub rounds: usize,
@@ -125,7 +127,7 @@ where
     {
         split(candidates, cursor.particles, samples);
         cursor.children = samples;
-        let families = candidates.chunks_mut(samples).zip(ln_corrections.chunks_mut(samples));
+        let families = candidates.chunks_mut(samples.max(1)).zip(ln_corrections.chunks_mut(samples.max(1)));
         for (particle, ((family, ln_corrections), spread)) in families.zip(spreads).take(cursor.particles).enumerate() {
             let Some(parent) = family.first().map(|candidate| candidate.pose) else { continue };
             let root = spread.root();

@@ -90,7 +90,10 @@ where
         let lower = result.lower.as_mut();
         for row in 0..N {
             for column in 0..=row {
-                lower[at(row, column)] = element(row, column);
+                let element = element(row, column);
+                if let Some(slot) = lower.get_mut(at(row, column)) {
+                    *slot = element;
+                }
             }
         }
         result
@@ -237,21 +240,25 @@ where
         let mut factor = Factor { lower: self.lower, pivots: [T::ZERO; N] };
         let l = factor.lower.as_mut();
         for column in 0..N {
-            let mut pivot = l[at(column, column)];
-            for k in 0..column {
-                pivot -= l[at(column, k)] * l[at(column, k)] * factor.pivots[k];
+            let mut pivot = element(l, at(column, column));
+            for (k, &earlier) in factor.pivots.iter().enumerate().take(column) {
+                pivot -= element(l, at(column, k)) * element(l, at(column, k)) * earlier;
             }
             // Written so that NaN fails too.
             if !(pivot > T::ZERO && pivot.is_finite()) {
                 return None;
             }
-            factor.pivots[column] = pivot;
+            if let Some(slot) = factor.pivots.get_mut(column) {
+                *slot = pivot;
+            }
             for row in column + 1..N {
-                let mut element = l[at(row, column)];
-                for k in 0..column {
-                    element -= l[at(row, k)] * l[at(column, k)] * factor.pivots[k];
+                let mut product = element(l, at(row, column));
+                for (k, &earlier) in factor.pivots.iter().enumerate().take(column) {
+                    product -= element(l, at(row, k)) * element(l, at(column, k)) * earlier;
                 }
-                l[at(row, column)] = element / pivot;
+                if let Some(slot) = l.get_mut(at(row, column)) {
+                    *slot = product / pivot;
+                }
             }
         }
         Some(factor)
@@ -358,6 +365,13 @@ where
 
 /// ln 2π.
 const LN_TAU: f64 = 1.837_877_066_409_345_3;
+
+/// The element at a place of the packed triangle; the loops over a generic dimension stay inside it, which the compiler
+/// cannot always see.
+#[inline]
+fn element<T: Real>(lower: &[T], place: usize) -> T {
+    lower.get(place).copied().unwrap_or(T::ZERO)
+}
 
 #[cfg(test)]
 mod tests {

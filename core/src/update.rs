@@ -91,10 +91,10 @@ where
             }
             while alive.next_if_eq(&parent).is_some() {}
         }
-        tally.survivors = survivors.chunk_by(|a, b| a == b).count();
+        tally.survivors = runs(survivors).count();
         let mut remaining = tally.survivors;
         let mut particle = 0;
-        let mut copies = survivors.chunk_by(|a, b| a == b).peekable();
+        let mut copies = runs(survivors).peekable();
         while let Some(copy) = copies.next() {
             let Some(&survivor) = copy.first() else { continue };
             let parent = parent_of(survivor);
@@ -356,7 +356,11 @@ where
     /// What one component has become, missed or detected, and has not been merged since, bears one tag, and stands side
     /// by side: the heaviest keeps the tag, the others get fresh ones.
     fn tell_apart(&mut self, next_tag: &mut u32) {
-        for copies in self.workspace.in_view_mut().chunk_by_mut(|a, b| a.component.tag == b.component.tag) {
+        let mut rest = self.workspace.in_view_mut();
+        while let Some(tag) = rest.first().map(|entry| entry.component.tag) {
+            let len = rest.iter().take_while(|entry| entry.component.tag == tag).count();
+            let Some((copies, after)) = rest.split_at_mut_checked(len) else { break };
+            rest = after;
             if copies.len() < 2 {
                 continue;
             }
@@ -456,4 +460,16 @@ fn morton<T: Real, const D: usize>(position: &SVector<T, D>, bounds: &Bounds<T, 
         }
     }
     key
+}
+
+/// The survivors in runs of equal ones. The standard library's `chunk_by` has a panic that the compiler cannot see to
+/// be out of reach.
+fn runs(mut survivors: &[u16]) -> impl Iterator<Item = &[u16]> {
+    core::iter::from_fn(move || {
+        let first = survivors.first()?;
+        let len = survivors.iter().take_while(|&survivor| survivor == first).count();
+        let (run, rest) = survivors.split_at_checked(len)?;
+        survivors = rest;
+        Some(run)
+    })
 }

@@ -11,9 +11,9 @@ pub(crate) const VERSION: u16 = 1;
 pub const UNKNOWN: u32 = u32::MAX;
 
 /// Number of [`FIELDS`].
-const COUNT: usize = 35;
+const COUNT: usize = 39;
 /// Bytes before the fields: magic, version, length, choices, counts, seed.
-const FRONT: usize = 48;
+const FRONT: usize = 52;
 /// Bytes of the whole head, its check included.
 pub(crate) const LENGTH: usize = FRONT + 8 * COUNT + 4;
 
@@ -59,6 +59,15 @@ pub enum Likelihood {
     RbSingle,
 }
 
+/// Where poses are drawn from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Proposal {
+    /// The odometry alone.
+    Blind,
+    /// Odometry and scan.
+    Informed,
+}
+
 /// How components are merged.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Reduction {
@@ -88,6 +97,8 @@ macro_rules! header {
             pub likelihood: Likelihood,
             /// How components are merged.
             pub reduction: Reduction,
+            /// Where poses are drawn from.
+            pub proposal: Proposal,
             /// Scans in the stream, or [`UNKNOWN`].
             pub scans: u32,
             /// Predictions in the stream, or [`UNKNOWN`].
@@ -110,12 +121,14 @@ macro_rules! header {
             [$(Field { get: |header| header.$name, set: |header| &mut header.$name },)*];
 
         impl Header {
-            /// A head with every number zero, one particle, one sample, single cluster, greedy merging and unknown counts.
+            /// A head with every number zero, one particle, one sample, single cluster, greedy merging, blind proposal and unknown
+            /// counts.
             pub const EMPTY: Self = Self {
                 scalar: Scalar::F64,
                 vehicle: Vehicle::Ackermann,
                 likelihood: Likelihood::SingleCluster,
                 reduction: Reduction::Greedy,
+                proposal: Proposal::Blind,
                 scans: UNKNOWN,
                 predictions: UNKNOWN,
                 most_measurements: UNKNOWN,
@@ -188,6 +201,12 @@ header! {
     merge_cost,
     /// Least weight of an estimated feature.
     extraction_weight,
+    /// Linearisations of the informed proposal; a whole number.
+    proposal_rounds,
+    /// Share of the informed proposal's covariance that is drawn.
+    proposal_drawn,
+    /// Least share of a measurement with which a component steers the informed proposal.
+    proposal_least_share,
     /// w_m, birth intensity of moving features, 1/(m·rad); 0 for none.
     moving_birth_intensity,
     /// Standard deviation of each coordinate of a new feature's velocity, m/s.
@@ -198,6 +217,8 @@ header! {
     lifetime_s,
     /// Forget moving components whose position has a greater standard deviation, m.
     spread_max_m,
+    /// Least weight of an estimated moving feature.
+    moving_extraction_weight,
     /// Time from one scan to the next, s; the median where it varies.
     scan_interval_s,
 }
@@ -223,6 +244,13 @@ impl Header {
                 Reduction::Greedy => 0,
                 Reduction::Runnalls => 1,
             },
+            match self.proposal {
+                Proposal::Blind => 0,
+                Proposal::Informed => 1,
+            },
+            0,
+            0,
+            0,
         ];
         let counts =
             [self.scans, self.predictions, self.most_measurements, self.particles, self.samples, self.max_components];
@@ -265,7 +293,7 @@ impl Header {
 
     /// What follows version and length; consumes all of it, known choices or not.
     fn fields(bytes: &mut Bytes<'_>) -> Option<Self> {
-        let [scalar, vehicle, likelihood, reduction] = bytes.array()?;
+        let [scalar, vehicle, likelihood, reduction, proposal, 0, 0, 0] = bytes.array()? else { return None };
         let mut header = Self::EMPTY;
         for count in [
             &mut header.scans,
@@ -303,6 +331,11 @@ impl Header {
             1 => Reduction::Runnalls,
             _ => return None,
         };
+        header.proposal = match proposal {
+            0 => Proposal::Blind,
+            1 => Proposal::Informed,
+            _ => return None,
+        };
         Some(header)
     }
 }
@@ -318,6 +351,7 @@ mod tests {
             vehicle: Vehicle::UnicycleArc,
             likelihood: Likelihood::RbSingle,
             reduction: Reduction::Runnalls,
+            proposal: Proposal::Informed,
             scans: 1,
             predictions: 2,
             most_measurements: 3,
@@ -338,21 +372,21 @@ mod tests {
         let header = numbered();
         let bytes = header.encode();
         assert_eq!(Header::decode(&mut Bytes(&bytes)), Ok(header));
-        assert_eq!((header.start_x_m, header.scan_interval_s), (100.5, 134.5));
+        assert_eq!((header.start_x_m, header.scan_interval_s), (100.5, 138.5));
     }
 
     /// The places of the documented layout, by hand.
     #[test]
     fn the_layout_is_the_documented_one() {
         let bytes = numbered().encode();
-        assert_eq!(bytes.len(), 332);
-        assert_eq!(&bytes[..12], b"SCPHDLOG\x01\x00\x4c\x01");
-        assert_eq!(bytes[12..16], [4, 2, 2, 1]);
-        assert_eq!(bytes[16..20], [1, 0, 0, 0]);
-        assert_eq!(bytes[36..40], [6, 0, 0, 0]);
-        assert_eq!(bytes[40..48], [8, 7, 6, 5, 4, 3, 2, 1]);
-        assert_eq!(bytes[48..56], 100.5_f64.to_le_bytes());
-        assert_eq!(bytes[320..328], 134.5_f64.to_le_bytes());
+        assert_eq!(bytes.len(), 368);
+        assert_eq!(&bytes[..12], b"SCPHDLOG\x01\x00\x70\x01");
+        assert_eq!(bytes[12..20], [4, 2, 2, 1, 1, 0, 0, 0]);
+        assert_eq!(bytes[20..24], [1, 0, 0, 0]);
+        assert_eq!(bytes[40..44], [6, 0, 0, 0]);
+        assert_eq!(bytes[44..52], [8, 7, 6, 5, 4, 3, 2, 1]);
+        assert_eq!(bytes[52..60], 100.5_f64.to_le_bytes());
+        assert_eq!(bytes[356..364], 138.5_f64.to_le_bytes());
     }
 
     #[test]

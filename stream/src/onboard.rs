@@ -4,10 +4,10 @@ use crate::{Header, Vehicle, header};
 use core::fmt;
 use nalgebra::{SVector, Vector2};
 use scphd::{
-    Ackermann, AckermannControl, AckermannGeometry, Component, Config, ConstantVelocity, ControlNoise, Likelihood,
-    Linearised, MapMemory, ModelError, Models, Motion, MovingConfig, Noise, PlanarPose, PredictError, RangeBearing,
-    RangeBearingWindow, Real, Reduction, ResetError, ScPhd, ScanError, SetupError, State, Step, Unicycle,
-    UnicycleControl, UniformClutter,
+    Ackermann, AckermannControl, AckermannGeometry, Component, Config, ConstantVelocity, ControlNoise, Informed,
+    Likelihood, Linearised, MapMemory, ModelError, Models, Motion, MovingConfig, Noise, PlanarPose, PredictError,
+    Proposal, RangeBearing, RangeBearingWindow, Real, Reduction, ResetError, ScPhd, ScanError, SetupError, State, Step,
+    Unicycle, UnicycleControl, UniformClutter,
 };
 
 const PARTICLES: usize = 32;
@@ -382,6 +382,14 @@ fn config<T: Real>(header: &Header) -> Config<T> {
         birth_intensity: T::from_f64(header.birth_intensity),
         resample_threshold: T::from_f64(header.resample_threshold),
         prune_weight: T::from_f64(header.prune_weight),
+        proposal: match header.proposal {
+            header::Proposal::Blind => Proposal::Blind,
+            header::Proposal::Informed => Proposal::Informed(Informed {
+                rounds: header.proposal_rounds as usize,
+                drawn: T::from_f64(header.proposal_drawn),
+                least_share: T::from_f64(header.proposal_least_share),
+            }),
+        },
         likelihood: match header.likelihood {
             header::Likelihood::SingleCluster => Likelihood::SingleCluster,
             header::Likelihood::RbEmpty => Likelihood::EmptyMap,
@@ -400,7 +408,7 @@ fn config<T: Real>(header: &Header) -> Config<T> {
                 lifetime_s: T::from_f64(header.lifetime_s),
             },
             spread_max_m: T::from_f64(header.spread_max_m),
-            extraction_weight: T::from_f64(header.extraction_weight),
+            extraction_weight: T::from_f64(header.moving_extraction_weight),
         },
         max_components: header.max_components as usize,
         ..Config::default()

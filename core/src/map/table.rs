@@ -88,7 +88,14 @@ impl MapTable<'_> {
         let length = self.pages(from).len();
         let start = from * self.map_pages;
         self.pages(from).iter().for_each(|&id| pool.share(id));
-        self.ids.copy_within(start..start + length, to * self.map_pages);
+        // The standard library's copy has a panic that the compiler cannot see to be out of reach.
+        let target = to * self.map_pages;
+        for offset in 0..length {
+            let Some(&id) = self.ids.get(start + offset) else { break };
+            if let Some(slot) = self.ids.get_mut(target + offset) {
+                *slot = id;
+            }
+        }
         if let Some(slot) = self.lengths.get_mut(to) {
             *slot = length as u16;
         }

@@ -7,7 +7,7 @@ pub use worst_case::worst_case;
 use crate::events::{Event, events};
 use crate::log::{Log, Vehicle};
 use crate::settings::{self, Settings};
-use scphd_stream::{Header, Likelihood, Reduction, Scalar, Writer};
+use scphd_stream::{Header, Likelihood, Proposal, Reduction, Scalar, Writer};
 use std::convert::Infallible;
 
 /// What [`write`] put into a stream.
@@ -92,6 +92,10 @@ fn head(log: &Log, settings: &Settings, seed: u64, scalar: Scalar) -> Header {
             settings::Reduction::Greedy => Reduction::Greedy,
             settings::Reduction::Runnalls => Reduction::Runnalls,
         },
+        proposal: match filter.proposal {
+            settings::Proposal::Blind => Proposal::Blind,
+            settings::Proposal::Informed => Proposal::Informed,
+        },
         particles: count(filter.particles),
         samples: count(filter.samples),
         max_components: count(filter.max_components),
@@ -121,11 +125,15 @@ fn head(log: &Log, settings: &Settings, seed: u64, scalar: Scalar) -> Header {
         merge_distance: filter.merge_distance,
         merge_cost: filter.merge_cost,
         extraction_weight: filter.extraction_weight,
+        proposal_rounds: f64::from(count(filter.proposal_rounds)),
+        proposal_drawn: filter.proposal_drawn,
+        proposal_least_share: filter.proposal_least_share,
         moving_birth_intensity: moving.birth_intensity,
         velocity_sigma_mps: moving.velocity_sigma_mps,
         acceleration_psd: moving.acceleration_psd,
         lifetime_s: moving.lifetime_s,
         spread_max_m: moving.spread_max_m,
+        moving_extraction_weight: moving.extraction_weight,
         scan_interval_s: scan_interval_s(log),
         ..Header::EMPTY
     };
