@@ -2,7 +2,7 @@
 //!
 //! The same code runs on a vehicle computer and on a desk: [`Reader`] and [`Writer`] for the format
 //! (`docs/stream.md`), [`Onboard`] for a filter in fixed memory that is set up from a stream's [`Header`], and
-//! [`replay`] for the loop, which tells a [`Monitor`] the digest of the filter's state after every scan. Whoever logs a
+//! [`replay()`] for the loop, which tells a [`Monitor`] the digest of the filter's state after every scan. Whoever logs a
 //! flight with the writer can replay it to the last bit.
 //!
 //! No heap, no panics; everything a filter of the library is made of is named in `onboard.rs`, and nowhere else.

@@ -2,7 +2,7 @@
 //!
 //! Run k of a study is decided by k alone, whatever the number of threads and the order: its filter seed is the study's
 //! seed plus k, its inputs are set number k / (runs an input set), made with the study's seed plus that number or, for
-//! logs, the log of that number. So a study can be spread over machines ([`Plan::shard`]) and put together again
+//! logs, the log of that number. So a study can be spread over machines ([`Shard`]) and put together again
 //! ([`Study::merge`]), with the same result as in one piece.
 
 pub mod compare;

@@ -10,7 +10,7 @@ use crate::settings::{self, Settings};
 use scphd_stream::{Header, Likelihood, Proposal, Reduction, Scalar, Writer};
 use std::convert::Infallible;
 
-/// What [`write`] put into a stream.
+/// What [`write()`] put into a stream.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Stream {
     /// The stream.
