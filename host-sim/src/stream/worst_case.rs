@@ -11,7 +11,7 @@ const SCANS_PER_SECOND: f64 = 10.0;
 
 /// A vehicle that stands still and turns slowly while its sensor reports `measurements` places anywhere, with settings
 /// under which nothing is cheap: noise so wide that every component may have caused every measurement, nothing merged,
-/// births from all of them, no particle resampled away.
+/// births of both kinds from all of them, nothing forgotten, no particle resampled away.
 ///
 /// The particles and samples in the settings are those of the caller's memory; the map grows until every page is in
 /// use and every update runs out of room.
@@ -62,5 +62,8 @@ pub fn worst_case(particles: usize, samples: usize, measurements: usize) -> (Log
     settings.filter.merge_distance = 0.0;
     settings.filter.max_components = 65_536;
     settings.sensor.range_edge_m = 0.0;
+    settings.moving.birth_intensity = 1.0;
+    settings.moving.spread_max_m = 1e6;
+    settings.moving.lifetime_s = 1e9;
     (log, settings)
 }
