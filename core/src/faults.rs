@@ -338,3 +338,43 @@ fn covariances_stay_positive_definite_over_a_million_updates() {
     }
     std::println!("{repaired} repairs, {covariance:?}");
 }
+
+#[test]
+fn a_probe_sees_the_stages_in_order_and_changes_nothing() {
+    #[derive(Default)]
+    struct Steps(Vec<(Stage, bool)>);
+    impl Probe for Steps {
+        fn enter(&mut self, stage: Stage) {
+            self.0.push((stage, true));
+        }
+        fn leave(&mut self, stage: Stage) {
+            self.0.push((stage, false));
+        }
+    }
+    let digest = |steps: Option<&mut Steps>| {
+        let mut state = Box::new(Roomy::new());
+        let mut filter = Planar::new(models(2.0), config(), &mut *state).unwrap();
+        filter.reset(ORIGIN, 1).unwrap();
+        let scan = [Vector2::new(5.0, 1.0)];
+        match steps {
+            Some(steps) => {
+                filter.predict_with(&AHEAD, 0.1, steps).unwrap();
+                filter.scan_with(&scan, steps).unwrap();
+            }
+            None => {
+                filter.predict(&AHEAD, 0.1).unwrap();
+                filter.scan(&scan).unwrap();
+            }
+        }
+        filter.digest()
+    };
+    let mut steps = Steps::default();
+    assert_eq!(digest(Some(&mut steps)), digest(None));
+    let begun: Vec<Stage> = steps.0.iter().filter(|step| step.1).map(|step| step.0).collect();
+    let (before_reduce, reduce) = begun.split_at(5);
+    // The moving features are predicted when the scan comes.
+    assert_eq!(before_reduce, [Stage::Predict, Stage::Predict, Stage::Weigh, Stage::Resample, Stage::Update]);
+    assert!(!reduce.is_empty() && reduce.iter().all(|&stage| stage == Stage::Reduce));
+    assert_eq!(steps.0.last(), Some(&(Stage::Update, false)));
+    assert_eq!(steps.0.iter().filter(|step| !step.1).count(), begun.len());
+}

@@ -4,8 +4,8 @@ use crate::predict::{predict, spread};
 use crate::state::{Memory, State};
 use crate::{
     Clutter, Component, Config, Dim, FieldOfView, LoadMapError, Locating, MapStorage, Models, Motion, Noise, PAGE_LEN,
-    Packed, Pose, PredictError, PredictReport, Proposal, Real, ResetError, ScanError, ScanReport, Sensor, SetupError,
-    Symmetric, Twice, candidate::Candidate,
+    Packed, Pose, PredictError, PredictReport, Probe, Proposal, Real, ResetError, ScanError, ScanReport, Sensor,
+    SetupError, Stage, Symmetric, Twice, candidate::Candidate,
 };
 use nalgebra::SVector;
 
@@ -180,6 +180,19 @@ where
     /// # Errors
     /// The control is not admissible, `dt` negative or not finite, or the filter not reset; the state is as it was.
     pub fn predict(&mut self, control: &M::Control, dt: T) -> Result<PredictReport, PredictError> {
+        self.predict_with(control, dt, &mut ())
+    }
+
+    /// [`predict`](Self::predict), watched by a probe.
+    ///
+    /// # Errors
+    /// As for `predict`.
+    pub fn predict_with(
+        &mut self,
+        control: &M::Control,
+        dt: T,
+        probe: &mut impl Probe,
+    ) -> Result<PredictReport, PredictError> {
         if !(dt >= T::ZERO && dt.is_finite()) {
             return Err(PredictError::TimeStep);
         }
@@ -188,10 +201,13 @@ where
         }
         let Memory { cursor, spreads, candidates, .. } = &mut self.memory;
         let motion = &self.models.motion;
-        match self.config.proposal {
+        probe.enter(Stage::Predict);
+        let predicted = match self.config.proposal {
             Proposal::Blind => predict(motion, self.config.samples, cursor, candidates, control, dt),
             Proposal::Informed(_) => spread(motion, cursor, candidates, spreads, control, dt),
-        }
+        };
+        probe.leave(Stage::Predict);
+        predicted
     }
 
     /// Takes in one scan: weighs every candidate, selects the particles that go on and updates their maps
@@ -201,6 +217,18 @@ where
     /// A measurement is not finite, there are more than the state holds, or the filter has not been reset; the state is
     /// as it was.
     pub fn scan(&mut self, measurements: &[SVector<T, Z>]) -> Result<ScanReport<T>, ScanError> {
+        self.scan_with(measurements, &mut ())
+    }
+
+    /// [`scan`](Self::scan), watched by a probe that is told where each stage begins and ends.
+    ///
+    /// # Errors
+    /// As for `scan`.
+    pub fn scan_with(
+        &mut self,
+        measurements: &[SVector<T, Z>],
+        probe: &mut impl Probe,
+    ) -> Result<ScanReport<T>, ScanError> {
         let capacity = self.memory.measurements.len();
         if measurements.len() > capacity {
             return Err(ScanError::TooManyMeasurements { measurements: measurements.len(), capacity });
@@ -209,7 +237,7 @@ where
         if let Some(index) = measurements.iter().position(|z| !finite(z)) {
             return Err(ScanError::NonFinite { index });
         }
-        self.step(measurements)
+        self.step(measurements, probe)
     }
 
     /// The models, for changing between steps: noise may be retuned in flight.

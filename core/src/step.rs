@@ -10,8 +10,8 @@ use crate::update::Update;
 use crate::view::{Detection, View};
 use crate::weigh::weigh;
 use crate::{
-    Clutter, Dim, FieldOfView, Health, Locating, Motion, Packed, Pose, Real, ScPhd, ScanError, ScanReport, Sensor,
-    Symmetric, Twice,
+    Clutter, Dim, FieldOfView, Health, Locating, Motion, Packed, Pose, Probe, Real, ScPhd, ScanError, ScanReport,
+    Sensor, Stage, Symmetric, Twice,
 };
 use core::cell::Cell;
 use nalgebra::SVector;
@@ -31,7 +31,11 @@ where
     Dim<Z>: Packed,
 {
     /// The scan update, of measurements that have been checked.
-    pub(crate) fn step(&mut self, measured: &[SVector<T, Z>]) -> Result<ScanReport<T>, ScanError> {
+    pub(crate) fn step(
+        &mut self,
+        measured: &[SVector<T, Z>],
+        probe: &mut impl Probe,
+    ) -> Result<ScanReport<T>, ScanError> {
         let Self { models, config, memory } = self;
         let Memory {
             cursor,
@@ -59,8 +63,11 @@ where
             last_detection: Cell::new(Detection::of(T::ONE)),
         };
         // Predict what moves (5.14), once for all the steps since the last scan.
+        probe.enter(Stage::Predict);
         drift(&mut moving.pool, config, cursor.waited_s);
+        probe.leave(Stage::Predict);
 
+        probe.enter(Stage::Weigh);
         // Propose: with poses that the scan has been taken into, the samples are drawn now.
         ln_likelihoods.iter_mut().for_each(|ln_correction| *ln_correction = T::ZERO);
         if let Proposal::Informed(informed) = config.proposal
@@ -83,12 +90,16 @@ where
         }
         let ln_evidence = reweigh(candidates, ln_likelihoods);
         let n_eff = effective_number(candidates);
+        probe.leave(Stage::Weigh);
 
         // Select (5.2.2): back to one candidate a particle.
+        probe.enter(Stage::Resample);
         let survivors = survivors.get_mut(..particles).unwrap_or(&mut []);
         let selection = select(candidates, children, config.resample_threshold, n_eff, &mut noise, survivors, selected);
+        probe.leave(Stage::Resample);
 
         // Update (5.17–5.22): write the survivors' maps.
+        probe.enter(Stage::Update);
         let update = Update { still, moving, eta, config, next_tag: &mut cursor.next_tag };
         let parent = |survivor| parent_of(usize::from(survivor));
         let blurs = matches!(config.proposal, Proposal::Informed(informed) if informed.drawn < T::ONE);
@@ -96,7 +107,8 @@ where
             let spread = if blurs { spreads.get(parent(survivor)).copied() } else { None };
             candidates.get(usize::from(survivor)).map(|candidate| (look(&candidate.pose), spread))
         };
-        let tally = update.all(survivors, parent, look_again, &scan);
+        let tally = update.all(survivors, parent, look_again, &scan, probe);
+        probe.leave(Stage::Update);
 
         candidates.iter_mut().zip(selected.iter()).take(particles).for_each(|(slot, chosen)| *slot = *chosen);
         for (slot, &survivor) in selected_spreads.iter_mut().zip(survivors.iter()) {

@@ -8,7 +8,9 @@ use crate::tally::Tally;
 use crate::view::View;
 use crate::weigh::reset_eta;
 use crate::workspace::{Entry, Origin, Workspace};
-use crate::{Bounds, Component, Config, Dim, FieldOfView, LnSum, Locating, Packed, Real, Sensor, Symmetric};
+use crate::{
+    Bounds, Component, Config, Dim, FieldOfView, LnSum, Locating, Packed, Probe, Real, Sensor, Stage, Symmetric,
+};
 use nalgebra::SVector;
 
 /// Which map to update, where to put it, and what share of the pool it may take.
@@ -71,6 +73,7 @@ where
         parent_of: impl Fn(u16) -> usize,
         look: impl Fn(u16) -> Option<(View<'v, T, S, V, F>, Option<Symmetric<T, K>>)>,
         scan: &Scan<'_, T, Z>,
+        probe: &mut impl Probe,
     ) -> Tally<T>
     where
         S: Locating<T, K, D, Z> + Sensor<T, D, Z, Frame = F> + 'v,
@@ -102,7 +105,7 @@ where
             if let Some((view, spread)) = look(survivor) {
                 let task = Task { parent, particle, last_child, remaining };
                 let bounds = view.bounds();
-                self.one(task, &Sight { view, spread, bounds, scan, first_tag }, &mut tally);
+                self.one(task, &Sight { view, spread, bounds, scan, first_tag }, &mut tally, probe);
             }
             for twin in 1..copy.len() {
                 self.still.share_updated(particle, particle + twin);
@@ -123,6 +126,7 @@ where
         task: Task,
         sight: &Sight<'_, T, S, V, F, K, D, Z>,
         tally: &mut Tally<T>,
+        probe: &mut impl Probe,
     ) where
         S: Locating<T, K, D, Z> + Sensor<T, D, Z, Frame = F>,
         V: FieldOfView<T, F, D, Z>,
@@ -145,8 +149,10 @@ where
         self.still.weigh_detections(self.eta, tally);
         self.moving.weigh_detections(self.eta, tally);
         self.give_birth(sight, tally);
+        probe.enter(Stage::Reduce);
         self.still.reduce(self.config, self.next_tag, tally);
         self.moving.reduce(self.config, self.next_tag, tally);
+        probe.leave(Stage::Reduce);
         let still_stored = self.still.store(task, regained_still, &sight.bounds, tally);
         let moving_stored = self.moving.store(task, regained_moving, &sight.bounds, tally);
         if still_stored && moving_stored {
