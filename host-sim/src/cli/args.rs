@@ -270,7 +270,7 @@ pub struct Tuning {
     #[arg(long, value_name = "M")]
     pub samples: Option<usize>,
     /// Whether features may move; on: births of moving features are half as frequent as of static ones [default: on for
-    /// real indoor robots and the scenarios of 5.3.1, otherwise off]. Overrides the settings file.
+    /// the scenarios of 5.3.1, otherwise off]. Overrides the settings file.
     #[arg(long, value_enum)]
     pub moving: Option<Switch>,
     /// TOML file whose fields replace the defaults that follow from the log; any may be left out. `scphd-sim settings`

@@ -32,6 +32,10 @@ const MOVING_LIFETIME_S: f64 = 100.0;
 const MOVING_SPREAD_MAX_M: f64 = 1.5;
 /// What clutter begets is told from what moves by its weight.
 const MOVING_EXTRACTION_WEIGHT: f64 = 0.4;
+/// Linearisations of the informed proposal.
+const PROPOSAL_ROUNDS: usize = 3;
+/// A component that explains less of a measurement than this does not steer the proposal.
+const PROPOSAL_LEAST_SHARE: f64 = 0.05;
 /// Runnalls' cost per mass of the lighter of two components that are one: of equal ones two standard deviations apart.
 const MERGE_COST: f64 = 0.7;
 /// Components in view. No view of the published logs needs half of it; it bounds the time of a scan gone wrong.
@@ -48,8 +52,6 @@ const RANGE_SIGMA_SHARE: f64 = 0.01;
 /// Standard deviation of the bearing where a log does not say, rad.
 const BEARING_SIGMA_RAD: f64 = 0.02;
 
-/// Particles of a real log: its odometry errs in ways that more of them have to cover.
-const REAL_PARTICLES: usize = 200;
 /// Real maps collect remnants of landmarks seen from errant poses; they are dropped earlier.
 const REAL_PRUNE_WEIGHT: f64 = 1e-3;
 
@@ -79,8 +81,10 @@ struct Unstated {
     resample_threshold: f64,
     /// Real landmarks may stand next to each other, so only what lies within 1.3 standard deviations is one.
     merge_distance: f64,
-    /// Whether features may move.
-    moving: bool,
+    /// Particles.
+    particles: usize,
+    /// Share of the informed proposal's covariance that is drawn; none for a blind proposal.
+    drawn: Option<f64>,
 }
 
 /// A car with a wheel encoder and a steering sensor, outdoors.
@@ -96,28 +100,30 @@ const CAR: Unstated = Unstated {
     clutter_over_birth: 3.0,
     resample_threshold: 0.35,
     merge_distance: 1.8,
-    moving: false,
+    particles: 200,
+    drawn: None,
 };
 
 /// A small robot that turns on the spot, indoors, where people and other robots are about.
 const ROBOT: Unstated = Unstated {
-    speed: (0.0244, 0.29),
-    turn: (0.048, 0.1),
-    interval_s: 0.295,
-    inflation: (4.175, 1.92),
-    range_share: 0.937,
-    edges: (0.48, 0.051),
-    detection: 0.2445,
-    clutter_per_scan: 0.273,
-    clutter_over_birth: 5.9,
-    resample_threshold: 0.32,
-    merge_distance: 1.6,
-    moving: true,
+    speed: (0.03, 0.087),
+    turn: (0.047, 0.087),
+    interval_s: 0.4,
+    inflation: (1.88, 1.75),
+    range_share: 0.826,
+    edges: (1.67, 0.1),
+    detection: 0.1565,
+    clutter_per_scan: 0.2,
+    clutter_over_birth: 2.325,
+    resample_threshold: 0.5,
+    merge_distance: 2.0,
+    particles: 48,
+    drawn: Some(0.09),
 };
 
-/// Half width of a soft edge in standard deviations of its coordinate: a feature at the rim is taken for missed
-/// only where noise can hardly have put it outside.
-const EDGE_SIGMAS: f64 = 2.5;
+/// Half width of a soft edge in standard deviations of its coordinate: noise and pose decide whether a feature this near
+/// to the rim is seen. The wider the edge, the more weight a feature loses every time it leaves the view.
+const EDGE_SIGMAS: f64 = 1.0;
 /// A window this near the full circle is one, rad: logs give π with a few digits.
 const CIRCLE_SLACK_RAD: f64 = 1e-3;
 /// Bounds within which every filter works: no certain detection, no noise so small that its square vanishes.
@@ -136,8 +142,9 @@ impl Settings {
         let births =
             if sensor.clutter_per_scan > 0.0 { sensor.clutter_per_scan / clutter_over_birth } else { BIRTHS_PER_SCAN };
         let of = |simulated, real| if log.simulated { simulated } else { real };
+        let drawn = unstated.drawn.filter(|_| !log.simulated);
         let filter = FilterSettings {
-            particles: if log.simulated { PARTICLES } else { REAL_PARTICLES },
+            particles: if log.simulated { PARTICLES } else { unstated.particles },
             samples: SAMPLES,
             birth_intensity: births / measure,
             resample_threshold: of(RESAMPLE_THRESHOLD, unstated.resample_threshold),
@@ -145,10 +152,10 @@ impl Settings {
             merge_distance: of(MERGE_DISTANCE, unstated.merge_distance),
             max_components: MAX_COMPONENTS,
             extraction_weight: 0.0,
-            proposal: Proposal::Blind,
-            proposal_rounds: 3,
-            proposal_drawn: 1.0,
-            proposal_least_share: 0.01,
+            proposal: if drawn.is_some() { Proposal::Informed } else { Proposal::Blind },
+            proposal_rounds: PROPOSAL_ROUNDS,
+            proposal_drawn: drawn.unwrap_or(1.0),
+            proposal_least_share: PROPOSAL_LEAST_SHARE,
             likelihood: Likelihood::SingleCluster,
             reduction: Reduction::Greedy,
             merge_cost: MERGE_COST,
@@ -161,9 +168,7 @@ impl Settings {
             spread_max_m: MOVING_SPREAD_MAX_M,
             extraction_weight: MOVING_EXTRACTION_WEIGHT,
         };
-        let mut settings = Self { filter, vehicle: vehicle(log), sensor, moving };
-        settings.set_moving(!log.simulated && unstated.moving);
-        settings
+        Self { filter, vehicle: vehicle(log), sensor, moving }
     }
 
     /// Lets features move, or takes them all for static.
@@ -242,7 +247,7 @@ mod tests {
         assert_eq!(Some(settings.vehicle.turn_sigma), log.nominal.steering_sigma_rad);
         assert_eq!((sensor.range_sigma_m, sensor.clutter_per_scan), (0.25, 20.0));
         assert_eq!((sensor.detection_near, sensor.detection_far), (0.95, 0.95));
-        assert_eq!((sensor.bearing_edge_rad, sensor.range_edge_m), (0.0, 0.625));
+        assert_eq!((sensor.bearing_edge_rad, sensor.range_edge_m), (0.0, 0.25));
         // κ = 20 w_b, and one birth a scan from 20 false measurements.
         assert!((settings.filter.birth_intensity * 15.0 * 2.0 * PI - 1.0).abs() < 1e-12);
         assert_eq!(settings.check(), Ok(()));
