@@ -14,7 +14,7 @@ use crate::toolchain::{self, Toolchain};
 /// Scans of logs and scenarios; double precision takes ten times as long where it has to be emulated.
 const SCANS: usize = 200;
 /// Scenarios, which are always there.
-const SCENARIOS: [&str; 1] = ["survey"];
+const SCENARIOS: [&str; 2] = ["survey", "thesis-dynamic"];
 /// Recorded logs, which are not part of this repository.
 const LOGS: [&str; 2] = ["victoria_park", "mrclam_ds6_robot2"];
 
