@@ -146,7 +146,11 @@ impl<T: Real> Config<T> {
         if let Proposal::Informed(informed) = self.proposal {
             require((1..=16).contains(&informed.rounds), "proposal.rounds", "1 to 16")?;
             require(informed.drawn >= zero && informed.drawn <= one, "proposal.drawn", "between 0 and 1")?;
-            require(informed.least_share > zero && informed.least_share < one, "proposal.least_share", "above 0 and below 1")?;
+            require(
+                informed.least_share > zero && informed.least_share < one,
+                "proposal.least_share",
+                "above 0 and below 1",
+            )?;
         }
         let moving = &self.moving;
         require(

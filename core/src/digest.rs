@@ -1,6 +1,8 @@
 //! A digest of everything the filter knows.
 
-use crate::{Clutter, Component, Dim, FieldOfView, Locating, Motion, Packed, Pose, Proposal, Real, ScPhd, Sensor, Twice};
+use crate::{
+    Clutter, Component, Dim, FieldOfView, Locating, Motion, Packed, Pose, Proposal, Real, ScPhd, Sensor, Twice,
+};
 
 /// 64-bit FNV-1a over 32-bit words.
 struct Fnv(u64);

@@ -2,7 +2,10 @@
 
 use crate::reduce::heavier;
 use crate::state::Memory;
-use crate::{Clutter, Component, Dim, FieldOfView, Locating, Motion, Packed, Pose, Proposal, Real, ScPhd, Sensor, Symmetric, Twice};
+use crate::{
+    Clutter, Component, Dim, FieldOfView, Locating, Motion, Packed, Pose, Proposal, Real, ScPhd, Sensor, Symmetric,
+    Twice,
+};
 
 /// The estimated pose.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -3,9 +3,9 @@
 use crate::predict::{predict, spread};
 use crate::state::{Memory, State};
 use crate::{
-    Clutter, Component, Config, Dim, FieldOfView, LoadMapError, Locating, MapStorage, Models, Motion, Noise, PAGE_LEN, Packed,
-    Pose, PredictError, PredictReport, Proposal, Real, ResetError, ScanError, ScanReport, Sensor, SetupError, Symmetric, Twice,
-    candidate::Candidate,
+    Clutter, Component, Config, Dim, FieldOfView, LoadMapError, Locating, MapStorage, Models, Motion, Noise, PAGE_LEN,
+    Packed, Pose, PredictError, PredictReport, Proposal, Real, ResetError, ScanError, ScanReport, Sensor, SetupError,
+    Symmetric, Twice, candidate::Candidate,
 };
 use nalgebra::SVector;
 

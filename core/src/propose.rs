@@ -125,7 +125,7 @@ where
     {
         split(candidates, cursor.particles, samples);
         cursor.children = samples;
-        let families = candidates.chunks_mut(samples).zip(ln_corrections.chunks_mut(samples));
+        let families = candidates.chunks_mut(samples.max(1)).zip(ln_corrections.chunks_mut(samples.max(1)));
         for (particle, ((family, ln_corrections), spread)) in families.zip(spreads).take(cursor.particles).enumerate() {
             let Some(parent) = family.first().map(|candidate| candidate.pose) else { continue };
             let root = spread.root();
@@ -206,7 +206,8 @@ where
                 });
                 if share_sum > T::ZERO {
                     let slope = &sighted.slope;
-                    information = information.plus(&sighted.sharp.precision().congruence(&slope.transpose()).scaled(share_sum));
+                    information =
+                        information.plus(&sighted.sharp.precision().congruence(&slope.transpose()).scaled(share_sum));
                     let residual = innovation_sum + slope * posterior.mean * share_sum;
                     pull += slope.transpose() * sighted.sharp.innovation_factor().solve(&residual);
                 }

@@ -64,7 +64,8 @@ where
         if let Proposal::Informed(informed) = config.proposal
             && (cursor.predicted || informed.drawn < T::ONE)
         {
-            let proposer = Proposer { informed, look, still: &mut *still, moving: &*moving, scan: &scan, eta: &mut *eta };
+            let proposer =
+                Proposer { informed, look, still: &mut *still, moving: &*moving, scan: &scan, eta: &mut *eta };
             proposer.all(config.samples, cursor, candidates, spreads, ln_likelihoods, &mut noise);
         }
         let children = cursor.children;

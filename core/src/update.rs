@@ -118,8 +118,12 @@ where
 
     /// Updates one survivor's map as seen from its pose, reduces it and writes it to fresh pages. Pages out of view
     /// are shared with the parent.
-    fn one<S, V, F, const K: usize, const Z: usize>(&mut self, task: Task, sight: &Sight<'_, T, S, V, F, K, D, Z>, tally: &mut Tally<T>)
-    where
+    fn one<S, V, F, const K: usize, const Z: usize>(
+        &mut self,
+        task: Task,
+        sight: &Sight<'_, T, S, V, F, K, D, Z>,
+        tally: &mut Tally<T>,
+    ) where
         S: Locating<T, K, D, Z> + Sensor<T, D, Z, Frame = F>,
         V: FieldOfView<T, F, D, Z>,
         Dim<K>: Packed,
@@ -153,8 +157,11 @@ where
     }
 
     /// Adds components of weight w_b/η_z at h⁻¹(z, x) for every measurement, a static and a moving one (5.9, 5.10, 5.17).
-    fn give_birth<S, V, F, const K: usize, const Z: usize>(&mut self, sight: &Sight<'_, T, S, V, F, K, D, Z>, tally: &mut Tally<T>)
-    where
+    fn give_birth<S, V, F, const K: usize, const Z: usize>(
+        &mut self,
+        sight: &Sight<'_, T, S, V, F, K, D, Z>,
+        tally: &mut Tally<T>,
+    ) where
         S: Locating<T, K, D, Z> + Sensor<T, D, Z, Frame = F>,
         V: FieldOfView<T, F, D, Z>,
         Dim<K>: Packed,

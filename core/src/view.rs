@@ -1,7 +1,9 @@
 //! The map as one candidate pose sees it: what to expect of every component, and which measurements it meets.
 
 use crate::scan::Scan;
-use crate::{Bounds, Component, Correction, Dim, Expected, Factor, FieldOfView, Locating, Packed, Real, Sensor, Symmetric};
+use crate::{
+    Bounds, Component, Correction, Dim, Expected, Factor, FieldOfView, Locating, Packed, Real, Sensor, Symmetric,
+};
 use nalgebra::{SMatrix, SVector};
 
 /// A sensor at one pose.

@@ -3,7 +3,7 @@
 use scphd_sim::scenario;
 use scphd_sim::session::{self, Filter};
 use scphd_sim::settings::{
-    FilterSettings, Likelihood, MovingSettings, Reduction, SensorSettings, Settings, VehicleSettings,
+    FilterSettings, Likelihood, MovingSettings, Proposal, Reduction, SensorSettings, Settings, VehicleSettings,
 };
 use scphd_sim::slam::Precision;
 use std::f64::consts::PI;
@@ -33,6 +33,10 @@ fn settings() -> Settings {
             merge_distance: 4.0,
             max_components: 1000,
             extraction_weight: 0.0,
+            proposal: Proposal::Blind,
+            proposal_rounds: 3,
+            proposal_drawn: 1.0,
+            proposal_least_share: 0.01,
             likelihood: Likelihood::SingleCluster,
             reduction: Reduction::Greedy,
             merge_cost: 0.7,

@@ -98,12 +98,7 @@ impl<T: Real, B: BirthIntensity<T, PlanarFrame<T>, 2>> Sensor<T, 2, 1> for Beari
 
 impl<T: Real, B: BirthIntensity<T, PlanarFrame<T>, 2>> Locating<T, 3, 2, 1> for BearingOnly<T, B> {
     #[inline]
-    fn by_pose(
-        &self,
-        frame: &Self::Frame,
-        feature: &SVector<T, 2>,
-        expected: &Expected<T, 2, 1>,
-    ) -> SMatrix<T, 1, 3> {
+    fn by_pose(&self, frame: &Self::Frame, feature: &SVector<T, 2>, expected: &Expected<T, 2, 1>) -> SMatrix<T, 1, 3> {
         frame.by_pose(&expected.jacobian, feature)
     }
 }

@@ -69,12 +69,7 @@ impl<T: Real> RangeBearing<T> {
 
 impl<T: Real> Locating<T, 3, 2, 2> for RangeBearing<T> {
     #[inline]
-    fn by_pose(
-        &self,
-        frame: &Self::Frame,
-        feature: &SVector<T, 2>,
-        expected: &Expected<T, 2, 2>,
-    ) -> SMatrix<T, 2, 3> {
+    fn by_pose(&self, frame: &Self::Frame, feature: &SVector<T, 2>, expected: &Expected<T, 2, 2>) -> SMatrix<T, 2, 3> {
         frame.by_pose(&expected.jacobian, feature)
     }
 }

@@ -57,12 +57,7 @@ where
 {
     /// ∂h/∂x of what is expected of the feature at `feature`, in the coordinates of
     /// [`Pose::difference`](crate::Pose::difference).
-    fn by_pose(
-        &self,
-        frame: &Self::Frame,
-        feature: &SVector<T, D>,
-        expected: &Expected<T, D, Z>,
-    ) -> SMatrix<T, Z, K>;
+    fn by_pose(&self, frame: &Self::Frame, feature: &SVector<T, D>, expected: &Expected<T, D, Z>) -> SMatrix<T, Z, K>;
 }
 
 /// An expected measurement.

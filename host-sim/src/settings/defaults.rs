@@ -4,7 +4,9 @@
 //! measurements in good conditions; it does not cover what else a filter has to put up with (the width of a
 //! trunk, a time stamp that is off, a pose between two odometry rows), so real noise is set wider.
 
-use super::{FilterSettings, Likelihood, MovingSettings, Proposal, Reduction, SensorSettings, Settings, VehicleSettings};
+use super::{
+    FilterSettings, Likelihood, MovingSettings, Proposal, Reduction, SensorSettings, Settings, VehicleSettings,
+};
 use crate::log::{Log, Vehicle};
 use std::f64::consts::PI;
 
