@@ -58,6 +58,8 @@ mod extract;
 mod faults;
 mod filter;
 mod health;
+#[cfg(test)]
+mod informed;
 mod likelihood;
 mod ln_sum;
 mod map;
