@@ -4,7 +4,7 @@
 use crate::events::{Event, events};
 use crate::log::Log;
 use crate::reference::{Candidate, Component, Particle, Reference, Selection, State, Weighing};
-use crate::settings::Settings;
+use crate::settings::{Proposal, Settings};
 use crate::slam::{Precision, Refusal, Snapshot, Transparent, core_filter, reference_of};
 use serde::Serialize;
 
@@ -89,7 +89,8 @@ pub struct Comparison {
 /// done.
 ///
 /// # Errors
-/// The filter refuses the settings or a step, and says why.
+/// The filter refuses the settings or a step, and says why; or its proposal is not the blind one, the only one that the
+/// reference has.
 pub fn compare(
     log: &Log,
     settings: &Settings,
@@ -97,6 +98,9 @@ pub fn compare(
     seed: u64,
     mut progress: impl FnMut(usize),
 ) -> Result<Comparison, Refusal> {
+    if settings.filter.proposal != Proposal::Blind {
+        return Err(Refusal("the reference samples blindly; compare with filter.proposal = \"blind\"".into()));
+    }
     let reference = reference_of(settings, &log.vehicle);
     let mut filter = core_filter(settings, &log.vehicle, log.initial_pose, precision, seed)?;
     let mut comparison = Comparison { scans: Vec::with_capacity(log.scans.len()), overall: Differences::default() };

@@ -2,7 +2,7 @@
 
 use scphd_sim::compare::{Comparison, Differences, compare};
 use scphd_sim::log::{Log, Vehicle};
-use scphd_sim::settings::{Likelihood, Reduction, Settings};
+use scphd_sim::settings::{Likelihood, Proposal, Reduction, Settings};
 use scphd_sim::slam::Precision;
 use scphd_sim::{log_folder, scenario};
 use scphd_tests::{data_folder, with_roomy_stack};
@@ -31,6 +31,7 @@ fn lockstep_with(
     let mut settings = Settings::for_log(log);
     settings.filter.particles = particles;
     settings.filter.samples = samples;
+    settings.filter.proposal = Proposal::Blind;
     change(&mut settings);
     with_roomy_stack(|| compare(log, &settings, precision, SEED, |_| ())).expect("no step is refused")
 }
@@ -133,4 +134,14 @@ fn unicycle() {
 #[test]
 fn ackermann() {
     agrees_on_excerpt("thesis_cmp_a00", 40, 6, |vehicle| matches!(vehicle, Vehicle::Ackermann { .. }));
+}
+
+/// What the reference does not know is refused, not compared with something else.
+#[test]
+fn an_informed_proposal_has_no_counterpart() {
+    let log = scenario::by_name("survey", SEED).expect("a built-in scenario");
+    let mut settings = Settings::for_log(&log);
+    settings.filter.proposal = Proposal::Informed;
+    let refusal = with_roomy_stack(|| compare(&log, &settings, Precision::F64, SEED, |_| ())).unwrap_err();
+    assert!(refusal.to_string().contains("blind"), "{refusal}");
 }

@@ -3,7 +3,7 @@
 use super::{ModelError, require};
 use crate::{Noise, Real, Symmetric};
 
-/// Zero-mean Component noise on a speed and on a second control (steering angle or turn rate), section 5.3.1.
+/// Zero-mean Gaussian noise on a speed and on a second control (steering angle or turn rate), section 5.3.1.
 ///
 /// Odometry errors of real vehicles persist (scale, offset, slip); noise drawn anew for every sample averages
 /// itself away the faster the odometry comes. `interval_s` says for how long an error lasts: a prediction that
