@@ -3,7 +3,7 @@
 use crate::{Dim, Factor, Packed, Real, Symmetric};
 use nalgebra::{SMatrix, SVector};
 
-/// A component w N(m, P) of a Component mixture (5.8), with the logarithm of its weight.
+/// A component w N(m, P) of a Gaussian mixture (5.8), with the logarithm of its weight.
 ///
 /// The weight is the expected number of features that the component stands for. A static feature has the state (position)
 /// of dimension N = D, a moving one (position, velocity) of dimension N = 2D.

@@ -31,17 +31,35 @@ pub struct Config<T> {
     pub resample_threshold: T,
     /// Components below this weight are dropped (Vo & Ma 2006, table II: T).
     pub prune_weight: T,
+    /// A component that leaves the view is forgotten if it is lighter than this and no better known than from one
+    /// measurement: most of those were born from clutter, and nothing would ever miss them. Zero: all are kept, as the
+    /// thesis has it.
+    pub unconfirmed_weight: T,
     /// Which components are merged.
     pub reduction: Reduction<T>,
     /// Greatest number of components kept in view, of each kind (Vo & Ma 2006, table II: J_max).
     pub max_components: usize,
-    /// Least weight of an estimated static feature. Zero: the round(N̂) heaviest components, whatever they weigh (5.2.7).
+    /// Which components are the estimated features.
+    pub extraction: Extraction,
+    /// Least weight of an estimated static feature. Zero: round(N̂) components, whatever they weigh (5.2.7).
     pub extraction_weight: T,
     /// Features that move.
     pub moving: MovingConfig<T>,
     /// A term of η_z (4.51) below this fraction of what explains the measurement without any feature is left out.
     /// At the default, the precision of the scalar, leaving it out does not change the sum.
     pub negligible: T,
+}
+
+/// Which of a map's components are the round(N̂) estimated features.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Extraction {
+    /// The heaviest (5.2.7).
+    #[default]
+    Heaviest,
+    /// Those of the highest peaks of the intensity, w (2π)^{−D/2} |P|^{−1/2}. A feature seen many times that the last scan has
+    /// missed is light, but its peak is high; two false measurements that happened to agree are heavy and flat.
+    Peaks,
 }
 
 /// The part of the tuning that is about features that move.
@@ -94,8 +112,10 @@ impl<T: Real> Default for Config<T> {
             birth_intensity: T::from_f64(0.01),
             resample_threshold: T::from_f64(0.5),
             prune_weight: T::from_f64(1e-4),
+            unconfirmed_weight: T::ZERO,
             reduction: Reduction::Greedy { merge_distance: T::from_f64(4.0) },
             max_components: usize::MAX,
+            extraction: Extraction::Heaviest,
             extraction_weight: T::ZERO,
             moving: MovingConfig::none(),
             negligible: T::EPSILON,
@@ -143,6 +163,11 @@ impl<T: Real> Config<T> {
             "between 0 and 1",
         )?;
         require(self.prune_weight > zero && self.prune_weight < one, "prune_weight", "above 0 and below 1")?;
+        require(
+            self.unconfirmed_weight >= zero && self.unconfirmed_weight <= one,
+            "unconfirmed_weight",
+            "between 0 and 1",
+        )?;
         require(self.reduction.is_usable(), "reduction", "of a bound that is finite and not negative")?;
         require(self.max_components >= 1, "max_components", "at least 1")?;
         require(

@@ -1,5 +1,6 @@
 //! State extraction (5.2.7).
 
+use crate::config::Extraction;
 use crate::reduce::heavier;
 use crate::state::Memory;
 use crate::{
@@ -24,7 +25,7 @@ where
 pub struct MapEstimate<T> {
     /// N̂ = Σ w: the expected number of features.
     pub expected_features: T,
-    /// Features written: the round(N̂) heaviest components, or as many as there are.
+    /// Features written: the first round(N̂) components in the order of the extraction, or as many as there are.
     pub features: usize,
     /// Features left out because the buffer was too small for them.
     pub left_out: usize,
@@ -87,10 +88,11 @@ where
         self.memory.cursor.heaviest
     }
 
-    /// Writes the round(N̂) heaviest components of the heaviest particle's static map, of those that weigh at least
-    /// [`extraction_weight`](crate::Config::extraction_weight), to `features`, heaviest first.
+    /// Writes the round(N̂) first components of the heaviest particle's static map, in the order of
+    /// [`extraction`](crate::Config::extraction) and of those that weigh at least
+    /// [`extraction_weight`](crate::Config::extraction_weight), to `features`.
     pub fn estimate_map(&self, features: &mut [Component<T, D>]) -> MapEstimate<T> {
-        heaviest_of(|| self.map(self.heaviest()).copied(), self.config.extraction_weight, features)
+        first_of(|| self.map(self.heaviest()).copied(), self.config.extraction, self.config.extraction_weight, features)
     }
 
     /// The same for the static map that is expected over all particles, Σ_i ζ_i v_i, so that the covariances hold the
@@ -105,7 +107,7 @@ where
         };
         still.expect(particles, weight, config);
         let map = || still.workspace.in_view().iter().map(|entry| entry.component);
-        heaviest_of(map, config.extraction_weight, features)
+        first_of(map, config.extraction, config.extraction_weight, features)
     }
 
     /// The same for the moving features of the heaviest particle, (position, velocity), where they are by now.
@@ -114,13 +116,19 @@ where
         let now = |component: &Component<T, E>| {
             if waited_s > T::ZERO { motion.advance::<D, E>(component, waited_s) } else { *component }
         };
-        heaviest_of(|| self.moving_map(self.heaviest()).map(now), self.config.moving.extraction_weight, features)
+        first_of(
+            || self.moving_map(self.heaviest()).map(now),
+            Extraction::Heaviest,
+            self.config.moving.extraction_weight,
+            features,
+        )
     }
 }
 
-/// Writes the round(N̂) heaviest components, of those that weigh at least `least_weight`, to `features`, heaviest first.
-fn heaviest_of<T: Real, const N: usize, I: Iterator<Item = Component<T, N>>>(
+/// Writes the first round(N̂) components in the order of the extraction, of those that weigh enough, to `features`.
+fn first_of<T: Real, const N: usize, I: Iterator<Item = Component<T, N>>>(
     map: impl Fn() -> I,
+    extraction: Extraction,
     least_weight: T,
     features: &mut [Component<T, N>],
 ) -> MapEstimate<T>
@@ -144,10 +152,25 @@ where
                 held += 1;
                 break;
             }
-            if heavier(&carried, slot) {
+            if comes_first(extraction, &carried, slot) {
                 core::mem::swap(&mut carried, slot);
             }
         }
     }
     MapEstimate { expected_features, features: held, left_out: wanted - held }
+}
+
+/// Whether `a` is extracted before `b`.
+fn comes_first<T: Real, const N: usize>(extraction: Extraction, a: &Component<T, N>, b: &Component<T, N>) -> bool
+where
+    Dim<N>: Packed,
+{
+    if extraction == Extraction::Heaviest {
+        return heavier(a, b);
+    }
+    let ln_peak = |component: &Component<T, N>| {
+        component.covariance.factor().map_or(T::NEG_INFINITY, |factor| component.ln_weight + factor.ln_peak())
+    };
+    let (of_a, of_b) = (ln_peak(a), ln_peak(b));
+    of_a > of_b || (of_a == of_b && heavier(a, b))
 }

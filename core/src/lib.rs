@@ -2,7 +2,7 @@
 //!
 //! Where is the vehicle, and what is around it? This crate answers with the single-cluster PHD filter of C. S. Lee's
 //! thesis (*SLAM using Single Cluster PHD Filters*, Girona 2014): particles for the vehicle (the parent process), and
-//! for every particle a Component mixture for the map (the daughter process). Features are a random finite set: there is
+//! for every particle a Gaussian mixture for the map (the daughter process). Features are a random finite set: there is
 //! no data association to get wrong, and clutter and missed detections are part of the model.
 //!
 //! It is written for vehicle computers:
@@ -84,6 +84,8 @@ mod state;
 mod step;
 mod symmetric;
 mod tally;
+#[cfg(test)]
+mod unconfirmed;
 mod update;
 mod view;
 mod weigh;
@@ -93,7 +95,7 @@ pub use angle::wrap;
 pub use bounds::Bounds;
 pub use candidate::Candidate;
 pub use component::{Component, Correction};
-pub use config::{Config, ConfigError, MovingConfig};
+pub use config::{Config, ConfigError, Extraction, MovingConfig};
 pub use error::{LoadMapError, PredictError, ResetError, ScanError, SetupError};
 pub use extract::{MapEstimate, PoseEstimate};
 pub use filter::ScPhd;

@@ -134,14 +134,13 @@ where
         Dim<Z>: Packed,
     {
         reset_eta(self.eta, sight.scan);
-        let ln_floor = self.config.prune_weight.ln();
-        let regained_still = self.still.collect(task, ln_floor, sight, self.eta, tally);
+        let regained_still = self.still.collect(task, self.config, sight, self.eta, tally);
         let first_birth = sight.first_tag.wrapping_add(sight.scan.len() as u32);
         for (index, birth) in sight.view.expected_births().enumerate() {
             let birth = Component { tag: first_birth.wrapping_add(index as u32), ..birth };
             self.still.workspace.look_at(&birth, sight, self.eta, tally);
         }
-        let regained_moving = self.moving.collect(task, ln_floor, sight, self.eta, tally);
+        let regained_moving = self.moving.collect(task, self.config, sight, self.eta, tally);
         for (eta, measurement) in self.eta.iter_mut().zip(sight.scan.iter()) {
             // From here on: by how much features lower the weight of whatever explains the measurement.
             *eta = LnSum::of(measurement.ln_reference() - eta.ln());
@@ -293,7 +292,7 @@ where
     fn collect<S, V, F, const K: usize, const Z: usize>(
         &mut self,
         task: Task,
-        ln_floor: T,
+        config: &Config<T>,
         sight: &Sight<'_, T, S, V, F, K, D, Z>,
         eta: &mut [LnSum<T>],
         tally: &mut Tally<T>,
@@ -305,7 +304,8 @@ where
         Dim<Z>: Packed,
     {
         let bounds = &sight.bounds;
-        self.workspace.clear(ln_floor);
+        self.workspace.clear(config.prune_weight.ln());
+        let ln_unconfirmed = config.unconfirmed_weight.ln();
         let mut regained = 0;
         for &id in self.predicted.pages(task.parent) {
             let Some(page) = self.pool.get(id) else { continue };
@@ -323,6 +323,9 @@ where
                 }
             }
             if seen {
+                self.workspace.retain_outside(outside, |component| {
+                    component.ln_weight >= ln_unconfirmed || sight.view.is_confirmed(component)
+                });
                 let only_holder = self.pool.references(id) == 1;
                 regained += usize::from(task.last_child && only_holder);
             } else {

@@ -197,6 +197,24 @@ where
         self.outside = outside;
     }
 
+    /// Keeps of the components out of view, pushed since there were `outside` of them, those that satisfy `keep`.
+    pub(crate) fn retain_outside(&mut self, outside: usize, keep: impl Fn(&Component<T, N>) -> bool) {
+        let capacity = self.entries.len();
+        let mut kept = outside;
+        for place in outside..self.outside {
+            let Some(entry) = self.entries.get(capacity.saturating_sub(place + 1)).copied() else { break };
+            if keep(&entry.component) {
+                kept += 1;
+                if let Some(slot) = self.entries.get_mut(capacity.saturating_sub(kept)) {
+                    *slot = entry;
+                }
+            } else {
+                self.pruned_mass += entry.component.ln_weight.exp();
+            }
+        }
+        self.outside = kept;
+    }
+
     /// Adds a component in view, unless it is below the floor.
     pub(crate) fn push(&mut self, component: Component<T, N>, origin: Origin<T>) {
         if !(component.ln_weight >= self.ln_floor) {

@@ -89,8 +89,8 @@ pub struct Comparison {
 /// done.
 ///
 /// # Errors
-/// The filter refuses the settings or a step, and says why; or its proposal is not the blind one, the only one that the
-/// reference has.
+/// The filter refuses the settings or a step, and says why; or they ask for what the reference does not have: a proposal
+/// that is not blind, or forgetting of what was not confirmed.
 pub fn compare(
     log: &Log,
     settings: &Settings,
@@ -98,8 +98,9 @@ pub fn compare(
     seed: u64,
     mut progress: impl FnMut(usize),
 ) -> Result<Comparison, Refusal> {
-    if settings.filter.proposal != Proposal::Blind {
-        return Err(Refusal("the reference samples blindly; compare with filter.proposal = \"blind\"".into()));
+    if settings.filter.proposal != Proposal::Blind || settings.filter.unconfirmed_weight > 0.0 {
+        let needed = "filter.proposal = \"blind\" and filter.unconfirmed_weight = 0";
+        return Err(Refusal(format!("the reference samples blindly and forgets nothing; compare with {needed}")));
     }
     let reference = reference_of(settings, &log.vehicle);
     let mut filter = core_filter(settings, &log.vehicle, log.initial_pose, precision, seed)?;

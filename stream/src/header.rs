@@ -11,7 +11,7 @@ pub(crate) const VERSION: u16 = 1;
 pub const UNKNOWN: u32 = u32::MAX;
 
 /// Number of [`FIELDS`].
-const COUNT: usize = 39;
+const COUNT: usize = 40;
 /// Bytes before the fields: magic, version, length, choices, counts, seed.
 const FRONT: usize = 52;
 /// Bytes of the whole head, its check included.
@@ -77,6 +77,15 @@ pub enum Reduction {
     Runnalls,
 }
 
+/// Which components are the estimated features.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Extraction {
+    /// The heaviest.
+    Heaviest,
+    /// The highest peaks.
+    Peaks,
+}
+
 /// One number of the head.
 struct Field {
     get: fn(&Header) -> f64,
@@ -99,6 +108,8 @@ macro_rules! header {
             pub reduction: Reduction,
             /// Where poses are drawn from.
             pub proposal: Proposal,
+            /// Which components are the estimated static features.
+            pub extraction: Extraction,
             /// Scans in the stream, or [`UNKNOWN`].
             pub scans: u32,
             /// Predictions in the stream, or [`UNKNOWN`].
@@ -121,14 +132,15 @@ macro_rules! header {
             [$(Field { get: |header| header.$name, set: |header| &mut header.$name },)*];
 
         impl Header {
-            /// A head with every number zero, one particle, one sample, single cluster, greedy merging, blind proposal and unknown
-            /// counts.
+            /// A head with every number zero, one particle, one sample, single cluster, greedy merging, blind proposal, the heaviest
+            /// extracted and unknown counts.
             pub const EMPTY: Self = Self {
                 scalar: Scalar::F64,
                 vehicle: Vehicle::Ackermann,
                 likelihood: Likelihood::SingleCluster,
                 reduction: Reduction::Greedy,
                 proposal: Proposal::Blind,
+                extraction: Extraction::Heaviest,
                 scans: UNKNOWN,
                 predictions: UNKNOWN,
                 most_measurements: UNKNOWN,
@@ -195,6 +207,8 @@ header! {
     resample_threshold,
     /// Drop components below this weight.
     prune_weight,
+    /// Forget components that leave the view lighter than this and no better known than from one measurement.
+    unconfirmed_weight,
     /// Merge components within this squared Mahalanobis distance.
     merge_distance,
     /// Merge by Runnalls' cost up to this bound.
@@ -248,7 +262,10 @@ impl Header {
                 Proposal::Blind => 0,
                 Proposal::Informed => 1,
             },
-            0,
+            match self.extraction {
+                Extraction::Heaviest => 0,
+                Extraction::Peaks => 1,
+            },
             0,
             0,
         ];
@@ -293,7 +310,7 @@ impl Header {
 
     /// What follows version and length; consumes all of it, known choices or not.
     fn fields(bytes: &mut Bytes<'_>) -> Option<Self> {
-        let [scalar, vehicle, likelihood, reduction, proposal, 0, 0, 0] = bytes.array()? else { return None };
+        let [scalar, vehicle, likelihood, reduction, proposal, extraction, 0, 0] = bytes.array()? else { return None };
         let mut header = Self::EMPTY;
         for count in [
             &mut header.scans,
@@ -336,6 +353,11 @@ impl Header {
             1 => Proposal::Informed,
             _ => return None,
         };
+        header.extraction = match extraction {
+            0 => Extraction::Heaviest,
+            1 => Extraction::Peaks,
+            _ => return None,
+        };
         Some(header)
     }
 }
@@ -352,6 +374,7 @@ mod tests {
             likelihood: Likelihood::RbSingle,
             reduction: Reduction::Runnalls,
             proposal: Proposal::Informed,
+            extraction: Extraction::Peaks,
             scans: 1,
             predictions: 2,
             most_measurements: 3,
@@ -379,14 +402,14 @@ mod tests {
     #[test]
     fn the_layout_is_the_documented_one() {
         let bytes = numbered().encode();
-        assert_eq!(bytes.len(), 368);
+        assert_eq!(bytes.len(), 376);
         assert_eq!(&bytes[..12], b"SCPHDLOG\x01\x00\x70\x01");
         assert_eq!(bytes[12..20], [4, 2, 2, 1, 1, 0, 0, 0]);
         assert_eq!(bytes[20..24], [1, 0, 0, 0]);
         assert_eq!(bytes[40..44], [6, 0, 0, 0]);
         assert_eq!(bytes[44..52], [8, 7, 6, 5, 4, 3, 2, 1]);
         assert_eq!(bytes[52..60], 100.5_f64.to_le_bytes());
-        assert_eq!(bytes[356..364], 138.5_f64.to_le_bytes());
+        assert_eq!(bytes[364..372], 138.5_f64.to_le_bytes());
     }
 
     #[test]

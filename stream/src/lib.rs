@@ -24,7 +24,7 @@ mod reader;
 mod replay;
 mod writer;
 
-pub use header::{Header, Likelihood, Proposal, Reduction, Scalar, UNKNOWN, Vehicle};
+pub use header::{Extraction, Header, Likelihood, Proposal, Reduction, Scalar, UNKNOWN, Vehicle};
 pub use onboard::{
     CAPACITIES, Capacities, MEASUREMENTS, Memory, Onboard, RamPart, Refusal, Scan, Seen, memory, ram_parts,
 };

@@ -4,10 +4,10 @@ use crate::{Header, Vehicle, header};
 use core::fmt;
 use nalgebra::{SVector, Vector2};
 use scphd::{
-    Ackermann, AckermannControl, AckermannGeometry, Component, Config, ConstantVelocity, ControlNoise, Informed,
-    Likelihood, Linearised, MapMemory, ModelError, Models, Motion, MovingConfig, Noise, PlanarPose, PredictError,
-    Proposal, RangeBearing, RangeBearingWindow, Real, Reduction, ResetError, ScPhd, ScanError, SetupError, State, Step,
-    Unicycle, UnicycleControl, UniformClutter,
+    Ackermann, AckermannControl, AckermannGeometry, Component, Config, ConstantVelocity, ControlNoise, Extraction,
+    Informed, Likelihood, Linearised, MapMemory, ModelError, Models, Motion, MovingConfig, Noise, PlanarPose,
+    PredictError, Proposal, RangeBearing, RangeBearingWindow, Real, Reduction, ResetError, ScPhd, ScanError,
+    SetupError, State, Step, Unicycle, UnicycleControl, UniformClutter,
 };
 
 const PARTICLES: usize = 32;
@@ -382,6 +382,7 @@ fn config<T: Real>(header: &Header) -> Config<T> {
         birth_intensity: T::from_f64(header.birth_intensity),
         resample_threshold: T::from_f64(header.resample_threshold),
         prune_weight: T::from_f64(header.prune_weight),
+        unconfirmed_weight: T::from_f64(header.unconfirmed_weight),
         proposal: match header.proposal {
             header::Proposal::Blind => Proposal::Blind,
             header::Proposal::Informed => Proposal::Informed(Informed {
@@ -398,6 +399,10 @@ fn config<T: Real>(header: &Header) -> Config<T> {
         reduction: match header.reduction {
             header::Reduction::Greedy => Reduction::Greedy { merge_distance: T::from_f64(header.merge_distance) },
             header::Reduction::Runnalls => Reduction::Runnalls { merge_cost: T::from_f64(header.merge_cost) },
+        },
+        extraction: match header.extraction {
+            header::Extraction::Heaviest => Extraction::Heaviest,
+            header::Extraction::Peaks => Extraction::Peaks,
         },
         extraction_weight: T::from_f64(header.extraction_weight),
         moving: MovingConfig {

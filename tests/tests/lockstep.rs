@@ -31,7 +31,7 @@ fn lockstep_with(
     let mut settings = Settings::for_log(log);
     settings.filter.particles = particles;
     settings.filter.samples = samples;
-    settings.filter.proposal = Proposal::Blind;
+    settings.restrict_to_reference();
     change(&mut settings);
     with_roomy_stack(|| compare(log, &settings, precision, SEED, |_| ())).expect("no step is refused")
 }

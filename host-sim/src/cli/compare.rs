@@ -9,7 +9,7 @@ use scphd_sim::compare::{self, Comparison};
 use scphd_sim::log::Log;
 use scphd_sim::output::comparison::{self, Compared};
 use scphd_sim::session::{Filter, with_roomy_stack};
-use scphd_sim::settings::{Proposal, Settings};
+use scphd_sim::settings::Settings;
 use scphd_sim::slam::Precision;
 
 /// Particles and samples unless told otherwise: the reference takes every step again, at its own pace.
@@ -27,8 +27,7 @@ pub fn compare(args: CompareArgs) -> Result<(), Failure> {
     let mut defaults = Settings::for_log(&log);
     defaults.filter.particles = PARTICLES;
     defaults.filter.samples = SAMPLES;
-    // What the reference has no counterpart of.
-    defaults.filter.proposal = Proposal::Blind;
+    defaults.restrict_to_reference();
     let settings = tuned(defaults, &args.tuning)?;
     let outputs = Outputs { json: args.json, out: args.out };
     outputs.check()?;

@@ -61,6 +61,7 @@ impl Source {
 pub fn scenario_defaults(name: &str, log: &Log) -> Settings {
     let mut settings = Settings::for_log(log);
     if let Some(run) = thesis_run(name) {
+        settings.restrict_to_reference();
         settings.filter.particles = run.particles;
         settings.filter.samples = run.samples;
         settings.filter.resample_threshold = run.resample_threshold;

@@ -5,7 +5,8 @@
 //! trunk, a time stamp that is off, a pose between two odometry rows), so real noise is set wider.
 
 use super::{
-    FilterSettings, Likelihood, MovingSettings, Proposal, Reduction, SensorSettings, Settings, VehicleSettings,
+    Extraction, FilterSettings, Likelihood, MovingSettings, Proposal, Reduction, SensorSettings, Settings,
+    VehicleSettings,
 };
 use crate::log::{Log, Vehicle};
 use std::f64::consts::PI;
@@ -18,6 +19,9 @@ const SAMPLES: usize = 1;
 const RESAMPLE_THRESHOLD: f64 = 0.5;
 /// A component of this weight is one expected feature in ten thousand.
 const PRUNE_WEIGHT: f64 = 1e-4;
+/// A simulated feature in view is seen in nearly every scan: what has been seen but once and leaves the view lighter than
+/// this was clutter.
+const UNCONFIRMED_WEIGHT: f64 = 0.5;
 /// Squared Mahalanobis distance of components that are one: two standard deviations.
 const MERGE_DISTANCE: f64 = 4.0;
 /// w_m / w_b: most of what turns up stands still.
@@ -149,8 +153,10 @@ impl Settings {
             birth_intensity: births / measure,
             resample_threshold: of(RESAMPLE_THRESHOLD, unstated.resample_threshold),
             prune_weight: of(PRUNE_WEIGHT, REAL_PRUNE_WEIGHT),
+            unconfirmed_weight: of(UNCONFIRMED_WEIGHT, 0.0),
             merge_distance: of(MERGE_DISTANCE, unstated.merge_distance),
             max_components: MAX_COMPONENTS,
+            extraction: Extraction::Heaviest,
             extraction_weight: 0.0,
             proposal: if drawn.is_some() { Proposal::Informed } else { Proposal::Blind },
             proposal_rounds: PROPOSAL_ROUNDS,
@@ -169,6 +175,12 @@ impl Settings {
             extraction_weight: MOVING_EXTRACTION_WEIGHT,
         };
         Self { filter, vehicle: vehicle(log), sensor, moving }
+    }
+
+    /// Leaves out what goes beyond the recursion of the thesis, and so has no counterpart in the reference.
+    pub fn restrict_to_reference(&mut self) {
+        self.filter.proposal = Proposal::Blind;
+        self.filter.unconfirmed_weight = 0.0;
     }
 
     /// Lets features move, or takes them all for static.

@@ -38,10 +38,14 @@ pub struct FilterSettings {
     pub resample_threshold: f64,
     /// Drop components below this weight.
     pub prune_weight: f64,
+    /// Forget components that leave the view lighter than this and no better known than from one measurement.
+    pub unconfirmed_weight: f64,
     /// Merge components within this squared Mahalanobis distance.
     pub merge_distance: f64,
     /// Components kept in view, at most.
     pub max_components: usize,
+    /// Which components are the estimated static features.
+    pub extraction: Extraction,
     /// Least weight of an estimated static feature.
     pub extraction_weight: f64,
     /// Where poses are drawn from.
@@ -68,6 +72,16 @@ pub enum Proposal {
     Blind,
     /// Odometry and scan.
     Informed,
+}
+
+/// Which components are the estimated features: see [`scphd::Extraction`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Extraction {
+    /// The heaviest.
+    Heaviest,
+    /// The highest peaks.
+    Peaks,
 }
 
 /// The particle likelihood: see `docs/recursion.md`.

@@ -6,8 +6,8 @@ use crate::record::{MapFeature, MovingFeature};
 use crate::reference::{self, Candidate, Draws};
 use crate::settings::{self, SensorSettings, Settings};
 use scphd::{
-    Ackermann, AckermannControl, AckermannGeometry, Component, Config, ConstantVelocity, ControlNoise, Dim, Informed,
-    Likelihood, MapMemory, Models, Motion, MovingConfig, Noise, Packed, PlanarPose, Proposal, RangeBearing,
+    Ackermann, AckermannControl, AckermannGeometry, Component, Config, ConstantVelocity, ControlNoise, Dim, Extraction,
+    Informed, Likelihood, MapMemory, Models, Motion, MovingConfig, Noise, Packed, PlanarPose, Proposal, RangeBearing,
     RangeBearingWindow, Real, Reduction, ScPhd, State, Step, Unicycle, UnicycleControl, UniformClutter,
 };
 
@@ -310,6 +310,7 @@ fn with_motion<T: Real, M: PlanarMotion<T> + 'static>(
         samples: filter.samples,
         birth_intensity: T::from_f64(filter.birth_intensity),
         resample_threshold: T::from_f64(filter.resample_threshold),
+        unconfirmed_weight: T::from_f64(filter.unconfirmed_weight),
         prune_weight: T::from_f64(filter.prune_weight),
         proposal: match filter.proposal {
             settings::Proposal::Blind => Proposal::Blind,
@@ -329,6 +330,10 @@ fn with_motion<T: Real, M: PlanarMotion<T> + 'static>(
             settings::Reduction::Runnalls => Reduction::Runnalls { merge_cost: T::from_f64(filter.merge_cost) },
         },
         max_components: filter.max_components,
+        extraction: match filter.extraction {
+            settings::Extraction::Heaviest => Extraction::Heaviest,
+            settings::Extraction::Peaks => Extraction::Peaks,
+        },
         extraction_weight: T::from_f64(filter.extraction_weight),
         moving: MovingConfig {
             birth_intensity: T::from_f64(settings.moving.birth_intensity),
@@ -344,7 +349,7 @@ fn with_motion<T: Real, M: PlanarMotion<T> + 'static>(
     };
     let candidates = filter.particles.saturating_mul(filter.samples);
     Ok(match (filter.particles, candidates) {
-        (..=32, ..=64) => Box::new(CoreFilter::<T, M, 32, 64, 2048, 128>::start(models, config, initial_pose, seed)?),
+        (..=32, ..=64) => Box::new(CoreFilter::<T, M, 32, 64, 16_384, 512>::start(models, config, initial_pose, seed)?),
         (..=128, ..=256) => {
             Box::new(CoreFilter::<T, M, 128, 256, 16_384, 256>::start(models, config, initial_pose, seed)?)
         }

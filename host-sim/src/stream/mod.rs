@@ -7,7 +7,7 @@ pub use worst_case::worst_case;
 use crate::events::{Event, events};
 use crate::log::{Log, Vehicle};
 use crate::settings::{self, Settings};
-use scphd_stream::{Header, Likelihood, Proposal, Reduction, Scalar, Writer};
+use scphd_stream::{Extraction, Header, Likelihood, Proposal, Reduction, Scalar, Writer};
 use std::convert::Infallible;
 
 /// What [`write()`] put into a stream.
@@ -96,6 +96,10 @@ fn head(log: &Log, settings: &Settings, seed: u64, scalar: Scalar) -> Header {
             settings::Proposal::Blind => Proposal::Blind,
             settings::Proposal::Informed => Proposal::Informed,
         },
+        extraction: match filter.extraction {
+            settings::Extraction::Heaviest => Extraction::Heaviest,
+            settings::Extraction::Peaks => Extraction::Peaks,
+        },
         particles: count(filter.particles),
         samples: count(filter.samples),
         max_components: count(filter.max_components),
@@ -122,6 +126,7 @@ fn head(log: &Log, settings: &Settings, seed: u64, scalar: Scalar) -> Header {
         birth_intensity: filter.birth_intensity,
         resample_threshold: filter.resample_threshold,
         prune_weight: filter.prune_weight,
+        unconfirmed_weight: filter.unconfirmed_weight,
         merge_distance: filter.merge_distance,
         merge_cost: filter.merge_cost,
         extraction_weight: filter.extraction_weight,
