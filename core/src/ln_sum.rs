@@ -36,13 +36,14 @@ impl<T: Real> LnSum<T> {
         sum
     }
 
-    /// Adds a term, given by its logarithm. A term of −∞ (weight zero) or NaN adds nothing.
+    /// Adds a term, given by its logarithm. A term of −∞ (weight zero) or NaN adds nothing, and neither does one that is too
+    /// small to change the sum: relative to its greatest term, the sum is never below one.
     #[inline]
     pub fn add(&mut self, ln_term: T) {
         if ln_term > self.greatest {
             self.scaled = self.scaled * (self.greatest - ln_term).exp() + T::ONE;
             self.greatest = ln_term;
-        } else if ln_term > T::NEG_INFINITY {
+        } else if ln_term > self.greatest + T::LN_VANISHING {
             self.scaled += (ln_term - self.greatest).exp();
         }
     }

@@ -240,11 +240,10 @@ where
         let mut noise = *view.sensor.noise();
         if let Some(spread) = spread {
             let blur = view.blur(spread, &component.position::<D>(), &expectation.expected());
-            let Some(blurred) = expectation.blurred::<S>(&blur) else { return false };
-            expectation = blurred;
+            expectation = expectation.blurred(&blur);
             noise = noise.plus(&blur);
         }
-        let ln_weight = component.ln_weight + expectation.ln_missed;
+        let ln_weight = component.ln_weight + expectation.detection.ln_missed;
         self.push(Component { ln_weight, ..*component }, Origin::Missed);
         let mut correction = None;
         view.matches(&expectation, scan, |found| {
@@ -255,7 +254,7 @@ where
             let ln_bound = found.ln_term - found.ln_reference;
             if ln_bound >= self.ln_floor() {
                 let correction = correction.get_or_insert_with(|| {
-                    let correction = expectation.correction(component, &noise);
+                    let correction = expectation.correction(component, &noise, found.factor);
                     tally.repaired += usize::from(correction.repaired());
                     correction
                 });

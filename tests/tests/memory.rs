@@ -64,8 +64,8 @@ fn every_capacity_costs_what_its_arrays_cost() {
     // The pose and its weight, and ln L.
     assert_eq!(bytes!(0, 8, 0, 0, 0, 0) - total, 8 * (candidate + SCALAR), "candidates");
 
-    // Components, their box and their number; then a reference count and a place in the list of free pages.
-    let page = (PAGE_LEN * COMPONENT + size_of::<Bounds<f32, 2>>() + INDEX).next_multiple_of(SCALAR);
+    // Components, their weights, their box and their number; then a reference count and a place in the list of free pages.
+    let page = (PAGE_LEN * (COMPONENT + SCALAR) + size_of::<Bounds<f32, 2>>() + INDEX).next_multiple_of(SCALAR);
     assert_eq!(bytes!(0, 0, 8, 0, 0, 0) - total, 8 * (page + 2 * INDEX), "pages");
 
     // An index in both lists of every particle.
