@@ -34,7 +34,7 @@ impl<T: Real, const Z: usize> Measurement<T, Z> {
 }
 
 /// Buckets of the index over the sorting coordinate.
-const BUCKETS: usize = 64;
+const BUCKETS: usize = 128;
 
 /// A scan, sorted by the sensor's sorting coordinate.
 #[derive(Debug, Clone)]

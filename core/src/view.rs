@@ -59,7 +59,7 @@ where
 
 /// A measurement that a component may have caused.
 #[derive(Debug)]
-pub(crate) struct Match<'e, T: Real, const Z: usize>
+pub(crate) struct Match<T: Real, const Z: usize>
 where
     Dim<Z>: Packed,
 {
@@ -68,7 +68,7 @@ where
     /// z ⊖ ẑ.
     pub(crate) innovation: SVector<T, Z>,
     /// The factor of the component's S.
-    pub(crate) factor: &'e Factor<T, Z>,
+    pub(crate) factor: Factor<T, Z>,
     /// The squared Mahalanobis length vᵀ S⁻¹ v.
     pub(crate) distance: T,
     /// ln( p_D w N(z; ẑ, S) ), the component's term in η_z (4.51).
@@ -203,13 +203,12 @@ impl<T: Real, S, V, F> View<'_, T, S, V, F> {
         &self,
         expectation: &Expectation<T, D, Z>,
         scan: &Scan<'_, T, Z>,
-        mut found: impl FnMut(Match<'_, T, Z>),
+        mut found: impl FnMut(Match<T, Z>),
     ) where
         S: Sensor<T, D, Z, Frame = F>,
         Dim<D>: Packed,
         Dim<Z>: Packed,
     {
-        let half = T::from_f64(0.5);
         let ln_least = scan.ln_least_unexplained() + self.ln_negligible;
         // The peak itself takes a factorisation and a logarithm, which components that meet nothing do without. The last
         // term outweighs rounding.
@@ -220,25 +219,42 @@ impl<T: Real, S, V, F> View<'_, T, S, V, F> {
         }
         let farthest = headroom + headroom;
         let covariance = &expectation.innovation_covariance;
-        let squared_reach = farthest * covariance.get(S::SORTED_BY, S::SORTED_BY);
-        let reach = squared_reach.sqrt_above();
-        let mut sharpness = None;
+        // vᵀ S⁻¹ v is at least v_k²/S_kk for every coordinate k.
+        let farthest_along = SVector::<T, Z>::from_fn(|k, _| farthest * covariance.get(k, k));
+        let reach = farthest_along.get(S::SORTED_BY).map_or(T::ZERO, |&squared| squared.sqrt_above());
         scan.near(&expectation.measurement, reach, |(index, measured)| {
             let innovation = self.sensor.innovation(&measured.z, &expectation.measurement);
-            let beyond = |(k, &along): (usize, &T)| along * along > farthest * covariance.get(k, k);
-            if innovation.iter().enumerate().any(beyond) {
+            if innovation.iter().zip(farthest_along.iter()).any(|(&along, &farthest)| along * along > farthest) {
                 return;
             }
-            if sharpness.is_none() {
-                sharpness =
-                    covariance.factor().map(|factor| (expectation.ln_detected_weight + factor.ln_peak(), factor));
-            }
-            let Some((ln_peak, factor)) = &sharpness else { return };
-            let distance = factor.mahalanobis(&innovation);
-            let ln_term = *ln_peak - half * distance;
-            if ln_term >= ln_least {
-                found(Match { index, innovation, factor, distance, ln_term, ln_reference: measured.ln_reference() });
+            let ln_detected_weight = expectation.ln_detected_weight;
+            let ln_reference = measured.ln_reference();
+            if let Some(met) = Match::of(index, innovation, *covariance, ln_detected_weight, ln_reference)
+                && met.ln_term >= ln_least
+            {
+                found(met);
             }
         });
+    }
+}
+
+impl<T: Real, const Z: usize> Match<T, Z>
+where
+    Dim<Z>: Packed,
+{
+    /// A measurement near what is expected; `None` where rounding has left S without a factor. Apart from the loop over the
+    /// measurements, most of which do not come this far, so that the loop stays in the processor's registers.
+    #[inline(never)]
+    fn of(
+        index: usize,
+        innovation: SVector<T, Z>,
+        covariance: Symmetric<T, Z>,
+        ln_detected_weight: T,
+        ln_reference: T,
+    ) -> Option<Self> {
+        let factor = covariance.factor()?;
+        let distance = factor.mahalanobis(&innovation);
+        let ln_term = ln_detected_weight + factor.ln_peak() - T::from_f64(0.5) * distance;
+        Some(Self { index, innovation, factor, distance, ln_term, ln_reference })
     }
 }
