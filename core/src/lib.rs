@@ -82,6 +82,7 @@ mod single;
 mod sort;
 mod state;
 mod step;
+mod strips;
 mod symmetric;
 mod tally;
 mod update;

@@ -1,7 +1,8 @@
 //! Mixture reduction: merge and cap (Vo & Ma 2006, table II), after pruning.
 
 use crate::sort::shell_sort;
-use crate::workspace::{Entry, InView, Linked, Origin, Ranked, Workspace};
+use crate::strips::{Linked, NONE, Strips, list};
+use crate::workspace::{Entry, InView, Origin, Ranked, Workspace};
 use crate::{Component, Dim, Packed, Real};
 use nalgebra::SVector;
 
@@ -41,10 +42,12 @@ where
 {
     let before = workspace.in_view().len();
     let InView { entries, ranking, links } = workspace.orders_mut();
-    rank_heaviest_first(entries, ranking, |_| 0);
     match reduction {
         Reduction::Greedy { merge_distance } => merge_near(entries, ranking, links, merge_distance),
-        Reduction::Runnalls { merge_cost } => merge_cheap(entries, ranking, merge_cost),
+        Reduction::Runnalls { merge_cost } => {
+            rank_heaviest_first(entries, ranking, |_| 0);
+            merge_cheap(entries, ranking, merge_cost);
+        }
     }
     workspace.retain(|entry| entry.origin != Origin::Gone);
     let merged = before - workspace.in_view().len();
@@ -93,6 +96,14 @@ where
     if a_key == b_key { lies_before(&a.mean, &b.mean).unwrap_or(false) } else { a_key < b_key }
 }
 
+/// The same of components at different places, of which the first one comes first where they are equal.
+fn comes_before<T: Real, const N: usize>(a: (usize, &Component<T, N>), b: (usize, &Component<T, N>)) -> bool
+where
+    Dim<N>: Packed,
+{
+    heavier(a.1, b.1) || (a.0 < b.0 && !heavier(b.1, a.1))
+}
+
 /// Whether `a` lies before `b` by x, then by y, …; `None` where they are the same.
 fn lies_before<T: Real, const N: usize>(a: &SVector<T, N>, b: &SVector<T, N>) -> Option<bool> {
     a.iter().zip(b.iter()).find(|(a, b)| a != b).map(|(a, b)| a < b)
@@ -109,6 +120,14 @@ fn rank_heaviest_first<T: Real, const N: usize>(
     for (index, (ranked, entry)) in ranking.iter_mut().zip(entries).enumerate() {
         *ranked = Ranked { key: heaviest_first(entry.component.ln_weight, class(entry)), entry: index as u16 };
     }
+    sort_heaviest_first(entries, ranking);
+}
+
+/// Orders some entries by their keys, then by position.
+fn sort_heaviest_first<T: Real, const N: usize>(entries: &[Entry<T, N>], ranking: &mut [Ranked])
+where
+    Dim<N>: Packed,
+{
     let mean = |ranked: &Ranked| entries.get(usize::from(ranked.entry)).map(|entry| &entry.component.mean);
     shell_sort(ranking, |a, b| {
         if a.key != b.key {
@@ -119,85 +138,81 @@ fn rank_heaviest_first<T: Real, const N: usize>(
     });
 }
 
-/// Strips across the first axis, by which heads are found.
-const STRIPS: usize = 64;
-
-/// Past the last of a list.
-const NONE: u16 = u16::MAX;
-
 /// Vo & Ma 2006, table II: the heaviest component h left takes in every component i left with
 /// (m_i − m_h)ᵀ P_i⁻¹ (m_i − m_h) ≤ `merge_distance`; repeat. Those taken in are marked as gone.
 ///
-/// The same the other way around: every component, heaviest first, goes to the heaviest of the heads so far that are as near
-/// as that, and is a head itself where there is none. The distance is at least δ²/P_i of any one axis, so that a
-/// component looks for heads only in those strips across the first axis that it reaches itself.
+/// The same the other way around: every component goes to the heaviest of the heads before it that are as near as that, and is a
+/// head itself where there is none. So the order matters among neighbours alone, and most components have none that
+/// comes before them. The distance is at least δ²/P_i of any one axis, so that a component looks for neighbours only in
+/// those strips across the first axis that it reaches itself.
 fn merge_near<T: Real, const N: usize>(
     entries: &mut [Entry<T, N>],
-    ranking: &[Ranked],
+    ranking: &mut [Ranked],
     links: &mut [Linked],
     merge_distance: T,
 ) where
     Dim<N>: Packed,
 {
-    let along = |component: &Component<T, N>| component.mean.get(0).copied().unwrap_or(T::ZERO);
-    let (mut low, mut high) = (T::INFINITY, T::NEG_INFINITY);
-    for Entry { component, .. } in entries.iter() {
-        (low, high) = (along(component).at_most(low), along(component).at_least(high));
+    let strips = Strips::new(entries, links);
+    let mut doubtful = 0;
+    for (index, entry) in entries.iter().enumerate() {
+        let component = &entry.component;
+        let follows = |other: usize| {
+            let Some(Entry { component: other_component, .. }) = entries.get(other) else { return false };
+            other != index
+                && is_near(component, &other_component.mean, merge_distance)
+                && comes_before((other, other_component), (index, component))
+        };
+        if strips.reached_by(component, merge_distance, links).any(follows)
+            && let Some(slot) = ranking.get_mut(doubtful)
+        {
+            *slot = Ranked { key: heaviest_first(component.ln_weight, 0), entry: index as u16 };
+            doubtful += 1;
+        }
     }
-    let per_unit = if high > low { T::from_usize(STRIPS) / (high - low) } else { T::ZERO };
-    let strip = |x: T| usize::try_from(((x - low) * per_unit).to_i32()).unwrap_or(0).min(STRIPS - 1);
-    // The heads of every strip and the members of every head are lists of ranks. A component is in one of them.
-    let mut first_heads = [NONE; STRIPS];
-
-    for (rank, ranked) in ranking.iter().enumerate() {
-        let Some(&Entry { component, .. }) = entries.get(usize::from(ranked.entry)) else { continue };
-        let x = along(&component);
-        // A little more than the distance at which rounding could still decide for a merger.
-        let reach =
-            (merge_distance * component.covariance.get(0, 0)).sqrt_above() * (T::ONE + T::from_f64(8.0) * T::EPSILON);
-        let mut heaviest = NONE;
-        for &first in first_heads.get(strip(x - reach)..=strip(x + reach)).unwrap_or(&[]) {
-            let mut candidate = first;
-            while let Some((link, at)) = links.get(usize::from(candidate)).zip(ranking.get(usize::from(candidate))) {
-                if candidate < heaviest
-                    && let Some(head) = entries.get(usize::from(at.entry))
-                    && is_near(&component, &head.component.mean, merge_distance)
-                {
-                    heaviest = candidate;
-                }
-                candidate = link.next;
+    let doubtful = ranking.get_mut(..doubtful).unwrap_or(&mut []);
+    sort_heaviest_first(entries, doubtful);
+    for ranked in doubtful.iter() {
+        let index = usize::from(ranked.entry);
+        let Some(&Entry { component, .. }) = entries.get(index) else { continue };
+        let mut head: Option<(usize, &Component<T, N>)> = None;
+        for other in strips.reached_by(&component, merge_distance, links).filter(|&other| other != index) {
+            let Some(Entry { component: candidate, origin }) = entries.get(other) else { continue };
+            if *origin != Origin::Gone
+                && is_near(&component, &candidate.mean, merge_distance)
+                && comes_before((other, candidate), (index, &component))
+                && head.is_none_or(|held| comes_before((other, candidate), held))
+            {
+                head = Some((other, candidate));
             }
         }
-        let mut own = Linked { next: NONE, members: NONE };
-        let list = match links.get_mut(usize::from(heaviest)) {
-            Some(head) => Some(&mut head.members),
-            None => first_heads.get_mut(strip(x)),
-        };
-        if let Some(first) = list {
-            own.next = *first;
-            *first = rank as u16;
-        }
-        if heaviest != NONE
-            && let Some(entry) = entries.get_mut(usize::from(ranked.entry))
+        if let Some((head, _)) = head
+            && let Some((entry, link)) = entries.get_mut(index).zip(links.get_mut(index))
         {
             entry.origin = Origin::Gone;
-        }
-        if let Some(link) = links.get_mut(rank) {
-            *link = own;
+            link.head = head as u16;
         }
     }
-
-    for (ranked, link) in ranking.iter().zip(links.iter()).filter(|(_, link)| link.members != NONE) {
-        let head_index = usize::from(ranked.entry);
-        let Some(&Entry { component: head, .. }) = entries.get(head_index) else { continue };
-        let mut next = link.members;
-        let members = core::iter::from_fn(|| {
-            let (link, at) = links.get(usize::from(next)).zip(ranking.get(usize::from(next)))?;
-            next = link.next;
-            entries.get(usize::from(at.entry)).map(|entry| &entry.component)
-        });
+    // The strips are done with: now the lists are those of the members of every head.
+    for ranked in doubtful.iter() {
+        let Some(&Linked { head, .. }) = links.get(usize::from(ranked.entry)) else { continue };
+        if let Some(&Linked { first_member, .. }) = links.get(usize::from(head))
+            && let Some(link) = links.get_mut(usize::from(ranked.entry))
+        {
+            link.next = first_member;
+            if let Some(head) = links.get_mut(usize::from(head)) {
+                head.first_member = ranked.entry;
+            }
+        }
+    }
+    for index in 0..entries.len() {
+        let Some(&Linked { first_member, .. }) = links.get(index) else { break };
+        let Some(&Entry { component: head, .. }) = entries.get(index).filter(|_| first_member != NONE) else {
+            continue;
+        };
+        let members = list(first_member, links).filter_map(|member| entries.get(member)).map(|entry| &entry.component);
         let merged = moment_match(&head, members);
-        if let Some(entry) = entries.get_mut(head_index) {
+        if let Some(entry) = entries.get_mut(index) {
             entry.component = merged;
         }
     }

@@ -1,6 +1,7 @@
 //! Scratch for the update of one map: the components in view after the update, before they are written back.
 
 use crate::sort::bucket_sort;
+use crate::strips::Linked;
 use crate::{Component, Dim, Packed, Real};
 
 /// Where a component of the updated map comes from (5.17).
@@ -37,15 +38,6 @@ pub(crate) struct Ranked {
     pub(crate) entry: u16,
 }
 
-/// What follows an entry in the lists of the reduction, all by rank, heaviest first.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Linked {
-    /// The next in the list that the entry is in.
-    pub(crate) next: u16,
-    /// The first of those that are merged into it.
-    pub(crate) members: u16,
-}
-
 /// The components in view and the order and the lists that their reduction needs, each at least as long.
 #[derive(Debug)]
 pub(crate) struct InView<'w, T: Real, const N: usize>
@@ -75,7 +67,7 @@ where
     pub(crate) const ZERO: Self = Self {
         entries: [Entry { component: Component::ZERO, origin: Origin::Outside }; VIEW],
         ranking: [Ranked { key: 0, entry: 0 }; VIEW],
-        links: [Linked { next: 0, members: 0 }; VIEW],
+        links: [Linked { next: 0, head: 0, first_member: 0 }; VIEW],
     };
 
     pub(crate) fn view(&mut self) -> Workspace<'_, T, N> {
@@ -284,10 +276,10 @@ where
             *slot = Ranked { key: key as u32, entry: index as u16 };
         }
         let len = self.len().min(self.ranking.len());
-        // The lists of the reduction are done with; their memory holds the order, and for want of members the bucket.
-        let items =
-            self.ranking.iter().take(len).map(|ranked| Linked { next: ranked.entry, members: ranked.key as u16 });
-        bucket_sort(items, |link| usize::from(link.members), self.links);
+        // The lists of the reduction are done with; their memory holds the order, and for want of a head the bucket.
+        let link = |ranked: &Ranked| Linked { next: ranked.entry, head: ranked.key as u16, first_member: 0 };
+        let items = self.ranking.iter().take(len).map(link);
+        bucket_sort(items, |link| usize::from(link.head), self.links);
         (self.entries, self.links.get(..len).unwrap_or(&[]))
     }
 }

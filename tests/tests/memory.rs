@@ -75,6 +75,6 @@ fn every_capacity_costs_what_its_arrays_cost() {
     assert_eq!(bytes!(0, 0, 0, 0, 8, 0) - total, 8 * (4 * SCALAR + size_of::<LnSum<f32>>()), "measurements");
 
     // The component, where it comes from, its rank, and its links in the lists of the reduction.
-    let (origin, ranked, linked) = (2 * SCALAR, SCALAR + 2 * INDEX, 2 * INDEX);
+    let (origin, ranked, linked) = (2 * SCALAR, SCALAR + 2 * INDEX, 3 * INDEX);
     assert_eq!(bytes!(0, 0, 0, 0, 0, 8) - total, 8 * (COMPONENT + origin + ranked + linked), "view");
 }
