@@ -66,6 +66,7 @@ mod map;
 mod models;
 #[cfg(test)]
 mod movers;
+mod neighbours;
 mod noise;
 #[cfg(test)]
 mod oracles;
@@ -82,7 +83,6 @@ mod single;
 mod sort;
 mod state;
 mod step;
-mod strips;
 mod symmetric;
 mod tally;
 mod update;

@@ -1,7 +1,7 @@
 //! Mixture reduction: merge and cap (Vo & Ma 2006, table II), after pruning.
 
+use crate::neighbours::{Cells, Linked, NONE, list};
 use crate::sort::shell_sort;
-use crate::strips::{Linked, NONE, Strips, list};
 use crate::workspace::{Entry, InView, Origin, Ranked, Workspace};
 use crate::{Component, Dim, Packed, Real};
 use nalgebra::SVector;
@@ -142,9 +142,8 @@ where
 /// (m_i − m_h)ᵀ P_i⁻¹ (m_i − m_h) ≤ `merge_distance`; repeat. Those taken in are marked as gone.
 ///
 /// The same the other way around: every component goes to the heaviest of the heads before it that are as near as that, and is a
-/// head itself where there is none. So the order matters among neighbours alone, and most components have none that
-/// comes before them. The distance is at least δ²/P_i of any one axis, so that a component looks for neighbours only in
-/// those strips across the first axis that it reaches itself.
+/// head itself where there is none. So the order matters among neighbours alone: most components have none that
+/// comes before them, and of the others most follow one of those.
 fn merge_near<T: Real, const N: usize>(
     entries: &mut [Entry<T, N>],
     ranking: &mut [Ranked],
@@ -153,56 +152,47 @@ fn merge_near<T: Real, const N: usize>(
 ) where
     Dim<N>: Packed,
 {
-    let strips = Strips::new(entries, links);
+    let cells = Cells::new(entries, links);
+    for index in 0..entries.len() {
+        let leader = leader(index, entries, links, &cells, merge_distance);
+        if let Some(link) = links.get_mut(index) {
+            link.head = leader;
+        }
+    }
+    let leader_of = |place: u16| links.get(usize::from(place)).map_or(NONE, |link| link.head);
     let mut doubtful = 0;
-    for (index, entry) in entries.iter().enumerate() {
-        let component = &entry.component;
-        let follows = |other: usize| {
-            let Some(Entry { component: other_component, .. }) = entries.get(other) else { return false };
-            other != index
-                && is_near(component, &other_component.mean, merge_distance)
-                && comes_before((other, other_component), (index, component))
-        };
-        if strips.reached_by(component, merge_distance, links).any(follows)
-            && let Some(slot) = ranking.get_mut(doubtful)
-        {
-            *slot = Ranked { key: heaviest_first(component.ln_weight, 0), entry: index as u16 };
+    for (index, entry) in entries.iter_mut().enumerate() {
+        let leader = leader_of(index as u16);
+        if leader == NONE {
+            continue;
+        }
+        if leader_of(leader) == NONE {
+            entry.origin = Origin::Gone;
+        } else if let Some(slot) = ranking.get_mut(doubtful) {
+            *slot = Ranked { key: heaviest_first(entry.component.ln_weight, 0), entry: index as u16 };
             doubtful += 1;
         }
     }
+    // Those whose leader has one itself wait for what becomes of it.
     let doubtful = ranking.get_mut(..doubtful).unwrap_or(&mut []);
     sort_heaviest_first(entries, doubtful);
     for ranked in doubtful.iter() {
         let index = usize::from(ranked.entry);
-        let Some(&Entry { component, .. }) = entries.get(index) else { continue };
-        let mut head: Option<(usize, &Component<T, N>)> = None;
-        for other in strips.reached_by(&component, merge_distance, links).filter(|&other| other != index) {
-            let Some(Entry { component: candidate, origin }) = entries.get(other) else { continue };
-            if *origin != Origin::Gone
-                && is_near(&component, &candidate.mean, merge_distance)
-                && comes_before((other, candidate), (index, &component))
-                && head.is_none_or(|held| comes_before((other, candidate), held))
-            {
-                head = Some((other, candidate));
+        let head = leader(index, entries, links, &cells, merge_distance);
+        if let Some((entry, link)) = entries.get_mut(index).zip(links.get_mut(index)) {
+            link.head = head;
+            if head != NONE {
+                entry.origin = Origin::Gone;
             }
-        }
-        if let Some((head, _)) = head
-            && let Some((entry, link)) = entries.get_mut(index).zip(links.get_mut(index))
-        {
-            entry.origin = Origin::Gone;
-            link.head = head as u16;
         }
     }
-    // The strips are done with: now the lists are those of the members of every head.
-    for ranked in doubtful.iter() {
-        let Some(&Linked { head, .. }) = links.get(usize::from(ranked.entry)) else { continue };
-        if let Some(&Linked { first_member, .. }) = links.get(usize::from(head))
-            && let Some(link) = links.get_mut(usize::from(ranked.entry))
-        {
-            link.next = first_member;
-            if let Some(head) = links.get_mut(usize::from(head)) {
-                head.first_member = ranked.entry;
-            }
+    // The cells are done with: now the lists are those of the members of every head.
+    for index in 0..entries.len() {
+        let Some(&Linked { head, .. }) = links.get(index) else { break };
+        let Some(first) = links.get_mut(usize::from(head)) else { continue };
+        let next = core::mem::replace(&mut first.first_member, index as u16);
+        if let Some(link) = links.get_mut(index) {
+            link.next = next;
         }
     }
     for index in 0..entries.len() {
@@ -216,6 +206,32 @@ fn merge_near<T: Real, const N: usize>(
             entry.component = merged;
         }
     }
+}
+
+/// The first of those components as near to one as `merge_distance`, and not gone, that come before it.
+fn leader<T: Real, const N: usize>(
+    index: usize,
+    entries: &[Entry<T, N>],
+    links: &[Linked],
+    cells: &Cells<T>,
+    merge_distance: T,
+) -> u16
+where
+    Dim<N>: Packed,
+{
+    let Some(Entry { component, .. }) = entries.get(index) else { return NONE };
+    let mut first = (index, component);
+    cells.reached_by(component, merge_distance, links, |place| {
+        if let Some(Entry { component: other, origin }) = entries.get(place)
+            && *origin != Origin::Gone
+            && place != index
+            && is_near(component, &other.mean, merge_distance)
+            && comes_before((place, other), first)
+        {
+            first = (place, other);
+        }
+    });
+    if first.0 == index { NONE } else { first.0 as u16 }
 }
 
 /// Runnalls 2007: the heaviest component left takes in the one left whose merger costs least, as long as that is at most

@@ -1,7 +1,7 @@
 //! Scratch for the update of one map: the components in view after the update, before they are written back.
 
+use crate::neighbours::Linked;
 use crate::sort::bucket_sort;
-use crate::strips::Linked;
 use crate::{Component, Dim, Packed, Real};
 
 /// Where a component of the updated map comes from (5.17).
