@@ -186,7 +186,7 @@ where
             }
             // A feature out of view cannot have caused the measurement; born there, it would never be missed and stay.
             let inverse = view.sensor.invert(&view.frame, &measurement.z);
-            let Some(inverse) = inverse.filter(|inverse| view.sees(&inverse.feature)) else {
+            let Some(inverse) = inverse.filter(|inverse| view.sees(&inverse.feature, &measurement.z)) else {
                 tally.no_birth += 1;
                 continue;
             };

@@ -129,17 +129,19 @@ impl<T: Real, S, V, F> View<'_, T, S, V, F> {
         (0..).map_while(|index| self.sensor.expected_birth(&self.frame, index))
     }
 
-    /// Whether a feature at this position is in view (p_D > 0).
-    pub(crate) fn sees<const D: usize, const Z: usize>(&self, feature: &SVector<T, D>) -> bool
+    /// Whether the feature at this position, which this measurement gives, is in view (p_D > 0).
+    pub(crate) fn sees<const D: usize, const Z: usize>(
+        &self,
+        feature: &SVector<T, D>,
+        measurement: &SVector<T, Z>,
+    ) -> bool
     where
         S: Sensor<T, D, Z, Frame = F>,
         V: FieldOfView<T, F, D, Z>,
         Dim<D>: Packed,
         Dim<Z>: Packed,
     {
-        self.sensor.expect(&self.frame, feature).is_some_and(|expected| {
-            self.field_of_view.detection_probability(&self.frame, feature, &expected.measurement) > T::ZERO
-        })
+        self.field_of_view.detection_probability(&self.frame, feature, measurement) > T::ZERO
     }
 
     /// Covariance that an uncertain pose lends to what is expected of a feature.

@@ -86,7 +86,7 @@ impl<T: Real> Sensor<T, 2, 2> for RangeBearing<T> {
     }
 
     /// (5.28) with the heading subtracted. The Jacobian is that of range and bearing with respect to the feature.
-    #[inline]
+    #[inline(always)]
     fn expect(&self, frame: &Self::Frame, feature: &SVector<T, 2>) -> Option<Expected<T, 2, 2>> {
         let [[dx, dy]] = (feature - frame.position).data.0;
         let squared = dx * dx + dy * dy;
@@ -104,7 +104,7 @@ impl<T: Real> Sensor<T, 2, 2> for RangeBearing<T> {
         })
     }
 
-    #[inline]
+    #[inline(always)]
     fn innovation(&self, measured: &SVector<T, 2>, expected: &SVector<T, 2>) -> SVector<T, 2> {
         let [[range, bearing]] = (measured - expected).data.0;
         Vector2::new(range, wrap(bearing))
