@@ -91,13 +91,18 @@ impl<T: Real> Cells<T> {
     {
         // A little more than the distance at which rounding could still decide.
         let widened = distance * (T::ONE + T::from_f64(16.0) * T::EPSILON);
-        let [rows, columns] = [0, 1].map(|axis| {
+        let reached = |axis| {
             let (x, reach) = (along(component, axis), (widened * component.covariance.get(axis, axis)).sqrt_above());
-            self.axis(axis).cell(x - reach)..=self.axis(axis).cell(x + reach)
-        });
+            self.axis(axis).cell(x - reach)..self.axis(axis).cell(x + reach) + 1
+        };
+        let (rows, columns) = (reached(0), reached(1));
         for row in self.first.get(rows).unwrap_or(&[]) {
             for &first in row.get(columns.clone()).unwrap_or(&[]) {
-                list(first, links).for_each(&mut visit);
+                let mut place = usize::from(first);
+                while let Some(link) = links.get(place) {
+                    visit(place);
+                    place = usize::from(link.next);
+                }
             }
         }
     }

@@ -111,7 +111,7 @@ fn look_within<T: Real, const N: usize, const D: usize>(
 }
 
 /// Adds the terms of a component of that weight to η_z and to what is seen; `false` where it is out of view.
-#[inline]
+#[inline(never)]
 fn look_at<T, S, V, F, const N: usize, const D: usize, const Z: usize>(
     view: &View<'_, T, S, V, F>,
     component: &Component<T, N>,
