@@ -224,6 +224,7 @@ impl<T: Real, S, V, F> View<'_, T, S, V, F> {
         // vᵀ S⁻¹ v is at least v_k²/S_kk for every coordinate k.
         let farthest_along = SVector::<T, Z>::from_fn(|k, _| farthest * covariance.get(k, k));
         let reach = farthest_along.get(S::SORTED_BY).map_or(T::ZERO, |&squared| squared.sqrt_above());
+        let mut sharpness = None;
         scan.near(&expectation.measurement, reach, |(index, measured)| {
             let innovation = self.sensor.innovation(&measured.z, &expectation.measurement);
             if innovation.iter().zip(farthest_along.iter()).any(|(&along, &farthest)| along * along > farthest) {
@@ -231,7 +232,8 @@ impl<T: Real, S, V, F> View<'_, T, S, V, F> {
             }
             let ln_detected_weight = expectation.ln_detected_weight;
             let ln_reference = measured.ln_reference();
-            if let Some(met) = Match::of(index, innovation, *covariance, ln_detected_weight, ln_reference)
+            if let Some(met) =
+                Match::of(index, innovation, *covariance, ln_detected_weight, ln_reference, &mut sharpness)
                 && met.ln_term >= ln_least
             {
                 found(met);
@@ -253,10 +255,15 @@ where
         covariance: Symmetric<T, Z>,
         ln_detected_weight: T,
         ln_reference: T,
+        sharpness: &mut Option<(T, Factor<T, Z>)>,
     ) -> Option<Self> {
-        let factor = covariance.factor()?;
+        // What does not hang on the measurement is kept for the component's next one.
+        if sharpness.is_none() {
+            *sharpness = covariance.factor().map(|factor| (ln_detected_weight + factor.ln_peak(), factor));
+        }
+        let (ln_peak, factor) = (*sharpness)?;
         let distance = factor.mahalanobis(&innovation);
-        let ln_term = ln_detected_weight + factor.ln_peak() - T::from_f64(0.5) * distance;
+        let ln_term = ln_peak - T::from_f64(0.5) * distance;
         Some(Self { index, innovation, factor, distance, ln_term, ln_reference })
     }
 }
