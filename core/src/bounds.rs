@@ -57,6 +57,13 @@ impl<T: Real, const D: usize> Bounds<T, D> {
         point.iter().zip(self.low.iter()).zip(self.high.iter()).all(within)
     }
 
+    /// Whether all of the other box is in this one.
+    #[inline]
+    #[must_use]
+    pub fn covers(&self, other: &Self) -> bool {
+        self.holds(&other.low) && self.holds(&other.high)
+    }
+
     /// Whether the boxes share a point.
     #[inline]
     #[must_use]

@@ -33,11 +33,11 @@ where
                     let held = workspace.in_view_mut().iter_mut().find(|entry| entry.component.tag == component.tag);
                     match held {
                         Some(entry) if entry.component.ln_weight >= weighted.ln_weight => {
-                            entry.component = moment_match(&entry.component, || core::iter::once(&weighted));
+                            entry.component = moment_match(&entry.component, core::iter::once(&weighted));
                         }
                         Some(entry) => {
                             let other = entry.component;
-                            entry.component = moment_match(&weighted, || core::iter::once(&other));
+                            entry.component = moment_match(&weighted, core::iter::once(&other));
                         }
                         None => workspace.push(weighted, Origin::Missed),
                     }

@@ -66,6 +66,7 @@ mod map;
 mod models;
 #[cfg(test)]
 mod movers;
+mod neighbours;
 mod noise;
 #[cfg(test)]
 mod oracles;

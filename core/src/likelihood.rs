@@ -1,5 +1,6 @@
 //! The particle likelihood, the one part in which SC-PHD and RB-PHD SLAM differ (5.3.2).
 
+use crate::ln_sum::ln_product;
 use crate::scan::Scan;
 use crate::view::View;
 use crate::weigh::Seen;
@@ -35,7 +36,7 @@ where
 {
     let eta = || scan.iter().zip(eta);
     if likelihood == Likelihood::SingleCluster {
-        return eta().fold(T::ZERO, |sum, (_, eta)| sum + eta.ln()) - seen.expected_detections;
+        return ln_product(eta().map(|(_, eta)| eta)) - seen.expected_detections;
     }
     // N̂ − N̂⁻: what every measurement adds less what is missed.
     let (mut clutter, mut gained) = (T::ZERO, T::ZERO);

@@ -31,18 +31,17 @@ impl<T: Real> LnSum<T> {
     /// The sum of one term, given by its logarithm.
     #[must_use]
     pub fn of(ln_term: T) -> Self {
-        let mut sum = Self::EMPTY;
-        sum.add(ln_term);
-        sum
+        if ln_term > T::NEG_INFINITY { Self { greatest: ln_term, scaled: T::ONE } } else { Self::EMPTY }
     }
 
-    /// Adds a term, given by its logarithm. A term of −∞ (weight zero) or NaN adds nothing.
+    /// Adds a term, given by its logarithm. A term of −∞ (weight zero) or NaN adds nothing, and neither does one that is too
+    /// small to change the sum: relative to its greatest term, the sum is never below one.
     #[inline]
     pub fn add(&mut self, ln_term: T) {
         if ln_term > self.greatest {
             self.scaled = self.scaled * (self.greatest - ln_term).exp() + T::ONE;
             self.greatest = ln_term;
-        } else if ln_term > T::NEG_INFINITY {
+        } else if ln_term > self.greatest + T::LN_VANISHING {
             self.scaled += (ln_term - self.greatest).exp();
         }
     }
@@ -55,6 +54,22 @@ impl<T: Real> LnSum<T> {
     }
 }
 
+/// Σ of the logarithms of some sums, with one logarithm for as many of them as the scalar's range lets be multiplied.
+pub(crate) fn ln_product<'s, T: Real>(sums: impl Iterator<Item = &'s LnSum<T>>) -> T {
+    // Relative to its greatest term, a sum is between one and the number of its terms.
+    let many = T::from_f64(1e30);
+    let (mut ln_product, mut product) = (T::ZERO, T::ONE);
+    for sum in sums {
+        ln_product += sum.greatest;
+        product *= sum.scaled;
+        if product > many {
+            ln_product += product.ln();
+            product = T::ONE;
+        }
+    }
+    ln_product + product.ln()
+}
+
 /// ln Σ exp(tᵢ) over all terms.
 pub(crate) fn ln_sum<T: Real>(ln_terms: impl Iterator<Item = T>) -> T {
     let mut sum = LnSum::EMPTY;
@@ -64,7 +79,8 @@ pub(crate) fn ln_sum<T: Real>(ln_terms: impl Iterator<Item = T>) -> T {
 
 #[cfg(test)]
 mod tests {
-    use super::{LnSum, ln_sum};
+    use super::{LnSum, ln_product, ln_sum};
+    use std::vec::Vec;
 
     #[test]
     fn order_and_scale_do_not_matter() {
@@ -74,6 +90,21 @@ mod tests {
         assert!((ln_sum(terms.into_iter().rev()) - direct).abs() < 1e-14);
         let shifted = ln_sum(terms.into_iter().map(|t| t - 5000.0));
         assert!((shifted - (direct - 5000.0)).abs() < 1e-11);
+    }
+
+    #[test]
+    fn products_of_many_sums() {
+        let sums: Vec<LnSum<f32>> = (0..200)
+            .map(|k| {
+                let mut sum = LnSum::of(0.1 * k as f32);
+                (0..k).for_each(|_| sum.add(0.1 * k as f32));
+                sum
+            })
+            .collect();
+        let direct: f64 = sums.iter().map(|sum| f64::from(sum.ln())).sum();
+        assert!((f64::from(ln_product(sums.iter())) / direct - 1.0).abs() < 1e-6);
+        assert_eq!(ln_product([LnSum::<f32>::EMPTY].iter()), f32::NEG_INFINITY);
+        assert_eq!(ln_product::<f32>([].iter()), 0.0);
     }
 
     #[test]

@@ -206,12 +206,13 @@ where
                         innovation_sum += found.innovation * share;
                     }
                 });
-                if share_sum > T::ZERO {
+                if share_sum > T::ZERO
+                    && let Some(sharp) = sighted.sharp.innovation_factor()
+                {
                     let slope = &sighted.slope;
-                    information =
-                        information.plus(&sighted.sharp.precision().congruence(&slope.transpose()).scaled(share_sum));
+                    information = information.plus(&sharp.inverse().congruence(&slope.transpose()).scaled(share_sum));
                     let residual = innovation_sum + slope * posterior.mean * share_sum;
-                    pull += slope.transpose() * sighted.sharp.innovation_factor().solve(&residual);
+                    pull += slope.transpose() * sharp.solve(&residual);
                 }
             }
             posterior = Posterior::new(&information, &pull)?;
@@ -253,7 +254,7 @@ where
         let sharp = view.expect(component)?;
         let by_pose = view.sensor.by_pose(&view.frame, &component.position::<D>(), &sharp.expected());
         let slope = by_pose * root;
-        let blurred = sharp.blurred::<S>(&covariance.congruence(&slope))?;
+        let blurred = sharp.blurred(&covariance.congruence(&slope));
         Some(Self { sharp, blurred, slope })
     }
 }

@@ -47,6 +47,9 @@ pub trait Real:
     const EPSILON: Self;
     /// −∞, the logarithm of a weight of zero.
     const NEG_INFINITY: Self;
+    /// ln of a quarter of [`EPSILON`](Self::EPSILON), or a little less: what is that much below a sum, relative to it, does
+    /// not change it.
+    const LN_VANISHING: Self;
     /// +∞.
     const INFINITY: Self;
     /// π.
@@ -73,6 +76,10 @@ pub trait Real:
     fn floor(self) -> Self;
     /// Square root, exactly rounded.
     fn sqrt(self) -> Self;
+    /// 1/√, to a few roundings.
+    fn inverse_sqrt(self) -> Self;
+    /// Not below the square root, and at most a thousandth above it.
+    fn sqrt_above(self) -> Self;
     /// e to the power of `self`.
     fn exp(self) -> Self;
     /// Natural logarithm.
@@ -95,13 +102,14 @@ pub trait Real:
 }
 
 macro_rules! implement_real {
-    ($t:ident, $sqrt:ident, $exp:path, $ln:ident, $sincos:path, $tan:ident, $atan2:path, $floor:ident) => {
+    ($t:ident, $sqrt:ident, $inverse_sqrt:expr, $sqrt_above:path, $exp:path, $ln:path, $sincos:path, $tan:ident, $atan2:path, $floor:ident, $vanishing:literal) => {
         impl Real for $t {
             const ZERO: Self = 0.0;
             const ONE: Self = 1.0;
             const EPSILON: Self = $t::EPSILON;
             const NEG_INFINITY: Self = $t::NEG_INFINITY;
             const INFINITY: Self = $t::INFINITY;
+            const LN_VANISHING: Self = $vanishing;
             const PI: Self = core::$t::consts::PI;
 
             #[inline]
@@ -145,12 +153,20 @@ macro_rules! implement_real {
                 libm::$sqrt(self)
             }
             #[inline]
+            fn inverse_sqrt(self) -> Self {
+                $inverse_sqrt(self)
+            }
+            #[inline]
+            fn sqrt_above(self) -> Self {
+                $sqrt_above(self)
+            }
+            #[inline]
             fn exp(self) -> Self {
                 $exp(self)
             }
             #[inline]
             fn ln(self) -> Self {
-                libm::$ln(self)
+                $ln(self)
             }
             #[inline]
             fn sin_cos(self) -> (Self, Self) {
@@ -168,5 +184,29 @@ macro_rules! implement_real {
     };
 }
 
-implement_real!(f32, sqrtf, single::exp, logf, single::sin_cos, tanf, single::atan2, floorf);
-implement_real!(f64, sqrt, libm::exp, log, libm::sincos, tan, libm::atan2, floor);
+implement_real!(
+    f32,
+    sqrtf,
+    single::inverse_sqrt,
+    single::sqrt_above,
+    single::exp,
+    single::ln,
+    single::sin_cos,
+    tanf,
+    single::atan2,
+    floorf,
+    -17.33
+);
+implement_real!(
+    f64,
+    sqrt,
+    |x| 1.0 / libm::sqrt(x),
+    libm::sqrt,
+    libm::exp,
+    libm::log,
+    libm::sincos,
+    tan,
+    libm::atan2,
+    floor,
+    -37.43
+);

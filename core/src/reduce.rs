@@ -1,7 +1,8 @@
 //! Mixture reduction: merge and cap (Vo & Ma 2006, table II), after pruning.
 
-use crate::sort::{BUCKETS, bucket_sort, heap_sort};
-use crate::workspace::{Entry, InView, Origin, Placed, Ranked, Workspace};
+use crate::neighbours::{Cells, Linked, NONE, list};
+use crate::sort::shell_sort;
+use crate::workspace::{Entry, InView, Origin, Ranked, Workspace};
 use crate::{Component, Dim, Packed, Real};
 use nalgebra::SVector;
 
@@ -40,11 +41,13 @@ where
     Dim<N>: Packed,
 {
     let before = workspace.in_view().len();
-    let InView { entries, ranking, places } = workspace.orders_mut();
-    rank_heaviest_first(entries, ranking, |_| 0);
+    let InView { entries, ranking, links } = workspace.orders_mut();
     match reduction {
-        Reduction::Greedy { merge_distance } => merge_near(entries, ranking, places, merge_distance),
-        Reduction::Runnalls { merge_cost } => merge_cheap(entries, ranking, merge_cost),
+        Reduction::Greedy { merge_distance } => merge_near(entries, ranking, links, merge_distance),
+        Reduction::Runnalls { merge_cost } => {
+            rank_heaviest_first(entries, ranking, |_| 0);
+            merge_cheap(entries, ranking, merge_cost);
+        }
     }
     workspace.retain(|entry| entry.origin != Origin::Gone);
     let merged = before - workspace.in_view().len();
@@ -77,7 +80,9 @@ pub(crate) fn keep_heaviest<T: Real, const N: usize>(
 /// sum, in the lower 28 bits; the class above them.
 fn heaviest_first<T: Real>(ln_weight: T, class: u32) -> u32 {
     const MIDDLE: i32 = 1 << 27;
-    let steps = (ln_weight * T::from_f64(65_536.0) + T::from_f64(0.5)).floor().to_i32();
+    let scaled = ln_weight * T::from_f64(65_536.0) + T::from_f64(0.5);
+    let towards_zero = scaled.to_i32();
+    let steps = if scaled < T::from_i32(towards_zero) { towards_zero.saturating_sub(1) } else { towards_zero };
     let place = MIDDLE - steps.clamp(1 - MIDDLE, MIDDLE - 1);
     (class << 28) | place.unsigned_abs()
 }
@@ -89,6 +94,14 @@ where
 {
     let (a_key, b_key) = (heaviest_first(a.ln_weight, 0), heaviest_first(b.ln_weight, 0));
     if a_key == b_key { lies_before(&a.mean, &b.mean).unwrap_or(false) } else { a_key < b_key }
+}
+
+/// The same of components at different places, of which the first one comes first where they are equal.
+fn comes_before<T: Real, const N: usize>(a: (usize, &Component<T, N>), b: (usize, &Component<T, N>)) -> bool
+where
+    Dim<N>: Packed,
+{
+    heavier(a.1, b.1) || (a.0 < b.0 && !heavier(b.1, a.1))
 }
 
 /// Whether `a` lies before `b` by x, then by y, …; `None` where they are the same.
@@ -107,8 +120,16 @@ fn rank_heaviest_first<T: Real, const N: usize>(
     for (index, (ranked, entry)) in ranking.iter_mut().zip(entries).enumerate() {
         *ranked = Ranked { key: heaviest_first(entry.component.ln_weight, class(entry)), entry: index as u16 };
     }
+    sort_heaviest_first(entries, ranking);
+}
+
+/// Orders some entries by their keys, then by position.
+fn sort_heaviest_first<T: Real, const N: usize>(entries: &[Entry<T, N>], ranking: &mut [Ranked])
+where
+    Dim<N>: Packed,
+{
     let mean = |ranked: &Ranked| entries.get(usize::from(ranked.entry)).map(|entry| &entry.component.mean);
-    heap_sort(ranking, |a, b| {
+    shell_sort(ranking, |a, b| {
         if a.key != b.key {
             return a.key < b.key;
         }
@@ -120,61 +141,97 @@ fn rank_heaviest_first<T: Real, const N: usize>(
 /// Vo & Ma 2006, table II: the heaviest component h left takes in every component i left with
 /// (m_i − m_h)ᵀ P_i⁻¹ (m_i − m_h) ≤ `merge_distance`; repeat. Those taken in are marked as gone.
 ///
-/// That distance is at least δ²/P_i of any one axis; so only those in a strip across the first axis are looked at, as wide
-/// as the widest component reaches.
+/// The same the other way around: every component goes to the heaviest of the heads before it that are as near as that, and is a
+/// head itself where there is none. So the order matters among neighbours alone: most components have none that
+/// comes before them, and of the others most follow one of those.
 fn merge_near<T: Real, const N: usize>(
     entries: &mut [Entry<T, N>],
-    ranking: &[Ranked],
-    places: &mut [Placed],
+    ranking: &mut [Ranked],
+    links: &mut [Linked],
     merge_distance: T,
 ) where
     Dim<N>: Packed,
 {
-    let places_len = places.len();
-    let along = |component: &Component<T, N>| component.mean.get(0).copied().unwrap_or(T::ZERO);
-    let (mut widest, mut low, mut high) = (T::ZERO, T::INFINITY, T::NEG_INFINITY);
-    for Entry { component, .. } in entries.iter() {
-        widest = component.covariance.get(0, 0).at_least(widest);
-        (low, high) = (along(component).at_most(low), along(component).at_least(high));
-    }
-    // A little more than the distance at which rounding could still decide for a merger.
-    let reach = (merge_distance * widest).sqrt() * (T::ONE + T::from_f64(8.0) * T::EPSILON);
-    let per_unit = if high > low { T::from_usize(BUCKETS) / (high - low) } else { T::ZERO };
-    let bucket = |x: T| usize::try_from(((x - low) * per_unit).to_i32()).unwrap_or(0).min(BUCKETS - 1);
-    let ranked = ranking.iter().enumerate().map(|(rank, ranked)| Placed { entry: ranked.entry, rank: rank as u16 });
-    let bucket_of =
-        |placed: &Placed| entries.get(usize::from(placed.entry)).map_or(0, |entry| bucket(along(&entry.component)));
-    let starts = bucket_sort(ranked, bucket_of, places);
-    let start = |bucket: usize| starts.get(bucket).copied().map_or(places_len, usize::from);
-
-    for (rank, ranked) in ranking.iter().enumerate() {
-        let head_index = usize::from(ranked.entry);
-        let Some(head) = entries.get(head_index).filter(|entry| entry.origin != Origin::Gone) else { continue };
-        let head = head.component;
-        let middle = along(&head);
-        let strip = start(bucket(middle - reach))..start(bucket(middle + reach) + 1);
-        let Some(strip) = places.get_mut(strip) else { continue };
-
-        let mut members = 0;
-        for place in strip.iter_mut().filter(|place| usize::from(place.rank) > rank) {
-            let Some(entry) = entries.get_mut(usize::from(place.entry)) else { continue };
-            if entry.origin != Origin::Gone && is_near(&entry.component, &head.mean, merge_distance) {
-                entry.origin = Origin::Gone;
-                place.rank = rank as u16;
-                members += 1;
-            }
+    let cells = Cells::new(entries, links);
+    for index in 0..entries.len() {
+        let leader = leader(index, entries, links, &cells, merge_distance);
+        if let Some(link) = links.get_mut(index) {
+            link.head = leader;
         }
-        if members == 0 {
+    }
+    let leader_of = |place: u16| links.get(usize::from(place)).map_or(NONE, |link| link.head);
+    let mut doubtful = 0;
+    for (index, entry) in entries.iter_mut().enumerate() {
+        let leader = leader_of(index as u16);
+        if leader == NONE {
             continue;
         }
-        let taken = strip.iter().filter(|place| usize::from(place.rank) == rank && place.entry != ranked.entry);
-        let merged = moment_match(&head, || {
-            taken.clone().filter_map(|place| entries.get(usize::from(place.entry))).map(|entry| &entry.component)
-        });
-        if let Some(entry) = entries.get_mut(head_index) {
+        if leader_of(leader) == NONE {
+            entry.origin = Origin::Gone;
+        } else if let Some(slot) = ranking.get_mut(doubtful) {
+            *slot = Ranked { key: heaviest_first(entry.component.ln_weight, 0), entry: index as u16 };
+            doubtful += 1;
+        }
+    }
+    // Those whose leader has one itself wait for what becomes of it.
+    let doubtful = ranking.get_mut(..doubtful).unwrap_or(&mut []);
+    sort_heaviest_first(entries, doubtful);
+    for ranked in doubtful.iter() {
+        let index = usize::from(ranked.entry);
+        let head = leader(index, entries, links, &cells, merge_distance);
+        if let Some((entry, link)) = entries.get_mut(index).zip(links.get_mut(index)) {
+            link.head = head;
+            if head != NONE {
+                entry.origin = Origin::Gone;
+            }
+        }
+    }
+    // The cells are done with: now the lists are those of the members of every head.
+    for index in 0..entries.len() {
+        let Some(&Linked { head, .. }) = links.get(index) else { break };
+        let Some(first) = links.get_mut(usize::from(head)) else { continue };
+        let next = core::mem::replace(&mut first.first_member, index as u16);
+        if let Some(link) = links.get_mut(index) {
+            link.next = next;
+        }
+    }
+    for index in 0..entries.len() {
+        let Some(&Linked { first_member, .. }) = links.get(index) else { break };
+        let Some(&Entry { component: head, .. }) = entries.get(index).filter(|_| first_member != NONE) else {
+            continue;
+        };
+        let members = list(first_member, links).filter_map(|member| entries.get(member)).map(|entry| &entry.component);
+        let merged = moment_match(&head, members);
+        if let Some(entry) = entries.get_mut(index) {
             entry.component = merged;
         }
     }
+}
+
+/// The first of those components as near to one as `merge_distance`, and not gone, that come before it.
+fn leader<T: Real, const N: usize>(
+    index: usize,
+    entries: &[Entry<T, N>],
+    links: &[Linked],
+    cells: &Cells<T>,
+    merge_distance: T,
+) -> u16
+where
+    Dim<N>: Packed,
+{
+    let Some(Entry { component, .. }) = entries.get(index) else { return NONE };
+    let mut first = (index, component);
+    cells.reached_by(component, merge_distance, links, |place| {
+        if let Some(Entry { component: other, origin }) = entries.get(place)
+            && *origin != Origin::Gone
+            && place != index
+            && is_near(component, &other.mean, merge_distance)
+            && comes_before((place, other), first)
+        {
+            first = (place, other);
+        }
+    });
+    if first.0 == index { NONE } else { first.0 as u16 }
 }
 
 /// Runnalls 2007: the heaviest component left takes in the one left whose merger costs least, as long as that is at most
@@ -199,7 +256,7 @@ where
             let Some(entry) = cheapest.and_then(|(index, _)| entries.get_mut(usize::from(index))) else { break };
             entry.origin = Origin::Gone;
             let taken = entry.component;
-            let merged = moment_match(&head, || core::iter::once(&taken));
+            let merged = moment_match(&head, core::iter::once(&taken));
             if let Some(entry) = entries.get_mut(head_index) {
                 entry.component = merged;
             }
@@ -215,7 +272,7 @@ where
 {
     let ln_determinant = |component: &Component<T, N>| component.covariance.factor().map(|f| f.ln_determinant());
     let weight = (other.ln_weight - head.ln_weight).exp();
-    let both = ln_determinant(&moment_match(head, || core::iter::once(other)))?;
+    let both = ln_determinant(&moment_match(head, core::iter::once(other)))?;
     let divergence = (T::ONE + weight) * both - ln_determinant(head)? - weight * ln_determinant(other)?;
     Some(T::from_f64(0.5) * divergence / weight.at_most(T::ONE))
 }
@@ -233,36 +290,34 @@ where
 }
 
 /// One Gaussian with the mass, the mean and the spread of `head` and the others together.
-pub(crate) fn moment_match<'e, T: Real, const N: usize, I>(
+pub(crate) fn moment_match<'e, T: Real, const N: usize>(
     head: &Component<T, N>,
-    others: impl Fn() -> I,
+    others: impl Iterator<Item = &'e Component<T, N>>,
 ) -> Component<T, N>
 where
-    I: Iterator<Item = &'e Component<T, N>>,
     Dim<N>: Packed + 'e,
 {
     // Weights and means relative to the head keep single precision where the map is far from its origin.
-    let relative = |component: &Component<T, N>| (component.ln_weight - head.ln_weight).exp();
     let mut mass = T::ONE;
     let mut offset = SVector::<T, N>::zeros();
-    for other in others() {
-        let weight = relative(other);
+    let mut second_moment = head.covariance;
+    for other in others {
+        let weight = (other.ln_weight - head.ln_weight).exp();
+        let difference = other.mean - head.mean;
         mass += weight;
-        offset += (other.mean - head.mean) * weight;
+        offset += difference * weight;
+        second_moment = second_moment.plus(&other.covariance.scaled(weight));
+        second_moment.add_outer(weight, &difference);
     }
-    offset /= mass;
-    let mut covariance = head.covariance;
-    covariance.add_outer(T::ONE, &offset);
-    for other in others() {
-        let weight = relative(other);
-        covariance = covariance.plus(&other.covariance.scaled(weight));
-        covariance.add_outer(weight, &(other.mean - head.mean - offset));
-    }
+    let share = T::ONE / mass;
+    offset *= share;
+    let mut covariance = second_moment.scaled(share);
+    covariance.add_outer(-T::ONE, &offset);
     Component {
         tag: head.tag,
         ln_weight: head.ln_weight + mass.ln(),
         mean: head.mean + offset,
-        covariance: covariance.scaled(T::ONE / mass).kept_positive_definite().0,
+        covariance: covariance.kept_positive_definite().0,
     }
 }
 
@@ -369,7 +424,7 @@ mod tests {
         assert!(cost(&mixture[0], &mixture[2]).unwrap() > bound);
         let left = reduced(&mixture, Reduction::Runnalls { merge_cost: bound }, usize::MAX);
         assert_eq!(left.len(), 1);
-        let both = moment_match(&mixture[0], || mixture[1..].iter());
+        let both = moment_match(&mixture[0], mixture[1..].iter());
         assert!((left[0].mean - both.mean).norm() < 1e-14);
         assert!((left[0].covariance.to_matrix() - both.covariance.to_matrix()).norm() < 1e-13);
     }

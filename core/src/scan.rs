@@ -34,7 +34,7 @@ impl<T: Real, const Z: usize> Measurement<T, Z> {
 }
 
 /// Buckets of the index over the sorting coordinate.
-const BUCKETS: usize = 64;
+const BUCKETS: usize = 128;
 
 /// A scan, sorted by the sensor's sorting coordinate.
 #[derive(Debug, Clone)]
@@ -142,29 +142,41 @@ impl<'s, T: Real, const Z: usize> Scan<'s, T, Z> {
 
     /// Calls `found` for the measurements whose sorting coordinate may differ from that of `expected` by at most `reach`:
     /// all those that do, and some that do not.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn near(&self, expected: &SVector<T, Z>, reach: T, mut found: impl FnMut(Indexed<'s, T, Z>)) {
-        let centre = coordinate(expected, self.sorted_by);
-        let (low, high) = (centre - reach, centre + reach);
-        let mut visit = |places: Range<usize>| {
-            let measurements = self.measurements.get(places.clone()).unwrap_or(&[]);
-            places.zip(measurements).for_each(&mut found);
-        };
-        match self.turn {
-            Some(turn) if reach + reach >= turn => visit(0..self.len()),
-            // A window that crosses the cut of the circle continues at its other end.
-            Some(turn) if low <= -T::PI => {
-                let end = self.end(high);
-                visit(0..end);
-                visit(self.start(low + turn).max(end)..self.len());
+        let len = self.len();
+        for place in self.places_near(coordinate(expected, self.sorted_by), reach) {
+            let place = if place < len { place } else { place - len };
+            if let Some(measurement) = self.measurements.get(place) {
+                found((place, measurement));
             }
-            Some(turn) if high > T::PI => {
-                let start = self.start(low);
-                visit(0..self.end(high - turn).min(start));
-                visit(start..self.len());
-            }
-            _ => visit(self.start(low)..self.end(high)),
         }
+    }
+
+    /// The places of those measurements. A window that crosses the cut of the circle continues past the last place with
+    /// the first.
+    #[inline(always)]
+    fn places_near(&self, centre: T, reach: T) -> Range<usize> {
+        let (low, high) = (centre - reach, centre + reach);
+        match self.turn {
+            Some(turn) if low <= -T::PI || high > T::PI => self.places_across(low, high, turn),
+            _ => self.start(low)..self.end(high),
+        }
+    }
+
+    /// The same for a window that crosses the cut.
+    #[inline(never)]
+    fn places_across(&self, low: T, high: T, turn: T) -> Range<usize> {
+        let len = self.len();
+        if high - low >= turn {
+            return 0..len;
+        }
+        let (start, end) = if low <= -T::PI {
+            (self.start(low + turn), self.end(high))
+        } else {
+            (self.start(low), self.end(high - turn))
+        };
+        start..len + end.min(start)
     }
 
     /// A place that no measurement at or above `bound` is before.

@@ -23,7 +23,7 @@ fn polynomial<const N: usize>(coefficients: [f32; N], x: f32) -> f32 {
 /// The nearest whole number, halves away from zero.
 #[inline]
 fn nearest(x: f32) -> i32 {
-    (x + if x < 0.0 { -0.5 } else { 0.5 }) as i32
+    (x + 0.5_f32.copysign(x)) as i32
 }
 
 /// 2ⁿ for −126 ≤ n ≤ 127.
@@ -33,6 +33,7 @@ fn power_of_two(n: i32) -> f32 {
 }
 
 /// e to the power of `x`; relative error below 1.5e-7 where the result is a normal number.
+#[inline]
 pub(crate) fn exp(x: f32) -> f32 {
     const COEFFICIENTS: [f32; 7] =
         [1.0, 1.0, 0.499_999_934, 0.166_665_206, 0.041_668_388, 0.008_368_717, 0.001_381_459_8];
@@ -51,18 +52,74 @@ pub(crate) fn exp(x: f32) -> f32 {
     let rest = x - whole * LN_2[0] - whole * LN_2[1];
     let power = polynomial(COEFFICIENTS, rest);
     // In two steps, so that neither leaves the range of normal numbers.
-    let half = n / 2;
+    let half = n >> 1;
     power * power_of_two(half) * power_of_two(n - half)
 }
 
+/// Whether the number is positive, neither subnormal nor infinite nor NaN: one comparison of whole numbers, where those of
+/// floating-point numbers cost three instructions each.
+#[inline]
+fn is_normal_positive(x: f32) -> bool {
+    const LEAST: u32 = f32::MIN_POSITIVE.to_bits();
+    x.to_bits().wrapping_sub(LEAST) < f32::INFINITY.to_bits() - LEAST
+}
+
+/// Natural logarithm; error below 1.5e-7 relative to the result, or to 1 where that is more.
+#[inline]
+pub(crate) fn ln(x: f32) -> f32 {
+    const COEFFICIENTS: [f32; 3] = [0.666_666_850, 0.399_887_806, 0.295_799_494];
+    if !is_normal_positive(x) {
+        return libm::logf(x);
+    }
+    // x = 2ⁿ (1 + f), with 1 + f between √½ and √2.
+    const ROOT_HALF: u32 = 0x3f35_04f3;
+    let above = x.to_bits().wrapping_sub(ROOT_HALF);
+    let n = above.cast_signed() >> 23;
+    let f = f32::from_bits((above & 0x007f_ffff) + ROOT_HALF) - 1.0;
+    // ln(1 + f) = 2 artanh s, whose first term 2 s is f − s f.
+    let s = f / (2.0 + f);
+    let square = s * s;
+    let half_square = 0.5 * f * f;
+    let whole = n as f32;
+    let rest = s * (half_square + square * polynomial(COEFFICIENTS, square)) + whole * LN_2[1];
+    whole * LN_2[0] + (f - (half_square - rest))
+}
+
+/// 1/√x; relative error below 2e-7 where `x` is a normal number.
+#[inline]
+pub(crate) fn inverse_sqrt(x: f32) -> f32 {
+    if !is_normal_positive(x) {
+        return 1.0 / libm::sqrtf(x);
+    }
+    // Halving the exponent gives 1/√x to 3.5 %; two steps of third order, on what is missing of x y² = 1, give the rest.
+    let start = f32::from_bits(0x5f37_59df - (x.to_bits() >> 1));
+    (0..2).fold(start, |y, _| {
+        let missing = 1.0 - x * y * y;
+        y + y * missing * (0.5 + 0.375 * missing)
+    })
+}
+
+/// Not below √x, nor more than 0.1 % above it.
+#[inline]
+pub(crate) fn sqrt_above(x: f32) -> f32 {
+    if !is_normal_positive(x) {
+        return libm::sqrtf(x);
+    }
+    // The mean of a and x/a is never below √x; halving the exponent gives an a that is 3.5 % off at most. The last factor
+    // outweighs rounding.
+    let start = f32::from_bits(0x1fbd_1df5 + (x.to_bits() >> 1));
+    (start + x / start) * 0.500_000_2
+}
+
 /// Angle of the vector (`x`, `y`), rad, in \[−π, π\]; error below 3e-7.
+#[inline]
 pub(crate) fn atan2(y: f32, x: f32) -> f32 {
     const TANGENT_OF_PI_8: f32 = 0.414_213_56;
     const COEFFICIENTS: [f32; 4] = [-0.333_327_562, 0.199_718_642, -0.138_242_954, 0.079_020_9];
     let (along, across) = (x.abs(), y.abs());
     let (less, more) = if across > along { (along, across) } else { (across, along) };
-    // Zeros, infinities and what is not a number.
-    if !(more > f32::MIN_POSITIVE && more < 1e37) {
+    // Twice of it must be finite too.
+    if !is_normal_positive(more * 4.0) {
         return libm::atan2f(y, x);
     }
     let (slope, offset) = if less > TANGENT_OF_PI_8 * more {
@@ -101,7 +158,7 @@ pub(crate) fn sin_cos(angle: f32) -> (f32, f32) {
 
 #[cfg(test)]
 mod tests {
-    use super::{atan2, exp, sin_cos};
+    use super::{atan2, exp, inverse_sqrt, ln, sin_cos, sqrt_above};
 
     /// Every step-th number between two, by their bits, which follow the order of positive numbers.
     fn numbers(from: f32, to: f32, step: usize) -> impl Iterator<Item = f32> {
@@ -122,6 +179,37 @@ mod tests {
         assert!(exp(f32::NAN).is_nan());
         // Below the normal numbers it ends gradually.
         assert!((f64::from(exp(-90.0)) / (-90.0_f64).exp() - 1.0).abs() < 1e-3 && exp(-103.0) > 0.0);
+    }
+
+    #[test]
+    fn logarithms() {
+        let mut worst = 0.0_f64;
+        for x in numbers(f32::MIN_POSITIVE, 3e38, 997).chain(numbers(0.5, 2.0, 7)) {
+            let exact = f64::from(x).ln();
+            worst = worst.max((f64::from(ln(x)) - exact).abs() / exact.abs().max(1.0));
+        }
+        std::println!("ln: error {worst:e}");
+        assert!(worst < 1.5e-7, "{worst:e}");
+        assert_eq!((ln(1.0), ln(0.0), ln(f32::INFINITY)), (0.0, f32::NEG_INFINITY, f32::INFINITY));
+        assert!(ln(-1.0).is_nan() && ln(f32::NAN).is_nan());
+        assert!((f64::from(ln(1e-40)) - f64::from(1e-40_f32).ln()).abs() < 1e-5);
+    }
+
+    #[test]
+    fn inverse_square_roots() {
+        let mut worst = 0.0_f64;
+        for x in numbers(f32::MIN_POSITIVE, 3e38, 997).chain(numbers(1.0, 4.0, 7)) {
+            worst = worst.max((f64::from(inverse_sqrt(x)) * f64::from(x).sqrt() - 1.0).abs());
+        }
+        std::println!("1/√: relative error {worst:e}");
+        for x in numbers(f32::MIN_POSITIVE, 3e38, 997).chain(numbers(1.0, 4.0, 7)) {
+            let ratio = f64::from(sqrt_above(x)) / f64::from(x).sqrt();
+            assert!((1.0..1.001).contains(&ratio), "{x}: {ratio}");
+        }
+        assert!(worst < 2e-7, "{worst:e}");
+        assert_eq!((inverse_sqrt(0.0), inverse_sqrt(f32::INFINITY)), (f32::INFINITY, 0.0));
+        assert!(inverse_sqrt(-1.0).is_nan() && inverse_sqrt(f32::NAN).is_nan());
+        assert!((inverse_sqrt(1e-40) * 1e-20 - 1.0).abs() < 1e-4);
     }
 
     #[test]

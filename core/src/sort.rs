@@ -1,55 +1,37 @@
 //! Sorting in bounded time without recursion, memory or a panic.
 
-/// Sorts in place so that no item `comes_before` its predecessor: heapsort, O(n log n) at worst. Not stable, so that
-/// `comes_before` must tell any two items apart whose order matters.
+/// Distances at which items are compared, largest first (M. Ciura 2001).
+const GAPS: [usize; 10] = [3690, 1636, 701, 301, 132, 57, 23, 10, 4, 1];
+
+/// Sorts in place so that no item `comes_before` its predecessor: Shell's sort, which for the few hundred items of a map takes
+/// half as many steps as a heap, about n^(4/3) at worst. Not stable, so that `comes_before` must tell any two items apart
+/// whose order matters.
 ///
 /// The standard library's unstable sort may panic where the order is not total.
-pub(crate) fn heap_sort<I: Copy>(items: &mut [I], comes_before: impl Fn(&I, &I) -> bool) {
+pub(crate) fn shell_sort<I: Copy>(items: &mut [I], comes_before: impl Fn(&I, &I) -> bool) {
     let len = items.len();
-    for root in (0..len / 2).rev() {
-        sift_down(items, root, &comes_before);
-    }
-    for end in (1..len).rev() {
-        swap(items, 0, end);
-        if let Some(heap) = items.get_mut(..end) {
-            sift_down(heap, 0, &comes_before);
+    for gap in GAPS.into_iter().filter(|&gap| gap < len) {
+        for start in gap..len {
+            let Some(&item) = items.get(start) else { break };
+            let mut place = start;
+            while let Some(before) = place.checked_sub(gap)
+                && let Some(&other) = items.get(before)
+                && comes_before(&item, &other)
+            {
+                if let Some(slot) = items.get_mut(place) {
+                    *slot = other;
+                }
+                place = before;
+            }
+            if let Some(slot) = items.get_mut(place) {
+                *slot = item;
+            }
         }
-    }
-}
-
-/// Restores the heap below `root`, where the parent of no item comes before it.
-fn sift_down<I: Copy>(heap: &mut [I], mut root: usize, comes_before: &impl Fn(&I, &I) -> bool) {
-    loop {
-        let left = 2 * root + 1;
-        let (Some(&item), Some(&left_item)) = (heap.get(root), heap.get(left)) else { return };
-        let (child, child_item) = match heap.get(left + 1) {
-            Some(&right_item) if comes_before(&left_item, &right_item) => (left + 1, right_item),
-            _ => (left, left_item),
-        };
-        if !comes_before(&item, &child_item) {
-            return;
-        }
-        swap(heap, root, child);
-        root = child;
-    }
-}
-
-/// The standard library's swap has a panic that the compiler cannot always see to be out of reach.
-fn swap<I: Copy>(items: &mut [I], a: usize, b: usize) {
-    let (Some(&first), Some(&second)) = (items.get(a), items.get(b)) else { return };
-    if let Some(slot) = items.get_mut(a) {
-        *slot = second;
-    }
-    if let Some(slot) = items.get_mut(b) {
-        *slot = first;
     }
 }
 
 /// Buckets of a [`bucket_sort`].
 pub(crate) const BUCKETS: usize = 256;
-
-/// Where the items of every bucket begin in the sorted order, and past the last one its length.
-pub(crate) type Starts = [u16; BUCKETS + 1];
 
 /// Writes `items` to `sorted`, which must be as long, in the order of their buckets, below [`BUCKETS`]; within a bucket they stay in
 /// the order they came in. Linear.
@@ -57,19 +39,19 @@ pub(crate) fn bucket_sort<I: Copy>(
     items: impl Iterator<Item = I> + Clone,
     bucket: impl Fn(&I) -> usize,
     sorted: &mut [I],
-) -> Starts {
-    let mut starts = [0; BUCKETS + 1];
+) {
+    let mut next = [0_u16; BUCKETS];
     for item in items.clone() {
-        if let Some(count) = starts.get_mut(bucket(&item) + 1) {
+        if let Some(count) = next.get_mut(bucket(&item)) {
             *count += 1;
         }
     }
     let mut sum = 0;
-    for start in &mut starts {
-        sum += *start;
-        *start = sum;
+    for place in &mut next {
+        let count = *place;
+        *place = sum;
+        sum += count;
     }
-    let mut next = starts;
     for item in items {
         let Some(place) = next.get_mut(bucket(&item)) else { continue };
         if let Some(slot) = sorted.get_mut(usize::from(*place)) {
@@ -77,12 +59,11 @@ pub(crate) fn bucket_sort<I: Copy>(
         }
         *place += 1;
     }
-    starts
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{BUCKETS, bucket_sort, heap_sort};
+    use super::{BUCKETS, bucket_sort, shell_sort};
     use std::vec::Vec;
 
     #[test]
@@ -97,7 +78,7 @@ mod tests {
                 .collect();
             let mut expected = items.clone();
             expected.sort_unstable();
-            heap_sort(&mut items, |a, b| a < b);
+            shell_sort(&mut items, |a, b| a < b);
             assert_eq!(items, expected);
         }
     }
@@ -106,13 +87,9 @@ mod tests {
     fn buckets_come_in_order_and_keep_theirs() {
         let items: Vec<(usize, usize)> = (0..300_usize).map(|k| (k * 7919 % BUCKETS, k)).collect();
         let mut sorted = items.clone();
-        let starts = bucket_sort(items.iter().copied(), |item| item.0, &mut sorted);
+        bucket_sort(items.iter().copied(), |item| item.0, &mut sorted);
         let mut expected = items;
         expected.sort_by_key(|item| item.0);
         assert_eq!(sorted, expected);
-        assert_eq!((starts[0], starts[BUCKETS]), (0, 300));
-        for (bucket, pair) in starts.windows(2).enumerate() {
-            assert!(sorted[usize::from(pair[0])..usize::from(pair[1])].iter().all(|item| item.0 == bucket));
-        }
     }
 }

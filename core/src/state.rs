@@ -23,8 +23,8 @@ use crate::{Dim, LnSum, Noise, Packed, Pose, Real, Symmetric, Twice, candidate::
 /// use scphd::{MapMemory, PlanarPose, State};
 ///
 /// // Maps in the plane: a static feature has a state of dimension 2, a moving one of dimension 4.
-/// type Still = MapMemory<f32, 2, 2, 32, 256, 16, 256>;
-/// type Moving = MapMemory<f32, 4, 2, 32, 64, 8, 128>;
+/// type Still = MapMemory<f32, 2, 2, 32, 240, 16, 256>;
+/// type Moving = MapMemory<f32, 4, 2, 32, 48, 8, 128>;
 /// type Memory = State<f32, PlanarPose<f32>, 3, 2, 32, 64, 64, Still, Moving>;
 /// static mut STATE: Memory = State::new();
 /// assert!(size_of::<Memory>() < 128 * 1024);

@@ -55,11 +55,13 @@ where
         let births = config.birth_intensity + config.moving.birth_intensity;
         let scan = Scan::sort::<S, C, D>(measurements, measured, &models.clutter, births);
         let ln_negligible = config.negligible.ln();
+        let ln_sharpest = models.sensor.noise().factor().map_or(T::INFINITY, |noise| noise.ln_peak());
         let look = |pose: &P| View {
             sensor: &models.sensor,
             field_of_view: &models.field_of_view,
             frame: models.sensor.frame(pose),
             ln_negligible,
+            ln_sharpest,
             last_detection: Cell::new(Detection::of(T::ONE)),
         };
         // Predict what moves (5.14), once for all the steps since the last scan.

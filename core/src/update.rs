@@ -185,7 +185,7 @@ where
             }
             // A feature out of view cannot have caused the measurement; born there, it would never be missed and stay.
             let inverse = view.sensor.invert(&view.frame, &measurement.z);
-            let Some(inverse) = inverse.filter(|inverse| view.sees(&inverse.feature)) else {
+            let Some(inverse) = inverse.filter(|inverse| view.sees(&inverse.feature, &measurement.z)) else {
                 tally.no_birth += 1;
                 continue;
             };
@@ -239,11 +239,10 @@ where
         let mut noise = *view.sensor.noise();
         if let Some(spread) = spread {
             let blur = view.blur(spread, &component.position::<D>(), &expectation.expected());
-            let Some(blurred) = expectation.blurred::<S>(&blur) else { return false };
-            expectation = blurred;
+            expectation = expectation.blurred(&blur);
             noise = noise.plus(&blur);
         }
-        let ln_weight = component.ln_weight + expectation.ln_missed;
+        let ln_weight = component.ln_weight + expectation.detection.ln_missed;
         self.push(Component { ln_weight, ..*component }, Origin::Missed);
         let mut correction = None;
         view.matches(&expectation, scan, |found| {
@@ -254,7 +253,7 @@ where
             let ln_bound = found.ln_term - found.ln_reference;
             if ln_bound >= self.ln_floor() {
                 let correction = correction.get_or_insert_with(|| {
-                    let correction = expectation.correction(component, &noise);
+                    let correction = expectation.correction(component, &noise, &found.factor);
                     tally.repaired += usize::from(correction.repaired());
                     correction
                 });
@@ -427,13 +426,14 @@ where
 
     /// Writes the workspace to fresh pages, in spatial order, so that the pages' boxes stay small.
     fn write(&mut self, particle: usize, bounds: &Bounds<T, D>, tally: &mut Tally<T>) {
-        let (entries, order) = self.workspace.in_order(|component| morton(&component.position(), bounds));
+        let cells = morton_cells(bounds);
+        let (entries, order) = self.workspace.in_order(|component| morton(&component.position(), bounds, &cells));
         for chunk in order.chunks(PAGE_LEN) {
             let Some((id, page)) = self.pool.take() else {
                 tally.lost += chunk.len();
                 continue;
             };
-            let components = chunk.iter().filter_map(|placed| entries.get(usize::from(placed.entry)));
+            let components = chunk.iter().filter_map(|link| entries.get(usize::from(link.next)));
             page.fill(components.map(|entry| &entry.component));
             if !self.updated.push(particle, id) {
                 self.pool.release(id);
@@ -457,18 +457,30 @@ where
     }
 }
 
+/// Bits of each coordinate along the Morton curve.
+const fn morton_bits<const D: usize>() -> u32 {
+    BUCKETS.ilog2() / D as u32
+}
+
+/// Cells of the Morton curve per unit of each coordinate.
+fn morton_cells<T: Real, const D: usize>(bounds: &Bounds<T, D>) -> SVector<T, D> {
+    let cells = T::from_usize(1 << const { morton_bits::<D>() });
+    (bounds.high - bounds.low).map(|extent| cells / extent)
+}
+
 /// Place of a position along a Morton curve over `bounds`, as a [bucket](BUCKETS).
-fn morton<T: Real, const D: usize>(position: &SVector<T, D>, bounds: &Bounds<T, D>) -> usize {
-    let bits = BUCKETS.ilog2().checked_div(D as u32).unwrap_or(0);
-    let cells = T::from_usize(1 << bits);
+#[inline]
+fn morton<T: Real, const D: usize>(position: &SVector<T, D>, bounds: &Bounds<T, D>, per_unit: &SVector<T, D>) -> usize {
+    let bits = const { morton_bits::<D>() };
+    let places = (position - bounds.low).component_mul(per_unit);
     let mut key = 0;
-    for (axis, ((&x, &low), &high)) in position.iter().zip(bounds.low.iter()).zip(bounds.high.iter()).enumerate() {
-        let cell = ((x - low) / (high - low) * cells).to_i32().clamp(0, (1 << bits) - 1).unsigned_abs() as usize;
-        for bit in 0..bits as usize {
-            key |= (cell >> bit & 1) << (bit * D + axis);
+    for (axis, place) in places.iter().enumerate() {
+        let cell = place.to_i32().clamp(0, (1 << bits) - 1).unsigned_abs();
+        for bit in 0..bits {
+            key |= (cell >> bit & 1) << (bit * D as u32 + axis as u32);
         }
     }
-    key
+    key as usize
 }
 
 /// The survivors in runs of equal ones. The standard library's `chunk_by` has a panic that the compiler cannot see to

@@ -15,6 +15,8 @@ pub(crate) struct View<'a, T: Real, S, V, F> {
     pub(crate) frame: F,
     /// ln of [`Config::negligible`](crate::Config::negligible).
     pub(crate) ln_negligible: T,
+    /// ln N(0; 0, R), which bounds ln N(ẑ; ẑ, S) from above: S is R and something more.
+    pub(crate) ln_sharpest: T,
     /// The last probability of detection with its logarithms. Most features have the same, away from the rim.
     pub(crate) last_detection: Cell<Detection<T>>,
 }
@@ -23,7 +25,7 @@ pub(crate) struct View<'a, T: Real, S, V, F> {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Detection<T> {
     /// p_D.
-    probability: T,
+    pub(crate) probability: T,
     /// ln p_D.
     ln_detected: T,
     /// ln(1 − p_D).
@@ -47,27 +49,27 @@ where
     measurement: SVector<T, Z>,
     /// H.
     jacobian: SMatrix<T, Z, D>,
-    /// S = H P Hᵀ + R, and its factor.
+    /// S = H P Hᵀ + R.
     innovation_covariance: Symmetric<T, Z>,
-    innovation: Factor<T, Z>,
-    /// Standard deviation squared of the coordinate by which measurements are sorted.
-    sorted_variance: T,
-    /// ln(1 − p_D).
-    pub(crate) ln_missed: T,
+    /// p_D and its logarithms.
+    pub(crate) detection: Detection<T>,
     /// ln(p_D w).
-    pub(crate) ln_detected_weight: T,
-    /// ln( p_D w N(ẑ; ẑ, S) ), the greatest value of the term in η_z.
-    ln_peak: T,
+    ln_detected_weight: T,
 }
 
 /// A measurement that a component may have caused.
 #[derive(Debug)]
-pub(crate) struct Match<T, const Z: usize> {
+pub(crate) struct Match<T: Real, const Z: usize>
+where
+    Dim<Z>: Packed,
+{
     /// Its place in the scan.
     pub(crate) index: usize,
     /// z ⊖ ẑ.
     pub(crate) innovation: SVector<T, Z>,
-    /// Its squared Mahalanobis length, vᵀ S⁻¹ v.
+    /// The factor of the component's S.
+    pub(crate) factor: Factor<T, Z>,
+    /// The squared Mahalanobis length vᵀ S⁻¹ v.
     pub(crate) distance: T,
     /// ln( p_D w N(z; ẑ, S) ), the component's term in η_z (4.51).
     pub(crate) ln_term: T,
@@ -84,26 +86,14 @@ where
         Expected { measurement: self.measurement, jacobian: self.jacobian }
     }
 
-    /// The factor of S.
-    pub(crate) fn innovation_factor(&self) -> &Factor<T, Z> {
-        &self.innovation
-    }
-
-    /// S⁻¹.
-    pub(crate) fn precision(&self) -> Symmetric<T, Z> {
-        self.innovation.inverse()
+    /// The factor of S; `None` where rounding has left it without one.
+    pub(crate) fn innovation_factor(&self) -> Option<Factor<T, Z>> {
+        self.innovation_covariance.factor()
     }
 
     /// The same with a further uncertainty of ẑ, independent of the feature's, added to S.
-    pub(crate) fn blurred<S: Sensor<T, D, Z>>(&self, by: &Symmetric<T, Z>) -> Option<Self>
-    where
-        Dim<D>: Packed,
-    {
-        let innovation_covariance = self.innovation_covariance.plus(by);
-        let innovation = innovation_covariance.factor()?;
-        let sorted_variance = innovation_covariance.get(S::SORTED_BY, S::SORTED_BY);
-        let ln_peak = self.ln_detected_weight + innovation.ln_peak();
-        Some(Self { innovation_covariance, innovation, sorted_variance, ln_peak, ..*self })
+    pub(crate) fn blurred(&self, by: &Symmetric<T, Z>) -> Self {
+        Self { innovation_covariance: self.innovation_covariance.plus(by), ..*self }
     }
 
     /// The Kalman correction that any measurement of this component brings.
@@ -111,11 +101,12 @@ where
         &self,
         component: &Component<T, N>,
         noise: &Symmetric<T, Z>,
+        factor: &Factor<T, Z>,
     ) -> Correction<T, N, Z>
     where
         Dim<N>: Packed,
     {
-        Correction::new(&component.covariance, &self.jacobian, noise, &self.innovation)
+        Correction::new(&component.covariance, &self.jacobian, noise, factor)
     }
 }
 
@@ -138,17 +129,19 @@ impl<T: Real, S, V, F> View<'_, T, S, V, F> {
         (0..).map_while(|index| self.sensor.expected_birth(&self.frame, index))
     }
 
-    /// Whether a feature at this position is in view (p_D > 0).
-    pub(crate) fn sees<const D: usize, const Z: usize>(&self, feature: &SVector<T, D>) -> bool
+    /// Whether the feature at this position, which this measurement gives, is in view (p_D > 0).
+    pub(crate) fn sees<const D: usize, const Z: usize>(
+        &self,
+        feature: &SVector<T, D>,
+        measurement: &SVector<T, Z>,
+    ) -> bool
     where
         S: Sensor<T, D, Z, Frame = F>,
         V: FieldOfView<T, F, D, Z>,
         Dim<D>: Packed,
         Dim<Z>: Packed,
     {
-        self.sensor.expect(&self.frame, feature).is_some_and(|expected| {
-            self.field_of_view.detection_probability(&self.frame, feature, &expected.measurement) > T::ZERO
-        })
+        self.field_of_view.detection_probability(&self.frame, feature, measurement) > T::ZERO
     }
 
     /// Covariance that an uncertain pose lends to what is expected of a feature.
@@ -168,7 +161,7 @@ impl<T: Real, S, V, F> View<'_, T, S, V, F> {
     }
 
     /// What to expect of a component; `None` where it is out of view (p_D = 0).
-    #[inline]
+    #[inline(always)]
     pub(crate) fn expect<const N: usize, const D: usize, const Z: usize>(
         &self,
         component: &Component<T, N>,
@@ -194,18 +187,12 @@ impl<T: Real, S, V, F> View<'_, T, S, V, F> {
         }
         let detection = self.last_detection.get();
         let position_covariance = component.covariance.leading::<D>();
-        let s = position_covariance.congruence(&expected.jacobian).plus(self.sensor.noise());
-        let innovation = s.factor()?;
-        let ln_detected_weight = component.ln_weight + detection.ln_detected;
         Some(Expectation {
             measurement: expected.measurement,
             jacobian: expected.jacobian,
-            sorted_variance: s.get(S::SORTED_BY, S::SORTED_BY),
-            ln_missed: detection.ln_missed,
-            ln_detected_weight,
-            ln_peak: ln_detected_weight + innovation.ln_peak(),
-            innovation_covariance: s,
-            innovation,
+            detection,
+            ln_detected_weight: component.ln_weight + detection.ln_detected,
+            innovation_covariance: position_covariance.congruence(&expected.jacobian).plus(self.sensor.noise()),
         })
     }
 
@@ -233,7 +220,7 @@ impl<T: Real, S, V, F> View<'_, T, S, V, F> {
     ///
     /// A term counts while it is above `negligible` times what explains its measurement without any feature; that
     /// bounds the distance vᵀ S⁻¹ v, which in turn bounds the sorting coordinate's part of v.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn matches<const D: usize, const Z: usize>(
         &self,
         expectation: &Expectation<T, D, Z>,
@@ -244,25 +231,59 @@ impl<T: Real, S, V, F> View<'_, T, S, V, F> {
         Dim<D>: Packed,
         Dim<Z>: Packed,
     {
-        let half = T::from_f64(0.5);
-        let headroom = expectation.ln_peak - scan.ln_least_unexplained() - self.ln_negligible;
+        let ln_least = scan.ln_least_unexplained() + self.ln_negligible;
+        // The peak itself takes a factorisation and a logarithm, which components that meet nothing do without. The last
+        // term outweighs rounding.
+        let headroom = expectation.ln_detected_weight + self.ln_sharpest - ln_least + T::from_f64(0.001);
         // Also where the headroom is NaN.
         if !(headroom > T::ZERO) {
             return;
         }
         let farthest = headroom + headroom;
-        let reach = (farthest * expectation.sorted_variance).sqrt();
+        let covariance = &expectation.innovation_covariance;
+        // vᵀ S⁻¹ v is at least v_k²/S_kk for every coordinate k.
+        let farthest_along = SVector::<T, Z>::from_fn(|k, _| farthest * covariance.get(k, k));
+        let reach = farthest_along.get(S::SORTED_BY).map_or(T::ZERO, |&squared| squared.sqrt_above());
+        let mut sharpness = None;
         scan.near(&expectation.measurement, reach, |(index, measured)| {
             let innovation = self.sensor.innovation(&measured.z, &expectation.measurement);
-            let along = innovation.get(S::SORTED_BY).copied().unwrap_or(T::ZERO);
-            if along * along > farthest * expectation.sorted_variance {
+            if innovation.iter().zip(farthest_along.iter()).any(|(&along, &farthest)| along * along > farthest) {
                 return;
             }
-            let distance = expectation.innovation.mahalanobis(&innovation);
-            if distance <= farthest {
-                let ln_term = expectation.ln_peak - half * distance;
-                found(Match { index, innovation, distance, ln_term, ln_reference: measured.ln_reference() });
+            let ln_detected_weight = expectation.ln_detected_weight;
+            let ln_reference = measured.ln_reference();
+            if let Some(met) =
+                Match::of(index, innovation, *covariance, ln_detected_weight, ln_reference, &mut sharpness)
+                && met.ln_term >= ln_least
+            {
+                found(met);
             }
         });
+    }
+}
+
+impl<T: Real, const Z: usize> Match<T, Z>
+where
+    Dim<Z>: Packed,
+{
+    /// A measurement near what is expected; `None` where rounding has left S without a factor. Apart from the loop over the
+    /// measurements, most of which do not come this far, so that the loop stays in the processor's registers.
+    #[inline(never)]
+    fn of(
+        index: usize,
+        innovation: SVector<T, Z>,
+        covariance: Symmetric<T, Z>,
+        ln_detected_weight: T,
+        ln_reference: T,
+        sharpness: &mut Option<(T, Factor<T, Z>)>,
+    ) -> Option<Self> {
+        // What does not hang on the measurement is kept for the component's next one.
+        if sharpness.is_none() {
+            *sharpness = covariance.factor().map(|factor| (ln_detected_weight + factor.ln_peak(), factor));
+        }
+        let (ln_peak, factor) = (*sharpness)?;
+        let distance = factor.mahalanobis(&innovation);
+        let ln_term = ln_peak - T::from_f64(0.5) * distance;
+        Some(Self { index, innovation, factor, distance, ln_term, ln_reference })
     }
 }

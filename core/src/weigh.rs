@@ -52,18 +52,18 @@ where
     reset_eta(eta, scan);
     let bounds = view.bounds();
     let mut seen = Seen { expected_detections: T::ZERO, in_view: 0, heaviest: None };
-    for component in within(still, particle, &bounds) {
-        let in_view = look_at(view, component, scan, eta, &mut seen);
+    look_within(still, particle, &bounds, |component, weight| {
+        let in_view = look_at(view, component, weight, scan, eta, &mut seen);
         if in_view && likelihood == Likelihood::SingleFeature {
             seen.heaviest = Some(seen.heaviest.filter(|held| heavier(held, component)).unwrap_or(*component));
         }
-    }
+    });
     for birth in view.expected_births() {
-        look_at(view, &birth, scan, eta, &mut seen);
+        look_at(view, &birth, birth.ln_weight.exp(), scan, eta, &mut seen);
     }
-    for component in within(moving, particle, &bounds) {
-        look_at(view, component, scan, eta, &mut seen);
-    }
+    look_within(moving, particle, &bounds, |component, weight| {
+        look_at(view, component, weight, scan, eta, &mut seen);
+    });
     let ln_likelihood = ln_likelihood(likelihood, view, &seen, scan, eta);
     Weighed { ln_likelihood, in_view: seen.in_view }
 }
@@ -89,11 +89,33 @@ where
     components.filter(|component| bounds.holds(&component.position()))
 }
 
-/// Adds a component's terms to η_z and to what is seen; `false` where it is out of view.
-#[inline]
+/// Shows `look` the same components, each with its weight.
+#[inline(always)]
+fn look_within<T: Real, const N: usize, const D: usize>(
+    maps: &Maps<'_, T, N, D>,
+    particle: usize,
+    bounds: &Bounds<T, D>,
+    mut look: impl FnMut(&Component<T, N>, T),
+) where
+    Dim<N>: Packed,
+{
+    for &id in maps.predicted.pages(particle) {
+        let Some(page) = maps.pool.get(id).filter(|page| page.bounds().meets(bounds)) else { continue };
+        let within = bounds.covers(page.bounds());
+        for (component, weight) in page.weighted() {
+            if within || bounds.holds(&component.position()) {
+                look(component, weight);
+            }
+        }
+    }
+}
+
+/// Adds the terms of a component of that weight to η_z and to what is seen; `false` where it is out of view.
+#[inline(never)]
 fn look_at<T, S, V, F, const N: usize, const D: usize, const Z: usize>(
     view: &View<'_, T, S, V, F>,
     component: &Component<T, N>,
+    weight: T,
     scan: &Scan<'_, T, Z>,
     eta: &mut [LnSum<T>],
     seen: &mut Seen<T, D>,
@@ -108,7 +130,7 @@ where
 {
     let Some(expectation) = view.expect(component) else { return false };
     seen.in_view += 1;
-    seen.expected_detections += expectation.ln_detected_weight.exp();
+    seen.expected_detections += expectation.detection.probability * weight;
     view.matches(&expectation, scan, |found| {
         if let Some(eta) = eta.get_mut(found.index) {
             eta.add(found.ln_term);

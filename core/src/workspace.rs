@@ -1,5 +1,6 @@
 //! Scratch for the update of one map: the components in view after the update, before they are written back.
 
+use crate::neighbours::Linked;
 use crate::sort::bucket_sort;
 use crate::{Component, Dim, Packed, Real};
 
@@ -37,16 +38,7 @@ pub(crate) struct Ranked {
     pub(crate) entry: u16,
 }
 
-/// An entry's place along the first axis.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Placed {
-    /// Index of the entry.
-    pub(crate) entry: u16,
-    /// Its rank, heaviest first; of an entry that was merged into another, the rank of that one.
-    pub(crate) rank: u16,
-}
-
-/// The components in view and the two orders that their reduction needs, each at least as long.
+/// The components in view and the order and the lists that their reduction needs, each at least as long.
 #[derive(Debug)]
 pub(crate) struct InView<'w, T: Real, const N: usize>
 where
@@ -54,7 +46,7 @@ where
 {
     pub(crate) entries: &'w mut [Entry<T, N>],
     pub(crate) ranking: &'w mut [Ranked],
-    pub(crate) places: &'w mut [Placed],
+    pub(crate) links: &'w mut [Linked],
 }
 
 /// Memory of a workspace for VIEW components.
@@ -65,7 +57,7 @@ where
 {
     entries: [Entry<T, N>; VIEW],
     ranking: [Ranked; VIEW],
-    places: [Placed; VIEW],
+    links: [Linked; VIEW],
 }
 
 impl<T: Real, const N: usize, const VIEW: usize> WorkspaceMemory<T, N, VIEW>
@@ -75,14 +67,14 @@ where
     pub(crate) const ZERO: Self = Self {
         entries: [Entry { component: Component::ZERO, origin: Origin::Outside }; VIEW],
         ranking: [Ranked { key: 0, entry: 0 }; VIEW],
-        places: [Placed { entry: 0, rank: 0 }; VIEW],
+        links: [Linked { next: 0, head: 0, first_member: 0 }; VIEW],
     };
 
     pub(crate) fn view(&mut self) -> Workspace<'_, T, N> {
         Workspace {
             entries: &mut self.entries,
             ranking: &mut self.ranking,
-            places: &mut self.places,
+            links: &mut self.links,
             in_view: 0,
             outside: 0,
             ln_floor: T::NEG_INFINITY,
@@ -101,7 +93,7 @@ where
 {
     entries: &'s mut [Entry<T, N>],
     ranking: &'s mut [Ranked],
-    places: &'s mut [Placed],
+    links: &'s mut [Linked],
     in_view: usize,
     outside: usize,
     ln_floor: T,
@@ -123,7 +115,7 @@ where
         Self {
             entries: &mut [],
             ranking: &mut [],
-            places: &mut [],
+            links: &mut [],
             in_view: 0,
             outside: 0,
             ln_floor: T::NEG_INFINITY,
@@ -178,7 +170,7 @@ where
         InView {
             entries: self.entries.get_mut(..self.in_view).unwrap_or(&mut []),
             ranking: self.ranking.get_mut(..self.in_view).unwrap_or(&mut []),
-            places: self.places.get_mut(..self.in_view).unwrap_or(&mut []),
+            links: self.links.get_mut(..self.in_view).unwrap_or(&mut []),
         }
     }
 
@@ -278,30 +270,34 @@ where
         let mut kept = 0;
         for index in 0..self.in_view {
             let Some(entry) = self.entries.get_mut(index) else { break };
-            if keep(entry) {
+            if !keep(entry) {
+                continue;
+            }
+            if kept < index {
                 let entry = *entry;
                 if let Some(slot) = self.entries.get_mut(kept) {
                     *slot = entry;
-                    kept += 1;
                 }
             }
+            kept += 1;
         }
         self.in_view = kept;
     }
 
-    /// All components, in the order of their buckets, below [`BUCKETS`](crate::sort::BUCKETS). The order points into the
-    /// entries returned with it.
-    pub(crate) fn in_order(&mut self, bucket: impl Fn(&Component<T, N>) -> usize) -> (&[Entry<T, N>], &[Placed]) {
+    /// All components, in the order of their buckets, below [`BUCKETS`](crate::sort::BUCKETS). What is next in the order
+    /// points into the entries returned with it.
+    pub(crate) fn in_order(&mut self, bucket: impl Fn(&Component<T, N>) -> usize) -> (&[Entry<T, N>], &[Linked]) {
         let capacity = self.entries.len();
         let indices = (0..self.in_view).chain(capacity.saturating_sub(self.outside)..capacity);
-        // Of every item, the rank holds the bucket until the order is made.
         for (slot, index) in self.ranking.iter_mut().zip(indices) {
             let key = self.entries.get(index).map_or(0, |entry| bucket(&entry.component));
             *slot = Ranked { key: key as u32, entry: index as u16 };
         }
         let len = self.len().min(self.ranking.len());
-        let items = self.ranking.iter().take(len).map(|ranked| Placed { entry: ranked.entry, rank: ranked.key as u16 });
-        bucket_sort(items, |placed| usize::from(placed.rank), self.places);
-        (self.entries, self.places.get(..len).unwrap_or(&[]))
+        // The lists of the reduction are done with; their memory holds the order, and for want of a head the bucket.
+        let link = |ranked: &Ranked| Linked { next: ranked.entry, head: ranked.key as u16, first_member: 0 };
+        let items = self.ranking.iter().take(len).map(link);
+        bucket_sort(items, |link| usize::from(link.head), self.links);
+        (self.entries, self.links.get(..len).unwrap_or(&[]))
     }
 }

@@ -14,7 +14,7 @@ const PARTICLES: usize = 32;
 const CANDIDATES: usize = 64;
 const PAGES: usize = 320;
 const MAP_PAGES: usize = 32;
-const MOVING_PAGES: usize = 128;
+const MOVING_PAGES: usize = 96;
 const MOVING_MAP_PAGES: usize = 16;
 /// Measurements that a scan can have.
 pub const MEASUREMENTS: usize = 64;

@@ -6,7 +6,7 @@ type Pose = PlanarPose<f32>;
 
 const PARTICLES: usize = 32;
 const CANDIDATES: usize = 64;
-const PAGES: usize = 512;
+const PAGES: usize = 448;
 const MAP_PAGES: usize = 32;
 const MEASUREMENTS: usize = 64;
 const VIEW: usize = 512;
@@ -64,8 +64,8 @@ fn every_capacity_costs_what_its_arrays_cost() {
     // The pose and its weight, and ln L.
     assert_eq!(bytes!(0, 8, 0, 0, 0, 0) - total, 8 * (candidate + SCALAR), "candidates");
 
-    // Components, their box and their number; then a reference count and a place in the list of free pages.
-    let page = (PAGE_LEN * COMPONENT + size_of::<Bounds<f32, 2>>() + INDEX).next_multiple_of(SCALAR);
+    // Components, their weights, their box and their number; then a reference count and a place in the list of free pages.
+    let page = (PAGE_LEN * (COMPONENT + SCALAR) + size_of::<Bounds<f32, 2>>() + INDEX).next_multiple_of(SCALAR);
     assert_eq!(bytes!(0, 0, 8, 0, 0, 0) - total, 8 * (page + 2 * INDEX), "pages");
 
     // An index in both lists of every particle.
@@ -74,7 +74,7 @@ fn every_capacity_costs_what_its_arrays_cost() {
     // Range, bearing, clutter and what explains it otherwise; and the sum η.
     assert_eq!(bytes!(0, 0, 0, 0, 8, 0) - total, 8 * (4 * SCALAR + size_of::<LnSum<f32>>()), "measurements");
 
-    // The component, where it comes from, its rank, and its place with the rank of what it was merged into.
-    let (origin, ranked, placed) = (2 * SCALAR, SCALAR + 2 * INDEX, 2 * INDEX);
-    assert_eq!(bytes!(0, 0, 0, 0, 0, 8) - total, 8 * (COMPONENT + origin + ranked + placed), "view");
+    // The component, where it comes from, its rank, and its links in the lists of the reduction.
+    let (origin, ranked, linked) = (2 * SCALAR, SCALAR + 2 * INDEX, 3 * INDEX);
+    assert_eq!(bytes!(0, 0, 0, 0, 0, 8) - total, 8 * (COMPONENT + origin + ranked + linked), "view");
 }

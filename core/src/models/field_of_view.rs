@@ -102,6 +102,7 @@ impl<T: Real> RangeBearingWindow<T> {
 }
 
 /// The ramp from 0 at `inside` = −`edge` to 1 at +`edge`.
+#[inline]
 fn ramp<T: Real>(inside: T, edge: T) -> T {
     if inside >= edge {
         T::ONE
@@ -114,11 +115,14 @@ fn ramp<T: Real>(inside: T, edge: T) -> T {
 }
 
 impl<T: Real> FieldOfView<T, PlanarFrame<T>, 2, 2> for RangeBearingWindow<T> {
-    #[inline]
+    #[inline(always)]
     fn detection_probability(&self, _frame: &PlanarFrame<T>, _feature: &SVector<T, 2>, expected: &SVector<T, 2>) -> T {
         let [[range, bearing]] = expected.data.0;
-        let far = (range / self.range_max_m).at_most(T::ONE);
-        let mut probability = self.probability_near + (self.probability_far - self.probability_near) * far;
+        let mut probability = self.probability_near;
+        if self.probability_far != self.probability_near {
+            let far = (range / self.range_max_m).at_most(T::ONE);
+            probability += (self.probability_far - self.probability_near) * far;
+        }
         probability *= ramp(self.range_max_m - range, self.range_edge_m);
         if self.range_min_m > T::ZERO {
             probability *= ramp(range - self.range_min_m, self.range_edge_m);

@@ -86,24 +86,25 @@ impl<T: Real> Sensor<T, 2, 2> for RangeBearing<T> {
     }
 
     /// (5.28) with the heading subtracted. The Jacobian is that of range and bearing with respect to the feature.
-    #[inline]
+    #[inline(always)]
     fn expect(&self, frame: &Self::Frame, feature: &SVector<T, 2>) -> Option<Expected<T, 2, 2>> {
         let [[dx, dy]] = (feature - frame.position).data.0;
         let squared = dx * dx + dy * dy;
-        let range = squared.sqrt();
-        // At the sensor itself the bearing has no derivative. Written so that NaN fails too.
-        if !(squared > T::ZERO && range.is_finite()) {
+        // At the sensor itself the bearing has no derivative. Written so that NaN fails too; what is infinitely far is out of
+        // every view.
+        if !(squared > T::ZERO) {
             return None;
         }
+        let per_range = squared.inverse_sqrt();
         let bearing = wrap(dy.atan2(dx) - frame.heading_rad);
-        let (along, across) = (dx / range, dy / range);
+        let (along, across) = (dx * per_range, dy * per_range);
         Some(Expected {
-            measurement: Vector2::new(range, bearing),
-            jacobian: Matrix2::new(along, across, -across / range, along / range),
+            measurement: Vector2::new(squared * per_range, bearing),
+            jacobian: Matrix2::new(along, across, -across * per_range, along * per_range),
         })
     }
 
-    #[inline]
+    #[inline(always)]
     fn innovation(&self, measured: &SVector<T, 2>, expected: &SVector<T, 2>) -> SVector<T, 2> {
         let [[range, bearing]] = (measured - expected).data.0;
         Vector2::new(range, wrap(bearing))
