@@ -395,7 +395,7 @@ mod tests {
         let header = numbered();
         let bytes = header.encode();
         assert_eq!(Header::decode(&mut Bytes(&bytes)), Ok(header));
-        assert_eq!((header.start_x_m, header.scan_interval_s), (100.5, 138.5));
+        assert_eq!((header.start_x_m, header.scan_interval_s), (100.5, 139.5));
     }
 
     /// The places of the documented layout, by hand.
@@ -403,13 +403,13 @@ mod tests {
     fn the_layout_is_the_documented_one() {
         let bytes = numbered().encode();
         assert_eq!(bytes.len(), 376);
-        assert_eq!(&bytes[..12], b"SCPHDLOG\x01\x00\x70\x01");
-        assert_eq!(bytes[12..20], [4, 2, 2, 1, 1, 0, 0, 0]);
+        assert_eq!(&bytes[..12], b"SCPHDLOG\x01\x00\x78\x01");
+        assert_eq!(bytes[12..20], [4, 2, 2, 1, 1, 1, 0, 0]);
         assert_eq!(bytes[20..24], [1, 0, 0, 0]);
         assert_eq!(bytes[40..44], [6, 0, 0, 0]);
         assert_eq!(bytes[44..52], [8, 7, 6, 5, 4, 3, 2, 1]);
         assert_eq!(bytes[52..60], 100.5_f64.to_le_bytes());
-        assert_eq!(bytes[364..372], 138.5_f64.to_le_bytes());
+        assert_eq!(bytes[364..372], 139.5_f64.to_le_bytes());
     }
 
     #[test]

@@ -3,7 +3,8 @@
 use scphd_sim::scenario;
 use scphd_sim::session::{self, Filter};
 use scphd_sim::settings::{
-    FilterSettings, Likelihood, MovingSettings, Proposal, Reduction, SensorSettings, Settings, VehicleSettings,
+    Extraction, FilterSettings, Likelihood, MovingSettings, Proposal, Reduction, SensorSettings, Settings,
+    VehicleSettings,
 };
 use scphd_sim::slam::Precision;
 use std::f64::consts::PI;
@@ -30,6 +31,8 @@ fn settings() -> Settings {
             birth_intensity: 0.01,
             resample_threshold: 0.5,
             prune_weight: 1e-4,
+            unconfirmed_weight: 0.0,
+            extraction: Extraction::Heaviest,
             merge_distance: 4.0,
             max_components: 1000,
             extraction_weight: 0.0,
