@@ -52,6 +52,7 @@ mod config;
 mod digest;
 mod drift;
 mod error;
+mod executor;
 mod expected_map;
 mod extract;
 #[cfg(test)]
@@ -95,6 +96,7 @@ pub use candidate::Candidate;
 pub use component::{Component, Correction};
 pub use config::{Config, ConfigError, MovingConfig};
 pub use error::{LoadMapError, PredictError, ResetError, ScanError, SetupError};
+pub use executor::{Executor, Serial};
 pub use extract::{MapEstimate, PoseEstimate};
 pub use filter::ScPhd;
 pub use health::Health;
