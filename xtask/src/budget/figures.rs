@@ -1,11 +1,14 @@
 //! What was measured, from a replay and its image.
 
-use serde::Serialize;
+use std::array;
+
+use serde::ser::SerializeMap;
+use serde::{Serialize, Serializer};
 
 use super::limits::Budget;
 use crate::firmware::board::Board;
 use crate::firmware::image::Sizes;
-use crate::firmware::output::{Replay, Scan};
+use crate::firmware::output::{Replay, STAGES, Scan};
 
 /// The figures of one entry of `budgets.toml`.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
@@ -29,6 +32,8 @@ pub struct Figures {
     pub instructions_per_scan_mean: u64,
     pub instructions_per_scan_p99: u64,
     pub instructions_per_scan_worst: u64,
+    #[serde(flatten)]
+    pub stages: Stages,
     pub instructions_per_estimate_mean: u64,
     /// Of a scan, the predictions before it and the estimate after it, all together: the mean and the worst.
     pub instructions_per_cycle_mean: u64,
@@ -39,6 +44,27 @@ pub struct Figures {
     pub pairs_by_capacity: u64,
     /// Hash of the state after the last scan.
     pub digest: String,
+}
+
+/// Instructions of the stages of a scan, in the order of [`STAGES`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Stages {
+    pub mean: [u64; STAGES.len()],
+    /// Of each stage its costliest scan; the scans need not be the same.
+    pub worst: [u64; STAGES.len()],
+}
+
+/// As `instructions_weigh_mean`, `instructions_weigh_worst` and so on.
+impl Serialize for Stages {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut map = serializer.serialize_map(Some(2 * STAGES.len()))?;
+        for (statistic, values) in [("mean", &self.mean), ("worst", &self.worst)] {
+            for (stage, value) in STAGES.iter().zip(values) {
+                map.serialize_entry(&format!("instructions_{stage}_{statistic}"), value)?;
+            }
+        }
+        map.end()
+    }
 }
 
 impl Figures {
@@ -60,6 +86,8 @@ impl Figures {
         let each = |cost: fn(&Scan) -> u64| -> Vec<u64> { scans.iter().map(|scan| instructions(cost(scan))).collect() };
         let updates = each(|scan| scan.update);
         let cycles = each(|scan| scan.predict + scan.update + scan.estimate);
+        let stages: [Vec<u64>; STAGES.len()] =
+            array::from_fn(|stage| scans.iter().map(|scan| instructions(scan.stages[stage])).collect());
         let predictions: u64 = scans.iter().map(|scan| scan.predictions).sum();
         let costliest = scans.iter().max_by_key(|scan| scan.update).unwrap_or(last);
         Ok(Self {
@@ -80,6 +108,10 @@ impl Figures {
             instructions_per_scan_mean: mean(&updates),
             instructions_per_scan_p99: percentile(&updates, 99),
             instructions_per_scan_worst: greatest(&updates),
+            stages: Stages {
+                mean: stages.each_ref().map(|each| mean(each)),
+                worst: stages.each_ref().map(|each| greatest(each)),
+            },
             instructions_per_estimate_mean: mean(&each(|scan| scan.estimate)),
             instructions_per_cycle_mean: mean(&cycles),
             instructions_per_cycle_worst: greatest(&cycles),

@@ -5,6 +5,7 @@ use comfy_table::{CellAlignment, Table};
 
 use super::figures::Figures;
 use super::share::CHIPS;
+use crate::firmware::output::STAGES;
 
 /// Columns of words at the front of every table.
 const WORDS: usize = 3;
@@ -17,6 +18,11 @@ pub fn print(all: &[Figures]) {
     println!("{}", memory(all));
     println!("\ninstructions: a prediction, a scan (p99: 99 % of scans take no more), an estimate of pose and map");
     println!("{}", instructions(all));
+    println!(
+        "\ninstructions of the stages of a scan, mean (worst of each): moving features moved, candidates weighed, particles \
+         selected, maps updated, maps reduced"
+    );
+    println!("{}", stages(all));
     println!("\nshare of a chip's time, mean and worst, for scan, predictions before it and estimate after it");
     println!("{}", shares(all));
 }
@@ -64,6 +70,13 @@ fn instructions(all: &[Figures]) -> Table {
         .collect();
         row.push(figures.digest.clone());
         row
+    })
+}
+
+fn stages(all: &[Figures]) -> Table {
+    table(words(&STAGES), all, |figures| {
+        let each = figures.stages.mean.iter().zip(figures.stages.worst);
+        each.map(|(&mean, worst)| format!("{} ({})", grouped(mean), grouped(worst))).collect()
     })
 }
 
