@@ -11,12 +11,12 @@ use std::collections::hash_map::Entry;
 use crate::firmware::board::{Board, EMULATED, TARGETS};
 use crate::firmware::image::{self, Extra, Image};
 use crate::firmware::output::Replay;
-use crate::firmware::streams::{self, Source};
-use crate::firmware::{emulator, image_name};
+use crate::firmware::streams::{self, Precision, Source};
+use crate::firmware::{PROOF, emulator, image_name};
 use crate::process;
 use crate::steps::{Options, Outcome};
-use crate::toolchain;
-use figures::Figures;
+use crate::toolchain::{self, Toolchain};
+use figures::{Code, Figures};
 use limits::Budget;
 
 /// The step.
@@ -33,16 +33,14 @@ fn measure(options: &Options) -> Result<(usize, Vec<String>), String> {
     let budgets = limits::read(&process::root().join("budgets.toml"))?;
     emulator::prepare()?;
     let toolchain = toolchain::find(&TARGETS)?;
-    let mut images: HashMap<(&str, &str), Image> = HashMap::new();
+    let mut images: HashMap<(&str, &str), (Image, Code)> = HashMap::new();
     let mut measured = Vec::new();
     for budget in &budgets {
         let (board, precision) = (board_of(budget)?, budget.precision()?);
         let key = (board.name, precision.name());
-        let image = match images.entry(key) {
+        let (image, code) = match images.entry(key) {
             Entry::Occupied(built) => built.into_mut(),
-            Entry::Vacant(place) => {
-                place.insert(image::build(&toolchain, board, &image_name(precision), &Extra::default())?)
-            }
+            Entry::Vacant(place) => place.insert(built(&toolchain, board, precision)?),
         };
         let stream = streams::make(Source { what: &budget.scenario, scans: budget.scans }, precision)?;
         let host = streams::on_host(&stream, precision, "release")?;
@@ -50,7 +48,7 @@ fn measure(options: &Options) -> Result<(usize, Vec<String>), String> {
         if let Some(difference) = host.first_difference(&replay) {
             return Err(format!("{} on {} is not what the host computes: {difference}", budget.scenario, board.name));
         }
-        measured.push(Figures::of(budget, board, image.sizes()?, &replay, host.scan_interval_s)?);
+        measured.push(Figures::of(budget, board, *code, &replay, host.scan_interval_s)?);
     }
     table::print(&measured);
     if let Some(path) = &options.json {
@@ -59,6 +57,15 @@ fn measure(options: &Options) -> Result<(usize, Vec<String>), String> {
     }
     let broken = budgets.iter().zip(&measured).flat_map(|(budget, figures)| budget.broken_by(figures));
     Ok((budgets.len(), broken.collect()))
+}
+
+/// The image that is measured, and what its code says, and that of the image without output.
+fn built(toolchain: &Toolchain, board: &Board, precision: Precision) -> Result<(Image, Code), String> {
+    let image = image::build(toolchain, board, &image_name(precision), &Extra::default())?;
+    let features: &[&str] = if precision == Precision::F64 { &["double"] } else { &[] };
+    let bare = image::build(toolchain, board, PROOF, &Extra { features, flags: &[] })?;
+    let code = Code { image: image.sizes()?, stack_bound: image.stack_bound()?, library: bare.library_flash()? };
+    Ok((image, code))
 }
 
 fn board_of(budget: &Budget) -> Result<&'static Board, String> {

@@ -13,10 +13,14 @@ const WORDS: usize = 3;
 /// Prints memory, instructions and shares, a row for every entry.
 pub fn print(all: &[Figures]) {
     println!(
-        "\nbytes: flash is the whole image with startup code and output; RAM is the filter's; stack is the deepest"
+        "\nbytes: flash is the whole image with startup code and output, library the filter's part of it; RAM is the \
+         filter's; stack is the deepest of the run, stack bound the deepest that the code allows"
     );
     println!("{}", memory(all));
-    println!("\ninstructions: a prediction, a scan (p99: 99 % of scans take no more), an estimate of pose and map");
+    println!(
+        "\ninstructions: a prediction, a scan (p99: 99 % of scans take no more), an estimate of pose and map; pairs of a \
+         component and a measurement in the costliest scan; bound: its instructions a pair times the pairs by capacity"
+    );
     println!("{}", instructions(all));
     println!(
         "\ninstructions of the stages of a scan, mean (worst of each): moving features moved, candidates weighed, particles \
@@ -29,13 +33,14 @@ pub fn print(all: &[Figures]) {
 
 fn memory(all: &[Figures]) -> Table {
     let parts = all.first().map(|figures| figures.state_parts.as_slice()).unwrap_or_default();
-    let mut header = words(&["flash", "text", "rodata", "RAM"]);
+    let mut header = words(&["flash", "text", "rodata", "library", "RAM"]);
     header.extend(parts.iter().map(|(name, _)| name.clone()));
-    header.push("stack".into());
+    header.extend(["stack".into(), "stack bound".into()]);
     table(header, all, |figures| {
-        let mut row = vec![figures.flash_bytes, figures.text_bytes, figures.rodata_bytes, figures.state_bytes];
+        let mut row = vec![figures.flash_bytes, figures.text_bytes, figures.rodata_bytes];
+        row.extend([figures.library_flash_bytes, figures.state_bytes]);
         row.extend(figures.state_parts.iter().map(|(_, bytes)| bytes));
-        row.push(figures.stack_bytes);
+        row.extend([figures.stack_bytes, figures.stack_bound_bytes]);
         row.into_iter().map(grouped).collect()
     })
 }
@@ -51,6 +56,7 @@ fn instructions(all: &[Figures]) -> Table {
         "estimate mean",
         "pairs",
         "pairs by capacity",
+        "bound",
         "digest",
     ]);
     table(header, all, |figures| {
@@ -68,6 +74,7 @@ fn instructions(all: &[Figures]) -> Table {
         .into_iter()
         .map(grouped)
         .collect();
+        row.push(figures.instructions_per_scan_bound.map(grouped).unwrap_or_default());
         row.push(figures.digest.clone());
         row
     })
