@@ -111,7 +111,7 @@ fn map(features: usize) -> Box<dyn Case> {
     let grid = (0..rows * rows).map(|k| [k % rows, k / rows].map(|place| (place as f64 - rows as f64 / 2.0) * APART_M));
     let beyond = grid.filter(|place| place[0].hypot(place[1]) > BEYOND_M);
     known.extend(beyond.take(features - IN_VIEW));
-    Box::new(Rig::<_, Still<32, 16_384, 2048>, NoMoving, 32, 64>::new(robot(), config(32, 2), world, &known, 50))
+    Box::new(Rig::<_, Still<32, 16_384, 2048>, NoMoving, 32, 64>::new(robot(), config(32, 2), world, &known, 20))
 }
 
 /// Twenty features in view, and as much clutter as makes up the measurements; of fewer than twenty, as many features are
@@ -128,7 +128,7 @@ fn measurements(measurements: usize) -> Box<dyn Case> {
         clutter: Clutter::UpTo(measurements),
     };
     let known = world.landmarks.clone();
-    Box::new(Rig::<_, Still<32, 4096, 128>, NoMoving, 32, 64>::new(robot(), config(32, 2), world, &known, 50))
+    Box::new(Rig::<_, Still<32, 4096, 128>, NoMoving, 32, 64>::new(robot(), config(32, 2), world, &known, 20))
 }
 
 /// 45 landmarks and the clutter of section 5.3.1, one sample a particle.

@@ -1,7 +1,6 @@
-//! The curves as a table and a picture.
+//! The times of all cases as a table, and the curves as a picture.
 
-use scphd_benches::cases::CURVES;
-use scphd_benches::criterion_time_us;
+use scphd_benches::cases::{CURVES, NAMED};
 use scphd_sim::plot::{Chart, Colour, Figure, Interval, Mark};
 use std::fmt::Write;
 use std::fs;
@@ -10,19 +9,25 @@ use std::path::Path;
 /// Height of each chart, px.
 const HEIGHT_PX: f64 = 240.0;
 
-/// Writes growth.csv, growth.svg and growth.png.
+/// Writes times.csv, growth.svg and growth.png.
 pub fn draw(criterion: &Path, out: &Path) -> Result<(), String> {
     let cannot = |error: std::io::Error| format!("{}: {error}", out.display());
     fs::create_dir_all(out).map_err(cannot)?;
-    let mut table = String::from("curve,n,scan_us\n");
+    let mut table = String::from("group,id,scan_us\n");
+    let mut time_us = |group: &str, id: &str| -> Result<f64, String> {
+        let time_us = criterion_time_us(criterion, group, id)?;
+        // Writing to memory cannot fail.
+        let _ = writeln!(table, "{group},{id},{time_us:.3}");
+        Ok(time_us)
+    };
+    for (name, _) in NAMED {
+        time_us("scan", name)?;
+    }
     let mut charts = Vec::new();
     for (index, curve) in CURVES.iter().enumerate() {
         let mut points = Vec::new();
         for &point in curve.points {
-            let time_us = criterion_time_us(criterion, curve.name, &point.to_string())?;
-            // Writing to memory cannot fail.
-            let _ = writeln!(table, "{},{point},{time_us:.1}", curve.name);
-            points.push([point as f64, time_us]);
+            points.push([point as f64, time_us(curve.name, &point.to_string())?]);
         }
         let highest = points.iter().map(|point| point[1]).fold(0.0, f64::max);
         let chart = Chart {
@@ -37,7 +42,17 @@ pub fn draw(criterion: &Path, out: &Path) -> Result<(), String> {
         };
         charts.push((chart, HEIGHT_PX));
     }
-    fs::write(out.join("growth.csv"), table).map_err(cannot)?;
+    fs::write(out.join("times.csv"), table).map_err(cannot)?;
     let figure = Figure { title: "Time of a scan, f32, one thread of the host".into(), charts };
     figure.write(out, "growth").map(drop).map_err(|error| error.to_string())
+}
+
+/// The mean time that criterion has found for one of a group, µs.
+fn criterion_time_us(criterion: &Path, group: &str, id: &str) -> Result<f64, String> {
+    let path = criterion.join(group).join(id).join("new/estimates.json");
+    let text = fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()))?;
+    let estimates: serde_json::Value =
+        serde_json::from_str(&text).map_err(|error| format!("{}: {error}", path.display()))?;
+    let mean_ns = estimates["mean"]["point_estimate"].as_f64();
+    mean_ns.map(|mean_ns| mean_ns / 1e3).ok_or_else(|| format!("{} has no mean", path.display()))
 }

@@ -23,11 +23,11 @@ enum Command {
         #[arg(long, env = "SCPHD_DATA", default_value = concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/data"))]
         data: PathBuf,
     },
-    /// Draws the curves from what `cargo bench --bench time` has left, and writes their points.
+    /// Draws the curves from what `cargo bench --bench time` has left, and writes all times.
     Growth {
         /// Folder of criterion's results.
         criterion: PathBuf,
-        /// Folder for growth.csv, growth.svg and growth.png.
+        /// Folder for times.csv, growth.svg and growth.png.
         out: PathBuf,
     },
 }

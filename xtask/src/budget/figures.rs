@@ -75,6 +75,14 @@ pub struct Stages {
     pub worst: [u64; STAGES.len()],
 }
 
+impl Stages {
+    /// What part of `whole` instructions a stage has in the mean.
+    pub fn share(&self, stage: &str, whole: u64) -> f64 {
+        let found = STAGES.iter().zip(self.mean).find(|(name, _)| **name == stage);
+        found.map_or(0.0, |(_, instructions)| instructions as f64) / whole.max(1) as f64
+    }
+}
+
 /// As `instructions_weigh_mean`, `instructions_weigh_worst` and so on.
 impl Serialize for Stages {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
