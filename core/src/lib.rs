@@ -23,8 +23,8 @@
 //!
 //! # Where things are
 //!
-//! One scan, from top to bottom, is `step.rs`: propose poses (`propose.rs`), weigh (`weigh.rs`, over the map as one pose sees it, `view.rs`), select
-//! (`select.rs`, `resample.rs`), update (`update.rs`), reduce (`reduce.rs`). `predict.rs` comes before it, `extract.rs`
+//! One scan, from top to bottom, is `step.rs`: propose poses (`propose.rs`), weigh (`weigh.rs`, over the map as one pose sees it,
+//! `view.rs`, on as many cores as `executor.rs` has), select (`select.rs`, `resample.rs`), update (`update.rs`), reduce (`reduce.rs`). `predict.rs` comes before it, `extract.rs`
 //! after it. `map/` holds the copy-on-write pages, `models/` the models. The recursion with all its choices is written
 //! out in `docs/recursion.md`.
 //!
