@@ -3,9 +3,9 @@
 use crate::predict::{predict, spread};
 use crate::state::{Memory, State};
 use crate::{
-    Clutter, Component, Config, Dim, FieldOfView, LoadMapError, Locating, MapStorage, Models, Motion, Noise, PAGE_LEN,
-    Packed, Pose, PredictError, PredictReport, Probe, Proposal, Real, ResetError, ScanError, ScanReport, Sensor,
-    SetupError, Stage, Symmetric, Twice, candidate::Candidate,
+    Clutter, Component, Config, Dim, Executor, FieldOfView, LoadMapError, Locating, MapStorage, Models, Motion, Noise,
+    PAGE_LEN, Packed, Pose, PredictError, PredictReport, Probe, Proposal, Real, ResetError, ScanError, ScanReport,
+    Sensor, Serial, SetupError, Stage, Symmetric, Twice, candidate::Candidate,
 };
 use nalgebra::SVector;
 
@@ -87,10 +87,17 @@ where
     ///
     /// # Errors
     /// The configuration is out of range or does not fit the state.
-    pub fn new<const PARTICLES: usize, const CANDIDATES: usize, const MEASUREMENTS: usize, SM, VM>(
+    pub fn new<
+        const PARTICLES: usize,
+        const CANDIDATES: usize,
+        const MEASUREMENTS: usize,
+        SM,
+        VM,
+        const WORKERS: usize,
+    >(
         models: Models<M, S, V, C>,
         config: Config<T>,
-        state: &'s mut State<T, P, K, Z, PARTICLES, CANDIDATES, MEASUREMENTS, SM, VM>,
+        state: &'s mut State<T, P, K, Z, PARTICLES, CANDIDATES, MEASUREMENTS, SM, VM, WORKERS>,
     ) -> Result<Self, SetupError>
     where
         SM: MapStorage<T, D, D>,
@@ -229,6 +236,22 @@ where
         measurements: &[SVector<T, Z>],
         probe: &mut impl Probe,
     ) -> Result<ScanReport<T>, ScanError> {
+        self.scan_on(measurements, &Serial, probe)
+    }
+
+    /// [`scan_with`](Self::scan_with), with the candidates weighed by an executor: on several cores, if it has them.
+    ///
+    /// They are divided into as many jobs as the [`State`] has workers. The result does not depend on it, nor on the
+    /// executor.
+    ///
+    /// # Errors
+    /// As for `scan`.
+    pub fn scan_on(
+        &mut self,
+        measurements: &[SVector<T, Z>],
+        executor: &impl Executor,
+        probe: &mut impl Probe,
+    ) -> Result<ScanReport<T>, ScanError> {
         let capacity = self.memory.measurements.len();
         if measurements.len() > capacity {
             return Err(ScanError::TooManyMeasurements { measurements: measurements.len(), capacity });
@@ -237,7 +260,7 @@ where
         if let Some(index) = measurements.iter().position(|z| !finite(z)) {
             return Err(ScanError::NonFinite { index });
         }
-        self.step(measurements, probe)
+        self.step(measurements, executor, probe)
     }
 
     /// The models, for changing between steps: noise may be retuned in flight.

@@ -23,8 +23,8 @@
 //!
 //! # Where things are
 //!
-//! One scan, from top to bottom, is `step.rs`: propose poses (`propose.rs`), weigh (`weigh.rs`, over the map as one pose sees it, `view.rs`), select
-//! (`select.rs`, `resample.rs`), update (`update.rs`), reduce (`reduce.rs`). `predict.rs` comes before it, `extract.rs`
+//! One scan, from top to bottom, is `step.rs`: propose poses (`propose.rs`), weigh (`weigh.rs`, over the map as one pose sees it,
+//! `view.rs`, on as many cores as `executor.rs` has), select (`select.rs`, `resample.rs`), update (`update.rs`), reduce (`reduce.rs`). `predict.rs` comes before it, `extract.rs`
 //! after it. `map/` holds the copy-on-write pages, `models/` the models. The recursion with all its choices is written
 //! out in `docs/recursion.md`.
 //!
@@ -52,6 +52,7 @@ mod config;
 mod digest;
 mod drift;
 mod error;
+mod executor;
 mod expected_map;
 mod extract;
 #[cfg(test)]
@@ -98,6 +99,7 @@ pub use candidate::Candidate;
 pub use component::{Component, Correction};
 pub use config::{Config, ConfigError, Extraction, MovingConfig};
 pub use error::{LoadMapError, PredictError, ResetError, ScanError, SetupError};
+pub use executor::{Executor, Serial};
 pub use extract::{MapEstimate, PoseEstimate};
 pub use filter::ScPhd;
 pub use health::Health;

@@ -18,6 +18,7 @@ use crate::{Dim, LnSum, Noise, Packed, Pose, Real, Symmetric, Twice, candidate::
 /// | `MEASUREMENTS` | measurements in a scan |
 /// | `S` | memory of the static features, a [`MapMemory`](crate::MapMemory) |
 /// | `V` | memory of the moving features, a [`MapMemory`](crate::MapMemory) or [`NoMoving`] |
+/// | `WORKERS` | jobs that the weighing is divided into, each with scratch of its own, for an [`Executor`](crate::Executor); 1 unless given |
 ///
 /// ```
 /// use scphd::{MapMemory, PlanarPose, State};
@@ -40,6 +41,7 @@ pub struct State<
     const MEASUREMENTS: usize,
     S,
     V = NoMoving,
+    const WORKERS: usize = 1,
 > where
     Dim<K>: Packed,
 {
@@ -51,7 +53,8 @@ pub struct State<
     selected: [Candidate<T, P>; PARTICLES],
     survivors: [u16; PARTICLES],
     measurements: [Measurement<T, Z>; MEASUREMENTS],
-    eta: [LnSum<T>; MEASUREMENTS],
+    eta: [[LnSum<T>; MEASUREMENTS]; WORKERS],
+    most_in_view: [u16; WORKERS],
     still: S,
     moving: V,
 }
@@ -66,7 +69,8 @@ impl<
     const MEASUREMENTS: usize,
     S,
     V,
-> State<T, P, K, Z, PARTICLES, CANDIDATES, MEASUREMENTS, S, V>
+    const WORKERS: usize,
+> State<T, P, K, Z, PARTICLES, CANDIDATES, MEASUREMENTS, S, V, WORKERS>
 where
     Dim<K>: Packed,
 {
@@ -85,7 +89,9 @@ where
             assert!(PARTICLES >= 1, "a filter needs a particle");
             assert!(CANDIDATES >= PARTICLES, "CANDIDATES must be at least PARTICLES");
             assert!(CANDIDATES <= u16::MAX as usize, "candidates are counted in 16 bits");
+            assert!(MEASUREMENTS >= 1, "a scan needs room for a measurement");
             assert!(MEASUREMENTS <= u16::MAX as usize, "measurements are counted in 16 bits");
+            assert!(WORKERS >= 1, "weighing needs a worker");
             assert!(S::PARTICLES >= PARTICLES, "every particle needs a static map");
             assert!(V::PARTICLES >= PARTICLES || V::PARTICLES == 0, "every particle needs a moving map, or none");
         }
@@ -98,7 +104,8 @@ where
             selected: [Candidate::zero::<K>(); PARTICLES],
             survivors: [0; PARTICLES],
             measurements: [Measurement::ZERO; MEASUREMENTS],
-            eta: [LnSum::ZERO; MEASUREMENTS],
+            eta: [[LnSum::ZERO; MEASUREMENTS]; WORKERS],
+            most_in_view: [0; WORKERS],
             still: S::ZERO,
             moving: V::ZERO,
         }
@@ -121,7 +128,8 @@ where
             selected: &mut self.selected,
             survivors: &mut self.survivors,
             measurements: &mut self.measurements,
-            eta: &mut self.eta,
+            eta: self.eta.as_flattened_mut(),
+            most_in_view: &mut self.most_in_view,
             still: self.still.maps(),
             moving: self.moving.maps(),
         }
@@ -186,7 +194,10 @@ where
     pub(crate) selected: &'s mut [Candidate<T, P>],
     pub(crate) survivors: &'s mut [u16],
     pub(crate) measurements: &'s mut [Measurement<T, Z>],
+    /// Scratch of all workers, one after the other.
     pub(crate) eta: &'s mut [LnSum<T>],
+    /// For every worker |V|, the most components in view of the candidates it has weighed.
+    pub(crate) most_in_view: &'s mut [u16],
     pub(crate) still: Maps<'s, T, D, D>,
     pub(crate) moving: Maps<'s, T, E, D>,
 }

@@ -2,6 +2,7 @@
 
 use crate::candidate::{effective_number, reweigh};
 use crate::drift::drift;
+use crate::executor::shares;
 use crate::propose::{Proposal, Proposer};
 use crate::scan::Scan;
 use crate::select::select;
@@ -10,8 +11,8 @@ use crate::update::Update;
 use crate::view::{Detection, View};
 use crate::weigh::weigh;
 use crate::{
-    Clutter, Dim, FieldOfView, Health, Locating, Motion, Packed, Pose, Probe, Real, ScPhd, ScanError, ScanReport,
-    Sensor, Stage, Symmetric, Twice,
+    Clutter, Dim, Executor, FieldOfView, Health, Locating, Motion, Packed, Pose, Probe, Real, ScPhd, ScanError,
+    ScanReport, Sensor, Stage, Symmetric, Twice,
 };
 use core::cell::Cell;
 use nalgebra::SVector;
@@ -34,6 +35,7 @@ where
     pub(crate) fn step(
         &mut self,
         measured: &[SVector<T, Z>],
+        executor: &impl Executor,
         probe: &mut impl Probe,
     ) -> Result<ScanReport<T>, ScanError> {
         let Self { models, config, memory } = self;
@@ -47,6 +49,7 @@ where
             survivors,
             measurements,
             eta,
+            most_in_view,
             still,
             moving,
         } = memory;
@@ -83,13 +86,19 @@ where
 
         // Weigh (4.52). Only ln L and the scratch η are written; the maps are those of the prediction.
         let candidates = candidates.get_mut(..particles * children).unwrap_or(&mut []);
-        let mut in_view = 0;
-        for (index, (candidate, ln_likelihood)) in candidates.iter().zip(ln_likelihoods.iter_mut()).enumerate() {
-            let view = look(&candidate.pose);
-            let weighed = weigh(&view, parent_of(index), (still, moving), &scan, config.likelihood, eta);
-            *ln_likelihood += weighed.ln_likelihood;
-            in_view = in_view.max(weighed.in_view);
-        }
+        let (predicted, likelihood) = ((&*still, &*moving), config.likelihood);
+        most_in_view.fill(0);
+        executor.run(shares(candidates, ln_likelihoods, eta, most_in_view), |share| {
+            let mut most_in_view = 0;
+            for (offset, (candidate, ln_likelihood)) in share.candidates.iter().zip(share.ln_likelihoods).enumerate() {
+                let (view, parent) = (look(&candidate.pose), parent_of(share.first + offset));
+                let weighed = weigh(&view, parent, predicted, &scan, likelihood, share.eta);
+                *ln_likelihood += weighed.ln_likelihood;
+                most_in_view = weighed.in_view.max(most_in_view);
+            }
+            *share.most_in_view = most_in_view.min(usize::from(u16::MAX)) as u16;
+        });
+        let in_view = most_in_view.iter().copied().max().map_or(0, usize::from);
         let ln_evidence = reweigh(candidates, ln_likelihoods);
         let n_eff = effective_number(candidates);
         probe.leave(Stage::Weigh);

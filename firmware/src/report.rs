@@ -1,6 +1,7 @@
 //! Tells over defmt what a replay does, scan by scan.
 
 use crate::clock::Clock;
+use scphd::{Probe, Stage};
 use scphd_stream::{Monitor, ScanCost, Seen};
 
 /// The exit code of a program that failed, as QEMU passes it on.
@@ -10,18 +11,45 @@ const FAULT: i32 = 102;
 /// The exit code after a panic.
 const PANIC: i32 = 101;
 
+/// Stages of a scan.
+const STAGES: usize = Stage::ALL.len();
+
 /// Keeps the time, and prints every scan.
 #[derive(Debug)]
 pub struct Report {
     clock: Clock,
     started: u64,
+    stages: StageClock,
+}
+
+/// Adds up the time of every stage of a scan.
+#[derive(Debug)]
+struct StageClock {
+    clock: Clock,
+    entered: [u64; STAGES],
+    spent: [u64; STAGES],
+}
+
+impl Probe for StageClock {
+    fn enter(&mut self, stage: Stage) {
+        if let Some(entered) = self.entered.get_mut(stage as usize) {
+            *entered = self.clock.now();
+        }
+    }
+
+    fn leave(&mut self, stage: Stage) {
+        if let (Some(&entered), Some(spent)) = (self.entered.get(stage as usize), self.spent.get_mut(stage as usize)) {
+            *spent += self.clock.since(entered);
+        }
+    }
 }
 
 impl Report {
     /// A report by this clock.
     #[must_use]
     pub fn new(clock: Clock) -> Self {
-        Self { clock, started: 0 }
+        let stages = StageClock { clock, entered: [0; STAGES], spent: [0; STAGES] };
+        Self { clock, started: 0, stages }
     }
 }
 
@@ -32,6 +60,10 @@ impl Monitor for Report {
 
     fn elapsed(&mut self) -> u64 {
         self.clock.since(self.started)
+    }
+
+    fn probe(&mut self) -> impl Probe {
+        &mut self.stages
     }
 
     fn scanned(&mut self, cost: &ScanCost, seen: &Seen, digest: u64) {
@@ -54,6 +86,17 @@ impl Monitor for Report {
             cost.predict_worst,
             cost.update,
             cost.estimate,
+        );
+        let [predict, weigh, resample, update, reduce] = core::mem::replace(&mut self.stages.spent, [0; STAGES]);
+        defmt::println!(
+            "stages {=u32} predict {=u64} weigh {=u64} resample {=u64} update {=u64} reduce {=u64}",
+            cost.scan,
+            predict,
+            weigh,
+            resample,
+            // Reduction is a part of it.
+            update.saturating_sub(reduce),
+            reduce,
         );
     }
 }

@@ -11,6 +11,7 @@ use crate::score::moving::{MovingScore, MovingTally};
 use crate::score::{alignment, gospa, ospa, trajectory};
 use crate::settings::{Likelihood, Settings};
 use crate::slam::{Precision, ReferenceFilter, Refusal, Slam, core_filter};
+use crate::threads::Threads;
 use crate::truth::map::MapTruth;
 use crate::truth::window::Window;
 use crate::{truth, vehicle};
@@ -118,8 +119,24 @@ pub fn run(
     seed: u64,
     progress: &mut (dyn FnMut(usize) + Send),
 ) -> Result<Session, SessionError> {
+    run_on(&Threads::default(), log, settings, filter, seed, progress)
+}
+
+/// [`run`], with the candidates weighed by `threads`.
+///
+/// # Errors
+/// As for `run`.
+pub fn run_on(
+    threads: &Threads,
+    log: &Log,
+    settings: &Settings,
+    filter: Filter,
+    seed: u64,
+    progress: &mut (dyn FnMut(usize) + Send),
+) -> Result<Session, SessionError> {
     let session = || {
         let mut slam = filter.start(log, settings, seed).map_err(SessionError::Start)?;
+        slam.weigh_on(threads);
         let run = drive(log, settings, &mut *slam, progress)?;
         let summary = summary(log, settings, filter, seed, &run, &mut *slam);
         Ok(Session { record: run.record, summary, moving: run.moving, health: run.health })

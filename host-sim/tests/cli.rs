@@ -173,7 +173,7 @@ fn bad_settings_are_refused_by_file_field_and_range() {
 fn bad_arguments_are_refused() {
     let place = Workplace::new();
     fs::write(place.path("file"), "").unwrap();
-    let cases: [(&[&str], &[&str]); 26] = [
+    let cases: [(&[&str], &[&str]); 28] = [
         (&["replay", "nowhere"], &["nowhere", "missing"]),
         (&["replay"], &["<DIR>"]),
         (&["replay", "log", "--particles", "0"], &["--particles 0", "1 to 65536"]),
@@ -192,6 +192,8 @@ fn bad_arguments_are_refused() {
         (&["export", "survey", "log"], &["log is not empty"]),
         (&["replay", "log", "--repeat", "0"], &["--repeat", "0"]),
         (&["replay", "log", "--jobs", "0"], &["--jobs", "0"]),
+        (&["replay", "log", "--threads", "0"], &["--threads", "0"]),
+        (&["replay", "log", "--threads", "2", "--filter", "reference"], &["--threads"]),
         (&["replay", "log", "--repeat", "2", "--out", "results/out"], &["--out", "single run"]),
         (&["replay", "log", "log", "--out", "results/out"], &["--out", "single run"]),
         (&["replay", "log", "nowhere"], &["nowhere", "missing"]),
@@ -245,6 +247,13 @@ fn the_seed_decides_everything_but_the_time() {
     assert_eq!(timeless(first.clone()), timeless(place.replay(&["--filter", "reference", "--seed", "7"])));
     assert!(first["digest"].is_null() && first["state_bytes"].is_null());
     assert_eq!(first["filter"], "reference");
+}
+
+#[test]
+fn threads_change_nothing_but_the_time() {
+    let place = Workplace::new();
+    let alone = place.replay(&["--seed", "7"]);
+    assert_eq!(timeless(alone), timeless(place.replay(&["--seed", "7", "--threads", "3"])));
 }
 
 #[test]

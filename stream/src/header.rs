@@ -10,9 +10,9 @@ pub(crate) const VERSION: u16 = 1;
 /// A count that was not known when the head was written, as in a flight that was still going on.
 pub const UNKNOWN: u32 = u32::MAX;
 
-/// Number of [`FIELDS`].
+/// Number of the numbers of a head.
 const COUNT: usize = 40;
-/// Bytes before the fields: magic, version, length, choices, counts, seed.
+/// Bytes before the numbers: magic, version, length, choices, counts, seed.
 const FRONT: usize = 52;
 /// Bytes of the whole head, its check included.
 pub(crate) const LENGTH: usize = FRONT + 8 * COUNT + 4;
@@ -86,12 +86,6 @@ pub enum Extraction {
     Peaks,
 }
 
-/// One number of the head.
-struct Field {
-    get: fn(&Header) -> f64,
-    set: fn(&mut Header) -> &mut f64,
-}
-
 macro_rules! header {
     ($($(#[$doc:meta])* $name:ident,)*) => {
         /// Everything a filter has to be told before the first record: models, tuning, start. All numbers are in double
@@ -127,11 +121,17 @@ macro_rules! header {
             $($(#[$doc])* pub $name: f64,)*
         }
 
-        /// The numbers of the head in their order in the stream.
-        const FIELDS: [Field; COUNT] =
-            [$(Field { get: |header| header.$name, set: |header| &mut header.$name },)*];
-
         impl Header {
+            /// The numbers of the head in their order in the stream.
+            fn numbers(&self) -> [f64; COUNT] {
+                [$(self.$name,)*]
+            }
+
+            /// The same, for changing.
+            fn numbers_mut(&mut self) -> [&mut f64; COUNT] {
+                [$(&mut self.$name,)*]
+            }
+
             /// A head with every number zero, one particle, one sample, single cluster, greedy merging, blind proposal, the heaviest
             /// extracted and unknown counts.
             pub const EMPTY: Self = Self {
@@ -278,7 +278,7 @@ impl Header {
             .chain(choices)
             .chain(counts.into_iter().flat_map(u32::to_le_bytes))
             .chain(self.seed.to_le_bytes());
-        let numbers = FIELDS.iter().flat_map(|field| (field.get)(self).to_le_bytes());
+        let numbers = self.numbers().into_iter().flat_map(f64::to_le_bytes);
         bytes.iter_mut().zip(front.chain(numbers)).for_each(|(slot, byte)| *slot = byte);
         let (content, check) = bytes.split_at_mut(LENGTH - 4);
         check.copy_from_slice(&CRC.checksum(content).to_le_bytes());
@@ -323,8 +323,8 @@ impl Header {
             *count = bytes.u32()?;
         }
         header.seed = bytes.u64()?;
-        for field in &FIELDS {
-            *(field.set)(&mut header) = bytes.f64()?;
+        for number in header.numbers_mut() {
+            *number = bytes.f64()?;
         }
         header.scalar = match scalar {
             4 => Scalar::F32,
@@ -384,8 +384,8 @@ mod tests {
             seed: 0x0102_0304_0506_0708,
             ..Header::EMPTY
         };
-        for (index, field) in FIELDS.iter().enumerate() {
-            *(field.set)(&mut header) = 100.5 + index as f64;
+        for (index, number) in header.numbers_mut().into_iter().enumerate() {
+            *number = 100.5 + index as f64;
         }
         header
     }

@@ -6,7 +6,7 @@ use nalgebra::{SVector, Vector2};
 use scphd::{
     Ackermann, AckermannControl, AckermannGeometry, Component, Config, ConstantVelocity, ControlNoise, Extraction,
     Informed, Likelihood, Linearised, MapMemory, ModelError, Models, Motion, MovingConfig, Noise, PlanarPose,
-    PredictError, Proposal, RangeBearing, RangeBearingWindow, Real, Reduction, ResetError, ScPhd, ScanError,
+    PredictError, Probe, Proposal, RangeBearing, RangeBearingWindow, Real, Reduction, ResetError, ScPhd, ScanError,
     SetupError, State, Step, Unicycle, UnicycleControl, UniformClutter,
 };
 
@@ -303,12 +303,20 @@ impl<'m, T: Real> Onboard<'m, T> {
     /// # Errors
     /// A measurement is not finite, or there are too many.
     pub fn scan(&mut self, scan: Scan) -> Result<Seen, Refusal> {
+        self.scan_with(scan, &mut ())
+    }
+
+    /// [`scan`](Self::scan), watched by a probe.
+    ///
+    /// # Errors
+    /// As for `scan`.
+    pub fn scan_with(&mut self, scan: Scan, probe: &mut impl Probe) -> Result<Seen, Refusal> {
         if scan.beyond > 0 {
             let (measurements, capacity) = (scan.len + scan.beyond, MEASUREMENTS);
             return Err(Refusal::Scan(ScanError::TooManyMeasurements { measurements, capacity }));
         }
         let measurements = self.measurements.get(..scan.len).unwrap_or(&[]);
-        let report = self.filter.scan(measurements).map_err(Refusal::Scan)?;
+        let report = self.filter.scan_with(measurements, probe).map_err(Refusal::Scan)?;
         Ok(Seen {
             health: report.health.bits(),
             in_view: report.in_view as u32,

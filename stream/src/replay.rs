@@ -2,7 +2,7 @@
 
 use crate::{Memory, Onboard, Reader, Record, Refusal, Seen, StreamError};
 use core::fmt;
-use scphd::Real;
+use scphd::{Probe, Real};
 
 /// Watches a replay: keeps the time, and is told of every scan.
 pub trait Monitor {
@@ -10,6 +10,8 @@ pub trait Monitor {
     fn start(&mut self);
     /// The time since the clock was started, in whatever the clock counts.
     fn elapsed(&mut self) -> u64;
+    /// What is told of the stages of every scan.
+    fn probe(&mut self) -> impl Probe {}
     /// A scan is done. Whatever this takes is not counted.
     fn scanned(&mut self, cost: &ScanCost, seen: &Seen, digest: u64);
 }
@@ -111,7 +113,7 @@ pub fn replay<T: Real>(
                 let scan = onboard.receive(measurements);
                 cost.measurements = scan.measurements() as u32;
                 monitor.start();
-                let seen = onboard.scan(scan);
+                let seen = onboard.scan_with(scan, &mut monitor.probe());
                 cost.update = monitor.elapsed();
                 let seen = seen.map_err(step)?;
                 monitor.start();

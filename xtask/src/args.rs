@@ -1,12 +1,13 @@
 //! The command line: step names, `test` for all of them, `help`.
 
-use crate::steps::{Options, STEPS, Step};
+use crate::bench;
+use crate::steps::{OTHERS, Options, STEPS, Step};
 use crate::toolchain;
 
 /// What the user asked for.
 pub enum Request {
-    /// Print the usage.
-    Help,
+    /// Print this text.
+    Help(String),
     /// Run these steps, in this order.
     Run(Vec<&'static Step>, Options),
 }
@@ -19,9 +20,12 @@ pub fn parse(words: &[String]) -> Result<Request, String> {
     while let Some(word) = words.next() {
         match word.as_str() {
             "--json" => options.json = Some(words.next().ok_or("--json needs a file")?.into()),
-            "help" | "--help" | "-h" => return Ok(Request::Help),
+            "help" | "--help" | "-h" => {
+                let bench = chosen.iter().any(|step: &&Step| step.name == "bench");
+                return Ok(Request::Help(if bench { usage() + "\n" + &bench::definitions() + "\n" } else { usage() }));
+            }
             "test" => chosen.extend(STEPS),
-            name => match STEPS.iter().find(|step| step.name == name) {
+            name => match STEPS.iter().chain(OTHERS).find(|step| step.name == name) {
                 Some(step) => chosen.push(step),
                 None => return Err(format!("unknown command `{name}`")),
             },
@@ -37,12 +41,16 @@ pub fn parse(words: &[String]) -> Result<Request, String> {
 pub fn usage() -> String {
     let mut text = String::from("Usage: cargo xtask <command>... [--json FILE]\n\nCommands:\n");
     let mut line = |name: &str, what: &str| text.push_str(&format!("  {name:<9}{what}\n"));
-    line("test", "every step below, in this order; goes on after a failure");
+    line("test", "every step below up to `msrv`, in this order; goes on after a failure");
     for step in STEPS {
         line(step.name, step.what);
     }
-    line("help", "this text");
-    text.push_str("\nOptions:\n  --json FILE  where `budget` writes its figures, as a list of flat objects\n");
+    for step in OTHERS {
+        line(step.name, step.what);
+    }
+    line("help", "this text; `bench --help` defines the figures of the bench");
+    text.push_str("\nOptions:\n  --json FILE  where `budget` writes its figures, as a list of flat objects, or `bench`,\n               \
+         as a list of objects {name, value, unit}\n");
     text.push_str(&format!(
         "\nEnvironment:\n  {}=rustup|debian\n          \
          the only toolchain the steps for a Cortex-M may use; unset: the first that works of\n          \
@@ -93,9 +101,11 @@ mod tests {
 
     #[test]
     fn help_names_every_step() {
-        assert!(matches!(parse(&["help".into()]), Ok(Request::Help)));
+        assert!(matches!(parse(&["help".into()]), Ok(Request::Help(text)) if text == usage()));
         let text = usage();
-        assert!(STEPS.iter().all(|step| text.contains(step.name)));
+        assert!(STEPS.iter().chain(OTHERS).all(|step| text.contains(step.name)));
+        let Ok(Request::Help(text)) = parse(&["bench".into(), "--help".into()]) else { panic!("no help") };
+        assert!(text.contains("rfs_slam_like_scan_us"));
         assert!(text.contains(toolchain::CHOICE_VARIABLE));
     }
 }

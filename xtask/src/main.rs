@@ -1,6 +1,7 @@
 //! The project's own commands: `cargo xtask test` is what a developer runs before a commit and what CI runs.
 
 mod args;
+mod bench;
 mod budget;
 mod firmware;
 mod install;
@@ -17,8 +18,8 @@ use args::Request;
 fn main() -> ExitCode {
     let words: Vec<String> = std::env::args().skip(1).collect();
     match args::parse(&words) {
-        Ok(Request::Help) => {
-            print!("{}", args::usage());
+        Ok(Request::Help(text)) => {
+            print!("{text}");
             ExitCode::SUCCESS
         }
         Ok(Request::Run(chosen, options)) => {

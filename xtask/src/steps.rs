@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
+use crate::bench;
 use crate::budget;
 use crate::firmware;
 use crate::process;
@@ -11,7 +12,7 @@ use crate::target;
 /// What the command line says beside the steps.
 #[derive(Debug, Default, PartialEq, Eq)]
 pub struct Options {
-    /// Where the budget writes its figures.
+    /// Where the budget or the bench writes its figures.
     pub json: Option<PathBuf>,
 }
 
@@ -74,6 +75,20 @@ pub const STEPS: &[Step] = &[
         name: "msrv",
         what: "the workspace builds with the oldest supported Rust, if that is installed",
         run: |_| msrv(),
+    },
+];
+
+/// Steps that are not part of `test`: their times are of the machine and what else it does, their counts of the compiler.
+pub const OTHERS: &[Step] = &[
+    Step {
+        name: "bench",
+        what: "prints what a scan costs: time, growth, peers, instructions on the target; some minutes",
+        run: bench::step,
+    },
+    Step {
+        name: "counts",
+        what: "instructions on the host, by callgrind, are those of benches/counts.toml",
+        run: |_| bench::counts(),
     },
 ];
 

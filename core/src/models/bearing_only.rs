@@ -9,7 +9,7 @@ use nalgebra::{RowVector2, SMatrix, SVector, Vector1, Vector2};
 
 /// A birth intensity that does not wait for measurements, as the user knows where features appear (5.2.1): a Gaussian
 /// mixture over static features, which may move with the sensor's frame.
-pub trait BirthIntensity<T: Real, F, const D: usize>: Debug
+pub trait BirthIntensity<T: Real, F, const D: usize>: Debug + Sync
 where
     crate::Dim<D>: crate::Packed,
 {

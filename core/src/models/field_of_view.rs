@@ -7,8 +7,8 @@ use nalgebra::SVector;
 /// The probability of detection of a feature from a pose, p_D(m | x) of (5.15).
 ///
 /// F is the frame of the sensor ([`Sensor::Frame`](super::Sensor::Frame)), D the dimension of the map, Z that of a
-/// measurement.
-pub trait FieldOfView<T: Real, F, const D: usize, const Z: usize> {
+/// measurement. Several cores may ask it at the same time.
+pub trait FieldOfView<T: Real, F, const D: usize, const Z: usize>: Sync {
     /// p_D of a feature at `feature`, whose expected measurement is `expected`: in [0, 1); zero outside the view.
     fn detection_probability(&self, frame: &F, feature: &SVector<T, D>, expected: &SVector<T, Z>) -> T;
 

@@ -6,8 +6,8 @@ use nalgebra::{SMatrix, SVector};
 /// What the sensor measures of a feature: h(m, x), its inverse, and their noise (sections 5.1, 5.2.1).
 ///
 /// D is the dimension of the map, Z that of a measurement. An implementation must be a pure function of its
-/// arguments, and take its transcendental functions from [`Real`].
-pub trait Sensor<T: Real, const D: usize, const Z: usize>
+/// arguments, and take its transcendental functions from [`Real`]. Several cores may ask it at the same time.
+pub trait Sensor<T: Real, const D: usize, const Z: usize>: Sync
 where
     Dim<D>: Packed,
     Dim<Z>: Packed,

@@ -1,10 +1,12 @@
 //! The arguments and their help.
 
+use super::failure::Failure;
 use clap::{Args, Parser, Subcommand, ValueEnum, value_parser};
 use scphd_sim::monte_carlo::Shard;
 use scphd_sim::session::Filter;
 use scphd_sim::settings::{Likelihood, Settings};
 use scphd_sim::slam::Precision;
+use scphd_sim::threads::Threads;
 use std::path::PathBuf;
 
 const ABOUT: &str = "Runs the scphd SLAM filter over logs and simulated scenarios";
@@ -137,6 +139,10 @@ pub struct RunArgs {
     /// Runs up to N at the same time; the figures do not depend on it, except for the times.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = value_parser!(u16).range(1..))]
     pub jobs: u16,
+    /// Weighs the candidates of a scan with N threads; the figures do not depend on it, except for the times. For the
+    /// core filter only.
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = value_parser!(u16).range(1..=256))]
+    pub threads: u16,
     /// Writes the figures to FILE as one flat JSON object, those of several runs as a list of them.
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
@@ -377,6 +383,14 @@ impl RunArgs {
     /// The filter asked for, or why there is none such.
     pub fn filter(&self) -> Result<Choice, &'static str> {
         Choice::of(self.filter, self.precision)
+    }
+
+    /// The threads asked for.
+    pub fn threads(&self) -> Result<Threads, Failure> {
+        if self.threads > 1 && self.filter == FilterName::Reference {
+            return Err(Failure::input("--threads: for the core filter only"));
+        }
+        Ok(Threads::new(self.threads.into())?)
     }
 }
 

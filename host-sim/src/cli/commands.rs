@@ -14,6 +14,7 @@ use scphd_sim::scenario::{SCENARIOS, by_name};
 use scphd_sim::session::{self, Filter, Session, condition_name};
 use scphd_sim::settings::Settings;
 use scphd_sim::slam::Precision;
+use scphd_sim::threads::Threads;
 use std::fs;
 use std::io;
 use std::path::Path;
@@ -72,10 +73,11 @@ fn runs(sources: Vec<Source>, args: RunArgs) -> Result<(), Failure> {
 fn single(source: &Source, args: RunArgs) -> Result<(), Failure> {
     let log = &*source.log(args.seed.seed)?;
     let choice = args.filter().map_err(Failure::input)?;
+    let threads = args.threads()?;
     let settings = choice.settings(tuned(source.defaults(log), &args.tuning)?);
     let outputs = Outputs { json: args.json, out: args.out };
     outputs.check()?;
-    let session = run(log, &settings, choice.filter, args.seed.seed)?;
+    let session = run(&threads, log, &settings, choice.filter, args.seed.seed)?;
     outputs.write_one(log, &session)?;
     report(&[session])
 }
@@ -91,8 +93,10 @@ fn main_job(job: MainJob) -> Result<(), Failure> {
     outputs.check()?;
     // One after the other: side by side they would slow each other down, and their times would tell nothing.
     let filters = [Filter::Core(Precision::F32), Filter::Reference];
-    let sessions =
-        filters.into_iter().map(|filter| run(&log, &settings, filter, seed)).collect::<Result<Vec<_>, _>>()?;
+    let sessions = filters
+        .into_iter()
+        .map(|filter| run(&Threads::default(), &log, &settings, filter, seed))
+        .collect::<Result<Vec<_>, _>>()?;
     outputs.write_all(&log, &sessions)?;
     print(&format!(
         "{} particles by the fixed-capacity filter (scphd, f32) and by the brute-force reference (f64):",
@@ -101,10 +105,10 @@ fn main_job(job: MainJob) -> Result<(), Failure> {
     report(&sessions)
 }
 
-fn run(log: &Log, settings: &Settings, filter: Filter, seed: u64) -> Result<Session, Failure> {
+fn run(threads: &Threads, log: &Log, settings: &Settings, filter: Filter, seed: u64) -> Result<Session, Failure> {
     let name = format!("{} {}", filter.name(settings.filter.likelihood), filter.precision());
     let progress = Progress::new(name, log.scans.len());
-    Ok(session::run(log, settings, filter, seed, &mut |scans| progress.at(scans))?)
+    Ok(session::run_on(threads, log, settings, filter, seed, &mut |scans| progress.at(scans))?)
 }
 
 /// The table and, below it, what the fixed-capacity filter reported.

@@ -15,6 +15,7 @@ use std::thread;
 /// Runs every log with every seed, and prints a row for each log.
 pub fn repeat(sources: &[Source], args: RunArgs) -> Result<(), Failure> {
     let choice = args.filter().map_err(Failure::input)?;
+    let threads = args.threads()?;
     if args.out.is_some() {
         return Err(Failure::input("--out: for a single run only, not with several logs or --repeat"));
     }
@@ -42,7 +43,7 @@ pub fn repeat(sources: &[Source], args: RunArgs) -> Result<(), Failure> {
         let log = source.log(seed)?;
         let settings = choice.settings(tuned(source.defaults(&log), &args.tuning)?);
         let mut advance = |_| progress.at(done.fetch_add(1, Ordering::Relaxed) + 1);
-        Ok(session::run(&log, &settings, choice.filter, seed, &mut advance)?.summary)
+        Ok(session::run_on(&threads, &log, &settings, choice.filter, seed, &mut advance)?.summary)
     })?;
     drop(progress);
 

@@ -5,6 +5,7 @@ use crate::log::Vehicle;
 use crate::record::{MapFeature, MovingFeature};
 use crate::reference::{self, Candidate, Draws};
 use crate::settings::{self, SensorSettings, Settings};
+use crate::threads::Threads;
 use scphd::{
     Ackermann, AckermannControl, AckermannGeometry, Component, Config, ConstantVelocity, ControlNoise, Dim, Extraction,
     Informed, Likelihood, MapMemory, Models, Motion, MovingConfig, Noise, Packed, PlanarPose, Proposal, RangeBearing,
@@ -41,6 +42,8 @@ impl<T: Real> PlanarMotion<T> for Unicycle<T> {
 /// Measurements in a scan and components of one map in an update that every host state has room for.
 const MEASUREMENTS: usize = 256;
 const VIEW: usize = 4096;
+/// Jobs that the weighing is divided into: some for each of a few threads, so that none waits long for another.
+const WORKERS: usize = 16;
 
 /// Static and moving maps of the same capacities.
 type HostState<T, const PARTICLES: usize, const CANDIDATES: usize, const PAGES: usize, const MAP_PAGES: usize> = State<
@@ -53,6 +56,7 @@ type HostState<T, const PARTICLES: usize, const CANDIDATES: usize, const PAGES: 
     MEASUREMENTS,
     MapMemory<T, 2, 2, PARTICLES, PAGES, MAP_PAGES, VIEW>,
     MapMemory<T, 4, 2, PARTICLES, PAGES, MAP_PAGES, VIEW>,
+    WORKERS,
 >;
 
 type PlanarModels<T, M> = Models<M, RangeBearing<T>, RangeBearingWindow<T>, UniformClutter<T>>;
@@ -73,6 +77,7 @@ pub struct CoreFilter<
     models: PlanarModels<T, M>,
     config: Config<T>,
     state: Box<HostState<T, PARTICLES, CANDIDATES, PAGES, MAP_PAGES>>,
+    threads: Threads,
 }
 
 impl<
@@ -96,7 +101,7 @@ impl<
             .map_err(refusal)?
             .reset(PlanarPose::new(x, y, heading), seed)
             .map_err(refusal)?;
-        Ok(Self { models, config, state })
+        Ok(Self { models, config, state, threads: Threads::default() })
     }
 
     /// Works on the filter. A state goes on from where the last filter over it left off.
@@ -127,7 +132,8 @@ impl<
 
     fn scan(&mut self, detections: &[[f64; 2]]) -> Result<ScanOutcome, Refusal> {
         let measurements: Vec<_> = detections.iter().map(|z| nalgebra::Vector2::from(z.map(T::from_f64))).collect();
-        let report = self.with(|filter| filter.scan(&measurements))?.map_err(refusal)?;
+        let threads = self.threads.clone();
+        let report = self.with(|filter| filter.scan_on(&measurements, &threads, &mut ()))?.map_err(refusal)?;
         Ok(ScanOutcome { n_eff: report.n_eff.to_f64(), resampled: report.resampled, health: report.health })
     }
 
@@ -166,6 +172,10 @@ impl<
 
     fn digest(&mut self) -> Option<u64> {
         self.with(|filter| filter.digest()).ok()
+    }
+
+    fn weigh_on(&mut self, threads: &Threads) {
+        self.threads = threads.clone();
     }
 
     fn state_bytes(&self) -> Option<u64> {

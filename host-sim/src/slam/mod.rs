@@ -9,6 +9,7 @@ pub use reference_filter::{ReferenceFilter, reference_of};
 
 use crate::record::{MapFeature, MovingFeature};
 use crate::reference::{Candidate, Component, Draws};
+use crate::threads::Threads;
 
 /// A filter that a log can be fed to.
 pub trait Slam {
@@ -41,6 +42,9 @@ pub trait Slam {
     /// # Errors
     /// The filter refused, and says why.
     fn moving(&mut self) -> Result<Vec<MovingFeature>, Refusal>;
+
+    /// From now on weighs candidates with these threads, where the filter knows how to; its results do not depend on it.
+    fn weigh_on(&mut self, _threads: &Threads) {}
 
     /// Hash of the complete state, where the filter has one.
     fn digest(&mut self) -> Option<u64>;

@@ -1,11 +1,28 @@
 //! What was measured, from a replay and its image.
 
-use serde::Serialize;
+use std::array;
+
+use serde::ser::SerializeMap;
+use serde::{Serialize, Serializer};
 
 use super::limits::Budget;
 use crate::firmware::board::Board;
 use crate::firmware::image::Sizes;
-use crate::firmware::output::{Replay, Scan};
+use crate::firmware::output::{Replay, STAGES, Scan};
+
+/// The scenario in which nothing is cheap.
+const WORST_CASE: &str = "worst-case";
+
+/// What the code of a configuration says, without running it.
+#[derive(Debug, Clone, Copy)]
+pub struct Code {
+    /// The image that runs.
+    pub image: Sizes,
+    /// The deepest stack that it can have.
+    pub stack_bound: u64,
+    /// The library in the image that does nothing but run the filter.
+    pub library: u64,
+}
 
 /// The figures of one entry of `budgets.toml`.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
@@ -20,15 +37,22 @@ pub struct Figures {
     pub flash_bytes: u64,
     pub text_bytes: u64,
     pub rodata_bytes: u64,
+    /// Code and constants of the library alone, and of what it computes with.
+    pub library_flash_bytes: u64,
     /// All RAM of the filter.
     pub state_bytes: u64,
     pub state_parts: Vec<(String, u64)>,
+    /// The deepest stack of the run, by its paint.
     pub stack_bytes: u64,
+    /// The deepest stack that the code allows.
+    pub stack_bound_bytes: u64,
     pub instructions_per_predict_mean: u64,
     pub instructions_per_predict_worst: u64,
     pub instructions_per_scan_mean: u64,
     pub instructions_per_scan_p99: u64,
     pub instructions_per_scan_worst: u64,
+    #[serde(flatten)]
+    pub stages: Stages,
     pub instructions_per_estimate_mean: u64,
     /// Of a scan, the predictions before it and the estimate after it, all together: the mean and the worst.
     pub instructions_per_cycle_mean: u64,
@@ -37,8 +61,39 @@ pub struct Figures {
     /// by the capacities.
     pub pairs_in_worst_scan: u64,
     pub pairs_by_capacity: u64,
+    /// For the worst case: what its costliest scan takes for every pair, times the most pairs by capacity.
+    pub instructions_per_scan_bound: Option<u64>,
     /// Hash of the state after the last scan.
     pub digest: String,
+}
+
+/// Instructions of the stages of a scan, in the order of [`STAGES`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Stages {
+    pub mean: [u64; STAGES.len()],
+    /// Of each stage its costliest scan; the scans need not be the same.
+    pub worst: [u64; STAGES.len()],
+}
+
+impl Stages {
+    /// What part of `whole` instructions a stage has in the mean.
+    pub fn share(&self, stage: &str, whole: u64) -> f64 {
+        let found = STAGES.iter().zip(self.mean).find(|(name, _)| **name == stage);
+        found.map_or(0.0, |(_, instructions)| instructions as f64) / whole.max(1) as f64
+    }
+}
+
+/// As `instructions_weigh_mean`, `instructions_weigh_worst` and so on.
+impl Serialize for Stages {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut map = serializer.serialize_map(Some(2 * STAGES.len()))?;
+        for (statistic, values) in [("mean", &self.mean), ("worst", &self.worst)] {
+            for (stage, value) in STAGES.iter().zip(values) {
+                map.serialize_entry(&format!("instructions_{stage}_{statistic}"), value)?;
+            }
+        }
+        map.end()
+    }
 }
 
 impl Figures {
@@ -46,7 +101,7 @@ impl Figures {
     pub fn of(
         budget: &Budget,
         board: &Board,
-        sizes: Sizes,
+        code: Code,
         replay: &Replay,
         scan_interval_s: f64,
     ) -> Result<Self, String> {
@@ -60,8 +115,12 @@ impl Figures {
         let each = |cost: fn(&Scan) -> u64| -> Vec<u64> { scans.iter().map(|scan| instructions(cost(scan))).collect() };
         let updates = each(|scan| scan.update);
         let cycles = each(|scan| scan.predict + scan.update + scan.estimate);
+        let stages: [Vec<u64>; STAGES.len()] =
+            array::from_fn(|stage| scans.iter().map(|scan| instructions(scan.stages[stage])).collect());
         let predictions: u64 = scans.iter().map(|scan| scan.predictions).sum();
         let costliest = scans.iter().max_by_key(|scan| scan.update).unwrap_or(last);
+        let pairs = replay.capacities.looks() * costliest.in_view * costliest.measurements;
+        let most_pairs = replay.capacities.most_pairs();
         Ok(Self {
             board: board.name.into(),
             core: board.core.into(),
@@ -69,9 +128,11 @@ impl Figures {
             scenario: budget.scenario.clone(),
             scans: scans.len(),
             scans_per_second: 1.0 / scan_interval_s,
-            flash_bytes: sizes.text + sizes.rodata,
-            text_bytes: sizes.text,
-            rodata_bytes: sizes.rodata,
+            flash_bytes: code.image.text + code.image.rodata,
+            text_bytes: code.image.text,
+            rodata_bytes: code.image.rodata,
+            library_flash_bytes: code.library,
+            stack_bound_bytes: code.stack_bound,
             state_bytes: replay.ram,
             state_parts: replay.ram_parts.clone(),
             stack_bytes: replay.stack,
@@ -80,14 +141,26 @@ impl Figures {
             instructions_per_scan_mean: mean(&updates),
             instructions_per_scan_p99: percentile(&updates, 99),
             instructions_per_scan_worst: greatest(&updates),
+            stages: Stages {
+                mean: stages.each_ref().map(|each| mean(each)),
+                worst: stages.each_ref().map(|each| greatest(each)),
+            },
             instructions_per_estimate_mean: mean(&each(|scan| scan.estimate)),
             instructions_per_cycle_mean: mean(&cycles),
             instructions_per_cycle_worst: greatest(&cycles),
-            pairs_in_worst_scan: replay.capacities.looks() * costliest.in_view * costliest.measurements,
-            pairs_by_capacity: replay.capacities.most_pairs(),
+            pairs_in_worst_scan: pairs,
+            pairs_by_capacity: most_pairs,
+            instructions_per_scan_bound: (budget.scenario == WORST_CASE)
+                .then(|| scaled(instructions(costliest.update), most_pairs, pairs)),
             digest: last.digest.clone(),
         })
     }
+}
+
+/// `instructions` for `pairs` pairs, as for `most` pairs; never less.
+fn scaled(instructions: u64, most: u64, pairs: u64) -> u64 {
+    let ratio = (most as f64 / pairs.max(1) as f64).max(1.0);
+    (instructions as f64 * ratio).ceil() as u64
 }
 
 fn mean(values: &[u64]) -> u64 {
@@ -109,6 +182,11 @@ fn percentile(values: &[u64], percent: usize) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_bound_is_never_below_what_was_measured() {
+        assert_eq!((scaled(100, 30, 10), scaled(100, 10, 30), scaled(7, 1, 0)), (300, 100, 7));
+    }
 
     #[test]
     fn percentiles_are_ranks() {

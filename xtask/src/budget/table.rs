@@ -5,6 +5,7 @@ use comfy_table::{CellAlignment, Table};
 
 use super::figures::Figures;
 use super::share::CHIPS;
+use crate::firmware::output::STAGES;
 
 /// Columns of words at the front of every table.
 const WORDS: usize = 3;
@@ -12,24 +13,34 @@ const WORDS: usize = 3;
 /// Prints memory, instructions and shares, a row for every entry.
 pub fn print(all: &[Figures]) {
     println!(
-        "\nbytes: flash is the whole image with startup code and output; RAM is the filter's; stack is the deepest"
+        "\nbytes: flash is the whole image with startup code and output, library the filter's part of it; RAM is the \
+         filter's; stack is the deepest of the run, stack bound the deepest that the code allows"
     );
     println!("{}", memory(all));
-    println!("\ninstructions: a prediction, a scan (p99: 99 % of scans take no more), an estimate of pose and map");
+    println!(
+        "\ninstructions: a prediction, a scan (p99: 99 % of scans take no more), an estimate of pose and map; pairs of a \
+         component and a measurement in the costliest scan; bound: its instructions a pair times the pairs by capacity"
+    );
     println!("{}", instructions(all));
+    println!(
+        "\ninstructions of the stages of a scan, mean (worst of each): moving features moved, candidates weighed, particles \
+         selected, maps updated, maps reduced"
+    );
+    println!("{}", stages(all));
     println!("\nshare of a chip's time, mean and worst, for scan, predictions before it and estimate after it");
     println!("{}", shares(all));
 }
 
 fn memory(all: &[Figures]) -> Table {
     let parts = all.first().map(|figures| figures.state_parts.as_slice()).unwrap_or_default();
-    let mut header = words(&["flash", "text", "rodata", "RAM"]);
+    let mut header = words(&["flash", "text", "rodata", "library", "RAM"]);
     header.extend(parts.iter().map(|(name, _)| name.clone()));
-    header.push("stack".into());
+    header.extend(["stack".into(), "stack bound".into()]);
     table(header, all, |figures| {
-        let mut row = vec![figures.flash_bytes, figures.text_bytes, figures.rodata_bytes, figures.state_bytes];
+        let mut row = vec![figures.flash_bytes, figures.text_bytes, figures.rodata_bytes];
+        row.extend([figures.library_flash_bytes, figures.state_bytes]);
         row.extend(figures.state_parts.iter().map(|(_, bytes)| bytes));
-        row.push(figures.stack_bytes);
+        row.extend([figures.stack_bytes, figures.stack_bound_bytes]);
         row.into_iter().map(grouped).collect()
     })
 }
@@ -45,6 +56,7 @@ fn instructions(all: &[Figures]) -> Table {
         "estimate mean",
         "pairs",
         "pairs by capacity",
+        "bound",
         "digest",
     ]);
     table(header, all, |figures| {
@@ -62,8 +74,16 @@ fn instructions(all: &[Figures]) -> Table {
         .into_iter()
         .map(grouped)
         .collect();
+        row.push(figures.instructions_per_scan_bound.map(grouped).unwrap_or_default());
         row.push(figures.digest.clone());
         row
+    })
+}
+
+fn stages(all: &[Figures]) -> Table {
+    table(words(&STAGES), all, |figures| {
+        let each = figures.stages.mean.iter().zip(figures.stages.worst);
+        each.map(|(&mean, worst)| format!("{} ({})", grouped(mean), grouped(worst))).collect()
     })
 }
 

@@ -92,7 +92,7 @@ fn cargo(toolchain: &Toolchain, board: &Board, name: &str, extra: &Extra<'_>) ->
 }
 
 impl Image {
-    fn file(&self) -> Result<object::File<'_>, String> {
+    pub(super) fn file(&self) -> Result<object::File<'_>, String> {
         object::File::parse(&*self.elf).map_err(|error| format!("{}: {error}", self.path.display()))
     }
 

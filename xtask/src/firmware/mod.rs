@@ -4,9 +4,12 @@ pub mod board;
 mod digests;
 pub mod emulator;
 pub mod image;
+mod library;
 pub mod output;
 mod proof;
+mod stack;
 pub mod streams;
+mod thumb;
 
 pub use digests::{image_name, step as digests};
-pub use proof::step as proof;
+pub use proof::{PROOF, step as proof};

@@ -42,7 +42,13 @@ pub struct Scan {
     pub update: u64,
     /// Clock ticks of the estimate.
     pub estimate: u64,
+    /// Clock ticks of the update's stages, in the order of [`STAGES`].
+    pub stages: [u64; STAGES.len()],
 }
+
+/// The stages of a scan: moving features are moved, candidates weighed, particles selected, maps updated and, without
+/// that, reduced.
+pub const STAGES: [&str; 5] = ["predict", "weigh", "resample", "update", "reduce"];
 
 impl Replay {
     /// Reads the lines of one replay.
@@ -85,6 +91,12 @@ impl Replay {
                 scan.predict_worst = number(rest, "worst")?;
                 scan.update = number(rest, "update")?;
                 scan.estimate = number(rest, "estimate")?;
+            }
+            "stages" => {
+                let scan = self.scans.last_mut()?;
+                for (ticks, stage) in scan.stages.iter_mut().zip(STAGES) {
+                    *ticks = number(rest, stage)?;
+                }
             }
             "end" => {
                 self.stack = number(rest, "stack").unwrap_or(0);
@@ -166,6 +178,7 @@ mod tests {
         let replay = parse(
             "clock systick instructions 2000000 ticks 50000\nram total 100\nram in and out 7\n\
              scan 0 measurements 5 predictions 2 in_view 9 health 0000 digest 0a\ncost 0 predict 9 worst 6 update 77 estimate 3\n\
+             stages 0 predict 1 weigh 40 resample 2 update 20 reduce 10\n\
              end scans 1 features 3 stack 2000",
         )
         .unwrap();
@@ -173,6 +186,7 @@ mod tests {
         assert_eq!(replay.ram_parts, [("in and out".to_owned(), 7)]);
         let scan = &replay.scans[0];
         assert_eq!((scan.digest.as_str(), scan.predictions, scan.predict_worst, scan.update), ("0a", 2, 6, 77));
+        assert_eq!(scan.stages, [1, 40, 2, 20, 10]);
     }
 
     #[test]

@@ -8,7 +8,7 @@ use crate::steps::Outcome;
 use crate::toolchain;
 
 /// The image whose panic handler calls a function that does not exist.
-const PROOF: &str = "proof";
+pub const PROOF: &str = "proof";
 /// That function.
 const NO_FUNCTION: &str = "undefined symbol: a_panic_is_reachable";
 /// Gives that function an address, so that an image with a panic can be looked at.

@@ -1,0 +1,207 @@
+//! What is measured: two cases of others, and four curves.
+
+use crate::rig::{Case, Rig};
+use crate::world::{Clutter, World};
+use scphd::{Config, ConstantVelocity, ControlNoise, KnownPose, MapMemory, MovingConfig, NoMoving, Step, Unicycle};
+use scphd_sim::noise::Noise;
+use std::f64::consts::TAU;
+
+/// Components that one update has room for.
+const VIEW: usize = 2048;
+
+type Still<const PARTICLES: usize, const PAGES: usize, const MAP_PAGES: usize> =
+    MapMemory<f32, 2, 2, PARTICLES, PAGES, MAP_PAGES, VIEW>;
+
+/// A curve: how a scan's time grows with one number, all others fixed.
+#[derive(Debug, Clone, Copy)]
+pub struct Curve {
+    /// Its name.
+    pub name: &'static str,
+    /// The number, for an axis.
+    pub what: &'static str,
+    /// The numbers measured.
+    pub points: &'static [usize],
+    /// The case with this number.
+    pub case: fn(usize) -> Box<dyn Case>,
+}
+
+/// The curves.
+pub const CURVES: [Curve; 4] = [
+    Curve { name: "map", what: "features in the map", points: &[100, 300, 1000, 3000, 10_000], case: map },
+    Curve { name: "measurements", what: "measurements a scan", points: &[5, 10, 20, 50, 100, 200], case: measurements },
+    Curve { name: "particles", what: "particles", points: &[8, 32, 128, 512, 1024], case: particles },
+    Curve { name: "clutter", what: "false measurements a scan", points: &[0, 5, 20, 50, 100], case: clutter },
+];
+
+/// Sets a case up.
+pub type Make = fn() -> Box<dyn Case>;
+
+/// The cases with a name of their own.
+pub const NAMED: [(&str, Make); 2] = [("rfs_slam_like", rfs_slam_like), ("gmphd_20_targets", gmphd_20_targets)];
+
+/// A slow vehicle with good odometry: what is measured is the filter, not how it loses its way.
+fn robot() -> Unicycle<f32> {
+    Unicycle::new(Step::Arc, ControlNoise::white(0.1, 0.02)).expect("the noise of the odometry")
+}
+
+fn config(particles: usize, samples: usize) -> Config<f32> {
+    Config { particles, samples, ..Config::default() }
+}
+
+/// 200 particles, 50 landmarks, 9.8 measurements a scan, about 37 components a particle: the default 2-D simulation of
+/// RFS-SLAM, by its numbers.
+fn rfs_slam_like() -> Box<dyn Case> {
+    let world = World {
+        landmarks: World::scattered(50, 19.5, 1.0, 3),
+        targets: Vec::new(),
+        way_radius_m: 3.6,
+        speed_mps: 1.0,
+        range_max_m: 5.3,
+        detection: 0.95,
+        clutter: Clutter::Mean(0.3),
+    };
+    // A whole round and some more.
+    Box::new(Rig::<_, Still<200, 4096, 16>, NoMoving, 200, 200>::new(robot(), config(200, 1), world, &[], 320))
+}
+
+/// GM-PHD tracking: 20 targets, 20 false measurements a scan, from a place that is known.
+fn gmphd_20_targets() -> Box<dyn Case> {
+    const RANGE_M: f64 = 50.0;
+    let mut noise = Noise::new(4);
+    let targets = World::scattered(20, 60.0, 5.0, 4).into_iter().map(|place| {
+        let direction = noise.between(0.0, TAU);
+        [place, [direction.cos(), direction.sin()]]
+    });
+    let world = World {
+        landmarks: Vec::new(),
+        targets: targets.collect(),
+        way_radius_m: 0.0,
+        speed_mps: 0.0,
+        range_max_m: RANGE_M,
+        detection: 0.95,
+        clutter: Clutter::Mean(20.0),
+    };
+    let moving = MovingConfig {
+        motion: ConstantVelocity { acceleration_psd: 0.1, lifetime_s: 100.0 },
+        ..MovingConfig::walkers(0.01)
+    };
+    let config = Config { birth_intensity: 0.0, prune_weight: 1e-5, moving, ..config(1, 1) };
+    type Moving = MapMemory<f32, 4, 2, 1, 128, 64, 1024>;
+    Box::new(Rig::<_, Still<1, 64, 32>, Moving, 1, 1>::new(KnownPose, config, world, &[], 100))
+}
+
+/// A map of `features`, of which 20 are in view wherever the vehicle is on its way, and the others never.
+fn map(features: usize) -> Box<dyn Case> {
+    const IN_VIEW: usize = 20;
+    /// Where the others begin, and how far apart they are, m.
+    const BEYOND_M: f64 = 30.0;
+    const APART_M: f64 = 3.0;
+    let world = World {
+        landmarks: World::scattered(IN_VIEW, 10.0, 1.0, 5),
+        targets: Vec::new(),
+        way_radius_m: 2.0,
+        speed_mps: 1.0,
+        range_max_m: 15.0,
+        detection: 0.95,
+        clutter: Clutter::Mean(20.0),
+    };
+    let mut known = world.landmarks.clone();
+    // Rows of a square, in which neighbours stand next to each other.
+    let rows = (features as f64).sqrt().ceil() as usize + 2 * (BEYOND_M / APART_M) as usize;
+    let grid = (0..rows * rows).map(|k| [k % rows, k / rows].map(|place| (place as f64 - rows as f64 / 2.0) * APART_M));
+    let beyond = grid.filter(|place| place[0].hypot(place[1]) > BEYOND_M);
+    known.extend(beyond.take(features - IN_VIEW));
+    Box::new(Rig::<_, Still<32, 16_384, 2048>, NoMoving, 32, 64>::new(robot(), config(32, 2), world, &known, 20))
+}
+
+/// Twenty features in view, and as much clutter as makes up the measurements; of fewer than twenty, as many features are
+/// detected.
+fn measurements(measurements: usize) -> Box<dyn Case> {
+    const IN_VIEW: usize = 20;
+    let world = World {
+        landmarks: World::scattered(IN_VIEW, 16.0, 2.0, 6),
+        targets: Vec::new(),
+        way_radius_m: 2.0,
+        speed_mps: 1.0,
+        range_max_m: 15.0,
+        detection: 0.95 * (measurements as f64 / IN_VIEW as f64).min(1.0),
+        clutter: Clutter::UpTo(measurements),
+    };
+    let known = world.landmarks.clone();
+    Box::new(Rig::<_, Still<32, 4096, 128>, NoMoving, 32, 64>::new(robot(), config(32, 2), world, &known, 20))
+}
+
+/// 45 landmarks and the clutter of section 5.3.1, one sample a particle.
+fn particles(particles: usize) -> Box<dyn Case> {
+    type Memory = Still<1024, 65_535, 128>;
+    let config = config(particles, 1);
+    Box::new(Rig::<_, Memory, NoMoving, 1024, 1024>::new(robot(), config, loop_of_5_3_1(20.0), &[], 100))
+}
+
+/// The same with 32 particles of two samples, for another clutter.
+fn clutter(mean: usize) -> Box<dyn Case> {
+    let world = loop_of_5_3_1(mean as f64);
+    Box::new(Rig::<_, Still<32, 4096, 128>, NoMoving, 32, 64>::new(robot(), config(32, 2), world, &[], 100))
+}
+
+fn loop_of_5_3_1(clutter: f64) -> World {
+    World {
+        landmarks: World::scattered(45, 50.0, 3.0, 7),
+        targets: Vec::new(),
+        way_radius_m: 12.0,
+        speed_mps: 4.0,
+        range_max_m: 15.0,
+        detection: 0.95,
+        clutter: Clutter::Mean(clutter),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Means over some scans: measurements, components of the map, of its moving part.
+    fn means(case: &mut dyn Case) -> [f64; 3] {
+        const SCANS: usize = 100;
+        let mut sums = [0.0; 3];
+        for _ in 0..SCANS {
+            case.prepare();
+            let report = case.scan();
+            assert!(report.tightened == 0 && report.lost == 0, "{report:?}");
+            let [still, moving] = case.components();
+            sums = [sums[0] + report.measurements as f64, sums[1] + still as f64, sums[2] + moving as f64];
+        }
+        sums.map(|sum| sum / SCANS as f64)
+    }
+
+    #[test]
+    fn the_case_of_rfs_slam_has_its_numbers() {
+        let found = means(&mut *rfs_slam_like());
+        println!("{found:?}");
+        assert!((found[0] - 9.8).abs() < 0.3 && (found[1] - 37.0).abs() < 2.0, "{found:?}");
+    }
+
+    #[test]
+    fn the_case_of_tracking_has_its_numbers() {
+        let found = means(&mut *gmphd_20_targets());
+        println!("{found:?}");
+        assert!((found[0] - 39.0).abs() < 2.0 && (100.0..140.0).contains(&found[2]), "{found:?}");
+    }
+
+    #[test]
+    fn every_point_of_a_curve_can_be_made() {
+        for curve in CURVES {
+            for &point in curve.points.iter().filter(|&&point| curve.name == "map" || point <= 50) {
+                let mut case = (curve.case)(point);
+                let found = means(&mut *case);
+                println!("{} {point}: {found:?}", curve.name);
+                let expected = match curve.name {
+                    "map" => found[1] >= point as f64,
+                    "measurements" => (found[0] - point as f64).abs() < 1.0,
+                    _ => found[0] > 0.0,
+                };
+                assert!(expected, "{} {point}: {found:?}", curve.name);
+            }
+        }
+    }
+}

@@ -1,0 +1,22 @@
+//! One line of the list that `cargo xtask bench --json FILE` writes.
+
+use serde::Serialize;
+
+/// A figure; `cargo xtask bench --help` defines them all.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Figure {
+    /// Its name.
+    pub name: String,
+    /// How much.
+    pub value: f64,
+    /// Of what.
+    pub unit: String,
+}
+
+impl Figure {
+    /// A figure of this name.
+    #[must_use]
+    pub fn new(name: &str, value: f64, unit: &str) -> Self {
+        Self { name: name.into(), value, unit: unit.into() }
+    }
+}

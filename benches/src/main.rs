@@ -1,0 +1,47 @@
+//! The figures that are of whole runs, and the pictures of the curves; `cargo xtask bench` calls it.
+
+mod growth;
+mod sessions;
+
+use clap::{Parser, Subcommand};
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// What a scan of the scphd filter costs.
+#[derive(Parser)]
+#[command(name = "scphd-bench", version)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Runs whole scenarios and a log, and prints their figures as a JSON list of objects {name, value, unit}.
+    Sessions {
+        /// Folder of the recorded logs; without the log in it, its figure is left out.
+        #[arg(long, env = "SCPHD_DATA", default_value = concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/data"))]
+        data: PathBuf,
+    },
+    /// Draws the curves from what `cargo bench --bench time` has left, and writes all times.
+    Growth {
+        /// Folder of criterion's results.
+        criterion: PathBuf,
+        /// Folder for times.csv, growth.svg and growth.png.
+        out: PathBuf,
+    },
+}
+
+fn main() -> ExitCode {
+    let done = match Cli::parse().command {
+        Command::Sessions { data } => sessions::run(&data),
+        Command::Growth { criterion, out } => growth::draw(&criterion, &out),
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(message) => {
+            eprintln!("error: {message}");
+            ExitCode::FAILURE
+        }
+    }
+}

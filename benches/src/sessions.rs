@@ -1,0 +1,122 @@
+//! Figures of whole runs: against the reference, over a recorded log, on several threads.
+
+use scphd_benches::figure::Figure;
+use scphd_sim::compare::compare;
+use scphd_sim::events::{Event, events};
+use scphd_sim::log::Log;
+use scphd_sim::session::{self, Filter, with_roomy_stack};
+use scphd_sim::settings::Settings;
+use scphd_sim::slam::{Precision, Slam, core_filter};
+use scphd_sim::threads::Threads;
+use scphd_sim::{log_folder, scenario};
+use std::path::Path;
+use std::thread::available_parallelism;
+use std::time::{Duration, Instant};
+
+const SEED: u64 = 1;
+/// Scans of the comparison with the reference, which takes tenths of a second for each.
+const REFERENCE_SCANS: usize = 60;
+const THREADS_SCANS: usize = 40;
+const THREADS_PARTICLES: usize = 512;
+const LOG: &str = "victoria_park";
+const LOG_PARTICLES: usize = 100;
+/// Runs of which the fastest counts: what else the machine does only ever adds to a time.
+const RUNS: usize = 3;
+
+/// Prints the figures.
+pub fn run(data: &Path) -> Result<(), String> {
+    let mut figures = against_reference()?;
+    figures.extend(on_threads()?);
+    figures.extend(over_log(data)?);
+    println!("{}", serde_json::to_string_pretty(&figures).map_err(|error| error.to_string())?);
+    Ok(())
+}
+
+/// The first scans of the scenario of section 5.3.1, with its settings.
+fn thesis_dynamic(scans: usize) -> Result<(Log, Settings), String> {
+    const NAME: &str = "thesis-dynamic";
+    let mut log = scenario::by_name(NAME, SEED).ok_or("the scenario is gone")?;
+    let run = scenario::thesis_run(NAME).ok_or("the scenario's settings are gone")?;
+    log.scans.truncate(scans);
+    let mut settings = Settings::for_log(&log);
+    (settings.filter.particles, settings.filter.samples) = (run.particles, run.samples);
+    settings.filter.resample_threshold = run.resample_threshold;
+    settings.set_moving(run.moving);
+    Ok((log, settings))
+}
+
+/// Mean time of a scan, µs, the least of some runs.
+fn scan_us(log: &Log, settings: &Settings, filter: Filter, threads: &Threads, runs: usize) -> Result<f64, String> {
+    let mut least = f64::INFINITY;
+    for _ in 0..runs {
+        let session = session::run_on(threads, log, settings, filter, SEED, &mut |_| ());
+        let mean = session.map_err(|error| error.to_string())?.summary.scan_us_mean;
+        least = least.min(mean.ok_or("no scan")?);
+    }
+    Ok(least)
+}
+
+fn against_reference() -> Result<Vec<Figure>, String> {
+    let (log, settings) = thesis_dynamic(REFERENCE_SCANS)?;
+    let alone = Threads::default();
+    let reference = scan_us(&log, &settings, Filter::Reference, &alone, 1)?;
+    let mut figures = Vec::new();
+    for (precision, name) in
+        [(Precision::F32, "speedup_over_reference"), (Precision::F64, "speedup_over_reference_f64")]
+    {
+        let filter = scan_us(&log, &settings, Filter::Core(precision), &alone, RUNS)?;
+        figures.push(Figure::new(name, reference / filter, "1"));
+    }
+    let compared = with_roomy_stack(|| compare(&log, &settings, Precision::F64, SEED, |_| ()));
+    let overall = compared.map_err(|error| error.to_string())?.map_err(|refusal| refusal.to_string())?.overall;
+    figures.push(Figure::new("reference_position_difference_m", overall.estimated_position_m, "m"));
+    Ok(figures)
+}
+
+fn on_threads() -> Result<[Figure; 2], String> {
+    let (log, mut settings) = thesis_dynamic(THREADS_SCANS)?;
+    settings.filter.particles = THREADS_PARTICLES;
+    let cores = available_parallelism().map_or(1, usize::from);
+    let all = Threads::new(cores).map_err(|error| error.to_string())?;
+    let filter = Filter::Core(Precision::F32);
+    let alone = scan_us(&log, &settings, filter, &Threads::default(), RUNS)?;
+    let together = scan_us(&log, &settings, filter, &all, RUNS)?;
+    Ok([Figure::new("threads_speedup", alone / together, "1"), Figure::new("threads", cores as f64, "1")])
+}
+
+fn over_log(data: &Path) -> Result<Option<Figure>, String> {
+    let folder = data.join(LOG);
+    if !folder.is_dir() {
+        eprintln!("left out: victoria_park_times_real_time, for there is no {}", folder.display());
+        return Ok(None);
+    }
+    let log = log_folder::read(&folder).map_err(|error| error.to_string())?;
+    let mut settings = Settings::for_log(&log);
+    settings.filter.particles = LOG_PARTICLES;
+    let (Some(first), Some(last)) = (log.scans.first(), log.scans.last()) else {
+        return Err("a log without scans".into());
+    };
+    let mut least = Duration::MAX;
+    for _ in 0..RUNS {
+        let time = with_roomy_stack(|| -> Result<Duration, String> {
+            let filter = core_filter(&settings, &log.vehicle, log.initial_pose, Precision::F32, SEED);
+            drive(&log, &mut *filter.map_err(|refusal| refusal.to_string())?)
+        });
+        least = least.min(time.map_err(|error| error.to_string())??);
+    }
+    let times = (last.t_s - first.t_s) / least.as_secs_f64();
+    Ok(Some(Figure::new("victoria_park_times_real_time", times, "1")))
+}
+
+/// The time that a filter takes for all of a log.
+fn drive(log: &Log, filter: &mut (impl Slam + ?Sized)) -> Result<Duration, String> {
+    let started = Instant::now();
+    for event in events(log) {
+        let step = match event {
+            Event::Predict { control, dt_s } => filter.predict(control, dt_s),
+            Event::Scan { index } => filter.scan(&log.scans[index].detections).and_then(|_| filter.pose()).map(drop),
+        };
+        step.map_err(|refusal| refusal.to_string())?;
+    }
+    Ok(started.elapsed())
+}

@@ -1,0 +1,173 @@
+//! Landmarks, targets and a sensor that goes round among them.
+
+use scphd_sim::angle::wrap;
+use scphd_sim::noise::Noise;
+use std::f64::consts::{PI, TAU};
+
+/// Scans a second.
+const SCANS_PER_SECOND: f64 = 10.0;
+
+/// False measurements of a scan.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Clutter {
+    /// Poisson with this mean.
+    Mean(f64),
+    /// As many as make up this number of measurements.
+    UpTo(usize),
+}
+
+/// What there is to be seen, and how it is seen: all around, uniform clutter.
+#[derive(Debug, Clone, PartialEq)]
+pub struct World {
+    /// Places of the landmarks, m.
+    pub landmarks: Vec<[f64; 2]>,
+    /// Places (m) and velocities (m/s) of the targets, which turn back where the sensor's range ends.
+    pub targets: Vec<[[f64; 2]; 2]>,
+    /// Radius of the sensor's way around the origin, m; 0: it stands there.
+    pub way_radius_m: f64,
+    /// Speed of the sensor, m/s.
+    pub speed_mps: f64,
+    /// Range of the sensor, m.
+    pub range_max_m: f64,
+    /// p_D.
+    pub detection: f64,
+    /// False measurements.
+    pub clutter: Clutter,
+}
+
+impl World {
+    /// Standard deviation of a range, m.
+    pub const RANGE_SIGMA_M: f64 = 0.25;
+    /// Standard deviation of a bearing, rad.
+    pub const BEARING_SIGMA_RAD: f64 = 0.5 * PI / 180.0;
+
+    /// `count` landmarks in a square around the origin, `apart` m or more from one another.
+    #[must_use]
+    pub fn scattered(count: usize, side_m: f64, apart_m: f64, seed: u64) -> Vec<[f64; 2]> {
+        let mut noise = Noise::new(seed);
+        let mut places: Vec<[f64; 2]> = Vec::with_capacity(count);
+        while places.len() < count {
+            let mut coordinate = || noise.between(-0.5 * side_m, 0.5 * side_m);
+            let place = [coordinate(), coordinate()];
+            if places.iter().all(|other| distance(*other, place) >= apart_m) {
+                places.push(place);
+            }
+        }
+        places
+    }
+
+    /// λ, the mean of false measurements.
+    #[must_use]
+    pub fn clutter_mean(&self) -> f64 {
+        match self.clutter {
+            Clutter::Mean(mean) => mean,
+            Clutter::UpTo(all) => (all as f64 - self.detection * self.in_view() as f64).max(0.1),
+        }
+    }
+
+    /// Landmarks and targets that are in view from the origin.
+    #[must_use]
+    pub fn in_view(&self) -> usize {
+        let places = self.landmarks.iter().chain(self.targets.iter().map(|[place, _]| place));
+        places.filter(|place| distance(**place, [0.0; 2]) <= self.range_max_m).count()
+    }
+
+    /// The pose (x m, y m, heading rad) after so many scans.
+    fn pose(&self, scans: u32) -> [f64; 3] {
+        if self.way_radius_m == 0.0 {
+            return [0.0; 3];
+        }
+        let turned = f64::from(scans) / SCANS_PER_SECOND * self.speed_mps / self.way_radius_m;
+        let (sine, cosine) = turned.sin_cos();
+        [self.way_radius_m * cosine, self.way_radius_m * sine, wrap(turned + 0.5 * PI)]
+    }
+}
+
+/// What a filter gets at one time.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Input {
+    /// True pose at the scan: x m, y m, heading rad.
+    pub pose: [f64; 3],
+    /// Speed, m/s, and turn rate, rad/s, since the last scan.
+    pub control: [f64; 2],
+    /// Time since the last scan, s.
+    pub dt_s: f64,
+    /// Range (m) and bearing (rad) of every measurement.
+    pub measurements: Vec<[f64; 2]>,
+}
+
+/// One scan after the other in a world.
+#[derive(Debug)]
+pub struct Course {
+    world: World,
+    noise: Noise,
+    scans: u32,
+}
+
+impl Course {
+    /// From the start, with the noise of `seed`.
+    #[must_use]
+    pub fn new(world: World, seed: u64) -> Self {
+        Self { world, noise: Noise::new(seed), scans: 0 }
+    }
+
+    /// The world as it is by now.
+    #[must_use]
+    pub fn world(&self) -> &World {
+        &self.world
+    }
+
+    /// Where it starts.
+    #[must_use]
+    pub fn start(&self) -> [f64; 3] {
+        self.world.pose(0)
+    }
+
+    /// The next scan and the motion before it.
+    pub fn advance(&mut self) -> Input {
+        let dt_s = 1.0 / SCANS_PER_SECOND;
+        self.scans = self.scans.wrapping_add(1);
+        let range_max_m = self.world.range_max_m;
+        for [place, velocity] in &mut self.world.targets {
+            let outward = place[0] * velocity[0] + place[1] * velocity[1] > 0.0;
+            if outward && distance(*place, [0.0; 2]) > 0.95 * range_max_m {
+                *velocity = velocity.map(|v| -v);
+            }
+            *place = [place[0] + velocity[0] * dt_s, place[1] + velocity[1] * dt_s];
+        }
+        let pose = self.world.pose(self.scans);
+        let measurements = self.measure(pose);
+        let World { way_radius_m, speed_mps, .. } = self.world;
+        let control = if way_radius_m > 0.0 { [speed_mps, speed_mps / way_radius_m] } else { [0.0; 2] };
+        Input { pose, control, dt_s, measurements }
+    }
+
+    fn measure(&mut self, [x, y, heading]: [f64; 3]) -> Vec<[f64; 2]> {
+        let Self { world, noise, .. } = self;
+        let mut measurements = Vec::new();
+        for place in world.landmarks.iter().chain(world.targets.iter().map(|[place, _]| place)) {
+            let range = distance(*place, [x, y]);
+            if range <= world.range_max_m && noise.happens(world.detection) {
+                let bearing = (place[1] - y).atan2(place[0] - x) - heading;
+                let range = (range + World::RANGE_SIGMA_M * noise.normal()).abs();
+                measurements.push([range, wrap(bearing + World::BEARING_SIGMA_RAD * noise.normal())]);
+            }
+        }
+        let clutter = match world.clutter {
+            Clutter::Mean(mean) => noise.poisson(mean),
+            Clutter::UpTo(all) => all.saturating_sub(measurements.len()),
+        };
+        for _ in 0..clutter {
+            measurements.push([noise.between(0.0, world.range_max_m), noise.between(-PI, -PI + TAU)]);
+        }
+        noise.shuffle(&mut measurements);
+        if let Clutter::UpTo(all) = world.clutter {
+            measurements.truncate(all);
+        }
+        measurements
+    }
+}
+
+fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
+    (a[0] - b[0]).hypot(a[1] - b[1])
+}

@@ -1,0 +1,189 @@
+//! The steps `bench` and `counts`: what a scan costs on the host and on the target, as one table, and whether the
+//! instructions that are committed still hold.
+
+mod counts;
+mod definitions;
+
+use std::path::Path;
+use std::time::Duration;
+
+use comfy_table::presets::ASCII_MARKDOWN;
+use comfy_table::{CellAlignment, Table};
+use serde::{Deserialize, Serialize};
+
+use crate::budget;
+use crate::process;
+use crate::steps::{Options, Outcome};
+
+pub use counts::step as counts;
+pub use definitions::text as definitions;
+
+/// The package of the benches.
+const PACKAGE: &str = "scphd-benches";
+/// The whole runs take a minute or two.
+const LIMIT: Duration = Duration::from_secs(1800);
+
+/// One figure of the list that `--json` writes.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Figure {
+    pub name: String,
+    pub value: f64,
+    pub unit: String,
+}
+
+impl Figure {
+    fn new(name: &str, value: f64, unit: &str) -> Self {
+        Self { name: name.into(), value, unit: unit.into() }
+    }
+}
+
+/// What others take for what a figure is about: the figure, who, and how long on a machine like the one of the
+/// figures, µs.
+const PEERS: [(&str, &str, f64); 3] = [
+    ("rfs_slam_like_scan_us", "RFS-SLAM, SC-PHD update (C++)", 7_700.0),
+    ("gmphd_20_targets_step_us", "tracktor 0.4 (Rust)", 1_100.0),
+    ("gmphd_20_targets_step_us", "Stone Soup 1.9 (Python)", 279_000.0),
+];
+
+/// The step `bench`.
+pub fn step(options: &Options) -> Outcome {
+    match measure(options) {
+        Ok(note) => Outcome::Passed(note),
+        Err(reason) => Outcome::Failed(reason),
+    }
+}
+
+fn measure(options: &Options) -> Result<String, String> {
+    let criterion = process::own_target_dir("criterion");
+    let mut bench = process::cargo();
+    bench.env("CRITERION_HOME", &criterion);
+    process::run(bench.args(["bench", "--quiet", "--package", PACKAGE, "--bench", "time"]))?;
+    let out = process::root().join("out/bench");
+    process::run(program().arg("growth").arg(&criterion).arg(&out))?;
+    let times = Times::read(&out.join("times.csv"))?;
+    let mut figures = vec![
+        Figure::new("rfs_slam_like_scan_us", times.of("scan", "rfs_slam_like")?, "us"),
+        Figure::new("gmphd_20_targets_step_us", times.of("scan", "gmphd_20_targets")?, "us"),
+        Figure::new("map_growth_ratio", times.ratio("map", "10000", "100")?, "1"),
+        Figure::new("measurement_growth_ratio", times.ratio("measurements", "200", "20")?, "1"),
+    ];
+    let sessions = process::capture_for(program().arg("sessions"), LIMIT)?;
+    figures.extend(serde_json::from_slice::<Vec<Figure>>(&sessions).map_err(|error| error.to_string())?);
+    figures.extend(on_target()?);
+
+    println!("\ntime of a scan; growth.svg and growth.png in {} show the curves\n{}", out.display(), times.table());
+    println!("\nothers:\n{}", peers(&figures));
+    println!("\nfigures (`cargo xtask bench --help` defines them):\n{}", table(&figures));
+    if let Some(path) = &options.json {
+        let text = serde_json::to_string_pretty(&figures).map_err(|error| error.to_string())?;
+        std::fs::write(path, text + "\n").map_err(|error| format!("{}: {error}", path.display()))?;
+    }
+    let left_out =
+        definitions::DEFINITIONS.iter().filter(|(name, _)| figures.iter().all(|figure| figure.name != *name));
+    let left_out: Vec<&str> = left_out.map(|(name, _)| *name).collect();
+    let note = if left_out.is_empty() { String::new() } else { format!("; NOT MEASURED: {}", left_out.join(", ")) };
+    Ok(format!("{} figures{note}", figures.len()))
+}
+
+/// The program of whole runs and pictures.
+fn program() -> std::process::Command {
+    let mut cargo = process::cargo();
+    cargo.args(["run", "--quiet", "--release", "--package", PACKAGE, "--"]);
+    cargo
+}
+
+/// Mean time of a scan for every group and case of it, µs.
+struct Times(Vec<(String, String, f64)>);
+
+impl Times {
+    /// From a file of `group,id,scan_us`.
+    fn read(path: &Path) -> Result<Self, String> {
+        let text = std::fs::read_to_string(path).map_err(|error| format!("{}: {error}", path.display()))?;
+        let row = |line: &str| {
+            let mut words = line.split(',');
+            let (group, id) = (words.next()?, words.next()?);
+            Some((group.to_owned(), id.to_owned(), words.next()?.parse().ok()?))
+        };
+        let rows = text.lines().skip(1).map(|line| row(line).ok_or_else(|| format!("{}: {line}", path.display())));
+        rows.collect::<Result<_, _>>().map(Self)
+    }
+
+    fn of(&self, group: &str, id: &str) -> Result<f64, String> {
+        let found = self.0.iter().find(|row| row.0 == group && row.1 == id);
+        found.map(|row| row.2).ok_or_else(|| format!("no time of {group} {id}"))
+    }
+
+    fn ratio(&self, group: &str, more: &str, less: &str) -> Result<f64, String> {
+        Ok(self.of(group, more)? / self.of(group, less)?)
+    }
+
+    /// A row a group.
+    fn table(&self) -> Table {
+        let mut rows: Vec<Vec<String>> = Vec::new();
+        for (group, id, time_us) in &self.0 {
+            let point = format!("{id}: {time_us:.0}");
+            match rows.last_mut() {
+                Some(row) if row[0] == *group => row.push(point),
+                _ => rows.push(vec![group.clone(), point]),
+            }
+        }
+        let columns = rows.iter().map(Vec::len).max().unwrap_or(1);
+        let mut table = Table::new();
+        let header = ["cases, scan in us"].into_iter().map(String::from).chain((1..columns).map(|_| String::new()));
+        table.load_style(ASCII_MARKDOWN).set_header(header);
+        for row in rows {
+            table.add_row(row);
+        }
+        table
+    }
+}
+
+/// Instructions and memory of the scenario of section 5.3.1 in QEMU.
+fn on_target() -> Result<Vec<Figure>, String> {
+    let measured = budget::measure(|budget| {
+        budget.scenario == "thesis-dynamic" && ["mps2-an500", "mps2-an386"].contains(&budget.board.as_str())
+    })?;
+    let [m7, m4f] = &measured[..] else { return Err("budgets.toml has no thesis-dynamic for M7 and M4F".into()) };
+    budget::print(&measured);
+    let reduction = m7.stages.share("reduce", m7.instructions_per_scan_mean);
+    let count = |name, value: u64, unit| Figure::new(name, value as f64, unit);
+    Ok(vec![
+        Figure::new("reduction_share", reduction, "1"),
+        count("cortex_m7_instructions_mean", m7.instructions_per_scan_mean, "instructions"),
+        count("cortex_m7_instructions_worst", m7.instructions_per_scan_worst, "instructions"),
+        count("cortex_m4f_instructions_mean", m4f.instructions_per_scan_mean, "instructions"),
+        count("cortex_m4f_instructions_worst", m4f.instructions_per_scan_worst, "instructions"),
+        count("state_bytes", m7.state_bytes, "bytes"),
+        count("stack_bytes", m7.stack_bytes, "bytes"),
+        count("library_flash_bytes", m7.library_flash_bytes, "bytes"),
+    ])
+}
+
+fn peers(figures: &[Figure]) -> Table {
+    let mut table = Table::new();
+    table.load_style(ASCII_MARKDOWN).set_header(["figure", "here, us", "who", "takes, us", "times"]);
+    for (name, who, takes_us) in PEERS {
+        if let Some(figure) = figures.iter().find(|figure| figure.name == name) {
+            let (here, ratio) = (format!("{:.1}", figure.value), format!("{:.0}", takes_us / figure.value));
+            table.add_row([name.to_owned(), here, who.to_owned(), format!("{takes_us:.0}"), ratio]);
+        }
+    }
+    table
+}
+
+fn table(figures: &[Figure]) -> Table {
+    let mut table = Table::new();
+    table.load_style(ASCII_MARKDOWN).set_header(["figure", "value", "unit"]);
+    for Figure { name, value, unit } in figures {
+        let text = match value.abs() {
+            1000.0.. => format!("{value:.0}"),
+            0.001.. => format!("{value:.3}"),
+            _ => format!("{value:.1e}"),
+        };
+        table.add_row([name.clone(), text, unit.clone()]);
+    }
+    if let Some(column) = table.column_mut(1) {
+        column.set_cell_alignment(CellAlignment::Right);
+    }
+    table
+}
