@@ -93,19 +93,19 @@ struct Unstated {
 
 /// A car with a wheel encoder and a steering sensor, outdoors.
 const CAR: Unstated = Unstated {
-    speed: (0.25, 0.03),
-    turn: (0.005, 0.02),
-    interval_s: 0.7,
-    inflation: (3.8, 1.75),
+    speed: (0.4, 0.03),
+    turn: (0.0065, 0.02),
+    interval_s: 0.8,
+    inflation: (3.8, 1.2),
     range_share: 0.6,
-    edges: (3.2, 0.15),
-    detection: 0.22,
+    edges: (5.1, 0.15),
+    detection: 0.16,
     clutter_per_scan: 0.24,
     clutter_over_birth: 3.0,
-    resample_threshold: 0.35,
+    resample_threshold: 0.36,
     merge_distance: 1.8,
-    particles: 200,
-    drawn: None,
+    particles: 5,
+    drawn: Some(0.02),
 };
 
 /// A small robot that turns on the spot, indoors, where people and other robots are about.
