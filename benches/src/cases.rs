@@ -56,7 +56,7 @@ fn rfs_slam_like() -> Box<dyn Case> {
         targets: Vec::new(),
         way_radius_m: 3.72,
         speed_mps: 1.0,
-        range_max_m: 4.8,
+        range_max_m: 4.85,
         detection: 0.95,
         clutter: Clutter::Mean(0.3),
     };
