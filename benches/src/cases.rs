@@ -54,9 +54,9 @@ fn rfs_slam_like() -> Box<dyn Case> {
     let world = World {
         landmarks: World::scattered(50, 19.5, 1.0, 3),
         targets: Vec::new(),
-        way_radius_m: 3.6,
+        way_radius_m: 3.72,
         speed_mps: 1.0,
-        range_max_m: 5.3,
+        range_max_m: 4.85,
         detection: 0.95,
         clutter: Clutter::Mean(0.3),
     };

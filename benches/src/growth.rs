@@ -47,12 +47,13 @@ pub fn draw(criterion: &Path, out: &Path) -> Result<(), String> {
     figure.write(out, "growth").map(drop).map_err(|error| error.to_string())
 }
 
-/// The mean time that criterion has found for one of a group, µs.
+/// The time that criterion has found for one of a group, µs: the median of its samples, which other work of the machine
+/// disturbs less than the mean.
 fn criterion_time_us(criterion: &Path, group: &str, id: &str) -> Result<f64, String> {
     let path = criterion.join(group).join(id).join("new/estimates.json");
     let text = fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()))?;
     let estimates: serde_json::Value =
         serde_json::from_str(&text).map_err(|error| format!("{}: {error}", path.display()))?;
-    let mean_ns = estimates["mean"]["point_estimate"].as_f64();
-    mean_ns.map(|mean_ns| mean_ns / 1e3).ok_or_else(|| format!("{} has no mean", path.display()))
+    let time_ns = estimates["median"]["point_estimate"].as_f64();
+    time_ns.map(|time_ns| time_ns / 1e3).ok_or_else(|| format!("{} has no median", path.display()))
 }

@@ -4,12 +4,12 @@
 pub const DEFINITIONS: [(&str, &str); 18] = [
     (
         "rfs_slam_like_scan_us",
-        "mean time of a scan on the host, f32, one thread: 200 particles of one sample, 50 landmarks, 9.8 measurements a \
+        "time of a scan on the host (here and below the median of criterion's samples), f32, one thread: 200 particles of one sample, 50 landmarks, 9.8 measurements a \
          scan, 37 components a particle, range and bearing, known statistics; motion not included",
     ),
     (
         "gmphd_20_targets_step_us",
-        "mean time of a scan on the host, f32, with the targets' motion: one particle whose pose is known, 20 targets, \
+        "time of a scan on the host, f32, with the targets' motion: one particle whose pose is known, 20 targets, \
          20 false measurements a scan, 100 to 140 components",
     ),
     (
@@ -24,12 +24,12 @@ pub const DEFINITIONS: [(&str, &str); 18] = [
     ),
     (
         "map_growth_ratio",
-        "mean time of a scan with a map of 10 000 features over that with 100, of which 20 are in view either way; 32 x 2, \
+        "time of a scan with a map of 10 000 features over that with 100, of which 20 are in view either way; 32 x 2, \
          20 false measurements",
     ),
     (
         "measurement_growth_ratio",
-        "mean time of a scan with 200 measurements over that with 20, of which 19 are of the 20 features in view; 32 x 2",
+        "time of a scan with 200 measurements over that with 20, of which 19 are of the 20 features in view; 32 x 2",
     ),
     (
         "reduction_share",
