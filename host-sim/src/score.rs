@@ -2,6 +2,7 @@
 
 pub mod alignment;
 pub mod assignment;
+pub mod consistency;
 pub mod cutoff;
 pub mod gospa;
 pub mod map_error;

@@ -5,6 +5,7 @@ use crate::log::Log;
 use crate::log::TruePose;
 use crate::output::json::Summary;
 use crate::record::{MapFeature, Record, ScanRecord};
+use crate::score::consistency::{self, Consistency};
 use crate::score::cutoff::Cutoff;
 use crate::score::map_error::MapError;
 use crate::score::moving::{MovingScore, MovingTally};
@@ -162,6 +163,7 @@ struct Run {
     moving: Option<MovingScore>,
     /// N̂ after the last scan.
     features_estimated: Option<f64>,
+    consistency: Consistency,
 }
 
 /// Feeds a whole log to a filter.
@@ -178,6 +180,7 @@ fn drive(
     let mut scans = Vec::with_capacity(log.scans.len());
     let mut map: Vec<MapFeature> = Vec::new();
     let mut counts = vec![0; Health::all().count()];
+    let mut consistency = Consistency::default();
     for event in events(log) {
         let next = scans.len();
         let refused = |step| {
@@ -194,6 +197,7 @@ fn drive(
                 for (count, condition) in counts.iter_mut().zip(Health::all()) {
                     *count += usize::from(outcome.health.contains(condition));
                 }
+                consistency.scan(&outcome);
                 let (pose, pose_covariance) = slam.pose().map_err(refused("the pose"))?;
                 let (features_estimated, features) = slam.map().map_err(refused("the map"))?;
                 let mut moving = slam.moving().map_err(refused("the moving features"))?;
@@ -235,7 +239,7 @@ fn drive(
     let features_estimated = scans.last().map(|scan| scan.features_estimated);
     let health = Health::all().zip(counts).filter(|&(_, count)| count > 0).collect();
     let moving = map_truth.knows_movers().then(|| tally.score()).filter(|score| score.scans > 0);
-    Ok(Run { record: Record { scans, map }, health, moving, features_estimated })
+    Ok(Run { record: Record { scans, map }, health, moving, features_estimated, consistency })
 }
 
 fn summary(log: &Log, settings: &Settings, filter: Filter, seed: u64, run: &Run, slam: &mut dyn Slam) -> Summary {
@@ -277,6 +281,9 @@ fn summary(log: &Log, settings: &Settings, filter: Filter, seed: u64, run: &Run,
         static_features_matched: aligned.map(|score| score.matched as u64),
         static_features_false: aligned.map(|score| score.spurious as u64),
         static_position_error_median_m: aligned.and_then(|score| score.position_error_median_m),
+        ln_evidence: run.consistency.ln_evidence(settings),
+        nis_mean: run.consistency.innovation(),
+        nees_mean: consistency::of_position(scans),
     }
 }
 
@@ -334,7 +341,7 @@ mod tests {
             }
             self.scans += 1;
             let health = if self.scans == 2 { Health::DEGENERATE } else { Health::GOOD };
-            Ok(ScanOutcome { n_eff: 1.0, resampled: false, health })
+            Ok(ScanOutcome { n_eff: 1.0, resampled: false, ln_evidence: None, innovation: None, health })
         }
 
         fn pose(&mut self) -> Result<PoseAndCovariance, Refusal> {

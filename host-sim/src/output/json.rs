@@ -62,6 +62,14 @@ pub struct Summary {
     pub static_features_false: Option<u64>,
     /// Median distance of the matched, m.
     pub static_position_error_median_m: Option<f64>,
+    /// ln of the likelihood of all scans under the filter's own models, up to a constant of the log.
+    pub ln_evidence: Option<f64>,
+    /// Squared innovations over what was expected of them (NIS over the measurement's dimension), mean over the scans with
+    /// detections: 1 where noise and map are what the filter believes.
+    pub nis_mean: Option<f64>,
+    /// Squared position errors over the filter's own covariance (NEES over 2), mean over the scans with truth: 1 where the
+    /// filter knows how wrong it is.
+    pub nees_mean: Option<f64>,
 }
 
 /// JSON numbers lose bits above 2⁵³ in many readers; a string of digits does not.
@@ -132,6 +140,9 @@ pub(crate) mod tests {
             static_features_matched: Some(14),
             static_features_false: Some(1),
             static_position_error_median_m: Some(0.11),
+            ln_evidence: Some(-1234.5),
+            nis_mean: Some(1.02),
+            nees_mean: Some(1.5),
         }
     }
 
@@ -172,6 +183,9 @@ pub(crate) mod tests {
                 "static_features_matched",
                 "static_features_false",
                 "static_position_error_median_m",
+                "ln_evidence",
+                "nis_mean",
+                "nees_mean",
             ]
         );
         let value: serde_json::Value = serde_json::from_str(&text).unwrap();

@@ -21,7 +21,7 @@ const STYLE: TableStyle = TableStyle::new()
 type Figure = (&'static str, fn(&Summary) -> String);
 
 /// The figures in the order of the rows.
-const FIGURES: [Figure; 25] = [
+const FIGURES: [Figure; 28] = [
     ("filter", |s| s.filter.clone()),
     ("precision", |s| s.precision.clone()),
     ("particles", |s| grouped(s.particles)),
@@ -38,6 +38,9 @@ const FIGURES: [Figure; 25] = [
     ("features estimated", |s| decimals(s.features_estimated, 1)),
     ("landmarks mapped within 0.5 m", |s| count(s.static_features_matched)),
     ("  median error (m)", |s| decimals(s.static_position_error_median_m, 3)),
+    ("ln evidence", |s| decimals(s.ln_evidence, 1)),
+    ("innovations (NIS/2)", |s| decimals(s.nis_mean, 2)),
+    ("position errors (NEES/2)", |s| decimals(s.nees_mean, 2)),
     ("  false features", |s| count(s.static_features_false)),
     ("movers found in 10 scans", |s| decimals(s.moving_hit_rate, 3)),
     ("  tracked afterwards", |s| decimals(s.moving_settled_rate, 3)),

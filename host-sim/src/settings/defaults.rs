@@ -140,7 +140,7 @@ impl Settings {
     #[must_use]
     pub fn for_log(log: &Log) -> Self {
         let sensor = sensor(log);
-        let measure = (sensor.range_max_m - sensor.range_min_m) * 2.0 * sensor.bearing_half_width_rad().min(PI);
+        let measure = sensor.measure();
         let unstated = unstated(&log.vehicle);
         let clutter_over_birth = if log.simulated { CLUTTER_OVER_BIRTH } else { unstated.clutter_over_birth };
         let births =

@@ -180,4 +180,10 @@ impl SensorSettings {
     pub fn bearing_half_width_rad(&self) -> f64 {
         0.5 * (self.bearing_max_rad - self.bearing_min_rad)
     }
+
+    /// Measure of the window in measurement space, m·rad: what an intensity is multiplied with to become a number a scan.
+    #[must_use]
+    pub fn measure(&self) -> f64 {
+        (self.range_max_m - self.range_min_m) * 2.0 * self.bearing_half_width_rad().min(std::f64::consts::PI)
+    }
 }

@@ -134,7 +134,14 @@ impl<
         let measurements: Vec<_> = detections.iter().map(|z| nalgebra::Vector2::from(z.map(T::from_f64))).collect();
         let threads = self.threads.clone();
         let report = self.with(|filter| filter.scan_on(&measurements, &threads, &mut ()))?.map_err(refusal)?;
-        Ok(ScanOutcome { n_eff: report.n_eff.to_f64(), resampled: report.resampled, health: report.health })
+        let innovation = report.innovation.to_f64();
+        Ok(ScanOutcome {
+            n_eff: report.n_eff.to_f64(),
+            resampled: report.resampled,
+            ln_evidence: Some(report.ln_evidence.to_f64()),
+            innovation: (innovation > 0.0).then_some(innovation),
+            health: report.health,
+        })
     }
 
     fn pose(&mut self) -> Result<PoseAndCovariance, Refusal> {

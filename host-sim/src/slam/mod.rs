@@ -104,6 +104,11 @@ pub struct ScanOutcome {
     pub n_eff: f64,
     /// Whether the particles were resampled.
     pub resampled: bool,
+    /// ln of the likelihood of the scan given all before, up to a constant; `None` where the filter does not report it.
+    pub ln_evidence: Option<f64>,
+    /// Mean squared innovation over what was expected of it, 1 where the models are right; `None` where nothing was
+    /// detected or the filter does not report it.
+    pub innovation: Option<f64>,
     /// Conditions the filter reported; always good for the reference.
     pub health: scphd::Health,
 }

@@ -90,6 +90,8 @@ impl Slam for ReferenceFilter {
         Ok(ScanOutcome {
             n_eff: outcome.weighing.n_eff,
             resampled: outcome.selection.resampled,
+            ln_evidence: None,
+            innovation: None,
             health: scphd::Health::GOOD,
         })
     }
