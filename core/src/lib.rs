@@ -59,6 +59,8 @@ mod faults;
 mod filter;
 mod health;
 #[cfg(test)]
+mod in_space;
+#[cfg(test)]
 mod informed;
 mod likelihood;
 mod ln_sum;
@@ -66,6 +68,7 @@ mod map;
 mod models;
 #[cfg(test)]
 mod movers;
+mod navigation;
 mod noise;
 #[cfg(test)]
 mod oracles;
@@ -102,6 +105,7 @@ pub use likelihood::Likelihood;
 pub use ln_sum::LnSum;
 pub use map::{MapMemory, MapStorage, NoMoving, PAGE_LEN};
 pub use models::*;
+pub use navigation::{DeadReckoning, Outcome, VelocityFilter, VelocityNoise};
 pub use noise::Noise;
 #[cfg(feature = "embedded-hal")]
 pub use probe::StagePins;
