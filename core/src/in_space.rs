@@ -26,7 +26,7 @@ fn models() -> Models<Auv<f64>, StereoCamera<f64>, StereoFrustum<f64>, UniformCl
     let calibration = Matrix3::new(500.0, 0.0, 400.0, 0.0, 500.0, 300.0, 0.0, 0.0, 1.0);
     let down = Matrix3::new(0.0, -1.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, -1.0);
     let side = |y| projection(&calibration, &down, &Vector3::new(0.0, y, 0.0));
-    let sensor = StereoCamera::new(side(0.1), side(-0.1), [PIXEL_SIGMA; 4], 16.0).unwrap();
+    let sensor = StereoCamera::new(side(0.1), side(-0.1), pixel_noise([PIXEL_SIGMA; 4], [0.0; 2]), 16.0).unwrap();
     let field_of_view = StereoFrustum::new(&sensor, LIMITS).unwrap();
     let measure = field_of_view.measure(20.0, 170.0, 10.0);
     Models {

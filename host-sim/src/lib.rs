@@ -20,6 +20,7 @@ pub mod settings;
 pub mod slam;
 pub mod stream;
 pub mod truth;
+pub mod underwater;
 pub mod vehicle;
 
 #[cfg(test)]

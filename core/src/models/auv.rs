@@ -24,7 +24,7 @@ pub struct AuvControl<T: Real> {
     pub roll_rad: T,
     /// Pitch ψ at the end of the step, rad: trusted.
     pub pitch_rad: T,
-    /// Yaw rate at the end of the step, rad/s, if there is a gyroscope.
+    /// Mean yaw rate during the step, rad/s, if there is a gyroscope.
     pub yaw_rate_radps: Option<Reading<T>>,
     /// z at the end of the step, m, if there is a pressure sensor: minus the depth below the map's origin.
     pub z_m: Option<Reading<T>>,
@@ -33,7 +33,8 @@ pub struct AuvControl<T: Real> {
 /// The motion of (7.1): the vehicle keeps the velocity it is told, and turns with a yaw rate that a random angular
 /// acceleration n_θ changes.
 ///
-/// Where the inertial unit reads a yaw rate, n_θ is drawn given the reading; where a pressure sensor reads the depth, so is the error
+/// Where the inertial unit reads a yaw rate, n_θ is drawn given the reading, and the yaw advances with the new rate, which is
+/// that of the whole step: θ + (θ̇ + n_θ Δt) Δt. Where a pressure sensor reads the depth, so is the error
 /// of the velocity. Without either reading this is (7.1) to the letter. Readings are part of the control: particles are spread
 /// by what the readings leave open, and are not weighed by them.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -53,6 +54,8 @@ struct StepOf<T: Real> {
     spread: Symmetric<T, 3>,
     /// Gain of the yaw rate's reading.
     rate_gain: T,
+    /// Share of n_θ Δt² that the yaw gains: ½ of an even change of the rate (7.1), 1 of a rate read for the whole step.
+    yaw_share: T,
     /// Variance of n_θ given the reading.
     acceleration_variance: T,
     /// ∂position/∂yaw.
@@ -98,15 +101,14 @@ impl<T: Real> Auv<T> {
         }
 
         let acceleration_variance = self.yaw_acceleration_sigma_radps2 * self.yaw_acceleration_sigma_radps2;
-        let (rate_gain, acceleration) = match control.yaw_rate_radps {
+        let (rate_gain, acceleration, yaw_share) = match control.yaw_rate_radps {
             Some(reading) if dt > T::ZERO => {
                 let change_variance = acceleration_variance * dt * dt;
                 let gain = change_variance / (change_variance + reading.sigma * reading.sigma);
-                (gain, gain * (reading.value - pose.yaw_rate_radps) / dt)
+                (gain, gain * (reading.value - pose.yaw_rate_radps) / dt, T::ONE)
             }
-            _ => (T::ZERO, T::ZERO),
+            _ => (T::ZERO, T::ZERO, T::from_f64(0.5)),
         };
-        let half = T::from_f64(0.5);
         // To turn the start is to turn all of the way, what the reading of z adds to it included.
         let [[dx, dy, _]] = (position - pose.position()).data.0;
         StepOf {
@@ -114,7 +116,7 @@ impl<T: Real> Auv<T> {
                 x_m: position.x,
                 y_m: position.y,
                 z_m: position.z,
-                yaw_rad: wrap(pose.yaw_rad + (pose.yaw_rate_radps + half * acceleration * dt) * dt),
+                yaw_rad: wrap(pose.yaw_rad + (pose.yaw_rate_radps + yaw_share * acceleration * dt) * dt),
                 yaw_rate_radps: pose.yaw_rate_radps + acceleration * dt,
                 roll_rad: control.roll_rad,
                 pitch_rad: control.pitch_rad,
@@ -122,6 +124,7 @@ impl<T: Real> Auv<T> {
             gain,
             spread,
             rate_gain,
+            yaw_share,
             acceleration_variance: acceleration_variance * (T::ONE - rate_gain),
             by_yaw: Vector3::new(-dy, dx, T::ZERO),
         }
@@ -160,7 +163,7 @@ impl<T: Real> Motion<T, 5> for Auv<T> {
             x_m: mean.x_m + offset.x,
             y_m: mean.y_m + offset.y,
             z_m: mean.z_m + offset.z,
-            yaw_rad: wrap(mean.yaw_rad + T::from_f64(0.5) * acceleration * dt * dt),
+            yaw_rad: wrap(mean.yaw_rad + step.yaw_share * acceleration * dt * dt),
             yaw_rate_radps: mean.yaw_rate_radps + acceleration * dt,
             ..mean
         }
@@ -168,9 +171,8 @@ impl<T: Real> Motion<T, 5> for Auv<T> {
 
     fn linearise(&self, pose: &Self::Pose, control: &Self::Control, dt: T) -> Linearised<T, 5> {
         let step = self.step(pose, control, dt);
-        let (half, one) = (T::from_f64(0.5), T::ONE);
-        let kept = one - step.rate_gain;
-        let (yaw_by_rate, rate_by_rate) = ((one - half * step.rate_gain) * dt, kept);
+        let one = T::ONE;
+        let (yaw_by_rate, rate_by_rate) = ((one - step.yaw_share * step.rate_gain) * dt, one - step.rate_gain);
         let transition = SMatrix::<T, 5, 5>::from_fn(|row, column| match (row, column) {
             (0..3, 2) => {
                 let identity = if row == 2 { one } else { T::ZERO };
@@ -182,7 +184,7 @@ impl<T: Real> Motion<T, 5> for Auv<T> {
             (row, column) if row == column => one,
             _ => T::ZERO,
         });
-        let (to_yaw, to_rate) = (half * dt * dt, dt);
+        let (to_yaw, to_rate) = (step.yaw_share * dt * dt, dt);
         let noise = Symmetric::from_fn(|row, column| match (row, column) {
             (0..3, 0..3) => step.spread.get(row, column),
             (3, 3) => to_yaw * to_yaw * step.acceleration_variance,
@@ -238,15 +240,14 @@ mod tests {
         };
         let moved = auv.propagate(&POSE, &exact, 0.1);
         assert!((moved.yaw_rate_radps - 0.3).abs() < 1e-12 && (moved.z_m + 2.9).abs() < 1e-12);
-        // The rate falls evenly from 0.4 to 0.3 during the step.
-        assert!((moved.yaw_rad - 3.035).abs() < 1e-12);
+        assert!((moved.yaw_rad - 3.03).abs() < 1e-12);
         let worthless = AuvControl {
             yaw_rate_radps: Some(Reading { value: 9.0, sigma: 1e9 }),
             z_m: Some(Reading { value: 50.0, sigma: 1e9 }),
             ..control(false)
         };
         let moved = auv.propagate(&POSE, &worthless, 0.1);
-        assert!(moved.difference(&auv.propagate(&POSE, &control(false), 0.1)).norm() < 1e-12);
+        assert!(moved.difference(&auv.propagate(&POSE, &control(false), 0.1)).norm() < 1e-12, "{moved:?}");
         assert_eq!((moved.roll_rad, moved.pitch_rad), (0.1, 0.0));
     }
 

@@ -34,7 +34,7 @@ pub use pose::{PlanarPose, Pose};
 pub use range_bearing::{PlanarFrame, RangeBearing};
 pub use sensor::{Expected, Inverse, Locating, Sensor};
 pub use sonar::{BearingElevation, RangeBearingElevation, RangeOnly, SonarWindow, SphericalBirths};
-pub use stereo_camera::{StereoCamera, StereoFrame, projection};
+pub use stereo_camera::{StereoCamera, StereoFrame, pixel_noise, projection};
 pub use stereo_frustum::{FrustumLimits, StereoFrustum};
 pub use unicycle::{Step, Unicycle, UnicycleControl};
 

@@ -13,14 +13,14 @@ use nalgebra::{Matrix2x3, Matrix3, Matrix4x3, SMatrix, SVector, Vector3, Vector4
 ///
 /// ```
 /// use nalgebra::{Matrix3, Vector3, Vector4};
-/// use scphd::{AuvPose, Sensor, StereoCamera, projection};
+/// use scphd::{AuvPose, Sensor, StereoCamera, pixel_noise, projection};
 ///
 /// // Looking down, with the top of the image ahead and a baseline of 0.2 m to the vehicle's right.
 /// let calibration = Matrix3::new(890.0_f64, 0.0, 400.0, 0.0, 890.0, 300.0, 0.0, 0.0, 1.0);
 /// let down = Matrix3::new(0.0, -1.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, -1.0);
 /// let left = projection(&calibration, &down, &Vector3::new(0.0, 0.1, 0.0));
 /// let right = projection(&calibration, &down, &Vector3::new(0.0, -0.1, 0.0));
-/// let camera = StereoCamera::new(left, right, [3.0; 4], 16.0)?;
+/// let camera = StereoCamera::new(left, right, pixel_noise([3.0; 4], [0.0; 2]), 16.0)?;
 ///
 /// let frame = camera.frame(&AuvPose::new(0.0, 0.0, 2.0, 0.0));
 /// let seen = camera.expect(&frame, &Vector3::new(0.0, 0.0, 0.0)).unwrap();
@@ -34,8 +34,8 @@ pub struct StereoCamera<T: Real> {
     left: Camera<T>,
     right: Camera<T>,
     noise: Symmetric<T, 4>,
-    /// R⁻¹, which is diagonal.
-    precision: Vector4<T>,
+    /// R⁻¹.
+    precision: Symmetric<T, 4>,
     epipolar_gate: T,
 }
 
@@ -46,6 +46,24 @@ struct Camera<T: Real> {
     turn: Matrix3<T>,
     /// a.
     shift: Vector3<T>,
+}
+
+/// R of pixels whose noise has these standard deviations, px: of (u_l, v_l, u_r, v_r) each on its own, and of the columns and the rows of
+/// both images in common. What images have in common (the time they were taken at, the attitude of the camera) moves a feature and leaves
+/// its disparity alone.
+#[must_use]
+pub fn pixel_noise<T: Real>(own_px: [T; 4], common_px: [T; 2]) -> Symmetric<T, 4> {
+    let [columns, rows] = common_px.map(|sigma| sigma * sigma);
+    let [ul, vl, ur, vr] = own_px.map(|sigma| sigma * sigma);
+    Symmetric::from_fn(|row, column| match (row, column) {
+        (0, 0) => ul + columns,
+        (1, 1) => vl + rows,
+        (2, 2) => ur + columns,
+        (3, 3) => vr + rows,
+        (2, 0) => columns,
+        (3, 1) => rows,
+        _ => T::ZERO,
+    })
 }
 
 /// A projection matrix P = K C [I | −c] from a calibration K, the rotation C from the vehicle's directions to those of the image
@@ -132,29 +150,29 @@ fn stacked<T: Real>(upper: &Matrix2x3<T>, lower: &Matrix2x3<T>) -> Matrix4x3<T> 
 }
 
 impl<T: Real> StereoCamera<T> {
-    /// A camera with these projection matrices, standard deviations of (u_l, v_l, u_r, v_r), px, and epipolar gate.
+    /// A camera with these projection matrices, covariance R of the noise of (u_l, v_l, u_r, v_r), px², and epipolar gate.
+    /// [`pixel_noise`] makes the covariance of what both images have on their own and in common.
     ///
     /// The gate bounds the squared length, in standard deviations, of what no point in space can explain of a measurement:
     /// in rectified images (v_l − v_r)² over its variance. A pair beyond it is a mismatch, and gives no feature.
     ///
     /// # Errors
-    /// The matrices must be finite, with a left 3 × 3 part that is not singular, the standard deviations between 1e-3 and 1e3 px,
-    /// the gate positive.
+    /// The matrices must be finite, with a left 3 × 3 part that is not singular, the noise positive definite, with variances between 1e-6 and
+    /// 1e6 px², the gate positive.
     pub fn new(
         left: SMatrix<T, 3, 4>,
         right: SMatrix<T, 3, 4>,
-        pixel_sigmas: [T; 4],
+        noise: Symmetric<T, 4>,
         epipolar_gate: T,
     ) -> Result<Self, ModelError> {
         const RANGE: &str = "finite, with a 3 x 3 part that is not singular";
-        let usable = |sigma: &T| *sigma >= T::from_f64(1e-3) && *sigma <= T::from_f64(1e3);
+        let usable = |variance: T| variance >= T::from_f64(1e-6) && variance <= T::from_f64(1e6);
+        let factor = noise.factor().filter(|_| (0..4).all(|k| usable(noise.get(k, k))));
         let left = Camera::new(&left).ok_or(ModelError { field: "left", range: RANGE })?;
         let right = Camera::new(&right).ok_or(ModelError { field: "right", range: RANGE })?;
-        require(pixel_sigmas.iter().all(usable), "pixel_sigmas", "between 1e-3 and 1e3 px")?;
+        let factor = factor.ok_or(ModelError { field: "noise", range: "positive definite, of 1e-6 to 1e6 px^2" })?;
         require(epipolar_gate > T::ZERO, "epipolar_gate", "positive")?;
-        let variances = pixel_sigmas.map(|sigma| sigma * sigma);
-        let precision = Vector4::from(variances.map(|variance| T::ONE / variance));
-        Ok(Self { left, right, noise: Symmetric::from_diagonal(variances), precision, epipolar_gate })
+        Ok(Self { left, right, noise, precision: factor.inverse(), epipolar_gate })
     }
 
     /// The point of the vehicle's frame that lies before the left camera at this pixel and depth (m).
@@ -174,10 +192,8 @@ impl<T: Real> StereoCamera<T> {
 
     /// (Aᵀ R⁻¹ A)⁻¹ Aᵀ R⁻¹, the weighted pseudoinverse.
     fn pseudoinverse(&self, a: &Matrix4x3<T>) -> Option<SMatrix<T, 3, 4>> {
-        let mut weighted = *a;
-        for (mut row, &precision) in weighted.row_iter_mut().zip(self.precision.iter()) {
-            row *= precision;
-        }
+        // R⁻¹ A, as (Aᵀ R⁻¹)ᵀ.
+        let weighted: Matrix4x3<T> = self.precision.times_transpose(&a.transpose());
         let normal = a.tr_mul(&weighted);
         let element = |row: usize, column: usize| normal.get((row, column)).copied().unwrap_or(T::ZERO);
         let factor = Symmetric::<T, 3>::from_fn(element).factor()?;
@@ -202,7 +218,7 @@ impl<T: Real> StereoCamera<T> {
         let point = start + correction;
         let expected = self.project(&point)?;
         let residual = measured - expected.measurement;
-        let mismatch = residual.zip_fold(&self.precision, T::ZERO, |sum, r, precision| sum + r * r * precision);
+        let mismatch = self.precision.congruence(&residual.transpose()).get(0, 0);
         if !(mismatch <= self.epipolar_gate) {
             return None;
         }
@@ -280,7 +296,7 @@ impl<T: Real> Locating<T, 5, 3, 4> for StereoCamera<T> {
 
 #[cfg(test)]
 pub(super) mod tests {
-    use super::{StereoCamera, projection};
+    use super::{StereoCamera, pixel_noise, projection};
     use crate::models::testing::check_in_space;
     use crate::{AuvPose, Noise, Real, Sensor};
     use nalgebra::{Matrix3, SMatrix, Vector3, Vector4};
@@ -292,8 +308,8 @@ pub(super) mod tests {
         let down = Matrix3::new(0.0, -1.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, -1.0);
         let tilted = Matrix3::new(1.0, 0.0, 0.0, 0.0, c, -s, 0.0, s, c) * down;
         let side = |y: f64| projection(&calibration, &tilted, &Vector3::new(0.3, y, -0.1)).map(T::from_f64);
-        let sigmas = [3.0, 3.0, 3.0, 3.0].map(T::from_f64);
-        StereoCamera::new(side(0.1), side(-0.1), sigmas, T::from_f64(16.0)).unwrap()
+        let noise = pixel_noise([3.0; 4].map(T::from_f64), [T::ZERO; 2]);
+        StereoCamera::new(side(0.1), side(-0.1), noise, T::from_f64(16.0)).unwrap()
     }
 
     fn poses() -> [AuvPose<f64>; 3] {
@@ -416,16 +432,34 @@ pub(super) mod tests {
         let calibration = Matrix3::new(500.0, 0.0, 320.0, 0.0, 500.0, 240.0, 0.0, 0.0, 1.0);
         let left = projection(&calibration, &Matrix3::identity(), &Vector3::zeros());
         let right = projection(&calibration, &Matrix3::identity(), &Vector3::new(0.24, 0.0, 0.0));
-        let plain = StereoCamera::new(left, right, [1.0; 4], 9.0).unwrap();
-        let scaled = StereoCamera::new(left * -7.0, right * 0.5, [1.0; 4], 9.0).unwrap();
+        let noise = pixel_noise([1.0; 4], [0.0; 2]);
+        let plain = StereoCamera::new(left, right, noise, 9.0).unwrap();
+        let scaled = StereoCamera::new(left * -7.0, right * 0.5, noise, 9.0).unwrap();
         let frame = |camera: &StereoCamera<f64>| camera.frame(&poses()[1]);
         let feature = frame(&plain).body.to_map(&Vector3::new(0.2, -0.1, 3.0));
         let [a, b] = [plain, scaled].map(|camera| camera.expect(&frame(&camera), &feature).unwrap());
         assert!((a.measurement - b.measurement).norm() < 1e-10 && (a.jacobian - b.jacobian).norm() < 1e-10);
-        let error = |left, right, sigmas, gate| StereoCamera::new(left, right, sigmas, gate).unwrap_err().field;
-        assert_eq!(error(left * 0.0, right, [1.0; 4], 9.0), "left");
-        assert_eq!(error(left, right * f64::NAN, [1.0; 4], 9.0), "right");
-        assert_eq!(error(left, right, [1.0, 1.0, 0.0, 1.0], 9.0), "pixel_sigmas");
-        assert_eq!(error(left, right, [1.0; 4], f64::NAN), "epipolar_gate");
+        let error = |left, right, noise, gate| StereoCamera::new(left, right, noise, gate).unwrap_err().field;
+        assert_eq!(error(left * 0.0, right, noise, 9.0), "left");
+        assert_eq!(error(left, right * f64::NAN, noise, 9.0), "right");
+        assert_eq!(error(left, right, pixel_noise([1.0, 1.0, 0.0, 1.0], [0.0; 2]), 9.0), "noise");
+        assert_eq!(error(left, right, noise, f64::NAN), "epipolar_gate");
+    }
+
+    /// What both images have in common moves the point across the line of sight and leaves its depth as certain as before.
+    #[test]
+    fn common_noise_leaves_the_depth_alone() {
+        let camera = camera::<f64>(0.0);
+        let shaken = StereoCamera { noise: pixel_noise([3.0; 4], [30.0; 2]), ..camera };
+        let shaken = StereoCamera { precision: shaken.noise.factor().unwrap().inverse(), ..shaken };
+        let frame = camera.frame(&poses()[0]);
+        let measured = camera.expect(&frame, &frame.body.to_map(&Vector3::new(0.5, 0.2, -2.4))).unwrap().measurement;
+        let covariance = |camera: &StereoCamera<f64>| {
+            let jacobian = camera.invert(&frame, &measured).unwrap().jacobian;
+            camera.noise().congruence(&jacobian)
+        };
+        let (alone, common) = (covariance(&camera), covariance(&shaken));
+        assert!((common.get(2, 2) / alone.get(2, 2) - 1.0).abs() < 1e-9);
+        assert!(common.get(0, 0) > 20.0 * alone.get(0, 0));
     }
 }
