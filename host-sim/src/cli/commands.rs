@@ -51,7 +51,10 @@ pub fn execute(cli: Cli) -> Result<(), Failure> {
         },
         Some(Command::Merge(args)) => monte_carlo::merge(args),
         Some(Command::Figure(args)) => figure::figure(args),
-        Some(Command::Compare(args)) => compare::compare(args),
+        Some(Command::Compare(args)) => match args.source.to_str() {
+            Some(name) if underwater::is_scenario(name) => underwater::compare(args),
+            _ => compare::compare(args),
+        },
         Some(Command::Run { .. } | Command::Scenarios) => list_scenarios(),
         Some(Command::Export { scenario: name, dir, seed }) => export(&scenario(&name, seed)?, &dir),
         Some(Command::Stream(args)) => stream::stream(args),

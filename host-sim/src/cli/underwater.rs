@@ -1,7 +1,8 @@
 //! The commands over underwater logs and scenarios.
 
-use super::args::{Choice, MonteCarloArgs, RunArgs, Switch, Tuning};
+use super::args::{Choice, CompareArgs, FigureArgs, FilterName, MonteCarloArgs, RunArgs, Switch, Tuning};
 use super::commands::report_health;
+use super::compare;
 use super::failure::{Failure, notice, print};
 use super::monte_carlo::{DEFAULT_RUNS, report};
 use super::outputs::{Outputs, label, make};
@@ -9,11 +10,14 @@ use super::progress::Progress;
 use super::repeat::in_parallel;
 use scphd_sim::log_folder;
 use scphd_sim::monte_carlo::{self, Job, Plan, RunResult, Study};
+use scphd_sim::output::comparison::{self, Compared};
 use scphd_sim::output::{json, repeats, table};
+use scphd_sim::plot::Figure;
+use scphd_sim::session::with_roomy_stack;
 use scphd_sim::underwater::log::Log;
 use scphd_sim::underwater::session;
 use scphd_sim::underwater::settings::Settings;
-use scphd_sim::underwater::{self, by_name, plot, tables};
+use scphd_sim::underwater::{self, by_name, lockstep, plot, tables};
 use std::borrow::Cow;
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -177,4 +181,62 @@ pub fn study(args: MonteCarloArgs) -> Result<(), Failure> {
     let results = monte_carlo::execute(&jobs, choices.len(), threads, one)?;
     drop(progress);
     report(&Study { plan, results }, &outputs)
+}
+
+/// One of the figures 7.5 to 7.7: SC-PHD and RB-PHD SLAM over the same survey.
+pub fn figure<'n>(number: &'n str, args: &FigureArgs) -> Result<Vec<(&'n str, Figure)>, Failure> {
+    let log = Source::Scenario("girona-tank".into(), None).log(args.seed)?.into_owned();
+    let settings = tuned(&log, &args.tuning)?;
+    let filters = [FilterName::Core, FilterName::RbSingle];
+    let mut runs = Vec::new();
+    for name in filters {
+        let choice = Choice::of(name, None).map_err(Failure::input)?;
+        let settings = chosen(&choice, settings.clone());
+        let label = choice.filter.name(settings.filter.likelihood);
+        let progress = Progress::new(label.into(), log.frames.len());
+        let session = session::run(&log, &settings, choice.filter, args.seed, &mut |frames| progress.at(frames))?;
+        runs.push((label, session.record));
+    }
+    let runs: Vec<_> = runs.iter().map(|(label, record)| (*label, record)).collect();
+    Ok(match number {
+        "7.5" => vec![("7.5", plot::trajectories(&log, &runs)), ("7.5-section", plot::figure(&log, &runs[..1]))],
+        "7.6" => vec![("7.6", plot::maps(&log, &runs))],
+        _ => vec![("7.7", plot::squared_errors(&log, &runs))],
+    })
+}
+
+/// Filter and reference in lockstep over an underwater scenario, in every precision asked for.
+pub fn compare(args: CompareArgs) -> Result<(), Failure> {
+    let seed = args.seed.seed;
+    let source = Source::Scenario(args.source.to_string_lossy().into_owned(), args.scenario_seed.scenario_seed);
+    let log = source.log(seed)?;
+    if args.out.is_some() {
+        return Err(Failure::input("--out: not for underwater scenarios"));
+    }
+    let outputs = Outputs { json: args.json, out: None };
+    outputs.check()?;
+    let mut settings = tuned(&log, &args.tuning)?;
+    settings.filter.particles = args.tuning.particles.unwrap_or(compare::PARTICLES);
+    settings.filter.samples = args.tuning.samples.unwrap_or(compare::SAMPLES);
+    let mut compared = Vec::new();
+    for &precision in args.precision.each() {
+        let progress = Progress::new(format!("compare {}", compare::name(precision)), log.frames.len());
+        let frames = log.frames.len();
+        let step = || lockstep::compare(&log, &settings, precision, seed, frames, |done| progress.at(done));
+        let differences = with_roomy_stack(step)
+            .map_err(|error| Failure::Internal(format!("cannot start a thread: {error}")))?
+            .map_err(|refusal| Failure::input(format_args!("the filter refuses: {refusal}")))?;
+        compared.push(Compared {
+            log: log.name.clone(),
+            precision: compare::name(precision).into(),
+            particles: settings.filter.particles,
+            samples: settings.filter.samples,
+            seed,
+            differences,
+        });
+    }
+    if let Some(path) = &outputs.json {
+        comparison::write_json(path, &compared)?;
+    }
+    print(&comparison::render(&compared))
 }

@@ -198,7 +198,7 @@ impl<
                 heaviest: filter.heaviest(),
                 ln_likelihoods: filter.ln_likelihoods().iter().map(|ln_l| ln_l.to_f64()).collect(),
                 survivors: filter.survivors().iter().map(|&survivor| usize::from(survivor)).collect(),
-                draws: Box::new(Ahead::<T> { noise, scalar: core::marker::PhantomData }),
+                draws: Box::new(Ahead::<T>::of(noise)),
             })
         })?
     }
@@ -225,9 +225,16 @@ where
 }
 
 /// A copy of a filter's random stream that runs ahead of it.
-struct Ahead<T> {
+pub(crate) struct Ahead<T> {
     noise: Noise,
     scalar: core::marker::PhantomData<T>,
+}
+
+impl<T> Ahead<T> {
+    /// From where the filter's stream is.
+    pub(crate) fn of(noise: Noise) -> Self {
+        Self { noise, scalar: core::marker::PhantomData }
+    }
 }
 
 impl<T: Real> Draws for Ahead<T> {

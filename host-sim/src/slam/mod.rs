@@ -4,6 +4,7 @@
 mod core_filter;
 mod reference_filter;
 
+pub(crate) use core_filter::Ahead;
 pub use core_filter::{Precision, core_filter};
 pub use reference_filter::{ReferenceFilter, reference_of};
 

@@ -3,7 +3,7 @@
 use super::log::{Instruments, Log};
 use super::record::{FrameRecord, MapFeature, Record, distance, position};
 use super::settings::Settings;
-use super::slam::{Control, Slam, Start, core_filter};
+use super::slam::{Control, Slam, Start, Transparent, core_filter};
 use super::truth::Seen;
 use crate::angle::wrap;
 use crate::monte_carlo::{Curve, Job, RunResult, Series};
@@ -54,14 +54,21 @@ pub fn run(
     with_roomy_stack(session).map_err(SessionError::Thread)?
 }
 
-fn start(log: &Log, settings: &Settings, filter: Filter, seed: u64) -> Result<Box<dyn Slam>, Refusal> {
+fn start(log: &Log, settings: &Settings, filter: Filter, seed: u64) -> Result<Box<dyn Transparent>, Refusal> {
+    match filter {
+        Filter::Core(precision) => core_filter(log, settings, &start_of(log)?, precision, seed),
+        Filter::Reference => Err(Refusal("in space the reference runs in lockstep only: scphd-sim compare".into())),
+    }
+}
+
+/// Where a log's vehicle starts.
+///
+/// # Errors
+/// The log has no instruments.
+pub fn start_of(log: &Log) -> Result<Start, Refusal> {
     let first = log.instruments.first().ok_or_else(|| Refusal("the log has no instruments".into()))?;
     let (position, yaw_rad) = log.start;
-    let start = Start { position, yaw_rad, tilt_rad: [first.roll_rad, first.pitch_rad] };
-    match filter {
-        Filter::Core(precision) => core_filter(log, settings, &start, precision, seed),
-        Filter::Reference => Err(Refusal("there is no reference over underwater logs".into())),
-    }
+    Ok(Start { position, yaw_rad, tilt_rad: [first.roll_rad, first.pitch_rad] })
 }
 
 /// The small filters beside the particles, and how far the log has been read.

@@ -3,10 +3,11 @@
 use super::log::Log;
 use super::record::MapFeature;
 use super::settings::Settings;
+use crate::reference::{self, Draws, space};
 use crate::settings::{
     FilterSettings, Likelihood as LikelihoodName, Proposal as ProposalName, Reduction as ReductionName,
 };
-use crate::slam::{Precision, Refusal};
+use crate::slam::{Ahead, Precision, Refusal};
 use nalgebra::{SMatrix, Vector3, Vector4};
 use scphd::{
     Auv, AuvControl, AuvPose, Component, Config, FrustumLimits, Health, Informed, Likelihood, MapMemory, Models,
@@ -84,6 +85,38 @@ pub trait Slam {
 
     /// Memory of the state, where it is fixed.
     fn state_bytes(&self) -> Option<u64>;
+}
+
+/// A filter that shows its whole state, for lockstep with the reference.
+pub trait Transparent: Slam {
+    /// The state as it stands.
+    ///
+    /// # Errors
+    /// The filter refused, and says why.
+    fn snapshot(&mut self) -> Result<Snapshot, Refusal>;
+}
+
+/// The state of a filter in the reference's terms.
+pub struct Snapshot {
+    /// Candidates, in order; weights sum to one.
+    pub candidates: Vec<space::Candidate>,
+    /// The map of every particle.
+    pub maps: Vec<Vec<reference::Component<3>>>,
+    /// ln L of the candidates that the last scan weighed.
+    pub ln_likelihoods: Vec<f64>,
+    /// For every particle the candidate of the last scan that it continues.
+    pub survivors: Vec<usize>,
+    /// A copy of the random stream: gives the numbers that the filter will draw next.
+    pub draws: Box<dyn Draws>,
+}
+
+impl core::fmt::Debug for Snapshot {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.debug_struct("Snapshot")
+            .field("candidates", &self.candidates)
+            .field("maps", &self.maps)
+            .finish_non_exhaustive()
+    }
 }
 
 /// Keypoints in a frame and components of one map in an update that every state has room for.
@@ -208,6 +241,40 @@ impl<T: Real, const PARTICLES: usize, const CANDIDATES: usize, const PAGES: usiz
     }
 }
 
+impl<T: Real, const PARTICLES: usize, const CANDIDATES: usize, const PAGES: usize, const MAP_PAGES: usize> Transparent
+    for CoreFilter<T, PARTICLES, CANDIDATES, PAGES, MAP_PAGES>
+{
+    fn snapshot(&mut self) -> Result<Snapshot, Refusal> {
+        let particles = self.config.particles;
+        self.with(|filter| {
+            let candidates = filter.candidates().iter().map(|candidate| {
+                let AuvPose { x_m, y_m, z_m, yaw_rad, yaw_rate_radps, roll_rad, pitch_rad } = candidate.pose;
+                let pose = space::Pose {
+                    position: [x_m, y_m, z_m].map(T::to_f64),
+                    yaw: yaw_rad.to_f64(),
+                    yaw_rate: yaw_rate_radps.to_f64(),
+                    roll: roll_rad.to_f64(),
+                    pitch: pitch_rad.to_f64(),
+                };
+                space::Candidate { pose, ln_weight: candidate.ln_weight.to_f64() }
+            });
+            let component = |component: &Component<T, 3>| reference::Component {
+                ln_weight: component.ln_weight.to_f64(),
+                mean: std::array::from_fn(|k| component.mean[k].to_f64()),
+                covariance: full(&component.covariance),
+            };
+            let noise = filter.noise().cloned().ok_or_else(|| refusal("not started"))?;
+            Ok(Snapshot {
+                candidates: candidates.collect(),
+                maps: (0..particles).map(|particle| filter.map(particle).map(component).collect()).collect(),
+                ln_likelihoods: filter.ln_likelihoods().iter().map(|ln_l| ln_l.to_f64()).collect(),
+                survivors: filter.survivors().iter().map(|&survivor| usize::from(survivor)).collect(),
+                draws: Box::new(Ahead::<T>::of(noise)),
+            })
+        })?
+    }
+}
+
 fn full<T: Real, const N: usize>(symmetric: &Symmetric<T, N>) -> [[f64; N]; N]
 where
     scphd::Dim<N>: scphd::Packed,
@@ -225,14 +292,19 @@ pub fn core_filter(
     start: &Start,
     precision: Precision,
     seed: u64,
-) -> Result<Box<dyn Slam>, Refusal> {
+) -> Result<Box<dyn Transparent>, Refusal> {
     match precision {
         Precision::F32 => with_models::<f32>(log, settings, start, seed),
         Precision::F64 => with_models::<f64>(log, settings, start, seed),
     }
 }
 
-fn with_models<T: Real>(log: &Log, settings: &Settings, start: &Start, seed: u64) -> Result<Box<dyn Slam>, Refusal> {
+fn with_models<T: Real>(
+    log: &Log,
+    settings: &Settings,
+    start: &Start,
+    seed: u64,
+) -> Result<Box<dyn Transparent>, Refusal> {
     let real = T::from_f64;
     let Settings { filter, vehicle, camera } = settings;
     let [left, right] = log.camera.projections.map(|p| SMatrix::<T, 3, 4>::from_fn(|row, column| real(p[row][column])));
@@ -260,8 +332,8 @@ fn with_models<T: Real>(log: &Log, settings: &Settings, start: &Start, seed: u64
     let config = config_of(filter);
     let candidates = filter.particles.saturating_mul(filter.samples);
     Ok(match (filter.particles, candidates) {
-        (..=64, ..=128) => Box::new(CoreFilter::<T, 64, 128, 4096, 256>::start(models, config, start, seed)?),
-        (..=400, ..=800) => Box::new(CoreFilter::<T, 400, 800, 14_000, 256>::start(models, config, start, seed)?),
+        (..=64, ..=128) => Box::new(CoreFilter::<T, 64, 128, 4096, 512>::start(models, config, start, seed)?),
+        (..=400, ..=800) => Box::new(CoreFilter::<T, 400, 800, 14_000, 512>::start(models, config, start, seed)?),
         _ => Box::new(CoreFilter::<T, 2048, 4096, 65_535, 512>::start(models, config, start, seed)?),
     })
 }
