@@ -60,6 +60,8 @@ mod faults;
 mod filter;
 mod health;
 #[cfg(test)]
+mod in_space;
+#[cfg(test)]
 mod informed;
 mod likelihood;
 mod ln_sum;
@@ -67,6 +69,7 @@ mod map;
 mod models;
 #[cfg(test)]
 mod movers;
+mod navigation;
 mod neighbours;
 mod noise;
 #[cfg(test)]
@@ -107,6 +110,7 @@ pub use likelihood::Likelihood;
 pub use ln_sum::LnSum;
 pub use map::{MapMemory, MapStorage, NoMoving, PAGE_LEN};
 pub use models::*;
+pub use navigation::{DeadReckoning, Outcome, VelocityFilter, VelocityNoise};
 pub use noise::Noise;
 #[cfg(feature = "embedded-hal")]
 pub use probe::StagePins;

@@ -18,7 +18,7 @@ mod sealed {
 #[derive(Debug, Clone, Copy)]
 pub struct Dim<const N: usize>;
 
-/// Dimensions that have packed storage: [`Dim<1>`] to [`Dim<4>`], and [`Dim<6>`].
+/// Dimensions that have packed storage: [`Dim<1>`] to [`Dim<6>`].
 pub trait Packed: sealed::Sealed {
     /// The lower triangle, row after row: N(N+1)/2 scalars.
     type Lower<T: Real>: Lower<T>;
@@ -50,7 +50,7 @@ macro_rules! implement_packed {
         }
     )*};
 }
-implement_packed!(1: 1, 2: 3, 3: 6, 4: 10, 6: 21);
+implement_packed!(1: 1, 2: 3, 3: 6, 4: 10, 5: 15, 6: 21);
 
 /// Position of element (`row`, `column`), `row` ≥ `column`, in the packed lower triangle.
 const fn at(row: usize, column: usize) -> usize {

@@ -10,14 +10,18 @@
 //! | `landmarks.csv` | optional: `x_m,y_m` |
 //! | `moving.csv` | optional: `subject,t_s,x_m,y_m` |
 //!
+//! A log with a `[camera]` section is an underwater one, read by [`read_underwater`].
+//!
 //! Columns are found by name, in any order; others, such as labels for scoring, are not looked at.
 
 mod error;
 mod head;
 mod table;
+mod underwater;
 mod write;
 
 pub use error::{LogError, Place, Problem};
+pub use underwater::{has_camera, read_underwater};
 pub use write::write;
 
 use crate::log::{Log, MovingLandmark, Odometry, Scan, TruePose};
@@ -90,11 +94,25 @@ fn odometry(dir: &Path, head: &Head) -> Result<Vec<Odometry>, LogError> {
 }
 
 fn scans(dir: &Path, head: &Head) -> Result<Vec<Scan>, LogError> {
+    let (numbers, times) = scan_times(dir)?;
+    let mut scans: Vec<Scan> = times.into_iter().map(|t_s| Scan { t_s, detections: Vec::new() }).collect();
+    each_detection(dir, &numbers, ["range_m", "bearing_rad"], |index, row, [range_m, bearing]| {
+        // Simulations add noise to short ranges and keep what comes out.
+        if range_m < 0.0 && !head.simulated {
+            return Err(row.cell("range_m").error(Problem::NegativeRange(range_m)));
+        }
+        scans[index].detections.push([range_m, bearing]);
+        Ok(())
+    })?;
+    Ok(scans)
+}
+
+/// Numbers and times (s) of the scans.
+fn scan_times(dir: &Path) -> Result<(Vec<i64>, Vec<f64>), LogError> {
     let table = Table::read(dir, "scans.csv")?;
     let (scan, time) = (table.column("scan")?, table.column("t_s")?);
     let mut clock = Clock::new();
-    let mut numbers: Vec<i64> = Vec::new();
-    let mut scans = Vec::new();
+    let (mut numbers, mut times): (Vec<i64>, Vec<f64>) = (Vec::new(), Vec::new());
     for row in table.rows() {
         let number = row.integer(&scan)?;
         let least = numbers.last().map_or(0, |last| last + 1);
@@ -102,15 +120,24 @@ fn scans(dir: &Path, head: &Head) -> Result<Vec<Scan>, LogError> {
             return Err(row.cell("scan").error(Problem::ScanOrder { found: number, least }));
         }
         numbers.push(number);
-        scans.push(Scan { t_s: clock.tick(&row, row.number(&time)?)?, detections: Vec::new() });
+        times.push(clock.tick(&row, row.number(&time)?)?);
     }
-    if scans.is_empty() {
+    if numbers.is_empty() {
         return Err(Place::File("scans.csv").error(Problem::NoScans));
     }
+    Ok((numbers, times))
+}
 
+/// Calls `add` with the place of the scan and the numbers in `columns` of every detection.
+fn each_detection<const N: usize>(
+    dir: &Path,
+    numbers: &[i64],
+    columns: [&'static str; N],
+    mut add: impl FnMut(usize, &Row, [f64; N]) -> Result<(), LogError>,
+) -> Result<(), LogError> {
     let table = Table::read(dir, "detections.csv")?;
     let scan = table.column("scan")?;
-    let (range, bearing) = (table.column("range_m")?, table.column("bearing_rad")?);
+    let columns = columns.into_iter().map(|name| table.column(name)).collect::<Result<Vec<_>, _>>()?;
     let mut current = 0;
     for row in table.rows() {
         let number = row.integer(&scan)?;
@@ -122,14 +149,13 @@ fn scans(dir: &Path, head: &Head) -> Result<Vec<Scan>, LogError> {
             return Err(row.cell("scan").error(Problem::ScanOrder { found: number, least }));
         }
         current = index;
-        let range_m = row.number(&range)?;
-        // Simulations add noise to short ranges and keep what comes out.
-        if range_m < 0.0 && !head.simulated {
-            return Err(row.cell("range_m").error(Problem::NegativeRange(range_m)));
+        let mut measured = [0.0; N];
+        for (number, column) in measured.iter_mut().zip(&columns) {
+            *number = row.number(column)?;
         }
-        scans[index].detections.push([range_m, row.number(&bearing)?]);
+        add(index, &row, measured)?;
     }
-    Ok(scans)
+    Ok(())
 }
 
 fn truth(dir: &Path) -> Result<Vec<TruePose>, LogError> {

@@ -288,7 +288,7 @@ fn summary(log: &Log, settings: &Settings, filter: Filter, seed: u64, run: &Run,
 }
 
 /// The least of the ascending `values` that `percent` percent of them do not exceed.
-fn percentile(values: &[f64], percent: usize) -> Option<f64> {
+pub(crate) fn percentile(values: &[f64], percent: usize) -> Option<f64> {
     let rank = (percent * values.len()).div_ceil(100);
     values.get(rank.checked_sub(1)?).copied()
 }

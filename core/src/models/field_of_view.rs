@@ -103,7 +103,7 @@ impl<T: Real> RangeBearingWindow<T> {
 
 /// The ramp from 0 at `inside` = −`edge` to 1 at +`edge`.
 #[inline]
-fn ramp<T: Real>(inside: T, edge: T) -> T {
+pub(super) fn ramp<T: Real>(inside: T, edge: T) -> T {
     if inside >= edge {
         T::ONE
     } else if inside > -edge {

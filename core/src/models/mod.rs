@@ -1,6 +1,8 @@
 //! Models of the vehicle and its sensor: the traits a user may implement, and the models that come with the crate.
 
 mod ackermann;
+mod auv;
+mod auv_pose;
 mod bearing_only;
 mod clutter;
 mod constant_velocity;
@@ -11,11 +13,16 @@ mod motion;
 mod pose;
 mod range_bearing;
 mod sensor;
+mod sonar;
+mod stereo_camera;
+mod stereo_frustum;
 #[cfg(test)]
 mod testing;
 mod unicycle;
 
 pub use ackermann::{Ackermann, AckermannControl, AckermannGeometry};
+pub use auv::{Auv, AuvControl, Reading};
+pub use auv_pose::{AuvPose, BodyFrame, rotation};
 pub use bearing_only::{BearingOnly, BirthIntensity, PolarBirths};
 pub use clutter::{Clutter, UniformClutter};
 pub use constant_velocity::ConstantVelocity;
@@ -26,6 +33,9 @@ pub use motion::{Linearised, Motion};
 pub use pose::{PlanarPose, Pose};
 pub use range_bearing::{PlanarFrame, RangeBearing};
 pub use sensor::{Expected, Inverse, Locating, Sensor};
+pub use sonar::{BearingElevation, RangeBearingElevation, RangeOnly, SonarWindow, SphericalBirths};
+pub use stereo_camera::{StereoCamera, StereoFrame, pixel_noise, projection};
+pub use stereo_frustum::{FrustumLimits, StereoFrustum};
 pub use unicycle::{Step, Unicycle, UnicycleControl};
 
 /// A parameter of a model is not one the model can work with.
@@ -48,7 +58,7 @@ impl core::fmt::Display for ModelError {
 impl core::error::Error for ModelError {}
 
 /// `Ok` where `holds`, otherwise the error that names the field.
-fn require(holds: bool, field: &'static str, range: &'static str) -> Result<(), ModelError> {
+pub(crate) fn require(holds: bool, field: &'static str, range: &'static str) -> Result<(), ModelError> {
     if holds { Ok(()) } else { Err(ModelError { field, range }) }
 }
 

@@ -1,7 +1,38 @@
-//! Checks shared by the tests of the motion models.
+//! Checks shared by the tests of the models.
 
-use crate::{Motion, PlanarPose, Pose, Symmetric};
-use nalgebra::{SMatrix, Vector3};
+use crate::{AuvPose, Dim, Locating, Motion, Packed, PlanarPose, Pose, Sensor, Symmetric};
+use nalgebra::{SMatrix, SVector, Vector3};
+
+/// H by the feature and by the pose of a sensor in space against central differences, relative to the size of either.
+pub(super) fn check_in_space<S, const Z: usize>(sensor: &S, pose: &AuvPose<f64>, feature: &Vector3<f64>, tolerance: f64)
+where
+    S: Sensor<f64, 3, Z, Pose = AuvPose<f64>> + Locating<f64, 5, 3, Z>,
+    Dim<Z>: Packed,
+{
+    const STEP: f64 = 1e-5;
+    let frame = sensor.frame(pose);
+    let seen = sensor.expect(&frame, feature).unwrap();
+    let by_pose = sensor.by_pose(&frame, feature, &seen);
+    let slope = |at: &dyn Fn(f64) -> SVector<f64, Z>| sensor.innovation(&at(STEP), &at(-STEP)) / (2.0 * STEP);
+    for k in 0..3 {
+        let difference = slope(&|step| {
+            let mut offset = Vector3::zeros();
+            offset[k] = step;
+            sensor.expect(&frame, &(feature + offset)).unwrap().measurement
+        });
+        let error = (difference - seen.jacobian.column(k)).norm();
+        assert!(error < tolerance, "by the feature, column {k}: off by {error} from {difference}");
+    }
+    for k in 0..5 {
+        let difference = slope(&|step| {
+            let mut by = SVector::<f64, 5>::zeros();
+            by[k] = step;
+            sensor.expect(&sensor.frame(&pose.displaced(&by)), feature).unwrap().measurement
+        });
+        let error = (difference - by_pose.column(k)).norm();
+        assert!(error < tolerance, "by the pose, column {k}: off by {error} from {difference}");
+    }
+}
 
 /// F and Q of a planar motion model against central differences at one pose and control.
 pub(super) fn check_linearised<M: Motion<f64, 3, Pose = PlanarPose<f64>>>(

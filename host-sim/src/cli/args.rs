@@ -372,6 +372,11 @@ impl Choice {
         Ok(Self { filter, likelihood })
     }
 
+    /// The particle likelihood, where the filter's name says so.
+    pub fn likelihood(&self) -> Option<Likelihood> {
+        self.likelihood
+    }
+
     /// The settings it works with.
     pub fn settings(&self, mut settings: Settings) -> Settings {
         settings.filter.likelihood = self.likelihood.unwrap_or(settings.filter.likelihood);

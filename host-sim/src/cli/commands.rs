@@ -6,9 +6,11 @@ use super::failure::{Failure, notice, print};
 use super::outputs::{Outputs, label};
 use super::progress::Progress;
 use super::source::{Source, read, scenario, scenario_defaults, tuned};
-use super::{figure, monte_carlo, repeat, stream};
+use super::{figure, monte_carlo, repeat, stream, underwater};
+use scphd::Health;
 use scphd_sim::log::Log;
 use scphd_sim::log_folder;
+use scphd_sim::output::json::Summary;
 use scphd_sim::output::table;
 use scphd_sim::scenario::{SCENARIOS, by_name};
 use scphd_sim::session::{self, Filter, Session, condition_name};
@@ -29,20 +31,40 @@ const MAIN_PARTICLES: usize = 32;
 pub fn execute(cli: Cli) -> Result<(), Failure> {
     match cli.command {
         None => main_job(cli.job),
+        Some(Command::Replay { dirs, run }) if dirs.iter().all(|dir| log_folder::has_camera(dir)) => {
+            underwater::run(&dirs.iter().map(|dir| underwater::read(dir)).collect::<Result<Vec<_>, _>>()?, run)
+        }
         Some(Command::Replay { dirs, run }) => {
             let logs = dirs.iter().map(|dir| read(dir).map(|log| Source::Fixed(Box::new(log))));
             runs(logs.collect::<Result<_, _>>()?, run)
         }
+        Some(Command::Run { scenario: Some(name), run, scenario_seed, list: false })
+            if underwater::is_scenario(&name) =>
+        {
+            underwater::run(&[underwater::Source::Scenario(name, scenario_seed.scenario_seed)], run)
+        }
         Some(Command::Run { scenario: Some(name), run, scenario_seed, list: false }) => {
             runs(vec![Source::scenario(name, scenario_seed.scenario_seed)?], run)
         }
-        Some(Command::MonteCarlo(args)) => monte_carlo::study(args),
+        Some(Command::MonteCarlo(args)) => match &args.sources[..] {
+            [name] if name.to_str().is_some_and(underwater::is_scenario) => underwater::study(args),
+            _ => monte_carlo::study(args),
+        },
         Some(Command::Merge(args)) => monte_carlo::merge(args),
         Some(Command::Figure(args)) => figure::figure(args),
-        Some(Command::Compare(args)) => compare::compare(args),
+        Some(Command::Compare(args)) => match args.source.to_str() {
+            Some(name) if underwater::is_scenario(name) => underwater::compare(args),
+            _ => compare::compare(args),
+        },
         Some(Command::Run { .. } | Command::Scenarios) => list_scenarios(),
         Some(Command::Export { scenario: name, dir, seed }) => export(&scenario(&name, seed)?, &dir),
         Some(Command::Stream(args)) => stream::stream(args),
+        Some(Command::Settings { source, tuning }) if source.to_str().is_some_and(underwater::is_scenario) => {
+            underwater::settings(&underwater::Source::Scenario(source.to_string_lossy().into_owned(), None), &tuning)
+        }
+        Some(Command::Settings { source, tuning }) if log_folder::has_camera(&source) => {
+            underwater::settings(&underwater::read(&source)?, &tuning)
+        }
         Some(Command::Settings { source, tuning }) => {
             let defaults = match source.to_str().and_then(|name| Some((name, by_name(name, 0)?))) {
                 Some((name, log)) => scenario_defaults(name, &log),
@@ -56,8 +78,9 @@ pub fn execute(cli: Cli) -> Result<(), Failure> {
 }
 
 fn list_scenarios() -> Result<(), Failure> {
-    let width = SCENARIOS.iter().map(|(name, _)| name.len()).max().unwrap_or(0);
-    let lines: Vec<String> = SCENARIOS.iter().map(|(name, about)| format!("{name:width$}  {about}")).collect();
+    let all = || SCENARIOS.iter().chain(scphd_sim::underwater::SCENARIOS);
+    let width = all().map(|(name, _)| name.len()).max().unwrap_or(0);
+    let lines: Vec<String> = all().map(|(name, about)| format!("{name:width$}  {about}")).collect();
     print(&lines.join("\n"))
 }
 
@@ -116,16 +139,20 @@ fn report(sessions: &[Session]) -> Result<(), Failure> {
     let summaries: Vec<_> = sessions.iter().map(|session| session.summary.clone()).collect();
     print(&table::render(&summaries))?;
     for session in sessions.iter().filter(|session| session.summary.digest.is_some()) {
-        let scans = session.summary.scans;
-        let conditions: Vec<String> = session
-            .health
-            .iter()
-            .map(|&(condition, count)| format!("{} in {count} of {scans} scans", condition_name(condition)))
-            .collect();
-        let text = if conditions.is_empty() { "good in all scans".into() } else { conditions.join(", ") };
-        print(&format!("health, {}: {text}", label(session)))?;
+        report_health(&session.summary, &session.health)?;
     }
     Ok(())
+}
+
+/// What the fixed-capacity filter reported.
+pub fn report_health(summary: &Summary, health: &[(Health, usize)]) -> Result<(), Failure> {
+    let scans = summary.scans;
+    let conditions: Vec<String> = health
+        .iter()
+        .map(|&(condition, count)| format!("{} in {count} of {scans} scans", condition_name(condition)))
+        .collect();
+    let text = if conditions.is_empty() { "good in all scans".into() } else { conditions.join(", ") };
+    print(&format!("health, {}: {text}", label(summary)))
 }
 
 /// Writes the folder beside its place and moves it there when it is complete.

@@ -13,8 +13,8 @@ use scphd_sim::settings::Settings;
 use scphd_sim::slam::Precision;
 
 /// Particles and samples unless told otherwise: the reference takes every step again, at its own pace.
-const PARTICLES: usize = 32;
-const SAMPLES: usize = 2;
+pub const PARTICLES: usize = 32;
+pub const SAMPLES: usize = 2;
 
 /// Compares in every precision asked for, prints the differences and writes them where asked to.
 pub fn compare(args: CompareArgs) -> Result<(), Failure> {
@@ -67,6 +67,6 @@ fn lockstep(log: &Log, settings: &Settings, precision: Precision, seed: u64) -> 
         .map_err(|refusal| Failure::input(format_args!("the filter refuses: {refusal}")))
 }
 
-fn name(precision: Precision) -> &'static str {
+pub fn name(precision: Precision) -> &'static str {
     Filter::Core(precision).precision()
 }

@@ -6,6 +6,7 @@ use super::monte_carlo::{Extent, Inputs, plan, run};
 use super::outputs::{Outputs, make};
 use super::progress::Progress;
 use super::source::{Source, scenario, tuned};
+use super::underwater;
 use scphd_sim::figure::densities::{self, Moment};
 use scphd_sim::figure::{self, FIGURES};
 use scphd_sim::log::Log;
@@ -27,7 +28,7 @@ pub fn figure(args: FigureArgs) -> Result<(), Failure> {
     };
     let outputs = Outputs { json: None, out: Some(args.out.clone()) };
     outputs.check()?;
-    let figures = match &number[..] {
+    let figures: Vec<(&str, Figure)> = match &number[..] {
         "3.1" => {
             let [homogeneous, inhomogeneous] = point_process::figures::figure_3_1(args.seed).map_err(internal)?;
             vec![("3.1a", homogeneous), ("3.1b", inhomogeneous)]
@@ -70,6 +71,7 @@ pub fn figure(args: FigureArgs) -> Result<(), Failure> {
                 .ok_or_else(|| Failure::Internal("the scenario ends before the update".into()))?;
             vec![("5.9", densities::figure(&log, &UPDATE, &weighed))]
         }
+        "7.5" | "7.6" | "7.7" => underwater::figure(&number, &args)?,
         _ => {
             let known: Vec<&str> = FIGURES.iter().map(|(number, _)| *number).collect();
             return Err(Failure::input(format_args!("no figure {number}, there are: {}", known.join(", "))));

@@ -174,7 +174,7 @@ pub fn study(args: MonteCarloArgs) -> Result<(), Failure> {
 }
 
 /// Runs of a study of a scenario unless told otherwise.
-const DEFAULT_RUNS: usize = 100;
+pub const DEFAULT_RUNS: usize = 100;
 
 /// Puts the parts of a study together.
 pub fn merge(args: MergeArgs) -> Result<(), Failure> {
@@ -192,7 +192,7 @@ fn part(file: &Path) -> Result<Study, Failure> {
 }
 
 /// Files, then the table.
-fn report(study: &Study, outputs: &Outputs) -> Result<(), Failure> {
+pub fn report(study: &Study, outputs: &Outputs) -> Result<(), Failure> {
     if let Some(out) = &outputs.out {
         make(out)?;
         studies::write_tables(out, study)?;

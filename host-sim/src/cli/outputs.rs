@@ -2,6 +2,7 @@
 
 use super::failure::{Failure, notice};
 use scphd_sim::log::Log;
+use scphd_sim::output::json::Summary;
 use scphd_sim::output::{csv, json};
 use scphd_sim::plot;
 use scphd_sim::session::Session;
@@ -47,7 +48,7 @@ impl Outputs {
         if let Some(out) = &self.out {
             make(out)?;
             csv::write_record(out, &session.record)?;
-            plot::write_plots(out, log, &[(&label(session), &session.record)])?;
+            plot::write_plots(out, log, &[(&label(&session.summary), &session.record)])?;
             notice(format_args!("tables and plots are in {}", out.display()));
         }
         if let Some(path) = &self.json {
@@ -64,7 +65,7 @@ impl Outputs {
                 make(&folder)?;
                 csv::write_record(&folder, &session.record)?;
             }
-            let labels: Vec<String> = sessions.iter().map(label).collect();
+            let labels: Vec<String> = sessions.iter().map(|session| label(&session.summary)).collect();
             let runs: Vec<_> = labels.iter().zip(sessions).map(|(label, run)| (label.as_str(), &run.record)).collect();
             plot::write_plots(out, log, &runs)?;
             notice(format_args!("tables and plots are in {}", out.display()));
@@ -78,8 +79,8 @@ impl Outputs {
 }
 
 /// The run in a legend: filter and precision.
-pub fn label(session: &Session) -> String {
-    format!("{} {}", session.summary.filter, session.summary.precision)
+pub fn label(summary: &Summary) -> String {
+    format!("{} {}", summary.filter, summary.precision)
 }
 
 /// Makes the folder where it is missing.

@@ -55,7 +55,7 @@ pub fn repeat(sources: &[Source], args: RunArgs) -> Result<(), Failure> {
 }
 
 /// What `work` makes of every item, in their order, by `jobs` threads; of several failures that of the first item.
-fn in_parallel<I: Sync, T: Send>(
+pub(super) fn in_parallel<I: Sync, T: Send>(
     items: &[I],
     jobs: usize,
     work: impl Fn(&I) -> Result<T, Failure> + Sync,

@@ -25,9 +25,9 @@ pub(super) fn control_columns(vehicle: &Vehicle) -> [&'static str; 2] {
 }
 
 /// A section of the file; errors carry its name.
-struct Section<'a> {
-    name: &'static str,
-    table: &'a Table,
+pub(super) struct Section<'a> {
+    pub(super) name: &'static str,
+    pub(super) table: &'a Table,
 }
 
 impl Head {
@@ -116,7 +116,7 @@ fn vehicle(section: &Section) -> Result<Vehicle, LogError> {
 }
 
 /// A parser's error as one line.
-fn syntax(text: &str, error: &toml::de::Error) -> LogError {
+pub(super) fn syntax(text: &str, error: &toml::de::Error) -> LogError {
     let what = Problem::Syntax(error.message().split_whitespace().collect::<Vec<_>>().join(" "));
     match error.span().and_then(|span| text.get(..span.start)) {
         Some(before) => Place::Row("log.toml", 1 + before.matches('\n').count() as u64).error(what),
@@ -125,42 +125,53 @@ fn syntax(text: &str, error: &toml::de::Error) -> LogError {
 }
 
 impl<'a> Section<'a> {
-    fn key(&self, key: &str) -> Place {
+    pub(super) fn key(&self, key: &str) -> Place {
         Place::Key(if self.name.is_empty() { key.to_owned() } else { format!("{}.{key}", self.name) })
     }
 
-    fn get(&self, key: &str) -> Result<&'a Value, LogError> {
+    pub(super) fn get(&self, key: &str) -> Result<&'a Value, LogError> {
         self.table.get(key).ok_or_else(|| self.key(key).error(Problem::Missing))
     }
 
-    fn ill_typed(&self, key: &str, value: &Value, expected: &'static str) -> LogError {
+    pub(super) fn ill_typed(&self, key: &str, value: &Value, expected: &'static str) -> LogError {
         self.key(key).error(Problem::Type { found: value.to_string(), expected })
     }
 
-    fn section(&self, name: &'static str) -> Result<Section<'a>, LogError> {
+    pub(super) fn section(&self, name: &'static str) -> Result<Section<'a>, LogError> {
         let value = self.get(name)?;
         let table = value.as_table().ok_or_else(|| self.ill_typed(name, value, "a section"))?;
         Ok(Section { name, table })
     }
 
-    fn string(&self, key: &str) -> Result<&'a str, LogError> {
+    pub(super) fn string(&self, key: &str) -> Result<&'a str, LogError> {
         let value = self.get(key)?;
         value.as_str().ok_or_else(|| self.ill_typed(key, value, "a string"))
     }
 
-    fn number(&self, key: &str) -> Result<f64, LogError> {
+    pub(super) fn number(&self, key: &str) -> Result<f64, LogError> {
         let value = self.get(key)?;
         finite(value).ok_or_else(|| self.ill_typed(key, value, "a finite number"))
     }
 
-    fn pose(&self, key: &str) -> Result<[f64; 3], LogError> {
+    /// A list of so many finite numbers.
+    pub(super) fn numbers<const N: usize>(&self, key: &str, expected: &'static str) -> Result<[f64; N], LogError> {
         let value = self.get(key)?;
         let numbers = value.as_array().and_then(|list| list.iter().map(finite).collect::<Option<Vec<_>>>());
-        let pose = numbers.and_then(|list| <[f64; 3]>::try_from(list).ok());
-        pose.ok_or_else(|| self.ill_typed(key, value, "three finite numbers"))
+        let numbers = numbers.and_then(|list| <[f64; N]>::try_from(list).ok());
+        numbers.ok_or_else(|| self.ill_typed(key, value, expected))
     }
 
-    fn check(&self, key: &str, found: f64, expected: &'static str, good: impl Fn(f64) -> bool) -> Result<(), LogError> {
+    fn pose(&self, key: &str) -> Result<[f64; 3], LogError> {
+        self.numbers(key, "three finite numbers")
+    }
+
+    pub(super) fn check(
+        &self,
+        key: &str,
+        found: f64,
+        expected: &'static str,
+        good: impl Fn(f64) -> bool,
+    ) -> Result<(), LogError> {
         if good(found) { Ok(()) } else { Err(self.key(key).error(Problem::Limits { found, expected })) }
     }
 
@@ -181,7 +192,7 @@ impl<'a> Section<'a> {
 }
 
 /// A finite number; whole ones may be written without a point.
-fn finite(value: &Value) -> Option<f64> {
+pub(super) fn finite(value: &Value) -> Option<f64> {
     let number = match value {
         Value::Float(number) => *number,
         Value::Integer(number) => *number as f64,

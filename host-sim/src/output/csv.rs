@@ -198,7 +198,7 @@ pub fn write_record(dir: &Path, record: &Record) -> Result<[PathBuf; 3], OutputE
 }
 
 /// Writes a header and rows to `path`, all or nothing.
-pub(super) fn write_rows<R: Serialize>(
+pub(crate) fn write_rows<R: Serialize>(
     path: &Path,
     header: &[&str],
     rows: impl Iterator<Item = R>,

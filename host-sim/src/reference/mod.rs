@@ -76,6 +76,7 @@ mod reduce;
 mod resample;
 mod sensor;
 mod sight;
+pub mod space;
 mod state;
 mod update;
 

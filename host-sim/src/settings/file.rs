@@ -1,7 +1,9 @@
 //! Settings in a TOML file: the sections and fields of [`Settings`], any of which may be left out.
 
 use super::Settings;
-use super::limits::{LIMITS, OutOfRange};
+use super::limits::{FILTER, LIMITS, Limit, OutOfRange};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -46,9 +48,7 @@ impl Settings {
     /// # Errors
     /// The file cannot be read, has an unknown key, or a value that is not of its field's type or range.
     pub fn with_file(&self, path: &Path) -> Result<Self, FileError> {
-        let error = |problem| FileError { path: path.into(), problem };
-        let text = fs::read_to_string(path).map_err(|source| error(FileProblem::Unreadable(source)))?;
-        self.with_toml(&text).map_err(error)
+        read(path, |text| self.with_toml(text))
     }
 
     /// These settings with the fields in `text` put over them.
@@ -56,17 +56,9 @@ impl Settings {
     /// # Errors
     /// As for a file.
     pub fn with_toml(&self, text: &str) -> Result<Self, FileProblem> {
-        let over: Table = text.parse().map_err(|error| syntax(text, &error))?;
-        // Before serde sees them: it would call a negative count ill-typed and not say what it may be.
-        for limit in LIMITS {
-            if let Some(found) = lookup(&over, limit.field).and_then(number) {
-                limit.check(found)?;
-            }
-        }
-        let field = |error: &dyn std::fmt::Display| FileProblem::Field(one_line(error));
-        let mut table = Table::try_from(self).map_err(|error| field(&error))?;
-        lay_over(&mut table, over);
-        let settings: Self = table.try_into().map_err(|error| field(&error))?;
+        let over = parsed(text)?;
+        check(&over, LIMITS)?;
+        let settings: Self = laid_over(self, over)?;
         settings.check()?;
         Ok(settings)
     }
@@ -78,6 +70,38 @@ impl Settings {
     pub fn to_toml(&self) -> Result<String, toml::ser::Error> {
         toml::to_string(self)
     }
+}
+
+/// Settings from the text of the file at `path`.
+pub(crate) fn read<S>(path: &Path, with: impl FnOnce(&str) -> Result<S, FileProblem>) -> Result<S, FileError> {
+    let error = |problem| FileError { path: path.into(), problem };
+    let text = fs::read_to_string(path).map_err(|source| error(FileProblem::Unreadable(source)))?;
+    with(&text).map_err(error)
+}
+
+/// The fields in `text`; the numbers of the recursion are in range.
+pub(crate) fn parsed(text: &str) -> Result<Table, FileProblem> {
+    let over: Table = text.parse().map_err(|error| syntax(text, &error))?;
+    check(&over, FILTER)?;
+    Ok(over)
+}
+
+/// Before serde sees them: it would call a negative count ill-typed and not say what it may be.
+fn check<S>(over: &Table, limits: &[Limit<S>]) -> Result<(), OutOfRange> {
+    for limit in limits {
+        if let Some(found) = lookup(over, limit.field).and_then(number) {
+            limit.check(found)?;
+        }
+    }
+    Ok(())
+}
+
+/// `base` with `over` put over it.
+pub(crate) fn laid_over<S: Serialize + DeserializeOwned>(base: &S, over: Table) -> Result<S, FileProblem> {
+    let field = |error: &dyn std::fmt::Display| FileProblem::Field(one_line(error));
+    let mut table = Table::try_from(base).map_err(|error| field(&error))?;
+    lay_over(&mut table, over);
+    table.try_into().map_err(|error| field(&error))
 }
 
 /// Puts every value of `over` into `table`, section by section.

@@ -1,6 +1,6 @@
 //! What every field of the settings may be.
 
-use super::Settings;
+use super::{FilterSettings, Settings};
 
 /// A field is out of its range.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -15,22 +15,34 @@ pub struct OutOfRange {
 }
 
 /// The range of one field.
-pub(super) struct Limit {
+pub(super) struct Limit<S> {
     pub(super) field: &'static str,
-    value: fn(&Settings) -> f64,
+    value: fn(&S) -> f64,
     range: &'static str,
     /// False for NaN.
     holds: fn(f64) -> bool,
 }
 
-impl Limit {
+impl<S> Limit<S> {
     pub(super) fn check(&self, found: f64) -> Result<(), OutOfRange> {
         if (self.holds)(found) { Ok(()) } else { Err(OutOfRange { field: self.field, found, range: self.range }) }
+    }
+
+    fn check_in(&self, settings: &S) -> Result<(), OutOfRange> {
+        self.check((self.value)(settings))
     }
 }
 
 /// A field's path in [`Settings`] as its name, its range in words and in code.
 macro_rules! limit {
+    (filter . $field:ident, $range:literal, $holds:expr) => {
+        Limit {
+            field: concat!("filter.", stringify!($field)),
+            value: |filter: &FilterSettings| filter.$field as f64,
+            range: $range,
+            holds: $holds,
+        }
+    };
     ($section:ident . $field:ident, $range:literal, $holds:expr) => {
         Limit {
             field: concat!(stringify!($section), ".", stringify!($field)),
@@ -41,12 +53,11 @@ macro_rules! limit {
     };
 }
 
-/// Every field. Standard deviations of the sensor have a least value because their squares must not vanish in
-/// single precision; nobody detects with certainty, for that would leave features of weight zero.
-pub(super) const LIMITS: &[Limit] = &[
+/// Every number of the recursion.
+pub(super) const FILTER: &[Limit<FilterSettings>] = &[
     limit!(filter.particles, "1 to 65536", |x| (1.0..=65536.0).contains(&x)),
     limit!(filter.samples, "1 to 1024", |x| (1.0..=1024.0).contains(&x)),
-    limit!(filter.birth_intensity, "0 to 1e6 per m rad", |x| (0.0..=1e6).contains(&x)),
+    limit!(filter.birth_intensity, "0 to 1e6", |x| (0.0..=1e6).contains(&x)),
     limit!(filter.resample_threshold, "0 to 1", |x| (0.0..=1.0).contains(&x)),
     limit!(filter.unconfirmed_weight, "0 to 1", |x| (0.0..=1.0).contains(&x)),
     limit!(filter.prune_weight, "1e-6 or more and less than 1", |x| (1e-6..1.0).contains(&x)),
@@ -57,6 +68,11 @@ pub(super) const LIMITS: &[Limit] = &[
     limit!(filter.proposal_drawn, "0 to 1", |x| (0.0..=1.0).contains(&x)),
     limit!(filter.proposal_least_share, "1e-6 or more and less than 1", |x| (1e-6..1.0).contains(&x)),
     limit!(filter.merge_cost, "0 to 1000", |x| (0.0..=1e3).contains(&x)),
+];
+
+/// Every other field. Standard deviations of the sensor have a least value because their squares must not vanish in
+/// single precision; nobody detects with certainty, for that would leave features of weight zero.
+pub(super) const LIMITS: &[Limit<Settings>] = &[
     limit!(moving.birth_intensity, "0 to 1e6 per m rad", |x| (0.0..=1e6).contains(&x)),
     limit!(moving.velocity_sigma_mps, "1e-3 to 1000 m/s", |x| (1e-3..=1e3).contains(&x)),
     limit!(moving.acceleration_psd, "1e-6 to 1e6 m2/s3", |x| (1e-6..=1e6).contains(&x)),
@@ -81,15 +97,24 @@ pub(super) const LIMITS: &[Limit] = &[
     limit!(sensor.clutter_per_scan, "0 to 1e6", |x| (0.0..=1e6).contains(&x)),
 ];
 
+impl FilterSettings {
+    /// The first field that is out of range, if any.
+    ///
+    /// # Errors
+    /// Names the field and its range. NaN is out of every range.
+    pub fn check(&self) -> Result<(), OutOfRange> {
+        FILTER.iter().try_for_each(|limit| limit.check_in(self))
+    }
+}
+
 impl Settings {
     /// The first field that is out of range, if any.
     ///
     /// # Errors
     /// Names the field and its range. NaN is out of every range.
     pub fn check(&self) -> Result<(), OutOfRange> {
-        for limit in LIMITS {
-            limit.check((limit.value)(self))?;
-        }
+        self.filter.check()?;
+        LIMITS.iter().try_for_each(|limit| limit.check_in(self))?;
         let sensor = &self.sensor;
         let above = |field, found, range, least| {
             if found > least { Ok(()) } else { Err(OutOfRange { field, found, range }) }
@@ -119,11 +144,14 @@ mod tests {
             let numbers = keys.as_table().unwrap().iter().filter(|(_, value)| !value.is_str());
             fields.extend(numbers.map(|(key, _)| format!("{section}.{key}")));
         }
-        let mut limited: Vec<_> = LIMITS.iter().map(|limit| limit.field.to_owned()).collect();
+        let fields_of_filter = FILTER.iter().map(|limit| limit.field);
+        let mut limited: Vec<_> =
+            fields_of_filter.chain(LIMITS.iter().map(|limit| limit.field)).map(str::to_owned).collect();
         fields.sort();
         limited.sort();
         assert_eq!(fields, limited);
-        assert!(LIMITS.iter().all(|limit| !(limit.holds)(f64::NAN) && !(limit.holds)(f64::INFINITY)));
+        let holds = FILTER.iter().map(|limit| limit.holds).chain(LIMITS.iter().map(|limit| limit.holds));
+        assert!(holds.into_iter().all(|holds| !holds(f64::NAN) && !holds(f64::INFINITY)));
     }
 
     #[test]

@@ -2,7 +2,7 @@
 //! line.
 
 mod defaults;
-mod file;
+pub(crate) mod file;
 mod limits;
 
 pub use file::{FileError, FileProblem};

@@ -1,15 +1,15 @@
 //! The fixed-capacity filter over a planar log.
 
-use super::{PoseAndCovariance, Refusal, ScanOutcome, Slam, Snapshot, Transparent};
+use super::{PoseAndCovariance, Refusal, ScanOutcome, Slam, Snapshot, Transparent, config_of};
 use crate::log::Vehicle;
 use crate::record::{MapFeature, MovingFeature};
 use crate::reference::{self, Candidate, Draws};
-use crate::settings::{self, SensorSettings, Settings};
+use crate::settings::{SensorSettings, Settings};
 use crate::threads::Threads;
 use scphd::{
-    Ackermann, AckermannControl, AckermannGeometry, Component, Config, ConstantVelocity, ControlNoise, Dim, Extraction,
-    Informed, Likelihood, MapMemory, Models, Motion, MovingConfig, Noise, Packed, PlanarPose, Proposal, RangeBearing,
-    RangeBearingWindow, Real, Reduction, ScPhd, State, Step, Unicycle, UnicycleControl, UniformClutter,
+    Ackermann, AckermannControl, AckermannGeometry, Component, Config, ConstantVelocity, ControlNoise, Dim, MapMemory,
+    Models, Motion, MovingConfig, Noise, Packed, PlanarPose, RangeBearing, RangeBearingWindow, Real, ScPhd, State,
+    Step, Unicycle, UnicycleControl, UniformClutter,
 };
 
 /// Scalar of the fixed-capacity filter.
@@ -215,7 +215,7 @@ impl<
                 heaviest: filter.heaviest(),
                 ln_likelihoods: filter.ln_likelihoods().iter().map(|ln_l| ln_l.to_f64()).collect(),
                 survivors: filter.survivors().iter().map(|&survivor| usize::from(survivor)).collect(),
-                draws: Box::new(Ahead::<T> { noise, scalar: core::marker::PhantomData }),
+                draws: Box::new(Ahead::<T>::of(noise)),
             })
         })?
     }
@@ -242,9 +242,16 @@ where
 }
 
 /// A copy of a filter's random stream that runs ahead of it.
-struct Ahead<T> {
+pub(crate) struct Ahead<T> {
     noise: Noise,
     scalar: core::marker::PhantomData<T>,
+}
+
+impl<T> Ahead<T> {
+    /// From where the filter's stream is.
+    pub(crate) fn of(noise: Noise) -> Self {
+        Self { noise, scalar: core::marker::PhantomData }
+    }
 }
 
 impl<T: Real> Draws for Ahead<T> {
@@ -323,35 +330,6 @@ fn with_motion<T: Real, M: PlanarMotion<T> + 'static>(
     };
     let filter = &settings.filter;
     let config = Config {
-        particles: filter.particles,
-        samples: filter.samples,
-        birth_intensity: T::from_f64(filter.birth_intensity),
-        resample_threshold: T::from_f64(filter.resample_threshold),
-        unconfirmed_weight: T::from_f64(filter.unconfirmed_weight),
-        prune_weight: T::from_f64(filter.prune_weight),
-        proposal: match filter.proposal {
-            settings::Proposal::Blind => Proposal::Blind,
-            settings::Proposal::Informed => Proposal::Informed(Informed {
-                rounds: filter.proposal_rounds,
-                drawn: T::from_f64(filter.proposal_drawn),
-                least_share: T::from_f64(filter.proposal_least_share),
-            }),
-        },
-        likelihood: match filter.likelihood {
-            settings::Likelihood::SingleCluster => Likelihood::SingleCluster,
-            settings::Likelihood::RbEmpty => Likelihood::EmptyMap,
-            settings::Likelihood::RbSingle => Likelihood::SingleFeature,
-        },
-        reduction: match filter.reduction {
-            settings::Reduction::Greedy => Reduction::Greedy { merge_distance: T::from_f64(filter.merge_distance) },
-            settings::Reduction::Runnalls => Reduction::Runnalls { merge_cost: T::from_f64(filter.merge_cost) },
-        },
-        max_components: filter.max_components,
-        extraction: match filter.extraction {
-            settings::Extraction::Heaviest => Extraction::Heaviest,
-            settings::Extraction::Peaks => Extraction::Peaks,
-        },
-        extraction_weight: T::from_f64(filter.extraction_weight),
         moving: MovingConfig {
             birth_intensity: T::from_f64(settings.moving.birth_intensity),
             velocity_sigma_mps: T::from_f64(settings.moving.velocity_sigma_mps),
@@ -362,7 +340,7 @@ fn with_motion<T: Real, M: PlanarMotion<T> + 'static>(
             spread_max_m: T::from_f64(settings.moving.spread_max_m),
             extraction_weight: T::from_f64(settings.moving.extraction_weight),
         },
-        ..Config::default()
+        ..config_of(filter)
     };
     let candidates = filter.particles.saturating_mul(filter.samples);
     Ok(match (filter.particles, candidates) {

@@ -1,9 +1,12 @@
 //! A SLAM filter as the simulator sees it, whichever it is: the fixed-capacity filter in either precision, or the
 //! reference.
 
+mod config;
 mod core_filter;
 mod reference_filter;
 
+pub(crate) use config::config_of;
+pub(crate) use core_filter::Ahead;
 pub use core_filter::{Precision, core_filter};
 pub use reference_filter::{ReferenceFilter, reference_of};
 

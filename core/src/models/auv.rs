@@ -1,0 +1,305 @@
+//! An underwater vehicle with a velocity log, a pressure sensor and an inertial unit (section 7.2.2).
+
+use super::{AuvPose, Linearised, ModelError, Motion, require, rotation};
+use crate::{Noise, Real, Symmetric, wrap};
+use nalgebra::{Matrix3, SMatrix, Vector3};
+
+/// A number that an instrument reads, with its uncertainty.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Reading<T> {
+    /// What it reads.
+    pub value: T,
+    /// Standard deviation of its error, above zero.
+    pub sigma: T,
+}
+
+/// What moves the vehicle from one step to the next.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AuvControl<T: Real> {
+    /// Velocity along the vehicle's own axes, m/s, as the [`VelocityFilter`](crate::VelocityFilter) has it.
+    pub velocity_mps: Vector3<T>,
+    /// Its covariance, m²/s².
+    pub velocity_covariance: Symmetric<T, 3>,
+    /// Roll φ at the end of the step, rad: trusted.
+    pub roll_rad: T,
+    /// Pitch ψ at the end of the step, rad: trusted.
+    pub pitch_rad: T,
+    /// Mean yaw rate during the step, rad/s, if there is a gyroscope.
+    pub yaw_rate_radps: Option<Reading<T>>,
+    /// z at the end of the step, m, if there is a pressure sensor: minus the depth below the map's origin.
+    pub z_m: Option<Reading<T>>,
+}
+
+/// The motion of (7.1): the vehicle keeps the velocity it is told, and turns with a yaw rate that a random angular
+/// acceleration n_θ changes.
+///
+/// Where the inertial unit reads a yaw rate, n_θ is drawn given the reading, and the yaw advances with the new rate, which is
+/// that of the whole step: θ + (θ̇ + n_θ Δt) Δt. Where a pressure sensor reads the depth, so is the error
+/// of the velocity. Without either reading this is (7.1) to the letter. Readings are part of the control: particles are spread
+/// by what the readings leave open, and are not weighed by them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Auv<T> {
+    /// Standard deviation of n_θ, constant during a step, rad/s².
+    yaw_acceleration_sigma_radps2: T,
+    /// How long an error of the velocity lasts, s; see [`Auv::new`].
+    interval_s: T,
+}
+
+/// One step: the mean, what it is by the start, and the covariance of what is left open.
+struct StepOf<T: Real> {
+    pose: AuvPose<T>,
+    /// Share of z's deviation from the reading that each coordinate of the position takes back.
+    gain: Vector3<T>,
+    /// Covariance of the position, m².
+    spread: Symmetric<T, 3>,
+    /// Gain of the yaw rate's reading.
+    rate_gain: T,
+    /// Share of n_θ Δt² that the yaw gains: ½ of an even change of the rate (7.1), 1 of a rate read for the whole step.
+    yaw_share: T,
+    /// Variance of n_θ given the reading.
+    acceleration_variance: T,
+    /// ∂position/∂yaw.
+    by_yaw: Vector3<T>,
+}
+
+impl<T: Real> Auv<T> {
+    /// A vehicle whose angular acceleration about the vertical has this standard deviation, rad/s², one draw a step.
+    ///
+    /// Errors of a filtered velocity last: for twice the velocity filter's own time constant they are as good as the
+    /// same. A step shorter than `interval_s` draws with a standard deviation raised by √(interval/dt), which spreads the
+    /// positions as far as an error held over the interval would, whatever the rate. Zero: one independent draw a step.
+    ///
+    /// # Errors
+    /// Both must be finite, the first positive, the second not negative.
+    pub fn new(yaw_acceleration_sigma_radps2: T, interval_s: T) -> Result<Self, ModelError> {
+        let (zero, sigma) = (T::ZERO, yaw_acceleration_sigma_radps2);
+        require(sigma > zero && sigma.is_finite(), "yaw_acceleration_sigma_radps2", "finite and positive")?;
+        require(interval_s >= zero && interval_s.is_finite(), "interval_s", "finite and not negative")?;
+        Ok(Self { yaw_acceleration_sigma_radps2, interval_s })
+    }
+
+    fn step(&self, pose: &AuvPose<T>, control: &AuvControl<T>, dt: T) -> StepOf<T> {
+        // The vehicle turned from the last attitude to this one; the velocity is in that of the start (7.1).
+        let turned: Matrix3<T> = rotation(pose.roll_rad, pose.pitch_rad, pose.yaw_rad);
+        let moved = turned * (control.velocity_mps * dt);
+
+        let raise = if self.interval_s > dt && dt > T::ZERO { self.interval_s / dt } else { T::ONE };
+        let mut spread = control.velocity_covariance.congruence(&turned).scaled(dt * dt * raise);
+        let mut position = pose.position() + moved;
+        let mut gain = Vector3::zeros();
+        if let Some(reading) = control.z_m {
+            let innovation_variance = spread.get(2, 2) + reading.sigma * reading.sigma;
+            if innovation_variance > T::ZERO {
+                gain = Vector3::from_fn(|row, _| spread.get(row, 2) / innovation_variance);
+                position += gain * (reading.value - position.z);
+                let open = spread;
+                spread = Symmetric::from_fn(|row, column| {
+                    let taken = gain.get(row).map_or(T::ZERO, |&share| share * open.get(2, column));
+                    open.get(row, column) - taken
+                });
+            }
+        }
+
+        let acceleration_variance = self.yaw_acceleration_sigma_radps2 * self.yaw_acceleration_sigma_radps2;
+        let (rate_gain, acceleration, yaw_share) = match control.yaw_rate_radps {
+            Some(reading) if dt > T::ZERO => {
+                let change_variance = acceleration_variance * dt * dt;
+                let gain = change_variance / (change_variance + reading.sigma * reading.sigma);
+                (gain, gain * (reading.value - pose.yaw_rate_radps) / dt, T::ONE)
+            }
+            _ => (T::ZERO, T::ZERO, T::from_f64(0.5)),
+        };
+        // To turn the start is to turn all of the way, what the reading of z adds to it included.
+        let [[dx, dy, _]] = (position - pose.position()).data.0;
+        StepOf {
+            pose: AuvPose {
+                x_m: position.x,
+                y_m: position.y,
+                z_m: position.z,
+                yaw_rad: wrap(pose.yaw_rad + (pose.yaw_rate_radps + yaw_share * acceleration * dt) * dt),
+                yaw_rate_radps: pose.yaw_rate_radps + acceleration * dt,
+                roll_rad: control.roll_rad,
+                pitch_rad: control.pitch_rad,
+            },
+            gain,
+            spread,
+            rate_gain,
+            yaw_share,
+            acceleration_variance: acceleration_variance * (T::ONE - rate_gain),
+            by_yaw: Vector3::new(-dy, dx, T::ZERO),
+        }
+    }
+}
+
+impl<T: Real> Motion<T, 5> for Auv<T> {
+    type Pose = AuvPose<T>;
+    type Control = AuvControl<T>;
+
+    fn admits(&self, control: &Self::Control) -> bool {
+        let usable = |reading: Option<Reading<T>>| {
+            reading.is_none_or(|r| r.value.is_finite() && r.sigma > T::ZERO && r.sigma.is_finite())
+        };
+        control.velocity_mps.iter().all(|v| v.is_finite())
+            && control.velocity_covariance.is_finite()
+            && (0..3).all(|k| control.velocity_covariance.get(k, k) >= T::ZERO)
+            && control.roll_rad.is_finite()
+            && control.pitch_rad.is_finite()
+            && usable(control.yaw_rate_radps)
+            && usable(control.z_m)
+    }
+
+    fn propagate(&self, pose: &Self::Pose, control: &Self::Control, dt: T) -> Self::Pose {
+        self.step(pose, control, dt).pose
+    }
+
+    /// Four numbers are drawn: three for the position, then one for n_θ.
+    fn sample(&self, pose: &Self::Pose, control: &Self::Control, dt: T, noise: &mut Noise) -> Self::Pose {
+        let step = self.step(pose, control, dt);
+        let drawn = Vector3::from_fn(|_, _| noise.normal());
+        let offset = step.spread.root() * drawn;
+        let acceleration = step.acceleration_variance.sqrt() * noise.normal();
+        let mean = step.pose;
+        AuvPose {
+            x_m: mean.x_m + offset.x,
+            y_m: mean.y_m + offset.y,
+            z_m: mean.z_m + offset.z,
+            yaw_rad: wrap(mean.yaw_rad + step.yaw_share * acceleration * dt * dt),
+            yaw_rate_radps: mean.yaw_rate_radps + acceleration * dt,
+            ..mean
+        }
+    }
+
+    fn linearise(&self, pose: &Self::Pose, control: &Self::Control, dt: T) -> Linearised<T, 5> {
+        let step = self.step(pose, control, dt);
+        let one = T::ONE;
+        let (yaw_by_rate, rate_by_rate) = ((one - step.yaw_share * step.rate_gain) * dt, one - step.rate_gain);
+        let transition = SMatrix::<T, 5, 5>::from_fn(|row, column| match (row, column) {
+            (0..3, 2) => {
+                let identity = if row == 2 { one } else { T::ZERO };
+                identity - step.gain.get(row).copied().unwrap_or(T::ZERO)
+            }
+            (0..3, 3) => step.by_yaw.get(row).copied().unwrap_or(T::ZERO),
+            (3, 4) => yaw_by_rate,
+            (4, 4) => rate_by_rate,
+            (row, column) if row == column => one,
+            _ => T::ZERO,
+        });
+        let (to_yaw, to_rate) = (step.yaw_share * dt * dt, dt);
+        let noise = Symmetric::from_fn(|row, column| match (row, column) {
+            (0..3, 0..3) => step.spread.get(row, column),
+            (3, 3) => to_yaw * to_yaw * step.acceleration_variance,
+            (4, 3) => to_rate * to_yaw * step.acceleration_variance,
+            (4, 4) => to_rate * to_rate * step.acceleration_variance,
+            _ => T::ZERO,
+        });
+        Linearised { transition, noise }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Auv, AuvControl, AuvPose, Reading};
+    use crate::{Motion, Noise, Pose, Symmetric};
+    use nalgebra::{SMatrix, SVector, Vector3};
+
+    const POSE: AuvPose<f64> =
+        AuvPose { x_m: 1.0, y_m: -2.0, z_m: -3.0, yaw_rad: 3.0, yaw_rate_radps: 0.4, roll_rad: 0.2, pitch_rad: -0.3 };
+
+    fn control(aided: bool) -> AuvControl<f64> {
+        AuvControl {
+            velocity_mps: Vector3::new(0.5, -0.1, 0.05),
+            velocity_covariance: Symmetric::from_fn(|row, column| if row == column { 0.01 } else { 0.002 }),
+            roll_rad: 0.1,
+            pitch_rad: 0.0,
+            yaw_rate_radps: aided.then_some(Reading { value: 0.3, sigma: 0.05 }),
+            z_m: aided.then_some(Reading { value: -3.02, sigma: 0.02 }),
+        }
+    }
+
+    #[test]
+    fn a_vehicle_left_alone_moves_as_printed() {
+        let auv = Auv::new(0.5, 0.0).unwrap();
+        let control = AuvControl { roll_rad: 0.0, pitch_rad: 0.0, ..control(false) };
+        let start = AuvPose { roll_rad: 0.0, pitch_rad: 0.0, ..POSE };
+        let moved = auv.propagate(&start, &control, 0.5);
+        let (s, c) = start.yaw_rad.sin_cos();
+        assert!((moved.x_m - (1.0 + 0.5 * (0.5 * c + 0.1 * s))).abs() < 1e-15);
+        assert!((moved.y_m - (-2.0 + 0.5 * (0.5 * s - 0.1 * c))).abs() < 1e-15);
+        assert!((moved.z_m - (-3.0 + 0.5 * 0.05)).abs() < 1e-15);
+        assert!((moved.yaw_rad - (3.2 - core::f64::consts::TAU)).abs() < 1e-14);
+        assert_eq!(moved.yaw_rate_radps, 0.4);
+    }
+
+    #[test]
+    fn readings_are_taken_for_what_they_are_worth() {
+        let auv = Auv::new(0.5, 0.0).unwrap();
+        let exact = AuvControl {
+            yaw_rate_radps: Some(Reading { value: 0.3, sigma: 1e-9 }),
+            z_m: Some(Reading { value: -2.9, sigma: 1e-9 }),
+            ..control(false)
+        };
+        let moved = auv.propagate(&POSE, &exact, 0.1);
+        assert!((moved.yaw_rate_radps - 0.3).abs() < 1e-12 && (moved.z_m + 2.9).abs() < 1e-12);
+        assert!((moved.yaw_rad - 3.03).abs() < 1e-12);
+        let worthless = AuvControl {
+            yaw_rate_radps: Some(Reading { value: 9.0, sigma: 1e9 }),
+            z_m: Some(Reading { value: 50.0, sigma: 1e9 }),
+            ..control(false)
+        };
+        let moved = auv.propagate(&POSE, &worthless, 0.1);
+        assert!(moved.difference(&auv.propagate(&POSE, &control(false), 0.1)).norm() < 1e-12, "{moved:?}");
+        assert_eq!((moved.roll_rad, moved.pitch_rad), (0.1, 0.0));
+    }
+
+    #[test]
+    fn derivatives_agree_with_differences() {
+        let auv = Auv::new(0.5, 0.4).unwrap();
+        for aided in [false, true] {
+            let control = control(aided);
+            let linearised = auv.linearise(&POSE, &control, 0.1);
+            for k in 0..5 {
+                let moved = |step: f64| {
+                    let mut by = SVector::<f64, 5>::zeros();
+                    by[k] = step;
+                    auv.propagate(&POSE.displaced(&by), &control, 0.1)
+                };
+                let column = moved(1e-6).difference(&moved(-1e-6)) / 2e-6;
+                assert!((column - linearised.transition.column(k)).norm() < 1e-8, "{aided}, column {k}: {column}");
+            }
+        }
+    }
+
+    #[test]
+    fn samples_spread_as_linearised() {
+        let auv = Auv::new(0.5, 0.4).unwrap();
+        for aided in [false, true] {
+            let (control, mut noise) = (control(aided), Noise::seeded(5));
+            let mean = auv.propagate(&POSE, &control, 0.1);
+            let expected = auv.linearise(&POSE, &control, 0.1).noise.to_matrix();
+            let runs = 40_000;
+            let mut spread = SMatrix::<f64, 5, 5>::zeros();
+            for _ in 0..runs {
+                let off = auv.sample(&POSE, &control, 0.1, &mut noise).difference(&mean);
+                spread += off * off.transpose() / f64::from(runs);
+            }
+            for (row, column) in (0..5).flat_map(|row| (0..5).map(move |column| (row, column))) {
+                let scale = (expected[(row, row)] * expected[(column, column)]).sqrt();
+                let error = (spread[(row, column)] - expected[(row, column)]).abs();
+                assert!(error < 0.03 * scale, "{aided}: {row} {column}: {spread} {expected}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_cannot_be_worked_with_is_refused() {
+        let auv = Auv::new(0.5, 0.0).unwrap();
+        assert!(auv.admits(&control(true)));
+        let bad = Some(Reading { value: 0.1, sigma: 0.0 });
+        assert!(!auv.admits(&AuvControl { z_m: bad, ..control(true) }));
+        assert!(!auv.admits(&AuvControl { roll_rad: f64::NAN, ..control(true) }));
+        let negative = Symmetric::from_diagonal([0.1, -0.1, 0.1]);
+        assert!(!auv.admits(&AuvControl { velocity_covariance: negative, ..control(true) }));
+        assert_eq!(Auv::new(0.0, 0.0).unwrap_err().field, "yaw_acceleration_sigma_radps2");
+        assert_eq!(Auv::new(1.0, f64::NAN).unwrap_err().field, "interval_s");
+    }
+}

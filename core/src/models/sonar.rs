@@ -1,0 +1,474 @@
+//! Sonars in space: range, bearing and elevation, and what is left where one of them is not measured.
+
+use super::field_of_view::ramp;
+use super::{
+    AuvPose, BirthIntensity, BodyFrame, Expected, FieldOfView, Inverse, Locating, ModelError, Sensor, require,
+};
+use crate::{Bounds, Component, Real, Symmetric, wrap};
+use nalgebra::{Matrix3, SMatrix, SVector, Vector1, Vector2, Vector3};
+
+/// A sensor that measures range (m), bearing (rad, 0 ahead, growing to the left) and elevation (rad, growing upwards) of a
+/// feature in space, in the vehicle's frame.
+///
+/// ```
+/// use scphd::{AuvPose, RangeBearingElevation, Sensor};
+/// use nalgebra::Vector3;
+///
+/// let sonar = RangeBearingElevation::new(0.05_f64, 0.02, 0.02)?;
+/// let frame = sonar.frame(&AuvPose::new(1.0, 0.0, -2.0, 0.0));
+/// let seen = sonar.expect(&frame, &Vector3::new(1.0, 3.0, -2.0)).unwrap();
+/// assert_eq!(seen.measurement, Vector3::new(3.0, core::f64::consts::FRAC_PI_2, 0.0));
+/// # Ok::<(), scphd::ModelError>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RangeBearingElevation<T: Real> {
+    noise: Symmetric<T, 3>,
+}
+
+/// A sensor that measures the range (m) of a feature in space and nothing else, as an acoustic beacon's transponder does.
+///
+/// One range has no inverse, so features are born from the birth intensity `B` (5.2.1).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RangeOnly<T: Real, B> {
+    noise: Symmetric<T, 1>,
+    births: B,
+}
+
+/// A sensor that measures bearing and elevation (rad) of a feature in space, as a single camera or a hydrophone array does.
+///
+/// A direction has no inverse, so features are born from the birth intensity `B` (5.2.1).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BearingElevation<T: Real, B> {
+    noise: Symmetric<T, 2>,
+    births: B,
+}
+
+fn usable<T: Real>(sigma: T) -> bool {
+    sigma >= T::from_f64(1e-6) && sigma <= T::from_f64(1e6)
+}
+
+const SIGMA_RANGE: &str = "between 1e-6 and 1e6";
+
+impl<T: Real> RangeBearingElevation<T> {
+    /// A sensor with independent noise of these standard deviations, m, rad and rad.
+    ///
+    /// # Errors
+    /// Each must lie between 1e-6 and 1e6.
+    pub fn new(range_sigma_m: T, bearing_sigma_rad: T, elevation_sigma_rad: T) -> Result<Self, ModelError> {
+        require(usable(range_sigma_m), "range_sigma_m", SIGMA_RANGE)?;
+        require(usable(bearing_sigma_rad), "bearing_sigma_rad", SIGMA_RANGE)?;
+        require(usable(elevation_sigma_rad), "elevation_sigma_rad", SIGMA_RANGE)?;
+        let sigmas = [range_sigma_m, bearing_sigma_rad, elevation_sigma_rad];
+        Ok(Self { noise: Symmetric::from_diagonal(sigmas.map(|sigma| sigma * sigma)) })
+    }
+}
+
+impl<T: Real, B> RangeOnly<T, B> {
+    /// A sensor with noise of this standard deviation, m.
+    ///
+    /// # Errors
+    /// It must lie between 1e-6 and 1e6.
+    pub fn new(range_sigma_m: T, births: B) -> Result<Self, ModelError> {
+        require(usable(range_sigma_m), "range_sigma_m", SIGMA_RANGE)?;
+        Ok(Self { noise: Symmetric::from_diagonal([range_sigma_m * range_sigma_m]), births })
+    }
+}
+
+impl<T: Real, B> BearingElevation<T, B> {
+    /// A sensor with independent noise of these standard deviations, rad.
+    ///
+    /// # Errors
+    /// Each must lie between 1e-6 and 1e6.
+    pub fn new(bearing_sigma_rad: T, elevation_sigma_rad: T, births: B) -> Result<Self, ModelError> {
+        require(usable(bearing_sigma_rad), "bearing_sigma_rad", SIGMA_RANGE)?;
+        require(usable(elevation_sigma_rad), "elevation_sigma_rad", SIGMA_RANGE)?;
+        let variances = [bearing_sigma_rad * bearing_sigma_rad, elevation_sigma_rad * elevation_sigma_rad];
+        Ok(Self { noise: Symmetric::from_diagonal(variances), births })
+    }
+}
+
+/// Range, bearing and elevation of a feature, with their derivatives; `None` straight above and below the vehicle and at
+/// itself, where the bearing has none. Written so that NaN gives none too.
+#[inline]
+fn polar<T: Real>(frame: &BodyFrame<T>, feature: &Vector3<T>) -> Option<(Vector3<T>, Matrix3<T>)> {
+    let [[x, y, z]] = frame.to_body(feature).data.0;
+    let across_squared = x * x + y * y;
+    let squared = across_squared + z * z;
+    if !(across_squared > T::ZERO && squared.is_finite()) {
+        return None;
+    }
+    let (across, range) = (across_squared.sqrt(), squared.sqrt());
+    let by_body = Matrix3::new(
+        x / range,
+        y / range,
+        z / range,
+        -y / across_squared,
+        x / across_squared,
+        T::ZERO,
+        -x * z / (squared * across),
+        -y * z / (squared * across),
+        across / squared,
+    );
+    let measurement = Vector3::new(range, y.atan2(x), z.atan2(across));
+    Some((measurement, by_body * frame.rotation.transpose()))
+}
+
+impl<T: Real> Sensor<T, 3, 3> for RangeBearingElevation<T> {
+    type Pose = AuvPose<T>;
+    type Frame = BodyFrame<T>;
+
+    const SORTED_BY: usize = 1;
+    const SORTED_BY_ANGLE: bool = true;
+
+    fn frame(&self, pose: &Self::Pose) -> Self::Frame {
+        BodyFrame::of(pose)
+    }
+
+    #[inline]
+    fn expect(&self, frame: &Self::Frame, feature: &SVector<T, 3>) -> Option<Expected<T, 3, 3>> {
+        polar(frame, feature).map(|(measurement, jacobian)| Expected { measurement, jacobian })
+    }
+
+    #[inline]
+    fn innovation(&self, measured: &SVector<T, 3>, expected: &SVector<T, 3>) -> SVector<T, 3> {
+        let [[range, bearing, elevation]] = (measured - expected).data.0;
+        Vector3::new(range, wrap(bearing), elevation)
+    }
+
+    fn noise(&self) -> &Symmetric<T, 3> {
+        &self.noise
+    }
+
+    /// A measurement of no range, or of an elevation beyond straight up or down, has no inverse.
+    fn invert(&self, frame: &Self::Frame, measured: &SVector<T, 3>) -> Option<Inverse<T, 3, 3>> {
+        let [[range, bearing, elevation]] = measured.data.0;
+        let ((sb, cb), (se, ce)) = (bearing.sin_cos(), elevation.sin_cos());
+        if !(range > T::ZERO && ce > T::ZERO) {
+            return None;
+        }
+        let direction = Vector3::new(ce * cb, ce * sb, se);
+        let by_bearing = Vector3::new(-ce * sb, ce * cb, T::ZERO);
+        let by_elevation = Vector3::new(-se * cb, -se * sb, ce);
+        let by_measurement = Matrix3::from_columns(&[direction, by_bearing * range, by_elevation * range]);
+        Some(Inverse { feature: frame.to_map(&(direction * range)), jacobian: frame.rotation * by_measurement })
+    }
+}
+
+impl<T: Real> Locating<T, 5, 3, 3> for RangeBearingElevation<T> {
+    #[inline]
+    fn by_pose(&self, frame: &Self::Frame, feature: &SVector<T, 3>, expected: &Expected<T, 3, 3>) -> SMatrix<T, 3, 5> {
+        frame.by_pose(&expected.jacobian, feature)
+    }
+}
+
+impl<T: Real, B: BirthIntensity<T, BodyFrame<T>, 3>> Sensor<T, 3, 1> for RangeOnly<T, B> {
+    type Pose = AuvPose<T>;
+    type Frame = BodyFrame<T>;
+
+    const SORTED_BY: usize = 0;
+    const SORTED_BY_ANGLE: bool = false;
+
+    fn frame(&self, pose: &Self::Pose) -> Self::Frame {
+        BodyFrame::of(pose)
+    }
+
+    #[inline]
+    fn expect(&self, frame: &Self::Frame, feature: &SVector<T, 3>) -> Option<Expected<T, 3, 1>> {
+        let offset = feature - frame.position;
+        let squared = offset.x * offset.x + offset.y * offset.y + offset.z * offset.z;
+        if !(squared > T::ZERO && squared.is_finite()) {
+            return None;
+        }
+        let range = squared.sqrt();
+        Some(Expected { measurement: Vector1::new(range), jacobian: offset.transpose() / range })
+    }
+
+    #[inline]
+    fn innovation(&self, measured: &SVector<T, 1>, expected: &SVector<T, 1>) -> SVector<T, 1> {
+        measured - expected
+    }
+
+    fn noise(&self) -> &Symmetric<T, 1> {
+        &self.noise
+    }
+
+    fn expected_birth(&self, frame: &Self::Frame, index: usize) -> Option<Component<T, 3>> {
+        self.births.component(frame, index)
+    }
+
+    /// None: any direction fits a range.
+    fn invert(&self, _frame: &Self::Frame, _measured: &SVector<T, 1>) -> Option<Inverse<T, 3, 1>> {
+        None
+    }
+}
+
+impl<T: Real, B: BirthIntensity<T, BodyFrame<T>, 3>> Locating<T, 5, 3, 1> for RangeOnly<T, B> {
+    #[inline]
+    fn by_pose(&self, frame: &Self::Frame, feature: &SVector<T, 3>, expected: &Expected<T, 3, 1>) -> SMatrix<T, 1, 5> {
+        frame.by_pose(&expected.jacobian, feature)
+    }
+}
+
+impl<T: Real, B: BirthIntensity<T, BodyFrame<T>, 3>> Sensor<T, 3, 2> for BearingElevation<T, B> {
+    type Pose = AuvPose<T>;
+    type Frame = BodyFrame<T>;
+
+    const SORTED_BY: usize = 0;
+    const SORTED_BY_ANGLE: bool = true;
+
+    fn frame(&self, pose: &Self::Pose) -> Self::Frame {
+        BodyFrame::of(pose)
+    }
+
+    #[inline]
+    fn expect(&self, frame: &Self::Frame, feature: &SVector<T, 3>) -> Option<Expected<T, 3, 2>> {
+        let (measurement, jacobian) = polar(frame, feature)?;
+        Some(Expected {
+            measurement: Vector2::new(measurement.y, measurement.z),
+            jacobian: jacobian.fixed_rows::<2>(1).into(),
+        })
+    }
+
+    #[inline]
+    fn innovation(&self, measured: &SVector<T, 2>, expected: &SVector<T, 2>) -> SVector<T, 2> {
+        let [[bearing, elevation]] = (measured - expected).data.0;
+        Vector2::new(wrap(bearing), elevation)
+    }
+
+    fn noise(&self) -> &Symmetric<T, 2> {
+        &self.noise
+    }
+
+    fn expected_birth(&self, frame: &Self::Frame, index: usize) -> Option<Component<T, 3>> {
+        self.births.component(frame, index)
+    }
+
+    /// None: any range fits a direction.
+    fn invert(&self, _frame: &Self::Frame, _measured: &SVector<T, 2>) -> Option<Inverse<T, 3, 2>> {
+        None
+    }
+}
+
+impl<T: Real, B: BirthIntensity<T, BodyFrame<T>, 3>> Locating<T, 5, 3, 2> for BearingElevation<T, B> {
+    #[inline]
+    fn by_pose(&self, frame: &Self::Frame, feature: &SVector<T, 3>, expected: &Expected<T, 3, 2>) -> SMatrix<T, 2, 5> {
+        frame.by_pose(&expected.jacobian, feature)
+    }
+}
+
+/// Where a sonar sees in space: a window in range, bearing and elevation with soft edges, for any of the sonars.
+///
+/// p_D is the same everywhere in it and falls to zero over a cubic ramp of half width `range_edge_m` or `angle_edge_rad` around
+/// its rim.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SonarWindow<T> {
+    /// Greatest range, m.
+    pub range_max_m: T,
+    /// Half width of the soft edge at it, m.
+    pub range_edge_m: T,
+    /// Half width of the window in bearing, ahead, rad; π or more for all around.
+    pub bearing_half_width_rad: T,
+    /// Half width of the window in elevation, rad; π/2 or more for everything.
+    pub elevation_half_width_rad: T,
+    /// Half width of the soft edges in bearing and elevation, rad.
+    pub angle_edge_rad: T,
+    /// p_D.
+    pub probability: T,
+}
+
+impl<T: Real> SonarWindow<T> {
+    /// The field that is out of range, if any.
+    ///
+    /// # Errors
+    /// The range must be finite and positive, half widths positive, edges finite and not negative, and the probability
+    /// in [0, 1).
+    pub fn check(&self) -> Result<(), ModelError> {
+        let zero = T::ZERO;
+        let edge = |x: T| x >= zero && x.is_finite();
+        require(self.range_max_m > zero && self.range_max_m.is_finite(), "range_max_m", "finite and positive")?;
+        require(edge(self.range_edge_m), "range_edge_m", "finite and not negative")?;
+        require(self.bearing_half_width_rad > zero, "bearing_half_width_rad", "positive")?;
+        require(self.elevation_half_width_rad > zero, "elevation_half_width_rad", "positive")?;
+        require(edge(self.angle_edge_rad), "angle_edge_rad", "finite and not negative")?;
+        require(self.probability >= zero && self.probability < T::ONE, "probability", "in [0, 1)")
+    }
+
+    fn probability_at(&self, frame: &BodyFrame<T>, feature: &SVector<T, 3>) -> T {
+        let Some((polar, _)) = polar(frame, feature) else { return T::ZERO };
+        let mut probability = self.probability * ramp(self.range_max_m - polar.x, self.range_edge_m);
+        if self.bearing_half_width_rad < T::PI {
+            probability *= ramp(self.bearing_half_width_rad - polar.y.abs(), self.angle_edge_rad);
+        }
+        if self.elevation_half_width_rad < T::PI * T::from_f64(0.5) {
+            probability *= ramp(self.elevation_half_width_rad - polar.z.abs(), self.angle_edge_rad);
+        }
+        probability
+    }
+}
+
+impl<T: Real, const Z: usize> FieldOfView<T, BodyFrame<T>, 3, Z> for SonarWindow<T> {
+    fn detection_probability(&self, frame: &BodyFrame<T>, feature: &SVector<T, 3>, _expected: &SVector<T, Z>) -> T {
+        self.probability_at(frame, feature)
+    }
+
+    fn bounds(&self, frame: &BodyFrame<T>) -> Bounds<T, 3> {
+        // Rounding of the range must not push a feature that is in view out of the box.
+        let reach = (self.range_max_m + self.range_edge_m) * (T::ONE + T::from_f64(8.0) * T::EPSILON);
+        Bounds::around(&frame.position, reach)
+    }
+}
+
+/// Births all around the sensor, in shells whose distance grows by the same factor from one to the next, so that every
+/// component spans the same share of its range: what one knows who knows nothing but how far the sensor sees.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SphericalBirths<T> {
+    /// Range of the innermost shell, m; above zero.
+    pub nearest_m: T,
+    /// Range of the outermost shell, m.
+    pub farthest_m: T,
+    /// Number of shells, at least two.
+    pub shells: u16,
+    /// Number of directions in a shell, spread evenly along a spiral from straight down to straight up.
+    pub directions: u16,
+    /// Weight of every component: features that appear there between two scans.
+    pub weight: T,
+}
+
+impl<T: Real> BirthIntensity<T, BodyFrame<T>, 3> for SphericalBirths<T> {
+    fn component(&self, frame: &BodyFrame<T>, index: usize) -> Option<Component<T, 3>> {
+        let (shells, directions) = (usize::from(self.shells), usize::from(self.directions));
+        let (shell, place) = (index.checked_div(directions)?, index.checked_rem(directions)?);
+        if shell >= shells || shells < 2 {
+            return None;
+        }
+        let step = (self.farthest_m / self.nearest_m).ln() / T::from_usize(shells - 1);
+        let range = self.nearest_m * (step * T::from_usize(shell)).exp();
+        // Equal steps in height cut equal areas off a sphere; the golden angle keeps neighbours apart.
+        let (half, two) = (T::from_f64(0.5), T::from_f64(2.0));
+        let count = T::from_usize(directions);
+        let height = (two * T::from_usize(place) + T::ONE) / count - T::ONE;
+        let across = (T::ONE - height * height).sqrt();
+        let (sine, cosine) = wrap(T::from_f64(GOLDEN_ANGLE_RAD) * T::from_usize(place)).sin_cos();
+        let direction = frame.rotation * Vector3::new(across * cosine, across * sine, height);
+        // Standard deviations of half the distance to the neighbours, along and across: a direction has 4π/n of the sphere.
+        let along = range * step * half;
+        let aside = range * (two * two * T::PI / count).sqrt() * half;
+        let mut covariance = Symmetric::from_diagonal([aside * aside; 3]);
+        covariance.add_outer(along * along - aside * aside, &direction);
+        Some(Component { tag: 0, ln_weight: self.weight.ln(), mean: frame.position + direction * range, covariance })
+    }
+}
+
+/// π (3 − √5).
+const GOLDEN_ANGLE_RAD: f64 = 2.399_963_229_728_653;
+
+#[cfg(test)]
+mod tests {
+    use super::{
+        AuvPose, BearingElevation, BirthIntensity, BodyFrame, FieldOfView, RangeBearingElevation, RangeOnly, Sensor,
+        SonarWindow, SphericalBirths,
+    };
+    use crate::models::testing::check_in_space;
+    use nalgebra::{Matrix3, Vector3};
+    use std::vec::Vec;
+
+    const BIRTHS: SphericalBirths<f64> =
+        SphericalBirths { nearest_m: 1.0, farthest_m: 20.0, shells: 6, directions: 60, weight: 1e-4 };
+
+    fn poses() -> [AuvPose<f64>; 2] {
+        let tilted = AuvPose { roll_rad: 0.4, pitch_rad: -0.3, ..AuvPose::new(1.0, -2.0, 0.5, 2.9) };
+        [AuvPose::new(1.0, -2.0, 0.5, -0.4), tilted]
+    }
+
+    #[test]
+    fn derivatives_agree_with_differences_and_the_inverse_inverts() {
+        let sonar = RangeBearingElevation::new(0.1, 0.01, 0.02).unwrap();
+        let range = RangeOnly::new(0.1, BIRTHS).unwrap();
+        let direction = BearingElevation::new(0.01, 0.02, BIRTHS).unwrap();
+        for pose in poses() {
+            let frame = sonar.frame(&pose);
+            for k in 0..40 {
+                let (bearing, elevation) = (0.31 * f64::from(k), 1.4 * (0.7 * f64::from(k)).sin());
+                let away =
+                    Vector3::new(bearing.cos() * elevation.cos(), bearing.sin() * elevation.cos(), elevation.sin());
+                let feature = frame.to_map(&(away * 4.0));
+                check_in_space(&sonar, &pose, &feature, 1e-7);
+                check_in_space(&range, &pose, &feature, 1e-7);
+                check_in_space(&direction, &pose, &feature, 1e-7);
+                let seen = sonar.expect(&frame, &feature).unwrap();
+                let back = sonar.invert(&frame, &seen.measurement).unwrap();
+                assert!((back.feature - feature).norm() < 1e-12);
+                assert!((back.jacobian * seen.jacobian - Matrix3::identity()).norm() < 1e-11);
+            }
+        }
+    }
+
+    #[test]
+    fn what_cannot_be_measured_or_inverted() {
+        let sonar = RangeBearingElevation::new(0.1, 0.01, 0.02).unwrap();
+        let frame = sonar.frame(&poses()[0]);
+        assert!(sonar.expect(&frame, &frame.position).is_none());
+        assert!(sonar.expect(&frame, &(frame.position + Vector3::z())).is_none());
+        assert!(sonar.invert(&frame, &Vector3::new(0.0, 0.1, 0.1)).is_none());
+        assert!(sonar.invert(&frame, &Vector3::new(1.0, 0.1, 2.0)).is_none());
+        let range = RangeOnly::new(0.1, BIRTHS).unwrap();
+        assert!(range.expect(&frame, &frame.position).is_none());
+        assert!(range.invert(&frame, &range.expect(&frame, &Vector3::zeros()).unwrap().measurement).is_none());
+        assert_eq!(RangeBearingElevation::new(0.1, f64::NAN, 0.1).unwrap_err().field, "bearing_sigma_rad");
+        assert_eq!(RangeOnly::new(0.0, BIRTHS).unwrap_err().field, "range_sigma_m");
+        assert_eq!(BearingElevation::new(0.1, 0.0, BIRTHS).unwrap_err().field, "elevation_sigma_rad");
+    }
+
+    #[test]
+    fn births_surround_the_sensor_once() {
+        let frame = BodyFrame::of(&poses()[1]);
+        let births: Vec<_> = (0..).map_while(|index| BIRTHS.component(&frame, index)).collect();
+        assert_eq!(births.len(), 6 * 60);
+        for birth in &births {
+            assert!((0.999..20.001).contains(&(birth.mean - frame.position).norm()));
+            assert!(birth.covariance.factor().is_some());
+        }
+        let mean = births.iter().map(|birth| birth.mean).sum::<Vector3<f64>>() / births.len() as f64;
+        assert!((mean - frame.position).norm() < 0.2, "{mean}");
+        // Every direction is within two standard deviations of a component's.
+        let outer = &births[5 * 60..];
+        for k in 0..500 {
+            let (bearing, height) = (0.37 * f64::from(k), f64::from(k) / 250.0 - 0.998);
+            let across = (1.0 - height * height).sqrt();
+            let point = frame.position + Vector3::new(across * bearing.cos(), across * bearing.sin(), height) * 20.0;
+            let nearest = outer
+                .iter()
+                .map(|birth| birth.covariance.factor().unwrap().mahalanobis(&(point - birth.mean)))
+                .fold(f64::MAX, f64::min);
+            assert!(nearest < 4.0, "{point} {nearest}");
+        }
+        assert_eq!(SphericalBirths { directions: 0, ..BIRTHS }.component(&frame, 0), None);
+    }
+
+    #[test]
+    fn the_window_ends_where_it_says() {
+        let window = SonarWindow {
+            range_max_m: 10.0,
+            range_edge_m: 0.5,
+            bearing_half_width_rad: 1.0,
+            elevation_half_width_rad: 0.3,
+            angle_edge_rad: 0.1,
+            probability: 0.8,
+        };
+        assert!(window.check().is_ok());
+        assert_eq!(SonarWindow { probability: 1.0, ..window }.check().unwrap_err().field, "probability");
+        let frame = BodyFrame::of(&poses()[1]);
+        let at = |range: f64, bearing: f64, elevation: f64| {
+            let across = range * elevation.cos();
+            let body = Vector3::new(across * bearing.cos(), across * bearing.sin(), range * elevation.sin());
+            let feature = frame.to_map(&body);
+            assert!(FieldOfView::<_, _, 3, 1>::bounds(&window, &frame).holds(&feature) || range > 10.5);
+            FieldOfView::<_, _, 3, 1>::detection_probability(&window, &frame, &feature, &[0.0].into())
+        };
+        assert!((at(5.0, -0.5, 0.1) - 0.8).abs() < 1e-12);
+        assert!((at(10.0, 0.0, 0.0) - 0.4).abs() < 1e-9);
+        assert!((at(5.0, -1.0, 0.0) - 0.4).abs() < 1e-9);
+        assert!((at(5.0, 0.0, 0.3) - 0.4).abs() < 1e-9);
+        assert_eq!([at(10.6, 0.0, 0.0), at(5.0, 1.2, 0.0), at(5.0, 0.0, -0.5), at(5.0, 3.0, 0.0)], [0.0; 4]);
+    }
+}

@@ -1,0 +1,9 @@
+//! What is estimated apart from the particles: the vehicle's own velocity, and where it would be without a map.
+
+mod dead_reckoning;
+mod kalman;
+mod velocity_filter;
+
+pub use dead_reckoning::DeadReckoning;
+pub use kalman::Outcome;
+pub use velocity_filter::{VelocityFilter, VelocityNoise};

@@ -1,0 +1,263 @@
+//! The vehicle's velocity from its Doppler log and its pressure sensor (section 7.2.2).
+
+use super::Outcome;
+use super::kalman::Kalman;
+use crate::models::{ModelError, require, rotation};
+use crate::{Real, Symmetric};
+use nalgebra::{SMatrix, SVector, Vector1, Vector3};
+
+/// Noise of the vehicle's velocity and of the instruments that measure it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct VelocityNoise<T> {
+    /// How much each velocity changes at random, (m/s)/√s.
+    pub walk_mps_rts: T,
+    /// Standard deviation of each velocity from the Doppler log, m/s.
+    pub dvl_sigma_mps: T,
+    /// Standard deviation of z from the pressure sensor, m.
+    pub z_sigma_m: T,
+    /// Readings farther from what is expected than this many standard deviations (as a vector) are outliers.
+    pub gate_sigmas: T,
+    /// Outliers in a row after which the log is believed again: then it is the filter that has gone astray.
+    pub outliers_believed: u16,
+}
+
+impl<T: Real> VelocityNoise<T> {
+    /// The field that is out of range, if any.
+    ///
+    /// # Errors
+    /// All must be finite and positive.
+    pub fn check(&self) -> Result<(), ModelError> {
+        let usable = |x: T| x > T::ZERO && x.is_finite();
+        require(usable(self.walk_mps_rts), "walk_mps_rts", "finite and positive")?;
+        require(usable(self.dvl_sigma_mps), "dvl_sigma_mps", "finite and positive")?;
+        require(usable(self.z_sigma_m), "z_sigma_m", "finite and positive")?;
+        require(usable(self.gate_sigmas), "gate_sigmas", "finite and positive")?;
+        require(self.outliers_believed > 0, "outliers_believed", "at least 1")
+    }
+
+    /// Greatest squared length of an innovation, in standard deviations.
+    pub(super) fn gate(&self) -> T {
+        self.gate_sigmas * self.gate_sigmas
+    }
+
+    /// Variance that each velocity gains in `dt` seconds, m²/s².
+    pub(super) fn walked(&self, dt: T) -> T {
+        self.walk_mps_rts * self.walk_mps_rts * dt
+    }
+}
+
+/// Velocities rejected in a row.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(super) struct Outliers(u16);
+
+impl Outliers {
+    /// Counts what became of a velocity; whether there were so many in a row that the filter has to start again from it.
+    pub(super) fn counted<T: Real>(&mut self, outcome: Outcome, velocity_mps: &Vector3<T>, believed: u16) -> bool {
+        let finite = velocity_mps.iter().all(|v| v.is_finite());
+        self.0 = match outcome {
+            Outcome::Rejected if finite => self.0.saturating_add(1),
+            Outcome::Rejected => self.0,
+            Outcome::Accepted => 0,
+        };
+        let start_again = self.0 >= believed;
+        if start_again {
+            self.0 = 0;
+        }
+        start_again
+    }
+}
+
+/// The small filter beside the particles: the velocity along the vehicle's own axes as a random walk, measured by a Doppler
+/// velocity log, and its z, measured by a pressure sensor.
+///
+/// The state is (v_x, v_y, v_z, z): the vertical velocity in the map, which roll and pitch turn out of the vehicle's, moves z,
+/// so that a pressure sensor alone holds up the vertical velocity. While the log has lost the bottom there are no velocities to
+/// take in; the uncertainty then grows with the random walk, and with it the spread of the particles. Readings that
+/// lie too far from what is expected are left out.
+///
+/// ```
+/// use nalgebra::Vector3;
+/// use scphd::{Outcome, VelocityFilter, VelocityNoise};
+///
+/// let noise = VelocityNoise {
+///     walk_mps_rts: 0.1_f32,
+///     dvl_sigma_mps: 0.1,
+///     z_sigma_m: 0.02,
+///     gate_sigmas: 4.0,
+///     outliers_believed: 5,
+/// };
+/// let mut filter = VelocityFilter::new(noise, -2.0)?;
+/// for _ in 0..50 {
+///     filter.predict(0.0, 0.0, 0.1);
+///     assert_eq!(filter.dvl(&Vector3::new(0.3, 0.0, 0.0)), Outcome::Accepted);
+/// }
+/// assert_eq!(filter.dvl(&Vector3::new(5.0, 0.0, 0.0)), Outcome::Rejected);
+/// assert!((filter.velocity_mps().x - 0.3).abs() < 0.01);
+/// # Ok::<(), scphd::ModelError>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct VelocityFilter<T: Real> {
+    noise: VelocityNoise<T>,
+    state: Kalman<T, 4>,
+    outliers: Outliers,
+}
+
+impl<T: Real> VelocityFilter<T> {
+    /// A vehicle at rest at this z, m, of which its velocity is known no better than the first reading will tell.
+    ///
+    /// # Errors
+    /// The noise is out of range, or z not finite.
+    pub fn new(noise: VelocityNoise<T>, z_m: T) -> Result<Self, ModelError> {
+        noise.check()?;
+        require(z_m.is_finite(), "z_m", "finite")?;
+        let mean = SVector::from([T::ZERO, T::ZERO, T::ZERO, z_m]);
+        let (velocity, z) = (T::ONE, noise.z_sigma_m * noise.z_sigma_m);
+        let covariance = Symmetric::from_diagonal([velocity, velocity, velocity, z]);
+        Ok(Self { noise, state: Kalman { mean, covariance }, outliers: Outliers::default() })
+    }
+
+    /// Moves on by `dt` seconds with this roll and pitch, rad.
+    pub fn predict(&mut self, roll_rad: T, pitch_rad: T, dt: T) {
+        let turned = rotation(roll_rad, pitch_rad, T::ZERO);
+        let [[_, _, zx], [_, _, zy], [_, _, zz]] = turned.data.0;
+        let mut transition = SMatrix::<T, 4, 4>::identity();
+        for (element, share) in transition.row_mut(3).iter_mut().zip([zx, zy, zz]) {
+            *element = share * dt;
+        }
+        let walk = self.noise.walked(dt);
+        self.state.predict(&transition, &Symmetric::from_diagonal([walk, walk, walk, T::ZERO]));
+    }
+
+    /// Takes in the velocity that the Doppler log measured, along the vehicle's own axes, m/s.
+    pub fn dvl(&mut self, velocity_mps: &Vector3<T>) -> Outcome {
+        let h = SMatrix::<T, 3, 4>::identity();
+        let variance = self.noise.dvl_sigma_mps * self.noise.dvl_sigma_mps;
+        let outcome = self.state.update(velocity_mps, &h, &Symmetric::from_diagonal([variance; 3]), self.noise.gate());
+        if self.outliers.counted(outcome, velocity_mps, self.noise.outliers_believed) {
+            let z_variance = self.state.covariance.get(3, 3);
+            self.state.mean = SVector::from([velocity_mps.x, velocity_mps.y, velocity_mps.z, self.z_m()]);
+            self.state.covariance = Symmetric::from_diagonal([variance, variance, variance, z_variance]);
+        }
+        outcome
+    }
+
+    /// Takes in z as the pressure sensor has it, m.
+    pub fn z(&mut self, z_m: T) -> Outcome {
+        let h = SMatrix::<T, 1, 4>::from_row_slice(&[T::ZERO, T::ZERO, T::ZERO, T::ONE]);
+        let variance = self.noise.z_sigma_m * self.noise.z_sigma_m;
+        self.state.update(&Vector1::new(z_m), &h, &Symmetric::from_diagonal([variance]), self.noise.gate())
+    }
+
+    /// Velocity along the vehicle's own axes, m/s.
+    #[must_use]
+    pub fn velocity_mps(&self) -> Vector3<T> {
+        let [[x, y, z, _]] = self.state.mean.data.0;
+        Vector3::new(x, y, z)
+    }
+
+    /// Covariance of the velocity, m²/s².
+    #[must_use]
+    pub fn covariance(&self) -> Symmetric<T, 3> {
+        self.state.covariance.leading()
+    }
+
+    /// z, m.
+    #[must_use]
+    pub fn z_m(&self) -> T {
+        let [[_, _, _, z]] = self.state.mean.data.0;
+        z
+    }
+
+    /// Time after which a change of the velocity has been taken in for the most part, s: σ_v √(Δt) / q for a log that
+    /// measures every `dvl_interval_s`.
+    #[must_use]
+    pub fn time_constant_s(noise: &VelocityNoise<T>, dvl_interval_s: T) -> T {
+        noise.dvl_sigma_mps * dvl_interval_s.sqrt() / noise.walk_mps_rts
+    }
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use super::{Outcome, VelocityFilter, VelocityNoise};
+    use crate::Noise;
+    use nalgebra::Vector3;
+
+    pub(crate) const NOISE: VelocityNoise<f64> = VelocityNoise {
+        walk_mps_rts: 0.05,
+        dvl_sigma_mps: 0.1,
+        z_sigma_m: 0.02,
+        gate_sigmas: 4.0,
+        outliers_believed: 5,
+    };
+
+    #[test]
+    fn settles_at_the_closed_form_and_is_as_uncertain_as_it_says() {
+        let (mut squares, mut variance, runs) = (0.0, 0.0, 400);
+        for run in 0..runs {
+            let mut noise = Noise::seeded(run);
+            let mut filter = VelocityFilter::new(NOISE, 0.0).unwrap();
+            let mut truth = Vector3::new(0.3, -0.1, 0.0);
+            for _ in 0..100 {
+                truth += Vector3::from_fn(|_, _| 0.05 * 0.1_f64.sqrt() * noise.normal::<f64>());
+                filter.predict(0.0, 0.0, 0.1);
+                filter.dvl(&(truth + Vector3::from_fn(|_, _| 0.1 * noise.normal::<f64>())));
+            }
+            squares += (filter.velocity_mps() - truth).norm_squared() / 3.0;
+            variance = filter.covariance().get(0, 0);
+        }
+        // P = −q/2 + √(q²/4 + q r) before, P r/(P + r) after the reading, with q = 0.05² 0.1 and r = 0.01 a step.
+        let (q, r) = (0.000_25, 0.01_f64);
+        let before = 0.5 * q + (0.25 * q * q + q * r).sqrt();
+        assert!((variance - before * r / (before + r)).abs() < 1e-6, "{variance}");
+        assert!((squares / runs as f64 / variance - 1.0).abs() < 0.12, "{squares} {variance}");
+        assert!((VelocityFilter::time_constant_s(&NOISE, 0.1) - 0.632).abs() < 1e-3);
+    }
+
+    #[test]
+    fn without_the_bottom_the_uncertainty_grows_and_the_pressure_holds_the_vertical() {
+        let mut filter = VelocityFilter::new(NOISE, -1.0).unwrap();
+        for _ in 0..100 {
+            filter.predict(0.0, 0.0, 0.1);
+            filter.dvl(&Vector3::new(0.3, 0.0, -0.1));
+        }
+        let before = filter.covariance();
+        let start = filter.z_m();
+        for step in 1..=50 {
+            filter.predict(0.0, 0.0, 0.1);
+            assert_eq!(filter.z(start - 0.01 * f64::from(step)), Outcome::Accepted);
+        }
+        let after = filter.covariance();
+        assert!((after.get(0, 0) - before.get(0, 0) - 0.05 * 0.05 * 5.0).abs() < 1e-9);
+        assert!(after.get(2, 2) < 0.5 * after.get(0, 0));
+        assert!((filter.velocity_mps().z + 0.1).abs() < 0.03, "{}", filter.velocity_mps());
+    }
+
+    #[test]
+    fn outliers_are_left_out_until_they_are_the_rule() {
+        let mut filter = VelocityFilter::new(NOISE, 0.0).unwrap();
+        for _ in 0..50 {
+            filter.predict(0.0, 0.0, 0.1);
+            filter.dvl(&Vector3::new(0.3, 0.0, 0.0));
+        }
+        let before = filter;
+        assert_eq!(filter.dvl(&Vector3::new(2.0, 0.0, 0.0)), Outcome::Rejected);
+        assert_eq!(filter.dvl(&Vector3::new(f64::NAN, 0.0, 0.0)), Outcome::Rejected);
+        assert_eq!(filter.velocity_mps(), before.velocity_mps());
+        // One good reading between: the count starts again.
+        assert_eq!(filter.dvl(&Vector3::new(0.3, 0.0, 0.0)), Outcome::Accepted);
+        for _ in 0..5 {
+            assert_eq!(filter.dvl(&Vector3::new(2.0, 0.1, 0.0)), Outcome::Rejected);
+        }
+        assert_eq!(filter.velocity_mps(), Vector3::new(2.0, 0.1, 0.0));
+        assert_eq!(filter.dvl(&Vector3::new(2.0, 0.1, 0.0)), Outcome::Accepted);
+        assert_eq!(filter.z(40.0), Outcome::Rejected);
+    }
+
+    #[test]
+    fn bad_noise_is_named() {
+        let field = |noise| VelocityFilter::new(noise, 0.0).unwrap_err().field;
+        assert_eq!(field(VelocityNoise { dvl_sigma_mps: 0.0, ..NOISE }), "dvl_sigma_mps");
+        assert_eq!(field(VelocityNoise { outliers_believed: 0, ..NOISE }), "outliers_believed");
+        assert_eq!(VelocityFilter::new(NOISE, f64::NAN).unwrap_err().field, "z_m");
+    }
+}

@@ -1,0 +1,41 @@
+//! From settings to the core's configuration.
+
+use crate::settings::{self, FilterSettings};
+use scphd::{Config, Extraction, Informed, Likelihood, Proposal, Real, Reduction};
+
+/// The recursion that the settings describe, for static features.
+pub(crate) fn config_of<T: Real>(filter: &FilterSettings) -> Config<T> {
+    let real = T::from_f64;
+    Config {
+        particles: filter.particles,
+        samples: filter.samples,
+        birth_intensity: real(filter.birth_intensity),
+        resample_threshold: real(filter.resample_threshold),
+        prune_weight: real(filter.prune_weight),
+        unconfirmed_weight: real(filter.unconfirmed_weight),
+        proposal: match filter.proposal {
+            settings::Proposal::Blind => Proposal::Blind,
+            settings::Proposal::Informed => Proposal::Informed(Informed {
+                rounds: filter.proposal_rounds,
+                drawn: real(filter.proposal_drawn),
+                least_share: real(filter.proposal_least_share),
+            }),
+        },
+        likelihood: match filter.likelihood {
+            settings::Likelihood::SingleCluster => Likelihood::SingleCluster,
+            settings::Likelihood::RbEmpty => Likelihood::EmptyMap,
+            settings::Likelihood::RbSingle => Likelihood::SingleFeature,
+        },
+        reduction: match filter.reduction {
+            settings::Reduction::Greedy => Reduction::Greedy { merge_distance: real(filter.merge_distance) },
+            settings::Reduction::Runnalls => Reduction::Runnalls { merge_cost: real(filter.merge_cost) },
+        },
+        max_components: filter.max_components,
+        extraction: match filter.extraction {
+            settings::Extraction::Heaviest => Extraction::Heaviest,
+            settings::Extraction::Peaks => Extraction::Peaks,
+        },
+        extraction_weight: real(filter.extraction_weight),
+        ..Config::default()
+    }
+}

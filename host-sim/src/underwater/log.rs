@@ -1,0 +1,127 @@
+//! A log of an underwater vehicle in memory: what its instruments said, what its camera saw and what is known to be true.
+
+/// A rectified stereo camera fixed to the vehicle.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Camera {
+    /// Projection matrices of the left and the right camera: from the vehicle's frame (x ahead, y to the left, z upwards, m) to
+    /// homogeneous pixels.
+    pub projections: [[[f64; 4]; 3]; 2],
+    /// Width and height of the images, px.
+    pub size_px: [f64; 2],
+    /// Standard deviations of (u_l, v_l, u_r, v_r), px, each on its own.
+    pub pixel_sigmas: [f64; 4],
+    /// Standard deviations of what the columns and the rows of both images have in common, px.
+    pub common_sigmas: [f64; 2],
+    /// Depths between which keypoints are matched, m.
+    pub depth_m: [f64; 2],
+    /// Focal length times baseline, px·m: depth times disparity.
+    pub focal_baseline: f64,
+    /// How far the rows of a pair may differ either way for the matcher to report it, px.
+    pub row_tolerance_px: f64,
+}
+
+/// What the vehicle's instruments said at one time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Instruments {
+    /// Time, s.
+    pub t_s: f64,
+    /// Roll, rad, by the inertial unit.
+    pub roll_rad: f64,
+    /// Pitch, rad, by the inertial unit.
+    pub pitch_rad: f64,
+    /// Yaw, rad, by the inertial unit's compass: what dead reckoning trusts.
+    pub yaw_rad: f64,
+    /// Yaw rate from here to the next row, rad/s, by the inertial unit's gyroscope.
+    pub yaw_rate_radps: f64,
+    /// Its standard deviation, rad/s, where it is not always the same.
+    pub yaw_rate_sigma_radps: Option<f64>,
+    /// Velocity along the vehicle's axes, m/s, by the Doppler log, where it has measured one.
+    pub velocity_mps: Option<[f64; 3]>,
+    /// z, m, by the pressure sensor, where there is one.
+    pub z_m: Option<f64>,
+}
+
+/// One pair of images, possibly without keypoints.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Frame {
+    /// Time, s.
+    pub t_s: f64,
+    /// (u_l, v_l, u_r, v_r) of every pair of keypoints, px.
+    pub keypoints: Vec<[f64; 4]>,
+}
+
+/// One row of the true trajectory.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TruePose {
+    /// Time, s.
+    pub t_s: f64,
+    /// Position, m.
+    pub position: [f64; 3],
+    /// Yaw, rad.
+    pub yaw_rad: f64,
+}
+
+/// A true feature.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Landmark {
+    /// Position, m.
+    pub position: [f64; 3],
+    /// Probability with which it is detected while in view.
+    pub detectability: f64,
+}
+
+/// Noise of the instruments, as far as the log states it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Nominal {
+    /// Standard deviation of each velocity of the Doppler log, m/s.
+    pub velocity_sigma_mps: f64,
+    /// How much each velocity of the vehicle changes at random, (m/s)/√s.
+    pub velocity_walk_mps_rts: f64,
+    /// Standard deviation of z, m.
+    pub z_sigma_m: f64,
+    /// Standard deviation of the gyroscope's yaw rate, rad/s.
+    pub yaw_rate_sigma_radps: f64,
+    /// Standard deviation of the angular acceleration about the vertical, rad/s².
+    pub yaw_acceleration_sigma_radps2: f64,
+    /// Probability of detection of a feature in view.
+    pub detection_probability: f64,
+    /// Mean number of false keypoints a frame.
+    pub clutter_per_scan: f64,
+}
+
+/// A whole log.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Log {
+    /// The name in `log.toml`, or of the scenario.
+    pub name: String,
+    /// The camera.
+    pub camera: Camera,
+    /// The noise.
+    pub nominal: Nominal,
+    /// Position (m) and yaw (rad) at the first row of the instruments.
+    pub start: ([f64; 3], f64),
+    /// What the instruments said, in order of time.
+    pub instruments: Vec<Instruments>,
+    /// Images in order of time.
+    pub frames: Vec<Frame>,
+    /// True trajectory in order of time; empty if unknown.
+    pub truth: Vec<TruePose>,
+    /// True features; empty if unknown.
+    pub landmarks: Vec<Landmark>,
+}
+
+impl Log {
+    /// The true pose at a time, the nearest row within `within_s`.
+    #[must_use]
+    pub fn truth_at(&self, t_s: f64, within_s: f64) -> Option<&TruePose> {
+        let after = self.truth.partition_point(|row| row.t_s < t_s);
+        let near = self.truth[after.saturating_sub(1)..].iter().take(2);
+        let nearest = near.min_by(|a, b| (a.t_s - t_s).abs().total_cmp(&(b.t_s - t_s).abs()));
+        nearest.filter(|row| (row.t_s - t_s).abs() <= within_s)
+    }
+
+    /// Features that are detected at least every other time: those that a map should have.
+    pub fn stable(&self) -> impl Iterator<Item = [f64; 3]> + '_ {
+        self.landmarks.iter().filter(|landmark| landmark.detectability >= 0.5).map(|landmark| landmark.position)
+    }
+}

@@ -1,0 +1,200 @@
+//! What a run over an underwater log can be tuned with.
+
+use super::log::Log;
+use crate::settings::{
+    Extraction, FileError, FileProblem, FilterSettings, Likelihood, OutOfRange, Proposal, Reduction, file,
+};
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+
+/// Tuning of a run; every field is required here, the TOML file may leave any out.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Settings {
+    /// The recursion; the birth intensity is per px⁴.
+    pub filter: FilterSettings,
+    /// The vehicle and its instruments.
+    pub vehicle: VehicleSettings,
+    /// The camera.
+    pub camera: CameraSettings,
+}
+
+/// `[vehicle]`: see [`scphd::Auv`] and [`scphd::VelocityNoise`].
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct VehicleSettings {
+    /// How much each velocity changes at random, (m/s)/√s.
+    pub velocity_walk_mps_rts: f64,
+    /// Standard deviation of each velocity of the Doppler log, m/s.
+    pub velocity_sigma_mps: f64,
+    /// Standard deviation of z, m.
+    pub z_sigma_m: f64,
+    /// Gate of the Doppler log and the pressure sensor, standard deviations.
+    pub gate_sigmas: f64,
+    /// Outliers in a row after which the Doppler log is believed again.
+    pub outliers_believed: u16,
+    /// How long an error of the filtered velocity lasts, s.
+    pub velocity_interval_s: f64,
+    /// Standard deviation of the angular acceleration about the vertical, rad/s².
+    pub yaw_acceleration_sigma_radps2: f64,
+    /// Standard deviation of the gyroscope's yaw rate, rad/s.
+    pub yaw_rate_sigma_radps: f64,
+}
+
+/// `[camera]`: see [`scphd::StereoCamera`] and [`scphd::StereoFrustum`].
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CameraSettings {
+    /// Standard deviations of (u_l, v_l, u_r, v_r), px, each on its own.
+    pub pixel_sigmas: [f64; 4],
+    /// Standard deviations of what the columns and the rows of both images have in common, px.
+    pub common_sigmas: [f64; 2],
+    /// Greatest squared distance, in standard deviations, of what no point can explain of a pair.
+    pub epipolar_gate: f64,
+    /// Half width of the soft edge around the images, px.
+    pub edge_px: f64,
+    /// Least depth, m.
+    pub near_m: f64,
+    /// Greatest depth, m.
+    pub far_m: f64,
+    /// Half width of the soft edge at either depth, m.
+    pub depth_edge_m: f64,
+    /// p_D.
+    pub detection: f64,
+    /// λ, false keypoints a frame.
+    pub clutter_per_scan: f64,
+}
+
+/// κ / w_b: Table 7.1 has 20 false keypoints a frame and a birth intensity of 0.05 features, 400 times less.
+const CLUTTER_OVER_BIRTH: f64 = 400.0;
+
+impl Settings {
+    /// Table 7.1 with the noise that the log states.
+    #[must_use]
+    pub fn for_log(log: &Log) -> Self {
+        let nominal = &log.nominal;
+        let camera = CameraSettings {
+            pixel_sigmas: log.camera.pixel_sigmas,
+            common_sigmas: log.camera.common_sigmas,
+            epipolar_gate: 16.0,
+            edge_px: 4.0 * log.camera.pixel_sigmas[0],
+            near_m: log.camera.depth_m[0],
+            far_m: log.camera.depth_m[1],
+            depth_edge_m: 0.1,
+            detection: nominal.detection_probability,
+            clutter_per_scan: nominal.clutter_per_scan,
+        };
+        let mut settings = Self {
+            filter: FilterSettings {
+                particles: 400,
+                samples: 1,
+                birth_intensity: 0.0,
+                resample_threshold: 0.5,
+                prune_weight: 0.0005,
+                unconfirmed_weight: 0.0,
+                merge_distance: 0.5,
+                max_components: 12_000,
+                extraction: Extraction::Heaviest,
+                extraction_weight: 0.5,
+                proposal: Proposal::Blind,
+                proposal_rounds: 3,
+                proposal_drawn: 1.0,
+                proposal_least_share: 0.05,
+                likelihood: Likelihood::SingleCluster,
+                reduction: Reduction::Greedy,
+                merge_cost: 0.7,
+            },
+            vehicle: VehicleSettings {
+                velocity_walk_mps_rts: nominal.velocity_walk_mps_rts,
+                velocity_sigma_mps: nominal.velocity_sigma_mps,
+                z_sigma_m: nominal.z_sigma_m,
+                gate_sigmas: 4.0,
+                outliers_believed: 5,
+                velocity_interval_s: 0.0,
+                yaw_acceleration_sigma_radps2: nominal.yaw_acceleration_sigma_radps2,
+                yaw_rate_sigma_radps: nominal.yaw_rate_sigma_radps,
+            },
+            camera,
+        };
+        settings.filter.birth_intensity = settings.clutter_intensity(log) / CLUTTER_OVER_BIRTH;
+        settings
+    }
+
+    /// Disparities at the ends of the range of depths, px, the least first.
+    #[must_use]
+    pub fn disparities_px(&self, log: &Log) -> [f64; 2] {
+        [self.camera.far_m, self.camera.near_m].map(|depth| log.camera.focal_baseline / depth)
+    }
+
+    /// κ, 1/px⁴: false pairs are anywhere in the left image, at any disparity and row difference that the matcher lets pass.
+    #[must_use]
+    pub fn clutter_intensity(&self, log: &Log) -> f64 {
+        let [least, greatest] = self.disparities_px(log);
+        let [width, height] = log.camera.size_px;
+        self.camera.clutter_per_scan / (width * height * (greatest - least) * 2.0 * log.camera.row_tolerance_px)
+    }
+
+    /// These settings with the fields in `text` put over them.
+    ///
+    /// # Errors
+    /// `text` is not TOML, has an unknown key, or a value that is not of its field's type or range.
+    pub fn with_toml(&self, text: &str) -> Result<Self, FileProblem> {
+        let settings: Self = file::laid_over(self, file::parsed(text)?)?;
+        settings.check()?;
+        Ok(settings)
+    }
+
+    /// These settings with the fields of the TOML file at `path` put over them.
+    ///
+    /// # Errors
+    /// The file cannot be read, or is refused by [`with_toml`](Self::with_toml).
+    pub fn with_file(&self, path: &Path) -> Result<Self, FileError> {
+        file::read(path, |text| self.with_toml(text))
+    }
+
+    /// The settings as TOML.
+    ///
+    /// # Errors
+    /// A count beyond what TOML can hold, which no settings within the limits have.
+    pub fn to_toml(&self) -> Result<String, toml::ser::Error> {
+        toml::to_string(self)
+    }
+
+    /// The first field that is out of range, if any.
+    ///
+    /// # Errors
+    /// Names the field and its range. NaN is out of every range.
+    pub fn check(&self) -> Result<(), OutOfRange> {
+        let Self { filter, vehicle, camera } = self;
+        let require = |field, found: f64, range, holds: bool| {
+            if holds { Ok(()) } else { Err(OutOfRange { field, found, range }) }
+        };
+        let positive =
+            |field, found: f64| require(field, found, "more than 0 and at most 1e6", found > 0.0 && found <= 1e6);
+        let share = |field, found: f64| require(field, found, "0 to 0.9999", (0.0..=0.9999).contains(&found));
+        let size = |field, found: f64| require(field, found, "0 to 1e6", (0.0..=1e6).contains(&found));
+        filter.check()?;
+        positive("vehicle.velocity_walk_mps_rts", vehicle.velocity_walk_mps_rts)?;
+        positive("vehicle.velocity_sigma_mps", vehicle.velocity_sigma_mps)?;
+        positive("vehicle.z_sigma_m", vehicle.z_sigma_m)?;
+        positive("vehicle.gate_sigmas", vehicle.gate_sigmas)?;
+        positive("vehicle.outliers_believed", f64::from(vehicle.outliers_believed))?;
+        size("vehicle.velocity_interval_s", vehicle.velocity_interval_s)?;
+        positive("vehicle.yaw_acceleration_sigma_radps2", vehicle.yaw_acceleration_sigma_radps2)?;
+        positive("vehicle.yaw_rate_sigma_radps", vehicle.yaw_rate_sigma_radps)?;
+        for sigma in camera.pixel_sigmas {
+            require("camera.pixel_sigmas", sigma, "1e-3 to 1000 px each", (1e-3..=1e3).contains(&sigma))?;
+        }
+        for sigma in camera.common_sigmas {
+            require("camera.common_sigmas", sigma, "0 to 1000 px each", (0.0..=1e3).contains(&sigma))?;
+        }
+        positive("camera.epipolar_gate", camera.epipolar_gate)?;
+        size("camera.edge_px", camera.edge_px)?;
+        size("camera.depth_edge_m", camera.depth_edge_m)?;
+        let near = camera.near_m;
+        require("camera.near_m", near, "more than camera.depth_edge_m", near > camera.depth_edge_m)?;
+        require("camera.far_m", camera.far_m, "more than camera.near_m", camera.far_m > near && camera.far_m <= 1e6)?;
+        share("camera.detection", camera.detection)?;
+        positive("camera.clutter_per_scan", camera.clutter_per_scan)
+    }
+}

@@ -1,0 +1,335 @@
+//! A SLAM filter over an underwater log, whichever it is.
+
+use super::log::Log;
+use super::record::MapFeature;
+use super::settings::Settings;
+use crate::reference::{self, Draws, space};
+use crate::slam::{Ahead, Precision, Refusal, config_of};
+use nalgebra::{SMatrix, Vector3, Vector4};
+use scphd::{
+    Auv, AuvControl, AuvPose, Component, Config, FrustumLimits, Health, MapMemory, Models, NoMoving, Reading, Real,
+    ScPhd, State, StereoCamera, StereoFrustum, Symmetric, UniformClutter, pixel_noise,
+};
+
+/// What moves the vehicle from one step to the next: [`scphd::AuvControl`] in plain numbers.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Control {
+    /// Velocity along the vehicle's axes, m/s, and its covariance, m²/s².
+    pub velocity: ([f64; 3], [[f64; 3]; 3]),
+    /// Roll and pitch, rad.
+    pub tilt_rad: [f64; 2],
+    /// Yaw rate and its standard deviation, rad/s.
+    pub yaw_rate: Option<[f64; 2]>,
+    /// z and its standard deviation, m.
+    pub z: Option<[f64; 2]>,
+}
+
+/// Where a vehicle starts: position (m) and yaw (rad), roll and pitch (rad).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Start {
+    /// Position, m.
+    pub position: [f64; 3],
+    /// Yaw, rad.
+    pub yaw_rad: f64,
+    /// Roll and pitch, rad.
+    pub tilt_rad: [f64; 2],
+}
+
+/// What a scan did.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Outcome {
+    /// Effective number of particles before resampling.
+    pub n_eff: f64,
+    /// Greatest number of components in view of a particle.
+    pub in_view: usize,
+    /// Measurements without an inverse in view, over all distinct particles.
+    pub no_birth: usize,
+    /// Pages in use, where the filter has pages.
+    pub pages_used: Option<usize>,
+    /// Conditions the filter reported.
+    pub health: Health,
+}
+
+/// A filter that an underwater log can be fed to.
+pub trait Slam {
+    /// Moves the vehicle.
+    ///
+    /// # Errors
+    /// The filter refused, and says why.
+    fn predict(&mut self, control: &Control, dt_s: f64) -> Result<(), Refusal>;
+
+    /// Takes in a frame's keypoints.
+    ///
+    /// # Errors
+    /// The filter refused, and says why.
+    fn scan(&mut self, keypoints: &[[f64; 4]]) -> Result<Outcome, Refusal>;
+
+    /// Estimated pose (x, y, z m, yaw rad, yaw rate rad/s) and its covariance.
+    ///
+    /// # Errors
+    /// The filter refused, and says why.
+    fn pose(&mut self) -> Result<([f64; 5], [[f64; 5]; 5]), Refusal>;
+
+    /// N̂ and the estimated features.
+    ///
+    /// # Errors
+    /// The filter refused, and says why.
+    fn map(&mut self) -> Result<(f64, Vec<MapFeature>), Refusal>;
+
+    /// Hash of the complete state, where the filter has one.
+    fn digest(&mut self) -> Option<u64>;
+
+    /// Memory of the state, where it is fixed.
+    fn state_bytes(&self) -> Option<u64>;
+}
+
+/// A filter that shows its whole state, for lockstep with the reference.
+pub trait Transparent: Slam {
+    /// The state as it stands.
+    ///
+    /// # Errors
+    /// The filter refused, and says why.
+    fn snapshot(&mut self) -> Result<Snapshot, Refusal>;
+}
+
+/// The state of a filter in the reference's terms.
+pub struct Snapshot {
+    /// Candidates, in order; weights sum to one.
+    pub candidates: Vec<space::Candidate>,
+    /// The map of every particle.
+    pub maps: Vec<Vec<reference::Component<3>>>,
+    /// ln L of the candidates that the last scan weighed.
+    pub ln_likelihoods: Vec<f64>,
+    /// For every particle the candidate of the last scan that it continues.
+    pub survivors: Vec<usize>,
+    /// A copy of the random stream: gives the numbers that the filter will draw next.
+    pub draws: Box<dyn Draws>,
+}
+
+impl core::fmt::Debug for Snapshot {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.debug_struct("Snapshot")
+            .field("candidates", &self.candidates)
+            .field("maps", &self.maps)
+            .finish_non_exhaustive()
+    }
+}
+
+/// Keypoints in a frame and components of one map in an update that every state has room for.
+const MEASUREMENTS: usize = 256;
+const VIEW: usize = 4096;
+
+type TankState<T, const PARTICLES: usize, const CANDIDATES: usize, const PAGES: usize, const MAP_PAGES: usize> = State<
+    T,
+    AuvPose<T>,
+    5,
+    4,
+    PARTICLES,
+    CANDIDATES,
+    MEASUREMENTS,
+    MapMemory<T, 3, 3, PARTICLES, PAGES, MAP_PAGES, VIEW>,
+    NoMoving,
+>;
+
+type TankModels<T> = Models<Auv<T>, StereoCamera<T>, StereoFrustum<T>, UniformClutter<T>>;
+
+type TankFilter<'s, T> =
+    ScPhd<'s, T, AuvPose<T>, Auv<T>, StereoCamera<T>, StereoFrustum<T>, UniformClutter<T>, 5, 3, 6, 4>;
+
+/// The fixed-capacity filter, with its state on the heap.
+#[derive(Debug)]
+pub struct CoreFilter<
+    T: Real,
+    const PARTICLES: usize,
+    const CANDIDATES: usize,
+    const PAGES: usize,
+    const MAP_PAGES: usize,
+> {
+    models: TankModels<T>,
+    config: Config<T>,
+    state: Box<TankState<T, PARTICLES, CANDIDATES, PAGES, MAP_PAGES>>,
+}
+
+fn refusal(error: impl core::fmt::Display) -> Refusal {
+    Refusal(error.to_string())
+}
+
+fn pose_of<T: Real>(start: &Start) -> AuvPose<T> {
+    let [x, y, z] = start.position.map(T::from_f64);
+    let [roll_rad, pitch_rad] = start.tilt_rad.map(T::from_f64);
+    AuvPose { roll_rad, pitch_rad, ..AuvPose::new(x, y, z, T::from_f64(start.yaw_rad)) }
+}
+
+fn control_of<T: Real>(control: &Control) -> AuvControl<T> {
+    let (velocity, covariance) = &control.velocity;
+    let reading = |[value, sigma]: [f64; 2]| Reading { value: T::from_f64(value), sigma: T::from_f64(sigma) };
+    let [roll_rad, pitch_rad] = control.tilt_rad.map(T::from_f64);
+    AuvControl {
+        velocity_mps: Vector3::from(velocity.map(T::from_f64)),
+        velocity_covariance: Symmetric::from_fn(|row, column| T::from_f64(covariance[row][column])),
+        roll_rad,
+        pitch_rad,
+        yaw_rate_radps: control.yaw_rate.map(reading),
+        z_m: control.z.map(reading),
+    }
+}
+
+impl<T: Real, const PARTICLES: usize, const CANDIDATES: usize, const PAGES: usize, const MAP_PAGES: usize>
+    CoreFilter<T, PARTICLES, CANDIDATES, PAGES, MAP_PAGES>
+{
+    fn start(models: TankModels<T>, config: Config<T>, start: &Start, seed: u64) -> Result<Self, Refusal> {
+        let mut state = Box::new(State::new());
+        TankFilter::new(models, config, &mut *state).map_err(refusal)?.reset(pose_of(start), seed).map_err(refusal)?;
+        Ok(Self { models, config, state })
+    }
+
+    /// Works on the filter. A state goes on from where the last filter over it left off.
+    fn with<R>(&mut self, work: impl FnOnce(&mut TankFilter<'_, T>) -> R) -> Result<R, Refusal> {
+        TankFilter::new(self.models, self.config, &mut *self.state).map_err(refusal).map(|mut filter| work(&mut filter))
+    }
+}
+
+impl<T: Real, const PARTICLES: usize, const CANDIDATES: usize, const PAGES: usize, const MAP_PAGES: usize> Slam
+    for CoreFilter<T, PARTICLES, CANDIDATES, PAGES, MAP_PAGES>
+{
+    fn predict(&mut self, control: &Control, dt_s: f64) -> Result<(), Refusal> {
+        self.with(|filter| filter.predict(&control_of(control), T::from_f64(dt_s)))?.map_err(refusal)?;
+        Ok(())
+    }
+
+    fn scan(&mut self, keypoints: &[[f64; 4]]) -> Result<Outcome, Refusal> {
+        let measurements: Vec<_> = keypoints.iter().map(|z| Vector4::from(z.map(T::from_f64))).collect();
+        let report = self.with(|filter| filter.scan(&measurements))?.map_err(refusal)?;
+        Ok(Outcome {
+            n_eff: report.n_eff.to_f64(),
+            in_view: report.in_view,
+            no_birth: report.no_birth,
+            pages_used: Some(report.pages_used),
+            health: report.health,
+        })
+    }
+
+    fn pose(&mut self) -> Result<([f64; 5], [[f64; 5]; 5]), Refusal> {
+        let estimate = self.with(|filter| filter.estimate_pose())?.ok_or_else(|| refusal("not started"))?;
+        let AuvPose { x_m, y_m, z_m, yaw_rad, yaw_rate_radps, .. } = estimate.mean;
+        Ok(([x_m, y_m, z_m, yaw_rad, yaw_rate_radps].map(T::to_f64), full(&estimate.covariance)))
+    }
+
+    fn map(&mut self) -> Result<(f64, Vec<MapFeature>), Refusal> {
+        let mut features = vec![Component::ZERO; MAP_PAGES * scphd::PAGE_LEN];
+        let estimate = self.with(|filter| filter.estimate_map(&mut features))?;
+        features.truncate(estimate.features);
+        let features = features.iter().map(|feature| MapFeature {
+            id: feature.tag,
+            weight: feature.ln_weight.exp().to_f64(),
+            mean: std::array::from_fn(|k| feature.mean[k].to_f64()),
+            covariance: full(&feature.covariance),
+        });
+        Ok((estimate.expected_features.to_f64(), features.collect()))
+    }
+
+    fn digest(&mut self) -> Option<u64> {
+        self.with(|filter| filter.digest()).ok()
+    }
+
+    fn state_bytes(&self) -> Option<u64> {
+        Some(size_of_val(&*self.state) as u64)
+    }
+}
+
+impl<T: Real, const PARTICLES: usize, const CANDIDATES: usize, const PAGES: usize, const MAP_PAGES: usize> Transparent
+    for CoreFilter<T, PARTICLES, CANDIDATES, PAGES, MAP_PAGES>
+{
+    fn snapshot(&mut self) -> Result<Snapshot, Refusal> {
+        let particles = self.config.particles;
+        self.with(|filter| {
+            let candidates = filter.candidates().iter().map(|candidate| {
+                let AuvPose { x_m, y_m, z_m, yaw_rad, yaw_rate_radps, roll_rad, pitch_rad } = candidate.pose;
+                let pose = space::Pose {
+                    position: [x_m, y_m, z_m].map(T::to_f64),
+                    yaw: yaw_rad.to_f64(),
+                    yaw_rate: yaw_rate_radps.to_f64(),
+                    roll: roll_rad.to_f64(),
+                    pitch: pitch_rad.to_f64(),
+                };
+                space::Candidate { pose, ln_weight: candidate.ln_weight.to_f64() }
+            });
+            let component = |component: &Component<T, 3>| reference::Component {
+                ln_weight: component.ln_weight.to_f64(),
+                mean: std::array::from_fn(|k| component.mean[k].to_f64()),
+                covariance: full(&component.covariance),
+            };
+            let noise = filter.noise().cloned().ok_or_else(|| refusal("not started"))?;
+            Ok(Snapshot {
+                candidates: candidates.collect(),
+                maps: (0..particles).map(|particle| filter.map(particle).map(component).collect()).collect(),
+                ln_likelihoods: filter.ln_likelihoods().iter().map(|ln_l| ln_l.to_f64()).collect(),
+                survivors: filter.survivors().iter().map(|&survivor| usize::from(survivor)).collect(),
+                draws: Box::new(Ahead::<T>::of(noise)),
+            })
+        })?
+    }
+}
+
+fn full<T: Real, const N: usize>(symmetric: &Symmetric<T, N>) -> [[f64; N]; N]
+where
+    scphd::Dim<N>: scphd::Packed,
+{
+    std::array::from_fn(|row| std::array::from_fn(|column| symmetric.get(row, column).to_f64()))
+}
+
+/// The fixed-capacity filter with the models and tuning that the settings describe.
+///
+/// # Errors
+/// The filter cannot work with the settings.
+pub fn core_filter(
+    log: &Log,
+    settings: &Settings,
+    start: &Start,
+    precision: Precision,
+    seed: u64,
+) -> Result<Box<dyn Transparent>, Refusal> {
+    match precision {
+        Precision::F32 => with_models::<f32>(log, settings, start, seed),
+        Precision::F64 => with_models::<f64>(log, settings, start, seed),
+    }
+}
+
+fn with_models<T: Real>(
+    log: &Log,
+    settings: &Settings,
+    start: &Start,
+    seed: u64,
+) -> Result<Box<dyn Transparent>, Refusal> {
+    let real = T::from_f64;
+    let Settings { filter, vehicle, camera } = settings;
+    let [left, right] = log.camera.projections.map(|p| SMatrix::<T, 3, 4>::from_fn(|row, column| real(p[row][column])));
+    let noise = pixel_noise(camera.pixel_sigmas.map(real), camera.common_sigmas.map(real));
+    let sensor = StereoCamera::new(left, right, noise, real(camera.epipolar_gate)).map_err(refusal)?;
+    let limits = FrustumLimits {
+        width_px: real(log.camera.size_px[0]),
+        height_px: real(log.camera.size_px[1]),
+        edge_px: real(camera.edge_px),
+        near_m: real(camera.near_m),
+        far_m: real(camera.far_m),
+        depth_edge_m: real(camera.depth_edge_m),
+        probability: real(camera.detection),
+    };
+    let field_of_view = StereoFrustum::new(&sensor, limits).map_err(refusal)?;
+    let [least, greatest] = settings.disparities_px(log);
+    let measure = field_of_view.measure(real(least), real(greatest), real(log.camera.row_tolerance_px));
+    let models = Models {
+        motion: Auv::new(real(vehicle.yaw_acceleration_sigma_radps2), real(vehicle.velocity_interval_s))
+            .map_err(refusal)?,
+        sensor,
+        field_of_view,
+        clutter: UniformClutter::of_scan(real(camera.clutter_per_scan), measure).map_err(refusal)?,
+    };
+    let config = config_of(filter);
+    let candidates = filter.particles.saturating_mul(filter.samples);
+    Ok(match (filter.particles, candidates) {
+        (..=64, ..=128) => Box::new(CoreFilter::<T, 64, 128, 4096, 512>::start(models, config, start, seed)?),
+        (..=400, ..=800) => Box::new(CoreFilter::<T, 400, 800, 14_000, 512>::start(models, config, start, seed)?),
+        _ => Box::new(CoreFilter::<T, 2048, 4096, 65_535, 512>::start(models, config, start, seed)?),
+    })
+}
