@@ -45,8 +45,8 @@ pub trait Case {
     fn record(&mut self, scans: usize) -> Vec<Input>;
     /// Goes through inputs, motion and scans.
     fn play(&mut self, inputs: &[Input]);
-    /// Components of the heaviest particle's map, and of its moving part.
-    fn components(&mut self) -> [usize; 2];
+    /// Components of a particle's map, and of its moving part: means over the particles.
+    fn components(&mut self) -> [f64; 2];
 }
 
 type Filter<'s, M> =
@@ -154,9 +154,11 @@ where
         }
     }
 
-    fn components(&mut self) -> [usize; 2] {
+    fn components(&mut self) -> [f64; 2] {
+        let particles = self.config.particles;
         let filter = self.filter();
-        let heaviest = filter.heaviest();
-        [filter.map(heaviest).count(), filter.moving_map(heaviest).count()]
+        let still: usize = (0..particles).map(|particle| filter.map(particle).count()).sum();
+        let moving: usize = (0..particles).map(|particle| filter.moving_map(particle).count()).sum();
+        [still, moving].map(|components| components as f64 / particles as f64)
     }
 }

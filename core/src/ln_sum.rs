@@ -36,13 +36,18 @@ impl<T: Real> LnSum<T> {
 
     /// Adds a term, given by its logarithm. A term of −∞ (weight zero) or NaN adds nothing, and neither does one that is too
     /// small to change the sum: relative to its greatest term, the sum is never below one.
-    #[inline]
+    #[inline(always)]
     pub fn add(&mut self, ln_term: T) {
-        if ln_term > self.greatest {
-            self.scaled = self.scaled * (self.greatest - ln_term).exp() + T::ONE;
+        let rises = ln_term > self.greatest;
+        if !(rises || ln_term > self.greatest + T::LN_VANISHING) {
+            return;
+        }
+        let ratio = (-(ln_term - self.greatest).abs()).exp();
+        if rises {
+            self.scaled = self.scaled * ratio + T::ONE;
             self.greatest = ln_term;
-        } else if ln_term > self.greatest + T::LN_VANISHING {
-            self.scaled += (ln_term - self.greatest).exp();
+        } else {
+            self.scaled += ratio;
         }
     }
 

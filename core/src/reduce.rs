@@ -3,7 +3,7 @@
 use crate::neighbours::{Cells, Linked, NONE, list};
 use crate::sort::shell_sort;
 use crate::workspace::{Entry, InView, Origin, Ranked, Workspace};
-use crate::{Component, Dim, Packed, Real};
+use crate::{Component, Dim, Factor, Packed, Real};
 use nalgebra::SVector;
 
 /// Which components are merged into one of the same mass, mean and spread.
@@ -76,11 +76,14 @@ pub(crate) fn keep_heaviest<T: Real, const N: usize>(
     workspace.retain(|entry| entry.origin != Origin::Gone);
 }
 
+/// Steps of the order for one of ln w.
+const STEPS_PER_UNIT: f64 = 65_536.0;
+
 /// Key that puts heavy components first: ln w in steps of 2⁻¹⁶, so that the order does not hang on the last bit of a
 /// sum, in the lower 28 bits; the class above them.
 fn heaviest_first<T: Real>(ln_weight: T, class: u32) -> u32 {
     const MIDDLE: i32 = 1 << 27;
-    let scaled = ln_weight * T::from_f64(65_536.0) + T::from_f64(0.5);
+    let scaled = ln_weight * T::from_f64(STEPS_PER_UNIT) + T::from_f64(0.5);
     let towards_zero = scaled.to_i32();
     let steps = if scaled < T::from_i32(towards_zero) { towards_zero.saturating_sub(1) } else { towards_zero };
     let place = MIDDLE - steps.clamp(1 - MIDDLE, MIDDLE - 1);
@@ -220,18 +223,29 @@ where
     Dim<N>: Packed,
 {
     let Some(Entry { component, .. }) = entries.get(index) else { return NONE };
+    let mut near = Near { component, factor: None, distance: merge_distance };
     let mut first = (index, component);
     cells.reached_by(component, merge_distance, links, |place| {
         if let Some(Entry { component: other, origin }) = entries.get(place)
+            && !clearly_lighter(other, first.1)
             && *origin != Origin::Gone
             && place != index
-            && is_near(component, &other.mean, merge_distance)
+            && near.holds(&other.mean)
             && comes_before((place, other), first)
         {
             first = (place, other);
         }
     });
     if first.0 == index { NONE } else { first.0 as u16 }
+}
+
+/// Whether a component is lighter by more than one step of the order, which settles most pairs of a crowd.
+#[inline]
+fn clearly_lighter<T: Real, const N: usize>(a: &Component<T, N>, b: &Component<T, N>) -> bool
+where
+    Dim<N>: Packed,
+{
+    a.ln_weight + T::from_f64(2.0 / STEPS_PER_UNIT) < b.ln_weight
 }
 
 /// Runnalls 2007: the heaviest component left takes in the one left whose merger costs least, as long as that is at most
@@ -277,16 +291,33 @@ where
     Some(T::from_f64(0.5) * divergence / weight.at_most(T::ONE))
 }
 
-/// Whether `head_mean` lies within the squared Mahalanobis distance of a component.
-fn is_near<T: Real, const N: usize>(component: &Component<T, N>, head_mean: &SVector<T, N>, distance: T) -> bool
+/// What lies within a squared Mahalanobis distance of a component.
+struct Near<'c, T: Real, const N: usize>
 where
     Dim<N>: Packed,
 {
-    let difference = component.mean - head_mean;
-    // d² ≥ δ_k² / P_kk for every coordinate k, which settles nearly all pairs without a factorisation.
-    let near_in_all =
-        difference.iter().enumerate().all(|(k, &delta)| delta * delta <= distance * component.covariance.get(k, k));
-    near_in_all && component.covariance.factor().is_some_and(|factor| factor.mahalanobis(&difference) <= distance)
+    component: &'c Component<T, N>,
+    /// That of the covariance, from the first time that it was needed.
+    factor: Option<Option<Factor<T, N>>>,
+    distance: T,
+}
+
+impl<T: Real, const N: usize> Near<'_, T, N>
+where
+    Dim<N>: Packed,
+{
+    /// Whether `mean` does.
+    #[inline]
+    fn holds(&mut self, mean: &SVector<T, N>) -> bool {
+        let Self { component, distance, .. } = *self;
+        let difference = component.mean - mean;
+        // d² ≥ δ_k² / P_kk for every coordinate k, which settles nearly all pairs without a factorisation.
+        let mut deltas = difference.iter().enumerate();
+        deltas.all(|(k, &delta)| delta * delta <= distance * component.covariance.get(k, k)) && {
+            let factor = self.factor.get_or_insert_with(|| component.covariance.factor());
+            factor.as_ref().is_some_and(|factor| factor.mahalanobis(&difference) <= distance)
+        }
+    }
 }
 
 /// One Gaussian with the mass, the mean and the spread of `head` and the others together.

@@ -69,7 +69,7 @@ fn is_normal_positive(x: f32) -> bool {
 pub(crate) fn ln(x: f32) -> f32 {
     const COEFFICIENTS: [f32; 3] = [0.666_666_850, 0.399_887_806, 0.295_799_494];
     if !is_normal_positive(x) {
-        return libm::logf(x);
+        return ln_of_abnormal(x);
     }
     // x = 2ⁿ (1 + f), with 1 + f between √½ and √2.
     const ROOT_HALF: u32 = 0x3f35_04f3;
@@ -83,6 +83,13 @@ pub(crate) fn ln(x: f32) -> f32 {
     let whole = n as f32;
     let rest = s * (half_square + square * polynomial(COEFFICIENTS, square)) + whole * LN_2[1];
     whole * LN_2[0] + (f - (half_square - rest))
+}
+
+/// That of a number which is not normal or not positive: by itself, so that its code is there but once.
+#[cold]
+#[inline(never)]
+fn ln_of_abnormal(x: f32) -> f32 {
+    libm::logf(x)
 }
 
 /// 1/√x; relative error below 2e-7 where `x` is a normal number.

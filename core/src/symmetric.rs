@@ -346,11 +346,18 @@ where
         Symmetric::from_fn(|row, column| full[(row, column)])
     }
 
+    /// The determinant.
+    #[inline]
+    #[must_use]
+    pub fn determinant(&self) -> T {
+        self.pivots.iter().fold(T::ONE, |product, &pivot| product * pivot)
+    }
+
     /// ln det S.
     #[inline]
     #[must_use]
     pub fn ln_determinant(&self) -> T {
-        self.pivots.iter().fold(T::ONE, |product, &pivot| product * pivot).ln()
+        self.determinant().ln()
     }
 
     /// ln of the greatest value of the Gaussian density with covariance S: −½ ln det(2πS).

@@ -212,8 +212,9 @@ impl<T: Real, S, V, F> View<'_, T, S, V, F> {
         let noise = self.sensor.noise();
         let innovation = component.covariance.leading::<D>().congruence(&expected.jacobian).plus(noise);
         let (Some(innovation), Some(noise)) = (innovation.factor(), noise.factor()) else { return true };
-        let known_dimensions = T::from_usize(if D < Z { D } else { Z });
-        innovation.ln_determinant() - noise.ln_determinant() < known_dimensions * T::from_f64(1.75).ln()
+        let known_dimensions = if D < Z { D } else { Z };
+        let middle = (0..known_dimensions).fold(noise.determinant(), |det, _| det * T::from_f64(1.75));
+        innovation.determinant() < middle
     }
 
     /// Calls `found` for every measurement whose term in η_z is not negligible, in the order of the scan.
