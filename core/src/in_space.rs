@@ -5,8 +5,8 @@ use nalgebra::{Matrix3, Vector3, Vector4};
 use std::boxed::Box;
 use std::vec::Vec;
 
-type Still<const N: usize> = MapMemory<f64, 3, 3, N, 1024, 32, 1024>;
-type Moving<const N: usize> = MapMemory<f64, 6, 3, N, 512, 16, 512>;
+type Still<const N: usize> = MapMemory<f64, 3, 3, N, 512, 32, 512>;
+type Moving<const N: usize> = MapMemory<f64, 6, 3, N, 256, 8, 256>;
 type Memory<const N: usize, V> = State<f64, AuvPose<f64>, 5, 4, N, N, 96, Still<N>, V>;
 type Filter<'s> =
     ScPhd<'s, f64, AuvPose<f64>, Auv<f64>, StereoCamera<f64>, StereoFrustum<f64>, UniformClutter<f64>, 5, 3, 6, 4>;

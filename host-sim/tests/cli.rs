@@ -9,7 +9,7 @@ use std::process::{Command, Output};
 use tempfile::TempDir;
 
 /// Keys of the JSON object of a run, in order.
-const KEYS: [&str; 26] = [
+const KEYS: [&str; 29] = [
     "log",
     "filter",
     "precision",
@@ -36,6 +36,9 @@ const KEYS: [&str; 26] = [
     "static_features_matched",
     "static_features_false",
     "static_position_error_median_m",
+    "ln_evidence",
+    "nis_mean",
+    "nees_mean",
 ];
 
 /// What `--out` leaves for a single run.

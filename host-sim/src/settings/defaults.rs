@@ -11,8 +11,11 @@ use super::{
 use crate::log::{Log, Vehicle};
 use std::f64::consts::PI;
 
-/// Particles N. Fits the middle state of the fixed-capacity filter.
-const PARTICLES: usize = 100;
+/// Particles N of a simulation.
+const PARTICLES: usize = 32;
+/// Share of the informed proposal's covariance that is drawn: many particles make use of more, a single one of less, and
+/// this serves both.
+const SIMULATED_DRAWN: f64 = 0.2;
 /// Samples M of every particle a prediction: one, because drawing more is paid for as more particles would be.
 const SAMPLES: usize = 1;
 /// Resample below this N_eff / N: section 5.3.1, and most of the literature.
@@ -39,7 +42,7 @@ const MOVING_EXTRACTION_WEIGHT: f64 = 0.4;
 /// Linearisations of the informed proposal.
 const PROPOSAL_ROUNDS: usize = 3;
 /// A component that explains less of a measurement than this does not steer the proposal.
-const PROPOSAL_LEAST_SHARE: f64 = 0.05;
+const PROPOSAL_LEAST_SHARE: f64 = 0.02;
 /// Runnalls' cost per mass of the lighter of two components that are one: of equal ones two standard deviations apart.
 const MERGE_COST: f64 = 0.7;
 /// Components in view. No view of the published logs needs half of it; it bounds the time of a scan gone wrong.
@@ -146,7 +149,7 @@ impl Settings {
         let births =
             if sensor.clutter_per_scan > 0.0 { sensor.clutter_per_scan / clutter_over_birth } else { BIRTHS_PER_SCAN };
         let of = |simulated, real| if log.simulated { simulated } else { real };
-        let drawn = unstated.drawn.filter(|_| !log.simulated);
+        let drawn = if log.simulated { Some(SIMULATED_DRAWN) } else { unstated.drawn };
         let filter = FilterSettings {
             particles: if log.simulated { PARTICLES } else { unstated.particles },
             samples: SAMPLES,
@@ -156,7 +159,7 @@ impl Settings {
             unconfirmed_weight: of(UNCONFIRMED_WEIGHT, 0.0),
             merge_distance: of(MERGE_DISTANCE, unstated.merge_distance),
             max_components: MAX_COMPONENTS,
-            extraction: Extraction::Heaviest,
+            extraction: if log.simulated { Extraction::Peaks } else { Extraction::Heaviest },
             extraction_weight: 0.0,
             proposal: if drawn.is_some() { Proposal::Informed } else { Proposal::Blind },
             proposal_rounds: PROPOSAL_ROUNDS,
@@ -181,6 +184,7 @@ impl Settings {
     pub fn restrict_to_reference(&mut self) {
         self.filter.proposal = Proposal::Blind;
         self.filter.unconfirmed_weight = 0.0;
+        self.filter.extraction = Extraction::Heaviest;
     }
 
     /// Lets features move, or takes them all for static.
@@ -273,7 +277,7 @@ mod tests {
         (log.sensor.bearing_min_rad, log.sensor.bearing_max_rad) = (-1.0, 1.0);
         let settings = Settings::for_log(&log);
         assert!((settings.sensor.range_sigma_m - 3.8 * 0.4).abs() < 1e-12);
-        assert_eq!((settings.sensor.bearing_edge_rad, settings.filter.particles), (0.15, 200));
+        assert_eq!((settings.sensor.bearing_edge_rad, settings.filter.particles), (0.15, 5));
         assert!(settings.vehicle.noise_interval_s > 0.0);
         assert_eq!(settings.check(), Ok(()));
         log.name = "another".into();
