@@ -57,11 +57,11 @@ impl Source {
     }
 }
 
-/// The settings a scenario is run with unless told otherwise.
+/// The settings a scenario is run with unless told otherwise: the recursion of the thesis and nothing beyond it.
 pub fn scenario_defaults(name: &str, log: &Log) -> Settings {
     let mut settings = Settings::for_log(log);
+    settings.restrict_to_reference();
     if let Some(run) = thesis_run(name) {
-        settings.restrict_to_reference();
         settings.filter.particles = run.particles;
         settings.filter.samples = run.samples;
         settings.filter.resample_threshold = run.resample_threshold;

@@ -12,7 +12,7 @@ use crate::log::{Log, Vehicle};
 use std::f64::consts::PI;
 
 /// Particles N of a simulation.
-const PARTICLES: usize = 32;
+const PARTICLES: usize = 100;
 /// Share of the informed proposal's covariance that is drawn: many particles make use of more, a single one of less, and
 /// this serves both.
 const SIMULATED_DRAWN: f64 = 0.2;
