@@ -5,7 +5,7 @@ use super::failure::{Failure, notice, print};
 use super::monte_carlo::{Extent, Inputs, plan, run};
 use super::outputs::{Outputs, make};
 use super::progress::Progress;
-use super::source::{Source, scenario, tuned};
+use super::source::{Source, scenario, scenario_defaults, tuned};
 use super::underwater;
 use scphd_sim::figure::densities::{self, Moment};
 use scphd_sim::figure::{self, FIGURES};
@@ -66,7 +66,7 @@ pub fn figure(args: FigureArgs) -> Result<(), Failure> {
         }
         "5.9" => {
             let log = scenario("thesis-compare", args.seed)?;
-            let settings = tuned(Settings::for_log(&log), &args.tuning)?;
+            let settings = tuned(scenario_defaults("thesis-compare", &log), &args.tuning)?;
             let weighed = densities::weigh(&log, &settings, &UPDATE, args.seed)
                 .ok_or_else(|| Failure::Internal("the scenario ends before the update".into()))?;
             vec![("5.9", densities::figure(&log, &UPDATE, &weighed))]

@@ -2,7 +2,7 @@
 
 use super::args::{PrecisionName, StreamArgs};
 use super::failure::{Failure, print};
-use super::source::{read, tuned};
+use super::source::{read, scenario_defaults, tuned};
 use scphd_sim::output::atomic;
 use scphd_sim::scenario::by_name;
 use scphd_sim::settings::Settings;
@@ -21,11 +21,11 @@ pub fn stream(args: StreamArgs) -> Result<(), Failure> {
     let name = args.source.to_str().unwrap_or_default();
     let (log, defaults) = if name == WORST_CASE {
         worst_case(args.tuning.particles.unwrap_or(PARTICLES), args.tuning.samples.unwrap_or(SAMPLES), MEASUREMENTS)
+    } else if let Some(log) = by_name(name, args.scenario_seed.scenario_seed.unwrap_or(seed)) {
+        let defaults = scenario_defaults(name, &log);
+        (log, defaults)
     } else {
-        let log = match by_name(name, args.scenario_seed.scenario_seed.unwrap_or(seed)) {
-            Some(log) => log,
-            None => read(&args.source)?,
-        };
+        let log = read(&args.source)?;
         let defaults = Settings::for_log(&log);
         (log, defaults)
     };
