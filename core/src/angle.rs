@@ -17,6 +17,11 @@ pub fn wrap<T: Real>(angle_rad: T) -> T {
         return angle_rad;
     }
     let turn = T::PI + T::PI;
+    // Sums and differences of two angles in range are out of it by less than a turn.
+    let nearest = if angle_rad > T::ZERO { angle_rad - turn } else { angle_rad + turn };
+    if nearest > -T::PI && nearest <= T::PI {
+        return nearest;
+    }
     let wrapped = angle_rad - turn * ((angle_rad + T::PI) / turn).floor();
     // The subtraction leaves [−π, π); −π itself, and what rounding pushed out, belongs to π.
     if wrapped > -T::PI { wrapped.at_most(T::PI) } else { T::PI }

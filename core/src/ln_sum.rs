@@ -55,7 +55,8 @@ impl<T: Real> LnSum<T> {
     #[inline]
     #[must_use]
     pub fn ln(&self) -> T {
-        self.greatest + self.scaled.ln()
+        // A sum of one term is that term.
+        if self.scaled == T::ONE { self.greatest } else { self.greatest + self.scaled.ln() }
     }
 }
 

@@ -57,6 +57,21 @@ const fn at(row: usize, column: usize) -> usize {
     row * (row + 1) / 2 + column
 }
 
+/// Row and column of every element of the packed lower triangle.
+const PLACES: [(usize, usize); 21] = {
+    let mut places = [(0, 0); 21];
+    let mut row = 0;
+    while row < 6 {
+        let mut column = 0;
+        while column <= row {
+            places[at(row, column)] = (row, column);
+            column += 1;
+        }
+        row += 1;
+    }
+    places
+};
+
 /// A symmetric N × N matrix in packed storage, such as a covariance.
 ///
 /// ```
@@ -87,14 +102,9 @@ where
     #[must_use]
     pub fn from_fn(mut element: impl FnMut(usize, usize) -> T) -> Self {
         let mut result = Self::ZERO;
-        let lower = result.lower.as_mut();
-        for row in 0..N {
-            for column in 0..=row {
-                let element = element(row, column);
-                if let Some(slot) = lower.get_mut(at(row, column)) {
-                    *slot = element;
-                }
-            }
+        // One loop of a known length, where two nested ones would not be unrolled.
+        for (slot, &(row, column)) in result.lower.as_mut().iter_mut().zip(&PLACES) {
+            *slot = element(row, column);
         }
         result
     }
@@ -188,27 +198,34 @@ where
     #[inline]
     #[must_use]
     pub fn kept_positive_definite(self) -> (Self, bool) {
-        let beyond_rounding = |matrix: &Self| {
-            let least = T::EPSILON * T::from_f64(4.0);
-            let above = |(k, &pivot): (usize, &T)| pivot >= least * matrix.get(k, k);
-            matrix.factor().is_some_and(|factor| factor.pivots.iter().enumerate().all(above))
-        };
-        if beyond_rounding(&self) {
-            return (self, false);
-        }
+        if self.is_beyond_rounding() { (self, false) } else { (self.raised(), true) }
+    }
+
+    /// Whether rounding leaves it positive definite.
+    #[inline]
+    fn is_beyond_rounding(&self) -> bool {
+        let least = T::EPSILON * T::from_f64(4.0);
+        let above = |(k, &pivot): (usize, &T)| pivot >= least * self.get(k, k);
+        self.factor().is_some_and(|factor| factor.pivots.iter().enumerate().all(above))
+    }
+
+    /// With as little added to its diagonal as makes it positive definite.
+    #[cold]
+    #[inline(never)]
+    fn raised(&self) -> Self {
         let trace = (0..N).fold(T::ZERO, |sum, k| sum + self.get(k, k).abs());
         let mut raise = trace * T::EPSILON * T::from_f64(4.0);
-        let mut repaired = self;
+        let mut raised = *self;
         // Each round adds four times as much; a dozen reach the trace itself in single precision, which is enough for any
         // matrix that was positive semidefinite but for rounding.
         for _ in 0..12 {
-            repaired = Self::from_fn(|row, column| self.get(row, column) + if row == column { raise } else { T::ZERO });
-            if beyond_rounding(&repaired) {
+            raised = Self::from_fn(|row, column| self.get(row, column) + if row == column { raise } else { T::ZERO });
+            if raised.is_beyond_rounding() {
                 break;
             }
             raise *= T::from_f64(4.0);
         }
-        (repaired, true)
+        raised
     }
 
     /// A lower triangular A with A Aᵀ = the matrix, which need only be positive semidefinite: coordinates without variance
@@ -238,30 +255,14 @@ where
     #[must_use]
     pub fn factor(&self) -> Option<Factor<T, N>> {
         let mut factor = Factor { lower: self.lower, pivots: [T::ZERO; N] };
-        let l = factor.lower.as_mut();
-        for column in 0..N {
-            let mut pivot = element(l, at(column, column));
-            for (k, &earlier) in factor.pivots.iter().enumerate().take(column) {
-                pivot -= element(l, at(column, k)) * element(l, at(column, k)) * earlier;
-            }
-            // Written so that NaN fails too.
-            if !(pivot > T::ZERO && pivot.is_finite()) {
-                return None;
-            }
-            if let Some(slot) = factor.pivots.get_mut(column) {
-                *slot = pivot;
-            }
-            for row in column + 1..N {
-                let mut product = element(l, at(row, column));
-                for (k, &earlier) in factor.pivots.iter().enumerate().take(column) {
-                    product -= element(l, at(row, k)) * element(l, at(column, k)) * earlier;
-                }
-                if let Some(slot) = l.get_mut(at(row, column)) {
-                    *slot = product / pivot;
-                }
-            }
-        }
-        Some(factor)
+        // Column by column, each with a number that the compiler knows: a loop over them would not be unrolled.
+        let positive = factor.eliminate::<0>()
+            && factor.eliminate::<1>()
+            && factor.eliminate::<2>()
+            && factor.eliminate::<3>()
+            && factor.eliminate::<4>()
+            && factor.eliminate::<5>();
+        positive.then_some(factor)
     }
 }
 
@@ -280,6 +281,37 @@ impl<T: Real, const N: usize> Factor<T, N>
 where
     Dim<N>: Packed,
 {
+    /// The pivot of a column and what is below it, from the columns before it; `false` where the pivot is not positive.
+    #[inline(always)]
+    fn eliminate<const COLUMN: usize>(&mut self) -> bool {
+        if COLUMN >= N {
+            return true;
+        }
+        let l = self.lower.as_mut();
+        let mut pivot = element(l, at(COLUMN, COLUMN));
+        let mut scaled = [T::ZERO; COLUMN];
+        for (k, (scaled, &earlier)) in scaled.iter_mut().zip(&self.pivots).enumerate() {
+            *scaled = element(l, at(COLUMN, k)) * earlier;
+            pivot -= element(l, at(COLUMN, k)) * *scaled;
+        }
+        // Written so that NaN fails too.
+        if !(pivot > T::ZERO && pivot < T::INFINITY) {
+            return false;
+        }
+        if let Some(slot) = self.pivots.get_mut(COLUMN) {
+            *slot = pivot;
+        }
+        let per_pivot = T::ONE / pivot;
+        for row in COLUMN + 1..N {
+            let start = element(l, at(row, COLUMN));
+            let product = (0..COLUMN).zip(scaled).fold(start, |sum, (k, scaled)| sum - element(l, at(row, k)) * scaled);
+            if let Some(slot) = l.get_mut(at(row, COLUMN)) {
+                *slot = product * per_pivot;
+            }
+        }
+        true
+    }
+
     /// L⁻¹ v.
     #[inline]
     fn forward(&self, v: &SVector<T, N>) -> SVector<T, N> {

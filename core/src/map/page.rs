@@ -46,20 +46,28 @@ where
 
     /// Replaces every component by what `change` makes of it, and drops those of which it makes nothing.
     pub(crate) fn change(&mut self, change: impl Fn(&Component<T, N>) -> Option<Component<T, N>>) {
-        let before = *self;
-        self.refill(before.components().iter().filter_map(change));
+        let before = core::mem::replace(&mut self.len, 0);
+        self.bounds = Bounds::EMPTY;
+        for place in 0..usize::from(before) {
+            // What has been kept lies before what is still to come.
+            if let Some(changed) = self.components.get(place).and_then(&change) {
+                self.push(&changed);
+            }
+        }
     }
 
     /// Replaces the contents; takes at most [`PAGE_LEN`] components.
     pub(crate) fn fill<'a>(&mut self, components: impl Iterator<Item = &'a Component<T, N>>) {
-        self.refill(components.copied());
-    }
-
-    fn refill(&mut self, components: impl Iterator<Item = Component<T, N>>) {
         self.len = 0;
         self.bounds = Bounds::EMPTY;
-        for ((slot, weight), component) in self.components.iter_mut().zip(&mut self.weights).zip(components) {
-            *slot = component;
+        components.for_each(|component| self.push(component));
+    }
+
+    /// Adds a component where there is room.
+    fn push(&mut self, component: &Component<T, N>) {
+        let place = usize::from(self.len);
+        if let Some((slot, weight)) = self.components.get_mut(place).zip(self.weights.get_mut(place)) {
+            *slot = *component;
             *weight = component.ln_weight.exp();
             self.bounds.include(&component.position());
             self.len += 1;

@@ -21,7 +21,7 @@ const SAMPLES: usize = 1;
 /// Resample below this N_eff / N: section 5.3.1, and most of the literature.
 const RESAMPLE_THRESHOLD: f64 = 0.5;
 /// A component of this weight is one expected feature in ten thousand.
-const PRUNE_WEIGHT: f64 = 1e-4;
+const PRUNE_WEIGHT: f64 = 2.5e-3;
 /// A simulated feature in view is seen in nearly every scan: what has been seen but once and leaves the view lighter than
 /// this was clutter.
 const UNCONFIRMED_WEIGHT: f64 = 0.5;
