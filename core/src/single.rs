@@ -121,24 +121,20 @@ pub(crate) fn sqrt_above(x: f32) -> f32 {
 /// Angle of the vector (`x`, `y`), rad, in \[−π, π\]; error below 3e-7.
 #[inline]
 pub(crate) fn atan2(y: f32, x: f32) -> f32 {
-    const TANGENT_OF_PI_8: f32 = 0.414_213_56;
-    const COEFFICIENTS: [f32; 4] = [-0.333_327_562, 0.199_718_642, -0.138_242_954, 0.079_020_9];
+    const COEFFICIENTS: [f32; 7] =
+        [-0.333_316_590, 0.199_627_039, -0.139_765_813, 0.097_942_322, -0.057_773_554, 0.023_040_109, -0.004_355_398];
     let (along, across) = (x.abs(), y.abs());
-    let (less, more) = if across > along { (along, across) } else { (across, along) };
-    // Twice of it must be finite too.
-    if !is_normal_positive(more * 4.0) {
+    let steep = across > along;
+    let (less, more) = if steep { (along, across) } else { (across, along) };
+    if !is_normal_positive(more) {
         return libm::atan2f(y, x);
     }
-    let (slope, offset) = if less > TANGENT_OF_PI_8 * more {
-        ((less - more) / (less + more), core::f32::consts::FRAC_PI_4)
-    } else {
-        (less / more, 0.0)
-    };
+    let slope = less / more;
     let square = slope * slope;
-    let octant = offset + (slope + slope * square * polynomial(COEFFICIENTS, square));
-    let quadrant = if across > along { core::f32::consts::FRAC_PI_2 - octant } else { octant };
+    let octant = slope + slope * square * polynomial(COEFFICIENTS, square);
+    let quadrant = if steep { core::f32::consts::FRAC_PI_2 - octant } else { octant };
     let half = if x < 0.0 { core::f32::consts::PI - quadrant } else { quadrant };
-    if y.is_sign_negative() { -half } else { half }
+    half.copysign(y)
 }
 
 /// Sine and cosine of an angle, rad; error below 1.5e-7.
