@@ -121,8 +121,16 @@ pub(crate) fn sqrt_above(x: f32) -> f32 {
 /// Angle of the vector (`x`, `y`), rad, in \[−π, π\]; error below 3e-7.
 #[inline]
 pub(crate) fn atan2(y: f32, x: f32) -> f32 {
-    const COEFFICIENTS: [f32; 7] =
-        [-0.333_316_590, 0.199_627_039, -0.139_765_813, 0.097_942_322, -0.057_773_554, 0.023_040_109, -0.004_355_398];
+    const COEFFICIENTS: [f32; 8] = [
+        -0.333_329_871,
+        0.199_903_966,
+        -0.141_859_750,
+        0.105_739_310,
+        -0.073_667_037,
+        0.041_121_831,
+        -0.015_132_518,
+        0.002_622_240,
+    ];
     let (along, across) = (x.abs(), y.abs());
     let steep = across > along;
     let (less, more) = if steep { (along, across) } else { (across, along) };
