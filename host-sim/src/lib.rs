@@ -21,6 +21,7 @@ pub mod slam;
 pub mod stream;
 pub mod threads;
 pub mod truth;
+pub mod tune;
 pub mod underwater;
 pub mod vehicle;
 

@@ -280,6 +280,19 @@ fn an_exported_scenario_replays_as_it_runs() {
 }
 
 #[test]
+fn what_tune_proposes_can_be_replayed() {
+    let place = Workplace::new();
+    place.succeeds(&["export", "survey", "exported"]);
+    let printed = place.succeeds(&["tune", "exported", "--rounds", "1", "--particles", "2", "--out", "tuned.toml"]);
+    assert!(printed.contains("sensor.range_sigma_m") && printed.contains("proposed"), "{printed}");
+    let tuned = fs::read_to_string(place.path("tuned.toml")).unwrap();
+    assert!(tuned.contains("particles = 2\n"), "{tuned}");
+    place.succeeds(&["replay", "exported", "--settings", "tuned.toml"]);
+    place.fails(&["tune", "nowhere"]);
+    place.fails(&["tune", "exported", "--rounds", "0"]);
+}
+
+#[test]
 fn the_job_without_a_command_compares_filter_and_reference() {
     let place = Workplace::new();
     let printed = place.succeeds(&["--particles", "2", "--json", "results/both.json"]);

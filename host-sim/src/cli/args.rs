@@ -95,6 +95,15 @@ pub enum Command {
     },
     /// Writes a log or scenario as the binary stream that a vehicle computer reads; docs/stream.md describes it.
     Stream(StreamArgs),
+    /// Proposes noise, detection and clutter settings for a log from what the filter's innovations over it say.
+    ///
+    /// Every round runs the filter over the whole log and starts from what the round before proposed; no truth is used,
+    /// and nothing is changed on fewer than 50 observations. Range and bearing noise are what the innovations of a scan
+    /// leave when the pose is free; odometry noise is what makes the scans' corrections as large as the filter expects
+    /// them; p_D is a line over the range through what was detected in view. Settings of the recursion stay, but births
+    /// keep their ratio to clutter. A simulation's noise is found from half and from double of it in three rounds; a real
+    /// detector's errors repeat, so that innovations understate them: one round, and a look at the errors before and after.
+    Tune(TuneArgs),
     /// Prints the settings a log or scenario is run with, as a TOML file for --settings.
     Settings {
         /// Folder of a log, or name of a scenario (which goes first; write ./NAME for a folder of that name).
@@ -263,6 +272,25 @@ pub struct StreamArgs {
     pub seed: Seed,
     #[command(flatten)]
     pub scenario_seed: ScenarioSeed,
+}
+
+#[derive(Debug, Args)]
+pub struct TuneArgs {
+    /// Folder of a log, or, where there is no such folder, name of a scenario.
+    #[arg(value_name = "DIR|SCENARIO")]
+    pub source: PathBuf,
+    /// Runs over the log.
+    #[arg(long, value_name = "N", default_value_t = 3, value_parser = value_parser!(u16).range(1..=100))]
+    pub rounds: u16,
+    #[command(flatten)]
+    pub tuning: Tuning,
+    #[command(flatten)]
+    pub seed: Seed,
+    #[command(flatten)]
+    pub scenario_seed: ScenarioSeed,
+    /// Writes all settings, the proposed ones among them, to FILE, for --settings.
+    #[arg(long, value_name = "FILE.toml")]
+    pub out: Option<PathBuf>,
 }
 
 /// What changes the settings.

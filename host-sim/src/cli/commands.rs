@@ -6,7 +6,7 @@ use super::failure::{Failure, notice, print};
 use super::outputs::{Outputs, label};
 use super::progress::Progress;
 use super::source::{Source, read, scenario, scenario_defaults, tuned};
-use super::{figure, monte_carlo, repeat, stream, underwater};
+use super::{figure, monte_carlo, repeat, stream, tune, underwater};
 use scphd::Health;
 use scphd_sim::log::Log;
 use scphd_sim::log_folder;
@@ -59,6 +59,7 @@ pub fn execute(cli: Cli) -> Result<(), Failure> {
         Some(Command::Run { .. } | Command::Scenarios) => list_scenarios(),
         Some(Command::Export { scenario: name, dir, seed }) => export(&scenario(&name, seed)?, &dir),
         Some(Command::Stream(args)) => stream::stream(args),
+        Some(Command::Tune(args)) => tune::tune(args),
         Some(Command::Settings { source, tuning }) if source.to_str().is_some_and(underwater::is_scenario) => {
             underwater::settings(&underwater::Source::Scenario(source.to_string_lossy().into_owned(), None), &tuning)
         }

@@ -11,6 +11,7 @@ mod progress;
 mod repeat;
 mod source;
 mod stream;
+mod tune;
 mod underwater;
 
 use args::Cli;

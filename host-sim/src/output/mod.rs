@@ -7,6 +7,7 @@ pub mod json;
 pub mod repeats;
 pub mod studies;
 pub mod table;
+pub mod tuning;
 
 use std::io;
 use std::path::PathBuf;

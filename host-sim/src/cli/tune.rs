@@ -1,0 +1,32 @@
+//! `scphd-sim tune`.
+
+use super::args::TuneArgs;
+use super::failure::{Failure, notice, print};
+use super::progress::Progress;
+use super::source::{Source, read, tuned};
+use scphd_sim::output::{atomic, tuning};
+use scphd_sim::tune;
+
+/// Proposes settings, prints what has changed, and writes all of them where asked to.
+pub fn tune(args: TuneArgs) -> Result<(), Failure> {
+    let seed = args.seed.seed;
+    let source = if args.source.is_dir() {
+        Source::Fixed(Box::new(read(&args.source)?))
+    } else {
+        let scenario_seed = args.scenario_seed.scenario_seed.unwrap_or(seed);
+        Source::scenario(args.source.to_string_lossy().into_owned(), Some(scenario_seed))?
+    };
+    let log = source.log(seed)?;
+    let settings = tuned(source.defaults(&log), &args.tuning)?;
+    let rounds = usize::from(args.rounds);
+    let progress = Progress::new(format!("tune {}", log.name), rounds * log.scans.len());
+    let found = tune::tune(&log, &settings, seed, rounds, &mut |scans| progress.at(scans))?;
+    drop(progress);
+    if let Some(path) = &args.out {
+        let text = found.settings.to_toml().map_err(|error| Failure::Internal(error.to_string()))?;
+        atomic::write(path, text.as_bytes())
+            .map_err(|error| Failure::input(format_args!("cannot write {}: {error}", path.display())))?;
+        notice(format_args!("settings are in {}", path.display()));
+    }
+    print(&tuning::render(&log.name, &found.proposed))
+}
