@@ -22,9 +22,12 @@ const SAMPLES: usize = 1;
 const RESAMPLE_THRESHOLD: f64 = 0.5;
 /// A component of this weight is one expected feature in ten thousand.
 const PRUNE_WEIGHT: f64 = 1e-4;
-/// A simulated feature in view is seen in nearly every scan: what has been seen but once and leaves the view lighter than
-/// this was clutter.
-const UNCONFIRMED_WEIGHT: f64 = 0.5;
+/// A simulated feature in view is seen in nearly every scan and, by a vehicle that moves little from scan to scan, in many:
+/// what leaves the view and is not better known than from this many measurements was clutter, whatever it weighs.
+const CONFIRMING_DETECTIONS: f64 = 3.0;
+const UNCONFIRMED_WEIGHT: f64 = 1.0;
+/// Least weight of an estimated feature over that of a confirmed one that was missed, which is in.
+const EXTRACTION_SHARE: f64 = 0.4;
 /// Squared Mahalanobis distance of components that are one: two standard deviations.
 const MERGE_DISTANCE: f64 = 4.0;
 /// w_m / w_b: most of what turns up stands still.
@@ -150,6 +153,8 @@ impl Settings {
             if sensor.clutter_per_scan > 0.0 { sensor.clutter_per_scan / clutter_over_birth } else { BIRTHS_PER_SCAN };
         let of = |simulated, real| if log.simulated { simulated } else { real };
         let drawn = if log.simulated { Some(SIMULATED_DRAWN) } else { unstated.drawn };
+        // What one miss in the middle of the view leaves.
+        let confirmed_weight = of(1.0 - sensor.detection_near, 0.0);
         let filter = FilterSettings {
             particles: if log.simulated { PARTICLES } else { unstated.particles },
             samples: SAMPLES,
@@ -157,10 +162,12 @@ impl Settings {
             resample_threshold: of(RESAMPLE_THRESHOLD, unstated.resample_threshold),
             prune_weight: of(PRUNE_WEIGHT, REAL_PRUNE_WEIGHT),
             unconfirmed_weight: of(UNCONFIRMED_WEIGHT, 0.0),
+            confirming_detections: of(CONFIRMING_DETECTIONS, 1.0),
+            confirmed_weight,
             merge_distance: of(MERGE_DISTANCE, unstated.merge_distance),
             max_components: MAX_COMPONENTS,
-            extraction: if log.simulated { Extraction::Peaks } else { Extraction::Heaviest },
-            extraction_weight: 0.0,
+            extraction: if log.simulated { Extraction::Confirmed } else { Extraction::Heaviest },
+            extraction_weight: EXTRACTION_SHARE * confirmed_weight,
             proposal: if drawn.is_some() { Proposal::Informed } else { Proposal::Blind },
             proposal_rounds: PROPOSAL_ROUNDS,
             proposal_drawn: drawn.unwrap_or(1.0),
@@ -184,7 +191,9 @@ impl Settings {
     pub fn restrict_to_reference(&mut self) {
         self.filter.proposal = Proposal::Blind;
         self.filter.unconfirmed_weight = 0.0;
+        self.filter.confirmed_weight = 0.0;
         self.filter.extraction = Extraction::Heaviest;
+        self.filter.extraction_weight = 0.0;
     }
 
     /// Lets features move, or takes them all for static.
