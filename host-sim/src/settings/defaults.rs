@@ -13,9 +13,6 @@ use std::f64::consts::PI;
 
 /// Particles N of a simulation.
 const PARTICLES: usize = 100;
-/// Share of the informed proposal's covariance that is drawn: many particles make use of more, a single one of less, and
-/// this serves both.
-const SIMULATED_DRAWN: f64 = 0.2;
 /// Samples M of every particle a prediction: one, because drawing more is paid for as more particles would be.
 const SAMPLES: usize = 1;
 /// Resample below this N_eff / N: section 5.3.1, and most of the literature.
@@ -36,6 +33,8 @@ struct Memory {
     merge_distance: f64,
     extraction: Extraction,
     extraction_weight: f64,
+    /// Share of the informed proposal's covariance that is drawn.
+    drawn: f64,
 }
 
 /// Dense clutter: weights alone tell. What has been seen but once and leaves the view lighter than half a feature was clutter;
@@ -49,11 +48,13 @@ const DENSE: Memory = Memory {
     merge_distance: 4.0,
     extraction: Extraction::Peaks,
     extraction_weight: 0.0,
+    drawn: 0.2,
 };
 
 /// Sparse clutter: what leaves the view and is not better known than from three measurements is forgotten, whatever it weighs;
 /// what is, stays, and is found again from a fifth of a feature. Features are far apart for their uncertainty, so that what lies
-/// within four standard deviations of one is the same, seen from errant poses.
+/// within four standard deviations of one is the same, seen from errant poses. Associations leave little to draw for: the mean
+/// of the proposal is better than a sample of it, and one particle as good as many.
 const SPARSE: Memory = Memory {
     clutter_over_birth: 50.0,
     prune_weight: 1e-3,
@@ -63,6 +64,7 @@ const SPARSE: Memory = Memory {
     merge_distance: 16.0,
     extraction: Extraction::Confirmed,
     extraction_weight: 0.08,
+    drawn: 0.0,
 };
 
 /// w_m / w_b: most of what turns up stands still.
@@ -185,7 +187,7 @@ impl Settings {
         let births =
             if sensor.clutter_per_scan > 0.0 { sensor.clutter_per_scan / clutter_over_birth } else { BIRTHS_PER_SCAN };
         let of = |simulated, real| if log.simulated { simulated } else { real };
-        let drawn = if log.simulated { Some(SIMULATED_DRAWN) } else { unstated.drawn };
+        let drawn = if log.simulated { Some(memory.drawn) } else { unstated.drawn };
         let filter = FilterSettings {
             particles: if log.simulated { PARTICLES } else { unstated.particles },
             samples: SAMPLES,
