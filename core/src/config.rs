@@ -31,10 +31,15 @@ pub struct Config<T> {
     pub resample_threshold: T,
     /// Components below this weight are dropped (Vo & Ma 2006, table II: T).
     pub prune_weight: T,
-    /// A component that leaves the view is forgotten if it is lighter than this and no better known than from one
-    /// measurement: most of those were born from clutter, and nothing would ever miss them. Zero: all are kept, as the
-    /// thesis has it.
+    /// k: a component is confirmed where it is better known than k measurements taken from the present pose would make it.
+    pub confirming_detections: T,
+    /// A component that leaves the view is forgotten if it is lighter than this and not confirmed: most of those were born
+    /// from clutter, and nothing would ever miss them. Zero: all are kept, as the thesis has it.
     pub unconfirmed_weight: T,
+    /// Misses take a confirmed static component no further down than to this weight. The intensity remembers no more than the
+    /// last few scans, so that a feature seen a hundred times dies of four misses in a row, as at the rim of the view, where
+    /// pose and map are not known well enough to tell whether it is in view at all. Zero: it does, as the thesis has it.
+    pub confirmed_weight: T,
     /// Which components are merged.
     pub reduction: Reduction<T>,
     /// Greatest number of components kept in view, of each kind (Vo & Ma 2006, table II: J_max).
@@ -50,7 +55,7 @@ pub struct Config<T> {
     pub negligible: T,
 }
 
-/// Which of a map's components are the round(N̂) estimated features.
+/// Which of a map's components are the estimated features: round(N̂) of them unless said otherwise.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Extraction {
@@ -60,6 +65,9 @@ pub enum Extraction {
     /// Those of the highest peaks of the intensity, w (2π)^{−D/2} |P|^{−1/2}. A feature seen many times that the last scan has
     /// missed is light, but its peak is high; two false measurements that happened to agree are heavy and flat.
     Peaks,
+    /// All that are [confirmed](Config::confirming_detections) as seen from the present pose, highest peaks first, whatever N̂
+    /// is: where features are light for having been missed of late, N̂ falls short of their number.
+    Confirmed,
 }
 
 /// The part of the tuning that is about features that move.
@@ -112,7 +120,9 @@ impl<T: Real> Default for Config<T> {
             birth_intensity: T::from_f64(0.01),
             resample_threshold: T::from_f64(0.5),
             prune_weight: T::from_f64(1e-4),
+            confirming_detections: T::ONE,
             unconfirmed_weight: T::ZERO,
+            confirmed_weight: T::ZERO,
             reduction: Reduction::Greedy { merge_distance: T::from_f64(4.0) },
             max_components: usize::MAX,
             extraction: Extraction::Heaviest,
@@ -168,6 +178,12 @@ impl<T: Real> Config<T> {
             "unconfirmed_weight",
             "between 0 and 1",
         )?;
+        require(
+            self.confirming_detections >= one && self.confirming_detections.is_finite(),
+            "confirming_detections",
+            "finite and at least 1",
+        )?;
+        require(self.confirmed_weight >= zero && self.confirmed_weight <= one, "confirmed_weight", "between 0 and 1")?;
         require(self.reduction.is_usable(), "reduction", "of a bound that is finite and not negative")?;
         require(self.max_components >= 1, "max_components", "at least 1")?;
         require(

@@ -1,11 +1,12 @@
 //! State extraction (5.2.7).
 
 use crate::config::Extraction;
+use crate::confirmed::is_confirmed;
 use crate::reduce::heavier;
 use crate::state::Memory;
 use crate::{
-    Clutter, Component, Dim, FieldOfView, Locating, Motion, Packed, Pose, Proposal, Real, ScPhd, Sensor, Symmetric,
-    Twice,
+    Clutter, Component, Config, Dim, FieldOfView, Locating, Motion, Packed, Pose, Proposal, Real, ScPhd, Sensor,
+    Symmetric, Twice,
 };
 
 /// The estimated pose.
@@ -25,7 +26,8 @@ where
 pub struct MapEstimate<T> {
     /// N̂ = Σ w: the expected number of features.
     pub expected_features: T,
-    /// Features written: the first round(N̂) components in the order of the extraction, or as many as there are.
+    /// Features written: the first round(N̂) components in the order of the extraction, or as many as there are; or all that
+    /// are confirmed.
     pub features: usize,
     /// Features left out because the buffer was too small for them.
     pub left_out: usize,
@@ -92,21 +94,27 @@ where
     /// [`extraction`](crate::Config::extraction) and of those that weigh at least
     /// [`extraction_weight`](crate::Config::extraction_weight), to `features`.
     pub fn estimate_map(&self, features: &mut [Component<T, D>]) -> MapEstimate<T> {
-        first_of(|| self.map(self.heaviest()).copied(), self.config.extraction, self.config.extraction_weight, features)
+        let Self { models, config, memory } = self;
+        let admits = admits(&models.sensor, memory, config);
+        let map = || self.map(self.heaviest()).filter(|component| admits(component)).copied();
+        first_of(map, config.extraction, config.extraction_weight, features)
     }
 
     /// The same for the static map that is expected over all particles, Σ_i ζ_i v_i, so that the covariances hold the
     /// uncertainty of the pose too. Components of one tag are one feature; the rest is left to the
     /// [`reduction`](crate::Config::reduction). Works in the scratch of the update, whose capacity bounds it.
     pub fn estimate_expected_map(&mut self, features: &mut [Component<T, D>]) -> MapEstimate<T> {
-        let Self { memory: Memory { cursor, candidates, still, .. }, config, .. } = self;
+        let Self { models, config, memory } = self;
+        let admits = admits(&models.sensor, memory, config);
+        let Memory { cursor, candidates, still, .. } = memory;
         let (particles, children) = (cursor.particles, cursor.children);
         let weight = |particle: usize| {
             let family = candidates.iter().skip(particle * children).take(children);
             family.fold(T::ZERO, |sum, candidate| sum + candidate.ln_weight.exp())
         };
         still.expect(particles, weight, config);
-        let map = || still.workspace.in_view().iter().map(|entry| entry.component);
+        let map =
+            || still.workspace.in_view().iter().map(|entry| entry.component).filter(|component| admits(component));
         first_of(map, config.extraction, config.extraction_weight, features)
     }
 
@@ -125,7 +133,34 @@ where
     }
 }
 
-/// Writes the first round(N̂) components in the order of the extraction, of those that weigh enough, to `features`.
+/// Whether a static component may be an estimated feature, whatever it weighs: where the extraction asks for it, if it is
+/// confirmed as seen from the heaviest particle's pose.
+fn admits<'m, T, P, S, const K: usize, const D: usize, const E: usize, const Z: usize>(
+    sensor: &'m S,
+    memory: &Memory<'_, T, P, K, D, E, Z>,
+    config: &Config<T>,
+) -> impl Fn(&Component<T, D>) -> bool + use<'m, T, P, S, K, D, E, Z>
+where
+    T: Real,
+    P: Pose<T, K>,
+    S: Locating<T, K, D, Z> + Sensor<T, D, Z, Pose = P>,
+    Dim<K>: Packed,
+    Dim<D>: Packed,
+    Dim<E>: Packed,
+    Dim<Z>: Packed,
+{
+    let heaviest = memory.cursor.heaviest;
+    let asked = config.extraction == Extraction::Confirmed;
+    let candidate = memory.candidates().get(heaviest * memory.cursor.children).filter(|_| asked);
+    let frame = candidate.map(|candidate| sensor.frame(&candidate.pose));
+    let spread = memory.spreads.get(heaviest).copied();
+    let detections = config.confirming_detections;
+    move |component| {
+        frame.as_ref().is_none_or(|frame| is_confirmed(sensor, frame, spread.as_ref(), component, detections))
+    }
+}
+
+/// Writes the first round(N̂) components in the order of the extraction, or all, of those that weigh enough, to `features`.
 fn first_of<T: Real, const N: usize, I: Iterator<Item = Component<T, N>>>(
     map: impl Fn() -> I,
     extraction: Extraction,
@@ -139,7 +174,11 @@ where
     let rounded = (expected_features + T::from_f64(0.5)).floor().to_i32();
     let ln_least = least_weight.ln();
     let heavy_enough = || map().filter(|component| component.ln_weight >= ln_least);
-    let wanted = usize::try_from(rounded).unwrap_or(0).min(heavy_enough().count());
+    let expected = match extraction {
+        Extraction::Heaviest | Extraction::Peaks => usize::try_from(rounded).unwrap_or(0),
+        Extraction::Confirmed => usize::MAX,
+    };
+    let wanted = heavy_enough().count().min(expected);
     let buffer = features.len().min(wanted);
     let features = features.get_mut(..buffer).unwrap_or(&mut []);
     // Insertion into the sorted buffer: linear in the map for every feature at worst, without memory of its own.

@@ -49,6 +49,7 @@ mod bounds;
 mod candidate;
 mod component;
 mod config;
+mod confirmed;
 mod digest;
 mod drift;
 mod error;

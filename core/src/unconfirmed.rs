@@ -1,4 +1,4 @@
-//! What becomes of features that were seen but once, and which features are the estimated ones.
+//! What becomes of features that were seen but once and of those that are confirmed, and which features are the estimated ones.
 
 use crate::{
     Component, Config, ControlNoise, Extraction, MapMemory, Models, PlanarPose, RangeBearing, RangeBearingWindow,
@@ -90,4 +90,69 @@ fn the_highest_peaks_or_the_heaviest_are_the_estimated_features() {
         assert_eq!(filter.estimate_map(&mut features).features, 2);
         assert_eq!([features[0].tag, features[1].tag], expected);
     }
+}
+
+#[test]
+fn what_is_confirmed_outlasts_misses() {
+    let seen = [Vector2::new(5.0, 0.4)];
+    for (confirmed_weight, scans, left) in [(0.0, 20, 0), (0.05, 20, 1), (0.05, 1, 0)] {
+        let mut memory = Box::new(Memory::new());
+        let config = Config {
+            birth_intensity: 0.01,
+            confirming_detections: 3.0,
+            confirmed_weight,
+            extraction: Extraction::Confirmed,
+            particles: 1,
+            ..Config::default()
+        };
+        let mut filter = filter(&mut memory, config);
+        for _ in 0..scans {
+            filter.scan(&seen).unwrap();
+        }
+        for _ in 0..6 {
+            filter.scan(&[]).unwrap();
+        }
+        let mut features = [Component::ZERO; 3];
+        let estimate = filter.estimate_map(&mut features);
+        assert_eq!((filter.map(0).count(), estimate.features), (left, left), "{confirmed_weight} {scans}");
+        if left == 1 {
+            // N̂ alone would leave it out.
+            assert!(
+                (estimate.expected_features - 0.05).abs() < 1e-12 && (features[0].ln_weight.exp() - 0.05).abs() < 1e-12
+            );
+            // The next detection brings it back.
+            filter.scan(&seen).unwrap();
+            assert!(filter.estimate_map(&mut features).expected_features > 0.9);
+        }
+    }
+}
+
+#[test]
+fn all_that_are_confirmed_are_estimated_however_heavy_the_others() {
+    let component = |tag, weight: f64, x, variance| Component {
+        tag,
+        ln_weight: weight.ln(),
+        mean: Vector2::new(x, 0.0),
+        covariance: Symmetric::from_diagonal([variance, variance]),
+    };
+    // R is 0.01 m² in range and 0.01 m² or more across: the last has been seen once.
+    let map = [
+        component(1, 0.1, 5.0, 1e-4),
+        component(2, 0.3, 6.0, 1e-3),
+        component(3, 0.001, 7.0, 1e-4),
+        component(4, 0.9, 8.0, 0.02),
+    ];
+    let mut memory = Box::new(Memory::new());
+    let config = Config {
+        extraction: Extraction::Confirmed,
+        extraction_weight: 0.02,
+        confirming_detections: 3.0,
+        particles: 1,
+        ..Config::default()
+    };
+    let mut filter = filter(&mut memory, config);
+    filter.load_map(&map).unwrap();
+    let mut features = [Component::ZERO; 4];
+    assert_eq!(filter.estimate_map(&mut features).features, 2);
+    assert_eq!([features[0].tag, features[1].tag], [1, 2]);
 }

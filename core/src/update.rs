@@ -1,5 +1,6 @@
 //! The update of the survivors' maps (5.17–5.22), after their weights are known.
 
+use crate::confirmed::is_confirmed;
 use crate::map::{Maps, PAGE_LEN};
 use crate::reduce::{heavier, keep_heaviest, merge_and_cap};
 use crate::scan::Scan;
@@ -38,8 +39,42 @@ where
     /// Outside nothing is in view.
     bounds: Bounds<T, D>,
     scan: &'a Scan<'a, T, Z>,
+    config: &'a Config<T>,
     /// The tag of the scan's first measurement; after the last one come the births that did not wait for one.
     first_tag: u32,
+}
+
+impl<T: Real, S, V, F, const K: usize, const D: usize, const Z: usize> Sight<'_, T, S, V, F, K, D, Z>
+where
+    S: Locating<T, K, D, Z> + Sensor<T, D, Z, Frame = F>,
+    Dim<K>: Packed,
+    Dim<D>: Packed,
+    Dim<Z>: Packed,
+{
+    /// Whether a component is better known than from the few measurements that confirm it.
+    fn confirms<const N: usize>(&self, component: &Component<T, N>) -> bool
+    where
+        Dim<N>: Packed,
+    {
+        let detections = self.config.confirming_detections;
+        is_confirmed(self.view.sensor, &self.view.frame, self.spread.as_ref(), component, detections)
+    }
+
+    /// ln of the weight of a component in view that was not detected.
+    #[inline]
+    fn ln_missed<const N: usize>(&self, component: &Component<T, N>, ln_missed: T) -> T
+    where
+        Dim<N>: Packed,
+    {
+        let ln_weight = component.ln_weight + ln_missed;
+        let least = self.config.confirmed_weight;
+        // What moves may have gone.
+        if N > D || !(least > T::ZERO) {
+            return ln_weight;
+        }
+        let ln_least = least.ln().at_most(component.ln_weight);
+        if ln_weight < ln_least && self.confirms(component) { ln_least } else { ln_weight }
+    }
 }
 
 /// All maps of both kinds, and the scratch that they share.
@@ -105,7 +140,12 @@ where
             if let Some((view, spread)) = look(survivor) {
                 let task = Task { parent, particle, last_child, remaining };
                 let bounds = view.bounds();
-                self.one(task, &Sight { view, spread, bounds, scan, first_tag }, &mut tally, probe);
+                self.one(
+                    task,
+                    &Sight { view, spread, bounds, scan, config: self.config, first_tag },
+                    &mut tally,
+                    probe,
+                );
             }
             for twin in 1..copy.len() {
                 self.still.share_updated(particle, particle + twin);
@@ -242,7 +282,7 @@ where
             expectation = expectation.blurred(&blur);
             noise = noise.plus(&blur);
         }
-        let ln_weight = component.ln_weight + expectation.detection.ln_missed;
+        let ln_weight = sight.ln_missed(component, expectation.detection.ln_missed);
         self.push(Component { ln_weight, ..*component }, Origin::Missed);
         let mut correction = None;
         view.matches(&expectation, scan, |found| {
@@ -323,7 +363,7 @@ where
             }
             if seen {
                 self.workspace.retain_outside(outside, |component| {
-                    component.ln_weight >= ln_unconfirmed || sight.view.is_confirmed(component)
+                    component.ln_weight >= ln_unconfirmed || sight.confirms(component)
                 });
                 let only_holder = self.pool.references(id) == 1;
                 regained += usize::from(task.last_child && only_holder);

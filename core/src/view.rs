@@ -196,27 +196,6 @@ impl<T: Real, S, V, F> View<'_, T, S, V, F> {
         })
     }
 
-    /// Whether a component is better known than from one measurement taken from here. One measurement leaves H P Hᵀ = R, two
-    /// leave half of it; the determinant of S = H P Hᵀ + R is compared with what lies in the middle.
-    pub(crate) fn is_confirmed<const N: usize, const D: usize, const Z: usize>(
-        &self,
-        component: &Component<T, N>,
-    ) -> bool
-    where
-        S: Sensor<T, D, Z, Frame = F>,
-        Dim<N>: Packed,
-        Dim<D>: Packed,
-        Dim<Z>: Packed,
-    {
-        let Some(expected) = self.sensor.expect(&self.frame, &component.position::<D>()) else { return true };
-        let noise = self.sensor.noise();
-        let innovation = component.covariance.leading::<D>().congruence(&expected.jacobian).plus(noise);
-        let (Some(innovation), Some(noise)) = (innovation.factor(), noise.factor()) else { return true };
-        let known_dimensions = if D < Z { D } else { Z };
-        let middle = (0..known_dimensions).fold(noise.determinant(), |det, _| det * T::from_f64(1.75));
-        innovation.determinant() < middle
-    }
-
     /// Calls `found` for every measurement whose term in η_z is not negligible, in the order of the scan.
     ///
     /// A term counts while it is above `negligible` times what explains its measurement without any feature; that

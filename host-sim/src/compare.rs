@@ -90,7 +90,7 @@ pub struct Comparison {
 ///
 /// # Errors
 /// The filter refuses the settings or a step, and says why; or they ask for what the reference does not have: a proposal
-/// that is not blind, or forgetting of what was not confirmed.
+/// that is not blind, or forgetting or remembering by what was confirmed.
 pub fn compare(
     log: &Log,
     settings: &Settings,
@@ -98,9 +98,12 @@ pub fn compare(
     seed: u64,
     mut progress: impl FnMut(usize),
 ) -> Result<Comparison, Refusal> {
-    if settings.filter.proposal != Proposal::Blind || settings.filter.unconfirmed_weight > 0.0 {
-        let needed = "filter.proposal = \"blind\" and filter.unconfirmed_weight = 0";
-        return Err(Refusal(format!("the reference samples blindly and forgets nothing; compare with {needed}")));
+    let filter = &settings.filter;
+    if filter.proposal != Proposal::Blind || filter.unconfirmed_weight > 0.0 || filter.confirmed_weight > 0.0 {
+        let needed = "filter.proposal = \"blind\", filter.unconfirmed_weight = 0 and filter.confirmed_weight = 0";
+        return Err(Refusal(format!(
+            "the reference samples blindly and forgets as the thesis does; compare with {needed}"
+        )));
     }
     let reference = reference_of(settings, &log.vehicle);
     let mut filter = core_filter(settings, &log.vehicle, log.initial_pose, precision, seed)?;

@@ -11,7 +11,7 @@ pub(crate) const VERSION: u16 = 1;
 pub const UNKNOWN: u32 = u32::MAX;
 
 /// Number of the numbers of a head.
-const COUNT: usize = 40;
+const COUNT: usize = 42;
 /// Bytes before the numbers: magic, version, length, choices, counts, seed.
 const FRONT: usize = 52;
 /// Bytes of the whole head, its check included.
@@ -84,6 +84,8 @@ pub enum Extraction {
     Heaviest,
     /// The highest peaks.
     Peaks,
+    /// All that are confirmed.
+    Confirmed,
 }
 
 macro_rules! header {
@@ -207,8 +209,12 @@ header! {
     resample_threshold,
     /// Drop components below this weight.
     prune_weight,
-    /// Forget components that leave the view lighter than this and no better known than from one measurement.
+    /// A component is confirmed where it is better known than from this many measurements.
+    confirming_detections,
+    /// Forget components that leave the view lighter than this and not confirmed.
     unconfirmed_weight,
+    /// Misses take a confirmed component no further down than to this weight.
+    confirmed_weight,
     /// Merge components within this squared Mahalanobis distance.
     merge_distance,
     /// Merge by Runnalls' cost up to this bound.
@@ -265,6 +271,7 @@ impl Header {
             match self.extraction {
                 Extraction::Heaviest => 0,
                 Extraction::Peaks => 1,
+                Extraction::Confirmed => 2,
             },
             0,
             0,
@@ -356,6 +363,7 @@ impl Header {
         header.extraction = match extraction {
             0 => Extraction::Heaviest,
             1 => Extraction::Peaks,
+            2 => Extraction::Confirmed,
             _ => return None,
         };
         Some(header)
@@ -395,21 +403,21 @@ mod tests {
         let header = numbered();
         let bytes = header.encode();
         assert_eq!(Header::decode(&mut Bytes(&bytes)), Ok(header));
-        assert_eq!((header.start_x_m, header.scan_interval_s), (100.5, 139.5));
+        assert_eq!((header.start_x_m, header.scan_interval_s), (100.5, 141.5));
     }
 
     /// The places of the documented layout, by hand.
     #[test]
     fn the_layout_is_the_documented_one() {
         let bytes = numbered().encode();
-        assert_eq!(bytes.len(), 376);
-        assert_eq!(&bytes[..12], b"SCPHDLOG\x01\x00\x78\x01");
+        assert_eq!(bytes.len(), 392);
+        assert_eq!(&bytes[..12], b"SCPHDLOG\x01\x00\x88\x01");
         assert_eq!(bytes[12..20], [4, 2, 2, 1, 1, 1, 0, 0]);
         assert_eq!(bytes[20..24], [1, 0, 0, 0]);
         assert_eq!(bytes[40..44], [6, 0, 0, 0]);
         assert_eq!(bytes[44..52], [8, 7, 6, 5, 4, 3, 2, 1]);
         assert_eq!(bytes[52..60], 100.5_f64.to_le_bytes());
-        assert_eq!(bytes[364..372], 139.5_f64.to_le_bytes());
+        assert_eq!(bytes[380..388], 141.5_f64.to_le_bytes());
     }
 
     #[test]

@@ -390,7 +390,9 @@ fn config<T: Real>(header: &Header) -> Config<T> {
         birth_intensity: T::from_f64(header.birth_intensity),
         resample_threshold: T::from_f64(header.resample_threshold),
         prune_weight: T::from_f64(header.prune_weight),
+        confirming_detections: T::from_f64(header.confirming_detections),
         unconfirmed_weight: T::from_f64(header.unconfirmed_weight),
+        confirmed_weight: T::from_f64(header.confirmed_weight),
         proposal: match header.proposal {
             header::Proposal::Blind => Proposal::Blind,
             header::Proposal::Informed => Proposal::Informed(Informed {
@@ -411,6 +413,7 @@ fn config<T: Real>(header: &Header) -> Config<T> {
         extraction: match header.extraction {
             header::Extraction::Heaviest => Extraction::Heaviest,
             header::Extraction::Peaks => Extraction::Peaks,
+            header::Extraction::Confirmed => Extraction::Confirmed,
         },
         extraction_weight: T::from_f64(header.extraction_weight),
         moving: MovingConfig {

@@ -11,23 +11,64 @@ use super::{
 use crate::log::{Log, Vehicle};
 use std::f64::consts::PI;
 
-/// Particles N of a simulation.
-const PARTICLES: usize = 100;
-/// Share of the informed proposal's covariance that is drawn: many particles make use of more, a single one of less, and
-/// this serves both.
-const SIMULATED_DRAWN: f64 = 0.2;
 /// Samples M of every particle a prediction: one, because drawing more is paid for as more particles would be.
 const SAMPLES: usize = 1;
 /// Resample below this N_eff / N: section 5.3.1, and most of the literature.
 const RESAMPLE_THRESHOLD: f64 = 0.5;
-/// About what a false measurement leaves behind after one miss (at p_D = 0.95 and κ / w_b = 20): lighter components say less
-/// than the next measurement does, and were most of the map.
-const PRUNE_WEIGHT: f64 = 2.5e-3;
-/// A simulated feature in view is seen in nearly every scan: what has been seen but once and leaves the view lighter than
-/// this was clutter.
-const UNCONFIRMED_WEIGHT: f64 = 0.5;
-/// Squared Mahalanobis distance of components that are one: two standard deviations.
-const MERGE_DISTANCE: f64 = 4.0;
+/// Where clutter is so sparse that fewer false measurements than this fall within three standard deviations of a feature in
+/// a scan, the same feature is not confirmed by chance, and what has been seen a few times is there.
+const SPARSE_CLUTTER: f64 = 0.005;
+
+/// What becomes of features of a simulation by how often they have been seen.
+struct Memory {
+    particles: usize,
+    /// κ / w_b. A measurement that nothing explains starts as a feature of weight 1/(1 + κ/w_b): the next detection near
+    /// it makes it a likely feature (a Gaussian's peak is far above κ), a lone false measurement dies out.
+    clutter_over_birth: f64,
+    prune_weight: f64,
+    confirming_detections: f64,
+    unconfirmed_weight: f64,
+    confirmed_weight: f64,
+    merge_distance: f64,
+    extraction: Extraction,
+    extraction_weight: f64,
+    /// Share of the informed proposal's covariance that is drawn.
+    drawn: f64,
+}
+
+/// Dense clutter: weights alone tell. A component is dropped at about what a false measurement leaves behind after one miss (at
+/// p_D = 0.95): a lighter one says less than the next measurement does, and they were most of the map. What has been seen but
+/// once and leaves the view lighter than half a feature was clutter; components within two standard deviations are one.
+const DENSE: Memory = Memory {
+    particles: 100,
+    clutter_over_birth: 20.0,
+    prune_weight: 2.5e-3,
+    confirming_detections: 1.0,
+    unconfirmed_weight: 0.5,
+    confirmed_weight: 0.0,
+    merge_distance: 4.0,
+    extraction: Extraction::Peaks,
+    extraction_weight: 0.0,
+    drawn: 0.2,
+};
+
+/// Sparse clutter: what leaves the view and is not better known than from three measurements is forgotten, whatever it weighs;
+/// what is, stays, and is found again from a fifth of a feature. Features are far apart for their uncertainty, so that what lies
+/// within four standard deviations of one is the same, seen from errant poses. Associations leave little to draw for: the mean
+/// of the proposal is better than a sample of it, and one particle is as good as many.
+const SPARSE: Memory = Memory {
+    particles: 1,
+    clutter_over_birth: 50.0,
+    prune_weight: 1e-3,
+    confirming_detections: 3.0,
+    unconfirmed_weight: 1.0,
+    confirmed_weight: 0.2,
+    merge_distance: 16.0,
+    extraction: Extraction::Confirmed,
+    extraction_weight: 0.08,
+    drawn: 0.0,
+};
+
 /// w_m / w_b: most of what turns up stands still.
 const MOVING_BIRTH_SHARE: f64 = 0.5;
 /// Walking pace and somewhat more.
@@ -49,9 +90,6 @@ const MERGE_COST: f64 = 0.7;
 /// Components in view. No view of the published logs needs half of it; it bounds the time of a scan gone wrong.
 const MAX_COMPONENTS: usize = 1000;
 
-/// κ / w_b of a simulation. A measurement that nothing explains starts as a feature of weight 1/21: the next detection
-/// near it makes it a likely feature (a Gaussian's peak is far above κ), a lone false measurement dies out.
-const CLUTTER_OVER_BIRTH: f64 = 20.0;
 /// Births a scan where there is no clutter for them to be measured against.
 const BIRTHS_PER_SCAN: f64 = 0.1;
 
@@ -146,22 +184,25 @@ impl Settings {
         let sensor = sensor(log);
         let measure = sensor.measure();
         let unstated = unstated(&log.vehicle);
-        let clutter_over_birth = if log.simulated { CLUTTER_OVER_BIRTH } else { unstated.clutter_over_birth };
+        let memory = memory(&sensor);
+        let clutter_over_birth = if log.simulated { memory.clutter_over_birth } else { unstated.clutter_over_birth };
         let births =
             if sensor.clutter_per_scan > 0.0 { sensor.clutter_per_scan / clutter_over_birth } else { BIRTHS_PER_SCAN };
         let of = |simulated, real| if log.simulated { simulated } else { real };
-        let drawn = if log.simulated { Some(SIMULATED_DRAWN) } else { unstated.drawn };
+        let drawn = if log.simulated { Some(memory.drawn) } else { unstated.drawn };
         let filter = FilterSettings {
-            particles: if log.simulated { PARTICLES } else { unstated.particles },
+            particles: if log.simulated { memory.particles } else { unstated.particles },
             samples: SAMPLES,
             birth_intensity: births / measure,
             resample_threshold: of(RESAMPLE_THRESHOLD, unstated.resample_threshold),
-            prune_weight: of(PRUNE_WEIGHT, REAL_PRUNE_WEIGHT),
-            unconfirmed_weight: of(UNCONFIRMED_WEIGHT, 0.0),
-            merge_distance: of(MERGE_DISTANCE, unstated.merge_distance),
+            prune_weight: of(memory.prune_weight, REAL_PRUNE_WEIGHT),
+            unconfirmed_weight: of(memory.unconfirmed_weight, 0.0),
+            confirming_detections: of(memory.confirming_detections, 1.0),
+            confirmed_weight: of(memory.confirmed_weight, 0.0),
+            merge_distance: of(memory.merge_distance, unstated.merge_distance),
             max_components: MAX_COMPONENTS,
-            extraction: if log.simulated { Extraction::Peaks } else { Extraction::Heaviest },
-            extraction_weight: 0.0,
+            extraction: if log.simulated { memory.extraction } else { Extraction::Heaviest },
+            extraction_weight: of(memory.extraction_weight, 0.0),
             proposal: if drawn.is_some() { Proposal::Informed } else { Proposal::Blind },
             proposal_rounds: PROPOSAL_ROUNDS,
             proposal_drawn: drawn.unwrap_or(1.0),
@@ -185,13 +226,22 @@ impl Settings {
     pub fn restrict_to_reference(&mut self) {
         self.filter.proposal = Proposal::Blind;
         self.filter.unconfirmed_weight = 0.0;
+        self.filter.confirmed_weight = 0.0;
         self.filter.extraction = Extraction::Heaviest;
+        self.filter.extraction_weight = 0.0;
     }
 
     /// Lets features move, or takes them all for static.
     pub fn set_moving(&mut self, moving: bool) {
         self.moving.birth_intensity = if moving { MOVING_BIRTH_SHARE * self.filter.birth_intensity } else { 0.0 };
     }
+}
+
+/// By how many false measurements a scan has near a feature, within three standard deviations: κ 9π σ_r σ_b.
+fn memory(sensor: &SensorSettings) -> &'static Memory {
+    let density = sensor.clutter_per_scan / sensor.measure();
+    let near = density * 9.0 * PI * sensor.range_sigma_m * sensor.bearing_sigma_rad;
+    if near < SPARSE_CLUTTER { &SPARSE } else { &DENSE }
 }
 
 fn unstated(vehicle: &Vehicle) -> &'static Unstated {
@@ -268,6 +318,23 @@ mod tests {
         // κ = 20 w_b, and one birth a scan from 20 false measurements.
         assert!((settings.filter.birth_intensity * 15.0 * 2.0 * PI - 1.0).abs() < 1e-12);
         assert_eq!(settings.check(), Ok(()));
+    }
+
+    #[test]
+    fn sparse_clutter_leaves_features_that_are_remembered() {
+        let mut log = scenario::survey(1);
+        let dense = Settings::for_log(&log).filter;
+        assert_eq!((dense.confirmed_weight, dense.merge_distance, dense.extraction), (0.0, 4.0, Extraction::Peaks));
+        // κ 9π σ_r σ_b of 20 false measurements a scan is 0.0131.
+        log.nominal.clutter_per_scan = Some(20.0 * 0.0049 / 0.0131);
+        let sparse = Settings::for_log(&log).filter;
+        assert_eq!((sparse.confirming_detections, sparse.extraction), (3.0, Extraction::Confirmed));
+        assert!(sparse.extraction_weight < sparse.confirmed_weight);
+        let mut thesis = Settings::for_log(&log);
+        thesis.restrict_to_reference();
+        assert_eq!((thesis.filter.confirmed_weight, thesis.filter.extraction_weight), (0.0, 0.0));
+        log.simulated = false;
+        assert_eq!(Settings::for_log(&log).filter.confirmed_weight, 0.0);
     }
 
     #[test]

@@ -38,8 +38,12 @@ pub struct FilterSettings {
     pub resample_threshold: f64,
     /// Drop components below this weight.
     pub prune_weight: f64,
-    /// Forget components that leave the view lighter than this and no better known than from one measurement.
+    /// A component is confirmed where it is better known than from this many measurements.
+    pub confirming_detections: f64,
+    /// Forget components that leave the view lighter than this and not confirmed.
     pub unconfirmed_weight: f64,
+    /// Misses take a confirmed component no further down than to this weight.
+    pub confirmed_weight: f64,
     /// Merge components within this squared Mahalanobis distance.
     pub merge_distance: f64,
     /// Components kept in view, at most.
@@ -82,6 +86,8 @@ pub enum Extraction {
     Heaviest,
     /// The highest peaks.
     Peaks,
+    /// All that are confirmed.
+    Confirmed,
 }
 
 /// The particle likelihood: see `docs/recursion.md`.

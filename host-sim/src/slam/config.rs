@@ -12,7 +12,9 @@ pub(crate) fn config_of<T: Real>(filter: &FilterSettings) -> Config<T> {
         birth_intensity: real(filter.birth_intensity),
         resample_threshold: real(filter.resample_threshold),
         prune_weight: real(filter.prune_weight),
+        confirming_detections: real(filter.confirming_detections),
         unconfirmed_weight: real(filter.unconfirmed_weight),
+        confirmed_weight: real(filter.confirmed_weight),
         proposal: match filter.proposal {
             settings::Proposal::Blind => Proposal::Blind,
             settings::Proposal::Informed => Proposal::Informed(Informed {
@@ -34,6 +36,7 @@ pub(crate) fn config_of<T: Real>(filter: &FilterSettings) -> Config<T> {
         extraction: match filter.extraction {
             settings::Extraction::Heaviest => Extraction::Heaviest,
             settings::Extraction::Peaks => Extraction::Peaks,
+            settings::Extraction::Confirmed => Extraction::Confirmed,
         },
         extraction_weight: real(filter.extraction_weight),
         ..Config::default()

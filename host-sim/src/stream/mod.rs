@@ -99,6 +99,7 @@ fn head(log: &Log, settings: &Settings, seed: u64, scalar: Scalar) -> Header {
         extraction: match filter.extraction {
             settings::Extraction::Heaviest => Extraction::Heaviest,
             settings::Extraction::Peaks => Extraction::Peaks,
+            settings::Extraction::Confirmed => Extraction::Confirmed,
         },
         particles: count(filter.particles),
         samples: count(filter.samples),
@@ -126,7 +127,9 @@ fn head(log: &Log, settings: &Settings, seed: u64, scalar: Scalar) -> Header {
         birth_intensity: filter.birth_intensity,
         resample_threshold: filter.resample_threshold,
         prune_weight: filter.prune_weight,
+        confirming_detections: filter.confirming_detections,
         unconfirmed_weight: filter.unconfirmed_weight,
+        confirmed_weight: filter.confirmed_weight,
         merge_distance: filter.merge_distance,
         merge_cost: filter.merge_cost,
         extraction_weight: filter.extraction_weight,

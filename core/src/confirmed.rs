@@ -1,0 +1,67 @@
+//! Which features are confirmed: better known than the first few measurements of them could have made them.
+
+use crate::{Component, Dim, Locating, Packed, Real, Symmetric};
+
+/// (S / R) in one dimension half way between what so many measurements leave, 1 + 1/k, and what one more does.
+fn middle<T: Real>(detections: T) -> T {
+    let half = T::from_f64(0.5);
+    T::ONE + half / detections + half / (detections + T::ONE)
+}
+
+/// Whether a component is better known than from `detections` measurements taken from here, by a pose of that covariance,
+/// which blurs them. One measurement leaves H P Hᵀ = R, k leave R/k; the determinant of S = H P Hᵀ + R is compared with what
+/// lies between k and k + 1.
+pub(crate) fn is_confirmed<T: Real, S, const N: usize, const K: usize, const D: usize, const Z: usize>(
+    sensor: &S,
+    frame: &S::Frame,
+    spread: Option<&Symmetric<T, K>>,
+    component: &Component<T, N>,
+    detections: T,
+) -> bool
+where
+    S: Locating<T, K, D, Z>,
+    Dim<N>: Packed,
+    Dim<K>: Packed,
+    Dim<D>: Packed,
+    Dim<Z>: Packed,
+{
+    let position = component.position::<D>();
+    let Some(expected) = sensor.expect(frame, &position) else { return true };
+    let mut noise = *sensor.noise();
+    if let Some(spread) = spread {
+        noise = noise.plus(&spread.congruence(&sensor.by_pose(frame, &position, &expected)));
+    }
+    let innovation = component.covariance.leading::<D>().congruence(&expected.jacobian).plus(&noise);
+    let (Some(innovation), Some(noise)) = (innovation.factor(), noise.factor()) else { return true };
+    let known_dimensions = if D < Z { D } else { Z };
+    let bound = (0..known_dimensions).fold(noise.determinant(), |det, _| det * middle(detections));
+    innovation.determinant() < bound
+}
+
+#[cfg(test)]
+mod tests {
+    use super::is_confirmed;
+    use crate::{Component, PlanarPose, RangeBearing, Sensor, Symmetric};
+
+    /// What k measurements from one certain or uncertain pose leave of R, seen from that pose.
+    #[test]
+    fn as_many_measurements_as_asked_for_are_not_enough_and_one_more_is() {
+        let sensor = RangeBearing::new(0.8_f64, 0.005).unwrap();
+        let frame = sensor.frame(&PlanarPose::new(3.0, -4.0, 0.7));
+        let blur = Symmetric::from_diagonal([0.04, 0.02, 1e-5]);
+        for z in [[5.0, 1.4], [149.0, -0.3]] {
+            let inverse = sensor.invert(&frame, &z.into()).unwrap();
+            let expected = sensor.expect(&frame, &inverse.feature).unwrap();
+            for spread in [None, Some(&blur)] {
+                let by_pose = crate::Locating::by_pose(&sensor, &frame, &inverse.feature, &expected);
+                let noise = sensor.noise().plus(&spread.unwrap_or(&Symmetric::ZERO).congruence(&by_pose));
+                for k in 1..6_u32 {
+                    let covariance = noise.congruence(&inverse.jacobian).scaled(1.0 / f64::from(k));
+                    let component = Component::<_, 2> { mean: inverse.feature, covariance, ..Component::ZERO };
+                    let confirmed = |by: u32| is_confirmed(&sensor, &frame, spread, &component, f64::from(by));
+                    assert!(!confirmed(k) && (k == 1 || confirmed(k - 1)), "{z:?} {k}");
+                }
+            }
+        }
+    }
+}
