@@ -83,8 +83,8 @@ const MOVING_SPREAD_MAX_M: f64 = 1.5;
 const MOVING_EXTRACTION_WEIGHT: f64 = 0.4;
 /// Linearisations of the informed proposal.
 const PROPOSAL_ROUNDS: usize = 3;
-/// A component that explains less of a measurement than this does not steer the proposal.
-const PROPOSAL_LEAST_SHARE: f64 = 0.02;
+/// A component that explains less of a measurement than this does not steer the proposal in a simulation.
+const SIMULATED_LEAST_SHARE: f64 = 0.02;
 /// Runnalls' cost per mass of the lighter of two components that are one: of equal ones two standard deviations apart.
 const MERGE_COST: f64 = 0.7;
 /// Components in view. No view of the published logs needs half of it; it bounds the time of a scan gone wrong.
@@ -97,9 +97,6 @@ const BIRTHS_PER_SCAN: f64 = 0.1;
 const RANGE_SIGMA_SHARE: f64 = 0.01;
 /// Standard deviation of the bearing where a log does not say, rad.
 const BEARING_SIGMA_RAD: f64 = 0.02;
-
-/// Real maps collect remnants of landmarks seen from errant poses; they are dropped earlier.
-const REAL_PRUNE_WEIGHT: f64 = 1e-3;
 
 /// What a kind of real vehicle is taken for where its log does not say. Found by search on the published logs.
 struct Unstated {
@@ -115,9 +112,9 @@ struct Unstated {
     range_share: f64,
     /// Half width of the soft edge in range, in standard deviations, and in bearing, rad.
     edges: (f64, f64),
-    /// p_D: real detectors miss most of what is in view. Too high a value deletes features, too low a one only keeps
-    /// false ones for longer.
-    detection: f64,
+    /// p_D at the sensor and at the greatest range: real detectors miss most of what is in view. Too high a value deletes
+    /// features, too low a one only keeps false ones for longer.
+    detection: (f64, f64),
     /// False measurements a scan.
     clutter_per_scan: f64,
     /// κ / w_b.
@@ -125,12 +122,16 @@ struct Unstated {
     /// Resample below this N_eff / N. Real likelihoods are too sure of themselves; resampling less often keeps the
     /// particles that they would lose.
     resample_threshold: f64,
-    /// Real landmarks may stand next to each other, so only what lies within 1.3 standard deviations is one.
+    /// Real maps collect remnants of landmarks seen from errant poses; they are dropped earlier.
+    prune_weight: f64,
+    /// Real landmarks may stand next to each other, so only what lies nearer than in a simulation is one.
     merge_distance: f64,
     /// Particles.
     particles: usize,
     /// Share of the informed proposal's covariance that is drawn; none for a blind proposal.
     drawn: Option<f64>,
+    /// A component that explains less of a measurement than this does not steer the informed proposal.
+    least_share: f64,
 }
 
 /// A car with a wheel encoder and a steering sensor, outdoors.
@@ -141,30 +142,36 @@ const CAR: Unstated = Unstated {
     inflation: (3.8, 1.2),
     range_share: 0.6,
     edges: (5.1, 0.15),
-    detection: 0.16,
+    detection: (0.16, 0.16),
     clutter_per_scan: 0.24,
     clutter_over_birth: 3.0,
     resample_threshold: 0.36,
+    prune_weight: 1e-3,
     merge_distance: 1.8,
     particles: 5,
     drawn: Some(0.02),
+    least_share: 0.02,
 };
 
-/// A small robot that turns on the spot, indoors, where people and other robots are about.
+/// A small robot that turns on the spot, indoors, where people and other robots are about. Its landmarks stand in groups, two
+/// decimetres apart, so that little is merged; and what moves is no feature, so that only what explains a good part of a
+/// measurement steers.
 const ROBOT: Unstated = Unstated {
-    speed: (0.03, 0.087),
-    turn: (0.047, 0.087),
-    interval_s: 0.4,
-    inflation: (1.88, 1.75),
-    range_share: 0.826,
-    edges: (1.67, 0.1),
-    detection: 0.1565,
-    clutter_per_scan: 0.2,
-    clutter_over_birth: 2.325,
-    resample_threshold: 0.5,
-    merge_distance: 2.0,
-    particles: 48,
-    drawn: Some(0.09),
+    speed: (0.018, 0.276),
+    turn: (0.0337, 0.07),
+    interval_s: 0.7,
+    inflation: (2.09, 2.0),
+    range_share: 0.672,
+    edges: (1.85, 0.147),
+    detection: (0.335, 0.116),
+    clutter_per_scan: 0.315,
+    clutter_over_birth: 4.46,
+    resample_threshold: 0.6,
+    prune_weight: 3.3e-3,
+    merge_distance: 0.8,
+    particles: 16,
+    drawn: Some(0.052),
+    least_share: 0.112,
 };
 
 /// Half width of a soft edge in standard deviations of its coordinate: noise and pose decide whether a feature this near
@@ -195,7 +202,7 @@ impl Settings {
             samples: SAMPLES,
             birth_intensity: births / measure,
             resample_threshold: of(RESAMPLE_THRESHOLD, unstated.resample_threshold),
-            prune_weight: of(memory.prune_weight, REAL_PRUNE_WEIGHT),
+            prune_weight: of(memory.prune_weight, unstated.prune_weight),
             unconfirmed_weight: of(memory.unconfirmed_weight, 0.0),
             confirming_detections: of(memory.confirming_detections, 1.0),
             confirmed_weight: of(memory.confirmed_weight, 0.0),
@@ -206,7 +213,7 @@ impl Settings {
             proposal: if drawn.is_some() { Proposal::Informed } else { Proposal::Blind },
             proposal_rounds: PROPOSAL_ROUNDS,
             proposal_drawn: drawn.unwrap_or(1.0),
-            proposal_least_share: PROPOSAL_LEAST_SHARE,
+            proposal_least_share: of(SIMULATED_LEAST_SHARE, unstated.least_share),
             likelihood: Likelihood::SingleCluster,
             reduction: Reduction::Greedy,
             merge_cost: MERGE_COST,
@@ -281,7 +288,8 @@ fn sensor(log: &Log) -> SensorSettings {
     let (range_edge, bearing_edge_rad) =
         if log.simulated { (EDGE_SIGMAS, EDGE_SIGMAS * bearing_sigma_rad) } else { unstated.edges };
     let range_share = if log.simulated { 1.0 } else { unstated.range_share };
-    let detection = nominal.detection_probability.unwrap_or(unstated.detection).min(GREATEST_DETECTION);
+    let stated = nominal.detection_probability.map(|detection| detection.min(GREATEST_DETECTION));
+    let (detection_near, detection_far) = stated.map_or(unstated.detection, |detection| (detection, detection));
     let all_around = window.bearing_max_rad - window.bearing_min_rad > 2.0 * PI - CIRCLE_SLACK_RAD;
     let (bearing_min_rad, bearing_max_rad) =
         if all_around { (-PI, PI) } else { (window.bearing_min_rad, window.bearing_max_rad) };
@@ -294,8 +302,8 @@ fn sensor(log: &Log) -> SensorSettings {
         bearing_min_rad,
         bearing_max_rad,
         bearing_edge_rad: if all_around { 0.0 } else { bearing_edge_rad },
-        detection_near: detection,
-        detection_far: detection,
+        detection_near,
+        detection_far,
         clutter_per_scan: nominal.clutter_per_scan.unwrap_or(unstated.clutter_per_scan),
     }
 }
