@@ -1,6 +1,6 @@
 //! The filter that a stream is fed to, whatever vehicle it is of.
 
-use crate::header::{self, Header};
+use crate::header::{self, Header, Moving};
 use crate::kind::Kind;
 use crate::reader::Measurements;
 use core::fmt;
@@ -343,17 +343,25 @@ pub(crate) fn config<K: Kind, T: Real>(header: &Header<K>) -> Config<T> {
             header::Extraction::Peaks => Extraction::Peaks,
         },
         extraction_weight: T::from_f64(recursion.extraction_weight),
-        moving: MovingConfig {
-            birth_intensity: T::from_f64(moving.birth_intensity),
-            velocity_sigma_mps: T::from_f64(moving.velocity_sigma_mps),
-            motion: ConstantVelocity {
-                acceleration_psd: T::from_f64(moving.acceleration_psd),
-                lifetime_s: T::from_f64(moving.lifetime_s),
-            },
-            spread_max_m: T::from_f64(moving.spread_max_m),
-            extraction_weight: T::from_f64(moving.extraction_weight),
-        },
+        moving: moving_config(moving),
         max_components: header.max_components as usize,
         ..Config::default()
+    }
+}
+
+/// The tuning for moving features; where none are born, the other numbers mean nothing and may be zero.
+fn moving_config<T: Real>(moving: &Moving) -> MovingConfig<T> {
+    if moving.birth_intensity == 0.0 {
+        return MovingConfig::none();
+    }
+    MovingConfig {
+        birth_intensity: T::from_f64(moving.birth_intensity),
+        velocity_sigma_mps: T::from_f64(moving.velocity_sigma_mps),
+        motion: ConstantVelocity {
+            acceleration_psd: T::from_f64(moving.acceleration_psd),
+            lifetime_s: T::from_f64(moving.lifetime_s),
+        },
+        spread_max_m: T::from_f64(moving.spread_max_m),
+        extraction_weight: T::from_f64(moving.extraction_weight),
     }
 }
