@@ -11,11 +11,11 @@ use scphd::{
 const PARTICLES: usize = 64;
 const CANDIDATES: usize = 64;
 /// What is left of 512 KiB in single precision.
-const PAGES: usize = 960;
+const PAGES: usize = 976;
 const MAP_PAGES: usize = 128;
 /// Pairs that a frame can have.
 pub const MEASUREMENTS: usize = 96;
-const VIEW: usize = 384;
+const VIEW: usize = 512;
 /// Features of an estimated map.
 const FEATURES: usize = 640;
 

@@ -42,7 +42,7 @@ fn compare() -> Result<String, String> {
     failures.extend(driven_by_a_timer(&toolchain)?);
     for (rig, precision) in [PLANAR, UNDERWATER].iter().flat_map(|rig| rig.precisions.iter().map(move |&p| (rig, p))) {
         let mut images = Vec::new();
-        for board in &EMULATED {
+        for board in rig.boards {
             images.push((board, image::build(&toolchain, board, &rig.image(precision), &Extra::default())?));
         }
         for &source in sources.iter().filter(|source| Rig::of(source.what) == *rig) {

@@ -1,9 +1,10 @@
 //! The vehicles whose filters the firmware has: what streams they get and which images replay them.
 
+use super::board::{Board, EMULATED};
 use super::streams::Precision;
 
 /// The filter of one kind of vehicle.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rig {
     /// What the names of its images have after `replay-` and before the precision.
     vehicle: &'static str,
@@ -16,11 +17,20 @@ pub struct Rig {
     pub settings: Option<&'static str>,
     /// Precisions that there are images for.
     pub precisions: &'static [Precision],
+    /// The boards that replay its streams in the step `firmware`.
+    pub boards: &'static [Board],
 }
 
 /// A vehicle in the plane.
-pub const PLANAR: Rig =
-    Rig { vehicle: "", features: &[], particles: 32, samples: 2, settings: None, precisions: &Precision::ALL };
+pub const PLANAR: Rig = Rig {
+    vehicle: "",
+    features: &[],
+    particles: 32,
+    samples: 2,
+    settings: None,
+    precisions: &Precision::ALL,
+    boards: &EMULATED,
+};
 
 /// A vehicle under water.
 pub const UNDERWATER: Rig = Rig {
@@ -30,6 +40,8 @@ pub const UNDERWATER: Rig = Rig {
     samples: 1,
     settings: Some("firmware/girona-tank.toml"),
     precisions: &[Precision::F32],
+    // The others compute what they compute for a planar vehicle; they would take minutes to say so again.
+    boards: EMULATED.split_at(1).0,
 };
 
 /// Scenarios of underwater vehicles.
