@@ -128,7 +128,8 @@ fn a_dive_that_cannot_be_replayed_is_refused_by_name() {
     assert_eq!(refused(&crowded, &settings).as_deref(), Some(error));
     let mut blind = log.clone();
     blind.camera.projections[1] = [[0.0; 4]; 3];
-    let error = "the filter refuses the head of the stream: right must be finite, with a 3 x 3 part that is not singular";
+    let error =
+        "the filter refuses the head of the stream: right must be finite, with a 3 x 3 part that is not singular";
     assert_eq!(refused(&blind, &settings).as_deref(), Some(error));
     // Neither kind is taken for the other.
     let bytes = stream::write_underwater(&log, &settings, SEED, Scalar::F32, 3).unwrap().bytes;
