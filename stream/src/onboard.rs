@@ -4,6 +4,7 @@ use crate::header::{self, Header, Moving};
 use crate::kind::Kind;
 use crate::reader::Measurements;
 use core::fmt;
+use core::marker::PhantomData;
 use nalgebra::{ArrayStorage, SVector};
 use scphd::{
     Clutter, Component, Config, ConstantVelocity, Dim, Extraction, FieldOfView, Informed, Likelihood, Locating,
@@ -103,9 +104,9 @@ where
     }
 }
 
-/// A filter with the memory of what comes in and goes out, and whatever makes its controls.
+/// A filter for streams of kind `G`, with the memory of what comes in and goes out, and whatever makes its controls.
 #[derive(Debug)]
-pub struct Onboard<'m, T: Real, N, P, M, S, V, C, const K: usize, const D: usize, const E: usize, const Z: usize>
+pub struct Onboard<'m, G, T: Real, N, P, M, S, V, C, const K: usize, const D: usize, const E: usize, const Z: usize>
 where
     Dim<K>: Packed,
     Dim<D>: Packed,
@@ -113,12 +114,13 @@ where
 {
     pub(crate) filter: ScPhd<'m, T, P, M, S, V, C, K, D, E, Z>,
     pub(crate) helm: N,
+    pub(crate) kind: PhantomData<G>,
     pub(crate) measurements: &'m mut [SVector<T, Z>],
     pub(crate) features: &'m mut [Component<T, D>],
 }
 
 impl<G, T, N, P, M, S, V, C, const K: usize, const D: usize, const E: usize, const Z: usize> Filter<G>
-    for Onboard<'_, T, N, P, M, S, V, C, K, D, E, Z>
+    for Onboard<'_, G, T, N, P, M, S, V, C, K, D, E, Z>
 where
     G: Kind<Measurement = [f64; Z], Pose = [f64; K]>,
     T: Real,

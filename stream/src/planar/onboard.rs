@@ -3,6 +3,7 @@
 use super::{Odometry, Planar, Vehicle};
 use crate::Header;
 use crate::onboard::{self, Aboard, Capacities, Helm, Onboard, Ram, RamPart, Refusal, config};
+use core::marker::PhantomData;
 use scphd::{
     Ackermann, AckermannControl, AckermannGeometry, ControlNoise, Linearised, MapMemory, ModelError, Models, Motion,
     Noise, PlanarPose, PredictError, RangeBearing, RangeBearingWindow, Real, ScPhd, State, Step, Unicycle,
@@ -88,6 +89,7 @@ impl<T: Real> Aboard<T> for Planar {
     type Filter<'m>
         = Onboard<
         'm,
+        Self,
         T,
         Direct,
         PlanarPose<T>,
@@ -122,7 +124,7 @@ impl<T: Real> Aboard<T> for Planar {
         let super::Models { start_x_m, start_y_m, start_heading_rad, .. } = header.models;
         let [x, y, heading] = [start_x_m, start_y_m, start_heading_rad].map(T::from_f64);
         filter.reset(PlanarPose::new(x, y, heading), header.seed)?;
-        Ok(Onboard { filter, helm: Direct, measurements, features })
+        Ok(Onboard { filter, helm: Direct, kind: PhantomData, measurements, features })
     }
 }
 

@@ -3,6 +3,7 @@
 use super::{Navigation, Underwater};
 use crate::Header;
 use crate::onboard::{self, Aboard, Capacities, Helm, Onboard, Ram, RamPart, Refusal, config};
+use core::marker::PhantomData;
 use scphd::{
     Auv, AuvControl, AuvPose, MapMemory, Navigator, NoMoving, PredictError, Real, ScPhd, State, StereoCamera,
     StereoFrustum, UniformClutter,
@@ -79,6 +80,7 @@ impl<T: Real> Aboard<T> for Underwater {
     type Filter<'m>
         = Onboard<
         'm,
+        Self,
         T,
         Navigator<f64>,
         AuvPose<T>,
@@ -111,7 +113,7 @@ impl<T: Real> Aboard<T> for Underwater {
         let onboard::Memory { state, measurements, features } = memory;
         let mut filter = ScPhd::new(header.models.of_filter()?, config(header), state)?;
         filter.reset(header.models.start(), header.seed)?;
-        Ok(Onboard { filter, helm: header.models.navigator()?, measurements, features })
+        Ok(Onboard { filter, helm: header.models.navigator()?, kind: PhantomData, measurements, features })
     }
 }
 
