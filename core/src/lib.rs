@@ -111,7 +111,7 @@ pub use likelihood::Likelihood;
 pub use ln_sum::LnSum;
 pub use map::{MapMemory, MapStorage, NoMoving, PAGE_LEN};
 pub use models::*;
-pub use navigation::{DeadReckoning, Outcome, VelocityFilter, VelocityNoise};
+pub use navigation::{DeadReckoning, Instruments, Navigator, Outcome, VelocityFilter, VelocityNoise};
 pub use noise::Noise;
 #[cfg(feature = "embedded-hal")]
 pub use probe::StagePins;

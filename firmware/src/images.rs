@@ -1,14 +1,46 @@
-//! The body of the images that replay a stream.
+//! The images that replay a stream.
 
 use crate::board;
 use crate::clock::{Clock, LOOP_INSTRUCTIONS};
 use crate::report::{self, Report};
 use cortex_m::Peripherals;
 use scphd::Real;
-use scphd_stream::{CAPACITIES, Memory, ram_parts, replay};
+use scphd_stream::{Aboard, replay};
+
+/// The whole of an image that replays streams of one kind in one precision and reports every scan. The filter is all zero, so that
+/// it takes no flash.
+#[macro_export]
+macro_rules! replay_image {
+    ($kind:ty, $scalar:ty) => {
+        use defmt_semihosting as _;
+
+        static MEMORY: static_cell::ConstStaticCell<<$kind as scphd_stream::Aboard<$scalar>>::Memory> =
+            static_cell::ConstStaticCell::new(<$kind as scphd_stream::Aboard<$scalar>>::MEMORY);
+
+        #[cortex_m_rt::entry]
+        fn main() -> ! {
+            $crate::images::replay_and_report::<$kind, $scalar>(MEMORY.try_take())
+        }
+
+        #[cortex_m_rt::exception]
+        fn SysTick() {
+            $crate::clock::round();
+        }
+
+        #[cortex_m_rt::exception]
+        unsafe fn HardFault(_frame: &cortex_m_rt::ExceptionFrame) -> ! {
+            $crate::report::fault()
+        }
+
+        #[panic_handler]
+        fn panic(_info: &core::panic::PanicInfo<'_>) -> ! {
+            $crate::report::panicked()
+        }
+    };
+}
 
 /// Replays the stream that was loaded, tells of every scan, and ends the program.
-pub fn replay_and_report<T: Real>(memory: Option<&'static mut Memory<T>>) -> ! {
+pub fn replay_and_report<K: Aboard<T>, T: Real>(memory: Option<&'static mut K::Memory>) -> ! {
     let (Some(memory), Some(mut peripherals)) = (memory, Peripherals::take()) else {
         defmt::error!("started twice");
         report::failed()
@@ -22,17 +54,17 @@ pub fn replay_and_report<T: Real>(memory: Option<&'static mut Memory<T>>) -> ! {
     );
     defmt::println!(
         "capacity candidates {=usize} particles {=usize} components {=usize} in_all {=usize} measurements {=usize}",
-        CAPACITIES.candidates,
-        CAPACITIES.particles,
-        CAPACITIES.components,
-        CAPACITIES.components_in_all,
-        CAPACITIES.measurements,
+        K::CAPACITIES.candidates,
+        K::CAPACITIES.particles,
+        K::CAPACITIES.components,
+        K::CAPACITIES.components_in_all,
+        K::CAPACITIES.measurements,
     );
-    defmt::println!("ram total {=usize}", size_of::<Memory<T>>());
-    for part in ram_parts::<T>() {
+    defmt::println!("ram total {=usize}", size_of::<K::Memory>());
+    for part in K::RAM_PARTS {
         defmt::println!("ram {=str} {=usize}", part.name, part.bytes);
     }
-    match replay(board::stream(), memory, u32::MAX, &mut Report::new(clock)) {
+    match replay::<K, T>(board::stream(), memory, u32::MAX, &mut Report::new(clock)) {
         Ok(totals) => {
             defmt::println!(
                 "end scans {=u32} features {=usize} stack {=usize}",

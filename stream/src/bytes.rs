@@ -1,9 +1,37 @@
 //! Little-endian numbers in a slice of bytes.
 
-use crc::{CRC_32_ISO_HDLC, Crc, Table};
+use crc::{CRC_32_ISO_HDLC, Crc, Digest, Table};
 
 /// The check of the header and of every record: CRC-32 as in Ethernet and zip files.
-pub(crate) const CRC: Crc<u32, Table<1>> = Crc::<u32, Table<1>>::new(&CRC_32_ISO_HDLC);
+pub(crate) static CRC: Crc<u32, Table<1>> = Crc::<u32, Table<1>>::new(&CRC_32_ISO_HDLC);
+/// Bytes of it.
+pub(crate) const CHECK: usize = 4;
+
+/// Hands bytes on to a sink, and their check after them; after the first error, nothing more.
+pub(crate) struct Checked<F, E> {
+    sink: F,
+    check: Digest<'static, u32, Table<1>>,
+    state: Result<(), E>,
+}
+
+impl<E, F: FnMut(&[u8]) -> Result<(), E>> Checked<F, E> {
+    pub(crate) fn new(sink: F) -> Self {
+        Self { sink, check: CRC.digest(), state: Ok(()) }
+    }
+
+    pub(crate) fn put(&mut self, bytes: &[u8]) {
+        self.check.update(bytes);
+        if self.state.is_ok() {
+            self.state = (self.sink)(bytes);
+        }
+    }
+
+    /// Ends what is checked; the first error of the sink.
+    pub(crate) fn end(mut self) -> Result<(), E> {
+        self.state?;
+        (self.sink)(&self.check.finalize().to_le_bytes())
+    }
+}
 
 /// Takes numbers off the front of some bytes; `None` where they run out.
 #[derive(Debug, Clone)]

@@ -1,21 +1,19 @@
 //! The head of a stream: everything a filter has to be told before the first record.
 
-use crate::bytes::{Bytes, CRC};
+use crate::bytes::{Bytes, CHECK, CRC, Checked};
+use crate::kind::Kind;
+use crate::numbers::{Numbers, numbers};
 use crate::reader::StreamError;
 
 /// The first bytes of every stream.
-pub(crate) const MAGIC: [u8; 8] = *b"SCPHDLOG";
+const MAGIC: [u8; 8] = *b"SCPHDLOG";
 /// The version this code reads and writes.
-pub(crate) const VERSION: u16 = 1;
+const VERSION: u16 = 1;
 /// A count that was not known when the head was written, as in a flight that was still going on.
 pub const UNKNOWN: u32 = u32::MAX;
 
-/// Number of the numbers of a head.
-const COUNT: usize = 42;
 /// Bytes before the numbers: magic, version, length, choices, counts, seed.
 const FRONT: usize = 52;
-/// Bytes of the whole head, its check included.
-pub(crate) const LENGTH: usize = FRONT + 8 * COUNT + 4;
 
 /// The number type of the records' payload.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -35,17 +33,6 @@ impl Scalar {
             Self::F64 => 8,
         }
     }
-}
-
-/// The motion model.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Vehicle {
-    /// Speed of the encoder's wheel and steering angle (5.25–5.27).
-    Ackermann,
-    /// Speed and turn rate, Euler step.
-    Unicycle,
-    /// Speed and turn rate, exact arc.
-    UnicycleArc,
 }
 
 /// The particle likelihood.
@@ -88,173 +75,130 @@ pub enum Extraction {
     Confirmed,
 }
 
-macro_rules! header {
-    ($($(#[$doc:meta])* $name:ident,)*) => {
-        /// Everything a filter has to be told before the first record: models, tuning, start. All numbers are in double
-        /// precision, whatever the payload: the filter rounds them as it would round settings from anywhere else.
-        #[derive(Debug, Clone, Copy, PartialEq)]
-        pub struct Header {
-            /// The number type of the payload.
-            pub scalar: Scalar,
-            /// The motion model.
-            pub vehicle: Vehicle,
-            /// The particle likelihood.
-            pub likelihood: Likelihood,
-            /// How components are merged.
-            pub reduction: Reduction,
-            /// Where poses are drawn from.
-            pub proposal: Proposal,
-            /// Which components are the estimated static features.
-            pub extraction: Extraction,
-            /// Scans in the stream, or [`UNKNOWN`].
-            pub scans: u32,
-            /// Predictions in the stream, or [`UNKNOWN`].
-            pub predictions: u32,
-            /// The most measurements in a scan, or [`UNKNOWN`].
-            pub most_measurements: u32,
-            /// N.
-            pub particles: u32,
-            /// M.
-            pub samples: u32,
-            /// Components kept in view, at most.
-            pub max_components: u32,
-            /// Seed of the filter's random numbers.
-            pub seed: u64,
-            $($(#[$doc])* pub $name: f64,)*
-        }
-
-        impl Header {
-            /// The numbers of the head in their order in the stream.
-            fn numbers(&self) -> [f64; COUNT] {
-                [$(self.$name,)*]
-            }
-
-            /// The same, for changing.
-            fn numbers_mut(&mut self) -> [&mut f64; COUNT] {
-                [$(&mut self.$name,)*]
-            }
-
-            /// A head with every number zero, one particle, one sample, single cluster, greedy merging, blind proposal, the heaviest
-            /// extracted and unknown counts.
-            pub const EMPTY: Self = Self {
-                scalar: Scalar::F64,
-                vehicle: Vehicle::Ackermann,
-                likelihood: Likelihood::SingleCluster,
-                reduction: Reduction::Greedy,
-                proposal: Proposal::Blind,
-                extraction: Extraction::Heaviest,
-                scans: UNKNOWN,
-                predictions: UNKNOWN,
-                most_measurements: UNKNOWN,
-                particles: 1,
-                samples: 1,
-                max_components: UNKNOWN,
-                seed: 0,
-                $($name: 0.0,)*
-            };
-        }
-    };
+numbers! {
+    /// Numbers of the recursion, for static features.
+    Recursion {
+        /// w_b, 1/(m·rad), or 1/px⁴ for a stereo camera.
+        birth_intensity: f64,
+        /// Resample below this N_eff / N.
+        resample_threshold: f64,
+        /// Drop components below this weight.
+        prune_weight: f64,
+        /// A component is confirmed where it is better known than from this many measurements.
+        confirming_detections: f64,
+        /// Forget components that leave the view lighter than this and not confirmed.
+        unconfirmed_weight: f64,
+        /// Misses take a confirmed component no further down than to this weight.
+        confirmed_weight: f64,
+        /// Merge components within this squared Mahalanobis distance.
+        merge_distance: f64,
+        /// Merge by Runnalls' cost up to this bound.
+        merge_cost: f64,
+        /// Least weight of an estimated feature.
+        extraction_weight: f64,
+        /// Linearisations of the informed proposal; a whole number.
+        proposal_rounds: f64,
+        /// Share of the informed proposal's covariance that is drawn.
+        proposal_drawn: f64,
+        /// Least share of a measurement with which a component steers the informed proposal.
+        proposal_least_share: f64,
+    }
 }
 
-header! {
-    /// Pose at the start: x, m.
-    start_x_m,
-    /// Pose at the start: y, m.
-    start_y_m,
-    /// Pose at the start: heading, rad.
-    start_heading_rad,
-    /// Wheelbase L, m; this and the next three are 0 for a unicycle.
-    wheelbase_m,
-    /// Lateral offset H of the wheel encoder from the centreline, m.
-    encoder_offset_m,
-    /// Forward offset a of the sensor from the rear axle, m.
-    sensor_forward_m,
-    /// Leftward offset b of the sensor from the centreline, m.
-    sensor_left_m,
-    /// Standard deviation of the speed, m/s.
-    speed_sigma_mps,
-    /// Standard deviation of the speed as a share of it.
-    speed_sigma_ratio,
-    /// Standard deviation of the second control: steering angle, rad, or turn rate, rad/s.
-    turn_sigma,
-    /// Standard deviation of the second control as a share of it.
-    turn_sigma_ratio,
-    /// How long an odometry error lasts, s.
-    noise_interval_s,
-    /// Standard deviation of the range, m.
-    range_sigma_m,
-    /// Standard deviation of the bearing, rad.
-    bearing_sigma_rad,
-    /// Least range, m.
-    range_min_m,
-    /// Greatest range, m.
-    range_max_m,
-    /// Half width of the soft edges in range, m.
-    range_edge_m,
-    /// Middle of the bearing window, rad.
-    bearing_center_rad,
-    /// Half width of the bearing window, rad; π and above is a full circle.
-    bearing_half_width_rad,
-    /// Half width of the soft edges in bearing, rad.
-    bearing_edge_rad,
-    /// p_D at range zero.
-    detection_near,
-    /// p_D at the greatest range.
-    detection_far,
-    /// λ, false measurements a scan.
-    clutter_per_scan,
-    /// w_b, 1/(m·rad).
-    birth_intensity,
-    /// Resample below this N_eff / N.
-    resample_threshold,
-    /// Drop components below this weight.
-    prune_weight,
-    /// A component is confirmed where it is better known than from this many measurements.
-    confirming_detections,
-    /// Forget components that leave the view lighter than this and not confirmed.
-    unconfirmed_weight,
-    /// Misses take a confirmed component no further down than to this weight.
-    confirmed_weight,
-    /// Merge components within this squared Mahalanobis distance.
-    merge_distance,
-    /// Merge by Runnalls' cost up to this bound.
-    merge_cost,
-    /// Least weight of an estimated feature.
-    extraction_weight,
-    /// Linearisations of the informed proposal; a whole number.
-    proposal_rounds,
-    /// Share of the informed proposal's covariance that is drawn.
-    proposal_drawn,
-    /// Least share of a measurement with which a component steers the informed proposal.
-    proposal_least_share,
-    /// w_m, birth intensity of moving features, 1/(m·rad); 0 for none.
-    moving_birth_intensity,
-    /// Standard deviation of each coordinate of a new feature's velocity, m/s.
-    velocity_sigma_mps,
-    /// q, spectral density of the acceleration, m²/s³.
-    acceleration_psd,
-    /// τ, mean lifetime, s.
-    lifetime_s,
-    /// Forget moving components whose position has a greater standard deviation, m.
-    spread_max_m,
-    /// Least weight of an estimated moving feature.
-    moving_extraction_weight,
+numbers! {
+    /// Numbers of the recursion, for moving features.
+    Moving {
+        /// w_m, birth intensity of moving features, 1/(m·rad); 0 for none.
+        birth_intensity: f64,
+        /// Standard deviation of each coordinate of a new feature's velocity, m/s.
+        velocity_sigma_mps: f64,
+        /// q, spectral density of the acceleration, m²/s³.
+        acceleration_psd: f64,
+        /// τ, mean lifetime, s.
+        lifetime_s: f64,
+        /// Forget moving components whose position has a greater standard deviation, m.
+        spread_max_m: f64,
+        /// Least weight of an estimated moving feature.
+        extraction_weight: f64,
+    }
+}
+
+/// Everything a filter has to be told before the first record: models, tuning, start. All numbers are in double
+/// precision, whatever the payload: the filter rounds them as it would round settings from anywhere else.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Header<K: Kind> {
+    /// The number type of the payload.
+    pub scalar: Scalar,
+    /// The motion model.
+    pub vehicle: K::Vehicle,
+    /// The particle likelihood.
+    pub likelihood: Likelihood,
+    /// How components are merged.
+    pub reduction: Reduction,
+    /// Where poses are drawn from.
+    pub proposal: Proposal,
+    /// Which components are the estimated static features.
+    pub extraction: Extraction,
+    /// Scans in the stream, or [`UNKNOWN`].
+    pub scans: u32,
+    /// Predictions in the stream, or [`UNKNOWN`].
+    pub predictions: u32,
+    /// The most measurements in a scan, or [`UNKNOWN`].
+    pub most_measurements: u32,
+    /// N.
+    pub particles: u32,
+    /// M.
+    pub samples: u32,
+    /// Components kept in view, at most.
+    pub max_components: u32,
+    /// Seed of the filter's random numbers.
+    pub seed: u64,
+    /// Start, vehicle and sensor.
+    pub models: K::Models,
+    /// The recursion for static features.
+    pub recursion: Recursion,
+    /// The recursion for moving features.
+    pub moving: Moving,
     /// Time from one scan to the next, s; the median where it varies.
-    scan_interval_s,
+    pub scan_interval_s: f64,
 }
 
-impl Header {
-    /// The bytes of the head.
-    #[must_use]
-    pub fn encode(&self) -> [u8; LENGTH] {
-        let mut bytes = [0; LENGTH];
-        let choices = [
+impl<K: Kind> Header<K> {
+    /// Bytes of the whole head, its check included.
+    pub const LENGTH: usize =
+        FRONT + 8 * (<K::Models as Numbers>::COUNT + Recursion::COUNT + Moving::COUNT + f64::COUNT) + CHECK;
+
+    /// A head with every number zero, one particle, one sample, single cluster, greedy merging, blind proposal, the heaviest
+    /// extracted and unknown counts.
+    pub const EMPTY: Self = Self {
+        scalar: Scalar::F64,
+        vehicle: K::VEHICLE,
+        likelihood: Likelihood::SingleCluster,
+        reduction: Reduction::Greedy,
+        proposal: Proposal::Blind,
+        extraction: Extraction::Heaviest,
+        scans: UNKNOWN,
+        predictions: UNKNOWN,
+        most_measurements: UNKNOWN,
+        particles: 1,
+        samples: 1,
+        max_components: UNKNOWN,
+        seed: 0,
+        models: <K::Models as Numbers>::ZERO,
+        recursion: Recursion::ZERO,
+        moving: Moving::ZERO,
+        scan_interval_s: 0.0,
+    };
+
+    /// Writes the head.
+    pub(crate) fn write<E>(&self, sink: impl FnMut(&[u8]) -> Result<(), E>) -> Result<(), E> {
+        let mut sink = Checked::new(sink);
+        sink.put(&MAGIC);
+        sink.put(&VERSION.to_le_bytes());
+        sink.put(&(Self::LENGTH as u16).to_le_bytes());
+        sink.put(&[
             self.scalar.bytes() as u8,
-            match self.vehicle {
-                Vehicle::Ackermann => 0,
-                Vehicle::Unicycle => 1,
-                Vehicle::UnicycleArc => 2,
-            },
+            K::code(self.vehicle),
             match self.likelihood {
                 Likelihood::SingleCluster => 0,
                 Likelihood::RbEmpty => 1,
@@ -275,21 +219,19 @@ impl Header {
             },
             0,
             0,
-        ];
-        let counts =
-            [self.scans, self.predictions, self.most_measurements, self.particles, self.samples, self.max_components];
-        let front = MAGIC
-            .into_iter()
-            .chain(VERSION.to_le_bytes())
-            .chain((LENGTH as u16).to_le_bytes())
-            .chain(choices)
-            .chain(counts.into_iter().flat_map(u32::to_le_bytes))
-            .chain(self.seed.to_le_bytes());
-        let numbers = self.numbers().into_iter().flat_map(f64::to_le_bytes);
-        bytes.iter_mut().zip(front.chain(numbers)).for_each(|(slot, byte)| *slot = byte);
-        let (content, check) = bytes.split_at_mut(LENGTH - 4);
-        check.copy_from_slice(&CRC.checksum(content).to_le_bytes());
-        bytes
+        ]);
+        for count in
+            [self.scans, self.predictions, self.most_measurements, self.particles, self.samples, self.max_components]
+        {
+            sink.put(&count.to_le_bytes());
+        }
+        sink.put(&self.seed.to_le_bytes());
+        let mut number = |number: f64| sink.put(&number.to_le_bytes());
+        self.models.put(&mut number);
+        self.recursion.put(&mut number);
+        self.moving.put(&mut number);
+        self.scan_interval_s.put(&mut number);
+        sink.end()
     }
 
     /// Takes the head off the front of `bytes`.
@@ -303,11 +245,15 @@ impl Header {
             return Err(StreamError::Version { found: version });
         }
         let length = usize::from(bytes.u16().ok_or(StreamError::Truncated)?);
-        if length != LENGTH {
+        let choices: [u8; 8] = bytes.array().ok_or(StreamError::Truncated)?;
+        // The length of the head depends on the vehicle.
+        let [_, code, ..] = choices;
+        let vehicle = K::vehicle(code).ok_or(StreamError::Vehicle { found: code })?;
+        if length != Self::LENGTH {
             return Err(StreamError::Header);
         }
-        let content = whole.get(..LENGTH - 4).ok_or(StreamError::Truncated)?;
-        let header = Self::fields(bytes).ok_or(StreamError::Header);
+        let content = whole.get(..Self::LENGTH - CHECK).ok_or(StreamError::Truncated)?;
+        let header = Self::fields(vehicle, choices, bytes).ok_or(StreamError::Header);
         let check = bytes.u32().ok_or(StreamError::Truncated)?;
         if check != CRC.checksum(content) {
             return Err(StreamError::HeaderDamaged);
@@ -315,10 +261,9 @@ impl Header {
         header
     }
 
-    /// What follows version and length; consumes all of it, known choices or not.
-    fn fields(bytes: &mut Bytes<'_>) -> Option<Self> {
-        let [scalar, vehicle, likelihood, reduction, proposal, extraction, 0, 0] = bytes.array()? else { return None };
-        let mut header = Self::EMPTY;
+    /// What follows the choices, with what they stand for; consumes all of it, known choices or not.
+    fn fields(vehicle: K::Vehicle, choices: [u8; 8], bytes: &mut Bytes<'_>) -> Option<Self> {
+        let mut header = Self { vehicle, ..Self::EMPTY };
         for count in [
             &mut header.scans,
             &mut header.predictions,
@@ -330,18 +275,15 @@ impl Header {
             *count = bytes.u32()?;
         }
         header.seed = bytes.u64()?;
-        for number in header.numbers_mut() {
-            *number = bytes.f64()?;
-        }
+        let mut number = || bytes.f64();
+        header.models = Numbers::take(&mut number)?;
+        header.recursion = Numbers::take(&mut number)?;
+        header.moving = Numbers::take(&mut number)?;
+        header.scan_interval_s = number()?;
+        let [scalar, _, likelihood, reduction, proposal, extraction, 0, 0] = choices else { return None };
         header.scalar = match scalar {
             4 => Scalar::F32,
             8 => Scalar::F64,
-            _ => return None,
-        };
-        header.vehicle = match vehicle {
-            0 => Vehicle::Ackermann,
-            1 => Vehicle::Unicycle,
-            2 => Vehicle::UnicycleArc,
             _ => return None,
         };
         header.likelihood = match likelihood {
@@ -373,12 +315,20 @@ impl Header {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::planar::{Planar, Vehicle};
+    use crate::underwater::{Auv, Underwater};
+    use std::vec::Vec;
 
     /// A head in which no two numbers are the same.
-    fn numbered() -> Header {
-        let mut header = Header {
+    fn numbered<K: Kind>(vehicle: K::Vehicle) -> Header<K> {
+        let mut next = 99.5;
+        let mut number = || {
+            next += 1.0;
+            Some(next)
+        };
+        Header {
             scalar: Scalar::F32,
-            vehicle: Vehicle::UnicycleArc,
+            vehicle,
             likelihood: Likelihood::RbSingle,
             reduction: Reduction::Runnalls,
             proposal: Proposal::Informed,
@@ -390,26 +340,43 @@ mod tests {
             samples: 5,
             max_components: 6,
             seed: 0x0102_0304_0506_0708,
-            ..Header::EMPTY
-        };
-        for (index, number) in header.numbers_mut().into_iter().enumerate() {
-            *number = 100.5 + index as f64;
+            models: Numbers::take(&mut number).unwrap(),
+            recursion: Numbers::take(&mut number).unwrap(),
+            moving: Numbers::take(&mut number).unwrap(),
+            scan_interval_s: number().unwrap(),
         }
-        header
+    }
+
+    fn planar() -> Header<Planar> {
+        numbered(Vehicle::UnicycleArc)
+    }
+
+    fn encoded<K: Kind>(header: &Header<K>) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        let Ok(()) = header.write(|piece: &[u8]| {
+            bytes.extend_from_slice(piece);
+            Ok::<(), core::convert::Infallible>(())
+        });
+        bytes
+    }
+
+    fn comes_back<K: Kind>(header: Header<K>) {
+        assert_eq!(Header::decode(&mut Bytes(&encoded(&header))), Ok(header));
     }
 
     #[test]
     fn what_is_written_is_read() {
-        let header = numbered();
-        let bytes = header.encode();
-        assert_eq!(Header::decode(&mut Bytes(&bytes)), Ok(header));
-        assert_eq!((header.start_x_m, header.scan_interval_s), (100.5, 141.5));
+        comes_back(planar());
+        comes_back(numbered::<Underwater>(Auv));
+        assert_eq!((planar().models.start_x_m, planar().scan_interval_s), (100.5, 141.5));
+        let underwater = numbered::<Underwater>(Auv);
+        assert_eq!((underwater.models.start_m[0], underwater.scan_interval_s), (100.5, 173.5));
     }
 
     /// The places of the documented layout, by hand.
     #[test]
     fn the_layout_is_the_documented_one() {
-        let bytes = numbered().encode();
+        let bytes = encoded(&planar());
         assert_eq!(bytes.len(), 392);
         assert_eq!(&bytes[..12], b"SCPHDLOG\x01\x00\x88\x01");
         assert_eq!(bytes[12..20], [4, 2, 2, 1, 1, 1, 0, 0]);
@@ -418,26 +385,35 @@ mod tests {
         assert_eq!(bytes[44..52], [8, 7, 6, 5, 4, 3, 2, 1]);
         assert_eq!(bytes[52..60], 100.5_f64.to_le_bytes());
         assert_eq!(bytes[380..388], 141.5_f64.to_le_bytes());
+        let bytes = encoded(&numbered::<Underwater>(Auv));
+        assert_eq!(bytes.len(), 648);
+        assert_eq!(bytes[10..14], [0x88, 0x02, 4, 3]);
+        assert_eq!(bytes[52..60], 100.5_f64.to_le_bytes());
+        assert_eq!(bytes[636..644], 173.5_f64.to_le_bytes());
     }
 
     #[test]
     fn every_damage_to_the_head_is_seen() {
-        let good = numbered().encode();
+        let good = encoded(&planar());
         for place in 0..good.len() {
-            let mut bytes = good;
+            let mut bytes = good.clone();
             bytes[place] ^= 0x10;
-            assert!(Header::decode(&mut Bytes(&bytes)).is_err(), "byte {place}");
-            assert!(Header::decode(&mut Bytes(&good[..place])).is_err(), "cut at {place}");
+            assert!(Header::<Planar>::decode(&mut Bytes(&bytes)).is_err(), "byte {place}");
+            assert!(Header::<Planar>::decode(&mut Bytes(&good[..place])).is_err(), "cut at {place}");
         }
     }
 
     #[test]
-    fn other_versions_and_other_files_are_told_apart() {
-        let mut bytes = numbered().encode();
+    fn other_versions_vehicles_and_files_are_told_apart() {
+        let decoded = |bytes: &[u8]| Header::<Planar>::decode(&mut Bytes(bytes));
+        let mut bytes = encoded(&planar());
         bytes[8] = 2;
-        assert_eq!(Header::decode(&mut Bytes(&bytes)), Err(StreamError::Version { found: 2 }));
+        assert_eq!(decoded(&bytes), Err(StreamError::Version { found: 2 }));
         bytes[0] = b'X';
-        assert_eq!(Header::decode(&mut Bytes(&bytes)), Err(StreamError::NotAStream));
-        assert_eq!(Header::decode(&mut Bytes(b"SCPHD")), Err(StreamError::Truncated));
+        assert_eq!(decoded(&bytes), Err(StreamError::NotAStream));
+        assert_eq!(decoded(b"SCPHD"), Err(StreamError::Truncated));
+        assert_eq!(decoded(&encoded(&numbered::<Underwater>(Auv))), Err(StreamError::Vehicle { found: 3 }));
+        let error = Header::<Underwater>::decode(&mut Bytes(&encoded(&planar())));
+        assert_eq!(error, Err(StreamError::Vehicle { found: 2 }));
     }
 }

@@ -1,11 +1,15 @@
 //! A filter's inputs as a compact binary stream, and the loop that feeds one to the filter.
 //!
 //! The same code runs on a vehicle computer and on a desk: [`Reader`] and [`Writer`] for the format
-//! (`docs/stream.md`), [`Onboard`] for a filter in fixed memory that is set up from a stream's [`Header`], and
+//! (`docs/stream.md`), [`Filter`] for a filter in fixed memory that is set up from a stream's [`Header`], and
 //! [`replay()`] for the loop, which tells a [`Monitor`] the digest of the filter's state after every scan. Whoever logs a
 //! flight with the writer can replay it to the last bit.
 //!
-//! No heap, no panics; everything a filter of the library is made of is named in `onboard.rs`, and nowhere else.
+//! There are two kinds of stream, of vehicles in the plane ([`planar`]) and under water ([`underwater`]). What they differ in
+//! is in these two modules: the numbers of models and records ([`Kind`]), the capacities of the memory and the models
+//! made of the numbers ([`Aboard`]). Format, filter and loop are written once over both.
+//!
+//! No heap, no panics.
 #![no_std]
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]
@@ -19,15 +23,19 @@ extern crate std;
 
 mod bytes;
 mod header;
+mod kind;
+mod numbers;
 mod onboard;
+pub mod planar;
 mod reader;
 mod replay;
+pub mod underwater;
 mod writer;
 
-pub use header::{Extraction, Header, Likelihood, Proposal, Reduction, Scalar, UNKNOWN, Vehicle};
-pub use onboard::{
-    CAPACITIES, Capacities, MEASUREMENTS, Memory, Onboard, RamPart, Refusal, Scan, Seen, memory, ram_parts,
-};
+pub use header::{Extraction, Header, Likelihood, Moving, Proposal, Recursion, Reduction, Scalar, UNKNOWN};
+pub use kind::{Input, Kind};
+pub use numbers::Numbers;
+pub use onboard::{Aboard, Capacities, Filter, Helm, Memory, Onboard, RamPart, Refusal, Scan, Seen};
 pub use reader::{Measurements, Reader, Record, StreamError};
 pub use replay::{Monitor, ReplayError, ScanCost, Totals, replay};
 pub use writer::Writer;

@@ -1,8 +1,11 @@
 //! Reads a stream record by record.
 
 use crate::bytes::{Bytes, CRC};
+use crate::kind::{Input, Kind};
+use crate::numbers::Numbers;
 use crate::{Header, Scalar};
 use core::fmt;
+use core::marker::PhantomData;
 
 /// The kinds of record.
 pub(crate) const PREDICT: u8 = 1;
@@ -11,45 +14,48 @@ pub(crate) const END: u8 = 3;
 
 /// One record.
 #[derive(Debug, Clone)]
-pub enum Record<'a> {
+pub enum Record<'a, K: Kind> {
     /// The vehicle moved.
-    Predict {
-        /// Speed (m/s), then steering angle (rad) or turn rate (rad/s).
-        control: [f64; 2],
-        /// For how long, s.
-        dt_s: f64,
-    },
+    Predict(K::Input),
     /// A scan was taken.
-    Scan(Measurements<'a>),
+    Scan(Measurements<'a, K>),
 }
 
-/// The measurements of one scan: range (m) and bearing (rad).
+/// The measurements of one scan.
 #[derive(Debug, Clone)]
-pub struct Measurements<'a> {
-    bytes: Bytes<'a>,
-    scalar: Scalar,
+pub struct Measurements<'a, K> {
+    numbers: Payload<'a>,
+    kind: PhantomData<K>,
 }
 
-impl Iterator for Measurements<'_> {
-    type Item = [f64; 2];
+impl<K: Kind> Iterator for Measurements<'_, K> {
+    type Item = K::Measurement;
 
-    fn next(&mut self) -> Option<[f64; 2]> {
-        Some([number(&mut self.bytes, self.scalar)?, number(&mut self.bytes, self.scalar)?])
+    fn next(&mut self) -> Option<K::Measurement> {
+        Numbers::take(&mut || self.numbers.next())
     }
 
     fn size_hint(&self) -> (usize, Option<usize>) {
-        let len = self.bytes.0.len() / (2 * self.scalar.bytes());
+        let len = self.numbers.bytes.0.len() / (K::Measurement::COUNT * self.numbers.scalar.bytes());
         (len, Some(len))
     }
 }
 
-impl ExactSizeIterator for Measurements<'_> {}
+impl<K: Kind> ExactSizeIterator for Measurements<'_, K> {}
 
-/// One number of the payload.
-fn number(bytes: &mut Bytes<'_>, scalar: Scalar) -> Option<f64> {
-    match scalar {
-        Scalar::F32 => bytes.f32().map(f64::from),
-        Scalar::F64 => bytes.f64(),
+/// The numbers of a record.
+#[derive(Debug, Clone)]
+struct Payload<'a> {
+    bytes: Bytes<'a>,
+    scalar: Scalar,
+}
+
+impl Payload<'_> {
+    fn next(&mut self) -> Option<f64> {
+        match self.scalar {
+            Scalar::F32 => self.bytes.f32().map(f64::from),
+            Scalar::F64 => self.bytes.f64(),
+        }
     }
 }
 
@@ -64,6 +70,11 @@ pub enum StreamError {
     Version {
         /// The version it has.
         found: u16,
+    },
+    /// It is of a vehicle of another kind than it is read for.
+    Vehicle {
+        /// The vehicle it is of.
+        found: u8,
     },
     /// A choice in the head is none this code knows, or the head has another length.
     Header,
@@ -88,6 +99,7 @@ impl fmt::Display for StreamError {
         match self {
             Self::NotAStream => f.write_str("this is no stream of filter inputs"),
             Self::Version { found } => write!(f, "the stream has version {found}, this code reads version 1"),
+            Self::Vehicle { found } => write!(f, "the stream is of vehicle {found}, which is of another kind"),
             Self::Header => f.write_str("the head of the stream is of no form this code knows"),
             Self::HeaderDamaged => f.write_str("the head of the stream is damaged"),
             Self::Truncated => f.write_str("the stream ends before its last record"),
@@ -101,13 +113,13 @@ impl core::error::Error for StreamError {}
 
 /// Reads a stream that lies in memory as a whole.
 #[derive(Debug, Clone)]
-pub struct Reader<'a> {
-    header: Header,
+pub struct Reader<'a, K: Kind> {
+    header: Header<K>,
     rest: Bytes<'a>,
     index: u32,
 }
 
-impl<'a> Reader<'a> {
+impl<'a, K: Kind> Reader<'a, K> {
     /// Reads and checks the head. What follows the last record is not looked at, so that `bytes` may be a whole region
     /// of memory that a stream was loaded into.
     ///
@@ -121,7 +133,7 @@ impl<'a> Reader<'a> {
 
     /// The head.
     #[must_use]
-    pub fn header(&self) -> &Header {
+    pub fn header(&self) -> &Header<K> {
         &self.header
     }
 
@@ -129,34 +141,31 @@ impl<'a> Reader<'a> {
     ///
     /// # Errors
     /// The record is incomplete, damaged or unknown. The reader stays before it.
-    pub fn read(&mut self) -> Result<Option<Record<'a>>, StreamError> {
+    pub fn read(&mut self) -> Result<Option<Record<'a, K>>, StreamError> {
         let index = self.index;
         let mut rest = self.rest.clone();
         let whole = rest.0;
         let kind = rest.u8().ok_or(StreamError::Truncated)?;
-        let reserved = rest.u8().ok_or(StreamError::Truncated)?;
+        let parts = rest.u8().ok_or(StreamError::Truncated)?;
         let count = rest.u16().ok_or(StreamError::Truncated)?;
-        let scalar = self.header.scalar;
-        let numbers = match (kind, reserved, count) {
-            (PREDICT, 0, 1) => 3,
-            (SCAN, 0, count) => 2 * usize::from(count),
-            (END, 0, 0) => 0,
-            _ => return Err(StreamError::Record { index }),
+        let (numbers, scalar) = match (kind, parts, count) {
+            (PREDICT, parts, 1) => (K::Input::count(parts), K::Input::scalar(self.header.scalar)),
+            (SCAN, 0, count) => (Some(K::Measurement::COUNT * usize::from(count)), self.header.scalar),
+            (END, 0, 0) => (Some(0), self.header.scalar),
+            _ => (None, self.header.scalar),
         };
+        let numbers = numbers.ok_or(StreamError::Record { index })?;
         let payload = rest.slice(numbers * scalar.bytes()).ok_or(StreamError::Truncated)?;
         let content = whole.get(..4 + payload.len()).ok_or(StreamError::Truncated)?;
         if rest.u32().ok_or(StreamError::Truncated)? != CRC.checksum(content) {
             return Err(StreamError::RecordDamaged { index });
         }
-        let mut payload = Bytes(payload);
+        let mut numbers = Payload { bytes: Bytes(payload), scalar };
         let record = match kind {
             // The reader stays before the end, too: asked again, it says the same.
             END => return Ok(None),
-            PREDICT => {
-                let mut next = || number(&mut payload, scalar).ok_or(StreamError::Truncated);
-                Record::Predict { control: [next()?, next()?], dt_s: next()? }
-            }
-            _ => Record::Scan(Measurements { bytes: payload, scalar }),
+            PREDICT => Record::Predict(Input::take(parts, &mut || numbers.next()).ok_or(StreamError::Truncated)?),
+            _ => Record::Scan(Measurements { numbers, kind: PhantomData }),
         };
         self.rest = rest;
         self.index = index.saturating_add(1);
@@ -168,79 +177,130 @@ impl<'a> Reader<'a> {
 mod tests {
     use super::*;
     use crate::Writer;
+    use crate::planar::{Odometry, Planar};
+    use crate::underwater::{Navigation, Underwater};
+    use scphd::{Instruments, Reading};
+    use std::vec;
     use std::vec::Vec;
 
-    const CONTROL: [f64; 2] = [1.1, -0.2];
+    const MOVED: Odometry = Odometry { control: [1.1, -0.2], dt_s: 0.05 };
     const SCAN_OF_TWO: [[f64; 2]; 2] = [[3.3, 0.4], [5.5, -0.6]];
+    const PIXELS: [[f64; 4]; 1] = [[401.5, 300.25, 310.75, 299.5]];
 
-    fn stream(scalar: Scalar) -> Vec<u8> {
+    fn written<K: Kind>(scalar: Scalar, inputs: &[K::Input], scans: &[&[K::Measurement]]) -> Vec<u8> {
         let mut bytes = Vec::new();
-        let header = Header { scalar, ..Header::EMPTY };
+        let header = Header::<K> { scalar, ..Header::EMPTY };
         let mut writer = Writer::start(&header, |piece: &[u8]| {
             bytes.extend_from_slice(piece);
             Ok::<(), ()>(())
         })
         .unwrap();
-        writer.predict(CONTROL, 0.05).unwrap();
-        writer.scan(&SCAN_OF_TWO).unwrap();
-        writer.scan(&[]).unwrap();
+        inputs.iter().for_each(|input| writer.predict(input).unwrap());
+        scans.iter().for_each(|scan| writer.scan(scan).unwrap());
         writer.end().unwrap();
         bytes
     }
 
-    /// Every number of the stream, up to an error or its end.
-    fn numbers(bytes: &[u8]) -> Result<Vec<f64>, StreamError> {
-        let mut reader = Reader::open(bytes)?;
-        let mut numbers = Vec::new();
+    fn planar(scalar: Scalar) -> Vec<u8> {
+        written::<Planar>(scalar, &[MOVED], &[&SCAN_OF_TWO, &[]])
+    }
+
+    /// Rows of the instruments with everything, with either reading, with none, and a step without a row.
+    fn dive() -> Vec<Navigation> {
+        let row = |velocity_mps, z_m| {
+            let yaw_rate_radps = Reading { value: 0.3, sigma: 0.02 };
+            Some(Instruments { roll_rad: 0.1, pitch_rad: -0.2, yaw_rate_radps, velocity_mps, z_m })
+        };
+        let velocity = Some([0.4, 0.01, -0.03]);
+        let rows = [row(velocity, Some(-2.9)), row(velocity, None), row(None, Some(-3.1)), row(None, None), None];
+        rows.into_iter().map(|instruments| Navigation { dt_s: 0.1, instruments }).collect()
+    }
+
+    fn underwater(scalar: Scalar) -> Vec<u8> {
+        written::<Underwater>(scalar, &dive(), &[&PIXELS, &[]])
+    }
+
+    /// Predictions and scans.
+    type Records<K> = (Vec<<K as Kind>::Input>, Vec<Vec<<K as Kind>::Measurement>>);
+
+    /// All records of the stream, up to an error or its end.
+    fn records<K: Kind>(bytes: &[u8]) -> Result<Records<K>, StreamError> {
+        let mut reader = Reader::<K>::open(bytes)?;
+        let (mut inputs, mut scans) = (Vec::new(), Vec::new());
         while let Some(record) = reader.read()? {
             match record {
-                Record::Predict { control, dt_s } => numbers.extend([control[0], control[1], dt_s]),
+                Record::Predict(input) => inputs.push(input),
                 Record::Scan(measurements) => {
-                    numbers.push(measurements.len() as f64);
-                    numbers.extend(measurements.flatten());
+                    let len = measurements.len();
+                    scans.push(measurements.collect::<Vec<_>>());
+                    assert_eq!(scans.last().map(Vec::len), Some(len));
                 }
             }
         }
-        Ok(numbers)
+        Ok((inputs, scans))
     }
 
     #[test]
     fn what_is_written_is_read() {
-        let expected = [1.1, -0.2, 0.05, 2.0, 3.3, 0.4, 5.5, -0.6, 0.0];
-        assert_eq!(numbers(&stream(Scalar::F64)).unwrap(), expected);
-        assert_eq!(numbers(&stream(Scalar::F32)).unwrap(), expected.map(|x| f64::from(x as f32)));
+        let expected = (vec![MOVED], vec![SCAN_OF_TWO.to_vec(), vec![]]);
+        assert_eq!(records::<Planar>(&planar(Scalar::F64)), Ok(expected));
+        let round = |x: f64| f64::from(x as f32);
+        let moved = Odometry { control: MOVED.control.map(round), dt_s: round(MOVED.dt_s) };
+        let expected = (vec![moved], vec![SCAN_OF_TWO.map(|z| z.map(round)).to_vec(), vec![]]);
+        assert_eq!(records::<Planar>(&planar(Scalar::F32)), Ok(expected));
+        // The instruments are in double precision in either; the pixels happen to be the same in both.
+        for scalar in [Scalar::F32, Scalar::F64] {
+            assert_eq!(records::<Underwater>(&underwater(scalar)), Ok((dive(), vec![PIXELS.to_vec(), vec![]])));
+        }
+    }
+
+    #[test]
+    fn parts_that_no_row_has_are_refused() {
+        for (parts, ok) in [(0, true), (1, true), (2, false), (3, true), (4, false), (5, true), (6, false), (7, true)] {
+            assert_eq!(Navigation::count(parts).is_some(), ok, "{parts}");
+        }
+        assert_eq!((Navigation::count(8), Odometry::count(1)), (None, None));
+        // A record of a kind that there is none of, in an otherwise sound stream.
+        let mut bytes = planar(Scalar::F32);
+        bytes[Header::<Planar>::LENGTH] = 9;
+        assert_eq!(records::<Planar>(&bytes), Err(StreamError::Record { index: 0 }));
     }
 
     #[test]
     fn what_follows_the_end_is_not_looked_at() {
-        let mut bytes = stream(Scalar::F32);
-        let expected = numbers(&bytes);
+        let mut bytes = planar(Scalar::F32);
+        let expected = records::<Planar>(&bytes);
         bytes.extend([0xff; 100]);
-        assert_eq!(numbers(&bytes), expected);
-        let mut reader = Reader::open(&bytes).unwrap();
+        assert_eq!(records::<Planar>(&bytes), expected);
+        let mut reader = Reader::<Planar>::open(&bytes).unwrap();
         (0..3).for_each(|_| assert!(reader.read().unwrap().is_some()));
         assert!(reader.read().unwrap().is_none() && reader.read().unwrap().is_none());
+    }
+
+    fn damage_is_seen<K: Kind>(good: &[u8]) {
+        assert!(records::<K>(good).is_ok());
+        for place in 0..good.len() {
+            assert!(records::<K>(&good[..place]).is_err(), "cut at {place}");
+            for bit in 0..8 {
+                let mut bytes = good.to_vec();
+                bytes[place] ^= 1 << bit;
+                assert!(records::<K>(&bytes).is_err(), "bit {bit} of byte {place}");
+            }
+        }
     }
 
     #[test]
     fn every_damage_and_every_cut_is_seen() {
         for scalar in [Scalar::F32, Scalar::F64] {
-            let good = stream(scalar);
-            for place in 0..good.len() {
-                assert!(numbers(&good[..place]).is_err(), "cut at {place}");
-                for bit in 0..8 {
-                    let mut bytes = good.clone();
-                    bytes[place] ^= 1 << bit;
-                    assert!(numbers(&bytes).is_err(), "bit {bit} of byte {place}");
-                }
-            }
+            damage_is_seen::<Planar>(&planar(scalar));
+            damage_is_seen::<Underwater>(&underwater(scalar));
         }
     }
 
     #[test]
     fn whole_records_before_a_cut_can_be_read() {
-        let bytes = stream(Scalar::F64);
-        let mut reader = Reader::open(&bytes[..bytes.len() - 9]).unwrap();
+        let bytes = planar(Scalar::F64);
+        let mut reader = Reader::<Planar>::open(&bytes[..bytes.len() - 9]).unwrap();
         assert!(reader.read().unwrap().is_some() && reader.read().unwrap().is_some());
         assert_eq!(reader.read().unwrap_err(), StreamError::Truncated);
         assert_eq!(reader.read().unwrap_err(), StreamError::Truncated);

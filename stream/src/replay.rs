@@ -1,6 +1,7 @@
 //! The loop that feeds a stream to a filter.
 
-use crate::{Memory, Onboard, Reader, Record, Refusal, Seen, StreamError};
+use crate::numbers::Numbers;
+use crate::{Aboard, Filter, Kind, Reader, Record, Refusal, Seen, StreamError};
 use core::fmt;
 use scphd::{Probe, Real};
 
@@ -43,11 +44,11 @@ impl ScanCost {
 
 /// What a whole replay did.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Totals {
+pub struct Totals<K: Kind> {
     /// Scans.
     pub scans: u32,
-    /// x (m), y (m) and heading (rad) after the last scan.
-    pub pose: [f64; 3],
+    /// The pose after the last scan.
+    pub pose: K::Pose,
     /// Estimated features after the last scan.
     pub features: usize,
 }
@@ -86,23 +87,23 @@ impl core::error::Error for ReplayError {}
 ///
 /// # Errors
 /// The stream is damaged, or the filter refuses something in it.
-pub fn replay<T: Real>(
+pub fn replay<K: Aboard<T>, T: Real>(
     bytes: &[u8],
-    memory: &mut Memory<T>,
+    memory: &mut K::Memory,
     scans: u32,
     monitor: &mut impl Monitor,
-) -> Result<Totals, ReplayError> {
-    let mut reader = Reader::open(bytes).map_err(ReplayError::Stream)?;
-    let mut onboard = Onboard::start(reader.header(), memory).map_err(ReplayError::Start)?;
-    let mut totals = Totals { scans: 0, pose: [0.0; 3], features: 0 };
+) -> Result<Totals<K>, ReplayError> {
+    let mut reader = Reader::<K>::open(bytes).map_err(ReplayError::Stream)?;
+    let mut filter = K::start(reader.header(), memory).map_err(ReplayError::Start)?;
+    let mut totals = Totals { scans: 0, pose: K::Pose::ZERO, features: 0 };
     let mut cost = ScanCost::of(0);
     while totals.scans < scans {
         let step = |refusal| ReplayError::Step { scan: cost.scan, refusal };
         match reader.read().map_err(ReplayError::Stream)? {
             None => break,
-            Some(Record::Predict { control, dt_s }) => {
+            Some(Record::Predict(input)) => {
                 monitor.start();
-                let moved = onboard.predict(control, dt_s);
+                let moved = filter.predict(&input);
                 let elapsed = monitor.elapsed();
                 moved.map_err(step)?;
                 cost.predictions = cost.predictions.saturating_add(1);
@@ -110,16 +111,16 @@ pub fn replay<T: Real>(
                 cost.predict_worst = cost.predict_worst.max(elapsed);
             }
             Some(Record::Scan(measurements)) => {
-                let scan = onboard.receive(measurements);
+                let scan = filter.receive(measurements);
                 cost.measurements = scan.measurements() as u32;
                 monitor.start();
-                let seen = onboard.scan_with(scan, &mut monitor.probe());
+                let seen = filter.scan_with(scan, &mut monitor.probe());
                 cost.update = monitor.elapsed();
                 let seen = seen.map_err(step)?;
                 monitor.start();
-                (totals.pose, totals.features) = onboard.estimate();
+                (totals.pose, totals.features) = filter.estimate();
                 cost.estimate = monitor.elapsed();
-                monitor.scanned(&cost, &seen, onboard.digest());
+                monitor.scanned(&cost, &seen, filter.digest());
                 totals.scans = totals.scans.saturating_add(1);
                 cost = ScanCost::of(totals.scans);
             }

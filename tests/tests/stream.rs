@@ -5,8 +5,11 @@ use scphd_sim::log::Log;
 use scphd_sim::session::{self, Filter};
 use scphd_sim::settings::Settings;
 use scphd_sim::slam::Precision;
+use scphd_sim::underwater::{self, tank};
 use scphd_sim::{scenario, stream};
-use scphd_stream::{Memory, Monitor, Reader, ReplayError, Scalar, ScanCost, Seen, StreamError, memory, replay};
+use scphd_stream::planar::Planar;
+use scphd_stream::underwater::Underwater;
+use scphd_stream::{Aboard, Monitor, Reader, ReplayError, Scalar, ScanCost, Seen, StreamError, planar, replay};
 use scphd_tests::with_roomy_stack;
 
 const SEED: u64 = 5;
@@ -44,12 +47,29 @@ fn short_log() -> (Log, Settings) {
     (log, settings)
 }
 
-fn replayed<T: Real>(bytes: &[u8], scans: u32) -> Result<Digests, ReplayError> {
+fn replayed_as<K: Aboard<T>, T: Real>(bytes: &[u8], scans: u32) -> Result<Digests, ReplayError> {
     with_roomy_stack(|| {
-        let mut place: Box<Memory<T>> = Box::new(memory());
+        let mut memory = Box::new(K::MEMORY);
         let mut digests = Digests::default();
-        replay(bytes, &mut place, scans, &mut digests).map(|_| digests)
+        replay::<K, T>(bytes, &mut memory, scans, &mut digests).map(|_| digests)
     })
+}
+
+fn replayed<T: Real>(bytes: &[u8], scans: u32) -> Result<Digests, ReplayError>
+where
+    Planar: Aboard<T>,
+{
+    replayed_as::<Planar, T>(bytes, scans)
+}
+
+/// A short dive with the settings of the firmware's stream, and few enough particles and frames for the memory on board.
+fn short_dive() -> (underwater::log::Log, underwater::settings::Settings) {
+    let mut log = tank::girona_tank(1);
+    log.frames.truncate(25);
+    let settings = underwater::settings::Settings::for_log(&log);
+    let mut settings = settings.with_toml(include_str!("../../firmware/girona-tank.toml")).unwrap();
+    settings.filter.particles = 16;
+    (log, settings)
 }
 
 #[test]
@@ -67,6 +87,57 @@ fn a_replay_ends_where_the_session_ends() {
         assert_eq!(digests.all.len(), SCANS);
         assert_eq!(digests.all.last().copied(), session.summary.digest, "{precision:?}");
     }
+}
+
+#[test]
+fn a_dive_ends_where_its_session_ends() {
+    let (mut log, settings) = short_dive();
+    // A frame between two rows of the instruments, and one before the first.
+    log.frames[10].t_s += 0.03;
+    log.frames[0].t_s -= 0.5;
+    for (precision, scalar) in [(Precision::F32, Scalar::F32), (Precision::F64, Scalar::F64)] {
+        let filter = Filter::Core(precision);
+        let session = underwater::session::run(&log, &settings, filter, SEED, &mut |_| ()).unwrap();
+        let bytes = stream::write_underwater(&log, &settings, SEED, scalar, usize::MAX).unwrap().bytes;
+        let digests = match precision {
+            Precision::F32 => replayed_as::<Underwater, f32>(&bytes, u32::MAX),
+            Precision::F64 => replayed_as::<Underwater, f64>(&bytes, u32::MAX),
+        }
+        .unwrap();
+        assert!(!digests.full);
+        assert_eq!(digests.all.len(), log.frames.len());
+        assert_eq!(digests.all.last().copied(), session.summary.digest, "{precision:?}");
+    }
+}
+
+#[test]
+fn a_dive_that_cannot_be_replayed_is_refused_by_name() {
+    let (log, settings) = short_dive();
+    let refused = |log: &underwater::log::Log, settings: &underwater::settings::Settings| {
+        let bytes = stream::write_underwater(log, settings, SEED, Scalar::F32, 3).unwrap().bytes;
+        replayed_as::<Underwater, f32>(&bytes, u32::MAX).err().map(|error| error.to_string())
+    };
+    assert_eq!(refused(&log, &settings), None);
+    let mut astray = log.clone();
+    astray.instruments[2].roll_rad = f64::NAN;
+    let error = "scan 2: the filter refuses: the control is not finite or outside the motion model's domain";
+    assert_eq!(refused(&astray, &settings).as_deref(), Some(error));
+    let mut crowded = log.clone();
+    crowded.frames[1].keypoints = vec![[400.0, 300.0, 320.0, 300.0]; 97];
+    let error = "scan 1: the filter refuses: 97 measurements do not fit a state for 96";
+    assert_eq!(refused(&crowded, &settings).as_deref(), Some(error));
+    let mut blind = log.clone();
+    blind.camera.projections[1] = [[0.0; 4]; 3];
+    let error =
+        "the filter refuses the head of the stream: right must be finite, with a 3 x 3 part that is not singular";
+    assert_eq!(refused(&blind, &settings).as_deref(), Some(error));
+    // Neither kind is taken for the other.
+    let bytes = stream::write_underwater(&log, &settings, SEED, Scalar::F32, 3).unwrap().bytes;
+    let error = replayed::<f32>(&bytes, u32::MAX).err().unwrap().to_string();
+    assert_eq!(error, "the stream is of vehicle 3, which is of another kind");
+    let mut unmanned = log;
+    unmanned.instruments.clear();
+    assert!(stream::write_underwater(&unmanned, &settings, SEED, Scalar::F32, 3).is_err());
 }
 
 #[test]
@@ -117,16 +188,16 @@ fn the_worst_case_fills_the_memory() {
         fn scanned(&mut self, cost: &ScanCost, seen: &Seen, _: u64) {
             let tightened = scphd::Health::PRUNING_TIGHTENED.bits();
             let full = seen.pages_used == seen.pages && seen.maps_updated == 32 && seen.health & tightened != 0;
-            assert_eq!(cost.measurements as usize, scphd_stream::MEASUREMENTS);
+            assert_eq!(cost.measurements as usize, planar::MEASUREMENTS);
             self.0 += usize::from(full);
         }
     }
-    let (log, settings) = stream::worst_case(32, 2, scphd_stream::MEASUREMENTS);
+    let (log, settings) = stream::worst_case(32, 2, planar::MEASUREMENTS);
     let bytes = stream::write(&log, &settings, SEED, Scalar::F32, 8).bytes;
     let full = with_roomy_stack(|| {
-        let mut place: Box<Memory<f32>> = Box::new(memory());
+        let mut memory: Box<planar::Memory<f32>> = Box::new(Planar::MEMORY);
         let mut fullness = Fullness::default();
-        replay(&bytes, &mut place, u32::MAX, &mut fullness).unwrap();
+        replay::<Planar, f32>(&bytes, &mut memory, u32::MAX, &mut fullness).unwrap();
         fullness.0
     });
     assert_eq!(full, 7, "all but the first scan, before which the map is empty");
@@ -136,11 +207,11 @@ fn the_worst_case_fills_the_memory() {
 fn the_head_says_what_the_stream_holds() {
     let (log, settings) = short_log();
     let stream = stream::write(&log, &settings, SEED, Scalar::F64, usize::MAX);
-    let reader = Reader::open(&stream.bytes).unwrap();
+    let reader = Reader::<Planar>::open(&stream.bytes).unwrap();
     let header = reader.header();
     let most = log.scans.iter().map(|scan| scan.detections.len()).max().unwrap();
     assert_eq!((header.scans as usize, header.most_measurements as usize), (SCANS, most));
     assert_eq!((header.particles, header.samples, header.seed), (32, 2, SEED));
     assert!((header.scan_interval_s - 0.1).abs() < 1e-9);
-    assert_eq!(header.range_sigma_m.to_bits(), settings.sensor.range_sigma_m.to_bits());
+    assert_eq!(header.models.range_sigma_m.to_bits(), settings.sensor.range_sigma_m.to_bits());
 }

@@ -30,6 +30,23 @@ pub struct AuvControl<T: Real> {
     pub z_m: Option<Reading<T>>,
 }
 
+impl<T: Real> AuvControl<T> {
+    /// The same in another precision.
+    #[must_use]
+    pub fn rounded<U: Real>(&self) -> AuvControl<U> {
+        let round = |number: T| U::from_f64(number.to_f64());
+        let reading = |reading: Reading<T>| Reading { value: round(reading.value), sigma: round(reading.sigma) };
+        AuvControl {
+            velocity_mps: self.velocity_mps.map(round),
+            velocity_covariance: Symmetric::from_fn(|row, column| round(self.velocity_covariance.get(row, column))),
+            roll_rad: round(self.roll_rad),
+            pitch_rad: round(self.pitch_rad),
+            yaw_rate_radps: self.yaw_rate_radps.map(reading),
+            z_m: self.z_m.map(reading),
+        }
+    }
+}
+
 /// The motion of (7.1): the vehicle keeps the velocity it is told, and turns with a yaw rate that a random angular
 /// acceleration n_θ changes.
 ///

@@ -2,8 +2,10 @@
 
 mod dead_reckoning;
 mod kalman;
+mod navigator;
 mod velocity_filter;
 
 pub use dead_reckoning::DeadReckoning;
 pub use kalman::Outcome;
+pub use navigator::{Instruments, Navigator};
 pub use velocity_filter::{VelocityFilter, VelocityNoise};

@@ -1,5 +1,6 @@
-//! Links only if no panic can be reached from setting up, predicting, scanning and estimating, in single precision or, with the feature `double`, in double:
-//! whoever panics calls a function that does not exist.
+//! Links only if no panic can be reached from setting up, predicting, scanning and estimating: whoever panics calls a function that
+//! does not exist. In single precision or, with the feature `double`, in double; for a planar vehicle or, with the feature
+//! `underwater`, for an underwater one.
 #![no_std]
 #![no_main]
 
@@ -10,7 +11,11 @@ use core::hint::black_box;
 use core::panic::PanicInfo;
 use cortex_m_rt::entry;
 use scphd_firmware::board;
-use scphd_stream::{Memory, Monitor, ScanCost, Seen, memory, replay};
+#[cfg(not(feature = "underwater"))]
+use scphd_stream::planar::Planar as Kind;
+#[cfg(feature = "underwater")]
+use scphd_stream::underwater::Underwater as Kind;
+use scphd_stream::{Aboard, Monitor, ScanCost, Seen, replay};
 use static_cell::ConstStaticCell;
 
 #[cfg(not(feature = "double"))]
@@ -18,7 +23,8 @@ type Scalar = f32;
 #[cfg(feature = "double")]
 type Scalar = f64;
 
-static MEMORY: ConstStaticCell<Memory<Scalar>> = ConstStaticCell::new(memory());
+static MEMORY: ConstStaticCell<<Kind as Aboard<Scalar>>::Memory> =
+    ConstStaticCell::new(<Kind as Aboard<Scalar>>::MEMORY);
 
 /// Makes the compiler keep what it is told.
 struct Witness;
@@ -42,7 +48,7 @@ impl Monitor for Witness {
 #[entry]
 fn main() -> ! {
     if let Some(memory) = MEMORY.try_take() {
-        let _ = black_box(replay(board::stream(), memory, u32::MAX, &mut Witness));
+        let _ = black_box(replay::<Kind, Scalar>(board::stream(), memory, u32::MAX, &mut Witness));
     }
     loop {
         cortex_m::asm::wfi();

@@ -15,7 +15,8 @@ use cortex_m_rt::{ExceptionFrame, entry, exception};
 use defmt_semihosting as _;
 use heapless::Deque;
 use scphd_firmware::{board, report};
-use scphd_stream::{Measurements, Memory, Onboard, Reader, Record, memory};
+use scphd_stream::planar::{Memory, Odometry, Planar};
+use scphd_stream::{Aboard, Filter, Measurements, Reader, Record};
 use static_cell::ConstStaticCell;
 
 /// Odometry samples a second.
@@ -27,20 +28,17 @@ const QUEUE: usize = 16;
 
 /// What the interrupt hands to the foreground.
 enum Input {
-    Odometry {
-        control: [f64; 2],
-        dt_s: f64,
-    },
+    Odometry(Odometry),
     /// The measurements stay where they arrived; a driver would hand over its buffer.
     Scan {
-        measurements: Measurements<'static>,
+        measurements: Measurements<'static, Planar>,
         tick: u32,
     },
 }
 
 /// What interrupt and foreground share.
 struct Arrivals {
-    source: Option<Reader<'static>>,
+    source: Option<Reader<'static, Planar>>,
     inputs: Deque<Input, QUEUE>,
     /// Interrupts so far: the time.
     tick: u32,
@@ -51,7 +49,7 @@ struct Arrivals {
 static ARRIVALS: Mutex<RefCell<Arrivals>> =
     Mutex::new(RefCell::new(Arrivals { source: None, inputs: Deque::new(), tick: 0, lost: 0, ended: false }));
 
-static MEMORY: ConstStaticCell<Memory<f32>> = ConstStaticCell::new(memory());
+static MEMORY: ConstStaticCell<Memory<f32>> = ConstStaticCell::new(<Planar as Aboard<f32>>::MEMORY);
 
 #[entry]
 fn main() -> ! {
@@ -64,7 +62,7 @@ fn main() -> ! {
         }
     };
     let header = *reader.header();
-    let mut filter = match Onboard::start(&header, memory) {
+    let mut filter = match <Planar as Aboard<f32>>::start(&header, memory) {
         Ok(filter) => filter,
         Err(refusal) => {
             defmt::error!("{}", refusal);
@@ -83,8 +81,8 @@ fn main() -> ! {
             (arrivals.inputs.pop_front(), arrivals.ended, arrivals.lost)
         });
         match input {
-            Some(Input::Odometry { control, dt_s }) => {
-                if let Err(refusal) = filter.predict(control, dt_s) {
+            Some(Input::Odometry(odometry)) => {
+                if let Err(refusal) = filter.predict(&odometry) {
                     defmt::warn!("prediction left out: {}", refusal);
                 }
             }
@@ -148,7 +146,7 @@ fn SysTick() {
         // All up to the next odometry sample is here by now.
         loop {
             let (input, last) = match source.read() {
-                Ok(Some(Record::Predict { control, dt_s })) => (Input::Odometry { control, dt_s }, true),
+                Ok(Some(Record::Predict(odometry))) => (Input::Odometry(odometry), true),
                 Ok(Some(Record::Scan(measurements))) => (Input::Scan { measurements, tick: *tick }, false),
                 Ok(None) | Err(_) => {
                     *ended = true;

@@ -60,13 +60,10 @@ pub fn execute(cli: Cli) -> Result<(), Failure> {
         Some(Command::Export { scenario: name, dir, seed }) => export(&scenario(&name, seed)?, &dir),
         Some(Command::Stream(args)) => stream::stream(args),
         Some(Command::Tune(args)) => tune::tune(args),
-        Some(Command::Settings { source, tuning }) if source.to_str().is_some_and(underwater::is_scenario) => {
-            underwater::settings(&underwater::Source::Scenario(source.to_string_lossy().into_owned(), None), &tuning)
-        }
-        Some(Command::Settings { source, tuning }) if log_folder::has_camera(&source) => {
-            underwater::settings(&underwater::read(&source)?, &tuning)
-        }
         Some(Command::Settings { source, tuning }) => {
+            if let Some(underwater) = underwater::source(&source, None)? {
+                return underwater::settings(&underwater, &tuning);
+            }
             let defaults = match source.to_str().and_then(|name| Some((name, by_name(name, 0)?))) {
                 Some((name, log)) => scenario_defaults(name, &log),
                 None => Settings::for_log(&read(&source)?),

@@ -1,13 +1,15 @@
 //! `scphd-sim stream`.
 
-use super::args::{PrecisionName, StreamArgs};
+use super::args::{PrecisionName, StreamArgs, Tuning};
 use super::failure::{Failure, print};
 use super::source::{read, scenario_defaults, tuned};
+use super::underwater;
 use scphd_sim::output::atomic;
 use scphd_sim::scenario::by_name;
 use scphd_sim::settings::Settings;
-use scphd_sim::stream::{worst_case, write};
-use scphd_stream::{MEASUREMENTS, Scalar};
+use scphd_sim::stream::{worst_case, write, write_underwater};
+use scphd_stream::Scalar;
+use scphd_stream::planar::MEASUREMENTS;
 
 /// The source that is neither a scenario nor a log.
 const WORST_CASE: &str = "worst-case";
@@ -18,23 +20,31 @@ const SAMPLES: usize = 2;
 /// Writes the stream and tells what is in it.
 pub fn stream(args: StreamArgs) -> Result<(), Failure> {
     let seed = args.seed.seed;
-    let name = args.source.to_str().unwrap_or_default();
-    let (log, defaults) = if name == WORST_CASE {
-        worst_case(args.tuning.particles.unwrap_or(PARTICLES), args.tuning.samples.unwrap_or(SAMPLES), MEASUREMENTS)
-    } else if let Some(log) = by_name(name, args.scenario_seed.scenario_seed.unwrap_or(seed)) {
-        let defaults = scenario_defaults(name, &log);
-        (log, defaults)
-    } else {
-        let log = read(&args.source)?;
-        let defaults = Settings::for_log(&log);
-        (log, defaults)
-    };
-    let settings = tuned(defaults, &args.tuning)?;
+    let scenario_seed = args.scenario_seed.scenario_seed;
+    let scans = args.scans.unwrap_or(usize::MAX);
     let scalar = match args.precision {
         PrecisionName::F32 => Scalar::F32,
         PrecisionName::F64 => Scalar::F64,
     };
-    let stream = write(&log, &settings, seed, scalar, args.scans.unwrap_or(usize::MAX));
+    let name = args.source.to_str().unwrap_or_default();
+    let stream = if let Some(source) = underwater::source(&args.source, scenario_seed)? {
+        let log = source.log(seed)?;
+        let settings = underwater::tuned(&log, &args.tuning)?;
+        write_underwater(&log, &settings, seed, scalar, scans).map_err(Failure::input)?
+    } else {
+        let (log, defaults) = if name == WORST_CASE {
+            let Tuning { particles, samples, .. } = args.tuning;
+            worst_case(particles.unwrap_or(PARTICLES), samples.unwrap_or(SAMPLES), MEASUREMENTS)
+        } else if let Some(log) = by_name(name, scenario_seed.unwrap_or(seed)) {
+            let defaults = scenario_defaults(name, &log);
+            (log, defaults)
+        } else {
+            let log = read(&args.source)?;
+            let defaults = Settings::for_log(&log);
+            (log, defaults)
+        };
+        write(&log, &tuned(defaults, &args.tuning)?, seed, scalar, scans)
+    };
     atomic::write(&args.file, &stream.bytes)
         .map_err(|error| Failure::input(format_args!("cannot write {}: {error}", args.file.display())))?;
     print(&format!(

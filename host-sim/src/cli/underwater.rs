@@ -42,8 +42,18 @@ pub fn read(dir: &Path) -> Result<Source, Failure> {
     Ok(Source::Fixed(Box::new(log)))
 }
 
+/// The underwater scenario of that name or the underwater log in that folder, if it is either.
+pub fn source(name: &Path, scenario_seed: Option<u64>) -> Result<Option<Source>, Failure> {
+    match name.to_str() {
+        Some(name) if is_scenario(name) => Ok(Some(Source::Scenario(name.to_owned(), scenario_seed))),
+        _ if log_folder::has_camera(name) => read(name).map(Some),
+        _ => Ok(None),
+    }
+}
+
 impl Source {
-    fn log(&self, seed: u64) -> Result<Cow<'_, Log>, Failure> {
+    /// The log for a run with `seed`.
+    pub fn log(&self, seed: u64) -> Result<Cow<'_, Log>, Failure> {
         match self {
             Self::Fixed(log) => Ok(Cow::Borrowed(log)),
             Self::Scenario(name, own) => by_name(name, own.unwrap_or(seed))

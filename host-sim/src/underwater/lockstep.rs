@@ -2,14 +2,15 @@
 //! state and random numbers, so that what differs afterwards is what that one step computed differently.
 
 use super::log::Log;
-use super::session::{Pilot, start_of};
+use super::session::Pilot;
 use super::settings::Settings;
-use super::slam::{Control, Snapshot, Transparent, core_filter};
+use super::slam::{Snapshot, Transparent, core_filter, full};
 use crate::compare::Differences;
 use crate::reference::space::{self, Space};
 use crate::reference::{Component, Config, MovingConfig};
 use crate::settings::{Likelihood, Proposal};
 use crate::slam::{Precision, Refusal};
+use scphd::{AuvControl, Reading};
 
 fn larger(a: &mut f64, b: f64) {
     // NaN is the largest difference of all.
@@ -84,12 +85,12 @@ pub fn compare(
         ));
     }
     let space = reference_of(log, settings);
-    let mut filter = core_filter(log, settings, &start_of(log)?, precision, seed)?;
+    let mut filter = core_filter(log, settings, precision, seed)?;
     let mut pilot = Pilot::new(log, settings)?;
     let mut overall = Differences::default();
     for frame in log.frames.iter().take(frames) {
         let mut predicted = false;
-        for (control, dt_s) in pilot.steps_to(frame.t_s) {
+        for (control, dt_s) in pilot.steps_to(frame.t_s)? {
             predict(&space, &mut *filter, predicted, &control, dt_s, &mut overall)?;
             predicted = true;
         }
@@ -104,19 +105,20 @@ fn predict(
     space: &Space,
     filter: &mut dyn Transparent,
     predicted: bool,
-    control: &Control,
+    control: &AuvControl<f64>,
     dt_s: f64,
     overall: &mut Differences,
 ) -> Result<(), Refusal> {
     let mut before = filter.snapshot()?;
     filter.predict(control, dt_s)?;
     let after = filter.snapshot()?;
+    let reading = |reading: Reading<f64>| [reading.value, reading.sigma];
     let control = space::Control {
-        velocity: control.velocity.0,
-        covariance: control.velocity.1,
-        tilt: control.tilt_rad,
-        yaw_rate: control.yaw_rate,
-        z: control.z,
+        velocity: control.velocity_mps.into(),
+        covariance: full(&control.velocity_covariance),
+        tilt: [control.roll_rad, control.pitch_rad],
+        yaw_rate: control.yaw_rate_radps.map(reading),
+        z: control.z_m.map(reading),
     };
     let samples = if predicted { 1 } else { space.config.samples };
     for (child, candidate) in after.candidates.iter().enumerate() {
@@ -236,7 +238,7 @@ mod tests {
         let mut space = reference_of(&log, &settings);
         space.cameras[1][0][3] += 1e-3;
         let overall = with_roomy_stack(|| {
-            let mut filter = core_filter(&log, &settings, &start_of(&log).unwrap(), Precision::F64, 3).unwrap();
+            let mut filter = core_filter(&log, &settings, Precision::F64, 3).unwrap();
             let mut overall = Differences::default();
             for frame in &log.frames[..5] {
                 scan(&space, &mut *filter, &frame.keypoints, &mut overall).unwrap();

@@ -13,6 +13,7 @@ pub mod settings;
 pub mod slam;
 pub mod tables;
 pub mod tank;
+pub mod timeline;
 pub mod truth;
 
 use log::Log;

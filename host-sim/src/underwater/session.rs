@@ -3,7 +3,8 @@
 use super::log::{Instruments, Log};
 use super::record::{FrameRecord, MapFeature, Record, distance, position};
 use super::settings::Settings;
-use super::slam::{Control, Slam, Start, Transparent, core_filter};
+use super::slam::{Slam, Transparent, core_filter};
+use super::timeline::{Step, Timeline};
 use super::truth::Seen;
 use crate::angle::wrap;
 use crate::monte_carlo::{Curve, Job, RunResult, Series};
@@ -13,8 +14,10 @@ use crate::score::moving::median;
 use crate::score::{gospa, ospa};
 use crate::session::{Filter, GOSPA, OSPA, SessionError, percentile, with_roomy_stack};
 use crate::slam::Refusal;
+use crate::stream::underwater_models;
 use nalgebra::Vector3;
-use scphd::{DeadReckoning, Health, VelocityFilter, VelocityNoise};
+use scphd::{AuvControl, DeadReckoning, Health, Navigator};
+use scphd_stream::Helm;
 use std::time::Instant;
 
 /// A map of hundreds of features is compared with the truth at every so many frames only.
@@ -56,116 +59,66 @@ pub fn run(
 
 fn start(log: &Log, settings: &Settings, filter: Filter, seed: u64) -> Result<Box<dyn Transparent>, Refusal> {
     match filter {
-        Filter::Core(precision) => core_filter(log, settings, &start_of(log)?, precision, seed),
+        Filter::Core(precision) => core_filter(log, settings, precision, seed),
         Filter::Reference => Err(Refusal("in space the reference runs in lockstep only: scphd-sim compare".into())),
     }
-}
-
-/// Where a log's vehicle starts.
-///
-/// # Errors
-/// The log has no instruments.
-pub fn start_of(log: &Log) -> Result<Start, Refusal> {
-    let first = log.instruments.first().ok_or_else(|| Refusal("the log has no instruments".into()))?;
-    let (position, yaw_rad) = log.start;
-    Ok(Start { position, yaw_rad, tilt_rad: [first.roll_rad, first.pitch_rad] })
 }
 
 /// The small filters beside the particles, and how far the log has been read.
 #[derive(Debug)]
 pub struct Pilot<'a> {
-    instruments: &'a [Instruments],
-    next: usize,
-    now_s: f64,
-    velocity: VelocityFilter<f64>,
+    timeline: Timeline<'a>,
+    /// The last row taken in.
+    row: Option<&'a Instruments>,
+    navigator: Navigator<f64>,
     reckoning: DeadReckoning<f64>,
-    yaw_rate_sigma_radps: f64,
-    z_sigma_m: f64,
 }
 
 impl<'a> Pilot<'a> {
     /// At the first row of the instruments.
     ///
     /// # Errors
-    /// The noise is out of range.
+    /// The noise is out of range, or there are no instruments.
     pub fn new(log: &'a Log, settings: &Settings) -> Result<Self, Refusal> {
-        let vehicle = &settings.vehicle;
-        let noise = VelocityNoise {
-            walk_mps_rts: vehicle.velocity_walk_mps_rts,
-            dvl_sigma_mps: vehicle.velocity_sigma_mps,
-            z_sigma_m: vehicle.z_sigma_m,
-            gate_sigmas: vehicle.gate_sigmas,
-            outliers_believed: vehicle.outliers_believed,
-        };
+        let models = underwater_models(log, settings)?;
         let refused = |error: scphd::ModelError| Refusal(error.to_string());
-        let position = log.start.0;
-        let mut pilot = Self {
-            instruments: &log.instruments,
-            next: 0,
-            now_s: log.instruments.first().map_or(0.0, |row| row.t_s),
-            velocity: VelocityFilter::new(noise, position[2]).map_err(refused)?,
-            reckoning: DeadReckoning::new(noise, Vector3::from(position)).map_err(refused)?,
-            yaw_rate_sigma_radps: vehicle.yaw_rate_sigma_radps,
-            z_sigma_m: vehicle.z_sigma_m,
-        };
-        if let Some(first) = log.instruments.first() {
-            pilot.take_in(first);
-            pilot.next = 1;
-        }
-        Ok(pilot)
+        Ok(Self {
+            timeline: Timeline::new(log, settings.vehicle.yaw_rate_sigma_radps),
+            row: None,
+            navigator: models.navigator().map_err(refused)?,
+            reckoning: DeadReckoning::new(models.velocity_noise(), Vector3::from(models.start_m)).map_err(refused)?,
+        })
     }
 
     /// The steps from here to `t_s`: up to every row of the instruments by then, and from the last one on.
-    pub fn steps_to(&mut self, t_s: f64) -> Vec<(Control, f64)> {
-        let mut steps = Vec::new();
-        while let Some(row) = self.instruments.get(self.next).filter(|row| row.t_s <= t_s) {
-            steps.extend(self.step(row.t_s, Some(row)));
-            self.take_in(row);
-            self.next += 1;
+    ///
+    /// # Errors
+    /// The instruments say what is not finite.
+    pub fn steps_to(&mut self, t_s: f64) -> Result<Vec<(AuvControl<f64>, f64)>, Refusal> {
+        let mut controls = Vec::new();
+        for Step { navigation, row } in self.timeline.steps_to(t_s) {
+            if let Some(last) = self.row {
+                self.reckoning.predict(last.roll_rad, last.pitch_rad, last.yaw_rad, navigation.dt_s);
+            }
+            let control = self.navigator.control(&navigation).map_err(|error| Refusal(error.to_string()))?;
+            controls.extend(control);
+            if let Some(row) = row {
+                if let Some(velocity) = row.velocity_mps {
+                    self.reckoning.dvl(&Vector3::from(velocity));
+                }
+                if let Some(z) = row.z_m {
+                    self.reckoning.z(z);
+                }
+                self.row = Some(row);
+            }
         }
-        steps.extend(self.step(t_s, None));
-        steps
+        Ok(controls)
     }
 
     /// Position by dead reckoning, m.
     #[must_use]
     pub fn dead_reckoning(&self) -> [f64; 3] {
         self.reckoning.position_m().into()
-    }
-
-    /// The step to `t_s`, where the instruments say `row`.
-    fn step(&mut self, t_s: f64, row: Option<&Instruments>) -> Option<(Control, f64)> {
-        let dt_s = t_s - self.now_s;
-        let last = self.instruments.get(self.next.checked_sub(1)?)?;
-        if dt_s <= 0.0 {
-            return None;
-        }
-        let tilt = row.unwrap_or(last);
-        let covariance = self.velocity.covariance();
-        let control = Control {
-            velocity: (
-                self.velocity.velocity_mps().into(),
-                std::array::from_fn(|r| std::array::from_fn(|c| covariance.get(r, c))),
-            ),
-            tilt_rad: [tilt.roll_rad, tilt.pitch_rad],
-            yaw_rate: Some([last.yaw_rate_radps, last.yaw_rate_sigma_radps.unwrap_or(self.yaw_rate_sigma_radps)]),
-            z: row.and_then(|row| row.z_m).map(|z| [z, self.z_sigma_m]),
-        };
-        self.velocity.predict(last.roll_rad, last.pitch_rad, dt_s);
-        self.reckoning.predict(last.roll_rad, last.pitch_rad, last.yaw_rad, dt_s);
-        self.now_s = t_s;
-        Some((control, dt_s))
-    }
-
-    fn take_in(&mut self, row: &Instruments) {
-        if let Some(velocity) = row.velocity_mps {
-            self.velocity.dvl(&Vector3::from(velocity));
-            self.reckoning.dvl(&Vector3::from(velocity));
-        }
-        if let Some(z) = row.z_m {
-            self.velocity.z(z);
-            self.reckoning.z(z);
-        }
     }
 }
 
@@ -183,7 +136,7 @@ fn drive(
     let mut counts = vec![0; Health::all().count()];
     for (scan, frame) in log.frames.iter().enumerate() {
         let refused = |step| move |refusal| SessionError::Step { scan, t_s: frame.t_s, step, refusal };
-        for (control, dt_s) in pilot.steps_to(frame.t_s) {
+        for (control, dt_s) in pilot.steps_to(frame.t_s).map_err(refused("the instruments"))? {
             slam.predict(&control, dt_s).map_err(refused("the prediction"))?;
         }
         let clock = Instant::now();

@@ -5,35 +5,13 @@ use super::record::MapFeature;
 use super::settings::Settings;
 use crate::reference::{self, Draws, space};
 use crate::slam::{Ahead, Precision, Refusal, config_of};
-use nalgebra::{SMatrix, Vector3, Vector4};
+use crate::stream::underwater_models;
+use nalgebra::Vector4;
 use scphd::{
-    Auv, AuvControl, AuvPose, Component, Config, FrustumLimits, Health, MapMemory, Models, NoMoving, Reading, Real,
-    ScPhd, State, StereoCamera, StereoFrustum, Symmetric, UniformClutter, pixel_noise,
+    Auv, AuvControl, AuvPose, Component, Config, Health, MapMemory, NoMoving, Real, ScPhd, State, StereoCamera,
+    StereoFrustum, Symmetric, UniformClutter,
 };
-
-/// What moves the vehicle from one step to the next: [`scphd::AuvControl`] in plain numbers.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Control {
-    /// Velocity along the vehicle's axes, m/s, and its covariance, m²/s².
-    pub velocity: ([f64; 3], [[f64; 3]; 3]),
-    /// Roll and pitch, rad.
-    pub tilt_rad: [f64; 2],
-    /// Yaw rate and its standard deviation, rad/s.
-    pub yaw_rate: Option<[f64; 2]>,
-    /// z and its standard deviation, m.
-    pub z: Option<[f64; 2]>,
-}
-
-/// Where a vehicle starts: position (m) and yaw (rad), roll and pitch (rad).
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Start {
-    /// Position, m.
-    pub position: [f64; 3],
-    /// Yaw, rad.
-    pub yaw_rad: f64,
-    /// Roll and pitch, rad.
-    pub tilt_rad: [f64; 2],
-}
+use scphd_stream::underwater::AuvModels;
 
 /// What a scan did.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -56,7 +34,7 @@ pub trait Slam {
     ///
     /// # Errors
     /// The filter refused, and says why.
-    fn predict(&mut self, control: &Control, dt_s: f64) -> Result<(), Refusal>;
+    fn predict(&mut self, control: &AuvControl<f64>, dt_s: f64) -> Result<(), Refusal>;
 
     /// Takes in a frame's keypoints.
     ///
@@ -131,8 +109,6 @@ type TankState<T, const PARTICLES: usize, const CANDIDATES: usize, const PAGES: 
     NoMoving,
 >;
 
-type TankModels<T> = Models<Auv<T>, StereoCamera<T>, StereoFrustum<T>, UniformClutter<T>>;
-
 type TankFilter<'s, T> =
     ScPhd<'s, T, AuvPose<T>, Auv<T>, StereoCamera<T>, StereoFrustum<T>, UniformClutter<T>, 5, 3, 6, 4>;
 
@@ -145,7 +121,7 @@ pub struct CoreFilter<
     const PAGES: usize,
     const MAP_PAGES: usize,
 > {
-    models: TankModels<T>,
+    models: AuvModels<T>,
     config: Config<T>,
     state: Box<TankState<T, PARTICLES, CANDIDATES, PAGES, MAP_PAGES>>,
 }
@@ -154,32 +130,12 @@ fn refusal(error: impl core::fmt::Display) -> Refusal {
     Refusal(error.to_string())
 }
 
-fn pose_of<T: Real>(start: &Start) -> AuvPose<T> {
-    let [x, y, z] = start.position.map(T::from_f64);
-    let [roll_rad, pitch_rad] = start.tilt_rad.map(T::from_f64);
-    AuvPose { roll_rad, pitch_rad, ..AuvPose::new(x, y, z, T::from_f64(start.yaw_rad)) }
-}
-
-fn control_of<T: Real>(control: &Control) -> AuvControl<T> {
-    let (velocity, covariance) = &control.velocity;
-    let reading = |[value, sigma]: [f64; 2]| Reading { value: T::from_f64(value), sigma: T::from_f64(sigma) };
-    let [roll_rad, pitch_rad] = control.tilt_rad.map(T::from_f64);
-    AuvControl {
-        velocity_mps: Vector3::from(velocity.map(T::from_f64)),
-        velocity_covariance: Symmetric::from_fn(|row, column| T::from_f64(covariance[row][column])),
-        roll_rad,
-        pitch_rad,
-        yaw_rate_radps: control.yaw_rate.map(reading),
-        z_m: control.z.map(reading),
-    }
-}
-
 impl<T: Real, const PARTICLES: usize, const CANDIDATES: usize, const PAGES: usize, const MAP_PAGES: usize>
     CoreFilter<T, PARTICLES, CANDIDATES, PAGES, MAP_PAGES>
 {
-    fn start(models: TankModels<T>, config: Config<T>, start: &Start, seed: u64) -> Result<Self, Refusal> {
+    fn start(models: AuvModels<T>, config: Config<T>, start: AuvPose<T>, seed: u64) -> Result<Self, Refusal> {
         let mut state = Box::new(State::new());
-        TankFilter::new(models, config, &mut *state).map_err(refusal)?.reset(pose_of(start), seed).map_err(refusal)?;
+        TankFilter::new(models, config, &mut *state).map_err(refusal)?.reset(start, seed).map_err(refusal)?;
         Ok(Self { models, config, state })
     }
 
@@ -192,8 +148,8 @@ impl<T: Real, const PARTICLES: usize, const CANDIDATES: usize, const PAGES: usiz
 impl<T: Real, const PARTICLES: usize, const CANDIDATES: usize, const PAGES: usize, const MAP_PAGES: usize> Slam
     for CoreFilter<T, PARTICLES, CANDIDATES, PAGES, MAP_PAGES>
 {
-    fn predict(&mut self, control: &Control, dt_s: f64) -> Result<(), Refusal> {
-        self.with(|filter| filter.predict(&control_of(control), T::from_f64(dt_s)))?.map_err(refusal)?;
+    fn predict(&mut self, control: &AuvControl<f64>, dt_s: f64) -> Result<(), Refusal> {
+        self.with(|filter| filter.predict(&control.rounded(), T::from_f64(dt_s)))?.map_err(refusal)?;
         Ok(())
     }
 
@@ -271,7 +227,8 @@ impl<T: Real, const PARTICLES: usize, const CANDIDATES: usize, const PAGES: usiz
     }
 }
 
-fn full<T: Real, const N: usize>(symmetric: &Symmetric<T, N>) -> [[f64; N]; N]
+/// All elements of a symmetric matrix.
+pub(super) fn full<T: Real, const N: usize>(symmetric: &Symmetric<T, N>) -> [[f64; N]; N]
 where
     scphd::Dim<N>: scphd::Packed,
 {
@@ -285,47 +242,20 @@ where
 pub fn core_filter(
     log: &Log,
     settings: &Settings,
-    start: &Start,
     precision: Precision,
     seed: u64,
 ) -> Result<Box<dyn Transparent>, Refusal> {
     match precision {
-        Precision::F32 => with_models::<f32>(log, settings, start, seed),
-        Precision::F64 => with_models::<f64>(log, settings, start, seed),
+        Precision::F32 => with_models::<f32>(log, settings, seed),
+        Precision::F64 => with_models::<f64>(log, settings, seed),
     }
 }
 
-fn with_models<T: Real>(
-    log: &Log,
-    settings: &Settings,
-    start: &Start,
-    seed: u64,
-) -> Result<Box<dyn Transparent>, Refusal> {
-    let real = T::from_f64;
-    let Settings { filter, vehicle, camera } = settings;
-    let [left, right] = log.camera.projections.map(|p| SMatrix::<T, 3, 4>::from_fn(|row, column| real(p[row][column])));
-    let noise = pixel_noise(camera.pixel_sigmas.map(real), camera.common_sigmas.map(real));
-    let sensor = StereoCamera::new(left, right, noise, real(camera.epipolar_gate)).map_err(refusal)?;
-    let limits = FrustumLimits {
-        width_px: real(log.camera.size_px[0]),
-        height_px: real(log.camera.size_px[1]),
-        edge_px: real(camera.edge_px),
-        near_m: real(camera.near_m),
-        far_m: real(camera.far_m),
-        depth_edge_m: real(camera.depth_edge_m),
-        probability: real(camera.detection),
-    };
-    let field_of_view = StereoFrustum::new(&sensor, limits).map_err(refusal)?;
-    let [least, greatest] = settings.disparities_px(log);
-    let measure = field_of_view.measure(real(least), real(greatest), real(log.camera.row_tolerance_px));
-    let models = Models {
-        motion: Auv::new(real(vehicle.yaw_acceleration_sigma_radps2), real(vehicle.velocity_interval_s))
-            .map_err(refusal)?,
-        sensor,
-        field_of_view,
-        clutter: UniformClutter::of_scan(real(camera.clutter_per_scan), measure).map_err(refusal)?,
-    };
-    let config = config_of(filter);
+fn with_models<T: Real>(log: &Log, settings: &Settings, seed: u64) -> Result<Box<dyn Transparent>, Refusal> {
+    let Settings { filter, .. } = settings;
+    let numbers = underwater_models(log, settings)?;
+    let (models, config) = (numbers.of_filter().map_err(refusal)?, config_of(filter));
+    let start = numbers.start();
     let candidates = filter.particles.saturating_mul(filter.samples);
     Ok(match (filter.particles, candidates) {
         (..=64, ..=128) => Box::new(CoreFilter::<T, 64, 128, 4096, 512>::start(models, config, start, seed)?),

@@ -2,7 +2,9 @@
 //! same words as the firmware.
 
 use scphd::Real;
-use scphd_stream::{Memory, Monitor, Reader, ScanCost, Seen, memory, replay};
+use scphd_stream::planar::Planar;
+use scphd_stream::underwater::Underwater;
+use scphd_stream::{Aboard, Monitor, Numbers, Reader, ScanCost, Seen, StreamError, replay};
 use std::io::{self, Write};
 use std::process::ExitCode;
 use std::time::Instant;
@@ -43,15 +45,28 @@ impl<W: Write> Monitor for Printer<W> {
     }
 }
 
-fn run<T: Real>(bytes: &[u8], scans: u32) -> Result<(), String> {
-    let header = *Reader::open(bytes).map_err(|error| error.to_string())?.header();
-    let mut state: Box<Memory<T>> = Box::new(memory());
+/// Whatever vehicle the stream is of.
+fn run<T: Real>(bytes: &[u8], scans: u32) -> Result<(), String>
+where
+    Planar: Aboard<T>,
+    Underwater: Aboard<T>,
+{
+    match Reader::<Planar>::open(bytes) {
+        Err(StreamError::Vehicle { .. }) => run_kind::<Underwater, T>(bytes, scans),
+        _ => run_kind::<Planar, T>(bytes, scans),
+    }
+}
+
+fn run_kind<K: Aboard<T>, T: Real>(bytes: &[u8], scans: u32) -> Result<(), String> {
+    let header = *Reader::<K>::open(bytes).map_err(|error| error.to_string())?.header();
+    let mut memory = Box::new(K::MEMORY);
     let mut printer = Printer { out: io::stdout().lock(), started: Instant::now(), failed: None };
     let line = writeln!(printer.out, "stream scan_interval_s {}", header.scan_interval_s);
     printer.failed = line.err();
-    let totals = replay(bytes, &mut state, scans, &mut printer).map_err(|error| error.to_string())?;
-    let [x, y, heading] = totals.pose;
-    let end = writeln!(printer.out, "end scans {} pose {x} {y} {heading} features {}", totals.scans, totals.features);
+    let totals = replay::<K, T>(bytes, &mut memory, scans, &mut printer).map_err(|error| error.to_string())?;
+    let mut pose = String::new();
+    totals.pose.put(&mut |coordinate| pose += &format!(" {coordinate}"));
+    let end = writeln!(printer.out, "end scans {} pose{pose} features {}", totals.scans, totals.features);
     match printer.failed.or(end.err()) {
         Some(error) => Err(format!("cannot write to stdout: {error}")),
         None => Ok(()),

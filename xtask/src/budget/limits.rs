@@ -5,6 +5,7 @@ use std::path::Path;
 use serde::Deserialize;
 
 use super::figures::Figures;
+use crate::firmware::rig::Rig;
 use crate::firmware::streams::Precision;
 
 /// One entry: what to measure, and what it may take.
@@ -44,9 +45,11 @@ fn parse(text: &str) -> Result<Vec<Budget>, String> {
 impl Budget {
     /// The number type that the configuration ends with.
     pub fn precision(&self) -> Result<Precision, String> {
-        let found =
-            Precision::ALL.into_iter().find(|precision| self.configuration == format!("32x2-{}", precision.name()));
-        found.ok_or_else(|| format!("budgets.toml: no configuration `{}`", self.configuration))
+        let rig = Rig::of(&self.scenario);
+        let found = rig.precisions.iter().find(|&&precision| self.configuration == rig.configuration(precision));
+        found
+            .copied()
+            .ok_or_else(|| format!("budgets.toml: no configuration `{}` of {}", self.configuration, self.scenario))
     }
 
     /// The limits that these figures are above, one line each.

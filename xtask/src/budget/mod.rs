@@ -11,8 +11,9 @@ use std::collections::hash_map::Entry;
 use crate::firmware::board::{Board, EMULATED, TARGETS};
 use crate::firmware::image::{self, Extra, Image};
 use crate::firmware::output::Replay;
+use crate::firmware::rig::Rig;
 use crate::firmware::streams::{self, Precision, Source};
-use crate::firmware::{PROOF, emulator, image_name};
+use crate::firmware::{PROOF, emulator};
 use crate::process;
 use crate::steps::{Options, Outcome};
 use crate::toolchain::{self, Toolchain};
@@ -52,14 +53,15 @@ pub fn measure(wanted: impl Fn(&Budget) -> bool) -> Result<Vec<Figures>, String>
     let budgets: Vec<Budget> = entries()?.into_iter().filter(wanted).collect();
     emulator::prepare()?;
     let toolchain = toolchain::find(&TARGETS)?;
-    let mut images: HashMap<(&str, &str), (Image, Code)> = HashMap::new();
+    let mut images: HashMap<(&str, String), (Image, Code)> = HashMap::new();
     let mut measured = Vec::new();
     for budget in &budgets {
         let (board, precision) = (board_of(budget)?, budget.precision()?);
-        let key = (board.name, precision.name());
+        let rig = Rig::of(&budget.scenario);
+        let key = (board.name, rig.image(precision));
         let (image, code) = match images.entry(key) {
             Entry::Occupied(built) => built.into_mut(),
-            Entry::Vacant(place) => place.insert(built(&toolchain, board, precision)?),
+            Entry::Vacant(place) => place.insert(built(&toolchain, board, rig, precision)?),
         };
         let stream = streams::make(Source { what: &budget.scenario, scans: budget.scans }, precision)?;
         let host = streams::on_host(&stream, precision, "release")?;
@@ -73,9 +75,9 @@ pub fn measure(wanted: impl Fn(&Budget) -> bool) -> Result<Vec<Figures>, String>
 }
 
 /// The image that is measured, and what its code says, and that of the image without output.
-fn built(toolchain: &Toolchain, board: &Board, precision: Precision) -> Result<(Image, Code), String> {
-    let image = image::build(toolchain, board, &image_name(precision), &Extra::default())?;
-    let features: &[&str] = if precision == Precision::F64 { &["double"] } else { &[] };
+fn built(toolchain: &Toolchain, board: &Board, rig: Rig, precision: Precision) -> Result<(Image, Code), String> {
+    let image = image::build(toolchain, board, &rig.image(precision), &Extra::default())?;
+    let features = &rig.proof_features(precision)[..];
     let bare = image::build(toolchain, board, PROOF, &Extra { features, flags: &[] })?;
     let code = Code { image: image.sizes()?, stack_bound: image.stack_bound()?, library: bare.library_flash()? };
     Ok((image, code))

@@ -6,6 +6,7 @@ use super::board::{EMULATED, TARGETS};
 use super::emulator;
 use super::image::{self, Extra};
 use super::output::{self, Replay};
+use super::rig::{PLANAR, Rig, UNDERWATER};
 use super::streams::{self, Precision, Source};
 use crate::process;
 use crate::steps::Outcome;
@@ -15,6 +16,8 @@ use crate::toolchain::{self, Toolchain};
 const SCANS: usize = 200;
 /// Scenarios, which are always there.
 const SCENARIOS: [&str; 2] = ["survey", "thesis-dynamic"];
+/// A dive, of whose frames each takes as long as several scans.
+const DIVE: Source<'_> = Source { what: "girona-tank", scans: 40 };
 /// Recorded logs, which are not part of this repository.
 const LOGS: [&str; 2] = ["victoria_park", "mrclam_ds6_robot2"];
 
@@ -34,15 +37,15 @@ fn compare() -> Result<String, String> {
     let toolchain = toolchain::find(&TARGETS)?;
     let (logs, missing) = logs();
     let names = SCENARIOS.into_iter().chain(logs.iter().map(String::as_str));
-    let sources: Vec<Source<'_>> = names.map(|what| Source { what, scans: SCANS }).collect();
+    let sources: Vec<Source<'_>> = names.map(|what| Source { what, scans: SCANS }).chain([DIVE]).collect();
     let (mut failures, mut compared) = (Vec::new(), 0);
     failures.extend(driven_by_a_timer(&toolchain)?);
-    for precision in Precision::ALL {
+    for (rig, precision) in [PLANAR, UNDERWATER].iter().flat_map(|rig| rig.precisions.iter().map(move |&p| (rig, p))) {
         let mut images = Vec::new();
-        for board in &EMULATED {
-            images.push((board, image::build(&toolchain, board, &image_name(precision), &Extra::default())?));
+        for board in rig.boards {
+            images.push((board, image::build(&toolchain, board, &rig.image(precision), &Extra::default())?));
         }
-        for &source in &sources {
+        for &source in sources.iter().filter(|source| Rig::of(source.what) == *rig) {
             let stream = streams::make(source, precision)?;
             let mut replays: Vec<(&str, Replay)> = Vec::new();
             for profile in PROFILES {
@@ -94,9 +97,4 @@ fn driven_by_a_timer(toolchain: &Toolchain) -> Result<Option<String>, String> {
     let expected = [("late", "0"), ("lost", "0"), ("digest", last.digest.as_str())];
     let holds = expected.iter().all(|(name, value)| output::word(end, name) == Some(value));
     Ok((!holds).then(|| format!("the timer-driven loop ended with {end}, not with {expected:?}")))
-}
-
-/// The image that replays in this precision.
-pub fn image_name(precision: Precision) -> String {
-    format!("replay-{}", precision.name())
 }

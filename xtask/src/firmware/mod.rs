@@ -7,9 +7,10 @@ pub mod image;
 mod library;
 pub mod output;
 mod proof;
+pub mod rig;
 mod stack;
 pub mod streams;
 mod thumb;
 
-pub use digests::{image_name, step as digests};
+pub use digests::step as digests;
 pub use proof::{PROOF, step as proof};

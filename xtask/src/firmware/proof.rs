@@ -3,6 +3,8 @@
 
 use super::board::{Board, EMULATED, REFERENCE, TARGETS};
 use super::image::{self, Extra, Image};
+use super::rig::{PLANAR, UNDERWATER};
+use super::streams::Precision;
 use crate::noalloc;
 use crate::steps::Outcome;
 use crate::toolchain;
@@ -29,17 +31,21 @@ pub fn step() -> Outcome {
 
 fn prove() -> Result<(), String> {
     let toolchain = toolchain::find(&TARGETS)?;
-    for board in EMULATED.iter().chain([&REFERENCE]) {
-        for features in [&[][..], &["double"]] {
-            let image = image::build(&toolchain, board, PROOF, &Extra { features, flags: &[] })
-                .map_err(|error| format!("a panic is reachable, or the image does not fit {}: {error}", board.name))?;
-            if let Some(symbol) = allocator_symbol(&image)? {
-                return Err(format!("{} has the allocator's {symbol}", image.path.display()));
-            }
+    // An underwater vehicle's code is the same for every board with a processor of this kind.
+    let dive = (&REFERENCE, UNDERWATER, Precision::F32);
+    let boards = EMULATED.iter().chain([&REFERENCE]);
+    let plane = boards.flat_map(|board| Precision::ALL.map(|precision| (board, PLANAR, precision)));
+    for (board, rig, precision) in plane.chain([dive]) {
+        let features = &rig.proof_features(precision)[..];
+        let image = image::build(&toolchain, board, PROOF, &Extra { features, flags: &[] })
+            .map_err(|error| format!("a panic is reachable, or the image does not fit {}: {error}", board.name))?;
+        if let Some(symbol) = allocator_symbol(&image)? {
+            return Err(format!("{} has the allocator's {symbol}", image.path.display()));
         }
     }
-    for name in ["replay-f32", "replay-f64"] {
-        let image = image::build(&toolchain, &REFERENCE, name, &Extra::default())?;
+    for (rig, precision) in [(PLANAR, Precision::F32), (PLANAR, Precision::F64), (UNDERWATER, Precision::F32)] {
+        let name = rig.image(precision);
+        let image = image::build(&toolchain, &REFERENCE, &name, &Extra::default())?;
         if let Some(symbol) = allocator_symbol(&image)? {
             return Err(format!("{} has the allocator's {symbol}", image.path.display()));
         }

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::output::Replay;
+use super::rig::Rig;
 use crate::process;
 
 /// Number type of a filter.
@@ -36,10 +37,6 @@ pub struct Source<'a> {
     pub scans: usize,
 }
 
-/// Particles and samples of every stream: those that the firmware has room for.
-const PARTICLES: &str = "32";
-const SAMPLES: &str = "2";
-
 /// Has the simulator write a stream.
 pub fn make(source: Source<'_>, precision: Precision) -> Result<PathBuf, String> {
     let dir = process::own_target_dir("streams");
@@ -49,7 +46,11 @@ pub fn make(source: Source<'_>, precision: Precision) -> Result<PathBuf, String>
     let mut cargo = process::cargo();
     cargo.args(["run", "--quiet", "--package", "scphd-sim", "--", "stream", source.what]).arg(&path);
     cargo.args(["--scans", &source.scans.to_string(), "--precision", precision.name()]);
-    cargo.args(["--particles", PARTICLES, "--samples", SAMPLES]);
+    let rig = Rig::of(source.what);
+    cargo.args(["--particles", &rig.particles.to_string(), "--samples", &rig.samples.to_string()]);
+    if let Some(settings) = rig.settings {
+        cargo.args(["--settings", settings]);
+    }
     process::run(&mut cargo)?;
     Ok(path)
 }

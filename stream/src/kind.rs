@@ -1,0 +1,46 @@
+//! What streams of different vehicles differ in.
+
+use crate::Numbers;
+use crate::header::Scalar;
+use core::fmt::Debug;
+
+/// A kind of stream: what its head says of the vehicle, and what its records hold.
+pub trait Kind: Copy + Debug + PartialEq {
+    /// The motion model, of those that vehicles of this kind may have.
+    type Vehicle: Copy + Debug + PartialEq;
+    /// The numbers of the models in the head.
+    type Models: Numbers + Debug + PartialEq;
+    /// What a record of a prediction says.
+    type Input: Input;
+    /// One measurement of a scan.
+    type Measurement: Numbers + Debug;
+    /// Coordinates of an estimated pose.
+    type Pose: Numbers + Debug + PartialEq;
+
+    /// The vehicle of a head that says nothing.
+    const VEHICLE: Self::Vehicle;
+
+    /// The byte that stands for a vehicle: no two of any kinds have the same.
+    fn code(vehicle: Self::Vehicle) -> u8;
+
+    /// The vehicle that a byte stands for, if it is of this kind.
+    fn vehicle(code: u8) -> Option<Self::Vehicle>;
+}
+
+/// What a record of a prediction says.
+pub trait Input: Copy + Debug + PartialEq {
+    /// Which of its parts there are, a bit for each, where not all need be.
+    fn parts(&self) -> u8;
+
+    /// Numbers of a record with these parts; `None` for parts that are none.
+    fn count(parts: u8) -> Option<usize>;
+
+    /// The type of its numbers in a stream of this type.
+    fn scalar(of_stream: Scalar) -> Scalar;
+
+    /// Hands on the numbers of its parts.
+    fn put(&self, sink: &mut impl FnMut(f64));
+
+    /// Makes it of its parts' numbers; `None` where they run out.
+    fn take(parts: u8, source: &mut impl FnMut() -> Option<f64>) -> Option<Self>;
+}

@@ -1,0 +1,55 @@
+//! The models of a planar vehicle in the head of a stream.
+
+use crate::numbers::numbers;
+
+numbers! {
+    /// Start, geometry, noise and field of view of a planar vehicle.
+    Models {
+        /// Pose at the start: x, m.
+        start_x_m: f64,
+        /// Pose at the start: y, m.
+        start_y_m: f64,
+        /// Pose at the start: heading, rad.
+        start_heading_rad: f64,
+        /// Wheelbase L, m; this and the next three are 0 for a unicycle.
+        wheelbase_m: f64,
+        /// Lateral offset H of the wheel encoder from the centreline, m.
+        encoder_offset_m: f64,
+        /// Forward offset a of the sensor from the rear axle, m.
+        sensor_forward_m: f64,
+        /// Leftward offset b of the sensor from the centreline, m.
+        sensor_left_m: f64,
+        /// Standard deviation of the speed, m/s.
+        speed_sigma_mps: f64,
+        /// Standard deviation of the speed as a share of it.
+        speed_sigma_ratio: f64,
+        /// Standard deviation of the second control: steering angle, rad, or turn rate, rad/s.
+        turn_sigma: f64,
+        /// Standard deviation of the second control as a share of it.
+        turn_sigma_ratio: f64,
+        /// How long an odometry error lasts, s.
+        noise_interval_s: f64,
+        /// Standard deviation of the range, m.
+        range_sigma_m: f64,
+        /// Standard deviation of the bearing, rad.
+        bearing_sigma_rad: f64,
+        /// Least range, m.
+        range_min_m: f64,
+        /// Greatest range, m.
+        range_max_m: f64,
+        /// Half width of the soft edges in range, m.
+        range_edge_m: f64,
+        /// Middle of the bearing window, rad.
+        bearing_center_rad: f64,
+        /// Half width of the bearing window, rad; π and above is a full circle.
+        bearing_half_width_rad: f64,
+        /// Half width of the soft edges in bearing, rad.
+        bearing_edge_rad: f64,
+        /// p_D at range zero.
+        detection_near: f64,
+        /// p_D at the greatest range.
+        detection_far: f64,
+        /// λ, false measurements a scan.
+        clutter_per_scan: f64,
+    }
+}

@@ -1,0 +1,232 @@
+//! The filter of a planar vehicle on board: its capacities, and its models from the head of the stream.
+
+use super::{Odometry, Planar, Vehicle};
+use crate::Header;
+use crate::onboard::{self, Aboard, Capacities, Helm, Onboard, Ram, RamPart, Refusal, config};
+use core::marker::PhantomData;
+use scphd::{
+    Ackermann, AckermannControl, AckermannGeometry, ControlNoise, Linearised, MapMemory, ModelError, Models, Motion,
+    Noise, PlanarPose, PredictError, RangeBearing, RangeBearingWindow, Real, ScPhd, State, Step, Unicycle,
+    UnicycleControl, UniformClutter,
+};
+
+const PARTICLES: usize = 32;
+const CANDIDATES: usize = 64;
+const PAGES: usize = 320;
+const MAP_PAGES: usize = 32;
+const MOVING_PAGES: usize = 96;
+const MOVING_MAP_PAGES: usize = 16;
+/// Measurements that a scan can have.
+pub const MEASUREMENTS: usize = 64;
+const VIEW: usize = 256;
+const MOVING_VIEW: usize = 128;
+/// Features of an estimated map.
+const FEATURES: usize = 128;
+
+/// State of a filter with room for this many more of everything than the one on board.
+type StateWith<
+    T,
+    const PARTICLES_AND: usize,
+    const CANDIDATES_AND: usize,
+    const PAGES_AND: usize,
+    const MEASUREMENTS_AND: usize,
+    const VIEW_AND: usize,
+    const MOVING_PAGES_AND: usize,
+    const MOVING_VIEW_AND: usize,
+> = State<
+    T,
+    PlanarPose<T>,
+    3,
+    2,
+    PARTICLES_AND,
+    CANDIDATES_AND,
+    MEASUREMENTS_AND,
+    MapMemory<T, 2, 2, PARTICLES_AND, PAGES_AND, MAP_PAGES, VIEW_AND>,
+    MapMemory<T, 4, 2, PARTICLES_AND, MOVING_PAGES_AND, MOVING_MAP_PAGES, MOVING_VIEW_AND>,
+>;
+
+type OnboardState<T> = StateWith<T, PARTICLES, CANDIDATES, PAGES, MEASUREMENTS, VIEW, MOVING_PAGES, MOVING_VIEW>;
+
+/// All memory of the filter on board.
+pub type Memory<T> = onboard::Memory<OnboardState<T>, T, 2, 2, MEASUREMENTS, FEATURES>;
+
+/// The state with so many more of each capacity, less the one on board, for each of them.
+macro_rules! price {
+    ($particles:expr, $candidates:expr, $pages:expr, $measurements:expr, $view:expr, $moving_pages:expr, $moving_view:expr) => {
+        size_of::<
+            StateWith<
+                T,
+                { PARTICLES + $particles },
+                { CANDIDATES + $candidates },
+                { PAGES + $pages },
+                { MEASUREMENTS + $measurements },
+                { VIEW + $view },
+                { MOVING_PAGES + $moving_pages },
+                { MOVING_VIEW + $moving_view },
+            >,
+        >() - size_of::<OnboardState<T>>()
+    };
+}
+
+/// Where the RAM goes, from the price of each capacity: how much larger a state is with eight more of it.
+const fn ram<T: Real>() -> Ram {
+    let candidates = price!(0, 8, 0, 0, 0, 0, 0) / 8;
+    let particles = price!(8, 8, 0, 0, 0, 0, 0) / 8 - candidates;
+    Ram {
+        total: size_of::<Memory<T>>(),
+        state: size_of::<OnboardState<T>>(),
+        particles: particles * PARTICLES + candidates * CANDIDATES,
+        pages: price!(0, 0, 8, 0, 0, 0, 0) / 8 * PAGES,
+        moving_pages: price!(0, 0, 0, 0, 0, 8, 0) / 8 * MOVING_PAGES,
+        scratch: price!(0, 0, 0, 8, 0, 0, 0) / 8 * MEASUREMENTS
+            + price!(0, 0, 0, 0, 8, 0, 0) / 8 * VIEW
+            + price!(0, 0, 0, 0, 0, 0, 8) / 8 * MOVING_VIEW,
+    }
+}
+
+impl<T: Real> Aboard<T> for Planar {
+    type Memory = Memory<T>;
+    type Filter<'m>
+        = Onboard<
+        'm,
+        Self,
+        T,
+        Direct,
+        PlanarPose<T>,
+        Drive<T>,
+        RangeBearing<T>,
+        RangeBearingWindow<T>,
+        UniformClutter<T>,
+        3,
+        2,
+        4,
+        2,
+    >
+    where
+        T: 'm;
+
+    const MEMORY: Memory<T> = Memory::with(State::new());
+    const CAPACITIES: Capacities = Capacities {
+        candidates: CANDIDATES,
+        particles: PARTICLES,
+        components: (MAP_PAGES + MOVING_MAP_PAGES) * scphd::PAGE_LEN,
+        components_in_all: (PAGES + MOVING_PAGES) * scphd::PAGE_LEN,
+        measurements: MEASUREMENTS,
+    };
+    const RAM_PARTS: [RamPart; 6] = ram::<T>().parts();
+
+    fn start<'m>(header: &Header<Self>, memory: &'m mut Memory<T>) -> Result<Self::Filter<'m>, Refusal>
+    where
+        T: 'm,
+    {
+        let onboard::Memory { state, measurements, features } = memory;
+        let mut filter = ScPhd::new(models(header)?, config(header), state)?;
+        let super::Models { start_x_m, start_y_m, start_heading_rad, .. } = header.models;
+        let [x, y, heading] = [start_x_m, start_y_m, start_heading_rad].map(T::from_f64);
+        filter.reset(PlanarPose::new(x, y, heading), header.seed)?;
+        Ok(Onboard { filter, helm: Direct, kind: PhantomData, measurements, features })
+    }
+}
+
+/// Hands the controls on as they come.
+#[derive(Debug, Clone, Copy)]
+pub struct Direct;
+
+impl<T: Real> Helm<T, Odometry, [T; 2]> for Direct {
+    fn control(&mut self, odometry: &Odometry) -> Result<Option<([T; 2], T)>, PredictError> {
+        Ok(Some((odometry.control.map(T::from_f64), T::from_f64(odometry.dt_s))))
+    }
+}
+
+/// The motion model that the head of the stream chooses.
+#[derive(Debug, Clone, Copy)]
+pub enum Drive<T> {
+    /// Speed of the encoder's wheel and steering angle.
+    Ackermann(Ackermann<T>),
+    /// Speed and turn rate.
+    Unicycle(Unicycle<T>),
+}
+
+fn ackermann<T: Copy>([speed_mps, steering_rad]: [T; 2]) -> AckermannControl<T> {
+    AckermannControl { speed_mps, steering_rad }
+}
+
+fn unicycle<T: Copy>([speed_mps, rate_radps]: [T; 2]) -> UnicycleControl<T> {
+    UnicycleControl { speed_mps, rate_radps }
+}
+
+impl<T: Real> Motion<T, 3> for Drive<T> {
+    type Pose = PlanarPose<T>;
+    type Control = [T; 2];
+
+    fn admits(&self, control: &[T; 2]) -> bool {
+        match self {
+            Self::Ackermann(car) => car.admits(&ackermann(*control)),
+            Self::Unicycle(robot) => robot.admits(&unicycle(*control)),
+        }
+    }
+
+    fn propagate(&self, pose: &Self::Pose, control: &[T; 2], dt: T) -> Self::Pose {
+        match self {
+            Self::Ackermann(car) => car.propagate(pose, &ackermann(*control), dt),
+            Self::Unicycle(robot) => robot.propagate(pose, &unicycle(*control), dt),
+        }
+    }
+
+    fn sample(&self, pose: &Self::Pose, control: &[T; 2], dt: T, noise: &mut Noise) -> Self::Pose {
+        match self {
+            Self::Ackermann(car) => car.sample(pose, &ackermann(*control), dt, noise),
+            Self::Unicycle(robot) => robot.sample(pose, &unicycle(*control), dt, noise),
+        }
+    }
+
+    fn linearise(&self, pose: &Self::Pose, control: &[T; 2], dt: T) -> Linearised<T, 3> {
+        match self {
+            Self::Ackermann(car) => car.linearise(pose, &ackermann(*control), dt),
+            Self::Unicycle(robot) => robot.linearise(pose, &unicycle(*control), dt),
+        }
+    }
+}
+
+type PlanarModels<T> = Models<Drive<T>, RangeBearing<T>, RangeBearingWindow<T>, UniformClutter<T>>;
+
+fn models<T: Real>(header: &Header<Planar>) -> Result<PlanarModels<T>, ModelError> {
+    let numbers = &header.models;
+    let noise = ControlNoise {
+        speed_sigma_mps: T::from_f64(numbers.speed_sigma_mps),
+        speed_sigma_ratio: T::from_f64(numbers.speed_sigma_ratio),
+        turn_sigma: T::from_f64(numbers.turn_sigma),
+        turn_sigma_ratio: T::from_f64(numbers.turn_sigma_ratio),
+        interval_s: T::from_f64(numbers.noise_interval_s),
+    };
+    let motion = match header.vehicle {
+        Vehicle::Ackermann => {
+            let geometry = AckermannGeometry {
+                wheelbase_m: T::from_f64(numbers.wheelbase_m),
+                encoder_offset_m: T::from_f64(numbers.encoder_offset_m),
+                sensor_forward_m: T::from_f64(numbers.sensor_forward_m),
+                sensor_left_m: T::from_f64(numbers.sensor_left_m),
+            };
+            Drive::Ackermann(Ackermann::new(geometry, noise)?)
+        }
+        Vehicle::Unicycle => Drive::Unicycle(Unicycle::new(Step::Euler, noise)?),
+        Vehicle::UnicycleArc => Drive::Unicycle(Unicycle::new(Step::Arc, noise)?),
+    };
+    let field_of_view = RangeBearingWindow {
+        range_min_m: T::from_f64(numbers.range_min_m),
+        range_max_m: T::from_f64(numbers.range_max_m),
+        range_edge_m: T::from_f64(numbers.range_edge_m),
+        bearing_center_rad: T::from_f64(numbers.bearing_center_rad),
+        bearing_half_width_rad: T::from_f64(numbers.bearing_half_width_rad),
+        bearing_edge_rad: T::from_f64(numbers.bearing_edge_rad),
+        probability_near: T::from_f64(numbers.detection_near),
+        probability_far: T::from_f64(numbers.detection_far),
+    };
+    field_of_view.check()?;
+    Ok(Models {
+        motion,
+        sensor: RangeBearing::new(T::from_f64(numbers.range_sigma_m), T::from_f64(numbers.bearing_sigma_rad))?,
+        field_of_view,
+        clutter: UniformClutter::of_scan(T::from_f64(numbers.clutter_per_scan), field_of_view.measure())?,
+    })
+}

@@ -1,0 +1,100 @@
+//! Streams of vehicles under water that see pairs of pixels.
+
+mod models;
+mod onboard;
+
+pub use models::{AuvModels, Models};
+pub use onboard::{MEASUREMENTS, Memory};
+
+use crate::header::Scalar;
+use crate::kind::{Input, Kind};
+use crate::numbers::Numbers;
+use scphd::{Instruments, Reading};
+
+/// The kind of these streams.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Underwater;
+
+/// The only motion model: that of (7.1).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Auv;
+
+/// Time passed, and then, mostly, the instruments said something.
+///
+/// This is what they themselves say, in double precision in every stream: the filter of the velocity runs where the stream is
+/// replayed, in double precision whatever the particles have.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Navigation {
+    /// How much time, s.
+    pub dt_s: f64,
+    /// What they said; `None` between two rows, where a frame came.
+    pub instruments: Option<Instruments<f64>>,
+}
+
+impl Kind for Underwater {
+    type Vehicle = Auv;
+    type Models = Models;
+    type Input = Navigation;
+    /// Column and row in the left and in the right image, px.
+    type Measurement = [f64; 4];
+    /// x, y, z (m), yaw (rad) and yaw rate (rad/s).
+    type Pose = [f64; 5];
+
+    const VEHICLE: Auv = Auv;
+
+    fn code(_vehicle: Auv) -> u8 {
+        3
+    }
+
+    fn vehicle(code: u8) -> Option<Auv> {
+        (code == 3).then_some(Auv)
+    }
+}
+
+/// Roll, pitch, yaw rate and its standard deviation.
+const INERTIAL: u8 = 1;
+/// Three velocities.
+const VELOCITY: u8 = 2;
+/// z.
+const DEPTH: u8 = 4;
+
+impl Input for Navigation {
+    fn parts(&self) -> u8 {
+        self.instruments.map_or(0, |row| {
+            let velocity = row.velocity_mps.map_or(0, |_| VELOCITY);
+            INERTIAL | velocity | row.z_m.map_or(0, |_| DEPTH)
+        })
+    }
+
+    fn count(parts: u8) -> Option<usize> {
+        let has = |part: u8, count: usize| if parts & part == 0 { 0 } else { count };
+        // Doppler log and pressure sensor come with the inertial unit.
+        let known = parts == 0 || parts & INERTIAL != 0 && parts <= INERTIAL | VELOCITY | DEPTH;
+        known.then(|| 1 + has(INERTIAL, 4) + has(VELOCITY, 3) + has(DEPTH, 1))
+    }
+
+    fn scalar(_of_stream: Scalar) -> Scalar {
+        Scalar::F64
+    }
+
+    fn put(&self, sink: &mut impl FnMut(f64)) {
+        sink(self.dt_s);
+        if let Some(Instruments { roll_rad, pitch_rad, yaw_rate_radps, velocity_mps, z_m }) = self.instruments {
+            [roll_rad, pitch_rad, yaw_rate_radps.value, yaw_rate_radps.sigma].put(sink);
+            velocity_mps.iter().for_each(|velocity| velocity.put(sink));
+            z_m.iter().for_each(|z| z.put(sink));
+        }
+    }
+
+    fn take(parts: u8, source: &mut impl FnMut() -> Option<f64>) -> Option<Self> {
+        let dt_s = source()?;
+        if parts & INERTIAL == 0 {
+            return Some(Self { dt_s, instruments: None });
+        }
+        let [roll_rad, pitch_rad, value, sigma] = Numbers::take(source)?;
+        let yaw_rate_radps = Reading { value, sigma };
+        let velocity_mps = if parts & VELOCITY == 0 { None } else { Some(Numbers::take(source)?) };
+        let z_m = if parts & DEPTH == 0 { None } else { Some(source()?) };
+        Some(Self { dt_s, instruments: Some(Instruments { roll_rad, pitch_rad, yaw_rate_radps, velocity_mps, z_m }) })
+    }
+}

@@ -1,0 +1,129 @@
+//! The filter of an underwater vehicle on board, and its capacities.
+
+use super::{Navigation, Underwater};
+use crate::Header;
+use crate::onboard::{self, Aboard, Capacities, Helm, Onboard, Ram, RamPart, Refusal, config};
+use core::marker::PhantomData;
+use scphd::{
+    Auv, AuvControl, AuvPose, MapMemory, Navigator, NoMoving, PredictError, Real, ScPhd, State, StereoCamera,
+    StereoFrustum, UniformClutter,
+};
+
+const PARTICLES: usize = 64;
+const CANDIDATES: usize = 64;
+/// What is left of 512 KiB in single precision.
+const PAGES: usize = 976;
+const MAP_PAGES: usize = 128;
+/// Pairs that a frame can have.
+pub const MEASUREMENTS: usize = 96;
+const VIEW: usize = 512;
+/// Features of an estimated map.
+const FEATURES: usize = 640;
+
+/// State of a filter of these capacities. Everything stands: there is no room for what moves.
+type AuvState<
+    T,
+    const PARTICLES: usize,
+    const CANDIDATES: usize,
+    const PAGES: usize,
+    const MEASUREMENTS: usize,
+    const VIEW: usize,
+> = State<
+    T,
+    AuvPose<T>,
+    5,
+    4,
+    PARTICLES,
+    CANDIDATES,
+    MEASUREMENTS,
+    MapMemory<T, 3, 3, PARTICLES, PAGES, MAP_PAGES, VIEW>,
+    NoMoving,
+>;
+
+type OnboardState<T> = AuvState<T, PARTICLES, CANDIDATES, PAGES, MEASUREMENTS, VIEW>;
+
+/// All memory of the filter on board.
+pub type Memory<T> = onboard::Memory<OnboardState<T>, T, 3, 4, MEASUREMENTS, FEATURES>;
+
+/// How much larger the state is with so many more of each capacity.
+macro_rules! price {
+    ($particles:expr, $candidates:expr, $pages:expr, $measurements:expr, $view:expr) => {
+        size_of::<
+            AuvState<
+                T,
+                { PARTICLES + $particles },
+                { CANDIDATES + $candidates },
+                { PAGES + $pages },
+                { MEASUREMENTS + $measurements },
+                { VIEW + $view },
+            >,
+        >() - size_of::<OnboardState<T>>()
+    };
+}
+
+/// Where the RAM goes, from the price of each capacity: how much larger a state is with eight more of it.
+const fn ram<T: Real>() -> Ram {
+    let candidates = price!(0, 8, 0, 0, 0) / 8;
+    let particles = price!(8, 8, 0, 0, 0) / 8 - candidates;
+    Ram {
+        total: size_of::<Memory<T>>(),
+        state: size_of::<OnboardState<T>>(),
+        particles: particles * PARTICLES + candidates * CANDIDATES,
+        pages: price!(0, 0, 8, 0, 0) / 8 * PAGES,
+        moving_pages: 0,
+        scratch: price!(0, 0, 0, 8, 0) / 8 * MEASUREMENTS + price!(0, 0, 0, 0, 8) / 8 * VIEW,
+    }
+}
+
+impl<T: Real> Aboard<T> for Underwater {
+    type Memory = Memory<T>;
+    type Filter<'m>
+        = Onboard<
+        'm,
+        Self,
+        T,
+        Navigator<f64>,
+        AuvPose<T>,
+        Auv<T>,
+        StereoCamera<T>,
+        StereoFrustum<T>,
+        UniformClutter<T>,
+        5,
+        3,
+        6,
+        4,
+    >
+    where
+        T: 'm;
+
+    const MEMORY: Memory<T> = Memory::with(State::new());
+    const CAPACITIES: Capacities = Capacities {
+        candidates: CANDIDATES,
+        particles: PARTICLES,
+        components: MAP_PAGES * scphd::PAGE_LEN,
+        components_in_all: PAGES * scphd::PAGE_LEN,
+        measurements: MEASUREMENTS,
+    };
+    const RAM_PARTS: [RamPart; 6] = ram::<T>().parts();
+
+    fn start<'m>(header: &Header<Self>, memory: &'m mut Memory<T>) -> Result<Self::Filter<'m>, Refusal>
+    where
+        T: 'm,
+    {
+        let onboard::Memory { state, measurements, features } = memory;
+        let mut filter = ScPhd::new(header.models.of_filter()?, config(header), state)?;
+        filter.reset(header.models.start(), header.seed)?;
+        Ok(Onboard { filter, helm: header.models.navigator()?, kind: PhantomData, measurements, features })
+    }
+}
+
+impl<T: Real> Helm<T, Navigation, AuvControl<T>> for Navigator<f64> {
+    fn control(&mut self, navigation: &Navigation) -> Result<Option<(AuvControl<T>, T)>, PredictError> {
+        let dt_s = navigation.dt_s;
+        let control = match &navigation.instruments {
+            Some(row) => self.instruments(row, dt_s),
+            None => self.onward(dt_s),
+        };
+        Ok(control?.map(|control| (control.rounded(), T::from_f64(dt_s))))
+    }
+}

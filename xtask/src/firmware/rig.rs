@@ -1,0 +1,85 @@
+//! The vehicles whose filters the firmware has: what streams they get and which images replay them.
+
+use super::board::{Board, EMULATED};
+use super::streams::Precision;
+
+/// The filter of one kind of vehicle.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Rig {
+    /// What the names of its images have after `replay-` and before the precision.
+    vehicle: &'static str,
+    /// The features of `proof` that choose it.
+    features: &'static [&'static str],
+    /// Particles and samples of its streams: those that the firmware has room for.
+    pub particles: usize,
+    pub samples: usize,
+    /// The file of settings that its streams are made with, beside what the simulator chooses.
+    pub settings: Option<&'static str>,
+    /// Precisions that there are images for.
+    pub precisions: &'static [Precision],
+    /// The boards that replay its streams in the step `firmware`.
+    pub boards: &'static [Board],
+}
+
+/// A vehicle in the plane.
+pub const PLANAR: Rig = Rig {
+    vehicle: "",
+    features: &[],
+    particles: 32,
+    samples: 2,
+    settings: None,
+    precisions: &Precision::ALL,
+    boards: &EMULATED,
+};
+
+/// A vehicle under water.
+pub const UNDERWATER: Rig = Rig {
+    vehicle: "underwater-",
+    features: &["underwater"],
+    particles: 64,
+    samples: 1,
+    settings: Some("firmware/girona-tank.toml"),
+    precisions: &[Precision::F32],
+    // The others compute what they compute for a planar vehicle; they would take minutes to say so again.
+    boards: EMULATED.split_at(1).0,
+};
+
+/// Scenarios of underwater vehicles.
+const DIVES: [&str; 1] = ["girona-tank"];
+
+impl Rig {
+    /// The vehicle that a scenario or log is of.
+    pub fn of(source: &str) -> Self {
+        if DIVES.contains(&source) { UNDERWATER } else { PLANAR }
+    }
+
+    /// The image that replays its streams.
+    pub fn image(&self, precision: Precision) -> String {
+        format!("replay-{}{}", self.vehicle, precision.name())
+    }
+
+    /// The features of `proof` for it.
+    pub fn proof_features(&self, precision: Precision) -> Vec<&'static str> {
+        let double = (precision == Precision::F64).then_some("double");
+        self.features.iter().copied().chain(double).collect()
+    }
+
+    /// As `64x1-f32`.
+    pub fn configuration(&self, precision: Precision) -> String {
+        format!("{}x{}-{}", self.particles, self.samples, precision.name())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_follow_from_vehicle_and_precision() {
+        let dive = Rig::of("girona-tank");
+        assert_eq!(dive.image(Precision::F32), "replay-underwater-f32");
+        assert_eq!(dive.configuration(Precision::F32), "64x1-f32");
+        assert_eq!(dive.proof_features(Precision::F64), ["underwater", "double"]);
+        assert_eq!((Rig::of("survey"), PLANAR.image(Precision::F64).as_str()), (PLANAR, "replay-f64"));
+    }
+}
