@@ -57,21 +57,6 @@ const fn at(row: usize, column: usize) -> usize {
     row * (row + 1) / 2 + column
 }
 
-/// Row and column of every element of the packed lower triangle.
-const PLACES: [(usize, usize); 21] = {
-    let mut places = [(0, 0); 21];
-    let mut row = 0;
-    while row < 6 {
-        let mut column = 0;
-        while column <= row {
-            places[at(row, column)] = (row, column);
-            column += 1;
-        }
-        row += 1;
-    }
-    places
-};
-
 /// A symmetric N × N matrix in packed storage, such as a covariance.
 ///
 /// ```
@@ -102,11 +87,27 @@ where
     #[must_use]
     pub fn from_fn(mut element: impl FnMut(usize, usize) -> T) -> Self {
         let mut result = Self::ZERO;
-        // One loop of a known length, where two nested ones would not be unrolled.
-        for (slot, &(row, column)) in result.lower.as_mut().iter_mut().zip(&PLACES) {
-            *slot = element(row, column);
-        }
+        // Row by row, each with a number that the compiler knows: two nested loops would not be unrolled.
+        result.fill_row::<0>(&mut element);
+        result.fill_row::<1>(&mut element);
+        result.fill_row::<2>(&mut element);
+        result.fill_row::<3>(&mut element);
+        result.fill_row::<4>(&mut element);
+        result.fill_row::<5>(&mut element);
         result
+    }
+
+    /// Sets one row, if there is such.
+    #[inline(always)]
+    fn fill_row<const ROW: usize>(&mut self, mut element: impl FnMut(usize, usize) -> T) {
+        if ROW < N {
+            for column in 0..=ROW {
+                let element = element(ROW, column);
+                if let Some(slot) = self.lower.as_mut().get_mut(at(ROW, column)) {
+                    *slot = element;
+                }
+            }
+        }
     }
 
     /// The diagonal matrix of `diagonal`.
@@ -201,8 +202,8 @@ where
         if self.is_beyond_rounding() { (self, false) } else { (self.raised(), true) }
     }
 
-    /// Whether rounding leaves it positive definite.
-    #[inline]
+    /// Whether rounding leaves it positive definite. Asked for in many places, and unrolled in one.
+    #[inline(never)]
     fn is_beyond_rounding(&self) -> bool {
         let least = T::EPSILON * T::from_f64(4.0);
         let above = |(k, &pivot): (usize, &T)| pivot >= least * self.get(k, k);

@@ -51,7 +51,8 @@ where
     Dim<D>: Packed,
     Dim<Z>: Packed,
 {
-    /// Whether a component is better known than from the few measurements that confirm it.
+    /// Whether a component is better known than from the few measurements that confirm it. Seldom asked, and not small.
+    #[inline(never)]
     fn confirms<const N: usize>(&self, component: &Component<T, N>) -> bool
     where
         Dim<N>: Packed,

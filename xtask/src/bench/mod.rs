@@ -141,7 +141,9 @@ impl Times {
 /// Instructions and memory of the scenario of section 5.3.1 in QEMU.
 fn on_target() -> Result<Vec<Figure>, String> {
     let measured = budget::measure(|budget| {
-        budget.scenario == "thesis-dynamic" && ["mps2-an500", "mps2-an386"].contains(&budget.board.as_str())
+        let boards = ["mps2-an500", "mps2-an386"];
+        (&*budget.scenario, &*budget.configuration) == ("thesis-dynamic", "32x2-f32")
+            && boards.contains(&&*budget.board)
     })?;
     let [m7, m4f] = &measured[..] else { return Err("budgets.toml has no thesis-dynamic for M7 and M4F".into()) };
     budget::print(&measured);

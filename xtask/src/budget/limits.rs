@@ -6,7 +6,7 @@ use serde::Deserialize;
 
 use super::figures::Figures;
 use crate::firmware::rig::Rig;
-use crate::firmware::streams::Precision;
+use crate::firmware::streams::{Precision, Source};
 
 /// One entry: what to measure, and what it may take.
 #[derive(Debug, Clone, Deserialize)]
@@ -24,6 +24,9 @@ pub struct Budget {
     pub instructions_per_scan_mean: u64,
     pub instructions_per_scan_worst: u64,
 }
+
+/// Marks a configuration that takes everything for static.
+const STATIC: &str = "-static";
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -43,10 +46,16 @@ fn parse(text: &str) -> Result<Vec<Budget>, String> {
 }
 
 impl Budget {
+    /// What to replay.
+    pub fn source(&self) -> Source<'_> {
+        Source { what: &self.scenario, scans: self.scans, still: self.configuration.contains(STATIC) }
+    }
+
     /// The number type that the configuration ends with.
     pub fn precision(&self) -> Result<Precision, String> {
         let rig = Rig::of(&self.scenario);
-        let found = rig.precisions.iter().find(|&&precision| self.configuration == rig.configuration(precision));
+        let configuration = self.configuration.replace(STATIC, "");
+        let found = rig.precisions.iter().find(|&&precision| configuration == rig.configuration(precision));
         found
             .copied()
             .ok_or_else(|| format!("budgets.toml: no configuration `{}` of {}", self.configuration, self.scenario))

@@ -12,7 +12,7 @@ use crate::firmware::board::{Board, EMULATED, TARGETS};
 use crate::firmware::image::{self, Extra, Image};
 use crate::firmware::output::Replay;
 use crate::firmware::rig::Rig;
-use crate::firmware::streams::{self, Precision, Source};
+use crate::firmware::streams::{self, Precision};
 use crate::firmware::{PROOF, emulator};
 use crate::process;
 use crate::steps::{Options, Outcome};
@@ -63,7 +63,7 @@ pub fn measure(wanted: impl Fn(&Budget) -> bool) -> Result<Vec<Figures>, String>
             Entry::Occupied(built) => built.into_mut(),
             Entry::Vacant(place) => place.insert(built(&toolchain, board, rig, precision)?),
         };
-        let stream = streams::make(Source { what: &budget.scenario, scans: budget.scans }, precision)?;
+        let stream = streams::make(budget.source(), precision)?;
         let host = streams::on_host(&stream, precision, "release")?;
         let replay = Replay::parse(&emulator::run(board, image, &stream)?)?;
         if let Some(difference) = host.first_difference(&replay) {

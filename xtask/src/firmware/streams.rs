@@ -35,6 +35,8 @@ pub struct Source<'a> {
     pub what: &'a str,
     /// Its first scans.
     pub scans: usize,
+    /// Everything is taken for static, also where something moves.
+    pub still: bool,
 }
 
 /// Has the simulator write a stream.
@@ -42,12 +44,16 @@ pub fn make(source: Source<'_>, precision: Precision) -> Result<PathBuf, String>
     let dir = process::own_target_dir("streams");
     std::fs::create_dir_all(&dir).map_err(|error| format!("{}: {error}", dir.display()))?;
     let name = Path::new(source.what).file_name().unwrap_or_default().display();
-    let path = dir.join(format!("{name}-{}-{}.scphd", source.scans, precision.name()));
+    let still = if source.still { "-static" } else { "" };
+    let path = dir.join(format!("{name}-{}{still}-{}.scphd", source.scans, precision.name()));
     let mut cargo = process::cargo();
     cargo.args(["run", "--quiet", "--package", "scphd-sim", "--", "stream", source.what]).arg(&path);
     cargo.args(["--scans", &source.scans.to_string(), "--precision", precision.name()]);
     let rig = Rig::of(source.what);
     cargo.args(["--particles", &rig.particles.to_string(), "--samples", &rig.samples.to_string()]);
+    if source.still {
+        cargo.args(["--moving", "off"]);
+    }
     if let Some(settings) = rig.settings {
         cargo.args(["--settings", settings]);
     }
