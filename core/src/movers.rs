@@ -107,6 +107,62 @@ fn a_moving_feature_is_weighed_where_it_has_moved_to() {
     assert!((report.ln_evidence - expected).abs() < 1e-12, "{} against {expected}", report.ln_evidence);
 }
 
+/// What becomes of something that stands for two minutes and then drives off at half a metre a second: seconds after that
+/// until the moving features within half a metre of it weigh half of one, until the static ones where it stood have weighed as
+/// much for the last time, and the share of the scans before in which they did.
+fn drives_off(detection: f64, seed: u64) -> (f64, f64, f64) {
+    const STANDS_S: f64 = 120.0;
+    let mut memory = Box::new(Memory::new());
+    let mut models = models();
+    (models.field_of_view.probability_near, models.field_of_view.probability_far) = (detection, detection);
+    let mut filter = Tracker::new(models, config(), &mut memory).unwrap();
+    filter.reset(ORIGIN, 1).unwrap();
+    let mut noise = Noise::seeded(seed);
+    let stood = Vector2::new(6.0, 4.0);
+    let (mut found_s, mut last_s, mut held) = (f64::INFINITY, 0.0_f64, 0);
+    for step in 0..1600 {
+        let t = 0.1 * f64::from(step) - STANDS_S;
+        filter.predict(&ORIGIN, 0.1).unwrap();
+        let place = stood - Vector2::new(0.5, 0.0) * t.max(0.0);
+        let mut scan = Vec::new();
+        if noise.uniform::<f64>() < detection {
+            let z = seen_at(place);
+            scan.push(Vector2::new(z.x + 0.1 * noise.normal::<f64>(), wrap(z.y + 0.01 * noise.normal::<f64>())));
+        }
+        for _ in 0..2 {
+            let (range, bearing) = (noise.uniform::<f64>(), noise.uniform::<f64>());
+            scan.push(Vector2::new(20.0 * range, wrap(core::f64::consts::TAU * bearing)));
+        }
+        filter.scan(&scan).unwrap();
+        let near = |position: Vector2<f64>, at: Vector2<f64>, within| (position - at).norm() < within;
+        let weight = |ln_weight: f64| ln_weight.exp();
+        let still = filter.map(0).filter(|held| near(held.mean, stood, 0.3));
+        let still: f64 = still.map(|held| weight(held.ln_weight)).sum();
+        let moving = filter.moving_map(0).filter(|held| near(held.position(), place, 0.5));
+        let moving: f64 = moving.map(|held| weight(held.ln_weight)).sum();
+        if t < 0.0 {
+            held += usize::from(still > 0.5);
+        } else if still > 0.5 {
+            last_s = t;
+        }
+        if t >= 0.0 && moving > 0.5 {
+            found_s = t.min(found_s);
+        }
+    }
+    (found_s, last_s, held as f64 / (10.0 * STANDS_S))
+}
+
+#[test]
+fn what_has_stood_for_minutes_and_drives_off_is_found_and_its_place_forgotten() {
+    for (detection, longest_s, least_held) in [(0.9, 2.0, 0.8), (0.3, 10.0, 0.5)] {
+        for seed in 1..=10 {
+            let (found_s, last_s, held) = drives_off(detection, seed);
+            std::println!("p_D {detection}: held {held:.2}, moving after {found_s:.1} s, static until {last_s:.1} s");
+            assert!(found_s < longest_s && last_s < longest_s && held > least_held);
+        }
+    }
+}
+
 #[test]
 fn what_moves_and_what_stands_are_told_apart_and_keep_their_names() {
     let mut memory = Box::new(Memory::new());
