@@ -27,7 +27,7 @@ pub struct Instruments<T> {
 /// use scphd::{Instruments, Navigator, Reading, VelocityNoise};
 ///
 /// let noise = VelocityNoise {
-///     walk_mps_rts: 0.1,
+///     walk_mps_rts: 0.1_f64,
 ///     dvl_sigma_mps: 0.1,
 ///     z_sigma_m: 0.02,
 ///     gate_sigmas: 4.0,
