@@ -5,14 +5,14 @@ use super::compare;
 use super::failure::{Failure, notice, print};
 use super::outputs::{Outputs, label};
 use super::progress::Progress;
-use super::source::{Source, read, scenario, scenario_defaults, tuned};
+use super::source::{Source, scenario, tuned};
 use super::{figure, monte_carlo, repeat, stream, tune, underwater};
 use scphd::Health;
 use scphd_sim::log::Log;
 use scphd_sim::log_folder;
 use scphd_sim::output::json::Summary;
 use scphd_sim::output::table;
-use scphd_sim::scenario::{SCENARIOS, by_name};
+use scphd_sim::scenario::SCENARIOS;
 use scphd_sim::session::{self, Filter, Session, condition_name};
 use scphd_sim::settings::Settings;
 use scphd_sim::slam::Precision;
@@ -35,8 +35,7 @@ pub fn execute(cli: Cli) -> Result<(), Failure> {
             underwater::run(&dirs.iter().map(|dir| underwater::read(dir)).collect::<Result<Vec<_>, _>>()?, run)
         }
         Some(Command::Replay { dirs, run }) => {
-            let logs = dirs.iter().map(|dir| read(dir).map(|log| Source::Fixed(Box::new(log))));
-            runs(logs.collect::<Result<_, _>>()?, run)
+            runs(dirs.iter().map(|dir| Source::folder(dir)).collect::<Result<_, _>>()?, run)
         }
         Some(Command::Run { scenario: Some(name), run, scenario_seed, list: false })
             if underwater::is_scenario(&name) =>
@@ -64,11 +63,8 @@ pub fn execute(cli: Cli) -> Result<(), Failure> {
             if let Some(underwater) = underwater::source(&source, None)? {
                 return underwater::settings(&underwater, &tuning);
             }
-            let defaults = match source.to_str().and_then(|name| Some((name, by_name(name, 0)?))) {
-                Some((name, log)) => scenario_defaults(name, &log),
-                None => Settings::for_log(&read(&source)?),
-            };
-            let settings = tuned(defaults, &tuning)?;
+            let source = Source::scenario_or_folder(&source, 0)?;
+            let settings = tuned(source.defaults(&*source.log(0)?), &tuning)?;
             let text = settings.to_toml().map_err(|error| Failure::Internal(error.to_string()))?;
             print(text.trim_end())
         }

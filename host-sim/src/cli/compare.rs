@@ -4,7 +4,7 @@ use super::args::CompareArgs;
 use super::failure::{Failure, notice, print};
 use super::outputs::{Outputs, make};
 use super::progress::Progress;
-use super::source::{read, scenario, tuned};
+use super::source::{Source, tuned};
 use scphd_sim::compare::{self, Comparison};
 use scphd_sim::log::Log;
 use scphd_sim::output::comparison::{self, Compared};
@@ -19,11 +19,8 @@ pub const SAMPLES: usize = 2;
 /// Compares in every precision asked for, prints the differences and writes them where asked to.
 pub fn compare(args: CompareArgs) -> Result<(), Failure> {
     let seed = args.seed.seed;
-    let log = if args.source.is_dir() {
-        read(&args.source)?
-    } else {
-        scenario(&args.source.to_string_lossy(), args.scenario_seed.scenario_seed.unwrap_or(seed))?
-    };
+    let source = Source::folder_or_scenario(&args.source, args.scenario_seed.scenario_seed.unwrap_or(seed))?;
+    let log = source.log(seed)?;
     let mut defaults = Settings::for_log(&log);
     defaults.filter.particles = PARTICLES;
     defaults.filter.samples = SAMPLES;

@@ -5,7 +5,7 @@ use super::failure::{Failure, notice, print};
 use super::monte_carlo::{Extent, Inputs, plan, run};
 use super::outputs::{Outputs, make};
 use super::progress::Progress;
-use super::source::{Source, scenario, scenario_defaults, tuned};
+use super::source::{Source, scenario, tuned};
 use super::underwater;
 use scphd_sim::figure::densities::{self, Moment};
 use scphd_sim::figure::{self, FIGURES};
@@ -65,8 +65,9 @@ pub fn figure(args: FigureArgs) -> Result<(), Failure> {
             vec![("5.8", figure::comparison(&study))]
         }
         "5.9" => {
-            let log = scenario("thesis-compare", args.seed)?;
-            let settings = tuned(scenario_defaults("thesis-compare", &log), &args.tuning)?;
+            let source = Source::scenario("thesis-compare".into(), Some(args.seed))?;
+            let log = source.log(args.seed)?;
+            let settings = tuned(source.defaults(&log), &args.tuning)?;
             let weighed = densities::weigh(&log, &settings, &UPDATE, args.seed)
                 .ok_or_else(|| Failure::Internal("the scenario ends before the update".into()))?;
             vec![("5.9", densities::figure(&log, &UPDATE, &weighed))]

@@ -4,7 +4,7 @@ use super::args::{Choice, MergeArgs, MonteCarloArgs, Tuning};
 use super::failure::{Failure, notice, print};
 use super::outputs::{Outputs, make};
 use super::progress::Progress;
-use super::source::{Source, read, tuned};
+use super::source::{Source, tuned};
 use scphd_sim::monte_carlo::{self, Job, Plan, RunResult, Study, overview};
 use scphd_sim::output::studies;
 use scphd_sim::plot::study;
@@ -28,10 +28,7 @@ impl Inputs {
                 source.log(0)?;
                 Ok(Self(vec![source]))
             }
-            dirs => {
-                let logs = dirs.iter().map(|dir| read(dir).map(|log| Source::Fixed(Box::new(log))));
-                Ok(Self(logs.collect::<Result<_, _>>()?))
-            }
+            dirs => Ok(Self(dirs.iter().map(|dir| Source::folder(dir)).collect::<Result<_, _>>()?)),
         }
     }
 

@@ -31,6 +31,29 @@ impl Source {
         })
     }
 
+    /// A scenario where the argument names one, or the log of a folder; with the scenario's seed.
+    pub fn scenario_or_folder(argument: &Path, seed: u64) -> Result<Self, Failure> {
+        match argument.to_str().filter(|name| SCENARIOS.iter().any(|(known, _)| known == name)) {
+            Some(name) => Self::scenario(name.to_owned(), Some(seed)),
+            None => Self::folder(argument),
+        }
+    }
+
+    /// The log of a folder where there is one, or a scenario.
+    pub fn folder_or_scenario(argument: &Path, seed: u64) -> Result<Self, Failure> {
+        if argument.is_dir() {
+            Self::folder(argument)
+        } else {
+            Self::scenario(argument.to_string_lossy().into_owned(), Some(seed))
+        }
+    }
+
+    /// The log of a folder.
+    pub fn folder(dir: &Path) -> Result<Self, Failure> {
+        let log = log_folder::read(dir).map_err(|error| Failure::of_log(dir, &error))?;
+        Ok(Self::Fixed(Box::new(log)))
+    }
+
     /// The settings a log of this source is run with unless told otherwise: those that suit the log, and what the
     /// thesis says about its scenario.
     pub fn defaults(&self, log: &Log) -> Settings {
@@ -58,7 +81,7 @@ impl Source {
 }
 
 /// The settings a scenario is run with unless told otherwise: the recursion of the thesis and nothing beyond it.
-pub fn scenario_defaults(name: &str, log: &Log) -> Settings {
+fn scenario_defaults(name: &str, log: &Log) -> Settings {
     let mut settings = Settings::for_log(log);
     settings.restrict_to_reference();
     if let Some(run) = thesis_run(name) {
@@ -68,11 +91,6 @@ pub fn scenario_defaults(name: &str, log: &Log) -> Settings {
         settings.set_moving(run.moving);
     }
     settings
-}
-
-/// The log of a folder.
-pub fn read(dir: &Path) -> Result<Log, Failure> {
-    log_folder::read(dir).map_err(|error| Failure::of_log(dir, &error))
 }
 
 /// The log of a scenario with that seed.

@@ -2,11 +2,9 @@
 
 use super::args::{PrecisionName, StreamArgs, Tuning};
 use super::failure::{Failure, print};
-use super::source::{read, scenario_defaults, tuned};
+use super::source::{Source, tuned};
 use super::underwater;
 use scphd_sim::output::atomic;
-use scphd_sim::scenario::by_name;
-use scphd_sim::settings::Settings;
 use scphd_sim::stream::{worst_case, write, write_underwater};
 use scphd_stream::Scalar;
 use scphd_stream::planar::MEASUREMENTS;
@@ -26,21 +24,18 @@ pub fn stream(args: StreamArgs) -> Result<(), Failure> {
         PrecisionName::F32 => Scalar::F32,
         PrecisionName::F64 => Scalar::F64,
     };
-    let name = args.source.to_str().unwrap_or_default();
     let stream = if let Some(source) = underwater::source(&args.source, scenario_seed)? {
         let log = source.log(seed)?;
         let settings = underwater::tuned(&log, &args.tuning)?;
         write_underwater(&log, &settings, seed, scalar, scans).map_err(Failure::input)?
     } else {
-        let (log, defaults) = if name == WORST_CASE {
+        let (log, defaults) = if args.source.as_os_str() == WORST_CASE {
             let Tuning { particles, samples, .. } = args.tuning;
             worst_case(particles.unwrap_or(PARTICLES), samples.unwrap_or(SAMPLES), MEASUREMENTS)
-        } else if let Some(log) = by_name(name, scenario_seed.unwrap_or(seed)) {
-            let defaults = scenario_defaults(name, &log);
-            (log, defaults)
         } else {
-            let log = read(&args.source)?;
-            let defaults = Settings::for_log(&log);
+            let source = Source::scenario_or_folder(&args.source, scenario_seed.unwrap_or(seed))?;
+            let log = source.log(seed)?.into_owned();
+            let defaults = source.defaults(&log);
             (log, defaults)
         };
         write(&log, &tuned(defaults, &args.tuning)?, seed, scalar, scans)

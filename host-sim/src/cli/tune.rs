@@ -3,19 +3,14 @@
 use super::args::TuneArgs;
 use super::failure::{Failure, notice, print};
 use super::progress::Progress;
-use super::source::{Source, read, tuned};
+use super::source::{Source, tuned};
 use scphd_sim::output::{atomic, tuning};
 use scphd_sim::tune;
 
 /// Proposes settings, prints what has changed, and writes all of them where asked to.
 pub fn tune(args: TuneArgs) -> Result<(), Failure> {
     let seed = args.seed.seed;
-    let source = if args.source.is_dir() {
-        Source::Fixed(Box::new(read(&args.source)?))
-    } else {
-        let scenario_seed = args.scenario_seed.scenario_seed.unwrap_or(seed);
-        Source::scenario(args.source.to_string_lossy().into_owned(), Some(scenario_seed))?
-    };
+    let source = Source::folder_or_scenario(&args.source, args.scenario_seed.scenario_seed.unwrap_or(seed))?;
     let log = source.log(seed)?;
     let settings = tuned(source.defaults(&log), &args.tuning)?;
     let rounds = usize::from(args.rounds);

@@ -319,14 +319,14 @@ fn with_motion<T: Real, M: PlanarMotion<T> + 'static>(
     initial_pose: [f64; 3],
     seed: u64,
 ) -> Result<Box<dyn Transparent>, Refusal> {
-    let SensorSettings { range_sigma_m, bearing_sigma_rad, clutter_per_scan, .. } = settings.sensor;
     let field_of_view = window::<T>(&settings.sensor);
     field_of_view.check().map_err(refusal)?;
     let models = Models {
         motion,
-        sensor: RangeBearing::new(T::from_f64(range_sigma_m), T::from_f64(bearing_sigma_rad)).map_err(refusal)?,
+        sensor: range_bearing(&settings.sensor)?,
         field_of_view,
-        clutter: UniformClutter::of_scan(T::from_f64(clutter_per_scan), field_of_view.measure()).map_err(refusal)?,
+        clutter: UniformClutter::of_scan(T::from_f64(settings.sensor.clutter_per_scan), field_of_view.measure())
+            .map_err(refusal)?,
     };
     let filter = &settings.filter;
     let config = Config {
@@ -350,6 +350,14 @@ fn with_motion<T: Real, M: PlanarMotion<T> + 'static>(
         }
         _ => Box::new(CoreFilter::<T, M, 1024, 2048, 65_535, 512>::start(models, config, initial_pose, seed)?),
     })
+}
+
+/// The sensor of these settings.
+///
+/// # Errors
+/// The noise is not one the sensor can work with.
+pub(crate) fn range_bearing<T: Real>(sensor: &SensorSettings) -> Result<RangeBearing<T>, Refusal> {
+    RangeBearing::new(T::from_f64(sensor.range_sigma_m), T::from_f64(sensor.bearing_sigma_rad)).map_err(refusal)
 }
 
 fn window<T: Real>(sensor: &SensorSettings) -> RangeBearingWindow<T> {

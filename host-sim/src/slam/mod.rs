@@ -6,7 +6,7 @@ mod core_filter;
 mod reference_filter;
 
 pub(crate) use config::config_of;
-pub(crate) use core_filter::Ahead;
+pub(crate) use core_filter::{Ahead, range_bearing};
 pub use core_filter::{Precision, core_filter};
 pub use reference_filter::{ReferenceFilter, reference_of};
 

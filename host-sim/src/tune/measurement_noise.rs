@@ -1,9 +1,8 @@
 //! The noise of range and bearing, from what is left of the innovations of one scan once the pose has been fitted to them.
 
 use super::pairs::Pair;
-use super::variances;
-use crate::settings::SensorSettings;
-use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
+use nalgebra::{Matrix3, Vector3};
+use scphd::{RangeBearing, Sensor};
 
 /// Sums over all scans with two well known features or more.
 ///
@@ -20,12 +19,12 @@ pub struct MeasurementNoise {
 
 impl MeasurementNoise {
     /// Adds the residuals of a scan.
-    pub fn scan(&mut self, pairs: &[Pair], pose_covariance: &[[f64; 3]; 3], sensor: &SensorSettings) {
+    pub fn scan(&mut self, pairs: &[Pair], pose_covariance: &[[f64; 3]; 3], sensor: &RangeBearing<f64>) {
         let known: Vec<&Pair> = pairs.iter().filter(|pair| pair.well_known).collect();
         if known.len() < 2 {
             return;
         }
-        let weights = Matrix2::from_diagonal(&Vector2::from(variances(sensor).map(f64::recip)));
+        let Some(weights) = sensor.noise().to_matrix().try_inverse() else { return };
         let predicted = Matrix3::from_fn(|row, column| pose_covariance[row][column]);
         let Some(mut information) = predicted.try_inverse() else { return };
         let mut weighted = Vector3::zeros();

@@ -15,8 +15,8 @@ use crate::events::{Event, events};
 use crate::log::Log;
 use crate::record::MapFeature;
 use crate::session::{SessionError, with_roomy_stack};
-use crate::settings::{SensorSettings, Settings};
-use crate::slam::{Precision, core_filter};
+use crate::settings::Settings;
+use crate::slam::{Precision, core_filter, range_bearing};
 use detection::{Clutter, Detections};
 use measurement_noise::MeasurementNoise;
 use odometry_noise::OdometryNoise;
@@ -142,9 +142,9 @@ fn observe(
     seed: u64,
     progress: &mut (dyn FnMut(usize) + Send),
 ) -> Result<Statistics, SessionError> {
-    let sensor = &settings.sensor;
     let mut slam =
         core_filter(settings, &log.vehicle, log.initial_pose, Precision::F64, seed).map_err(SessionError::Start)?;
+    let sensor = range_bearing(&settings.sensor).map_err(SessionError::Start)?;
     let mut statistics = Statistics::default();
     let mut map: Vec<MapFeature> = Vec::new();
     let mut left_over: Vec<Place> = Vec::new();
@@ -159,32 +159,27 @@ fn observe(
             Event::Scan { index } => {
                 let detections = &log.scans[index].detections;
                 let (before, covariance) = slam.pose().map_err(refused("the pose"))?;
-                let (found, expected) = pairs(&map, before, &covariance, sensor, detections);
+                let (found, expected) = pairs(&map, before, &covariance, &sensor, &settings.sensor, detections);
                 slam.scan(detections).map_err(refused("the scan"))?;
                 let (after, _) = slam.pose().map_err(refused("the pose"))?;
                 map = slam.map().map_err(refused("the map"))?.1;
                 statistics.odometry.correct(before, after);
-                statistics.noise.scan(&found, &covariance, sensor);
+                statistics.noise.scan(&found, &covariance, &sensor);
                 statistics.detections.scan(&expected);
-                left_over.extend(unpaired(detections, &found).map(|z| Place::of(z, after)));
+                left_over.extend(unpaired(detections, &found).filter_map(|z| Place::of(z, after, &sensor)));
                 statistics.clutter.scan(detections.len());
                 progress(statistics.clutter.scans());
             }
         }
     }
     // What began as a measurement that nothing explained may have become a feature since.
-    statistics.clutter.conclude(left_over.iter().filter(|place| !place.explained_by(&map, sensor)).count());
+    statistics.clutter.conclude(left_over.iter().filter(|place| !place.explained_by(&map)).count());
     Ok(statistics)
 }
 
 fn unpaired<'a>(detections: &'a [[f64; 2]], found: &'a [Pair]) -> impl Iterator<Item = [f64; 2]> + 'a {
     let paired = |index| found.iter().any(|pair| pair.detection == index);
     detections.iter().enumerate().filter(move |&(index, _)| !paired(index)).map(|(_, &z)| z)
-}
-
-/// R of a range-bearing sensor, as variances.
-fn variances(sensor: &SensorSettings) -> [f64; 2] {
-    [sensor.range_sigma_m.powi(2), sensor.bearing_sigma_rad.powi(2)]
 }
 
 #[cfg(test)]

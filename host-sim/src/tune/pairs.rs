@@ -1,10 +1,10 @@
 //! Which detection belongs to which feature, as seen from the predicted pose.
 
-use super::variances;
 use crate::angle::wrap;
 use crate::record::MapFeature;
 use crate::settings::SensorSettings;
-use nalgebra::{Matrix2, Matrix2x3, Matrix3, Vector2};
+use nalgebra::{Matrix2x3, Vector2};
+use scphd::{Locating, PlanarPose, RangeBearing, Sensor, Symmetric};
 use std::f64::consts::PI;
 
 /// Squared Mahalanobis distance within which a detection may belong to a feature: wide, for the noise is what is sought.
@@ -39,35 +39,35 @@ pub struct Expectation {
 /// Pairs, the nearest first, and what was to be expected well inside of the view.
 pub fn pairs(
     map: &[MapFeature],
-    pose: [f64; 3],
+    [x, y, heading]: [f64; 3],
     pose_covariance: &[[f64; 3]; 3],
-    sensor: &SensorSettings,
+    sensor: &RangeBearing<f64>,
+    view: &SensorSettings,
     detections: &[[f64; 2]],
 ) -> (Vec<Pair>, Vec<Expectation>) {
-    let noise = Matrix2::from_diagonal(&Vector2::from(variances(sensor)));
-    let pose_covariance = Matrix3::from_fn(|row, column| pose_covariance[row][column]);
+    let frame = sensor.frame(&PlanarPose::new(x, y, heading));
+    let noise = sensor.noise();
+    let pose_covariance = Symmetric::from_fn(|row, column| pose_covariance[row][column]);
     let mut candidates = Vec::new();
     let mut expected = Vec::new();
     for feature in map {
-        let (dx, dy) = (feature.mean[0] - pose[0], feature.mean[1] - pose[1]);
-        let squared = dx * dx + dy * dy;
-        let range = squared.sqrt();
-        let bearing = wrap(dy.atan2(dx) - pose[2]);
-        if !inside(sensor, range, bearing) {
+        let position = Vector2::from(feature.mean);
+        let Some(seen) = sensor.expect(&frame, &position) else { continue };
+        let [range, bearing] = seen.measurement.into();
+        if !inside(view, range, bearing) {
             continue;
         }
-        let by_feature = Matrix2::new(dx / range, dy / range, -dy / squared, dx / squared);
-        let by_pose = Matrix2x3::new(-dx / range, -dy / range, 0.0, dy / squared, -dx / squared, -1.0);
-        let covariance = Matrix2::from_fn(|row, column| feature.covariance[row][column]);
-        let of_feature = by_feature * covariance * by_feature.transpose();
-        let innovation_covariance = noise + of_feature + by_pose * pose_covariance * by_pose.transpose();
-        let well_known = (0..2).all(|k| of_feature[(k, k)] <= WELL_KNOWN * noise[(k, k)]);
+        let by_pose = sensor.by_pose(&frame, &position, &seen);
+        let of_feature = covariance(feature).congruence(&seen.jacobian);
+        let well_known = (0..2).all(|k| of_feature.get(k, k) <= WELL_KNOWN * noise.get(k, k));
         let place = expected.len();
         expected.push(Expectation { range_m: range, well_known, detected: false });
-        let Some(inverse) = innovation_covariance.try_inverse() else { continue };
-        for (detection, z) in detections.iter().enumerate() {
-            let innovation = Vector2::new(z[0] - range, wrap(z[1] - bearing));
-            let distance = innovation.dot(&(inverse * innovation));
+        let Some(spread) = noise.plus(&of_feature).plus(&pose_covariance.congruence(&by_pose)).factor() else {
+            continue;
+        };
+        for (detection, &z) in detections.iter().enumerate() {
+            let innovation = sensor.innovation(&z.into(), &seen.measurement);
+            let distance = spread.mahalanobis(&innovation);
             if distance <= GATE {
                 candidates.push((distance, place, Pair { detection, innovation, by_pose, well_known }));
             }
@@ -84,6 +84,10 @@ pub fn pairs(
     (found, expected)
 }
 
+fn covariance(feature: &MapFeature) -> Symmetric<f64, 2> {
+    Symmetric::from_fn(|row, column| feature.covariance[row][column])
+}
+
 /// Whether a feature there is so far inside of the view that its soft edges do not matter.
 fn inside(sensor: &SensorSettings, range: f64, bearing: f64) -> bool {
     let edge = sensor.range_edge_m.max(2.0 * sensor.range_sigma_m);
@@ -98,28 +102,22 @@ fn inside(sensor: &SensorSettings, range: f64, bearing: f64) -> bool {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Place {
     position: Vector2<f64>,
-    /// ∂position/∂z.
-    jacobian: Matrix2<f64>,
+    /// Covariance that the measurement's noise gives it, m².
+    covariance: Symmetric<f64, 2>,
 }
 
 impl Place {
-    /// The place of a detection from that pose.
-    pub fn of(z: [f64; 2], pose: [f64; 3]) -> Self {
-        let (sin, cos) = (pose[2] + z[1]).sin_cos();
-        Self {
-            position: Vector2::new(pose[0] + z[0] * cos, pose[1] + z[0] * sin),
-            jacobian: Matrix2::new(cos, -z[0] * sin, sin, z[0] * cos),
-        }
+    /// The place of a detection from that pose; none for one of no range.
+    pub fn of(z: [f64; 2], [x, y, heading]: [f64; 3], sensor: &RangeBearing<f64>) -> Option<Self> {
+        let inverse = sensor.invert(&sensor.frame(&PlanarPose::new(x, y, heading)), &z.into())?;
+        Some(Self { position: inverse.feature, covariance: sensor.noise().congruence(&inverse.jacobian) })
     }
 
     /// Whether a feature of the map may have caused it.
-    pub fn explained_by(&self, map: &[MapFeature], sensor: &SensorSettings) -> bool {
-        let noise = Matrix2::from_diagonal(&Vector2::from(variances(sensor)));
-        let own = self.jacobian * noise * self.jacobian.transpose();
+    pub fn explained_by(&self, map: &[MapFeature]) -> bool {
         map.iter().any(|feature| {
-            let covariance = own + Matrix2::from_fn(|row, column| feature.covariance[row][column]);
-            let offset = self.position - Vector2::from(feature.mean);
-            covariance.try_inverse().is_some_and(|inverse| offset.dot(&(inverse * offset)) <= GATE)
+            let spread = self.covariance.plus(&covariance(feature)).factor();
+            spread.is_some_and(|spread| spread.mahalanobis(&(self.position - Vector2::from(feature.mean))) <= GATE)
         })
     }
 }
