@@ -43,6 +43,12 @@ impl<T: Real, const D: usize> Bounds<T, D> {
         Self { low: centre.map(|c| c - reach), high: centre.map(|c| c + reach) }
     }
 
+    /// The box with so much of its extent more on every side.
+    pub(crate) fn grown(&self, share: T) -> Self {
+        let more = (self.high - self.low).map(|extent| extent * share);
+        Self { low: self.low - more, high: self.high + more }
+    }
+
     /// Grows to take in `point`.
     pub fn include(&mut self, point: &SVector<T, D>) {
         self.low.zip_apply(point, |low, p| *low = low.at_most(p));

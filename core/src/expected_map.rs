@@ -15,12 +15,12 @@ where
     /// Affordable because maps share pages, so that a component is met once however many particles hold it, and because
     /// tags tell which components of different maps stand for the same feature.
     pub(crate) fn expect(&mut self, particles: usize, weight: impl Fn(usize) -> T, config: &Config<T>) {
-        let Self { predicted, pool, workspace, .. } = self;
+        let Self { table, pool, workspace, .. } = self;
         // What every particle prunes would be pruned here too.
         workspace.clear((config.prune_weight / T::from_usize(particles)).ln());
         for particle in 0..particles {
-            for &id in predicted.pages(particle) {
-                let holds = |other: &usize| predicted.pages(*other).contains(&id);
+            for &id in table.pages(particle) {
+                let holds = |other: &usize| table.pages(*other).contains(&id);
                 let shared = pool.references(id) > 1;
                 if shared && (0..particle).any(|earlier| holds(&earlier)) {
                     continue;

@@ -151,7 +151,7 @@ where
     /// was.
     pub fn load_map(&mut self, components: &[Component<T, D>]) -> Result<(), LoadMapError> {
         let Memory { cursor, still, .. } = &mut self.memory;
-        let (maps, pool) = (&mut still.predicted, &mut still.pool);
+        let (maps, pool) = (&mut still.table, &mut still.pool);
         if cursor.particles == 0 {
             return Err(LoadMapError::NotStarted);
         }
@@ -174,7 +174,7 @@ where
                 maps.push(0, id);
             }
         }
-        (1..cursor.particles).for_each(|particle| maps.share_within(0, particle, pool));
+        (1..cursor.particles).for_each(|particle| maps.share(0, particle, pool));
         let taken = components.iter().map(|component| component.tag).max();
         cursor.next_tag = cursor.next_tag.max(taken.map_or(0, |tag| tag.wrapping_add(1)));
         Ok(())

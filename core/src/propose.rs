@@ -167,9 +167,9 @@ where
         let mut posterior = Posterior::prior()?;
         let view = look(parent);
         let bounds = view.bounds();
-        let Maps { predicted, pool, workspace, .. } = &mut *self.still;
+        let Maps { table, pool, workspace } = &mut *self.still;
         workspace.clear(T::NEG_INFINITY);
-        let pages = predicted.pages(particle).iter().filter_map(|&id| pool.get(id));
+        let pages = table.pages_near(particle, &bounds).iter().filter_map(|&id| pool.get(id));
         for component in pages.filter(|page| page.bounds().meets(&bounds)).flat_map(|page| page.components()) {
             let Some(sighted) = Sighted::new(&view, component, root, &posterior.covariance) else { continue };
             let mut near = false;

@@ -40,6 +40,8 @@ where
     bounds: Bounds<T, D>,
     scan: &'a Scan<'a, T, Z>,
     config: &'a Config<T>,
+    /// ln of [`Config::confirmed_weight`].
+    ln_confirmed: T,
     /// The tag of the scan's first measurement; after the last one come the births that did not wait for one.
     first_tag: u32,
 }
@@ -68,12 +70,11 @@ where
         Dim<N>: Packed,
     {
         let ln_weight = component.ln_weight + ln_missed;
-        let least = self.config.confirmed_weight;
         // What moves may have gone.
-        if N > D || !(least > T::ZERO) {
+        if N > D {
             return ln_weight;
         }
-        let ln_least = least.ln().at_most(component.ln_weight);
+        let ln_least = self.ln_confirmed.at_most(component.ln_weight);
         if ln_weight < ln_least && self.confirms(component) { ln_least } else { ln_weight }
     }
 }
@@ -98,11 +99,11 @@ where
     Dim<D>: Packed,
     Dim<E>: Packed,
 {
-    /// Gives every particle the updated map of the survivor it continues, and frees the predicted maps.
+    /// Gives every particle the updated map of the survivor it continues, and frees the maps without one.
     ///
     /// Survivors come in ascending order of parents; `parent_of` tells a survivor's, `look` its view. Copies of one
-    /// survivor share its map. A parent's pages are let go before its last child's map is written, so that without a
-    /// resampling every map is rewritten in its own place.
+    /// survivor share its map. A parent's last child takes its map over, so that without a resampling every map is rewritten
+    /// in its own place, and what it does not see is not touched.
     pub(crate) fn all<'v, S, V, F, const K: usize, const Z: usize>(
         mut self,
         survivors: &[u16],
@@ -118,6 +119,7 @@ where
         Dim<Z>: Packed,
     {
         let mut tally = Tally::new();
+        let ln_confirmed = self.config.confirmed_weight.ln();
         let first_tag = *self.next_tag;
         let first_look = survivors.first().and_then(|&survivor| look(survivor));
         let expected_births = first_look.map_or(0, |(view, _)| view.expected_births().count());
@@ -125,8 +127,8 @@ where
         let mut alive = survivors.iter().map(|&survivor| parent_of(survivor)).peekable();
         for parent in 0..survivors.len() {
             if alive.next_if_eq(&parent).is_none() {
-                self.still.let_go(parent);
-                self.moving.let_go(parent);
+                self.still.table.let_go(parent, &mut self.still.pool);
+                self.moving.table.let_go(parent, &mut self.moving.pool);
             }
             while alive.next_if_eq(&parent).is_some() {}
         }
@@ -143,20 +145,20 @@ where
                 let bounds = view.bounds();
                 self.one(
                     task,
-                    &Sight { view, spread, bounds, scan, config: self.config, first_tag },
+                    &Sight { view, spread, bounds, scan, config: self.config, ln_confirmed, first_tag },
                     &mut tally,
                     probe,
                 );
             }
             for twin in 1..copy.len() {
-                self.still.share_updated(particle, particle + twin);
-                self.moving.share_updated(particle, particle + twin);
+                self.still.table.share_updated(particle, particle + twin, &mut self.still.pool);
+                self.moving.table.share_updated(particle, particle + twin, &mut self.moving.pool);
             }
             particle += copy.len();
             remaining -= 1;
         }
-        self.still.finish(survivors.len());
-        self.moving.finish(survivors.len());
+        self.still.table.finish(survivors.len());
+        self.moving.table.finish(survivors.len());
         tally
     }
 
@@ -312,23 +314,8 @@ where
     Dim<N>: Packed,
     Dim<D>: Packed,
 {
-    /// Frees the predicted map of a particle that has no survivor.
-    fn let_go(&mut self, parent: usize) {
-        self.predicted.release(parent, &mut self.pool);
-    }
-
-    /// Makes one updated map that of another particle too.
-    fn share_updated(&mut self, from: usize, to: usize) {
-        self.updated.share_within(from, to, &mut self.pool);
-    }
-
-    /// Makes the updated maps the current ones.
-    fn finish(&mut self, particles: usize) {
-        self.predicted.take_over(&mut self.updated, particles);
-    }
-
-    /// Fills the workspace with what becomes of the components in view, and η_z with their terms. Returns how many of
-    /// the parent's pages become free when it lets go of them.
+    /// Makes the parent's map the particle's, fills the workspace with what becomes of the components in view, η_z with their
+    /// terms, and puts their pages aside. Returns how many of those nobody else holds.
     fn collect<S, V, F, const K: usize, const Z: usize>(
         &mut self,
         task: Task,
@@ -343,39 +330,41 @@ where
         Dim<K>: Packed,
         Dim<Z>: Packed,
     {
+        let Maps { table, pool, workspace } = self;
         let bounds = &sight.bounds;
-        self.workspace.clear(config.prune_weight.ln());
+        table.take_on(task.parent, task.particle, task.last_child, pool);
+        // What moves does not stay where it was sorted out.
+        if N == D {
+            table.sort_out(task.particle, bounds, pool);
+        }
+        workspace.clear(config.prune_weight.ln());
         let ln_unconfirmed = config.unconfirmed_weight.ln();
         let mut regained = 0;
-        for &id in self.predicted.pages(task.parent) {
-            let Some(page) = self.pool.get(id) else { continue };
-            let outside = self.workspace.outside();
+        table.retain_near(task.particle, |id| {
+            let Some(page) = pool.get(id) else { return true };
+            let outside = workspace.outside();
             // A page whose last component was dropped is not carried on.
             let mut seen = page.components().is_empty();
             if page.bounds().meets(bounds) {
                 for component in page.components() {
                     let near = bounds.holds(&component.position());
-                    if near && self.workspace.look_at(component, sight, eta, tally) {
+                    if near && workspace.look_at(component, sight, eta, tally) {
                         seen = true;
                     } else {
-                        self.workspace.push_outside(*component);
+                        workspace.push_outside(*component);
                     }
                 }
             }
             if seen {
-                self.workspace.retain_outside(outside, |component| {
+                workspace.retain_outside(outside, |component| {
                     component.ln_weight >= ln_unconfirmed || sight.confirms(component)
                 });
-                let only_holder = self.pool.references(id) == 1;
-                regained += usize::from(task.last_child && only_holder);
+                regained += usize::from(pool.references(id) == 1);
             } else {
-                self.workspace.forget_outside(outside);
-                self.pool.share(id);
-                if !self.updated.push(task.particle, id) {
-                    self.pool.release(id);
-                }
+                workspace.forget_outside(outside);
             }
-        }
+            !seen
+        });
         regained
     }
 
@@ -429,15 +418,12 @@ where
     /// Writes the updated map, or leaves the predicted one, `false`, where not even its confirmed components find room.
     fn store(&mut self, task: Task, regained: usize, bounds: &Bounds<T, D>, tally: &mut Tally<T>) -> bool {
         let share = self.pool.free().checked_div(task.remaining).unwrap_or(0) + regained;
-        let room = self.updated.map_pages().saturating_sub(self.updated.pages(task.particle).len()).min(share);
-        let fits = self.fit(room, tally);
+        let fits = self.fit(self.table.room(task.particle).min(share), tally);
         if fits {
-            if task.last_child {
-                self.predicted.release(task.parent, &mut self.pool);
-            }
+            self.table.drop_aside(&mut self.pool);
             self.write(task.particle, bounds, tally);
         } else {
-            self.keep_prediction(task);
+            self.table.take_back(task.particle);
         }
         fits
     }
@@ -476,24 +462,10 @@ where
             };
             let components = chunk.iter().filter_map(|link| entries.get(usize::from(link.next)));
             page.fill(components.map(|entry| &entry.component));
-            if !self.updated.push(particle, id) {
+            if !self.table.push_updated(particle, id) {
                 self.pool.release(id);
                 tally.lost += chunk.len();
             }
-        }
-    }
-
-    /// Gives the particle its parent's predicted map as it is.
-    fn keep_prediction(&mut self, task: Task) {
-        self.updated.release(task.particle, &mut self.pool);
-        for &id in self.predicted.pages(task.parent) {
-            self.pool.share(id);
-            if !self.updated.push(task.particle, id) {
-                self.pool.release(id);
-            }
-        }
-        if task.last_child {
-            self.predicted.release(task.parent, &mut self.pool);
         }
     }
 }

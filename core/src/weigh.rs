@@ -84,7 +84,7 @@ pub(crate) fn within<'m, T: Real, const N: usize, const D: usize>(
 where
     Dim<N>: Packed,
 {
-    let pages = maps.predicted.pages(particle).iter().filter_map(|&id| maps.pool.get(id));
+    let pages = maps.table.pages_near(particle, bounds).iter().filter_map(|&id| maps.pool.get(id));
     let components = pages.filter(|page| page.bounds().meets(bounds)).flat_map(|page| page.components());
     components.filter(|component| bounds.holds(&component.position()))
 }
@@ -99,7 +99,7 @@ fn look_within<T: Real, const N: usize, const D: usize>(
 ) where
     Dim<N>: Packed,
 {
-    for &id in maps.predicted.pages(particle) {
+    for &id in maps.table.pages_near(particle, bounds) {
         let Some(page) = maps.pool.get(id).filter(|page| page.bounds().meets(bounds)) else { continue };
         let within = bounds.covers(page.bounds());
         for (component, weight) in page.weighted() {

@@ -11,10 +11,8 @@ where
 {
     let pool = &maps.pool;
     let mut holders = vec![0_u16; pool.capacity()];
-    for table in [&maps.predicted, &maps.updated] {
-        for map in 0..particles {
-            table.pages(map).iter().for_each(|id| holders[id.index()] += 1);
-        }
+    for map in 0..particles {
+        maps.table.pages(map).iter().for_each(|id| holders[id.index()] += 1);
     }
     let used = holders.iter().filter(|&&count| count > 0).count();
     assert_eq!(pool.free(), pool.capacity() - used, "pages leaked or freed twice");

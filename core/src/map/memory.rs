@@ -46,8 +46,7 @@ pub struct MapMemory<
 > where
     Dim<N>: Packed,
 {
-    predicted: MapTableMemory<PARTICLES, MAP_PAGES>,
-    updated: MapTableMemory<PARTICLES, MAP_PAGES>,
+    table: MapTableMemory<T, D, PARTICLES, MAP_PAGES>,
     pool: PoolMemory<T, N, D, PAGES>,
     workspace: WorkspaceMemory<T, N, VIEW>,
 }
@@ -82,22 +81,12 @@ where
         assert!(PAGES >= 1 && PAGES <= u16::MAX as usize, "pages are counted in 16 bits");
         assert!(MAP_PAGES >= 1 && MAP_PAGES <= PAGES, "a map cannot have more pages than the pool");
         assert!(VIEW >= crate::PAGE_LEN && VIEW < u16::MAX as usize, "VIEW must hold a page, and fit 16 bits");
-        Self {
-            predicted: MapTableMemory::ZERO,
-            updated: MapTableMemory::ZERO,
-            pool: PoolMemory::ZERO,
-            workspace: WorkspaceMemory::ZERO,
-        }
+        Self { table: MapTableMemory::ZERO, pool: PoolMemory::ZERO, workspace: WorkspaceMemory::ZERO }
     };
     const PARTICLES: usize = PARTICLES;
 
     fn maps(&mut self) -> Maps<'_, T, N, D> {
-        Maps {
-            predicted: self.predicted.view(),
-            updated: self.updated.view(),
-            pool: self.pool.view(),
-            workspace: self.workspace.view(),
-        }
+        Maps { table: self.table.view(), pool: self.pool.view(), workspace: self.workspace.view() }
     }
 }
 
@@ -117,26 +106,17 @@ where
     const PARTICLES: usize = 0;
 
     fn maps(&mut self) -> Maps<'_, T, N, D> {
-        Maps {
-            predicted: MapTable::none(),
-            updated: MapTable::none(),
-            pool: Pool::none(&mut self.free_len),
-            workspace: Workspace::none(),
-        }
+        Maps { table: MapTable::none(), pool: Pool::none(&mut self.free_len), workspace: Workspace::none() }
     }
 }
 
-/// The maps of all particles, of one kind of features: page lists before and after the update of a scan, the pages, and
-/// the scratch of one map's update.
+/// The maps of all particles, of one kind of features: page lists, the pages, and the scratch of one map's update.
 #[derive(Debug)]
 pub struct Maps<'s, T: Real, const N: usize, const D: usize>
 where
     Dim<N>: Packed,
 {
-    /// Page lists of the maps; during an update, of those before it.
-    pub(crate) predicted: MapTable<'s>,
-    /// Page lists of the maps that the update has written; empty otherwise.
-    pub(crate) updated: MapTable<'s>,
+    pub(crate) table: MapTable<'s, T, D>,
     pub(crate) pool: Pool<'s, T, N, D>,
     pub(crate) workspace: Workspace<'s, T, N>,
 }
@@ -147,14 +127,13 @@ where
 {
     /// Empties every map.
     pub(crate) fn clear(&mut self) {
-        self.predicted.clear();
-        self.updated.clear();
+        self.table.clear();
         self.pool.clear();
     }
 
     /// The components of one particle's map, in no particular order.
     pub(crate) fn of(&self, particle: usize) -> impl Iterator<Item = &crate::Component<T, N>> {
-        let pages = self.predicted.pages(particle).iter();
+        let pages = self.table.pages(particle).iter();
         pages.filter_map(|&id| self.pool.get(id)).flat_map(|page| page.components())
     }
 

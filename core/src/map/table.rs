@@ -1,37 +1,106 @@
 //! For every particle the list of the pages that make up its map.
+//!
+//! A list is kept in a row, and an update rewrites it where it is: pages that it does not see stay in their places, so that
+//! they cost nothing. The first pages of a row lie beyond a box around what was in view when they were sorted out
+//! last; whoever looks from within that box passes over all of them at once.
 
 use super::{PageId, Pool};
-use crate::{Dim, Packed, Real};
+use crate::{Bounds, Dim, Packed, Real};
+
+/// The box beyond which pages are sorted out is larger than the view by this share of its extent on every side: the vehicle
+/// can move so far before they are sorted again, and what is looked at page by page stays within twice the view.
+const MARGIN: f64 = 0.25;
+
+/// What there is to know of a row beside its pages.
+#[derive(Debug, Clone, Copy)]
+struct Row<T: Real, const D: usize> {
+    /// Pages in the row.
+    len: u16,
+    /// Pages at its beginning that do not meet `vicinity`.
+    far: u16,
+    /// A box around the last view that pages were sorted for.
+    vicinity: Bounds<T, D>,
+}
+
+impl<T: Real, const D: usize> Row<T, D> {
+    /// All zero; a placeholder for unused memory.
+    const ZERO: Self = Self { len: 0, far: 0, vicinity: Bounds::ZERO };
+    /// No page.
+    const EMPTY: Self = Self { len: 0, far: 0, vicinity: Bounds::EMPTY };
+}
 
 /// Memory of the page lists of PARTICLES maps, each of up to `MAP_PAGES` pages.
 #[derive(Debug)]
-pub struct MapTableMemory<const PARTICLES: usize, const MAP_PAGES: usize> {
+pub struct MapTableMemory<T: Real, const D: usize, const PARTICLES: usize, const MAP_PAGES: usize> {
     ids: [[PageId; MAP_PAGES]; PARTICLES],
-    lengths: [u16; PARTICLES],
+    rows: [Row<T, D>; PARTICLES],
+    row_of: [u16; PARTICLES],
+    next_row_of: [u16; PARTICLES],
+    free: [u16; PARTICLES],
+    aside: [PageId; MAP_PAGES],
 }
 
-impl<const PARTICLES: usize, const MAP_PAGES: usize> MapTableMemory<PARTICLES, MAP_PAGES> {
+impl<T: Real, const D: usize, const PARTICLES: usize, const MAP_PAGES: usize>
+    MapTableMemory<T, D, PARTICLES, MAP_PAGES>
+{
     /// Every map empty.
-    pub(crate) const ZERO: Self = Self { ids: [[PageId::ZERO; MAP_PAGES]; PARTICLES], lengths: [0; PARTICLES] };
+    pub(crate) const ZERO: Self = Self {
+        ids: [[PageId::ZERO; MAP_PAGES]; PARTICLES],
+        rows: [Row::ZERO; PARTICLES],
+        row_of: [0; PARTICLES],
+        next_row_of: [0; PARTICLES],
+        free: [0; PARTICLES],
+        aside: [PageId::ZERO; MAP_PAGES],
+    };
 
     /// The table over this memory.
-    pub(crate) fn view(&mut self) -> MapTable<'_> {
-        MapTable { ids: self.ids.as_flattened_mut(), lengths: &mut self.lengths, map_pages: MAP_PAGES }
+    pub(crate) fn view(&mut self) -> MapTable<'_, T, D> {
+        MapTable {
+            ids: self.ids.as_flattened_mut(),
+            rows: &mut self.rows,
+            row_of: &mut self.row_of,
+            next_row_of: &mut self.next_row_of,
+            free: &mut self.free,
+            free_len: 0,
+            aside: &mut self.aside,
+            aside_len: 0,
+            map_pages: MAP_PAGES,
+        }
     }
 }
 
 /// Page lists, whatever their capacity.
 #[derive(Debug)]
-pub struct MapTable<'s> {
+pub struct MapTable<'s, T: Real, const D: usize> {
     ids: &'s mut [PageId],
-    lengths: &'s mut [u16],
+    rows: &'s mut [Row<T, D>],
+    /// The row of every map.
+    row_of: &'s mut [u16],
+    /// During an update, the rows of the maps that have been written.
+    next_row_of: &'s mut [u16],
+    /// During an update, rows that nobody needs, in the first `free_len` places.
+    free: &'s mut [u16],
+    free_len: usize,
+    /// During the update of a map, the pages that are to be written anew.
+    aside: &'s mut [PageId],
+    aside_len: usize,
     map_pages: usize,
 }
 
-impl MapTable<'_> {
+impl<T: Real, const D: usize> MapTable<'_, T, D> {
     /// A table without maps.
     pub(crate) fn none() -> Self {
-        Self { ids: &mut [], lengths: &mut [], map_pages: 0 }
+        Self {
+            ids: &mut [],
+            rows: &mut [],
+            row_of: &mut [],
+            next_row_of: &mut [],
+            free: &mut [],
+            free_len: 0,
+            aside: &mut [],
+            aside_len: 0,
+            map_pages: 0,
+        }
     }
 
     /// Pages one map can have.
@@ -41,76 +110,232 @@ impl MapTable<'_> {
 
     /// Empties every list, without regard to references.
     pub(crate) fn clear(&mut self) {
-        self.lengths.fill(0);
+        self.rows.fill(Row::EMPTY);
+        self.row_of.iter_mut().enumerate().for_each(|(map, row)| *row = map as u16);
+        self.free_len = 0;
     }
 
     /// The pages of a map.
     #[inline]
     pub(crate) fn pages(&self, map: usize) -> &[PageId] {
-        let length = usize::from(self.lengths.get(map).copied().unwrap_or(0));
-        let start = map * self.map_pages;
-        self.ids.get(start..start + length).unwrap_or(&[])
+        self.pages_of(self.row(map), 0)
+    }
+
+    /// The pages of a map, but for those known to lie out of `bounds`.
+    #[inline]
+    pub(crate) fn pages_near(&self, map: usize, bounds: &Bounds<T, D>) -> &[PageId] {
+        let row = self.row(map);
+        let near = self.rows.get(row).filter(|row| row.vicinity.covers(bounds));
+        self.pages_of(row, near.map_or(0, |row| usize::from(row.far)))
     }
 
     /// Adds a page to a map, whose reference the map takes over; `false` when the list is full.
     pub(crate) fn push(&mut self, map: usize, id: PageId) -> bool {
-        let Some(length) = self.lengths.get_mut(map) else { return false };
-        let place = usize::from(*length);
-        if place >= self.map_pages {
-            return false;
-        }
-        let Some(slot) = self.ids.get_mut(map * self.map_pages + place) else { return false };
-        *slot = id;
-        *length += 1;
-        true
+        self.append(self.row(map), id)
     }
 
     /// Empties a map and gives its references back.
-    pub(crate) fn release<T: Real, const N: usize, const D: usize>(&mut self, map: usize, pool: &mut Pool<'_, T, N, D>)
+    pub(crate) fn release<const N: usize>(&mut self, map: usize, pool: &mut Pool<'_, T, N, D>)
     where
         Dim<N>: Packed,
     {
         self.pages(map).iter().for_each(|&id| pool.release(id));
-        if let Some(length) = self.lengths.get_mut(map) {
-            *length = 0;
+        let row = self.row(map);
+        if let Some(row) = self.rows.get_mut(row) {
+            *row = Row::EMPTY;
         }
     }
 
     /// Makes map `to` one more holder of the pages of map `from`. What `to` held before is forgotten, not released.
-    pub(crate) fn share_within<T: Real, const N: usize, const D: usize>(
+    pub(crate) fn share<const N: usize>(&mut self, from: usize, to: usize, pool: &mut Pool<'_, T, N, D>)
+    where
+        Dim<N>: Packed,
+    {
+        self.copy(self.row(from), self.row(to), pool);
+    }
+
+    fn row(&self, map: usize) -> usize {
+        self.row_of.get(map).copied().map_or(usize::MAX, usize::from)
+    }
+
+    #[inline]
+    fn pages_of(&self, row: usize, first: usize) -> &[PageId] {
+        let len = self.rows.get(row).map_or(0, |row| usize::from(row.len));
+        let start = row.saturating_mul(self.map_pages);
+        self.ids.get(start.saturating_add(first)..start.saturating_add(len)).unwrap_or(&[])
+    }
+
+    fn append(&mut self, row: usize, id: PageId) -> bool {
+        let Some(head) = self.rows.get_mut(row) else { return false };
+        let place = usize::from(head.len);
+        if place >= self.map_pages {
+            return false;
+        }
+        let Some(slot) = self.ids.get_mut(row * self.map_pages + place) else { return false };
+        *slot = id;
+        head.len += 1;
+        true
+    }
+
+    fn copy<const N: usize>(&mut self, from: usize, to: usize, pool: &mut Pool<'_, T, N, D>)
+    where
+        Dim<N>: Packed,
+    {
+        let Some(&head) = self.rows.get(from) else { return };
+        // The standard library's copy has a panic that the compiler cannot see to be out of reach.
+        for place in 0..usize::from(head.len) {
+            let Some(&id) = self.ids.get(from * self.map_pages + place) else { break };
+            pool.share(id);
+            if let Some(slot) = self.ids.get_mut(to * self.map_pages + place) {
+                *slot = id;
+            }
+        }
+        if let Some(slot) = self.rows.get_mut(to) {
+            *slot = head;
+        }
+    }
+}
+
+/// The update of a scan, map by map: [`let_go`](Self::let_go) of the maps without a survivor, [`take_on`](Self::take_on) the
+/// others in ascending order, [`finish`](Self::finish).
+impl<T: Real, const D: usize> MapTable<'_, T, D> {
+    /// Frees the row of a map that nothing continues.
+    pub(crate) fn let_go<const N: usize>(&mut self, parent: usize, pool: &mut Pool<'_, T, N, D>)
+    where
+        Dim<N>: Packed,
+    {
+        self.release(parent, pool);
+        let row = self.row(parent);
+        if let Some(slot) = self.free.get_mut(self.free_len) {
+            *slot = row as u16;
+            self.free_len += 1;
+        }
+    }
+
+    /// Makes the map of `parent` that of `particle` after the update: in its own row where this is the last child, in a free one
+    /// with one more reference to every page otherwise. Every row is the parent's, a particle's or free, and every parent has a
+    /// child, so that there is one.
+    pub(crate) fn take_on<const N: usize>(
         &mut self,
-        from: usize,
-        to: usize,
+        parent: usize,
+        particle: usize,
+        last_child: bool,
         pool: &mut Pool<'_, T, N, D>,
     ) where
         Dim<N>: Packed,
     {
-        let length = self.pages(from).len();
-        let start = from * self.map_pages;
-        self.pages(from).iter().for_each(|&id| pool.share(id));
-        // The standard library's copy has a panic that the compiler cannot see to be out of reach.
-        let target = to * self.map_pages;
-        for offset in 0..length {
-            let Some(&id) = self.ids.get(start + offset) else { break };
-            if let Some(slot) = self.ids.get_mut(target + offset) {
-                *slot = id;
-            }
-        }
-        if let Some(slot) = self.lengths.get_mut(to) {
-            *slot = length as u16;
+        let row = if last_child { self.row(parent) } else { self.copied(self.row(parent), pool) };
+        if let Some(slot) = self.next_row_of.get_mut(particle) {
+            *slot = row as u16;
         }
     }
 
-    /// Takes over the lists of the first `maps` maps of another table of the same shape, references included, and
-    /// leaves the other empty.
-    pub(crate) fn take_over(&mut self, other: &mut MapTable<'_>, maps: usize) {
-        self.clear();
-        for map in 0..maps {
-            for &id in other.pages(map) {
-                self.push(map, id);
+    /// Makes the updated map of `from` that of `to` too.
+    pub(crate) fn share_updated<const N: usize>(&mut self, from: usize, to: usize, pool: &mut Pool<'_, T, N, D>)
+    where
+        Dim<N>: Packed,
+    {
+        let row = self.copied(self.next_row(from), pool);
+        if let Some(slot) = self.next_row_of.get_mut(to) {
+            *slot = row as u16;
+        }
+    }
+
+    /// Makes the updated maps the current ones.
+    pub(crate) fn finish(&mut self, particles: usize) {
+        for (row, &next) in self.row_of.iter_mut().zip(self.next_row_of.iter()).take(particles) {
+            *row = next;
+        }
+    }
+
+    /// Where the view has left the box that the pages of an updated map were sorted for, sorts those beyond a new one
+    /// to the front.
+    pub(crate) fn sort_out<const N: usize>(&mut self, particle: usize, view: &Bounds<T, D>, pool: &Pool<'_, T, N, D>)
+    where
+        Dim<N>: Packed,
+    {
+        let row = self.next_row(particle);
+        if self.rows.get(row).is_none_or(|row| row.vicinity.covers(view)) {
+            return;
+        }
+        let vicinity = view.grown(T::from_f64(MARGIN));
+        self.retain(row, 0, |id| pool.get(id).is_some_and(|page| !page.bounds().meets(&vicinity)));
+        if let Some(head) = self.rows.get_mut(row) {
+            *head = Row { far: head.len, vicinity, ..*head };
+        }
+        self.take_back(particle);
+    }
+
+    /// Leaves of an updated map, from the pages not known to be out of view, those that satisfy `keep`, and puts the others aside.
+    pub(crate) fn retain_near(&mut self, particle: usize, keep: impl FnMut(PageId) -> bool) {
+        let row = self.next_row(particle);
+        let far = self.rows.get(row).map_or(0, |row| usize::from(row.far));
+        self.retain(row, far, keep);
+    }
+
+    /// Pages that an updated map has room for, without those that are aside.
+    pub(crate) fn room(&self, particle: usize) -> usize {
+        self.map_pages.saturating_sub(self.pages_of(self.next_row(particle), 0).len())
+    }
+
+    /// Adds a page to an updated map.
+    pub(crate) fn push_updated(&mut self, particle: usize, id: PageId) -> bool {
+        self.append(self.next_row(particle), id)
+    }
+
+    /// Gives the references of the pages aside back.
+    pub(crate) fn drop_aside<const N: usize>(&mut self, pool: &mut Pool<'_, T, N, D>)
+    where
+        Dim<N>: Packed,
+    {
+        self.aside.iter().take(self.aside_len).for_each(|&id| pool.release(id));
+        self.aside_len = 0;
+    }
+
+    /// Puts the pages aside back into the map that they came from.
+    pub(crate) fn take_back(&mut self, particle: usize) {
+        let row = self.next_row(particle);
+        for place in 0..self.aside_len {
+            let Some(&id) = self.aside.get(place) else { break };
+            self.append(row, id);
+        }
+        self.aside_len = 0;
+    }
+
+    fn next_row(&self, particle: usize) -> usize {
+        self.next_row_of.get(particle).copied().map_or(usize::MAX, usize::from)
+    }
+
+    /// A free row with the pages of another.
+    fn copied<const N: usize>(&mut self, row: usize, pool: &mut Pool<'_, T, N, D>) -> usize
+    where
+        Dim<N>: Packed,
+    {
+        self.free_len = self.free_len.saturating_sub(1);
+        let copy = self.free.get(self.free_len).copied().map_or(usize::MAX, usize::from);
+        self.copy(row, copy, pool);
+        copy
+    }
+
+    /// Keeps of a row, from the place `first` on, the pages that satisfy `keep`, and puts the others aside, in order.
+    fn retain(&mut self, row: usize, first: usize, mut keep: impl FnMut(PageId) -> bool) {
+        let Some(head) = self.rows.get_mut(row) else { return };
+        let start = row * self.map_pages;
+        let mut kept = first;
+        self.aside_len = 0;
+        for place in first..usize::from(head.len) {
+            let Some(&id) = self.ids.get(start + place) else { break };
+            if keep(id) {
+                if let Some(slot) = self.ids.get_mut(start + kept) {
+                    *slot = id;
+                }
+                kept += 1;
+            } else if let Some(slot) = self.aside.get_mut(self.aside_len) {
+                *slot = id;
+                self.aside_len += 1;
             }
         }
-        other.clear();
+        head.len = kept as u16;
     }
 }
 
@@ -118,22 +343,92 @@ impl MapTable<'_> {
 mod tests {
     use super::MapTableMemory;
     use crate::map::PoolMemory;
+    use crate::{Bounds, Component};
+    use nalgebra::Vector2;
+    use std::vec::Vec;
 
     #[test]
     fn copies_share_pages_until_released() {
         let mut pool_memory = PoolMemory::<f32, 2, 2, 4>::ZERO;
         let mut pool = pool_memory.view();
         pool.clear();
-        let mut table_memory = MapTableMemory::<3, 2>::ZERO;
+        let mut table_memory = MapTableMemory::<f32, 2, 3, 2>::ZERO;
         let mut table = table_memory.view();
+        table.clear();
         let (first, second) = (pool.take().unwrap().0, pool.take().unwrap().0);
         assert!(table.push(0, first) && table.push(0, second) && !table.push(0, first));
-        table.share_within(0, 2, &mut pool);
+        table.share(0, 2, &mut pool);
         assert_eq!(table.pages(2), [first, second]);
         assert_eq!((pool.free(), pool.references(first)), (2, 2));
         table.release(0, &mut pool);
         assert_eq!((table.pages(0).len(), pool.references(second), pool.free()), (0, 1, 2));
         table.release(2, &mut pool);
         assert_eq!(pool.free(), 4);
+    }
+
+    #[test]
+    fn maps_without_a_survivor_make_room_for_copies_of_others() {
+        let mut pool_memory = PoolMemory::<f32, 2, 2, 3>::ZERO;
+        let mut pool = pool_memory.view();
+        pool.clear();
+        let mut table_memory = MapTableMemory::<f32, 2, 3, 2>::ZERO;
+        let mut table = table_memory.view();
+        table.clear();
+        let ids: Vec<_> = (0..3).map(|map| (map, pool.take().unwrap().0)).collect();
+        assert!(ids.iter().all(|&(map, id)| table.push(map, id)));
+        let [first, second, third] = [0, 1, 2].map(|map: usize| ids[map].1);
+        // The second survives twice over, once with a page of its own, and the third once: 1, 1, 2.
+        table.let_go(0, &mut pool);
+        assert_eq!((pool.free(), pool.references(first)), (1, 0));
+        table.take_on(1, 0, false, &mut pool);
+        table.take_on(1, 1, true, &mut pool);
+        let (own, _) = pool.take().unwrap();
+        assert!(table.push_updated(1, own));
+        table.take_on(2, 2, true, &mut pool);
+        table.finish(3);
+        assert_eq!([0, 1, 2].map(|map| table.pages(map).to_vec()), [&[second][..], &[second, own], &[third]]);
+        assert_eq!([second, own, third].map(|id| pool.references(id)), [2, 1, 1]);
+    }
+
+    #[test]
+    fn pages_beyond_the_vicinity_are_passed_over_and_come_back_when_the_view_moves_on() {
+        let mut pool_memory = PoolMemory::<f32, 2, 2, 4>::ZERO;
+        let mut pool = pool_memory.view();
+        pool.clear();
+        let mut table_memory = MapTableMemory::<f32, 2, 1, 4>::ZERO;
+        let mut table = table_memory.view();
+        table.clear();
+        let ids: Vec<_> = [0.0, 40.0, 1.0, 50.0]
+            .map(|x| {
+                let (id, page) = pool.take().unwrap();
+                page.fill([Component { mean: Vector2::new(x, 0.0), ..Component::ZERO }].iter());
+                id
+            })
+            .into_iter()
+            .collect();
+        assert!(ids.iter().all(|&id| table.push(0, id)));
+        let view = |x| Bounds::around(&Vector2::new(x, 0.0), 10.0);
+        assert_eq!(table.pages_near(0, &view(0.0)), ids, "nothing is known yet");
+        let mut sort_out = |x| {
+            table.take_on(0, 0, true, &mut pool);
+            table.sort_out(0, &view(x), &pool);
+            table.finish(1);
+            [0.0, 4.0, 45.0].map(|x| table.pages_near(0, &view(x)).len())
+        };
+        // A quarter of 20 m more on either side: 4 m are within, 45 m are not.
+        assert_eq!(sort_out(0.0), [2, 2, 4]);
+        assert_eq!(sort_out(4.0), [2, 2, 4]);
+        assert_eq!(sort_out(45.0), [4, 4, 2]);
+        assert_eq!(table.pages(0), [ids[0], ids[2], ids[1], ids[3]]);
+        // What is put aside can be dropped, or put back.
+        table.take_on(0, 0, true, &mut pool);
+        table.retain_near(0, |id| id == ids[3]);
+        assert_eq!(table.room(0), 1);
+        table.take_back(0);
+        table.retain_near(0, |id| id == ids[3]);
+        table.drop_aside(&mut pool);
+        table.finish(1);
+        assert_eq!(table.pages(0), [ids[0], ids[2], ids[3]]);
+        assert_eq!((pool.free(), pool.references(ids[1])), (1, 0));
     }
 }
