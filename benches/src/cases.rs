@@ -48,6 +48,9 @@ fn config(particles: usize, samples: usize) -> Config<f32> {
     Config { particles, samples, ..Config::default() }
 }
 
+/// Pruning that leaves as many components as RFS-SLAM has: it keeps what a false measurement leaves behind for a while.
+const RFS_SLAM_PRUNE_WEIGHT: f32 = 1e-4;
+
 /// 200 particles, 50 landmarks, 9.8 measurements a scan, about 37 components a particle: the default 2-D simulation of
 /// RFS-SLAM, by its numbers.
 fn rfs_slam_like() -> Box<dyn Case> {
@@ -61,7 +64,8 @@ fn rfs_slam_like() -> Box<dyn Case> {
         clutter: Clutter::Mean(0.3),
     };
     // A whole round and some more.
-    Box::new(Rig::<_, Still<200, 4096, 16>, NoMoving, 200, 200>::new(robot(), config(200, 1), world, &[], 320))
+    let config = Config { prune_weight: RFS_SLAM_PRUNE_WEIGHT, ..config(200, 1) };
+    Box::new(Rig::<_, Still<200, 4096, 16>, NoMoving, 200, 200>::new(robot(), config, world, &[], 320))
 }
 
 /// GM-PHD tracking: 20 targets, 20 false measurements a scan, from a place that is known.

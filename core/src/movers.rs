@@ -115,7 +115,9 @@ fn drives_off(speed_mps: f64, detection: f64, seed: u64) -> (f64, f64, f64) {
     let mut memory = Box::new(Memory::new());
     let mut models = models();
     (models.field_of_view.probability_near, models.field_of_view.probability_far) = (detection, detection);
-    let mut filter = Tracker::new(models, config(), &mut memory).unwrap();
+    // At a low p_D what has been missed several times must still be there.
+    let config = Config { prune_weight: 1e-4, ..config() };
+    let mut filter = Tracker::new(models, config, &mut memory).unwrap();
     filter.reset(ORIGIN, 1).unwrap();
     let mut noise = Noise::seeded(seed);
     let stood = Vector2::new(6.0, 4.0);

@@ -124,6 +124,8 @@ where
         let first_look = survivors.first().and_then(|&survivor| look(survivor));
         let expected_births = first_look.map_or(0, |(view, _)| view.expected_births().count());
         *self.next_tag = first_tag.wrapping_add((scan.len() + expected_births) as u32);
+        self.still.table.begin(survivors.len());
+        self.moving.table.begin(survivors.len());
         let mut alive = survivors.iter().map(|&survivor| parent_of(survivor)).peekable();
         for parent in 0..survivors.len() {
             if alive.next_if_eq(&parent).is_none() {

@@ -56,9 +56,11 @@ fn every_capacity_costs_what_its_arrays_cost() {
     assert_eq!(COMPONENT, size_of::<u32>() + 6 * SCALAR);
     let candidate = size_of::<Candidate<f32, Pose>>();
 
-    // The one selected, the covariance of either, its survivor, and twice a list of pages with its length.
+    // The one selected, the covariance of either and its survivor; a row of pages, with its length, how many of them are far,
+    // and the box they are far from; its row before and after an update, and a place in the list of free rows.
     let spread = size_of::<Symmetric<f32, 3>>();
-    let particle = candidate + 2 * spread + INDEX + 2 * (MAP_PAGES + 1) * INDEX;
+    let row = (MAP_PAGES + 2) * INDEX + size_of::<Bounds<f32, 2>>();
+    let particle = candidate + 2 * spread + INDEX + row + 3 * INDEX;
     assert_eq!(bytes!(8, 0, 0, 0, 0, 0) - total, 8 * particle, "particles");
 
     // The pose and its weight, and ln L.
@@ -68,8 +70,8 @@ fn every_capacity_costs_what_its_arrays_cost() {
     let page = (PAGE_LEN * (COMPONENT + SCALAR) + size_of::<Bounds<f32, 2>>() + INDEX).next_multiple_of(SCALAR);
     assert_eq!(bytes!(0, 0, 8, 0, 0, 0) - total, 8 * (page + 2 * INDEX), "pages");
 
-    // An index in both lists of every particle.
-    assert_eq!(bytes!(0, 0, 0, 8, 0, 0) - total, 8 * 2 * PARTICLES * INDEX, "pages of a map");
+    // An index in the row of every particle, and among those put aside.
+    assert_eq!(bytes!(0, 0, 0, 8, 0, 0) - total, 8 * (PARTICLES + 1) * INDEX, "pages of a map");
 
     // Range, bearing, clutter and what explains it otherwise; and the sum η.
     assert_eq!(bytes!(0, 0, 0, 0, 8, 0) - total, 8 * (4 * SCALAR + size_of::<LnSum<f32>>()), "measurements");

@@ -112,7 +112,6 @@ impl<T: Real, const D: usize> MapTable<'_, T, D> {
     pub(crate) fn clear(&mut self) {
         self.rows.fill(Row::EMPTY);
         self.row_of.iter_mut().enumerate().for_each(|(map, row)| *row = map as u16);
-        self.free_len = 0;
     }
 
     /// The pages of a map.
@@ -161,17 +160,23 @@ impl<T: Real, const D: usize> MapTable<'_, T, D> {
     #[inline]
     fn pages_of(&self, row: usize, first: usize) -> &[PageId] {
         let len = self.rows.get(row).map_or(0, |row| usize::from(row.len));
-        let start = row.saturating_mul(self.map_pages);
+        let start = self.start(row);
         self.ids.get(start.saturating_add(first)..start.saturating_add(len)).unwrap_or(&[])
     }
 
+    /// Where a row begins; past the end of all for none.
+    fn start(&self, row: usize) -> usize {
+        row.saturating_mul(self.map_pages)
+    }
+
     fn append(&mut self, row: usize, id: PageId) -> bool {
+        let start = self.start(row);
         let Some(head) = self.rows.get_mut(row) else { return false };
         let place = usize::from(head.len);
         if place >= self.map_pages {
             return false;
         }
-        let Some(slot) = self.ids.get_mut(row * self.map_pages + place) else { return false };
+        let Some(slot) = self.ids.get_mut(start.saturating_add(place)) else { return false };
         *slot = id;
         head.len += 1;
         true
@@ -182,11 +187,12 @@ impl<T: Real, const D: usize> MapTable<'_, T, D> {
         Dim<N>: Packed,
     {
         let Some(&head) = self.rows.get(from) else { return };
+        let (from_start, to_start) = (self.start(from), self.start(to));
         // The standard library's copy has a panic that the compiler cannot see to be out of reach.
         for place in 0..usize::from(head.len) {
-            let Some(&id) = self.ids.get(from * self.map_pages + place) else { break };
+            let Some(&id) = self.ids.get(from_start.saturating_add(place)) else { break };
             pool.share(id);
-            if let Some(slot) = self.ids.get_mut(to * self.map_pages + place) {
+            if let Some(slot) = self.ids.get_mut(to_start.saturating_add(place)) {
                 *slot = id;
             }
         }
@@ -196,9 +202,26 @@ impl<T: Real, const D: usize> MapTable<'_, T, D> {
     }
 }
 
-/// The update of a scan, map by map: [`let_go`](Self::let_go) of the maps without a survivor, [`take_on`](Self::take_on) the
-/// others in ascending order, [`finish`](Self::finish).
+/// The update of a scan, map by map: [`begin`](Self::begin), [`let_go`](Self::let_go) of the maps without a survivor,
+/// [`take_on`](Self::take_on) the others in ascending order, [`finish`](Self::finish).
 impl<T: Real, const D: usize> MapTable<'_, T, D> {
+    /// Finds the rows that none of the first `parents` maps has.
+    pub(crate) fn begin(&mut self, parents: usize) {
+        // The rows of updated maps are not known yet; their memory holds which rows are taken.
+        self.next_row_of.fill(u16::MAX);
+        for &row in self.row_of.iter().take(parents) {
+            if let Some(taken) = self.next_row_of.get_mut(usize::from(row)) {
+                *taken = row;
+            }
+        }
+        self.free_len = 0;
+        let not_taken = self.next_row_of.iter().enumerate().filter(|&(row, &taken)| usize::from(taken) != row);
+        for ((row, _), slot) in not_taken.zip(self.free.iter_mut()) {
+            *slot = row as u16;
+            self.free_len += 1;
+        }
+    }
+
     /// Frees the row of a map that nothing continues.
     pub(crate) fn let_go<const N: usize>(&mut self, parent: usize, pool: &mut Pool<'_, T, N, D>)
     where
@@ -319,8 +342,8 @@ impl<T: Real, const D: usize> MapTable<'_, T, D> {
 
     /// Keeps of a row, from the place `first` on, the pages that satisfy `keep`, and puts the others aside, in order.
     fn retain(&mut self, row: usize, first: usize, mut keep: impl FnMut(PageId) -> bool) {
+        let start = self.start(row);
         let Some(head) = self.rows.get_mut(row) else { return };
-        let start = row * self.map_pages;
         let mut kept = first;
         self.aside_len = 0;
         for place in first..usize::from(head.len) {
@@ -374,6 +397,7 @@ mod tests {
         let mut table_memory = MapTableMemory::<f32, 2, 3, 2>::ZERO;
         let mut table = table_memory.view();
         table.clear();
+        table.begin(3);
         let ids: Vec<_> = (0..3).map(|map| (map, pool.take().unwrap().0)).collect();
         assert!(ids.iter().all(|&(map, id)| table.push(map, id)));
         let [first, second, third] = [0, 1, 2].map(|map: usize| ids[map].1);
