@@ -163,8 +163,10 @@ pub fn render(study: &Study) -> String {
         let columns = overviews.iter().zip(&spreads).map(|(overview, spread)| show(overview, spread));
         comfy_table::Row::from(std::iter::once(name.to_owned()).chain(columns).collect::<Vec<String>>())
     };
-    let header = row(&study.plan.scenario, &|overview, _| overview.filter.clone());
-    let mut text = table::ruled(header, FIGURES.iter().map(|(name, show)| row(name, show)));
+    let header = row("", &|overview, _| overview.filter.clone());
+    // The names of several logs would make the column as wide as all of them.
+    let mut text = format!("{}\n", study.plan.scenario);
+    text.push_str(&table::ruled(header, FIGURES.iter().map(|(name, show)| row(name, show))));
     for comparison in compare::comparisons(study) {
         text.push('\n');
         text.push_str(&comparison.to_string());
