@@ -174,6 +174,9 @@ impl<T: Real, S, V, F> View<'_, T, S, V, F> {
         Dim<Z>: Packed,
     {
         let position = component.position::<D>();
+        if !self.field_of_view.may_see(&self.frame, &position) {
+            return None;
+        }
         let expected = self.sensor.expect(&self.frame, &position)?;
         let p_d = self.field_of_view.detection_probability(&self.frame, &position, &expected.measurement);
         // Written so that NaN is out of view too.
@@ -225,9 +228,14 @@ impl<T: Real, S, V, F> View<'_, T, S, V, F> {
         let farthest_along = SVector::<T, Z>::from_fn(|k, _| farthest * covariance.get(k, k));
         let reach = farthest_along.get(S::SORTED_BY).map_or(T::ZERO, |&squared| squared.sqrt_above());
         let mut sharpness = None;
-        scan.near(&expectation.measurement, reach, |(index, measured)| {
+        scan.near::<S, D>(&expectation.measurement, reach, |(index, measured)| {
             let innovation = self.sensor.innovation(&measured.z, &expectation.measurement);
-            if innovation.iter().zip(farthest_along.iter()).any(|(&along, &farthest)| along * along > farthest) {
+            let too_far = |(_, (&along, &farthest)): (usize, (&T, &T))| along * along > farthest;
+            let mut coordinates = innovation.iter().zip(farthest_along.iter()).enumerate();
+            // The sorting coordinate last: the places near have settled it for nearly all.
+            if coordinates.clone().filter(|&(k, _)| k != S::SORTED_BY).any(too_far)
+                || coordinates.nth(S::SORTED_BY).is_some_and(too_far)
+            {
                 return;
             }
             let ln_detected_weight = expectation.ln_detected_weight;

@@ -105,6 +105,21 @@ impl<T: Real> FieldOfView<T, StereoFrame<T>, 3, 4> for StereoFrustum<T> {
         probability * ramp((depth - near_m).at_most(far_m - depth), depth_edge_m)
     }
 
+    /// Whether the left image may show it, at a depth that is in view.
+    #[inline]
+    fn may_see(&self, frame: &StereoFrame<T>, feature: &SVector<T, 3>) -> bool {
+        let FrustumLimits { width_px, height_px, edge_px, near_m, far_m, depth_edge_m, .. } = self.limits;
+        let [[x, y, depth]] = frame.homogeneous(feature).data.0;
+        // Pixels are not divided by the depth yet, and may be rounded another way afterwards.
+        let margin = (width_px + height_px + edge_px) * T::from_f64(64.0) * T::EPSILON;
+        let shows = |homogeneous: T, size: T| {
+            let beyond = edge_px + margin;
+            homogeneous > -beyond * depth && homogeneous < (size + beyond) * depth
+        };
+        let within_depth = (depth - near_m).at_most(far_m - depth) > -depth_edge_m;
+        within_depth && shows(x, width_px) && shows(y, height_px)
+    }
+
     /// The box around what the left image shows.
     fn bounds(&self, frame: &StereoFrame<T>) -> Bounds<T, 3> {
         let mut bounds = Bounds::EMPTY;
