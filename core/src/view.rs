@@ -59,7 +59,7 @@ where
 
 /// A measurement that a component may have caused.
 #[derive(Debug)]
-pub(crate) struct Match<T: Real, const Z: usize>
+pub(crate) struct Match<'f, T: Real, const Z: usize>
 where
     Dim<Z>: Packed,
 {
@@ -68,7 +68,7 @@ where
     /// z ⊖ ẑ.
     pub(crate) innovation: SVector<T, Z>,
     /// The factor of the component's S.
-    pub(crate) factor: Factor<T, Z>,
+    pub(crate) factor: &'f Factor<T, Z>,
     /// The squared Mahalanobis length vᵀ S⁻¹ v.
     pub(crate) distance: T,
     /// ln( p_D w N(z; ẑ, S) ), the component's term in η_z (4.51).
@@ -208,7 +208,7 @@ impl<T: Real, S, V, F> View<'_, T, S, V, F> {
         &self,
         expectation: &Expectation<T, D, Z>,
         scan: &Scan<'_, T, Z>,
-        mut found: impl FnMut(Match<T, Z>),
+        mut found: impl FnMut(Match<'_, T, Z>),
     ) where
         S: Sensor<T, D, Z, Frame = F>,
         Dim<D>: Packed,
@@ -250,7 +250,7 @@ impl<T: Real, S, V, F> View<'_, T, S, V, F> {
     }
 }
 
-impl<T: Real, const Z: usize> Match<T, Z>
+impl<'f, T: Real, const Z: usize> Match<'f, T, Z>
 where
     Dim<Z>: Packed,
 {
@@ -263,15 +263,15 @@ where
         covariance: Symmetric<T, Z>,
         ln_detected_weight: T,
         ln_reference: T,
-        sharpness: &mut Option<(T, Factor<T, Z>)>,
+        sharpness: &'f mut Option<(T, Factor<T, Z>)>,
     ) -> Option<Self> {
         // What does not hang on the measurement is kept for the component's next one.
         if sharpness.is_none() {
             *sharpness = covariance.factor().map(|factor| (ln_detected_weight + factor.ln_peak(), factor));
         }
-        let (ln_peak, factor) = (*sharpness)?;
+        let (ln_peak, factor) = sharpness.as_ref()?;
         let distance = factor.mahalanobis(&innovation);
-        let ln_term = ln_peak - T::from_f64(0.5) * distance;
+        let ln_term = *ln_peak - T::from_f64(0.5) * distance;
         Some(Self { index, innovation, factor, distance, ln_term, ln_reference })
     }
 }
