@@ -40,14 +40,11 @@ const BUCKETS: usize = 128;
 #[derive(Debug, Clone)]
 pub(crate) struct Scan<'s, T: Real, const Z: usize> {
     measurements: &'s [Measurement<T, Z>],
-    sorted_by: usize,
     /// For every bucket the first place that is not before it; a search starts there.
     starts: [u16; BUCKETS],
     /// Where the first bucket begins, and buckets per unit of the coordinate.
     first: T,
     buckets_per_unit: T,
-    /// Length of a turn where the sorting coordinate is an angle.
-    turn: Option<T>,
     /// The least of all `ln_unexplained`.
     ln_least_unexplained: T,
 }
@@ -94,20 +91,11 @@ impl<'s, T: Real, const Z: usize> Scan<'s, T, Z> {
             }
             len += 1;
         }
-        let turn = S::SORTED_BY_ANGLE.then(|| T::PI + T::PI);
         let measurements = memory.get(..len).unwrap_or(&[]);
         let first = measurements.first().map_or(T::ZERO, key);
         let extent = measurements.last().map_or(T::ZERO, key) - first;
         let buckets_per_unit = if extent > T::ZERO { T::from_usize(BUCKETS) / extent } else { T::ZERO };
-        let mut scan = Self {
-            measurements,
-            sorted_by: S::SORTED_BY,
-            starts: [0; BUCKETS],
-            first,
-            buckets_per_unit,
-            turn,
-            ln_least_unexplained,
-        };
+        let mut scan = Self { measurements, starts: [0; BUCKETS], first, buckets_per_unit, ln_least_unexplained };
         let mut place = 0;
         for bucket in 0..BUCKETS {
             let before = |measurement: &&Measurement<T, Z>| scan.bucket(key(measurement)) < bucket;
@@ -143,31 +131,46 @@ impl<'s, T: Real, const Z: usize> Scan<'s, T, Z> {
     /// Calls `found` for the measurements whose sorting coordinate may differ from that of `expected` by at most `reach`:
     /// all those that do, and some that do not.
     #[inline(always)]
-    pub(crate) fn near(&self, expected: &SVector<T, Z>, reach: T, mut found: impl FnMut(Indexed<'s, T, Z>)) {
-        let len = self.len();
-        for place in self.places_near(coordinate(expected, self.sorted_by), reach) {
-            let place = if place < len { place } else { place - len };
-            if let Some(measurement) = self.measurements.get(place) {
-                found((place, measurement));
+    pub(crate) fn near<S, const D: usize>(
+        &self,
+        expected: &SVector<T, Z>,
+        reach: T,
+        mut found: impl FnMut(Indexed<'s, T, Z>),
+    ) where
+        S: Sensor<T, D, Z>,
+        Dim<D>: Packed,
+        Dim<Z>: Packed,
+    {
+        let centre = coordinate(expected, S::SORTED_BY);
+        if S::SORTED_BY_ANGLE {
+            let len = self.len();
+            for place in self.places_around(centre, reach) {
+                let place = if place < len { place } else { place - len };
+                if let Some(measurement) = self.measurements.get(place) {
+                    found((place, measurement));
+                }
+            }
+        } else {
+            let places = self.start(centre - reach)..self.end(centre + reach);
+            let first = places.start;
+            for (offset, measurement) in self.measurements.get(places).unwrap_or(&[]).iter().enumerate() {
+                found((first + offset, measurement));
             }
         }
     }
 
-    /// The places of those measurements. A window that crosses the cut of the circle continues past the last place with
-    /// the first.
+    /// The places of those measurements around a circle. A window that crosses the cut continues past the last place with the
+    /// first.
     #[inline(always)]
-    fn places_near(&self, centre: T, reach: T) -> Range<usize> {
+    fn places_around(&self, centre: T, reach: T) -> Range<usize> {
         let (low, high) = (centre - reach, centre + reach);
-        match self.turn {
-            Some(turn) if low <= -T::PI || high > T::PI => self.places_across(low, high, turn),
-            _ => self.start(low)..self.end(high),
-        }
+        if low <= -T::PI || high > T::PI { self.places_across(low, high) } else { self.start(low)..self.end(high) }
     }
 
     /// The same for a window that crosses the cut.
     #[inline(never)]
-    fn places_across(&self, low: T, high: T, turn: T) -> Range<usize> {
-        let len = self.len();
+    fn places_across(&self, low: T, high: T) -> Range<usize> {
+        let (len, turn) = (self.len(), T::PI + T::PI);
         if high - low >= turn {
             return 0..len;
         }

@@ -298,7 +298,7 @@ where
             let ln_bound = found.ln_term - found.ln_reference;
             if ln_bound >= self.ln_floor() {
                 let correction = correction.get_or_insert_with(|| {
-                    let correction = expectation.correction(component, &noise, &found.factor);
+                    let correction = expectation.correction(component, &noise, found.factor);
                     tally.repaired += usize::from(correction.repaired());
                     correction
                 });

@@ -59,7 +59,7 @@ where
 
 /// A measurement that a component may have caused.
 #[derive(Debug)]
-pub(crate) struct Match<T: Real, const Z: usize>
+pub(crate) struct Match<'f, T: Real, const Z: usize>
 where
     Dim<Z>: Packed,
 {
@@ -68,7 +68,7 @@ where
     /// z ⊖ ẑ.
     pub(crate) innovation: SVector<T, Z>,
     /// The factor of the component's S.
-    pub(crate) factor: Factor<T, Z>,
+    pub(crate) factor: &'f Factor<T, Z>,
     /// The squared Mahalanobis length vᵀ S⁻¹ v.
     pub(crate) distance: T,
     /// ln( p_D w N(z; ẑ, S) ), the component's term in η_z (4.51).
@@ -174,6 +174,9 @@ impl<T: Real, S, V, F> View<'_, T, S, V, F> {
         Dim<Z>: Packed,
     {
         let position = component.position::<D>();
+        if !self.field_of_view.may_see(&self.frame, &position) {
+            return None;
+        }
         let expected = self.sensor.expect(&self.frame, &position)?;
         let p_d = self.field_of_view.detection_probability(&self.frame, &position, &expected.measurement);
         // Written so that NaN is out of view too.
@@ -205,7 +208,7 @@ impl<T: Real, S, V, F> View<'_, T, S, V, F> {
         &self,
         expectation: &Expectation<T, D, Z>,
         scan: &Scan<'_, T, Z>,
-        mut found: impl FnMut(Match<T, Z>),
+        mut found: impl FnMut(Match<'_, T, Z>),
     ) where
         S: Sensor<T, D, Z, Frame = F>,
         Dim<D>: Packed,
@@ -225,9 +228,14 @@ impl<T: Real, S, V, F> View<'_, T, S, V, F> {
         let farthest_along = SVector::<T, Z>::from_fn(|k, _| farthest * covariance.get(k, k));
         let reach = farthest_along.get(S::SORTED_BY).map_or(T::ZERO, |&squared| squared.sqrt_above());
         let mut sharpness = None;
-        scan.near(&expectation.measurement, reach, |(index, measured)| {
+        scan.near::<S, D>(&expectation.measurement, reach, |(index, measured)| {
             let innovation = self.sensor.innovation(&measured.z, &expectation.measurement);
-            if innovation.iter().zip(farthest_along.iter()).any(|(&along, &farthest)| along * along > farthest) {
+            let too_far = |(_, (&along, &farthest)): (usize, (&T, &T))| along * along > farthest;
+            let mut coordinates = innovation.iter().zip(farthest_along.iter()).enumerate();
+            // The sorting coordinate last: the places near have settled it for nearly all.
+            if coordinates.clone().filter(|&(k, _)| k != S::SORTED_BY).any(too_far)
+                || coordinates.nth(S::SORTED_BY).is_some_and(too_far)
+            {
                 return;
             }
             let ln_detected_weight = expectation.ln_detected_weight;
@@ -242,7 +250,7 @@ impl<T: Real, S, V, F> View<'_, T, S, V, F> {
     }
 }
 
-impl<T: Real, const Z: usize> Match<T, Z>
+impl<'f, T: Real, const Z: usize> Match<'f, T, Z>
 where
     Dim<Z>: Packed,
 {
@@ -255,15 +263,15 @@ where
         covariance: Symmetric<T, Z>,
         ln_detected_weight: T,
         ln_reference: T,
-        sharpness: &mut Option<(T, Factor<T, Z>)>,
+        sharpness: &'f mut Option<(T, Factor<T, Z>)>,
     ) -> Option<Self> {
         // What does not hang on the measurement is kept for the component's next one.
         if sharpness.is_none() {
             *sharpness = covariance.factor().map(|factor| (ln_detected_weight + factor.ln_peak(), factor));
         }
-        let (ln_peak, factor) = (*sharpness)?;
+        let (ln_peak, factor) = sharpness.as_ref()?;
         let distance = factor.mahalanobis(&innovation);
-        let ln_term = ln_peak - T::from_f64(0.5) * distance;
+        let ln_term = *ln_peak - T::from_f64(0.5) * distance;
         Some(Self { index, innovation, factor, distance, ln_term, ln_reference })
     }
 }

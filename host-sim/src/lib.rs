@@ -19,6 +19,7 @@ pub mod session;
 pub mod settings;
 pub mod slam;
 pub mod stream;
+pub mod tally;
 pub mod threads;
 pub mod truth;
 pub mod tune;

@@ -12,6 +12,7 @@ use crate::score::moving::{MovingScore, MovingTally};
 use crate::score::{alignment, gospa, ospa, trajectory};
 use crate::settings::{Likelihood, Settings};
 use crate::slam::{Precision, ReferenceFilter, Refusal, Slam, core_filter};
+use crate::tally::{HealthCounts, ScanTimes};
 use crate::threads::Threads;
 use crate::truth::map::MapTruth;
 use crate::truth::window::Window;
@@ -179,7 +180,7 @@ fn drive(
     let dead_reckoning = vehicle::dead_reckoning(log);
     let mut scans = Vec::with_capacity(log.scans.len());
     let mut map: Vec<MapFeature> = Vec::new();
-    let mut counts = vec![0; Health::all().count()];
+    let mut health = HealthCounts::default();
     let mut consistency = Consistency::default();
     for event in events(log) {
         let next = scans.len();
@@ -194,9 +195,7 @@ fn drive(
                 let start = Instant::now();
                 let outcome = slam.scan(&scan.detections).map_err(refused("the scan"))?;
                 let scan_us = start.elapsed().as_secs_f64() * 1e6;
-                for (count, condition) in counts.iter_mut().zip(Health::all()) {
-                    *count += usize::from(outcome.health.contains(condition));
-                }
+                health.add(outcome.health);
                 consistency.scan(&outcome);
                 let (pose, pose_covariance) = slam.pose().map_err(refused("the pose"))?;
                 let (features_estimated, features) = slam.map().map_err(refused("the map"))?;
@@ -237,9 +236,8 @@ fn drive(
         }
     }
     let features_estimated = scans.last().map(|scan| scan.features_estimated);
-    let health = Health::all().zip(counts).filter(|&(_, count)| count > 0).collect();
     let moving = map_truth.knows_movers().then(|| tally.score()).filter(|score| score.scans > 0);
-    Ok(Run { record: Record { scans, map }, health, moving, features_estimated, consistency })
+    Ok(Run { record: Record { scans, map }, health: health.reported(), moving, features_estimated, consistency })
 }
 
 fn summary(log: &Log, settings: &Settings, filter: Filter, seed: u64, run: &Run, slam: &mut dyn Slam) -> Summary {
@@ -252,8 +250,7 @@ fn summary(log: &Log, settings: &Settings, filter: Filter, seed: u64, run: &Run,
     let gospa = known.then(|| gospa::gospa(&features, &log.landmarks, &GOSPA));
     let aligned = known.then(|| alignment::score(&features, &log.landmarks));
     let moving = run.moving.as_ref();
-    let mut times: Vec<f64> = scans.iter().map(|scan| scan.scan_us).collect();
-    times.sort_by(f64::total_cmp);
+    let times = ScanTimes::of(scans.iter().map(|scan| scan.scan_us));
     Summary {
         log: log.name.clone(),
         filter: filter.name(settings.filter.likelihood).into(),
@@ -270,8 +267,8 @@ fn summary(log: &Log, settings: &Settings, filter: Filter, seed: u64, run: &Run,
         ospa_cardinality_m: ospa.map(|score| score.cardinality),
         gospa_m: gospa.map(|score| score.distance),
         features_estimated: run.features_estimated,
-        scan_us_mean: (!times.is_empty()).then(|| times.iter().sum::<f64>() / times.len() as f64),
-        scan_us_p99: percentile(&times, 99),
+        scan_us_mean: times.mean_us,
+        scan_us_p99: times.p99_us,
         state_bytes: slam.state_bytes(),
         digest: slam.digest(),
         moving_hit_rate: moving.and_then(MovingScore::hit_rate),
@@ -287,12 +284,6 @@ fn summary(log: &Log, settings: &Settings, filter: Filter, seed: u64, run: &Run,
     }
 }
 
-/// The least of the ascending `values` that `percent` percent of them do not exceed.
-pub(crate) fn percentile(values: &[f64], percent: usize) -> Option<f64> {
-    let rank = (percent * values.len()).div_ceil(100);
-    values.get(rank.checked_sub(1)?).copied()
-}
-
 /// The name of a single condition.
 #[must_use]
 pub fn condition_name(condition: Health) -> String {
@@ -305,14 +296,6 @@ mod tests {
     use crate::record::MovingFeature;
     use crate::scenario;
     use crate::slam::{PoseAndCovariance, ScanOutcome};
-
-    #[test]
-    fn percentiles_are_ranks() {
-        let hundred: Vec<f64> = (1..=100).map(f64::from).collect();
-        assert_eq!(percentile(&hundred, 99), Some(99.0));
-        assert_eq!(percentile(&hundred[..3], 99), Some(3.0));
-        assert_eq!(percentile(&[], 99), None);
-    }
 
     #[test]
     fn conditions_have_distinct_names() {

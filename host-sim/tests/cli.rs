@@ -411,6 +411,23 @@ fn a_study_is_the_same_on_any_number_of_threads_and_in_parts() {
 }
 
 #[test]
+fn a_study_under_water_is_the_same_in_parts() {
+    let place = Workplace::new();
+    let study = ["monte-carlo", "girona-tank", "--runs", "2", "--particles", "1", "--filter", "core,rb-empty"];
+    let with = |more: &[&str]| place.succeeds(&[&study[..], more].concat());
+    with(&["--json", "results/one.json"]);
+    with(&["--shard", "1/2", "--out", "results/1"]);
+    with(&["--shard", "2/2", "--out", "results/2"]);
+    place.succeeds(&["merge", "results/2", "results/1", "--json", "results/merged.json"]);
+    let whole: Value = serde_json::from_slice(&fs::read(place.path("results/one.json")).unwrap()).unwrap();
+    let merged: Value = serde_json::from_slice(&fs::read(place.path("results/merged.json")).unwrap()).unwrap();
+    let runs = |list: Value| list.as_array().unwrap().iter().cloned().map(timeless).collect::<Vec<_>>();
+    let (whole, merged) = (runs(whole), runs(merged));
+    assert_eq!(merged, whole);
+    assert_eq!((&whole[1]["filter"], &whole[1]["runs"]), (&"rb-empty".into(), &2.into()));
+}
+
+#[test]
 fn filters_are_compared_on_the_same_inputs() {
     let place = Workplace::new();
     let printed = place.succeeds(&[

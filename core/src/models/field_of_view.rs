@@ -12,6 +12,13 @@ pub trait FieldOfView<T: Real, F, const D: usize, const Z: usize>: Sync {
     /// p_D of a feature at `feature`, whose expected measurement is `expected`: in [0, 1); zero outside the view.
     fn detection_probability(&self, frame: &F, feature: &SVector<T, D>, expected: &SVector<T, Z>) -> T;
 
+    /// Whether p_D may be above zero there, by a test that takes less than what is to be expected of a feature: never `false`
+    /// where it is. Most of what is out of view, but in the box around it, is passed over by it.
+    #[inline]
+    fn may_see(&self, _frame: &F, _feature: &SVector<T, D>) -> bool {
+        true
+    }
+
     /// A box that holds every position with p_D > 0.
     fn bounds(&self, frame: &F) -> Bounds<T, D>;
 }

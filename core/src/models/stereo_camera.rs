@@ -94,9 +94,13 @@ impl<T: Real> StereoFrame<T> {
     #[inline]
     #[must_use]
     pub fn depth(&self, point: &Vector3<T>) -> T {
-        let [[dx, dy, dz]] = (point - self.body.position).data.0;
-        let [[_, _, x], [_, _, y], [_, _, z]] = self.left.data.0;
-        x * dx + y * dy + z * dz + self.left_shift.z
+        self.homogeneous(point).z
+    }
+
+    /// Homogeneous pixels of a point in the left image, the last of them its depth, m.
+    #[inline]
+    pub(super) fn homogeneous(&self, point: &Vector3<T>) -> Vector3<T> {
+        self.left * (point - self.body.position) + self.left_shift
     }
 }
 
@@ -262,7 +266,7 @@ impl<T: Real> Sensor<T, 3, 4> for StereoCamera<T> {
     #[inline]
     fn expect(&self, frame: &Self::Frame, feature: &SVector<T, 3>) -> Option<Expected<T, 3, 4>> {
         let offset = feature - frame.body.position;
-        let ([ul, vl], left) = Camera::project(&frame.left, &self.left.shift, &offset)?;
+        let ([ul, vl], left) = Camera::project(&frame.left, &frame.left_shift, &offset)?;
         let ([ur, vr], right) = Camera::project(&frame.right, &self.right.shift, &offset)?;
         Some(Expected { measurement: Vector4::new(ul, vl, ur, vr), jacobian: stacked(&left, &right) })
     }

@@ -105,6 +105,21 @@ impl<T: Real> FieldOfView<T, StereoFrame<T>, 3, 4> for StereoFrustum<T> {
         probability * ramp((depth - near_m).at_most(far_m - depth), depth_edge_m)
     }
 
+    /// Whether the left image may show it, at a depth that is in view.
+    #[inline]
+    fn may_see(&self, frame: &StereoFrame<T>, feature: &SVector<T, 3>) -> bool {
+        let FrustumLimits { width_px, height_px, edge_px, near_m, far_m, depth_edge_m, .. } = self.limits;
+        let [[x, y, depth]] = frame.homogeneous(feature).data.0;
+        // Pixels are not divided by the depth yet, and may be rounded another way afterwards.
+        let margin = (width_px + height_px + edge_px) * T::from_f64(64.0) * T::EPSILON;
+        let shows = |homogeneous: T, size: T| {
+            let beyond = edge_px + margin;
+            homogeneous > -beyond * depth && homogeneous < (size + beyond) * depth
+        };
+        let within_depth = (depth - near_m).at_most(far_m - depth) > -depth_edge_m;
+        within_depth && shows(x, width_px) && shows(y, height_px)
+    }
+
     /// The box around what the left image shows.
     fn bounds(&self, frame: &StereoFrame<T>) -> Bounds<T, 3> {
         let mut bounds = Bounds::EMPTY;
@@ -126,6 +141,16 @@ mod tests {
     use nalgebra::{Vector3, Vector4};
 
     const LIMITS: FrustumLimits<f64> = FrustumLimits {
+        width_px: 800.0,
+        height_px: 600.0,
+        edge_px: 20.0,
+        near_m: 0.5,
+        far_m: 5.0,
+        depth_edge_m: 0.2,
+        probability: 0.85,
+    };
+
+    const LIMITS_F32: FrustumLimits<f32> = FrustumLimits {
         width_px: 800.0,
         height_px: 600.0,
         edge_px: 20.0,
@@ -174,6 +199,36 @@ mod tests {
         }
         // The box is not much larger than it must be: the frustum is a pyramid, a third of its box, and tilted.
         assert!(seen > 1000 && held < 9 * seen, "{seen} {held}");
+    }
+
+    /// In single precision, with features crowded around the rims, where rounding decides.
+    #[test]
+    fn what_may_not_be_seen_is_out_of_view() {
+        let camera = camera::<f32>(0.2);
+        let frustum = StereoFrustum::new(&camera, LIMITS_F32).unwrap();
+        let pose = AuvPose { roll_rad: 0.2, pitch_rad: -0.3, ..AuvPose::new(50.0_f32, -20.0, -3.0, 2.0) };
+        let frame = camera.frame(&pose);
+        let (mut noise, mut seen, mut passed) = (Noise::seeded(2), 0, 0);
+        for k in 0..200_000 {
+            let mut uniform = |low: f32, high: f32| low + (high - low) * noise.uniform::<f32>();
+            let mut near = |rims: [f32; 2]| {
+                if k % 2 == 0 { rims[k / 2 % 2] + uniform(-1e-3, 1e-3) } else { uniform(-300.0, 1100.0) }
+            };
+            let (u, v) = (near([-20.0, 820.0]), near([-20.0, 620.0]));
+            let depth = uniform(0.2, 5.5);
+            let Some(point) = camera.point_at(u, v, depth) else { continue };
+            let feature = frame.body.to_map(&point);
+            let expected = camera.expect(&frame, &feature);
+            let p = expected.map_or(0.0, |e| frustum.detection_probability(&frame, &feature, &e.measurement));
+            let may_see = frustum.may_see(&frame, &feature);
+            assert!(may_see || p == 0.0, "{u} {v} {depth}: {p}");
+            if k % 2 == 1 {
+                seen += usize::from(p > 0.0);
+                passed += usize::from(may_see);
+            }
+        }
+        // What passes and is not seen is what the right image does not show.
+        assert!(seen > 10_000 && passed < seen * 3 / 2, "{seen} {passed}");
     }
 
     #[test]

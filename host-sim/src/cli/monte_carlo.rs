@@ -5,7 +5,7 @@ use super::failure::{Failure, notice, print};
 use super::outputs::{Outputs, make};
 use super::progress::Progress;
 use super::source::{Source, tuned};
-use scphd_sim::monte_carlo::{self, Job, Plan, RunResult, Study, overview};
+use scphd_sim::monte_carlo::{self, Job, Plan, RunResult, Shard, Study, overview};
 use scphd_sim::output::studies;
 use scphd_sim::plot::study;
 use scphd_sim::session;
@@ -150,24 +150,57 @@ pub fn study(args: MonteCarloArgs) -> Result<(), Failure> {
     let runs = args.runs.map_or_else(|| inputs.sets().unwrap_or(DEFAULT_RUNS), |runs| runs as usize);
     let extent = Extent { runs, input_sets: args.input_sets.map(|sets| sets as usize), seed: args.seed };
     let plan = plan(&inputs, &choices, &args.tuning, &extent)?;
-    let Some(shard) = args.shard else {
-        let outputs = Outputs { json: args.json, out: args.out };
-        outputs.check()?;
-        let study = run(&plan, &plan.jobs(None), &inputs, &choices, &args.tuning, args.jobs)?;
-        return report(&study, &outputs);
-    };
-    let Some(file) = args.out else {
-        return Err(Failure::input("--shard: needs --out FILE for its runs"));
-    };
-    if args.json.is_some() {
-        return Err(Failure::input("--json: a part of a study has no figures; merge all parts"));
+    let destination = Destination::of(args.shard, args.json, args.out)?;
+    let study = run(&plan, &destination.jobs(&plan), &inputs, &choices, &args.tuning, args.jobs)?;
+    destination.deliver(&study)
+}
+
+/// What becomes of the runs that are done.
+pub enum Destination {
+    /// All of them: figures.
+    Whole(Outputs),
+    /// A part of them: a file for [`merge`].
+    Part(Shard, PathBuf),
+}
+
+impl Destination {
+    /// As the command line says; whether the files can be written shows before anything is run.
+    pub fn of(shard: Option<Shard>, json: Option<PathBuf>, out: Option<PathBuf>) -> Result<Self, Failure> {
+        let Some(shard) = shard else {
+            let outputs = Outputs { json, out };
+            outputs.check()?;
+            return Ok(Self::Whole(outputs));
+        };
+        let Some(file) = out else {
+            return Err(Failure::input("--shard: needs --out FILE for its runs"));
+        };
+        if json.is_some() {
+            return Err(Failure::input("--json: a part of a study has no figures; merge all parts"));
+        }
+        // The same demands as on a JSON file.
+        Outputs { json: Some(file.clone()), out: None }.check()?;
+        Ok(Self::Part(shard, file))
     }
-    // The same demands as on a JSON file.
-    Outputs { json: Some(file.clone()), out: None }.check()?;
-    let study = run(&plan, &plan.jobs(Some(shard)), &inputs, &choices, &args.tuning, args.jobs)?;
-    studies::write(&file, &study)?;
-    notice(format_args!("{} runs are in {}", study.results.len(), file.display()));
-    Ok(())
+
+    /// The jobs to do.
+    pub fn jobs(&self, plan: &Plan) -> Vec<Job> {
+        match self {
+            Self::Whole(_) => plan.jobs(None),
+            Self::Part(shard, _) => plan.jobs(Some(*shard)),
+        }
+    }
+
+    /// Files and table of the whole, or the file of a part.
+    pub fn deliver(&self, study: &Study) -> Result<(), Failure> {
+        match self {
+            Self::Whole(outputs) => report(study, outputs),
+            Self::Part(_, file) => {
+                studies::write(file, study)?;
+                notice(format_args!("{} runs are in {}", study.results.len(), file.display()));
+                Ok(())
+            }
+        }
+    }
 }
 
 /// Runs of a study of a scenario unless told otherwise.
@@ -189,7 +222,7 @@ fn part(file: &Path) -> Result<Study, Failure> {
 }
 
 /// Files, then the table.
-pub fn report(study: &Study, outputs: &Outputs) -> Result<(), Failure> {
+fn report(study: &Study, outputs: &Outputs) -> Result<(), Failure> {
     if let Some(out) = &outputs.out {
         make(out)?;
         studies::write_tables(out, study)?;

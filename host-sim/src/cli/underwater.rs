@@ -4,7 +4,7 @@ use super::args::{Choice, CompareArgs, FigureArgs, FilterName, MonteCarloArgs, R
 use super::commands::report_health;
 use super::compare;
 use super::failure::{Failure, notice, print};
-use super::monte_carlo::{DEFAULT_RUNS, report};
+use super::monte_carlo::{DEFAULT_RUNS, Destination};
 use super::outputs::{Outputs, label, make};
 use super::progress::Progress;
 use super::repeat::in_parallel;
@@ -146,7 +146,7 @@ pub fn run(sources: &[Source], args: RunArgs) -> Result<(), Failure> {
     report_health(&session.summary, &session.health)
 }
 
-/// Runs a Monte Carlo study of an underwater scenario.
+/// Runs a Monte Carlo study of an underwater scenario, or a part of one.
 pub fn study(args: MonteCarloArgs) -> Result<(), Failure> {
     let choices = args
         .filter
@@ -159,11 +159,7 @@ pub fn study(args: MonteCarloArgs) -> Result<(), Failure> {
     if !runs.is_multiple_of(input_sets) {
         return Err(Failure::input(format_args!("--runs {runs}: must be a multiple of the {input_sets} input sets")));
     }
-    if args.shard.is_some() {
-        return Err(Failure::input("--shard: not for underwater scenarios"));
-    }
-    let outputs = Outputs { json: args.json, out: args.out };
-    outputs.check()?;
+    let destination = Destination::of(args.shard, args.json, args.out)?;
     let log = source.log(args.seed)?;
     let first = tuned(&log, &args.tuning)?;
     let names = choices.iter().map(|choice| choice.filter.name(chosen(choice, first.clone()).filter.likelihood).into());
@@ -175,7 +171,7 @@ pub fn study(args: MonteCarloArgs) -> Result<(), Failure> {
         seed: args.seed,
         settings: first.to_toml().map_err(|error| Failure::Internal(error.to_string()))?,
     };
-    let jobs = plan.jobs(None);
+    let jobs = destination.jobs(&plan);
     let label = format!("{} runs of {}", jobs.len() * choices.len(), plan.filters.join(", "));
     let progress = Progress::new(label, log.frames.len() * jobs.len() * choices.len());
     let done = AtomicUsize::new(0);
@@ -190,7 +186,7 @@ pub fn study(args: MonteCarloArgs) -> Result<(), Failure> {
     };
     let results = monte_carlo::execute(&jobs, choices.len(), threads, one)?;
     drop(progress);
-    report(&Study { plan, results }, &outputs)
+    destination.deliver(&Study { plan, results })
 }
 
 /// One of the figures 7.5 to 7.7: SC-PHD and RB-PHD SLAM over the same survey.

@@ -12,7 +12,7 @@ mod run;
 mod statistics;
 
 pub use plan::{Job, MergeError, Plan, Shard, Study};
-pub use run::{Curve, RunResult, Series};
+pub use run::{Curve, RunResult, ScanErrors, Series};
 pub use statistics::{Band, band, mean};
 
 use rayon::prelude::*;

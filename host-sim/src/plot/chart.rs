@@ -14,6 +14,8 @@ impl Colour {
     pub const DEAD_RECKONING: Self = Self(214, 39, 40);
     /// Things beside the matter.
     pub const GREY: Self = Self(130, 130, 130);
+    /// What matters less than that.
+    pub const PALE: Self = Self(208, 208, 208);
     /// Runs and other curves of equal standing, in this order; neighbours differ in brightness too, and the first
     /// two do not mix to grey where they overlap.
     const CURVES: [Self; 6] = [

@@ -1,4 +1,4 @@
-//! Map error of one scan: OSPA of order 1 with the thesis's two cut-offs.
+//! Map error of one scan: OSPA of order 1 with the thesis's two cut-offs, in the plane or in space.
 
 use crate::record::{MapFeature, MovingFeature};
 use crate::score::cutoff::Cutoff;
@@ -10,7 +10,7 @@ pub const NEAR: Cutoff = Cutoff::new(1.0, 1.0);
 /// Cut-off 10 m, that of figures 5.5b, 5.6c and 5.8b.
 pub const FAR: Cutoff = Cutoff::new(1.0, 10.0);
 
-/// OSPA of the static and moving estimate together against the true map at that scan.
+/// OSPA of an estimated map against the true map at that scan.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MapError {
     /// With a cut-off of 1 m.
@@ -20,13 +20,18 @@ pub struct MapError {
 }
 
 impl MapError {
-    /// Of the estimated features against `truth`.
+    /// Of the estimated features, what stands and what moves together, against `truth`.
     #[must_use]
     pub fn of(features: &[MapFeature], moving: &[MovingFeature], truth: &TrueMap) -> Self {
         let positions =
             features.iter().map(|feature| feature.mean).chain(moving.iter().map(|feature| feature.position));
-        let (estimate, truth) = (positions.collect::<Vec<_>>(), truth.points());
-        Self { near: ospa(&estimate, &truth, &NEAR), far: ospa(&estimate, &truth, &FAR) }
+        Self::between(&positions.collect::<Vec<_>>(), &truth.points())
+    }
+
+    /// Of these positions against the true ones, m.
+    #[must_use]
+    pub fn between<const D: usize>(estimate: &[[f64; D]], truth: &[[f64; D]]) -> Self {
+        Self { near: ospa(estimate, truth, &NEAR), far: ospa(estimate, truth, &FAR) }
     }
 }
 

@@ -122,6 +122,14 @@ impl Log {
 
     /// Features that are detected at least every other time: those that a map should have.
     pub fn stable(&self) -> impl Iterator<Item = [f64; 3]> + '_ {
-        self.landmarks.iter().filter(|landmark| landmark.detectability >= 0.5).map(|landmark| landmark.position)
+        self.landmarks.iter().filter(|landmark| landmark.is_stable()).map(|landmark| landmark.position)
+    }
+}
+
+impl Landmark {
+    /// Whether it is detected at least every other time.
+    #[must_use]
+    pub fn is_stable(&self) -> bool {
+        self.detectability >= 0.5
     }
 }

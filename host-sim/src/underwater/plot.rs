@@ -4,8 +4,8 @@ use super::log::Log;
 use super::record::{Record, distance, position};
 use crate::plot::{Chart, Colour, Figure, Gaussian, Interval, Mark};
 
-/// Least and greatest height of a frame, px.
-const HEIGHT_PX: [f64; 2] = [180.0, 1040.0];
+/// Least and greatest height of a frame, px; the greatest lets a plan of a square tank have the scale of its section.
+const HEIGHT_PX: [f64; 2] = [180.0, 1240.0];
 /// Height of a chart over time, px.
 const ERRORS_PX: f64 = 300.0;
 
@@ -107,12 +107,21 @@ struct Parts {
 /// One chart with the height of its frame.
 fn view(look: Look, log: &Log, runs: &[(&str, &Record)], parts: Parts) -> (Chart, f64) {
     let truth: Vec<[f64; 2]> = log.truth.iter().map(|row| look.at(row.position)).collect();
-    let landmarks: Vec<[f64; 2]> = log.landmarks.iter().map(|landmark| look.at(landmark.position)).collect();
-    let mut points: Vec<[f64; 2]> = truth.iter().chain(&landmarks).copied().collect();
+    let landmarks = log.landmarks.iter().map(|landmark| look.at(landmark.position));
+    let mut points: Vec<[f64; 2]> = truth.iter().copied().chain(landmarks).collect();
     points.push(look.at(log.start.0));
     let mut marks = Vec::new();
-    if parts.maps && !landmarks.is_empty() {
-        marks.push(Mark::crosses("true features", Colour::GREY, landmarks));
+    if parts.maps {
+        // The seldom ones first, so that they lie below.
+        for (label, colour, stable) in
+            [("features seldom detected", Colour::PALE, false), ("true features", Colour::GREY, true)]
+        {
+            let features = log.landmarks.iter().filter(|landmark| landmark.is_stable() == stable);
+            let features: Vec<[f64; 2]> = features.map(|landmark| look.at(landmark.position)).collect();
+            if !features.is_empty() {
+                marks.push(Mark::crosses(label, colour, features));
+            }
+        }
     }
     if parts.ways {
         marks.push(Mark::line("truth", Colour::TRUTH, truth).wide(2.5));

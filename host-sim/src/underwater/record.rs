@@ -1,6 +1,6 @@
 //! What a run over an underwater log leaves behind: one row a frame and the final map.
 
-use crate::score::ospa::Ospa;
+use crate::score::map_error::MapError;
 
 /// A feature of an estimated map.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -13,15 +13,6 @@ pub struct MapFeature {
     pub mean: [f64; 3],
     /// Covariance, m².
     pub covariance: [[f64; 3]; 3],
-}
-
-/// A distance of the estimated map to the true one, with two cut-offs (1 m and 10 m).
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct MapError {
-    /// With a cut-off of 1 m.
-    pub near: Ospa,
-    /// With a cut-off of 10 m.
-    pub far: Ospa,
 }
 
 /// One frame of a run.

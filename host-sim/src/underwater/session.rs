@@ -7,14 +7,15 @@ use super::slam::{Slam, Transparent, core_filter};
 use super::timeline::{Step, Timeline};
 use super::truth::Seen;
 use crate::angle::wrap;
-use crate::monte_carlo::{Curve, Job, RunResult, Series};
+use crate::monte_carlo::{Job, RunResult, ScanErrors};
 use crate::output::json::Summary;
 use crate::score::cutoff::Cutoff;
 use crate::score::moving::median;
 use crate::score::{gospa, ospa};
-use crate::session::{Filter, GOSPA, OSPA, SessionError, percentile, with_roomy_stack};
+use crate::session::{Filter, GOSPA, OSPA, SessionError, with_roomy_stack};
 use crate::slam::Refusal;
 use crate::stream::underwater_models;
+use crate::tally::{HealthCounts, ScanTimes};
 use nalgebra::Vector3;
 use scphd::{AuvControl, DeadReckoning, Health, Navigator};
 use scphd_stream::Helm;
@@ -50,8 +51,8 @@ pub fn run(
 ) -> Result<Session, SessionError> {
     let session = || {
         let mut slam = start(log, settings, filter, seed).map_err(SessionError::Start)?;
-        let (record, health) = drive(log, settings, &mut *slam, progress)?;
-        let summary = summary(log, settings, filter, seed, &record, &mut *slam);
+        let Run { record, health, seen } = drive(log, settings, &mut *slam, progress)?;
+        let summary = summary(log, settings, filter, seed, &record, &seen, &mut *slam);
         Ok(Session { record, summary, health })
     };
     with_roomy_stack(session).map_err(SessionError::Thread)?
@@ -122,18 +123,26 @@ impl<'a> Pilot<'a> {
     }
 }
 
+/// What [`drive`] saw.
+struct Run {
+    record: Record,
+    health: Vec<(Health, usize)>,
+    /// The true features that were shown, m.
+    seen: Vec<[f64; 3]>,
+}
+
 /// Feeds a whole log to a filter.
 fn drive(
     log: &Log,
     settings: &Settings,
     slam: &mut dyn Slam,
     progress: &mut (dyn FnMut(usize) + Send),
-) -> Result<(Record, Vec<(Health, usize)>), SessionError> {
+) -> Result<Run, SessionError> {
     let mut pilot = Pilot::new(log, settings).map_err(SessionError::Start)?;
     let mut seen = Seen::new(log);
     let mut frames = Vec::with_capacity(log.frames.len());
     let mut map: Vec<MapFeature> = Vec::new();
-    let mut counts = vec![0; Health::all().count()];
+    let mut health = HealthCounts::default();
     for (scan, frame) in log.frames.iter().enumerate() {
         let refused = |step| move |refusal| SessionError::Step { scan, t_s: frame.t_s, step, refusal };
         for (control, dt_s) in pilot.steps_to(frame.t_s).map_err(refused("the instruments"))? {
@@ -142,9 +151,7 @@ fn drive(
         let clock = Instant::now();
         let outcome = slam.scan(&frame.keypoints).map_err(refused("the scan"))?;
         let scan_us = clock.elapsed().as_secs_f64() * 1e6;
-        for (count, condition) in counts.iter_mut().zip(Health::all()) {
-            *count += usize::from(outcome.health.contains(condition));
-        }
+        health.add(outcome.health);
         let (pose, covariance) = slam.pose().map_err(refused("the pose"))?;
         let truth = log.truth_at(frame.t_s, TRUTH_WITHIN_S);
         if let Some(truth) = truth {
@@ -172,29 +179,30 @@ fn drive(
         });
         progress(frames.len());
     }
-    let health = Health::all().zip(counts).filter(|&(_, count)| count > 0).collect();
-    Ok((Record { frames, map }, health))
+    Ok(Run { record: Record { frames, map }, health: health.reported(), seen: seen.features() })
 }
 
-fn summary(log: &Log, settings: &Settings, filter: Filter, seed: u64, record: &Record, slam: &mut dyn Slam) -> Summary {
+fn summary(
+    log: &Log,
+    settings: &Settings,
+    filter: Filter,
+    seed: u64,
+    record: &Record,
+    truth: &[[f64; 3]],
+    slam: &mut dyn Slam,
+) -> Summary {
     let frames = &record.frames;
-    let errors: Vec<f64> = frames.iter().filter_map(|f| Some(distance(position(f), f.true_position?))).collect();
-    let reckoned: Vec<f64> = frames.iter().filter_map(|f| Some(distance(f.dead_reckoning, f.true_position?))).collect();
-    let headings: Vec<f64> =
-        frames.iter().filter_map(|f| Some(wrap(f.pose[3] - f.true_yaw_rad?).to_degrees())).collect();
+    let of_frames = |error: fn(ScanErrors) -> Option<f64>| -> Vec<f64> {
+        frames.iter().filter_map(|frame| error(errors(frame))).collect()
+    };
+    let positions = of_frames(|errors| errors.position_m);
+    let reckoned = of_frames(|errors| errors.dead_reckoning_m);
+    let headings = of_frames(|errors| errors.heading_rad.map(f64::to_degrees));
     let features: Vec<[f64; 3]> = record.map.iter().map(|feature| feature.mean).collect();
-    let mut seen = Seen::new(log);
-    for frame in &log.frames {
-        if let Some(truth) = log.truth_at(frame.t_s, TRUTH_WITHIN_S) {
-            seen.look(truth);
-        }
-    }
-    let truth = seen.features();
     let known = !log.landmarks.is_empty();
-    let ospa = known.then(|| ospa::ospa(&features, &truth, &OSPA));
-    let matched = known.then(|| Matched::of(&features, &truth));
-    let mut times: Vec<f64> = frames.iter().map(|frame| frame.scan_us).collect();
-    times.sort_by(f64::total_cmp);
+    let ospa = known.then(|| ospa::ospa(&features, truth, &OSPA));
+    let matched = known.then(|| Matched::of(&features, truth));
+    let times = ScanTimes::of(frames.iter().map(|frame| frame.scan_us));
     Summary {
         log: log.name.clone(),
         filter: filter.name(settings.filter.likelihood).into(),
@@ -202,17 +210,17 @@ fn summary(log: &Log, settings: &Settings, filter: Filter, seed: u64, record: &R
         particles: settings.filter.particles as u64,
         seed,
         scans: frames.len() as u64,
-        position_rmse_m: root_mean_square(&errors),
+        position_rmse_m: root_mean_square(&positions),
         heading_rmse_deg: root_mean_square(&headings),
         dead_reckoning_rmse_m: root_mean_square(&reckoned),
-        final_position_error_m: errors.last().copied(),
+        final_position_error_m: positions.last().copied(),
         ospa_m: ospa.map(|score| score.distance),
         ospa_localization_m: ospa.map(|score| score.localization),
         ospa_cardinality_m: ospa.map(|score| score.cardinality),
-        gospa_m: known.then(|| gospa::gospa(&features, &truth, &GOSPA).distance),
+        gospa_m: known.then(|| gospa::gospa(&features, truth, &GOSPA).distance),
         features_estimated: frames.last().map(|frame| frame.features_estimated),
-        scan_us_mean: (!times.is_empty()).then(|| times.iter().sum::<f64>() / times.len() as f64),
-        scan_us_p99: percentile(&times, 99),
+        scan_us_mean: times.mean_us,
+        scan_us_p99: times.p99_us,
         state_bytes: slam.state_bytes(),
         digest: slam.digest(),
         moving_hit_rate: None,
@@ -248,36 +256,16 @@ fn root_mean_square(values: &[f64]) -> Option<f64> {
 /// What is kept of a session in a Monte Carlo study.
 #[must_use]
 pub fn result(job: &Job, samples: usize, session: Session) -> RunResult {
-    let frames = &session.record.frames;
-    let start_s = frames.first().map_or(0.0, |frame| frame.t_s);
-    let value = |curve: Curve, frame: &FrameRecord| {
-        let value = match curve {
-            Curve::PositionError => distance(position(frame), frame.true_position?),
-            Curve::HeadingError => wrap(frame.pose[3] - frame.true_yaw_rad?).abs().to_degrees(),
-            Curve::DeadReckoningError => distance(frame.dead_reckoning, frame.true_position?),
-            Curve::OspaNear => frame.map_error?.near.distance,
-            Curve::OspaNearLocalization => frame.map_error?.near.localization,
-            Curve::OspaNearCardinality => frame.map_error?.near.cardinality,
-            Curve::OspaFar => frame.map_error?.far.distance,
-            Curve::OspaFarLocalization => frame.map_error?.far.localization,
-            Curve::OspaFarCardinality => frame.map_error?.far.cardinality,
-        };
-        Some(value).filter(|value| value.is_finite())
-    };
-    let series = Series {
-        t_s: frames.iter().map(|frame| frame.t_s - start_s).collect(),
-        values: Curve::ALL.map(|curve| frames.iter().map(|frame| value(curve, frame)).collect()),
-    };
-    RunResult {
-        run: job.run,
-        log: session.summary.log,
-        filter: session.summary.filter,
-        scenario_seed: job.scenario_seed,
-        filter_seed: job.filter_seed,
-        particles: session.summary.particles,
-        samples: samples as u64,
-        series,
-        moving: None,
-        scan_us_mean: session.summary.scan_us_mean,
+    let errors: Vec<_> = session.record.frames.iter().map(|frame| (frame.t_s, errors(frame))).collect();
+    RunResult::of_errors(job, samples, session.summary, &errors)
+}
+
+fn errors(frame: &FrameRecord) -> ScanErrors {
+    let apart = |place| Some(distance(place, frame.true_position?));
+    ScanErrors {
+        position_m: apart(position(frame)),
+        heading_rad: frame.true_yaw_rad.map(|truth| wrap(frame.pose[3] - truth)),
+        dead_reckoning_m: apart(frame.dead_reckoning),
+        map: frame.map_error,
     }
 }

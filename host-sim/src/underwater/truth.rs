@@ -1,9 +1,8 @@
 //! The part of the true map that a run has had in view.
 
 use super::log::{Log, TruePose};
-use super::record::{MapError, MapFeature};
-use crate::score::map_error::{FAR, NEAR};
-use crate::score::ospa::ospa;
+use super::record::MapFeature;
+use crate::score::map_error::MapError;
 use nalgebra::{Matrix3, SMatrix, Vector3, Vector4};
 use scphd::rotation;
 
@@ -53,8 +52,6 @@ impl<'a> Seen<'a> {
     #[must_use]
     pub fn error(&self, map: &[MapFeature]) -> Option<MapError> {
         let estimate: Vec<[f64; 3]> = map.iter().map(|feature| feature.mean).collect();
-        let truth = self.features();
-        let error = || MapError { near: ospa(&estimate, &truth, &NEAR), far: ospa(&estimate, &truth, &FAR) };
-        (!self.log.landmarks.is_empty()).then(error)
+        (!self.log.landmarks.is_empty()).then(|| MapError::between(&estimate, &self.features()))
     }
 }
