@@ -100,12 +100,13 @@ where
 {
     /// Gives every particle the updated map of the survivor it continues, and frees the predicted maps.
     ///
-    /// Survivors come in ascending order of parents; `parent_of` tells a survivor's, `look` its view. Copies of one
+    /// There were `parents` particles before. Survivors come in ascending order of parents; `parent_of` tells a survivor's, `look` its view. Copies of one
     /// survivor share its map. A parent's pages are let go before its last child's map is written, so that without a
     /// resampling every map is rewritten in its own place.
     pub(crate) fn all<'v, S, V, F, const K: usize, const Z: usize>(
         mut self,
         survivors: &[u16],
+        parents: usize,
         parent_of: impl Fn(u16) -> usize,
         look: impl Fn(u16) -> Option<(View<'v, T, S, V, F>, Option<Symmetric<T, K>>)>,
         scan: &Scan<'_, T, Z>,
@@ -123,7 +124,7 @@ where
         let expected_births = first_look.map_or(0, |(view, _)| view.expected_births().count());
         *self.next_tag = first_tag.wrapping_add((scan.len() + expected_births) as u32);
         let mut alive = survivors.iter().map(|&survivor| parent_of(survivor)).peekable();
-        for parent in 0..survivors.len() {
+        for parent in 0..parents {
             if alive.next_if_eq(&parent).is_none() {
                 self.still.let_go(parent);
                 self.moving.let_go(parent);

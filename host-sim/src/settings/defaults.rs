@@ -90,6 +90,13 @@ const MERGE_COST: f64 = 0.7;
 /// Components in view. No view of the published logs needs half of it; it bounds the time of a scan gone wrong.
 const MAX_COMPONENTS: usize = 1000;
 
+/// Where the number of particles is adapted: Fox's risk, as few particles as any default has, and cells of half a metre and ten
+/// degrees.
+const ADAPTIVE_RISK: f64 = 0.01;
+const ADAPTIVE_LEAST: usize = 5;
+const ADAPTIVE_CELL_M: f64 = 0.5;
+const ADAPTIVE_CELL_RAD: f64 = 0.175;
+
 /// Births a scan where there is no clutter for them to be measured against.
 const BIRTHS_PER_SCAN: f64 = 0.1;
 
@@ -202,6 +209,14 @@ impl Settings {
             samples: SAMPLES,
             birth_intensity: births / measure,
             resample_threshold: of(RESAMPLE_THRESHOLD, unstated.resample_threshold),
+            regularisation: 0.0,
+            adaptive_error: 0.0,
+            adaptive_risk: ADAPTIVE_RISK,
+            adaptive_least: ADAPTIVE_LEAST,
+            adaptive_cell_m: ADAPTIVE_CELL_M,
+            adaptive_cell_rad: ADAPTIVE_CELL_RAD,
+            detection_memory: 0.0,
+            clutter_memory: 0.0,
             prune_weight: of(memory.prune_weight, unstated.prune_weight),
             unconfirmed_weight: of(memory.unconfirmed_weight, 0.0),
             confirming_detections: of(memory.confirming_detections, 1.0),
@@ -232,6 +247,10 @@ impl Settings {
     /// Leaves out what goes beyond the recursion of the thesis, and so has no counterpart in the reference.
     pub fn restrict_to_reference(&mut self) {
         self.filter.proposal = Proposal::Blind;
+        self.filter.regularisation = 0.0;
+        self.filter.adaptive_error = 0.0;
+        self.filter.detection_memory = 0.0;
+        self.filter.clutter_memory = 0.0;
         self.filter.unconfirmed_weight = 0.0;
         self.filter.confirmed_weight = 0.0;
         self.filter.extraction = Extraction::Heaviest;
