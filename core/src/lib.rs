@@ -69,6 +69,8 @@ mod informed;
 mod likelihood;
 mod ln_sum;
 mod map;
+#[cfg(test)]
+mod mismatch;
 mod models;
 #[cfg(test)]
 mod movers;

@@ -201,3 +201,31 @@ where
     let blur = view.blur(spread, &component.position::<D>(), &expectation.expected());
     Some(expectation.blurred(&blur))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{Ratio, scaled};
+
+    #[test]
+    fn the_mean_is_that_of_a_beta_distribution_and_fades_to_the_prior() {
+        // p_D = 0.8, 50 detections in 100 opportunities: Beta(10 + 50, 2.5 + 50), the prior ten detections in 12.5.
+        let mut ratio = Ratio { happened: 50.0_f64, expected: 80.0 };
+        assert!((0.8 * ratio.mean() - (10.0 + 50.0) / (10.0 / 0.8 + 100.0)).abs() < 1e-15);
+        let nothing = Ratio { happened: 0.0, expected: 0.0 };
+        (0..10).for_each(|_| ratio.learn(nothing, 10.0));
+        assert!((ratio.happened - 50.0 * (-1.0_f64).exp()).abs() < 1e-12);
+        (0..1000).for_each(|_| ratio.learn(nothing, 10.0));
+        assert!((ratio.mean() - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn no_number_leaves_its_range() {
+        let mut ratio = Ratio { happened: 0.0_f32, expected: 0.0 };
+        ratio.learn(Ratio { happened: f32::NAN, expected: 1.0 }, 10.0);
+        assert_eq!(ratio, Ratio::ZERO);
+        (0..1000).for_each(|_| ratio.learn(Ratio { happened: 0.0, expected: 50.0 }, 1e6));
+        assert_eq!(ratio.mean(), 0.05);
+        assert_eq!((scaled(0.9_f32, 20.0), scaled(0.999, 20.0), scaled(0.5, 0.5)), (0.99, 0.999, 0.25));
+        assert_eq!(scaled(0.123_f32, 1.0), 0.123);
+    }
+}

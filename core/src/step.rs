@@ -141,7 +141,8 @@ where
         let tally = update.all(survivors, particles, parent, look_again, &scan, probe);
         probe.leave(Stage::Update);
 
-        candidates.iter_mut().zip(selected.iter()).for_each(|(slot, chosen)| *slot = *chosen);
+        // There may be more of them now than there were candidates.
+        memory.candidates.iter_mut().zip(selected.iter()).for_each(|(slot, chosen)| *slot = *chosen);
         for (slot, &survivor) in selected_spreads.iter_mut().zip(survivors.iter()) {
             *slot = spreads.get(parent_of(usize::from(survivor))).copied().unwrap_or(Symmetric::ZERO);
         }

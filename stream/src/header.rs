@@ -394,7 +394,7 @@ mod tests {
     fn the_layout_is_the_documented_one() {
         let bytes = encoded(&planar());
         assert_eq!(bytes.len(), 456);
-        assert_eq!(&bytes[..12], b"SCPHDLOG\x01\x00\x88\x01");
+        assert_eq!(&bytes[..12], b"SCPHDLOG\x01\x00\xc8\x01");
         assert_eq!(bytes[12..20], [4, 2, 2, 1, 1, 1, 0, 0]);
         assert_eq!(bytes[20..24], [1, 0, 0, 0]);
         assert_eq!(bytes[40..44], [6, 0, 0, 0]);
@@ -403,7 +403,7 @@ mod tests {
         assert_eq!(bytes[444..452], 149.5_f64.to_le_bytes());
         let bytes = encoded(&numbered::<Underwater>(Auv));
         assert_eq!(bytes.len(), 712);
-        assert_eq!(bytes[10..14], [0x88, 0x02, 4, 3]);
+        assert_eq!(bytes[10..14], [0xc8, 0x02, 4, 3]);
         assert_eq!(bytes[52..60], 100.5_f64.to_le_bytes());
         assert_eq!(bytes[700..708], 181.5_f64.to_le_bytes());
     }
