@@ -40,7 +40,8 @@ fn learnt(world: &World, detection: f64, clutter_per_scan: f64, online: Online<f
         // Binomial, which is near enough to Poisson.
         for _ in 0..40 {
             if noise.uniform::<f64>() < world.clutter_per_scan / 40.0 {
-                scan.push(Vector2::new(20.0 * noise.uniform::<f64>(), 6.28 * noise.uniform::<f64>() - 3.14));
+                let bearing = core::f64::consts::TAU * (noise.uniform::<f64>() - 0.5);
+                scan.push(Vector2::new(20.0 * noise.uniform::<f64>(), bearing));
             }
         }
         let report = filter.scan(&scan).unwrap();

@@ -141,7 +141,7 @@ struct Unstated {
     least_share: f64,
 }
 
-/// A car with a wheel encoder and a steering sensor, outdoors.
+/// A car with a wheel encoder and a steering sensor, outdoors, among trees.
 const CAR: Unstated = Unstated {
     speed: (0.4, 0.03),
     turn: (0.0065, 0.02),
@@ -159,6 +159,22 @@ const CAR: Unstated = Unstated {
     drawn: Some(0.02),
     least_share: 0.02,
 };
+
+/// The same among posts and reflectors, which are the same from all sides: ranges are even better than stated, and bind
+/// the map from the first scan on. Bearings are not, for the vehicle turns while it scans.
+const CAR_AMONG_POSTS: Unstated = Unstated {
+    speed: (0.05, 0.01),
+    turn: (0.015, 0.03),
+    interval_s: 0.45,
+    inflation: (0.6, 3.0),
+    range_share: 0.45,
+    edges: (10.0, 0.15),
+    drawn: Some(0.005),
+    ..CAR
+};
+
+/// Who states a range noise below this, m, has posts in view, not trees.
+const POST_SIGMA_M: f64 = 0.2;
 
 /// A small robot that turns on the spot, indoors, where people and other robots are about. Its landmarks stand in groups, two
 /// decimetres apart, so that little is merged; and what moves is no feature, so that only what explains a good part of a
@@ -197,7 +213,7 @@ impl Settings {
     pub fn for_log(log: &Log) -> Self {
         let sensor = sensor(log);
         let measure = sensor.measure();
-        let unstated = unstated(&log.vehicle);
+        let unstated = unstated(log);
         let memory = memory(&sensor);
         let clutter_over_birth = if log.simulated { memory.clutter_over_birth } else { unstated.clutter_over_birth };
         let births =
@@ -270,8 +286,11 @@ fn memory(sensor: &SensorSettings) -> &'static Memory {
     if near < SPARSE_CLUTTER { &SPARSE } else { &DENSE }
 }
 
-fn unstated(vehicle: &Vehicle) -> &'static Unstated {
-    match vehicle {
+fn unstated(log: &Log) -> &'static Unstated {
+    match log.vehicle {
+        Vehicle::Ackermann { .. } if log.nominal.range_sigma_m.is_some_and(|sigma| sigma < POST_SIGMA_M) => {
+            &CAR_AMONG_POSTS
+        }
         Vehicle::Ackermann { .. } => &CAR,
         Vehicle::Unicycle | Vehicle::UnicycleArc => &ROBOT,
     }
@@ -279,7 +298,7 @@ fn unstated(vehicle: &Vehicle) -> &'static Unstated {
 
 fn vehicle(log: &Log) -> VehicleSettings {
     let nominal = &log.nominal;
-    let unstated = unstated(&log.vehicle);
+    let unstated = unstated(log);
     let turn = match log.vehicle {
         Vehicle::Ackermann { .. } => nominal.steering_sigma_rad,
         Vehicle::Unicycle | Vehicle::UnicycleArc => nominal.rate_sigma_radps,
@@ -298,7 +317,7 @@ fn vehicle(log: &Log) -> VehicleSettings {
 
 fn sensor(log: &Log) -> SensorSettings {
     let (window, nominal) = (&log.sensor, &log.nominal);
-    let unstated = unstated(&log.vehicle);
+    let unstated = unstated(log);
     let (range_inflation, bearing_inflation) = if log.simulated { (1.0, 1.0) } else { unstated.inflation };
     let range_sigma_m = (range_inflation * nominal.range_sigma_m.unwrap_or(RANGE_SIGMA_SHARE * window.range_max_m))
         .max(LEAST_RANGE_SIGMA_M);
@@ -377,6 +396,13 @@ mod tests {
         assert_eq!(settings.check(), Ok(()));
         log.name = "another".into();
         assert_eq!(Settings::for_log(&log), settings);
+        // Posts, by the noise stated.
+        log.nominal.range_sigma_m = Some(0.1);
+        let posts = Settings::for_log(&log);
+        assert!(
+            (posts.sensor.range_sigma_m - 0.06).abs() < 1e-12 && posts.vehicle.turn_sigma > settings.vehicle.turn_sigma
+        );
+        assert_eq!(posts.check(), Ok(()));
     }
 
     #[test]
