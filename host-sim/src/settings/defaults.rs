@@ -34,11 +34,14 @@ struct Memory {
     extraction_weight: f64,
     /// Share of the informed proposal's covariance that is drawn.
     drawn: f64,
+    /// Scans that what is learnt of p_D lasts for.
+    detection_memory: f64,
 }
 
 /// Dense clutter: weights alone tell. A component is dropped at about what a false measurement leaves behind after one miss (at
 /// p_D = 0.95): a lighter one says less than the next measurement does, and they were most of the map. What has been seen but
-/// once and leaves the view lighter than half a feature was clutter; components within two standard deviations are one.
+/// once and leaves the view lighter than half a feature was clutter; components within two standard deviations are one. Particles
+/// are rarely where the vehicle is, so that they see less of their maps than the sensor does: how much is learnt.
 const DENSE: Memory = Memory {
     particles: 100,
     clutter_over_birth: 20.0,
@@ -50,6 +53,7 @@ const DENSE: Memory = Memory {
     extraction: Extraction::Peaks,
     extraction_weight: 0.0,
     drawn: 0.2,
+    detection_memory: 100.0,
 };
 
 /// Sparse clutter: what leaves the view and is not better known than from three measurements is forgotten, whatever it weighs;
@@ -67,6 +71,7 @@ const SPARSE: Memory = Memory {
     extraction: Extraction::Confirmed,
     extraction_weight: 0.08,
     drawn: 0.0,
+    detection_memory: 0.0,
 };
 
 /// w_m / w_b: most of what turns up stands still.
@@ -231,7 +236,7 @@ impl Settings {
             adaptive_least: ADAPTIVE_LEAST,
             adaptive_cell_m: ADAPTIVE_CELL_M,
             adaptive_cell_rad: ADAPTIVE_CELL_RAD,
-            detection_memory: 0.0,
+            detection_memory: of(memory.detection_memory, 0.0),
             clutter_memory: 0.0,
             prune_weight: of(memory.prune_weight, unstated.prune_weight),
             unconfirmed_weight: of(memory.unconfirmed_weight, 0.0),
@@ -371,6 +376,7 @@ mod tests {
         let mut log = scenario::survey(1);
         let dense = Settings::for_log(&log).filter;
         assert_eq!((dense.confirmed_weight, dense.merge_distance, dense.extraction), (0.0, 4.0, Extraction::Peaks));
+        assert!(dense.detection_memory > 0.0);
         // κ 9π σ_r σ_b of 20 false measurements a scan is 0.0131.
         log.nominal.clutter_per_scan = Some(20.0 * 0.0049 / 0.0131);
         let sparse = Settings::for_log(&log).filter;
@@ -379,6 +385,7 @@ mod tests {
         let mut thesis = Settings::for_log(&log);
         thesis.restrict_to_reference();
         assert_eq!((thesis.filter.confirmed_weight, thesis.filter.extraction_weight), (0.0, 0.0));
+        assert_eq!((thesis.filter.detection_memory, sparse.detection_memory), (0.0, 0.0));
         log.simulated = false;
         assert_eq!(Settings::for_log(&log).filter.confirmed_weight, 0.0);
     }
