@@ -1,7 +1,7 @@
 //! Candidates: samples of the vehicle's pose with their weights (5.7, 5.13).
 
 use crate::ln_sum::ln_sum;
-use crate::{Pose, Real};
+use crate::{Dim, Packed, Pose, Real, Symmetric};
 
 /// A sample of the vehicle's pose. Between scans there is one a particle; from the first prediction after a scan to
 /// the next scan there are M.
@@ -21,6 +21,20 @@ impl<T: Real, P> Candidate<T, P> {
     {
         Self { pose: P::ZERO, ln_weight: T::ZERO }
     }
+}
+
+/// Mean and covariance of weighted candidates; weights sum to one.
+pub(crate) fn moments<T: Real, P: Pose<T, K>, const K: usize>(candidates: &[Candidate<T, P>]) -> (P, Symmetric<T, K>)
+where
+    Dim<K>: Packed,
+{
+    let weighted = || candidates.iter().map(|candidate| (candidate.ln_weight.exp(), candidate.pose));
+    let mean = P::mean(weighted());
+    let mut covariance = Symmetric::ZERO;
+    for (weight, pose) in weighted() {
+        covariance.add_outer(weight, &pose.difference(&mean));
+    }
+    (mean, covariance)
 }
 
 /// Multiplies the weights by the likelihoods and scales them to a sum of one (5.23); returns the logarithm of what the

@@ -1,6 +1,6 @@
 //! What a user tunes.
 
-use crate::{ConstantVelocity, Likelihood, Proposal, Real, Reduction};
+use crate::{Adaptive, ConstantVelocity, Likelihood, Online, Proposal, Real, Reduction};
 
 /// Tuning of the recursion; the models carry their own parameters.
 ///
@@ -29,6 +29,13 @@ pub struct Config<T> {
     pub birth_intensity: T,
     /// Resample when N_eff / N falls below this.
     pub resample_threshold: T,
+    /// After a resampling every particle is moved by a sample of a Gaussian kernel, this many times as wide as is best for
+    /// Gaussian densities (Silverman 1986). Zero: copies of a particle stay where they are.
+    pub regularisation: T,
+    /// How many of the `particles` a resampling leaves: as many as are needed where they are, or all.
+    pub adaptive: Option<Adaptive<T>>,
+    /// What is learnt of the models while running.
+    pub online: Online<T>,
     /// Components below this weight are dropped (Vo & Ma 2006, table II: T).
     pub prune_weight: T,
     /// k: a component is confirmed where it is better known than k measurements taken from the present pose would make it.
@@ -121,6 +128,9 @@ impl<T: Real> Default for Config<T> {
             likelihood: Likelihood::SingleCluster,
             birth_intensity: T::from_f64(0.01),
             resample_threshold: T::from_f64(0.5),
+            regularisation: T::ZERO,
+            adaptive: None,
+            online: Online::NONE,
             prune_weight: T::from_f64(2.5e-3),
             confirming_detections: T::ONE,
             unconfirmed_weight: T::ZERO,
@@ -174,6 +184,13 @@ impl<T: Real> Config<T> {
             "resample_threshold",
             "between 0 and 1",
         )?;
+        require(
+            self.regularisation >= zero && self.regularisation.is_finite(),
+            "regularisation",
+            "finite and not negative",
+        )?;
+        self.adaptive.map_or(Ok(()), |adaptive| adaptive.check())?;
+        self.online.check()?;
         require(self.prune_weight > zero && self.prune_weight < one, "prune_weight", "above 0 and below 1")?;
         require(
             self.unconfirmed_weight >= zero && self.unconfirmed_weight <= one,

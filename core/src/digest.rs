@@ -71,6 +71,12 @@ where
             digest.take_scalar(candidate.ln_weight);
             candidate.pose.coordinates().iter().for_each(|&x| digest.take_scalar(x));
         }
+        if self.config.online.learns() {
+            for ratio in [&cursor.learnt.detections, &cursor.learnt.clutter] {
+                digest.take_scalar(ratio.happened);
+                digest.take_scalar(ratio.expected);
+            }
+        }
         if matches!(self.config.proposal, Proposal::Informed(_)) {
             for spread in self.memory.spreads.iter().take(cursor.particles) {
                 spread.as_lower().iter().for_each(|&x| digest.take_scalar(x));

@@ -1,5 +1,6 @@
 //! State extraction (5.2.7).
 
+use crate::candidate::moments;
 use crate::config::Extraction;
 use crate::confirmed::is_confirmed;
 use crate::reduce::heavier;
@@ -54,12 +55,7 @@ where
         if candidates.is_empty() {
             return None;
         }
-        let weighted = || candidates.iter().map(|candidate| (candidate.ln_weight.exp(), candidate.pose));
-        let mean = P::mean(weighted());
-        let mut covariance = Symmetric::ZERO;
-        for (weight, pose) in weighted() {
-            covariance.add_outer(weight, &pose.difference(&mean));
-        }
+        let (mean, mut covariance) = moments(candidates);
         if matches!(self.config.proposal, Proposal::Informed(_)) {
             for (candidate, spread) in candidates.iter().zip(self.memory.spreads.iter()) {
                 covariance = covariance.plus(&spread.scaled(candidate.ln_weight.exp()));

@@ -378,3 +378,46 @@ fn a_probe_sees_the_stages_in_order_and_changes_nothing() {
     assert_eq!(steps.0.last(), Some(&(Stage::Update, false)));
     assert_eq!(steps.0.iter().filter(|step| !step.1).count(), begun.len());
 }
+
+/// Between one particle and all there are, with jitter and with what is learnt.
+#[test]
+fn particles_come_and_go_without_a_leak() {
+    let mut state = Box::new(Roomy::new());
+    let adaptive = Adaptive { error: 0.3, least: 2, cell_m: 0.2, cell_rad: 0.05, ..Adaptive::default() };
+    let online = Online { detection_memory: 20.0, clutter_memory: 20.0 };
+    for (adaptive, proposal) in [
+        (adaptive, Proposal::Blind),
+        (Adaptive { error: 0.6, cell_m: 0.4, cell_rad: 0.1, ..adaptive }, Proposal::Informed(Informed::default())),
+    ] {
+        let config = Config {
+            adaptive: Some(adaptive),
+            regularisation: 1.0,
+            online,
+            proposal,
+            resample_threshold: 0.9,
+            moving: MovingConfig::walkers(0.002),
+            ..config()
+        };
+        let mut filter = Planar::new(models(3.0), config, &mut *state).unwrap();
+        filter.reset(ORIGIN, 3).unwrap();
+        let mut number = numbers(17);
+        let (mut fewest, mut most) = (8, 0);
+        for step in 0..120 {
+            // Blind for a while, so that the particles spread.
+            (0..if step % 20 == 19 { 30 } else { 1 }).for_each(|_| {
+                filter.predict(&AHEAD, 0.1).unwrap();
+            });
+            let len = (6.0 * number()) as usize;
+            let mut scan = random_scan(&mut number, len);
+            scan.extend([Vector2::new(6.0, 0.3), Vector2::new(9.0, -1.2), Vector2::new(4.0, 2.2)]);
+            let report = filter.scan(&scan).unwrap();
+            assert_eq!((report.particles, report.survivors.min(1)), (filter.particles(), 1));
+            assert_eq!((filter.candidates().len(), filter.survivors().len()), (report.particles, report.particles));
+            assert!((2..=8).contains(&report.particles) && filter.heaviest() < report.particles);
+            check_consistent(&filter);
+            fewest = fewest.min(report.particles);
+            most = most.max(report.particles);
+        }
+        assert!(fewest < most && most > 4, "{fewest} to {most}");
+    }
+}

@@ -1,5 +1,6 @@
 //! The filter: models and tuning over a state.
 
+use crate::online::Learnt;
 use crate::predict::{predict, spread};
 use crate::state::{Memory, State};
 use crate::{
@@ -134,6 +135,7 @@ where
         cursor.weighed = 0;
         cursor.heaviest = 0;
         cursor.next_tag = 0;
+        cursor.learnt = Learnt::ZERO;
         cursor.noise = Some(Noise::seeded(seed));
         let ln_weight = -T::from_usize(cursor.particles).ln();
         candidates.iter_mut().take(cursor.particles).for_each(|slot| *slot = Candidate { pose, ln_weight });
@@ -297,6 +299,12 @@ where
     pub fn survivors(&self) -> &[u16] {
         let particles = if self.memory.cursor.weighed > 0 { self.memory.cursor.particles } else { 0 };
         self.memory.survivors.get(..particles).unwrap_or(&[])
+    }
+
+    /// Particles in use: as many as configured, or as the last resampling has left.
+    #[must_use]
+    pub fn particles(&self) -> usize {
+        self.memory.cursor.particles
     }
 
     /// The candidates: N particles after a scan, N·M samples after a prediction. Weights sum to one.

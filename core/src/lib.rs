@@ -24,7 +24,8 @@
 //! # Where things are
 //!
 //! One scan, from top to bottom, is `step.rs`: propose poses (`propose.rs`), weigh (`weigh.rs`, over the map as one pose sees it,
-//! `view.rs`, on as many cores as `executor.rs` has), select (`select.rs`, `resample.rs`), update (`update.rs`), reduce (`reduce.rs`). `predict.rs` comes before it, `extract.rs`
+//! `view.rs`, on as many cores as `executor.rs` has), select (`select.rs`, `resample.rs`; as many as needed, `adaptive.rs`, and set apart, `rejuvenate.rs`), learn
+//! (`online.rs`), update (`update.rs`), reduce (`reduce.rs`). `predict.rs` comes before it, `extract.rs`
 //! after it. `map/` holds the copy-on-write pages, `models/` the models. The recursion with all its choices is written
 //! out in `docs/recursion.md`.
 //!
@@ -44,6 +45,7 @@
 #[cfg(test)]
 extern crate std;
 
+mod adaptive;
 mod angle;
 mod bounds;
 mod candidate;
@@ -67,12 +69,15 @@ mod informed;
 mod likelihood;
 mod ln_sum;
 mod map;
+#[cfg(test)]
+mod mismatch;
 mod models;
 #[cfg(test)]
 mod movers;
 mod navigation;
 mod neighbours;
 mod noise;
+mod online;
 #[cfg(test)]
 mod oracles;
 mod predict;
@@ -80,6 +85,7 @@ mod probe;
 mod propose;
 mod real;
 mod reduce;
+mod rejuvenate;
 mod report;
 mod resample;
 mod scan;
@@ -97,6 +103,7 @@ mod view;
 mod weigh;
 mod workspace;
 
+pub use adaptive::Adaptive;
 pub use angle::wrap;
 pub use bounds::Bounds;
 pub use candidate::Candidate;
@@ -113,6 +120,7 @@ pub use map::{MapMemory, MapStorage, NoMoving, PAGE_LEN};
 pub use models::*;
 pub use navigation::{DeadReckoning, Instruments, Navigator, Outcome, VelocityFilter, VelocityNoise};
 pub use noise::Noise;
+pub use online::Online;
 #[cfg(feature = "embedded-hal")]
 pub use probe::StagePins;
 #[cfg(feature = "defmt")]

@@ -1,6 +1,7 @@
 //! The particle likelihood, the one part in which SC-PHD and RB-PHD SLAM differ (5.3.2).
 
 use crate::ln_sum::ln_product;
+use crate::online::scaled;
 use crate::scan::Scan;
 use crate::view::View;
 use crate::weigh::Seen;
@@ -65,7 +66,7 @@ where
 {
     let expected = view.sensor.expect(&view.frame, &feature.mean)?.measurement;
     let detection = view.field_of_view.detection_probability(&view.frame, &feature.mean, &expected);
-    let detection = detection.at_most(T::ONE - T::EPSILON);
+    let detection = scaled(detection, view.detection_scale).at_most(T::ONE - T::EPSILON);
     let noise = view.sensor.noise().factor()?;
     let (ln_missed, ln_detected) = ((T::ONE - detection).ln(), detection.ln());
     let (mut for_it, mut made_of_it) = (LnSum::of(ln_missed), LnSum::of(ln_missed));

@@ -35,6 +35,8 @@ pub struct ScanReport<T> {
     pub n_eff: T,
     /// Whether the particles were resampled.
     pub resampled: bool,
+    /// Particles that go on.
+    pub particles: usize,
     /// Distinct candidates among the survivors.
     pub survivors: usize,
     /// Maps written.
@@ -62,6 +64,10 @@ pub struct ScanReport<T> {
     pub moving_pages_used: usize,
     /// Pages for moving features in all.
     pub moving_pages: usize,
+    /// What the model's p_D is multiplied by from the next scan on; 1 where it is not [learnt](crate::Online).
+    pub detection_scale: T,
+    /// The same of κ.
+    pub clutter_scale: T,
     /// Mean of vᵀ S⁻¹ v over the detections, by weight, per dimension of the measurement; about 1 for a consistent
     /// filter; 0 where nothing was detected.
     pub innovation: T,

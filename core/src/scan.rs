@@ -58,6 +58,7 @@ impl<'s, T: Real, const Z: usize> Scan<'s, T, Z> {
         memory: &'s mut [Measurement<T, Z>],
         measured: &[SVector<T, Z>],
         clutter: &C,
+        clutter_scale: T,
         birth_intensity: T,
     ) -> Self
     where
@@ -67,7 +68,7 @@ impl<'s, T: Real, const Z: usize> Scan<'s, T, Z> {
         Dim<Z>: Packed,
     {
         let key = |measurement: &Measurement<T, Z>| coordinate(&measurement.z, S::SORTED_BY);
-        let ln_birth = birth_intensity.ln();
+        let (ln_birth, ln_scale) = (birth_intensity.ln(), clutter_scale.ln());
         let mut ln_least_unexplained = T::INFINITY;
         let mut len = 0;
         for &z in measured {
@@ -77,7 +78,7 @@ impl<'s, T: Real, const Z: usize> Scan<'s, T, Z> {
             {
                 *angle = wrap(*angle);
             }
-            let ln_clutter = clutter.ln_intensity(&z);
+            let ln_clutter = clutter.ln_intensity(&z) + ln_scale;
             let mut unexplained = LnSum::of(ln_clutter);
             unexplained.add(ln_birth);
             let ln_unexplained = unexplained.ln();

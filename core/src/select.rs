@@ -2,38 +2,65 @@
 
 use crate::candidate::Candidate;
 use crate::resample::{one_child, systematic};
-use crate::{Noise, Real};
+use crate::{Config, Noise, Pose, Real};
+
+/// What is selected from.
+#[derive(Debug)]
+pub(crate) struct Weighed<'a, T, P> {
+    pub(crate) candidates: &'a [Candidate<T, P>],
+    pub(crate) particles: usize,
+    /// Candidates of each particle.
+    pub(crate) children: usize,
+    /// Effective number of the candidates.
+    pub(crate) n_eff: T,
+}
 
 /// What the selection did.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Selection {
     /// Whether all particles were drawn anew.
     pub(crate) resampled: bool,
+    /// Particles that go on.
+    pub(crate) particles: usize,
     /// The particle that continues the heaviest of the surviving candidates.
     pub(crate) heaviest: usize,
 }
 
 /// Chooses for every particle the candidate that it continues: by systematic resampling where
-/// `N_eff` < `threshold` · candidates, otherwise one of its own children.
+/// `N_eff` is below the threshold, otherwise one of its own children. A resampling leaves as many particles as there were, or
+/// as many as are needed.
 ///
 /// Writes the chosen candidates' indices, in ascending order of parents, to `survivors`, and the particles to `selected`.
-pub(crate) fn select<T: Real, P: Copy>(
-    candidates: &[Candidate<T, P>],
-    children: usize,
-    threshold: T,
-    n_eff: T,
+pub(crate) fn select<T: Real, P: Pose<T, K>, const K: usize>(
+    weighed: &Weighed<'_, T, P>,
+    config: &Config<T>,
     noise: &mut Noise,
     survivors: &mut [u16],
     selected: &mut [Candidate<T, P>],
 ) -> Selection {
-    let resampled = n_eff < threshold * T::from_usize(candidates.len());
+    let &Weighed { candidates, mut particles, children, n_eff } = weighed;
+    let resampled = n_eff < config.resample_threshold * T::from_usize(candidates.len());
     let chosen = |index: u16| candidates.get(usize::from(index)).copied();
     if resampled {
-        let particles = T::from_usize(survivors.len());
-        systematic(candidates.iter().map(|candidate| candidate.ln_weight.exp()), noise.uniform(), survivors);
-        for (slot, &survivor) in selected.iter_mut().zip(survivors.iter()) {
+        let uniform = noise.uniform();
+        let draw = |survivors: &mut [u16], particles: usize| {
+            let survivors = survivors.get_mut(..particles).unwrap_or(&mut []);
+            systematic(candidates.iter().map(|candidate| candidate.ln_weight.exp()), uniform, survivors);
+        };
+        match config.adaptive {
+            None => draw(survivors, particles),
+            Some(adaptive) => {
+                let most = config.particles;
+                draw(survivors, most);
+                let drawn = survivors.iter().take(most).filter_map(|&survivor| chosen(survivor));
+                particles = adaptive.needed(drawn, most, selected);
+                draw(survivors, particles);
+            }
+        }
+        let ln_weight = -T::from_usize(particles).ln();
+        for (slot, &survivor) in selected.iter_mut().zip(survivors.iter().take(particles)) {
             if let Some(candidate) = chosen(survivor) {
-                *slot = Candidate { ln_weight: -particles.ln(), ..candidate };
+                *slot = Candidate { ln_weight, ..candidate };
             }
         }
     } else {
@@ -51,12 +78,12 @@ pub(crate) fn select<T: Real, P: Copy>(
         }
     }
     let mut heaviest = (0, T::NEG_INFINITY);
-    for (particle, &survivor) in survivors.iter().enumerate() {
+    for (particle, &survivor) in survivors.iter().take(particles).enumerate() {
         if let Some(candidate) = chosen(survivor)
             && candidate.ln_weight > heaviest.1
         {
             heaviest = (particle, candidate.ln_weight);
         }
     }
-    Selection { resampled, heaviest: heaviest.0 }
+    Selection { resampled, particles, heaviest: heaviest.0 }
 }

@@ -1,6 +1,7 @@
 //! All memory of a filter.
 
 use crate::map::{MapStorage, Maps, NoMoving};
+use crate::online::Learnt;
 use crate::scan::Measurement;
 use crate::{Dim, LnSum, Noise, Packed, Pose, Real, Symmetric, Twice, candidate::Candidate};
 
@@ -154,6 +155,8 @@ pub(crate) struct Cursor<T> {
     pub(crate) heaviest: usize,
     /// The tag that the next feature gets. It wraps after four thousand million.
     pub(crate) next_tag: u32,
+    /// What has been learnt of the models.
+    pub(crate) learnt: Learnt<T>,
     /// The random stream; none before the first reset.
     pub(crate) noise: Option<Noise>,
 }
@@ -167,6 +170,7 @@ impl<T: Real> Cursor<T> {
         weighed: 0,
         heaviest: 0,
         next_tag: 0,
+        learnt: Learnt::ZERO,
         noise: None,
     };
 

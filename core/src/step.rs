@@ -3,9 +3,11 @@
 use crate::candidate::{effective_number, reweigh};
 use crate::drift::drift;
 use crate::executor::shares;
+use crate::online::seen;
 use crate::propose::{Proposal, Proposer};
+use crate::rejuvenate::Kernel;
 use crate::scan::Scan;
-use crate::select::select;
+use crate::select::{Weighed, select};
 use crate::state::Memory;
 use crate::update::Update;
 use crate::view::{Detection, View};
@@ -56,16 +58,19 @@ where
         let Some(mut noise) = cursor.noise.clone() else { return Err(ScanError::NotStarted) };
         let particles = cursor.particles;
         let births = config.birth_intensity + config.moving.birth_intensity;
-        let scan = Scan::sort::<S, C, D>(measurements, measured, &models.clutter, births);
+        let clutter_scale = cursor.learnt.clutter_scale(&config.online);
+        let detection_scale = cursor.learnt.detection_scale(&config.online);
+        let scan = Scan::sort::<S, C, D>(measurements, measured, &models.clutter, clutter_scale, births);
         let ln_negligible = config.negligible.ln();
         let ln_sharpest = models.sensor.noise().factor().map_or(T::INFINITY, |noise| noise.ln_peak());
         let look = |pose: &P| View {
             sensor: &models.sensor,
             field_of_view: &models.field_of_view,
             frame: models.sensor.frame(pose),
+            detection_scale,
             ln_negligible,
             ln_sharpest,
-            last_detection: Cell::new(Detection::of(T::ONE)),
+            last_detection: Cell::new(Detection::of(T::ONE, detection_scale)),
         };
         // Predict what moves (5.14), once for all the steps since the last scan.
         probe.enter(Stage::Predict);
@@ -105,29 +110,46 @@ where
 
         // Select (5.2.2): back to one candidate a particle.
         probe.enter(Stage::Resample);
-        let survivors = survivors.get_mut(..particles).unwrap_or(&mut []);
-        let selection = select(candidates, children, config.resample_threshold, n_eff, &mut noise, survivors, selected);
+        let weighed = Weighed { candidates: &*candidates, particles, children, n_eff };
+        let selection = select(&weighed, config, &mut noise, survivors, selected);
+        let survivors = survivors.get_mut(..selection.particles).unwrap_or(&mut []);
+        let selected = selected.get_mut(..selection.particles).unwrap_or(&mut []);
+        if selection.resampled && config.regularisation > T::ZERO {
+            // The maps are updated from where the particles were weighed.
+            Kernel::of(candidates, selection.particles, config.regularisation).spread(selected, &mut noise);
+        }
         probe.leave(Stage::Resample);
 
         // Update (5.17–5.22): write the survivors' maps.
         probe.enter(Stage::Update);
-        let update = Update { still, moving, eta, config, next_tag: &mut cursor.next_tag };
-        let parent = |survivor| parent_of(usize::from(survivor));
         let blurs = matches!(config.proposal, Proposal::Informed(informed) if informed.drawn < T::ONE);
         let look_again = |survivor| {
-            let spread = if blurs { spreads.get(parent(survivor)).copied() } else { None };
+            let spread = if blurs { spreads.get(parent_of(usize::from(survivor))).copied() } else { None };
             candidates.get(usize::from(survivor)).map(|candidate| (look(&candidate.pose), spread))
         };
-        let tally = update.all(survivors, parent, look_again, &scan, probe);
+        // Learn from what the heaviest of them sees.
+        if config.online.learns()
+            && let Some(&survivor) = survivors.get(selection.heaviest)
+            && let Some((view, spread)) = look_again(survivor)
+        {
+            let maps = (&*still, &*moving, parent_of(usize::from(survivor)));
+            let seen = seen(&view, spread.as_ref(), maps, &scan, config.confirming_detections, eta);
+            cursor.learnt.learn(&seen, models.clutter.per_scan(), &config.online);
+        }
+        let update = Update { still, moving, eta, config, next_tag: &mut cursor.next_tag };
+        let parent = |survivor| parent_of(usize::from(survivor));
+        let tally = update.all(survivors, particles, parent, look_again, &scan, probe);
         probe.leave(Stage::Update);
 
-        candidates.iter_mut().zip(selected.iter()).take(particles).for_each(|(slot, chosen)| *slot = *chosen);
+        // There may be more of them now than there were candidates.
+        memory.candidates.iter_mut().zip(selected.iter()).for_each(|(slot, chosen)| *slot = *chosen);
         for (slot, &survivor) in selected_spreads.iter_mut().zip(survivors.iter()) {
             *slot = spreads.get(parent_of(usize::from(survivor))).copied().unwrap_or(Symmetric::ZERO);
         }
         spreads.iter_mut().zip(selected_spreads.iter()).for_each(|(slot, chosen)| *slot = *chosen);
         cursor.noise = Some(noise);
         cursor.children = 1;
+        cursor.particles = selection.particles;
         cursor.predicted = false;
         cursor.waited_s = T::ZERO;
         cursor.weighed = particles * children;
@@ -149,6 +171,7 @@ where
             ln_evidence,
             n_eff,
             resampled: selection.resampled,
+            particles: selection.particles,
             survivors: tally.survivors,
             maps_updated: tally.updated,
             births: tally.births,
@@ -162,6 +185,8 @@ where
             pages: still.pool.capacity(),
             moving_pages_used: moving.pages_used(),
             moving_pages: moving.pool.capacity(),
+            detection_scale: cursor.learnt.detection_scale(&config.online),
+            clutter_scale: cursor.learnt.clutter_scale(&config.online),
             innovation,
             health,
         })

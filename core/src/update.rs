@@ -101,12 +101,13 @@ where
 {
     /// Gives every particle the updated map of the survivor it continues, and frees the maps without one.
     ///
-    /// Survivors come in ascending order of parents; `parent_of` tells a survivor's, `look` its view. Copies of one
-    /// survivor share its map. A parent's last child takes its map over, so that without a resampling every map is rewritten
-    /// in its own place, and what it does not see is not touched.
+    /// There were `parents` particles before. Survivors come in ascending order of parents; `parent_of` tells a survivor's,
+    /// `look` its view. Copies of one survivor share its map. A parent's last child takes its map over, so that without a
+    /// resampling every map is rewritten in its own place, and what it does not see is not touched.
     pub(crate) fn all<'v, S, V, F, const K: usize, const Z: usize>(
         mut self,
         survivors: &[u16],
+        parents: usize,
         parent_of: impl Fn(u16) -> usize,
         look: impl Fn(u16) -> Option<(View<'v, T, S, V, F>, Option<Symmetric<T, K>>)>,
         scan: &Scan<'_, T, Z>,
@@ -124,10 +125,10 @@ where
         let first_look = survivors.first().and_then(|&survivor| look(survivor));
         let expected_births = first_look.map_or(0, |(view, _)| view.expected_births().count());
         *self.next_tag = first_tag.wrapping_add((scan.len() + expected_births) as u32);
-        self.still.table.begin(survivors.len());
-        self.moving.table.begin(survivors.len());
+        self.still.table.begin(parents);
+        self.moving.table.begin(parents);
         let mut alive = survivors.iter().map(|&survivor| parent_of(survivor)).peekable();
-        for parent in 0..survivors.len() {
+        for parent in 0..parents {
             if alive.next_if_eq(&parent).is_none() {
                 self.still.table.let_go(parent, &mut self.still.pool);
                 self.moving.table.let_go(parent, &mut self.moving.pool);

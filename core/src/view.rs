@@ -1,5 +1,6 @@
 //! The map as one candidate pose sees it: what to expect of every component, and which measurements it meets.
 
+use crate::online::scaled;
 use crate::scan::Scan;
 use crate::{
     Bounds, Component, Correction, Dim, Expected, Factor, FieldOfView, Locating, Packed, Real, Sensor, Symmetric,
@@ -13,6 +14,8 @@ pub(crate) struct View<'a, T: Real, S, V, F> {
     pub(crate) sensor: &'a S,
     pub(crate) field_of_view: &'a V,
     pub(crate) frame: F,
+    /// What p_D is multiplied by.
+    pub(crate) detection_scale: T,
     /// ln of [`Config::negligible`](crate::Config::negligible).
     pub(crate) ln_negligible: T,
     /// ln N(0; 0, R), which bounds ln N(ẑ; ẑ, S) from above: S is R and something more.
@@ -26,6 +29,8 @@ pub(crate) struct View<'a, T: Real, S, V, F> {
 pub(crate) struct Detection<T> {
     /// p_D.
     pub(crate) probability: T,
+    /// p_D as the model has it.
+    pub(crate) modelled: T,
     /// ln p_D.
     ln_detected: T,
     /// ln(1 − p_D).
@@ -33,9 +38,11 @@ pub(crate) struct Detection<T> {
 }
 
 impl<T: Real> Detection<T> {
-    /// The logarithms of a probability.
-    pub(crate) fn of(probability: T) -> Self {
-        Self { probability, ln_detected: probability.ln(), ln_missed: (T::ONE - probability).ln() }
+    /// The model's probability, times what was learnt, and its logarithms.
+    pub(crate) fn of(modelled: T, scale: T) -> Self {
+        // Where p_D reaches 1 the missed component would weigh nothing, and its logarithm be −∞.
+        let probability = scaled(modelled, scale).at_most(T::ONE - T::EPSILON);
+        Self { probability, modelled, ln_detected: probability.ln(), ln_missed: (T::ONE - probability).ln() }
     }
 }
 
@@ -183,10 +190,8 @@ impl<T: Real, S, V, F> View<'_, T, S, V, F> {
         if !(p_d > T::ZERO) {
             return None;
         }
-        // Where p_D reaches 1 the missed component would weigh nothing, and its logarithm be −∞.
-        let p_d = p_d.at_most(T::ONE - T::EPSILON);
-        if self.last_detection.get().probability != p_d {
-            self.last_detection.set(Detection::of(p_d));
+        if self.last_detection.get().modelled != p_d {
+            self.last_detection.set(Detection::of(p_d, self.detection_scale));
         }
         let detection = self.last_detection.get();
         let position_covariance = component.covariance.leading::<D>();

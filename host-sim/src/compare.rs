@@ -99,11 +99,18 @@ pub fn compare(
     mut progress: impl FnMut(usize),
 ) -> Result<Comparison, Refusal> {
     let filter = &settings.filter;
-    if filter.proposal != Proposal::Blind || filter.unconfirmed_weight > 0.0 || filter.confirmed_weight > 0.0 {
-        let needed = "filter.proposal = \"blind\", filter.unconfirmed_weight = 0 and filter.confirmed_weight = 0";
-        return Err(Refusal(format!(
-            "the reference samples blindly and forgets as the thesis does; compare with {needed}"
-        )));
+    let beyond = [
+        ("unconfirmed_weight", filter.unconfirmed_weight),
+        ("confirmed_weight", filter.confirmed_weight),
+        ("regularisation", filter.regularisation),
+        ("adaptive_error", filter.adaptive_error),
+        ("detection_memory", filter.detection_memory),
+        ("clutter_memory", filter.clutter_memory),
+    ];
+    let beyond = beyond.iter().find(|(_, value)| *value > 0.0).map(|(field, _)| format!("filter.{field} = 0"));
+    let blind = || Some("filter.proposal = \"blind\"".to_owned()).filter(|_| filter.proposal != Proposal::Blind);
+    if let Some(needed) = blind().or(beyond) {
+        return Err(Refusal(format!("the reference is the recursion of the thesis alone; compare with {needed}")));
     }
     let reference = reference_of(settings, &log.vehicle);
     let mut filter = core_filter(settings, &log.vehicle, log.initial_pose, precision, seed)?;

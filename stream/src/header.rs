@@ -102,6 +102,22 @@ numbers! {
         proposal_drawn: f64,
         /// Least share of a measurement with which a component steers the informed proposal.
         proposal_least_share: f64,
+        /// Width of the kernel that sets resampled particles apart, in that of the best for Gaussian densities; 0: none.
+        regularisation: f64,
+        /// ε of the number of particles that a resampling leaves; 0: always all.
+        adaptive_error: f64,
+        /// δ of the same.
+        adaptive_risk: f64,
+        /// Particles that it leaves at least; a whole number.
+        adaptive_least: f64,
+        /// Side of the cells that it counts, m.
+        adaptive_cell_m: f64,
+        /// The same in heading, rad.
+        adaptive_cell_rad: f64,
+        /// Scans that what is learnt of p_D while running lasts for; 0: nothing is.
+        detection_memory: f64,
+        /// Scans that what is learnt of clutter while running lasts for; 0: nothing is.
+        clutter_memory: f64,
     }
 }
 
@@ -368,28 +384,28 @@ mod tests {
     fn what_is_written_is_read() {
         comes_back(planar());
         comes_back(numbered::<Underwater>(Auv));
-        assert_eq!((planar().models.start_x_m, planar().scan_interval_s), (100.5, 141.5));
+        assert_eq!((planar().models.start_x_m, planar().scan_interval_s), (100.5, 149.5));
         let underwater = numbered::<Underwater>(Auv);
-        assert_eq!((underwater.models.start_m[0], underwater.scan_interval_s), (100.5, 173.5));
+        assert_eq!((underwater.models.start_m[0], underwater.scan_interval_s), (100.5, 181.5));
     }
 
     /// The places of the documented layout, by hand.
     #[test]
     fn the_layout_is_the_documented_one() {
         let bytes = encoded(&planar());
-        assert_eq!(bytes.len(), 392);
-        assert_eq!(&bytes[..12], b"SCPHDLOG\x01\x00\x88\x01");
+        assert_eq!(bytes.len(), 456);
+        assert_eq!(&bytes[..12], b"SCPHDLOG\x01\x00\xc8\x01");
         assert_eq!(bytes[12..20], [4, 2, 2, 1, 1, 1, 0, 0]);
         assert_eq!(bytes[20..24], [1, 0, 0, 0]);
         assert_eq!(bytes[40..44], [6, 0, 0, 0]);
         assert_eq!(bytes[44..52], [8, 7, 6, 5, 4, 3, 2, 1]);
         assert_eq!(bytes[52..60], 100.5_f64.to_le_bytes());
-        assert_eq!(bytes[380..388], 141.5_f64.to_le_bytes());
+        assert_eq!(bytes[444..452], 149.5_f64.to_le_bytes());
         let bytes = encoded(&numbered::<Underwater>(Auv));
-        assert_eq!(bytes.len(), 648);
-        assert_eq!(bytes[10..14], [0x88, 0x02, 4, 3]);
+        assert_eq!(bytes.len(), 712);
+        assert_eq!(bytes[10..14], [0xc8, 0x02, 4, 3]);
         assert_eq!(bytes[52..60], 100.5_f64.to_le_bytes());
-        assert_eq!(bytes[636..644], 173.5_f64.to_le_bytes());
+        assert_eq!(bytes[700..708], 181.5_f64.to_le_bytes());
     }
 
     #[test]

@@ -7,9 +7,9 @@ use core::fmt;
 use core::marker::PhantomData;
 use nalgebra::{ArrayStorage, SVector};
 use scphd::{
-    Clutter, Component, Config, ConstantVelocity, Dim, Extraction, FieldOfView, Informed, Likelihood, Locating,
-    ModelError, Motion, MovingConfig, Packed, Pose, PredictError, Probe, Proposal, Real, Reduction, ResetError, ScPhd,
-    ScanError, Sensor, SetupError, Twice,
+    Adaptive, Clutter, Component, Config, ConstantVelocity, Dim, Extraction, FieldOfView, Informed, Likelihood,
+    Locating, ModelError, Motion, MovingConfig, Online, Packed, Pose, PredictError, Probe, Proposal, Real, Reduction,
+    ResetError, ScPhd, ScanError, Sensor, SetupError, Twice,
 };
 
 /// A kind of stream that a filter on board can be set up for, with numbers of this type.
@@ -332,6 +332,18 @@ pub(crate) fn config<K: Kind, T: Real>(header: &Header<K>) -> Config<T> {
                 drawn: T::from_f64(recursion.proposal_drawn),
                 least_share: T::from_f64(recursion.proposal_least_share),
             }),
+        },
+        regularisation: T::from_f64(recursion.regularisation),
+        adaptive: (recursion.adaptive_error > 0.0).then(|| Adaptive {
+            error: T::from_f64(recursion.adaptive_error),
+            risk: T::from_f64(recursion.adaptive_risk),
+            least: recursion.adaptive_least as usize,
+            cell_m: T::from_f64(recursion.adaptive_cell_m),
+            cell_rad: T::from_f64(recursion.adaptive_cell_rad),
+        }),
+        online: Online {
+            detection_memory: T::from_f64(recursion.detection_memory),
+            clutter_memory: T::from_f64(recursion.clutter_memory),
         },
         likelihood: match header.likelihood {
             header::Likelihood::SingleCluster => Likelihood::SingleCluster,

@@ -23,7 +23,7 @@ struct Group {
     bound: Bound,
 }
 
-const CAR_PARK: Group = Group { logs: &["car_park"], bound: Bound::Metres(0.9) };
+const CAR_PARK: Group = Group { logs: &["car_park"], bound: Bound::Metres(0.15) };
 const MRCLAM: Group =
     Group { logs: &["mrclam_ds6_robot1", "mrclam_ds6_robot2", "mrclam_ds6_robot3"], bound: Bound::Metres(2.0) };
 const THESIS: Group = Group {

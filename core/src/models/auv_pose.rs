@@ -73,6 +73,10 @@ impl<T: Real> Pose<T, 5> for AuvPose<T> {
         }
     }
 
+    fn on_ground(&self) -> [T; 3] {
+        [self.x_m, self.y_m, self.yaw_rad]
+    }
+
     fn mean(weighted: impl Iterator<Item = (T, Self)>) -> Self {
         let mut mean = Self::ZERO;
         let (mut sine, mut cosine) = (T::ZERO, T::ZERO);

@@ -8,6 +8,11 @@ use nalgebra::SVector;
 pub trait Clutter<T: Real, const Z: usize> {
     /// ln κ(z), κ per unit of measurement space (1/(m·rad) for range and bearing); −∞ for none.
     fn ln_intensity(&self, measurement: &SVector<T, Z>) -> T;
+
+    /// λ, the number of false measurements to expect of a scan; zero where that is not known.
+    fn per_scan(&self) -> T {
+        T::ZERO
+    }
 }
 
 /// The same intensity everywhere in the window.
@@ -24,6 +29,7 @@ pub trait Clutter<T: Real, const Z: usize> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct UniformClutter<T> {
     ln_intensity: T,
+    per_scan: T,
 }
 
 impl<T: Real> UniformClutter<T> {
@@ -36,7 +42,7 @@ impl<T: Real> UniformClutter<T> {
         let (rate, measure) = (clutter_per_scan, window_measure);
         require(rate >= T::ZERO && rate.is_finite(), "clutter_per_scan", "finite and not negative")?;
         require(measure > T::ZERO && measure.is_finite(), "window_measure", "finite and positive")?;
-        Ok(Self { ln_intensity: (rate / measure).ln() })
+        Ok(Self { ln_intensity: (rate / measure).ln(), per_scan: rate })
     }
 
     /// κ, per unit of measurement space.
@@ -49,5 +55,9 @@ impl<T: Real> UniformClutter<T> {
 impl<T: Real, const Z: usize> Clutter<T, Z> for UniformClutter<T> {
     fn ln_intensity(&self, _measurement: &SVector<T, Z>) -> T {
         self.ln_intensity
+    }
+
+    fn per_scan(&self) -> T {
+        self.per_scan
     }
 }

@@ -22,6 +22,9 @@ pub trait Pose<T: Real, const K: usize>: Copy + PartialEq + Debug + Send + Sync 
     /// The weighted mean of poses with weights that sum to one; angles by their circular mean.
     fn mean(weighted: impl Iterator<Item = (T, Self)>) -> Self;
 
+    /// x and y, m, and heading, rad, whatever else there is: where the vehicle is on the ground.
+    fn on_ground(&self) -> [T; 3];
+
     /// Every coordinate finite.
     fn is_finite(&self) -> bool {
         self.coordinates().iter().all(|coordinate| coordinate.is_finite())
@@ -61,6 +64,10 @@ impl<T: Real> Pose<T, 3> for PlanarPose<T> {
     fn displaced(&self, by: &SVector<T, 3>) -> Self {
         let [[x, y, heading]] = by.data.0;
         Self::new(self.x_m + x, self.y_m + y, wrap(self.heading_rad + heading))
+    }
+
+    fn on_ground(&self) -> [T; 3] {
+        [self.x_m, self.y_m, self.heading_rad]
     }
 
     fn mean(weighted: impl Iterator<Item = (T, Self)>) -> Self {

@@ -34,11 +34,14 @@ struct Memory {
     extraction_weight: f64,
     /// Share of the informed proposal's covariance that is drawn.
     drawn: f64,
+    /// Scans that what is learnt of p_D lasts for.
+    detection_memory: f64,
 }
 
 /// Dense clutter: weights alone tell. A component is dropped at about what a false measurement leaves behind after one miss (at
 /// p_D = 0.95): a lighter one says less than the next measurement does, and they were most of the map. What has been seen but
-/// once and leaves the view lighter than half a feature was clutter; components within two standard deviations are one.
+/// once and leaves the view lighter than half a feature was clutter; components within two standard deviations are one. Particles
+/// are rarely where the vehicle is, so that they see less of their maps than the sensor does: how much is learnt.
 const DENSE: Memory = Memory {
     particles: 100,
     clutter_over_birth: 20.0,
@@ -50,6 +53,7 @@ const DENSE: Memory = Memory {
     extraction: Extraction::Peaks,
     extraction_weight: 0.0,
     drawn: 0.2,
+    detection_memory: 100.0,
 };
 
 /// Sparse clutter: what leaves the view and is not better known than from three measurements is forgotten, whatever it weighs;
@@ -67,6 +71,7 @@ const SPARSE: Memory = Memory {
     extraction: Extraction::Confirmed,
     extraction_weight: 0.08,
     drawn: 0.0,
+    detection_memory: 0.0,
 };
 
 /// w_m / w_b: most of what turns up stands still.
@@ -89,6 +94,13 @@ const SIMULATED_LEAST_SHARE: f64 = 0.02;
 const MERGE_COST: f64 = 0.7;
 /// Components in view. No view of the published logs needs half of it; it bounds the time of a scan gone wrong.
 const MAX_COMPONENTS: usize = 1000;
+
+/// Where the number of particles is adapted: Fox's risk, as few particles as any default has, and cells of half a metre and ten
+/// degrees.
+const ADAPTIVE_RISK: f64 = 0.01;
+const ADAPTIVE_LEAST: usize = 5;
+const ADAPTIVE_CELL_M: f64 = 0.5;
+const ADAPTIVE_CELL_RAD: f64 = 0.175;
 
 /// Births a scan where there is no clutter for them to be measured against.
 const BIRTHS_PER_SCAN: f64 = 0.1;
@@ -134,7 +146,7 @@ struct Unstated {
     least_share: f64,
 }
 
-/// A car with a wheel encoder and a steering sensor, outdoors.
+/// A car with a wheel encoder and a steering sensor, outdoors, among trees.
 const CAR: Unstated = Unstated {
     speed: (0.4, 0.03),
     turn: (0.0065, 0.02),
@@ -152,6 +164,22 @@ const CAR: Unstated = Unstated {
     drawn: Some(0.02),
     least_share: 0.02,
 };
+
+/// The same among posts and reflectors, which are the same from all sides: ranges are even better than stated, and bind
+/// the map from the first scan on. Bearings are not, for the vehicle turns while it scans.
+const CAR_AMONG_POSTS: Unstated = Unstated {
+    speed: (0.05, 0.01),
+    turn: (0.015, 0.03),
+    interval_s: 0.45,
+    inflation: (0.6, 3.0),
+    range_share: 0.45,
+    edges: (10.0, 0.15),
+    drawn: Some(0.005),
+    ..CAR
+};
+
+/// Who states a range noise below this, m, has posts in view, not trees.
+const POST_SIGMA_M: f64 = 0.2;
 
 /// A small robot that turns on the spot, indoors, where people and other robots are about. Its landmarks stand in groups, two
 /// decimetres apart, so that little is merged; and what moves is no feature, so that only what explains a good part of a
@@ -190,7 +218,7 @@ impl Settings {
     pub fn for_log(log: &Log) -> Self {
         let sensor = sensor(log);
         let measure = sensor.measure();
-        let unstated = unstated(&log.vehicle);
+        let unstated = unstated(log);
         let memory = memory(&sensor);
         let clutter_over_birth = if log.simulated { memory.clutter_over_birth } else { unstated.clutter_over_birth };
         let births =
@@ -202,6 +230,14 @@ impl Settings {
             samples: SAMPLES,
             birth_intensity: births / measure,
             resample_threshold: of(RESAMPLE_THRESHOLD, unstated.resample_threshold),
+            regularisation: 0.0,
+            adaptive_error: 0.0,
+            adaptive_risk: ADAPTIVE_RISK,
+            adaptive_least: ADAPTIVE_LEAST,
+            adaptive_cell_m: ADAPTIVE_CELL_M,
+            adaptive_cell_rad: ADAPTIVE_CELL_RAD,
+            detection_memory: of(memory.detection_memory, 0.0),
+            clutter_memory: 0.0,
             prune_weight: of(memory.prune_weight, unstated.prune_weight),
             unconfirmed_weight: of(memory.unconfirmed_weight, 0.0),
             confirming_detections: of(memory.confirming_detections, 1.0),
@@ -232,6 +268,10 @@ impl Settings {
     /// Leaves out what goes beyond the recursion of the thesis, and so has no counterpart in the reference.
     pub fn restrict_to_reference(&mut self) {
         self.filter.proposal = Proposal::Blind;
+        self.filter.regularisation = 0.0;
+        self.filter.adaptive_error = 0.0;
+        self.filter.detection_memory = 0.0;
+        self.filter.clutter_memory = 0.0;
         self.filter.unconfirmed_weight = 0.0;
         self.filter.confirmed_weight = 0.0;
         self.filter.extraction = Extraction::Heaviest;
@@ -251,8 +291,11 @@ fn memory(sensor: &SensorSettings) -> &'static Memory {
     if near < SPARSE_CLUTTER { &SPARSE } else { &DENSE }
 }
 
-fn unstated(vehicle: &Vehicle) -> &'static Unstated {
-    match vehicle {
+fn unstated(log: &Log) -> &'static Unstated {
+    match log.vehicle {
+        Vehicle::Ackermann { .. } if log.nominal.range_sigma_m.is_some_and(|sigma| sigma < POST_SIGMA_M) => {
+            &CAR_AMONG_POSTS
+        }
         Vehicle::Ackermann { .. } => &CAR,
         Vehicle::Unicycle | Vehicle::UnicycleArc => &ROBOT,
     }
@@ -260,7 +303,7 @@ fn unstated(vehicle: &Vehicle) -> &'static Unstated {
 
 fn vehicle(log: &Log) -> VehicleSettings {
     let nominal = &log.nominal;
-    let unstated = unstated(&log.vehicle);
+    let unstated = unstated(log);
     let turn = match log.vehicle {
         Vehicle::Ackermann { .. } => nominal.steering_sigma_rad,
         Vehicle::Unicycle | Vehicle::UnicycleArc => nominal.rate_sigma_radps,
@@ -279,7 +322,7 @@ fn vehicle(log: &Log) -> VehicleSettings {
 
 fn sensor(log: &Log) -> SensorSettings {
     let (window, nominal) = (&log.sensor, &log.nominal);
-    let unstated = unstated(&log.vehicle);
+    let unstated = unstated(log);
     let (range_inflation, bearing_inflation) = if log.simulated { (1.0, 1.0) } else { unstated.inflation };
     let range_sigma_m = (range_inflation * nominal.range_sigma_m.unwrap_or(RANGE_SIGMA_SHARE * window.range_max_m))
         .max(LEAST_RANGE_SIGMA_M);
@@ -333,6 +376,7 @@ mod tests {
         let mut log = scenario::survey(1);
         let dense = Settings::for_log(&log).filter;
         assert_eq!((dense.confirmed_weight, dense.merge_distance, dense.extraction), (0.0, 4.0, Extraction::Peaks));
+        assert!(dense.detection_memory > 0.0);
         // κ 9π σ_r σ_b of 20 false measurements a scan is 0.0131.
         log.nominal.clutter_per_scan = Some(20.0 * 0.0049 / 0.0131);
         let sparse = Settings::for_log(&log).filter;
@@ -341,6 +385,7 @@ mod tests {
         let mut thesis = Settings::for_log(&log);
         thesis.restrict_to_reference();
         assert_eq!((thesis.filter.confirmed_weight, thesis.filter.extraction_weight), (0.0, 0.0));
+        assert_eq!((thesis.filter.detection_memory, sparse.detection_memory), (0.0, 0.0));
         log.simulated = false;
         assert_eq!(Settings::for_log(&log).filter.confirmed_weight, 0.0);
     }
@@ -358,6 +403,13 @@ mod tests {
         assert_eq!(settings.check(), Ok(()));
         log.name = "another".into();
         assert_eq!(Settings::for_log(&log), settings);
+        // Posts, by the noise stated.
+        log.nominal.range_sigma_m = Some(0.1);
+        let posts = Settings::for_log(&log);
+        assert!(
+            (posts.sensor.range_sigma_m - 0.06).abs() < 1e-12 && posts.vehicle.turn_sigma > settings.vehicle.turn_sigma
+        );
+        assert_eq!(posts.check(), Ok(()));
     }
 
     #[test]

@@ -36,6 +36,22 @@ pub struct FilterSettings {
     pub birth_intensity: f64,
     /// Resample below this N_eff / N.
     pub resample_threshold: f64,
+    /// Width of the kernel that sets resampled particles apart, in that of the best for Gaussian densities; 0: none.
+    pub regularisation: f64,
+    /// ε of the number of particles that a resampling leaves; 0: always all.
+    pub adaptive_error: f64,
+    /// δ of the same.
+    pub adaptive_risk: f64,
+    /// Particles that it leaves at least.
+    pub adaptive_least: usize,
+    /// Side of the cells that it counts, m.
+    pub adaptive_cell_m: f64,
+    /// The same in heading, rad.
+    pub adaptive_cell_rad: f64,
+    /// Scans that what is learnt of p_D while running lasts for; 0: nothing is.
+    pub detection_memory: f64,
+    /// Scans that what is learnt of clutter while running lasts for; 0: nothing is.
+    pub clutter_memory: f64,
     /// Drop components below this weight.
     pub prune_weight: f64,
     /// A component is confirmed where it is better known than from this many measurements.

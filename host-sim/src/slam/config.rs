@@ -1,7 +1,7 @@
 //! From settings to the core's configuration.
 
 use crate::settings::{self, FilterSettings};
-use scphd::{Config, Extraction, Informed, Likelihood, Proposal, Real, Reduction};
+use scphd::{Adaptive, Config, Extraction, Informed, Likelihood, Online, Proposal, Real, Reduction};
 
 /// The recursion that the settings describe, for static features.
 pub(crate) fn config_of<T: Real>(filter: &FilterSettings) -> Config<T> {
@@ -11,6 +11,15 @@ pub(crate) fn config_of<T: Real>(filter: &FilterSettings) -> Config<T> {
         samples: filter.samples,
         birth_intensity: real(filter.birth_intensity),
         resample_threshold: real(filter.resample_threshold),
+        regularisation: real(filter.regularisation),
+        adaptive: (filter.adaptive_error > 0.0).then(|| Adaptive {
+            error: real(filter.adaptive_error),
+            risk: real(filter.adaptive_risk),
+            least: filter.adaptive_least,
+            cell_m: real(filter.adaptive_cell_m),
+            cell_rad: real(filter.adaptive_cell_rad),
+        }),
+        online: Online { detection_memory: real(filter.detection_memory), clutter_memory: real(filter.clutter_memory) },
         prune_weight: real(filter.prune_weight),
         confirming_detections: real(filter.confirming_detections),
         unconfirmed_weight: real(filter.unconfirmed_weight),

@@ -200,8 +200,8 @@ impl<
 > Transparent for CoreFilter<T, M, PARTICLES, CANDIDATES, PAGES, MAP_PAGES>
 {
     fn snapshot(&mut self) -> Result<Snapshot, Refusal> {
-        let particles = self.config.particles;
         self.with(|filter| {
+            let particles = filter.particles();
             let candidates = filter.candidates().iter().map(|candidate| Candidate {
                 pose: [candidate.pose.x_m, candidate.pose.y_m, candidate.pose.heading_rad].map(T::to_f64),
                 ln_weight: candidate.ln_weight.to_f64(),

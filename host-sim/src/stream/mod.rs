@@ -118,6 +118,14 @@ fn head<K: Kind>(filter: &FilterSettings, seed: u64, scalar: Scalar) -> Header<K
             proposal_rounds: f64::from(count(filter.proposal_rounds)),
             proposal_drawn: filter.proposal_drawn,
             proposal_least_share: filter.proposal_least_share,
+            regularisation: filter.regularisation,
+            adaptive_error: filter.adaptive_error,
+            adaptive_risk: filter.adaptive_risk,
+            adaptive_least: f64::from(count(filter.adaptive_least)),
+            adaptive_cell_m: filter.adaptive_cell_m,
+            adaptive_cell_rad: filter.adaptive_cell_rad,
+            detection_memory: filter.detection_memory,
+            clutter_memory: filter.clutter_memory,
         },
         ..Header::EMPTY
     }
