@@ -26,7 +26,7 @@ pub fn stream(args: StreamArgs) -> Result<(), Failure> {
     };
     let stream = if let Some(source) = underwater::source(&args.source, scenario_seed)? {
         let log = source.log(seed)?;
-        let settings = underwater::tuned(&log, &args.tuning)?;
+        let settings = underwater::tuned(source.defaults(&log), &args.tuning)?;
         write_underwater(&log, &settings, seed, scalar, scans).map_err(Failure::input)?
     } else {
         let (log, defaults) = if args.source.as_os_str() == WORST_CASE {

@@ -52,6 +52,14 @@ pub fn source(name: &Path, scenario_seed: Option<u64>) -> Result<Option<Source>,
 }
 
 impl Source {
+    /// The settings a log of this source is run with unless told otherwise: Table 7.1 for a scenario of the thesis.
+    pub fn defaults(&self, log: &Log) -> Settings {
+        match self {
+            Self::Fixed(_) => Settings::for_real_log(log),
+            Self::Scenario(..) => Settings::for_log(log),
+        }
+    }
+
     /// The log for a run with `seed`.
     pub fn log(&self, seed: u64) -> Result<Cow<'_, Log>, Failure> {
         match self {
@@ -63,9 +71,9 @@ impl Source {
     }
 }
 
-/// Settings that suit the log, then the settings file, then the command line.
-pub fn tuned(log: &Log, tuning: &Tuning) -> Result<Settings, Failure> {
-    let mut settings = Settings::for_log(log);
+/// `defaults`, then the settings file, then the command line.
+pub fn tuned(defaults: Settings, tuning: &Tuning) -> Result<Settings, Failure> {
+    let mut settings = defaults;
     if let Some(path) = &tuning.settings {
         settings = settings.with_file(path)?;
     }
@@ -88,7 +96,7 @@ fn chosen(choice: &Choice, mut settings: Settings) -> Settings {
 
 /// Prints the settings of a log or scenario.
 pub fn settings(source: &Source, tuning: &Tuning) -> Result<(), Failure> {
-    let settings = tuned(&*source.log(0)?, tuning)?;
+    let settings = tuned(source.defaults(&*source.log(0)?), tuning)?;
     let text = settings.to_toml().map_err(|error| Failure::Internal(error.to_string()))?;
     print(text.trim_end())
 }
@@ -109,13 +117,13 @@ pub fn run(sources: &[Source], args: RunArgs) -> Result<(), Failure> {
     let mut frames = 0;
     for (source, seed) in &runs {
         let log = source.log(*seed)?;
-        tuned(&log, &args.tuning)?;
+        tuned(source.defaults(&log), &args.tuning)?;
         frames += log.frames.len();
     }
     let (progress, done) = (Progress::new("underwater".into(), frames), AtomicUsize::new(0));
     let sessions = in_parallel(&runs, args.jobs.into(), |&(source, seed)| {
         let log = source.log(seed)?;
-        let settings = chosen(&choice, tuned(&log, &args.tuning)?);
+        let settings = chosen(&choice, tuned(source.defaults(&log), &args.tuning)?);
         let mut advance = |_| progress.at(done.fetch_add(1, Ordering::Relaxed) + 1);
         Ok(session::run(&log, &settings, choice.filter, seed, &mut advance)?)
     })?;
@@ -161,7 +169,7 @@ pub fn study(args: MonteCarloArgs) -> Result<(), Failure> {
     }
     let destination = Destination::of(args.shard, args.json, args.out)?;
     let log = source.log(args.seed)?;
-    let first = tuned(&log, &args.tuning)?;
+    let first = tuned(source.defaults(&log), &args.tuning)?;
     let names = choices.iter().map(|choice| choice.filter.name(chosen(choice, first.clone()).filter.likelihood).into());
     let plan = Plan {
         scenario: log.name.clone(),
@@ -179,7 +187,7 @@ pub fn study(args: MonteCarloArgs) -> Result<(), Failure> {
     let one = |job: &Job, filter: usize| -> Result<RunResult, Failure> {
         let choice = &choices[filter];
         let log = source.log(job.scenario_seed)?;
-        let settings = chosen(choice, tuned(&log, &args.tuning)?);
+        let settings = chosen(choice, tuned(source.defaults(&log), &args.tuning)?);
         let mut advance = |_| progress.at(done.fetch_add(1, Ordering::Relaxed) + 1);
         let session = session::run(&log, &settings, choice.filter, job.filter_seed, &mut advance)?;
         Ok(session::result(job, settings.filter.samples, session))
@@ -191,8 +199,9 @@ pub fn study(args: MonteCarloArgs) -> Result<(), Failure> {
 
 /// One of the figures 7.5 to 7.7: SC-PHD and RB-PHD SLAM over the same survey.
 pub fn figure<'n>(number: &'n str, args: &FigureArgs) -> Result<Vec<(&'n str, Figure)>, Failure> {
-    let log = Source::Scenario("girona-tank".into(), None).log(args.seed)?.into_owned();
-    let settings = tuned(&log, &args.tuning)?;
+    let source = Source::Scenario("girona-tank".into(), None);
+    let log = source.log(args.seed)?;
+    let settings = tuned(source.defaults(&log), &args.tuning)?;
     let filters = [FilterName::Core, FilterName::RbSingle];
     let mut runs = Vec::new();
     for name in filters {
@@ -221,7 +230,7 @@ pub fn compare(args: CompareArgs) -> Result<(), Failure> {
     }
     let outputs = Outputs { json: args.json, out: None };
     outputs.check()?;
-    let mut settings = tuned(&log, &args.tuning)?;
+    let mut settings = tuned(source.defaults(&log), &args.tuning)?;
     settings.filter.particles = args.tuning.particles.unwrap_or(compare::PARTICLES);
     settings.filter.samples = args.tuning.samples.unwrap_or(compare::SAMPLES);
     let mut compared = Vec::new();

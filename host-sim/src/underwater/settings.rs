@@ -130,6 +130,18 @@ impl Settings {
         settings
     }
 
+    /// For a log of a vehicle at sea: one particle whose pose stays the Gaussian that motion and scan agree on. Where little is in
+    /// sight for long, blind particles share out at random what the instruments leave open, and resampling keeps one of
+    /// them; the mean of all is nearer the truth.
+    #[must_use]
+    pub fn for_real_log(log: &Log) -> Self {
+        let mut settings = Self::for_log(log);
+        settings.filter.particles = 1;
+        settings.filter.proposal = Proposal::Informed;
+        settings.filter.proposal_drawn = 0.0;
+        settings
+    }
+
     /// Disparities at the ends of the range of depths, px, the least first.
     #[must_use]
     pub fn disparities_px(&self, log: &Log) -> [f64; 2] {
