@@ -116,6 +116,9 @@ impl<T: Real> MovingConfig<T> {
     }
 }
 
+/// Whether the crate has been built with what adapts while running: `regularisation`, `adaptive` and `online`.
+pub(crate) const ADAPTIVE: bool = cfg!(feature = "adaptive");
+
 impl<T: Real> Default for Config<T> {
     /// The figures of section 5.3.1 without moving features, with a birth intensity for about one new feature a scan in a 15 m
     /// circle. Pruning drops what a false measurement leaves behind after one miss at p_D = 0.95: where it is looked at again and
@@ -189,8 +192,13 @@ impl<T: Real> Config<T> {
             "regularisation",
             "finite and not negative",
         )?;
-        self.adaptive.map_or(Ok(()), |adaptive| adaptive.check())?;
-        self.online.check()?;
+        if ADAPTIVE {
+            self.adaptive.map_or(Ok(()), |adaptive| adaptive.check())?;
+            self.online.check()?;
+        } else {
+            let none = self.regularisation == zero && self.adaptive.is_none() && !self.online.learns();
+            require(none, "regularisation, adaptive, online", "left alone without the feature `adaptive`")?;
+        }
         require(self.prune_weight > zero && self.prune_weight < one, "prune_weight", "above 0 and below 1")?;
         require(
             self.unconfirmed_weight >= zero && self.unconfirmed_weight <= one,

@@ -380,6 +380,7 @@ fn a_probe_sees_the_stages_in_order_and_changes_nothing() {
 }
 
 /// Between one particle and all there are, with jitter and with what is learnt.
+#[cfg(feature = "adaptive")]
 #[test]
 fn particles_come_and_go_without_a_leak() {
     let mut state = Box::new(Roomy::new());

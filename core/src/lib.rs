@@ -29,6 +29,13 @@
 //! after it. `map/` holds the copy-on-write pages, `models/` the models. The recursion with all its choices is written
 //! out in `docs/recursion.md`.
 //!
+//! # Features
+//!
+//! * `adaptive`: regularised resampling, an adapted number of particles, p_D and clutter learnt while running
+//!   ([`Config::regularisation`], [`Config::adaptive`], [`Config::online`]). Without it they are refused, and take no flash.
+//! * `defmt`: `Format` for configuration, reports, health and errors.
+//! * `embedded-hal`: `StagePins`, a probe of the stages over output pins.
+//!
 //! # When memory runs short
 //!
 //! A map's update first tightens its pruning, in factors of four up to half a feature, then leaves out births, then
@@ -69,7 +76,7 @@ mod informed;
 mod likelihood;
 mod ln_sum;
 mod map;
-#[cfg(test)]
+#[cfg(all(test, feature = "adaptive"))]
 mod mismatch;
 mod models;
 #[cfg(test)]

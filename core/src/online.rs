@@ -4,6 +4,7 @@
 //! confirmed features that were there before the scan, so that a feature that is gone is missed but once, and clutter is what no
 //! feature explains. Both counts fade, and start as if the models had been right for a while.
 
+use crate::config::ADAPTIVE;
 use crate::confirmed::is_confirmed;
 use crate::map::Maps;
 use crate::scan::Scan;
@@ -93,12 +94,12 @@ impl<T: Real> Learnt<T> {
 
     /// The factor of p_D; exactly 1 where it is not learnt.
     pub(crate) fn detection_scale(&self, online: &Online<T>) -> T {
-        if online.detection_memory > T::ZERO { self.detections.mean() } else { T::ONE }
+        if ADAPTIVE && online.detection_memory > T::ZERO { self.detections.mean() } else { T::ONE }
     }
 
     /// The factor of κ; exactly 1 where it is not learnt.
     pub(crate) fn clutter_scale(&self, online: &Online<T>) -> T {
-        if online.clutter_memory > T::ZERO { self.clutter.mean() } else { T::ONE }
+        if ADAPTIVE && online.clutter_memory > T::ZERO { self.clutter.mean() } else { T::ONE }
     }
 
     /// Takes in what one scan showed.
@@ -114,6 +115,9 @@ impl<T: Real> Learnt<T> {
 /// p_D with the factor that was learnt.
 #[inline]
 pub(crate) fn scaled<T: Real>(detection: T, scale: T) -> T {
+    if !ADAPTIVE {
+        return detection;
+    }
     (detection * scale).at_most(detection.at_least(T::from_f64(SUREST)))
 }
 
@@ -127,6 +131,7 @@ pub(crate) struct Seen<T> {
 }
 
 /// What a scan shows to a pose, of that covariance if it is uncertain, over the map of a particle as it was before.
+#[inline(never)]
 pub(crate) fn seen<T, S, V, const K: usize, const D: usize, const E: usize, const Z: usize>(
     view: &View<'_, T, S, V, S::Frame>,
     spread: Option<&Symmetric<T, K>>,
@@ -148,12 +153,12 @@ where
     let bounds = view.bounds();
     for component in within(still, particle, &bounds) {
         if let Some(expectation) = blurred(view, spread, component) {
-            view.matches(&expectation, scan, |found| add(eta, found.index, found.ln_term));
+            view.add_terms(&expectation, scan, eta);
         }
     }
     for component in within(moving, particle, &bounds) {
         if let Some(expectation) = blurred(view, spread, component) {
-            view.matches(&expectation, scan, |found| add(eta, found.index, found.ln_term));
+            view.add_terms(&expectation, scan, eta);
         }
     }
     let mut detections = Ratio::ZERO;
@@ -175,13 +180,8 @@ where
     Seen { detections, clutter }
 }
 
-fn add<T: Real>(eta: &mut [LnSum<T>], index: usize, ln_term: T) {
-    if let Some(eta) = eta.get_mut(index) {
-        eta.add(ln_term);
-    }
-}
-
 /// What to expect of a component, with the uncertainty of the pose.
+#[inline(never)]
 fn blurred<T, S, V, const N: usize, const K: usize, const D: usize, const Z: usize>(
     view: &View<'_, T, S, V, S::Frame>,
     spread: Option<&Symmetric<T, K>>,
@@ -202,7 +202,7 @@ where
     Some(expectation.blurred(&blur))
 }
 
-#[cfg(test)]
+#[cfg(all(test, feature = "adaptive"))]
 mod tests {
     use super::{Ratio, scaled};
 

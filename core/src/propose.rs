@@ -187,12 +187,12 @@ where
             let still = || workspace.in_view().iter().map(|Entry { component, .. }| component);
             for component in still() {
                 let Some(sighted) = Sighted::new(&view, component, root, &posterior.covariance) else { continue };
-                add_terms(&view, &sighted.blurred, self.scan, self.eta);
+                view.add_terms(&sighted.blurred, self.scan, self.eta);
             }
             // What moves claims its measurements, but does not steer.
             for component in within(self.moving, particle, &view.bounds()) {
                 let Some(sighted) = Sighted::new(&view, component, root, &posterior.covariance) else { continue };
-                add_terms(&view, &sighted.blurred, self.scan, self.eta);
+                view.add_terms(&sighted.blurred, self.scan, self.eta);
             }
             let (mut information, mut pull) = (identity(), SVector::zeros());
             for component in still() {
@@ -257,23 +257,4 @@ where
         let blurred = sharp.blurred(&covariance.congruence(&slope));
         Some(Self { sharp, blurred, slope })
     }
-}
-
-/// Adds a component's terms to η_z.
-fn add_terms<T, S, V, F, const D: usize, const Z: usize>(
-    view: &View<'_, T, S, V, F>,
-    expectation: &Expectation<T, D, Z>,
-    scan: &Scan<'_, T, Z>,
-    eta: &mut [LnSum<T>],
-) where
-    T: Real,
-    S: crate::Sensor<T, D, Z, Frame = F>,
-    Dim<D>: Packed,
-    Dim<Z>: Packed,
-{
-    view.matches(expectation, scan, |found| {
-        if let Some(eta) = eta.get_mut(found.index) {
-            eta.add(found.ln_term);
-        }
-    });
 }

@@ -1,6 +1,7 @@
 //! From the weighed candidates to the particles that go on (5.2.2).
 
 use crate::candidate::Candidate;
+use crate::config::ADAPTIVE;
 use crate::resample::{one_child, systematic};
 use crate::{Config, Noise, Pose, Real};
 
@@ -47,7 +48,7 @@ pub(crate) fn select<T: Real, P: Pose<T, K>, const K: usize>(
             let survivors = survivors.get_mut(..particles).unwrap_or(&mut []);
             systematic(candidates.iter().map(|candidate| candidate.ln_weight.exp()), uniform, survivors);
         };
-        match config.adaptive {
+        match config.adaptive.filter(|_| ADAPTIVE) {
             None => draw(survivors, particles),
             Some(adaptive) => {
                 let most = config.particles;

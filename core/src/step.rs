@@ -1,6 +1,7 @@
 //! One scan, from top to bottom: drift, propose, weigh, select, update.
 
 use crate::candidate::{effective_number, reweigh};
+use crate::config::ADAPTIVE;
 use crate::drift::drift;
 use crate::executor::shares;
 use crate::online::seen;
@@ -114,7 +115,7 @@ where
         let selection = select(&weighed, config, &mut noise, survivors, selected);
         let survivors = survivors.get_mut(..selection.particles).unwrap_or(&mut []);
         let selected = selected.get_mut(..selection.particles).unwrap_or(&mut []);
-        if selection.resampled && config.regularisation > T::ZERO {
+        if ADAPTIVE && selection.resampled && config.regularisation > T::ZERO {
             // The maps are updated from where the particles were weighed.
             Kernel::of(candidates, selection.particles, config.regularisation).spread(selected, &mut noise);
         }
@@ -128,7 +129,8 @@ where
             candidates.get(usize::from(survivor)).map(|candidate| (look(&candidate.pose), spread))
         };
         // Learn from what the heaviest of them sees.
-        if config.online.learns()
+        if ADAPTIVE
+            && config.online.learns()
             && let Some(&survivor) = survivors.get(selection.heaviest)
             && let Some((view, spread)) = look_again(survivor)
         {

@@ -3,7 +3,7 @@
 use crate::online::scaled;
 use crate::scan::Scan;
 use crate::{
-    Bounds, Component, Correction, Dim, Expected, Factor, FieldOfView, Locating, Packed, Real, Sensor, Symmetric,
+    Bounds, Component, Correction, Dim, Expected, Factor, FieldOfView, LnSum, Locating, Packed, Real, Sensor, Symmetric,
 };
 use core::cell::Cell;
 use nalgebra::{SMatrix, SVector};
@@ -202,6 +202,25 @@ impl<T: Real, S, V, F> View<'_, T, S, V, F> {
             ln_detected_weight: component.ln_weight + detection.ln_detected,
             innovation_covariance: position_covariance.congruence(&expected.jacobian).plus(self.sensor.noise()),
         })
+    }
+
+    /// Adds a component's terms to η_z. Not where every component of every candidate comes by, so that it may be small.
+    #[inline(never)]
+    pub(crate) fn add_terms<const D: usize, const Z: usize>(
+        &self,
+        expectation: &Expectation<T, D, Z>,
+        scan: &Scan<'_, T, Z>,
+        eta: &mut [LnSum<T>],
+    ) where
+        S: Sensor<T, D, Z, Frame = F>,
+        Dim<D>: Packed,
+        Dim<Z>: Packed,
+    {
+        self.matches(expectation, scan, |found| {
+            if let Some(eta) = eta.get_mut(found.index) {
+                eta.add(found.ln_term);
+            }
+        });
     }
 
     /// Calls `found` for every measurement whose term in η_z is not negligible, in the order of the scan.

@@ -59,6 +59,8 @@ pub fn worst_case(particles: usize, samples: usize, measurements: usize) -> (Log
     settings.filter.birth_intensity = 1.0;
     settings.filter.resample_threshold = 0.0;
     settings.filter.prune_weight = 1e-6;
+    // Firmware is built without what adapts.
+    settings.filter.detection_memory = 0.0;
     settings.filter.merge_distance = 0.0;
     settings.filter.max_components = 65_536;
     settings.sensor.range_edge_m = 0.0;
