@@ -36,12 +36,8 @@ pub fn run(data: &Path) -> Result<(), String> {
 fn thesis_dynamic(scans: usize) -> Result<(Log, Settings), String> {
     const NAME: &str = "thesis-dynamic";
     let mut log = scenario::by_name(NAME, SEED).ok_or("the scenario is gone")?;
-    let run = scenario::thesis_run(NAME).ok_or("the scenario's settings are gone")?;
     log.scans.truncate(scans);
-    let mut settings = Settings::for_log(&log);
-    (settings.filter.particles, settings.filter.samples) = (run.particles, run.samples);
-    settings.filter.resample_threshold = run.resample_threshold;
-    settings.set_moving(run.moving);
+    let settings = Settings::for_scenario(NAME, &log);
     Ok((log, settings))
 }
 

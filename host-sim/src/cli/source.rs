@@ -59,7 +59,7 @@ impl Source {
     pub fn defaults(&self, log: &Log) -> Settings {
         match self {
             Self::Fixed(_) => Settings::for_log(log),
-            Self::Seeded(name) | Self::Frozen(name, _) => scenario_defaults(name, log),
+            Self::Seeded(name) | Self::Frozen(name, _) => Settings::for_scenario(name, log),
         }
     }
 
@@ -78,19 +78,6 @@ impl Source {
             Self::Seeded(name) => scenario(name, seed).map(Cow::Owned),
         }
     }
-}
-
-/// The settings a scenario is run with unless told otherwise: the recursion of the thesis and nothing beyond it.
-fn scenario_defaults(name: &str, log: &Log) -> Settings {
-    let mut settings = Settings::for_log(log);
-    settings.restrict_to_reference();
-    if let Some(run) = thesis_run(name) {
-        settings.filter.particles = run.particles;
-        settings.filter.samples = run.samples;
-        settings.filter.resample_threshold = run.resample_threshold;
-        settings.set_moving(run.moving);
-    }
-    settings
 }
 
 /// The log of a scenario with that seed.

@@ -9,6 +9,7 @@ use super::{
     VehicleSettings,
 };
 use crate::log::{Log, Vehicle};
+use crate::scenario::thesis_run;
 use std::f64::consts::PI;
 
 /// Samples M of every particle a prediction: one, because drawing more is paid for as more particles would be.
@@ -263,6 +264,21 @@ impl Settings {
             extraction_weight: MOVING_EXTRACTION_WEIGHT,
         };
         Self { filter, vehicle: vehicle(log), sensor, moving }
+    }
+
+    /// The settings a scenario is run with unless told otherwise: the recursion of the thesis and nothing beyond it, with what the
+    /// thesis says about its experiment.
+    #[must_use]
+    pub fn for_scenario(name: &str, log: &Log) -> Self {
+        let mut settings = Self::for_log(log);
+        settings.restrict_to_reference();
+        if let Some(run) = thesis_run(name) {
+            settings.filter.particles = run.particles;
+            settings.filter.samples = run.samples;
+            settings.filter.resample_threshold = run.resample_threshold;
+            settings.set_moving(run.moving);
+        }
+        settings
     }
 
     /// Leaves out what goes beyond the recursion of the thesis, and so has no counterpart in the reference.
