@@ -6,7 +6,7 @@ use serde::Deserialize;
 
 use super::figures::Figures;
 use crate::firmware::rig::Rig;
-use crate::firmware::streams::{Precision, Source};
+use crate::firmware::streams::{Precision, Source, Variant};
 
 /// One entry: what to measure, and what it may take.
 #[derive(Debug, Clone, Deserialize)]
@@ -24,9 +24,6 @@ pub struct Budget {
     pub instructions_per_scan_mean: u64,
     pub instructions_per_scan_worst: u64,
 }
-
-/// Marks a configuration that takes everything for static.
-const STATIC: &str = "-static";
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -48,13 +45,18 @@ fn parse(text: &str) -> Result<Vec<Budget>, String> {
 impl Budget {
     /// What to replay.
     pub fn source(&self) -> Source<'_> {
-        Source { what: &self.scenario, scans: self.scans, still: self.configuration.contains(STATIC) }
+        Source { what: &self.scenario, scans: self.scans, variant: self.variant() }
+    }
+
+    fn variant(&self) -> Variant {
+        let named = Variant::NAMED.into_iter().find(|variant| self.configuration.contains(variant.mark()));
+        named.unwrap_or(Variant::Plain)
     }
 
     /// The number type that the configuration ends with.
     pub fn precision(&self) -> Result<Precision, String> {
         let rig = Rig::of(&self.scenario);
-        let configuration = self.configuration.replace(STATIC, "");
+        let configuration = self.configuration.replace(self.variant().mark(), "");
         let found = rig.precisions.iter().find(|&&precision| configuration == rig.configuration(precision));
         found
             .copied()

@@ -7,19 +7,19 @@ use super::emulator;
 use super::image::{self, Extra};
 use super::output::{self, Replay};
 use super::rig::{PLANAR, Rig, UNDERWATER};
-use super::streams::{self, Precision, Source};
+use super::streams::{self, Precision, Source, Variant};
 use crate::process;
 use crate::steps::Outcome;
 use crate::toolchain::{self, Toolchain};
 
 /// A scenario without movers.
-const SURVEY: Source<'_> = Source { what: "survey", scans: 200, still: false };
+const SURVEY: Source<'_> = Source { what: "survey", scans: 200, variant: Variant::Plain };
 /// Scenarios, which are always there: nothing moves, all scans of one in which something does, and a dive, of whose frames each
 /// takes as long as several scans.
 const SCENARIOS: [Source<'_>; 3] = [
     SURVEY,
-    Source { what: "thesis-dynamic", scans: 301, still: false },
-    Source { what: "girona-tank", scans: 40, still: false },
+    Source { what: "thesis-dynamic", scans: 301, variant: Variant::Plain },
+    Source { what: "girona-tank", scans: 40, variant: Variant::Plain },
 ];
 /// Scans of the logs; double precision takes ten times as long where it has to be emulated.
 const LOG_SCANS: usize = 200;
@@ -41,7 +41,7 @@ fn compare() -> Result<String, String> {
     emulator::prepare()?;
     let toolchain = toolchain::find(&TARGETS)?;
     let (logs, missing) = logs();
-    let logs = logs.iter().map(|what| Source { what, scans: LOG_SCANS, still: false });
+    let logs = logs.iter().map(|what| Source { what, scans: LOG_SCANS, variant: Variant::Plain });
     let sources: Vec<Source<'_>> = SCENARIOS.into_iter().chain(logs).collect();
     let (mut failures, mut compared) = (Vec::new(), 0);
     failures.extend(driven_by_a_timer(&toolchain)?);

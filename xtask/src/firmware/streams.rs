@@ -28,6 +28,34 @@ impl Precision {
     }
 }
 
+/// How a source is taken.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Variant {
+    /// As its vehicle's firmware takes it.
+    Plain,
+    /// Everything is taken for static, also where something moves.
+    Static,
+    /// By few informed particles in place of many blind ones.
+    Informed,
+}
+
+impl Variant {
+    /// Those that a configuration names.
+    pub const NAMED: [Self; 2] = [Self::Static, Self::Informed];
+
+    /// What marks it in the name of a configuration, and of a stream.
+    pub fn mark(self) -> &'static str {
+        match self {
+            Self::Plain => "",
+            Self::Static => "-static",
+            Self::Informed => "-informed",
+        }
+    }
+}
+
+/// The settings of [`Variant::Informed`], particles included.
+const INFORMED: &str = "firmware/informed.toml";
+
 /// A stream to make: what it is of, and how much of it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Source<'a> {
@@ -35,8 +63,8 @@ pub struct Source<'a> {
     pub what: &'a str,
     /// Its first scans.
     pub scans: usize,
-    /// Everything is taken for static, also where something moves.
-    pub still: bool,
+    /// How it is taken.
+    pub variant: Variant,
 }
 
 /// Has the simulator write a stream.
@@ -44,18 +72,20 @@ pub fn make(source: Source<'_>, precision: Precision) -> Result<PathBuf, String>
     let dir = process::own_target_dir("streams");
     std::fs::create_dir_all(&dir).map_err(|error| format!("{}: {error}", dir.display()))?;
     let name = Path::new(source.what).file_name().unwrap_or_default().display();
-    let still = if source.still { "-static" } else { "" };
-    let path = dir.join(format!("{name}-{}{still}-{}.scphd", source.scans, precision.name()));
+    let mark = source.variant.mark();
+    let path = dir.join(format!("{name}-{}{mark}-{}.scphd", source.scans, precision.name()));
     let mut cargo = process::cargo();
     cargo.args(["run", "--quiet", "--package", "scphd-sim", "--", "stream", source.what]).arg(&path);
     cargo.args(["--scans", &source.scans.to_string(), "--precision", precision.name()]);
     let rig = Rig::of(source.what);
-    cargo.args(["--particles", &rig.particles.to_string(), "--samples", &rig.samples.to_string()]);
-    if source.still {
-        cargo.args(["--moving", "off"]);
+    if source.variant == Variant::Informed {
+        cargo.args(["--settings", INFORMED]);
+    } else {
+        cargo.args(["--particles", &rig.particles.to_string(), "--samples", &rig.samples.to_string()]);
+        cargo.args(rig.settings.map(|settings| ["--settings", settings]).into_iter().flatten());
     }
-    if let Some(settings) = rig.settings {
-        cargo.args(["--settings", settings]);
+    if source.variant == Variant::Static {
+        cargo.args(["--moving", "off"]);
     }
     process::run(&mut cargo)?;
     Ok(path)
