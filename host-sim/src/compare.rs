@@ -4,7 +4,7 @@
 use crate::events::{Event, events};
 use crate::log::Log;
 use crate::reference::{Candidate, Component, Particle, Reference, Selection, State, Weighing};
-use crate::settings::{Proposal, Settings};
+use crate::settings::Settings;
 use crate::slam::{Precision, Refusal, Snapshot, Transparent, core_filter, reference_of};
 use serde::Serialize;
 
@@ -98,20 +98,7 @@ pub fn compare(
     seed: u64,
     mut progress: impl FnMut(usize),
 ) -> Result<Comparison, Refusal> {
-    let filter = &settings.filter;
-    let beyond = [
-        ("unconfirmed_weight", filter.unconfirmed_weight),
-        ("confirmed_weight", filter.confirmed_weight),
-        ("regularisation", filter.regularisation),
-        ("adaptive_error", filter.adaptive_error),
-        ("detection_memory", filter.detection_memory),
-        ("clutter_memory", filter.clutter_memory),
-    ];
-    let beyond = beyond.iter().find(|(_, value)| *value > 0.0).map(|(field, _)| format!("filter.{field} = 0"));
-    let blind = || Some("filter.proposal = \"blind\"".to_owned()).filter(|_| filter.proposal != Proposal::Blind);
-    if let Some(needed) = blind().or(beyond) {
-        return Err(Refusal(format!("the reference is the recursion of the thesis alone; compare with {needed}")));
-    }
+    settings.filter.check_reference_has_all().map_err(Refusal)?;
     let reference = reference_of(settings, &log.vehicle);
     let mut filter = core_filter(settings, &log.vehicle, log.initial_pose, precision, seed)?;
     let mut comparison = Comparison { scans: Vec::with_capacity(log.scans.len()), overall: Differences::default() };

@@ -137,33 +137,25 @@ impl<T: Real> FieldOfView<T, StereoFrame<T>, 3, 4> for StereoFrustum<T> {
 mod tests {
     use super::super::stereo_camera::tests::camera;
     use super::{FieldOfView, FrustumLimits, StereoFrustum};
-    use crate::{AuvPose, Noise, Sensor};
+    use crate::{AuvPose, Noise, Real, Sensor};
     use nalgebra::{Vector3, Vector4};
 
-    const LIMITS: FrustumLimits<f64> = FrustumLimits {
-        width_px: 800.0,
-        height_px: 600.0,
-        edge_px: 20.0,
-        near_m: 0.5,
-        far_m: 5.0,
-        depth_edge_m: 0.2,
-        probability: 0.85,
-    };
-
-    const LIMITS_F32: FrustumLimits<f32> = FrustumLimits {
-        width_px: 800.0,
-        height_px: 600.0,
-        edge_px: 20.0,
-        near_m: 0.5,
-        far_m: 5.0,
-        depth_edge_m: 0.2,
-        probability: 0.85,
-    };
+    fn limits<T: Real>() -> FrustumLimits<T> {
+        FrustumLimits {
+            width_px: T::from_f64(800.0),
+            height_px: T::from_f64(600.0),
+            edge_px: T::from_f64(20.0),
+            near_m: T::from_f64(0.5),
+            far_m: T::from_f64(5.0),
+            depth_edge_m: T::from_f64(0.2),
+            probability: T::from_f64(0.85),
+        }
+    }
 
     #[test]
     fn the_probability_falls_at_the_rims_of_both_images_and_with_depth() {
         let camera = camera::<f64>(0.0);
-        let frustum = StereoFrustum::new(&camera, LIMITS).unwrap();
+        let frustum = StereoFrustum::new(&camera, limits()).unwrap();
         let frame = camera.frame(&AuvPose::new(0.0, 0.0, 0.0, 0.4));
         let deep = |depth: f64| frame.body.to_map(&Vector3::new(0.3, 0.0, -0.1 - depth));
         let at = |ul, vl, ur, depth| frustum.detection_probability(&frame, &deep(depth), &Vector4::new(ul, vl, ur, vl));
@@ -182,7 +174,7 @@ mod tests {
     #[test]
     fn every_position_in_view_is_in_the_bounds() {
         let camera = camera::<f64>(0.2);
-        let frustum = StereoFrustum::new(&camera, LIMITS).unwrap();
+        let frustum = StereoFrustum::new(&camera, limits()).unwrap();
         let pose = AuvPose { roll_rad: 0.2, pitch_rad: -0.3, ..AuvPose::new(50.0, -20.0, -3.0, 2.0) };
         let frame = camera.frame(&pose);
         let bounds = frustum.bounds(&frame);
@@ -205,7 +197,7 @@ mod tests {
     #[test]
     fn what_may_not_be_seen_is_out_of_view() {
         let camera = camera::<f32>(0.2);
-        let frustum = StereoFrustum::new(&camera, LIMITS_F32).unwrap();
+        let frustum = StereoFrustum::new(&camera, limits()).unwrap();
         let pose = AuvPose { roll_rad: 0.2, pitch_rad: -0.3, ..AuvPose::new(50.0_f32, -20.0, -3.0, 2.0) };
         let frame = camera.frame(&pose);
         let (mut noise, mut seen, mut passed) = (Noise::seeded(2), 0, 0);
@@ -235,11 +227,11 @@ mod tests {
     fn bad_limits_are_named() {
         let camera = camera::<f64>(0.0);
         let field = |limits| StereoFrustum::new(&camera, limits).unwrap_err().field;
-        assert_eq!(field(FrustumLimits { width_px: f64::NAN, ..LIMITS }), "width_px");
-        assert_eq!(field(FrustumLimits { near_m: 0.1, ..LIMITS }), "near_m");
-        assert_eq!(field(FrustumLimits { far_m: 0.4, ..LIMITS }), "far_m");
-        assert_eq!(field(FrustumLimits { probability: 1.0, ..LIMITS }), "probability");
-        let frustum = StereoFrustum::new(&camera, LIMITS).unwrap();
+        assert_eq!(field(FrustumLimits { width_px: f64::NAN, ..limits() }), "width_px");
+        assert_eq!(field(FrustumLimits { near_m: 0.1, ..limits() }), "near_m");
+        assert_eq!(field(FrustumLimits { far_m: 0.4, ..limits() }), "far_m");
+        assert_eq!(field(FrustumLimits { probability: 1.0, ..limits() }), "probability");
+        let frustum = StereoFrustum::new(&camera, limits()).unwrap();
         assert_eq!(frustum.measure(30.0, 130.0, 10.0), 800.0 * 600.0 * 100.0 * 20.0);
     }
 }

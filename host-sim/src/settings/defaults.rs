@@ -98,10 +98,10 @@ const MAX_COMPONENTS: usize = 1000;
 
 /// Where the number of particles is adapted: Fox's risk, as few particles as any default has, and cells of half a metre and ten
 /// degrees.
-const ADAPTIVE_RISK: f64 = 0.01;
-const ADAPTIVE_LEAST: usize = 5;
-const ADAPTIVE_CELL_M: f64 = 0.5;
-const ADAPTIVE_CELL_RAD: f64 = 0.175;
+pub(crate) const ADAPTIVE_RISK: f64 = 0.01;
+pub(crate) const ADAPTIVE_LEAST: usize = 5;
+pub(crate) const ADAPTIVE_CELL_M: f64 = 0.5;
+pub(crate) const ADAPTIVE_CELL_RAD: f64 = 0.175;
 
 /// Births a scan where there is no clutter for them to be measured against.
 const BIRTHS_PER_SCAN: f64 = 0.1;
@@ -212,6 +212,28 @@ const CIRCLE_SLACK_RAD: f64 = 1e-3;
 const GREATEST_DETECTION: f64 = 0.999;
 const LEAST_RANGE_SIGMA_M: f64 = 1e-3;
 const LEAST_BEARING_SIGMA_RAD: f64 = 1e-4;
+
+impl FilterSettings {
+    /// Whether the reference has all that is asked for; what [`Settings::restrict_to_reference`] leaves, it has.
+    ///
+    /// # Errors
+    /// Says what would have to be otherwise.
+    pub(crate) fn check_reference_has_all(&self) -> Result<(), String> {
+        let beyond = [
+            ("unconfirmed_weight", self.unconfirmed_weight),
+            ("confirmed_weight", self.confirmed_weight),
+            ("regularisation", self.regularisation),
+            ("adaptive_error", self.adaptive_error),
+            ("detection_memory", self.detection_memory),
+            ("clutter_memory", self.clutter_memory),
+        ];
+        let beyond = beyond.iter().find(|(_, value)| *value > 0.0).map(|(field, _)| format!("filter.{field} = 0"));
+        let blind = || Some("filter.proposal = \"blind\"".to_owned()).filter(|_| self.proposal != Proposal::Blind);
+        blind().or(beyond).map_or(Ok(()), |needed| {
+            Err(format!("the reference is the recursion of the thesis alone; compare with {needed}"))
+        })
+    }
+}
 
 impl Settings {
     /// Settings that suit `log`.

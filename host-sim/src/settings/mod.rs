@@ -1,7 +1,7 @@
 //! Everything a run can be tuned with, in one place: defaults derived from a log, then a TOML file, then the command
 //! line.
 
-mod defaults;
+pub(crate) mod defaults;
 pub(crate) mod file;
 mod limits;
 

@@ -8,7 +8,7 @@ use super::slam::{Snapshot, Transparent, core_filter, full};
 use crate::compare::Differences;
 use crate::reference::space::{self, Space};
 use crate::reference::{Component, Config, MovingConfig};
-use crate::settings::{Likelihood, Proposal};
+use crate::settings::Likelihood;
 use crate::slam::{Precision, Refusal};
 use scphd::{AuvControl, Reading};
 
@@ -69,8 +69,8 @@ pub fn reference_of(log: &Log, settings: &Settings) -> Space {
 /// number of frames done. To be run in a thread [with a roomy stack](crate::session::with_roomy_stack).
 ///
 /// # Errors
-/// The filter refuses the settings or a step, and says why; or its proposal or its likelihood is one that the reference does not have in
-/// space.
+/// The filter refuses the settings or a step, and says why; or they ask for what the reference does not have, in space any likelihood but
+/// the single-cluster one.
 pub fn compare(
     log: &Log,
     settings: &Settings,
@@ -79,10 +79,9 @@ pub fn compare(
     frames: usize,
     mut progress: impl FnMut(usize),
 ) -> Result<Differences, Refusal> {
-    if settings.filter.proposal != Proposal::Blind || settings.filter.likelihood != Likelihood::SingleCluster {
-        return Err(Refusal(
-            "in space the reference has the blind proposal and the single-cluster likelihood alone".into(),
-        ));
+    settings.filter.check_reference_has_all().map_err(Refusal)?;
+    if settings.filter.likelihood != Likelihood::SingleCluster {
+        return Err(Refusal("in space the reference has the single-cluster likelihood alone".into()));
     }
     let space = reference_of(log, settings);
     let mut filter = core_filter(log, settings, precision, seed)?;
@@ -201,6 +200,7 @@ fn compare_maps(after: &Snapshot, particle: usize, mut theirs: Vec<Component<3>>
 mod tests {
     use super::*;
     use crate::session::with_roomy_stack;
+    use crate::settings::{FilterSettings, Proposal};
     use crate::underwater::tank::girona_tank;
 
     fn compared(precision: Precision, change: impl FnOnce(&mut Settings)) -> Differences {
@@ -252,8 +252,14 @@ mod tests {
     #[test]
     fn what_the_reference_does_not_have_is_refused() {
         let log = girona_tank(1);
-        let mut settings = Settings::for_log(&log);
-        settings.filter.proposal = Proposal::Informed;
-        assert!(compare(&log, &settings, Precision::F64, 3, 1, |_| ()).is_err());
+        for change in [
+            (|filter| filter.proposal = Proposal::Informed) as fn(&mut FilterSettings),
+            |filter| filter.detection_memory = 10.0,
+            |filter| filter.likelihood = Likelihood::RbEmpty,
+        ] {
+            let mut settings = Settings::for_log(&log);
+            change(&mut settings.filter);
+            assert!(compare(&log, &settings, Precision::F64, 3, 1, |_| ()).is_err());
+        }
     }
 }

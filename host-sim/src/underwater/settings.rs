@@ -1,6 +1,7 @@
 //! What a run over an underwater log can be tuned with.
 
 use super::log::Log;
+use crate::settings::defaults::{ADAPTIVE_CELL_M, ADAPTIVE_CELL_RAD, ADAPTIVE_LEAST, ADAPTIVE_RISK};
 use crate::settings::{
     Extraction, FileError, FileProblem, FilterSettings, Likelihood, OutOfRange, Proposal, Reduction, file,
 };
@@ -104,10 +105,10 @@ impl Settings {
                 proposal_least_share: 0.05,
                 regularisation: 0.0,
                 adaptive_error: 0.0,
-                adaptive_risk: 0.01,
-                adaptive_least: 5,
-                adaptive_cell_m: 0.5,
-                adaptive_cell_rad: 0.175,
+                adaptive_risk: ADAPTIVE_RISK,
+                adaptive_least: ADAPTIVE_LEAST,
+                adaptive_cell_m: ADAPTIVE_CELL_M,
+                adaptive_cell_rad: ADAPTIVE_CELL_RAD,
                 detection_memory: 0.0,
                 clutter_memory: 0.0,
                 likelihood: Likelihood::SingleCluster,
