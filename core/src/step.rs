@@ -14,8 +14,8 @@ use crate::update::Update;
 use crate::view::{Detection, View};
 use crate::weigh::weigh;
 use crate::{
-    Clutter, Dim, Executor, FieldOfView, Health, Locating, Motion, Packed, Pose, Probe, Real, ScPhd, ScanError,
-    ScanReport, Sensor, Stage, Symmetric, Twice,
+    Clutter, Dim, Executor, FieldOfView, Health, Likelihood, Locating, Motion, Packed, Pose, Probe, Real, ScPhd,
+    ScanError, ScanReport, Sensor, Stage, Symmetric, Twice,
 };
 use core::cell::Cell;
 use nalgebra::SVector;
@@ -93,8 +93,12 @@ where
         // Weigh (4.52). Only ln L and the scratch η are written; the maps are those of the prediction.
         let candidates = candidates.get_mut(..particles * children).unwrap_or(&mut []);
         let (predicted, likelihood) = ((&*still, &*moving), config.likelihood);
+        let blurs = matches!(config.proposal, Proposal::Informed(informed) if informed.drawn < T::ONE);
+        // A lone candidate goes on whatever it weighs. The update will say so, and the map is looked at but once.
+        let lone = candidates.len() == 1 && likelihood == Likelihood::SingleCluster && !blurs;
         most_in_view.fill(0);
-        executor.run(shares(candidates, ln_likelihoods, eta, most_in_view), |share| {
+        let in_question = if lone { &[][..] } else { &*candidates };
+        executor.run(shares(in_question, ln_likelihoods, eta, most_in_view), |share| {
             let mut most_in_view = 0;
             for (offset, (candidate, ln_likelihood)) in share.candidates.iter().zip(share.ln_likelihoods).enumerate() {
                 let (view, parent) = (look(&candidate.pose), parent_of(share.first + offset));
@@ -104,8 +108,8 @@ where
             }
             *share.most_in_view = most_in_view.min(usize::from(u16::MAX)) as u16;
         });
-        let in_view = most_in_view.iter().copied().max().map_or(0, usize::from);
-        let ln_evidence = reweigh(candidates, ln_likelihoods);
+        let mut in_view = most_in_view.iter().copied().max().map_or(0, usize::from);
+        let mut ln_evidence = reweigh(candidates, ln_likelihoods);
         let n_eff = effective_number(candidates);
         probe.leave(Stage::Weigh);
 
@@ -123,7 +127,6 @@ where
 
         // Update (5.17–5.22): write the survivors' maps.
         probe.enter(Stage::Update);
-        let blurs = matches!(config.proposal, Proposal::Informed(informed) if informed.drawn < T::ONE);
         let look_again = |survivor| {
             let spread = if blurs { spreads.get(parent_of(usize::from(survivor))).copied() } else { None };
             candidates.get(usize::from(survivor)).map(|candidate| (look(&candidate.pose), spread))
@@ -141,6 +144,11 @@ where
         let update = Update { still, moving, eta, config, next_tag: &mut cursor.next_tag };
         let parent = |survivor| parent_of(usize::from(survivor));
         let tally = update.all(survivors, particles, parent, look_again, &scan, probe);
+        if lone && let Some(ln_likelihood) = ln_likelihoods.first_mut() {
+            *ln_likelihood += tally.last.ln_likelihood;
+            ln_evidence = Some(*ln_likelihood).filter(|ln_l| ln_l.is_finite()).unwrap_or(T::NEG_INFINITY);
+            in_view = tally.last.in_view;
+        }
         probe.leave(Stage::Update);
 
         // There may be more of them now than there were candidates.

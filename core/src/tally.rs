@@ -1,6 +1,7 @@
 //! Counts over the updates of one scan.
 
 use crate::Real;
+use crate::weigh::Weighed;
 
 /// What the updates of one scan did, over all maps of both kinds.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -27,6 +28,8 @@ pub(crate) struct Tally<T> {
     pub(crate) no_birth: usize,
     /// Σ w d² and Σ w over the detections kept: the normalised innovation squared and its weight.
     pub(crate) innovation: (T, T),
+    /// What the last of the maps says of its pose, as [`weigh`](crate::weigh::weigh) would have it.
+    pub(crate) last: Weighed<T>,
 }
 
 impl<T: Real> Tally<T> {
@@ -43,6 +46,7 @@ impl<T: Real> Tally<T> {
             repaired: 0,
             no_birth: 0,
             innovation: (T::ZERO, T::ZERO),
+            last: Weighed { ln_likelihood: T::ZERO, in_view: 0 },
         }
     }
 

@@ -1,13 +1,14 @@
 //! The update of the survivors' maps (5.17–5.22), after their weights are known.
 
 use crate::confirmed::is_confirmed;
+use crate::likelihood::{Likelihood, ln_likelihood};
 use crate::map::{Maps, PAGE_LEN};
 use crate::reduce::{heavier, keep_heaviest, merge_and_cap};
 use crate::scan::Scan;
 use crate::sort::BUCKETS;
 use crate::tally::Tally;
 use crate::view::View;
-use crate::weigh::reset_eta;
+use crate::weigh::{Seen, Weighed, reset_eta};
 use crate::workspace::{Entry, Origin, Workspace};
 use crate::{
     Bounds, Component, Config, Dim, FieldOfView, LnSum, Locating, Packed, Probe, Real, Sensor, Stage, Symmetric,
@@ -180,13 +181,18 @@ where
         Dim<Z>: Packed,
     {
         reset_eta(self.eta, sight.scan);
-        let regained_still = self.still.collect(task, self.config, sight, self.eta, tally);
+        let mut seen = Seen::NOTHING;
+        let regained_still = self.still.collect(task, self.config, sight, self.eta, &mut seen, tally);
         let first_birth = sight.first_tag.wrapping_add(sight.scan.len() as u32);
         for (index, birth) in sight.view.expected_births().enumerate() {
             let birth = Component { tag: first_birth.wrapping_add(index as u32), ..birth };
-            self.still.workspace.look_at(&birth, sight, self.eta, tally);
+            if let Some(probability) = self.still.workspace.look_at(&birth, sight, self.eta, tally) {
+                seen.add(probability, birth.ln_weight.exp());
+            }
         }
-        let regained_moving = self.moving.collect(task, self.config, sight, self.eta, tally);
+        let regained_moving = self.moving.collect(task, self.config, sight, self.eta, &mut seen, tally);
+        let ln_likelihood = ln_likelihood(Likelihood::SingleCluster, &sight.view, &seen, sight.scan, self.eta);
+        tally.last = Weighed { ln_likelihood, in_view: seen.in_view };
         for (eta, measurement) in self.eta.iter_mut().zip(sight.scan.iter()) {
             // From here on: by how much features lower the weight of whatever explains the measurement.
             *eta = LnSum::of(measurement.ln_reference() - eta.ln());
@@ -265,14 +271,14 @@ impl<T: Real, const N: usize> Workspace<'_, T, N>
 where
     Dim<N>: Packed,
 {
-    /// Adds what becomes of one component, and its terms to η_z; `false` where it is out of view.
+    /// Adds what becomes of one component, and its terms to η_z. Returns p_D; `None` where it is out of view.
     fn look_at<S, V, F, const K: usize, const D: usize, const Z: usize>(
         &mut self,
         component: &Component<T, N>,
         sight: &Sight<'_, T, S, V, F, K, D, Z>,
         eta: &mut [LnSum<T>],
         tally: &mut Tally<T>,
-    ) -> bool
+    ) -> Option<T>
     where
         S: Locating<T, K, D, Z> + Sensor<T, D, Z, Frame = F>,
         V: FieldOfView<T, F, D, Z>,
@@ -281,7 +287,7 @@ where
         Dim<Z>: Packed,
     {
         let Sight { view, spread, scan, .. } = sight;
-        let Some(mut expectation) = view.expect(component) else { return false };
+        let mut expectation = view.expect(component)?;
         let mut noise = *view.sensor.noise();
         if let Some(spread) = spread {
             let blur = view.blur(spread, &component.position::<D>(), &expectation.expected());
@@ -307,7 +313,7 @@ where
                 self.push(correction.apply(component, &found.innovation, ln_bound), origin);
             }
         });
-        true
+        Some(expectation.detection.probability)
     }
 }
 
@@ -325,6 +331,7 @@ where
         config: &Config<T>,
         sight: &Sight<'_, T, S, V, F, K, D, Z>,
         eta: &mut [LnSum<T>],
+        seen: &mut Seen<T, D>,
         tally: &mut Tally<T>,
     ) -> usize
     where
@@ -347,18 +354,19 @@ where
             let Some(page) = pool.get(id) else { return true };
             let outside = workspace.outside();
             // A page whose last component was dropped is not carried on.
-            let mut seen = page.components().is_empty();
+            let mut in_view = page.components().is_empty();
             if page.bounds().meets(bounds) {
-                for component in page.components() {
+                for (component, weight) in page.weighted() {
                     let near = bounds.holds(&component.position());
-                    if near && workspace.look_at(component, sight, eta, tally) {
-                        seen = true;
+                    if near && let Some(probability) = workspace.look_at(component, sight, eta, tally) {
+                        seen.add(probability, weight);
+                        in_view = true;
                     } else {
                         workspace.push_outside(*component);
                     }
                 }
             }
-            if seen {
+            if in_view {
                 workspace.retain_outside(outside, |component| {
                     component.ln_weight >= ln_unconfirmed || sight.confirms(component)
                 });
@@ -366,7 +374,7 @@ where
             } else {
                 workspace.forget_outside(outside);
             }
-            !seen
+            !in_view
         });
         regained
     }

@@ -8,7 +8,7 @@ use crate::view::View;
 use crate::{Bounds, Component, Dim, FieldOfView, LnSum, Packed, Real, Sensor};
 
 /// ln L of the scan from one pose over one predicted map, and how much of the map it saw.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Weighed<T> {
     /// ln L.
     pub(crate) ln_likelihood: T,
@@ -28,6 +28,20 @@ where
     pub(crate) in_view: usize,
     /// The static component in view that comes first, heaviest first; looked for only where the likelihood needs it.
     pub(crate) heaviest: Option<Component<T, D>>,
+}
+
+impl<T: Real, const D: usize> Seen<T, D>
+where
+    Dim<D>: Packed,
+{
+    pub(crate) const NOTHING: Self = Self { expected_detections: T::ZERO, in_view: 0, heaviest: None };
+
+    /// One more component in view, that is detected with this probability and has this weight.
+    #[inline(always)]
+    pub(crate) fn add(&mut self, probability: T, weight: T) {
+        self.in_view += 1;
+        self.expected_detections += probability * weight;
+    }
 }
 
 /// ln L and |V| of one candidate of `particle`, with η_z = κ(z) + Σ w_b + Σ_{j∈V} p_D,j w_j N(z; ẑ_j, S_j) (4.51, 5.19).
@@ -51,7 +65,7 @@ where
 {
     reset_eta(eta, scan);
     let bounds = view.bounds();
-    let mut seen = Seen { expected_detections: T::ZERO, in_view: 0, heaviest: None };
+    let mut seen = Seen::NOTHING;
     look_within(still, particle, &bounds, |component, weight| {
         let in_view = look_at(view, component, weight, scan, eta, &mut seen);
         if in_view && likelihood == Likelihood::SingleFeature {
@@ -129,8 +143,7 @@ where
     Dim<Z>: Packed,
 {
     let Some(expectation) = view.expect(component) else { return false };
-    seen.in_view += 1;
-    seen.expected_detections += expectation.detection.probability * weight;
+    seen.add(expectation.detection.probability, weight);
     view.matches(&expectation, scan, |found| {
         if let Some(eta) = eta.get_mut(found.index) {
             eta.add(found.ln_term);
