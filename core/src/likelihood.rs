@@ -20,7 +20,9 @@ pub enum Likelihood {
     SingleFeature,
 }
 
-/// ln L of the scan, up to the clutter rate λ, from what the candidate saw and the complete η_z.
+/// ln L of the scan, up to the clutter rate λ, from what the candidate saw and the complete η_z. Once for all who ask: it is not
+/// small.
+#[inline(never)]
 pub(crate) fn ln_likelihood<T, S, V, F, const D: usize, const Z: usize>(
     likelihood: Likelihood,
     view: &View<'_, T, S, V, F>,
@@ -66,7 +68,7 @@ where
 {
     let expected = view.sensor.expect(&view.frame, &feature.mean)?.measurement;
     let detection = view.field_of_view.detection_probability(&view.frame, &feature.mean, &expected);
-    let detection = scaled(detection, view.detection_scale).at_most(T::ONE - T::EPSILON);
+    let detection = scaled(detection, view.detection_scale);
     let noise = view.sensor.noise().factor()?;
     let (ln_missed, ln_detected) = ((T::ONE - detection).ln(), detection.ln());
     let (mut for_it, mut made_of_it) = (LnSum::of(ln_missed), LnSum::of(ln_missed));

@@ -112,13 +112,12 @@ impl<T: Real> Learnt<T> {
     }
 }
 
-/// p_D with the factor that was learnt.
+/// p_D with the factor that was learnt, and below 1: at 1 a missed component would weigh nothing, and its logarithm be −∞.
 #[inline]
 pub(crate) fn scaled<T: Real>(detection: T, scale: T) -> T {
-    if !ADAPTIVE {
-        return detection;
-    }
-    (detection * scale).at_most(detection.at_least(T::from_f64(SUREST)))
+    let learnt =
+        if ADAPTIVE { (detection * scale).at_most(detection.at_least(T::from_f64(SUREST))) } else { detection };
+    learnt.at_most(T::ONE - T::EPSILON)
 }
 
 /// What one scan showed to one particle.
@@ -226,6 +225,6 @@ mod tests {
         (0..1000).for_each(|_| ratio.learn(Ratio { happened: 0.0, expected: 50.0 }, 1e6));
         assert_eq!(ratio.mean(), 0.05);
         assert_eq!((scaled(0.9_f32, 20.0), scaled(0.999, 20.0), scaled(0.5, 0.5)), (0.99, 0.999, 0.25));
-        assert_eq!(scaled(0.123_f32, 1.0), 0.123);
+        assert_eq!((scaled(0.123_f32, 1.0), scaled(1.0_f32, 1.0)), (0.123, 1.0 - f32::EPSILON));
     }
 }

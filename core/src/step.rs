@@ -141,7 +141,7 @@ where
             let seen = seen(&view, spread.as_ref(), maps, &scan, config.confirming_detections, eta);
             cursor.learnt.learn(&seen, models.clutter.per_scan(), &config.online);
         }
-        let update = Update { still, moving, eta, config, next_tag: &mut cursor.next_tag };
+        let update = Update { still, moving, eta, config, weighs: lone, next_tag: &mut cursor.next_tag };
         let parent = |survivor| parent_of(usize::from(survivor));
         let tally = update.all(survivors, particles, parent, look_again, &scan, probe);
         if lone && let Some(ln_likelihood) = ln_likelihoods.first_mut() {

@@ -28,7 +28,7 @@ pub(crate) struct Tally<T> {
     pub(crate) no_birth: usize,
     /// Σ w d² and Σ w over the detections kept: the normalised innovation squared and its weight.
     pub(crate) innovation: (T, T),
-    /// What the last of the maps says of its pose, as [`weigh`](crate::weigh::weigh) would have it.
+    /// What the last of the maps says of its pose, as [`weigh`](crate::weigh::weigh) would have it, where that is asked for.
     pub(crate) last: Weighed<T>,
 }
 

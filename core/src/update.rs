@@ -91,6 +91,8 @@ where
     pub(crate) moving: &'a mut Maps<'s, T, E, D>,
     pub(crate) eta: &'a mut [LnSum<T>],
     pub(crate) config: &'a Config<T>,
+    /// Whether the tally is to tell how well the last of the survivors explains the scan.
+    pub(crate) weighs: bool,
     /// The tag of the scan's first measurement; afterwards the first that has not been given away.
     pub(crate) next_tag: &'a mut u32,
 }
@@ -191,8 +193,10 @@ where
             }
         }
         let regained_moving = self.moving.collect(task, self.config, sight, self.eta, &mut seen, tally);
-        let ln_likelihood = ln_likelihood(Likelihood::SingleCluster, &sight.view, &seen, sight.scan, self.eta);
-        tally.last = Weighed { ln_likelihood, in_view: seen.in_view };
+        if self.weighs {
+            let ln_likelihood = ln_likelihood(Likelihood::SingleCluster, &sight.view, &seen, sight.scan, self.eta);
+            tally.last = Weighed { ln_likelihood, in_view: seen.in_view };
+        }
         for (eta, measurement) in self.eta.iter_mut().zip(sight.scan.iter()) {
             // From here on: by how much features lower the weight of whatever explains the measurement.
             *eta = LnSum::of(measurement.ln_reference() - eta.ln());

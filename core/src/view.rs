@@ -40,8 +40,7 @@ pub(crate) struct Detection<T> {
 impl<T: Real> Detection<T> {
     /// The model's probability, times what was learnt, and its logarithms.
     pub(crate) fn of(modelled: T, scale: T) -> Self {
-        // Where p_D reaches 1 the missed component would weigh nothing, and its logarithm be −∞.
-        let probability = scaled(modelled, scale).at_most(T::ONE - T::EPSILON);
+        let probability = scaled(modelled, scale);
         Self { probability, modelled, ln_detected: probability.ln(), ln_missed: (T::ONE - probability).ln() }
     }
 }

@@ -35,7 +35,7 @@ where
     /// The components, each with its weight.
     #[inline]
     pub(crate) fn weighted(&self) -> impl Iterator<Item = (&Component<T, N>, T)> {
-        self.components().iter().zip(self.weights)
+        self.components().iter().zip(self.weights.iter().copied())
     }
 
     /// The box of their positions.
