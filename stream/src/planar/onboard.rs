@@ -10,16 +10,33 @@ use scphd::{
     UnicycleControl, UniformClutter,
 };
 
-const PARTICLES: usize = 32;
-const CANDIDATES: usize = 64;
-const PAGES: usize = 320;
-const MAP_PAGES: usize = 32;
-const MOVING_PAGES: usize = 96;
+/// Room for the particles of section 5.3.1.
+#[cfg(not(feature = "few-particles"))]
+mod room {
+    pub(super) const PARTICLES: usize = 32;
+    pub(super) const CANDIDATES: usize = 64;
+    pub(super) const PAGES: usize = 320;
+    pub(super) const MAP_PAGES: usize = 32;
+    pub(super) const MOVING_PAGES: usize = 96;
+    pub(super) const MOVING_VIEW: usize = 128;
+}
+
+/// Room for informed particles, which do not need samples.
+#[cfg(feature = "few-particles")]
+mod room {
+    pub(super) const PARTICLES: usize = 4;
+    pub(super) const CANDIDATES: usize = 4;
+    pub(super) const PAGES: usize = 176;
+    pub(super) const MAP_PAGES: usize = 40;
+    pub(super) const MOVING_PAGES: usize = 48;
+    pub(super) const MOVING_VIEW: usize = 160;
+}
+
+use room::{CANDIDATES, MAP_PAGES, MOVING_PAGES, MOVING_VIEW, PAGES, PARTICLES};
 const MOVING_MAP_PAGES: usize = 16;
 /// Measurements that a scan can have.
 pub const MEASUREMENTS: usize = 64;
 const VIEW: usize = 256;
-const MOVING_VIEW: usize = 128;
 /// Features of an estimated map.
 const FEATURES: usize = 128;
 

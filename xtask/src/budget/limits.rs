@@ -5,7 +5,6 @@ use std::path::Path;
 use serde::Deserialize;
 
 use super::figures::Figures;
-use crate::firmware::rig::Rig;
 use crate::firmware::streams::{Precision, Source, Variant};
 
 /// One entry: what to measure, and what it may take.
@@ -55,7 +54,7 @@ impl Budget {
 
     /// The number type that the configuration ends with.
     pub fn precision(&self) -> Result<Precision, String> {
-        let rig = Rig::of(&self.scenario);
+        let rig = self.source().rig();
         let configuration = self.configuration.replace(self.variant().mark(), "");
         let found = rig.precisions.iter().find(|&&precision| configuration == rig.configuration(precision));
         found

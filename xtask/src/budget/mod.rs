@@ -57,14 +57,14 @@ pub fn measure(wanted: impl Fn(&Budget) -> bool) -> Result<Vec<Figures>, String>
     let mut measured = Vec::new();
     for budget in &budgets {
         let (board, precision) = (board_of(budget)?, budget.precision()?);
-        let rig = Rig::of(&budget.scenario);
-        let key = (board.name, rig.image(precision));
+        let rig = budget.source().rig();
+        let key = (board.name, rig.configuration(precision));
         let (image, code) = match images.entry(key) {
             Entry::Occupied(built) => built.into_mut(),
             Entry::Vacant(place) => place.insert(built(&toolchain, board, rig, precision)?),
         };
         let stream = streams::make(budget.source(), precision)?;
-        let host = streams::on_host(&stream, precision, "release")?;
+        let host = streams::on_host(&stream, rig, precision, "release")?;
         let replay = Replay::parse(&emulator::run(board, image, &stream)?)?;
         if let Some(difference) = host.first_difference(&replay) {
             return Err(format!("{} on {} is not what the host computes: {difference}", budget.scenario, board.name));
@@ -76,7 +76,7 @@ pub fn measure(wanted: impl Fn(&Budget) -> bool) -> Result<Vec<Figures>, String>
 
 /// The image that is measured, and what its code says, and that of the image without output.
 fn built(toolchain: &Toolchain, board: &Board, rig: Rig, precision: Precision) -> Result<(Image, Code), String> {
-    let image = image::build(toolchain, board, &rig.image(precision), &Extra::default())?;
+    let image = image::build(toolchain, board, &rig.image(precision), &Extra { features: rig.room, flags: &[] })?;
     let features = &rig.proof_features(precision)[..];
     let bare = image::build(toolchain, board, PROOF, &Extra { features, flags: &[] })?;
     let code = Code { image: image.sizes()?, stack_bound: image.stack_bound()?, library: bare.library_flash()? };

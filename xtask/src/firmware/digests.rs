@@ -54,7 +54,7 @@ fn compare() -> Result<String, String> {
             let stream = streams::make(source, precision)?;
             let mut replays: Vec<(&str, Replay)> = Vec::new();
             for profile in PROFILES {
-                replays.push((profile, streams::on_host(&stream, precision, profile)?));
+                replays.push((profile, streams::on_host(&stream, *rig, precision, profile)?));
             }
             for (board, image) in &images {
                 let lines = emulator::run(board, image, &stream)?;
@@ -95,7 +95,7 @@ fn logs() -> (Vec<String>, Vec<String>) {
 fn driven_by_a_timer(toolchain: &Toolchain) -> Result<Option<String>, String> {
     let [board, ..] = &EMULATED;
     let stream = streams::make(SURVEY, Precision::F32)?;
-    let host = streams::on_host(&stream, Precision::F32, "release")?;
+    let host = streams::on_host(&stream, PLANAR, Precision::F32, "release")?;
     let image = image::build(toolchain, board, "vehicle-loop", &Extra::default())?;
     let run = Replay::parse(&emulator::run(board, &image, &stream)?)?;
     let (Some(last), Some(end)) = (host.scans.last(), &run.end) else { return Err("nothing to compare".into()) };

@@ -44,7 +44,8 @@ pub fn build(toolchain: &Toolchain, board: &Board, name: &str, extra: &Extra<'_>
     // The next board's build leaves its image in the same place.
     let dir = target_dir(toolchain);
     let built = dir.join(board.target).join("release").join(name);
-    let path = dir.join(format!("{}-{name}.elf", board.name));
+    let features = extra.features.iter().map(|feature| format!("-{feature}")).collect::<String>();
+    let path = dir.join(format!("{}-{name}{features}.elf", board.name));
     fs::copy(&built, &path).map_err(|error| format!("{}: {error}", built.display()))?;
     let elf = fs::read(&path).map_err(|error| format!("{}: {error}", path.display()))?;
     let image = Image { path, elf };

@@ -10,6 +10,8 @@ pub struct Rig {
     vehicle: &'static str,
     /// The features of `proof` that choose it.
     features: &'static [&'static str],
+    /// The features that choose how much room there is, in every image and on the host.
+    pub room: &'static [&'static str],
     /// Particles and samples of its streams: those that the firmware has room for.
     pub particles: usize,
     pub samples: usize,
@@ -25,6 +27,7 @@ pub struct Rig {
 pub const PLANAR: Rig = Rig {
     vehicle: "",
     features: &[],
+    room: &[],
     particles: 32,
     samples: 2,
     settings: None,
@@ -32,10 +35,21 @@ pub const PLANAR: Rig = Rig {
     boards: &EMULATED,
 };
 
+/// The same by few informed particles in place of many blind ones.
+pub const FEW: Rig = Rig {
+    room: &["few-particles"],
+    particles: 4,
+    samples: 1,
+    settings: Some("firmware/informed.toml"),
+    precisions: &[Precision::F32],
+    ..PLANAR
+};
+
 /// A vehicle under water.
 pub const UNDERWATER: Rig = Rig {
     vehicle: "underwater-",
     features: &["underwater"],
+    room: &[],
     particles: 64,
     samples: 1,
     settings: Some("firmware/girona-tank.toml"),
@@ -61,7 +75,7 @@ impl Rig {
     /// The features of `proof` for it.
     pub fn proof_features(&self, precision: Precision) -> Vec<&'static str> {
         let double = (precision == Precision::F64).then_some("double");
-        self.features.iter().copied().chain(double).collect()
+        self.features.iter().chain(self.room).copied().chain(double).collect()
     }
 
     /// As `64x1-f32`.
@@ -80,6 +94,7 @@ mod tests {
         assert_eq!(dive.image(Precision::F32), "replay-underwater-f32");
         assert_eq!(dive.configuration(Precision::F32), "64x1-f32");
         assert_eq!(dive.proof_features(Precision::F64), ["underwater", "double"]);
+        assert_eq!(FEW.configuration(Precision::F32), "4x1-f32");
         assert_eq!((Rig::of("survey"), PLANAR.image(Precision::F64).as_str()), (PLANAR, "replay-f64"));
     }
 }

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::output::Replay;
-use super::rig::Rig;
+use super::rig::{FEW, Rig};
 use crate::process;
 
 /// Number type of a filter.
@@ -53,9 +53,6 @@ impl Variant {
     }
 }
 
-/// The settings of [`Variant::Informed`], particles included.
-const INFORMED: &str = "firmware/informed.toml";
-
 /// A stream to make: what it is of, and how much of it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Source<'a> {
@@ -65,6 +62,13 @@ pub struct Source<'a> {
     pub scans: usize,
     /// How it is taken.
     pub variant: Variant,
+}
+
+impl Source<'_> {
+    /// The filter that it is fed to.
+    pub fn rig(&self) -> Rig {
+        if self.variant == Variant::Informed { FEW } else { Rig::of(self.what) }
+    }
 }
 
 /// Has the simulator write a stream.
@@ -77,13 +81,9 @@ pub fn make(source: Source<'_>, precision: Precision) -> Result<PathBuf, String>
     let mut cargo = process::cargo();
     cargo.args(["run", "--quiet", "--package", "scphd-sim", "--", "stream", source.what]).arg(&path);
     cargo.args(["--scans", &source.scans.to_string(), "--precision", precision.name()]);
-    let rig = Rig::of(source.what);
-    if source.variant == Variant::Informed {
-        cargo.args(["--settings", INFORMED]);
-    } else {
-        cargo.args(["--particles", &rig.particles.to_string(), "--samples", &rig.samples.to_string()]);
-        cargo.args(rig.settings.map(|settings| ["--settings", settings]).into_iter().flatten());
-    }
+    let rig = source.rig();
+    cargo.args(["--particles", &rig.particles.to_string(), "--samples", &rig.samples.to_string()]);
+    cargo.args(rig.settings.map(|settings| ["--settings", settings]).into_iter().flatten());
     if source.variant == Variant::Static {
         cargo.args(["--moving", "off"]);
     }
@@ -91,10 +91,11 @@ pub fn make(source: Source<'_>, precision: Precision) -> Result<PathBuf, String>
     Ok(path)
 }
 
-/// Replays a stream on the host, in a build of this profile.
-pub fn on_host(stream: &Path, precision: Precision, profile: &str) -> Result<Replay, String> {
+/// Replays a stream on the host, with the room that the filter has on board, in a build of this profile.
+pub fn on_host(stream: &Path, rig: Rig, precision: Precision, profile: &str) -> Result<Replay, String> {
     let mut cargo = process::cargo();
-    cargo.args(["run", "--quiet", "--package", "scphd-stream", "--profile", profile, "--", precision.name()]);
+    cargo.args(["run", "--quiet", "--package", "scphd-stream", "--profile", profile]);
+    cargo.args(["--features", &rig.room.join(","), "--", precision.name()]);
     let text = process::read(cargo.arg(stream))?;
     Replay::parse(&text.lines().map(str::to_owned).collect::<Vec<_>>())
 }
