@@ -280,7 +280,7 @@ fn summary(log: &Log, settings: &Settings, filter: Filter, seed: u64, run: &Run,
         static_position_error_median_m: aligned.and_then(|score| score.position_error_median_m),
         ln_evidence: run.consistency.ln_evidence(settings),
         nis_mean: run.consistency.innovation(),
-        nees_mean: consistency::of_position(scans),
+        nees_median: consistency::of_position(scans),
     }
 }
 

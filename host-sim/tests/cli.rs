@@ -38,7 +38,7 @@ const KEYS: [&str; 29] = [
     "static_position_error_median_m",
     "ln_evidence",
     "nis_mean",
-    "nees_mean",
+    "nees_median",
 ];
 
 /// What `--out` leaves for a single run.

@@ -103,7 +103,7 @@ fn single(source: &Source, args: RunArgs) -> Result<(), Failure> {
 fn main_job(job: MainJob) -> Result<(), Failure> {
     let seed = job.seed.seed;
     let log = scenario(MAIN_SCENARIO, job.scenario_seed.scenario_seed.unwrap_or(seed))?;
-    let mut defaults = Settings::for_log(&log);
+    let mut defaults = Settings::for_scenario(MAIN_SCENARIO, &log);
     defaults.filter.particles = MAIN_PARTICLES;
     let settings = tuned(defaults, &job.tuning)?;
     let outputs = Outputs { json: job.json, out: Some(job.out) };

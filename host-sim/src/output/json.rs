@@ -67,9 +67,9 @@ pub struct Summary {
     /// Squared innovations over what was expected of them (NIS over the measurement's dimension), mean over the scans with
     /// detections: 1 where noise and map are what the filter believes.
     pub nis_mean: Option<f64>,
-    /// Squared position errors over the filter's own covariance (NEES over 2), mean over the scans with truth: 1 where the
-    /// filter knows how wrong it is.
-    pub nees_mean: Option<f64>,
+    /// Squared position errors over the filter's own covariance (NEES over 2), median over the scans with truth: 0.7 where
+    /// the filter knows how wrong it is.
+    pub nees_median: Option<f64>,
 }
 
 /// JSON numbers lose bits above 2⁵³ in many readers; a string of digits does not.
@@ -142,7 +142,7 @@ pub(crate) mod tests {
             static_position_error_median_m: Some(0.11),
             ln_evidence: Some(-1234.5),
             nis_mean: Some(1.02),
-            nees_mean: Some(1.5),
+            nees_median: Some(1.5),
         }
     }
 
@@ -185,7 +185,7 @@ pub(crate) mod tests {
                 "static_position_error_median_m",
                 "ln_evidence",
                 "nis_mean",
-                "nees_mean",
+                "nees_median",
             ]
         );
         let value: serde_json::Value = serde_json::from_str(&text).unwrap();

@@ -1,6 +1,7 @@
 //! Whether the filter is as sure of itself as it may be: evidence, innovations, position errors over their covariance.
 
 use crate::record::ScanRecord;
+use crate::score::moving::median;
 use crate::settings::Settings;
 use crate::slam::ScanOutcome;
 
@@ -42,17 +43,17 @@ impl Consistency {
     }
 }
 
-/// Mean of eᵀ P⁻¹ e / 2 over the scans with truth, e the error of the position and P its covariance; `None` where there are
-/// none of them, or P is singular in all.
+/// Median of eᵀ P⁻¹ e / 2 over the scans with truth, e the error of the position and P its covariance; `None` where there are
+/// none of them, or P is singular in all. Not the mean: after a scan that leaves all weight to one of the particles P is next to
+/// nothing, and a few such scans would be all of it.
 #[must_use]
 pub fn of_position(scans: &[ScanRecord]) -> Option<f64> {
-    let normalised = scans.iter().filter_map(|scan| {
+    let of_scan = |scan: &ScanRecord| {
         let truth = scan.true_position?;
         let (ex, ey) = (scan.pose[0] - truth[0], scan.pose[1] - truth[1]);
         let [[a, b, _], [_, c, _], _] = scan.pose_covariance;
         let determinant = a * c - b * b;
         (determinant > 0.0).then(|| (c * ex * ex - 2.0 * b * ex * ey + a * ey * ey) / determinant / 2.0)
-    });
-    let (count, sum) = normalised.fold((0, 0.0), |(count, sum), x| (count + 1, sum + x));
-    (count > 0).then(|| sum / f64::from(count))
+    };
+    median(&scans.iter().filter_map(of_scan).collect::<Vec<_>>())
 }

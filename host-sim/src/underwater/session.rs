@@ -232,7 +232,7 @@ fn summary(
         static_position_error_median_m: matched.as_ref().and_then(|matched| median(&matched.distances)),
         ln_evidence: None,
         nis_mean: None,
-        nees_mean: None,
+        nees_median: None,
     }
 }
 
