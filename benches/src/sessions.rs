@@ -5,7 +5,7 @@ use scphd_sim::compare::compare;
 use scphd_sim::events::{Event, events};
 use scphd_sim::log::Log;
 use scphd_sim::session::{self, Filter, with_roomy_stack};
-use scphd_sim::settings::Settings;
+use scphd_sim::settings::{Proposal, Settings};
 use scphd_sim::slam::{Precision, Slam, core_filter};
 use scphd_sim::threads::Threads;
 use scphd_sim::{log_folder, scenario};
@@ -80,28 +80,42 @@ fn on_threads() -> Result<[Figure; 2], String> {
     Ok([Figure::new("threads_speedup", alone / together, "1"), Figure::new("threads", cores as f64, "1")])
 }
 
-fn over_log(data: &Path) -> Result<Option<Figure>, String> {
+fn over_log(data: &Path) -> Result<Vec<Figure>, String> {
     let folder = data.join(LOG);
     if !folder.is_dir() {
-        eprintln!("left out: victoria_park_times_real_time, for there is no {}", folder.display());
-        return Ok(None);
+        eprintln!("left out: all times over victoria_park, for there is no {}", folder.display());
+        return Ok(Vec::new());
     }
     let log = log_folder::read(&folder).map_err(|error| error.to_string())?;
-    let mut settings = Settings::for_log(&log);
-    settings.filter.particles = LOG_PARTICLES;
+    let by_default = Settings::for_log(&log);
+    let mut many = by_default.clone();
+    many.filter.particles = LOG_PARTICLES;
+    let mut blind = many.clone();
+    blind.filter.proposal = Proposal::Blind;
+    [
+        ("victoria_park_times_real_time", many),
+        ("victoria_park_blind_times_real_time", blind),
+        ("victoria_park_default_times_real_time", by_default),
+    ]
+    .into_iter()
+    .map(|(name, settings)| Ok(Figure::new(name, times_real_time(&log, &settings)?, "1")))
+    .collect()
+}
+
+/// The duration of a log over the time that a filter takes for it.
+fn times_real_time(log: &Log, settings: &Settings) -> Result<f64, String> {
     let (Some(first), Some(last)) = (log.scans.first(), log.scans.last()) else {
         return Err("a log without scans".into());
     };
     let mut least = Duration::MAX;
     for _ in 0..RUNS {
         let time = with_roomy_stack(|| -> Result<Duration, String> {
-            let filter = core_filter(&settings, &log.vehicle, log.initial_pose, Precision::F32, SEED);
-            drive(&log, &mut *filter.map_err(|refusal| refusal.to_string())?)
+            let filter = core_filter(settings, &log.vehicle, log.initial_pose, Precision::F32, SEED);
+            drive(log, &mut *filter.map_err(|refusal| refusal.to_string())?)
         });
         least = least.min(time.map_err(|error| error.to_string())??);
     }
-    let times = (last.t_s - first.t_s) / least.as_secs_f64();
-    Ok(Some(Figure::new("victoria_park_times_real_time", times, "1")))
+    Ok((last.t_s - first.t_s) / least.as_secs_f64())
 }
 
 /// The time that a filter takes for all of a log.

@@ -1,7 +1,7 @@
 //! What the figures of `cargo xtask bench` mean.
 
 /// Name and definition of every figure.
-pub const DEFINITIONS: [(&str, &str); 18] = [
+pub const DEFINITIONS: [(&str, &str); 23] = [
     (
         "rfs_slam_like_scan_us",
         "time of a scan on the host (here and below the median of criterion's samples), f32, one thread: 200 particles of one sample, 50 landmarks, 9.8 measurements a \
@@ -40,6 +40,11 @@ pub const DEFINITIONS: [(&str, &str); 18] = [
         "time from the first to the last scan of the log victoria_park over the time that all its predictions, scans and \
          estimated poses take, 100 particles, f32, one thread",
     ),
+    ("victoria_park_blind_times_real_time", "the same by the blind proposal"),
+    (
+        "victoria_park_default_times_real_time",
+        "the same with the settings that follow from the log, which have five particles",
+    ),
     (
         "threads_speedup",
         "thesis-dynamic with 512 particles x 2, f32, first 40 scans: mean time of a scan on one thread over that on all cores",
@@ -49,7 +54,13 @@ pub const DEFINITIONS: [(&str, &str); 18] = [
     ("cortex_m7_instructions_worst", "the same: worst scan"),
     ("cortex_m4f_instructions_mean", "instructions of a scan, thesis-dynamic, 32 x 2, f32, mps2-an386 in QEMU: mean"),
     ("cortex_m4f_instructions_worst", "the same: worst scan"),
-    ("state_bytes", "RAM of the filter of the figures before, a scan on its way in and a map on its way out included"),
+    (
+        "cortex_m7_informed_instructions_mean",
+        "the same by four informed particles, firmware/informed.toml, mps2-an500: mean",
+    ),
+    ("cortex_m7_informed_instructions_worst", "the same: worst scan"),
+    ("informed_state_bytes", "RAM of the filter of the two figures before, as of the next"),
+    ("state_bytes", "RAM of the filter of 32 x 2, a scan on its way in and a map on its way out included"),
     ("stack_bytes", "the deepest stack of the same on the M7, by its paint"),
     ("library_flash_bytes", "flash of the library on the M7"),
 ];
