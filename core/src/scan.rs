@@ -143,44 +143,36 @@ impl<'s, T: Real, const Z: usize> Scan<'s, T, Z> {
         Dim<Z>: Packed,
     {
         let centre = coordinate(expected, S::SORTED_BY);
-        if S::SORTED_BY_ANGLE {
-            let len = self.len();
-            for place in self.places_around(centre, reach) {
-                let place = if place < len { place } else { place - len };
-                if let Some(measurement) = self.measurements.get(place) {
-                    found((place, measurement));
-                }
-            }
-        } else {
-            let places = self.start(centre - reach)..self.end(centre + reach);
+        let (low, high) = (centre - reach, centre + reach);
+        let crosses = S::SORTED_BY_ANGLE && (low <= -T::PI || high > T::PI);
+        let (mut places, mut rest) =
+            if crosses { self.places_across(low, high) } else { (self.start(low)..self.end(high), 0..0) };
+        loop {
             let first = places.start;
             for (offset, measurement) in self.measurements.get(places).unwrap_or(&[]).iter().enumerate() {
                 found((first + offset, measurement));
             }
+            if rest.is_empty() {
+                return;
+            }
+            places = core::mem::replace(&mut rest, 0..0);
         }
     }
 
-    /// The places of those measurements around a circle. A window that crosses the cut continues past the last place with the
-    /// first.
-    #[inline(always)]
-    fn places_around(&self, centre: T, reach: T) -> Range<usize> {
-        let (low, high) = (centre - reach, centre + reach);
-        if low <= -T::PI || high > T::PI { self.places_across(low, high) } else { self.start(low)..self.end(high) }
-    }
-
-    /// The same for a window that crosses the cut.
+    /// The places of those measurements around a circle, for a window that crosses the cut: up to the last place, and on from
+    /// the first.
     #[inline(never)]
-    fn places_across(&self, low: T, high: T) -> Range<usize> {
+    fn places_across(&self, low: T, high: T) -> (Range<usize>, Range<usize>) {
         let (len, turn) = (self.len(), T::PI + T::PI);
         if high - low >= turn {
-            return 0..len;
+            return (0..len, 0..0);
         }
         let (start, end) = if low <= -T::PI {
             (self.start(low + turn), self.end(high))
         } else {
             (self.start(low), self.end(high - turn))
         };
-        start..len + end.min(start)
+        (start..len, 0..end.min(start))
     }
 
     /// A place that no measurement at or above `bound` is before.

@@ -251,12 +251,20 @@ impl<T: Real, S, V, F> View<'_, T, S, V, F> {
         let farthest_along = SVector::<T, Z>::from_fn(|k, _| farthest * covariance.get(k, k));
         let reach = farthest_along.get(S::SORTED_BY).map_or(T::ZERO, |&squared| squared.sqrt_above());
         let mut sharpness = None;
+        let along = |z: &SVector<T, Z>, k: usize| z.get(k).copied().unwrap_or(T::ZERO);
+        let sifted_by = S::SIFTED_BY.map(|k| (k, along(&expectation.measurement, k), along(&farthest_along, k)));
         scan.near::<S, D>(&expectation.measurement, reach, |(index, measured)| {
+            if let Some((k, expected, farthest)) = sifted_by {
+                let apart = along(&measured.z, k) - expected;
+                if apart * apart > farthest {
+                    return;
+                }
+            }
             let innovation = self.sensor.innovation(&measured.z, &expectation.measurement);
             let too_far = |(_, (&along, &farthest)): (usize, (&T, &T))| along * along > farthest;
             let mut coordinates = innovation.iter().zip(farthest_along.iter()).enumerate();
             // The sorting coordinate last: the places near have settled it for nearly all.
-            if coordinates.clone().filter(|&(k, _)| k != S::SORTED_BY).any(too_far)
+            if coordinates.clone().filter(|&(k, _)| k != S::SORTED_BY && Some(k) != S::SIFTED_BY).any(too_far)
                 || coordinates.nth(S::SORTED_BY).is_some_and(too_far)
             {
                 return;

@@ -80,6 +80,7 @@ impl<T: Real> Sensor<T, 2, 2> for RangeBearing<T> {
 
     const SORTED_BY: usize = 1;
     const SORTED_BY_ANGLE: bool = true;
+    const SIFTED_BY: Option<usize> = Some(0);
 
     fn frame(&self, pose: &Self::Pose) -> Self::Frame {
         PlanarFrame::of(pose)

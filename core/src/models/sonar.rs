@@ -119,6 +119,7 @@ impl<T: Real> Sensor<T, 3, 3> for RangeBearingElevation<T> {
 
     const SORTED_BY: usize = 1;
     const SORTED_BY_ANGLE: bool = true;
+    const SIFTED_BY: Option<usize> = Some(0);
 
     fn frame(&self, pose: &Self::Pose) -> Self::Frame {
         BodyFrame::of(pose)

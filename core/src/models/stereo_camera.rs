@@ -250,6 +250,8 @@ impl<T: Real> Sensor<T, 3, 4> for StereoCamera<T> {
     /// The column in the left image: images are wider than high.
     const SORTED_BY: usize = 0;
     const SORTED_BY_ANGLE: bool = false;
+    /// The row.
+    const SIFTED_BY: Option<usize> = Some(1);
 
     fn frame(&self, pose: &Self::Pose) -> Self::Frame {
         let body = BodyFrame::of(pose);
