@@ -30,40 +30,56 @@ pub(crate) fn shell_sort<I: Copy>(items: &mut [I], comes_before: impl Fn(&I, &I)
     }
 }
 
-/// Buckets of a [`bucket_sort`].
+/// Buckets to order places by.
 pub(crate) const BUCKETS: usize = 256;
+const PER_WORD: usize = u32::BITS as usize;
 
-/// Writes `items` to `sorted`, which must be as long, in the order of their buckets, below [`BUCKETS`]; within a bucket they stay in
-/// the order they came in. Linear.
-pub(crate) fn bucket_sort<I: Copy>(
-    items: impl Iterator<Item = I> + Clone,
-    bucket: impl Fn(&I) -> usize,
-    sorted: &mut [I],
-) {
-    let mut next = [0_u16; BUCKETS];
-    for item in items.clone() {
-        if let Some(count) = next.get_mut(bucket(&item)) {
-            *count += 1;
-        }
+/// For every bucket a list of places, linked in memory of the caller's. Linear in the places, however many buckets are empty.
+#[derive(Debug)]
+pub(crate) struct Buckets {
+    /// The first place of every bucket that is occupied.
+    first: [u16; BUCKETS],
+    /// One bit for each.
+    occupied: [u32; BUCKETS / PER_WORD],
+    /// Words of those up to the last that has any.
+    words: usize,
+}
+
+impl Buckets {
+    pub(crate) const EMPTY: Self = Self { first: [0; BUCKETS], occupied: [0; BUCKETS / PER_WORD], words: 0 };
+
+    /// Puts a place at the head of a bucket's list; what comes next in that, if anything.
+    #[inline]
+    pub(crate) fn push(&mut self, bucket: usize, place: u16) -> Option<u16> {
+        let word = self.occupied.get_mut(bucket / PER_WORD)?;
+        let first = self.first.get_mut(bucket)?;
+        let bit = 1 << (bucket % PER_WORD);
+        let next = (*word & bit != 0).then_some(*first);
+        *word |= bit;
+        self.words = self.words.max(bucket / PER_WORD + 1);
+        *first = place;
+        next
     }
-    let mut sum = 0;
-    for place in &mut next {
-        let count = *place;
-        *place = sum;
-        sum += count;
-    }
-    for item in items {
-        let Some(place) = next.get_mut(bucket(&item)) else { continue };
-        if let Some(slot) = sorted.get_mut(usize::from(*place)) {
-            *slot = item;
+
+    /// Shows `visit` the heads of all lists, in the order of the buckets.
+    #[inline]
+    pub(crate) fn heads(&self, mut visit: impl FnMut(u16)) {
+        for (word, &occupied) in self.occupied.iter().take(self.words).enumerate() {
+            let mut left = occupied;
+            while left != 0 {
+                let bucket = word * PER_WORD + left.trailing_zeros() as usize;
+                left &= left - 1;
+                if let Some(&first) = self.first.get(bucket) {
+                    visit(first);
+                }
+            }
         }
-        *place += 1;
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{BUCKETS, bucket_sort, shell_sort};
+    use super::{BUCKETS, Buckets, shell_sort};
     use std::vec::Vec;
 
     #[test]
@@ -85,11 +101,19 @@ mod tests {
 
     #[test]
     fn buckets_come_in_order_and_keep_theirs() {
-        let items: Vec<(usize, usize)> = (0..300_usize).map(|k| (k * 7919 % BUCKETS, k)).collect();
-        let mut sorted = items.clone();
-        bucket_sort(items.iter().copied(), |item| item.0, &mut sorted);
-        let mut expected = items;
-        expected.sort_by_key(|item| item.0);
-        assert_eq!(sorted, expected);
+        for count in [0, 1, 40, 300_usize] {
+            let bucket = |place: usize| place * 7919 % BUCKETS;
+            let mut buckets = Buckets::EMPTY;
+            let mut next = std::vec![None; count];
+            for place in (0..count).rev() {
+                next[place] = buckets.push(bucket(place), place as u16);
+            }
+            let list = |first| core::iter::successors(Some(first), |&place: &u16| next[usize::from(place)]);
+            let mut found = Vec::new();
+            buckets.heads(|first| found.extend(list(first)));
+            let mut expected: Vec<u16> = (0..count as u16).collect();
+            expected.sort_by_key(|&place| bucket(usize::from(place)));
+            assert_eq!(found, expected);
+        }
     }
 }

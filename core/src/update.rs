@@ -360,8 +360,9 @@ where
             // A page whose last component was dropped is not carried on.
             let mut in_view = page.components().is_empty();
             if page.bounds().meets(bounds) {
+                let within = bounds.covers(page.bounds());
                 for (component, weight) in page.weighted() {
-                    let near = bounds.holds(&component.position());
+                    let near = within || bounds.holds(&component.position());
                     if near && let Some(probability) = workspace.look_at(component, sight, eta, tally) {
                         seen.add(probability, weight);
                         in_view = true;
@@ -475,7 +476,7 @@ where
                 tally.lost += chunk.len();
                 continue;
             };
-            let components = chunk.iter().filter_map(|link| entries.get(usize::from(link.next)));
+            let components = chunk.iter().filter_map(|ranked| entries.get(usize::from(ranked.entry)));
             page.fill(components.map(|entry| &entry.component));
             if !self.table.push_updated(particle, id) {
                 self.pool.release(id);
@@ -487,6 +488,7 @@ where
 
 /// Bits of each coordinate along the Morton curve.
 const fn morton_bits<const D: usize>() -> u32 {
+    assert!(D > 1, "a cell of one axis alone does not fit the table of four bits");
     BUCKETS.ilog2() / D as u32
 }
 
@@ -499,16 +501,30 @@ fn morton_cells<T: Real, const D: usize>(bounds: &Bounds<T, D>) -> SVector<T, D>
 /// Place of a position along a Morton curve over `bounds`, as a [bucket](BUCKETS).
 #[inline]
 fn morton<T: Real, const D: usize>(position: &SVector<T, D>, bounds: &Bounds<T, D>, per_unit: &SVector<T, D>) -> usize {
-    let bits = const { morton_bits::<D>() };
     let places = (position - bounds.low).component_mul(per_unit);
     let mut key = 0;
     for (axis, place) in places.iter().enumerate() {
-        let cell = place.to_i32().clamp(0, (1 << bits) - 1).unsigned_abs();
-        for bit in 0..bits {
-            key |= (cell >> bit & 1) << (bit * D as u32 + axis as u32);
-        }
+        let cell = place.to_i32().clamp(0, (1 << const { morton_bits::<D>() }) - 1).unsigned_abs();
+        let spread = const { spread::<D>() };
+        key |= usize::from(spread.get(cell as usize).copied().unwrap_or(0)) << axis;
     }
-    key as usize
+    key
+}
+
+/// The bits of every cell along an axis, D apart.
+#[expect(clippy::indexing_slicing, reason = "evaluated by the compiler alone")]
+const fn spread<const D: usize>() -> [u8; 16] {
+    let mut spread = [0; 16];
+    let mut cell = 0;
+    while cell < spread.len() {
+        let mut bit = 0;
+        while bit < morton_bits::<D>() {
+            spread[cell] |= ((cell >> bit & 1) << (bit * D as u32)) as u8;
+            bit += 1;
+        }
+        cell += 1;
+    }
+    spread
 }
 
 /// The survivors in runs of equal ones. The standard library's `chunk_by` has a panic that the compiler cannot see to

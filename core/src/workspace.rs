@@ -1,7 +1,7 @@
 //! Scratch for the update of one map: the components in view after the update, before they are written back.
 
-use crate::neighbours::Linked;
-use crate::sort::bucket_sort;
+use crate::neighbours::{Linked, NONE};
+use crate::sort::Buckets;
 use crate::{Component, Dim, Packed, Real};
 
 /// Where a component of the updated map comes from (5.17).
@@ -284,20 +284,30 @@ where
         self.in_view = kept;
     }
 
-    /// All components, in the order of their buckets, below [`BUCKETS`](crate::sort::BUCKETS). What is next in the order
-    /// points into the entries returned with it.
-    pub(crate) fn in_order(&mut self, bucket: impl Fn(&Component<T, N>) -> usize) -> (&[Entry<T, N>], &[Linked]) {
+    /// All components, and their places in the order of their buckets, below [`BUCKETS`](crate::sort::BUCKETS).
+    #[inline(never)]
+    pub(crate) fn in_order(&mut self, bucket: impl Fn(&Component<T, N>) -> usize) -> (&[Entry<T, N>], &[Ranked]) {
         let capacity = self.entries.len();
-        let indices = (0..self.in_view).chain(capacity.saturating_sub(self.outside)..capacity);
-        for (slot, index) in self.ranking.iter_mut().zip(indices) {
-            let key = self.entries.get(index).map_or(0, |entry| bucket(&entry.component));
-            *slot = Ranked { key: key as u32, entry: index as u16 };
+        let places = (0..self.in_view).chain(capacity.saturating_sub(self.outside)..capacity);
+        // The lists of the reduction are done with; their memory holds those of the buckets. The last place comes first, so
+        // that in a bucket they stay in order.
+        let mut buckets = Buckets::EMPTY;
+        for place in places.rev() {
+            if let Some((entry, link)) = self.entries.get(place).zip(self.links.get_mut(place)) {
+                link.next = buckets.push(bucket(&entry.component), place as u16).unwrap_or(NONE);
+            }
         }
-        let len = self.len().min(self.ranking.len());
-        // The lists of the reduction are done with; their memory holds the order, and for want of a head the bucket.
-        let link = |ranked: &Ranked| Linked { next: ranked.entry, head: ranked.key as u16, first_member: 0 };
-        let items = self.ranking.iter().take(len).map(link);
-        bucket_sort(items, |link| usize::from(link.head), self.links);
-        (self.entries, self.links.get(..len).unwrap_or(&[]))
+        let mut len = 0;
+        buckets.heads(|first| {
+            let mut place = first;
+            while let Some(link) = self.links.get(usize::from(place)) {
+                if let Some(slot) = self.ranking.get_mut(len) {
+                    slot.entry = place;
+                    len += 1;
+                }
+                place = link.next;
+            }
+        });
+        (self.entries, self.ranking.get(..len).unwrap_or(&[]))
     }
 }
