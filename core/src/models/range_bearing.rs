@@ -135,6 +135,7 @@ impl<T: Real> Sensor<T, 2, 2> for RangeBearing<T> {
 mod tests {
     use super::{Locating, PlanarPose, RangeBearing, Sensor};
     use crate::Pose;
+    use crate::models::testing::check_sifting;
     use nalgebra::{Matrix2, Vector2, Vector3};
 
     const STEP: f64 = 1e-6;
@@ -149,6 +150,7 @@ mod tests {
                     let angle = f64::from(turn) * 0.5;
                     let feature = Vector2::new(3.0 + range * angle.cos(), -2.0 + range * angle.sin());
                     let seen = sensor.expect(&frame, &feature).unwrap();
+                    check_sifting(&sensor, &seen.measurement);
                     let back = sensor.invert(&frame, &seen.measurement).unwrap();
                     assert!((back.feature - feature).norm() < 1e-12 * range.max(1.0));
                     assert!((back.jacobian * seen.jacobian - Matrix2::identity()).norm() < 1e-12);

@@ -3,6 +3,20 @@
 use crate::{AuvPose, Dim, Locating, Motion, Packed, PlanarPose, Pose, Sensor, Symmetric};
 use nalgebra::{SMatrix, SVector, Vector3};
 
+/// That measurements are sifted by a coordinate that is no angle: its innovation is the difference, also past a turn.
+pub(super) fn check_sifting<S: Sensor<f64, D, Z>, const D: usize, const Z: usize>(
+    sensor: &S,
+    measured: &SVector<f64, Z>,
+) where
+    Dim<D>: Packed,
+    Dim<Z>: Packed,
+{
+    let Some(k) = S::SIFTED_BY else { return };
+    assert!(k < Z && k != S::SORTED_BY);
+    let expected = measured.add_scalar(-4.0);
+    assert_eq!(sensor.innovation(measured, &expected)[k], measured[k] - expected[k]);
+}
+
 /// H by the feature and by the pose of a sensor in space against central differences, relative to the size of either.
 pub(super) fn check_in_space<S, const Z: usize>(sensor: &S, pose: &AuvPose<f64>, feature: &Vector3<f64>, tolerance: f64)
 where
@@ -12,6 +26,7 @@ where
     const STEP: f64 = 1e-5;
     let frame = sensor.frame(pose);
     let seen = sensor.expect(&frame, feature).unwrap();
+    check_sifting::<S, 3, Z>(sensor, &seen.measurement);
     let by_pose = sensor.by_pose(&frame, feature, &seen);
     let slope = |at: &dyn Fn(f64) -> SVector<f64, Z>| sensor.innovation(&at(STEP), &at(-STEP)) / (2.0 * STEP);
     for k in 0..3 {
