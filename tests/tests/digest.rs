@@ -10,24 +10,49 @@ use scphd_sim::slam::Precision;
 use std::f64::consts::PI;
 use std::fmt::Write;
 
-/// The committed digests, one line a case: scenario precision particles samples seed scans digest.
+/// The committed digests, one line a case and precision: scenario precision particles samples seed scans digest.
 const EXPECTED: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/expected/digests.txt");
 
 /// Set to 1 to rewrite the committed digests.
 const BLESS: &str = "SCPHD_BLESS";
 
-const SCENARIO: &str = "survey";
-const PARTICLES: usize = 32;
-const SAMPLES: usize = 2;
 /// Few enough for an unoptimised build, enough for births, merging, pruning and resampling.
 const SCANS: usize = 60;
 
+/// What is run.
+struct Case {
+    scenario: &'static str,
+    settings: Settings,
+}
+
+/// The recursion of the thesis, and a filter with everything that goes beyond it.
+fn cases() -> [Case; 2] {
+    let mut options = thesis();
+    options.filter = FilterSettings {
+        particles: 16,
+        samples: 1,
+        unconfirmed_weight: 0.05,
+        confirmed_weight: 0.1,
+        confirming_detections: 3.0,
+        extraction: Extraction::Confirmed,
+        proposal: Proposal::Informed,
+        proposal_drawn: 0.2,
+        regularisation: 0.3,
+        adaptive_error: 0.05,
+        detection_memory: 100.0,
+        clutter_memory: 100.0,
+        ..options.filter
+    };
+    options.moving.birth_intensity = 0.005;
+    [Case { scenario: "survey", settings: thesis() }, Case { scenario: "thesis-dynamic", settings: options }]
+}
+
 /// Field by field, so that another default elsewhere does not change a digest.
-fn settings() -> Settings {
+fn thesis() -> Settings {
     Settings {
         filter: FilterSettings {
-            particles: PARTICLES,
-            samples: SAMPLES,
+            particles: 32,
+            samples: 2,
             birth_intensity: 0.01,
             resample_threshold: 0.5,
             prune_weight: 1e-4,
@@ -86,29 +111,35 @@ fn settings() -> Settings {
 }
 
 /// The state after the last scan of the scenario of `scenario_seed`, by a filter of `seed`.
-fn digest(precision: Precision, scenario_seed: u64, seed: u64) -> u64 {
-    let mut log = scenario::by_name(SCENARIO, scenario_seed).expect("a built-in scenario");
+fn digest(case: &Case, precision: Precision, scenario_seed: u64, seed: u64) -> u64 {
+    let mut log = scenario::by_name(case.scenario, scenario_seed).expect("a built-in scenario");
     log.scans.truncate(SCANS);
-    let session = session::run(&log, &settings(), Filter::Core(precision), seed, &mut |_| ()).expect("a whole run");
+    let session = session::run(&log, &case.settings, Filter::Core(precision), seed, &mut |_| ()).expect("a whole run");
     assert_eq!(session.record.scans.len(), SCANS);
     session.summary.digest.expect("the filter has a digest")
 }
 
 #[test]
 fn the_seed_determines_the_state() {
-    let first = digest(Precision::F32, 1, 1);
-    assert_eq!(digest(Precision::F32, 1, 1), first, "the same seed gave another state");
-    assert_ne!(digest(Precision::F32, 1, 2), first, "another seed of the filter gave the same state");
-    assert_ne!(digest(Precision::F32, 2, 1), first, "another seed of the scenario gave the same state");
+    for case in &cases() {
+        let of = |scenario_seed, seed| digest(case, Precision::F32, scenario_seed, seed);
+        let first = of(1, 1);
+        assert_eq!(of(1, 1), first, "the same seed gave another state");
+        assert_ne!(of(1, 2), first, "another seed of the filter gave the same state");
+        assert_ne!(of(2, 1), first, "another seed of the scenario gave the same state");
+    }
 }
 
 #[test]
 fn digests_are_the_committed_ones() {
     let seed = 1;
     let mut found = String::new();
-    for (name, precision) in [("f32", Precision::F32), ("f64", Precision::F64)] {
-        let digest = digest(precision, seed, seed);
-        writeln!(found, "{SCENARIO} {name} {PARTICLES} {SAMPLES} {seed} {SCANS} {digest:016x}").expect("memory");
+    for case in &cases() {
+        let Case { scenario, settings: Settings { filter: FilterSettings { particles, samples, .. }, .. } } = case;
+        for (name, precision) in [("f32", Precision::F32), ("f64", Precision::F64)] {
+            let digest = digest(case, precision, seed, seed);
+            writeln!(found, "{scenario} {name} {particles} {samples} {seed} {SCANS} {digest:016x}").expect("memory");
+        }
     }
     if std::env::var_os(BLESS).is_some_and(|value| value == "1") {
         std::fs::write(EXPECTED, &found).expect("a writable file");
