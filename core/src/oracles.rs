@@ -44,6 +44,7 @@ fn components(value: &Value) -> Vec<Component<f64, 2>> {
 }
 
 /// A sensor that measures position itself.
+#[derive(Clone, Copy)]
 struct Direct {
     noise: Symmetric<f64, 2>,
 }
@@ -98,7 +99,8 @@ impl Clutter<f64, 2> for Intensity {
     }
 }
 
-/// What one scan makes of a prior map, seen from the origin by one particle: ln L and the posterior map.
+/// What one scan makes of a prior map, seen from the origin by one particle: ln L and the posterior map. A lone sample, which the
+/// update weighs, and two of the same pose, which are weighed before it, must say the same.
 fn one_scan<S>(
     sensor: S,
     p_d: f64,
@@ -108,17 +110,27 @@ fn one_scan<S>(
     scan: &[Vector2<f64>],
 ) -> (f64, Vec<Component<f64, 2>>)
 where
-    S: Locating<f64, 3, 2, 2> + Sensor<f64, 2, 2, Pose = PlanarPose<f64>>,
+    S: Locating<f64, 3, 2, 2> + Sensor<f64, 2, 2, Pose = PlanarPose<f64>> + Copy,
 {
-    let mut state = Box::new(State::<f64, PlanarPose<f64>, 3, 2, 1, 1, 8, MapMemory<f64, 2, 2, 1, 16, 16, 64>>::new());
-    let models = Models { motion: KnownPose, sensor, field_of_view: Everywhere(p_d), clutter: Intensity(kappa) };
-    let config = Config { particles: 1, ..config };
-    let mut filter = ScPhd::new(models, config, &mut *state).unwrap();
-    filter.reset(PlanarPose::new(0.0, 0.0, 0.0), 1).unwrap();
-    filter.load_map(prior).unwrap();
-    let report = filter.scan(scan).unwrap();
-    assert!(report.health.is_good() || report.health == Health::INNOVATION_HIGH, "{:?}", report.health);
-    (filter.ln_likelihoods()[0], filter.map(0).copied().collect())
+    let origin = PlanarPose::new(0.0, 0.0, 0.0);
+    let mut state = Box::new(State::<f64, PlanarPose<f64>, 3, 2, 1, 2, 8, MapMemory<f64, 2, 2, 1, 16, 16, 64>>::new());
+    let mut by = |samples| {
+        let models = Models { motion: KnownPose, sensor, field_of_view: Everywhere(p_d), clutter: Intensity(kappa) };
+        let config = Config { particles: 1, samples, ..config };
+        let mut filter = ScPhd::new(models, config, &mut *state).unwrap();
+        filter.reset(origin, 1).unwrap();
+        filter.load_map(prior).unwrap();
+        filter.predict(&origin, 1.0).unwrap();
+        let report = filter.scan(scan).unwrap();
+        assert!(report.health.is_good() || report.health == Health::INNOVATION_HIGH, "{:?}", report.health);
+        assert_eq!((report.candidates, report.n_eff.round()), (samples, samples as f64));
+        let ln_l = filter.ln_likelihoods()[0];
+        assert!((report.ln_evidence - ln_l).abs() < 1e-12);
+        (ln_l, report.in_view, filter.map(0).copied().collect::<Vec<_>>())
+    };
+    let (lone, two) = (by(1), by(2));
+    assert!((lone.0 - two.0).abs() < 1e-12 && (lone.1, &lone.2) == (two.1, &two.2));
+    (lone.0, lone.2)
 }
 
 /// Nothing pruned, nothing merged, nothing born.

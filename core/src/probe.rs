@@ -7,7 +7,7 @@
 pub enum Stage {
     /// The vehicle and the moving features move (5.12–5.14).
     Predict,
-    /// Every candidate is weighed (4.52).
+    /// Every candidate is weighed (4.52), but for a lone one, which the update weighs.
     Weigh,
     /// Back to one candidate a particle (5.2.2).
     Resample,

@@ -488,8 +488,9 @@ where
 
 /// Bits of each coordinate along the Morton curve.
 const fn morton_bits<const D: usize>() -> u32 {
-    assert!(D > 1, "a cell of one axis alone does not fit the table of four bits");
-    BUCKETS.ilog2() / D as u32
+    // Four at most, for the table of the spread cells.
+    let bits = BUCKETS.ilog2() / D as u32;
+    if bits > 4 { 4 } else { bits }
 }
 
 /// Cells of the Morton curve per unit of each coordinate.

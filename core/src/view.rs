@@ -222,7 +222,8 @@ impl<T: Real, S, V, F> View<'_, T, S, V, F> {
         });
     }
 
-    /// Calls `found` for every measurement whose term in η_z is not negligible, in the order of the scan.
+    /// Calls `found` for every measurement whose term in η_z is not negligible, in the order of the scan; around a circle, in that
+    /// order on from the first.
     ///
     /// A term counts while it is above `negligible` times what explains its measurement without any feature; that
     /// bounds the distance vᵀ S⁻¹ v, which in turn bounds the sorting coordinate's part of v.
@@ -251,6 +252,15 @@ impl<T: Real, S, V, F> View<'_, T, S, V, F> {
         let farthest_along = SVector::<T, Z>::from_fn(|k, _| farthest * covariance.get(k, k));
         let reach = farthest_along.get(S::SORTED_BY).map_or(T::ZERO, |&squared| squared.sqrt_above());
         let mut sharpness = None;
+        const {
+            assert!(
+                match S::SIFTED_BY {
+                    Some(k) => k < Z && k != S::SORTED_BY,
+                    None => true,
+                },
+                "SIFTED_BY must be a coordinate of the measurement, and another one than SORTED_BY"
+            );
+        }
         let along = |z: &SVector<T, Z>, k: usize| z.get(k).copied().unwrap_or(T::ZERO);
         let sifted_by = S::SIFTED_BY.map(|k| (k, along(&expectation.measurement, k), along(&farthest_along, k)));
         scan.near::<S, D>(&expectation.measurement, reach, |(index, measured)| {

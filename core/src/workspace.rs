@@ -284,7 +284,8 @@ where
         self.in_view = kept;
     }
 
-    /// All components, and their places in the order of their buckets, below [`BUCKETS`](crate::sort::BUCKETS).
+    /// All components, and their places in the order of their buckets, below [`BUCKETS`](crate::sort::BUCKETS). The keys of those
+    /// mean nothing.
     #[inline(never)]
     pub(crate) fn in_order(&mut self, bucket: impl Fn(&Component<T, N>) -> usize) -> (&[Entry<T, N>], &[Ranked]) {
         let capacity = self.entries.len();

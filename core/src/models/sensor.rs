@@ -22,8 +22,9 @@ where
     const SORTED_BY: usize;
     /// Whether that coordinate is an angle that wraps at ±π.
     const SORTED_BY_ANGLE: bool;
-    /// Another coordinate, along which the innovation is z − ẑ itself; none if all others are angles. It tells most of the
-    /// measurements near in the order from those near in all, at the cost of a subtraction.
+    /// Another coordinate, below Z, along which the innovation is z − ẑ itself: one that does not wrap. It tells most of the
+    /// measurements near in the order from those near in all, at the cost of a subtraction. None where there is no such
+    /// coordinate.
     const SIFTED_BY: Option<usize> = None;
 
     /// The frame of a pose.

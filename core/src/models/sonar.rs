@@ -216,6 +216,8 @@ impl<T: Real, B: BirthIntensity<T, BodyFrame<T>, 3>> Sensor<T, 3, 2> for Bearing
 
     const SORTED_BY: usize = 0;
     const SORTED_BY_ANGLE: bool = true;
+    /// The elevation, which does not wrap.
+    const SIFTED_BY: Option<usize> = Some(1);
 
     fn frame(&self, pose: &Self::Pose) -> Self::Frame {
         BodyFrame::of(pose)

@@ -59,7 +59,7 @@ pub const DEFINITIONS: [(&str, &str); 23] = [
         "the same by four informed particles, firmware/informed.toml, mps2-an500: mean",
     ),
     ("cortex_m7_informed_instructions_worst", "the same: worst scan"),
-    ("informed_state_bytes", "RAM of the filter of the two figures before, as of the next"),
+    ("informed_state_bytes", "RAM of the filter of the two figures before, counted as state_bytes"),
     ("state_bytes", "RAM of the filter of 32 x 2, a scan on its way in and a map on its way out included"),
     ("stack_bytes", "the deepest stack of the same on the M7, by its paint"),
     ("library_flash_bytes", "flash of the library on the M7"),

@@ -53,12 +53,12 @@ pub fn measure(wanted: impl Fn(&Budget) -> bool) -> Result<Vec<Figures>, String>
     let budgets: Vec<Budget> = entries()?.into_iter().filter(wanted).collect();
     emulator::prepare()?;
     let toolchain = toolchain::find(&TARGETS)?;
-    let mut images: HashMap<(&str, String), (Image, Code)> = HashMap::new();
+    let mut images: HashMap<(&str, String, &[&str]), (Image, Code)> = HashMap::new();
     let mut measured = Vec::new();
     for budget in &budgets {
         let (board, precision) = (board_of(budget)?, budget.precision()?);
         let rig = budget.source().rig();
-        let key = (board.name, rig.configuration(precision));
+        let key = (board.name, rig.image(precision), rig.room);
         let (image, code) = match images.entry(key) {
             Entry::Occupied(built) => built.into_mut(),
             Entry::Vacant(place) => place.insert(built(&toolchain, board, rig, precision)?),
