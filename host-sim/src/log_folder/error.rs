@@ -81,6 +81,11 @@ pub enum Problem {
         /// The models that are supported.
         supported: &'static str,
     },
+    /// A key that the section does not have: a slip of the pen would leave a number out unseen.
+    Unknown {
+        /// The keys of the section.
+        known: &'static [&'static str],
+    },
     /// A time (s) that is earlier than the row before.
     Backwards {
         /// Time of the row before, s.
@@ -139,6 +144,7 @@ impl fmt::Display for Problem {
             Self::Unsupported { found, supported } => {
                 write!(f, "'{found}' is not supported yet, only {supported}")
             }
+            Self::Unknown { known } => write!(f, "unknown, there are {}", known.join(", ")),
             Self::Backwards { before, after } => {
                 write!(f, "time goes backwards from {before} to {after}")
             }

@@ -43,9 +43,13 @@ impl Head {
         }
         let sensor = top.section("sensor")?;
         let vehicle = top.section("vehicle")?;
+        let models = (self::sensor(&sensor)?, self::vehicle(&vehicle)?);
+        // Only then: sections of other models have other keys.
+        sensor.has_only(&SENSOR_KEYS)?;
+        vehicle.has_only(&VEHICLE_KEYS)?;
         Ok(Self {
-            sensor: self::sensor(&sensor)?,
-            vehicle: self::vehicle(&vehicle)?,
+            sensor: models.0,
+            vehicle: models.1,
             name: top.string("name")?.to_owned(),
             simulated: match table.get("kind") {
                 Some(_) => top.string("kind")?.starts_with("simulated"),
@@ -71,6 +75,27 @@ impl Head {
     }
 }
 
+const SENSOR_KEYS: [&str; 9] = [
+    "model",
+    "range_min_m",
+    "range_max_m",
+    "bearing_min_rad",
+    "bearing_max_rad",
+    "range_sigma_m",
+    "bearing_sigma_rad",
+    "detection_probability",
+    "clutter_per_scan",
+];
+const VEHICLE_KEYS: [&str; 8] = [
+    "model",
+    "wheelbase_m",
+    "encoder_offset_m",
+    "sensor_forward_m",
+    "sensor_left_m",
+    "speed_sigma_mps",
+    "rate_sigma_radps",
+    "steering_sigma_rad",
+];
 const SENSORS: &str = "range_bearing";
 const VEHICLES: &str = "ackermann, unicycle and unicycle_arc";
 
@@ -141,6 +166,11 @@ impl<'a> Section<'a> {
         let value = self.get(name)?;
         let table = value.as_table().ok_or_else(|| self.ill_typed(name, value, "a section"))?;
         Ok(Section { name, table })
+    }
+
+    fn has_only(&self, known: &'static [&'static str]) -> Result<(), LogError> {
+        let stranger = self.table.keys().find(|key| !known.contains(&key.as_str()));
+        stranger.map_or(Ok(()), |key| Err(self.key(key).error(Problem::Unknown { known })))
     }
 
     pub(super) fn string(&self, key: &str) -> Result<&'a str, LogError> {

@@ -230,6 +230,8 @@ fn the_head_is_checked() {
     assert_eq!(message, "log.toml, key sensor.detection_probability: 1.5, expected 0 to 1");
     let message = with_head("range_sigma_m = 0.1", "range_sigma_m = -1");
     assert_eq!(message, "log.toml, key sensor.range_sigma_m: -1, expected 0 or more");
+    let message = with_head("wheelbase_m = 2.83", "wheelbase_m = 2.83\nspeed_sigm_mps = 1.0");
+    assert!(message.starts_with("log.toml, key vehicle.speed_sigm_mps: unknown, there are model, "), "{message}");
 }
 
 #[test]
