@@ -43,13 +43,13 @@ impl Head {
         }
         let sensor = top.section("sensor")?;
         let vehicle = top.section("vehicle")?;
-        let models = (self::sensor(&sensor)?, self::vehicle(&vehicle)?);
+        let (sensor_model, vehicle_model) = (self::sensor(&sensor)?, self::vehicle(&vehicle)?);
         // Only then: sections of other models have other keys.
         sensor.has_only(&SENSOR_KEYS)?;
         vehicle.has_only(&VEHICLE_KEYS)?;
         Ok(Self {
-            sensor: models.0,
-            vehicle: models.1,
+            sensor: sensor_model,
+            vehicle: vehicle_model,
             name: top.string("name")?.to_owned(),
             simulated: match table.get("kind") {
                 Some(_) => top.string("kind")?.starts_with("simulated"),

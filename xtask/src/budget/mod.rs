@@ -76,7 +76,7 @@ pub fn measure(wanted: impl Fn(&Budget) -> bool) -> Result<Vec<Figures>, String>
 
 /// The image that is measured, and what its code says, and that of the image without output.
 fn built(toolchain: &Toolchain, board: &Board, rig: Rig, precision: Precision) -> Result<(Image, Code), String> {
-    let image = image::build(toolchain, board, &rig.image(precision), &Extra { features: rig.room, flags: &[] })?;
+    let image = image::build_replay(toolchain, board, rig, precision)?;
     let features = &rig.proof_features(precision)[..];
     let bare = image::build(toolchain, board, PROOF, &Extra { features, flags: &[] })?;
     let code = Code { image: image.sizes()?, stack_bound: image.stack_bound()?, library: bare.library_flash()? };

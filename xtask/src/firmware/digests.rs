@@ -48,7 +48,7 @@ fn compare() -> Result<String, String> {
     for (rig, precision) in [PLANAR, UNDERWATER].iter().flat_map(|rig| rig.precisions.iter().map(move |&p| (rig, p))) {
         let mut images = Vec::new();
         for board in rig.boards {
-            images.push((board, image::build(&toolchain, board, &rig.image(precision), &Extra::default())?));
+            images.push((board, image::build_replay(&toolchain, board, *rig, precision)?));
         }
         for &source in sources.iter().filter(|source| Rig::of(source.what) == *rig) {
             let stream = streams::make(source, precision)?;

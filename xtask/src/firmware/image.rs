@@ -7,6 +7,8 @@ use std::process::Command;
 use object::{Object, ObjectSection, ObjectSymbol, SectionFlags, SectionKind, elf};
 
 use super::board::{Board, REFERENCE};
+use super::rig::Rig;
+use super::streams::Precision;
 use crate::process;
 use crate::toolchain::Toolchain;
 
@@ -36,6 +38,11 @@ pub struct Extra<'a> {
     pub features: &'a [&'a str],
     /// More flags for the compiler.
     pub flags: &'a [&'a str],
+}
+
+/// Builds the image that replays a rig's streams, with its room.
+pub fn build_replay(toolchain: &Toolchain, board: &Board, rig: Rig, precision: Precision) -> Result<Image, String> {
+    build(toolchain, board, &rig.image(precision), &Extra { features: rig.room, flags: &[] })
 }
 
 /// Builds one image of the firmware for a board.

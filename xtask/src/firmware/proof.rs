@@ -45,7 +45,7 @@ fn prove() -> Result<(), String> {
     }
     for (rig, precision) in [(PLANAR, Precision::F32), (PLANAR, Precision::F64), (UNDERWATER, Precision::F32)] {
         let name = rig.image(precision);
-        let image = image::build(&toolchain, &REFERENCE, &name, &Extra::default())?;
+        let image = image::build_replay(&toolchain, &REFERENCE, rig, precision)?;
         if let Some(symbol) = allocator_symbol(&image)? {
             return Err(format!("{} has the allocator's {symbol}", image.path.display()));
         }
