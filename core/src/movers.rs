@@ -85,6 +85,51 @@ fn births_of_both_kinds_share_a_measurement() {
 }
 
 #[test]
+fn births_that_nothing_explains_wait_one_scan_to_be_merged() {
+    let mut memory = Box::new(Memory::new());
+    let mut filter = tracker(config(), &mut memory);
+    let close = [Vector2::new(5.0, 0.3), Vector2::new(5.001, 0.3)];
+    let report = filter.scan(&close).unwrap();
+    assert_eq!((report.births, report.merged), (4, 0));
+    assert_eq!((filter.map(0).count(), filter.moving_map(0).count()), (2, 2));
+    // Missed together, they are the two of each kind again, and one now.
+    let born: f64 = filter.map(0).map(|birth| birth.ln_weight.exp()).sum();
+    let report = filter.scan(&[]).unwrap();
+    assert_eq!((report.births, report.merged), (0, 2));
+    let merged = filter.map(0).next().unwrap().ln_weight.exp();
+    assert!((merged - (1.0 - DETECTION) * born).abs() < 1e-15);
+}
+
+#[test]
+fn births_that_something_explains_are_merged_at_once() {
+    let place = Vector2::new(6.0, 0.0);
+    let shared = |weight: f64| {
+        let mut memory = Box::new(Memory::new());
+        let config = Config { moving: MovingConfig::none(), prune_weight: 1e-9, ..config() };
+        let mut filter = tracker(config, &mut memory);
+        filter.load_map(&[landmark(weight, 6.0, 0.1)]).unwrap();
+        let report = filter.scan(&[place]).unwrap();
+        assert_eq!(report.births, 1);
+        let by_feature = DETECTION * weight * density(place, 6.0, 0.1);
+        (by_feature / (KAPPA + 0.002), report.merged, filter.map(0).count())
+    };
+    // The feature missed and detected, and the birth, are one.
+    let (share, merged, left) = shared(0.5);
+    assert!(share > 1e-3);
+    assert_eq!((merged, left), (2, 1));
+    // A feature on either side of what explains nothing.
+    let (share, merged, left) = shared(1e-7);
+    assert!(share < 1e-3, "{share}");
+    assert_eq!((merged, left), (1, 2));
+    let (more, merged, left) = shared(1e-7 * 1.01e-3 / share);
+    assert!((more - 1.01e-3).abs() < 1e-12);
+    assert_eq!((merged, left), (2, 1));
+    let (less, merged, left) = shared(1e-7 * 0.99e-3 / share);
+    assert!((less - 0.99e-3).abs() < 1e-12);
+    assert_eq!((merged, left), (1, 2));
+}
+
+#[test]
 fn a_moving_feature_is_weighed_where_it_has_moved_to() {
     let mut memory = Box::new(Memory::new());
     let mut filter = tracker(Config { birth_intensity: 0.0, ..config() }, &mut memory);

@@ -31,7 +31,15 @@ impl<T: Real, const Z: usize> Measurement<T, Z> {
     pub(crate) fn ln_reference(&self) -> T {
         self.ln_unexplained.at_least(T::from_f64(LN_LEAST))
     }
+
+    /// Whether features explain the measurement, at least in part, by ln η_z.
+    pub(crate) fn is_explained(&self, ln_eta: T) -> bool {
+        ln_eta > self.ln_unexplained + T::from_f64(LN_EXPLAINED)
+    }
 }
+
+/// A measurement is explained where features add more than a thousandth to what explains it without any: ln 1.001.
+const LN_EXPLAINED: f64 = 9.995_003_330_835_332e-4;
 
 /// Buckets of the index over the sorting coordinate.
 const BUCKETS: usize = 128;

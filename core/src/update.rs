@@ -80,6 +80,15 @@ where
     }
 }
 
+/// Which of a scan's births.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Births {
+    /// On measurements that features explain, at least in part: to be reduced together with them.
+    Explained,
+    /// On all other measurements. Whatever they could be merged with would have explained those; so they wait for the next scan.
+    Unexplained,
+}
+
 /// All maps of both kinds, and the scratch that they share.
 #[derive(Debug)]
 pub(crate) struct Update<'a, 's, T: Real, const D: usize, const E: usize>
@@ -203,11 +212,14 @@ where
         }
         self.still.weigh_detections(self.eta, tally);
         self.moving.weigh_detections(self.eta, tally);
-        self.give_birth(sight, tally);
+        self.give_birth(sight, Births::Explained, tally);
         probe.enter(Stage::Reduce);
         self.still.reduce(self.config, self.next_tag, tally);
         self.moving.reduce(self.config, self.next_tag, tally);
         probe.leave(Stage::Reduce);
+        self.give_birth(sight, Births::Unexplained, tally);
+        self.still.count(tally);
+        self.moving.count(tally);
         let still_stored = self.still.store(task, regained_still, &sight.bounds, tally);
         let moving_stored = self.moving.store(task, regained_moving, &sight.bounds, tally);
         if still_stored && moving_stored {
@@ -217,10 +229,12 @@ where
         }
     }
 
-    /// Adds components of weight w_b/η_z at h⁻¹(z, x) for every measurement, a static and a moving one (5.9, 5.10, 5.17).
+    /// Adds components of weight w_b/η_z at h⁻¹(z, x) for the measurements of which the births are asked for, a static and a moving
+    /// one each (5.9, 5.10, 5.17).
     fn give_birth<S, V, F, const K: usize, const Z: usize>(
         &mut self,
         sight: &Sight<'_, T, S, V, F, K, D, Z>,
+        births: Births,
         tally: &mut Tally<T>,
     ) where
         S: Locating<T, K, D, Z> + Sensor<T, D, Z, Frame = F>,
@@ -234,6 +248,9 @@ where
         let velocity_variance = self.config.moving.velocity_sigma_mps * self.config.moving.velocity_sigma_mps;
         for (index, (eta, measurement)) in self.eta.iter().zip(scan.iter()).enumerate() {
             let ln_unexplained = eta.ln() - measurement.ln_reference();
+            if measurement.is_explained(-ln_unexplained) != (births == Births::Explained) {
+                continue;
+            }
             let ln_still = Some(ln_still + ln_unexplained).filter(|&ln_weight| ln_weight >= still.ln_floor());
             let ln_moving = Some(ln_moving + ln_unexplained).filter(|&ln_weight| ln_weight >= moving.ln_floor());
             if ln_still.is_none() && ln_moving.is_none() {
@@ -402,6 +419,10 @@ where
     fn reduce(&mut self, config: &Config<T>, next_tag: &mut u32, tally: &mut Tally<T>) {
         tally.merged += merge_and_cap(&mut self.workspace, config.reduction, config.max_components);
         self.tell_apart(next_tag);
+    }
+
+    /// Adds what the workspace had no room for to the counts of the scan.
+    fn count(&self, tally: &mut Tally<T>) {
         tally.tightened += usize::from(self.workspace.tightened());
         tally.lost += self.workspace.lost();
         tally.pruned_mass += self.workspace.pruned_mass();

@@ -198,8 +198,8 @@ mod tests {
         let map = [Component { covariance: sharp, ..feature(0.7, [5.0, 0.1]) }];
         let sight = see(&SENSOR, &map, &[], &measurements);
         let births = |intensity| -> f64 {
-            let births: Vec<Component> = born(POSE, &measurements, &sight.ln_eta, &SENSOR, &WIDE_VIEW, intensity);
-            births.iter().map(Component::weight).sum()
+            let births = born(&sight, &WIDE_VIEW, intensity);
+            births.reduced.iter().chain(&births.waiting).map(Component::weight).sum()
         };
         let expected = by_definition(&sight, &map, births(0.03) + births(0.02), [5.0, 0.1]);
         let found = ln_likelihood(RbSingle, &sight);

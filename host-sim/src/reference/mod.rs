@@ -97,7 +97,6 @@ pub use state::{Candidate, Particle, State};
 
 use crate::settings::{Likelihood, Reduction};
 use log_domain::normalised;
-use reduce::prune_and_merge;
 use sight::Sight;
 
 /// Parameters of the recursion.
@@ -117,7 +116,8 @@ pub struct Config {
     pub prune_weight: f64,
     /// Squared Mahalanobis distance up to which components are merged.
     pub merge_distance: f64,
-    /// How many components of each kind the reduction leaves in view at most, for each particle.
+    /// How many components of each kind the reduction leaves in view at most, for each particle; births that wait for the
+    /// next scan are not counted.
     pub max_components: usize,
     /// Components lighter than this are no estimated features.
     pub extraction_weight: f64,
@@ -261,7 +261,8 @@ impl Reference {
     }
 
     /// The two parts of a map updated by the measurements from one pose and reduced (5.17–5.22, appendix A). Of each
-    /// part, components out of view come first, untouched; the reduced ones follow, heaviest first.
+    /// part, components out of view come first, untouched; the reduced ones follow, heaviest first; then come the births
+    /// on unexplained measurements, in the measurements' order, which wait for the next scan to be reduced.
     pub fn updated_maps(
         &self,
         pose: [f64; 3],
@@ -269,18 +270,18 @@ impl Reference {
         moving: &[Component<4>],
         measurements: &[Vector],
     ) -> (Vec<Component>, Vec<Component<4>>) {
-        let Sight { still, moving, ln_eta, .. } = self.sight(pose, map, moving, measurements);
-        let born = |intensity| update::born(pose, measurements, &ln_eta, &self.sensor, &self.field_of_view, intensity);
+        let sight = self.sight(pose, map, moving, measurements);
+        let born = |intensity| update::born(&sight, &self.field_of_view, intensity);
         let MovingConfig { birth_intensity, velocity_sigma_mps, .. } = self.config.moving;
+        let births = born(self.config.birth_intensity);
+        let moving_births = born(birth_intensity).set_in_motion(velocity_sigma_mps);
 
-        let mut posterior = update::persisting(&still, &ln_eta);
-        posterior.extend(born(self.config.birth_intensity));
-        let mut moving_posterior = update::persisting(&moving, &ln_eta);
-        moving_posterior
-            .extend(born(birth_intensity).iter().map(|birth| update::set_in_motion(birth, velocity_sigma_mps)));
+        let Sight { still, moving, ln_eta, .. } = sight;
+        let (persisting, moving_persisting) =
+            (update::persisting(&still, &ln_eta), update::persisting(&moving, &ln_eta));
         (
-            [still.out_of_view, prune_and_merge(&posterior, &self.config)].concat(),
-            [moving.out_of_view, prune_and_merge(&moving_posterior, &self.config)].concat(),
+            update::after_scan(still.out_of_view, persisting, births, &self.config),
+            update::after_scan(moving.out_of_view, moving_persisting, moving_births, &self.config),
         )
     }
 

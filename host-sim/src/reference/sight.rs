@@ -22,6 +22,8 @@ pub(super) struct Sight<'a, S> {
     pub(super) still: PreUpdate<2>,
     /// The moving part, at the time of the scan.
     pub(super) moving: PreUpdate<4>,
+    /// ln(κ + w_b + w_m): what explains a measurement without any feature.
+    pub(super) ln_unexplained: f64,
     /// ln η_z of every measurement (4.51, 5.19 with one birth space for each kind):
     /// η_z = κ + w_b + w_m + Σ p_D w N(z; ẑ, S) over the components of both kinds in view.
     pub(super) ln_eta: Vec<f64>,
@@ -39,15 +41,16 @@ impl<'a, S: Sensor> Sight<'a, S> {
     ) -> Self {
         let still = pre_update(map, pose, measurements, sensor, field_of_view);
         let moving = pre_update(moving, pose, measurements, sensor, field_of_view);
-        let unexplained = config.clutter_intensity + config.birth_intensity + config.moving.birth_intensity;
+        let ln_unexplained = (config.clutter_intensity + config.birth_intensity + config.moving.birth_intensity).ln();
         let ln_eta = (0..measurements.len())
             .map(|z| {
-                let mut terms = vec![unexplained.ln()];
+                let mut terms = vec![ln_unexplained];
                 terms.extend(still.in_view.iter().map(|j| j.ln_detection(z)));
                 terms.extend(moving.in_view.iter().map(|j| j.ln_detection(z)));
                 log_sum_exp(&terms)
             })
             .collect();
-        Self { pose, measurements, sensor, clutter_intensity: config.clutter_intensity, still, moving, ln_eta }
+        let clutter_intensity = config.clutter_intensity;
+        Self { pose, measurements, sensor, clutter_intensity, still, moving, ln_unexplained, ln_eta }
     }
 }

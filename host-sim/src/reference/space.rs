@@ -1,5 +1,5 @@
 //! The recursion in space, with an underwater vehicle and stereo pixels (chapter 7): blind proposal, single-cluster likelihood, static
-//! features. Algebra, reduction and selection are those of the plane.
+//! features. Algebra, what becomes of births, reduction and selection are those of the plane.
 
 use super::algebra::{
     apply, difference, identity, inverse, minus, plus, product, quadratic, sum, symmetrised, transformed, transpose,
@@ -8,8 +8,8 @@ use super::angle::wrap;
 use super::draws::Draws;
 use super::gaussian::{Component, ln_density};
 use super::log_domain::{log_sum_exp, normalised};
-use super::reduce::prune_and_merge;
 use super::resample::{self, Selection};
+use super::update::{after_scan, born_at};
 use super::{Config, Weighing};
 use std::array::from_fn;
 
@@ -224,10 +224,14 @@ impl Space {
         (in_view, out_of_view)
     }
 
+    /// ln(κ + w_b): what explains a measurement without any feature.
+    fn ln_unexplained(&self) -> f64 {
+        (self.config.clutter_intensity + self.config.birth_intensity).ln()
+    }
+
     fn ln_eta(&self, in_view: &[InView], measurements: usize) -> Vec<f64> {
-        let unexplained = self.config.clutter_intensity + self.config.birth_intensity;
         let eta = |z| {
-            let terms: Vec<f64> = in_view.iter().map(|j| j.ln_detection(z)).chain([unexplained.ln()]).collect();
+            let terms: Vec<f64> = in_view.iter().map(|j| j.ln_detection(z)).chain([self.ln_unexplained()]).collect();
             log_sum_exp(&terms)
         };
         (0..measurements).map(eta).collect()
@@ -264,27 +268,25 @@ impl Space {
         resample::select(&weighing.ln_weights, weighing.n_eff, particles, self.config.resample_threshold, draws)
     }
 
-    /// A map updated by the measurements from one pose, and reduced.
+    /// A map updated by the measurements from one pose, and reduced: components out of view, then the reduced ones, heaviest
+    /// first, then the births on unexplained measurements, in the measurements' order, which wait for the next scan.
     pub fn updated(&self, pose: &Pose, map: &[Component<3>], measurements: &[[f64; 4]]) -> Vec<Component<3>> {
         let (in_view, out_of_view) = self.seen(pose, map, measurements);
         let ln_eta = self.ln_eta(&in_view, measurements.len());
-        let mut posterior: Vec<Component<3>> = in_view
+        let mut persisting: Vec<Component<3>> = in_view
             .iter()
             .map(|j| Component { ln_weight: j.prior.ln_weight + (-j.detection).ln_1p(), ..j.prior })
             .collect();
-        for (z, (&measured, ln_eta)) in measurements.iter().zip(&ln_eta).enumerate() {
-            posterior.extend(in_view.iter().map(|j| Component {
+        for (z, ln_eta) in ln_eta.iter().enumerate() {
+            persisting.extend(in_view.iter().map(|j| Component {
                 ln_weight: j.ln_detection(z) - ln_eta,
                 mean: j.updated[z].0,
                 covariance: j.covariance,
             }));
-            posterior.extend(self.born(pose, measured).map(|(mean, covariance)| Component {
-                ln_weight: self.config.birth_intensity.ln() - ln_eta,
-                mean,
-                covariance,
-            }));
         }
-        [out_of_view, prune_and_merge(&posterior, &self.config)].concat()
+        let places = measurements.iter().map(|&measured| self.born(pose, measured));
+        let births = born_at(places, &ln_eta, self.ln_unexplained(), self.config.birth_intensity);
+        after_scan(out_of_view, persisting, births, &self.config)
     }
 
     /// Where a pair puts a feature, and how surely (7.5); `None` where it puts none in view.
@@ -320,5 +322,64 @@ impl Space {
         let (pixels, slope, _) = self.projected(point)?;
         let mismatch = quadratic(&inverse(&self.noise), minus(measured, pixels));
         (mismatch <= self.epipolar_gate).then(|| (point, self.pseudoinverse(&slope)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::algebra::scaled;
+    use super::super::tests::CONFIG;
+    use super::*;
+
+    const POSE: Pose = Pose { position: [1.0, 2.0, 3.0], yaw: 0.0, yaw_rate: 0.0, roll: 0.0, pitch: 0.0 };
+    /// κ + w_b.
+    const UNEXPLAINED: f64 = CONFIG.clutter_intensity + CONFIG.birth_intensity;
+
+    /// Cameras that look along z, the right one 0.2 m beside the left one.
+    fn space() -> Space {
+        let camera =
+            |baseline| [[500.0, 0.0, 320.0, -500.0 * baseline], [0.0, 500.0, 240.0, 0.0], [0.0, 0.0, 1.0, 0.0]];
+        Space {
+            config: CONFIG,
+            yaw_acceleration_sigma: 0.1,
+            velocity_interval_s: 0.0,
+            cameras: [camera(0.0), camera(0.2)],
+            noise: identity(),
+            epipolar_gate: 20.0,
+            image: [640.0, 480.0, 10.0],
+            depth: [0.5, 20.0, 0.1],
+            detection: 0.9,
+        }
+    }
+
+    /// Pixels of a point of the vehicle's frame.
+    fn pair(space: &Space, point: [f64; 3]) -> [f64; 4] {
+        space.projected(point).expect("before both cameras").0
+    }
+
+    #[test]
+    fn births_on_unexplained_pairs_wait_one_scan() {
+        let space = space();
+        let scan = [[0.0, 0.0, 3.0], [0.001, 0.0, 3.0]].map(|point| pair(&space, point));
+        let born = space.updated(&POSE, &[], &scan);
+        assert_eq!(born.len(), 2);
+        for (birth, x) in born.iter().zip([1.0, 1.001]) {
+            assert_eq!(birth.ln_weight, CONFIG.birth_intensity.ln() - UNEXPLAINED.ln());
+            assert!((birth.mean[0] - x).abs() < 1e-9);
+        }
+        assert_eq!(space.updated(&POSE, &born, &[]).len(), 1);
+    }
+
+    #[test]
+    fn births_on_explained_pairs_are_reduced_at_once() {
+        let space = space();
+        let scan = [pair(&space, [0.0, 0.0, 3.0])];
+        let map = [Component { ln_weight: 0.5f64.ln(), mean: [1.0, 2.0, 6.0], covariance: scaled(1e-4, &identity()) }];
+        let (in_view, _) = space.seen(&POSE, &map, &scan);
+        let detected = in_view[0].ln_detection(0).exp();
+        let updated = space.updated(&POSE, &map, &scan);
+        assert_eq!(updated.len(), 1);
+        let expected = 0.5 * 0.1 + (detected + CONFIG.birth_intensity) / (detected + UNEXPLAINED);
+        assert!((updated[0].weight() - expected).abs() < 1e-13);
     }
 }

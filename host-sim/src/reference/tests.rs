@@ -154,9 +154,72 @@ fn components_out_of_view_are_untouched() {
 fn cap_counts_what_is_in_view() {
     let mut reference = reference();
     reference.config.max_components = 2;
-    let map: Vec<Component> = (0..3).map(|i| feature(0.5, [30.0 + f64::from(i), 0.0])).collect();
-    let measurements: Vec<Vector> = (0..5).map(|i| [5.0, f64::from(i)]).collect();
-    assert_eq!(reference.updated_maps([0.0; 3], &map, &[], &measurements).0.len(), 5);
+    let mut map: Vec<Component> = (0..3).map(|i| feature(0.5, [30.0 + f64::from(i), 0.0])).collect();
+    map.extend((0..5).map(|i| feature(0.5, [5.0, f64::from(i)])));
+    assert_eq!(reference.updated_maps([0.0; 3], &map, &[], &[]).0.len(), 5);
+}
+
+#[test]
+fn cap_counts_births_from_the_next_scan_on() {
+    let mut reference = reference();
+    reference.config.max_components = 2;
+    let map: Vec<Component> = (0..5).map(|i| feature(0.5, [5.0, f64::from(i)])).collect();
+    let measurements: Vec<Vector> = (2..6).map(|i| [5.0, f64::from(i)]).collect();
+    let born = reference.updated_maps([0.0; 3], &map, &[], &measurements).0;
+    assert_eq!(born.len(), 2 + 4);
+    assert_eq!(reference.updated_maps([0.0; 3], &born, &[], &[]).0.len(), 2);
+}
+
+#[test]
+fn births_on_unexplained_measurements_wait_one_scan() {
+    let mut reference = reference();
+    reference.config.moving.birth_intensity = 0.02;
+    // Much closer together than they are known, and each far from the feature.
+    let measurements = [[5.01, 0.0], [5.0, 0.0]];
+    let map = [feature(0.5, [0.0, 9.0])];
+    let (still, moving) = reference.updated_maps([0.0; 3], &map, &[], &measurements);
+    assert_eq!((still.len(), moving.len()), (3, 2));
+    // After the feature although they are heavier, and in the measurements' order.
+    for ((still, moving), [range, _]) in still[1..].iter().zip(&moving).zip(measurements) {
+        assert!((still.weight() - 0.03 / 0.06).abs() < 1e-14);
+        assert!((moving.weight() - 0.02 / 0.06).abs() < 1e-14);
+        assert_eq!((still.mean, moving.mean), ([range, 0.0], [range, 0.0, 0.0, 0.0]));
+    }
+    let (still, moving) = reference.updated_maps([0.0; 3], &still, &moving, &[]);
+    assert_eq!((still.len(), moving.len()), (2, 1));
+    assert!((still[0].weight() - 0.1).abs() < 1e-14);
+}
+
+#[test]
+fn births_on_explained_measurements_are_reduced_at_once() {
+    let mut reference = reference();
+    let (map, measurements) = ([feature(0.01, [5.0, 0.0])], [[5.1, 0.0]]);
+    let eta = reference.sight([0.0; 3], &map, &[], &measurements).ln_eta[0].exp();
+    let updated = |reference: &Reference| reference.updated_maps([0.0; 3], &map, &[], &measurements).0;
+    let merged = updated(&reference);
+    assert_eq!(merged.len(), 1);
+    assert!((merged[0].weight() - (0.001 + 1.0 - 0.01 / eta)).abs() < 1e-14);
+    // Not merged, the birth stands between the detected feature and the missed one, by its weight.
+    reference.config.merge_distance = 0.0;
+    let apart: Vec<f64> = updated(&reference).iter().map(Component::weight).collect();
+    assert_eq!(apart.len(), 3);
+    for (weight, expected) in apart.iter().zip([1.0 - 0.04 / eta, 0.03 / eta, 0.001]) {
+        assert!((weight - expected).abs() < 1e-14, "{apart:?}");
+    }
+    reference.config.max_components = 1;
+    assert_eq!(updated(&reference).len(), 1);
+}
+
+#[test]
+fn births_that_wait_are_pruned() {
+    let mut reference = reference();
+    reference.config.moving.birth_intensity = 0.02;
+    // They weigh 1/2 and 1/3.
+    for (prune_weight, lengths) in [(0.3, (1, 1)), (0.4, (1, 0)), (0.6, (0, 0))] {
+        reference.config.prune_weight = prune_weight;
+        let (still, moving) = reference.updated_maps([0.0; 3], &[], &[], &[[5.0, 0.0]]);
+        assert_eq!((still.len(), moving.len()), lengths);
+    }
 }
 
 #[test]

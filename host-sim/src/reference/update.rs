@@ -1,10 +1,13 @@
 //! `Update` of appendix A: the posterior mixture of one pose.
 
+use super::Config;
 use super::algebra::{identity, scaled};
 use super::field_of_view::FieldOfView;
-use super::gaussian::{Component, Vector};
+use super::gaussian::Component;
 use super::pre_update::PreUpdate;
+use super::reduce::{heavy_enough, prune_and_merge};
 use super::sensor::RangeBearing;
+use super::sight::Sight;
 
 /// The persisting components in view after the update: for each one missed, w (1 − p_D), then for each
 /// measurement each one detected, p_D w N(z; ẑ, S)/η_z (5.17, 5.18, corrected).
@@ -28,29 +31,66 @@ pub(super) fn persisting<const N: usize>(view: &PreUpdate<N>, ln_eta: &[f64]) ->
     missed.chain(detected).collect()
 }
 
-/// The static components born on the measurements: w_b/η_z at h⁻¹(z, x) with R*, where that is in view (5.9, 5.10, 5.17).
-pub(super) fn born(
-    pose: [f64; 3],
-    measurements: &[Vector],
-    ln_eta: &[f64],
-    sensor: &RangeBearing,
-    field_of_view: &FieldOfView,
-    birth_intensity: f64,
-) -> Vec<Component> {
-    if birth_intensity == 0.0 {
-        return Vec::new();
+/// What the features in view add at most to what explains an unexplained measurement without them, as a share of that.
+const UNEXPLAINED_SHARE: f64 = 1e-3;
+
+/// The births of one kind on a scan, in the measurements' order.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Births<const N: usize> {
+    /// On measurements that features explain: to be reduced together with what is in view.
+    pub(super) reduced: Vec<Component<N>>,
+    /// On unexplained measurements: to be left as they are in this scan.
+    pub(super) waiting: Vec<Component<N>>,
+}
+
+impl Births<2> {
+    /// The same births of features that may move.
+    pub(super) fn set_in_motion(&self, velocity_sigma_mps: f64) -> Births<4> {
+        let moving =
+            |births: &[Component]| births.iter().map(|birth| set_in_motion(birth, velocity_sigma_mps)).collect();
+        Births { reduced: moving(&self.reduced), waiting: moving(&self.waiting) }
     }
-    measurements
-        .iter()
-        .zip(ln_eta)
-        .filter_map(|(&measurement, eta)| {
-            let (mean, covariance) = sensor.inverse(measurement, pose)?;
-            if field_of_view.detection_probability(mean, pose) <= 0.0 {
-                return None;
-            }
-            Some(Component { ln_weight: birth_intensity.ln() - eta, mean, covariance })
-        })
-        .collect()
+}
+
+/// The static components born on the measurements, at h⁻¹(z, x) with R*, where that is in view (5.9, 5.10, 5.17).
+pub(super) fn born(sight: &Sight<'_, RangeBearing>, field_of_view: &FieldOfView, birth_intensity: f64) -> Births<2> {
+    let in_view = |mean| field_of_view.detection_probability(mean, sight.pose) > 0.0;
+    let places =
+        sight.measurements.iter().map(|&z| sight.sensor.inverse(z, sight.pose).filter(|&(mean, _)| in_view(mean)));
+    born_at(places, &sight.ln_eta, sight.ln_unexplained, birth_intensity)
+}
+
+/// The births on measurements that put a feature at these means with these covariances, or nowhere: w/η_z.
+pub(super) fn born_at<const N: usize>(
+    places: impl Iterator<Item = Option<([f64; N], [[f64; N]; N])>>,
+    ln_eta: &[f64],
+    ln_unexplained: f64,
+    birth_intensity: f64,
+) -> Births<N> {
+    let mut births = Births { reduced: Vec::new(), waiting: Vec::new() };
+    if birth_intensity == 0.0 {
+        return births;
+    }
+    for (place, &eta) in places.zip(ln_eta) {
+        let Some((mean, covariance)) = place else { continue };
+        let unexplained = eta <= ln_unexplained + UNEXPLAINED_SHARE.ln_1p();
+        let kind = if unexplained { &mut births.waiting } else { &mut births.reduced };
+        kind.push(Component { ln_weight: birth_intensity.ln() - eta, mean, covariance });
+    }
+    births
+}
+
+/// One part of a map as the scan leaves it: what is out of view, untouched; what the reduction makes of the rest, heaviest
+/// first; then the births that wait, in the measurements' order, unless they are too light.
+pub(super) fn after_scan<const N: usize>(
+    out_of_view: Vec<Component<N>>,
+    persisting: Vec<Component<N>>,
+    births: Births<N>,
+    config: &Config,
+) -> Vec<Component<N>> {
+    let reduced = prune_and_merge(&[persisting, births.reduced].concat(), config);
+    let waiting = births.waiting.into_iter().filter(|birth| heavy_enough(birth, config.prune_weight));
+    out_of_view.into_iter().chain(reduced).chain(waiting).collect()
 }
 
 /// A birth that may move: the same place, and a velocity of which no more is known than its standard deviation, m/s.
@@ -65,14 +105,14 @@ pub(super) fn set_in_motion(birth: &Component, velocity_sigma_mps: f64) -> Compo
 
 #[cfg(test)]
 mod tests {
-    use super::super::Config;
     use super::super::algebra::determinant;
-    use super::super::sight::Sight;
+    use super::super::gaussian::Vector;
     use super::super::tests::{CONFIG, SENSOR, WIDE_VIEW};
     use super::*;
 
     const POSE: [f64; 3] = [1.0, -2.0, 0.4];
     const UNEXPLAINED: f64 = 0.04;
+    const NONE: Births<2> = Births { reduced: Vec::new(), waiting: Vec::new() };
 
     fn feature(weight: f64, forward: f64) -> Component {
         Component {
@@ -100,13 +140,44 @@ mod tests {
     #[test]
     fn births_share_what_nothing_else_explains() {
         let measurements = [[4.0, 0.1], [7.0, -1.0]];
-        let ln_eta = sight(&[], &[], &measurements, UNEXPLAINED).ln_eta;
-        let births = born(POSE, &measurements, &ln_eta, &SENSOR, &WIDE_VIEW, 0.03);
-        assert_eq!(births.len(), 2);
-        for (birth, measurement) in births.iter().zip(measurements) {
+        let births = born(&sight(&[], &[], &measurements, UNEXPLAINED), &WIDE_VIEW, 0.03);
+        assert_eq!((births.waiting.len(), births.reduced.len()), (2, 0));
+        for (birth, measurement) in births.waiting.iter().zip(measurements) {
             assert!((birth.weight() - 0.75).abs() < 1e-14);
             let (mean, covariance) = SENSOR.inverse(measurement, POSE).expect("range above 0");
             assert_eq!((birth.mean, birth.covariance), (mean, covariance));
+        }
+    }
+
+    /// Births on a measurement in which a feature explains this share of what explains it without features.
+    fn born_where_a_feature_adds(share: f64) -> Births<2> {
+        let measurements = [[5.1, 0.02]];
+        let whole = sight(&[feature(1.0, 5.0)], &[], &measurements, UNEXPLAINED);
+        let weight = share * UNEXPLAINED / whole.still.in_view[0].ln_detection(0).exp();
+        let sight = sight(&[feature(weight, 5.0)], &[], &measurements, UNEXPLAINED);
+        assert!((sight.ln_eta[0] - (UNEXPLAINED * (1.0 + share)).ln()).abs() < 1e-14);
+        born(&sight, &WIDE_VIEW, 0.03)
+    }
+
+    #[test]
+    fn a_thousandth_explains_a_measurement() {
+        let births = born_where_a_feature_adds(0.99e-3);
+        assert_eq!((births.waiting.len(), births.reduced.len()), (1, 0));
+        assert!((births.waiting[0].weight() - 0.75 / 1.000_99).abs() < 1e-14);
+
+        let births = born_where_a_feature_adds(1.01e-3);
+        assert_eq!((births.waiting.len(), births.reduced.len()), (0, 1));
+        assert!((births.reduced[0].weight() - 0.75 / 1.001_01).abs() < 1e-14);
+    }
+
+    #[test]
+    fn births_in_motion_wait_like_those_that_stand_still() {
+        for share in [0.0, 1.0] {
+            let still = born_where_a_feature_adds(share);
+            let moving = still.set_in_motion(1.5);
+            let expected =
+                |births: &[Component]| births.iter().map(|birth| set_in_motion(birth, 1.5)).collect::<Vec<_>>();
+            assert_eq!((&moving.waiting, &moving.reduced), (&expected(&still.waiting), &expected(&still.reduced)));
         }
     }
 
@@ -185,15 +256,15 @@ mod tests {
         let weightless = feature(0.0, 5.0);
         let sight = sight(&[weightless], &[], &measurements, 0.0);
         assert_eq!(persisting(&sight.still, &sight.ln_eta), [weightless]);
-        assert!(born(POSE, &measurements, &sight.ln_eta, &SENSOR, &WIDE_VIEW, 0.0).is_empty());
+        assert_eq!(born(&sight, &WIDE_VIEW, 0.0), NONE);
     }
 
     #[test]
     fn measurement_without_inverse_bears_nothing_but_is_weighed() {
         let measurements = [[0.0, 0.0]];
-        let ln_eta = sight(&[], &[], &measurements, UNEXPLAINED).ln_eta;
-        assert!((ln_eta[0] - UNEXPLAINED.ln()).abs() < 1e-15);
-        assert!(born(POSE, &measurements, &ln_eta, &SENSOR, &WIDE_VIEW, 0.03).is_empty());
+        let sight = sight(&[], &[], &measurements, UNEXPLAINED);
+        assert!((sight.ln_eta[0] - UNEXPLAINED.ln()).abs() < 1e-15);
+        assert_eq!(born(&sight, &WIDE_VIEW, 0.03), NONE);
     }
 
     #[test]
