@@ -49,7 +49,8 @@ pub struct Config<T> {
     pub confirmed_weight: T,
     /// Which components are merged.
     pub reduction: Reduction<T>,
-    /// Greatest number of components kept in view, of each kind (Vo & Ma 2006, table II: J_max).
+    /// Greatest number of components that a reduction leaves in view, of each kind (Vo & Ma 2006, table II: J_max); births that wait
+    /// for the next one are not counted.
     pub max_components: usize,
     /// Which components are the estimated features.
     pub extraction: Extraction,

@@ -32,7 +32,7 @@ impl<T: Real, const Z: usize> Measurement<T, Z> {
         self.ln_unexplained.at_least(T::from_f64(LN_LEAST))
     }
 
-    /// Whether features explain the measurement, at least in part, by ln η_z.
+    /// Whether features explain the measurement, at least in part, where that is ln η_z.
     pub(crate) fn is_explained(&self, ln_eta: T) -> bool {
         ln_eta > self.ln_unexplained + T::from_f64(LN_EXPLAINED)
     }
