@@ -18,6 +18,9 @@ pub struct Measurement<T: Real, const Z: usize> {
 /// ln of the least intensity that weights are taken relative to.
 const LN_LEAST: f64 = -69.0;
 
+/// A measurement is explained where features add more than a thousandth to what explains it without any: ln 1.001.
+const LN_EXPLAINED: f64 = 9.995_003_330_835_332e-4;
+
 impl<T: Real, const Z: usize> Measurement<T, Z> {
     /// All zero; a placeholder for unused memory.
     pub(crate) const ZERO: Self = Self {
@@ -37,9 +40,6 @@ impl<T: Real, const Z: usize> Measurement<T, Z> {
         ln_eta > self.ln_unexplained + T::from_f64(LN_EXPLAINED)
     }
 }
-
-/// A measurement is explained where features add more than a thousandth to what explains it without any: ln 1.001.
-const LN_EXPLAINED: f64 = 9.995_003_330_835_332e-4;
 
 /// Buckets of the index over the sorting coordinate.
 const BUCKETS: usize = 128;

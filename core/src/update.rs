@@ -247,12 +247,12 @@ where
         let (ln_still, ln_moving) = (self.config.birth_intensity.ln(), self.config.moving.birth_intensity.ln());
         let velocity_variance = self.config.moving.velocity_sigma_mps * self.config.moving.velocity_sigma_mps;
         for (index, (eta, measurement)) in self.eta.iter().zip(scan.iter()).enumerate() {
-            let ln_unexplained = eta.ln() - measurement.ln_reference();
-            if measurement.is_explained(-ln_unexplained) != (births == Births::Explained) {
+            let ln_eta = measurement.ln_reference() - eta.ln();
+            if measurement.is_explained(ln_eta) != (births == Births::Explained) {
                 continue;
             }
-            let ln_still = Some(ln_still + ln_unexplained).filter(|&ln_weight| ln_weight >= still.ln_floor());
-            let ln_moving = Some(ln_moving + ln_unexplained).filter(|&ln_weight| ln_weight >= moving.ln_floor());
+            let ln_still = Some(ln_still - ln_eta).filter(|&ln_weight| ln_weight >= still.ln_floor());
+            let ln_moving = Some(ln_moving - ln_eta).filter(|&ln_weight| ln_weight >= moving.ln_floor());
             if ln_still.is_none() && ln_moving.is_none() {
                 continue;
             }
@@ -421,7 +421,7 @@ where
         self.tell_apart(next_tag);
     }
 
-    /// Adds what the workspace had no room for to the counts of the scan.
+    /// Adds what the workspace dropped, for its weight or for want of room, to the counts of the scan.
     fn count(&self, tally: &mut Tally<T>) {
         tally.tightened += usize::from(self.workspace.tightened());
         tally.lost += self.workspace.lost();
