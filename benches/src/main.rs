@@ -20,7 +20,7 @@ enum Command {
     /// Runs whole scenarios and a log, and prints their figures as a JSON list of objects {name, value, unit}.
     Sessions {
         /// Folder of the recorded logs; without the log in it, its figure is left out.
-        #[arg(long, env = "SCPHD_DATA", default_value = concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/data"))]
+        #[arg(long, default_value_os_t = scphd_shared_data::folder())]
         data: PathBuf,
     },
     /// Draws the curves from what `cargo bench --bench time` has left, and writes all times.

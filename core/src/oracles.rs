@@ -6,19 +6,12 @@ use crate::*;
 use nalgebra::{Matrix2, Matrix2x3, SVector, Vector2};
 use serde_json::Value;
 use std::boxed::Box;
-use std::path::PathBuf;
 use std::vec::Vec;
 
 /// An oracle file; `None`, with a notice, where the data is absent.
 fn oracle(name: &str) -> Option<Value> {
-    let data = std::env::var_os("SCPHD_DATA")
-        .map_or_else(|| PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/data")), PathBuf::from);
-    let path = data.join("oracles").join(name);
-    let Ok(text) = std::fs::read_to_string(&path) else {
-        std::eprintln!("skipped: {} is not there", path.display());
-        return None;
-    };
-    Some(serde_json::from_str(&text).unwrap())
+    let path = scphd_shared_data::find(&std::format!("oracles/{name}"))?;
+    Some(serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap())
 }
 
 fn number(value: &Value) -> f64 {

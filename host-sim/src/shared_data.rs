@@ -1,23 +1,10 @@
-//! Where the tests find the published logs and the oracles. They are not part of this repository;
-//! a test that needs them says that it was skipped where they are absent.
+//! What the tests read of the published logs and the oracles, which are not part of this repository.
 
-use std::path::PathBuf;
-
-/// The path of `name` in the shared data, or a note that the test is skipped.
-pub(crate) fn find(name: &str) -> Option<PathBuf> {
-    let root = std::env::var_os("SCPHD_DATA")
-        .map_or_else(|| PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/data")), PathBuf::from);
-    let path = root.join(name);
-    if path.exists() {
-        return Some(path);
-    }
-    eprintln!("skipped: no {}", path.display());
-    None
-}
+pub(crate) use scphd_shared_data::find;
 
 /// An oracle file, parsed.
 pub(crate) fn oracle(name: &str) -> Option<serde_json::Value> {
-    let path = find("oracles")?.join(name);
+    let path = find(&format!("oracles/{name}"))?;
     let text = std::fs::read_to_string(path).expect("readable oracle");
     Some(serde_json::from_str(&text).expect("valid oracle"))
 }

@@ -530,13 +530,7 @@ fn a_reader_that_goes_away_is_no_failure() {
 
 #[test]
 fn a_published_log_replays() {
-    let root = std::env::var_os("SCPHD_DATA")
-        .map_or_else(|| PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/data")), PathBuf::from);
-    let log = root.join("car_park");
-    if !log.exists() {
-        eprintln!("skipped: no {}", log.display());
-        return;
-    }
+    let Some(log) = scphd_shared_data::find("car_park") else { return };
     let place = Workplace::new();
     let args = ["replay", log.to_str().unwrap(), "--filter", "reference", "--particles", "4", "--json", "run.json"];
     place.succeeds(&args);

@@ -11,21 +11,12 @@ use super::tests::{CONFIG, WIDE_VIEW};
 use super::{Config, FieldOfView, update};
 use crate::settings::Likelihood;
 use serde_json::Value;
-use std::path::PathBuf;
 
 const BOUND: f64 = 1e-9;
 
 /// An oracle file, or `None`, with a line that says so, where the data are not at hand.
 pub(super) fn load(name: &str) -> Option<Value> {
-    let data = std::env::var_os("SCPHD_DATA")
-        .map_or_else(|| PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/data")), PathBuf::from);
-    let path = data.join("oracles").join(name);
-    if !path.exists() {
-        println!("skipped: no {}", path.display());
-        return None;
-    }
-    let text = std::fs::read_to_string(&path).expect("a readable file");
-    Some(serde_json::from_str(&text).expect("JSON"))
+    crate::shared_data::oracle(name)
 }
 
 fn number(value: &Value) -> f64 {

@@ -8,7 +8,6 @@ use super::image::{self, Extra};
 use super::output::{self, Replay};
 use super::rig::{PLANAR, Rig, UNDERWATER};
 use super::streams::{self, Precision, Source, Variant};
-use crate::process;
 use crate::steps::Outcome;
 use crate::toolchain::{self, Toolchain};
 
@@ -80,11 +79,9 @@ fn compare() -> Result<String, String> {
     Ok(format!("{compared} digests equal{note}"))
 }
 
-/// The folders of the recorded logs that are here, and those that are not: in the folder that the environment variable
-/// `SCPHD_DATA` names, otherwise in `shared/data` beside the repository.
+/// The folders of the recorded logs that are here, and those that are not.
 fn logs() -> (Vec<String>, Vec<String>) {
-    let beside = || process::root().join("../shared/data");
-    let data = std::env::var_os("SCPHD_DATA").map_or_else(beside, PathBuf::from);
+    let data = scphd_shared_data::folder();
     let folders = LOGS.iter().map(|name| data.join(name));
     let (here, missing): (Vec<_>, Vec<_>) = folders.partition(|folder| folder.is_dir());
     let names = |folders: Vec<PathBuf>| folders.iter().map(|folder| folder.display().to_string()).collect();
