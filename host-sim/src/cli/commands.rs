@@ -96,7 +96,7 @@ fn single(source: &Source, args: RunArgs) -> Result<(), Failure> {
     outputs.check()?;
     let session = run(&threads, log, &settings, choice.filter, args.seed.seed)?;
     outputs.write_one(log, &session)?;
-    report(&[session])
+    report(&outputs, &[session])
 }
 
 /// The fixed-capacity filter and the reference side by side.
@@ -115,11 +115,11 @@ fn main_job(job: MainJob) -> Result<(), Failure> {
         .map(|filter| run(&Threads::default(), &log, &settings, filter, seed))
         .collect::<Result<Vec<_>, _>>()?;
     outputs.write_all(&log, &sessions)?;
-    print(&format!(
+    outputs.print(&format!(
         "{} particles by the fixed-capacity filter (scphd, f32) and by the brute-force reference (f64):",
         settings.filter.particles
     ))?;
-    report(&sessions)
+    report(&outputs, &sessions)
 }
 
 fn run(threads: &Threads, log: &Log, settings: &Settings, filter: Filter, seed: u64) -> Result<Session, Failure> {
@@ -129,24 +129,24 @@ fn run(threads: &Threads, log: &Log, settings: &Settings, filter: Filter, seed: 
 }
 
 /// The table and, below it, what the fixed-capacity filter reported.
-fn report(sessions: &[Session]) -> Result<(), Failure> {
+fn report(outputs: &Outputs, sessions: &[Session]) -> Result<(), Failure> {
     let summaries: Vec<_> = sessions.iter().map(|session| session.summary.clone()).collect();
-    print(&table::render(&summaries))?;
+    outputs.print(&table::render(&summaries))?;
     for session in sessions.iter().filter(|session| session.summary.digest.is_some()) {
-        report_health(&session.summary, &session.health)?;
+        report_health(outputs, &session.summary, &session.health)?;
     }
     Ok(())
 }
 
 /// What the fixed-capacity filter reported.
-pub fn report_health(summary: &Summary, health: &[(Health, usize)]) -> Result<(), Failure> {
+pub fn report_health(outputs: &Outputs, summary: &Summary, health: &[(Health, usize)]) -> Result<(), Failure> {
     let scans = summary.scans;
     let conditions: Vec<String> = health
         .iter()
         .map(|&(condition, count)| format!("{} in {count} of {scans} scans", condition_name(condition)))
         .collect();
     let text = if conditions.is_empty() { "good in all scans".into() } else { conditions.join(", ") };
-    print(&format!("health, {}: {text}", label(summary)))
+    outputs.print(&format!("health, {}: {text}", label(summary)))
 }
 
 /// Writes the folder beside its place and moves it there when it is complete.

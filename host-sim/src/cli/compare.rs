@@ -1,7 +1,7 @@
 //! Filter and reference in lockstep, as a command.
 
 use super::args::CompareArgs;
-use super::failure::{Failure, notice, print};
+use super::failure::{Failure, notice};
 use super::outputs::{Outputs, make};
 use super::progress::Progress;
 use super::source::{Source, tuned};
@@ -54,7 +54,7 @@ pub fn compare(args: CompareArgs) -> Result<(), Failure> {
     if let Some(path) = &outputs.json {
         comparison::write_json(path, &overall)?;
     }
-    print(&comparison::render(&overall))
+    outputs.print(&comparison::render(&overall))
 }
 
 fn lockstep(log: &Log, settings: &Settings, precision: Precision, seed: u64) -> Result<Comparison, Failure> {

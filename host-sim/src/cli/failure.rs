@@ -82,13 +82,20 @@ impl From<rayon::ThreadPoolBuildError> for Failure {
 
 impl From<OutputError> for Failure {
     fn from(error: OutputError) -> Self {
-        Self::Internal(error.to_string())
+        match error {
+            OutputError::Io { source, .. } if source.kind() == io::ErrorKind::BrokenPipe => Self::PipeClosed,
+            OutputError::Io { .. } => Self::input(error),
+            other => Self::Internal(other.to_string()),
+        }
     }
 }
 
 impl From<PlotError> for Failure {
     fn from(error: PlotError) -> Self {
-        Self::Internal(error.to_string())
+        match error {
+            PlotError::Io { .. } => Self::input(error),
+            other => Self::Internal(other.to_string()),
+        }
     }
 }
 

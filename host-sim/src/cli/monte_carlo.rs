@@ -1,8 +1,8 @@
 //! Monte Carlo studies as commands.
 
 use super::args::{Choice, MergeArgs, MonteCarloArgs, Tuning};
-use super::failure::{Failure, notice, print};
-use super::outputs::{Outputs, make};
+use super::failure::{Failure, notice};
+use super::outputs::{Outputs, check_file, make};
 use super::progress::Progress;
 use super::source::{Source, tuned};
 use scphd_sim::monte_carlo::{self, Job, Plan, RunResult, Shard, Study, overview};
@@ -177,8 +177,7 @@ impl Destination {
         if json.is_some() {
             return Err(Failure::input("--json: a part of a study has no figures; merge all parts"));
         }
-        // The same demands as on a JSON file.
-        Outputs { json: Some(file.clone()), out: None }.check()?;
+        check_file("--out", &file)?;
         Ok(Self::Part(shard, file))
     }
 
@@ -232,5 +231,5 @@ fn report(study: &Study, outputs: &Outputs) -> Result<(), Failure> {
     if let Some(path) = &outputs.json {
         overview::write_json(path, &overview::overviews(study))?;
     }
-    print(&overview::render(study))
+    outputs.print(&overview::render(study))
 }

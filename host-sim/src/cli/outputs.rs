@@ -1,12 +1,13 @@
 //! Where the files of a run go.
 
-use super::failure::{Failure, notice};
+use super::failure::{Failure, notice, print};
 use scphd_sim::log::Log;
 use scphd_sim::output::json::Summary;
-use scphd_sim::output::{csv, json};
+use scphd_sim::output::{csv, json, sink};
 use scphd_sim::plot;
 use scphd_sim::session::Session;
 use std::fs;
+use std::io;
 use std::path::{Path, PathBuf};
 
 /// A JSON file and a folder, where asked for.
@@ -21,13 +22,7 @@ impl Outputs {
     /// made yet.
     pub fn check(&self) -> Result<(), Failure> {
         if let Some(json) = &self.json {
-            let folder = json.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-            if !folder.is_dir() {
-                return Err(Failure::input(format_args!("--json {}: no folder {}", json.display(), folder.display())));
-            }
-            if json.is_dir() {
-                return Err(Failure::input(format_args!("--json {}: is a folder", json.display())));
-            }
+            check_file("--json", json)?;
         }
         if let Some(out) = &self.out {
             // The nearest that exists has to be a folder.
@@ -41,6 +36,11 @@ impl Outputs {
             }
         }
         Ok(())
+    }
+
+    /// Prints what is for people: to stdout, or to stderr where the JSON goes to stdout.
+    pub fn print(&self, text: &str) -> Result<(), Failure> {
+        print_beside(self.json.as_deref(), text)
     }
 
     /// One run: its JSON object, its tables and its plots.
@@ -76,6 +76,28 @@ impl Outputs {
         }
         Ok(())
     }
+}
+
+/// Whether a file that `option` asks for can be written, as far as that can be told before.
+pub fn check_file(option: &str, path: &Path) -> Result<(), Failure> {
+    sink::check(path).map_err(|error| Failure::input(format_args!("{option} {}: {error}", path.display())))
+}
+
+/// Writes a file that `option` asks for.
+pub fn write_file(option: &str, path: &Path, bytes: &[u8]) -> Result<(), Failure> {
+    sink::write(path, bytes).map_err(|error| match error.kind() {
+        io::ErrorKind::BrokenPipe => Failure::PipeClosed,
+        _ => Failure::input(format_args!("{option} {}: {error}", path.display())),
+    })
+}
+
+/// Prints what is for people: to stdout, or to stderr where `file` is stdout itself.
+pub fn print_beside(file: Option<&Path>, text: &str) -> Result<(), Failure> {
+    if file.is_some_and(sink::is_stdout) {
+        notice(text);
+        return Ok(());
+    }
+    print(text)
 }
 
 /// The run in a legend: filter and precision.

@@ -1,7 +1,7 @@
 //! Many runs of one filter: several logs, several seeds.
 
 use super::args::RunArgs;
-use super::failure::{Failure, print};
+use super::failure::Failure;
 use super::outputs::Outputs;
 use super::progress::Progress;
 use super::source::{Source, tuned};
@@ -51,7 +51,7 @@ pub fn repeat(sources: &[Source], args: RunArgs) -> Result<(), Failure> {
         json::write_summaries(path, &summaries)?;
     }
     let logs: Vec<&[Summary]> = summaries.chunks(args.repeat as usize).collect();
-    print(&repeats::render(&logs))
+    outputs.print(&repeats::render(&logs))
 }
 
 /// What `work` makes of every item, in their order, by `jobs` threads; of several failures that of the first item.

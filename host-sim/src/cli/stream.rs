@@ -1,10 +1,10 @@
 //! `scphd-sim stream`.
 
 use super::args::{PrecisionName, StreamArgs, Tuning};
-use super::failure::{Failure, print};
+use super::failure::Failure;
+use super::outputs::{check_file, print_beside, write_file};
 use super::source::{Source, tuned};
 use super::underwater;
-use scphd_sim::output::atomic;
 use scphd_sim::stream::{worst_case, write, write_underwater};
 use scphd_stream::Scalar;
 use scphd_stream::planar::MEASUREMENTS;
@@ -17,6 +17,7 @@ const SAMPLES: usize = 2;
 
 /// Writes the stream and tells what is in it.
 pub fn stream(args: StreamArgs) -> Result<(), Failure> {
+    check_file("FILE", &args.file)?;
     let seed = args.seed.seed;
     let scenario_seed = args.scenario_seed.scenario_seed;
     let scans = args.scans.unwrap_or(usize::MAX);
@@ -40,14 +41,14 @@ pub fn stream(args: StreamArgs) -> Result<(), Failure> {
         };
         write(&log, &tuned(defaults, &args.tuning)?, seed, scalar, scans)
     };
-    atomic::write(&args.file, &stream.bytes)
-        .map_err(|error| Failure::input(format_args!("cannot write {}: {error}", args.file.display())))?;
-    print(&format!(
+    write_file("FILE", &args.file, &stream.bytes)?;
+    let said = format!(
         "{}: {} scans of up to {} measurements, {} predictions, {} bytes",
         args.file.display(),
         stream.scans,
         stream.most_measurements,
         stream.predictions,
         stream.bytes.len()
-    ))
+    );
+    print_beside(Some(&args.file), &said)
 }

@@ -134,7 +134,7 @@ pub fn run(sources: &[Source], args: RunArgs) -> Result<(), Failure> {
             json::write_summaries(path, &summaries)?;
         }
         let logs: Vec<_> = summaries.chunks(args.repeat as usize).collect();
-        return print(&repeats::render(&logs));
+        return outputs.print(&repeats::render(&logs));
     };
     if let Some(out) = &outputs.out {
         make(out)?;
@@ -147,11 +147,11 @@ pub fn run(sources: &[Source], args: RunArgs) -> Result<(), Failure> {
     if let Some(path) = &outputs.json {
         json::write_summary(path, &session.summary)?;
     }
-    print(&table::render(&summaries))?;
+    outputs.print(&table::render(&summaries))?;
     if let Some(pages) = session.record.frames.iter().filter_map(|frame| frame.pages_used).max() {
-        print(&format!("greatest number of pages in use: {pages}"))?;
+        outputs.print(&format!("greatest number of pages in use: {pages}"))?;
     }
-    report_health(&session.summary, &session.health)
+    report_health(&outputs, &session.summary, &session.health)
 }
 
 /// Runs a Monte Carlo study of an underwater scenario, or a part of one.
@@ -253,5 +253,5 @@ pub fn compare(args: CompareArgs) -> Result<(), Failure> {
     if let Some(path) = &outputs.json {
         comparison::write_json(path, &compared)?;
     }
-    print(&comparison::render(&compared))
+    outputs.print(&comparison::render(&compared))
 }

@@ -97,7 +97,7 @@ fn power(value: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::output::atomic::tests::Folder;
+    use crate::output::sink::tests::Folder;
 
     #[test]
     fn every_field_has_its_column() {

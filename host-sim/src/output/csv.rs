@@ -3,7 +3,7 @@
 //!
 //! Numbers are printed with as many digits as bring back the same `f64`; an unknown value is an empty cell.
 
-use super::{OutputError, atomic};
+use super::{OutputError, sink};
 use crate::record::{MapFeature, MovingFeature, Record, ScanRecord};
 use crate::score::map_error::MapError;
 use serde::Serialize;
@@ -212,13 +212,13 @@ pub(crate) fn write_rows<R: Serialize>(
         writer.serialize(row).map_err(csv_error)?;
     }
     let bytes = writer.into_inner().map_err(|error| io_error(error.into_error()))?;
-    atomic::write(path, &bytes).map_err(io_error)
+    sink::write(path, &bytes).map_err(io_error)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::output::atomic::tests::Folder;
+    use crate::output::sink::tests::Folder;
 
     fn scan(t_s: f64) -> ScanRecord {
         ScanRecord {

@@ -1,6 +1,6 @@
 //! The figures of a run as one flat JSON object, and of several runs as a list of them.
 
-use super::{OutputError, atomic};
+use super::{OutputError, sink};
 use serde::{Serialize, Serializer};
 use std::path::Path;
 
@@ -104,13 +104,13 @@ pub(crate) fn write<T: Serialize + ?Sized>(path: &Path, value: &T) -> Result<(),
     let mut bytes =
         serde_json::to_vec_pretty(value).map_err(|source| OutputError::Json { path: path.into(), source })?;
     bytes.push(b'\n');
-    atomic::write(path, &bytes).map_err(|source| OutputError::Io { path: path.into(), source })
+    sink::write(path, &bytes).map_err(|source| OutputError::Io { path: path.into(), source })
 }
 
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
-    use crate::output::atomic::tests::Folder;
+    use crate::output::sink::tests::Folder;
 
     pub(crate) fn summary() -> Summary {
         Summary {

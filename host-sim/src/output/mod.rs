@@ -1,10 +1,10 @@
 //! What a run leaves on disk and on the terminal: CSV rows, JSON summaries, tables.
 
-pub mod atomic;
 pub mod comparison;
 pub mod csv;
 pub mod json;
 pub mod repeats;
+pub mod sink;
 pub mod studies;
 pub mod table;
 pub mod tuning;

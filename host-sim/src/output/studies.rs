@@ -100,7 +100,7 @@ pub fn write_tables(dir: &Path, study: &Study) -> Result<(), OutputError> {
 mod tests {
     use super::*;
     use crate::monte_carlo::tests::{plan, result};
-    use crate::output::atomic::tests::Folder;
+    use crate::output::sink::tests::Folder;
 
     #[test]
     fn a_row_a_scan_and_a_row_a_run() {

@@ -5,7 +5,7 @@ use super::chart::Chart;
 use super::draw::{Anchor, LABEL_SIZE_PX, Panel, TICK_SIZE_PX, legend, legend_height, text};
 use super::polyline::Rect;
 use super::raster::{png, text_width};
-use crate::output::atomic;
+use crate::output::sink;
 use std::path::{Path, PathBuf};
 use svg::Document;
 use svg::node::element::Rectangle;
@@ -93,7 +93,7 @@ impl Figure {
         let png = png(&svg)?;
         let paths = ["svg", "png"].map(|extension| dir.join(format!("{stem}.{extension}")));
         for (path, bytes) in paths.iter().zip([svg.as_bytes(), &png]) {
-            atomic::write(path, bytes).map_err(|source| PlotError::Io { path: path.clone(), source })?;
+            sink::write(path, bytes).map_err(|source| PlotError::Io { path: path.clone(), source })?;
         }
         Ok(paths)
     }

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::log::{Nominal, Scan, Sensor, TruePose, Vehicle};
-use crate::output::atomic::tests::Folder;
+use crate::output::sink::tests::Folder;
 use crate::record::{MapFeature, ScanRecord};
 use resvg::tiny_skia::Pixmap;
 use std::f64::consts::{PI, TAU};

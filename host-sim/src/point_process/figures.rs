@@ -150,7 +150,7 @@ fn picture(title: String, view: Rectangle, marks: Vec<Mark>) -> Figure {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::output::atomic::tests::Folder;
+    use crate::output::sink::tests::Folder;
     use crate::plot::Shape;
 
     /// The points shown in a picture.

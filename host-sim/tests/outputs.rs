@@ -1,0 +1,194 @@
+//! Where the program's results go, as its users see it: files, the standard output, and what is neither.
+
+use scphd_sim::{log_folder, scenario};
+use serde_json::Value;
+use std::fs;
+use std::path::PathBuf;
+use std::process::{Command, Output};
+use tempfile::TempDir;
+
+/// A folder with a log of one second.
+struct Workplace(TempDir);
+
+impl Workplace {
+    fn new() -> Self {
+        let mut log = scenario::survey(3);
+        log.scans.truncate(11);
+        log.truth.truncate(11);
+        log.odometry.truncate(21);
+        let dir = TempDir::new().unwrap();
+        log_folder::write(&log, &dir.path().join("log")).unwrap();
+        Self(dir)
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    fn run(&self, args: &[&str]) -> Output {
+        Command::new(env!("CARGO_BIN_EXE_scphd-sim")).args(args).current_dir(self.0.path()).output().unwrap()
+    }
+
+    /// Standard output and standard error of what has to succeed.
+    fn succeeds(&self, args: &[&str]) -> (Vec<u8>, String) {
+        let output = self.run(args);
+        assert!(output.status.success(), "{args:?}: {output:?}");
+        (output.stdout, String::from_utf8(output.stderr).unwrap())
+    }
+
+    /// The line of what has to fail for bad input.
+    fn fails(&self, args: &[&str]) -> String {
+        let output = self.run(args);
+        assert_eq!(output.status.code(), Some(2), "{args:?}: {output:?}");
+        let error = String::from_utf8(output.stderr).unwrap();
+        assert!(error.starts_with("error: ") && error.lines().count() == 1, "{args:?}: {error}");
+        error
+    }
+}
+
+const REPLAY: [&str; 4] = ["replay", "log", "--particles", "2"];
+
+#[test]
+fn a_dash_is_the_standard_output_and_tables_go_to_stderr() {
+    let place = Workplace::new();
+    let json = |args: &[&str]| -> (Value, String) {
+        let (stdout, stderr) = place.succeeds(args);
+        (serde_json::from_slice(&stdout).unwrap_or_else(|error| panic!("{args:?}: {error}")), stderr)
+    };
+    let (run, table) = json(&[&REPLAY[..], &["--json", "-"]].concat());
+    assert_eq!(run["scans"], 11);
+    assert!(table.contains("position RMSE (m)") && table.contains("health, scphd f32"), "{table}");
+    let (runs, table) = json(&[&REPLAY[..], &["--repeat", "2", "--json", "-"]].concat());
+    assert!(runs.as_array().is_some_and(|runs| runs.len() == 2) && table.contains("RMSE"), "{table}");
+    let (_, table) = json(&["monte-carlo", "log", "--particles", "2", "--json", "-"]);
+    assert!(table.contains("position error, mean (m)"), "{table}");
+    let (_, table) = json(&["compare", "log", "--particles", "2", "--json", "-"]);
+    assert!(table.contains("ln likelihood (relative)"), "{table}");
+    let (study, _) = json(&["monte-carlo", "log", "--particles", "2", "--shard", "1/1", "--out", "-"]);
+    assert!(study["results"].is_array());
+
+    let (settings, table) = place.succeeds(&["tune", "log", "--particles", "2", "--rounds", "1", "--out", "-"]);
+    assert!(table.contains("proposed"), "{table}");
+    fs::write(place.path("tuned.toml"), &settings).unwrap();
+    place.succeeds(&[&REPLAY[..], &["--settings", "tuned.toml"]].concat());
+    place.succeeds(&["stream", "log", "log.bin"]);
+    let (bytes, said) = place.succeeds(&["stream", "log", "-"]);
+    assert_eq!(bytes, fs::read(place.path("log.bin")).unwrap());
+    assert!(said.contains("11 scans"), "{said}");
+    assert!(!place.path("-").exists());
+}
+
+#[test]
+fn what_must_not_be_replaced_is_refused_before_the_run() {
+    let place = Workplace::new();
+    fs::create_dir(place.path("folder")).unwrap();
+    fs::write(place.path("guarded"), "kept").unwrap();
+    let mut permissions = fs::metadata(place.path("guarded")).unwrap().permissions();
+    permissions.set_readonly(true);
+    fs::set_permissions(place.path("guarded"), permissions).unwrap();
+    for (file, why) in [("guarded", "read-only"), ("folder", "is a folder"), ("gone/file", "no folder gone")] {
+        let shard = ["monte-carlo", "log", "--shard", "1/2", "--out", file];
+        let cases: [&[&str]; 5] = [
+            &[&REPLAY[..], &["--json", file]].concat(),
+            &["monte-carlo", "log", "--json", file],
+            &shard,
+            &["tune", "log", "--out", file],
+            &["stream", "log", file],
+        ];
+        for args in cases {
+            let error = place.fails(args);
+            assert!(error.contains(file) && error.contains(why), "{args:?}: {error}");
+        }
+    }
+    assert_eq!(fs::read(place.path("guarded")).unwrap(), b"kept");
+}
+
+#[cfg(unix)]
+mod unix {
+    use super::*;
+    use std::os::unix::fs::{FileTypeExt, PermissionsExt, symlink};
+    use std::thread;
+
+    #[test]
+    fn the_name_of_the_standard_output_is_the_standard_output() {
+        let place = Workplace::new();
+        let args = [&REPLAY[..], &["--json", "/dev/stdout"]].concat();
+        let (stdout, stderr) = place.succeeds(&args);
+        let run: Value = serde_json::from_slice(&stdout).unwrap();
+        assert_eq!(run["scans"], 11);
+        assert!(stderr.contains("position RMSE (m)"), "{stderr}");
+        // A file that the standard output goes to, by its own name.
+        let file = fs::File::create(place.path("run.json")).unwrap();
+        let mut command = Command::new(env!("CARGO_BIN_EXE_scphd-sim"));
+        command.args(&args).current_dir(place.0.path()).stdout(file).stderr(std::process::Stdio::null());
+        assert!(command.status().unwrap().success());
+        let run: Value = serde_json::from_slice(&fs::read(place.path("run.json")).unwrap()).unwrap();
+        assert_eq!(run["scans"], 11);
+    }
+
+    #[test]
+    fn links_stay_and_lead_to_the_results() {
+        let place = Workplace::new();
+        fs::create_dir(place.path("far")).unwrap();
+        fs::write(place.path("far/run.json"), "old").unwrap();
+        symlink("far/run.json", place.path("run.json")).unwrap();
+        symlink("gone", place.path("nowhere")).unwrap();
+        place.succeeds(&[&REPLAY[..], &["--json", "run.json"]].concat());
+        let run: Value = serde_json::from_slice(&fs::read(place.path("far/run.json")).unwrap()).unwrap();
+        assert_eq!(run["scans"], 11);
+        assert!(fs::symlink_metadata(place.path("run.json")).unwrap().is_symlink());
+        let error = place.fails(&[&REPLAY[..], &["--json", "nowhere"]].concat());
+        assert!(error.contains("leads nowhere"), "{error}");
+        assert!(!place.path("gone").exists());
+
+        // Every file of a folder goes the same way: tables, SVG and PNG.
+        let tables = ["scans.csv", "error.svg", "error.png"];
+        fs::create_dir(place.path("out")).unwrap();
+        for table in tables {
+            fs::write(place.path("far").join(table), "old").unwrap();
+            symlink(place.path("far").join(table), place.path("out").join(table)).unwrap();
+        }
+        place.succeeds(&[&REPLAY[..], &["--out", "out"]].concat());
+        for table in tables {
+            assert!(fs::symlink_metadata(place.path("out").join(table)).unwrap().is_symlink(), "{table}");
+            assert!(fs::metadata(place.path("far").join(table)).unwrap().len() > 3, "{table}");
+        }
+        for table in tables {
+            fs::set_permissions(place.path("far").join(table), fs::Permissions::from_mode(0o444)).unwrap();
+            let error = place.fails(&[&REPLAY[..], &["--out", "out"]].concat());
+            assert!(error.contains(table) && error.contains("read-only"), "{error}");
+            fs::set_permissions(place.path("far").join(table), fs::Permissions::from_mode(0o644)).unwrap();
+        }
+    }
+
+    #[test]
+    fn a_fifo_is_written_through() {
+        let place = Workplace::new();
+        let path = place.path("fifo");
+        assert!(Command::new("mkfifo").arg(&path).status().unwrap().success());
+        let reader = {
+            let path = path.clone();
+            thread::spawn(move || fs::read(path).unwrap())
+        };
+        place.succeeds(&[&REPLAY[..], &["--json", "fifo"]].concat());
+        let run: Value = serde_json::from_slice(&reader.join().unwrap()).unwrap();
+        assert_eq!(run["scans"], 11);
+        assert!(fs::symlink_metadata(&path).unwrap().file_type().is_fifo());
+    }
+
+    #[test]
+    fn a_device_is_written_through() {
+        let place = Workplace::new();
+        let path = place.path("null");
+        // A device of our own, so that a failure does no harm. Only the superuser can make one, and only the superuser can
+        // replace one.
+        let made = Command::new("mknod").arg(&path).args(["c", "1", "3"]).stderr(std::process::Stdio::null()).status();
+        let device = if made.is_ok_and(|made| made.success()) { path } else { PathBuf::from("/dev/null") };
+        let device = device.to_str().unwrap();
+        for args in [[&REPLAY[..], &["--json", device]].concat(), vec!["stream", "log", device]] {
+            let (stdout, _) = place.succeeds(&args);
+            assert!(!stdout.is_empty(), "{args:?}");
+            assert!(fs::symlink_metadata(device).unwrap().file_type().is_char_device(), "{args:?}");
+        }
+    }
+}
