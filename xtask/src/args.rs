@@ -1,6 +1,7 @@
 //! The command line: step names, `test` for all of them, `help`.
 
 use crate::bench;
+use crate::debian;
 use crate::steps::{OTHERS, Options, STEPS, Step};
 use crate::toolchain;
 
@@ -8,6 +9,8 @@ use crate::toolchain;
 pub enum Request {
     /// Print this text.
     Help(String),
+    /// Say what is here and what is not.
+    Doctor,
     /// Run these steps, in this order.
     Run(Vec<&'static Step>, Options),
 }
@@ -19,6 +22,8 @@ pub fn parse(words: &[String]) -> Result<Request, String> {
     let mut words = words.iter();
     while let Some(word) = words.next() {
         match word.as_str() {
+            "--strict" => options.strict = true,
+            "doctor" => return Ok(Request::Doctor),
             "--json" => options.json = Some(words.next().ok_or("--json needs a file")?.into()),
             "help" | "--help" | "-h" => {
                 let bench = chosen.iter().any(|step: &&Step| step.name == "bench");
@@ -31,6 +36,7 @@ pub fn parse(words: &[String]) -> Result<Request, String> {
             },
         }
     }
+    toolchain::check_choice()?;
     if chosen.is_empty() {
         return Err("no command given".into());
     }
@@ -39,7 +45,7 @@ pub fn parse(words: &[String]) -> Result<Request, String> {
 
 /// The text of `cargo xtask help`.
 pub fn usage() -> String {
-    let mut text = String::from("Usage: cargo xtask <command>... [--json FILE]\n\nCommands:\n");
+    let mut text = String::from("Usage: cargo xtask <command>... [--strict] [--json FILE]\n\nCommands:\n");
     let mut line = |name: &str, what: &str| text.push_str(&format!("  {name:<9}{what}\n"));
     line("test", "every step below up to `msrv`, in this order; goes on after a failure");
     for step in STEPS {
@@ -48,15 +54,20 @@ pub fn usage() -> String {
     for step in OTHERS {
         line(step.name, step.what);
     }
+    line("doctor", "says which of the programs that steps need are here; changes nothing");
     line("help", "this text; `bench --help` defines the figures of the bench");
-    text.push_str("\nOptions:\n  --json FILE  where `budget` writes its figures, as a list of flat objects, or `bench`,\n               \
+    text.push_str("\nOptions:\n  --strict     a step that could not check everything makes the run a failure\n  --json FILE  where `budget` writes its figures, as a list of flat objects, or `bench`,\n               \
          as a list of objects {name, value, unit}\n");
     text.push_str(&format!(
         "\nEnvironment:\n  {}=rustup|debian\n          \
          the only toolchain the steps for a Cortex-M may use; unset: the first that works of\n          \
          the active toolchain, `rustup target add`, Debian's packages\n\
-         \nExit code: 0 all steps passed or were skipped with a reason, 1 a step failed, 2 wrong usage.\n",
-        toolchain::CHOICE_VARIABLE
+           {}\n          the folder of the recorded logs; unset: shared/data beside the repository\n\
+         \nWhat is not here is unpacked to {}\nor fetched by rustup; where neither is possible the steps that need it are skipped, and the summary counts them.\n\
+         \nExit code: 0 no step failed, 1 one failed, or with --strict was not checked in full, 2 wrong usage.\n",
+        toolchain::CHOICE_VARIABLE,
+        scphd_shared_data::FOLDER,
+        debian::cache().display()
     ));
     text
 }
@@ -77,6 +88,15 @@ mod tests {
     fn test_is_every_step() {
         let all: Vec<&str> = STEPS.iter().map(|step| step.name).collect();
         assert_eq!(names(&["test"]), Some(all));
+    }
+
+    #[test]
+    fn a_run_is_strict_only_when_asked() {
+        let strict = |words: &[&str]| {
+            let words: Vec<String> = words.iter().map(|word| (*word).to_owned()).collect();
+            matches!(parse(&words), Ok(Request::Run(_, Options { strict: true, .. })))
+        };
+        assert!(strict(&["test", "--strict"]) && strict(&["--strict", "fmt"]) && !strict(&["test"]));
     }
 
     #[test]

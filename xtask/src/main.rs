@@ -3,13 +3,19 @@
 mod args;
 mod bench;
 mod budget;
+mod debian;
+mod doctor;
 mod firmware;
 mod install;
+mod msrv;
 mod noalloc;
+mod outcome;
 mod process;
 mod steps;
 mod target;
 mod toolchain;
+mod tools;
+mod unit;
 
 use std::process::ExitCode;
 
@@ -20,6 +26,10 @@ fn main() -> ExitCode {
     match args::parse(&words) {
         Ok(Request::Help(text)) => {
             print!("{text}");
+            ExitCode::SUCCESS
+        }
+        Ok(Request::Doctor) => {
+            print!("{}", doctor::report());
             ExitCode::SUCCESS
         }
         Ok(Request::Run(chosen, options)) => {

@@ -19,6 +19,11 @@ pub fn own_target_dir(name: &str) -> PathBuf {
     root().join(base).join("xtask").join(name)
 }
 
+/// Whether what is committed shall be rewritten with what is measured now, where it is otherwise compared.
+pub fn is_blessing() -> bool {
+    std::env::var_os("SCPHD_BLESS").is_some_and(|value| value == "1")
+}
+
 /// The cargo that started this program, so that `cargo +toolchain xtask` reaches the inner calls too.
 pub fn cargo() -> Command {
     command(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()))

@@ -6,14 +6,19 @@ use std::time::{Duration, Instant};
 use crate::bench;
 use crate::budget;
 use crate::firmware;
+use crate::msrv;
+use crate::outcome::{Missing, Outcome, Stop, Tally};
 use crate::process;
 use crate::target;
+use crate::unit;
 
 /// What the command line says beside the steps.
 #[derive(Debug, Default, PartialEq, Eq)]
 pub struct Options {
     /// Where the budget or the bench writes its figures.
     pub json: Option<PathBuf>,
+    /// Whether a step that could not check everything makes the run a failure.
+    pub strict: bool,
 }
 
 /// One step, which can also be run by its name.
@@ -25,31 +30,12 @@ pub struct Step {
     run: fn(&Options) -> Outcome,
 }
 
-/// How a step ended.
-pub enum Outcome {
-    /// Everything it names was checked and held; the note adds what a reader of the summary should know.
-    Passed(String),
-    /// Nothing was checked, for this reason.
-    Skipped(String),
-    /// For this reason.
-    Failed(String),
-}
-
-impl From<Result<(), String>> for Outcome {
-    fn from(result: Result<(), String>) -> Self {
-        match result {
-            Ok(()) => Self::Passed(String::new()),
-            Err(reason) => Self::Failed(reason),
-        }
-    }
-}
-
 /// Cheapest first, so that the common slips show early.
 pub const STEPS: &[Step] = &[
     Step { name: "fmt", what: "formatting of every package", run: |_| fmt() },
     Step { name: "lint", what: "clippy on every package, warnings are errors", run: |_| lint() },
     Step { name: "doc", what: "documentation builds without a warning", run: |_| doc() },
-    Step { name: "unit", what: "every test of the workspace, documentation examples included", run: |_| unit() },
+    Step { name: "unit", what: "every test of the workspace, documentation examples included", run: |_| unit::step() },
     Step {
         name: "digest",
         what: "the filter's state is bit for bit the same in every build profile",
@@ -72,28 +58,24 @@ pub const STEPS: &[Step] = &[
     },
     Step { name: "budget", what: "flash, RAM, stack and instructions are within budgets.toml", run: budget::step },
     Step {
-        name: "msrv",
-        what: "the workspace builds with the oldest supported Rust, if that is installed",
-        run: |_| msrv(),
-    },
-];
-
-/// Steps that are not part of `test`: their times are of the machine and what else it does, their counts of the compiler.
-pub const OTHERS: &[Step] = &[
-    Step {
-        name: "bench",
-        what: "prints what a scan costs: time, growth, peers, instructions on the target; some minutes",
-        run: bench::step,
-    },
-    Step {
         name: "counts",
         what: "instructions on the host, by callgrind, are those of benches/counts.toml",
         run: |_| bench::counts(),
     },
+    Step { name: "msrv", what: "nothing needs a newer Rust than the oldest supported", run: |_| msrv::step() },
 ];
 
-/// Runs the steps and prints the summary. `false` if one failed.
+/// Steps that are not part of `test`: the times are of the machine and what else it does.
+pub const OTHERS: &[Step] = &[Step {
+    name: "bench",
+    what: "prints what a scan costs: time, growth, peers, instructions on the target; some minutes",
+    run: bench::step,
+}];
+
+/// Runs the steps and prints the summary, of which the last line is alone. `false` if one failed, or, where the run is
+/// strict, did not check everything.
 pub fn run(chosen: &[&Step], options: &Options) -> bool {
+    let begun = Instant::now();
     let mut results = Vec::new();
     for (index, step) in chosen.iter().enumerate() {
         println!("\n=== [{}/{}] {}: {}", index + 1, chosen.len(), step.name, step.what);
@@ -108,51 +90,75 @@ pub fn run(chosen: &[&Step], options: &Options) -> bool {
     for (name, outcome, elapsed) in &results {
         println!("{}", verdict(name, outcome, *elapsed));
     }
-    let failed = results.iter().filter(|(_, outcome, _)| matches!(outcome, Outcome::Failed(_))).count();
-    let skipped = results.iter().filter(|(_, outcome, _)| matches!(outcome, Outcome::Skipped(_))).count();
-    println!("{} passed, {skipped} skipped, {failed} failed", results.len() - failed - skipped);
-    failed == 0
+    println!("{}", line("total", "", begun.elapsed(), ""));
+    let tally = Tally::of(results.iter().map(|(_, outcome, _)| outcome));
+    if options.strict && tally.skipped > 0 {
+        println!("strict: a step that did not check everything is a failure");
+    }
+    println!("{} passed, {} skipped, {} failed", tally.passed, tally.skipped, tally.failed);
+    tally.is_good(options.strict)
 }
 
 /// One line of the summary.
 fn verdict(name: &str, outcome: &Outcome, elapsed: Duration) -> String {
     let (word, note) = match outcome {
         Outcome::Passed(note) => ("ok", note),
+        Outcome::Partly(note) => ("partly", note),
         Outcome::Skipped(note) => ("skipped", note),
         Outcome::Failed(note) => ("FAILED", note),
     };
+    line(word, name, elapsed, note)
+}
+
+fn line(word: &str, name: &str, elapsed: Duration, note: &str) -> String {
     let line = format!("{word:<8}{name:<9}{:>7.1} s  {note}", elapsed.as_secs_f64());
     line.trim_end().to_owned()
+}
+
+/// Features of the workspace that only the firmware or nothing turns on.
+pub const LINT_FEATURES: [&str; 2] = ["--features", "scphd/defmt,scphd/embedded-hal,scphd-stream/defmt"];
+
+/// Fails unless the active toolchain has this command of cargo.
+fn need(command: &str) -> Result<(), Missing> {
+    let said = process::read(process::cargo().args([command, "--version"]));
+    said.map(drop).map_err(|_| Missing(format!("the active toolchain has no `cargo {command}`")))
+}
+
+/// Fails unless the active toolchain has clippy.
+pub fn need_clippy() -> Result<(), Missing> {
+    need("clippy")
 }
 
 /// The firmware is a workspace of its own.
 fn fmt() -> Outcome {
     let firmware = ["fmt", "--manifest-path", "firmware/Cargo.toml", "--", "--check"];
     let workspace = ["fmt", "--all", "--check"];
-    let results = [&workspace[..], &firmware[..]].map(|arguments| process::run(process::cargo().args(arguments)));
-    results.into_iter().collect::<Result<(), String>>().into()
+    let check = || -> Result<(), Stop> {
+        need("fmt")?;
+        let results = [&workspace[..], &firmware[..]].map(|arguments| process::run(process::cargo().args(arguments)));
+        Ok(results.into_iter().collect::<Result<(), String>>()?)
+    };
+    check().into()
 }
 
 fn lint() -> Outcome {
     let mut cargo = process::cargo();
     cargo.args(["clippy", "--workspace", "--all-targets", "--keep-going"]);
-    cargo.args(["--features", "scphd/defmt,scphd/embedded-hal,scphd-stream/defmt", "--", "-D", "warnings"]);
+    cargo.args(LINT_FEATURES).args(["--", "-D", "warnings"]);
     // The other room of the filter on board, which nothing but the firmware's images has.
     let mut few = process::cargo();
     few.args(["clippy", "--package", "scphd-stream", "--features", "few-particles", "--", "-D", "warnings"]);
-    process::run(&mut cargo).and_then(|()| process::run(&mut few)).into()
+    let mut check = || -> Result<(), Stop> {
+        need_clippy()?;
+        Ok(process::run(&mut cargo).and_then(|()| process::run(&mut few))?)
+    };
+    check().into()
 }
 
 fn doc() -> Outcome {
     let mut cargo = process::cargo();
     cargo.env("RUSTDOCFLAGS", "-D warnings").args(["doc", "--workspace", "--no-deps", "--keep-going"]);
     process::run(&mut cargo).into()
-}
-
-fn unit() -> Outcome {
-    // Not with defmt: a test program has no logger to link with.
-    let arguments = ["test", "--workspace", "--no-fail-fast", "--features", "scphd/embedded-hal"];
-    process::run(process::cargo().args(arguments)).into()
 }
 
 /// The step `unit` has checked the digests at the optimisation of its own profile. A filter that is tuned in one
@@ -172,44 +178,28 @@ fn digest() -> Outcome {
     if failures.is_empty() { Outcome::Passed(String::new()) } else { Outcome::Failed(failures.join("; ")) }
 }
 
-/// Checks with the oldest supported toolchain, but only if rustup has it: fetching one is not a test's business.
-fn msrv() -> Outcome {
-    let oldest = env!("CARGO_PKG_RUST_VERSION");
-    let listed = process::read(process::command("rustup").args(["toolchain", "list"])).unwrap_or_default();
-    let Some(toolchain) = listed.split_whitespace().find(|name| is_version(name, oldest)) else {
-        return Outcome::Skipped(format!("NOT CHECKED: no toolchain {oldest} is installed"));
-    };
-    // A toolchain's name is whatever its owner called it; the compiler itself knows better.
-    let version = process::read(process::command("rustup").args(["run", toolchain, "rustc", "--version"]));
-    match version {
-        Ok(version) if version.split(' ').nth(1).is_some_and(|number| is_version(number, oldest)) => {}
-        other => {
-            return Outcome::Skipped(format!("NOT CHECKED: toolchain {toolchain} is not {oldest}: {other:?}"));
-        }
-    }
-    let mut check = process::command("rustup");
-    check.args(["run", toolchain, "cargo", "check", "--workspace", "--all-targets", "--target-dir"]);
-    check.arg(process::own_target_dir("msrv")).env_remove("RUSTC");
-    process::run(&mut check).into()
-}
-
-/// Whether `name` is the release `version`, any patch release of it, or a toolchain called after one.
-fn is_version(name: &str, version: &str) -> bool {
-    name.strip_prefix(version).is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', '-']))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     const FAILS: Step = Step { name: "fails", what: "", run: |_| Outcome::Failed("on purpose".into()) };
     const SKIPS: Step = Step { name: "skips", what: "", run: |_| Outcome::Skipped("on purpose".into()) };
+    const PARTLY: Step = Step { name: "partly", what: "", run: |_| Outcome::Partly("on purpose".into()) };
     const PASSES: Step = Step { name: "passes", what: "", run: |_| Outcome::Passed(String::new()) };
 
     #[test]
     fn one_failure_fails_the_run_and_a_skip_does_not() {
         assert!(run(&[&PASSES, &SKIPS], &Options::default()));
         assert!(!run(&[&FAILS, &PASSES], &Options::default()));
+    }
+
+    #[test]
+    fn a_strict_run_fails_where_something_was_not_checked() {
+        let strict = Options { strict: true, ..Options::default() };
+        assert!(run(&[&PASSES], &strict));
+        assert!(!run(&[&PASSES, &SKIPS], &strict));
+        assert!(!run(&[&PARTLY, &PASSES], &strict));
+        assert!(run(&[&PARTLY, &PASSES], &Options::default()));
     }
 
     #[test]
@@ -231,14 +221,5 @@ mod tests {
         names.sort_unstable();
         names.dedup();
         assert_eq!(names.len(), STEPS.len());
-    }
-
-    #[test]
-    fn versions_match_whole_numbers() {
-        assert!(is_version("1.89", "1.89"));
-        assert!(is_version("1.89.0", "1.89"));
-        assert!(is_version("1.89-x86_64-unknown-linux-gnu", "1.89"));
-        assert!(!is_version("1.890.0", "1.89"));
-        assert!(!is_version("stable-1.89", "1.89"));
     }
 }

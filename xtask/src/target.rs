@@ -1,8 +1,8 @@
 //! The core, built for a Cortex-M where there is neither std nor alloc.
 
 use crate::noalloc;
+use crate::outcome::{Outcome, Stop};
 use crate::process;
-use crate::steps::Outcome;
 use crate::toolchain::{self, Toolchain};
 
 /// Cortex-M4F and M7 with an FPU. It has neither std nor an operating system, so whatever builds for it is no_std.
@@ -10,10 +10,8 @@ const TARGET: &str = "thumbv7em-none-eabihf";
 
 /// The step: find a toolchain, build, check.
 pub fn step() -> Outcome {
-    match toolchain::find(&[TARGET]).and_then(|toolchain| build(&toolchain)) {
-        Ok(note) => Outcome::Passed(note),
-        Err(reason) => Outcome::Failed(reason),
-    }
+    let check = || -> Result<Outcome, Stop> { Ok(Outcome::Passed(build(&toolchain::find()?)?)) };
+    check().into()
 }
 
 /// Builds the core where there is no `alloc`, and looks at the library.

@@ -2,11 +2,16 @@
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::sync::OnceLock;
 use std::time::Duration;
 
+use crate::debian::{self, Bundle, Tree};
+use crate::firmware::board::TARGETS;
 use crate::install;
 use crate::noalloc;
+use crate::outcome::Missing;
 use crate::process;
+use crate::tools;
 
 /// The environment variable that forces one kind of toolchain.
 pub const CHOICE_VARIABLE: &str = "SCPHD_TARGET_TOOLCHAIN";
@@ -14,9 +19,18 @@ pub const CHOICE_VARIABLE: &str = "SCPHD_TARGET_TOOLCHAIN";
 /// A rustup that cannot reach its server retries for a long time; a reachable one needs seconds.
 const DOWNLOAD_LIMIT: Duration = Duration::from_secs(120);
 
-const DEBIAN_CARGO: &str = "/usr/bin/cargo";
-const DEBIAN_RUSTC: &str = "/usr/bin/rustc";
-const DEBIAN_PACKAGES: [&str; 3] = ["rustc-web", "cargo-web", "rust-web-src"];
+/// Debian's Rust for building web browsers, which is kept recent in stable releases, or its ordinary one.
+const DEBIAN: Bundle = Bundle {
+    name: "rust",
+    packages: &[
+        &["rustc-web", "cargo-web", "rust-web-src", "rust-web-clippy"],
+        &["rustc", "cargo", "rust-src", "rust-clippy"],
+    ],
+    oldest: OLDEST,
+};
+
+/// The oldest compiler that this project supports.
+pub const OLDEST: &str = env!("CARGO_PKG_RUST_VERSION");
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Choice {
@@ -37,49 +51,71 @@ impl Choice {
 }
 
 /// A toolchain that can build for a Cortex-M.
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Toolchain {
-    /// The active one, which has the target's libraries under this sysroot.
+    /// The active one, which has the targets' libraries under this sysroot.
     Active { sysroot: PathBuf },
-    /// Debian's, which compiles `core` from its sources.
-    Debian,
+    /// Debian's, which compiles `core` from its sources: installed, or unpacked to a folder.
+    Debian { unpacked: Option<Tree> },
 }
 
-/// A toolchain for all of `targets`: tries the alternatives in their order and says what became of each.
-pub fn find(targets: &[&str]) -> Result<Toolchain, String> {
+/// What was found, which the next step need not look for again.
+static FOUND: OnceLock<Result<Toolchain, Missing>> = OnceLock::new();
+
+/// Fails where [`CHOICE_VARIABLE`] has a value that means nothing.
+pub fn check_choice() -> Result<(), String> {
+    choice().map(drop)
+}
+
+fn choice() -> Result<Choice, String> {
+    Choice::from_variable(std::env::var(CHOICE_VARIABLE).ok().as_deref())
+}
+
+/// A toolchain for the targets of all boards: tries the alternatives in their order and says what became of each.
+pub fn find() -> Result<Toolchain, Missing> {
+    FOUND.get_or_init(|| look(&TARGETS)).clone()
+}
+
+/// One way to a toolchain for some targets.
+type Alternative = fn(&[&str]) -> Result<Toolchain, String>;
+
+fn look(targets: &[&str]) -> Result<Toolchain, Missing> {
     let names = targets.join(" and ");
-    let choice = Choice::from_variable(std::env::var(CHOICE_VARIABLE).ok().as_deref())?;
+    let choice = choice().map_err(Missing)?;
     println!("looking for a toolchain that builds for {names}");
-    if choice != Choice::Debian {
-        for (name, alternative) in
-            [("active toolchain", active as fn(&[&str]) -> Result<_, _>), ("rustup target add", add_with_rustup)]
-        {
-            if let Some(toolchain) = report(name, alternative(targets)) {
+    // What is here first, then what has to be fetched.
+    let alternatives: [(&str, Choice, Alternative); 4] = [
+        ("active toolchain", Choice::Rustup, active),
+        ("Debian's packages", Choice::Debian, |_| debian_here()),
+        ("rustup target add", Choice::Rustup, add_with_rustup),
+        ("Debian's packages, unpacked or installed now", Choice::Debian, |_| debian_fetched()),
+    ];
+    let mut reasons = Vec::new();
+    for (name, kind, alternative) in alternatives {
+        if choice != Choice::First && choice != kind {
+            continue;
+        }
+        // The linker too, so that only what is wrong with an image can go wrong when it is linked.
+        let found = alternative(targets).and_then(|toolchain| {
+            toolchain.linker(&mut Command::new("cargo")).map(|_| toolchain).map_err(|Missing(reason)| reason)
+        });
+        match found {
+            Ok(toolchain) => {
+                println!("- {name}: works");
                 return Ok(toolchain);
+            }
+            Err(reason) => {
+                println!("- {name}: {reason}");
+                reasons.push(format!("{name}: {reason}"));
             }
         }
     }
-    if choice != Choice::Rustup
-        && let Some(toolchain) = report("Debian's packages", debian())
-    {
-        return Ok(toolchain);
-    }
-    Err(match choice {
-        Choice::First => format!("no toolchain here builds for {names}; see the reasons above"),
-        _ => format!("no toolchain that {CHOICE_VARIABLE} allows builds for {names}; see the reasons above"),
-    })
+    Err(Missing(format!("no toolchain for {names} ({})", reasons.join("; "))))
 }
 
-fn report(name: &str, found: Result<Toolchain, String>) -> Option<Toolchain> {
-    match found {
-        Ok(toolchain) => {
-            println!("- {name}: works");
-            Some(toolchain)
-        }
-        Err(reason) => {
-            println!("- {name}: {reason}");
-            None
-        }
-    }
+/// The toolchain that is here, and nothing fetched.
+pub fn here(targets: &[&str]) -> Result<Toolchain, String> {
+    active(targets).or_else(|reason| debian_here().map_err(|other| format!("{reason}; {other}")))
 }
 
 /// The active toolchain, if it has the targets, whoever installed them.
@@ -91,7 +127,8 @@ fn active(targets: &[&str]) -> Result<Toolchain, String> {
     }
 }
 
-fn active_sysroot() -> Result<PathBuf, String> {
+/// Where the active toolchain has its libraries.
+pub fn active_sysroot() -> Result<PathBuf, String> {
     process::read(process::command(noalloc::rustc()).args(["--print", "sysroot"])).map(PathBuf::from)
 }
 
@@ -103,49 +140,35 @@ fn add_with_rustup(targets: &[&str]) -> Result<Toolchain, String> {
     active(targets)
 }
 
-/// Debian's Rust for building web browsers, which is kept recent in stable releases; installed if that is allowed.
-fn debian() -> Result<Toolchain, String> {
-    match debian_usable() {
-        Ok(()) => Ok(Toolchain::Debian),
-        Err(reason) => {
-            println!("  not yet: {reason}");
-            install::packages(&DEBIAN_PACKAGES)?;
-            debian_usable().map(|()| Toolchain::Debian)
+/// Debian's toolchain, if it is installed or was unpacked before.
+fn debian_here() -> Result<Toolchain, String> {
+    let installed = Toolchain::Debian { unpacked: None };
+    installed.debian_usable().map(|()| installed.clone()).or_else(|reason| match debian::unpacked(&DEBIAN) {
+        None => Err(reason),
+        unpacked => {
+            let toolchain = Toolchain::Debian { unpacked };
+            toolchain.debian_usable().map(|()| toolchain.clone())
         }
-    }
+    })
 }
 
-/// Whether Debian's toolchain is there, new enough, and has the sources of `core`.
-fn debian_usable() -> Result<(), String> {
-    for program in [DEBIAN_CARGO, DEBIAN_RUSTC] {
-        if !Path::new(program).is_file() {
-            return Err(format!("{program} is missing"));
-        }
-    }
-    let version = process::read(debian_command(DEBIAN_RUSTC).arg("--version"))?;
-    let oldest = env!("CARGO_PKG_RUST_VERSION");
-    if minor_version(&version).is_none_or(|minor| Some(minor) < minor_version(oldest)) {
-        return Err(format!("{DEBIAN_RUSTC} is `{version}`, older than {oldest}"));
-    }
-    // The packages link the sources to where `-Zbuild-std` looks for them.
-    let sysroot = process::read(debian_command(DEBIAN_RUSTC).args(["--print", "sysroot"]))?;
-    let sources = Path::new(&sysroot).join("lib/rustlib/src/rust/library/core/Cargo.toml");
-    if sources.is_file() { Ok(()) } else { Err(format!("{} is missing", sources.display())) }
+/// Debian's toolchain, unpacked to a folder of this project, or installed where that cannot be.
+fn debian_fetched() -> Result<Toolchain, String> {
+    let unpacked = debian::fetch(&DEBIAN).and_then(|tree| {
+        let toolchain = Toolchain::Debian { unpacked: Some(tree) };
+        toolchain.debian_usable().map(|()| toolchain)
+    });
+    unpacked.or_else(|reason| {
+        println!("  unpacked: {reason}");
+        let installed = Toolchain::Debian { unpacked: None };
+        let done = install::packages(DEBIAN.packages[0]).and_then(|()| installed.debian_usable());
+        done.map(|()| installed).map_err(|other| format!("{reason}; {other}"))
+    })
 }
 
 /// The number 96 of "rustc 1.96.0 (…)" or of "1.96".
 fn minor_version(text: &str) -> Option<u32> {
     text.split(' ').find_map(|word| word.strip_prefix("1."))?.split('.').next()?.parse().ok()
-}
-
-/// A command of Debian's toolchain, kept apart from the one that runs this program.
-fn debian_command(program: &str) -> Command {
-    let mut command = process::command(program);
-    for variable in ["CARGO", "RUSTUP_TOOLCHAIN", "LD_LIBRARY_PATH", "RUSTC_WRAPPER", "RUSTC_WORKSPACE_WRAPPER"] {
-        command.env_remove(variable);
-    }
-    clear_flags(&mut command);
-    command
 }
 
 /// The build is judged with the flags given here and no others.
@@ -158,7 +181,8 @@ impl Toolchain {
     pub fn name(&self) -> &'static str {
         match self {
             Self::Active { .. } => "the active toolchain",
-            Self::Debian => "Debian's toolchain",
+            Self::Debian { unpacked: None } => "Debian's toolchain",
+            Self::Debian { unpacked: Some(_) } => "Debian's toolchain, unpacked",
         }
     }
 
@@ -166,8 +190,54 @@ impl Toolchain {
     pub fn key(&self) -> &'static str {
         match self {
             Self::Active { .. } => "active",
-            Self::Debian => "debian",
+            Self::Debian { .. } => "debian",
         }
+    }
+
+    /// The compiler's name and version.
+    pub fn compiler(&self) -> Result<String, String> {
+        process::read(self.program("rustc").arg("--version"))
+    }
+
+    /// One of its programs, kept apart from the toolchain that runs this one.
+    fn program(&self, name: &str) -> Command {
+        let Self::Debian { unpacked } = self else {
+            return process::command(if name == "rustc" { noalloc::rustc() } else { name.into() });
+        };
+        let mut command = process::command(self.path(name));
+        for variable in ["CARGO", "RUSTUP_TOOLCHAIN", "LD_LIBRARY_PATH", "RUSTC_WRAPPER", "RUSTC_WORKSPACE_WRAPPER"] {
+            command.env_remove(variable);
+        }
+        clear_flags(&mut command);
+        if let Some(tree) = unpacked {
+            tree.equip(&mut command);
+        }
+        command
+    }
+
+    fn path(&self, program: &str) -> PathBuf {
+        match self {
+            Self::Debian { unpacked: Some(tree) } => tree.path("usr/bin").join(program),
+            Self::Debian { unpacked: None } => Path::new("/usr/bin").join(program),
+            Self::Active { .. } => program.into(),
+        }
+    }
+
+    /// Whether Debian's toolchain is there, new enough, and has the sources of `core`.
+    fn debian_usable(&self) -> Result<(), String> {
+        for program in ["cargo", "rustc"].map(|name| self.path(name)) {
+            if !program.is_file() {
+                return Err(format!("{} is missing", program.display()));
+            }
+        }
+        let version = self.compiler()?;
+        if minor_version(&version).is_none_or(|minor| Some(minor) < minor_version(OLDEST)) {
+            return Err(format!("{} is `{version}`, older than {OLDEST}", self.path("rustc").display()));
+        }
+        // The packages link the sources to where `-Zbuild-std` looks for them.
+        let sysroot = process::read(self.program("rustc").args(["--print", "sysroot"]))?;
+        let sources = Path::new(&sysroot).join("lib/rustlib/src/rust/library/core/Cargo.toml");
+        if sources.is_file() { Ok(()) } else { Err(format!("{} is missing", sources.display())) }
     }
 
     /// `cargo build`, judged with the flags given by the caller and no others; `libraries` are those that a toolchain
@@ -180,37 +250,69 @@ impl Toolchain {
                 cargo.arg("build");
                 cargo
             }
-            Self::Debian => {
-                let mut cargo = debian_command(DEBIAN_CARGO);
-                // Building `core` from its sources is an unstable feature of cargo, and this is a stable cargo.
-                cargo.env("RUSTC_BOOTSTRAP", "1").env("RUSTC", DEBIAN_RUSTC);
-                cargo.arg("build").arg(format!("-Zbuild-std={libraries}"));
+            Self::Debian { .. } => {
+                let mut cargo = self.program("cargo");
+                self.with_sources(cargo.arg("build"), libraries);
                 cargo
             }
         }
     }
 
-    /// Compiler flags that name a linker for bare metal, where the toolchain does not find its own.
-    pub fn linker_flags(&self) -> Result<Vec<String>, String> {
-        let beside_rustc = active_sysroot().ok().map(|sysroot| {
-            let host = format!("lib/rustlib/{}-unknown-linux-gnu/bin/rust-lld", std::env::consts::ARCH);
-            sysroot.join(host)
-        });
-        let own = beside_rustc.filter(|path| path.is_file());
+    /// `cargo clippy`, as [`Self::cargo_build`]. The error says that it has none.
+    pub fn cargo_clippy(&self, libraries: &str) -> Result<Command, String> {
+        match self {
+            Self::Active { .. } => {
+                let mut cargo = process::cargo();
+                clear_flags(&mut cargo);
+                cargo.arg("clippy");
+                Ok(cargo)
+            }
+            Self::Debian { .. } if !self.path("cargo-clippy").is_file() => {
+                Err(format!("{} has no clippy", self.name()))
+            }
+            Self::Debian { .. } => {
+                let mut cargo = self.program("cargo-clippy");
+                cargo.env("CARGO", self.path("cargo"));
+                self.with_sources(cargo.arg("clippy"), libraries);
+                Ok(cargo)
+            }
+        }
+    }
+
+    fn with_sources(&self, cargo: &mut Command, libraries: &str) {
+        // Building `core` from its sources is an unstable feature of cargo, and this is a stable cargo.
+        cargo.env("RUSTC_BOOTSTRAP", "1").env("RUSTC", self.path("rustc")).arg(format!("-Zbuild-std={libraries}"));
+    }
+
+    /// Gives a build the linker for bare metal, where the toolchain does not find its own; the flags are for its compiler.
+    pub fn linker(&self, build: &mut Command) -> Result<Vec<String>, Missing> {
+        let own = beside_rustc().filter(|path| path.is_file());
         if own.is_some() && matches!(self, Self::Active { .. }) {
             return Ok(Vec::new());
         }
         let linker = match own {
             Some(path) => path,
             None => {
-                if process::read(process::command("ld.lld").arg("--version")).is_err() {
-                    install::packages(&["lld"])?;
-                }
-                PathBuf::from("ld.lld")
+                let tool = tools::LLD.obtain()?;
+                tool.equip(build);
+                tool.program().to_owned()
             }
         };
         Ok(vec![format!("-Clinker={}", linker.display()), "-Clinker-flavor=ld.lld".into()])
     }
+}
+
+/// The linker that the active toolchain brings along.
+pub fn beside_rustc() -> Option<PathBuf> {
+    let host = host().ok()?;
+    Some(active_sysroot().ok()?.join(format!("lib/rustlib/{host}/bin/rust-lld")))
+}
+
+/// The machine that the active compiler builds for when it is not told another.
+pub fn host() -> Result<String, String> {
+    let text = process::read(process::command(noalloc::rustc()).arg("-vV"))?;
+    let host = text.lines().find_map(|line| line.strip_prefix("host: "));
+    host.map(str::to_owned).ok_or_else(|| "the compiler does not name its host".into())
 }
 
 #[cfg(test)]

@@ -7,17 +7,21 @@ use std::time::Duration;
 use serde::{Deserialize, Serialize};
 
 use super::PACKAGE;
-use crate::install;
 use crate::noalloc;
+use crate::outcome::{Missing, Outcome, Stop};
 use crate::process;
-use crate::steps::Outcome;
+use crate::toolchain;
+use crate::tools::{Tool, VALGRIND};
 
 /// The committed counts.
 const FILE: &str = "benches/counts.toml";
-/// Set to 1 to rewrite them.
-const BLESS: &str = "SCPHD_BLESS";
-/// By how much a count may rise before the step fails.
-const TOLERANCE: f64 = 0.03;
+/// What stands above them.
+const HEAD: &str = "\
+# Instructions of a step, a motion and a scan, on the host; `cargo xtask counts` compares them, and rewrites them where
+# the environment variable SCPHD_BLESS is 1. They are of this compiler and this kind of machine. A count may rise by
+# `tolerance_percent` with the same compiler, and by `other_compiler_percent` with another; on another kind of machine
+# nothing can be compared.
+";
 /// The setups run under callgrind too, fifty times slower than elsewhere.
 const LIMIT: Duration = Duration::from_secs(1800);
 /// Steps that the benches count together.
@@ -31,53 +35,71 @@ const RUNNER: &str = "gungraun-runner";
 #[serde(deny_unknown_fields)]
 struct Counts {
     compiler: String,
+    /// The machine that it compiles for.
+    host: String,
+    tolerance_percent: f64,
+    other_compiler_percent: f64,
     /// Instructions of a step, a motion and a scan.
     instructions: BTreeMap<String, u64>,
 }
 
 /// The step.
 pub fn step() -> Outcome {
-    match compare() {
-        Ok(note) => Outcome::Passed(note),
-        Err(reason) => Outcome::Failed(reason),
-    }
+    compare().into()
 }
 
-fn compare() -> Result<String, String> {
+fn compare() -> Result<Outcome, Stop> {
     let path = process::root().join(FILE);
-    let counted = count()?;
-    if std::env::var_os(BLESS).is_some_and(|value| value == "1") {
-        let text = toml::to_string(&counted).map_err(|error| error.to_string())?;
-        let head = "# Instructions of a step, a motion and a scan, on the host; `cargo xtask counts` compares them, and rewrites\n\
-                    # them where the environment variable SCPHD_BLESS is 1.\n";
-        std::fs::write(&path, format!("{head}{text}")).map_err(|error| format!("{}: {error}", path.display()))?;
-        return Ok(format!("{FILE} rewritten"));
-    }
     let text = std::fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()))?;
     let committed: Counts = toml::from_str(&text).map_err(|error| format!("{}: {error}", path.display()))?;
+    let compiler = process::read(process::command(noalloc::rustc()).arg("--version"))?;
+    let counted = Counts { compiler, host: toolchain::host()?, instructions: count()?, ..committed.clone() };
+    if process::is_blessing() {
+        let text = toml::to_string(&counted).map_err(|error| error.to_string())?;
+        std::fs::write(&path, format!("{HEAD}{text}")).map_err(|error| format!("{}: {error}", path.display()))?;
+        return Ok(Outcome::Passed(format!("{FILE} rewritten")));
+    }
     for (name, count) in &counted.instructions {
         let before =
             committed.instructions.get(name).map_or_else(|| "new".to_owned(), |before| change(*before, *count));
         println!("{name:24} {count:>12}  {before}");
     }
-    if counted.compiler != committed.compiler {
-        return Ok(format!("NOT COMPARED: {FILE} is of {}, this is {}", committed.compiler, counted.compiler));
-    }
-    let worse = committed.risen(&counted);
-    if worse.is_empty() { Ok(format!("{} counts", counted.instructions.len())) } else { Err(worse.join("; ")) }
+    committed.judge(&counted)
 }
 
 impl Counts {
-    /// The counts that have risen by more than the tolerance, or are gone.
-    fn risen(&self, now: &Self) -> Vec<String> {
+    /// Whether these counts are still as committed.
+    fn judge(&self, now: &Self) -> Result<Outcome, Stop> {
+        if now.host != self.host {
+            let reason = format!("counted, NOT COMPARED: {FILE} is of {}, this is {}", self.host, now.host);
+            return Err(Missing(reason).into());
+        }
+        let same = now.compiler == self.compiler;
+        let percent = if same { self.tolerance_percent } else { self.other_compiler_percent };
+        let worse = self.risen(now, percent);
+        let other = format!(
+            "of another compiler, so compared within {percent} %: counted with {}, this is {}",
+            self.compiler, now.compiler
+        );
+        match (worse.is_empty(), same) {
+            (true, true) => Ok(Outcome::Passed(format!("{} counts within {percent} %", now.instructions.len()))),
+            (true, false) => Ok(Outcome::Passed(format!("{} counts {other}", now.instructions.len()))),
+            (false, true) => Err(worse.join("; ").into()),
+            (false, false) => Err(format!("{}; {other}", worse.join("; ")).into()),
+        }
+    }
+
+    /// The counts that have risen by more than so much, that are gone, and that nothing is committed for.
+    fn risen(&self, now: &Self, percent: f64) -> Vec<String> {
         let each = self.instructions.iter().filter_map(|(name, &before)| match now.instructions.get(name) {
             None => Some(format!("{name} is no longer counted")),
-            Some(&now) if now as f64 > before as f64 * (1.0 + TOLERANCE) => {
+            Some(&now) if now as f64 > before as f64 * (1.0 + percent / 100.0) => {
                 Some(format!("{name} has risen from {before} to {now} instructions"))
             }
             Some(_) => None,
         });
-        each.collect()
+        let new = now.instructions.keys().filter(|name| !self.instructions.contains_key(*name));
+        each.chain(new.map(|name| format!("{name} is not in {FILE}"))).collect()
     }
 }
 
@@ -87,13 +109,11 @@ fn change(before: u64, now: u64) -> String {
 }
 
 /// Runs the benches in callgrind.
-fn count() -> Result<Counts, String> {
-    if process::read(process::command("valgrind").arg("--version")).is_err() {
-        install::packages(&["valgrind"])?;
-    }
-    let tools = runner()?;
+fn count() -> Result<BTreeMap<String, u64>, Stop> {
+    let mut folders = vec![runner()?];
+    folders.extend(valgrind_folder(&VALGRIND.obtain()?)?);
     let path = std::env::var_os("PATH").unwrap_or_default();
-    let paths = std::iter::once(tools).chain(std::env::split_paths(&path));
+    let paths = folders.into_iter().chain(std::env::split_paths(&path));
     let path = std::env::join_paths(paths).map_err(|error| error.to_string())?;
     let mut bench = process::cargo();
     bench.env("PATH", path).env("GUNGRAUN_HOME", process::own_target_dir("gungraun"));
@@ -109,8 +129,21 @@ fn count() -> Result<Counts, String> {
     if instructions.is_empty() {
         return Err("nothing was counted".into());
     }
-    let compiler = process::read(process::command(noalloc::rustc()).arg("--version"))?;
-    Ok(Counts { compiler, instructions })
+    Ok(instructions)
+}
+
+/// A folder with a `valgrind` that finds its tools, where it was unpacked; it looks for them where it would be installed.
+fn valgrind_folder(valgrind: &Tool) -> Result<Option<PathBuf>, String> {
+    let Some(tree) = valgrind.tree() else { return Ok(None) };
+    let folder = process::own_target_dir("valgrind");
+    let script = folder.join("valgrind");
+    let tools = tree.path("usr/libexec/valgrind");
+    let text =
+        format!("#!/bin/sh\nVALGRIND_LIB='{}' exec '{}' \"$@\"\n", tools.display(), valgrind.program().display());
+    let written = std::fs::create_dir_all(&folder).and_then(|()| std::fs::write(&script, text));
+    written.map_err(|error| format!("{}: {error}", script.display()))?;
+    process::read(process::command("chmod").arg("+x").arg(&script))?;
+    Ok(Some(folder))
 }
 
 /// All instructions of a bench; beside those of an earlier run, where there was one.
@@ -121,7 +154,7 @@ fn total(summary: &serde_json::Value) -> Option<u64> {
 }
 
 /// The folder of the runner, which is installed there in the version of the library.
-fn runner() -> Result<PathBuf, String> {
+fn runner() -> Result<PathBuf, Stop> {
     let lock = std::fs::read_to_string(process::root().join("Cargo.lock")).map_err(|error| error.to_string())?;
     let version = locked_version(&lock, RUNNER).ok_or_else(|| format!("Cargo.lock has no {RUNNER}"))?;
     let tools = process::own_target_dir("tools");
@@ -133,7 +166,7 @@ fn runner() -> Result<PathBuf, String> {
     let mut install = process::cargo();
     install.args(["install", RUNNER, "--locked", "--force", "--version", &version, "--root"]).arg(&tools);
     install.arg("--target-dir").arg(Path::new(&tools).join("build"));
-    process::run(&mut install)?;
+    process::run(&mut install).map_err(|reason| Missing(format!("no {RUNNER} {version}: {reason}")))?;
     Ok(tools.join("bin"))
 }
 
@@ -151,16 +184,34 @@ mod tests {
 
     fn counts(rows: &[(&str, u64)]) -> Counts {
         let instructions = rows.iter().map(|&(name, count)| (name.to_owned(), count)).collect();
-        Counts { compiler: "rustc".into(), instructions }
+        let [compiler, host] = ["rustc 1", "here"].map(str::to_owned);
+        Counts { compiler, host, tolerance_percent: 3.0, other_compiler_percent: 15.0, instructions }
     }
 
     #[test]
     fn a_rise_and_a_loss_fail_and_a_fall_does_not() {
         let committed = counts(&[("same", 1000), ("less", 1000), ("little", 1000), ("more", 1000), ("gone", 1000)]);
         let now = counts(&[("same", 1000), ("less", 10), ("little", 1029), ("more", 1031), ("new", 7)]);
-        let risen = committed.risen(&now);
-        assert_eq!(risen.len(), 2);
-        assert!(risen[0].starts_with("gone") && risen[1].starts_with("more"), "{risen:?}");
+        let risen = committed.risen(&now, 3.0);
+        assert_eq!(risen.len(), 3);
+        assert!(
+            risen[0].starts_with("gone") && risen[1].starts_with("more") && risen[2].starts_with("new"),
+            "{risen:?}"
+        );
+    }
+
+    #[test]
+    fn another_compiler_has_more_room_and_another_machine_none() {
+        let committed = counts(&[("scan", 1000)]);
+        let with = |compiler: &str, host: &str, count| {
+            let now = Counts { compiler: compiler.into(), host: host.into(), ..counts(&[("scan", count)]) };
+            Outcome::from(committed.judge(&now))
+        };
+        assert!(matches!(with("rustc 1", "here", 1029), Outcome::Passed(_)));
+        assert!(matches!(with("rustc 1", "here", 1100), Outcome::Failed(_)));
+        assert!(matches!(with("rustc 2", "here", 1100), Outcome::Passed(note) if note.contains("another compiler")));
+        assert!(matches!(with("rustc 2", "here", 1160), Outcome::Failed(_)));
+        assert!(matches!(with("rustc 1", "there", 1000), Outcome::Skipped(note) if note.contains("NOT COMPARED")));
     }
 
     #[test]

@@ -12,8 +12,9 @@ use comfy_table::{CellAlignment, Table};
 use serde::{Deserialize, Serialize};
 
 use crate::budget;
+use crate::outcome::{Outcome, Stop};
 use crate::process;
-use crate::steps::{Options, Outcome};
+use crate::steps::Options;
 
 pub use counts::step as counts;
 pub use definitions::text as definitions;
@@ -47,13 +48,10 @@ const PEERS: [(&str, &str, f64); 3] = [
 
 /// The step `bench`.
 pub fn step(options: &Options) -> Outcome {
-    match measure(options) {
-        Ok(note) => Outcome::Passed(note),
-        Err(reason) => Outcome::Failed(reason),
-    }
+    measure(options).map(Outcome::Passed).into()
 }
 
-fn measure(options: &Options) -> Result<String, String> {
+fn measure(options: &Options) -> Result<String, Stop> {
     let criterion = process::own_target_dir("criterion");
     let mut bench = process::cargo();
     bench.env("CRITERION_HOME", &criterion);
@@ -139,7 +137,7 @@ impl Times {
 }
 
 /// Instructions and memory of the scenario of section 5.3.1 in QEMU.
-fn on_target() -> Result<Vec<Figure>, String> {
+fn on_target() -> Result<Vec<Figure>, Stop> {
     let measured = budget::measure(|budget| {
         let wanted = [("mps2-an500", "32x2-f32"), ("mps2-an386", "32x2-f32"), ("mps2-an500", "4x1-informed-f32")];
         budget.scenario == "thesis-dynamic" && wanted.contains(&(&*budget.board, &*budget.configuration))

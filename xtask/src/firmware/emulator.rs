@@ -7,29 +7,24 @@ use defmt_decoder::{DecodeError, Table};
 
 use super::board::Board;
 use super::image::Image;
-use crate::install;
+use crate::outcome::Missing;
 use crate::process;
-
-const QEMU: &str = "qemu-system-arm";
+use crate::tools::{QEMU, Tool};
 
 /// A run that takes longer has gone wrong.
 const LIMIT: Duration = Duration::from_secs(1800);
 
-/// Fails unless QEMU is there or can be installed.
-pub fn prepare() -> Result<(), String> {
-    let version = || process::read(process::command(QEMU).arg("--version"));
-    if version().is_err() {
-        install::packages(&[QEMU])?;
-    }
-    let version = version()?;
-    println!("{}", version.lines().next().unwrap_or_default());
-    Ok(())
+/// QEMU, if it is here or can be had.
+pub fn prepare() -> Result<Tool, Missing> {
+    let qemu = QEMU.obtain()?;
+    println!("{} ({})", qemu.version, qemu.place());
+    Ok(qemu)
 }
 
 /// Runs `image` on `board` with a stream in its memory, and returns what it printed, line by line.
-pub fn run(board: &Board, image: &Image, stream: &Path) -> Result<Vec<String>, String> {
+pub fn run(qemu: &Tool, board: &Board, image: &Image, stream: &Path) -> Result<Vec<String>, String> {
     let address = board.stream.ok_or_else(|| format!("QEMU has no {}", board.name))?;
-    let mut qemu = process::command(QEMU);
+    let mut qemu = qemu.command();
     qemu.args(["-machine", board.name, "-nographic", "-monitor", "none", "-serial", "none"]);
     // One instruction, one nanosecond: counts are the same in every run.
     qemu.args(["-icount", "shift=0", "-semihosting-config", "enable=on,target=native", "-kernel"]).arg(&image.path);

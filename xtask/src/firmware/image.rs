@@ -9,6 +9,7 @@ use object::{Object, ObjectSection, ObjectSymbol, SectionFlags, SectionKind, elf
 use super::board::{Board, REFERENCE};
 use super::rig::Rig;
 use super::streams::Precision;
+use crate::outcome::Missing;
 use crate::process;
 use crate::toolchain::Toolchain;
 
@@ -82,8 +83,8 @@ fn target_dir(toolchain: &Toolchain) -> PathBuf {
 fn cargo(toolchain: &Toolchain, board: &Board, name: &str, extra: &Extra<'_>) -> Result<Command, String> {
     let libraries = if extra.features.is_empty() { "core" } else { "core,alloc" };
     let mut flags: Vec<String> = board.flags.iter().chain(extra.flags).map(|&flag| flag.to_owned()).collect();
-    flags.extend(toolchain.linker_flags()?);
     let mut cargo = toolchain.cargo_build(libraries);
+    flags.extend(toolchain.linker(&mut cargo).map_err(|Missing(reason)| reason)?);
     cargo.current_dir(process::root().join("firmware"));
     cargo.env("CARGO_ENCODED_RUSTFLAGS", flags.join("\x1f"));
     if board.name == REFERENCE.name {

@@ -1,12 +1,12 @@
 //! The step `proof`: what is linked holds no panic and no allocator, fits the reference board, and the checks that say
 //! so fail where they should.
 
-use super::board::{Board, EMULATED, REFERENCE, TARGETS};
+use super::board::{Board, EMULATED, REFERENCE};
 use super::image::{self, Extra, Image};
 use super::rig::{PLANAR, UNDERWATER};
 use super::streams::Precision;
 use crate::noalloc;
-use crate::steps::Outcome;
+use crate::outcome::{Outcome, Stop};
 use crate::toolchain;
 
 /// The image whose panic handler calls a function that does not exist.
@@ -21,16 +21,11 @@ const TOO_SMALL: Board = Board { name: "too-small", ..REFERENCE };
 
 /// The step.
 pub fn step() -> Outcome {
-    match prove() {
-        Ok(()) => {
-            Outcome::Passed("no panic, no allocator, fits the reference board; each check fails where it should".into())
-        }
-        Err(reason) => Outcome::Failed(reason),
-    }
+    prove().into()
 }
 
-fn prove() -> Result<(), String> {
-    let toolchain = toolchain::find(&TARGETS)?;
+fn prove() -> Result<Outcome, Stop> {
+    let toolchain = toolchain::find()?;
     // An underwater vehicle's code is the same for every board with a processor of this kind.
     let dive = (&REFERENCE, UNDERWATER, Precision::F32);
     let boards = EMULATED.iter().chain([&REFERENCE]);
@@ -40,14 +35,14 @@ fn prove() -> Result<(), String> {
         let image = image::build(&toolchain, board, PROOF, &Extra { features, flags: &[] })
             .map_err(|error| format!("a panic is reachable, or the image does not fit {}: {error}", board.name))?;
         if let Some(symbol) = allocator_symbol(&image)? {
-            return Err(format!("{} has the allocator's {symbol}", image.path.display()));
+            return Err(format!("{} has the allocator's {symbol}", image.path.display()).into());
         }
     }
     for (rig, precision) in [(PLANAR, Precision::F32), (PLANAR, Precision::F64), (UNDERWATER, Precision::F32)] {
         let name = rig.image(precision);
         let image = image::build_replay(&toolchain, &REFERENCE, rig, precision)?;
         if let Some(symbol) = allocator_symbol(&image)? {
-            return Err(format!("{} has the allocator's {symbol}", image.path.display()));
+            return Err(format!("{} has the allocator's {symbol}", image.path.display()).into());
         }
         println!("{name} fits {}: {:?}", REFERENCE.name, image.sizes()?);
     }
@@ -64,7 +59,7 @@ fn prove() -> Result<(), String> {
         Some(symbol) => println!("the planted heap shows as {symbol}"),
         None => return Err("the check for an allocator does not see a planted heap".into()),
     }
-    Ok(())
+    Ok(Outcome::Passed("no panic, no allocator, fits the reference board; each check fails where it should".into()))
 }
 
 fn allocator_symbol(image: &Image) -> Result<Option<String>, String> {

@@ -1,0 +1,146 @@
+//! Asking apt and dpkg, which need no root for it.
+
+use std::collections::HashMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::time::Duration;
+
+use super::closure::Archive;
+use super::package::Package;
+use crate::process;
+
+/// The lists are some 10 MB.
+const LISTS_LIMIT: Duration = Duration::from_secs(300);
+/// The largest bundle is 150 MB.
+const DOWNLOAD_LIMIT: Duration = Duration::from_secs(1200);
+/// Lists that were fetched so long ago are fetched again.
+const LISTS_AGE: Duration = Duration::from_secs(6 * 3600);
+
+/// Fails where there is no apt or dpkg.
+pub fn present() -> Result<(), String> {
+    let missing = ["apt-get", "apt-cache", "dpkg-query", "dpkg-deb"]
+        .into_iter()
+        .find(|program| process::read(process::command(program).arg("--version")).is_err());
+    missing.map_or(Ok(()), |program| Err(format!("there is no {program}")))
+}
+
+/// The packages that are installed.
+pub fn installed() -> Result<Vec<Package>, String> {
+    let mut query = process::command("dpkg-query");
+    let format = "-f=Status: ${db:Status-Abbrev}\\nPackage: ${Package}\\nVersion: ${Version}\\n\
+                  Source: ${source:Package} (${source:Version})\\nProvides: ${Provides}\\n\\n";
+    Ok(parse_installed(&process::read(query.args(["-W", format]))?))
+}
+
+fn parse_installed(text: &str) -> Vec<Package> {
+    let is_whole = |stanza: &&str| {
+        stanza
+            .trim_start()
+            .lines()
+            .next()
+            .is_some_and(|line| line.starts_with("Status: ii") || line.starts_with("Status: hi"))
+    };
+    text.split("\n\n").filter(is_whole).flat_map(Package::parse_all).collect()
+}
+
+/// apt, with one or the other lists of packages.
+pub struct Apt {
+    /// The lists of this project; none for those of the system.
+    own_lists: Option<PathBuf>,
+    /// Where apt keeps what it computes from them.
+    cache: PathBuf,
+    offered: HashMap<String, Vec<Package>>,
+}
+
+impl Apt {
+    pub fn with_own_lists(cache: &Path) -> Self {
+        Self { own_lists: Some(cache.join("lists")), cache: cache.join("apt"), offered: HashMap::new() }
+    }
+
+    pub fn with_system_lists(cache: &Path) -> Self {
+        Self { own_lists: None, cache: cache.join("apt-system"), offered: HashMap::new() }
+    }
+
+    /// What to call it in a message.
+    pub fn lists(&self) -> &'static str {
+        if self.own_lists.is_some() { "with lists fetched now" } else { "with the system's lists" }
+    }
+
+    /// Makes its folders, and fetches its lists where they are its own.
+    pub fn prepare(&mut self) -> Result<(), String> {
+        let make = |path: &Path| fs::create_dir_all(path).map_err(|error| format!("{}: {error}", path.display()));
+        make(&self.cache.join("archives/partial"))?;
+        let Some(lists) = &self.own_lists else { return Ok(()) };
+        make(&lists.join("partial"))?;
+        let stamp = lists.with_extension("fetched");
+        let age = fs::metadata(&stamp).and_then(|data| data.modified()).ok().and_then(|time| time.elapsed().ok());
+        if age.is_some_and(|age| age < LISTS_AGE) {
+            return Ok(());
+        }
+        println!("setting up: apt's lists, in {}", lists.display());
+        // Nothing but the packages themselves.
+        let arguments =
+            ["-o", "Acquire::Languages=none", "-o", "Acquire::IndexTargets::deb::DEP-11::DefaultEnabled=false"];
+        process::run_for(self.command("apt-get").arg("-q").args(arguments).args(network()).arg("update"), LISTS_LIMIT)?;
+        fs::write(&stamp, "").map_err(|error| format!("{}: {error}", stamp.display()))
+    }
+
+    /// Downloads packages to a folder.
+    pub fn download(&self, packages: &[Package], folder: &Path) -> Result<(), String> {
+        let mut get = self.command("apt-get");
+        get.current_dir(folder).arg("-q").args(network()).arg("download");
+        get.args(packages.iter().map(|package| format!("{}={}", package.name, package.version)));
+        process::run_for(&mut get, DOWNLOAD_LIMIT)
+    }
+
+    fn command(&self, program: &str) -> Command {
+        let mut command = process::command(program);
+        command.env("LC_ALL", "C").env("DEBIAN_FRONTEND", "noninteractive");
+        // The user that apt becomes, where root runs it, cannot read everybody's folders.
+        command.args(["-o", "APT::Sandbox::User=root", "-o"]).arg(format!("Dir::Cache={}", self.cache.display()));
+        if let Some(lists) = &self.own_lists {
+            command.arg("-o").arg(format!("Dir::State::Lists={}", lists.display()));
+        }
+        command
+    }
+}
+
+/// apt's own limits on the network.
+fn network() -> [&'static str; 6] {
+    ["-o", "Acquire::Retries=1", "-o", "Acquire::http::Timeout=30", "-o", "Acquire::https::Timeout=30"]
+}
+
+impl Archive for Apt {
+    fn offers(&mut self, name: &str) -> Result<Vec<Package>, String> {
+        if let Some(known) = self.offered.get(name) {
+            return Ok(known.clone());
+        }
+        let show = |arguments: &[&str]| {
+            // It fails for a name that it does not know, which is an answer.
+            let shown = process::read(self.command("apt-cache").arg("show").args(arguments).arg(name));
+            Package::parse_all(&shown.unwrap_or_default())
+        };
+        let all = [show(&["--no-all-versions"]), show(&[])].concat();
+        let offers: Vec<Package> =
+            all.into_iter().filter(|package| package.name == name && package.downloadable).collect();
+        self.offered.insert(name.to_owned(), offers.clone());
+        Ok(offers)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_what_is_installed_whole_counts() {
+        let text = "Status: ii \nPackage: here\nVersion: 1\nSource: there (2)\nProvides: \n\n\
+                    Status: rc \nPackage: removed\nVersion: 1\nSource: removed (1)\nProvides: \n\n\
+                    Status: hi \nPackage: held\nVersion: 1\nSource: held (1)\nProvides: x (= 3)\n\n";
+        let found = parse_installed(text);
+        assert_eq!(found.iter().map(|package| package.name.as_str()).collect::<Vec<_>>(), ["here", "held"]);
+        assert_eq!(found[0].source, ("there".to_owned(), "2".to_owned()));
+        assert_eq!(found[1].provides.len(), 1);
+    }
+}

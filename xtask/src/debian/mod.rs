@@ -1,0 +1,106 @@
+//! Programs of Debian's packages, run from a folder of this project's own: downloaded and unpacked, not installed. That needs no
+//! root, and changes nothing of what else stands on the machine.
+
+mod apt;
+mod closure;
+mod package;
+mod tree;
+mod version;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use crate::process;
+pub use tree::Tree;
+
+/// Packages for one purpose.
+#[derive(Debug, Clone, Copy)]
+pub struct Bundle {
+    /// The folder that they are unpacked to.
+    pub name: &'static str,
+    /// Packages to ask for; the first set that is offered whole is taken.
+    pub packages: &'static [&'static [&'static str]],
+    /// The oldest version of the first package that does.
+    pub oldest: &'static str,
+}
+
+/// The folder where packages are unpacked: in the user's cache, because a checkout comes and goes; without one, among the
+/// build products.
+pub fn cache() -> PathBuf {
+    let home = || std::env::var_os("HOME").filter(|home| !home.is_empty()).map(|home| Path::new(&home).join(".cache"));
+    let user = std::env::var_os("XDG_CACHE_HOME").filter(|cache| !cache.is_empty()).map(PathBuf::from).or_else(home);
+    let own = user.map(|cache| cache.join("scphd"));
+    own.filter(|own| fs::create_dir_all(own).is_ok() && is_writable(own))
+        .unwrap_or_else(|| process::own_target_dir("cache"))
+}
+
+fn is_writable(folder: &Path) -> bool {
+    let probe = folder.join(format!(".probe-{}", std::process::id()));
+    fs::write(&probe, "").and_then(|()| fs::remove_file(&probe)).is_ok()
+}
+
+/// What was unpacked before.
+pub fn unpacked(bundle: &Bundle) -> Option<Tree> {
+    Tree::at(&cache().join(bundle.name))
+}
+
+/// Whether packages can be fetched here at all; a network is not tried.
+pub fn can_fetch() -> Result<(), String> {
+    apt::present()
+}
+
+/// Downloads the packages of a bundle, and what they need that is not installed, and unpacks them.
+pub fn fetch(bundle: &Bundle) -> Result<Tree, String> {
+    apt::present()?;
+    let cache = cache();
+    fs::create_dir_all(&cache).map_err(|error| format!("{}: {error}", cache.display()))?;
+    // What is there has been tried, and does not run any more: what it was unpacked beside has changed.
+    let old = cache.join(bundle.name);
+    if old.exists() {
+        fs::remove_dir_all(&old).map_err(|error| format!("{}: {error}", old.display()))?;
+    }
+    let installed = apt::installed()?;
+    let mut reasons = Vec::new();
+    // Fresh lists first: those of the system may name what the archive has replaced. Without a network they may still do.
+    for mut archive in [apt::Apt::with_own_lists(&cache), apt::Apt::with_system_lists(&cache)] {
+        match archive.prepare().and_then(|()| unpack(bundle, &installed, &mut archive, &cache)) {
+            Ok(tree) => return Ok(tree),
+            Err(reason) => reasons.push(format!("{}: {reason}", archive.lists())),
+        }
+    }
+    Err(reasons.join("; "))
+}
+
+fn unpack(
+    bundle: &Bundle,
+    installed: &[package::Package],
+    archive: &mut apt::Apt,
+    cache: &Path,
+) -> Result<Tree, String> {
+    let mut reasons = Vec::new();
+    for packages in bundle.packages {
+        match resolve(bundle, packages, installed, archive) {
+            Ok(chosen) => {
+                println!("setting up: {} from {} packages, in {}", bundle.name, chosen.len(), cache.display());
+                return tree::make(&cache.join(bundle.name), &chosen, archive);
+            }
+            Err(reason) => reasons.push(reason),
+        }
+    }
+    Err(reasons.join("; "))
+}
+
+fn resolve(
+    bundle: &Bundle,
+    packages: &[&str],
+    installed: &[package::Package],
+    archive: &mut apt::Apt,
+) -> Result<Vec<package::Package>, String> {
+    let chosen = closure::closure(packages, installed, archive)?;
+    match chosen.first() {
+        Some(first) if version::compare(&first.version, bundle.oldest).is_lt() => {
+            Err(format!("{} is offered in version {}, older than {}", first.name, first.version, bundle.oldest))
+        }
+        _ => Ok(chosen),
+    }
+}

@@ -1,0 +1,152 @@
+//! Packages that were unpacked to a folder.
+
+use std::collections::BTreeSet;
+use std::ffi::OsString;
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use super::apt::Apt;
+use super::package::Package;
+use crate::process;
+
+/// The list of the packages in it, which is written last.
+const LIST: &str = "packages.txt";
+
+/// A folder that stands for the root of a file system.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Tree {
+    root: PathBuf,
+}
+
+impl Tree {
+    /// What was unpacked to this folder, if all of it was.
+    pub fn at(root: &Path) -> Option<Self> {
+        root.join(LIST).is_file().then(|| Self { root: root.to_owned() })
+    }
+
+    /// The path of what the packages have at `/path`.
+    pub fn path(&self, path: &str) -> PathBuf {
+        self.root.join(path)
+    }
+
+    /// Name and version of the package that was asked for.
+    pub fn what(&self) -> String {
+        let list = fs::read_to_string(self.root.join(LIST)).unwrap_or_default();
+        list.lines().next().unwrap_or_default().to_owned()
+    }
+
+    /// Gives a command the libraries of the tree, before those that it has already.
+    pub fn equip(&self, command: &mut Command) {
+        const VARIABLE: &str = "LD_LIBRARY_PATH";
+        let set = command.get_envs().find(|(name, _)| *name == VARIABLE).map(|(_, value)| value.map(OsString::from));
+        let before = set.unwrap_or_else(|| std::env::var_os(VARIABLE)).unwrap_or_default();
+        let before = std::env::split_paths(&before).filter(|path| !path.as_os_str().is_empty());
+        // A path that cannot be in such a list is one that no program of the tree could be run from.
+        let all = std::env::join_paths(self.library_folders().into_iter().chain(before)).unwrap_or_default();
+        command.env(VARIABLE, all);
+    }
+
+    /// Every folder with a shared library.
+    fn library_folders(&self) -> BTreeSet<PathBuf> {
+        let mut folders = BTreeSet::new();
+        for top in ["lib", "usr/lib"] {
+            // A folder that is not there has no libraries.
+            let _ = shared_libraries(&self.root.join(top), &mut folders);
+        }
+        folders
+    }
+}
+
+fn shared_libraries(folder: &Path, found: &mut BTreeSet<PathBuf>) -> io::Result<()> {
+    for entry in fs::read_dir(folder)? {
+        let entry = entry?;
+        let name = entry.file_name().to_string_lossy().into_owned();
+        if entry.file_type()?.is_dir() {
+            shared_libraries(&entry.path(), found)?;
+        } else if name.starts_with("lib") && (name.ends_with(".so") || name.contains(".so.")) {
+            found.insert(folder.to_owned());
+        }
+    }
+    Ok(())
+}
+
+/// Downloads and unpacks packages to `root`, where nothing is; all or nothing.
+pub fn make(root: &Path, packages: &[Package], archive: &Apt) -> Result<Tree, String> {
+    let partial = root.with_extension(format!("partial-{}", std::process::id()));
+    let made = fill(&partial, packages, archive).and_then(|()| put_in_place(&partial, root));
+    // Left over only after a failure, of which the reason is what matters.
+    let _ = fs::remove_dir_all(&partial);
+    made?;
+    Tree::at(root).ok_or_else(|| format!("{} is not complete", root.display()))
+}
+
+fn fill(partial: &Path, packages: &[Package], archive: &Apt) -> Result<(), String> {
+    let failed = |error: io::Error| format!("{}: {error}", partial.display());
+    let downloads = partial.join("downloads");
+    fs::create_dir_all(&downloads).map_err(failed)?;
+    archive.download(packages, &downloads)?;
+    let mut unpacked = 0;
+    for entry in fs::read_dir(&downloads).map_err(failed)? {
+        let path = entry.map_err(failed)?.path();
+        if path.extension().is_some_and(|extension| extension == "deb") {
+            process::read(process::command("dpkg-deb").arg("-x").arg(&path).arg(partial))?;
+            unpacked += 1;
+        }
+    }
+    if unpacked != packages.len() {
+        return Err(format!("{unpacked} of {} packages were downloaded", packages.len()));
+    }
+    fs::remove_dir_all(&downloads).map_err(failed)?;
+    let list: String = packages.iter().map(|package| format!("{} {}\n", package.name, package.version)).collect();
+    fs::write(partial.join(LIST), list).map_err(failed)
+}
+
+/// Another run may have been faster; then what it made stands.
+fn put_in_place(partial: &Path, root: &Path) -> Result<(), String> {
+    match fs::rename(partial, root) {
+        Err(error) if Tree::at(root).is_none() => Err(format!("{}: {error}", root.display())),
+        _ => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn folder(name: &str) -> PathBuf {
+        let folder = std::env::temp_dir().join(format!("scphd-{name}-{}", std::process::id()));
+        let _ = fs::remove_dir_all(&folder);
+        fs::create_dir_all(&folder).unwrap();
+        folder
+    }
+
+    #[test]
+    fn a_tree_is_one_only_when_it_is_complete() {
+        let root = folder("tree");
+        assert_eq!(Tree::at(&root), None);
+        fs::write(root.join(LIST), "emulator 7\nlibrary 1\n").unwrap();
+        assert_eq!(Tree::at(&root).unwrap().what(), "emulator 7");
+        fs::remove_dir_all(root).unwrap();
+    }
+
+    #[test]
+    fn libraries_are_found_wherever_they_are() {
+        let root = folder("libraries");
+        for file in ["usr/lib/x/libone.so.1", "usr/lib/x/deep/libtwo.so", "lib/libthree.so.3.1", "usr/lib/y/other.so.x"]
+        {
+            let path = root.join(file);
+            fs::create_dir_all(path.parent().unwrap()).unwrap();
+            fs::write(path, "").unwrap();
+        }
+        let mut command = Command::new("true");
+        command.env("LD_LIBRARY_PATH", "/before");
+        Tree { root: root.clone() }.equip(&mut command);
+        let (_, path) = command.get_envs().next().unwrap();
+        let found: Vec<PathBuf> = std::env::split_paths(path.unwrap()).collect();
+        let own = ["lib", "usr/lib/x", "usr/lib/x/deep"].map(|name| root.join(name));
+        assert_eq!(found, [&own[..], &["/before".into()]].concat());
+        fs::remove_dir_all(root).unwrap();
+    }
+}

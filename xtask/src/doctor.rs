@@ -1,0 +1,116 @@
+//! The command `doctor`: what is here, what is not, and which steps need it. It changes nothing.
+
+use std::process::Command;
+
+use crate::debian;
+use crate::firmware::board::TARGETS;
+use crate::noalloc;
+use crate::process;
+use crate::toolchain::{self, OLDEST};
+use crate::tools::{LLD, QEMU, VALGRIND, Wanted};
+
+/// The steps that build for a Cortex-M.
+const CROSS: &str = "target, proof, firmware, budget, msrv";
+
+/// One thing, and what is known of it.
+struct Line {
+    what: &'static str,
+    /// What is here, or why not.
+    found: Result<String, String>,
+    steps: &'static str,
+}
+
+/// The report.
+pub fn report() -> String {
+    let mut text = String::new();
+    for line in lines() {
+        text += &show(&line);
+    }
+    text += "\nWhat is missing is had by ";
+    text += &match debian::can_fetch() {
+        Ok(()) => format!("unpacking Debian's packages to {}, without root", debian::cache().display()),
+        Err(reason) => format!("installing it yourself ({reason})"),
+    };
+    text += "; targets of the active toolchain by rustup, where it has a network.\n\
+             What cannot be had is skipped, and the summary of `cargo xtask test` counts it; with --strict that is a failure.\n";
+    text
+}
+
+fn show(Line { what, found, steps }: &Line) -> String {
+    let (mark, found) = match found {
+        Ok(found) => ("here", found),
+        Err(reason) => ("MISSING", reason),
+    };
+    format!("{mark:<8}{what:<26}{steps:<41}{found}\n")
+}
+
+fn lines() -> Vec<Line> {
+    let says = |mut command: Command, words: &[&str]| {
+        let said = process::read(command.args(words)).map(|text| text.lines().next().unwrap_or_default().to_owned());
+        said.map_err(|error| error.lines().next().unwrap_or_default().to_owned())
+    };
+    let cargo = |words: &[&str]| says(process::cargo(), words);
+    let mut lines = vec![
+        Line { what: "cargo", found: cargo(&["--version"]), steps: "all" },
+        Line { what: "rustc", found: says(process::command(noalloc::rustc()), &["--version"]), steps: "all" },
+        Line { what: "rustfmt", found: cargo(&["fmt", "--version"]), steps: "fmt" },
+        Line { what: "clippy", found: cargo(&["clippy", "--version"]), steps: "lint, msrv" },
+    ];
+    lines.extend(TARGETS.map(|target| Line { what: target, found: has_target(target), steps: CROSS }));
+    lines.push(Line {
+        what: "toolchain for Cortex-M",
+        found: toolchain::here(&TARGETS)
+            .map(|found| format!("{}, {}", found.name(), found.compiler().unwrap_or_else(|reason| reason))),
+        steps: CROSS,
+    });
+    lines.push(Line { what: "linker for Cortex-M", found: linker(), steps: "proof, firmware, budget" });
+    lines.push(Line { what: QEMU.program, found: tool(&QEMU), steps: "firmware, budget" });
+    lines.push(Line { what: VALGRIND.program, found: tool(&VALGRIND), steps: "counts" });
+    lines.push(Line { what: "oldest Rust", found: oldest(), steps: "msrv, else by clippy" });
+    lines.push(Line { what: "recorded logs", found: logs(), steps: "unit, firmware" });
+    lines
+}
+
+fn has_target(target: &str) -> Result<String, String> {
+    let sysroot = toolchain::active_sysroot()?;
+    if noalloc::has_core(&sysroot, target) {
+        Ok("in the active toolchain".into())
+    } else {
+        Err("not in the active toolchain".into())
+    }
+}
+
+fn linker() -> Result<String, String> {
+    match toolchain::beside_rustc().filter(|path| path.is_file()) {
+        Some(_) => Ok("rust-lld of the active toolchain".into()),
+        None => tool(&LLD),
+    }
+}
+
+fn tool(wanted: &Wanted) -> Result<String, String> {
+    let found = wanted.find().ok_or_else(|| format!("no {} that runs", wanted.program))?;
+    Ok(format!("{} ({})", found.version, found.place()))
+}
+
+fn oldest() -> Result<String, String> {
+    if crate::msrv::is_at_hand() { Ok(OLDEST.into()) } else { Err(format!("no toolchain {OLDEST}")) }
+}
+
+fn logs() -> Result<String, String> {
+    let folder = scphd_shared_data::folder();
+    let shown = folder.canonicalize().map_err(|_| format!("no {}", folder.display()))?;
+    Ok(shown.display().to_string())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_missing_is_marked_and_names_its_steps() {
+        let line = Line { what: "emulator", found: Err("no emulator".into()), steps: "firmware" };
+        let shown = show(&line);
+        assert!(shown.starts_with("MISSING ") && shown.contains("firmware") && shown.ends_with("no emulator\n"));
+        assert!(show(&Line { found: Ok("7".into()), ..line }).starts_with("here "));
+    }
+}

@@ -1,0 +1,144 @@
+//! The step `msrv`: nothing needs a newer Rust than the oldest that is supported.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use crate::firmware::board::REFERENCE;
+use crate::noalloc;
+use crate::outcome::{Missing, Outcome, Stop};
+use crate::process;
+use crate::steps;
+use crate::toolchain::{self, OLDEST, Toolchain};
+
+/// The lint that knows since when the standard library has what a crate uses.
+const LINT: &str = "clippy::incompatible_msrv";
+/// No other lint is asked.
+const FLAGS: [&str; 4] = ["-Aclippy::all", "-Awarnings", "-D", LINT];
+
+/// What the standard library has since 1.90, in a crate that supports 1.89: the lint must complain.
+const PLANTED: &str = "pub fn planted(a: u32, b: i32) -> Option<u32> {\n    a.checked_sub_signed(b)\n}\n";
+
+/// The step: builds with that Rust where it is at hand; otherwise clippy looks for what is newer.
+pub fn step() -> Outcome {
+    if let Some(check) = oldest_cargo() {
+        return by_compiler(check).into();
+    }
+    println!("no toolchain {OLDEST} is at hand; clippy looks for what the standard library has only since later");
+    by_lint().into()
+}
+
+/// Whether that Rust is at hand.
+pub fn is_at_hand() -> bool {
+    oldest_cargo().is_some()
+}
+
+/// The cargo of the oldest Rust: the active one, or one that rustup has. Fetching one is not a test's business.
+fn oldest_cargo() -> Option<Command> {
+    let is_oldest = |mut rustc: Command| {
+        let version = process::read(rustc.arg("--version")).ok();
+        version.and_then(|version| version.split(' ').nth(1).map(|number| is_version(number, OLDEST))) == Some(true)
+    };
+    if is_oldest(process::command(noalloc::rustc())) {
+        return Some(process::cargo());
+    }
+    let listed = process::read(process::command("rustup").args(["toolchain", "list"])).ok()?;
+    // A toolchain's name is whatever its owner called it; the compiler itself knows better.
+    let toolchain = listed.split_whitespace().find(|name| is_version(name, OLDEST))?;
+    let rustup = |program| {
+        let mut command = process::command("rustup");
+        command.args(["run", toolchain, program]).env_remove("RUSTC");
+        command
+    };
+    is_oldest(rustup("rustc")).then(|| rustup("cargo"))
+}
+
+fn by_compiler(mut check: Command) -> Result<Outcome, Stop> {
+    check.args(["check", "--workspace", "--all-targets", "--target-dir"]).arg(process::own_target_dir("msrv"));
+    process::run(&mut check)?;
+    Ok(Outcome::Passed(format!("built with Rust {OLDEST}")))
+}
+
+fn by_lint() -> Result<Outcome, Stop> {
+    steps::need_clippy()?;
+    let settings = settings()?;
+    let lint = |mut clippy: Command, arguments: &[&str]| {
+        clippy.env("CLIPPY_CONF_DIR", &settings).args(arguments).arg("--").args(FLAGS);
+        clippy
+    };
+    let planted = plant()?;
+    let mut clippy = process::cargo();
+    clippy.current_dir(&planted).arg("clippy");
+    match process::read(&mut lint(clippy, &["--quiet", "--offline"])) {
+        Err(complaint) if complaint.contains("incompatible_msrv") || complaint.contains("MSRV") => {}
+        Err(complaint) => return Err(format!("clippy's planted slip fails for another reason: {complaint}").into()),
+        Ok(_) => return Err(format!("clippy does not see that {} needs a later Rust", planted.display()).into()),
+    }
+    let mut clippy = process::cargo();
+    clippy.args(["clippy", "--workspace", "--all-targets", "--keep-going"]).args(steps::LINT_FEATURES);
+    process::run(&mut lint(clippy, &[]))?;
+    let firmware = toolchain::find().and_then(|toolchain| firmware_clippy(&toolchain));
+    match firmware {
+        Ok(clippy) => {
+            process::run(&mut lint(clippy, &[]))?;
+            Ok(Outcome::Passed(format!("by clippy's lint incompatible_msrv, for no Rust {OLDEST} is at hand")))
+        }
+        Err(Missing(reason)) => {
+            Ok(Outcome::Partly(format!("by clippy's lint incompatible_msrv; the firmware NOT CHECKED: {reason}")))
+        }
+    }
+}
+
+/// clippy over the firmware, for the reference board.
+fn firmware_clippy(toolchain: &Toolchain) -> Result<Command, Missing> {
+    let mut clippy = toolchain.cargo_clippy("core").map_err(Missing)?;
+    clippy.current_dir(process::root().join("firmware"));
+    clippy.args(["--quiet", "--locked", "--bins", "--lib", "--target", REFERENCE.target, "--target-dir"]);
+    clippy.arg(process::own_target_dir(&format!("msrv-firmware-{}", toolchain.key())));
+    Ok(clippy)
+}
+
+/// A folder with clippy's settings: the tests must build with the oldest Rust too.
+fn settings() -> Result<PathBuf, String> {
+    let folder = process::own_target_dir("msrv-settings");
+    write(&folder, "clippy.toml", "check-incompatible-msrv-in-tests = true\n")?;
+    Ok(folder)
+}
+
+/// A crate that needs a newer Rust than it says.
+fn plant() -> Result<PathBuf, String> {
+    let folder = process::own_target_dir("msrv-planted");
+    let manifest = format!(
+        "[package]\nname = \"planted\"\nversion = \"0.1.0\"\nedition = \"2024\"\nrust-version = \"{OLDEST}\"\n\n\
+         [lib]\npath = \"lib.rs\"\n\n[workspace]\n"
+    );
+    write(&folder, "Cargo.toml", &manifest)?;
+    write(&folder, "lib.rs", PLANTED)?;
+    Ok(folder)
+}
+
+fn write(folder: &Path, name: &str, text: &str) -> Result<(), String> {
+    let path = folder.join(name);
+    fs::create_dir_all(folder)
+        .and_then(|()| fs::write(&path, text))
+        .map_err(|error| format!("{}: {error}", path.display()))
+}
+
+/// Whether `name` is the release `version`, any patch release of it, or a toolchain called after one.
+fn is_version(name: &str, version: &str) -> bool {
+    name.strip_prefix(version).is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', '-']))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn versions_match_whole_numbers() {
+        assert!(is_version("1.89", "1.89"));
+        assert!(is_version("1.89.0", "1.89"));
+        assert!(is_version("1.89-x86_64-unknown-linux-gnu", "1.89"));
+        assert!(!is_version("1.890.0", "1.89"));
+        assert!(!is_version("stable-1.89", "1.89"));
+    }
+}

@@ -1,0 +1,133 @@
+//! The programs that steps need beside cargo: where they are, and how they get here.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use crate::debian::{self, Bundle, Tree};
+use crate::install;
+use crate::outcome::Missing;
+use crate::process;
+
+/// A program that a step needs.
+#[derive(Debug, Clone, Copy)]
+pub struct Wanted {
+    /// Its name.
+    pub program: &'static str,
+    /// The Debian packages that it comes with.
+    bundle: Bundle,
+}
+
+/// The emulator of the boards.
+pub const QEMU: Wanted = Wanted {
+    program: "qemu-system-arm",
+    // The first with the youngest of the boards.
+    bundle: Bundle { name: "qemu", packages: &[&["qemu-system-arm"]], oldest: "1:6.0" },
+};
+
+/// A linker for bare metal.
+pub const LLD: Wanted =
+    Wanted { program: "ld.lld", bundle: Bundle { name: "lld", packages: &[&["lld"]], oldest: "0" } };
+
+/// Counts instructions on the host.
+pub const VALGRIND: Wanted =
+    Wanted { program: "valgrind", bundle: Bundle { name: "valgrind", packages: &[&["valgrind"]], oldest: "0" } };
+
+/// A program that is here.
+#[derive(Debug, Clone)]
+pub struct Tool {
+    program: PathBuf,
+    /// Where it was unpacked; none if it is installed.
+    tree: Option<Tree>,
+    /// What it says of itself.
+    pub version: String,
+}
+
+impl Tool {
+    /// A command of the program.
+    pub fn command(&self) -> Command {
+        let mut command = process::command(&self.program);
+        self.equip(&mut command);
+        command
+    }
+
+    /// The program, for a command that runs it.
+    pub fn program(&self) -> &Path {
+        &self.program
+    }
+
+    /// Where it was unpacked.
+    pub fn tree(&self) -> Option<&Tree> {
+        self.tree.as_ref()
+    }
+
+    /// Prepares a command that runs the program.
+    pub fn equip(&self, command: &mut Command) {
+        if let Some(tree) = &self.tree {
+            tree.equip(command);
+        }
+    }
+
+    /// In words.
+    pub fn place(&self) -> String {
+        self.tree.as_ref().map_or_else(|| "installed".into(), |tree| format!("unpacked: {}", tree.what()))
+    }
+
+    fn probe(program: PathBuf, tree: Option<Tree>) -> Result<Self, String> {
+        let mut tool = Self { program, tree, version: String::new() };
+        let said = process::read(tool.command().arg("--version"))?;
+        tool.version = said.lines().next().unwrap_or_default().to_owned();
+        Ok(tool)
+    }
+}
+
+impl Wanted {
+    /// The program, where it is installed or was unpacked before.
+    pub fn find(&self) -> Option<Tool> {
+        let unpacked = || {
+            let tree = debian::unpacked(&self.bundle)?;
+            self.of(tree).ok()
+        };
+        Tool::probe(self.program.into(), None).ok().or_else(unpacked)
+    }
+
+    fn of(&self, tree: Tree) -> Result<Tool, String> {
+        Tool::probe(tree.path("usr/bin").join(self.program), Some(tree))
+    }
+
+    /// The program; if it is not here, in the way that changes least of the machine: unpacked to a folder, or installed.
+    pub fn obtain(&self) -> Result<Tool, Missing> {
+        if let Some(tool) = self.find() {
+            return Ok(tool);
+        }
+        println!("there is no {}", self.program);
+        let unpacked = debian::fetch(&self.bundle).and_then(|tree| self.of(tree));
+        let installed = |reason: String| {
+            println!("- Debian's packages, unpacked: {reason}");
+            install::packages(self.bundle.packages[0]).and_then(|()| Tool::probe(self.program.into(), None)).map_err(
+                |other| {
+                    println!("- installed: {other}");
+                    Missing(format!("no {}: {reason}; {other}", self.program))
+                },
+            )
+        };
+        unpacked.or_else(installed)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_program_that_is_installed_is_taken_from_there() {
+        let shell = Wanted { program: "cargo", bundle: Bundle { name: "none", packages: &[], oldest: "0" } };
+        let tool = shell.find().expect("cargo runs this test");
+        assert!(tool.tree.is_none() && tool.version.starts_with("cargo "), "{tool:?}");
+    }
+
+    #[test]
+    fn a_program_that_is_nowhere_is_not_found() {
+        let nothing = Bundle { name: "no-such-bundle", packages: &[&["scphd-no-such-package"]], oldest: "0" };
+        assert!(Wanted { program: "scphd-no-such-program", bundle: nothing }.find().is_none());
+    }
+}

@@ -1,0 +1,66 @@
+//! The step `unit`: every test of the workspace, and how many of them had nothing to test with.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::io;
+use std::path::Path;
+
+use crate::outcome::{Outcome, Stop};
+use crate::process;
+
+/// The step.
+pub fn step() -> Outcome {
+    test().into()
+}
+
+fn test() -> Result<Outcome, Stop> {
+    let list = process::own_target_dir("skipped-tests.txt");
+    fresh(&list).map_err(|error| format!("{}: {error}", list.display()))?;
+    let mut cargo = process::cargo();
+    // Not with defmt: a test program has no logger to link with.
+    cargo.args(["test", "--workspace", "--no-fail-fast", "--features", "scphd/embedded-hal"]);
+    process::run(cargo.env(scphd_shared_data::SKIPPED, &list))?;
+    let text = fs::read_to_string(&list).map_err(|error| format!("{}: {error}", list.display()))?;
+    let skipped = tests_in(&text);
+    for test in &skipped {
+        println!("skipped: {test}");
+    }
+    Ok(judge(skipped.len()))
+}
+
+/// An empty file: what an earlier run has left does not count.
+fn fresh(list: &Path) -> io::Result<()> {
+    list.parent().map_or(Ok(()), fs::create_dir_all)?;
+    fs::write(list, "")
+}
+
+/// A test that asks for several logs is noted several times.
+fn tests_in(text: &str) -> BTreeSet<&str> {
+    text.lines().collect()
+}
+
+fn judge(skipped: usize) -> Outcome {
+    match skipped {
+        0 => Outcome::Passed(String::new()),
+        1 => Outcome::Partly("1 test skipped for want of logs".into()),
+        _ => Outcome::Partly(format!("{skipped} tests skipped for want of logs")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_test_counts_once_however_many_logs_it_misses() {
+        let text = "scphd-sim a::b\nscphd-sim a::b\nscphd a::b\nscphd-tests c\nscphd-sim a::b\n";
+        assert_eq!(tests_in(text).len(), 3);
+        assert_eq!(tests_in("").len(), 0);
+    }
+
+    #[test]
+    fn a_skipped_test_shows_in_the_outcome() {
+        assert_eq!(judge(0), Outcome::Passed(String::new()));
+        assert_eq!(judge(2), Outcome::Partly("2 tests skipped for want of logs".into()));
+    }
+}
