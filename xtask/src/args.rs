@@ -17,7 +17,7 @@ pub enum Request {
 
 /// Reads the words after `cargo xtask`. The error is one line for the user.
 pub fn parse(words: &[String]) -> Result<Request, String> {
-    let mut chosen = Vec::new();
+    let mut chosen: Vec<&'static Step> = Vec::new();
     let mut options = Options::default();
     let mut words = words.iter();
     while let Some(word) = words.next() {
@@ -26,10 +26,16 @@ pub fn parse(words: &[String]) -> Result<Request, String> {
             "doctor" => return Ok(Request::Doctor),
             "--json" => options.json = Some(words.next().ok_or("--json needs a file")?.into()),
             "help" | "--help" | "-h" => {
-                let bench = chosen.iter().any(|step: &&Step| step.name == "bench");
+                let bench = chosen.iter().any(|step| step.name == "bench");
                 return Ok(Request::Help(if bench { usage() + "\n" + &bench::definitions() + "\n" } else { usage() }));
             }
             "test" => chosen.extend(STEPS),
+            number if number.parse::<u64>().is_ok() && chosen.last().is_some_and(|step| step.name == "fuzz") => {
+                options.numbers.extend(number.parse::<u64>());
+                if options.numbers.len() > 2 {
+                    return Err("fuzz takes operations and a seed".into());
+                }
+            }
             name => match STEPS.iter().chain(OTHERS).find(|step| step.name == name) {
                 Some(step) => chosen.push(step),
                 None => return Err(format!("unknown command `{name}`")),
@@ -88,6 +94,21 @@ mod tests {
     fn test_is_every_step() {
         let all: Vec<&str> = STEPS.iter().map(|step| step.name).collect();
         assert_eq!(names(&["test"]), Some(all));
+    }
+
+    #[test]
+    fn numbers_are_those_of_the_fuzzer() {
+        let numbers = |words: &[&str]| {
+            let words: Vec<String> = words.iter().map(|word| (*word).to_owned()).collect();
+            match parse(&words) {
+                Ok(Request::Run(_, options)) => Some(options.numbers),
+                _ => None,
+            }
+        };
+        assert_eq!(numbers(&["fuzz"]), Some(vec![]));
+        assert_eq!(numbers(&["fuzz", "1000", "7", "fmt"]), Some(vec![1000, 7]));
+        assert_eq!(numbers(&["fuzz", "1", "2", "3"]), None);
+        assert_eq!(numbers(&["fmt", "1000"]), None);
     }
 
     #[test]

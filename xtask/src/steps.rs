@@ -19,6 +19,8 @@ pub struct Options {
     pub json: Option<PathBuf>,
     /// Whether a step that could not check everything makes the run a failure.
     pub strict: bool,
+    /// Operations and seed of the fuzzer, in the place of its own.
+    pub numbers: Vec<u64>,
 }
 
 /// One step, which can also be run by its name.
@@ -65,12 +67,19 @@ pub const STEPS: &[Step] = &[
     Step { name: "msrv", what: "nothing needs a newer Rust than the oldest supported", run: |_| msrv::step() },
 ];
 
-/// Steps that are not part of `test`: the times are of the machine and what else it does.
-pub const OTHERS: &[Step] = &[Step {
-    name: "bench",
-    what: "prints what a scan costs: time, growth, peers, instructions on the target; some minutes",
-    run: bench::step,
-}];
+/// Steps that are not part of `test`: the times of one are of the machine and what else it does, the other takes long.
+pub const OTHERS: &[Step] = &[
+    Step {
+        name: "bench",
+        what: "prints what a scan costs: time, growth, peers, instructions on the target; some minutes",
+        run: bench::step,
+    },
+    Step {
+        name: "fuzz",
+        what: "operations with hostile values, 20 million from seed 1, or `fuzz OPERATIONS SEED`",
+        run: fuzz,
+    },
+];
 
 /// Runs the steps and prints the summary, of which the last line is alone. `false` if one failed, or, where the run is
 /// strict, did not check everything.
@@ -158,6 +167,16 @@ fn lint() -> Outcome {
 fn doc() -> Outcome {
     let mut cargo = process::cargo();
     cargo.env("RUSTDOCFLAGS", "-D warnings").args(["doc", "--workspace", "--no-deps", "--keep-going"]);
+    process::run(&mut cargo).into()
+}
+
+/// The tests run the same program for a shorter time.
+fn fuzz(options: &Options) -> Outcome {
+    let [operations, seed] =
+        [(0, 20_000_000), (1, 1)].map(|(place, default)| options.numbers.get(place).copied().unwrap_or(default));
+    let mut cargo = process::cargo();
+    cargo.args(["run", "--release", "--package", "scphd-tests", "--bin", "fuzz", "--"]);
+    cargo.args([operations, seed].map(|number| number.to_string()));
     process::run(&mut cargo).into()
 }
 

@@ -82,14 +82,17 @@ impl Apt {
         // Nothing but the packages themselves.
         let arguments =
             ["-o", "Acquire::Languages=none", "-o", "Acquire::IndexTargets::deb::DEP-11::DefaultEnabled=false"];
-        process::run_for(self.command("apt-get").arg("-q").args(arguments).args(network()).arg("update"), LISTS_LIMIT)?;
+        process::run_for(
+            self.command("apt-get").arg("-qq").args(arguments).args(network()).arg("update"),
+            LISTS_LIMIT,
+        )?;
         fs::write(&stamp, "").map_err(|error| format!("{}: {error}", stamp.display()))
     }
 
     /// Downloads packages to a folder.
     pub fn download(&self, packages: &[Package], folder: &Path) -> Result<(), String> {
         let mut get = self.command("apt-get");
-        get.current_dir(folder).arg("-q").args(network()).arg("download");
+        get.current_dir(folder).arg("-qq").args(network()).arg("download");
         get.args(packages.iter().map(|package| format!("{}={}", package.name, package.version)));
         process::run_for(&mut get, DOWNLOAD_LIMIT)
     }
