@@ -65,7 +65,7 @@ where
 {
     /// K = P Hᵀ S⁻¹ and P⁺ = (I − K H) P (I − K H)ᵀ + K R Kᵀ: the Joseph form, a sum of two positive
     /// semidefinite terms whatever K is, so that rounding in single precision cannot turn P⁺ indefinite the way
-    /// it can in (I − K H) P.
+    /// it can in (I − K H) P. Where the range of the scalar leaves nothing of it, the correction corrects nothing.
     ///
     /// `h` is Z × D and sees the first D coordinates; `factor` is that of S = H P Hᵀ + R.
     #[inline]
@@ -91,8 +91,10 @@ where
             identity - seen
         });
         let joseph = covariance.congruence(&residual).plus(&r.congruence(&gain));
-        let (covariance, repaired) = joseph.kept_positive_definite();
-        Self { gain, covariance, repaired }
+        match joseph.kept_positive_definite() {
+            Some((covariance, repaired)) => Self { gain, covariance, repaired },
+            None => Self { gain: SMatrix::zeros(), covariance: *covariance, repaired: true },
+        }
     }
 
     /// The component after the measurement with this innovation z ⊖ ẑ, with the given ln weight.

@@ -1,6 +1,6 @@
 //! What a user tunes.
 
-use crate::{Adaptive, ConstantVelocity, Likelihood, Online, Proposal, Real, Reduction};
+use crate::{Adaptive, ConstantVelocity, Likelihood, Online, Plausible, Proposal, Real, Reduction};
 
 /// Tuning of the recursion; the models carry their own parameters.
 ///
@@ -61,6 +61,8 @@ pub struct Config<T> {
     /// A term of η_z (4.51) below this fraction of what explains the measurement without any feature is left out.
     /// At the default, the precision of the scalar, leaving it out does not change the sum.
     pub negligible: T,
+    /// What the vehicle can do; predictions beyond it are refused.
+    pub plausible: Plausible<T>,
 }
 
 /// Which of a map's components are the estimated features: round(N̂) of them unless said otherwise.
@@ -145,6 +147,7 @@ impl<T: Real> Default for Config<T> {
             extraction_weight: T::ZERO,
             moving: MovingConfig::none(),
             negligible: T::EPSILON,
+            plausible: Plausible::default(),
         }
     }
 }
@@ -254,6 +257,7 @@ impl<T: Real> Config<T> {
             self.negligible > zero && self.negligible <= self.prune_weight,
             "negligible",
             "above 0 and at most prune_weight",
-        )
+        )?;
+        self.plausible.check()
     }
 }

@@ -17,7 +17,7 @@ where
     let greatest_variance = moving.spread_max_m * moving.spread_max_m;
     for page in pool.held_mut() {
         page.change(|component| {
-            let later = moving.motion.advance::<D, E>(component, dt);
+            let later = moving.motion.advance::<D, E>(component, dt)?;
             let certain = (0..D).all(|axis| later.covariance.get(axis, axis) <= greatest_variance);
             (certain && later.ln_weight >= ln_least).then_some(later)
         });

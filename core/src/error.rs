@@ -1,6 +1,7 @@
-//! Why an operation was refused. Whatever is refused leaves the state as it was.
+//! Why an operation was refused. Whatever is refused leaves the state as it was; but of a prediction the time has passed all
+//! the same, and the reports tell of it.
 
-use crate::ConfigError;
+use crate::{ConfigError, Implausible};
 use core::fmt;
 
 /// Why a filter cannot be set up.
@@ -56,13 +57,13 @@ impl From<ConfigError> for SetupError {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum ResetError {
-    /// The pose is not finite.
+    /// The pose is not finite, or a coordinate above 1e8.
     NonFinitePose,
 }
 
 impl fmt::Display for ResetError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("the pose is not finite")
+        f.write_str("the pose is not finite, or a coordinate above 1e8")
     }
 }
 
@@ -75,8 +76,14 @@ impl core::error::Error for ResetError {}
 pub enum LoadMapError {
     /// The state holds no particles: it has not been reset yet.
     NotStarted,
-    /// A component is not finite, or its covariance not positive definite.
+    /// A component is not finite, farther from the origin than 1e8 m, heavier than a million features, or its covariance not
+    /// positive definite.
     Component {
+        /// Its place in the map.
+        index: usize,
+    },
+    /// A component's tag is above [`ScPhd::GREATEST_LOADED_TAG`](crate::ScPhd::GREATEST_LOADED_TAG).
+    Tag {
         /// Its place in the map.
         index: usize,
     },
@@ -94,8 +101,9 @@ impl fmt::Display for LoadMapError {
         match self {
             Self::NotStarted => f.write_str("the filter has not been reset yet"),
             Self::Component { index } => {
-                write!(f, "component {index} is not finite, or its covariance not positive definite")
+                write!(f, "component {index} is not finite, too far away or too heavy, or its covariance not positive definite")
             }
+            Self::Tag { index } => write!(f, "component {index} has a tag that is too great"),
             Self::TooManyComponents { components, capacity } => {
                 write!(f, "{components} components do not fit a state for {capacity}")
             }
@@ -116,6 +124,8 @@ pub enum PredictError {
     TimeStep,
     /// The motion model does not admit the control.
     Control,
+    /// It is beyond the limits of [`Plausible`](crate::Plausible).
+    Implausible(Implausible),
 }
 
 impl fmt::Display for PredictError {
@@ -124,6 +134,7 @@ impl fmt::Display for PredictError {
             Self::NotStarted => "the filter has not been reset yet",
             Self::TimeStep => "the time step is negative or not finite",
             Self::Control => "the control is not finite or outside the motion model's domain",
+            Self::Implausible(what) => return what.fmt(f),
         })
     }
 }

@@ -1,6 +1,6 @@
 //! State extraction (5.2.7).
 
-use crate::candidate::moments;
+use crate::candidate::{moments, total_weight};
 use crate::config::Extraction;
 use crate::confirmed::is_confirmed;
 use crate::reduce::heavier;
@@ -55,10 +55,12 @@ where
         if candidates.is_empty() {
             return None;
         }
-        let (mean, mut covariance) = moments(candidates);
+        // Far from the origin even a rounding of the weights' sum would show in the mean.
+        let total = total_weight(candidates);
+        let (mean, mut covariance) = moments(candidates, total);
         if matches!(self.config.proposal, Proposal::Informed(_)) {
             for (candidate, spread) in candidates.iter().zip(self.memory.spreads.iter()) {
-                covariance = covariance.plus(&spread.scaled(candidate.ln_weight.exp()));
+                covariance = covariance.plus(&spread.scaled(candidate.ln_weight.exp() / total));
             }
         }
         Some(PoseEstimate { mean, covariance })
@@ -118,10 +120,10 @@ where
     pub fn estimate_moving(&self, features: &mut [Component<T, E>]) -> MapEstimate<T> {
         let (motion, waited_s) = (&self.config.moving.motion, self.waited_s());
         let now = |component: &Component<T, E>| {
-            if waited_s > T::ZERO { motion.advance::<D, E>(component, waited_s) } else { *component }
+            if waited_s > T::ZERO { motion.advance::<D, E>(component, waited_s) } else { Some(*component) }
         };
         first_of(
-            || self.moving_map(self.heaviest()).map(now),
+            || self.moving_map(self.heaviest()).filter_map(now),
             Extraction::Heaviest,
             self.config.moving.extraction_weight,
             features,

@@ -116,8 +116,8 @@ fn refused_input_leaves_the_state_as_it_was() {
     let control = |v, w| UnicycleControl { speed_mps: v, rate_radps: w };
     assert_eq!(filter.predict(&AHEAD, -0.1), Err(PredictError::TimeStep));
     assert_eq!(filter.predict(&AHEAD, f32::NAN), Err(PredictError::TimeStep));
-    assert_eq!(filter.predict(&control(f32::INFINITY, 0.0), 0.1), Err(PredictError::Control));
-    assert_eq!(filter.predict(&control(1.0, f32::NAN), 0.1), Err(PredictError::Control));
+    assert_eq!(filter.predict(&control(f32::INFINITY, 0.0), 0.0), Err(PredictError::Control));
+    assert_eq!(filter.predict(&control(1.0, f32::NAN), 0.0), Err(PredictError::Control));
     let seen = [Vector2::new(5.0, 1.0), Vector2::new(f32::NAN, 1.0)];
     assert_eq!(filter.scan(&seen), Err(ScanError::NonFinite { index: 1 }));
     let many = [Vector2::new(5.0, 1.0); 65];
@@ -125,7 +125,88 @@ fn refused_input_leaves_the_state_as_it_was() {
     assert_eq!(filter.reset(PlanarPose::new(0.0, f32::INFINITY, 0.0), 1), Err(ResetError::NonFinitePose));
     let bad = Component { covariance: Symmetric::ZERO, ..Component::ZERO };
     assert_eq!(filter.load_map(&[bad]), Err(LoadMapError::Component { index: 0 }));
+    let good = Component { covariance: Symmetric::from_diagonal([1.0, 1.0]), ..Component::ZERO };
+    let tagged = |tag| Component { tag, ..good };
+    assert_eq!(filter.load_map(&[good, tagged(u32::MAX)]), Err(LoadMapError::Tag { index: 1 }));
+    let heavy = Component { ln_weight: 1e30, ..good };
+    assert_eq!(filter.load_map(&[heavy]), Err(LoadMapError::Component { index: 0 }));
+    let far = Component { mean: Vector2::new(0.0, -2e8), ..good };
+    assert_eq!(filter.load_map(&[far]), Err(LoadMapError::Component { index: 0 }));
     assert_eq!(filter.digest(), before);
+}
+
+#[test]
+fn loaded_features_have_tags_of_their_own() {
+    let mut state = Box::new(Roomy::new());
+    let mut filter = Planar::new(models(2.0), config(), &mut *state).unwrap();
+    filter.reset(ORIGIN, 1).unwrap();
+    let tagged = |tag| Component { tag, covariance: Symmetric::from_diagonal([1.0, 1.0]), ..Component::ZERO };
+    filter.load_map(&[tagged(4), tagged(7), tagged(4), tagged(0)]).unwrap();
+    let tags: Vec<u32> = filter.map(0).map(|component| component.tag).collect();
+    assert_eq!(tags, [4, 7, 8, 0]);
+    filter.scan(&[Vector2::new(9.0, 1.0)]).unwrap();
+    check_consistent(&filter);
+    // The next features are named after the greatest there can be.
+    filter.load_map(&[tagged(Planar::<Car>::GREATEST_LOADED_TAG), tagged(0)]).unwrap();
+    filter.scan(&[Vector2::new(9.0, 1.0)]).unwrap();
+    assert!(filter.map(0).any(|component| component.tag > i32::MAX as u32));
+    check_consistent(&filter);
+}
+
+#[test]
+fn a_garbage_row_is_refused_and_told_of_and_its_time_passes() {
+    let mut state = Box::new(Roomy::new());
+    let mut filter = Planar::new(models(2.0), config(), &mut *state).unwrap();
+    filter.reset(ORIGIN, 1).unwrap();
+    filter.predict(&AHEAD, 0.1).unwrap();
+    let (poses, noise) = (filter.candidates().to_vec(), filter.noise().cloned());
+    let control = |v, w| UnicycleControl { speed_mps: v, rate_radps: w };
+    let cases = [
+        (control(1e18, 0.0), 0.1, PredictError::Implausible(Implausible::Speed)),
+        (control(1.0, -1e3), 0.1, PredictError::Implausible(Implausible::TurnRate)),
+        (AHEAD, 1e4, PredictError::Implausible(Implausible::Step)),
+        (control(f32::NAN, 0.0), 0.1, PredictError::Control),
+    ];
+    for (control, dt, error) in cases {
+        assert_eq!(filter.predict(&control, dt), Err(error));
+    }
+    assert_eq!((filter.candidates(), filter.noise()), (&poses[..], noise.as_ref()));
+    // The first one's, and of those refused all but the one that took too long.
+    assert!((filter.waited_s() - 0.4).abs() < 1e-6);
+    let report = filter.predict(&AHEAD, 0.1).unwrap();
+    assert_eq!((report.refused, report.health), (4, Health::PREDICTION_REFUSED));
+    let report = filter.scan(&[Vector2::new(5.0, 1.0)]).unwrap();
+    assert!(report.refused == 4 && report.health.contains(Health::PREDICTION_REFUSED));
+    let report = filter.scan(&[Vector2::new(5.0, 1.0)]).unwrap();
+    assert!(report.refused == 0 && !report.health.contains(Health::PREDICTION_REFUSED));
+    check_consistent(&filter);
+}
+
+#[test]
+fn the_mean_pose_is_right_far_from_the_origin_and_in_an_unlikely_scan() {
+    let mut state = Box::new(Roomy::new());
+    // Almost nothing explains what is measured.
+    let config = Config { birth_intensity: 1e-9, ..config() };
+    let mut filter = Planar::new(models(1e-7), config, &mut *state).unwrap();
+    filter.reset(PlanarPose::new(1000.0, -1000.0, 0.0), 1).unwrap();
+    let mut number = numbers(5);
+    let mut ln_least = 0.0_f32;
+    for _ in 0..20 {
+        filter.predict(&AHEAD, 0.1).unwrap();
+        let report = filter.scan(&random_scan(&mut number, 64)).unwrap();
+        ln_least = ln_least.min(report.ln_evidence);
+        let (mut total, mut sum) = (0.0, Vector2::zeros());
+        for Candidate { pose, ln_weight } in filter.candidates() {
+            let weight = f64::from(*ln_weight).exp();
+            total += weight;
+            sum += Vector2::new(f64::from(pose.x_m), f64::from(pose.y_m)) * weight;
+        }
+        assert!((total - 1.0).abs() < 1e-5, "{total}");
+        let mean = filter.estimate_pose().unwrap().mean;
+        let off = Vector2::new(f64::from(mean.x_m), f64::from(mean.y_m)) - sum / total;
+        assert!(off.norm() < 1e-3, "{off}");
+    }
+    assert!(ln_least < -1000.0, "{ln_least}");
 }
 
 #[test]
@@ -141,7 +222,8 @@ fn a_step_of_no_length_changes_nothing() {
 #[test]
 fn a_pose_that_overflows_stays_where_it_was_and_is_reported() {
     let mut state = Box::new(Roomy::new());
-    let mut filter = Planar::new(models(2.0), config(), &mut *state).unwrap();
+    let config = Config { plausible: Plausible::ANYTHING, ..config() };
+    let mut filter = Planar::new(models(2.0), config, &mut *state).unwrap();
     filter.reset(ORIGIN, 1).unwrap();
     let report = filter.predict(&UnicycleControl { speed_mps: f32::MAX, rate_radps: 0.0 }, 10.0).unwrap();
     assert_eq!((report.rejected, report.health), (16, Health::POSE_REJECTED));

@@ -1,6 +1,7 @@
 //! The filter: models and tuning over a state.
 
 use crate::online::Learnt;
+use crate::plausible::is_within_range;
 use crate::predict::{predict, spread};
 use crate::state::{Memory, State};
 use crate::{
@@ -9,6 +10,9 @@ use crate::{
     Sensor, Serial, SetupError, Stage, Symmetric, Twice, candidate::Candidate,
 };
 use nalgebra::SVector;
+
+/// Greatest weight of a loaded component, features.
+const HEAVIEST: f64 = 1e6;
 
 /// The single-cluster PHD SLAM filter.
 ///
@@ -83,6 +87,9 @@ where
     Dim<E>: Packed,
     Dim<Z>: Packed,
 {
+    /// The greatest tag of a loaded feature: as many again are left for features that are born.
+    pub const GREATEST_LOADED_TAG: u32 = u32::MAX / 2;
+
     /// A filter over a state, which keeps what it holds: a fresh state must be [reset](Self::reset) first, one that a
     /// filter worked on before goes on from there.
     ///
@@ -122,9 +129,9 @@ where
     /// of `seed`.
     ///
     /// # Errors
-    /// The pose is not finite; the state is as it was.
+    /// The pose is not finite, or a coordinate above 1e8; the state is as it was.
     pub fn reset(&mut self, pose: P, seed: u64) -> Result<(), ResetError> {
-        if !pose.is_finite() {
+        if !(pose.is_finite() && is_within_range(&pose.coordinates())) {
             return Err(ResetError::NonFinitePose);
         }
         let Memory { cursor, spreads, candidates, still, moving, .. } = &mut self.memory;
@@ -132,6 +139,7 @@ where
         cursor.children = 1;
         cursor.predicted = false;
         cursor.waited_s = T::ZERO;
+        cursor.refused = 0;
         cursor.weighed = 0;
         cursor.heaviest = 0;
         cursor.next_tag = 0;
@@ -146,39 +154,55 @@ where
     }
 
     /// Gives every particle this map instead of its own static one: a surveyed map to start from, or the objects a tracker is to
-    /// take over. All particles share its pages. Tags are kept, and should differ. Neighbours should stand next to each other, so that a page spans little.
+    /// take over. All particles share its pages. Tags are kept; of several components with one tag the first keeps it, and
+    /// the others get fresh ones. Neighbours should stand next to each other, so that a page spans little.
     ///
     /// # Errors
-    /// A component is not finite or its covariance not positive definite, or the map does not fit; the state is as it
-    /// was.
+    /// A component is not finite, beyond 1e8 m or heavier than a million features, its covariance not positive definite, or its
+    /// tag too great; or the map does not fit. The state is as it was.
     pub fn load_map(&mut self, components: &[Component<T, D>]) -> Result<(), LoadMapError> {
         let Memory { cursor, still, .. } = &mut self.memory;
         let (maps, pool) = (&mut still.table, &mut still.pool);
         if cursor.particles == 0 {
             return Err(LoadMapError::NotStarted);
         }
+        let capacity = maps.map_pages().min(pool.capacity()) * PAGE_LEN;
+        if components.len() > capacity {
+            return Err(LoadMapError::TooManyComponents { components: components.len(), capacity });
+        }
+        let ln_heaviest = T::from_f64(HEAVIEST).ln();
         let usable = |component: &Component<T, D>| {
             component.ln_weight.is_finite()
-                && component.mean.iter().all(|coordinate| coordinate.is_finite())
+                && component.ln_weight <= ln_heaviest
+                && is_within_range(&component.mean)
                 && component.covariance.factor().is_some()
         };
         if let Some(index) = components.iter().position(|component| !usable(component)) {
             return Err(LoadMapError::Component { index });
         }
-        let capacity = maps.map_pages().min(pool.capacity()) * PAGE_LEN;
-        if components.len() > capacity {
-            return Err(LoadMapError::TooManyComponents { components: components.len(), capacity });
+        if let Some(index) = components.iter().position(|component| component.tag > Self::GREATEST_LOADED_TAG) {
+            return Err(LoadMapError::Tag { index });
         }
+        let greatest = components.iter().map(|component| component.tag).max();
+        let mut next_tag = cursor.next_tag.max(greatest.map_or(0, |tag| tag.saturating_add(1)));
+        // Compares at most half as many pairs as the square of the capacity.
+        let held_before = |index: usize, tag| components.iter().take(index).any(|component| component.tag == tag);
         (0..cursor.particles).for_each(|particle| maps.release(particle, pool));
-        for chunk in components.chunks(PAGE_LEN) {
-            if let Some((id, page)) = pool.take() {
-                page.fill(chunk.iter());
-                maps.push(0, id);
+        for (place, chunk) in components.chunks(PAGE_LEN).enumerate() {
+            let Some((id, page)) = pool.take() else { break };
+            let mut named = [Component::ZERO; PAGE_LEN];
+            for (offset, (slot, component)) in named.iter_mut().zip(chunk).enumerate() {
+                *slot = *component;
+                if held_before(place * PAGE_LEN + offset, component.tag) {
+                    slot.tag = next_tag;
+                    next_tag = next_tag.wrapping_add(1);
+                }
             }
+            page.fill(named.iter().take(chunk.len()));
+            maps.push(0, id);
         }
         (1..cursor.particles).for_each(|particle| maps.share(0, particle, pool));
-        let taken = components.iter().map(|component| component.tag).max();
-        cursor.next_tag = cursor.next_tag.max(taken.map_or(0, |tag| tag.wrapping_add(1)));
+        cursor.next_tag = next_tag;
         Ok(())
     }
 
@@ -187,7 +211,10 @@ where
     /// are moved when the next scan comes, by all the steps at once.
     ///
     /// # Errors
-    /// The control is not admissible, `dt` negative or not finite, or the filter not reset; the state is as it was.
+    /// The control is not admissible, `dt` negative or not finite, either of them [implausible](crate::Plausible), or the
+    /// filter not reset. Poses, maps and random stream are as they were. Moving features wait for the time that has passed, unless
+    /// it is `dt` itself that was refused, and the next report has the refusal in its count and its health: a vehicle that
+    /// misses a row of its odometry goes on without, or bridges it with a control of its own before it asks.
     pub fn predict(&mut self, control: &M::Control, dt: T) -> Result<PredictReport, PredictError> {
         self.predict_with(control, dt, &mut ())
     }
@@ -202,14 +229,28 @@ where
         dt: T,
         probe: &mut impl Probe,
     ) -> Result<PredictReport, PredictError> {
-        if !(dt >= T::ZERO && dt.is_finite()) {
-            return Err(PredictError::TimeStep);
-        }
-        if !self.models.motion.admits(control) {
-            return Err(PredictError::Control);
-        }
         let Memory { cursor, spreads, candidates, .. } = &mut self.memory;
-        let motion = &self.models.motion;
+        let (motion, plausible) = (&self.models.motion, &self.config.plausible);
+        if cursor.noise.is_none() {
+            return Err(PredictError::NotStarted);
+        }
+        let usable = dt >= T::ZERO && dt.is_finite();
+        let refusal = if !usable {
+            Some(PredictError::TimeStep)
+        } else if !motion.admits(control) {
+            Some(PredictError::Control)
+        } else {
+            let first = candidates.first().map(|candidate| candidate.pose);
+            first.and_then(|pose| plausible.violated(motion, &pose, control, dt)).map(PredictError::Implausible)
+        };
+        if let Some(refusal) = refusal {
+            cursor.refused = cursor.refused.saturating_add(1);
+            // What moves has moved on all the same.
+            if usable && dt <= plausible.step_max_s {
+                cursor.waited_s += dt;
+            }
+            return Err(refusal);
+        }
         probe.enter(Stage::Predict);
         let predicted = match self.config.proposal {
             Proposal::Blind => predict(motion, self.config.samples, cursor, candidates, control, dt),

@@ -37,8 +37,10 @@ impl Health {
     /// The mean squared innovation of the detections is more than twice what their covariances say: the noise is set
     /// too low, or the vehicle is not where the filter thinks.
     pub const INNOVATION_HIGH: Self = Self(1 << 7);
+    /// Predictions since the scan before were refused: the vehicle has moved, and the filter does not know how.
+    pub const PREDICTION_REFUSED: Self = Self(1 << 8);
 
-    const NAMES: [(Self, &'static str); 8] = [
+    const NAMES: [(Self, &'static str); 9] = [
         (Self::UNEXPLAINED_SCAN, "UNEXPLAINED_SCAN"),
         (Self::DEGENERATE, "DEGENERATE"),
         (Self::PRUNING_TIGHTENED, "PRUNING_TIGHTENED"),
@@ -47,6 +49,7 @@ impl Health {
         (Self::COVARIANCE_REPAIRED, "COVARIANCE_REPAIRED"),
         (Self::POSE_REJECTED, "POSE_REJECTED"),
         (Self::INNOVATION_HIGH, "INNOVATION_HIGH"),
+        (Self::PREDICTION_REFUSED, "PREDICTION_REFUSED"),
     ];
 
     /// Every condition there is, in the order of the bits.

@@ -87,6 +87,7 @@ mod noise;
 mod online;
 #[cfg(test)]
 mod oracles;
+mod plausible;
 mod predict;
 mod probe;
 mod propose;
@@ -128,6 +129,7 @@ pub use models::*;
 pub use navigation::{DeadReckoning, Instruments, Navigator, Outcome, VelocityFilter, VelocityNoise};
 pub use noise::Noise;
 pub use online::Online;
+pub use plausible::{Implausible, Plausible, Rates};
 #[cfg(feature = "embedded-hal")]
 pub use probe::StagePins;
 #[cfg(feature = "defmt")]

@@ -139,7 +139,7 @@ fn a_moving_feature_is_weighed_where_it_has_moved_to() {
     filter.predict(&ORIGIN, 0.3).unwrap();
     filter.predict(&ORIGIN, 0.5).unwrap();
     assert_eq!(filter.moving_map(0).next(), Some(&born));
-    let moved = filter.config().moving.motion.advance::<2, 4>(&born, 0.8);
+    let moved = filter.config().moving.motion.advance::<2, 4>(&born, 0.8).unwrap();
     let z = Vector2::new(5.4, 0.02);
     let report = filter.scan(&[z]).unwrap();
     // By hand: range and bearing of a feature straight ahead at 5 m.

@@ -1,6 +1,7 @@
 //! Sampled prediction of the vehicle (5.11–5.13).
 
 use crate::candidate::Candidate;
+use crate::plausible::is_within_range;
 use crate::state::Cursor;
 use crate::{Dim, Health, Linearised, Motion, Packed, Pose, PredictError, PredictReport, Real, Symmetric};
 
@@ -29,7 +30,7 @@ where
         }
         for candidate in candidates.iter_mut().take(cursor.candidates()) {
             let moved = motion.sample(&candidate.pose, control, dt, &mut noise);
-            if moved.is_finite() {
+            if is_within_range(&moved.coordinates()) {
                 candidate.pose = moved;
             } else {
                 rejected += 1;
@@ -38,8 +39,7 @@ where
         cursor.noise = Some(noise);
         cursor.waited_s += dt;
     }
-    let health = Health::POSE_REJECTED.when(rejected > 0);
-    Ok(PredictReport { candidates: cursor.candidates(), rejected, health })
+    Ok(report(cursor, rejected))
 }
 
 /// Moves every particle without noise and lets the covariance of its pose grow, x ← f(x, u), P ← F P Fᵀ + Q: what the
@@ -66,7 +66,7 @@ where
             let moved = motion.propagate(&particle.pose, control, dt);
             let Linearised { transition, noise } = motion.linearise(&particle.pose, control, dt);
             let grown = spread.congruence(&transition).plus(&noise);
-            if moved.is_finite() && grown.is_finite() {
+            if is_within_range(&moved.coordinates()) && grown.is_finite() {
                 particle.pose = moved;
                 *spread = grown;
             } else {
@@ -76,8 +76,13 @@ where
         cursor.predicted = true;
         cursor.waited_s += dt;
     }
-    let health = Health::POSE_REJECTED.when(rejected > 0);
-    Ok(PredictReport { candidates: cursor.candidates(), rejected, health })
+    Ok(report(cursor, rejected))
+}
+
+fn report<T: Real>(cursor: &Cursor<T>, rejected: usize) -> PredictReport {
+    let refused = usize::from(cursor.refused);
+    let health = Health::POSE_REJECTED.when(rejected > 0) | Health::PREDICTION_REFUSED.when(refused > 0);
+    PredictReport { candidates: cursor.candidates(), rejected, refused, health }
 }
 
 /// M candidates ζ/M of every particle (5.13), in place, from the last particle back.

@@ -320,7 +320,8 @@ where
     }
 }
 
-/// One Gaussian with the mass, the mean and the spread of `head` and the others together.
+/// One Gaussian with the mass, the mean and the spread of `head` and the others together; where that is beyond the range of
+/// the scalar, with the mean and the spread of `head`.
 pub(crate) fn moment_match<'e, T: Real, const N: usize>(
     head: &Component<T, N>,
     others: impl Iterator<Item = &'e Component<T, N>>,
@@ -344,11 +345,10 @@ where
     offset *= share;
     let mut covariance = second_moment.scaled(share);
     covariance.add_outer(-T::ONE, &offset);
-    Component {
-        tag: head.tag,
-        ln_weight: head.ln_weight + mass.ln(),
-        mean: head.mean + offset,
-        covariance: covariance.kept_positive_definite().0,
+    let ln_weight = head.ln_weight + mass.ln();
+    match covariance.kept_positive_definite() {
+        Some((covariance, _)) => Component { tag: head.tag, ln_weight, mean: head.mean + offset, covariance },
+        None => Component { ln_weight, ..*head },
     }
 }
 

@@ -20,7 +20,7 @@ where
 {
     /// `share` times as wide as is best for `particles` samples of a Gaussian with the covariance of these candidates.
     pub(crate) fn of<P: Pose<T, K>>(candidates: &[Candidate<T, P>], particles: usize, share: T) -> Self {
-        let (_, covariance) = moments(candidates);
+        let (_, covariance) = moments(candidates, T::ONE);
         Self { root: covariance.root() * (share * bandwidth(K, particles)) }
     }
 
@@ -75,12 +75,12 @@ mod tests {
     #[test]
     fn moments_are_those_of_samples_and_kernel() {
         let before = candidates(40_000);
-        let (mean, covariance) = moments(&before);
+        let (mean, covariance) = moments(&before, 1.0);
         for share in [0.5, 1.0] {
             // A kernel as for ten particles, so that it is wide enough to tell.
             let mut after = before.clone();
             Kernel::of(&before, 10, share).spread(&mut after, &mut Noise::seeded(8));
-            let (moved_mean, moved) = moments(&after);
+            let (moved_mean, moved) = moments(&after, 1.0);
             let h = share * bandwidth::<f64>(3, 10);
             let expected = covariance.scaled(1.0 + h * h);
             let shift = moved_mean.difference(&mean);
@@ -101,7 +101,7 @@ mod tests {
         let one = [Candidate { pose: PlanarPose::new(1.0_f32, 2.0, 3.0), ln_weight: -(4.0_f32.ln()) }; 4];
         let mut after = one;
         Kernel::of(&one, 4, 1.0).spread(&mut after, &mut Noise::seeded(1));
-        let (_, covariance) = moments(&after);
+        let (_, covariance) = moments(&after, 1.0);
         assert!(covariance.get(0, 0) < 1e-10 && covariance != Symmetric::from_diagonal([1.0; 3]));
         assert!((after[0].pose.x_m - 1.0).abs() < 1e-5 && (after[3].pose.heading_rad - 3.0).abs() < 1e-5);
     }

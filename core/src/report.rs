@@ -11,6 +11,8 @@ pub struct PredictReport {
     pub candidates: usize,
     /// Candidates whose pose left the range of the scalar; they stayed where they were.
     pub rejected: usize,
+    /// Predictions refused since the last scan.
+    pub refused: usize,
     /// Conditions.
     pub health: Health,
 }
@@ -24,6 +26,8 @@ pub struct ScanReport<T> {
     pub measurements: usize,
     /// Measurements that could not give birth, because they have no inverse or one that is out of view.
     pub no_birth: usize,
+    /// Predictions refused since the scan before.
+    pub refused: usize,
     /// Candidates weighed.
     pub candidates: usize,
     /// Greatest number of components in view of a candidate.

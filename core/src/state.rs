@@ -148,6 +148,8 @@ pub(crate) struct Cursor<T> {
     pub(crate) predicted: bool,
     /// Summed dt of the predictions since the last scan, s, which the moving features have still to be moved by.
     pub(crate) waited_s: T,
+    /// Predictions refused since the last scan.
+    pub(crate) refused: u16,
     /// Candidates that the last scan weighed; zero before the first.
     pub(crate) weighed: usize,
     /// The particle whose map is the estimate: the one that continues the heaviest surviving candidate of the last
@@ -167,6 +169,7 @@ impl<T: Real> Cursor<T> {
         children: 0,
         predicted: false,
         waited_s: T::ZERO,
+        refused: 0,
         weighed: 0,
         heaviest: 0,
         next_tag: 0,

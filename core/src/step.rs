@@ -162,6 +162,7 @@ where
         cursor.particles = selection.particles;
         cursor.predicted = false;
         cursor.waited_s = T::ZERO;
+        let refused = usize::from(core::mem::take(&mut cursor.refused));
         cursor.weighed = particles * children;
         cursor.heaviest = selection.heaviest;
 
@@ -172,10 +173,12 @@ where
             | Health::MAP_NOT_UPDATED.when(tally.kept > 0)
             | Health::COMPONENTS_LOST.when(tally.lost > 0)
             | Health::COVARIANCE_REPAIRED.when(tally.repaired > 0)
-            | Health::INNOVATION_HIGH.when(innovation > T::from_f64(2.0));
+            | Health::INNOVATION_HIGH.when(innovation > T::from_f64(2.0))
+            | Health::PREDICTION_REFUSED.when(refused > 0);
         Ok(ScanReport {
             measurements: measured.len(),
             no_birth: tally.no_birth,
+            refused,
             candidates: particles * children,
             in_view,
             ln_evidence,

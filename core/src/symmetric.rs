@@ -196,10 +196,12 @@ where
     /// The matrix itself where it is positive definite beyond rounding; otherwise with as little added to its diagonal
     /// as makes it so, and `true`. To be used where a covariance comes out of a computation: one that is much longer
     /// than wide does not survive rounding in single precision.
+    ///
+    /// `None` where an element is not finite, or where adding the trace itself does not help.
     #[inline]
     #[must_use]
-    pub fn kept_positive_definite(self) -> (Self, bool) {
-        if self.is_beyond_rounding() { (self, false) } else { (self.raised(), true) }
+    pub fn kept_positive_definite(self) -> Option<(Self, bool)> {
+        if self.is_beyond_rounding() { Some((self, false)) } else { Some((self.raised()?, true)) }
     }
 
     /// Whether rounding leaves it positive definite. Asked for in many places, and unrolled in one.
@@ -213,20 +215,23 @@ where
     /// With as little added to its diagonal as makes it positive definite.
     #[cold]
     #[inline(never)]
-    fn raised(&self) -> Self {
+    fn raised(&self) -> Option<Self> {
         let trace = (0..N).fold(T::ZERO, |sum, k| sum + self.get(k, k).abs());
         let mut raise = trace * T::EPSILON * T::from_f64(4.0);
-        let mut raised = *self;
-        // Each round adds four times as much; a dozen reach the trace itself in single precision, which is enough for any
-        // matrix that was positive semidefinite but for rounding.
-        for _ in 0..12 {
-            raised = Self::from_fn(|row, column| self.get(row, column) + if row == column { raise } else { T::ZERO });
-            if raised.is_beyond_rounding() {
+        // Each round adds four times as much, up to the trace itself, which is enough for any matrix that was positive
+        // semidefinite but for rounding: 12 rounds in single precision, 26 in double.
+        for _ in 0..26 {
+            if !(raise <= trace * T::from_f64(2.0)) {
                 break;
+            }
+            let raised =
+                Self::from_fn(|row, column| self.get(row, column) + if row == column { raise } else { T::ZERO });
+            if raised.is_beyond_rounding() {
+                return Some(raised);
             }
             raise *= T::from_f64(4.0);
         }
-        raised
+        None
     }
 
     /// A lower triangular A with A Aᵀ = the matrix, which need only be positive semidefinite: coordinates without variance
@@ -467,11 +472,29 @@ mod tests {
             (1, 1) => s * s + 1e-8 * c * c,
             _ => s * c,
         });
-        let (repaired, changed) = flat.kept_positive_definite();
+        let (repaired, changed) = flat.kept_positive_definite().unwrap();
         assert!(changed && repaired.factor().is_some());
         assert!((repaired.get(0, 0) - flat.get(0, 0)).abs() < 1e-4);
         let round = Symmetric::<f32, 2>::from_diagonal([1.0, 0.5]);
-        assert_eq!(round.kept_positive_definite(), (round, false));
+        assert_eq!(round.kept_positive_definite(), Some((round, false)));
+    }
+
+    #[test]
+    fn a_covariance_is_repaired_in_either_precision_or_not_at_all() {
+        // Not positive semidefinite by 1e-8: rounding of single precision, left in double.
+        let flat = Symmetric::<f64, 2>::from_fn(|row, column| if row == column { 1.0 } else { 1.0 + 1e-8 });
+        let (repaired, changed) = flat.kept_positive_definite().unwrap();
+        assert!(changed && repaired.factor().is_some(), "{repaired:?}");
+        assert!((repaired.get(0, 0) - 1.0).abs() < 1e-6);
+        let indefinite = Symmetric::<f64, 2>::from_fn(|row, column| if row == column { 1.0 } else { 1.9 });
+        assert!(indefinite.kept_positive_definite().unwrap().0.factor().is_some());
+        let hopeless = Symmetric::<f64, 2>::from_fn(|row, column| if row == column { 1.0 } else { 1e9 });
+        assert!(hopeless.kept_positive_definite().is_none() && Symmetric::<f32, 2>::ZERO.kept_positive_definite().is_none());
+        for element in [f32::INFINITY, f32::NAN] {
+            assert!(Symmetric::from_diagonal([1.0, element]).kept_positive_definite().is_none());
+            let crossed = Symmetric::<f32, 2>::from_fn(|r, c| if r == c { 1.0 } else { element });
+            assert!(crossed.kept_positive_definite().is_none());
+        }
     }
 
     #[test]

@@ -3,6 +3,7 @@
 use crate::confirmed::is_confirmed;
 use crate::likelihood::{Likelihood, ln_likelihood};
 use crate::map::{Maps, PAGE_LEN};
+use crate::plausible::is_within_range;
 use crate::reduce::{heavier, keep_heaviest, merge_and_cap};
 use crate::scan::Scan;
 use crate::sort::BUCKETS;
@@ -268,7 +269,12 @@ where
             {
                 noise = noise.plus(&view.blur(spread, &inverse.feature, &expected));
             }
-            let (place, repaired) = noise.congruence(&inverse.jacobian).kept_positive_definite();
+            // Nor does anything come of one that is uncertain beyond the range of the scalar.
+            let place = noise.congruence(&inverse.jacobian).kept_positive_definite();
+            let Some((place, repaired)) = place.filter(|_| is_within_range(&inverse.feature)) else {
+                tally.no_birth += 1;
+                continue;
+            };
             tally.repaired += usize::from(repaired);
             let tag = first_tag.wrapping_add(index as u32);
             if let Some(ln_weight) = ln_still {

@@ -1,7 +1,7 @@
 //! A car with a wheel encoder and a steering angle (5.25–5.27).
 
 use super::{ControlNoise, Linearised, ModelError, Motion, PlanarPose, require};
-use crate::{Noise, Real, wrap};
+use crate::{Noise, Rates, Real, wrap};
 use nalgebra::{Matrix3, SMatrix};
 
 /// Geometry of an Ackermann vehicle whose sensor, not its axle, is located by the pose.
@@ -98,6 +98,11 @@ impl<T: Real> Motion<T, 3> for Ackermann<T> {
         control.speed_mps.is_finite()
             && control.steering_rad.abs() < quarter_turn
             && control.steering_rad.tan() * self.geometry.encoder_offset_m < self.geometry.wheelbase_m
+    }
+
+    fn rates(&self, control: &Self::Control) -> Rates<T> {
+        let Centreline { speed, rate, .. } = self.centreline(control);
+        Rates { speed_mps: speed.abs(), turn_radps: rate.abs() }
     }
 
     fn propagate(&self, pose: &Self::Pose, control: &Self::Control, dt: T) -> Self::Pose {

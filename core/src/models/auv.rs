@@ -1,7 +1,7 @@
 //! An underwater vehicle with a velocity log, a pressure sensor and an inertial unit (section 7.2.2).
 
 use super::{AuvPose, Linearised, ModelError, Motion, require, rotation};
-use crate::{Noise, Real, Symmetric, wrap};
+use crate::{Noise, Rates, Real, Symmetric, wrap};
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
 /// A number that an instrument reads, with its uncertainty.
@@ -163,6 +163,14 @@ impl<T: Real> Motion<T, 5> for Auv<T> {
             && control.pitch_rad.is_finite()
             && usable(control.yaw_rate_radps)
             && usable(control.z_m)
+    }
+
+    /// The speed as its mean and its covariance together have it: both move the particles.
+    fn rates(&self, control: &Self::Control) -> Rates<T> {
+        let spread = (0..3).fold(T::ZERO, |sum, axis| sum + control.velocity_covariance.get(axis, axis));
+        let [[x, y, z]] = control.velocity_mps.data.0;
+        let speed_mps = (x * x + y * y + z * z + spread).sqrt();
+        Rates { speed_mps, turn_radps: control.yaw_rate_radps.map_or(T::ZERO, |reading| reading.value.abs()) }
     }
 
     fn propagate(&self, pose: &Self::Pose, control: &Self::Control, dt: T) -> Self::Pose {

@@ -73,6 +73,11 @@ impl<T: Real> Pose<T, 5> for AuvPose<T> {
         }
     }
 
+    fn distance_m(&self, from: &Self) -> T {
+        let [[dx, dy, dz]] = (self.position() - from.position()).data.0;
+        (dx * dx + dy * dy + dz * dz).sqrt()
+    }
+
     fn on_ground(&self) -> [T; 3] {
         [self.x_m, self.y_m, self.yaw_rad]
     }

@@ -19,7 +19,7 @@ use nalgebra::SVector;
 ///     covariance: Symmetric::from_diagonal([0.01, 0.01, 0.1, 0.1]),
 ///     ..Component::ZERO
 /// };
-/// let later = motion.advance::<2, 4>(&walker, 2.0);
+/// let later = motion.advance::<2, 4>(&walker, 2.0).unwrap();
 /// assert_eq!(later.mean, Vector4::new(2.0, -1.0, 1.0, -0.5));
 /// assert!((later.ln_weight + 0.02).abs() < 1e-15);
 /// ```
@@ -44,14 +44,14 @@ impl<T: Real> ConstantVelocity<T> {
         require(lifetime > T::ZERO, "lifetime_s", "positive")
     }
 
-    /// The component after `dt` seconds; E = 2D.
+    /// The component after `dt` seconds; E = 2D. `None` where it leaves the range of the scalar.
     #[must_use]
-    pub fn advance<const D: usize, const E: usize>(&self, component: &Component<T, E>, dt: T) -> Component<T, E>
+    pub fn advance<const D: usize, const E: usize>(&self, component: &Component<T, E>, dt: T) -> Option<Component<T, E>>
     where
         Dim<E>: Packed,
     {
         let p = &component.covariance;
-        let mean = SVector::from_fn(|row, _| {
+        let mean = SVector::<T, E>::from_fn(|row, _| {
             let (held, velocity) = (component.mean.get(row), component.mean.get(row + D));
             held.copied().unwrap_or(T::ZERO) + velocity.map_or(T::ZERO, |&velocity| dt * velocity)
         });
@@ -71,12 +71,10 @@ impl<T: Real> ConstantVelocity<T> {
                 held + noise(row == column, in_velocity)
             }
         });
-        Component {
-            tag: component.tag,
-            ln_weight: component.ln_weight - dt / self.lifetime_s,
-            mean,
-            covariance: covariance.kept_positive_definite().0,
-        }
+        let (covariance, _) = covariance.kept_positive_definite()?;
+        let ln_weight = component.ln_weight - dt / self.lifetime_s;
+        let finite = mean.iter().all(|coordinate| coordinate.is_finite());
+        finite.then_some(Component { tag: component.tag, ln_weight, mean, covariance })
     }
 }
 
@@ -106,7 +104,7 @@ mod tests {
             (q[(axis, axis + 2)], q[(axis + 2, axis)]) = (dt * dt / 2.0, dt * dt / 2.0);
             q[(axis + 2, axis + 2)] = dt;
         }
-        let (before, after) = (component(), MOTION.advance::<2, 4>(&component(), dt));
+        let (before, after) = (component(), MOTION.advance::<2, 4>(&component(), dt).unwrap());
         let expected = f * before.covariance.to_matrix() * f.transpose() + q * 0.3;
         assert!((after.covariance.to_matrix() - expected).norm() < 1e-14);
         assert!((after.mean - f * before.mean).norm() < 1e-15);
@@ -116,10 +114,17 @@ mod tests {
 
     #[test]
     fn two_steps_are_one_of_their_summed_length() {
-        let twice = MOTION.advance::<2, 4>(&MOTION.advance::<2, 4>(&component(), 0.3), 1.1);
-        let once = MOTION.advance::<2, 4>(&component(), 1.4);
+        let first = MOTION.advance::<2, 4>(&component(), 0.3).unwrap();
+        let twice = MOTION.advance::<2, 4>(&first, 1.1).unwrap();
+        let once = MOTION.advance::<2, 4>(&component(), 1.4).unwrap();
         assert!((twice.mean - once.mean).norm() < 1e-14 && (twice.ln_weight - once.ln_weight).abs() < 1e-14);
         assert!((twice.covariance.to_matrix() - once.covariance.to_matrix()).norm() < 1e-13);
+    }
+
+    #[test]
+    fn nothing_comes_of_a_step_beyond_the_range() {
+        assert!(MOTION.advance::<2, 4>(&component(), 1e25).is_some());
+        assert_eq!(MOTION.advance::<2, 4>(&component(), 1e160), None);
     }
 
     #[test]

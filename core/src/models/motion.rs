@@ -1,6 +1,6 @@
 //! The vehicle's transition density, as a trait.
 
-use crate::{Dim, Noise, Packed, Pose, Real, Symmetric};
+use crate::{Dim, Noise, Packed, Pose, Rates, Real, Symmetric};
 use nalgebra::SMatrix;
 
 /// How the vehicle moves: the transition density π(x_k | x_{k−1}, u_k) of (4.47).
@@ -18,6 +18,13 @@ where
 
     /// Whether the model can work with this control: every number finite and inside the model's domain.
     fn admits(&self, control: &Self::Control) -> bool;
+
+    /// How fast the vehicle goes and turns under this control, to be held against the limits of
+    /// [`Plausible`](crate::Plausible). Nothing is known unless said otherwise: then only how far a step takes the vehicle is
+    /// limited.
+    fn rates(&self, _control: &Self::Control) -> Rates<T> {
+        Rates::NONE
+    }
 
     /// The pose after `dt` seconds without noise, f(x, u).
     fn propagate(&self, pose: &Self::Pose, control: &Self::Control, dt: T) -> Self::Pose;

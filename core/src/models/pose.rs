@@ -25,6 +25,13 @@ pub trait Pose<T: Real, const K: usize>: Copy + PartialEq + Debug + Send + Sync 
     /// x and y, m, and heading, rad, whatever else there is: where the vehicle is on the ground.
     fn on_ground(&self) -> [T; 3];
 
+    /// How far apart two poses are, m; angles do not count.
+    fn distance_m(&self, from: &Self) -> T {
+        let ([x, y, _], [from_x, from_y, _]) = (self.on_ground(), from.on_ground());
+        let (dx, dy) = (x - from_x, y - from_y);
+        (dx * dx + dy * dy).sqrt()
+    }
+
     /// Every coordinate finite.
     fn is_finite(&self) -> bool {
         self.coordinates().iter().all(|coordinate| coordinate.is_finite())

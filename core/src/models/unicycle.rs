@@ -1,7 +1,7 @@
 //! A vehicle driven by speed and turn rate.
 
 use super::{ControlNoise, Linearised, ModelError, Motion, PlanarPose};
-use crate::{Noise, Real, wrap};
+use crate::{Noise, Rates, Real, wrap};
 use nalgebra::{Matrix3, SMatrix};
 
 /// How a [`Unicycle`] integrates its controls over one step.
@@ -100,6 +100,10 @@ impl<T: Real> Motion<T, 3> for Unicycle<T> {
 
     fn admits(&self, control: &Self::Control) -> bool {
         control.speed_mps.is_finite() && control.rate_radps.is_finite()
+    }
+
+    fn rates(&self, control: &Self::Control) -> Rates<T> {
+        Rates { speed_mps: control.speed_mps.abs(), turn_radps: control.rate_radps.abs() }
     }
 
     fn propagate(&self, pose: &Self::Pose, control: &Self::Control, dt: T) -> Self::Pose {

@@ -18,6 +18,7 @@ pub struct DeadReckoning<T: Real> {
     /// (x, y, z, v_x, v_y, v_z).
     state: Kalman<T, 6>,
     outliers: Outliers,
+    z_outliers: Outliers,
 }
 
 impl<T: Real> DeadReckoning<T> {
@@ -31,7 +32,8 @@ impl<T: Real> DeadReckoning<T> {
         let (zero, one) = (T::ZERO, T::ONE);
         let mean = SVector::from([position_m.x, position_m.y, position_m.z, zero, zero, zero]);
         let covariance = Symmetric::from_diagonal([zero, zero, zero, one, one, one]);
-        Ok(Self { noise, state: Kalman { mean, covariance }, outliers: Outliers::default() })
+        let (outliers, z_outliers) = (Outliers::default(), Outliers::default());
+        Ok(Self { noise, state: Kalman { mean, covariance }, outliers, z_outliers })
     }
 
     /// Moves on by `dt` seconds in this attitude, rad.
@@ -65,7 +67,19 @@ impl<T: Real> DeadReckoning<T> {
     pub fn z(&mut self, z_m: T) -> Outcome {
         let variance = self.noise.z_sigma_m * self.noise.z_sigma_m;
         let h = SMatrix::<T, 1, 6>::from_fn(|_, column| if column == 2 { T::ONE } else { T::ZERO });
-        self.state.update(&Vector1::new(z_m), &h, &Symmetric::from_diagonal([variance]), self.noise.gate())
+        let reading = Vector1::new(z_m);
+        let outcome = self.state.update(&reading, &h, &Symmetric::from_diagonal([variance]), self.noise.gate());
+        if self.z_outliers.counted(outcome, &reading, self.noise.outliers_believed) {
+            let [[x, y, _, vx, vy, vz]] = self.state.mean.data.0;
+            self.state.mean = SVector::from([x, y, z_m, vx, vy, vz]);
+            let held = self.state.covariance;
+            self.state.covariance = Symmetric::from_fn(|row, column| match (row, column) {
+                (2, 2) => variance,
+                (2, _) | (_, 2) => T::ZERO,
+                _ => held.get(row, column),
+            });
+        }
+        outcome
     }
 
     /// Position, m.
@@ -127,6 +141,14 @@ mod tests {
         assert!((position.y.atan2(position.x) - 0.25).abs() < 1e-9, "{position}");
         assert!((position.xy().norm() - 10.0).abs() < 0.2);
         assert!(DeadReckoning::new(NOISE, Vector3::new(f64::NAN, 0.0, 0.0)).is_err());
+    }
+
+    #[test]
+    fn a_depth_that_stays_is_believed_at_last() {
+        let mut filter = DeadReckoning::new(NOISE, Vector3::zeros()).unwrap();
+        let outcomes: [Outcome; 6] = core::array::from_fn(|_| filter.z(-30.0));
+        assert_eq!(outcomes[..5], [Outcome::Rejected; 5]);
+        assert_eq!((outcomes[5], filter.position_m()), (Outcome::Accepted, Vector3::new(0.0, 0.0, -30.0)));
     }
 
     #[test]

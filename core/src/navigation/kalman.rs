@@ -27,10 +27,13 @@ impl<T: Real, const N: usize> Kalman<T, N>
 where
     Dim<N>: Packed,
 {
-    /// x ← F x, P ← F P Fᵀ + Q.
+    /// x ← F x, P ← F P Fᵀ + Q, unless that is beyond the range of the scalar: then the state is as it was.
     pub(super) fn predict(&mut self, transition: &SMatrix<T, N, N>, noise: &Symmetric<T, N>) {
-        self.mean = transition * self.mean;
-        self.covariance = self.covariance.congruence(transition).plus(noise);
+        let mean = transition * self.mean;
+        let covariance = self.covariance.congruence(transition).plus(noise);
+        if mean.iter().all(|x| x.is_finite()) && covariance.is_finite() {
+            *self = Self { mean, covariance };
+        }
     }
 
     /// Takes in z = H x + e, e ~ N(0, R), unless (z − H x)ᵀ S⁻¹ (z − H x) exceeds `gate`.

@@ -17,7 +17,8 @@ pub struct VelocityNoise<T> {
     pub z_sigma_m: T,
     /// Readings farther from what is expected than this many standard deviations (as a vector) are outliers.
     pub gate_sigmas: T,
-    /// Outliers in a row after which the log is believed again: then it is the filter that has gone astray.
+    /// Outliers in a row after which the log, or the pressure sensor, is believed again: then it is the filter that has gone
+    /// astray.
     pub outliers_believed: u16,
 }
 
@@ -46,14 +47,19 @@ impl<T: Real> VelocityNoise<T> {
     }
 }
 
-/// Velocities rejected in a row.
+/// Readings of one instrument rejected in a row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct Outliers(u16);
 
 impl Outliers {
-    /// Counts what became of a velocity; whether there were so many in a row that the filter has to start again from it.
-    pub(super) fn counted<T: Real>(&mut self, outcome: Outcome, velocity_mps: &Vector3<T>, believed: u16) -> bool {
-        let finite = velocity_mps.iter().all(|v| v.is_finite());
+    /// Counts what became of a reading; whether there were so many in a row that the filter has to start again from it.
+    pub(super) fn counted<T: Real, const Z: usize>(
+        &mut self,
+        outcome: Outcome,
+        reading: &SVector<T, Z>,
+        believed: u16,
+    ) -> bool {
+        let finite = reading.iter().all(|x| x.is_finite());
         self.0 = match outcome {
             Outcome::Rejected if finite => self.0.saturating_add(1),
             Outcome::Rejected => self.0,
@@ -100,6 +106,7 @@ pub struct VelocityFilter<T: Real> {
     noise: VelocityNoise<T>,
     state: Kalman<T, 4>,
     outliers: Outliers,
+    z_outliers: Outliers,
 }
 
 impl<T: Real> VelocityFilter<T> {
@@ -113,7 +120,8 @@ impl<T: Real> VelocityFilter<T> {
         let mean = SVector::from([T::ZERO, T::ZERO, T::ZERO, z_m]);
         let (velocity, z) = (T::ONE, noise.z_sigma_m * noise.z_sigma_m);
         let covariance = Symmetric::from_diagonal([velocity, velocity, velocity, z]);
-        Ok(Self { noise, state: Kalman { mean, covariance }, outliers: Outliers::default() })
+        let (outliers, z_outliers) = (Outliers::default(), Outliers::default());
+        Ok(Self { noise, state: Kalman { mean, covariance }, outliers, z_outliers })
     }
 
     /// Moves on by `dt` seconds with this roll and pitch, rad.
@@ -145,7 +153,19 @@ impl<T: Real> VelocityFilter<T> {
     pub fn z(&mut self, z_m: T) -> Outcome {
         let h = SMatrix::<T, 1, 4>::from_row_slice(&[T::ZERO, T::ZERO, T::ZERO, T::ONE]);
         let variance = self.noise.z_sigma_m * self.noise.z_sigma_m;
-        self.state.update(&Vector1::new(z_m), &h, &Symmetric::from_diagonal([variance]), self.noise.gate())
+        let reading = Vector1::new(z_m);
+        let outcome = self.state.update(&reading, &h, &Symmetric::from_diagonal([variance]), self.noise.gate());
+        if self.z_outliers.counted(outcome, &reading, self.noise.outliers_believed) {
+            let [[x, y, z, _]] = self.state.mean.data.0;
+            self.state.mean = SVector::from([x, y, z, z_m]);
+            let velocity = self.state.covariance;
+            self.state.covariance = Symmetric::from_fn(|row, column| match (row, column) {
+                (3, 3) => variance,
+                (3, _) => T::ZERO,
+                _ => velocity.get(row, column),
+            });
+        }
+        outcome
     }
 
     /// Velocity along the vehicle's own axes, m/s.
@@ -251,6 +271,29 @@ pub(super) mod tests {
         assert_eq!(filter.velocity_mps(), Vector3::new(2.0, 0.1, 0.0));
         assert_eq!(filter.dvl(&Vector3::new(2.0, 0.1, 0.0)), Outcome::Accepted);
         assert_eq!(filter.z(40.0), Outcome::Rejected);
+    }
+
+    /// After a step of 1e25 s, and one that leaves the range of the scalar.
+    #[test]
+    fn it_recovers_from_any_step() {
+        for dt in [1e25, 1e160, 1e300] {
+            let mut filter = VelocityFilter::new(NOISE, -2.0).unwrap();
+            let reading = Vector3::new(0.3, 0.0, 0.0);
+            (0..50).for_each(|_| {
+                filter.predict(0.1, 0.1, 0.1);
+                filter.dvl(&reading);
+                filter.z(-2.0);
+            });
+            filter.predict(0.1, 0.1, dt);
+            (0..50).for_each(|_| {
+                filter.predict(0.0, 0.0, 0.1);
+                filter.dvl(&reading);
+                filter.z(-2.0);
+            });
+            assert!((filter.velocity_mps() - reading).norm() < 0.05, "{dt}: {}", filter.velocity_mps());
+            assert!((filter.z_m() + 2.0).abs() < 0.05, "{dt}: {}", filter.z_m());
+            assert!(filter.covariance().factor().is_some() && filter.covariance().get(2, 2) < 0.01);
+        }
     }
 
     #[test]

@@ -1,0 +1,149 @@
+//! What no vehicle does: input beyond it is taken for garbage.
+
+use crate::{ConfigError, Dim, Motion, Packed, Pose, Real};
+use core::fmt;
+use nalgebra::SVector;
+
+/// What a vehicle can do. A prediction beyond it is refused: one garbage row of odometry, finite as it may be, would take all
+/// particles where no scan brings them back from.
+///
+/// The defaults are beyond what any vehicle with a sensor does, and stop what comes of a damaged byte or a wrong unit. A
+/// vehicle's own limits, with some room, stop more. Infinite: no limit.
+///
+/// ```
+/// use scphd::{Config, Plausible};
+///
+/// // A rover of at most 2 m/s.
+/// let plausible = Plausible { speed_max_mps: 4.0_f32, ..Plausible::default() };
+/// assert!(Config { plausible, ..Config::default() }.check().is_ok());
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Plausible<T> {
+    /// Longest step, s. 300 by default: the longest gap in the odometry of published logs is 128 s, and a time that has been
+    /// read in milliseconds is a thousand times too long.
+    pub step_max_s: T,
+    /// Greatest speed, m/s. 340 by default, that of sound.
+    pub speed_max_mps: T,
+    /// Greatest turn rate, rad/s. 70 by default: gyroscopes of vehicles end there or below (4000 °/s).
+    pub turn_rate_max_radps: T,
+    /// Greatest distance that a step takes the vehicle, m, whatever the model makes of the control. 100 km by default: 300 s
+    /// at the greatest speed. It bounds models that do not know their [speed](Motion::rates), and poses or depths that a control
+    /// carries.
+    pub jump_max_m: T,
+}
+
+impl<T: Real> Default for Plausible<T> {
+    fn default() -> Self {
+        Self {
+            step_max_s: T::from_f64(300.0),
+            speed_max_mps: T::from_f64(340.0),
+            turn_rate_max_radps: T::from_f64(70.0),
+            jump_max_m: T::from_f64(1e5),
+        }
+    }
+}
+
+impl<T: Real> Plausible<T> {
+    /// Everything finite is plausible.
+    pub const ANYTHING: Self = Self {
+        step_max_s: T::INFINITY,
+        speed_max_mps: T::INFINITY,
+        turn_rate_max_radps: T::INFINITY,
+        jump_max_m: T::INFINITY,
+    };
+
+    /// The limit that is out of range, if any.
+    ///
+    /// # Errors
+    /// Every limit must be positive.
+    pub(crate) fn check(&self) -> Result<(), ConfigError> {
+        let limits = [
+            (self.step_max_s, "plausible.step_max_s"),
+            (self.speed_max_mps, "plausible.speed_max_mps"),
+            (self.turn_rate_max_radps, "plausible.turn_rate_max_radps"),
+            (self.jump_max_m, "plausible.jump_max_m"),
+        ];
+        match limits.into_iter().find(|&(limit, _)| !(limit > T::ZERO)) {
+            Some((_, field)) => Err(ConfigError { field, range: "positive" }),
+            None => Ok(()),
+        }
+    }
+
+    /// What is implausible of a step from `pose`, if anything. NaN is.
+    pub(crate) fn violated<M, const K: usize>(
+        &self,
+        motion: &M,
+        pose: &M::Pose,
+        control: &M::Control,
+        dt: T,
+    ) -> Option<Implausible>
+    where
+        M: Motion<T, K>,
+        Dim<K>: Packed,
+    {
+        if !(dt <= self.step_max_s) {
+            return Some(Implausible::Step);
+        }
+        let Rates { speed_mps, turn_radps } = motion.rates(control);
+        if !(speed_mps <= self.speed_max_mps) {
+            return Some(Implausible::Speed);
+        }
+        if !(turn_radps <= self.turn_rate_max_radps) {
+            return Some(Implausible::TurnRate);
+        }
+        let jump = motion.propagate(pose, control, dt).distance_m(pose);
+        // A pose beyond the range of the scalar is told of candidate by candidate.
+        (jump > self.jump_max_m).then_some(Implausible::Jump)
+    }
+}
+
+/// What of a prediction no vehicle does.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum Implausible {
+    /// It takes longer than [`Plausible::step_max_s`].
+    Step,
+    /// The vehicle would be faster than [`Plausible::speed_max_mps`].
+    Speed,
+    /// The vehicle would turn faster than [`Plausible::turn_rate_max_radps`].
+    TurnRate,
+    /// The vehicle would come farther than [`Plausible::jump_max_m`].
+    Jump,
+}
+
+impl fmt::Display for Implausible {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Step => "no step takes so long",
+            Self::Speed => "no vehicle is so fast",
+            Self::TurnRate => "no vehicle turns so fast",
+            Self::Jump => "no vehicle comes so far in one step",
+        })
+    }
+}
+
+/// How fast a control says that the vehicle goes and turns, neither below zero.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Rates<T> {
+    /// Speed, m/s.
+    pub speed_mps: T,
+    /// Turn rate, rad/s.
+    pub turn_radps: T,
+}
+
+impl<T: Real> Rates<T> {
+    /// Those of a control that says nothing of speeds.
+    pub const NONE: Self = Self { speed_mps: T::ZERO, turn_radps: T::ZERO };
+}
+
+/// Coordinates beyond this, m or rad, are not taken for a place: over twice around the Earth, and squares and their products
+/// stay in the range of single precision.
+const FARTHEST: f64 = 1e8;
+
+/// Whether every coordinate is one that the recursion can work with.
+pub(crate) fn is_within_range<T: Real, const N: usize>(coordinates: &SVector<T, N>) -> bool {
+    let farthest = T::from_f64(FARTHEST);
+    coordinates.iter().all(|coordinate| coordinate.abs() <= farthest)
+}
