@@ -101,7 +101,10 @@ impl fmt::Display for LoadMapError {
         match self {
             Self::NotStarted => f.write_str("the filter has not been reset yet"),
             Self::Component { index } => {
-                write!(f, "component {index} is not finite, too far away or too heavy, or its covariance not positive definite")
+                write!(
+                    f,
+                    "component {index} is not finite, too far away or too heavy, or its covariance not positive definite"
+                )
             }
             Self::Tag { index } => write!(f, "component {index} has a tag that is too great"),
             Self::TooManyComponents { components, capacity } => {

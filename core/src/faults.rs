@@ -1,7 +1,6 @@
 //! What goes wrong on a vehicle, on purpose: full memory, empty input, weights that vanish. Nothing may panic, leak or
 //! stall, and everything must be reported.
 
-use crate::map::audit;
 use crate::*;
 use nalgebra::Vector2;
 use std::boxed::Box;
@@ -45,13 +44,13 @@ fn random_scan(number: &mut impl FnMut() -> f32, len: usize) -> Vec<Vector2<f32>
     (0..len).map(|_| Vector2::new(20.0 * number(), 6.2 * number() - 3.1)).collect()
 }
 
-fn check_consistent(filter: &Planar<'_, Car>) {
-    let memory = &filter.memory;
-    audit::check(&memory.still, memory.cursor.particles);
-    audit::check(&memory.moving, memory.cursor.particles);
+fn check_consistent(filter: &mut Planar<'_, Car>) {
+    let digest = filter.digest();
+    assert_eq!(filter.audit(), Ok(()));
+    assert_eq!(filter.digest(), digest, "the audit changed the state");
     let total: f32 = filter.candidates().iter().map(|candidate| candidate.ln_weight.exp()).sum();
-    assert!((total - 1.0).abs() < 1e-4, "weights sum to {total}");
-    for particle in 0..memory.cursor.particles {
+    assert!((total - 1.0).abs() < 1e-5, "weights sum to {total}");
+    for particle in 0..filter.particles() {
         check_map(filter.map(particle));
         check_map(filter.moving_map(particle));
     }
@@ -71,6 +70,36 @@ where
     tags.sort_unstable();
     tags.dedup();
     assert_eq!(tags.len(), components, "two components have one tag");
+}
+
+#[test]
+fn an_audit_finds_what_damaged_memory_shows() {
+    let mut state = Box::new(Roomy::new());
+    let mut filter = Planar::new(models(2.0), config(), &mut *state).unwrap();
+    assert_eq!(filter.audit(), Ok(()));
+    filter.reset(ORIGIN, 1).unwrap();
+    filter.predict(&AHEAD, 0.1).unwrap();
+    filter.scan(&[Vector2::new(5.0, 1.0), Vector2::new(7.0, 0.0)]).unwrap();
+    check_consistent(&mut filter);
+    let held = filter.memory.still.table.pages(0)[0];
+    filter.memory.still.pool.share(held);
+    assert_eq!(filter.audit(), Err(Flaw::Pages));
+    filter.memory.still.pool.release(held);
+    assert_eq!(filter.audit(), Ok(()));
+    // Given away while a map still holds it.
+    let extra = filter.memory.still.pool.take().unwrap().0;
+    assert_eq!(filter.audit(), Err(Flaw::Pages));
+    filter.memory.still.pool.release(extra);
+    filter.memory.candidates[1].ln_weight = 0.5;
+    assert_eq!(filter.audit(), Err(Flaw::Weights));
+    filter.memory.candidates[0].pose.x_m = f32::NAN;
+    assert_eq!(filter.audit(), Err(Flaw::Pose));
+    filter.reset(ORIGIN, 1).unwrap();
+    filter.scan(&[Vector2::new(5.0, 1.0)]).unwrap();
+    for page in filter.memory.still.pool.held_mut() {
+        page.change(|component| Some(Component { covariance: Symmetric::ZERO, ..*component }));
+    }
+    assert_eq!(filter.audit(), Err(Flaw::Component));
 }
 
 #[test]
@@ -145,12 +174,12 @@ fn loaded_features_have_tags_of_their_own() {
     let tags: Vec<u32> = filter.map(0).map(|component| component.tag).collect();
     assert_eq!(tags, [4, 7, 8, 0]);
     filter.scan(&[Vector2::new(9.0, 1.0)]).unwrap();
-    check_consistent(&filter);
+    check_consistent(&mut filter);
     // The next features are named after the greatest there can be.
     filter.load_map(&[tagged(Planar::<Car>::GREATEST_LOADED_TAG), tagged(0)]).unwrap();
     filter.scan(&[Vector2::new(9.0, 1.0)]).unwrap();
     assert!(filter.map(0).any(|component| component.tag > i32::MAX as u32));
-    check_consistent(&filter);
+    check_consistent(&mut filter);
 }
 
 #[test]
@@ -179,7 +208,7 @@ fn a_garbage_row_is_refused_and_told_of_and_its_time_passes() {
     assert!(report.refused == 4 && report.health.contains(Health::PREDICTION_REFUSED));
     let report = filter.scan(&[Vector2::new(5.0, 1.0)]).unwrap();
     assert!(report.refused == 0 && !report.health.contains(Health::PREDICTION_REFUSED));
-    check_consistent(&filter);
+    check_consistent(&mut filter);
 }
 
 #[test]
@@ -240,7 +269,7 @@ fn empty_scans_are_normal() {
         let report = filter.scan(&[]).unwrap();
         assert!(report.health.is_good(), "{:?}", report.health);
         assert_eq!((report.measurements, report.in_view, report.pages_used), (0, 0, 0));
-        check_consistent(&filter);
+        check_consistent(&mut filter);
     }
     let map = filter.estimate_map(&mut [Component::ZERO; 4]);
     assert_eq!((map.expected_features, map.features, map.left_out), (0.0, 0, 0));
@@ -256,7 +285,7 @@ fn a_full_measurement_list_is_normal() {
         filter.predict(&AHEAD, 0.1).unwrap();
         let report = filter.scan(&random_scan(&mut number, 64)).unwrap();
         assert_eq!(report.measurements, 64);
-        check_consistent(&filter);
+        check_consistent(&mut filter);
     }
 }
 
@@ -270,7 +299,7 @@ fn one_particle_is_normal() {
         let report = filter.scan(&[Vector2::new(10.0, 0.5)]).unwrap();
         assert!(!report.health.contains(Health::DEGENERATE));
         assert_eq!(report.n_eff, 1.0);
-        check_consistent(&filter);
+        check_consistent(&mut filter);
     }
 }
 
@@ -295,12 +324,31 @@ fn unexplained(particles: usize, samples: usize) {
     assert!(report.health.contains(Health::UNEXPLAINED_SCAN), "{:?}", report.health);
     assert_eq!(report.ln_evidence, f32::NEG_INFINITY);
     assert_eq!(report.n_eff.round(), (particles * samples) as f32);
-    check_consistent(&filter);
+    check_consistent(&mut filter);
     // It goes on when the feature comes into view.
     filter.predict(&UnicycleControl { speed_mps: 10.0, rate_radps: 0.0 }, 1.0).unwrap();
     let report = filter.scan(&[Vector2::new(14.9, 0.0)]).unwrap();
     assert!(report.ln_evidence.is_finite());
-    check_consistent(&filter);
+    check_consistent(&mut filter);
+}
+
+/// Likelihoods that divide by the clutter, without any.
+#[test]
+fn no_weight_is_lost_where_a_likelihood_is_not_a_number() {
+    for likelihood in [Likelihood::EmptyMap, Likelihood::SingleFeature] {
+        let mut state = Box::new(Roomy::new());
+        let config = Config { birth_intensity: 0.0, likelihood, ..config() };
+        let mut filter = Planar::new(models(0.0), config, &mut *state).unwrap();
+        filter.reset(ORIGIN, 1).unwrap();
+        let covariance = Symmetric::from_diagonal([0.01, 0.01]);
+        filter.load_map(&[Component { mean: Vector2::new(5.0, 0.0), covariance, ..Component::ZERO }]).unwrap();
+        for _ in 0..5 {
+            filter.predict(&UnicycleControl { speed_mps: 0.0, rate_radps: 0.0 }, 3.0).unwrap();
+            filter.scan(&[Vector2::new(5.0, 0.0), Vector2::new(15.0, 2.0)]).unwrap();
+            assert!(!filter.ln_likelihoods().iter().any(|ln_l| ln_l.is_nan()), "{:?}", filter.ln_likelihoods());
+            check_consistent(&mut filter);
+        }
+    }
 }
 
 #[test]
@@ -338,7 +386,7 @@ fn full_memory_degrades_in_order_and_recovers() {
         assert!(report.pages_used <= 24);
         assert_eq!(report.maps_updated + report.not_updated, report.survivors);
         seen |= report.health;
-        check_consistent(&filter);
+        check_consistent(&mut filter);
     }
     assert!(seen.contains(Health::PRUNING_TIGHTENED), "{seen:?}");
     // With less to hold, it is well again.
@@ -346,7 +394,7 @@ fn full_memory_degrades_in_order_and_recovers() {
     for _ in 0..60 {
         filter.predict(&AHEAD, 0.1).unwrap();
         last = filter.scan(&[Vector2::new(15.0, 0.0)]).unwrap().health;
-        check_consistent(&filter);
+        check_consistent(&mut filter);
     }
     let lack = [Health::PRUNING_TIGHTENED, Health::MAP_NOT_UPDATED, Health::COMPONENTS_LOST];
     assert!(lack.iter().all(|&flag| !last.contains(flag)), "{last:?}");
@@ -369,7 +417,7 @@ fn confirmed_features_outlive_clutter_when_memory_is_full() {
             scan.extend(random_scan(&mut number, 8));
         }
         tightened += filter.scan(&scan).unwrap().tightened;
-        check_consistent(&filter);
+        check_consistent(&mut filter);
     }
     assert!(tightened > 0);
     let mut features = [Component::ZERO; 16];
@@ -402,7 +450,7 @@ fn long_random_operation_sequences_stay_consistent() {
             _ if number() < 0.05 => filter.reset(PlanarPose::new(number(), number(), number()), 5).unwrap(),
             _ => drop(filter.scan(&[])),
         }
-        check_consistent(&filter);
+        check_consistent(&mut filter);
     }
 }
 
@@ -504,7 +552,7 @@ fn particles_come_and_go_without_a_leak() {
             assert_eq!((report.particles, report.survivors.min(1)), (filter.particles(), 1));
             assert_eq!((filter.candidates().len(), filter.survivors().len()), (report.particles, report.particles));
             assert!((2..=8).contains(&report.particles) && filter.heaviest() < report.particles);
-            check_consistent(&filter);
+            check_consistent(&mut filter);
             fewest = fewest.min(report.particles);
             most = most.max(report.particles);
         }

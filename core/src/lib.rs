@@ -54,6 +54,7 @@ extern crate std;
 
 mod adaptive;
 mod angle;
+mod audit;
 mod bounds;
 mod candidate;
 mod component;
@@ -113,6 +114,7 @@ mod workspace;
 
 pub use adaptive::Adaptive;
 pub use angle::wrap;
+pub use audit::Flaw;
 pub use bounds::Bounds;
 pub use candidate::Candidate;
 pub use component::{Component, Correction};

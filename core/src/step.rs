@@ -103,7 +103,8 @@ where
             for (offset, (candidate, ln_likelihood)) in share.candidates.iter().zip(share.ln_likelihoods).enumerate() {
                 let (view, parent) = (look(&candidate.pose), parent_of(share.first + offset));
                 let weighed = weigh(&view, parent, predicted, &scan, likelihood, share.eta);
-                *ln_likelihood += weighed.ln_likelihood;
+                // What is not a number, as without clutter the likelihoods that divide by it, explains nothing.
+                *ln_likelihood = (*ln_likelihood + weighed.ln_likelihood).at_least(T::NEG_INFINITY);
                 most_in_view = weighed.in_view.max(most_in_view);
             }
             *share.most_in_view = most_in_view.min(usize::from(u16::MAX)) as u16;

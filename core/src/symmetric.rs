@@ -489,7 +489,9 @@ mod tests {
         let indefinite = Symmetric::<f64, 2>::from_fn(|row, column| if row == column { 1.0 } else { 1.9 });
         assert!(indefinite.kept_positive_definite().unwrap().0.factor().is_some());
         let hopeless = Symmetric::<f64, 2>::from_fn(|row, column| if row == column { 1.0 } else { 1e9 });
-        assert!(hopeless.kept_positive_definite().is_none() && Symmetric::<f32, 2>::ZERO.kept_positive_definite().is_none());
+        assert!(
+            hopeless.kept_positive_definite().is_none() && Symmetric::<f32, 2>::ZERO.kept_positive_definite().is_none()
+        );
         for element in [f32::INFINITY, f32::NAN] {
             assert!(Symmetric::from_diagonal([1.0, element]).kept_positive_definite().is_none());
             let crossed = Symmetric::<f32, 2>::from_fn(|r, c| if r == c { 1.0 } else { element });

@@ -1,22 +1,44 @@
-//! Consistency of pool and tables, for tests.
+//! Consistency of pool and tables.
 
-use super::Maps;
-use crate::{Dim, Packed, Real};
-use std::vec;
+use super::{Maps, Page};
+use crate::{Dim, Flaw, Packed, Real};
 
-/// Every page is held as often as its count says, and is free if and only if nobody holds it.
-pub(crate) fn check<T: Real, const N: usize, const D: usize>(maps: &Maps<'_, T, N, D>, particles: usize)
+impl<T: Real, const N: usize, const D: usize> Maps<'_, T, N, D>
 where
     Dim<N>: Packed,
 {
-    let pool = &maps.pool;
-    let mut holders = vec![0_u16; pool.capacity()];
-    for map in 0..particles {
-        maps.table.pages(map).iter().for_each(|id| holders[id.index()] += 1);
+    /// Every page is held by as many maps as its count says, and is free if and only if none holds it; every component held is
+    /// sound. Linear in maps and pages; the counts are changed on the way, and put back.
+    pub(crate) fn audit(&mut self, particles: usize) -> Result<(), Flaw> {
+        let Self { table, pool, .. } = self;
+        let lists_fit = (0..particles).all(|map| table.is_sound(map));
+        let count = |pool: &mut super::Pool<'_, T, N, D>, change: fn(u16) -> u16| {
+            for map in 0..particles {
+                table.pages(map).iter().for_each(|&id| pool.recount(id, change));
+            }
+        };
+        count(pool, |references| references.wrapping_sub(1));
+        let accounted = pool.is_accounted_for();
+        count(pool, |references| references.wrapping_add(1));
+        if !(lists_fit && accounted && pool.free_is_sound()) {
+            return Err(Flaw::Pages);
+        }
+        if pool.held_mut().all(|page| page.is_sound()) { Ok(()) } else { Err(Flaw::Component) }
     }
-    let used = holders.iter().filter(|&&count| count > 0).count();
-    assert_eq!(pool.free(), pool.capacity() - used, "pages leaked or freed twice");
-    for (index, &count) in holders.iter().enumerate() {
-        assert_eq!(pool.reference_counts()[index], count, "page {index}");
+}
+
+impl<T: Real, const N: usize, const D: usize> Page<T, N, D>
+where
+    Dim<N>: Packed,
+{
+    /// Whether every component is finite and positive definite, lies in the box, and has the weight that its logarithm says.
+    fn is_sound(&self) -> bool {
+        self.weighted().all(|(component, weight)| {
+            component.ln_weight.is_finite()
+                && weight == component.ln_weight.exp()
+                && component.mean.iter().all(|coordinate| coordinate.is_finite())
+                && component.covariance.factor().is_some()
+                && self.bounds().holds(&component.position())
+        })
     }
 }

@@ -1,8 +1,7 @@
 //! The daughter process in memory: copy-on-write pages of Component components in one pool, and a list of pages for
 //! every particle.
 
-#[cfg(test)]
-pub(crate) mod audit;
+mod audit;
 mod memory;
 mod page;
 mod pool;

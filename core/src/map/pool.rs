@@ -138,10 +138,34 @@ where
         }
     }
 
-    /// For every page the number of maps that hold it.
-    #[cfg(test)]
-    pub(crate) fn reference_counts(&self) -> &[u16] {
-        self.references
+    /// Changes the count of a page, for an audit that puts it back.
+    pub(super) fn recount(&mut self, id: PageId, change: fn(u16) -> u16) {
+        if let Some(references) = self.references.get_mut(id.index()) {
+            *references = change(*references);
+        }
+    }
+
+    /// Whether no count is left where all holders have been taken off.
+    pub(super) fn is_accounted_for(&self) -> bool {
+        self.references.iter().all(|&references| references == 0)
+    }
+
+    /// Whether the free pages are those that nobody holds, each once.
+    pub(super) fn free_is_sound(&mut self) -> bool {
+        // More than there are particles.
+        const COUNTED: u16 = u16::MAX;
+        let unheld = self.references.iter().filter(|&&references| references == 0).count();
+        let mut distinct = 0;
+        for id in self.free.iter().take(usize::from(*self.free_len)) {
+            if let Some(references) = self.references.get_mut(id.index()).filter(|references| **references == 0) {
+                *references = COUNTED;
+                distinct += 1;
+            }
+        }
+        for references in self.references.iter_mut().filter(|references| **references == COUNTED) {
+            *references = 0;
+        }
+        distinct == self.free() && distinct == unheld
     }
 
     /// Number of maps that hold this page.

@@ -128,6 +128,12 @@ impl<T: Real, const D: usize> MapTable<'_, T, D> {
         self.pages_of(row, near.map_or(0, |row| usize::from(row.far)))
     }
 
+    /// Whether the row of a map is one of the table's, and no longer than it can be.
+    pub(super) fn is_sound(&self, map: usize) -> bool {
+        let row = self.rows.get(self.row(map));
+        self.map_pages == 0 || row.is_some_and(|row| row.far <= row.len && usize::from(row.len) <= self.map_pages)
+    }
+
     /// Adds a page to a map, whose reference the map takes over; `false` when the list is full.
     pub(crate) fn push(&mut self, map: usize, id: PageId) -> bool {
         self.append(self.row(map), id)
