@@ -4,6 +4,7 @@ pub mod alignment;
 pub mod assignment;
 pub mod consistency;
 pub mod cutoff;
+pub mod final_map;
 pub mod gospa;
 pub mod map_error;
 pub mod moving;

@@ -3,13 +3,13 @@
 use crate::events::{Event, events};
 use crate::log::Log;
 use crate::log::TruePose;
-use crate::output::json::Summary;
+use crate::output::json::{self, Format, Summary};
 use crate::record::{MapFeature, Record, ScanRecord};
 use crate::score::consistency::{self, Consistency};
-use crate::score::cutoff::Cutoff;
+use crate::score::final_map::FinalMap;
 use crate::score::map_error::MapError;
 use crate::score::moving::{MovingScore, MovingTally};
-use crate::score::{alignment, gospa, ospa, trajectory};
+use crate::score::trajectory;
 use crate::settings::{Likelihood, Settings};
 use crate::slam::{Precision, ReferenceFilter, Refusal, Slam, core_filter};
 use crate::tally::{HealthCounts, ScanTimes};
@@ -21,13 +21,6 @@ use scphd::Health;
 use std::io;
 use std::thread;
 use std::time::Instant;
-
-/// Order 1 and cut-off 10 m of the OSPA distance of the final map: a feature more or less costs as much as one that
-/// is 10 m off.
-pub const OSPA: Cutoff = Cutoff::new(1.0, 10.0);
-/// Order 2 and cut-off 20 m of the GOSPA distance (α = 2) of the final map, the figures of the published PHD-SLAM
-/// benchmark.
-pub const GOSPA: Cutoff = Cutoff::new(2.0, 20.0);
 
 /// Stack of the thread a filter runs in, bytes. The state of the fixed-capacity filter is tens of MB and lives on
 /// the heap, but an unoptimised build makes it on the stack before it moves there, more than once. A stack takes
@@ -164,6 +157,8 @@ struct Run {
     moving: Option<MovingScore>,
     /// N̂ after the last scan.
     features_estimated: Option<f64>,
+    /// The static landmarks that have been in view, m; `None` where the log does not tell.
+    seen: Option<Vec<[f64; 2]>>,
     consistency: Consistency,
 }
 
@@ -196,7 +191,7 @@ fn drive(
                 let outcome = slam.scan(&scan.detections).map_err(refused("the scan"))?;
                 let scan_us = start.elapsed().as_secs_f64() * 1e6;
                 health.add(outcome.health);
-                consistency.scan(&outcome);
+                consistency.scan(outcome.ln_evidence, outcome.innovation);
                 let (pose, pose_covariance) = slam.pose().map_err(refused("the pose"))?;
                 let (features_estimated, features) = slam.map().map_err(refused("the map"))?;
                 let mut moving = slam.moving().map_err(refused("the moving features"))?;
@@ -237,7 +232,9 @@ fn drive(
     }
     let features_estimated = scans.last().map(|scan| scan.features_estimated);
     let moving = map_truth.knows_movers().then(|| tally.score()).filter(|score| score.scans > 0);
-    Ok(Run { record: Record { scans, map }, health: health.reported(), moving, features_estimated, consistency })
+    let seen = map_truth.seen();
+    let record = Record { scans, map };
+    Ok(Run { record, health: health.reported(), moving, features_estimated, seen, consistency })
 }
 
 fn summary(log: &Log, settings: &Settings, filter: Filter, seed: u64, run: &Run, slam: &mut dyn Slam) -> Summary {
@@ -245,13 +242,19 @@ fn summary(log: &Log, settings: &Settings, filter: Filter, seed: u64, run: &Run,
     let estimate = trajectory::of_estimate(scans);
     let dead_reckoning = trajectory::of_dead_reckoning(scans);
     let features: Vec<[f64; 2]> = run.record.map.iter().map(|feature| feature.mean).collect();
-    let known = !log.landmarks.is_empty();
-    let ospa = known.then(|| ospa::ospa(&features, &log.landmarks, &OSPA));
-    let gospa = known.then(|| gospa::gospa(&features, &log.landmarks, &GOSPA));
-    let aligned = known.then(|| alignment::score(&features, &log.landmarks));
+    let map = FinalMap::of(&features, &log.landmarks, run.seen.as_deref());
+    let laid_over = map.map(|map| map.laid_over);
+    let births = settings.filter.birth_intensity + settings.moving.birth_intensity;
+    let expected = settings.sensor.clutter_per_scan + births * settings.sensor.measure();
+    let position_errors = scans.iter().filter_map(|scan| {
+        let truth = scan.true_position?;
+        let [[xx, xy, _], [_, yy, _], _] = scan.pose_covariance;
+        Some(([scan.pose[0] - truth[0], scan.pose[1] - truth[1]], [[xx, xy], [xy, yy]]))
+    });
     let moving = run.moving.as_ref();
     let times = ScanTimes::of(scans.iter().map(|scan| scan.scan_us));
     Summary {
+        format: Format,
         log: log.name.clone(),
         filter: filter.name(settings.filter.likelihood).into(),
         precision: filter.precision().into(),
@@ -262,10 +265,12 @@ fn summary(log: &Log, settings: &Settings, filter: Filter, seed: u64, run: &Run,
         heading_rmse_deg: estimate.and_then(|score| score.heading_rmse_deg),
         dead_reckoning_rmse_m: dead_reckoning.map(|score| score.position_rmse_m),
         final_position_error_m: estimate.map(|score| score.final_position_error_m),
-        ospa_m: ospa.map(|score| score.distance),
-        ospa_localization_m: ospa.map(|score| score.localization),
-        ospa_cardinality_m: ospa.map(|score| score.cardinality),
-        gospa_m: gospa.map(|score| score.distance),
+        ospa_m: map.map(|map| map.ospa.distance),
+        ospa_localization_m: map.map(|map| map.ospa.localization),
+        ospa_cardinality_m: map.map(|map| map.ospa.cardinality),
+        gospa_m: map.map(|map| map.gospa_m),
+        ospa_seen_m: map.and_then(|map| map.ospa_seen_m),
+        gospa_seen_m: map.and_then(|map| map.gospa_seen_m),
         features_estimated: run.features_estimated,
         scan_us_mean: times.mean_us,
         scan_us_p99: times.p99_us,
@@ -275,12 +280,13 @@ fn summary(log: &Log, settings: &Settings, filter: Filter, seed: u64, run: &Run,
         moving_settled_rate: moving.and_then(MovingScore::settled_rate),
         moving_position_error_median_m: moving.and_then(MovingScore::position_error_median_m),
         false_moving_tracks_per_scan: moving.and_then(MovingScore::false_per_scan),
-        static_features_matched: aligned.map(|score| score.matched as u64),
-        static_features_false: aligned.map(|score| score.spurious as u64),
-        static_position_error_median_m: aligned.and_then(|score| score.position_error_median_m),
-        ln_evidence: run.consistency.ln_evidence(settings),
+        static_features_matched: laid_over.map(|score| score.matched as u64),
+        static_features_false: laid_over.map(|score| score.spurious as u64),
+        static_position_error_median_m: laid_over.and_then(|score| score.position_error_median_m),
+        ln_evidence: run.consistency.ln_evidence(expected),
         nis_mean: run.consistency.innovation(),
-        nees_median: consistency::of_position(scans),
+        nees_median: consistency::of_positions(position_errors),
+        settings: json::settings(settings),
     }
 }
 

@@ -9,7 +9,8 @@ use std::process::{Command, Output};
 use tempfile::TempDir;
 
 /// Keys of the JSON object of a run, in order.
-const KEYS: [&str; 29] = [
+const KEYS: [&str; 33] = [
+    "format",
     "log",
     "filter",
     "precision",
@@ -24,6 +25,8 @@ const KEYS: [&str; 29] = [
     "ospa_localization_m",
     "ospa_cardinality_m",
     "gospa_m",
+    "ospa_seen_m",
+    "gospa_seen_m",
     "features_estimated",
     "scan_us_mean",
     "scan_us_p99",
@@ -39,6 +42,7 @@ const KEYS: [&str; 29] = [
     "ln_evidence",
     "nis_mean",
     "nees_median",
+    "settings",
 ];
 
 /// What `--out` leaves for a single run.
@@ -224,10 +228,11 @@ fn a_replay_leaves_its_figures_tables_and_plots() {
     assert_eq!(names(&place.path("results/a/b")), FILES);
 
     let text = fs::read_to_string(place.path("results/run.json")).unwrap();
-    let keys: Vec<&str> = text.lines().filter_map(|line| line.trim().strip_prefix('"')?.split('"').next()).collect();
+    // Those of the object itself are indented by two.
+    let keys: Vec<&str> = text.lines().filter_map(|line| line.strip_prefix("  \"")?.split('"').next()).collect();
     assert_eq!(keys, KEYS);
     let summary: Value = serde_json::from_str(&text).unwrap();
-    assert_eq!(summary["particles"], 4);
+    assert_eq!((&summary["particles"], &summary["settings"]["filter"]["particles"]), (&4.into(), &4.into()));
     assert_eq!((&summary["seed"], &summary["scans"]), (&1.into(), &41.into()));
     for key in ["position_rmse_m", "heading_rmse_deg", "ospa_m", "gospa_m", "features_estimated", "state_bytes"] {
         assert!(summary[key].as_f64().is_some_and(f64::is_finite), "{key}: {text}");

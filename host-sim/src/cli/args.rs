@@ -121,7 +121,7 @@ pub struct MainJob {
     pub seed: Seed,
     #[command(flatten)]
     pub scenario_seed: ScenarioSeed,
-    /// Writes the figures of both runs to FILE as a JSON list of two flat objects.
+    /// Writes the figures of both runs to FILE as a JSON list of two objects.
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
     /// Folder for plots and, in a folder for each filter, CSV tables.
@@ -152,7 +152,7 @@ pub struct RunArgs {
     /// core filter only.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = value_parser!(u16).range(1..=256))]
     pub threads: u16,
-    /// Writes the figures to FILE as one flat JSON object, those of several runs as a list of them.
+    /// Writes the figures to FILE (`-`: standard output) as one JSON object, those of several runs as a list of them.
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
     /// Writes scans.csv, map.csv, and trajectory and error plots (SVG and PNG) to DIR; for a single run only.
@@ -189,7 +189,7 @@ pub struct MonteCarloArgs {
     /// Does only part K of N of the runs and leaves them in the file of --out, for `merge`.
     #[arg(long, value_name = "K/N")]
     pub shard: Option<Shard>,
-    /// Writes the figures to FILE as one flat JSON object, those of several filters as a list of them.
+    /// Writes the figures to FILE (`-`: standard output) as one JSON object, those of several filters as a list of them.
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
     /// Folder for plots (SVG and PNG) and tables (CSV); with --shard the file for the runs (JSON).
@@ -202,7 +202,7 @@ pub struct MergeArgs {
     /// What every `monte-carlo --shard` of the study left, in any order.
     #[arg(required = true, value_name = "FILE")]
     pub files: Vec<PathBuf>,
-    /// Writes the figures to FILE as one flat JSON object, those of several filters as a list of them.
+    /// Writes the figures to FILE (`-`: standard output) as one JSON object, those of several filters as a list of them.
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
     /// Folder for plots (SVG and PNG) and tables (CSV).
@@ -245,7 +245,7 @@ pub struct CompareArgs {
     pub seed: Seed,
     #[command(flatten)]
     pub scenario_seed: ScenarioSeed,
-    /// Writes the differences to FILE as a JSON list of flat objects, one a precision.
+    /// Writes the differences to FILE as a JSON list of objects, one a precision.
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
     /// Writes the differences scan by scan to compare-f32.csv and compare-f64.csv in DIR.

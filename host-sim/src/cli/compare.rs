@@ -8,6 +8,7 @@ use super::source::{Source, tuned};
 use scphd_sim::compare::{self, Comparison};
 use scphd_sim::log::Log;
 use scphd_sim::output::comparison::{self, Compared};
+use scphd_sim::output::json::Format;
 use scphd_sim::session::{Filter, with_roomy_stack};
 use scphd_sim::settings::Settings;
 use scphd_sim::slam::Precision;
@@ -34,12 +35,14 @@ pub fn compare(args: CompareArgs) -> Result<(), Failure> {
     for &precision in args.precision.each() {
         let comparison = lockstep(&log, &settings, precision, seed)?;
         overall.push(Compared {
+            format: Format,
             log: log.name.clone(),
             precision: name(precision).into(),
             particles: settings.filter.particles,
             samples: settings.filter.samples,
             seed,
             differences: comparison.overall,
+            settings: serde_json::to_value(&settings).unwrap_or_default(),
         });
         scans.push((precision, comparison.scans));
     }

@@ -6,6 +6,7 @@ use super::outputs::{Outputs, check_file, make};
 use super::progress::Progress;
 use super::source::{Source, tuned};
 use scphd_sim::monte_carlo::{self, Job, Plan, RunResult, Shard, Study, overview};
+use scphd_sim::output::json::Format;
 use scphd_sim::output::studies;
 use scphd_sim::plot::study;
 use scphd_sim::session;
@@ -81,6 +82,7 @@ pub fn plan(inputs: &Inputs, choices: &[Choice], tuning: &Tuning, extent: &Exten
         return Err(Failure::input(format_args!("--runs {runs}: must be a multiple of the {input_sets} input sets")));
     }
     let mut plan = Plan {
+        format: Format,
         scenario: inputs.name(extent.seed)?,
         filters: Vec::new(),
         runs,
@@ -229,7 +231,7 @@ fn report(study: &Study, outputs: &Outputs) -> Result<(), Failure> {
         notice(format_args!("tables and plots are in {}", out.display()));
     }
     if let Some(path) = &outputs.json {
-        overview::write_json(path, &overview::overviews(study))?;
+        overview::write_json(path, study)?;
     }
     outputs.print(&overview::render(study))
 }

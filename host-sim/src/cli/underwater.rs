@@ -11,6 +11,7 @@ use super::repeat::in_parallel;
 use scphd_sim::log_folder;
 use scphd_sim::monte_carlo::{self, Job, Plan, RunResult, Study};
 use scphd_sim::output::comparison::{self, Compared};
+use scphd_sim::output::json::Format;
 use scphd_sim::output::{json, repeats, table};
 use scphd_sim::plot::Figure;
 use scphd_sim::session::with_roomy_stack;
@@ -172,6 +173,7 @@ pub fn study(args: MonteCarloArgs) -> Result<(), Failure> {
     let first = tuned(source.defaults(&log), &args.tuning)?;
     let names = choices.iter().map(|choice| choice.filter.name(chosen(choice, first.clone()).filter.likelihood).into());
     let plan = Plan {
+        format: Format,
         scenario: log.name.clone(),
         filters: names.collect(),
         runs,
@@ -242,12 +244,14 @@ pub fn compare(args: CompareArgs) -> Result<(), Failure> {
             .map_err(|error| Failure::Internal(format!("cannot start a thread: {error}")))?
             .map_err(|refusal| Failure::input(format_args!("the filter refuses: {refusal}")))?;
         compared.push(Compared {
+            format: Format,
             log: log.name.clone(),
             precision: compare::name(precision).into(),
             particles: settings.filter.particles,
             samples: settings.filter.samples,
             seed,
             differences,
+            settings: serde_json::to_value(&settings).unwrap_or_default(),
         });
     }
     if let Some(path) = &outputs.json {

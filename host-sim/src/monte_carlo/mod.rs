@@ -38,6 +38,7 @@ pub fn execute<E: Send + From<rayon::ThreadPoolBuildError>>(
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
+    use crate::output::json::Format;
     use crate::score::moving::MovingScore;
 
     /// A made-up result that depends on the run and the filter alone.
@@ -70,7 +71,8 @@ pub(crate) mod tests {
 
     pub(crate) fn plan(runs: usize, input_sets: usize) -> Plan {
         let filters = vec!["scphd".to_owned(), "rb-single".to_owned()];
-        Plan { scenario: "made up".into(), filters, runs, input_sets, seed: 5, settings: "x = 1".into() }
+        let settings = "[filter]\nlikelihood = \"single-cluster\"\n".into();
+        Plan { format: Format, scenario: "made up".into(), filters, runs, input_sets, seed: 5, settings }
     }
 
     fn study(plan: &Plan, shard: Option<Shard>, threads: usize) -> Study {

@@ -1,12 +1,16 @@
-//! The figures of a study as one flat JSON object a filter.
+//! The figures of a study as one JSON object a filter.
 
 use super::run::{Curve, RunResult};
 use super::statistics::{mean, standard_deviation};
 use super::{Study, compare};
-use crate::output::json::write;
+use crate::output::json::{self, Format};
 use crate::output::{OutputError, table};
 use crate::score::moving::MovingScore;
+use crate::session::Filter;
+use crate::settings::Likelihood;
+use crate::slam::Precision;
 use serde::Serialize;
+use serde_json::Value;
 use std::path::Path;
 
 /// The figures of one filter in a study; whatever is unknown becomes `null`.
@@ -102,15 +106,42 @@ pub fn overviews(study: &Study) -> Vec<Overview> {
     filters.filter_map(|filter| Overview::of(&study.plan.scenario, &study.of_filter(filter))).collect()
 }
 
+/// An overview as it is written.
+#[derive(Serialize)]
+struct Written {
+    format: Format,
+    #[serde(flatten)]
+    overview: Overview,
+    /// Settings of the first input, with the likelihood of this filter.
+    settings: Value,
+}
+
 /// Writes one object, or a list of them where there are several filters.
 ///
 /// # Errors
 /// The file cannot be written.
-pub fn write_json(path: &Path, overviews: &[Overview]) -> Result<(), OutputError> {
-    match overviews {
-        [one] => write(path, one),
-        several => write(path, several),
+pub fn write_json(path: &Path, study: &Study) -> Result<(), OutputError> {
+    let written = |overview: Overview| {
+        // The plan has them as they are before each filter says its likelihood.
+        let mut settings: Value = toml::from_str(&study.plan.settings).unwrap_or_default();
+        if let Some(likelihood) = likelihood_of(&overview.filter)
+            && let Some(filter) = settings.get_mut("filter").and_then(Value::as_object_mut)
+        {
+            filter.insert("likelihood".into(), json::settings(&likelihood));
+        }
+        Written { format: Format, overview, settings }
+    };
+    let written: Vec<Written> = overviews(study).into_iter().map(written).collect();
+    match &written[..] {
+        [one] => json::write(path, one),
+        several => json::write(path, several),
     }
+}
+
+/// The likelihood that a filter of that [name](Filter::name) has; `None` for the reference, which takes that of the settings.
+fn likelihood_of(filter: &str) -> Option<Likelihood> {
+    let all = [Likelihood::SingleCluster, Likelihood::RbEmpty, Likelihood::RbSingle];
+    all.into_iter().find(|&likelihood| Filter::Core(Precision::F64).name(likelihood) == filter)
 }
 
 /// Standard deviations over runs of the mean over a run; unknown for less than two runs.
@@ -178,6 +209,7 @@ pub fn render(study: &Study) -> String {
 mod tests {
     use super::*;
     use crate::monte_carlo::tests::{plan, result};
+    use crate::output::sink::tests::Folder;
 
     #[test]
     fn figures_of_made_up_runs() {
@@ -207,6 +239,26 @@ mod tests {
             at = found;
         }
         assert_eq!(json.matches(':').count(), 16);
+    }
+
+    #[test]
+    fn what_is_written_says_its_format_and_the_settings_of_each_filter() {
+        let folder = Folder::new("overview");
+        let path = folder.0.join("study.json");
+        let plan = plan(3, 3);
+        let results = ["scphd", "rb-single"]
+            .iter()
+            .flat_map(|filter| (0..3).map(|run| result(&plan.job(run), filter, 0.0)).collect::<Vec<_>>());
+        let mut study = Study { plan: plan.clone(), results: results.collect() };
+        write_json(&path, &study).unwrap();
+        let read = || -> Value { serde_json::from_slice(&std::fs::read(&path).unwrap()).unwrap() };
+        let both = read();
+        assert_eq!((&both[0]["format"], &both[0]["runs"]), (&2.into(), &3.into()));
+        assert_eq!(both[0]["settings"]["filter"]["likelihood"], "single-cluster");
+        assert_eq!(both[1]["settings"]["filter"]["likelihood"], "rb-single");
+        study.plan.filters.truncate(1);
+        write_json(&path, &study).unwrap();
+        assert_eq!(read(), both[0]);
     }
 
     #[test]

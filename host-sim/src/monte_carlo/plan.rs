@@ -1,6 +1,7 @@
 //! Which runs a study has, and which of them are done.
 
 use super::run::RunResult;
+use crate::output::json::Format;
 use serde::{Deserialize, Serialize};
 use std::collections::HashSet;
 use std::str::FromStr;
@@ -8,6 +9,8 @@ use std::str::FromStr;
 /// What a study is, before any run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Plan {
+    /// The format of the file that it is written to.
+    pub format: Format,
     /// Name of the scenario, or of the logs.
     pub scenario: String,
     /// The filters, which all get the same inputs and seeds.

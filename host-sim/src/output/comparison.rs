@@ -1,16 +1,20 @@
 //! Differences between filter and reference: a table, a JSON list, CSV rows.
 
+use super::json::{self, Format};
 use super::table::{grouped, ruled};
-use super::{OutputError, csv, json};
+use super::{OutputError, csv};
 use crate::compare::Differences;
 use comfy_table::Row;
 use serde::Serialize;
+use serde_json::Value;
 use std::iter;
 use std::path::Path;
 
-/// The differences over one log in one precision, with what they depend on. Serialised as one flat object.
+/// The differences over one log in one precision, with what they depend on. Serialised as one object.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Compared {
+    /// The format of the keys.
+    pub format: Format,
     /// Name of the log.
     pub log: String,
     /// Number type of the filter: `f32` or `f64`.
@@ -24,6 +28,8 @@ pub struct Compared {
     /// The largest differences of all scans.
     #[serde(flatten)]
     pub differences: Differences,
+    /// All settings of the run, by section and name as in a settings file.
+    pub settings: Value,
 }
 
 /// A field: its name in files, its name with the unit in the table, and its text there.
@@ -66,7 +72,7 @@ pub fn render(compared: &[Compared]) -> String {
     ruled(row("log", &|c| c.log.clone()), heads.into_iter().chain(fields))
 }
 
-/// Writes a JSON list of flat objects, all or nothing.
+/// Writes a JSON list of objects, all or nothing.
 ///
 /// # Errors
 ///

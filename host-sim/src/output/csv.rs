@@ -120,6 +120,7 @@ const SCAN_HEADER: [&str; 30] = [
 /// Header and order of `map.csv`.
 #[derive(Serialize)]
 struct MapRow {
+    id: u32,
     weight: f64,
     x_m: f64,
     y_m: f64,
@@ -131,6 +132,7 @@ struct MapRow {
 impl From<&MapFeature> for MapRow {
     fn from(feature: &MapFeature) -> Self {
         Self {
+            id: feature.id,
             weight: feature.weight,
             x_m: feature.mean[0],
             y_m: feature.mean[1],
@@ -142,7 +144,7 @@ impl From<&MapFeature> for MapRow {
 }
 
 /// Names of the columns of [`MapRow`], for an empty map.
-const MAP_HEADER: [&str; 6] = ["weight", "x_m", "y_m", "cov_x_x_m2", "cov_x_y_m2", "cov_y_y_m2"];
+const MAP_HEADER: [&str; 7] = ["id", "weight", "x_m", "y_m", "cov_x_x_m2", "cov_x_y_m2", "cov_y_y_m2"];
 
 /// Header and order of `moving.csv`.
 #[derive(Serialize)]
@@ -285,7 +287,7 @@ mod tests {
 
         let mut reader = ::csv::Reader::from_path(map).unwrap();
         let row = reader.records().next().unwrap().unwrap();
-        assert_eq!(row[1].parse::<f64>().unwrap(), 1.0 / 7.0);
+        assert_eq!((&row[0], row[2].parse::<f64>().unwrap()), ("1", 1.0 / 7.0));
 
         let mut reader = ::csv::Reader::from_path(moving).unwrap();
         let row = reader.records().next().unwrap().unwrap();

@@ -1,14 +1,39 @@
-//! The figures of a run as one flat JSON object, and of several runs as a list of them.
+//! The figures of a run as one JSON object, and of several runs as a list of them. `docs/results.md` says what each key means.
 
 use super::{OutputError, sink};
-use serde::{Serialize, Serializer};
+use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
+use serde_json::Value;
 use std::path::Path;
 
-/// The figures of one run of one filter over one log.
+/// The number of the format of all JSON that the program writes, its key `format`. It grows whenever a key goes or changes its
+/// meaning; format 1 had no such key.
+const FORMAT: u32 = 2;
+
+/// That a JSON object is of the present format: written as its number, read back only if it is that.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Format;
+
+impl Serialize for Format {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_u32(FORMAT)
+    }
+}
+
+impl<'de> Deserialize<'de> for Format {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let found = u32::deserialize(deserializer)?;
+        let other = || de::Error::custom(format_args!("format {found}: this program reads format {FORMAT} only"));
+        if found == FORMAT { Ok(Self) } else { Err(other()) }
+    }
+}
+
+/// The figures of one run of one filter over one log, in the plane or in space: every key has the same meaning in both.
 ///
 /// Serialised with exactly these keys in this order. Whatever is unknown or not finite becomes `null`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Summary {
+    /// The format of the keys.
+    pub format: Format,
     /// Name of the log.
     pub log: String,
     /// Which filter: `scphd`, `reference` …
@@ -23,21 +48,26 @@ pub struct Summary {
     pub scans: u64,
     /// Root mean square of the position error over the scans with truth, m.
     pub position_rmse_m: Option<f64>,
-    /// Root mean square of the heading error over the scans with truth, degrees.
+    /// Root mean square of the error of the heading, in space the yaw, over the scans with truth, degrees.
     pub heading_rmse_deg: Option<f64>,
     /// Root mean square of the position error of odometry alone, m.
     pub dead_reckoning_rmse_m: Option<f64>,
     /// Position error at the last scan with truth, m.
     pub final_position_error_m: Option<f64>,
-    /// OSPA distance of the final map, m.
+    /// OSPA distance of the final static map to all static landmarks of the log that it [should
+    /// have](crate::score::final_map), in view or not, m.
     pub ospa_m: Option<f64>,
     /// Part of the OSPA distance that is due to misplaced features, m.
     pub ospa_localization_m: Option<f64>,
     /// Part of the OSPA distance that is due to a wrong number of features, m.
     pub ospa_cardinality_m: Option<f64>,
-    /// GOSPA distance of the final map, m.
+    /// GOSPA distance of the final static map to the same landmarks, m.
     pub gospa_m: Option<f64>,
-    /// N̂: mass of the final map.
+    /// OSPA distance of the final static map to those of these landmarks that have been in view, m.
+    pub ospa_seen_m: Option<f64>,
+    /// GOSPA distance of the final static map to those that have been in view, m.
+    pub gospa_seen_m: Option<f64>,
+    /// N̂: mass of the final static map.
     pub features_estimated: Option<f64>,
     /// Mean wall time of the scan step, µs.
     pub scan_us_mean: Option<f64>,
@@ -56,7 +86,8 @@ pub struct Summary {
     pub moving_position_error_median_m: Option<f64>,
     /// Moving features estimated where no moving landmark is in view, a scan.
     pub false_moving_tracks_per_scan: Option<f64>,
-    /// Static landmarks with a feature of the final map within 0.5 m, after the map was laid over them.
+    /// Static landmarks with a feature of the final map within 0.5 m, after the map was laid over them by a turn about the
+    /// vertical and a shift.
     pub static_features_matched: Option<u64>,
     /// Features of the final map left over.
     pub static_features_false: Option<u64>,
@@ -67,9 +98,17 @@ pub struct Summary {
     /// Squared innovations over what was expected of them (NIS over the measurement's dimension), mean over the scans with
     /// detections: 1 where noise and map are what the filter believes.
     pub nis_mean: Option<f64>,
-    /// Squared position errors over the filter's own covariance (NEES over 2), median over the scans with truth: 0.7 where
-    /// the filter knows how wrong it is.
+    /// Squared position errors over the filter's own covariance (NEES over the dimensions of the position), median over the
+    /// scans with truth: 0.7 in the plane and 0.8 in space where the filter knows how wrong it is.
     pub nees_median: Option<f64>,
+    /// All settings of the run, by section and name as in a settings file.
+    pub settings: Value,
+}
+
+/// Settings as a JSON object.
+pub(crate) fn settings<S: Serialize>(settings: &S) -> Value {
+    // They are plain numbers and names, which JSON has all.
+    serde_json::to_value(settings).unwrap_or_default()
 }
 
 /// JSON numbers lose bits above 2⁵³ in many readers; a string of digits does not.
@@ -114,6 +153,7 @@ pub(crate) mod tests {
 
     pub(crate) fn summary() -> Summary {
         Summary {
+            format: Format,
             log: "circle".into(),
             filter: "scphd".into(),
             precision: "f32".into(),
@@ -128,6 +168,8 @@ pub(crate) mod tests {
             ospa_localization_m: Some(f64::INFINITY),
             ospa_cardinality_m: Some(0.0),
             gospa_m: Some(3.0),
+            ospa_seen_m: Some(1.0),
+            gospa_seen_m: None,
             features_estimated: Some(11.9),
             scan_us_mean: Some(812.3),
             scan_us_p99: Some(1201.0),
@@ -143,6 +185,7 @@ pub(crate) mod tests {
             ln_evidence: Some(-1234.5),
             nis_mean: Some(1.02),
             nees_median: Some(1.5),
+            settings: serde_json::json!({ "filter": { "samples": 2 } }),
         }
     }
 
@@ -157,6 +200,7 @@ pub(crate) mod tests {
         assert_eq!(
             keys,
             [
+                "format",
                 "log",
                 "filter",
                 "precision",
@@ -171,6 +215,8 @@ pub(crate) mod tests {
                 "ospa_localization_m",
                 "ospa_cardinality_m",
                 "gospa_m",
+                "ospa_seen_m",
+                "gospa_seen_m",
                 "features_estimated",
                 "scan_us_mean",
                 "scan_us_p99",
@@ -186,9 +232,13 @@ pub(crate) mod tests {
                 "ln_evidence",
                 "nis_mean",
                 "nees_median",
+                "settings",
+                "filter",
+                "samples",
             ]
         );
-        let value: serde_json::Value = serde_json::from_str(&text).unwrap();
+        let value: Value = serde_json::from_str(&text).unwrap();
+        assert_eq!((&value["format"], &value["settings"]["filter"]["samples"]), (&2.into(), &2.into()));
         assert_eq!(value["particles"], 40);
         assert_eq!(value["position_rmse_m"].as_f64().unwrap(), 0.1 + 0.2);
         assert!(value["heading_rmse_deg"].is_null());
@@ -199,13 +249,20 @@ pub(crate) mod tests {
     }
 
     #[test]
+    fn another_format_is_not_read() {
+        assert_eq!(serde_json::from_str::<Format>(&serde_json::to_string(&Format).unwrap()).unwrap(), Format);
+        let error = serde_json::from_str::<Format>("1").unwrap_err().to_string();
+        assert!(error.contains("format 1") && error.contains("format 2"), "{error}");
+    }
+
+    #[test]
     fn a_list_of_objects_and_a_missing_digest() {
         let folder = Folder::new("json-list");
         let path = folder.0.join("summaries.json");
         let reference = Summary { digest: None, state_bytes: None, ..summary() };
         let short = Summary { digest: Some(0xf), ..summary() };
         write_summaries(&path, &[reference, short]).unwrap();
-        let value: serde_json::Value = serde_json::from_slice(&std::fs::read(&path).unwrap()).unwrap();
+        let value: Value = serde_json::from_slice(&std::fs::read(&path).unwrap()).unwrap();
         assert_eq!(value.as_array().unwrap().len(), 2);
         assert!(value[0]["digest"].is_null());
         assert!(value[0]["state_bytes"].is_null());

@@ -21,7 +21,7 @@ const STYLE: TableStyle = TableStyle::new()
 type Figure = (&'static str, fn(&Summary) -> String);
 
 /// The figures in the order of the rows.
-const FIGURES: [Figure; 28] = [
+const FIGURES: [Figure; 29] = [
     ("filter", |s| s.filter.clone()),
     ("precision", |s| s.precision.clone()),
     ("particles", |s| grouped(s.particles)),
@@ -35,13 +35,14 @@ const FIGURES: [Figure; 28] = [
     ("  localization (m)", |s| decimals(s.ospa_localization_m, 3)),
     ("  cardinality (m)", |s| decimals(s.ospa_cardinality_m, 3)),
     ("GOSPA (m)", |s| decimals(s.gospa_m, 3)),
+    ("  of what was in view (m)", |s| decimals(s.gospa_seen_m, 3)),
     ("features estimated", |s| decimals(s.features_estimated, 1)),
     ("landmarks mapped within 0.5 m", |s| count(s.static_features_matched)),
     ("  median error (m)", |s| decimals(s.static_position_error_median_m, 3)),
     ("  false features", |s| count(s.static_features_false)),
     ("ln evidence", |s| decimals(s.ln_evidence, 1)),
-    ("innovations (NIS/2)", |s| decimals(s.nis_mean, 2)),
-    ("position errors (NEES/2), median", |s| decimals(s.nees_median, 2)),
+    ("innovations (NIS/dim)", |s| decimals(s.nis_mean, 2)),
+    ("position errors (NEES/dim), median", |s| decimals(s.nees_median, 2)),
     ("movers found in 10 scans", |s| decimals(s.moving_hit_rate, 3)),
     ("  tracked afterwards", |s| decimals(s.moving_settled_rate, 3)),
     ("  median error (m)", |s| decimals(s.moving_position_error_median_m, 3)),

@@ -1,4 +1,5 @@
-//! A map against the truth, after the rigid motion that lays it best over it.
+//! A map against the truth, after the motion that lays it best over it: a turn about the vertical and a shift, in the plane and in
+//! space alike. A vehicle in space knows what is vertical.
 //!
 //! A filter that starts from a slightly wrong pose, or whose log has its truth in another frame, builds a map that is
 //! turned and moved as a whole. What is left after that motion is the error of the map itself.
@@ -13,34 +14,37 @@ const GATES_M: [f64; 4] = [4.0, 2.0, 1.0, MATCHED_WITHIN_M];
 /// Fits at one gate. An assignment repeats itself after a few.
 const MOST_FITS: usize = 50;
 
-/// A turn and a shift of the plane.
+/// A turn of x and y and a shift of all coordinates, in D ≥ 2 dimensions.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Motion {
-    /// Turn about the origin, rad.
+pub struct Motion<const D: usize> {
+    /// Turn about the vertical through the origin, rad.
     pub turn_rad: f64,
     /// Shift after the turn, m.
-    pub shift_m: [f64; 2],
+    pub shift_m: [f64; D],
 }
 
-impl Motion {
+impl<const D: usize> Motion<D> {
     /// None at all.
-    pub const REST: Self = Self { turn_rad: 0.0, shift_m: [0.0; 2] };
+    pub const REST: Self = Self { turn_rad: 0.0, shift_m: [0.0; D] };
 
     /// Where a point goes.
     #[must_use]
-    pub fn apply(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+    pub fn apply(&self, point: [f64; D]) -> [f64; D] {
         let (s, c) = libm::sincos(self.turn_rad);
-        [c * x - s * y + self.shift_m[0], s * x + c * y + self.shift_m[1]]
+        let (x, y) = (point[0], point[1]);
+        let mut turned = point;
+        (turned[0], turned[1]) = (c * x - s * y, s * x + c * y);
+        std::array::from_fn(|k| turned[k] + self.shift_m[k])
     }
 
-    /// The motion that brings the first of each pair nearest to the second, in the sense of least squares (Kabsch; in
-    /// the plane the turn is the direction of Σ ā·b and Σ ā×b). `None` for no pair; a shift only for one.
+    /// The motion that brings the first of each pair nearest to the second, in the sense of least squares (Kabsch; the turn is the
+    /// direction of Σ ā·b and Σ ā×b in the plane of x and y). `None` for no pair; a shift only for one.
     #[must_use]
-    pub fn fit(pairs: &[([f64; 2], [f64; 2])]) -> Option<Self> {
+    pub fn fit(pairs: &[([f64; D], [f64; D])]) -> Option<Self> {
         if pairs.is_empty() {
             return None;
         }
-        let (firsts, seconds): (Vec<[f64; 2]>, Vec<[f64; 2]>) = pairs.iter().copied().unzip();
+        let (firsts, seconds): (Vec<[f64; D]>, Vec<[f64; D]>) = pairs.iter().copied().unzip();
         let (from, to) = (centre(&firsts), centre(&seconds));
         let (mut along, mut across) = (0.0, 0.0);
         for (a, b) in pairs {
@@ -49,19 +53,19 @@ impl Motion {
             across += a[0] * b[1] - a[1] * b[0];
         }
         let turn_rad = libm::atan2(across, along);
-        let turned = Self { turn_rad, shift_m: [0.0; 2] }.apply(from);
-        Some(Self { turn_rad, shift_m: [to[0] - turned[0], to[1] - turned[1]] })
+        let turned = Self { turn_rad, ..Self::REST }.apply(from);
+        Some(Self { turn_rad, shift_m: std::array::from_fn(|k| to[k] - turned[k]) })
     }
 }
 
 /// Mean of points.
-fn centre(points: &[[f64; 2]]) -> [f64; 2] {
+fn centre<const D: usize>(points: &[[f64; D]]) -> [f64; D] {
     std::array::from_fn(|k| points.iter().map(|point| point[k]).sum::<f64>() / points.len() as f64)
 }
 
 /// Features of a map that are landmarks, and how far off.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct StaticScore {
+pub struct StaticScore<const D: usize> {
     /// Landmarks with a feature within [`MATCHED_WITHIN_M`], each feature used once.
     pub matched: usize,
     /// Features left over.
@@ -69,7 +73,7 @@ pub struct StaticScore {
     /// Median distance of the matched, m.
     pub position_error_median_m: Option<f64>,
     /// The motion that the features were moved by before.
-    pub motion: Motion,
+    pub motion: Motion<D>,
 }
 
 /// Lays `features` over `landmarks` (m) and matches them.
@@ -77,10 +81,10 @@ pub struct StaticScore {
 /// Optimal assignment within a gate and the best motion for it take turns until nothing changes, with ever
 /// narrower gates.
 #[must_use]
-pub fn score(features: &[[f64; 2]], landmarks: &[[f64; 2]]) -> StaticScore {
+pub fn score<const D: usize>(features: &[[f64; D]], landmarks: &[[f64; D]]) -> StaticScore<D> {
     let mut motion = Motion::REST;
-    let matched = |motion: &Motion, gate_m: f64| {
-        let moved: Vec<[f64; 2]> = features.iter().map(|&feature| motion.apply(feature)).collect();
+    let matched = |motion: &Motion<D>, gate_m: f64| {
+        let moved: Vec<[f64; D]> = features.iter().map(|&feature| motion.apply(feature)).collect();
         Cutoff::new(1.0, gate_m).pairs(&moved, landmarks)
     };
     for gate_m in GATES_M {
@@ -125,7 +129,7 @@ mod tests {
             assert!((found.turn_rad - known.turn_rad).abs() < 1e-12);
             assert!((0..2).all(|k| (found.shift_m[k] - known.shift_m[k]).abs() < 1e-11));
         }
-        assert_eq!(Motion::fit(&[]), None);
+        assert_eq!(Motion::<2>::fit(&[]), None);
         assert_eq!(Motion::fit(&[([1.0, 2.0], [4.0, 6.0])]).unwrap(), Motion { turn_rad: 0.0, shift_m: [3.0, 4.0] });
     }
 
@@ -143,6 +147,24 @@ mod tests {
         assert_eq!((score.matched, score.spurious), (13, 2));
         assert!((score.motion.turn_rad + 0.05).abs() < 0.003, "{score:?}");
         assert!(score.position_error_median_m.unwrap() < 0.05);
+    }
+
+    #[test]
+    fn in_space_a_map_is_turned_about_the_vertical_and_lifted() {
+        let mut noise = Noise::new(9);
+        let floor: Vec<[f64; 3]> = map(&mut noise).into_iter().map(|[x, y]| [x, y, 0.1 * x]).collect();
+        let astray = Motion { turn_rad: -0.04, shift_m: [0.3, 0.2, -0.7] };
+        let features: Vec<[f64; 3]> = floor.iter().map(|&at| astray.apply(at)).collect();
+        let found = score(&features, &floor);
+        assert_eq!((found.matched, found.spurious), (20, 0));
+        assert!(
+            (found.motion.turn_rad - 0.04).abs() < 1e-9 && (found.motion.shift_m[2] - 0.7).abs() < 1e-9,
+            "{found:?}"
+        );
+        // In the plane it is the same as without heights.
+        let flat = |points: &[[f64; 3]]| points.iter().map(|&[x, y, _]| [x, y]).collect::<Vec<_>>();
+        let planar = score(&flat(&features), &flat(&floor));
+        assert_eq!((planar.matched, planar.motion.turn_rad), (20, found.motion.turn_rad));
     }
 
     #[test]

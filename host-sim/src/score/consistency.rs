@@ -1,9 +1,7 @@
-//! Whether the filter is as sure of itself as it may be: evidence, innovations, position errors over their covariance.
+//! Whether the filter is as sure of itself as it may be: evidence, innovations, position errors over their covariance; the same
+//! in the plane and in space.
 
-use crate::record::ScanRecord;
 use crate::score::moving::median;
-use crate::settings::Settings;
-use crate::slam::ScanOutcome;
 
 /// What the filter said of its own scans.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -15,24 +13,22 @@ pub struct Consistency {
 }
 
 impl Consistency {
-    /// Takes one scan in.
-    pub fn scan(&mut self, outcome: &ScanOutcome) {
+    /// Takes one scan in: ln of its likelihood and its mean squared innovation, each where the filter says it.
+    pub fn scan(&mut self, ln_evidence: Option<f64>, innovation: Option<f64>) {
         self.scans += 1;
-        if let Some(ln_evidence) = outcome.ln_evidence {
+        if let Some(ln_evidence) = ln_evidence {
             self.ln_evidence = Some(self.ln_evidence.unwrap_or(0.0) + ln_evidence);
         }
-        if let Some(innovation) = outcome.innovation {
+        if let Some(innovation) = innovation {
             self.innovation_sum += innovation;
             self.innovations += 1;
         }
     }
 
     /// ln of the likelihood of all scans. The filter leaves out the factor exp(−∫ κ + w_b dz) of every scan, which does not
-    /// tell particles apart, but settings.
+    /// tell particles apart, but settings: `expected` is that integral, the mean number of false measurements and births.
     #[must_use]
-    pub fn ln_evidence(&self, settings: &Settings) -> Option<f64> {
-        let births = settings.filter.birth_intensity + settings.moving.birth_intensity;
-        let expected = settings.sensor.clutter_per_scan + births * settings.sensor.measure();
+    pub fn ln_evidence(&self, expected: f64) -> Option<f64> {
         self.ln_evidence.map(|sum| sum - self.scans as f64 * expected)
     }
 
@@ -43,17 +39,64 @@ impl Consistency {
     }
 }
 
-/// Median of eᵀ P⁻¹ e / 2 over the scans with truth, e the error of the position and P its covariance; `None` where there are
+/// Median of eᵀ P⁻¹ e / D over errors e of a position in D dimensions, m, and their covariances P, m²; `None` where there are
 /// none of them, or P is singular in all. Not the mean: after a scan that leaves all weight to one of the particles P is next to
 /// nothing, and a few such scans would be all of it.
 #[must_use]
-pub fn of_position(scans: &[ScanRecord]) -> Option<f64> {
-    let of_scan = |scan: &ScanRecord| {
-        let truth = scan.true_position?;
-        let (ex, ey) = (scan.pose[0] - truth[0], scan.pose[1] - truth[1]);
-        let [[a, b, _], [_, c, _], _] = scan.pose_covariance;
-        let determinant = a * c - b * b;
-        (determinant > 0.0).then(|| (c * ex * ex - 2.0 * b * ex * ey + a * ey * ey) / determinant / 2.0)
-    };
-    median(&scans.iter().filter_map(of_scan).collect::<Vec<_>>())
+pub fn of_positions<const D: usize>(errors: impl Iterator<Item = ([f64; D], [[f64; D]; D])>) -> Option<f64> {
+    median(&errors.filter_map(|(error, covariance)| squared(error, covariance)).collect::<Vec<_>>())
+}
+
+/// eᵀ P⁻¹ e / D by P = L Lᵀ; `None` where P is not positive definite.
+fn squared<const D: usize>(error: [f64; D], covariance: [[f64; D]; D]) -> Option<f64> {
+    let mut lower = [[0.0; D]; D];
+    let mut whitened = [0.0; D];
+    let mut sum = 0.0;
+    for row in 0..D {
+        for column in 0..=row {
+            let known: f64 = (0..column).map(|k| lower[row][k] * lower[column][k]).sum();
+            let rest = covariance[row][column] - known;
+            lower[row][column] = if column < row {
+                rest / lower[column][column]
+            } else if rest > 0.0 {
+                rest.sqrt()
+            } else {
+                return None;
+            };
+        }
+        let known: f64 = (0..row).map(|k| lower[row][k] * whitened[k]).sum();
+        whitened[row] = (error[row] - known) / lower[row][row];
+        sum += whitened[row] * whitened[row];
+    }
+    Some(sum / D as f64)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn squared_errors_in_closed_form() {
+        // P⁻¹ = [[2, −1], [−1, 2]] / 3.
+        let planar = squared([1.0, 2.0], [[2.0, 1.0], [1.0, 2.0]]).unwrap();
+        assert!((planar - (2.0 - 4.0 + 8.0) / 3.0 / 2.0).abs() < 1e-15);
+        let c = [[4.0, 0.0, 2.0], [0.0, 9.0, 0.0], [2.0, 0.0, 2.0]];
+        // x and z by P⁻¹ = [[2, −2], [−2, 4]] / 4, y alone.
+        let spatial = squared([1.0, 3.0, 2.0], c).unwrap();
+        assert!((spatial - ((2.0 - 8.0 + 16.0) / 4.0 + 1.0) / 3.0).abs() < 1e-15);
+        for singular in [[[0.0, 0.0], [0.0, 1.0]], [[1.0, 1.0], [1.0, 1.0]], [[f64::NAN, 0.0], [0.0, 1.0]]] {
+            assert_eq!(squared([1.0, 1.0], singular), None);
+        }
+        assert_eq!(of_positions::<3>(std::iter::empty()), None);
+    }
+
+    #[test]
+    fn sums_and_means_of_what_is_known() {
+        let mut consistency = Consistency::default();
+        assert_eq!((consistency.ln_evidence(1.0), consistency.innovation()), (None, None));
+        consistency.scan(Some(-3.0), None);
+        consistency.scan(Some(-5.0), Some(0.5));
+        consistency.scan(None, Some(1.5));
+        assert_eq!((consistency.ln_evidence(2.0), consistency.innovation()), (Some(-14.0), Some(1.0)));
+    }
 }

@@ -34,6 +34,8 @@ pub struct MapTruth<'a> {
     seen: Vec<bool>,
     tracks: Tracks,
     movers_known: bool,
+    /// Whether it could be told at any scan what is in view.
+    told: bool,
 }
 
 impl<'a> MapTruth<'a> {
@@ -47,8 +49,15 @@ impl<'a> MapTruth<'a> {
             seen: vec![false; landmarks.len()],
             tracks: Tracks::new(&log.moving),
             // A simulation that lists no moving landmark has none; a real log may just not know.
+            told: false,
             movers_known: !log.moving.is_empty() || (log.simulated && !landmarks.is_empty()),
         }
+    }
+
+    /// The static landmarks that have been in view so far, m; `None` where that could not be told at any scan.
+    #[must_use]
+    pub fn seen(&self) -> Option<Vec<[f64; 2]>> {
+        self.told.then(|| self.landmarks.iter().zip(&self.seen).filter(|(_, seen)| **seen).map(|(&at, _)| at).collect())
     }
 
     /// Whether the static landmarks are known.
@@ -72,14 +81,14 @@ impl<'a> MapTruth<'a> {
         for (landmark, seen) in self.landmarks.iter().zip(&mut self.seen) {
             *seen = *seen || self.window.holds(pose, *landmark)?;
         }
+        self.told = true;
         let mut movers = Vec::new();
         for (subject, position) in self.tracks.at(t_s) {
             if self.window.holds(pose, position)? {
                 movers.push((subject, position));
             }
         }
-        let landmarks = self.landmarks.iter().zip(&self.seen).filter(|(_, seen)| **seen).map(|(&at, _)| at).collect();
-        Some(TrueMap { landmarks, movers })
+        Some(TrueMap { landmarks: self.seen()?, movers })
     }
 }
 
@@ -115,6 +124,7 @@ mod tests {
         assert_eq!(at(4.0, 50.0).landmarks, [[10.0, 0.0], [40.0, 0.0]]);
         assert_eq!(at(5.0, 50.0).landmarks.len(), 2);
         assert_eq!(truth.at(5.0, None), None);
+        assert_eq!(truth.seen(), Some(vec![[10.0, 0.0], [40.0, 0.0]]));
     }
 
     #[test]
@@ -128,5 +138,6 @@ mod tests {
         log.landmarks.clear();
         let pose = log.truth[0];
         assert_eq!(MapTruth::new(&log, &settings).at(0.0, Some(&pose)), None);
+        assert_eq!(MapTruth::new(&log, &settings).seen(), None);
     }
 }

@@ -22,8 +22,8 @@ pub struct FrameRecord {
     pub t_s: f64,
     /// Estimated pose: x m, y m, z m, yaw rad, yaw rate rad/s.
     pub pose: [f64; 5],
-    /// Standard deviations of the estimated pose, in the same order and units.
-    pub sigmas: [f64; 5],
+    /// Covariance of the estimated pose, in the same order and units.
+    pub pose_covariance: [[f64; 5]; 5],
     /// Position by dead reckoning, m.
     pub dead_reckoning: [f64; 3],
     /// True position, m, where the truth covers this time.

@@ -8,17 +8,17 @@ use super::timeline::{Step, Timeline};
 use super::truth::Seen;
 use crate::angle::wrap;
 use crate::monte_carlo::{Job, RunResult, ScanErrors};
-use crate::output::json::Summary;
-use crate::score::cutoff::Cutoff;
-use crate::score::moving::median;
-use crate::score::{gospa, ospa};
-use crate::session::{Filter, GOSPA, OSPA, SessionError, with_roomy_stack};
+use crate::output::json::{self, Format, Summary};
+use crate::score::consistency::{self, Consistency};
+use crate::score::final_map::FinalMap;
+use crate::session::{Filter, SessionError, with_roomy_stack};
 use crate::slam::Refusal;
 use crate::stream::underwater_models;
 use crate::tally::{HealthCounts, ScanTimes};
 use nalgebra::Vector3;
 use scphd::{AuvControl, DeadReckoning, Health, Navigator};
 use scphd_stream::Helm;
+use std::array;
 use std::time::Instant;
 
 /// A map of hundreds of features is compared with the truth at every so many frames only.
@@ -51,9 +51,9 @@ pub fn run(
 ) -> Result<Session, SessionError> {
     let session = || {
         let mut slam = start(log, settings, filter, seed).map_err(SessionError::Start)?;
-        let Run { record, health, seen } = drive(log, settings, &mut *slam, progress)?;
-        let summary = summary(log, settings, filter, seed, &record, &seen, &mut *slam);
-        Ok(Session { record, summary, health })
+        let run = drive(log, settings, &mut *slam, progress)?;
+        let summary = summary(log, settings, filter, seed, &run, &mut *slam);
+        Ok(Session { record: run.record, summary, health: run.health })
     };
     with_roomy_stack(session).map_err(SessionError::Thread)?
 }
@@ -127,8 +127,9 @@ impl<'a> Pilot<'a> {
 struct Run {
     record: Record,
     health: Vec<(Health, usize)>,
-    /// The true features that were shown, m.
-    seen: Vec<[f64; 3]>,
+    /// The true features that were shown, m; `None` where no frame has a true pose.
+    seen: Option<Vec<[f64; 3]>>,
+    consistency: Consistency,
 }
 
 /// Feeds a whole log to a filter.
@@ -143,6 +144,7 @@ fn drive(
     let mut frames = Vec::with_capacity(log.frames.len());
     let mut map: Vec<MapFeature> = Vec::new();
     let mut health = HealthCounts::default();
+    let mut consistency = Consistency::default();
     for (scan, frame) in log.frames.iter().enumerate() {
         let refused = |step| move |refusal| SessionError::Step { scan, t_s: frame.t_s, step, refusal };
         for (control, dt_s) in pilot.steps_to(frame.t_s).map_err(refused("the instruments"))? {
@@ -152,6 +154,7 @@ fn drive(
         let outcome = slam.scan(&frame.keypoints).map_err(refused("the scan"))?;
         let scan_us = clock.elapsed().as_secs_f64() * 1e6;
         health.add(outcome.health);
+        consistency.scan(Some(outcome.ln_evidence), outcome.innovation);
         let (pose, covariance) = slam.pose().map_err(refused("the pose"))?;
         let truth = log.truth_at(frame.t_s, TRUTH_WITHIN_S);
         if let Some(truth) = truth {
@@ -164,7 +167,7 @@ fn drive(
         frames.push(FrameRecord {
             t_s: frame.t_s,
             pose,
-            sigmas: std::array::from_fn(|k| covariance[k][k].max(0.0).sqrt()),
+            pose_covariance: covariance,
             dead_reckoning: pilot.dead_reckoning(),
             true_position: truth.map(|row| row.position),
             true_yaw_rad: truth.map(|row| row.yaw_rad),
@@ -179,31 +182,34 @@ fn drive(
         });
         progress(frames.len());
     }
-    Ok(Run { record: Record { frames, map }, health: health.reported(), seen: seen.features() })
+    let told = frames.iter().any(|frame| frame.true_position.is_some());
+    let seen = told.then(|| seen.features());
+    Ok(Run { record: Record { frames, map }, health: health.reported(), seen, consistency })
 }
 
-fn summary(
-    log: &Log,
-    settings: &Settings,
-    filter: Filter,
-    seed: u64,
-    record: &Record,
-    truth: &[[f64; 3]],
-    slam: &mut dyn Slam,
-) -> Summary {
-    let frames = &record.frames;
+fn summary(log: &Log, settings: &Settings, filter: Filter, seed: u64, run: &Run, slam: &mut dyn Slam) -> Summary {
+    let frames = &run.record.frames;
     let of_frames = |error: fn(ScanErrors) -> Option<f64>| -> Vec<f64> {
         frames.iter().filter_map(|frame| error(errors(frame))).collect()
     };
     let positions = of_frames(|errors| errors.position_m);
     let reckoned = of_frames(|errors| errors.dead_reckoning_m);
     let headings = of_frames(|errors| errors.heading_rad.map(f64::to_degrees));
-    let features: Vec<[f64; 3]> = record.map.iter().map(|feature| feature.mean).collect();
-    let known = !log.landmarks.is_empty();
-    let ospa = known.then(|| ospa::ospa(&features, truth, &OSPA));
-    let matched = known.then(|| Matched::of(&features, truth));
+    let features: Vec<[f64; 3]> = run.record.map.iter().map(|feature| feature.mean).collect();
+    let landmarks: Vec<[f64; 3]> = log.stable().collect();
+    let map = FinalMap::of(&features, &landmarks, run.seen.as_deref());
+    let laid_over = map.map(|map| map.laid_over);
+    // Births per px⁴, over the pixels that clutter is uniform over.
+    let measure = settings.camera.clutter_per_scan / settings.clutter_intensity(log);
+    let expected = settings.camera.clutter_per_scan + settings.filter.birth_intensity * measure;
+    let position_errors = frames.iter().filter_map(|frame| {
+        let truth = frame.true_position?;
+        let covariance: [[f64; 3]; 3] = array::from_fn(|i| array::from_fn(|k| frame.pose_covariance[i][k]));
+        Some((array::from_fn(|k| frame.pose[k] - truth[k]), covariance))
+    });
     let times = ScanTimes::of(frames.iter().map(|frame| frame.scan_us));
     Summary {
+        format: Format,
         log: log.name.clone(),
         filter: filter.name(settings.filter.likelihood).into(),
         precision: filter.precision().into(),
@@ -214,10 +220,12 @@ fn summary(
         heading_rmse_deg: root_mean_square(&headings),
         dead_reckoning_rmse_m: root_mean_square(&reckoned),
         final_position_error_m: positions.last().copied(),
-        ospa_m: ospa.map(|score| score.distance),
-        ospa_localization_m: ospa.map(|score| score.localization),
-        ospa_cardinality_m: ospa.map(|score| score.cardinality),
-        gospa_m: known.then(|| gospa::gospa(&features, truth, &GOSPA).distance),
+        ospa_m: map.map(|map| map.ospa.distance),
+        ospa_localization_m: map.map(|map| map.ospa.localization),
+        ospa_cardinality_m: map.map(|map| map.ospa.cardinality),
+        gospa_m: map.map(|map| map.gospa_m),
+        ospa_seen_m: map.and_then(|map| map.ospa_seen_m),
+        gospa_seen_m: map.and_then(|map| map.gospa_seen_m),
         features_estimated: frames.last().map(|frame| frame.features_estimated),
         scan_us_mean: times.mean_us,
         scan_us_p99: times.p99_us,
@@ -227,25 +235,13 @@ fn summary(
         moving_settled_rate: None,
         moving_position_error_median_m: None,
         false_moving_tracks_per_scan: None,
-        static_features_matched: matched.as_ref().map(|matched| matched.distances.len() as u64),
-        static_features_false: matched.as_ref().map(|matched| matched.left_over as u64),
-        static_position_error_median_m: matched.as_ref().and_then(|matched| median(&matched.distances)),
-        ln_evidence: None,
-        nis_mean: None,
-        nees_median: None,
-    }
-}
-
-/// Features of an estimated map paired with true ones that are within half a metre.
-struct Matched {
-    distances: Vec<f64>,
-    left_over: usize,
-}
-
-impl Matched {
-    fn of(features: &[[f64; 3]], truth: &[[f64; 3]]) -> Self {
-        let pairs = Cutoff::new(1.0, 0.5).pairs(features, truth);
-        Self { left_over: features.len() - pairs.len(), distances: pairs.into_iter().map(|pair| pair.2).collect() }
+        static_features_matched: laid_over.map(|score| score.matched as u64),
+        static_features_false: laid_over.map(|score| score.spurious as u64),
+        static_position_error_median_m: laid_over.and_then(|score| score.position_error_median_m),
+        ln_evidence: run.consistency.ln_evidence(expected),
+        nis_mean: run.consistency.innovation(),
+        nees_median: consistency::of_positions(position_errors),
+        settings: json::settings(settings),
     }
 }
 

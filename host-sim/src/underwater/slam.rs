@@ -22,6 +22,11 @@ pub struct Outcome {
     pub in_view: usize,
     /// Measurements without an inverse in view, over all distinct particles.
     pub no_birth: usize,
+    /// ln of the likelihood of the frame given all before, up to a constant.
+    pub ln_evidence: f64,
+    /// Mean squared innovation over what was expected of it, 1 where the models are right; `None` where nothing was
+    /// detected.
+    pub innovation: Option<f64>,
     /// Pages in use, where the filter has pages.
     pub pages_used: Option<usize>,
     /// Conditions the filter reported.
@@ -160,6 +165,8 @@ impl<T: Real, const PARTICLES: usize, const CANDIDATES: usize, const PAGES: usiz
             n_eff: report.n_eff.to_f64(),
             in_view: report.in_view,
             no_birth: report.no_birth,
+            ln_evidence: report.ln_evidence.to_f64(),
+            innovation: Some(report.innovation.to_f64()).filter(|&innovation| innovation > 0.0),
             pages_used: Some(report.pages_used),
             health: report.health,
         })

@@ -3,21 +3,32 @@
 use super::record::Record;
 use crate::output::OutputError;
 use crate::output::csv::write_rows;
+use crate::score::ospa::Ospa;
 use std::path::{Path, PathBuf};
 
 /// Columns of `scans.csv`.
-const SCANS: [&str; 25] = [
+const SCANS: [&str; 41] = [
     "t_s",
     "x_m",
     "y_m",
     "z_m",
     "yaw_rad",
     "yaw_rate_radps",
-    "sigma_x_m",
-    "sigma_y_m",
-    "sigma_z_m",
-    "sigma_yaw_rad",
-    "sigma_yaw_rate_radps",
+    "cov_x_x_m2",
+    "cov_x_y_m2",
+    "cov_x_z_m2",
+    "cov_x_yaw_m_rad",
+    "cov_x_yaw_rate_m_radps",
+    "cov_y_y_m2",
+    "cov_y_z_m2",
+    "cov_y_yaw_m_rad",
+    "cov_y_yaw_rate_m_radps",
+    "cov_z_z_m2",
+    "cov_z_yaw_m_rad",
+    "cov_z_yaw_rate_m_radps",
+    "cov_yaw_yaw_rad2",
+    "cov_yaw_yaw_rate_rad_radps",
+    "cov_yaw_rate_yaw_rate_rad2ps2",
     "dead_reckoning_x_m",
     "dead_reckoning_y_m",
     "dead_reckoning_z_m",
@@ -32,10 +43,28 @@ const SCANS: [&str; 25] = [
     "no_birth",
     "pages_used",
     "scan_us",
+    "ospa_c1_m",
+    "ospa_c1_localization_m",
+    "ospa_c1_cardinality_m",
+    "ospa_c10_m",
+    "ospa_c10_localization_m",
+    "ospa_c10_cardinality_m",
 ];
 
 /// Columns of `map.csv`.
-const MAP: [&str; 11] = ["id", "weight", "x_m", "y_m", "z_m", "xx_m2", "yx_m2", "yy_m2", "zx_m2", "zy_m2", "zz_m2"];
+const MAP: [&str; 11] = [
+    "id",
+    "weight",
+    "x_m",
+    "y_m",
+    "z_m",
+    "cov_x_x_m2",
+    "cov_x_y_m2",
+    "cov_x_z_m2",
+    "cov_y_y_m2",
+    "cov_y_z_m2",
+    "cov_z_z_m2",
+];
 
 /// Writes `scans.csv` and `map.csv` into the existing folder `dir`, each all or nothing.
 ///
@@ -45,7 +74,10 @@ pub fn write_record(dir: &Path, record: &Record) -> Result<[PathBuf; 2], OutputE
     let scans = record.frames.iter().map(|frame| {
         let truth = frame.true_position.map_or([None; 3], |position| position.map(Some));
         let mut row = vec![Some(frame.t_s)];
-        row.extend(frame.pose.iter().chain(&frame.sigmas).chain(&frame.dead_reckoning).copied().map(Some));
+        row.extend(frame.pose.map(Some));
+        // The upper triangle, row by row.
+        row.extend((0..5).flat_map(|i| (i..5).map(move |k| Some(frame.pose_covariance[i][k]))));
+        row.extend(frame.dead_reckoning.map(Some));
         row.extend(truth);
         row.push(frame.true_yaw_rad);
         row.extend([
@@ -57,13 +89,17 @@ pub fn write_record(dir: &Path, record: &Record) -> Result<[PathBuf; 2], OutputE
             frame.pages_used.map(|pages| pages as f64),
             Some(frame.scan_us),
         ]);
+        let parts = |ospa: Ospa| [ospa.distance, ospa.localization, ospa.cardinality].map(Some);
+        for ospa in [frame.map_error.map(|error| error.near), frame.map_error.map(|error| error.far)] {
+            row.extend(ospa.map_or([None; 3], parts));
+        }
         row
     });
     let map = record.map.iter().map(|feature| {
         let c = &feature.covariance;
         let [x, y, z] = feature.mean;
         let numbers =
-            [f64::from(feature.id), feature.weight, x, y, z, c[0][0], c[1][0], c[1][1], c[2][0], c[2][1], c[2][2]];
+            [f64::from(feature.id), feature.weight, x, y, z, c[0][0], c[0][1], c[0][2], c[1][1], c[1][2], c[2][2]];
         numbers.map(Some).to_vec()
     });
     let paths = [dir.join("scans.csv"), dir.join("map.csv")];

@@ -1,0 +1,163 @@
+//! What the program writes has the keys and columns of `docs/results.md`, all of them and in that order.
+
+use scphd_sim::monte_carlo::{Job, Plan, RunResult, Study, overview};
+use scphd_sim::output::comparison::{self, Compared};
+use scphd_sim::output::json::{self, Format};
+use scphd_sim::output::{csv, studies};
+use scphd_sim::session::{self, Filter, Session};
+use scphd_sim::settings::Settings;
+use scphd_sim::slam::Precision;
+use scphd_sim::{compare, scenario, underwater};
+use scphd_tests::with_roomy_stack;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+const FILTER: Filter = Filter::Core(Precision::F32);
+
+/// The names in the first column of the table below the heading that begins so.
+fn documented(heading: &str) -> Vec<String> {
+    let text = fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/results.md")).unwrap();
+    let section = text.split("\n## ").find(|section| section.starts_with(heading));
+    let rows = section.unwrap_or_else(|| panic!("no section {heading}")).lines();
+    rows.filter_map(|row| Some(row.strip_prefix("| `")?.split_once('`')?.0.to_owned())).collect()
+}
+
+/// The columns of a table.
+fn columns(path: &Path) -> Vec<String> {
+    fs::read_to_string(path).unwrap().lines().next().unwrap().split(',').map(str::to_owned).collect()
+}
+
+/// The keys of the objects that lie so deep in an indented JSON file, in order, each once.
+fn keys(path: &Path, depth: usize) -> Vec<String> {
+    let text = fs::read_to_string(path).unwrap();
+    let mut keys: Vec<String> = Vec::new();
+    for line in text.lines() {
+        let key = line.strip_prefix(&"  ".repeat(depth)).and_then(|line| line.strip_prefix('"')?.split_once("\": "));
+        if let Some((key, _)) = key.filter(|(key, _)| !keys.iter().any(|known| known == key)) {
+            keys.push(key.to_owned());
+        }
+    }
+    keys
+}
+
+/// A folder that goes with its owner.
+struct Folder(PathBuf);
+
+impl Folder {
+    fn new(name: &str) -> Self {
+        let path = std::env::temp_dir().join(format!("scphd-results-{name}-{}", std::process::id()));
+        let _ = fs::remove_dir_all(&path);
+        fs::create_dir_all(&path).unwrap();
+        Self(path)
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.join(name)
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = fs::remove_dir_all(&self.0);
+    }
+}
+
+fn short_survey() -> (scphd_sim::log::Log, Settings) {
+    let mut log = scenario::survey(1);
+    log.scans.truncate(9);
+    let mut settings = Settings::for_log(&log);
+    settings.filter.particles = 2;
+    (log, settings)
+}
+
+fn survey() -> Session {
+    let (log, settings) = short_survey();
+    session::run(&log, &settings, FILTER, 1, &mut |_| ()).unwrap()
+}
+
+#[test]
+fn a_run_in_the_plane() {
+    let folder = Folder::new("plane");
+    let session = survey();
+    json::write_summary(&folder.path("run.json"), &session.summary).unwrap();
+    assert_eq!(keys(&folder.path("run.json"), 1), documented("A run\n"));
+    csv::write_record(&folder.0, &session.record).unwrap();
+    assert_eq!(columns(&folder.path("scans.csv")), documented("`scans.csv` in the plane"));
+    assert_eq!(columns(&folder.path("map.csv")), documented("`map.csv` in the plane"));
+    assert_eq!(columns(&folder.path("moving.csv")), documented("`moving.csv`"));
+    assert!(session.summary.settings["sensor"]["range_sigma_m"].is_number());
+}
+
+#[test]
+fn a_run_in_space() {
+    let folder = Folder::new("space");
+    let mut log = underwater::by_name("girona-tank", 1).unwrap();
+    log.frames.truncate(60);
+    let mut settings = underwater::settings::Settings::for_log(&log);
+    settings.filter.particles = 8;
+    let session = underwater::session::run(&log, &settings, FILTER, 1, &mut |_| ()).unwrap();
+    json::write_summary(&folder.path("run.json"), &session.summary).unwrap();
+    assert_eq!(keys(&folder.path("run.json"), 1), documented("A run\n"));
+    underwater::tables::write_record(&folder.0, &session.record).unwrap();
+    assert_eq!(columns(&folder.path("scans.csv")), documented("`scans.csv` in space"));
+    assert_eq!(columns(&folder.path("map.csv")), documented("`map.csv` in space"));
+
+    let summary = &session.summary;
+    assert!(summary.settings["camera"]["detection"].is_number());
+    // What the filter says of itself, in space too.
+    let (nis, nees) = (summary.nis_mean.unwrap(), summary.nees_median.unwrap());
+    assert!((0.3..3.0).contains(&nis) && nees > 0.0 && summary.ln_evidence.unwrap() < 0.0, "{summary:?}");
+    // Most of the tank has not been in view yet: that is in one pair of figures only.
+    assert!(summary.ospa_m.unwrap() > 9.0 && summary.ospa_seen_m.unwrap() < summary.ospa_m.unwrap(), "{summary:?}");
+    assert!(summary.gospa_seen_m.unwrap() < 0.5 * summary.gospa_m.unwrap(), "{summary:?}");
+}
+
+#[test]
+fn a_study() {
+    let folder = Folder::new("study");
+    let (_, settings) = short_survey();
+    let plan = Plan {
+        format: Format,
+        scenario: "survey".into(),
+        filters: vec!["scphd".into()],
+        runs: 1,
+        input_sets: 1,
+        seed: 1,
+        settings: settings.to_toml().unwrap(),
+    };
+    let job: Job = plan.job(0);
+    let study = Study { plan, results: vec![RunResult::of(&job, 1, survey())] };
+    overview::write_json(&folder.path("study.json"), &study).unwrap();
+    assert_eq!(keys(&folder.path("study.json"), 1), documented("A study"));
+    studies::write(&folder.path("part.json"), &study).unwrap();
+    assert_eq!(keys(&folder.path("part.json"), 1), ["plan", "results"]);
+    assert_eq!(keys(&folder.path("part.json"), 2), documented("A part of a study"));
+    assert_eq!(keys(&folder.path("part.json"), 3), documented("The results of a part"));
+    studies::write_tables(&folder.0, &study).unwrap();
+    assert_eq!(columns(&folder.path("runs.csv")), documented("`runs.csv`"));
+    assert_eq!(columns(&folder.path("series-scphd.csv")), documented("`series-FILTER.csv`"));
+}
+
+#[test]
+fn a_comparison() {
+    let folder = Folder::new("comparison");
+    let (log, mut settings) = short_survey();
+    settings.restrict_to_reference();
+    let found =
+        with_roomy_stack(|| compare::compare(&log, &settings, Precision::F64, 1, |_| ())).expect("a comparison");
+    let compared = Compared {
+        format: Format,
+        log: log.name.clone(),
+        precision: "f64".into(),
+        particles: 2,
+        samples: 1,
+        seed: 1,
+        differences: found.overall,
+        settings: Default::default(),
+    };
+    comparison::write_json(&folder.path("compare.json"), &[compared]).unwrap();
+    assert_eq!(keys(&folder.path("compare.json"), 2), documented("A comparison of filter and reference"));
+    let rows = log.scans.iter().map(|scan| scan.t_s).zip(found.scans);
+    comparison::write_csv(&folder.path("compare-f64.csv"), rows).unwrap();
+    assert_eq!(columns(&folder.path("compare-f64.csv")), documented("`compare-f32.csv` and `compare-f64.csv`"));
+}
