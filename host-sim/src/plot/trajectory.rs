@@ -112,15 +112,20 @@ fn view(log: &Log, runs: &[(&str, &Record)], truth: &[[f64; 2]], reckoned: &[[f6
 
 /// The true positions, broken where rows are missing.
 pub(crate) fn true_path(truth: &[TruePose]) -> Vec<[f64; 2]> {
-    let mut steps: Vec<f64> = truth.windows(2).map(|w| w[1].t_s - w[0].t_s).collect();
+    broken(&truth.iter().map(|row| (row.t_s, row.position)).collect::<Vec<_>>())
+}
+
+/// A curve through what is known at some times, s, in their order, broken where rows are missing: nobody knows what was there.
+pub(crate) fn broken(rows: &[(f64, [f64; 2])]) -> Vec<[f64; 2]> {
+    let mut steps: Vec<f64> = rows.windows(2).map(|w| w[1].0 - w[0].0).collect();
     steps.sort_by(f64::total_cmp);
     let longest = steps.get(steps.len() / 2).map_or(f64::INFINITY, |median| GAP_FACTOR * median);
-    let mut path = Vec::with_capacity(truth.len());
-    for (index, row) in truth.iter().enumerate() {
-        if index > 0 && row.t_s - truth[index - 1].t_s > longest {
+    let mut path = Vec::with_capacity(rows.len());
+    for (index, &(t_s, point)) in rows.iter().enumerate() {
+        if index > 0 && t_s - rows[index - 1].0 > longest {
             path.push(BREAK);
         }
-        path.push(row.position);
+        path.push(point);
     }
     path
 }
@@ -146,17 +151,17 @@ pub(crate) fn estimated_tracks(record: &Record) -> (Vec<[f64; 2]>, Vec<[f64; 2]>
     (path, lone)
 }
 
-/// One curve through the tracks of all moving landmarks, broken between them.
+/// One curve through the tracks of all moving landmarks, broken between them and where rows are missing.
 pub(crate) fn moving_tracks(moving: &[MovingLandmark]) -> Vec<[f64; 2]> {
     let mut rows: Vec<&MovingLandmark> = moving.iter().collect();
     // Stable: rows of one landmark stay in order of time.
     rows.sort_by_key(|row| row.subject);
     let mut path = Vec::with_capacity(rows.len());
-    for (index, row) in rows.iter().enumerate() {
-        if index > 0 && row.subject != rows[index - 1].subject {
+    for track in rows.chunk_by(|before, after| before.subject == after.subject) {
+        if !path.is_empty() {
             path.push(BREAK);
         }
-        path.push(row.position);
+        path.extend(broken(&track.iter().map(|row| (row.t_s, row.position)).collect::<Vec<_>>()));
     }
     path
 }
@@ -220,5 +225,7 @@ mod tests {
         assert_eq!(path[..2], [[0.0, 1.0], [1.0, 1.0]]);
         assert!(path[2][0].is_nan());
         assert_eq!(path[3..], [[0.0, 2.0], [1.0, 2.0]]);
+        let gap = moving_tracks(&[0.0, 1.0, 2.0, 9.0, 10.0].map(|t_s| row(1, t_s)));
+        assert!(gap.len() == 6 && gap[3][0].is_nan(), "{gap:?}");
     }
 }

@@ -2,6 +2,7 @@
 
 use super::log::Log;
 use super::record::{Record, distance, position};
+use crate::plot::trajectory::broken;
 use crate::plot::{Chart, Colour, Figure, Gaussian, Interval, Mark};
 
 /// Least and greatest height of a frame, px; the greatest lets a plan of a square tank have the scale of its section.
@@ -106,7 +107,7 @@ struct Parts {
 
 /// One chart with the height of its frame.
 fn view(look: Look, log: &Log, runs: &[(&str, &Record)], parts: Parts) -> (Chart, f64) {
-    let truth: Vec<[f64; 2]> = log.truth.iter().map(|row| look.at(row.position)).collect();
+    let truth = broken(&log.truth.iter().map(|row| (row.t_s, look.at(row.position))).collect::<Vec<_>>());
     let landmarks = log.landmarks.iter().map(|landmark| look.at(landmark.position));
     let mut points: Vec<[f64; 2]> = truth.iter().copied().chain(landmarks).collect();
     points.push(look.at(log.start.0));
@@ -162,4 +163,31 @@ fn view(look: Look, log: &Log, runs: &[(&str, &Record)], parts: Parts) -> (Chart
         marks,
     };
     (chart, height.clamp(HEIGHT_PX[0], HEIGHT_PX[1]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plot::Shape;
+    use crate::underwater::by_name;
+
+    #[test]
+    fn the_truth_breaks_over_gaps() {
+        let mut log = by_name("girona-tank", 1).unwrap();
+        let drawn = |log: &Log| -> Vec<usize> {
+            let record = Record { frames: Vec::new(), map: Vec::new() };
+            let figure = figure(log, &[("run", &record)]);
+            let breaks = |chart: &Chart| {
+                let truth = chart.marks.iter().find(|mark| mark.label == "truth").unwrap();
+                let Shape::Line { points, .. } = &truth.shape else { panic!("a line") };
+                points.iter().filter(|point| point[0].is_nan()).count()
+            };
+            figure.charts.iter().map(|(chart, _)| breaks(chart)).collect()
+        };
+        assert_eq!(drawn(&log), [0, 0]);
+        // Ten seconds without a fix.
+        let start_s = log.truth[0].t_s;
+        log.truth.retain(|row| !(20.0..30.0).contains(&(row.t_s - start_s)));
+        assert_eq!(drawn(&log), [1, 1]);
+    }
 }
