@@ -1,4 +1,4 @@
-//! Numbers from independent implementations, read from `../shared/data/oracles`; closed forms beside them.
+//! Numbers from independent implementations, read from `tests/oracles`; closed forms beside them.
 
 use crate::candidate::{Candidate, effective_number};
 use crate::resample::systematic;
@@ -8,10 +8,9 @@ use serde_json::Value;
 use std::boxed::Box;
 use std::vec::Vec;
 
-/// An oracle file; `None`, with a notice, where the data is absent.
-fn oracle(name: &str) -> Option<Value> {
-    let path = scphd_shared_data::find(&std::format!("oracles/{name}"))?;
-    Some(serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap())
+/// An oracle file.
+fn oracle(name: &str) -> Value {
+    serde_json::from_str(&scphd_shared_data::oracle(name)).unwrap()
 }
 
 fn number(value: &Value) -> f64 {
@@ -156,7 +155,7 @@ fn assert_same_mixture(ours: &[Component<f64, 2>], expected: &[Component<f64, 2>
 
 #[test]
 fn gmphd_update_linear() {
-    let Some(file) = oracle("gmphd_update.json") else { return };
+    let file = oracle("gmphd_update.json");
     let case = &file["cases"][0];
     let scan: Vec<_> = case["measurements"].as_array().unwrap().iter().map(vector).collect();
     let sensor = Direct { noise: symmetric(&case["R"]) };
@@ -173,7 +172,7 @@ fn gmphd_update_linear() {
 
 #[test]
 fn gmphd_update_range_bearing() {
-    let Some(file) = oracle("gmphd_update.json") else { return };
+    let file = oracle("gmphd_update.json");
     let case = &file["cases"][1];
     // The oracle has bearing first.
     let swapped = |value: &Value| Vector2::new(number(&value[1]), number(&value[0]));
@@ -187,7 +186,7 @@ fn gmphd_update_range_bearing() {
 
 #[test]
 fn vo_and_ma_reduction() {
-    let Some(file) = oracle("gm_merge_prune.json") else { return };
+    let file = oracle("gm_merge_prune.json");
     let config = Config {
         prune_weight: number(&file["prune_T"]),
         reduction: Reduction::Greedy { merge_distance: number(&file["merge_U"]) },
@@ -201,7 +200,7 @@ fn vo_and_ma_reduction() {
 
 #[test]
 fn systematic_resampling() {
-    let Some(file) = oracle("systematic_resampling.json") else { return };
+    let file = oracle("systematic_resampling.json");
     for case in file["cases"].as_array().unwrap() {
         let weights: Vec<f64> = case["weights"].as_array().unwrap().iter().map(number).collect();
         let mut survivors: Vec<u16> = weights.iter().map(|_| 0).collect();

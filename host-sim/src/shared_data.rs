@@ -1,12 +1,10 @@
-//! What the tests read of the published logs and the oracles, which are not part of this repository.
+//! What the tests read of the published logs, which are not part of this repository, and of the oracles, which are.
 
 pub(crate) use scphd_shared_data::find;
 
 /// An oracle file, parsed.
-pub(crate) fn oracle(name: &str) -> Option<serde_json::Value> {
-    let path = find(&format!("oracles/{name}"))?;
-    let text = std::fs::read_to_string(path).expect("readable oracle");
-    Some(serde_json::from_str(&text).expect("valid oracle"))
+pub(crate) fn oracle(name: &str) -> serde_json::Value {
+    serde_json::from_str(&scphd_shared_data::oracle(name)).expect("valid oracle")
 }
 
 /// Numbers of a JSON array.

@@ -10,14 +10,10 @@ use super::sight::Sight;
 use super::tests::{CONFIG, WIDE_VIEW};
 use super::{Config, FieldOfView, update};
 use crate::settings::Likelihood;
+use crate::shared_data::oracle;
 use serde_json::Value;
 
 const BOUND: f64 = 1e-9;
-
-/// An oracle file, or `None`, with a line that says so, where the data are not at hand.
-pub(super) fn load(name: &str) -> Option<Value> {
-    crate::shared_data::oracle(name)
-}
 
 fn number(value: &Value) -> f64 {
     value.as_f64().expect("a number")
@@ -105,9 +101,7 @@ fn assert_close(found: &[Component], expected: &[Component]) {
 
 #[test]
 fn gaussian_mixture_update_with_a_linear_sensor() {
-    let Some(oracle) = load("gmphd_update.json") else {
-        return;
-    };
+    let oracle = oracle("gmphd_update.json");
     let case = &oracle["cases"][0];
     let sensor = Linear { noise: matrix(&case["R"]) };
     let (posterior, ln_likelihood) = updated(case, &vectors(&case["measurements"]), &sensor);
@@ -121,9 +115,7 @@ fn gaussian_mixture_update_with_a_linear_sensor() {
 
 #[test]
 fn gaussian_mixture_update_by_range_and_bearing() {
-    let Some(oracle) = load("gmphd_update.json") else {
-        return;
-    };
+    let oracle = oracle("gmphd_update.json");
     let case = &oracle["cases"][1];
     let noise = matrix(&case["R_bearing_range"]);
     let sensor = RangeBearing { range_sigma_m: noise[1][1].sqrt(), bearing_sigma_rad: noise[0][0].sqrt() };
@@ -135,9 +127,7 @@ fn gaussian_mixture_update_by_range_and_bearing() {
 
 #[test]
 fn reduction_of_vo_and_ma() {
-    let Some(oracle) = load("gm_merge_prune.json") else {
-        return;
-    };
+    let oracle = oracle("gm_merge_prune.json");
     let config = Config {
         prune_weight: number(&oracle["prune_T"]),
         merge_distance: number(&oracle["merge_U"]),

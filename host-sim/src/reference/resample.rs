@@ -91,6 +91,7 @@ mod tests {
     use super::super::draws::OwnDraws;
     use super::super::oracles;
     use super::*;
+    use crate::shared_data;
 
     /// Gives out the listed uniform numbers, and fails when asked for more.
     struct Listed<'a>(&'a [f64]);
@@ -113,9 +114,7 @@ mod tests {
 
     #[test]
     fn systematic_oracle() {
-        let Some(oracle) = oracles::load("systematic_resampling.json") else {
-            return;
-        };
+        let oracle = shared_data::oracle("systematic_resampling.json");
         for case in oracle["cases"].as_array().expect("cases") {
             let weights = oracles::numbers(&case["weights"]);
             let expected: Vec<usize> = oracles::numbers(&case["indices"]).iter().map(|index| *index as usize).collect();

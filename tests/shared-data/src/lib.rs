@@ -1,8 +1,8 @@
-//! Where the recorded logs are. They belong to others and are not part of this repository; a test that needs one and
+//! Where the numbers of independent implementations and the recorded logs are. The former are in `tests/oracles`. The latter belong to others and are not part of this repository; a test that needs one and
 //! does not find it passes, but says so where `cargo xtask test` counts it.
 
 use std::env;
-use std::fs::OpenOptions;
+use std::fs::{self, OpenOptions};
 use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 use std::thread;
@@ -14,6 +14,9 @@ pub const SKIPPED: &str = "SCPHD_SKIPPED";
 
 /// The folder `shared/data` beside the repository.
 const BESIDE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data");
+
+/// The folder of the oracles.
+const ORACLES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../oracles");
 
 /// The folder of the logs: the one that [`FOLDER`] names, otherwise `shared/data` beside the repository.
 #[must_use]
@@ -41,6 +44,16 @@ pub fn find(name: &str) -> Option<PathBuf> {
     None
 }
 
+/// The text of a file of numbers of independent implementations; `tests/oracles/README.md` says whose.
+///
+/// # Panics
+/// It is not there: it is part of this repository, so that a test without it is broken.
+#[must_use]
+pub fn oracle(name: &str) -> String {
+    let path = Path::new(ORACLES).join(name);
+    fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+}
+
 /// In one write, because tests run beside each other.
 fn append(path: &Path, line: &str) -> io::Result<()> {
     OpenOptions::new().create(true).append(true).open(path)?.write_all(line.as_bytes())
@@ -49,7 +62,6 @@ fn append(path: &Path, line: &str) -> io::Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::fs;
     use std::process::Command;
 
     /// Asks for what [`FOLDER`] has not; the test below runs it in a process of its own, with an environment of its own.
