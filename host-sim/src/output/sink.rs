@@ -1,4 +1,4 @@
-//! Where results go: every file that the program writes goes through [`write`].
+//! Where results go: every file that the program writes goes through [`write()`].
 //!
 //! A regular file is replaced whole or not at all: the bytes go to a file beside it, which is renamed when it is complete. What
 //! is not a regular file is never replaced:
@@ -60,7 +60,7 @@ pub fn write(path: &Path, bytes: &[u8]) -> io::Result<()> {
 ///
 /// # Errors
 ///
-/// Why [`write`] would refuse it.
+/// Why [`write()`] would refuse it.
 pub fn check(path: &Path) -> io::Result<()> {
     if matches!(way(path)?, Way::New) {
         let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
