@@ -1,0 +1,310 @@
+//! What the documentation claims: every figure of `tests/expected/claims.toml` stands in its file, and the command that it is of
+//! gives it, within a factor of 1.2.
+//!
+//! Every test run does the part of the commands that takes little time. All of them:
+//! `cargo test -p scphd-sim --release --test claims -- --ignored`. With `SCPHD_WRITE_CLAIMS=1` the table of `docs/claims.md` is
+//! written anew.
+
+use serde::Deserialize;
+use serde_json::{Map, Value};
+use std::fmt::Write as _;
+use std::fs;
+use std::path::PathBuf;
+use std::process::Command as Process;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::thread;
+
+/// Greatest ratio of what a command gives and what is claimed.
+const MARGIN: f64 = 1.2;
+/// Standard deviations of its mean that a part of the runs may be off by beyond that.
+const SIGMAS: f64 = 2.0;
+
+const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
+const DOCUMENT: &str = "docs/claims.md";
+/// The lines around the table that is made of the data.
+const MARKS: [&str; 2] =
+    ["<!-- the table below is made by host-sim/tests/claims.rs -->", "<!-- the table above is made -->"];
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Claims {
+    command: Vec<Command>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Command {
+    run: String,
+    quick: Option<String>,
+    /// What it prints beside its figures.
+    #[serde(default)]
+    says: Vec<String>,
+    claim: Vec<Claim>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Claim {
+    key: String,
+    #[serde(default)]
+    of: Map<String, Value>,
+    #[serde(default)]
+    over: Over,
+    figure: String,
+    #[serde(default = "one")]
+    scale: f64,
+    unit: Option<String>,
+    #[serde(default = "readme")]
+    file: String,
+    text: String,
+    #[serde(default)]
+    spread: f64,
+    #[serde(default)]
+    least: bool,
+}
+
+#[derive(Debug, Default, Clone, Copy, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum Over {
+    #[default]
+    Mean,
+    Rms,
+    Greatest,
+}
+
+fn one() -> f64 {
+    1.0
+}
+
+fn readme() -> String {
+    "README.md".into()
+}
+
+fn read(path: &str) -> String {
+    fs::read_to_string(PathBuf::from(ROOT).join(path)).unwrap_or_else(|error| panic!("{path}: {error}"))
+}
+
+fn claims() -> Vec<Command> {
+    toml::from_str::<Claims>(&read("tests/expected/claims.toml")).expect("claims").command
+}
+
+impl Claim {
+    fn figure(&self) -> f64 {
+        self.figure.parse().unwrap_or_else(|_| panic!("a figure: {}", self.figure))
+    }
+
+    /// What all runs may give at most, or at least.
+    fn bound(&self) -> f64 {
+        if self.least { self.figure() / MARGIN } else { self.figure() * MARGIN }
+    }
+
+    /// The figure in the JSON of a command, and the number of runs that it is of; `None` where no object is of the claim.
+    fn found(&self, json: &Value) -> Option<(f64, f64)> {
+        let objects = json.as_array().map_or(std::slice::from_ref(json), |list| list);
+        let is = |found: &Value, asked: &Value| match (found.as_str(), asked.as_str()) {
+            (Some(found), Some(asked)) => found.ends_with(asked),
+            _ => found == asked,
+        };
+        let taken: Vec<&Value> =
+            objects.iter().filter(|object| self.of.iter().all(|(key, value)| is(&object[key], value))).collect();
+        let value =
+            |object: &&Value| self.scale * object[&self.key].as_f64().unwrap_or_else(|| panic!("{self:?}: null"));
+        let values: Vec<f64> = taken.iter().map(value).collect();
+        let mean = |power: i32| values.iter().map(|value| value.powi(power)).sum::<f64>() / values.len() as f64;
+        let found = match self.over {
+            Over::Mean => mean(1),
+            Over::Rms => mean(2).sqrt(),
+            Over::Greatest => values.iter().copied().fold(f64::NEG_INFINITY, f64::max),
+        };
+        let runs = |object: &&Value| object["runs"].as_f64().unwrap_or(1.0);
+        (!taken.is_empty()).then(|| (found, taken.iter().map(runs).sum()))
+    }
+
+    /// How the JSON of a command that does all runs, or a part of them, holds beside the claim; an error where it does not. A part
+    /// may leave a claim out, as long as its command has others.
+    fn fault(&self, json: &Value, all: bool) -> Result<String, String> {
+        let of = Value::from(self.of.clone());
+        let Some((found, runs)) = self.found(json) else {
+            let line = format!("{} {of}: no such run", self.key);
+            return if all { Err(line) } else { Ok(line) };
+        };
+        let more = if all { 0.0 } else { SIGMAS * self.spread / runs.sqrt() };
+        let bound = if self.least { self.bound() - more } else { self.bound() + more };
+        let (key, over, figure) = (&self.key, self.over, &self.figure);
+        let line = format!("{key} {of} {over:?}: {found:.4e} of {figure} claimed, bound {bound:.4e}");
+        // Written so that NaN fails.
+        let holds = if self.least { found >= bound } else { found <= bound };
+        if holds { Ok(line) } else { Err(line) }
+    }
+}
+
+impl Command {
+    /// The words of a command with the folders of its logs; `None` where one is not there.
+    fn words(command: &str) -> Option<Vec<String>> {
+        let logs = ["victoria_park", "car_park", "mrclam_ds6_", "phd_slam3_", "thesis_cmp_", "starry_night"];
+        let word = |word: &str| match logs.iter().any(|log| word.starts_with(log)) {
+            true => Some(scphd_shared_data::find(word)?.to_str().expect("a name of a folder").to_owned()),
+            false => Some(word.to_owned()),
+        };
+        command.split_whitespace().map(word).collect()
+    }
+}
+
+/// Runs the program: its JSON, and what it says beside it.
+fn output(words: &[String]) -> (Value, String) {
+    let mut process = Process::new(env!("CARGO_BIN_EXE_scphd-sim"));
+    let output = process.args(words).args(["--json", "-"]).current_dir(ROOT).output().expect("the program");
+    assert!(output.status.success(), "{words:?}: {}", String::from_utf8_lossy(&output.stderr));
+    let json = serde_json::from_slice(&output.stdout).unwrap_or_else(|error| panic!("{words:?}: {error}"));
+    (json, String::from_utf8_lossy(&output.stderr).into_owned())
+}
+
+/// Does all commands, as many at a time as there are cores, and tells every claim that does not hold.
+fn check(all: bool) {
+    let commands = claims();
+    let of = |command: &Command| if all { Some(command.run.clone()) } else { command.quick.clone() };
+    // The logs are looked for here, in the thread that has the test's name.
+    let mut todo: Vec<(&Command, Vec<String>)> = commands
+        .iter()
+        .filter_map(|command| {
+            let mut words = Command::words(&of(command)?)?;
+            if words[0] == "monte-carlo" {
+                words.extend(["--jobs", "1"].map(str::to_owned));
+            }
+            Some((command, words))
+        })
+        .collect();
+    // Studies take the longest and come first.
+    todo.sort_by_key(|(_, words)| words[0] != "monte-carlo");
+    let (next, faults) = (AtomicUsize::new(0), Mutex::new(Vec::new()));
+    let worker = || {
+        while let Some((command, words)) = todo.get(next.fetch_add(1, Ordering::Relaxed)) {
+            let (json, said) = output(words);
+            let mut lines = vec![words.join(" ")];
+            let mut wrong = Vec::new();
+            for claim in &command.claim {
+                match claim.fault(&json, all) {
+                    Ok(line) => lines.push(line),
+                    Err(line) => wrong.push(line),
+                }
+            }
+            wrong.extend(
+                command
+                    .says
+                    .iter()
+                    .filter(|says| all && !said.contains(*says))
+                    .map(|says| format!("does not say: {says}")),
+            );
+            lines.extend(wrong.iter().map(|line| format!("WRONG: {line}")));
+            println!("{}", lines.join("\n  "));
+            faults.lock().unwrap().extend(wrong.into_iter().map(|line| format!("{}: {line}", command.run)));
+        }
+    };
+    thread::scope(|scope| {
+        for _ in 0..thread::available_parallelism().map_or(1, usize::from) {
+            scope.spawn(worker);
+        }
+    });
+    let faults = faults.into_inner().unwrap();
+    assert!(faults.is_empty(), "{}", faults.join("\n"));
+}
+
+#[test]
+fn a_part_of_every_claim_holds() {
+    check(false);
+}
+
+#[test]
+#[ignore = "takes long: cargo test -p scphd-sim --release --test claims -- --ignored"]
+fn every_claim_holds() {
+    check(true);
+}
+
+#[test]
+fn every_figure_stands_where_it_is_claimed() {
+    for claim in claims().iter().flat_map(|command| &command.claim) {
+        // Lines may break anywhere.
+        let words = |text: &str| text.split_whitespace().collect::<Vec<_>>().join(" ");
+        assert!(words(&claim.text).contains(&claim.figure), "{claim:?}");
+        assert!(words(&read(&claim.file)).contains(&words(&claim.text)), "{} has no {:?}", claim.file, claim.text);
+    }
+}
+
+#[test]
+fn the_table_of_the_document_is_that_of_the_data() {
+    let document = read(DOCUMENT);
+    let (head, rest) = document.split_once(MARKS[0]).expect("the first mark");
+    let (_, foot) = rest.split_once(MARKS[1]).expect("the second mark");
+    let made = format!("{head}{}\n\n{}\n{}{foot}", MARKS[0], table(), MARKS[1]);
+    if std::env::var_os("SCPHD_WRITE_CLAIMS").is_some() {
+        fs::write(PathBuf::from(ROOT).join(DOCUMENT), &made).unwrap();
+    }
+    assert_eq!(read(DOCUMENT), made, "SCPHD_WRITE_CLAIMS=1 writes it anew");
+}
+
+/// The claims by command.
+fn table() -> String {
+    let mut text = String::new();
+    for command in claims() {
+        let part = match &command.quick {
+            Some(quick) if *quick == command.run => "in every test run".to_owned(),
+            Some(quick) => format!("with `--ignored`; in every test run as `{quick}`"),
+            None => "with `--ignored`".to_owned(),
+        };
+        let _ = writeln!(
+            text,
+            "`scphd-sim {}`, checked {part}:\n\n| key | claim | bound | of fewer runs | where |\n|---|---|---|---|---|",
+            command.run
+        );
+        for claim in &command.claim {
+            let of: Vec<String> = claim.of.iter().map(|(key, value)| format!(", {key} {value}")).collect();
+            let over = match claim.over {
+                Over::Mean => "",
+                Over::Rms => ", RMS",
+                Over::Greatest => ", greatest",
+            };
+            let sign = if claim.least { "≥" } else { "≤" };
+            let fewer = match (claim.spread > 0.0, claim.least) {
+                (true, false) => format!("+ 2 × {} / √runs", claim.spread),
+                (true, true) => format!("− 2 × {} / √runs", claim.spread),
+                (false, _) => "the same".into(),
+            };
+            let unit = claim.unit.as_deref().map_or(String::new(), |unit| format!(" {unit}"));
+            let bound = number(claim.bound());
+            let of = of.concat().replace('"', "");
+            let _ = writeln!(
+                text,
+                "| `{}`{of}{over} | {}{unit} | {sign} {bound}{unit} | {fewer} | {} |",
+                claim.key, claim.figure, claim.file
+            );
+        }
+        for says in &command.says {
+            let _ = writeln!(text, "| | {says} | | with `--ignored` only | README.md |");
+        }
+        text.push('\n');
+    }
+    text
+}
+
+/// Three digits.
+fn number(value: f64) -> String {
+    if value.abs() < 1e-2 { format!("{value:.2e}") } else { format!("{}", (value * 1e3).round() / 1e3) }
+}
+
+#[test]
+fn a_bound_is_on_the_right_side() {
+    let claim = |least: bool, spread: f64| -> Claim {
+        let text = format!("key = \"x\"\nfigure = \"0.6\"\ntext = \"0.6\"\nleast = {least}\nspread = {spread}");
+        toml::from_str(&text).unwrap()
+    };
+    let json = |values: [f64; 4]| Value::from(values.map(|x| serde_json::json!({ "x": x })).to_vec());
+    assert!(claim(false, 0.0).fault(&json([0.7; 4]), true).is_ok());
+    assert!(claim(false, 0.0).fault(&json([0.73; 4]), true).is_err());
+    assert!(claim(true, 0.0).fault(&json([0.51; 4]), true).is_ok());
+    assert!(claim(true, 0.0).fault(&json([0.49; 4]), true).is_err());
+    // Four runs may be off by as much as their spread more.
+    assert!(claim(false, 0.1).fault(&json([0.81; 4]), false).is_ok());
+    assert!(claim(false, 0.1).fault(&json([0.81; 4]), true).is_err());
+    assert!(claim(false, 0.1).fault(&json([0.83; 4]), false).is_err());
+}
