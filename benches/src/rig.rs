@@ -75,7 +75,8 @@ where
     /// The filter refuses the world.
     #[must_use]
     pub fn new(motion: M, config: Config<f32>, world: World, known: &[[f64; 2]], scans: usize) -> Self {
-        let window = RangeBearingWindow::full_circle(world.range_max_m as f32, world.detection as f32);
+        let window =
+            RangeBearingWindow::full_circle(world.range_max_m as f32, world.detection as f32).expect("the view");
         let noise = [World::RANGE_SIGMA_M, World::BEARING_SIGMA_RAD].map(|sigma| sigma as f32);
         let models = Models {
             motion,

@@ -1,8 +1,10 @@
 //! The whole state looked over: what a vehicle may do while it stands still, and every test.
 
 use crate::candidate::total_weight;
+use crate::state::Memory;
 use crate::{
-    Clutter, Dim, FieldOfView, Locating, Motion, Packed, Pose, Real, ScPhd, Sensor, Twice, plausible::is_within_range,
+    Clutter, Dim, FieldOfView, Locating, Motion, Packed, Pose, Real, ScPhd, Sensor, Symmetric, Twice,
+    plausible::is_within_range,
 };
 use core::fmt;
 
@@ -11,7 +13,9 @@ use core::fmt;
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum Flaw {
-    /// A pose is beyond every range.
+    /// A count, a time or a number that was learnt is out of range.
+    Cursor,
+    /// A pose is beyond every range, or its covariance not finite.
     Pose,
     /// The weights do not sum to one.
     Weights,
@@ -24,6 +28,7 @@ pub enum Flaw {
 impl fmt::Display for Flaw {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
+            Self::Cursor => "a count, a time or a number that was learnt is out of range",
             Self::Pose => "a pose is beyond every range",
             Self::Weights => "the weights do not sum to one",
             Self::Pages => "pages and the counts of their holders do not agree",
@@ -58,20 +63,51 @@ where
     /// # Errors
     /// The first flaw that was found.
     pub fn audit(&mut self) -> Result<(), Flaw> {
-        let candidates = self.memory.candidates();
-        // Before the first reset all is zero, and nothing is known.
-        if candidates.is_empty() {
+        self.memory.audit()
+    }
+}
+
+impl<T, P, const K: usize, const D: usize, const E: usize, const Z: usize> Memory<'_, T, P, K, D, E, Z>
+where
+    T: Real,
+    P: Pose<T, K>,
+    Dim<K>: Packed,
+    Dim<D>: Packed,
+    Dim<E>: Packed,
+{
+    /// The first flaw of what is known, if any.
+    pub(crate) fn audit(&mut self) -> Result<(), Flaw> {
+        let cursor = &*self.cursor;
+        if cursor.particles == 0 {
             return Ok(());
         }
-        if !candidates.iter().all(|candidate| is_within_range(&candidate.pose.coordinates())) {
+        let learnt = [cursor.learnt.detections, cursor.learnt.clutter];
+        let learnt = learnt.iter().flat_map(|ratio| [ratio.happened, ratio.expected]);
+        let in_range = |number: T| number >= T::ZERO && number.is_finite();
+        let sound = cursor.noise.is_some()
+            && cursor.particles <= self.spreads.len()
+            && cursor.children >= 1
+            && cursor.candidates() <= self.candidates.len()
+            && cursor.weighed <= self.ln_likelihoods.len()
+            && cursor.heaviest < cursor.particles
+            && in_range(cursor.waited_s)
+            && learnt.into_iter().all(in_range);
+        if !sound {
+            return Err(Flaw::Cursor);
+        }
+        let spreads = self.spreads.get(..cursor.particles).unwrap_or(&[]);
+        let candidates = self.candidates();
+        if !(candidates.iter().all(|candidate| is_within_range(&candidate.pose.coordinates()))
+            && spreads.iter().all(Symmetric::is_finite))
+        {
             return Err(Flaw::Pose);
         }
         let off = (total_weight(candidates) - T::ONE).abs();
         if !(off <= T::EPSILON * T::from_f64(TOLERATED_ROUNDINGS)) {
             return Err(Flaw::Weights);
         }
-        let particles = self.memory.cursor.particles;
-        self.memory.still.audit(particles)?;
-        self.memory.moving.audit(particles)
+        let particles = self.cursor.particles;
+        self.still.audit(particles)?;
+        self.moving.audit(particles)
     }
 }

@@ -35,6 +35,14 @@ where
         covariance: Symmetric::ZERO,
     };
 
+    /// Whether the weight, the mean and the covariance are finite numbers, and the covariance positive definite.
+    pub(crate) fn is_usable(&self) -> bool {
+        self.ln_weight.is_finite()
+            && self.ln_weight.exp().is_finite()
+            && self.mean.iter().all(|coordinate| coordinate.is_finite())
+            && self.covariance.factor().is_some()
+    }
+
     /// The position: the first D coordinates of the mean.
     #[inline]
     #[must_use]

@@ -1,7 +1,7 @@
 //! Why an operation was refused. Whatever is refused leaves the state as it was; but of a prediction the time has passed all
 //! the same, and the reports tell of it.
 
-use crate::{ConfigError, Implausible};
+use crate::{ConfigError, Flaw, Implausible, ModelError};
 use core::fmt;
 
 /// Why a filter cannot be set up.
@@ -27,6 +27,31 @@ pub enum SetupError {
     },
     /// Moving features are configured, and the state has no memory for them.
     NoRoomForMoving,
+    /// A parameter of a model is not one the model can work with.
+    Model(ModelError),
+    /// The sensor's birth intensity has more components than an update has room for (`VIEW` of the static maps).
+    TooManyBirths {
+        /// Components there is room for.
+        capacity: usize,
+    },
+    /// The state holds particles of an earlier filter, of another number than is configured.
+    HeldParticles {
+        /// Particles the state holds.
+        held: usize,
+        /// Particles configured.
+        configured: usize,
+    },
+    /// The state holds the samples of a prediction whose scan has not come yet, of another number than is configured.
+    HeldSamples {
+        /// Samples the state holds of every particle.
+        held: usize,
+        /// Samples that the configuration asks for.
+        configured: usize,
+    },
+    /// The state holds particles whose poses are uncertain in themselves, from which only the informed proposal can go on.
+    HeldSpread,
+    /// What an earlier filter has left in the state does not fit together: its memory was damaged.
+    HeldDamaged(Flaw),
 }
 
 impl fmt::Display for SetupError {
@@ -40,11 +65,34 @@ impl fmt::Display for SetupError {
                 write!(f, "{candidates} candidates (particles × samples) do not fit a state for {capacity}")
             }
             Self::NoRoomForMoving => f.write_str("moving.birth_intensity is above 0, but the state has no moving maps"),
+            Self::Model(error) => error.fmt(f),
+            Self::TooManyBirths { capacity } => {
+                write!(f, "the sensor's birth intensity has more components than a state for {capacity} in view holds")
+            }
+            Self::HeldParticles { held, configured } => {
+                write!(f, "the state holds {held} particles, and {configured} are configured; clear it first")
+            }
+            Self::HeldSamples { held, configured } => {
+                write!(
+                    f,
+                    "the state holds {held} samples a particle, and the next scan is to have {configured}; clear it first"
+                )
+            }
+            Self::HeldSpread => f.write_str(
+                "the state's poses are uncertain, which the informed proposal alone goes on from; clear it first",
+            ),
+            Self::HeldDamaged(flaw) => write!(f, "the state is damaged: {flaw}; clear it first"),
         }
     }
 }
 
 impl core::error::Error for SetupError {}
+
+impl From<ModelError> for SetupError {
+    fn from(error: ModelError) -> Self {
+        Self::Model(error)
+    }
+}
 
 impl From<ConfigError> for SetupError {
     fn from(error: ConfigError) -> Self {
@@ -163,6 +211,8 @@ pub enum ScanError {
         /// Its place in the scan.
         index: usize,
     },
+    /// The covariance of the sensor's noise is not positive definite.
+    SensorNoise,
 }
 
 impl fmt::Display for ScanError {
@@ -173,6 +223,7 @@ impl fmt::Display for ScanError {
                 write!(f, "{measurements} measurements do not fit a state for {capacity}")
             }
             Self::NonFinite { index } => write!(f, "measurement {index} is not finite"),
+            Self::SensorNoise => f.write_str("the covariance of the sensor's noise is not positive definite"),
         }
     }
 }

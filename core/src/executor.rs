@@ -36,7 +36,7 @@ use crate::{LnSum, Real};
 /// // The last parameter of the state: scratch for so many jobs at a time.
 /// type Still = MapMemory<f32, 2, 2, 16, 64, 8, 128>;
 /// type Memory = State<f32, PlanarPose<f32>, 3, 2, 16, 16, 32, Still, NoMoving, 2>;
-/// # let window = RangeBearingWindow::full_circle(15.0, 0.9);
+/// # let window = RangeBearingWindow::full_circle(15.0, 0.9)?;
 /// # let models = Models {
 /// #     motion: Unicycle::new(Step::Arc, ControlNoise::white(0.1, 0.02))?,
 /// #     sensor: RangeBearing::new(0.2, 0.02)?,

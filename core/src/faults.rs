@@ -15,7 +15,7 @@ type Compact<const N: usize, const C: usize, const P: usize, const M: usize, con
 type Roomy = Compact<8, 16, 256, 32, 64, 256>;
 
 fn models(clutter_per_scan: f32) -> Models<Car, RangeBearing<f32>, RangeBearingWindow<f32>, UniformClutter<f32>> {
-    let window = RangeBearingWindow::full_circle(20.0, 0.9);
+    let window = RangeBearingWindow::full_circle(20.0, 0.9).unwrap();
     Models {
         motion: Unicycle::new(Step::Euler, ControlNoise::white(0.3, 0.05)).unwrap(),
         sensor: RangeBearing::new(0.2, 0.02).unwrap(),

@@ -34,7 +34,7 @@ const HEAVIEST: f64 = 1e6;
 /// type Memory = State<f32, PlanarPose<f32>, 3, 2, 16, 16, 32, MapMemory<f32, 2, 2, 16, 64, 8, 128>>;
 /// let mut state = Box::new(Memory::new());
 ///
-/// let window = RangeBearingWindow::full_circle(15.0, 0.9);
+/// let window = RangeBearingWindow::full_circle(15.0, 0.9)?;
 /// let models = Models {
 ///     motion: Unicycle::new(Step::Arc, ControlNoise::white(0.1, 0.02))?,
 ///     sensor: RangeBearing::new(0.2, 0.02)?,
@@ -91,10 +91,11 @@ where
     pub const GREATEST_LOADED_TAG: u32 = u32::MAX / 2;
 
     /// A filter over a state, which keeps what it holds: a fresh state must be [reset](Self::reset) first, one that a
-    /// filter worked on before goes on from there.
+    /// filter worked on before goes on from there, which takes the configuration to have as many particles, and between a
+    /// prediction and its scan as many samples. Where it has others, [`State::clear`] comes first.
     ///
     /// # Errors
-    /// The configuration is out of range or does not fit the state.
+    /// A model or the configuration is out of range, or does not fit the state or what that holds.
     pub fn new<
         const PARTICLES: usize,
         const CANDIDATES: usize,
@@ -122,7 +123,10 @@ where
         if config.moving.birth_intensity > T::ZERO && VM::PARTICLES == 0 {
             return Err(SetupError::NoRoomForMoving);
         }
-        Ok(Self { models, config, memory: state.memory() })
+        let mut memory = state.memory();
+        models.check_for(memory.still.workspace.capacity())?;
+        memory.check(&config)?;
+        Ok(Self { models, config, memory })
     }
 
     /// Starts, or starts again: every particle at `pose` with the same weight and an empty map, and the random stream
@@ -306,9 +310,14 @@ where
         self.step(measurements, executor, probe)
     }
 
-    /// The models, for changing between steps: noise may be retuned in flight.
-    pub fn models_mut(&mut self) -> &mut Models<M, S, V, C> {
-        &mut self.models
+    /// Goes on with other models, between any two steps: noise may be retuned in flight.
+    ///
+    /// # Errors
+    /// A model is out of range, or its births do not fit the state; the filter keeps the models it had.
+    pub fn retune(&mut self, models: Models<M, S, V, C>) -> Result<(), SetupError> {
+        models.check_for(self.memory.still.workspace.capacity())?;
+        self.models = models;
+        Ok(())
     }
 
     /// The models.

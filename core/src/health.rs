@@ -23,7 +23,8 @@ impl Health {
     /// The weight of all candidates but one was negligible (`N_eff` below 1.5, with more than one candidate): the pose
     /// hangs on a single sample.
     pub const DEGENERATE: Self = Self(1 << 1);
-    /// Some map had so little room (workspace, page list or pool) that components above `prune_weight` were dropped.
+    /// Some map had so little room (workspace, page list or pool) that components above `prune_weight` were dropped, or left
+    /// aside by the informed proposal.
     pub const PRUNING_TIGHTENED: Self = Self(1 << 2);
     /// Some map was left as predicted, because not even its confirmed features found room in its page list or the pool.
     pub const MAP_NOT_UPDATED: Self = Self(1 << 3);

@@ -210,7 +210,7 @@ fn car<T: Real, const N: usize, const C: usize>(
     seed: u64,
 ) -> Car<'_, T> {
     let c = T::from_f64;
-    let window = RangeBearingWindow::full_circle(c(20.0), c(0.9));
+    let window = RangeBearingWindow::full_circle(c(20.0), c(0.9)).unwrap();
     let models = Models {
         motion: Unicycle::new(Step::Arc, noise).unwrap(),
         sensor: RangeBearing::new(c(0.3), c(0.03)).unwrap(),

@@ -76,6 +76,8 @@ mod in_space;
 mod informed;
 mod likelihood;
 mod ln_sum;
+#[cfg(test)]
+mod lying;
 mod map;
 #[cfg(all(test, feature = "adaptive"))]
 mod mismatch;
@@ -100,16 +102,21 @@ mod resample;
 mod scan;
 mod select;
 mod single;
+#[cfg(test)]
+mod smallest;
 mod sort;
 mod state;
 mod step;
 mod symmetric;
+#[cfg(test)]
+mod taken_over;
 mod tally;
 #[cfg(test)]
 mod unconfirmed;
 mod update;
 mod view;
 mod weigh;
+mod work;
 mod workspace;
 
 pub use adaptive::Adaptive;

@@ -68,6 +68,10 @@ where
 {
     let expected = view.sensor.expect(&view.frame, &feature.mean)?.measurement;
     let detection = view.field_of_view.detection_probability(&view.frame, &feature.mean, &expected);
+    // Written so that NaN is out of view too.
+    if !(detection > T::ZERO) {
+        return None;
+    }
     let detection = scaled(detection, view.detection_scale);
     let noise = view.sensor.noise().factor()?;
     let (ln_missed, ln_detected) = ((T::ONE - detection).ln(), detection.ln());

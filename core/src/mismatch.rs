@@ -15,7 +15,7 @@ struct World {
 
 /// Twelve features around a vehicle that stands still, seen as the world has it; the factors learnt in the end.
 fn learnt(world: &World, detection: f64, clutter_per_scan: f64, online: Online<f64>, seed: u64) -> (f64, f64) {
-    let window = RangeBearingWindow::full_circle(20.0, detection);
+    let window = RangeBearingWindow::full_circle(20.0, detection).unwrap();
     let models = Models {
         motion: KnownPose,
         sensor: RangeBearing::new(0.1, 0.01).unwrap(),

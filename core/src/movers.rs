@@ -36,7 +36,7 @@ const DETECTION: f64 = 0.9;
 const CLUTTER_PER_SCAN: f64 = 2.0;
 
 fn models() -> Models<KnownPose, RangeBearing<f64>, RangeBearingWindow<f64>, UniformClutter<f64>> {
-    let window = RangeBearingWindow::full_circle(20.0, DETECTION);
+    let window = RangeBearingWindow::full_circle(20.0, DETECTION).unwrap();
     Models {
         motion: KnownPose,
         sensor: RangeBearing::new(0.1, 0.01).unwrap(),
@@ -159,7 +159,7 @@ fn drives_off(speed_mps: f64, detection: f64, seed: u64) -> (f64, f64, f64) {
     const STANDS_S: f64 = 120.0;
     let mut memory = Box::new(Memory::new());
     let mut models = models();
-    (models.field_of_view.probability_near, models.field_of_view.probability_far) = (detection, detection);
+    models.field_of_view = RangeBearingWindow::full_circle(20.0, detection).unwrap();
     // At a low p_D what has been missed several times must still be there.
     let config = Config { prune_weight: 1e-4, ..config() };
     let mut filter = Tracker::new(models, config, &mut memory).unwrap();

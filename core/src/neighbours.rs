@@ -1,5 +1,6 @@
 //! Neighbours among the components in view: cells over the first two axes, each with a list of what lies in it.
 
+use crate::work;
 use crate::workspace::Entry;
 use crate::{Component, Dim, Packed, Real};
 
@@ -100,6 +101,7 @@ impl<T: Real> Cells<T> {
             for &first in row.get(columns.clone()).unwrap_or(&[]) {
                 let mut place = usize::from(first);
                 while let Some(link) = links.get(place) {
+                    work::round();
                     visit(place);
                     place = usize::from(link.next);
                 }
@@ -114,6 +116,7 @@ pub(crate) fn list(first: u16, links: &[Linked]) -> impl Iterator<Item = usize> 
     core::iter::from_fn(move || {
         let place = usize::from(next);
         next = links.get(place)?.next;
+        work::round();
         Some(place)
     })
 }

@@ -94,6 +94,8 @@ where
     Dim<Z>: Packed,
 {
     pub(crate) informed: Informed<T>,
+    /// ln of the weight below which the update drops components: those do not steer.
+    pub(crate) ln_floor: T,
     /// What is seen from a pose.
     pub(crate) look: L,
     pub(crate) still: &'a mut Maps<'s, T, D, D>,
@@ -109,7 +111,8 @@ where
     Dim<Z>: Packed,
 {
     /// Replaces every particle by `samples` candidates, and sets for each ln p(ξ) − ln q(ξ), the part of its weight that
-    /// corrects for where it was drawn. Of the covariances, what has not been drawn stays.
+    /// corrects for where it was drawn. Of the covariances, what has not been drawn stays. Returns for how many particles more
+    /// components lie near measurements than the workspace holds: there the heavier ones steer, and of equal ones the first.
     pub(crate) fn all<'v, P, S, V, const K: usize>(
         mut self,
         samples: usize,
@@ -118,7 +121,8 @@ where
         spreads: &mut [Symmetric<T, K>],
         ln_corrections: &mut [T],
         noise: &mut Noise,
-    ) where
+    ) -> usize
+    where
         P: Pose<T, K>,
         S: Locating<T, K, D, Z> + 'v,
         V: FieldOfView<T, S::Frame, D, Z> + 'v,
@@ -127,11 +131,14 @@ where
     {
         split(candidates, cursor.particles, samples);
         cursor.children = samples;
+        let mut crowded = 0;
         let families = candidates.chunks_mut(samples.max(1)).zip(ln_corrections.chunks_mut(samples.max(1)));
         for (particle, ((family, ln_corrections), spread)) in families.zip(spreads).take(cursor.particles).enumerate() {
             let Some(parent) = family.first().map(|candidate| candidate.pose) else { continue };
             let root = spread.root();
-            let Some(posterior) = self.posterior(particle, &parent, &root) else { continue };
+            let posterior = self.posterior(particle, &parent, &root);
+            crowded += usize::from(self.still.workspace.tightened() || self.still.workspace.lost() > 0);
+            let Some(posterior) = posterior else { continue };
             let half = T::from_f64(0.5);
             let ln_scale = half * posterior.information.ln_determinant();
             let share = self.informed.drawn.sqrt();
@@ -146,6 +153,7 @@ where
             }
             *spread = posterior.covariance.congruence(&root).scaled(T::ONE - self.informed.drawn);
         }
+        crowded
     }
 
     /// The Gaussian of ξ given the scan and the particle's map.
@@ -168,7 +176,7 @@ where
         let view = look(parent);
         let bounds = view.bounds();
         let Maps { table, pool, workspace } = &mut *self.still;
-        workspace.clear(T::NEG_INFINITY);
+        workspace.clear(self.ln_floor);
         let pages = table.pages_near(particle, &bounds).iter().filter_map(|&id| pool.get(id));
         for component in pages.filter(|page| page.bounds().meets(&bounds)).flat_map(|page| page.components()) {
             let Some(sighted) = Sighted::new(&view, component, root, &posterior.covariance) else { continue };

@@ -2,6 +2,7 @@
 
 use crate::neighbours::{Cells, Linked, NONE, list};
 use crate::sort::shell_sort;
+use crate::work;
 use crate::workspace::{Entry, InView, Origin, Ranked, Workspace};
 use crate::{Component, Dim, Factor, Packed, Real};
 use nalgebra::SVector;
@@ -257,6 +258,7 @@ where
     for (rank, ranked) in ranking.iter().enumerate() {
         let head_index = usize::from(ranked.entry);
         while let Some(head) = entries.get(head_index).filter(|entry| entry.origin != Origin::Gone) {
+            work::round();
             let head = head.component;
             let mut cheapest = None;
             for follower in ranking.iter().skip(rank + 1) {

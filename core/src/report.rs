@@ -52,7 +52,8 @@ pub struct ScanReport<T> {
     /// Mass of the components dropped for their weight. Detections that are ruled out without being computed are not
     /// counted; each weighs less than `prune_weight`.
     pub pruned_mass: T,
-    /// Maps that lacked room, for which pruning was tightened.
+    /// Maps that lacked room, for which pruning was tightened; and those of which the informed proposal could take the heaviest
+    /// components alone.
     pub tightened: usize,
     /// Maps left as predicted for want of room.
     pub not_updated: usize,

@@ -1,6 +1,7 @@
 //! Drawing candidates in proportion to their weights.
 
 use crate::ln_sum::ln_sum;
+use crate::work;
 use crate::{Real, candidate::Candidate};
 
 /// Systematic resampling (Arulampalam et al. 2002, algorithm 2): one uniform number, positions (i + u)/N, each takes the
@@ -13,6 +14,7 @@ pub(crate) fn systematic<T: Real>(weights: impl Iterator<Item = T>, uniform: T, 
     for (place, survivor) in survivors.iter_mut().enumerate() {
         let position = (T::from_usize(place) + uniform) / count;
         while cumulated <= position {
+            work::round();
             let Some((next, weight)) = weights.next() else { break };
             index = next;
             cumulated += weight;

@@ -1,5 +1,6 @@
 //! The measurements of one scan, sorted so that a component meets only those near it.
 
+use crate::work;
 use crate::{Clutter, Dim, LnSum, Packed, Real, Sensor, wrap};
 use core::ops::Range;
 use nalgebra::SVector;
@@ -87,6 +88,8 @@ impl<'s, T: Real, const Z: usize> Scan<'s, T, Z> {
                 *angle = wrap(*angle);
             }
             let ln_clutter = clutter.ln_intensity(&z) + ln_scale;
+            // An intensity that no clutter has is that of none. Written so that NaN is none too.
+            let ln_clutter = if ln_clutter < T::INFINITY { ln_clutter } else { T::NEG_INFINITY };
             let mut unexplained = LnSum::of(ln_clutter);
             unexplained.add(ln_birth);
             let ln_unexplained = unexplained.ln();
@@ -156,6 +159,7 @@ impl<'s, T: Real, const Z: usize> Scan<'s, T, Z> {
         let (mut places, mut rest) =
             if crosses { self.places_across(low, high) } else { (self.start(low)..self.end(high), 0..0) };
         loop {
+            work::round();
             let first = places.start;
             for (offset, measurement) in self.measurements.get(places).unwrap_or(&[]).iter().enumerate() {
                 found((first + offset, measurement));

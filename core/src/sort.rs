@@ -1,5 +1,7 @@
 //! Sorting in bounded time without recursion, memory or a panic.
 
+use crate::work;
+
 /// Distances at which items are compared, largest first (M. Ciura 2001).
 const GAPS: [usize; 10] = [3690, 1636, 701, 301, 132, 57, 23, 10, 4, 1];
 
@@ -18,6 +20,7 @@ pub(crate) fn shell_sort<I: Copy>(items: &mut [I], comes_before: impl Fn(&I, &I)
                 && let Some(&other) = items.get(before)
                 && comes_before(&item, &other)
             {
+                work::round();
                 if let Some(slot) = items.get_mut(place) {
                     *slot = other;
                 }

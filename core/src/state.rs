@@ -3,7 +3,9 @@
 use crate::map::{MapStorage, Maps, NoMoving};
 use crate::online::Learnt;
 use crate::scan::Measurement;
-use crate::{Dim, LnSum, Noise, Packed, Pose, Real, Symmetric, Twice, candidate::Candidate};
+use crate::{
+    Config, Dim, LnSum, Noise, Packed, Pose, Proposal, Real, SetupError, Symmetric, Twice, candidate::Candidate,
+};
 
 /// All memory of a filter: what it knows and its scratch, with every capacity in the type.
 ///
@@ -112,6 +114,12 @@ where
         }
     }
 
+    /// Forgets what a filter has left here, so that a filter of any configuration can be started on it. The maps are emptied when
+    /// that is [reset](crate::ScPhd::reset).
+    pub fn clear(&mut self) {
+        self.cursor = Cursor::ZERO;
+    }
+
     /// The state as slices, whatever its capacities.
     pub(crate) fn memory<const D: usize, const E: usize>(&mut self) -> Memory<'_, T, P, K, D, E, Z>
     where
@@ -179,7 +187,7 @@ impl<T: Real> Cursor<T> {
 
     /// Number of candidates in use.
     pub(crate) fn candidates(&self) -> usize {
-        self.particles * self.children
+        self.particles.saturating_mul(self.children)
     }
 }
 
@@ -215,6 +223,33 @@ where
     Dim<D>: Packed,
     Dim<E>: Packed,
 {
+    /// Whether a filter of this configuration, which fits the memory, can go on from what an earlier one has left in it.
+    pub(crate) fn check(&mut self, config: &Config<T>) -> Result<(), SetupError>
+    where
+        P: Pose<T, K>,
+    {
+        let (held, configured) = (self.cursor.particles, config.particles);
+        if held == 0 {
+            return Ok(());
+        }
+        // Fewer are what a resampling has left that adapts their number.
+        if held > configured || (held < configured && config.adaptive.is_none()) {
+            return Err(SetupError::HeldParticles { held, configured });
+        }
+        let Cursor { children, predicted, .. } = *self.cursor;
+        let informed = matches!(config.proposal, Proposal::Informed(_));
+        let configured = if informed { 1 } else { config.samples };
+        // Between a scan and the next prediction any number will do.
+        if children != 1 && !predicted || predicted && children != configured {
+            return Err(SetupError::HeldSamples { held: children, configured });
+        }
+        let spreads = self.spreads.get(..held).unwrap_or(&[]);
+        if !informed && spreads.iter().any(|spread| *spread != Symmetric::ZERO) {
+            return Err(SetupError::HeldSpread);
+        }
+        self.audit().map_err(SetupError::HeldDamaged)
+    }
+
     /// The candidates in use.
     pub(crate) fn candidates(&self) -> &[Candidate<T, P>] {
         self.candidates.get(..self.cursor.candidates()).unwrap_or(&[])

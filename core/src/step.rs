@@ -63,7 +63,8 @@ where
         let detection_scale = cursor.learnt.detection_scale(&config.online);
         let scan = Scan::sort::<S, C, D>(measurements, measured, &models.clutter, clutter_scale, births);
         let ln_negligible = config.negligible.ln();
-        let ln_sharpest = models.sensor.noise().factor().map_or(T::INFINITY, |noise| noise.ln_peak());
+        let Some(noise_factor) = models.sensor.noise().factor() else { return Err(ScanError::SensorNoise) };
+        let (ln_sharpest, most_births) = (noise_factor.ln_peak(), still.workspace.capacity());
         let look = |pose: &P| View {
             sensor: &models.sensor,
             field_of_view: &models.field_of_view,
@@ -71,6 +72,7 @@ where
             detection_scale,
             ln_negligible,
             ln_sharpest,
+            most_births,
             last_detection: Cell::new(Detection::of(T::ONE, detection_scale)),
         };
         // Predict what moves (5.14), once for all the steps since the last scan.
@@ -81,11 +83,13 @@ where
         probe.enter(Stage::Weigh);
         // Propose: with poses that the scan has been taken into, the samples are drawn now.
         ln_likelihoods.iter_mut().for_each(|ln_correction| *ln_correction = T::ZERO);
+        let mut crowded = 0;
         if let Proposal::Informed(informed) = config.proposal
             && (cursor.predicted || informed.drawn < T::ONE)
         {
-            let proposer = Proposer { informed, look, still: &mut *still, moving: &*moving, scan: &scan, eta };
-            proposer.all(config.samples, cursor, candidates, spreads, ln_likelihoods, &mut noise);
+            let (still, moving, ln_floor) = (&mut *still, &*moving, config.prune_weight.ln());
+            let proposer = Proposer { informed, ln_floor, look, still, moving, scan: &scan, eta };
+            crowded = proposer.all(config.samples, cursor, candidates, spreads, ln_likelihoods, &mut noise);
         }
         let children = cursor.children;
         let parent_of = |candidate: usize| candidate.checked_div(children).unwrap_or(0);
@@ -103,8 +107,7 @@ where
             for (offset, (candidate, ln_likelihood)) in share.candidates.iter().zip(share.ln_likelihoods).enumerate() {
                 let (view, parent) = (look(&candidate.pose), parent_of(share.first + offset));
                 let weighed = weigh(&view, parent, predicted, &scan, likelihood, share.eta);
-                // What is not a number, as without clutter the likelihoods that divide by it, explains nothing.
-                *ln_likelihood = (*ln_likelihood + weighed.ln_likelihood).at_least(T::NEG_INFINITY);
+                *ln_likelihood = explained(*ln_likelihood + weighed.ln_likelihood);
                 most_in_view = weighed.in_view.max(most_in_view);
             }
             *share.most_in_view = most_in_view.min(usize::from(u16::MAX)) as u16;
@@ -146,8 +149,8 @@ where
         let parent = |survivor| parent_of(usize::from(survivor));
         let tally = update.all(survivors, particles, parent, look_again, &scan, probe);
         if lone && let Some(ln_likelihood) = ln_likelihoods.first_mut() {
-            *ln_likelihood += tally.last.ln_likelihood;
-            ln_evidence = Some(*ln_likelihood).filter(|ln_l| ln_l.is_finite()).unwrap_or(T::NEG_INFINITY);
+            *ln_likelihood = explained(*ln_likelihood + tally.last.ln_likelihood);
+            ln_evidence = *ln_likelihood;
             in_view = tally.last.in_view;
         }
         probe.leave(Stage::Update);
@@ -168,9 +171,10 @@ where
         cursor.heaviest = selection.heaviest;
 
         let innovation = tally.mean_innovation(Z);
+        let tightened = tally.tightened + crowded;
         let health = Health::UNEXPLAINED_SCAN.when(!ln_evidence.is_finite())
             | Health::DEGENERATE.when(particles > 1 && n_eff < T::from_f64(1.5))
-            | Health::PRUNING_TIGHTENED.when(tally.tightened > 0)
+            | Health::PRUNING_TIGHTENED.when(tightened > 0)
             | Health::MAP_NOT_UPDATED.when(tally.kept > 0)
             | Health::COMPONENTS_LOST.when(tally.lost > 0)
             | Health::COVARIANCE_REPAIRED.when(tally.repaired > 0)
@@ -191,7 +195,7 @@ where
             births: tally.births,
             merged: tally.merged,
             pruned_mass: tally.pruned_mass,
-            tightened: tally.tightened,
+            tightened,
             not_updated: tally.kept,
             lost: tally.lost,
             repaired: tally.repaired,
@@ -205,4 +209,9 @@ where
             health,
         })
     }
+}
+
+/// ln L, whatever the models have said: −∞, nothing explained, where it is no number or infinite.
+fn explained<T: Real>(ln_likelihood: T) -> T {
+    if ln_likelihood.is_finite() { ln_likelihood } else { T::NEG_INFINITY }
 }

@@ -1,8 +1,8 @@
 //! What becomes of features that were seen but once and of those that are confirmed, and which features are the estimated ones.
 
 use crate::{
-    Component, Config, ControlNoise, Extraction, MapMemory, Models, PlanarPose, RangeBearing, RangeBearingWindow,
-    ScPhd, State, Step, Symmetric, Unicycle, UnicycleControl, UniformClutter,
+    Component, Config, ControlNoise, Extraction, MapMemory, Models, PlanarPose, RangeBearing, RangeBearingLimits,
+    RangeBearingWindow, ScPhd, State, Step, Symmetric, Unicycle, UnicycleControl, UniformClutter,
 };
 use nalgebra::Vector2;
 use std::boxed::Box;
@@ -25,7 +25,8 @@ type Planar<'s> = ScPhd<
 
 /// A vehicle that turns on the spot without error and sees to the front.
 fn filter(memory: &mut Memory, config: Config<f64>) -> Planar<'_> {
-    let window = RangeBearingWindow { bearing_half_width_rad: 1.0, ..RangeBearingWindow::full_circle(10.0, 0.95) };
+    let limits = RangeBearingLimits { bearing_half_width_rad: 1.0, ..RangeBearingLimits::full_circle(10.0, 0.95) };
+    let window = RangeBearingWindow::new(limits).unwrap();
     let models = Models {
         motion: Unicycle::new(Step::Arc, ControlNoise::NONE).unwrap(),
         sensor: RangeBearing::new(0.1, 0.02).unwrap(),

@@ -10,9 +10,11 @@ use crate::sort::BUCKETS;
 use crate::tally::Tally;
 use crate::view::View;
 use crate::weigh::{Seen, Weighed, reset_eta};
+use crate::work;
 use crate::workspace::{Entry, Origin, Workspace};
 use crate::{
-    Bounds, Component, Config, Dim, FieldOfView, LnSum, Locating, Packed, Probe, Real, Sensor, Stage, Symmetric,
+    Bounds, Component, Config, Dim, FieldOfView, Inverse, LnSum, Locating, Packed, Probe, Real, Sensor, Stage,
+    Symmetric,
 };
 use nalgebra::SVector;
 
@@ -136,8 +138,9 @@ where
         let ln_confirmed = self.config.confirmed_weight.ln();
         let first_tag = *self.next_tag;
         let first_look = survivors.first().and_then(|&survivor| look(survivor));
-        let expected_births = first_look.map_or(0, |(view, _)| view.expected_births().count());
-        *self.next_tag = first_tag.wrapping_add((scan.len() + expected_births) as u32);
+        let (most_births, more) = first_look.map_or((0, false), |(view, _)| view.count_births());
+        tally.lost += usize::from(more);
+        *self.next_tag = first_tag.wrapping_add((scan.len() + most_births) as u32);
         self.still.table.begin(parents);
         self.moving.table.begin(parents);
         let mut alive = survivors.iter().map(|&survivor| parent_of(survivor)).peekable();
@@ -146,17 +149,22 @@ where
                 self.still.table.let_go(parent, &mut self.still.pool);
                 self.moving.table.let_go(parent, &mut self.moving.pool);
             }
-            while alive.next_if_eq(&parent).is_some() {}
+            while alive.next_if_eq(&parent).is_some() {
+                work::round();
+            }
         }
         tally.survivors = runs(survivors).count();
         let mut remaining = tally.survivors;
         let mut particle = 0;
         let mut copies = runs(survivors).peekable();
         while let Some(copy) = copies.next() {
+            work::round();
             let Some(&survivor) = copy.first() else { continue };
             let parent = parent_of(survivor);
             let last_child = copies.peek().and_then(|next| next.first()).is_none_or(|&next| parent_of(next) != parent);
             if let Some((view, spread)) = look(survivor) {
+                // As many as there are tags for.
+                let view = View { most_births, ..view };
                 let task = Task { parent, particle, last_child, remaining };
                 let bounds = view.bounds();
                 self.one(
@@ -196,7 +204,7 @@ where
         let mut seen = Seen::NOTHING;
         let regained_still = self.still.collect(task, self.config, sight, self.eta, &mut seen, tally);
         let first_birth = sight.first_tag.wrapping_add(sight.scan.len() as u32);
-        for (index, birth) in sight.view.expected_births().enumerate() {
+        for (index, birth) in sight.view.expected_births() {
             let birth = Component { tag: first_birth.wrapping_add(index as u32), ..birth };
             if let Some(probability) = self.still.workspace.look_at(&birth, sight, self.eta, tally) {
                 seen.add(probability, birth.ln_weight.exp());
@@ -259,7 +267,10 @@ where
             }
             // A feature out of view cannot have caused the measurement; born there, it would never be missed and stay.
             let inverse = view.sensor.invert(&view.frame, &measurement.z);
-            let Some(inverse) = inverse.filter(|inverse| view.sees(&inverse.feature, &measurement.z)) else {
+            let in_view = |inverse: &Inverse<T, D, Z>| {
+                view.sees(&inverse.feature, &measurement.z) && inverse.feature.iter().all(|x| x.is_finite())
+            };
+            let Some(inverse) = inverse.filter(in_view) else {
                 tally.no_birth += 1;
                 continue;
             };
@@ -439,6 +450,7 @@ where
     fn tell_apart(&mut self, next_tag: &mut u32) {
         let mut rest = self.workspace.in_view_mut();
         while let Some(tag) = rest.first().map(|entry| entry.component.tag) {
+            work::round();
             let len = rest.iter().take_while(|entry| entry.component.tag == tag).count();
             let Some((copies, after)) = rest.split_at_mut_checked(len) else { break };
             rest = after;

@@ -2,6 +2,7 @@
 
 use crate::online::scaled;
 use crate::scan::Scan;
+use crate::work;
 use crate::{
     Bounds, Component, Correction, Dim, Expected, Factor, FieldOfView, LnSum, Locating, Packed, Real, Sensor, Symmetric,
 };
@@ -20,6 +21,8 @@ pub(crate) struct View<'a, T: Real, S, V, F> {
     pub(crate) ln_negligible: T,
     /// ln N(0; 0, R), which bounds ln N(ẑ; ẑ, S) from above: S is R and something more.
     pub(crate) ln_sharpest: T,
+    /// The most components that the birth intensity can have.
+    pub(crate) most_births: usize,
     /// The last probability of detection with its logarithms. Most features have the same, away from the rim.
     pub(crate) last_detection: Cell<Detection<T>>,
 }
@@ -125,14 +128,36 @@ impl<T: Real, S, V, F> View<'_, T, S, V, F> {
         self.field_of_view.bounds(&self.frame)
     }
 
-    /// The birth intensity that does not wait for measurements, if the sensor has one.
-    pub(crate) fn expected_births<const D: usize, const Z: usize>(&self) -> impl Iterator<Item = Component<T, D>>
+    /// The birth intensity that does not wait for measurements, if the sensor has one: its components with their places. One that
+    /// is not finite or not positive definite is none.
+    pub(crate) fn expected_births<const D: usize, const Z: usize>(
+        &self,
+    ) -> impl Iterator<Item = (usize, Component<T, D>)>
     where
         S: Sensor<T, D, Z, Frame = F>,
         Dim<D>: Packed,
         Dim<Z>: Packed,
     {
-        (0..).map_while(|index| self.sensor.expected_birth(&self.frame, index))
+        let all = (0..self.most_births).map_while(|index| {
+            work::round();
+            self.sensor.expected_birth(&self.frame, index).map(|birth| (index, birth))
+        });
+        all.filter(|(_, birth)| birth.is_usable())
+    }
+
+    /// How many components the birth intensity has, usable or not, and whether it has more than there can be.
+    pub(crate) fn count_births<const D: usize, const Z: usize>(&self) -> (usize, bool)
+    where
+        S: Sensor<T, D, Z, Frame = F>,
+        Dim<D>: Packed,
+        Dim<Z>: Packed,
+    {
+        let is_there = |&index: &usize| {
+            work::round();
+            self.sensor.expected_birth(&self.frame, index).is_some()
+        };
+        let count = (0..self.most_births).take_while(is_there).count();
+        (count, count == self.most_births && is_there(&count))
     }
 
     /// Whether the feature at this position, which this measurement gives, is in view (p_D > 0).
@@ -253,6 +278,7 @@ impl<T: Real, S, V, F> View<'_, T, S, V, F> {
         let reach = farthest_along.get(S::SORTED_BY).map_or(T::ZERO, |&squared| squared.sqrt_above());
         let mut sharpness = None;
         const {
+            assert!(S::SORTED_BY < Z, "SORTED_BY must be a coordinate of the measurement");
             assert!(
                 match S::SIFTED_BY {
                     Some(k) => k < Z && k != S::SORTED_BY,

@@ -72,7 +72,7 @@ where
             seen.heaviest = Some(seen.heaviest.filter(|held| heavier(held, component)).unwrap_or(*component));
         }
     });
-    for birth in view.expected_births() {
+    for (_, birth) in view.expected_births() {
         look_at(view, &birth, birth.ln_weight.exp(), scan, eta, &mut seen);
     }
     look_within(moving, particle, &bounds, |component, weight| {

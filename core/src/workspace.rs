@@ -2,6 +2,7 @@
 
 use crate::neighbours::{Linked, NONE};
 use crate::sort::Buckets;
+use crate::work;
 use crate::{Component, Dim, Packed, Real};
 
 /// Where a component of the updated map comes from (5.17).
@@ -102,9 +103,12 @@ where
     pruned_mass: T,
 }
 
-/// Pruning is tightened by this factor at a time, up to components of half a feature.
+/// Pruning is tightened by this factor at a time, from this weight at least, up to components of half a feature.
 const TIGHTEN: f64 = 4.0;
+const TIGHTEN_FROM: f64 = 1e-12;
 const TIGHTEN_UP_TO: f64 = 0.5;
+/// How often that can be, wherever it starts: 4²⁰ times 10⁻¹² is more than half, and one further round finds that out.
+const TIGHTENINGS: usize = 21;
 
 impl<T: Real, const N: usize> Workspace<'_, T, N>
 where
@@ -174,6 +178,11 @@ where
         }
     }
 
+    /// Number of components that there is room for.
+    pub(crate) fn capacity(&self) -> usize {
+        self.entries.len()
+    }
+
     /// Number of components in view and out of view.
     pub(crate) fn len(&self) -> usize {
         self.in_view + self.outside
@@ -238,17 +247,22 @@ where
     /// Makes room for a component of this weight by tightening the pruning; `false` where that does not help, or the
     /// component itself falls below the new floor.
     fn make_room(&mut self, ln_weight: T) -> bool {
-        while self.in_view + self.outside >= self.entries.len() {
-            let ln_raised = self.ln_floor + T::from_f64(TIGHTEN).ln();
+        for _ in 0..TIGHTENINGS {
+            if self.len() < self.entries.len() {
+                return ln_weight >= self.ln_floor;
+            }
+            work::round();
+            // Without a floor, or with one next to nothing, it would take many rounds to get to where anything is dropped.
+            let ln_raised = (self.ln_floor + T::from_f64(TIGHTEN).ln()).at_least(T::from_f64(TIGHTEN_FROM).ln());
             if !(ln_raised <= T::from_f64(TIGHTEN_UP_TO).ln()) {
-                self.lost += 1;
-                return false;
+                break;
             }
             self.ln_floor = ln_raised;
             self.tightened = true;
             self.prune();
         }
-        ln_weight >= self.ln_floor
+        self.lost += 1;
+        false
     }
 
     /// Drops the components in view that are below the floor.
@@ -302,6 +316,7 @@ where
         buckets.heads(|first| {
             let mut place = first;
             while let Some(link) = self.links.get(usize::from(place)) {
+                work::round();
                 if let Some(slot) = self.ranking.get_mut(len) {
                     slot.entry = place;
                     len += 1;

@@ -53,7 +53,7 @@ fn digests<T: Real, const WORKERS: usize>(log: &Log, executor: &(impl Executor +
         sensor_forward_m: T::from_f64(sensor_forward_m),
         sensor_left_m: T::from_f64(sensor_left_m),
     };
-    let window = RangeBearingWindow::full_circle(T::from_f64(15.0), T::from_f64(0.95));
+    let window = RangeBearingWindow::full_circle(T::from_f64(15.0), T::from_f64(0.95)).unwrap();
     let noise = ControlNoise::white(T::from_f64(1.0), T::from_f64(0.035));
     let models = Models {
         motion: Ackermann::new(geometry, noise).unwrap(),

@@ -11,7 +11,7 @@ where
     /// sound. Linear in maps and pages; the counts are changed on the way, and put back.
     pub(crate) fn audit(&mut self, particles: usize) -> Result<(), Flaw> {
         let Self { table, pool, .. } = self;
-        let lists_fit = (0..particles).all(|map| table.is_sound(map));
+        let lists_fit = table.has_rows_for(particles);
         let count = |pool: &mut super::Pool<'_, T, N, D>, change: fn(u16) -> u16| {
             for map in 0..particles {
                 table.pages(map).iter().for_each(|&id| pool.recount(id, change));

@@ -114,6 +114,23 @@ impl<T: Real, const D: usize> MapTable<'_, T, D> {
         self.row_of.iter_mut().enumerate().for_each(|(map, row)| *row = map as u16);
     }
 
+    /// Whether each of the first `maps` maps has a row of its own, no longer than a row can be; also where there are none at all.
+    pub(crate) fn has_rows_for(&mut self, maps: usize) -> bool {
+        if self.rows.is_empty() {
+            return true;
+        }
+        // Between scans the rows of updated maps mean nothing; their memory holds which rows have been met.
+        self.next_row_of.fill(u16::MAX);
+        let map_pages = self.map_pages;
+        self.row_of.len() >= maps
+            && self.row_of.iter().take(maps).all(|&row| {
+                let Some(slot) = self.next_row_of.get_mut(usize::from(row)) else { return false };
+                let met = core::mem::replace(slot, row) != u16::MAX;
+                let head = self.rows.get(usize::from(row));
+                !met && head.is_some_and(|head| head.far <= head.len && usize::from(head.len) <= map_pages)
+            })
+    }
+
     /// The pages of a map.
     #[inline]
     pub(crate) fn pages(&self, map: usize) -> &[PageId] {
@@ -126,12 +143,6 @@ impl<T: Real, const D: usize> MapTable<'_, T, D> {
         let row = self.row(map);
         let near = self.rows.get(row).filter(|row| row.vicinity.covers(bounds));
         self.pages_of(row, near.map_or(0, |row| usize::from(row.far)))
-    }
-
-    /// Whether the row of a map is one of the table's, and no longer than it can be.
-    pub(super) fn is_sound(&self, map: usize) -> bool {
-        let row = self.rows.get(self.row(map));
-        self.map_pages == 0 || row.is_some_and(|row| row.far <= row.len && usize::from(row.len) <= self.map_pages)
     }
 
     /// Adds a page to a map, whose reference the map takes over; `false` when the list is full.

@@ -23,11 +23,11 @@ where
 /// its components stay is for the bearings from other places to decide.
 ///
 /// ```
-/// use scphd::{BearingOnly, PlanarPose, PolarBirths, Sensor};
+/// use scphd::{BearingOnly, PlanarPose, PolarBirths, PolarGrid, Sensor};
 /// use nalgebra::Vector2;
 ///
-/// let births = PolarBirths { nearest_m: 2.0_f32, farthest_m: 20.0, rings: 4, sectors: 24, weight: 0.001 };
-/// let camera = BearingOnly::new(0.01, births)?;
+/// let grid = PolarGrid { nearest_m: 2.0_f32, farthest_m: 20.0, rings: 4, sectors: 24, weight: 0.001 };
+/// let camera = BearingOnly::new(0.01, PolarBirths::new(grid)?)?;
 /// let frame = camera.frame(&PlanarPose::new(1.0, 0.0, 0.0));
 /// let seen = camera.expect(&frame, &Vector2::new(1.0, 2.0)).unwrap();
 /// assert_eq!(seen.measurement[0], core::f32::consts::FRAC_PI_2);
@@ -122,10 +122,9 @@ impl<T: Real> FieldOfView<T, PlanarFrame<T>, 2, 1> for RangeBearingWindow<T> {
     }
 }
 
-/// Births all around the sensor, in rings whose distance grows by the same factor from one to the next, so that every
-/// component spans the same share of its range: what one knows who knows nothing but how far the sensor sees.
+/// Rings around a sensor, whose distance grows by the same factor from one to the next, and sectors in each.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PolarBirths<T> {
+pub struct PolarGrid<T> {
     /// Range of the innermost ring, m; above zero.
     pub nearest_m: T,
     /// Range of the outermost ring, m.
@@ -138,15 +137,44 @@ pub struct PolarBirths<T> {
     pub weight: T,
 }
 
+/// Births all around the sensor, with a component in every place of a [`PolarGrid`] that has been checked, each of which spans the
+/// same share of its range: what one knows who knows nothing but how far the sensor sees.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PolarBirths<T> {
+    grid: PolarGrid<T>,
+}
+
+/// That ranges of births are in order, and their squares within single precision.
+pub(super) fn check_ranges<T: Real>(nearest_m: T, farthest_m: T) -> Result<(), ModelError> {
+    require(nearest_m >= T::from_f64(1e-9), "nearest_m", "at least 1e-9 m")?;
+    let holds = farthest_m > nearest_m && farthest_m <= T::from_f64(1e9);
+    require(holds, "farthest_m", "above nearest_m and at most 1e9 m")
+}
+
+impl<T: Real> PolarBirths<T> {
+    /// Births in the places of this grid.
+    ///
+    /// # Errors
+    /// 1e-9 m ≤ nearest < farthest ≤ 1e9 m; at least two rings and one sector; a finite weight, not negative.
+    pub fn new(grid: PolarGrid<T>) -> Result<Self, ModelError> {
+        check_ranges(grid.nearest_m, grid.farthest_m)?;
+        require(grid.rings >= 2, "rings", "at least 2")?;
+        require(grid.sectors >= 1, "sectors", "at least 1")?;
+        require(grid.weight >= T::ZERO && grid.weight.is_finite(), "weight", "finite and not negative")?;
+        Ok(Self { grid })
+    }
+}
+
 impl<T: Real> BirthIntensity<T, PlanarFrame<T>, 2> for PolarBirths<T> {
     fn component(&self, frame: &PlanarFrame<T>, index: usize) -> Option<Component<T, 2>> {
-        let (rings, sectors) = (usize::from(self.rings), usize::from(self.sectors));
+        let PolarGrid { nearest_m, farthest_m, weight, .. } = self.grid;
+        let (rings, sectors) = (usize::from(self.grid.rings), usize::from(self.grid.sectors));
         let (ring, sector) = (index.checked_div(sectors)?, index.checked_rem(sectors)?);
-        if ring >= rings || rings < 2 {
+        if ring >= rings {
             return None;
         }
-        let step = (self.farthest_m / self.nearest_m).ln() / T::from_usize(rings - 1);
-        let range = self.nearest_m * (step * T::from_usize(ring)).exp();
+        let step = (farthest_m / nearest_m).ln() / T::from_usize(rings - 1);
+        let range = nearest_m * (step * T::from_usize(ring)).exp();
         let width = (T::PI + T::PI) / T::from_usize(sectors);
         let (sine, cosine) = (frame.heading_rad + width * T::from_usize(sector)).sin_cos();
         // Standard deviations of half the distance to the neighbours, along and across.
@@ -157,13 +185,13 @@ impl<T: Real> BirthIntensity<T, PlanarFrame<T>, 2> for PolarBirths<T> {
             along * along * product(a) + across * across * product(b)
         });
         let mean = frame.position + Vector2::new(range * cosine, range * sine);
-        Some(Component { tag: 0, ln_weight: self.weight.ln(), mean, covariance })
+        Some(Component { tag: 0, ln_weight: weight.ln(), mean, covariance })
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{BearingOnly, BirthIntensity, PolarBirths};
+    use super::{BearingOnly, BirthIntensity, PolarBirths, PolarGrid};
     use crate::{
         Component, Config, KnownPose, MapMemory, Models, Noise, PlanarFrame, PlanarPose, RangeBearingWindow, ScPhd,
         Sensor, State, UniformClutter, wrap,
@@ -172,12 +200,15 @@ mod tests {
     use std::boxed::Box;
     use std::vec::Vec;
 
-    const BIRTHS: PolarBirths<f64> =
-        PolarBirths { nearest_m: 2.0, farthest_m: 25.0, rings: 6, sectors: 24, weight: 2e-4 };
+    const GRID: PolarGrid<f64> = PolarGrid { nearest_m: 2.0, farthest_m: 25.0, rings: 6, sectors: 24, weight: 2e-4 };
+
+    fn births() -> PolarBirths<f64> {
+        PolarBirths::new(GRID).unwrap()
+    }
 
     #[test]
     fn derivatives_agree_with_differences() {
-        let sensor = BearingOnly::new(0.01, BIRTHS).unwrap();
+        let sensor = BearingOnly::new(0.01, births()).unwrap();
         let frame = sensor.frame(&PlanarPose::new(1.0, -2.0, 2.9));
         for step in 0..20 {
             let angle = 0.31 * f64::from(step);
@@ -192,13 +223,13 @@ mod tests {
             }
         }
         assert!(sensor.expect(&frame, &frame.position).is_none());
-        assert_eq!(BearingOnly::new(0.0, BIRTHS).unwrap_err().field, "bearing_sigma_rad");
+        assert_eq!(BearingOnly::new(0.0, births()).unwrap_err().field, "bearing_sigma_rad");
     }
 
     #[test]
     fn births_surround_the_sensor_once() {
         let frame = PlanarFrame::of(&PlanarPose::new(3.0, 1.0, 0.7));
-        let births: Vec<_> = (0..).map_while(|index| BIRTHS.component(&frame, index)).collect();
+        let births: Vec<_> = (0..).map_while(|index| births().component(&frame, index)).collect();
         assert_eq!(births.len(), 6 * 24);
         for birth in &births {
             let range = (birth.mean - frame.position).norm();
@@ -207,7 +238,22 @@ mod tests {
         }
         let mean = births.iter().map(|birth| birth.mean).sum::<Vector2<f64>>() / births.len() as f64;
         assert!((mean - frame.position).norm() < 1e-9);
-        assert_eq!(PolarBirths { sectors: 0, ..BIRTHS }.component(&frame, 0), None);
+    }
+
+    #[test]
+    fn a_grid_that_cannot_be_is_refused() {
+        let refused = |grid| PolarBirths::new(grid).unwrap_err().field;
+        assert_eq!(refused(PolarGrid { sectors: 0, ..GRID }), "sectors");
+        assert_eq!(refused(PolarGrid { rings: 1, ..GRID }), "rings");
+        for bad in [f64::NAN, 0.0, -1.0] {
+            assert_eq!(refused(PolarGrid { nearest_m: bad, ..GRID }), "nearest_m");
+        }
+        for bad in [f64::NAN, 2.0, f64::INFINITY] {
+            assert_eq!(refused(PolarGrid { farthest_m: bad, ..GRID }), "farthest_m");
+        }
+        for bad in [f64::NAN, -1e-9, f64::INFINITY] {
+            assert_eq!(refused(PolarGrid { weight: bad, ..GRID }), "weight");
+        }
     }
 
     /// Landmarks seen as bearings from a path around them come out where they are, though no single bearing can tell.
@@ -216,8 +262,8 @@ mod tests {
         let landmarks = [Vector2::new(8.0, 6.0), Vector2::new(12.0, -5.0), Vector2::new(3.0, -9.0)];
         let models = Models {
             motion: KnownPose,
-            sensor: BearingOnly::new(0.01, BIRTHS).unwrap(),
-            field_of_view: RangeBearingWindow::full_circle(30.0, 0.95),
+            sensor: BearingOnly::new(0.01, births()).unwrap(),
+            field_of_view: RangeBearingWindow::full_circle(30.0, 0.95).unwrap(),
             clutter: UniformClutter::of_scan(1.0, core::f64::consts::TAU).unwrap(),
         };
         let config = Config {

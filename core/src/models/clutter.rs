@@ -6,6 +6,15 @@ use nalgebra::SVector;
 
 /// The intensity κ(z) of false measurements (4.51).
 pub trait Clutter<T: Real, const Z: usize> {
+    /// The parameter that the model cannot work with, if any: asked by [`ScPhd::new`](crate::ScPhd::new) and
+    /// [`ScPhd::retune`](crate::ScPhd::retune).
+    ///
+    /// # Errors
+    /// Names the parameter and its range. None unless the model says otherwise.
+    fn check(&self) -> Result<(), ModelError> {
+        Ok(())
+    }
+
     /// ln κ(z), κ per unit of measurement space (1/(m·rad) for range and bearing); −∞ for none.
     fn ln_intensity(&self, measurement: &SVector<T, Z>) -> T;
 
@@ -20,7 +29,7 @@ pub trait Clutter<T: Real, const Z: usize> {
 /// ```
 /// use scphd::{RangeBearingWindow, UniformClutter};
 ///
-/// let window = RangeBearingWindow::full_circle(15.0_f64, 0.95);
+/// let window = RangeBearingWindow::full_circle(15.0_f64, 0.95)?;
 /// let clutter = UniformClutter::of_scan(20.0, window.measure())?;
 /// let kappa = 20.0 / (15.0 * core::f64::consts::TAU);
 /// assert!((clutter.intensity() - kappa).abs() < 1e-15);
@@ -42,7 +51,9 @@ impl<T: Real> UniformClutter<T> {
         let (rate, measure) = (clutter_per_scan, window_measure);
         require(rate >= T::ZERO && rate.is_finite(), "clutter_per_scan", "finite and not negative")?;
         require(measure > T::ZERO && measure.is_finite(), "window_measure", "finite and positive")?;
-        Ok(Self { ln_intensity: (rate / measure).ln(), per_scan: rate })
+        let intensity = rate / measure;
+        require(intensity.is_finite(), "window_measure", "large enough for a finite intensity")?;
+        Ok(Self { ln_intensity: intensity.ln(), per_scan: rate })
     }
 
     /// κ, per unit of measurement space.

@@ -9,6 +9,15 @@ use nalgebra::SVector;
 /// F is the frame of the sensor ([`Sensor::Frame`](super::Sensor::Frame)), D the dimension of the map, Z that of a
 /// measurement. Several cores may ask it at the same time.
 pub trait FieldOfView<T: Real, F, const D: usize, const Z: usize>: Sync {
+    /// The parameter that the model cannot work with, if any: asked by [`ScPhd::new`](crate::ScPhd::new) and
+    /// [`ScPhd::retune`](crate::ScPhd::retune).
+    ///
+    /// # Errors
+    /// Names the parameter and its range. None unless the model says otherwise.
+    fn check(&self) -> Result<(), ModelError> {
+        Ok(())
+    }
+
     /// p_D of a feature at `feature`, whose expected measurement is `expected`: in [0, 1); zero outside the view.
     fn detection_probability(&self, frame: &F, feature: &SVector<T, D>, expected: &SVector<T, Z>) -> T;
 
@@ -23,26 +32,27 @@ pub trait FieldOfView<T: Real, F, const D: usize, const Z: usize>: Sync {
     fn bounds(&self, frame: &F) -> Bounds<T, D>;
 }
 
-/// A window in range and bearing with soft edges.
+/// The part of the plane that a sensor detects features in, by range and bearing.
 ///
 /// p_D falls linearly with range from `probability_near` at the sensor to `probability_far` at the greatest range, and
 /// to zero over a cubic ramp of half width `range_edge_m` or `bearing_edge_rad` around every edge of the window: a hard
 /// edge would let an error of the pose delete a feature at the rim that is believed seen and is not.
 ///
 /// ```
-/// use scphd::RangeBearingWindow;
+/// use scphd::{RangeBearingLimits, RangeBearingWindow};
 ///
-/// let ahead = RangeBearingWindow {
-///     range_max_m: 30.0_f32,
+/// let ahead = RangeBearingLimits {
 ///     range_edge_m: 1.0,
 ///     bearing_half_width_rad: 1.57,
 ///     bearing_edge_rad: 0.05,
-///     ..RangeBearingWindow::full_circle(30.0, 0.9)
+///     ..RangeBearingLimits::full_circle(30.0_f32, 0.9)
 /// };
-/// assert!(ahead.check().is_ok());
+/// assert!(RangeBearingWindow::new(ahead).is_ok());
+/// let error = RangeBearingWindow::new(RangeBearingLimits { probability_near: 1.5, ..ahead }).unwrap_err();
+/// assert_eq!(error.to_string(), "probability_near must be in [0, 1)");
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct RangeBearingWindow<T> {
+pub struct RangeBearingLimits<T> {
     /// Least range, m; 0 for none.
     pub range_min_m: T,
     /// Greatest range, m.
@@ -61,7 +71,13 @@ pub struct RangeBearingWindow<T> {
     pub probability_far: T,
 }
 
-impl<T: Real> RangeBearingWindow<T> {
+/// A window in range and bearing with soft edges: [`RangeBearingLimits`] that have been checked.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RangeBearingWindow<T> {
+    limits: RangeBearingLimits<T>,
+}
+
+impl<T: Real> RangeBearingLimits<T> {
     /// A hard-edged full circle with one probability of detection, as in (5.15).
     #[must_use]
     pub fn full_circle(range_max_m: T, probability: T) -> Self {
@@ -99,12 +115,37 @@ impl<T: Real> RangeBearingWindow<T> {
         require(probability(self.probability_near), "probability_near", "in [0, 1)")?;
         require(probability(self.probability_far), "probability_far", "in [0, 1)")
     }
+}
+
+impl<T: Real> RangeBearingWindow<T> {
+    /// The window of these limits.
+    ///
+    /// # Errors
+    /// A limit is out of [range](RangeBearingLimits::check).
+    pub fn new(limits: RangeBearingLimits<T>) -> Result<Self, ModelError> {
+        limits.check()?;
+        Ok(Self { limits })
+    }
+
+    /// A hard-edged full circle of this radius, m, with one probability of detection, as in (5.15).
+    ///
+    /// # Errors
+    /// The range must be finite and positive, the probability in [0, 1).
+    pub fn full_circle(range_max_m: T, probability: T) -> Result<Self, ModelError> {
+        Self::new(RangeBearingLimits::full_circle(range_max_m, probability))
+    }
+
+    /// The limits.
+    #[must_use]
+    pub fn limits(&self) -> &RangeBearingLimits<T> {
+        &self.limits
+    }
 
     /// Range × bearing measure of the window, m·rad: what uniform clutter is uniform over.
     #[must_use]
     pub fn measure(&self) -> T {
-        let half_width = self.bearing_half_width_rad.at_most(T::PI);
-        (self.range_max_m - self.range_min_m) * (half_width + half_width)
+        let half_width = self.limits.bearing_half_width_rad.at_most(T::PI);
+        (self.limits.range_max_m - self.limits.range_min_m) * (half_width + half_width)
     }
 }
 
@@ -125,32 +166,33 @@ impl<T: Real> FieldOfView<T, PlanarFrame<T>, 2, 2> for RangeBearingWindow<T> {
     #[inline(always)]
     fn detection_probability(&self, _frame: &PlanarFrame<T>, _feature: &SVector<T, 2>, expected: &SVector<T, 2>) -> T {
         let [[range, bearing]] = expected.data.0;
-        let mut probability = self.probability_near;
-        if self.probability_far != self.probability_near {
-            let far = (range / self.range_max_m).at_most(T::ONE);
-            probability += (self.probability_far - self.probability_near) * far;
+        let limits = &self.limits;
+        let mut probability = limits.probability_near;
+        if limits.probability_far != limits.probability_near {
+            let far = (range / limits.range_max_m).at_most(T::ONE);
+            probability += (limits.probability_far - limits.probability_near) * far;
         }
-        probability *= ramp(self.range_max_m - range, self.range_edge_m);
-        if self.range_min_m > T::ZERO {
-            probability *= ramp(range - self.range_min_m, self.range_edge_m);
+        probability *= ramp(limits.range_max_m - range, limits.range_edge_m);
+        if limits.range_min_m > T::ZERO {
+            probability *= ramp(range - limits.range_min_m, limits.range_edge_m);
         }
-        if self.bearing_half_width_rad < T::PI {
-            let aside = wrap(bearing - self.bearing_center_rad).abs();
-            probability *= ramp(self.bearing_half_width_rad - aside, self.bearing_edge_rad);
+        if limits.bearing_half_width_rad < T::PI {
+            let aside = wrap(bearing - limits.bearing_center_rad).abs();
+            probability *= ramp(limits.bearing_half_width_rad - aside, limits.bearing_edge_rad);
         }
         probability
     }
 
     fn bounds(&self, frame: &PlanarFrame<T>) -> Bounds<T, 2> {
         // Rounding of the range must not push a feature that is in view out of the box.
-        let reach = (self.range_max_m + self.range_edge_m) * (T::ONE + T::from_f64(4.0) * T::EPSILON);
+        let reach = (self.limits.range_max_m + self.limits.range_edge_m) * (T::ONE + T::from_f64(4.0) * T::EPSILON);
         Bounds::around(&frame.position, reach)
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{FieldOfView, RangeBearingWindow};
+    use super::{FieldOfView, RangeBearingLimits, RangeBearingWindow};
     use crate::{PlanarPose, RangeBearing, Sensor};
     use nalgebra::Vector2;
 
@@ -166,22 +208,23 @@ mod tests {
 
     #[test]
     fn a_hard_window_is_the_thesis_s() {
-        let window = RangeBearingWindow::full_circle(15.0, 0.95);
+        let window = RangeBearingWindow::full_circle(15.0, 0.95).unwrap();
         assert_eq!(probability(&window, 15.0, 3.0), 0.95);
         assert_eq!(probability(&window, 15.000_001, 3.0), 0.0);
     }
 
     #[test]
     fn soft_edges_are_half_way_at_the_rim_and_monotonous() {
-        let window = RangeBearingWindow {
+        let limits = RangeBearingLimits {
             range_min_m: 1.0,
             range_edge_m: 0.5,
             bearing_center_rad: 3.0,
             bearing_half_width_rad: 0.6,
             bearing_edge_rad: 0.1,
             probability_far: 0.5,
-            ..RangeBearingWindow::full_circle(10.0, 0.9)
+            ..RangeBearingLimits::full_circle(10.0, 0.9)
         };
+        let window = RangeBearingWindow::new(limits).unwrap();
         assert!((probability(&window, 5.0, 3.0) - 0.7).abs() < 1e-15);
         assert!((probability(&window, 10.0, 3.0) - 0.25).abs() < 1e-15);
         assert!((probability(&window, 1.0, 3.0) - 0.5 * 0.86).abs() < 1e-15);
@@ -200,7 +243,8 @@ mod tests {
 
     #[test]
     fn every_position_in_view_is_in_the_bounds() {
-        let window = RangeBearingWindow { range_edge_m: 0.5, ..RangeBearingWindow::full_circle(10.0, 0.9) };
+        let limits = RangeBearingLimits { range_edge_m: 0.5, ..RangeBearingLimits::full_circle(10.0, 0.9) };
+        let window = RangeBearingWindow::new(limits).unwrap();
         let sensor = RangeBearing::new(1.0, 1.0).unwrap();
         let frame = sensor.frame(&PlanarPose::new(100.0, -50.0, 1.0));
         let bounds = FieldOfView::<_, _, 2, 2>::bounds(&window, &frame);
@@ -216,9 +260,15 @@ mod tests {
 
     #[test]
     fn bad_fields_are_named() {
-        let good = RangeBearingWindow::full_circle(10.0, 0.9);
-        assert!(good.check().is_ok());
-        assert_eq!(RangeBearingWindow { range_max_m: f64::NAN, ..good }.check().unwrap_err().field, "range_max_m");
-        assert_eq!(RangeBearingWindow { probability_near: 1.0, ..good }.check().unwrap_err().field, "probability_near");
+        let good = RangeBearingLimits::full_circle(10.0, 0.9);
+        assert_eq!(RangeBearingWindow::new(good).unwrap().limits(), &good);
+        for bad in [f64::NAN, -1.0, 1.0, 1.5, f64::INFINITY] {
+            let refused = |limits| RangeBearingWindow::new(limits).unwrap_err().field;
+            assert_eq!(refused(RangeBearingLimits { probability_near: bad, ..good }), "probability_near");
+            assert_eq!(refused(RangeBearingLimits { probability_far: bad, ..good }), "probability_far");
+        }
+        for bad in [f64::NAN, -1.0, 0.0, f64::INFINITY] {
+            assert_eq!(RangeBearingWindow::full_circle(bad, 0.9).unwrap_err().field, "range_max_m");
+        }
     }
 }

@@ -1,5 +1,6 @@
 //! The vehicle's transition density, as a trait.
 
+use super::ModelError;
 use crate::{Dim, Noise, Packed, Pose, Rates, Real, Symmetric};
 use nalgebra::SMatrix;
 
@@ -15,6 +16,15 @@ where
     type Pose: Pose<T, K>;
     /// The control input u, such as odometry.
     type Control: Copy;
+
+    /// The parameter that the model cannot work with, if any: asked by [`ScPhd::new`](crate::ScPhd::new) and
+    /// [`ScPhd::retune`](crate::ScPhd::retune).
+    ///
+    /// # Errors
+    /// Names the parameter and its range. None unless the model says otherwise.
+    fn check(&self) -> Result<(), ModelError> {
+        Ok(())
+    }
 
     /// Whether the model can work with this control: every number finite and inside the model's domain.
     fn admits(&self, control: &Self::Control) -> bool;

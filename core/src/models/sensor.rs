@@ -1,5 +1,6 @@
 //! What the sensor measures, as a trait.
 
+use super::ModelError;
 use crate::{Component, Dim, Packed, Real, Symmetric};
 use nalgebra::{SMatrix, SVector};
 
@@ -27,6 +28,15 @@ where
     /// coordinate.
     const SIFTED_BY: Option<usize> = None;
 
+    /// The parameter that the model cannot work with, if any: asked by [`ScPhd::new`](crate::ScPhd::new) and
+    /// [`ScPhd::retune`](crate::ScPhd::retune).
+    ///
+    /// # Errors
+    /// Names the parameter and its range. None unless the model says otherwise.
+    fn check(&self) -> Result<(), ModelError> {
+        Ok(())
+    }
+
     /// The frame of a pose.
     fn frame(&self, pose: &Self::Pose) -> Self::Frame;
 
@@ -42,8 +52,8 @@ where
 
     /// The birth intensity that does not wait for measurements (5.2.1), for a sensor whose measurement cannot be
     /// inverted: its component of that index, in map coordinates, as seen from the frame; `None` past the last. These
-    /// components are part of every predicted static map, without being stored. None by default: features are then born
-    /// from measurements.
+    /// components are part of every predicted static map, without being stored. There are as many from every frame, and no more
+    /// than `VIEW` of the static maps. None by default: features are then born from measurements.
     fn expected_birth(&self, _frame: &Self::Frame, _index: usize) -> Option<Component<T, D>> {
         None
     }

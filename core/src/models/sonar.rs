@@ -1,5 +1,6 @@
 //! Sonars in space: range, bearing and elevation, and what is left where one of them is not measured.
 
+use super::bearing_only::check_ranges;
 use super::field_of_view::ramp;
 use super::{
     AuvPose, BirthIntensity, BodyFrame, Expected, FieldOfView, Inverse, Locating, ModelError, Sensor, require,
@@ -259,12 +260,12 @@ impl<T: Real, B: BirthIntensity<T, BodyFrame<T>, 3>> Locating<T, 5, 3, 2> for Be
     }
 }
 
-/// Where a sonar sees in space: a window in range, bearing and elevation with soft edges, for any of the sonars.
+/// The part of space that a sonar detects features in, by range, bearing and elevation.
 ///
 /// p_D is the same everywhere in it and falls to zero over a cubic ramp of half width `range_edge_m` or `angle_edge_rad` around
 /// its rim.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SonarWindow<T> {
+pub struct SonarLimits<T> {
     /// Greatest range, m.
     pub range_max_m: T,
     /// Half width of the soft edge at it, m.
@@ -279,7 +280,13 @@ pub struct SonarWindow<T> {
     pub probability: T,
 }
 
-impl<T: Real> SonarWindow<T> {
+/// Where a sonar sees in space, for any of the sonars: [`SonarLimits`] that have been checked.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SonarWindow<T> {
+    limits: SonarLimits<T>,
+}
+
+impl<T: Real> SonarLimits<T> {
     /// The field that is out of range, if any.
     ///
     /// # Errors
@@ -295,15 +302,33 @@ impl<T: Real> SonarWindow<T> {
         require(edge(self.angle_edge_rad), "angle_edge_rad", "finite and not negative")?;
         require(self.probability >= zero && self.probability < T::ONE, "probability", "in [0, 1)")
     }
+}
+
+impl<T: Real> SonarWindow<T> {
+    /// The window of these limits.
+    ///
+    /// # Errors
+    /// A limit is out of [range](SonarLimits::check).
+    pub fn new(limits: SonarLimits<T>) -> Result<Self, ModelError> {
+        limits.check()?;
+        Ok(Self { limits })
+    }
+
+    /// The limits.
+    #[must_use]
+    pub fn limits(&self) -> &SonarLimits<T> {
+        &self.limits
+    }
 
     fn probability_at(&self, frame: &BodyFrame<T>, feature: &SVector<T, 3>) -> T {
         let Some((polar, _)) = polar(frame, feature) else { return T::ZERO };
-        let mut probability = self.probability * ramp(self.range_max_m - polar.x, self.range_edge_m);
-        if self.bearing_half_width_rad < T::PI {
-            probability *= ramp(self.bearing_half_width_rad - polar.y.abs(), self.angle_edge_rad);
+        let limits = &self.limits;
+        let mut probability = limits.probability * ramp(limits.range_max_m - polar.x, limits.range_edge_m);
+        if limits.bearing_half_width_rad < T::PI {
+            probability *= ramp(limits.bearing_half_width_rad - polar.y.abs(), limits.angle_edge_rad);
         }
-        if self.elevation_half_width_rad < T::PI * T::from_f64(0.5) {
-            probability *= ramp(self.elevation_half_width_rad - polar.z.abs(), self.angle_edge_rad);
+        if limits.elevation_half_width_rad < T::PI * T::from_f64(0.5) {
+            probability *= ramp(limits.elevation_half_width_rad - polar.z.abs(), limits.angle_edge_rad);
         }
         probability
     }
@@ -316,15 +341,14 @@ impl<T: Real, const Z: usize> FieldOfView<T, BodyFrame<T>, 3, Z> for SonarWindow
 
     fn bounds(&self, frame: &BodyFrame<T>) -> Bounds<T, 3> {
         // Rounding of the range must not push a feature that is in view out of the box.
-        let reach = (self.range_max_m + self.range_edge_m) * (T::ONE + T::from_f64(8.0) * T::EPSILON);
+        let reach = (self.limits.range_max_m + self.limits.range_edge_m) * (T::ONE + T::from_f64(8.0) * T::EPSILON);
         Bounds::around(&frame.position, reach)
     }
 }
 
-/// Births all around the sensor, in shells whose distance grows by the same factor from one to the next, so that every
-/// component spans the same share of its range: what one knows who knows nothing but how far the sensor sees.
+/// Shells around a sensor, whose distance grows by the same factor from one to the next, and directions in each.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SphericalBirths<T> {
+pub struct SphericalGrid<T> {
     /// Range of the innermost shell, m; above zero.
     pub nearest_m: T,
     /// Range of the outermost shell, m.
@@ -337,15 +361,37 @@ pub struct SphericalBirths<T> {
     pub weight: T,
 }
 
+/// Births all around the sensor, with a component in every place of a [`SphericalGrid`] that has been checked, each of which spans
+/// the same share of its range: what one knows who knows nothing but how far the sensor sees.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SphericalBirths<T> {
+    grid: SphericalGrid<T>,
+}
+
+impl<T: Real> SphericalBirths<T> {
+    /// Births in the places of this grid.
+    ///
+    /// # Errors
+    /// 1e-9 m ≤ nearest < farthest ≤ 1e9 m; at least two shells and one direction; a finite weight, not negative.
+    pub fn new(grid: SphericalGrid<T>) -> Result<Self, ModelError> {
+        check_ranges(grid.nearest_m, grid.farthest_m)?;
+        require(grid.shells >= 2, "shells", "at least 2")?;
+        require(grid.directions >= 1, "directions", "at least 1")?;
+        require(grid.weight >= T::ZERO && grid.weight.is_finite(), "weight", "finite and not negative")?;
+        Ok(Self { grid })
+    }
+}
+
 impl<T: Real> BirthIntensity<T, BodyFrame<T>, 3> for SphericalBirths<T> {
     fn component(&self, frame: &BodyFrame<T>, index: usize) -> Option<Component<T, 3>> {
-        let (shells, directions) = (usize::from(self.shells), usize::from(self.directions));
+        let SphericalGrid { nearest_m, farthest_m, weight, .. } = self.grid;
+        let (shells, directions) = (usize::from(self.grid.shells), usize::from(self.grid.directions));
         let (shell, place) = (index.checked_div(directions)?, index.checked_rem(directions)?);
-        if shell >= shells || shells < 2 {
+        if shell >= shells {
             return None;
         }
-        let step = (self.farthest_m / self.nearest_m).ln() / T::from_usize(shells - 1);
-        let range = self.nearest_m * (step * T::from_usize(shell)).exp();
+        let step = (farthest_m / nearest_m).ln() / T::from_usize(shells - 1);
+        let range = nearest_m * (step * T::from_usize(shell)).exp();
         // Equal steps in height cut equal areas off a sphere; the golden angle keeps neighbours apart.
         let (half, two) = (T::from_f64(0.5), T::from_f64(2.0));
         let count = T::from_usize(directions);
@@ -358,7 +404,7 @@ impl<T: Real> BirthIntensity<T, BodyFrame<T>, 3> for SphericalBirths<T> {
         let aside = range * (two * two * T::PI / count).sqrt() * half;
         let mut covariance = Symmetric::from_diagonal([aside * aside; 3]);
         covariance.add_outer(along * along - aside * aside, &direction);
-        Some(Component { tag: 0, ln_weight: self.weight.ln(), mean: frame.position + direction * range, covariance })
+        Some(Component { tag: 0, ln_weight: weight.ln(), mean: frame.position + direction * range, covariance })
     }
 }
 
@@ -369,14 +415,18 @@ const GOLDEN_ANGLE_RAD: f64 = 2.399_963_229_728_653;
 mod tests {
     use super::{
         AuvPose, BearingElevation, BirthIntensity, BodyFrame, FieldOfView, RangeBearingElevation, RangeOnly, Sensor,
-        SonarWindow, SphericalBirths,
+        SonarLimits, SonarWindow, SphericalBirths, SphericalGrid,
     };
     use crate::models::testing::check_in_space;
     use nalgebra::{Matrix3, Vector3};
     use std::vec::Vec;
 
-    const BIRTHS: SphericalBirths<f64> =
-        SphericalBirths { nearest_m: 1.0, farthest_m: 20.0, shells: 6, directions: 60, weight: 1e-4 };
+    const GRID: SphericalGrid<f64> =
+        SphericalGrid { nearest_m: 1.0, farthest_m: 20.0, shells: 6, directions: 60, weight: 1e-4 };
+
+    fn births() -> SphericalBirths<f64> {
+        SphericalBirths::new(GRID).unwrap()
+    }
 
     fn poses() -> [AuvPose<f64>; 2] {
         let tilted = AuvPose { roll_rad: 0.4, pitch_rad: -0.3, ..AuvPose::new(1.0, -2.0, 0.5, 2.9) };
@@ -386,8 +436,8 @@ mod tests {
     #[test]
     fn derivatives_agree_with_differences_and_the_inverse_inverts() {
         let sonar = RangeBearingElevation::new(0.1, 0.01, 0.02).unwrap();
-        let range = RangeOnly::new(0.1, BIRTHS).unwrap();
-        let direction = BearingElevation::new(0.01, 0.02, BIRTHS).unwrap();
+        let range = RangeOnly::new(0.1, births()).unwrap();
+        let direction = BearingElevation::new(0.01, 0.02, births()).unwrap();
         for pose in poses() {
             let frame = sonar.frame(&pose);
             for k in 0..40 {
@@ -414,18 +464,18 @@ mod tests {
         assert!(sonar.expect(&frame, &(frame.position + Vector3::z())).is_none());
         assert!(sonar.invert(&frame, &Vector3::new(0.0, 0.1, 0.1)).is_none());
         assert!(sonar.invert(&frame, &Vector3::new(1.0, 0.1, 2.0)).is_none());
-        let range = RangeOnly::new(0.1, BIRTHS).unwrap();
+        let range = RangeOnly::new(0.1, births()).unwrap();
         assert!(range.expect(&frame, &frame.position).is_none());
         assert!(range.invert(&frame, &range.expect(&frame, &Vector3::zeros()).unwrap().measurement).is_none());
         assert_eq!(RangeBearingElevation::new(0.1, f64::NAN, 0.1).unwrap_err().field, "bearing_sigma_rad");
-        assert_eq!(RangeOnly::new(0.0, BIRTHS).unwrap_err().field, "range_sigma_m");
-        assert_eq!(BearingElevation::new(0.1, 0.0, BIRTHS).unwrap_err().field, "elevation_sigma_rad");
+        assert_eq!(RangeOnly::new(0.0, births()).unwrap_err().field, "range_sigma_m");
+        assert_eq!(BearingElevation::new(0.1, 0.0, births()).unwrap_err().field, "elevation_sigma_rad");
     }
 
     #[test]
     fn births_surround_the_sensor_once() {
         let frame = BodyFrame::of(&poses()[1]);
-        let births: Vec<_> = (0..).map_while(|index| BIRTHS.component(&frame, index)).collect();
+        let births: Vec<_> = (0..).map_while(|index| births().component(&frame, index)).collect();
         assert_eq!(births.len(), 6 * 60);
         for birth in &births {
             assert!((0.999..20.001).contains(&(birth.mean - frame.position).norm()));
@@ -445,12 +495,14 @@ mod tests {
                 .fold(f64::MAX, f64::min);
             assert!(nearest < 4.0, "{point} {nearest}");
         }
-        assert_eq!(SphericalBirths { directions: 0, ..BIRTHS }.component(&frame, 0), None);
+        assert_eq!(SphericalBirths::new(SphericalGrid { directions: 0, ..GRID }).unwrap_err().field, "directions");
+        assert_eq!(SphericalBirths::new(SphericalGrid { shells: 1, ..GRID }).unwrap_err().field, "shells");
+        assert_eq!(SphericalBirths::new(SphericalGrid { weight: f64::NAN, ..GRID }).unwrap_err().field, "weight");
     }
 
     #[test]
     fn the_window_ends_where_it_says() {
-        let window = SonarWindow {
+        let limits = SonarLimits {
             range_max_m: 10.0,
             range_edge_m: 0.5,
             bearing_half_width_rad: 1.0,
@@ -458,8 +510,11 @@ mod tests {
             angle_edge_rad: 0.1,
             probability: 0.8,
         };
-        assert!(window.check().is_ok());
-        assert_eq!(SonarWindow { probability: 1.0, ..window }.check().unwrap_err().field, "probability");
+        let window = SonarWindow::new(limits).unwrap();
+        for bad in [f64::NAN, -1.0, 1.0, 1.5] {
+            let refused = SonarWindow::new(SonarLimits { probability: bad, ..limits }).unwrap_err();
+            assert_eq!(refused.field, "probability");
+        }
         let frame = BodyFrame::of(&poses()[1]);
         let at = |range: f64, bearing: f64, elevation: f64| {
             let across = range * elevation.cos();

@@ -8,8 +8,8 @@ use crate::settings::{SensorSettings, Settings};
 use crate::threads::Threads;
 use scphd::{
     Ackermann, AckermannControl, AckermannGeometry, Component, Config, ConstantVelocity, ControlNoise, Dim, MapMemory,
-    Models, Motion, MovingConfig, Noise, Packed, PlanarPose, RangeBearing, RangeBearingWindow, Real, ScPhd, State,
-    Step, Unicycle, UnicycleControl, UniformClutter,
+    Models, Motion, MovingConfig, Noise, Packed, PlanarPose, RangeBearing, RangeBearingLimits, RangeBearingWindow,
+    Real, ScPhd, State, Step, Unicycle, UnicycleControl, UniformClutter,
 };
 
 /// Scalar of the fixed-capacity filter.
@@ -319,8 +319,7 @@ fn with_motion<T: Real, M: PlanarMotion<T> + 'static>(
     initial_pose: [f64; 3],
     seed: u64,
 ) -> Result<Box<dyn Transparent>, Refusal> {
-    let field_of_view = window::<T>(&settings.sensor);
-    field_of_view.check().map_err(refusal)?;
+    let field_of_view = RangeBearingWindow::new(limits::<T>(&settings.sensor)).map_err(refusal)?;
     let models = Models {
         motion,
         sensor: range_bearing(&settings.sensor)?,
@@ -360,8 +359,8 @@ pub(crate) fn range_bearing<T: Real>(sensor: &SensorSettings) -> Result<RangeBea
     RangeBearing::new(T::from_f64(sensor.range_sigma_m), T::from_f64(sensor.bearing_sigma_rad)).map_err(refusal)
 }
 
-fn window<T: Real>(sensor: &SensorSettings) -> RangeBearingWindow<T> {
-    RangeBearingWindow {
+fn limits<T: Real>(sensor: &SensorSettings) -> RangeBearingLimits<T> {
+    RangeBearingLimits {
         range_min_m: T::from_f64(sensor.range_min_m),
         range_max_m: T::from_f64(sensor.range_max_m),
         range_edge_m: T::from_f64(sensor.range_edge_m),

@@ -6,8 +6,8 @@ use crate::onboard::{self, Aboard, Capacities, Helm, Onboard, Ram, RamPart, Refu
 use core::marker::PhantomData;
 use scphd::{
     Ackermann, AckermannControl, AckermannGeometry, ControlNoise, Linearised, MapMemory, ModelError, Models, Motion,
-    Noise, PlanarPose, PredictError, RangeBearing, RangeBearingWindow, Real, ScPhd, State, Step, Unicycle,
-    UnicycleControl, UniformClutter,
+    Noise, PlanarPose, PredictError, RangeBearing, RangeBearingLimits, RangeBearingWindow, Real, ScPhd, State, Step,
+    Unicycle, UnicycleControl, UniformClutter,
 };
 
 /// Room for the particles of section 5.3.1.
@@ -229,7 +229,7 @@ fn models<T: Real>(header: &Header<Planar>) -> Result<PlanarModels<T>, ModelErro
         Vehicle::Unicycle => Drive::Unicycle(Unicycle::new(Step::Euler, noise)?),
         Vehicle::UnicycleArc => Drive::Unicycle(Unicycle::new(Step::Arc, noise)?),
     };
-    let field_of_view = RangeBearingWindow {
+    let limits = RangeBearingLimits {
         range_min_m: T::from_f64(numbers.range_min_m),
         range_max_m: T::from_f64(numbers.range_max_m),
         range_edge_m: T::from_f64(numbers.range_edge_m),
@@ -239,7 +239,7 @@ fn models<T: Real>(header: &Header<Planar>) -> Result<PlanarModels<T>, ModelErro
         probability_near: T::from_f64(numbers.detection_near),
         probability_far: T::from_f64(numbers.detection_far),
     };
-    field_of_view.check()?;
+    let field_of_view = RangeBearingWindow::new(limits)?;
     Ok(Models {
         motion,
         sensor: RangeBearing::new(T::from_f64(numbers.range_sigma_m), T::from_f64(numbers.bearing_sigma_rad))?,

@@ -1,0 +1,36 @@
+//! Counts the rounds of loops over what is linked, weighed or asked for, so that a test can hold them to a bound and fails where
+//! they would not end. Outside of tests there is nothing of it. `docs/performance.md` states the bounds.
+
+#[cfg(test)]
+pub(crate) use counted::{limited, round};
+
+/// One round of such a loop.
+#[cfg(not(test))]
+#[inline(always)]
+pub(crate) fn round() {}
+
+#[cfg(test)]
+mod counted {
+    use core::cell::Cell;
+
+    std::thread_local! {
+        static ROUNDS: Cell<u64> = const { Cell::new(0) };
+        static LIMIT: Cell<u64> = const { Cell::new(u64::MAX) };
+    }
+
+    /// One round of such a loop; panics beyond the limit of this thread.
+    pub(crate) fn round() {
+        let rounds = ROUNDS.get() + 1;
+        ROUNDS.set(rounds);
+        assert!(rounds <= LIMIT.get(), "a loop goes on beyond its bound of {} rounds", LIMIT.get());
+    }
+
+    /// What `work` returns, and the rounds that it took, which must be no more than `limit`.
+    pub(crate) fn limited<R>(limit: u64, work: impl FnOnce() -> R) -> (R, u64) {
+        ROUNDS.set(0);
+        LIMIT.set(limit);
+        let result = work();
+        LIMIT.set(u64::MAX);
+        (result, ROUNDS.get())
+    }
+}
