@@ -70,7 +70,7 @@ impl Liar {
     }
 
     fn says(&self, lie: Lie, truth: f64) -> f64 {
-        let lies = lie == self.lie && self.asked.fetch_add(1, Ordering::Relaxed) % self.period == 0;
+        let lies = lie == self.lie && self.asked.fetch_add(1, Ordering::Relaxed).is_multiple_of(self.period);
         if lies { self.number } else { truth }
     }
 }

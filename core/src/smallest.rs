@@ -97,9 +97,9 @@ fn an_informed_proposal_with_more_in_view_than_there_is_room_for_ends() {
         let scan = measurements(features.min(64));
         let (report, rounds) = limited(capacities.rounds(), || filter.scan(&scan).unwrap());
         assert!(rounds > 0);
-        let crowded = features > 24;
-        assert_eq!(report.health.contains(Health::PRUNING_TIGHTENED), true, "{features}: {report:?}");
-        assert_eq!(report.tightened > 4, crowded, "{features}: {report:?}");
+        // Every map lacks room in its update; where there is none for what is near measurements either, it counts twice.
+        assert!(report.health.contains(Health::PRUNING_TIGHTENED), "{features}: {report:?}");
+        assert_eq!(report.tightened > report.survivors, features > 24, "{features}: {report:?}");
     }
 }
 

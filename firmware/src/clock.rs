@@ -37,8 +37,12 @@ impl Clock {
         timer.clear_current();
         timer.enable_interrupt();
         timer.enable_counter();
-        // It stands at zero until its first tick, as it does at the end of a round.
-        while SYST::get_current() == 0 {}
+        // It stands at zero until its first tick, as it does at the end of a round. One that does not tick is not waited for.
+        for _ in 0..RELOAD {
+            if SYST::get_current() != 0 {
+                break;
+            }
+        }
         Self::SysTick
     }
 
@@ -47,6 +51,7 @@ impl Clock {
     pub fn now(self) -> u64 {
         match self {
             Self::Dwt => u64::from(DWT::cycle_count()),
+            // Twice at most: a second round cannot end at once after a first.
             Self::SysTick => loop {
                 let rounds = ROUNDS.load(Ordering::Relaxed);
                 let left = SYST::get_current();

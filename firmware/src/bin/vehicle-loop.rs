@@ -143,8 +143,8 @@ fn SysTick() {
         let arrivals = &mut *ARRIVALS.borrow(token).borrow_mut();
         arrivals.tick = arrivals.tick.wrapping_add(1);
         let Arrivals { source: Some(source), inputs, tick, lost, ended } = arrivals else { return };
-        // All up to the next odometry sample is here by now.
-        loop {
+        // All up to the next odometry sample is here by now, if it is no more than the queue could ever hold.
+        for _ in 0..QUEUE {
             let (input, last) = match source.read() {
                 Ok(Some(Record::Predict(odometry))) => (Input::Odometry(odometry), true),
                 Ok(Some(Record::Scan(measurements))) => (Input::Scan { measurements, tick: *tick }, false),

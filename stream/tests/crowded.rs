@@ -1,0 +1,203 @@
+//! Streams that bring more components near measurements than an update on board has room for, to the informed proposal: they come
+//! to their end, and the scans say what was left out. Whoever does not come to an end fails after a minute.
+
+use nalgebra::Vector3;
+use scphd::{AuvPose, Health, Instruments, Reading, Sensor};
+use scphd_stream::planar::{Odometry, Planar, Vehicle};
+use scphd_stream::underwater::{Navigation, Underwater};
+use scphd_stream::{
+    Aboard, Header, Kind, Monitor, Numbers, Proposal, Recursion, ScanCost, Seen, Writer, planar, replay, underwater,
+};
+use std::sync::mpsc;
+use std::time::Duration;
+
+/// Far more than a replay of these streams takes.
+const PATIENCE: Duration = Duration::from_secs(60);
+/// An unoptimised build makes the memory on the stack first.
+const STACK_BYTES: usize = 64 << 20;
+
+/// Keeps what every scan left behind.
+#[derive(Default)]
+struct Scans(Vec<Seen>);
+
+impl Monitor for Scans {
+    fn start(&mut self) {}
+
+    fn elapsed(&mut self) -> u64 {
+        0
+    }
+
+    fn scanned(&mut self, _: &ScanCost, seen: &Seen, _: u64) {
+        self.0.push(*seen);
+    }
+}
+
+/// Replays a stream in single precision.
+fn replayed<K: Aboard<f32>>(stream: Vec<u8>) -> Vec<Seen> {
+    let (sender, receiver) = mpsc::channel();
+    let work = move || {
+        let mut memory = Box::new(K::MEMORY);
+        let mut scans = Scans::default();
+        let result = replay::<K, f32>(&stream, &mut memory, u32::MAX, &mut scans).map(|_| ());
+        let _ = sender.send((result, scans.0));
+    };
+    std::thread::Builder::new().stack_size(STACK_BYTES).spawn(work).unwrap();
+    let (result, scans) = receiver.recv_timeout(PATIENCE).expect("the replay comes to an end");
+    result.unwrap();
+    scans
+}
+
+/// A step and the scan at its end.
+type Step<K> = (<K as Kind>::Input, Vec<<K as Kind>::Measurement>);
+
+fn written<K: Kind>(header: &Header<K>, steps: &[Step<K>]) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let mut writer = Writer::start(header, |piece: &[u8]| {
+        bytes.extend_from_slice(piece);
+        Ok::<(), ()>(())
+    })
+    .unwrap();
+    for (input, scan) in steps {
+        writer.predict(input).unwrap();
+        writer.scan(scan).unwrap();
+    }
+    writer.end().unwrap();
+    bytes
+}
+
+/// An informed proposal over maps that nothing is merged in and next to nothing pruned from.
+fn recursion(birth_intensity: f64) -> Recursion {
+    Recursion {
+        birth_intensity,
+        resample_threshold: 0.5,
+        prune_weight: 1e-6,
+        confirming_detections: 1.0,
+        proposal_rounds: 3.0,
+        proposal_drawn: 1.0,
+        proposal_least_share: 1e-6,
+        ..Recursion::ZERO
+    }
+}
+
+/// The last scan sees both of two places that the scans before it have filled with components, one after the other.
+fn ends_crowded(scans: &[Seen], count: usize, view: u32) {
+    assert_eq!(scans.len(), count);
+    let last = scans[count - 1];
+    assert!(last.in_view > view, "{last:?}");
+    assert_ne!(last.health & Health::PRUNING_TIGHTENED.bits(), 0, "{last:?}");
+}
+
+#[test]
+fn six_scans_of_a_planar_vehicle() {
+    let numbers = planar::Models {
+        speed_sigma_mps: 0.01,
+        turn_sigma: 0.01,
+        range_sigma_m: 0.02,
+        bearing_sigma_rad: 0.02,
+        range_max_m: 1.5,
+        bearing_half_width_rad: 4.0,
+        detection_near: 0.5,
+        detection_far: 0.5,
+        clutter_per_scan: 1.0,
+        ..planar::Models::ZERO
+    };
+    let header = Header::<Planar> {
+        vehicle: Vehicle::UnicycleArc,
+        proposal: Proposal::Informed,
+        particles: 4,
+        models: numbers,
+        recursion: recursion(0.1),
+        ..Header::EMPTY
+    };
+    // A place around x = 1 m and one around x = 2 m, of 32 features each.
+    let place = |x: f64| (0..32).map(move |k| [x + 0.12 * (f64::from(k % 4) - 1.5), 0.1 * (f64::from(k / 4) - 3.5)]);
+    let seen_from = |x: f64, features: &mut dyn Iterator<Item = [f64; 2]>| -> Vec<[f64; 2]> {
+        features.map(|[along, left]| [(along - x).hypot(left), left.atan2(along - x)]).collect()
+    };
+    let mut steps = Vec::new();
+    let mut before = 0.0;
+    for x in [0.0, 0.0, 0.0, 3.0, 3.0, 1.5] {
+        let control = [(x - before) / 3.0, 0.0];
+        let scan = match x {
+            0.0 => seen_from(x, &mut place(1.0)),
+            3.0 => seen_from(x, &mut place(2.0)),
+            _ => seen_from(x, &mut place(1.0).chain(place(2.0))),
+        };
+        steps.push((Odometry { control, dt_s: 3.0 }, scan));
+        before = x;
+    }
+    // A map holds no more than an update where there is room for many particles.
+    let view = if cfg!(feature = "few-particles") { 256 } else { 128 };
+    ends_crowded(&replayed::<Planar>(written(&header, &steps)), 6, view);
+}
+
+#[test]
+fn seven_scans_of_an_underwater_vehicle() {
+    // A camera that looks down from 2 m, its baseline across.
+    let projection = |y: f64| {
+        let (focal, [u, v]) = (890.0, [400.0, 300.0]);
+        // Rows: columns of the image to the right, rows aft, depth downwards.
+        [[0.0, -focal, -u, focal * y], [-focal, 0.0, -v, 0.0], [0.0, 0.0, -1.0, 0.0]]
+    };
+    let numbers = underwater::Models {
+        start_m: [0.0, 0.0, 2.0],
+        velocity_walk_mps_rts: 0.01,
+        velocity_sigma_mps: 0.01,
+        z_sigma_m: 0.01,
+        gate_sigmas: 4.0,
+        outliers_believed: 5.0,
+        yaw_acceleration_sigma_radps2: 0.01,
+        projections: [projection(0.1), projection(-0.1)],
+        pixel_sigmas: [2.0; 4],
+        epipolar_gate: 16.0,
+        size_px: [800.0, 600.0],
+        edge_px: 2.0,
+        near_m: 0.5,
+        far_m: 5.0,
+        depth_edge_m: 0.1,
+        detection: 0.5,
+        clutter_per_scan: 1.0,
+        disparities_px: [10.0, 300.0],
+        row_tolerance_px: 10.0,
+        ..underwater::Models::ZERO
+    };
+    let models = numbers.of_filter::<f64>().unwrap();
+    let header = Header::<Underwater> {
+        proposal: Proposal::Informed,
+        particles: 4,
+        models: numbers,
+        recursion: recursion(1e-9),
+        ..Header::EMPTY
+    };
+    // Pitched aft and ahead the camera sees a patch of the floor each, level it sees both.
+    let patch = |x: f64| {
+        (0..48).map(move |k| Vector3::new(x + 0.1 * (f64::from(k % 3) - 1.0), 0.08 * (f64::from(k / 3) - 7.5), 0.0))
+    };
+    let seen_at = |pitch_rad: f64, features: &mut dyn Iterator<Item = Vector3<f64>>| -> Vec<[f64; 4]> {
+        let frame = models.sensor.frame(&AuvPose { pitch_rad, ..AuvPose::new(0.0, 0.0, 2.0, 0.0) });
+        features
+            .filter_map(|feature| models.sensor.expect(&frame, &feature))
+            .map(|seen| seen.measurement.into())
+            .collect()
+    };
+    let mut steps = Vec::new();
+    for pitch_rad in [0.35, 0.35, 0.35, -0.35, -0.35, -0.35, 0.0] {
+        let row = Instruments {
+            roll_rad: 0.0,
+            pitch_rad,
+            yaw_rate_radps: Reading { value: 0.0, sigma: 0.01 },
+            velocity_mps: Some([0.0; 3]),
+            z_m: Some(2.0),
+        };
+        let scan = if pitch_rad > 0.0 {
+            seen_at(pitch_rad, &mut patch(-0.45))
+        } else if pitch_rad < 0.0 {
+            seen_at(pitch_rad, &mut patch(0.45))
+        } else {
+            seen_at(pitch_rad, &mut patch(-0.45).chain(patch(0.45)))
+        };
+        assert!(scan.len() >= 48, "{pitch_rad}: {}", scan.len());
+        steps.push((Navigation { dt_s: 0.1, instruments: Some(row) }, scan));
+    }
+    ends_crowded(&replayed::<Underwater>(written(&header, &steps)), 7, 512);
+}
