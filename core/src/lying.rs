@@ -191,6 +191,7 @@ fn no_lie_becomes_a_weight_or_a_feature() {
                     proposal,
                     likelihood: likelihoods[case],
                     moving: MovingConfig::walkers(0.01),
+                    plausible: Plausible::ANYTHING,
                     ..Config::default()
                 };
                 let mut filter = Filter::new(models(&liar), config, &mut *state).unwrap();
