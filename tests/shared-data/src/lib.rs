@@ -1,5 +1,6 @@
-//! Where the numbers of independent implementations and the recorded logs are. The former are in `tests/oracles`. The latter belong to others and are not part of this repository; a test that needs one and
-//! does not find it passes, but says so where `cargo xtask test` counts it.
+//! Where the numbers of independent implementations and the recorded logs are. The former are in `tests/oracles`. The
+//! latter belong to others and are not part of this repository; a test that needs one and does not find it passes, but
+//! says so where `cargo xtask test` counts it.
 
 use std::env;
 use std::fs::{self, OpenOptions};
@@ -12,16 +13,19 @@ pub const FOLDER: &str = "SCPHD_DATA";
 /// The environment variable that names the file to which a test without its log appends a line: its package and name.
 pub const SKIPPED: &str = "SCPHD_SKIPPED";
 
-/// The folder `shared/data` beside the repository.
-const BESIDE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data");
-
 /// The folder of the oracles.
 const ORACLES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../oracles");
 
 /// The folder of the logs: the one that [`FOLDER`] names, otherwise `shared/data` beside the repository.
 #[must_use]
 pub fn folder() -> PathBuf {
-    env::var_os(FOLDER).map_or_else(|| PathBuf::from(BESIDE), PathBuf::from)
+    env::var_os(FOLDER).map_or_else(beside, PathBuf::from)
+}
+
+/// The folder `shared/data` beside the repository.
+fn beside() -> PathBuf {
+    let mut folders = Path::new(env!("CARGO_MANIFEST_DIR")).ancestors();
+    folders.nth(3).unwrap_or(Path::new("..")).join("shared/data")
 }
 
 /// The path of the log, or of the file, `name`. Where there is none the test that asks is noted as skipped.
@@ -94,7 +98,6 @@ mod tests {
     fn shared_data_is_beside_the_repository() {
         let workspace = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").canonicalize().unwrap();
         assert!(workspace.join("Cargo.lock").is_file());
-        let parent = Path::new(BESIDE).parent().and_then(Path::parent).unwrap().canonicalize().unwrap();
-        assert_eq!(Some(parent.as_path()), workspace.parent());
+        assert_eq!(beside(), workspace.parent().unwrap().join("shared/data"));
     }
 }

@@ -102,6 +102,8 @@ impl Apt {
         command.env("LC_ALL", "C").env("DEBIAN_FRONTEND", "noninteractive");
         // The user that apt becomes, where root runs it, cannot read everybody's folders.
         command.args(["-o", "APT::Sandbox::User=root", "-o"]).arg(format!("Dir::Cache={}", self.cache.display()));
+        // Images of containers turn off what makes the second question as fast as it can be.
+        command.args(["-o", "Dir::Cache::pkgcache=pkgcache.bin", "-o", "Dir::Cache::srcpkgcache=srcpkgcache.bin"]);
         if let Some(lists) = &self.own_lists {
             command.arg("-o").arg(format!("Dir::State::Lists={}", lists.display()));
         }
