@@ -8,7 +8,7 @@ use crate::process;
 pub fn packages(names: &[&str]) -> Result<(), String> {
     let packages = names.join(" ");
     if process::read(process::command("apt-get").arg("--version")).is_err() {
-        return Err(format!("there is no apt-get to install {packages}"));
+        return Err(format!("nothing to install {packages} with"));
     }
     if process::read(process::command("id").arg("-u"))? != "0" {
         return Err(format!("only root can install {packages}"));

@@ -110,10 +110,11 @@ fn change(before: u64, now: u64) -> String {
 
 /// Runs the benches in callgrind.
 fn count() -> Result<BTreeMap<String, u64>, Stop> {
-    let mut folders = vec![runner()?];
-    folders.extend(valgrind_folder(&VALGRIND.obtain()?)?);
+    // First what can be missing, then what takes minutes to build.
+    let valgrind = valgrind_folder(&VALGRIND.obtain()?)?;
+    let folders = std::iter::once(runner()?).chain(valgrind);
     let path = std::env::var_os("PATH").unwrap_or_default();
-    let paths = folders.into_iter().chain(std::env::split_paths(&path));
+    let paths = folders.chain(std::env::split_paths(&path));
     let path = std::env::join_paths(paths).map_err(|error| error.to_string())?;
     let mut bench = process::cargo();
     bench.env("PATH", path).env("GUNGRAUN_HOME", process::own_target_dir("gungraun"));
