@@ -238,9 +238,9 @@ impl<T: Real> Config<T> {
             "finite and not negative",
         )?;
         require(
-            moving.velocity_sigma_mps > zero && moving.velocity_sigma_mps.is_finite(),
+            moving.velocity_sigma_mps >= T::from_f64(1e-6) && moving.velocity_sigma_mps <= T::from_f64(1e6),
             "moving.velocity_sigma_mps",
-            "finite and positive",
+            "between 1e-6 and 1e6: beyond, its square leaves the range of single precision",
         )?;
         moving.motion.check().map_err(|error| ConfigError { field: error.field, range: error.range })?;
         require(

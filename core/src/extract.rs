@@ -63,6 +63,11 @@ where
                 covariance = covariance.plus(&spread.scaled(candidate.ln_weight.exp() / total));
             }
         }
+        // Where next to nothing varies, rounding may leave less than nothing.
+        let covariance = Symmetric::from_fn(|row, column| {
+            let element = covariance.get(row, column);
+            if row == column { element.at_least(T::ZERO) } else { element }
+        });
         Some(PoseEstimate { mean, covariance })
     }
 

@@ -1,6 +1,6 @@
 //! What no vehicle does: input beyond it is taken for garbage.
 
-use crate::{ConfigError, Dim, Motion, Packed, Pose, Real};
+use crate::{ConfigError, Dim, Motion, Packed, Pose, Real, Symmetric};
 use core::fmt;
 use nalgebra::SVector;
 
@@ -141,6 +141,15 @@ impl<T: Real> Rates<T> {
 /// Coordinates beyond this, m or rad, are not taken for a place: over twice around the Earth, and squares and their products
 /// stay in the range of single precision.
 const FARTHEST: f64 = 1e8;
+
+/// Whether no covariance of a pose is beyond the square of what is taken for a place.
+pub(crate) fn is_within_square<T: Real, const K: usize>(covariance: &Symmetric<T, K>) -> bool
+where
+    Dim<K>: Packed,
+{
+    let greatest = T::from_f64(FARTHEST * FARTHEST);
+    covariance.as_lower().iter().all(|element| element.abs() <= greatest)
+}
 
 /// Whether every coordinate is one that the recursion can work with.
 pub(crate) fn is_within_range<T: Real, const N: usize>(coordinates: &SVector<T, N>) -> bool {

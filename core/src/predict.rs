@@ -1,7 +1,7 @@
 //! Sampled prediction of the vehicle (5.11–5.13).
 
 use crate::candidate::Candidate;
-use crate::plausible::is_within_range;
+use crate::plausible::{is_within_range, is_within_square};
 use crate::state::Cursor;
 use crate::{Dim, Health, Linearised, Motion, Packed, Pose, PredictError, PredictReport, Real, Symmetric};
 
@@ -66,7 +66,7 @@ where
             let moved = motion.propagate(&particle.pose, control, dt);
             let Linearised { transition, noise } = motion.linearise(&particle.pose, control, dt);
             let grown = spread.congruence(&transition).plus(&noise);
-            if is_within_range(&moved.coordinates()) && grown.is_finite() {
+            if is_within_range(&moved.coordinates()) && is_within_square(&grown) {
                 particle.pose = moved;
                 *spread = grown;
             } else {

@@ -8,6 +8,7 @@
 
 use crate::candidate::Candidate;
 use crate::map::Maps;
+use crate::plausible::is_within_range;
 use crate::predict::split;
 use crate::scan::Scan;
 use crate::state::Cursor;
@@ -146,7 +147,7 @@ where
                 let drawn = SVector::<T, K>::from_fn(|_, _| share * noise.normal());
                 let xi = posterior.mean + posterior.information.spread_inverse(&drawn);
                 let pose = parent.displaced(&(root * xi));
-                if pose.is_finite() {
+                if is_within_range(&pose.coordinates()) {
                     candidate.pose = pose;
                     *ln_correction = half * (drawn.dot(&drawn) - xi.dot(&xi)) - ln_scale;
                 }

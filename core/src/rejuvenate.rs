@@ -4,6 +4,7 @@
 //! as their number allows (Musso, Oudjane & Le Gland 2001), makes different particles of the copies of one.
 
 use crate::candidate::{Candidate, moments};
+use crate::plausible::is_within_range;
 use crate::{Dim, Noise, Packed, Pose, Real};
 use nalgebra::{SMatrix, SVector};
 
@@ -29,7 +30,7 @@ where
         for particle in particles {
             let drawn = SVector::<T, K>::from_fn(|_, _| noise.normal());
             let moved = particle.pose.displaced(&(self.root * drawn));
-            if moved.is_finite() {
+            if is_within_range(&moved.coordinates()) {
                 particle.pose = moved;
             }
         }

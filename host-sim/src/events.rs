@@ -7,6 +7,8 @@ use crate::log::Log;
 pub enum Event {
     /// The vehicle moved.
     Predict {
+        /// The place of the odometry row in force in [`Log::odometry`].
+        row: usize,
         /// The odometry row in force: speed (m/s), then steering angle (rad) or turn rate (rad/s).
         control: [f64; 2],
         /// For how long, s; more than 0.
@@ -62,7 +64,7 @@ impl Iterator for Events<'_> {
             let dt_s = until_s - self.now_s;
             self.now_s = until_s;
             if let Some(row) = self.rows.checked_sub(1) {
-                return Some(Event::Predict { control: self.log.odometry[row].control, dt_s });
+                return Some(Event::Predict { row, control: self.log.odometry[row].control, dt_s });
             }
         }
     }
@@ -89,9 +91,9 @@ mod tests {
         }
     }
 
-    /// A predict by the row at `row_s`.
-    fn moved(row_s: f64, dt_s: f64) -> Event {
-        Event::Predict { control: [row_s, -row_s], dt_s }
+    /// A predict by the row of that place, at `row_s`.
+    fn moved((row, row_s): (usize, f64), dt_s: f64) -> Event {
+        Event::Predict { row, control: [row_s, -row_s], dt_s }
     }
 
     fn scan(index: usize) -> Event {
@@ -104,36 +106,43 @@ mod tests {
 
     #[test]
     fn scan_k_is_seen_from_pose_k() {
-        let expected = [scan(0), moved(0.0, 1.0), scan(1), moved(1.0, 1.0), scan(2)];
+        let expected = [scan(0), moved((0, 0.0), 1.0), scan(1), moved((1, 1.0), 1.0), scan(2)];
         assert_eq!(all(&[0.0, 1.0, 2.0], &[0.0, 1.0, 2.0]), expected);
     }
 
     #[test]
     fn rows_are_split_at_scans_and_scans_wait_for_rows() {
-        let expected = [moved(0.0, 0.5), moved(0.5, 0.25), scan(0), moved(0.5, 0.25), moved(1.0, 0.5), scan(1)];
+        let expected = [
+            moved((0, 0.0), 0.5),
+            moved((1, 0.5), 0.25),
+            scan(0),
+            moved((1, 0.5), 0.25),
+            moved((2, 1.0), 0.5),
+            scan(1),
+        ];
         assert_eq!(all(&[0.0, 0.5, 1.0, 2.0], &[0.75, 1.5]), expected);
     }
 
     #[test]
     fn nothing_moves_before_the_first_row() {
-        let expected = [scan(0), scan(1), moved(2.0, 1.0), scan(2)];
+        let expected = [scan(0), scan(1), moved((0, 2.0), 1.0), scan(2)];
         assert_eq!(all(&[2.0], &[0.0, 1.0, 3.0]), expected);
     }
 
     #[test]
     fn equal_times_make_no_empty_predict() {
-        let expected = [scan(0), scan(1), moved(0.0, 1.0), scan(2)];
+        let expected = [scan(0), scan(1), moved((0, 0.0), 1.0), scan(2)];
         assert_eq!(all(&[0.0], &[0.0, 0.0, 1.0]), expected);
         let mut twice = log(&[0.0, 0.0], &[1.0]);
         twice.odometry[1].control = [7.0, 8.0];
-        let expected = [Event::Predict { control: [7.0, 8.0], dt_s: 1.0 }, scan(0)];
+        let expected = [Event::Predict { row: 1, control: [7.0, 8.0], dt_s: 1.0 }, scan(0)];
         assert_eq!(events(&twice).collect::<Vec<_>>(), expected);
     }
 
     #[test]
     fn the_last_row_holds_and_odometry_after_the_last_scan_is_left_out() {
-        assert_eq!(all(&[0.0], &[4.0]), [moved(0.0, 4.0), scan(0)]);
-        assert_eq!(all(&[0.0, 5.0, 6.0], &[4.0]), [moved(0.0, 4.0), scan(0)]);
+        assert_eq!(all(&[0.0], &[4.0]), [moved((0, 0.0), 4.0), scan(0)]);
+        assert_eq!(all(&[0.0, 5.0, 6.0], &[4.0]), [moved((0, 0.0), 4.0), scan(0)]);
         assert_eq!(all(&[], &[1.0, 2.0]), [scan(0), scan(1)]);
         assert_eq!(all(&[0.0], &[]), []);
     }

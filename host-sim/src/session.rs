@@ -17,7 +17,7 @@ use crate::threads::Threads;
 use crate::truth::map::MapTruth;
 use crate::truth::window::Window;
 use crate::{truth, vehicle};
-use scphd::Health;
+use scphd::{Health, Implausible};
 use std::io;
 use std::thread;
 use std::time::Instant;
@@ -76,6 +76,19 @@ pub struct Session {
     pub moving: Option<MovingScore>,
     /// In how many scans the filter reported each condition; none for the reference, which reports nothing.
     pub health: Vec<(Health, usize)>,
+    /// Rows of the odometry that the filter left out.
+    pub left_out: Vec<LeftOut>,
+}
+
+/// A row of the odometry that no vehicle follows.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LeftOut {
+    /// Its place in the log.
+    pub row: usize,
+    /// Its time, s.
+    pub t_s: f64,
+    /// What is wrong with it.
+    pub what: Implausible,
 }
 
 /// Why a session came to no end.
@@ -134,7 +147,8 @@ pub fn run_on(
         slam.weigh_on(threads);
         let run = drive(log, settings, &mut *slam, progress)?;
         let summary = summary(log, settings, filter, seed, &run, &mut *slam);
-        Ok(Session { record: run.record, summary, moving: run.moving, health: run.health })
+        let Run { record, health, left_out, moving, .. } = run;
+        Ok(Session { record, summary, moving, health, left_out })
     };
     with_roomy_stack(session).map_err(SessionError::Thread)?
 }
@@ -154,6 +168,7 @@ pub fn with_roomy_stack<T: Send>(work: impl FnOnce() -> T + Send) -> io::Result<
 struct Run {
     record: Record,
     health: Vec<(Health, usize)>,
+    left_out: Vec<LeftOut>,
     moving: Option<MovingScore>,
     /// N̂ after the last scan.
     features_estimated: Option<f64>,
@@ -177,6 +192,7 @@ fn drive(
     let mut map: Vec<MapFeature> = Vec::new();
     let mut health = HealthCounts::default();
     let mut consistency = Consistency::default();
+    let mut left_out = Vec::new();
     for event in events(log) {
         let next = scans.len();
         let refused = |step| {
@@ -184,7 +200,15 @@ fn drive(
             move |refusal| SessionError::Step { scan: next, t_s, step, refusal }
         };
         match event {
-            Event::Predict { control, dt_s } => slam.predict(control, dt_s).map_err(refused("the prediction"))?,
+            Event::Predict { row, control, dt_s } => {
+                let implausible = slam.predict(control, dt_s).map_err(refused("the prediction"))?;
+                // A row that scans divide is left out once.
+                if let Some(what) = implausible
+                    && left_out.last().is_none_or(|last: &LeftOut| last.row != row)
+                {
+                    left_out.push(LeftOut { row, t_s: log.odometry[row].t_s, what });
+                }
+            }
             Event::Scan { index } => {
                 let scan = &log.scans[index];
                 let start = Instant::now();
@@ -234,7 +258,7 @@ fn drive(
     let moving = map_truth.knows_movers().then(|| tally.score()).filter(|score| score.scans > 0);
     let seen = map_truth.seen();
     let record = Record { scans, map };
-    Ok(Run { record, health: health.reported(), moving, features_estimated, seen, consistency })
+    Ok(Run { record, health: health.reported(), left_out, moving, features_estimated, seen, consistency })
 }
 
 fn summary(log: &Log, settings: &Settings, filter: Filter, seed: u64, run: &Run, slam: &mut dyn Slam) -> Summary {
@@ -320,8 +344,8 @@ mod tests {
     }
 
     impl Slam for Oracle {
-        fn predict(&mut self, _: [f64; 2], _: f64) -> Result<(), Refusal> {
-            Ok(())
+        fn predict(&mut self, _: [f64; 2], _: f64) -> Result<Option<Implausible>, Refusal> {
+            Ok(None)
         }
 
         fn scan(&mut self, _: &[[f64; 2]]) -> Result<ScanOutcome, Refusal> {
@@ -379,6 +403,26 @@ mod tests {
         assert!((summary.position_rmse_m.unwrap() - 1.0).abs() < 1e-12);
         assert_eq!((summary.heading_rmse_deg, summary.ospa_m, summary.gospa_m), (Some(0.0), Some(0.0), Some(0.0)));
         assert_eq!((summary.features_estimated, summary.digest, summary.scans), (Some(20.0), Some(7), 20));
+    }
+
+    #[test]
+    fn a_garbage_row_is_left_out_and_named() {
+        let log = short_log();
+        let settings = Settings::for_log(&log);
+        let with = |row: usize, speed| {
+            let mut log = log.clone();
+            log.odometry[row].control[0] = speed;
+            run(&log, &settings, Filter::Core(Precision::F32), 1, &mut |_| ()).unwrap()
+        };
+        let whole = with(20, log.odometry[20].control[0]);
+        let spoilt = with(20, 1e18);
+        assert!(whole.left_out.is_empty());
+        let t_s = log.odometry[20].t_s;
+        assert_eq!(spoilt.left_out, [LeftOut { row: 20, t_s, what: Implausible::Speed }]);
+        assert!(spoilt.health.contains(&(Health::PREDICTION_REFUSED, 1)), "{:?}", spoilt.health);
+        // One row less is all that it costs.
+        let [whole, spoilt] = [whole, spoilt].map(|session| session.summary.position_rmse_m.unwrap());
+        assert!(spoilt < whole + 0.5, "{spoilt} m, and {whole} m without");
     }
 
     #[test]

@@ -60,7 +60,7 @@ pub fn dead_reckoning(log: &Log) -> Vec<[f64; 3]> {
     let mut poses = Vec::with_capacity(log.scans.len());
     for event in events(log) {
         match event {
-            Event::Predict { control, dt_s } => pose = log.vehicle.step(pose, control, dt_s),
+            Event::Predict { control, dt_s, .. } => pose = log.vehicle.step(pose, control, dt_s),
             Event::Scan { .. } => poses.push(pose),
         }
     }

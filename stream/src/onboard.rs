@@ -137,7 +137,11 @@ where
 {
     fn predict(&mut self, input: &G::Input) -> Result<(), Refusal> {
         if let Some((control, dt)) = self.helm.control(input).map_err(Refusal::Predict)? {
-            self.filter.predict(&control, dt).map_err(Refusal::Predict)?;
+            match self.filter.predict(&control, dt) {
+                // What no vehicle does is left out; the health of the next scan tells of it.
+                Ok(_) | Err(PredictError::Implausible(_)) => (),
+                Err(refusal) => return Err(Refusal::Predict(refusal)),
+            }
         }
         Ok(())
     }

@@ -71,7 +71,7 @@ fn digests<T: Real, const WORKERS: usize>(log: &Log, executor: &(impl Executor +
         let (mut digests, mut resampled) = (Vec::new(), 0);
         for event in events(log) {
             match event {
-                Event::Predict { control, dt_s } => {
+                Event::Predict { control, dt_s, .. } => {
                     let [speed_mps, steering_rad] = control.map(T::from_f64);
                     filter.predict(&AckermannControl { speed_mps, steering_rad }, T::from_f64(dt_s)).unwrap();
                 }

@@ -148,6 +148,13 @@ impl<T: Real> Auv<T> {
     }
 }
 
+/// Whether a covariance has no direction of negative variance, but for rounding.
+fn is_positive_semidefinite<T: Real>(covariance: &Symmetric<T, 3>) -> bool {
+    let trace = (0..3).fold(T::ZERO, |sum, k| sum + covariance.get(k, k));
+    let rounding = Symmetric::from_diagonal([trace * T::EPSILON * T::from_f64(16.0); 3]);
+    *covariance == Symmetric::ZERO || covariance.plus(&rounding).factor().is_some()
+}
+
 impl<T: Real> Motion<T, 5> for Auv<T> {
     type Pose = AuvPose<T>;
     type Control = AuvControl<T>;
@@ -157,8 +164,7 @@ impl<T: Real> Motion<T, 5> for Auv<T> {
             reading.is_none_or(|r| r.value.is_finite() && r.sigma > T::ZERO && r.sigma.is_finite())
         };
         control.velocity_mps.iter().all(|v| v.is_finite())
-            && control.velocity_covariance.is_finite()
-            && (0..3).all(|k| control.velocity_covariance.get(k, k) >= T::ZERO)
+            && is_positive_semidefinite(&control.velocity_covariance)
             && control.roll_rad.is_finite()
             && control.pitch_rad.is_finite()
             && usable(control.yaw_rate_radps)
@@ -324,6 +330,12 @@ mod tests {
         assert!(!auv.admits(&AuvControl { roll_rad: f64::NAN, ..control(true) }));
         let negative = Symmetric::from_diagonal([0.1, -0.1, 0.1]);
         assert!(!auv.admits(&AuvControl { velocity_covariance: negative, ..control(true) }));
+        let crossed = Symmetric::from_fn(|row, column| if row == column { 0.01 } else { -0.02 });
+        assert!(!auv.admits(&AuvControl { velocity_covariance: crossed, ..control(true) }));
+        let common = Symmetric::from_fn(|_, _| 0.01);
+        for semidefinite in [Symmetric::ZERO, common, Symmetric::from_diagonal([0.01, 0.0, 0.0])] {
+            assert!(auv.admits(&AuvControl { velocity_covariance: semidefinite, ..control(true) }));
+        }
         assert_eq!(Auv::new(0.0, 0.0).unwrap_err().field, "yaw_acceleration_sigma_radps2");
         assert_eq!(Auv::new(1.0, f64::NAN).unwrap_err().field, "interval_s");
     }

@@ -13,7 +13,7 @@ use scphd_sim::log_folder;
 use scphd_sim::output::json::Summary;
 use scphd_sim::output::table;
 use scphd_sim::scenario::SCENARIOS;
-use scphd_sim::session::{self, Filter, Session, condition_name};
+use scphd_sim::session::{self, Filter, LeftOut, Session, condition_name};
 use scphd_sim::settings::Settings;
 use scphd_sim::slam::Precision;
 use scphd_sim::threads::Threads;
@@ -135,7 +135,17 @@ fn report(outputs: &Outputs, sessions: &[Session]) -> Result<(), Failure> {
     for session in sessions.iter().filter(|session| session.summary.digest.is_some()) {
         report_health(outputs, &session.summary, &session.health)?;
     }
+    sessions.iter().for_each(warn_of_rows);
     Ok(())
+}
+
+/// Names what was left out of the odometry.
+fn warn_of_rows(session: &Session) {
+    if let [LeftOut { row, t_s, what }, more @ ..] = &session.left_out[..] {
+        let rest = if more.is_empty() { String::new() } else { format!("; and {} more", more.len()) };
+        let label = label(&session.summary);
+        eprintln!("warning: {label}: row {} of the odometry ({t_s} s) left out: {what}{rest}", row + 1);
+    }
 }
 
 /// What the fixed-capacity filter reported.

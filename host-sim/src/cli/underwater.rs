@@ -152,7 +152,12 @@ pub fn run(sources: &[Source], args: RunArgs) -> Result<(), Failure> {
     if let Some(pages) = session.record.frames.iter().filter_map(|frame| frame.pages_used).max() {
         outputs.print(&format!("greatest number of pages in use: {pages}"))?;
     }
-    report_health(&outputs, &session.summary, &session.health)
+    report_health(&outputs, &session.summary, &session.health)?;
+    if let [(t_s, what), more @ ..] = &session.left_out[..] {
+        let rest = if more.is_empty() { String::new() } else { format!("; and {} more", more.len()) };
+        eprintln!("warning: a step before the frame of {t_s} s left out: {what}{rest}");
+    }
+    Ok(())
 }
 
 /// Runs a Monte Carlo study of an underwater scenario, or a part of one.

@@ -60,7 +60,7 @@ pub fn weigh(log: &Log, settings: &Settings, moment: &Moment, seed: u64) -> Opti
     let mut scans = 0;
     for event in events(log) {
         match event {
-            Event::Predict { control, dt_s } => {
+            Event::Predict { control, dt_s, .. } => {
                 let model = if scans == moment.scan { &many } else { &reference };
                 model.predict(&mut state, &control, dt_s, &mut draws);
             }

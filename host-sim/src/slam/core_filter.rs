@@ -1,15 +1,15 @@
 //! The fixed-capacity filter over a planar log.
 
-use super::{PoseAndCovariance, Refusal, ScanOutcome, Slam, Snapshot, Transparent, config_of};
+use super::{PoseAndCovariance, Refusal, ScanOutcome, Slam, Snapshot, Transparent, config_of, left_out};
 use crate::log::Vehicle;
 use crate::record::{MapFeature, MovingFeature};
 use crate::reference::{self, Candidate, Draws};
 use crate::settings::{SensorSettings, Settings};
 use crate::threads::Threads;
 use scphd::{
-    Ackermann, AckermannControl, AckermannGeometry, Component, Config, ConstantVelocity, ControlNoise, Dim, MapMemory,
-    Models, Motion, MovingConfig, Noise, Packed, PlanarPose, RangeBearing, RangeBearingLimits, RangeBearingWindow,
-    Real, ScPhd, State, Step, Unicycle, UnicycleControl, UniformClutter,
+    Ackermann, AckermannControl, AckermannGeometry, Component, Config, ConstantVelocity, ControlNoise, Dim,
+    Implausible, MapMemory, Models, Motion, MovingConfig, Noise, Packed, PlanarPose, RangeBearing, RangeBearingLimits,
+    RangeBearingWindow, Real, ScPhd, State, Step, Unicycle, UnicycleControl, UniformClutter,
 };
 
 /// Scalar of the fixed-capacity filter.
@@ -125,9 +125,8 @@ impl<
     const MAP_PAGES: usize,
 > Slam for CoreFilter<T, M, PARTICLES, CANDIDATES, PAGES, MAP_PAGES>
 {
-    fn predict(&mut self, control: [f64; 2], dt_s: f64) -> Result<(), Refusal> {
-        self.with(|filter| filter.predict(&M::control(control), T::from_f64(dt_s)))?.map_err(refusal)?;
-        Ok(())
+    fn predict(&mut self, control: [f64; 2], dt_s: f64) -> Result<Option<Implausible>, Refusal> {
+        left_out(self.with(|filter| filter.predict(&M::control(control), T::from_f64(dt_s)))?)
     }
 
     fn scan(&mut self, detections: &[[f64; 2]]) -> Result<ScanOutcome, Refusal> {

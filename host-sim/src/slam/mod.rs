@@ -13,14 +13,15 @@ pub use reference_filter::{ReferenceFilter, reference_of};
 use crate::record::{MapFeature, MovingFeature};
 use crate::reference::{Candidate, Component, Draws};
 use crate::threads::Threads;
+use scphd::{Implausible, PredictError, PredictReport};
 
 /// A filter that a log can be fed to.
 pub trait Slam {
-    /// Moves the vehicle.
+    /// Moves the vehicle; where no vehicle does that, leaves it where it is and says what is wrong.
     ///
     /// # Errors
     /// The filter refused, and says why.
-    fn predict(&mut self, control: [f64; 2], dt_s: f64) -> Result<(), Refusal>;
+    fn predict(&mut self, control: [f64; 2], dt_s: f64) -> Result<Option<Implausible>, Refusal>;
 
     /// Takes in a scan.
     ///
@@ -54,6 +55,15 @@ pub trait Slam {
 
     /// Memory of the state, where it is fixed.
     fn state_bytes(&self) -> Option<u64>;
+}
+
+/// What was wrong with a prediction that the fixed-capacity filter leaves out.
+pub(crate) fn left_out(outcome: Result<PredictReport, PredictError>) -> Result<Option<Implausible>, Refusal> {
+    match outcome {
+        Ok(_) => Ok(None),
+        Err(PredictError::Implausible(what)) => Ok(Some(what)),
+        Err(error) => Err(Refusal(error.to_string())),
+    }
 }
 
 /// A filter that shows its whole state, for lockstep with the reference.

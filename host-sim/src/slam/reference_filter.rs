@@ -80,9 +80,9 @@ pub fn reference_of(settings: &Settings, vehicle: &Vehicle) -> Reference {
 }
 
 impl Slam for ReferenceFilter {
-    fn predict(&mut self, control: [f64; 2], dt_s: f64) -> Result<(), Refusal> {
+    fn predict(&mut self, control: [f64; 2], dt_s: f64) -> Result<Option<scphd::Implausible>, Refusal> {
         self.reference.predict(&mut self.state, &control, dt_s, &mut self.draws);
-        Ok(())
+        Ok(None)
     }
 
     fn scan(&mut self, detections: &[[f64; 2]]) -> Result<ScanOutcome, Refusal> {

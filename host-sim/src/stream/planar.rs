@@ -19,7 +19,7 @@ pub fn write(log: &Log, settings: &Settings, seed: u64, scalar: Scalar, scans: u
     });
     let entries: Vec<Entry<'_, Planar>> = kept
         .map(|event| match event {
-            Event::Predict { control, dt_s } => Entry::Predict(Odometry { control, dt_s }),
+            Event::Predict { control, dt_s, .. } => Entry::Predict(Odometry { control, dt_s }),
             Event::Scan { index } => Entry::Scan(&log.scans[index].detections),
         })
         .collect();

@@ -152,8 +152,10 @@ fn observe(
         let scan = statistics.clutter.scans();
         let refused = |step| move |refusal| SessionError::Step { scan, t_s: log.scans[scan].t_s, step, refusal };
         match event {
-            Event::Predict { control, dt_s } => {
-                slam.predict(control, dt_s).map_err(refused("the prediction"))?;
+            Event::Predict { control, dt_s, .. } => {
+                if slam.predict(control, dt_s).map_err(refused("the prediction"))?.is_some() {
+                    continue;
+                }
                 statistics.odometry.predict(&log.vehicle, &settings.vehicle, control, dt_s);
             }
             Event::Scan { index } => {

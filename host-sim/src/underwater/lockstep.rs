@@ -109,7 +109,9 @@ fn predict(
     overall: &mut Differences,
 ) -> Result<(), Refusal> {
     let mut before = filter.snapshot()?;
-    filter.predict(control, dt_s)?;
+    if filter.predict(control, dt_s)?.is_some() {
+        return Ok(());
+    }
     let after = filter.snapshot()?;
     let reading = |reading: Reading<f64>| [reading.value, reading.sigma];
     let control = space::Control {

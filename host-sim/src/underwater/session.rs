@@ -16,7 +16,7 @@ use crate::slam::Refusal;
 use crate::stream::underwater_models;
 use crate::tally::{HealthCounts, ScanTimes};
 use nalgebra::Vector3;
-use scphd::{AuvControl, DeadReckoning, Health, Navigator};
+use scphd::{AuvControl, DeadReckoning, Health, Implausible, Navigator};
 use scphd_stream::Helm;
 use std::array;
 use std::time::Instant;
@@ -35,6 +35,8 @@ pub struct Session {
     pub summary: Summary,
     /// In how many frames the filter reported each condition.
     pub health: Vec<(Health, usize)>,
+    /// Steps that the filter left out: the time of the frame that they led to, s, and what is wrong.
+    pub left_out: Vec<(f64, Implausible)>,
 }
 
 /// Runs `filter` over `log`, in a thread with a stack that has room for any state; `progress` is told the number of
@@ -53,7 +55,7 @@ pub fn run(
         let mut slam = start(log, settings, filter, seed).map_err(SessionError::Start)?;
         let run = drive(log, settings, &mut *slam, progress)?;
         let summary = summary(log, settings, filter, seed, &run, &mut *slam);
-        Ok(Session { record: run.record, summary, health: run.health })
+        Ok(Session { record: run.record, summary, health: run.health, left_out: run.left_out })
     };
     with_roomy_stack(session).map_err(SessionError::Thread)?
 }
@@ -127,6 +129,7 @@ impl<'a> Pilot<'a> {
 struct Run {
     record: Record,
     health: Vec<(Health, usize)>,
+    left_out: Vec<(f64, Implausible)>,
     /// The true features that were shown, m; `None` where no frame has a true pose.
     seen: Option<Vec<[f64; 3]>>,
     consistency: Consistency,
@@ -145,10 +148,12 @@ fn drive(
     let mut map: Vec<MapFeature> = Vec::new();
     let mut health = HealthCounts::default();
     let mut consistency = Consistency::default();
+    let mut left_out = Vec::new();
     for (scan, frame) in log.frames.iter().enumerate() {
         let refused = |step| move |refusal| SessionError::Step { scan, t_s: frame.t_s, step, refusal };
         for (control, dt_s) in pilot.steps_to(frame.t_s).map_err(refused("the instruments"))? {
-            slam.predict(&control, dt_s).map_err(refused("the prediction"))?;
+            let implausible = slam.predict(&control, dt_s).map_err(refused("the prediction"))?;
+            left_out.extend(implausible.map(|what| (frame.t_s, what)));
         }
         let clock = Instant::now();
         let outcome = slam.scan(&frame.keypoints).map_err(refused("the scan"))?;
@@ -184,7 +189,7 @@ fn drive(
     }
     let told = frames.iter().any(|frame| frame.true_position.is_some());
     let seen = told.then(|| seen.features());
-    Ok(Run { record: Record { frames, map }, health: health.reported(), seen, consistency })
+    Ok(Run { record: Record { frames, map }, health: health.reported(), left_out, seen, consistency })
 }
 
 fn summary(log: &Log, settings: &Settings, filter: Filter, seed: u64, run: &Run, slam: &mut dyn Slam) -> Summary {

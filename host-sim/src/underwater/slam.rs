@@ -4,12 +4,12 @@ use super::log::Log;
 use super::record::MapFeature;
 use super::settings::Settings;
 use crate::reference::{self, Draws, space};
-use crate::slam::{Ahead, Precision, Refusal, config_of};
+use crate::slam::{Ahead, Precision, Refusal, config_of, left_out};
 use crate::stream::underwater_models;
 use nalgebra::Vector4;
 use scphd::{
-    Auv, AuvControl, AuvPose, Component, Config, Health, MapMemory, NoMoving, Real, ScPhd, State, StereoCamera,
-    StereoFrustum, Symmetric, UniformClutter,
+    Auv, AuvControl, AuvPose, Component, Config, Health, Implausible, MapMemory, NoMoving, Real, ScPhd, State,
+    StereoCamera, StereoFrustum, Symmetric, UniformClutter,
 };
 use scphd_stream::underwater::AuvModels;
 
@@ -35,11 +35,11 @@ pub struct Outcome {
 
 /// A filter that an underwater log can be fed to.
 pub trait Slam {
-    /// Moves the vehicle.
+    /// Moves the vehicle; where no vehicle does that, leaves it where it is and says what is wrong.
     ///
     /// # Errors
     /// The filter refused, and says why.
-    fn predict(&mut self, control: &AuvControl<f64>, dt_s: f64) -> Result<(), Refusal>;
+    fn predict(&mut self, control: &AuvControl<f64>, dt_s: f64) -> Result<Option<Implausible>, Refusal>;
 
     /// Takes in a frame's keypoints.
     ///
@@ -153,9 +153,8 @@ impl<T: Real, const PARTICLES: usize, const CANDIDATES: usize, const PAGES: usiz
 impl<T: Real, const PARTICLES: usize, const CANDIDATES: usize, const PAGES: usize, const MAP_PAGES: usize> Slam
     for CoreFilter<T, PARTICLES, CANDIDATES, PAGES, MAP_PAGES>
 {
-    fn predict(&mut self, control: &AuvControl<f64>, dt_s: f64) -> Result<(), Refusal> {
-        self.with(|filter| filter.predict(&control.rounded(), T::from_f64(dt_s)))?.map_err(refusal)?;
-        Ok(())
+    fn predict(&mut self, control: &AuvControl<f64>, dt_s: f64) -> Result<Option<Implausible>, Refusal> {
+        left_out(self.with(|filter| filter.predict(&control.rounded(), T::from_f64(dt_s)))?)
     }
 
     fn scan(&mut self, keypoints: &[[f64; 4]]) -> Result<Outcome, Refusal> {
