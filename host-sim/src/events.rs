@@ -84,7 +84,7 @@ mod tests {
             nominal: Nominal::default(),
             simulated: true,
             odometry: odometry.iter().map(|&t_s| Odometry { t_s, control: [t_s, -t_s] }).collect(),
-            scans: scans.iter().map(|&t_s| Scan { t_s, detections: vec![] }).collect(),
+            scans: scans.iter().map(|&t_s| Scan { t_s, detections: vec![], ..Scan::default() }).collect(),
             truth: vec![],
             landmarks: vec![],
             moving: vec![],

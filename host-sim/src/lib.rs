@@ -2,6 +2,7 @@
 
 pub mod angle;
 pub mod compare;
+pub mod ekf;
 pub mod events;
 pub mod figure;
 pub mod log;

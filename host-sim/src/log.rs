@@ -64,12 +64,15 @@ pub struct Odometry {
 }
 
 /// One scan of the sensor, possibly empty.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Scan {
     /// Time, s.
     pub t_s: f64,
     /// Range (m) and bearing (rad, 0 ahead, growing to the left) of every detection.
     pub detections: Vec<[f64; 2]>,
+    /// Which landmark each detection is of, negative for none; empty where the log does not know. For yardsticks and scores,
+    /// never an input of the filter.
+    pub labels: Vec<i64>,
 }
 
 /// One row of the true trajectory.

@@ -5,14 +5,15 @@
 //! | `log.toml` | name, kind, initial pose, `[vehicle]` and `[sensor]` with what is known of their noise |
 //! | `odometry.csv` | `t_s` and the controls: `speed_mps,steering_rad` (Ackermann) or `v_mps,omega_radps` (unicycles) |
 //! | `scans.csv` | `scan,t_s`, one row a scan |
-//! | `detections.csv` | `scan,range_m,bearing_rad`, one row a detection |
+//! | `detections.csv` | `scan,range_m,bearing_rad`, one row a detection; optional: `label_landmark` or `label_subject` |
 //! | `truth.csv` | optional: `t_s,x_m,y_m` and, where known, `heading_rad` |
 //! | `landmarks.csv` | optional: `x_m,y_m` |
 //! | `moving.csv` | optional: `subject,t_s,x_m,y_m` |
 //!
 //! A log with a `[camera]` section is an underwater one, read by [`read_underwater`].
 //!
-//! Columns are found by name, in any order; others, such as labels for scoring, are not looked at.
+//! Columns are found by name, in any order; others are not looked at. Labels say which landmark a detection is of, negative for
+//! none; a subject of `moving.csv` moves. They are for yardsticks and scores, never an input of the filter.
 
 mod error;
 mod head;
@@ -95,13 +96,14 @@ fn odometry(dir: &Path, head: &Head) -> Result<Vec<Odometry>, LogError> {
 
 fn scans(dir: &Path, head: &Head) -> Result<Vec<Scan>, LogError> {
     let (numbers, times) = scan_times(dir)?;
-    let mut scans: Vec<Scan> = times.into_iter().map(|t_s| Scan { t_s, detections: Vec::new() }).collect();
-    each_detection(dir, &numbers, ["range_m", "bearing_rad"], |index, row, [range_m, bearing]| {
+    let mut scans: Vec<Scan> = times.into_iter().map(|t_s| Scan { t_s, ..Scan::default() }).collect();
+    each_detection(dir, &numbers, ["range_m", "bearing_rad"], |index, row, [range_m, bearing], label| {
         // Simulations add noise to short ranges and keep what comes out.
         if range_m < 0.0 && !head.simulated {
             return Err(row.cell("range_m").error(Problem::NegativeRange(range_m)));
         }
         scans[index].detections.push([range_m, bearing]);
+        scans[index].labels.extend(label);
         Ok(())
     })?;
     Ok(scans)
@@ -128,16 +130,20 @@ fn scan_times(dir: &Path) -> Result<(Vec<i64>, Vec<f64>), LogError> {
     Ok((numbers, times))
 }
 
-/// Calls `add` with the place of the scan and the numbers in `columns` of every detection.
+/// Calls `add` with the place of the scan, the numbers in `columns` and the label, where there is one, of every detection.
 fn each_detection<const N: usize>(
     dir: &Path,
     numbers: &[i64],
     columns: [&'static str; N],
-    mut add: impl FnMut(usize, &Row, [f64; N]) -> Result<(), LogError>,
+    mut add: impl FnMut(usize, &Row, [f64; N], Option<i64>) -> Result<(), LogError>,
 ) -> Result<(), LogError> {
     let table = Table::read(dir, "detections.csv")?;
     let scan = table.column("scan")?;
     let columns = columns.into_iter().map(|name| table.column(name)).collect::<Result<Vec<_>, _>>()?;
+    let label = match table.column_if_any("label_landmark")? {
+        None => table.column_if_any("label_subject")?,
+        found => found,
+    };
     let mut current = 0;
     for row in table.rows() {
         let number = row.integer(&scan)?;
@@ -153,7 +159,8 @@ fn each_detection<const N: usize>(
         for (number, column) in measured.iter_mut().zip(&columns) {
             *number = row.number(column)?;
         }
-        add(index, &row, measured)?;
+        let label = label.as_ref().map(|label| row.integer(label)).transpose()?;
+        add(index, &row, measured, label)?;
     }
     Ok(())
 }

@@ -1,5 +1,6 @@
 //! One filter over one whole log: what it estimated, how well, how fast.
 
+use crate::ekf::{Association, Ekf};
 use crate::events::{Event, events};
 use crate::log::Log;
 use crate::log::TruePose;
@@ -34,10 +35,13 @@ pub enum Filter {
     Core(Precision),
     /// The brute-force reference, in double precision.
     Reference,
+    /// EKF SLAM, in double precision: a yardstick.
+    Ekf(Association),
 }
 
 impl Filter {
-    /// Its name in tables and files, with this particle likelihood: `scphd`, `rb-empty`, `rb-single` or `reference`.
+    /// Its name in tables and files, with this particle likelihood: `scphd`, `rb-empty`, `rb-single`, `reference`,
+    /// `ekf` or `ekf-known`.
     #[must_use]
     pub fn name(self, likelihood: Likelihood) -> &'static str {
         match (self, likelihood) {
@@ -45,6 +49,8 @@ impl Filter {
             (Self::Core(_), Likelihood::RbEmpty) => "rb-empty",
             (Self::Core(_), Likelihood::RbSingle) => "rb-single",
             (Self::Reference, _) => "reference",
+            (Self::Ekf(Association::NearestNeighbour), _) => "ekf",
+            (Self::Ekf(Association::Known), _) => "ekf-known",
         }
     }
 
@@ -53,7 +59,7 @@ impl Filter {
     pub fn precision(self) -> &'static str {
         match self {
             Self::Core(Precision::F32) => "f32",
-            Self::Core(Precision::F64) | Self::Reference => "f64",
+            Self::Core(Precision::F64) | Self::Reference | Self::Ekf(_) => "f64",
         }
     }
 
@@ -61,6 +67,7 @@ impl Filter {
         match self {
             Self::Core(precision) => Ok(core_filter(settings, &log.vehicle, log.initial_pose, precision, seed)?),
             Self::Reference => Ok(Box::new(ReferenceFilter::start(settings, &log.vehicle, log.initial_pose, seed))),
+            Self::Ekf(association) => Ok(Box::new(Ekf::start(log, association)?)),
         }
     }
 }

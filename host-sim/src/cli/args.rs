@@ -2,6 +2,7 @@
 
 use super::failure::Failure;
 use clap::{Args, Parser, Subcommand, ValueEnum, value_parser};
+use scphd_sim::ekf::Association;
 use scphd_sim::monte_carlo::Shard;
 use scphd_sim::session::Filter;
 use scphd_sim::settings::{Likelihood, Settings};
@@ -337,6 +338,10 @@ pub enum FilterName {
     RbSingle,
     /// Brute force in double precision, slow.
     Reference,
+    /// EKF SLAM with nearest-neighbour association, as a yardstick; in the plane.
+    Ekf,
+    /// The same told the associations by the log's label columns: a bound, never an estimate.
+    EkfKnown,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -389,11 +394,16 @@ impl Choice {
             (FilterName::Reference, Some(PrecisionName::F32)) => {
                 return Err("--precision f32: the reference is f64 only");
             }
+            (FilterName::Ekf | FilterName::EkfKnown, Some(PrecisionName::F32)) => {
+                return Err("--precision f32: the EKF is f64 only");
+            }
+            (FilterName::Ekf, _) => Filter::Ekf(Association::NearestNeighbour),
+            (FilterName::EkfKnown, _) => Filter::Ekf(Association::Known),
             (_, None | Some(PrecisionName::F32)) => Filter::Core(Precision::F32),
             (_, Some(PrecisionName::F64)) => Filter::Core(Precision::F64),
         };
         let likelihood = match name {
-            FilterName::Core | FilterName::Reference => None,
+            FilterName::Core | FilterName::Reference | FilterName::Ekf | FilterName::EkfKnown => None,
             FilterName::RbEmpty => Some(Likelihood::RbEmpty),
             FilterName::RbSingle => Some(Likelihood::RbSingle),
         };
@@ -420,7 +430,7 @@ impl RunArgs {
 
     /// The threads asked for.
     pub fn threads(&self) -> Result<Threads, Failure> {
-        if self.threads > 1 && self.filter == FilterName::Reference {
+        if self.threads > 1 && matches!(self.filter, FilterName::Reference | FilterName::Ekf | FilterName::EkfKnown) {
             return Err(Failure::input("--threads: for the core filter only"));
         }
         Ok(Threads::new(self.threads.into())?)

@@ -94,9 +94,9 @@ fn a_sound_folder() {
         simulated: false,
         odometry: vec![row(0.0, 1.5, 0.1), row(0.5, 2.0, -0.25), row(0.5, 3.0, 0.0)],
         scans: vec![
-            Scan { t_s: 0.0, detections: vec![[1.0, 0.5]] },
-            Scan { t_s: 0.5, detections: vec![] },
-            Scan { t_s: 1.0, detections: vec![[2.0, -0.5], [3.0, 0.25]] },
+            Scan { t_s: 0.0, detections: vec![[1.0, 0.5]], ..Scan::default() },
+            Scan { t_s: 0.5, detections: vec![], ..Scan::default() },
+            Scan { t_s: 1.0, detections: vec![[2.0, -0.5], [3.0, 0.25]], ..Scan::default() },
         ],
         truth: vec![],
         landmarks: vec![],

@@ -246,7 +246,7 @@ fn about_the_vertical(row: &Row, next: &Row) -> f64 {
 fn frames(dir: &Path) -> Result<Vec<Frame>, LogError> {
     let (numbers, times) = scan_times(dir)?;
     let mut frames: Vec<Frame> = times.into_iter().map(|t_s| Frame { t_s, keypoints: Vec::new() }).collect();
-    each_detection(dir, &numbers, ["ul_px", "vl_px", "ur_px", "vr_px"], |index, _, pixels| {
+    each_detection(dir, &numbers, ["ul_px", "vl_px", "ur_px", "vr_px"], |index, _, pixels, _| {
         frames[index].keypoints.push(pixels);
         Ok(())
     })?;

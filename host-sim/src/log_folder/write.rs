@@ -27,11 +27,15 @@ pub fn write(log: &Log, dir: &Path) -> io::Result<()> {
     table(&dir.join("odometry.csv"), &format!("t_s,{first},{second}"), rows)?;
     let rows = log.scans.iter().enumerate().map(|(k, scan)| format!("{k},{:?}", scan.t_s));
     lines(&dir.join("scans.csv"), "scan,t_s", rows)?;
-    let detections =
-        log.scans.iter().enumerate().flat_map(|(k, scan)| {
-            scan.detections.iter().map(move |[range, bearing]| format!("{k},{range:?},{bearing:?}"))
-        });
-    lines(&dir.join("detections.csv"), "scan,range_m,bearing_rad", detections)?;
+    let labelled = log.scans.iter().any(|scan| !scan.labels.is_empty());
+    let header = if labelled { "scan,range_m,bearing_rad,label_landmark" } else { "scan,range_m,bearing_rad" };
+    let detections = log.scans.iter().enumerate().flat_map(|(k, scan)| {
+        scan.detections.iter().enumerate().map(move |(place, [range, bearing])| {
+            let label = if labelled { format!(",{}", scan.labels.get(place).unwrap_or(&-1)) } else { String::new() };
+            format!("{k},{range:?},{bearing:?}{label}")
+        })
+    });
+    lines(&dir.join("detections.csv"), header, detections)?;
 
     if !log.truth.is_empty() {
         let path = dir.join("truth.csv");

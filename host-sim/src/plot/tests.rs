@@ -85,7 +85,7 @@ fn circle_log() -> Log {
     for i in 0..=300 {
         let t_s = 0.2 * i as f64;
         let pose = circle(i);
-        log.scans.push(Scan { t_s, detections: vec![] });
+        log.scans.push(Scan { t_s, detections: vec![], ..Scan::default() });
         log.truth.push(TruePose { t_s, position: [pose[0], pose[1]], heading_rad: Some(pose[2]) });
     }
     log.landmarks = (0..20)
@@ -113,7 +113,7 @@ fn long_log() -> Log {
     for i in 0..7000 {
         let t_s = 1.0e9 + 0.2 * i as f64;
         let pose = way(i);
-        log.scans.push(Scan { t_s, detections: vec![] });
+        log.scans.push(Scan { t_s, detections: vec![], ..Scan::default() });
         if i % 1500 < 1000 {
             log.truth.push(TruePose { t_s, position: [pose[0], pose[1]], heading_rad: Some(pose[2]) });
         }
@@ -256,7 +256,7 @@ fn runs_of_almost_nothing() {
     let log = empty_log();
     let empty = Record { scans: vec![], map: vec![] };
     let mut one_log = empty_log();
-    one_log.scans.push(Scan { t_s: 3.0, detections: vec![] });
+    one_log.scans.push(Scan { t_s: 3.0, detections: vec![], ..Scan::default() });
     let one = record(&one_log, |_| [0.0; 3], 1.0, 0.0);
     let mut broken = one.clone();
     broken.scans[0].pose = [f64::NAN; 3];

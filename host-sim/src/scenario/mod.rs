@@ -12,12 +12,14 @@ mod survey;
 mod tests;
 mod thesis_compare;
 mod thesis_dynamic;
+pub mod worlds;
 
 pub use survey::survey;
 pub use thesis_compare::thesis_compare;
 pub use thesis_dynamic::{thesis_dynamic, thesis_dynamic_long};
 
 use crate::log::Log;
+use worlds::{Kind, world};
 
 /// Names of the scenarios, each with a line about it.
 pub const SCENARIOS: &[(&str, &str)] = &[
@@ -37,6 +39,14 @@ pub const SCENARIOS: &[(&str, &str)] = &[
         "thesis-compare",
         "section 5.3.2: a trefoil (44 x 41 m, 40 s) among 60 landmarks, strong noise, 5 false measurements a scan",
     ),
+    (
+        "worlds",
+        "a random world for every seed (12 to 96 m, 4 to 5 min) that states its data sheet and misbehaves as real ones do",
+    ),
+    (
+        "worlds-exact",
+        "a random world for every seed that states all of its noise, 3 to 10 false measurements a scan",
+    ),
 ];
 
 /// The scenario of that name.
@@ -47,8 +57,16 @@ pub fn by_name(name: &str, seed: u64) -> Option<Log> {
         "thesis-dynamic" => Some(thesis_dynamic(seed)),
         "thesis-dynamic-long" => Some(thesis_dynamic_long(seed)),
         "thesis-compare" => Some(thesis_compare(seed)),
+        "worlds" => Some(world(Kind::DataSheet, seed)),
+        "worlds-exact" => Some(world(Kind::Exact, seed)),
         _ => None,
     }
+}
+
+/// Whether a scenario is one of the thesis's kind, run with its recursion; the others are run as a user's log is.
+#[must_use]
+pub fn is_of_thesis(name: &str) -> bool {
+    !matches!(name, "worlds" | "worlds-exact")
 }
 
 /// How the thesis runs its filter over a scenario.

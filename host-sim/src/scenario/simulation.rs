@@ -106,7 +106,7 @@ impl Simulation {
             .map(|(truth, pose)| {
                 let moving = self.movers.iter().map(|mover| mover.at(truth.t_s));
                 let detections = imperfection.scan(pose, self.landmarks.iter().copied().chain(moving), &mut noise);
-                Scan { t_s: truth.t_s, detections }
+                Scan { t_s: truth.t_s, detections, ..Scan::default() }
             })
             .collect();
         let times: Vec<f64> = truth.iter().map(|row| row.t_s).collect();

@@ -9,7 +9,7 @@ use super::{
     VehicleSettings,
 };
 use crate::log::{Log, Vehicle};
-use crate::scenario::thesis_run;
+use crate::scenario::{is_of_thesis, thesis_run};
 use std::f64::consts::PI;
 
 /// Samples M of every particle a prediction: one, because drawing more is paid for as more particles would be.
@@ -293,6 +293,9 @@ impl Settings {
     #[must_use]
     pub fn for_scenario(name: &str, log: &Log) -> Self {
         let mut settings = Self::for_log(log);
+        if !is_of_thesis(name) {
+            return settings;
+        }
         settings.restrict_to_reference();
         if let Some(run) = thesis_run(name) {
             settings.filter.particles = run.particles;

@@ -22,7 +22,7 @@ pub fn worst_case(particles: usize, samples: usize, measurements: usize) -> (Log
         .map(|k| {
             let mut place = || [RANGE_MAX_M * (0.05 + 0.9 * noise.uniform()), PI * (2.0 * noise.uniform() - 1.0)];
             let detections = (0..measurements).map(|_| place()).collect();
-            Scan { t_s: k as f64 / SCANS_PER_SECOND, detections }
+            Scan { t_s: k as f64 / SCANS_PER_SECOND, detections, ..Scan::default() }
         })
         .collect();
     let log = Log {

@@ -1,0 +1,97 @@
+use super::{Association, Ekf};
+use crate::log::{Log, Nominal, Scan, Sensor, Vehicle};
+use crate::slam::Slam;
+
+fn log(simulated: bool) -> Log {
+    Log {
+        name: "straight".into(),
+        initial_pose: [0.0; 3],
+        vehicle: Vehicle::UnicycleArc,
+        sensor: Sensor { range_min_m: 0.0, range_max_m: 10.0, bearing_min_rad: -3.0, bearing_max_rad: 3.0 },
+        nominal: Nominal {
+            range_sigma_m: Some(0.1),
+            bearing_sigma_rad: Some(0.01),
+            speed_sigma_mps: Some(0.2),
+            rate_sigma_radps: Some(1e-9),
+            ..Nominal::default()
+        },
+        simulated,
+        odometry: Vec::new(),
+        scans: vec![Scan { t_s: 0.0, detections: vec![[1.0, 0.0]], labels: vec![-1] }],
+        truth: Vec::new(),
+        landmarks: Vec::new(),
+        moving: Vec::new(),
+    }
+}
+
+/// A vehicle on a line towards a landmark: the filter is the linear one of a scalar position and a scalar landmark.
+#[test]
+fn on_a_line_it_is_the_kalman_filter() {
+    let mut ekf = Ekf::start(&log(true), Association::NearestNeighbour).unwrap();
+    let (mut x, mut m) = (0.0_f64, 0.0_f64);
+    let (mut pxx, mut pxm, mut pmm) = (0.0_f64, 0.0_f64, 0.0_f64);
+    let (q, r) = (0.2_f64.powi(2), 0.1_f64.powi(2));
+    for step in 0..20_u32 {
+        if step > 0 {
+            ekf.predict([0.3, 0.0], 1.0).unwrap();
+            x += 0.3;
+            pxx += q;
+        }
+        let z = 8.0 - 0.31 * f64::from(step) + if step % 2 == 0 { 0.05 } else { -0.05 };
+        ekf.scan(&[[z, 0.0]]).unwrap();
+        if step == 0 {
+            (m, pmm, pxm) = (x + z, pxx + r, pxx);
+        } else {
+            let s = pxx - 2.0 * pxm + pmm + r;
+            let (kx, km) = ((pxm - pxx) / s, (pmm - pxm) / s);
+            let innovation = z - (m - x);
+            x += kx * innovation;
+            m += km * innovation;
+            (pxx, pxm, pmm) = (pxx - kx * kx * s, pxm - kx * km * s, pmm - km * km * s);
+        }
+        let (pose, covariance) = ekf.pose().unwrap();
+        assert!((pose[0] - x).abs() < 1e-9, "step {step}: {} is not {x}", pose[0]);
+        assert!((covariance[0][0] - pxx).abs() < 1e-9, "step {step}: {} is not {pxx}", covariance[0][0]);
+    }
+    let (_, map) = ekf.map().unwrap();
+    assert!((map[0].mean[0] - m).abs() < 1e-9 && (map[0].covariance[0][0] - pmm).abs() < 1e-9);
+}
+
+#[test]
+fn what_is_seen_but_once_is_dropped_and_what_is_seen_again_stays() {
+    let mut ekf = Ekf::start(&log(true), Association::NearestNeighbour).unwrap();
+    ekf.scan(&[[5.0, 0.0], [5.0, 1.5]]).unwrap();
+    for _ in 0..60 {
+        ekf.scan(&[[5.0, 0.0]]).unwrap();
+    }
+    assert_eq!(ekf.landmarks(), 1);
+}
+
+#[test]
+fn a_data_sheet_is_trusted_less_than_a_simulation() {
+    let covariance = |simulated| {
+        let mut ekf = Ekf::start(&log(simulated), Association::NearestNeighbour).unwrap();
+        for _ in 0..4 {
+            ekf.scan(&[[5.0, 0.0]]).unwrap();
+        }
+        ekf.map().unwrap().1[0].covariance[0][0]
+    };
+    // Seen four times from a pose that is certain.
+    assert!((covariance(true) - 0.0025).abs() < 1e-9 && (covariance(false) - 1.5 * 1.5 * 0.0025).abs() < 1e-9);
+}
+
+#[test]
+fn known_labels_hold_two_that_stand_in_one_place_apart() {
+    let mut log = log(true);
+    let scan = Scan { t_s: 0.0, detections: vec![], labels: vec![4, 9, -1, 2] };
+    log.scans = vec![scan; 5];
+    log.moving = vec![crate::log::MovingLandmark { subject: 2, t_s: 0.0, position: [0.0; 2] }];
+    let mut ekf = Ekf::start(&log, Association::Known).unwrap();
+    for _ in 0..5 {
+        ekf.scan(&[[5.0, 0.0], [5.01, 0.0], [2.0, 1.0], [3.0, 1.0]]).unwrap();
+    }
+    // Neither what is labelled as clutter nor what moves is a landmark.
+    assert_eq!(ekf.landmarks(), 2);
+    log.scans = vec![Scan::default()];
+    assert!(Ekf::start(&log, Association::Known).is_err());
+}

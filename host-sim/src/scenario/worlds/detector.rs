@@ -1,0 +1,148 @@
+//! What the sensor makes of a world, scan by scan.
+
+use super::misbehaviour::Misbehaviour;
+use super::plan::Plan;
+use super::stream;
+use crate::angle::wrap;
+use crate::noise::Noise;
+use libm::{asin, atan2, cos, sin};
+
+/// Radius of a landmark as a share of the world.
+const RADIUS_SHARE: f64 = 0.012;
+/// Spells a second in which a landmark is hidden, and how long they are, s.
+const SPELLS_PER_SECOND: f64 = 0.01;
+const SPELL_S: f64 = 2.0;
+/// Share of the detections that are far off, and their noise in standard deviations.
+const OUTLIER_SHARE: f64 = 0.02;
+const OUTLIER_SIGMAS: f64 = 3.0;
+/// False returns that stand still: how many turn up a second, and for how long, s.
+const STANDING_PER_SECOND: f64 = 0.15;
+const STANDING_S: f64 = 3.0;
+
+/// A false return that stands still.
+#[derive(Debug, Clone, Copy)]
+struct Ghost {
+    place: [f64; 2],
+    until_s: f64,
+}
+
+pub(super) struct Detector<'a> {
+    plan: &'a Plan,
+    misbehaviour: Misbehaviour,
+    /// For every landmark the time until which it is hidden, s.
+    hidden_until_s: Vec<f64>,
+    ghosts: Vec<Ghost>,
+    last_s: Option<f64>,
+    detection: Noise,
+    spells: Noise,
+    far_off: Noise,
+    standing: Noise,
+    clutter: Noise,
+}
+
+impl<'a> Detector<'a> {
+    pub fn new(plan: &'a Plan, misbehaviour: Misbehaviour, seed: u64) -> Self {
+        Self {
+            plan,
+            misbehaviour,
+            hidden_until_s: vec![f64::NEG_INFINITY; plan.landmarks.len()],
+            ghosts: Vec::new(),
+            last_s: None,
+            detection: stream(seed, 6),
+            spells: stream(seed, 7),
+            far_off: stream(seed, 8),
+            standing: stream(seed, 9),
+            clutter: stream(seed, 10),
+        }
+    }
+
+    /// Range and bearing of what the sensor reports from `pose`, with the landmark each is of or −1, in an order that tells
+    /// nothing.
+    pub fn scan(&mut self, t_s: f64, pose: [f64; 3]) -> Vec<([f64; 2], i64)> {
+        let passed_s = self.last_s.map_or(0.0, |last_s| t_s - last_s);
+        self.last_s = Some(t_s);
+        self.begin_spells(t_s, passed_s);
+        self.raise_ghosts(t_s, passed_s, pose);
+        let mut detections = Vec::new();
+        for (label, &landmark) in self.plan.landmarks.iter().enumerate() {
+            let hidden = self.hidden_until_s[label] > t_s || self.is_behind_another(pose, label);
+            let detected = self.detection.happens(self.plan.detection_probability);
+            let measured = self.measure(pose, landmark);
+            if let Some(measured) = measured.filter(|_| detected && !hidden) {
+                detections.push((measured, label as i64));
+            }
+        }
+        for ghost in self.ghosts.clone() {
+            if let Some(measured) = self.measure(pose, ghost.place) {
+                detections.push((measured, -1));
+            }
+        }
+        for _ in 0..self.clutter.poisson(self.plan.clutter_per_scan) {
+            detections.push((self.anywhere(), -1));
+        }
+        self.clutter.shuffle(&mut detections);
+        detections
+    }
+
+    fn begin_spells(&mut self, t_s: f64, passed_s: f64) {
+        for until_s in &mut self.hidden_until_s {
+            let begins = self.spells.happens(SPELLS_PER_SECOND * passed_s);
+            if begins && self.misbehaviour.hidden_spells {
+                *until_s = t_s + SPELL_S;
+            }
+        }
+    }
+
+    fn raise_ghosts(&mut self, t_s: f64, passed_s: f64, pose: [f64; 3]) {
+        self.ghosts.retain(|ghost| ghost.until_s > t_s);
+        for _ in 0..self.standing.poisson(STANDING_PER_SECOND * passed_s) {
+            let sensor = self.plan.sensor;
+            let range = self.standing.between(sensor.range_min_m, sensor.range_max_m);
+            let angle = pose[2] + self.standing.between(sensor.bearing_min_rad, sensor.bearing_max_rad);
+            let place = [pose[0] + range * cos(angle), pose[1] + range * sin(angle)];
+            if self.misbehaviour.standing_clutter {
+                self.ghosts.push(Ghost { place, until_s: t_s + STANDING_S });
+            }
+        }
+    }
+
+    /// A uniform false measurement.
+    fn anywhere(&mut self) -> [f64; 2] {
+        let sensor = self.plan.sensor;
+        let range = self.clutter.between(sensor.range_min_m, sensor.range_max_m);
+        [range, self.clutter.between(sensor.bearing_min_rad, sensor.bearing_max_rad)]
+    }
+
+    /// Whether a landmark nearer to the sensor stands before this one.
+    fn is_behind_another(&self, [x, y, _]: [f64; 3], label: usize) -> bool {
+        let radius = RADIUS_SHARE * self.plan.extent_m;
+        let polar = |place: [f64; 2]| {
+            let (dx, dy) = (place[0] - x, place[1] - y);
+            (dx.hypot(dy), atan2(dy, dx))
+        };
+        let (range, bearing) = polar(self.plan.landmarks[label]);
+        let hides = |&other: &[f64; 2]| {
+            let (other_range, other_bearing) = polar(other);
+            other_range < range && wrap(other_bearing - bearing).abs() < asin((radius / other_range).min(1.0))
+        };
+        self.misbehaviour.occlusion && self.plan.landmarks.iter().any(hides)
+    }
+
+    /// The place as it is measured; `None` out of view. Draws the same random numbers either way.
+    fn measure(&mut self, [x, y, heading]: [f64; 3], place: [f64; 2]) -> Option<[f64; 2]> {
+        let (plan, sensor) = (self.plan, self.plan.sensor);
+        let far_off = self.far_off.happens(OUTLIER_SHARE) && self.misbehaviour.outliers;
+        let sigmas = if far_off { OUTLIER_SIGMAS } else { 1.0 };
+        let noise = [self.detection.normal(), self.detection.normal()];
+        let (dx, dy) = (place[0] - x, place[1] - y);
+        let (range, bearing) = ((dx * dx + dy * dy).sqrt(), wrap(atan2(dy, dx) - heading));
+        let seen = (sensor.range_min_m..=sensor.range_max_m).contains(&range)
+            && (sensor.bearing_min_rad..=sensor.bearing_max_rad).contains(&bearing);
+        seen.then(|| {
+            [
+                (range + sigmas * plan.range_sigma_m * noise[0]).abs(),
+                wrap(bearing + sigmas * plan.bearing_sigma_rad * noise[1]),
+            ]
+        })
+    }
+}
