@@ -70,6 +70,9 @@ pub enum Command {
     /// or the log of that number. So every run is decided by its number alone, whatever the threads. OSPA is of order
     /// 1 and cut-off 10 m, of the static and moving estimate together, at every scan: a static landmark counts from
     /// its first time in view on, a moving one while it is in view.
+    ///
+    /// `worlds` and `worlds-exact` are other places with every seed, which have no mean: one line a world, then how the
+    /// first filter stands beside each other one. With --out FILE every run is kept as it ends, and not run again.
     MonteCarlo(MonteCarloArgs),
     /// Puts together the parts of a study that `monte-carlo --shard` left.
     Merge(MergeArgs),
@@ -84,7 +87,7 @@ pub enum Command {
     Compare(CompareArgs),
     /// Lists the built-in scenarios.
     Scenarios,
-    /// Writes a built-in scenario as a log folder.
+    /// Writes a built-in scenario as a log folder, or with several seeds as several.
     Export {
         /// Name of the scenario; `scphd-sim scenarios` lists them.
         scenario: String,
@@ -93,6 +96,9 @@ pub enum Command {
         /// Seed of the scenario's noise, missed detections and false measurements.
         #[arg(long, default_value_t = 1)]
         seed: u64,
+        /// Writes N folders SCENARIO-SEED into DIR, of the seeds from --seed on.
+        #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..))]
+        count: Option<u32>,
     },
     /// Writes a log or scenario as the binary stream that a vehicle computer reads; docs/stream.md describes it.
     Stream(StreamArgs),

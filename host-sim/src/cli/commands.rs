@@ -6,7 +6,7 @@ use super::failure::{Failure, notice, print};
 use super::outputs::{Outputs, label};
 use super::progress::Progress;
 use super::source::{Source, scenario, tuned};
-use super::{figure, monte_carlo, repeat, stream, tune, underwater};
+use super::{figure, monte_carlo, repeat, stream, tune, underwater, worlds};
 use scphd::Health;
 use scphd_sim::log::Log;
 use scphd_sim::log_folder;
@@ -45,8 +45,9 @@ pub fn execute(cli: Cli) -> Result<(), Failure> {
         Some(Command::Run { scenario: Some(name), run, scenario_seed, list: false }) => {
             runs(vec![Source::scenario(name, scenario_seed.scenario_seed)?], run)
         }
-        Some(Command::MonteCarlo(args)) => match &args.sources[..] {
-            [name] if name.to_str().is_some_and(underwater::is_scenario) => underwater::study(args),
+        Some(Command::MonteCarlo(args)) => match (worlds::asked_for(&args), &args.sources[..]) {
+            (Some(name), _) => worlds::study(name, args),
+            (None, [name]) if name.to_str().is_some_and(underwater::is_scenario) => underwater::study(args),
             _ => monte_carlo::study(args),
         },
         Some(Command::Merge(args)) => monte_carlo::merge(args),
@@ -56,7 +57,7 @@ pub fn execute(cli: Cli) -> Result<(), Failure> {
             _ => compare::compare(args),
         },
         Some(Command::Run { .. } | Command::Scenarios) => list_scenarios(),
-        Some(Command::Export { scenario: name, dir, seed }) => export(&scenario(&name, seed)?, &dir),
+        Some(Command::Export { scenario: name, dir, seed, count }) => export_all(&name, &dir, seed, count),
         Some(Command::Stream(args)) => stream::stream(args),
         Some(Command::Tune(args)) => tune::tune(args),
         Some(Command::Settings { source, tuning }) => {
@@ -157,6 +158,16 @@ pub fn report_health(outputs: &Outputs, summary: &Summary, health: &[(Health, us
         .collect();
     let text = if conditions.is_empty() { "good in all scans".into() } else { conditions.join(", ") };
     outputs.print(&format!("health, {}: {text}", label(summary)))
+}
+
+/// Writes one folder, or so many in a folder, each with the seed after that of the one before.
+fn export_all(name: &str, dir: &Path, seed: u64, count: Option<u32>) -> Result<(), Failure> {
+    let Some(count) = count else { return export(&scenario(name, seed)?, dir) };
+    fs::create_dir_all(dir).map_err(|error| Failure::input(format_args!("cannot make {}: {error}", dir.display())))?;
+    (0..u64::from(count)).try_for_each(|k| {
+        let seed = seed.checked_add(k).ok_or_else(|| Failure::input(format_args!("--seed {seed}: too large")))?;
+        export(&scenario(name, seed)?, &dir.join(format!("{name}-{seed}")))
+    })
 }
 
 /// Writes the folder beside its place and moves it there when it is complete.

@@ -13,6 +13,7 @@ mod source;
 mod stream;
 mod tune;
 mod underwater;
+mod worlds;
 
 use args::Cli;
 use clap::Parser;

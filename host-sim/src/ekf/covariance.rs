@@ -1,5 +1,7 @@
 //! A symmetric matrix that grows and shrinks with the map.
 
+use nalgebra::{RowVector2, SMatrix, SVector};
+
 /// Covariance of the whole state, row by row.
 #[derive(Debug, Clone)]
 pub(super) struct Covariance {
@@ -28,8 +30,13 @@ impl Covariance {
     }
 
     /// The block of these variables.
-    pub(super) fn block<const N: usize>(&self, variables: [usize; N]) -> [[f64; N]; N] {
-        variables.map(|row| variables.map(|column| self.get(row, column)))
+    pub(super) fn block<const N: usize>(&self, variables: [usize; N]) -> SMatrix<f64, N, N> {
+        SMatrix::from_fn(|row, column| self.get(variables[row], variables[column]))
+    }
+
+    /// The covariances of one variable with these.
+    pub(super) fn row<const N: usize>(&self, row: usize, variables: [usize; N]) -> SVector<f64, N> {
+        SVector::from_fn(|k, _| self.get(row, variables[k]))
     }
 
     /// The same with the variables of `kept`, in their order.
@@ -47,13 +54,11 @@ impl Covariance {
         grown
     }
 
-    /// P ← P − G Hᵀ-like update of rank 2: subtracts gain · crossᵀ, with cross = P Hᵀ and gain = P Hᵀ S⁻¹.
-    pub(super) fn subtract(&mut self, gain: &[[f64; 2]], cross: &[[f64; 2]]) {
-        for row in 0..self.side {
-            let [g0, g1] = gain[row];
-            for column in row..self.side {
-                let value = self.get(row, column) - g0 * cross[column][0] - g1 * cross[column][1];
-                self.set(row, column, value);
+    /// P ← P − K (P Hᵀ)ᵀ, with K and P Hᵀ row by row.
+    pub(super) fn subtract(&mut self, gain: &[RowVector2<f64>], cross: &[RowVector2<f64>]) {
+        for (row, gain) in gain.iter().enumerate() {
+            for (column, cross) in cross.iter().enumerate().skip(row) {
+                self.set(row, column, self.get(row, column) - gain.dot(cross));
             }
         }
     }

@@ -8,6 +8,7 @@ use crate::log::{Log, Vehicle};
 use crate::record::{MapFeature, MovingFeature};
 use crate::slam::{PoseAndCovariance, Refusal, ScanOutcome, Slam};
 use libm::{atan2, cos, sin};
+use nalgebra::{Matrix2, Matrix2x3, Matrix3, Matrix3x2, RowVector2, SMatrix, Vector2, Vector3};
 use scphd::Health;
 use std::collections::BTreeSet;
 
@@ -35,7 +36,7 @@ pub struct Ekf {
     vehicle: Vehicle,
     odometry: OdometryNoise,
     /// Variances of range, m², and bearing, rad².
-    noise: [f64; 2],
+    noise: Vector2<f64>,
     association: Association,
     /// Labels of every scan's detections, those of static landmarks alone; only for [`Association::Known`].
     labels: Vec<Vec<Option<i64>>>,
@@ -49,10 +50,11 @@ pub struct Ekf {
 /// A detection as one landmark explains it.
 struct Pairing {
     landmark: usize,
-    jacobian: [[f64; 5]; 2],
-    innovation: [f64; 2],
+    /// ∂h by the pose and by the landmark.
+    jacobian: SMatrix<f64, 2, 5>,
+    innovation: Vector2<f64>,
     /// S⁻¹.
-    information: [[f64; 2]; 2],
+    information: Matrix2<f64>,
     /// νᵀ S⁻¹ ν.
     distance: f64,
 }
@@ -75,7 +77,7 @@ impl Ekf {
         Ok(Self {
             vehicle: log.vehicle,
             odometry: OdometryNoise::of(log),
-            noise: [range, bearing].map(|sigma| (trust * sigma).powi(2)),
+            noise: Vector2::new(range, bearing).map(|sigma| (trust * sigma).powi(2)),
             association,
             labels,
             state: log.initial_pose.to_vec(),
@@ -102,32 +104,16 @@ impl Ekf {
         let (dx, dy) = (self.state[at] - x, self.state[at + 1] - y);
         let squared = (dx * dx + dy * dy).max(1e-9);
         let range = squared.sqrt();
-        let jacobian = [
-            [-dx / range, -dy / range, 0.0, dx / range, dy / range],
-            [dy / squared, -dx / squared, -1.0, -dy / squared, dx / squared],
-        ];
+        #[rustfmt::skip]
+        let jacobian = SMatrix::<f64, 2, 5>::new(
+            -dx / range, -dy / range, 0.0, dx / range, dy / range,
+            dy / squared, -dx / squared, -1.0, -dy / squared, dx / squared,
+        );
         let block = self.covariance.block([0, 1, 2, at, at + 1]);
-        let mut s = [[self.noise[0], 0.0], [0.0, self.noise[1]]];
-        for row in 0..2 {
-            for column in 0..2 {
-                for a in 0..5 {
-                    for b in 0..5 {
-                        s[row][column] += jacobian[row][a] * block[a][b] * jacobian[column][b];
-                    }
-                }
-            }
-        }
-        let determinant = s[0][0] * s[1][1] - s[0][1] * s[1][0];
-        if !(determinant > 0.0) {
-            return None;
-        }
-        let information =
-            [[s[1][1] / determinant, -s[0][1] / determinant], [-s[1][0] / determinant, s[0][0] / determinant]];
-        let innovation = [detection[0] - range, wrap(detection[1] - (atan2(dy, dx) - heading))];
-        let [u, v] = innovation;
-        let distance = u * u * information[0][0]
-            + u * v * (information[0][1] + information[1][0])
-            + v * v * information[1][1];
+        let noise = Matrix2::from_diagonal(&self.noise);
+        let information = (jacobian * block * jacobian.transpose() + noise).try_inverse()?;
+        let innovation = Vector2::new(detection[0] - range, wrap(detection[1] - (atan2(dy, dx) - heading)));
+        let distance = innovation.dot(&(information * innovation));
         Some(Pairing { landmark, jacobian, innovation, information, distance })
     }
 
@@ -139,21 +125,13 @@ impl Ekf {
     /// The Kalman update of the whole state.
     fn correct(&mut self, pairing: &Pairing) {
         let at = POSE + 2 * pairing.landmark;
-        let variables = [0, 1, 2, at, at + 1];
-        let side = self.covariance.side();
-        // P Hᵀ and the gain P Hᵀ S⁻¹.
-        let cross: Vec<[f64; 2]> = (0..side)
-            .map(|row| {
-                let along = |h: &[f64; 5]| {
-                    h.iter().zip(variables).map(|(h, variable)| h * self.covariance.get(row, variable)).sum()
-                };
-                [along(&pairing.jacobian[0]), along(&pairing.jacobian[1])]
-            })
+        // P Hᵀ and the gain P Hᵀ S⁻¹, row by row.
+        let cross: Vec<RowVector2<f64>> = (0..self.covariance.side())
+            .map(|row| (pairing.jacobian * self.covariance.row(row, [0, 1, 2, at, at + 1])).transpose())
             .collect();
-        let [[a, b], [c, d]] = pairing.information;
-        let gain: Vec<[f64; 2]> = cross.iter().map(|[u, v]| [u * a + v * c, u * b + v * d]).collect();
-        for (variable, [u, v]) in self.state.iter_mut().zip(&gain) {
-            *variable += u * pairing.innovation[0] + v * pairing.innovation[1];
+        let gain: Vec<RowVector2<f64>> = cross.iter().map(|row| row * pairing.information).collect();
+        for (variable, gain) in self.state.iter_mut().zip(&gain) {
+            *variable += (gain * pairing.innovation).x;
         }
         self.state[2] = wrap(self.state[2]);
         self.covariance.subtract(&gain, &cross);
@@ -164,26 +142,20 @@ impl Ekf {
     fn add(&mut self, [range, bearing]: [f64; 2], label: Option<i64>) {
         let [x, y, heading] = self.pose_mean();
         let (s, c) = (sin(heading + bearing), cos(heading + bearing));
-        let by_pose = [[1.0, 0.0, -range * s], [0.0, 1.0, range * c]];
-        let by_measurement = [[c, -range * s], [s, range * c]];
+        let by_pose = Matrix2x3::new(1.0, 0.0, -range * s, 0.0, 1.0, range * c);
+        let by_measurement = Matrix2::new(c, -range * s, s, range * c);
         let old = self.covariance.side();
         let mut covariance = self.covariance.grown(2);
-        for (row, by_pose) in by_pose.iter().enumerate() {
-            for column in 0..old {
-                let value = (0..POSE).map(|k| by_pose[k] * self.covariance.get(k, column)).sum();
-                covariance.set(old + row, column, value);
-            }
+        for column in 0..old {
+            let cross = by_pose * self.covariance.row(column, [0, 1, 2]);
+            covariance.set(old, column, cross.x);
+            covariance.set(old + 1, column, cross.y);
         }
-        for row in 0..2 {
-            for column in row..2 {
-                let from_pose: f64 = (0..POSE)
-                    .flat_map(|a| (0..POSE).map(move |b| (a, b)))
-                    .map(|(a, b)| by_pose[row][a] * self.covariance.get(a, b) * by_pose[column][b])
-                    .sum();
-                let from_noise: f64 =
-                    (0..2).map(|k| by_measurement[row][k] * self.noise[k] * by_measurement[column][k]).sum();
-                covariance.set(old + row, old + column, from_pose + from_noise);
-            }
+        let noise = Matrix2::from_diagonal(&self.noise);
+        let own = by_pose * self.covariance.block([0, 1, 2]) * by_pose.transpose()
+            + by_measurement * noise * by_measurement.transpose();
+        for (row, column) in [(0, 0), (0, 1), (1, 1)] {
+            covariance.set(old + row, old + column, own[(row, column)]);
         }
         self.covariance = covariance;
         self.state.extend([x + range * c, y + range * s]);
@@ -192,9 +164,8 @@ impl Ekf {
 
     /// Drops what was seen but once or twice and not again.
     fn drop_clutter(&mut self) {
-        let stays = |landmark: &Landmark| {
-            landmark.sights >= FEWEST_SIGHTS || self.scans - landmark.born <= PROBATION_SCANS
-        };
+        let stays =
+            |landmark: &Landmark| landmark.sights >= FEWEST_SIGHTS || self.scans - landmark.born <= PROBATION_SCANS;
         let kept: Vec<usize> = (0..self.landmarks.len()).filter(|&k| stays(&self.landmarks[k])).collect();
         if kept.len() == self.landmarks.len() {
             return;
@@ -205,6 +176,11 @@ impl Ekf {
         self.state = variables.iter().map(|&variable| self.state[variable]).collect();
         self.landmarks = kept.iter().map(|&k| self.landmarks[k]).collect();
     }
+}
+
+/// A matrix row by row.
+fn entries<const N: usize>(matrix: &SMatrix<f64, N, N>) -> [[f64; N]; N] {
+    std::array::from_fn(|row| std::array::from_fn(|column| matrix[(row, column)]))
 }
 
 /// The label of every detection that is of a static landmark; `None` where the log has no labels.
@@ -220,41 +196,29 @@ impl Slam for Ekf {
     fn predict(&mut self, control: [f64; 2], dt_s: f64) -> Result<(), Refusal> {
         let pose = self.pose_mean();
         let step = |pose, control| self.vehicle.step(pose, control, dt_s);
-        let slope = |plus: [f64; POSE], minus: [f64; POSE]| {
-            [plus[0] - minus[0], plus[1] - minus[1], wrap(plus[2] - minus[2])].map(|change| change / (2.0 * STEP))
+        let slope = |[x, y, h]: [f64; POSE], [x0, y0, h0]: [f64; POSE]| {
+            Vector3::new(x - x0, y - y0, wrap(h - h0)) / (2.0 * STEP)
         };
-        let by_pose: [[f64; POSE]; POSE] = std::array::from_fn(|k| {
-            let (mut plus, mut minus) = (pose, pose);
-            plus[k] += STEP;
-            minus[k] -= STEP;
-            slope(step(plus, control), step(minus, control))
-        });
-        let by_control: [[f64; POSE]; 2] = std::array::from_fn(|k| {
-            let (mut plus, mut minus) = (control, control);
-            plus[k] += STEP;
-            minus[k] -= STEP;
-            slope(step(pose, plus), step(pose, minus))
-        });
-        let variances = self.odometry.variances(control, dt_s);
+        let nudged = |from: f64, k: usize, at: usize, by: f64| if k == at { from + by } else { from };
+        let by_pose = Matrix3::from_columns(&[0, 1, 2].map(|at| {
+            let nudge = |by| std::array::from_fn(|k| nudged(pose[k], k, at, by));
+            slope(step(nudge(STEP), control), step(nudge(-STEP), control))
+        }));
+        let by_control = Matrix3x2::from_columns(&[0, 1].map(|at| {
+            let nudge = |by| std::array::from_fn(|k| nudged(control[k], k, at, by));
+            slope(step(pose, nudge(STEP)), step(pose, nudge(-STEP)))
+        }));
+        let variances = Matrix2::from_diagonal(&self.odometry.variances(control, dt_s));
         let moved = step(pose, control);
         self.state[..POSE].copy_from_slice(&moved);
         let before = self.covariance.block([0, 1, 2]);
-        for row in 0..POSE {
-            for column in row..POSE {
-                let carried: f64 = (0..POSE)
-                    .flat_map(|a| (0..POSE).map(move |b| (a, b)))
-                    .map(|(a, b)| by_pose[a][row] * before[a][b] * by_pose[b][column])
-                    .sum();
-                let added: f64 = (0..2).map(|k| by_control[k][row] * variances[k] * by_control[k][column]).sum();
-                self.covariance.set(row, column, carried + added);
-            }
-        }
+        let after = by_pose * before * by_pose.transpose() + by_control * variances * by_control.transpose();
         for column in POSE..self.covariance.side() {
-            let before = [0, 1, 2].map(|k| self.covariance.get(k, column));
-            for row in 0..POSE {
-                let value = (0..POSE).map(|k| by_pose[k][row] * before[k]).sum();
-                self.covariance.set(row, column, value);
-            }
+            let cross = by_pose * self.covariance.row(column, [0, 1, 2]);
+            (0..POSE).for_each(|row| self.covariance.set(row, column, cross[row]));
+        }
+        for (row, column) in [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)] {
+            self.covariance.set(row, column, after[(row, column)]);
         }
         Ok(())
     }
@@ -298,7 +262,7 @@ impl Slam for Ekf {
     }
 
     fn pose(&mut self) -> Result<PoseAndCovariance, Refusal> {
-        Ok((self.pose_mean(), self.covariance.block([0, 1, 2])))
+        Ok((self.pose_mean(), entries(&self.covariance.block([0, 1, 2]))))
     }
 
     fn map(&mut self) -> Result<(f64, Vec<MapFeature>), Refusal> {
@@ -310,7 +274,7 @@ impl Slam for Ekf {
                     id: k as u32,
                     weight: 1.0,
                     mean: [self.state[at], self.state[at + 1]],
-                    covariance: self.covariance.block([at, at + 1]),
+                    covariance: entries(&self.covariance.block([at, at + 1])),
                 }
             })
             .collect();

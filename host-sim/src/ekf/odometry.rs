@@ -1,6 +1,7 @@
 //! How far odometry is trusted.
 
 use crate::log::{Log, Vehicle};
+use nalgebra::Vector2;
 
 /// Standard deviations of the two controls where a log does not state them: a constant (m/s; rad or rad/s), a share, and how
 /// long an error lasts, s. Round numbers, from no log.
@@ -28,10 +29,10 @@ impl OdometryNoise {
 
     /// Variances of the controls over `dt_s`. An error that lasts longer than the step adds up over the steps as if it were
     /// larger by the ratio of the two.
-    pub(super) fn variances(&self, control: [f64; 2], dt_s: f64) -> [f64; 2] {
+    pub(super) fn variances(&self, control: [f64; 2], dt_s: f64) -> Vector2<f64> {
         let lasting = (UNSTATED_LASTS_S / dt_s).max(1.0);
         let unstated = |control: f64| lasting * (UNSTATED_CONSTANT + UNSTATED_SHARE * control.abs()).powi(2);
         let variance = |stated: Option<f64>, control| stated.map_or_else(|| unstated(control), |sigma| sigma * sigma);
-        [variance(self.speed, control[0]), variance(self.turn, control[1])]
+        Vector2::new(variance(self.speed, control[0]), variance(self.turn, control[1]))
     }
 }

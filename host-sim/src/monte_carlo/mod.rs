@@ -10,6 +10,7 @@ pub mod overview;
 mod plan;
 mod run;
 mod statistics;
+pub mod worlds;
 
 pub use plan::{Job, MergeError, Plan, Shard, Study};
 pub use run::{Curve, RunResult, ScanErrors, Series};

@@ -1,6 +1,6 @@
 //! Built-in simulated scenarios.
 //!
-//! Map, path and tracks of a scenario never change; its seed changes the noise, the missed detections and
+//! Map, path and tracks of a scenario never change (but for the random `worlds`); its seed changes the noise, the missed detections and
 //! the clutter. The same seed gives the same log, bit for bit, on every machine (see [`crate::noise`]).
 
 mod car;
@@ -43,11 +43,11 @@ pub const SCENARIOS: &[(&str, &str)] = &[
         "worlds",
         "a random world for every seed (12 to 96 m, 4 to 5 min) that states its data sheet and misbehaves as real ones do",
     ),
-    (
-        "worlds-exact",
-        "a random world for every seed that states all of its noise, 3 to 10 false measurements a scan",
-    ),
+    ("worlds-exact", "a random world for every seed that states all of its noise, 3 to 10 false measurements a scan"),
 ];
+
+/// The scenarios that are another place with every seed.
+pub const WORLDS: [&str; 2] = ["worlds", "worlds-exact"];
 
 /// The scenario of that name.
 #[must_use]
@@ -66,7 +66,7 @@ pub fn by_name(name: &str, seed: u64) -> Option<Log> {
 /// Whether a scenario is one of the thesis's kind, run with its recursion; the others are run as a user's log is.
 #[must_use]
 pub fn is_of_thesis(name: &str) -> bool {
-    !matches!(name, "worlds" | "worlds-exact")
+    !WORLDS.contains(&name)
 }
 
 /// How the thesis runs its filter over a scenario.

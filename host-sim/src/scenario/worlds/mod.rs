@@ -63,11 +63,8 @@ fn of_plan(plan: &Plan, misbehaviour: Misbehaviour, seed: u64, name: &str, state
         Scan { t_s, detections, labels }
     });
     let scans = scans.collect();
-    let truth = seen_from.iter().map(|&(t_s, [x, y, heading])| TruePose {
-        t_s,
-        position: [x, y],
-        heading_rad: Some(heading),
-    });
+    let truth =
+        seen_from.iter().map(|&(t_s, [x, y, heading])| TruePose { t_s, position: [x, y], heading_rad: Some(heading) });
     let truth = truth.collect();
     Log {
         name: format!("{name}-{seed}"),
