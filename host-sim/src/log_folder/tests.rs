@@ -111,13 +111,17 @@ fn optional_files_and_foreign_columns() {
     // Another order, a byte order mark, Windows line ends, blanks, a label, and a stray column.
     folder.put(
         "detections.csv",
-        "\u{feff}label_subject,bearing_rad, range_m ,odd,scan\r\nx,0.5,1,,0\r\n7,-0.5, 2,nan,3\r\n\r\n7,0.25,3,,3\r\n",
+        "\u{feff}label_subject,bearing_rad, range_m ,odd,scan\r\n-1,0.5,1,,0\r\n7,-0.5, 2,nan,3\r\n\r\n8,0.25,3,,3\r\n",
     );
     folder.put("truth.csv", "t_s,x_m,y_m,heading_rad\n0,1,2,0.5\n1,2,3,\n");
     folder.put("landmarks.csv", "x_m,y_m\n4,5\n");
     folder.put("moving.csv", "subject,t_s,x_m,y_m\n2,0,1,1\n2,1,1,2\n-1,0,3,3\n");
     let log = read(&folder.0).unwrap();
-    assert_eq!(log.scans, read(&Folder::sound().0).unwrap().scans);
+    let mut unlabelled = log.scans.clone();
+    unlabelled.iter_mut().for_each(|scan| scan.labels.clear());
+    assert_eq!(unlabelled, read(&Folder::sound().0).unwrap().scans);
+    let labels: Vec<i64> = log.scans.iter().flat_map(|scan| scan.labels.clone()).collect();
+    assert_eq!(labels, [-1, 7, 8]);
     let headings: Vec<_> = log.truth.iter().map(|row| row.heading_rad).collect();
     assert_eq!(headings, [Some(0.5), None]);
     assert_eq!(log.landmarks, [[4.0, 5.0]]);

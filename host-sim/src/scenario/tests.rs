@@ -9,7 +9,9 @@ use crate::{log_folder, truth};
 #[test]
 fn names_lead_to_logs() {
     for (name, about) in SCENARIOS {
-        assert_eq!(by_name(name, 1).unwrap().name, *name);
+        // Random worlds bear their seed.
+        let named = by_name(name, 1).unwrap().name;
+        assert_eq!(named.strip_suffix("-1").unwrap_or(&named), *name);
         assert!(!about.contains('\n'));
     }
     assert!(by_name("no such scenario", 1).is_none());
@@ -149,7 +151,8 @@ fn dead_reckoning_goes_astray_by_metres() {
 
 #[test]
 fn the_seed_decides_the_noise_and_nothing_else() {
-    for (name, _) in SCENARIOS {
+    // A random world is another place with every seed.
+    for (name, _) in SCENARIOS.iter().filter(|(name, _)| is_of_thesis(name)) {
         let [log, same, other] = [5, 5, 6].map(|seed| by_name(name, seed).unwrap());
         assert_eq!(log, same);
         assert_eq!((&log.truth, &log.landmarks, &log.moving), (&other.truth, &other.landmarks, &other.moving));
