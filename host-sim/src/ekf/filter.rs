@@ -9,7 +9,7 @@ use crate::record::{MapFeature, MovingFeature};
 use crate::slam::{PoseAndCovariance, Refusal, ScanOutcome, Slam};
 use libm::{atan2, cos, sin};
 use nalgebra::{Matrix2, Matrix2x3, Matrix3, Matrix3x2, RowVector2, SMatrix, Vector2, Vector3};
-use scphd::Health;
+use scphd::{Health, Implausible};
 use std::collections::BTreeSet;
 
 /// A user who does not trust a data sheet takes its standard deviations this much larger.
@@ -193,7 +193,7 @@ fn static_labels(log: &Log) -> Option<Vec<Vec<Option<i64>>>> {
 }
 
 impl Slam for Ekf {
-    fn predict(&mut self, control: [f64; 2], dt_s: f64) -> Result<(), Refusal> {
+    fn predict(&mut self, control: [f64; 2], dt_s: f64) -> Result<Option<Implausible>, Refusal> {
         let pose = self.pose_mean();
         let step = |pose, control| self.vehicle.step(pose, control, dt_s);
         let slope = |[x, y, h]: [f64; POSE], [x0, y0, h0]: [f64; POSE]| {
@@ -220,7 +220,7 @@ impl Slam for Ekf {
         for (row, column) in [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)] {
             self.covariance.set(row, column, after[(row, column)]);
         }
-        Ok(())
+        Ok(None)
     }
 
     fn scan(&mut self, detections: &[[f64; 2]]) -> Result<ScanOutcome, Refusal> {
