@@ -7,6 +7,7 @@
 use crate::config::ADAPTIVE;
 use crate::confirmed::is_confirmed;
 use crate::map::Maps;
+use crate::models::is_rate;
 use crate::scan::Scan;
 use crate::view::{Expectation, View};
 use crate::weigh::{reset_eta, within};
@@ -105,7 +106,7 @@ impl<T: Real> Learnt<T> {
     /// Takes in what one scan showed.
     pub(crate) fn learn(&mut self, seen: &Seen<T>, clutter_per_scan: T, online: &Online<T>) {
         self.detections.learn(seen.detections, online.detection_memory);
-        if clutter_per_scan > T::ZERO {
+        if clutter_per_scan > T::ZERO && is_rate(clutter_per_scan) {
             let clutter = Ratio { happened: seen.clutter, expected: clutter_per_scan };
             self.clutter.learn(clutter, online.clutter_memory);
         }

@@ -1,5 +1,7 @@
 //! Checks that cross crate borders; the tests themselves are in `tests/`. Here is what they share.
 
+pub mod fuzz;
+
 use std::panic;
 use std::thread;
 

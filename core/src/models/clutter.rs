@@ -24,6 +24,11 @@ pub trait Clutter<T: Real, const Z: usize> {
     }
 }
 
+/// Whether this may be a number of false measurements to expect: sums of it over all scans to come stay finite.
+pub(crate) fn is_rate<T: Real>(per_scan: T) -> bool {
+    per_scan >= T::ZERO && per_scan <= T::from_f64(1e9)
+}
+
 /// The same intensity everywhere in the window.
 ///
 /// ```
@@ -46,10 +51,10 @@ impl<T: Real> UniformClutter<T> {
     /// ([`RangeBearingWindow::measure`](super::RangeBearingWindow::measure), m·rad).
     ///
     /// # Errors
-    /// λ must be finite and not negative, the measure finite and positive.
+    /// λ must be at most 1e9 and not negative, the measure finite, positive, and large enough for a finite intensity.
     pub fn of_scan(clutter_per_scan: T, window_measure: T) -> Result<Self, ModelError> {
         let (rate, measure) = (clutter_per_scan, window_measure);
-        require(rate >= T::ZERO && rate.is_finite(), "clutter_per_scan", "finite and not negative")?;
+        require(is_rate(rate), "clutter_per_scan", "between 0 and 1e9")?;
         require(measure > T::ZERO && measure.is_finite(), "window_measure", "finite and positive")?;
         let intensity = rate / measure;
         require(intensity.is_finite(), "window_measure", "large enough for a finite intensity")?;
@@ -70,5 +75,21 @@ impl<T: Real, const Z: usize> Clutter<T, Z> for UniformClutter<T> {
 
     fn per_scan(&self) -> T {
         self.per_scan
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::UniformClutter;
+
+    #[test]
+    fn rates_that_no_scan_has_are_refused() {
+        assert!(UniformClutter::of_scan(20.0_f32, 94.0).is_ok() && UniformClutter::of_scan(0.0_f32, 94.0).is_ok());
+        for rate in [-1.0, f32::NAN, f32::INFINITY, f32::MAX] {
+            assert_eq!(UniformClutter::of_scan(rate, 94.0).unwrap_err().field, "clutter_per_scan");
+        }
+        for measure in [0.0, -1.0, f32::NAN, 1e-40] {
+            assert_eq!(UniformClutter::of_scan(20.0, measure).unwrap_err().field, "window_measure");
+        }
     }
 }

@@ -24,6 +24,7 @@ pub use ackermann::{Ackermann, AckermannControl, AckermannGeometry};
 pub use auv::{Auv, AuvControl, Reading};
 pub use auv_pose::{AuvPose, BodyFrame, rotation};
 pub use bearing_only::{BearingOnly, BirthIntensity, PolarBirths, PolarGrid};
+pub(crate) use clutter::is_rate;
 pub use clutter::{Clutter, UniformClutter};
 pub use constant_velocity::ConstantVelocity;
 pub use control_noise::ControlNoise;

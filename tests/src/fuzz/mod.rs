@@ -1,0 +1,236 @@
+//! Operations on filters, drawn from a seed, with plausible numbers and hostile ones: nothing may panic, hang, or leave a state
+//! that is not sound.
+//!
+//! Operations come in sessions. Each is decided by a seed of its own: what vehicle and what scalar, how much memory, how hostile its
+//! numbers are. An operation's numbers do not hang on those before it, so that a session that fails can be made shorter by
+//! leaving operations out.
+
+mod draw;
+mod session;
+mod tuning;
+mod worlds;
+
+use draw::Draw;
+use scphd::{MapMemory, NoMoving};
+use session::Seeded;
+use std::fmt;
+use std::panic::{self, AssertUnwindSafe};
+use std::process;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::thread;
+use std::time::{Duration, Instant};
+use worlds::{Car, Diver, Listener, Rover, Tracker};
+
+/// Operations of a session.
+pub const SESSION: usize = 250;
+
+/// Longest time of one operation. The longest of those here take a few milliseconds, and an unoptimised build on a busy machine
+/// some hundred times as long.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+/// What to do of a session.
+pub(crate) struct Operations<'a> {
+    /// Which of its operations, in ascending order.
+    pub(crate) indices: &'a [usize],
+    /// Whether to print them.
+    pub(crate) tell: bool,
+}
+
+/// What went wrong in a session.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Failure {
+    /// After or in which of its operations.
+    pub(crate) operation: usize,
+    pub(crate) what: String,
+}
+
+/// A session that failed, and how to see it fail again.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Failed {
+    /// Its seed.
+    pub seed: u64,
+    /// The operation, counted from 0.
+    pub operation: usize,
+    /// What went wrong.
+    pub what: String,
+    /// Operations that suffice for it, in order.
+    pub operations: Vec<usize>,
+}
+
+impl fmt::Display for Failed {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { seed, operation, what, operations } = self;
+        writeln!(f, "session {seed}, operation {operation}: {what}")?;
+        write!(f, "again, operation by operation: cargo run --release -p scphd-tests --bin fuzz -- session {seed}")?;
+        operations.iter().try_for_each(|operation| write!(f, " {operation}"))
+    }
+}
+
+/// Tells the watchdog where the sessions are.
+#[derive(Debug, Default)]
+pub(crate) struct Watch {
+    seed: AtomicU64,
+    operation: AtomicU64,
+    /// Operations begun.
+    begun: AtomicU64,
+    done: AtomicBool,
+}
+
+impl Watch {
+    /// An operation begins.
+    pub(crate) fn at(&self, seed: u64, operation: usize) {
+        self.seed.store(seed, Ordering::Relaxed);
+        self.operation.store(operation as u64, Ordering::Relaxed);
+        self.begun.fetch_add(1, Ordering::Relaxed);
+    }
+
+    /// Ends the process where an operation does not return.
+    fn guard(&self) {
+        let (mut seen, mut since) = (0, Instant::now());
+        while !self.done.load(Ordering::Relaxed) {
+            thread::sleep(Duration::from_millis(100));
+            let begun = self.begun.load(Ordering::Relaxed);
+            if begun != seen {
+                (seen, since) = (begun, Instant::now());
+            } else if since.elapsed() > PATIENCE {
+                let (seed, operation) = (self.seed.load(Ordering::Relaxed), self.operation.load(Ordering::Relaxed));
+                eprintln!("session {seed}, operation {operation}: it does not return");
+                eprintln!("again: cargo run --release -p scphd-tests --bin fuzz -- session {seed}");
+                process::exit(101);
+            }
+        }
+    }
+}
+
+/// Does `operations` operations from `seed` on, and tells `progress` how many are done.
+///
+/// # Errors
+/// The first session that failed, made as short as it can be. An operation that does not return ends the process.
+pub fn run(operations: u64, seed: u64, progress: &mut dyn FnMut(u64)) -> Result<(), Box<Failed>> {
+    guarded(|watch| {
+        let mut done = 0;
+        for session in 0..operations.div_ceil(SESSION as u64) {
+            let seed = seed.wrapping_add(session);
+            let indices: Vec<usize> = (0..SESSION.min((operations - done) as usize)).collect();
+            if let Err(failure) = attempt(seed, &Operations { indices: &indices, tell: false }, watch) {
+                return Err(Box::new(shortened(seed, &indices, failure, watch)));
+            }
+            done += indices.len() as u64;
+            progress(done);
+        }
+        Ok(())
+    })
+}
+
+/// Does one session again and prints what it does: all of it, or these of its operations.
+///
+/// # Errors
+/// What went wrong.
+pub fn replay(seed: u64, operations: &[usize]) -> Result<(), Box<Failed>> {
+    let all: Vec<usize> = (0..SESSION).collect();
+    let indices = if operations.is_empty() { &all } else { operations };
+    println!("{}", kind_of(seed).0);
+    guarded(|watch| attempt(seed, &Operations { indices, tell: true }, watch)).map_err(|failure| {
+        let Failure { operation, what } = failure;
+        Box::new(Failed { seed, operation, what, operations: indices.to_vec() })
+    })
+}
+
+fn guarded<R>(work: impl FnOnce(&Watch) -> R) -> R {
+    let watch = Arc::new(Watch::default());
+    let guard = thread::spawn({
+        let watch = Arc::clone(&watch);
+        move || watch.guard()
+    });
+    let result = work(&watch);
+    watch.done.store(true, Ordering::Relaxed);
+    let _ = guard.join();
+    result
+}
+
+/// Leaves out what is not needed for the failure: ever smaller parts, down to single operations.
+fn shortened(seed: u64, indices: &[usize], failure: Failure, watch: &Watch) -> Failed {
+    let hook = panic::take_hook();
+    panic::set_hook(Box::new(|_| ()));
+    let mut last = failure;
+    let mut needed: Vec<usize> = indices.iter().copied().filter(|&index| index <= last.operation).collect();
+    let mut part = needed.len().div_ceil(2);
+    while part > 0 {
+        let mut from = 0;
+        while from < needed.len() {
+            let without: Vec<usize> = [&needed[..from], &needed[needed.len().min(from + part)..]].concat();
+            match attempt(seed, &Operations { indices: &without, tell: false }, watch) {
+                Err(failure) if !without.is_empty() => (needed, last) = (without, failure),
+                _ => from += part,
+            }
+        }
+        part /= 2;
+    }
+    panic::set_hook(hook);
+    Failed { seed, operation: last.operation, what: last.what, operations: needed }
+}
+
+fn attempt(seed: u64, operations: &Operations<'_>, watch: &Watch) -> Result<(), Failure> {
+    let (_, session) = kind_of(seed);
+    panic::catch_unwind(AssertUnwindSafe(|| session(operations, watch))).unwrap_or_else(|payload| {
+        let text = payload.downcast_ref::<String>().cloned();
+        let text = text.or_else(|| payload.downcast_ref::<&str>().map(|&text| text.to_owned()));
+        let operation = watch.operation.load(Ordering::Relaxed) as usize;
+        Err(Failure { operation, what: format!("a panic: {}", text.unwrap_or_default()) })
+    })
+}
+
+type Run = Box<dyn Fn(&Operations<'_>, &Watch) -> Result<(), Failure>>;
+
+/// The sessions there are: a vehicle, a scalar, and particles, candidates, measurements, then pages, pages of a map, components in
+/// an update; with moving features or without.
+macro_rules! sessions {
+    ($choice:expr; $($world:ident $t:ident, $k:literal $d:literal $e:literal $z:literal:
+        $(($n:literal $c:literal $m:literal, $pages:literal $map:literal $view:literal $moving:ident))*;)*) => {{
+        let mut kinds: Vec<(String, fn(Seeded, &Operations<'_>, &Watch) -> Result<(), Failure>)> = Vec::new();
+        $($(
+            kinds.push((
+                format!(
+                    "{}, {}: {} particles, {} candidates, {} measurements, {} pages, {} a map, {} in an update, {}",
+                    <$world as worlds::World<$t, $k, $d, $e, $z>>::NAME,
+                    stringify!($t), $n, $c, $m, $pages, $map, $view, stringify!($moving),
+                ),
+                session::run::<$world, $t, $k, $d, $e, $z, $n, $c, $m,
+                    MapMemory<$t, $d, $d, $n, $pages, $map, $view>,
+                    sessions!(@$moving $t $d $e $n $pages $map $view)>,
+            ));
+        )*)*
+        let (name, run) = kinds.swap_remove($choice % kinds.len());
+        (name, run)
+    }};
+    (@moving $t:ident $d:literal $e:literal $n:literal $pages:literal $map:literal $view:literal) => {
+        MapMemory<$t, $e, $d, $n, $pages, $map, $view>
+    };
+    (@still $t:ident $d:literal $e:literal $n:literal $pages:literal $map:literal $view:literal) => { NoMoving };
+}
+
+/// What session a seed stands for.
+fn kind_of(seed: u64) -> (String, Run) {
+    let mut draw = Draw::new(seed ^ 0x5eed, 0.0);
+    let hostility = [0.0, 0.0, 1e-4, 1e-3, 1e-2, 0.1][draw.below(6)];
+    let seeded = Seeded { seed, hostility };
+    let (name, run) = sessions!(draw.below(1 << 20);
+        Rover f32, 3 2 4 2:
+            (1 1 1, 1 1 8 still) (1 1 1, 1 1 8 moving) (2 4 4, 6 3 12 moving) (4 8 8, 24 6 24 moving) (8 16 24, 128 16 128 moving);
+        Rover f64, 3 2 4 2:
+            (1 1 1, 1 1 8 moving) (3 6 6, 12 4 16 moving) (8 16 24, 128 16 128 moving);
+        Car f32, 3 2 4 2: (4 4 12, 16 8 32 still) (8 16 16, 64 16 128 moving);
+        Car f64, 3 2 4 2: (4 8 12, 16 8 32 moving);
+        Tracker f32, 3 2 4 1: (1 1 4, 4 4 16 still) (2 4 12, 32 16 256 moving);
+        Tracker f64, 3 2 4 1: (1 2 12, 32 32 256 moving);
+        Diver f32, 5 3 6 4: (1 1 1, 1 1 8 moving) (4 8 12, 48 12 64 moving);
+        Diver f64, 5 3 6 4: (2 4 6, 8 4 16 still) (4 8 12, 48 12 64 moving);
+        Listener f32, 5 3 6 3: (1 2 2, 2 2 8 moving) (4 8 12, 48 12 64 moving);
+        Listener f64, 5 3 6 3: (4 4 12, 48 12 64 still);
+    );
+    (
+        format!("{name}; {hostility} of the numbers hostile"),
+        Box::new(move |operations, watch| run(seeded, operations, watch)),
+    )
+}

@@ -1,0 +1,463 @@
+//! One filter from its first reset on, by operations that are drawn one after the other, with everything it knows looked over
+//! after each.
+
+use super::draw::Draw;
+use super::tuning::{Room, config};
+use super::worlds::{ModelsOf, World};
+use super::{Failure, Operations, Watch};
+use nalgebra::SVector;
+use scphd::{
+    Component, Dim, Executor, MapEstimate, MapStorage, Packed, Pose, PoseEstimate, Real, ScPhd, ScanReport, Sensor,
+    Serial, State, Symmetric, Twice,
+};
+use std::collections::BTreeSet;
+use std::fmt::Write;
+
+/// What decides a session beside its operations.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Seeded {
+    pub(super) seed: u64,
+    /// Probability that a number is hostile.
+    pub(super) hostility: f64,
+}
+
+impl Seeded {
+    /// The numbers of one operation: they do not hang on the operations before, so that those can be left out.
+    fn draw(&self, operation: usize) -> Draw {
+        Draw::new(self.seed.wrapping_add((operation as u64 + 1).wrapping_mul(0xd1b5_4a32_d192_ed03)), self.hostility)
+    }
+}
+
+/// Does every job, the last one first.
+struct Backwards;
+
+impl Executor for Backwards {
+    fn run<J: Send>(&self, jobs: impl Iterator<Item = J> + Send, work: impl Fn(J) + Sync) {
+        let mut jobs: Vec<J> = jobs.collect();
+        while let Some(job) = jobs.pop() {
+            work(job);
+        }
+    }
+}
+
+type Filter<'s, W, T, const K: usize, const D: usize, const E: usize, const Z: usize> = ScPhd<
+    's,
+    T,
+    <W as World<T, K, D, E, Z>>::Pose,
+    <W as World<T, K, D, E, Z>>::Motion,
+    <W as World<T, K, D, E, Z>>::Sensor,
+    <W as World<T, K, D, E, Z>>::View,
+    <W as World<T, K, D, E, Z>>::Clutter,
+    K,
+    D,
+    E,
+    Z,
+>;
+
+/// Where a session stands.
+struct Session<T: Real, const D: usize> {
+    room: Room,
+    /// What may be seen again.
+    landmarks: Vec<SVector<T, D>>,
+    /// What the last operation was.
+    told: String,
+}
+
+/// What an operation leaves to be done.
+enum Next {
+    /// The next one.
+    Go,
+    /// Another filter over the same state.
+    TakeOver,
+}
+
+/// Runs a session over a state of these capacities.
+pub(super) fn run<
+    W,
+    T,
+    const K: usize,
+    const D: usize,
+    const E: usize,
+    const Z: usize,
+    const N: usize,
+    const C: usize,
+    const M: usize,
+    SM,
+    VM,
+>(
+    seeded: Seeded,
+    operations: &Operations<'_>,
+    watch: &Watch,
+) -> Result<(), Failure>
+where
+    T: Real,
+    W: World<T, K, D, E, Z>,
+    SM: MapStorage<T, D, D>,
+    VM: MapStorage<T, E, D>,
+    Dim<K>: Packed,
+    Dim<D>: Packed + Twice<E>,
+    Dim<E>: Packed,
+    Dim<Z>: Packed,
+{
+    let mut state = Box::new(State::<T, W::Pose, K, Z, N, C, M, SM, VM, 2>::new());
+    let room = Room { particles: N, candidates: C, measurements: M, moving: VM::PARTICLES > 0 };
+    let mut session = Session { room, landmarks: Vec::new(), told: String::new() };
+    let mut setup = Draw::new(seeded.seed, seeded.hostility);
+    let mut calm = Draw::new(seeded.seed, 0.0);
+    let (mut models, mut tuning) = loop {
+        // What is refused is drawn again, at last without hostile numbers.
+        let (draw, calm_one) = if setup.chance(0.9) { (&mut setup, false) } else { (&mut calm, true) };
+        let tuning = config::<T>(draw, room);
+        let models = W::models(draw);
+        match (models, tuning.check()) {
+            (Ok(models), Ok(())) => break (models, tuning),
+            (Err(error), _) if calm_one => panic!("plausible models are refused: {error}"),
+            _ => (),
+        }
+    };
+    let mut left = operations.indices.iter().copied().peekable();
+    let mut count = 0;
+    let mut next = None;
+    while left.peek().is_some() {
+        // A state that does not fit what is to go on over it is refused, and the filter before goes on.
+        let (other_models, other_tuning) = next.take().unwrap_or((models, tuning));
+        if Filter::<W, T, K, D, E, Z>::new(other_models, other_tuning, &mut *state).is_ok() {
+            (models, tuning) = (other_models, other_tuning);
+        }
+        let mut filter = match Filter::<W, T, K, D, E, Z>::new(models, tuning, &mut *state) {
+            Ok(filter) => filter,
+            // Births of the models beyond what an update holds, where there was no filter before.
+            Err(_) if count == 0 => return Ok(()),
+            Err(error) => {
+                return Err(Failure { operation: 0, what: format!("the state it left is refused: {error}") });
+            }
+        };
+        for index in left.by_ref() {
+            watch.at(seeded.seed, index);
+            let mut draw = seeded.draw(index);
+            session.told.clear();
+            let done = session.operate::<W, K, E, Z>(&mut filter, &mut draw, count);
+            count += 1;
+            if operations.tell {
+                println!("  {index}: {}", session.told);
+            }
+            let failed = |what| Failure { operation: index, what };
+            let done = done.and_then(|done| session.check::<W, K, E, Z>(&mut filter).map(|()| done));
+            if let Next::TakeOver = done.map_err(failed)? {
+                next = Some((*filter.models(), config(&mut draw, room)));
+                break;
+            }
+        }
+    }
+    Ok(())
+}
+
+fn require(holds: bool, what: impl FnOnce() -> String) -> Result<(), String> {
+    if holds { Ok(()) } else { Err(what()) }
+}
+
+/// How far weights may be from a sum of one.
+fn tolerance<T: Real>() -> f64 {
+    if T::EPSILON.to_f64() > 1e-10 { 1e-5 } else { 1e-12 }
+}
+
+impl<T: Real, const D: usize> Session<T, D> {
+    fn operate<W, const K: usize, const E: usize, const Z: usize>(
+        &mut self,
+        filter: &mut Filter<'_, W, T, K, D, E, Z>,
+        draw: &mut Draw,
+        count: usize,
+    ) -> Result<Next, String>
+    where
+        W: World<T, K, D, E, Z>,
+        Dim<K>: Packed,
+        Dim<D>: Packed + Twice<E>,
+        Dim<E>: Packed,
+        Dim<Z>: Packed,
+    {
+        // The first operation is a reset, now and then not.
+        let kind = if count == 0 && draw.chance(0.95) { 0 } else { 3 + draw.below(97) };
+        match kind {
+            0..5 => self.reset::<W, K, E, Z>(filter, draw)?,
+            5..48 => self.predict::<W, K, E, Z>(filter, draw)?,
+            48..84 => self.scan::<W, K, E, Z>(filter, draw)?,
+            84..87 => self.load_map::<W, K, E, Z>(filter, draw)?,
+            87..89 => self.change_models::<W, K, E, Z>(filter, draw),
+            89..98 => self.estimate::<W, K, E, Z>(filter, draw)?,
+            _ => {
+                self.tell(format_args!("take the state over"));
+                return Ok(Next::TakeOver);
+            }
+        }
+        Ok(Next::Go)
+    }
+
+    fn tell(&mut self, what: std::fmt::Arguments<'_>) {
+        let _ = self.told.write_fmt(what);
+    }
+
+    fn reset<W, const K: usize, const E: usize, const Z: usize>(
+        &mut self,
+        filter: &mut Filter<'_, W, T, K, D, E, Z>,
+        draw: &mut Draw,
+    ) -> Result<(), String>
+    where
+        W: World<T, K, D, E, Z>,
+        Dim<K>: Packed,
+        Dim<D>: Packed + Twice<E>,
+        Dim<E>: Packed,
+        Dim<Z>: Packed,
+    {
+        let (before, pose, seed) = (filter.digest(), W::pose(draw), draw.word());
+        let outcome = filter.reset(pose, seed);
+        self.tell(format_args!("reset({pose:?}, {seed}): {outcome:?}"));
+        if outcome.is_ok() {
+            self.landmarks = (0..8).map(|_| W::feature(draw, &pose)).collect();
+            return Ok(());
+        }
+        require(filter.digest() == before, || "a refused reset changed the state".into())
+    }
+
+    fn predict<W, const K: usize, const E: usize, const Z: usize>(
+        &mut self,
+        filter: &mut Filter<'_, W, T, K, D, E, Z>,
+        draw: &mut Draw,
+    ) -> Result<(), String>
+    where
+        W: World<T, K, D, E, Z>,
+        Dim<K>: Packed,
+        Dim<D>: Packed + Twice<E>,
+        Dim<E>: Packed,
+        Dim<Z>: Packed,
+    {
+        let from = filter.candidates().first().map_or(W::Pose::ZERO, |candidate| candidate.pose);
+        let control = W::control(draw, &from);
+        let dt: T = if draw.chance(0.05) { draw.real(0.0, 60.0) } else { draw.real(0.0, 0.2) };
+        let outcome = filter.predict(&control, dt);
+        self.tell(format_args!("predict({control:?}, {dt}): {outcome:?}"));
+        let Ok(report) = outcome else { return Ok(()) };
+        require(report.candidates == filter.candidates().len() && report.rejected <= report.candidates, || {
+            format!("{report:?} of {} candidates", filter.candidates().len())
+        })
+    }
+
+    fn scan<W, const K: usize, const E: usize, const Z: usize>(
+        &mut self,
+        filter: &mut Filter<'_, W, T, K, D, E, Z>,
+        draw: &mut Draw,
+    ) -> Result<(), String>
+    where
+        W: World<T, K, D, E, Z>,
+        Dim<K>: Packed,
+        Dim<D>: Packed + Twice<E>,
+        Dim<E>: Packed,
+        Dim<Z>: Packed,
+    {
+        let mut measurements: Vec<SVector<T, Z>> = Vec::new();
+        if let Some(PoseEstimate { mean, .. }) = filter.estimate_pose() {
+            let sensor = &filter.models().sensor;
+            let frame = sensor.frame(&mean);
+            for expected in self.landmarks.iter().filter_map(|landmark| sensor.expect(&frame, landmark)) {
+                let mut axis = 0;
+                measurements.push(expected.measurement.map(|number| {
+                    let error = W::SPREAD[axis] * draw.even(-1.7, 1.7);
+                    axis += 1;
+                    T::from_f64(draw.spoilt(number.to_f64() + error))
+                }));
+            }
+            measurements.retain(|_| draw.chance(0.85));
+        }
+        for _ in 0..draw.below(4) {
+            measurements.push(W::clutter(draw));
+        }
+        if draw.chance(0.05) {
+            // The same again, and again but for a bit.
+            measurements.extend_from_within(..);
+            if let Some(last) = measurements.last_mut() {
+                *last = last.map(|number| number * (T::ONE + T::EPSILON));
+            }
+        }
+        // One too many now and then.
+        measurements.truncate(self.room.measurements + usize::from(draw.chance(0.01)));
+        let before = filter.digest();
+        let outcome = if draw.chance(0.5) {
+            filter.scan_on(&measurements, &Backwards, &mut ())
+        } else {
+            filter.scan_on(&measurements, &Serial, &mut ())
+        };
+        let listed: Vec<_> = measurements.iter().map(|z| z.data.0[0]).collect();
+        self.tell(format_args!("scan({listed:?}): {outcome:?}"));
+        match outcome {
+            Ok(report) => sound_report(&report),
+            Err(_) => require(filter.digest() == before, || "a refused scan changed the state".into()),
+        }
+    }
+
+    fn load_map<W, const K: usize, const E: usize, const Z: usize>(
+        &mut self,
+        filter: &mut Filter<'_, W, T, K, D, E, Z>,
+        draw: &mut Draw,
+    ) -> Result<(), String>
+    where
+        W: World<T, K, D, E, Z>,
+        Dim<K>: Packed,
+        Dim<D>: Packed + Twice<E>,
+        Dim<E>: Packed,
+        Dim<Z>: Packed,
+    {
+        let from = filter.candidates().first().map_or(W::Pose::ZERO, |candidate| candidate.pose);
+        let map: Vec<Component<T, D>> = (0..draw.below(20))
+            .map(|index| {
+                let mean = W::feature(draw, &from);
+                let length = draw.magnitude(1e-4, 5.0);
+                Component {
+                    tag: if draw.chance(0.05) { draw.word() as u32 } else { index as u32 },
+                    ln_weight: draw.real(-4.0, 1.0),
+                    mean,
+                    covariance: Symmetric::from_fn(|row, column| {
+                        let plausible = if row == column { length } else { 0.3 * length };
+                        T::from_f64(draw.spoilt(plausible))
+                    }),
+                }
+            })
+            .collect();
+        let before = filter.digest();
+        let outcome = filter.load_map(&map);
+        self.tell(format_args!("load_map({map:?}): {outcome:?}"));
+        if outcome.is_ok() {
+            self.landmarks.extend(map.iter().take(4).map(|component| component.mean));
+            let beyond = self.landmarks.len().saturating_sub(12);
+            self.landmarks.drain(..beyond);
+            return Ok(());
+        }
+        require(filter.digest() == before, || "a refused map changed the state".into())
+    }
+
+    fn change_models<W, const K: usize, const E: usize, const Z: usize>(
+        &mut self,
+        filter: &mut Filter<'_, W, T, K, D, E, Z>,
+        draw: &mut Draw,
+    ) where
+        W: World<T, K, D, E, Z>,
+        Dim<K>: Packed,
+        Dim<D>: Packed + Twice<E>,
+        Dim<E>: Packed,
+        Dim<Z>: Packed,
+    {
+        let drawn: Result<ModelsOf<W, T, K, D, E, Z>, _> = W::models(draw);
+        self.tell(format_args!("change the models: {drawn:?}"));
+        if let Ok(models) = drawn {
+            let outcome = filter.retune(models);
+            self.tell(format_args!(": {outcome:?}"));
+        }
+    }
+
+    fn estimate<W, const K: usize, const E: usize, const Z: usize>(
+        &mut self,
+        filter: &mut Filter<'_, W, T, K, D, E, Z>,
+        draw: &mut Draw,
+    ) -> Result<(), String>
+    where
+        W: World<T, K, D, E, Z>,
+        Dim<K>: Packed,
+        Dim<D>: Packed + Twice<E>,
+        Dim<E>: Packed,
+        Dim<Z>: Packed,
+    {
+        self.tell(format_args!("estimate"));
+        let before = filter.digest();
+        let mut features = vec![Component::ZERO; draw.below(40)];
+        let map = filter.estimate_map(&mut features);
+        sound_estimate(&map, &features)?;
+        let map = filter.estimate_expected_map(&mut features);
+        sound_estimate(&map, &features)?;
+        let mut features = vec![Component::ZERO; draw.below(40)];
+        let map = filter.estimate_moving(&mut features);
+        sound_estimate(&map, &features)?;
+        require(filter.digest() == before, || "an estimate changed the state".into())
+    }
+
+    /// Everything the filter knows.
+    fn check<W, const K: usize, const E: usize, const Z: usize>(
+        &self,
+        filter: &mut Filter<'_, W, T, K, D, E, Z>,
+    ) -> Result<(), String>
+    where
+        W: World<T, K, D, E, Z>,
+        Dim<K>: Packed,
+        Dim<D>: Packed + Twice<E>,
+        Dim<E>: Packed,
+        Dim<Z>: Packed,
+    {
+        filter.audit().map_err(|flaw| {
+            let odd = |ln_weight: T, sound: bool| !(ln_weight.is_finite() && sound);
+            let maps = 0..filter.particles();
+            let still = maps.clone().flat_map(|particle| filter.map(particle));
+            let still: Vec<_> = still.filter(|c| odd(c.ln_weight, c.covariance.factor().is_some())).collect();
+            let moving = maps.flat_map(|particle| filter.moving_map(particle));
+            let moving: Vec<_> = moving.filter(|c| odd(c.ln_weight, c.covariance.factor().is_some())).collect();
+            format!("{flaw}: {still:?} {moving:?}")
+        })?;
+        let candidates = filter.candidates();
+        if candidates.is_empty() {
+            return require(filter.estimate_pose().is_none(), || "a pose before the first reset".into());
+        }
+        let total: f64 = candidates.iter().map(|candidate| candidate.ln_weight.to_f64().exp()).sum();
+        require((total - 1.0).abs() <= tolerance::<T>(), || format!("weights sum to {total}"))?;
+        require(filter.waited_s() >= T::ZERO && filter.waited_s().is_finite(), || "time runs away".into())?;
+        require(filter.heaviest() < filter.particles() && filter.particles() <= self.room.particles, || {
+            format!("{} of {} particles is the heaviest", filter.heaviest(), filter.particles())
+        })?;
+        require(filter.ln_likelihoods().iter().all(|ln_l| *ln_l < T::INFINITY), || "a likelihood is infinite".into())?;
+        let Some(PoseEstimate { mean, covariance }) = filter.estimate_pose() else {
+            return Err("no pose".into());
+        };
+        require(mean.is_finite() && covariance.is_finite(), || format!("the pose is {mean:?} ± {covariance:?}"))?;
+        require((0..K).all(|k| covariance.get(k, k) >= T::ZERO), || format!("the pose varies by {covariance:?}"))?;
+        for particle in 0..filter.particles() {
+            own_tags(filter.map(particle))?;
+            own_tags(filter.moving_map(particle))?;
+        }
+        Ok(())
+    }
+}
+
+/// No two components of one kind in one map have the same tag.
+fn own_tags<'c, T: Real, const N: usize>(map: impl Iterator<Item = &'c Component<T, N>>) -> Result<(), String>
+where
+    Dim<N>: Packed,
+{
+    let mut tags = BTreeSet::new();
+    for component in map {
+        require(tags.insert(component.tag), || format!("two components have the tag {}", component.tag))?;
+    }
+    Ok(())
+}
+
+fn sound_report<T: Real>(report: &ScanReport<T>) -> Result<(), String> {
+    let told = || format!("{report:?}");
+    let finite = |number: T| number >= T::ZERO && number.is_finite();
+    require(report.ln_evidence < T::INFINITY, told)?;
+    require(finite(report.pruned_mass) && finite(report.innovation), told)?;
+    require(finite(report.detection_scale) && finite(report.clutter_scale), told)?;
+    let candidates = T::from_usize(report.candidates);
+    let most = candidates * (T::ONE + T::from_f64(1e-3));
+    require(report.n_eff >= T::from_f64(0.999) && report.n_eff <= most, told)?;
+    require(report.particles >= 1 && report.survivors >= 1 && report.survivors <= report.particles, told)?;
+    require(report.maps_updated + report.not_updated == report.survivors, told)?;
+    require(report.pages_used <= report.pages && report.moving_pages_used <= report.moving_pages, told)
+}
+
+fn sound_estimate<T: Real, const N: usize>(map: &MapEstimate<T>, features: &[Component<T, N>]) -> Result<(), String>
+where
+    Dim<N>: Packed,
+{
+    let expected = map.expected_features;
+    require(expected >= T::ZERO && expected.is_finite(), || format!("{map:?}"))?;
+    require(map.features <= features.len(), || format!("{map:?} in {}", features.len()))?;
+    for feature in &features[..map.features] {
+        let finite = feature.ln_weight.is_finite() && feature.mean.iter().all(|x| x.is_finite());
+        require(finite && feature.covariance.factor().is_some(), || format!("estimated {feature:?}"))?;
+    }
+    Ok(())
+}

@@ -1,0 +1,84 @@
+//! Configurations for the fuzzer: every proposal, likelihood and option.
+
+use super::draw::Draw;
+use scphd::{
+    Adaptive, Config, ConstantVelocity, Extraction, Informed, Likelihood, MovingConfig, Online, Plausible, Proposal,
+    Real, Reduction,
+};
+
+/// What a state has room for.
+#[derive(Debug, Clone, Copy)]
+pub struct Room {
+    /// Particles.
+    pub particles: usize,
+    /// Particles × samples.
+    pub candidates: usize,
+    /// Measurements.
+    pub measurements: usize,
+    /// Whether there is memory for moving features.
+    pub moving: bool,
+}
+
+/// A configuration for a state, which may be out of range where a number in it is hostile.
+pub fn config<T: Real>(draw: &mut Draw, room: Room) -> Config<T> {
+    let number = T::from_f64;
+    let particles = 1 + draw.below(room.particles);
+    Config {
+        particles,
+        samples: 1 + draw.below(room.candidates / particles),
+        proposal: if draw.chance(0.5) { Proposal::Blind } else { Proposal::Informed(informed(draw)) },
+        likelihood: [Likelihood::SingleCluster, Likelihood::EmptyMap, Likelihood::SingleFeature][draw.below(3)],
+        birth_intensity: if draw.chance(0.1) { T::ZERO } else { number(draw.magnitude(1e-6, 0.5)) },
+        resample_threshold: draw.real(0.0, 1.0),
+        regularisation: if draw.chance(0.7) { T::ZERO } else { draw.real(0.0, 1.5) },
+        adaptive: draw.chance(0.3).then(|| Adaptive {
+            error: draw.real(0.02, 0.6),
+            risk: draw.real(0.001, 0.3),
+            least: 1 + draw.below(room.particles),
+            cell_m: draw.real(0.05, 2.0),
+            cell_rad: draw.real(0.02, 0.5),
+        }),
+        online: if draw.chance(0.7) {
+            Online::NONE
+        } else {
+            Online { detection_memory: draw.real(2.0, 100.0), clutter_memory: draw.real(2.0, 100.0) }
+        },
+        prune_weight: number(draw.magnitude(1e-6, 0.1)),
+        confirming_detections: draw.real(1.0, 5.0),
+        unconfirmed_weight: if draw.chance(0.5) { T::ZERO } else { draw.real(0.0, 1.0) },
+        confirmed_weight: if draw.chance(0.5) { T::ZERO } else { draw.real(0.0, 1.0) },
+        reduction: if draw.chance(0.5) {
+            Reduction::Greedy { merge_distance: draw.real(0.0, 9.0) }
+        } else {
+            Reduction::Runnalls { merge_cost: draw.real(0.0, 2.0) }
+        },
+        max_components: if draw.chance(0.5) { usize::MAX } else { 1 + draw.below(20) },
+        extraction: [Extraction::Heaviest, Extraction::Peaks, Extraction::Confirmed][draw.below(3)],
+        extraction_weight: draw.real(0.0, 1.0),
+        moving: if room.moving && draw.chance(0.5) { moving(draw) } else { MovingConfig::none() },
+        plausible: if draw.chance(0.8) { Plausible::default() } else { Plausible::ANYTHING },
+        ..Config::default()
+    }
+}
+
+fn informed<T: Real>(draw: &mut Draw) -> Informed<T> {
+    let drawn = [0.0, 1.0, draw.even(0.0, 1.0)][draw.below(3)];
+    Informed {
+        rounds: 1 + draw.below(4),
+        drawn: T::from_f64(draw.spoilt(drawn)),
+        least_share: T::from_f64(draw.magnitude(1e-4, 0.5)),
+    }
+}
+
+fn moving<T: Real>(draw: &mut Draw) -> MovingConfig<T> {
+    MovingConfig {
+        birth_intensity: T::from_f64(draw.magnitude(1e-6, 0.1)),
+        velocity_sigma_mps: draw.real(0.1, 5.0),
+        motion: ConstantVelocity {
+            acceleration_psd: T::from_f64(draw.magnitude(1e-4, 10.0)),
+            lifetime_s: if draw.chance(0.2) { T::INFINITY } else { draw.real(1.0, 100.0) },
+        },
+        spread_max_m: draw.real(0.5, 10.0),
+        extraction_weight: draw.real(0.0, 1.0),
+    }
+}

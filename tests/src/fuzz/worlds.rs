@@ -1,0 +1,380 @@
+//! Vehicles with their sensors, as the fuzzer drives them: in the plane and in space, with models that are drawn anew.
+
+use super::draw::Draw;
+use nalgebra::{Matrix3, SVector, Vector1, Vector2, Vector3, Vector4};
+use scphd::{
+    Ackermann, AckermannControl, AckermannGeometry, Auv, AuvControl, AuvPose, BearingOnly, Clutter, ControlNoise, Dim,
+    FieldOfView, FrustumLimits, KnownPose, Locating, ModelError, Models, Motion, Packed, PlanarPose, PolarBirths,
+    PolarGrid, Pose, RangeBearing, RangeBearingElevation, RangeBearingLimits, RangeBearingWindow, Reading, Real,
+    Sensor, SonarLimits, SonarWindow, Step, StereoCamera, StereoFrustum, Symmetric, Twice, Unicycle, UnicycleControl,
+    UniformClutter, pixel_noise, projection,
+};
+
+/// The models of a world.
+pub type ModelsOf<W, T, const K: usize, const D: usize, const E: usize, const Z: usize> = Models<
+    <W as World<T, K, D, E, Z>>::Motion,
+    <W as World<T, K, D, E, Z>>::Sensor,
+    <W as World<T, K, D, E, Z>>::View,
+    <W as World<T, K, D, E, Z>>::Clutter,
+>;
+
+/// A vehicle with a sensor, and what may happen to it.
+pub trait World<T: Real, const K: usize, const D: usize, const E: usize, const Z: usize>
+where
+    Dim<K>: Packed,
+    Dim<D>: Packed + Twice<E>,
+    Dim<E>: Packed,
+    Dim<Z>: Packed,
+{
+    /// Its name in reports.
+    const NAME: &'static str;
+    /// Where it is.
+    type Pose: Pose<T, K>;
+    /// How it moves.
+    type Motion: Motion<T, K, Pose = Self::Pose, Control: std::fmt::Debug> + Copy + std::fmt::Debug;
+    /// What it measures with.
+    type Sensor: Locating<T, K, D, Z> + Sensor<T, D, Z, Pose = Self::Pose> + Copy + std::fmt::Debug;
+    /// Where that sees.
+    type View: FieldOfView<T, <Self::Sensor as Sensor<T, D, Z>>::Frame, D, Z> + Copy + std::fmt::Debug;
+    /// What it measures though nothing is there.
+    type Clutter: Clutter<T, Z> + Copy + std::fmt::Debug;
+
+    /// Models.
+    ///
+    /// # Errors
+    /// What was drawn is refused.
+    fn models(draw: &mut Draw) -> Result<ModelsOf<Self, T, K, D, E, Z>, ModelError>
+    where
+        Self: Sized;
+    /// A pose to start from.
+    fn pose(draw: &mut Draw) -> Self::Pose;
+    /// What moves it on from a pose.
+    fn control(draw: &mut Draw, from: &Self::Pose) -> <Self::Motion as Motion<T, K>>::Control;
+    /// A measurement of anything.
+    fn clutter(draw: &mut Draw) -> SVector<T, Z>;
+    /// Standard deviations of a measurement, to be added to what is expected.
+    const SPREAD: [f64; Z];
+    /// A feature near a pose.
+    fn feature(draw: &mut Draw, near: &Self::Pose) -> SVector<T, D>;
+}
+
+fn control_noise<T: Real>(draw: &mut Draw) -> ControlNoise<T> {
+    ControlNoise {
+        speed_sigma_mps: draw.real(0.0, 0.5),
+        speed_sigma_ratio: draw.real(0.0, 0.2),
+        turn_sigma: draw.real(0.0, 0.1),
+        turn_sigma_ratio: draw.real(0.0, 0.2),
+        interval_s: draw.real(0.0, 1.0),
+    }
+}
+
+fn window<T: Real>(draw: &mut Draw) -> Result<RangeBearingWindow<T>, ModelError> {
+    let near = draw.real(0.5, 0.99);
+    let mut limits = RangeBearingLimits::full_circle(draw.real(8.0, 30.0), near);
+    if draw.chance(0.5) {
+        limits = RangeBearingLimits {
+            range_min_m: draw.real(0.0, 2.0),
+            range_edge_m: draw.real(0.0, 1.0),
+            bearing_center_rad: draw.real(-3.0, 3.0),
+            bearing_half_width_rad: draw.real(0.3, 3.5),
+            bearing_edge_rad: draw.real(0.0, 0.2),
+            probability_far: draw.real(0.1, 0.95),
+            ..limits
+        };
+    }
+    RangeBearingWindow::new(limits)
+}
+
+fn clutter<T: Real>(draw: &mut Draw, measure: T) -> Result<UniformClutter<T>, ModelError> {
+    let per_scan = if draw.chance(0.1) { T::ZERO } else { T::from_f64(draw.magnitude(1e-3, 20.0)) };
+    UniformClutter::of_scan(T::from_f64(draw.spoilt(per_scan.to_f64())), measure)
+}
+
+fn planar_pose<T: Real>(draw: &mut Draw) -> PlanarPose<T> {
+    let far = draw.magnitude(1.0, 1e5);
+    PlanarPose::new(draw.real(-far, far), draw.real(-far, far), draw.real(-3.2, 3.2))
+}
+
+fn planar_feature<T: Real>(draw: &mut Draw, near: &PlanarPose<T>) -> SVector<T, 2> {
+    let mut place = |at: T| {
+        let place = at.to_f64() + draw.even(-25.0, 25.0);
+        T::from_f64(draw.spoilt(place))
+    };
+    Vector2::new(place(near.x_m), place(near.y_m))
+}
+
+fn planar_clutter<T: Real>(draw: &mut Draw) -> SVector<T, 2> {
+    Vector2::new(draw.real(0.0, 30.0), draw.real(-3.2, 3.2))
+}
+
+/// A unicycle with range and bearing.
+#[derive(Debug)]
+pub struct Rover;
+
+impl<T: Real> World<T, 3, 2, 4, 2> for Rover {
+    const NAME: &'static str = "rover";
+    type Pose = PlanarPose<T>;
+    type Motion = Unicycle<T>;
+    type Sensor = RangeBearing<T>;
+    type View = RangeBearingWindow<T>;
+    type Clutter = UniformClutter<T>;
+    const SPREAD: [f64; 2] = [0.1, 0.01];
+
+    fn models(draw: &mut Draw) -> Result<ModelsOf<Self, T, 3, 2, 4, 2>, ModelError> {
+        let field_of_view = window(draw)?;
+        Ok(Models {
+            motion: Unicycle::new(if draw.chance(0.5) { Step::Arc } else { Step::Euler }, control_noise(draw))?,
+            sensor: RangeBearing::new(T::from_f64(draw.magnitude(1e-3, 1.0)), T::from_f64(draw.magnitude(1e-4, 0.2)))?,
+            field_of_view,
+            clutter: clutter(draw, field_of_view.measure())?,
+        })
+    }
+
+    fn pose(draw: &mut Draw) -> PlanarPose<T> {
+        planar_pose(draw)
+    }
+
+    fn control(draw: &mut Draw, _: &PlanarPose<T>) -> UnicycleControl<T> {
+        UnicycleControl { speed_mps: draw.real(-1.0, 3.0), rate_radps: draw.real(-0.5, 0.5) }
+    }
+
+    fn clutter(draw: &mut Draw) -> SVector<T, 2> {
+        planar_clutter(draw)
+    }
+
+    fn feature(draw: &mut Draw, near: &PlanarPose<T>) -> SVector<T, 2> {
+        planar_feature(draw, near)
+    }
+}
+
+/// A car with range and bearing.
+#[derive(Debug)]
+pub struct Car;
+
+impl<T: Real> World<T, 3, 2, 4, 2> for Car {
+    const NAME: &'static str = "car";
+    type Pose = PlanarPose<T>;
+    type Motion = Ackermann<T>;
+    type Sensor = RangeBearing<T>;
+    type View = RangeBearingWindow<T>;
+    type Clutter = UniformClutter<T>;
+    const SPREAD: [f64; 2] = [0.1, 0.01];
+
+    fn models(draw: &mut Draw) -> Result<ModelsOf<Self, T, 3, 2, 4, 2>, ModelError> {
+        let Models { sensor, field_of_view, clutter, .. } = <Rover as World<T, 3, 2, 4, 2>>::models(draw)?;
+        let geometry = AckermannGeometry {
+            wheelbase_m: draw.real(1.0, 4.0),
+            encoder_offset_m: draw.real(-1.0, 1.0),
+            sensor_forward_m: draw.real(0.0, 4.0),
+            sensor_left_m: draw.real(-1.0, 1.0),
+        };
+        Ok(Models { motion: Ackermann::new(geometry, control_noise(draw))?, sensor, field_of_view, clutter })
+    }
+
+    fn pose(draw: &mut Draw) -> PlanarPose<T> {
+        planar_pose(draw)
+    }
+
+    fn control(draw: &mut Draw, _: &PlanarPose<T>) -> AckermannControl<T> {
+        AckermannControl { speed_mps: draw.real(-1.0, 20.0), steering_rad: draw.real(-0.6, 0.6) }
+    }
+
+    fn clutter(draw: &mut Draw) -> SVector<T, 2> {
+        planar_clutter(draw)
+    }
+
+    fn feature(draw: &mut Draw, near: &PlanarPose<T>) -> SVector<T, 2> {
+        planar_feature(draw, near)
+    }
+}
+
+/// A sensor of bearings at a known pose, with births all around it.
+#[derive(Debug)]
+pub struct Tracker;
+
+impl<T: Real> World<T, 3, 2, 4, 1> for Tracker {
+    const NAME: &'static str = "tracker";
+    type Pose = PlanarPose<T>;
+    type Motion = KnownPose;
+    type Sensor = BearingOnly<T, PolarBirths<T>>;
+    type View = RangeBearingWindow<T>;
+    type Clutter = UniformClutter<T>;
+    const SPREAD: [f64; 1] = [0.01];
+
+    fn models(draw: &mut Draw) -> Result<ModelsOf<Self, T, 3, 2, 4, 1>, ModelError> {
+        let births = PolarBirths::new(PolarGrid {
+            nearest_m: draw.real(1.0, 3.0),
+            farthest_m: draw.real(6.0, 20.0),
+            rings: 2 + draw.below(3) as u16,
+            sectors: 4 + draw.below(8) as u16,
+            weight: draw.real(1e-4, 0.05),
+        })?;
+        let field_of_view = window(draw)?;
+        Ok(Models {
+            motion: KnownPose,
+            sensor: BearingOnly::new(T::from_f64(draw.magnitude(1e-3, 0.1)), births)?,
+            field_of_view,
+            clutter: clutter(draw, T::from_f64(std::f64::consts::TAU))?,
+        })
+    }
+
+    fn pose(draw: &mut Draw) -> PlanarPose<T> {
+        planar_pose(draw)
+    }
+
+    fn control(draw: &mut Draw, from: &PlanarPose<T>) -> PlanarPose<T> {
+        let mut near = |at: T| T::from_f64(draw.even(-1.0, 1.0)) + at;
+        let (x, y) = (near(from.x_m), near(from.y_m));
+        PlanarPose::new(
+            T::from_f64(draw.spoilt(x.to_f64())),
+            T::from_f64(draw.spoilt(y.to_f64())),
+            draw.real(-3.2, 3.2),
+        )
+    }
+
+    fn clutter(draw: &mut Draw) -> SVector<T, 1> {
+        Vector1::new(draw.real(-3.2, 3.2))
+    }
+
+    fn feature(draw: &mut Draw, near: &PlanarPose<T>) -> SVector<T, 2> {
+        planar_feature(draw, near)
+    }
+}
+
+fn auv_pose<T: Real>(draw: &mut Draw) -> AuvPose<T> {
+    let far = draw.magnitude(1.0, 1e4);
+    AuvPose {
+        yaw_rate_radps: draw.real(-0.2, 0.2),
+        roll_rad: draw.real(-0.3, 0.3),
+        pitch_rad: draw.real(-0.3, 0.3),
+        ..AuvPose::new(draw.real(-far, far), draw.real(-far, far), draw.real(-50.0, 0.0), draw.real(-3.2, 3.2))
+    }
+}
+
+fn auv_control<T: Real>(draw: &mut Draw, from: &AuvPose<T>) -> AuvControl<T> {
+    let z = from.z_m.to_f64() + draw.even(-0.1, 0.1);
+    AuvControl {
+        velocity_mps: Vector3::from_fn(|_, _| draw.real(-1.0, 1.0)),
+        velocity_covariance: Symmetric::from_fn(|row, column| {
+            if row == column { draw.real(1e-4, 0.05) } else { T::from_f64(draw.spoilt(0.0)) }
+        }),
+        roll_rad: draw.real(-0.3, 0.3),
+        pitch_rad: draw.real(-0.3, 0.3),
+        yaw_rate_radps: draw.chance(0.8).then(|| Reading { value: draw.real(-0.3, 0.3), sigma: draw.real(0.01, 0.05) }),
+        z_m: draw.chance(0.8).then(|| Reading { value: T::from_f64(draw.spoilt(z)), sigma: draw.real(0.01, 0.1) }),
+    }
+}
+
+fn feature_in_space<T: Real>(draw: &mut Draw, near: &AuvPose<T>, below: f64) -> SVector<T, 3> {
+    let mut place = |at: T, low: f64, high: f64| {
+        let place = at.to_f64() + draw.even(low, high);
+        T::from_f64(draw.spoilt(place))
+    };
+    Vector3::new(place(near.x_m, -2.0, 2.0), place(near.y_m, -2.0, 2.0), place(near.z_m, -below, 0.0))
+}
+
+/// An underwater vehicle with a stereo camera that looks down.
+#[derive(Debug)]
+pub struct Diver;
+
+impl<T: Real> World<T, 5, 3, 6, 4> for Diver {
+    const NAME: &'static str = "diver";
+    type Pose = AuvPose<T>;
+    type Motion = Auv<T>;
+    type Sensor = StereoCamera<T>;
+    type View = StereoFrustum<T>;
+    type Clutter = UniformClutter<T>;
+    const SPREAD: [f64; 4] = [1.0; 4];
+
+    fn models(draw: &mut Draw) -> Result<ModelsOf<Self, T, 5, 3, 6, 4>, ModelError> {
+        let number = T::from_f64;
+        let calibration = Matrix3::new(500.0, 0.0, 400.0, 0.0, 500.0, 300.0, 0.0, 0.0, 1.0).map(number);
+        let down = Matrix3::new(0.0, -1.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, -1.0).map(number);
+        let base = draw.real::<f64>(0.05, 0.2);
+        let side = |y: f64| projection(&calibration, &down, &Vector3::new(0.0, y, 0.0).map(number));
+        let noise = pixel_noise([draw.real(0.5, 3.0); 4], [draw.real(0.0, 1.0), draw.real(0.0, 1.0)]);
+        let sensor = StereoCamera::new(side(base), side(-base), noise, draw.real(4.0, 25.0))?;
+        let limits = FrustumLimits {
+            width_px: number(800.0),
+            height_px: number(600.0),
+            edge_px: draw.real(0.0, 20.0),
+            near_m: draw.real(0.5, 1.0),
+            far_m: draw.real(3.0, 6.0),
+            depth_edge_m: draw.real(0.0, 0.3),
+            probability: draw.real(0.5, 0.95),
+        };
+        let field_of_view = StereoFrustum::new(&sensor, limits)?;
+        let measure = field_of_view.measure(number(20.0), number(170.0), number(10.0));
+        Ok(Models {
+            motion: Auv::new(draw.real(0.05, 0.5), draw.real(0.0, 2.0))?,
+            sensor,
+            field_of_view,
+            clutter: clutter(draw, measure)?,
+        })
+    }
+
+    fn pose(draw: &mut Draw) -> AuvPose<T> {
+        auv_pose(draw)
+    }
+
+    fn control(draw: &mut Draw, from: &AuvPose<T>) -> AuvControl<T> {
+        auv_control(draw, from)
+    }
+
+    fn clutter(draw: &mut Draw) -> SVector<T, 4> {
+        let (u, v, disparity) = (draw.even(0.0, 800.0), draw.even(0.0, 600.0), draw.even(20.0, 170.0));
+        let pixels = [u, v, u - disparity, v + draw.even(-9.0, 9.0)];
+        Vector4::from(pixels.map(|pixel| T::from_f64(draw.spoilt(pixel))))
+    }
+
+    fn feature(draw: &mut Draw, near: &AuvPose<T>) -> SVector<T, 3> {
+        feature_in_space(draw, near, 4.0)
+    }
+}
+
+/// An underwater vehicle with a sonar that measures range, bearing and elevation.
+#[derive(Debug)]
+pub struct Listener;
+
+impl<T: Real> World<T, 5, 3, 6, 3> for Listener {
+    const NAME: &'static str = "listener";
+    type Pose = AuvPose<T>;
+    type Motion = Auv<T>;
+    type Sensor = RangeBearingElevation<T>;
+    type View = SonarWindow<T>;
+    type Clutter = UniformClutter<T>;
+    const SPREAD: [f64; 3] = [0.05, 0.02, 0.02];
+
+    fn models(draw: &mut Draw) -> Result<ModelsOf<Self, T, 5, 3, 6, 3>, ModelError> {
+        let field_of_view = SonarWindow::new(SonarLimits {
+            range_max_m: draw.real(5.0, 30.0),
+            range_edge_m: draw.real(0.0, 1.0),
+            bearing_half_width_rad: draw.real(0.5, 3.5),
+            elevation_half_width_rad: draw.real(0.3, 1.6),
+            angle_edge_rad: draw.real(0.0, 0.1),
+            probability: draw.real(0.5, 0.95),
+        })?;
+        Ok(Models {
+            motion: Auv::new(draw.real(0.05, 0.5), draw.real(0.0, 2.0))?,
+            sensor: RangeBearingElevation::new(draw.real(0.02, 0.2), draw.real(0.005, 0.05), draw.real(0.005, 0.05))?,
+            field_of_view,
+            clutter: clutter(draw, T::from_f64(200.0))?,
+        })
+    }
+
+    fn pose(draw: &mut Draw) -> AuvPose<T> {
+        auv_pose(draw)
+    }
+
+    fn control(draw: &mut Draw, from: &AuvPose<T>) -> AuvControl<T> {
+        auv_control(draw, from)
+    }
+
+    fn clutter(draw: &mut Draw) -> SVector<T, 3> {
+        Vector3::new(draw.real(0.0, 30.0), draw.real(-3.2, 3.2), draw.real(-1.5, 1.5))
+    }
+
+    fn feature(draw: &mut Draw, near: &AuvPose<T>) -> SVector<T, 3> {
+        feature_in_space(draw, near, 10.0)
+    }
+}
