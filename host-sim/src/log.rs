@@ -110,7 +110,7 @@ pub struct Log {
     pub sensor: Sensor,
     /// What the log says about its noise.
     pub nominal: Nominal,
-    /// Whether the log is simulated (`kind` starts with "simulated"), so that its nominal noise is exact.
+    /// Whether the log is simulated, so that its nominal noise is exact.
     pub simulated: bool,
     /// Odometry in order of time.
     pub odometry: Vec<Odometry>,

@@ -2,7 +2,7 @@
 //!
 //! | file | content |
 //! |---|---|
-//! | `log.toml` | name, kind, initial pose, `[vehicle]` and `[sensor]` with what is known of their noise |
+//! | `log.toml` | name, whether it is simulated, initial pose, `[vehicle]` and `[sensor]` with what is known of their noise |
 //! | `odometry.csv` | `t_s` and the controls: `speed_mps,steering_rad` (Ackermann) or `v_mps,omega_radps` (unicycles) |
 //! | `scans.csv` | `scan,t_s`, one row a scan |
 //! | `detections.csv` | `scan,range_m,bearing_rad`, one row a detection; optional: `label_landmark` or `label_subject` |
@@ -14,22 +14,32 @@
 //!
 //! Columns are found by name, in any order; others are not looked at. Labels say which landmark a detection is of, negative for
 //! none; a subject of `moving.csv` moves. They are for yardsticks and scores, never an input of the filter.
+//!
+//! Keys of `log.toml` are all looked at: one that is not known, or that the vehicle's model has no use for, is an error.
+//!
+//! `simulated = true` says that the stated noise is exact. In logs without this key the first word of `kind`, up to a comma, says so:
+//! `simulated` or `real`, and nothing else; where there is neither key the log is real. With the key, `kind` is free text and
+//! decides nothing, as `source`, `note` and `truth` never do.
+//!
+//! All is in metres, seconds and radians. What can only be another unit is refused: `units.rs` has the bounds.
 
 mod error;
 mod head;
 mod table;
 mod underwater;
+mod units;
 mod write;
 
 pub use error::{LogError, Place, Problem};
 pub use underwater::{has_camera, read_underwater};
 pub use write::write;
 
-use crate::log::{Log, MovingLandmark, Odometry, Scan, TruePose};
+use crate::log::{Log, MovingLandmark, Odometry, Scan, TruePose, Vehicle};
 use head::Head;
 use std::collections::HashMap;
 use std::path::Path;
 use table::{Row, Table};
+use units::{Angles, ODOMETRY_INTERVAL_S, SCAN_INTERVAL_S, Stamp};
 
 /// Reads a folder.
 ///
@@ -45,8 +55,11 @@ pub fn read(dir: &Path) -> Result<Log, LogError> {
         return Err(Place::Folder(dir.to_path_buf()).error(Problem::Missing));
     }
     let head = Head::read(dir)?;
-    let odometry = odometry(dir, &head)?;
-    let scans = scans(dir, &head)?;
+    let (odometry, rows) = odometry(dir, &head)?;
+    let (scans, stamps) = scans(dir, &head)?;
+    units::common_clock(&rows, &stamps)?;
+    let speeds = odometry.iter().map(|row| row.control[0]);
+    units::way(&rows, speeds, &stamps, head.sensor.range_max_m, head.control_columns()[0])?;
     Ok(Log {
         name: head.name,
         initial_pose: head.initial_pose,
@@ -79,55 +92,68 @@ impl Clock {
     }
 }
 
-fn odometry(dir: &Path, head: &Head) -> Result<Vec<Odometry>, LogError> {
+fn odometry(dir: &Path, head: &Head) -> Result<(Vec<Odometry>, Vec<Stamp>), LogError> {
     let table = Table::read(dir, "odometry.csv")?;
     let names = head.control_columns();
     let time = table.column("t_s")?;
     let (first, second) = (table.column(names[0])?, table.column(names[1])?);
-    let mut clock = Clock::new();
-    table
-        .rows()
-        .map(|row| {
-            let t_s = clock.tick(&row, row.number(&time)?)?;
-            Ok(Odometry { t_s, control: [row.number(&first)?, row.number(&second)?] })
-        })
-        .collect()
+    let (mut clock, mut steering) = (Clock::new(), Angles::steering());
+    let (mut odometry, mut stamps) = (Vec::new(), Vec::new());
+    for row in table.rows() {
+        let t_s = clock.tick(&row, row.number(&time)?)?;
+        let control = [row.number(&first)?, row.number(&second)?];
+        if matches!(head.vehicle, Vehicle::Ackermann { .. }) {
+            steering.add(control[1], || row.cell(names[1]));
+        }
+        odometry.push(Odometry { t_s, control });
+        stamps.push(Stamp { place: row.cell("t_s"), t_s });
+    }
+    steering.check()?;
+    units::interval(&stamps, ODOMETRY_INTERVAL_S)?;
+    Ok((odometry, stamps))
 }
 
-fn scans(dir: &Path, head: &Head) -> Result<Vec<Scan>, LogError> {
-    let (numbers, times) = scan_times(dir)?;
-    let mut scans: Vec<Scan> = times.into_iter().map(|t_s| Scan { t_s, ..Scan::default() }).collect();
+fn scans(dir: &Path, head: &Head) -> Result<(Vec<Scan>, Vec<Stamp>), LogError> {
+    let (numbers, stamps) = scan_times(dir)?;
+    let mut scans: Vec<Scan> = stamps.iter().map(|stamp| Scan { t_s: stamp.t_s, ..Scan::default() }).collect();
+    let (mut bearings, mut ranges) = (Angles::bearings(), Vec::new());
     each_detection(dir, &numbers, ["range_m", "bearing_rad"], |index, row, [range_m, bearing], label| {
         // Simulations add noise to short ranges and keep what comes out.
         if range_m < 0.0 && !head.simulated {
             return Err(row.cell("range_m").error(Problem::NegativeRange(range_m)));
         }
+        bearings.add(bearing, || row.cell("bearing_rad"));
+        ranges.push(range_m);
         scans[index].detections.push([range_m, bearing]);
         scans[index].labels.extend(label);
         Ok(())
     })?;
-    Ok(scans)
+    bearings.check()?;
+    units::ranges(ranges, head.sensor.range_max_m)?;
+    Ok((scans, stamps))
 }
 
-/// Numbers and times (s) of the scans.
-fn scan_times(dir: &Path) -> Result<(Vec<i64>, Vec<f64>), LogError> {
+/// Numbers and times of the scans.
+fn scan_times(dir: &Path) -> Result<(Vec<i64>, Vec<Stamp>), LogError> {
     let table = Table::read(dir, "scans.csv")?;
     let (scan, time) = (table.column("scan")?, table.column("t_s")?);
     let mut clock = Clock::new();
-    let (mut numbers, mut times): (Vec<i64>, Vec<f64>) = (Vec::new(), Vec::new());
+    let (mut numbers, mut stamps): (Vec<i64>, Vec<Stamp>) = (Vec::new(), Vec::new());
     for row in table.rows() {
         let number = row.integer(&scan)?;
-        let least = numbers.last().map_or(0, |last| last + 1);
-        if number < least {
+        let least = numbers.last().map_or(0, |last| i128::from(*last) + 1);
+        if i128::from(number) < least {
             return Err(row.cell("scan").error(Problem::ScanOrder { found: number, least }));
         }
         numbers.push(number);
-        times.push(clock.tick(&row, row.number(&time)?)?);
+        let t_s = clock.tick(&row, row.number(&time)?)?;
+        stamps.push(Stamp { place: row.cell("t_s"), t_s });
     }
     if numbers.is_empty() {
         return Err(Place::File("scans.csv").error(Problem::NoScans));
     }
-    Ok((numbers, times))
+    units::interval(&stamps, SCAN_INTERVAL_S)?;
+    Ok((numbers, stamps))
 }
 
 /// Calls `add` with the place of the scan, the numbers in `columns` and the label, where there is one, of every detection.
@@ -151,7 +177,7 @@ fn each_detection<const N: usize>(
             return Err(row.cell("scan").error(Problem::NoSuchScan(number)));
         };
         if index < current {
-            let least = numbers[current];
+            let least = i128::from(numbers[current]);
             return Err(row.cell("scan").error(Problem::ScanOrder { found: number, least }));
         }
         current = index;

@@ -4,7 +4,7 @@ use crate::ekf::{Association, Ekf};
 use crate::events::{Event, events};
 use crate::log::Log;
 use crate::log::TruePose;
-use crate::output::json::{self, Format, Summary};
+use crate::output::json::{self, Format, Summary, worse};
 use crate::record::{MapFeature, Record, ScanRecord};
 use crate::score::consistency::{self, Consistency};
 use crate::score::final_map::FinalMap;
@@ -317,6 +317,10 @@ fn summary(log: &Log, settings: &Settings, filter: Filter, seed: u64, run: &Run,
         ln_evidence: run.consistency.ln_evidence(expected),
         nis_mean: run.consistency.innovation(),
         nees_median: consistency::of_positions(position_errors),
+        worse_than_dead_reckoning: worse(
+            estimate.map(|score| score.position_rmse_m),
+            dead_reckoning.map(|score| score.position_rmse_m),
+        ),
         settings: json::settings(settings),
     }
 }

@@ -9,7 +9,7 @@ use std::process::{Command, Output};
 use tempfile::TempDir;
 
 /// Keys of the JSON object of a run, in order.
-const KEYS: [&str; 33] = [
+const KEYS: [&str; 34] = [
     "format",
     "log",
     "filter",
@@ -42,6 +42,7 @@ const KEYS: [&str; 33] = [
     "ln_evidence",
     "nis_mean",
     "nees_median",
+    "worse_than_dead_reckoning",
     "settings",
 ];
 

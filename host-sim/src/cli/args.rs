@@ -8,6 +8,7 @@ use scphd_sim::session::Filter;
 use scphd_sim::settings::{Likelihood, Settings};
 use scphd_sim::slam::Precision;
 use scphd_sim::threads::Threads;
+use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
 const ABOUT: &str = "Runs the scphd SLAM filter over logs and simulated scenarios";
@@ -18,8 +19,11 @@ prints how well and how fast it did.
 
 Without a command: the scenario `survey` once through the filter in single precision (f32) and once through the \
 brute-force reference in double precision (f64), on the same measurements and with the same seed. Prints both side by \
-side and leaves plots (SVG and PNG) and CSV tables in `out/`. Takes some seconds: the reference computes everything, so \
-this job uses 32 particles unless told otherwise.
+side and leaves plots (SVG and PNG) and CSV tables in `out/`. Takes some seconds: the reference computes everything. The \
+settings are those of `scphd-sim run survey`.
+
+A name is looked up in one order by all commands: a built-in scenario goes first, then the folder of a log; `./NAME` is \
+always a folder.
 
 The figures: root mean square errors over the scans whose true position is known; OSPA (order 1, cut-off 10 m) and GOSPA \
 (order 2, cut-off 20 m, alpha 2) of the final map against the true landmarks; wall time of the scan step in \
@@ -27,6 +31,16 @@ microseconds. Angles in settings, CSV and logs are in radians, in the table in d
 
 Exit code: 0, 2 for bad input, arguments or settings, 1 for any other failure. Output files are written only after a \
 successful run, each whole or not at all.";
+
+/// A number of things.
+fn count(text: &str) -> Result<usize, &'static str> {
+    text.parse().map_err(|_| "must be a whole number and not negative")
+}
+
+/// A seed.
+fn seed(text: &str) -> Result<u64, &'static str> {
+    text.parse().map_err(|_| "must be a whole number from 0 to 18446744073709551615")
+}
 
 #[derive(Debug, Parser)]
 #[command(name = "scphd-sim", version, about = ABOUT, long_about = LONG_ABOUT, args_conflicts_with_subcommands = true,
@@ -94,7 +108,7 @@ pub enum Command {
         /// Folder to write; it is made, or has to be empty.
         dir: PathBuf,
         /// Seed of the scenario's noise, missed detections and false measurements.
-        #[arg(long, default_value_t = 1)]
+        #[arg(long, allow_negative_numbers = true, value_parser = seed, default_value_t = 1)]
         seed: u64,
         /// Writes N folders SCENARIO-SEED into DIR, of the seeds from --seed on.
         #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..))]
@@ -113,7 +127,8 @@ pub enum Command {
     Tune(TuneArgs),
     /// Prints the settings a log or scenario is run with, as a TOML file for --settings.
     Settings {
-        /// Folder of a log, or name of a scenario (which goes first; write ./NAME for a folder of that name).
+        /// Name of a scenario, or folder of a log.
+        #[arg(value_name = "SCENARIO|DIR")]
         source: PathBuf,
         #[command(flatten)]
         tuning: Tuning,
@@ -150,14 +165,14 @@ pub struct RunArgs {
     #[arg(long, value_enum)]
     pub precision: Option<PrecisionName>,
     /// Runs as many seeds, each one more than that before, and prints a row of statistics for each log.
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = value_parser!(u32).range(1..))]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 1, value_parser = value_parser!(u32).range(1..))]
     pub repeat: u32,
     /// Runs up to N at the same time; the figures do not depend on it, except for the times.
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = value_parser!(u16).range(1..))]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 1, value_parser = value_parser!(u16).range(1..))]
     pub jobs: u16,
     /// Weighs the candidates of a scan with N threads; the figures do not depend on it, except for the times. For the
     /// core filter only.
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = value_parser!(u16).range(1..=256))]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 1, value_parser = value_parser!(u16).range(1..=256))]
     pub threads: u16,
     /// Writes the figures to FILE (`-`: standard output) as one JSON object, those of several runs as a list of them.
     #[arg(long, value_name = "FILE")]
@@ -169,18 +184,18 @@ pub struct RunArgs {
 
 #[derive(Debug, Args)]
 pub struct MonteCarloArgs {
-    /// Name of a scenario, or folders of logs.
+    /// Name of a scenario, or folders of logs, all in the plane or all of a stereo camera.
     #[arg(required = true, value_name = "SCENARIO|DIR")]
     pub sources: Vec<PathBuf>,
     /// Runs of each filter [default: 100 of a scenario, one of each log].
-    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=1_000_000))]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = value_parser!(u32).range(1..=1_000_000))]
     pub runs: Option<u32>,
     /// Different inputs, a divisor of the runs [default: as many as runs, or logs; a quarter for thesis-dynamic, whose
     /// study in the thesis has 25 inputs with 4 runs each].
-    #[arg(long, value_name = "M", value_parser = value_parser!(u32).range(1..))]
+    #[arg(long, value_name = "M", allow_negative_numbers = true, value_parser = value_parser!(u32).range(1..))]
     pub input_sets: Option<u32>,
     /// Added to all seeds.
-    #[arg(long, default_value_t = 0)]
+    #[arg(long, allow_negative_numbers = true, value_parser = seed, default_value_t = 0)]
     pub seed: u64,
     /// The filters, separated by commas; they get the same inputs, and the first is compared with each other one.
     #[arg(long, value_enum, value_delimiter = ',', default_value = "core")]
@@ -191,7 +206,7 @@ pub struct MonteCarloArgs {
     #[command(flatten)]
     pub tuning: Tuning,
     /// Runs at the same time [default: as many as there are cores].
-    #[arg(long, value_name = "N", value_parser = value_parser!(u16).range(1..))]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = value_parser!(u16).range(1..))]
     pub jobs: Option<u16>,
     /// Does only part K of N of the runs and leaves them in the file of --out, for `merge`.
     #[arg(long, value_name = "K/N")]
@@ -226,13 +241,13 @@ pub struct FigureArgs {
     #[arg(long, value_name = "DIR", default_value = "out")]
     pub out: PathBuf,
     /// Runs of each filter, for figures of means [default: as in the thesis].
-    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=1_000_000))]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = value_parser!(u32).range(1..=1_000_000))]
     pub runs: Option<u32>,
     /// Runs at the same time [default: as many as there are cores].
-    #[arg(long, value_name = "N", value_parser = value_parser!(u16).range(1..))]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = value_parser!(u16).range(1..))]
     pub jobs: Option<u16>,
     /// Seed of scenario and filter, or, for figures of means, added to all seeds.
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, allow_negative_numbers = true, value_parser = seed, default_value_t = 1)]
     pub seed: u64,
     #[command(flatten)]
     pub tuning: Tuning,
@@ -240,8 +255,8 @@ pub struct FigureArgs {
 
 #[derive(Debug, Args)]
 pub struct CompareArgs {
-    /// Folder of a log, or, where there is no such folder, name of a scenario.
-    #[arg(value_name = "DIR|SCENARIO", default_value = "survey")]
+    /// Name of a scenario, or folder of a log.
+    #[arg(value_name = "SCENARIO|DIR", default_value = "survey")]
     pub source: PathBuf,
     /// Number type of the filter; the reference always has f64.
     #[arg(long, value_enum, default_value_t = ComparedPrecision::Both)]
@@ -268,7 +283,7 @@ pub struct StreamArgs {
     /// File to write.
     pub file: PathBuf,
     /// Number of scans, from the first [default: all].
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = count)]
     pub scans: Option<usize>,
     /// Number type of the inputs.
     #[arg(long, value_enum, default_value_t = PrecisionName::F32)]
@@ -283,11 +298,11 @@ pub struct StreamArgs {
 
 #[derive(Debug, Args)]
 pub struct TuneArgs {
-    /// Folder of a log, or, where there is no such folder, name of a scenario.
-    #[arg(value_name = "DIR|SCENARIO")]
+    /// Name of a scenario in the plane, or folder of a log of a range-bearing sensor.
+    #[arg(value_name = "SCENARIO|DIR")]
     pub source: PathBuf,
     /// Runs over the log.
-    #[arg(long, value_name = "N", default_value_t = 3, value_parser = value_parser!(u16).range(1..=100))]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 3, value_parser = value_parser!(u16).range(1..=100))]
     pub rounds: u16,
     #[command(flatten)]
     pub tuning: Tuning,
@@ -304,11 +319,11 @@ pub struct TuneArgs {
 #[derive(Debug, Args)]
 pub struct Tuning {
     /// Particles N kept between scans; the core filter holds up to 1024. Overrides the settings file.
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = count)]
     pub particles: Option<usize>,
     /// Samples M drawn from every particle by a prediction; the core filter holds up to 2048 particles × samples.
     /// Overrides the settings file.
-    #[arg(long, value_name = "M")]
+    #[arg(long, value_name = "M", allow_negative_numbers = true, value_parser = count)]
     pub samples: Option<usize>,
     /// Whether features may move; on: births of moving features are half as frequent as of static ones [default: on for
     /// the scenarios of 5.3.1, otherwise off]. Overrides the settings file.
@@ -323,14 +338,14 @@ pub struct Tuning {
 #[derive(Debug, Args)]
 pub struct Seed {
     /// Seed of the filter's random numbers; for a scenario also of its noise, unless --scenario-seed is given.
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, allow_negative_numbers = true, value_parser = seed, default_value_t = 1)]
     pub seed: u64,
 }
 
 #[derive(Debug, Args)]
 pub struct ScenarioSeed {
     /// Seed of the scenario's noise, missed detections and false measurements [default: that of --seed].
-    #[arg(long, value_name = "SEED")]
+    #[arg(long, value_name = "SEED", allow_negative_numbers = true, value_parser = seed)]
     pub scenario_seed: Option<u64>,
 }
 
@@ -432,6 +447,15 @@ impl RunArgs {
     /// The filter asked for, or why there is none such.
     pub fn filter(&self) -> Result<Choice, &'static str> {
         Choice::of(self.filter, self.precision)
+    }
+
+    /// The seeds asked for, one after the other.
+    pub fn seeds(&self) -> Result<RangeInclusive<u64>, Failure> {
+        let first = self.seed.seed;
+        let last = first
+            .checked_add(u64::from(self.repeat) - 1)
+            .ok_or_else(|| Failure::input(format_args!("--seed {first}: too large for --repeat {}", self.repeat)))?;
+        Ok(first..=last)
     }
 
     /// The threads asked for.

@@ -2,10 +2,10 @@
 
 use super::args::{Cli, Command, MainJob, RunArgs};
 use super::compare;
-use super::failure::{Failure, notice, print};
+use super::failure::{Failure, notice, print, warn_of_errors};
 use super::outputs::{Outputs, label};
 use super::progress::Progress;
-use super::source::{Source, scenario, tuned};
+use super::source::{Found, Source, Sources, scenario, settings_command, tuned};
 use super::{figure, monte_carlo, repeat, stream, tune, underwater, worlds};
 use scphd::Health;
 use scphd_sim::log::Log;
@@ -22,53 +22,49 @@ use std::io;
 use std::path::Path;
 use std::process;
 
-/// The scenario of the job without a command, and its particles: the reference weighs every component against every
-/// measurement, so that more of them would take minutes.
+/// The scenario of the job without a command.
 const MAIN_SCENARIO: &str = "survey";
-const MAIN_PARTICLES: usize = 32;
 
 /// Does what was asked for.
 pub fn execute(cli: Cli) -> Result<(), Failure> {
     match cli.command {
         None => main_job(cli.job),
-        Some(Command::Replay { dirs, run }) if dirs.iter().all(|dir| log_folder::has_camera(dir)) => {
-            underwater::run(&dirs.iter().map(|dir| underwater::read(dir)).collect::<Result<Vec<_>, _>>()?, run)
-        }
         Some(Command::Replay { dirs, run }) => {
-            runs(dirs.iter().map(|dir| Source::folder(dir)).collect::<Result<_, _>>()?, run)
-        }
-        Some(Command::Run { scenario: Some(name), run, scenario_seed, list: false })
-            if underwater::is_scenario(&name) =>
-        {
-            underwater::run(&[underwater::Source::Scenario(name, scenario_seed.scenario_seed)], run)
+            let found = dirs.iter().map(|dir| Found::folder(dir)).collect::<Result<_, _>>()?;
+            let names: Vec<String> = dirs.iter().map(|dir| dir.display().to_string()).collect();
+            runs(Sources::of(found)?, &names, run)
         }
         Some(Command::Run { scenario: Some(name), run, scenario_seed, list: false }) => {
-            runs(vec![Source::scenario(name, scenario_seed.scenario_seed)?], run)
+            let found = Found::scenario(&name, scenario_seed.scenario_seed)?;
+            runs(Sources::of(vec![found])?, &[name], run)
         }
-        Some(Command::MonteCarlo(args)) => match (worlds::asked_for(&args), &args.sources[..]) {
-            (Some(name), _) => worlds::study(name, args),
-            (None, [name]) if name.to_str().is_some_and(underwater::is_scenario) => underwater::study(args),
-            _ => monte_carlo::study(args),
+        Some(Command::MonteCarlo(args)) => match worlds::asked_for(&args) {
+            Some(name) => worlds::study(name, args),
+            None => monte_carlo::study(args),
         },
         Some(Command::Merge(args)) => monte_carlo::merge(args),
         Some(Command::Figure(args)) => figure::figure(args),
-        Some(Command::Compare(args)) => match args.source.to_str() {
-            Some(name) if underwater::is_scenario(name) => underwater::compare(args),
-            _ => compare::compare(args),
+        Some(Command::Compare(args)) => match Found::find(&args.source, args.scenario_seed.scenario_seed)? {
+            Found::Planar(source) => compare::compare(&source, args),
+            Found::Underwater(source) => underwater::compare(&source, args),
         },
         Some(Command::Run { .. } | Command::Scenarios) => list_scenarios(),
+        Some(Command::Export { scenario: name, dir, seed, .. }) if underwater::is_scenario(&name) => {
+            // What there is of it in the folders of stereo logs is less than what the vehicle knows.
+            let (dir, why) = (dir.display(), "a log folder has no compass, depth and outages of the Doppler log");
+            Err(Failure::input(format_args!("{name} with seed {seed} cannot be written to {dir}: {why}")))
+        }
         Some(Command::Export { scenario: name, dir, seed, count }) => export_all(&name, &dir, seed, count),
         Some(Command::Stream(args)) => stream::stream(args),
         Some(Command::Tune(args)) => tune::tune(args),
-        Some(Command::Settings { source, tuning }) => {
-            if let Some(underwater) = underwater::source(&source, None)? {
-                return underwater::settings(&underwater, &tuning);
+        Some(Command::Settings { source, tuning }) => match Found::find(&source, None)? {
+            Found::Planar(source) => {
+                let settings = tuned(source.defaults(&*source.log(0)?), &tuning)?;
+                let text = settings.to_toml().map_err(|error| Failure::Internal(error.to_string()))?;
+                print(text.trim_end())
             }
-            let source = Source::scenario_or_folder(&source, 0)?;
-            let settings = tuned(source.defaults(&*source.log(0)?), &tuning)?;
-            let text = settings.to_toml().map_err(|error| Failure::Internal(error.to_string()))?;
-            print(text.trim_end())
-        }
+            Found::Underwater(source) => underwater::settings(&source, &tuning),
+        },
     }
 }
 
@@ -79,16 +75,20 @@ fn list_scenarios() -> Result<(), Failure> {
     print(&lines.join("\n"))
 }
 
-/// One filter over one log or several, with one seed or several.
-fn runs(sources: Vec<Source>, args: RunArgs) -> Result<(), Failure> {
-    match &sources[..] {
-        [source] if args.repeat == 1 => single(source, args),
-        _ => repeat::repeat(&sources, args),
+/// One filter over one log or several, with one seed or several; `names` are what the sources were called.
+fn runs(sources: Sources, names: &[String], args: RunArgs) -> Result<(), Failure> {
+    match (sources, names) {
+        (Sources::Underwater(sources), _) => underwater::run(&sources, names, args),
+        (Sources::Planar(sources), [name]) if args.repeat == 1 => match &sources[..] {
+            [source] => single(source, name, args),
+            _ => repeat::repeat(&sources, args),
+        },
+        (Sources::Planar(sources), _) => repeat::repeat(&sources, args),
     }
 }
 
 /// One filter over one log.
-fn single(source: &Source, args: RunArgs) -> Result<(), Failure> {
+fn single(source: &Source, name: &str, args: RunArgs) -> Result<(), Failure> {
     let log = &*source.log(args.seed.seed)?;
     let choice = args.filter().map_err(Failure::input)?;
     let threads = args.threads()?;
@@ -97,16 +97,15 @@ fn single(source: &Source, args: RunArgs) -> Result<(), Failure> {
     outputs.check()?;
     let session = run(&threads, log, &settings, choice.filter, args.seed.seed)?;
     outputs.write_one(log, &session)?;
-    report(&outputs, &[session])
+    report(&outputs, &[session])?;
+    outputs.print(&settings_command(name, &args.tuning))
 }
 
 /// The fixed-capacity filter and the reference side by side.
 fn main_job(job: MainJob) -> Result<(), Failure> {
     let seed = job.seed.seed;
     let log = scenario(MAIN_SCENARIO, job.scenario_seed.scenario_seed.unwrap_or(seed))?;
-    let mut defaults = Settings::for_scenario(MAIN_SCENARIO, &log);
-    defaults.filter.particles = MAIN_PARTICLES;
-    let settings = tuned(defaults, &job.tuning)?;
+    let settings = tuned(Settings::for_scenario(MAIN_SCENARIO, &log), &job.tuning)?;
     let outputs = Outputs { json: job.json, out: Some(job.out) };
     outputs.check()?;
     // One after the other: side by side they would slow each other down, and their times would tell nothing.
@@ -120,7 +119,8 @@ fn main_job(job: MainJob) -> Result<(), Failure> {
         "{} particles by the fixed-capacity filter (scphd, f32) and by the brute-force reference (f64):",
         settings.filter.particles
     ))?;
-    report(&outputs, &sessions)
+    report(&outputs, &sessions)?;
+    outputs.print(&settings_command(MAIN_SCENARIO, &job.tuning))
 }
 
 fn run(threads: &Threads, log: &Log, settings: &Settings, filter: Filter, seed: u64) -> Result<Session, Failure> {
@@ -137,6 +137,7 @@ fn report(outputs: &Outputs, sessions: &[Session]) -> Result<(), Failure> {
         report_health(outputs, &session.summary, &session.health)?;
     }
     sessions.iter().for_each(warn_of_rows);
+    summaries.iter().for_each(|summary| warn_of_errors(std::slice::from_ref(summary)));
     Ok(())
 }
 

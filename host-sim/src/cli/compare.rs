@@ -18,9 +18,8 @@ pub const PARTICLES: usize = 32;
 pub const SAMPLES: usize = 2;
 
 /// Compares in every precision asked for, prints the differences and writes them where asked to.
-pub fn compare(args: CompareArgs) -> Result<(), Failure> {
+pub fn compare(source: &Source, args: CompareArgs) -> Result<(), Failure> {
     let seed = args.seed.seed;
-    let source = Source::folder_or_scenario(&args.source, args.scenario_seed.scenario_seed.unwrap_or(seed))?;
     let log = source.log(seed)?;
     let mut defaults = Settings::for_log(&log);
     defaults.filter.particles = PARTICLES;

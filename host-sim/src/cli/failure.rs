@@ -2,6 +2,7 @@
 
 use scphd_sim::log_folder::{LogError, Place};
 use scphd_sim::output::OutputError;
+use scphd_sim::output::json::Summary;
 use scphd_sim::plot::PlotError;
 use scphd_sim::session::SessionError;
 use scphd_sim::settings::FileError;
@@ -107,6 +108,24 @@ pub fn print(text: &str) -> Result<(), Failure> {
         Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Err(Failure::PipeClosed),
         Err(error) => Err(Failure::Internal(format!("cannot write to stdout: {error}"))),
     }
+}
+
+/// Tells, on stderr, of runs over one log whose estimate is farther off than dead reckoning.
+pub fn warn_of_errors(runs: &[Summary]) {
+    let worse: Vec<_> = runs.iter().filter(|run| run.worse_than_dead_reckoning == Some(true)).collect();
+    let Some(first) = worse.first() else { return };
+    let share = if runs.len() > 1 { format!(" in {} of {} runs", worse.len(), runs.len()) } else { String::new() };
+    let metres = |rmse: Option<f64>| rmse.map_or_else(String::new, |rmse| format!("{rmse:.3} m"));
+    notice(format_args!(
+        "warning: {} by {} {}: the estimate is worse than dead reckoning{share} (seed {}: position RMSE {}, dead reckoning \
+         {})",
+        first.log,
+        first.filter,
+        first.precision,
+        first.seed,
+        metres(first.position_rmse_m),
+        metres(first.dead_reckoning_rmse_m),
+    ));
 }
 
 /// Tells something on the side, on stderr.

@@ -109,7 +109,7 @@ fn single(name: &str, args: &FigureArgs) -> Result<(Log, Settings, session::Sess
 fn study(name: &str, filters: &[FilterName], runs: usize, args: &FigureArgs) -> Result<Study, Failure> {
     let choices =
         filters.iter().map(|&name| Choice::of(name, None).map_err(Failure::input)).collect::<Result<Vec<_>, _>>()?;
-    let inputs = Inputs::of(&[PathBuf::from(name)])?;
+    let inputs = Inputs::of_scenario(name)?;
     let runs = args.runs.map_or(runs, |runs| runs as usize);
     let plan = plan(&inputs, &choices, &args.tuning, &Extent { runs, input_sets: None, seed: args.seed })?;
     let study = run(&plan, &plan.jobs(None), &inputs, &choices, &args.tuning, args.jobs)?;

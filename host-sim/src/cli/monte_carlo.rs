@@ -4,13 +4,14 @@ use super::args::{Choice, MergeArgs, MonteCarloArgs, Tuning};
 use super::failure::{Failure, notice};
 use super::outputs::{Outputs, check_file, make};
 use super::progress::Progress;
-use super::source::{Source, tuned};
+use super::source::{Found, Source, Sources, tuned};
+use super::underwater;
 use scphd_sim::monte_carlo::{self, Job, Plan, RunResult, Shard, Study, overview};
 use scphd_sim::output::json::Format;
 use scphd_sim::output::studies;
 use scphd_sim::plot::study;
 use scphd_sim::session;
-use scphd_sim::settings::Settings;
+use scphd_sim::settings::{Likelihood, Settings};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -20,17 +21,9 @@ use std::thread;
 pub struct Inputs(Vec<Source>);
 
 impl Inputs {
-    /// Folders of logs, or the name of one scenario.
-    pub fn of(sources: &[PathBuf]) -> Result<Self, Failure> {
-        match sources {
-            [name] if !name.is_dir() => {
-                let source = Source::scenario(name.to_string_lossy().into_owned(), None)?;
-                // An unknown name shows before anything is run.
-                source.log(0)?;
-                Ok(Self(vec![source]))
-            }
-            dirs => Ok(Self(dirs.iter().map(|dir| Source::folder(dir)).collect::<Result<_, _>>()?)),
-        }
+    /// The runs of one scenario in the plane.
+    pub fn of_scenario(name: &str) -> Result<Self, Failure> {
+        Ok(Self(vec![Source::scenario(name.to_owned(), None)?]))
     }
 
     /// The source of input set `input`.
@@ -65,22 +58,48 @@ pub struct Extent {
     pub seed: u64,
 }
 
-/// The plan of a study by `choices`.
-pub fn plan(inputs: &Inputs, choices: &[Choice], tuning: &Tuning, extent: &Extent) -> Result<Plan, Failure> {
+impl Extent {
+    /// As the command line says; of logs a run each unless told otherwise.
+    pub fn of(args: &MonteCarloArgs, logs: Option<usize>) -> Self {
+        let runs = args.runs.map_or_else(|| logs.unwrap_or(DEFAULT_RUNS), |runs| runs as usize);
+        Self { runs, input_sets: args.input_sets.map(|sets| sets as usize), seed: args.seed }
+    }
+}
+
+/// How many different inputs there are: as many as `logs`, or as asked for, or as `usual`, or another for each run.
+pub fn input_sets(extent: &Extent, logs: Option<usize>, usual: Option<usize>) -> Result<usize, Failure> {
     let runs = extent.runs;
-    let asked = extent
-        .input_sets
-        .or_else(|| inputs.0[0].runs_per_input().filter(|&n| runs.is_multiple_of(n)).map(|n| runs / n));
-    let input_sets = match (inputs.sets(), extent.input_sets) {
+    let input_sets = match (logs, extent.input_sets) {
         (Some(logs), Some(sets)) if logs != sets => {
             return Err(Failure::input(format_args!("--input-sets {sets}: the logs make {logs}")));
         }
         (Some(logs), _) => logs,
-        (None, _) => asked.unwrap_or(runs),
+        (None, asked) => asked.or(usual).unwrap_or(runs),
     };
     if !runs.is_multiple_of(input_sets) {
         return Err(Failure::input(format_args!("--runs {runs}: must be a multiple of the {input_sets} input sets")));
     }
+    Ok(input_sets)
+}
+
+/// Names of the filters of a study, which are told apart by them.
+pub fn names(choices: &[Choice], likelihood: impl Fn(&Choice) -> Likelihood) -> Result<Vec<String>, Failure> {
+    let mut names: Vec<String> = Vec::new();
+    for choice in choices {
+        let name = choice.filter.name(likelihood(choice)).to_owned();
+        if names.contains(&name) {
+            return Err(Failure::input(format_args!("--filter: {name} is there twice")));
+        }
+        names.push(name);
+    }
+    Ok(names)
+}
+
+/// The plan of a study by `choices`.
+pub fn plan(inputs: &Inputs, choices: &[Choice], tuning: &Tuning, extent: &Extent) -> Result<Plan, Failure> {
+    let runs = extent.runs;
+    let usual = inputs.0[0].runs_per_input().filter(|&n| runs.is_multiple_of(n)).map(|n| runs / n);
+    let input_sets = input_sets(extent, inputs.sets(), usual)?;
     let mut plan = Plan {
         format: Format,
         scenario: inputs.name(extent.seed)?,
@@ -95,13 +114,7 @@ pub fn plan(inputs: &Inputs, choices: &[Choice], tuning: &Tuning, extent: &Exten
     for input in 1..inputs.sets().unwrap_or(1) {
         inputs.settings(&plan.job(input * (runs / input_sets)), tuning)?;
     }
-    for choice in choices {
-        let name = choice.filter.name(choice.settings(first.clone()).filter.likelihood).to_owned();
-        if plan.filters.contains(&name) {
-            return Err(Failure::input(format_args!("--filter: {name} is there twice")));
-        }
-        plan.filters.push(name);
-    }
+    plan.filters = names(choices, |choice| choice.settings(first.clone()).filter.likelihood)?;
     plan.settings = first.to_toml().map_err(|error| Failure::Internal(error.to_string()))?;
     Ok(plan)
 }
@@ -148,9 +161,16 @@ pub fn study(args: MonteCarloArgs) -> Result<(), Failure> {
         .iter()
         .map(|&name| Choice::of(name, args.precision).map_err(Failure::input))
         .collect::<Result<Vec<_>, _>>()?;
-    let inputs = Inputs::of(&args.sources)?;
-    let runs = args.runs.map_or_else(|| inputs.sets().unwrap_or(DEFAULT_RUNS), |runs| runs as usize);
-    let extent = Extent { runs, input_sets: args.input_sets.map(|sets| sets as usize), seed: args.seed };
+    let found = args.sources.iter().map(|source| Found::find(source, None)).collect::<Result<Vec<_>, _>>()?;
+    if let (Some(scenario), 2..) = (found.iter().zip(&args.sources).find(|(found, _)| found.is_seeded()), found.len()) {
+        let name = scenario.1.display();
+        return Err(Failure::input(format_args!("{name}: a study is of one scenario or of several folders")));
+    }
+    let inputs = match Sources::of(found)? {
+        Sources::Planar(sources) => Inputs(sources),
+        Sources::Underwater(sources) => return underwater::study(&sources, &choices, args),
+    };
+    let extent = Extent::of(&args, inputs.sets());
     let plan = plan(&inputs, &choices, &args.tuning, &extent)?;
     let destination = Destination::of(args.shard, args.json, args.out)?;
     let study = run(&plan, &destination.jobs(&plan), &inputs, &choices, &args.tuning, args.jobs)?;
@@ -205,7 +225,7 @@ impl Destination {
 }
 
 /// Runs of a study of a scenario unless told otherwise.
-pub const DEFAULT_RUNS: usize = 100;
+const DEFAULT_RUNS: usize = 100;
 
 /// Puts the parts of a study together.
 pub fn merge(args: MergeArgs) -> Result<(), Failure> {
@@ -233,5 +253,23 @@ fn report(study: &Study, outputs: &Outputs) -> Result<(), Failure> {
     if let Some(path) = &outputs.json {
         overview::write_json(path, study)?;
     }
-    outputs.print(&overview::render(study))
+    outputs.print(&overview::render(study))?;
+    for filter in &study.plan.filters {
+        warn_of_study(study, filter);
+    }
+    Ok(())
+}
+
+/// Tells, on stderr, of a filter whose estimate is farther off than dead reckoning in some runs.
+fn warn_of_study(study: &Study, filter: &str) {
+    let runs = study.results.iter().filter(|result| result.filter == filter);
+    let (known, worse) = runs
+        .filter_map(RunResult::worse_than_dead_reckoning)
+        .fold((0, 0), |(known, worse), is_worse| (known + 1, worse + usize::from(is_worse)));
+    if worse > 0 {
+        notice(format_args!(
+            "warning: {} by {filter}: the estimate is worse than dead reckoning in {worse} of {known} runs",
+            study.plan.scenario
+        ));
+    }
 }

@@ -1,7 +1,7 @@
 //! Many runs of one filter: several logs, several seeds.
 
 use super::args::RunArgs;
-use super::failure::Failure;
+use super::failure::{Failure, warn_of_errors};
 use super::outputs::Outputs;
 use super::progress::Progress;
 use super::source::{Source, tuned};
@@ -19,17 +19,14 @@ pub fn repeat(sources: &[Source], args: RunArgs) -> Result<(), Failure> {
     if args.out.is_some() {
         return Err(Failure::input("--out: for a single run only, not with several logs or --repeat"));
     }
-    let first = args.seed.seed;
-    let last = first
-        .checked_add(u64::from(args.repeat) - 1)
-        .ok_or_else(|| Failure::input(format_args!("--seed {first}: too large for --repeat {}", args.repeat)))?;
+    let seeds = args.seeds()?;
     let outputs = Outputs { json: args.json, out: None };
     outputs.check()?;
     // Settings that are bad for a log show before any other is run.
     let mut scans = 0;
     let mut name = String::new();
     for source in sources {
-        let log = source.log(first)?;
+        let log = source.log(args.seed.seed)?;
         let settings = choice.settings(tuned(source.defaults(&log), &args.tuning)?);
         name = format!("{} {}", choice.filter.name(settings.filter.likelihood), choice.filter.precision());
         scans += log.scans.len() * args.repeat as usize;
@@ -38,7 +35,7 @@ pub fn repeat(sources: &[Source], args: RunArgs) -> Result<(), Failure> {
     let progress = Progress::new(name, scans);
     let done = AtomicUsize::new(0);
     let runs: Vec<(&Source, u64)> =
-        sources.iter().flat_map(|source| (first..=last).map(move |seed| (source, seed))).collect();
+        sources.iter().flat_map(|source| seeds.clone().map(move |seed| (source, seed))).collect();
     let summaries = in_parallel(&runs, args.jobs.into(), |&(source, seed)| {
         let log = source.log(seed)?;
         let settings = choice.settings(tuned(source.defaults(&log), &args.tuning)?);
@@ -51,7 +48,9 @@ pub fn repeat(sources: &[Source], args: RunArgs) -> Result<(), Failure> {
         json::write_summaries(path, &summaries)?;
     }
     let logs: Vec<&[Summary]> = summaries.chunks(args.repeat as usize).collect();
-    outputs.print(&repeats::render(&logs))
+    outputs.print(&repeats::render(&logs))?;
+    logs.iter().for_each(|runs| warn_of_errors(runs));
+    Ok(())
 }
 
 /// What `work` makes of every item, in their order, by `jobs` threads; of several failures that of the first item.

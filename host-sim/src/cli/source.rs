@@ -1,11 +1,16 @@
 //! What a run starts from: a log and its settings.
+//!
+//! A name that may be a scenario or a folder is looked up in one order by all commands: a built-in scenario goes first, so that what
+//! a command does depends on its words and not on what lies in the working directory; `./NAME` is always a folder. `run` and `export`
+//! take scenarios alone, `replay` folders alone.
 
 use super::args::{Switch, Tuning};
 use super::failure::Failure;
+use super::underwater;
 use scphd_sim::log::Log;
 use scphd_sim::log_folder;
 use scphd_sim::scenario::{SCENARIOS, by_name, thesis_run};
-use scphd_sim::settings::Settings;
+use scphd_sim::settings::{OutOfRange, Settings};
 use std::borrow::Cow;
 use std::path::Path;
 
@@ -20,7 +25,7 @@ pub enum Source {
 }
 
 impl Source {
-    /// A scenario, with a seed of its own or with that of the run.
+    /// A scenario in the plane, with a seed of its own or with that of the run.
     pub fn scenario(name: String, seed: Option<u64>) -> Result<Self, Failure> {
         Ok(match seed {
             Some(seed) => {
@@ -29,23 +34,6 @@ impl Source {
             }
             None => Self::Seeded(name),
         })
-    }
-
-    /// A scenario where the argument names one, or the log of a folder; with the scenario's seed.
-    pub fn scenario_or_folder(argument: &Path, seed: u64) -> Result<Self, Failure> {
-        match argument.to_str().filter(|name| SCENARIOS.iter().any(|(known, _)| known == name)) {
-            Some(name) => Self::scenario(name.to_owned(), Some(seed)),
-            None => Self::folder(argument),
-        }
-    }
-
-    /// The log of a folder where there is one, or a scenario.
-    pub fn folder_or_scenario(argument: &Path, seed: u64) -> Result<Self, Failure> {
-        if argument.is_dir() {
-            Self::folder(argument)
-        } else {
-            Self::scenario(argument.to_string_lossy().into_owned(), Some(seed))
-        }
     }
 
     /// The log of a folder.
@@ -80,12 +68,117 @@ impl Source {
     }
 }
 
-/// The log of a scenario with that seed.
+/// What a name stands for.
+pub enum Found {
+    /// Something in the plane.
+    Planar(Source),
+    /// Something in space.
+    Underwater(underwater::Source),
+}
+
+/// Whether there is a scenario in the plane of that name.
+fn is_planar(name: &str) -> bool {
+    SCENARIOS.iter().any(|(known, _)| *known == name)
+}
+
+impl Found {
+    /// The scenario of that name, with a seed of its own or with that of the run; otherwise the log in that folder.
+    pub fn find(argument: &Path, scenario_seed: Option<u64>) -> Result<Self, Failure> {
+        match argument.to_str() {
+            Some(name) if is_planar(name) || underwater::is_scenario(name) => Self::scenario(name, scenario_seed),
+            _ if argument.is_dir() => Self::folder(argument),
+            _ => {
+                let name = argument.display();
+                Err(Failure::input(format_args!("no scenario and no folder '{name}'; scenarios are {}", scenarios())))
+            }
+        }
+    }
+
+    /// The scenario of that name, with a seed of its own or with that of the run.
+    pub fn scenario(name: &str, seed: Option<u64>) -> Result<Self, Failure> {
+        if underwater::is_scenario(name) {
+            return Ok(Self::Underwater(underwater::Source::Scenario(name.to_owned(), seed)));
+        }
+        if is_planar(name) { Source::scenario(name.to_owned(), seed).map(Self::Planar) } else { Err(no_scenario(name)) }
+    }
+
+    /// The log in that folder.
+    pub fn folder(dir: &Path) -> Result<Self, Failure> {
+        if log_folder::has_camera(dir) {
+            underwater::read(dir).map(Self::Underwater)
+        } else {
+            Source::folder(dir).map(Self::Planar)
+        }
+    }
+
+    /// Whether it is another log for every seed.
+    pub fn is_seeded(&self) -> bool {
+        matches!(self, Self::Planar(Source::Seeded(_)) | Self::Underwater(underwater::Source::Scenario(_, None)))
+    }
+
+    /// What a command that knows the plane alone works on.
+    pub fn planar(self, command: &str) -> Result<Source, Failure> {
+        match self {
+            Self::Planar(source) => Ok(source),
+            Self::Underwater(_) => {
+                Err(Failure::input(format_args!("{command}: for the plane alone, not for a stereo camera in space")))
+            }
+        }
+    }
+}
+
+/// Several sources of one kind.
+pub enum Sources {
+    Planar(Vec<Source>),
+    Underwater(Vec<underwater::Source>),
+}
+
+impl Sources {
+    /// All in the plane or all in space.
+    pub fn of(found: Vec<Found>) -> Result<Self, Failure> {
+        let (mut planar, mut space) = (Vec::new(), Vec::new());
+        for one in found {
+            match one {
+                Found::Planar(source) => planar.push(source),
+                Found::Underwater(source) => space.push(source),
+            }
+        }
+        match (planar.is_empty(), space.is_empty()) {
+            (_, true) => Ok(Self::Planar(planar)),
+            (true, false) => Ok(Self::Underwater(space)),
+            (false, false) => {
+                Err(Failure::input("logs in the plane and of a stereo camera in space cannot be run together"))
+            }
+        }
+    }
+}
+
+/// The names of all scenarios.
+fn scenarios() -> String {
+    let all = SCENARIOS.iter().chain(scphd_sim::underwater::SCENARIOS);
+    all.map(|(name, _)| *name).collect::<Vec<_>>().join(", ")
+}
+
+fn no_scenario(name: &str) -> Failure {
+    Failure::input(format_args!("no scenario '{name}', there are {}", scenarios()))
+}
+
+/// The log of a scenario in the plane with that seed.
 pub fn scenario(name: &str, seed: u64) -> Result<Log, Failure> {
-    by_name(name, seed).ok_or_else(|| {
-        let known: Vec<&str> = SCENARIOS.iter().map(|(name, _)| *name).collect();
-        Failure::input(format_args!("no scenario '{name}', there are: {}", known.join(", ")))
-    })
+    by_name(name, seed).ok_or_else(|| no_scenario(name))
+}
+
+/// Which settings a run had: the command that prints them.
+pub fn settings_command(source: &str, tuning: &Tuning) -> String {
+    let Tuning { particles, samples, moving, settings } = tuning;
+    let words = [
+        particles.map(|particles| format!("--particles {particles}")),
+        samples.map(|samples| format!("--samples {samples}")),
+        moving.map(|moving| format!("--moving {}", if moving == Switch::On { "on" } else { "off" })),
+        settings.as_ref().map(|path| format!("--settings {}", path.display())),
+    ];
+    let words: String = words.into_iter().flatten().map(|word| format!(" {word}")).collect();
+    format!("settings: those that `scphd-sim settings {source}{words}` prints")
 }
 
 /// `defaults`, then the settings file, then the command line.
@@ -99,10 +192,20 @@ pub fn tuned(defaults: Settings, tuning: &Tuning) -> Result<Settings, Failure> {
     if let Some(moving) = tuning.moving {
         settings.set_moving(moving == Switch::On);
     }
-    // The defaults and the file are within the limits, so whatever is not comes from an argument of the same name.
-    settings.check().map_err(|error| {
-        let name = error.field.rsplit('.').next().unwrap_or(error.field);
-        Failure::input(format_args!("--{name} {}: must be {}", error.found, error.range))
-    })?;
+    settings.check().map_err(|error| out_of_range(&error, tuning))?;
     Ok(settings)
+}
+
+/// A setting that is out of range, by the argument that sets it if that is given.
+pub fn out_of_range(error: &OutOfRange, tuning: &Tuning) -> Failure {
+    let OutOfRange { field, found, range } = error;
+    match *field {
+        "filter.particles" if tuning.particles.is_some() => {
+            Failure::input(format_args!("--particles {found}: must be {range}"))
+        }
+        "filter.samples" if tuning.samples.is_some() => {
+            Failure::input(format_args!("--samples {found}: must be {range}"))
+        }
+        _ => Failure::input(format_args!("settings: {error}")),
+    }
 }

@@ -3,8 +3,7 @@
 use super::args::{PrecisionName, StreamArgs, Tuning};
 use super::failure::Failure;
 use super::outputs::{check_file, print_beside, write_file};
-use super::source::{Source, tuned};
-use super::underwater;
+use super::source::{Found, tuned};
 use scphd_sim::stream::{worst_case, write, write_underwater};
 use scphd_stream::Scalar;
 use scphd_stream::planar::MEASUREMENTS;
@@ -19,27 +18,27 @@ const SAMPLES: usize = 2;
 pub fn stream(args: StreamArgs) -> Result<(), Failure> {
     check_file("FILE", &args.file)?;
     let seed = args.seed.seed;
-    let scenario_seed = args.scenario_seed.scenario_seed;
     let scans = args.scans.unwrap_or(usize::MAX);
     let scalar = match args.precision {
         PrecisionName::F32 => Scalar::F32,
         PrecisionName::F64 => Scalar::F64,
     };
-    let stream = if let Some(source) = underwater::source(&args.source, scenario_seed)? {
-        let log = source.log(seed)?;
-        let settings = underwater::tuned(source.defaults(&log), &args.tuning)?;
-        write_underwater(&log, &settings, seed, scalar, scans).map_err(Failure::input)?
-    } else {
-        let (log, defaults) = if args.source.as_os_str() == WORST_CASE {
-            let Tuning { particles, samples, .. } = args.tuning;
-            worst_case(particles.unwrap_or(PARTICLES), samples.unwrap_or(SAMPLES), MEASUREMENTS)
-        } else {
-            let source = Source::scenario_or_folder(&args.source, scenario_seed.unwrap_or(seed))?;
-            let log = source.log(seed)?.into_owned();
-            let defaults = source.defaults(&log);
-            (log, defaults)
-        };
+    let stream = if args.source.as_os_str() == WORST_CASE {
+        let Tuning { particles, samples, .. } = args.tuning;
+        let (log, defaults) = worst_case(particles.unwrap_or(PARTICLES), samples.unwrap_or(SAMPLES), MEASUREMENTS);
         write(&log, &tuned(defaults, &args.tuning)?, seed, scalar, scans)
+    } else {
+        match Found::find(&args.source, args.scenario_seed.scenario_seed)? {
+            Found::Planar(source) => {
+                let log = source.log(seed)?;
+                write(&log, &tuned(source.defaults(&log), &args.tuning)?, seed, scalar, scans)
+            }
+            Found::Underwater(source) => {
+                let log = source.log(seed)?;
+                let settings = source.tuned(&log, &args.tuning)?;
+                write_underwater(&log, &settings, seed, scalar, scans).map_err(Failure::input)?
+            }
+        }
     };
     write_file("FILE", &args.file, &stream.bytes)?;
     let said = format!(

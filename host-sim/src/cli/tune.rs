@@ -4,14 +4,14 @@ use super::args::TuneArgs;
 use super::failure::{Failure, notice};
 use super::outputs::{check_file, print_beside, write_file};
 use super::progress::Progress;
-use super::source::{Source, tuned};
+use super::source::{Found, tuned};
 use scphd_sim::output::tuning;
 use scphd_sim::tune;
 
 /// Proposes settings, prints what has changed, and writes all of them where asked to.
 pub fn tune(args: TuneArgs) -> Result<(), Failure> {
     let seed = args.seed.seed;
-    let source = Source::folder_or_scenario(&args.source, args.scenario_seed.scenario_seed.unwrap_or(seed))?;
+    let source = Found::find(&args.source, args.scenario_seed.scenario_seed)?.planar("tune")?;
     let log = source.log(seed)?;
     let settings = tuned(source.defaults(&log), &args.tuning)?;
     if let Some(path) = &args.out {

@@ -3,11 +3,12 @@
 use super::args::{Choice, CompareArgs, FigureArgs, FilterName, MonteCarloArgs, RunArgs, Switch, Tuning};
 use super::commands::report_health;
 use super::compare;
-use super::failure::{Failure, notice, print};
-use super::monte_carlo::{DEFAULT_RUNS, Destination};
+use super::failure::{Failure, notice, print, warn_of_errors};
+use super::monte_carlo::{Destination, Extent, input_sets, names};
 use super::outputs::{Outputs, label, make};
 use super::progress::Progress;
 use super::repeat::in_parallel;
+use super::source::{out_of_range, settings_command};
 use scphd_sim::log_folder;
 use scphd_sim::monte_carlo::{self, Job, Plan, RunResult, Study};
 use scphd_sim::output::comparison::{self, Compared};
@@ -43,15 +44,6 @@ pub fn read(dir: &Path) -> Result<Source, Failure> {
     Ok(Source::Fixed(Box::new(log)))
 }
 
-/// The underwater scenario of that name or the underwater log in that folder, if it is either.
-pub fn source(name: &Path, scenario_seed: Option<u64>) -> Result<Option<Source>, Failure> {
-    match name.to_str() {
-        Some(name) if is_scenario(name) => Ok(Some(Source::Scenario(name.to_owned(), scenario_seed))),
-        _ if log_folder::has_camera(name) => read(name).map(Some),
-        _ => Ok(None),
-    }
-}
-
 impl Source {
     /// The settings a log of this source is run with unless told otherwise: Table 7.1 for a scenario of the thesis.
     pub fn defaults(&self, log: &Log) -> Settings {
@@ -70,10 +62,15 @@ impl Source {
                 .ok_or_else(|| Failure::input(format_args!("no underwater scenario '{name}'"))),
         }
     }
+
+    /// The defaults, then the settings file, then the command line.
+    pub fn tuned(&self, log: &Log, tuning: &Tuning) -> Result<Settings, Failure> {
+        tuned(self.defaults(log), log, tuning)
+    }
 }
 
 /// `defaults`, then the settings file, then the command line.
-pub fn tuned(defaults: Settings, tuning: &Tuning) -> Result<Settings, Failure> {
+fn tuned(defaults: Settings, log: &Log, tuning: &Tuning) -> Result<Settings, Failure> {
     let mut settings = defaults;
     if let Some(path) = &tuning.settings {
         settings = settings.with_file(path)?;
@@ -83,10 +80,7 @@ pub fn tuned(defaults: Settings, tuning: &Tuning) -> Result<Settings, Failure> {
     if tuning.moving == Some(Switch::On) {
         return Err(Failure::input("--moving on: underwater runs take everything for static"));
     }
-    settings.check().map_err(|error| {
-        let name = error.field.rsplit('.').next().unwrap_or(error.field);
-        Failure::input(format_args!("--{name} {}: must be {}", error.found, error.range))
-    })?;
+    settings.check().and_then(|()| settings.check_births(log)).map_err(|error| out_of_range(&error, tuning))?;
     Ok(settings)
 }
 
@@ -97,36 +91,34 @@ fn chosen(choice: &Choice, mut settings: Settings) -> Settings {
 
 /// Prints the settings of a log or scenario.
 pub fn settings(source: &Source, tuning: &Tuning) -> Result<(), Failure> {
-    let settings = tuned(source.defaults(&*source.log(0)?), tuning)?;
+    let settings = source.tuned(&*source.log(0)?, tuning)?;
     let text = settings.to_toml().map_err(|error| Failure::Internal(error.to_string()))?;
     print(text.trim_end())
 }
 
-/// One filter over one log or several, with one seed or several.
-pub fn run(sources: &[Source], args: RunArgs) -> Result<(), Failure> {
+/// One filter over one log or several, with one seed or several; `names` are what the sources were called.
+pub fn run(sources: &[Source], names: &[String], args: RunArgs) -> Result<(), Failure> {
     let choice = args.filter().map_err(Failure::input)?;
+    let (threads, seeds) = (args.threads()?, args.seeds()?);
     let outputs = Outputs { json: args.json, out: args.out };
     outputs.check()?;
     if outputs.out.is_some() && (sources.len() > 1 || args.repeat > 1) {
         return Err(Failure::input("--out: for a single run only, not with several logs or --repeat"));
     }
-    let first = args.seed.seed;
-    let runs: Vec<(&Source, u64)> = sources
-        .iter()
-        .flat_map(|source| (0..u64::from(args.repeat)).map(move |k| (source, first.wrapping_add(k))))
-        .collect();
+    let runs: Vec<(&Source, u64)> =
+        sources.iter().flat_map(|source| seeds.clone().map(move |seed| (source, seed))).collect();
     let mut frames = 0;
     for (source, seed) in &runs {
         let log = source.log(*seed)?;
-        tuned(source.defaults(&log), &args.tuning)?;
+        source.tuned(&log, &args.tuning)?;
         frames += log.frames.len();
     }
     let (progress, done) = (Progress::new("underwater".into(), frames), AtomicUsize::new(0));
     let sessions = in_parallel(&runs, args.jobs.into(), |&(source, seed)| {
         let log = source.log(seed)?;
-        let settings = chosen(&choice, tuned(source.defaults(&log), &args.tuning)?);
+        let settings = chosen(&choice, source.tuned(&log, &args.tuning)?);
         let mut advance = |_| progress.at(done.fetch_add(1, Ordering::Relaxed) + 1);
-        Ok(session::run(&log, &settings, choice.filter, seed, &mut advance)?)
+        Ok(session::run_on(&threads, &log, &settings, choice.filter, seed, &mut advance)?)
     })?;
     drop(progress);
     let summaries: Vec<_> = sessions.iter().map(|session| session.summary.clone()).collect();
@@ -135,7 +127,9 @@ pub fn run(sources: &[Source], args: RunArgs) -> Result<(), Failure> {
             json::write_summaries(path, &summaries)?;
         }
         let logs: Vec<_> = summaries.chunks(args.repeat as usize).collect();
-        return outputs.print(&repeats::render(&logs));
+        outputs.print(&repeats::render(&logs))?;
+        logs.iter().for_each(|runs| warn_of_errors(runs));
+        return Ok(());
     };
     if let Some(out) = &outputs.out {
         make(out)?;
@@ -157,44 +151,49 @@ pub fn run(sources: &[Source], args: RunArgs) -> Result<(), Failure> {
         let rest = if more.is_empty() { String::new() } else { format!("; and {} more", more.len()) };
         eprintln!("warning: a step before the frame of {t_s} s left out: {what}{rest}");
     }
-    Ok(())
+    warn_of_errors(&summaries);
+    names.first().map_or(Ok(()), |name| outputs.print(&settings_command(name, &args.tuning)))
 }
 
-/// Runs a Monte Carlo study of an underwater scenario, or a part of one.
-pub fn study(args: MonteCarloArgs) -> Result<(), Failure> {
-    let choices = args
-        .filter
-        .iter()
-        .map(|&name| Choice::of(name, args.precision).map_err(Failure::input))
-        .collect::<Result<Vec<_>, _>>()?;
-    let source = Source::Scenario(args.sources[0].to_string_lossy().into_owned(), None);
-    let runs = args.runs.map_or(DEFAULT_RUNS, |runs| runs as usize);
-    let input_sets = args.input_sets.map_or(runs, |sets| sets as usize);
-    if !runs.is_multiple_of(input_sets) {
-        return Err(Failure::input(format_args!("--runs {runs}: must be a multiple of the {input_sets} input sets")));
-    }
-    let destination = Destination::of(args.shard, args.json, args.out)?;
-    let log = source.log(args.seed)?;
-    let first = tuned(source.defaults(&log), &args.tuning)?;
-    let names = choices.iter().map(|choice| choice.filter.name(chosen(choice, first.clone()).filter.likelihood).into());
-    let plan = Plan {
+/// Runs a Monte Carlo study of an underwater scenario or of logs, or a part of one.
+pub fn study(sources: &[Source], choices: &[Choice], args: MonteCarloArgs) -> Result<(), Failure> {
+    let logs = match sources {
+        [Source::Scenario(..)] => None,
+        logs => Some(logs.len()),
+    };
+    let extent = Extent::of(&args, logs);
+    let input_sets = input_sets(&extent, logs, None)?;
+    let source = |input: usize| &sources[input % sources.len()];
+    let mut plan = Plan {
         format: Format,
-        scenario: log.name.clone(),
-        filters: names.collect(),
-        runs,
+        scenario: String::new(),
+        filters: Vec::new(),
+        runs: extent.runs,
         input_sets,
         seed: args.seed,
-        settings: first.to_toml().map_err(|error| Failure::Internal(error.to_string()))?,
+        settings: String::new(),
     };
+    // Settings that are bad for one of several logs show before any is run.
+    let mut inputs = Vec::new();
+    for input in 0..sources.len() {
+        let log = source(input).log(args.seed)?;
+        inputs.push((log.name.clone(), source(input).tuned(&log, &args.tuning)?, log.frames.len()));
+    }
+    let first = &inputs[0].1;
+    plan.scenario = inputs.iter().map(|(name, ..)| name.as_str()).collect::<Vec<_>>().join(", ");
+    plan.filters = names(choices, |choice| chosen(choice, first.clone()).filter.likelihood)?;
+    plan.settings = first.to_toml().map_err(|error| Failure::Internal(error.to_string()))?;
+    let destination = Destination::of(args.shard, args.json, args.out)?;
     let jobs = destination.jobs(&plan);
     let label = format!("{} runs of {}", jobs.len() * choices.len(), plan.filters.join(", "));
-    let progress = Progress::new(label, log.frames.len() * jobs.len() * choices.len());
+    let frames: usize = jobs.iter().map(|job| inputs[job.input % inputs.len()].2).sum();
+    let progress = Progress::new(label, frames * choices.len());
     let done = AtomicUsize::new(0);
     let threads = args.jobs.map_or_else(|| thread::available_parallelism().map_or(1, usize::from), usize::from);
     let one = |job: &Job, filter: usize| -> Result<RunResult, Failure> {
         let choice = &choices[filter];
-        let log = source.log(job.scenario_seed)?;
-        let settings = chosen(choice, tuned(source.defaults(&log), &args.tuning)?);
+        let log = source(job.input).log(job.scenario_seed)?;
+        let settings = chosen(choice, source(job.input).tuned(&log, &args.tuning)?);
         let mut advance = |_| progress.at(done.fetch_add(1, Ordering::Relaxed) + 1);
         let session = session::run(&log, &settings, choice.filter, job.filter_seed, &mut advance)?;
         Ok(session::result(job, settings.filter.samples, session))
@@ -208,7 +207,7 @@ pub fn study(args: MonteCarloArgs) -> Result<(), Failure> {
 pub fn figure<'n>(number: &'n str, args: &FigureArgs) -> Result<Vec<(&'n str, Figure)>, Failure> {
     let source = Source::Scenario("girona-tank".into(), None);
     let log = source.log(args.seed)?;
-    let settings = tuned(source.defaults(&log), &args.tuning)?;
+    let settings = source.tuned(&log, &args.tuning)?;
     let filters = [FilterName::Core, FilterName::RbSingle];
     let mut runs = Vec::new();
     for name in filters {
@@ -227,17 +226,17 @@ pub fn figure<'n>(number: &'n str, args: &FigureArgs) -> Result<Vec<(&'n str, Fi
     })
 }
 
-/// Filter and reference in lockstep over an underwater scenario, in every precision asked for.
-pub fn compare(args: CompareArgs) -> Result<(), Failure> {
+/// Filter and reference in lockstep over an underwater scenario or log, in every precision asked for, with the recursion of the
+/// thesis, which is all that the reference has.
+pub fn compare(source: &Source, args: CompareArgs) -> Result<(), Failure> {
     let seed = args.seed.seed;
-    let source = Source::Scenario(args.source.to_string_lossy().into_owned(), args.scenario_seed.scenario_seed);
     let log = source.log(seed)?;
     if args.out.is_some() {
-        return Err(Failure::input("--out: not for underwater scenarios"));
+        return Err(Failure::input("--out: not in space"));
     }
     let outputs = Outputs { json: args.json, out: None };
     outputs.check()?;
-    let mut settings = tuned(source.defaults(&log), &args.tuning)?;
+    let mut settings = tuned(Settings::for_log(&log), &log, &args.tuning)?;
     settings.filter.particles = args.tuning.particles.unwrap_or(compare::PARTICLES);
     settings.filter.samples = args.tuning.samples.unwrap_or(compare::SAMPLES);
     let mut compared = Vec::new();

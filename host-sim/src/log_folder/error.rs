@@ -22,6 +22,8 @@ pub enum Place {
     File(&'static str),
     /// A row of a file.
     Row(&'static str, u64),
+    /// A column of a file.
+    Column(&'static str, &'static str),
     /// A column of a row of a file.
     Cell(&'static str, u64, &'static str),
     /// A key of `log.toml`, with the section's name in front.
@@ -86,6 +88,19 @@ pub enum Problem {
         /// The keys of the section.
         known: &'static [&'static str],
     },
+    /// A key that another model of the section has, and that decides nothing here.
+    Unused {
+        /// The model.
+        model: &'static str,
+        /// The keys of the section for it.
+        known: &'static [&'static str],
+    },
+    /// A `kind` that says neither real nor simulated.
+    Kind(String),
+    /// A name that no line, file or drawing can hold.
+    Name,
+    /// A camera's rotation that is none.
+    NoRotation,
     /// A time (s) that is earlier than the row before.
     Backwards {
         /// Time of the row before, s.
@@ -97,8 +112,56 @@ pub enum Problem {
     ScanOrder {
         /// The number.
         found: i64,
-        /// The least that may stand here.
-        least: i64,
+        /// The least that may stand here: one more than any number for the number after the last there is.
+        least: i128,
+    },
+    /// Rows that are too far apart, s, for a time in seconds.
+    FarApart {
+        /// The median from row to row, s.
+        median_s: f64,
+        /// The most it may be, s.
+        most_s: f64,
+        /// In which unit it would be plausible.
+        unit: &'static str,
+    },
+    /// Angles that are no angles in radians.
+    NotRadians {
+        /// The first of them.
+        found: f64,
+        /// The greatest there may be.
+        most: f64,
+        /// Whether they would be plausible in degrees.
+        degrees: bool,
+    },
+    /// Most ranges are far beyond what the sensor is said to reach.
+    OutOfReach {
+        /// The median of the ranges, m.
+        median_m: f64,
+        /// Twice the sensor's greatest range, m.
+        most_m: f64,
+    },
+    /// No two scans can show the same.
+    DrivesTooFar {
+        /// The median of how far the vehicle drives from scan to scan, m.
+        median_m: f64,
+        /// Twice the sensor's greatest range, m.
+        most_m: f64,
+    },
+    /// The log has no odometry at all.
+    NoOdometry,
+    /// All odometry comes after the last scan.
+    LateOdometry {
+        /// Time of the first row, s.
+        first_s: f64,
+        /// Time of the last scan, s.
+        last_scan_s: f64,
+    },
+    /// Most scans are not from the time of the odometry.
+    OtherClock {
+        /// Time of a scan, s.
+        scan_s: f64,
+        /// Times of the first and the last row of odometry, s.
+        odometry_s: [f64; 2],
     },
     /// A detection of a scan that `scans.csv` does not list.
     NoSuchScan(i64),
@@ -120,8 +183,9 @@ impl fmt::Display for Place {
             Self::Folder(path) => write!(f, "{}", path.display()),
             Self::File(file) => write!(f, "{file}"),
             Self::Row(file, row) => write!(f, "{file}, row {row}"),
+            Self::Column(file, column) => write!(f, "{file}, column {column}"),
             Self::Cell(file, row, column) => write!(f, "{file}, row {row}, column {column}"),
-            Self::Key(key) => write!(f, "log.toml, key {key}"),
+            Self::Key(key) => write!(f, "log.toml, key {}", Excerpt(key)),
         }
     }
 }
@@ -132,19 +196,31 @@ impl fmt::Display for Problem {
             Self::Missing => write!(f, "missing"),
             Self::Unreadable(error) => write!(f, "cannot be read: {error}"),
             Self::NotText => write!(f, "not UTF-8 text"),
-            Self::Syntax(what) => write!(f, "{what}"),
+            Self::Syntax(what) => write!(f, "{}", Excerpt(what)),
             Self::Twice => write!(f, "named twice in the header"),
             Self::Fields { found, expected } => {
                 write!(f, "wrong number of fields: {found}, the header has {expected}")
             }
-            Self::NotFinite(text) => write!(f, "not a finite number: '{text}'"),
-            Self::NotWhole(text) => write!(f, "not a whole number: '{text}'"),
-            Self::Type { found, expected } => write!(f, "not {expected} but {found}"),
+            Self::NotFinite(text) => write!(f, "not a finite number: '{}'", Excerpt(text)),
+            Self::NotWhole(text) => write!(f, "not a whole number: '{}'", Excerpt(text)),
+            Self::Type { found, expected } => write!(f, "not {expected} but {}", Excerpt(found)),
             Self::Limits { found, expected } => write!(f, "{found}, expected {expected}"),
             Self::Unsupported { found, supported } => {
-                write!(f, "'{found}' is not supported yet, only {supported}")
+                write!(f, "'{}' is not supported yet, only {supported}", Excerpt(found))
             }
             Self::Unknown { known } => write!(f, "unknown, there are {}", known.join(", ")),
+            Self::Unused { model, known } => {
+                write!(f, "not a key of the model {model}, which has {}", known.join(", "))
+            }
+            Self::Kind(found) => write!(
+                f,
+                "'{}' says neither real nor simulated: say simulated = true or simulated = false",
+                Excerpt(found)
+            ),
+            Self::Name => write!(f, "a name has 1 to {NAME_CHARS} characters, none of them a control character"),
+            Self::NoRotation => {
+                write!(f, "not a rotation: its rows have to be right-angled, of length 1, right-handed")
+            }
             Self::Backwards { before, after } => {
                 write!(f, "time goes backwards from {before} to {after}")
             }
@@ -156,7 +232,66 @@ impl fmt::Display for Problem {
                 write!(f, "negative range {range} in a log that is not simulated")
             }
             Self::NoScans => write!(f, "no scans"),
+            Self::FarApart { median_s, most_s, unit } => write!(
+                f,
+                "rows are {} s apart in the median, expected at most {most_s} s: times are in seconds, these look like \
+                 {unit}",
+                rounded(*median_s)
+            ),
+            Self::NotRadians { found, most, degrees } => {
+                let advice = if *degrees { "these look like degrees" } else { "take whole turns off" };
+                write!(f, "{found}, expected -{most:.4} to {most:.4}: angles are in radians, {advice}")
+            }
+            Self::OutOfReach { median_m, most_m } => write!(
+                f,
+                "{} m in the median, twice the sensor's greatest range is {most_m} m: ranges are in metres",
+                rounded(*median_m)
+            ),
+            Self::DrivesTooFar { median_m, most_m } => write!(
+                f,
+                "the vehicle drives {} m from scan to scan in the median, so that no two scans show the same (twice the \
+                 sensor's range is {most_m} m): speeds are in metres a second, times in seconds",
+                rounded(*median_m)
+            ),
+            Self::NoOdometry => write!(f, "no odometry"),
+            Self::LateOdometry { first_s, last_scan_s } => {
+                write!(f, "the odometry begins at {first_s} s, after the last scan at {last_scan_s} s")
+            }
+            Self::OtherClock { scan_s, odometry_s: [first, last] } => write!(
+                f,
+                "a scan at {scan_s} s, and most scans are not between the first row of odometry at {first} s and the \
+                 last at {last} s: both need the same clock, in seconds"
+            ),
         }
+    }
+}
+
+/// Characters of a name, at most.
+pub(super) const NAME_CHARS: usize = 200;
+/// Characters of a file's text that a message shows, at most.
+const EXCERPT_CHARS: usize = 120;
+
+/// A measured number with four digits that count.
+fn rounded(number: f64) -> f64 {
+    format!("{number:.3e}").parse().unwrap_or(number)
+}
+
+/// A piece of a file's text as part of one line that any terminal can show.
+struct Excerpt<'a>(&'a str);
+
+impl fmt::Display for Excerpt<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (place, character) in self.0.chars().enumerate() {
+            if place == EXCERPT_CHARS {
+                return write!(f, " …");
+            }
+            if character.is_control() {
+                write!(f, "{}", character.escape_default())?
+            } else {
+                write!(f, "{character}")?
+            }
+        }
+        Ok(())
     }
 }
 

@@ -1,7 +1,8 @@
 //! `log.toml`.
 
-use super::error::{LogError, Place, Problem};
+use super::error::{LogError, NAME_CHARS, Place, Problem};
 use super::table::text;
+use super::units::{self, WHOLE_TURN_RAD};
 use crate::log::{Nominal, Sensor, Vehicle};
 use std::path::Path;
 use toml::{Table, Value};
@@ -45,26 +46,28 @@ impl Head {
         let vehicle = top.section("vehicle")?;
         let (sensor_model, vehicle_model) = (self::sensor(&sensor)?, self::vehicle(&vehicle)?);
         // Only then: sections of other models have other keys.
+        top.has_only(&TOP_KEYS)?;
         sensor.has_only(&SENSOR_KEYS)?;
-        vehicle.has_only(&VEHICLE_KEYS)?;
+        check_vehicle_keys(&vehicle, &vehicle_model)?;
+        let initial_pose = top.pose("initial_pose")?;
+        units::radians(initial_pose[2], WHOLE_TURN_RAD, || top.key("initial_pose"))?;
         Ok(Self {
             sensor: sensor_model,
             vehicle: vehicle_model,
-            name: top.string("name")?.to_owned(),
-            simulated: match table.get("kind") {
-                Some(_) => top.string("kind")?.starts_with("simulated"),
-                None => false,
-            },
-            initial_pose: top.pose("initial_pose")?,
+            name: name(&top)?,
+            simulated: simulated(&top)?,
+            initial_pose,
             nominal: Nominal {
-                range_sigma_m: sensor.sigma("range_sigma_m")?,
-                bearing_sigma_rad: sensor.sigma("bearing_sigma_rad")?,
-                speed_sigma_mps: vehicle.sigma("speed_sigma_mps")?,
-                rate_sigma_radps: vehicle.sigma("rate_sigma_radps")?,
-                steering_sigma_rad: vehicle.sigma("steering_sigma_rad")?,
+                range_sigma_m: sensor.limited("range_sigma_m", "0 to 1000 m", |s| (0.0..=1e3).contains(&s))?,
+                bearing_sigma_rad: sensor.limited("bearing_sigma_rad", "0 to 3 rad", |s| (0.0..=3.0).contains(&s))?,
+                speed_sigma_mps: vehicle.limited("speed_sigma_mps", "0 to 1000 m/s", |s| (0.0..=1e3).contains(&s))?,
+                rate_sigma_radps: vehicle
+                    .limited("rate_sigma_radps", "0 to 100 rad/s", |s| (0.0..=1e2).contains(&s))?,
+                steering_sigma_rad: vehicle
+                    .limited("steering_sigma_rad", "0 to 3 rad", |s| (0.0..=3.0).contains(&s))?,
                 detection_probability: sensor
-                    .limited("detection_probability", "0 to 1", |p| (0.0..=1.0).contains(&p))?,
-                clutter_per_scan: sensor.sigma("clutter_per_scan")?,
+                    .limited("detection_probability", "more than 0 and at most 1", |p| p > 0.0 && p <= 1.0)?,
+                clutter_per_scan: sensor.limited("clutter_per_scan", "0 to 1e6", |c| (0.0..=1e6).contains(&c))?,
             },
         })
     }
@@ -86,16 +89,18 @@ const SENSOR_KEYS: [&str; 9] = [
     "detection_probability",
     "clutter_per_scan",
 ];
-const VEHICLE_KEYS: [&str; 8] = [
+const ACKERMANN_KEYS: [&str; 7] = [
     "model",
     "wheelbase_m",
     "encoder_offset_m",
     "sensor_forward_m",
     "sensor_left_m",
     "speed_sigma_mps",
-    "rate_sigma_radps",
     "steering_sigma_rad",
 ];
+const UNICYCLE_KEYS: [&str; 3] = ["model", "speed_sigma_mps", "rate_sigma_radps"];
+const TOP_KEYS: [&str; 9] =
+    ["name", "kind", "simulated", "source", "note", "initial_pose", "truth", "vehicle", "sensor"];
 const SENSORS: &str = "range_bearing";
 const VEHICLES: &str = "ackermann, unicycle and unicycle_arc";
 
@@ -113,6 +118,10 @@ fn sensor(section: &Section) -> Result<Sensor, LogError> {
         bearing_max_rad: section.number("bearing_max_rad")?,
     };
     section.check("range_max_m", sensor.range_max_m, "more than the least range", |r| r > range_min_m)?;
+    section.check("range_max_m", sensor.range_max_m, "at most 1e6 m", |r| r <= 1e6)?;
+    for (key, bearing) in [("bearing_min_rad", sensor.bearing_min_rad), ("bearing_max_rad", sensor.bearing_max_rad)] {
+        units::radians(bearing, WHOLE_TURN_RAD, || section.key(key))?;
+    }
     section.check("bearing_max_rad", sensor.bearing_max_rad, "more than bearing_min_rad", |b| {
         b > sensor.bearing_min_rad
     })?;
@@ -137,6 +146,50 @@ fn vehicle(section: &Section) -> Result<Vehicle, LogError> {
             let found = other.to_owned();
             Err(section.key("model").error(Problem::Unsupported { found, supported: VEHICLES }))
         }
+    }
+}
+
+/// Keys that the vehicle's model has no use for would be numbers left out unseen.
+fn check_vehicle_keys(section: &Section, vehicle: &Vehicle) -> Result<(), LogError> {
+    let (model, known): (_, &'static [&'static str]) = match vehicle {
+        Vehicle::Ackermann { .. } => ("ackermann", &ACKERMANN_KEYS),
+        Vehicle::Unicycle => ("unicycle", &UNICYCLE_KEYS),
+        Vehicle::UnicycleArc => ("unicycle_arc", &UNICYCLE_KEYS),
+    };
+    let Some(key) = section.stranger(known) else { return Ok(()) };
+    let of_another = ACKERMANN_KEYS.contains(&key) || UNICYCLE_KEYS.contains(&key);
+    let problem = if of_another { Problem::Unused { model, known } } else { Problem::Unknown { known } };
+    Err(section.key(key).error(problem))
+}
+
+/// The name. It is drawn into plots and printed in one line.
+pub(super) fn name(top: &Section) -> Result<String, LogError> {
+    let name = top.string("name")?;
+    // Two of the characters that no XML may hold are not control characters.
+    let good = |c: char| !c.is_control() && !matches!(c, '\u{fffe}' | '\u{ffff}');
+    if !name.is_empty() && name.chars().count() <= NAME_CHARS && name.chars().all(good) {
+        Ok(name.to_owned())
+    } else {
+        Err(top.key("name").error(Problem::Name))
+    }
+}
+
+/// Whether the log is of a simulation: `simulated`, or, in logs without that key, the first word of `kind`, up to a comma. Without
+/// either it is real.
+pub(super) fn simulated(top: &Section) -> Result<bool, LogError> {
+    for text in ["kind", "source", "note", "truth"] {
+        if top.table.contains_key(text) {
+            top.string(text)?;
+        }
+    }
+    if top.table.contains_key("simulated") {
+        return top.boolean("simulated");
+    }
+    let Some(kind) = top.table.get("kind").and_then(Value::as_str) else { return Ok(false) };
+    match kind.split(',').next().map(str::trim) {
+        Some("simulated") => Ok(true),
+        Some("real") => Ok(false),
+        _ => Err(top.key("kind").error(Problem::Kind(kind.to_owned()))),
     }
 }
 
@@ -168,9 +221,18 @@ impl<'a> Section<'a> {
         Ok(Section { name, table })
     }
 
-    fn has_only(&self, known: &'static [&'static str]) -> Result<(), LogError> {
-        let stranger = self.table.keys().find(|key| !known.contains(&key.as_str()));
-        stranger.map_or(Ok(()), |key| Err(self.key(key).error(Problem::Unknown { known })))
+    /// A key that is not one of these.
+    fn stranger(&self, known: &[&str]) -> Option<&'a str> {
+        self.table.keys().map(String::as_str).find(|key| !known.contains(key))
+    }
+
+    pub(super) fn has_only(&self, known: &'static [&'static str]) -> Result<(), LogError> {
+        self.stranger(known).map_or(Ok(()), |key| Err(self.key(key).error(Problem::Unknown { known })))
+    }
+
+    fn boolean(&self, key: &str) -> Result<bool, LogError> {
+        let value = self.get(key)?;
+        value.as_bool().ok_or_else(|| self.ill_typed(key, value, "true or false"))
     }
 
     pub(super) fn string(&self, key: &str) -> Result<&'a str, LogError> {

@@ -230,12 +230,201 @@ fn the_head_is_checked() {
     assert_eq!(message, "log.toml, key sensor.range_max_m: 30, expected more than the least range");
     let message = with_head("bearing_max_rad = 1.5", "bearing_max_rad = -2");
     assert_eq!(message, "log.toml, key sensor.bearing_max_rad: -2, expected more than bearing_min_rad");
+    let message = with_head("range_sigma_m = 0.1", "detection_probability = 0");
+    assert_eq!(message, "log.toml, key sensor.detection_probability: 0, expected more than 0 and at most 1");
     let message = with_head("range_sigma_m = 0.1", "detection_probability = 1.5");
-    assert_eq!(message, "log.toml, key sensor.detection_probability: 1.5, expected 0 to 1");
+    assert_eq!(message, "log.toml, key sensor.detection_probability: 1.5, expected more than 0 and at most 1");
     let message = with_head("range_sigma_m = 0.1", "range_sigma_m = -1");
-    assert_eq!(message, "log.toml, key sensor.range_sigma_m: -1, expected 0 or more");
+    assert_eq!(message, "log.toml, key sensor.range_sigma_m: -1, expected 0 to 1000 m");
     let message = with_head("wheelbase_m = 2.83", "wheelbase_m = 2.83\nspeed_sigm_mps = 1.0");
     assert!(message.starts_with("log.toml, key vehicle.speed_sigm_mps: unknown, there are model, "), "{message}");
+}
+
+#[test]
+fn keys_that_decide_nothing_are_refused() {
+    let message = with_head("name = \"test\"", "name = \"test\"\nsimulatd = true");
+    assert!(message.starts_with("log.toml, key simulatd: unknown, there are name, kind, simulated, "), "{message}");
+    let message = with("log.toml", format!("{HEAD}[noise]\nrange_sigma_m = 1\n"));
+    assert!(message.starts_with("log.toml, key noise: unknown, there are "), "{message}");
+    let message = with_head("wheelbase_m = 2.83", "wheelbase_m = 2.83\nrate_sigma_radps = 0.1");
+    let expected = "log.toml, key vehicle.rate_sigma_radps: not a key of the model ackermann, which has model, ";
+    assert!(message.starts_with(expected), "{message}");
+    let geometry = HEAD.split("wheelbase_m").nth(1).unwrap().split("\n\n[sensor]").next().unwrap();
+    for model in ["unicycle", "unicycle_arc"] {
+        let head =
+            HEAD.replace("\"ackermann\"", &format!("\"{model}\"")).replace(&format!("wheelbase_m{geometry}"), "");
+        for key in ["sensor_forward_m", "wheelbase_m", "steering_sigma_rad"] {
+            let message = with("log.toml", head.replace("[sensor]", &format!("{key} = 0.5\n[sensor]")));
+            let expected = format!(
+                "log.toml, key vehicle.{key}: not a key of the model {model}, which has model, speed_sigma_mps, \
+                 rate_sigma_radps"
+            );
+            assert_eq!(message, expected);
+        }
+    }
+}
+
+#[test]
+fn a_simulation_says_so_by_one_key() {
+    let simulated = |kind: &str| {
+        let folder = Folder::sound();
+        folder.put("log.toml", HEAD.replace("kind = \"real\"", kind));
+        read(&folder.0).map(|log| log.simulated).map_err(|error| error.to_string())
+    };
+    for (kind, expected) in [
+        ("simulated = true", true),
+        ("simulated = false", false),
+        ("simulated = true\nkind = \"real, but for the vehicle\"", true),
+        ("simulated = false\nkind = \"Simulated\"", false),
+        ("kind = \"simulated\"", true),
+        ("kind = \"simulated, noise by hand\"", true),
+        ("kind = \"real, outdoor\"", false),
+        ("", false),
+    ] {
+        assert_eq!(simulated(kind), Ok(expected), "{kind}");
+    }
+    for kind in
+        ["Simulated", "simulation", "SIMULATED", "synthetic", "realistic simulation", "not simulated", "", "reality"]
+    {
+        let expected = format!(
+            "log.toml, key kind: '{kind}' says neither real nor simulated: say simulated = true or simulated = false"
+        );
+        assert_eq!(simulated(&format!("kind = \"{kind}\"")), Err(expected));
+    }
+    let expected = "log.toml, key simulated: not true or false but \"yes\"";
+    assert_eq!(simulated("simulated = \"yes\""), Err(expected.into()));
+    assert_eq!(simulated("kind = 1"), Err("log.toml, key kind: not a string but 1".into()));
+}
+
+#[test]
+fn names_are_one_line_of_characters() {
+    let named = |name: &str| with_head("name = \"test\"", &format!("name = \"{name}\""));
+    let expected = "log.toml, key name: a name has 1 to 200 characters, none of them a control character";
+    for name in ["a\\u0000b", "two\\nlines", "\\u001b[31mred", "tab\\t", "\\u009b", "\\uffff", "", &"x".repeat(201)] {
+        assert_eq!(named(name), expected, "{name}");
+    }
+    let folder = Folder::sound();
+    folder.put("log.toml", HEAD.replace("name = \"test\"", "name = \"Überfahrt <3> & 'co' 測試\""));
+    assert_eq!(read(&folder.0).unwrap().name, "Überfahrt <3> & 'co' 測試");
+}
+
+#[test]
+fn angles_in_degrees_are_refused() {
+    // The first bearing is a small one, the second tells.
+    let message = with("detections.csv", "scan,range_m,bearing_rad\n0,1,2.5\n3,2,-3.5\n3,2,40\n");
+    let expected = "detections.csv, row 3, column bearing_rad: -3.5, expected -3.1426 to 3.1426: angles are in radians, \
+        these look like degrees";
+    assert_eq!(message, expected);
+    let message = with("detections.csv", "scan,range_m,bearing_rad\n0,1,2.5\n3,2,6.1\n");
+    assert!(
+        message.ends_with("6.1, expected -3.1426 to 3.1426: angles are in radians, take whole turns off"),
+        "{message}"
+    );
+    let message = with("odometry.csv", "t_s,speed_mps,steering_rad\n0,1,1\n1,1,25\n");
+    let expected = "odometry.csv, row 3, column steering_rad: 25, expected -1.5708 to 1.5708: ";
+    assert!(message.starts_with(expected), "{message}");
+    let message = with_head("bearing_min_rad = -1.5", "bearing_min_rad = -90");
+    assert!(message.starts_with("log.toml, key sensor.bearing_min_rad: -90, expected "), "{message}");
+    let message = with_head("[1, 2.5, -0.5]", "[1, 2.5, 270]");
+    assert!(message.starts_with("log.toml, key initial_pose: 270, expected "), "{message}");
+    assert!(message.ends_with("these look like degrees"), "{message}");
+    // π with few digits.
+    let folder = Folder::sound();
+    folder.put("detections.csv", "scan,range_m,bearing_rad\n0,1,3.142\n3,2,-3.1416\n");
+    assert!(read(&folder.0).is_ok());
+}
+
+/// What is written for a time, s.
+type Written = fn(f64) -> f64;
+
+/// A log of 10 Hz with other numbers for its times.
+fn timed(odometry: Written, scans: Written) -> Folder {
+    let folder = Folder::sound();
+    let times = || (0..40).map(|k| 0.1 * f64::from(k));
+    let rows: String = times().map(|t| format!("{},1,0\n", odometry(t))).collect();
+    folder.put("odometry.csv", format!("t_s,speed_mps,steering_rad\n{rows}"));
+    let rows: String = times().enumerate().map(|(k, t)| format!("{k},{}\n", scans(t))).collect();
+    folder.put("scans.csv", format!("scan,t_s\n{rows}"));
+    folder
+}
+
+#[test]
+fn times_in_other_units_are_refused() {
+    fn same(t: f64) -> f64 {
+        t
+    }
+    assert!(read(&timed(same, same).0).is_ok());
+    // Seconds of another epoch are seconds.
+    assert!(read(&timed(|t| t + 1.7e9, |t| t + 1.7e9).0).is_ok());
+    let cases: [(Written, &str); 3] =
+        [(|t| 1e3 * t, "milliseconds"), (|t| 1e6 * t, "microseconds"), (|t| 1.7e18 + 1e9 * t, "nanoseconds")];
+    for (time, unit) in cases {
+        let message = timed(time, time).error();
+        assert!(message.starts_with("odometry.csv, row 3, column t_s: rows are "), "{message}");
+        assert!(message.ends_with(&format!("times are in seconds, these look like {unit}")), "{message}");
+        let message = timed(same, time).error();
+        assert!(message.starts_with("scans.csv, row 3, column t_s: rows are "), "{message}");
+        assert!(message.ends_with(unit), "{message}");
+    }
+    // Rows a second apart are plausible in seconds and in milliseconds; the scans tell.
+    let message = timed(|t| 10.0 * t, |t| 1000.0 * t).error();
+    assert!(message.starts_with("scans.csv, row 3, column t_s: rows are 100 s apart in the median"), "{message}");
+    let folder = timed(same, |t| 50.0 * t);
+    let rows: String = (0..2000).map(|k| format!("{},20,0\n", 0.1 * f64::from(k))).collect();
+    folder.put("odometry.csv", format!("t_s,speed_mps,steering_rad\n{rows}"));
+    let message = folder.error();
+    assert!(message.starts_with("odometry.csv, column speed_mps: the vehicle drives 100 m"), "{message}");
+    assert!(message.contains("speeds are in metres a second"), "{message}");
+    // Boot time here, the epoch there.
+    let message = timed(same, |t| t + 1.7e9).error();
+    assert!(message.starts_with("scans.csv, row 2, column t_s: a scan at 1700000000 s"), "{message}");
+}
+
+#[test]
+fn odometry_that_says_nothing_of_the_scans_is_refused() {
+    let message = with("odometry.csv", "t_s,speed_mps,steering_rad\n");
+    assert_eq!(message, "odometry.csv: no odometry");
+    let message = with("odometry.csv", "t_s,speed_mps,steering_rad\n1.5,1,0\n1.6,1,0\n");
+    assert_eq!(message, "odometry.csv, row 2, column t_s: the odometry begins at 1.5 s, after the last scan at 1 s");
+    let message = with("odometry.csv", "t_s,speed_mps,steering_rad\n-1,1,0\n0.1,1,0\n");
+    let expected = "scans.csv, row 3, column t_s: a scan at 0.5 s, and most scans are not between the first row of \
+        odometry at -1 s and the last at 0.1 s: ";
+    assert!(message.starts_with(expected), "{message}");
+    // One row holds for ever.
+    let folder = Folder::sound();
+    folder.put("odometry.csv", "t_s,speed_mps,steering_rad\n0,0,0\n");
+    assert!(read(&folder.0).is_ok());
+}
+
+#[test]
+fn ranges_in_millimetres_are_refused() {
+    let message = with("detections.csv", "scan,range_m,bearing_rad\n0,1000,0.5\n3,2000,-0.5\n3,30,0.25\n");
+    let expected = "detections.csv, column range_m: 1000 m in the median, twice the sensor's greatest range is 60 m: ";
+    assert!(message.starts_with(expected), "{message}");
+}
+
+#[test]
+fn scan_numbers_may_be_any() {
+    let greatest = i64::MAX;
+    let folder = Folder::sound();
+    folder.put("scans.csv", format!("scan,t_s\n0,0\n2,0.5\n{greatest},1\n"));
+    folder.put("detections.csv", format!("scan,range_m,bearing_rad\n0,1,0\n{greatest},2,0.5\n"));
+    assert_eq!(read(&folder.0).unwrap().scans[2].detections, [[2.0, 0.5]]);
+    folder.put("scans.csv", format!("scan,t_s\n0,0\n{greatest},1\n{greatest},2\n"));
+    let expected =
+        format!("scans.csv, row 4, column scan: scan {greatest} out of order, expected 9223372036854775808 or more");
+    assert_eq!(folder.error(), expected);
+    let message = with("scans.csv", "scan,t_s\n9223372036854775808,0\n");
+    assert_eq!(message, "scans.csv, row 2, column scan: not a whole number: '9223372036854775808'");
+}
+
+#[test]
+fn what_messages_show_of_a_file_is_short_and_printable() {
+    let message = with("scans.csv", format!("scan,t_s\n0,\"a\n\u{1b}[2J{}\"\n", "x".repeat(10_000)));
+    assert!(message.starts_with("scans.csv, row 2, column t_s: not a finite number: 'a\\n\\u{1b}[2Jxxx"), "{message}");
+    assert!(message.ends_with("x …'") && message.len() < 250, "{message}");
+    let message = with_head("2.83", &format!("[{}]", "1, ".repeat(10_000)));
+    assert!(message.len() < 250, "{message}");
 }
 
 #[test]
@@ -257,7 +446,7 @@ fn models_that_are_not_supported_are_named() {
 fn what_is_written_reads_back_bit_for_bit() {
     let third = 1.0 / 3.0;
     let mut log = read(&Folder::sound().0).unwrap();
-    log.name = "quotes \" and\nlines".into();
+    log.name = "quotes \" and \\ 'strokes'".into();
     log.simulated = true;
     log.vehicle = Vehicle::UnicycleArc;
     log.sensor.range_min_m = 0.1 + 0.2;
@@ -265,8 +454,8 @@ fn what_is_written_reads_back_bit_for_bit() {
         range_sigma_m: Some(third),
         bearing_sigma_rad: Some(1e-7),
         speed_sigma_mps: Some(0.0),
-        rate_sigma_radps: Some(2e20),
-        steering_sigma_rad: Some(third),
+        rate_sigma_radps: Some(2e-20),
+        steering_sigma_rad: None,
         detection_probability: Some(1.0),
         clutter_per_scan: Some(20.0),
     };

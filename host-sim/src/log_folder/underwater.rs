@@ -2,7 +2,7 @@
 //!
 //! | file | content |
 //! |---|---|
-//! | `log.toml` | name, and `[camera]`: `fu`, `fv`, `cu`, `cv` (px), `baseline_m`, the rotation `C_cv` from the vehicle's directions to the camera's, its place `rho_cv` in the vehicle's frame (m), and the variances of its noise, `pixel_variance` (px²), of the velocities, `velocity_variance` (m²/s²), and of the rates, `rate_variance` (rad²/s²) |
+//! | `log.toml` | name, whether it is simulated, as of a log in the plane, and `[camera]`: `fu`, `fv`, `cu`, `cv` (px), `baseline_m`, the rotation `C_cv` from the vehicle's directions to the camera's, its place `rho_cv` in the vehicle's frame (m), and the variances of its noise, `pixel_variance` (px²), of the velocities, `velocity_variance` (m²/s²), and of the rates, `rate_variance` (rad²/s²) |
 //! | `odometry.csv` | `t_s,vx_mps,vy_mps,vz_mps,wx_radps,wy_radps,wz_radps`: velocities and rates along the vehicle's axes |
 //! | `scans.csv` | `scan,t_s` |
 //! | `detections.csv` | `scan,ul_px,vl_px,ur_px,vr_px` |
@@ -18,8 +18,9 @@
 //! for the vertical.
 
 use super::error::{LogError, Place, Problem};
-use super::head::{Section, syntax};
+use super::head::{Section, name, simulated, syntax};
 use super::table::{Table as Csv, text};
+use super::units::{self, ODOMETRY_INTERVAL_S, Stamp, WHOLE_TURN_RAD};
 use super::{Clock, each_detection, scan_times};
 use crate::angle::wrap;
 use crate::underwater::log::{Camera, Frame, Instruments, Landmark, Log, Nominal, TruePose};
@@ -55,15 +56,25 @@ pub fn read_underwater(dir: &Path) -> Result<Log, LogError> {
     let table: Table = content.parse().map_err(|error| syntax(&content, &error))?;
     let top = Section { name: "", table: &table };
     let section = top.section("camera")?;
+    top.has_only(&TOP_KEYS)?;
+    section.has_only(&CAMERA_KEYS)?;
+    let name = name(&top)?;
+    // The settings of either kind are the same so far; what it says has to be clear all the same.
+    simulated(&top)?;
     let rig = Rig::of(&section)?;
+    let camera = camera(&section, &rig)?;
+    let velocity = variances(&section, "velocity_variance")?;
+    let rate = variances(&section, "rate_variance")?;
     let (truth, tilts) = truth(dir, &rig)?;
-    let velocity: [f64; 3] = section.numbers("velocity_variance", "three variances")?;
-    let rate: [f64; 3] = section.numbers("rate_variance", "three variances")?;
-    let rows = instruments(dir, &truth, &tilts, &rig, rate)?;
+    let (rows, stamps) = instruments(dir, &truth, &tilts, &rig, rate)?;
     let start = truth.first().ok_or_else(|| Place::File("truth.csv").error(Problem::Missing))?;
+    let (frames, frame_stamps) = frames(dir)?;
+    units::common_clock(&stamps, &frame_stamps)?;
+    let speeds = rows.iter().map(|row| row.velocity_mps.map_or(0.0, |velocity| Vector3::from(velocity).norm()));
+    units::way(&stamps, speeds, &frame_stamps, DEPTH_M[1], "vx_mps")?;
     Ok(Log {
-        name: top.string("name")?.to_owned(),
-        camera: camera(&section, &rig)?,
+        name,
+        camera,
         nominal: Nominal {
             velocity_sigma_mps: velocity.iter().copied().fold(0.0, f64::max).sqrt(),
             // A hand-held rig changes its velocity as fast as it is measured.
@@ -76,10 +87,24 @@ pub fn read_underwater(dir: &Path) -> Result<Log, LogError> {
         },
         start: (start.position, start.yaw_rad),
         instruments: rows,
-        frames: frames(dir)?,
+        frames,
         truth,
         landmarks: landmarks(dir)?,
     })
+}
+
+const TOP_KEYS: [&str; 7] = ["name", "kind", "simulated", "source", "note", "truth", "camera"];
+const CAMERA_KEYS: [&str; 10] =
+    ["fu", "fv", "cu", "cv", "baseline_m", "C_cv", "rho_cv", "pixel_variance", "velocity_variance", "rate_variance"];
+
+/// Three variances, of which one at least is more than 0.
+fn variances(section: &Section, key: &str) -> Result<[f64; 3], LogError> {
+    let variances: [f64; 3] = section.numbers(key, "three variances")?;
+    for variance in variances {
+        section.check(key, variance, "0 to 1e6", |v| (0.0..=1e6).contains(&v))?;
+    }
+    section.check(key, variances.iter().copied().fold(0.0, f64::max), "one that is more than 0", |v| v > 0.0)?;
+    Ok(variances)
 }
 
 /// The rotation from the vehicle's directions (x ahead, y to the left, z upwards) to those of the image of a camera that looks
@@ -88,6 +113,9 @@ fn to_image() -> Matrix3<f64> {
     let half = std::f64::consts::FRAC_1_SQRT_2;
     Matrix3::new(0.0, -1.0, 0.0, -half, 0.0, -half, half, 0.0, -half)
 }
+
+/// Logs give rotations with a few digits.
+const ROTATION_SLACK: f64 = 1e-3;
 
 /// Where the camera is in the rig.
 struct Rig {
@@ -108,21 +136,35 @@ impl Rig {
             flat.into_iter().flatten().map(super::head::finite).collect()
         });
         let numbers = numbers.ok_or_else(|| section.ill_typed("C_cv", value, "three rows of three finite numbers"))?;
-        Ok(Self { turn: to_image().transpose() * Matrix3::from_row_slice(&numbers), place: place.into() })
+        let turn: Matrix3<f64> = Matrix3::from_row_slice(&numbers);
+        let off = (turn * turn.transpose() - Matrix3::identity()).abs().max();
+        if !(off <= ROTATION_SLACK && turn.determinant() > 0.0) {
+            return Err(section.key("C_cv").error(Problem::NoRotation));
+        }
+        for coordinate in place {
+            section.check("rho_cv", coordinate, "-1000 to 1000 m", |x| x.abs() <= 1e3)?;
+        }
+        Ok(Self { turn: to_image().transpose() * turn, place: place.into() })
     }
 }
 
 fn camera(section: &Section, rig: &Rig) -> Result<Camera, LogError> {
     let [fu, fv, cu, cv] = [section.number("fu")?, section.number("fv")?, section.number("cu")?, section.number("cv")?];
     let baseline_m = section.number("baseline_m")?;
-    section.check("baseline_m", baseline_m, "more than 0", |b| b > 0.0)?;
+    section.check("baseline_m", baseline_m, "more than 0 and at most 1000 m", |b| b > 0.0 && b <= 1e3)?;
+    for (key, focal) in [("fu", fu), ("fv", fv)] {
+        section.check(key, focal, "more than 0 and at most 1e6 px", |f| f > 0.0 && f <= 1e6)?;
+    }
+    for (key, centre) in [("cu", cu), ("cv", cv)] {
+        section.check(key, centre, "-1e6 to 1e6 px", |c| c.abs() <= 1e6)?;
+    }
     let to_image = to_image();
     let calibration = Matrix3::new(fu, 0.0, cu, 0.0, fv, cv, 0.0, 0.0, 1.0);
     let left = rig.turn * rig.place;
     let right = left + to_image.transpose() * Vector3::new(baseline_m, 0.0, 0.0);
     let variances: [f64; 4] = section.numbers("pixel_variance", "four variances")?;
     for variance in variances {
-        section.check("pixel_variance", variance, "more than 0", |v| v > 0.0)?;
+        section.check("pixel_variance", variance, "more than 0 and at most 1e6", |v| v > 0.0 && v <= 1e6)?;
     }
     Ok(Camera {
         projections: [left, right].map(|place| {
@@ -174,7 +216,9 @@ fn truth(dir: &Path, rig: &Rig) -> Result<(Vec<TruePose>, Vec<[f64; 2]>), LogErr
         let t_s = clock.tick(&row, row.number(&time)?)?;
         let [x, y, z] = position.each_ref().map(|column| row.number(column));
         let [rx, ry, rz] = rotation.each_ref().map(|column| row.number(column));
-        let [roll, pitch, yaw_rad] = angles(&(attitude(Vector3::new(rx?, ry?, rz?)) * rig.turn.transpose()));
+        let axis_angle = Vector3::new(rx?, ry?, rz?);
+        units::radians(axis_angle.norm(), WHOLE_TURN_RAD, || row.cell("rx_rad"))?;
+        let [roll, pitch, yaw_rad] = angles(&(attitude(axis_angle) * rig.turn.transpose()));
         truth.push(TruePose { t_s, position: [x?, y?, z?], yaw_rad });
         tilts.push([roll, pitch]);
     }
@@ -195,13 +239,13 @@ fn instruments(
     tilts: &[[f64; 2]],
     rig: &Rig,
     rate_variance: [f64; 3],
-) -> Result<Vec<Instruments>, LogError> {
+) -> Result<(Vec<Instruments>, Vec<Stamp>), LogError> {
     let table = Csv::read(dir, "odometry.csv")?;
     let time = table.column("t_s")?;
     let velocity = [table.column("vx_mps")?, table.column("vy_mps")?, table.column("vz_mps")?];
     let rates = [table.column("wx_radps")?, table.column("wy_radps")?, table.column("wz_radps")?];
     let mut clock = Clock::new();
-    let mut rows: Vec<Row> = Vec::new();
+    let (mut rows, mut stamps): (Vec<Row>, Vec<Stamp>) = (Vec::new(), Vec::new());
     for row in table.rows() {
         let t_s = clock.tick(&row, row.number(&time)?)?;
         let [vx, vy, vz] = velocity.each_ref().map(|column| row.number(column));
@@ -210,7 +254,9 @@ fn instruments(
         let tilt = *tilts.get(at).ok_or_else(|| Place::File("truth.csv").error(Problem::Missing))?;
         let (velocity, rates) = (rig.turn * Vector3::new(vx?, vy?, vz?), rig.turn * Vector3::new(wx?, wy?, wz?));
         rows.push(Row { t_s, velocity, rates, tilt });
+        stamps.push(Stamp { place: row.cell("t_s"), t_s });
     }
+    units::interval(&stamps, ODOMETRY_INTERVAL_S)?;
     let variance = rig.turn * Matrix3::from_diagonal(&Vector3::from(rate_variance)) * rig.turn.transpose();
     let mut yaw_rad = truth.first().map_or(0.0, |row| row.yaw_rad);
     let mut instruments = Vec::with_capacity(rows.len());
@@ -233,7 +279,7 @@ fn instruments(
         });
         yaw_rad = wrap(yaw_rad + turned_rad);
     }
-    Ok(instruments)
+    Ok((instruments, stamps))
 }
 
 /// The change of yaw with which the rates of a row lead nearest to the roll and pitch of the next, rad.
@@ -243,14 +289,14 @@ fn about_the_vertical(row: &Row, next: &Row) -> f64 {
     libm::atan2(left[(1, 0)] - left[(0, 1)], left[(0, 0)] + left[(1, 1)])
 }
 
-fn frames(dir: &Path) -> Result<Vec<Frame>, LogError> {
-    let (numbers, times) = scan_times(dir)?;
-    let mut frames: Vec<Frame> = times.into_iter().map(|t_s| Frame { t_s, keypoints: Vec::new() }).collect();
+fn frames(dir: &Path) -> Result<(Vec<Frame>, Vec<Stamp>), LogError> {
+    let (numbers, stamps) = scan_times(dir)?;
+    let mut frames: Vec<Frame> = stamps.iter().map(|stamp| Frame { t_s: stamp.t_s, keypoints: Vec::new() }).collect();
     each_detection(dir, &numbers, ["ul_px", "vl_px", "ur_px", "vr_px"], |index, _, pixels, _| {
         frames[index].keypoints.push(pixels);
         Ok(())
     })?;
-    Ok(frames)
+    Ok((frames, stamps))
 }
 
 fn landmarks(dir: &Path) -> Result<Vec<Landmark>, LogError> {

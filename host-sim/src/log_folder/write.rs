@@ -84,21 +84,20 @@ fn lines(path: &Path, header: &str, rows: impl Iterator<Item = String>) -> io::R
 fn head(log: &Log) -> Table {
     let nominal = &log.nominal;
     let mut vehicle = Table::new();
-    let model = match log.vehicle {
+    let (model, turn) = match log.vehicle {
         Vehicle::Ackermann { wheelbase_m, encoder_offset_m, sensor_forward_m, sensor_left_m } => {
             put(&mut vehicle, "wheelbase_m", Some(wheelbase_m));
             put(&mut vehicle, "encoder_offset_m", Some(encoder_offset_m));
             put(&mut vehicle, "sensor_forward_m", Some(sensor_forward_m));
             put(&mut vehicle, "sensor_left_m", Some(sensor_left_m));
-            "ackermann"
+            ("ackermann", ("steering_sigma_rad", nominal.steering_sigma_rad))
         }
-        Vehicle::Unicycle => "unicycle",
-        Vehicle::UnicycleArc => "unicycle_arc",
+        Vehicle::Unicycle => ("unicycle", ("rate_sigma_radps", nominal.rate_sigma_radps)),
+        Vehicle::UnicycleArc => ("unicycle_arc", ("rate_sigma_radps", nominal.rate_sigma_radps)),
     };
     vehicle.insert("model".into(), model.into());
     put(&mut vehicle, "speed_sigma_mps", nominal.speed_sigma_mps);
-    put(&mut vehicle, "rate_sigma_radps", nominal.rate_sigma_radps);
-    put(&mut vehicle, "steering_sigma_rad", nominal.steering_sigma_rad);
+    put(&mut vehicle, turn.0, turn.1);
 
     let mut sensor = Table::new();
     sensor.insert("model".into(), "range_bearing".into());
@@ -113,7 +112,7 @@ fn head(log: &Log) -> Table {
 
     let mut top = Table::new();
     top.insert("name".into(), log.name.clone().into());
-    top.insert("kind".into(), if log.simulated { "simulated" } else { "real" }.into());
+    top.insert("simulated".into(), log.simulated.into());
     top.insert("initial_pose".into(), log.initial_pose.to_vec().into());
     if !log.truth.is_empty() {
         top.insert("truth".into(), if has_heading(log) { "pose" } else { "position" }.into());

@@ -2,7 +2,7 @@
 
 use super::plan::Job;
 use crate::angle::wrap;
-use crate::output::json::Summary;
+use crate::output::json::{Summary, worse};
 use crate::record::ScanRecord;
 use crate::score::map_error::MapError;
 use crate::score::moving::MovingScore;
@@ -183,6 +183,17 @@ impl RunResult {
             moving: None,
             scan_us_mean: summary.scan_us_mean,
         }
+    }
+
+    /// Whether the estimate is farther off than dead reckoning, in position RMSE; unknown without truth.
+    #[must_use]
+    pub fn worse_than_dead_reckoning(&self) -> Option<bool> {
+        let rmse = |curve| {
+            let errors: Vec<f64> = self.series.curve(curve).iter().flatten().copied().collect();
+            let squares: f64 = errors.iter().map(|error| error * error).sum();
+            (!errors.is_empty()).then(|| (squares / errors.len() as f64).sqrt())
+        };
+        worse(rmse(Curve::PositionError), rmse(Curve::DeadReckoningError))
     }
 }
 

@@ -101,6 +101,8 @@ pub struct Summary {
     /// Squared position errors over the filter's own covariance (NEES over the dimensions of the position), median over the
     /// scans with truth: 0.7 in the plane and 0.8 in space where the filter knows how wrong it is.
     pub nees_median: Option<f64>,
+    /// Whether the estimate is farther off than dead reckoning, in position RMSE; unknown without truth.
+    pub worse_than_dead_reckoning: Option<bool>,
     /// All settings of the run, by section and name as in a settings file.
     pub settings: Value,
 }
@@ -109,6 +111,12 @@ pub struct Summary {
 pub(crate) fn settings<S: Serialize>(settings: &S) -> Value {
     // They are plain numbers and names, which JSON has all.
     serde_json::to_value(settings).unwrap_or_default()
+}
+
+/// Whether the estimate with this position RMSE is farther off than dead reckoning with that one. An error that is no number is
+/// worse than any.
+pub(crate) fn worse(estimate_m: Option<f64>, dead_reckoning_m: Option<f64>) -> Option<bool> {
+    Some(!(estimate_m? <= dead_reckoning_m?))
 }
 
 /// JSON numbers lose bits above 2⁵³ in many readers; a string of digits does not.
@@ -185,6 +193,7 @@ pub(crate) mod tests {
             ln_evidence: Some(-1234.5),
             nis_mean: Some(1.02),
             nees_median: Some(1.5),
+            worse_than_dead_reckoning: Some(false),
             settings: serde_json::json!({ "filter": { "samples": 2 } }),
         }
     }
@@ -232,6 +241,7 @@ pub(crate) mod tests {
                 "ln_evidence",
                 "nis_mean",
                 "nees_median",
+                "worse_than_dead_reckoning",
                 "settings",
                 "filter",
                 "samples",
@@ -253,6 +263,15 @@ pub(crate) mod tests {
         assert_eq!(serde_json::from_str::<Format>(&serde_json::to_string(&Format).unwrap()).unwrap(), Format);
         let error = serde_json::from_str::<Format>("1").unwrap_err().to_string();
         assert!(error.contains("format 1") && error.contains("format 2"), "{error}");
+    }
+
+    #[test]
+    fn worse_than_dead_reckoning() {
+        assert_eq!(worse(Some(1.0), Some(2.0)), Some(false));
+        assert_eq!(worse(Some(2.0), Some(1.0)), Some(true));
+        assert_eq!(worse(Some(1.0), Some(1.0)), Some(false));
+        assert_eq!(worse(Some(f64::NAN), Some(1.0)), Some(true));
+        assert_eq!((worse(None, Some(1.0)), worse(Some(1.0), None)), (None, None));
     }
 
     #[test]

@@ -14,6 +14,9 @@ pub struct OutOfRange {
     pub range: &'static str,
 }
 
+/// What an intensity of births must be.
+const BORN: &str = "great enough for births to weigh filter.prune_weight or more: otherwise no feature is ever born";
+
 /// The range of one field.
 pub(super) struct Limit<S> {
     pub(super) field: &'static str,
@@ -115,6 +118,22 @@ impl FilterSettings {
     pub fn check(&self) -> Result<(), OutOfRange> {
         FILTER.iter().try_for_each(|limit| limit.check_in(self))
     }
+
+    /// Whether a feature can be born: of a measurement that nothing else explains one of weight w_b / (κ + w_b + w_m), with `clutter`
+    /// for κ and `moving` for w_m, which must not be pruned at once.
+    ///
+    /// # Errors
+    /// It is; or nothing at all is born, static or moving.
+    pub(crate) fn check_births(&self, clutter: f64, moving: f64) -> Result<(), OutOfRange> {
+        let all = clutter + self.birth_intensity + moving;
+        let intensities = [("filter.birth_intensity", self.birth_intensity), ("moving.birth_intensity", moving)];
+        let pruned = |intensity: f64| !(intensity >= self.prune_weight * all);
+        if !(self.birth_intensity + moving > 0.0) {
+            return Err(OutOfRange { field: "filter.birth_intensity", found: self.birth_intensity, range: BORN });
+        }
+        let unborn = intensities.into_iter().find(|&(_, intensity)| intensity > 0.0 && pruned(intensity));
+        unborn.map_or(Ok(()), |(field, found)| Err(OutOfRange { field, found, range: BORN }))
+    }
 }
 
 impl Settings {
@@ -135,7 +154,12 @@ impl Settings {
             sensor.bearing_max_rad,
             "more than sensor.bearing_min_rad",
             sensor.bearing_min_rad,
-        )
+        )?;
+        if !(sensor.detection_near.max(sensor.detection_far) > 0.0) {
+            let range = "more than 0 here or in sensor.detection_far: otherwise nothing is ever detected";
+            return Err(OutOfRange { field: "sensor.detection_near", found: sensor.detection_near, range });
+        }
+        self.filter.check_births(sensor.clutter_per_scan / sensor.measure(), self.moving.birth_intensity)
     }
 }
 
@@ -173,8 +197,33 @@ mod tests {
         let mut bad = good.clone();
         bad.sensor.range_min_m = bad.sensor.range_max_m;
         assert_eq!(bad.check().unwrap_err().field, "sensor.range_max_m");
-        let mut bad = good;
+        let mut bad = good.clone();
         bad.sensor.bearing_max_rad = -4.0;
         assert_eq!(bad.check().unwrap_err().field, "sensor.bearing_max_rad");
+        let mut bad = good;
+        (bad.sensor.detection_near, bad.sensor.detection_far) = (0.0, 0.0);
+        assert_eq!(bad.check().unwrap_err().field, "sensor.detection_near");
+        bad.sensor.detection_far = 0.5;
+        assert_eq!(bad.check(), Ok(()));
+    }
+
+    #[test]
+    fn births_must_outweigh_pruning() {
+        let good = Settings::for_log(&scenario::survey(1));
+        let clutter = good.sensor.clutter_per_scan / good.sensor.measure();
+        let with = |birth: f64, moving: f64| {
+            let mut settings = good.clone();
+            settings.filter.birth_intensity = birth;
+            settings.moving.birth_intensity = moving;
+            settings.check().map_err(|error| error.field)
+        };
+        // w / (κ + w) = p for w = κ p / (1 − p).
+        let least = clutter * good.filter.prune_weight / (1.0 - good.filter.prune_weight);
+        assert_eq!(with(1.001 * least, 0.0), Ok(()));
+        assert_eq!(with(0.999 * least, 0.0), Err("filter.birth_intensity"));
+        assert_eq!(with(0.0, 0.0), Err("filter.birth_intensity"));
+        assert_eq!(with(0.0, 1.001 * least), Ok(()));
+        assert_eq!(with(2.0 * least, 0.5 * least), Err("moving.birth_intensity"));
+        assert_eq!(with(1.001 * least, least), Err("filter.birth_intensity"));
     }
 }

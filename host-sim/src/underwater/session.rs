@@ -8,13 +8,14 @@ use super::timeline::{Step, Timeline};
 use super::truth::Seen;
 use crate::angle::wrap;
 use crate::monte_carlo::{Job, RunResult, ScanErrors};
-use crate::output::json::{self, Format, Summary};
+use crate::output::json::{self, Format, Summary, worse};
 use crate::score::consistency::{self, Consistency};
 use crate::score::final_map::FinalMap;
 use crate::session::{Filter, SessionError, with_roomy_stack};
 use crate::slam::Refusal;
 use crate::stream::underwater_models;
 use crate::tally::{HealthCounts, ScanTimes};
+use crate::threads::Threads;
 use nalgebra::Vector3;
 use scphd::{AuvControl, DeadReckoning, Health, Implausible, Navigator};
 use scphd_stream::Helm;
@@ -51,8 +52,24 @@ pub fn run(
     seed: u64,
     progress: &mut (dyn FnMut(usize) + Send),
 ) -> Result<Session, SessionError> {
+    run_on(&Threads::default(), log, settings, filter, seed, progress)
+}
+
+/// [`run`], with the candidates weighed by `threads`.
+///
+/// # Errors
+/// As for `run`.
+pub fn run_on(
+    threads: &Threads,
+    log: &Log,
+    settings: &Settings,
+    filter: Filter,
+    seed: u64,
+    progress: &mut (dyn FnMut(usize) + Send),
+) -> Result<Session, SessionError> {
     let session = || {
         let mut slam = start(log, settings, filter, seed).map_err(SessionError::Start)?;
+        slam.weigh_on(threads);
         let run = drive(log, settings, &mut *slam, progress)?;
         let summary = summary(log, settings, filter, seed, &run, &mut *slam);
         Ok(Session { record: run.record, summary, health: run.health, left_out: run.left_out })
@@ -247,6 +264,7 @@ fn summary(log: &Log, settings: &Settings, filter: Filter, seed: u64, run: &Run,
         ln_evidence: run.consistency.ln_evidence(expected),
         nis_mean: run.consistency.innovation(),
         nees_median: consistency::of_positions(position_errors),
+        worse_than_dead_reckoning: worse(root_mean_square(&positions), root_mean_square(&reckoned)),
         settings: json::settings(settings),
     }
 }

@@ -194,7 +194,6 @@ impl Settings {
         };
         let positive =
             |field, found: f64| require(field, found, "more than 0 and at most 1e6", found > 0.0 && found <= 1e6);
-        let share = |field, found: f64| require(field, found, "0 to 0.9999", (0.0..=0.9999).contains(&found));
         let size = |field, found: f64| require(field, found, "0 to 1e6", (0.0..=1e6).contains(&found));
         filter.check()?;
         positive("vehicle.velocity_walk_mps_rts", vehicle.velocity_walk_mps_rts)?;
@@ -217,7 +216,17 @@ impl Settings {
         let near = camera.near_m;
         require("camera.near_m", near, "more than camera.depth_edge_m", near > camera.depth_edge_m)?;
         require("camera.far_m", camera.far_m, "more than camera.near_m", camera.far_m > near && camera.far_m <= 1e6)?;
-        share("camera.detection", camera.detection)?;
+        let detection = camera.detection;
+        let holds = detection > 0.0 && detection <= 0.9999;
+        require("camera.detection", detection, "more than 0 and at most 0.9999", holds)?;
         positive("camera.clutter_per_scan", camera.clutter_per_scan)
+    }
+
+    /// Whether a feature can be born from this log's pairs of keypoints.
+    ///
+    /// # Errors
+    /// A pair that nothing explains begets a feature that is pruned at once.
+    pub fn check_births(&self, log: &Log) -> Result<(), OutOfRange> {
+        self.filter.check_births(self.clutter_intensity(log), 0.0)
     }
 }

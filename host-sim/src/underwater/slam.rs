@@ -6,6 +6,7 @@ use super::settings::Settings;
 use crate::reference::{self, Draws, space};
 use crate::slam::{Ahead, Precision, Refusal, config_of, left_out};
 use crate::stream::underwater_models;
+use crate::threads::Threads;
 use nalgebra::Vector4;
 use scphd::{
     Auv, AuvControl, AuvPose, Component, Config, Health, Implausible, MapMemory, NoMoving, Real, ScPhd, State,
@@ -59,6 +60,9 @@ pub trait Slam {
     /// The filter refused, and says why.
     fn map(&mut self) -> Result<(f64, Vec<MapFeature>), Refusal>;
 
+    /// From now on weighs candidates with these threads; its results do not depend on it.
+    fn weigh_on(&mut self, threads: &Threads);
+
     /// Hash of the complete state, where the filter has one.
     fn digest(&mut self) -> Option<u64>;
 
@@ -101,6 +105,8 @@ impl core::fmt::Debug for Snapshot {
 /// Keypoints in a frame and components of one map in an update that every state has room for.
 const MEASUREMENTS: usize = 256;
 const VIEW: usize = 4096;
+/// Jobs that the weighing is divided into: some for each of a few threads, so that none waits long for another.
+const WORKERS: usize = 16;
 
 type TankState<T, const PARTICLES: usize, const CANDIDATES: usize, const PAGES: usize, const MAP_PAGES: usize> = State<
     T,
@@ -112,6 +118,7 @@ type TankState<T, const PARTICLES: usize, const CANDIDATES: usize, const PAGES: 
     MEASUREMENTS,
     MapMemory<T, 3, 3, PARTICLES, PAGES, MAP_PAGES, VIEW>,
     NoMoving,
+    WORKERS,
 >;
 
 type TankFilter<'s, T> =
@@ -129,6 +136,7 @@ pub struct CoreFilter<
     models: AuvModels<T>,
     config: Config<T>,
     state: Box<TankState<T, PARTICLES, CANDIDATES, PAGES, MAP_PAGES>>,
+    threads: Threads,
 }
 
 fn refusal(error: impl core::fmt::Display) -> Refusal {
@@ -141,7 +149,7 @@ impl<T: Real, const PARTICLES: usize, const CANDIDATES: usize, const PAGES: usiz
     fn start(models: AuvModels<T>, config: Config<T>, start: AuvPose<T>, seed: u64) -> Result<Self, Refusal> {
         let mut state = Box::new(State::new());
         TankFilter::new(models, config, &mut *state).map_err(refusal)?.reset(start, seed).map_err(refusal)?;
-        Ok(Self { models, config, state })
+        Ok(Self { models, config, state, threads: Threads::default() })
     }
 
     /// Works on the filter. A state goes on from where the last filter over it left off.
@@ -159,7 +167,8 @@ impl<T: Real, const PARTICLES: usize, const CANDIDATES: usize, const PAGES: usiz
 
     fn scan(&mut self, keypoints: &[[f64; 4]]) -> Result<Outcome, Refusal> {
         let measurements: Vec<_> = keypoints.iter().map(|z| Vector4::from(z.map(T::from_f64))).collect();
-        let report = self.with(|filter| filter.scan(&measurements))?.map_err(refusal)?;
+        let threads = self.threads.clone();
+        let report = self.with(|filter| filter.scan_on(&measurements, &threads, &mut ()))?.map_err(refusal)?;
         Ok(Outcome {
             n_eff: report.n_eff.to_f64(),
             in_view: report.in_view,
@@ -188,6 +197,10 @@ impl<T: Real, const PARTICLES: usize, const CANDIDATES: usize, const PAGES: usiz
             covariance: full(&feature.covariance),
         });
         Ok((estimate.expected_features.to_f64(), features.collect()))
+    }
+
+    fn weigh_on(&mut self, threads: &Threads) {
+        self.threads = threads.clone();
     }
 
     fn digest(&mut self) -> Option<u64> {

@@ -1,0 +1,411 @@
+//! Input that makes no sense is refused with exit code 2 and one line that names file, row and key.
+
+use scphd_sim::{log_folder, scenario};
+use serde_json::Value;
+use std::fs;
+use std::path::PathBuf;
+use std::process::{Command, Output};
+use tempfile::TempDir;
+
+mod folders;
+use folders::stereo;
+
+/// A folder to work in, with a log in the plane in `log`, one of a unicycle in `robot` and one of a stereo camera in `stereo`.
+struct Workplace(TempDir);
+
+impl Workplace {
+    fn new() -> Self {
+        let dir = TempDir::new().unwrap();
+        let mut log = scenario::survey(3);
+        log.scans.truncate(41);
+        log.truth.truncate(41);
+        log.odometry.truncate(82);
+        log_folder::write(&log, &dir.path().join("log")).unwrap();
+        log.vehicle = scphd_sim::log::Vehicle::UnicycleArc;
+        (log.nominal.rate_sigma_radps, log.nominal.steering_sigma_rad) = (Some(0.1), None);
+        log_folder::write(&log, &dir.path().join("robot")).unwrap();
+        folders::put(&dir.path().join("stereo"), &stereo());
+        Self(dir)
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    fn run(&self, args: &[&str]) -> Output {
+        Command::new(env!("CARGO_BIN_EXE_scphd-sim")).args(args).current_dir(self.0.path()).output().unwrap()
+    }
+
+    fn succeeds(&self, args: &[&str]) -> Output {
+        let output = self.run(args);
+        assert!(output.status.success(), "{args:?}: {output:?}");
+        output
+    }
+
+    /// The line on stderr.
+    fn fails(&self, args: &[&str]) -> String {
+        let output = self.run(args);
+        assert_eq!(output.status.code(), Some(2), "{args:?}: {output:?}");
+        assert!(output.stdout.is_empty(), "{args:?}: {output:?}");
+        let error = String::from_utf8(output.stderr).unwrap();
+        assert!(error.starts_with("error: ") && error.lines().count() == 1, "{args:?}: {error}");
+        error
+    }
+
+    /// Changes a file of a log.
+    fn change(&self, file: &str, change: impl FnOnce(String) -> String) {
+        let path = self.path(file);
+        let old = fs::read_to_string(&path).unwrap();
+        let new = change(old.clone());
+        assert_ne!(new, old, "{file}");
+        fs::write(path, new).unwrap();
+    }
+}
+
+/// The rows below the header with a column changed.
+fn column(text: &str, place: usize, change: impl Fn(f64) -> String) -> String {
+    let mut lines = text.lines();
+    let mut new = format!("{}\n", lines.next().unwrap());
+    for line in lines {
+        let cells = line
+            .split(',')
+            .enumerate()
+            .map(|(index, cell)| if index == place { change(cell.parse().unwrap()) } else { cell.to_owned() });
+        new.push_str(&(cells.collect::<Vec<_>>().join(",") + "\n"));
+    }
+    new
+}
+
+/// A log, a file of it, how it is changed, and what the line says.
+type Case = (&'static str, &'static str, fn(String) -> String, &'static [&'static str]);
+
+#[test]
+fn logs_that_make_no_sense_are_refused() {
+    let degrees: fn(String) -> String = |text| column(&text, 2, |bearing| bearing.to_degrees().to_string());
+    let milliseconds: fn(String) -> String = |text| column(&text, 0, |t| (1e3 * t).to_string());
+    let nanoseconds: fn(String) -> String = |text| column(&text, 0, |t| format!("{:.0}", 1.7e18 + 1e9 * t));
+    let header: fn(String) -> String = |text| format!("{}\n", text.lines().next().unwrap());
+    let late: fn(String) -> String = |text| column(&text, 0, |t| (t + 100.0).to_string());
+    let cases: Vec<Case> = vec![
+        ("log", "detections.csv", degrees, &["detections.csv, row ", "column bearing_rad", "look like degrees"]),
+        ("log", "odometry.csv", milliseconds, &["odometry.csv, row 3", "column t_s", "look like milliseconds"]),
+        ("log", "odometry.csv", nanoseconds, &["odometry.csv, row ", "column t_s", "look like nanoseconds"]),
+        ("stereo", "odometry.csv", milliseconds, &["odometry.csv, row 3", "column t_s", "look like milliseconds"]),
+        (
+            "log",
+            "scans.csv",
+            |text| column(&text, 1, |t| (1e3 * t).to_string()),
+            &["scans.csv, row 3", "column t_s", "look like milliseconds"],
+        ),
+        (
+            "stereo",
+            "scans.csv",
+            |text| column(&text, 1, |t| (1e9 * t).to_string()),
+            &["scans.csv, row 3", "column t_s", "look like nanoseconds"],
+        ),
+        (
+            "log",
+            "scans.csv",
+            |text| {
+                text.replace("\n39,", "\n9223372036854775806,").replace("\n40,", "\n9223372036854775807,") + "41,9\n"
+            },
+            &["scans.csv, row 43", "column scan", "out of order"],
+        ),
+        (
+            "log",
+            "scans.csv",
+            |text| text.replace("\n40,", "\n9223372036854775808,"),
+            &["scans.csv, row 42", "column scan", "not a whole number"],
+        ),
+        ("log", "log.toml", |text| format!("colour = 1\n{text}"), &["log.toml, key colour", "unknown", "simulated"]),
+        ("log", "log.toml", |text| format!("{text}[gps]\nsigma_m = 1\n"), &["log.toml, key gps", "unknown"]),
+        ("stereo", "log.toml", |text| format!("{text}[gps]\nsigma_m = 1\n"), &["log.toml, key gps", "unknown"]),
+        ("stereo", "log.toml", |text| format!("{text}fw = 1\n"), &["log.toml, key camera.fw", "unknown"]),
+        (
+            "robot",
+            "log.toml",
+            |text| text.replace("[vehicle]", "[vehicle]\nsensor_forward_m = 3.0"),
+            &["log.toml, key vehicle.sensor_forward_m", "not a key of the model unicycle_arc"],
+        ),
+        (
+            "log",
+            "log.toml",
+            |text| text.replace("simulated = true", "kind = \"Simulated by hand\""),
+            &["log.toml, key kind", "simulated = true or simulated = false"],
+        ),
+        (
+            "stereo",
+            "log.toml",
+            |text| format!("simulated = \"no\"\n{text}"),
+            &["log.toml, key simulated", "true or false"],
+        ),
+        (
+            "log",
+            "log.toml",
+            |text| text.replace("\"survey\"", "\"sur\\u0007vey\""),
+            &["log.toml, key name", "control character"],
+        ),
+        (
+            "stereo",
+            "log.toml",
+            |text| text.replace("\"stereo\"", "\"ste\\u0000reo\""),
+            &["log.toml, key name", "control character"],
+        ),
+        (
+            "log",
+            "log.toml",
+            |text| text.replace("detection_probability = 0.95", "detection_probability = 0"),
+            &["log.toml, key sensor.detection_probability", "more than 0"],
+        ),
+        (
+            "log",
+            "log.toml",
+            |text| text.replace("bearing_min_rad = -3.14", "bearing_min_rad = -180.0 #"),
+            &["log.toml, key sensor.bearing_min_rad", "look like degrees"],
+        ),
+        ("log", "odometry.csv", header, &["odometry.csv", "no odometry"]),
+        ("stereo", "odometry.csv", header, &["odometry.csv", "no odometry"]),
+        ("log", "odometry.csv", late, &["odometry.csv, row 2", "column t_s", "after the last scan at 4 s"]),
+        ("stereo", "odometry.csv", late, &["odometry.csv, row 2", "column t_s", "after the last scan"]),
+    ];
+    for (log, file, change, parts) in cases {
+        let place = Workplace::new();
+        place.change(&format!("{log}/{file}"), change);
+        let error = place.fails(&["replay", log, "--json", "run.json", "--out", "out"]);
+        assert!(parts.iter().all(|part| error.contains(part)), "{error}");
+        assert!(!place.path("run.json").exists() && !place.path("out").exists(), "{error}");
+    }
+}
+
+#[test]
+fn settings_with_which_nothing_can_be_mapped_are_refused() {
+    let place = Workplace::new();
+    let cases = [
+        (
+            "log",
+            "[sensor]\ndetection_near = 0\ndetection_far = 0",
+            ["sensor.detection_near = 0", "nothing is ever detected"],
+        ),
+        (
+            "log",
+            "[filter]\nbirth_intensity = 1e-9",
+            ["filter.birth_intensity = 0.000000001", "no feature is ever born"],
+        ),
+        ("log", "[filter]\nprune_weight = 0.9", ["filter.birth_intensity = ", "filter.prune_weight"]),
+        ("stereo", "[camera]\ndetection = 0", ["camera.detection = 0", "more than 0"]),
+        ("stereo", "[filter]\nbirth_intensity = 1e-30", ["filter.birth_intensity = ", "no feature is ever born"]),
+    ];
+    for (log, text, parts) in cases {
+        fs::write(place.path("bad.toml"), text).unwrap();
+        let error = place.fails(&["replay", log, "--settings", "bad.toml", "--json", "run.json"]);
+        assert!(parts.iter().all(|part| error.contains(part)), "{text}: {error}");
+    }
+}
+
+#[test]
+fn an_estimate_worse_than_dead_reckoning_is_told() {
+    let place = Workplace::new();
+    // Odometry is the truth, and the filter is told that it is worth nothing.
+    let mut log = scenario::survey(1);
+    log.scans.truncate(41);
+    log.truth.truncate(41);
+    log.odometry.truncate(82);
+    for (place, row) in log.odometry.iter_mut().enumerate() {
+        row.control = [3.0, if place < 80 { 0.0 } else { row.control[1] }];
+    }
+    log_folder::write(&log, &place.path("exact")).unwrap();
+    fs::write(
+        place.path("loose.toml"),
+        "[filter]\nproposal = \"blind\"\nproposal_drawn = 1.0\n[vehicle]\nspeed_sigma_mps = 20\nturn_sigma = 1\n",
+    )
+    .unwrap();
+    let args = ["replay", "exact", "--particles", "2", "--settings", "loose.toml", "--json", "run.json"];
+    let output = place.succeeds(&args);
+    let told = String::from_utf8(output.stderr).unwrap();
+    assert!(
+        told.starts_with("warning: survey by scphd f32: the estimate is worse than dead reckoning (seed 1: "),
+        "{told}"
+    );
+    assert_eq!(told.lines().count(), 1, "{told}");
+    let json = |file: &str| -> Value { serde_json::from_slice(&fs::read(place.path(file)).unwrap()).unwrap() };
+    assert_eq!(json("run.json")["worse_than_dead_reckoning"], true);
+    let output = place.succeeds(&[&args[..], &["--repeat", "2"]].concat());
+    assert!(String::from_utf8(output.stderr).unwrap().contains("worse than dead reckoning in 2 of 2 runs"));
+    let output =
+        place.succeeds(&["monte-carlo", "exact", "--particles", "2", "--settings", "loose.toml", "--runs", "3"]);
+    assert!(String::from_utf8(output.stderr).unwrap().contains("worse than dead reckoning in 3 of 3 runs"));
+
+    let output = place.succeeds(&["replay", "exact", "--json", "run.json"]);
+    let expected = json("run.json")["position_rmse_m"].as_f64() > json("run.json")["dead_reckoning_rmse_m"].as_f64();
+    assert_eq!(json("run.json")["worse_than_dead_reckoning"], expected);
+    assert_eq!(String::from_utf8(output.stderr).unwrap().contains("worse"), expected);
+}
+
+#[test]
+fn unknown_names_list_all_scenarios() {
+    let place = Workplace::new();
+    let cases: [&[&str]; 7] = [
+        &["run", "nosuch"],
+        &["export", "nosuch", "dir"],
+        &["monte-carlo", "nosuch"],
+        &["compare", "nosuch"],
+        &["tune", "nosuch"],
+        &["settings", "nosuch"],
+        &["stream", "nosuch", "file"],
+    ];
+    for args in cases {
+        let error = place.fails(args);
+        let names = ["nosuch", "survey", "thesis-dynamic", "thesis-dynamic-long", "thesis-compare", "girona-tank"];
+        assert!(names.iter().all(|name| error.contains(name)), "{error}");
+    }
+    let error = place.fails(&["export", "girona-tank", "dir"]);
+    assert!(error.contains("girona-tank") && error.contains("no compass"), "{error}");
+    for args in [&["tune", "girona-tank"][..], &["tune", "stereo"]] {
+        let error = place.fails(args);
+        assert!(error.contains("tune: for the plane alone"), "{error}");
+    }
+}
+
+/// Every command takes a scenario before a folder of its name, and `./NAME` for the folder.
+#[test]
+fn a_scenario_goes_before_a_folder_of_its_name() {
+    let place = Workplace::new();
+    for name in ["survey", "girona-tank"] {
+        // Not even a log: a command that looks at the folder fails.
+        fs::create_dir(place.path(name)).unwrap();
+    }
+    fs::write(place.path("few.toml"), "[filter]\nmax_components = 5\n").unwrap();
+    let few = ["--particles", "1", "--settings", "few.toml"];
+    let commands: [&[&str]; 5] = [
+        &["settings", "survey"],
+        &["settings", "girona-tank"],
+        &["stream", "survey", "file"],
+        &["monte-carlo", "survey", "--runs", "1"],
+        &["tune", "survey", "--rounds", "1"],
+    ];
+    for args in commands {
+        place.succeeds(&[args, &few].concat());
+        let mut folder = args.to_vec();
+        let path = format!("./{}", folder[1]);
+        folder[1] = &path;
+        let error = place.fails(&[&folder, &few[..]].concat());
+        assert!(error.contains("log.toml: missing"), "{folder:?}: {error}");
+    }
+    let error = place.fails(&["compare", "./survey"]);
+    assert!(error.contains("log.toml: missing"), "{error}");
+    place.succeeds(&[&["compare", "survey", "--precision", "f64"][..], &few].concat());
+}
+
+#[test]
+fn numbers_that_are_none_are_named() {
+    let place = Workplace::new();
+    let cases: [(&[&str], &[&str]); 9] = [
+        (&["run", "survey", "--particles", "-1"], &["'-1'", "--particles", "must be a whole number and not negative"]),
+        (&["run", "survey", "--particles", "1.5"], &["'1.5'", "--particles", "must be a whole number"]),
+        (&["--particles", "-1"], &["'-1'", "--particles", "must be a whole number and not negative"]),
+        (&["run", "survey", "--samples", "-2"], &["'-2'", "--samples", "must be a whole number"]),
+        (&["run", "survey", "--seed", "-1"], &["'-1'", "--seed", "must be a whole number from 0 to"]),
+        (&["run", "survey", "--repeat", "-1"], &["'-1'", "--repeat", "-1 is not in 1.."]),
+        (&["monte-carlo", "survey", "--runs", "-5"], &["'-5'", "--runs", "-5 is not in 1.."]),
+        (&["run", "girona-tank", "--threads", "-1"], &["'-1'", "--threads", "-1 is not in 1.."]),
+        (&["stream", "survey", "file", "--scans", "-1"], &["'-1'", "--scans", "must be a whole number"]),
+    ];
+    for (args, parts) in cases {
+        let error = place.fails(args);
+        assert!(parts.iter().all(|part| error.contains(part)), "{error}");
+    }
+}
+
+/// The figures of a run without the times, which no two runs share.
+fn timeless(mut run: Value) -> Value {
+    run.as_object_mut().unwrap().retain(|key, _| !key.starts_with("scan_us"));
+    run
+}
+
+#[test]
+fn the_job_without_a_command_has_the_settings_of_its_scenario() {
+    let place = Workplace::new();
+    // As many particles as it has by default, and so few components that this is quick.
+    fs::write(place.path("quick.toml"), "[filter]\nmax_components = 3\n").unwrap();
+    let line = "settings: those that `scphd-sim settings survey --settings quick.toml` prints";
+    let quick = ["--settings", "quick.toml", "--json", "run.json"];
+    let json = || -> Value { serde_json::from_slice(&fs::read(place.path("run.json")).unwrap()).unwrap() };
+    let output = place.succeeds(&[&["run", "survey"][..], &quick].concat());
+    assert_eq!(String::from_utf8(output.stdout).unwrap().lines().last(), Some(line));
+    let run = json();
+    let output = place.succeeds(&quick);
+    assert_eq!(String::from_utf8(output.stdout).unwrap().lines().last(), Some(line));
+    assert_eq!(timeless(json()[0].clone()), timeless(run));
+}
+
+#[test]
+fn threads_weigh_in_space_too() {
+    let place = Workplace::new();
+    let run = |threads: &str| -> Value {
+        let sizes = ["--particles", "12", "--samples", "2", "--json", "run.json"];
+        place.succeeds(&[&["replay", "stereo", "--threads", threads][..], &sizes].concat());
+        timeless(serde_json::from_slice(&fs::read(place.path("run.json")).unwrap()).unwrap())
+    };
+    let alone = run("1");
+    assert!(alone["digest"].is_string());
+    assert_eq!(run("3"), alone);
+    let error = place.fails(&["replay", "stereo", "--threads", "2", "--filter", "reference"]);
+    assert!(error.contains("--threads"), "{error}");
+    let error = place.fails(&["replay", "stereo", "--repeat", "2", "--seed", "18446744073709551615"]);
+    assert!(error.contains("--seed") && error.contains("--repeat 2"), "{error}");
+}
+
+#[test]
+fn studies_of_stereo_logs_work() {
+    let place = Workplace::new();
+    let with = |json: &str, more: &[&str]| {
+        let study = ["monte-carlo", "stereo", "--particles", "3", "--json", json];
+        place.succeeds(&[&study[..], more].concat());
+        serde_json::from_slice::<Value>(&fs::read(place.path(json)).unwrap()).unwrap()
+    };
+    let one = with("one.json", &[]);
+    assert_eq!((&one["runs"], &one["filter"]), (&1.into(), &"scphd".into()));
+    let both = with("both.json", &["stereo", "--runs", "4", "--filter", "core,rb-single"]);
+    assert_eq!((&both[0]["runs"], &both[1]["filter"]), (&4.into(), &"rb-single".into()));
+    // A single run is the first of a study.
+    place.succeeds(&["replay", "stereo", "--particles", "3", "--seed", "0", "--json", "run.json"]);
+    let run: Value = serde_json::from_slice(&fs::read(place.path("run.json")).unwrap()).unwrap();
+    let [error, expected] =
+        [&one["position_error_final_m"], &run["final_position_error_m"]].map(|value| value.as_f64().unwrap());
+    assert!((error - expected).abs() < 1e-12, "{error} {expected}");
+
+    let cases: [(&[&str], &[&str]); 6] = [
+        (&["monte-carlo", "stereo", "--filter", "core,core"], &["--filter", "scphd is there twice"]),
+        (&["monte-carlo", "girona-tank", "--filter", "core,core"], &["--filter", "scphd is there twice"]),
+        (&["monte-carlo", "stereo", "stereo", "--runs", "3"], &["--runs 3", "2 input sets"]),
+        (&["monte-carlo", "stereo", "log"], &["in the plane and of a stereo camera"]),
+        (&["replay", "stereo", "log"], &["in the plane and of a stereo camera"]),
+        (&["monte-carlo", "log", "survey"], &["survey", "one scenario or of several folders"]),
+    ];
+    for (args, parts) in cases {
+        let error = place.fails(args);
+        assert!(parts.iter().all(|part| error.contains(part)), "{error}");
+    }
+}
+
+#[test]
+fn stereo_logs_are_compared_with_the_reference_too() {
+    let place = Workplace::new();
+    let args = ["compare", "stereo", "--precision", "f64", "--particles", "3", "--json", "compared.json"];
+    place.succeeds(&args);
+    let list: Value = serde_json::from_slice(&fs::read(place.path("compared.json")).unwrap()).unwrap();
+    for field in ["ln_likelihood", "component_weight", "mean"] {
+        assert!(list[0][field].as_f64().unwrap() < 1e-9, "{field}: {list}");
+    }
+}
+
+/// The files of the stereo log are those of a folder, and the log in them is what it should be.
+#[test]
+fn the_stereo_log_of_the_tests_is_sound() {
+    let dir = TempDir::new().unwrap();
+    folders::put(dir.path(), &stereo());
+    assert!(log_folder::has_camera(dir.path()));
+    let log = log_folder::read_underwater(dir.path()).unwrap();
+    assert_eq!((log.frames.len(), log.landmarks.len()), (folders::FRAMES, folders::LANDMARKS));
+    assert_eq!(folders::read(dir.path()), stereo());
+}
