@@ -123,7 +123,7 @@ fn drive(log: &Log, filter: &mut (impl Slam + ?Sized)) -> Result<Duration, Strin
     let started = Instant::now();
     for event in events(log) {
         let step = match event {
-            Event::Predict { control, dt_s, .. } => filter.predict(control, dt_s),
+            Event::Predict { control, dt_s, .. } => filter.predict(control, dt_s).map(drop),
             Event::Scan { index } => filter.scan(&log.scans[index].detections).and_then(|_| filter.pose()).map(drop),
         };
         step.map_err(|refusal| refusal.to_string())?;
