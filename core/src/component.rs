@@ -1,7 +1,11 @@
 //! One component of an intensity: a weighted Component, and its Kalman update.
 
+use crate::plausible::is_within_range;
 use crate::{Dim, Factor, Packed, Real, Symmetric};
 use nalgebra::{SMatrix, SVector};
+
+/// ln of a million.
+const LN_HEAVIEST: f64 = 13.815_510_557_964_274;
 
 /// A component w N(m, P) of a Gaussian mixture (5.8), with the logarithm of its weight.
 ///
@@ -35,11 +39,12 @@ where
         covariance: Symmetric::ZERO,
     };
 
-    /// Whether the weight, the mean and the covariance are finite numbers, and the covariance positive definite.
+    /// Whether it may come from outside: of a finite weight, at most a million features, so that sums of weights stay finite;
+    /// within range, and the covariance positive definite.
     pub(crate) fn is_usable(&self) -> bool {
         self.ln_weight.is_finite()
-            && self.ln_weight.exp().is_finite()
-            && self.mean.iter().all(|coordinate| coordinate.is_finite())
+            && self.ln_weight <= T::from_f64(LN_HEAVIEST)
+            && is_within_range(&self.mean)
             && self.covariance.factor().is_some()
     }
 

@@ -11,9 +11,6 @@ use crate::{
 };
 use nalgebra::SVector;
 
-/// Greatest weight of a loaded component, features.
-const HEAVIEST: f64 = 1e6;
-
 /// The single-cluster PHD SLAM filter.
 ///
 /// Holds the models and the tuning, and borrows a [`State`], which may be of any capacity. A scan is read from top to
@@ -174,14 +171,7 @@ where
         if components.len() > capacity {
             return Err(LoadMapError::TooManyComponents { components: components.len(), capacity });
         }
-        let ln_heaviest = T::from_f64(HEAVIEST).ln();
-        let usable = |component: &Component<T, D>| {
-            component.ln_weight.is_finite()
-                && component.ln_weight <= ln_heaviest
-                && is_within_range(&component.mean)
-                && component.covariance.factor().is_some()
-        };
-        if let Some(index) = components.iter().position(|component| !usable(component)) {
+        if let Some(index) = components.iter().position(|component| !component.is_usable()) {
             return Err(LoadMapError::Component { index });
         }
         if let Some(index) = components.iter().position(|component| component.tag > Self::GREATEST_LOADED_TAG) {

@@ -155,12 +155,12 @@ impl<T: Real> PolarBirths<T> {
     /// Births in the places of this grid.
     ///
     /// # Errors
-    /// 1e-9 m ≤ nearest < farthest ≤ 1e9 m; at least two rings and one sector; a finite weight, not negative.
+    /// 1e-9 m ≤ nearest < farthest ≤ 1e9 m; at least two rings and one sector; a weight between 0 and 1e6.
     pub fn new(grid: PolarGrid<T>) -> Result<Self, ModelError> {
         check_ranges(grid.nearest_m, grid.farthest_m)?;
         require(grid.rings >= 2, "rings", "at least 2")?;
         require(grid.sectors >= 1, "sectors", "at least 1")?;
-        require(grid.weight >= T::ZERO && grid.weight.is_finite(), "weight", "finite and not negative")?;
+        require(grid.weight >= T::ZERO && grid.weight <= T::from_f64(1e6), "weight", "between 0 and 1e6")?;
         Ok(Self { grid })
     }
 }
@@ -251,7 +251,7 @@ mod tests {
         for bad in [f64::NAN, 2.0, f64::INFINITY] {
             assert_eq!(refused(PolarGrid { farthest_m: bad, ..GRID }), "farthest_m");
         }
-        for bad in [f64::NAN, -1e-9, f64::INFINITY] {
+        for bad in [f64::NAN, -1e-9, f64::INFINITY, 1e300] {
             assert_eq!(refused(PolarGrid { weight: bad, ..GRID }), "weight");
         }
     }

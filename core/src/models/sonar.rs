@@ -372,12 +372,12 @@ impl<T: Real> SphericalBirths<T> {
     /// Births in the places of this grid.
     ///
     /// # Errors
-    /// 1e-9 m ≤ nearest < farthest ≤ 1e9 m; at least two shells and one direction; a finite weight, not negative.
+    /// 1e-9 m ≤ nearest < farthest ≤ 1e9 m; at least two shells and one direction; a weight between 0 and 1e6.
     pub fn new(grid: SphericalGrid<T>) -> Result<Self, ModelError> {
         check_ranges(grid.nearest_m, grid.farthest_m)?;
         require(grid.shells >= 2, "shells", "at least 2")?;
         require(grid.directions >= 1, "directions", "at least 1")?;
-        require(grid.weight >= T::ZERO && grid.weight.is_finite(), "weight", "finite and not negative")?;
+        require(grid.weight >= T::ZERO && grid.weight <= T::from_f64(1e6), "weight", "between 0 and 1e6")?;
         Ok(Self { grid })
     }
 }
