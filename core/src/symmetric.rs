@@ -300,8 +300,8 @@ where
             *scaled = element(l, at(COLUMN, k)) * earlier;
             pivot -= element(l, at(COLUMN, k)) * *scaled;
         }
-        // Written so that NaN fails too.
-        if !(pivot > T::ZERO && pivot < T::INFINITY) {
+        // Written so that NaN fails too. Below the least normal number the reciprocal is beyond the range.
+        if !(pivot >= T::LEAST_NORMAL && pivot < T::INFINITY) {
             return false;
         }
         if let Some(slot) = self.pivots.get_mut(COLUMN) {
@@ -505,5 +505,10 @@ mod tests {
         assert!(Symmetric::<f64, 2>::from_fn(|r, c| if r == c { 1.0 } else { 1.5 }).factor().is_none());
         assert!(Symmetric::<f64, 2>::from_diagonal([1.0, f64::NAN]).factor().is_none());
         assert!(Symmetric::<f64, 2>::from_diagonal([f64::INFINITY, 1.0]).factor().is_none());
+        // What a range of 1e-18 m leaves of a variance: its reciprocal would be infinite.
+        let flat = Symmetric::<f32, 2>::from_diagonal([0.27, 4e-43]);
+        assert!(flat.factor().is_none());
+        let (repaired, _) = flat.kept_positive_definite().unwrap();
+        assert!(repaired.factor().unwrap().inverse().is_finite());
     }
 }
