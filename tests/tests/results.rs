@@ -1,5 +1,6 @@
 //! What the program writes has the keys and columns of `docs/results.md`, all of them and in that order.
 
+use scphd_sim::monte_carlo::worlds::{self, WorldRun};
 use scphd_sim::monte_carlo::{Job, Plan, RunResult, Study, overview};
 use scphd_sim::output::comparison::{self, Compared};
 use scphd_sim::output::json::{self, Format};
@@ -133,6 +134,11 @@ fn a_study() {
     assert_eq!(keys(&folder.path("part.json"), 1), ["plan", "results"]);
     assert_eq!(keys(&folder.path("part.json"), 2), documented("A part of a study"));
     assert_eq!(keys(&folder.path("part.json"), 3), documented("The results of a part"));
+    let summary = survey().summary;
+    let run = WorldRun::of(&summary, "settings").unwrap();
+    let standing = worlds::standing(std::slice::from_ref(&run), "scphd", "scphd", &[&run.world]).unwrap();
+    worlds::write_json(&folder.path("worlds.json"), &[standing]).unwrap();
+    assert_eq!(keys(&folder.path("worlds.json"), 2), documented("A standing in random worlds"));
     studies::write_tables(&folder.0, &study).unwrap();
     assert_eq!(columns(&folder.path("runs.csv")), documented("`runs.csv`"));
     assert_eq!(columns(&folder.path("series-scphd.csv")), documented("`series-FILTER.csv`"));

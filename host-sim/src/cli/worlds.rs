@@ -40,7 +40,10 @@ pub fn study(name: &str, args: MonteCarloArgs) -> Result<(), Failure> {
     let outputs = Outputs { json: args.json, out: None };
     outputs.check()?;
     let source = Source::scenario(name.to_owned(), None)?;
-    let seeds: Vec<u64> = (0..u64::from(args.runs.unwrap_or(DEFAULT_RUNS))).map(|run| args.seed + run).collect();
+    let runs = args.runs.unwrap_or(DEFAULT_RUNS);
+    let end = args.seed.checked_add(u64::from(runs));
+    let end = end.ok_or_else(|| Failure::input(format_args!("--seed {}: too large for --runs {runs}", args.seed)))?;
+    let seeds: Vec<u64> = (args.seed..end).collect();
     let journal = args.out.as_deref().map(Journal::open).transpose()?;
 
     let jobs: Vec<(u64, Choice)> =

@@ -2,7 +2,7 @@
 //! compared, and only their distribution says how good a filter is.
 
 use crate::output::OutputError;
-use crate::output::json::{self, Summary};
+use crate::output::json::{self, Format, Summary};
 use crate::score::moving::median;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -45,6 +45,8 @@ impl WorldRun {
 /// How a filter did over all worlds, beside a yardstick.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Standing {
+    /// The format of the keys.
+    pub format: Format,
     /// The filter.
     pub filter: String,
     /// What it is compared with.
@@ -88,6 +90,7 @@ pub fn standing(runs: &[WorldRun], filter: &str, yardstick: &str, worlds: &[&str
     let share = |holds: usize| holds as f64 / pairs.len() as f64;
     let nees: Vec<f64> = pairs.iter().filter_map(|(a, _)| a.nees_median).collect();
     Some(Standing {
+        format: Format,
         filter: filter.to_owned(),
         yardstick: yardstick.to_owned(),
         worlds: pairs.len(),

@@ -43,7 +43,7 @@ pub const DEFINITIONS: [(&str, &str); 23] = [
     ("victoria_park_blind_times_real_time", "the same by the blind proposal"),
     (
         "victoria_park_default_times_real_time",
-        "the same with the settings that follow from the log, which have five particles",
+        "the same with the settings that follow from the log, which have 16 particles",
     ),
     (
         "threads_speedup",
