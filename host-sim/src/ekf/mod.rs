@@ -3,7 +3,7 @@
 //!
 //! Noise is what the log states. Where a log does not say that it is simulated, the sensor's standard deviations are taken
 //! half as large again, as a user does who does not trust a data sheet; where odometry noise is not stated, it is 10 % and a
-//! little ([`odometry`]).
+//! little (`odometry`).
 
 mod association;
 mod covariance;
