@@ -335,7 +335,12 @@ fn unexplained(particles: usize, samples: usize) {
 /// Likelihoods that divide by the clutter, without any.
 #[test]
 fn no_weight_is_lost_where_a_likelihood_is_not_a_number() {
-    for likelihood in [Likelihood::EmptyMap, Likelihood::SingleFeature] {
+    for likelihood in [
+        Likelihood::EmptyMap,
+        Likelihood::SingleFeature,
+        #[cfg(feature = "multi-feature")]
+        Likelihood::MultiFeature,
+    ] {
         let mut state = Box::new(Roomy::new());
         let config = Config { birth_intensity: 0.0, likelihood, ..config() };
         let mut filter = Planar::new(models(0.0), config, &mut *state).unwrap();

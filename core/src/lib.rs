@@ -35,6 +35,7 @@
 //!   ([`Config::regularisation`], [`Config::adaptive`], [`Config::online`]). Without it they are refused, and take no flash.
 //! * `defmt`: `Format` for configuration, reports, health and errors.
 //! * `embedded-hal`: `StagePins`, a probe of the stages over output pins.
+//! * `multi-feature`: the likelihood of RB-PHD SLAM with several features, `Likelihood::MultiFeature`, a yardstick for studies.
 //!
 //! # When memory runs short
 //!
@@ -84,6 +85,8 @@ mod mismatch;
 mod models;
 #[cfg(test)]
 mod movers;
+#[cfg(feature = "multi-feature")]
+mod multi_feature;
 mod navigation;
 mod neighbours;
 mod noise;

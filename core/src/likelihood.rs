@@ -10,6 +10,7 @@ use crate::{Dim, FieldOfView, LnSum, Packed, Real, Sensor};
 /// How the scan weighs a particle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub enum Likelihood {
     /// The single-cluster likelihood (4.52): ln L = −Σ p_D w + Σ_z ln η_z.
     #[default]
@@ -18,10 +19,14 @@ pub enum Likelihood {
     EmptyMap,
     /// That of RB-PHD SLAM with a single feature, the heaviest static one in view. Needs clutter.
     SingleFeature,
+    /// That of RB-PHD SLAM with several features at once: up to 16 static ones in view that weigh ¾ or more, heaviest first
+    /// (Leung, Inostroza, Adams 2016). Needs clutter.
+    #[cfg(feature = "multi-feature")]
+    MultiFeature,
 }
 
-/// ln L of the scan, up to the clutter rate λ, from what the candidate saw and the complete η_z. Once for all who ask: it is not
-/// small.
+/// ln L of the scan, up to the clutter rate λ, from what the candidate saw and the complete η_z; of the likelihood with several
+/// features what it has in common with that of the empty map. Once for all who ask: it is not small.
 #[inline(never)]
 pub(crate) fn ln_likelihood<T, S, V, F, const D: usize, const Z: usize>(
     likelihood: Likelihood,

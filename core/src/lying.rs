@@ -178,9 +178,15 @@ where
 fn no_lie_becomes_a_weight_or_a_feature() {
     let mut state = Box::new(Memory::new());
     let informed = |drawn| Proposal::Informed(Informed { drawn, ..Informed::default() });
-    let likelihoods = [Likelihood::SingleCluster, Likelihood::EmptyMap, Likelihood::SingleFeature];
+    let likelihoods = [
+        Likelihood::SingleCluster,
+        Likelihood::EmptyMap,
+        Likelihood::SingleFeature,
+        #[cfg(feature = "multi-feature")]
+        Likelihood::MultiFeature,
+    ];
     for (lie, number) in LIES.iter().flat_map(|&lie| HOSTILE.iter().map(move |&number| (lie, number))) {
-        for (case, period) in [1, 2, 7].into_iter().enumerate() {
+        for (case, period) in [1, 2, 7, 3].into_iter().enumerate() {
             for proposal in [Proposal::Blind, informed(1.0), informed(0.5)] {
                 let what = || std::format!("{lie:?} {number} every {period} with {proposal:?}");
                 let liar = Liar::new(lie, number, period);
@@ -189,7 +195,7 @@ fn no_lie_becomes_a_weight_or_a_feature() {
                     particles: 3,
                     samples: 2,
                     proposal,
-                    likelihood: likelihoods[case],
+                    likelihood: likelihoods[case % likelihoods.len()],
                     moving: MovingConfig::walkers(0.01),
                     plausible: Plausible::ANYTHING,
                     ..Config::default()

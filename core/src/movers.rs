@@ -370,6 +370,34 @@ fn rb_phd_with_a_single_feature_in_closed_form() {
     assert_eq!(ln_likelihood(Likelihood::SingleFeature, &far, &z), ln_likelihood(Likelihood::EmptyMap, &far, &z));
 }
 
+#[cfg(feature = "multi-feature")]
+#[test]
+fn rb_phd_with_several_features_in_closed_form() {
+    // Two landmarks that share two measurements, one with one of its own, and one too light to be taken; one measurement is of none.
+    let z = [Vector2::new(6.1, 0.01), Vector2::new(6.2, -0.005), Vector2::new(12.05, 0.0), Vector2::new(9.0, 2.0)];
+    let places = [(0.9, 6.0, 0.2), (0.8, 6.25, 0.2), (0.95, 12.0, 0.1), (0.7, 12.3, 0.2)];
+    let map = places.map(|(w, x, sigma)| landmark(w, x, sigma));
+    let found = ln_likelihood(Likelihood::MultiFeature, &map, &z);
+    let empty = ln_likelihood(Likelihood::EmptyMap, &map, &z);
+    let eta = z.map(|z| KAPPA + DETECTION * places.iter().map(|&(w, x, sigma)| w * density(z, x, sigma)).sum::<f64>());
+    let (missed, caused) = (1.0 - DETECTION, |k: usize, x: f64| DETECTION * density(z[k], x, 0.0) / KAPPA);
+    let [a, b] = [6.0, 6.25].map(|x| [caused(0, x), caused(1, x)]);
+    let both = missed * missed + missed * (a[0] + a[1] + b[0] + b[1]) + a[0] * b[1] + a[1] * b[0];
+    let alone = missed + caused(2, 12.0);
+    let made =
+        |x: f64, of: &[usize]| missed + of.iter().map(|&k| DETECTION * density(z[k], x, 0.0) / eta[k]).sum::<f64>();
+    let ratios = made(6.0, &[0, 1]) * made(6.25, &[0, 1]) * made(12.0, &[2]);
+    let expected = empty + (both * alone / ratios).ln();
+    assert!((found - expected).abs() < 1e-12, "{found} against {expected}");
+    // Alone, a landmark is the single feature.
+    let (one, near) = ([landmark(0.8, 6.0, 0.2)], &z[..2]);
+    let single = ln_likelihood(Likelihood::SingleFeature, &one, near);
+    assert!((ln_likelihood(Likelihood::MultiFeature, &one, near) - single).abs() < 1e-12);
+    // None that is established: the empty map.
+    let light = [landmark(0.74, 6.0, 0.2)];
+    assert_eq!(ln_likelihood(Likelihood::MultiFeature, &light, &z), ln_likelihood(Likelihood::EmptyMap, &light, &z));
+}
+
 #[test]
 fn a_map_that_is_certain_makes_all_likelihoods_alike_but_for_mass() {
     // One landmark of weight 1 whose place is known: the single-feature likelihood is the exact one of a map of one

@@ -111,7 +111,13 @@ fn proposals() -> Vec<Proposal<f32>> {
 /// Every choice that a configuration has, with the numbers at their ends.
 fn configurations(particles: usize, samples: usize, moves: bool) -> Vec<Config<f32>> {
     let mut all = Vec::new();
-    let likelihoods = [Likelihood::SingleCluster, Likelihood::EmptyMap, Likelihood::SingleFeature];
+    let likelihoods = [
+        Likelihood::SingleCluster,
+        Likelihood::EmptyMap,
+        Likelihood::SingleFeature,
+        #[cfg(feature = "multi-feature")]
+        Likelihood::MultiFeature,
+    ];
     let reductions = [
         Reduction::Greedy { merge_distance: 0.0 },
         Reduction::Greedy { merge_distance: 1e30 },

@@ -35,7 +35,7 @@ pub(crate) struct Detection<T> {
     /// p_D as the model has it.
     pub(crate) modelled: T,
     /// ln p_D.
-    ln_detected: T,
+    pub(crate) ln_detected: T,
     /// ln(1 − p_D).
     pub(crate) ln_missed: T,
 }

@@ -79,6 +79,12 @@ where
         look_at(view, component, weight, scan, eta, &mut seen);
     });
     let ln_likelihood = ln_likelihood(likelihood, view, &seen, scan, eta);
+    #[cfg(feature = "multi-feature")]
+    let ln_likelihood = if likelihood == Likelihood::MultiFeature {
+        ln_likelihood + crate::multi_feature::ln_beyond_empty(view, particle, still, scan, eta)
+    } else {
+        ln_likelihood
+    };
     Weighed { ln_likelihood, in_view: seen.in_view }
 }
 

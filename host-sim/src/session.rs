@@ -40,7 +40,8 @@ pub enum Filter {
 }
 
 impl Filter {
-    /// Its name in tables and files, with this particle likelihood: `scphd`, `rb-empty`, `rb-single`, `reference`,
+    /// Its name in tables and files, with this particle likelihood: `scphd`, `rb-empty`, `rb-single`, `rb-multi`,
+    /// `reference`,
     /// `ekf` or `ekf-known`.
     #[must_use]
     pub fn name(self, likelihood: Likelihood) -> &'static str {
@@ -48,6 +49,7 @@ impl Filter {
             (Self::Core(_), Likelihood::SingleCluster) => "scphd",
             (Self::Core(_), Likelihood::RbEmpty) => "rb-empty",
             (Self::Core(_), Likelihood::RbSingle) => "rb-single",
+            (Self::Core(_), Likelihood::RbMulti) => "rb-multi",
             (Self::Reference, _) => "reference",
             (Self::Ekf(Association::NearestNeighbour), _) => "ekf",
             (Self::Ekf(Association::Known), _) => "ekf-known",

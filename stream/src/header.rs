@@ -44,6 +44,9 @@ pub enum Likelihood {
     RbEmpty,
     /// RB-PHD with a single feature.
     RbSingle,
+    /// RB-PHD with several features.
+    #[cfg(feature = "multi-feature")]
+    RbMulti,
 }
 
 /// Where poses are drawn from.
@@ -219,6 +222,8 @@ impl<K: Kind> Header<K> {
                 Likelihood::SingleCluster => 0,
                 Likelihood::RbEmpty => 1,
                 Likelihood::RbSingle => 2,
+                #[cfg(feature = "multi-feature")]
+                Likelihood::RbMulti => 3,
             },
             match self.reduction {
                 Reduction::Greedy => 0,
@@ -306,6 +311,8 @@ impl<K: Kind> Header<K> {
             0 => Likelihood::SingleCluster,
             1 => Likelihood::RbEmpty,
             2 => Likelihood::RbSingle,
+            #[cfg(feature = "multi-feature")]
+            3 => Likelihood::RbMulti,
             _ => return None,
         };
         header.reduction = match reduction {

@@ -353,6 +353,8 @@ pub(crate) fn config<K: Kind, T: Real>(header: &Header<K>) -> Config<T> {
             header::Likelihood::SingleCluster => Likelihood::SingleCluster,
             header::Likelihood::RbEmpty => Likelihood::EmptyMap,
             header::Likelihood::RbSingle => Likelihood::SingleFeature,
+            #[cfg(feature = "multi-feature")]
+            header::Likelihood::RbMulti => Likelihood::MultiFeature,
         },
         reduction: match header.reduction {
             header::Reduction::Greedy => Reduction::Greedy { merge_distance: T::from_f64(recursion.merge_distance) },

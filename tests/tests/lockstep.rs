@@ -110,6 +110,7 @@ fn replaceable_parts() {
     for (likelihood, reduction) in [
         (Likelihood::RbEmpty, Reduction::Greedy),
         (Likelihood::RbSingle, Reduction::Greedy),
+        (Likelihood::RbMulti, Reduction::Greedy),
         (Likelihood::SingleCluster, Reduction::Runnalls),
     ] {
         let comparison = lockstep_with(&log, 8, 2, Precision::F64, |settings| {

@@ -157,8 +157,8 @@ pub struct RunArgs {
     pub tuning: Tuning,
     #[command(flatten)]
     pub seed: Seed,
-    /// The filter: `core` is the fixed-capacity filter, `rb-empty` and `rb-single` are the same with the particle
-    /// likelihoods of RB-PHD SLAM, `reference` is the brute-force one.
+    /// The filter: `core` is the fixed-capacity filter, `rb-empty`, `rb-single` and `rb-multi` are the same with the
+    /// particle likelihoods of RB-PHD SLAM, `reference` is the brute-force one.
     #[arg(long, value_enum, default_value_t = FilterName::Core)]
     pub filter: FilterName,
     /// Number type of the filter [default: f32 for core, f64 for reference, which knows no other].
@@ -357,6 +357,8 @@ pub enum FilterName {
     RbEmpty,
     /// The same with the likelihood of RB-PHD SLAM, single-feature approximation.
     RbSingle,
+    /// The same with the likelihood of RB-PHD SLAM with several features at once.
+    RbMulti,
     /// Brute force in double precision, slow.
     Reference,
     /// EKF SLAM with nearest-neighbour association, as a yardstick; in the plane.
@@ -427,6 +429,7 @@ impl Choice {
             FilterName::Core | FilterName::Reference | FilterName::Ekf | FilterName::EkfKnown => None,
             FilterName::RbEmpty => Some(Likelihood::RbEmpty),
             FilterName::RbSingle => Some(Likelihood::RbSingle),
+            FilterName::RbMulti => Some(Likelihood::RbMulti),
         };
         Ok(Self { filter, likelihood })
     }

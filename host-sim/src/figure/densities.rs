@@ -128,6 +128,7 @@ pub fn figure(log: &Log, moment: &Moment, weighed: &Weighed) -> Figure {
             let name = match likelihood {
                 Likelihood::SingleCluster => "SC-PHD",
                 Likelihood::RbSingle => "RB-PHD, single feature",
+                Likelihood::RbMulti => "RB-PHD, several features",
                 Likelihood::RbEmpty => "RB-PHD, empty map",
             };
             marks.push(Mark::line(name, Colour::of_curve(place), curve(weights)));

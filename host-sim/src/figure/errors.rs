@@ -9,6 +9,7 @@ fn named(study: &Study) -> Vec<(&str, Vec<&RunResult>)> {
     let name = |filter: &'_ str| match filter {
         "scphd" => "SC-PHD SLAM",
         "rb-single" => "RB-PHD SLAM, single feature",
+        "rb-multi" => "RB-PHD SLAM, several features",
         "rb-empty" => "RB-PHD SLAM, empty map",
         _ => "reference",
     };

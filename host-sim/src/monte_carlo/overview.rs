@@ -140,7 +140,7 @@ pub fn write_json(path: &Path, study: &Study) -> Result<(), OutputError> {
 
 /// The likelihood that a filter of that [name](Filter::name) has; `None` for the reference, which takes that of the settings.
 fn likelihood_of(filter: &str) -> Option<Likelihood> {
-    let all = [Likelihood::SingleCluster, Likelihood::RbEmpty, Likelihood::RbSingle];
+    let all = [Likelihood::SingleCluster, Likelihood::RbEmpty, Likelihood::RbSingle, Likelihood::RbMulti];
     all.into_iter().find(|&likelihood| Filter::Core(Precision::F64).name(likelihood) == filter)
 }
 

@@ -1,6 +1,7 @@
 //! The particle likelihood: the one part in which single-cluster PHD SLAM and RB-PHD SLAM differ.
 
-use super::gaussian::ln_density;
+use super::algebra::{inverse, quadratic};
+use super::gaussian::{Vector, ln_density};
 use super::log_domain::log_sum_exp;
 use super::pre_update::{InView, PreUpdate};
 use super::reduce::heaviest_first;
@@ -14,6 +15,7 @@ pub(super) fn ln_likelihood<S: Sensor>(kind: Likelihood, sight: &Sight<'_, S>) -
         Likelihood::SingleCluster => single_cluster(sight),
         Likelihood::RbEmpty => empty_map(sight),
         Likelihood::RbSingle => single_feature(sight),
+        Likelihood::RbMulti => several_features(sight),
     }
 }
 
@@ -48,6 +50,99 @@ fn single_feature<S: Sensor>(sight: &Sight<'_, S>) -> f64 {
     log_sum_exp(&hypotheses) - log_sum_exp(&intensity_ratio) + gained_mass(sight)
 }
 
+/// A feature of the map M = {m, …} that RB-PHD SLAM with several features takes.
+struct Point {
+    /// ln(1 − p_D).
+    ln_missed: f64,
+    /// The measurements that may be of it, each with ln(p_D g(z|m)).
+    caused: Vec<(usize, f64)>,
+}
+
+/// What bounds M: features, the weight of each, the squared Mahalanobis distance and the number of measurements that may be of one, and
+/// features that are linked by such measurements.
+const MOST_POINTS: usize = 16;
+const LEAST_WEIGHT: f64 = 0.75;
+const FARTHEST: f64 = 32.0;
+const MOST_CAUSED: usize = 8;
+const MOST_LINKED: usize = 6;
+
+/// RB-PHD SLAM with a map of several features: as with one, with all ways to explain the scan by them.
+fn several_features<S: Sensor>(sight: &Sight<'_, S>) -> f64 {
+    let groups = groups(sight);
+    let made_of_it = |point: &Point| {
+        let detected = point.caused.iter().map(|&(z, ln_one)| ln_one - sight.ln_eta[z]);
+        log_sum_exp(&std::iter::once(point.ln_missed).chain(detected).collect::<Vec<_>>())
+    };
+    let intensity_ratios: f64 = groups.iter().flatten().map(made_of_it).sum();
+    // What no feature of M may have caused is clutter; of what a group may have caused, all that an association leaves over.
+    let mut clutter_alone = sight.measurements.len();
+    let mut ln_of_scan = 0.0;
+    for group in &groups {
+        let mut theirs: Vec<usize> = group.iter().flat_map(|point| point.caused.iter().map(|&(z, _)| z)).collect();
+        theirs.sort_unstable();
+        theirs.dedup();
+        clutter_alone -= theirs.len();
+        let mut hypotheses = Vec::new();
+        associations(group, &mut Vec::new(), 0.0, &mut |taken, ln_weight| {
+            hypotheses.push(ln_weight + ln_all_clutter(sight, theirs.len() - taken));
+        });
+        ln_of_scan += log_sum_exp(&hypotheses);
+    }
+    ln_of_scan + ln_all_clutter(sight, clutter_alone) - intensity_ratios + gained_mass(sight)
+}
+
+/// Tells every way to give each of the points a measurement of its own or none: how many measurements it takes, and its weight.
+fn associations(points: &[Point], taken: &mut Vec<usize>, ln_weight: f64, tell: &mut impl FnMut(usize, f64)) {
+    let Some((point, rest)) = points.split_first() else {
+        tell(taken.len(), ln_weight);
+        return;
+    };
+    associations(rest, taken, ln_weight + point.ln_missed, tell);
+    for &(z, ln_one) in &point.caused {
+        if !taken.contains(&z) {
+            taken.push(z);
+            associations(rest, taken, ln_weight + ln_one, tell);
+            taken.pop();
+        }
+    }
+}
+
+/// M, in groups that have no measurement in common: the first static components in view that weigh enough, but for those that too
+/// many measurements may be of, or that would make a group too great.
+fn groups<S: Sensor>(sight: &Sight<'_, S>) -> Vec<Vec<Point>> {
+    let mut first: Vec<&InView<2>> =
+        sight.still.in_view.iter().filter(|feature| feature.prior.weight() >= LEAST_WEIGHT).collect();
+    first.sort_by(|a, b| heaviest_first(&a.prior, &b.prior));
+    let mut groups: Vec<Vec<Point>> = Vec::new();
+    for feature in first.into_iter().take(MOST_POINTS) {
+        let point = seen_as_point(feature, sight);
+        let shares = |group: &Vec<Point>| {
+            let mut theirs = group.iter().flat_map(|other| &other.caused);
+            theirs.any(|(z, _)| point.caused.iter().any(|(own, _)| own == z))
+        };
+        let linked: usize = groups.iter().filter(|group| shares(group)).map(Vec::len).sum();
+        if point.caused.len() > MOST_CAUSED || linked + 1 > MOST_LINKED {
+            continue;
+        }
+        let (joined, mut apart): (Vec<_>, Vec<_>) = groups.into_iter().partition(shares);
+        apart.push(joined.into_iter().flatten().chain([point]).collect());
+        groups = apart;
+    }
+    groups
+}
+
+/// A component with all measurements that may be of a feature at its mean.
+fn seen_as_point<S: Sensor>(feature: &InView<2>, sight: &Sight<'_, S>) -> Point {
+    let detection = feature.detection_probability.min(1.0 - f64::EPSILON);
+    let (predicted, _) = sight.sensor.predicted(feature.prior.mean, sight.pose).expect("in view is observable");
+    let noise = sight.sensor.noise();
+    let precision = inverse(&noise);
+    let near = |z: Vector| quadratic(&precision, sight.sensor.innovation(z, predicted)) <= FARTHEST;
+    let all = ln_at_mean(feature, sight).into_iter().enumerate();
+    let caused = all.filter(|&(z, _)| near(sight.measurements[z])).map(|(z, ln_g)| (z, detection.ln() + ln_g));
+    Point { ln_missed: (-detection).ln_1p(), caused: caused.collect() }
+}
+
 /// ln g(z|m) = ln N(z; h(m, x), R) of every measurement, at the mean of a component.
 fn ln_at_mean<S: Sensor>(feature: &InView<2>, sight: &Sight<'_, S>) -> Vec<f64> {
     let (predicted, _) = sight.sensor.predicted(feature.prior.mean, sight.pose).expect("in view is observable");
@@ -78,13 +173,13 @@ fn expected_detections<S>(sight: &Sight<'_, S>) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::super::algebra::{minus, scaled};
-    use super::super::gaussian::{Component, Vector};
+    use super::super::gaussian::Component;
     use super::super::oracles::Linear;
     use super::super::tests::{CONFIG, SENSOR, WIDE_VIEW};
     use super::super::update::{born, persisting, set_in_motion};
     use super::super::{Config, RangeBearing};
     use super::*;
-    use Likelihood::{RbEmpty, RbSingle, SingleCluster};
+    use Likelihood::{RbEmpty, RbMulti, RbSingle, SingleCluster};
 
     const POSE: [f64; 3] = [0.0; 3];
     const DETECTION: f64 = WIDE_VIEW.p_near;
@@ -120,8 +215,8 @@ mod tests {
         let map = [feature(0.8, [5.0, 0.0]), feature(0.3, [9.0, 0.0])];
         let moving = [set_in_motion(&feature(0.5, [7.0, 0.0]), 1.0)];
         let sight = see(&SENSOR, &map, &moving, &[]);
-        // Without a measurement even the feature of the single-feature map leaves both of its terms alone.
-        for kind in [SingleCluster, RbEmpty, RbSingle] {
+        // Without a measurement even the feature of a map that is taken leaves both of its terms alone.
+        for kind in [SingleCluster, RbEmpty, RbSingle, RbMulti] {
             close(ln_likelihood(kind, &sight), -DETECTION * 1.6);
         }
     }
@@ -133,8 +228,9 @@ mod tests {
         let eta: f64 = KAPPA + 0.03 + 0.02;
         close(ln_likelihood(SingleCluster, &sight), 2.0 * eta.ln());
         close(ln_likelihood(RbEmpty, &sight), 2.0 * (KAPPA.ln() + 1.0 - KAPPA / eta));
-        // There is no single feature to take.
+        // There is no feature to take.
         assert_eq!(ln_likelihood(RbSingle, &sight), ln_likelihood(RbEmpty, &sight));
+        close(ln_likelihood(RbMulti, &sight), ln_likelihood(RbEmpty, &sight));
     }
 
     #[test]
@@ -161,21 +257,35 @@ mod tests {
         mixture.iter().map(|c| (c.ln_weight + ln_density(minus(point, c.mean), &c.covariance)).exp()).sum()
     }
 
-    /// RB-PHD SLAM's single-feature likelihood by its definition: the likelihood of the scan for the map {m}, which
-    /// enumerates what m may have caused, times v⁻(m)/v(m) with e^(N̂ − N̂⁻), from the mixtures themselves.
-    fn by_definition<S: Sensor>(sight: &Sight<'_, S>, prior: &[Component], born_mass: f64, m: Vector) -> f64 {
+    /// RB-PHD SLAM's likelihood with features by its definition: the likelihood of the scan for the map of these, which
+    /// enumerates what each may have caused, times v⁻(m)/v(m) of all with e^(N̂ − N̂⁻), from the mixtures themselves.
+    fn by_definition<S: Sensor>(sight: &Sight<'_, S>, prior: &[Component], born_mass: f64, map: &[Vector]) -> f64 {
         let posterior = persisting(&sight.still, &sight.ln_eta);
         let moving = persisting(&sight.moving, &sight.ln_eta);
         let mass = |mixture: &[Component]| mixture.iter().map(Component::weight).sum::<f64>();
         let gained = mass(&posterior) - mass(prior) + moving.iter().map(Component::weight).sum::<f64>()
             - sight.moving.in_view.iter().map(|j| j.prior.weight()).sum::<f64>()
             + born_mass;
-        let (predicted, _) = sight.sensor.predicted(m, POSE).expect("observable");
-        let g = |z: Vector| ln_density(sight.sensor.innovation(z, predicted), &sight.sensor.noise()).exp();
+        let g = |z: Vector, m: Vector| {
+            let (predicted, _) = sight.sensor.predicted(m, POSE).expect("observable");
+            ln_density(sight.sensor.innovation(z, predicted), &sight.sensor.noise()).exp()
+        };
         let all = sight.measurements.len();
-        let missed = (1.0 - DETECTION) * KAPPA.powi(all as i32);
-        let caused: f64 = sight.measurements.iter().map(|&z| DETECTION * g(z) * KAPPA.powi(all as i32 - 1)).sum();
-        (missed + caused).ln() + gained + (intensity(prior, m) / intensity(&posterior, m)).ln()
+        // Every number with a digit for each feature: which measurement it has caused, `all` for none.
+        let mut sum = 0.0;
+        for number in 0..(all + 1).pow(map.len() as u32) {
+            let digits: Vec<usize> = (0..map.len()).map(|k| number / (all + 1).pow(k as u32) % (all + 1)).collect();
+            let times = |z: usize| digits.iter().filter(|&&digit| digit == z).count();
+            if (0..all).all(|z| times(z) <= 1) {
+                let of = |(&z, &m): (&usize, &Vector)| {
+                    if z == all { 1.0 - DETECTION } else { DETECTION * g(sight.measurements[z], m) }
+                };
+                let left_over = (0..all).filter(|&z| times(z) == 0).count();
+                sum += digits.iter().zip(map).map(of).product::<f64>() * KAPPA.powi(left_over as i32);
+            }
+        }
+        let ratios = map.iter().map(|&m| (intensity(prior, m) / intensity(&posterior, m)).ln());
+        sum.ln() + gained + ratios.sum::<f64>()
     }
 
     #[test]
@@ -187,7 +297,50 @@ mod tests {
         let moving = [set_in_motion(&feature(0.5, [5.3, 1.8]), 1.0)];
         let sight = see(&LINEAR, &map, &moving, &measurements);
         let births: f64 = sight.ln_eta.iter().map(|eta| (0.03 + 0.02) / eta.exp()).sum();
-        close(ln_likelihood(RbSingle, &sight), by_definition(&sight, &map, births, [5.0, 2.0]));
+        close(ln_likelihood(RbSingle, &sight), by_definition(&sight, &map, births, &[[5.0, 2.0]]));
+    }
+
+    #[test]
+    fn several_features_by_definition_with_a_linear_sensor() {
+        // Two features that share two measurements, one apart from them, and two too light to be taken.
+        let measurements = [[5.1, 2.2], [5.6, 1.9], [-3.0, 0.4], [1.0, 1.0]];
+        let places = [(0.8, [5.5, 2.1]), (0.9, [5.0, 2.0]), (0.76, [-2.8, 0.0]), (0.74, [5.2, 2.0]), (0.1, [1.0, 1.1])];
+        let map = places.map(|(weight, mean)| feature(weight, mean));
+        let moving = [set_in_motion(&feature(0.9, [5.3, 1.8]), 1.0)];
+        let sight = see(&LINEAR, &map, &moving, &measurements);
+        let births: f64 = sight.ln_eta.iter().map(|eta| (0.03 + 0.02) / eta.exp()).sum();
+        let taken: Vec<Vector> = places[..3].iter().map(|&(_, mean)| mean).collect();
+        close(ln_likelihood(RbMulti, &sight), by_definition(&sight, &map, births, &taken));
+        assert!((ln_likelihood(RbMulti, &sight) - ln_likelihood(RbSingle, &sight)).abs() > 0.1);
+    }
+
+    #[test]
+    fn one_feature_that_is_established_is_the_single_one() {
+        let measurements = [[5.1, 2.2], [5.6, 1.9]];
+        let map = [feature(0.8, [5.5, 2.1])];
+        let sight = see(&LINEAR, &map, &[], &measurements);
+        close(ln_likelihood(RbMulti, &sight), ln_likelihood(RbSingle, &sight));
+    }
+
+    #[test]
+    fn the_map_that_is_taken_is_bounded() {
+        let near = |count: usize| -> Vec<Vector> { (0..count).map(|k| [5.0 + 0.01 * k as f64, 2.0]).collect() };
+        let features = |means: &[Vector]| -> Vec<Component> {
+            means.iter().enumerate().map(|(k, &mean)| feature(0.99 - 0.01 * k as f64, mean)).collect()
+        };
+        let sizes = |map: &[Component], measurements: &[Vector]| -> Vec<usize> {
+            let mut sizes: Vec<usize> = groups(&see(&LINEAR, map, &[], measurements)).iter().map(Vec::len).collect();
+            sizes.sort_unstable();
+            sizes
+        };
+        // Eight that share a measurement: the two lightest are left out.
+        assert_eq!(sizes(&features(&near(8)), &near(1)), [6]);
+        // Nine measurements near a feature are too many, of eight it is taken.
+        assert_eq!(sizes(&features(&near(1)), &near(9)), []);
+        assert_eq!(sizes(&features(&near(1)), &near(8)), [1]);
+        // Of twenty apart from each other, sixteen.
+        let apart: Vec<Vector> = (0..20).map(|k| [2.0 * f64::from(k) - 20.0, 3.0]).collect();
+        assert_eq!(sizes(&features(&apart), &apart).iter().sum::<usize>(), 16);
     }
 
     #[test]
@@ -201,7 +354,7 @@ mod tests {
             let births = born(&sight, &WIDE_VIEW, intensity);
             births.reduced.iter().chain(&births.waiting).map(Component::weight).sum()
         };
-        let expected = by_definition(&sight, &map, births(0.03) + births(0.02), [5.0, 0.1]);
+        let expected = by_definition(&sight, &map, births(0.03) + births(0.02), &[[5.0, 0.1]]);
         let found = ln_likelihood(RbSingle, &sight);
         assert!((found - expected).abs() < 1e-3, "{found} instead of {expected}");
         // The term that the two differ by is not small.
@@ -216,6 +369,7 @@ mod tests {
         assert!(ahead(SingleCluster) > 1.0);
         assert!(ahead(RbEmpty) > 0.0);
         assert!(ahead(RbSingle) > 1.0);
+        assert!(ahead(RbMulti) > 1.0);
         // Of the empty map only the mass tells anything; it cannot gain more than one a measurement.
         assert!(ahead(RbEmpty) < 1.0);
     }
@@ -230,12 +384,14 @@ mod tests {
             ln_likelihood(kind, &sight)
         };
         assert_eq!(of(RbEmpty, &[[5.0, 0.0]]), f64::NEG_INFINITY);
-        assert!(of(RbSingle, &[[5.0, 0.0]]).is_finite());
-        assert_eq!(of(RbSingle, &[[5.0, 0.0], [5.1, 0.0]]), f64::NEG_INFINITY);
+        for kind in [RbSingle, RbMulti] {
+            assert!(of(kind, &[[5.0, 0.0]]).is_finite());
+            assert_eq!(of(kind, &[[5.0, 0.0], [5.1, 0.0]]), f64::NEG_INFINITY);
+        }
         none.birth_intensity = 0.0;
         none.moving.birth_intensity = 0.0;
         let nothing: Sight<'_, RangeBearing> = Sight::new(POSE, &[], &[], &[[5.0, 0.0]], &SENSOR, &WIDE_VIEW, &none);
-        for kind in [SingleCluster, RbEmpty, RbSingle] {
+        for kind in [SingleCluster, RbEmpty, RbSingle, RbMulti] {
             assert_eq!(ln_likelihood(kind, &nothing), f64::NEG_INFINITY);
         }
     }

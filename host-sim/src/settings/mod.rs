@@ -116,6 +116,8 @@ pub enum Likelihood {
     RbEmpty,
     /// RB-PHD with a single feature.
     RbSingle,
+    /// RB-PHD with several features.
+    RbMulti,
 }
 
 /// How components are merged: see `docs/recursion.md`.

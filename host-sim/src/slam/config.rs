@@ -36,6 +36,7 @@ pub(crate) fn config_of<T: Real>(filter: &FilterSettings) -> Config<T> {
             settings::Likelihood::SingleCluster => Likelihood::SingleCluster,
             settings::Likelihood::RbEmpty => Likelihood::EmptyMap,
             settings::Likelihood::RbSingle => Likelihood::SingleFeature,
+            settings::Likelihood::RbMulti => Likelihood::MultiFeature,
         },
         reduction: match filter.reduction {
             settings::Reduction::Greedy => Reduction::Greedy { merge_distance: real(filter.merge_distance) },

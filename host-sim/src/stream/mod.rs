@@ -87,6 +87,7 @@ fn head<K: Kind>(filter: &FilterSettings, seed: u64, scalar: Scalar) -> Header<K
             settings::Likelihood::SingleCluster => Likelihood::SingleCluster,
             settings::Likelihood::RbEmpty => Likelihood::RbEmpty,
             settings::Likelihood::RbSingle => Likelihood::RbSingle,
+            settings::Likelihood::RbMulti => Likelihood::RbMulti,
         },
         reduction: match filter.reduction {
             settings::Reduction::Greedy => Reduction::Greedy,

@@ -6,6 +6,10 @@ use scphd::{
     Real, Reduction,
 };
 
+/// All of them.
+const LIKELIHOODS: [Likelihood; 4] =
+    [Likelihood::SingleCluster, Likelihood::EmptyMap, Likelihood::SingleFeature, Likelihood::MultiFeature];
+
 /// What a state has room for.
 #[derive(Debug, Clone, Copy)]
 pub struct Room {
@@ -27,7 +31,7 @@ pub fn config<T: Real>(draw: &mut Draw, room: Room) -> Config<T> {
         particles,
         samples: 1 + draw.below(room.candidates / particles),
         proposal: if draw.chance(0.5) { Proposal::Blind } else { Proposal::Informed(informed(draw)) },
-        likelihood: [Likelihood::SingleCluster, Likelihood::EmptyMap, Likelihood::SingleFeature][draw.below(3)],
+        likelihood: LIKELIHOODS[draw.below(LIKELIHOODS.len())],
         birth_intensity: if draw.chance(0.1) { T::ZERO } else { number(draw.magnitude(1e-6, 0.5)) },
         resample_threshold: draw.real(0.0, 1.0),
         regularisation: if draw.chance(0.7) { T::ZERO } else { draw.real(0.0, 1.5) },
