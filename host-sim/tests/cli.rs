@@ -458,10 +458,46 @@ fn filters_are_compared_on_the_same_inputs() {
 }
 
 #[test]
+fn variants_of_the_settings_run_beside_each_other() {
+    let place = Workplace::new();
+    let variants = "[[variant]]\nname = 'as they are'\n\
+        [[variant]]\nname = 'noise x 2'\ntimes.sensor = { range_sigma_m = 2 }\n\
+        [[variant]]\nname = 'few'\nfilter = 'rb-multi'\nset.filter = { particles = 2 }\n";
+    fs::write(place.path("variants.toml"), variants).unwrap();
+    let study = |filters: &str| {
+        let args = ["--runs", "2", "--particles", "3", "--variants", "variants.toml", "--json", "results/list.json"];
+        let printed = place.succeeds(&[&["monte-carlo", "log", "--filter", filters], &args[..]].concat());
+        let list: Value = serde_json::from_slice(&fs::read(place.path("results/list.json")).unwrap()).unwrap();
+        let names: Vec<String> =
+            list.as_array().unwrap().iter().map(|one| one["filter"].as_str().unwrap().to_owned()).collect();
+        (printed, list, names)
+    };
+    let (printed, list, names) = study("core");
+    assert_eq!(names, ["as they are", "noise x 2", "few"]);
+    assert!(printed.contains("as they are better than noise x 2 in"), "{printed}");
+    let range = |place: usize| list[place]["settings"]["sensor"]["range_sigma_m"].as_f64().unwrap();
+    assert_eq!((range(1), range(2)), (2.0 * range(0), range(0)));
+    assert_eq!((&list[1]["particles"], &list[2]["particles"]), (&3.into(), &2.into()));
+    assert_eq!(list[2]["settings"]["filter"]["likelihood"], "rb-multi");
+    assert_ne!(list[0]["position_error_mean_m"], list[1]["position_error_mean_m"]);
+    let (_, _, names) = study("core,rb-empty");
+    assert_eq!(
+        names,
+        ["scphd: as they are", "scphd: noise x 2", "rb-empty: as they are", "rb-empty: noise x 2", "few"]
+    );
+}
+
+#[test]
 fn bad_studies_are_refused() {
     let place = Workplace::new();
     fs::write(place.path("part"), "{}").unwrap();
-    let cases: [(&[&str], &[&str]); 10] = [
+    fs::write(place.path("hopeless.toml"), "[[variant]]\nname = 'none'\nset.filter = { particles = 0 }\n").unwrap();
+    fs::write(place.path("unknown.toml"), "[[variant]]\nname = 'one'\nfilter = 'kalman'\n").unwrap();
+    let cases: [(&[&str], &[&str]); 14] = [
+        (&["monte-carlo", "survey", "--variants", "no.toml"], &["no.toml", "cannot be read"]),
+        (&["monte-carlo", "worlds", "--variants", "hopeless.toml"], &["hopeless.toml: none", "filter.particles"]),
+        (&["monte-carlo", "survey", "--variants", "unknown.toml"], &["one", "no filter 'kalman'", "rb-multi"]),
+        (&["monte-carlo", "girona-tank", "--variants", "hopeless.toml"], &["hopeless.toml", "in the plane only"]),
         (&["monte-carlo", "atlantis"], &["atlantis", "survey"]),
         (&["monte-carlo", "survey", "--runs", "5", "--input-sets", "2"], &["--runs 5", "2 input sets"]),
         (&["monte-carlo", "log", "log", "--runs", "3"], &["--runs 3", "2 input sets"]),

@@ -125,6 +125,7 @@ fn a_study() {
         input_sets: 1,
         seed: 1,
         settings: settings.to_toml().unwrap(),
+        variants: Vec::new(),
     };
     let job: Job = plan.job(0);
     let study = Study { plan, results: vec![RunResult::of(&job, 1, survey())] };

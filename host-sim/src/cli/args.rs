@@ -86,7 +86,8 @@ pub enum Command {
     /// its first time in view on, a moving one while it is in view.
     ///
     /// `worlds` and `worlds-exact` are other places with every seed, which have no mean: one line a world, then how the
-    /// first filter stands beside each other one. With --out FILE every run is kept as it ends, and not run again.
+    /// first filter stands beside each other one; with --variants how every variant stands beside the first, and the first
+    /// beside the best of the others in each world. With --out FILE every run is kept as it ends, and not run again.
     MonteCarlo(MonteCarloArgs),
     /// Puts together the parts of a study that `monte-carlo --shard` left.
     Merge(MergeArgs),
@@ -203,6 +204,10 @@ pub struct MonteCarloArgs {
     /// Number type of the filters [default: f32 for core, f64 for reference, which knows no other].
     #[arg(long, value_enum)]
     pub precision: Option<PrecisionName>,
+    /// TOML file of settings that are changed on purpose: every filter runs with each of the variants in it, or with those that are of
+    /// it, and the first variant is what the others are compared with. docs/studies.md describes it.
+    #[arg(long, value_name = "FILE.toml")]
+    pub variants: Option<PathBuf>,
     #[command(flatten)]
     pub tuning: Tuning,
     /// Runs at the same time [default: as many as there are cores].

@@ -1,6 +1,7 @@
 //! The figures of the thesis as commands.
 
 use super::args::{Choice, FigureArgs, FilterName};
+use super::contender::Contender;
 use super::failure::{Failure, notice, print};
 use super::monte_carlo::{Extent, Inputs, plan, run};
 use super::outputs::{Outputs, make};
@@ -107,12 +108,14 @@ fn single(name: &str, args: &FigureArgs) -> Result<(Log, Settings, session::Sess
 
 /// A study of a scenario; its table goes to the terminal.
 fn study(name: &str, filters: &[FilterName], runs: usize, args: &FigureArgs) -> Result<Study, Failure> {
-    let choices =
-        filters.iter().map(|&name| Choice::of(name, None).map_err(Failure::input)).collect::<Result<Vec<_>, _>>()?;
+    let contenders = filters
+        .iter()
+        .map(|&name| Choice::of(name, None).map(Contender::plain).map_err(Failure::input))
+        .collect::<Result<Vec<_>, _>>()?;
     let inputs = Inputs::of_scenario(name)?;
     let runs = args.runs.map_or(runs, |runs| runs as usize);
-    let plan = plan(&inputs, &choices, &args.tuning, &Extent { runs, input_sets: None, seed: args.seed })?;
-    let study = run(&plan, &plan.jobs(None), &inputs, &choices, &args.tuning, args.jobs)?;
+    let plan = plan(&inputs, &contenders, &args.tuning, &Extent { runs, input_sets: None, seed: args.seed })?;
+    let study = run(&plan, &plan.jobs(None), &inputs, &contenders, &args.tuning, args.jobs)?;
     print(&overview::render(&study))?;
     Ok(study)
 }

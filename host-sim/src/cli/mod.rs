@@ -3,6 +3,7 @@
 mod args;
 mod commands;
 mod compare;
+mod contender;
 mod failure;
 mod figure;
 mod monte_carlo;

@@ -1,6 +1,7 @@
 //! Monte Carlo studies as commands.
 
-use super::args::{Choice, MergeArgs, MonteCarloArgs, Tuning};
+use super::args::{MergeArgs, MonteCarloArgs, Tuning};
+use super::contender::Contender;
 use super::failure::{Failure, notice};
 use super::outputs::{Outputs, check_file, make};
 use super::progress::Progress;
@@ -11,7 +12,7 @@ use scphd_sim::output::json::Format;
 use scphd_sim::output::studies;
 use scphd_sim::plot::study;
 use scphd_sim::session;
-use scphd_sim::settings::{Likelihood, Settings};
+use scphd_sim::settings::Settings;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -83,20 +84,19 @@ pub fn input_sets(extent: &Extent, logs: Option<usize>, usual: Option<usize>) ->
 }
 
 /// Names of the filters of a study, which are told apart by them.
-pub fn names(choices: &[Choice], likelihood: impl Fn(&Choice) -> Likelihood) -> Result<Vec<String>, Failure> {
-    let mut names: Vec<String> = Vec::new();
-    for choice in choices {
-        let name = choice.filter.name(likelihood(choice)).to_owned();
-        if names.contains(&name) {
+pub fn distinct(names: impl IntoIterator<Item = String>) -> Result<Vec<String>, Failure> {
+    let mut distinct: Vec<String> = Vec::new();
+    for name in names {
+        if distinct.contains(&name) {
             return Err(Failure::input(format_args!("--filter: {name} is there twice")));
         }
-        names.push(name);
+        distinct.push(name);
     }
-    Ok(names)
+    Ok(distinct)
 }
 
-/// The plan of a study by `choices`.
-pub fn plan(inputs: &Inputs, choices: &[Choice], tuning: &Tuning, extent: &Extent) -> Result<Plan, Failure> {
+/// The plan of a study by `contenders`.
+pub fn plan(inputs: &Inputs, contenders: &[Contender], tuning: &Tuning, extent: &Extent) -> Result<Plan, Failure> {
     let runs = extent.runs;
     let usual = inputs.0[0].runs_per_input().filter(|&n| runs.is_multiple_of(n)).map(|n| runs / n);
     let input_sets = input_sets(extent, inputs.sets(), usual)?;
@@ -108,14 +108,21 @@ pub fn plan(inputs: &Inputs, choices: &[Choice], tuning: &Tuning, extent: &Exten
         input_sets,
         seed: extent.seed,
         settings: String::new(),
+        variants: Vec::new(),
     };
     let first = inputs.settings(&plan.job(0), tuning)?;
     // Settings that are bad for one of several logs show before any is run.
     for input in 1..inputs.sets().unwrap_or(1) {
-        inputs.settings(&plan.job(input * (runs / input_sets)), tuning)?;
+        let settings = inputs.settings(&plan.job(input * (runs / input_sets)), tuning)?;
+        contenders.iter().try_for_each(|contender| contender.settings(settings.clone()).map(drop))?;
     }
-    plan.filters = names(choices, |choice| choice.settings(first.clone()).filter.likelihood)?;
-    plan.settings = first.to_toml().map_err(|error| Failure::Internal(error.to_string()))?;
+    let all = contenders.iter().map(|contender| contender.settings(first.clone())).collect::<Result<Vec<_>, _>>()?;
+    plan.filters = distinct(contenders.iter().zip(&all).map(|(contender, settings)| contender.name(settings)))?;
+    let toml = |settings: &Settings| settings.to_toml().map_err(|error| Failure::Internal(error.to_string()));
+    plan.settings = toml(&first)?;
+    if contenders.iter().any(Contender::is_variant) {
+        plan.variants = all.iter().map(toml).collect::<Result<_, _>>()?;
+    }
     Ok(plan)
 }
 
@@ -124,7 +131,7 @@ pub fn run(
     plan: &Plan,
     jobs: &[Job],
     inputs: &Inputs,
-    choices: &[Choice],
+    contenders: &[Contender],
     tuning: &Tuning,
     threads: Option<u16>,
 ) -> Result<Study, Failure> {
@@ -140,27 +147,24 @@ pub fn run(
             }
         }
     }
-    let label = format!("{} runs of {}", jobs.len() * choices.len(), plan.filters.join(", "));
-    let progress = Progress::new(label, scans * choices.len());
+    let label = format!("{} runs of {}", jobs.len() * contenders.len(), plan.filters.join(", "));
+    let progress = Progress::new(label, scans * contenders.len());
     let done = AtomicUsize::new(0);
     let one = |job: &Job, filter: usize| -> Result<RunResult, Failure> {
-        let choice = choices[filter];
+        let contender = &contenders[filter];
         let log = inputs.source(job.input).log(job.scenario_seed)?;
-        let settings = choice.settings(inputs.settings(job, tuning)?);
+        let settings = contender.settings(inputs.settings(job, tuning)?)?;
         let mut advance = |_| progress.at(done.fetch_add(1, Ordering::Relaxed) + 1);
-        let session = session::run(&log, &settings, choice.filter, job.filter_seed, &mut advance)?;
-        Ok(RunResult::of(job, settings.filter.samples, session))
+        let session = session::run(&log, &settings, contender.filter(), job.filter_seed, &mut advance)?;
+        let result = RunResult::of(job, settings.filter.samples, session);
+        Ok(RunResult { filter: plan.filters[filter].clone(), ..result })
     };
-    Ok(Study { plan: plan.clone(), results: monte_carlo::execute(jobs, choices.len(), threads, one)? })
+    Ok(Study { plan: plan.clone(), results: monte_carlo::execute(jobs, contenders.len(), threads, one)? })
 }
 
 /// Runs a study, or a part of one.
 pub fn study(args: MonteCarloArgs) -> Result<(), Failure> {
-    let choices = args
-        .filter
-        .iter()
-        .map(|&name| Choice::of(name, args.precision).map_err(Failure::input))
-        .collect::<Result<Vec<_>, _>>()?;
+    let contenders = Contender::all(&args)?;
     let found = args.sources.iter().map(|source| Found::find(source, None)).collect::<Result<Vec<_>, _>>()?;
     if let (Some(scenario), 2..) = (found.iter().zip(&args.sources).find(|(found, _)| found.is_seeded()), found.len()) {
         let name = scenario.1.display();
@@ -168,12 +172,12 @@ pub fn study(args: MonteCarloArgs) -> Result<(), Failure> {
     }
     let inputs = match Sources::of(found)? {
         Sources::Planar(sources) => Inputs(sources),
-        Sources::Underwater(sources) => return underwater::study(&sources, &choices, args),
+        Sources::Underwater(sources) => return underwater::study(&sources, args),
     };
     let extent = Extent::of(&args, inputs.sets());
-    let plan = plan(&inputs, &choices, &args.tuning, &extent)?;
+    let plan = plan(&inputs, &contenders, &args.tuning, &extent)?;
     let destination = Destination::of(args.shard, args.json, args.out)?;
-    let study = run(&plan, &destination.jobs(&plan), &inputs, &choices, &args.tuning, args.jobs)?;
+    let study = run(&plan, &destination.jobs(&plan), &inputs, &contenders, &args.tuning, args.jobs)?;
     destination.deliver(&study)
 }
 

@@ -4,7 +4,7 @@ use super::args::{Choice, CompareArgs, FigureArgs, FilterName, MonteCarloArgs, R
 use super::commands::report_health;
 use super::compare;
 use super::failure::{Failure, notice, print, warn_of_errors};
-use super::monte_carlo::{Destination, Extent, input_sets, names};
+use super::monte_carlo::{Destination, Extent, distinct, input_sets};
 use super::outputs::{Outputs, label, make};
 use super::progress::Progress;
 use super::repeat::in_parallel;
@@ -156,7 +156,15 @@ pub fn run(sources: &[Source], names: &[String], args: RunArgs) -> Result<(), Fa
 }
 
 /// Runs a Monte Carlo study of an underwater scenario or of logs, or a part of one.
-pub fn study(sources: &[Source], choices: &[Choice], args: MonteCarloArgs) -> Result<(), Failure> {
+pub fn study(sources: &[Source], args: MonteCarloArgs) -> Result<(), Failure> {
+    if let Some(path) = &args.variants {
+        return Err(Failure::input(format_args!("--variants {}: in the plane only", path.display())));
+    }
+    let choices = args
+        .filter
+        .iter()
+        .map(|&name| Choice::of(name, args.precision).map_err(Failure::input))
+        .collect::<Result<Vec<_>, _>>()?;
     let logs = match sources {
         [Source::Scenario(..)] => None,
         logs => Some(logs.len()),
@@ -172,6 +180,7 @@ pub fn study(sources: &[Source], choices: &[Choice], args: MonteCarloArgs) -> Re
         input_sets,
         seed: args.seed,
         settings: String::new(),
+        variants: Vec::new(),
     };
     // Settings that are bad for one of several logs show before any is run.
     let mut inputs = Vec::new();
@@ -181,7 +190,8 @@ pub fn study(sources: &[Source], choices: &[Choice], args: MonteCarloArgs) -> Re
     }
     let first = &inputs[0].1;
     plan.scenario = inputs.iter().map(|(name, ..)| name.as_str()).collect::<Vec<_>>().join(", ");
-    plan.filters = names(choices, |choice| chosen(choice, first.clone()).filter.likelihood)?;
+    let name = |choice: &Choice| choice.filter.name(chosen(choice, first.clone()).filter.likelihood).to_owned();
+    plan.filters = distinct(choices.iter().map(name))?;
     plan.settings = first.to_toml().map_err(|error| Failure::Internal(error.to_string()))?;
     let destination = Destination::of(args.shard, args.json, args.out)?;
     let jobs = destination.jobs(&plan);

@@ -1,11 +1,14 @@
 //! Studies over random worlds, which go on where they were stopped.
 
-use super::args::{Choice, MonteCarloArgs};
+use super::args::MonteCarloArgs;
+use super::contender::Contender;
 use super::failure::{Failure, notice};
+use super::monte_carlo::distinct;
 use super::outputs::{Outputs, check_file};
 use super::progress::Progress;
 use super::repeat::in_parallel;
 use super::source::{Source, tuned};
+use scphd_sim::monte_carlo::variants::best_of;
 use scphd_sim::monte_carlo::worlds::{Standing, WorldRun, lines, standing, told, write_json};
 use scphd_sim::scenario::WORLDS;
 use scphd_sim::session;
@@ -32,11 +35,7 @@ pub fn study(name: &str, args: MonteCarloArgs) -> Result<(), Failure> {
             "--shard, --input-sets: not with worlds; give parts of them different --seed and --runs",
         ));
     }
-    let choices = args
-        .filter
-        .iter()
-        .map(|&name| Choice::of(name, args.precision).map_err(Failure::input))
-        .collect::<Result<Vec<_>, _>>()?;
+    let contenders = Contender::all(&args)?;
     let outputs = Outputs { json: args.json, out: None };
     outputs.check()?;
     let source = Source::scenario(name.to_owned(), None)?;
@@ -44,25 +43,31 @@ pub fn study(name: &str, args: MonteCarloArgs) -> Result<(), Failure> {
     let end = args.seed.checked_add(u64::from(runs));
     let end = end.ok_or_else(|| Failure::input(format_args!("--seed {}: too large for --runs {runs}", args.seed)))?;
     let seeds: Vec<u64> = (args.seed..end).collect();
+    // Settings that make no sense show before any world is run.
+    let first = source.log(args.seed)?;
+    let first = tuned(source.defaults(&first), &args.tuning)?;
+    let name = |contender: &Contender| Ok(contender.name(&contender.settings(first.clone())?));
+    let names = distinct(contenders.iter().map(name).collect::<Result<Vec<_>, Failure>>()?)?;
     let journal = args.out.as_deref().map(Journal::open).transpose()?;
 
-    let jobs: Vec<(u64, Choice)> =
-        seeds.iter().flat_map(|&seed| choices.iter().map(move |&choice| (seed, choice))).collect();
+    let jobs: Vec<(u64, usize)> =
+        seeds.iter().flat_map(|&seed| (0..contenders.len()).map(move |place| (seed, place))).collect();
     let threads = args.jobs.map_or_else(|| thread::available_parallelism().map_or(1, usize::from), usize::from);
     let progress = Progress::new(format!("{} runs", jobs.len()), jobs.len());
     let done = AtomicUsize::new(0);
-    let runs = in_parallel(&jobs, threads, |&(seed, choice)| {
+    let runs = in_parallel(&jobs, threads, |&(seed, place)| {
+        let (contender, name) = (&contenders[place], &names[place]);
         let log = source.log(seed)?;
-        let settings = choice.settings(tuned(source.defaults(&log), &args.tuning)?);
+        let settings = contender.settings(tuned(source.defaults(&log), &args.tuning)?)?;
         let fingerprint = fingerprint(&settings.to_toml().map_err(|error| Failure::Internal(error.to_string()))?);
-        let filter = choice.filter.name(settings.filter.likelihood);
-        let known = journal.as_ref().and_then(|journal| journal.find(&log.name, filter, &fingerprint));
+        let known = journal.as_ref().and_then(|journal| journal.find(&log.name, name, &fingerprint));
         let run = match known {
             Some(run) => run,
             None => {
-                let summary = session::run(&log, &settings, choice.filter, seed, &mut |_| ())?.summary;
+                let summary = session::run(&log, &settings, contender.filter(), seed, &mut |_| ())?.summary;
                 let run = WorldRun::of(&summary, &fingerprint)
                     .ok_or_else(|| Failure::Internal(format!("{}: a world without truth", log.name)))?;
+                let run = WorldRun { filter: name.clone(), ..run };
                 if let Some(journal) = &journal {
                     journal.add(&run)?;
                 }
@@ -74,21 +79,59 @@ pub fn study(name: &str, args: MonteCarloArgs) -> Result<(), Failure> {
     })?;
     drop(progress);
 
-    let filters: Vec<String> = runs.iter().take(choices.len()).map(|run| run.filter.clone()).collect();
-    let worlds: Vec<&str> = runs.iter().step_by(choices.len()).map(|run| run.world.as_str()).collect();
-    let beside = filters.iter().skip(1).filter_map(|other| standing(&runs, filters.first()?, other, &worlds));
-    let mut standings: Vec<Standing> = beside.collect();
-    if standings.is_empty() {
-        standings.extend(filters.first().and_then(|only| standing(&runs, only, only, &worlds)));
+    let worlds: Vec<&str> = runs.iter().step_by(contenders.len()).map(|run| run.world.as_str()).collect();
+    let mut report = Report { runs: &runs, lines: Vec::new(), standings: Vec::new() };
+    if contenders.iter().any(Contender::is_variant) {
+        let mut rest = &contenders[..];
+        while let Some(first) = rest.first() {
+            let (team, others) =
+                rest.split_at(rest.iter().take_while(|other| other.is_of_the_filter_of(first)).count());
+            let place = contenders.len() - rest.len();
+            report.variants(&names[place..place + team.len()], &worlds);
+            rest = others;
+        }
+    } else {
+        report.filters(&names, &worlds);
     }
     if let Some(path) = &outputs.json {
-        write_json(path, &standings)?;
+        write_json(path, &report.standings)?;
     }
     if let Some(out) = &args.out {
         notice(format_args!("the runs are in {}", out.display()));
     }
-    let told: Vec<String> = standings.iter().map(told).collect();
-    outputs.print(&format!("{}\n\n{}", lines(&runs, &filters, &worlds), told.join("\n")))
+    let told: Vec<String> = report.standings.iter().map(told).collect();
+    outputs.print(&format!("{}\n\n{}", report.lines.join("\n\n"), told.join("\n")))
+}
+
+/// What is told of the runs.
+struct Report<'r> {
+    runs: &'r [WorldRun],
+    lines: Vec<String>,
+    standings: Vec<Standing>,
+}
+
+impl Report<'_> {
+    /// The first filter beside each other one.
+    fn filters(&mut self, names: &[String], worlds: &[&str]) {
+        self.lines.push(lines(self.runs, names, worlds));
+        let Some(first) = names.first() else { return };
+        let others = if names.len() > 1 { &names[1..] } else { names };
+        self.standings.extend(others.iter().filter_map(|other| standing(self.runs, first, other, worlds)));
+    }
+
+    /// Every variant beside the first, and the first beside the best of the others in each world.
+    fn variants(&mut self, names: &[String], worlds: &[&str]) {
+        let Some((first, others)) = names.split_first() else { return };
+        if others.is_empty() {
+            return self.filters(names, worlds);
+        }
+        let best = format!("best of {}", others.len());
+        let bests = best_of(self.runs, others, worlds, &best);
+        let both: Vec<WorldRun> = self.runs.iter().filter(|run| run.filter == *first).cloned().chain(bests).collect();
+        self.lines.push(lines(&both, &[first.clone(), best.clone()], worlds));
+        self.standings.extend(others.iter().filter_map(|other| standing(self.runs, other, first, worlds)));
+        self.standings.extend(standing(&both, first, &best, worlds));
+    }
 }
 
 /// A number that says whether two runs have the same settings (FNV-1a).
@@ -135,5 +178,36 @@ impl Journal {
         written
             .and_then(|()| rows.flush().map_err(|error| error.to_string()))
             .map_err(|error| Failure::Internal(format!("cannot write {}: {error}", self.name)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn variants_stand_beside_the_first_and_it_beside_the_best_of_the_others() {
+        let run = |world: &str, filter: &str, position_rmse_m| WorldRun {
+            world: world.into(),
+            filter: filter.into(),
+            settings: "s".into(),
+            position_rmse_m,
+            dead_reckoning_rmse_m: 5.0,
+            nees_median: None,
+            scan_us_mean: None,
+        };
+        let names: Vec<String> = ["right", "x 2", "x 3"].map(str::to_owned).to_vec();
+        let errors = [("a", [1.0, 2.0, 0.5]), ("b", [1.0, 4.0, 3.0]), ("c", [1.0, 0.2, 4.0])];
+        let runs: Vec<WorldRun> = errors
+            .iter()
+            .flat_map(|(world, errors)| names.iter().zip(errors).map(|(name, error)| run(world, name, *error)))
+            .collect();
+        let mut report = Report { runs: &runs, lines: Vec::new(), standings: Vec::new() };
+        report.variants(&names, &["a", "b", "c"]);
+        let found: Vec<(&str, &str, f64)> =
+            report.standings.iter().map(|s| (&s.filter[..], &s.yardstick[..], s.ratio_median)).collect();
+        // Right over the best of the others: 2, a third and 5.
+        assert_eq!(found, [("x 2", "right", 2.0), ("x 3", "right", 3.0), ("right", "best of 2", 2.0)]);
+        assert_eq!(report.lines[0].lines().count(), 4, "{:?}", report.lines);
     }
 }

@@ -10,6 +10,7 @@ pub mod overview;
 mod plan;
 mod run;
 mod statistics;
+pub mod variants;
 pub mod worlds;
 
 pub use plan::{Job, MergeError, Plan, Shard, Study};
@@ -73,7 +74,16 @@ pub(crate) mod tests {
     pub(crate) fn plan(runs: usize, input_sets: usize) -> Plan {
         let filters = vec!["scphd".to_owned(), "rb-single".to_owned()];
         let settings = "[filter]\nlikelihood = \"single-cluster\"\n".into();
-        Plan { format: Format, scenario: "made up".into(), filters, runs, input_sets, seed: 5, settings }
+        Plan {
+            format: Format,
+            scenario: "made up".into(),
+            filters,
+            runs,
+            input_sets,
+            seed: 5,
+            settings,
+            variants: Vec::new(),
+        }
     }
 
     fn study(plan: &Plan, shard: Option<Shard>, threads: usize) -> Study {

@@ -112,7 +112,7 @@ struct Written {
     format: Format,
     #[serde(flatten)]
     overview: Overview,
-    /// Settings of the first input, with the likelihood of this filter.
+    /// Settings of this filter for the first input.
     settings: Value,
 }
 
@@ -122,6 +122,10 @@ struct Written {
 /// The file cannot be written.
 pub fn write_json(path: &Path, study: &Study) -> Result<(), OutputError> {
     let written = |overview: Overview| {
+        let place = study.plan.filters.iter().position(|filter| *filter == overview.filter);
+        if let Some(own) = place.and_then(|place| study.plan.variants.get(place)) {
+            return Written { format: Format, overview, settings: toml::from_str(own).unwrap_or_default() };
+        }
         // The plan has them as they are before each filter says its likelihood.
         let mut settings: Value = toml::from_str(&study.plan.settings).unwrap_or_default();
         if let Some(likelihood) = likelihood_of(&overview.filter)
@@ -256,6 +260,13 @@ mod tests {
         assert_eq!((&both[0]["format"], &both[0]["runs"]), (&2.into(), &3.into()));
         assert_eq!(both[0]["settings"]["filter"]["likelihood"], "single-cluster");
         assert_eq!(both[1]["settings"]["filter"]["likelihood"], "rb-single");
+        study.plan.variants = vec!["[filter]\nparticles = 7\n".into(), "[filter]\nparticles = 8\n".into()];
+        write_json(&path, &study).unwrap();
+        assert_eq!(
+            (&read()[0]["settings"]["filter"]["particles"], &read()[1]["settings"]["filter"]["particles"]),
+            (&7.into(), &8.into())
+        );
+        study.plan.variants.clear();
         study.plan.filters.truncate(1);
         write_json(&path, &study).unwrap();
         assert_eq!(read(), both[0]);

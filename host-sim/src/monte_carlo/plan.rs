@@ -23,6 +23,9 @@ pub struct Plan {
     pub seed: u64,
     /// Settings of the first input, so that parts made with others are told.
     pub settings: String,
+    /// Settings of each filter for the first input, where they differ in more than the likelihood.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub variants: Vec<String>,
 }
 
 /// One run of a study, apart from the filter.

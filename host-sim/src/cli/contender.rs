@@ -1,0 +1,95 @@
+//! Who takes part in a study: filters, each with the settings of the log or with variants of them.
+
+use super::args::{Choice, FilterName, MonteCarloArgs, PrecisionName};
+use super::failure::Failure;
+use clap::ValueEnum;
+use scphd_sim::monte_carlo::variants::{self, Variant};
+use scphd_sim::session::Filter;
+use scphd_sim::settings::Settings;
+use std::path::PathBuf;
+
+/// A filter, and what is changed in its settings.
+#[derive(Debug, Clone)]
+pub struct Contender {
+    choice: Choice,
+    variant: Option<(PathBuf, Variant)>,
+    /// Whether its name has to say the filter beside the variant.
+    names_filter: bool,
+}
+
+impl Contender {
+    /// A filter with the settings of the log.
+    pub fn plain(choice: Choice) -> Self {
+        Self { choice, variant: None, names_filter: true }
+    }
+
+    /// All that the command line asks for, those of one filter together and in the order of the file.
+    pub fn all(args: &MonteCarloArgs) -> Result<Vec<Self>, Failure> {
+        let choice = |name| Choice::of(name, args.precision).map_err(Failure::input);
+        let Some(path) = &args.variants else {
+            return args.filter.iter().map(|&name| Ok(Self::plain(choice(name)?))).collect();
+        };
+        let mut all = Vec::new();
+        let (own, common): (Vec<_>, Vec<_>) =
+            variants::read(path).map_err(Failure::input)?.into_iter().partition(|variant| variant.filter.is_some());
+        let asked_for: &[FilterName] = if common.is_empty() { &[] } else { &args.filter };
+        for &name in asked_for {
+            for variant in &common {
+                let variant = Some((path.clone(), variant.clone()));
+                all.push(Self { choice: choice(name)?, variant, names_filter: asked_for.len() > 1 });
+            }
+        }
+        for variant in own {
+            let choice = named(variant.filter.as_deref().unwrap_or_default(), args.precision)
+                .map_err(|why| Failure::input(format_args!("{}: {}: {why}", path.display(), variant.name)))?;
+            all.push(Self { choice, variant: Some((path.clone(), variant)), names_filter: false });
+        }
+        Ok(all)
+    }
+
+    /// The filter.
+    pub fn filter(&self) -> Filter {
+        self.choice.filter
+    }
+
+    /// Whether its settings are changed on purpose.
+    pub fn is_variant(&self) -> bool {
+        self.variant.is_some()
+    }
+
+    /// Whether both are the same filter, with other settings.
+    pub fn is_of_the_filter_of(&self, other: &Self) -> bool {
+        self.choice == other.choice
+    }
+
+    /// What it is called, where its settings are these.
+    pub fn name(&self, settings: &Settings) -> String {
+        let filter = self.choice.filter.name(settings.filter.likelihood);
+        match &self.variant {
+            None => filter.to_owned(),
+            Some((_, variant)) if self.names_filter => format!("{filter}: {}", variant.name),
+            Some((_, variant)) => variant.name.clone(),
+        }
+    }
+
+    /// The settings it works with, where the log has these.
+    pub fn settings(&self, settings: Settings) -> Result<Settings, Failure> {
+        let settings = self.choice.settings(settings);
+        match &self.variant {
+            None => Ok(settings),
+            Some((path, variant)) => variant
+                .applied(&settings)
+                .map_err(|problem| Failure::input(format_args!("{}: {}: {problem}", path.display(), variant.name))),
+        }
+    }
+}
+
+/// The filter of that name.
+fn named(name: &str, precision: Option<PrecisionName>) -> Result<Choice, String> {
+    let known = || FilterName::value_variants().iter().filter_map(|name| name.to_possible_value());
+    let name = FilterName::from_str(name, false).map_err(|_| {
+        let names: Vec<String> = known().map(|value| value.get_name().to_owned()).collect();
+        format!("no filter '{name}', there are {}", names.join(", "))
+    })?;
+    Choice::of(name, precision).map_err(str::to_owned)
+}
