@@ -65,7 +65,7 @@ impl Filter {
         }
     }
 
-    fn start(self, log: &Log, settings: &Settings, seed: u64) -> Result<Box<dyn Slam>, Refusal> {
+    pub(crate) fn start(self, log: &Log, settings: &Settings, seed: u64) -> Result<Box<dyn Slam>, Refusal> {
         match self {
             Self::Core(precision) => Ok(core_filter(settings, &log.vehicle, log.initial_pose, precision, seed)?),
             Self::Reference => Ok(Box::new(ReferenceFilter::start(settings, &log.vehicle, log.initial_pose, seed))),

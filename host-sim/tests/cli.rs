@@ -289,10 +289,19 @@ fn an_exported_scenario_replays_as_it_runs() {
 fn what_tune_proposes_can_be_replayed() {
     let place = Workplace::new();
     place.succeeds(&["export", "survey", "exported"]);
-    let printed = place.succeeds(&["tune", "exported", "--rounds", "1", "--particles", "2", "--out", "tuned.toml"]);
-    assert!(printed.contains("sensor.range_sigma_m") && printed.contains("proposed"), "{printed}");
+    let few = ["--rounds", "1", "--runs", "1", "--particles", "2", "--truth"];
+    let printed = place.succeeds(&[&["tune", "exported", "--out", "tuned.toml"][..], &few].concat());
+    for part in ["sensor.range_sigma_m", "proposed", "nats a measurement", "held-out RMSE (m)"] {
+        assert!(printed.contains(part), "{printed}");
+    }
     let tuned = fs::read_to_string(place.path("tuned.toml")).unwrap();
-    assert!(tuned.contains("particles = 2\n"), "{tuned}");
+    let particles = tuned.lines().find(|line| line.starts_with("particles = 2 ")).unwrap();
+    assert!(particles.ends_with("# command line, --particles"), "{tuned}");
+    let printed = place.succeeds(&[&["tune", "survey", "--count", "2"][..], &few].concat());
+    assert!(printed.contains("2 logs, proposals in ") && printed.lines().count() == 3, "{printed}");
+    assert!(place.fails(&["tune", "exported", "--count", "2"]).contains("--count"));
+    assert!(place.fails(&["tune", "exported", "--until", "0"]).contains("--until"));
+    assert!(place.fails(&["tune", "exported", "--filter", "ekf"]).contains("--filter"));
     place.succeeds(&["replay", "exported", "--settings", "tuned.toml"]);
     place.fails(&["tune", "nowhere"]);
     place.fails(&["tune", "exported", "--rounds", "0"]);
@@ -538,7 +547,42 @@ fn printed_settings_are_a_settings_file() {
     let printed = place.succeeds(&["settings", "log", "--particles", "9"]);
     assert!(printed.contains("particles = 9"), "{printed}");
     fs::write(place.path("all.toml"), &printed).unwrap();
-    assert_eq!(place.succeeds(&["settings", "survey", "--settings", "all.toml"]), printed);
+    // The same settings; where they are from has changed.
+    let again = place.succeeds(&["settings", "survey", "--settings", "all.toml"]);
+    let values =
+        |text: &str| text.lines().map(|line| line.split("  #").next().unwrap().trim().to_owned()).collect::<Vec<_>>();
+    assert_eq!(values(&again), values(&printed));
+    assert!(printed.contains("# command line, --particles") && again.contains("# file all.toml"), "{printed}{again}");
+}
+
+/// Every kind of origin, in the plane and in space.
+#[test]
+fn settings_say_where_they_are_from() {
+    let place = Workplace::new();
+    let origin = |args: &[&str], key: &str| {
+        let text = place.succeeds(&[&["settings"], args].concat());
+        let line = text.lines().find(|line| line.starts_with(&format!("{key} = "))).unwrap();
+        line.split_once("  # ").unwrap().1.to_owned()
+    };
+    assert_eq!(origin(&["survey"], "range_sigma_m"), "stated");
+    assert_eq!(origin(&["survey"], "merge_distance"), "scheme");
+    assert_eq!(origin(&["survey"], "proposal"), "experiment of the thesis");
+    assert_eq!(origin(&["worlds"], "clutter_per_scan"), "scheme");
+    assert!(origin(&["worlds"], "range_sigma_m").ends_with(", × 1.5 by the scheme"));
+    assert_eq!(origin(&["survey", "--moving", "on", "--samples", "2"], "samples"), "command line, --samples");
+    fs::write(
+        place.path("own.toml"),
+        "learnt = [\"sensor.range_sigma_m\"]\n[sensor]\nrange_sigma_m = 0.3\nrange_edge_m = 1\n",
+    )
+    .unwrap();
+    let own = ["survey", "--settings", "own.toml"];
+    assert_eq!(origin(&own, "range_sigma_m"), "learnt");
+    assert_eq!(origin(&own, "range_edge_m"), "file own.toml");
+    assert_eq!(origin(&own, "clutter_per_scan"), "stated");
+    assert_eq!(origin(&["girona-tank"], "detection"), "stated");
+    assert_eq!(origin(&["girona-tank", "--particles", "3"], "particles"), "command line, --particles");
+    fs::write(place.path("tank.toml"), "[camera]\ndetection = 0.5\n").unwrap();
+    assert_eq!(origin(&["girona-tank", "--settings", "tank.toml"], "detection"), "file tank.toml");
 }
 
 #[test]
@@ -549,7 +593,7 @@ fn help_version_and_lists() {
     // Where its lines break depends on the terminal.
     let help = place.succeeds(&["--help"]).split_whitespace().collect::<Vec<_>>().join(" ");
     assert!(help.contains("OSPA (order 1, cut-off 10 m)"), "{help}");
-    for command in ["replay", "run", "monte-carlo", "merge", "figure", "compare", "export", "settings"] {
+    for command in ["replay", "run", "monte-carlo", "merge", "figure", "compare", "export", "settings", "tune"] {
         assert!(place.succeeds(&[command, "--help"]).contains("Usage: scphd-sim"), "{command}");
     }
     let list = place.succeeds(&["scenarios"]);

@@ -117,14 +117,14 @@ pub enum Command {
     },
     /// Writes a log or scenario as the binary stream that a vehicle computer reads; docs/stream.md describes it.
     Stream(StreamArgs),
-    /// Proposes noise, detection and clutter settings for a log from what the filter's innovations over it say.
+    /// Learns noise, detection and clutter settings from a part of a log, and proposes them if they foresee the rest better.
     ///
-    /// Every round runs the filter over the whole log and starts from what the round before proposed; no truth is used,
-    /// and nothing is changed on fewer than 50 observations. Range and bearing noise are what the innovations of a scan
-    /// leave when the pose is free; odometry noise is what makes the scans' corrections as large as the filter expects
-    /// them; p_D is a line over the range through what was detected in view. Settings of the recursion stay, but births
-    /// keep their ratio to clutter. A simulation's noise is found from half and from double of it in three rounds; a real
-    /// detector's errors repeat, so that innovations understate them: one round, and a look at the errors before and after.
+    /// What the innovations of the part say is tried group by group and together, as it is and half way there, in runs over the
+    /// whole log. The judge is where the vehicle sees things again in the part that was not learnt from: the places of old
+    /// measurements, by the run's own trajectory, have to foresee those of new ones. No truth is used, and no setting can
+    /// flatter its score. What does not win clearly, and again with other seeds, is refused, and then everything stays as it is.
+    /// Settings of the recursion stay in any case, but births keep their ratio to clutter; odometry noise of a log that is no
+    /// simulation is never lowered, and range and bearing noise not below what the log states.
     Tune(TuneArgs),
     /// Prints the settings a log or scenario is run with, as a TOML file for --settings.
     Settings {
@@ -306,9 +306,30 @@ pub struct TuneArgs {
     /// Name of a scenario in the plane, or folder of a log of a range-bearing sensor.
     #[arg(value_name = "SCENARIO|DIR")]
     pub source: PathBuf,
-    /// Runs over the log.
+    /// Runs over the part that is learnt from, each with what the one before said.
     #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 3, value_parser = value_parser!(u16).range(1..=100))]
     pub rounds: u16,
+    /// Runs of a candidate, and as many with other seeds of the best one.
+    #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 3, value_parser = value_parser!(u16).range(1..=100))]
+    pub runs: u16,
+    /// Runs at the same time [default: as many as there are cores].
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = value_parser!(u16).range(1..))]
+    pub jobs: Option<u16>,
+    /// Learns from the scans from here on, s since the first.
+    #[arg(long, value_name = "S", allow_negative_numbers = true, default_value_t = 0.0)]
+    pub from: f64,
+    /// Learns from the scans before, s since the first [default: the first half].
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    pub until: Option<f64>,
+    /// The filter that is to run with the settings.
+    #[arg(long, value_enum, default_value_t = FilterName::Core)]
+    pub filter: FilterName,
+    /// Tells the position errors in the part that judges too; nothing is decided by them.
+    #[arg(long)]
+    pub truth: bool,
+    /// Does it for N scenarios, each of the seed after that of the one before, and prints a line each, with position errors.
+    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..))]
+    pub count: Option<u32>,
     #[command(flatten)]
     pub tuning: Tuning,
     #[command(flatten)]

@@ -5,7 +5,7 @@ use super::compare;
 use super::failure::{Failure, notice, print, warn_of_errors};
 use super::outputs::{Outputs, label};
 use super::progress::Progress;
-use super::source::{Found, Source, Sources, scenario, settings_command, tuned};
+use super::source::{Found, Source, Sources, scenario, settings_command, tuned, tuned_from};
 use super::{figure, monte_carlo, repeat, stream, tune, underwater, worlds};
 use scphd::Health;
 use scphd_sim::log::Log;
@@ -59,8 +59,10 @@ pub fn execute(cli: Cli) -> Result<(), Failure> {
         Some(Command::Tune(args)) => tune::tune(args),
         Some(Command::Settings { source, tuning }) => match Found::find(&source, None)? {
             Found::Planar(source) => {
-                let settings = tuned(source.defaults(&*source.log(0)?), &tuning)?;
-                let text = settings.to_toml().map_err(|error| Failure::Internal(error.to_string()))?;
+                let log = &*source.log(0)?;
+                let mut origins = source.origins(log);
+                let settings = tuned_from(source.defaults(log), &mut origins, &tuning)?;
+                let text = origins.annotated(&settings).map_err(|error| Failure::Internal(error.to_string()))?;
                 print(text.trim_end())
             }
             Found::Underwater(source) => underwater::settings(&source, &tuning),

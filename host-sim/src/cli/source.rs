@@ -10,7 +10,7 @@ use super::underwater;
 use scphd_sim::log::Log;
 use scphd_sim::log_folder;
 use scphd_sim::scenario::{SCENARIOS, by_name, thesis_run};
-use scphd_sim::settings::{OutOfRange, Settings};
+use scphd_sim::settings::{Origin, Origins, OutOfRange, Settings};
 use std::borrow::Cow;
 use std::path::Path;
 
@@ -49,6 +49,13 @@ impl Source {
             Self::Fixed(_) => Settings::for_log(log),
             Self::Seeded(name) | Self::Frozen(name, _) => Settings::for_scenario(name, log),
         }
+    }
+
+    /// Where each of the [`defaults`](Self::defaults) is from.
+    pub fn origins(&self, log: &Log) -> Origins {
+        let mut origins = Origins::of_log(log);
+        origins.set_changed(&Settings::for_log(log), &self.defaults(log), &Origin::Experiment);
+        origins
     }
 
     /// Runs with each input, where the thesis says so.
@@ -183,10 +190,16 @@ pub fn settings_command(source: &str, tuning: &Tuning) -> String {
 
 /// `defaults`, then the settings file, then the command line.
 pub fn tuned(defaults: Settings, tuning: &Tuning) -> Result<Settings, Failure> {
+    tuned_from(defaults, &mut Origins::default(), tuning)
+}
+
+/// [`tuned`], and where each setting is from, given where the defaults are from.
+pub fn tuned_from(defaults: Settings, origins: &mut Origins, tuning: &Tuning) -> Result<Settings, Failure> {
     let mut settings = match &tuning.settings {
-        Some(path) => defaults.with_file(path)?,
+        Some(path) => origins.with_file(path, |text| defaults.with_toml(text))?,
         None => defaults,
     };
+    of_options(origins, tuning);
     settings.filter.particles = tuning.particles.unwrap_or(settings.filter.particles);
     settings.filter.samples = tuning.samples.unwrap_or(settings.filter.samples);
     if let Some(moving) = tuning.moving {
@@ -194,6 +207,18 @@ pub fn tuned(defaults: Settings, tuning: &Tuning) -> Result<Settings, Failure> {
     }
     settings.check().map_err(|error| out_of_range(&error, tuning))?;
     Ok(settings)
+}
+
+/// What the options of the command line set is from there.
+pub fn of_options(origins: &mut Origins, tuning: &Tuning) {
+    let given = [
+        (tuning.particles.is_some(), "filter.particles", "--particles"),
+        (tuning.samples.is_some(), "filter.samples", "--samples"),
+        (tuning.moving.is_some(), "moving.birth_intensity", "--moving"),
+    ];
+    for (_, field, option) in given.into_iter().filter(|(given, ..)| *given) {
+        origins.set(field, Origin::CommandLine(option));
+    }
 }
 
 /// A setting that is out of range, by the argument that sets it if that is given.

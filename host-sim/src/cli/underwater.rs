@@ -8,7 +8,7 @@ use super::monte_carlo::{Destination, Extent, distinct, input_sets};
 use super::outputs::{Outputs, label, make};
 use super::progress::Progress;
 use super::repeat::in_parallel;
-use super::source::{out_of_range, settings_command};
+use super::source::{of_options, out_of_range, settings_command};
 use scphd_sim::log_folder;
 use scphd_sim::monte_carlo::{self, Job, Plan, RunResult, Study};
 use scphd_sim::output::comparison::{self, Compared};
@@ -16,9 +16,10 @@ use scphd_sim::output::json::Format;
 use scphd_sim::output::{json, repeats, table};
 use scphd_sim::plot::Figure;
 use scphd_sim::session::with_roomy_stack;
+use scphd_sim::settings::Origins;
 use scphd_sim::underwater::log::Log;
 use scphd_sim::underwater::session;
-use scphd_sim::underwater::settings::Settings;
+use scphd_sim::underwater::settings::{Settings, stated};
 use scphd_sim::underwater::{self, by_name, lockstep, plot, tables};
 use std::borrow::Cow;
 use std::path::Path;
@@ -53,6 +54,11 @@ impl Source {
         }
     }
 
+    /// Where each of the [`defaults`](Self::defaults) is from.
+    pub fn origins(&self, log: &Log) -> Origins {
+        Origins::of(&self.defaults(log), stated(matches!(self, Self::Scenario(..))))
+    }
+
     /// The log for a run with `seed`.
     pub fn log(&self, seed: u64) -> Result<Cow<'_, Log>, Failure> {
         match self {
@@ -71,10 +77,16 @@ impl Source {
 
 /// `defaults`, then the settings file, then the command line.
 fn tuned(defaults: Settings, log: &Log, tuning: &Tuning) -> Result<Settings, Failure> {
+    tuned_from(defaults, &mut Origins::default(), log, tuning)
+}
+
+/// [`tuned`], and where each setting is from, given where the defaults are from.
+fn tuned_from(defaults: Settings, origins: &mut Origins, log: &Log, tuning: &Tuning) -> Result<Settings, Failure> {
     let mut settings = defaults;
     if let Some(path) = &tuning.settings {
-        settings = settings.with_file(path)?;
+        settings = origins.with_file(path, |text| settings.with_toml(text))?;
     }
+    of_options(origins, tuning);
     settings.filter.particles = tuning.particles.unwrap_or(settings.filter.particles);
     settings.filter.samples = tuning.samples.unwrap_or(settings.filter.samples);
     if tuning.moving == Some(Switch::On) {
@@ -91,8 +103,10 @@ fn chosen(choice: &Choice, mut settings: Settings) -> Settings {
 
 /// Prints the settings of a log or scenario.
 pub fn settings(source: &Source, tuning: &Tuning) -> Result<(), Failure> {
-    let settings = source.tuned(&*source.log(0)?, tuning)?;
-    let text = settings.to_toml().map_err(|error| Failure::Internal(error.to_string()))?;
+    let log = &*source.log(0)?;
+    let mut origins = source.origins(log);
+    let settings = tuned_from(source.defaults(log), &mut origins, log, tuning)?;
+    let text = origins.annotated(&settings).map_err(|error| Failure::Internal(error.to_string()))?;
     print(text.trim_end())
 }
 

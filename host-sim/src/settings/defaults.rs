@@ -143,6 +143,9 @@ struct Unstated {
     drawn: f64,
 }
 
+/// [`Unstated::noise_margin`].
+pub(super) const DATA_SHEET_MARGIN: f64 = UNSTATED.noise_margin;
+
 const UNSTATED: Unstated = Unstated {
     speed: (0.02, 0.1),
     turn: (0.02, 0.1),

@@ -79,11 +79,29 @@ pub(crate) fn read<S>(path: &Path, with: impl FnOnce(&str) -> Result<S, FileProb
     with(&text).map_err(error)
 }
 
+/// The key of the list of fields that `tune` has learnt. It says where they are from and sets nothing.
+pub(crate) const LEARNT: &str = "learnt";
+
 /// The fields in `text`; the numbers of the recursion are in range.
 pub(crate) fn parsed(text: &str) -> Result<Table, FileProblem> {
-    let over: Table = text.parse().map_err(|error| syntax(text, &error))?;
+    parsed_with_learnt(text).map(|(over, _)| over)
+}
+
+/// The fields in `text`, and which of them were learnt.
+pub(crate) fn parsed_with_learnt(text: &str) -> Result<(Table, Vec<String>), FileProblem> {
+    let mut over: Table = text.parse().map_err(|error| syntax(text, &error))?;
+    let learnt = match over.remove(LEARNT) {
+        None => Vec::new(),
+        Some(list) => {
+            let names: Vec<String> = list.try_into().map_err(|error| FileProblem::Field(one_line(&error)))?;
+            if let Some(stranger) = names.iter().find(|name| lookup(&over, name).is_none()) {
+                return Err(FileProblem::Field(format!("{LEARNT}: the file has no {stranger}")));
+            }
+            names
+        }
+    };
     check(&over, FILTER)?;
-    Ok(over)
+    Ok((over, learnt))
 }
 
 /// Before serde sees them: it would call a negative count ill-typed and not say what it may be.
@@ -117,7 +135,7 @@ fn lay_over(table: &mut Table, over: Table) {
 }
 
 /// The value of `section.key`.
-fn lookup<'a>(table: &'a Table, field: &str) -> Option<&'a Value> {
+pub(crate) fn lookup<'a>(table: &'a Table, field: &str) -> Option<&'a Value> {
     let (section, key) = field.split_once('.')?;
     table.get(section)?.as_table()?.get(key)
 }
@@ -177,6 +195,8 @@ mod tests {
             ("[filter]\nparticle = 3", ["`particle`", "`particles`"]),
             ("[filters]\nparticles = 3", ["`filters`", "`filter`"]),
             ("filter = 3", ["filter", "3"]),
+            ("learnt = [\"filter.samples\"]\n[filter]\nparticles = 3", ["learnt", "filter.samples"]),
+            ("learnt = 3", ["3", "sequence"]),
             ("[filter]\nparticles = ", ["row 2", ""]),
         ] {
             let error = defaults().with_toml(text).unwrap_err().to_string();

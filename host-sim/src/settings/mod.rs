@@ -4,9 +4,11 @@
 pub(crate) mod defaults;
 pub(crate) mod file;
 mod limits;
+mod origin;
 
 pub use file::{FileError, FileProblem};
 pub use limits::OutOfRange;
+pub use origin::{Origin, Origins};
 
 use serde::{Deserialize, Serialize};
 

@@ -63,11 +63,6 @@ impl Clutter {
         self.unexplained = Some(unexplained);
     }
 
-    /// Scans so far.
-    pub fn scans(&self) -> usize {
-        self.scans
-    }
-
     /// Detections in all.
     pub fn measurements(&self) -> usize {
         self.measurements

@@ -3,7 +3,7 @@
 use super::log::Log;
 use crate::settings::defaults::{ADAPTIVE_CELL_M, ADAPTIVE_CELL_RAD, ADAPTIVE_LEAST, ADAPTIVE_RISK};
 use crate::settings::{
-    Extraction, FileError, FileProblem, FilterSettings, Likelihood, OutOfRange, Proposal, Reduction, file,
+    Extraction, FileError, FileProblem, FilterSettings, Likelihood, Origin, OutOfRange, Proposal, Reduction, file,
 };
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -64,6 +64,24 @@ pub struct CameraSettings {
     pub detection: f64,
     /// λ, false keypoints a frame.
     pub clutter_per_scan: f64,
+}
+
+/// The fields that hold what a log folder states, or a scenario, which states all that is known of its instruments.
+#[must_use]
+pub fn stated(scenario: bool) -> Vec<(&'static str, Origin)> {
+    let by_both =
+        ["camera.pixel_sigmas", "camera.common_sigmas", "vehicle.velocity_sigma_mps", "vehicle.yaw_rate_sigma_radps"];
+    let by_scenario = [
+        "camera.near_m",
+        "camera.far_m",
+        "camera.detection",
+        "camera.clutter_per_scan",
+        "vehicle.velocity_walk_mps_rts",
+        "vehicle.z_sigma_m",
+        "vehicle.yaw_acceleration_sigma_radps2",
+    ];
+    let all = by_both.into_iter().chain(by_scenario.into_iter().filter(|_| scenario));
+    all.map(|field| (field, Origin::Stated)).collect()
 }
 
 /// κ / w_b: Table 7.1 has 20 false keypoints a frame and a birth intensity of 0.05 features, 400 times less.

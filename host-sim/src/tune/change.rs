@@ -1,0 +1,112 @@
+//! Changes of settings by the names of their fields.
+
+use crate::settings::FileProblem;
+use crate::settings::file::{laid_over, lookup};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use toml::{Table, Value};
+
+/// A field and what it becomes.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Change {
+    /// `section.field`.
+    pub field: &'static str,
+    /// Its new value.
+    pub value: Value,
+}
+
+impl Change {
+    /// To a number.
+    #[must_use]
+    pub fn new(field: &'static str, value: f64) -> Self {
+        Self { field, value: Value::Float(value) }
+    }
+}
+
+/// What the log says about a field.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Said {
+    /// `section.field`.
+    pub field: &'static str,
+    /// What it is now.
+    pub now: f64,
+    /// What it would have to be; none on too few observations.
+    pub change: Option<Change>,
+    /// A bound, and not the log, has decided on it.
+    pub clamped: bool,
+    /// Innovations, corrections or measurements behind it.
+    pub observations: usize,
+}
+
+/// What belongs together and is proposed together.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Group {
+    /// The vehicle's noise.
+    Odometry,
+    /// The sensor's noise.
+    Noise,
+    /// p_D.
+    Detection,
+    /// λ, and births in proportion.
+    Clutter,
+    /// The three of the sensor at once.
+    Sensor,
+    /// All of them at once.
+    Together,
+}
+
+impl Group {
+    /// Its name in tables.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Odometry => "odometry",
+            Self::Noise => "noise",
+            Self::Detection => "detection",
+            Self::Clutter => "clutter",
+            Self::Sensor => "noise, detection, clutter",
+            Self::Together => "together",
+        }
+    }
+}
+
+/// Settings that may be better.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Candidate {
+    /// What it changes.
+    pub group: Group,
+    /// Where it is from, in a word or two.
+    pub how: String,
+    /// The changes; at least one.
+    pub changes: Vec<Change>,
+}
+
+/// The value of a field, as every settings file has it.
+pub(super) fn value_of<S: Serialize>(settings: &S, field: &str) -> Option<Value> {
+    lookup(&Table::try_from(settings).ok()?, field).cloned()
+}
+
+/// `settings` with the changes in.
+///
+/// # Errors
+/// A field that the settings do not have.
+pub(super) fn changed<S: Serialize + DeserializeOwned>(settings: &S, changes: &[Change]) -> Result<S, FileProblem> {
+    let mut over = Table::new();
+    for Change { field, value } in changes {
+        let (section, key) = field.split_once('.').unwrap_or((field, ""));
+        let section = over.entry(section).or_insert_with(|| Value::Table(Table::new()));
+        if let Value::Table(section) = section {
+            section.insert(key.to_owned(), value.clone());
+        }
+    }
+    laid_over(settings, over)
+}
+
+/// The changes of `fields` by a factor; of those that are 0 there is none.
+pub(super) fn scaled<S: Serialize>(settings: &S, fields: &[&'static str], factor: f64) -> Vec<Change> {
+    let change = |&field| {
+        let value = value_of(settings, field)?.as_float().filter(|&value| value != 0.0)?;
+        Some(Change::new(field, factor * value))
+    };
+    fields.iter().filter_map(change).collect()
+}

@@ -1,0 +1,347 @@
+//! Which of many candidates is better, by what its runs foresee of a part of the log that it was not learnt from.
+//!
+//! All candidates run with one seed; the few best of them with some more, and the best of those that are then clearly better than
+//! the settings as they are has to be so again with seeds that had no part in the choice. Everything else is refused.
+//!
+//! What is compared are the scores of [`super::foresight`]. The likelihood that a filter gives each scan (its evidence) is no judge
+//! here: it looks one scan ahead, where small noise always pays, and asks for settings with which a map cannot live.
+
+use super::change::{Candidate, changed};
+use rayon::prelude::*;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use std::ops::Range;
+
+/// Nats a measurement that a gain must be. Smaller ones tell how sharp a map is, not whether the way is right.
+const LEAST_GAIN: f64 = 0.04;
+/// Standard errors by which a gain is clear when it is the best of many,
+const LEAST_CERTAINTY: f64 = 2.5;
+/// and when it is the only one asked.
+const CONFIRMING_CERTAINTY: f64 = 1.5;
+/// Candidates that run with more than the first seed.
+const SHORTLIST: usize = 3;
+/// Parts of the held-out time that are taken for independent of each other.
+const BLOCKS: usize = 16;
+
+/// What a run has foreseen of the held-out part.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Foreseen {
+    /// Score, block of time by block, nats.
+    blocks: [f64; BLOCKS],
+    /// Measurements in all of them.
+    measurements: usize,
+    /// Root mean square distance to the true position there, m, where there is a truth. Told, never asked.
+    pub position_rmse_m: Option<f64>,
+}
+
+impl Foreseen {
+    /// Of the held-out scans in order, each with its score and its number of measurements, and the error over them.
+    #[must_use]
+    pub fn of(held_out: &[(f64, usize)], position_rmse_m: Option<f64>) -> Self {
+        let mut blocks = [0.0; BLOCKS];
+        for (place, (score, _)) in held_out.iter().enumerate() {
+            blocks[place * BLOCKS / held_out.len()] += score;
+        }
+        let measurements = held_out.iter().map(|(_, measurements)| measurements).sum();
+        Self { blocks, measurements, position_rmse_m }
+    }
+}
+
+/// Score of a measurement in the mean of some runs, nats.
+#[must_use]
+pub fn score(runs: &[Foreseen]) -> f64 {
+    let sum: f64 = runs.iter().flat_map(|run| run.blocks).sum();
+    sum / runs.iter().map(|run| run.measurements).sum::<usize>().max(1) as f64
+}
+
+/// Root mean square error of all of some runs, m.
+#[must_use]
+pub fn position_rmse_m(runs: &[Foreseen]) -> Option<f64> {
+    let squares: Option<f64> = runs.iter().map(|run| run.position_rmse_m.map(|error| error * error)).sum();
+    squares.filter(|_| !runs.is_empty()).map(|sum| (sum / runs.len() as f64).sqrt())
+}
+
+/// A difference of two scores, nats a measurement.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Gain {
+    /// How much better.
+    pub mean: f64,
+    /// Standard error, from how much blocks of time differ.
+    pub error: f64,
+}
+
+impl Gain {
+    /// By what runs with other settings foresee more than those with the present ones, seed by seed.
+    #[must_use]
+    pub fn of(now: &[Foreseen], then: &[Foreseen]) -> Self {
+        let runs = now.len().min(then.len()).max(1) as f64;
+        let mut gains = [0.0; BLOCKS];
+        for (now, then) in now.iter().zip(then) {
+            for (gain, (now, then)) in gains.iter_mut().zip(now.blocks.iter().zip(then.blocks)) {
+                *gain += (then - now) / runs;
+            }
+        }
+        let sum: f64 = gains.iter().sum();
+        let mean = sum / BLOCKS as f64;
+        let variance = gains.iter().map(|gain| (gain - mean).powi(2)).sum::<f64>() / (BLOCKS - 1) as f64;
+        let measurements = now.first().map_or(1, |run| run.measurements.max(1)) as f64;
+        Self { mean: sum / measurements, error: (variance * BLOCKS as f64).sqrt() / measurements }
+    }
+
+    fn is_clear(&self, certainty: f64) -> bool {
+        self.mean > LEAST_GAIN && self.mean > certainty * self.error
+    }
+}
+
+/// A candidate and what became of it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Tried {
+    /// The candidate.
+    pub candidate: Candidate,
+    /// By what it foresees more than the settings as they are; none where the filter cannot work with it, or the settings are
+    /// out of range.
+    pub gain: Option<Gain>,
+    /// Its runs.
+    pub runs: Vec<Foreseen>,
+    /// Whether the gain is clear, with all seeds.
+    pub wins: bool,
+}
+
+/// The outcome of a search.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Outcome<S> {
+    /// The settings as proposed, or as they were.
+    pub settings: S,
+    /// Runs of the settings as they were, with the first seeds.
+    pub now: Vec<Foreseen>,
+    /// Every candidate.
+    pub tried: Vec<Tried>,
+    /// What was confirmed or not, if anything has won.
+    pub best: Option<Best>,
+}
+
+/// The best of those that won.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Best {
+    /// Its place in [`Outcome::tried`].
+    pub tried: usize,
+    /// Runs of the settings as they were, with other seeds.
+    pub now: Vec<Foreseen>,
+    /// Its runs with those seeds.
+    pub then: Vec<Foreseen>,
+    /// By what it foresees more there.
+    pub gain: Gain,
+    /// Whether that is clear, so that it is proposed.
+    pub confirmed: bool,
+}
+
+impl<S> Outcome<S> {
+    /// What is proposed, if anything is.
+    #[must_use]
+    pub fn proposed(&self) -> Option<&Candidate> {
+        self.best.as_ref().filter(|best| best.confirmed).map(|best| &self.tried[best.tried].candidate)
+    }
+}
+
+/// How many runs, and with which seeds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Effort {
+    /// The first seed.
+    pub seed: u64,
+    /// Runs of each candidate, and as many of the best to confirm it.
+    pub runs: u64,
+    /// Runs at the same time.
+    pub jobs: usize,
+}
+
+/// Tries all candidates beside `now`. `trial` runs settings that are within their limits with a seed; `is_valid` says whether
+/// they are.
+///
+/// # Errors
+/// The settings as they are cannot be run, or the system has no threads.
+pub fn search<S, E>(
+    now: &S,
+    candidates: Vec<Candidate>,
+    effort: Effort,
+    is_valid: impl Fn(&S) -> bool,
+    trial: impl Fn(&S, u64) -> Result<Foreseen, E> + Sync,
+) -> Result<Outcome<S>, E>
+where
+    S: Clone + Serialize + DeserializeOwned + Sync + Send,
+    E: Send + From<rayon::ThreadPoolBuildError>,
+{
+    let Effort { seed, runs, jobs } = effort;
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(jobs).build()?;
+    let fresh = seed.saturating_add(runs);
+    let execute = |all: &[&S], seeds: Range<u64>| -> Vec<Result<Vec<Foreseen>, E>> {
+        let tasks: Vec<(&S, u64)> = all.iter().flat_map(|&s| seeds.clone().map(move |seed| (s, seed))).collect();
+        let results: Vec<Result<Foreseen, E>> =
+            pool.install(|| tasks.par_iter().map(|&(settings, seed)| trial(settings, seed)).collect());
+        let mut results = results.into_iter();
+        let each = (seeds.end - seeds.start) as usize;
+        let mut of_one = || results.by_ref().take(each).collect::<Vec<_>>();
+        // All of one candidate's results are taken before a failure among them is looked for: the next ones are another's.
+        all.iter().map(|_| of_one().into_iter().collect()).collect()
+    };
+
+    let with = |candidate: &Candidate| changed(now, &candidate.changes).ok().filter(&is_valid);
+    let settings: Vec<Option<S>> = candidates.iter().map(with).collect();
+    let all: Vec<&S> = std::iter::once(now).chain(settings.iter().flatten()).collect();
+    let mut results = execute(&all, seed..seed.saturating_add(1)).into_iter();
+    let mut base = results.next().transpose()?.unwrap_or_default();
+    let tried = candidates.into_iter().zip(&settings).map(|(candidate, settings)| {
+        let runs = settings.as_ref().and_then(|_| results.next()).and_then(Result::ok).unwrap_or_default();
+        let gain = (!runs.is_empty()).then(|| Gain::of(&base, &runs));
+        Tried { candidate, gain, runs, wins: false }
+    });
+    let mut tried: Vec<Tried> = tried.collect();
+
+    let mut order: Vec<usize> = (0..tried.len()).filter(|&k| tried[k].mean() > 0.0).collect();
+    order.sort_by(|&a, &b| tried[b].mean().total_cmp(&tried[a].mean()));
+    order.truncate(SHORTLIST);
+    let short: Vec<&S> = std::iter::once(now).chain(order.iter().filter_map(|&k| settings[k].as_ref())).collect();
+    if !order.is_empty() {
+        let mut results = execute(&short, seed.saturating_add(1)..fresh).into_iter();
+        base.extend(results.next().transpose()?.unwrap_or_default());
+        for (&k, more) in order.iter().zip(results) {
+            let tried = &mut tried[k];
+            let Ok(more) = more else {
+                tried.gain = None;
+                continue;
+            };
+            tried.runs.extend(more);
+            let gain = Gain::of(&base, &tried.runs);
+            (tried.gain, tried.wins) = (Some(gain), gain.is_clear(LEAST_CERTAINTY));
+        }
+    }
+    let mut outcome = Outcome { settings: now.clone(), now: base, tried, best: None };
+    let winners = order.into_iter().filter(|&k| outcome.tried[k].wins);
+    let winner = winners.max_by(|&a, &b| outcome.tried[a].mean().total_cmp(&outcome.tried[b].mean()));
+    if let Some((winner, settings)) = winner.and_then(|winner| Some((winner, settings[winner].as_ref()?))) {
+        let mut both = execute(&[now, settings], fresh..fresh.saturating_add(runs)).into_iter();
+        let now = both.next().transpose()?.unwrap_or_default();
+        let Some(then) = both.next().and_then(Result::ok) else {
+            outcome.tried[winner].gain = None;
+            outcome.tried[winner].wins = false;
+            return Ok(outcome);
+        };
+        let gain = Gain::of(&now, &then);
+        let confirmed = gain.is_clear(CONFIRMING_CERTAINTY);
+        if confirmed {
+            outcome.settings = settings.clone();
+        }
+        outcome.best = Some(Best { tried: winner, now, then, gain, confirmed });
+    }
+    Ok(outcome)
+}
+
+/// Runs that [`search`] needs at most.
+pub(super) fn most_runs(candidates: usize, runs: usize) -> usize {
+    1 + candidates + (1 + SHORTLIST) * (runs - 1) + 2 * runs
+}
+
+impl Tried {
+    fn mean(&self) -> f64 {
+        self.gain.map_or(f64::NEG_INFINITY, |gain| gain.mean)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::change::{Change, Group};
+    use super::*;
+    use serde::Deserialize;
+
+    #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+    struct Knob {
+        x: f64,
+    }
+
+    #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+    struct Made {
+        up: Knob,
+    }
+
+    #[derive(Debug)]
+    struct Failed;
+
+    impl From<rayon::ThreadPoolBuildError> for Failed {
+        fn from(_: rayon::ThreadPoolBuildError) -> Self {
+            Self
+        }
+    }
+
+    const NOW: Made = Made { up: Knob { x: 1.0 } };
+
+    /// As many candidates, each with its value.
+    fn candidates(values: &[f64]) -> Vec<Candidate> {
+        let candidate =
+            |&x| Candidate { group: Group::Noise, how: "made up".into(), changes: vec![Change::new("up.x", x)] };
+        values.iter().map(candidate).collect()
+    }
+
+    /// 32 scans of ten measurements, each with as good a score.
+    fn foreseen(score: f64) -> Foreseen {
+        let scans: Vec<_> = (0..32).map(|scan| (10.0 * score + 0.01 * f64::from(scan % 3), 10)).collect();
+        Foreseen::of(&scans, None)
+    }
+
+    fn outcome(values: &[f64], trial: impl Fn(&Made, u64) -> Result<Foreseen, Failed> + Sync) -> Outcome<Made> {
+        let effort = Effort { seed: 10, runs: 3, jobs: 2 };
+        search(&NOW, candidates(values), effort, |made| made.up.x < 100.0, trial).unwrap()
+    }
+
+    #[test]
+    fn the_best_of_the_winners_is_proposed() {
+        let found = outcome(&[2.0, 5.0, 0.5, 4.0, 3.0, 200.0], |made, _| Ok(foreseen(made.up.x)));
+        assert_eq!((found.settings.up.x, found.best.as_ref().map(|best| best.tried)), (5.0, Some(1)));
+        let gain = found.best.unwrap().gain;
+        assert!((gain.mean - 4.0).abs() < 1e-12 && gain.error < 1e-12);
+        // Three of them got all runs; the last is out of its limits.
+        assert_eq!(found.tried.iter().map(|tried| tried.runs.len()).collect::<Vec<_>>(), [1, 3, 1, 3, 3, 0]);
+        assert_eq!(found.tried[5].gain, None);
+    }
+
+    #[test]
+    fn what_loses_gains_little_or_is_unclear_is_refused() {
+        let refused = |found: Outcome<Made>| {
+            assert_eq!((found.proposed(), &found.settings), (None, &NOW));
+            assert!(!found.tried.iter().any(|tried| tried.wins));
+        };
+        refused(outcome(&[0.5], |made, _| Ok(foreseen(made.up.x))));
+        refused(outcome(&[1.0 + 0.9 * LEAST_GAIN], |made, _| Ok(foreseen(made.up.x))));
+        // Great in one block of time, nothing in the others.
+        refused(outcome(&[2.0], |made, _| {
+            let lucky = |scan| if scan < 2 { 100.0 * made.up.x } else { 0.0 };
+            Ok(Foreseen::of(&(0..32).map(|scan| (lucky(scan), 10)).collect::<Vec<_>>(), None))
+        }));
+    }
+
+    #[test]
+    fn other_seeds_have_to_confirm_it() {
+        let lucky = |made: &Made, seed: u64| Ok(foreseen(if seed < 13 { made.up.x } else { 1.0 }));
+        let found = outcome(&[2.0], lucky);
+        let best = found.best.as_ref().unwrap();
+        assert!(found.tried[0].wins && !best.confirmed);
+        assert_eq!((found.proposed(), &found.settings), (None, &NOW));
+    }
+
+    #[test]
+    fn a_candidate_that_fails_leaves_the_others_alone() {
+        let fails = |made: &Made, seed: u64| {
+            if made.up.x == 5.0 && seed > 10 { Err(Failed) } else { Ok(foreseen(made.up.x)) }
+        };
+        let found = outcome(&[5.0, 3.0, 2.0], fails);
+        assert_eq!((found.tried[0].gain, found.tried[0].wins), (None, false));
+        assert_eq!(found.settings.up.x, 3.0);
+        assert!((found.tried[2].gain.unwrap().mean - 1.0).abs() < 1e-12);
+        // Only with the last seeds: it has won before.
+        let late = |made: &Made, seed: u64| {
+            if made.up.x == 5.0 && seed > 14 { Err(Failed) } else { Ok(foreseen(made.up.x)) }
+        };
+        assert_eq!(outcome(&[5.0, 3.0], late).proposed(), None);
+        // The settings as they are have to run.
+        let effort = Effort { seed: 1, runs: 1, jobs: 1 };
+        assert!(search(&NOW, candidates(&[2.0]), effort, |_| true, |_, _| Err::<Foreseen, _>(Failed)).is_err());
+    }
+}
