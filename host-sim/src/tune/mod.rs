@@ -1,9 +1,9 @@
 //! Settings learnt from one part of a log and judged by the rest.
 //!
-//! The innovations of the part that is learnt from say what noise, detection and clutter look like ([`innovations`]). Each group of
-//! these settings, and several groups together, are then candidates, as the innovations have it and half way there ([`planar`]).
+//! The innovations of the part that is learnt from say what noise, detection and clutter look like (`innovations`). Each group of
+//! these settings, and several groups together, are then candidates, as the innovations have it and half way there (`planar`).
 //! A candidate is proposed only if a run with it foresees better where the vehicle sees things again in the part of the log that it
-//! was not learnt from ([`foresight`], [`search`]). Nothing here knows the truth; where the log does, errors are told beside the
+//! was not learnt from (`foresight`, `search`). Nothing here knows the truth; where the log does, errors are told beside the
 //! outcome, and no decision asks for them.
 
 mod change;
