@@ -5,16 +5,24 @@ use crate::{
 };
 
 /// 64-bit FNV-1a over 32-bit words.
-struct Fnv(u64);
+pub(crate) struct Fnv(u64);
 
 impl Fnv {
-    fn take(&mut self, word: u32) {
+    /// Of nothing.
+    pub(crate) const EMPTY: Self = Self(0xcbf2_9ce4_8422_2325);
+
+    /// Of all that was taken in.
+    pub(crate) fn value(&self) -> u64 {
+        self.0
+    }
+
+    pub(crate) fn take(&mut self, word: u32) {
         for byte in word.to_le_bytes() {
             self.0 = (self.0 ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3);
         }
     }
 
-    fn take_scalar<T: Real>(&mut self, x: T) {
+    pub(crate) fn take_scalar<T: Real>(&mut self, x: T) {
         let bits = x.bits();
         self.take(bits as u32);
         self.take((bits >> 32) as u32);
@@ -54,7 +62,7 @@ where
     /// in the pool a page lies, but on everything that decides how the filter goes on.
     #[must_use]
     pub fn digest(&self) -> u64 {
-        let mut digest = Fnv(0xcbf2_9ce4_8422_2325);
+        let mut digest = Fnv::EMPTY;
         let cursor = &*self.memory.cursor;
         for count in [cursor.particles, cursor.children, usize::from(cursor.predicted), cursor.heaviest] {
             digest.take(count as u32);

@@ -75,6 +75,7 @@ mod health;
 mod in_space;
 #[cfg(test)]
 mod informed;
+mod joint;
 mod likelihood;
 mod ln_sum;
 #[cfg(test)]
@@ -134,6 +135,7 @@ pub use executor::{Executor, Serial};
 pub use extract::{MapEstimate, PoseEstimate};
 pub use filter::ScPhd;
 pub use health::Health;
+pub use joint::{JointConfig, JointReport, JointSlam, JointState, Persistence, joint_numbers};
 pub use likelihood::Likelihood;
 pub use ln_sum::LnSum;
 pub use map::{MapMemory, MapStorage, NoMoving, PAGE_LEN};

@@ -12,7 +12,7 @@ use crate::score::map_error::MapError;
 use crate::score::moving::{MovingScore, MovingTally};
 use crate::score::trajectory;
 use crate::settings::{Likelihood, Settings};
-use crate::slam::{Precision, ReferenceFilter, Refusal, Slam, core_filter};
+use crate::slam::{Precision, ReferenceFilter, Refusal, Slam, core_filter, joint_filter};
 use crate::tally::{HealthCounts, ScanTimes};
 use crate::threads::Threads;
 use crate::truth::map::MapTruth;
@@ -33,6 +33,8 @@ const STACK_BYTES: usize = 512 << 20;
 pub enum Filter {
     /// The fixed-capacity filter.
     Core(Precision),
+    /// The filter with a joint map.
+    Joint(Precision),
     /// The brute-force reference, in double precision.
     Reference,
     /// EKF SLAM, in double precision: a yardstick.
@@ -41,8 +43,7 @@ pub enum Filter {
 
 impl Filter {
     /// Its name in tables and files, with this particle likelihood: `scphd`, `rb-empty`, `rb-single`, `rb-multi`,
-    /// `reference`,
-    /// `ekf` or `ekf-known`.
+    /// `joint`, `reference`, `ekf` or `ekf-known`.
     #[must_use]
     pub fn name(self, likelihood: Likelihood) -> &'static str {
         match (self, likelihood) {
@@ -50,6 +51,7 @@ impl Filter {
             (Self::Core(_), Likelihood::RbEmpty) => "rb-empty",
             (Self::Core(_), Likelihood::RbSingle) => "rb-single",
             (Self::Core(_), Likelihood::RbMulti) => "rb-multi",
+            (Self::Joint(_), _) => "joint",
             (Self::Reference, _) => "reference",
             (Self::Ekf(Association::NearestNeighbour), _) => "ekf",
             (Self::Ekf(Association::Known), _) => "ekf-known",
@@ -60,14 +62,15 @@ impl Filter {
     #[must_use]
     pub fn precision(self) -> &'static str {
         match self {
-            Self::Core(Precision::F32) => "f32",
-            Self::Core(Precision::F64) | Self::Reference | Self::Ekf(_) => "f64",
+            Self::Core(Precision::F32) | Self::Joint(Precision::F32) => "f32",
+            Self::Core(Precision::F64) | Self::Joint(Precision::F64) | Self::Reference | Self::Ekf(_) => "f64",
         }
     }
 
     pub(crate) fn start(self, log: &Log, settings: &Settings, seed: u64) -> Result<Box<dyn Slam>, Refusal> {
         match self {
             Self::Core(precision) => Ok(core_filter(settings, &log.vehicle, log.initial_pose, precision, seed)?),
+            Self::Joint(precision) => Ok(joint_filter(settings, &log.vehicle, log.initial_pose, precision)?),
             Self::Reference => Ok(Box::new(ReferenceFilter::start(settings, &log.vehicle, log.initial_pose, seed))),
             Self::Ekf(association) => Ok(Box::new(Ekf::start(log, association)?)),
         }

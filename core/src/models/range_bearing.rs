@@ -4,6 +4,9 @@ use super::{Expected, Inverse, Locating, ModelError, PlanarPose, Sensor, require
 use crate::{Real, Symmetric, wrap};
 use nalgebra::{Matrix2, SMatrix, SVector, Vector2};
 
+/// Standard deviations by which a detection is nearer than what it hides, and within which it is in the same direction.
+const HIDING_SIGMAS: f64 = 3.0;
+
 /// A sensor that measures range (m) and bearing (rad, 0 ahead, growing to the left) of a feature in the plane.
 ///
 /// ```
@@ -109,6 +112,16 @@ impl<T: Real> Sensor<T, 2, 2> for RangeBearing<T> {
     fn innovation(&self, measured: &SVector<T, 2>, expected: &SVector<T, 2>) -> SVector<T, 2> {
         let [[range, bearing]] = (measured - expected).data.0;
         Vector2::new(range, wrap(bearing))
+    }
+
+    /// What is nearer by more than [`HIDING_SIGMAS`] standard deviations of the range, in the same direction within as many of
+    /// the bearing.
+    fn hides(&self, measured: &SVector<T, 2>, expected: &SVector<T, 2>) -> bool {
+        let [[range, bearing]] = self.innovation(measured, expected).data.0;
+        let sigmas = T::from_f64(HIDING_SIGMAS * HIDING_SIGMAS);
+        range < T::ZERO
+            && range * range > sigmas * self.noise.get(0, 0)
+            && bearing * bearing < sigmas * self.noise.get(1, 1)
     }
 
     fn noise(&self) -> &Symmetric<T, 2> {

@@ -47,6 +47,12 @@ where
     /// z ⊖ ẑ: the difference of two measurements, angles wrapped.
     fn innovation(&self, measured: &SVector<T, Z>, expected: &SVector<T, Z>) -> SVector<T, Z>;
 
+    /// Whether what was measured stands before a feature of which `expected` is expected, so that the feature may be hidden.
+    /// Never, unless the sensor says otherwise.
+    fn hides(&self, _measured: &SVector<T, Z>, _expected: &SVector<T, Z>) -> bool {
+        false
+    }
+
     /// R, the covariance of the measurement noise.
     fn noise(&self) -> &Symmetric<T, Z>;
 

@@ -385,6 +385,8 @@ pub enum FilterName {
     RbSingle,
     /// The same with the likelihood of RB-PHD SLAM with several features at once.
     RbMulti,
+    /// One Gaussian over the pose and all features; in the plane, static features only.
+    Joint,
     /// Brute force in double precision, slow.
     Reference,
     /// EKF SLAM with nearest-neighbour association, as a yardstick; in the plane.
@@ -448,11 +450,15 @@ impl Choice {
             }
             (FilterName::Ekf, _) => Filter::Ekf(Association::NearestNeighbour),
             (FilterName::EkfKnown, _) => Filter::Ekf(Association::Known),
+            (FilterName::Joint, None | Some(PrecisionName::F32)) => Filter::Joint(Precision::F32),
+            (FilterName::Joint, Some(PrecisionName::F64)) => Filter::Joint(Precision::F64),
             (_, None | Some(PrecisionName::F32)) => Filter::Core(Precision::F32),
             (_, Some(PrecisionName::F64)) => Filter::Core(Precision::F64),
         };
         let likelihood = match name {
-            FilterName::Core | FilterName::Reference | FilterName::Ekf | FilterName::EkfKnown => None,
+            FilterName::Core | FilterName::Joint | FilterName::Reference | FilterName::Ekf | FilterName::EkfKnown => {
+                None
+            }
             FilterName::RbEmpty => Some(Likelihood::RbEmpty),
             FilterName::RbSingle => Some(Likelihood::RbSingle),
             FilterName::RbMulti => Some(Likelihood::RbMulti),
@@ -489,7 +495,8 @@ impl RunArgs {
 
     /// The threads asked for.
     pub fn threads(&self) -> Result<Threads, Failure> {
-        if self.threads > 1 && matches!(self.filter, FilterName::Reference | FilterName::Ekf | FilterName::EkfKnown) {
+        let alone = [FilterName::Joint, FilterName::Reference, FilterName::Ekf, FilterName::EkfKnown];
+        if self.threads > 1 && alone.contains(&self.filter) {
             return Err(Failure::input("--threads: for the core filter only"));
         }
         Ok(Threads::new(self.threads.into())?)

@@ -6,8 +6,8 @@
 //! sheet states the white part of it alone, so that it is taken with a margin.
 
 use super::{
-    Extraction, FilterSettings, Likelihood, MovingSettings, Proposal, Reduction, SensorSettings, Settings,
-    VehicleSettings,
+    Extraction, FilterSettings, JointSettings, Likelihood, MovingSettings, Proposal, Reduction, SensorSettings,
+    Settings, VehicleSettings,
 };
 use crate::log::{Log, Vehicle};
 use crate::scenario::{is_of_thesis, thesis_run};
@@ -92,6 +92,8 @@ const MOVING_EXTRACTION_WEIGHT: f64 = 0.4;
 const PROPOSAL_ROUNDS: usize = 3;
 /// A component that explains less of a measurement than this does not steer the proposal.
 const LEAST_SHARE: f64 = 0.02;
+/// Two features of a joint map within three standard deviations are one, where the noise is known.
+const JOINT_MERGE_DISTANCE: f64 = 9.0;
 /// Runnalls' cost per mass of the lighter of two components that are one: of equal ones two standard deviations apart.
 const MERGE_COST: f64 = 0.7;
 /// Components in view. No view of the published logs needs half of it; it bounds the time of a scan gone wrong.
@@ -141,6 +143,18 @@ struct Unstated {
     particles: usize,
     /// Share of the informed proposal's covariance that is drawn.
     drawn: f64,
+    /// Mean time that a landmark stays in sight, s: people and cars pass, leaves move, a post is not always hit. The random
+    /// worlds do not tell one time from another; where landmarks hide for long, a short one takes them for gone.
+    in_sight_s: f64,
+    /// Mean time that it stays hidden, s.
+    hidden_s: f64,
+    /// Mean time until a landmark is taken away, s: some hours.
+    lifetime_s: f64,
+    /// Share of p_D that is left behind a nearer detection: posts are narrow, and do not hide all.
+    behind: f64,
+    /// Two features of a joint map are one if they are nearer to each other than three of four such pairs are: a merger cannot be
+    /// undone, and where the noise is known badly, two that are one do less harm than two that were made one.
+    joint_merge_distance: f64,
 }
 
 /// [`Unstated::noise_margin`].
@@ -159,6 +173,11 @@ const UNSTATED: Unstated = Unstated {
     merge_distance: 9.0,
     particles: 16,
     drawn: 0.05,
+    in_sight_s: 20.0,
+    hidden_s: 10.0,
+    lifetime_s: 1e4,
+    behind: 0.3,
+    joint_merge_distance: 3.0,
 };
 
 /// Half width of a soft edge in standard deviations of its coordinate: noise and pose decide whether a feature this near
@@ -242,7 +261,14 @@ impl Settings {
             spread_max_m: MOVING_SPREAD_MAX_M,
             extraction_weight: MOVING_EXTRACTION_WEIGHT,
         };
-        Self { filter, vehicle: vehicle(log), sensor, moving }
+        let joint = JointSettings {
+            in_sight_s: of(f64::INFINITY, UNSTATED.in_sight_s),
+            hidden_s: UNSTATED.hidden_s,
+            lifetime_s: of(f64::INFINITY, UNSTATED.lifetime_s),
+            behind: of(1.0, UNSTATED.behind),
+            merge_distance: of(JOINT_MERGE_DISTANCE, UNSTATED.joint_merge_distance),
+        };
+        Self { filter, vehicle: vehicle(log), sensor, moving, joint }
     }
 
     /// The settings a scenario is run with unless told otherwise: the recursion of the thesis and nothing beyond it, with what the

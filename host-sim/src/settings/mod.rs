@@ -24,6 +24,8 @@ pub struct Settings {
     pub sensor: SensorSettings,
     /// Moving features.
     pub moving: MovingSettings,
+    /// The joint map.
+    pub joint: JointSettings,
 }
 
 /// `[filter]`: see [`scphd::Config`].
@@ -148,6 +150,22 @@ pub struct MovingSettings {
     pub spread_max_m: f64,
     /// Least weight of an estimated moving feature.
     pub extraction_weight: f64,
+}
+
+/// `[joint]`: what the filter with a joint map knows beside all else: see [`scphd::JointConfig`].
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct JointSettings {
+    /// Mean time that a landmark stays in sight before something hides it, s; `inf`: nothing does.
+    pub in_sight_s: f64,
+    /// Mean time that it stays hidden, s.
+    pub hidden_s: f64,
+    /// Mean time until it is taken away, s; `inf`: never.
+    pub lifetime_s: f64,
+    /// Share of p_D that is left behind a nearer detection.
+    pub behind: f64,
+    /// Two features within this squared Mahalanobis distance are one.
+    pub merge_distance: f64,
 }
 
 /// `[vehicle]`: see [`scphd::ControlNoise`].

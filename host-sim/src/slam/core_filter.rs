@@ -59,7 +59,7 @@ type HostState<T, const PARTICLES: usize, const CANDIDATES: usize, const PAGES: 
     WORKERS,
 >;
 
-type PlanarModels<T, M> = Models<M, RangeBearing<T>, RangeBearingWindow<T>, UniformClutter<T>>;
+pub(super) type PlanarModels<T, M> = Models<M, RangeBearing<T>, RangeBearingWindow<T>, UniformClutter<T>>;
 
 type PlanarFilter<'s, T, M> =
     ScPhd<'s, T, PlanarPose<T>, M, RangeBearing<T>, RangeBearingWindow<T>, UniformClutter<T>, 3, 2, 4, 2>;
@@ -112,7 +112,7 @@ impl<
     }
 }
 
-fn refusal(error: impl core::fmt::Display) -> Refusal {
+pub(super) fn refusal(error: impl core::fmt::Display) -> Refusal {
     Refusal(error.to_string())
 }
 
@@ -221,7 +221,7 @@ impl<
 }
 
 /// The upper left corner of a covariance, or all of it.
-fn full<T: Real, const N: usize, const M: usize>(covariance: &scphd::Symmetric<T, N>) -> [[f64; M]; M]
+pub(super) fn full<T: Real, const N: usize, const M: usize>(covariance: &scphd::Symmetric<T, N>) -> [[f64; M]; M]
 where
     Dim<N>: Packed,
 {
@@ -280,12 +280,20 @@ pub fn core_filter(
     }
 }
 
-fn with_scalar<T: Real>(
+/// What is to be done with the models of a planar log, whichever motion they have.
+pub(super) trait OverModels<T: Real> {
+    /// What comes of it.
+    type Output;
+    /// Does it.
+    fn over<M: PlanarMotion<T> + 'static>(self, models: PlanarModels<T, M>) -> Result<Self::Output, Refusal>;
+}
+
+/// Makes the models of these settings for a vehicle, and goes on with them.
+pub(super) fn with_planar_models<T: Real, W: OverModels<T>>(
     settings: &Settings,
     vehicle: &Vehicle,
-    initial_pose: [f64; 3],
-    seed: u64,
-) -> Result<Box<dyn Transparent>, Refusal> {
+    work: W,
+) -> Result<W::Output, Refusal> {
     let noise = ControlNoise {
         speed_sigma_mps: T::from_f64(settings.vehicle.speed_sigma_mps),
         speed_sigma_ratio: T::from_f64(settings.vehicle.speed_sigma_ratio),
@@ -301,31 +309,30 @@ fn with_scalar<T: Real>(
                 sensor_forward_m: T::from_f64(sensor_forward_m),
                 sensor_left_m: T::from_f64(sensor_left_m),
             };
-            with_motion(settings, Ackermann::new(geometry, noise).map_err(refusal)?, initial_pose, seed)
+            work.over(planar_models(settings, Ackermann::new(geometry, noise).map_err(refusal)?)?)
         }
-        Vehicle::Unicycle => {
-            with_motion(settings, Unicycle::new(Step::Euler, noise).map_err(refusal)?, initial_pose, seed)
-        }
-        Vehicle::UnicycleArc => {
-            with_motion(settings, Unicycle::new(Step::Arc, noise).map_err(refusal)?, initial_pose, seed)
-        }
+        Vehicle::Unicycle => work.over(planar_models(settings, Unicycle::new(Step::Euler, noise).map_err(refusal)?)?),
+        Vehicle::UnicycleArc => work.over(planar_models(settings, Unicycle::new(Step::Arc, noise).map_err(refusal)?)?),
     }
 }
 
-fn with_motion<T: Real, M: PlanarMotion<T> + 'static>(
-    settings: &Settings,
-    motion: M,
-    initial_pose: [f64; 3],
-    seed: u64,
-) -> Result<Box<dyn Transparent>, Refusal> {
+fn planar_models<T: Real, M>(settings: &Settings, motion: M) -> Result<PlanarModels<T, M>, Refusal> {
     let field_of_view = RangeBearingWindow::new(limits::<T>(&settings.sensor)).map_err(refusal)?;
-    let models = Models {
+    let per_scan = T::from_f64(settings.sensor.clutter_per_scan);
+    Ok(Models {
         motion,
         sensor: range_bearing(&settings.sensor)?,
         field_of_view,
-        clutter: UniformClutter::of_scan(T::from_f64(settings.sensor.clutter_per_scan), field_of_view.measure())
-            .map_err(refusal)?,
-    };
+        clutter: UniformClutter::of_scan(per_scan, field_of_view.measure()).map_err(refusal)?,
+    })
+}
+
+fn with_scalar<T: Real>(
+    settings: &Settings,
+    vehicle: &Vehicle,
+    initial_pose: [f64; 3],
+    seed: u64,
+) -> Result<Box<dyn Transparent>, Refusal> {
     let filter = &settings.filter;
     let config = Config {
         moving: MovingConfig {
@@ -341,13 +348,32 @@ fn with_motion<T: Real, M: PlanarMotion<T> + 'static>(
         ..config_of(filter)
     };
     let candidates = filter.particles.saturating_mul(filter.samples);
-    Ok(match (filter.particles, candidates) {
-        (..=32, ..=64) => Box::new(CoreFilter::<T, M, 32, 64, 16_384, 512>::start(models, config, initial_pose, seed)?),
-        (..=128, ..=256) => {
-            Box::new(CoreFilter::<T, M, 128, 256, 16_384, 256>::start(models, config, initial_pose, seed)?)
-        }
-        _ => Box::new(CoreFilter::<T, M, 1024, 2048, 65_535, 512>::start(models, config, initial_pose, seed)?),
-    })
+    with_planar_models(settings, vehicle, Start { config, candidates, initial_pose, seed })
+}
+
+/// Starts the filter with a mixture a particle.
+struct Start<T: Real> {
+    config: Config<T>,
+    candidates: usize,
+    initial_pose: [f64; 3],
+    seed: u64,
+}
+
+impl<T: Real> OverModels<T> for Start<T> {
+    type Output = Box<dyn Transparent>;
+
+    fn over<M: PlanarMotion<T> + 'static>(self, models: PlanarModels<T, M>) -> Result<Self::Output, Refusal> {
+        let Self { config, candidates, initial_pose, seed } = self;
+        Ok(match (config.particles, candidates) {
+            (..=32, ..=64) => {
+                Box::new(CoreFilter::<T, M, 32, 64, 16_384, 512>::start(models, config, initial_pose, seed)?)
+            }
+            (..=128, ..=256) => {
+                Box::new(CoreFilter::<T, M, 128, 256, 16_384, 256>::start(models, config, initial_pose, seed)?)
+            }
+            _ => Box::new(CoreFilter::<T, M, 1024, 2048, 65_535, 512>::start(models, config, initial_pose, seed)?),
+        })
+    }
 }
 
 /// The sensor of these settings.

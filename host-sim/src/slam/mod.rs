@@ -3,11 +3,13 @@
 
 mod config;
 mod core_filter;
+mod joint_filter;
 mod reference_filter;
 
 pub(crate) use config::config_of;
 pub(crate) use core_filter::{Ahead, range_bearing};
 pub use core_filter::{Precision, core_filter};
+pub use joint_filter::joint_filter;
 pub use reference_filter::{ReferenceFilter, reference_of};
 
 use crate::record::{MapFeature, MovingFeature};

@@ -27,7 +27,7 @@ impl ReferenceFilter {
 /// The reference with the same models and tuning as the filter that the settings describe.
 #[must_use]
 pub fn reference_of(settings: &Settings, vehicle: &Vehicle) -> Reference {
-    let Settings { filter, vehicle: noise, sensor, moving } = settings;
+    let Settings { filter, vehicle: noise, sensor, moving, .. } = settings;
     let field_of_view = reference::FieldOfView {
         range_min_m: sensor.range_min_m,
         range_max_m: sensor.range_max_m,

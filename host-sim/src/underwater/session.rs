@@ -81,6 +81,7 @@ fn start(log: &Log, settings: &Settings, filter: Filter, seed: u64) -> Result<Bo
     match filter {
         Filter::Core(precision) => core_filter(log, settings, precision, seed),
         Filter::Reference => Err(Refusal("in space the reference runs in lockstep only: scphd-sim compare".into())),
+        Filter::Joint(_) => Err(Refusal("the joint filter is of the plane alone".into())),
         Filter::Ekf(_) => Err(Refusal("the EKF is of the plane alone".into())),
     }
 }

@@ -1,0 +1,77 @@
+//! The tuning of the joint filter.
+
+use super::Persistence;
+use crate::{ConfigError, Plausible, Real};
+
+/// Tuning of a [`JointSlam`](super::JointSlam).
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct JointConfig<T> {
+    /// w_b, the intensity of new features, per unit of measurement space (1/(m·rad) for range and bearing).
+    pub birth_intensity: T,
+    /// A measurement gives birth where nothing but clutter and births explains at least this share of it.
+    pub birth_share: T,
+    /// A squared Mahalanobis distance: a measurement farther off says nothing of a feature.
+    pub gate: T,
+    /// How landmarks hide and vanish.
+    pub persistence: Persistence<T>,
+    /// The share of p_D that is left where a nearer detection stands before a feature
+    /// ([`Sensor::hides`](crate::Sensor::hides)).
+    pub behind: T,
+    /// A feature is dropped where the probability that it is there falls below this.
+    pub least_existence: T,
+    /// A feature that was detected less than twice is dropped below this one: most of what is born is clutter.
+    pub least_tentative: T,
+    /// A feature is part of the estimated map if it is there and in sight with at least this probability, and was detected twice.
+    pub extraction_existence: T,
+    /// A squared Mahalanobis distance: two features closer than this to each other, and nearer than one measurement could tell,
+    /// are one.
+    pub merge_distance: T,
+    /// What no vehicle does.
+    pub plausible: Plausible<T>,
+}
+
+impl<T: Real> Default for JointConfig<T> {
+    fn default() -> Self {
+        let real = T::from_f64;
+        Self {
+            birth_intensity: real(1e-3),
+            birth_share: real(0.3),
+            gate: real(25.0),
+            persistence: Persistence::FOR_EVER,
+            behind: T::ONE,
+            least_existence: real(0.01),
+            least_tentative: real(0.1),
+            extraction_existence: real(0.5),
+            merge_distance: real(9.0),
+            plausible: Plausible::default(),
+        }
+    }
+}
+
+impl<T: Real> JointConfig<T> {
+    /// The field that is out of range, if any.
+    ///
+    /// # Errors
+    /// Intensity and distances must be finite and not negative, probabilities and shares between 0 and 1, times and limits of
+    /// plausibility positive.
+    pub fn check(&self) -> Result<(), ConfigError> {
+        let amounts =
+            [(self.birth_intensity, "birth_intensity"), (self.gate, "gate"), (self.merge_distance, "merge_distance")];
+        if let Some((_, field)) = amounts.into_iter().find(|&(amount, _)| !(amount >= T::ZERO && amount.is_finite())) {
+            return Err(ConfigError { field, range: "finite and not negative" });
+        }
+        let shares = [
+            (self.birth_share, "birth_share"),
+            (self.behind, "behind"),
+            (self.least_existence, "least_existence"),
+            (self.least_tentative, "least_tentative"),
+            (self.extraction_existence, "extraction_existence"),
+        ];
+        if let Some((_, field)) = shares.into_iter().find(|&(share, _)| !(share >= T::ZERO && share <= T::ONE)) {
+            return Err(ConfigError { field, range: "between 0 and 1" });
+        }
+        self.persistence.check()?;
+        self.plausible.check()
+    }
+}

@@ -1,0 +1,303 @@
+//! The filter over a joint map.
+
+use super::associate::associate;
+use super::config::JointConfig;
+use super::correct::correct;
+use super::existence::Existence;
+use super::state::{JointState, Memory};
+use super::tidy::{bear, drop_spoilt, drop_unlikely, merge};
+use crate::digest::Fnv;
+use crate::plausible::{is_within_range, is_within_square};
+use crate::{
+    Clutter, Component, Dim, FieldOfView, Health, Linearised, Locating, Models, Motion, Packed, Pose, PoseEstimate,
+    PredictError, PredictReport, Real, ResetError, ScanError, SetupError, Symmetric,
+};
+use nalgebra::SVector;
+
+/// What a scan of a [`JointSlam`] did.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub struct JointReport<T> {
+    /// Measurements in the scan.
+    pub measurements: usize,
+    /// Features in view before the scan.
+    pub in_view: usize,
+    /// Predictions refused since the scan before.
+    pub refused: usize,
+    /// Features born.
+    pub births: usize,
+    /// Measurements that could not give birth, because they have no inverse or one that is out of view.
+    pub no_birth: usize,
+    /// Features dropped because they are hardly there.
+    pub dropped: usize,
+    /// Features that turned out to be another one.
+    pub merged: usize,
+    /// Births, or features in whose place they went, for which there was no room.
+    pub lost: usize,
+    /// Corrections left out, and features dropped, because rounding had spoilt their covariances.
+    pub spoilt: usize,
+    /// Features after the scan.
+    pub features: usize,
+    /// ln of the likelihood of the scan given all before, up to a constant.
+    pub ln_evidence: T,
+    /// Mean of νᵀ S⁻¹ ν over the detections, by their shares, per dimension of the measurement; about 1 for a consistent filter;
+    /// 0 where nothing was detected.
+    pub innovation: T,
+    /// Conditions.
+    pub health: Health,
+}
+
+/// Mean squared innovations above this are a condition.
+const INNOVATION_HIGH: f64 = 2.0;
+
+/// SLAM with a joint map: models and tuning over a [`JointState`].
+///
+/// ```
+/// use nalgebra::Vector2;
+/// use scphd::{
+///     ControlNoise, JointConfig, JointSlam, JointState, Models, PlanarPose, RangeBearing, RangeBearingWindow, Step,
+///     Unicycle, UnicycleControl, UniformClutter, joint_numbers,
+/// };
+///
+/// // Up to 40 features, 16 measurements a scan: 20 KB.
+/// type Memory = JointState<f32, PlanarPose<f32>, 3, 2, 2, 40, { joint_numbers(3, 2, 40) }, 16>;
+/// let mut state = Box::new(Memory::new());
+///
+/// let window = RangeBearingWindow::full_circle(15.0, 0.9)?;
+/// let models = Models {
+///     motion: Unicycle::new(Step::Arc, ControlNoise::white(0.1, 0.02))?,
+///     sensor: RangeBearing::new(0.2, 0.02)?,
+///     field_of_view: window,
+///     clutter: UniformClutter::of_scan(2.0, window.measure())?,
+/// };
+/// let mut slam = JointSlam::new(models, JointConfig::default(), &mut *state)?;
+/// slam.reset(PlanarPose::new(0.0, 0.0, 0.0))?;
+/// for step in 0..20 {
+///     slam.predict(&UnicycleControl { speed_mps: 1.0, rate_radps: 0.0 }, 0.1)?;
+///     // One landmark, 5 m to the left of the start.
+///     let (along, left) = (0.1 * (step + 1) as f32, 5.0_f32);
+///     slam.scan(&[Vector2::new(along.hypot(left), left.atan2(-along))])?;
+/// }
+/// let pose = slam.estimate_pose().unwrap();
+/// assert!((pose.mean.x_m - 2.0).abs() < 0.3);
+/// let mut features = slam.features();
+/// assert!((features.next().unwrap().mean.y - 5.0).abs() < 0.3 && features.next().is_none());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug)]
+pub struct JointSlam<'s, T: Real, P, M, S, V, C, const K: usize, const D: usize, const Z: usize> {
+    models: Models<M, S, V, C>,
+    config: JointConfig<T>,
+    pub(super) memory: Memory<'s, T, P, K, D, Z>,
+}
+
+impl<'s, T, P, M, S, V, C, const K: usize, const D: usize, const Z: usize> JointSlam<'s, T, P, M, S, V, C, K, D, Z>
+where
+    T: Real,
+    P: Pose<T, K>,
+    M: Motion<T, K, Pose = P>,
+    S: Locating<T, K, D, Z, Pose = P>,
+    V: FieldOfView<T, S::Frame, D, Z>,
+    C: Clutter<T, Z>,
+    Dim<K>: Packed,
+    Dim<D>: Packed,
+    Dim<Z>: Packed,
+{
+    /// A filter over a state, which keeps what it holds: a fresh one must be [reset](Self::reset) first.
+    ///
+    /// # Errors
+    /// A model or the configuration is out of range, or the sensor has births of its own, which a joint map has not.
+    pub fn new<const FEATURES: usize, const NUMBERS: usize, const MEASUREMENTS: usize>(
+        models: Models<M, S, V, C>,
+        config: JointConfig<T>,
+        state: &'s mut JointState<T, P, K, D, Z, FEATURES, NUMBERS, MEASUREMENTS>,
+    ) -> Result<Self, SetupError> {
+        config.check()?;
+        models.check_for(0)?;
+        Ok(Self { models, config, memory: state.memory() })
+    }
+
+    /// Starts, or starts again: at `pose`, certain of it, without a feature.
+    ///
+    /// # Errors
+    /// The pose is not finite, or a coordinate above 1e8; the state is as it was.
+    pub fn reset(&mut self, pose: P) -> Result<(), ResetError> {
+        if !(pose.is_finite() && is_within_range(&pose.coordinates())) {
+            return Err(ResetError::NonFinitePose);
+        }
+        let known = &mut *self.memory.known;
+        (known.started, known.pose, known.len) = (true, pose, 0);
+        (known.waited_s, known.refused, known.next_tag) = (T::ZERO, 0, 0);
+        self.memory.joint.clear();
+        Ok(())
+    }
+
+    /// Moves the vehicle for `dt` seconds under `control`.
+    ///
+    /// # Errors
+    /// As for [`ScPhd::predict`](crate::ScPhd::predict).
+    pub fn predict(&mut self, control: &M::Control, dt: T) -> Result<PredictReport, PredictError> {
+        let Memory { known, joint, .. } = &mut self.memory;
+        if !known.started {
+            return Err(PredictError::NotStarted);
+        }
+        let (motion, plausible) = (&self.models.motion, &self.config.plausible);
+        let usable = dt >= T::ZERO && dt.is_finite();
+        let refusal = if !usable {
+            Some(PredictError::TimeStep)
+        } else if !motion.admits(control) {
+            Some(PredictError::Control)
+        } else {
+            plausible.violated(motion, &known.pose, control, dt).map(PredictError::Implausible)
+        };
+        if usable && dt <= plausible.step_max_s {
+            known.waited_s += dt;
+        }
+        if let Some(refusal) = refusal {
+            known.refused = known.refused.saturating_add(1);
+            return Err(refusal);
+        }
+        let mut rejected = 0;
+        if dt > T::ZERO {
+            let moved = motion.propagate(&known.pose, control, dt);
+            let Linearised { transition, noise } = motion.linearise(&known.pose, control, dt);
+            let grown = transition * joint.pose() * transition.transpose() + noise.to_matrix();
+            let within =
+                is_within_square(&Symmetric::<T, K>::from_fn(|r, c| grown.get((r, c)).copied().unwrap_or(T::ZERO)));
+            if is_within_range(&moved.coordinates()) && within && transition.iter().all(|x| x.is_finite()) {
+                joint.propagate(&transition, &grown, known.len);
+                known.pose = moved;
+            } else {
+                rejected = 1;
+            }
+        }
+        let health = Health::POSE_REJECTED.when(rejected > 0) | Health::PREDICTION_REFUSED.when(known.refused > 0);
+        Ok(PredictReport { candidates: 1, rejected, refused: known.refused, health })
+    }
+
+    /// Takes in one scan.
+    ///
+    /// # Errors
+    /// A measurement is not finite, there are more than the state holds, or the filter has not been reset; the state is as it
+    /// was.
+    pub fn scan(&mut self, measurements: &[SVector<T, Z>]) -> Result<JointReport<T>, ScanError> {
+        let capacity = self.memory.explained.len();
+        if !self.memory.known.started {
+            return Err(ScanError::NotStarted);
+        }
+        if measurements.len() > capacity {
+            return Err(ScanError::TooManyMeasurements { measurements: measurements.len(), capacity });
+        }
+        let finite = |z: &SVector<T, Z>| z.iter().all(|coordinate| coordinate.is_finite());
+        if let Some(index) = measurements.iter().position(|z| !finite(z)) {
+            return Err(ScanError::NonFinite { index });
+        }
+        if self.models.sensor.noise().factor().is_none() {
+            return Err(ScanError::SensorNoise);
+        }
+        let Self { models, config, memory } = self;
+        let passage = config.persistence.over(memory.known.waited_s);
+        memory.slots.iter_mut().take(memory.known.len).for_each(|slot| slot.existence = slot.existence.after(&passage));
+        let (in_view, ln_missed) = associate(models, config, memory, measurements);
+        let explained = memory.explained.iter().zip(measurements).map(|(explained, _)| explained.eta.ln());
+        let ln_evidence = explained.fold(ln_missed, |sum, ln_eta| sum + ln_eta);
+        let corrected = correct(&models.sensor, memory, measurements);
+        let born = bear(models, config, memory, measurements);
+        let merged = merge(models, config, memory);
+        let spoilt = drop_spoilt(memory);
+        let dropped = drop_unlikely(config, memory);
+        let refused = core::mem::take(&mut memory.known.refused);
+        memory.known.waited_s = T::ZERO;
+        let innovation = if corrected.shares > T::ZERO {
+            corrected.squares / (corrected.shares * T::from_usize(Z))
+        } else {
+            T::ZERO
+        };
+        let health = Health::COMPONENTS_LOST.when(born.lost > 0)
+            | Health::COVARIANCE_REPAIRED.when(corrected.left_out + spoilt > 0)
+            | Health::INNOVATION_HIGH.when(innovation > T::from_f64(INNOVATION_HIGH))
+            | Health::PREDICTION_REFUSED.when(refused > 0);
+        Ok(JointReport {
+            measurements: measurements.len(),
+            in_view,
+            refused,
+            births: born.births,
+            no_birth: born.no_birth,
+            dropped,
+            merged,
+            lost: born.lost,
+            spoilt: corrected.left_out + spoilt,
+            features: memory.known.len,
+            ln_evidence,
+            innovation,
+            health,
+        })
+    }
+
+    /// The pose and its covariance; `None` before the first reset.
+    #[must_use]
+    pub fn estimate_pose(&self) -> Option<PoseEstimate<T, P, K>> {
+        let Memory { known, joint, .. } = &self.memory;
+        known.started.then(|| PoseEstimate {
+            mean: known.pose,
+            covariance: Symmetric::from_fn(|row, column| joint.get(row, column)),
+        })
+    }
+
+    /// The estimated features: those that are there and in sight with at least the probability `extraction_existence`, and were
+    /// detected twice. The weight is the probability that it is there at all. One that is missed for a while is hidden or gone:
+    /// it leaves the estimate, and is remembered until it is found again or hardly there any more.
+    pub fn features(&self) -> impl Iterator<Item = Component<T, D>> + '_ {
+        let Memory { known, slots, joint, .. } = &self.memory;
+        let twice = T::from_f64(1.5);
+        slots.iter().enumerate().take(known.len).filter_map(move |(place, slot)| {
+            let total = slot.existence.total();
+            let is_part = slot.existence.in_sight >= self.config.extraction_existence && slot.detections >= twice;
+            is_part.then(|| Component {
+                tag: slot.tag,
+                ln_weight: total.ln(),
+                mean: slot.mean,
+                covariance: Symmetric::from_fn(|row, column| joint.get(K + D * place + row, K + D * place + column)),
+            })
+        })
+    }
+
+    /// N̂: how many features there are, by their probabilities.
+    #[must_use]
+    pub fn expected_features(&self) -> T {
+        self.memory.slots.iter().take(self.memory.known.len).fold(T::ZERO, |sum, slot| sum + slot.existence.total())
+    }
+
+    /// A hash of all that the filter knows: equal on every machine that was fed the same.
+    #[must_use]
+    pub fn digest(&self) -> u64 {
+        let Memory { known, slots, joint, .. } = &self.memory;
+        let mut hash = Fnv::EMPTY;
+        hash.take(u32::from(known.started));
+        known.pose.coordinates().iter().for_each(|&coordinate| hash.take_scalar(coordinate));
+        hash.take_scalar(known.waited_s);
+        hash.take(known.next_tag);
+        for slot in slots.iter().take(known.len) {
+            hash.take(slot.tag);
+            slot.mean.iter().for_each(|&coordinate| hash.take_scalar(coordinate));
+            let numbers = [slot.existence.in_sight, slot.existence.hidden, slot.detections];
+            numbers.into_iter().for_each(|number| hash.take_scalar(number));
+        }
+        joint.used(known.len).iter().for_each(|&number| hash.take_scalar(number));
+        hash.value()
+    }
+
+    /// How many features the state holds, likely ones or not.
+    #[must_use]
+    pub fn held(&self) -> usize {
+        self.memory.known.len
+    }
+
+    /// The probability that the feature with this tag is there; `None` where there is no such one.
+    #[must_use]
+    pub fn existence(&self, tag: u32) -> Option<T> {
+        let of = |slot: &&super::state::Slot<T, D>| slot.tag == tag;
+        self.memory.slots.iter().take(self.memory.known.len).find(of).map(|slot| Existence::total(slot.existence))
+    }
+}

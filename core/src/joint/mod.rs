@@ -1,0 +1,24 @@
+//! Joint maps: one Gaussian over the pose and all features, with everything that they have in common.
+//!
+//! The mixture of a [`ScPhd`](crate::ScPhd) particle takes its features for independent given the pose, and a particle is a
+//! sample of the pose. Where few particles must do, what the features have in common is lost, and with it the
+//! covariance of the estimate. Here it is kept. Association stays as soft as in the recursion: clutter, births and
+//! all features in view share every measurement by its likelihood under each, and whether a feature is there is a probability.
+//! `docs/joint.md` has the equations.
+
+mod associate;
+mod config;
+mod correct;
+mod covariance;
+mod existence;
+mod filter;
+mod state;
+#[cfg(test)]
+mod tests;
+mod tidy;
+
+pub use config::JointConfig;
+pub use covariance::joint_numbers;
+pub use existence::Persistence;
+pub use filter::{JointReport, JointSlam};
+pub use state::JointState;

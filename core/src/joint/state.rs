@@ -1,0 +1,215 @@
+//! Everything that the joint filter knows, in memory of a size that its type tells.
+
+use super::covariance::{Joint, joint_numbers};
+use super::existence::Existence;
+use crate::{LnSum, Pose, Real};
+use nalgebra::{ArrayStorage, SVector};
+
+/// One feature of a joint map.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Slot<T: Real, const D: usize> {
+    /// Names the feature.
+    pub(super) tag: u32,
+    /// Where it is, m.
+    pub(super) mean: SVector<T, D>,
+    /// Whether it is there.
+    pub(super) existence: Existence<T>,
+    /// Detections of it so far, each by its share.
+    pub(super) detections: T,
+    /// p_D in the scan at hand, 0 out of view.
+    pub(super) detection: T,
+}
+
+/// A feature's claim on a measurement.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Claim<T> {
+    /// The feature's place.
+    pub(super) feature: u16,
+    /// ln( p_D r N(z; ẑ, S) ).
+    pub(super) ln_likelihood: T,
+}
+
+/// Features that share a measurement, at most: the likeliest, and more than these four never matter.
+pub(super) const CLAIMS: usize = 4;
+
+/// What explains one measurement.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Explained<T> {
+    /// η: clutter, births and all features that may have caused it.
+    pub(super) eta: LnSum<T>,
+    /// ln( κ + w_b ).
+    pub(super) ln_unexplained: T,
+    /// The likeliest features; the weakest of them first, once there are as many as there is room for.
+    pub(super) claims: [Claim<T>; CLAIMS],
+    /// How many there are.
+    pub(super) len: usize,
+}
+
+/// The state of a [`JointSlam`](super::JointSlam): one Gaussian over the pose and up to `FEATURES` features.
+///
+/// K, D and Z are the dimensions of pose, feature and measurement. `NUMBERS` is
+/// [`joint_numbers`]`(K, D, FEATURES)`, which the build checks; `MEASUREMENTS` of a scan there is room for. Meant to be a
+/// `static`: it may be large, and a fresh one is all zero but for its counts.
+#[derive(Debug)]
+pub struct JointState<
+    T: Real,
+    P,
+    const K: usize,
+    const D: usize,
+    const Z: usize,
+    const FEATURES: usize,
+    const NUMBERS: usize,
+    const MEASUREMENTS: usize,
+> {
+    known: Known<T, P>,
+    slots: [Slot<T, D>; FEATURES],
+    covariance: [T; NUMBERS],
+    common: [[SVector<T, Z>; D]; FEATURES],
+    explained: [Explained<T>; MEASUREMENTS],
+}
+
+/// What is not an array.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Known<T, P> {
+    pub(super) started: bool,
+    pub(super) pose: P,
+    /// Features there are.
+    pub(super) len: usize,
+    /// Summed dt since the last scan, s.
+    pub(super) waited_s: T,
+    /// Predictions refused since the last scan.
+    pub(super) refused: usize,
+    pub(super) next_tag: u32,
+}
+
+/// A state of whatever capacity, borrowed.
+#[derive(Debug)]
+pub(super) struct Memory<'s, T: Real, P, const K: usize, const D: usize, const Z: usize> {
+    pub(super) known: &'s mut Known<T, P>,
+    pub(super) slots: &'s mut [Slot<T, D>],
+    pub(super) joint: Joint<'s, T, K, D>,
+    pub(super) common: &'s mut [SVector<T, Z>],
+    pub(super) explained: &'s mut [Explained<T>],
+}
+
+impl<
+    T: Real,
+    P: Pose<T, K>,
+    const K: usize,
+    const D: usize,
+    const Z: usize,
+    const FEATURES: usize,
+    const NUMBERS: usize,
+    const MEASUREMENTS: usize,
+> JointState<T, P, K, D, Z, FEATURES, NUMBERS, MEASUREMENTS>
+{
+    /// A state that has not been started.
+    #[must_use]
+    pub const fn new() -> Self {
+        const {
+            assert!(NUMBERS == joint_numbers(K, D, FEATURES), "NUMBERS must be joint_numbers(K, D, FEATURES)");
+            assert!(FEATURES <= u16::MAX as usize, "at most 65535 features");
+        }
+        let zero = const { SVector::from_array_storage(ArrayStorage([[T::ZERO; Z]; 1])) };
+        let known = Known { started: false, pose: P::ZERO, len: 0, waited_s: T::ZERO, refused: 0, next_tag: 0 };
+        Self {
+            known,
+            slots: [Slot::ZERO; FEATURES],
+            covariance: [T::ZERO; NUMBERS],
+            common: [[zero; D]; FEATURES],
+            explained: [Explained::ZERO; MEASUREMENTS],
+        }
+    }
+
+    /// Forgets everything.
+    pub fn clear(&mut self) {
+        self.known.started = false;
+        self.known.len = 0;
+    }
+
+    pub(super) fn memory(&mut self) -> Memory<'_, T, P, K, D, Z> {
+        Memory {
+            known: &mut self.known,
+            slots: &mut self.slots,
+            joint: Joint { numbers: &mut self.covariance },
+            common: self.common.as_flattened_mut(),
+            explained: &mut self.explained,
+        }
+    }
+}
+
+impl<
+    T: Real,
+    P: Pose<T, K>,
+    const K: usize,
+    const D: usize,
+    const Z: usize,
+    const FEATURES: usize,
+    const NUMBERS: usize,
+    const MEASUREMENTS: usize,
+> Default for JointState<T, P, K, D, Z, FEATURES, NUMBERS, MEASUREMENTS>
+{
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<T: Real, P, const K: usize, const D: usize, const Z: usize> Memory<'_, T, P, K, D, Z> {
+    /// Drops a feature; the last one takes its place.
+    pub(super) fn drop_feature(&mut self, place: usize) {
+        let last = self.known.len.saturating_sub(1);
+        self.joint.replace_by_last(place, self.known.len);
+        if let Some(slot) = self.slots.get(last).copied()
+            && let Some(dropped) = self.slots.get_mut(place)
+        {
+            *dropped = slot;
+        }
+        self.known.len = last;
+    }
+}
+
+impl<T: Real, const D: usize> Slot<T, D> {
+    pub(super) const ZERO: Self = Self {
+        tag: 0,
+        mean: SVector::from_array_storage(ArrayStorage([[T::ZERO; D]; 1])),
+        existence: Existence::NONE,
+        detections: T::ZERO,
+        detection: T::ZERO,
+    };
+}
+
+impl<T: Real> Explained<T> {
+    const ZERO: Self = Self {
+        eta: LnSum::ZERO,
+        ln_unexplained: T::ZERO,
+        claims: [Claim { feature: 0, ln_likelihood: T::ZERO }; CLAIMS],
+        len: 0,
+    };
+
+    /// Takes in a feature's claim, in place of the weakest where there are enough.
+    pub(super) fn claim(&mut self, feature: u16, ln_likelihood: T) {
+        self.eta.add(ln_likelihood);
+        let claim = Claim { feature, ln_likelihood };
+        if let Some(slot) = self.claims.get_mut(self.len) {
+            *slot = claim;
+            self.len += 1;
+        } else if let Some(weakest) = self.claims.first_mut()
+            && weakest.ln_likelihood < ln_likelihood
+        {
+            *weakest = claim;
+        }
+        if self.len == CLAIMS {
+            self.weakest_first();
+        }
+    }
+
+    fn weakest_first(&mut self) {
+        let mut weakest = (0, T::INFINITY);
+        for (place, claim) in self.claims.iter().enumerate() {
+            if claim.ln_likelihood < weakest.1 {
+                weakest = (place, claim.ln_likelihood);
+            }
+        }
+        self.claims.swap(0, weakest.0);
+    }
+}

@@ -1,0 +1,388 @@
+//! The joint filter against closed forms, and where it must not break.
+
+use super::*;
+use crate::*;
+use nalgebra::{Matrix2, Matrix2x3, Matrix3, SMatrix, SVector, Vector2};
+use std::boxed::Box;
+use std::vec::Vec;
+
+/// A vehicle that drifts in a plane, and never turns: all is linear.
+struct Drift;
+
+impl Motion<f64, 3> for Drift {
+    type Pose = PlanarPose<f64>;
+    type Control = Vector2<f64>;
+
+    fn admits(&self, _: &Vector2<f64>) -> bool {
+        true
+    }
+    fn propagate(&self, pose: &PlanarPose<f64>, control: &Vector2<f64>, dt: f64) -> PlanarPose<f64> {
+        PlanarPose { x_m: pose.x_m + control.x * dt, y_m: pose.y_m + control.y * dt, ..*pose }
+    }
+    fn sample(&self, pose: &PlanarPose<f64>, control: &Vector2<f64>, dt: f64, _: &mut Noise) -> PlanarPose<f64> {
+        self.propagate(pose, control, dt)
+    }
+    fn linearise(&self, _: &PlanarPose<f64>, _: &Vector2<f64>, dt: f64) -> Linearised<f64, 3> {
+        Linearised { transition: Matrix3::identity(), noise: Symmetric::from_diagonal([0.25 * dt, 0.04 * dt, 0.0]) }
+    }
+}
+
+/// Measures the offset of a feature from the vehicle.
+struct Offset(Symmetric<f64, 2>);
+
+impl Sensor<f64, 2, 2> for Offset {
+    type Pose = PlanarPose<f64>;
+    type Frame = Vector2<f64>;
+    const SORTED_BY: usize = 0;
+    const SORTED_BY_ANGLE: bool = false;
+
+    fn frame(&self, pose: &PlanarPose<f64>) -> Vector2<f64> {
+        Vector2::new(pose.x_m, pose.y_m)
+    }
+    fn expect(&self, frame: &Vector2<f64>, feature: &Vector2<f64>) -> Option<Expected<f64, 2, 2>> {
+        Some(Expected { measurement: feature - frame, jacobian: Matrix2::identity() })
+    }
+    fn innovation(&self, measured: &Vector2<f64>, expected: &Vector2<f64>) -> Vector2<f64> {
+        measured - expected
+    }
+    fn noise(&self) -> &Symmetric<f64, 2> {
+        &self.0
+    }
+    fn invert(&self, frame: &Vector2<f64>, measured: &Vector2<f64>) -> Option<Inverse<f64, 2, 2>> {
+        Some(Inverse { feature: frame + measured, jacobian: Matrix2::identity() })
+    }
+}
+
+impl Locating<f64, 3, 2, 2> for Offset {
+    fn by_pose(&self, _: &Vector2<f64>, _: &Vector2<f64>, _: &Expected<f64, 2, 2>) -> Matrix2x3<f64> {
+        Matrix2x3::new(-1.0, 0.0, 0.0, 0.0, -1.0, 0.0)
+    }
+}
+
+struct Everywhere(f64);
+
+impl FieldOfView<f64, Vector2<f64>, 2, 2> for Everywhere {
+    fn detection_probability(&self, _: &Vector2<f64>, _: &Vector2<f64>, _: &Vector2<f64>) -> f64 {
+        self.0
+    }
+    fn bounds(&self, _: &Vector2<f64>) -> Bounds<f64, 2> {
+        Bounds::EVERYWHERE
+    }
+}
+
+type Linear<const N: usize, const L: usize> = JointState<f64, PlanarPose<f64>, 3, 2, 2, N, L, 16>;
+
+/// Far apart, so that every measurement has one cause.
+const LANDMARKS: [[f64; 2]; 4] = [[300.0, 0.0], [0.0, 400.0], [-500.0, 20.0], [40.0, -600.0]];
+
+#[test]
+fn with_known_association_and_all_linear_it_is_the_kalman_filter() {
+    let noise = Symmetric::from_diagonal([0.09, 0.16]);
+    let models = Models {
+        motion: Drift,
+        sensor: Offset(noise),
+        field_of_view: Everywhere(1.0 - 1e-15),
+        clutter: UniformClutter::of_scan(1e-60, 1.0).unwrap(),
+    };
+    let config = JointConfig { birth_intensity: 1e-16, gate: 400.0, ..JointConfig::default() };
+    let mut state = Box::new(Linear::<4, { joint_numbers(3, 2, 4) }>::new());
+    let mut slam = JointSlam::new(models, config, &mut *state).unwrap();
+    slam.reset(PlanarPose::new(1.0, -2.0, 0.3)).unwrap();
+    let mut draws = Noise::seeded(4);
+
+    // The same by full matrices; the heading never enters.
+    let r = Matrix2::new(0.09, 0.0, 0.0, 0.16);
+    let (mut x, mut p) = (SVector::<f64, 10>::zeros(), SMatrix::<f64, 10, 10>::zeros());
+    (x[0], x[1]) = (1.0, -2.0);
+    let mut n = 2;
+    let mut truth = Vector2::new(1.0, -2.0);
+    for step in 0..40 {
+        let control = Vector2::new(0.7, if step % 8 < 4 { 0.3 } else { -0.5 });
+        slam.predict(&control, 0.5).unwrap();
+        truth += control * 0.5 + Vector2::new(0.35 * draws.normal::<f64>(), 0.14 * draws.normal::<f64>());
+        x[0] += control.x * 0.5;
+        x[1] += control.y * 0.5;
+        p[(0, 0)] += 0.125;
+        p[(1, 1)] += 0.02;
+        // The last one comes later, and the first is out of sight for a while.
+        let seen = |k: usize| (k < 3 || step > 10) && (k > 0 || !(15..25).contains(&step));
+        let kept: Vec<usize> = (0..4).filter(|&k| seen(k)).collect();
+        let z: Vec<Vector2<f64>> = kept
+            .iter()
+            .map(|&k| {
+                let noise = Vector2::new(0.3 * draws.normal::<f64>(), 0.4 * draws.normal::<f64>());
+                Vector2::from(LANDMARKS[k]) - truth + noise
+            })
+            .collect();
+        slam.scan(&z).unwrap();
+        let order: Vec<Option<usize>> = (0..4).map(|k| kept.iter().position(|&of| of == k)).collect();
+        for (k, place) in order.iter().enumerate() {
+            let Some(place) = *place else { continue };
+            let at = 2 + 2 * k;
+            if n <= at {
+                // Born: the position of the vehicle and the measurement.
+                for d in 0..2 {
+                    x[n + d] = x[d] + z[place][d];
+                    for column in 0..n {
+                        p[(n + d, column)] = p[(d, column)];
+                        p[(column, n + d)] = p[(d, column)];
+                    }
+                    for other in 0..2 {
+                        p[(n + d, n + other)] = p[(d, other)] + r[(d, other)];
+                    }
+                }
+                n += 2;
+                continue;
+            }
+            let mut h = SMatrix::<f64, 2, 10>::zeros();
+            for d in 0..2 {
+                h[(d, d)] = -1.0;
+                h[(d, at + d)] = 1.0;
+            }
+            let s = h * p * h.transpose() + r;
+            let gain = p * h.transpose() * s.try_inverse().unwrap();
+            x += gain * (z[place] - h * x);
+            p -= gain * s * gain.transpose();
+        }
+        let pose = slam.estimate_pose().unwrap();
+        assert!((pose.mean.x_m - x[0]).abs() < 1e-9 && (pose.mean.y_m - x[1]).abs() < 1e-9, "{step} {pose:?} {x}");
+        for row in 0..2 {
+            for column in 0..2 {
+                let off = pose.covariance.get(row, column) - p[(row, column)];
+                assert!(off.abs() < 1e-9, "{step}: {off}");
+            }
+        }
+        assert_eq!(slam.held(), (n - 2) / 2);
+    }
+    for (k, feature) in slam.features().enumerate() {
+        let at = 2 + 2 * k;
+        assert!((feature.mean - Vector2::new(x[at], x[at + 1])).norm() < 1e-9);
+        assert!((feature.covariance.get(1, 0) - p[(at + 1, at)]).abs() < 1e-9);
+        assert!((feature.covariance.get(0, 0) - p[(at, at)]).abs() < 1e-9);
+    }
+}
+
+type Car<T, const N: usize, const L: usize, const Z: usize> = JointState<T, PlanarPose<T>, 3, 2, 2, N, L, Z>;
+type CarModels<T> = Models<Unicycle<T>, RangeBearing<T>, RangeBearingWindow<T>, UniformClutter<T>>;
+
+fn car<T: Real>() -> CarModels<T> {
+    let real = T::from_f64;
+    let window = RangeBearingWindow::full_circle(real(20.0), real(0.9)).unwrap();
+    Models {
+        motion: Unicycle::new(Step::Arc, ControlNoise::white(real(0.1), real(0.05))).unwrap(),
+        sensor: RangeBearing::new(real(0.1), real(0.01)).unwrap(),
+        field_of_view: window,
+        clutter: UniformClutter::of_scan(real(2.0), window.measure()).unwrap(),
+    }
+}
+
+/// Landmarks around a circle of 8 m that the vehicle drives, and a truth to score against.
+struct Course {
+    pose: PlanarPose<f64>,
+    draws: Noise,
+}
+
+impl Course {
+    fn new(seed: u64) -> Self {
+        Self { pose: PlanarPose::new(8.0, 0.0, core::f64::consts::FRAC_PI_2), draws: Noise::seeded(seed) }
+    }
+
+    /// The odometry of the next step of 0.1 s, and what is seen after it.
+    fn step(&mut self, hidden: impl Fn(usize) -> bool) -> ([f64; 2], Vec<[f64; 2]>) {
+        let (speed, rate) = (2.0, 0.25);
+        let real = Unicycle::new(Step::Arc, ControlNoise::NONE).unwrap();
+        self.pose = real.propagate(&self.pose, &UnicycleControl { speed_mps: speed, rate_radps: rate }, 0.1);
+        let odometry = [speed + 0.1 * self.draws.normal::<f64>(), rate + 0.05 * self.draws.normal::<f64>()];
+        let mut seen = Vec::new();
+        for k in 0..12 {
+            let angle = k as f64 * core::f64::consts::TAU / 12.0;
+            let radius = if k % 2 == 0 { 12.0 } else { 4.0 };
+            let (dx, dy) = (radius * angle.cos() - self.pose.x_m, radius * angle.sin() - self.pose.y_m);
+            let noise = [0.1 * self.draws.normal::<f64>(), 0.01 * self.draws.normal::<f64>()];
+            let detected = self.draws.uniform::<f64>() < 0.9;
+            if dx.hypot(dy) < 20.0 && detected && !hidden(k) {
+                seen.push([dx.hypot(dy) + noise[0], wrap(dy.atan2(dx) - self.pose.heading_rad + noise[1])]);
+            }
+        }
+        for _ in 0..2 {
+            let (range, turn) = (20.0 * self.draws.uniform::<f64>(), self.draws.uniform::<f64>());
+            seen.push([range.max(0.1), wrap(core::f64::consts::TAU * turn)]);
+        }
+        (odometry, seen)
+    }
+}
+
+type CarSlam<'s, T> =
+    JointSlam<'s, T, PlanarPose<T>, Unicycle<T>, RangeBearing<T>, RangeBearingWindow<T>, UniformClutter<T>, 3, 2, 2>;
+
+fn run<T: Real>(
+    slam: &mut CarSlam<'_, T>,
+    course: &mut Course,
+    steps: usize,
+    hidden: impl Fn(usize) -> bool + Copy,
+) -> JointReport<T> {
+    let mut last = None;
+    for _ in 0..steps {
+        let ([speed, rate], seen) = course.step(hidden);
+        let control = UnicycleControl { speed_mps: T::from_f64(speed), rate_radps: T::from_f64(rate) };
+        slam.predict(&control, T::from_f64(0.1)).unwrap();
+        let seen: Vec<SVector<T, 2>> = seen.iter().map(|z| SVector::from(z.map(T::from_f64))).collect();
+        last = Some(slam.scan(&seen).unwrap());
+    }
+    last.unwrap()
+}
+
+const ROOM: usize = 48;
+
+#[test]
+fn a_round_trip_is_right_and_its_covariance_true() {
+    let mut squares = 0.0;
+    let runs = 20;
+    for seed in 0..runs {
+        let mut state = Box::new(Car::<f32, ROOM, { joint_numbers(3, 2, ROOM) }, 32>::new());
+        let mut slam = JointSlam::new(car(), JointConfig::default(), &mut *state).unwrap();
+        let mut course = Course::new(seed);
+        slam.reset(PlanarPose::new(8.0, 0.0, core::f32::consts::FRAC_PI_2)).unwrap();
+        run(&mut slam, &mut course, 300, |_| false);
+        let pose = slam.estimate_pose().unwrap();
+        let off = Vector2::new(f64::from(pose.mean.x_m) - course.pose.x_m, f64::from(pose.mean.y_m) - course.pose.y_m);
+        assert!(off.norm() < 0.2, "{off}");
+        let covariance = Symmetric::<f64, 2>::from_fn(|r, c| f64::from(pose.covariance.get(r, c)));
+        squares += covariance.factor().unwrap().mahalanobis(&off) / 2.0;
+        assert_eq!(slam.features().count(), 12, "seed {seed}");
+    }
+    // Mean of 40 squares of standard normal numbers: five standard deviations.
+    let nees = squares / runs as f64;
+    assert!((0.3..2.2).contains(&nees), "{nees}");
+}
+
+#[test]
+fn both_precisions_agree_and_a_full_state_goes_on() {
+    let mut coarse = Box::new(Car::<f32, ROOM, { joint_numbers(3, 2, ROOM) }, 32>::new());
+    let mut fine = Box::new(Car::<f64, ROOM, { joint_numbers(3, 2, ROOM) }, 32>::new());
+    let mut slam32 = JointSlam::new(car(), JointConfig::default(), &mut *coarse).unwrap();
+    let mut slam64 = JointSlam::new(car(), JointConfig::default(), &mut *fine).unwrap();
+    slam32.reset(PlanarPose::new(8.0, 0.0, core::f32::consts::FRAC_PI_2)).unwrap();
+    slam64.reset(PlanarPose::new(8.0, 0.0, core::f64::consts::FRAC_PI_2)).unwrap();
+    run(&mut slam32, &mut Course::new(3), 200, |_| false);
+    run(&mut slam64, &mut Course::new(3), 200, |_| false);
+    let (a, b) = (slam32.estimate_pose().unwrap().mean, slam64.estimate_pose().unwrap().mean);
+    assert!((f64::from(a.x_m) - b.x_m).abs() < 2e-3 && (f64::from(a.y_m) - b.y_m).abs() < 2e-3, "{a:?} {b:?}");
+    // Room for a third of what is there.
+    let mut small = Box::new(Car::<f32, 4, { joint_numbers(3, 2, 4) }, 32>::new());
+    let mut slam = JointSlam::new(car(), JointConfig::default(), &mut *small).unwrap();
+    slam.reset(PlanarPose::new(8.0, 0.0, core::f32::consts::FRAC_PI_2)).unwrap();
+    let report = run(&mut slam, &mut Course::new(3), 200, |_| false);
+    assert!(report.lost > 0 && report.health.contains(Health::COMPONENTS_LOST) && slam.held() <= 4);
+}
+
+const PERSISTENCE: Persistence<f64> = Persistence { in_sight_s: 20.0, hidden_s: 10.0, lifetime_s: 1e4 };
+
+/// Lets a landmark be seen for 60 s, then be missing for 3 s, then come back or not; whether the map has it, under the same tag,
+/// before, at the end of the 3 s, and a second later.
+fn missing_for_a_while(seed: u64, comes_back: bool) -> [bool; 3] {
+    let config = JointConfig { persistence: PERSISTENCE, ..JointConfig::default() };
+    let mut state = Box::new(Car::<f64, ROOM, { joint_numbers(3, 2, ROOM) }, 32>::new());
+    let mut slam = JointSlam::new(car(), config, &mut *state).unwrap();
+    let mut course = Course::new(seed);
+    slam.reset(PlanarPose::new(8.0, 0.0, core::f64::consts::FRAC_PI_2)).unwrap();
+    run(&mut slam, &mut course, 600, |_| false);
+    // The first stands at (12, 0).
+    let near = |feature: &Component<f64, 2>| (feature.mean - Vector2::new(12.0, 0.0)).norm() < 0.5;
+    let known = slam.features().find(near).map(|feature| feature.tag);
+    let has = |slam: &CarSlam<'_, f64>| slam.features().any(|feature| near(&feature) && Some(feature.tag) == known);
+    let before = known.is_some();
+    run(&mut slam, &mut course, 30, |k| k == 0);
+    let missing = has(&slam);
+    run(&mut slam, &mut course, 10, |k| k == 0 && !comes_back);
+    [before, missing, has(&slam)]
+}
+
+#[test]
+fn what_is_hidden_comes_back_and_what_is_gone_is_forgotten() {
+    let trials = 100;
+    let (mut kept, mut forgotten, mut gone) = (0, 0, 0);
+    for seed in 0..trials {
+        let [before, missing, after] = missing_for_a_while(seed, true);
+        kept += usize::from(before && after);
+        forgotten += usize::from(before && !missing);
+        gone += usize::from(!missing_for_a_while(seed, false)[2]);
+    }
+    assert!(kept >= 99 && forgotten >= 99 && gone >= 99, "kept {kept}, forgotten {forgotten}, gone {gone}");
+}
+
+#[test]
+fn whatever_comes_the_state_stays_finite_and_definite() {
+    let mut draws = Noise::seeded(11);
+    for seed in 0..60 {
+        let mut state = Box::new(Car::<f32, 12, { joint_numbers(3, 2, 12) }, 8>::new());
+        let mut slam = JointSlam::new(car(), JointConfig::default(), &mut *state).unwrap();
+        slam.reset(PlanarPose::new(1e3 * seed as f32, -1e5, 2.0)).unwrap();
+        for _ in 0..300 {
+            let pick = |draws: &mut Noise, values: &[f32]| {
+                let place = (draws.uniform::<f64>() * values.len() as f64) as usize;
+                values[place.min(values.len() - 1)]
+            };
+            let control = UnicycleControl {
+                speed_mps: pick(&mut draws, &[0.0, 1.0, -3.0, 300.0, 1e9, f32::NAN, 1e-30]),
+                rate_radps: pick(&mut draws, &[0.0, 0.2, -2.0, 60.0, 1e9, f32::INFINITY]),
+            };
+            let dt = pick(&mut draws, &[0.0, 0.1, 1.0, 200.0, 1e-20, 1e20, -1.0]);
+            let _refused = slam.predict(&control, dt);
+            let count = (draws.uniform::<f64>() * 9.0) as usize;
+            let scan: Vec<SVector<f32, 2>> = (0..count)
+                .map(|_| {
+                    let range = pick(&mut draws, &[0.0, 1e-20, 0.5, 5.0, 5.1, 19.0, 20.0, 1e7, 3e38, -4.0]);
+                    let bearing = pick(&mut draws, &[0.0, 0.01, 1.0, -1.0, 3.2, -3.2, 1e6, 1e30]);
+                    SVector::from([range, bearing])
+                })
+                .collect();
+            let _refused = slam.scan(&scan);
+            let pose = slam.estimate_pose().unwrap();
+            assert!(pose.mean.is_finite() && pose.covariance.is_finite(), "{pose:?}");
+            assert!((0..3).all(|k| pose.covariance.get(k, k) >= 0.0), "{pose:?}");
+            for place in 0..slam.memory.known.len {
+                let slot = slam.memory.slots[place];
+                let total = slot.existence.total();
+                assert!(slot.mean.iter().all(|x| x.is_finite()) && (0.0..=1.0 + 1e-5).contains(&total), "{slot:?}");
+                let first = 3 + 2 * place;
+                assert!((first..first + 2).all(|k| slam.memory.joint.get(k, k) > 0.0));
+            }
+            assert!(slam.memory.joint.used(slam.memory.known.len).iter().all(|x| x.is_finite()));
+        }
+    }
+}
+
+#[test]
+fn nonsense_is_refused_and_leaves_all_as_it_was() {
+    let mut state = Box::new(Car::<f32, 4, { joint_numbers(3, 2, 4) }, 2>::new());
+    let mut slam = JointSlam::new(car(), JointConfig::default(), &mut *state).unwrap();
+    let ahead = UnicycleControl { speed_mps: 1.0, rate_radps: 0.0 };
+    assert_eq!(slam.predict(&ahead, 0.1).unwrap_err(), PredictError::NotStarted);
+    assert_eq!(slam.scan(&[]).unwrap_err(), ScanError::NotStarted);
+    assert!(slam.estimate_pose().is_none());
+    assert_eq!(slam.reset(PlanarPose::new(f32::NAN, 0.0, 0.0)).unwrap_err(), ResetError::NonFinitePose);
+    slam.reset(PlanarPose::ZERO).unwrap();
+    assert_eq!(slam.predict(&ahead, -1.0).unwrap_err(), PredictError::TimeStep);
+    let fast = UnicycleControl { speed_mps: 1e6, ..ahead };
+    assert_eq!(slam.predict(&fast, 0.1).unwrap_err(), PredictError::Implausible(Implausible::Speed));
+    let bad = [SVector::from([1.0, f32::NAN])];
+    assert_eq!(slam.scan(&bad).unwrap_err(), ScanError::NonFinite { index: 0 });
+    let many = [SVector::from([1.0, 0.0]); 3];
+    assert_eq!(slam.scan(&many).unwrap_err(), ScanError::TooManyMeasurements { measurements: 3, capacity: 2 });
+    assert_eq!(slam.estimate_pose().unwrap().mean, PlanarPose::ZERO);
+    assert_eq!(slam.scan(&[]).unwrap().refused, 2);
+    for (field, config) in [
+        ("birth_share", JointConfig { birth_share: 1.5, ..JointConfig::default() }),
+        ("gate", JointConfig { gate: f32::NAN, ..JointConfig::default() }),
+        (
+            "persistence.hidden_s",
+            JointConfig {
+                persistence: Persistence { hidden_s: 0.0, ..Persistence::FOR_EVER },
+                ..JointConfig::default()
+            },
+        ),
+    ] {
+        assert_eq!(config.check().unwrap_err().field, field);
+    }
+}

@@ -1,0 +1,273 @@
+//! Features come, go, and turn out to be one.
+
+use super::config::JointConfig;
+use super::covariance::{Common, symmetric};
+use super::existence::Existence;
+use super::state::{Memory, Slot};
+use crate::plausible::{is_within_range, is_within_square};
+use crate::{Dim, FieldOfView, Locating, Models, Motion, Packed, Pose, Real};
+use nalgebra::{SMatrix, SVector};
+
+/// Detections that a tentative feature has fewer of.
+const TENTATIVE: f64 = 1.5;
+
+/// What births did.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Born {
+    /// New features.
+    pub(super) births: usize,
+    /// Measurements that could not give birth: no inverse, or out of view.
+    pub(super) no_birth: usize,
+    /// Births, or features in their place, for which there was no room.
+    pub(super) lost: usize,
+}
+
+/// Adds a feature for every measurement that nothing explains well.
+pub(super) fn bear<T, P, M, S, V, C, const K: usize, const D: usize, const Z: usize>(
+    models: &Models<M, S, V, C>,
+    config: &JointConfig<T>,
+    memory: &mut Memory<'_, T, P, K, D, Z>,
+    measurements: &[SVector<T, Z>],
+) -> Born
+where
+    T: Real,
+    P: Pose<T, K>,
+    M: Motion<T, K, Pose = P>,
+    S: Locating<T, K, D, Z, Pose = P>,
+    V: FieldOfView<T, S::Frame, D, Z>,
+    Dim<K>: Packed,
+    Dim<D>: Packed,
+    Dim<Z>: Packed,
+{
+    let mut born = Born::default();
+    let ln_birth = config.birth_intensity.ln();
+    let frame = models.sensor.frame(&memory.known.pose);
+    for (index, z) in measurements.iter().enumerate() {
+        let Some(explained) = memory.explained.get(index) else { break };
+        let ln_eta = explained.eta.ln();
+        let unexplained = (explained.ln_unexplained - ln_eta).exp();
+        let existence = (ln_birth - ln_eta).exp().at_most(T::ONE);
+        if !(unexplained >= config.birth_share && existence > T::ZERO) {
+            continue;
+        }
+        let tag = memory.known.next_tag;
+        memory.known.next_tag = tag.wrapping_add(1);
+        let Some((mean, by_pose, own)) = invert(models, &frame, z) else {
+            born.no_birth += 1;
+            continue;
+        };
+        if memory.known.len == memory.slots.len() {
+            born.lost += 1;
+            let weakest = weakest(memory);
+            match weakest {
+                Some((place, total)) if total < existence => memory.drop_feature(place),
+                _ => continue,
+            }
+        }
+        let place = memory.known.len;
+        let Some(slot) = memory.slots.get_mut(place) else { break };
+        let existence = Existence { in_sight: existence, hidden: T::ZERO };
+        *slot = Slot { tag, mean, existence, detections: existence.in_sight, detection: T::ZERO };
+        memory.joint.add(&by_pose, &own, place);
+        memory.known.len += 1;
+        born.births += 1;
+    }
+    born
+}
+
+/// The feature that a measurement would be of, ∂m/∂x and the covariance that the measurement brings; `None` where it has no
+/// inverse in view.
+type Newborn<T, const K: usize, const D: usize> = (SVector<T, D>, SMatrix<T, D, K>, SMatrix<T, D, D>);
+
+fn invert<T, P, M, S, V, C, const K: usize, const D: usize, const Z: usize>(
+    models: &Models<M, S, V, C>,
+    frame: &S::Frame,
+    z: &SVector<T, Z>,
+) -> Option<Newborn<T, K, D>>
+where
+    T: Real,
+    P: Pose<T, K>,
+    M: Motion<T, K, Pose = P>,
+    S: Locating<T, K, D, Z, Pose = P>,
+    V: FieldOfView<T, S::Frame, D, Z>,
+    Dim<K>: Packed,
+    Dim<D>: Packed,
+    Dim<Z>: Packed,
+{
+    let inverse = models.sensor.invert(frame, z)?;
+    let expected = models.sensor.expect(frame, &inverse.feature)?;
+    let detection = models.field_of_view.detection_probability(frame, &inverse.feature, &expected.measurement);
+    // h(m, x) = z: what moves the vehicle moves the feature so that the measurement stays.
+    let by_pose = -(inverse.jacobian * models.sensor.by_pose(frame, &inverse.feature, &expected));
+    let own = models.sensor.noise().congruence(&inverse.jacobian);
+    let usable = is_within_range(&inverse.feature) && is_within_square(&own) && by_pose.iter().all(|x| x.is_finite());
+    (detection > T::ZERO && usable).then_some((inverse.feature, by_pose, own.to_matrix()))
+}
+
+/// The feature that is there with the least probability.
+fn weakest<T: Real, P, const K: usize, const D: usize, const Z: usize>(
+    memory: &Memory<'_, T, P, K, D, Z>,
+) -> Option<(usize, T)> {
+    let totals = memory.slots.iter().take(memory.known.len).map(|slot| slot.existence.total()).enumerate();
+    totals.fold(None, |least, (place, total)| match least {
+        Some((_, known)) if !(total < known) => least,
+        _ => Some((place, total)),
+    })
+}
+
+/// Drops features whose place, or whose variance, rounding or a model has spoilt, and keeps the pose's variances; how many.
+pub(super) fn drop_spoilt<T: Real, P, const K: usize, const D: usize, const Z: usize>(
+    memory: &mut Memory<'_, T, P, K, D, Z>,
+) -> usize {
+    let mut spoilt = memory.joint.mend_pose(memory.known.len);
+    for place in (0..memory.known.len).rev() {
+        let first = K + D * place;
+        let usable = |variance: T| variance > T::ZERO && variance < T::INFINITY;
+        let sound = memory.slots.get(place).is_some_and(|slot| is_within_range(&slot.mean))
+            && (first..first + D).all(|coordinate| usable(memory.joint.get(coordinate, coordinate)));
+        if !sound {
+            memory.drop_feature(place);
+            spoilt += 1;
+        }
+    }
+    spoilt
+}
+
+/// Drops what is hardly there.
+pub(super) fn drop_unlikely<T: Real, P, const K: usize, const D: usize, const Z: usize>(
+    config: &JointConfig<T>,
+    memory: &mut Memory<'_, T, P, K, D, Z>,
+) -> usize {
+    let mut dropped = 0;
+    for place in (0..memory.known.len).rev() {
+        let Some(slot) = memory.slots.get(place) else { continue };
+        let tentative = slot.detections < T::from_f64(TENTATIVE);
+        let least = if tentative { config.least_tentative } else { config.least_existence };
+        // One that was born in this scan waits for the next. Written so that NaN goes.
+        let fresh = tentative && slot.detection == T::ZERO;
+        if !(slot.existence.total() >= config.least_existence) || !(fresh || slot.existence.total() >= least) {
+            memory.drop_feature(place);
+            dropped += 1;
+        }
+    }
+    dropped
+}
+
+/// Makes one of every two features in view that are closer to each other than their covariances and one measurement could tell: that
+/// they are one and the same is a measurement, m_i − m_j = 0, of which everything else learns.
+pub(super) fn merge<T, P, M, S, V, C, const K: usize, const D: usize, const Z: usize>(
+    models: &Models<M, S, V, C>,
+    config: &JointConfig<T>,
+    memory: &mut Memory<'_, T, P, K, D, Z>,
+) -> usize
+where
+    T: Real,
+    P: Pose<T, K>,
+    M: Motion<T, K, Pose = P>,
+    S: Locating<T, K, D, Z, Pose = P>,
+    Dim<K>: Packed,
+    Dim<D>: Packed,
+    Dim<Z>: Packed,
+{
+    let mut merged = 0;
+    let frame = models.sensor.frame(&memory.known.pose);
+    let mut one = 0;
+    while one < memory.known.len {
+        let Some(slot) = memory.slots.get(one) else { break };
+        // What one measurement from here would tell of its place.
+        let alone = if slot.detection > T::ZERO {
+            let expected = models.sensor.expect(&frame, &slot.mean);
+            let inverse = expected.and_then(|expected| models.sensor.invert(&frame, &expected.measurement));
+            inverse.and_then(|inverse| models.sensor.noise().congruence(&inverse.jacobian).factor())
+        } else {
+            None
+        };
+        if let Some(alone) = alone {
+            let mean = slot.mean;
+            let mut other = one + 1;
+            while other < memory.known.len {
+                let near = memory.slots.get(other).is_some_and(|slot| {
+                    slot.detection > T::ZERO && alone.mahalanobis(&(slot.mean - mean)) <= config.merge_distance
+                });
+                if near && join(config, memory, one, other) {
+                    merged += 1;
+                } else {
+                    other += 1;
+                }
+            }
+        }
+        one += 1;
+    }
+    merged
+}
+
+/// Makes `other` one with `one`, if their covariances let them be; whether it did.
+fn join<T, P, const K: usize, const D: usize, const Z: usize>(
+    config: &JointConfig<T>,
+    memory: &mut Memory<'_, T, P, K, D, Z>,
+    one: usize,
+    other: usize,
+) -> bool
+where
+    T: Real,
+    P: Pose<T, K>,
+    Dim<D>: Packed,
+{
+    let (Some(a), Some(b)) = (memory.slots.get(one).copied(), memory.slots.get(other).copied()) else { return false };
+    let (of_a, of_b) = (memory.joint.between(one, one), memory.joint.between(other, other));
+    let cross = memory.joint.between(one, other);
+    // Rounding may have taken the last of what two features differ by.
+    let rounding = (of_a + of_b) * (T::EPSILON * T::from_f64(64.0));
+    let apart = of_a + of_b - cross - cross.transpose() + rounding;
+    let Some(factor) = symmetric(&apart).factor() else { return false };
+    if !(factor.mahalanobis(&(b.mean - a.mean)) <= config.merge_distance) {
+        return false;
+    }
+    for coordinate in 0..D {
+        tie(memory, K + D * one + coordinate, K + D * other + coordinate, coordinate);
+    }
+    if let Some(slot) = memory.slots.get_mut(one) {
+        let (likelier, other) = if a.existence.total() >= b.existence.total() { (a, b) } else { (b, a) };
+        slot.existence = likelier.existence;
+        slot.detections = likelier.detections + other.detections;
+        slot.tag = if a.detections >= b.detections { a.tag } else { b.tag };
+    }
+    memory.drop_feature(other);
+    true
+}
+
+/// Takes in that two coordinates of the state are the same, as coordinate `of` of two features.
+fn tie<T, P, const K: usize, const D: usize, const Z: usize>(
+    memory: &mut Memory<'_, T, P, K, D, Z>,
+    first: usize,
+    second: usize,
+    of: usize,
+) where
+    T: Real,
+    P: Pose<T, K>,
+{
+    let Memory { known, slots, joint, common, .. } = memory;
+    let features = known.len;
+    let mean = |slots: &[Slot<T, D>], coordinate: usize| {
+        slots.get((coordinate - K) / D).and_then(|slot| slot.mean.get(of).copied()).unwrap_or(T::ZERO)
+    };
+    let difference = mean(slots, second) - mean(slots, first);
+    // One coordinate of the measurement space carries it.
+    let along = |value: T| SVector::<T, Z>::from_fn(|z, _| if z == 0 { value } else { T::ZERO });
+    let of_row = |row: usize| along(joint.get(row, first) - joint.get(row, second));
+    let (at_first, at_second) = (of_row(first), of_row(second));
+    let variance = (at_first - at_second).iter().fold(T::ZERO, |sum, &x| sum + x);
+    if !(variance > joint.get(first, first) * T::EPSILON) {
+        return;
+    }
+    let common = Common { pose: core::array::from_fn(of_row), features: common };
+    common.features.iter_mut().take(D * features).enumerate().for_each(|(d, slot)| *slot = of_row(K + d));
+    let step = along(difference / variance);
+    let by_vehicle = SVector::<T, K>::from_fn(|k, _| common.pose.get(k).map_or(T::ZERO, |row| row.dot(&step)));
+    known.pose = known.pose.displaced(&by_vehicle);
+    for (slot, rows) in slots.iter_mut().take(features).zip(common.features.chunks_exact(D)) {
+        slot.mean.iter_mut().zip(rows).for_each(|(coordinate, row)| *coordinate += row.dot(&step));
+    }
+    let by = SMatrix::<T, Z, Z>::from_fn(|r, c| if r == 0 && c == 0 { -T::ONE / variance } else { T::ZERO });
+    joint.add_product(&common, &by, features);
+}
