@@ -153,8 +153,9 @@ pub(super) fn drop_unlikely<T: Real, P, const K: usize, const D: usize, const Z:
     dropped
 }
 
-/// Makes one of every two features in view that are closer to each other than their covariances and one measurement could tell: that
-/// they are one and the same is a measurement, m_i − m_j = 0, of which everything else learns.
+/// Makes one of every two established features in view that are closer to each other than their covariances and one measurement could
+/// tell: that they are one and the same is a measurement, m_i − m_j = 0, of which everything else learns. Of what may be clutter, nothing
+/// is to be learnt: it goes of itself, for the other one has the greater share of what it would need to stay.
 pub(super) fn merge<T, P, M, S, V, C, const K: usize, const D: usize, const Z: usize>(
     models: &Models<M, S, V, C>,
     config: &JointConfig<T>,
@@ -175,7 +176,7 @@ where
     while one < memory.known.len {
         let Some(slot) = memory.slots.get(one) else { break };
         // What one measurement from here would tell of its place.
-        let alone = if slot.detection > T::ZERO {
+        let alone = if is_established(slot) {
             let expected = models.sensor.expect(&frame, &slot.mean);
             let inverse = expected.and_then(|expected| models.sensor.invert(&frame, &expected.measurement));
             inverse.and_then(|inverse| models.sensor.noise().congruence(&inverse.jacobian).factor())
@@ -187,7 +188,7 @@ where
             let mut other = one + 1;
             while other < memory.known.len {
                 let near = memory.slots.get(other).is_some_and(|slot| {
-                    slot.detection > T::ZERO && alone.mahalanobis(&(slot.mean - mean)) <= config.merge_distance
+                    is_established(slot) && alone.mahalanobis(&(slot.mean - mean)) <= config.merge_distance
                 });
                 if near && join(config, memory, one, other) {
                     merged += 1;
@@ -199,6 +200,11 @@ where
         one += 1;
     }
     merged
+}
+
+/// Whether a feature is in view, was detected twice, and is rather there than not.
+fn is_established<T: Real, const D: usize>(slot: &Slot<T, D>) -> bool {
+    slot.detection > T::ZERO && slot.detections >= T::from_f64(TENTATIVE) && slot.existence.total() >= T::from_f64(0.5)
 }
 
 /// Makes `other` one with `one`, if their covariances let them be; whether it did.

@@ -92,7 +92,7 @@ const MOVING_EXTRACTION_WEIGHT: f64 = 0.4;
 const PROPOSAL_ROUNDS: usize = 3;
 /// A component that explains less of a measurement than this does not steer the proposal.
 const LEAST_SHARE: f64 = 0.02;
-/// Two features of a joint map within three standard deviations are one, where the noise is known.
+/// Established features of a joint map within three standard deviations are one.
 const JOINT_MERGE_DISTANCE: f64 = 9.0;
 /// Runnalls' cost per mass of the lighter of two components that are one: of equal ones two standard deviations apart.
 const MERGE_COST: f64 = 0.7;
@@ -152,9 +152,6 @@ struct Unstated {
     lifetime_s: f64,
     /// Share of p_D that is left behind a nearer detection: posts are narrow, and do not hide all.
     behind: f64,
-    /// Two features of a joint map are one if they are nearer to each other than three of four such pairs are: a merger cannot be
-    /// undone, and where the noise is known badly, two that are one do less harm than two that were made one.
-    joint_merge_distance: f64,
 }
 
 /// [`Unstated::noise_margin`].
@@ -177,7 +174,6 @@ const UNSTATED: Unstated = Unstated {
     hidden_s: 10.0,
     lifetime_s: 1e4,
     behind: 0.3,
-    joint_merge_distance: 3.0,
 };
 
 /// Half width of a soft edge in standard deviations of its coordinate: noise and pose decide whether a feature this near
@@ -266,7 +262,7 @@ impl Settings {
             hidden_s: UNSTATED.hidden_s,
             lifetime_s: of(f64::INFINITY, UNSTATED.lifetime_s),
             behind: of(1.0, UNSTATED.behind),
-            merge_distance: of(JOINT_MERGE_DISTANCE, UNSTATED.joint_merge_distance),
+            merge_distance: JOINT_MERGE_DISTANCE,
         };
         Self { filter, vehicle: vehicle(log), sensor, moving, joint }
     }
