@@ -3,8 +3,8 @@
 use scphd_sim::scenario;
 use scphd_sim::session::{self, Filter};
 use scphd_sim::settings::{
-    Extraction, FilterSettings, Likelihood, MovingSettings, Proposal, Reduction, SensorSettings, Settings,
-    VehicleSettings,
+    Extraction, FilterSettings, JointSettings, Likelihood, MovingSettings, Proposal, Reduction, SensorSettings,
+    Settings, VehicleSettings,
 };
 use scphd_sim::slam::Precision;
 use std::f64::consts::PI;
@@ -106,6 +106,13 @@ fn thesis() -> Settings {
             lifetime_s: 100.0,
             spread_max_m: 3.0,
             extraction_weight: 0.5,
+        },
+        joint: JointSettings {
+            in_sight_s: f64::INFINITY,
+            hidden_s: 10.0,
+            lifetime_s: f64::INFINITY,
+            behind: 1.0,
+            merge_distance: 9.0,
         },
     }
 }

@@ -114,7 +114,7 @@ impl<T: Real> Sensor<T, 2, 2> for RangeBearing<T> {
         Vector2::new(range, wrap(bearing))
     }
 
-    /// What is nearer by more than [`HIDING_SIGMAS`] standard deviations of the range, in the same direction within as many of
+    /// What is nearer by more than three standard deviations of the range, in the same direction within as many of
     /// the bearing.
     fn hides(&self, measured: &SVector<T, 2>, expected: &SVector<T, 2>) -> bool {
         let [[range, bearing]] = self.innovation(measured, expected).data.0;
