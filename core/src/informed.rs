@@ -1,80 +1,10 @@
 //! The informed proposal against closed forms, against the blind one, and where it has nothing to go by.
 
+use crate::linear::{Drift, Everywhere, Offset};
 use crate::*;
-use nalgebra::{Matrix2, Matrix2x3, Matrix3, SVector, Vector2, Vector3};
+use nalgebra::{Matrix2, SVector, Vector2, Vector3};
 use std::boxed::Box;
 use std::vec::Vec;
-
-/// A vehicle that is moved by what it is told, with noise in x and y: linear and Gaussian.
-struct Drift {
-    sigmas: [f64; 2],
-}
-
-impl Motion<f64, 3> for Drift {
-    type Pose = PlanarPose<f64>;
-    type Control = Vector2<f64>;
-
-    fn admits(&self, _: &Vector2<f64>) -> bool {
-        true
-    }
-    fn propagate(&self, pose: &PlanarPose<f64>, control: &Vector2<f64>, dt: f64) -> PlanarPose<f64> {
-        PlanarPose { x_m: pose.x_m + control.x * dt, y_m: pose.y_m + control.y * dt, ..*pose }
-    }
-    fn sample(&self, pose: &PlanarPose<f64>, control: &Vector2<f64>, dt: f64, noise: &mut Noise) -> PlanarPose<f64> {
-        let moved = self.propagate(pose, control, dt);
-        let [x, y] = self.sigmas.map(|sigma| sigma * dt.sqrt() * noise.normal::<f64>());
-        PlanarPose { x_m: moved.x_m + x, y_m: moved.y_m + y, ..moved }
-    }
-    fn linearise(&self, _: &PlanarPose<f64>, _: &Vector2<f64>, dt: f64) -> Linearised<f64, 3> {
-        let [x, y] = self.sigmas.map(|sigma| sigma * sigma * dt);
-        Linearised { transition: Matrix3::identity(), noise: Symmetric::from_diagonal([x, y, 0.0]) }
-    }
-}
-
-/// A sensor that measures where a feature is from the vehicle, in the map's directions: linear.
-struct Offset {
-    noise: Symmetric<f64, 2>,
-}
-
-impl Sensor<f64, 2, 2> for Offset {
-    type Pose = PlanarPose<f64>;
-    type Frame = Vector2<f64>;
-    const SORTED_BY: usize = 0;
-    const SORTED_BY_ANGLE: bool = false;
-
-    fn frame(&self, pose: &PlanarPose<f64>) -> Vector2<f64> {
-        Vector2::new(pose.x_m, pose.y_m)
-    }
-    fn expect(&self, frame: &Vector2<f64>, feature: &Vector2<f64>) -> Option<Expected<f64, 2, 2>> {
-        Some(Expected { measurement: feature - frame, jacobian: Matrix2::identity() })
-    }
-    fn innovation(&self, measured: &Vector2<f64>, expected: &Vector2<f64>) -> Vector2<f64> {
-        measured - expected
-    }
-    fn noise(&self) -> &Symmetric<f64, 2> {
-        &self.noise
-    }
-    fn invert(&self, frame: &Vector2<f64>, measured: &Vector2<f64>) -> Option<Inverse<f64, 2, 2>> {
-        Some(Inverse { feature: frame + measured, jacobian: Matrix2::identity() })
-    }
-}
-
-impl Locating<f64, 3, 2, 2> for Offset {
-    fn by_pose(&self, _: &Vector2<f64>, _: &Vector2<f64>, _: &Expected<f64, 2, 2>) -> Matrix2x3<f64> {
-        Matrix2x3::new(-1.0, 0.0, 0.0, 0.0, -1.0, 0.0)
-    }
-}
-
-struct Everywhere(f64);
-
-impl FieldOfView<f64, Vector2<f64>, 2, 2> for Everywhere {
-    fn detection_probability(&self, _: &Vector2<f64>, _: &Vector2<f64>, _: &Vector2<f64>) -> f64 {
-        self.0
-    }
-    fn bounds(&self, _: &Vector2<f64>) -> Bounds<f64, 2> {
-        Bounds::EVERYWHERE
-    }
-}
 
 const DETECTION: f64 = 0.9;
 /// So rare that an explained measurement is explained by its feature alone.

@@ -77,6 +77,8 @@ mod in_space;
 mod informed;
 mod joint;
 mod likelihood;
+#[cfg(test)]
+mod linear;
 mod ln_sum;
 #[cfg(test)]
 mod lying;

@@ -107,13 +107,7 @@ fn thesis() -> Settings {
             spread_max_m: 3.0,
             extraction_weight: 0.5,
         },
-        joint: JointSettings {
-            in_sight_s: f64::INFINITY,
-            hidden_s: 10.0,
-            lifetime_s: f64::INFINITY,
-            behind: 1.0,
-            merge_distance: 9.0,
-        },
+        joint: JointSettings { in_sight_s: 1e9, hidden_s: 10.0, lifetime_s: 1e9, behind: 1.0, merge_distance: 9.0 },
     }
 }
 

@@ -1,74 +1,11 @@
 //! The joint filter against closed forms, and where it must not break.
 
 use super::*;
+use crate::linear::{Drift, Everywhere, Offset};
 use crate::*;
-use nalgebra::{Matrix2, Matrix2x3, Matrix3, SMatrix, SVector, Vector2};
+use nalgebra::{Matrix2, SMatrix, SVector, Vector2};
 use std::boxed::Box;
 use std::vec::Vec;
-
-/// A vehicle that drifts in a plane, and never turns: all is linear.
-struct Drift;
-
-impl Motion<f64, 3> for Drift {
-    type Pose = PlanarPose<f64>;
-    type Control = Vector2<f64>;
-
-    fn admits(&self, _: &Vector2<f64>) -> bool {
-        true
-    }
-    fn propagate(&self, pose: &PlanarPose<f64>, control: &Vector2<f64>, dt: f64) -> PlanarPose<f64> {
-        PlanarPose { x_m: pose.x_m + control.x * dt, y_m: pose.y_m + control.y * dt, ..*pose }
-    }
-    fn sample(&self, pose: &PlanarPose<f64>, control: &Vector2<f64>, dt: f64, _: &mut Noise) -> PlanarPose<f64> {
-        self.propagate(pose, control, dt)
-    }
-    fn linearise(&self, _: &PlanarPose<f64>, _: &Vector2<f64>, dt: f64) -> Linearised<f64, 3> {
-        Linearised { transition: Matrix3::identity(), noise: Symmetric::from_diagonal([0.25 * dt, 0.04 * dt, 0.0]) }
-    }
-}
-
-/// Measures the offset of a feature from the vehicle.
-struct Offset(Symmetric<f64, 2>);
-
-impl Sensor<f64, 2, 2> for Offset {
-    type Pose = PlanarPose<f64>;
-    type Frame = Vector2<f64>;
-    const SORTED_BY: usize = 0;
-    const SORTED_BY_ANGLE: bool = false;
-
-    fn frame(&self, pose: &PlanarPose<f64>) -> Vector2<f64> {
-        Vector2::new(pose.x_m, pose.y_m)
-    }
-    fn expect(&self, frame: &Vector2<f64>, feature: &Vector2<f64>) -> Option<Expected<f64, 2, 2>> {
-        Some(Expected { measurement: feature - frame, jacobian: Matrix2::identity() })
-    }
-    fn innovation(&self, measured: &Vector2<f64>, expected: &Vector2<f64>) -> Vector2<f64> {
-        measured - expected
-    }
-    fn noise(&self) -> &Symmetric<f64, 2> {
-        &self.0
-    }
-    fn invert(&self, frame: &Vector2<f64>, measured: &Vector2<f64>) -> Option<Inverse<f64, 2, 2>> {
-        Some(Inverse { feature: frame + measured, jacobian: Matrix2::identity() })
-    }
-}
-
-impl Locating<f64, 3, 2, 2> for Offset {
-    fn by_pose(&self, _: &Vector2<f64>, _: &Vector2<f64>, _: &Expected<f64, 2, 2>) -> Matrix2x3<f64> {
-        Matrix2x3::new(-1.0, 0.0, 0.0, 0.0, -1.0, 0.0)
-    }
-}
-
-struct Everywhere(f64);
-
-impl FieldOfView<f64, Vector2<f64>, 2, 2> for Everywhere {
-    fn detection_probability(&self, _: &Vector2<f64>, _: &Vector2<f64>, _: &Vector2<f64>) -> f64 {
-        self.0
-    }
-    fn bounds(&self, _: &Vector2<f64>) -> Bounds<f64, 2> {
-        Bounds::EVERYWHERE
-    }
-}
 
 type Linear<const N: usize, const L: usize> = JointState<f64, PlanarPose<f64>, 3, 2, 2, N, L, 16>;
 
@@ -79,8 +16,8 @@ const LANDMARKS: [[f64; 2]; 4] = [[300.0, 0.0], [0.0, 400.0], [-500.0, 20.0], [4
 fn with_known_association_and_all_linear_it_is_the_kalman_filter() {
     let noise = Symmetric::from_diagonal([0.09, 0.16]);
     let models = Models {
-        motion: Drift,
-        sensor: Offset(noise),
+        motion: Drift { sigmas: [0.5, 0.2] },
+        sensor: Offset { noise },
         field_of_view: Everywhere(1.0 - 1e-15),
         clutter: UniformClutter::of_scan(1e-60, 1.0).unwrap(),
     };

@@ -92,6 +92,8 @@ const MOVING_EXTRACTION_WEIGHT: f64 = 0.4;
 const PROPOSAL_ROUNDS: usize = 3;
 /// A component that explains less of a measurement than this does not steer the proposal.
 const LEAST_SHARE: f64 = 0.02;
+/// A time that no log lasts for, s: in a simulation nothing hides a landmark or takes it away.
+const NEVER_S: f64 = 1e9;
 /// Established features of a joint map within three standard deviations are one.
 const JOINT_MERGE_DISTANCE: f64 = 9.0;
 /// Runnalls' cost per mass of the lighter of two components that are one: of equal ones two standard deviations apart.
@@ -258,9 +260,9 @@ impl Settings {
             extraction_weight: MOVING_EXTRACTION_WEIGHT,
         };
         let joint = JointSettings {
-            in_sight_s: of(f64::INFINITY, UNSTATED.in_sight_s),
+            in_sight_s: of(NEVER_S, UNSTATED.in_sight_s),
             hidden_s: UNSTATED.hidden_s,
-            lifetime_s: of(f64::INFINITY, UNSTATED.lifetime_s),
+            lifetime_s: of(NEVER_S, UNSTATED.lifetime_s),
             behind: of(1.0, UNSTATED.behind),
             merge_distance: JOINT_MERGE_DISTANCE,
         };
