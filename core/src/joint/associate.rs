@@ -2,7 +2,8 @@
 
 use super::config::JointConfig;
 use super::covariance::{Blocks, symmetric};
-use super::state::{Explained, Memory};
+use super::exclusive::settle;
+use super::state::{Claim, Memory};
 use crate::{Clutter, Dim, FieldOfView, LnSum, Locating, Models, Motion, Packed, Pose, Real, Symmetric};
 use nalgebra::{SMatrix, SVector};
 
@@ -42,8 +43,8 @@ impl<T: Real, const K: usize, const D: usize, const Z: usize> Predicted<T, K, D,
     }
 }
 
-/// Fills in p_D of every feature in view and what explains every measurement; the features in view, and
-/// Σ ln(1 − p_D r): that none of them was missed for a reason.
+/// Fills in p_D of every feature in view and what explains every measurement; the features in view, and ln of the likelihood of the
+/// scan.
 pub(super) fn associate<T, P, M, S, V, C, const K: usize, const D: usize, const Z: usize>(
     models: &Models<M, S, V, C>,
     config: &JointConfig<T>,
@@ -69,9 +70,9 @@ where
         let ln_clutter = models.clutter.ln_intensity(z);
         // Written so that NaN is no clutter too.
         let ln_clutter = if ln_clutter < T::INFINITY { ln_clutter } else { T::NEG_INFINITY };
-        let mut eta = LnSum::of(ln_clutter);
-        eta.add(ln_birth);
-        *slot = Explained { eta, ln_unexplained: eta.ln(), len: 0, ..*slot };
+        let mut unexplained = LnSum::of(ln_clutter);
+        unexplained.add(ln_birth);
+        slot.start(unexplained.ln());
     }
     let (mut in_view, mut ln_missed) = (0, T::ZERO);
     for (place, slot) in slots.iter_mut().enumerate().take(known.len) {
@@ -90,16 +91,19 @@ where
         if !(expected > T::ZERO) {
             continue;
         }
-        ln_missed += (T::ONE - expected).ln();
+        let ln_not_detected = (T::ONE - expected).ln();
+        ln_missed += ln_not_detected;
         let covariance = predicted.innovation_covariance(&joint.blocks(place), sensor.noise());
         let Some(factor) = covariance.factor() else { continue };
-        let ln_peak = expected.ln() + factor.ln_peak();
+        let ln_peak = expected.ln() - ln_not_detected + factor.ln_peak();
         for (explained, z) in explained.iter_mut().zip(measurements) {
             let distance = factor.mahalanobis(&sensor.innovation(z, &predicted.measurement));
             if distance <= config.gate {
-                explained.claim(place as u16, ln_peak - distance * T::from_f64(0.5));
+                explained.claim(Claim::new(place as u16, ln_peak - distance * T::from_f64(0.5)));
             }
         }
     }
-    (in_view, ln_missed)
+    let explained = explained.get_mut(..measurements.len()).unwrap_or(&mut []);
+    let slots = slots.get_mut(..known.len).unwrap_or(&mut []);
+    (in_view, settle(slots, explained, ln_missed))
 }

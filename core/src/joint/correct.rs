@@ -41,7 +41,6 @@ where
             continue;
         }
         let detected = shares(memory.explained, place, measurements).fold(T::ZERO, |sum, (share, _)| sum + share);
-        let detected = detected.at_most(T::ONE);
         if detected >= T::from_f64(LEAST_DETECTED) && !move_by(sensor, memory, place, measurements, &mut corrected) {
             corrected.left_out += 1;
         }
@@ -60,9 +59,8 @@ fn shares<'m, T: Real, const Z: usize>(
     measurements: &'m [SVector<T, Z>],
 ) -> impl Iterator<Item = (T, &'m SVector<T, Z>)> + 'm {
     explained.iter().zip(measurements).filter_map(move |(explained, z)| {
-        let claims = explained.claims.get(..explained.len)?;
-        let claim = claims.iter().find(|claim| usize::from(claim.feature) == place)?;
-        Some(((claim.ln_likelihood - explained.eta.ln()).exp(), z))
+        let claim = explained.claims().iter().find(|claim| usize::from(claim.feature) == place)?;
+        Some((claim.share, z))
     })
 }
 
@@ -100,11 +98,6 @@ where
         squares += innovation * innovation.transpose() * share;
         detected += share;
         corrected.squares += share * factor.mahalanobis(&innovation);
-    }
-    // Two measurements may claim one feature: together they are no more than one detection of it.
-    if detected > T::ONE {
-        (mean, squares) = (mean / detected, squares / detected);
-        detected = T::ONE;
     }
     corrected.shares += detected;
     // P⁺ = P − β K S Kᵀ + K (Σ s ν νᵀ − ν̄ ν̄ᵀ) Kᵀ = P + (P Hᵀ) B (P Hᵀ)ᵀ.

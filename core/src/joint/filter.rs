@@ -199,9 +199,7 @@ where
         let Self { models, config, memory } = self;
         let passage = config.persistence.over(memory.known.waited_s);
         memory.slots.iter_mut().take(memory.known.len).for_each(|slot| slot.existence = slot.existence.after(&passage));
-        let (in_view, ln_missed) = associate(models, config, memory, measurements);
-        let explained = memory.explained.iter().zip(measurements).map(|(explained, _)| explained.eta.ln());
-        let ln_evidence = explained.fold(ln_missed, |sum, ln_eta| sum + ln_eta);
+        let (in_view, ln_evidence) = associate(models, config, memory, measurements);
         let corrected = correct(&models.sensor, memory, measurements);
         let born = bear(models, config, memory, measurements);
         let merged = merge(models, config, memory);

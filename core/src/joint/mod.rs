@@ -10,6 +10,7 @@ mod associate;
 mod config;
 mod correct;
 mod covariance;
+mod exclusive;
 mod existence;
 mod filter;
 mod state;

@@ -2,7 +2,7 @@
 
 use super::covariance::{Joint, joint_numbers};
 use super::existence::Existence;
-use crate::{LnSum, Pose, Real};
+use crate::{Pose, Real};
 use nalgebra::{ArrayStorage, SVector};
 
 /// One feature of a joint map.
@@ -18,6 +18,8 @@ pub(super) struct Slot<T: Real, const D: usize> {
     pub(super) detections: T,
     /// p_D in the scan at hand, 0 out of view.
     pub(super) detection: T,
+    /// Σ a ν over the measurements of the scan at hand that it may have caused.
+    pub(super) claimed: T,
 }
 
 /// A feature's claim on a measurement.
@@ -25,8 +27,16 @@ pub(super) struct Slot<T: Real, const D: usize> {
 pub(super) struct Claim<T> {
     /// The feature's place.
     pub(super) feature: u16,
-    /// ln( p_D r N(z; ẑ, S) ).
+    /// ln( p_D v N(z; ẑ, S) / (1 − p_D v) ).
     pub(super) ln_likelihood: T,
+    /// a: the same over what nothing but clutter and births explain.
+    pub(super) odds: T,
+    /// ν: what the measurement answers.
+    pub(super) answer: T,
+    /// Σ a ν of the feature's other claims.
+    pub(super) others: T,
+    /// s: the probability that the feature caused the measurement.
+    pub(super) share: T,
 }
 
 /// Features that share a measurement, at most: the likeliest, and more than these four never matter.
@@ -35,14 +45,14 @@ pub(super) const CLAIMS: usize = 4;
 /// What explains one measurement.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Explained<T> {
-    /// η: clutter, births and all features that may have caused it.
-    pub(super) eta: LnSum<T>,
-    /// ln( κ + w_b ).
+    /// ln λ = ln( κ + w_b ).
     pub(super) ln_unexplained: T,
+    /// The probability that no feature caused it.
+    pub(super) unexplained: T,
     /// The likeliest features; the weakest of them first, once there are as many as there is room for.
-    pub(super) claims: [Claim<T>; CLAIMS],
+    claims: [Claim<T>; CLAIMS],
     /// How many there are.
-    pub(super) len: usize,
+    len: usize,
 }
 
 /// The state of a [`JointSlam`](super::JointSlam): one Gaussian over the pose and up to `FEATURES` features.
@@ -175,26 +185,43 @@ impl<T: Real, const D: usize> Slot<T, D> {
         existence: Existence::NONE,
         detections: T::ZERO,
         detection: T::ZERO,
+        claimed: T::ZERO,
     };
 }
 
+impl<T: Real> Claim<T> {
+    pub(super) fn new(feature: u16, ln_likelihood: T) -> Self {
+        Self { feature, ln_likelihood, ..Self::ZERO }
+    }
+
+    const ZERO: Self =
+        Self { feature: 0, ln_likelihood: T::ZERO, odds: T::ZERO, answer: T::ZERO, others: T::ZERO, share: T::ZERO };
+}
+
 impl<T: Real> Explained<T> {
-    const ZERO: Self = Self {
-        eta: LnSum::ZERO,
-        ln_unexplained: T::ZERO,
-        claims: [Claim { feature: 0, ln_likelihood: T::ZERO }; CLAIMS],
-        len: 0,
-    };
+    pub(super) const ZERO: Self =
+        Self { ln_unexplained: T::ZERO, unexplained: T::ZERO, claims: [Claim::ZERO; CLAIMS], len: 0 };
+
+    /// Starts a scan: nothing but clutter and births explain it yet.
+    pub(super) fn start(&mut self, ln_unexplained: T) {
+        (self.ln_unexplained, self.len) = (ln_unexplained, 0);
+    }
+
+    pub(super) fn claims(&self) -> &[Claim<T>] {
+        self.claims.get(..self.len).unwrap_or(&[])
+    }
+
+    pub(super) fn claims_mut(&mut self) -> &mut [Claim<T>] {
+        self.claims.get_mut(..self.len).unwrap_or(&mut [])
+    }
 
     /// Takes in a feature's claim, in place of the weakest where there are enough.
-    pub(super) fn claim(&mut self, feature: u16, ln_likelihood: T) {
-        self.eta.add(ln_likelihood);
-        let claim = Claim { feature, ln_likelihood };
+    pub(super) fn claim(&mut self, claim: Claim<T>) {
         if let Some(slot) = self.claims.get_mut(self.len) {
             *slot = claim;
             self.len += 1;
         } else if let Some(weakest) = self.claims.first_mut()
-            && weakest.ln_likelihood < ln_likelihood
+            && weakest.ln_likelihood < claim.ln_likelihood
         {
             *weakest = claim;
         }

@@ -44,9 +44,8 @@ where
     let frame = models.sensor.frame(&memory.known.pose);
     for (index, z) in measurements.iter().enumerate() {
         let Some(explained) = memory.explained.get(index) else { break };
-        let ln_eta = explained.eta.ln();
-        let unexplained = (explained.ln_unexplained - ln_eta).exp();
-        let existence = (ln_birth - ln_eta).exp().at_most(T::ONE);
+        let unexplained = explained.unexplained;
+        let existence = (unexplained * (ln_birth - explained.ln_unexplained).exp()).at_most(T::ONE);
         if !(unexplained >= config.birth_share && existence > T::ZERO) {
             continue;
         }
@@ -67,7 +66,7 @@ where
         let place = memory.known.len;
         let Some(slot) = memory.slots.get_mut(place) else { break };
         let existence = Existence { in_sight: existence, hidden: T::ZERO };
-        *slot = Slot { tag, mean, existence, detections: existence.in_sight, detection: T::ZERO };
+        *slot = Slot { tag, mean, existence, detections: existence.in_sight, ..Slot::ZERO };
         memory.joint.add(&by_pose, &own, place);
         memory.known.len += 1;
         born.births += 1;
