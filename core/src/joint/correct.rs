@@ -109,12 +109,9 @@ where
     if !(by.iter().all(|x| x.is_finite()) && step.iter().all(|x| x.is_finite())) {
         return false;
     }
-    let by_vehicle = SVector::<T, K>::from_fn(|k, _| common.pose.get(k).map_or(T::ZERO, |row| row.dot(&step)));
-    known.pose = known.pose.displaced(&by_vehicle);
-    for (slot, rows) in slots.iter_mut().take(features).zip(common.features.chunks_exact(D)) {
-        slot.mean.iter_mut().zip(rows).for_each(|(coordinate, row)| *coordinate += row.dot(&step));
-    }
     joint.add_product(&common, &by, features);
+    let pose = common.pose;
+    memory.shift(&pose, &step);
     true
 }
 

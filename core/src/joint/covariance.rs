@@ -147,6 +147,23 @@ impl<T: Real, const K: usize, const D: usize> Joint<'_, T, K, D> {
         }
     }
 
+    /// P ← (I + c eᵀ) P (I + c eᵀ)ᵀ over so many features, with e the direction of the coordinate `heading` and c = `lever` of each
+    /// other coordinate (0 of the heading itself): what an uncertain heading means where things have been moved to.
+    pub(super) fn turn(&mut self, heading: usize, lever: impl Fn(usize) -> T, features: usize) {
+        let variance = self.get(heading, heading);
+        for row in (0..K + D * features).filter(|&row| row != heading) {
+            let (of_row, with_row) = (lever(row), self.get(row, heading));
+            for column in (0..=row).filter(|&column| column != heading) {
+                let (of_column, with_column) = (lever(column), self.get(column, heading));
+                let grown = of_row * (with_column + of_column * variance) + with_row * of_column;
+                self.set(row, column, self.get(row, column) + grown);
+            }
+        }
+        for row in (0..K + D * features).filter(|&row| row != heading) {
+            self.set(row, heading, self.get(row, heading) + lever(row) * variance);
+        }
+    }
+
     /// Takes a coordinate of the pose whose variance rounding has made negative, or no number at all, for certain and for
     /// independent of the rest; how many.
     pub(super) fn mend_pose(&mut self, features: usize) -> usize {

@@ -127,7 +127,7 @@ where
             return Err(ResetError::NonFinitePose);
         }
         let known = &mut *self.memory.known;
-        (known.started, known.pose, known.len) = (true, pose, 0);
+        (known.started, known.pose, known.moved, known.len) = (true, pose, [T::ZERO; 2], 0);
         (known.waited_s, known.refused, known.next_tag) = (T::ZERO, 0, 0);
         self.memory.joint.clear();
         Ok(())
@@ -201,8 +201,12 @@ where
         memory.slots.iter_mut().take(memory.known.len).for_each(|slot| slot.existence = slot.existence.after(&passage));
         let (in_view, ln_evidence) = associate(models, config, memory, measurements);
         let corrected = correct(&models.sensor, memory, measurements);
+        memory.follow();
         let born = bear(models, config, memory, measurements);
         let merged = merge(models, config, memory);
+        if merged > 0 {
+            memory.follow();
+        }
         let spoilt = drop_spoilt(memory);
         let dropped = drop_unlikely(config, memory);
         let refused = core::mem::take(&mut memory.known.refused);

@@ -12,6 +12,8 @@ pub(super) struct Slot<T: Real, const D: usize> {
     pub(super) tag: u32,
     /// Where it is, m.
     pub(super) mean: SVector<T, D>,
+    /// How far corrections have moved it since the covariance was last turned, m.
+    pub(super) moved: SVector<T, D>,
     /// Whether it is there.
     pub(super) existence: Existence<T>,
     /// Detections of it so far, each by its share.
@@ -83,6 +85,8 @@ pub struct JointState<
 pub(super) struct Known<T, P> {
     pub(super) started: bool,
     pub(super) pose: P,
+    /// How far corrections have moved it on the ground since the covariance was last turned, m.
+    pub(super) moved: [T; 2],
     /// Features there are.
     pub(super) len: usize,
     /// Summed dt since the last scan, s.
@@ -121,7 +125,15 @@ impl<
             assert!(FEATURES <= u16::MAX as usize, "at most 65535 features");
         }
         let zero = const { SVector::from_array_storage(ArrayStorage([[T::ZERO; Z]; 1])) };
-        let known = Known { started: false, pose: P::ZERO, len: 0, waited_s: T::ZERO, refused: 0, next_tag: 0 };
+        let known = Known {
+            started: false,
+            pose: P::ZERO,
+            moved: [T::ZERO; 2],
+            len: 0,
+            waited_s: T::ZERO,
+            refused: 0,
+            next_tag: 0,
+        };
         Self {
             known,
             slots: [Slot::ZERO; FEATURES],
@@ -165,6 +177,53 @@ impl<
 }
 
 impl<T: Real, P, const K: usize, const D: usize, const Z: usize> Memory<'_, T, P, K, D, Z> {
+    /// Moves pose and features by their rows of P Hᵀ, times `step`.
+    pub(super) fn shift(&mut self, pose: &[SVector<T, Z>; K], step: &SVector<T, Z>)
+    where
+        P: Pose<T, K>,
+    {
+        let Self { known, slots, common, .. } = self;
+        let by = SVector::<T, K>::from_fn(|k, _| pose.get(k).map_or(T::ZERO, |row| row.dot(step)));
+        known.pose = known.pose.displaced(&by);
+        known.moved.iter_mut().zip(by.iter()).for_each(|(moved, &by)| *moved += by);
+        for (slot, rows) in slots.iter_mut().take(known.len).zip(common.chunks_exact(D)) {
+            let by = SVector::<T, D>::from_fn(|d, _| rows.get(d).map_or(T::ZERO, |row| row.dot(step)));
+            slot.mean += by;
+            slot.moved += by;
+        }
+    }
+
+    /// Lets the covariance follow where corrections have moved pose and features.
+    ///
+    /// What turns vehicle and map together about the origin, by δθ, moves what is at p by δθ × p. No measurement tells it, and so the
+    /// covariance must keep its share of it; but an update at p leaves a covariance that has it at p, and has moved p.
+    /// Without this every update tells some heading that nothing measured (Huang, Mourikis & Roumeliotis 2010), and this is the
+    /// covariance of the invariant filter (Barrau & Bonnabel 2015).
+    pub(super) fn follow(&mut self)
+    where
+        P: Pose<T, K>,
+    {
+        let Self { known, slots, joint, .. } = self;
+        let Some(heading) = P::HEADING else { return };
+        let lever = |coordinate: usize| {
+            let of = |[x, y]: [T; 2], d: usize| match d {
+                0 => -y,
+                1 => x,
+                _ => T::ZERO,
+            };
+            match coordinate.checked_sub(K) {
+                None => of(known.moved, coordinate),
+                Some(behind) => slots.get(behind / D).map_or(T::ZERO, |slot| match *slot.moved.as_slice() {
+                    [x, y, ..] => of([x, y], behind % D),
+                    _ => T::ZERO,
+                }),
+            }
+        };
+        joint.turn(heading, lever, known.len);
+        known.moved = [T::ZERO; 2];
+        slots.iter_mut().take(known.len).for_each(|slot| slot.moved.fill(T::ZERO));
+    }
+
     /// Drops a feature; the last one takes its place.
     pub(super) fn drop_feature(&mut self, place: usize) {
         let last = self.known.len.saturating_sub(1);
@@ -182,6 +241,7 @@ impl<T: Real, const D: usize> Slot<T, D> {
     pub(super) const ZERO: Self = Self {
         tag: 0,
         mean: SVector::from_array_storage(ArrayStorage([[T::ZERO; D]; 1])),
+        moved: SVector::from_array_storage(ArrayStorage([[T::ZERO; D]; 1])),
         existence: Existence::NONE,
         detections: T::ZERO,
         detection: T::ZERO,

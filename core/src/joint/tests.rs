@@ -323,3 +323,45 @@ fn nonsense_is_refused_and_leaves_all_as_it_was() {
         assert_eq!(config.check().unwrap_err().field, field);
     }
 }
+
+#[test]
+fn nothing_that_nobody_measured_is_learnt_of_the_heading() {
+    // Odometry that is sure of where it goes but for the share of its turns.
+    let noise = ControlNoise { speed_sigma_ratio: 0.02, turn_sigma_ratio: 0.3, ..ControlNoise::white(0.0, 0.0) };
+    let models = Models { motion: Unicycle::new(Step::Arc, noise).unwrap(), ..car::<f64>() };
+    let mut state = Box::new(Car::<f64, 40, { joint_numbers(3, 2, 40) }, 32>::new());
+    let mut slam = JointSlam::new(models, JointConfig::default(), &mut *state).unwrap();
+    slam.reset(PlanarPose::new(0.0, 0.0, 0.0)).unwrap();
+    let mut draws = Noise::seeded(7);
+    // Blind turns, so that the heading is in doubt by half a radian; then landmarks that nobody knew before, and only straight
+    // ways, back and forth.
+    let mut truth = PlanarPose::new(0.0, 0.0, 0.0);
+    let mut drive =
+        |slam: &mut JointSlam<'_, _, _, _, _, _, _, 3, 2, 2>, truth: &mut PlanarPose<f64>, v: f64, w: f64| {
+            let u = UnicycleControl { speed_mps: v, rate_radps: w };
+            slam.predict(&u, 0.1).unwrap();
+            let actual = UnicycleControl { speed_mps: v * (1.0 + 0.02 * draws.normal::<f64>()), rate_radps: 1.2 * w };
+            *truth = models.motion.propagate(truth, &actual, 0.1);
+        };
+    for step in 0..40 {
+        drive(&mut slam, &mut truth, 0.0, if step < 20 { 1.0 } else { -0.9 });
+    }
+    let heading = |slam: &JointSlam<'_, _, _, _, _, _, _, 3, 2, 2>| slam.estimate_pose().unwrap().covariance.get(2, 2);
+    let before = heading(&slam);
+    assert!(before > 0.02, "{before}");
+    let mut scatter = Noise::seeded(8);
+    for step in 0..400 {
+        drive(&mut slam, &mut truth, if step % 100 < 50 { 1.0 } else { -1.0 }, 0.0);
+        let z: Vec<_> = [[6.0_f64, 3.0_f64], [9.0, -4.0], [2.0, 5.0], [12.0, 1.0]]
+            .iter()
+            .map(|[x, y]| {
+                let (dx, dy) = (x - truth.x_m, y - truth.y_m);
+                let noise = Vector2::new(0.1 * scatter.normal::<f64>(), 0.01 * scatter.normal::<f64>());
+                Vector2::new(dx.hypot(dy), wrap(dy.atan2(dx) - truth.heading_rad)) + noise
+            })
+            .collect();
+        slam.scan(&z).unwrap();
+    }
+    let after = heading(&slam);
+    assert!(after > 0.9 * before, "{before} {after}");
+}

@@ -268,11 +268,8 @@ fn tie<T, P, const K: usize, const D: usize, const Z: usize>(
     let common = Common { pose: core::array::from_fn(of_row), features: common };
     common.features.iter_mut().take(D * features).enumerate().for_each(|(d, slot)| *slot = of_row(K + d));
     let step = along(difference / variance);
-    let by_vehicle = SVector::<T, K>::from_fn(|k, _| common.pose.get(k).map_or(T::ZERO, |row| row.dot(&step)));
-    known.pose = known.pose.displaced(&by_vehicle);
-    for (slot, rows) in slots.iter_mut().take(features).zip(common.features.chunks_exact(D)) {
-        slot.mean.iter_mut().zip(rows).for_each(|(coordinate, row)| *coordinate += row.dot(&step));
-    }
     let by = SMatrix::<T, Z, Z>::from_fn(|r, c| if r == 0 && c == 0 { -T::ONE / variance } else { T::ZERO });
     joint.add_product(&common, &by, features);
+    let pose = common.pose;
+    memory.shift(&pose, &step);
 }

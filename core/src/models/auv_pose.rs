@@ -46,6 +46,7 @@ impl<T: Real> AuvPose<T> {
 
 impl<T: Real> Pose<T, 5> for AuvPose<T> {
     const ZERO: Self = Self::new(T::ZERO, T::ZERO, T::ZERO, T::ZERO);
+    const HEADING: Option<usize> = Some(3);
 
     fn coordinates(&self) -> SVector<T, 5> {
         SVector::from([self.x_m, self.y_m, self.z_m, self.yaw_rad, self.yaw_rate_radps])

@@ -9,6 +9,10 @@ pub trait Pose<T: Real, const K: usize>: Copy + PartialEq + Debug + Send + Sync 
     /// All zero.
     const ZERO: Self;
 
+    /// Which coordinate is the heading, if one is; the first two are then x and y, and so are those of features. Who turns vehicle
+    /// and map together changes no measurement: a joint map needs to know, or else learns a heading that nothing told it.
+    const HEADING: Option<usize> = None;
+
     /// The coordinates, for checks and digests.
     fn coordinates(&self) -> SVector<T, K>;
 
@@ -59,6 +63,7 @@ impl<T: Real> PlanarPose<T> {
 
 impl<T: Real> Pose<T, 3> for PlanarPose<T> {
     const ZERO: Self = Self::new(T::ZERO, T::ZERO, T::ZERO);
+    const HEADING: Option<usize> = Some(2);
 
     fn coordinates(&self) -> SVector<T, 3> {
         Vector3::new(self.x_m, self.y_m, self.heading_rad)
