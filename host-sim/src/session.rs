@@ -67,6 +67,14 @@ impl Filter {
         }
     }
 
+    /// Particles that it has with these settings: a single Gaussian is one.
+    fn particles(self, settings: &Settings) -> usize {
+        match self {
+            Self::Core(_) | Self::Reference => settings.filter.particles,
+            Self::Joint(_) | Self::Ekf(_) => 1,
+        }
+    }
+
     pub(crate) fn start(self, log: &Log, settings: &Settings, seed: u64) -> Result<Box<dyn Slam>, Refusal> {
         match self {
             Self::Core(precision) => Ok(core_filter(settings, &log.vehicle, log.initial_pose, precision, seed)?),
@@ -294,7 +302,7 @@ fn summary(log: &Log, settings: &Settings, filter: Filter, seed: u64, run: &Run,
         log: log.name.clone(),
         filter: filter.name(settings.filter.likelihood).into(),
         precision: filter.precision().into(),
-        particles: settings.filter.particles as u64,
+        particles: filter.particles(settings) as u64,
         seed,
         scans: scans.len() as u64,
         position_rmse_m: estimate.map(|score| score.position_rmse_m),

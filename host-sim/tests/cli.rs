@@ -170,7 +170,8 @@ fn bad_settings_are_refused_by_file_field_and_range() {
     for (settings, parts) in cases {
         fs::write(place.path("bad.toml"), settings).unwrap();
         let outputs = ["--json", "results/run.json", "--out", "results/out"];
-        let error = place.fails(&[&["replay", "log", "--settings", "bad.toml"][..], &outputs].concat());
+        let error =
+            place.fails(&[&["replay", "log", "--filter", "core", "--settings", "bad.toml"][..], &outputs].concat());
         assert!(parts.iter().all(|part| error.contains(part)), "{settings}: {error}");
         place.fails(&[&["run", "survey", "--settings", "bad.toml"][..], &outputs].concat());
         place.fails(&[&["--settings", "bad.toml"][..], &outputs].concat());
@@ -277,12 +278,30 @@ fn an_exported_scenario_replays_as_it_runs() {
     place.succeeds(&[&["run", "survey", "--scenario-seed", "9"][..], &tuned].concat());
     let run = summary();
     place.succeeds(&["export", "survey", "exported", "--seed", "9"]);
-    place.succeeds(&[&["replay", "exported"][..], &tuned].concat());
+    place.succeeds(&[&["replay", "exported", "--filter", "core"][..], &tuned].concat());
     assert_eq!(timeless(summary()), timeless(run.clone()));
     assert_eq!((&run["seed"], &run["particles"]), (&5.into(), &2.into()));
     // Without a seed of its own the scenario takes the filter's.
     place.succeeds(&[&["run", "survey"][..], &tuned].concat());
     assert_ne!(summary()["dead_reckoning_rmse_m"], run["dead_reckoning_rmse_m"]);
+}
+
+#[test]
+fn a_log_gets_a_joint_map_where_nothing_asks_for_what_it_has_not() {
+    let place = Workplace::new();
+    let filter = |args: &[&str]| {
+        place.succeeds(&[&["replay", "log", "--json", "run.json"][..], args].concat());
+        let run: Value = serde_json::from_slice(&fs::read(place.path("run.json")).unwrap()).unwrap();
+        (run["filter"].as_str().unwrap().to_owned(), run["particles"].as_u64().unwrap())
+    };
+    assert_eq!(filter(&[]), ("joint".into(), 1));
+    assert_eq!(filter(&["--filter", "joint", "--particles", "4"]), ("joint".into(), 1));
+    for mixture in [&["--particles", "2"][..], &["--filter", "core"], &["--moving", "on"], &["--threads", "2"]] {
+        assert_eq!(filter(mixture).0, "scphd", "{mixture:?}");
+    }
+    fs::write(place.path("moving.toml"), "[moving]\nbirth_intensity = 0.01").unwrap();
+    let error = place.fails(&["replay", "log", "--settings", "moving.toml"]);
+    assert!(error.contains("moving.birth_intensity") && error.contains("--filter core"), "{error}");
 }
 
 #[test]

@@ -158,10 +158,10 @@ pub struct RunArgs {
     pub tuning: Tuning,
     #[command(flatten)]
     pub seed: Seed,
-    /// The filter: `core` is the fixed-capacity filter, `rb-empty`, `rb-single` and `rb-multi` are the same with the
-    /// particle likelihoods of RB-PHD SLAM, `reference` is the brute-force one.
-    #[arg(long, value_enum, default_value_t = FilterName::Core)]
-    pub filter: FilterName,
+    /// The filter [default: joint for logs in the plane and random worlds, unless --particles, --samples, --threads or
+    /// --moving ask for what only core has; otherwise core].
+    #[arg(long, value_enum)]
+    pub filter: Option<FilterName>,
     /// Number type of the filter [default: f32 for core, f64 for reference, which knows no other].
     #[arg(long, value_enum)]
     pub precision: Option<PrecisionName>,
@@ -198,8 +198,9 @@ pub struct MonteCarloArgs {
     /// Added to all seeds.
     #[arg(long, allow_negative_numbers = true, value_parser = seed, default_value_t = 0)]
     pub seed: u64,
-    /// The filters, separated by commas; they get the same inputs, and the first is compared with each other one.
-    #[arg(long, value_enum, value_delimiter = ',', default_value = "core")]
+    /// The filters, separated by commas; they get the same inputs, and the first is compared with each other one [default:
+    /// joint in random worlds, unless --particles, --samples or --moving ask for what only core has; otherwise core].
+    #[arg(long, value_enum, value_delimiter = ',')]
     pub filter: Vec<FilterName>,
     /// Number type of the filters [default: f32 for core, f64 for reference, which knows no other].
     #[arg(long, value_enum)]
@@ -321,7 +322,7 @@ pub struct TuneArgs {
     /// Learns from the scans before, s since the first [default: the first half].
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     pub until: Option<f64>,
-    /// The filter that is to run with the settings.
+    /// The filter that is to run with the settings; of a joint map fewer innovations are known.
     #[arg(long, value_enum, default_value_t = FilterName::Core)]
     pub filter: FilterName,
     /// Tells the position errors in the part that judges too; nothing is decided by them.
@@ -478,10 +479,27 @@ impl Choice {
     }
 }
 
+impl FilterName {
+    /// The filter for what is or is not a log in the plane, where the command line does not say: a joint map, but for what only a
+    /// mixture has.
+    pub fn usual(is_log: bool, tuning: &Tuning, threads: u16) -> Self {
+        let several = tuning.particles.is_some() || tuning.samples.is_some() || threads > 1;
+        if is_log && !several && tuning.moving != Some(Switch::On) { Self::Joint } else { Self::Core }
+    }
+}
+
+impl MonteCarloArgs {
+    /// The filters asked for, or the usual one for what are or are not random worlds.
+    pub fn filters(&self, are_worlds: bool) -> Vec<FilterName> {
+        if self.filter.is_empty() { vec![FilterName::usual(are_worlds, &self.tuning, 1)] } else { self.filter.clone() }
+    }
+}
+
 impl RunArgs {
-    /// The filter asked for, or why there is none such.
-    pub fn filter(&self) -> Result<Choice, &'static str> {
-        Choice::of(self.filter, self.precision)
+    /// The filter asked for, or the usual one for what is or is not a log in the plane; or why there is none such.
+    pub fn filter(&self, is_log: bool) -> Result<Choice, &'static str> {
+        let usual = || FilterName::usual(is_log, &self.tuning, self.threads);
+        Choice::of(self.filter.unwrap_or_else(usual), self.precision)
     }
 
     /// The seeds asked for, one after the other.
@@ -496,7 +514,7 @@ impl RunArgs {
     /// The threads asked for.
     pub fn threads(&self) -> Result<Threads, Failure> {
         let alone = [FilterName::Joint, FilterName::Reference, FilterName::Ekf, FilterName::EkfKnown];
-        if self.threads > 1 && alone.contains(&self.filter) {
+        if self.threads > 1 && self.filter.is_some_and(|filter| alone.contains(&filter)) {
             return Err(Failure::input("--threads: for the core filter only"));
         }
         Ok(Threads::new(self.threads.into())?)

@@ -92,7 +92,7 @@ fn runs(sources: Sources, names: &[String], args: RunArgs) -> Result<(), Failure
 /// One filter over one log.
 fn single(source: &Source, name: &str, args: RunArgs) -> Result<(), Failure> {
     let log = &*source.log(args.seed.seed)?;
-    let choice = args.filter().map_err(Failure::input)?;
+    let choice = args.filter(source.is_log()).map_err(Failure::input)?;
     let threads = args.threads()?;
     let settings = choice.settings(tuned(source.defaults(log), &args.tuning)?);
     let outputs = Outputs { json: args.json, out: args.out };

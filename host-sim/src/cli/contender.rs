@@ -23,17 +23,19 @@ impl Contender {
         Self { choice, variant: None, names_filter: true }
     }
 
-    /// All that the command line asks for, those of one filter together and in the order of the file.
-    pub fn all(args: &MonteCarloArgs) -> Result<Vec<Self>, Failure> {
+    /// All that the command line asks for, those of one filter together and in the order of the file; where it names no filter, the
+    /// usual one for what are or are not random worlds.
+    pub fn all(args: &MonteCarloArgs, are_worlds: bool) -> Result<Vec<Self>, Failure> {
+        let asked_for = args.filters(are_worlds);
         let choice = |name| Choice::of(name, args.precision).map_err(Failure::input);
         let Some(path) = &args.variants else {
-            return args.filter.iter().map(|&name| Ok(Self::plain(choice(name)?))).collect();
+            return asked_for.iter().map(|&name| Ok(Self::plain(choice(name)?))).collect();
         };
         let mut all = Vec::new();
         let (own, common): (Vec<_>, Vec<_>) =
             variants::read(path).map_err(Failure::input)?.into_iter().partition(|variant| variant.filter.is_some());
-        let asked_for: &[FilterName] = if common.is_empty() { &[] } else { &args.filter };
-        for &name in asked_for {
+        let asked_for = if common.is_empty() { Vec::new() } else { asked_for };
+        for &name in &asked_for {
             for variant in &common {
                 let variant = Some((path.clone(), variant.clone()));
                 all.push(Self { choice: choice(name)?, variant, names_filter: asked_for.len() > 1 });

@@ -164,7 +164,7 @@ pub fn run(
 
 /// Runs a study, or a part of one.
 pub fn study(args: MonteCarloArgs) -> Result<(), Failure> {
-    let contenders = Contender::all(&args)?;
+    let contenders = Contender::all(&args, false)?;
     let found = args.sources.iter().map(|source| Found::find(source, None)).collect::<Result<Vec<_>, _>>()?;
     if let (Some(scenario), 2..) = (found.iter().zip(&args.sources).find(|(found, _)| found.is_seeded()), found.len()) {
         let name = scenario.1.display();

@@ -14,7 +14,7 @@ use std::thread;
 
 /// Runs every log with every seed, and prints a row for each log.
 pub fn repeat(sources: &[Source], args: RunArgs) -> Result<(), Failure> {
-    let choice = args.filter().map_err(Failure::input)?;
+    let choice = args.filter(sources.iter().all(Source::is_log)).map_err(Failure::input)?;
     let threads = args.threads()?;
     if args.out.is_some() {
         return Err(Failure::input("--out: for a single run only, not with several logs or --repeat"));

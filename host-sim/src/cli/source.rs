@@ -9,7 +9,7 @@ use super::failure::Failure;
 use super::underwater;
 use scphd_sim::log::Log;
 use scphd_sim::log_folder;
-use scphd_sim::scenario::{SCENARIOS, by_name, thesis_run};
+use scphd_sim::scenario::{SCENARIOS, WORLDS, by_name, thesis_run};
 use scphd_sim::settings::{Origin, Origins, OutOfRange, Settings};
 use std::borrow::Cow;
 use std::path::Path;
@@ -56,6 +56,14 @@ impl Source {
         let mut origins = Origins::of_log(log);
         origins.set_changed(&Settings::for_log(log), &self.defaults(log), &Origin::Experiment);
         origins
+    }
+
+    /// Whether it is a log, or a random world, which is as good as one: an experiment of the thesis is neither.
+    pub fn is_log(&self) -> bool {
+        match self {
+            Self::Fixed(_) => true,
+            Self::Seeded(name) | Self::Frozen(name, _) => WORLDS.contains(&name.as_str()),
+        }
     }
 
     /// Runs with each input, where the thesis says so.

@@ -112,7 +112,7 @@ pub fn settings(source: &Source, tuning: &Tuning) -> Result<(), Failure> {
 
 /// One filter over one log or several, with one seed or several; `names` are what the sources were called.
 pub fn run(sources: &[Source], names: &[String], args: RunArgs) -> Result<(), Failure> {
-    let choice = args.filter().map_err(Failure::input)?;
+    let choice = args.filter(false).map_err(Failure::input)?;
     let (threads, seeds) = (args.threads()?, args.seeds()?);
     let outputs = Outputs { json: args.json, out: args.out };
     outputs.check()?;
@@ -174,11 +174,9 @@ pub fn study(sources: &[Source], args: MonteCarloArgs) -> Result<(), Failure> {
     if let Some(path) = &args.variants {
         return Err(Failure::input(format_args!("--variants {}: in the plane only", path.display())));
     }
-    let choices = args
-        .filter
-        .iter()
-        .map(|&name| Choice::of(name, args.precision).map_err(Failure::input))
-        .collect::<Result<Vec<_>, _>>()?;
+    let filters = args.filters(false).into_iter();
+    let choices =
+        filters.map(|name| Choice::of(name, args.precision).map_err(Failure::input)).collect::<Result<Vec<_>, _>>()?;
     let logs = match sources {
         [Source::Scenario(..)] => None,
         logs => Some(logs.len()),

@@ -35,7 +35,7 @@ pub fn study(name: &str, args: MonteCarloArgs) -> Result<(), Failure> {
             "--shard, --input-sets: not with worlds; give parts of them different --seed and --runs",
         ));
     }
-    let contenders = Contender::all(&args)?;
+    let contenders = Contender::all(&args, true)?;
     let outputs = Outputs { json: args.json, out: None };
     outputs.check()?;
     let source = Source::scenario(name.to_owned(), None)?;

@@ -103,6 +103,9 @@ pub fn joint_filter(
 }
 
 fn start<T: Real>(settings: &Settings, vehicle: &Vehicle, initial_pose: [f64; 3]) -> Result<Box<dyn Slam>, Refusal> {
+    if settings.moving.birth_intensity > 0.0 {
+        return Err(refusal("moving.birth_intensity: a joint map has no moving features; --filter core has"));
+    }
     let real = T::from_f64;
     let joint = &settings.joint;
     let config = JointConfig {
