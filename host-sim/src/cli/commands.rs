@@ -148,7 +148,7 @@ fn warn_of_rows(session: &Session) {
     if let [LeftOut { row, t_s, what }, more @ ..] = &session.left_out[..] {
         let rest = if more.is_empty() { String::new() } else { format!("; and {} more", more.len()) };
         let label = label(&session.summary);
-        eprintln!("warning: {label}: row {} of the odometry ({t_s} s) left out: {what}{rest}", row + 1);
+        notice(format_args!("warning: {label}: row {} of the odometry ({t_s} s) left out: {what}{rest}", row + 1));
     }
 }
 

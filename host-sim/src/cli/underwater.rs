@@ -163,7 +163,7 @@ pub fn run(sources: &[Source], names: &[String], args: RunArgs) -> Result<(), Fa
     report_health(&outputs, &session.summary, &session.health)?;
     if let [(t_s, what), more @ ..] = &session.left_out[..] {
         let rest = if more.is_empty() { String::new() } else { format!("; and {} more", more.len()) };
-        eprintln!("warning: a step before the frame of {t_s} s left out: {what}{rest}");
+        notice(format_args!("warning: a step before the frame of {t_s} s left out: {what}{rest}"));
     }
     warn_of_errors(&summaries);
     names.first().map_or(Ok(()), |name| outputs.print(&settings_command(name, &args.tuning)))

@@ -24,14 +24,17 @@ pub struct Bundle {
     pub oldest: &'static str,
 }
 
-/// The folder where packages are unpacked: in the user's cache, because a checkout comes and goes; without one, among the
-/// build products.
-pub fn cache() -> PathBuf {
+/// Where packages may be unpacked, the better place first: in the user's cache, because a checkout comes and goes; otherwise among
+/// the build products.
+fn places() -> impl Iterator<Item = PathBuf> {
     let home = || std::env::var_os("HOME").filter(|home| !home.is_empty()).map(|home| Path::new(&home).join(".cache"));
     let user = std::env::var_os("XDG_CACHE_HOME").filter(|cache| !cache.is_empty()).map(PathBuf::from).or_else(home);
-    let own = user.map(|cache| cache.join("scphd"));
-    own.filter(|own| fs::create_dir_all(own).is_ok() && is_writable(own))
-        .unwrap_or_else(|| process::own_target_dir("cache"))
+    user.map(|cache| cache.join("scphd")).into_iter().chain([process::own_target_dir("cache")])
+}
+
+/// The folder where packages are unpacked, if it can be written to.
+pub fn cache() -> PathBuf {
+    places().next().unwrap_or_else(|| process::own_target_dir("cache"))
 }
 
 fn is_writable(folder: &Path) -> bool {
@@ -41,7 +44,7 @@ fn is_writable(folder: &Path) -> bool {
 
 /// What was unpacked before.
 pub fn unpacked(bundle: &Bundle) -> Option<Tree> {
-    Tree::at(&cache().join(bundle.name))
+    places().find_map(|place| Tree::at(&place.join(bundle.name)))
 }
 
 /// Whether packages can be fetched here at all; a network is not tried.
@@ -52,8 +55,9 @@ pub fn can_fetch() -> Result<(), String> {
 /// Downloads the packages of a bundle, and what they need that is not installed, and unpacks them.
 pub fn fetch(bundle: &Bundle) -> Result<Tree, String> {
     apt::present()?;
-    let cache = cache();
-    fs::create_dir_all(&cache).map_err(|error| format!("{}: {error}", cache.display()))?;
+    let cache = places()
+        .find(|place| fs::create_dir_all(place).is_ok() && is_writable(place))
+        .ok_or_else(|| format!("{}: cannot be written to", cache().display()))?;
     // What is there has been tried, and does not run any more: what it was unpacked beside has changed.
     let old = cache.join(bundle.name);
     if old.exists() {
