@@ -11,7 +11,7 @@ use crate::score::final_map::FinalMap;
 use crate::score::map_error::MapError;
 use crate::score::moving::{MovingScore, MovingTally};
 use crate::score::trajectory;
-use crate::settings::{Likelihood, Settings};
+use crate::settings::{FilterSettings, Likelihood, Settings};
 use crate::slam::{Precision, ReferenceFilter, Refusal, Slam, core_filter, joint_filter};
 use crate::tally::{HealthCounts, ScanTimes};
 use crate::threads::Threads;
@@ -68,9 +68,9 @@ impl Filter {
     }
 
     /// Particles that it has with these settings: a single Gaussian is one.
-    fn particles(self, settings: &Settings) -> usize {
+    pub(crate) fn particles(self, settings: &FilterSettings) -> usize {
         match self {
-            Self::Core(_) | Self::Reference => settings.filter.particles,
+            Self::Core(_) | Self::Reference => settings.particles,
             Self::Joint(_) | Self::Ekf(_) => 1,
         }
     }
@@ -302,7 +302,7 @@ fn summary(log: &Log, settings: &Settings, filter: Filter, seed: u64, run: &Run,
         log: log.name.clone(),
         filter: filter.name(settings.filter.likelihood).into(),
         precision: filter.precision().into(),
-        particles: filter.particles(settings) as u64,
+        particles: filter.particles(&settings.filter) as u64,
         seed,
         scans: scans.len() as u64,
         position_rmse_m: estimate.map(|score| score.position_rmse_m),

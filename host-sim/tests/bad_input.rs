@@ -356,6 +356,21 @@ fn threads_weigh_in_space_too() {
 }
 
 #[test]
+fn a_joint_map_works_in_space_too() {
+    let place = Workplace::new();
+    let run = |precision: &str| {
+        let args = ["replay", "stereo", "--filter", "joint", "--precision", precision, "--json", "run.json"];
+        place.succeeds(&args);
+        serde_json::from_slice::<Value>(&fs::read(place.path("run.json")).unwrap()).unwrap()
+    };
+    let (single, double) = (run("f32"), run("f64"));
+    assert_eq!((&single["filter"], &single["particles"]), (&"joint".into(), &1.into()));
+    let error = |run: &Value| run["position_rmse_m"].as_f64().unwrap();
+    assert!((error(&single) - error(&double)).abs() < 1e-3, "{} {}", error(&single), error(&double));
+    assert!(single["features_estimated"].as_f64().unwrap() > 0.0, "{single}");
+}
+
+#[test]
 fn studies_of_stereo_logs_work() {
     let place = Workplace::new();
     let with = |json: &str, more: &[&str]| {

@@ -202,13 +202,14 @@ where
         let (in_view, ln_evidence) = associate(models, config, memory, measurements);
         let corrected = correct(&models.sensor, memory, measurements);
         memory.follow();
+        let first_tag = memory.known.next_tag;
         let born = bear(models, config, memory, measurements);
         let merged = merge(models, config, memory);
         if merged > 0 {
             memory.follow();
         }
         let spoilt = drop_spoilt(memory);
-        let dropped = drop_unlikely(config, memory);
+        let dropped = drop_unlikely(config, memory, first_tag);
         let refused = core::mem::take(&mut memory.known.refused);
         memory.known.waited_s = T::ZERO;
         let innovation = if corrected.shares > T::ZERO {

@@ -365,3 +365,25 @@ fn nothing_that_nobody_measured_is_learnt_of_the_heading() {
     let after = heading(&slam);
     assert!(after > 0.9 * before, "{before} {after}");
 }
+
+#[test]
+fn what_is_rarely_born_is_found_all_the_same() {
+    // A thousand times less than clutter: a single detection is hardly a landmark, two at one place are.
+    let models = car::<f64>();
+    let clutter = 2.0 / models.field_of_view.measure();
+    let config = JointConfig { birth_intensity: clutter / 1000.0, ..JointConfig::default() };
+    let mut state = Box::new(Car::<f64, 8, { joint_numbers(3, 2, 8) }, 4>::new());
+    let mut slam = JointSlam::new(models, config, &mut *state).unwrap();
+    slam.reset(PlanarPose::new(0.0, 0.0, 0.0)).unwrap();
+    let mut draws = Noise::seeded(3);
+    for step in 0..10 {
+        slam.predict(&UnicycleControl { speed_mps: 0.0, rate_radps: 0.0 }, 0.1).unwrap();
+        let noise = Vector2::new(0.1 * draws.normal::<f64>(), 0.01 * draws.normal::<f64>());
+        // And one false measurement, always elsewhere.
+        let elsewhere = Vector2::new(4.0 + f64::from(step), -2.0 + 0.3 * f64::from(step));
+        slam.scan(&[Vector2::new(7.0, 0.5) + noise, elsewhere]).unwrap();
+    }
+    let features: Vec<_> = slam.features().collect();
+    assert_eq!(features.len(), 1, "{features:?}");
+    assert!((features[0].mean - Vector2::new(7.0 * 0.5_f64.cos(), 7.0 * 0.5_f64.sin())).norm() < 0.2);
+}

@@ -132,19 +132,24 @@ pub(super) fn drop_spoilt<T: Real, P, const K: usize, const D: usize, const Z: u
     spoilt
 }
 
-/// Drops what is hardly there.
+/// Drops what is hardly there, but for what was born in this scan and has tags from `first_tag` on: that waits for the next.
 pub(super) fn drop_unlikely<T: Real, P, const K: usize, const D: usize, const Z: usize>(
     config: &JointConfig<T>,
     memory: &mut Memory<'_, T, P, K, D, Z>,
+    first_tag: u32,
 ) -> usize {
     let mut dropped = 0;
     for place in (0..memory.known.len).rev() {
         let Some(slot) = memory.slots.get(place) else { continue };
-        let tentative = slot.detections < T::from_f64(TENTATIVE);
+        // Tags wrap around.
+        if slot.tag.wrapping_sub(first_tag) < u32::MAX / 2 {
+            continue;
+        }
+        let was_expected = slot.detection > T::ZERO;
+        let tentative = slot.detections < T::from_f64(TENTATIVE) && was_expected;
         let least = if tentative { config.least_tentative } else { config.least_existence };
-        // One that was born in this scan waits for the next. Written so that NaN goes.
-        let fresh = tentative && slot.detection == T::ZERO;
-        if !(slot.existence.total() >= config.least_existence) || !(fresh || slot.existence.total() >= least) {
+        // Written so that NaN goes.
+        if !(slot.existence.total() >= least.at_least(config.least_existence)) {
             memory.drop_feature(place);
             dropped += 1;
         }

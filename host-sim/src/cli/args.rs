@@ -386,7 +386,7 @@ pub enum FilterName {
     RbSingle,
     /// The same with the likelihood of RB-PHD SLAM with several features at once.
     RbMulti,
-    /// One Gaussian over the pose and all features; in the plane, static features only.
+    /// One Gaussian over the pose and all features; static features only.
     Joint,
     /// Brute force in double precision, slow.
     Reference,

@@ -4,6 +4,7 @@
 //! ([`log`], [`tank`]), settings, filters behind one trait ([`slam`]) and sessions. Scores, JSON keys and
 //! Monte Carlo studies are shared with it.
 
+mod joint;
 pub mod lockstep;
 pub mod log;
 pub mod plot;

@@ -1,9 +1,10 @@
 //! One filter over one whole underwater log: what it estimated, how well, how fast.
 
+use super::joint::joint_filter;
 use super::log::{Instruments, Log};
 use super::record::{FrameRecord, MapFeature, Record, distance, position};
 use super::settings::Settings;
-use super::slam::{Slam, Transparent, core_filter};
+use super::slam::{Slam, core_filter};
 use super::timeline::{Step, Timeline};
 use super::truth::Seen;
 use crate::angle::wrap;
@@ -77,11 +78,11 @@ pub fn run_on(
     with_roomy_stack(session).map_err(SessionError::Thread)?
 }
 
-fn start(log: &Log, settings: &Settings, filter: Filter, seed: u64) -> Result<Box<dyn Transparent>, Refusal> {
+fn start(log: &Log, settings: &Settings, filter: Filter, seed: u64) -> Result<Box<dyn Slam>, Refusal> {
     match filter {
-        Filter::Core(precision) => core_filter(log, settings, precision, seed),
+        Filter::Core(precision) => Ok(core_filter(log, settings, precision, seed)?),
         Filter::Reference => Err(Refusal("in space the reference runs in lockstep only: scphd-sim compare".into())),
-        Filter::Joint(_) => Err(Refusal("the joint filter is of the plane alone".into())),
+        Filter::Joint(precision) => joint_filter(log, settings, precision),
         Filter::Ekf(_) => Err(Refusal("the EKF is of the plane alone".into())),
     }
 }
@@ -237,7 +238,7 @@ fn summary(log: &Log, settings: &Settings, filter: Filter, seed: u64, run: &Run,
         log: log.name.clone(),
         filter: filter.name(settings.filter.likelihood).into(),
         precision: filter.precision().into(),
-        particles: settings.filter.particles as u64,
+        particles: filter.particles(&settings.filter) as u64,
         seed,
         scans: frames.len() as u64,
         position_rmse_m: root_mean_square(&positions),

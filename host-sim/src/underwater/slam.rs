@@ -139,7 +139,7 @@ pub struct CoreFilter<
     threads: Threads,
 }
 
-fn refusal(error: impl core::fmt::Display) -> Refusal {
+pub(super) fn refusal(error: impl core::fmt::Display) -> Refusal {
     Refusal(error.to_string())
 }
 
