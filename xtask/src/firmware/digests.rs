@@ -1,10 +1,11 @@
 //! The step `firmware`: after every scan the boards are in the same state as the host, bit for bit.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::thread;
 
-use super::board::EMULATED;
+use super::board::{Board, EMULATED};
 use super::emulator;
-use super::image::{self, Extra};
+use super::image::{self, Extra, Image};
 use super::output::{self, Replay};
 use super::rig::{PLANAR, Rig, UNDERWATER};
 use super::streams::{self, Precision, Source, Variant};
@@ -53,10 +54,7 @@ fn compare() -> Result<Outcome, Stop> {
             for profile in PROFILES {
                 replays.push((profile, streams::on_host(&stream, *rig, precision, profile)?));
             }
-            for (board, image) in &images {
-                let lines = emulator::run(&qemu, board, image, &stream)?;
-                replays.push((board.name, Replay::parse(&lines)?));
-            }
+            replays.extend(on_boards(&qemu, &images, &stream)?);
             let (first, rest) = replays.split_first().ok_or("nothing to compare")?;
             if first.1.scans.is_empty() {
                 return Err(format!("no scan of {}", source.what).into());
@@ -78,6 +76,20 @@ fn compare() -> Result<Outcome, Stop> {
         Outcome::Passed(note)
     } else {
         Outcome::Partly(format!("{note}; NOT CHECKED: no {}", missing.join(", no ")))
+    })
+}
+
+/// What every board does with a stream, all at the same time: each is one thread of QEMU, and none takes notice of another.
+fn on_boards<'b>(qemu: &Tool, images: &[(&'b Board, Image)], stream: &Path) -> Result<Vec<(&'b str, Replay)>, String> {
+    let run = |board: &Board, image| Replay::parse(&emulator::run(qemu, board, image, stream)?);
+    thread::scope(|scope| {
+        let begun = images.iter().map(|(board, image)| (board.name, scope.spawn(move || run(board, image))));
+        let runs: Vec<_> = begun.collect();
+        let ended = |(name, run): (_, thread::ScopedJoinHandle<'_, Result<Replay, String>>)| {
+            let replay = run.join().map_err(|_| format!("{name}: the run ended with a panic"))??;
+            Ok((name, replay))
+        };
+        runs.into_iter().map(ended).collect()
     })
 }
 
