@@ -1,8 +1,9 @@
 //! Why an operation was refused. Whatever is refused leaves the state as it was; but of a prediction the time has passed all
 //! the same, and the reports tell of it.
 
-use crate::{ConfigError, Flaw, Implausible, ModelError};
+use crate::{ConfigError, Flaw, Implausible, ModelError, Real};
 use core::fmt;
+use nalgebra::SVector;
 
 /// Why a filter cannot be set up.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -213,6 +214,18 @@ pub enum ScanError {
     },
     /// The covariance of the sensor's noise is not positive definite.
     SensorNoise,
+}
+
+impl ScanError {
+    /// Whether a state with room for so many measurements can take these.
+    pub(crate) fn check<T: Real, const Z: usize>(measurements: &[SVector<T, Z>], capacity: usize) -> Result<(), Self> {
+        if measurements.len() > capacity {
+            return Err(Self::TooManyMeasurements { measurements: measurements.len(), capacity });
+        }
+        let finite = |z: &SVector<T, Z>| z.iter().all(|coordinate| coordinate.is_finite());
+        let strange = measurements.iter().position(|z| !finite(z));
+        strange.map_or(Ok(()), |index| Err(Self::NonFinite { index }))
+    }
 }
 
 impl fmt::Display for ScanError {

@@ -228,19 +228,10 @@ where
         if cursor.noise.is_none() {
             return Err(PredictError::NotStarted);
         }
-        let usable = dt >= T::ZERO && dt.is_finite();
-        let refusal = if !usable {
-            Some(PredictError::TimeStep)
-        } else if !motion.admits(control) {
-            Some(PredictError::Control)
-        } else {
-            let first = candidates.first().map(|candidate| candidate.pose);
-            first.and_then(|pose| plausible.violated(motion, &pose, control, dt)).map(PredictError::Implausible)
-        };
-        if let Some(refusal) = refusal {
+        let first = candidates.first().map(|candidate| &candidate.pose);
+        if let Some(refusal) = plausible.refusal(motion, first, control, dt) {
             cursor.refused = cursor.refused.saturating_add(1);
-            // What moves has moved on all the same.
-            if usable && dt <= plausible.step_max_s {
+            if plausible.takes_time(dt) {
                 cursor.waited_s += dt;
             }
             return Err(refusal);
@@ -289,14 +280,7 @@ where
         executor: &impl Executor,
         probe: &mut impl Probe,
     ) -> Result<ScanReport<T>, ScanError> {
-        let capacity = self.memory.measurements.len();
-        if measurements.len() > capacity {
-            return Err(ScanError::TooManyMeasurements { measurements: measurements.len(), capacity });
-        }
-        let finite = |z: &SVector<T, Z>| z.iter().all(|coordinate| coordinate.is_finite());
-        if let Some(index) = measurements.iter().position(|z| !finite(z)) {
-            return Err(ScanError::NonFinite { index });
-        }
+        ScanError::check(measurements, self.memory.measurements.len())?;
         self.step(measurements, executor, probe)
     }
 

@@ -1,6 +1,6 @@
 //! What no vehicle does: input beyond it is taken for garbage.
 
-use crate::{ConfigError, Dim, Motion, Packed, Pose, Real, Symmetric};
+use crate::{ConfigError, Dim, Motion, Packed, Pose, PredictError, Real, Symmetric};
 use core::fmt;
 use nalgebra::SVector;
 
@@ -70,8 +70,34 @@ impl<T: Real> Plausible<T> {
         }
     }
 
+    /// Whether a step takes a time that a vehicle can have moved for, whatever the control says: what moves has moved on then.
+    pub(crate) fn takes_time(&self, dt: T) -> bool {
+        dt >= T::ZERO && dt.is_finite() && dt <= self.step_max_s
+    }
+
+    /// Why a prediction is refused, if it is; where there is no pose yet, nothing is implausible.
+    pub(crate) fn refusal<M, const K: usize>(
+        &self,
+        motion: &M,
+        pose: Option<&M::Pose>,
+        control: &M::Control,
+        dt: T,
+    ) -> Option<PredictError>
+    where
+        M: Motion<T, K>,
+        Dim<K>: Packed,
+    {
+        if !(dt >= T::ZERO && dt.is_finite()) {
+            return Some(PredictError::TimeStep);
+        }
+        if !motion.admits(control) {
+            return Some(PredictError::Control);
+        }
+        pose.and_then(|pose| self.violated(motion, pose, control, dt)).map(PredictError::Implausible)
+    }
+
     /// What is implausible of a step from `pose`, if anything. NaN is.
-    pub(crate) fn violated<M, const K: usize>(
+    fn violated<M, const K: usize>(
         &self,
         motion: &M,
         pose: &M::Pose,

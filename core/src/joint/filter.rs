@@ -143,18 +143,10 @@ where
             return Err(PredictError::NotStarted);
         }
         let (motion, plausible) = (&self.models.motion, &self.config.plausible);
-        let usable = dt >= T::ZERO && dt.is_finite();
-        let refusal = if !usable {
-            Some(PredictError::TimeStep)
-        } else if !motion.admits(control) {
-            Some(PredictError::Control)
-        } else {
-            plausible.violated(motion, &known.pose, control, dt).map(PredictError::Implausible)
-        };
-        if usable && dt <= plausible.step_max_s {
+        if plausible.takes_time(dt) {
             known.waited_s += dt;
         }
-        if let Some(refusal) = refusal {
+        if let Some(refusal) = plausible.refusal(motion, Some(&known.pose), control, dt) {
             known.refused = known.refused.saturating_add(1);
             return Err(refusal);
         }
@@ -182,17 +174,10 @@ where
     /// A measurement is not finite, there are more than the state holds, or the filter has not been reset; the state is as it
     /// was.
     pub fn scan(&mut self, measurements: &[SVector<T, Z>]) -> Result<JointReport<T>, ScanError> {
-        let capacity = self.memory.explained.len();
         if !self.memory.known.started {
             return Err(ScanError::NotStarted);
         }
-        if measurements.len() > capacity {
-            return Err(ScanError::TooManyMeasurements { measurements: measurements.len(), capacity });
-        }
-        let finite = |z: &SVector<T, Z>| z.iter().all(|coordinate| coordinate.is_finite());
-        if let Some(index) = measurements.iter().position(|z| !finite(z)) {
-            return Err(ScanError::NonFinite { index });
-        }
+        ScanError::check(measurements, self.memory.explained.len())?;
         if self.models.sensor.noise().factor().is_none() {
             return Err(ScanError::SensorNoise);
         }
