@@ -193,7 +193,7 @@ impl<T: Real, P, const K: usize, const D: usize, const Z: usize> Memory<'_, T, P
         }
     }
 
-    /// Lets the covariance follow where corrections have moved pose and features.
+    /// Lets the covariance follow where corrections have moved pose and features, if they have.
     ///
     /// What turns vehicle and map together about the origin, by δθ, moves what is at p by δθ × p. No measurement tells it, and so the
     /// covariance must keep its share of it; but an update at p leaves a covariance that has it at p, and has moved p.
@@ -205,6 +205,10 @@ impl<T: Real, P, const K: usize, const D: usize, const Z: usize> Memory<'_, T, P
     {
         let Self { known, slots, joint, .. } = self;
         let Some(heading) = P::HEADING else { return };
+        let still = |moved: &[T]| moved.iter().all(|&by| by == T::ZERO);
+        if still(&known.moved) && slots.iter().take(known.len).all(|slot| still(slot.moved.as_slice())) {
+            return;
+        }
         let lever = |coordinate: usize| {
             let of = |[x, y]: [T; 2], d: usize| match d {
                 0 => -y,
