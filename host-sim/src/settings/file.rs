@@ -43,14 +43,6 @@ pub enum FileProblem {
 }
 
 impl Settings {
-    /// These settings with the fields of the TOML file at `path` put over them.
-    ///
-    /// # Errors
-    /// The file cannot be read, has an unknown key, or a value that is not of its field's type or range.
-    pub fn with_file(&self, path: &Path) -> Result<Self, FileError> {
-        read(path, |text| self.with_toml(text))
-    }
-
     /// These settings with the fields in `text` put over them.
     ///
     /// # Errors
@@ -208,7 +200,7 @@ mod tests {
 
     #[test]
     fn the_file_is_named() {
-        let error = defaults().with_file(Path::new("no/such.toml")).unwrap_err().to_string();
+        let error = read(Path::new("no/such.toml"), |text| defaults().with_toml(text)).unwrap_err().to_string();
         assert!(error.starts_with("no/such.toml: cannot be read: "), "{error}");
     }
 }

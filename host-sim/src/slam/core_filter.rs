@@ -112,7 +112,7 @@ impl<
     }
 }
 
-pub(super) fn refusal(error: impl core::fmt::Display) -> Refusal {
+pub(crate) fn refusal(error: impl core::fmt::Display) -> Refusal {
     Refusal(error.to_string())
 }
 
@@ -221,7 +221,7 @@ impl<
 }
 
 /// The upper left corner of a covariance, or all of it.
-pub(super) fn full<T: Real, const N: usize, const M: usize>(covariance: &scphd::Symmetric<T, N>) -> [[f64; M]; M]
+pub(crate) fn full<T: Real, const N: usize, const M: usize>(covariance: &scphd::Symmetric<T, N>) -> [[f64; M]; M]
 where
     Dim<N>: Packed,
 {

@@ -7,7 +7,7 @@ mod joint_filter;
 mod reference_filter;
 
 pub(crate) use config::config_of;
-pub(crate) use core_filter::{Ahead, range_bearing};
+pub(crate) use core_filter::{Ahead, full, range_bearing, refusal};
 pub use core_filter::{Precision, core_filter};
 pub use joint_filter::joint_filter;
 pub use reference_filter::{ReferenceFilter, reference_of};

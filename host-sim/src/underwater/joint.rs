@@ -3,8 +3,8 @@
 use super::log::Log;
 use super::record::MapFeature;
 use super::settings::Settings;
-use super::slam::{Outcome, Slam, full, refusal};
-use crate::slam::{Precision, Refusal, left_out};
+use super::slam::{Outcome, Slam};
+use crate::slam::{Precision, Refusal, full, left_out, refusal};
 use crate::stream::underwater_models;
 use crate::threads::Threads;
 use nalgebra::Vector4;

@@ -4,12 +4,12 @@
 use super::log::Log;
 use super::session::Pilot;
 use super::settings::Settings;
-use super::slam::{Snapshot, Transparent, core_filter, full};
+use super::slam::{Snapshot, Transparent, core_filter};
 use crate::compare::Differences;
 use crate::reference::space::{self, Space};
 use crate::reference::{Component, Config, MovingConfig};
 use crate::settings::Likelihood;
-use crate::slam::{Precision, Refusal};
+use crate::slam::{Precision, Refusal, full};
 use scphd::{AuvControl, Reading};
 
 fn larger(a: &mut f64, b: f64) {

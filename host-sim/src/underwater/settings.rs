@@ -3,10 +3,9 @@
 use super::log::Log;
 use crate::settings::defaults::{ADAPTIVE_CELL_M, ADAPTIVE_CELL_RAD, ADAPTIVE_LEAST, ADAPTIVE_RISK};
 use crate::settings::{
-    Extraction, FileError, FileProblem, FilterSettings, Likelihood, Origin, OutOfRange, Proposal, Reduction, file,
+    Extraction, FileProblem, FilterSettings, Likelihood, Origin, OutOfRange, Proposal, Reduction, file,
 };
 use serde::{Deserialize, Serialize};
-use std::path::Path;
 
 /// Tuning of a run; every field is required here, the TOML file may leave any out.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -183,14 +182,6 @@ impl Settings {
         let settings: Self = file::laid_over(self, file::parsed(text)?)?;
         settings.check()?;
         Ok(settings)
-    }
-
-    /// These settings with the fields of the TOML file at `path` put over them.
-    ///
-    /// # Errors
-    /// The file cannot be read, or is refused by [`with_toml`](Self::with_toml).
-    pub fn with_file(&self, path: &Path) -> Result<Self, FileError> {
-        file::read(path, |text| self.with_toml(text))
     }
 
     /// The settings as TOML.

@@ -4,13 +4,13 @@ use super::log::Log;
 use super::record::MapFeature;
 use super::settings::Settings;
 use crate::reference::{self, Draws, space};
-use crate::slam::{Ahead, Precision, Refusal, config_of, left_out};
+use crate::slam::{Ahead, Precision, Refusal, config_of, full, left_out, refusal};
 use crate::stream::underwater_models;
 use crate::threads::Threads;
 use nalgebra::Vector4;
 use scphd::{
     Auv, AuvControl, AuvPose, Component, Config, Health, Implausible, MapMemory, NoMoving, Real, ScPhd, State,
-    StereoCamera, StereoFrustum, Symmetric, UniformClutter,
+    StereoCamera, StereoFrustum, UniformClutter,
 };
 use scphd_stream::underwater::AuvModels;
 
@@ -139,10 +139,6 @@ pub struct CoreFilter<
     threads: Threads,
 }
 
-pub(super) fn refusal(error: impl core::fmt::Display) -> Refusal {
-    Refusal(error.to_string())
-}
-
 impl<T: Real, const PARTICLES: usize, const CANDIDATES: usize, const PAGES: usize, const MAP_PAGES: usize>
     CoreFilter<T, PARTICLES, CANDIDATES, PAGES, MAP_PAGES>
 {
@@ -244,14 +240,6 @@ impl<T: Real, const PARTICLES: usize, const CANDIDATES: usize, const PAGES: usiz
             })
         })?
     }
-}
-
-/// All elements of a symmetric matrix.
-pub(super) fn full<T: Real, const N: usize>(symmetric: &Symmetric<T, N>) -> [[f64; N]; N]
-where
-    scphd::Dim<N>: scphd::Packed,
-{
-    std::array::from_fn(|row| std::array::from_fn(|column| symmetric.get(row, column).to_f64()))
 }
 
 /// The fixed-capacity filter with the models and tuning that the settings describe.
