@@ -2,7 +2,9 @@
 
 use crate::rig::{Case, Rig};
 use crate::world::{Clutter, World};
-use scphd::{Config, ConstantVelocity, ControlNoise, KnownPose, MapMemory, MovingConfig, NoMoving, Step, Unicycle};
+use scphd::{
+    Births, Config, ConstantVelocity, ControlNoise, KnownPose, MapMemory, MovingConfig, NoMoving, Step, Unicycle,
+};
 use scphd_sim::noise::Noise;
 use std::f64::consts::TAU;
 
@@ -44,6 +46,9 @@ fn robot() -> Unicycle<f32> {
     Unicycle::new(Step::Arc, ControlNoise::white(0.1, 0.02)).expect("the noise of the odometry")
 }
 
+/// About one new feature a scan in a 15 m circle.
+const BIRTHS: Births<f32> = Births::still(0.01);
+
 fn config(particles: usize, samples: usize) -> Config<f32> {
     Config { particles, samples, ..Config::default() }
 }
@@ -65,7 +70,7 @@ fn rfs_slam_like() -> Box<dyn Case> {
     };
     // A whole round and some more.
     let config = Config { prune_weight: RFS_SLAM_PRUNE_WEIGHT, ..config(200, 1) };
-    Box::new(Rig::<_, Still<200, 4096, 16>, NoMoving, 200, 200>::new(robot(), config, world, &[], 320))
+    Box::new(Rig::<_, Still<200, 4096, 16>, NoMoving, 200, 200>::new(robot(), BIRTHS, config, world, &[], 320))
 }
 
 /// GM-PHD tracking: 20 targets, 20 false measurements a scan, from a place that is known.
@@ -87,11 +92,12 @@ fn gmphd_20_targets() -> Box<dyn Case> {
     };
     let moving = MovingConfig {
         motion: ConstantVelocity { acceleration_psd: 0.1, lifetime_s: 100.0 },
-        ..MovingConfig::walkers(0.01)
+        ..MovingConfig::walkers()
     };
-    let config = Config { birth_intensity: 0.0, prune_weight: 1e-5, moving, ..config(1, 1) };
+    let births = Births { still: 0.0, moving: 0.01 };
+    let config = Config { prune_weight: 1e-5, moving, ..config(1, 1) };
     type Moving = MapMemory<f32, 4, 2, 1, 128, 64, 1024>;
-    Box::new(Rig::<_, Still<1, 64, 32>, Moving, 1, 1>::new(KnownPose, config, world, &[], 100))
+    Box::new(Rig::<_, Still<1, 64, 32>, Moving, 1, 1>::new(KnownPose, births, config, world, &[], 100))
 }
 
 /// A map of `features`, of which 20 are in view wherever the vehicle is on its way, and the others never.
@@ -115,7 +121,14 @@ fn map(features: usize) -> Box<dyn Case> {
     let grid = (0..rows * rows).map(|k| [k % rows, k / rows].map(|place| (place as f64 - rows as f64 / 2.0) * APART_M));
     let beyond = grid.filter(|place| place[0].hypot(place[1]) > BEYOND_M);
     known.extend(beyond.take(features - IN_VIEW));
-    Box::new(Rig::<_, Still<32, 16_384, 2048>, NoMoving, 32, 64>::new(robot(), config(32, 2), world, &known, 20))
+    Box::new(Rig::<_, Still<32, 16_384, 2048>, NoMoving, 32, 64>::new(
+        robot(),
+        BIRTHS,
+        config(32, 2),
+        world,
+        &known,
+        20,
+    ))
 }
 
 /// Twenty features in view, and as much clutter as makes up the measurements; of fewer than twenty, as many features are
@@ -132,20 +145,20 @@ fn measurements(measurements: usize) -> Box<dyn Case> {
         clutter: Clutter::UpTo(measurements),
     };
     let known = world.landmarks.clone();
-    Box::new(Rig::<_, Still<32, 4096, 128>, NoMoving, 32, 64>::new(robot(), config(32, 2), world, &known, 20))
+    Box::new(Rig::<_, Still<32, 4096, 128>, NoMoving, 32, 64>::new(robot(), BIRTHS, config(32, 2), world, &known, 20))
 }
 
 /// 45 landmarks and the clutter of section 5.3.1, one sample a particle.
 fn particles(particles: usize) -> Box<dyn Case> {
     type Memory = Still<1024, 65_535, 128>;
     let config = config(particles, 1);
-    Box::new(Rig::<_, Memory, NoMoving, 1024, 1024>::new(robot(), config, loop_of_5_3_1(20.0), &[], 100))
+    Box::new(Rig::<_, Memory, NoMoving, 1024, 1024>::new(robot(), BIRTHS, config, loop_of_5_3_1(20.0), &[], 100))
 }
 
 /// The same with 32 particles of two samples, for another clutter.
 fn clutter(mean: usize) -> Box<dyn Case> {
     let world = loop_of_5_3_1(mean as f64);
-    Box::new(Rig::<_, Still<32, 4096, 128>, NoMoving, 32, 64>::new(robot(), config(32, 2), world, &[], 100))
+    Box::new(Rig::<_, Still<32, 4096, 128>, NoMoving, 32, 64>::new(robot(), BIRTHS, config(32, 2), world, &[], 100))
 }
 
 fn loop_of_5_3_1(clutter: f64) -> World {

@@ -3,8 +3,9 @@
 use crate::world::{Course, Input, World};
 use nalgebra::Vector2;
 use scphd::{
-    Component, Config, KnownPose, MapStorage, Models, Motion, PlanarPose, Probe, RangeBearing, RangeBearingWindow,
-    ScPhd, ScanReport, State, Symmetric, Unicycle, UnicycleControl, UniformClutter,
+    Births, Component, Config, Detector, DetectorMemory, KnownPose, MapStorage, Motion, PlanarPose, Probe,
+    RangeBearing, RangeBearingWindow, ScPhd, ScanReport, Sensing, State, Symmetric, Unicycle, UnicycleControl,
+    UniformClutter,
 };
 use scphd_sim::session::with_roomy_stack;
 
@@ -49,17 +50,19 @@ pub trait Case {
     fn components(&mut self) -> [f64; 2];
 }
 
-type Filter<'s, M> =
-    ScPhd<'s, f32, PlanarPose<f32>, M, RangeBearing<f32>, RangeBearingWindow<f32>, UniformClutter<f32>, 3, 2, 4, 2>;
-type RigModels<M> = Models<M, RangeBearing<f32>, RangeBearingWindow<f32>, UniformClutter<f32>>;
+type Filter<'s, M> = ScPhd<'s, f32, M, 3, 2, 4>;
+type RigSensing = Sensing<RangeBearing<f32>, RangeBearingWindow<f32>, UniformClutter<f32>>;
 
 /// A filter in single precision, its memory on the heap.
 #[derive(Debug)]
 pub struct Rig<M, S, V, const PARTICLES: usize, const CANDIDATES: usize> {
     course: Course,
-    models: RigModels<M>,
+    motion: M,
+    sensing: RigSensing,
+    births: Births<f32>,
     config: Config<f32>,
-    state: Box<State<f32, PlanarPose<f32>, 3, 2, PARTICLES, CANDIDATES, MEASUREMENTS, S, V>>,
+    state: Box<State<f32, PlanarPose<f32>, 3, PARTICLES, CANDIDATES, S, V>>,
+    scratch: Box<DetectorMemory<f32, 2, MEASUREMENTS>>,
     measurements: Vec<Vector2<f32>>,
 }
 
@@ -74,12 +77,18 @@ where
     /// # Panics
     /// The filter refuses the world.
     #[must_use]
-    pub fn new(motion: M, config: Config<f32>, world: World, known: &[[f64; 2]], scans: usize) -> Self {
+    pub fn new(
+        motion: M,
+        births: Births<f32>,
+        config: Config<f32>,
+        world: World,
+        known: &[[f64; 2]],
+        scans: usize,
+    ) -> Self {
         let window =
             RangeBearingWindow::full_circle(world.range_max_m as f32, world.detection as f32).expect("the view");
         let noise = [World::RANGE_SIGMA_M, World::BEARING_SIGMA_RAD].map(|sigma| sigma as f32);
-        let models = Models {
-            motion,
+        let sensing = Sensing {
             sensor: RangeBearing::new(noise[0], noise[1]).expect("the sensor's noise"),
             field_of_view: window,
             clutter: UniformClutter::of_scan(world.clutter_mean() as f32, window.measure()).expect("the clutter"),
@@ -87,7 +96,8 @@ where
         let state = with_roomy_stack(|| Box::new(State::new())).expect("a thread");
         let course = Course::new(world, 1);
         let start = pose(course.start());
-        let mut rig = Self { course, models, config, state, measurements: Vec::new() };
+        let scratch = Box::new(DetectorMemory::new());
+        let mut rig = Self { course, motion, sensing, births, config, state, scratch, measurements: Vec::new() };
         let components: Vec<Component<f32, 2>> = known.iter().enumerate().map(confirmed).collect();
         let mut filter = rig.filter();
         filter.reset(start, 1).expect("a finite pose");
@@ -100,7 +110,7 @@ where
     }
 
     fn filter(&mut self) -> Filter<'_, M> {
-        Filter::new(self.models, self.config, &mut *self.state).expect("a configuration that fits")
+        Filter::new(self.motion, self.config, &mut *self.state).expect("a configuration that fits")
     }
 
     /// The scan that was prepared, watched by a probe.
@@ -108,8 +118,10 @@ where
     /// # Panics
     /// The filter refuses the scan.
     pub fn scan_with(&mut self, probe: &mut impl Probe) -> ScanReport<f32> {
-        let mut filter = Filter::new(self.models, self.config, &mut *self.state).expect("a configuration that fits");
-        filter.scan_with(&self.measurements, probe).expect("a scan that fits")
+        let detector = Detector::new(self.sensing, self.births).expect("models that fit");
+        let mut detector = detector.over(&mut self.scratch).expect("scratch that fits");
+        let mut filter = Filter::new(self.motion, self.config, &mut *self.state).expect("a configuration that fits");
+        filter.scan_with(&mut detector, &self.measurements, probe).expect("a scan that fits")
     }
 
     fn take(&mut self, input: &Input) {

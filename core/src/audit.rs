@@ -2,10 +2,7 @@
 
 use crate::candidate::total_weight;
 use crate::state::Memory;
-use crate::{
-    Clutter, Dim, FieldOfView, Locating, Motion, Packed, Pose, Real, ScPhd, Sensor, Symmetric, Twice,
-    plausible::is_within_range,
-};
+use crate::{Dim, Motion, Packed, Pose, Real, ScPhd, Symmetric, Twice, plausible::is_within_range};
 use core::fmt;
 
 /// What is wrong with a state. The filter makes none of it; memory that was damaged may show it.
@@ -42,19 +39,13 @@ impl core::error::Error for Flaw {}
 /// How far Σ ζ may be from one, in units of the last place: what rounding leaves of a few thousand candidates.
 const TOLERATED_ROUNDINGS: f64 = 1000.0;
 
-impl<T, P, M, S, V, C, const K: usize, const D: usize, const E: usize, const Z: usize>
-    ScPhd<'_, T, P, M, S, V, C, K, D, E, Z>
+impl<T, M, const K: usize, const D: usize, const E: usize> ScPhd<'_, T, M, K, D, E>
 where
     T: Real,
-    P: Pose<T, K>,
-    M: Motion<T, K, Pose = P>,
-    S: Locating<T, K, D, Z> + Sensor<T, D, Z, Pose = P>,
-    V: FieldOfView<T, S::Frame, D, Z>,
-    C: Clutter<T, Z>,
+    M: Motion<T, K>,
     Dim<K>: Packed,
     Dim<D>: Packed + Twice<E>,
     Dim<E>: Packed,
-    Dim<Z>: Packed,
 {
     /// Looks over everything that the filter knows: poses and weights, every component of every map, and who holds which page.
     /// The state is the same afterwards. Linear in the state, and no part of a step: for tests, and for vehicles that want to
@@ -67,7 +58,7 @@ where
     }
 }
 
-impl<T, P, const K: usize, const D: usize, const E: usize, const Z: usize> Memory<'_, T, P, K, D, E, Z>
+impl<T, P, const K: usize, const D: usize, const E: usize> Memory<'_, T, P, K, D, E>
 where
     T: Real,
     P: Pose<T, K>,
@@ -81,17 +72,14 @@ where
         if cursor.particles == 0 {
             return Ok(());
         }
-        let learnt = [cursor.learnt.detections, cursor.learnt.clutter];
-        let learnt = learnt.iter().flat_map(|ratio| [ratio.happened, ratio.expected]);
-        let in_range = |number: T| number >= T::ZERO && number.is_finite();
         let sound = cursor.noise.is_some()
             && cursor.particles <= self.spreads.len()
             && cursor.children >= 1
             && cursor.candidates() <= self.candidates.len()
             && cursor.weighed <= self.ln_likelihoods.len()
             && cursor.heaviest < cursor.particles
-            && in_range(cursor.waited_s)
-            && learnt.into_iter().all(in_range);
+            && cursor.waited_s >= T::ZERO
+            && cursor.waited_s.is_finite();
         if !sound {
             return Err(Flaw::Cursor);
         }

@@ -1,6 +1,6 @@
 //! What a user tunes.
 
-use crate::{Adaptive, ConstantVelocity, Likelihood, Online, Plausible, Proposal, Real, Reduction};
+use crate::{Adaptive, ConstantVelocity, Likelihood, Plausible, Proposal, Real, Reduction};
 
 /// Tuning of the recursion; the models carry their own parameters.
 ///
@@ -23,10 +23,6 @@ pub struct Config<T> {
     pub proposal: Proposal<T>,
     /// How the scan weighs a particle.
     pub likelihood: Likelihood,
-    /// w_b, weight of the static feature born from a measurement (5.9), as an intensity in measurement space, in the same
-    /// unit as the clutter's κ: 1/(m·rad) for range and bearing. κ = w_b means that a measurement which nothing
-    /// explains is a new feature with probability ½.
-    pub birth_intensity: T,
     /// Resample when N_eff / N falls below this.
     pub resample_threshold: T,
     /// After a resampling every particle is moved by a sample of a Gaussian kernel, this many times as wide as is best for
@@ -34,8 +30,6 @@ pub struct Config<T> {
     pub regularisation: T,
     /// How many of the `particles` a resampling leaves: as many as are needed where they are, or all.
     pub adaptive: Option<Adaptive<T>>,
-    /// What is learnt of the models while running.
-    pub online: Online<T>,
     /// Components below this weight are dropped (Vo & Ma 2006, table II: T).
     pub prune_weight: T,
     /// k: a component is confirmed where it is better known than k measurements taken from the present pose would make it.
@@ -84,9 +78,6 @@ pub enum Extraction {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct MovingConfig<T> {
-    /// w_b of the moving feature born from a measurement (5.19), as an intensity in measurement space. Zero: every feature is
-    /// taken for static.
-    pub birth_intensity: T,
     /// Standard deviation of each coordinate of a new feature's velocity around zero, m/s.
     pub velocity_sigma_mps: T,
     /// How moving features move.
@@ -100,17 +91,10 @@ pub struct MovingConfig<T> {
 }
 
 impl<T: Real> MovingConfig<T> {
-    /// Everything is static.
+    /// Moving features as fast as people.
     #[must_use]
-    pub fn none() -> Self {
-        Self { birth_intensity: T::ZERO, ..Self::walkers(T::ZERO) }
-    }
-
-    /// Moving features as fast as people, with this birth intensity (1/(m·rad) for range and bearing).
-    #[must_use]
-    pub fn walkers(birth_intensity: T) -> Self {
+    pub fn walkers() -> Self {
         Self {
-            birth_intensity,
             velocity_sigma_mps: T::ONE,
             motion: ConstantVelocity { acceleration_psd: T::from_f64(0.1), lifetime_s: T::from_f64(100.0) },
             spread_max_m: T::from_f64(3.0),
@@ -119,12 +103,11 @@ impl<T: Real> MovingConfig<T> {
     }
 }
 
-/// Whether the crate has been built with what adapts while running: `regularisation`, `adaptive` and `online`.
+/// Whether the crate has been built with what adapts while running: `regularisation`, `adaptive`, and what detectors learn.
 pub(crate) const ADAPTIVE: bool = cfg!(feature = "adaptive");
 
 impl<T: Real> Default for Config<T> {
-    /// The figures of section 5.3.1 without moving features, with a birth intensity for about one new feature a scan in a 15 m
-    /// circle. Pruning drops what a false measurement leaves behind after one miss at p_D = 0.95: where it is looked at again and
+    /// The figures of section 5.3.1. Pruning drops what a false measurement leaves behind after one miss at p_D = 0.95: where it is looked at again and
     /// again, it is most of the map, and improves nothing.
     fn default() -> Self {
         Self {
@@ -132,11 +115,9 @@ impl<T: Real> Default for Config<T> {
             samples: 1,
             proposal: Proposal::Blind,
             likelihood: Likelihood::SingleCluster,
-            birth_intensity: T::from_f64(0.01),
             resample_threshold: T::from_f64(0.5),
             regularisation: T::ZERO,
             adaptive: None,
-            online: Online::NONE,
             prune_weight: T::from_f64(2.5e-3),
             confirming_detections: T::ONE,
             unconfirmed_weight: T::ZERO,
@@ -145,7 +126,7 @@ impl<T: Real> Default for Config<T> {
             max_components: usize::MAX,
             extraction: Extraction::Heaviest,
             extraction_weight: T::ZERO,
-            moving: MovingConfig::none(),
+            moving: MovingConfig::walkers(),
             negligible: T::EPSILON,
             plausible: Plausible::default(),
         }
@@ -182,11 +163,6 @@ impl<T: Real> Config<T> {
         require(self.particles >= 1, "particles", "at least 1")?;
         require(self.samples >= 1, "samples", "at least 1")?;
         require(
-            self.birth_intensity >= zero && self.birth_intensity.is_finite(),
-            "birth_intensity",
-            "finite and not negative",
-        )?;
-        require(
             self.resample_threshold >= zero && self.resample_threshold <= one,
             "resample_threshold",
             "between 0 and 1",
@@ -198,10 +174,9 @@ impl<T: Real> Config<T> {
         )?;
         if ADAPTIVE {
             self.adaptive.map_or(Ok(()), |adaptive| adaptive.check())?;
-            self.online.check()?;
         } else {
-            let none = self.regularisation == zero && self.adaptive.is_none() && !self.online.learns();
-            require(none, "regularisation, adaptive, online", "left alone without the feature `adaptive`")?;
+            let none = self.regularisation == zero && self.adaptive.is_none();
+            require(none, "regularisation, adaptive", "left alone without the feature `adaptive`")?;
         }
         require(self.prune_weight > zero && self.prune_weight < one, "prune_weight", "above 0 and below 1")?;
         require(
@@ -232,11 +207,6 @@ impl<T: Real> Config<T> {
             )?;
         }
         let moving = &self.moving;
-        require(
-            moving.birth_intensity >= zero && moving.birth_intensity.is_finite(),
-            "moving.birth_intensity",
-            "finite and not negative",
-        )?;
         require(
             moving.velocity_sigma_mps >= T::from_f64(1e-6) && moving.velocity_sigma_mps <= T::from_f64(1e6),
             "moving.velocity_sigma_mps",

@@ -1,8 +1,6 @@
 //! A digest of everything the filter knows.
 
-use crate::{
-    Clutter, Component, Dim, FieldOfView, Locating, Motion, Packed, Pose, Proposal, Real, ScPhd, Sensor, Twice,
-};
+use crate::{Component, Dim, Motion, Packed, Pose, Proposal, Real, ScPhd, Twice};
 
 /// 64-bit FNV-1a over 32-bit words.
 pub(crate) struct Fnv(u64);
@@ -10,6 +8,11 @@ pub(crate) struct Fnv(u64);
 impl Fnv {
     /// Of nothing.
     pub(crate) const EMPTY: Self = Self(0xcbf2_9ce4_8422_2325);
+
+    /// Goes on from another one's value.
+    pub(crate) fn after(value: u64) -> Self {
+        Self(value)
+    }
 
     /// Of all that was taken in.
     pub(crate) fn value(&self) -> u64 {
@@ -42,24 +45,19 @@ impl Fnv {
     }
 }
 
-impl<T, P, M, S, V, C, const K: usize, const D: usize, const E: usize, const Z: usize>
-    ScPhd<'_, T, P, M, S, V, C, K, D, E, Z>
+impl<T, M, const K: usize, const D: usize, const E: usize> ScPhd<'_, T, M, K, D, E>
 where
     T: Real,
-    P: Pose<T, K>,
-    M: Motion<T, K, Pose = P>,
-    S: Locating<T, K, D, Z> + Sensor<T, D, Z, Pose = P>,
-    V: FieldOfView<T, S::Frame, D, Z>,
-    C: Clutter<T, Z>,
+    M: Motion<T, K>,
     Dim<K>: Packed,
     Dim<D>: Packed + Twice<E>,
     Dim<E>: Packed,
-    Dim<Z>: Packed,
 {
     /// A hash of the complete state: every pose, weight and component to the last bit, and the random stream.
     ///
     /// The same inputs give the same digest on every machine, at every optimisation level. It does not depend on where
-    /// in the pool a page lies, but on everything that decides how the filter goes on.
+    /// in the pool a page lies, but on everything that decides how the filter goes on. What is learnt of a sensor stands in the
+    /// [digest of its detector](crate::Detector::digest).
     #[must_use]
     pub fn digest(&self) -> u64 {
         let mut digest = Fnv::EMPTY;
@@ -78,12 +76,6 @@ where
         for candidate in self.candidates() {
             digest.take_scalar(candidate.ln_weight);
             candidate.pose.coordinates().iter().for_each(|&x| digest.take_scalar(x));
-        }
-        if self.config.online.learns() {
-            for ratio in [&cursor.learnt.detections, &cursor.learnt.clutter] {
-                digest.take_scalar(ratio.happened);
-                digest.take_scalar(ratio.expected);
-            }
         }
         if matches!(self.config.proposal, Proposal::Informed(_)) {
             for spread in self.memory.spreads.iter().take(cursor.particles) {

@@ -1,7 +1,7 @@
 //! Why an operation was refused. Whatever is refused leaves the state as it was; but of a prediction the time has passed all
 //! the same, and the reports tell of it.
 
-use crate::{ConfigError, Flaw, Implausible, ModelError, Real};
+use crate::{ConfigError, Dim, Fix, Flaw, Implausible, ModelError, Packed, Real};
 use core::fmt;
 use nalgebra::SVector;
 
@@ -26,7 +26,7 @@ pub enum SetupError {
         /// Candidates the state holds.
         capacity: usize,
     },
-    /// Moving features are configured, and the state has no memory for them.
+    /// Features that move are born, and the state has no memory for them.
     NoRoomForMoving,
     /// A parameter of a model is not one the model can work with.
     Model(ModelError),
@@ -65,7 +65,7 @@ impl fmt::Display for SetupError {
             Self::TooManyCandidates { candidates, capacity } => {
                 write!(f, "{candidates} candidates (particles × samples) do not fit a state for {capacity}")
             }
-            Self::NoRoomForMoving => f.write_str("moving.birth_intensity is above 0, but the state has no moving maps"),
+            Self::NoRoomForMoving => f.write_str("births.moving is above 0, but the state has no moving maps"),
             Self::Model(error) => error.fmt(f),
             Self::TooManyBirths { capacity } => {
                 write!(f, "the sensor's birth intensity has more components than a state for {capacity} in view holds")
@@ -214,6 +214,8 @@ pub enum ScanError {
     },
     /// The covariance of the sensor's noise is not positive definite.
     SensorNoise,
+    /// The detector gives birth to features that move, and the state has no memory for them.
+    NoRoomForMoving,
 }
 
 impl ScanError {
@@ -236,9 +238,51 @@ impl fmt::Display for ScanError {
                 write!(f, "{measurements} measurements do not fit a state for {capacity}")
             }
             Self::NonFinite { index } => write!(f, "measurement {index} is not finite"),
+            Self::NoRoomForMoving => f.write_str("births.moving is above 0, but the state has no moving maps"),
             Self::SensorNoise => f.write_str("the covariance of the sensor's noise is not positive definite"),
         }
     }
 }
 
 impl core::error::Error for ScanError {}
+
+/// Why a fix was refused.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum ObserveError {
+    /// The state holds no pose: it has not been reset yet.
+    NotStarted,
+    /// The measurement is not finite.
+    NonFinite,
+    /// The covariance of its noise is not positive definite.
+    Noise,
+}
+
+impl ObserveError {
+    /// Whether a filter can take this fix.
+    pub(crate) fn check<T: Real, F: Fix<T, K, Z>, const K: usize, const Z: usize>(
+        fix: &F,
+        measured: &SVector<T, Z>,
+    ) -> Result<(), Self>
+    where
+        Dim<Z>: Packed,
+    {
+        if !measured.iter().all(|coordinate| coordinate.is_finite()) {
+            return Err(Self::NonFinite);
+        }
+        fix.noise().factor().map(|_| ()).ok_or(Self::Noise)
+    }
+}
+
+impl fmt::Display for ObserveError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::NotStarted => "the filter has not been reset yet",
+            Self::NonFinite => "the measurement is not finite",
+            Self::Noise => "the covariance of the noise is not positive definite",
+        })
+    }
+}
+
+impl core::error::Error for ObserveError {}

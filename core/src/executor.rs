@@ -29,25 +29,26 @@ use crate::{LnSum, Real};
 /// }
 /// # use nalgebra::Vector2;
 /// # use scphd::{
-/// #     Config, ControlNoise, MapMemory, Models, NoMoving, PlanarPose, RangeBearing, RangeBearingWindow, ScPhd, State,
-/// #     Step, Unicycle, UniformClutter,
+/// #     Births, Config, ControlNoise, Detector, DetectorMemory, MapMemory, PlanarPose, RangeBearing, RangeBearingWindow,
+/// #     ScPhd, Sensing, State, Step, Unicycle, UniformClutter,
 /// # };
 ///
-/// // The last parameter of the state: scratch for so many jobs at a time.
-/// type Still = MapMemory<f32, 2, 2, 16, 64, 8, 128>;
-/// type Memory = State<f32, PlanarPose<f32>, 3, 2, 16, 16, 32, Still, NoMoving, 2>;
+/// type Memory = State<f32, PlanarPose<f32>, 3, 16, 16, MapMemory<f32, 2, 2, 16, 64, 8, 128>>;
+/// // The last parameter: scratch for so many jobs at a time.
+/// let mut scratch = DetectorMemory::<f32, 2, 32, 2>::new();
 /// # let window = RangeBearingWindow::full_circle(15.0, 0.9)?;
-/// # let models = Models {
-/// #     motion: Unicycle::new(Step::Arc, ControlNoise::white(0.1, 0.02))?,
+/// # let motion = Unicycle::new(Step::Arc, ControlNoise::white(0.1, 0.02))?;
+/// # let sensing = Sensing {
 /// #     sensor: RangeBearing::new(0.2, 0.02)?,
 /// #     field_of_view: window,
 /// #     clutter: UniformClutter::of_scan(2.0, window.measure())?,
 /// # };
 /// # let config = Config { particles: 16, ..Config::default() };
+/// let mut lidar = Detector::new(sensing, Births::still(0.01))?.over(&mut scratch)?;
 /// let mut state = Box::new(Memory::new());
-/// let mut filter = ScPhd::new(models, config, &mut *state)?;
+/// let mut filter = ScPhd::new(motion, config, &mut *state)?;
 /// filter.reset(PlanarPose::new(0.0, 0.0, 0.0), 1)?;
-/// let report = filter.scan_on(&[Vector2::new(5.0, 0.3)], &TwoCores, &mut ())?;
+/// let report = filter.scan_on(&mut lidar, &[Vector2::new(5.0, 0.3)], &TwoCores, &mut ())?;
 /// assert_eq!(report.candidates, 16);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```

@@ -3,11 +3,11 @@
 use crate::candidate::{moments, total_weight};
 use crate::config::Extraction;
 use crate::confirmed::is_confirmed;
+use crate::models::Mounted;
 use crate::reduce::heavier;
 use crate::state::Memory;
 use crate::{
-    Clutter, Component, Config, Dim, FieldOfView, Locating, Motion, Packed, Pose, Proposal, Real, ScPhd, Sensor,
-    Symmetric, Twice,
+    Component, Config, Detector, Dim, Locating, Motion, Packed, Pose, Proposal, Real, ScPhd, Sensor, Symmetric, Twice,
 };
 
 /// The estimated pose.
@@ -34,23 +34,17 @@ pub struct MapEstimate<T> {
     pub left_out: usize,
 }
 
-impl<T, P, M, S, V, C, const K: usize, const D: usize, const E: usize, const Z: usize>
-    ScPhd<'_, T, P, M, S, V, C, K, D, E, Z>
+impl<T, M, const K: usize, const D: usize, const E: usize> ScPhd<'_, T, M, K, D, E>
 where
     T: Real,
-    P: Pose<T, K>,
-    M: Motion<T, K, Pose = P>,
-    S: Locating<T, K, D, Z> + Sensor<T, D, Z, Pose = P>,
-    V: FieldOfView<T, S::Frame, D, Z>,
-    C: Clutter<T, Z>,
+    M: Motion<T, K>,
     Dim<K>: Packed,
     Dim<D>: Packed + Twice<E>,
     Dim<E>: Packed,
-    Dim<Z>: Packed,
 {
     /// Mean and covariance of the vehicle's pose over all candidates; `None` before the first reset.
     #[must_use]
-    pub fn estimate_pose(&self) -> Option<PoseEstimate<T, P, K>> {
+    pub fn estimate_pose(&self) -> Option<PoseEstimate<T, M::Pose, K>> {
         let candidates = self.candidates();
         if candidates.is_empty() {
             return None;
@@ -95,10 +89,19 @@ where
 
     /// Writes the round(N̂) first components of the heaviest particle's static map, in the order of
     /// [`extraction`](crate::Config::extraction) and of those that weigh at least
-    /// [`extraction_weight`](crate::Config::extraction_weight), to `features`.
-    pub fn estimate_map(&self, features: &mut [Component<T, D>]) -> MapEstimate<T> {
-        let Self { models, config, memory } = self;
-        let admits = admits(&models.sensor, memory, config);
+    /// [`extraction_weight`](crate::Config::extraction_weight), to `features`. Where the extraction is of what is
+    /// [confirmed](Extraction::Confirmed), it is so as this detector sees it.
+    pub fn estimate_map<S, V, C, R, const Z: usize>(
+        &self,
+        detector: &Detector<T, S, V, C, R>,
+        features: &mut [Component<T, D>],
+    ) -> MapEstimate<T>
+    where
+        S: Locating<T, K, D, Z> + Sensor<T, D, Z, Pose = M::Pose>,
+        Dim<Z>: Packed,
+    {
+        let Self { config, memory, .. } = self;
+        let admits = admits(detector, memory, config);
         let map = || self.map(self.heaviest()).filter(|component| admits(component)).copied();
         first_of(map, config.extraction, config.extraction_weight, features)
     }
@@ -106,9 +109,17 @@ where
     /// The same for the static map that is expected over all particles, Σ_i ζ_i v_i, so that the covariances hold the
     /// uncertainty of the pose too. Components of one tag are one feature; the rest is left to the
     /// [`reduction`](crate::Config::reduction). Works in the scratch of the update, whose capacity bounds it.
-    pub fn estimate_expected_map(&mut self, features: &mut [Component<T, D>]) -> MapEstimate<T> {
-        let Self { models, config, memory } = self;
-        let admits = admits(&models.sensor, memory, config);
+    pub fn estimate_expected_map<S, V, C, R, const Z: usize>(
+        &mut self,
+        detector: &Detector<T, S, V, C, R>,
+        features: &mut [Component<T, D>],
+    ) -> MapEstimate<T>
+    where
+        S: Locating<T, K, D, Z> + Sensor<T, D, Z, Pose = M::Pose>,
+        Dim<Z>: Packed,
+    {
+        let Self { config, memory, .. } = self;
+        let admits = admits(detector, memory, config);
         let Memory { cursor, candidates, still, .. } = memory;
         let (particles, children) = (cursor.particles, cursor.children);
         let weight = |particle: usize| {
@@ -138,11 +149,11 @@ where
 
 /// Whether a static component may be an estimated feature, whatever it weighs: where the extraction asks for it, if it is
 /// confirmed as seen from the heaviest particle's pose.
-fn admits<'m, T, P, S, const K: usize, const D: usize, const E: usize, const Z: usize>(
-    sensor: &'m S,
-    memory: &Memory<'_, T, P, K, D, E, Z>,
+fn admits<'d, T, P, S, V, C, R, const K: usize, const D: usize, const E: usize, const Z: usize>(
+    detector: &'d Detector<T, S, V, C, R>,
+    memory: &Memory<'_, T, P, K, D, E>,
     config: &Config<T>,
-) -> impl Fn(&Component<T, D>) -> bool + use<'m, T, P, S, K, D, E, Z>
+) -> impl Fn(&Component<T, D>) -> bool + use<'d, T, P, S, V, C, R, K, D, E, Z>
 where
     T: Real,
     P: Pose<T, K>,
@@ -155,11 +166,13 @@ where
     let heaviest = memory.cursor.heaviest;
     let asked = config.extraction == Extraction::Confirmed;
     let candidate = memory.candidates().get(heaviest * memory.cursor.children).filter(|_| asked);
+    let sensor: Mounted<'d, T, S, (), K> =
+        Mounted { sensor: &detector.sensing.sensor, field_of_view: &(), mounting: detector.mounting };
     let frame = candidate.map(|candidate| sensor.frame(&candidate.pose));
     let spread = memory.spreads.get(heaviest).copied();
     let detections = config.confirming_detections;
     move |component| {
-        frame.as_ref().is_none_or(|frame| is_confirmed(sensor, frame, spread.as_ref(), component, detections))
+        frame.as_ref().is_none_or(|frame| is_confirmed(&sensor, frame, spread.as_ref(), component, detections))
     }
 }
 

@@ -1,18 +1,18 @@
 //! What goes wrong on a vehicle, on purpose: full memory, empty input, weights that vanish. Nothing may panic, leak or
 //! stall, and everything must be reported.
 
+use crate::alone::{Alone, Models};
 use crate::*;
 use nalgebra::Vector2;
 use std::boxed::Box;
 use std::vec::Vec;
 
 type Car = Unicycle<f32>;
-type Planar<'s, M> =
-    ScPhd<'s, f32, PlanarPose<f32>, M, RangeBearing<f32>, RangeBearingWindow<f32>, UniformClutter<f32>, 3, 2, 4, 2>;
-/// Static and moving maps of the same capacities: particles, candidates, pages, pages a map, measurements, view.
-type Compact<const N: usize, const C: usize, const P: usize, const M: usize, const Z: usize, const V: usize> =
-    State<f32, PlanarPose<f32>, 3, 2, N, C, Z, MapMemory<f32, 2, 2, N, P, M, V>, MapMemory<f32, 4, 2, N, P, M, V>>;
-type Roomy = Compact<8, 16, 256, 32, 64, 256>;
+type Planar<'s, M> = Alone<'s, f32, M, RangeBearing<f32>, RangeBearingWindow<f32>, UniformClutter<f32>, 3, 2, 4, 2>;
+/// Static and moving maps of the same capacities: particles, candidates, pages, pages a map, view.
+type Compact<const N: usize, const C: usize, const P: usize, const M: usize, const V: usize> =
+    State<f32, PlanarPose<f32>, 3, N, C, MapMemory<f32, 2, 2, N, P, M, V>, MapMemory<f32, 4, 2, N, P, M, V>>;
+type Roomy = Compact<8, 16, 256, 32, 256>;
 
 fn models(clutter_per_scan: f32) -> Models<Car, RangeBearing<f32>, RangeBearingWindow<f32>, UniformClutter<f32>> {
     let window = RangeBearingWindow::full_circle(20.0, 0.9).unwrap();
@@ -25,6 +25,7 @@ fn models(clutter_per_scan: f32) -> Models<Car, RangeBearing<f32>, RangeBearingW
 }
 
 const AHEAD: UnicycleControl<f32> = UnicycleControl { speed_mps: 1.0, rate_radps: 0.1 };
+const BIRTHS: Births<f32> = Births::still(0.01);
 const ORIGIN: PlanarPose<f32> = PlanarPose::new(0.0, 0.0, 0.0);
 
 fn config() -> Config<f32> {
@@ -75,7 +76,7 @@ where
 #[test]
 fn an_audit_finds_what_damaged_memory_shows() {
     let mut state = Box::new(Roomy::new());
-    let mut filter = Planar::new(models(2.0), config(), &mut *state).unwrap();
+    let mut filter = Planar::new(models(2.0), BIRTHS, config(), &mut *state).unwrap();
     assert_eq!(filter.audit(), Ok(()));
     filter.reset(ORIGIN, 1).unwrap();
     filter.predict(&AHEAD, 0.1).unwrap();
@@ -105,7 +106,7 @@ fn an_audit_finds_what_damaged_memory_shows() {
 #[test]
 fn nothing_works_before_the_first_reset() {
     let mut state = Box::new(Roomy::new());
-    let mut filter = Planar::new(models(2.0), config(), &mut *state).unwrap();
+    let mut filter = Planar::new(models(2.0), BIRTHS, config(), &mut *state).unwrap();
     assert_eq!(filter.predict(&AHEAD, 0.1), Err(PredictError::NotStarted));
     assert_eq!(filter.scan(&[]), Err(ScanError::NotStarted));
     assert_eq!(filter.load_map(&[]), Err(LoadMapError::NotStarted));
@@ -117,7 +118,7 @@ fn nothing_works_before_the_first_reset() {
 #[test]
 fn a_configuration_that_does_not_fit_is_refused() {
     let mut state = Box::new(Roomy::new());
-    let mut refused = |config| Planar::new(models(2.0), config, &mut *state).map(|_| ()).unwrap_err();
+    let mut refused = |config| Planar::new(models(2.0), BIRTHS, config, &mut *state).map(|_| ()).unwrap_err();
     assert_eq!(
         refused(Config { particles: 9, ..config() }),
         SetupError::TooManyParticles { particles: 9, capacity: 8 }
@@ -136,7 +137,7 @@ fn a_configuration_that_does_not_fit_is_refused() {
 #[test]
 fn refused_input_leaves_the_state_as_it_was() {
     let mut state = Box::new(Roomy::new());
-    let mut filter = Planar::new(models(2.0), config(), &mut *state).unwrap();
+    let mut filter = Planar::new(models(2.0), BIRTHS, config(), &mut *state).unwrap();
     filter.reset(ORIGIN, 1).unwrap();
     filter.predict(&AHEAD, 0.1).unwrap();
     filter.scan(&[Vector2::new(5.0, 1.0)]).unwrap();
@@ -167,7 +168,7 @@ fn refused_input_leaves_the_state_as_it_was() {
 #[test]
 fn loaded_features_have_tags_of_their_own() {
     let mut state = Box::new(Roomy::new());
-    let mut filter = Planar::new(models(2.0), config(), &mut *state).unwrap();
+    let mut filter = Planar::new(models(2.0), BIRTHS, config(), &mut *state).unwrap();
     filter.reset(ORIGIN, 1).unwrap();
     let tagged = |tag| Component { tag, covariance: Symmetric::from_diagonal([1.0, 1.0]), ..Component::ZERO };
     filter.load_map(&[tagged(4), tagged(7), tagged(4), tagged(0)]).unwrap();
@@ -176,7 +177,7 @@ fn loaded_features_have_tags_of_their_own() {
     filter.scan(&[Vector2::new(9.0, 1.0)]).unwrap();
     check_consistent(&mut filter);
     // The next features are named after the greatest there can be.
-    filter.load_map(&[tagged(Planar::<Car>::GREATEST_LOADED_TAG), tagged(0)]).unwrap();
+    filter.load_map(&[tagged(ScPhd::<f32, Car, 3, 2, 4>::GREATEST_LOADED_TAG), tagged(0)]).unwrap();
     filter.scan(&[Vector2::new(9.0, 1.0)]).unwrap();
     assert!(filter.map(0).any(|component| component.tag > i32::MAX as u32));
     check_consistent(&mut filter);
@@ -185,7 +186,7 @@ fn loaded_features_have_tags_of_their_own() {
 #[test]
 fn a_garbage_row_is_refused_and_told_of_and_its_time_passes() {
     let mut state = Box::new(Roomy::new());
-    let mut filter = Planar::new(models(2.0), config(), &mut *state).unwrap();
+    let mut filter = Planar::new(models(2.0), BIRTHS, config(), &mut *state).unwrap();
     filter.reset(ORIGIN, 1).unwrap();
     filter.predict(&AHEAD, 0.1).unwrap();
     let (poses, noise) = (filter.candidates().to_vec(), filter.noise().cloned());
@@ -215,8 +216,7 @@ fn a_garbage_row_is_refused_and_told_of_and_its_time_passes() {
 fn the_mean_pose_is_right_far_from_the_origin_and_in_an_unlikely_scan() {
     let mut state = Box::new(Roomy::new());
     // Almost nothing explains what is measured.
-    let config = Config { birth_intensity: 1e-9, ..config() };
-    let mut filter = Planar::new(models(1e-7), config, &mut *state).unwrap();
+    let mut filter = Planar::new(models(1e-7), Births::still(1e-9), config(), &mut *state).unwrap();
     filter.reset(PlanarPose::new(1000.0, -1000.0, 0.0), 1).unwrap();
     let mut number = numbers(5);
     let mut ln_least = 0.0_f32;
@@ -241,7 +241,7 @@ fn the_mean_pose_is_right_far_from_the_origin_and_in_an_unlikely_scan() {
 #[test]
 fn a_step_of_no_length_changes_nothing() {
     let mut state = Box::new(Roomy::new());
-    let mut filter = Planar::new(models(2.0), config(), &mut *state).unwrap();
+    let mut filter = Planar::new(models(2.0), BIRTHS, config(), &mut *state).unwrap();
     filter.reset(ORIGIN, 1).unwrap();
     let before = filter.digest();
     let report = filter.predict(&AHEAD, 0.0).unwrap();
@@ -252,7 +252,7 @@ fn a_step_of_no_length_changes_nothing() {
 fn a_pose_that_overflows_stays_where_it_was_and_is_reported() {
     let mut state = Box::new(Roomy::new());
     let config = Config { plausible: Plausible::ANYTHING, ..config() };
-    let mut filter = Planar::new(models(2.0), config, &mut *state).unwrap();
+    let mut filter = Planar::new(models(2.0), BIRTHS, config, &mut *state).unwrap();
     filter.reset(ORIGIN, 1).unwrap();
     let report = filter.predict(&UnicycleControl { speed_mps: f32::MAX, rate_radps: 0.0 }, 10.0).unwrap();
     assert_eq!((report.rejected, report.health), (16, Health::POSE_REJECTED));
@@ -262,7 +262,7 @@ fn a_pose_that_overflows_stays_where_it_was_and_is_reported() {
 #[test]
 fn empty_scans_are_normal() {
     let mut state = Box::new(Roomy::new());
-    let mut filter = Planar::new(models(2.0), config(), &mut *state).unwrap();
+    let mut filter = Planar::new(models(2.0), BIRTHS, config(), &mut *state).unwrap();
     filter.reset(ORIGIN, 1).unwrap();
     for _ in 0..50 {
         filter.predict(&AHEAD, 0.1).unwrap();
@@ -278,7 +278,7 @@ fn empty_scans_are_normal() {
 #[test]
 fn a_full_measurement_list_is_normal() {
     let mut state = Box::new(Roomy::new());
-    let mut filter = Planar::new(models(2.0), config(), &mut *state).unwrap();
+    let mut filter = Planar::new(models(2.0), BIRTHS, config(), &mut *state).unwrap();
     filter.reset(ORIGIN, 1).unwrap();
     let mut number = numbers(3);
     for _ in 0..5 {
@@ -291,8 +291,9 @@ fn a_full_measurement_list_is_normal() {
 
 #[test]
 fn one_particle_is_normal() {
-    let mut state = Box::new(Compact::<1, 1, 8, 8, 8, 64>::new());
-    let mut filter = Planar::new(models(2.0), Config { particles: 1, ..Config::default() }, &mut *state).unwrap();
+    let mut state = Box::new(Compact::<1, 1, 8, 8, 64>::new());
+    let mut filter =
+        Planar::new(models(2.0), BIRTHS, Config { particles: 1, ..Config::default() }, &mut *state).unwrap();
     filter.reset(ORIGIN, 1).unwrap();
     for _ in 0..20 {
         filter.predict(&AHEAD, 0.1).unwrap();
@@ -313,8 +314,8 @@ fn a_scan_that_nothing_explains_keeps_the_weights_and_says_so() {
 fn unexplained(particles: usize, samples: usize) {
     // No clutter, no births, and the only feature out of view: every likelihood is zero.
     let mut state = Box::new(Roomy::new());
-    let config = Config { birth_intensity: 0.0, particles, samples, ..config() };
-    let mut filter = Planar::new(models(0.0), config, &mut *state).unwrap();
+    let config = Config { particles, samples, ..config() };
+    let mut filter = Planar::new(models(0.0), Births::NONE, config, &mut *state).unwrap();
     filter.reset(ORIGIN, 1).unwrap();
     let unit = Symmetric::from_diagonal([0.01, 0.01]);
     let feature = Component { tag: 0, ln_weight: 0.0, mean: Vector2::new(25.0, 0.0), covariance: unit };
@@ -342,8 +343,8 @@ fn no_weight_is_lost_where_a_likelihood_is_not_a_number() {
         Likelihood::MultiFeature,
     ] {
         let mut state = Box::new(Roomy::new());
-        let config = Config { birth_intensity: 0.0, likelihood, ..config() };
-        let mut filter = Planar::new(models(0.0), config, &mut *state).unwrap();
+        let config = Config { likelihood, ..config() };
+        let mut filter = Planar::new(models(0.0), Births::NONE, config, &mut *state).unwrap();
         filter.reset(ORIGIN, 1).unwrap();
         let covariance = Symmetric::from_diagonal([0.01, 0.01]);
         filter.load_map(&[Component { mean: Vector2::new(5.0, 0.0), covariance, ..Component::ZERO }]).unwrap();
@@ -359,7 +360,7 @@ fn no_weight_is_lost_where_a_likelihood_is_not_a_number() {
 #[test]
 fn a_measurement_without_range_weighs_but_gives_no_birth() {
     let mut state = Box::new(Roomy::new());
-    let mut filter = Planar::new(models(2.0), config(), &mut *state).unwrap();
+    let mut filter = Planar::new(models(2.0), BIRTHS, config(), &mut *state).unwrap();
     filter.reset(ORIGIN, 1).unwrap();
     let report = filter.scan(&[Vector2::new(-0.3, 0.0)]).unwrap();
     assert_eq!((report.no_birth, report.births), (report.maps_updated, 0));
@@ -369,7 +370,7 @@ fn a_measurement_without_range_weighs_but_gives_no_birth() {
 #[test]
 fn a_measurement_beyond_the_view_gives_no_birth() {
     let mut state = Box::new(Roomy::new());
-    let mut filter = Planar::new(models(2.0), config(), &mut *state).unwrap();
+    let mut filter = Planar::new(models(2.0), BIRTHS, config(), &mut *state).unwrap();
     filter.reset(ORIGIN, 1).unwrap();
     let report = filter.scan(&[Vector2::new(20.5, 0.0), Vector2::new(19.5, 0.0)]).unwrap();
     assert_eq!((report.no_birth, report.births), (report.maps_updated, report.maps_updated));
@@ -379,9 +380,8 @@ fn a_measurement_beyond_the_view_gives_no_birth() {
 #[test]
 fn full_memory_degrades_in_order_and_recovers() {
     // Room for a tenth of what the scans bring: 24 pages for 8 particles, 3 pages a map, 32 components in an update.
-    let mut state = Box::new(Compact::<8, 16, 24, 3, 64, 32>::new());
-    let config = Config { birth_intensity: 0.05, ..config() };
-    let mut filter = Planar::new(models(0.5), config, &mut *state).unwrap();
+    let mut state = Box::new(Compact::<8, 16, 24, 3, 32>::new());
+    let mut filter = Planar::new(models(0.5), Births::still(0.05), config(), &mut *state).unwrap();
     filter.reset(ORIGIN, 1).unwrap();
     let mut number = numbers(7);
     let mut seen = Health::GOOD;
@@ -408,10 +408,10 @@ fn full_memory_degrades_in_order_and_recovers() {
 #[test]
 fn confirmed_features_outlive_clutter_when_memory_is_full() {
     // Two pages a map hold the sixteen landmarks and nothing else.
-    let mut state = Box::new(Compact::<4, 4, 16, 2, 64, 128>::new());
+    let mut state = Box::new(Compact::<4, 4, 16, 2, 128>::new());
     let motionless = Models { motion: Unicycle::new(Step::Euler, ControlNoise::NONE).unwrap(), ..models(4.0) };
-    let config = Config { particles: 4, birth_intensity: 0.03, ..Config::default() };
-    let mut filter = Planar::new(motionless, config, &mut *state).unwrap();
+    let config = Config { particles: 4, ..Config::default() };
+    let mut filter = Planar::new(motionless, Births::still(0.03), config, &mut *state).unwrap();
     filter.reset(ORIGIN, 1).unwrap();
     let landmarks: Vec<_> = (0..16).map(|k| Vector2::new(4.0 + 0.9 * k as f32, -3.0 + 0.4 * k as f32)).collect();
     let mut number = numbers(11);
@@ -437,8 +437,8 @@ fn confirmed_features_outlive_clutter_when_memory_is_full() {
 
 #[test]
 fn long_random_operation_sequences_stay_consistent() {
-    let mut state = Box::new(Compact::<8, 16, 48, 12, 32, 96>::new());
-    let mut filter = Planar::new(models(3.0), config(), &mut *state).unwrap();
+    let mut state = Box::new(Compact::<8, 16, 48, 12, 96>::new());
+    let mut filter = Planar::new(models(3.0), BIRTHS, config(), &mut *state).unwrap();
     filter.reset(ORIGIN, 1).unwrap();
     let mut number = numbers(23);
     for _ in 0..3000 {
@@ -495,7 +495,7 @@ fn a_probe_sees_the_stages_in_order_and_changes_nothing() {
     }
     let digest = |steps: Option<&mut Steps>| {
         let mut state = Box::new(Roomy::new());
-        let mut filter = Planar::new(models(2.0), config(), &mut *state).unwrap();
+        let mut filter = Planar::new(models(2.0), BIRTHS, config(), &mut *state).unwrap();
         filter.reset(ORIGIN, 1).unwrap();
         let scan = [Vector2::new(5.0, 1.0)];
         match steps {
@@ -532,16 +532,10 @@ fn particles_come_and_go_without_a_leak() {
         (adaptive, Proposal::Blind),
         (Adaptive { error: 0.6, cell_m: 0.4, cell_rad: 0.1, ..adaptive }, Proposal::Informed(Informed::default())),
     ] {
-        let config = Config {
-            adaptive: Some(adaptive),
-            regularisation: 1.0,
-            online,
-            proposal,
-            resample_threshold: 0.9,
-            moving: MovingConfig::walkers(0.002),
-            ..config()
-        };
-        let mut filter = Planar::new(models(3.0), config, &mut *state).unwrap();
+        let config =
+            Config { adaptive: Some(adaptive), regularisation: 1.0, proposal, resample_threshold: 0.9, ..config() };
+        let mut filter = Planar::new(models(3.0), Births { moving: 0.002, ..BIRTHS }, config, &mut *state).unwrap();
+        filter.detector = filter.detector.learning(online).unwrap();
         filter.reset(ORIGIN, 3).unwrap();
         let mut number = numbers(17);
         let (mut fewest, mut most) = (8, 0);

@@ -1,45 +1,48 @@
 //! The filter: models and tuning over a state.
 
-use crate::online::Learnt;
 use crate::plausible::is_within_range;
 use crate::predict::{predict, spread};
 use crate::state::{Memory, State};
 use crate::{
-    Clutter, Component, Config, Dim, Executor, FieldOfView, LoadMapError, Locating, MapStorage, Models, Motion, Noise,
-    PAGE_LEN, Packed, Pose, PredictError, PredictReport, Probe, Proposal, Real, ResetError, ScanError, ScanReport,
-    Sensor, Serial, SetupError, Stage, Symmetric, Twice, candidate::Candidate,
+    Births, Clutter, Component, Config, Detector, Dim, Executor, FieldOfView, LoadMapError, Locating, MapStorage,
+    ModelError, Motion, Noise, PAGE_LEN, Packed, Pose, PredictError, PredictReport, Probe, Proposal, Real, ResetError,
+    ScanError, ScanReport, ScanRoom, Sensor, Serial, SetupError, Stage, Symmetric, Twice, candidate::Candidate,
 };
 use nalgebra::SVector;
 
 /// The single-cluster PHD SLAM filter.
 ///
-/// Holds the models and the tuning, and borrows a [`State`], which may be of any capacity. A scan is read from top to
-/// bottom in [`ScPhd::scan`]: weigh, normalise, select, update, reduce.
+/// Holds the vehicle's motion and the tuning, and borrows a [`State`], which may be of any capacity. Its sensors are
+/// [detectors](Detector), given with every scan. A scan is read from top to bottom in [`ScPhd::scan`]: weigh, normalise, select,
+/// update, reduce.
 ///
-/// `M` is the motion, `S` the sensor, `V` its field of view, `C` its clutter; K, D, E and Z are the dimensions of pose,
-/// position, moving feature (E = 2D) and measurement.
+/// `M` is the motion; K, D and E are the dimensions of pose, position and moving feature (E = 2D).
 ///
 /// ```
 /// use nalgebra::Vector2;
 /// use scphd::{
-///     Config, ControlNoise, MapMemory, Models, PlanarPose, RangeBearing, RangeBearingWindow, ScPhd, State, Step,
-///     Unicycle, UnicycleControl, UniformClutter,
+///     Births, Config, ControlNoise, Detector, DetectorMemory, MapMemory, PlanarPose, RangeBearing, RangeBearingWindow,
+///     ScPhd, Sensing, State, Step, Unicycle, UnicycleControl, UniformClutter,
 /// };
 ///
-/// // On a vehicle the state is a static; here the test owns it.
-/// // 16 particles of one sample each, 32 measurements; 64 pages of static features, 8 to a map, 128 in view.
-/// type Memory = State<f32, PlanarPose<f32>, 3, 2, 16, 16, 32, MapMemory<f32, 2, 2, 16, 64, 8, 128>>;
+/// // On a vehicle these are statics; here the test owns them.
+/// // 16 particles of one sample each; 64 pages of static features, 8 to a map, 128 in view.
+/// type Memory = State<f32, PlanarPose<f32>, 3, 16, 16, MapMemory<f32, 2, 2, 16, 64, 8, 128>>;
 /// let mut state = Box::new(Memory::new());
+/// // Scans of up to 32 measurements.
+/// let mut scratch = DetectorMemory::<f32, 2, 32>::new();
 ///
 /// let window = RangeBearingWindow::full_circle(15.0, 0.9)?;
-/// let models = Models {
-///     motion: Unicycle::new(Step::Arc, ControlNoise::white(0.1, 0.02))?,
+/// let sensing = Sensing {
 ///     sensor: RangeBearing::new(0.2, 0.02)?,
 ///     field_of_view: window,
 ///     clutter: UniformClutter::of_scan(2.0, window.measure())?,
 /// };
+/// let mut lidar = Detector::new(sensing, Births::still(0.01))?.over(&mut scratch)?;
+///
+/// let motion = Unicycle::new(Step::Arc, ControlNoise::white(0.1, 0.02))?;
 /// let config = Config { particles: 16, ..Config::default() };
-/// let mut filter = ScPhd::new(models, config, &mut *state)?;
+/// let mut filter = ScPhd::new(motion, config, &mut *state)?;
 /// filter.reset(PlanarPose::new(0.0, 0.0, 0.0), 1)?;
 ///
 /// for step in 0..20 {
@@ -47,42 +50,36 @@ use nalgebra::SVector;
 ///     // One landmark, 5 m to the left of the start.
 ///     let (along, left) = (0.1 * (step + 1) as f32, 5.0_f32);
 ///     let seen = Vector2::new(along.hypot(left), left.atan2(-along));
-///     let report = filter.scan(&[seen])?;
+///     let report = filter.scan(&mut lidar, &[seen])?;
 ///     assert!(report.health.is_good(), "{:?}", report.health);
 /// }
 /// let pose = filter.estimate_pose().unwrap();
 /// assert!((pose.mean.x_m - 2.0).abs() < 0.3);
 /// let mut features = [scphd::Component::ZERO; 4];
-/// let map = filter.estimate_map(&mut features);
+/// let map = filter.estimate_map(&lidar, &mut features);
 /// assert_eq!(map.features, 1);
 /// assert!((features[0].mean.y - 5.0).abs() < 0.3);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug)]
-pub struct ScPhd<'s, T: Real, P, M, S, V, C, const K: usize, const D: usize, const E: usize, const Z: usize>
+pub struct ScPhd<'s, T: Real, M: Motion<T, K>, const K: usize, const D: usize, const E: usize>
 where
     Dim<K>: Packed,
     Dim<D>: Packed,
     Dim<E>: Packed,
 {
-    pub(crate) models: Models<M, S, V, C>,
+    pub(crate) motion: M,
     pub(crate) config: Config<T>,
-    pub(crate) memory: Memory<'s, T, P, K, D, E, Z>,
+    pub(crate) memory: Memory<'s, T, M::Pose, K, D, E>,
 }
 
-impl<'s, T, P, M, S, V, C, const K: usize, const D: usize, const E: usize, const Z: usize>
-    ScPhd<'s, T, P, M, S, V, C, K, D, E, Z>
+impl<'s, T, M, const K: usize, const D: usize, const E: usize> ScPhd<'s, T, M, K, D, E>
 where
     T: Real,
-    P: Pose<T, K>,
-    M: Motion<T, K, Pose = P>,
-    S: Locating<T, K, D, Z> + Sensor<T, D, Z, Pose = P>,
-    V: FieldOfView<T, S::Frame, D, Z>,
-    C: Clutter<T, Z>,
+    M: Motion<T, K>,
     Dim<K>: Packed,
     Dim<D>: Packed + Twice<E>,
     Dim<E>: Packed,
-    Dim<Z>: Packed,
 {
     /// The greatest tag of a loaded feature: as many again are left for features that are born.
     pub const GREATEST_LOADED_TAG: u32 = u32::MAX / 2;
@@ -92,18 +89,11 @@ where
     /// prediction and its scan as many samples. Where it has others, [`State::clear`] comes first.
     ///
     /// # Errors
-    /// A model or the configuration is out of range, or does not fit the state or what that holds.
-    pub fn new<
-        const PARTICLES: usize,
-        const CANDIDATES: usize,
-        const MEASUREMENTS: usize,
-        SM,
-        VM,
-        const WORKERS: usize,
-    >(
-        models: Models<M, S, V, C>,
+    /// The motion or the configuration is out of range, or does not fit the state or what that holds.
+    pub fn new<const PARTICLES: usize, const CANDIDATES: usize, SM, VM>(
+        motion: M,
         config: Config<T>,
-        state: &'s mut State<T, P, K, Z, PARTICLES, CANDIDATES, MEASUREMENTS, SM, VM, WORKERS>,
+        state: &'s mut State<T, M::Pose, K, PARTICLES, CANDIDATES, SM, VM>,
     ) -> Result<Self, SetupError>
     where
         SM: MapStorage<T, D, D>,
@@ -117,13 +107,35 @@ where
         if candidates > CANDIDATES {
             return Err(SetupError::TooManyCandidates { candidates, capacity: CANDIDATES });
         }
-        if config.moving.birth_intensity > T::ZERO && VM::PARTICLES == 0 {
+        motion.check()?;
+        let mut memory = state.memory();
+        memory.check(&config)?;
+        Ok(Self { motion, config, memory })
+    }
+
+    /// Whether this detector can serve this filter, so that a vehicle need not wait for its first scan to know.
+    ///
+    /// # Errors
+    /// Its births move and the state has no moving maps, or its birth intensity has more components than an update has room for.
+    pub fn check<S, V, C, R, const Z: usize>(&self, detector: &Detector<T, S, V, C, R>) -> Result<(), SetupError>
+    where
+        S: Sensor<T, D, Z, Pose = M::Pose>,
+        Dim<Z>: Packed,
+    {
+        if !self.has_room_for(&detector.births) {
             return Err(SetupError::NoRoomForMoving);
         }
-        let mut memory = state.memory();
-        models.check_for(memory.still.workspace.capacity())?;
-        memory.check(&config)?;
-        Ok(Self { models, config, memory })
+        let (sensor, capacity) = (&detector.sensing.sensor, self.memory.still.workspace.capacity());
+        let frame = sensor.frame(&M::Pose::ZERO);
+        if (0..=capacity).all(|index| sensor.expected_birth(&frame, index).is_some()) {
+            return Err(SetupError::TooManyBirths { capacity });
+        }
+        Ok(())
+    }
+
+    /// Whether there are maps for all that is born.
+    fn has_room_for(&self, births: &Births<T>) -> bool {
+        births.moving == T::ZERO || self.memory.moving.pool.capacity() > 0
     }
 
     /// Starts, or starts again: every particle at `pose` with the same weight and an empty map, and the random stream
@@ -131,7 +143,7 @@ where
     ///
     /// # Errors
     /// The pose is not finite, or a coordinate above 1e8; the state is as it was.
-    pub fn reset(&mut self, pose: P, seed: u64) -> Result<(), ResetError> {
+    pub fn reset(&mut self, pose: M::Pose, seed: u64) -> Result<(), ResetError> {
         if !(pose.is_finite() && is_within_range(&pose.coordinates())) {
             return Err(ResetError::NonFinitePose);
         }
@@ -144,7 +156,6 @@ where
         cursor.weighed = 0;
         cursor.heaviest = 0;
         cursor.next_tag = 0;
-        cursor.learnt = Learnt::ZERO;
         cursor.noise = Some(Noise::seeded(seed));
         let ln_weight = -T::from_usize(cursor.particles).ln();
         candidates.iter_mut().take(cursor.particles).for_each(|slot| *slot = Candidate { pose, ln_weight });
@@ -224,7 +235,7 @@ where
         probe: &mut impl Probe,
     ) -> Result<PredictReport, PredictError> {
         let Memory { cursor, spreads, candidates, .. } = &mut self.memory;
-        let (motion, plausible) = (&self.models.motion, &self.config.plausible);
+        let (motion, plausible) = (&self.motion, &self.config.plausible);
         if cursor.noise.is_none() {
             return Err(PredictError::NotStarted);
         }
@@ -245,59 +256,86 @@ where
         predicted
     }
 
-    /// Takes in one scan: weighs every candidate, selects the particles that go on and updates their maps
-    /// (4.49–4.52, 5.17–5.24).
+    /// Takes in one scan of one of the vehicle's sensors: weighs every candidate, selects the particles that go on and updates
+    /// their maps (4.49–4.52, 5.17–5.24).
     ///
     /// # Errors
-    /// A measurement is not finite, there are more than the state holds, or the filter has not been reset; the state is
-    /// as it was.
-    pub fn scan(&mut self, measurements: &[SVector<T, Z>]) -> Result<ScanReport<T>, ScanError> {
-        self.scan_with(measurements, &mut ())
+    /// A measurement is not finite, there are more than the detector has room for, its births move and the state has no moving
+    /// maps, or the filter has not been reset; the state is as it was.
+    pub fn scan<S, V, C, const Z: usize>(
+        &mut self,
+        detector: &mut Detector<T, S, V, C, ScanRoom<'_, T, Z>>,
+        measurements: &[SVector<T, Z>],
+    ) -> Result<ScanReport<T>, ScanError>
+    where
+        S: Locating<T, K, D, Z> + Sensor<T, D, Z, Pose = M::Pose>,
+        V: FieldOfView<T, S::Frame, D, Z>,
+        C: Clutter<T, Z>,
+        Dim<Z>: Packed,
+    {
+        self.scan_with(detector, measurements, &mut ())
     }
 
     /// [`scan`](Self::scan), watched by a probe that is told where each stage begins and ends.
     ///
     /// # Errors
     /// As for `scan`.
-    pub fn scan_with(
+    pub fn scan_with<S, V, C, const Z: usize>(
         &mut self,
+        detector: &mut Detector<T, S, V, C, ScanRoom<'_, T, Z>>,
         measurements: &[SVector<T, Z>],
         probe: &mut impl Probe,
-    ) -> Result<ScanReport<T>, ScanError> {
-        self.scan_on(measurements, &Serial, probe)
+    ) -> Result<ScanReport<T>, ScanError>
+    where
+        S: Locating<T, K, D, Z> + Sensor<T, D, Z, Pose = M::Pose>,
+        V: FieldOfView<T, S::Frame, D, Z>,
+        C: Clutter<T, Z>,
+        Dim<Z>: Packed,
+    {
+        self.scan_on(detector, measurements, &Serial, probe)
     }
 
     /// [`scan_with`](Self::scan_with), with the candidates weighed by an executor: on several cores, if it has them.
     ///
-    /// They are divided into as many jobs as the [`State`] has workers. The result does not depend on it, nor on the
-    /// executor.
+    /// They are divided into as many jobs as the [`DetectorMemory`](crate::DetectorMemory) has workers. The result does not depend
+    /// on it, nor on the executor.
     ///
     /// # Errors
     /// As for `scan`.
-    pub fn scan_on(
+    pub fn scan_on<S, V, C, const Z: usize>(
         &mut self,
+        detector: &mut Detector<T, S, V, C, ScanRoom<'_, T, Z>>,
         measurements: &[SVector<T, Z>],
         executor: &impl Executor,
         probe: &mut impl Probe,
-    ) -> Result<ScanReport<T>, ScanError> {
-        ScanError::check(measurements, self.memory.measurements.len())?;
-        self.step(measurements, executor, probe)
+    ) -> Result<ScanReport<T>, ScanError>
+    where
+        S: Locating<T, K, D, Z> + Sensor<T, D, Z, Pose = M::Pose>,
+        V: FieldOfView<T, S::Frame, D, Z>,
+        C: Clutter<T, Z>,
+        Dim<Z>: Packed,
+    {
+        ScanError::check(measurements, detector.capacity())?;
+        if !self.has_room_for(&detector.births) {
+            return Err(ScanError::NoRoomForMoving);
+        }
+        self.step(detector, measurements, executor, probe)
     }
 
-    /// Goes on with other models, between any two steps: noise may be retuned in flight.
+    /// Goes on with another motion, between any two steps: noise may be retuned in flight.
     ///
     /// # Errors
-    /// A model is out of range, or its births do not fit the state; the filter keeps the models it had.
-    pub fn retune(&mut self, models: Models<M, S, V, C>) -> Result<(), SetupError> {
-        models.check_for(self.memory.still.workspace.capacity())?;
-        self.models = models;
+    /// It is out of range; the filter keeps the one it had.
+    pub fn retune(&mut self, motion: M) -> Result<(), ModelError> {
+        motion.check()?;
+        self.motion = motion;
         Ok(())
     }
 
-    /// The models.
+    /// The motion.
     #[must_use]
-    pub fn models(&self) -> &Models<M, S, V, C> {
-        &self.models
+    pub fn motion(&self) -> &M {
+        &self.motion
     }
 
     /// The tuning.
@@ -333,7 +371,7 @@ where
 
     /// The candidates: N particles after a scan, N·M samples after a prediction. Weights sum to one.
     #[must_use]
-    pub fn candidates(&self) -> &[Candidate<T, P>] {
+    pub fn candidates(&self) -> &[Candidate<T, M::Pose>] {
         self.memory.candidates()
     }
 }

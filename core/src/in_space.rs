@@ -1,5 +1,6 @@
 //! The filter in three dimensions: what stands and what moves over pages, reduction and extraction, with either proposal.
 
+use crate::alone::{Alone, Models};
 use crate::*;
 use nalgebra::{Matrix3, Vector3, Vector4};
 use std::boxed::Box;
@@ -7,9 +8,8 @@ use std::vec::Vec;
 
 type Still<const N: usize> = MapMemory<f64, 3, 3, N, 512, 32, 512>;
 type Moving<const N: usize> = MapMemory<f64, 6, 3, N, 256, 8, 256>;
-type Memory<const N: usize, V> = State<f64, AuvPose<f64>, 5, 4, N, N, 96, Still<N>, V>;
-type Filter<'s> =
-    ScPhd<'s, f64, AuvPose<f64>, Auv<f64>, StereoCamera<f64>, StereoFrustum<f64>, UniformClutter<f64>, 5, 3, 6, 4>;
+type Memory<const N: usize, V> = State<f64, AuvPose<f64>, 5, N, N, Still<N>, V>;
+type Filter<'s> = Alone<'s, f64, Auv<f64>, StereoCamera<f64>, StereoFrustum<f64>, UniformClutter<f64>, 5, 3, 6, 4>;
 
 const LIMITS: FrustumLimits<f64> = FrustumLimits {
     width_px: 800.0,
@@ -37,15 +37,18 @@ fn models() -> Models<Auv<f64>, StereoCamera<f64>, StereoFrustum<f64>, UniformCl
     }
 }
 
-fn config(particles: usize, births: f64) -> Config<f64> {
-    let models = models();
+fn births(moving: f64) -> Births<f64> {
+    let clutter = models().clutter.intensity();
+    Births { still: 0.05 * clutter, moving: moving * clutter }
+}
+
+fn config(particles: usize) -> Config<f64> {
     Config {
         particles,
-        birth_intensity: 0.05 * models.clutter.intensity(),
         prune_weight: 5e-4,
         reduction: Reduction::Greedy { merge_distance: 2.0 },
         extraction_weight: 0.5,
-        moving: MovingConfig { spread_max_m: 1.0, ..MovingConfig::walkers(births * models.clutter.intensity()) },
+        moving: MovingConfig { spread_max_m: 1.0, ..MovingConfig::walkers() },
         ..Config::default()
     }
 }
@@ -117,7 +120,7 @@ fn dive() -> Dive {
 
 fn run<const N: usize>(proposal: Proposal<f64>) {
     let mut state = Box::new(Memory::<N, NoMoving>::new());
-    let mut filter: Filter = ScPhd::new(models(), Config { proposal, ..config(N, 0.0) }, &mut *state).unwrap();
+    let mut filter: Filter = Alone::new(models(), births(0.0), Config { proposal, ..config(N) }, &mut *state).unwrap();
     let (mut dive, features) = (dive(), floor());
     filter.reset(dive.pose, 1).unwrap();
     let (mut no_birth, mut ever_seen) = (0, std::vec![false; features.len()]);
@@ -168,7 +171,7 @@ fn what_moves_in_space_is_told_from_what_stands() {
     let mut state = Box::new(Memory::<50, Moving<50>>::new());
     let informed = Proposal::Informed(Informed::default());
     let mut filter: Filter =
-        ScPhd::new(models(), Config { proposal: informed, ..config(50, 0.05) }, &mut *state).unwrap();
+        Alone::new(models(), births(0.05), Config { proposal: informed, ..config(50) }, &mut *state).unwrap();
     let (mut dive, features) = (dive(), floor());
     filter.reset(dive.pose, 1).unwrap();
     let velocity = Vector3::new(0.3, 0.2, 0.1);

@@ -1,5 +1,6 @@
 //! The informed proposal against closed forms, against the blind one, and where it has nothing to go by.
 
+use crate::alone::{Alone, Models};
 use crate::linear::{Drift, Everywhere, Offset};
 use crate::*;
 use nalgebra::{Matrix2, SVector, Vector2, Vector3};
@@ -11,9 +12,8 @@ const DETECTION: f64 = 0.9;
 const CLUTTER: f64 = 1e-12;
 const START: PlanarPose<f64> = PlanarPose::new(1.0, -2.0, 0.3);
 
-type Memory<T, const N: usize, const C: usize> =
-    State<T, PlanarPose<T>, 3, 2, N, C, 8, MapMemory<T, 2, 2, N, 2048, 16, 128>>;
-type Linear<'s> = ScPhd<'s, f64, PlanarPose<f64>, Drift, Offset, Everywhere, UniformClutter<f64>, 3, 2, 4, 2>;
+type Memory<T, const N: usize, const C: usize> = State<T, PlanarPose<T>, 3, N, C, MapMemory<T, 2, 2, N, 2048, 16, 128>>;
+type Linear<'s> = Alone<'s, f64, Drift, Offset, Everywhere, UniformClutter<f64>, 3, 2, 4, 2>;
 
 fn informed(drawn: f64) -> Proposal<f64> {
     Proposal::Informed(Informed { drawn, ..Informed::default() })
@@ -36,8 +36,8 @@ fn linear<const C: usize>(memory: &mut Memory<f64, 1, C>, proposal: Proposal<f64
         field_of_view: Everywhere(DETECTION),
         clutter: UniformClutter::of_scan(CLUTTER, 1.0).unwrap(),
     };
-    let config = Config { particles: 1, samples: C, proposal, birth_intensity: 0.0, ..Config::default() };
-    let mut filter = ScPhd::new(models, config, memory).unwrap();
+    let config = Config { particles: 1, samples: C, proposal, ..Config::default() };
+    let mut filter = Alone::new(models, Births::NONE, config, memory).unwrap();
     filter.reset(START, seed).unwrap();
     filter.load_map(&linear_map()).unwrap();
     filter
@@ -130,8 +130,7 @@ fn nothing_seen_leaves_the_prior() {
     assert!(ln_likelihoods.iter().all(|ln_l| (ln_l - ln_likelihoods[0]).abs() < 1e-12), "{ln_likelihoods:?}");
 }
 
-type Car<'s, T> =
-    ScPhd<'s, T, PlanarPose<T>, Unicycle<T>, RangeBearing<T>, RangeBearingWindow<T>, UniformClutter<T>, 3, 2, 4, 2>;
+type Car<'s, T> = Alone<'s, T, Unicycle<T>, RangeBearing<T>, RangeBearingWindow<T>, UniformClutter<T>, 3, 2, 4, 2>;
 
 fn car<T: Real, const N: usize, const C: usize>(
     memory: &mut Memory<T, N, C>,
@@ -148,7 +147,7 @@ fn car<T: Real, const N: usize, const C: usize>(
         clutter: UniformClutter::of_scan(c(2.0), window.measure()).unwrap(),
     };
     let config = Config { particles: N, samples: C / N, proposal, ..Config::default() };
-    let mut filter = ScPhd::new(models, config, memory).unwrap();
+    let mut filter = Alone::new(models, Births::still(c(0.01)), config, memory).unwrap();
     filter.reset(PlanarPose::ZERO, seed).unwrap();
     let landmarks = [(8.0, 3.0), (6.0, -7.0), (-5.0, 4.0)].map(|(x, y): (f64, f64)| Component {
         tag: 0,

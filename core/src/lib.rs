@@ -14,10 +14,12 @@
 //!
 //! # How to use it
 //!
-//! Choose models ([`Motion`], [`Sensor`], [`FieldOfView`], [`Clutter`]; some come with the crate), a tuning ([`Config`])
-//! and capacities ([`State`]); put a [`ScPhd`] over them; then [`predict`](ScPhd::predict) with every odometry sample,
-//! [`scan`](ScPhd::scan) with every scan, and read [`estimate_pose`](ScPhd::estimate_pose) and
-//! [`estimate_map`](ScPhd::estimate_map). [`ScPhd`] has a complete example.
+//! Choose how the vehicle moves ([`Motion`]), a tuning ([`Config`]) and capacities ([`State`]), and put a [`ScPhd`] over them. Every
+//! sensor on the vehicle is a [`Detector`]: its models ([`Sensor`], [`FieldOfView`], [`Clutter`]; some come with the crate), where it
+//! sits ([`Mounting`]) and what it gives birth to. Then [`predict`](ScPhd::predict) with every odometry sample,
+//! [`scan`](ScPhd::scan) with every scan of any detector, [`observe`](ScPhd::observe) with every measurement of the pose itself ([`Fix`]),
+//! and read [`estimate_pose`](ScPhd::estimate_pose) and [`estimate_map`](ScPhd::estimate_map). [`ScPhd`] has a complete example, and
+//! `examples/` has a robot with a lidar, two radars on a car, satellite fixes, and tracking.
 //!
 //! With one particle and [`KnownPose`] it is a Gaussian-mixture PHD filter for tracking from a known place.
 //!
@@ -32,7 +34,7 @@
 //! # Features
 //!
 //! * `adaptive`: regularised resampling, an adapted number of particles, p_D and clutter learnt while running
-//!   ([`Config::regularisation`], [`Config::adaptive`], [`Config::online`]). Without it they are refused, and take no flash.
+//!   ([`Config::regularisation`], [`Config::adaptive`], [`Detector::learning`]). Without it they are refused, and take no flash.
 //! * `defmt`: `Format` for configuration, reports, health and errors.
 //! * `embedded-hal`: `StagePins`, a probe of the stages over output pins.
 //! * `multi-feature`: the likelihood of RB-PHD SLAM with several features, `Likelihood::MultiFeature`, a yardstick for studies.
@@ -54,6 +56,8 @@
 extern crate std;
 
 mod adaptive;
+#[cfg(test)]
+mod alone;
 mod angle;
 mod audit;
 mod bounds;
@@ -61,6 +65,7 @@ mod candidate;
 mod component;
 mod config;
 mod confirmed;
+mod detector;
 mod digest;
 mod drift;
 mod error;
@@ -93,6 +98,9 @@ mod multi_feature;
 mod navigation;
 mod neighbours;
 mod noise;
+mod observe;
+#[cfg(test)]
+mod observing;
 mod online;
 #[cfg(test)]
 mod oracles;
@@ -132,7 +140,8 @@ pub use bounds::Bounds;
 pub use candidate::Candidate;
 pub use component::{Component, Correction};
 pub use config::{Config, ConfigError, Extraction, MovingConfig};
-pub use error::{LoadMapError, PredictError, ResetError, ScanError, SetupError};
+pub use detector::{Births, Detector, DetectorMemory, ScanRoom, Sensing};
+pub use error::{LoadMapError, ObserveError, PredictError, ResetError, ScanError, SetupError};
 pub use executor::{Executor, Serial};
 pub use extract::{MapEstimate, PoseEstimate};
 pub use filter::ScPhd;
@@ -144,6 +153,7 @@ pub use map::{MapMemory, MapStorage, NoMoving, PAGE_LEN};
 pub use models::*;
 pub use navigation::{DeadReckoning, Instruments, Navigator, Outcome, VelocityFilter, VelocityNoise};
 pub use noise::Noise;
+pub use observe::FixReport;
 pub use online::Online;
 pub use plausible::{Implausible, Plausible, Rates};
 #[cfg(feature = "embedded-hal")]

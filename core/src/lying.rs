@@ -1,6 +1,7 @@
 //! Models of a user that say what cannot be: nothing of it becomes a weight or a stored feature that is no number, and
 //! nothing goes on for ever.
 
+use crate::alone::{Alone, Models};
 use crate::work::limited;
 use crate::*;
 use core::sync::atomic::{AtomicUsize, Ordering};
@@ -159,9 +160,11 @@ impl Clutter<f64, 2> for &Liar {
     }
 }
 
-type Filter<'s, 'l> = ScPhd<'s, f64, PlanarPose<f64>, &'l Liar, &'l Liar, &'l Liar, &'l Liar, 3, 2, 4, 2>;
+type Filter<'s, 'l> = Alone<'s, f64, &'l Liar, &'l Liar, &'l Liar, &'l Liar, 3, 2, 4, 2>;
 type Memory =
-    State<f64, PlanarPose<f64>, 3, 2, 3, 6, 8, MapMemory<f64, 2, 2, 3, 24, 8, 64>, MapMemory<f64, 4, 2, 3, 12, 4, 32>>;
+    State<f64, PlanarPose<f64>, 3, 3, 6, MapMemory<f64, 2, 2, 3, 24, 8, 64>, MapMemory<f64, 4, 2, 3, 12, 4, 32>>;
+
+const BIRTHS: Births<f64> = Births { still: 0.01, moving: 0.01 };
 
 fn models(liar: &Liar) -> Models<&Liar, &Liar, &Liar, &Liar> {
     Models { motion: liar, sensor: liar, field_of_view: liar, clutter: liar }
@@ -196,11 +199,10 @@ fn no_lie_becomes_a_weight_or_a_feature() {
                     samples: 2,
                     proposal,
                     likelihood: likelihoods[case % likelihoods.len()],
-                    moving: MovingConfig::walkers(0.01),
                     plausible: Plausible::ANYTHING,
                     ..Config::default()
                 };
-                let mut filter = Filter::new(models(&liar), config, &mut *state).unwrap();
+                let mut filter = Filter::new(models(&liar), BIRTHS, config, &mut *state).unwrap();
                 filter.reset(PlanarPose::ZERO, 1).unwrap();
                 for step in 0..5 {
                     let scan: Vec<_> =
@@ -233,11 +235,11 @@ fn births_that_never_end_are_refused_or_cut_off() {
     let mut liar = Liar::new(Lie::Birth, 0.0, usize::MAX);
     for births in [65, usize::MAX] {
         liar.births = births;
-        let (refused, _) = limited(1000, || Filter::new(models(&liar), config, &mut *state).err());
+        let (refused, _) = limited(1000, || Filter::new(models(&liar), BIRTHS, config, &mut *state).err());
         assert_eq!(refused, Some(SetupError::TooManyBirths { capacity: 64 }));
     }
     liar.births = 64;
-    assert!(Filter::new(models(&liar), config, &mut *state).is_ok());
+    assert!(Filter::new(models(&liar), BIRTHS, config, &mut *state).is_ok());
     // A sensor that has more of them from elsewhere than from the origin.
     let endless = Endless { noise: Symmetric::from_diagonal([0.04, 0.04]) };
     let models = Models {
@@ -247,7 +249,7 @@ fn births_that_never_end_are_refused_or_cut_off() {
         clutter: UniformClutter::of_scan(1.0, 1.0).unwrap(),
     };
     state.clear();
-    let mut filter = ScPhd::new(models, config, &mut *state).unwrap();
+    let mut filter = Alone::new(models, Births::still(0.01), config, &mut *state).unwrap();
     filter.reset(PlanarPose::new(5.0, 0.0, 0.0), 1).unwrap();
     for _ in 0..3 {
         filter.predict(&UnicycleControl { speed_mps: 1.0, rate_radps: 0.0 }, 0.1).unwrap();
@@ -323,11 +325,11 @@ fn a_model_that_refuses_itself_is_refused() {
     let wrong = Models { motion: &liar, sensor: &liar, field_of_view: &liar, clutter: Wrong };
     let mut state = Box::new(Memory::new());
     let config = Config { particles: 3, ..Config::default() };
-    let refused = ScPhd::new(wrong, config, &mut *state).map(|_| ()).unwrap_err();
+    let refused = Alone::new(wrong, Births::still(0.01), config, &mut *state).map(|_| ()).unwrap_err();
     assert!(matches!(refused, SetupError::Model(ModelError { field: "nearest_m", .. })), "{refused:?}");
     for bad in [[0.0, 1.0], [1.0, -1.0], [f64::NAN, 1.0], [1.0, f64::INFINITY]] {
         let liar = Liar { noise: Symmetric::from_diagonal(bad), ..Liar::new(Lie::Birth, 0.0, usize::MAX) };
-        let refused = Filter::new(models(&liar), config, &mut *state).map(|_| ()).unwrap_err();
+        let refused = Filter::new(models(&liar), BIRTHS, config, &mut *state).map(|_| ()).unwrap_err();
         assert!(matches!(refused, SetupError::Model(ModelError { field: "noise", .. })), "{refused:?}");
     }
 }

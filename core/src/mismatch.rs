@@ -1,11 +1,12 @@
 //! Models that are wrong, and what is learnt of it while running.
 
+use crate::alone::{Alone, Models};
 use crate::*;
 use nalgebra::Vector2;
 use std::boxed::Box;
 use std::vec::Vec;
 
-type Memory = State<f64, PlanarPose<f64>, 3, 2, 1, 1, 64, MapMemory<f64, 2, 2, 1, 64, 64, 512>>;
+type Memory = State<f64, PlanarPose<f64>, 3, 1, 1, MapMemory<f64, 2, 2, 1, 64, 64, 512>>;
 
 /// One world: p_D and λ as they are.
 struct World {
@@ -22,10 +23,11 @@ fn learnt(world: &World, detection: f64, clutter_per_scan: f64, online: Online<f
         field_of_view: window,
         clutter: UniformClutter::of_scan(clutter_per_scan, window.measure()).unwrap(),
     };
-    let birth_intensity = models.clutter.intensity() / 20.0;
-    let config = Config { particles: 1, birth_intensity, prune_weight: 1e-3, online, ..Config::default() };
+    let births = Births::still(models.clutter.intensity() / 20.0);
+    let config = Config { particles: 1, prune_weight: 1e-3, ..Config::default() };
     let mut memory = Box::new(Memory::new());
-    let mut filter = ScPhd::new(models, config, &mut *memory).unwrap();
+    let mut filter = Alone::new(models, births, config, &mut *memory).unwrap();
+    filter.detector = filter.detector.learning(online).unwrap();
     filter.reset(PlanarPose::new(0.0, 0.0, 0.0), 1).unwrap();
     let mut noise = Noise::seeded(seed);
     let mut last = (1.0, 1.0);

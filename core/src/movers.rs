@@ -1,35 +1,16 @@
 //! Features that move, their names, and the likelihoods, against closed forms and on small scenes.
 
+use crate::alone::{Alone, Models};
 use crate::*;
 use nalgebra::{Vector2, Vector4};
 use std::boxed::Box;
 use std::collections::BTreeMap;
 use std::vec::Vec;
 
-type Tracker<'s> = ScPhd<
-    's,
-    f64,
-    PlanarPose<f64>,
-    KnownPose,
-    RangeBearing<f64>,
-    RangeBearingWindow<f64>,
-    UniformClutter<f64>,
-    3,
-    2,
-    4,
-    2,
->;
-type Memory = State<
-    f64,
-    PlanarPose<f64>,
-    3,
-    2,
-    2,
-    2,
-    32,
-    MapMemory<f64, 2, 2, 2, 64, 32, 512>,
-    MapMemory<f64, 4, 2, 2, 64, 32, 512>,
->;
+type Tracker<'s> =
+    Alone<'s, f64, KnownPose, RangeBearing<f64>, RangeBearingWindow<f64>, UniformClutter<f64>, 3, 2, 4, 2>;
+type Memory =
+    State<f64, PlanarPose<f64>, 3, 2, 2, MapMemory<f64, 2, 2, 2, 64, 32, 512>, MapMemory<f64, 4, 2, 2, 64, 32, 512>>;
 
 const ORIGIN: PlanarPose<f64> = PlanarPose::new(0.0, 0.0, 0.0);
 const DETECTION: f64 = 0.9;
@@ -48,15 +29,20 @@ fn models() -> Models<KnownPose, RangeBearing<f64>, RangeBearingWindow<f64>, Uni
 fn config() -> Config<f64> {
     Config {
         particles: 1,
-        birth_intensity: 0.002,
         extraction_weight: 0.5,
-        moving: MovingConfig { velocity_sigma_mps: 1.5, ..MovingConfig::walkers(0.002) },
+        moving: MovingConfig { velocity_sigma_mps: 1.5, ..MovingConfig::walkers() },
         ..Config::default()
     }
 }
 
+const BIRTHS: Births<f64> = Births { still: 0.002, moving: 0.002 };
+
 fn tracker<'s>(config: Config<f64>, memory: &'s mut Memory) -> Tracker<'s> {
-    let mut filter = Tracker::new(models(), config, memory).unwrap();
+    tracker_of(BIRTHS, config, memory)
+}
+
+fn tracker_of<'s>(births: Births<f64>, config: Config<f64>, memory: &'s mut Memory) -> Tracker<'s> {
+    let mut filter = Tracker::new(models(), births, config, memory).unwrap();
     filter.reset(ORIGIN, 1).unwrap();
     filter
 }
@@ -105,8 +91,8 @@ fn births_that_something_explains_are_merged_at_once() {
     let place = Vector2::new(6.0, 0.0);
     let shared = |weight: f64| {
         let mut memory = Box::new(Memory::new());
-        let config = Config { moving: MovingConfig::none(), prune_weight: 1e-9, ..config() };
-        let mut filter = tracker(config, &mut memory);
+        let config = Config { prune_weight: 1e-9, ..config() };
+        let mut filter = tracker_of(Births::still(0.002), config, &mut memory);
         filter.load_map(&[landmark(weight, 6.0, 0.1)]).unwrap();
         let report = filter.scan(&[place]).unwrap();
         assert_eq!(report.births, 1);
@@ -132,7 +118,7 @@ fn births_that_something_explains_are_merged_at_once() {
 #[test]
 fn a_moving_feature_is_weighed_where_it_has_moved_to() {
     let mut memory = Box::new(Memory::new());
-    let mut filter = tracker(Config { birth_intensity: 0.0, ..config() }, &mut memory);
+    let mut filter = tracker_of(Births { still: 0.0, ..BIRTHS }, config(), &mut memory);
     filter.scan(&[Vector2::new(5.0, 0.0)]).unwrap();
     let born = *filter.moving_map(0).next().unwrap();
     // Two predictions are one of the summed time, taken when the scan comes.
@@ -162,7 +148,7 @@ fn drives_off(speed_mps: f64, detection: f64, seed: u64) -> (f64, f64, f64) {
     models.field_of_view = RangeBearingWindow::full_circle(20.0, detection).unwrap();
     // At a low p_D what has been missed several times must still be there.
     let config = Config { prune_weight: 1e-4, ..config() };
-    let mut filter = Tracker::new(models, config, &mut memory).unwrap();
+    let mut filter = Tracker::new(models, BIRTHS, config, &mut memory).unwrap();
     filter.reset(ORIGIN, 1).unwrap();
     let mut noise = Noise::seeded(seed);
     let stood = Vector2::new(6.0, 4.0);
@@ -301,24 +287,24 @@ fn out_of_view_a_moving_feature_is_forgotten_in_time() {
 
 #[test]
 fn a_state_without_memory_for_it_refuses_to_track() {
-    type Small = State<f64, PlanarPose<f64>, 3, 2, 1, 1, 8, MapMemory<f64, 2, 2, 1, 8, 8, 64>>;
+    type Small = State<f64, PlanarPose<f64>, 3, 1, 1, MapMemory<f64, 2, 2, 1, 8, 8, 64>>;
     let mut memory = Box::new(Small::new());
-    assert_eq!(Tracker::new(models(), config(), &mut *memory).map(|_| ()), Err(SetupError::NoRoomForMoving));
-    assert!(Tracker::new(models(), Config { moving: MovingConfig::none(), ..config() }, &mut *memory).is_ok());
+    let tracker = Tracker::new(models(), BIRTHS, config(), &mut *memory);
+    assert_eq!(tracker.map(|_| ()), Err(SetupError::NoRoomForMoving));
+    let mut memory = Box::new(Small::new());
+    let mut tracker = Tracker::new(models(), Births::still(0.002), config(), &mut *memory).unwrap();
+    tracker.reset(ORIGIN, 1).unwrap();
+    assert!(tracker.scan(&[]).is_ok());
+    tracker.detector.births = BIRTHS;
+    assert_eq!(tracker.scan(&[]), Err(ScanError::NoRoomForMoving));
 }
 
 /// ln L of one scan over a map of static features, with nothing born.
 fn ln_likelihood(likelihood: Likelihood, map: &[Component<f64, 2>], scan: &[Vector2<f64>]) -> f64 {
     let mut memory = Box::new(Memory::new());
-    let config = Config {
-        likelihood,
-        birth_intensity: 0.0,
-        moving: MovingConfig::none(),
-        prune_weight: 1e-12,
-        negligible: 1e-30,
-        ..config()
-    };
-    let mut filter = tracker(Config { negligible: config.prune_weight.min(config.negligible), ..config }, &mut memory);
+    let config = Config { likelihood, prune_weight: 1e-12, negligible: 1e-30, ..config() };
+    let config = Config { negligible: config.prune_weight.min(config.negligible), ..config };
+    let mut filter = tracker_of(Births::NONE, config, &mut memory);
     filter.load_map(map).unwrap();
     filter.scan(scan).unwrap();
     filter.ln_likelihoods()[0]
@@ -457,9 +443,9 @@ fn the_expected_map_spreads_with_the_poses() {
     }
     let mut memory = Box::new(Memory::new());
     let Models { sensor, field_of_view, clutter, .. } = models();
-    let config = Config { particles: 2, samples: 1, moving: MovingConfig::none(), birth_intensity: 0.1, ..config() };
-    let mut filter =
-        ScPhd::new(Models { motion: Apart, sensor, field_of_view, clutter }, config, &mut *memory).unwrap();
+    let config = Config { particles: 2, samples: 1, ..config() };
+    let models = Models { motion: Apart, sensor, field_of_view, clutter };
+    let mut filter = Alone::new(models, Births::still(0.1), config, &mut *memory).unwrap();
     // A seed whose first two numbers fall on either side of the half.
     let seed = (0..).find(|&seed| {
         let mut noise = Noise::seeded(seed);

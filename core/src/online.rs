@@ -93,6 +93,13 @@ impl<T: Real> Learnt<T> {
     /// Nothing.
     pub(crate) const ZERO: Self = Self { detections: Ratio::ZERO, clutter: Ratio::ZERO };
 
+    /// Whether this may have been learnt.
+    pub(crate) fn is_in_range(&self) -> bool {
+        let learnt = [self.detections, self.clutter];
+        let mut numbers = learnt.iter().flat_map(|ratio| [ratio.happened, ratio.expected]);
+        numbers.all(|number| number >= T::ZERO && number.is_finite())
+    }
+
     /// The factor of p_D; exactly 1 where it is not learnt.
     pub(crate) fn detection_scale(&self, online: &Online<T>) -> T {
         if ADAPTIVE && online.detection_memory > T::ZERO { self.detections.mean() } else { T::ONE }

@@ -1,5 +1,6 @@
 //! Numbers from independent implementations, read from `tests/oracles`; closed forms beside them.
 
+use crate::alone::{Alone, Models};
 use crate::candidate::{Candidate, effective_number};
 use crate::resample::systematic;
 use crate::*;
@@ -97,6 +98,7 @@ fn one_scan<S>(
     sensor: S,
     p_d: f64,
     kappa: f64,
+    births: f64,
     config: Config<f64>,
     prior: &[Component<f64, 2>],
     scan: &[Vector2<f64>],
@@ -105,11 +107,11 @@ where
     S: Locating<f64, 3, 2, 2> + Sensor<f64, 2, 2, Pose = PlanarPose<f64>> + Copy,
 {
     let origin = PlanarPose::new(0.0, 0.0, 0.0);
-    let mut state = Box::new(State::<f64, PlanarPose<f64>, 3, 2, 1, 2, 8, MapMemory<f64, 2, 2, 1, 16, 16, 64>>::new());
+    let mut state = Box::new(State::<f64, PlanarPose<f64>, 3, 1, 2, MapMemory<f64, 2, 2, 1, 16, 16, 64>>::new());
     let mut by = |samples| {
         let models = Models { motion: KnownPose, sensor, field_of_view: Everywhere(p_d), clutter: Intensity(kappa) };
         let config = Config { particles: 1, samples, ..config };
-        let mut filter = ScPhd::new(models, config, &mut *state).unwrap();
+        let mut filter = Alone::new(models, Births::still(births), config, &mut *state).unwrap();
         filter.reset(origin, 1).unwrap();
         filter.load_map(prior).unwrap();
         filter.predict(&origin, 1.0).unwrap();
@@ -128,7 +130,6 @@ where
 /// Nothing pruned, nothing merged, nothing born.
 fn bare() -> Config<f64> {
     Config {
-        birth_intensity: 0.0,
         prune_weight: 1e-300,
         reduction: Reduction::Greedy { merge_distance: 0.0 },
         negligible: 1e-300,
@@ -160,7 +161,7 @@ fn gmphd_update_linear() {
     let scan: Vec<_> = case["measurements"].as_array().unwrap().iter().map(vector).collect();
     let sensor = Direct { noise: symmetric(&case["R"]) };
     let (p_d, kappa) = (number(&case["pd"]), number(&case["clutter_density"]));
-    let (ln_l, posterior) = one_scan(sensor, p_d, kappa, bare(), &components(&case["prior"]), &scan);
+    let (ln_l, posterior) = one_scan(sensor, p_d, kappa, 0.0, bare(), &components(&case["prior"]), &scan);
     assert_same_mixture(&posterior, &components(&case["posterior"]));
 
     // Confirmed by Monte Carlo; the oracle counts the clutter's own exp(−λ) in.
@@ -180,7 +181,7 @@ fn gmphd_update_range_bearing() {
     let r = symmetric(&case["R_bearing_range"]);
     let sensor = RangeBearing::new(r.get(1, 1).sqrt(), r.get(0, 0).sqrt()).unwrap();
     let (p_d, kappa) = (number(&case["pd"]), number(&case["clutter_density"]));
-    let (_, posterior) = one_scan(sensor, p_d, kappa, bare(), &components(&case["prior"]), &scan);
+    let (_, posterior) = one_scan(sensor, p_d, kappa, 0.0, bare(), &components(&case["prior"]), &scan);
     assert_same_mixture(&posterior, &components(&case["posterior"]));
 }
 
@@ -194,7 +195,7 @@ fn vo_and_ma_reduction() {
     };
     // An empty scan of a sensor that sees next to nothing leaves the mixture to the reduction alone.
     let sensor = Direct { noise: Symmetric::from_diagonal([1.0, 1.0]) };
-    let (_, reduced) = one_scan(sensor, 1e-12, 1.0, config, &components(&file["input"]), &[]);
+    let (_, reduced) = one_scan(sensor, 1e-12, 1.0, 0.0, config, &components(&file["input"]), &[]);
     assert_same_mixture(&reduced, &components(&file["vo_ma"]));
 }
 
@@ -230,7 +231,7 @@ fn unit_sensor() -> Direct {
 fn an_unseen_feature_lowers_the_likelihood() {
     // One feature in view and nothing measured: L = exp(−p_D w). With the sign of (5.24) as printed it would be
     // exp(+w), and a pose would be the better the more it fails to see.
-    let (ln_l, posterior) = one_scan(unit_sensor(), 0.9, 0.01, bare(), &[feature(0.8, 3.0, 4.0)], &[]);
+    let (ln_l, posterior) = one_scan(unit_sensor(), 0.9, 0.01, 0.0, bare(), &[feature(0.8, 3.0, 4.0)], &[]);
     assert!((ln_l + 0.9 * 0.8).abs() < 1e-15, "{ln_l}");
     // The missed component keeps w (1 − p_D).
     assert_same_mixture(&posterior, &[feature(0.8 * 0.1, 3.0, 4.0)]);
@@ -242,9 +243,8 @@ fn a_detection_in_closed_form() {
     let density = (-0.5_f64).exp() / core::f64::consts::TAU;
     let (p_d, w, kappa, birth) = (0.9, 0.8, 0.02, 0.01);
     let eta = kappa + birth + p_d * w * density;
-    let config = Config { birth_intensity: birth, ..bare() };
     let (ln_l, posterior) =
-        one_scan(unit_sensor(), p_d, kappa, config, &[feature(w, 3.0, 4.0)], &[Vector2::new(4.0, 4.0)]);
+        one_scan(unit_sensor(), p_d, kappa, birth, bare(), &[feature(w, 3.0, 4.0)], &[Vector2::new(4.0, 4.0)]);
     assert!((ln_l - (eta.ln() - p_d * w)).abs() < 1e-14);
     let missed = feature(w * (1.0 - p_d), 3.0, 4.0);
     let gain = Vector2::new(0.5, 0.25);
@@ -267,7 +267,7 @@ fn a_detection_in_closed_form() {
 fn merging_keeps_mass_mean_and_spread() {
     let parts = [feature(0.5, 0.0, 0.0), feature(0.3, 0.4, -0.3), feature(0.2, -0.2, 0.1)];
     let config = Config { reduction: Reduction::Greedy { merge_distance: 100.0 }, ..bare() };
-    let (_, merged) = one_scan(unit_sensor(), 1e-15, 1.0, config, &parts, &[]);
+    let (_, merged) = one_scan(unit_sensor(), 1e-15, 1.0, 0.0, config, &parts, &[]);
     assert_eq!(merged.len(), 1);
     let mass: f64 = parts.iter().map(|part| part.ln_weight.exp()).sum();
     let mean = parts.iter().fold(Vector2::zeros(), |sum, part| sum + part.mean * part.ln_weight.exp()) / mass;

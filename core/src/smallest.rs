@@ -1,25 +1,15 @@
 //! The smallest capacities under every proposal, likelihood and option: every step ends within the bounds of
 //! `docs/performance.md`, which are counted, not timed.
 
+use crate::alone::{Alone, Models};
 use crate::work::limited;
 use crate::*;
 use nalgebra::Vector2;
 use std::boxed::Box;
 use std::vec::Vec;
 
-type Filter<'s> = ScPhd<
-    's,
-    f32,
-    PlanarPose<f32>,
-    Unicycle<f32>,
-    RangeBearing<f32>,
-    RangeBearingWindow<f32>,
-    UniformClutter<f32>,
-    3,
-    2,
-    4,
-    2,
->;
+type Filter<'s> =
+    Alone<'s, f32, Unicycle<f32>, RangeBearing<f32>, RangeBearingWindow<f32>, UniformClutter<f32>, 3, 2, 4, 2>;
 
 const AHEAD: UnicycleControl<f32> = UnicycleControl { speed_mps: 1.0, rate_radps: 0.1 };
 
@@ -84,13 +74,13 @@ fn measurements(count: usize) -> Vec<Vector2<f32>> {
 /// More features near measurements than an update has room for: the proposal takes what it can, and says so.
 #[test]
 fn an_informed_proposal_with_more_in_view_than_there_is_room_for_ends() {
-    type Memory = State<f32, PlanarPose<f32>, 3, 2, 4, 4, 64, MapMemory<f32, 2, 2, 4, 64, 16, 24>>;
+    type Memory = State<f32, PlanarPose<f32>, 3, 4, 4, MapMemory<f32, 2, 2, 4, 64, 16, 24>>;
     let capacities = Capacities { particles: 4, candidates: 4, map_pages: 16, view: 24, measurements: 64 };
     for features in [24, 25, 100] {
         let mut state = Box::new(Memory::new());
         let proposal = Proposal::Informed(Informed::default());
         let config = Config { particles: 4, proposal, ..Config::default() };
-        let mut filter = Filter::new(models(2.0), config, &mut *state).unwrap();
+        let mut filter = Filter::new(models(2.0), Births::still(0.01), config, &mut *state).unwrap();
         filter.reset(PlanarPose::ZERO, 1).unwrap();
         filter.load_map(&ring(features)).unwrap();
         filter.predict(&UnicycleControl { speed_mps: 0.0, rate_radps: 0.0 }, 0.1).unwrap();
@@ -109,7 +99,7 @@ fn proposals() -> Vec<Proposal<f32>> {
 }
 
 /// Every choice that a configuration has, with the numbers at their ends.
-fn configurations(particles: usize, samples: usize, moves: bool) -> Vec<Config<f32>> {
+fn configurations(particles: usize, samples: usize, moves: bool) -> Vec<(Births<f32>, Config<f32>)> {
     let mut all = Vec::new();
     let likelihoods = [
         Likelihood::SingleCluster,
@@ -133,9 +123,9 @@ fn configurations(particles: usize, samples: usize, moves: bool) -> Vec<Config<f
     for proposal in proposals() {
         for likelihood in likelihoods {
             for reduction in reductions {
-                for (prune_weight, negligible, birth_intensity) in ends {
-                    let moving = if moves { MovingConfig::walkers(birth_intensity) } else { MovingConfig::none() };
-                    all.push(Config {
+                for (prune_weight, negligible, still) in ends {
+                    let births = Births { still, moving: if moves { still } else { 0.0 } };
+                    let config = Config {
                         particles,
                         samples,
                         proposal,
@@ -143,15 +133,14 @@ fn configurations(particles: usize, samples: usize, moves: bool) -> Vec<Config<f
                         reduction,
                         prune_weight,
                         negligible,
-                        birth_intensity,
-                        moving,
-                        max_components: if birth_intensity > 1.0 { 1 } else { usize::MAX },
+                        max_components: if still > 1.0 { 1 } else { usize::MAX },
                         resample_threshold: 1.0,
                         confirmed_weight: 0.3,
                         unconfirmed_weight: 0.2,
                         extraction: if moves { Extraction::Confirmed } else { Extraction::Peaks },
                         ..options(likelihood)
-                    });
+                    };
+                    all.push((births, config));
                 }
             }
         }
@@ -165,7 +154,6 @@ fn options(likelihood: Likelihood) -> Config<f32> {
     Config {
         regularisation: 1.0,
         adaptive: adapts.then(|| Adaptive { least: 1, ..Adaptive::default() }),
-        online: Online { detection_memory: 1.0, clutter_memory: 1.0 },
         ..Config::default()
     }
 }
@@ -188,13 +176,17 @@ fn run<
     moves: bool,
 ) -> u64 {
     let capacities = Capacities { particles: N, candidates: C, map_pages: MP, view: V, measurements: Z };
-    let mut state =
-        Box::new(State::<f32, PlanarPose<f32>, 3, 2, N, C, Z, MapMemory<f32, 2, 2, N, P, MP, V>, VM>::new());
+    let mut state = Box::new(State::<f32, PlanarPose<f32>, 3, N, C, MapMemory<f32, 2, 2, N, P, MP, V>, VM>::new());
     let mut most = 0;
-    for config in configurations(N, C / N, moves) {
+    for (births, config) in configurations(N, C / N, moves) {
         for clutter in [0.0, 3.0] {
             state.clear();
-            let mut filter = Filter::new(models(clutter), config, &mut *state).unwrap();
+            let mut filter = Filter::new(models(clutter), births, config, &mut *state).unwrap();
+            #[cfg(feature = "adaptive")]
+            {
+                let online = Online { detection_memory: 1.0, clutter_memory: 1.0 };
+                filter.detector = filter.detector.learning(online).unwrap();
+            }
             filter.reset(PlanarPose::ZERO, 7).unwrap();
             filter.load_map(&ring(MP * PAGE_LEN)).unwrap();
             for step in 0..6 {

@@ -1,11 +1,7 @@
 //! All memory of a filter.
 
 use crate::map::{MapStorage, Maps, NoMoving};
-use crate::online::Learnt;
-use crate::scan::Measurement;
-use crate::{
-    Config, Dim, LnSum, Noise, Packed, Pose, Proposal, Real, SetupError, Symmetric, Twice, candidate::Candidate,
-};
+use crate::{Config, Dim, Noise, Packed, Pose, Proposal, Real, SetupError, Symmetric, Twice, candidate::Candidate};
 
 /// All memory of a filter: what it knows and its scratch, with every capacity in the type.
 ///
@@ -15,13 +11,11 @@ use crate::{
 /// | parameter | meaning |
 /// |---|---|
 /// | `T`, `P` | scalar and pose |
-/// | `K`, `Z` | dimensions of pose and measurement |
+/// | `K` | dimension of the pose |
 /// | `PARTICLES` | particles |
 /// | `CANDIDATES` | particles × samples, at least `PARTICLES` |
-/// | `MEASUREMENTS` | measurements in a scan |
 /// | `S` | memory of the static features, a [`MapMemory`](crate::MapMemory) |
 /// | `V` | memory of the moving features, a [`MapMemory`](crate::MapMemory) or [`NoMoving`] |
-/// | `WORKERS` | jobs that the weighing is divided into, each with scratch of its own, for an [`Executor`](crate::Executor); 1 unless given |
 ///
 /// ```
 /// use scphd::{MapMemory, PlanarPose, State};
@@ -29,23 +23,13 @@ use crate::{
 /// // Maps in the plane: a static feature has a state of dimension 2, a moving one of dimension 4.
 /// type Still = MapMemory<f32, 2, 2, 32, 240, 16, 256>;
 /// type Moving = MapMemory<f32, 4, 2, 32, 48, 8, 128>;
-/// type Memory = State<f32, PlanarPose<f32>, 3, 2, 32, 64, 64, Still, Moving>;
+/// type Memory = State<f32, PlanarPose<f32>, 3, 32, 64, Still, Moving>;
 /// static mut STATE: Memory = State::new();
 /// assert!(size_of::<Memory>() < 128 * 1024);
 /// ```
 #[derive(Debug)]
-pub struct State<
-    T: Real,
-    P,
-    const K: usize,
-    const Z: usize,
-    const PARTICLES: usize,
-    const CANDIDATES: usize,
-    const MEASUREMENTS: usize,
-    S,
-    V = NoMoving,
-    const WORKERS: usize = 1,
-> where
+pub struct State<T: Real, P, const K: usize, const PARTICLES: usize, const CANDIDATES: usize, S, V = NoMoving>
+where
     Dim<K>: Packed,
 {
     cursor: Cursor<T>,
@@ -55,25 +39,12 @@ pub struct State<
     ln_likelihoods: [T; CANDIDATES],
     selected: [Candidate<T, P>; PARTICLES],
     survivors: [u16; PARTICLES],
-    measurements: [Measurement<T, Z>; MEASUREMENTS],
-    eta: [[LnSum<T>; MEASUREMENTS]; WORKERS],
-    most_in_view: [u16; WORKERS],
     still: S,
     moving: V,
 }
 
-impl<
-    T: Real,
-    P: Pose<T, K>,
-    const K: usize,
-    const Z: usize,
-    const PARTICLES: usize,
-    const CANDIDATES: usize,
-    const MEASUREMENTS: usize,
-    S,
-    V,
-    const WORKERS: usize,
-> State<T, P, K, Z, PARTICLES, CANDIDATES, MEASUREMENTS, S, V, WORKERS>
+impl<T: Real, P: Pose<T, K>, const K: usize, const PARTICLES: usize, const CANDIDATES: usize, S, V>
+    State<T, P, K, PARTICLES, CANDIDATES, S, V>
 where
     Dim<K>: Packed,
 {
@@ -92,9 +63,6 @@ where
             assert!(PARTICLES >= 1, "a filter needs a particle");
             assert!(CANDIDATES >= PARTICLES, "CANDIDATES must be at least PARTICLES");
             assert!(CANDIDATES <= u16::MAX as usize, "candidates are counted in 16 bits");
-            assert!(MEASUREMENTS >= 1, "a scan needs room for a measurement");
-            assert!(MEASUREMENTS <= u16::MAX as usize, "measurements are counted in 16 bits");
-            assert!(WORKERS >= 1, "weighing needs a worker");
             assert!(S::PARTICLES >= PARTICLES, "every particle needs a static map");
             assert!(V::PARTICLES >= PARTICLES || V::PARTICLES == 0, "every particle needs a moving map, or none");
         }
@@ -106,9 +74,6 @@ where
             ln_likelihoods: [T::ZERO; CANDIDATES],
             selected: [Candidate::zero::<K>(); PARTICLES],
             survivors: [0; PARTICLES],
-            measurements: [Measurement::ZERO; MEASUREMENTS],
-            eta: [[LnSum::ZERO; MEASUREMENTS]; WORKERS],
-            most_in_view: [0; WORKERS],
             still: S::ZERO,
             moving: V::ZERO,
         }
@@ -121,7 +86,7 @@ where
     }
 
     /// The state as slices, whatever its capacities.
-    pub(crate) fn memory<const D: usize, const E: usize>(&mut self) -> Memory<'_, T, P, K, D, E, Z>
+    pub(crate) fn memory<const D: usize, const E: usize>(&mut self) -> Memory<'_, T, P, K, D, E>
     where
         S: MapStorage<T, D, D>,
         V: MapStorage<T, E, D>,
@@ -136,9 +101,6 @@ where
             ln_likelihoods: &mut self.ln_likelihoods,
             selected: &mut self.selected,
             survivors: &mut self.survivors,
-            measurements: &mut self.measurements,
-            eta: self.eta.as_flattened_mut(),
-            most_in_view: &mut self.most_in_view,
             still: self.still.maps(),
             moving: self.moving.maps(),
         }
@@ -165,8 +127,6 @@ pub(crate) struct Cursor<T> {
     pub(crate) heaviest: usize,
     /// The tag that the next feature gets. It wraps after four thousand million.
     pub(crate) next_tag: u32,
-    /// What has been learnt of the models.
-    pub(crate) learnt: Learnt<T>,
     /// The random stream; none before the first reset.
     pub(crate) noise: Option<Noise>,
 }
@@ -181,7 +141,6 @@ impl<T: Real> Cursor<T> {
         weighed: 0,
         heaviest: 0,
         next_tag: 0,
-        learnt: Learnt::ZERO,
         noise: None,
     };
 
@@ -193,7 +152,7 @@ impl<T: Real> Cursor<T> {
 
 /// The state as slices, whatever its capacities: what the recursion is written for.
 #[derive(Debug)]
-pub(crate) struct Memory<'s, T: Real, P, const K: usize, const D: usize, const E: usize, const Z: usize>
+pub(crate) struct Memory<'s, T: Real, P, const K: usize, const D: usize, const E: usize>
 where
     Dim<K>: Packed,
     Dim<D>: Packed,
@@ -208,16 +167,11 @@ where
     pub(crate) ln_likelihoods: &'s mut [T],
     pub(crate) selected: &'s mut [Candidate<T, P>],
     pub(crate) survivors: &'s mut [u16],
-    pub(crate) measurements: &'s mut [Measurement<T, Z>],
-    /// Scratch of all workers, one after the other.
-    pub(crate) eta: &'s mut [LnSum<T>],
-    /// For every worker |V|, the most components in view of the candidates it has weighed.
-    pub(crate) most_in_view: &'s mut [u16],
     pub(crate) still: Maps<'s, T, D, D>,
     pub(crate) moving: Maps<'s, T, E, D>,
 }
 
-impl<T: Real, P, const K: usize, const D: usize, const E: usize, const Z: usize> Memory<'_, T, P, K, D, E, Z>
+impl<T: Real, P, const K: usize, const D: usize, const E: usize> Memory<'_, T, P, K, D, E>
 where
     Dim<K>: Packed,
     Dim<D>: Packed,

@@ -4,6 +4,7 @@ use crate::candidate::{effective_number, reweigh};
 use crate::config::ADAPTIVE;
 use crate::drift::drift;
 use crate::executor::shares;
+use crate::models::Mounted;
 use crate::online::seen;
 use crate::propose::{Proposal, Proposer};
 use crate::rejuvenate::Kernel;
@@ -14,34 +15,37 @@ use crate::update::Update;
 use crate::view::{Detection, View};
 use crate::weigh::weigh;
 use crate::{
-    Clutter, Dim, Executor, FieldOfView, Health, Likelihood, Locating, Motion, Packed, Pose, Probe, Real, ScPhd,
-    ScanError, ScanReport, Sensor, Stage, Symmetric, Twice,
+    Clutter, Detector, Dim, Executor, FieldOfView, Health, Likelihood, Locating, Motion, Packed, Probe, Real, ScPhd,
+    ScanError, ScanReport, ScanRoom, Sensor, Stage, Symmetric, Twice,
 };
 use core::cell::Cell;
 use nalgebra::SVector;
 
-impl<T, P, M, S, V, C, const K: usize, const D: usize, const E: usize, const Z: usize>
-    ScPhd<'_, T, P, M, S, V, C, K, D, E, Z>
+impl<T, M, const K: usize, const D: usize, const E: usize> ScPhd<'_, T, M, K, D, E>
 where
     T: Real,
-    P: Pose<T, K>,
-    M: Motion<T, K, Pose = P>,
-    S: Locating<T, K, D, Z> + Sensor<T, D, Z, Pose = P>,
-    V: FieldOfView<T, S::Frame, D, Z>,
-    C: Clutter<T, Z>,
+    M: Motion<T, K>,
     Dim<K>: Packed,
     Dim<D>: Packed + Twice<E>,
     Dim<E>: Packed,
-    Dim<Z>: Packed,
 {
     /// The scan update, of measurements that have been checked.
-    pub(crate) fn step(
+    pub(crate) fn step<S, V, C, const Z: usize>(
         &mut self,
+        detector: &mut Detector<T, S, V, C, ScanRoom<'_, T, Z>>,
         measured: &[SVector<T, Z>],
         executor: &impl Executor,
         probe: &mut impl Probe,
-    ) -> Result<ScanReport<T>, ScanError> {
-        let Self { models, config, memory } = self;
+    ) -> Result<ScanReport<T>, ScanError>
+    where
+        S: Locating<T, K, D, Z> + Sensor<T, D, Z, Pose = M::Pose>,
+        V: FieldOfView<T, S::Frame, D, Z>,
+        C: Clutter<T, Z>,
+        Dim<Z>: Packed,
+    {
+        let Self { config, memory, .. } = self;
+        let Detector { sensing, mounting, births, online, room } = detector;
+        let ScanRoom { learnt, measurements, eta, most_in_view } = room;
         let Memory {
             cursor,
             spreads,
@@ -50,25 +54,23 @@ where
             ln_likelihoods,
             selected,
             survivors,
-            measurements,
-            eta,
-            most_in_view,
             still,
             moving,
         } = memory;
         let Some(mut noise) = cursor.noise.clone() else { return Err(ScanError::NotStarted) };
         let particles = cursor.particles;
-        let births = config.birth_intensity + config.moving.birth_intensity;
-        let clutter_scale = cursor.learnt.clutter_scale(&config.online);
-        let detection_scale = cursor.learnt.detection_scale(&config.online);
-        let scan = Scan::sort::<S, C, D>(measurements, measured, &models.clutter, clutter_scale, births);
+        let clutter_scale = learnt.clutter_scale(online);
+        let detection_scale = learnt.detection_scale(online);
+        let scan = Scan::sort::<S, C, D>(measurements, measured, &sensing.clutter, clutter_scale, births.total());
         let ln_negligible = config.negligible.ln();
-        let Some(noise_factor) = models.sensor.noise().factor() else { return Err(ScanError::SensorNoise) };
+        let sensor: Mounted<'_, T, S, V, K> =
+            Mounted { sensor: &sensing.sensor, field_of_view: &sensing.field_of_view, mounting: *mounting };
+        let Some(noise_factor) = sensor.noise().factor() else { return Err(ScanError::SensorNoise) };
         let (ln_sharpest, most_births) = (noise_factor.ln_peak(), still.workspace.capacity());
-        let look = |pose: &P| View {
-            sensor: &models.sensor,
-            field_of_view: &models.field_of_view,
-            frame: models.sensor.frame(pose),
+        let look = |pose: &M::Pose| View {
+            sensor: &sensor,
+            field_of_view: &sensor,
+            frame: sensor.frame(pose),
             detection_scale,
             ln_negligible,
             ln_sharpest,
@@ -137,15 +139,15 @@ where
         };
         // Learn from what the heaviest of them sees.
         if ADAPTIVE
-            && config.online.learns()
+            && online.learns()
             && let Some(&survivor) = survivors.get(selection.heaviest)
             && let Some((view, spread)) = look_again(survivor)
         {
             let maps = (&*still, &*moving, parent_of(usize::from(survivor)));
             let seen = seen(&view, spread.as_ref(), maps, &scan, config.confirming_detections, eta);
-            cursor.learnt.learn(&seen, models.clutter.per_scan(), &config.online);
+            learnt.learn(&seen, sensing.clutter.per_scan(), online);
         }
-        let update = Update { still, moving, eta, config, weighs: lone, next_tag: &mut cursor.next_tag };
+        let update = Update { still, moving, eta, births, config, weighs: lone, next_tag: &mut cursor.next_tag };
         let parent = |survivor| parent_of(usize::from(survivor));
         let tally = update.all(survivors, particles, parent, look_again, &scan, probe);
         if lone && let Some(ln_likelihood) = ln_likelihoods.first_mut() {
@@ -203,8 +205,8 @@ where
             pages: still.pool.capacity(),
             moving_pages_used: moving.pages_used(),
             moving_pages: moving.pool.capacity(),
-            detection_scale: cursor.learnt.detection_scale(&config.online),
-            clutter_scale: cursor.learnt.clutter_scale(&config.online),
+            detection_scale: learnt.detection_scale(online),
+            clutter_scale: learnt.clutter_scale(online),
             innovation,
             health,
         })

@@ -1,24 +1,15 @@
 //! States that an earlier filter has worked on: gone on from where they fit, refused where they do not.
 
+use crate::alone::{Alone, Models};
 use crate::*;
 use nalgebra::Vector2;
 use std::boxed::Box;
 use std::string::ToString;
 
-type Memory = State<f64, PlanarPose<f64>, 3, 2, 8, 16, 16, MapMemory<f64, 2, 2, 8, 64, 8, 64>>;
-type Filter<'s> = ScPhd<
-    's,
-    f64,
-    PlanarPose<f64>,
-    Unicycle<f64>,
-    RangeBearing<f64>,
-    RangeBearingWindow<f64>,
-    UniformClutter<f64>,
-    3,
-    2,
-    4,
-    2,
->;
+type Memory = State<f64, PlanarPose<f64>, 3, 8, 16, MapMemory<f64, 2, 2, 8, 64, 8, 64>>;
+type Filter<'s> =
+    Alone<'s, f64, Unicycle<f64>, RangeBearing<f64>, RangeBearingWindow<f64>, UniformClutter<f64>, 3, 2, 4, 2>;
+const BIRTHS: Births<f64> = Births::still(0.01);
 type CarModels = Models<Unicycle<f64>, RangeBearing<f64>, RangeBearingWindow<f64>, UniformClutter<f64>>;
 
 const AHEAD: UnicycleControl<f64> = UnicycleControl { speed_mps: 1.0, rate_radps: 0.1 };
@@ -49,7 +40,7 @@ fn scan() -> [Vector2<f64>; 2] {
 /// A state on which a filter of this configuration has taken one scan, and moved on if asked to.
 fn worked(config: Config<f64>, moves_on: bool) -> Box<Memory> {
     let mut state = Box::new(Memory::new());
-    let mut filter = Filter::new(models(), config, &mut *state).unwrap();
+    let mut filter = Filter::new(models(), BIRTHS, config, &mut *state).unwrap();
     filter.reset(PlanarPose::ZERO, 1).unwrap();
     filter.predict(&AHEAD, 0.1).unwrap();
     filter.scan(&scan()).unwrap();
@@ -60,7 +51,7 @@ fn worked(config: Config<f64>, moves_on: bool) -> Box<Memory> {
 }
 
 fn refused(state: &mut Memory, config: Config<f64>) -> Option<SetupError> {
-    Filter::new(models(), config, state).err()
+    Filter::new(models(), BIRTHS, config, state).err()
 }
 
 #[test]
@@ -70,7 +61,7 @@ fn another_number_of_particles_is_refused_until_the_state_is_cleared() {
     assert_eq!(error, SetupError::HeldParticles { held: 8, configured: 2 });
     assert_eq!(error.to_string(), "the state holds 8 particles, and 2 are configured; clear it first");
     state.clear();
-    let mut filter = Filter::new(models(), config(2, 8), &mut *state).unwrap();
+    let mut filter = Filter::new(models(), BIRTHS, config(2, 8), &mut *state).unwrap();
     assert_eq!(filter.scan(&scan()), Err(ScanError::NotStarted));
     filter.reset(PlanarPose::ZERO, 1).unwrap();
     let report = filter.predict(&AHEAD, 0.5).unwrap();
@@ -110,9 +101,9 @@ fn a_state_that_fits_goes_on_to_the_bit() {
     for (config, moves_on) in [(config(8, 2), true), (config(8, 2), false), (informed(8, 2, 0.5), true)] {
         let digest = |interrupted: bool| {
             let mut state = worked(config, moves_on);
-            let mut filter = Filter::new(models(), config, &mut *state).unwrap();
+            let mut filter = Filter::new(models(), BIRTHS, config, &mut *state).unwrap();
             if interrupted {
-                filter = Filter::new(models(), config, &mut *state).unwrap();
+                filter = Filter::new(models(), BIRTHS, config, &mut *state).unwrap();
             }
             for _ in 0..5 {
                 filter.scan(&scan()).unwrap();
@@ -156,13 +147,13 @@ fn a_damaged_state_is_refused() {
     ];
     for (name, damage) in damages {
         let mut state = worked(config(8, 2), true);
-        let mut filter = Filter::new(models(), config(8, 2), &mut *state).unwrap();
+        let mut filter = Filter::new(models(), BIRTHS, config(8, 2), &mut *state).unwrap();
         damage(&mut filter);
         assert!(refused(&mut state, config(8, 2)).is_some(), "{name}");
         // It is told again, and what was refused can be started anew.
         assert!(refused(&mut state, config(8, 2)).is_some(), "{name}");
         state.clear();
-        let mut filter = Filter::new(models(), config(8, 2), &mut *state).unwrap();
+        let mut filter = Filter::new(models(), BIRTHS, config(8, 2), &mut *state).unwrap();
         filter.reset(PlanarPose::ZERO, 1).unwrap();
         filter.predict(&AHEAD, 0.1).unwrap();
         assert!(filter.scan(&scan()).unwrap().maps_updated > 0, "{name}");
@@ -172,9 +163,12 @@ fn a_damaged_state_is_refused() {
 #[test]
 fn models_are_changed_as_a_whole_and_checked() {
     let mut state = worked(config(8, 2), false);
-    let mut filter = Filter::new(models(), config(8, 2), &mut *state).unwrap();
-    let sharper = Models { sensor: RangeBearing::new(0.1, 0.01).unwrap(), ..models() };
-    filter.retune(sharper).unwrap();
-    assert_eq!(filter.models(), &sharper);
+    let mut filter = Filter::new(models(), BIRTHS, config(8, 2), &mut *state).unwrap();
+    let sharper = Sensing { sensor: RangeBearing::new(0.1, 0.01).unwrap(), ..*filter.detector.sensing() };
+    filter.detector.retune(sharper).unwrap();
+    assert_eq!(filter.detector.sensing(), &sharper);
+    let slower = Unicycle::new(Step::Arc, ControlNoise::white(0.1, 0.05)).unwrap();
+    filter.retune(slower).unwrap();
+    assert_eq!(filter.motion(), &slower);
     assert!(filter.scan(&scan()).is_ok());
 }

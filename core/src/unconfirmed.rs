@@ -1,27 +1,17 @@
 //! What becomes of features that were seen but once and of those that are confirmed, and which features are the estimated ones.
 
+use crate::alone::{Alone, Models};
 use crate::{
-    Component, Config, ControlNoise, Extraction, MapMemory, Models, PlanarPose, RangeBearing, RangeBearingLimits,
-    RangeBearingWindow, ScPhd, State, Step, Symmetric, Unicycle, UnicycleControl, UniformClutter,
+    Births, Component, Config, ControlNoise, Extraction, MapMemory, PlanarPose, RangeBearing, RangeBearingLimits,
+    RangeBearingWindow, State, Step, Symmetric, Unicycle, UnicycleControl, UniformClutter,
 };
 use nalgebra::Vector2;
 use std::boxed::Box;
 use std::vec::Vec;
 
-type Memory = State<f64, PlanarPose<f64>, 3, 2, 1, 1, 8, MapMemory<f64, 2, 2, 1, 16, 16, 64>>;
-type Planar<'s> = ScPhd<
-    's,
-    f64,
-    PlanarPose<f64>,
-    Unicycle<f64>,
-    RangeBearing<f64>,
-    RangeBearingWindow<f64>,
-    UniformClutter<f64>,
-    3,
-    2,
-    4,
-    2,
->;
+type Memory = State<f64, PlanarPose<f64>, 3, 1, 1, MapMemory<f64, 2, 2, 1, 16, 16, 64>>;
+type Planar<'s> =
+    Alone<'s, f64, Unicycle<f64>, RangeBearing<f64>, RangeBearingWindow<f64>, UniformClutter<f64>, 3, 2, 4, 2>;
 
 /// A vehicle that turns on the spot without error and sees to the front.
 fn filter(memory: &mut Memory, config: Config<f64>) -> Planar<'_> {
@@ -33,7 +23,7 @@ fn filter(memory: &mut Memory, config: Config<f64>) -> Planar<'_> {
         field_of_view: window,
         clutter: UniformClutter::of_scan(1.0, window.measure()).unwrap(),
     };
-    let mut filter = Planar::new(models, config, memory).unwrap();
+    let mut filter = Planar::new(models, Births::still(0.01), config, memory).unwrap();
     filter.reset(PlanarPose::new(0.0, 0.0, 0.0), 1).unwrap();
     filter
 }
@@ -52,7 +42,7 @@ fn bearings(filter: &Planar<'_>) -> Vec<f64> {
 fn what_was_seen_but_once_is_forgotten_when_it_leaves_the_view() {
     for (unconfirmed_weight, left) in [(0.0, 3), (0.5, 2)] {
         let mut memory = Box::new(Memory::new());
-        let config = Config { birth_intensity: 0.01, unconfirmed_weight, particles: 1, ..Config::default() };
+        let config = Config { unconfirmed_weight, particles: 1, ..Config::default() };
         let mut filter = filter(&mut memory, config);
         // A feature at −0.8 rad, seen again and again but not in the last scan, and a lone measurement in that one.
         for _ in 0..5 {
@@ -99,7 +89,6 @@ fn what_is_confirmed_outlasts_misses() {
     for (confirmed_weight, scans, left) in [(0.0, 20, 0), (0.05, 20, 1), (0.05, 1, 0)] {
         let mut memory = Box::new(Memory::new());
         let config = Config {
-            birth_intensity: 0.01,
             confirming_detections: 3.0,
             confirmed_weight,
             extraction: Extraction::Confirmed,

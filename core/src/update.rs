@@ -13,7 +13,7 @@ use crate::weigh::{Seen, Weighed, reset_eta};
 use crate::work;
 use crate::workspace::{Entry, Origin, Workspace};
 use crate::{
-    Bounds, Component, Config, Dim, FieldOfView, Inverse, LnSum, Locating, Packed, Probe, Real, Sensor, Stage,
+    Births, Bounds, Component, Config, Dim, FieldOfView, Inverse, LnSum, Locating, Packed, Probe, Real, Sensor, Stage,
     Symmetric,
 };
 use nalgebra::SVector;
@@ -85,7 +85,7 @@ where
 
 /// Which of a scan's births.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Births {
+enum Newborn {
     /// On measurements that features explain, at least in part: to be reduced together with them.
     Explained,
     /// On all other measurements. Whatever they could be merged with would have explained those; so they wait for the next scan.
@@ -102,6 +102,7 @@ where
     pub(crate) still: &'a mut Maps<'s, T, D, D>,
     pub(crate) moving: &'a mut Maps<'s, T, E, D>,
     pub(crate) eta: &'a mut [LnSum<T>],
+    pub(crate) births: &'a Births<T>,
     pub(crate) config: &'a Config<T>,
     /// Whether the tally is to tell how well the last of the survivors explains the scan.
     pub(crate) weighs: bool,
@@ -221,12 +222,12 @@ where
         }
         self.still.weigh_detections(self.eta, tally);
         self.moving.weigh_detections(self.eta, tally);
-        self.give_birth(sight, Births::Explained, tally);
+        self.give_birth(sight, Newborn::Explained, tally);
         probe.enter(Stage::Reduce);
         self.still.reduce(self.config, self.next_tag, tally);
         self.moving.reduce(self.config, self.next_tag, tally);
         probe.leave(Stage::Reduce);
-        self.give_birth(sight, Births::Unexplained, tally);
+        self.give_birth(sight, Newborn::Unexplained, tally);
         self.still.count(tally);
         self.moving.count(tally);
         let still_stored = self.still.store(task, regained_still, &sight.bounds, tally);
@@ -243,7 +244,7 @@ where
     fn give_birth<S, V, F, const K: usize, const Z: usize>(
         &mut self,
         sight: &Sight<'_, T, S, V, F, K, D, Z>,
-        births: Births,
+        births: Newborn,
         tally: &mut Tally<T>,
     ) where
         S: Locating<T, K, D, Z> + Sensor<T, D, Z, Frame = F>,
@@ -253,11 +254,11 @@ where
     {
         let Sight { view, spread, scan, first_tag, .. } = sight;
         let (still, moving) = (&mut self.still.workspace, &mut self.moving.workspace);
-        let (ln_still, ln_moving) = (self.config.birth_intensity.ln(), self.config.moving.birth_intensity.ln());
+        let (ln_still, ln_moving) = (self.births.still.ln(), self.births.moving.ln());
         let velocity_variance = self.config.moving.velocity_sigma_mps * self.config.moving.velocity_sigma_mps;
         for (index, (eta, measurement)) in self.eta.iter().zip(scan.iter()).enumerate() {
             let ln_eta = measurement.ln_reference() - eta.ln();
-            if measurement.is_explained(ln_eta) != (births == Births::Explained) {
+            if measurement.is_explained(ln_eta) != (births == Newborn::Explained) {
                 continue;
             }
             let ln_still = Some(ln_still - ln_eta).filter(|&ln_weight| ln_weight >= still.ln_floor());

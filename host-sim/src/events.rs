@@ -73,14 +73,20 @@ impl Iterator for Events<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::log::{Nominal, Odometry, Scan, Sensor, Vehicle};
+    use crate::log::{Mounting, Nominal, Odometry, Scan, Sensor, Vehicle};
 
     fn log(odometry: &[f64], scans: &[f64]) -> Log {
         Log {
             name: String::new(),
             initial_pose: [0.0; 3],
             vehicle: Vehicle::Unicycle,
-            sensor: Sensor { range_min_m: 0.0, range_max_m: 1.0, bearing_min_rad: -1.0, bearing_max_rad: 1.0 },
+            sensor: Sensor {
+                range_min_m: 0.0,
+                range_max_m: 1.0,
+                bearing_min_rad: -1.0,
+                bearing_max_rad: 1.0,
+                mounting: Mounting::NONE,
+            },
             nominal: Nominal::default(),
             simulated: true,
             odometry: odometry.iter().map(|&t_s| Odometry { t_s, control: [t_s, -t_s] }).collect(),

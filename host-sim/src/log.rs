@@ -2,6 +2,8 @@
 //!
 //! Read from a folder (`log_folder`) or made by a simulation (`scenario`).
 
+use crate::angle::wrap;
+
 /// Motion model and geometry, from the `[vehicle]` section of `log.toml`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Vehicle {
@@ -33,6 +35,38 @@ pub struct Sensor {
     pub bearing_min_rad: f64,
     /// Left edge of the window, rad.
     pub bearing_max_rad: f64,
+    /// Where the sensor sits, seen from where the vehicle's pose is.
+    pub mounting: Mounting,
+}
+
+/// Where a sensor sits on its vehicle.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Mounting {
+    /// Ahead of where the vehicle's pose is, m.
+    pub forward_m: f64,
+    /// To its left, m.
+    pub left_m: f64,
+    /// Turned to the left, rad.
+    pub yaw_rad: f64,
+}
+
+impl Mounting {
+    /// Where the vehicle's pose is.
+    pub const NONE: Self = Self { forward_m: 0.0, left_m: 0.0, yaw_rad: 0.0 };
+
+    /// The pose (x m, y m, heading rad) of the sensor of a vehicle at `pose`.
+    #[must_use]
+    pub fn seat(&self, [x, y, heading]: [f64; 3]) -> [f64; 3] {
+        if *self == Self::NONE {
+            return [x, y, heading];
+        }
+        let (sine, cosine) = (libm::sin(heading), libm::cos(heading));
+        [
+            x + self.forward_m * cosine - self.left_m * sine,
+            y + self.forward_m * sine + self.left_m * cosine,
+            wrap(heading + self.yaw_rad),
+        ]
+    }
 }
 
 /// Noise figures as far as the log states them.

@@ -124,8 +124,8 @@ fn logs_that_make_no_sense_are_refused() {
         (
             "robot",
             "log.toml",
-            |text| text.replace("[vehicle]", "[vehicle]\nsensor_forward_m = 3.0"),
-            &["log.toml, key vehicle.sensor_forward_m", "not a key of the model unicycle_arc"],
+            |text| text.replace("[vehicle]", "[vehicle]\nencoder_offset_m = 3.0"),
+            &["log.toml, key vehicle.encoder_offset_m", "not a key of the model unicycle_arc"],
         ),
         (
             "log",

@@ -8,7 +8,7 @@ use crate::reader::StreamError;
 /// The first bytes of every stream.
 const MAGIC: [u8; 8] = *b"SCPHDLOG";
 /// The version this code reads and writes.
-const VERSION: u16 = 1;
+const VERSION: u16 = 2;
 /// A count that was not known when the head was written, as in a flight that was still going on.
 pub const UNKNOWN: u32 = u32::MAX;
 
@@ -391,7 +391,7 @@ mod tests {
     fn what_is_written_is_read() {
         comes_back(planar());
         comes_back(numbered::<Underwater>(Auv));
-        assert_eq!((planar().models.start_x_m, planar().scan_interval_s), (100.5, 149.5));
+        assert_eq!((planar().models.start_x_m, planar().scan_interval_s), (100.5, 152.5));
         let underwater = numbered::<Underwater>(Auv);
         assert_eq!((underwater.models.start_m[0], underwater.scan_interval_s), (100.5, 181.5));
     }
@@ -400,14 +400,14 @@ mod tests {
     #[test]
     fn the_layout_is_the_documented_one() {
         let bytes = encoded(&planar());
-        assert_eq!(bytes.len(), 456);
-        assert_eq!(&bytes[..12], b"SCPHDLOG\x01\x00\xc8\x01");
+        assert_eq!(bytes.len(), 480);
+        assert_eq!(&bytes[..12], b"SCPHDLOG\x02\x00\xe0\x01");
         assert_eq!(bytes[12..20], [4, 2, 2, 1, 1, 1, 0, 0]);
         assert_eq!(bytes[20..24], [1, 0, 0, 0]);
         assert_eq!(bytes[40..44], [6, 0, 0, 0]);
         assert_eq!(bytes[44..52], [8, 7, 6, 5, 4, 3, 2, 1]);
         assert_eq!(bytes[52..60], 100.5_f64.to_le_bytes());
-        assert_eq!(bytes[444..452], 149.5_f64.to_le_bytes());
+        assert_eq!(bytes[468..476], 152.5_f64.to_le_bytes());
         let bytes = encoded(&numbered::<Underwater>(Auv));
         assert_eq!(bytes.len(), 712);
         assert_eq!(bytes[10..14], [0xc8, 0x02, 4, 3]);
@@ -430,8 +430,8 @@ mod tests {
     fn other_versions_vehicles_and_files_are_told_apart() {
         let decoded = |bytes: &[u8]| Header::<Planar>::decode(&mut Bytes(bytes));
         let mut bytes = encoded(&planar());
-        bytes[8] = 2;
-        assert_eq!(decoded(&bytes), Err(StreamError::Version { found: 2 }));
+        bytes[8] = 1;
+        assert_eq!(decoded(&bytes), Err(StreamError::Version { found: 1 }));
         bytes[0] = b'X';
         assert_eq!(decoded(&bytes), Err(StreamError::NotAStream));
         assert_eq!(decoded(b"SCPHD"), Err(StreamError::Truncated));

@@ -7,9 +7,9 @@ use core::fmt;
 use core::marker::PhantomData;
 use nalgebra::{ArrayStorage, SVector};
 use scphd::{
-    Adaptive, Clutter, Component, Config, ConstantVelocity, Dim, Extraction, FieldOfView, Informed, Likelihood,
-    Locating, ModelError, Motion, MovingConfig, Online, Packed, Pose, PredictError, Probe, Proposal, Real, Reduction,
-    ResetError, ScPhd, ScanError, Sensor, SetupError, Twice,
+    Adaptive, Births, Clutter, Component, Config, ConfigError, ConstantVelocity, Detector, DetectorMemory, Dim,
+    Extraction, FieldOfView, Informed, Likelihood, Locating, ModelError, Motion, MovingConfig, Online, Packed, Pose,
+    PredictError, Probe, Proposal, Real, Reduction, ResetError, ScPhd, ScanError, ScanRoom, Sensor, SetupError, Twice,
 };
 
 /// A kind of stream that a filter on board can be set up for, with numbers of this type.
@@ -78,13 +78,14 @@ pub trait Helm<T, I, C> {
     fn control(&mut self, input: &I) -> Result<Option<(C, T)>, PredictError>;
 }
 
-/// All memory of a filter on board: its state, a scan on its way in, an estimated map on its way out.
+/// All memory of a filter on board: its state and its detector's scratch, a scan on its way in, an estimated map on its way out.
 #[derive(Debug)]
 pub struct Memory<S, T: Real, const D: usize, const Z: usize, const MEASUREMENTS: usize, const FEATURES: usize>
 where
     Dim<D>: Packed,
 {
     pub(crate) state: S,
+    pub(crate) scratch: DetectorMemory<T, Z, MEASUREMENTS>,
     pub(crate) measurements: [SVector<T, Z>; MEASUREMENTS],
     pub(crate) features: [Component<T, D>; FEATURES],
 }
@@ -98,6 +99,7 @@ where
     pub(crate) const fn with(state: S) -> Self {
         Self {
             state,
+            scratch: DetectorMemory::new(),
             measurements: [SVector::from_array_storage(ArrayStorage([[T::ZERO; Z]; 1])); MEASUREMENTS],
             features: [Component::ZERO; FEATURES],
         }
@@ -106,28 +108,40 @@ where
 
 /// A filter for streams of kind `G`, with the memory of what comes in and goes out, and whatever makes its controls.
 #[derive(Debug)]
-pub struct Onboard<'m, G, T: Real, N, P, M, S, V, C, const K: usize, const D: usize, const E: usize, const Z: usize>
-where
+pub struct Onboard<
+    'm,
+    G,
+    T: Real,
+    N,
+    M: Motion<T, K>,
+    S,
+    V,
+    C,
+    const K: usize,
+    const D: usize,
+    const E: usize,
+    const Z: usize,
+> where
     Dim<K>: Packed,
     Dim<D>: Packed,
     Dim<E>: Packed,
 {
-    pub(crate) filter: ScPhd<'m, T, P, M, S, V, C, K, D, E, Z>,
+    pub(crate) filter: ScPhd<'m, T, M, K, D, E>,
+    pub(crate) detector: Detector<T, S, V, C, ScanRoom<'m, T, Z>>,
     pub(crate) helm: N,
     pub(crate) kind: PhantomData<G>,
     pub(crate) measurements: &'m mut [SVector<T, Z>],
     pub(crate) features: &'m mut [Component<T, D>],
 }
 
-impl<G, T, N, P, M, S, V, C, const K: usize, const D: usize, const E: usize, const Z: usize> Filter<G>
-    for Onboard<'_, G, T, N, P, M, S, V, C, K, D, E, Z>
+impl<G, T, N, M, S, V, C, const K: usize, const D: usize, const E: usize, const Z: usize> Filter<G>
+    for Onboard<'_, G, T, N, M, S, V, C, K, D, E, Z>
 where
     G: Kind<Measurement = [f64; Z], Pose = [f64; K]>,
     T: Real,
     N: Helm<T, G::Input, M::Control>,
-    P: Pose<T, K>,
-    M: Motion<T, K, Pose = P>,
-    S: Locating<T, K, D, Z> + Sensor<T, D, Z, Pose = P>,
+    M: Motion<T, K>,
+    S: Locating<T, K, D, Z> + Sensor<T, D, Z, Pose = M::Pose>,
     V: FieldOfView<T, S::Frame, D, Z>,
     C: Clutter<T, Z>,
     Dim<K>: Packed,
@@ -167,7 +181,7 @@ where
             return Err(Refusal::Scan(ScanError::TooManyMeasurements { measurements, capacity }));
         }
         let measurements = self.measurements.get(..scan.len).unwrap_or(&[]);
-        let report = self.filter.scan_with(measurements, probe).map_err(Refusal::Scan)?;
+        let report = self.filter.scan_with(&mut self.detector, measurements, probe).map_err(Refusal::Scan)?;
         Ok(Seen {
             health: report.health.bits(),
             in_view: report.in_view as u32,
@@ -178,13 +192,13 @@ where
     }
 
     fn estimate(&mut self) -> ([f64; K], usize) {
-        let [pose] = self.filter.estimate_pose().map_or(P::ZERO, |pose| pose.mean).coordinates().data.0;
-        let map = self.filter.estimate_map(self.features);
+        let [pose] = self.filter.estimate_pose().map_or(M::Pose::ZERO, |pose| pose.mean).coordinates().data.0;
+        let map = self.filter.estimate_map(&self.detector, self.features);
         (pose.map(T::to_f64), map.features)
     }
 
     fn digest(&self) -> u64 {
-        self.filter.digest()
+        self.detector.digest(self.filter.digest())
     }
 }
 
@@ -214,6 +228,12 @@ impl From<ModelError> for Refusal {
 impl From<SetupError> for Refusal {
     fn from(error: SetupError) -> Self {
         Self::Setup(error)
+    }
+}
+
+impl From<ConfigError> for Refusal {
+    fn from(error: ConfigError) -> Self {
+        Self::Setup(error.into())
     }
 }
 
@@ -295,7 +315,7 @@ pub struct RamPart {
 pub(crate) struct Ram {
     /// The whole memory.
     pub(crate) total: usize,
-    /// The filter's state in it.
+    /// The filter's state in it, with its detector's scratch.
     pub(crate) state: usize,
     pub(crate) particles: usize,
     pub(crate) pages: usize,
@@ -323,7 +343,6 @@ pub(crate) fn config<K: Kind, T: Real>(header: &Header<K>) -> Config<T> {
     Config {
         particles: header.particles as usize,
         samples: header.samples as usize,
-        birth_intensity: T::from_f64(recursion.birth_intensity),
         resample_threshold: T::from_f64(recursion.resample_threshold),
         prune_weight: T::from_f64(recursion.prune_weight),
         confirming_detections: T::from_f64(recursion.confirming_detections),
@@ -345,10 +364,6 @@ pub(crate) fn config<K: Kind, T: Real>(header: &Header<K>) -> Config<T> {
             cell_m: T::from_f64(recursion.adaptive_cell_m),
             cell_rad: T::from_f64(recursion.adaptive_cell_rad),
         }),
-        online: Online {
-            detection_memory: T::from_f64(recursion.detection_memory),
-            clutter_memory: T::from_f64(recursion.clutter_memory),
-        },
         likelihood: match header.likelihood {
             header::Likelihood::SingleCluster => Likelihood::SingleCluster,
             header::Likelihood::RbEmpty => Likelihood::EmptyMap,
@@ -372,13 +387,25 @@ pub(crate) fn config<K: Kind, T: Real>(header: &Header<K>) -> Config<T> {
     }
 }
 
+/// What a head says is born.
+pub(crate) fn births<K: Kind, T: Real>(header: &Header<K>) -> Births<T> {
+    Births { still: T::from_f64(header.recursion.birth_intensity), moving: T::from_f64(header.moving.birth_intensity) }
+}
+
+/// What a head says is learnt.
+pub(crate) fn online<K: Kind, T: Real>(header: &Header<K>) -> Online<T> {
+    Online {
+        detection_memory: T::from_f64(header.recursion.detection_memory),
+        clutter_memory: T::from_f64(header.recursion.clutter_memory),
+    }
+}
+
 /// The tuning for moving features; where none are born, the other numbers mean nothing and may be zero.
 fn moving_config<T: Real>(moving: &Moving) -> MovingConfig<T> {
     if moving.birth_intensity == 0.0 {
-        return MovingConfig::none();
+        return MovingConfig::walkers();
     }
     MovingConfig {
-        birth_intensity: T::from_f64(moving.birth_intensity),
         velocity_sigma_mps: T::from_f64(moving.velocity_sigma_mps),
         motion: ConstantVelocity {
             acceleration_psd: T::from_f64(moving.acceleration_psd),

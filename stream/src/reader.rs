@@ -98,7 +98,7 @@ impl fmt::Display for StreamError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::NotAStream => f.write_str("this is no stream of filter inputs"),
-            Self::Version { found } => write!(f, "the stream has version {found}, this code reads version 1"),
+            Self::Version { found } => write!(f, "the stream has version {found}, this code reads version 2"),
             Self::Vehicle { found } => write!(f, "the stream is of vehicle {found}, which is of another kind"),
             Self::Header => f.write_str("the head of the stream is of no form this code knows"),
             Self::HeaderDamaged => f.write_str("the head of the stream is damaged"),

@@ -161,7 +161,7 @@ fn seven_scans_of_an_underwater_vehicle() {
         row_tolerance_px: 10.0,
         ..underwater::Models::ZERO
     };
-    let models = numbers.of_filter::<f64>().unwrap();
+    let models = numbers.of_filter::<f64>().unwrap().sensing;
     let header = Header::<Underwater> {
         proposal: Proposal::Informed,
         particles: 4,

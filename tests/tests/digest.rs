@@ -98,6 +98,9 @@ fn thesis() -> Settings {
             detection_near: 0.95,
             detection_far: 0.95,
             clutter_per_scan: 20.0,
+            forward_m: 0.0,
+            left_m: 0.0,
+            yaw_rad: 0.0,
         },
         moving: MovingSettings {
             birth_intensity: 0.0,

@@ -1,8 +1,8 @@
 //! The filter's state does not depend on who weighs the candidates, nor on how many jobs that is divided into.
 
 use scphd::{
-    Ackermann, AckermannControl, AckermannGeometry, Config, ControlNoise, Executor, MapMemory, Models, MovingConfig,
-    PlanarPose, RangeBearing, RangeBearingWindow, Real, ScPhd, Serial, State, UniformClutter,
+    Ackermann, AckermannControl, AckermannGeometry, Births, Config, ControlNoise, Detector, DetectorMemory, Executor,
+    MapMemory, PlanarPose, RangeBearing, RangeBearingWindow, Real, ScPhd, Sensing, Serial, State, UniformClutter,
 };
 use scphd_sim::events::{Event, events};
 use scphd_sim::log::{Log, Vehicle};
@@ -13,18 +13,8 @@ use scphd_tests::with_roomy_stack;
 /// Enough for a whole turn of the loop among moving features, and for resampling.
 const SCANS: usize = 150;
 
-type Memory<T, const WORKERS: usize> = State<
-    T,
-    PlanarPose<T>,
-    3,
-    2,
-    32,
-    64,
-    128,
-    MapMemory<T, 2, 2, 32, 512, 64, 512>,
-    MapMemory<T, 4, 2, 32, 256, 32, 256>,
-    WORKERS,
->;
+type Memory<T> =
+    State<T, PlanarPose<T>, 3, 32, 64, MapMemory<T, 2, 2, 32, 512, 64, 512>, MapMemory<T, 4, 2, 32, 256, 32, 256>>;
 
 /// The last job first.
 struct Backwards;
@@ -55,17 +45,19 @@ fn digests<T: Real, const WORKERS: usize>(log: &Log, executor: &(impl Executor +
     };
     let window = RangeBearingWindow::full_circle(T::from_f64(15.0), T::from_f64(0.95)).unwrap();
     let noise = ControlNoise::white(T::from_f64(1.0), T::from_f64(0.035));
-    let models = Models {
-        motion: Ackermann::new(geometry, noise).unwrap(),
+    let motion = Ackermann::new(geometry, noise).unwrap();
+    let sensing = Sensing {
         sensor: RangeBearing::new(T::from_f64(0.25), T::from_f64(0.009)).unwrap(),
         field_of_view: window,
         clutter: UniformClutter::of_scan(T::from_f64(20.0), window.measure()).unwrap(),
     };
-    let config =
-        Config { particles: 32, samples: 2, moving: MovingConfig::walkers(T::from_f64(0.005)), ..Config::default() };
+    let births = Births { still: T::from_f64(0.01), moving: T::from_f64(0.005) };
+    let config = Config { particles: 32, samples: 2, ..Config::default() };
     with_roomy_stack(|| {
-        let mut state = Box::new(Memory::<T, WORKERS>::new());
-        let mut filter = ScPhd::new(models, config, &mut *state).unwrap();
+        let mut state = Box::new(Memory::<T>::new());
+        let mut scratch = Box::new(DetectorMemory::<T, 2, 128, WORKERS>::new());
+        let mut radar = Detector::new(sensing, births).unwrap().over(&mut scratch).unwrap();
+        let mut filter = ScPhd::new(motion, config, &mut *state).unwrap();
         let [x, y, heading] = log.initial_pose.map(T::from_f64);
         filter.reset(PlanarPose::new(x, y, heading), 1).unwrap();
         let (mut digests, mut resampled) = (Vec::new(), 0);
@@ -78,7 +70,7 @@ fn digests<T: Real, const WORKERS: usize>(log: &Log, executor: &(impl Executor +
                 Event::Scan { index } => {
                     let scan = &log.scans[index].detections;
                     let scan: Vec<_> = scan.iter().map(|z| z.map(T::from_f64).into()).collect();
-                    let report = filter.scan_on(&scan, executor, &mut ()).unwrap();
+                    let report = filter.scan_on(&mut radar, &scan, executor, &mut ()).unwrap();
                     assert!(report.in_view > 0 || index == 0);
                     resampled += usize::from(report.resampled);
                     digests.push(filter.digest());

@@ -102,6 +102,18 @@ fn moving_features() {
     assert!(moving > log.scans.len(), "only {moving} moving components were compared");
 }
 
+/// A sensor that sits elsewhere than where the pose is, and is turned.
+#[test]
+fn mounted_sensor() {
+    let mut log = scenario::by_name("survey", SEED).expect("a built-in scenario");
+    log.scans.truncate(100);
+    let comparison = lockstep_with(&log, 8, 2, Precision::F64, |settings| {
+        let sensor = &mut settings.sensor;
+        (sensor.forward_m, sensor.left_m, sensor.yaw_rad) = (-1.3, 0.4, 2.6);
+    });
+    assert_agreement("survey", &comparison.overall, log.scans.len());
+}
+
 /// The other likelihoods and the other reduction, over an excerpt with moving features.
 #[test]
 fn replaceable_parts() {

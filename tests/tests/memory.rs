@@ -1,6 +1,6 @@
 //! What a state costs in RAM: the total for a vehicle, and the price of each capacity.
 
-use scphd::{Bounds, Candidate, Component, LnSum, MapMemory, PAGE_LEN, PlanarPose, State, Symmetric};
+use scphd::{Bounds, Candidate, Component, DetectorMemory, LnSum, MapMemory, PAGE_LEN, PlanarPose, State, Symmetric};
 
 type Pose = PlanarPose<f32>;
 
@@ -11,7 +11,7 @@ const MAP_PAGES: usize = 32;
 const MEASUREMENTS: usize = 64;
 const VIEW: usize = 512;
 
-/// Size of the state with these capacities more than the vehicle's, static features only.
+/// Size of the state and of its detector's scratch with these capacities more than the vehicle's, static features only.
 macro_rules! bytes {
     ($particles:expr, $candidates:expr, $pages:expr, $map_pages:expr, $measurements:expr, $view:expr) => {
         size_of::<
@@ -19,10 +19,8 @@ macro_rules! bytes {
                 f32,
                 Pose,
                 3,
-                2,
                 { PARTICLES + $particles },
                 { CANDIDATES + $candidates },
-                { MEASUREMENTS + $measurements },
                 MapMemory<
                     f32,
                     2,
@@ -33,7 +31,7 @@ macro_rules! bytes {
                     { VIEW + $view },
                 >,
             >,
-        >()
+        >() + size_of::<DetectorMemory<f32, 2, { MEASUREMENTS + $measurements }>>()
     };
 }
 

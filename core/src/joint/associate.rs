@@ -4,7 +4,7 @@ use super::config::JointConfig;
 use super::covariance::{Blocks, symmetric};
 use super::exclusive::settle;
 use super::state::{Claim, Memory};
-use crate::{Clutter, Dim, FieldOfView, LnSum, Locating, Models, Motion, Packed, Pose, Real, Symmetric};
+use crate::{Clutter, Dim, FieldOfView, LnSum, Locating, Packed, Pose, Real, Symmetric};
 use nalgebra::{SMatrix, SVector};
 
 /// What is expected of a feature, and how the innovation depends on pose and feature.
@@ -43,29 +43,36 @@ impl<T: Real, const K: usize, const D: usize, const Z: usize> Predicted<T, K, D,
     }
 }
 
+/// The models of a sensor where it sits on the vehicle.
+#[derive(Debug)]
+pub(super) struct Models<'a, S, V, C> {
+    pub(super) sensor: &'a S,
+    pub(super) field_of_view: &'a V,
+    pub(super) clutter: &'a C,
+}
+
 /// Fills in p_D of every feature in view and what explains every measurement; the features in view, and ln of the likelihood of the
 /// scan.
-pub(super) fn associate<T, P, M, S, V, C, const K: usize, const D: usize, const Z: usize>(
-    models: &Models<M, S, V, C>,
+pub(super) fn associate<T, P, S, V, C, const K: usize, const D: usize, const Z: usize, const Y: usize>(
+    models: &Models<'_, S, V, C>,
+    ln_birth: T,
     config: &JointConfig<T>,
     memory: &mut Memory<'_, T, P, K, D, Z>,
-    measurements: &[SVector<T, Z>],
+    measurements: &[SVector<T, Y>],
 ) -> (usize, T)
 where
     T: Real,
     P: Pose<T, K>,
-    M: Motion<T, K, Pose = P>,
-    S: Locating<T, K, D, Z, Pose = P>,
-    V: FieldOfView<T, S::Frame, D, Z>,
-    C: Clutter<T, Z>,
+    S: Locating<T, K, D, Y, Pose = P>,
+    V: FieldOfView<T, S::Frame, D, Y>,
+    C: Clutter<T, Y>,
     Dim<K>: Packed,
     Dim<D>: Packed,
-    Dim<Z>: Packed,
+    Dim<Y>: Packed,
 {
     let Memory { known, slots, joint, explained, .. } = memory;
-    let sensor = &models.sensor;
+    let sensor = models.sensor;
     let frame = sensor.frame(&known.pose);
-    let ln_birth = config.birth_intensity.ln();
     for (slot, z) in explained.iter_mut().zip(measurements) {
         let ln_clutter = models.clutter.ln_intensity(z);
         // Written so that NaN is no clutter too.

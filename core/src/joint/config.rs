@@ -7,8 +7,6 @@ use crate::{ConfigError, Plausible, Real};
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct JointConfig<T> {
-    /// w_b, the intensity of new features, per unit of measurement space (1/(m·rad) for range and bearing).
-    pub birth_intensity: T,
     /// A measurement gives birth where nothing but clutter and births explains at least this share of it.
     pub birth_share: T,
     /// A squared Mahalanobis distance: a measurement farther off says nothing of a feature.
@@ -35,7 +33,6 @@ impl<T: Real> Default for JointConfig<T> {
     fn default() -> Self {
         let real = T::from_f64;
         Self {
-            birth_intensity: real(1e-3),
             birth_share: real(0.3),
             gate: real(25.0),
             persistence: Persistence::FOR_EVER,
@@ -53,11 +50,10 @@ impl<T: Real> JointConfig<T> {
     /// The field that is out of range, if any.
     ///
     /// # Errors
-    /// Intensity and distances must be finite and not negative, probabilities and shares between 0 and 1, times and limits of
+    /// Distances must be finite and not negative, probabilities and shares between 0 and 1, times and limits of
     /// plausibility positive.
     pub fn check(&self) -> Result<(), ConfigError> {
-        let amounts =
-            [(self.birth_intensity, "birth_intensity"), (self.gate, "gate"), (self.merge_distance, "merge_distance")];
+        let amounts = [(self.gate, "gate"), (self.merge_distance, "merge_distance")];
         if let Some((_, field)) = amounts.into_iter().find(|&(amount, _)| !(amount >= T::ZERO && amount.is_finite())) {
             return Err(ConfigError { field, range: "finite and not negative" });
         }

@@ -2,6 +2,7 @@
 
 use super::associate::Predicted;
 use super::covariance::{Common, symmetric};
+use super::observe::widened;
 use super::state::{Explained, Memory};
 use crate::{Dim, Locating, Packed, Pose, Real, Symmetric};
 use nalgebra::{SMatrix, SVector};
@@ -21,18 +22,18 @@ pub(super) struct Corrected<T> {
 
 /// Takes in the scan, feature by feature in the order of their places, each linearised at what the ones before have left; then
 /// whether each is there.
-pub(super) fn correct<T, P, S, const K: usize, const D: usize, const Z: usize>(
+pub(super) fn correct<T, P, S, const K: usize, const D: usize, const Z: usize, const Y: usize>(
     sensor: &S,
     memory: &mut Memory<'_, T, P, K, D, Z>,
-    measurements: &[SVector<T, Z>],
+    measurements: &[SVector<T, Y>],
 ) -> Corrected<T>
 where
     T: Real,
     P: Pose<T, K>,
-    S: Locating<T, K, D, Z, Pose = P>,
+    S: Locating<T, K, D, Y, Pose = P>,
     Dim<K>: Packed,
     Dim<D>: Packed,
-    Dim<Z>: Packed,
+    Dim<Y>: Packed,
 {
     let mut corrected = Corrected { squares: T::ZERO, shares: T::ZERO, left_out: 0 };
     for place in 0..memory.known.len {
@@ -65,20 +66,20 @@ fn shares<'m, T: Real, const Z: usize>(
 }
 
 /// Moves pose and features by one feature's shares; whether it could.
-fn move_by<T, P, S, const K: usize, const D: usize, const Z: usize>(
+fn move_by<T, P, S, const K: usize, const D: usize, const Z: usize, const Y: usize>(
     sensor: &S,
     memory: &mut Memory<'_, T, P, K, D, Z>,
     place: usize,
-    measurements: &[SVector<T, Z>],
+    measurements: &[SVector<T, Y>],
     corrected: &mut Corrected<T>,
 ) -> bool
 where
     T: Real,
     P: Pose<T, K>,
-    S: Locating<T, K, D, Z, Pose = P>,
+    S: Locating<T, K, D, Y, Pose = P>,
     Dim<K>: Packed,
     Dim<D>: Packed,
-    Dim<Z>: Packed,
+    Dim<Y>: Packed,
 {
     let Memory { known, slots, joint, common, explained, .. } = memory;
     let Some(slot) = slots.get(place) else { return false };
@@ -88,10 +89,10 @@ where
     let mut common = Common { pose: [SVector::zeros(); K], features: common };
     joint.common(place, &by_pose, &by_feature, features, &mut common);
     let own = common.features.get(D * place..D * (place + 1)).unwrap_or(&[]);
-    let full = rows(&by_pose, &common.pose) + rows(&by_feature, own);
+    let full = rows::<T, K, Y, Z>(&by_pose, &common.pose) + rows(&by_feature, own);
     let Some(factor) = symmetric(&full).plus(sensor.noise()).factor() else { return false };
 
-    let (mut mean, mut squares, mut detected) = (SVector::<T, Z>::zeros(), SMatrix::<T, Z, Z>::zeros(), T::ZERO);
+    let (mut mean, mut squares, mut detected) = (SVector::<T, Y>::zeros(), SMatrix::<T, Y, Y>::zeros(), T::ZERO);
     for (share, z) in shares(explained, place, measurements) {
         let innovation = sensor.innovation(z, &measurement);
         mean += innovation * share;
@@ -101,7 +102,7 @@ where
     }
     corrected.shares += detected;
     // P⁺ = P − β K S Kᵀ + K (Σ s ν νᵀ − ν̄ ν̄ᵀ) Kᵀ = P + (P Hᵀ) B (P Hᵀ)ᵀ.
-    let inverse: Symmetric<T, Z> = factor.inverse();
+    let inverse: Symmetric<T, Y> = factor.inverse();
     let inverse = inverse.to_matrix();
     let spread = squares - mean * mean.transpose();
     let by = symmetric(&(inverse * spread * inverse - inverse * detected)).to_matrix();
@@ -109,17 +110,20 @@ where
     if !(by.iter().all(|x| x.is_finite()) && step.iter().all(|x| x.is_finite())) {
         return false;
     }
-    joint.add_product(&common, &by, features);
+    joint.add_product(&common, &widened(&by), features);
     let pose = common.pose;
-    memory.shift(&pose, &step);
+    memory.shift(&pose, &widened(&step));
     true
 }
 
 /// H times the rows of (P Hᵀ) of what it is by.
-fn rows<T: Real, const N: usize, const Z: usize>(h: &SMatrix<T, Z, N>, common: &[SVector<T, Z>]) -> SMatrix<T, Z, Z> {
-    let mut product = SMatrix::<T, Z, Z>::zeros();
+fn rows<T: Real, const N: usize, const Y: usize, const Z: usize>(
+    h: &SMatrix<T, Y, N>,
+    common: &[SVector<T, Z>],
+) -> SMatrix<T, Y, Y> {
+    let mut product = SMatrix::<T, Y, Y>::zeros();
     for (column, row) in h.column_iter().zip(common) {
-        product += column * row.transpose();
+        product += column * row.fixed_rows::<Y>(0).transpose();
     }
     product
 }

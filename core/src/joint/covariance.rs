@@ -105,11 +105,11 @@ impl<T: Real, const K: usize, const D: usize> Joint<'_, T, K, D> {
     }
 
     /// P Hᵀ for a feature's Hx = ∂h/∂x and Hm = ∂h/∂m, over so many features.
-    pub(super) fn common<const Z: usize>(
+    pub(super) fn common<const Y: usize, const Z: usize>(
         &self,
         feature: usize,
-        by_pose: &SMatrix<T, Z, K>,
-        by_feature: &SMatrix<T, Z, D>,
+        by_pose: &SMatrix<T, Y, K>,
+        by_feature: &SMatrix<T, Y, D>,
         features: usize,
         into: &mut Common<'_, T, K, Z>,
     ) {
@@ -117,7 +117,23 @@ impl<T: Real, const K: usize, const D: usize> Joint<'_, T, K, D> {
         let of = |coordinate: usize| {
             let pose = SVector::<T, K>::from_fn(|k, _| self.get(coordinate, k));
             let own = SVector::<T, D>::from_fn(|d, _| self.get(coordinate, first + d));
-            by_pose * pose + by_feature * own
+            let of_measurement = by_pose * pose + by_feature * own;
+            SVector::from_fn(|z, _| of_measurement.get(z).copied().unwrap_or(T::ZERO))
+        };
+        into.pose.iter_mut().enumerate().for_each(|(k, slot)| *slot = of(k));
+        into.features.iter_mut().take(D * features).enumerate().for_each(|(d, slot)| *slot = of(K + d));
+    }
+
+    /// P Hᵀ for a measurement of the pose alone.
+    pub(super) fn common_with_pose<const Y: usize, const Z: usize>(
+        &self,
+        by_pose: &SMatrix<T, Y, K>,
+        features: usize,
+        into: &mut Common<'_, T, K, Z>,
+    ) {
+        let of = |coordinate: usize| {
+            let of_measurement = by_pose * SVector::<T, K>::from_fn(|k, _| self.get(coordinate, k));
+            SVector::from_fn(|z, _| of_measurement.get(z).copied().unwrap_or(T::ZERO))
         };
         into.pose.iter_mut().enumerate().for_each(|(k, slot)| *slot = of(k));
         into.features.iter_mut().take(D * features).enumerate().for_each(|(d, slot)| *slot = of(K + d));

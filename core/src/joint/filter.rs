@@ -1,16 +1,17 @@
 //! The filter over a joint map.
 
-use super::associate::associate;
+use super::associate::{Models, associate};
 use super::config::JointConfig;
 use super::correct::correct;
 use super::existence::Existence;
 use super::state::{JointState, Memory};
 use super::tidy::{bear, drop_spoilt, drop_unlikely, merge};
 use crate::digest::Fnv;
+use crate::models::Mounted;
 use crate::plausible::{is_within_range, is_within_square};
 use crate::{
-    Clutter, Component, Dim, FieldOfView, Health, Linearised, Locating, Models, Motion, Packed, Pose, PoseEstimate,
-    PredictError, PredictReport, Real, ResetError, ScanError, SetupError, Symmetric,
+    Clutter, Component, Detector, Dim, FieldOfView, Health, Linearised, Locating, Motion, Packed, Pose, PoseEstimate,
+    PredictError, PredictReport, Real, ResetError, ScanError, Sensor, SetupError, Symmetric,
 };
 use nalgebra::SVector;
 
@@ -51,13 +52,15 @@ pub struct JointReport<T> {
 /// Mean squared innovations above this are a condition.
 const INNOVATION_HIGH: f64 = 2.0;
 
-/// SLAM with a joint map: models and tuning over a [`JointState`].
+/// SLAM with a joint map: motion and tuning over a [`JointState`]; the sensors are [detectors](Detector), given with every scan.
+///
+/// `M` is the motion; K, D and Z are the dimensions of pose, feature and the widest measurement.
 ///
 /// ```
 /// use nalgebra::Vector2;
 /// use scphd::{
-///     ControlNoise, JointConfig, JointSlam, JointState, Models, PlanarPose, RangeBearing, RangeBearingWindow, Step,
-///     Unicycle, UnicycleControl, UniformClutter, joint_numbers,
+///     Births, ControlNoise, Detector, JointConfig, JointSlam, JointState, PlanarPose, RangeBearing, RangeBearingWindow,
+///     Sensing, Step, Unicycle, UnicycleControl, UniformClutter, joint_numbers,
 /// };
 ///
 /// // Up to 40 features, 16 measurements a scan: 20 KB.
@@ -65,19 +68,20 @@ const INNOVATION_HIGH: f64 = 2.0;
 /// let mut state = Box::new(Memory::new());
 ///
 /// let window = RangeBearingWindow::full_circle(15.0, 0.9)?;
-/// let models = Models {
-///     motion: Unicycle::new(Step::Arc, ControlNoise::white(0.1, 0.02))?,
+/// let sensing = Sensing {
 ///     sensor: RangeBearing::new(0.2, 0.02)?,
 ///     field_of_view: window,
 ///     clutter: UniformClutter::of_scan(2.0, window.measure())?,
 /// };
-/// let mut slam = JointSlam::new(models, JointConfig::default(), &mut *state)?;
+/// let lidar = Detector::new(sensing, Births::still(1e-3))?;
+/// let motion = Unicycle::new(Step::Arc, ControlNoise::white(0.1, 0.02))?;
+/// let mut slam = JointSlam::new(motion, JointConfig::default(), &mut *state)?;
 /// slam.reset(PlanarPose::new(0.0, 0.0, 0.0))?;
 /// for step in 0..20 {
 ///     slam.predict(&UnicycleControl { speed_mps: 1.0, rate_radps: 0.0 }, 0.1)?;
 ///     // One landmark, 5 m to the left of the start.
 ///     let (along, left) = (0.1 * (step + 1) as f32, 5.0_f32);
-///     slam.scan(&[Vector2::new(along.hypot(left), left.atan2(-along))])?;
+///     slam.scan(&lidar, &[Vector2::new(along.hypot(left), left.atan2(-along))])?;
 /// }
 /// let pose = slam.estimate_pose().unwrap();
 /// assert!((pose.mean.x_m - 2.0).abs() < 0.3);
@@ -86,20 +90,19 @@ const INNOVATION_HIGH: f64 = 2.0;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug)]
-pub struct JointSlam<'s, T: Real, P, M, S, V, C, const K: usize, const D: usize, const Z: usize> {
-    models: Models<M, S, V, C>,
+pub struct JointSlam<'s, T: Real, M: Motion<T, K>, const K: usize, const D: usize, const Z: usize>
+where
+    Dim<K>: Packed,
+{
+    motion: M,
     config: JointConfig<T>,
-    pub(super) memory: Memory<'s, T, P, K, D, Z>,
+    pub(super) memory: Memory<'s, T, M::Pose, K, D, Z>,
 }
 
-impl<'s, T, P, M, S, V, C, const K: usize, const D: usize, const Z: usize> JointSlam<'s, T, P, M, S, V, C, K, D, Z>
+impl<'s, T, M, const K: usize, const D: usize, const Z: usize> JointSlam<'s, T, M, K, D, Z>
 where
     T: Real,
-    P: Pose<T, K>,
-    M: Motion<T, K, Pose = P>,
-    S: Locating<T, K, D, Z, Pose = P>,
-    V: FieldOfView<T, S::Frame, D, Z>,
-    C: Clutter<T, Z>,
+    M: Motion<T, K>,
     Dim<K>: Packed,
     Dim<D>: Packed,
     Dim<Z>: Packed,
@@ -107,22 +110,22 @@ where
     /// A filter over a state, which keeps what it holds: a fresh one must be [reset](Self::reset) first.
     ///
     /// # Errors
-    /// A model or the configuration is out of range, or the sensor has births of its own, which a joint map has not.
+    /// The motion or the configuration is out of range.
     pub fn new<const FEATURES: usize, const NUMBERS: usize, const MEASUREMENTS: usize>(
-        models: Models<M, S, V, C>,
+        motion: M,
         config: JointConfig<T>,
-        state: &'s mut JointState<T, P, K, D, Z, FEATURES, NUMBERS, MEASUREMENTS>,
+        state: &'s mut JointState<T, M::Pose, K, D, Z, FEATURES, NUMBERS, MEASUREMENTS>,
     ) -> Result<Self, SetupError> {
         config.check()?;
-        models.check_for(0)?;
-        Ok(Self { models, config, memory: state.memory() })
+        motion.check()?;
+        Ok(Self { motion, config, memory: state.memory() })
     }
 
     /// Starts, or starts again: at `pose`, certain of it, without a feature.
     ///
     /// # Errors
     /// The pose is not finite, or a coordinate above 1e8; the state is as it was.
-    pub fn reset(&mut self, pose: P) -> Result<(), ResetError> {
+    pub fn reset(&mut self, pose: M::Pose) -> Result<(), ResetError> {
         if !(pose.is_finite() && is_within_range(&pose.coordinates())) {
             return Err(ResetError::NonFinitePose);
         }
@@ -142,7 +145,7 @@ where
         if !known.started {
             return Err(PredictError::NotStarted);
         }
-        let (motion, plausible) = (&self.models.motion, &self.config.plausible);
+        let (motion, plausible) = (&self.motion, &self.config.plausible);
         if plausible.takes_time(dt) {
             known.waited_s += dt;
         }
@@ -168,28 +171,45 @@ where
         Ok(PredictReport { candidates: 1, rejected, refused: known.refused, health })
     }
 
-    /// Takes in one scan.
+    /// Takes in one scan of one of the vehicle's sensors, whose measurements have Y dimensions, at most as many as the state's Z.
+    /// Of births that move a joint map knows nothing: all features stand still.
     ///
     /// # Errors
     /// A measurement is not finite, there are more than the state holds, or the filter has not been reset; the state is as it
     /// was.
-    pub fn scan(&mut self, measurements: &[SVector<T, Z>]) -> Result<JointReport<T>, ScanError> {
+    pub fn scan<S, V, C, R, const Y: usize>(
+        &mut self,
+        detector: &Detector<T, S, V, C, R>,
+        measurements: &[SVector<T, Y>],
+    ) -> Result<JointReport<T>, ScanError>
+    where
+        S: Locating<T, K, D, Y> + Sensor<T, D, Y, Pose = M::Pose>,
+        V: FieldOfView<T, S::Frame, D, Y>,
+        C: Clutter<T, Y>,
+        Dim<Y>: Packed,
+    {
+        const { assert!(Y <= Z, "the state has no room for measurements of this dimension") };
         if !self.memory.known.started {
             return Err(ScanError::NotStarted);
         }
         ScanError::check(measurements, self.memory.explained.len())?;
-        if self.models.sensor.noise().factor().is_none() {
+        let sensing = &detector.sensing;
+        if sensing.sensor.noise().factor().is_none() {
             return Err(ScanError::SensorNoise);
         }
-        let Self { models, config, memory } = self;
+        let sensor: Mounted<'_, T, S, V, K> =
+            Mounted { sensor: &sensing.sensor, field_of_view: &sensing.field_of_view, mounting: detector.mounting };
+        let models = Models { sensor: &sensor, field_of_view: &sensor, clutter: &sensing.clutter };
+        let ln_birth = detector.births.still.ln();
+        let Self { config, memory, .. } = self;
         let passage = config.persistence.over(memory.known.waited_s);
         memory.slots.iter_mut().take(memory.known.len).for_each(|slot| slot.existence = slot.existence.after(&passage));
-        let (in_view, ln_evidence) = associate(models, config, memory, measurements);
-        let corrected = correct(&models.sensor, memory, measurements);
+        let (in_view, ln_evidence) = associate(&models, ln_birth, config, memory, measurements);
+        let corrected = correct(&sensor, memory, measurements);
         memory.follow();
         let first_tag = memory.known.next_tag;
-        let born = bear(models, config, memory, measurements);
-        let merged = merge(models, config, memory);
+        let born = bear(&models, ln_birth, config, memory, measurements);
+        let merged = merge(&sensor, config, memory);
         if merged > 0 {
             memory.follow();
         }
@@ -198,7 +218,7 @@ where
         let refused = core::mem::take(&mut memory.known.refused);
         memory.known.waited_s = T::ZERO;
         let innovation = if corrected.shares > T::ZERO {
-            corrected.squares / (corrected.shares * T::from_usize(Z))
+            corrected.squares / (corrected.shares * T::from_usize(Y))
         } else {
             T::ZERO
         };
@@ -225,7 +245,7 @@ where
 
     /// The pose and its covariance; `None` before the first reset.
     #[must_use]
-    pub fn estimate_pose(&self) -> Option<PoseEstimate<T, P, K>> {
+    pub fn estimate_pose(&self) -> Option<PoseEstimate<T, M::Pose, K>> {
         let Memory { known, joint, .. } = &self.memory;
         known.started.then(|| PoseEstimate {
             mean: known.pose,

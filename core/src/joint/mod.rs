@@ -13,6 +13,7 @@ mod covariance;
 mod exclusive;
 mod existence;
 mod filter;
+mod observe;
 mod state;
 #[cfg(test)]
 mod tests;

@@ -15,15 +15,15 @@ const LANDMARKS: [[f64; 2]; 4] = [[300.0, 0.0], [0.0, 400.0], [-500.0, 20.0], [4
 #[test]
 fn with_known_association_and_all_linear_it_is_the_kalman_filter() {
     let noise = Symmetric::from_diagonal([0.09, 0.16]);
-    let models = Models {
-        motion: Drift { sigmas: [0.5, 0.2] },
+    let sensing = Sensing {
         sensor: Offset { noise },
         field_of_view: Everywhere(1.0 - 1e-15),
         clutter: UniformClutter::of_scan(1e-60, 1.0).unwrap(),
     };
-    let config = JointConfig { birth_intensity: 1e-16, gate: 400.0, ..JointConfig::default() };
+    let detector = Detector::new(sensing, Births::still(1e-16)).unwrap();
+    let config = JointConfig { gate: 400.0, ..JointConfig::default() };
     let mut state = Box::new(Linear::<4, { joint_numbers(3, 2, 4) }>::new());
-    let mut slam = JointSlam::new(models, config, &mut *state).unwrap();
+    let mut slam = JointSlam::new(Drift { sigmas: [0.5, 0.2] }, config, &mut *state).unwrap();
     slam.reset(PlanarPose::new(1.0, -2.0, 0.3)).unwrap();
     let mut draws = Noise::seeded(4);
 
@@ -51,7 +51,7 @@ fn with_known_association_and_all_linear_it_is_the_kalman_filter() {
                 Vector2::from(LANDMARKS[k]) - truth + noise
             })
             .collect();
-        slam.scan(&z).unwrap();
+        slam.scan(&detector, &z).unwrap();
         let order: Vec<Option<usize>> = (0..4).map(|k| kept.iter().position(|&of| of == k)).collect();
         for (k, place) in order.iter().enumerate() {
             let Some(place) = *place else { continue };
@@ -100,17 +100,25 @@ fn with_known_association_and_all_linear_it_is_the_kalman_filter() {
 }
 
 type Car<T, const N: usize, const L: usize, const Z: usize> = JointState<T, PlanarPose<T>, 3, 2, 2, N, L, Z>;
-type CarModels<T> = Models<Unicycle<T>, RangeBearing<T>, RangeBearingWindow<T>, UniformClutter<T>>;
+type Lidar<T> = Detector<T, RangeBearing<T>, RangeBearingWindow<T>, UniformClutter<T>>;
 
-fn car<T: Real>() -> CarModels<T> {
+fn motion<T: Real>() -> Unicycle<T> {
+    Unicycle::new(Step::Arc, ControlNoise::white(T::from_f64(0.1), T::from_f64(0.05))).unwrap()
+}
+
+fn lidar<T: Real>() -> Lidar<T> {
+    lidar_of(T::from_f64(1e-3))
+}
+
+fn lidar_of<T: Real>(births: T) -> Lidar<T> {
     let real = T::from_f64;
     let window = RangeBearingWindow::full_circle(real(20.0), real(0.9)).unwrap();
-    Models {
-        motion: Unicycle::new(Step::Arc, ControlNoise::white(real(0.1), real(0.05))).unwrap(),
+    let sensing = Sensing {
         sensor: RangeBearing::new(real(0.1), real(0.01)).unwrap(),
         field_of_view: window,
         clutter: UniformClutter::of_scan(real(2.0), window.measure()).unwrap(),
-    }
+    };
+    Detector::new(sensing, Births::still(births)).unwrap()
 }
 
 /// Landmarks around a circle of 8 m that the vehicle drives, and a truth to score against.
@@ -149,8 +157,7 @@ impl Course {
     }
 }
 
-type CarSlam<'s, T> =
-    JointSlam<'s, T, PlanarPose<T>, Unicycle<T>, RangeBearing<T>, RangeBearingWindow<T>, UniformClutter<T>, 3, 2, 2>;
+type CarSlam<'s, T> = JointSlam<'s, T, Unicycle<T>, 3, 2, 2>;
 
 fn run<T: Real>(
     slam: &mut CarSlam<'_, T>,
@@ -164,7 +171,7 @@ fn run<T: Real>(
         let control = UnicycleControl { speed_mps: T::from_f64(speed), rate_radps: T::from_f64(rate) };
         slam.predict(&control, T::from_f64(0.1)).unwrap();
         let seen: Vec<SVector<T, 2>> = seen.iter().map(|z| SVector::from(z.map(T::from_f64))).collect();
-        last = Some(slam.scan(&seen).unwrap());
+        last = Some(slam.scan(&lidar(), &seen).unwrap());
     }
     last.unwrap()
 }
@@ -177,7 +184,7 @@ fn a_round_trip_is_right_and_its_covariance_true() {
     let runs = 20;
     for seed in 0..runs {
         let mut state = Box::new(Car::<f32, ROOM, { joint_numbers(3, 2, ROOM) }, 32>::new());
-        let mut slam = JointSlam::new(car(), JointConfig::default(), &mut *state).unwrap();
+        let mut slam = JointSlam::new(motion(), JointConfig::default(), &mut *state).unwrap();
         let mut course = Course::new(seed);
         slam.reset(PlanarPose::new(8.0, 0.0, core::f32::consts::FRAC_PI_2)).unwrap();
         run(&mut slam, &mut course, 300, |_| false);
@@ -197,8 +204,8 @@ fn a_round_trip_is_right_and_its_covariance_true() {
 fn both_precisions_agree_and_a_full_state_goes_on() {
     let mut coarse = Box::new(Car::<f32, ROOM, { joint_numbers(3, 2, ROOM) }, 32>::new());
     let mut fine = Box::new(Car::<f64, ROOM, { joint_numbers(3, 2, ROOM) }, 32>::new());
-    let mut slam32 = JointSlam::new(car(), JointConfig::default(), &mut *coarse).unwrap();
-    let mut slam64 = JointSlam::new(car(), JointConfig::default(), &mut *fine).unwrap();
+    let mut slam32 = JointSlam::new(motion(), JointConfig::default(), &mut *coarse).unwrap();
+    let mut slam64 = JointSlam::new(motion(), JointConfig::default(), &mut *fine).unwrap();
     slam32.reset(PlanarPose::new(8.0, 0.0, core::f32::consts::FRAC_PI_2)).unwrap();
     slam64.reset(PlanarPose::new(8.0, 0.0, core::f64::consts::FRAC_PI_2)).unwrap();
     run(&mut slam32, &mut Course::new(3), 200, |_| false);
@@ -207,7 +214,7 @@ fn both_precisions_agree_and_a_full_state_goes_on() {
     assert!((f64::from(a.x_m) - b.x_m).abs() < 2e-3 && (f64::from(a.y_m) - b.y_m).abs() < 2e-3, "{a:?} {b:?}");
     // Room for a third of what is there.
     let mut small = Box::new(Car::<f32, 4, { joint_numbers(3, 2, 4) }, 32>::new());
-    let mut slam = JointSlam::new(car(), JointConfig::default(), &mut *small).unwrap();
+    let mut slam = JointSlam::new(motion(), JointConfig::default(), &mut *small).unwrap();
     slam.reset(PlanarPose::new(8.0, 0.0, core::f32::consts::FRAC_PI_2)).unwrap();
     let report = run(&mut slam, &mut Course::new(3), 200, |_| false);
     assert!(report.lost > 0 && report.health.contains(Health::COMPONENTS_LOST) && slam.held() <= 4);
@@ -220,7 +227,7 @@ const PERSISTENCE: Persistence<f64> = Persistence { in_sight_s: 20.0, hidden_s: 
 fn missing_for_a_while(seed: u64, comes_back: bool) -> [bool; 3] {
     let config = JointConfig { persistence: PERSISTENCE, ..JointConfig::default() };
     let mut state = Box::new(Car::<f64, ROOM, { joint_numbers(3, 2, ROOM) }, 32>::new());
-    let mut slam = JointSlam::new(car(), config, &mut *state).unwrap();
+    let mut slam = JointSlam::new(motion(), config, &mut *state).unwrap();
     let mut course = Course::new(seed);
     slam.reset(PlanarPose::new(8.0, 0.0, core::f64::consts::FRAC_PI_2)).unwrap();
     run(&mut slam, &mut course, 600, |_| false);
@@ -253,7 +260,7 @@ fn whatever_comes_the_state_stays_finite_and_definite() {
     let mut draws = Noise::seeded(11);
     for seed in 0..60 {
         let mut state = Box::new(Car::<f32, 12, { joint_numbers(3, 2, 12) }, 8>::new());
-        let mut slam = JointSlam::new(car(), JointConfig::default(), &mut *state).unwrap();
+        let mut slam = JointSlam::new(motion(), JointConfig::default(), &mut *state).unwrap();
         slam.reset(PlanarPose::new(1e3 * seed as f32, -1e5, 2.0)).unwrap();
         for _ in 0..300 {
             let pick = |draws: &mut Noise, values: &[f32]| {
@@ -274,7 +281,7 @@ fn whatever_comes_the_state_stays_finite_and_definite() {
                     SVector::from([range, bearing])
                 })
                 .collect();
-            let _refused = slam.scan(&scan);
+            let _refused = slam.scan(&lidar(), &scan);
             let pose = slam.estimate_pose().unwrap();
             assert!(pose.mean.is_finite() && pose.covariance.is_finite(), "{pose:?}");
             assert!((0..3).all(|k| pose.covariance.get(k, k) >= 0.0), "{pose:?}");
@@ -293,10 +300,10 @@ fn whatever_comes_the_state_stays_finite_and_definite() {
 #[test]
 fn nonsense_is_refused_and_leaves_all_as_it_was() {
     let mut state = Box::new(Car::<f32, 4, { joint_numbers(3, 2, 4) }, 2>::new());
-    let mut slam = JointSlam::new(car(), JointConfig::default(), &mut *state).unwrap();
+    let mut slam = JointSlam::new(motion(), JointConfig::default(), &mut *state).unwrap();
     let ahead = UnicycleControl { speed_mps: 1.0, rate_radps: 0.0 };
     assert_eq!(slam.predict(&ahead, 0.1).unwrap_err(), PredictError::NotStarted);
-    assert_eq!(slam.scan(&[]).unwrap_err(), ScanError::NotStarted);
+    assert_eq!(slam.scan(&lidar(), &[]).unwrap_err(), ScanError::NotStarted);
     assert!(slam.estimate_pose().is_none());
     assert_eq!(slam.reset(PlanarPose::new(f32::NAN, 0.0, 0.0)).unwrap_err(), ResetError::NonFinitePose);
     slam.reset(PlanarPose::ZERO).unwrap();
@@ -304,11 +311,14 @@ fn nonsense_is_refused_and_leaves_all_as_it_was() {
     let fast = UnicycleControl { speed_mps: 1e6, ..ahead };
     assert_eq!(slam.predict(&fast, 0.1).unwrap_err(), PredictError::Implausible(Implausible::Speed));
     let bad = [SVector::from([1.0, f32::NAN])];
-    assert_eq!(slam.scan(&bad).unwrap_err(), ScanError::NonFinite { index: 0 });
+    assert_eq!(slam.scan(&lidar(), &bad).unwrap_err(), ScanError::NonFinite { index: 0 });
     let many = [SVector::from([1.0, 0.0]); 3];
-    assert_eq!(slam.scan(&many).unwrap_err(), ScanError::TooManyMeasurements { measurements: 3, capacity: 2 });
+    assert_eq!(
+        slam.scan(&lidar(), &many).unwrap_err(),
+        ScanError::TooManyMeasurements { measurements: 3, capacity: 2 }
+    );
     assert_eq!(slam.estimate_pose().unwrap().mean, PlanarPose::ZERO);
-    assert_eq!(slam.scan(&[]).unwrap().refused, 2);
+    assert_eq!(slam.scan(&lidar(), &[]).unwrap().refused, 2);
     for (field, config) in [
         ("birth_share", JointConfig { birth_share: 1.5, ..JointConfig::default() }),
         ("gate", JointConfig { gate: f32::NAN, ..JointConfig::default() }),
@@ -328,25 +338,24 @@ fn nonsense_is_refused_and_leaves_all_as_it_was() {
 fn nothing_that_nobody_measured_is_learnt_of_the_heading() {
     // Odometry that is sure of where it goes but for the share of its turns.
     let noise = ControlNoise { speed_sigma_ratio: 0.02, turn_sigma_ratio: 0.3, ..ControlNoise::white(0.0, 0.0) };
-    let models = Models { motion: Unicycle::new(Step::Arc, noise).unwrap(), ..car::<f64>() };
+    let motion = Unicycle::new(Step::Arc, noise).unwrap();
     let mut state = Box::new(Car::<f64, 40, { joint_numbers(3, 2, 40) }, 32>::new());
-    let mut slam = JointSlam::new(models, JointConfig::default(), &mut *state).unwrap();
+    let mut slam = JointSlam::new(motion, JointConfig::default(), &mut *state).unwrap();
     slam.reset(PlanarPose::new(0.0, 0.0, 0.0)).unwrap();
     let mut draws = Noise::seeded(7);
     // Blind turns, so that the heading is in doubt by half a radian; then landmarks that nobody knew before, and only straight
     // ways, back and forth.
     let mut truth = PlanarPose::new(0.0, 0.0, 0.0);
-    let mut drive =
-        |slam: &mut JointSlam<'_, _, _, _, _, _, _, 3, 2, 2>, truth: &mut PlanarPose<f64>, v: f64, w: f64| {
-            let u = UnicycleControl { speed_mps: v, rate_radps: w };
-            slam.predict(&u, 0.1).unwrap();
-            let actual = UnicycleControl { speed_mps: v * (1.0 + 0.02 * draws.normal::<f64>()), rate_radps: 1.2 * w };
-            *truth = models.motion.propagate(truth, &actual, 0.1);
-        };
+    let mut drive = |slam: &mut CarSlam<'_, f64>, truth: &mut PlanarPose<f64>, v: f64, w: f64| {
+        let u = UnicycleControl { speed_mps: v, rate_radps: w };
+        slam.predict(&u, 0.1).unwrap();
+        let actual = UnicycleControl { speed_mps: v * (1.0 + 0.02 * draws.normal::<f64>()), rate_radps: 1.2 * w };
+        *truth = motion.propagate(truth, &actual, 0.1);
+    };
     for step in 0..40 {
         drive(&mut slam, &mut truth, 0.0, if step < 20 { 1.0 } else { -0.9 });
     }
-    let heading = |slam: &JointSlam<'_, _, _, _, _, _, _, 3, 2, 2>| slam.estimate_pose().unwrap().covariance.get(2, 2);
+    let heading = |slam: &CarSlam<'_, f64>| slam.estimate_pose().unwrap().covariance.get(2, 2);
     let before = heading(&slam);
     assert!(before > 0.02, "{before}");
     let mut scatter = Noise::seeded(8);
@@ -360,7 +369,7 @@ fn nothing_that_nobody_measured_is_learnt_of_the_heading() {
                 Vector2::new(dx.hypot(dy), wrap(dy.atan2(dx) - truth.heading_rad)) + noise
             })
             .collect();
-        slam.scan(&z).unwrap();
+        slam.scan(&lidar(), &z).unwrap();
     }
     let after = heading(&slam);
     assert!(after > 0.9 * before, "{before} {after}");
@@ -369,11 +378,10 @@ fn nothing_that_nobody_measured_is_learnt_of_the_heading() {
 #[test]
 fn what_is_rarely_born_is_found_all_the_same() {
     // A thousand times less than clutter: a single detection is hardly a landmark, two at one place are.
-    let models = car::<f64>();
-    let clutter = 2.0 / models.field_of_view.measure();
-    let config = JointConfig { birth_intensity: clutter / 1000.0, ..JointConfig::default() };
+    let clutter = lidar::<f64>().sensing().clutter.intensity();
+    let detector = lidar_of(clutter / 1000.0);
     let mut state = Box::new(Car::<f64, 8, { joint_numbers(3, 2, 8) }, 4>::new());
-    let mut slam = JointSlam::new(models, config, &mut *state).unwrap();
+    let mut slam = JointSlam::new(motion(), JointConfig::default(), &mut *state).unwrap();
     slam.reset(PlanarPose::new(0.0, 0.0, 0.0)).unwrap();
     let mut draws = Noise::seeded(3);
     for step in 0..10 {
@@ -381,7 +389,7 @@ fn what_is_rarely_born_is_found_all_the_same() {
         let noise = Vector2::new(0.1 * draws.normal::<f64>(), 0.01 * draws.normal::<f64>());
         // And one false measurement, always elsewhere.
         let elsewhere = Vector2::new(4.0 + f64::from(step), -2.0 + 0.3 * f64::from(step));
-        slam.scan(&[Vector2::new(7.0, 0.5) + noise, elsewhere]).unwrap();
+        slam.scan(&detector, &[Vector2::new(7.0, 0.5) + noise, elsewhere]).unwrap();
     }
     let features: Vec<_> = slam.features().collect();
     assert_eq!(features.len(), 1, "{features:?}");

@@ -1,11 +1,12 @@
 //! Features come, go, and turn out to be one.
 
+use super::associate::Models;
 use super::config::JointConfig;
 use super::covariance::{Common, symmetric};
 use super::existence::Existence;
 use super::state::{Memory, Slot};
 use crate::plausible::{is_within_range, is_within_square};
-use crate::{Dim, FieldOfView, Locating, Models, Motion, Packed, Pose, Real};
+use crate::{Dim, FieldOfView, Locating, Packed, Pose, Real};
 use nalgebra::{SMatrix, SVector};
 
 /// Detections that a tentative feature has fewer of.
@@ -23,24 +24,23 @@ pub(super) struct Born {
 }
 
 /// Adds a feature for every measurement that nothing explains well.
-pub(super) fn bear<T, P, M, S, V, C, const K: usize, const D: usize, const Z: usize>(
-    models: &Models<M, S, V, C>,
+pub(super) fn bear<T, P, S, V, C, const K: usize, const D: usize, const Z: usize, const Y: usize>(
+    models: &Models<'_, S, V, C>,
+    ln_birth: T,
     config: &JointConfig<T>,
     memory: &mut Memory<'_, T, P, K, D, Z>,
-    measurements: &[SVector<T, Z>],
+    measurements: &[SVector<T, Y>],
 ) -> Born
 where
     T: Real,
     P: Pose<T, K>,
-    M: Motion<T, K, Pose = P>,
-    S: Locating<T, K, D, Z, Pose = P>,
-    V: FieldOfView<T, S::Frame, D, Z>,
+    S: Locating<T, K, D, Y, Pose = P>,
+    V: FieldOfView<T, S::Frame, D, Y>,
     Dim<K>: Packed,
     Dim<D>: Packed,
-    Dim<Z>: Packed,
+    Dim<Y>: Packed,
 {
     let mut born = Born::default();
-    let ln_birth = config.birth_intensity.ln();
     let frame = models.sensor.frame(&memory.known.pose);
     for (index, z) in measurements.iter().enumerate() {
         let Some(explained) = memory.explained.get(index) else { break };
@@ -78,20 +78,18 @@ where
 /// inverse in view.
 type Newborn<T, const K: usize, const D: usize> = (SVector<T, D>, SMatrix<T, D, K>, SMatrix<T, D, D>);
 
-fn invert<T, P, M, S, V, C, const K: usize, const D: usize, const Z: usize>(
-    models: &Models<M, S, V, C>,
+fn invert<T, S, V, C, const K: usize, const D: usize, const Y: usize>(
+    models: &Models<'_, S, V, C>,
     frame: &S::Frame,
-    z: &SVector<T, Z>,
+    z: &SVector<T, Y>,
 ) -> Option<Newborn<T, K, D>>
 where
     T: Real,
-    P: Pose<T, K>,
-    M: Motion<T, K, Pose = P>,
-    S: Locating<T, K, D, Z, Pose = P>,
-    V: FieldOfView<T, S::Frame, D, Z>,
+    S: Locating<T, K, D, Y>,
+    V: FieldOfView<T, S::Frame, D, Y>,
     Dim<K>: Packed,
     Dim<D>: Packed,
-    Dim<Z>: Packed,
+    Dim<Y>: Packed,
 {
     let inverse = models.sensor.invert(frame, z)?;
     let expected = models.sensor.expect(frame, &inverse.feature)?;
@@ -160,30 +158,29 @@ pub(super) fn drop_unlikely<T: Real, P, const K: usize, const D: usize, const Z:
 /// Makes one of every two established features in view that are closer to each other than their covariances and one measurement could
 /// tell: that they are one and the same is a measurement, m_i − m_j = 0, of which everything else learns. Of what may be clutter, nothing
 /// is to be learnt: it goes of itself, for the other one has the greater share of what it would need to stay.
-pub(super) fn merge<T, P, M, S, V, C, const K: usize, const D: usize, const Z: usize>(
-    models: &Models<M, S, V, C>,
+pub(super) fn merge<T, P, S, const K: usize, const D: usize, const Z: usize, const Y: usize>(
+    sensor: &S,
     config: &JointConfig<T>,
     memory: &mut Memory<'_, T, P, K, D, Z>,
 ) -> usize
 where
     T: Real,
     P: Pose<T, K>,
-    M: Motion<T, K, Pose = P>,
-    S: Locating<T, K, D, Z, Pose = P>,
+    S: Locating<T, K, D, Y, Pose = P>,
     Dim<K>: Packed,
     Dim<D>: Packed,
-    Dim<Z>: Packed,
+    Dim<Y>: Packed,
 {
     let mut merged = 0;
-    let frame = models.sensor.frame(&memory.known.pose);
+    let frame = sensor.frame(&memory.known.pose);
     let mut one = 0;
     while one < memory.known.len {
         let Some(slot) = memory.slots.get(one) else { break };
         // What one measurement from here would tell of its place.
         let alone = if is_established(slot) {
-            let expected = models.sensor.expect(&frame, &slot.mean);
-            let inverse = expected.and_then(|expected| models.sensor.invert(&frame, &expected.measurement));
-            inverse.and_then(|inverse| models.sensor.noise().congruence(&inverse.jacobian).factor())
+            let expected = sensor.expect(&frame, &slot.mean);
+            let inverse = expected.and_then(|expected| sensor.invert(&frame, &expected.measurement));
+            inverse.and_then(|inverse| sensor.noise().congruence(&inverse.jacobian).factor())
         } else {
             None
         };

@@ -1,6 +1,6 @@
 //! The parent state of an underwater vehicle, and the frame that it turns the map into.
 
-use super::Pose;
+use super::{Mounting, Pose};
 use crate::{Real, wrap};
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
@@ -83,6 +83,27 @@ impl<T: Real> Pose<T, 5> for AuvPose<T> {
         [self.x_m, self.y_m, self.yaw_rad]
     }
 
+    fn mounted(&self, mounting: &Mounting<T>) -> (Self, SMatrix<T, 5, 5>) {
+        let (position, [roll, pitch, yaw]) = (mounting.position_m(), mounting.angles_rad());
+        let BodyFrame { position: origin, rotation: of_vehicle } = BodyFrame::of(self);
+        let lever = of_vehicle * Vector3::from(position);
+        let [[x_m, y_m, z_m]] = (origin + lever).data.0;
+        let [roll_rad, pitch_rad, yaw_rad] = angles(&(of_vehicle * rotation(roll, pitch, yaw)));
+        let seat = Self { x_m, y_m, z_m, yaw_rad, yaw_rate_radps: self.yaw_rate_radps, roll_rad, pitch_rad };
+        // To turn the vehicle about the vertical is to swing the sensor around it.
+        let [[x, y, _]] = lever.data.0;
+        let (zero, one) = (T::ZERO, T::ONE);
+        #[rustfmt::skip]
+        let by_vehicle = SMatrix::<T, 5, 5>::from_row_slice(&[
+            one, zero, zero, -y, zero,
+            zero, one, zero, x, zero,
+            zero, zero, one, zero, zero,
+            zero, zero, zero, one, zero,
+            zero, zero, zero, zero, one,
+        ]);
+        (seat, by_vehicle)
+    }
+
     fn mean(weighted: impl Iterator<Item = (T, Self)>) -> Self {
         let mut mean = Self::ZERO;
         let (mut sine, mut cosine) = (T::ZERO, T::ZERO);
@@ -122,6 +143,17 @@ pub fn rotation<T: Real>(roll_rad: T, pitch_rad: T, yaw_rad: T) -> Matrix3<T> {
         cp * sr,
         cp * cr,
     )
+}
+
+/// Roll, pitch and yaw of a [`rotation`], rad. Where the x axis points straight up or down the yaw is whatever rounding makes it,
+/// and the roll fits to it.
+fn angles<T: Real>(rotation: &Matrix3<T>) -> [T; 3] {
+    let [[xx, xy, xz], [yx, yy, _], [zx, zy, _]] = rotation.data.0;
+    let yaw = xy.atan2(xx);
+    let (sine, cosine) = yaw.sin_cos();
+    let pitch = (-xz).atan2(cosine * xx + sine * xy);
+    let roll = (sine * zx - cosine * zy).atan2(cosine * yy - sine * yx);
+    [roll, pitch, yaw]
 }
 
 /// The vehicle's own frame: where its origin is, and how it is turned.

@@ -192,9 +192,10 @@ impl<T: Real> BirthIntensity<T, PlanarFrame<T>, 2> for PolarBirths<T> {
 #[cfg(test)]
 mod tests {
     use super::{BearingOnly, BirthIntensity, PolarBirths, PolarGrid};
+    use crate::alone::{Alone, Models};
     use crate::{
-        Component, Config, KnownPose, MapMemory, Models, Noise, PlanarFrame, PlanarPose, RangeBearingWindow, ScPhd,
-        Sensor, State, UniformClutter, wrap,
+        Births, Component, Config, KnownPose, MapMemory, Noise, PlanarFrame, PlanarPose, RangeBearingWindow, Sensor,
+        State, UniformClutter, wrap,
     };
     use nalgebra::{Vector1, Vector2};
     use std::boxed::Box;
@@ -266,16 +267,10 @@ mod tests {
             field_of_view: RangeBearingWindow::full_circle(30.0, 0.95).unwrap(),
             clutter: UniformClutter::of_scan(1.0, core::f64::consts::TAU).unwrap(),
         };
-        let config = Config {
-            particles: 1,
-            birth_intensity: 0.0,
-            prune_weight: 1e-5,
-            extraction_weight: 0.5,
-            ..Config::default()
-        };
-        type Memory = State<f64, PlanarPose<f64>, 3, 1, 1, 1, 16, MapMemory<f64, 2, 2, 1, 128, 128, 2048>>;
+        let config = Config { particles: 1, prune_weight: 1e-5, extraction_weight: 0.5, ..Config::default() };
+        type Memory = State<f64, PlanarPose<f64>, 3, 1, 1, MapMemory<f64, 2, 2, 1, 128, 128, 2048>>;
         let mut state = Box::new(Memory::new());
-        let mut filter = ScPhd::new(models, config, &mut *state).unwrap();
+        let mut filter = Alone::new(models, Births::NONE, config, &mut *state).unwrap();
         let mut noise = Noise::seeded(4);
         filter.reset(PlanarPose::new(0.0, 0.0, 0.0), 1).unwrap();
         for step in 0..150 {

@@ -6,8 +6,8 @@ use nalgebra::SVector;
 
 /// The intensity κ(z) of false measurements (4.51).
 pub trait Clutter<T: Real, const Z: usize> {
-    /// The parameter that the model cannot work with, if any: asked by [`ScPhd::new`](crate::ScPhd::new) and
-    /// [`ScPhd::retune`](crate::ScPhd::retune).
+    /// The parameter that the model cannot work with, if any: asked by [`Detector::new`](crate::Detector::new) and
+    /// [`Detector::retune`](crate::Detector::retune).
     ///
     /// # Errors
     /// Names the parameter and its range. None unless the model says otherwise.

@@ -9,8 +9,8 @@ use nalgebra::SVector;
 /// F is the frame of the sensor ([`Sensor::Frame`](super::Sensor::Frame)), D the dimension of the map, Z that of a
 /// measurement. Several cores may ask it at the same time.
 pub trait FieldOfView<T: Real, F, const D: usize, const Z: usize>: Sync {
-    /// The parameter that the model cannot work with, if any: asked by [`ScPhd::new`](crate::ScPhd::new) and
-    /// [`ScPhd::retune`](crate::ScPhd::retune).
+    /// The parameter that the model cannot work with, if any: asked by [`Detector::new`](crate::Detector::new) and
+    /// [`Detector::retune`](crate::Detector::retune).
     ///
     /// # Errors
     /// Names the parameter and its range. None unless the model says otherwise.

@@ -7,7 +7,8 @@ use nalgebra::SMatrix;
 /// How the vehicle moves: the transition density π(x_k | x_{k−1}, u_k) of (4.47).
 ///
 /// K is the number of degrees of freedom of the pose. An implementation must be a pure function of its arguments:
-/// the same pose, control, time step and random numbers must give the same bits.
+/// the same pose, control, time step and random numbers must give the same bits. A pose that it returns and that is not finite, or a
+/// transition or noise that is not, is taken for the pose as it was, and counted as rejected.
 pub trait Motion<T: Real, const K: usize>
 where
     Dim<K>: Packed,

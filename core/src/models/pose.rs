@@ -1,8 +1,9 @@
 //! The parent state: where the vehicle is.
 
+use super::{ModelError, Mounting, require};
 use crate::{Real, wrap};
 use core::fmt::Debug;
-use nalgebra::{SVector, Vector3};
+use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
 /// A vehicle state with K degrees of freedom, X in the thesis (5.1).
 pub trait Pose<T: Real, const K: usize>: Copy + PartialEq + Debug + Send + Sync {
@@ -35,6 +36,18 @@ pub trait Pose<T: Real, const K: usize>: Copy + PartialEq + Debug + Send + Sync 
         let (dx, dy) = (x - from_x, y - from_y);
         (dx * dx + dy * dy).sqrt()
     }
+
+    /// The parameter of a mounting that a sensor on such a vehicle cannot have, if any.
+    ///
+    /// # Errors
+    /// Names the parameter and its range. None unless the pose says otherwise.
+    fn check_mounting(_mounting: &Mounting<T>) -> Result<(), ModelError> {
+        Ok(())
+    }
+
+    /// The pose of a sensor that is mounted so, and its derivatives by the vehicle's, in the coordinates of
+    /// [`difference`](Self::difference).
+    fn mounted(&self, mounting: &Mounting<T>) -> (Self, SMatrix<T, K, K>);
 
     /// Every coordinate finite.
     fn is_finite(&self) -> bool {
@@ -80,6 +93,23 @@ impl<T: Real> Pose<T, 3> for PlanarPose<T> {
 
     fn on_ground(&self) -> [T; 3] {
         [self.x_m, self.y_m, self.heading_rad]
+    }
+
+    fn check_mounting(mounting: &Mounting<T>) -> Result<(), ModelError> {
+        let ([_, _, up], [roll, pitch, _]) = (mounting.position_m(), mounting.angles_rad());
+        require(up == T::ZERO, "up_m", "0 in the plane")?;
+        require(roll == T::ZERO, "roll_rad", "0 in the plane")?;
+        require(pitch == T::ZERO, "pitch_rad", "0 in the plane")
+    }
+
+    fn mounted(&self, mounting: &Mounting<T>) -> (Self, SMatrix<T, 3, 3>) {
+        let ([forward, left, _], [_, _, yaw]) = (mounting.position_m(), mounting.angles_rad());
+        let (sine, cosine) = self.heading_rad.sin_cos();
+        let (x, y) = (forward * cosine - left * sine, forward * sine + left * cosine);
+        let seat = Self::new(self.x_m + x, self.y_m + y, wrap(self.heading_rad + yaw));
+        // To turn the vehicle is to swing the sensor around it.
+        let (zero, one) = (T::ZERO, T::ONE);
+        (seat, Matrix3::new(one, zero, -y, zero, one, x, zero, zero, one))
     }
 
     fn mean(weighted: impl Iterator<Item = (T, Self)>) -> Self {

@@ -28,8 +28,8 @@ where
     /// coordinate.
     const SIFTED_BY: Option<usize> = None;
 
-    /// The parameter that the model cannot work with, if any: asked by [`ScPhd::new`](crate::ScPhd::new) and
-    /// [`ScPhd::retune`](crate::ScPhd::retune).
+    /// The parameter that the model cannot work with, if any: asked by [`Detector::new`](crate::Detector::new) and
+    /// [`Detector::retune`](crate::Detector::retune).
     ///
     /// # Errors
     /// Names the parameter and its range. None unless the model says otherwise.

@@ -4,7 +4,7 @@ use super::association::{Association, CLEANING_SCANS, FEWEST_SIGHTS, GATE, NEW, 
 use super::covariance::Covariance;
 use super::odometry::OdometryNoise;
 use crate::angle::wrap;
-use crate::log::{Log, Vehicle};
+use crate::log::{Log, Mounting, Vehicle};
 use crate::record::{MapFeature, MovingFeature};
 use crate::slam::{PoseAndCovariance, Refusal, ScanOutcome, Slam};
 use libm::{atan2, cos, sin};
@@ -35,6 +35,7 @@ struct Landmark {
 pub struct Ekf {
     vehicle: Vehicle,
     odometry: OdometryNoise,
+    mounting: Mounting,
     /// Variances of range, m², and bearing, rad².
     noise: Vector2<f64>,
     association: Association,
@@ -77,6 +78,7 @@ impl Ekf {
         Ok(Self {
             vehicle: log.vehicle,
             odometry: OdometryNoise::of(log),
+            mounting: log.sensor.mounting,
             noise: Vector2::new(range, bearing).map(|sigma| (trust * sigma).powi(2)),
             association,
             labels,
@@ -97,17 +99,26 @@ impl Ekf {
         [self.state[0], self.state[1], self.state[2]]
     }
 
+    /// The sensor's pose, and its offset from the vehicle's position, m.
+    fn seat(&self) -> ([f64; POSE], [f64; 2]) {
+        let [x, y, _] = self.pose_mean();
+        let seat = self.mounting.seat(self.pose_mean());
+        (seat, [seat[0] - x, seat[1] - y])
+    }
+
     /// What landmark `landmark` makes of a detection; `None` where S is singular.
     fn pair(&self, landmark: usize, detection: [f64; 2]) -> Option<Pairing> {
         let at = POSE + 2 * landmark;
-        let [x, y, heading] = self.pose_mean();
+        let ([x, y, heading], [lever_x, lever_y]) = self.seat();
         let (dx, dy) = (self.state[at] - x, self.state[at + 1] - y);
         let squared = (dx * dx + dy * dy).max(1e-9);
         let range = squared.sqrt();
+        // To turn the vehicle is to swing the sensor around it.
+        let swing = [dx * lever_y - dy * lever_x, -(dx * lever_x + dy * lever_y)];
         #[rustfmt::skip]
         let jacobian = SMatrix::<f64, 2, 5>::new(
-            -dx / range, -dy / range, 0.0, dx / range, dy / range,
-            dy / squared, -dx / squared, -1.0, -dy / squared, dx / squared,
+            -dx / range, -dy / range, swing[0] / range, dx / range, dy / range,
+            dy / squared, -dx / squared, swing[1] / squared - 1.0, -dy / squared, dx / squared,
         );
         let block = self.covariance.block([0, 1, 2, at, at + 1]);
         let noise = Matrix2::from_diagonal(&self.noise);
@@ -140,9 +151,9 @@ impl Ekf {
 
     /// A new landmark where the detection says, with its covariances to all else.
     fn add(&mut self, [range, bearing]: [f64; 2], label: Option<i64>) {
-        let [x, y, heading] = self.pose_mean();
+        let ([x, y, heading], [lever_x, lever_y]) = self.seat();
         let (s, c) = (sin(heading + bearing), cos(heading + bearing));
-        let by_pose = Matrix2x3::new(1.0, 0.0, -range * s, 0.0, 1.0, range * c);
+        let by_pose = Matrix2x3::new(1.0, 0.0, -range * s - lever_y, 0.0, 1.0, range * c + lever_x);
         let by_measurement = Matrix2::new(c, -range * s, s, range * c);
         let old = self.covariance.side();
         let mut covariance = self.covariance.grown(2);

@@ -1,5 +1,5 @@
 use super::{Association, Ekf};
-use crate::log::{Log, Nominal, Scan, Sensor, Vehicle};
+use crate::log::{Log, Mounting, Nominal, Scan, Sensor, Vehicle};
 use crate::slam::Slam;
 
 fn log(simulated: bool) -> Log {
@@ -7,7 +7,13 @@ fn log(simulated: bool) -> Log {
         name: "straight".into(),
         initial_pose: [0.0; 3],
         vehicle: Vehicle::UnicycleArc,
-        sensor: Sensor { range_min_m: 0.0, range_max_m: 10.0, bearing_min_rad: -3.0, bearing_max_rad: 3.0 },
+        sensor: Sensor {
+            range_min_m: 0.0,
+            range_max_m: 10.0,
+            bearing_min_rad: -3.0,
+            bearing_max_rad: 3.0,
+            mounting: Mounting::NONE,
+        },
         nominal: Nominal {
             range_sigma_m: Some(0.1),
             bearing_sigma_rad: Some(0.01),

@@ -3,7 +3,7 @@
 use super::error::{LogError, NAME_CHARS, Place, Problem};
 use super::table::text;
 use super::units::{self, WHOLE_TURN_RAD};
-use crate::log::{Nominal, Sensor, Vehicle};
+use crate::log::{Mounting, Nominal, Sensor, Vehicle};
 use std::path::Path;
 use toml::{Table, Value};
 
@@ -44,7 +44,8 @@ impl Head {
         }
         let sensor = top.section("sensor")?;
         let vehicle = top.section("vehicle")?;
-        let (sensor_model, vehicle_model) = (self::sensor(&sensor)?, self::vehicle(&vehicle)?);
+        let vehicle_model = self::vehicle(&vehicle)?;
+        let sensor_model = Sensor { mounting: mounting(&vehicle, &vehicle_model)?, ..self::sensor(&sensor)? };
         // Only then: sections of other models have other keys.
         top.has_only(&TOP_KEYS)?;
         sensor.has_only(&SENSOR_KEYS)?;
@@ -89,16 +90,18 @@ const SENSOR_KEYS: [&str; 9] = [
     "detection_probability",
     "clutter_per_scan",
 ];
-const ACKERMANN_KEYS: [&str; 7] = [
+const ACKERMANN_KEYS: [&str; 8] = [
     "model",
     "wheelbase_m",
     "encoder_offset_m",
     "sensor_forward_m",
     "sensor_left_m",
+    "sensor_yaw_rad",
     "speed_sigma_mps",
     "steering_sigma_rad",
 ];
-const UNICYCLE_KEYS: [&str; 3] = ["model", "speed_sigma_mps", "rate_sigma_radps"];
+const UNICYCLE_KEYS: [&str; 6] =
+    ["model", "sensor_forward_m", "sensor_left_m", "sensor_yaw_rad", "speed_sigma_mps", "rate_sigma_radps"];
 const TOP_KEYS: [&str; 9] =
     ["name", "kind", "simulated", "source", "note", "initial_pose", "truth", "vehicle", "sensor"];
 const SENSORS: &str = "range_bearing";
@@ -116,6 +119,7 @@ fn sensor(section: &Section) -> Result<Sensor, LogError> {
         range_max_m: section.number("range_max_m")?,
         bearing_min_rad: section.number("bearing_min_rad")?,
         bearing_max_rad: section.number("bearing_max_rad")?,
+        mounting: Mounting::NONE,
     };
     section.check("range_max_m", sensor.range_max_m, "more than the least range", |r| r > range_min_m)?;
     section.check("range_max_m", sensor.range_max_m, "at most 1e6 m", |r| r <= 1e6)?;
@@ -145,6 +149,20 @@ fn vehicle(section: &Section) -> Result<Vehicle, LogError> {
         other => {
             let found = other.to_owned();
             Err(section.key("model").error(Problem::Unsupported { found, supported: VEHICLES }))
+        }
+    }
+}
+
+/// Where the sensor sits: of an Ackermann vehicle the pose is the sensor's, so that only its angle counts here; of a unicycle it is the
+/// axle's.
+fn mounting(section: &Section, vehicle: &Vehicle) -> Result<Mounting, LogError> {
+    let offset = |key| Ok(section.limited(key, "-1000 to 1000 m", |m| m.abs() <= 1e3)?.unwrap_or(0.0));
+    let yaw_rad = section.limited("sensor_yaw_rad", "a finite angle", |_| true)?.unwrap_or(0.0);
+    units::radians(yaw_rad, WHOLE_TURN_RAD, || section.key("sensor_yaw_rad"))?;
+    match vehicle {
+        Vehicle::Ackermann { .. } => Ok(Mounting { yaw_rad, ..Mounting::NONE }),
+        Vehicle::Unicycle | Vehicle::UnicycleArc => {
+            Ok(Mounting { forward_m: offset("sensor_forward_m")?, left_m: offset("sensor_left_m")?, yaw_rad })
         }
     }
 }

@@ -1,5 +1,5 @@
 use super::*;
-use crate::log::{Nominal, Sensor, Vehicle};
+use crate::log::{Mounting, Nominal, Sensor, Vehicle};
 use crate::shared_data;
 use std::fs;
 use std::path::PathBuf;
@@ -89,7 +89,13 @@ fn a_sound_folder() {
             sensor_forward_m: 3.78,
             sensor_left_m: 0.5,
         },
-        sensor: Sensor { range_min_m: 0.0, range_max_m: 30.0, bearing_min_rad: -1.5, bearing_max_rad: 1.5 },
+        sensor: Sensor {
+            range_min_m: 0.0,
+            range_max_m: 30.0,
+            bearing_min_rad: -1.5,
+            bearing_max_rad: 1.5,
+            mounting: Mounting::NONE,
+        },
         nominal: Nominal { range_sigma_m: Some(0.1), ..Nominal::default() },
         simulated: false,
         odometry: vec![row(0.0, 1.5, 0.1), row(0.5, 2.0, -0.25), row(0.5, 3.0, 0.0)],
@@ -253,11 +259,11 @@ fn keys_that_decide_nothing_are_refused() {
     for model in ["unicycle", "unicycle_arc"] {
         let head =
             HEAD.replace("\"ackermann\"", &format!("\"{model}\"")).replace(&format!("wheelbase_m{geometry}"), "");
-        for key in ["sensor_forward_m", "wheelbase_m", "steering_sigma_rad"] {
+        for key in ["encoder_offset_m", "wheelbase_m", "steering_sigma_rad"] {
             let message = with("log.toml", head.replace("[sensor]", &format!("{key} = 0.5\n[sensor]")));
             let expected = format!(
-                "log.toml, key vehicle.{key}: not a key of the model {model}, which has model, speed_sigma_mps, \
-                 rate_sigma_radps"
+                "log.toml, key vehicle.{key}: not a key of the model {model}, which has model, sensor_forward_m, \
+                 sensor_left_m, sensor_yaw_rad, speed_sigma_mps, rate_sigma_radps"
             );
             assert_eq!(message, expected);
         }

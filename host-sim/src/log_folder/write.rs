@@ -1,7 +1,7 @@
 //! Writes a log as a folder.
 
 use super::head::control_columns;
-use crate::log::{Log, Vehicle};
+use crate::log::{Log, Mounting, Vehicle};
 use std::fs;
 use std::io;
 use std::path::Path;
@@ -96,6 +96,10 @@ fn head(log: &Log) -> Table {
         Vehicle::UnicycleArc => ("unicycle_arc", ("rate_sigma_radps", nominal.rate_sigma_radps)),
     };
     vehicle.insert("model".into(), model.into());
+    let Mounting { forward_m, left_m, yaw_rad } = log.sensor.mounting;
+    for (key, number) in [("sensor_forward_m", forward_m), ("sensor_left_m", left_m), ("sensor_yaw_rad", yaw_rad)] {
+        put(&mut vehicle, key, Some(number).filter(|&number| number != 0.0));
+    }
     put(&mut vehicle, "speed_sigma_mps", nominal.speed_sigma_mps);
     put(&mut vehicle, turn.0, turn.1);
 

@@ -1,7 +1,7 @@
 //! Whole pictures of made-up runs.
 
 use super::*;
-use crate::log::{Nominal, Scan, Sensor, TruePose, Vehicle};
+use crate::log::{Mounting, Nominal, Scan, Sensor, TruePose, Vehicle};
 use crate::output::sink::tests::Folder;
 use crate::record::{MapFeature, ScanRecord};
 use resvg::tiny_skia::Pixmap;
@@ -20,7 +20,13 @@ fn empty_log() -> Log {
         name: "test".into(),
         initial_pose: [0.0; 3],
         vehicle: Vehicle::Unicycle,
-        sensor: Sensor { range_min_m: 0.0, range_max_m: 8.0, bearing_min_rad: -PI / 2.0, bearing_max_rad: PI / 2.0 },
+        sensor: Sensor {
+            range_min_m: 0.0,
+            range_max_m: 8.0,
+            bearing_min_rad: -PI / 2.0,
+            bearing_max_rad: PI / 2.0,
+            mounting: Mounting::NONE,
+        },
         nominal: Nominal::default(),
         simulated: true,
         odometry: vec![],

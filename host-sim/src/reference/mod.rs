@@ -48,6 +48,7 @@
 //!         vehicle: Vehicle::Unicycle,
 //!         noise: ControlNoise { speed_sigma_mps: 0.1, second_sigma: 0.01, speed_ratio: 0.0, second_ratio: 0.0, interval_s: 0.0 },
 //!     },
+//!     mounting: [0.0; 3],
 //!     sensor: RangeBearing { range_sigma_m: 0.25, bearing_sigma_rad: 0.01 },
 //!     field_of_view,
 //! };
@@ -160,6 +161,8 @@ pub struct Reference {
     pub config: Config,
     /// Motion of the vehicle.
     pub motion: Motion,
+    /// Where the sensor sits, seen from where the pose is: ahead m, to the left m, turned to the left rad.
+    pub mounting: [f64; 3],
     /// Measurement model.
     pub sensor: RangeBearing,
     /// Where features are detected, and how likely.
@@ -291,6 +294,13 @@ impl Reference {
         extract::estimate(state, &self.moving_now(state, state.heaviest), least_weights)
     }
 
+    /// The pose of the sensor of a vehicle at `pose`.
+    fn seat(&self, [x, y, heading]: [f64; 3]) -> [f64; 3] {
+        let [forward, left, yaw] = self.mounting;
+        let (sin, cos) = heading.sin_cos();
+        [x + forward * cos - left * sin, y + forward * sin + left * cos, heading + yaw]
+    }
+
     fn sight<'a>(
         &'a self,
         pose: [f64; 3],
@@ -298,6 +308,6 @@ impl Reference {
         moving: &[Component<4>],
         measurements: &'a [Vector],
     ) -> Sight<'a, RangeBearing> {
-        Sight::new(pose, map, moving, measurements, &self.sensor, &self.field_of_view, &self.config)
+        Sight::new(self.seat(pose), map, moving, measurements, &self.sensor, &self.field_of_view, &self.config)
     }
 }

@@ -54,6 +54,7 @@ fn reference() -> Reference {
                 interval_s: 0.0,
             },
         },
+        mounting: [0.0; 3],
         sensor: SENSOR,
         field_of_view: FieldOfView { range_max_m: 15.0, ..WIDE_VIEW },
     }

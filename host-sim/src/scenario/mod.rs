@@ -43,11 +43,12 @@ pub const SCENARIOS: &[(&str, &str)] = &[
         "worlds",
         "a random world for every seed (12 to 96 m, 4 to 5 min) that states its data sheet and misbehaves as real ones do",
     ),
+    ("worlds-mounted", "the worlds again, with the sensor elsewhere than where the vehicle's pose is, and turned"),
     ("worlds-exact", "a random world for every seed that states all of its noise, 3 to 10 false measurements a scan"),
 ];
 
 /// The scenarios that are another place with every seed.
-pub const WORLDS: [&str; 2] = ["worlds", "worlds-exact"];
+pub const WORLDS: [&str; 3] = ["worlds", "worlds-mounted", "worlds-exact"];
 
 /// The scenario of that name.
 #[must_use]
@@ -58,6 +59,7 @@ pub fn by_name(name: &str, seed: u64) -> Option<Log> {
         "thesis-dynamic-long" => Some(thesis_dynamic_long(seed)),
         "thesis-compare" => Some(thesis_compare(seed)),
         "worlds" => Some(world(Kind::DataSheet, seed)),
+        "worlds-mounted" => Some(world(Kind::Mounted, seed)),
         "worlds-exact" => Some(world(Kind::Exact, seed)),
         _ => None,
     }

@@ -3,7 +3,7 @@
 use super::car::{CAR, ROWS_PER_SECOND, drive};
 use super::mover::{Mover, tracks};
 use crate::angle::wrap;
-use crate::log::{Log, Nominal, Odometry, Scan, Sensor, TruePose};
+use crate::log::{Log, Mounting, Nominal, Odometry, Scan, Sensor, TruePose};
 use crate::noise::Noise;
 use std::f64::consts::PI;
 
@@ -121,6 +121,7 @@ impl Simulation {
                 range_max_m: imperfection.range_max_m,
                 bearing_min_rad: -PI,
                 bearing_max_rad: PI,
+                mounting: Mounting::NONE,
             },
             nominal: Nominal {
                 range_sigma_m: Some(imperfection.range_sigma_m),

@@ -356,6 +356,9 @@ fn sensor(log: &Log) -> SensorSettings {
         detection_near: detection,
         detection_far: detection,
         clutter_per_scan: nominal.clutter_per_scan.unwrap_or(UNSTATED.clutter_per_scan),
+        forward_m: window.mounting.forward_m,
+        left_m: window.mounting.left_m,
+        yaw_rad: window.mounting.yaw_rad,
     }
 }
 

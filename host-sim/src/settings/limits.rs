@@ -113,6 +113,9 @@ pub(super) const LIMITS: &[Limit<Settings>] = &[
     limit!(sensor.detection_near, "0 to 0.9999", |x| (0.0..=0.9999).contains(&x)),
     limit!(sensor.detection_far, "0 to 0.9999", |x| (0.0..=0.9999).contains(&x)),
     limit!(sensor.clutter_per_scan, "0 to 1e6", |x| (0.0..=1e6).contains(&x)),
+    limit!(sensor.forward_m, "-1000 to 1000 m", |x| (-1e3..=1e3).contains(&x)),
+    limit!(sensor.left_m, "-1000 to 1000 m", |x| (-1e3..=1e3).contains(&x)),
+    limit!(sensor.yaw_rad, "a turn to either side at most, rad", |x| x.abs() <= std::f64::consts::TAU),
 ];
 
 impl FilterSettings {

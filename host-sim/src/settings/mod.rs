@@ -10,6 +10,7 @@ pub use file::{FileError, FileProblem};
 pub use limits::OutOfRange;
 pub use origin::{Origin, Origins};
 
+use crate::log::Mounting;
 use serde::{Deserialize, Serialize};
 
 /// Tuning of a run; every field is required here, the TOML file may leave any out.
@@ -210,9 +211,21 @@ pub struct SensorSettings {
     pub detection_far: f64,
     /// λ, false measurements a scan.
     pub clutter_per_scan: f64,
+    /// How far ahead of where the vehicle's pose is the sensor sits, m.
+    pub forward_m: f64,
+    /// How far to its left, m.
+    pub left_m: f64,
+    /// By how much it is turned to the left, rad.
+    pub yaw_rad: f64,
 }
 
 impl SensorSettings {
+    /// Where the sensor sits.
+    #[must_use]
+    pub fn mounting(&self) -> Mounting {
+        Mounting { forward_m: self.forward_m, left_m: self.left_m, yaw_rad: self.yaw_rad }
+    }
+
     /// Middle of the bearing window, rad.
     #[must_use]
     pub fn bearing_center_rad(&self) -> f64 {

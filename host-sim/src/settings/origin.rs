@@ -3,7 +3,7 @@
 use super::Settings;
 use super::defaults::DATA_SHEET_MARGIN;
 use super::file::{self, FileError, FileProblem, LEARNT, lookup};
-use crate::log::{Log, Vehicle};
+use crate::log::{Log, Mounting, Vehicle};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fmt;
@@ -147,6 +147,8 @@ fn stated(log: &Log) -> Vec<(&'static str, Origin)> {
     };
     let speed = nominal.speed_sigma_mps.is_some();
     add(log.sensor.range_min_m > 0.0, &["sensor.range_min_m"]);
+    let mounted = log.sensor.mounting != Mounting::NONE;
+    add(mounted, &["sensor.forward_m", "sensor.left_m", "sensor.yaw_rad"]);
     add(speed, &["vehicle.speed_sigma_mps", "vehicle.speed_sigma_ratio"]);
     add(turn.is_some(), &["vehicle.turn_sigma", "vehicle.turn_sigma_ratio"]);
     add(log.simulated && speed && turn.is_some(), &["vehicle.noise_interval_s"]);

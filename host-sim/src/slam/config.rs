@@ -3,13 +3,20 @@
 use crate::settings::{self, FilterSettings};
 use scphd::{Adaptive, Config, Extraction, Informed, Likelihood, Online, Proposal, Real, Reduction};
 
+/// What the settings let a detector learn.
+pub(crate) fn online_of<T: Real>(filter: &FilterSettings) -> Online<T> {
+    Online {
+        detection_memory: T::from_f64(filter.detection_memory),
+        clutter_memory: T::from_f64(filter.clutter_memory),
+    }
+}
+
 /// The recursion that the settings describe, for static features.
 pub(crate) fn config_of<T: Real>(filter: &FilterSettings) -> Config<T> {
     let real = T::from_f64;
     Config {
         particles: filter.particles,
         samples: filter.samples,
-        birth_intensity: real(filter.birth_intensity),
         resample_threshold: real(filter.resample_threshold),
         regularisation: real(filter.regularisation),
         adaptive: (filter.adaptive_error > 0.0).then(|| Adaptive {
@@ -19,7 +26,6 @@ pub(crate) fn config_of<T: Real>(filter: &FilterSettings) -> Config<T> {
             cell_m: real(filter.adaptive_cell_m),
             cell_rad: real(filter.adaptive_cell_rad),
         }),
-        online: Online { detection_memory: real(filter.detection_memory), clutter_memory: real(filter.clutter_memory) },
         prune_weight: real(filter.prune_weight),
         confirming_detections: real(filter.confirming_detections),
         unconfirmed_weight: real(filter.unconfirmed_weight),

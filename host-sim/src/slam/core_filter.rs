@@ -1,15 +1,16 @@
 //! The fixed-capacity filter over a planar log.
 
-use super::{PoseAndCovariance, Refusal, ScanOutcome, Slam, Snapshot, Transparent, config_of, left_out};
-use crate::log::Vehicle;
+use super::{PoseAndCovariance, Refusal, ScanOutcome, Slam, Snapshot, Transparent, config_of, left_out, online_of};
+use crate::log::{self, Vehicle};
 use crate::record::{MapFeature, MovingFeature};
 use crate::reference::{self, Candidate, Draws};
 use crate::settings::{SensorSettings, Settings};
 use crate::threads::Threads;
 use scphd::{
-    Ackermann, AckermannControl, AckermannGeometry, Component, Config, ConstantVelocity, ControlNoise, Dim,
-    Implausible, MapMemory, Models, Motion, MovingConfig, Noise, Packed, PlanarPose, RangeBearing, RangeBearingLimits,
-    RangeBearingWindow, Real, ScPhd, State, Step, Unicycle, UnicycleControl, UniformClutter,
+    Ackermann, AckermannControl, AckermannGeometry, Births, Component, Config, ConstantVelocity, ControlNoise,
+    Detector, DetectorMemory, Dim, Implausible, MapMemory, Motion, Mounting, MovingConfig, Noise, Online, Packed,
+    PlanarPose, RangeBearing, RangeBearingLimits, RangeBearingWindow, Real, ScPhd, ScanRoom, Sensing, State, Step,
+    Unicycle, UnicycleControl, UniformClutter,
 };
 
 /// Scalar of the fixed-capacity filter.
@@ -50,19 +51,39 @@ type HostState<T, const PARTICLES: usize, const CANDIDATES: usize, const PAGES: 
     T,
     PlanarPose<T>,
     3,
-    2,
     PARTICLES,
     CANDIDATES,
-    MEASUREMENTS,
     MapMemory<T, 2, 2, PARTICLES, PAGES, MAP_PAGES, VIEW>,
     MapMemory<T, 4, 2, PARTICLES, PAGES, MAP_PAGES, VIEW>,
-    WORKERS,
 >;
 
-pub(super) type PlanarModels<T, M> = Models<M, RangeBearing<T>, RangeBearingWindow<T>, UniformClutter<T>>;
+type Scratch<T> = DetectorMemory<T, 2, MEASUREMENTS, WORKERS>;
 
-type PlanarFilter<'s, T, M> =
-    ScPhd<'s, T, PlanarPose<T>, M, RangeBearing<T>, RangeBearingWindow<T>, UniformClutter<T>, 3, 2, 4, 2>;
+/// The detector of a planar log, with or without scratch.
+pub(super) type PlanarDetector<T, R = ()> = Detector<T, RangeBearing<T>, RangeBearingWindow<T>, UniformClutter<T>, R>;
+
+/// The models of a planar log, and what is born and learnt.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct PlanarModels<T: Real, M> {
+    pub(super) motion: M,
+    sensing: Sensing<RangeBearing<T>, RangeBearingWindow<T>, UniformClutter<T>>,
+    mounting: Option<Mounting<T>>,
+    births: Births<T>,
+    online: Online<T>,
+}
+
+impl<T: Real, M> PlanarModels<T, M> {
+    /// The detector that these models are of.
+    pub(super) fn detector(&self) -> Result<PlanarDetector<T>, Refusal> {
+        let detector = Detector::new(self.sensing, self.births).map_err(refusal)?;
+        match self.mounting {
+            Some(mounting) => detector.mounted(mounting).map_err(refusal),
+            None => Ok(detector),
+        }
+    }
+}
+
+type PlanarFilter<'s, T, M> = ScPhd<'s, T, M, 3, 2, 4>;
 
 /// The filter of one planar log, with its state on the heap.
 #[derive(Debug)]
@@ -77,6 +98,7 @@ pub struct CoreFilter<
     models: PlanarModels<T, M>,
     config: Config<T>,
     state: Box<HostState<T, PARTICLES, CANDIDATES, PAGES, MAP_PAGES>>,
+    scratch: Box<Scratch<T>>,
     threads: Threads,
 }
 
@@ -95,20 +117,26 @@ impl<
         initial_pose: [f64; 3],
         seed: u64,
     ) -> Result<Self, Refusal> {
-        let mut state = Box::new(State::new());
+        let state = Box::new(State::new());
+        let scratch = Box::new(DetectorMemory::new());
+        let mut started = Self { models, config, state, scratch, threads: Threads::default() };
         let [x, y, heading] = initial_pose.map(T::from_f64);
-        PlanarFilter::new(models, config, &mut *state)
-            .map_err(refusal)?
-            .reset(PlanarPose::new(x, y, heading), seed)
-            .map_err(refusal)?;
-        Ok(Self { models, config, state, threads: Threads::default() })
+        started.with(|filter, detector| {
+            filter.check(detector).map_err(refusal)?;
+            filter.reset(PlanarPose::new(x, y, heading), seed).map_err(refusal)
+        })??;
+        Ok(started)
     }
 
-    /// Works on the filter. A state goes on from where the last filter over it left off.
-    fn with<R>(&mut self, work: impl FnOnce(&mut PlanarFilter<'_, T, M>) -> R) -> Result<R, Refusal> {
-        PlanarFilter::new(self.models, self.config, &mut *self.state)
-            .map_err(refusal)
-            .map(|mut filter| work(&mut filter))
+    /// Works on the filter and its detector. A state goes on from where the last filter over it left off.
+    fn with<R>(
+        &mut self,
+        work: impl FnOnce(&mut PlanarFilter<'_, T, M>, &mut PlanarDetector<T, ScanRoom<'_, T, 2>>) -> R,
+    ) -> Result<R, Refusal> {
+        let detector = self.models.detector()?.learning(self.models.online).map_err(refusal)?;
+        let mut detector = detector.over(&mut self.scratch).map_err(refusal)?;
+        let mut filter = PlanarFilter::new(self.models.motion, self.config, &mut *self.state).map_err(refusal)?;
+        Ok(work(&mut filter, &mut detector))
     }
 }
 
@@ -126,13 +154,15 @@ impl<
 > Slam for CoreFilter<T, M, PARTICLES, CANDIDATES, PAGES, MAP_PAGES>
 {
     fn predict(&mut self, control: [f64; 2], dt_s: f64) -> Result<Option<Implausible>, Refusal> {
-        left_out(self.with(|filter| filter.predict(&M::control(control), T::from_f64(dt_s)))?)
+        left_out(self.with(|filter, _| filter.predict(&M::control(control), T::from_f64(dt_s)))?)
     }
 
     fn scan(&mut self, detections: &[[f64; 2]]) -> Result<ScanOutcome, Refusal> {
         let measurements: Vec<_> = detections.iter().map(|z| nalgebra::Vector2::from(z.map(T::from_f64))).collect();
         let threads = self.threads.clone();
-        let report = self.with(|filter| filter.scan_on(&measurements, &threads, &mut ()))?.map_err(refusal)?;
+        let report = self
+            .with(|filter, detector| filter.scan_on(detector, &measurements, &threads, &mut ()))?
+            .map_err(refusal)?;
         let innovation = report.innovation.to_f64();
         Ok(ScanOutcome {
             n_eff: report.n_eff.to_f64(),
@@ -144,14 +174,14 @@ impl<
     }
 
     fn pose(&mut self) -> Result<PoseAndCovariance, Refusal> {
-        let estimate = self.with(|filter| filter.estimate_pose())?.ok_or_else(|| refusal("not started"))?;
+        let estimate = self.with(|filter, _| filter.estimate_pose())?.ok_or_else(|| refusal("not started"))?;
         let mean = estimate.mean;
         Ok(([mean.x_m, mean.y_m, mean.heading_rad].map(T::to_f64), full(&estimate.covariance)))
     }
 
     fn map(&mut self) -> Result<(f64, Vec<MapFeature>), Refusal> {
         let mut features = vec![Component::ZERO; MAP_PAGES * scphd::PAGE_LEN];
-        let estimate = self.with(|filter| filter.estimate_map(&mut features))?;
+        let estimate = self.with(|filter, detector| filter.estimate_map(detector, &mut features))?;
         features.truncate(estimate.features);
         let features = features.iter().map(|feature| MapFeature {
             id: feature.tag,
@@ -164,7 +194,7 @@ impl<
 
     fn moving(&mut self) -> Result<Vec<MovingFeature>, Refusal> {
         let mut features = vec![Component::ZERO; MAP_PAGES * scphd::PAGE_LEN];
-        let estimate = self.with(|filter| filter.estimate_moving(&mut features))?;
+        let estimate = self.with(|filter, _| filter.estimate_moving(&mut features))?;
         features.truncate(estimate.features);
         let features = features.iter().map(|feature| MovingFeature {
             id: feature.tag,
@@ -177,7 +207,7 @@ impl<
     }
 
     fn digest(&mut self) -> Option<u64> {
-        self.with(|filter| filter.digest()).ok()
+        self.with(|filter, detector| detector.digest(filter.digest())).ok()
     }
 
     fn weigh_on(&mut self, threads: &Threads) {
@@ -185,7 +215,7 @@ impl<
     }
 
     fn state_bytes(&self) -> Option<u64> {
-        Some(size_of_val(&*self.state) as u64)
+        Some((size_of_val(&*self.state) + size_of_val(&*self.scratch)) as u64)
     }
 }
 
@@ -199,7 +229,7 @@ impl<
 > Transparent for CoreFilter<T, M, PARTICLES, CANDIDATES, PAGES, MAP_PAGES>
 {
     fn snapshot(&mut self) -> Result<Snapshot, Refusal> {
-        self.with(|filter| {
+        self.with(|filter, _| {
             let particles = filter.particles();
             let candidates = filter.candidates().iter().map(|candidate| Candidate {
                 pose: [candidate.pose.x_m, candidate.pose.y_m, candidate.pose.heading_rad].map(T::to_f64),
@@ -319,12 +349,21 @@ pub(super) fn with_planar_models<T: Real, W: OverModels<T>>(
 fn planar_models<T: Real, M>(settings: &Settings, motion: M) -> Result<PlanarModels<T, M>, Refusal> {
     let field_of_view = RangeBearingWindow::new(limits::<T>(&settings.sensor)).map_err(refusal)?;
     let per_scan = T::from_f64(settings.sensor.clutter_per_scan);
-    Ok(Models {
-        motion,
+    let sensing = Sensing {
         sensor: range_bearing(&settings.sensor)?,
         field_of_view,
         clutter: UniformClutter::of_scan(per_scan, field_of_view.measure()).map_err(refusal)?,
-    })
+    };
+    let place = settings.sensor.mounting();
+    let mounting = (place != log::Mounting::NONE).then(|| {
+        let [forward, left, yaw] = [place.forward_m, place.left_m, place.yaw_rad].map(T::from_f64);
+        Mounting::in_plane(forward, left, yaw).map_err(refusal)
+    });
+    let births = Births {
+        still: T::from_f64(settings.filter.birth_intensity),
+        moving: T::from_f64(settings.moving.birth_intensity),
+    };
+    Ok(PlanarModels { motion, sensing, mounting: mounting.transpose()?, births, online: online_of(&settings.filter) })
 }
 
 fn with_scalar<T: Real>(
@@ -336,7 +375,6 @@ fn with_scalar<T: Real>(
     let filter = &settings.filter;
     let config = Config {
         moving: MovingConfig {
-            birth_intensity: T::from_f64(settings.moving.birth_intensity),
             velocity_sigma_mps: T::from_f64(settings.moving.velocity_sigma_mps),
             motion: ConstantVelocity {
                 acceleration_psd: T::from_f64(settings.moving.acceleration_psd),

@@ -1,14 +1,13 @@
 //! The filter with a joint map over a planar log.
 
-use super::core_filter::{OverModels, PlanarModels, PlanarMotion, Precision, full, refusal, with_planar_models};
+use super::core_filter::{
+    OverModels, PlanarDetector, PlanarModels, PlanarMotion, Precision, full, refusal, with_planar_models,
+};
 use super::{PoseAndCovariance, Refusal, ScanOutcome, Slam, left_out};
 use crate::log::Vehicle;
 use crate::record::{MapFeature, MovingFeature};
 use crate::settings::Settings;
-use scphd::{
-    Implausible, JointConfig, JointSlam, JointState, Persistence, PlanarPose, RangeBearing, RangeBearingWindow, Real,
-    UniformClutter, joint_numbers,
-};
+use scphd::{Implausible, JointConfig, JointSlam, JointState, Persistence, PlanarPose, Real, joint_numbers};
 
 /// Features and measurements in a scan that the host's state has room for.
 const FEATURES: usize = 1024;
@@ -17,34 +16,36 @@ const MEASUREMENTS: usize = 256;
 type HostJointState<T> =
     JointState<T, PlanarPose<T>, 3, 2, 2, FEATURES, { joint_numbers(3, 2, FEATURES) }, MEASUREMENTS>;
 
-type PlanarJoint<'s, T, M> =
-    JointSlam<'s, T, PlanarPose<T>, M, RangeBearing<T>, RangeBearingWindow<T>, UniformClutter<T>, 3, 2, 2>;
+type PlanarJoint<'s, T, M> = JointSlam<'s, T, M, 3, 2, 2>;
 
 /// The joint filter of one planar log, with its state on the heap.
 #[derive(Debug)]
 struct JointFilter<T: Real, M> {
-    models: PlanarModels<T, M>,
+    motion: M,
+    detector: PlanarDetector<T>,
     config: JointConfig<T>,
     state: Box<HostJointState<T>>,
 }
 
 impl<T: Real, M: PlanarMotion<T>> JointFilter<T, M> {
     /// Works on the filter. A state goes on from where the last filter over it left off.
-    fn with<R>(&mut self, work: impl FnOnce(&mut PlanarJoint<'_, T, M>) -> R) -> Result<R, Refusal> {
-        PlanarJoint::new(self.models, self.config, &mut *self.state)
-            .map_err(refusal)
-            .map(|mut filter| work(&mut filter))
+    fn with<R>(
+        &mut self,
+        work: impl FnOnce(&mut PlanarJoint<'_, T, M>, &PlanarDetector<T>) -> R,
+    ) -> Result<R, Refusal> {
+        let mut filter = PlanarJoint::new(self.motion, self.config, &mut *self.state).map_err(refusal)?;
+        Ok(work(&mut filter, &self.detector))
     }
 }
 
 impl<T: Real, M: PlanarMotion<T>> Slam for JointFilter<T, M> {
     fn predict(&mut self, control: [f64; 2], dt_s: f64) -> Result<Option<Implausible>, Refusal> {
-        left_out(self.with(|filter| filter.predict(&M::control(control), T::from_f64(dt_s)))?)
+        left_out(self.with(|filter, _| filter.predict(&M::control(control), T::from_f64(dt_s)))?)
     }
 
     fn scan(&mut self, detections: &[[f64; 2]]) -> Result<ScanOutcome, Refusal> {
         let measurements: Vec<_> = detections.iter().map(|z| nalgebra::Vector2::from(z.map(T::from_f64))).collect();
-        let report = self.with(|filter| filter.scan(&measurements))?.map_err(refusal)?;
+        let report = self.with(|filter, detector| filter.scan(detector, &measurements))?.map_err(refusal)?;
         let innovation = report.innovation.to_f64();
         Ok(ScanOutcome {
             n_eff: 1.0,
@@ -56,13 +57,13 @@ impl<T: Real, M: PlanarMotion<T>> Slam for JointFilter<T, M> {
     }
 
     fn pose(&mut self) -> Result<PoseAndCovariance, Refusal> {
-        let estimate = self.with(|filter| filter.estimate_pose())?.ok_or_else(|| refusal("not started"))?;
+        let estimate = self.with(|filter, _| filter.estimate_pose())?.ok_or_else(|| refusal("not started"))?;
         let mean = estimate.mean;
         Ok(([mean.x_m, mean.y_m, mean.heading_rad].map(T::to_f64), full(&estimate.covariance)))
     }
 
     fn map(&mut self) -> Result<(f64, Vec<MapFeature>), Refusal> {
-        self.with(|filter| {
+        self.with(|filter, _| {
             let features = filter.features().map(|feature| MapFeature {
                 id: feature.tag,
                 weight: feature.ln_weight.exp().to_f64(),
@@ -78,7 +79,7 @@ impl<T: Real, M: PlanarMotion<T>> Slam for JointFilter<T, M> {
     }
 
     fn digest(&mut self) -> Option<u64> {
-        self.with(|filter| filter.digest()).ok()
+        self.with(|filter, _| filter.digest()).ok()
     }
 
     fn state_bytes(&self) -> Option<u64> {
@@ -109,7 +110,6 @@ fn start<T: Real>(settings: &Settings, vehicle: &Vehicle, initial_pose: [f64; 3]
     let real = T::from_f64;
     let joint = &settings.joint;
     let config = JointConfig {
-        birth_intensity: real(settings.filter.birth_intensity),
         merge_distance: real(joint.merge_distance),
         persistence: Persistence {
             in_sight_s: real(joint.in_sight_s),
@@ -131,10 +131,10 @@ impl<T: Real> OverModels<T> for Start<T> {
     fn over<M: PlanarMotion<T> + 'static>(self, models: PlanarModels<T, M>) -> Result<Self::Output, Refusal> {
         let mut state = Box::new(HostJointState::new());
         let [x, y, heading] = self.initial_pose.map(T::from_f64);
-        PlanarJoint::new(models, self.config, &mut *state)
+        PlanarJoint::new(models.motion, self.config, &mut *state)
             .map_err(refusal)?
             .reset(PlanarPose::new(x, y, heading))
             .map_err(refusal)?;
-        Ok(Box::new(JointFilter { models, config: self.config, state }))
+        Ok(Box::new(JointFilter { motion: models.motion, detector: models.detector()?, config: self.config, state }))
     }
 }

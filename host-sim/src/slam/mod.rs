@@ -6,7 +6,7 @@ mod core_filter;
 mod joint_filter;
 mod reference_filter;
 
-pub(crate) use config::config_of;
+pub(crate) use config::{config_of, online_of};
 pub(crate) use core_filter::{Ahead, full, range_bearing, refusal};
 pub use core_filter::{Precision, core_filter};
 pub use joint_filter::joint_filter;

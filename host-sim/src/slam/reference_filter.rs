@@ -71,6 +71,7 @@ pub fn reference_of(settings: &Settings, vehicle: &Vehicle) -> Reference {
                 interval_s: noise.noise_interval_s,
             },
         },
+        mounting: [sensor.forward_m, sensor.left_m, sensor.yaw_rad],
         sensor: reference::RangeBearing {
             range_sigma_m: sensor.range_sigma_m,
             bearing_sigma_rad: sensor.bearing_sigma_rad,

@@ -1,6 +1,6 @@
 //! A log that costs a filter the most that its memory allows.
 
-use crate::log::{Log, Nominal, Odometry, Scan, Sensor, Vehicle};
+use crate::log::{Log, Mounting, Nominal, Odometry, Scan, Sensor, Vehicle};
 use crate::noise::Noise;
 use crate::settings::Settings;
 use std::f64::consts::PI;
@@ -34,7 +34,13 @@ pub fn worst_case(particles: usize, samples: usize, measurements: usize) -> (Log
             sensor_forward_m: 1.89,
             sensor_left_m: 0.25,
         },
-        sensor: Sensor { range_min_m: 0.0, range_max_m: RANGE_MAX_M, bearing_min_rad: -PI, bearing_max_rad: PI },
+        sensor: Sensor {
+            range_min_m: 0.0,
+            range_max_m: RANGE_MAX_M,
+            bearing_min_rad: -PI,
+            bearing_max_rad: PI,
+            mounting: Mounting::NONE,
+        },
         nominal: Nominal {
             range_sigma_m: Some(RANGE_MAX_M),
             bearing_sigma_rad: Some(3.0),

@@ -1,7 +1,7 @@
 //! What a sensor could see.
 
 use crate::angle::wrap;
-use crate::log::{Sensor, TruePose};
+use crate::log::{Mounting, Sensor, TruePose};
 use crate::settings::SensorSettings;
 use std::f64::consts::PI;
 
@@ -10,6 +10,7 @@ use std::f64::consts::PI;
 pub struct Window {
     range_m: [f64; 2],
     bearing_rad: [f64; 2],
+    mounting: Mounting,
 }
 
 impl Window {
@@ -19,6 +20,7 @@ impl Window {
         Self {
             range_m: [sensor.range_min_m, sensor.range_max_m],
             bearing_rad: [sensor.bearing_min_rad, sensor.bearing_max_rad],
+            mounting: sensor.mounting,
         }
     }
 
@@ -28,14 +30,21 @@ impl Window {
         Self {
             range_m: [sensor.range_min_m, sensor.range_max_m],
             bearing_rad: [sensor.bearing_min_rad, sensor.bearing_max_rad],
+            mounting: sensor.mounting(),
         }
     }
 
-    /// Whether the window of a sensor at `pose` holds `point` (m); `None` where that would take a heading that is
+    /// Whether the window of the sensor of a vehicle at `pose` holds `point` (m); `None` where that would take a heading that is
     /// not known.
     #[must_use]
     pub fn holds(&self, pose: &TruePose, point: [f64; 2]) -> Option<bool> {
-        let (dx, dy) = (point[0] - pose.position[0], point[1] - pose.position[1]);
+        let ([x, y], heading) = (pose.position, pose.heading_rad);
+        let at_the_pose = self.mounting.forward_m == 0.0 && self.mounting.left_m == 0.0;
+        if heading.is_none() && !at_the_pose {
+            return None;
+        }
+        let [x, y, turned] = self.mounting.seat([x, y, heading.unwrap_or(0.0)]);
+        let (dx, dy) = (point[0] - x, point[1] - y);
         let [near, far] = self.range_m;
         if !(near..=far).contains(&libm::hypot(dx, dy)) {
             return Some(false);
@@ -45,7 +54,7 @@ impl Window {
         if half_width >= PI {
             return Some(true);
         }
-        let off_centre = wrap(libm::atan2(dy, dx) - pose.heading_rad? - 0.5 * (right + left));
+        let off_centre = wrap(libm::atan2(dy, dx) - heading.map(|_| turned)? - 0.5 * (right + left));
         Some(off_centre.abs() <= half_width)
     }
 }
@@ -60,7 +69,13 @@ mod tests {
 
     #[test]
     fn range_and_bearing() {
-        let sensor = Sensor { range_min_m: 1.0, range_max_m: 10.0, bearing_min_rad: -0.5, bearing_max_rad: 1.5 };
+        let sensor = Sensor {
+            range_min_m: 1.0,
+            range_max_m: 10.0,
+            bearing_min_rad: -0.5,
+            bearing_max_rad: 1.5,
+            mounting: Mounting::NONE,
+        };
         let window = Window::of_sensor(&sensor);
         let at = |point| window.holds(&pose(Some(PI)), point) == Some(true);
         assert!(at([-5.0, 0.0]));
@@ -73,7 +88,13 @@ mod tests {
 
     #[test]
     fn a_heading_is_needed_only_where_it_matters() {
-        let mut sensor = Sensor { range_min_m: 0.0, range_max_m: 10.0, bearing_min_rad: -0.5, bearing_max_rad: 0.5 };
+        let mut sensor = Sensor {
+            range_min_m: 0.0,
+            range_max_m: 10.0,
+            bearing_min_rad: -0.5,
+            bearing_max_rad: 0.5,
+            mounting: Mounting::NONE,
+        };
         assert_eq!(Window::of_sensor(&sensor).holds(&pose(None), [5.0, 0.0]), None);
         assert_eq!(Window::of_sensor(&sensor).holds(&pose(None), [15.0, 0.0]), Some(false));
         (sensor.bearing_min_rad, sensor.bearing_max_rad) = (-PI, PI);

@@ -162,7 +162,9 @@ fn observe(
                     statistics.odometry.correct(before, after);
                     statistics.noise.scan(&found, &covariance, &sensor);
                     statistics.detections.scan(&expected);
-                    left_over.extend(unpaired(detections, &found).filter_map(|z| Place::of(z, after, &sensor)));
+                    left_over.extend(
+                        unpaired(detections, &found).filter_map(|z| Place::of(z, after, &sensor, &settings.sensor)),
+                    );
                     statistics.clutter.scan(detections.len());
                 }
                 scan = index + 1;

@@ -3,7 +3,7 @@
 use crate::angle::wrap;
 use crate::record::MapFeature;
 use crate::settings::SensorSettings;
-use nalgebra::{Matrix2x3, Vector2};
+use nalgebra::{Matrix2x3, Matrix3, Vector2};
 use scphd::{Locating, PlanarPose, RangeBearing, Sensor, Symmetric};
 use std::f64::consts::PI;
 
@@ -45,7 +45,8 @@ pub fn pairs(
     view: &SensorSettings,
     detections: &[[f64; 2]],
 ) -> (Vec<Pair>, Vec<Expectation>) {
-    let frame = sensor.frame(&PlanarPose::new(x, y, heading));
+    let (seat, by_vehicle) = seat([x, y, heading], view);
+    let frame = sensor.frame(&seat);
     let noise = sensor.noise();
     let pose_covariance = Symmetric::from_fn(|row, column| pose_covariance[row][column]);
     let mut candidates = Vec::new();
@@ -57,7 +58,7 @@ pub fn pairs(
         if !inside(view, range, bearing) {
             continue;
         }
-        let by_pose = sensor.by_pose(&frame, &position, &seen);
+        let by_pose = sensor.by_pose(&frame, &position, &seen) * by_vehicle;
         let of_feature = covariance(feature).congruence(&seen.jacobian);
         let well_known = (0..2).all(|k| of_feature.get(k, k) <= WELL_KNOWN * noise.get(k, k));
         let place = expected.len();
@@ -84,6 +85,14 @@ pub fn pairs(
     (found, expected)
 }
 
+/// The pose of the sensor of a vehicle there, and its derivatives by the vehicle's.
+fn seat([x, y, heading]: [f64; 3], view: &SensorSettings) -> (PlanarPose<f64>, Matrix3<f64>) {
+    let [seat_x, seat_y, seat_heading] = view.mounting().seat([x, y, heading]);
+    let by_heading = [y - seat_y, seat_x - x];
+    let by_vehicle = Matrix3::new(1.0, 0.0, by_heading[0], 0.0, 1.0, by_heading[1], 0.0, 0.0, 1.0);
+    (PlanarPose::new(seat_x, seat_y, seat_heading), by_vehicle)
+}
+
 fn covariance(feature: &MapFeature) -> Symmetric<f64, 2> {
     Symmetric::from_fn(|row, column| feature.covariance[row][column])
 }
@@ -108,8 +117,8 @@ pub struct Place {
 
 impl Place {
     /// The place of a detection from that pose; none for one of no range.
-    pub fn of(z: [f64; 2], [x, y, heading]: [f64; 3], sensor: &RangeBearing<f64>) -> Option<Self> {
-        let inverse = sensor.invert(&sensor.frame(&PlanarPose::new(x, y, heading)), &z.into())?;
+    pub fn of(z: [f64; 2], pose: [f64; 3], sensor: &RangeBearing<f64>, view: &SensorSettings) -> Option<Self> {
+        let inverse = sensor.invert(&sensor.frame(&seat(pose, view).0), &z.into())?;
         Some(Self { position: inverse.feature, covariance: sensor.noise().congruence(&inverse.jacobian) })
     }
 

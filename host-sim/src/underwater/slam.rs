@@ -4,13 +4,13 @@ use super::log::Log;
 use super::record::MapFeature;
 use super::settings::Settings;
 use crate::reference::{self, Draws, space};
-use crate::slam::{Ahead, Precision, Refusal, config_of, full, left_out, refusal};
+use crate::slam::{Ahead, Precision, Refusal, config_of, full, left_out, online_of, refusal};
 use crate::stream::underwater_models;
 use crate::threads::Threads;
 use nalgebra::Vector4;
 use scphd::{
-    Auv, AuvControl, AuvPose, Component, Config, Health, Implausible, MapMemory, NoMoving, Real, ScPhd, State,
-    StereoCamera, StereoFrustum, UniformClutter,
+    Auv, AuvControl, AuvPose, Births, Component, Config, Detector, DetectorMemory, Health, Implausible, MapMemory,
+    NoMoving, Online, Real, ScPhd, ScanRoom, State, StereoCamera, StereoFrustum, UniformClutter,
 };
 use scphd_stream::underwater::AuvModels;
 
@@ -108,21 +108,14 @@ const VIEW: usize = 4096;
 /// Jobs that the weighing is divided into: some for each of a few threads, so that none waits long for another.
 const WORKERS: usize = 16;
 
-type TankState<T, const PARTICLES: usize, const CANDIDATES: usize, const PAGES: usize, const MAP_PAGES: usize> = State<
-    T,
-    AuvPose<T>,
-    5,
-    4,
-    PARTICLES,
-    CANDIDATES,
-    MEASUREMENTS,
-    MapMemory<T, 3, 3, PARTICLES, PAGES, MAP_PAGES, VIEW>,
-    NoMoving,
-    WORKERS,
->;
+type TankState<T, const PARTICLES: usize, const CANDIDATES: usize, const PAGES: usize, const MAP_PAGES: usize> =
+    State<T, AuvPose<T>, 5, PARTICLES, CANDIDATES, MapMemory<T, 3, 3, PARTICLES, PAGES, MAP_PAGES, VIEW>, NoMoving>;
 
-type TankFilter<'s, T> =
-    ScPhd<'s, T, AuvPose<T>, Auv<T>, StereoCamera<T>, StereoFrustum<T>, UniformClutter<T>, 5, 3, 6, 4>;
+type Scratch<T> = DetectorMemory<T, 4, MEASUREMENTS, WORKERS>;
+
+type TankFilter<'s, T> = ScPhd<'s, T, Auv<T>, 5, 3, 6>;
+/// The stereo camera, with or without scratch.
+pub(super) type Camera<T, R = ()> = Detector<T, StereoCamera<T>, StereoFrustum<T>, UniformClutter<T>, R>;
 
 /// The fixed-capacity filter, with its state on the heap.
 #[derive(Debug)]
@@ -134,23 +127,41 @@ pub struct CoreFilter<
     const MAP_PAGES: usize,
 > {
     models: AuvModels<T>,
+    births: Births<T>,
+    online: Online<T>,
     config: Config<T>,
     state: Box<TankState<T, PARTICLES, CANDIDATES, PAGES, MAP_PAGES>>,
+    scratch: Box<Scratch<T>>,
     threads: Threads,
 }
 
 impl<T: Real, const PARTICLES: usize, const CANDIDATES: usize, const PAGES: usize, const MAP_PAGES: usize>
     CoreFilter<T, PARTICLES, CANDIDATES, PAGES, MAP_PAGES>
 {
-    fn start(models: AuvModels<T>, config: Config<T>, start: AuvPose<T>, seed: u64) -> Result<Self, Refusal> {
-        let mut state = Box::new(State::new());
-        TankFilter::new(models, config, &mut *state).map_err(refusal)?.reset(start, seed).map_err(refusal)?;
-        Ok(Self { models, config, state, threads: Threads::default() })
+    fn start(models: AuvModels<T>, settings: &Settings, start: AuvPose<T>, seed: u64) -> Result<Self, Refusal> {
+        let mut started = Self {
+            models,
+            births: Births::still(T::from_f64(settings.filter.birth_intensity)),
+            online: online_of(&settings.filter),
+            config: config_of(&settings.filter),
+            state: Box::new(State::new()),
+            scratch: Box::new(DetectorMemory::new()),
+            threads: Threads::default(),
+        };
+        started.with(|filter, _| filter.reset(start, seed))?.map_err(refusal)?;
+        Ok(started)
     }
 
-    /// Works on the filter. A state goes on from where the last filter over it left off.
-    fn with<R>(&mut self, work: impl FnOnce(&mut TankFilter<'_, T>) -> R) -> Result<R, Refusal> {
-        TankFilter::new(self.models, self.config, &mut *self.state).map_err(refusal).map(|mut filter| work(&mut filter))
+    /// Works on the filter and its camera. A state goes on from where the last filter over it left off.
+    fn with<R>(
+        &mut self,
+        work: impl FnOnce(&mut TankFilter<'_, T>, &mut Camera<T, ScanRoom<'_, T, 4>>) -> R,
+    ) -> Result<R, Refusal> {
+        let AuvModels { motion, sensing } = self.models;
+        let camera = Detector::new(sensing, self.births).map_err(refusal)?.learning(self.online).map_err(refusal)?;
+        let mut camera = camera.over(&mut self.scratch).map_err(refusal)?;
+        let mut filter = TankFilter::new(motion, self.config, &mut *self.state).map_err(refusal)?;
+        Ok(work(&mut filter, &mut camera))
     }
 }
 
@@ -158,13 +169,14 @@ impl<T: Real, const PARTICLES: usize, const CANDIDATES: usize, const PAGES: usiz
     for CoreFilter<T, PARTICLES, CANDIDATES, PAGES, MAP_PAGES>
 {
     fn predict(&mut self, control: &AuvControl<f64>, dt_s: f64) -> Result<Option<Implausible>, Refusal> {
-        left_out(self.with(|filter| filter.predict(&control.rounded(), T::from_f64(dt_s)))?)
+        left_out(self.with(|filter, _| filter.predict(&control.rounded(), T::from_f64(dt_s)))?)
     }
 
     fn scan(&mut self, keypoints: &[[f64; 4]]) -> Result<Outcome, Refusal> {
         let measurements: Vec<_> = keypoints.iter().map(|z| Vector4::from(z.map(T::from_f64))).collect();
         let threads = self.threads.clone();
-        let report = self.with(|filter| filter.scan_on(&measurements, &threads, &mut ()))?.map_err(refusal)?;
+        let report =
+            self.with(|filter, camera| filter.scan_on(camera, &measurements, &threads, &mut ()))?.map_err(refusal)?;
         Ok(Outcome {
             n_eff: report.n_eff.to_f64(),
             in_view: report.in_view,
@@ -177,14 +189,14 @@ impl<T: Real, const PARTICLES: usize, const CANDIDATES: usize, const PAGES: usiz
     }
 
     fn pose(&mut self) -> Result<([f64; 5], [[f64; 5]; 5]), Refusal> {
-        let estimate = self.with(|filter| filter.estimate_pose())?.ok_or_else(|| refusal("not started"))?;
+        let estimate = self.with(|filter, _| filter.estimate_pose())?.ok_or_else(|| refusal("not started"))?;
         let AuvPose { x_m, y_m, z_m, yaw_rad, yaw_rate_radps, .. } = estimate.mean;
         Ok(([x_m, y_m, z_m, yaw_rad, yaw_rate_radps].map(T::to_f64), full(&estimate.covariance)))
     }
 
     fn map(&mut self) -> Result<(f64, Vec<MapFeature>), Refusal> {
         let mut features = vec![Component::ZERO; MAP_PAGES * scphd::PAGE_LEN];
-        let estimate = self.with(|filter| filter.estimate_map(&mut features))?;
+        let estimate = self.with(|filter, camera| filter.estimate_map(camera, &mut features))?;
         features.truncate(estimate.features);
         let features = features.iter().map(|feature| MapFeature {
             id: feature.tag,
@@ -200,11 +212,11 @@ impl<T: Real, const PARTICLES: usize, const CANDIDATES: usize, const PAGES: usiz
     }
 
     fn digest(&mut self) -> Option<u64> {
-        self.with(|filter| filter.digest()).ok()
+        self.with(|filter, camera| camera.digest(filter.digest())).ok()
     }
 
     fn state_bytes(&self) -> Option<u64> {
-        Some(size_of_val(&*self.state) as u64)
+        Some((size_of_val(&*self.state) + size_of_val(&*self.scratch)) as u64)
     }
 }
 
@@ -213,7 +225,7 @@ impl<T: Real, const PARTICLES: usize, const CANDIDATES: usize, const PAGES: usiz
 {
     fn snapshot(&mut self) -> Result<Snapshot, Refusal> {
         let particles = self.config.particles;
-        self.with(|filter| {
+        self.with(|filter, _| {
             let candidates = filter.candidates().iter().map(|candidate| {
                 let AuvPose { x_m, y_m, z_m, yaw_rad, yaw_rate_radps, roll_rad, pitch_rad } = candidate.pose;
                 let pose = space::Pose {
@@ -261,12 +273,12 @@ pub fn core_filter(
 fn with_models<T: Real>(log: &Log, settings: &Settings, seed: u64) -> Result<Box<dyn Transparent>, Refusal> {
     let Settings { filter, .. } = settings;
     let numbers = underwater_models(log, settings)?;
-    let (models, config) = (numbers.of_filter().map_err(refusal)?, config_of(filter));
+    let models = numbers.of_filter().map_err(refusal)?;
     let start = numbers.start();
     let candidates = filter.particles.saturating_mul(filter.samples);
     Ok(match (filter.particles, candidates) {
-        (..=64, ..=128) => Box::new(CoreFilter::<T, 64, 128, 4096, 512>::start(models, config, start, seed)?),
-        (..=400, ..=800) => Box::new(CoreFilter::<T, 400, 800, 14_000, 512>::start(models, config, start, seed)?),
-        _ => Box::new(CoreFilter::<T, 2048, 4096, 65_535, 512>::start(models, config, start, seed)?),
+        (..=64, ..=128) => Box::new(CoreFilter::<T, 64, 128, 4096, 512>::start(models, settings, start, seed)?),
+        (..=400, ..=800) => Box::new(CoreFilter::<T, 400, 800, 14_000, 512>::start(models, settings, start, seed)?),
+        _ => Box::new(CoreFilter::<T, 2048, 4096, 65_535, 512>::start(models, settings, start, seed)?),
     })
 }

@@ -15,9 +15,9 @@ numbers! {
         wheelbase_m: f64,
         /// Lateral offset H of the wheel encoder from the centreline, m.
         encoder_offset_m: f64,
-        /// Forward offset a of the sensor from the rear axle, m.
+        /// Forward offset a from the rear axle of where the pose is, m.
         sensor_forward_m: f64,
-        /// Leftward offset b of the sensor from the centreline, m.
+        /// Leftward offset b from the centreline of where the pose is, m.
         sensor_left_m: f64,
         /// Standard deviation of the speed, m/s.
         speed_sigma_mps: f64,
@@ -29,6 +29,12 @@ numbers! {
         turn_sigma_ratio: f64,
         /// How long an odometry error lasts, s.
         noise_interval_s: f64,
+        /// How far ahead of where the pose is the sensor sits, m.
+        mounted_forward_m: f64,
+        /// How far to its left, m.
+        mounted_left_m: f64,
+        /// By how much it is turned to the left, rad.
+        mounted_yaw_rad: f64,
         /// Standard deviation of the range, m.
         range_sigma_m: f64,
         /// Standard deviation of the bearing, rad.

@@ -2,12 +2,12 @@
 
 use super::{Odometry, Planar, Vehicle};
 use crate::Header;
-use crate::onboard::{self, Aboard, Capacities, Helm, Onboard, Ram, RamPart, Refusal, config};
+use crate::onboard::{self, Aboard, Capacities, Helm, Onboard, Ram, RamPart, Refusal, births, config, online};
 use core::marker::PhantomData;
 use scphd::{
-    Ackermann, AckermannControl, AckermannGeometry, ControlNoise, Linearised, MapMemory, ModelError, Models, Motion,
-    Noise, PlanarPose, PredictError, RangeBearing, RangeBearingLimits, RangeBearingWindow, Real, ScPhd, State, Step,
-    Unicycle, UnicycleControl, UniformClutter,
+    Ackermann, AckermannControl, AckermannGeometry, ControlNoise, Detector, DetectorMemory, Linearised, MapMemory,
+    ModelError, Motion, Mounting, Noise, PlanarPose, PredictError, RangeBearing, RangeBearingLimits,
+    RangeBearingWindow, Real, ScPhd, Sensing, State, Step, Unicycle, UnicycleControl, UniformClutter,
 };
 
 /// Room for the particles of section 5.3.1.
@@ -46,7 +46,6 @@ type StateWith<
     const PARTICLES_AND: usize,
     const CANDIDATES_AND: usize,
     const PAGES_AND: usize,
-    const MEASUREMENTS_AND: usize,
     const VIEW_AND: usize,
     const MOVING_PAGES_AND: usize,
     const MOVING_VIEW_AND: usize,
@@ -54,29 +53,29 @@ type StateWith<
     T,
     PlanarPose<T>,
     3,
-    2,
     PARTICLES_AND,
     CANDIDATES_AND,
-    MEASUREMENTS_AND,
     MapMemory<T, 2, 2, PARTICLES_AND, PAGES_AND, MAP_PAGES, VIEW_AND>,
     MapMemory<T, 4, 2, PARTICLES_AND, MOVING_PAGES_AND, MOVING_MAP_PAGES, MOVING_VIEW_AND>,
 >;
 
-type OnboardState<T> = StateWith<T, PARTICLES, CANDIDATES, PAGES, MEASUREMENTS, VIEW, MOVING_PAGES, MOVING_VIEW>;
+/// The detector's scratch.
+type Scratch<T, const MEASUREMENTS_AND: usize> = DetectorMemory<T, 2, MEASUREMENTS_AND>;
+
+type OnboardState<T> = StateWith<T, PARTICLES, CANDIDATES, PAGES, VIEW, MOVING_PAGES, MOVING_VIEW>;
 
 /// All memory of the filter on board.
 pub type Memory<T> = onboard::Memory<OnboardState<T>, T, 2, 2, MEASUREMENTS, FEATURES>;
 
 /// The state with so many more of each capacity, less the one on board, for each of them.
 macro_rules! price {
-    ($particles:expr, $candidates:expr, $pages:expr, $measurements:expr, $view:expr, $moving_pages:expr, $moving_view:expr) => {
+    ($particles:expr, $candidates:expr, $pages:expr, $view:expr, $moving_pages:expr, $moving_view:expr) => {
         size_of::<
             StateWith<
                 T,
                 { PARTICLES + $particles },
                 { CANDIDATES + $candidates },
                 { PAGES + $pages },
-                { MEASUREMENTS + $measurements },
                 { VIEW + $view },
                 { MOVING_PAGES + $moving_pages },
                 { MOVING_VIEW + $moving_view },
@@ -87,38 +86,24 @@ macro_rules! price {
 
 /// Where the RAM goes, from the price of each capacity: how much larger a state is with eight more of it.
 const fn ram<T: Real>() -> Ram {
-    let candidates = price!(0, 8, 0, 0, 0, 0, 0) / 8;
-    let particles = price!(8, 8, 0, 0, 0, 0, 0) / 8 - candidates;
+    let candidates = price!(0, 8, 0, 0, 0, 0) / 8;
+    let particles = price!(8, 8, 0, 0, 0, 0) / 8 - candidates;
     Ram {
         total: size_of::<Memory<T>>(),
-        state: size_of::<OnboardState<T>>(),
+        state: size_of::<OnboardState<T>>() + size_of::<Scratch<T, MEASUREMENTS>>(),
         particles: particles * PARTICLES + candidates * CANDIDATES,
-        pages: price!(0, 0, 8, 0, 0, 0, 0) / 8 * PAGES,
-        moving_pages: price!(0, 0, 0, 0, 0, 8, 0) / 8 * MOVING_PAGES,
-        scratch: price!(0, 0, 0, 8, 0, 0, 0) / 8 * MEASUREMENTS
-            + price!(0, 0, 0, 0, 8, 0, 0) / 8 * VIEW
-            + price!(0, 0, 0, 0, 0, 0, 8) / 8 * MOVING_VIEW,
+        pages: price!(0, 0, 8, 0, 0, 0) / 8 * PAGES,
+        moving_pages: price!(0, 0, 0, 0, 8, 0) / 8 * MOVING_PAGES,
+        scratch: size_of::<Scratch<T, MEASUREMENTS>>()
+            + price!(0, 0, 0, 8, 0, 0) / 8 * VIEW
+            + price!(0, 0, 0, 0, 0, 8) / 8 * MOVING_VIEW,
     }
 }
 
 impl<T: Real> Aboard<T> for Planar {
     type Memory = Memory<T>;
     type Filter<'m>
-        = Onboard<
-        'm,
-        Self,
-        T,
-        Direct,
-        PlanarPose<T>,
-        Drive<T>,
-        RangeBearing<T>,
-        RangeBearingWindow<T>,
-        UniformClutter<T>,
-        3,
-        2,
-        4,
-        2,
-    >
+        = Onboard<'m, Self, T, Direct, Drive<T>, RangeBearing<T>, RangeBearingWindow<T>, UniformClutter<T>, 3, 2, 4, 2>
     where
         T: 'm;
 
@@ -136,12 +121,19 @@ impl<T: Real> Aboard<T> for Planar {
     where
         T: 'm,
     {
-        let onboard::Memory { state, measurements, features } = memory;
-        let mut filter = ScPhd::new(models(header)?, config(header), state)?;
+        let onboard::Memory { state, scratch, measurements, features } = memory;
+        let mut filter = ScPhd::new(motion(header)?, config(header), state)?;
+        let detector = Detector::new(sensing(header)?, births(header))?.learning(online(header))?;
+        let detector = match mounting(header)? {
+            Some(mounting) => detector.mounted(mounting)?,
+            None => detector,
+        };
+        let detector = detector.over(scratch)?;
+        filter.check(&detector)?;
         let super::Models { start_x_m, start_y_m, start_heading_rad, .. } = header.models;
         let [x, y, heading] = [start_x_m, start_y_m, start_heading_rad].map(T::from_f64);
         filter.reset(PlanarPose::new(x, y, heading), header.seed)?;
-        Ok(Onboard { filter, helm: Direct, kind: PhantomData, measurements, features })
+        Ok(Onboard { filter, detector, helm: Direct, kind: PhantomData, measurements, features })
     }
 }
 
@@ -205,9 +197,7 @@ impl<T: Real> Motion<T, 3> for Drive<T> {
     }
 }
 
-type PlanarModels<T> = Models<Drive<T>, RangeBearing<T>, RangeBearingWindow<T>, UniformClutter<T>>;
-
-fn models<T: Real>(header: &Header<Planar>) -> Result<PlanarModels<T>, ModelError> {
+fn motion<T: Real>(header: &Header<Planar>) -> Result<Drive<T>, ModelError> {
     let numbers = &header.models;
     let noise = ControlNoise {
         speed_sigma_mps: T::from_f64(numbers.speed_sigma_mps),
@@ -216,7 +206,7 @@ fn models<T: Real>(header: &Header<Planar>) -> Result<PlanarModels<T>, ModelErro
         turn_sigma_ratio: T::from_f64(numbers.turn_sigma_ratio),
         interval_s: T::from_f64(numbers.noise_interval_s),
     };
-    let motion = match header.vehicle {
+    Ok(match header.vehicle {
         Vehicle::Ackermann => {
             let geometry = AckermannGeometry {
                 wheelbase_m: T::from_f64(numbers.wheelbase_m),
@@ -228,7 +218,24 @@ fn models<T: Real>(header: &Header<Planar>) -> Result<PlanarModels<T>, ModelErro
         }
         Vehicle::Unicycle => Drive::Unicycle(Unicycle::new(Step::Euler, noise)?),
         Vehicle::UnicycleArc => Drive::Unicycle(Unicycle::new(Step::Arc, noise)?),
-    };
+    })
+}
+
+/// Where the sensor sits; `None` where the pose is.
+fn mounting<T: Real>(header: &Header<Planar>) -> Result<Option<Mounting<T>>, ModelError> {
+    let numbers = &header.models;
+    let place = [numbers.mounted_forward_m, numbers.mounted_left_m, numbers.mounted_yaw_rad];
+    if place == [0.0; 3] {
+        return Ok(None);
+    }
+    let [forward, left, yaw] = place.map(T::from_f64);
+    Mounting::in_plane(forward, left, yaw).map(Some)
+}
+
+type PlanarSensing<T> = Sensing<RangeBearing<T>, RangeBearingWindow<T>, UniformClutter<T>>;
+
+fn sensing<T: Real>(header: &Header<Planar>) -> Result<PlanarSensing<T>, ModelError> {
+    let numbers = &header.models;
     let limits = RangeBearingLimits {
         range_min_m: T::from_f64(numbers.range_min_m),
         range_max_m: T::from_f64(numbers.range_max_m),
@@ -240,8 +247,7 @@ fn models<T: Real>(header: &Header<Planar>) -> Result<PlanarModels<T>, ModelErro
         probability_far: T::from_f64(numbers.detection_far),
     };
     let field_of_view = RangeBearingWindow::new(limits)?;
-    Ok(Models {
-        motion,
+    Ok(Sensing {
         sensor: RangeBearing::new(T::from_f64(numbers.range_sigma_m), T::from_f64(numbers.bearing_sigma_rad))?,
         field_of_view,
         clutter: UniformClutter::of_scan(T::from_f64(numbers.clutter_per_scan), field_of_view.measure())?,

@@ -3,7 +3,7 @@
 use crate::numbers::numbers;
 use nalgebra::SMatrix;
 use scphd::{
-    Auv, AuvPose, FrustumLimits, ModelError, Navigator, Real, StereoCamera, StereoFrustum, UniformClutter,
+    Auv, AuvPose, FrustumLimits, ModelError, Navigator, Real, Sensing, StereoCamera, StereoFrustum, UniformClutter,
     VelocityNoise, pixel_noise,
 };
 
@@ -61,7 +61,13 @@ numbers! {
 }
 
 /// The models of the filter.
-pub type AuvModels<T> = scphd::Models<Auv<T>, StereoCamera<T>, StereoFrustum<T>, UniformClutter<T>>;
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AuvModels<T: Real> {
+    /// How the vehicle moves.
+    pub motion: Auv<T>,
+    /// What its camera sees.
+    pub sensing: Sensing<StereoCamera<T>, StereoFrustum<T>, UniformClutter<T>>,
+}
 
 impl Models {
     /// The models of the filter.
@@ -89,11 +95,10 @@ impl Models {
         let field_of_view = StereoFrustum::new(&sensor, limits)?;
         let [least, greatest] = self.disparities_px.map(real);
         let measure = field_of_view.measure(least, greatest, real(self.row_tolerance_px));
-        Ok(scphd::Models {
+        let clutter = UniformClutter::of_scan(real(self.clutter_per_scan), measure)?;
+        Ok(AuvModels {
             motion: Auv::new(real(self.yaw_acceleration_sigma_radps2), real(self.velocity_interval_s))?,
-            sensor,
-            field_of_view,
-            clutter: UniformClutter::of_scan(real(self.clutter_per_scan), measure)?,
+            sensing: Sensing { sensor, field_of_view, clutter },
         })
     }
 

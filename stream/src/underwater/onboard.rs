@@ -1,12 +1,13 @@
 //! The filter of an underwater vehicle on board, and its capacities.
 
+use super::AuvModels;
 use super::{Navigation, Underwater};
 use crate::Header;
-use crate::onboard::{self, Aboard, Capacities, Helm, Onboard, Ram, RamPart, Refusal, config};
+use crate::onboard::{self, Aboard, Capacities, Helm, Onboard, Ram, RamPart, Refusal, births, config, online};
 use core::marker::PhantomData;
 use scphd::{
-    Auv, AuvControl, AuvPose, MapMemory, Navigator, NoMoving, PredictError, Real, ScPhd, State, StereoCamera,
-    StereoFrustum, UniformClutter,
+    Auv, AuvControl, AuvPose, Detector, DetectorMemory, MapMemory, Navigator, NoMoving, PredictError, Real, ScPhd,
+    State, StereoCamera, StereoFrustum, UniformClutter,
 };
 
 const PARTICLES: usize = 64;
@@ -21,78 +22,44 @@ const VIEW: usize = 512;
 const FEATURES: usize = 640;
 
 /// State of a filter of these capacities. Everything stands: there is no room for what moves.
-type AuvState<
-    T,
-    const PARTICLES: usize,
-    const CANDIDATES: usize,
-    const PAGES: usize,
-    const MEASUREMENTS: usize,
-    const VIEW: usize,
-> = State<
-    T,
-    AuvPose<T>,
-    5,
-    4,
-    PARTICLES,
-    CANDIDATES,
-    MEASUREMENTS,
-    MapMemory<T, 3, 3, PARTICLES, PAGES, MAP_PAGES, VIEW>,
-    NoMoving,
->;
+type AuvState<T, const PARTICLES: usize, const CANDIDATES: usize, const PAGES: usize, const VIEW: usize> =
+    State<T, AuvPose<T>, 5, PARTICLES, CANDIDATES, MapMemory<T, 3, 3, PARTICLES, PAGES, MAP_PAGES, VIEW>, NoMoving>;
 
-type OnboardState<T> = AuvState<T, PARTICLES, CANDIDATES, PAGES, MEASUREMENTS, VIEW>;
+type OnboardState<T> = AuvState<T, PARTICLES, CANDIDATES, PAGES, VIEW>;
+
+/// The detector's scratch.
+type Scratch<T> = DetectorMemory<T, 4, MEASUREMENTS>;
 
 /// All memory of the filter on board.
 pub type Memory<T> = onboard::Memory<OnboardState<T>, T, 3, 4, MEASUREMENTS, FEATURES>;
 
 /// How much larger the state is with so many more of each capacity.
 macro_rules! price {
-    ($particles:expr, $candidates:expr, $pages:expr, $measurements:expr, $view:expr) => {
+    ($particles:expr, $candidates:expr, $pages:expr, $view:expr) => {
         size_of::<
-            AuvState<
-                T,
-                { PARTICLES + $particles },
-                { CANDIDATES + $candidates },
-                { PAGES + $pages },
-                { MEASUREMENTS + $measurements },
-                { VIEW + $view },
-            >,
+            AuvState<T, { PARTICLES + $particles }, { CANDIDATES + $candidates }, { PAGES + $pages }, { VIEW + $view }>,
         >() - size_of::<OnboardState<T>>()
     };
 }
 
 /// Where the RAM goes, from the price of each capacity: how much larger a state is with eight more of it.
 const fn ram<T: Real>() -> Ram {
-    let candidates = price!(0, 8, 0, 0, 0) / 8;
-    let particles = price!(8, 8, 0, 0, 0) / 8 - candidates;
+    let candidates = price!(0, 8, 0, 0) / 8;
+    let particles = price!(8, 8, 0, 0) / 8 - candidates;
     Ram {
         total: size_of::<Memory<T>>(),
-        state: size_of::<OnboardState<T>>(),
+        state: size_of::<OnboardState<T>>() + size_of::<Scratch<T>>(),
         particles: particles * PARTICLES + candidates * CANDIDATES,
-        pages: price!(0, 0, 8, 0, 0) / 8 * PAGES,
+        pages: price!(0, 0, 8, 0) / 8 * PAGES,
         moving_pages: 0,
-        scratch: price!(0, 0, 0, 8, 0) / 8 * MEASUREMENTS + price!(0, 0, 0, 0, 8) / 8 * VIEW,
+        scratch: size_of::<Scratch<T>>() + price!(0, 0, 0, 8) / 8 * VIEW,
     }
 }
 
 impl<T: Real> Aboard<T> for Underwater {
     type Memory = Memory<T>;
     type Filter<'m>
-        = Onboard<
-        'm,
-        Self,
-        T,
-        Navigator<f64>,
-        AuvPose<T>,
-        Auv<T>,
-        StereoCamera<T>,
-        StereoFrustum<T>,
-        UniformClutter<T>,
-        5,
-        3,
-        6,
-        4,
-    >
+        = Onboard<'m, Self, T, Navigator<f64>, Auv<T>, StereoCamera<T>, StereoFrustum<T>, UniformClutter<T>, 5, 3, 6, 4>
     where
         T: 'm;
 
@@ -110,10 +77,13 @@ impl<T: Real> Aboard<T> for Underwater {
     where
         T: 'm,
     {
-        let onboard::Memory { state, measurements, features } = memory;
-        let mut filter = ScPhd::new(header.models.of_filter()?, config(header), state)?;
+        let onboard::Memory { state, scratch, measurements, features } = memory;
+        let AuvModels { motion, sensing } = header.models.of_filter()?;
+        let mut filter = ScPhd::new(motion, config(header), state)?;
+        let detector = Detector::new(sensing, births(header))?.learning(online(header))?.over(scratch)?;
+        filter.check(&detector)?;
         filter.reset(header.models.start(), header.seed)?;
-        Ok(Onboard { filter, helm: header.models.navigator()?, kind: PhantomData, measurements, features })
+        Ok(Onboard { filter, detector, helm: header.models.navigator()?, kind: PhantomData, measurements, features })
     }
 }
 

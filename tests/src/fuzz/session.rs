@@ -2,13 +2,13 @@
 //! after each.
 
 use super::draw::Draw;
-use super::tuning::{Room, config};
-use super::worlds::{ModelsOf, World};
+use super::tuning::{Room, births, config, online};
+use super::worlds::{Models, ModelsOf, World};
 use super::{Failure, Operations, Watch};
 use nalgebra::SVector;
 use scphd::{
-    Component, Dim, Executor, MapEstimate, MapStorage, Packed, Pose, PoseEstimate, Real, ScPhd, ScanReport, Sensor,
-    Serial, State, Symmetric, Twice,
+    Births, Component, Config, Detector, DetectorMemory, Dim, Executor, MapEstimate, MapStorage, Mounting, Online,
+    Packed, Pose, PoseEstimate, Real, ScPhd, ScanReport, ScanRoom, Sensor, Serial, SetupError, State, Symmetric, Twice,
 };
 use std::collections::BTreeSet;
 use std::fmt::Write;
@@ -40,19 +40,106 @@ impl Executor for Backwards {
     }
 }
 
-type Filter<'s, W, T, const K: usize, const D: usize, const E: usize, const Z: usize> = ScPhd<
-    's,
+type Slam<'s, W, T, const K: usize, const D: usize, const E: usize, const Z: usize> =
+    ScPhd<'s, T, <W as World<T, K, D, E, Z>>::Motion, K, D, E>;
+
+type Eye<W, T, R, const K: usize, const D: usize, const E: usize, const Z: usize> = Detector<
     T,
-    <W as World<T, K, D, E, Z>>::Pose,
-    <W as World<T, K, D, E, Z>>::Motion,
     <W as World<T, K, D, E, Z>>::Sensor,
     <W as World<T, K, D, E, Z>>::View,
     <W as World<T, K, D, E, Z>>::Clutter,
-    K,
-    D,
-    E,
-    Z,
+    R,
 >;
+
+/// A filter and its detector.
+struct Filter<'s, W, T, const K: usize, const D: usize, const E: usize, const Z: usize>
+where
+    T: Real,
+    W: World<T, K, D, E, Z>,
+    Dim<K>: Packed,
+    Dim<D>: Packed + Twice<E>,
+    Dim<E>: Packed,
+    Dim<Z>: Packed,
+{
+    slam: Slam<'s, W, T, K, D, E, Z>,
+    eye: Eye<W, T, ScanRoom<'s, T, Z>, K, D, E, Z>,
+}
+
+impl<W, T, const K: usize, const D: usize, const E: usize, const Z: usize> Filter<'_, W, T, K, D, E, Z>
+where
+    T: Real,
+    W: World<T, K, D, E, Z>,
+    Dim<K>: Packed,
+    Dim<D>: Packed + Twice<E>,
+    Dim<E>: Packed,
+    Dim<Z>: Packed,
+{
+    fn digest(&self) -> u64 {
+        self.eye.digest(self.slam.digest())
+    }
+}
+
+/// What a filter and its detector are made of.
+struct Design<W, T, const K: usize, const D: usize, const E: usize, const Z: usize>
+where
+    T: Real,
+    W: World<T, K, D, E, Z>,
+    Dim<K>: Packed,
+    Dim<D>: Packed + Twice<E>,
+    Dim<E>: Packed,
+    Dim<Z>: Packed,
+{
+    models: ModelsOf<W, T, K, D, E, Z>,
+    mounting: Option<Mounting<T>>,
+    births: Births<T>,
+    online: Online<T>,
+    tuning: Config<T>,
+}
+
+impl<W, T, const K: usize, const D: usize, const E: usize, const Z: usize> Design<W, T, K, D, E, Z>
+where
+    T: Real,
+    W: World<T, K, D, E, Z>,
+    Dim<K>: Packed,
+    Dim<D>: Packed + Twice<E>,
+    Dim<E>: Packed,
+    Dim<Z>: Packed,
+{
+    /// Drawn, or what the models say against it.
+    fn draw(draw: &mut Draw, room: Room) -> Result<Self, SetupError> {
+        let tuning = config::<T>(draw, room);
+        let models = W::models(draw)?;
+        let mounting = if draw.chance(0.5) { Some(W::mounting(draw)?) } else { None };
+        let design = Self { models, mounting, births: births(draw, room), online: online(draw), tuning };
+        design.tuning.check()?;
+        design.detector()?;
+        Ok(design)
+    }
+
+    fn detector(&self) -> Result<Eye<W, T, (), K, D, E, Z>, SetupError> {
+        let detector = Detector::new(self.models.sensing, self.births)?.learning(self.online)?;
+        Ok(match self.mounting {
+            Some(mounting) => detector.mounted(mounting)?,
+            None => detector,
+        })
+    }
+
+    /// Over this memory.
+    fn build<'s, const N: usize, const C: usize, const M: usize, SM, VM>(
+        &self,
+        state: &'s mut State<T, W::Pose, K, N, C, SM, VM>,
+        scratch: &'s mut DetectorMemory<T, Z, M, 2>,
+    ) -> Result<Filter<'s, W, T, K, D, E, Z>, SetupError>
+    where
+        SM: MapStorage<T, D, D>,
+        VM: MapStorage<T, E, D>,
+    {
+        let slam = ScPhd::new(self.models.motion, self.tuning, state)?;
+        let eye = self.detector()?.over(scratch)?;
+        slam.check(&eye)?;
+        Ok(Filter { slam, eye })
+    }
+}
 
 /// Where a session stands.
 struct Session<T: Real, const D: usize> {
@@ -99,20 +186,19 @@ where
     Dim<E>: Packed,
     Dim<Z>: Packed,
 {
-    let mut state = Box::new(State::<T, W::Pose, K, Z, N, C, M, SM, VM, 2>::new());
+    let mut state = Box::new(State::<T, W::Pose, K, N, C, SM, VM>::new());
+    let mut scratch = Box::new(DetectorMemory::<T, Z, M, 2>::new());
     let room = Room { particles: N, candidates: C, measurements: M, moving: VM::PARTICLES > 0 };
     let mut session = Session { room, landmarks: Vec::new(), told: String::new() };
     let mut setup = Draw::new(seeded.seed, seeded.hostility);
     let mut calm = Draw::new(seeded.seed, 0.0);
-    let (mut models, mut tuning) = loop {
+    let mut design = loop {
         // What is refused is drawn again, at last without hostile numbers.
         let (draw, calm_one) = if setup.chance(0.9) { (&mut setup, false) } else { (&mut calm, true) };
-        let tuning = config::<T>(draw, room);
-        let models = W::models(draw);
-        match (models, tuning.check()) {
-            (Ok(models), Ok(())) => break (models, tuning),
-            (Err(error), _) if calm_one => panic!("plausible models are refused: {error}"),
-            _ => (),
+        match Design::<W, T, K, D, E, Z>::draw(draw, room) {
+            Ok(design) => break design,
+            Err(SetupError::Model(error)) if calm_one => panic!("plausible models are refused: {error}"),
+            Err(_) => (),
         }
     };
     let mut left = operations.indices.iter().copied().peekable();
@@ -120,11 +206,12 @@ where
     let mut next = None;
     while left.peek().is_some() {
         // A state that does not fit what is to go on over it is refused, and the filter before goes on.
-        let (other_models, other_tuning) = next.take().unwrap_or((models, tuning));
-        if Filter::<W, T, K, D, E, Z>::new(other_models, other_tuning, &mut *state).is_ok() {
-            (models, tuning) = (other_models, other_tuning);
+        if let Some(other) = next.take()
+            && Design::build(&other, &mut state, &mut scratch).is_ok()
+        {
+            design = other;
         }
-        let mut filter = match Filter::<W, T, K, D, E, Z>::new(models, tuning, &mut *state) {
+        let mut filter = match design.build(&mut state, &mut scratch) {
             Ok(filter) => filter,
             // Births of the models beyond what an update holds, where there was no filter before.
             Err(_) if count == 0 => return Ok(()),
@@ -144,7 +231,11 @@ where
             let failed = |what| Failure { operation: index, what };
             let done = done.and_then(|done| session.check::<W, K, E, Z>(&mut filter).map(|()| done));
             if let Next::TakeOver = done.map_err(failed)? {
-                next = Some((*filter.models(), config(&mut draw, room)));
+                let (motion, sensing) = (*filter.slam.motion(), *filter.eye.sensing());
+                let models = Models { motion, sensing };
+                let (mounting, births) = (filter.eye.mounting().copied(), births(&mut draw, room));
+                let (online, tuning) = (online(&mut draw), config(&mut draw, room));
+                next = Some(Design { models, mounting, births, online, tuning });
                 break;
             }
         }
@@ -209,7 +300,7 @@ impl<T: Real, const D: usize> Session<T, D> {
         Dim<Z>: Packed,
     {
         let (before, pose, seed) = (filter.digest(), W::pose(draw), draw.word());
-        let outcome = filter.reset(pose, seed);
+        let outcome = filter.slam.reset(pose, seed);
         self.tell(format_args!("reset({pose:?}, {seed}): {outcome:?}"));
         if outcome.is_ok() {
             self.landmarks = (0..8).map(|_| W::feature(draw, &pose)).collect();
@@ -230,14 +321,14 @@ impl<T: Real, const D: usize> Session<T, D> {
         Dim<E>: Packed,
         Dim<Z>: Packed,
     {
-        let from = filter.candidates().first().map_or(W::Pose::ZERO, |candidate| candidate.pose);
+        let from = filter.slam.candidates().first().map_or(W::Pose::ZERO, |candidate| candidate.pose);
         let control = W::control(draw, &from);
         let dt: T = if draw.chance(0.05) { draw.real(0.0, 60.0) } else { draw.real(0.0, 0.2) };
-        let outcome = filter.predict(&control, dt);
+        let outcome = filter.slam.predict(&control, dt);
         self.tell(format_args!("predict({control:?}, {dt}): {outcome:?}"));
         let Ok(report) = outcome else { return Ok(()) };
-        require(report.candidates == filter.candidates().len() && report.rejected <= report.candidates, || {
-            format!("{report:?} of {} candidates", filter.candidates().len())
+        require(report.candidates == filter.slam.candidates().len() && report.rejected <= report.candidates, || {
+            format!("{report:?} of {} candidates", filter.slam.candidates().len())
         })
     }
 
@@ -254,9 +345,10 @@ impl<T: Real, const D: usize> Session<T, D> {
         Dim<Z>: Packed,
     {
         let mut measurements: Vec<SVector<T, Z>> = Vec::new();
-        if let Some(PoseEstimate { mean, .. }) = filter.estimate_pose() {
-            let sensor = &filter.models().sensor;
-            let frame = sensor.frame(&mean);
+        if let Some(PoseEstimate { mean, .. }) = filter.slam.estimate_pose() {
+            let sensor = &filter.eye.sensing().sensor;
+            let seat = filter.eye.mounting().map_or(mean, |mounting| mean.mounted(mounting).0);
+            let frame = sensor.frame(&seat);
             for expected in self.landmarks.iter().filter_map(|landmark| sensor.expect(&frame, landmark)) {
                 let mut axis = 0;
                 measurements.push(expected.measurement.map(|number| {
@@ -281,9 +373,9 @@ impl<T: Real, const D: usize> Session<T, D> {
         measurements.truncate(self.room.measurements + usize::from(draw.chance(0.01)));
         let before = filter.digest();
         let outcome = if draw.chance(0.5) {
-            filter.scan_on(&measurements, &Backwards, &mut ())
+            filter.slam.scan_on(&mut filter.eye, &measurements, &Backwards, &mut ())
         } else {
-            filter.scan_on(&measurements, &Serial, &mut ())
+            filter.slam.scan_on(&mut filter.eye, &measurements, &Serial, &mut ())
         };
         let listed: Vec<_> = measurements.iter().map(|z| z.data.0[0]).collect();
         self.tell(format_args!("scan({listed:?}): {outcome:?}"));
@@ -305,7 +397,7 @@ impl<T: Real, const D: usize> Session<T, D> {
         Dim<E>: Packed,
         Dim<Z>: Packed,
     {
-        let from = filter.candidates().first().map_or(W::Pose::ZERO, |candidate| candidate.pose);
+        let from = filter.slam.candidates().first().map_or(W::Pose::ZERO, |candidate| candidate.pose);
         let map: Vec<Component<T, D>> = (0..draw.below(20))
             .map(|index| {
                 let mean = W::feature(draw, &from);
@@ -322,7 +414,7 @@ impl<T: Real, const D: usize> Session<T, D> {
             })
             .collect();
         let before = filter.digest();
-        let outcome = filter.load_map(&map);
+        let outcome = filter.slam.load_map(&map);
         self.tell(format_args!("load_map({map:?}): {outcome:?}"));
         if outcome.is_ok() {
             self.landmarks.extend(map.iter().take(4).map(|component| component.mean));
@@ -347,7 +439,7 @@ impl<T: Real, const D: usize> Session<T, D> {
         let drawn: Result<ModelsOf<W, T, K, D, E, Z>, _> = W::models(draw);
         self.tell(format_args!("change the models: {drawn:?}"));
         if let Ok(models) = drawn {
-            let outcome = filter.retune(models);
+            let outcome = (filter.slam.retune(models.motion), filter.eye.retune(models.sensing));
             self.tell(format_args!(": {outcome:?}"));
         }
     }
@@ -367,12 +459,12 @@ impl<T: Real, const D: usize> Session<T, D> {
         self.tell(format_args!("estimate"));
         let before = filter.digest();
         let mut features = vec![Component::ZERO; draw.below(40)];
-        let map = filter.estimate_map(&mut features);
+        let map = filter.slam.estimate_map(&filter.eye, &mut features);
         sound_estimate(&map, &features)?;
-        let map = filter.estimate_expected_map(&mut features);
+        let map = filter.slam.estimate_expected_map(&filter.eye, &mut features);
         sound_estimate(&map, &features)?;
         let mut features = vec![Component::ZERO; draw.below(40)];
-        let map = filter.estimate_moving(&mut features);
+        let map = filter.slam.estimate_moving(&mut features);
         sound_estimate(&map, &features)?;
         require(filter.digest() == before, || "an estimate changed the state".into())
     }
@@ -389,34 +481,37 @@ impl<T: Real, const D: usize> Session<T, D> {
         Dim<E>: Packed,
         Dim<Z>: Packed,
     {
-        filter.audit().map_err(|flaw| {
+        filter.slam.audit().map_err(|flaw| {
             let odd = |ln_weight: T, sound: bool| !(ln_weight.is_finite() && sound);
-            let maps = 0..filter.particles();
-            let still = maps.clone().flat_map(|particle| filter.map(particle));
+            let maps = 0..filter.slam.particles();
+            let still = maps.clone().flat_map(|particle| filter.slam.map(particle));
             let still: Vec<_> = still.filter(|c| odd(c.ln_weight, c.covariance.factor().is_some())).collect();
-            let moving = maps.flat_map(|particle| filter.moving_map(particle));
+            let moving = maps.flat_map(|particle| filter.slam.moving_map(particle));
             let moving: Vec<_> = moving.filter(|c| odd(c.ln_weight, c.covariance.factor().is_some())).collect();
             format!("{flaw}: {still:?} {moving:?}")
         })?;
-        let candidates = filter.candidates();
+        let candidates = filter.slam.candidates();
         if candidates.is_empty() {
-            return require(filter.estimate_pose().is_none(), || "a pose before the first reset".into());
+            return require(filter.slam.estimate_pose().is_none(), || "a pose before the first reset".into());
         }
         let total: f64 = candidates.iter().map(|candidate| candidate.ln_weight.to_f64().exp()).sum();
         require((total - 1.0).abs() <= tolerance::<T>(), || format!("weights sum to {total}"))?;
-        require(filter.waited_s() >= T::ZERO && filter.waited_s().is_finite(), || "time runs away".into())?;
-        require(filter.heaviest() < filter.particles() && filter.particles() <= self.room.particles, || {
-            format!("{} of {} particles is the heaviest", filter.heaviest(), filter.particles())
+        require(filter.slam.waited_s() >= T::ZERO && filter.slam.waited_s().is_finite(), || "time runs away".into())?;
+        require(
+            filter.slam.heaviest() < filter.slam.particles() && filter.slam.particles() <= self.room.particles,
+            || format!("{} of {} particles is the heaviest", filter.slam.heaviest(), filter.slam.particles()),
+        )?;
+        require(filter.slam.ln_likelihoods().iter().all(|ln_l| *ln_l < T::INFINITY), || {
+            "a likelihood is infinite".into()
         })?;
-        require(filter.ln_likelihoods().iter().all(|ln_l| *ln_l < T::INFINITY), || "a likelihood is infinite".into())?;
-        let Some(PoseEstimate { mean, covariance }) = filter.estimate_pose() else {
+        let Some(PoseEstimate { mean, covariance }) = filter.slam.estimate_pose() else {
             return Err("no pose".into());
         };
         require(mean.is_finite() && covariance.is_finite(), || format!("the pose is {mean:?} ± {covariance:?}"))?;
         require((0..K).all(|k| covariance.get(k, k) >= T::ZERO), || format!("the pose varies by {covariance:?}"))?;
-        for particle in 0..filter.particles() {
-            own_tags(filter.map(particle))?;
-            own_tags(filter.moving_map(particle))?;
+        for particle in 0..filter.slam.particles() {
+            own_tags(filter.slam.map(particle))?;
+            own_tags(filter.slam.moving_map(particle))?;
         }
         Ok(())
     }

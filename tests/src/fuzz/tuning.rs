@@ -2,8 +2,8 @@
 
 use super::draw::Draw;
 use scphd::{
-    Adaptive, Config, ConstantVelocity, Extraction, Informed, Likelihood, MovingConfig, Online, Plausible, Proposal,
-    Real, Reduction,
+    Adaptive, Births, Config, ConstantVelocity, Extraction, Informed, Likelihood, MovingConfig, Online, Plausible,
+    Proposal, Real, Reduction,
 };
 
 /// All of them.
@@ -32,7 +32,6 @@ pub fn config<T: Real>(draw: &mut Draw, room: Room) -> Config<T> {
         samples: 1 + draw.below(room.candidates / particles),
         proposal: if draw.chance(0.5) { Proposal::Blind } else { Proposal::Informed(informed(draw)) },
         likelihood: LIKELIHOODS[draw.below(LIKELIHOODS.len())],
-        birth_intensity: if draw.chance(0.1) { T::ZERO } else { number(draw.magnitude(1e-6, 0.5)) },
         resample_threshold: draw.real(0.0, 1.0),
         regularisation: if draw.chance(0.7) { T::ZERO } else { draw.real(0.0, 1.5) },
         adaptive: draw.chance(0.3).then(|| Adaptive {
@@ -42,11 +41,6 @@ pub fn config<T: Real>(draw: &mut Draw, room: Room) -> Config<T> {
             cell_m: draw.real(0.05, 2.0),
             cell_rad: draw.real(0.02, 0.5),
         }),
-        online: if draw.chance(0.7) {
-            Online::NONE
-        } else {
-            Online { detection_memory: draw.real(2.0, 100.0), clutter_memory: draw.real(2.0, 100.0) }
-        },
         prune_weight: number(draw.magnitude(1e-6, 0.1)),
         confirming_detections: draw.real(1.0, 5.0),
         unconfirmed_weight: if draw.chance(0.5) { T::ZERO } else { draw.real(0.0, 1.0) },
@@ -59,10 +53,27 @@ pub fn config<T: Real>(draw: &mut Draw, room: Room) -> Config<T> {
         max_components: if draw.chance(0.5) { usize::MAX } else { 1 + draw.below(20) },
         extraction: [Extraction::Heaviest, Extraction::Peaks, Extraction::Confirmed][draw.below(3)],
         extraction_weight: draw.real(0.0, 1.0),
-        moving: if room.moving && draw.chance(0.5) { moving(draw) } else { MovingConfig::none() },
+        moving: if room.moving && draw.chance(0.5) { moving(draw) } else { MovingConfig::walkers() },
         plausible: if draw.chance(0.8) { Plausible::default() } else { Plausible::ANYTHING },
         ..Config::default()
     }
+}
+
+/// What a detector gives birth to, which may be out of range where a number in it is hostile.
+pub fn births<T: Real>(draw: &mut Draw, room: Room) -> Births<T> {
+    let number = T::from_f64;
+    Births {
+        still: if draw.chance(0.1) { T::ZERO } else { number(draw.magnitude(1e-6, 0.5)) },
+        moving: if room.moving && draw.chance(0.5) { number(draw.magnitude(1e-6, 0.1)) } else { T::ZERO },
+    }
+}
+
+/// What a detector learns, likewise.
+pub fn online<T: Real>(draw: &mut Draw) -> Online<T> {
+    if draw.chance(0.7) {
+        return Online::NONE;
+    }
+    Online { detection_memory: draw.real(2.0, 100.0), clutter_memory: draw.real(2.0, 100.0) }
 }
 
 fn informed<T: Real>(draw: &mut Draw) -> Informed<T> {
@@ -76,7 +87,6 @@ fn informed<T: Real>(draw: &mut Draw) -> Informed<T> {
 
 fn moving<T: Real>(draw: &mut Draw) -> MovingConfig<T> {
     MovingConfig {
-        birth_intensity: T::from_f64(draw.magnitude(1e-6, 0.1)),
         velocity_sigma_mps: draw.real(0.1, 5.0),
         motion: ConstantVelocity {
             acceleration_psd: T::from_f64(draw.magnitude(1e-4, 10.0)),

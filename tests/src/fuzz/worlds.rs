@@ -4,11 +4,20 @@ use super::draw::Draw;
 use nalgebra::{Matrix3, SVector, Vector1, Vector2, Vector3, Vector4};
 use scphd::{
     Ackermann, AckermannControl, AckermannGeometry, Auv, AuvControl, AuvPose, BearingOnly, Clutter, ControlNoise, Dim,
-    FieldOfView, FrustumLimits, KnownPose, Locating, ModelError, Models, Motion, Packed, PlanarPose, PolarBirths,
+    FieldOfView, FrustumLimits, KnownPose, Locating, ModelError, Motion, Mounting, Packed, PlanarPose, PolarBirths,
     PolarGrid, Pose, RangeBearing, RangeBearingElevation, RangeBearingLimits, RangeBearingWindow, Reading, Real,
-    Sensor, SonarLimits, SonarWindow, Step, StereoCamera, StereoFrustum, Symmetric, Twice, Unicycle, UnicycleControl,
-    UniformClutter, pixel_noise, projection,
+    Sensing, Sensor, SonarLimits, SonarWindow, Step, StereoCamera, StereoFrustum, Symmetric, Twice, Unicycle,
+    UnicycleControl, UniformClutter, pixel_noise, projection,
 };
+
+/// Models of a vehicle with one sensor.
+#[derive(Debug, Clone, Copy)]
+pub struct Models<M, S, V, C> {
+    /// Of the vehicle.
+    pub motion: M,
+    /// Of its sensor.
+    pub sensing: Sensing<S, V, C>,
+}
 
 /// The models of a world.
 pub type ModelsOf<W, T, const K: usize, const D: usize, const E: usize, const Z: usize> = Models<
@@ -46,6 +55,11 @@ where
     fn models(draw: &mut Draw) -> Result<ModelsOf<Self, T, K, D, E, Z>, ModelError>
     where
         Self: Sized;
+    /// Where the sensor sits.
+    ///
+    /// # Errors
+    /// What was drawn is refused.
+    fn mounting(draw: &mut Draw) -> Result<Mounting<T>, ModelError>;
     /// A pose to start from.
     fn pose(draw: &mut Draw) -> Self::Pose;
     /// What moves it on from a pose.
@@ -122,12 +136,22 @@ impl<T: Real> World<T, 3, 2, 4, 2> for Rover {
 
     fn models(draw: &mut Draw) -> Result<ModelsOf<Self, T, 3, 2, 4, 2>, ModelError> {
         let field_of_view = window(draw)?;
+        let motion = Unicycle::new(if draw.chance(0.5) { Step::Arc } else { Step::Euler }, control_noise(draw))?;
         Ok(Models {
-            motion: Unicycle::new(if draw.chance(0.5) { Step::Arc } else { Step::Euler }, control_noise(draw))?,
-            sensor: RangeBearing::new(T::from_f64(draw.magnitude(1e-3, 1.0)), T::from_f64(draw.magnitude(1e-4, 0.2)))?,
-            field_of_view,
-            clutter: clutter(draw, field_of_view.measure())?,
+            motion,
+            sensing: Sensing {
+                sensor: RangeBearing::new(
+                    T::from_f64(draw.magnitude(1e-3, 1.0)),
+                    T::from_f64(draw.magnitude(1e-4, 0.2)),
+                )?,
+                field_of_view,
+                clutter: clutter(draw, field_of_view.measure())?,
+            },
         })
+    }
+
+    fn mounting(draw: &mut Draw) -> Result<Mounting<T>, ModelError> {
+        Mounting::in_plane(draw.real(-4.0, 4.0), draw.real(-1.0, 1.0), draw.real(-3.2, 3.2))
     }
 
     fn pose(draw: &mut Draw) -> PlanarPose<T> {
@@ -161,14 +185,18 @@ impl<T: Real> World<T, 3, 2, 4, 2> for Car {
     const SPREAD: [f64; 2] = [0.1, 0.01];
 
     fn models(draw: &mut Draw) -> Result<ModelsOf<Self, T, 3, 2, 4, 2>, ModelError> {
-        let Models { sensor, field_of_view, clutter, .. } = <Rover as World<T, 3, 2, 4, 2>>::models(draw)?;
+        let Models { sensing, .. } = <Rover as World<T, 3, 2, 4, 2>>::models(draw)?;
         let geometry = AckermannGeometry {
             wheelbase_m: draw.real(1.0, 4.0),
             encoder_offset_m: draw.real(-1.0, 1.0),
             sensor_forward_m: draw.real(0.0, 4.0),
             sensor_left_m: draw.real(-1.0, 1.0),
         };
-        Ok(Models { motion: Ackermann::new(geometry, control_noise(draw))?, sensor, field_of_view, clutter })
+        Ok(Models { motion: Ackermann::new(geometry, control_noise(draw))?, sensing })
+    }
+
+    fn mounting(draw: &mut Draw) -> Result<Mounting<T>, ModelError> {
+        Mounting::in_plane(draw.real(-4.0, 4.0), draw.real(-1.0, 1.0), draw.real(-3.2, 3.2))
     }
 
     fn pose(draw: &mut Draw) -> PlanarPose<T> {
@@ -210,12 +238,19 @@ impl<T: Real> World<T, 3, 2, 4, 1> for Tracker {
             weight: draw.real(1e-4, 0.05),
         })?;
         let field_of_view = window(draw)?;
+        let motion = KnownPose;
         Ok(Models {
-            motion: KnownPose,
-            sensor: BearingOnly::new(T::from_f64(draw.magnitude(1e-3, 0.1)), births)?,
-            field_of_view,
-            clutter: clutter(draw, T::from_f64(std::f64::consts::TAU))?,
+            motion,
+            sensing: Sensing {
+                sensor: BearingOnly::new(T::from_f64(draw.magnitude(1e-3, 0.1)), births)?,
+                field_of_view,
+                clutter: clutter(draw, T::from_f64(std::f64::consts::TAU))?,
+            },
         })
+    }
+
+    fn mounting(draw: &mut Draw) -> Result<Mounting<T>, ModelError> {
+        Mounting::in_plane(draw.real(-4.0, 4.0), draw.real(-1.0, 1.0), draw.real(-3.2, 3.2))
     }
 
     fn pose(draw: &mut Draw) -> PlanarPose<T> {
@@ -305,12 +340,13 @@ impl<T: Real> World<T, 5, 3, 6, 4> for Diver {
         };
         let field_of_view = StereoFrustum::new(&sensor, limits)?;
         let measure = field_of_view.measure(number(20.0), number(170.0), number(10.0));
-        Ok(Models {
-            motion: Auv::new(draw.real(0.05, 0.5), draw.real(0.0, 2.0))?,
-            sensor,
-            field_of_view,
-            clutter: clutter(draw, measure)?,
-        })
+        let motion = Auv::new(draw.real(0.05, 0.5), draw.real(0.0, 2.0))?;
+        Ok(Models { motion, sensing: Sensing { sensor, field_of_view, clutter: clutter(draw, measure)? } })
+    }
+
+    fn mounting(draw: &mut Draw) -> Result<Mounting<T>, ModelError> {
+        let place = [draw.real(-1.0, 1.0), draw.real(-1.0, 1.0), draw.real(-0.5, 0.5)];
+        Mounting::in_space(place, [draw.real(-0.3, 0.3), draw.real(-0.3, 0.3), draw.real(-3.2, 3.2)])
     }
 
     fn pose(draw: &mut Draw) -> AuvPose<T> {
@@ -354,12 +390,24 @@ impl<T: Real> World<T, 5, 3, 6, 3> for Listener {
             angle_edge_rad: draw.real(0.0, 0.1),
             probability: draw.real(0.5, 0.95),
         })?;
+        let motion = Auv::new(draw.real(0.05, 0.5), draw.real(0.0, 2.0))?;
         Ok(Models {
-            motion: Auv::new(draw.real(0.05, 0.5), draw.real(0.0, 2.0))?,
-            sensor: RangeBearingElevation::new(draw.real(0.02, 0.2), draw.real(0.005, 0.05), draw.real(0.005, 0.05))?,
-            field_of_view,
-            clutter: clutter(draw, T::from_f64(200.0))?,
+            motion,
+            sensing: Sensing {
+                sensor: RangeBearingElevation::new(
+                    draw.real(0.02, 0.2),
+                    draw.real(0.005, 0.05),
+                    draw.real(0.005, 0.05),
+                )?,
+                field_of_view,
+                clutter: clutter(draw, T::from_f64(200.0))?,
+            },
         })
+    }
+
+    fn mounting(draw: &mut Draw) -> Result<Mounting<T>, ModelError> {
+        let place = [draw.real(-1.0, 1.0), draw.real(-1.0, 1.0), draw.real(-0.5, 0.5)];
+        Mounting::in_space(place, [draw.real(-0.3, 0.3), draw.real(-0.3, 0.3), draw.real(-3.2, 3.2)])
     }
 
     fn pose(draw: &mut Draw) -> AuvPose<T> {

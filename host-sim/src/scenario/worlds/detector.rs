@@ -56,9 +56,10 @@ impl<'a> Detector<'a> {
         }
     }
 
-    /// Range and bearing of what the sensor reports from `pose`, with the landmark each is of or −1, in an order that tells
+    /// Range and bearing of what the sensor of a vehicle at `pose` reports, with the landmark each is of or −1, in an order that tells
     /// nothing.
     pub fn scan(&mut self, t_s: f64, pose: [f64; 3]) -> Vec<([f64; 2], i64)> {
+        let pose = self.plan.sensor.mounting.seat(pose);
         let passed_s = self.last_s.map_or(0.0, |last_s| t_s - last_s);
         self.last_s = Some(t_s);
         self.begin_spells(t_s, passed_s);

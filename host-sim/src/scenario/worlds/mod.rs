@@ -4,7 +4,7 @@
 //! behaves as real ones do: landmarks have a width and hide each other, are missed for seconds, odometry has a scale error, an
 //! offset and slip, false returns stand still for a while, some measurements are far off ([`Misbehaviour`], each with its own
 //! switch and its own random numbers). A world of the kind *exact* states all of its noise, and that is all that is wrong with
-//! it.
+//! it. A *mounted* one is that of the data sheet with its sensor elsewhere on the vehicle, and turned.
 //!
 //! Three sizes (12, 36 and 96 m, speed in proportion), a car with its sensor ahead or a robot that turns on arcs, 15 to 45
 //! landmarks, a view from 2.4 rad to the full circle, 240 to 300 s.
@@ -30,6 +30,8 @@ pub enum Kind {
     DataSheet,
     /// Everything; nothing else is wrong.
     Exact,
+    /// As a data sheet, and where the sensor sits: elsewhere than where the vehicle's pose is, and turned.
+    Mounted,
 }
 
 /// The world of a seed.
@@ -37,6 +39,10 @@ pub enum Kind {
 pub fn world(kind: Kind, seed: u64) -> Log {
     match kind {
         Kind::DataSheet => misbehaving(seed, Misbehaviour::ALL),
+        Kind::Mounted => {
+            let plan = Plan::data_sheet(seed).mounted(seed);
+            of_plan(&plan, Misbehaviour::ALL, seed, "worlds-mounted", by_data_sheet)
+        }
         Kind::Exact => of_plan(&Plan::exact(seed), Misbehaviour::NONE, seed, "worlds-exact", exactly),
     }
 }

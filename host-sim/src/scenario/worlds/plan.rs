@@ -2,7 +2,7 @@
 
 use super::stream;
 use crate::angle::wrap;
-use crate::log::{Sensor, Vehicle};
+use crate::log::{Mounting, Sensor, Vehicle};
 use crate::noise::Noise;
 use libm::{atan, atan2, cos, sin};
 use std::f64::consts::PI;
@@ -56,6 +56,18 @@ impl Plan {
         plan
     }
 
+    /// The same world, the sensor within 5 % of its size ahead of or behind where the pose is, a little to a side, and turned by up to a right
+    /// angle.
+    pub fn mounted(mut self, seed: u64) -> Self {
+        let mut noise = stream(seed, 11);
+        self.sensor.mounting = Mounting {
+            forward_m: noise.between(-0.05, 0.05) * self.extent_m,
+            left_m: noise.between(-0.02, 0.02) * self.extent_m,
+            yaw_rad: noise.between(-0.5, 0.5) * PI,
+        };
+        self
+    }
+
     /// Mean speed, m/s: the vehicle crosses its world in 24 s.
     fn speed(&self) -> f64 {
         self.extent_m / 24.0
@@ -78,7 +90,13 @@ impl Plan {
         let mut plan = Self {
             extent_m: extent,
             vehicle,
-            sensor: Sensor { range_min_m: 0.0, range_max_m, bearing_min_rad: -view / 2.0, bearing_max_rad: view / 2.0 },
+            sensor: Sensor {
+                range_min_m: 0.0,
+                range_max_m,
+                bearing_min_rad: -view / 2.0,
+                bearing_max_rad: view / 2.0,
+                mounting: Mounting::NONE,
+            },
             controls: Vec::new(),
             landmarks: Vec::new(),
             rows_per_scan: 2 + (noise.uniform() * 4.0) as usize,

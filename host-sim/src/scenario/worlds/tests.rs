@@ -10,7 +10,7 @@ fn dead_reckoning_rmse(log: &crate::log::Log) -> f64 {
 
 #[test]
 fn a_world_is_its_seed_and_another_seed_is_another_world() {
-    for kind in [Kind::DataSheet, Kind::Exact] {
+    for kind in [Kind::DataSheet, Kind::Exact, Kind::Mounted] {
         assert_eq!(world(kind, 5), world(kind, 5));
         assert_ne!(world(kind, 5).landmarks, world(kind, 6).landmarks);
     }
@@ -73,4 +73,27 @@ fn an_exact_world_states_all_and_a_data_sheet_but_range_and_bearing() {
     let sheet = world(Kind::DataSheet, 1);
     assert!(!sheet.simulated && sheet.nominal.detection_probability.is_none());
     assert!(sheet.nominal.speed_sigma_mps.is_none() && sheet.nominal.range_sigma_m.is_some());
+}
+
+/// Every filter knows where the sensor sits: what is seen is of landmarks that stand still.
+#[test]
+fn a_mounted_sensor_sees_the_same_world() {
+    let (plain, mounted) = (world(Kind::DataSheet, 4), world(Kind::Mounted, 4));
+    assert_eq!(
+        (&plain.odometry, &plain.truth, &plain.landmarks),
+        (&mounted.odometry, &mounted.truth, &mounted.landmarks)
+    );
+    assert!(mounted.sensor.mounting.yaw_rad != 0.0);
+    let mut off = Vec::new();
+    for (scan, truth) in mounted.scans.iter().zip(&mounted.truth) {
+        let [x, y] = truth.position;
+        let [x, y, heading] = mounted.sensor.mounting.seat([x, y, truth.heading_rad.unwrap()]);
+        for (z, &label) in scan.detections.iter().zip(&scan.labels).filter(|(_, label)| **label >= 0) {
+            let [east, north] = mounted.landmarks[label as usize];
+            let (s, c) = (heading + z[1]).sin_cos();
+            off.push((x + z[0] * c - east).hypot(y + z[0] * s - north) / z[0]);
+        }
+    }
+    off.sort_by(f64::total_cmp);
+    assert!(off.len() > 1000 && off[off.len() / 2] < 0.03, "{} {}", off.len(), off[off.len() / 2]);
 }

@@ -1,0 +1,133 @@
+//! Fixes: the pose itself is measured, between any two steps.
+
+use crate::candidate::{effective_number, reweigh};
+use crate::plausible::is_within_range;
+use crate::{Dim, Fix, Motion, ObserveError, Packed, Pose, PoseEstimate, Real, ScPhd, Symmetric, Twice, state::Memory};
+use nalgebra::{SMatrix, SVector};
+
+/// What a fix did.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub struct FixReport<T> {
+    /// Whether it was taken in: within its gate, and of something that can be measured from where the vehicle is.
+    pub accepted: bool,
+    /// Its squared Mahalanobis distance from what the filter expected, νᵀ S⁻¹ ν.
+    pub distance: T,
+    /// ln of the likelihood of the fix given all before; 0 where it was not taken in.
+    pub ln_evidence: T,
+    /// Effective number of candidates after it.
+    pub n_eff: T,
+}
+
+impl<T: Real> FixReport<T> {
+    /// Of a fix that was left out.
+    pub(crate) fn left_out(distance: T, n_eff: T) -> Self {
+        Self { accepted: false, distance, ln_evidence: T::ZERO, n_eff }
+    }
+}
+
+/// A fix as one Gaussian pose explains it.
+pub(crate) struct Explained<T: Real, const K: usize, const Z: usize> {
+    /// z ⊖ ẑ.
+    pub(crate) innovation: SVector<T, Z>,
+    /// H = ∂h/∂x.
+    pub(crate) by_pose: SMatrix<T, Z, K>,
+    /// S⁻¹ ν.
+    pub(crate) weighed: SVector<T, Z>,
+    /// S⁻¹.
+    pub(crate) information: SMatrix<T, Z, Z>,
+    /// νᵀ S⁻¹ ν.
+    pub(crate) distance: T,
+    /// ln N(ν; 0, S).
+    pub(crate) ln_likelihood: T,
+}
+
+impl<T: Real, const K: usize, const Z: usize> Explained<T, K, Z> {
+    /// S = H P Hᵀ + R; `None` where the fix cannot be measured from there, or nothing finite comes of it.
+    pub(crate) fn of<F>(fix: &F, measured: &SVector<T, Z>, pose: &F::Pose, covariance: &Symmetric<T, K>) -> Option<Self>
+    where
+        F: Fix<T, K, Z>,
+        Dim<K>: Packed,
+        Dim<Z>: Packed,
+    {
+        let innovation = fix.innovation(measured, &fix.expect(pose)?);
+        let by_pose = fix.by_pose(pose);
+        let factor = covariance.congruence(&by_pose).plus(fix.noise()).factor()?;
+        let (weighed, distance) = (factor.solve(&innovation), factor.mahalanobis(&innovation));
+        let ln_likelihood = factor.ln_peak() - distance * T::from_f64(0.5);
+        let finite = by_pose.iter().chain(weighed.iter()).all(|x| x.is_finite()) && ln_likelihood.is_finite();
+        let information: Symmetric<T, Z> = factor.inverse();
+        let information = information.to_matrix();
+        finite.then_some(Self { innovation, by_pose, weighed, information, distance, ln_likelihood })
+    }
+}
+
+impl<T, M, const K: usize, const D: usize, const E: usize> ScPhd<'_, T, M, K, D, E>
+where
+    T: Real,
+    M: Motion<T, K>,
+    Dim<K>: Packed,
+    Dim<D>: Packed + Twice<E>,
+    Dim<E>: Packed,
+{
+    /// Takes in a measurement of the pose itself, between any two steps. Every candidate is weighed by it; one whose pose is uncertain
+    /// in itself, as the informed proposal leaves it, is corrected as a Kalman filter does. The maps stay as they are: a mixture does not
+    /// know what its features have in common with the pose's error, a [joint map](crate::JointSlam::observe) does. Particles are
+    /// resampled in the next scan, if it takes that.
+    ///
+    /// # Errors
+    /// The measurement is not finite, its noise not positive definite, or the filter has not been reset; the state is as it was.
+    pub fn observe<F, const Y: usize>(
+        &mut self,
+        fix: &F,
+        measured: &SVector<T, Y>,
+    ) -> Result<FixReport<T>, ObserveError>
+    where
+        F: Fix<T, K, Y, Pose = M::Pose>,
+        Dim<Y>: Packed,
+    {
+        let Some(PoseEstimate { mean, covariance }) = self.estimate_pose() else {
+            return Err(ObserveError::NotStarted);
+        };
+        ObserveError::check(fix, measured)?;
+        let Memory { cursor, spreads, candidates, ln_likelihoods, .. } = &mut self.memory;
+        let children = cursor.children;
+        let candidates = candidates.get_mut(..cursor.candidates()).unwrap_or(&mut []);
+        let n_eff = effective_number(candidates);
+        let Some(whole) = Explained::of(fix, measured, &mean, &covariance) else {
+            return Ok(FixReport::left_out(T::INFINITY, n_eff));
+        };
+        // Written so that NaN is left out.
+        if !(whole.distance <= fix.gate()) {
+            return Ok(FixReport::left_out(whole.distance, n_eff));
+        }
+        for (index, (candidate, ln_likelihood)) in candidates.iter_mut().zip(ln_likelihoods.iter_mut()).enumerate() {
+            *ln_likelihood = T::NEG_INFINITY;
+            // Several samples of a particle are certain, and all of its spread is zero.
+            let Some(spread) = spreads.get_mut(index.checked_div(children).unwrap_or(0)) else { continue };
+            let Some(explained) = Explained::of(fix, measured, &candidate.pose, spread) else { continue };
+            *ln_likelihood = explained.ln_likelihood;
+            if *spread == Symmetric::ZERO {
+                continue;
+            }
+            let gain = spread.times_transpose(&explained.by_pose) * explained.information;
+            let corrected = candidate.pose.displaced(&(gain * explained.innovation));
+            let residual = SMatrix::<T, K, K>::identity() - gain * explained.by_pose;
+            // Joseph's form: a sum of two terms that are positive semidefinite whatever rounding does.
+            let joseph = spread.congruence(&residual).plus(&fix.noise().congruence(&gain));
+            if is_within_range(&corrected.coordinates()) && joseph.is_finite() {
+                (candidate.pose, *spread) = (corrected, joseph);
+            }
+        }
+        let ln_evidence = reweigh(candidates, ln_likelihoods);
+        let heaviest = (0..candidates.len()).reduce(|best, other| {
+            let weight = |index: usize| candidates.get(index).map_or(T::NEG_INFINITY, |candidate| candidate.ln_weight);
+            if weight(other) > weight(best) { other } else { best }
+        });
+        cursor.heaviest = heaviest.and_then(|index| index.checked_div(children)).unwrap_or(0);
+        // What is there now is no scan's.
+        cursor.weighed = 0;
+        Ok(FixReport { accepted: true, distance: whole.distance, ln_evidence, n_eff: effective_number(candidates) })
+    }
+}

@@ -1,0 +1,45 @@
+//! The library's example of a robot with a lidar, a radar and satellite fixes, on a board: it ends in the same state as on a desk.
+#![no_std]
+#![no_main]
+
+use core::panic::PanicInfo;
+use cortex_m_rt::{ExceptionFrame, entry, exception};
+use defmt_semihosting as _;
+use scphd_firmware::{board, report};
+use static_cell::ConstStaticCell;
+
+#[path = "../../../core/examples/robot/drive.rs"]
+mod drive;
+
+static MEMORY: ConstStaticCell<drive::Memory> = ConstStaticCell::new(drive::Memory::NEW);
+
+#[entry]
+fn main() -> ! {
+    let Some(memory) = MEMORY.try_take() else { report::failed() };
+    match drive::drive(memory) {
+        Ok(drive::Outcome { rmse_m, dead_reckoning_m, digest }) => {
+            defmt::println!(
+                "end rmse {=f32} dead_reckoning {=f32} digest {=u64:016x} stack {=usize}",
+                rmse_m,
+                dead_reckoning_m,
+                digest,
+                board::stack_used()
+            );
+            report::done()
+        }
+        Err(error) => {
+            defmt::error!("{}", error);
+            report::failed()
+        }
+    }
+}
+
+#[exception]
+unsafe fn HardFault(_frame: &ExceptionFrame) -> ! {
+    report::fault()
+}
+
+#[panic_handler]
+fn panic(_info: &PanicInfo<'_>) -> ! {
+    report::panicked()
+}
