@@ -17,6 +17,10 @@
 //!
 //! Keys of `log.toml` are all looked at: one that is not known, or that the vehicle's model has no use for, is an error.
 //!
+//! `[vehicle]` says where the sensor sits. Of an Ackermann vehicle the pose is its sensor's, `sensor_forward_m` ahead of the rear axle and
+//! `sensor_left_m` to the left of the centreline (5.25). Of a unicycle it is its axle's, and both keys, which may be left out, say where
+//! the sensor sits from there. `sensor_yaw_rad`, which may be left out too, is how any sensor is turned to the left.
+//!
 //! `simulated = true` says that the stated noise is exact. In logs without this key the first word of `kind`, up to a comma, says so:
 //! `simulated` or `real`, and nothing else; where there is neither key the log is real. With the key, `kind` is free text and
 //! decides nothing, as `source`, `note` and `truth` never do.
