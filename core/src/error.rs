@@ -108,11 +108,19 @@ impl From<ConfigError> for SetupError {
 pub enum ResetError {
     /// The pose is not finite, or a coordinate above 1e8.
     NonFinitePose,
+    /// The covariance is not finite, or a variance negative.
+    Covariance,
+    /// There is nothing to go on from: the filter has not been reset yet.
+    NotStarted,
 }
 
 impl fmt::Display for ResetError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("the pose is not finite, or a coordinate above 1e8")
+        f.write_str(match self {
+            Self::NonFinitePose => "the pose is not finite, or a coordinate above 1e8",
+            Self::Covariance => "the covariance is not finite, or a variance negative",
+            Self::NotStarted => "the filter has not been reset yet",
+        })
     }
 }
 

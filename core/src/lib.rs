@@ -111,6 +111,7 @@ mod propose;
 mod real;
 mod reduce;
 mod rejuvenate;
+mod relocate;
 mod report;
 mod resample;
 mod scan;
@@ -151,6 +152,8 @@ pub use likelihood::Likelihood;
 pub use ln_sum::LnSum;
 pub use map::{MapMemory, MapStorage, NoMoving, PAGE_LEN};
 pub use models::*;
+/// The linear algebra that the interface is written in.
+pub use nalgebra;
 pub use navigation::{DeadReckoning, Instruments, Navigator, Outcome, VelocityFilter, VelocityNoise};
 pub use noise::Noise;
 pub use observe::FixReport;

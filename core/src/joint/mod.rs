@@ -14,6 +14,7 @@ mod exclusive;
 mod existence;
 mod filter;
 mod observe;
+mod relocate;
 mod state;
 #[cfg(test)]
 mod tests;

@@ -1,0 +1,69 @@
+//! Poses that are set from outside, as of the mixture.
+
+use super::filter::JointSlam;
+use super::state::Memory;
+use crate::plausible::{is_within_range, is_within_square};
+use crate::relocate::is_spread;
+use crate::{Dim, Motion, Packed, Pose, Real, ResetError, Symmetric};
+use nalgebra::SMatrix;
+
+impl<T, M, const K: usize, const D: usize, const Z: usize> JointSlam<'_, T, M, K, D, Z>
+where
+    T: Real,
+    M: Motion<T, K>,
+    Dim<K>: Packed,
+    Dim<D>: Packed,
+    Dim<Z>: Packed,
+{
+    /// [`reset`](Self::reset) to a pose that is known to a covariance.
+    ///
+    /// # Errors
+    /// As for `reset`, or the covariance is not finite or a variance negative; the state is as it was.
+    pub fn reset_within(&mut self, pose: M::Pose, covariance: &Symmetric<T, K>) -> Result<(), ResetError> {
+        if !is_spread(covariance) {
+            return Err(ResetError::Covariance);
+        }
+        self.reset(pose)?;
+        self.scatter(covariance)
+    }
+
+    /// Puts the vehicle to this pose, known to a covariance and independent of the map, which stays as it is: for a vehicle that was
+    /// carried to another place of what it knows.
+    ///
+    /// # Errors
+    /// The pose or the covariance is out of range, or the filter has not been reset; the state is as it was.
+    pub fn relocate(&mut self, pose: M::Pose, covariance: &Symmetric<T, K>) -> Result<(), ResetError> {
+        if !(pose.is_finite() && is_within_range(&pose.coordinates())) {
+            return Err(ResetError::NonFinitePose);
+        }
+        if !is_spread(covariance) {
+            return Err(ResetError::Covariance);
+        }
+        let Memory { known, joint, .. } = &mut self.memory;
+        if !known.started {
+            return Err(ResetError::NotStarted);
+        }
+        known.pose = pose;
+        joint.propagate(&SMatrix::zeros(), &covariance.to_matrix(), known.len);
+        Ok(())
+    }
+
+    /// Makes the pose uncertain by a further covariance, for a vehicle that has reason to doubt it.
+    ///
+    /// # Errors
+    /// The covariance is not finite or a variance negative, or the filter has not been reset; the state is as it was.
+    pub fn scatter(&mut self, covariance: &Symmetric<T, K>) -> Result<(), ResetError> {
+        if !is_spread(covariance) {
+            return Err(ResetError::Covariance);
+        }
+        let Memory { known, joint, .. } = &mut self.memory;
+        if !known.started {
+            return Err(ResetError::NotStarted);
+        }
+        let grown = Symmetric::<T, K>::from_fn(|row, column| joint.get(row, column) + covariance.get(row, column));
+        if is_within_square(&grown) {
+            joint.propagate(&SMatrix::identity(), &grown.to_matrix(), known.len);
+        }
+        Ok(())
+    }
+}
