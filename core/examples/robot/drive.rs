@@ -3,28 +3,35 @@
 
 use nalgebra::Vector2;
 use scphd::{
-    Births, Config, ControlNoise, Detector, DetectorMemory, Informed, MapMemory, ModelError, Motion, Mounting, Noise,
-    PlanarPose, Pose, PositionFix, Proposal, RangeBearing, RangeBearingLimits, RangeBearingWindow, Real, ScPhd,
-    Sensing, SetupError, State, Step, Unicycle, UnicycleControl, UniformClutter, wrap,
+    Births, Config, ControlNoise, Detector, DetectorMemory, Informed, JointConfig, JointSlam, JointState, MapMemory,
+    ModelError, Motion, Mounting, Noise, PlanarPose, Pose, PositionFix, Proposal, RangeBearing, RangeBearingLimits,
+    RangeBearingWindow, Real, ScPhd, Sensing, SetupError, State, Step, Unicycle, UnicycleControl, UniformClutter,
+    joint_numbers, wrap,
 };
 
-/// All memory of the filter, for a static.
+/// All memory of both filters and of their detectors, for a static.
 pub struct Memory {
-    state: State<f32, PlanarPose<f32>, 3, 4, 4, MapMemory<f32, 2, 2, 4, 96, 24, 256>>,
+    mixture: State<f32, PlanarPose<f32>, 3, 4, 4, MapMemory<f32, 2, 2, 4, 96, 24, 256>>,
+    joint: JointState<f32, PlanarPose<f32>, 3, 2, 2, 48, { joint_numbers(3, 2, 48) }, 32>,
     lidar: DetectorMemory<f32, 2, 32>,
     radar: DetectorMemory<f32, 2, 16>,
 }
 
 impl Memory {
-    pub const NEW: Self = Self { state: State::new(), lidar: DetectorMemory::new(), radar: DetectorMemory::new() };
+    pub const NEW: Self = Self {
+        mixture: State::new(),
+        joint: JointState::new(),
+        lidar: DetectorMemory::new(),
+        radar: DetectorMemory::new(),
+    };
 }
 
-/// How it went.
+/// How it went, by the mixture and by the joint map.
 #[derive(Debug)]
 pub struct Outcome {
-    pub rmse_m: f32,
+    pub rmse_m: [f32; 2],
     pub dead_reckoning_m: f32,
-    pub digest: u64,
+    pub digests: [u64; 2],
 }
 
 /// What a sensor on this robot is like: noise (m, rad), range (m), half width of its view (rad), false measurements a scan.
@@ -78,33 +85,35 @@ pub fn drive(memory: &mut Memory) -> Result<Outcome, SetupError> {
     let informed = Proposal::Informed(Informed { drawn: 0.0, ..Informed::default() });
     let config = Config { particles: 4, proposal: informed, prune_weight: 1e-3, ..Config::default() };
     let noise = ControlNoise { speed_sigma_ratio: 0.1, turn_sigma_ratio: 0.1, interval_s: 0.5, ..ControlNoise::NONE };
-    let mut slam = ScPhd::new(Unicycle::new(Step::Arc, noise)?, config, &mut memory.state)?;
-    let _finite = slam.reset(PlanarPose::new(5.0, 0.0, 0.5 * f32::PI), 1);
+    let mut mixture = ScPhd::new(Unicycle::new(Step::Arc, noise)?, config, &mut memory.mixture)?;
+    let mut joint = JointSlam::new(Unicycle::new(Step::Arc, noise)?, JointConfig::default(), &mut memory.joint)?;
+    let (mut truth, mut draws) = (PlanarPose::new(5.0, 0.0, 0.5 * f32::PI), Noise::seeded(5));
+    let _finite = (mixture.reset(truth, 1), joint.reset(truth));
 
     let exact = Unicycle::new(Step::Arc, ControlNoise::NONE)?;
-    let (mut truth, mut draws) = (PlanarPose::new(5.0, 0.0, 0.5 * f32::PI), Noise::seeded(5));
-    let (mut told, mut scan, mut squares) = (truth, [Vector2::zeros(); 32], 0.0);
+    let (mut told, mut scan, mut squares) = (truth, [Vector2::zeros(); 32], [0.0; 2]);
     let mut posts = [[0.0; 2]; 24];
     posts.as_flattened_mut().iter_mut().for_each(|x| *x = 24.0 * draws.uniform::<f32>() - 12.0);
     for step in 1..=1200 {
         truth = exact.propagate(&truth, &UnicycleControl { speed_mps: 1.0, rate_radps: 0.2 }, 0.1);
         let odometry = UnicycleControl { speed_mps: 1.04, rate_radps: 0.206 };
         told = exact.propagate(&told, &odometry, 0.1);
-        let _left_out = slam.predict(&odometry, 0.1);
+        let _left_out = (mixture.predict(&odometry, 0.1), joint.predict(&odometry, 0.1));
         let seen = LIDAR.scan(&truth.mounted(&seats[0]).0, &posts, &mut draws, &mut scan);
-        let _refused = slam.scan(&mut lidar, &scan[..seen]);
+        let _refused = (mixture.scan(&mut lidar, &scan[..seen]), joint.scan(&lidar, &scan[..seen]));
         if step % 4 == 0 {
             let seen = RADAR.scan(&truth.mounted(&seats[1]).0, &posts, &mut draws, &mut scan[..16]);
-            let _refused = slam.scan(&mut radar, &scan[..seen]);
+            let _refused = (mixture.scan(&mut radar, &scan[..seen]), joint.scan(&radar, &scan[..seen]));
         }
         if step % 100 == 0 {
             let z = Vector2::new(truth.x_m + 0.3 * draws.normal::<f32>(), truth.y_m + 0.3 * draws.normal::<f32>());
-            let _refused = slam.observe(&gps, &z);
+            let _refused = (mixture.observe(&gps, &z), joint.observe(&gps, &z));
         }
-        let mean = slam.estimate_pose().map_or(PlanarPose::ZERO, |pose| pose.mean);
-        let off = mean.distance_m(&truth);
-        squares += off * off;
+        for (square, estimate) in squares.iter_mut().zip([mixture.estimate_pose(), joint.estimate_pose()]) {
+            let off = estimate.map_or(f32::INFINITY, |pose| pose.mean.distance_m(&truth));
+            *square += off * off;
+        }
     }
-    let rmse_m = Real::sqrt(squares / 1200.0);
-    Ok(Outcome { rmse_m, dead_reckoning_m: told.distance_m(&truth), digest: slam.digest() })
+    let rmse_m = squares.map(|square| Real::sqrt(square / 1200.0));
+    Ok(Outcome { rmse_m, dead_reckoning_m: told.distance_m(&truth), digests: [mixture.digest(), joint.digest()] })
 }

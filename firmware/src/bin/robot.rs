@@ -17,12 +17,13 @@ static MEMORY: ConstStaticCell<drive::Memory> = ConstStaticCell::new(drive::Memo
 fn main() -> ! {
     let Some(memory) = MEMORY.try_take() else { report::failed() };
     match drive::drive(memory) {
-        Ok(drive::Outcome { rmse_m, dead_reckoning_m, digest }) => {
+        Ok(drive::Outcome { rmse_m: [mixture, joint], digests: [of_mixture, of_joint], .. }) => {
             defmt::println!(
-                "end rmse {=f32} dead_reckoning {=f32} digest {=u64:016x} stack {=usize}",
-                rmse_m,
-                dead_reckoning_m,
-                digest,
+                "end mixture {=f32} joint {=f32} digests {=u64:016x} {=u64:016x} stack {=usize}",
+                mixture,
+                joint,
+                of_mixture,
+                of_joint,
                 board::stack_used()
             );
             report::done()
