@@ -6,6 +6,9 @@ use nalgebra::{SMatrix, SVector};
 
 /// What the sensor measures of a feature: h(m, x), its inverse, and their noise (sections 5.1, 5.2.1).
 ///
+/// The pose that it speaks of is the sensor's own: where one is [mounted](crate::Mounting) elsewhere than where the vehicle's pose is, the
+/// library works its pose out, and the derivatives by the vehicle's.
+///
 /// D is the dimension of the map, Z that of a measurement. An implementation must be a pure function of its
 /// arguments, and take its transcendental functions from [`Real`]. Several cores may ask it at the same time.
 pub trait Sensor<T: Real, const D: usize, const Z: usize>: Sync
