@@ -83,7 +83,7 @@ impl<T: Real> Pose<T, 5> for AuvPose<T> {
         [self.x_m, self.y_m, self.yaw_rad]
     }
 
-    fn mounted(&self, mounting: &Mounting<T>) -> (Self, SMatrix<T, 5, 5>) {
+    fn mounted(&self, mounting: &Mounting<T>) -> (Self, SVector<T, 5>) {
         let (position, [roll, pitch, yaw]) = (mounting.position_m(), mounting.angles_rad());
         let BodyFrame { position: origin, rotation: of_vehicle } = BodyFrame::of(self);
         let lever = of_vehicle * Vector3::from(position);
@@ -92,16 +92,7 @@ impl<T: Real> Pose<T, 5> for AuvPose<T> {
         let seat = Self { x_m, y_m, z_m, yaw_rad, yaw_rate_radps: self.yaw_rate_radps, roll_rad, pitch_rad };
         // To turn the vehicle about the vertical is to swing the sensor around it.
         let [[x, y, _]] = lever.data.0;
-        let (zero, one) = (T::ZERO, T::ONE);
-        #[rustfmt::skip]
-        let by_vehicle = SMatrix::<T, 5, 5>::from_row_slice(&[
-            one, zero, zero, -y, zero,
-            zero, one, zero, x, zero,
-            zero, zero, one, zero, zero,
-            zero, zero, zero, one, zero,
-            zero, zero, zero, zero, one,
-        ]);
-        (seat, by_vehicle)
+        (seat, SVector::from([-y, x, T::ZERO, T::ONE, T::ZERO]))
     }
 
     fn mean(weighted: impl Iterator<Item = (T, Self)>) -> Self {

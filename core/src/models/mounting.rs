@@ -84,8 +84,41 @@ pub(crate) struct Mounted<'a, T, S, V, const K: usize> {
 #[derive(Debug)]
 pub(crate) struct MountedFrame<T, F, const K: usize> {
     frame: F,
-    /// How the sensor's pose changes with the vehicle's; `None` where they are the same.
-    by_vehicle: Option<SMatrix<T, K, K>>,
+    /// How the sensor's pose changes with the vehicle's heading; `None` where they are the same.
+    by_heading: Option<SVector<T, K>>,
+}
+
+impl<T, S, V, const K: usize> Mounted<'_, T, S, V, K> {
+    /// The frame where it is mounted elsewhere than where the pose is. Out of line: a sensor that is not takes none of its stack.
+    #[inline(never)]
+    fn seated<const D: usize, const Z: usize>(
+        &self,
+        mounting: &Mounting<T>,
+        pose: &S::Pose,
+    ) -> MountedFrame<T, S::Frame, K>
+    where
+        T: Real,
+        S: Sensor<T, D, Z>,
+        S::Pose: Pose<T, K>,
+        Dim<D>: Packed,
+        Dim<Z>: Packed,
+    {
+        let (seat, by_heading) = pose.mounted(mounting);
+        MountedFrame { frame: self.sensor.frame(&seat), by_heading: Some(by_heading) }
+    }
+}
+
+/// ∂h/∂x by the vehicle's pose, of one by the sensor's: another column of the heading.
+#[inline(never)]
+fn swung<T: Real, P: Pose<T, K>, const K: usize, const Z: usize>(
+    by_seat: SMatrix<T, Z, K>,
+    by_heading: &SVector<T, K>,
+) -> SMatrix<T, Z, K> {
+    let column = by_seat * by_heading;
+    SMatrix::from_fn(|row, k| {
+        let of = if P::HEADING == Some(k) { column.get(row) } else { by_seat.get((row, k)) };
+        of.copied().unwrap_or(T::ZERO)
+    })
 }
 
 impl<T, S, V, const K: usize, const D: usize, const Z: usize> Sensor<T, D, Z> for Mounted<'_, T, S, V, K>
@@ -107,11 +140,8 @@ where
     #[inline]
     fn frame(&self, pose: &Self::Pose) -> Self::Frame {
         match &self.mounting {
-            None => MountedFrame { frame: self.sensor.frame(pose), by_vehicle: None },
-            Some(mounting) => {
-                let (seat, by_vehicle) = pose.mounted(mounting);
-                MountedFrame { frame: self.sensor.frame(&seat), by_vehicle: Some(by_vehicle) }
-            }
+            None => MountedFrame { frame: self.sensor.frame(pose), by_heading: None },
+            Some(mounting) => self.seated(mounting, pose),
         }
     }
 
@@ -154,9 +184,9 @@ where
     #[inline]
     fn by_pose(&self, frame: &Self::Frame, feature: &SVector<T, D>, expected: &Expected<T, D, Z>) -> SMatrix<T, Z, K> {
         let by_seat = self.sensor.by_pose(&frame.frame, feature, expected);
-        match &frame.by_vehicle {
+        match &frame.by_heading {
             None => by_seat,
-            Some(by_vehicle) => by_seat * by_vehicle,
+            Some(by_heading) => swung::<T, S::Pose, K, Z>(by_seat, by_heading),
         }
     }
 }

@@ -3,7 +3,7 @@
 use super::{ModelError, Mounting, require};
 use crate::{Real, wrap};
 use core::fmt::Debug;
-use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
+use nalgebra::{SVector, Vector3};
 
 /// A vehicle state with K degrees of freedom, X in the thesis (5.1).
 pub trait Pose<T: Real, const K: usize>: Copy + PartialEq + Debug + Send + Sync {
@@ -45,9 +45,9 @@ pub trait Pose<T: Real, const K: usize>: Copy + PartialEq + Debug + Send + Sync 
         Ok(())
     }
 
-    /// The pose of a sensor that is mounted so, and its derivatives by the vehicle's, in the coordinates of
-    /// [`difference`](Self::difference).
-    fn mounted(&self, mounting: &Mounting<T>) -> (Self, SMatrix<T, K, K>);
+    /// The pose of a sensor that is mounted so, and its derivative by the vehicle's [heading](Self::HEADING), in the coordinates of
+    /// [`difference`](Self::difference). With all other coordinates of the vehicle it changes as that itself does.
+    fn mounted(&self, mounting: &Mounting<T>) -> (Self, SVector<T, K>);
 
     /// Every coordinate finite.
     fn is_finite(&self) -> bool {
@@ -102,14 +102,13 @@ impl<T: Real> Pose<T, 3> for PlanarPose<T> {
         require(pitch == T::ZERO, "pitch_rad", "0 in the plane")
     }
 
-    fn mounted(&self, mounting: &Mounting<T>) -> (Self, SMatrix<T, 3, 3>) {
+    fn mounted(&self, mounting: &Mounting<T>) -> (Self, SVector<T, 3>) {
         let ([forward, left, _], [_, _, yaw]) = (mounting.position_m(), mounting.angles_rad());
         let (sine, cosine) = self.heading_rad.sin_cos();
         let (x, y) = (forward * cosine - left * sine, forward * sine + left * cosine);
         let seat = Self::new(self.x_m + x, self.y_m + y, wrap(self.heading_rad + yaw));
         // To turn the vehicle is to swing the sensor around it.
-        let (zero, one) = (T::ZERO, T::ONE);
-        (seat, Matrix3::new(one, zero, -y, zero, one, x, zero, zero, one))
+        (seat, Vector3::new(-y, x, T::ONE))
     }
 
     fn mean(weighted: impl Iterator<Item = (T, Self)>) -> Self {
