@@ -17,11 +17,12 @@ static MEMORY: ConstStaticCell<drive::Memory> = ConstStaticCell::new(drive::Memo
 fn main() -> ! {
     let Some(memory) = MEMORY.try_take() else { report::failed() };
     match drive::drive(memory) {
-        Ok(drive::Outcome { rmse_m: [mixture, joint], digests: [of_mixture, of_joint], .. }) => {
+        Ok(drive::Outcome { rmse_m: [mixture, joint], dead_reckoning_m, digests: [of_mixture, of_joint] }) => {
             defmt::println!(
-                "end mixture {=f32} joint {=f32} digests {=u64:016x} {=u64:016x} stack {=usize}",
+                "end mixture {=f32} joint {=f32} dead_reckoning {=f32} digests {=u64:016x} {=u64:016x} stack {=usize}",
                 mixture,
                 joint,
+                dead_reckoning_m,
                 of_mixture,
                 of_joint,
                 board::stack_used()
