@@ -260,6 +260,19 @@ fn a_pose_that_overflows_stays_where_it_was_and_is_reported() {
 }
 
 #[test]
+fn a_time_beyond_every_number_stands_still() {
+    let mut state = Box::new(Roomy::new());
+    let config = Config { plausible: Plausible::ANYTHING, ..config() };
+    let mut filter = Planar::new(models(2.0), BIRTHS, config, &mut *state).unwrap();
+    filter.reset(ORIGIN, 1).unwrap();
+    for _ in 0..3 {
+        filter.predict(&AHEAD, f32::MAX).unwrap();
+    }
+    assert!(filter.waited_s().is_finite());
+    check_consistent(&mut filter);
+}
+
+#[test]
 fn empty_scans_are_normal() {
     let mut state = Box::new(Roomy::new());
     let mut filter = Planar::new(models(2.0), BIRTHS, config(), &mut *state).unwrap();

@@ -243,7 +243,7 @@ where
         if let Some(refusal) = plausible.refusal(motion, first, control, dt) {
             cursor.refused = cursor.refused.saturating_add(1);
             if plausible.takes_time(dt) {
-                cursor.waited_s += dt;
+                cursor.wait(dt);
             }
             return Err(refusal);
         }

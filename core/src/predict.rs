@@ -37,7 +37,7 @@ where
             }
         }
         cursor.noise = Some(noise);
-        cursor.waited_s += dt;
+        cursor.wait(dt);
     }
     Ok(report(cursor, rejected))
 }
@@ -74,7 +74,7 @@ where
             }
         }
         cursor.predicted = true;
-        cursor.waited_s += dt;
+        cursor.wait(dt);
     }
     Ok(report(cursor, rejected))
 }

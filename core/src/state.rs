@@ -144,6 +144,14 @@ impl<T: Real> Cursor<T> {
         noise: None,
     };
 
+    /// So much more time has passed. Times that no number can hold together stand still.
+    pub(crate) fn wait(&mut self, dt: T) {
+        let waited_s = self.waited_s + dt;
+        if waited_s.is_finite() {
+            self.waited_s = waited_s;
+        }
+    }
+
     /// Number of candidates in use.
     pub(crate) fn candidates(&self) -> usize {
         self.particles.saturating_mul(self.children)

@@ -147,7 +147,9 @@ where
         }
         let (motion, plausible) = (&self.motion, &self.config.plausible);
         if plausible.takes_time(dt) {
-            known.waited_s += dt;
+            let waited_s = known.waited_s + dt;
+            // Times that no number can hold together stand still.
+            known.waited_s = if waited_s.is_finite() { waited_s } else { known.waited_s };
         }
         if let Some(refusal) = plausible.refusal(motion, Some(&known.pose), control, dt) {
             known.refused = known.refused.saturating_add(1);
