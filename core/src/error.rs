@@ -1,7 +1,8 @@
 //! Why an operation was refused. Whatever is refused leaves the state as it was; but of a prediction the time has passed all
 //! the same, and the reports tell of it.
 
-use crate::{ConfigError, Dim, Fix, Flaw, Implausible, ModelError, Packed, Real};
+use crate::plausible::{is_within_range, is_within_square};
+use crate::{ConfigError, Dim, Fix, Flaw, Implausible, ModelError, Packed, Pose, Real, Symmetric};
 use core::fmt;
 use nalgebra::SVector;
 
@@ -112,6 +113,23 @@ pub enum ResetError {
     Covariance,
     /// There is nothing to go on from: the filter has not been reset yet.
     NotStarted,
+}
+
+impl ResetError {
+    /// Whether a filter may be put to this pose.
+    pub(crate) fn check_pose<T: Real, P: Pose<T, K>, const K: usize>(pose: &P) -> Result<(), Self> {
+        let usable = pose.is_finite() && is_within_range(&pose.coordinates());
+        if usable { Ok(()) } else { Err(Self::NonFinitePose) }
+    }
+
+    /// Whether poses may be spread by this: finite, and no variance negative.
+    pub(crate) fn check_covariance<T: Real, const K: usize>(covariance: &Symmetric<T, K>) -> Result<(), Self>
+    where
+        Dim<K>: Packed,
+    {
+        let usable = is_within_square(covariance) && (0..K).all(|k| covariance.get(k, k) >= T::ZERO);
+        if usable { Ok(()) } else { Err(Self::Covariance) }
+    }
 }
 
 impl fmt::Display for ResetError {

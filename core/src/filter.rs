@@ -1,6 +1,5 @@
 //! The filter: models and tuning over a state.
 
-use crate::plausible::is_within_range;
 use crate::predict::{predict, spread};
 use crate::state::{Memory, State};
 use crate::{
@@ -144,9 +143,7 @@ where
     /// # Errors
     /// The pose is not finite, or a coordinate above 1e8; the state is as it was.
     pub fn reset(&mut self, pose: M::Pose, seed: u64) -> Result<(), ResetError> {
-        if !(pose.is_finite() && is_within_range(&pose.coordinates())) {
-            return Err(ResetError::NonFinitePose);
-        }
+        ResetError::check_pose(&pose)?;
         let Memory { cursor, spreads, candidates, still, moving, .. } = &mut self.memory;
         cursor.particles = self.config.particles;
         cursor.children = 1;

@@ -44,6 +44,23 @@ pub(crate) struct Explained<T: Real, const K: usize, const Z: usize> {
 }
 
 impl<T: Real, const K: usize, const Z: usize> Explained<T, K, Z> {
+    /// By a pose of this covariance; where the fix lies beyond its gate, or cannot be measured from there, its distance.
+    pub(crate) fn within_gate<F>(
+        fix: &F,
+        measured: &SVector<T, Z>,
+        pose: &F::Pose,
+        covariance: &Symmetric<T, K>,
+    ) -> Result<Self, T>
+    where
+        F: Fix<T, K, Z>,
+        Dim<K>: Packed,
+        Dim<Z>: Packed,
+    {
+        let explained = Self::of(fix, measured, pose, covariance).ok_or(T::INFINITY)?;
+        // Written so that NaN is left out.
+        if explained.distance <= fix.gate() { Ok(explained) } else { Err(explained.distance) }
+    }
+
     /// S = H P Hᵀ + R; `None` where the fix cannot be measured from there, or nothing finite comes of it.
     pub(crate) fn of<F>(fix: &F, measured: &SVector<T, Z>, pose: &F::Pose, covariance: &Symmetric<T, K>) -> Option<Self>
     where
@@ -95,13 +112,10 @@ where
         let children = cursor.children;
         let candidates = candidates.get_mut(..cursor.candidates()).unwrap_or(&mut []);
         let n_eff = effective_number(candidates);
-        let Some(whole) = Explained::of(fix, measured, &mean, &covariance) else {
-            return Ok(FixReport::left_out(T::INFINITY, n_eff));
+        let whole = match Explained::within_gate(fix, measured, &mean, &covariance) {
+            Ok(whole) => whole,
+            Err(distance) => return Ok(FixReport::left_out(distance, n_eff)),
         };
-        // Written so that NaN is left out.
-        if !(whole.distance <= fix.gate()) {
-            return Ok(FixReport::left_out(whole.distance, n_eff));
-        }
         for (index, (candidate, ln_likelihood)) in candidates.iter_mut().zip(ln_likelihoods.iter_mut()).enumerate() {
             *ln_likelihood = T::NEG_INFINITY;
             // Several samples of a particle are certain, and all of its spread is zero.

@@ -3,14 +3,6 @@
 use crate::plausible::{is_within_range, is_within_square};
 use crate::{Dim, Motion, Packed, Pose, Proposal, Real, ResetError, ScPhd, Symmetric, Twice, state::Memory};
 
-/// Whether poses may be spread by this: finite, and no variance negative.
-pub(crate) fn is_spread<T: Real, const K: usize>(covariance: &Symmetric<T, K>) -> bool
-where
-    Dim<K>: Packed,
-{
-    is_within_square(covariance) && (0..K).all(|k| covariance.get(k, k) >= T::ZERO)
-}
-
 impl<T, M, const K: usize, const D: usize, const E: usize> ScPhd<'_, T, M, K, D, E>
 where
     T: Real,
@@ -24,9 +16,7 @@ where
     /// # Errors
     /// As for `reset`, or the covariance is not finite or a variance negative; the state is as it was.
     pub fn reset_within(&mut self, pose: M::Pose, covariance: &Symmetric<T, K>, seed: u64) -> Result<(), ResetError> {
-        if !is_spread(covariance) {
-            return Err(ResetError::Covariance);
-        }
+        ResetError::check_covariance(covariance)?;
         self.reset(pose, seed)?;
         self.scatter(covariance)
     }
@@ -37,12 +27,8 @@ where
     /// # Errors
     /// The pose or the covariance is out of range, or the filter has not been reset; the state is as it was.
     pub fn relocate(&mut self, pose: M::Pose, covariance: &Symmetric<T, K>) -> Result<(), ResetError> {
-        if !(pose.is_finite() && is_within_range(&pose.coordinates())) {
-            return Err(ResetError::NonFinitePose);
-        }
-        if !is_spread(covariance) {
-            return Err(ResetError::Covariance);
-        }
+        ResetError::check_pose(&pose)?;
+        ResetError::check_covariance(covariance)?;
         let Memory { cursor, spreads, candidates, .. } = &mut self.memory;
         if cursor.noise.is_none() {
             return Err(ResetError::NotStarted);
@@ -62,9 +48,7 @@ where
     /// # Errors
     /// The covariance is not finite or a variance negative, or the filter has not been reset; the state is as it was.
     pub fn scatter(&mut self, covariance: &Symmetric<T, K>) -> Result<(), ResetError> {
-        if !is_spread(covariance) {
-            return Err(ResetError::Covariance);
-        }
+        ResetError::check_covariance(covariance)?;
         let Memory { cursor, spreads, candidates, .. } = &mut self.memory;
         let Some(mut noise) = cursor.noise.clone() else { return Err(ResetError::NotStarted) };
         match self.config.proposal {

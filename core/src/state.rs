@@ -107,6 +107,12 @@ where
     }
 }
 
+/// The time since the last scan, with so much more. Times that no number can hold together stand still.
+pub(crate) fn passed<T: Real>(waited_s: T, dt: T) -> T {
+    let sum = waited_s + dt;
+    if sum.is_finite() { sum } else { waited_s }
+}
+
 /// Where the recursion stands.
 #[derive(Debug, Clone)]
 pub(crate) struct Cursor<T> {
@@ -144,12 +150,9 @@ impl<T: Real> Cursor<T> {
         noise: None,
     };
 
-    /// So much more time has passed. Times that no number can hold together stand still.
+    /// So much more time has passed.
     pub(crate) fn wait(&mut self, dt: T) {
-        let waited_s = self.waited_s + dt;
-        if waited_s.is_finite() {
-            self.waited_s = waited_s;
-        }
+        self.waited_s = passed(self.waited_s, dt);
     }
 
     /// Number of candidates in use.

@@ -9,6 +9,7 @@ use super::tidy::{bear, drop_spoilt, drop_unlikely, merge};
 use crate::digest::Fnv;
 use crate::models::Mounted;
 use crate::plausible::{is_within_range, is_within_square};
+use crate::state::passed;
 use crate::{
     Clutter, Component, Detector, Dim, FieldOfView, Health, Linearised, Locating, Motion, Packed, Pose, PoseEstimate,
     PredictError, PredictReport, Real, ResetError, ScanError, Sensor, SetupError, Symmetric,
@@ -126,9 +127,7 @@ where
     /// # Errors
     /// The pose is not finite, or a coordinate above 1e8; the state is as it was.
     pub fn reset(&mut self, pose: M::Pose) -> Result<(), ResetError> {
-        if !(pose.is_finite() && is_within_range(&pose.coordinates())) {
-            return Err(ResetError::NonFinitePose);
-        }
+        ResetError::check_pose(&pose)?;
         let known = &mut *self.memory.known;
         (known.started, known.pose, known.moved, known.len) = (true, pose, [T::ZERO; 2], 0);
         (known.waited_s, known.refused, known.next_tag) = (T::ZERO, 0, 0);
@@ -147,9 +146,7 @@ where
         }
         let (motion, plausible) = (&self.motion, &self.config.plausible);
         if plausible.takes_time(dt) {
-            let waited_s = known.waited_s + dt;
-            // Times that no number can hold together stand still.
-            known.waited_s = if waited_s.is_finite() { waited_s } else { known.waited_s };
+            known.waited_s = passed(known.waited_s, dt);
         }
         if let Some(refusal) = plausible.refusal(motion, Some(&known.pose), control, dt) {
             known.refused = known.refused.saturating_add(1);

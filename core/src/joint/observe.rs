@@ -34,13 +34,10 @@ where
             return Err(ObserveError::NotStarted);
         };
         ObserveError::check(fix, measured)?;
-        let Some(explained) = Explained::of(fix, measured, &mean, &covariance) else {
-            return Ok(FixReport::left_out(T::INFINITY, T::ONE));
+        let explained = match Explained::within_gate(fix, measured, &mean, &covariance) {
+            Ok(explained) => explained,
+            Err(distance) => return Ok(FixReport::left_out(distance, T::ONE)),
         };
-        // Written so that NaN is left out.
-        if !(explained.distance <= fix.gate()) {
-            return Ok(FixReport::left_out(explained.distance, T::ONE));
-        }
         let Memory { known, joint, common, .. } = &mut self.memory;
         let mut common = Common { pose: [SVector::zeros(); K], features: common };
         joint.common_with_pose(&explained.by_pose, known.len, &mut common);

@@ -2,9 +2,8 @@
 
 use super::filter::JointSlam;
 use super::state::Memory;
-use crate::plausible::{is_within_range, is_within_square};
-use crate::relocate::is_spread;
-use crate::{Dim, Motion, Packed, Pose, Real, ResetError, Symmetric};
+use crate::plausible::is_within_square;
+use crate::{Dim, Motion, Packed, Real, ResetError, Symmetric};
 use nalgebra::SMatrix;
 
 impl<T, M, const K: usize, const D: usize, const Z: usize> JointSlam<'_, T, M, K, D, Z>
@@ -20,9 +19,7 @@ where
     /// # Errors
     /// As for `reset`, or the covariance is not finite or a variance negative; the state is as it was.
     pub fn reset_within(&mut self, pose: M::Pose, covariance: &Symmetric<T, K>) -> Result<(), ResetError> {
-        if !is_spread(covariance) {
-            return Err(ResetError::Covariance);
-        }
+        ResetError::check_covariance(covariance)?;
         self.reset(pose)?;
         self.scatter(covariance)
     }
@@ -33,12 +30,8 @@ where
     /// # Errors
     /// The pose or the covariance is out of range, or the filter has not been reset; the state is as it was.
     pub fn relocate(&mut self, pose: M::Pose, covariance: &Symmetric<T, K>) -> Result<(), ResetError> {
-        if !(pose.is_finite() && is_within_range(&pose.coordinates())) {
-            return Err(ResetError::NonFinitePose);
-        }
-        if !is_spread(covariance) {
-            return Err(ResetError::Covariance);
-        }
+        ResetError::check_pose(&pose)?;
+        ResetError::check_covariance(covariance)?;
         let Memory { known, joint, .. } = &mut self.memory;
         if !known.started {
             return Err(ResetError::NotStarted);
@@ -53,9 +46,7 @@ where
     /// # Errors
     /// The covariance is not finite or a variance negative, or the filter has not been reset; the state is as it was.
     pub fn scatter(&mut self, covariance: &Symmetric<T, K>) -> Result<(), ResetError> {
-        if !is_spread(covariance) {
-            return Err(ResetError::Covariance);
-        }
+        ResetError::check_covariance(covariance)?;
         let Memory { known, joint, .. } = &mut self.memory;
         if !known.started {
             return Err(ResetError::NotStarted);
