@@ -2,8 +2,10 @@
 
 use crate::rig::{Case, Rig};
 use crate::world::{Clutter, World};
+use nalgebra::Vector2;
 use scphd::{
-    Births, Config, ConstantVelocity, ControlNoise, KnownPose, MapMemory, MovingConfig, NoMoving, Step, Unicycle,
+    Births, Config, ConstantVelocity, ControlNoise, Dynamic, KnownPose, MapMemory, MovingConfig, NoMoving, Static,
+    Step, Unicycle,
 };
 use scphd_sim::noise::Noise;
 use std::f64::consts::TAU;
@@ -12,7 +14,7 @@ use std::f64::consts::TAU;
 const VIEW: usize = 2048;
 
 type Still<const PARTICLES: usize, const PAGES: usize, const MAP_PAGES: usize> =
-    MapMemory<f32, 2, 2, PARTICLES, PAGES, MAP_PAGES, VIEW>;
+    MapMemory<Static<Vector2<f32>>, PARTICLES, PAGES, MAP_PAGES, VIEW>;
 
 /// A curve: how a scan's time grows with one number, all others fixed.
 #[derive(Debug, Clone, Copy)]
@@ -96,8 +98,8 @@ fn gmphd_20_targets() -> Box<dyn Case> {
     };
     let births = Births { still: 0.0, moving: 0.01 };
     let config = Config { prune_weight: 1e-5, moving, ..config(1, 1) };
-    type Moving = MapMemory<f32, 4, 2, 1, 128, 64, 1024>;
-    Box::new(Rig::<_, Still<1, 64, 32>, Moving, 1, 1>::new(KnownPose, births, config, world, &[], 100))
+    type Moving = MapMemory<Dynamic<Vector2<f32>>, 1, 128, 64, 1024>;
+    Box::new(Rig::<_, Still<1, 64, 32>, Moving, 1, 1>::new(KnownPose::new(), births, config, world, &[], 100))
 }
 
 /// A map of `features`, of which 20 are in view wherever the vehicle is on its way, and the others never.

@@ -3,8 +3,8 @@
 use crate::world::{Course, Input, World};
 use nalgebra::Vector2;
 use scphd::{
-    Births, Component, Config, Detector, DetectorMemory, KnownPose, MapStorage, Motion, PlanarPose, Probe,
-    RangeBearing, RangeBearingWindow, ScPhd, ScanReport, Sensing, State, Symmetric, Unicycle, UnicycleControl,
+    Births, Component, Config, Detector, DetectorMemory, Dynamic, KnownPose, MapStorage, Motion, PlanarPose, Probe,
+    RangeBearing, RangeBearingWindow, ScPhd, ScanReport, Sensing, State, Static, Symmetric, Unicycle, UnicycleControl,
     UniformClutter,
 };
 use scphd_sim::session::with_roomy_stack;
@@ -13,7 +13,7 @@ use scphd_sim::session::with_roomy_stack;
 pub const MEASUREMENTS: usize = 256;
 
 /// A motion model that a course can control.
-pub trait Drive: Motion<f32, 3, Pose = PlanarPose<f32>> + Copy + Send {
+pub trait Drive: Motion<Pose = PlanarPose<f32>> + Copy + Send {
     /// The control before a scan.
     fn control(input: &Input) -> Self::Control;
 }
@@ -25,7 +25,7 @@ impl Drive for Unicycle<f32> {
     }
 }
 
-impl Drive for KnownPose {
+impl Drive for KnownPose<PlanarPose<f32>> {
     fn control(input: &Input) -> PlanarPose<f32> {
         pose(input.pose)
     }
@@ -50,7 +50,6 @@ pub trait Case {
     fn components(&mut self) -> [f64; 2];
 }
 
-type Filter<'s, M> = ScPhd<'s, f32, M, 3, 2, 4>;
 type RigSensing = Sensing<RangeBearing<f32>, RangeBearingWindow<f32>, UniformClutter<f32>>;
 
 /// A filter in single precision, its memory on the heap.
@@ -61,16 +60,16 @@ pub struct Rig<M, S, V, const PARTICLES: usize, const CANDIDATES: usize> {
     sensing: RigSensing,
     births: Births<f32>,
     config: Config<f32>,
-    state: Box<State<f32, PlanarPose<f32>, 3, PARTICLES, CANDIDATES, S, V>>,
-    scratch: Box<DetectorMemory<f32, 2, MEASUREMENTS>>,
+    state: Box<State<PlanarPose<f32>, PARTICLES, CANDIDATES, S, V>>,
+    scratch: Box<DetectorMemory<Vector2<f32>, MEASUREMENTS>>,
     measurements: Vec<Vector2<f32>>,
 }
 
 impl<M, S, V, const PARTICLES: usize, const CANDIDATES: usize> Rig<M, S, V, PARTICLES, CANDIDATES>
 where
     M: Drive,
-    S: MapStorage<f32, 2, 2> + Send,
-    V: MapStorage<f32, 4, 2> + Send,
+    S: MapStorage<Static<Vector2<f32>>> + Send,
+    V: MapStorage<Dynamic<Vector2<f32>>> + Send,
 {
     /// A filter with models that fit the world, which starts with the map `known`, and has seen as many scans.
     ///
@@ -98,7 +97,7 @@ where
         let start = pose(course.start());
         let scratch = Box::new(DetectorMemory::new());
         let mut rig = Self { course, motion, sensing, births, config, state, scratch, measurements: Vec::new() };
-        let components: Vec<Component<f32, 2>> = known.iter().enumerate().map(confirmed).collect();
+        let components: Vec<Component<Vector2<f32>>> = known.iter().enumerate().map(confirmed).collect();
         let mut filter = rig.filter();
         filter.reset(start, 1).expect("a finite pose");
         filter.load_map(&components).expect("room for the map");
@@ -109,8 +108,8 @@ where
         rig
     }
 
-    fn filter(&mut self) -> Filter<'_, M> {
-        Filter::new(self.motion, self.config, &mut *self.state).expect("a configuration that fits")
+    fn filter(&mut self) -> ScPhd<'_, M> {
+        ScPhd::new(self.motion, self.config, &mut *self.state).expect("a configuration that fits")
     }
 
     /// The scan that was prepared, watched by a probe.
@@ -120,7 +119,7 @@ where
     pub fn scan_with(&mut self, probe: &mut impl Probe) -> ScanReport<f32> {
         let detector = Detector::new(self.sensing, self.births).expect("models that fit");
         let mut detector = detector.over(&mut self.scratch).expect("scratch that fits");
-        let mut filter = Filter::new(self.motion, self.config, &mut *self.state).expect("a configuration that fits");
+        let mut filter = ScPhd::new(self.motion, self.config, &mut *self.state).expect("a configuration that fits");
         filter.scan_with(&mut detector, &self.measurements, probe).expect("a scan that fits")
     }
 
@@ -132,7 +131,7 @@ where
 }
 
 /// A feature that has been seen often.
-fn confirmed((index, place): (usize, &[f64; 2])) -> Component<f32, 2> {
+fn confirmed((index, place): (usize, &[f64; 2])) -> Component<Vector2<f32>> {
     Component {
         tag: index as u32,
         ln_weight: -0.01,
@@ -144,8 +143,8 @@ fn confirmed((index, place): (usize, &[f64; 2])) -> Component<f32, 2> {
 impl<M, S, V, const PARTICLES: usize, const CANDIDATES: usize> Case for Rig<M, S, V, PARTICLES, CANDIDATES>
 where
     M: Drive,
-    S: MapStorage<f32, 2, 2> + Send,
-    V: MapStorage<f32, 4, 2> + Send,
+    S: MapStorage<Static<Vector2<f32>>> + Send,
+    V: MapStorage<Dynamic<Vector2<f32>>> + Send,
 {
     fn prepare(&mut self) {
         let input = self.course.advance();

@@ -3,11 +3,13 @@
 
 use nalgebra::{Vector1, Vector2};
 use scphd::{
-    ControlNoise, HeadingFix, JointConfig, JointSlam, JointState, Motion, Noise, PlanarPose, Pose, PositionFix, Step,
-    Unicycle, UnicycleControl, joint_numbers,
+    ControlNoise, HeadingFix, JointConfig, JointSlam, Motion, Noise, PlanarPose, Pose, PositionFix, Step, Unicycle,
+    UnicycleControl, joint_memory,
 };
 
-type Memory = JointState<f64, PlanarPose<f64>, 3, 2, 2, 40, { joint_numbers(3, 2, 40) }, 32>;
+joint_memory! {
+    type Memory: Unicycle<f64> { measurement: Vector2<f64>, features: 40, measurements: 32 }
+}
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut state = Box::new(Memory::new());

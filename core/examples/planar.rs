@@ -3,13 +3,16 @@
 use core::f32::consts::PI;
 use nalgebra::Vector2;
 use scphd::{
-    Births, Component, Config, ControlNoise, Detector, DetectorMemory, Informed, MapMemory, Motion, Noise, PlanarPose,
-    Proposal, RangeBearing, RangeBearingWindow, ScPhd, Sensing, State, Step, Unicycle, UnicycleControl, UniformClutter,
-    wrap,
+    Births, Component, Config, ControlNoise, Detector, DetectorMemory, Informed, Motion, Noise, PlanarPose, Proposal,
+    RangeBearing, RangeBearingWindow, ScPhd, Sensing, Step, Unicycle, UnicycleControl, UniformClutter, memory, wrap,
 };
 
-/// Four particles with 64 pages of features between them, 16 to a map, 256 features in view.
-type Memory = State<f32, PlanarPose<f32>, 3, 4, 4, MapMemory<f32, 2, 2, 4, 64, 16, 256>>;
+memory! {
+    type Memory: Unicycle<f32> {
+        particles: 4, samples: 1,
+        features { pages: 64, pages_per_map: 16, in_view: 256 },
+    }
+}
 
 const LANDMARKS: [[f32; 2]; 5] = [[6.0, 3.0], [2.0, 9.0], [-6.0, 6.0], [-5.0, -2.0], [4.0, -4.0]];
 
@@ -21,7 +24,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         clutter: UniformClutter::of_scan(2.0, window.measure())?,
     };
     // On a vehicle both memories are statics.
-    let (mut state, mut scratch) = (Box::new(Memory::new()), DetectorMemory::<f32, 2, 32>::new());
+    let (mut state, mut scratch) = (Box::new(Memory::new()), DetectorMemory::<Vector2<f32>, 32>::new());
     let mut lidar = Detector::new(sensing, Births::still(0.002))?.over(&mut scratch)?;
     let config = Config {
         particles: 4,

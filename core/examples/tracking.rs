@@ -2,15 +2,19 @@
 //! among false measurements, told by their velocities and by tags that last.
 
 use core::f32::consts::PI;
-use nalgebra::Vector2;
+use nalgebra::{Vector2, Vector4};
 use scphd::{
-    Births, Component, Config, Detector, DetectorMemory, KnownPose, MapMemory, MovingConfig, Noise, PlanarPose, Pose,
-    RangeBearing, RangeBearingWindow, ScPhd, Sensing, State, UniformClutter,
+    Births, Component, Config, Detector, DetectorMemory, KnownPose, MovingConfig, Noise, PlanarPose, Pose,
+    RangeBearing, RangeBearingWindow, ScPhd, Sensing, UniformClutter, memory,
 };
 
-/// One particle; few static features, up to 128 moving ones in an update.
-type Memory =
-    State<f32, PlanarPose<f32>, 3, 1, 1, MapMemory<f32, 2, 2, 1, 16, 16, 64>, MapMemory<f32, 4, 2, 1, 64, 32, 512>>;
+memory! {
+    type Memory: KnownPose<PlanarPose<f32>> {
+        particles: 1, samples: 1,
+        features { pages: 16, pages_per_map: 16, in_view: 64 },
+        moving { pages: 64, pages_per_map: 32, in_view: 512 },
+    }
+}
 
 /// Where a target is at the start, m, and its velocity, m/s.
 const TARGETS: [[f32; 4]; 3] = [[-20.0, 10.0, 2.0, 0.0], [15.0, 15.0, -1.0, -1.5], [5.0, -20.0, 0.0, 1.5]];
@@ -22,13 +26,13 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         field_of_view: window,
         clutter: UniformClutter::of_scan(5.0, window.measure())?,
     };
-    let (mut state, mut scratch) = (Box::new(Memory::new()), DetectorMemory::<f32, 2, 32>::new());
+    let (mut state, mut scratch) = (Box::new(Memory::new()), DetectorMemory::<Vector2<f32>, 32>::new());
     // Everything moves.
     let births = Births { still: 0.0, moving: 0.1 / window.measure() };
     let mut radar = Detector::new(sensing, births)?.over(&mut scratch)?;
     let moving = MovingConfig { velocity_sigma_mps: 2.0, ..MovingConfig::walkers() };
     let config = Config { particles: 1, moving, prune_weight: 1e-5, ..Config::default() };
-    let mut tracker = ScPhd::new(KnownPose, config, &mut *state)?;
+    let mut tracker = ScPhd::new(KnownPose::new(), config, &mut *state)?;
     tracker.reset(PlanarPose::ZERO, 1)?;
     tracker.check(&radar)?;
 
@@ -52,7 +56,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         tracker.scan(&mut radar, &scan)?;
         let estimate = tracker.estimate_moving(&mut tracks);
         for [x, y] in places.iter().filter(|_| step > 20) {
-            let off = |track: &Component<f32, 4>| (track.mean.x - x).hypot(track.mean.y - y);
+            let off = |track: &Component<Vector4<f32>>| (track.mean.x - x).hypot(track.mean.y - y);
             let nearest = tracks.iter().take(estimate.features).map(off).fold(f32::MAX, f32::min);
             if nearest < 1.5 {
                 (found, squares) = (found + 1, squares + nearest * nearest);

@@ -4,13 +4,18 @@
 use nalgebra::Vector2;
 use scphd::{
     Ackermann, AckermannControl, AckermannGeometry, Births, Config, ControlNoise, Detector, DetectorMemory, Informed,
-    MapMemory, Motion, Mounting, Noise, PlanarPose, Pose, Proposal, RangeBearing, RangeBearingLimits,
-    RangeBearingWindow, ScPhd, Sensing, State, UniformClutter, wrap,
+    Motion, Mounting, Noise, PlanarPose, Pose, Proposal, RangeBearing, RangeBearingLimits, RangeBearingWindow, ScPhd,
+    Sensing, UniformClutter, memory, wrap,
 };
 use std::f64::consts::PI;
 
-type Memory = State<f64, PlanarPose<f64>, 3, 4, 4, MapMemory<f64, 2, 2, 4, 256, 48, 512>>;
-type Radar = Detector<f64, RangeBearing<f64>, RangeBearingWindow<f64>, UniformClutter<f64>>;
+memory! {
+    type Memory: Ackermann<f64> {
+        particles: 4, samples: 1,
+        features { pages: 256, pages_per_map: 48, in_view: 512 },
+    }
+}
+type Radar = Detector<Sensing<RangeBearing<f64>, RangeBearingWindow<f64>, UniformClutter<f64>>>;
 
 /// A radar with this noise, that sees so far and so far aside, where it is mounted.
 fn radar(sigmas: [f64; 2], range_m: f64, half_width_rad: f64, seat: Mounting<f64>) -> Result<Radar, scphd::ModelError> {
@@ -31,7 +36,7 @@ fn radar(sigmas: [f64; 2], range_m: f64, half_width_rad: f64, seat: Mounting<f64
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let seats = [Mounting::in_plane(3.8, 0.5, 0.3)?, Mounting::in_plane(-0.6, 0.0, PI)?];
     let (sigmas, ranges_m, widths_rad) = ([[0.2, 0.01], [0.5, 0.03]], [40.0, 25.0], [1.2, 0.9]);
-    let mut rooms = [(); 2].map(|()| DetectorMemory::<f64, 2, 32>::new());
+    let mut rooms = [(); 2].map(|()| DetectorMemory::<Vector2<f64>, 32>::new());
     let [front_room, rear_room] = &mut rooms;
     let mut front = radar(sigmas[0], ranges_m[0], widths_rad[0], seats[0])?.over(front_room)?;
     let mut rear = radar(sigmas[1], ranges_m[1], widths_rad[1], seats[1])?.over(rear_room)?;

@@ -47,15 +47,12 @@ impl<T: Real> Adaptive<T> {
     }
 
     /// How many of `most` particles are needed where the drawn ones are; `held` is scratch of as many places.
-    pub(crate) fn needed<P, const K: usize>(
+    pub(crate) fn needed<P: Pose<Scalar = T>>(
         &self,
-        drawn: impl Iterator<Item = Candidate<T, P>>,
+        drawn: impl Iterator<Item = Candidate<P>>,
         most: usize,
-        held: &mut [Candidate<T, P>],
-    ) -> usize
-    where
-        P: Pose<T, K>,
-    {
+        held: &mut [Candidate<P>],
+    ) -> usize {
         let mut occupied = 0;
         for candidate in drawn {
             let cell = self.cell(&candidate.pose);
@@ -70,7 +67,7 @@ impl<T: Real> Adaptive<T> {
         bound.max(self.least).min(most)
     }
 
-    fn cell<P: Pose<T, K>, const K: usize>(&self, pose: &P) -> [i32; 3] {
+    fn cell<P: Pose<Scalar = T>>(&self, pose: &P) -> [i32; 3] {
         let [x_m, y_m, heading_rad] = pose.on_ground();
         [x_m / self.cell_m, y_m / self.cell_m, heading_rad / self.cell_rad].map(|place| place.floor().to_i32())
     }
@@ -117,7 +114,7 @@ mod tests {
         let mut held = [pose(0.0, 0.0); 64];
         let adaptive = at(0.1, 0.1);
         let mut needed =
-            |poses: &[Candidate<f64, PlanarPose<f64>>], most| adaptive.needed(poses.iter().copied(), most, &mut held);
+            |poses: &[Candidate<PlanarPose<f64>>], most| adaptive.needed(poses.iter().copied(), most, &mut held);
         // Everything in one cell, in two, and the same place with two headings.
         assert_eq!(needed(&[pose(0.1, 0.1), pose(0.2, 0.1), pose(0.4, 0.12)], 64), 8);
         let two = adaptive.bound(2) as usize;

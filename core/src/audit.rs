@@ -2,7 +2,7 @@
 
 use crate::candidate::total_weight;
 use crate::state::Memory;
-use crate::{Dim, Motion, Packed, Pose, Real, ScPhd, Symmetric, Twice, plausible::is_within_range};
+use crate::{Motion, Pose, Real, ScPhd, Symmetric, plausible::is_within_range};
 use core::fmt;
 
 /// What is wrong with a state. The filter makes none of it; memory that was damaged may show it.
@@ -39,14 +39,7 @@ impl core::error::Error for Flaw {}
 /// How far Σ ζ may be from one, in units of the last place: what rounding leaves of a few thousand candidates.
 const TOLERATED_ROUNDINGS: f64 = 1000.0;
 
-impl<T, M, const K: usize, const D: usize, const E: usize> ScPhd<'_, T, M, K, D, E>
-where
-    T: Real,
-    M: Motion<T, K>,
-    Dim<K>: Packed,
-    Dim<D>: Packed + Twice<E>,
-    Dim<E>: Packed,
-{
+impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
     /// Looks over everything that the filter knows: poses and weights, every component of every map, and who holds which page.
     /// The state is the same afterwards. Linear in the state, and no part of a step: for tests, and for vehicles that want to
     /// know whether their memory is sound.
@@ -58,14 +51,7 @@ where
     }
 }
 
-impl<T, P, const K: usize, const D: usize, const E: usize> Memory<'_, T, P, K, D, E>
-where
-    T: Real,
-    P: Pose<T, K>,
-    Dim<K>: Packed,
-    Dim<D>: Packed,
-    Dim<E>: Packed,
-{
+impl<T: Real, P: Pose<Scalar = T>> Memory<'_, P> {
     /// The first flaw of what is known, if any.
     pub(crate) fn audit(&mut self) -> Result<(), Flaw> {
         let cursor = &*self.cursor;

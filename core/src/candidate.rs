@@ -1,41 +1,33 @@
 //! Candidates: samples of the vehicle's pose with their weights (5.7, 5.13).
 
 use crate::ln_sum::ln_sum;
-use crate::{Dim, Packed, Pose, Real, Symmetric};
+use crate::{Pose, Real, Symmetric, Zero};
 
 /// A sample of the vehicle's pose. Between scans there is one a particle; from the first prediction after a scan to
 /// the next scan there are M.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Candidate<T, P> {
+pub struct Candidate<P: Pose> {
     /// x.
     pub pose: P,
     /// ln ζ.
-    pub ln_weight: T,
+    pub ln_weight: P::Scalar,
 }
 
-impl<T: Real, P> Candidate<T, P> {
+impl<P: Pose> Candidate<P> {
     /// All zero; a placeholder for unused memory.
-    pub(crate) const fn zero<const K: usize>() -> Self
-    where
-        P: Pose<T, K>,
-    {
-        Self { pose: P::ZERO, ln_weight: T::ZERO }
-    }
+    pub(crate) const ZERO: Self = Self { pose: P::ZERO, ln_weight: P::Scalar::ZERO };
 }
 
 /// Σ ζ: one, but for rounding.
-pub(crate) fn total_weight<T: Real, P>(candidates: &[Candidate<T, P>]) -> T {
+pub(crate) fn total_weight<T: Real, P: Pose<Scalar = T>>(candidates: &[Candidate<P>]) -> T {
     candidates.iter().fold(T::ZERO, |sum, candidate| sum + candidate.ln_weight.exp())
 }
 
 /// Mean and covariance of candidates whose weights sum to `total`.
-pub(crate) fn moments<T: Real, P: Pose<T, K>, const K: usize>(
-    candidates: &[Candidate<T, P>],
+pub(crate) fn moments<T: Real, P: Pose<Scalar = T>>(
+    candidates: &[Candidate<P>],
     total: T,
-) -> (P, Symmetric<T, K>)
-where
-    Dim<K>: Packed,
-{
+) -> (P, Symmetric<P::Tangent>) {
     let weighted = || candidates.iter().map(|candidate| (candidate.ln_weight.exp() / total, candidate.pose));
     let mean = P::mean(weighted());
     let mut covariance = Symmetric::ZERO;
@@ -47,7 +39,7 @@ where
 
 /// Multiplies the weights by the likelihoods and scales them to a sum of one (5.23); returns the logarithm of what the
 /// sum was. Where it is zero or not a number, the weights stay and the result is −∞.
-pub(crate) fn reweigh<T: Real, P>(candidates: &mut [Candidate<T, P>], ln_likelihoods: &[T]) -> T {
+pub(crate) fn reweigh<T: Real, P: Pose<Scalar = T>>(candidates: &mut [Candidate<P>], ln_likelihoods: &[T]) -> T {
     let products = candidates.iter().zip(ln_likelihoods).map(|(candidate, &ln_l)| candidate.ln_weight + ln_l);
     let total = ln_sum(products);
     if !total.is_finite() {
@@ -68,7 +60,7 @@ pub(crate) fn reweigh<T: Real, P>(candidates: &mut [Candidate<T, P>], ln_likelih
 const TOLERATED_ROUNDINGS: f64 = 80.0;
 
 /// N_eff = 1 / Σ ζ², for normalised weights.
-pub(crate) fn effective_number<T: Real, P>(candidates: &[Candidate<T, P>]) -> T {
+pub(crate) fn effective_number<T: Real, P: Pose<Scalar = T>>(candidates: &[Candidate<P>]) -> T {
     let sum = candidates.iter().fold(T::ZERO, |sum, candidate| {
         let weight = candidate.ln_weight.exp();
         sum + weight * weight
@@ -79,13 +71,14 @@ pub(crate) fn effective_number<T: Real, P>(candidates: &[Candidate<T, P>]) -> T 
 #[cfg(test)]
 mod tests {
     use super::{Candidate, reweigh, total_weight};
+    use crate::{PlanarPose, Pose};
     use std::vec::Vec;
 
     #[test]
     fn weights_sum_to_one_however_little_explains_the_scan() {
         for ln_likelihood in [-3.0_f32, -150.0, -1500.3, -40_000.7, 1e6] {
-            let mut candidates: Vec<Candidate<f32, ()>> =
-                (0..16).map(|_| Candidate { pose: (), ln_weight: -(16.0_f32.ln()) }).collect();
+            let mut candidates: Vec<Candidate<PlanarPose<f32>>> =
+                (0..16).map(|_| Candidate { pose: PlanarPose::ZERO, ln_weight: -(16.0_f32.ln()) }).collect();
             let ln_likelihoods: Vec<f32> = (0..16).map(|k| ln_likelihood * (1.0 + 1e-5 * k as f32)).collect();
             assert!(reweigh(&mut candidates, &ln_likelihoods).is_finite());
             let total = total_weight(&candidates);

@@ -1,6 +1,6 @@
 //! Which features are confirmed: better known than the first few measurements of them could have made them.
 
-use crate::{Component, Dim, Locating, Packed, Real, Symmetric};
+use crate::{Component, Pose, PositionOf, Real, Sensor, Symmetric, TangentOf, Vector};
 
 /// (S / R) in one dimension half way between what so many measurements leave, 1 + 1/k, and what one more does.
 fn middle<T: Real>(detections: T) -> T {
@@ -11,29 +11,23 @@ fn middle<T: Real>(detections: T) -> T {
 /// Whether a component is better known than from `detections` measurements taken from here, by a pose of that covariance,
 /// which blurs them. One measurement leaves H P Hᵀ = R, k leave R/k; the determinant of S = H P Hᵀ + R is compared with what
 /// lies between k and k + 1.
-pub(crate) fn is_confirmed<T: Real, S, const N: usize, const K: usize, const D: usize, const Z: usize>(
+pub(crate) fn is_confirmed<T: Real, S: Sensor<Pose: Pose<Scalar = T>>, N: Vector<Scalar = T>>(
     sensor: &S,
     frame: &S::Frame,
-    spread: Option<&Symmetric<T, K>>,
-    component: &Component<T, N>,
+    spread: Option<&Symmetric<TangentOf<S::Pose>>>,
+    component: &Component<N>,
     detections: T,
-) -> bool
-where
-    S: Locating<T, K, D, Z>,
-    Dim<N>: Packed,
-    Dim<K>: Packed,
-    Dim<D>: Packed,
-    Dim<Z>: Packed,
-{
-    let position = component.position::<D>();
+) -> bool {
+    let position = component.position::<PositionOf<S::Pose>>();
     let Some(expected) = sensor.expect(frame, &position) else { return true };
     let mut noise = *sensor.noise();
     if let Some(spread) = spread {
-        noise = noise.plus(&spread.congruence(&sensor.by_pose(frame, &position, &expected)));
+        noise = noise.plus(&spread.congruence::<S::Measurement>(&sensor.by_pose(frame, &position, &expected)));
     }
-    let innovation = component.covariance.leading::<D>().congruence(&expected.jacobian).plus(&noise);
+    let known = component.covariance.leading::<PositionOf<S::Pose>>();
+    let innovation = known.congruence::<S::Measurement>(&expected.jacobian).plus(&noise);
     let (Some(innovation), Some(noise)) = (innovation.factor(), noise.factor()) else { return true };
-    let known_dimensions = if D < Z { D } else { Z };
+    let known_dimensions = PositionOf::<S::Pose>::DIMENSION.min(S::Measurement::DIMENSION);
     let bound = (0..known_dimensions).fold(noise.determinant(), |det, _| det * middle(detections));
     innovation.determinant() < bound
 }
@@ -53,11 +47,11 @@ mod tests {
             let inverse = sensor.invert(&frame, &z.into()).unwrap();
             let expected = sensor.expect(&frame, &inverse.feature).unwrap();
             for spread in [None, Some(&blur)] {
-                let by_pose = crate::Locating::by_pose(&sensor, &frame, &inverse.feature, &expected);
+                let by_pose = sensor.by_pose(&frame, &inverse.feature, &expected);
                 let noise = sensor.noise().plus(&spread.unwrap_or(&Symmetric::ZERO).congruence(&by_pose));
                 for k in 1..6_u32 {
                     let covariance = noise.congruence(&inverse.jacobian).scaled(1.0 / f64::from(k));
-                    let component = Component::<_, 2> { mean: inverse.feature, covariance, ..Component::ZERO };
+                    let component = Component { mean: inverse.feature, covariance, ..Component::ZERO };
                     let confirmed = |by: u32| is_confirmed(&sensor, &frame, spread, &component, f64::from(by));
                     assert!(!confirmed(k) && (k == 1 || confirmed(k - 1)), "{z:?} {k}");
                 }

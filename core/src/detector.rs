@@ -2,56 +2,12 @@
 
 use crate::config::ADAPTIVE;
 use crate::digest::Fnv;
-use crate::models::require;
+use crate::models::{OnVehicle, require};
 use crate::online::Learnt;
 use crate::scan::Measurement;
 use crate::{
-    Clutter, ConfigError, Dim, FieldOfView, Flaw, LnSum, ModelError, Mounting, Online, Packed, Pose, Real, Sensor,
-    SetupError,
+    ConfigError, Flaw, LnSum, MeasurementModel, ModelError, Mounting, Online, Pose, Real, ScalarOf, SetupError, Vector,
 };
-
-/// The models of one sensor.
-///
-/// Models that come with the crate are checked where they are made. Those of a user are asked by [`Detector::new`] and
-/// [`Detector::retune`] whether they can be worked with (`check` of each trait). Whatever they return later, no weight and no stored
-/// feature becomes NaN of it, and no loop goes on for ever:
-///
-/// | returned | taken for |
-/// |---|---|
-/// | p_D of 1 or more | 1 less a rounding error |
-/// | p_D not above zero, NaN | out of view |
-/// | ln κ that is NaN or +∞ | no clutter |
-/// | an expected measurement, a Jacobian, an innovation that is not finite | a feature that meets no measurement |
-/// | an inverse that is not finite | a measurement without birth |
-/// | a component of the birth intensity that is not finite or not positive definite | none |
-/// | more of those than `VIEW` of the static maps | none, and counted as lost |
-/// | a covariance of the measurement noise that is not positive definite | [`ScanError::SensorNoise`](crate::ScanError::SensorNoise) |
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Sensing<S, V, C> {
-    /// What is measured: h, its inverse and their noise.
-    pub sensor: S,
-    /// Where the sensor sees: p_D(m | x).
-    pub field_of_view: V,
-    /// What it measures though nothing is there: κ(z).
-    pub clutter: C,
-}
-
-impl<S, V, C> Sensing<S, V, C> {
-    /// Whether a filter can work with these models.
-    fn check<T: Real, const D: usize, const Z: usize>(&self) -> Result<(), ModelError>
-    where
-        S: Sensor<T, D, Z>,
-        V: FieldOfView<T, S::Frame, D, Z>,
-        C: Clutter<T, Z>,
-        Dim<D>: Packed,
-        Dim<Z>: Packed,
-    {
-        Sensor::check(&self.sensor)?;
-        FieldOfView::check(&self.field_of_view)?;
-        Clutter::check(&self.clutter)?;
-        require(self.sensor.noise().factor().is_some(), "noise", "positive definite")
-    }
-}
 
 /// What every measurement of a sensor may be the first one of: intensities in measurement space, in the same unit as the clutter's κ,
 /// 1/(m·rad) for range and bearing. κ = w_b means that a measurement which nothing explains is a new feature with probability ½.
@@ -92,10 +48,11 @@ impl<T: Real> Births<T> {
 /// [over](Self::over) a [`DetectorMemory`], the scratch of its scans.
 ///
 /// ```
+/// use nalgebra::Vector2;
 /// use scphd::{Births, Detector, DetectorMemory, Mounting, RangeBearing, RangeBearingWindow, Sensing, UniformClutter};
 ///
 /// // On a vehicle a static: room for 64 measurements of dimension 2.
-/// let mut memory = DetectorMemory::<f32, 2, 64>::new();
+/// let mut memory = DetectorMemory::<Vector2<f32>, 64>::new();
 /// let window = RangeBearingWindow::full_circle(15.0, 0.9)?;
 /// let sensing = Sensing {
 ///     sensor: RangeBearing::new(0.2, 0.02)?,
@@ -109,27 +66,20 @@ impl<T: Real> Births<T> {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug)]
-pub struct Detector<T: Real, S, V, C, R = ()> {
-    pub(crate) sensing: Sensing<S, V, C>,
-    pub(crate) mounting: Option<Mounting<T>>,
-    pub(crate) births: Births<T>,
-    pub(crate) online: Online<T>,
+pub struct Detector<X: MeasurementModel, R = ()> {
+    pub(crate) sensing: X,
+    pub(crate) mounting: Option<Mounting<ScalarOf<X::Pose>>>,
+    pub(crate) births: Births<ScalarOf<X::Pose>>,
+    pub(crate) online: Online<ScalarOf<X::Pose>>,
     pub(crate) room: R,
 }
 
-impl<T: Real, S, V, C> Detector<T, S, V, C> {
+impl<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>> Detector<X> {
     /// A sensor whose pose is the vehicle's.
     ///
     /// # Errors
     /// A model or an intensity is out of range.
-    pub fn new<const D: usize, const Z: usize>(sensing: Sensing<S, V, C>, births: Births<T>) -> Result<Self, ModelError>
-    where
-        S: Sensor<T, D, Z>,
-        V: FieldOfView<T, S::Frame, D, Z>,
-        C: Clutter<T, Z>,
-        Dim<D>: Packed,
-        Dim<Z>: Packed,
-    {
+    pub fn new(sensing: X, births: Births<T>) -> Result<Self, ModelError> {
         sensing.check()?;
         births.check()?;
         Ok(Self { sensing, mounting: None, births, online: Online::NONE, room: () })
@@ -139,10 +89,10 @@ impl<T: Real, S, V, C> Detector<T, S, V, C> {
     ///
     /// # Errors
     /// What an earlier detector has left there is out of range: its memory was damaged.
-    pub fn over<const Z: usize, const MEASUREMENTS: usize, const WORKERS: usize>(
+    pub fn over<const MEASUREMENTS: usize, const WORKERS: usize>(
         self,
-        memory: &mut DetectorMemory<T, Z, MEASUREMENTS, WORKERS>,
-    ) -> Result<Detector<T, S, V, C, ScanRoom<'_, T, Z>>, SetupError> {
+        memory: &mut DetectorMemory<X::Measurement, MEASUREMENTS, WORKERS>,
+    ) -> Result<Detector<X, ScanRoom<'_, X::Measurement>>, SetupError> {
         if !memory.learnt.is_in_range() {
             return Err(SetupError::HeldDamaged(Flaw::Cursor));
         }
@@ -151,22 +101,13 @@ impl<T: Real, S, V, C> Detector<T, S, V, C> {
     }
 }
 
-impl<T: Real, S, V, C, R> Detector<T, S, V, C, R> {
+impl<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>, R> Detector<X, R> {
     /// The same sensor, mounted there.
     ///
     /// # Errors
     /// Such a vehicle has no such places.
-    pub fn mounted<const K: usize, const D: usize, const Z: usize>(
-        self,
-        mounting: Mounting<T>,
-    ) -> Result<Self, ModelError>
-    where
-        S: Sensor<T, D, Z>,
-        S::Pose: Pose<T, K>,
-        Dim<D>: Packed,
-        Dim<Z>: Packed,
-    {
-        S::Pose::check_mounting(&mounting)?;
+    pub fn mounted(self, mounting: Mounting<T>) -> Result<Self, ModelError> {
+        P::check_mounting(&mounting)?;
         Ok(Self { mounting: Some(mounting), ..self })
     }
 
@@ -186,14 +127,7 @@ impl<T: Real, S, V, C, R> Detector<T, S, V, C, R> {
     ///
     /// # Errors
     /// A model is out of range; the detector keeps those that it had.
-    pub fn retune<const D: usize, const Z: usize>(&mut self, sensing: Sensing<S, V, C>) -> Result<(), ModelError>
-    where
-        S: Sensor<T, D, Z>,
-        V: FieldOfView<T, S::Frame, D, Z>,
-        C: Clutter<T, Z>,
-        Dim<D>: Packed,
-        Dim<Z>: Packed,
-    {
+    pub fn retune(&mut self, sensing: X) -> Result<(), ModelError> {
         sensing.check()?;
         self.sensing = sensing;
         Ok(())
@@ -201,7 +135,7 @@ impl<T: Real, S, V, C, R> Detector<T, S, V, C, R> {
 
     /// The models.
     #[must_use]
-    pub fn sensing(&self) -> &Sensing<S, V, C> {
+    pub fn sensing(&self) -> &X {
         &self.sensing
     }
 
@@ -216,9 +150,14 @@ impl<T: Real, S, V, C, R> Detector<T, S, V, C, R> {
     pub fn births(&self) -> &Births<T> {
         &self.births
     }
+
+    /// Its models, speaking of the vehicle's pose.
+    pub(crate) fn on_vehicle(&self) -> OnVehicle<'_, X> {
+        OnVehicle::of(&self.sensing, self.mounting)
+    }
 }
 
-impl<T: Real, S, V, C, const Z: usize> Detector<T, S, V, C, ScanRoom<'_, T, Z>> {
+impl<X: MeasurementModel> Detector<X, ScanRoom<'_, X::Measurement>> {
     /// The most measurements that a scan may have.
     #[must_use]
     pub fn capacity(&self) -> usize {
@@ -251,16 +190,14 @@ impl<T: Real, S, V, C, const Z: usize> Detector<T, S, V, C, ScanRoom<'_, T, Z>> 
 /// `MEASUREMENTS` of dimension `Z` in a scan; the weighing is divided into `WORKERS` jobs, each with scratch of its own, for an
 /// [`Executor`](crate::Executor). All zero, and meant to be a `static`, like [`State`](crate::State).
 #[derive(Debug)]
-pub struct DetectorMemory<T: Real, const Z: usize, const MEASUREMENTS: usize, const WORKERS: usize = 1> {
-    learnt: Learnt<T>,
-    measurements: [Measurement<T, Z>; MEASUREMENTS],
-    eta: [[LnSum<T>; MEASUREMENTS]; WORKERS],
+pub struct DetectorMemory<Z: Vector, const MEASUREMENTS: usize, const WORKERS: usize = 1> {
+    learnt: Learnt<Z::Scalar>,
+    measurements: [Measurement<Z>; MEASUREMENTS],
+    eta: [[LnSum<Z::Scalar>; MEASUREMENTS]; WORKERS],
     most_in_view: [u16; WORKERS],
 }
 
-impl<T: Real, const Z: usize, const MEASUREMENTS: usize, const WORKERS: usize>
-    DetectorMemory<T, Z, MEASUREMENTS, WORKERS>
-{
+impl<Z: Vector, const MEASUREMENTS: usize, const WORKERS: usize> DetectorMemory<Z, MEASUREMENTS, WORKERS> {
     /// Empty. Capacities that cannot work do not compile.
     #[must_use]
     pub const fn new() -> Self {
@@ -277,7 +214,7 @@ impl<T: Real, const Z: usize, const MEASUREMENTS: usize, const WORKERS: usize>
         }
     }
 
-    fn room(&mut self) -> ScanRoom<'_, T, Z> {
+    fn room(&mut self) -> ScanRoom<'_, Z> {
         ScanRoom {
             learnt: &mut self.learnt,
             measurements: &mut self.measurements,
@@ -287,9 +224,7 @@ impl<T: Real, const Z: usize, const MEASUREMENTS: usize, const WORKERS: usize>
     }
 }
 
-impl<T: Real, const Z: usize, const MEASUREMENTS: usize, const WORKERS: usize> Default
-    for DetectorMemory<T, Z, MEASUREMENTS, WORKERS>
-{
+impl<Z: Vector, const MEASUREMENTS: usize, const WORKERS: usize> Default for DetectorMemory<Z, MEASUREMENTS, WORKERS> {
     fn default() -> Self {
         Self::new()
     }
@@ -297,11 +232,11 @@ impl<T: Real, const Z: usize, const MEASUREMENTS: usize, const WORKERS: usize> D
 
 /// A [`DetectorMemory`] of whatever capacity, borrowed.
 #[derive(Debug)]
-pub struct ScanRoom<'m, T: Real, const Z: usize> {
-    pub(crate) learnt: &'m mut Learnt<T>,
-    pub(crate) measurements: &'m mut [Measurement<T, Z>],
+pub struct ScanRoom<'m, Z: Vector> {
+    pub(crate) learnt: &'m mut Learnt<Z::Scalar>,
+    pub(crate) measurements: &'m mut [Measurement<Z>],
     /// Scratch of all workers, one after the other.
-    pub(crate) eta: &'m mut [LnSum<T>],
+    pub(crate) eta: &'m mut [LnSum<Z::Scalar>],
     /// For every worker |V|, the most components in view of the candidates it has weighed.
     pub(crate) most_in_view: &'m mut [u16],
 }

@@ -1,6 +1,6 @@
 //! A digest of everything the filter knows.
 
-use crate::{Component, Dim, Motion, Packed, Pose, Proposal, Real, ScPhd, Twice};
+use crate::{Component, Motion, Pose, Proposal, Real, ScPhd, Vector};
 
 /// 64-bit FNV-1a over 32-bit words.
 pub(crate) struct Fnv(u64);
@@ -31,28 +31,18 @@ impl Fnv {
         self.take((bits >> 32) as u32);
     }
 
-    fn take_map<'c, T: Real, const N: usize>(&mut self, map: impl Iterator<Item = &'c Component<T, N>>)
-    where
-        Dim<N>: Packed,
-    {
+    fn take_map<'c, T: Real, N: Vector<Scalar = T>>(&mut self, map: impl Iterator<Item = &'c Component<N>>) {
         for component in map {
             self.take(component.tag);
             self.take_scalar(component.ln_weight);
-            component.mean.iter().for_each(|&x| self.take_scalar(x));
+            component.mean.as_slice().iter().for_each(|&x| self.take_scalar(x));
             component.covariance.as_lower().iter().for_each(|&x| self.take_scalar(x));
         }
         self.take(u32::MAX);
     }
 }
 
-impl<T, M, const K: usize, const D: usize, const E: usize> ScPhd<'_, T, M, K, D, E>
-where
-    T: Real,
-    M: Motion<T, K>,
-    Dim<K>: Packed,
-    Dim<D>: Packed + Twice<E>,
-    Dim<E>: Packed,
-{
+impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
     /// A hash of the complete state: every pose, weight and component to the last bit, and the random stream.
     ///
     /// The same inputs give the same digest on every machine, at every optimisation level. It does not depend on where
@@ -75,7 +65,7 @@ where
         }
         for candidate in self.candidates() {
             digest.take_scalar(candidate.ln_weight);
-            candidate.pose.coordinates().iter().for_each(|&x| digest.take_scalar(x));
+            candidate.pose.coordinates().as_slice().iter().for_each(|&x| digest.take_scalar(x));
         }
         if matches!(self.config.proposal, Proposal::Informed(_)) {
             for spread in self.memory.spreads.iter().take(cursor.particles) {

@@ -2,9 +2,8 @@
 //! the same, and the reports tell of it.
 
 use crate::plausible::{is_within_range, is_within_square};
-use crate::{ConfigError, Dim, Fix, Flaw, Implausible, ModelError, Packed, Pose, Real, Symmetric};
+use crate::{ConfigError, Fix, Flaw, Implausible, ModelError, Pose, Real, Symmetric, Vector};
 use core::fmt;
-use nalgebra::SVector;
 
 /// Why a filter cannot be set up.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -117,17 +116,14 @@ pub enum ResetError {
 
 impl ResetError {
     /// Whether a filter may be put to this pose.
-    pub(crate) fn check_pose<T: Real, P: Pose<T, K>, const K: usize>(pose: &P) -> Result<(), Self> {
+    pub(crate) fn check_pose<P: Pose>(pose: &P) -> Result<(), Self> {
         let usable = pose.is_finite() && is_within_range(&pose.coordinates());
         if usable { Ok(()) } else { Err(Self::NonFinitePose) }
     }
 
     /// Whether poses may be spread by this: finite, and no variance negative.
-    pub(crate) fn check_covariance<T: Real, const K: usize>(covariance: &Symmetric<T, K>) -> Result<(), Self>
-    where
-        Dim<K>: Packed,
-    {
-        let usable = is_within_square(covariance) && (0..K).all(|k| covariance.get(k, k) >= T::ZERO);
+    pub(crate) fn check_covariance<T: Real, K: Vector<Scalar = T>>(covariance: &Symmetric<K>) -> Result<(), Self> {
+        let usable = is_within_square(covariance) && (0..K::DIMENSION).all(|k| covariance.get(k, k) >= T::ZERO);
         if usable { Ok(()) } else { Err(Self::Covariance) }
     }
 }
@@ -246,11 +242,11 @@ pub enum ScanError {
 
 impl ScanError {
     /// Whether a state with room for so many measurements can take these.
-    pub(crate) fn check<T: Real, const Z: usize>(measurements: &[SVector<T, Z>], capacity: usize) -> Result<(), Self> {
+    pub(crate) fn check<Z: Vector>(measurements: &[Z], capacity: usize) -> Result<(), Self> {
         if measurements.len() > capacity {
             return Err(Self::TooManyMeasurements { measurements: measurements.len(), capacity });
         }
-        let finite = |z: &SVector<T, Z>| z.iter().all(|coordinate| coordinate.is_finite());
+        let finite = |z: &Z| z.as_slice().iter().all(|coordinate| coordinate.is_finite());
         let strange = measurements.iter().position(|z| !finite(z));
         strange.map_or(Ok(()), |index| Err(Self::NonFinite { index }))
     }
@@ -287,14 +283,8 @@ pub enum ObserveError {
 
 impl ObserveError {
     /// Whether a filter can take this fix.
-    pub(crate) fn check<T: Real, F: Fix<T, K, Z>, const K: usize, const Z: usize>(
-        fix: &F,
-        measured: &SVector<T, Z>,
-    ) -> Result<(), Self>
-    where
-        Dim<Z>: Packed,
-    {
-        if !measured.iter().all(|coordinate| coordinate.is_finite()) {
+    pub(crate) fn check<F: Fix>(fix: &F, measured: &F::Measurement) -> Result<(), Self> {
+        if !measured.as_slice().iter().all(|coordinate| coordinate.is_finite()) {
             return Err(Self::NonFinite);
         }
         fix.noise().factor().map(|_| ()).ok_or(Self::Noise)

@@ -1,7 +1,7 @@
 //! Where the weighing is done: on one core, or on several.
 
 use crate::candidate::Candidate;
-use crate::{LnSum, Real};
+use crate::{LnSum, Pose, Real};
 
 /// Does jobs that do not depend on each other: one after the other ([`Serial`]), by the threads of a pool on the host, by
 /// both cores of a microcontroller.
@@ -30,12 +30,12 @@ use crate::{LnSum, Real};
 /// # use nalgebra::Vector2;
 /// # use scphd::{
 /// #     Births, Config, ControlNoise, Detector, DetectorMemory, MapMemory, PlanarPose, RangeBearing, RangeBearingWindow,
-/// #     ScPhd, Sensing, State, Step, Unicycle, UniformClutter,
+/// #     ScPhd, Sensing, State, Static, Step, Unicycle, UniformClutter,
 /// # };
 ///
-/// type Memory = State<f32, PlanarPose<f32>, 3, 16, 16, MapMemory<f32, 2, 2, 16, 64, 8, 128>>;
+/// type Memory = State<PlanarPose<f32>, 16, 16, MapMemory<Static<Vector2<f32>>, 16, 64, 8, 128>>;
 /// // The last parameter: scratch for so many jobs at a time.
-/// let mut scratch = DetectorMemory::<f32, 2, 32, 2>::new();
+/// let mut scratch = DetectorMemory::<Vector2<f32>, 32, 2>::new();
 /// # let window = RangeBearingWindow::full_circle(15.0, 0.9)?;
 /// # let motion = Unicycle::new(Step::Arc, ControlNoise::white(0.1, 0.02))?;
 /// # let sensing = Sensing {
@@ -79,26 +79,26 @@ impl<X: Executor + ?Sized> Executor for &X {
 
 /// One job of the weighing: some of the candidates, where to put their ln L, and scratch for one at a time.
 #[derive(Debug)]
-pub(crate) struct Share<'a, T, P> {
+pub(crate) struct Share<'a, P: Pose> {
     /// The place of the first one among all candidates.
     pub(crate) first: usize,
-    pub(crate) candidates: &'a [Candidate<T, P>],
+    pub(crate) candidates: &'a [Candidate<P>],
     /// As many as candidates, at least.
-    pub(crate) ln_likelihoods: &'a mut [T],
+    pub(crate) ln_likelihoods: &'a mut [P::Scalar],
     /// As many as a scan can have measurements.
-    pub(crate) eta: &'a mut [LnSum<T>],
+    pub(crate) eta: &'a mut [LnSum<P::Scalar>],
     /// |V|, the most components in view of any of them.
     pub(crate) most_in_view: &'a mut u16,
 }
 
 /// Divides the candidates into one share a worker. There are as many workers as `most_in_view`, and `eta` has scratch for
 /// all of them.
-pub(crate) fn shares<'a, T: Real, P>(
-    candidates: &'a [Candidate<T, P>],
+pub(crate) fn shares<'a, T: Real, P: Pose<Scalar = T>>(
+    candidates: &'a [Candidate<P>],
     ln_likelihoods: &'a mut [T],
     eta: &'a mut [LnSum<T>],
     most_in_view: &'a mut [u16],
-) -> impl Iterator<Item = Share<'a, T, P>> {
+) -> impl Iterator<Item = Share<'a, P>> {
     let workers = most_in_view.len().max(1);
     let each = candidates.len().div_ceil(workers).max(1);
     let scratch = (eta.len() / workers).max(1);

@@ -3,13 +3,9 @@
 use crate::map::Maps;
 use crate::reduce::{merge_and_cap, moment_match};
 use crate::workspace::Origin;
-use crate::{Config, Dim, Packed, Real};
+use crate::{Config, Feature, Real, Vector};
 
-impl<T: Real, const N: usize, const D: usize> Maps<'_, T, N, D>
-where
-    Dim<N>: Packed,
-    Dim<D>: Packed,
-{
+impl<T: Real, F: Feature<Position: Vector<Scalar = T>>> Maps<'_, F> {
     /// Fills the workspace with Σ_i ζ_i v_i, the mixture of all particles' maps by their weights, reduced.
     ///
     /// Affordable because maps share pages, so that a component is met once however many particles hold it, and because

@@ -3,23 +3,20 @@
 use crate::candidate::{moments, total_weight};
 use crate::config::Extraction;
 use crate::confirmed::is_confirmed;
-use crate::models::Mounted;
 use crate::reduce::heavier;
 use crate::state::Memory;
 use crate::{
-    Component, Config, Detector, Dim, Locating, Motion, Packed, Pose, Proposal, Real, ScPhd, Sensor, Symmetric, Twice,
+    Component, Config, Detector, MeasurementModel, Motion, MovingOf, Pose, PositionOf, Proposal, Real, ScPhd, Sensor,
+    Symmetric, TangentOf, Vector,
 };
 
 /// The estimated pose.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PoseEstimate<T: Real, P, const K: usize>
-where
-    Dim<K>: Packed,
-{
+pub struct PoseEstimate<P: Pose> {
     /// Weighted mean over the candidates; angles by their circular mean.
     pub mean: P,
     /// Weighted covariance of the candidates' differences from the mean.
-    pub covariance: Symmetric<T, K>,
+    pub covariance: Symmetric<TangentOf<P>>,
 }
 
 /// The estimated map, beside the features written to the caller's buffer.
@@ -34,17 +31,10 @@ pub struct MapEstimate<T> {
     pub left_out: usize,
 }
 
-impl<T, M, const K: usize, const D: usize, const E: usize> ScPhd<'_, T, M, K, D, E>
-where
-    T: Real,
-    M: Motion<T, K>,
-    Dim<K>: Packed,
-    Dim<D>: Packed + Twice<E>,
-    Dim<E>: Packed,
-{
+impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
     /// Mean and covariance of the vehicle's pose over all candidates; `None` before the first reset.
     #[must_use]
-    pub fn estimate_pose(&self) -> Option<PoseEstimate<T, M::Pose, K>> {
+    pub fn estimate_pose(&self) -> Option<PoseEstimate<M::Pose>> {
         let candidates = self.candidates();
         if candidates.is_empty() {
             return None;
@@ -66,12 +56,12 @@ where
     }
 
     /// The components of one particle's static map, in no particular order.
-    pub fn map(&self, particle: usize) -> impl Iterator<Item = &Component<T, D>> {
+    pub fn map(&self, particle: usize) -> impl Iterator<Item = &Component<PositionOf<M::Pose>>> {
         self.memory.still.of(particle)
     }
 
     /// The components of one particle's moving map, in no particular order, as they were at the last scan.
-    pub fn moving_map(&self, particle: usize) -> impl Iterator<Item = &Component<T, E>> {
+    pub fn moving_map(&self, particle: usize) -> impl Iterator<Item = &Component<MovingOf<M::Pose>>> {
         self.memory.moving.of(particle)
     }
 
@@ -91,15 +81,11 @@ where
     /// [`extraction`](crate::Config::extraction) and of those that weigh at least
     /// [`extraction_weight`](crate::Config::extraction_weight), to `features`. Where the extraction is of what is
     /// [confirmed](Extraction::Confirmed), it is so as this detector sees it.
-    pub fn estimate_map<S, V, C, R, const Z: usize>(
+    pub fn estimate_map<X: MeasurementModel<Pose = M::Pose>, R>(
         &self,
-        detector: &Detector<T, S, V, C, R>,
-        features: &mut [Component<T, D>],
-    ) -> MapEstimate<T>
-    where
-        S: Locating<T, K, D, Z> + Sensor<T, D, Z, Pose = M::Pose>,
-        Dim<Z>: Packed,
-    {
+        detector: &Detector<X, R>,
+        features: &mut [Component<PositionOf<M::Pose>>],
+    ) -> MapEstimate<T> {
         let Self { config, memory, .. } = self;
         let admits = admits(detector, memory, config);
         let map = || self.map(self.heaviest()).filter(|component| admits(component)).copied();
@@ -109,15 +95,11 @@ where
     /// The same for the static map that is expected over all particles, Σ_i ζ_i v_i, so that the covariances hold the
     /// uncertainty of the pose too. Components of one tag are one feature; the rest is left to the
     /// [`reduction`](crate::Config::reduction). Works in the scratch of the update, whose capacity bounds it.
-    pub fn estimate_expected_map<S, V, C, R, const Z: usize>(
+    pub fn estimate_expected_map<X: MeasurementModel<Pose = M::Pose>, R>(
         &mut self,
-        detector: &Detector<T, S, V, C, R>,
-        features: &mut [Component<T, D>],
-    ) -> MapEstimate<T>
-    where
-        S: Locating<T, K, D, Z> + Sensor<T, D, Z, Pose = M::Pose>,
-        Dim<Z>: Packed,
-    {
+        detector: &Detector<X, R>,
+        features: &mut [Component<PositionOf<M::Pose>>],
+    ) -> MapEstimate<T> {
         let Self { config, memory, .. } = self;
         let admits = admits(detector, memory, config);
         let Memory { cursor, candidates, still, .. } = memory;
@@ -133,10 +115,14 @@ where
     }
 
     /// The same for the moving features of the heaviest particle, (position, velocity), where they are by now.
-    pub fn estimate_moving(&self, features: &mut [Component<T, E>]) -> MapEstimate<T> {
+    pub fn estimate_moving(&self, features: &mut [Component<MovingOf<M::Pose>>]) -> MapEstimate<T> {
         let (motion, waited_s) = (&self.config.moving.motion, self.waited_s());
-        let now = |component: &Component<T, E>| {
-            if waited_s > T::ZERO { motion.advance::<D, E>(component, waited_s) } else { Some(*component) }
+        let now = |component: &Component<MovingOf<M::Pose>>| {
+            if waited_s > T::ZERO {
+                motion.advance::<PositionOf<M::Pose>>(component, waited_s)
+            } else {
+                Some(*component)
+            }
         };
         first_of(
             || self.moving_map(self.heaviest()).filter_map(now),
@@ -149,25 +135,15 @@ where
 
 /// Whether a static component may be an estimated feature, whatever it weighs: where the extraction asks for it, if it is
 /// confirmed as seen from the heaviest particle's pose.
-fn admits<'d, T, P, S, V, C, R, const K: usize, const D: usize, const E: usize, const Z: usize>(
-    detector: &'d Detector<T, S, V, C, R>,
-    memory: &Memory<'_, T, P, K, D, E>,
+fn admits<'d, T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>, R>(
+    detector: &'d Detector<X, R>,
+    memory: &Memory<'_, P>,
     config: &Config<T>,
-) -> impl Fn(&Component<T, D>) -> bool + use<'d, T, P, S, V, C, R, K, D, E, Z>
-where
-    T: Real,
-    P: Pose<T, K>,
-    S: Locating<T, K, D, Z> + Sensor<T, D, Z, Pose = P>,
-    Dim<K>: Packed,
-    Dim<D>: Packed,
-    Dim<E>: Packed,
-    Dim<Z>: Packed,
-{
+) -> impl Fn(&Component<PositionOf<P>>) -> bool + use<'d, T, P, X, R> {
     let heaviest = memory.cursor.heaviest;
     let asked = config.extraction == Extraction::Confirmed;
     let candidate = memory.candidates().get(heaviest * memory.cursor.children).filter(|_| asked);
-    let sensor: Mounted<'d, T, S, (), K> =
-        Mounted { sensor: &detector.sensing.sensor, field_of_view: &(), mounting: detector.mounting };
+    let sensor = detector.on_vehicle().sensor;
     let frame = candidate.map(|candidate| sensor.frame(&candidate.pose));
     let spread = memory.spreads.get(heaviest).copied();
     let detections = config.confirming_detections;
@@ -177,15 +153,12 @@ where
 }
 
 /// Writes the first round(N̂) components in the order of the extraction, or all, of those that weigh enough, to `features`.
-fn first_of<T: Real, const N: usize, I: Iterator<Item = Component<T, N>>>(
+fn first_of<T: Real, N: Vector<Scalar = T>, I: Iterator<Item = Component<N>>>(
     map: impl Fn() -> I,
     extraction: Extraction,
     least_weight: T,
-    features: &mut [Component<T, N>],
-) -> MapEstimate<T>
-where
-    Dim<N>: Packed,
-{
+    features: &mut [Component<N>],
+) -> MapEstimate<T> {
     let expected_features = map().fold(T::ZERO, |sum, component| sum + component.ln_weight.exp());
     let rounded = (expected_features + T::from_f64(0.5)).floor().to_i32();
     let ln_least = least_weight.ln();
@@ -216,14 +189,11 @@ where
 }
 
 /// Whether `a` is extracted before `b`.
-fn comes_first<T: Real, const N: usize>(extraction: Extraction, a: &Component<T, N>, b: &Component<T, N>) -> bool
-where
-    Dim<N>: Packed,
-{
+fn comes_first<T: Real, N: Vector<Scalar = T>>(extraction: Extraction, a: &Component<N>, b: &Component<N>) -> bool {
     if extraction == Extraction::Heaviest {
         return heavier(a, b);
     }
-    let ln_peak = |component: &Component<T, N>| {
+    let ln_peak = |component: &Component<N>| {
         component.covariance.factor().map_or(T::NEG_INFINITY, |factor| component.ln_weight + factor.ln_peak())
     };
     let (of_a, of_b) = (ln_peak(a), ln_peak(b));

@@ -8,10 +8,15 @@ use std::boxed::Box;
 use std::vec::Vec;
 
 type Car = Unicycle<f32>;
-type Planar<'s, M> = Alone<'s, f32, M, RangeBearing<f32>, RangeBearingWindow<f32>, UniformClutter<f32>, 3, 2, 4, 2>;
+type Planar<'s, M> = Alone<'s, M, Sensing<RangeBearing<f32>, RangeBearingWindow<f32>, UniformClutter<f32>>>;
 /// Static and moving maps of the same capacities: particles, candidates, pages, pages a map, view.
-type Compact<const N: usize, const C: usize, const P: usize, const M: usize, const V: usize> =
-    State<f32, PlanarPose<f32>, 3, N, C, MapMemory<f32, 2, 2, N, P, M, V>, MapMemory<f32, 4, 2, N, P, M, V>>;
+type Compact<const N: usize, const C: usize, const P: usize, const M: usize, const V: usize> = State<
+    PlanarPose<f32>,
+    N,
+    C,
+    MapMemory<Static<Vector2<f32>>, N, P, M, V>,
+    MapMemory<Dynamic<Vector2<f32>>, N, P, M, V>,
+>;
 type Roomy = Compact<8, 16, 256, 32, 256>;
 
 fn models(clutter_per_scan: f32) -> Models<Car, RangeBearing<f32>, RangeBearingWindow<f32>, UniformClutter<f32>> {
@@ -57,13 +62,10 @@ fn check_consistent(filter: &mut Planar<'_, Car>) {
     }
 }
 
-fn check_map<'c, const N: usize>(map: impl Iterator<Item = &'c Component<f32, N>>)
-where
-    Dim<N>: Packed,
-{
+fn check_map<'c, N: Vector<Scalar = f32>>(map: impl Iterator<Item = &'c Component<N>>) {
     let mut tags = Vec::new();
     for component in map {
-        assert!(component.ln_weight.is_finite() && component.mean.iter().all(|x| x.is_finite()));
+        assert!(component.ln_weight.is_finite() && component.mean.as_slice().iter().all(|x| x.is_finite()));
         assert!(component.covariance.factor().is_some(), "{component:?}");
         tags.push(component.tag);
     }
@@ -177,7 +179,7 @@ fn loaded_features_have_tags_of_their_own() {
     filter.scan(&[Vector2::new(9.0, 1.0)]).unwrap();
     check_consistent(&mut filter);
     // The next features are named after the greatest there can be.
-    filter.load_map(&[tagged(ScPhd::<f32, Car, 3, 2, 4>::GREATEST_LOADED_TAG), tagged(0)]).unwrap();
+    filter.load_map(&[tagged(ScPhd::<Car>::GREATEST_LOADED_TAG), tagged(0)]).unwrap();
     filter.scan(&[Vector2::new(9.0, 1.0)]).unwrap();
     assert!(filter.map(0).any(|component| component.tag > i32::MAX as u32));
     check_consistent(&mut filter);
@@ -476,15 +478,15 @@ fn long_random_operation_sequences_stay_consistent() {
 fn covariances_stay_positive_definite_over_a_million_updates() {
     // The hardest case for single precision: a static feature, seen again and again from the same place, far off and
     // under a narrow angle, with ranges known to a millimetre beside bearings of a tenth of a radian.
-    let mut covariance = Symmetric::<f32, 2>::from_diagonal([400.0, 400.0]);
+    let mut covariance = Symmetric::<Vector2<f32>>::from_diagonal([400.0, 400.0]);
     let noise = Symmetric::from_diagonal([1e-6, 1e-2]);
     let sensor = RangeBearing::new(1e-3_f32, 0.1).unwrap();
     let mut repaired = 0;
     for step in 0..1_000_000 {
         let frame = sensor.frame(&PlanarPose::new(0.0, 0.001 * (step % 100) as f32, 0.0));
         let expected = sensor.expect(&frame, &Vector2::new(30.0, 40.0)).unwrap();
-        let innovation = covariance.congruence(&expected.jacobian).plus(&noise).factor().unwrap();
-        let correction = Correction::new(&covariance, &expected.jacobian, &noise, &innovation);
+        let innovation = covariance.congruence::<Vector2<f32>>(&expected.jacobian).plus(&noise).factor().unwrap();
+        let correction = Correction::new::<Vector2<f32>>(&covariance, &expected.jacobian, &noise, &innovation);
         let corrected = correction.apply(&Component::ZERO, &Vector2::zeros(), 0.0).covariance;
         repaired += usize::from(correction.repaired());
         assert!(corrected.factor().is_some(), "step {step}: {corrected:?}");

@@ -1,13 +1,13 @@
 //! The filter: models and tuning over a state.
 
 use crate::predict::{predict, spread};
-use crate::state::{Memory, State};
+use crate::state::Memory;
 use crate::{
-    Births, Clutter, Component, Config, Detector, Dim, Executor, FieldOfView, LoadMapError, Locating, MapStorage,
-    ModelError, Motion, Noise, PAGE_LEN, Packed, Pose, PredictError, PredictReport, Probe, Proposal, Real, ResetError,
-    ScanError, ScanReport, ScanRoom, Sensor, Serial, SetupError, Stage, Symmetric, Twice, candidate::Candidate,
+    Births, Component, Config, Detector, Dynamic, Executor, LoadMapError, MapStorage, MeasurementModel, ModelError,
+    Motion, Noise, PAGE_LEN, Pose, PositionOf, PredictError, PredictReport, Probe, Proposal, Real, ResetError,
+    ScalarOf, ScanError, ScanReport, ScanRoom, Sensor, Serial, SetupError, Stage, State, Static, Symmetric,
+    candidate::Candidate,
 };
-use nalgebra::SVector;
 
 /// The single-cluster PHD SLAM filter.
 ///
@@ -15,21 +15,21 @@ use nalgebra::SVector;
 /// [detectors](Detector), given with every scan. A scan is read from top to bottom in [`ScPhd::scan`]: weigh, normalise, select,
 /// update, reduce.
 ///
-/// `M` is the motion; K, D and E are the dimensions of pose, position and moving feature (E = 2D).
+/// `M` is the motion.
 ///
 /// ```
 /// use nalgebra::Vector2;
 /// use scphd::{
 ///     Births, Config, ControlNoise, Detector, DetectorMemory, MapMemory, PlanarPose, RangeBearing, RangeBearingWindow,
-///     ScPhd, Sensing, State, Step, Unicycle, UnicycleControl, UniformClutter,
+///     ScPhd, Sensing, State, Static, Step, Unicycle, UnicycleControl, UniformClutter,
 /// };
 ///
 /// // On a vehicle these are statics; here the test owns them.
 /// // 16 particles of one sample each; 64 pages of static features, 8 to a map, 128 in view.
-/// type Memory = State<f32, PlanarPose<f32>, 3, 16, 16, MapMemory<f32, 2, 2, 16, 64, 8, 128>>;
+/// type Memory = State<PlanarPose<f32>, 16, 16, MapMemory<Static<Vector2<f32>>, 16, 64, 8, 128>>;
 /// let mut state = Box::new(Memory::new());
 /// // Scans of up to 32 measurements.
-/// let mut scratch = DetectorMemory::<f32, 2, 32>::new();
+/// let mut scratch = DetectorMemory::<Vector2<f32>, 32>::new();
 ///
 /// let window = RangeBearingWindow::full_circle(15.0, 0.9)?;
 /// let sensing = Sensing {
@@ -61,25 +61,13 @@ use nalgebra::SVector;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug)]
-pub struct ScPhd<'s, T: Real, M: Motion<T, K>, const K: usize, const D: usize, const E: usize>
-where
-    Dim<K>: Packed,
-    Dim<D>: Packed,
-    Dim<E>: Packed,
-{
+pub struct ScPhd<'s, M: Motion> {
     pub(crate) motion: M,
-    pub(crate) config: Config<T>,
-    pub(crate) memory: Memory<'s, T, M::Pose, K, D, E>,
+    pub(crate) config: Config<ScalarOf<M::Pose>>,
+    pub(crate) memory: Memory<'s, M::Pose>,
 }
 
-impl<'s, T, M, const K: usize, const D: usize, const E: usize> ScPhd<'s, T, M, K, D, E>
-where
-    T: Real,
-    M: Motion<T, K>,
-    Dim<K>: Packed,
-    Dim<D>: Packed + Twice<E>,
-    Dim<E>: Packed,
-{
+impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'s, M> {
     /// The greatest tag of a loaded feature: as many again are left for features that are born.
     pub const GREATEST_LOADED_TAG: u32 = u32::MAX / 2;
 
@@ -92,11 +80,11 @@ where
     pub fn new<const PARTICLES: usize, const CANDIDATES: usize, SM, VM>(
         motion: M,
         config: Config<T>,
-        state: &'s mut State<T, M::Pose, K, PARTICLES, CANDIDATES, SM, VM>,
+        state: &'s mut State<M::Pose, PARTICLES, CANDIDATES, SM, VM>,
     ) -> Result<Self, SetupError>
     where
-        SM: MapStorage<T, D, D>,
-        VM: MapStorage<T, E, D>,
+        SM: MapStorage<Static<PositionOf<M::Pose>>>,
+        VM: MapStorage<Dynamic<PositionOf<M::Pose>>>,
     {
         config.check()?;
         if config.particles > PARTICLES {
@@ -116,15 +104,11 @@ where
     ///
     /// # Errors
     /// Its births move and the state has no moving maps, or its birth intensity has more components than an update has room for.
-    pub fn check<S, V, C, R, const Z: usize>(&self, detector: &Detector<T, S, V, C, R>) -> Result<(), SetupError>
-    where
-        S: Sensor<T, D, Z, Pose = M::Pose>,
-        Dim<Z>: Packed,
-    {
+    pub fn check<X: MeasurementModel<Pose = M::Pose>, R>(&self, detector: &Detector<X, R>) -> Result<(), SetupError> {
         if !self.has_room_for(&detector.births) {
             return Err(SetupError::NoRoomForMoving);
         }
-        let (sensor, capacity) = (&detector.sensing.sensor, self.memory.still.workspace.capacity());
+        let (sensor, capacity) = (detector.sensing.sensor(), self.memory.still.workspace.capacity());
         let frame = sensor.frame(&M::Pose::ZERO);
         if (0..=capacity).all(|index| sensor.expected_birth(&frame, index).is_some()) {
             return Err(SetupError::TooManyBirths { capacity });
@@ -169,7 +153,7 @@ where
     /// # Errors
     /// A component is not finite, beyond 1e8 m or heavier than a million features, its covariance not positive definite, or its
     /// tag too great; or the map does not fit. The state is as it was.
-    pub fn load_map(&mut self, components: &[Component<T, D>]) -> Result<(), LoadMapError> {
+    pub fn load_map(&mut self, components: &[Component<PositionOf<M::Pose>>]) -> Result<(), LoadMapError> {
         let Memory { cursor, still, .. } = &mut self.memory;
         let (maps, pool) = (&mut still.table, &mut still.pool);
         if cursor.particles == 0 {
@@ -259,17 +243,11 @@ where
     /// # Errors
     /// A measurement is not finite, there are more than the detector has room for, its births move and the state has no moving
     /// maps, or the filter has not been reset; the state is as it was.
-    pub fn scan<S, V, C, const Z: usize>(
+    pub fn scan<X: MeasurementModel<Pose = M::Pose>>(
         &mut self,
-        detector: &mut Detector<T, S, V, C, ScanRoom<'_, T, Z>>,
-        measurements: &[SVector<T, Z>],
-    ) -> Result<ScanReport<T>, ScanError>
-    where
-        S: Locating<T, K, D, Z> + Sensor<T, D, Z, Pose = M::Pose>,
-        V: FieldOfView<T, S::Frame, D, Z>,
-        C: Clutter<T, Z>,
-        Dim<Z>: Packed,
-    {
+        detector: &mut Detector<X, ScanRoom<'_, X::Measurement>>,
+        measurements: &[X::Measurement],
+    ) -> Result<ScanReport<T>, ScanError> {
         self.scan_with(detector, measurements, &mut ())
     }
 
@@ -277,18 +255,12 @@ where
     ///
     /// # Errors
     /// As for `scan`.
-    pub fn scan_with<S, V, C, const Z: usize>(
+    pub fn scan_with<X: MeasurementModel<Pose = M::Pose>>(
         &mut self,
-        detector: &mut Detector<T, S, V, C, ScanRoom<'_, T, Z>>,
-        measurements: &[SVector<T, Z>],
+        detector: &mut Detector<X, ScanRoom<'_, X::Measurement>>,
+        measurements: &[X::Measurement],
         probe: &mut impl Probe,
-    ) -> Result<ScanReport<T>, ScanError>
-    where
-        S: Locating<T, K, D, Z> + Sensor<T, D, Z, Pose = M::Pose>,
-        V: FieldOfView<T, S::Frame, D, Z>,
-        C: Clutter<T, Z>,
-        Dim<Z>: Packed,
-    {
+    ) -> Result<ScanReport<T>, ScanError> {
         self.scan_on(detector, measurements, &Serial, probe)
     }
 
@@ -299,19 +271,13 @@ where
     ///
     /// # Errors
     /// As for `scan`.
-    pub fn scan_on<S, V, C, const Z: usize>(
+    pub fn scan_on<X: MeasurementModel<Pose = M::Pose>>(
         &mut self,
-        detector: &mut Detector<T, S, V, C, ScanRoom<'_, T, Z>>,
-        measurements: &[SVector<T, Z>],
+        detector: &mut Detector<X, ScanRoom<'_, X::Measurement>>,
+        measurements: &[X::Measurement],
         executor: &impl Executor,
         probe: &mut impl Probe,
-    ) -> Result<ScanReport<T>, ScanError>
-    where
-        S: Locating<T, K, D, Z> + Sensor<T, D, Z, Pose = M::Pose>,
-        V: FieldOfView<T, S::Frame, D, Z>,
-        C: Clutter<T, Z>,
-        Dim<Z>: Packed,
-    {
+    ) -> Result<ScanReport<T>, ScanError> {
         ScanError::check(measurements, detector.capacity())?;
         if !self.has_room_for(&detector.births) {
             return Err(ScanError::NoRoomForMoving);
@@ -368,7 +334,7 @@ where
 
     /// The candidates: N particles after a scan, N·M samples after a prediction. Weights sum to one.
     #[must_use]
-    pub fn candidates(&self) -> &[Candidate<T, M::Pose>] {
+    pub fn candidates(&self) -> &[Candidate<M::Pose>] {
         self.memory.candidates()
     }
 }

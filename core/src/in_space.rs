@@ -2,14 +2,14 @@
 
 use crate::alone::{Alone, Models};
 use crate::*;
-use nalgebra::{Matrix3, Vector3, Vector4};
+use nalgebra::{Matrix3, Vector3, Vector4, Vector6};
 use std::boxed::Box;
 use std::vec::Vec;
 
-type Still<const N: usize> = MapMemory<f64, 3, 3, N, 512, 32, 512>;
-type Moving<const N: usize> = MapMemory<f64, 6, 3, N, 256, 8, 256>;
-type Memory<const N: usize, V> = State<f64, AuvPose<f64>, 5, N, N, Still<N>, V>;
-type Filter<'s> = Alone<'s, f64, Auv<f64>, StereoCamera<f64>, StereoFrustum<f64>, UniformClutter<f64>, 5, 3, 6, 4>;
+type Still<const N: usize> = MapMemory<Static<Vector3<f64>>, N, 512, 32, 512>;
+type Moving<const N: usize> = MapMemory<Dynamic<Vector3<f64>>, N, 256, 8, 256>;
+type Memory<const N: usize, V> = State<AuvPose<f64>, N, N, Still<N>, V>;
+type Filter<'s> = Alone<'s, Auv<f64>, Sensing<StereoCamera<f64>, StereoFrustum<f64>, UniformClutter<f64>>>;
 
 const LIMITS: FrustumLimits<f64> = FrustumLimits {
     width_px: 800.0,
@@ -186,11 +186,11 @@ fn what_moves_in_space_is_told_from_what_stands() {
     let mut buffer = [Component::ZERO; 32];
     let moving = filter.estimate_moving(&mut buffer);
     let mover = buffer[..moving.features].iter().min_by(|a, b| {
-        let off = |c: &Component<f64, 6>| (c.position::<3>() - last).norm();
+        let off = |c: &Component<Vector6<f64>>| (c.position::<Vector3<f64>>() - last).norm();
         off(a).total_cmp(&off(b))
     });
     let mover = mover.expect("something moves");
     let found: Vector3<f64> = mover.mean.fixed_rows::<3>(3).into();
-    assert!((mover.position::<3>() - last).norm() < 0.15, "{} {last}", mover.mean);
+    assert!((mover.position::<Vector3<f64>>() - last).norm() < 0.15, "{} {last}", mover.mean);
     assert!((found - velocity).norm() < 0.25, "{found}");
 }

@@ -12,15 +12,16 @@ const DETECTION: f64 = 0.9;
 const CLUTTER: f64 = 1e-12;
 const START: PlanarPose<f64> = PlanarPose::new(1.0, -2.0, 0.3);
 
-type Memory<T, const N: usize, const C: usize> = State<T, PlanarPose<T>, 3, N, C, MapMemory<T, 2, 2, N, 2048, 16, 128>>;
-type Linear<'s> = Alone<'s, f64, Drift, Offset, Everywhere, UniformClutter<f64>, 3, 2, 4, 2>;
+type Memory<T, const N: usize, const C: usize> =
+    State<PlanarPose<T>, N, C, MapMemory<Static<Vector2<T>>, N, 2048, 16, 128>>;
+type Linear<'s> = Alone<'s, Drift, Sensing<Offset, Everywhere, UniformClutter<f64>>>;
 
 fn informed(drawn: f64) -> Proposal<f64> {
     Proposal::Informed(Informed { drawn, ..Informed::default() })
 }
 
 /// Two features of known uncertainty, 20 m apart.
-fn linear_map() -> [Component<f64, 2>; 2] {
+fn linear_map() -> [Component<Vector2<f64>>; 2] {
     [(10.0, 5.0), (-8.0, 14.0)].map(|(x, y)| Component {
         tag: x as u32,
         ln_weight: 0.7_f64.ln(),
@@ -100,13 +101,13 @@ fn undrawn_the_particle_carries_the_exact_posterior() {
     filter.predict(&MOVED, 0.4).unwrap();
     filter.predict(&MOVED, 0.6).unwrap();
     let between = filter.estimate_pose().unwrap();
-    let prior = Symmetric::from_diagonal([0.25, 0.04, 0.0]);
+    let prior = Symmetric::<Vector3<f64>>::from_diagonal([0.25, 0.04, 0.0]);
     assert!((between.covariance.to_matrix() - prior.to_matrix()).norm() < 1e-12);
     filter.scan(&SEEN).unwrap();
     assert!((filter.ln_likelihoods()[0] - ln_evidence).abs() < 1e-6);
     let after = filter.estimate_pose().unwrap();
     assert!((Vector2::new(after.mean.x_m, after.mean.y_m) - mean).norm() < 1e-8, "{mean} {:?}", after.mean);
-    let found = after.covariance.leading::<2>().to_matrix();
+    let found = after.covariance.leading::<Vector2<f64>>().to_matrix();
     assert!((found - covariance).norm() < 1e-8, "{found} {covariance}");
 }
 
@@ -130,7 +131,7 @@ fn nothing_seen_leaves_the_prior() {
     assert!(ln_likelihoods.iter().all(|ln_l| (ln_l - ln_likelihoods[0]).abs() < 1e-12), "{ln_likelihoods:?}");
 }
 
-type Car<'s, T> = Alone<'s, T, Unicycle<T>, RangeBearing<T>, RangeBearingWindow<T>, UniformClutter<T>, 3, 2, 4, 2>;
+type Car<'s, T> = Alone<'s, Unicycle<T>, Sensing<RangeBearing<T>, RangeBearingWindow<T>, UniformClutter<T>>>;
 
 fn car<T: Real, const N: usize, const C: usize>(
     memory: &mut Memory<T, N, C>,

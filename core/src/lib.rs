@@ -14,7 +14,7 @@
 //!
 //! # How to use it
 //!
-//! Choose how the vehicle moves ([`Motion`]), a tuning ([`Config`]) and capacities ([`State`]), and put a [`ScPhd`] over them. Every
+//! Choose how the vehicle moves ([`Motion`]), a tuning ([`Config`]) and capacities ([`memory!`]), and put a [`ScPhd`] over them. Every
 //! sensor on the vehicle is a [`Detector`]: its models ([`Sensor`], [`FieldOfView`], [`Clutter`]; some come with the crate), where it
 //! sits ([`Mounting`]) and what it gives birth to. Then [`predict`](ScPhd::predict) with every odometry sample,
 //! [`scan`](ScPhd::scan) with every scan of any detector, [`observe`](ScPhd::observe) with every measurement of the pose itself ([`Fix`]),
@@ -88,6 +88,7 @@ mod ln_sum;
 #[cfg(test)]
 mod lying;
 mod map;
+mod memory;
 #[cfg(all(test, feature = "adaptive"))]
 mod mismatch;
 mod models;
@@ -129,6 +130,7 @@ mod tally;
 #[cfg(test)]
 mod unconfirmed;
 mod update;
+mod vector;
 mod view;
 mod weigh;
 mod work;
@@ -141,7 +143,7 @@ pub use bounds::Bounds;
 pub use candidate::Candidate;
 pub use component::{Component, Correction};
 pub use config::{Config, ConfigError, Extraction, MovingConfig};
-pub use detector::{Births, Detector, DetectorMemory, ScanRoom, Sensing};
+pub use detector::{Births, Detector, DetectorMemory, ScanRoom};
 pub use error::{LoadMapError, ObserveError, PredictError, ResetError, ScanError, SetupError};
 pub use executor::{Executor, Serial};
 pub use extract::{MapEstimate, PoseEstimate};
@@ -150,7 +152,7 @@ pub use health::Health;
 pub use joint::{JointConfig, JointReport, JointSlam, JointState, Persistence, joint_numbers};
 pub use likelihood::Likelihood;
 pub use ln_sum::LnSum;
-pub use map::{MapMemory, MapStorage, NoMoving, PAGE_LEN};
+pub use map::{Dynamic, Feature, MapMemory, MapStorage, NoMoving, PAGE_LEN, Static};
 pub use models::*;
 /// The linear algebra that the interface is written in.
 pub use nalgebra;
@@ -169,4 +171,5 @@ pub use real::Real;
 pub use reduce::Reduction;
 pub use report::{PredictReport, ScanReport};
 pub use state::State;
-pub use symmetric::{Dim, Factor, Lower, Packed, Symmetric, Twice};
+pub use symmetric::{Factor, Symmetric};
+pub use vector::{Array, Linear, Matrix, Place, Vector, Zero};

@@ -5,7 +5,7 @@ use crate::online::scaled;
 use crate::scan::Scan;
 use crate::view::View;
 use crate::weigh::Seen;
-use crate::{Dim, FieldOfView, LnSum, Packed, Real, Sensor};
+use crate::{FieldOfView, LnSum, MeasurementModel, Pose, PositionOf, Real, Sensor};
 
 /// How the scan weighs a particle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -28,20 +28,13 @@ pub enum Likelihood {
 /// ln L of the scan, up to the clutter rate λ, from what the candidate saw and the complete η_z; of the likelihood with several
 /// features what it has in common with that of the empty map. Once for all who ask: it is not small.
 #[inline(never)]
-pub(crate) fn ln_likelihood<T, S, V, F, const D: usize, const Z: usize>(
+pub(crate) fn ln_likelihood<T: Real, X: MeasurementModel<Pose: Pose<Scalar = T>>>(
     likelihood: Likelihood,
-    view: &View<'_, T, S, V, F>,
-    seen: &Seen<T, D>,
-    scan: &Scan<'_, T, Z>,
+    view: &View<'_, X>,
+    seen: &Seen<PositionOf<X::Pose>>,
+    scan: &Scan<'_, X::Measurement>,
     eta: &[LnSum<T>],
-) -> T
-where
-    T: Real,
-    S: Sensor<T, D, Z, Frame = F>,
-    V: FieldOfView<T, F, D, Z>,
-    Dim<D>: Packed,
-    Dim<Z>: Packed,
-{
+) -> T {
     let eta = || scan.iter().zip(eta);
     if likelihood == Likelihood::SingleCluster {
         return ln_product(eta().map(|(_, eta)| eta)) - seen.expected_detections;
@@ -59,18 +52,11 @@ where
 
 /// ln[ 1 − p_D + p_D Σ g/κ ] − ln[ 1 − p_D + p_D Σ g/η ] at the mean of a feature: by how much the scan speaks for it,
 /// less by how much the update has made of that already, v(m)/v⁻(m).
-fn single_feature<'e, T, S, V, F, const D: usize, const Z: usize>(
-    view: &View<'_, T, S, V, F>,
-    feature: &crate::Component<T, D>,
-    eta: impl Iterator<Item = (&'e crate::scan::Measurement<T, Z>, &'e LnSum<T>)>,
-) -> Option<T>
-where
-    T: Real,
-    S: Sensor<T, D, Z, Frame = F>,
-    V: FieldOfView<T, F, D, Z>,
-    Dim<D>: Packed,
-    Dim<Z>: Packed,
-{
+fn single_feature<'e, T: Real, X: MeasurementModel<Pose: Pose<Scalar = T>>>(
+    view: &View<'_, X>,
+    feature: &crate::Component<PositionOf<X::Pose>>,
+    eta: impl Iterator<Item = (&'e crate::scan::Measurement<X::Measurement>, &'e LnSum<T>)>,
+) -> Option<T> {
     let expected = view.sensor.expect(&view.frame, &feature.mean)?.measurement;
     let detection = view.field_of_view.detection_probability(&view.frame, &feature.mean, &expected);
     // Written so that NaN is out of view too.

@@ -1,9 +1,7 @@
 //! Models in which all is linear and Gaussian, for tests against closed forms.
 
-use crate::{
-    Bounds, Expected, FieldOfView, Inverse, Linearised, Locating, Motion, Noise, PlanarPose, Sensor, Symmetric,
-};
-use nalgebra::{Matrix2, Matrix2x3, Matrix3, Vector2};
+use crate::{Bounds, Expected, FieldOfView, Inverse, Linearised, Motion, Noise, PlanarPose, Sensor, Symmetric};
+use nalgebra::{Matrix2, Matrix2x3, Matrix3, Vector2, Vector3};
 
 /// A vehicle that is moved by what it is told, with noise in x and y: linear and Gaussian.
 pub(crate) struct Drift {
@@ -11,7 +9,7 @@ pub(crate) struct Drift {
     pub(crate) sigmas: [f64; 2],
 }
 
-impl Motion<f64, 3> for Drift {
+impl Motion for Drift {
     type Pose = PlanarPose<f64>;
     type Control = Vector2<f64>;
 
@@ -26,7 +24,7 @@ impl Motion<f64, 3> for Drift {
         let [x, y] = self.sigmas.map(|sigma| sigma * dt.sqrt() * noise.normal::<f64>());
         PlanarPose { x_m: moved.x_m + x, y_m: moved.y_m + y, ..moved }
     }
-    fn linearise(&self, _: &PlanarPose<f64>, _: &Vector2<f64>, dt: f64) -> Linearised<f64, 3> {
+    fn linearise(&self, _: &PlanarPose<f64>, _: &Vector2<f64>, dt: f64) -> Linearised<Vector3<f64>> {
         let [x, y] = self.sigmas.map(|sigma| sigma * sigma * dt);
         Linearised { transition: Matrix3::identity(), noise: Symmetric::from_diagonal([x, y, 0.0]) }
     }
@@ -35,11 +33,12 @@ impl Motion<f64, 3> for Drift {
 /// A sensor that measures where a feature is from the vehicle, in the map's directions: linear.
 pub(crate) struct Offset {
     /// R.
-    pub(crate) noise: Symmetric<f64, 2>,
+    pub(crate) noise: Symmetric<Vector2<f64>>,
 }
 
-impl Sensor<f64, 2, 2> for Offset {
+impl Sensor for Offset {
     type Pose = PlanarPose<f64>;
+    type Measurement = Vector2<f64>;
     type Frame = Vector2<f64>;
     const SORTED_BY: usize = 0;
     const SORTED_BY_ANGLE: bool = false;
@@ -47,22 +46,20 @@ impl Sensor<f64, 2, 2> for Offset {
     fn frame(&self, pose: &PlanarPose<f64>) -> Vector2<f64> {
         Vector2::new(pose.x_m, pose.y_m)
     }
-    fn expect(&self, frame: &Vector2<f64>, feature: &Vector2<f64>) -> Option<Expected<f64, 2, 2>> {
+    fn expect(&self, frame: &Vector2<f64>, feature: &Vector2<f64>) -> Option<Expected<Vector2<f64>, Vector2<f64>>> {
         Some(Expected { measurement: feature - frame, jacobian: Matrix2::identity() })
     }
     fn innovation(&self, measured: &Vector2<f64>, expected: &Vector2<f64>) -> Vector2<f64> {
         measured - expected
     }
-    fn noise(&self) -> &Symmetric<f64, 2> {
+    fn noise(&self) -> &Symmetric<Vector2<f64>> {
         &self.noise
     }
-    fn invert(&self, frame: &Vector2<f64>, measured: &Vector2<f64>) -> Option<Inverse<f64, 2, 2>> {
+    fn invert(&self, frame: &Vector2<f64>, measured: &Vector2<f64>) -> Option<Inverse<Vector2<f64>, Vector2<f64>>> {
         Some(Inverse { feature: frame + measured, jacobian: Matrix2::identity() })
     }
-}
 
-impl Locating<f64, 3, 2, 2> for Offset {
-    fn by_pose(&self, _: &Vector2<f64>, _: &Vector2<f64>, _: &Expected<f64, 2, 2>) -> Matrix2x3<f64> {
+    fn by_pose(&self, _: &Vector2<f64>, _: &Vector2<f64>, _: &Expected<Vector2<f64>, Vector2<f64>>) -> Matrix2x3<f64> {
         Matrix2x3::new(-1.0, 0.0, 0.0, 0.0, -1.0, 0.0)
     }
 }
@@ -70,11 +67,11 @@ impl Locating<f64, 3, 2, 2> for Offset {
 /// The same p_D everywhere.
 pub(crate) struct Everywhere(pub(crate) f64);
 
-impl FieldOfView<f64, Vector2<f64>, 2, 2> for Everywhere {
+impl FieldOfView<Vector2<f64>, Vector2<f64>, Vector2<f64>> for Everywhere {
     fn detection_probability(&self, _: &Vector2<f64>, _: &Vector2<f64>, _: &Vector2<f64>) -> f64 {
         self.0
     }
-    fn bounds(&self, _: &Vector2<f64>) -> Bounds<f64, 2> {
+    fn bounds(&self, _: &Vector2<f64>) -> Bounds<Vector2<f64>> {
         Bounds::EVERYWHERE
     }
 }

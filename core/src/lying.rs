@@ -5,7 +5,7 @@ use crate::alone::{Alone, Models};
 use crate::work::limited;
 use crate::*;
 use core::sync::atomic::{AtomicUsize, Ordering};
-use nalgebra::{Matrix2, Matrix2x3, SVector, Vector2};
+use nalgebra::{Matrix2, Matrix2x3, SVector, Vector2, Vector3};
 use std::boxed::Box;
 use std::vec::Vec;
 
@@ -59,7 +59,7 @@ struct Liar {
     number: f64,
     period: usize,
     asked: AtomicUsize,
-    noise: Symmetric<f64, 2>,
+    noise: Symmetric<Vector2<f64>>,
     /// Components of the birth intensity.
     births: usize,
 }
@@ -76,7 +76,7 @@ impl Liar {
     }
 }
 
-impl Motion<f64, 3> for &Liar {
+impl Motion for &Liar {
     type Pose = PlanarPose<f64>;
     type Control = Vector2<f64>;
 
@@ -90,7 +90,7 @@ impl Motion<f64, 3> for &Liar {
         let moved = self.propagate(pose, control, dt);
         PlanarPose { y_m: moved.y_m + 0.1 * noise.normal::<f64>(), ..moved }
     }
-    fn linearise(&self, _: &PlanarPose<f64>, _: &Vector2<f64>, dt: f64) -> Linearised<f64, 3> {
+    fn linearise(&self, _: &PlanarPose<f64>, _: &Vector2<f64>, dt: f64) -> Linearised<Vector3<f64>> {
         let variance = self.says(Lie::Spread, 0.01 * dt);
         let mut transition = nalgebra::Matrix3::identity();
         transition[(0, 0)] = self.says(Lie::Transition, 1.0);
@@ -98,8 +98,9 @@ impl Motion<f64, 3> for &Liar {
     }
 }
 
-impl Sensor<f64, 2, 2> for &Liar {
+impl Sensor for &Liar {
     type Pose = PlanarPose<f64>;
+    type Measurement = Vector2<f64>;
     type Frame = Vector2<f64>;
     const SORTED_BY: usize = 0;
     const SORTED_BY_ANGLE: bool = false;
@@ -108,7 +109,7 @@ impl Sensor<f64, 2, 2> for &Liar {
     fn frame(&self, pose: &PlanarPose<f64>) -> Vector2<f64> {
         Vector2::new(pose.x_m, pose.y_m)
     }
-    fn expect(&self, frame: &Vector2<f64>, feature: &Vector2<f64>) -> Option<Expected<f64, 2, 2>> {
+    fn expect(&self, frame: &Vector2<f64>, feature: &Vector2<f64>) -> Option<Expected<Vector2<f64>, Vector2<f64>>> {
         let offset = feature - frame;
         let jacobian = Matrix2::new(self.says(Lie::Jacobian, 1.0), 0.0, 0.0, 1.0);
         Some(Expected { measurement: Vector2::new(offset.x, self.says(Lie::Expected, offset.y)), jacobian })
@@ -117,10 +118,10 @@ impl Sensor<f64, 2, 2> for &Liar {
         let difference = measured - expected;
         Vector2::new(self.says(Lie::Innovation, difference.x), difference.y)
     }
-    fn noise(&self) -> &Symmetric<f64, 2> {
+    fn noise(&self) -> &Symmetric<Vector2<f64>> {
         &self.noise
     }
-    fn expected_birth(&self, frame: &Vector2<f64>, index: usize) -> Option<Component<f64, 2>> {
+    fn expected_birth(&self, frame: &Vector2<f64>, index: usize) -> Option<Component<Vector2<f64>>> {
         let variance = self.says(Lie::BirthCovariance, 1.0);
         (index < self.births).then(|| Component {
             tag: 0,
@@ -129,29 +130,27 @@ impl Sensor<f64, 2, 2> for &Liar {
             covariance: Symmetric::from_diagonal([variance, 1.0]),
         })
     }
-    fn invert(&self, frame: &Vector2<f64>, measured: &Vector2<f64>) -> Option<Inverse<f64, 2, 2>> {
+    fn invert(&self, frame: &Vector2<f64>, measured: &Vector2<f64>) -> Option<Inverse<Vector2<f64>, Vector2<f64>>> {
         let feature = frame + measured;
         let jacobian = Matrix2::new(1.0, 0.0, 0.0, self.says(Lie::InverseJacobian, 1.0));
         Some(Inverse { feature: Vector2::new(self.says(Lie::Inverse, feature.x), feature.y), jacobian })
     }
-}
 
-impl Locating<f64, 3, 2, 2> for &Liar {
-    fn by_pose(&self, _: &Vector2<f64>, _: &Vector2<f64>, _: &Expected<f64, 2, 2>) -> Matrix2x3<f64> {
+    fn by_pose(&self, _: &Vector2<f64>, _: &Vector2<f64>, _: &Expected<Vector2<f64>, Vector2<f64>>) -> Matrix2x3<f64> {
         Matrix2x3::new(self.says(Lie::ByPose, -1.0), 0.0, 0.0, 0.0, -1.0, 0.0)
     }
 }
 
-impl FieldOfView<f64, Vector2<f64>, 2, 2> for &Liar {
+impl FieldOfView<Vector2<f64>, Vector2<f64>, Vector2<f64>> for &Liar {
     fn detection_probability(&self, _: &Vector2<f64>, _: &Vector2<f64>, _: &Vector2<f64>) -> f64 {
         self.says(Lie::Detection, 0.9)
     }
-    fn bounds(&self, frame: &Vector2<f64>) -> Bounds<f64, 2> {
+    fn bounds(&self, frame: &Vector2<f64>) -> Bounds<Vector2<f64>> {
         Bounds::around(frame, self.says(Lie::Bounds, 20.0))
     }
 }
 
-impl Clutter<f64, 2> for &Liar {
+impl Clutter<Vector2<f64>> for &Liar {
     fn ln_intensity(&self, _: &SVector<f64, 2>) -> f64 {
         self.says(Lie::Clutter, -4.0)
     }
@@ -160,9 +159,14 @@ impl Clutter<f64, 2> for &Liar {
     }
 }
 
-type Filter<'s, 'l> = Alone<'s, f64, &'l Liar, &'l Liar, &'l Liar, &'l Liar, 3, 2, 4, 2>;
-type Memory =
-    State<f64, PlanarPose<f64>, 3, 3, 6, MapMemory<f64, 2, 2, 3, 24, 8, 64>, MapMemory<f64, 4, 2, 3, 12, 4, 32>>;
+type Filter<'s, 'l> = Alone<'s, &'l Liar, Sensing<&'l Liar, &'l Liar, &'l Liar>>;
+type Memory = State<
+    PlanarPose<f64>,
+    3,
+    6,
+    MapMemory<Static<Vector2<f64>>, 3, 24, 8, 64>,
+    MapMemory<Dynamic<Vector2<f64>>, 3, 12, 4, 32>,
+>;
 
 const BIRTHS: Births<f64> = Births { still: 0.01, moving: 0.01 };
 
@@ -170,10 +174,7 @@ fn models(liar: &Liar) -> Models<&Liar, &Liar, &Liar, &Liar> {
     Models { motion: liar, sensor: liar, field_of_view: liar, clutter: liar }
 }
 
-fn check<const N: usize>(component: &Component<f64, N>) -> bool
-where
-    Dim<N>: Packed,
-{
+fn check<N: Vector<Scalar = f64>>(component: &Component<N>) -> bool {
     component.is_usable()
 }
 
@@ -260,11 +261,12 @@ fn births_that_never_end_are_refused_or_cut_off() {
 
 /// Two births at the origin, and without end elsewhere.
 struct Endless {
-    noise: Symmetric<f64, 2>,
+    noise: Symmetric<Vector2<f64>>,
 }
 
-impl Sensor<f64, 2, 2> for Endless {
+impl Sensor for Endless {
     type Pose = PlanarPose<f64>;
+    type Measurement = Vector2<f64>;
     type Frame = Vector2<f64>;
     const SORTED_BY: usize = 0;
     const SORTED_BY_ANGLE: bool = false;
@@ -272,38 +274,36 @@ impl Sensor<f64, 2, 2> for Endless {
     fn frame(&self, pose: &PlanarPose<f64>) -> Vector2<f64> {
         Vector2::new(pose.x_m, pose.y_m)
     }
-    fn expect(&self, frame: &Vector2<f64>, feature: &Vector2<f64>) -> Option<Expected<f64, 2, 2>> {
+    fn expect(&self, frame: &Vector2<f64>, feature: &Vector2<f64>) -> Option<Expected<Vector2<f64>, Vector2<f64>>> {
         Some(Expected { measurement: feature - frame, jacobian: Matrix2::identity() })
     }
     fn innovation(&self, measured: &Vector2<f64>, expected: &Vector2<f64>) -> Vector2<f64> {
         measured - expected
     }
-    fn noise(&self) -> &Symmetric<f64, 2> {
+    fn noise(&self) -> &Symmetric<Vector2<f64>> {
         &self.noise
     }
-    fn expected_birth(&self, frame: &Vector2<f64>, index: usize) -> Option<Component<f64, 2>> {
+    fn expected_birth(&self, frame: &Vector2<f64>, index: usize) -> Option<Component<Vector2<f64>>> {
         let covariance = Symmetric::from_diagonal([1.0, 1.0]);
         let mean = frame + Vector2::new(index as f64, 0.0);
         (index < 2 || frame.x != 0.0).then_some(Component { tag: 0, ln_weight: -5.0, mean, covariance })
     }
-    fn invert(&self, _: &Vector2<f64>, _: &Vector2<f64>) -> Option<Inverse<f64, 2, 2>> {
+    fn invert(&self, _: &Vector2<f64>, _: &Vector2<f64>) -> Option<Inverse<Vector2<f64>, Vector2<f64>>> {
         None
     }
-}
 
-impl Locating<f64, 3, 2, 2> for Endless {
-    fn by_pose(&self, _: &Vector2<f64>, _: &Vector2<f64>, _: &Expected<f64, 2, 2>) -> Matrix2x3<f64> {
+    fn by_pose(&self, _: &Vector2<f64>, _: &Vector2<f64>, _: &Expected<Vector2<f64>, Vector2<f64>>) -> Matrix2x3<f64> {
         Matrix2x3::zeros()
     }
 }
 
 struct Everywhere;
 
-impl FieldOfView<f64, Vector2<f64>, 2, 2> for Everywhere {
+impl FieldOfView<Vector2<f64>, Vector2<f64>, Vector2<f64>> for Everywhere {
     fn detection_probability(&self, _: &Vector2<f64>, _: &Vector2<f64>, _: &Vector2<f64>) -> f64 {
         0.9
     }
-    fn bounds(&self, _: &Vector2<f64>) -> Bounds<f64, 2> {
+    fn bounds(&self, _: &Vector2<f64>) -> Bounds<Vector2<f64>> {
         Bounds::EVERYWHERE
     }
 }
@@ -312,7 +312,7 @@ impl FieldOfView<f64, Vector2<f64>, 2, 2> for Everywhere {
 #[test]
 fn a_model_that_refuses_itself_is_refused() {
     struct Wrong;
-    impl Clutter<f64, 2> for Wrong {
+    impl Clutter<Vector2<f64>> for Wrong {
         fn check(&self) -> Result<(), ModelError> {
             PolarBirths::new(PolarGrid { nearest_m: f64::NAN, farthest_m: 1.0, rings: 2, sectors: 1, weight: 1.0 })
                 .map(|_| ())

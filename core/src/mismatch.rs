@@ -6,7 +6,7 @@ use nalgebra::Vector2;
 use std::boxed::Box;
 use std::vec::Vec;
 
-type Memory = State<f64, PlanarPose<f64>, 3, 1, 1, MapMemory<f64, 2, 2, 1, 64, 64, 512>>;
+type Memory = State<PlanarPose<f64>, 1, 1, MapMemory<Static<Vector2<f64>>, 1, 64, 64, 512>>;
 
 /// One world: p_D and λ as they are.
 struct World {
@@ -18,7 +18,7 @@ struct World {
 fn learnt(world: &World, detection: f64, clutter_per_scan: f64, online: Online<f64>, seed: u64) -> (f64, f64) {
     let window = RangeBearingWindow::full_circle(20.0, detection).unwrap();
     let models = Models {
-        motion: KnownPose,
+        motion: KnownPose::new(),
         sensor: RangeBearing::new(0.1, 0.01).unwrap(),
         field_of_view: window,
         clutter: UniformClutter::of_scan(clutter_per_scan, window.measure()).unwrap(),

@@ -2,24 +2,29 @@
 
 use crate::alone::{Alone, Models};
 use crate::*;
-use nalgebra::{Vector2, Vector4};
+use nalgebra::{Vector2, Vector3, Vector4};
 use std::boxed::Box;
 use std::collections::BTreeMap;
 use std::vec::Vec;
 
 type Tracker<'s> =
-    Alone<'s, f64, KnownPose, RangeBearing<f64>, RangeBearingWindow<f64>, UniformClutter<f64>, 3, 2, 4, 2>;
-type Memory =
-    State<f64, PlanarPose<f64>, 3, 2, 2, MapMemory<f64, 2, 2, 2, 64, 32, 512>, MapMemory<f64, 4, 2, 2, 64, 32, 512>>;
+    Alone<'s, KnownPose<PlanarPose<f64>>, Sensing<RangeBearing<f64>, RangeBearingWindow<f64>, UniformClutter<f64>>>;
+type Memory = State<
+    PlanarPose<f64>,
+    2,
+    2,
+    MapMemory<Static<Vector2<f64>>, 2, 64, 32, 512>,
+    MapMemory<Dynamic<Vector2<f64>>, 2, 64, 32, 512>,
+>;
 
 const ORIGIN: PlanarPose<f64> = PlanarPose::new(0.0, 0.0, 0.0);
 const DETECTION: f64 = 0.9;
 const CLUTTER_PER_SCAN: f64 = 2.0;
 
-fn models() -> Models<KnownPose, RangeBearing<f64>, RangeBearingWindow<f64>, UniformClutter<f64>> {
+fn models() -> Models<KnownPose<PlanarPose<f64>>, RangeBearing<f64>, RangeBearingWindow<f64>, UniformClutter<f64>> {
     let window = RangeBearingWindow::full_circle(20.0, DETECTION).unwrap();
     Models {
-        motion: KnownPose,
+        motion: KnownPose::new(),
         sensor: RangeBearing::new(0.1, 0.01).unwrap(),
         field_of_view: window,
         clutter: UniformClutter::of_scan(CLUTTER_PER_SCAN, window.measure()).unwrap(),
@@ -65,7 +70,7 @@ fn births_of_both_kinds_share_a_measurement() {
     let moving = *filter.moving_map(0).next().unwrap();
     assert!((still.ln_weight.exp() - weight).abs() < 1e-15 && (moving.ln_weight.exp() - weight).abs() < 1e-15);
     assert_eq!(moving.mean, Vector4::new(still.mean.x, still.mean.y, 0.0, 0.0));
-    assert_eq!(moving.covariance.leading::<2>(), still.covariance);
+    assert_eq!(moving.covariance.leading::<Vector2<f64>>(), still.covariance);
     assert_eq!((moving.covariance.get(3, 3), moving.covariance.get(3, 1)), (2.25, 0.0));
     assert_eq!(moving.tag, still.tag);
 }
@@ -125,7 +130,7 @@ fn a_moving_feature_is_weighed_where_it_has_moved_to() {
     filter.predict(&ORIGIN, 0.3).unwrap();
     filter.predict(&ORIGIN, 0.5).unwrap();
     assert_eq!(filter.moving_map(0).next(), Some(&born));
-    let moved = filter.config().moving.motion.advance::<2, 4>(&born, 0.8).unwrap();
+    let moved = filter.config().moving.motion.advance::<Vector2<f64>>(&born, 0.8).unwrap();
     let z = Vector2::new(5.4, 0.02);
     let report = filter.scan(&[z]).unwrap();
     // By hand: range and bearing of a feature straight ahead at 5 m.
@@ -245,7 +250,11 @@ fn what_moves_and_what_stands_are_told_apart_and_keep_their_names() {
         }
         for found in &moving[..moving_map.features] {
             *moving_names.entry(found.tag).or_default() += 1;
-            assert!((found.position::<2>() - walker).norm() < 0.5, "{} from {walker}", found.position::<2>());
+            assert!(
+                (found.position::<Vector2<f64>>() - walker).norm() < 0.5,
+                "{} from {walker}",
+                found.position::<Vector2<f64>>()
+            );
             assert!((Vector2::new(found.mean[2], found.mean[3]) - velocity).norm() < 0.5 || step < 50);
         }
     }
@@ -287,7 +296,7 @@ fn out_of_view_a_moving_feature_is_forgotten_in_time() {
 
 #[test]
 fn a_state_without_memory_for_it_refuses_to_track() {
-    type Small = State<f64, PlanarPose<f64>, 3, 1, 1, MapMemory<f64, 2, 2, 1, 8, 8, 64>>;
+    type Small = State<PlanarPose<f64>, 1, 1, MapMemory<Static<Vector2<f64>>, 1, 8, 8, 64>>;
     let mut memory = Box::new(Small::new());
     let tracker = Tracker::new(models(), BIRTHS, config(), &mut *memory);
     assert_eq!(tracker.map(|_| ()), Err(SetupError::NoRoomForMoving));
@@ -300,7 +309,7 @@ fn a_state_without_memory_for_it_refuses_to_track() {
 }
 
 /// ln L of one scan over a map of static features, with nothing born.
-fn ln_likelihood(likelihood: Likelihood, map: &[Component<f64, 2>], scan: &[Vector2<f64>]) -> f64 {
+fn ln_likelihood(likelihood: Likelihood, map: &[Component<Vector2<f64>>], scan: &[Vector2<f64>]) -> f64 {
     let mut memory = Box::new(Memory::new());
     let config = Config { likelihood, prune_weight: 1e-12, negligible: 1e-30, ..config() };
     let config = Config { negligible: config.prune_weight.min(config.negligible), ..config };
@@ -310,7 +319,7 @@ fn ln_likelihood(likelihood: Likelihood, map: &[Component<f64, 2>], scan: &[Vect
     filter.ln_likelihoods()[0]
 }
 
-fn landmark(weight: f64, x: f64, sigma: f64) -> Component<f64, 2> {
+fn landmark(weight: f64, x: f64, sigma: f64) -> Component<Vector2<f64>> {
     let covariance = Symmetric::from_diagonal([sigma * sigma, sigma * sigma]);
     Component { ln_weight: weight.ln(), mean: Vector2::new(x, 0.0), covariance, ..Component::ZERO }
 }
@@ -424,7 +433,7 @@ fn the_expected_map_is_that_of_all_particles() {
 fn the_expected_map_spreads_with_the_poses() {
     // Two particles half a metre apart see one landmark: two places for it, one feature half way between.
     struct Apart;
-    impl Motion<f64, 3> for Apart {
+    impl Motion for Apart {
         type Pose = PlanarPose<f64>;
         type Control = f64;
         fn admits(&self, _: &f64) -> bool {
@@ -437,7 +446,7 @@ fn the_expected_map_spreads_with_the_poses() {
             // The stream's first number is another for each particle.
             PlanarPose::new(if noise.uniform::<f64>() < *first { -0.25 } else { 0.25 }, 0.0, 0.0)
         }
-        fn linearise(&self, _: &PlanarPose<f64>, _: &f64, _: f64) -> Linearised<f64, 3> {
+        fn linearise(&self, _: &PlanarPose<f64>, _: &f64, _: f64) -> Linearised<Vector3<f64>> {
             Linearised { transition: nalgebra::Matrix3::identity(), noise: Symmetric::ZERO }
         }
     }

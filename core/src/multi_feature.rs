@@ -5,13 +5,12 @@
 //! features, which is exponential in what has measurements in common. So M is chosen such that the sum stays short, and every bound
 //! below is one of M, not of the sum over it, which is complete.
 
-use crate::map::Maps;
+use crate::map::StaticMaps;
 use crate::reduce::heavier;
 use crate::scan::Scan;
 use crate::view::{Detection, View};
 use crate::weigh::within;
-use crate::{Component, Dim, Factor, FieldOfView, LnSum, Packed, Real, Sensor};
-use nalgebra::SVector;
+use crate::{Component, Factor, LnSum, MeasurementModel, Pose, PositionOf, Real, ScalarOf, Sensor};
 
 /// Features in M, at most: the heaviest static ones in view.
 const POINTS: usize = 16;
@@ -27,14 +26,11 @@ const GROUP: usize = 6;
 
 /// A feature that may come into M, as one pose sees it.
 #[derive(Debug)]
-struct Eligible<'m, T: Real, const D: usize, const Z: usize>
-where
-    Dim<D>: Packed,
-{
-    feature: &'m Component<T, D>,
+struct Eligible<'m, X: MeasurementModel> {
+    feature: &'m Component<PositionOf<X::Pose>>,
     /// ẑ.
-    expected: SVector<T, Z>,
-    detection: Detection<T>,
+    expected: X::Measurement,
+    detection: Detection<ScalarOf<X::Pose>>,
 }
 
 /// A feature of M.
@@ -54,18 +50,13 @@ impl<T: Real> Point<T> {
     const ZERO: Self = Self { ln_missed: T::ZERO, pairs: [(0, T::ZERO); PAIRS], len: 0, group: 0 };
 
     /// The feature with all measurements that may be of it, and ln[ 1 − p_D + p_D Σ g/η ]; `None` where they are too many.
-    fn of<S, F, const D: usize, const Z: usize>(
-        sensor: &S,
-        noise: &Factor<T, Z>,
-        eligible: &Eligible<'_, T, D, Z>,
-        scan: &Scan<'_, T, Z>,
+    fn of<X: MeasurementModel<Pose: Pose<Scalar = T>>>(
+        sensor: &X::Sensor,
+        noise: &Factor<X::Measurement>,
+        eligible: &Eligible<'_, X>,
+        scan: &Scan<'_, X::Measurement>,
         eta: &[LnSum<T>],
-    ) -> Option<(Self, T)>
-    where
-        S: Sensor<T, D, Z, Frame = F>,
-        Dim<D>: Packed,
-        Dim<Z>: Packed,
-    {
+    ) -> Option<(Self, T)> {
         let Detection { ln_detected, ln_missed, .. } = eligible.detection;
         let mut point = Self { ln_missed, ..Self::ZERO };
         let mut made_of_it = LnSum::of(ln_missed);
@@ -183,29 +174,22 @@ fn give<T: Real>(given: &mut [LnSum<T>], members: &[Point<T>], measurement: usiz
 /// ln g(Z|M) − Σ ln κ(z), up to the clutter rate λ, less Σ ln v(m)/v⁻(m) over M: what the likelihood with M has beyond that with the empty
 /// map. Zero where there is no feature for M.
 #[inline(never)]
-pub(crate) fn ln_beyond_empty<T, S, V, F, const D: usize, const Z: usize>(
-    view: &View<'_, T, S, V, F>,
+pub(crate) fn ln_beyond_empty<T: Real, X: MeasurementModel<Pose: Pose<Scalar = T>>>(
+    view: &View<'_, X>,
     particle: usize,
-    still: &Maps<'_, T, D, D>,
-    scan: &Scan<'_, T, Z>,
+    still: &StaticMaps<'_, X::Pose>,
+    scan: &Scan<'_, X::Measurement>,
     eta: &[LnSum<T>],
-) -> T
-where
-    T: Real,
-    S: Sensor<T, D, Z, Frame = F>,
-    V: FieldOfView<T, F, D, Z>,
-    Dim<D>: Packed,
-    Dim<Z>: Packed,
-{
+) -> T {
     let Some(noise) = view.sensor.noise().factor() else { return T::ZERO };
     let ln_least = T::from_f64(LEAST_WEIGHT).ln();
-    let mut heaviest: [Option<Eligible<'_, T, D, Z>>; POINTS] = [const { None }; POINTS];
+    let mut heaviest: [Option<Eligible<'_, X>>; POINTS] = [const { None }; POINTS];
     let bounds = view.bounds();
     for feature in within(still, particle, &bounds) {
         if !(feature.ln_weight >= ln_least) {
             continue;
         }
-        let Some(expectation) = view.expect::<D, D, Z>(feature) else { continue };
+        let Some(expectation) = view.expect(feature) else { continue };
         let (expected, detection) = (expectation.expected().measurement, expectation.detection);
         let mut placed = Some(Eligible { feature, expected, detection });
         for slot in &mut heaviest {
@@ -218,7 +202,7 @@ where
     let mut set = EvaluationSet { points: [Point::ZERO; POINTS], len: 0 };
     let mut ln_made_of_it = T::ZERO;
     for eligible in heaviest.iter().flatten() {
-        if let Some((point, ln_ratio)) = Point::of(view.sensor, &noise, eligible, scan, eta)
+        if let Some((point, ln_ratio)) = Point::of::<X>(view.sensor, &noise, eligible, scan, eta)
             && set.take(point)
         {
             ln_made_of_it += ln_ratio;

@@ -2,7 +2,7 @@
 
 use crate::work;
 use crate::workspace::Entry;
-use crate::{Component, Dim, Packed, Real};
+use crate::{Component, Real, Vector};
 
 /// What a component in view is linked to, by their places.
 #[derive(Debug, Clone, Copy)]
@@ -55,10 +55,7 @@ impl<T: Real> Axis<T> {
 
 impl<T: Real> Cells<T> {
     /// Lists the components of all cells in `links`, which must be as long as `entries`.
-    pub(crate) fn new<const N: usize>(entries: &[Entry<T, N>], links: &mut [Linked]) -> Self
-    where
-        Dim<N>: Packed,
-    {
+    pub(crate) fn new<N: Vector<Scalar = T>>(entries: &[Entry<N>], links: &mut [Linked]) -> Self {
         let axes = [0, 1].map(|axis| Axis::over(entries.iter().map(|entry| along(&entry.component, axis))));
         let mut cells = Self { first: [[NONE; CELLS]; CELLS], axes };
         for (index, (entry, link)) in entries.iter().zip(links).enumerate() {
@@ -81,15 +78,13 @@ impl<T: Real> Cells<T> {
     /// Shows `visit` the places of all components whose squared Mahalanobis distance by the covariance of `component` may be
     /// as small as `distance`, its own among them: that distance is at least δ²/P of any one axis.
     #[inline]
-    pub(crate) fn reached_by<const N: usize>(
+    pub(crate) fn reached_by<N: Vector<Scalar = T>>(
         &self,
-        component: &Component<T, N>,
+        component: &Component<N>,
         distance: T,
         links: &[Linked],
         mut visit: impl FnMut(usize),
-    ) where
-        Dim<N>: Packed,
-    {
+    ) {
         // A little more than the distance at which rounding could still decide.
         let widened = distance * (T::ONE + T::from_f64(16.0) * T::EPSILON);
         let reached = |axis| {
@@ -123,11 +118,8 @@ pub(crate) fn list(first: u16, links: &[Linked]) -> impl Iterator<Item = usize> 
 
 /// A coordinate of the mean; 0 for one that there is not.
 #[inline]
-fn along<T: Real, const N: usize>(component: &Component<T, N>, axis: usize) -> T
-where
-    Dim<N>: Packed,
-{
-    component.mean.get(axis).copied().unwrap_or(T::ZERO)
+fn along<T: Real, N: Vector<Scalar = T>>(component: &Component<N>, axis: usize) -> T {
+    component.mean.at(axis)
 }
 
 #[cfg(test)]
@@ -143,7 +135,7 @@ mod tests {
     fn nothing_within_reach_is_passed_over() {
         let mut noise = Noise::seeded(3);
         for (count, extent) in [(0, 1.0), (1, 1.0), (7, 0.0), (200, 30.0), (200, 1e-6)] {
-            let entries: Vec<Entry<f64, 2>> = (0..count)
+            let entries: Vec<Entry<Vector2<f64>>> = (0..count)
                 .map(|_| {
                     let mean = Vector2::from_fn(|_, _| extent * noise.uniform::<f64>() - 5.0);
                     let covariance =

@@ -2,8 +2,11 @@
 
 use crate::candidate::{effective_number, reweigh};
 use crate::plausible::is_within_range;
-use crate::{Dim, Fix, Motion, ObserveError, Packed, Pose, PoseEstimate, Real, ScPhd, Symmetric, Twice, state::Memory};
-use nalgebra::{SMatrix, SVector};
+use crate::vector::{applied, product};
+use crate::{
+    Fix, Linear, Matrix, Motion, ObserveError, Pose, PoseEstimate, Real, ScPhd, ScalarOf, Symmetric, TangentOf, Vector,
+    state::Memory,
+};
 
 /// What a fix did.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -28,66 +31,57 @@ impl<T: Real> FixReport<T> {
 }
 
 /// A fix as one Gaussian pose explains it.
-pub(crate) struct Explained<T: Real, const K: usize, const Z: usize> {
+pub(crate) struct Explained<F: Fix> {
     /// z ⊖ ẑ.
-    pub(crate) innovation: SVector<T, Z>,
+    pub(crate) innovation: F::Measurement,
     /// H = ∂h/∂x.
-    pub(crate) by_pose: SMatrix<T, Z, K>,
+    pub(crate) by_pose: Linear<F::Measurement, TangentOf<F::Pose>>,
     /// S⁻¹ ν.
-    pub(crate) weighed: SVector<T, Z>,
+    pub(crate) weighed: F::Measurement,
     /// S⁻¹.
-    pub(crate) information: SMatrix<T, Z, Z>,
+    pub(crate) information: Linear<F::Measurement, F::Measurement>,
     /// νᵀ S⁻¹ ν.
-    pub(crate) distance: T,
+    pub(crate) distance: ScalarOf<F::Pose>,
     /// ln N(ν; 0, S).
-    pub(crate) ln_likelihood: T,
+    pub(crate) ln_likelihood: ScalarOf<F::Pose>,
 }
 
-impl<T: Real, const K: usize, const Z: usize> Explained<T, K, Z> {
+impl<T: Real, F: Fix<Pose: Pose<Scalar = T>>> Explained<F> {
     /// By a pose of this covariance; where the fix lies beyond its gate, or cannot be measured from there, its distance.
-    pub(crate) fn within_gate<F>(
+    pub(crate) fn within_gate(
         fix: &F,
-        measured: &SVector<T, Z>,
+        measured: &F::Measurement,
         pose: &F::Pose,
-        covariance: &Symmetric<T, K>,
-    ) -> Result<Self, T>
-    where
-        F: Fix<T, K, Z>,
-        Dim<K>: Packed,
-        Dim<Z>: Packed,
-    {
+        covariance: &Symmetric<TangentOf<F::Pose>>,
+    ) -> Result<Self, T> {
         let explained = Self::of(fix, measured, pose, covariance).ok_or(T::INFINITY)?;
         // Written so that NaN is left out.
         if explained.distance <= fix.gate() { Ok(explained) } else { Err(explained.distance) }
     }
 
     /// S = H P Hᵀ + R; `None` where the fix cannot be measured from there, or nothing finite comes of it.
-    pub(crate) fn of<F>(fix: &F, measured: &SVector<T, Z>, pose: &F::Pose, covariance: &Symmetric<T, K>) -> Option<Self>
-    where
-        F: Fix<T, K, Z>,
-        Dim<K>: Packed,
-        Dim<Z>: Packed,
-    {
+    pub(crate) fn of(
+        fix: &F,
+        measured: &F::Measurement,
+        pose: &F::Pose,
+        covariance: &Symmetric<TangentOf<F::Pose>>,
+    ) -> Option<Self> {
         let innovation = fix.innovation(measured, &fix.expect(pose)?);
         let by_pose = fix.by_pose(pose);
-        let factor = covariance.congruence(&by_pose).plus(fix.noise()).factor()?;
+        let factor = covariance.congruence::<F::Measurement>(&by_pose).plus(fix.noise()).factor()?;
         let (weighed, distance) = (factor.solve(&innovation), factor.mahalanobis(&innovation));
         let ln_likelihood = factor.ln_peak() - distance * T::from_f64(0.5);
-        let finite = by_pose.iter().chain(weighed.iter()).all(|x| x.is_finite()) && ln_likelihood.is_finite();
-        let information: Symmetric<T, Z> = factor.inverse();
-        let information = information.to_matrix();
-        finite.then_some(Self { innovation, by_pose, weighed, information, distance, ln_likelihood })
+        let finite = by_pose.as_slice().iter().chain(weighed.as_slice()).all(|x| x.is_finite());
+        let information = factor.inverse().to_matrix();
+        let explained = Self { innovation, by_pose, weighed, information, distance, ln_likelihood };
+        (finite && ln_likelihood.is_finite()).then_some(explained)
     }
 }
 
-impl<T, M, const K: usize, const D: usize, const E: usize> ScPhd<'_, T, M, K, D, E>
-where
-    T: Real,
-    M: Motion<T, K>,
-    Dim<K>: Packed,
-    Dim<D>: Packed + Twice<E>,
-    Dim<E>: Packed,
-{
+/// The difference of two poses of a vehicle.
+type K<M> = TangentOf<<M as Motion>::Pose>;
+
+impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
     /// Takes in a measurement of the pose itself, between any two steps. Every candidate is weighed by it; one whose pose is uncertain
     /// in itself, as the informed proposal leaves it, is corrected as a Kalman filter does. The maps stay as they are: a mixture does not
     /// know what its features have in common with the pose's error, a [joint map](crate::JointSlam::observe) does. Particles are
@@ -95,15 +89,11 @@ where
     ///
     /// # Errors
     /// The measurement is not finite, its noise not positive definite, or the filter has not been reset; the state is as it was.
-    pub fn observe<F, const Y: usize>(
+    pub fn observe<F: Fix<Pose = M::Pose>>(
         &mut self,
         fix: &F,
-        measured: &SVector<T, Y>,
-    ) -> Result<FixReport<T>, ObserveError>
-    where
-        F: Fix<T, K, Y, Pose = M::Pose>,
-        Dim<Y>: Packed,
-    {
+        measured: &F::Measurement,
+    ) -> Result<FixReport<T>, ObserveError> {
         let Some(PoseEstimate { mean, covariance }) = self.estimate_pose() else {
             return Err(ObserveError::NotStarted);
         };
@@ -125,11 +115,16 @@ where
             if *spread == Symmetric::ZERO {
                 continue;
             }
-            let gain = spread.times_transpose(&explained.by_pose) * explained.information;
-            let corrected = candidate.pose.displaced(&(gain * explained.innovation));
-            let residual = SMatrix::<T, K, K>::identity() - gain * explained.by_pose;
+            let cross = spread.times_transpose::<K<M>, F::Measurement>(&explained.by_pose);
+            let gain = product::<K<M>, F::Measurement, F::Measurement>(&cross, &explained.information);
+            let corrected = candidate.pose.displaced(&applied::<K<M>, F::Measurement>(&gain, &explained.innovation));
+            let seen = product::<K<M>, F::Measurement, K<M>>(&gain, &explained.by_pose);
+            let residual: Linear<K<M>, K<M>> = Matrix::with(|row, column| {
+                let identity = if row == column { T::ONE } else { T::ZERO };
+                identity - seen.at(row, column)
+            });
             // Joseph's form: a sum of two terms that are positive semidefinite whatever rounding does.
-            let joseph = spread.congruence(&residual).plus(&fix.noise().congruence(&gain));
+            let joseph = spread.congruence::<K<M>>(&residual).plus(&fix.noise().congruence::<K<M>>(&gain));
             if is_within_range(&corrected.coordinates()) && joseph.is_finite() {
                 (candidate.pose, *spread) = (corrected, joseph);
             }

@@ -6,7 +6,7 @@ use nalgebra::{Matrix3, SMatrix, Vector1, Vector2, Vector3};
 use std::boxed::Box;
 use std::vec::Vec;
 
-type Memory<const N: usize> = State<f64, PlanarPose<f64>, 3, N, N, MapMemory<f64, 2, 2, N, 256, 32, 256>>;
+type Memory<const N: usize> = State<PlanarPose<f64>, N, N, MapMemory<Static<Vector2<f64>>, N, 256, 32, 256>>;
 
 /// Odometry, positions and headings by turns, from `position` and `heading`, and the same by a Kalman filter.
 struct Kalman {
@@ -49,7 +49,7 @@ fn one_undrawn_particle_takes_fixes_as_a_kalman_filter_does() {
     assert_eq!(slam.observe(&gps, &Vector2::zeros()), Err(ObserveError::NotStarted));
     slam.reset(START, 1).unwrap();
     let mut joint_state =
-        Box::new(JointState::<f64, PlanarPose<f64>, 3, 2, 2, 4, { joint_numbers(3, 2, 4) }, 8>::new());
+        Box::new(JointState::<PlanarPose<f64>, Vector2<f64>, 4, { joint_numbers(3, 2, 4) }, 8>::new());
     let mut joint = JointSlam::new(Drift { sigmas: [0.5, 0.2] }, JointConfig::default(), &mut *joint_state).unwrap();
     joint.reset(START).unwrap();
     let mut exact = Kalman { mean: START.coordinates(), covariance: Matrix3::zeros(), ln_evidence: 0.0 };
@@ -110,7 +110,7 @@ fn many_blind_particles_stand_for_the_posterior() {
     assert!(report.n_eff < 2000.0 && report.n_eff > 500.0);
     assert_eq!(slam.audit(), Ok(()));
     // The next scan goes on from there.
-    let mut scratch = DetectorMemory::<f64, 2, 8>::new();
+    let mut scratch = DetectorMemory::<Vector2<f64>, 8>::new();
     let sensing = Sensing {
         sensor: Offset { noise: Symmetric::from_diagonal([0.1, 0.1]) },
         field_of_view: Everywhere(0.9),
@@ -124,7 +124,7 @@ fn many_blind_particles_stand_for_the_posterior() {
 /// What is fixed is what the joint map's features have in common with the pose: they move along.
 #[test]
 fn a_joint_map_learns_of_a_fix() {
-    let mut state = Box::new(JointState::<f64, PlanarPose<f64>, 3, 2, 2, 4, { joint_numbers(3, 2, 4) }, 8>::new());
+    let mut state = Box::new(JointState::<PlanarPose<f64>, Vector2<f64>, 4, { joint_numbers(3, 2, 4) }, 8>::new());
     let mut slam = JointSlam::new(Drift { sigmas: [1.0, 1.0] }, JointConfig::default(), &mut *state).unwrap();
     let sensing = Sensing {
         sensor: Offset { noise: Symmetric::from_diagonal([1e-4, 1e-4]) },
@@ -144,7 +144,7 @@ fn a_joint_map_learns_of_a_fix() {
     slam.observe(&HeadingFix::new(0.1).unwrap(), &Vector1::new(0.0)).unwrap();
 }
 
-type Radar = Detector<f64, RangeBearing<f64>, RangeBearingWindow<f64>, UniformClutter<f64>>;
+type Radar = Detector<Sensing<RangeBearing<f64>, RangeBearingWindow<f64>, UniformClutter<f64>>>;
 
 /// A radar that looks to where `bearing` is, and as far around as `half_width`.
 fn radar(bearing: f64, half_width: f64) -> Radar {
@@ -172,7 +172,7 @@ fn two_halves_of_a_view_are_the_whole() {
     let (mut one, mut two) = (Box::new(Memory::<8>::new()), Box::new(Memory::<8>::new()));
     let mut whole = ScPhd::new(motion, config, &mut *one).unwrap();
     let mut halves = ScPhd::new(motion, config, &mut *two).unwrap();
-    let mut rooms = [(); 3].map(|()| DetectorMemory::<f64, 2, 32>::new());
+    let mut rooms = [(); 3].map(|()| DetectorMemory::<Vector2<f64>, 32>::new());
     let [a, b, c] = &mut rooms;
     let mut all = radar(0.0, pi).over(a).unwrap();
     let mut left = radar(0.5 * pi, 0.5 * pi).over(b).unwrap();
@@ -213,7 +213,7 @@ fn two_halves_of_a_view_are_the_whole() {
         assert!(ours.mean.difference(&theirs.mean).norm() < 1e-9, "{ours:?} {theirs:?}");
         assert!((ours.covariance.to_matrix() - theirs.covariance.to_matrix()).norm() < 1e-9);
         for particle in 0..8 {
-            let sorted = |slam: &ScPhd<'_, f64, Unicycle<f64>, 3, 2, 4>| {
+            let sorted = |slam: &ScPhd<'_, Unicycle<f64>>| {
                 let mut map: Vec<_> = slam.map(particle).map(|c| (c.mean.x, c.mean.y, c.ln_weight)).collect();
                 map.sort_by(|a, b| a.0.total_cmp(&b.0));
                 map

@@ -6,12 +6,12 @@
 
 use crate::config::ADAPTIVE;
 use crate::confirmed::is_confirmed;
-use crate::map::Maps;
+use crate::map::{DynamicMaps, StaticMaps};
 use crate::models::is_rate;
 use crate::scan::Scan;
-use crate::view::{Expectation, View};
+use crate::view::{ExpectationOf, View};
 use crate::weigh::{reset_eta, within};
-use crate::{Component, ConfigError, Dim, FieldOfView, LnSum, Locating, Packed, Real, Symmetric};
+use crate::{Component, ConfigError, LnSum, MeasurementModel, Pose, Real, Symmetric, TangentOf, Vector};
 
 /// What is learnt while running.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -139,23 +139,14 @@ pub(crate) struct Seen<T> {
 
 /// What a scan shows to a pose, of that covariance if it is uncertain, over the map of a particle as it was before.
 #[inline(never)]
-pub(crate) fn seen<T, S, V, const K: usize, const D: usize, const E: usize, const Z: usize>(
-    view: &View<'_, T, S, V, S::Frame>,
-    spread: Option<&Symmetric<T, K>>,
-    (still, moving, particle): (&Maps<'_, T, D, D>, &Maps<'_, T, E, D>, usize),
-    scan: &Scan<'_, T, Z>,
+pub(crate) fn seen<T: Real, X: MeasurementModel<Pose: Pose<Scalar = T>>>(
+    view: &View<'_, X>,
+    spread: Option<&Symmetric<TangentOf<X::Pose>>>,
+    (still, moving, particle): (&StaticMaps<'_, X::Pose>, &DynamicMaps<'_, X::Pose>, usize),
+    scan: &Scan<'_, X::Measurement>,
     confirming_detections: T,
     eta: &mut [LnSum<T>],
-) -> Seen<T>
-where
-    T: Real,
-    S: Locating<T, K, D, Z>,
-    V: FieldOfView<T, S::Frame, D, Z>,
-    Dim<K>: Packed,
-    Dim<D>: Packed,
-    Dim<E>: Packed,
-    Dim<Z>: Packed,
-{
+) -> Seen<T> {
     reset_eta(eta, scan);
     let bounds = view.bounds();
     for component in within(still, particle, &bounds) {
@@ -189,23 +180,14 @@ where
 
 /// What to expect of a component, with the uncertainty of the pose.
 #[inline(never)]
-fn blurred<T, S, V, const N: usize, const K: usize, const D: usize, const Z: usize>(
-    view: &View<'_, T, S, V, S::Frame>,
-    spread: Option<&Symmetric<T, K>>,
-    component: &Component<T, N>,
-) -> Option<Expectation<T, D, Z>>
-where
-    T: Real,
-    S: Locating<T, K, D, Z>,
-    V: FieldOfView<T, S::Frame, D, Z>,
-    Dim<N>: Packed,
-    Dim<K>: Packed,
-    Dim<D>: Packed,
-    Dim<Z>: Packed,
-{
+fn blurred<T: Real, N: Vector<Scalar = T>, X: MeasurementModel<Pose: Pose<Scalar = T>>>(
+    view: &View<'_, X>,
+    spread: Option<&Symmetric<TangentOf<X::Pose>>>,
+    component: &Component<N>,
+) -> Option<ExpectationOf<X>> {
     let expectation = view.expect(component)?;
     let Some(spread) = spread else { return Some(expectation) };
-    let blur = view.blur(spread, &component.position::<D>(), &expectation.expected());
+    let blur = view.blur(spread, &component.position(), &expectation.expected());
     Some(expectation.blurred(&blur))
 }
 

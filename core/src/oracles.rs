@@ -4,7 +4,7 @@ use crate::alone::{Alone, Models};
 use crate::candidate::{Candidate, effective_number};
 use crate::resample::systematic;
 use crate::*;
-use nalgebra::{Matrix2, Matrix2x3, SVector, Vector2};
+use nalgebra::{Matrix2, Matrix2x3, Vector2};
 use serde_json::Value;
 use std::boxed::Box;
 use std::vec::Vec;
@@ -22,11 +22,11 @@ fn vector(value: &Value) -> Vector2<f64> {
     Vector2::new(number(&value[0]), number(&value[1]))
 }
 
-fn symmetric(value: &Value) -> Symmetric<f64, 2> {
+fn symmetric(value: &Value) -> Symmetric<Vector2<f64>> {
     Symmetric::from_fn(|row, column| number(&value[row][column]))
 }
 
-fn components(value: &Value) -> Vec<Component<f64, 2>> {
+fn components(value: &Value) -> Vec<Component<Vector2<f64>>> {
     let component = |value: &Value| Component {
         tag: 0,
         ln_weight: number(&value["weight"]).ln(),
@@ -39,11 +39,12 @@ fn components(value: &Value) -> Vec<Component<f64, 2>> {
 /// A sensor that measures position itself.
 #[derive(Clone, Copy)]
 struct Direct {
-    noise: Symmetric<f64, 2>,
+    noise: Symmetric<Vector2<f64>>,
 }
 
-impl Sensor<f64, 2, 2> for Direct {
+impl Sensor for Direct {
     type Pose = PlanarPose<f64>;
+    type Measurement = Vector2<f64>;
     type Frame = PlanarFrame<f64>;
     const SORTED_BY: usize = 0;
     const SORTED_BY_ANGLE: bool = false;
@@ -51,23 +52,26 @@ impl Sensor<f64, 2, 2> for Direct {
     fn frame(&self, pose: &PlanarPose<f64>) -> PlanarFrame<f64> {
         RangeBearing::new(1.0, 1.0).unwrap().frame(pose)
     }
-    fn expect(&self, _: &PlanarFrame<f64>, feature: &SVector<f64, 2>) -> Option<Expected<f64, 2, 2>> {
+    fn expect(&self, _: &PlanarFrame<f64>, feature: &Vector2<f64>) -> Option<Expected<Vector2<f64>, Vector2<f64>>> {
         Some(Expected { measurement: *feature, jacobian: Matrix2::identity() })
     }
-    fn innovation(&self, measured: &SVector<f64, 2>, expected: &SVector<f64, 2>) -> SVector<f64, 2> {
+    fn innovation(&self, measured: &Vector2<f64>, expected: &Vector2<f64>) -> Vector2<f64> {
         measured - expected
     }
-    fn noise(&self) -> &Symmetric<f64, 2> {
+    fn noise(&self) -> &Symmetric<Vector2<f64>> {
         &self.noise
     }
-    fn invert(&self, _: &PlanarFrame<f64>, measured: &SVector<f64, 2>) -> Option<Inverse<f64, 2, 2>> {
+    fn invert(&self, _: &PlanarFrame<f64>, measured: &Vector2<f64>) -> Option<Inverse<Vector2<f64>, Vector2<f64>>> {
         Some(Inverse { feature: *measured, jacobian: Matrix2::identity() })
     }
-}
 
-/// It tells nothing of where it is.
-impl Locating<f64, 3, 2, 2> for Direct {
-    fn by_pose(&self, _: &PlanarFrame<f64>, _: &Vector2<f64>, _: &Expected<f64, 2, 2>) -> Matrix2x3<f64> {
+    // It tells nothing of where it is.
+    fn by_pose(
+        &self,
+        _: &PlanarFrame<f64>,
+        _: &Vector2<f64>,
+        _: &Expected<Vector2<f64>, Vector2<f64>>,
+    ) -> Matrix2x3<f64> {
         Matrix2x3::zeros()
     }
 }
@@ -75,19 +79,19 @@ impl Locating<f64, 3, 2, 2> for Direct {
 /// The same probability of detection everywhere.
 struct Everywhere(f64);
 
-impl<F> FieldOfView<f64, F, 2, 2> for Everywhere {
-    fn detection_probability(&self, _: &F, _: &SVector<f64, 2>, _: &SVector<f64, 2>) -> f64 {
+impl<F> FieldOfView<F, Vector2<f64>, Vector2<f64>> for Everywhere {
+    fn detection_probability(&self, _: &F, _: &Vector2<f64>, _: &Vector2<f64>) -> f64 {
         self.0
     }
-    fn bounds(&self, _: &F) -> Bounds<f64, 2> {
+    fn bounds(&self, _: &F) -> Bounds<Vector2<f64>> {
         Bounds::EVERYWHERE
     }
 }
 
 struct Intensity(f64);
 
-impl Clutter<f64, 2> for Intensity {
-    fn ln_intensity(&self, _: &SVector<f64, 2>) -> f64 {
+impl Clutter<Vector2<f64>> for Intensity {
+    fn ln_intensity(&self, _: &Vector2<f64>) -> f64 {
         self.0.ln()
     }
 }
@@ -100,16 +104,17 @@ fn one_scan<S>(
     kappa: f64,
     births: f64,
     config: Config<f64>,
-    prior: &[Component<f64, 2>],
+    prior: &[Component<Vector2<f64>>],
     scan: &[Vector2<f64>],
-) -> (f64, Vec<Component<f64, 2>>)
+) -> (f64, Vec<Component<Vector2<f64>>>)
 where
-    S: Locating<f64, 3, 2, 2> + Sensor<f64, 2, 2, Pose = PlanarPose<f64>> + Copy,
+    S: Sensor<Pose = PlanarPose<f64>, Measurement = Vector2<f64>> + Copy,
 {
     let origin = PlanarPose::new(0.0, 0.0, 0.0);
-    let mut state = Box::new(State::<f64, PlanarPose<f64>, 3, 1, 2, MapMemory<f64, 2, 2, 1, 16, 16, 64>>::new());
+    let mut state = Box::new(State::<PlanarPose<f64>, 1, 2, MapMemory<Static<Vector2<f64>>, 1, 16, 16, 64>>::new());
     let mut by = |samples| {
-        let models = Models { motion: KnownPose, sensor, field_of_view: Everywhere(p_d), clutter: Intensity(kappa) };
+        let models =
+            Models { motion: KnownPose::new(), sensor, field_of_view: Everywhere(p_d), clutter: Intensity(kappa) };
         let config = Config { particles: 1, samples, ..config };
         let mut filter = Alone::new(models, Births::still(births), config, &mut *state).unwrap();
         filter.reset(origin, 1).unwrap();
@@ -138,10 +143,10 @@ fn bare() -> Config<f64> {
 }
 
 /// Every component of `expected` has a counterpart of the same weight, mean and covariance, and nothing is left over.
-fn assert_same_mixture(ours: &[Component<f64, 2>], expected: &[Component<f64, 2>]) {
+fn assert_same_mixture(ours: &[Component<Vector2<f64>>], expected: &[Component<Vector2<f64>>]) {
     let mut free: Vec<_> = ours.to_vec();
     for component in expected {
-        let distance = |other: &Component<f64, 2>| {
+        let distance = |other: &Component<Vector2<f64>>| {
             let weight = (other.ln_weight - component.ln_weight).exp_m1().abs();
             let mean = (other.mean - component.mean).norm();
             let covariance = (other.covariance.to_matrix() - component.covariance.to_matrix()).norm();
@@ -209,12 +214,13 @@ fn systematic_resampling() {
         let expected: Vec<u16> =
             case["indices"].as_array().unwrap().iter().map(|index| index.as_u64().unwrap() as u16).collect();
         assert_eq!(survivors, expected);
-        let candidates: Vec<_> = weights.iter().map(|weight| Candidate { pose: (), ln_weight: weight.ln() }).collect();
+        let candidate = |weight: &f64| Candidate { pose: PlanarPose::<f64>::ZERO, ln_weight: weight.ln() };
+        let candidates: Vec<_> = weights.iter().map(candidate).collect();
         assert!((effective_number(&candidates) - number(&case["ess"])).abs() < 1e-12);
     }
 }
 
-fn feature(weight: f64, x: f64, y: f64) -> Component<f64, 2> {
+fn feature(weight: f64, x: f64, y: f64) -> Component<Vector2<f64>> {
     Component {
         tag: 0,
         ln_weight: weight.ln(),

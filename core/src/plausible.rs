@@ -1,8 +1,7 @@
 //! What no vehicle does: input beyond it is taken for garbage.
 
-use crate::{ConfigError, Dim, Motion, Packed, Pose, PredictError, Real, Symmetric};
+use crate::{ConfigError, Motion, Pose, PredictError, Real, Symmetric, Vector};
 use core::fmt;
-use nalgebra::SVector;
 
 /// What a vehicle can do. A prediction beyond it is refused: one garbage row of odometry, finite as it may be, would take all
 /// particles where no scan brings them back from.
@@ -76,17 +75,13 @@ impl<T: Real> Plausible<T> {
     }
 
     /// Why a prediction is refused, if it is; where there is no pose yet, nothing is implausible.
-    pub(crate) fn refusal<M, const K: usize>(
+    pub(crate) fn refusal<M: Motion<Pose: Pose<Scalar = T>>>(
         &self,
         motion: &M,
         pose: Option<&M::Pose>,
         control: &M::Control,
         dt: T,
-    ) -> Option<PredictError>
-    where
-        M: Motion<T, K>,
-        Dim<K>: Packed,
-    {
+    ) -> Option<PredictError> {
         if !(dt >= T::ZERO && dt.is_finite()) {
             return Some(PredictError::TimeStep);
         }
@@ -97,17 +92,13 @@ impl<T: Real> Plausible<T> {
     }
 
     /// What is implausible of a step from `pose`, if anything. NaN is.
-    fn violated<M, const K: usize>(
+    fn violated<M: Motion<Pose: Pose<Scalar = T>>>(
         &self,
         motion: &M,
         pose: &M::Pose,
         control: &M::Control,
         dt: T,
-    ) -> Option<Implausible>
-    where
-        M: Motion<T, K>,
-        Dim<K>: Packed,
-    {
+    ) -> Option<Implausible> {
         if !(dt <= self.step_max_s) {
             return Some(Implausible::Step);
         }
@@ -169,16 +160,13 @@ impl<T: Real> Rates<T> {
 const FARTHEST: f64 = 1e8;
 
 /// Whether no covariance of a pose is beyond the square of what is taken for a place.
-pub(crate) fn is_within_square<T: Real, const K: usize>(covariance: &Symmetric<T, K>) -> bool
-where
-    Dim<K>: Packed,
-{
+pub(crate) fn is_within_square<T: Real, K: Vector<Scalar = T>>(covariance: &Symmetric<K>) -> bool {
     let greatest = T::from_f64(FARTHEST * FARTHEST);
     covariance.as_lower().iter().all(|element| element.abs() <= greatest)
 }
 
 /// Whether every coordinate is one that the recursion can work with.
-pub(crate) fn is_within_range<T: Real, const N: usize>(coordinates: &SVector<T, N>) -> bool {
+pub(crate) fn is_within_range<T: Real, N: Vector<Scalar = T>>(coordinates: &N) -> bool {
     let farthest = T::from_f64(FARTHEST);
-    coordinates.iter().all(|coordinate| coordinate.abs() <= farthest)
+    coordinates.as_slice().iter().all(|coordinate| coordinate.abs() <= farthest)
 }

@@ -3,23 +3,18 @@
 use crate::candidate::Candidate;
 use crate::plausible::{is_within_range, is_within_square};
 use crate::state::Cursor;
-use crate::{Dim, Health, Linearised, Motion, Packed, Pose, PredictError, PredictReport, Real, Symmetric};
+use crate::{Health, Linearised, Motion, Pose, PredictError, PredictReport, Real, Symmetric, TangentOf};
 
 /// Splits every particle into `samples` candidates in the first prediction after a scan, then moves every candidate
 /// with its own noise. A step of no length moves nothing and draws nothing. The moving features wait for the scan.
-pub(crate) fn predict<T, M, const K: usize>(
+pub(crate) fn predict<T: Real, M: Motion<Pose: Pose<Scalar = T>>>(
     motion: &M,
     samples: usize,
     cursor: &mut Cursor<T>,
-    candidates: &mut [Candidate<T, M::Pose>],
+    candidates: &mut [Candidate<M::Pose>],
     control: &M::Control,
     dt: T,
-) -> Result<PredictReport, PredictError>
-where
-    T: Real,
-    M: Motion<T, K>,
-    Dim<K>: Packed,
-{
+) -> Result<PredictReport, PredictError> {
     let Some(mut noise) = cursor.noise.clone() else { return Err(PredictError::NotStarted) };
     let mut rejected = 0;
     if dt > T::ZERO {
@@ -44,19 +39,14 @@ where
 
 /// Moves every particle without noise and lets the covariance of its pose grow, x ← f(x, u), P ← F P Fᵀ + Q: what the
 /// informed proposal starts from when the scan comes. Draws nothing.
-pub(crate) fn spread<T, M, const K: usize>(
+pub(crate) fn spread<T: Real, M: Motion<Pose: Pose<Scalar = T>>>(
     motion: &M,
     cursor: &mut Cursor<T>,
-    particles: &mut [Candidate<T, M::Pose>],
-    spreads: &mut [Symmetric<T, K>],
+    particles: &mut [Candidate<M::Pose>],
+    spreads: &mut [Symmetric<TangentOf<M::Pose>>],
     control: &M::Control,
     dt: T,
-) -> Result<PredictReport, PredictError>
-where
-    T: Real,
-    M: Motion<T, K>,
-    Dim<K>: Packed,
-{
+) -> Result<PredictReport, PredictError> {
     if cursor.noise.is_none() {
         return Err(PredictError::NotStarted);
     }
@@ -65,7 +55,7 @@ where
         for (particle, spread) in particles.iter_mut().zip(spreads.iter_mut()).take(cursor.particles) {
             let moved = motion.propagate(&particle.pose, control, dt);
             let Linearised { transition, noise } = motion.linearise(&particle.pose, control, dt);
-            let grown = spread.congruence(&transition).plus(&noise);
+            let grown = spread.congruence::<TangentOf<M::Pose>>(&transition).plus(&noise);
             if is_within_range(&moved.coordinates()) && is_within_square(&grown) {
                 particle.pose = moved;
                 *spread = grown;
@@ -86,7 +76,7 @@ fn report<T: Real>(cursor: &Cursor<T>, rejected: usize) -> PredictReport {
 }
 
 /// M candidates ζ/M of every particle (5.13), in place, from the last particle back.
-pub(crate) fn split<T: Real, P: Copy>(candidates: &mut [Candidate<T, P>], particles: usize, samples: usize) {
+pub(crate) fn split<T: Real, P: Pose<Scalar = T>>(candidates: &mut [Candidate<P>], particles: usize, samples: usize) {
     let ln_samples = T::from_usize(samples).ln();
     for particle in (0..particles).rev() {
         let Some(&parent) = candidates.get(particle) else { continue };

@@ -7,16 +7,19 @@
 //! and are weighed by prior over proposal, so that what they stand for is what blind samples would stand for.
 
 use crate::candidate::Candidate;
-use crate::map::Maps;
+use crate::map::{DynamicMaps, Maps, StaticMaps};
 use crate::plausible::is_within_range;
 use crate::predict::split;
 use crate::scan::Scan;
 use crate::state::Cursor;
-use crate::view::{Expectation, View};
+use crate::vector::{applied, product, transposed};
+use crate::view::{ExpectationOf, View};
 use crate::weigh::{reset_eta, within};
 use crate::workspace::{Entry, Origin};
-use crate::{Component, Dim, Factor, FieldOfView, LnSum, Locating, Noise, Packed, Pose, Real, Symmetric};
-use nalgebra::{SMatrix, SVector};
+use crate::{
+    Component, Factor, Linear, LnSum, MeasurementModel, Noise, Pose, Real, ScalarOf, Sensor, Symmetric, TangentOf,
+    Vector, Zero,
+};
 
 /// Where a particle's samples are drawn from.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -50,86 +53,66 @@ impl<T: Real> Default for Informed<T> {
 
 /// The Gaussian of one particle's ξ: N(ξ̂, Λ⁻¹).
 #[derive(Debug, Clone, Copy)]
-struct Posterior<T: Real, const K: usize>
-where
-    Dim<K>: Packed,
-{
-    mean: SVector<T, K>,
+struct Posterior<K: Vector> {
+    mean: K,
     /// The factor of Λ.
-    information: Factor<T, K>,
+    information: Factor<K>,
     /// Λ⁻¹.
-    covariance: Symmetric<T, K>,
+    covariance: Symmetric<K>,
 }
 
-impl<T: Real, const K: usize> Posterior<T, K>
-where
-    Dim<K>: Packed,
-{
+impl<T: Real, K: Vector<Scalar = T>> Posterior<K> {
     /// N(ξ̂, Λ⁻¹) with Λ ξ̂ = `pull`; `None` where rounding or overflow has left nothing of it.
-    fn new(information: &Symmetric<T, K>, pull: &SVector<T, K>) -> Option<Self> {
+    fn new(information: &Symmetric<K>, pull: &K) -> Option<Self> {
         let information = information.factor()?;
         let (mean, covariance) = (information.solve(pull), information.inverse());
-        let finite = mean.iter().all(|x| x.is_finite()) && covariance.is_finite();
+        let finite = mean.as_slice().iter().all(|x| x.is_finite()) && covariance.is_finite();
         finite.then_some(Self { mean, information, covariance })
     }
 
     /// Before the scan: N(0, I).
     fn prior() -> Option<Self> {
-        Self::new(&identity(), &SVector::zeros())
+        Self::new(&identity(), &K::ZERO)
     }
 }
 
-fn identity<T: Real, const K: usize>() -> Symmetric<T, K>
-where
-    Dim<K>: Packed,
-{
-    Symmetric::from_diagonal([T::ONE; K])
+fn identity<T: Real, K: Vector<Scalar = T>>() -> Symmetric<K> {
+    Symmetric::from_fn(|row, column| if row == column { T::ONE } else { T::ZERO })
 }
 
 /// What the proposal works with, beside the particles.
 #[derive(Debug)]
-pub(crate) struct Proposer<'a, 's, T: Real, L, const D: usize, const E: usize, const Z: usize>
-where
-    Dim<D>: Packed,
-    Dim<E>: Packed,
-    Dim<Z>: Packed,
-{
-    pub(crate) informed: Informed<T>,
+pub(crate) struct Proposer<'a, 's, X: MeasurementModel, L> {
+    pub(crate) informed: Informed<ScalarOf<X::Pose>>,
     /// ln of the weight below which the update drops components: those do not steer.
-    pub(crate) ln_floor: T,
+    pub(crate) ln_floor: ScalarOf<X::Pose>,
     /// What is seen from a pose.
     pub(crate) look: L,
-    pub(crate) still: &'a mut Maps<'s, T, D, D>,
-    pub(crate) moving: &'a Maps<'s, T, E, D>,
-    pub(crate) scan: &'a Scan<'a, T, Z>,
-    pub(crate) eta: &'a mut [LnSum<T>],
+    pub(crate) still: &'a mut StaticMaps<'s, X::Pose>,
+    pub(crate) moving: &'a DynamicMaps<'s, X::Pose>,
+    pub(crate) scan: &'a Scan<'a, X::Measurement>,
+    pub(crate) eta: &'a mut [LnSum<ScalarOf<X::Pose>>],
 }
 
-impl<T: Real, L, const D: usize, const E: usize, const Z: usize> Proposer<'_, '_, T, L, D, E, Z>
+impl<'v, T, P, X, L> Proposer<'_, '_, X, L>
 where
-    Dim<D>: Packed,
-    Dim<E>: Packed,
-    Dim<Z>: Packed,
+    T: Real,
+    P: Pose<Scalar = T>,
+    X: MeasurementModel<Pose = P> + 'v,
+    L: Fn(&P) -> View<'v, X>,
 {
     /// Replaces every particle by `samples` candidates, and sets for each ln p(ξ) − ln q(ξ), the part of its weight that
     /// corrects for where it was drawn. Of the covariances, what has not been drawn stays. Returns for how many particles more
     /// components lie near measurements than the workspace holds: there the heavier ones steer, and of equal ones the first.
-    pub(crate) fn all<'v, P, S, V, const K: usize>(
+    pub(crate) fn all(
         mut self,
         samples: usize,
         cursor: &mut Cursor<T>,
-        candidates: &mut [Candidate<T, P>],
-        spreads: &mut [Symmetric<T, K>],
+        candidates: &mut [Candidate<P>],
+        spreads: &mut [Symmetric<P::Tangent>],
         ln_corrections: &mut [T],
         noise: &mut Noise,
-    ) -> usize
-    where
-        P: Pose<T, K>,
-        S: Locating<T, K, D, Z> + 'v,
-        V: FieldOfView<T, S::Frame, D, Z> + 'v,
-        L: Fn(&P) -> View<'v, T, S, V, S::Frame>,
-        Dim<K>: Packed,
-    {
+    ) -> usize {
         split(candidates, cursor.particles, samples);
         cursor.children = samples;
         let mut crowded = 0;
@@ -144,33 +127,26 @@ where
             let ln_scale = half * posterior.information.ln_determinant();
             let share = self.informed.drawn.sqrt();
             for (candidate, ln_correction) in family.iter_mut().zip(ln_corrections) {
-                let drawn = SVector::<T, K>::from_fn(|_, _| share * noise.normal());
+                let drawn = P::Tangent::with(|_| share * noise.normal());
                 let xi = posterior.mean + posterior.information.spread_inverse(&drawn);
-                let pose = parent.displaced(&(root * xi));
+                let pose = parent.displaced(&applied::<P::Tangent, P::Tangent>(&root, &xi));
                 if is_within_range(&pose.coordinates()) {
                     candidate.pose = pose;
                     *ln_correction = half * (drawn.dot(&drawn) - xi.dot(&xi)) - ln_scale;
                 }
             }
-            *spread = posterior.covariance.congruence(&root).scaled(T::ONE - self.informed.drawn);
+            *spread = posterior.covariance.congruence::<P::Tangent>(&root).scaled(T::ONE - self.informed.drawn);
         }
         crowded
     }
 
     /// The Gaussian of ξ given the scan and the particle's map.
-    fn posterior<'v, P, S, V, const K: usize>(
+    fn posterior(
         &mut self,
         particle: usize,
         parent: &P,
-        root: &SMatrix<T, K, K>,
-    ) -> Option<Posterior<T, K>>
-    where
-        P: Pose<T, K>,
-        S: Locating<T, K, D, Z> + 'v,
-        V: FieldOfView<T, S::Frame, D, Z> + 'v,
-        L: Fn(&P) -> View<'v, T, S, V, S::Frame>,
-        Dim<K>: Packed,
-    {
+        root: &Linear<P::Tangent, P::Tangent>,
+    ) -> Option<Posterior<P::Tangent>> {
         let ln_negligible = self.informed.least_share.ln();
         let look = |pose: &P| View { ln_negligible, ..(self.look)(pose) };
         let mut posterior = Posterior::prior()?;
@@ -191,7 +167,7 @@ where
             return Some(posterior);
         }
         for _ in 0..self.informed.rounds {
-            let view = look(&parent.displaced(&(root * posterior.mean)));
+            let view = look(&parent.displaced(&applied::<P::Tangent, P::Tangent>(root, &posterior.mean)));
             reset_eta(self.eta, self.scan);
             let still = || workspace.in_view().iter().map(|Entry { component, .. }| component);
             for component in still() {
@@ -203,10 +179,10 @@ where
                 let Some(sighted) = Sighted::new(&view, component, root, &posterior.covariance) else { continue };
                 view.add_terms(&sighted.blurred, self.scan, self.eta);
             }
-            let (mut information, mut pull) = (identity(), SVector::zeros());
+            let (mut information, mut pull) = (identity(), P::Tangent::ZERO);
             for component in still() {
                 let Some(sighted) = Sighted::new(&view, component, root, &posterior.covariance) else { continue };
-                let (mut share_sum, mut innovation_sum) = (T::ZERO, SVector::<T, Z>::zeros());
+                let (mut share_sum, mut innovation_sum) = (T::ZERO, X::Measurement::ZERO);
                 view.matches(&sighted.blurred, self.scan, |found| {
                     let ln_eta = self.eta.get(found.index).map_or(T::INFINITY, LnSum::ln);
                     let share = (found.ln_term - ln_eta).exp();
@@ -219,9 +195,12 @@ where
                     && let Some(sharp) = sighted.sharp.innovation_factor()
                 {
                     let slope = &sighted.slope;
-                    information = information.plus(&sharp.inverse().congruence(&slope.transpose()).scaled(share_sum));
-                    let residual = innovation_sum + slope * posterior.mean * share_sum;
-                    pull += slope.transpose() * sharp.solve(&residual);
+                    let back = transposed::<X::Measurement, P::Tangent>(slope);
+                    let told = sharp.inverse().congruence::<P::Tangent>(&back);
+                    information = information.plus(&told.scaled(share_sum));
+                    let expected = applied::<X::Measurement, P::Tangent>(slope, &posterior.mean);
+                    let residual = innovation_sum + expected * share_sum;
+                    pull += applied::<P::Tangent, X::Measurement>(&back, &sharp.solve(&residual));
                 }
             }
             posterior = Posterior::new(&information, &pull)?;
@@ -231,39 +210,26 @@ where
 }
 
 /// What is expected of a component from an uncertain pose.
-struct Sighted<T: Real, const K: usize, const D: usize, const Z: usize>
-where
-    Dim<Z>: Packed,
-{
+struct Sighted<X: MeasurementModel> {
     /// From the pose itself.
-    sharp: Expectation<T, D, Z>,
+    sharp: ExpectationOf<X>,
     /// With the uncertainty of the pose in S.
-    blurred: Expectation<T, D, Z>,
+    blurred: ExpectationOf<X>,
     /// ∂h/∂ξ = ∂h/∂x A.
-    slope: SMatrix<T, Z, K>,
+    slope: Linear<X::Measurement, TangentOf<X::Pose>>,
 }
 
-impl<T: Real, const K: usize, const D: usize, const Z: usize> Sighted<T, K, D, Z>
-where
-    Dim<K>: Packed,
-    Dim<D>: Packed,
-    Dim<Z>: Packed,
-{
-    fn new<S, V, const N: usize>(
-        view: &View<'_, T, S, V, S::Frame>,
-        component: &Component<T, N>,
-        root: &SMatrix<T, K, K>,
-        covariance: &Symmetric<T, K>,
-    ) -> Option<Self>
-    where
-        S: Locating<T, K, D, Z>,
-        V: FieldOfView<T, S::Frame, D, Z>,
-        Dim<N>: Packed,
-    {
+impl<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>> Sighted<X> {
+    fn new<N: Vector<Scalar = T>>(
+        view: &View<'_, X>,
+        component: &Component<N>,
+        root: &Linear<P::Tangent, P::Tangent>,
+        covariance: &Symmetric<P::Tangent>,
+    ) -> Option<Self> {
         let sharp = view.expect(component)?;
-        let by_pose = view.sensor.by_pose(&view.frame, &component.position::<D>(), &sharp.expected());
-        let slope = by_pose * root;
-        let blurred = sharp.blurred(&covariance.congruence(&slope));
+        let by_pose = view.sensor.by_pose(&view.frame, &component.position(), &sharp.expected());
+        let slope = product::<X::Measurement, P::Tangent, P::Tangent>(&by_pose, root);
+        let blurred = sharp.blurred(&covariance.congruence::<X::Measurement>(&slope));
         Some(Self { sharp, blurred, slope })
     }
 }

@@ -1,8 +1,8 @@
 //! The scalar: `f32` or `f64`, with transcendental functions that are the same on every target: from `libm`, or, where that
 //! would leave single precision, from `single.rs`.
 
-use crate::single;
-use core::fmt::{Debug, Display};
+use crate::{Zero, single};
+use core::fmt::Display;
 use nalgebra::Scalar;
 use num_traits::NumAssign;
 
@@ -27,20 +27,8 @@ mod sealed {
 /// assert_eq!(norm(3.0_f64, 4.0), 5.0);
 /// ```
 pub trait Real:
-    sealed::Sealed
-    + Scalar
-    + Copy
-    + Default
-    + Debug
-    + Display
-    + PartialOrd
-    + NumAssign
-    + core::ops::Neg<Output = Self>
-    + Send
-    + Sync
+    sealed::Sealed + Zero + Scalar + Default + Display + PartialOrd + NumAssign + core::ops::Neg<Output = Self>
 {
-    /// 0, usable in constants.
-    const ZERO: Self;
     /// 1, usable in constants.
     const ONE: Self;
     /// Distance from 1 to the next greater number.
@@ -105,8 +93,10 @@ pub trait Real:
 
 macro_rules! implement_real {
     ($t:ident, $sqrt:ident, $inverse_sqrt:expr, $sqrt_above:path, $exp:path, $ln:path, $sincos:path, $tan:ident, $atan2:path, $floor:ident, $vanishing:literal) => {
-        impl Real for $t {
+        impl Zero for $t {
             const ZERO: Self = 0.0;
+        }
+        impl Real for $t {
             const ONE: Self = 1.0;
             const EPSILON: Self = $t::EPSILON;
             const LEAST_NORMAL: Self = $t::MIN_POSITIVE;

@@ -4,8 +4,7 @@ use crate::neighbours::{Cells, Linked, NONE, list};
 use crate::sort::shell_sort;
 use crate::work;
 use crate::workspace::{Entry, InView, Origin, Ranked, Workspace};
-use crate::{Component, Dim, Factor, Packed, Real};
-use nalgebra::SVector;
+use crate::{Component, Factor, Real, Vector};
 
 /// Which components are merged into one of the same mass, mean and spread.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -33,14 +32,11 @@ impl<T: Real> Reduction<T> {
 }
 
 /// Merges and caps the components in view, which are pruned already; returns how many were merged away.
-pub(crate) fn merge_and_cap<T: Real, const N: usize>(
-    workspace: &mut Workspace<'_, T, N>,
+pub(crate) fn merge_and_cap<T: Real, N: Vector<Scalar = T>>(
+    workspace: &mut Workspace<'_, N>,
     reduction: Reduction<T>,
     max_components: usize,
-) -> usize
-where
-    Dim<N>: Packed,
-{
+) -> usize {
     let before = workspace.in_view().len();
     let InView { entries, ranking, links } = workspace.orders_mut();
     match reduction {
@@ -57,13 +53,11 @@ where
 }
 
 /// Keeps the `limit` first components in view by class, then heaviest first.
-pub(crate) fn keep_heaviest<T: Real, const N: usize>(
-    workspace: &mut Workspace<'_, T, N>,
+pub(crate) fn keep_heaviest<T: Real, N: Vector<Scalar = T>>(
+    workspace: &mut Workspace<'_, N>,
     limit: usize,
-    class: impl Fn(&Entry<T, N>) -> u32,
-) where
-    Dim<N>: Packed,
-{
+    class: impl Fn(&Entry<N>) -> u32,
+) {
     if workspace.in_view().len() <= limit {
         return;
     }
@@ -92,35 +86,27 @@ fn heaviest_first<T: Real>(ln_weight: T, class: u32) -> u32 {
 }
 
 /// Whether one component comes before another: heaviest first, then by position.
-pub(crate) fn heavier<T: Real, const N: usize>(a: &Component<T, N>, b: &Component<T, N>) -> bool
-where
-    Dim<N>: Packed,
-{
+pub(crate) fn heavier<T: Real, N: Vector<Scalar = T>>(a: &Component<N>, b: &Component<N>) -> bool {
     let (a_key, b_key) = (heaviest_first(a.ln_weight, 0), heaviest_first(b.ln_weight, 0));
     if a_key == b_key { lies_before(&a.mean, &b.mean).unwrap_or(false) } else { a_key < b_key }
 }
 
 /// The same of components at different places, of which the first one comes first where they are equal.
-fn comes_before<T: Real, const N: usize>(a: (usize, &Component<T, N>), b: (usize, &Component<T, N>)) -> bool
-where
-    Dim<N>: Packed,
-{
+fn comes_before<T: Real, N: Vector<Scalar = T>>(a: (usize, &Component<N>), b: (usize, &Component<N>)) -> bool {
     heavier(a.1, b.1) || (a.0 < b.0 && !heavier(b.1, a.1))
 }
 
 /// Whether `a` lies before `b` by x, then by y, …; `None` where they are the same.
-fn lies_before<T: Real, const N: usize>(a: &SVector<T, N>, b: &SVector<T, N>) -> Option<bool> {
-    a.iter().zip(b.iter()).find(|(a, b)| a != b).map(|(a, b)| a < b)
+fn lies_before<T: Real, N: Vector<Scalar = T>>(a: &N, b: &N) -> Option<bool> {
+    a.as_slice().iter().zip(b.as_slice()).find(|(a, b)| a != b).map(|(a, b)| a < b)
 }
 
 /// Orders all entries by class, then heaviest first, then by position.
-fn rank_heaviest_first<T: Real, const N: usize>(
-    entries: &[Entry<T, N>],
+fn rank_heaviest_first<T: Real, N: Vector<Scalar = T>>(
+    entries: &[Entry<N>],
     ranking: &mut [Ranked],
-    class: impl Fn(&Entry<T, N>) -> u32,
-) where
-    Dim<N>: Packed,
-{
+    class: impl Fn(&Entry<N>) -> u32,
+) {
     for (index, (ranked, entry)) in ranking.iter_mut().zip(entries).enumerate() {
         *ranked = Ranked { key: heaviest_first(entry.component.ln_weight, class(entry)), entry: index as u16 };
     }
@@ -128,10 +114,7 @@ fn rank_heaviest_first<T: Real, const N: usize>(
 }
 
 /// Orders some entries by their keys, then by position.
-fn sort_heaviest_first<T: Real, const N: usize>(entries: &[Entry<T, N>], ranking: &mut [Ranked])
-where
-    Dim<N>: Packed,
-{
+fn sort_heaviest_first<T: Real, N: Vector<Scalar = T>>(entries: &[Entry<N>], ranking: &mut [Ranked]) {
     let mean = |ranked: &Ranked| entries.get(usize::from(ranked.entry)).map(|entry| &entry.component.mean);
     shell_sort(ranking, |a, b| {
         if a.key != b.key {
@@ -148,14 +131,12 @@ where
 /// The same the other way around: every component goes to the heaviest of the heads before it that are as near as that, and is a
 /// head itself where there is none. So the order matters among neighbours alone: most components have none that
 /// comes before them, and of the others most follow one of those.
-fn merge_near<T: Real, const N: usize>(
-    entries: &mut [Entry<T, N>],
+fn merge_near<T: Real, N: Vector<Scalar = T>>(
+    entries: &mut [Entry<N>],
     ranking: &mut [Ranked],
     links: &mut [Linked],
     merge_distance: T,
-) where
-    Dim<N>: Packed,
-{
+) {
     let cells = Cells::new(entries, links);
     for index in 0..entries.len() {
         let leader = leader(index, entries, links, &cells, merge_distance);
@@ -213,16 +194,13 @@ fn merge_near<T: Real, const N: usize>(
 }
 
 /// The first of those components as near to one as `merge_distance`, and not gone, that come before it.
-fn leader<T: Real, const N: usize>(
+fn leader<T: Real, N: Vector<Scalar = T>>(
     index: usize,
-    entries: &[Entry<T, N>],
+    entries: &[Entry<N>],
     links: &[Linked],
     cells: &Cells<T>,
     merge_distance: T,
-) -> u16
-where
-    Dim<N>: Packed,
-{
+) -> u16 {
     let Some(Entry { component, .. }) = entries.get(index) else { return NONE };
     let mut near = Near { component, factor: None, distance: merge_distance };
     let mut first = (index, component);
@@ -242,19 +220,13 @@ where
 
 /// Whether a component is lighter by more than one step of the order, which settles most pairs of a crowd.
 #[inline]
-fn clearly_lighter<T: Real, const N: usize>(a: &Component<T, N>, b: &Component<T, N>) -> bool
-where
-    Dim<N>: Packed,
-{
+fn clearly_lighter<T: Real, N: Vector<Scalar = T>>(a: &Component<N>, b: &Component<N>) -> bool {
     a.ln_weight + T::from_f64(2.0 / STEPS_PER_UNIT) < b.ln_weight
 }
 
 /// Runnalls 2007: the heaviest component left takes in the one left whose merger costs least, as long as that is at most
 /// `merge_cost`; then the next heaviest left. Those taken in are marked as gone.
-fn merge_cheap<T: Real, const N: usize>(entries: &mut [Entry<T, N>], ranking: &[Ranked], merge_cost: T)
-where
-    Dim<N>: Packed,
-{
+fn merge_cheap<T: Real, N: Vector<Scalar = T>>(entries: &mut [Entry<N>], ranking: &[Ranked], merge_cost: T) {
     for (rank, ranked) in ranking.iter().enumerate() {
         let head_index = usize::from(ranked.entry);
         while let Some(head) = entries.get(head_index).filter(|entry| entry.origin != Origin::Gone) {
@@ -282,11 +254,8 @@ where
 
 /// What Runnalls' bound on the Kullback–Leibler divergence says a merger costs, per mass of the lighter component:
 /// ½ [(w_h + w_i) ln|P_hi| − w_h ln|P_h| − w_i ln|P_i|] / min(w_h, w_i).
-fn cost<T: Real, const N: usize>(head: &Component<T, N>, other: &Component<T, N>) -> Option<T>
-where
-    Dim<N>: Packed,
-{
-    let ln_determinant = |component: &Component<T, N>| component.covariance.factor().map(|f| f.ln_determinant());
+fn cost<T: Real, N: Vector<Scalar = T>>(head: &Component<N>, other: &Component<N>) -> Option<T> {
+    let ln_determinant = |component: &Component<N>| component.covariance.factor().map(|f| f.ln_determinant());
     let weight = (other.ln_weight - head.ln_weight).exp();
     let both = ln_determinant(&moment_match(head, core::iter::once(other)))?;
     let divergence = (T::ONE + weight) * both - ln_determinant(head)? - weight * ln_determinant(other)?;
@@ -294,27 +263,21 @@ where
 }
 
 /// What lies within a squared Mahalanobis distance of a component.
-struct Near<'c, T: Real, const N: usize>
-where
-    Dim<N>: Packed,
-{
-    component: &'c Component<T, N>,
+struct Near<'c, N: Vector> {
+    component: &'c Component<N>,
     /// That of the covariance, from the first time that it was needed.
-    factor: Option<Option<Factor<T, N>>>,
-    distance: T,
+    factor: Option<Option<Factor<N>>>,
+    distance: N::Scalar,
 }
 
-impl<T: Real, const N: usize> Near<'_, T, N>
-where
-    Dim<N>: Packed,
-{
+impl<T: Real, N: Vector<Scalar = T>> Near<'_, N> {
     /// Whether `mean` does.
     #[inline]
-    fn holds(&mut self, mean: &SVector<T, N>) -> bool {
+    fn holds(&mut self, mean: &N) -> bool {
         let Self { component, distance, .. } = *self;
-        let difference = component.mean - mean;
+        let difference = component.mean - *mean;
         // d² ≥ δ_k² / P_kk for every coordinate k, which settles nearly all pairs without a factorisation.
-        let mut deltas = difference.iter().enumerate();
+        let mut deltas = difference.as_slice().iter().enumerate();
         deltas.all(|(k, &delta)| delta * delta <= distance * component.covariance.get(k, k)) && {
             let factor = self.factor.get_or_insert_with(|| component.covariance.factor());
             factor.as_ref().is_some_and(|factor| factor.mahalanobis(&difference) <= distance)
@@ -324,16 +287,13 @@ where
 
 /// One Gaussian with the mass, the mean and the spread of `head` and the others together; where that is beyond the range of
 /// the scalar, with the mean and the spread of `head`.
-pub(crate) fn moment_match<'e, T: Real, const N: usize>(
-    head: &Component<T, N>,
-    others: impl Iterator<Item = &'e Component<T, N>>,
-) -> Component<T, N>
-where
-    Dim<N>: Packed + 'e,
-{
+pub(crate) fn moment_match<'e, T: Real, N: Vector<Scalar = T>>(
+    head: &Component<N>,
+    others: impl Iterator<Item = &'e Component<N>>,
+) -> Component<N> {
     // Weights and means relative to the head keep single precision where the map is far from its origin.
     let mut mass = T::ONE;
-    let mut offset = SVector::<T, N>::zeros();
+    let mut offset = N::ZERO;
     let mut second_moment = head.covariance;
     for other in others {
         let weight = (other.ln_weight - head.ln_weight).exp();
@@ -344,7 +304,7 @@ where
         second_moment.add_outer(weight, &difference);
     }
     let share = T::ONE / mass;
-    offset *= share;
+    offset = offset * share;
     let mut covariance = second_moment.scaled(share);
     covariance.add_outer(-T::ONE, &offset);
     let ln_weight = head.ln_weight + mass.ln();
@@ -363,13 +323,17 @@ mod tests {
     use std::boxed::Box;
     use std::vec::Vec;
 
-    fn component(weight: f64, x: f64, y: f64) -> Component<f64, 2> {
+    fn component(weight: f64, x: f64, y: f64) -> Component<Vector2<f64>> {
         let covariance = Symmetric::from_fn(|row, column| if row == column { 0.4 } else { 0.1 });
         Component { tag: (100.0 * weight) as u32, ln_weight: weight.ln(), mean: Vector2::new(x, y), covariance }
     }
 
-    fn reduced(mixture: &[Component<f64, 2>], reduction: Reduction<f64>, cap: usize) -> Vec<Component<f64, 2>> {
-        let mut memory = Box::new(WorkspaceMemory::<f64, 2, 32>::ZERO);
+    fn reduced(
+        mixture: &[Component<Vector2<f64>>],
+        reduction: Reduction<f64>,
+        cap: usize,
+    ) -> Vec<Component<Vector2<f64>>> {
+        let mut memory = Box::new(WorkspaceMemory::<Vector2<f64>, 32>::ZERO);
         let mut workspace = memory.view();
         workspace.clear(1e-6_f64.ln());
         mixture.iter().for_each(|component| workspace.push(*component, Origin::Missed));
@@ -380,7 +344,7 @@ mod tests {
     }
 
     /// Mass, mean and second moment of a mixture.
-    fn moments(mixture: &[Component<f64, 2>]) -> (f64, Vector2<f64>, Matrix2<f64>) {
+    fn moments(mixture: &[Component<Vector2<f64>>]) -> (f64, Vector2<f64>, Matrix2<f64>) {
         let mass: f64 = mixture.iter().map(|c| c.ln_weight.exp()).sum();
         let weighted = || mixture.iter().map(|c| (c.ln_weight.exp() / mass, c));
         let mean = weighted().fold(Vector2::zeros(), |sum, (w, c)| sum + c.mean * w);

@@ -5,31 +5,28 @@
 
 use crate::candidate::{Candidate, moments};
 use crate::plausible::is_within_range;
-use crate::{Dim, Noise, Packed, Pose, Real};
-use nalgebra::{SMatrix, SVector};
+use crate::vector::applied;
+use crate::{Linear, Noise, Pose, Real, TangentOf, Vector};
 
 /// The kernel: Gaussian, shaped like the candidates.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Kernel<T: Real, const K: usize> {
+pub(crate) struct Kernel<P: Pose> {
     /// A factor of its covariance.
-    root: SMatrix<T, K, K>,
+    root: Linear<TangentOf<P>, TangentOf<P>>,
 }
 
-impl<T: Real, const K: usize> Kernel<T, K>
-where
-    Dim<K>: Packed,
-{
+impl<T: Real, P: Pose<Scalar = T>> Kernel<P> {
     /// `share` times as wide as is best for `particles` samples of a Gaussian with the covariance of these candidates.
-    pub(crate) fn of<P: Pose<T, K>>(candidates: &[Candidate<T, P>], particles: usize, share: T) -> Self {
+    pub(crate) fn of(candidates: &[Candidate<P>], particles: usize, share: T) -> Self {
         let (_, covariance) = moments(candidates, T::ONE);
-        Self { root: covariance.root() * (share * bandwidth(K, particles)) }
+        Self { root: covariance.root() * (share * bandwidth(TangentOf::<P>::DIMENSION, particles)) }
     }
 
     /// Moves every particle by a sample of its own, of K normal numbers. A pose that would leave the range of the scalar stays.
-    pub(crate) fn spread<P: Pose<T, K>>(&self, particles: &mut [Candidate<T, P>], noise: &mut Noise) {
+    pub(crate) fn spread(&self, particles: &mut [Candidate<P>], noise: &mut Noise) {
         for particle in particles {
-            let drawn = SVector::<T, K>::from_fn(|_, _| noise.normal());
-            let moved = particle.pose.displaced(&(self.root * drawn));
+            let drawn = TangentOf::<P>::with(|_| noise.normal());
+            let moved = particle.pose.displaced(&applied::<TangentOf<P>, TangentOf<P>>(&self.root, &drawn));
             if is_within_range(&moved.coordinates()) {
                 particle.pose = moved;
             }
@@ -52,7 +49,7 @@ mod tests {
     use std::vec::Vec;
 
     /// Weighted poses about a heading next to the cut of the circle, x and heading correlated.
-    fn candidates(count: usize) -> Vec<Candidate<f64, PlanarPose<f64>>> {
+    fn candidates(count: usize) -> Vec<Candidate<PlanarPose<f64>>> {
         let mut noise = Noise::seeded(3);
         let pose = |noise: &mut Noise| {
             let [a, b, c]: [f64; 3] = core::array::from_fn(|_| noise.normal());

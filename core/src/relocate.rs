@@ -1,21 +1,20 @@
 //! Poses that are set from outside: uncertain starts, a vehicle that was carried elsewhere, doubt.
 
 use crate::plausible::{is_within_range, is_within_square};
-use crate::{Dim, Motion, Packed, Pose, Proposal, Real, ResetError, ScPhd, Symmetric, Twice, state::Memory};
+use crate::vector::applied;
+use crate::{Motion, Pose, Proposal, Real, ResetError, ScPhd, Symmetric, TangentOf, Vector, state::Memory};
 
-impl<T, M, const K: usize, const D: usize, const E: usize> ScPhd<'_, T, M, K, D, E>
-where
-    T: Real,
-    M: Motion<T, K>,
-    Dim<K>: Packed,
-    Dim<D>: Packed + Twice<E>,
-    Dim<E>: Packed,
-{
+impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
     /// [`reset`](Self::reset) to a pose that is known to a covariance, in the coordinates of [`Pose::difference`].
     ///
     /// # Errors
     /// As for `reset`, or the covariance is not finite or a variance negative; the state is as it was.
-    pub fn reset_within(&mut self, pose: M::Pose, covariance: &Symmetric<T, K>, seed: u64) -> Result<(), ResetError> {
+    pub fn reset_within(
+        &mut self,
+        pose: M::Pose,
+        covariance: &Symmetric<TangentOf<M::Pose>>,
+        seed: u64,
+    ) -> Result<(), ResetError> {
         ResetError::check_covariance(covariance)?;
         self.reset(pose, seed)?;
         self.scatter(covariance)
@@ -26,7 +25,7 @@ where
     ///
     /// # Errors
     /// The pose or the covariance is out of range, or the filter has not been reset; the state is as it was.
-    pub fn relocate(&mut self, pose: M::Pose, covariance: &Symmetric<T, K>) -> Result<(), ResetError> {
+    pub fn relocate(&mut self, pose: M::Pose, covariance: &Symmetric<TangentOf<M::Pose>>) -> Result<(), ResetError> {
         ResetError::check_pose(&pose)?;
         ResetError::check_covariance(covariance)?;
         let Memory { cursor, spreads, candidates, .. } = &mut self.memory;
@@ -47,7 +46,7 @@ where
     ///
     /// # Errors
     /// The covariance is not finite or a variance negative, or the filter has not been reset; the state is as it was.
-    pub fn scatter(&mut self, covariance: &Symmetric<T, K>) -> Result<(), ResetError> {
+    pub fn scatter(&mut self, covariance: &Symmetric<TangentOf<M::Pose>>) -> Result<(), ResetError> {
         ResetError::check_covariance(covariance)?;
         let Memory { cursor, spreads, candidates, .. } = &mut self.memory;
         let Some(mut noise) = cursor.noise.clone() else { return Err(ResetError::NotStarted) };
@@ -55,7 +54,8 @@ where
             Proposal::Blind => {
                 let root = covariance.root();
                 for candidate in candidates.iter_mut().take(cursor.candidates()) {
-                    let by = root * nalgebra::SVector::<T, K>::from_fn(|_, _| noise.normal());
+                    let by =
+                        applied::<TangentOf<M::Pose>, TangentOf<M::Pose>>(&root, &Vector::with(|_| noise.normal()));
                     let moved = candidate.pose.displaced(&by);
                     if is_within_range(&moved.coordinates()) {
                         candidate.pose = moved;
@@ -81,12 +81,12 @@ where
 #[cfg(test)]
 mod tests {
     use crate::*;
-    use nalgebra::Vector2;
+    use nalgebra::{Vector2, Vector3};
     use std::boxed::Box;
 
-    type Memory<const N: usize> = State<f64, PlanarPose<f64>, 3, N, N, MapMemory<f64, 2, 2, N, 64, 16, 64>>;
+    type Memory<const N: usize> = State<PlanarPose<f64>, N, N, MapMemory<Static<Vector2<f64>>, N, 64, 16, 64>>;
 
-    fn doubt() -> Symmetric<f64, 3> {
+    fn doubt() -> Symmetric<Vector3<f64>> {
         Symmetric::from_fn(|row, column| match (row, column) {
             (0, 0) => 0.25,
             (1, 1) => 0.16,
@@ -135,7 +135,7 @@ mod tests {
             field_of_view: window,
             clutter: UniformClutter::of_scan(0.1, window.measure()).unwrap(),
         };
-        let mut scratch = DetectorMemory::<f64, 2, 8>::new();
+        let mut scratch = DetectorMemory::<Vector2<f64>, 8>::new();
         let mut lidar = Detector::new(sensing, Births::still(0.001)).unwrap().over(&mut scratch).unwrap();
         // From (8.3, 2) with heading π the landmark is 3.3 m straight ahead.
         slam.scan(&mut lidar, &[Vector2::new(3.3, 0.0)]).unwrap();
@@ -147,7 +147,7 @@ mod tests {
 
     #[test]
     fn the_joint_map_too() {
-        type Joint = JointState<f64, PlanarPose<f64>, 3, 2, 2, 4, { joint_numbers(3, 2, 4) }, 8>;
+        type Joint = JointState<PlanarPose<f64>, Vector2<f64>, 4, { joint_numbers(3, 2, 4) }, 8>;
         let mut state = Box::new(Joint::new());
         let mut slam = JointSlam::new(motion(), JointConfig::default(), &mut *state).unwrap();
         assert_eq!(slam.relocate(PlanarPose::ZERO, &doubt()), Err(ResetError::NotStarted));

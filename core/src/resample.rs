@@ -2,7 +2,7 @@
 
 use crate::ln_sum::ln_sum;
 use crate::work;
-use crate::{Real, candidate::Candidate};
+use crate::{Pose, Real, candidate::Candidate};
 
 /// Systematic resampling (Arulampalam et al. 2002, algorithm 2): one uniform number, positions (i + u)/N, each takes the
 /// first index whose cumulated weight exceeds it. The weights must sum to one; what rounding leaves over goes to the last
@@ -25,7 +25,7 @@ pub(crate) fn systematic<T: Real>(weights: impl Iterator<Item = T>, uniform: T, 
 
 /// One of a particle's children, drawn in proportion to weight with a uniform number; returns its place among them and ln
 /// of the weight of all together, which it carries on. Unbiased: the expected measure is that of the children.
-pub(crate) fn one_child<T: Real, P>(children: &[Candidate<T, P>], uniform: T) -> (usize, T) {
+pub(crate) fn one_child<T: Real, P: Pose<Scalar = T>>(children: &[Candidate<P>], uniform: T) -> (usize, T) {
     let total = ln_sum(children.iter().map(|child| child.ln_weight));
     if !(total > T::NEG_INFINITY) {
         let drawn = (uniform * T::from_usize(children.len())).to_i32();
@@ -43,11 +43,11 @@ pub(crate) fn one_child<T: Real, P>(children: &[Candidate<T, P>], uniform: T) ->
 #[cfg(test)]
 mod tests {
     use super::{one_child, systematic};
-    use crate::{Noise, candidate::Candidate};
+    use crate::{Noise, PlanarPose, candidate::Candidate};
     use std::vec::Vec;
 
-    fn candidates(weights: &[f64]) -> Vec<Candidate<f64, ()>> {
-        weights.iter().map(|w| Candidate { pose: (), ln_weight: w.ln() }).collect()
+    fn candidates(weights: &[f64]) -> Vec<Candidate<PlanarPose<f64>>> {
+        weights.iter().map(|w| Candidate { ln_weight: w.ln(), ..Candidate::ZERO }).collect()
     }
 
     #[test]

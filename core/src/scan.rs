@@ -1,19 +1,18 @@
 //! The measurements of one scan, sorted so that a component meets only those near it.
 
 use crate::work;
-use crate::{Clutter, Dim, LnSum, Packed, Real, Sensor, wrap};
+use crate::{Clutter, LnSum, Real, Sensor, Vector, wrap};
 use core::ops::Range;
-use nalgebra::SVector;
 
 /// One measurement of the scan.
 #[derive(Debug, Clone, Copy)]
-pub struct Measurement<T: Real, const Z: usize> {
+pub struct Measurement<Z: Vector> {
     /// z.
-    pub(crate) z: SVector<T, Z>,
+    pub(crate) z: Z,
     /// ln κ(z); −∞ for no clutter.
-    pub(crate) ln_clutter: T,
+    pub(crate) ln_clutter: Z::Scalar,
     /// ln( κ(z) + Σ w_b ): what explains the measurement where no feature does; −∞ for nothing.
-    pub(crate) ln_unexplained: T,
+    pub(crate) ln_unexplained: Z::Scalar,
 }
 
 /// ln of the least intensity that weights are taken relative to.
@@ -22,13 +21,9 @@ const LN_LEAST: f64 = -69.0;
 /// A measurement is explained where features add more than a thousandth to what explains it without any: ln 1.001.
 const LN_EXPLAINED: f64 = 9.995_003_330_835_332e-4;
 
-impl<T: Real, const Z: usize> Measurement<T, Z> {
+impl<T: Real, Z: Vector<Scalar = T>> Measurement<Z> {
     /// All zero; a placeholder for unused memory.
-    pub(crate) const ZERO: Self = Self {
-        z: SVector::from_array_storage(nalgebra::ArrayStorage([[T::ZERO; Z]; 1])),
-        ln_clutter: T::ZERO,
-        ln_unexplained: T::ZERO,
-    };
+    pub(crate) const ZERO: Self = Self { z: Z::ZERO, ln_clutter: T::ZERO, ln_unexplained: T::ZERO };
 
     /// A finite number to take weights relative to while η_z is not complete: ln( κ(z) + Σ w_b ), which bounds them
     /// from above, unless that is next to nothing.
@@ -47,43 +42,37 @@ const BUCKETS: usize = 128;
 
 /// A scan, sorted by the sensor's sorting coordinate.
 #[derive(Debug, Clone)]
-pub(crate) struct Scan<'s, T: Real, const Z: usize> {
-    measurements: &'s [Measurement<T, Z>],
+pub(crate) struct Scan<'s, Z: Vector> {
+    measurements: &'s [Measurement<Z>],
     /// For every bucket the first place that is not before it; a search starts there.
     starts: [u16; BUCKETS],
     /// Where the first bucket begins, and buckets per unit of the coordinate.
-    first: T,
-    buckets_per_unit: T,
+    first: Z::Scalar,
+    buckets_per_unit: Z::Scalar,
     /// The least of all `ln_unexplained`.
-    ln_least_unexplained: T,
+    ln_least_unexplained: Z::Scalar,
 }
 
 /// A place in the scan's order, and the measurement there.
-pub(crate) type Indexed<'s, T, const Z: usize> = (usize, &'s Measurement<T, Z>);
+pub(crate) type Indexed<'s, Z> = (usize, &'s Measurement<Z>);
 
-impl<'s, T: Real, const Z: usize> Scan<'s, T, Z> {
+impl<'s, T: Real, Z: Vector<Scalar = T>> Scan<'s, Z> {
     /// Sorts `measured` into `memory`, which must be as long as `measured` at least; the rest of it is not used.
-    pub(crate) fn sort<S, C, const D: usize>(
-        memory: &'s mut [Measurement<T, Z>],
-        measured: &[SVector<T, Z>],
-        clutter: &C,
+    pub(crate) fn sort<S: Sensor<Measurement = Z>>(
+        memory: &'s mut [Measurement<Z>],
+        measured: &[Z],
+        clutter: &impl Clutter<Z>,
         clutter_scale: T,
         birth_intensity: T,
-    ) -> Self
-    where
-        S: Sensor<T, D, Z>,
-        C: Clutter<T, Z>,
-        Dim<D>: Packed,
-        Dim<Z>: Packed,
-    {
-        let key = |measurement: &Measurement<T, Z>| coordinate(&measurement.z, S::SORTED_BY);
+    ) -> Self {
+        let key = |measurement: &Measurement<Z>| measurement.z.at(S::SORTED_BY);
         let (ln_birth, ln_scale) = (birth_intensity.ln(), clutter_scale.ln());
         let mut ln_least_unexplained = T::INFINITY;
         let mut len = 0;
         for &z in measured {
             let mut z = z;
             if S::SORTED_BY_ANGLE
-                && let Some(angle) = z.get_mut(S::SORTED_BY)
+                && let Some(angle) = z.as_mut_slice().get_mut(S::SORTED_BY)
             {
                 *angle = wrap(*angle);
             }
@@ -110,7 +99,7 @@ impl<'s, T: Real, const Z: usize> Scan<'s, T, Z> {
         let mut scan = Self { measurements, starts: [0; BUCKETS], first, buckets_per_unit, ln_least_unexplained };
         let mut place = 0;
         for bucket in 0..BUCKETS {
-            let before = |measurement: &&Measurement<T, Z>| scan.bucket(key(measurement)) < bucket;
+            let before = |measurement: &&Measurement<Z>| scan.bucket(key(measurement)) < bucket;
             place += measurements.iter().skip(place).take_while(before).count();
             if let Some(start) = scan.starts.get_mut(bucket) {
                 *start = place as u16;
@@ -131,7 +120,7 @@ impl<'s, T: Real, const Z: usize> Scan<'s, T, Z> {
     }
 
     /// All measurements in order.
-    pub(crate) fn iter(&self) -> impl Iterator<Item = &'s Measurement<T, Z>> + use<'s, T, Z> {
+    pub(crate) fn iter(&self) -> impl Iterator<Item = &'s Measurement<Z>> + use<'s, T, Z> {
         self.measurements.iter()
     }
 
@@ -143,17 +132,13 @@ impl<'s, T: Real, const Z: usize> Scan<'s, T, Z> {
     /// Calls `found` for the measurements whose sorting coordinate may differ from that of `expected` by at most `reach`:
     /// all those that do, and some that do not.
     #[inline(always)]
-    pub(crate) fn near<S, const D: usize>(
+    pub(crate) fn near<S: Sensor<Measurement = Z>>(
         &self,
-        expected: &SVector<T, Z>,
+        expected: &Z,
         reach: T,
-        mut found: impl FnMut(Indexed<'s, T, Z>),
-    ) where
-        S: Sensor<T, D, Z>,
-        Dim<D>: Packed,
-        Dim<Z>: Packed,
-    {
-        let centre = coordinate(expected, S::SORTED_BY);
+        mut found: impl FnMut(Indexed<'s, Z>),
+    ) {
+        let centre = expected.at(S::SORTED_BY);
         let (low, high) = (centre - reach, centre + reach);
         let crosses = S::SORTED_BY_ANGLE && (low <= -T::PI || high > T::PI);
         let (mut places, mut rest) =
@@ -196,8 +181,4 @@ impl<'s, T: Real, const Z: usize> Scan<'s, T, Z> {
     fn end(&self, bound: T) -> usize {
         self.starts.get(self.bucket(bound) + 1).copied().map_or(self.len(), usize::from)
     }
-}
-
-fn coordinate<T: Real, const Z: usize>(z: &SVector<T, Z>, index: usize) -> T {
-    z.get(index).copied().unwrap_or(T::ZERO)
 }

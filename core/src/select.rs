@@ -7,13 +7,13 @@ use crate::{Config, Noise, Pose, Real};
 
 /// What is selected from.
 #[derive(Debug)]
-pub(crate) struct Weighed<'a, T, P> {
-    pub(crate) candidates: &'a [Candidate<T, P>],
+pub(crate) struct Weighed<'a, P: Pose> {
+    pub(crate) candidates: &'a [Candidate<P>],
     pub(crate) particles: usize,
     /// Candidates of each particle.
     pub(crate) children: usize,
     /// Effective number of the candidates.
-    pub(crate) n_eff: T,
+    pub(crate) n_eff: P::Scalar,
 }
 
 /// What the selection did.
@@ -32,12 +32,12 @@ pub(crate) struct Selection {
 /// as many as are needed.
 ///
 /// Writes the chosen candidates' indices, in ascending order of parents, to `survivors`, and the particles to `selected`.
-pub(crate) fn select<T: Real, P: Pose<T, K>, const K: usize>(
-    weighed: &Weighed<'_, T, P>,
+pub(crate) fn select<T: Real, P: Pose<Scalar = T>>(
+    weighed: &Weighed<'_, P>,
     config: &Config<T>,
     noise: &mut Noise,
     survivors: &mut [u16],
-    selected: &mut [Candidate<T, P>],
+    selected: &mut [Candidate<P>],
 ) -> Selection {
     let &Weighed { candidates, mut particles, children, n_eff } = weighed;
     let resampled = n_eff < config.resample_threshold * T::from_usize(candidates.len());

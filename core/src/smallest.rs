@@ -8,8 +8,7 @@ use nalgebra::Vector2;
 use std::boxed::Box;
 use std::vec::Vec;
 
-type Filter<'s> =
-    Alone<'s, f32, Unicycle<f32>, RangeBearing<f32>, RangeBearingWindow<f32>, UniformClutter<f32>, 3, 2, 4, 2>;
+type Filter<'s> = Alone<'s, Unicycle<f32>, Sensing<RangeBearing<f32>, RangeBearingWindow<f32>, UniformClutter<f32>>>;
 
 const AHEAD: UnicycleControl<f32> = UnicycleControl { speed_mps: 1.0, rate_radps: 0.1 };
 
@@ -53,7 +52,7 @@ impl Capacities {
 }
 
 /// Features on a ring around the start, all in view.
-fn ring(count: usize) -> Vec<Component<f32, 2>> {
+fn ring(count: usize) -> Vec<Component<Vector2<f32>>> {
     let place = |k: usize| (core::f32::consts::TAU * k as f32 / count as f32).sin_cos();
     let feature = |k| {
         let (sine, cosine) = place(k);
@@ -74,7 +73,7 @@ fn measurements(count: usize) -> Vec<Vector2<f32>> {
 /// More features near measurements than an update has room for: the proposal takes what it can, and says so.
 #[test]
 fn an_informed_proposal_with_more_in_view_than_there_is_room_for_ends() {
-    type Memory = State<f32, PlanarPose<f32>, 3, 4, 4, MapMemory<f32, 2, 2, 4, 64, 16, 24>>;
+    type Memory = State<PlanarPose<f32>, 4, 4, MapMemory<Static<Vector2<f32>>, 4, 64, 16, 24>>;
     let capacities = Capacities { particles: 4, candidates: 4, map_pages: 16, view: 24, measurements: 64 };
     for features in [24, 25, 100] {
         let mut state = Box::new(Memory::new());
@@ -171,12 +170,12 @@ fn run<
     const P: usize,
     const MP: usize,
     const V: usize,
-    VM: MapStorage<f32, 4, 2>,
+    VM: MapStorage<Dynamic<Vector2<f32>>>,
 >(
     moves: bool,
 ) -> u64 {
     let capacities = Capacities { particles: N, candidates: C, map_pages: MP, view: V, measurements: Z };
-    let mut state = Box::new(State::<f32, PlanarPose<f32>, 3, N, C, MapMemory<f32, 2, 2, N, P, MP, V>, VM>::new());
+    let mut state = Box::new(State::<PlanarPose<f32>, N, C, MapMemory<Static<Vector2<f32>>, N, P, MP, V>, VM>::new());
     let mut most = 0;
     for (births, config) in configurations(N, C / N, moves) {
         for clutter in [0.0, 3.0] {
@@ -218,7 +217,7 @@ fn run<
 #[test]
 fn one_of_everything() {
     assert!(run::<1, 1, 1, 1, 1, 8, NoMoving>(false) > 0);
-    assert!(run::<1, 1, 1, 1, 1, 8, MapMemory<f32, 4, 2, 1, 1, 1, 8>>(true) > 0);
+    assert!(run::<1, 1, 1, 1, 1, 8, MapMemory<Dynamic<Vector2<f32>>, 1, 1, 1, 8>>(true) > 0);
 }
 
 #[test]
@@ -229,11 +228,11 @@ fn one_particle_of_several_samples() {
 #[test]
 fn many_particles_over_one_page() {
     assert!(run::<4, 4, 8, 1, 1, 8, NoMoving>(false) > 0);
-    assert!(run::<3, 6, 8, 3, 2, 9, MapMemory<f32, 4, 2, 3, 2, 1, 8>>(true) > 0);
+    assert!(run::<3, 6, 8, 3, 2, 9, MapMemory<Dynamic<Vector2<f32>>, 3, 2, 1, 8>>(true) > 0);
 }
 
 #[test]
 fn a_long_map_before_a_small_view() {
     assert!(run::<2, 2, 24, 64, 16, 8, NoMoving>(false) > 0);
-    assert!(run::<2, 2, 24, 64, 16, 24, MapMemory<f32, 4, 2, 2, 16, 8, 8>>(true) > 0);
+    assert!(run::<2, 2, 24, 64, 16, 24, MapMemory<Dynamic<Vector2<f32>>, 2, 16, 8, 8>>(true) > 0);
 }

@@ -1,7 +1,10 @@
 //! All memory of a filter.
 
-use crate::map::{MapStorage, Maps, NoMoving};
-use crate::{Config, Dim, Noise, Packed, Pose, Proposal, Real, SetupError, Symmetric, Twice, candidate::Candidate};
+use crate::map::{DynamicMaps, MapStorage, NoMoving, StaticMaps};
+use crate::{
+    Config, Dynamic, Noise, Pose, Proposal, Real, ScalarOf, SetupError, Static, Symmetric, TangentOf,
+    candidate::Candidate,
+};
 
 /// All memory of a filter: what it knows and its scratch, with every capacity in the type.
 ///
@@ -10,55 +13,46 @@ use crate::{Config, Dim, Noise, Packed, Pose, Proposal, Real, SetupError, Symmet
 ///
 /// | parameter | meaning |
 /// |---|---|
-/// | `T`, `P` | scalar and pose |
-/// | `K` | dimension of the pose |
+/// | `P` | pose |
 /// | `PARTICLES` | particles |
 /// | `CANDIDATES` | particles × samples, at least `PARTICLES` |
 /// | `S` | memory of the static features, a [`MapMemory`](crate::MapMemory) |
 /// | `V` | memory of the moving features, a [`MapMemory`](crate::MapMemory) or [`NoMoving`] |
 ///
 /// ```
-/// use scphd::{MapMemory, PlanarPose, State};
+/// use nalgebra::Vector2;
+/// use scphd::{Dynamic, MapMemory, PlanarPose, State, Static};
 ///
-/// // Maps in the plane: a static feature has a state of dimension 2, a moving one of dimension 4.
-/// type Still = MapMemory<f32, 2, 2, 32, 240, 16, 256>;
-/// type Moving = MapMemory<f32, 4, 2, 32, 48, 8, 128>;
-/// type Memory = State<f32, PlanarPose<f32>, 3, 32, 64, Still, Moving>;
+/// type Still = MapMemory<Static<Vector2<f32>>, 32, 240, 16, 256>;
+/// type Moving = MapMemory<Dynamic<Vector2<f32>>, 32, 48, 8, 128>;
+/// type Memory = State<PlanarPose<f32>, 32, 64, Still, Moving>;
 /// static mut STATE: Memory = State::new();
 /// assert!(size_of::<Memory>() < 128 * 1024);
 /// ```
 #[derive(Debug)]
-pub struct State<T: Real, P, const K: usize, const PARTICLES: usize, const CANDIDATES: usize, S, V = NoMoving>
-where
-    Dim<K>: Packed,
-{
-    cursor: Cursor<T>,
-    spreads: [Symmetric<T, K>; PARTICLES],
-    selected_spreads: [Symmetric<T, K>; PARTICLES],
-    candidates: [Candidate<T, P>; CANDIDATES],
-    ln_likelihoods: [T; CANDIDATES],
-    selected: [Candidate<T, P>; PARTICLES],
+pub struct State<P: Pose, const PARTICLES: usize, const CANDIDATES: usize, S, V = NoMoving> {
+    cursor: Cursor<P::Scalar>,
+    spreads: [Symmetric<P::Tangent>; PARTICLES],
+    selected_spreads: [Symmetric<P::Tangent>; PARTICLES],
+    candidates: [Candidate<P>; CANDIDATES],
+    ln_likelihoods: [P::Scalar; CANDIDATES],
+    selected: [Candidate<P>; PARTICLES],
     survivors: [u16; PARTICLES],
     still: S,
     moving: V,
 }
 
-impl<T: Real, P: Pose<T, K>, const K: usize, const PARTICLES: usize, const CANDIDATES: usize, S, V>
-    State<T, P, K, PARTICLES, CANDIDATES, S, V>
+impl<T: Real, P: Pose<Scalar = T>, const PARTICLES: usize, const CANDIDATES: usize, S, V>
+    State<P, PARTICLES, CANDIDATES, S, V>
 where
-    Dim<K>: Packed,
+    S: MapStorage<Static<P::Position>>,
+    V: MapStorage<Dynamic<P::Position>>,
 {
     /// An empty state, all zero, to be started by [`ScPhd::reset`](crate::ScPhd::reset).
     ///
     /// Capacities that cannot work do not compile.
     #[must_use]
-    pub const fn new<const D: usize, const E: usize>() -> Self
-    where
-        S: MapStorage<T, D, D>,
-        V: MapStorage<T, E, D>,
-        Dim<D>: Packed + Twice<E>,
-        Dim<E>: Packed,
-    {
+    pub const fn new() -> Self {
         const {
             assert!(PARTICLES >= 1, "a filter needs a particle");
             assert!(CANDIDATES >= PARTICLES, "CANDIDATES must be at least PARTICLES");
@@ -70,9 +64,9 @@ where
             cursor: Cursor::ZERO,
             spreads: [Symmetric::ZERO; PARTICLES],
             selected_spreads: [Symmetric::ZERO; PARTICLES],
-            candidates: [Candidate::zero::<K>(); CANDIDATES],
+            candidates: [Candidate::ZERO; CANDIDATES],
             ln_likelihoods: [T::ZERO; CANDIDATES],
-            selected: [Candidate::zero::<K>(); PARTICLES],
+            selected: [Candidate::ZERO; PARTICLES],
             survivors: [0; PARTICLES],
             still: S::ZERO,
             moving: V::ZERO,
@@ -86,13 +80,7 @@ where
     }
 
     /// The state as slices, whatever its capacities.
-    pub(crate) fn memory<const D: usize, const E: usize>(&mut self) -> Memory<'_, T, P, K, D, E>
-    where
-        S: MapStorage<T, D, D>,
-        V: MapStorage<T, E, D>,
-        Dim<D>: Packed,
-        Dim<E>: Packed,
-    {
+    pub(crate) fn memory(&mut self) -> Memory<'_, P> {
         Memory {
             cursor: &mut self.cursor,
             spreads: &mut self.spreads,
@@ -104,6 +92,16 @@ where
             still: self.still.maps(),
             moving: self.moving.maps(),
         }
+    }
+}
+
+impl<P: Pose, const PARTICLES: usize, const CANDIDATES: usize, S, V> Default for State<P, PARTICLES, CANDIDATES, S, V>
+where
+    S: MapStorage<Static<P::Position>>,
+    V: MapStorage<Dynamic<P::Position>>,
+{
+    fn default() -> Self {
+        Self::new()
     }
 }
 
@@ -163,36 +161,23 @@ impl<T: Real> Cursor<T> {
 
 /// The state as slices, whatever its capacities: what the recursion is written for.
 #[derive(Debug)]
-pub(crate) struct Memory<'s, T: Real, P, const K: usize, const D: usize, const E: usize>
-where
-    Dim<K>: Packed,
-    Dim<D>: Packed,
-    Dim<E>: Packed,
-{
-    pub(crate) cursor: &'s mut Cursor<T>,
+pub(crate) struct Memory<'s, P: Pose> {
+    pub(crate) cursor: &'s mut Cursor<ScalarOf<P>>,
     /// With the informed proposal, the covariance of every particle's pose since the last scan; otherwise zero.
-    pub(crate) spreads: &'s mut [Symmetric<T, K>],
+    pub(crate) spreads: &'s mut [Symmetric<TangentOf<P>>],
     /// The same of the particles that go on.
-    pub(crate) selected_spreads: &'s mut [Symmetric<T, K>],
-    pub(crate) candidates: &'s mut [Candidate<T, P>],
-    pub(crate) ln_likelihoods: &'s mut [T],
-    pub(crate) selected: &'s mut [Candidate<T, P>],
+    pub(crate) selected_spreads: &'s mut [Symmetric<TangentOf<P>>],
+    pub(crate) candidates: &'s mut [Candidate<P>],
+    pub(crate) ln_likelihoods: &'s mut [ScalarOf<P>],
+    pub(crate) selected: &'s mut [Candidate<P>],
     pub(crate) survivors: &'s mut [u16],
-    pub(crate) still: Maps<'s, T, D, D>,
-    pub(crate) moving: Maps<'s, T, E, D>,
+    pub(crate) still: StaticMaps<'s, P>,
+    pub(crate) moving: DynamicMaps<'s, P>,
 }
 
-impl<T: Real, P, const K: usize, const D: usize, const E: usize> Memory<'_, T, P, K, D, E>
-where
-    Dim<K>: Packed,
-    Dim<D>: Packed,
-    Dim<E>: Packed,
-{
+impl<T: Real, P: Pose<Scalar = T>> Memory<'_, P> {
     /// Whether a filter of this configuration, which fits the memory, can go on from what an earlier one has left in it.
-    pub(crate) fn check(&mut self, config: &Config<T>) -> Result<(), SetupError>
-    where
-        P: Pose<T, K>,
-    {
+    pub(crate) fn check(&mut self, config: &Config<T>) -> Result<(), SetupError> {
         let (held, configured) = (self.cursor.particles, config.particles);
         if held == 0 {
             return Ok(());
@@ -216,7 +201,7 @@ where
     }
 
     /// The candidates in use.
-    pub(crate) fn candidates(&self) -> &[Candidate<T, P>] {
+    pub(crate) fn candidates(&self) -> &[Candidate<P>] {
         self.candidates.get(..self.cursor.candidates()).unwrap_or(&[])
     }
 }

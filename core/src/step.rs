@@ -4,7 +4,7 @@ use crate::candidate::{effective_number, reweigh};
 use crate::config::ADAPTIVE;
 use crate::drift::drift;
 use crate::executor::shares;
-use crate::models::Mounted;
+use crate::models::OnVehicle;
 use crate::online::seen;
 use crate::propose::{Proposal, Proposer};
 use crate::rejuvenate::Kernel;
@@ -15,34 +15,20 @@ use crate::update::Update;
 use crate::view::{Detection, View};
 use crate::weigh::weigh;
 use crate::{
-    Clutter, Detector, Dim, Executor, FieldOfView, Health, Likelihood, Locating, Motion, Packed, Probe, Real, ScPhd,
-    ScanError, ScanReport, ScanRoom, Sensor, Stage, Symmetric, Twice,
+    Clutter, Detector, Executor, Health, Likelihood, MeasurementModel, Motion, Pose, Probe, Real, ScPhd, ScanError,
+    ScanReport, ScanRoom, Sensor, Stage, Symmetric, Vector,
 };
 use core::cell::Cell;
-use nalgebra::SVector;
 
-impl<T, M, const K: usize, const D: usize, const E: usize> ScPhd<'_, T, M, K, D, E>
-where
-    T: Real,
-    M: Motion<T, K>,
-    Dim<K>: Packed,
-    Dim<D>: Packed + Twice<E>,
-    Dim<E>: Packed,
-{
+impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
     /// The scan update, of measurements that have been checked.
-    pub(crate) fn step<S, V, C, const Z: usize>(
+    pub(crate) fn step<X: MeasurementModel<Pose = M::Pose>>(
         &mut self,
-        detector: &mut Detector<T, S, V, C, ScanRoom<'_, T, Z>>,
-        measured: &[SVector<T, Z>],
+        detector: &mut Detector<X, ScanRoom<'_, X::Measurement>>,
+        measured: &[X::Measurement],
         executor: &impl Executor,
         probe: &mut impl Probe,
-    ) -> Result<ScanReport<T>, ScanError>
-    where
-        S: Locating<T, K, D, Z> + Sensor<T, D, Z, Pose = M::Pose>,
-        V: FieldOfView<T, S::Frame, D, Z>,
-        C: Clutter<T, Z>,
-        Dim<Z>: Packed,
-    {
+    ) -> Result<ScanReport<T>, ScanError> {
         let Self { config, memory, .. } = self;
         let Detector { sensing, mounting, births, online, room } = detector;
         let ScanRoom { learnt, measurements, eta, most_in_view } = room;
@@ -61,15 +47,15 @@ where
         let particles = cursor.particles;
         let clutter_scale = learnt.clutter_scale(online);
         let detection_scale = learnt.detection_scale(online);
-        let scan = Scan::sort::<S, C, D>(measurements, measured, &sensing.clutter, clutter_scale, births.total());
+        let scan = Scan::sort::<X::Sensor>(measurements, measured, sensing.clutter(), clutter_scale, births.total());
         let ln_negligible = config.negligible.ln();
-        let sensor: Mounted<'_, T, S, V, K> =
-            Mounted { sensor: &sensing.sensor, field_of_view: &sensing.field_of_view, mounting: *mounting };
+        let on_vehicle = OnVehicle::of(sensing, *mounting);
+        let OnVehicle { sensor, field_of_view, .. } = &on_vehicle;
         let Some(noise_factor) = sensor.noise().factor() else { return Err(ScanError::SensorNoise) };
         let (ln_sharpest, most_births) = (noise_factor.ln_peak(), still.workspace.capacity());
-        let look = |pose: &M::Pose| View {
-            sensor: &sensor,
-            field_of_view: &sensor,
+        let look = |pose: &M::Pose| View::<OnVehicle<'_, X>> {
+            sensor,
+            field_of_view,
             frame: sensor.frame(pose),
             detection_scale,
             ln_negligible,
@@ -145,7 +131,7 @@ where
         {
             let maps = (&*still, &*moving, parent_of(usize::from(survivor)));
             let seen = seen(&view, spread.as_ref(), maps, &scan, config.confirming_detections, eta);
-            learnt.learn(&seen, sensing.clutter.per_scan(), online);
+            learnt.learn(&seen, sensing.clutter().per_scan(), online);
         }
         let update = Update { still, moving, eta, births, config, weighs: lone, next_tag: &mut cursor.next_tag };
         let parent = |survivor| parent_of(usize::from(survivor));
@@ -172,7 +158,7 @@ where
         cursor.weighed = particles * children;
         cursor.heaviest = selection.heaviest;
 
-        let innovation = tally.mean_innovation(Z);
+        let innovation = tally.mean_innovation(X::Measurement::DIMENSION);
         let tightened = tally.tightened + crowded;
         let health = Health::UNEXPLAINED_SCAN.when(!ln_evidence.is_finite())
             | Health::DEGENERATE.when(particles > 1 && n_eff < T::from_f64(1.5))

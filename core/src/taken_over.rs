@@ -6,9 +6,8 @@ use nalgebra::Vector2;
 use std::boxed::Box;
 use std::string::ToString;
 
-type Memory = State<f64, PlanarPose<f64>, 3, 8, 16, MapMemory<f64, 2, 2, 8, 64, 8, 64>>;
-type Filter<'s> =
-    Alone<'s, f64, Unicycle<f64>, RangeBearing<f64>, RangeBearingWindow<f64>, UniformClutter<f64>, 3, 2, 4, 2>;
+type Memory = State<PlanarPose<f64>, 8, 16, MapMemory<Static<Vector2<f64>>, 8, 64, 8, 64>>;
+type Filter<'s> = Alone<'s, Unicycle<f64>, Sensing<RangeBearing<f64>, RangeBearingWindow<f64>, UniformClutter<f64>>>;
 const BIRTHS: Births<f64> = Births::still(0.01);
 type CarModels = Models<Unicycle<f64>, RangeBearing<f64>, RangeBearingWindow<f64>, UniformClutter<f64>>;
 

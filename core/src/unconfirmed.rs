@@ -3,15 +3,14 @@
 use crate::alone::{Alone, Models};
 use crate::{
     Births, Component, Config, ControlNoise, Extraction, MapMemory, PlanarPose, RangeBearing, RangeBearingLimits,
-    RangeBearingWindow, State, Step, Symmetric, Unicycle, UnicycleControl, UniformClutter,
+    RangeBearingWindow, Sensing, State, Static, Step, Symmetric, Unicycle, UnicycleControl, UniformClutter,
 };
 use nalgebra::Vector2;
 use std::boxed::Box;
 use std::vec::Vec;
 
-type Memory = State<f64, PlanarPose<f64>, 3, 1, 1, MapMemory<f64, 2, 2, 1, 16, 16, 64>>;
-type Planar<'s> =
-    Alone<'s, f64, Unicycle<f64>, RangeBearing<f64>, RangeBearingWindow<f64>, UniformClutter<f64>, 3, 2, 4, 2>;
+type Memory = State<PlanarPose<f64>, 1, 1, MapMemory<Static<Vector2<f64>>, 1, 16, 16, 64>>;
+type Planar<'s> = Alone<'s, Unicycle<f64>, Sensing<RangeBearing<f64>, RangeBearingWindow<f64>, UniformClutter<f64>>>;
 
 /// A vehicle that turns on the spot without error and sees to the front.
 fn filter(memory: &mut Memory, config: Config<f64>) -> Planar<'_> {

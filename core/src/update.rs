@@ -13,10 +13,9 @@ use crate::weigh::{Seen, Weighed, reset_eta};
 use crate::work;
 use crate::workspace::{Entry, Origin, Workspace};
 use crate::{
-    Births, Bounds, Component, Config, Dim, FieldOfView, Inverse, LnSum, Locating, Packed, Probe, Real, Sensor, Stage,
-    Symmetric,
+    Births, Bounds, Component, Config, Dynamic, Feature, InverseOf, LnSum, MeasurementModel, Place, Pose, PositionOf,
+    Probe, Real, ScalarOf, Sensor, Stage, Static, Symmetric, TangentOf, Vector,
 };
-use nalgebra::SVector;
 
 /// Which map to update, where to put it, and what share of the pool it may take.
 #[derive(Debug, Clone, Copy)]
@@ -32,50 +31,34 @@ pub(crate) struct Task {
 }
 
 /// The scan as one survivor's pose sees it.
-#[derive(Debug)]
-struct Sight<'a, T: Real, S, V, F, const K: usize, const D: usize, const Z: usize>
-where
-    Dim<K>: Packed,
-{
-    view: View<'a, T, S, V, F>,
+struct Sight<'a, X: MeasurementModel> {
+    view: View<'a, X>,
     /// Covariance of the pose, where it is not certain: it blurs what is expected.
-    spread: Option<Symmetric<T, K>>,
+    spread: Option<Symmetric<TangentOf<X::Pose>>>,
     /// Outside nothing is in view.
-    bounds: Bounds<T, D>,
-    scan: &'a Scan<'a, T, Z>,
-    config: &'a Config<T>,
+    bounds: Bounds<PositionOf<X::Pose>>,
+    scan: &'a Scan<'a, X::Measurement>,
+    config: &'a Config<ScalarOf<X::Pose>>,
     /// ln of [`Config::confirmed_weight`].
-    ln_confirmed: T,
+    ln_confirmed: ScalarOf<X::Pose>,
     /// The tag of the scan's first measurement; after the last one come the births that did not wait for one.
     first_tag: u32,
 }
 
-impl<T: Real, S, V, F, const K: usize, const D: usize, const Z: usize> Sight<'_, T, S, V, F, K, D, Z>
-where
-    S: Locating<T, K, D, Z> + Sensor<T, D, Z, Frame = F>,
-    Dim<K>: Packed,
-    Dim<D>: Packed,
-    Dim<Z>: Packed,
-{
+impl<T: Real, X: MeasurementModel<Pose: Pose<Scalar = T>>> Sight<'_, X> {
     /// Whether a component is better known than from the few measurements that confirm it. Seldom asked, and not small.
     #[inline(never)]
-    fn confirms<const N: usize>(&self, component: &Component<T, N>) -> bool
-    where
-        Dim<N>: Packed,
-    {
+    fn confirms<N: Vector<Scalar = T>>(&self, component: &Component<N>) -> bool {
         let detections = self.config.confirming_detections;
         is_confirmed(self.view.sensor, &self.view.frame, self.spread.as_ref(), component, detections)
     }
 
     /// ln of the weight of a component in view that was not detected.
     #[inline]
-    fn ln_missed<const N: usize>(&self, component: &Component<T, N>, ln_missed: T) -> T
-    where
-        Dim<N>: Packed,
-    {
+    fn ln_missed<N: Vector<Scalar = T>>(&self, component: &Component<N>, ln_missed: T) -> T {
         let ln_weight = component.ln_weight + ln_missed;
         // What moves may have gone.
-        if N > D {
+        if N::DIMENSION > PositionOf::<X::Pose>::DIMENSION {
             return ln_weight;
         }
         let ln_least = self.ln_confirmed.at_most(component.ln_weight);
@@ -94,47 +77,33 @@ enum Newborn {
 
 /// All maps of both kinds, and the scratch that they share.
 #[derive(Debug)]
-pub(crate) struct Update<'a, 's, T: Real, const D: usize, const E: usize>
-where
-    Dim<D>: Packed,
-    Dim<E>: Packed,
-{
-    pub(crate) still: &'a mut Maps<'s, T, D, D>,
-    pub(crate) moving: &'a mut Maps<'s, T, E, D>,
-    pub(crate) eta: &'a mut [LnSum<T>],
-    pub(crate) births: &'a Births<T>,
-    pub(crate) config: &'a Config<T>,
+pub(crate) struct Update<'a, 's, D: Place> {
+    pub(crate) still: &'a mut Maps<'s, Static<D>>,
+    pub(crate) moving: &'a mut Maps<'s, Dynamic<D>>,
+    pub(crate) eta: &'a mut [LnSum<D::Scalar>],
+    pub(crate) births: &'a Births<D::Scalar>,
+    pub(crate) config: &'a Config<D::Scalar>,
     /// Whether the tally is to tell how well the last of the survivors explains the scan.
     pub(crate) weighs: bool,
     /// The tag of the scan's first measurement; afterwards the first that has not been given away.
     pub(crate) next_tag: &'a mut u32,
 }
 
-impl<T: Real, const D: usize, const E: usize> Update<'_, '_, T, D, E>
-where
-    Dim<D>: Packed,
-    Dim<E>: Packed,
-{
+impl<T: Real, D: Place<Scalar = T>> Update<'_, '_, D> {
     /// Gives every particle the updated map of the survivor it continues, and frees the maps without one.
     ///
     /// There were `parents` particles before. Survivors come in ascending order of parents; `parent_of` tells a survivor's,
     /// `look` its view. Copies of one survivor share its map. A parent's last child takes its map over, so that without a
     /// resampling every map is rewritten in its own place, and what it does not see is not touched.
-    pub(crate) fn all<'v, S, V, F, const K: usize, const Z: usize>(
+    pub(crate) fn all<'v, X: MeasurementModel<Pose: Pose<Scalar = T, Position = D>> + 'v>(
         mut self,
         survivors: &[u16],
         parents: usize,
         parent_of: impl Fn(u16) -> usize,
-        look: impl Fn(u16) -> Option<(View<'v, T, S, V, F>, Option<Symmetric<T, K>>)>,
-        scan: &Scan<'_, T, Z>,
+        look: impl Fn(u16) -> Option<(View<'v, X>, Option<Symmetric<TangentOf<X::Pose>>>)>,
+        scan: &Scan<'_, X::Measurement>,
         probe: &mut impl Probe,
-    ) -> Tally<T>
-    where
-        S: Locating<T, K, D, Z> + Sensor<T, D, Z, Frame = F> + 'v,
-        V: FieldOfView<T, F, D, Z> + 'v,
-        Dim<K>: Packed,
-        Dim<Z>: Packed,
-    {
+    ) -> Tally<T> {
         let mut tally = Tally::new();
         let ln_confirmed = self.config.confirmed_weight.ln();
         let first_tag = *self.next_tag;
@@ -189,18 +158,13 @@ where
 
     /// Updates one survivor's map as seen from its pose, reduces it and writes it to fresh pages. Pages out of view
     /// are shared with the parent.
-    fn one<S, V, F, const K: usize, const Z: usize>(
+    fn one<X: MeasurementModel<Pose: Pose<Scalar = T, Position = D>>>(
         &mut self,
         task: Task,
-        sight: &Sight<'_, T, S, V, F, K, D, Z>,
+        sight: &Sight<'_, X>,
         tally: &mut Tally<T>,
         probe: &mut impl Probe,
-    ) where
-        S: Locating<T, K, D, Z> + Sensor<T, D, Z, Frame = F>,
-        V: FieldOfView<T, F, D, Z>,
-        Dim<K>: Packed,
-        Dim<Z>: Packed,
-    {
+    ) {
         reset_eta(self.eta, sight.scan);
         let mut seen = Seen::NOTHING;
         let regained_still = self.still.collect(task, self.config, sight, self.eta, &mut seen, tally);
@@ -241,17 +205,12 @@ where
 
     /// Adds components of weight w_b/η_z at h⁻¹(z, x) for the measurements of which the births are asked for, a static and a moving
     /// one each (5.9, 5.10, 5.17).
-    fn give_birth<S, V, F, const K: usize, const Z: usize>(
+    fn give_birth<X: MeasurementModel<Pose: Pose<Scalar = T, Position = D>>>(
         &mut self,
-        sight: &Sight<'_, T, S, V, F, K, D, Z>,
+        sight: &Sight<'_, X>,
         births: Newborn,
         tally: &mut Tally<T>,
-    ) where
-        S: Locating<T, K, D, Z> + Sensor<T, D, Z, Frame = F>,
-        V: FieldOfView<T, F, D, Z>,
-        Dim<K>: Packed,
-        Dim<Z>: Packed,
-    {
+    ) {
         let Sight { view, spread, scan, first_tag, .. } = sight;
         let (still, moving) = (&mut self.still.workspace, &mut self.moving.workspace);
         let (ln_still, ln_moving) = (self.births.still.ln(), self.births.moving.ln());
@@ -268,8 +227,8 @@ where
             }
             // A feature out of view cannot have caused the measurement; born there, it would never be missed and stay.
             let inverse = view.sensor.invert(&view.frame, &measurement.z);
-            let in_view = |inverse: &Inverse<T, D, Z>| {
-                view.sees(&inverse.feature, &measurement.z) && inverse.feature.iter().all(|x| x.is_finite())
+            let in_view = |inverse: &InverseOf<X::Sensor>| {
+                view.sees(&inverse.feature, &measurement.z) && inverse.feature.as_slice().iter().all(|x| x.is_finite())
             };
             let Some(inverse) = inverse.filter(in_view) else {
                 tally.no_birth += 1;
@@ -282,7 +241,7 @@ where
                 noise = noise.plus(&view.blur(spread, &inverse.feature, &expected));
             }
             // Nor does anything come of one that is uncertain beyond the range of the scalar.
-            let place = noise.congruence(&inverse.jacobian).kept_positive_definite();
+            let place = noise.congruence::<D>(&inverse.jacobian).kept_positive_definite();
             let Some((place, repaired)) = place.filter(|_| is_within_range(&inverse.feature)) else {
                 tally.no_birth += 1;
                 continue;
@@ -294,10 +253,10 @@ where
                 tally.births += 1;
             }
             if let Some(ln_weight) = ln_moving {
-                let mean = SVector::from_fn(|row, _| inverse.feature.get(row).copied().unwrap_or(T::ZERO));
+                let mean = D::Moving::with(|row| inverse.feature.at(row));
                 let covariance = Symmetric::from_fn(|row, column| {
                     let velocity = if row == column { velocity_variance } else { T::ZERO };
-                    if row < D { place.get(row, column) } else { velocity }
+                    if row < D::DIMENSION { place.get(row, column) } else { velocity }
                 });
                 moving.push(Component { tag, ln_weight, mean, covariance }, Origin::Born);
                 tally.births += 1;
@@ -306,30 +265,20 @@ where
     }
 }
 
-impl<T: Real, const N: usize> Workspace<'_, T, N>
-where
-    Dim<N>: Packed,
-{
+impl<T: Real, N: Vector<Scalar = T>> Workspace<'_, N> {
     /// Adds what becomes of one component, and its terms to η_z. Returns p_D; `None` where it is out of view.
-    fn look_at<S, V, F, const K: usize, const D: usize, const Z: usize>(
+    fn look_at<X: MeasurementModel<Pose: Pose<Scalar = T>>>(
         &mut self,
-        component: &Component<T, N>,
-        sight: &Sight<'_, T, S, V, F, K, D, Z>,
+        component: &Component<N>,
+        sight: &Sight<'_, X>,
         eta: &mut [LnSum<T>],
         tally: &mut Tally<T>,
-    ) -> Option<T>
-    where
-        S: Locating<T, K, D, Z> + Sensor<T, D, Z, Frame = F>,
-        V: FieldOfView<T, F, D, Z>,
-        Dim<D>: Packed,
-        Dim<K>: Packed,
-        Dim<Z>: Packed,
-    {
+    ) -> Option<T> {
         let Sight { view, spread, scan, .. } = sight;
         let mut expectation = view.expect(component)?;
         let mut noise = *view.sensor.noise();
         if let Some(spread) = spread {
-            let blur = view.blur(spread, &component.position::<D>(), &expectation.expected());
+            let blur = view.blur(spread, &component.position::<PositionOf<X::Pose>>(), &expectation.expected());
             expectation = expectation.blurred(&blur);
             noise = noise.plus(&blur);
         }
@@ -357,33 +306,23 @@ where
 }
 
 /// The steps of one map's update, for features of either kind.
-impl<T: Real, const N: usize, const D: usize> Maps<'_, T, N, D>
-where
-    Dim<N>: Packed,
-    Dim<D>: Packed,
-{
+impl<T: Real, F: Feature<Position: Place<Scalar = T>>> Maps<'_, F> {
     /// Makes the parent's map the particle's, fills the workspace with what becomes of the components in view, η_z with their
     /// terms, and puts their pages aside. Returns how many of those nobody else holds.
-    fn collect<S, V, F, const K: usize, const Z: usize>(
+    fn collect<X: MeasurementModel<Pose: Pose<Scalar = T, Position = F::Position>>>(
         &mut self,
         task: Task,
         config: &Config<T>,
-        sight: &Sight<'_, T, S, V, F, K, D, Z>,
+        sight: &Sight<'_, X>,
         eta: &mut [LnSum<T>],
-        seen: &mut Seen<T, D>,
+        seen: &mut Seen<F::Position>,
         tally: &mut Tally<T>,
-    ) -> usize
-    where
-        S: Locating<T, K, D, Z> + Sensor<T, D, Z, Frame = F>,
-        V: FieldOfView<T, F, D, Z>,
-        Dim<K>: Packed,
-        Dim<Z>: Packed,
-    {
+    ) -> usize {
         let Maps { table, pool, workspace } = self;
         let bounds = &sight.bounds;
         table.take_on(task.parent, task.particle, task.last_child, pool);
         // What moves does not stay where it was sorted out.
-        if N == D {
+        if !F::MOVES {
             table.sort_out(task.particle, bounds, pool);
         }
         workspace.clear(config.prune_weight.ln());
@@ -472,7 +411,7 @@ where
     }
 
     /// Writes the updated map, or leaves the predicted one, `false`, where not even its confirmed components find room.
-    fn store(&mut self, task: Task, regained: usize, bounds: &Bounds<T, D>, tally: &mut Tally<T>) -> bool {
+    fn store(&mut self, task: Task, regained: usize, bounds: &Bounds<F::Position>, tally: &mut Tally<T>) -> bool {
         let share = self.pool.free().checked_div(task.remaining).unwrap_or(0) + regained;
         let fits = self.fit(self.table.room(task.particle).min(share), tally);
         if fits {
@@ -493,8 +432,8 @@ where
         }
         let Some(limit) = slots.checked_sub(self.workspace.outside()) else { return false };
         let ln_half = T::from_f64(0.5).ln();
-        let confirmed = |entry: &Entry<T, N>| entry.component.ln_weight >= ln_half;
-        let class = |entry: &Entry<T, N>| match entry.origin {
+        let confirmed = |entry: &Entry<F::State>| entry.component.ln_weight >= ln_half;
+        let class = |entry: &Entry<F::State>| match entry.origin {
             Origin::Born if confirmed(entry) => 1,
             _ if confirmed(entry) => 0,
             _ => 2,
@@ -508,7 +447,7 @@ where
     }
 
     /// Writes the workspace to fresh pages, in spatial order, so that the pages' boxes stay small.
-    fn write(&mut self, particle: usize, bounds: &Bounds<T, D>, tally: &mut Tally<T>) {
+    fn write(&mut self, particle: usize, bounds: &Bounds<F::Position>, tally: &mut Tally<T>) {
         let cells = morton_cells(bounds);
         let (entries, order) = self.workspace.in_order(|component| morton(&component.position(), bounds, &cells));
         for chunk in order.chunks(PAGE_LEN) {
@@ -527,24 +466,26 @@ where
 }
 
 /// Bits of each coordinate along the Morton curve.
-const fn morton_bits<const D: usize>() -> u32 {
+const fn morton_bits<D: Vector>() -> u32 {
     // Four at most, for the table of the spread cells.
-    let bits = BUCKETS.ilog2() / D as u32;
+    let bits = BUCKETS.ilog2() / D::DIMENSION as u32;
     if bits > 4 { 4 } else { bits }
 }
 
 /// Cells of the Morton curve per unit of each coordinate.
-fn morton_cells<T: Real, const D: usize>(bounds: &Bounds<T, D>) -> SVector<T, D> {
+fn morton_cells<T: Real, D: Vector<Scalar = T>>(bounds: &Bounds<D>) -> D {
     let cells = T::from_usize(1 << const { morton_bits::<D>() });
-    (bounds.high - bounds.low).map(|extent| cells / extent)
+    let extent = bounds.high - bounds.low;
+    D::with(|k| cells / extent.at(k))
 }
 
 /// Place of a position along a Morton curve over `bounds`, as a [bucket](BUCKETS).
 #[inline]
-fn morton<T: Real, const D: usize>(position: &SVector<T, D>, bounds: &Bounds<T, D>, per_unit: &SVector<T, D>) -> usize {
-    let places = (position - bounds.low).component_mul(per_unit);
+fn morton<T: Real, D: Vector<Scalar = T>>(position: &D, bounds: &Bounds<D>, per_unit: &D) -> usize {
+    let offset = *position - bounds.low;
+    let places = D::with(|k| offset.at(k) * per_unit.at(k));
     let mut key = 0;
-    for (axis, place) in places.iter().enumerate() {
+    for (axis, place) in places.as_slice().iter().enumerate() {
         let cell = place.to_i32().clamp(0, (1 << const { morton_bits::<D>() }) - 1).unsigned_abs();
         let spread = const { spread::<D>() };
         key |= usize::from(spread.get(cell as usize).copied().unwrap_or(0)) << axis;
@@ -554,13 +495,13 @@ fn morton<T: Real, const D: usize>(position: &SVector<T, D>, bounds: &Bounds<T, 
 
 /// The bits of every cell along an axis, D apart.
 #[expect(clippy::indexing_slicing, reason = "evaluated by the compiler alone")]
-const fn spread<const D: usize>() -> [u8; 16] {
+const fn spread<D: Vector>() -> [u8; 16] {
     let mut spread = [0; 16];
     let mut cell = 0;
     while cell < spread.len() {
         let mut bit = 0;
         while bit < morton_bits::<D>() {
-            spread[cell] |= ((cell >> bit & 1) << (bit * D as u32)) as u8;
+            spread[cell] |= ((cell >> bit & 1) << (bit * D::DIMENSION as u32)) as u8;
             bit += 1;
         }
         cell += 1;

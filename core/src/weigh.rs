@@ -1,11 +1,11 @@
 //! Weighing: how well a candidate pose explains the scan (4.51, 4.52).
 
 use crate::likelihood::{Likelihood, ln_likelihood};
-use crate::map::Maps;
+use crate::map::{DynamicMaps, Maps, StaticMaps};
 use crate::reduce::heavier;
 use crate::scan::Scan;
 use crate::view::View;
-use crate::{Bounds, Component, Dim, FieldOfView, LnSum, Packed, Real, Sensor};
+use crate::{Bounds, Component, Feature, LnSum, MeasurementModel, Place, Pose, PositionOf, Real, Vector};
 
 /// ln L of the scan from one pose over one predicted map, and how much of the map it saw.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -18,22 +18,16 @@ pub(crate) struct Weighed<T> {
 
 /// What one candidate sees of its map, apart from η_z.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Seen<T: Real, const D: usize>
-where
-    Dim<D>: Packed,
-{
+pub(crate) struct Seen<D: Vector> {
     /// Σ_{j∈V} p_D,j w_j.
-    pub(crate) expected_detections: T,
+    pub(crate) expected_detections: D::Scalar,
     /// |V|.
     pub(crate) in_view: usize,
     /// The static component in view that comes first, heaviest first; looked for only where the likelihood needs it.
-    pub(crate) heaviest: Option<Component<T, D>>,
+    pub(crate) heaviest: Option<Component<D>>,
 }
 
-impl<T: Real, const D: usize> Seen<T, D>
-where
-    Dim<D>: Packed,
-{
+impl<T: Real, D: Vector<Scalar = T>> Seen<D> {
     pub(crate) const NOTHING: Self = Self { expected_detections: T::ZERO, in_view: 0, heaviest: None };
 
     /// One more component in view, that is detected with this probability and has this weight.
@@ -47,22 +41,14 @@ where
 /// ln L and |V| of one candidate of `particle`, with η_z = κ(z) + Σ w_b + Σ_{j∈V} p_D,j w_j N(z; ẑ_j, S_j) (4.51, 5.19).
 ///
 /// Reads the map and writes nothing but `eta`, its scratch, so that candidates can be weighed in any order or at once.
-pub(crate) fn weigh<T, S, V, F, const D: usize, const E: usize, const Z: usize>(
-    view: &View<'_, T, S, V, F>,
+pub(crate) fn weigh<T: Real, X: MeasurementModel<Pose: Pose<Scalar = T>>>(
+    view: &View<'_, X>,
     particle: usize,
-    (still, moving): (&Maps<'_, T, D, D>, &Maps<'_, T, E, D>),
-    scan: &Scan<'_, T, Z>,
+    (still, moving): (&StaticMaps<'_, X::Pose>, &DynamicMaps<'_, X::Pose>),
+    scan: &Scan<'_, X::Measurement>,
     likelihood: Likelihood,
     eta: &mut [LnSum<T>],
-) -> Weighed<T>
-where
-    T: Real,
-    S: Sensor<T, D, Z, Frame = F>,
-    V: FieldOfView<T, F, D, Z>,
-    Dim<D>: Packed,
-    Dim<E>: Packed,
-    Dim<Z>: Packed,
-{
+) -> Weighed<T> {
     reset_eta(eta, scan);
     let bounds = view.bounds();
     let mut seen = Seen::NOTHING;
@@ -89,21 +75,18 @@ where
 }
 
 /// Sets every η_z to κ(z) + Σ w_b, what it is where no feature is near.
-pub(crate) fn reset_eta<T: Real, const Z: usize>(eta: &mut [LnSum<T>], scan: &Scan<'_, T, Z>) {
+pub(crate) fn reset_eta<T: Real, Z: Vector<Scalar = T>>(eta: &mut [LnSum<T>], scan: &Scan<'_, Z>) {
     for (eta, measurement) in eta.iter_mut().zip(scan.iter()) {
         *eta = LnSum::of(measurement.ln_unexplained);
     }
 }
 
 /// The components of a particle's map within `bounds`.
-pub(crate) fn within<'m, T: Real, const N: usize, const D: usize>(
-    maps: &'m Maps<'_, T, N, D>,
+pub(crate) fn within<'m, F: Feature>(
+    maps: &'m Maps<'_, F>,
     particle: usize,
-    bounds: &'m Bounds<T, D>,
-) -> impl Iterator<Item = &'m Component<T, N>>
-where
-    Dim<N>: Packed,
-{
+    bounds: &'m Bounds<F::Position>,
+) -> impl Iterator<Item = &'m Component<F::State>> {
     let pages = maps.table.pages_near(particle, bounds).iter().filter_map(|&id| maps.pool.get(id));
     let components = pages.filter(|page| page.bounds().meets(bounds)).flat_map(|page| page.components());
     components.filter(|component| bounds.holds(&component.position()))
@@ -111,14 +94,12 @@ where
 
 /// Shows `look` the same components, each with its weight.
 #[inline(always)]
-fn look_within<T: Real, const N: usize, const D: usize>(
-    maps: &Maps<'_, T, N, D>,
+fn look_within<T: Real, F: Feature<Position: Place<Scalar = T>>>(
+    maps: &Maps<'_, F>,
     particle: usize,
-    bounds: &Bounds<T, D>,
-    mut look: impl FnMut(&Component<T, N>, T),
-) where
-    Dim<N>: Packed,
-{
+    bounds: &Bounds<F::Position>,
+    mut look: impl FnMut(&Component<F::State>, T),
+) {
     for &id in maps.table.pages_near(particle, bounds) {
         let Some(page) = maps.pool.get(id).filter(|page| page.bounds().meets(bounds)) else { continue };
         let within = bounds.covers(page.bounds());
@@ -132,22 +113,14 @@ fn look_within<T: Real, const N: usize, const D: usize>(
 
 /// Adds the terms of a component of that weight to η_z and to what is seen; `false` where it is out of view.
 #[inline(never)]
-fn look_at<T, S, V, F, const N: usize, const D: usize, const Z: usize>(
-    view: &View<'_, T, S, V, F>,
-    component: &Component<T, N>,
+fn look_at<T: Real, N: Vector<Scalar = T>, X: MeasurementModel<Pose: Pose<Scalar = T>>>(
+    view: &View<'_, X>,
+    component: &Component<N>,
     weight: T,
-    scan: &Scan<'_, T, Z>,
+    scan: &Scan<'_, X::Measurement>,
     eta: &mut [LnSum<T>],
-    seen: &mut Seen<T, D>,
-) -> bool
-where
-    T: Real,
-    S: Sensor<T, D, Z, Frame = F>,
-    V: FieldOfView<T, F, D, Z>,
-    Dim<N>: Packed,
-    Dim<D>: Packed,
-    Dim<Z>: Packed,
-{
+    seen: &mut Seen<PositionOf<X::Pose>>,
+) -> bool {
     let Some(expectation) = view.expect(component) else { return false };
     seen.add(expectation.detection.probability, weight);
     view.matches(&expectation, scan, |found| {

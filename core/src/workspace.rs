@@ -3,7 +3,7 @@
 use crate::neighbours::{Linked, NONE};
 use crate::sort::Buckets;
 use crate::work;
-use crate::{Component, Dim, Packed, Real};
+use crate::{Component, Real, Vector};
 
 /// Where a component of the updated map comes from (5.17).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -22,12 +22,9 @@ pub(crate) enum Origin<T> {
 
 /// One component of the updated map.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Entry<T: Real, const N: usize>
-where
-    Dim<N>: Packed,
-{
-    pub(crate) component: Component<T, N>,
-    pub(crate) origin: Origin<T>,
+pub(crate) struct Entry<N: Vector> {
+    pub(crate) component: Component<N>,
+    pub(crate) origin: Origin<N::Scalar>,
 }
 
 /// An entry's place in some order.
@@ -41,37 +38,28 @@ pub(crate) struct Ranked {
 
 /// The components in view and the order and the lists that their reduction needs, each at least as long.
 #[derive(Debug)]
-pub(crate) struct InView<'w, T: Real, const N: usize>
-where
-    Dim<N>: Packed,
-{
-    pub(crate) entries: &'w mut [Entry<T, N>],
+pub(crate) struct InView<'w, N: Vector> {
+    pub(crate) entries: &'w mut [Entry<N>],
     pub(crate) ranking: &'w mut [Ranked],
     pub(crate) links: &'w mut [Linked],
 }
 
 /// Memory of a workspace for VIEW components.
 #[derive(Debug)]
-pub struct WorkspaceMemory<T: Real, const N: usize, const VIEW: usize>
-where
-    Dim<N>: Packed,
-{
-    entries: [Entry<T, N>; VIEW],
+pub struct WorkspaceMemory<N: Vector, const VIEW: usize> {
+    entries: [Entry<N>; VIEW],
     ranking: [Ranked; VIEW],
     links: [Linked; VIEW],
 }
 
-impl<T: Real, const N: usize, const VIEW: usize> WorkspaceMemory<T, N, VIEW>
-where
-    Dim<N>: Packed,
-{
+impl<T: Real, N: Vector<Scalar = T>, const VIEW: usize> WorkspaceMemory<N, VIEW> {
     pub(crate) const ZERO: Self = Self {
         entries: [Entry { component: Component::ZERO, origin: Origin::Outside }; VIEW],
         ranking: [Ranked { key: 0, entry: 0 }; VIEW],
         links: [Linked { next: 0, head: 0, first_member: 0 }; VIEW],
     };
 
-    pub(crate) fn view(&mut self) -> Workspace<'_, T, N> {
+    pub(crate) fn view(&mut self) -> Workspace<'_, N> {
         Workspace {
             entries: &mut self.entries,
             ranking: &mut self.ranking,
@@ -88,19 +76,16 @@ where
 
 /// Components in view from the front of the memory, components out of view from its back.
 #[derive(Debug)]
-pub(crate) struct Workspace<'s, T: Real, const N: usize>
-where
-    Dim<N>: Packed,
-{
-    entries: &'s mut [Entry<T, N>],
+pub(crate) struct Workspace<'s, N: Vector> {
+    entries: &'s mut [Entry<N>],
     ranking: &'s mut [Ranked],
     links: &'s mut [Linked],
     in_view: usize,
     outside: usize,
-    ln_floor: T,
+    ln_floor: N::Scalar,
     tightened: bool,
     lost: usize,
-    pruned_mass: T,
+    pruned_mass: N::Scalar,
 }
 
 /// Pruning is tightened by this factor at a time, from this weight at least, up to components of half a feature.
@@ -110,10 +95,7 @@ const TIGHTEN_UP_TO: f64 = 0.5;
 /// How often that can be, wherever it starts: 4²⁰ times 10⁻¹² is more than half, and one further round finds that out.
 const TIGHTENINGS: usize = 21;
 
-impl<T: Real, const N: usize> Workspace<'_, T, N>
-where
-    Dim<N>: Packed,
-{
+impl<T: Real, N: Vector<Scalar = T>> Workspace<'_, N> {
     /// A workspace without room.
     pub(crate) fn none() -> Self {
         Self {
@@ -160,17 +142,17 @@ where
     }
 
     /// Components in view.
-    pub(crate) fn in_view(&self) -> &[Entry<T, N>] {
+    pub(crate) fn in_view(&self) -> &[Entry<N>] {
         self.entries.get(..self.in_view).unwrap_or(&[])
     }
 
     /// Components in view, for changing.
-    pub(crate) fn in_view_mut(&mut self) -> &mut [Entry<T, N>] {
+    pub(crate) fn in_view_mut(&mut self) -> &mut [Entry<N>] {
         self.entries.get_mut(..self.in_view).unwrap_or(&mut [])
     }
 
     /// Components in view, for changing, with the memory of their orders.
-    pub(crate) fn orders_mut(&mut self) -> InView<'_, T, N> {
+    pub(crate) fn orders_mut(&mut self) -> InView<'_, N> {
         InView {
             entries: self.entries.get_mut(..self.in_view).unwrap_or(&mut []),
             ranking: self.ranking.get_mut(..self.in_view).unwrap_or(&mut []),
@@ -199,7 +181,7 @@ where
     }
 
     /// Keeps of the components out of view, pushed since there were `outside` of them, those that satisfy `keep`.
-    pub(crate) fn retain_outside(&mut self, outside: usize, keep: impl Fn(&Component<T, N>) -> bool) {
+    pub(crate) fn retain_outside(&mut self, outside: usize, keep: impl Fn(&Component<N>) -> bool) {
         let capacity = self.entries.len();
         let mut kept = outside;
         for place in outside..self.outside {
@@ -217,7 +199,7 @@ where
     }
 
     /// Adds a component in view, unless it is below the floor.
-    pub(crate) fn push(&mut self, component: Component<T, N>, origin: Origin<T>) {
+    pub(crate) fn push(&mut self, component: Component<N>, origin: Origin<T>) {
         if !(component.ln_weight >= self.ln_floor) {
             self.pruned_mass += component.ln_weight.exp();
             return;
@@ -232,7 +214,7 @@ where
     }
 
     /// Adds a component that is not in view.
-    pub(crate) fn push_outside(&mut self, component: Component<T, N>) {
+    pub(crate) fn push_outside(&mut self, component: Component<N>) {
         if !self.make_room(T::INFINITY) {
             return;
         }
@@ -280,7 +262,7 @@ where
     }
 
     /// Keeps the components in view that satisfy `keep`, in order.
-    pub(crate) fn retain(&mut self, mut keep: impl FnMut(&mut Entry<T, N>) -> bool) {
+    pub(crate) fn retain(&mut self, mut keep: impl FnMut(&mut Entry<N>) -> bool) {
         let mut kept = 0;
         for index in 0..self.in_view {
             let Some(entry) = self.entries.get_mut(index) else { break };
@@ -301,7 +283,7 @@ where
     /// All components, and their places in the order of their buckets, below [`BUCKETS`](crate::sort::BUCKETS). The keys of those
     /// mean nothing.
     #[inline(never)]
-    pub(crate) fn in_order(&mut self, bucket: impl Fn(&Component<T, N>) -> usize) -> (&[Entry<T, N>], &[Ranked]) {
+    pub(crate) fn in_order(&mut self, bucket: impl Fn(&Component<N>) -> usize) -> (&[Entry<N>], &[Ranked]) {
         let capacity = self.entries.len();
         let places = (0..self.in_view).chain(capacity.saturating_sub(self.outside)..capacity);
         // The lists of the reduction are done with; their memory holds those of the buckets. The last place comes first, so

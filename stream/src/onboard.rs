@@ -5,11 +5,10 @@ use crate::kind::Kind;
 use crate::reader::Measurements;
 use core::fmt;
 use core::marker::PhantomData;
-use nalgebra::{ArrayStorage, SVector};
 use scphd::{
-    Adaptive, Births, Clutter, Component, Config, ConfigError, ConstantVelocity, Detector, DetectorMemory, Dim,
-    Extraction, FieldOfView, Informed, Likelihood, Locating, ModelError, Motion, MovingConfig, Online, Packed, Pose,
-    PredictError, Probe, Proposal, Real, Reduction, ResetError, ScPhd, ScanError, ScanRoom, Sensor, SetupError, Twice,
+    Adaptive, Births, Component, Config, ConfigError, ConstantVelocity, Detector, DetectorMemory, Extraction, Informed,
+    Likelihood, MeasurementModel, ModelError, Motion, MovingConfig, Online, Pose, PositionOf, PredictError, Probe,
+    Proposal, Real, Reduction, ResetError, ScPhd, ScanError, ScanRoom, SetupError, Vector,
 };
 
 /// A kind of stream that a filter on board can be set up for, with numbers of this type.
@@ -80,27 +79,22 @@ pub trait Helm<T, I, C> {
 
 /// All memory of a filter on board: its state and its detector's scratch, a scan on its way in, an estimated map on its way out.
 #[derive(Debug)]
-pub struct Memory<S, T: Real, const D: usize, const Z: usize, const MEASUREMENTS: usize, const FEATURES: usize>
-where
-    Dim<D>: Packed,
-{
+pub struct Memory<S, D: Vector, Z: Vector, const MEASUREMENTS: usize, const FEATURES: usize> {
     pub(crate) state: S,
-    pub(crate) scratch: DetectorMemory<T, Z, MEASUREMENTS>,
-    pub(crate) measurements: [SVector<T, Z>; MEASUREMENTS],
-    pub(crate) features: [Component<T, D>; FEATURES],
+    pub(crate) scratch: DetectorMemory<Z, MEASUREMENTS>,
+    pub(crate) measurements: [Z; MEASUREMENTS],
+    pub(crate) features: [Component<D>; FEATURES],
 }
 
-impl<S, T: Real, const D: usize, const Z: usize, const MEASUREMENTS: usize, const FEATURES: usize>
-    Memory<S, T, D, Z, MEASUREMENTS, FEATURES>
-where
-    Dim<D>: Packed,
+impl<S, D: Vector, Z: Vector, const MEASUREMENTS: usize, const FEATURES: usize>
+    Memory<S, D, Z, MEASUREMENTS, FEATURES>
 {
     /// Memory with this state, and nothing on its way.
     pub(crate) const fn with(state: S) -> Self {
         Self {
             state,
             scratch: DetectorMemory::new(),
-            measurements: [SVector::from_array_storage(ArrayStorage([[T::ZERO; Z]; 1])); MEASUREMENTS],
+            measurements: [Z::ZERO; MEASUREMENTS],
             features: [Component::ZERO; FEATURES],
         }
     }
@@ -108,46 +102,22 @@ where
 
 /// A filter for streams of kind `G`, with the memory of what comes in and goes out, and whatever makes its controls.
 #[derive(Debug)]
-pub struct Onboard<
-    'm,
-    G,
-    T: Real,
-    N,
-    M: Motion<T, K>,
-    S,
-    V,
-    C,
-    const K: usize,
-    const D: usize,
-    const E: usize,
-    const Z: usize,
-> where
-    Dim<K>: Packed,
-    Dim<D>: Packed,
-    Dim<E>: Packed,
-{
-    pub(crate) filter: ScPhd<'m, T, M, K, D, E>,
-    pub(crate) detector: Detector<T, S, V, C, ScanRoom<'m, T, Z>>,
+pub struct Onboard<'m, G, N, M: Motion, X: MeasurementModel> {
+    pub(crate) filter: ScPhd<'m, M>,
+    pub(crate) detector: Detector<X, ScanRoom<'m, X::Measurement>>,
     pub(crate) helm: N,
     pub(crate) kind: PhantomData<G>,
-    pub(crate) measurements: &'m mut [SVector<T, Z>],
-    pub(crate) features: &'m mut [Component<T, D>],
+    pub(crate) measurements: &'m mut [X::Measurement],
+    pub(crate) features: &'m mut [Component<PositionOf<M::Pose>>],
 }
 
-impl<G, T, N, M, S, V, C, const K: usize, const D: usize, const E: usize, const Z: usize> Filter<G>
-    for Onboard<'_, G, T, N, M, S, V, C, K, D, E, Z>
+impl<G, T, N, M, X, const Z: usize, const K: usize> Filter<G> for Onboard<'_, G, N, M, X>
 where
     G: Kind<Measurement = [f64; Z], Pose = [f64; K]>,
     T: Real,
     N: Helm<T, G::Input, M::Control>,
-    M: Motion<T, K>,
-    S: Locating<T, K, D, Z> + Sensor<T, D, Z, Pose = M::Pose>,
-    V: FieldOfView<T, S::Frame, D, Z>,
-    C: Clutter<T, Z>,
-    Dim<K>: Packed,
-    Dim<D>: Packed + Twice<E>,
-    Dim<E>: Packed,
-    Dim<Z>: Packed,
+    M: Motion<Pose: Pose<Scalar = T>>,
+    X: MeasurementModel<Pose = M::Pose>,
 {
     fn predict(&mut self, input: &G::Input) -> Result<(), Refusal> {
         if let Some((control, dt)) = self.helm.control(input).map_err(Refusal::Predict)? {
@@ -161,12 +131,13 @@ where
     }
 
     fn receive(&mut self, measurements: Measurements<'_, G>) -> Scan {
+        const { assert!(X::Measurement::DIMENSION == Z, "the sensor must measure what the stream holds") };
         let mut scan = Scan { len: 0, beyond: 0 };
         let mut slots = self.measurements.iter_mut();
         for measurement in measurements {
             match slots.next() {
                 Some(slot) => {
-                    *slot = SVector::from(measurement.map(T::from_f64));
+                    *slot = Vector::with(|k| measurement.get(k).copied().map_or(T::ZERO, T::from_f64));
                     scan.len += 1;
                 }
                 None => scan.beyond += 1,
@@ -192,9 +163,9 @@ where
     }
 
     fn estimate(&mut self) -> ([f64; K], usize) {
-        let [pose] = self.filter.estimate_pose().map_or(M::Pose::ZERO, |pose| pose.mean).coordinates().data.0;
+        let pose = self.filter.estimate_pose().map_or(M::Pose::ZERO, |pose| pose.mean).coordinates();
         let map = self.filter.estimate_map(&self.detector, self.features);
-        (pose.map(T::to_f64), map.features)
+        (core::array::from_fn(|k| pose.at(k).to_f64()), map.features)
     }
 
     fn digest(&self) -> u64 {

@@ -1,8 +1,10 @@
 //! The filter's state does not depend on who weighs the candidates, nor on how many jobs that is divided into.
 
+use nalgebra::Vector2;
 use scphd::{
-    Ackermann, AckermannControl, AckermannGeometry, Births, Config, ControlNoise, Detector, DetectorMemory, Executor,
-    MapMemory, PlanarPose, RangeBearing, RangeBearingWindow, Real, ScPhd, Sensing, Serial, State, UniformClutter,
+    Ackermann, AckermannControl, AckermannGeometry, Births, Config, ControlNoise, Detector, DetectorMemory, Dynamic,
+    Executor, MapMemory, PlanarPose, RangeBearing, RangeBearingWindow, Real, ScPhd, Sensing, Serial, State, Static,
+    UniformClutter,
 };
 use scphd_sim::events::{Event, events};
 use scphd_sim::log::{Log, Vehicle};
@@ -13,8 +15,9 @@ use scphd_tests::with_roomy_stack;
 /// Enough for a whole turn of the loop among moving features, and for resampling.
 const SCANS: usize = 150;
 
-type Memory<T> =
-    State<T, PlanarPose<T>, 3, 32, 64, MapMemory<T, 2, 2, 32, 512, 64, 512>, MapMemory<T, 4, 2, 32, 256, 32, 256>>;
+type Still<T> = MapMemory<Static<Vector2<T>>, 32, 512, 64, 512>;
+type Moving<T> = MapMemory<Dynamic<Vector2<T>>, 32, 256, 32, 256>;
+type Memory<T> = State<PlanarPose<T>, 32, 64, Still<T>, Moving<T>>;
 
 /// The last job first.
 struct Backwards;
@@ -55,7 +58,7 @@ fn digests<T: Real, const WORKERS: usize>(log: &Log, executor: &(impl Executor +
     let config = Config { particles: 32, samples: 2, ..Config::default() };
     with_roomy_stack(|| {
         let mut state = Box::new(Memory::<T>::new());
-        let mut scratch = Box::new(DetectorMemory::<T, 2, 128, WORKERS>::new());
+        let mut scratch = Box::new(DetectorMemory::<Vector2<T>, 128, WORKERS>::new());
         let mut radar = Detector::new(sensing, births).unwrap().over(&mut scratch).unwrap();
         let mut filter = ScPhd::new(motion, config, &mut *state).unwrap();
         let [x, y, heading] = log.initial_pose.map(T::from_f64);

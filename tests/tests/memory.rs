@@ -1,6 +1,9 @@
 //! What a state costs in RAM: the total for a vehicle, and the price of each capacity.
 
-use scphd::{Bounds, Candidate, Component, DetectorMemory, LnSum, MapMemory, PAGE_LEN, PlanarPose, State, Symmetric};
+use nalgebra::{Vector2, Vector3};
+use scphd::{
+    Bounds, Candidate, Component, DetectorMemory, LnSum, MapMemory, PAGE_LEN, PlanarPose, State, Static, Symmetric,
+};
 
 type Pose = PlanarPose<f32>;
 
@@ -16,28 +19,24 @@ macro_rules! bytes {
     ($particles:expr, $candidates:expr, $pages:expr, $map_pages:expr, $measurements:expr, $view:expr) => {
         size_of::<
             State<
-                f32,
                 Pose,
-                3,
                 { PARTICLES + $particles },
                 { CANDIDATES + $candidates },
                 MapMemory<
-                    f32,
-                    2,
-                    2,
+                    Static<Vector2<f32>>,
                     { PARTICLES + $particles },
                     { PAGES + $pages },
                     { MAP_PAGES + $map_pages },
                     { VIEW + $view },
                 >,
             >,
-        >() + size_of::<DetectorMemory<f32, 2, { MEASUREMENTS + $measurements }>>()
+        >() + size_of::<DetectorMemory<Vector2<f32>, { MEASUREMENTS + $measurements }>>()
     };
 }
 
 /// An index or a counter.
 const INDEX: usize = size_of::<u16>();
-const COMPONENT: usize = size_of::<Component<f32, 2>>();
+const COMPONENT: usize = size_of::<Component<Vector2<f32>>>();
 const SCALAR: usize = size_of::<f32>();
 
 #[test]
@@ -52,12 +51,12 @@ fn every_capacity_costs_what_its_arrays_cost() {
     let total = bytes!(0, 0, 0, 0, 0, 0);
     // Tag, weight, mean, covariance.
     assert_eq!(COMPONENT, size_of::<u32>() + 6 * SCALAR);
-    let candidate = size_of::<Candidate<f32, Pose>>();
+    let candidate = size_of::<Candidate<Pose>>();
 
     // The one selected, the covariance of either and its survivor; a row of pages, with its length, how many of them are far,
     // and the box they are far from; its row before and after an update, and a place in the list of free rows.
-    let spread = size_of::<Symmetric<f32, 3>>();
-    let row = (MAP_PAGES + 2) * INDEX + size_of::<Bounds<f32, 2>>();
+    let spread = size_of::<Symmetric<Vector3<f32>>>();
+    let row = (MAP_PAGES + 2) * INDEX + size_of::<Bounds<Vector2<f32>>>();
     let particle = candidate + 2 * spread + INDEX + row + 3 * INDEX;
     assert_eq!(bytes!(8, 0, 0, 0, 0, 0) - total, 8 * particle, "particles");
 
@@ -65,7 +64,7 @@ fn every_capacity_costs_what_its_arrays_cost() {
     assert_eq!(bytes!(0, 8, 0, 0, 0, 0) - total, 8 * (candidate + SCALAR), "candidates");
 
     // Components, their weights, their box and their number; then a reference count and a place in the list of free pages.
-    let page = (PAGE_LEN * (COMPONENT + SCALAR) + size_of::<Bounds<f32, 2>>() + INDEX).next_multiple_of(SCALAR);
+    let page = (PAGE_LEN * (COMPONENT + SCALAR) + size_of::<Bounds<Vector2<f32>>>() + INDEX).next_multiple_of(SCALAR);
     assert_eq!(bytes!(0, 0, 8, 0, 0, 0) - total, 8 * (page + 2 * INDEX), "pages");
 
     // An index in the row of every particle, and among those put aside.

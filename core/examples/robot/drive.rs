@@ -3,27 +3,27 @@
 
 use nalgebra::Vector2;
 use scphd::{
-    Births, Config, ControlNoise, Detector, DetectorMemory, Informed, JointConfig, JointSlam, JointState, MapMemory,
-    ModelError, Motion, Mounting, Noise, PlanarPose, Pose, PositionFix, Proposal, RangeBearing, RangeBearingLimits,
-    RangeBearingWindow, Real, ScPhd, Sensing, SetupError, State, Step, Unicycle, UnicycleControl, UniformClutter,
-    joint_numbers, wrap,
+    Births, Config, ControlNoise, Detector, DetectorMemory, Informed, JointConfig, JointSlam, ModelError, Motion,
+    Mounting, Noise, PlanarPose, Pose, PositionFix, Proposal, RangeBearing, RangeBearingLimits, RangeBearingWindow,
+    Real, ScPhd, Sensing, SetupError, Step, Unicycle, UnicycleControl, UniformClutter, joint_memory, memory, wrap,
 };
+
+memory! {
+    type Mixture: Unicycle<f32> { particles: 4, samples: 1, features { pages: 96, pages_per_map: 24, in_view: 256 } }
+}
+joint_memory! { type Map: Unicycle<f32> { measurement: Vector2<f32>, features: 48, measurements: 32 } }
 
 /// All memory of both filters and of their detectors, for a static.
 pub struct Memory {
-    mixture: State<f32, PlanarPose<f32>, 3, 4, 4, MapMemory<f32, 2, 2, 4, 96, 24, 256>>,
-    joint: JointState<f32, PlanarPose<f32>, 3, 2, 2, 48, { joint_numbers(3, 2, 48) }, 32>,
-    lidar: DetectorMemory<f32, 2, 32>,
-    radar: DetectorMemory<f32, 2, 16>,
+    mixture: Mixture,
+    joint: Map,
+    lidar: DetectorMemory<Vector2<f32>, 32>,
+    radar: DetectorMemory<Vector2<f32>, 16>,
 }
 
 impl Memory {
-    pub const NEW: Self = Self {
-        mixture: State::new(),
-        joint: JointState::new(),
-        lidar: DetectorMemory::new(),
-        radar: DetectorMemory::new(),
-    };
+    pub const NEW: Self =
+        Self { mixture: Mixture::new(), joint: Map::new(), lidar: DetectorMemory::new(), radar: DetectorMemory::new() };
 }
 
 /// How it went, by the mixture and by the joint map.
@@ -44,7 +44,7 @@ struct Kind {
 
 const LIDAR: Kind = Kind { sigmas: [0.05, 0.01], range_m: 12.0, half_width_rad: 2.0, clutter: 2.0 };
 const RADAR: Kind = Kind { sigmas: [0.2, 0.03], range_m: 20.0, half_width_rad: 0.8, clutter: 1.0 };
-type Eye = Detector<f32, RangeBearing<f32>, RangeBearingWindow<f32>, UniformClutter<f32>>;
+type Eye = Detector<Sensing<RangeBearing<f32>, RangeBearingWindow<f32>, UniformClutter<f32>>>;
 
 impl Kind {
     fn detector(&self, mounting: Mounting<f32>) -> Result<Eye, ModelError> {

@@ -1,80 +1,68 @@
 //! Who may have caused which measurement, by how much: the responsibilities s_jz.
 
 use super::config::JointConfig;
-use super::covariance::{Blocks, symmetric};
+use super::covariance::{Blocks, sandwiched, symmetric};
 use super::exclusive::settle;
 use super::state::{Claim, Memory};
-use crate::{Clutter, Dim, FieldOfView, LnSum, Locating, Packed, Pose, Real, Symmetric};
-use nalgebra::{SMatrix, SVector};
+use crate::{
+    Clutter, FieldOfView, Linear, LnSum, Matrix, MeasurementModel, Pose, PositionOf, Real, Sensor, Symmetric,
+    TangentOf, Vector,
+};
 
 /// What is expected of a feature, and how the innovation depends on pose and feature.
-pub(super) struct Predicted<T, const K: usize, const D: usize, const Z: usize> {
+pub(super) struct Predicted<P: Pose, Y: Vector> {
     /// ẑ.
-    pub(super) measurement: SVector<T, Z>,
+    pub(super) measurement: Y,
     /// Hx = ∂h/∂x.
-    pub(super) by_pose: SMatrix<T, Z, K>,
+    pub(super) by_pose: Linear<Y, TangentOf<P>>,
     /// Hm = ∂h/∂m.
-    pub(super) by_feature: SMatrix<T, Z, D>,
+    pub(super) by_feature: Linear<Y, PositionOf<P>>,
 }
 
-impl<T: Real, const K: usize, const D: usize, const Z: usize> Predicted<T, K, D, Z> {
+impl<T: Real, P: Pose<Scalar = T>, Y: Vector<Scalar = T>> Predicted<P, Y> {
     /// Of a feature from there; `None` where it cannot be measured, or nothing finite is expected.
-    pub(super) fn of<S: Locating<T, K, D, Z>>(sensor: &S, frame: &S::Frame, feature: &SVector<T, D>) -> Option<Self>
+    pub(super) fn of<S>(sensor: &S, frame: &S::Frame, feature: &P::Position) -> Option<Self>
     where
-        Dim<D>: Packed,
-        Dim<Z>: Packed,
+        S: Sensor<Pose = P, Measurement = Y>,
     {
         let expected = sensor.expect(frame, feature)?;
         let by_pose = sensor.by_pose(frame, feature, &expected);
         let (measurement, by_feature) = (expected.measurement, expected.jacobian);
-        let finite = measurement.iter().chain(by_pose.iter()).chain(by_feature.iter()).all(|x| x.is_finite());
+        let mut numbers = measurement.as_slice().iter().chain(by_pose.as_slice()).chain(by_feature.as_slice());
+        let finite = numbers.all(|x| x.is_finite());
         finite.then_some(Self { measurement, by_pose, by_feature })
     }
 
     /// S = Hx P_xx Hxᵀ + Hx P_xm Hmᵀ + Hm P_mx Hxᵀ + Hm P_mm Hmᵀ + R.
-    fn innovation_covariance(&self, blocks: &Blocks<T, K, D>, noise: &Symmetric<T, Z>) -> Symmetric<T, Z>
-    where
-        Dim<Z>: Packed,
-    {
-        let mixed = self.by_feature * blocks.cross * self.by_pose.transpose();
-        let own = self.by_feature * blocks.feature * self.by_feature.transpose();
-        let full = self.by_pose * blocks.pose * self.by_pose.transpose() + own + mixed + mixed.transpose();
-        symmetric(&full).plus(noise)
+    fn innovation_covariance(&self, blocks: &Blocks<P>, noise: &Symmetric<Y>) -> Symmetric<Y> {
+        let Self { by_pose, by_feature, .. } = self;
+        let mixed = sandwiched::<Y, P::Position, P::Tangent>(by_feature, &blocks.cross, by_pose);
+        let own = sandwiched::<Y, P::Position, P::Position>(by_feature, &blocks.feature, by_feature);
+        let of_pose = sandwiched::<Y, P::Tangent, P::Tangent>(by_pose, &blocks.pose, by_pose);
+        let full = of_pose + own + mixed + Matrix::with(|row, column| mixed.at(column, row));
+        symmetric::<Y>(&full).plus(noise)
     }
-}
-
-/// The models of a sensor where it sits on the vehicle.
-#[derive(Debug)]
-pub(super) struct Models<'a, S, V, C> {
-    pub(super) sensor: &'a S,
-    pub(super) field_of_view: &'a V,
-    pub(super) clutter: &'a C,
 }
 
 /// Fills in p_D of every feature in view and what explains every measurement; the features in view, and ln of the likelihood of the
 /// scan.
-pub(super) fn associate<T, P, S, V, C, const K: usize, const D: usize, const Z: usize, const Y: usize>(
-    models: &Models<'_, S, V, C>,
+pub(super) fn associate<T, X, Z>(
+    models: &X,
     ln_birth: T,
     config: &JointConfig<T>,
-    memory: &mut Memory<'_, T, P, K, D, Z>,
-    measurements: &[SVector<T, Y>],
+    memory: &mut Memory<'_, X::Pose, Z>,
+    measurements: &[X::Measurement],
 ) -> (usize, T)
 where
     T: Real,
-    P: Pose<T, K>,
-    S: Locating<T, K, D, Y, Pose = P>,
-    V: FieldOfView<T, S::Frame, D, Y>,
-    C: Clutter<T, Y>,
-    Dim<K>: Packed,
-    Dim<D>: Packed,
-    Dim<Y>: Packed,
+    X: MeasurementModel<Pose: Pose<Scalar = T>>,
+    Z: Vector<Scalar = T>,
 {
     let Memory { known, slots, joint, explained, .. } = memory;
-    let sensor = models.sensor;
+    let sensor = models.sensor();
     let frame = sensor.frame(&known.pose);
     for (slot, z) in explained.iter_mut().zip(measurements) {
-        let ln_clutter = models.clutter.ln_intensity(z);
+        let ln_clutter = models.clutter().ln_intensity(z);
         // Written so that NaN is no clutter too.
         let ln_clutter = if ln_clutter < T::INFINITY { ln_clutter } else { T::NEG_INFINITY };
         let mut unexplained = LnSum::of(ln_clutter);
@@ -85,7 +73,7 @@ where
     for (place, slot) in slots.iter_mut().enumerate().take(known.len) {
         slot.detection = T::ZERO;
         let Some(predicted) = Predicted::of(sensor, &frame, &slot.mean) else { continue };
-        let in_window = models.field_of_view.detection_probability(&frame, &slot.mean, &predicted.measurement);
+        let in_window = models.field_of_view().detection_probability(&frame, &slot.mean, &predicted.measurement);
         // Written so that NaN is out of view.
         if !(in_window > T::ZERO) {
             continue;

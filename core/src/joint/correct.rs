@@ -2,10 +2,9 @@
 
 use super::associate::Predicted;
 use super::covariance::{Common, symmetric};
-use super::observe::widened;
 use super::state::{Explained, Memory};
-use crate::{Dim, Locating, Packed, Pose, Real, Symmetric};
-use nalgebra::{SMatrix, SVector};
+use crate::vector::{applied, product};
+use crate::{Linear, Matrix, Pose, PositionOf, Real, Sensor, Symmetric, TangentOf, Vector, Zero};
 
 /// A feature that has less than this share of all detections together says nothing of the pose.
 const LEAST_DETECTED: f64 = 0.02;
@@ -22,18 +21,15 @@ pub(super) struct Corrected<T> {
 
 /// Takes in the scan, feature by feature in the order of their places, each linearised at what the ones before have left; then
 /// whether each is there.
-pub(super) fn correct<T, P, S, const K: usize, const D: usize, const Z: usize, const Y: usize>(
+pub(super) fn correct<T, S, Z>(
     sensor: &S,
-    memory: &mut Memory<'_, T, P, K, D, Z>,
-    measurements: &[SVector<T, Y>],
+    memory: &mut Memory<'_, S::Pose, Z>,
+    measurements: &[S::Measurement],
 ) -> Corrected<T>
 where
     T: Real,
-    P: Pose<T, K>,
-    S: Locating<T, K, D, Y, Pose = P>,
-    Dim<K>: Packed,
-    Dim<D>: Packed,
-    Dim<Y>: Packed,
+    S: Sensor<Pose: Pose<Scalar = T>>,
+    Z: Vector<Scalar = T>,
 {
     let mut corrected = Corrected { squares: T::ZERO, shares: T::ZERO, left_out: 0 };
     for place in 0..memory.known.len {
@@ -54,11 +50,11 @@ where
 }
 
 /// The measurements that a feature has a share of, and the share s.
-fn shares<'m, T: Real, const Z: usize>(
+fn shares<'m, T: Real, Y>(
     explained: &'m [Explained<T>],
     place: usize,
-    measurements: &'m [SVector<T, Z>],
-) -> impl Iterator<Item = (T, &'m SVector<T, Z>)> + 'm {
+    measurements: &'m [Y],
+) -> impl Iterator<Item = (T, &'m Y)> + 'm {
     explained.iter().zip(measurements).filter_map(move |(explained, z)| {
         let claim = explained.claims().iter().find(|claim| usize::from(claim.feature) == place)?;
         Some((claim.share, z))
@@ -66,64 +62,79 @@ fn shares<'m, T: Real, const Z: usize>(
 }
 
 /// Moves pose and features by one feature's shares; whether it could.
-fn move_by<T, P, S, const K: usize, const D: usize, const Z: usize, const Y: usize>(
+fn move_by<T, S, Z>(
     sensor: &S,
-    memory: &mut Memory<'_, T, P, K, D, Z>,
+    memory: &mut Memory<'_, S::Pose, Z>,
     place: usize,
-    measurements: &[SVector<T, Y>],
+    measurements: &[S::Measurement],
     corrected: &mut Corrected<T>,
 ) -> bool
 where
     T: Real,
-    P: Pose<T, K>,
-    S: Locating<T, K, D, Y, Pose = P>,
-    Dim<K>: Packed,
-    Dim<D>: Packed,
-    Dim<Y>: Packed,
+    S: Sensor<Pose: Pose<Scalar = T>>,
+    Z: Vector<Scalar = T>,
 {
     let Memory { known, slots, joint, common, explained, .. } = memory;
     let Some(slot) = slots.get(place) else { return false };
     let Some(predicted) = Predicted::of(sensor, &sensor.frame(&known.pose), &slot.mean) else { return false };
     let Predicted { measurement, by_pose, by_feature } = predicted;
     let features = known.len;
-    let mut common = Common { pose: [SVector::zeros(); K], features: common };
-    joint.common(place, &by_pose, &by_feature, features, &mut common);
-    let own = common.features.get(D * place..D * (place + 1)).unwrap_or(&[]);
-    let full = rows::<T, K, Y, Z>(&by_pose, &common.pose) + rows(&by_feature, own);
-    let Some(factor) = symmetric(&full).plus(sensor.noise()).factor() else { return false };
+    let mut common = Common::over(common);
+    joint.common::<S::Measurement, Z>(place, &by_pose, &by_feature, features, &mut common);
+    let own = common.features.get(place).map_or(&[][..], |rows| rows.as_ref());
+    let full = rows::<S::Measurement, TangentOf<S::Pose>, Z>(&by_pose, common.pose.as_ref())
+        + rows::<S::Measurement, PositionOf<S::Pose>, Z>(&by_feature, own);
+    let Some(factor) = symmetric::<S::Measurement>(&full).plus(sensor.noise()).factor() else { return false };
 
-    let (mut mean, mut squares, mut detected) = (SVector::<T, Y>::zeros(), SMatrix::<T, Y, Y>::zeros(), T::ZERO);
+    let mut squares: Linear<S::Measurement, S::Measurement> = Zero::ZERO;
+    let (mut mean, mut detected) = (S::Measurement::ZERO, T::ZERO);
     for (share, z) in shares(explained, place, measurements) {
         let innovation = sensor.innovation(z, &measurement);
         mean += innovation * share;
-        squares += innovation * innovation.transpose() * share;
+        squares = squares + outer(&innovation) * share;
         detected += share;
         corrected.squares += share * factor.mahalanobis(&innovation);
     }
     corrected.shares += detected;
     // P⁺ = P − β K S Kᵀ + K (Σ s ν νᵀ − ν̄ ν̄ᵀ) Kᵀ = P + (P Hᵀ) B (P Hᵀ)ᵀ.
-    let inverse: Symmetric<T, Y> = factor.inverse();
-    let inverse = inverse.to_matrix();
-    let spread = squares - mean * mean.transpose();
-    let by = symmetric(&(inverse * spread * inverse - inverse * detected)).to_matrix();
-    let step = inverse * mean;
-    if !(by.iter().all(|x| x.is_finite()) && step.iter().all(|x| x.is_finite())) {
+    let (by, step) = steps::<S::Measurement>(&factor.inverse(), &squares, &mean, detected);
+    if !(by.is_finite() && step.as_slice().iter().all(|x| x.is_finite())) {
         return false;
     }
-    joint.add_product(&common, &widened(&by), features);
+    // Among as many coordinates as the widest measurement has; the others are zero.
+    joint.add_product::<Z>(&common, &Matrix::with(|row, column| by.get(row, column)), features);
     let pose = common.pose;
-    memory.shift(&pose, &widened(&step));
+    memory.shift(&pose, &Z::with(|z| step.at(z)));
     true
 }
 
+/// How the covariance steps, and how the state does: B and S⁻¹ ν̄.
+fn steps<Y: Vector>(
+    inverse: &Symmetric<Y>,
+    squares: &Linear<Y, Y>,
+    mean: &Y,
+    detected: Y::Scalar,
+) -> (Symmetric<Y>, Y) {
+    let inverse = inverse.to_matrix();
+    let of_mean = outer(mean);
+    let spread = Matrix::with(|row, column| squares.at(row, column) - of_mean.at(row, column));
+    let within = product::<Y, Y, Y>(&product::<Y, Y, Y>(&inverse, &spread), &inverse);
+    let by = Matrix::with(|row, column| within.at(row, column) - inverse.at(row, column) * detected);
+    (symmetric::<Y>(&by), applied::<Y, Y>(&inverse, mean))
+}
+
+/// v vᵀ.
+fn outer<Y: Vector>(v: &Y) -> Linear<Y, Y> {
+    Matrix::with(|row, column| v.at(row) * v.at(column))
+}
+
 /// H times the rows of (P Hᵀ) of what it is by.
-fn rows<T: Real, const N: usize, const Y: usize, const Z: usize>(
-    h: &SMatrix<T, Y, N>,
-    common: &[SVector<T, Z>],
-) -> SMatrix<T, Y, Y> {
-    let mut product = SMatrix::<T, Y, Y>::zeros();
-    for (column, row) in h.column_iter().zip(common) {
-        product += column * row.fixed_rows::<Y>(0).transpose();
-    }
-    product
+fn rows<Y, N, Z>(h: &Linear<Y, N>, common: &[Z]) -> Linear<Y, Y>
+where
+    Y: Vector,
+    N: Vector<Scalar = Y::Scalar>,
+    Z: Vector<Scalar = Y::Scalar>,
+{
+    let rows = || common.iter().take(N::DIMENSION).enumerate();
+    Matrix::with(|row, column| rows().fold(Zero::ZERO, |sum, (k, of)| sum + h.at(row, k) * of.at(column)))
 }

@@ -1,8 +1,8 @@
 //! The joint covariance of a pose and its features, as a lower triangle by rows: the pose's coordinates first, then those of
 //! one feature after the other.
 
-use crate::{Dim, Packed, Real, Symmetric};
-use nalgebra::{SMatrix, SVector};
+use crate::vector::{applied, product};
+use crate::{Linear, Matrix, Pose, PositionOf, Real, ScalarOf, Symmetric, TangentOf, Vector, Zero};
 
 /// Numbers in the lower triangle of the joint covariance of a pose of `pose` coordinates and `features` features of `dimension`
 /// coordinates each: the `NUMBERS` of a [`JointState`](super::JointState).
@@ -23,28 +23,57 @@ const fn row_start(row: usize) -> usize {
 
 /// A joint covariance over borrowed numbers.
 #[derive(Debug)]
-pub(super) struct Joint<'s, T, const K: usize, const D: usize> {
-    pub(super) numbers: &'s mut [T],
+pub(super) struct Joint<'s, P: Pose> {
+    pub(super) numbers: &'s mut [ScalarOf<P>],
 }
 
 /// The covariances of a pose and one feature.
-pub(super) struct Blocks<T: Real, const K: usize, const D: usize> {
+pub(super) struct Blocks<P: Pose> {
     /// P_xx.
-    pub(super) pose: SMatrix<T, K, K>,
+    pub(super) pose: Linear<TangentOf<P>, TangentOf<P>>,
     /// P_mx.
-    pub(super) cross: SMatrix<T, D, K>,
+    pub(super) cross: Linear<PositionOf<P>, TangentOf<P>>,
     /// P_mm.
-    pub(super) feature: SMatrix<T, D, D>,
+    pub(super) feature: Linear<PositionOf<P>, PositionOf<P>>,
 }
 
 /// P Hᵀ, row by row: what every coordinate has in common with a predicted measurement.
 #[derive(Debug)]
-pub(super) struct Common<'s, T, const K: usize, const Z: usize> {
-    pub(super) pose: [SVector<T, Z>; K],
-    pub(super) features: &'s mut [SVector<T, Z>],
+pub(super) struct Common<'s, P: Pose, Z: Vector> {
+    pub(super) pose: RowsOf<TangentOf<P>, Z>,
+    /// The rows of one feature after the other.
+    pub(super) features: &'s mut [RowsOf<PositionOf<P>, Z>],
 }
 
-impl<T: Real, const K: usize, const D: usize> Joint<'_, T, K, D> {
+/// A row for every coordinate of an `N`.
+pub(super) type RowsOf<N, Z> = <N as Vector>::Array<Z>;
+
+impl<'s, P: Pose, Z: Vector> Common<'s, P, Z> {
+    /// Nothing yet, over borrowed rows.
+    pub(super) fn over(features: &'s mut [RowsOf<PositionOf<P>, Z>]) -> Self {
+        Self { pose: Zero::ZERO, features }
+    }
+
+    /// The row of every coordinate of the pose and of so many features.
+    pub(super) fn fill(&mut self, features: usize, of: impl Fn(usize) -> Z) {
+        self.pose.as_mut().iter_mut().enumerate().for_each(|(k, row)| *row = of(k));
+        for (feature, rows) in self.features.iter_mut().take(features).enumerate() {
+            let first = first::<P>(feature);
+            rows.as_mut().iter_mut().enumerate().for_each(|(d, row)| *row = of(first + d));
+        }
+    }
+}
+
+/// The first coordinate of a feature; of one behind so many, how many coordinates there are.
+pub(super) const fn first<P: Pose>(feature: usize) -> usize {
+    P::Tangent::DIMENSION + P::Position::DIMENSION * feature
+}
+
+impl<T: Real, P: Pose<Scalar = T>> Joint<'_, P> {
+    /// Coordinates of the pose, and of a feature.
+    const K: usize = P::Tangent::DIMENSION;
+    const D: usize = P::Position::DIMENSION;
+
     /// The element of that row and column, in any order.
     pub(super) fn get(&self, row: usize, column: usize) -> T {
         let (row, column) = if row >= column { (row, column) } else { (column, row) };
@@ -60,102 +89,107 @@ impl<T: Real, const K: usize, const D: usize> Joint<'_, T, K, D> {
 
     /// All numbers of so many features.
     pub(super) fn used(&self, features: usize) -> &[T] {
-        self.numbers.get(..row_start(K + D * features)).unwrap_or(&[])
+        self.numbers.get(..row_start(first::<P>(features))).unwrap_or(&[])
     }
 
     /// The pose's own block.
-    pub(super) fn pose(&self) -> SMatrix<T, K, K> {
-        SMatrix::from_fn(|row, column| self.get(row, column))
+    pub(super) fn pose(&self) -> Linear<P::Tangent, P::Tangent> {
+        Matrix::with(|row, column| self.get(row, column))
     }
 
     /// The covariance of a feature with another, or with itself.
-    pub(super) fn between(&self, one: usize, other: usize) -> SMatrix<T, D, D> {
-        SMatrix::from_fn(|row, column| self.get(K + D * one + row, K + D * other + column))
+    pub(super) fn between(&self, one: usize, other: usize) -> Linear<P::Position, P::Position> {
+        Matrix::with(|row, column| self.get(first::<P>(one) + row, first::<P>(other) + column))
     }
 
     /// The covariance of a feature with the pose.
-    pub(super) fn with_pose(&self, feature: usize) -> SMatrix<T, D, K> {
-        SMatrix::from_fn(|row, column| self.get(K + D * feature + row, column))
+    pub(super) fn with_pose(&self, feature: usize) -> Linear<P::Position, P::Tangent> {
+        Matrix::with(|row, column| self.get(first::<P>(feature) + row, column))
     }
 
     /// Those of the pose and a feature.
-    pub(super) fn blocks(&self, feature: usize) -> Blocks<T, K, D> {
+    pub(super) fn blocks(&self, feature: usize) -> Blocks<P> {
         Blocks { pose: self.pose(), cross: self.with_pose(feature), feature: self.between(feature, feature) }
     }
 
     /// Takes the pose as certain, without features.
     pub(super) fn clear(&mut self) {
-        self.numbers.iter_mut().take(row_start(K)).for_each(|number| *number = T::ZERO);
+        self.numbers.iter_mut().take(row_start(Self::K)).for_each(|number| *number = T::ZERO);
     }
 
     /// P_xx ← F P_xx Fᵀ + Q, P_mx ← P_mx Fᵀ, of so many features.
-    pub(super) fn propagate(&mut self, transition: &SMatrix<T, K, K>, pose: &SMatrix<T, K, K>, features: usize) {
-        for row in 0..K {
+    pub(super) fn propagate(
+        &mut self,
+        transition: &Linear<P::Tangent, P::Tangent>,
+        pose: &Linear<P::Tangent, P::Tangent>,
+        features: usize,
+    ) {
+        for row in 0..Self::K {
             for column in 0..=row {
-                self.set(row, column, element(pose, row, column));
+                self.set(row, column, pose.at(row, column));
             }
         }
-        for row in K..K + D * features {
+        for row in Self::K..first::<P>(features) {
             let start = row_start(row);
-            let Some(cross) = self.numbers.get_mut(start..start + K) else { return };
-            let before = SVector::<T, K>::from_fn(|k, _| cross.get(k).copied().unwrap_or(T::ZERO));
-            let after = transition * before;
-            cross.iter_mut().zip(after.iter()).for_each(|(slot, &after)| *slot = after);
+            let Some(cross) = self.numbers.get_mut(start..start + Self::K) else { return };
+            let before = P::Tangent::with(|k| cross.get(k).copied().unwrap_or(T::ZERO));
+            let after = applied::<P::Tangent, P::Tangent>(transition, &before);
+            cross.iter_mut().zip(after.as_slice()).for_each(|(slot, &after)| *slot = after);
         }
     }
 
     /// P Hᵀ for a feature's Hx = ∂h/∂x and Hm = ∂h/∂m, over so many features.
-    pub(super) fn common<const Y: usize, const Z: usize>(
+    pub(super) fn common<Y: Vector<Scalar = T>, Z: Vector<Scalar = T>>(
         &self,
         feature: usize,
-        by_pose: &SMatrix<T, Y, K>,
-        by_feature: &SMatrix<T, Y, D>,
+        by_pose: &Linear<Y, P::Tangent>,
+        by_feature: &Linear<Y, P::Position>,
         features: usize,
-        into: &mut Common<'_, T, K, Z>,
+        into: &mut Common<'_, P, Z>,
     ) {
-        let first = K + D * feature;
-        let of = |coordinate: usize| {
-            let pose = SVector::<T, K>::from_fn(|k, _| self.get(coordinate, k));
-            let own = SVector::<T, D>::from_fn(|d, _| self.get(coordinate, first + d));
-            let of_measurement = by_pose * pose + by_feature * own;
-            SVector::from_fn(|z, _| of_measurement.get(z).copied().unwrap_or(T::ZERO))
-        };
-        into.pose.iter_mut().enumerate().for_each(|(k, slot)| *slot = of(k));
-        into.features.iter_mut().take(D * features).enumerate().for_each(|(d, slot)| *slot = of(K + d));
+        let first = first::<P>(feature);
+        into.fill(features, |coordinate| {
+            let pose = P::Tangent::with(|k| self.get(coordinate, k));
+            let own = P::Position::with(|d| self.get(coordinate, first + d));
+            let of_measurement = applied::<Y, P::Tangent>(by_pose, &pose) + applied::<Y, P::Position>(by_feature, &own);
+            Z::with(|z| of_measurement.at(z))
+        });
     }
 
     /// P Hᵀ for a measurement of the pose alone.
-    pub(super) fn common_with_pose<const Y: usize, const Z: usize>(
+    pub(super) fn common_with_pose<Y: Vector<Scalar = T>, Z: Vector<Scalar = T>>(
         &self,
-        by_pose: &SMatrix<T, Y, K>,
+        by_pose: &Linear<Y, P::Tangent>,
         features: usize,
-        into: &mut Common<'_, T, K, Z>,
+        into: &mut Common<'_, P, Z>,
     ) {
-        let of = |coordinate: usize| {
-            let of_measurement = by_pose * SVector::<T, K>::from_fn(|k, _| self.get(coordinate, k));
-            SVector::from_fn(|z, _| of_measurement.get(z).copied().unwrap_or(T::ZERO))
-        };
-        into.pose.iter_mut().enumerate().for_each(|(k, slot)| *slot = of(k));
-        into.features.iter_mut().take(D * features).enumerate().for_each(|(d, slot)| *slot = of(K + d));
+        into.fill(features, |coordinate| {
+            let pose = P::Tangent::with(|k| self.get(coordinate, k));
+            let of_measurement = applied::<Y, P::Tangent>(by_pose, &pose);
+            Z::with(|z| of_measurement.at(z))
+        });
     }
 
     /// P ← P + (P Hᵀ) B (P Hᵀ)ᵀ over so many features, B symmetric. A variance keeps what rounding may have taken from it: without
     /// that the matrix would lose its definiteness in the course of a hundred thousand updates.
-    pub(super) fn add_product<const Z: usize>(
+    pub(super) fn add_product<Z: Vector<Scalar = T>>(
         &mut self,
-        common: &Common<'_, T, K, Z>,
-        by: &SMatrix<T, Z, Z>,
+        common: &Common<'_, P, Z>,
+        by: &Linear<Z, Z>,
         features: usize,
     ) {
         let rounding = T::ONE + T::EPSILON * T::from_f64(4.0);
-        let rows = common.pose.iter().chain(common.features.iter().take(D * features));
-        for (row, of_row) in rows.enumerate() {
-            let weighed = by * of_row;
+        let of_pose = common.pose.as_ref();
+        let of_features = common.features.iter().take(features).flat_map(|rows| rows.as_ref());
+        for (row, of_row) in of_pose.iter().chain(of_features).enumerate() {
+            let weighed = applied::<Z, Z>(by, of_row);
+            let add = |(number, of_column): (&mut T, &Z)| *number += weighed.dot(of_column);
             let start = row_start(row);
             let Some(numbers) = self.numbers.get_mut(start..=start + row) else { return };
-            let columns = common.pose.iter().chain(common.features.iter());
-            for (number, of_column) in numbers.iter_mut().zip(columns) {
-                *number += weighed.dot(of_column);
+            let (with_pose, with_features) = numbers.split_at_mut(numbers.len().min(Self::K));
+            with_pose.iter_mut().zip(of_pose).for_each(add);
+            for (numbers, rows) in with_features.chunks_mut(Self::D).zip(common.features.iter()) {
+                numbers.iter_mut().zip(rows.as_ref()).for_each(add);
             }
             if let Some(variance) = numbers.last_mut() {
                 *variance *= rounding;
@@ -167,7 +201,7 @@ impl<T: Real, const K: usize, const D: usize> Joint<'_, T, K, D> {
     /// other coordinate (0 of the heading itself): what an uncertain heading means where things have been moved to.
     pub(super) fn turn(&mut self, heading: usize, lever: impl Fn(usize) -> T, features: usize) {
         let variance = self.get(heading, heading);
-        for row in (0..K + D * features).filter(|&row| row != heading) {
+        for row in (0..first::<P>(features)).filter(|&row| row != heading) {
             let (of_row, with_row) = (lever(row), self.get(row, heading));
             for column in (0..=row).filter(|&column| column != heading) {
                 let (of_column, with_column) = (lever(column), self.get(column, heading));
@@ -175,7 +209,7 @@ impl<T: Real, const K: usize, const D: usize> Joint<'_, T, K, D> {
                 self.set(row, column, self.get(row, column) + grown);
             }
         }
-        for row in (0..K + D * features).filter(|&row| row != heading) {
+        for row in (0..first::<P>(features)).filter(|&row| row != heading) {
             self.set(row, heading, self.get(row, heading) + lever(row) * variance);
         }
     }
@@ -184,10 +218,10 @@ impl<T: Real, const K: usize, const D: usize> Joint<'_, T, K, D> {
     /// independent of the rest; how many.
     pub(super) fn mend_pose(&mut self, features: usize) -> usize {
         let mut mended = 0;
-        for row in 0..K {
+        for row in 0..Self::K {
             let variance = self.get(row, row);
             if !(variance >= T::ZERO && variance < T::INFINITY) {
-                (0..K + D * features).for_each(|column| self.set(row, column, T::ZERO));
+                (0..first::<P>(features)).for_each(|column| self.set(row, column, T::ZERO));
                 mended += 1;
             }
         }
@@ -195,17 +229,22 @@ impl<T: Real, const K: usize, const D: usize> Joint<'_, T, K, D> {
     }
 
     /// Adds a feature behind so many: m = g(x, z) with J = ∂g/∂x, and the covariance `own` that z brings.
-    pub(super) fn add(&mut self, by_pose: &SMatrix<T, D, K>, own: &SMatrix<T, D, D>, features: usize) {
-        let first = K + D * features;
+    pub(super) fn add(
+        &mut self,
+        by_pose: &Linear<P::Position, P::Tangent>,
+        own: &Linear<P::Position, P::Position>,
+        features: usize,
+    ) {
+        let first = first::<P>(features);
         for column in 0..first {
-            let of = SVector::<T, K>::from_fn(|k, _| self.get(column, k));
-            let cross = by_pose * of;
-            (0..D).for_each(|d| self.set(first + d, column, cross.get(d).copied().unwrap_or(T::ZERO)));
+            let of = P::Tangent::with(|k| self.get(column, k));
+            let cross = applied::<P::Position, P::Tangent>(by_pose, &of);
+            (0..Self::D).for_each(|d| self.set(first + d, column, cross.at(d)));
         }
-        let block = by_pose * self.pose() * by_pose.transpose() + own;
-        for row in 0..D {
+        let block = sandwiched::<P::Position, P::Tangent, P::Tangent>(by_pose, &self.pose(), by_pose) + *own;
+        for row in 0..Self::D {
             for column in 0..=row {
-                self.set(first + row, first + column, element(&block, row, column));
+                self.set(first + row, first + column, block.at(row, column));
             }
         }
     }
@@ -216,24 +255,27 @@ impl<T: Real, const K: usize, const D: usize> Joint<'_, T, K, D> {
         if feature >= last {
             return;
         }
-        let (to, from) = (K + D * feature, K + D * last);
-        for other in (0..from).filter(|other| !(to..to + D).contains(other)) {
-            (0..D).for_each(|d| self.set(to + d, other, self.get(from + d, other)));
+        let (to, from) = (first::<P>(feature), first::<P>(last));
+        for other in (0..from).filter(|other| !(to..to + Self::D).contains(other)) {
+            (0..Self::D).for_each(|d| self.set(to + d, other, self.get(from + d, other)));
         }
-        for row in 0..D {
+        for row in 0..Self::D {
             (0..=row).for_each(|column| self.set(to + row, to + column, self.get(from + row, from + column)));
         }
     }
 }
 
-fn element<T: Real, const R: usize, const C: usize>(matrix: &SMatrix<T, R, C>, row: usize, column: usize) -> T {
-    matrix.get((row, column)).copied().unwrap_or(T::ZERO)
+/// A X Bᵀ.
+pub(super) fn sandwiched<R, A, B>(a: &Linear<R, A>, x: &Linear<A, B>, b: &Linear<R, B>) -> Linear<R, R>
+where
+    R: Vector,
+    A: Vector<Scalar = R::Scalar>,
+    B: Vector<Scalar = R::Scalar>,
+{
+    product::<R, B, R>(&product::<R, A, B>(a, x), &Matrix::with(|row, column| b.at(column, row)))
 }
 
 /// The lower triangle of what is symmetric but for rounding.
-pub(super) fn symmetric<T: Real, const N: usize>(full: &SMatrix<T, N, N>) -> Symmetric<T, N>
-where
-    Dim<N>: Packed,
-{
-    Symmetric::from_fn(|row, column| (element(full, row, column) + element(full, column, row)) * T::from_f64(0.5))
+pub(super) fn symmetric<N: Vector>(full: &Linear<N, N>) -> Symmetric<N> {
+    Symmetric::from_fn(|row, column| (full.at(row, column) + full.at(column, row)) * N::Scalar::from_f64(0.5))
 }

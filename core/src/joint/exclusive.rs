@@ -6,7 +6,7 @@
 //! measurements the graph has no circle, and the shares are exact.
 
 use super::state::{Claim, Explained, Slot};
-use crate::Real;
+use crate::{Real, Vector};
 
 /// Rounds of messages. A graph without circles is done after as many as its longest path has features, and what lies farther off
 /// than this hardly matters.
@@ -17,8 +17,8 @@ const LN_ODDS_MAX: f64 = 40.0;
 
 /// Fills in every claim's share, and of every measurement the share that no feature has. Given Σ ln(1 − p_D v), that nothing was
 /// detected, ln of the likelihood of the scan, by Bethe's approximation: exact without circles.
-pub(super) fn settle<T: Real, const D: usize>(
-    slots: &mut [Slot<T, D>],
+pub(super) fn settle<T: Real, D: Vector<Scalar = T>>(
+    slots: &mut [Slot<D>],
     explained: &mut [Explained<T>],
     ln_missed: T,
 ) -> T {
@@ -56,7 +56,7 @@ fn weigh<T: Real>(explained: &mut Explained<T>) {
 
 /// Σ a ν of every feature; and for every claim, that sum over the feature's other claims: those before it and those behind it, for
 /// in a difference they would be lost beside a large one.
-fn collect<T: Real, const D: usize>(slots: &mut [Slot<T, D>], explained: &mut [Explained<T>]) {
+fn collect<T: Real, D: Vector<Scalar = T>>(slots: &mut [Slot<D>], explained: &mut [Explained<T>]) {
     slots.iter_mut().for_each(|slot| slot.claimed = T::ZERO);
     for claim in explained.iter_mut().flat_map(Explained::claims_mut) {
         let Some(slot) = slots.get_mut(usize::from(claim.feature)) else { continue };
@@ -92,12 +92,13 @@ mod tests {
     use super::super::existence::Existence;
     use super::super::state::{Claim, Explained, Slot};
     use super::settle;
+    use nalgebra::Vector2;
     use std::vec;
     use std::vec::Vec;
 
     /// Odds by feature and measurement, over clutter of one.
     fn settled(odds: &[&[f64]]) -> (Vec<Vec<f64>>, f64) {
-        let mut slots = vec![Slot::<f64, 2> { existence: Existence::NONE, ..Slot::ZERO }; odds.len()];
+        let mut slots = vec![Slot::<Vector2<f64>> { existence: Existence::NONE, ..Slot::ZERO }; odds.len()];
         let mut explained = vec![Explained::ZERO; odds[0].len()];
         for (z, explained) in explained.iter_mut().enumerate() {
             explained.start(0.0);
@@ -174,7 +175,7 @@ mod tests {
 
     #[test]
     fn huge_odds_stay_numbers() {
-        let mut slots = vec![Slot::<f32, 2>::ZERO; 2];
+        let mut slots = vec![Slot::<Vector2<f32>>::ZERO; 2];
         let mut explained = vec![Explained::<f32>::ZERO; 2];
         for explained in &mut explained {
             explained.start(f32::NEG_INFINITY);

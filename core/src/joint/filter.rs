@@ -1,20 +1,20 @@
 //! The filter over a joint map.
 
-use super::associate::{Models, associate};
+use super::associate::associate;
 use super::config::JointConfig;
 use super::correct::correct;
+use super::covariance::{first, sandwiched};
 use super::existence::Existence;
-use super::state::{JointState, Memory};
+use super::state::{JointState, Memory, Slot};
 use super::tidy::{bear, drop_spoilt, drop_unlikely, merge};
 use crate::digest::Fnv;
-use crate::models::Mounted;
 use crate::plausible::{is_within_range, is_within_square};
 use crate::state::passed;
 use crate::{
-    Clutter, Component, Detector, Dim, FieldOfView, Health, Linearised, Locating, Motion, Packed, Pose, PoseEstimate,
-    PredictError, PredictReport, Real, ResetError, ScanError, Sensor, SetupError, Symmetric,
+    Component, Detector, Health, Linearised, Matrix, MeasurementModel, Motion, Pose, PoseEstimate, PositionOf,
+    PredictError, PredictReport, Real, ResetError, ScalarOf, ScanError, Sensor, SetupError, Symmetric, TangentOf,
+    Vector,
 };
-use nalgebra::SVector;
 
 /// What a scan of a [`JointSlam`] did.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -55,7 +55,7 @@ const INNOVATION_HIGH: f64 = 2.0;
 
 /// SLAM with a joint map: motion and tuning over a [`JointState`]; the sensors are [detectors](Detector), given with every scan.
 ///
-/// `M` is the motion; K, D and Z are the dimensions of pose, feature and the widest measurement.
+/// `M` is the motion, `Z` the widest measurement.
 ///
 /// ```
 /// use nalgebra::Vector2;
@@ -65,7 +65,7 @@ const INNOVATION_HIGH: f64 = 2.0;
 /// };
 ///
 /// // Up to 40 features, 16 measurements a scan: 20 KB.
-/// type Memory = JointState<f32, PlanarPose<f32>, 3, 2, 2, 40, { joint_numbers(3, 2, 40) }, 16>;
+/// type Memory = JointState<PlanarPose<f32>, Vector2<f32>, 40, { joint_numbers(3, 2, 40) }, 16>;
 /// let mut state = Box::new(Memory::new());
 ///
 /// let window = RangeBearingWindow::full_circle(15.0, 0.9)?;
@@ -91,23 +91,13 @@ const INNOVATION_HIGH: f64 = 2.0;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug)]
-pub struct JointSlam<'s, T: Real, M: Motion<T, K>, const K: usize, const D: usize, const Z: usize>
-where
-    Dim<K>: Packed,
-{
+pub struct JointSlam<'s, M: Motion, Z: Vector> {
     motion: M,
-    config: JointConfig<T>,
-    pub(super) memory: Memory<'s, T, M::Pose, K, D, Z>,
+    config: JointConfig<ScalarOf<M::Pose>>,
+    pub(super) memory: Memory<'s, M::Pose, Z>,
 }
 
-impl<'s, T, M, const K: usize, const D: usize, const Z: usize> JointSlam<'s, T, M, K, D, Z>
-where
-    T: Real,
-    M: Motion<T, K>,
-    Dim<K>: Packed,
-    Dim<D>: Packed,
-    Dim<Z>: Packed,
-{
+impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>> JointSlam<'s, M, Z> {
     /// A filter over a state, which keeps what it holds: a fresh one must be [reset](Self::reset) first.
     ///
     /// # Errors
@@ -115,7 +105,7 @@ where
     pub fn new<const FEATURES: usize, const NUMBERS: usize, const MEASUREMENTS: usize>(
         motion: M,
         config: JointConfig<T>,
-        state: &'s mut JointState<T, M::Pose, K, D, Z, FEATURES, NUMBERS, MEASUREMENTS>,
+        state: &'s mut JointState<M::Pose, Z, FEATURES, NUMBERS, MEASUREMENTS>,
     ) -> Result<Self, SetupError> {
         config.check()?;
         motion.check()?;
@@ -156,10 +146,15 @@ where
         if dt > T::ZERO {
             let moved = motion.propagate(&known.pose, control, dt);
             let Linearised { transition, noise } = motion.linearise(&known.pose, control, dt);
-            let grown = transition * joint.pose() * transition.transpose() + noise.to_matrix();
-            let within =
-                is_within_square(&Symmetric::<T, K>::from_fn(|r, c| grown.get((r, c)).copied().unwrap_or(T::ZERO)));
-            if is_within_range(&moved.coordinates()) && within && transition.iter().all(|x| x.is_finite()) {
+            let carried = sandwiched::<TangentOf<M::Pose>, TangentOf<M::Pose>, TangentOf<M::Pose>>(
+                &transition,
+                &joint.pose(),
+                &transition,
+            );
+            let grown = carried + noise.to_matrix();
+            let within = is_within_square(&Symmetric::<TangentOf<M::Pose>>::from_fn(|r, c| grown.at(r, c)));
+            let finite = transition.as_slice().iter().all(|x| x.is_finite());
+            if is_within_range(&moved.coordinates()) && within && finite {
                 joint.propagate(&transition, &grown, known.len);
                 known.pose = moved;
             } else {
@@ -170,45 +165,42 @@ where
         Ok(PredictReport { candidates: 1, rejected, refused: known.refused, health })
     }
 
-    /// Takes in one scan of one of the vehicle's sensors, whose measurements have Y dimensions, at most as many as the state's Z.
+    /// Takes in one scan of one of the vehicle's sensors, whose measurements have at most as many dimensions as the state's `Z`.
     /// Of births that move a joint map knows nothing: all features stand still.
     ///
     /// # Errors
     /// A measurement is not finite, there are more than the state holds, or the filter has not been reset; the state is as it
     /// was.
-    pub fn scan<S, V, C, R, const Y: usize>(
+    pub fn scan<X: MeasurementModel<Pose = M::Pose>, R>(
         &mut self,
-        detector: &Detector<T, S, V, C, R>,
-        measurements: &[SVector<T, Y>],
-    ) -> Result<JointReport<T>, ScanError>
-    where
-        S: Locating<T, K, D, Y> + Sensor<T, D, Y, Pose = M::Pose>,
-        V: FieldOfView<T, S::Frame, D, Y>,
-        C: Clutter<T, Y>,
-        Dim<Y>: Packed,
-    {
-        const { assert!(Y <= Z, "the state has no room for measurements of this dimension") };
+        detector: &Detector<X, R>,
+        measurements: &[X::Measurement],
+    ) -> Result<JointReport<T>, ScanError> {
+        const {
+            assert!(
+                X::Measurement::DIMENSION <= Z::DIMENSION,
+                "the state has no room for measurements of this dimension"
+            )
+        };
         if !self.memory.known.started {
             return Err(ScanError::NotStarted);
         }
         ScanError::check(measurements, self.memory.explained.len())?;
-        let sensing = &detector.sensing;
-        if sensing.sensor.noise().factor().is_none() {
+        let models = detector.on_vehicle();
+        let sensor = models.sensor();
+        if sensor.noise().factor().is_none() {
             return Err(ScanError::SensorNoise);
         }
-        let sensor: Mounted<'_, T, S, V, K> =
-            Mounted { sensor: &sensing.sensor, field_of_view: &sensing.field_of_view, mounting: detector.mounting };
-        let models = Models { sensor: &sensor, field_of_view: &sensor, clutter: &sensing.clutter };
         let ln_birth = detector.births.still.ln();
         let Self { config, memory, .. } = self;
         let passage = config.persistence.over(memory.known.waited_s);
         memory.slots.iter_mut().take(memory.known.len).for_each(|slot| slot.existence = slot.existence.after(&passage));
         let (in_view, ln_evidence) = associate(&models, ln_birth, config, memory, measurements);
-        let corrected = correct(&sensor, memory, measurements);
+        let corrected = correct(sensor, memory, measurements);
         memory.follow();
         let first_tag = memory.known.next_tag;
         let born = bear(&models, ln_birth, config, memory, measurements);
-        let merged = merge(&sensor, config, memory);
+        let merged = merge(sensor, config, memory);
         if merged > 0 {
             memory.follow();
         }
@@ -217,7 +209,7 @@ where
         let refused = core::mem::take(&mut memory.known.refused);
         memory.known.waited_s = T::ZERO;
         let innovation = if corrected.shares > T::ZERO {
-            corrected.squares / (corrected.shares * T::from_usize(Y))
+            corrected.squares / (corrected.shares * T::from_usize(X::Measurement::DIMENSION))
         } else {
             T::ZERO
         };
@@ -244,7 +236,7 @@ where
 
     /// The pose and its covariance; `None` before the first reset.
     #[must_use]
-    pub fn estimate_pose(&self) -> Option<PoseEstimate<T, M::Pose, K>> {
+    pub fn estimate_pose(&self) -> Option<PoseEstimate<M::Pose>> {
         let Memory { known, joint, .. } = &self.memory;
         known.started.then(|| PoseEstimate {
             mean: known.pose,
@@ -255,17 +247,18 @@ where
     /// The estimated features: those that are there and in sight with at least the probability `extraction_existence`, and were
     /// detected twice. The weight is the probability that it is there at all. One that is missed for a while is hidden or gone:
     /// it leaves the estimate, and is remembered until it is found again or hardly there any more.
-    pub fn features(&self) -> impl Iterator<Item = Component<T, D>> + '_ {
+    pub fn features(&self) -> impl Iterator<Item = Component<PositionOf<M::Pose>>> + '_ {
         let Memory { known, slots, joint, .. } = &self.memory;
         let twice = T::from_f64(1.5);
         slots.iter().enumerate().take(known.len).filter_map(move |(place, slot)| {
             let total = slot.existence.total();
             let is_part = slot.existence.in_sight >= self.config.extraction_existence && slot.detections >= twice;
+            let first = first::<M::Pose>(place);
             is_part.then(|| Component {
                 tag: slot.tag,
                 ln_weight: total.ln(),
                 mean: slot.mean,
-                covariance: Symmetric::from_fn(|row, column| joint.get(K + D * place + row, K + D * place + column)),
+                covariance: Symmetric::from_fn(|row, column| joint.get(first + row, first + column)),
             })
         })
     }
@@ -282,12 +275,12 @@ where
         let Memory { known, slots, joint, .. } = &self.memory;
         let mut hash = Fnv::EMPTY;
         hash.take(u32::from(known.started));
-        known.pose.coordinates().iter().for_each(|&coordinate| hash.take_scalar(coordinate));
+        known.pose.coordinates().as_slice().iter().for_each(|&coordinate| hash.take_scalar(coordinate));
         hash.take_scalar(known.waited_s);
         hash.take(known.next_tag);
         for slot in slots.iter().take(known.len) {
             hash.take(slot.tag);
-            slot.mean.iter().for_each(|&coordinate| hash.take_scalar(coordinate));
+            slot.mean.as_slice().iter().for_each(|&coordinate| hash.take_scalar(coordinate));
             let numbers = [slot.existence.in_sight, slot.existence.hidden, slot.detections];
             numbers.into_iter().for_each(|number| hash.take_scalar(number));
         }
@@ -304,7 +297,7 @@ where
     /// The probability that the feature with this tag is there; `None` where there is no such one.
     #[must_use]
     pub fn existence(&self, tag: u32) -> Option<T> {
-        let of = |slot: &&super::state::Slot<T, D>| slot.tag == tag;
+        let of = |slot: &&Slot<PositionOf<M::Pose>>| slot.tag == tag;
         self.memory.slots.iter().take(self.memory.known.len).find(of).map(|slot| Existence::total(slot.existence))
     }
 }

@@ -3,22 +3,18 @@
 use super::filter::JointSlam;
 use super::state::Memory;
 use crate::plausible::is_within_square;
-use crate::{Dim, Motion, Packed, Real, ResetError, Symmetric};
-use nalgebra::SMatrix;
+use crate::{Matrix, Motion, Pose, Real, ResetError, Symmetric, TangentOf, Vector, Zero};
 
-impl<T, M, const K: usize, const D: usize, const Z: usize> JointSlam<'_, T, M, K, D, Z>
-where
-    T: Real,
-    M: Motion<T, K>,
-    Dim<K>: Packed,
-    Dim<D>: Packed,
-    Dim<Z>: Packed,
-{
+impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>> JointSlam<'_, M, Z> {
     /// [`reset`](Self::reset) to a pose that is known to a covariance.
     ///
     /// # Errors
     /// As for `reset`, or the covariance is not finite or a variance negative; the state is as it was.
-    pub fn reset_within(&mut self, pose: M::Pose, covariance: &Symmetric<T, K>) -> Result<(), ResetError> {
+    pub fn reset_within(
+        &mut self,
+        pose: M::Pose,
+        covariance: &Symmetric<TangentOf<M::Pose>>,
+    ) -> Result<(), ResetError> {
         ResetError::check_covariance(covariance)?;
         self.reset(pose)?;
         self.scatter(covariance)
@@ -29,7 +25,7 @@ where
     ///
     /// # Errors
     /// The pose or the covariance is out of range, or the filter has not been reset; the state is as it was.
-    pub fn relocate(&mut self, pose: M::Pose, covariance: &Symmetric<T, K>) -> Result<(), ResetError> {
+    pub fn relocate(&mut self, pose: M::Pose, covariance: &Symmetric<TangentOf<M::Pose>>) -> Result<(), ResetError> {
         ResetError::check_pose(&pose)?;
         ResetError::check_covariance(covariance)?;
         let Memory { known, joint, .. } = &mut self.memory;
@@ -37,7 +33,7 @@ where
             return Err(ResetError::NotStarted);
         }
         known.pose = pose;
-        joint.propagate(&SMatrix::zeros(), &covariance.to_matrix(), known.len);
+        joint.propagate(&Zero::ZERO, &covariance.to_matrix(), known.len);
         Ok(())
     }
 
@@ -45,15 +41,18 @@ where
     ///
     /// # Errors
     /// The covariance is not finite or a variance negative, or the filter has not been reset; the state is as it was.
-    pub fn scatter(&mut self, covariance: &Symmetric<T, K>) -> Result<(), ResetError> {
+    pub fn scatter(&mut self, covariance: &Symmetric<TangentOf<M::Pose>>) -> Result<(), ResetError> {
         ResetError::check_covariance(covariance)?;
         let Memory { known, joint, .. } = &mut self.memory;
         if !known.started {
             return Err(ResetError::NotStarted);
         }
-        let grown = Symmetric::<T, K>::from_fn(|row, column| joint.get(row, column) + covariance.get(row, column));
+        let grown = Symmetric::<TangentOf<M::Pose>>::from_fn(|row, column| {
+            joint.get(row, column) + covariance.get(row, column)
+        });
         if is_within_square(&grown) {
-            joint.propagate(&SMatrix::identity(), &grown.to_matrix(), known.len);
+            let identity = Matrix::with(|row, column| if row == column { T::ONE } else { T::ZERO });
+            joint.propagate(&identity, &grown.to_matrix(), known.len);
         }
         Ok(())
     }

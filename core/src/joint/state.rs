@@ -1,27 +1,26 @@
 //! Everything that the joint filter knows, in memory of a size that its type tells.
 
-use super::covariance::{Joint, joint_numbers};
+use super::covariance::{Joint, RowsOf, joint_numbers};
 use super::existence::Existence;
-use crate::{Pose, Real};
-use nalgebra::{ArrayStorage, SVector};
+use crate::{Pose, PositionOf, Real, ScalarOf, Vector, Zero};
 
 /// One feature of a joint map.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Slot<T: Real, const D: usize> {
+pub(super) struct Slot<D: Vector> {
     /// Names the feature.
     pub(super) tag: u32,
     /// Where it is, m.
-    pub(super) mean: SVector<T, D>,
+    pub(super) mean: D,
     /// How far corrections have moved it since the covariance was last turned, m.
-    pub(super) moved: SVector<T, D>,
+    pub(super) moved: D,
     /// Whether it is there.
-    pub(super) existence: Existence<T>,
+    pub(super) existence: Existence<D::Scalar>,
     /// Detections of it so far, each by its share.
-    pub(super) detections: T,
+    pub(super) detections: D::Scalar,
     /// p_D in the scan at hand, 0 out of view.
-    pub(super) detection: T,
+    pub(super) detection: D::Scalar,
     /// Σ a ν over the measurements of the scan at hand that it may have caused.
-    pub(super) claimed: T,
+    pub(super) claimed: D::Scalar,
 }
 
 /// A feature's claim on a measurement.
@@ -59,38 +58,29 @@ pub(super) struct Explained<T> {
 
 /// The state of a [`JointSlam`](super::JointSlam): one Gaussian over the pose and up to `FEATURES` features.
 ///
-/// K, D and Z are the dimensions of pose, feature and measurement. `NUMBERS` is
-/// [`joint_numbers`]`(K, D, FEATURES)`, which the build checks; `MEASUREMENTS` of a scan there is room for. Meant to be a
-/// `static`: it may be large, and a fresh one is all zero but for its counts.
+/// `P` is the pose, `Z` the widest measurement. `NUMBERS` is [`joint_numbers`] of the dimensions of the pose and of a feature, and
+/// `FEATURES`, which the build checks; `MEASUREMENTS` of a scan there is room for. Meant to be a `static`: it may be large, and a
+/// fresh one is all zero but for its counts.
 #[derive(Debug)]
-pub struct JointState<
-    T: Real,
-    P,
-    const K: usize,
-    const D: usize,
-    const Z: usize,
-    const FEATURES: usize,
-    const NUMBERS: usize,
-    const MEASUREMENTS: usize,
-> {
-    known: Known<T, P>,
-    slots: [Slot<T, D>; FEATURES],
-    covariance: [T; NUMBERS],
-    common: [[SVector<T, Z>; D]; FEATURES],
-    explained: [Explained<T>; MEASUREMENTS],
+pub struct JointState<P: Pose, Z: Vector, const FEATURES: usize, const NUMBERS: usize, const MEASUREMENTS: usize> {
+    known: Known<P>,
+    slots: [Slot<PositionOf<P>>; FEATURES],
+    covariance: [ScalarOf<P>; NUMBERS],
+    common: [RowsOf<PositionOf<P>, Z>; FEATURES],
+    explained: [Explained<ScalarOf<P>>; MEASUREMENTS],
 }
 
 /// What is not an array.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Known<T, P> {
+pub(super) struct Known<P: Pose> {
     pub(super) started: bool,
     pub(super) pose: P,
     /// How far corrections have moved it on the ground since the covariance was last turned, m.
-    pub(super) moved: [T; 2],
+    pub(super) moved: [ScalarOf<P>; 2],
     /// Features there are.
     pub(super) len: usize,
     /// Summed dt since the last scan, s.
-    pub(super) waited_s: T,
+    pub(super) waited_s: ScalarOf<P>,
     /// Predictions refused since the last scan.
     pub(super) refused: usize,
     pub(super) next_tag: u32,
@@ -98,33 +88,29 @@ pub(super) struct Known<T, P> {
 
 /// A state of whatever capacity, borrowed.
 #[derive(Debug)]
-pub(super) struct Memory<'s, T: Real, P, const K: usize, const D: usize, const Z: usize> {
-    pub(super) known: &'s mut Known<T, P>,
-    pub(super) slots: &'s mut [Slot<T, D>],
-    pub(super) joint: Joint<'s, T, K, D>,
-    pub(super) common: &'s mut [SVector<T, Z>],
-    pub(super) explained: &'s mut [Explained<T>],
+pub(super) struct Memory<'s, P: Pose, Z: Vector> {
+    pub(super) known: &'s mut Known<P>,
+    pub(super) slots: &'s mut [Slot<PositionOf<P>>],
+    pub(super) joint: Joint<'s, P>,
+    pub(super) common: &'s mut [RowsOf<PositionOf<P>, Z>],
+    pub(super) explained: &'s mut [Explained<ScalarOf<P>>],
 }
 
-impl<
+impl<T, P, Z, const FEATURES: usize, const NUMBERS: usize, const MEASUREMENTS: usize>
+    JointState<P, Z, FEATURES, NUMBERS, MEASUREMENTS>
+where
     T: Real,
-    P: Pose<T, K>,
-    const K: usize,
-    const D: usize,
-    const Z: usize,
-    const FEATURES: usize,
-    const NUMBERS: usize,
-    const MEASUREMENTS: usize,
-> JointState<T, P, K, D, Z, FEATURES, NUMBERS, MEASUREMENTS>
+    P: Pose<Scalar = T>,
+    Z: Vector<Scalar = T>,
 {
     /// A state that has not been started.
     #[must_use]
     pub const fn new() -> Self {
         const {
-            assert!(NUMBERS == joint_numbers(K, D, FEATURES), "NUMBERS must be joint_numbers(K, D, FEATURES)");
+            let numbers = joint_numbers(P::Tangent::DIMENSION, P::Position::DIMENSION, FEATURES);
+            assert!(NUMBERS == numbers, "NUMBERS must be joint_numbers of pose, feature and FEATURES");
             assert!(FEATURES <= u16::MAX as usize, "at most 65535 features");
         }
-        let zero = const { SVector::from_array_storage(ArrayStorage([[T::ZERO; Z]; 1])) };
         let known = Known {
             started: false,
             pose: P::ZERO,
@@ -138,7 +124,7 @@ impl<
             known,
             slots: [Slot::ZERO; FEATURES],
             covariance: [T::ZERO; NUMBERS],
-            common: [[zero; D]; FEATURES],
+            common: [Zero::ZERO; FEATURES],
             explained: [Explained::ZERO; MEASUREMENTS],
         }
     }
@@ -149,45 +135,38 @@ impl<
         self.known.len = 0;
     }
 
-    pub(super) fn memory(&mut self) -> Memory<'_, T, P, K, D, Z> {
+    pub(super) fn memory(&mut self) -> Memory<'_, P, Z> {
         Memory {
             known: &mut self.known,
             slots: &mut self.slots,
             joint: Joint { numbers: &mut self.covariance },
-            common: self.common.as_flattened_mut(),
+            common: &mut self.common,
             explained: &mut self.explained,
         }
     }
 }
 
-impl<
+impl<T, P, Z, const FEATURES: usize, const NUMBERS: usize, const MEASUREMENTS: usize> Default
+    for JointState<P, Z, FEATURES, NUMBERS, MEASUREMENTS>
+where
     T: Real,
-    P: Pose<T, K>,
-    const K: usize,
-    const D: usize,
-    const Z: usize,
-    const FEATURES: usize,
-    const NUMBERS: usize,
-    const MEASUREMENTS: usize,
-> Default for JointState<T, P, K, D, Z, FEATURES, NUMBERS, MEASUREMENTS>
+    P: Pose<Scalar = T>,
+    Z: Vector<Scalar = T>,
 {
     fn default() -> Self {
         Self::new()
     }
 }
 
-impl<T: Real, P, const K: usize, const D: usize, const Z: usize> Memory<'_, T, P, K, D, Z> {
+impl<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>> Memory<'_, P, Z> {
     /// Moves pose and features by their rows of P Hᵀ, times `step`.
-    pub(super) fn shift(&mut self, pose: &[SVector<T, Z>; K], step: &SVector<T, Z>)
-    where
-        P: Pose<T, K>,
-    {
+    pub(super) fn shift(&mut self, pose: &RowsOf<P::Tangent, Z>, step: &Z) {
         let Self { known, slots, common, .. } = self;
-        let by = SVector::<T, K>::from_fn(|k, _| pose.get(k).map_or(T::ZERO, |row| row.dot(step)));
+        let by = P::Tangent::with(|k| pose.as_ref().get(k).map_or(T::ZERO, |row| row.dot(step)));
         known.pose = known.pose.displaced(&by);
-        known.moved.iter_mut().zip(by.iter()).for_each(|(moved, &by)| *moved += by);
-        for (slot, rows) in slots.iter_mut().take(known.len).zip(common.chunks_exact(D)) {
-            let by = SVector::<T, D>::from_fn(|d, _| rows.get(d).map_or(T::ZERO, |row| row.dot(step)));
+        known.moved.iter_mut().zip(by.as_slice()).for_each(|(moved, &by)| *moved += by);
+        for (slot, rows) in slots.iter_mut().take(known.len).zip(common.iter()) {
+            let by = P::Position::with(|d| rows.as_ref().get(d).map_or(T::ZERO, |row| row.dot(step)));
             slot.mean += by;
             slot.moved += by;
         }
@@ -199,33 +178,31 @@ impl<T: Real, P, const K: usize, const D: usize, const Z: usize> Memory<'_, T, P
     /// covariance must keep its share of it; but an update at p leaves a covariance that has it at p, and has moved p.
     /// Without this every update tells some heading that nothing measured (Huang, Mourikis & Roumeliotis 2010), and this is the
     /// covariance of the invariant filter (Barrau & Bonnabel 2015).
-    pub(super) fn follow(&mut self)
-    where
-        P: Pose<T, K>,
-    {
+    pub(super) fn follow(&mut self) {
         let Self { known, slots, joint, .. } = self;
         let Some(heading) = P::HEADING else { return };
         let still = |moved: &[T]| moved.iter().all(|&by| by == T::ZERO);
         if still(&known.moved) && slots.iter().take(known.len).all(|slot| still(slot.moved.as_slice())) {
             return;
         }
+        let dimension = P::Position::DIMENSION;
         let lever = |coordinate: usize| {
             let of = |[x, y]: [T; 2], d: usize| match d {
                 0 => -y,
                 1 => x,
                 _ => T::ZERO,
             };
-            match coordinate.checked_sub(K) {
+            match coordinate.checked_sub(P::Tangent::DIMENSION) {
                 None => of(known.moved, coordinate),
-                Some(behind) => slots.get(behind / D).map_or(T::ZERO, |slot| match *slot.moved.as_slice() {
-                    [x, y, ..] => of([x, y], behind % D),
+                Some(behind) => slots.get(behind / dimension).map_or(T::ZERO, |slot| match *slot.moved.as_slice() {
+                    [x, y, ..] => of([x, y], behind % dimension),
                     _ => T::ZERO,
                 }),
             }
         };
         joint.turn(heading, lever, known.len);
         known.moved = [T::ZERO; 2];
-        slots.iter_mut().take(known.len).for_each(|slot| slot.moved.fill(T::ZERO));
+        slots.iter_mut().take(known.len).for_each(|slot| slot.moved = Zero::ZERO);
     }
 
     /// Drops a feature; the last one takes its place.
@@ -241,11 +218,11 @@ impl<T: Real, P, const K: usize, const D: usize, const Z: usize> Memory<'_, T, P
     }
 }
 
-impl<T: Real, const D: usize> Slot<T, D> {
+impl<T: Real, D: Vector<Scalar = T>> Slot<D> {
     pub(super) const ZERO: Self = Self {
         tag: 0,
-        mean: SVector::from_array_storage(ArrayStorage([[T::ZERO; D]; 1])),
-        moved: SVector::from_array_storage(ArrayStorage([[T::ZERO; D]; 1])),
+        mean: D::ZERO,
+        moved: D::ZERO,
         existence: Existence::NONE,
         detections: T::ZERO,
         detection: T::ZERO,

@@ -7,7 +7,7 @@ use nalgebra::{Matrix2, SMatrix, SVector, Vector2};
 use std::boxed::Box;
 use std::vec::Vec;
 
-type Linear<const N: usize, const L: usize> = JointState<f64, PlanarPose<f64>, 3, 2, 2, N, L, 16>;
+type Linear<const N: usize, const L: usize> = JointState<PlanarPose<f64>, Vector2<f64>, N, L, 16>;
 
 /// Far apart, so that every measurement has one cause.
 const LANDMARKS: [[f64; 2]; 4] = [[300.0, 0.0], [0.0, 400.0], [-500.0, 20.0], [40.0, -600.0]];
@@ -99,8 +99,8 @@ fn with_known_association_and_all_linear_it_is_the_kalman_filter() {
     }
 }
 
-type Car<T, const N: usize, const L: usize, const Z: usize> = JointState<T, PlanarPose<T>, 3, 2, 2, N, L, Z>;
-type Lidar<T> = Detector<T, RangeBearing<T>, RangeBearingWindow<T>, UniformClutter<T>>;
+type Car<T, const N: usize, const L: usize, const Z: usize> = JointState<PlanarPose<T>, Vector2<T>, N, L, Z>;
+type Lidar<T> = Detector<Sensing<RangeBearing<T>, RangeBearingWindow<T>, UniformClutter<T>>>;
 
 fn motion<T: Real>() -> Unicycle<T> {
     Unicycle::new(Step::Arc, ControlNoise::white(T::from_f64(0.1), T::from_f64(0.05))).unwrap()
@@ -157,7 +157,7 @@ impl Course {
     }
 }
 
-type CarSlam<'s, T> = JointSlam<'s, T, Unicycle<T>, 3, 2, 2>;
+type CarSlam<'s, T> = JointSlam<'s, Unicycle<T>, Vector2<T>>;
 
 fn run<T: Real>(
     slam: &mut CarSlam<'_, T>,
@@ -191,7 +191,7 @@ fn a_round_trip_is_right_and_its_covariance_true() {
         let pose = slam.estimate_pose().unwrap();
         let off = Vector2::new(f64::from(pose.mean.x_m) - course.pose.x_m, f64::from(pose.mean.y_m) - course.pose.y_m);
         assert!(off.norm() < 0.2, "{off}");
-        let covariance = Symmetric::<f64, 2>::from_fn(|r, c| f64::from(pose.covariance.get(r, c)));
+        let covariance = Symmetric::<Vector2<f64>>::from_fn(|r, c| f64::from(pose.covariance.get(r, c)));
         squares += covariance.factor().unwrap().mahalanobis(&off) / 2.0;
         assert_eq!(slam.features().count(), 12, "seed {seed}");
     }
@@ -232,7 +232,7 @@ fn missing_for_a_while(seed: u64, comes_back: bool) -> [bool; 3] {
     slam.reset(PlanarPose::new(8.0, 0.0, core::f64::consts::FRAC_PI_2)).unwrap();
     run(&mut slam, &mut course, 600, |_| false);
     // The first stands at (12, 0).
-    let near = |feature: &Component<f64, 2>| (feature.mean - Vector2::new(12.0, 0.0)).norm() < 0.5;
+    let near = |feature: &Component<Vector2<f64>>| (feature.mean - Vector2::new(12.0, 0.0)).norm() < 0.5;
     let known = slam.features().find(near).map(|feature| feature.tag);
     let has = |slam: &CarSlam<'_, f64>| slam.features().any(|feature| near(&feature) && Some(feature.tag) == known);
     let before = known.is_some();

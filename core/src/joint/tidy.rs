@@ -1,13 +1,12 @@
 //! Features come, go, and turn out to be one.
 
-use super::associate::Models;
 use super::config::JointConfig;
-use super::covariance::{Common, symmetric};
+use super::covariance::{Common, first, symmetric};
 use super::existence::Existence;
 use super::state::{Memory, Slot};
 use crate::plausible::{is_within_range, is_within_square};
-use crate::{Dim, FieldOfView, Locating, Packed, Pose, Real};
-use nalgebra::{SMatrix, SVector};
+use crate::vector::product;
+use crate::{FieldOfView, Linear, Matrix, MeasurementModel, Pose, PositionOf, Real, Sensor, TangentOf, Vector};
 
 /// Detections that a tentative feature has fewer of.
 const TENTATIVE: f64 = 1.5;
@@ -24,24 +23,20 @@ pub(super) struct Born {
 }
 
 /// Adds a feature for every measurement that nothing explains well.
-pub(super) fn bear<T, P, S, V, C, const K: usize, const D: usize, const Z: usize, const Y: usize>(
-    models: &Models<'_, S, V, C>,
+pub(super) fn bear<T, X, Z>(
+    models: &X,
     ln_birth: T,
     config: &JointConfig<T>,
-    memory: &mut Memory<'_, T, P, K, D, Z>,
-    measurements: &[SVector<T, Y>],
+    memory: &mut Memory<'_, X::Pose, Z>,
+    measurements: &[X::Measurement],
 ) -> Born
 where
     T: Real,
-    P: Pose<T, K>,
-    S: Locating<T, K, D, Y, Pose = P>,
-    V: FieldOfView<T, S::Frame, D, Y>,
-    Dim<K>: Packed,
-    Dim<D>: Packed,
-    Dim<Y>: Packed,
+    X: MeasurementModel<Pose: Pose<Scalar = T>>,
+    Z: Vector<Scalar = T>,
 {
     let mut born = Born::default();
-    let frame = models.sensor.frame(&memory.known.pose);
+    let frame = models.sensor().frame(&memory.known.pose);
     for (index, z) in measurements.iter().enumerate() {
         let Some(explained) = memory.explained.get(index) else { break };
         let unexplained = explained.unexplained;
@@ -76,35 +71,28 @@ where
 
 /// The feature that a measurement would be of, ∂m/∂x and the covariance that the measurement brings; `None` where it has no
 /// inverse in view.
-type Newborn<T, const K: usize, const D: usize> = (SVector<T, D>, SMatrix<T, D, K>, SMatrix<T, D, D>);
+type Newborn<P> = (PositionOf<P>, Linear<PositionOf<P>, TangentOf<P>>, Linear<PositionOf<P>, PositionOf<P>>);
 
-fn invert<T, S, V, C, const K: usize, const D: usize, const Y: usize>(
-    models: &Models<'_, S, V, C>,
-    frame: &S::Frame,
-    z: &SVector<T, Y>,
-) -> Option<Newborn<T, K, D>>
+fn invert<T, X>(models: &X, frame: &X::Frame, z: &X::Measurement) -> Option<Newborn<X::Pose>>
 where
     T: Real,
-    S: Locating<T, K, D, Y>,
-    V: FieldOfView<T, S::Frame, D, Y>,
-    Dim<K>: Packed,
-    Dim<D>: Packed,
-    Dim<Y>: Packed,
+    X: MeasurementModel<Pose: Pose<Scalar = T>>,
 {
-    let inverse = models.sensor.invert(frame, z)?;
-    let expected = models.sensor.expect(frame, &inverse.feature)?;
-    let detection = models.field_of_view.detection_probability(frame, &inverse.feature, &expected.measurement);
+    let inverse = models.sensor().invert(frame, z)?;
+    let expected = models.sensor().expect(frame, &inverse.feature)?;
+    let detection = models.field_of_view().detection_probability(frame, &inverse.feature, &expected.measurement);
     // h(m, x) = z: what moves the vehicle moves the feature so that the measurement stays.
-    let by_pose = -(inverse.jacobian * models.sensor.by_pose(frame, &inverse.feature, &expected));
-    let own = models.sensor.noise().congruence(&inverse.jacobian);
-    let usable = is_within_range(&inverse.feature) && is_within_square(&own) && by_pose.iter().all(|x| x.is_finite());
+    let by_pose = models.sensor().by_pose(frame, &inverse.feature, &expected);
+    let by_pose = product::<PositionOf<X::Pose>, X::Measurement, TangentOf<X::Pose>>(&inverse.jacobian, &by_pose);
+    let by_pose: Linear<PositionOf<X::Pose>, TangentOf<X::Pose>> = Matrix::with(|row, column| -by_pose.at(row, column));
+    let own = models.sensor().noise().congruence::<PositionOf<X::Pose>>(&inverse.jacobian);
+    let finite = by_pose.as_slice().iter().all(|x| x.is_finite());
+    let usable = is_within_range(&inverse.feature) && is_within_square(&own) && finite;
     (detection > T::ZERO && usable).then_some((inverse.feature, by_pose, own.to_matrix()))
 }
 
 /// The feature that is there with the least probability.
-fn weakest<T: Real, P, const K: usize, const D: usize, const Z: usize>(
-    memory: &Memory<'_, T, P, K, D, Z>,
-) -> Option<(usize, T)> {
+fn weakest<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(memory: &Memory<'_, P, Z>) -> Option<(usize, T)> {
     let totals = memory.slots.iter().take(memory.known.len).map(|slot| slot.existence.total()).enumerate();
     totals.fold(None, |least, (place, total)| match least {
         Some((_, known)) if !(total < known) => least,
@@ -113,15 +101,13 @@ fn weakest<T: Real, P, const K: usize, const D: usize, const Z: usize>(
 }
 
 /// Drops features whose place, or whose variance, rounding or a model has spoilt, and keeps the pose's variances; how many.
-pub(super) fn drop_spoilt<T: Real, P, const K: usize, const D: usize, const Z: usize>(
-    memory: &mut Memory<'_, T, P, K, D, Z>,
-) -> usize {
+pub(super) fn drop_spoilt<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(memory: &mut Memory<'_, P, Z>) -> usize {
     let mut spoilt = memory.joint.mend_pose(memory.known.len);
     for place in (0..memory.known.len).rev() {
-        let first = K + D * place;
+        let (first, behind) = (first::<P>(place), first::<P>(place + 1));
         let usable = |variance: T| variance > T::ZERO && variance < T::INFINITY;
         let sound = memory.slots.get(place).is_some_and(|slot| is_within_range(&slot.mean))
-            && (first..first + D).all(|coordinate| usable(memory.joint.get(coordinate, coordinate)));
+            && (first..behind).all(|coordinate| usable(memory.joint.get(coordinate, coordinate)));
         if !sound {
             memory.drop_feature(place);
             spoilt += 1;
@@ -131,9 +117,9 @@ pub(super) fn drop_spoilt<T: Real, P, const K: usize, const D: usize, const Z: u
 }
 
 /// Drops what is hardly there, but for what was born in this scan and has tags from `first_tag` on: that waits for the next.
-pub(super) fn drop_unlikely<T: Real, P, const K: usize, const D: usize, const Z: usize>(
+pub(super) fn drop_unlikely<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
     config: &JointConfig<T>,
-    memory: &mut Memory<'_, T, P, K, D, Z>,
+    memory: &mut Memory<'_, P, Z>,
     first_tag: u32,
 ) -> usize {
     let mut dropped = 0;
@@ -158,18 +144,11 @@ pub(super) fn drop_unlikely<T: Real, P, const K: usize, const D: usize, const Z:
 /// Makes one of every two established features in view that are closer to each other than their covariances and one measurement could
 /// tell: that they are one and the same is a measurement, m_i − m_j = 0, of which everything else learns. Of what may be clutter, nothing
 /// is to be learnt: it goes of itself, for the other one has the greater share of what it would need to stay.
-pub(super) fn merge<T, P, S, const K: usize, const D: usize, const Z: usize, const Y: usize>(
-    sensor: &S,
-    config: &JointConfig<T>,
-    memory: &mut Memory<'_, T, P, K, D, Z>,
-) -> usize
+pub(super) fn merge<T, S, Z>(sensor: &S, config: &JointConfig<T>, memory: &mut Memory<'_, S::Pose, Z>) -> usize
 where
     T: Real,
-    P: Pose<T, K>,
-    S: Locating<T, K, D, Y, Pose = P>,
-    Dim<K>: Packed,
-    Dim<D>: Packed,
-    Dim<Y>: Packed,
+    S: Sensor<Pose: Pose<Scalar = T>>,
+    Z: Vector<Scalar = T>,
 {
     let mut merged = 0;
     let frame = sensor.frame(&memory.known.pose);
@@ -180,7 +159,7 @@ where
         let alone = if is_established(slot) {
             let expected = sensor.expect(&frame, &slot.mean);
             let inverse = expected.and_then(|expected| sensor.invert(&frame, &expected.measurement));
-            inverse.and_then(|inverse| sensor.noise().congruence(&inverse.jacobian).factor())
+            inverse.and_then(|inverse| sensor.noise().congruence::<PositionOf<S::Pose>>(&inverse.jacobian).factor())
         } else {
             None
         };
@@ -204,34 +183,32 @@ where
 }
 
 /// Whether a feature is in view, was detected twice, and is rather there than not.
-fn is_established<T: Real, const D: usize>(slot: &Slot<T, D>) -> bool {
+fn is_established<T: Real, D: Vector<Scalar = T>>(slot: &Slot<D>) -> bool {
     slot.detection > T::ZERO && slot.detections >= T::from_f64(TENTATIVE) && slot.existence.total() >= T::from_f64(0.5)
 }
 
 /// Makes `other` one with `one`, if their covariances let them be; whether it did.
-fn join<T, P, const K: usize, const D: usize, const Z: usize>(
+fn join<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
     config: &JointConfig<T>,
-    memory: &mut Memory<'_, T, P, K, D, Z>,
+    memory: &mut Memory<'_, P, Z>,
     one: usize,
     other: usize,
-) -> bool
-where
-    T: Real,
-    P: Pose<T, K>,
-    Dim<D>: Packed,
-{
+) -> bool {
     let (Some(a), Some(b)) = (memory.slots.get(one).copied(), memory.slots.get(other).copied()) else { return false };
     let (of_a, of_b) = (memory.joint.between(one, one), memory.joint.between(other, other));
     let cross = memory.joint.between(one, other);
     // Rounding may have taken the last of what two features differ by.
-    let rounding = (of_a + of_b) * (T::EPSILON * T::from_f64(64.0));
-    let apart = of_a + of_b - cross - cross.transpose() + rounding;
-    let Some(factor) = symmetric(&apart).factor() else { return false };
+    let both = of_a + of_b;
+    let rounding = both * (T::EPSILON * T::from_f64(64.0));
+    let apart = Matrix::with(|row, column| {
+        both.at(row, column) - cross.at(row, column) - cross.at(column, row) + rounding.at(row, column)
+    });
+    let Some(factor) = symmetric::<P::Position>(&apart).factor() else { return false };
     if !(factor.mahalanobis(&(b.mean - a.mean)) <= config.merge_distance) {
         return false;
     }
-    for coordinate in 0..D {
-        tie(memory, K + D * one + coordinate, K + D * other + coordinate, coordinate);
+    for coordinate in 0..P::Position::DIMENSION {
+        tie(memory, [one, other], coordinate);
     }
     if let Some(slot) = memory.slots.get_mut(one) {
         let (likelier, other) = if a.existence.total() >= b.existence.total() { (a, b) } else { (b, a) };
@@ -243,35 +220,30 @@ where
     true
 }
 
-/// Takes in that two coordinates of the state are the same, as coordinate `of` of two features.
-fn tie<T, P, const K: usize, const D: usize, const Z: usize>(
-    memory: &mut Memory<'_, T, P, K, D, Z>,
-    first: usize,
-    second: usize,
+/// Takes in that coordinate `of` of two features is the same.
+fn tie<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
+    memory: &mut Memory<'_, P, Z>,
+    places: [usize; 2],
     of: usize,
-) where
-    T: Real,
-    P: Pose<T, K>,
-{
+) {
     let Memory { known, slots, joint, common, .. } = memory;
     let features = known.len;
-    let mean = |slots: &[Slot<T, D>], coordinate: usize| {
-        slots.get((coordinate - K) / D).and_then(|slot| slot.mean.get(of).copied()).unwrap_or(T::ZERO)
-    };
-    let difference = mean(slots, second) - mean(slots, first);
+    let [at_one, at_other] = places.map(|place| slots.get(place).map_or(T::ZERO, |slot| slot.mean.at(of)));
+    let [first, second] = places.map(|place| first::<P>(place) + of);
+    let difference = at_other - at_one;
     // One coordinate of the measurement space carries it.
-    let along = |value: T| SVector::<T, Z>::from_fn(|z, _| if z == 0 { value } else { T::ZERO });
+    let along = |value: T| Z::with(|z| if z == 0 { value } else { T::ZERO });
     let of_row = |row: usize| along(joint.get(row, first) - joint.get(row, second));
     let (at_first, at_second) = (of_row(first), of_row(second));
-    let variance = (at_first - at_second).iter().fold(T::ZERO, |sum, &x| sum + x);
+    let variance = (at_first - at_second).as_slice().iter().fold(T::ZERO, |sum, &x| sum + x);
     if !(variance > joint.get(first, first) * T::EPSILON) {
         return;
     }
-    let common = Common { pose: core::array::from_fn(of_row), features: common };
-    common.features.iter_mut().take(D * features).enumerate().for_each(|(d, slot)| *slot = of_row(K + d));
+    let mut common = Common::over(common);
+    common.fill(features, of_row);
     let step = along(difference / variance);
-    let by = SMatrix::<T, Z, Z>::from_fn(|r, c| if r == 0 && c == 0 { -T::ONE / variance } else { T::ZERO });
-    joint.add_product(&common, &by, features);
+    let by = Matrix::with(|r, c| if r == 0 && c == 0 { -T::ONE / variance } else { T::ZERO });
+    joint.add_product::<Z>(&common, &by, features);
     let pose = common.pose;
     memory.shift(&pose, &step);
 }

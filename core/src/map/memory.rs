@@ -2,7 +2,7 @@
 
 use super::{MapTable, MapTableMemory, Pool, PoolMemory};
 use crate::workspace::{Workspace, WorkspaceMemory};
-use crate::{Dim, Packed, Real};
+use crate::{Dynamic, Feature, PositionOf, Static};
 use core::fmt::Debug;
 
 mod sealed {
@@ -10,10 +10,7 @@ mod sealed {
 }
 
 /// Memory for the maps of one kind of features, static or moving, of every particle: [`MapMemory`], or [`NoMoving`].
-pub trait MapStorage<T: Real, const N: usize, const D: usize>: sealed::Sealed + Debug
-where
-    Dim<N>: Packed,
-{
+pub trait MapStorage<F: Feature>: sealed::Sealed + Debug {
     /// All zero.
     const ZERO: Self;
     /// Particles it has maps for.
@@ -21,61 +18,33 @@ where
 
     /// The maps over this memory.
     #[doc(hidden)]
-    fn maps(&mut self) -> Maps<'_, T, N, D>;
+    fn maps(&mut self) -> Maps<'_, F>;
 }
 
 /// Memory for the maps of one kind of features, with every capacity in the type.
 ///
 /// | parameter | meaning |
 /// |---|---|
-/// | `T` | scalar |
-/// | `N`, `D` | dimensions of a feature's state and of its position: N = D for static features, 2D for moving ones |
+/// | `F` | the kind of features: [`Static`](crate::Static) or [`Dynamic`](crate::Dynamic), with their positions |
 /// | `PARTICLES` | particles |
 /// | `PAGES` | pages of [`PAGE_LEN`](crate::PAGE_LEN) components in the pool that all maps share |
 /// | `MAP_PAGES` | pages one map can have |
 /// | `VIEW` | components of one map that the update of a scan may touch, before reduction |
 #[derive(Debug)]
-pub struct MapMemory<
-    T: Real,
-    const N: usize,
-    const D: usize,
-    const PARTICLES: usize,
-    const PAGES: usize,
-    const MAP_PAGES: usize,
-    const VIEW: usize,
-> where
-    Dim<N>: Packed,
+pub struct MapMemory<F: Feature, const PARTICLES: usize, const PAGES: usize, const MAP_PAGES: usize, const VIEW: usize>
 {
-    table: MapTableMemory<T, D, PARTICLES, MAP_PAGES>,
-    pool: PoolMemory<T, N, D, PAGES>,
-    workspace: WorkspaceMemory<T, N, VIEW>,
+    table: MapTableMemory<F::Position, PARTICLES, MAP_PAGES>,
+    pool: PoolMemory<F, PAGES>,
+    workspace: WorkspaceMemory<F::State, VIEW>,
 }
 
-impl<
-    T: Real,
-    const N: usize,
-    const D: usize,
-    const PARTICLES: usize,
-    const PAGES: usize,
-    const MAP_PAGES: usize,
-    const VIEW: usize,
-> sealed::Sealed for MapMemory<T, N, D, PARTICLES, PAGES, MAP_PAGES, VIEW>
-where
-    Dim<N>: Packed,
+impl<F: Feature, const PARTICLES: usize, const PAGES: usize, const MAP_PAGES: usize, const VIEW: usize> sealed::Sealed
+    for MapMemory<F, PARTICLES, PAGES, MAP_PAGES, VIEW>
 {
 }
 
-impl<
-    T: Real,
-    const N: usize,
-    const D: usize,
-    const PARTICLES: usize,
-    const PAGES: usize,
-    const MAP_PAGES: usize,
-    const VIEW: usize,
-> MapStorage<T, N, D> for MapMemory<T, N, D, PARTICLES, PAGES, MAP_PAGES, VIEW>
-where
-    Dim<N>: Packed,
+impl<F: Feature, const PARTICLES: usize, const PAGES: usize, const MAP_PAGES: usize, const VIEW: usize> MapStorage<F>
+    for MapMemory<F, PARTICLES, PAGES, MAP_PAGES, VIEW>
 {
     const ZERO: Self = {
         assert!(PAGES >= 1 && PAGES <= u16::MAX as usize, "pages are counted in 16 bits");
@@ -85,7 +54,7 @@ where
     };
     const PARTICLES: usize = PARTICLES;
 
-    fn maps(&mut self) -> Maps<'_, T, N, D> {
+    fn maps(&mut self) -> Maps<'_, F> {
         Maps { table: self.table.view(), pool: self.pool.view(), workspace: self.workspace.view() }
     }
 }
@@ -98,33 +67,29 @@ pub struct NoMoving {
 
 impl sealed::Sealed for NoMoving {}
 
-impl<T: Real, const N: usize, const D: usize> MapStorage<T, N, D> for NoMoving
-where
-    Dim<N>: Packed,
-{
+impl<F: Feature> MapStorage<F> for NoMoving {
     const ZERO: Self = Self { free_len: 0 };
     const PARTICLES: usize = 0;
 
-    fn maps(&mut self) -> Maps<'_, T, N, D> {
+    fn maps(&mut self) -> Maps<'_, F> {
         Maps { table: MapTable::none(), pool: Pool::none(&mut self.free_len), workspace: Workspace::none() }
     }
 }
 
+/// The maps of what stands still around a vehicle.
+pub(crate) type StaticMaps<'s, P> = Maps<'s, Static<PositionOf<P>>>;
+/// The maps of what moves around it.
+pub(crate) type DynamicMaps<'s, P> = Maps<'s, Dynamic<PositionOf<P>>>;
+
 /// The maps of all particles, of one kind of features: page lists, the pages, and the scratch of one map's update.
 #[derive(Debug)]
-pub struct Maps<'s, T: Real, const N: usize, const D: usize>
-where
-    Dim<N>: Packed,
-{
-    pub(crate) table: MapTable<'s, T, D>,
-    pub(crate) pool: Pool<'s, T, N, D>,
-    pub(crate) workspace: Workspace<'s, T, N>,
+pub struct Maps<'s, F: Feature> {
+    pub(crate) table: MapTable<'s, F::Position>,
+    pub(crate) pool: Pool<'s, F>,
+    pub(crate) workspace: Workspace<'s, F::State>,
 }
 
-impl<T: Real, const N: usize, const D: usize> Maps<'_, T, N, D>
-where
-    Dim<N>: Packed,
-{
+impl<F: Feature> Maps<'_, F> {
     /// Empties every map.
     pub(crate) fn clear(&mut self) {
         self.table.clear();
@@ -132,7 +97,7 @@ where
     }
 
     /// The components of one particle's map, in no particular order.
-    pub(crate) fn of(&self, particle: usize) -> impl Iterator<Item = &crate::Component<T, N>> {
+    pub(crate) fn of(&self, particle: usize) -> impl Iterator<Item = &crate::Component<F::State>> {
         let pages = self.table.pages(particle).iter();
         pages.filter_map(|&id| self.pool.get(id)).flat_map(|page| page.components())
     }

@@ -2,12 +2,14 @@
 //! every particle.
 
 mod audit;
+mod feature;
 mod memory;
 mod page;
 mod pool;
 mod table;
 
-pub(crate) use memory::Maps;
+pub use feature::{Dynamic, Feature, Static};
+pub(crate) use memory::{DynamicMaps, Maps, StaticMaps};
 pub use memory::{MapMemory, MapStorage, NoMoving};
 pub use page::PAGE_LEN;
 pub(crate) use page::Page;

@@ -1,51 +1,45 @@
 //! A page: a few components that lie near each other, and the box they lie in.
 
-use crate::{Bounds, Component, Dim, Packed, Real};
+use crate::{Bounds, Component, Feature, Real, Vector};
 
 /// Components in one page. A page is what is shared, copied and passed over as one.
 pub const PAGE_LEN: usize = 8;
 
 /// Up to [`PAGE_LEN`] components and the box of their positions.
 #[derive(Debug, Clone, Copy)]
-pub struct Page<T: Real, const N: usize, const D: usize>
-where
-    Dim<N>: Packed,
-{
-    components: [Component<T, N>; PAGE_LEN],
+pub struct Page<F: Feature> {
+    components: [Component<F::State>; PAGE_LEN],
     /// w of every component: an exponential, which every candidate would have to take again.
-    weights: [T; PAGE_LEN],
-    bounds: Bounds<T, D>,
+    weights: [<F::State as Vector>::Scalar; PAGE_LEN],
+    bounds: Bounds<F::Position>,
     len: u16,
 }
 
-impl<T: Real, const N: usize, const D: usize> Page<T, N, D>
-where
-    Dim<N>: Packed,
-{
+impl<T: Real, F: Feature<Position: Vector<Scalar = T>>> Page<F> {
     /// All zero; a placeholder for unused memory.
     pub(crate) const ZERO: Self =
         Self { components: [Component::ZERO; PAGE_LEN], weights: [T::ZERO; PAGE_LEN], bounds: Bounds::ZERO, len: 0 };
 
     /// The components.
     #[inline]
-    pub(crate) fn components(&self) -> &[Component<T, N>] {
+    pub(crate) fn components(&self) -> &[Component<F::State>] {
         self.components.get(..usize::from(self.len)).unwrap_or(&self.components)
     }
 
     /// The components, each with its weight.
     #[inline]
-    pub(crate) fn weighted(&self) -> impl Iterator<Item = (&Component<T, N>, T)> {
+    pub(crate) fn weighted(&self) -> impl Iterator<Item = (&Component<F::State>, T)> {
         self.components().iter().zip(self.weights.iter().copied())
     }
 
     /// The box of their positions.
     #[inline]
-    pub(crate) fn bounds(&self) -> &Bounds<T, D> {
+    pub(crate) fn bounds(&self) -> &Bounds<F::Position> {
         &self.bounds
     }
 
     /// Replaces every component by what `change` makes of it, and drops those of which it makes nothing.
-    pub(crate) fn change(&mut self, change: impl Fn(&Component<T, N>) -> Option<Component<T, N>>) {
+    pub(crate) fn change(&mut self, change: impl Fn(&Component<F::State>) -> Option<Component<F::State>>) {
         let before = core::mem::replace(&mut self.len, 0);
         self.bounds = Bounds::EMPTY;
         for place in 0..usize::from(before) {
@@ -57,14 +51,14 @@ where
     }
 
     /// Replaces the contents; takes at most [`PAGE_LEN`] components.
-    pub(crate) fn fill<'a>(&mut self, components: impl Iterator<Item = &'a Component<T, N>>) {
+    pub(crate) fn fill<'a>(&mut self, components: impl Iterator<Item = &'a Component<F::State>>) {
         self.len = 0;
         self.bounds = Bounds::EMPTY;
         components.for_each(|component| self.push(component));
     }
 
     /// Adds a component where there is room.
-    fn push(&mut self, component: &Component<T, N>) {
+    fn push(&mut self, component: &Component<F::State>) {
         let place = usize::from(self.len);
         if let Some((slot, weight)) = self.components.get_mut(place).zip(self.weights.get_mut(place)) {
             *slot = *component;

@@ -1,7 +1,7 @@
 //! The pool of pages that all maps share, with a reference count for every page.
 
 use super::Page;
-use crate::{Dim, Packed, Real};
+use crate::Feature;
 
 /// Index of a page in its pool.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -18,27 +18,21 @@ impl PageId {
 
 /// Memory of a pool of PAGES pages.
 #[derive(Debug)]
-pub struct PoolMemory<T: Real, const N: usize, const D: usize, const PAGES: usize>
-where
-    Dim<N>: Packed,
-{
-    pages: [Page<T, N, D>; PAGES],
+pub struct PoolMemory<F: Feature, const PAGES: usize> {
+    pages: [Page<F>; PAGES],
     references: [u16; PAGES],
     /// The free pages are the first `free_len` of these.
     free: [PageId; PAGES],
     free_len: u16,
 }
 
-impl<T: Real, const N: usize, const D: usize, const PAGES: usize> PoolMemory<T, N, D, PAGES>
-where
-    Dim<N>: Packed,
-{
+impl<F: Feature, const PAGES: usize> PoolMemory<F, PAGES> {
     /// All zero: a pool without a free page, until [`Pool::clear`].
     pub(crate) const ZERO: Self =
         Self { pages: [Page::ZERO; PAGES], references: [0; PAGES], free: [PageId::ZERO; PAGES], free_len: 0 };
 
     /// The pool over this memory.
-    pub(crate) fn view(&mut self) -> Pool<'_, T, N, D> {
+    pub(crate) fn view(&mut self) -> Pool<'_, F> {
         Pool {
             pages: &mut self.pages,
             references: &mut self.references,
@@ -50,20 +44,14 @@ where
 
 /// A pool of pages, whatever its capacity.
 #[derive(Debug)]
-pub struct Pool<'s, T: Real, const N: usize, const D: usize>
-where
-    Dim<N>: Packed,
-{
-    pages: &'s mut [Page<T, N, D>],
+pub struct Pool<'s, F: Feature> {
+    pages: &'s mut [Page<F>],
     references: &'s mut [u16],
     free: &'s mut [PageId],
     free_len: &'s mut u16,
 }
 
-impl<'s, T: Real, const N: usize, const D: usize> Pool<'s, T, N, D>
-where
-    Dim<N>: Packed,
-{
+impl<'s, F: Feature> Pool<'s, F> {
     /// A pool without pages.
     pub(crate) fn none(free_len: &'s mut u16) -> Self {
         Self { pages: &mut [], references: &mut [], free: &mut [], free_len }
@@ -98,18 +86,18 @@ where
 
     /// The page of an id.
     #[inline]
-    pub(crate) fn get(&self, id: PageId) -> Option<&Page<T, N, D>> {
+    pub(crate) fn get(&self, id: PageId) -> Option<&Page<F>> {
         self.pages.get(id.index())
     }
 
     /// All pages that some map holds, for changing in all of them at once.
-    pub(crate) fn held_mut(&mut self) -> impl Iterator<Item = &mut Page<T, N, D>> {
+    pub(crate) fn held_mut(&mut self) -> impl Iterator<Item = &mut Page<F>> {
         let held = self.pages.iter_mut().zip(self.references.iter()).filter(|(_, references)| **references > 0);
         held.map(|(page, _)| page)
     }
 
     /// Takes a free page, with one reference, for the caller to fill; `None` when the pool is full.
-    pub(crate) fn take(&mut self) -> Option<(PageId, &mut Page<T, N, D>)> {
+    pub(crate) fn take(&mut self) -> Option<(PageId, &mut Page<F>)> {
         let last = self.free_len.checked_sub(1)?;
         let id = *self.free.get(usize::from(last))?;
         let references = self.references.get_mut(id.index())?;
@@ -177,13 +165,13 @@ where
 #[cfg(test)]
 mod tests {
     use super::PoolMemory;
-    use crate::Component;
+    use crate::{Component, Static};
     use nalgebra::Vector2;
     use std::vec::Vec;
 
     #[test]
     fn pages_come_back_when_nothing_holds_them() {
-        let mut memory = PoolMemory::<f32, 2, 2, 3>::ZERO;
+        let mut memory = PoolMemory::<Static<Vector2<f32>>, 3>::ZERO;
         let mut pool = memory.view();
         assert!(pool.take().is_none());
         pool.clear();
@@ -202,7 +190,7 @@ mod tests {
 
     #[test]
     fn a_page_knows_its_box() {
-        let mut memory = PoolMemory::<f32, 2, 2, 1>::ZERO;
+        let mut memory = PoolMemory::<Static<Vector2<f32>>, 1>::ZERO;
         let mut pool = memory.view();
         pool.clear();
         let at = |x, y| Component { mean: Vector2::new(x, y), ..Component::ZERO };

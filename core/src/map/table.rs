@@ -5,7 +5,7 @@
 //! last; whoever looks from within that box passes over all of them at once.
 
 use super::{PageId, Pool};
-use crate::{Bounds, Dim, Packed, Real};
+use crate::{Bounds, Feature, Real, Vector};
 
 /// The box beyond which pages are sorted out is larger than the view by this share of its extent on every side: the vehicle
 /// can move so far before they are sorted again, and what is looked at page by page stays within twice the view.
@@ -13,16 +13,16 @@ const MARGIN: f64 = 0.25;
 
 /// What there is to know of a row beside its pages.
 #[derive(Debug, Clone, Copy)]
-struct Row<T: Real, const D: usize> {
+struct Row<D> {
     /// Pages in the row.
     len: u16,
     /// Pages at its beginning that do not meet `vicinity`.
     far: u16,
     /// A box around the last view that pages were sorted for.
-    vicinity: Bounds<T, D>,
+    vicinity: Bounds<D>,
 }
 
-impl<T: Real, const D: usize> Row<T, D> {
+impl<T: Real, D: Vector<Scalar = T>> Row<D> {
     /// All zero; a placeholder for unused memory.
     const ZERO: Self = Self { len: 0, far: 0, vicinity: Bounds::ZERO };
     /// No page.
@@ -31,17 +31,17 @@ impl<T: Real, const D: usize> Row<T, D> {
 
 /// Memory of the page lists of PARTICLES maps, each of up to `MAP_PAGES` pages.
 #[derive(Debug)]
-pub struct MapTableMemory<T: Real, const D: usize, const PARTICLES: usize, const MAP_PAGES: usize> {
+pub struct MapTableMemory<D: Vector, const PARTICLES: usize, const MAP_PAGES: usize> {
     ids: [[PageId; MAP_PAGES]; PARTICLES],
-    rows: [Row<T, D>; PARTICLES],
+    rows: [Row<D>; PARTICLES],
     row_of: [u16; PARTICLES],
     next_row_of: [u16; PARTICLES],
     free: [u16; PARTICLES],
     aside: [PageId; MAP_PAGES],
 }
 
-impl<T: Real, const D: usize, const PARTICLES: usize, const MAP_PAGES: usize>
-    MapTableMemory<T, D, PARTICLES, MAP_PAGES>
+impl<T: Real, D: Vector<Scalar = T>, const PARTICLES: usize, const MAP_PAGES: usize>
+    MapTableMemory<D, PARTICLES, MAP_PAGES>
 {
     /// Every map empty.
     pub(crate) const ZERO: Self = Self {
@@ -54,7 +54,7 @@ impl<T: Real, const D: usize, const PARTICLES: usize, const MAP_PAGES: usize>
     };
 
     /// The table over this memory.
-    pub(crate) fn view(&mut self) -> MapTable<'_, T, D> {
+    pub(crate) fn view(&mut self) -> MapTable<'_, D> {
         MapTable {
             ids: self.ids.as_flattened_mut(),
             rows: &mut self.rows,
@@ -71,9 +71,9 @@ impl<T: Real, const D: usize, const PARTICLES: usize, const MAP_PAGES: usize>
 
 /// Page lists, whatever their capacity.
 #[derive(Debug)]
-pub struct MapTable<'s, T: Real, const D: usize> {
+pub struct MapTable<'s, D: Vector> {
     ids: &'s mut [PageId],
-    rows: &'s mut [Row<T, D>],
+    rows: &'s mut [Row<D>],
     /// The row of every map.
     row_of: &'s mut [u16],
     /// During an update, the rows of the maps that have been written.
@@ -87,7 +87,7 @@ pub struct MapTable<'s, T: Real, const D: usize> {
     map_pages: usize,
 }
 
-impl<T: Real, const D: usize> MapTable<'_, T, D> {
+impl<T: Real, D: Vector<Scalar = T>> MapTable<'_, D> {
     /// A table without maps.
     pub(crate) fn none() -> Self {
         Self {
@@ -139,7 +139,7 @@ impl<T: Real, const D: usize> MapTable<'_, T, D> {
 
     /// The pages of a map, but for those known to lie out of `bounds`.
     #[inline]
-    pub(crate) fn pages_near(&self, map: usize, bounds: &Bounds<T, D>) -> &[PageId] {
+    pub(crate) fn pages_near(&self, map: usize, bounds: &Bounds<D>) -> &[PageId] {
         let row = self.row(map);
         let near = self.rows.get(row).filter(|row| row.vicinity.covers(bounds));
         self.pages_of(row, near.map_or(0, |row| usize::from(row.far)))
@@ -151,10 +151,7 @@ impl<T: Real, const D: usize> MapTable<'_, T, D> {
     }
 
     /// Empties a map and gives its references back.
-    pub(crate) fn release<const N: usize>(&mut self, map: usize, pool: &mut Pool<'_, T, N, D>)
-    where
-        Dim<N>: Packed,
-    {
+    pub(crate) fn release<F: Feature<Position = D>>(&mut self, map: usize, pool: &mut Pool<'_, F>) {
         self.pages(map).iter().for_each(|&id| pool.release(id));
         let row = self.row(map);
         if let Some(row) = self.rows.get_mut(row) {
@@ -163,10 +160,7 @@ impl<T: Real, const D: usize> MapTable<'_, T, D> {
     }
 
     /// Makes map `to` one more holder of the pages of map `from`. What `to` held before is forgotten, not released.
-    pub(crate) fn share<const N: usize>(&mut self, from: usize, to: usize, pool: &mut Pool<'_, T, N, D>)
-    where
-        Dim<N>: Packed,
-    {
+    pub(crate) fn share<F: Feature<Position = D>>(&mut self, from: usize, to: usize, pool: &mut Pool<'_, F>) {
         self.copy(self.row(from), self.row(to), pool);
     }
 
@@ -199,10 +193,7 @@ impl<T: Real, const D: usize> MapTable<'_, T, D> {
         true
     }
 
-    fn copy<const N: usize>(&mut self, from: usize, to: usize, pool: &mut Pool<'_, T, N, D>)
-    where
-        Dim<N>: Packed,
-    {
+    fn copy<F: Feature<Position = D>>(&mut self, from: usize, to: usize, pool: &mut Pool<'_, F>) {
         let Some(&head) = self.rows.get(from) else { return };
         let (from_start, to_start) = (self.start(from), self.start(to));
         // The standard library's copy has a panic that the compiler cannot see to be out of reach.
@@ -221,7 +212,7 @@ impl<T: Real, const D: usize> MapTable<'_, T, D> {
 
 /// The update of a scan, map by map: [`begin`](Self::begin), [`let_go`](Self::let_go) of the maps without a survivor,
 /// [`take_on`](Self::take_on) the others in ascending order, [`finish`](Self::finish).
-impl<T: Real, const D: usize> MapTable<'_, T, D> {
+impl<T: Real, D: Vector<Scalar = T>> MapTable<'_, D> {
     /// Finds the rows that none of the first `parents` maps has.
     pub(crate) fn begin(&mut self, parents: usize) {
         // The rows of updated maps are not known yet; their memory holds which rows are taken.
@@ -240,10 +231,7 @@ impl<T: Real, const D: usize> MapTable<'_, T, D> {
     }
 
     /// Frees the row of a map that nothing continues.
-    pub(crate) fn let_go<const N: usize>(&mut self, parent: usize, pool: &mut Pool<'_, T, N, D>)
-    where
-        Dim<N>: Packed,
-    {
+    pub(crate) fn let_go<F: Feature<Position = D>>(&mut self, parent: usize, pool: &mut Pool<'_, F>) {
         self.release(parent, pool);
         let row = self.row(parent);
         if let Some(slot) = self.free.get_mut(self.free_len) {
@@ -255,15 +243,13 @@ impl<T: Real, const D: usize> MapTable<'_, T, D> {
     /// Makes the map of `parent` that of `particle` after the update: in its own row where this is the last child, in a free one
     /// with one more reference to every page otherwise. Every row is the parent's, a particle's or free, and every parent has a
     /// child, so that there is one.
-    pub(crate) fn take_on<const N: usize>(
+    pub(crate) fn take_on<F: Feature<Position = D>>(
         &mut self,
         parent: usize,
         particle: usize,
         last_child: bool,
-        pool: &mut Pool<'_, T, N, D>,
-    ) where
-        Dim<N>: Packed,
-    {
+        pool: &mut Pool<'_, F>,
+    ) {
         let row = if last_child { self.row(parent) } else { self.copied(self.row(parent), pool) };
         if let Some(slot) = self.next_row_of.get_mut(particle) {
             *slot = row as u16;
@@ -271,10 +257,7 @@ impl<T: Real, const D: usize> MapTable<'_, T, D> {
     }
 
     /// Makes the updated map of `from` that of `to` too.
-    pub(crate) fn share_updated<const N: usize>(&mut self, from: usize, to: usize, pool: &mut Pool<'_, T, N, D>)
-    where
-        Dim<N>: Packed,
-    {
+    pub(crate) fn share_updated<F: Feature<Position = D>>(&mut self, from: usize, to: usize, pool: &mut Pool<'_, F>) {
         let row = self.copied(self.next_row(from), pool);
         if let Some(slot) = self.next_row_of.get_mut(to) {
             *slot = row as u16;
@@ -290,10 +273,7 @@ impl<T: Real, const D: usize> MapTable<'_, T, D> {
 
     /// Where the view has left the box that the pages of an updated map were sorted for, sorts those beyond a new one
     /// to the front.
-    pub(crate) fn sort_out<const N: usize>(&mut self, particle: usize, view: &Bounds<T, D>, pool: &Pool<'_, T, N, D>)
-    where
-        Dim<N>: Packed,
-    {
+    pub(crate) fn sort_out<F: Feature<Position = D>>(&mut self, particle: usize, view: &Bounds<D>, pool: &Pool<'_, F>) {
         let row = self.next_row(particle);
         if self.rows.get(row).is_none_or(|row| row.vicinity.covers(view)) {
             return;
@@ -324,10 +304,7 @@ impl<T: Real, const D: usize> MapTable<'_, T, D> {
     }
 
     /// Gives the references of the pages aside back.
-    pub(crate) fn drop_aside<const N: usize>(&mut self, pool: &mut Pool<'_, T, N, D>)
-    where
-        Dim<N>: Packed,
-    {
+    pub(crate) fn drop_aside<F: Feature<Position = D>>(&mut self, pool: &mut Pool<'_, F>) {
         self.aside.iter().take(self.aside_len).for_each(|&id| pool.release(id));
         self.aside_len = 0;
     }
@@ -347,10 +324,7 @@ impl<T: Real, const D: usize> MapTable<'_, T, D> {
     }
 
     /// A free row with the pages of another.
-    fn copied<const N: usize>(&mut self, row: usize, pool: &mut Pool<'_, T, N, D>) -> usize
-    where
-        Dim<N>: Packed,
-    {
+    fn copied<F: Feature<Position = D>>(&mut self, row: usize, pool: &mut Pool<'_, F>) -> usize {
         self.free_len = self.free_len.saturating_sub(1);
         let copy = self.free.get(self.free_len).copied().map_or(usize::MAX, usize::from);
         self.copy(row, copy, pool);
@@ -383,16 +357,16 @@ impl<T: Real, const D: usize> MapTable<'_, T, D> {
 mod tests {
     use super::MapTableMemory;
     use crate::map::PoolMemory;
-    use crate::{Bounds, Component};
+    use crate::{Bounds, Component, Static};
     use nalgebra::Vector2;
     use std::vec::Vec;
 
     #[test]
     fn copies_share_pages_until_released() {
-        let mut pool_memory = PoolMemory::<f32, 2, 2, 4>::ZERO;
+        let mut pool_memory = PoolMemory::<Static<Vector2<f32>>, 4>::ZERO;
         let mut pool = pool_memory.view();
         pool.clear();
-        let mut table_memory = MapTableMemory::<f32, 2, 3, 2>::ZERO;
+        let mut table_memory = MapTableMemory::<Vector2<f32>, 3, 2>::ZERO;
         let mut table = table_memory.view();
         table.clear();
         let (first, second) = (pool.take().unwrap().0, pool.take().unwrap().0);
@@ -408,10 +382,10 @@ mod tests {
 
     #[test]
     fn maps_without_a_survivor_make_room_for_copies_of_others() {
-        let mut pool_memory = PoolMemory::<f32, 2, 2, 3>::ZERO;
+        let mut pool_memory = PoolMemory::<Static<Vector2<f32>>, 3>::ZERO;
         let mut pool = pool_memory.view();
         pool.clear();
-        let mut table_memory = MapTableMemory::<f32, 2, 3, 2>::ZERO;
+        let mut table_memory = MapTableMemory::<Vector2<f32>, 3, 2>::ZERO;
         let mut table = table_memory.view();
         table.clear();
         table.begin(3);
@@ -433,10 +407,10 @@ mod tests {
 
     #[test]
     fn pages_beyond_the_vicinity_are_passed_over_and_come_back_when_the_view_moves_on() {
-        let mut pool_memory = PoolMemory::<f32, 2, 2, 4>::ZERO;
+        let mut pool_memory = PoolMemory::<Static<Vector2<f32>>, 4>::ZERO;
         let mut pool = pool_memory.view();
         pool.clear();
-        let mut table_memory = MapTableMemory::<f32, 2, 1, 4>::ZERO;
+        let mut table_memory = MapTableMemory::<Vector2<f32>, 1, 4>::ZERO;
         let mut table = table_memory.view();
         table.clear();
         let ids: Vec<_> = [0.0, 40.0, 1.0, 50.0]

@@ -2,7 +2,7 @@
 
 use super::{ControlNoise, Linearised, ModelError, Motion, PlanarPose, require};
 use crate::{Noise, Rates, Real, wrap};
-use nalgebra::{Matrix3, SMatrix};
+use nalgebra::{Matrix3, SMatrix, Vector3};
 
 /// Geometry of an Ackermann vehicle whose sensor, not its axle, is located by the pose.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -89,7 +89,7 @@ impl<T: Real> Ackermann<T> {
     }
 }
 
-impl<T: Real> Motion<T, 3> for Ackermann<T> {
+impl<T: Real> Motion for Ackermann<T> {
     type Pose = PlanarPose<T>;
     type Control = AckermannControl<T>;
 
@@ -121,7 +121,7 @@ impl<T: Real> Motion<T, 3> for Ackermann<T> {
         self.propagate(pose, &AckermannControl { speed_mps, steering_rad }, dt)
     }
 
-    fn linearise(&self, pose: &Self::Pose, control: &Self::Control, dt: T) -> Linearised<T, 3> {
+    fn linearise(&self, pose: &Self::Pose, control: &Self::Control, dt: T) -> Linearised<Vector3<T>> {
         let (sine, cosine) = pose.heading_rad.sin_cos();
         let Centreline { speed, rate, d_speed, d_rate } = self.centreline(control);
         let (across, along) = self.lever(sine, cosine);

@@ -2,7 +2,7 @@
 
 use super::{AuvPose, Linearised, ModelError, Motion, require, rotation};
 use crate::{Noise, Rates, Real, Symmetric, wrap};
-use nalgebra::{Matrix3, SMatrix, Vector3};
+use nalgebra::{Matrix3, SMatrix, Vector3, Vector5};
 
 /// A number that an instrument reads, with its uncertainty.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -19,7 +19,7 @@ pub struct AuvControl<T: Real> {
     /// Velocity along the vehicle's own axes, m/s, as the [`VelocityFilter`](crate::VelocityFilter) has it.
     pub velocity_mps: Vector3<T>,
     /// Its covariance, m²/s².
-    pub velocity_covariance: Symmetric<T, 3>,
+    pub velocity_covariance: Symmetric<Vector3<T>>,
     /// Roll φ at the end of the step, rad: trusted.
     pub roll_rad: T,
     /// Pitch ψ at the end of the step, rad: trusted.
@@ -68,7 +68,7 @@ struct StepOf<T: Real> {
     /// Share of z's deviation from the reading that each coordinate of the position takes back.
     gain: Vector3<T>,
     /// Covariance of the position, m².
-    spread: Symmetric<T, 3>,
+    spread: Symmetric<Vector3<T>>,
     /// Gain of the yaw rate's reading.
     rate_gain: T,
     /// Share of n_θ Δt² that the yaw gains: ½ of an even change of the rate (7.1), 1 of a rate read for the whole step.
@@ -149,13 +149,13 @@ impl<T: Real> Auv<T> {
 }
 
 /// Whether a covariance has no direction of negative variance, but for rounding.
-fn is_positive_semidefinite<T: Real>(covariance: &Symmetric<T, 3>) -> bool {
+fn is_positive_semidefinite<T: Real>(covariance: &Symmetric<Vector3<T>>) -> bool {
     let trace = (0..3).fold(T::ZERO, |sum, k| sum + covariance.get(k, k));
     let rounding = Symmetric::from_diagonal([trace * T::EPSILON * T::from_f64(16.0); 3]);
     *covariance == Symmetric::ZERO || covariance.plus(&rounding).factor().is_some()
 }
 
-impl<T: Real> Motion<T, 5> for Auv<T> {
+impl<T: Real> Motion for Auv<T> {
     type Pose = AuvPose<T>;
     type Control = AuvControl<T>;
 
@@ -200,7 +200,7 @@ impl<T: Real> Motion<T, 5> for Auv<T> {
         }
     }
 
-    fn linearise(&self, pose: &Self::Pose, control: &Self::Control, dt: T) -> Linearised<T, 5> {
+    fn linearise(&self, pose: &Self::Pose, control: &Self::Control, dt: T) -> Linearised<Vector5<T>> {
         let step = self.step(pose, control, dt);
         let one = T::ONE;
         let (yaw_by_rate, rate_by_rate) = ((one - step.yaw_share * step.rate_gain) * dt, one - step.rate_gain);

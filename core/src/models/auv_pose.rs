@@ -2,7 +2,7 @@
 
 use super::{Mounting, Pose};
 use crate::{Real, wrap};
-use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
+use nalgebra::{Matrix3, SMatrix, SVector, Vector3, Vector5};
 
 /// Position, yaw and yaw rate of a vehicle in space: (x, y, z, θ, θ̇) of section 7.2.2, with the roll and pitch of its
 /// inertial unit.
@@ -44,16 +44,20 @@ impl<T: Real> AuvPose<T> {
     }
 }
 
-impl<T: Real> Pose<T, 5> for AuvPose<T> {
+impl<T: Real> Pose for AuvPose<T> {
+    type Scalar = T;
+    type Tangent = Vector5<T>;
+    type Position = Vector3<T>;
+
     const ZERO: Self = Self::new(T::ZERO, T::ZERO, T::ZERO, T::ZERO);
     const HEADING: Option<usize> = Some(3);
 
-    fn coordinates(&self) -> SVector<T, 5> {
-        SVector::from([self.x_m, self.y_m, self.z_m, self.yaw_rad, self.yaw_rate_radps])
+    fn coordinates(&self) -> Vector5<T> {
+        Vector5::from([self.x_m, self.y_m, self.z_m, self.yaw_rad, self.yaw_rate_radps])
     }
 
-    fn difference(&self, from: &Self) -> SVector<T, 5> {
-        SVector::from([
+    fn difference(&self, from: &Self) -> Vector5<T> {
+        Vector5::from([
             self.x_m - from.x_m,
             self.y_m - from.y_m,
             self.z_m - from.z_m,
@@ -62,7 +66,7 @@ impl<T: Real> Pose<T, 5> for AuvPose<T> {
         ])
     }
 
-    fn displaced(&self, by: &SVector<T, 5>) -> Self {
+    fn displaced(&self, by: &Vector5<T>) -> Self {
         let [[x, y, z, yaw, rate]] = by.data.0;
         Self {
             x_m: self.x_m + x,
@@ -83,7 +87,7 @@ impl<T: Real> Pose<T, 5> for AuvPose<T> {
         [self.x_m, self.y_m, self.yaw_rad]
     }
 
-    fn mounted(&self, mounting: &Mounting<T>) -> (Self, SVector<T, 5>) {
+    fn mounted(&self, mounting: &Mounting<T>) -> (Self, Vector5<T>) {
         let (position, [roll, pitch, yaw]) = (mounting.position_m(), mounting.angles_rad());
         let BodyFrame { position: origin, rotation: of_vehicle } = BodyFrame::of(self);
         let lever = of_vehicle * Vector3::from(position);
@@ -92,7 +96,7 @@ impl<T: Real> Pose<T, 5> for AuvPose<T> {
         let seat = Self { x_m, y_m, z_m, yaw_rad, yaw_rate_radps: self.yaw_rate_radps, roll_rad, pitch_rad };
         // To turn the vehicle about the vertical is to swing the sensor around it.
         let [[x, y, _]] = lever.data.0;
-        (seat, SVector::from([-y, x, T::ZERO, T::ONE, T::ZERO]))
+        (seat, Vector5::from([-y, x, T::ZERO, T::ONE, T::ZERO]))
     }
 
     fn mean(weighted: impl Iterator<Item = (T, Self)>) -> Self {
@@ -199,7 +203,7 @@ impl<T: Real> BodyFrame<T> {
 mod tests {
     use super::{AuvPose, BodyFrame, rotation};
     use crate::Pose;
-    use nalgebra::{Matrix3, Rotation3, SVector, Vector3};
+    use nalgebra::{Matrix3, Rotation3, Vector3, Vector5};
 
     #[test]
     fn roll_comes_first_then_pitch_then_yaw() {
@@ -230,7 +234,7 @@ mod tests {
         let mean = AuvPose::mean([(0.5, a), (0.5, b)].into_iter());
         assert!((mean.yaw_rad.abs() - core::f64::consts::PI).abs() < 1e-14);
         assert_eq!((mean.roll_rad, mean.pitch_rad, mean.z_m), (0.3, 0.1, 3.0));
-        let by = SVector::from([0.1, 0.2, 0.3, 0.5, 0.6]);
+        let by = Vector5::from([0.1, 0.2, 0.3, 0.5, 0.6]);
         assert!((a.displaced(&by).difference(&a) - by).norm() < 1e-14);
         assert_eq!(a.displaced(&by).roll_rad, 0.3);
         assert!(!AuvPose { roll_rad: f64::NAN, ..a }.is_finite());

@@ -1,20 +1,15 @@
 //! Bearing alone, in the plane: a measurement that cannot be inverted (5.2.1).
 
-use super::{
-    Expected, FieldOfView, Inverse, Locating, ModelError, PlanarFrame, PlanarPose, RangeBearingWindow, Sensor, require,
-};
-use crate::{Bounds, Component, Real, Symmetric, wrap};
+use super::{Expected, FieldOfView, Inverse, ModelError, PlanarFrame, PlanarPose, RangeBearingWindow, Sensor, require};
+use crate::{Bounds, Component, Real, Symmetric, Vector, wrap};
 use core::fmt::Debug;
 use nalgebra::{RowVector2, SMatrix, SVector, Vector1, Vector2};
 
 /// A birth intensity that does not wait for measurements, as the user knows where features appear (5.2.1): a Gaussian
 /// mixture over static features, which may move with the sensor's frame.
-pub trait BirthIntensity<T: Real, F, const D: usize>: Debug + Sync
-where
-    crate::Dim<D>: crate::Packed,
-{
+pub trait BirthIntensity<F, D: Vector>: Debug + Sync {
     /// The component of that index, in map coordinates; `None` past the last. Tags do not matter.
-    fn component(&self, frame: &F, index: usize) -> Option<Component<T, D>>;
+    fn component(&self, frame: &F, index: usize) -> Option<Component<D>>;
 }
 
 /// A sensor that measures the bearing of a feature in the plane and nothing else (rad, 0 ahead, growing to the left).
@@ -36,7 +31,7 @@ where
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BearingOnly<T: Real, B> {
-    noise: Symmetric<T, 1>,
+    noise: Symmetric<Vector1<T>>,
     births: B,
 }
 
@@ -52,8 +47,9 @@ impl<T: Real, B> BearingOnly<T, B> {
     }
 }
 
-impl<T: Real, B: BirthIntensity<T, PlanarFrame<T>, 2>> Sensor<T, 2, 1> for BearingOnly<T, B> {
+impl<T: Real, B: BirthIntensity<PlanarFrame<T>, Vector2<T>>> Sensor for BearingOnly<T, B> {
     type Pose = PlanarPose<T>;
+    type Measurement = Vector1<T>;
     type Frame = PlanarFrame<T>;
 
     const SORTED_BY: usize = 0;
@@ -64,7 +60,7 @@ impl<T: Real, B: BirthIntensity<T, PlanarFrame<T>, 2>> Sensor<T, 2, 1> for Beari
     }
 
     #[inline]
-    fn expect(&self, frame: &Self::Frame, feature: &SVector<T, 2>) -> Option<Expected<T, 2, 1>> {
+    fn expect(&self, frame: &Self::Frame, feature: &SVector<T, 2>) -> Option<Expected<Vector2<T>, Vector1<T>>> {
         let [[dx, dy]] = (feature - frame.position).data.0;
         let squared = dx * dx + dy * dy;
         // Written so that NaN fails too.
@@ -82,34 +78,37 @@ impl<T: Real, B: BirthIntensity<T, PlanarFrame<T>, 2>> Sensor<T, 2, 1> for Beari
         (measured - expected).map(wrap)
     }
 
-    fn noise(&self) -> &Symmetric<T, 1> {
+    fn noise(&self) -> &Symmetric<Vector1<T>> {
         &self.noise
     }
 
-    fn expected_birth(&self, frame: &Self::Frame, index: usize) -> Option<Component<T, 2>> {
+    fn expected_birth(&self, frame: &Self::Frame, index: usize) -> Option<Component<Vector2<T>>> {
         self.births.component(frame, index)
     }
 
     /// None: any range fits a bearing.
-    fn invert(&self, _frame: &Self::Frame, _measured: &SVector<T, 1>) -> Option<Inverse<T, 2, 1>> {
+    fn invert(&self, _frame: &Self::Frame, _measured: &SVector<T, 1>) -> Option<Inverse<Vector2<T>, Vector1<T>>> {
         None
     }
-}
 
-impl<T: Real, B: BirthIntensity<T, PlanarFrame<T>, 2>> Locating<T, 3, 2, 1> for BearingOnly<T, B> {
     #[inline]
-    fn by_pose(&self, frame: &Self::Frame, feature: &SVector<T, 2>, expected: &Expected<T, 2, 1>) -> SMatrix<T, 1, 3> {
+    fn by_pose(
+        &self,
+        frame: &Self::Frame,
+        feature: &SVector<T, 2>,
+        expected: &Expected<Vector2<T>, Vector1<T>>,
+    ) -> SMatrix<T, 1, 3> {
         frame.by_pose(&expected.jacobian, feature)
     }
 }
 
 /// The same window for a sensor that does not measure the range it depends on.
-impl<T: Real> FieldOfView<T, PlanarFrame<T>, 2, 1> for RangeBearingWindow<T> {
+impl<T: Real> FieldOfView<PlanarFrame<T>, Vector2<T>, Vector1<T>> for RangeBearingWindow<T> {
     fn detection_probability(&self, frame: &PlanarFrame<T>, feature: &SVector<T, 2>, expected: &SVector<T, 1>) -> T {
         let [[bearing]] = expected.data.0;
         let [[dx, dy]] = (feature - frame.position).data.0;
         let range = (dx * dx + dy * dy).sqrt();
-        FieldOfView::<T, PlanarFrame<T>, 2, 2>::detection_probability(
+        FieldOfView::<PlanarFrame<T>, Vector2<T>, Vector2<T>>::detection_probability(
             self,
             frame,
             feature,
@@ -117,8 +116,8 @@ impl<T: Real> FieldOfView<T, PlanarFrame<T>, 2, 1> for RangeBearingWindow<T> {
         )
     }
 
-    fn bounds(&self, frame: &PlanarFrame<T>) -> Bounds<T, 2> {
-        FieldOfView::<T, PlanarFrame<T>, 2, 2>::bounds(self, frame)
+    fn bounds(&self, frame: &PlanarFrame<T>) -> Bounds<Vector2<T>> {
+        FieldOfView::<PlanarFrame<T>, Vector2<T>, Vector2<T>>::bounds(self, frame)
     }
 }
 
@@ -165,8 +164,8 @@ impl<T: Real> PolarBirths<T> {
     }
 }
 
-impl<T: Real> BirthIntensity<T, PlanarFrame<T>, 2> for PolarBirths<T> {
-    fn component(&self, frame: &PlanarFrame<T>, index: usize) -> Option<Component<T, 2>> {
+impl<T: Real> BirthIntensity<PlanarFrame<T>, Vector2<T>> for PolarBirths<T> {
+    fn component(&self, frame: &PlanarFrame<T>, index: usize) -> Option<Component<Vector2<T>>> {
         let PolarGrid { nearest_m, farthest_m, weight, .. } = self.grid;
         let (rings, sectors) = (usize::from(self.grid.rings), usize::from(self.grid.sectors));
         let (ring, sector) = (index.checked_div(sectors)?, index.checked_rem(sectors)?);
@@ -195,7 +194,7 @@ mod tests {
     use crate::alone::{Alone, Models};
     use crate::{
         Births, Component, Config, KnownPose, MapMemory, Noise, PlanarFrame, PlanarPose, RangeBearingWindow, Sensor,
-        State, UniformClutter, wrap,
+        State, Static, UniformClutter, wrap,
     };
     use nalgebra::{Vector1, Vector2};
     use std::boxed::Box;
@@ -262,13 +261,13 @@ mod tests {
     fn bearings_from_many_places_make_a_map() {
         let landmarks = [Vector2::new(8.0, 6.0), Vector2::new(12.0, -5.0), Vector2::new(3.0, -9.0)];
         let models = Models {
-            motion: KnownPose,
+            motion: KnownPose::new(),
             sensor: BearingOnly::new(0.01, births()).unwrap(),
             field_of_view: RangeBearingWindow::full_circle(30.0, 0.95).unwrap(),
             clutter: UniformClutter::of_scan(1.0, core::f64::consts::TAU).unwrap(),
         };
         let config = Config { particles: 1, prune_weight: 1e-5, extraction_weight: 0.5, ..Config::default() };
-        type Memory = State<f64, PlanarPose<f64>, 3, 1, 1, MapMemory<f64, 2, 2, 1, 128, 128, 2048>>;
+        type Memory = State<PlanarPose<f64>, 1, 1, MapMemory<Static<Vector2<f64>>, 1, 128, 128, 2048>>;
         let mut state = Box::new(Memory::new());
         let mut filter = Alone::new(models, Births::NONE, config, &mut *state).unwrap();
         let mut noise = Noise::seeded(4);

@@ -1,11 +1,10 @@
 //! What the sensor measures though nothing is there.
 
 use super::{ModelError, require};
-use crate::Real;
-use nalgebra::SVector;
+use crate::{Real, Vector, Zero};
 
 /// The intensity κ(z) of false measurements (4.51).
-pub trait Clutter<T: Real, const Z: usize> {
+pub trait Clutter<Z: Vector> {
     /// The parameter that the model cannot work with, if any: asked by [`Detector::new`](crate::Detector::new) and
     /// [`Detector::retune`](crate::Detector::retune).
     ///
@@ -16,11 +15,11 @@ pub trait Clutter<T: Real, const Z: usize> {
     }
 
     /// ln κ(z), κ per unit of measurement space (1/(m·rad) for range and bearing); −∞ for none.
-    fn ln_intensity(&self, measurement: &SVector<T, Z>) -> T;
+    fn ln_intensity(&self, measurement: &Z) -> Z::Scalar;
 
     /// λ, the number of false measurements to expect of a scan; zero where that is not known.
-    fn per_scan(&self) -> T {
-        T::ZERO
+    fn per_scan(&self) -> Z::Scalar {
+        Z::Scalar::ZERO
     }
 }
 
@@ -68,8 +67,8 @@ impl<T: Real> UniformClutter<T> {
     }
 }
 
-impl<T: Real, const Z: usize> Clutter<T, Z> for UniformClutter<T> {
-    fn ln_intensity(&self, _measurement: &SVector<T, Z>) -> T {
+impl<T: Real, Z: Vector<Scalar = T>> Clutter<Z> for UniformClutter<T> {
+    fn ln_intensity(&self, _measurement: &Z) -> T {
         self.ln_intensity
     }
 

@@ -1,8 +1,7 @@
 //! How moving features move (5.14): with constant velocity, but for a white acceleration.
 
 use super::{ModelError, require};
-use crate::{Component, Dim, Packed, Real, Symmetric};
-use nalgebra::SVector;
+use crate::{Component, Place, Real, Symmetric, Vector};
 
 /// Constant velocity under white acceleration, and a mean lifetime.
 ///
@@ -10,7 +9,7 @@ use nalgebra::SVector;
 /// one.
 ///
 /// ```
-/// use nalgebra::Vector4;
+/// use nalgebra::{Vector2, Vector4};
 /// use scphd::{Component, ConstantVelocity, Symmetric};
 ///
 /// let motion = ConstantVelocity { acceleration_psd: 0.1_f64, lifetime_s: 100.0 };
@@ -19,7 +18,7 @@ use nalgebra::SVector;
 ///     covariance: Symmetric::from_diagonal([0.01, 0.01, 0.1, 0.1]),
 ///     ..Component::ZERO
 /// };
-/// let later = motion.advance::<2, 4>(&walker, 2.0).unwrap();
+/// let later = motion.advance::<Vector2<f64>>(&walker, 2.0).unwrap();
 /// assert_eq!(later.mean, Vector4::new(2.0, -1.0, 1.0, -0.5));
 /// assert!((later.ln_weight + 0.02).abs() < 1e-15);
 /// ```
@@ -44,16 +43,17 @@ impl<T: Real> ConstantVelocity<T> {
         require(lifetime > T::ZERO, "lifetime_s", "positive")
     }
 
-    /// The component after `dt` seconds; E = 2D. `None` where it leaves the range of the scalar.
+    /// The component of a feature at positions `D` after `dt` seconds. `None` where it leaves the range of the scalar.
     #[must_use]
-    pub fn advance<const D: usize, const E: usize>(&self, component: &Component<T, E>, dt: T) -> Option<Component<T, E>>
-    where
-        Dim<E>: Packed,
-    {
-        let p = &component.covariance;
-        let mean = SVector::<T, E>::from_fn(|row, _| {
-            let (held, velocity) = (component.mean.get(row), component.mean.get(row + D));
-            held.copied().unwrap_or(T::ZERO) + velocity.map_or(T::ZERO, |&velocity| dt * velocity)
+    pub fn advance<D: Place<Scalar = T>>(
+        &self,
+        component: &Component<D::Moving>,
+        dt: T,
+    ) -> Option<Component<D::Moving>> {
+        let (d, p) = (D::DIMENSION, &component.covariance);
+        let mean = D::Moving::with(|row| {
+            let moved = if row < d { dt * component.mean.at(row + d) } else { T::ZERO };
+            component.mean.at(row) + moved
         });
         let in_velocity = self.acceleration_psd * dt;
         let in_both = in_velocity * dt * T::from_f64(0.5);
@@ -62,18 +62,18 @@ impl<T: Real> ConstantVelocity<T> {
         let covariance = Symmetric::from_fn(|row, column| {
             let noise = |same, q| if same { q } else { T::ZERO };
             let held = p.get(row, column);
-            if row < D {
-                let crossed = p.get(row, column + D) + p.get(row + D, column);
-                held + dt * crossed + dt * dt * p.get(row + D, column + D) + noise(row == column, in_position)
-            } else if column < D {
-                held + dt * p.get(row, column + D) + noise(row == column + D, in_both)
+            if row < d {
+                let crossed = p.get(row, column + d) + p.get(row + d, column);
+                held + dt * crossed + dt * dt * p.get(row + d, column + d) + noise(row == column, in_position)
+            } else if column < d {
+                held + dt * p.get(row, column + d) + noise(row == column + d, in_both)
             } else {
                 held + noise(row == column, in_velocity)
             }
         });
         let (covariance, _) = covariance.kept_positive_definite()?;
         let ln_weight = component.ln_weight - dt / self.lifetime_s;
-        let finite = mean.iter().all(|coordinate| coordinate.is_finite());
+        let finite = mean.as_slice().iter().all(|coordinate| coordinate.is_finite());
         finite.then_some(Component { tag: component.tag, ln_weight, mean, covariance })
     }
 }
@@ -82,11 +82,11 @@ impl<T: Real> ConstantVelocity<T> {
 mod tests {
     use super::ConstantVelocity;
     use crate::{Component, Symmetric};
-    use nalgebra::{Matrix4, Vector4};
+    use nalgebra::{Matrix4, Vector2, Vector4};
 
     const MOTION: ConstantVelocity<f64> = ConstantVelocity { acceleration_psd: 0.3, lifetime_s: 20.0 };
 
-    fn component() -> Component<f64, 4> {
+    fn component() -> Component<Vector4<f64>> {
         let root = Matrix4::new(1.0, 0.2, -0.3, 0.1, 0.0, 0.8, 0.4, 0.2, 0.1, 0.0, 0.5, 0.3, 0.2, 0.1, 0.0, 0.7);
         let full = root * root.transpose();
         let covariance = Symmetric::from_fn(|row, column| full[(row, column)]);
@@ -104,7 +104,7 @@ mod tests {
             (q[(axis, axis + 2)], q[(axis + 2, axis)]) = (dt * dt / 2.0, dt * dt / 2.0);
             q[(axis + 2, axis + 2)] = dt;
         }
-        let (before, after) = (component(), MOTION.advance::<2, 4>(&component(), dt).unwrap());
+        let (before, after) = (component(), MOTION.advance::<Vector2<f64>>(&component(), dt).unwrap());
         let expected = f * before.covariance.to_matrix() * f.transpose() + q * 0.3;
         assert!((after.covariance.to_matrix() - expected).norm() < 1e-14);
         assert!((after.mean - f * before.mean).norm() < 1e-15);
@@ -114,17 +114,17 @@ mod tests {
 
     #[test]
     fn two_steps_are_one_of_their_summed_length() {
-        let first = MOTION.advance::<2, 4>(&component(), 0.3).unwrap();
-        let twice = MOTION.advance::<2, 4>(&first, 1.1).unwrap();
-        let once = MOTION.advance::<2, 4>(&component(), 1.4).unwrap();
+        let first = MOTION.advance::<Vector2<f64>>(&component(), 0.3).unwrap();
+        let twice = MOTION.advance::<Vector2<f64>>(&first, 1.1).unwrap();
+        let once = MOTION.advance::<Vector2<f64>>(&component(), 1.4).unwrap();
         assert!((twice.mean - once.mean).norm() < 1e-14 && (twice.ln_weight - once.ln_weight).abs() < 1e-14);
         assert!((twice.covariance.to_matrix() - once.covariance.to_matrix()).norm() < 1e-13);
     }
 
     #[test]
     fn nothing_comes_of_a_step_beyond_the_range() {
-        assert!(MOTION.advance::<2, 4>(&component(), 1e25).is_some());
-        assert_eq!(MOTION.advance::<2, 4>(&component(), 1e160), None);
+        assert!(MOTION.advance::<Vector2<f64>>(&component(), 1e25).is_some());
+        assert_eq!(MOTION.advance::<Vector2<f64>>(&component(), 1e160), None);
     }
 
     #[test]

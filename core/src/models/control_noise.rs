@@ -2,6 +2,7 @@
 
 use super::{ModelError, require};
 use crate::{Noise, Real, Symmetric};
+use nalgebra::Vector2;
 
 /// Zero-mean Gaussian noise on a speed and on a second control (steering angle or turn rate), section 5.3.1.
 ///
@@ -69,7 +70,7 @@ impl<T: Real> ControlNoise<T> {
     }
 
     /// Covariance of one draw.
-    pub(crate) fn covariance(&self, control: [T; 2], dt: T) -> Symmetric<T, 2> {
+    pub(crate) fn covariance(&self, control: [T; 2], dt: T) -> Symmetric<Vector2<T>> {
         Symmetric::from_diagonal(self.sigmas(control, dt).map(|sigma| sigma * sigma))
     }
 }

@@ -1,14 +1,14 @@
 //! Where the sensor sees: p_D(m | x) (section 5.2.3).
 
 use super::{ModelError, PlanarFrame, require};
-use crate::{Bounds, Real, wrap};
-use nalgebra::SVector;
+use crate::{Bounds, Real, Vector, wrap};
+use nalgebra::Vector2;
 
 /// The probability of detection of a feature from a pose, p_D(m | x) of (5.15).
 ///
-/// F is the frame of the sensor ([`Sensor::Frame`](super::Sensor::Frame)), D the dimension of the map, Z that of a
-/// measurement. Several cores may ask it at the same time.
-pub trait FieldOfView<T: Real, F, const D: usize, const Z: usize>: Sync {
+/// `F` is the frame of the sensor ([`Sensor::Frame`](super::Sensor::Frame)), `D` where a feature is, `Z` what is measured of it.
+/// Several cores may ask it at the same time.
+pub trait FieldOfView<F, D: Vector, Z: Vector>: Sync {
     /// The parameter that the model cannot work with, if any: asked by [`Detector::new`](crate::Detector::new) and
     /// [`Detector::retune`](crate::Detector::retune).
     ///
@@ -19,17 +19,17 @@ pub trait FieldOfView<T: Real, F, const D: usize, const Z: usize>: Sync {
     }
 
     /// p_D of a feature at `feature`, whose expected measurement is `expected`: in [0, 1); zero outside the view.
-    fn detection_probability(&self, frame: &F, feature: &SVector<T, D>, expected: &SVector<T, Z>) -> T;
+    fn detection_probability(&self, frame: &F, feature: &D, expected: &Z) -> D::Scalar;
 
     /// Whether p_D may be above zero there, by a test that takes less than what is to be expected of a feature: never `false`
     /// where it is. Most of what is out of view, but in the box around it, is passed over by it.
     #[inline]
-    fn may_see(&self, _frame: &F, _feature: &SVector<T, D>) -> bool {
+    fn may_see(&self, _frame: &F, _feature: &D) -> bool {
         true
     }
 
     /// A box that holds every position with p_D > 0.
-    fn bounds(&self, frame: &F) -> Bounds<T, D>;
+    fn bounds(&self, frame: &F) -> Bounds<D>;
 }
 
 /// The part of the plane that a sensor detects features in, by range and bearing.
@@ -162,9 +162,9 @@ pub(super) fn ramp<T: Real>(inside: T, edge: T) -> T {
     }
 }
 
-impl<T: Real> FieldOfView<T, PlanarFrame<T>, 2, 2> for RangeBearingWindow<T> {
+impl<T: Real> FieldOfView<PlanarFrame<T>, Vector2<T>, Vector2<T>> for RangeBearingWindow<T> {
     #[inline(always)]
-    fn detection_probability(&self, _frame: &PlanarFrame<T>, _feature: &SVector<T, 2>, expected: &SVector<T, 2>) -> T {
+    fn detection_probability(&self, _frame: &PlanarFrame<T>, _feature: &Vector2<T>, expected: &Vector2<T>) -> T {
         let [[range, bearing]] = expected.data.0;
         let limits = &self.limits;
         let mut probability = limits.probability_near;
@@ -183,7 +183,7 @@ impl<T: Real> FieldOfView<T, PlanarFrame<T>, 2, 2> for RangeBearingWindow<T> {
         probability
     }
 
-    fn bounds(&self, frame: &PlanarFrame<T>) -> Bounds<T, 2> {
+    fn bounds(&self, frame: &PlanarFrame<T>) -> Bounds<Vector2<T>> {
         // Rounding of the range must not push a feature that is in view out of the box.
         let reach = (self.limits.range_max_m + self.limits.range_edge_m) * (T::ONE + T::from_f64(4.0) * T::EPSILON);
         Bounds::around(&frame.position, reach)
@@ -198,7 +198,7 @@ mod tests {
 
     fn probability(window: &RangeBearingWindow<f64>, range: f64, bearing: f64) -> f64 {
         let frame = RangeBearing::new(1.0, 1.0).unwrap().frame(&PlanarPose::new(0.0, 0.0, 0.0));
-        FieldOfView::<_, _, 2, 2>::detection_probability(
+        FieldOfView::<_, _, Vector2<f64>>::detection_probability(
             window,
             &frame,
             &Vector2::zeros(),
@@ -247,7 +247,7 @@ mod tests {
         let window = RangeBearingWindow::new(limits).unwrap();
         let sensor = RangeBearing::new(1.0, 1.0).unwrap();
         let frame = sensor.frame(&PlanarPose::new(100.0, -50.0, 1.0));
-        let bounds = FieldOfView::<_, _, 2, 2>::bounds(&window, &frame);
+        let bounds = FieldOfView::<_, _, Vector2<f64>>::bounds(&window, &frame);
         for k in 0..1000 {
             let angle = f64::from(k) * 0.1;
             let feature = frame.position + Vector2::new(angle.cos(), angle.sin()) * 10.499_999_9;

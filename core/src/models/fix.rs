@@ -1,35 +1,33 @@
 //! Fixes: measurements of the pose itself.
 
-use super::{AuvPose, Locating, ModelError, Mounted, Mounting, PlanarPose, Pose, Sensor, require};
-use crate::{Dim, Packed, Real, Symmetric, wrap};
-use nalgebra::{SMatrix, SVector, Vector1, Vector2};
+use super::{AuvPose, ModelError, Mounted, Mounting, PlanarPose, Pose, Sensor, require};
+use crate::{Linear, Matrix, PositionOf, Real, ScalarOf, Symmetric, TangentOf, Vector, Zero, wrap};
+use nalgebra::{Matrix2x3, RowVector5, Vector1, Vector2};
 
 /// A measurement of the vehicle's pose, from something whose place in the map's frame is known: z = h(x) + v.
 ///
-/// K is the number of degrees of freedom of the pose, Z the dimension of the measurement. An implementation must be a pure function of
-/// its arguments, and take its transcendental functions from [`Real`].
-pub trait Fix<T: Real, const K: usize, const Z: usize>
-where
-    Dim<Z>: Packed,
-{
+/// An implementation must be a pure function of its arguments, and take its transcendental functions from [`Real`].
+pub trait Fix {
     /// The vehicle state.
-    type Pose: Pose<T, K>;
+    type Pose: Pose;
+    /// What is measured of it.
+    type Measurement: Vector<Scalar = ScalarOf<Self::Pose>>;
 
     /// ẑ = h(x); `None` where it cannot be measured from there.
-    fn expect(&self, pose: &Self::Pose) -> Option<SVector<T, Z>>;
+    fn expect(&self, pose: &Self::Pose) -> Option<Self::Measurement>;
 
     /// ∂h/∂x, in the coordinates of [`Pose::difference`].
-    fn by_pose(&self, pose: &Self::Pose) -> SMatrix<T, Z, K>;
+    fn by_pose(&self, pose: &Self::Pose) -> Linear<Self::Measurement, TangentOf<Self::Pose>>;
 
     /// z ⊖ ẑ: the difference of two measurements, angles wrapped.
-    fn innovation(&self, measured: &SVector<T, Z>, expected: &SVector<T, Z>) -> SVector<T, Z>;
+    fn innovation(&self, measured: &Self::Measurement, expected: &Self::Measurement) -> Self::Measurement;
 
     /// R, the covariance of the measurement noise.
-    fn noise(&self) -> &Symmetric<T, Z>;
+    fn noise(&self) -> &Symmetric<Self::Measurement>;
 
     /// A squared Mahalanobis distance: what lies farther from what the filter expects is left out, as an outlier. Infinite: nothing is.
-    fn gate(&self) -> T {
-        T::INFINITY
+    fn gate(&self) -> ScalarOf<Self::Pose> {
+        Real::INFINITY
     }
 }
 
@@ -58,7 +56,7 @@ fn gate<T: Real>(gate: T) -> Result<T, ModelError> {
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PositionFix<T: Real> {
-    noise: Symmetric<T, 2>,
+    noise: Symmetric<Vector2<T>>,
     antenna: Option<Mounting<T>>,
     gate: T,
 }
@@ -94,25 +92,26 @@ impl<T: Real> PositionFix<T> {
     }
 }
 
-impl<T: Real> Fix<T, 3, 2> for PositionFix<T> {
+impl<T: Real> Fix for PositionFix<T> {
     type Pose = PlanarPose<T>;
+    type Measurement = Vector2<T>;
 
-    fn expect(&self, pose: &PlanarPose<T>) -> Option<SVector<T, 2>> {
+    fn expect(&self, pose: &PlanarPose<T>) -> Option<Vector2<T>> {
         let seat = self.seat(pose);
         Some(Vector2::new(seat.x_m, seat.y_m))
     }
 
-    fn by_pose(&self, pose: &PlanarPose<T>) -> SMatrix<T, 2, 3> {
+    fn by_pose(&self, pose: &PlanarPose<T>) -> Matrix2x3<T> {
         let seat = self.seat(pose);
         let (zero, one) = (T::ZERO, T::ONE);
-        SMatrix::<T, 2, 3>::new(one, zero, pose.y_m - seat.y_m, zero, one, seat.x_m - pose.x_m)
+        Matrix2x3::new(one, zero, pose.y_m - seat.y_m, zero, one, seat.x_m - pose.x_m)
     }
 
-    fn innovation(&self, measured: &SVector<T, 2>, expected: &SVector<T, 2>) -> SVector<T, 2> {
+    fn innovation(&self, measured: &Vector2<T>, expected: &Vector2<T>) -> Vector2<T> {
         measured - expected
     }
 
-    fn noise(&self) -> &Symmetric<T, 2> {
+    fn noise(&self) -> &Symmetric<Vector2<T>> {
         &self.noise
     }
 
@@ -121,80 +120,62 @@ impl<T: Real> Fix<T, 3, 2> for PositionFix<T> {
     }
 }
 
-/// The heading (rad, from the map's x axis towards its y axis), such as from a compass; of a vehicle in the plane or in space.
+/// The heading (rad, from the map's x axis towards its y axis), such as from a compass, of any vehicle whose pose has
+/// [one](Pose::HEADING).
+///
+/// ```
+/// use scphd::{Fix, HeadingFix, PlanarPose};
+///
+/// let compass = HeadingFix::<PlanarPose<f64>>::new(0.05)?;
+/// assert_eq!(compass.expect(&PlanarPose::new(3.0, 4.0, 0.5)).unwrap().x, 0.5);
+/// # Ok::<(), scphd::ModelError>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct HeadingFix<T: Real> {
-    noise: Symmetric<T, 1>,
-    gate: T,
+pub struct HeadingFix<P: Pose> {
+    noise: Symmetric<Vector1<P::Scalar>>,
+    gate: P::Scalar,
 }
 
-impl<T: Real> HeadingFix<T> {
+impl<P: Pose> HeadingFix<P> {
     /// With this noise, rad.
     ///
     /// # Errors
     /// It must lie between 1e-6 and 1e6 rad.
-    pub fn new(sigma_rad: T) -> Result<Self, ModelError> {
-        Ok(Self { noise: Symmetric::from_diagonal([variance(sigma_rad, "sigma_rad")?]), gate: T::INFINITY })
+    pub fn new(sigma_rad: P::Scalar) -> Result<Self, ModelError> {
+        Ok(Self { noise: Symmetric::from_diagonal([variance(sigma_rad, "sigma_rad")?]), gate: Real::INFINITY })
     }
 
     /// With a gate: a squared Mahalanobis distance beyond which a fix is an outlier.
     ///
     /// # Errors
     /// It must be above 0.
-    pub fn gated(self, distance: T) -> Result<Self, ModelError> {
+    pub fn gated(self, distance: P::Scalar) -> Result<Self, ModelError> {
         Ok(Self { gate: gate(distance)?, ..self })
     }
+}
 
-    fn wrapped(measured: &SVector<T, 1>, expected: &SVector<T, 1>) -> SVector<T, 1> {
+impl<P: Pose> Fix for HeadingFix<P> {
+    type Pose = P;
+    type Measurement = Vector1<P::Scalar>;
+
+    fn expect(&self, pose: &P) -> Option<Vector1<P::Scalar>> {
+        P::HEADING.map(|heading| Vector1::new(pose.coordinates().at(heading)))
+    }
+
+    fn by_pose(&self, _pose: &P) -> Linear<Vector1<P::Scalar>, P::Tangent> {
+        Matrix::with(|_, column| if P::HEADING == Some(column) { Real::ONE } else { Zero::ZERO })
+    }
+
+    fn innovation(&self, measured: &Vector1<P::Scalar>, expected: &Vector1<P::Scalar>) -> Vector1<P::Scalar> {
         let [[difference]] = (measured - expected).data.0;
         Vector1::new(wrap(difference))
     }
-}
 
-impl<T: Real> Fix<T, 3, 1> for HeadingFix<T> {
-    type Pose = PlanarPose<T>;
-
-    fn expect(&self, pose: &PlanarPose<T>) -> Option<SVector<T, 1>> {
-        Some(Vector1::new(pose.heading_rad))
-    }
-
-    fn by_pose(&self, _pose: &PlanarPose<T>) -> SMatrix<T, 1, 3> {
-        SMatrix::<T, 1, 3>::new(T::ZERO, T::ZERO, T::ONE)
-    }
-
-    fn innovation(&self, measured: &SVector<T, 1>, expected: &SVector<T, 1>) -> SVector<T, 1> {
-        Self::wrapped(measured, expected)
-    }
-
-    fn noise(&self) -> &Symmetric<T, 1> {
+    fn noise(&self) -> &Symmetric<Vector1<P::Scalar>> {
         &self.noise
     }
 
-    fn gate(&self) -> T {
-        self.gate
-    }
-}
-
-impl<T: Real> Fix<T, 5, 1> for HeadingFix<T> {
-    type Pose = AuvPose<T>;
-
-    fn expect(&self, pose: &AuvPose<T>) -> Option<SVector<T, 1>> {
-        Some(Vector1::new(pose.yaw_rad))
-    }
-
-    fn by_pose(&self, _pose: &AuvPose<T>) -> SMatrix<T, 1, 5> {
-        SMatrix::from_fn(|_, column| if column == 3 { T::ONE } else { T::ZERO })
-    }
-
-    fn innovation(&self, measured: &SVector<T, 1>, expected: &SVector<T, 1>) -> SVector<T, 1> {
-        Self::wrapped(measured, expected)
-    }
-
-    fn noise(&self) -> &Symmetric<T, 1> {
-        &self.noise
-    }
-
-    fn gate(&self) -> T {
+    fn gate(&self) -> P::Scalar {
         self.gate
     }
 }
@@ -202,7 +183,7 @@ impl<T: Real> Fix<T, 5, 1> for HeadingFix<T> {
 /// The height z (m, upwards) of an underwater vehicle, from a pressure sensor: minus its depth.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HeightFix<T: Real> {
-    noise: Symmetric<T, 1>,
+    noise: Symmetric<Vector1<T>>,
     gate: T,
 }
 
@@ -224,22 +205,23 @@ impl<T: Real> HeightFix<T> {
     }
 }
 
-impl<T: Real> Fix<T, 5, 1> for HeightFix<T> {
+impl<T: Real> Fix for HeightFix<T> {
     type Pose = AuvPose<T>;
+    type Measurement = Vector1<T>;
 
-    fn expect(&self, pose: &AuvPose<T>) -> Option<SVector<T, 1>> {
+    fn expect(&self, pose: &AuvPose<T>) -> Option<Vector1<T>> {
         Some(Vector1::new(pose.z_m))
     }
 
-    fn by_pose(&self, _pose: &AuvPose<T>) -> SMatrix<T, 1, 5> {
-        SMatrix::from_fn(|_, column| if column == 2 { T::ONE } else { T::ZERO })
+    fn by_pose(&self, _pose: &AuvPose<T>) -> RowVector5<T> {
+        RowVector5::new(T::ZERO, T::ZERO, T::ONE, T::ZERO, T::ZERO)
     }
 
-    fn innovation(&self, measured: &SVector<T, 1>, expected: &SVector<T, 1>) -> SVector<T, 1> {
+    fn innovation(&self, measured: &Vector1<T>, expected: &Vector1<T>) -> Vector1<T> {
         measured - expected
     }
 
-    fn noise(&self) -> &Symmetric<T, 1> {
+    fn noise(&self) -> &Symmetric<Vector1<T>> {
         &self.noise
     }
 
@@ -250,54 +232,48 @@ impl<T: Real> Fix<T, 5, 1> for HeightFix<T> {
 
 /// A beacon: a landmark with a name, at a known place, that a sensor measures without doubt which it is.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct BeaconFix<T: Real, S, const D: usize> {
+pub struct BeaconFix<S: Sensor> {
     /// What it is measured with.
     pub sensor: S,
     /// Where that sits; `None` where the pose is.
-    pub mounting: Option<Mounting<T>>,
+    pub mounting: Option<Mounting<ScalarOf<S::Pose>>>,
     /// Where it stands, m.
-    pub place: SVector<T, D>,
+    pub place: PositionOf<S::Pose>,
     /// A squared Mahalanobis distance beyond which a measurement of it is an outlier.
-    pub gate: T,
+    pub gate: ScalarOf<S::Pose>,
 }
 
-impl<T: Real, S, const D: usize> BeaconFix<T, S, D> {
-    fn mounted<const K: usize>(&self) -> Mounted<'_, T, S, (), K> {
-        Mounted { sensor: &self.sensor, field_of_view: &(), mounting: self.mounting }
+impl<S: Sensor> BeaconFix<S> {
+    fn mounted(&self) -> Mounted<'_, S> {
+        Mounted { sensor: &self.sensor, mounting: self.mounting }
     }
 }
 
-impl<T, S, const K: usize, const D: usize, const Z: usize> Fix<T, K, Z> for BeaconFix<T, S, D>
-where
-    T: Real,
-    S: Locating<T, K, D, Z> + Sensor<T, D, Z>,
-    S::Pose: Pose<T, K>,
-    Dim<D>: Packed,
-    Dim<Z>: Packed,
-{
+impl<S: Sensor> Fix for BeaconFix<S> {
     type Pose = S::Pose;
+    type Measurement = S::Measurement;
 
-    fn expect(&self, pose: &S::Pose) -> Option<SVector<T, Z>> {
-        let sensor = self.mounted::<K>();
+    fn expect(&self, pose: &S::Pose) -> Option<S::Measurement> {
+        let sensor = self.mounted();
         sensor.expect(&sensor.frame(pose), &self.place).map(|expected| expected.measurement)
     }
 
-    fn by_pose(&self, pose: &S::Pose) -> SMatrix<T, Z, K> {
-        let sensor = self.mounted::<K>();
+    fn by_pose(&self, pose: &S::Pose) -> Linear<S::Measurement, TangentOf<S::Pose>> {
+        let sensor = self.mounted();
         let frame = sensor.frame(pose);
         let expected = sensor.expect(&frame, &self.place);
-        expected.map_or(SMatrix::zeros(), |expected| sensor.by_pose(&frame, &self.place, &expected))
+        expected.map_or(Zero::ZERO, |expected| sensor.by_pose(&frame, &self.place, &expected))
     }
 
-    fn innovation(&self, measured: &SVector<T, Z>, expected: &SVector<T, Z>) -> SVector<T, Z> {
+    fn innovation(&self, measured: &S::Measurement, expected: &S::Measurement) -> S::Measurement {
         self.sensor.innovation(measured, expected)
     }
 
-    fn noise(&self) -> &Symmetric<T, Z> {
+    fn noise(&self) -> &Symmetric<S::Measurement> {
         self.sensor.noise()
     }
 
-    fn gate(&self) -> T {
+    fn gate(&self) -> ScalarOf<S::Pose> {
         self.gate
     }
 }
@@ -305,25 +281,22 @@ where
 #[cfg(test)]
 mod tests {
     use super::{BeaconFix, Fix, HeadingFix, HeightFix, PositionFix};
-    use crate::{AuvPose, Dim, Mounting, Packed, PlanarPose, Pose, RangeBearing};
-    use nalgebra::{SVector, Vector1, Vector2};
+    use crate::models::testing::off_by;
+    use crate::{AuvPose, Matrix, Mounting, PlanarPose, Pose, RangeBearing, TangentOf, Vector};
+    use nalgebra::{Vector1, Vector2};
 
     /// ∂h/∂x against central differences.
-    fn check<F, const K: usize, const Z: usize>(fix: &F, pose: &F::Pose)
-    where
-        F: Fix<f64, K, Z>,
-        Dim<Z>: Packed,
-    {
+    fn check<F: Fix<Pose: Pose<Scalar = f64>>>(fix: &F, pose: &F::Pose) {
         const STEP: f64 = 1e-6;
         let slope = fix.by_pose(pose);
-        for k in 0..K {
+        for k in 0..TangentOf::<F::Pose>::DIMENSION {
             let at = |step: f64| {
-                let mut by = SVector::<f64, K>::zeros();
-                by[k] = step;
+                let by = Vector::with(|coordinate| if coordinate == k { step } else { 0.0 });
                 fix.expect(&pose.displaced(&by)).unwrap()
             };
-            let difference = fix.innovation(&at(STEP), &at(-STEP)) / (2.0 * STEP);
-            assert!((difference - slope.column(k)).norm() < 1e-7, "column {k}: {difference} {slope}");
+            let difference = fix.innovation(&at(STEP), &at(-STEP)) * (1.0 / (2.0 * STEP));
+            let off = off_by(&difference, |row| slope.at(row, k));
+            assert!(off < 1e-7, "column {k}: {difference:?} {slope:?}");
         }
     }
 
@@ -333,25 +306,25 @@ mod tests {
             let pose = PlanarPose::new(3.0, -2.0, heading);
             check(&PositionFix::new(0.5).unwrap(), &pose);
             check(&PositionFix::new(0.5).unwrap().mounted(-0.7, 1.3).unwrap(), &pose);
-            check::<_, 3, 1>(&HeadingFix::new(0.1).unwrap(), &pose);
+            check(&HeadingFix::new(0.1).unwrap(), &pose);
             let sensor = RangeBearing::new(0.1, 0.01).unwrap();
             let ahead = Mounting::in_plane(0.4, -0.2, 0.5).unwrap();
             for mounting in [None, Some(ahead)] {
                 check(&BeaconFix { sensor, mounting, place: Vector2::new(8.0, 1.0), gate: f64::INFINITY }, &pose);
             }
             let diver = AuvPose { roll_rad: 0.2, ..AuvPose::new(1.0, 2.0, -3.0, heading) };
-            check::<_, 5, 1>(&HeadingFix::new(0.1).unwrap(), &diver);
+            check(&HeadingFix::new(0.1).unwrap(), &diver);
             check(&HeightFix::new(0.1).unwrap(), &diver);
         }
     }
 
     #[test]
     fn headings_wrap_and_nonsense_is_refused() {
-        let compass = HeadingFix::new(0.1_f64).unwrap();
-        let off = Fix::<f64, 3, 1>::innovation(&compass, &Vector1::new(3.1), &Vector1::new(-3.1));
+        let compass = HeadingFix::<PlanarPose<f64>>::new(0.1).unwrap();
+        let off = compass.innovation(&Vector1::new(3.1), &Vector1::new(-3.1));
         assert!((off.x - (6.2 - core::f64::consts::TAU)).abs() < 1e-15);
         assert_eq!(PositionFix::new(f32::NAN).unwrap_err().field, "sigma_m");
-        assert_eq!(HeadingFix::new(0.0_f32).unwrap_err().field, "sigma_rad");
+        assert_eq!(HeadingFix::<PlanarPose<f32>>::new(0.0).unwrap_err().field, "sigma_rad");
         assert_eq!(HeightFix::new(1.0_f32).unwrap().gated(f32::NAN).unwrap_err().field, "gate");
     }
 }

@@ -1,32 +1,53 @@
 //! A sensor whose pose is known: turns the filter into a GM-PHD tracker (section 4.2).
 
-use super::{Linearised, Motion, PlanarPose, Pose};
-use crate::{Noise, Real, Symmetric};
-use nalgebra::SMatrix;
+use super::{Linearised, Motion, Pose};
+use crate::{Noise, ScalarOf, Symmetric, TangentOf, Zero};
+use core::marker::PhantomData;
 
 /// A vehicle whose pose at the end of every prediction is given as its control.
 ///
 /// With one particle and this motion the filter is the Gaussian-mixture PHD filter of section 4.2.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct KnownPose;
+///
+/// ```
+/// use scphd::{KnownPose, PlanarPose};
+///
+/// let mast = KnownPose::<PlanarPose<f32>>::new();
+/// # let _ = mast;
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct KnownPose<P>(PhantomData<P>);
 
-impl<T: Real> Motion<T, 3> for KnownPose {
-    type Pose = PlanarPose<T>;
-    type Control = PlanarPose<T>;
+impl<P> KnownPose<P> {
+    /// A vehicle with this kind of pose.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self(PhantomData)
+    }
+}
 
-    fn admits(&self, control: &Self::Control) -> bool {
+impl<P> Default for KnownPose<P> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<P: Pose> Motion for KnownPose<P> {
+    type Pose = P;
+    type Control = P;
+
+    fn admits(&self, control: &P) -> bool {
         control.is_finite()
     }
 
-    fn propagate(&self, _pose: &Self::Pose, control: &Self::Control, _dt: T) -> Self::Pose {
+    fn propagate(&self, _pose: &P, control: &P, _dt: ScalarOf<P>) -> P {
         *control
     }
 
-    fn sample(&self, _pose: &Self::Pose, control: &Self::Control, _dt: T, _noise: &mut Noise) -> Self::Pose {
+    fn sample(&self, _pose: &P, control: &P, _dt: ScalarOf<P>, _noise: &mut Noise) -> P {
         *control
     }
 
-    fn linearise(&self, _pose: &Self::Pose, _control: &Self::Control, _dt: T) -> Linearised<T, 3> {
-        Linearised { transition: SMatrix::zeros(), noise: Symmetric::ZERO }
+    fn linearise(&self, _pose: &P, _control: &P, _dt: ScalarOf<P>) -> Linearised<TangentOf<P>> {
+        Linearised { transition: Zero::ZERO, noise: Symmetric::ZERO }
     }
 }

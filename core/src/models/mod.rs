@@ -14,6 +14,7 @@ mod motion;
 mod mounting;
 mod pose;
 mod range_bearing;
+mod sensing;
 mod sensor;
 mod sonar;
 mod stereo_camera;
@@ -34,11 +35,13 @@ pub use field_of_view::{FieldOfView, RangeBearingLimits, RangeBearingWindow};
 pub use fix::{BeaconFix, Fix, HeadingFix, HeightFix, PositionFix};
 pub use known_pose::KnownPose;
 pub use motion::{Linearised, Motion};
-pub(crate) use mounting::Mounted;
 pub use mounting::Mounting;
-pub use pose::{PlanarPose, Pose};
+pub(crate) use mounting::{Mounted, MountedFrame, MountedView};
+pub use pose::{MovingOf, PlanarPose, Pose, PositionOf, ScalarOf, TangentOf};
 pub use range_bearing::{PlanarFrame, RangeBearing};
-pub use sensor::{Expected, Inverse, Locating, Sensor};
+pub(crate) use sensing::OnVehicle;
+pub use sensing::{MeasurementModel, Sensing};
+pub use sensor::{Expected, ExpectedOf, Inverse, InverseOf, Sensor};
 pub use sonar::{
     BearingElevation, RangeBearingElevation, RangeOnly, SonarLimits, SonarWindow, SphericalBirths, SphericalGrid,
 };

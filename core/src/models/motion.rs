@@ -1,20 +1,16 @@
 //! The vehicle's transition density, as a trait.
 
 use super::ModelError;
-use crate::{Dim, Noise, Packed, Pose, Rates, Real, Symmetric};
-use nalgebra::SMatrix;
+use crate::{Linear, Noise, Pose, Rates, ScalarOf, Symmetric, TangentOf, Vector};
 
 /// How the vehicle moves: the transition density π(x_k | x_{k−1}, u_k) of (4.47).
 ///
-/// K is the number of degrees of freedom of the pose. An implementation must be a pure function of its arguments:
+/// An implementation must be a pure function of its arguments:
 /// the same pose, control, time step and random numbers must give the same bits. A pose that it returns and that is not finite, or a
 /// transition or noise that is not, is taken for the pose as it was, and counted as rejected.
-pub trait Motion<T: Real, const K: usize>
-where
-    Dim<K>: Packed,
-{
+pub trait Motion {
     /// The vehicle state.
-    type Pose: Pose<T, K>;
+    type Pose: Pose;
     /// The control input u, such as odometry.
     type Control: Copy;
 
@@ -33,28 +29,36 @@ where
     /// How fast the vehicle goes and turns under this control, to be held against the limits of
     /// [`Plausible`](crate::Plausible). Nothing is known unless said otherwise: then only how far a step takes the vehicle is
     /// limited.
-    fn rates(&self, _control: &Self::Control) -> Rates<T> {
+    fn rates(&self, _control: &Self::Control) -> Rates<ScalarOf<Self::Pose>> {
         Rates::NONE
     }
 
     /// The pose after `dt` seconds without noise, f(x, u).
-    fn propagate(&self, pose: &Self::Pose, control: &Self::Control, dt: T) -> Self::Pose;
+    fn propagate(&self, pose: &Self::Pose, control: &Self::Control, dt: ScalarOf<Self::Pose>) -> Self::Pose;
 
     /// A draw from the transition density (5.12).
-    fn sample(&self, pose: &Self::Pose, control: &Self::Control, dt: T, noise: &mut Noise) -> Self::Pose;
+    fn sample(
+        &self,
+        pose: &Self::Pose,
+        control: &Self::Control,
+        dt: ScalarOf<Self::Pose>,
+        noise: &mut Noise,
+    ) -> Self::Pose;
 
     /// The transition density linearised at the noise-free motion.
-    fn linearise(&self, pose: &Self::Pose, control: &Self::Control, dt: T) -> Linearised<T, K>;
+    fn linearise(
+        &self,
+        pose: &Self::Pose,
+        control: &Self::Control,
+        dt: ScalarOf<Self::Pose>,
+    ) -> Linearised<TangentOf<Self::Pose>>;
 }
 
 /// A linearised transition: x_k ≈ f(x_{k−1}, u) + F (x_{k−1} − x̄) + w, w ~ N(0, Q).
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Linearised<T: Real, const K: usize>
-where
-    Dim<K>: Packed,
-{
+pub struct Linearised<K: Vector> {
     /// F = ∂f/∂x.
-    pub transition: SMatrix<T, K, K>,
+    pub transition: Linear<K, K>,
     /// Q = (∂f/∂u) Σ_u (∂f/∂u)ᵀ.
-    pub noise: Symmetric<T, K>,
+    pub noise: Symmetric<K>,
 }

@@ -1,8 +1,8 @@
 //! Where a sensor sits on its vehicle.
 
-use super::{Expected, FieldOfView, Inverse, Locating, ModelError, Pose, Sensor, require};
-use crate::{Bounds, Component, Dim, Packed, Real, Symmetric};
-use nalgebra::{SMatrix, SVector};
+use super::{ExpectedOf, FieldOfView, InverseOf, ModelError, Pose, Sensor, require};
+use crate::vector::applied;
+use crate::{Bounds, Component, Linear, Matrix, PositionOf, Real, ScalarOf, Symmetric, TangentOf, Vector};
 
 /// Where a sensor sits on its vehicle, and how it is turned: the rigid motion from the vehicle's frame (x ahead, y to the left, z
 /// upwards, origin where the pose is) to the sensor's own. Roll comes first, then pitch, then yaw.
@@ -71,38 +71,32 @@ impl<T: Real> Mounting<T> {
     }
 }
 
-/// A sensor and its view where they sit on the vehicle: speaks of the vehicle's pose, and asks the models of the sensor's own.
+/// A sensor where it sits on the vehicle: speaks of the vehicle's pose, and asks the model of the sensor's own.
 #[derive(Debug)]
-pub(crate) struct Mounted<'a, T, S, V, const K: usize> {
+pub(crate) struct Mounted<'a, S: Sensor> {
     pub(crate) sensor: &'a S,
-    pub(crate) field_of_view: &'a V,
     /// `None` where the sensor's pose is the vehicle's.
-    pub(crate) mounting: Option<Mounting<T>>,
+    pub(crate) mounting: Option<Mounting<ScalarOf<S::Pose>>>,
+}
+
+/// A field of view as it is seen from the vehicle.
+#[derive(Debug)]
+pub(crate) struct MountedView<'a, V> {
+    pub(crate) field_of_view: &'a V,
 }
 
 /// The frame of a mounted sensor.
 #[derive(Debug)]
-pub(crate) struct MountedFrame<T, F, const K: usize> {
+pub(crate) struct MountedFrame<F, K> {
     frame: F,
     /// How the sensor's pose changes with the vehicle's heading; `None` where they are the same.
-    by_heading: Option<SVector<T, K>>,
+    by_heading: Option<K>,
 }
 
-impl<T, S, V, const K: usize> Mounted<'_, T, S, V, K> {
+impl<S: Sensor> Mounted<'_, S> {
     /// The frame where it is mounted elsewhere than where the pose is. Out of line: a sensor that is not takes none of its stack.
     #[inline(never)]
-    fn seated<const D: usize, const Z: usize>(
-        &self,
-        mounting: &Mounting<T>,
-        pose: &S::Pose,
-    ) -> MountedFrame<T, S::Frame, K>
-    where
-        T: Real,
-        S: Sensor<T, D, Z>,
-        S::Pose: Pose<T, K>,
-        Dim<D>: Packed,
-        Dim<Z>: Packed,
-    {
+    fn seated(&self, mounting: &Mounting<ScalarOf<S::Pose>>, pose: &S::Pose) -> <Self as Sensor>::Frame {
         let (seat, by_heading) = pose.mounted(mounting);
         MountedFrame { frame: self.sensor.frame(&seat), by_heading: Some(by_heading) }
     }
@@ -110,35 +104,25 @@ impl<T, S, V, const K: usize> Mounted<'_, T, S, V, K> {
 
 /// ∂h/∂x by the vehicle's pose, of one by the sensor's: another column of the heading.
 #[inline(never)]
-fn swung<T: Real, P: Pose<T, K>, const K: usize, const Z: usize>(
-    by_seat: SMatrix<T, Z, K>,
-    by_heading: &SVector<T, K>,
-) -> SMatrix<T, Z, K> {
-    let column = by_seat * by_heading;
-    SMatrix::from_fn(|row, k| {
-        let of = if P::HEADING == Some(k) { column.get(row) } else { by_seat.get((row, k)) };
-        of.copied().unwrap_or(T::ZERO)
-    })
+fn swung<P: Pose, Z: Vector<Scalar = P::Scalar>>(
+    by_seat: Linear<Z, P::Tangent>,
+    by_heading: &P::Tangent,
+) -> Linear<Z, P::Tangent> {
+    let column = applied::<Z, P::Tangent>(&by_seat, by_heading);
+    Matrix::with(|row, k| if P::HEADING == Some(k) { column.at(row) } else { by_seat.at(row, k) })
 }
 
-impl<T, S, V, const K: usize, const D: usize, const Z: usize> Sensor<T, D, Z> for Mounted<'_, T, S, V, K>
-where
-    T: Real,
-    S: Sensor<T, D, Z>,
-    S::Pose: Pose<T, K>,
-    V: Sync,
-    Dim<D>: Packed,
-    Dim<Z>: Packed,
-{
+impl<S: Sensor> Sensor for Mounted<'_, S> {
     type Pose = S::Pose;
-    type Frame = MountedFrame<T, S::Frame, K>;
+    type Measurement = S::Measurement;
+    type Frame = MountedFrame<S::Frame, TangentOf<S::Pose>>;
 
     const SORTED_BY: usize = S::SORTED_BY;
     const SORTED_BY_ANGLE: bool = S::SORTED_BY_ANGLE;
     const SIFTED_BY: Option<usize> = S::SIFTED_BY;
 
     #[inline]
-    fn frame(&self, pose: &Self::Pose) -> Self::Frame {
+    fn frame(&self, pose: &S::Pose) -> Self::Frame {
         match &self.mounting {
             None => MountedFrame { frame: self.sensor.frame(pose), by_heading: None },
             Some(mounting) => self.seated(mounting, pose),
@@ -146,74 +130,58 @@ where
     }
 
     #[inline(always)]
-    fn expect(&self, frame: &Self::Frame, feature: &SVector<T, D>) -> Option<Expected<T, D, Z>> {
+    fn expect(&self, frame: &Self::Frame, feature: &PositionOf<S::Pose>) -> Option<ExpectedOf<S>> {
         self.sensor.expect(&frame.frame, feature)
     }
 
     #[inline(always)]
-    fn innovation(&self, measured: &SVector<T, Z>, expected: &SVector<T, Z>) -> SVector<T, Z> {
+    fn innovation(&self, measured: &S::Measurement, expected: &S::Measurement) -> S::Measurement {
         self.sensor.innovation(measured, expected)
     }
 
-    fn hides(&self, measured: &SVector<T, Z>, expected: &SVector<T, Z>) -> bool {
+    fn hides(&self, measured: &S::Measurement, expected: &S::Measurement) -> bool {
         self.sensor.hides(measured, expected)
     }
 
-    fn noise(&self) -> &Symmetric<T, Z> {
+    fn noise(&self) -> &Symmetric<S::Measurement> {
         self.sensor.noise()
     }
 
-    fn expected_birth(&self, frame: &Self::Frame, index: usize) -> Option<Component<T, D>> {
+    fn expected_birth(&self, frame: &Self::Frame, index: usize) -> Option<Component<PositionOf<S::Pose>>> {
         self.sensor.expected_birth(&frame.frame, index)
     }
 
-    fn invert(&self, frame: &Self::Frame, measured: &SVector<T, Z>) -> Option<Inverse<T, D, Z>> {
+    fn invert(&self, frame: &Self::Frame, measured: &S::Measurement) -> Option<InverseOf<S>> {
         self.sensor.invert(&frame.frame, measured)
     }
-}
 
-impl<T, S, V, const K: usize, const D: usize, const Z: usize> Locating<T, K, D, Z> for Mounted<'_, T, S, V, K>
-where
-    T: Real,
-    S: Locating<T, K, D, Z>,
-    S::Pose: Pose<T, K>,
-    V: Sync,
-    Dim<D>: Packed,
-    Dim<Z>: Packed,
-{
     #[inline]
-    fn by_pose(&self, frame: &Self::Frame, feature: &SVector<T, D>, expected: &Expected<T, D, Z>) -> SMatrix<T, Z, K> {
+    fn by_pose(
+        &self,
+        frame: &Self::Frame,
+        feature: &PositionOf<S::Pose>,
+        expected: &ExpectedOf<S>,
+    ) -> Linear<S::Measurement, TangentOf<S::Pose>> {
         let by_seat = self.sensor.by_pose(&frame.frame, feature, expected);
         match &frame.by_heading {
             None => by_seat,
-            Some(by_heading) => swung::<T, S::Pose, K, Z>(by_seat, by_heading),
+            Some(by_heading) => swung::<S::Pose, S::Measurement>(by_seat, by_heading),
         }
     }
 }
 
-impl<T, S, V, F, const K: usize, const D: usize, const Z: usize> FieldOfView<T, MountedFrame<T, F, K>, D, Z>
-    for Mounted<'_, T, S, V, K>
-where
-    T: Real,
-    S: Sync,
-    V: FieldOfView<T, F, D, Z>,
-{
+impl<F, K, D: Vector, Z: Vector, V: FieldOfView<F, D, Z>> FieldOfView<MountedFrame<F, K>, D, Z> for MountedView<'_, V> {
     #[inline(always)]
-    fn detection_probability(
-        &self,
-        frame: &MountedFrame<T, F, K>,
-        feature: &SVector<T, D>,
-        expected: &SVector<T, Z>,
-    ) -> T {
+    fn detection_probability(&self, frame: &MountedFrame<F, K>, feature: &D, expected: &Z) -> D::Scalar {
         self.field_of_view.detection_probability(&frame.frame, feature, expected)
     }
 
     #[inline(always)]
-    fn may_see(&self, frame: &MountedFrame<T, F, K>, feature: &SVector<T, D>) -> bool {
+    fn may_see(&self, frame: &MountedFrame<F, K>, feature: &D) -> bool {
         self.field_of_view.may_see(&frame.frame, feature)
     }
 
-    fn bounds(&self, frame: &MountedFrame<T, F, K>) -> Bounds<T, D> {
+    fn bounds(&self, frame: &MountedFrame<F, K>) -> Bounds<D> {
         self.field_of_view.bounds(&frame.frame)
     }
 }
@@ -223,8 +191,8 @@ mod tests {
     use super::{Mounted, Mounting};
     use crate::models::testing::check_in_space;
     use crate::{
-        Ackermann, AckermannControl, AckermannGeometry, AuvPose, ControlNoise, Locating, Motion, PlanarPose, Pose,
-        RangeBearing, RangeBearingElevation, Sensor, rotation,
+        Ackermann, AckermannControl, AckermannGeometry, AuvPose, ControlNoise, Motion, PlanarPose, Pose, RangeBearing,
+        RangeBearingElevation, Sensor, rotation,
     };
     use nalgebra::{SVector, Vector2, Vector3};
 
@@ -232,8 +200,7 @@ mod tests {
     fn a_mounted_sensor_measures_from_where_it_sits() {
         let mounting = Mounting::in_plane(0.22, -0.1, 0.5).unwrap();
         let lidar = RangeBearing::new(0.1, 0.01).unwrap();
-        let mounted: Mounted<'_, f64, _, (), 3> =
-            Mounted { sensor: &lidar, field_of_view: &(), mounting: Some(mounting) };
+        let mounted = Mounted { sensor: &lidar, mounting: Some(mounting) };
         let pose = PlanarPose::new(2.0_f64, 1.0, 2.9);
         let (s, c) = pose.heading_rad.sin_cos();
         let seat = Vector2::new(2.0 + 0.22 * c + 0.1 * s, 1.0 + 0.22 * s - 0.1 * c);
@@ -252,7 +219,7 @@ mod tests {
         let lidar = RangeBearing::new(0.1, 0.01).unwrap();
         for (forward, left, yaw) in [(0.22, 0.0, 0.52), (-3.0, 1.0, 3.1), (0.0, 0.0, -6.0)] {
             let mounting = Some(Mounting::in_plane(forward, left, yaw).unwrap());
-            let mounted: Mounted<'_, f64, _, (), 3> = Mounted { sensor: &lidar, field_of_view: &(), mounting };
+            let mounted = Mounted { sensor: &lidar, mounting };
             for heading in [-3.1, 0.3, 2.0] {
                 let (pose, feature) = (PlanarPose::new(3.0, -2.0, heading), Vector2::new(9.0, 4.0));
                 let frame = mounted.frame(&pose);
@@ -275,7 +242,7 @@ mod tests {
         let sonar = RangeBearingElevation::new(0.05, 0.01, 0.01).unwrap();
         for angles in [[0.1, -0.3, 2.0], [0.0, core::f64::consts::FRAC_PI_2, 0.4], [3.0, 0.2, -3.0]] {
             let mounting = Some(Mounting::in_space([0.4, -0.2, 0.3], angles).unwrap());
-            let mounted: Mounted<'_, f64, _, (), 5> = Mounted { sensor: &sonar, field_of_view: &(), mounting };
+            let mounted = Mounted { sensor: &sonar, mounting };
             let pose = AuvPose { roll_rad: 0.2, pitch_rad: -0.1, ..AuvPose::new(1.0, -2.0, 3.0, 0.7) };
             check_in_space(&mounted, &pose, &Vector3::new(4.0, 1.5, 1.0), 1e-7);
         }

@@ -1,12 +1,28 @@
 //! The parent state: where the vehicle is.
 
 use super::{ModelError, Mounting, require};
-use crate::{Real, wrap};
+use crate::{Place, Real, Vector, wrap};
 use core::fmt::Debug;
-use nalgebra::{SVector, Vector3};
+use nalgebra::{Vector2, Vector3};
 
-/// A vehicle state with K degrees of freedom, X in the thesis (5.1).
-pub trait Pose<T: Real, const K: usize>: Copy + PartialEq + Debug + Send + Sync {
+/// The scalar of a vehicle's state.
+pub type ScalarOf<P> = <P as Pose>::Scalar;
+/// The difference of two states of a vehicle.
+pub type TangentOf<P> = <P as Pose>::Tangent;
+/// Where a feature is, in the map of a vehicle.
+pub type PositionOf<P> = <P as Pose>::Position;
+/// Where a feature is and how it moves, in the map of a vehicle.
+pub type MovingOf<P> = <PositionOf<P> as Place>::Moving;
+
+/// A vehicle state, X in the thesis (5.1).
+pub trait Pose: Copy + PartialEq + Debug + Send + Sync {
+    /// `f32` or `f64`.
+    type Scalar: Real;
+    /// The difference of two states: a coordinate for each degree of freedom.
+    type Tangent: Vector<Scalar = Self::Scalar>;
+    /// Where a feature of the map is.
+    type Position: Place<Scalar = Self::Scalar>;
+
     /// All zero.
     const ZERO: Self;
 
@@ -15,23 +31,23 @@ pub trait Pose<T: Real, const K: usize>: Copy + PartialEq + Debug + Send + Sync 
     const HEADING: Option<usize> = None;
 
     /// The coordinates, for checks and digests.
-    fn coordinates(&self) -> SVector<T, K>;
+    fn coordinates(&self) -> Self::Tangent;
 
     /// The difference `self` ⊖ `from` in the tangent space, angles wrapped.
-    fn difference(&self, from: &Self) -> SVector<T, K>;
+    fn difference(&self, from: &Self) -> Self::Tangent;
 
     /// The pose at this difference from `self`: what [`Self::difference`] takes away, angles wrapped.
     #[must_use]
-    fn displaced(&self, by: &SVector<T, K>) -> Self;
+    fn displaced(&self, by: &Self::Tangent) -> Self;
 
     /// The weighted mean of poses with weights that sum to one; angles by their circular mean.
-    fn mean(weighted: impl Iterator<Item = (T, Self)>) -> Self;
+    fn mean(weighted: impl Iterator<Item = (Self::Scalar, Self)>) -> Self;
 
     /// x and y, m, and heading, rad, whatever else there is: where the vehicle is on the ground.
-    fn on_ground(&self) -> [T; 3];
+    fn on_ground(&self) -> [Self::Scalar; 3];
 
     /// How far apart two poses are, m; angles do not count.
-    fn distance_m(&self, from: &Self) -> T {
+    fn distance_m(&self, from: &Self) -> Self::Scalar {
         let ([x, y, _], [from_x, from_y, _]) = (self.on_ground(), from.on_ground());
         let (dx, dy) = (x - from_x, y - from_y);
         (dx * dx + dy * dy).sqrt()
@@ -41,17 +57,17 @@ pub trait Pose<T: Real, const K: usize>: Copy + PartialEq + Debug + Send + Sync 
     ///
     /// # Errors
     /// Names the parameter and its range. None unless the pose says otherwise.
-    fn check_mounting(_mounting: &Mounting<T>) -> Result<(), ModelError> {
+    fn check_mounting(_mounting: &Mounting<Self::Scalar>) -> Result<(), ModelError> {
         Ok(())
     }
 
     /// The pose of a sensor that is mounted so, and its derivative by the vehicle's [heading](Self::HEADING), in the coordinates of
     /// [`difference`](Self::difference). With all other coordinates of the vehicle it changes as that itself does.
-    fn mounted(&self, mounting: &Mounting<T>) -> (Self, SVector<T, K>);
+    fn mounted(&self, mounting: &Mounting<Self::Scalar>) -> (Self, Self::Tangent);
 
     /// Every coordinate finite.
     fn is_finite(&self) -> bool {
-        self.coordinates().iter().all(|coordinate| coordinate.is_finite())
+        self.coordinates().as_slice().iter().all(|coordinate| coordinate.is_finite())
     }
 }
 
@@ -74,19 +90,23 @@ impl<T: Real> PlanarPose<T> {
     }
 }
 
-impl<T: Real> Pose<T, 3> for PlanarPose<T> {
+impl<T: Real> Pose for PlanarPose<T> {
+    type Scalar = T;
+    type Tangent = Vector3<T>;
+    type Position = Vector2<T>;
+
     const ZERO: Self = Self::new(T::ZERO, T::ZERO, T::ZERO);
     const HEADING: Option<usize> = Some(2);
 
-    fn coordinates(&self) -> SVector<T, 3> {
+    fn coordinates(&self) -> Vector3<T> {
         Vector3::new(self.x_m, self.y_m, self.heading_rad)
     }
 
-    fn difference(&self, from: &Self) -> SVector<T, 3> {
+    fn difference(&self, from: &Self) -> Vector3<T> {
         Vector3::new(self.x_m - from.x_m, self.y_m - from.y_m, wrap(self.heading_rad - from.heading_rad))
     }
 
-    fn displaced(&self, by: &SVector<T, 3>) -> Self {
+    fn displaced(&self, by: &Vector3<T>) -> Self {
         let [[x, y, heading]] = by.data.0;
         Self::new(self.x_m + x, self.y_m + y, wrap(self.heading_rad + heading))
     }
@@ -102,7 +122,7 @@ impl<T: Real> Pose<T, 3> for PlanarPose<T> {
         require(pitch == T::ZERO, "pitch_rad", "0 in the plane")
     }
 
-    fn mounted(&self, mounting: &Mounting<T>) -> (Self, SVector<T, 3>) {
+    fn mounted(&self, mounting: &Mounting<T>) -> (Self, Vector3<T>) {
         let ([forward, left, _], [_, _, yaw]) = (mounting.position_m(), mounting.angles_rad());
         let (sine, cosine) = self.heading_rad.sin_cos();
         let (x, y) = (forward * cosine - left * sine, forward * sine + left * cosine);

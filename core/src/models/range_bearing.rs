@@ -1,6 +1,6 @@
 //! Range and bearing in the plane (5.28).
 
-use super::{Expected, Inverse, Locating, ModelError, PlanarPose, Sensor, require};
+use super::{Expected, Inverse, ModelError, PlanarPose, Sensor, require};
 use crate::{Real, Symmetric, wrap};
 use nalgebra::{Matrix2, SMatrix, SVector, Vector2};
 
@@ -21,7 +21,7 @@ const HIDING_SIGMAS: f64 = 3.0;
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RangeBearing<T: Real> {
-    noise: Symmetric<T, 2>,
+    noise: Symmetric<Vector2<T>>,
 }
 
 /// A planar pose with its heading's sine and cosine.
@@ -70,15 +70,9 @@ impl<T: Real> RangeBearing<T> {
     }
 }
 
-impl<T: Real> Locating<T, 3, 2, 2> for RangeBearing<T> {
-    #[inline]
-    fn by_pose(&self, frame: &Self::Frame, feature: &SVector<T, 2>, expected: &Expected<T, 2, 2>) -> SMatrix<T, 2, 3> {
-        frame.by_pose(&expected.jacobian, feature)
-    }
-}
-
-impl<T: Real> Sensor<T, 2, 2> for RangeBearing<T> {
+impl<T: Real> Sensor for RangeBearing<T> {
     type Pose = PlanarPose<T>;
+    type Measurement = Vector2<T>;
     type Frame = PlanarFrame<T>;
 
     const SORTED_BY: usize = 1;
@@ -91,7 +85,7 @@ impl<T: Real> Sensor<T, 2, 2> for RangeBearing<T> {
 
     /// (5.28) with the heading subtracted. The Jacobian is that of range and bearing with respect to the feature.
     #[inline(always)]
-    fn expect(&self, frame: &Self::Frame, feature: &SVector<T, 2>) -> Option<Expected<T, 2, 2>> {
+    fn expect(&self, frame: &Self::Frame, feature: &SVector<T, 2>) -> Option<Expected<Vector2<T>, Vector2<T>>> {
         let [[dx, dy]] = (feature - frame.position).data.0;
         let squared = dx * dx + dy * dy;
         // At the sensor itself the bearing has no derivative. Written so that NaN fails too; what is infinitely far is out of
@@ -124,12 +118,12 @@ impl<T: Real> Sensor<T, 2, 2> for RangeBearing<T> {
             && bearing * bearing < sigmas * self.noise.get(1, 1)
     }
 
-    fn noise(&self) -> &Symmetric<T, 2> {
+    fn noise(&self) -> &Symmetric<Vector2<T>> {
         &self.noise
     }
 
     /// h⁻¹ and H* of (5.9), (5.10). A measurement of no range has no inverse.
-    fn invert(&self, frame: &Self::Frame, measured: &SVector<T, 2>) -> Option<Inverse<T, 2, 2>> {
+    fn invert(&self, frame: &Self::Frame, measured: &SVector<T, 2>) -> Option<Inverse<Vector2<T>, Vector2<T>>> {
         let [[range, bearing]] = measured.data.0;
         if !(range > T::ZERO) {
             return None;
@@ -142,11 +136,21 @@ impl<T: Real> Sensor<T, 2, 2> for RangeBearing<T> {
             jacobian: Matrix2::new(cosine, -range * sine, sine, range * cosine),
         })
     }
+
+    #[inline]
+    fn by_pose(
+        &self,
+        frame: &Self::Frame,
+        feature: &SVector<T, 2>,
+        expected: &Expected<Vector2<T>, Vector2<T>>,
+    ) -> SMatrix<T, 2, 3> {
+        frame.by_pose(&expected.jacobian, feature)
+    }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{Locating, PlanarPose, RangeBearing, Sensor};
+    use super::{PlanarPose, RangeBearing, Sensor};
     use crate::Pose;
     use crate::models::testing::check_sifting;
     use nalgebra::{Matrix2, Vector2, Vector3};

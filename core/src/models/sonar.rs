@@ -2,10 +2,8 @@
 
 use super::bearing_only::check_ranges;
 use super::field_of_view::ramp;
-use super::{
-    AuvPose, BirthIntensity, BodyFrame, Expected, FieldOfView, Inverse, Locating, ModelError, Sensor, require,
-};
-use crate::{Bounds, Component, Real, Symmetric, wrap};
+use super::{AuvPose, BirthIntensity, BodyFrame, Expected, FieldOfView, Inverse, ModelError, Sensor, require};
+use crate::{Bounds, Component, Real, Symmetric, Vector, wrap};
 use nalgebra::{Matrix3, SMatrix, SVector, Vector1, Vector2, Vector3};
 
 /// A sensor that measures range (m), bearing (rad, 0 ahead, growing to the left) and elevation (rad, growing upwards) of a
@@ -23,7 +21,7 @@ use nalgebra::{Matrix3, SMatrix, SVector, Vector1, Vector2, Vector3};
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RangeBearingElevation<T: Real> {
-    noise: Symmetric<T, 3>,
+    noise: Symmetric<Vector3<T>>,
 }
 
 /// A sensor that measures the range (m) of a feature in space and nothing else, as an acoustic beacon's transponder does.
@@ -31,7 +29,7 @@ pub struct RangeBearingElevation<T: Real> {
 /// One range has no inverse, so features are born from the birth intensity `B` (5.2.1).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RangeOnly<T: Real, B> {
-    noise: Symmetric<T, 1>,
+    noise: Symmetric<Vector1<T>>,
     births: B,
 }
 
@@ -40,7 +38,7 @@ pub struct RangeOnly<T: Real, B> {
 /// A direction has no inverse, so features are born from the birth intensity `B` (5.2.1).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BearingElevation<T: Real, B> {
-    noise: Symmetric<T, 2>,
+    noise: Symmetric<Vector2<T>>,
     births: B,
 }
 
@@ -114,8 +112,9 @@ fn polar<T: Real>(frame: &BodyFrame<T>, feature: &Vector3<T>) -> Option<(Vector3
     Some((measurement, by_body * frame.rotation.transpose()))
 }
 
-impl<T: Real> Sensor<T, 3, 3> for RangeBearingElevation<T> {
+impl<T: Real> Sensor for RangeBearingElevation<T> {
     type Pose = AuvPose<T>;
+    type Measurement = Vector3<T>;
     type Frame = BodyFrame<T>;
 
     const SORTED_BY: usize = 1;
@@ -127,7 +126,7 @@ impl<T: Real> Sensor<T, 3, 3> for RangeBearingElevation<T> {
     }
 
     #[inline]
-    fn expect(&self, frame: &Self::Frame, feature: &SVector<T, 3>) -> Option<Expected<T, 3, 3>> {
+    fn expect(&self, frame: &Self::Frame, feature: &SVector<T, 3>) -> Option<Expected<Vector3<T>, Vector3<T>>> {
         polar(frame, feature).map(|(measurement, jacobian)| Expected { measurement, jacobian })
     }
 
@@ -137,12 +136,12 @@ impl<T: Real> Sensor<T, 3, 3> for RangeBearingElevation<T> {
         Vector3::new(range, wrap(bearing), elevation)
     }
 
-    fn noise(&self) -> &Symmetric<T, 3> {
+    fn noise(&self) -> &Symmetric<Vector3<T>> {
         &self.noise
     }
 
     /// A measurement of no range, or of an elevation beyond straight up or down, has no inverse.
-    fn invert(&self, frame: &Self::Frame, measured: &SVector<T, 3>) -> Option<Inverse<T, 3, 3>> {
+    fn invert(&self, frame: &Self::Frame, measured: &SVector<T, 3>) -> Option<Inverse<Vector3<T>, Vector3<T>>> {
         let [[range, bearing, elevation]] = measured.data.0;
         let ((sb, cb), (se, ce)) = (bearing.sin_cos(), elevation.sin_cos());
         if !(range > T::ZERO && ce > T::ZERO) {
@@ -154,17 +153,21 @@ impl<T: Real> Sensor<T, 3, 3> for RangeBearingElevation<T> {
         let by_measurement = Matrix3::from_columns(&[direction, by_bearing * range, by_elevation * range]);
         Some(Inverse { feature: frame.to_map(&(direction * range)), jacobian: frame.rotation * by_measurement })
     }
-}
 
-impl<T: Real> Locating<T, 5, 3, 3> for RangeBearingElevation<T> {
     #[inline]
-    fn by_pose(&self, frame: &Self::Frame, feature: &SVector<T, 3>, expected: &Expected<T, 3, 3>) -> SMatrix<T, 3, 5> {
+    fn by_pose(
+        &self,
+        frame: &Self::Frame,
+        feature: &SVector<T, 3>,
+        expected: &Expected<Vector3<T>, Vector3<T>>,
+    ) -> SMatrix<T, 3, 5> {
         frame.by_pose(&expected.jacobian, feature)
     }
 }
 
-impl<T: Real, B: BirthIntensity<T, BodyFrame<T>, 3>> Sensor<T, 3, 1> for RangeOnly<T, B> {
+impl<T: Real, B: BirthIntensity<BodyFrame<T>, Vector3<T>>> Sensor for RangeOnly<T, B> {
     type Pose = AuvPose<T>;
+    type Measurement = Vector1<T>;
     type Frame = BodyFrame<T>;
 
     const SORTED_BY: usize = 0;
@@ -175,7 +178,7 @@ impl<T: Real, B: BirthIntensity<T, BodyFrame<T>, 3>> Sensor<T, 3, 1> for RangeOn
     }
 
     #[inline]
-    fn expect(&self, frame: &Self::Frame, feature: &SVector<T, 3>) -> Option<Expected<T, 3, 1>> {
+    fn expect(&self, frame: &Self::Frame, feature: &SVector<T, 3>) -> Option<Expected<Vector3<T>, Vector1<T>>> {
         let offset = feature - frame.position;
         let squared = offset.x * offset.x + offset.y * offset.y + offset.z * offset.z;
         if !(squared > T::ZERO && squared.is_finite()) {
@@ -190,29 +193,33 @@ impl<T: Real, B: BirthIntensity<T, BodyFrame<T>, 3>> Sensor<T, 3, 1> for RangeOn
         measured - expected
     }
 
-    fn noise(&self) -> &Symmetric<T, 1> {
+    fn noise(&self) -> &Symmetric<Vector1<T>> {
         &self.noise
     }
 
-    fn expected_birth(&self, frame: &Self::Frame, index: usize) -> Option<Component<T, 3>> {
+    fn expected_birth(&self, frame: &Self::Frame, index: usize) -> Option<Component<Vector3<T>>> {
         self.births.component(frame, index)
     }
 
     /// None: any direction fits a range.
-    fn invert(&self, _frame: &Self::Frame, _measured: &SVector<T, 1>) -> Option<Inverse<T, 3, 1>> {
+    fn invert(&self, _frame: &Self::Frame, _measured: &SVector<T, 1>) -> Option<Inverse<Vector3<T>, Vector1<T>>> {
         None
     }
-}
 
-impl<T: Real, B: BirthIntensity<T, BodyFrame<T>, 3>> Locating<T, 5, 3, 1> for RangeOnly<T, B> {
     #[inline]
-    fn by_pose(&self, frame: &Self::Frame, feature: &SVector<T, 3>, expected: &Expected<T, 3, 1>) -> SMatrix<T, 1, 5> {
+    fn by_pose(
+        &self,
+        frame: &Self::Frame,
+        feature: &SVector<T, 3>,
+        expected: &Expected<Vector3<T>, Vector1<T>>,
+    ) -> SMatrix<T, 1, 5> {
         frame.by_pose(&expected.jacobian, feature)
     }
 }
 
-impl<T: Real, B: BirthIntensity<T, BodyFrame<T>, 3>> Sensor<T, 3, 2> for BearingElevation<T, B> {
+impl<T: Real, B: BirthIntensity<BodyFrame<T>, Vector3<T>>> Sensor for BearingElevation<T, B> {
     type Pose = AuvPose<T>;
+    type Measurement = Vector2<T>;
     type Frame = BodyFrame<T>;
 
     const SORTED_BY: usize = 0;
@@ -225,7 +232,7 @@ impl<T: Real, B: BirthIntensity<T, BodyFrame<T>, 3>> Sensor<T, 3, 2> for Bearing
     }
 
     #[inline]
-    fn expect(&self, frame: &Self::Frame, feature: &SVector<T, 3>) -> Option<Expected<T, 3, 2>> {
+    fn expect(&self, frame: &Self::Frame, feature: &SVector<T, 3>) -> Option<Expected<Vector3<T>, Vector2<T>>> {
         let (measurement, jacobian) = polar(frame, feature)?;
         Some(Expected {
             measurement: Vector2::new(measurement.y, measurement.z),
@@ -239,23 +246,26 @@ impl<T: Real, B: BirthIntensity<T, BodyFrame<T>, 3>> Sensor<T, 3, 2> for Bearing
         Vector2::new(wrap(bearing), elevation)
     }
 
-    fn noise(&self) -> &Symmetric<T, 2> {
+    fn noise(&self) -> &Symmetric<Vector2<T>> {
         &self.noise
     }
 
-    fn expected_birth(&self, frame: &Self::Frame, index: usize) -> Option<Component<T, 3>> {
+    fn expected_birth(&self, frame: &Self::Frame, index: usize) -> Option<Component<Vector3<T>>> {
         self.births.component(frame, index)
     }
 
     /// None: any range fits a direction.
-    fn invert(&self, _frame: &Self::Frame, _measured: &SVector<T, 2>) -> Option<Inverse<T, 3, 2>> {
+    fn invert(&self, _frame: &Self::Frame, _measured: &SVector<T, 2>) -> Option<Inverse<Vector3<T>, Vector2<T>>> {
         None
     }
-}
 
-impl<T: Real, B: BirthIntensity<T, BodyFrame<T>, 3>> Locating<T, 5, 3, 2> for BearingElevation<T, B> {
     #[inline]
-    fn by_pose(&self, frame: &Self::Frame, feature: &SVector<T, 3>, expected: &Expected<T, 3, 2>) -> SMatrix<T, 2, 5> {
+    fn by_pose(
+        &self,
+        frame: &Self::Frame,
+        feature: &SVector<T, 3>,
+        expected: &Expected<Vector3<T>, Vector2<T>>,
+    ) -> SMatrix<T, 2, 5> {
         frame.by_pose(&expected.jacobian, feature)
     }
 }
@@ -334,12 +344,12 @@ impl<T: Real> SonarWindow<T> {
     }
 }
 
-impl<T: Real, const Z: usize> FieldOfView<T, BodyFrame<T>, 3, Z> for SonarWindow<T> {
-    fn detection_probability(&self, frame: &BodyFrame<T>, feature: &SVector<T, 3>, _expected: &SVector<T, Z>) -> T {
+impl<T: Real, Z: Vector<Scalar = T>> FieldOfView<BodyFrame<T>, Vector3<T>, Z> for SonarWindow<T> {
+    fn detection_probability(&self, frame: &BodyFrame<T>, feature: &Vector3<T>, _expected: &Z) -> T {
         self.probability_at(frame, feature)
     }
 
-    fn bounds(&self, frame: &BodyFrame<T>) -> Bounds<T, 3> {
+    fn bounds(&self, frame: &BodyFrame<T>) -> Bounds<Vector3<T>> {
         // Rounding of the range must not push a feature that is in view out of the box.
         let reach = (self.limits.range_max_m + self.limits.range_edge_m) * (T::ONE + T::from_f64(8.0) * T::EPSILON);
         Bounds::around(&frame.position, reach)
@@ -382,8 +392,8 @@ impl<T: Real> SphericalBirths<T> {
     }
 }
 
-impl<T: Real> BirthIntensity<T, BodyFrame<T>, 3> for SphericalBirths<T> {
-    fn component(&self, frame: &BodyFrame<T>, index: usize) -> Option<Component<T, 3>> {
+impl<T: Real> BirthIntensity<BodyFrame<T>, Vector3<T>> for SphericalBirths<T> {
+    fn component(&self, frame: &BodyFrame<T>, index: usize) -> Option<Component<Vector3<T>>> {
         let SphericalGrid { nearest_m, farthest_m, weight, .. } = self.grid;
         let (shells, directions) = (usize::from(self.grid.shells), usize::from(self.grid.directions));
         let (shell, place) = (index.checked_div(directions)?, index.checked_rem(directions)?);
@@ -418,7 +428,7 @@ mod tests {
         SonarLimits, SonarWindow, SphericalBirths, SphericalGrid,
     };
     use crate::models::testing::check_in_space;
-    use nalgebra::{Matrix3, Vector3};
+    use nalgebra::{Matrix3, Vector1, Vector3};
     use std::vec::Vec;
 
     const GRID: SphericalGrid<f64> =
@@ -520,8 +530,8 @@ mod tests {
             let across = range * elevation.cos();
             let body = Vector3::new(across * bearing.cos(), across * bearing.sin(), range * elevation.sin());
             let feature = frame.to_map(&body);
-            assert!(FieldOfView::<_, _, 3, 1>::bounds(&window, &frame).holds(&feature) || range > 10.5);
-            FieldOfView::<_, _, 3, 1>::detection_probability(&window, &frame, &feature, &[0.0].into())
+            assert!(FieldOfView::<_, _, Vector1<f64>>::bounds(&window, &frame).holds(&feature) || range > 10.5);
+            window.detection_probability(&frame, &feature, &Vector1::new(0.0))
         };
         assert!((at(5.0, -0.5, 0.1) - 0.8).abs() < 1e-12);
         assert!((at(10.0, 0.0, 0.0) - 0.4).abs() < 1e-9);

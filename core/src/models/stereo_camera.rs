@@ -1,8 +1,8 @@
 //! A stereo camera: a feature in space as four pixel coordinates (7.2–7.5).
 
-use super::{AuvPose, BodyFrame, Expected, Inverse, Locating, ModelError, Sensor, require};
+use super::{AuvPose, BodyFrame, Expected, Inverse, ModelError, Sensor, require};
 use crate::{Real, Symmetric};
-use nalgebra::{Matrix2x3, Matrix3, Matrix4x3, SMatrix, SVector, Vector3, Vector4};
+use nalgebra::{Matrix2x3, Matrix3, Matrix4x3, SMatrix, SVector, Vector1, Vector3, Vector4};
 
 /// A rectified stereo camera fixed to the vehicle, that measures (u_l, v_l, u_r, v_r): column and row of a keypoint in the left and
 /// in the right image, px.
@@ -33,9 +33,9 @@ use nalgebra::{Matrix2x3, Matrix3, Matrix4x3, SMatrix, SVector, Vector3, Vector4
 pub struct StereoCamera<T: Real> {
     left: Camera<T>,
     right: Camera<T>,
-    noise: Symmetric<T, 4>,
+    noise: Symmetric<Vector4<T>>,
     /// R⁻¹.
-    precision: Symmetric<T, 4>,
+    precision: Symmetric<Vector4<T>>,
     epipolar_gate: T,
 }
 
@@ -52,7 +52,7 @@ struct Camera<T: Real> {
 /// both images in common. What images have in common (the time they were taken at, the attitude of the camera) moves a feature and leaves
 /// its disparity alone.
 #[must_use]
-pub fn pixel_noise<T: Real>(own_px: [T; 4], common_px: [T; 2]) -> Symmetric<T, 4> {
+pub fn pixel_noise<T: Real>(own_px: [T; 4], common_px: [T; 2]) -> Symmetric<Vector4<T>> {
     let [columns, rows] = common_px.map(|sigma| sigma * sigma);
     let [ul, vl, ur, vr] = own_px.map(|sigma| sigma * sigma);
     Symmetric::from_fn(|row, column| match (row, column) {
@@ -166,7 +166,7 @@ impl<T: Real> StereoCamera<T> {
     pub fn new(
         left: SMatrix<T, 3, 4>,
         right: SMatrix<T, 3, 4>,
-        noise: Symmetric<T, 4>,
+        noise: Symmetric<Vector4<T>>,
         epipolar_gate: T,
     ) -> Result<Self, ModelError> {
         const RANGE: &str = "finite, with a 3 x 3 part that is not singular";
@@ -188,7 +188,7 @@ impl<T: Real> StereoCamera<T> {
     }
 
     /// What is to be expected of a point in the vehicle's frame.
-    fn project(&self, point: &Vector3<T>) -> Option<Expected<T, 3, 4>> {
+    fn project(&self, point: &Vector3<T>) -> Option<Expected<Vector3<T>, Vector4<T>>> {
         let ([ul, vl], left) = Camera::project(&self.left.turn, &self.left.shift, point)?;
         let ([ur, vr], right) = Camera::project(&self.right.turn, &self.right.shift, point)?;
         Some(Expected { measurement: Vector4::new(ul, vl, ur, vr), jacobian: stacked(&left, &right) })
@@ -197,10 +197,10 @@ impl<T: Real> StereoCamera<T> {
     /// (Aᵀ R⁻¹ A)⁻¹ Aᵀ R⁻¹, the weighted pseudoinverse.
     fn pseudoinverse(&self, a: &Matrix4x3<T>) -> Option<SMatrix<T, 3, 4>> {
         // R⁻¹ A, as (Aᵀ R⁻¹)ᵀ.
-        let weighted: Matrix4x3<T> = self.precision.times_transpose(&a.transpose());
+        let weighted: Matrix4x3<T> = self.precision.times_transpose::<Vector4<T>, Vector3<T>>(&a.transpose());
         let normal = a.tr_mul(&weighted);
         let element = |row: usize, column: usize| normal.get((row, column)).copied().unwrap_or(T::ZERO);
-        let factor = Symmetric::<T, 3>::from_fn(element).factor()?;
+        let factor = Symmetric::<Vector3<T>>::from_fn(element).factor()?;
         let mut inverse = SMatrix::<T, 3, 4>::zeros();
         for (mut column, row) in inverse.column_iter_mut().zip(weighted.row_iter()) {
             column.copy_from(&factor.solve(&row.transpose()));
@@ -222,7 +222,7 @@ impl<T: Real> StereoCamera<T> {
         let point = start + correction;
         let expected = self.project(&point)?;
         let residual = measured - expected.measurement;
-        let mismatch = self.precision.congruence(&residual.transpose()).get(0, 0);
+        let mismatch = self.precision.congruence::<Vector1<T>>(&residual.transpose()).get(0, 0);
         if !(mismatch <= self.epipolar_gate) {
             return None;
         }
@@ -243,8 +243,9 @@ fn solve<T: Real>(a: &Matrix3<T>, b: &Vector3<T>) -> Option<Vector3<T>> {
     solution.iter().all(|coordinate| coordinate.is_finite()).then_some(solution)
 }
 
-impl<T: Real> Sensor<T, 3, 4> for StereoCamera<T> {
+impl<T: Real> Sensor for StereoCamera<T> {
     type Pose = AuvPose<T>;
+    type Measurement = Vector4<T>;
     type Frame = StereoFrame<T>;
 
     /// The column in the left image: images are wider than high.
@@ -266,7 +267,7 @@ impl<T: Real> Sensor<T, 3, 4> for StereoCamera<T> {
 
     /// (7.2–7.4).
     #[inline]
-    fn expect(&self, frame: &Self::Frame, feature: &SVector<T, 3>) -> Option<Expected<T, 3, 4>> {
+    fn expect(&self, frame: &Self::Frame, feature: &SVector<T, 3>) -> Option<Expected<Vector3<T>, Vector4<T>>> {
         let offset = feature - frame.body.position;
         let ([ul, vl], left) = Camera::project(&frame.left, &frame.left_shift, &offset)?;
         let ([ur, vr], right) = Camera::project(&frame.right, &self.right.shift, &offset)?;
@@ -278,24 +279,27 @@ impl<T: Real> Sensor<T, 3, 4> for StereoCamera<T> {
         measured - expected
     }
 
-    fn noise(&self) -> &Symmetric<T, 4> {
+    fn noise(&self) -> &Symmetric<Vector4<T>> {
         &self.noise
     }
 
     /// (7.5). A pair whose rays do not meet before both cameras (no disparity, a negative one) or that does not lie on one
     /// epipolar line has none.
-    fn invert(&self, frame: &Self::Frame, measured: &SVector<T, 4>) -> Option<Inverse<T, 3, 4>> {
+    fn invert(&self, frame: &Self::Frame, measured: &SVector<T, 4>) -> Option<Inverse<Vector3<T>, Vector4<T>>> {
         let (point, by_measurement) = self.triangulate(measured)?;
         let jacobian = frame.body.rotation * by_measurement;
         let feature = frame.body.to_map(&point);
         let finite = feature.iter().chain(jacobian.iter()).all(|number| number.is_finite());
         finite.then_some(Inverse { feature, jacobian })
     }
-}
 
-impl<T: Real> Locating<T, 5, 3, 4> for StereoCamera<T> {
     #[inline]
-    fn by_pose(&self, frame: &Self::Frame, feature: &SVector<T, 3>, expected: &Expected<T, 3, 4>) -> SMatrix<T, 4, 5> {
+    fn by_pose(
+        &self,
+        frame: &Self::Frame,
+        feature: &SVector<T, 3>,
+        expected: &Expected<Vector3<T>, Vector4<T>>,
+    ) -> SMatrix<T, 4, 5> {
         frame.body.by_pose(&expected.jacobian, feature)
     }
 }
@@ -462,7 +466,7 @@ pub(super) mod tests {
         let measured = camera.expect(&frame, &frame.body.to_map(&Vector3::new(0.5, 0.2, -2.4))).unwrap().measurement;
         let covariance = |camera: &StereoCamera<f64>| {
             let jacobian = camera.invert(&frame, &measured).unwrap().jacobian;
-            camera.noise().congruence(&jacobian)
+            camera.noise().congruence::<Vector3<f64>>(&jacobian)
         };
         let (alone, common) = (covariance(&camera), covariance(&shaken));
         assert!((common.get(2, 2) / alone.get(2, 2) - 1.0).abs() < 1e-9);

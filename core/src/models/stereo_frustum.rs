@@ -3,7 +3,7 @@
 use super::field_of_view::ramp;
 use super::{FieldOfView, ModelError, StereoCamera, StereoFrame, require};
 use crate::{Bounds, Real};
-use nalgebra::{SVector, Vector3};
+use nalgebra::{SVector, Vector3, Vector4};
 
 /// The part of space that a stereo camera detects features in.
 ///
@@ -92,7 +92,7 @@ impl<T: Real> StereoFrustum<T> {
     }
 }
 
-impl<T: Real> FieldOfView<T, StereoFrame<T>, 3, 4> for StereoFrustum<T> {
+impl<T: Real> FieldOfView<StereoFrame<T>, Vector3<T>, Vector4<T>> for StereoFrustum<T> {
     #[inline]
     fn detection_probability(&self, frame: &StereoFrame<T>, feature: &SVector<T, 3>, expected: &SVector<T, 4>) -> T {
         let FrustumLimits { width_px, height_px, edge_px, near_m, far_m, depth_edge_m, probability } = self.limits;
@@ -121,7 +121,7 @@ impl<T: Real> FieldOfView<T, StereoFrame<T>, 3, 4> for StereoFrustum<T> {
     }
 
     /// The box around what the left image shows.
-    fn bounds(&self, frame: &StereoFrame<T>) -> Bounds<T, 3> {
+    fn bounds(&self, frame: &StereoFrame<T>) -> Bounds<Vector3<T>> {
         let mut bounds = Bounds::EMPTY;
         for corner in &self.corners {
             bounds.include(&frame.body.to_map(corner));

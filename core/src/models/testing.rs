@@ -1,61 +1,60 @@
 //! Checks shared by the tests of the models.
 
-use crate::{AuvPose, Dim, Locating, Motion, Packed, PlanarPose, Pose, Sensor, Symmetric};
-use nalgebra::{SMatrix, SVector, Vector3};
+use crate::{AuvPose, Matrix, Motion, PlanarPose, Pose, Sensor, Symmetric, Vector};
+use nalgebra::{SMatrix, Vector2, Vector3, Vector5};
 
 /// That measurements are sifted by a coordinate that is no angle: its innovation is the difference, also past a turn.
-pub(super) fn check_sifting<S: Sensor<f64, D, Z>, const D: usize, const Z: usize>(
-    sensor: &S,
-    measured: &SVector<f64, Z>,
-) where
-    Dim<D>: Packed,
-    Dim<Z>: Packed,
-{
+pub(super) fn check_sifting<S: Sensor<Pose: Pose<Scalar = f64>>>(sensor: &S, measured: &S::Measurement) {
     let Some(k) = S::SIFTED_BY else { return };
-    assert!(k < Z && k != S::SORTED_BY);
-    let expected = measured.add_scalar(-4.0);
-    assert_eq!(sensor.innovation(measured, &expected)[k], measured[k] - expected[k]);
+    assert!(k < S::Measurement::DIMENSION && k != S::SORTED_BY);
+    let expected = S::Measurement::with(|k| measured.at(k) - 4.0);
+    assert_eq!(sensor.innovation(measured, &expected).at(k), measured.at(k) - expected.at(k));
+}
+
+/// How far a difference quotient is from the column of a matrix.
+pub(super) fn off_by<Z: Vector<Scalar = f64>>(quotient: &Z, of_matrix: impl Fn(usize) -> f64) -> f64 {
+    let off = Z::with(|row| quotient.at(row) - of_matrix(row));
+    off.dot(&off).sqrt()
 }
 
 /// H by the feature and by the pose of a sensor in space against central differences, relative to the size of either.
-pub(super) fn check_in_space<S, const Z: usize>(sensor: &S, pose: &AuvPose<f64>, feature: &Vector3<f64>, tolerance: f64)
+pub(super) fn check_in_space<S>(sensor: &S, pose: &AuvPose<f64>, feature: &Vector3<f64>, tolerance: f64)
 where
-    S: Sensor<f64, 3, Z, Pose = AuvPose<f64>> + Locating<f64, 5, 3, Z>,
-    Dim<Z>: Packed,
+    S: Sensor<Pose = AuvPose<f64>>,
 {
     const STEP: f64 = 1e-5;
     let frame = sensor.frame(pose);
     let seen = sensor.expect(&frame, feature).unwrap();
-    check_sifting::<S, 3, Z>(sensor, &seen.measurement);
+    check_sifting(sensor, &seen.measurement);
     let by_pose = sensor.by_pose(&frame, feature, &seen);
-    let slope = |at: &dyn Fn(f64) -> SVector<f64, Z>| sensor.innovation(&at(STEP), &at(-STEP)) / (2.0 * STEP);
+    let slope = |at: &dyn Fn(f64) -> S::Measurement| sensor.innovation(&at(STEP), &at(-STEP)) * (1.0 / (2.0 * STEP));
     for k in 0..3 {
         let difference = slope(&|step| {
             let mut offset = Vector3::zeros();
             offset[k] = step;
             sensor.expect(&frame, &(feature + offset)).unwrap().measurement
         });
-        let error = (difference - seen.jacobian.column(k)).norm();
-        assert!(error < tolerance, "by the feature, column {k}: off by {error} from {difference}");
+        let error = off_by(&difference, |row| seen.jacobian.at(row, k));
+        assert!(error < tolerance, "by the feature, column {k}: off by {error} from {difference:?}");
     }
     for k in 0..5 {
         let difference = slope(&|step| {
-            let mut by = SVector::<f64, 5>::zeros();
+            let mut by = Vector5::zeros();
             by[k] = step;
             sensor.expect(&sensor.frame(&pose.displaced(&by)), feature).unwrap().measurement
         });
-        let error = (difference - by_pose.column(k)).norm();
-        assert!(error < tolerance, "by the pose, column {k}: off by {error} from {difference}");
+        let error = off_by(&difference, |row| by_pose.at(row, k));
+        assert!(error < tolerance, "by the pose, column {k}: off by {error} from {difference:?}");
     }
 }
 
 /// F and Q of a planar motion model against central differences at one pose and control.
-pub(super) fn check_linearised<M: Motion<f64, 3, Pose = PlanarPose<f64>>>(
+pub(super) fn check_linearised<M: Motion<Pose = PlanarPose<f64>>>(
     motion: &M,
     pose: &PlanarPose<f64>,
     control: [f64; 2],
     as_control: impl Fn([f64; 2]) -> M::Control,
-    control_covariance: Symmetric<f64, 2>,
+    control_covariance: Symmetric<Vector2<f64>>,
     dt: f64,
 ) {
     let step = 1e-6;
@@ -83,7 +82,7 @@ pub(super) fn check_linearised<M: Motion<f64, 3, Pose = PlanarPose<f64>>>(
             moved(coordinates, c)
         })
     }));
-    let noise = control_covariance.congruence(&by_control).to_matrix();
+    let noise = control_covariance.congruence::<Vector3<f64>>(&by_control).to_matrix();
     let error = (noise - linearised.noise.to_matrix()).norm();
     assert!(error < 1e-8, "Q at {pose:?}, {control:?}: off by {error}");
 }

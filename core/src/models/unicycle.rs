@@ -2,7 +2,7 @@
 
 use super::{ControlNoise, Linearised, ModelError, Motion, PlanarPose};
 use crate::{Noise, Rates, Real, wrap};
-use nalgebra::{Matrix3, SMatrix};
+use nalgebra::{Matrix3, SMatrix, Vector3};
 
 /// How a [`Unicycle`] integrates its controls over one step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -94,7 +94,7 @@ impl<T: Real> Unicycle<T> {
     }
 }
 
-impl<T: Real> Motion<T, 3> for Unicycle<T> {
+impl<T: Real> Motion for Unicycle<T> {
     type Pose = PlanarPose<T>;
     type Control = UnicycleControl<T>;
 
@@ -120,7 +120,7 @@ impl<T: Real> Motion<T, 3> for Unicycle<T> {
         self.propagate(pose, &UnicycleControl { speed_mps, rate_radps }, dt)
     }
 
-    fn linearise(&self, pose: &Self::Pose, control: &Self::Control, dt: T) -> Linearised<T, 3> {
+    fn linearise(&self, pose: &Self::Pose, control: &Self::Control, dt: T) -> Linearised<Vector3<T>> {
         let Displacement { x, y, d_speed: [xv, yv], d_rate: [xw, yw] } =
             self.displacement(pose.heading_rad, control, dt);
         let (one, zero) = (T::ONE, T::ZERO);

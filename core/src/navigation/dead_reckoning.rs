@@ -5,7 +5,7 @@ use super::velocity_filter::Outliers;
 use super::{Outcome, VelocityNoise};
 use crate::models::{ModelError, require};
 use crate::{Real, Symmetric, rotation};
-use nalgebra::{SMatrix, SVector, Vector1, Vector3};
+use nalgebra::{Matrix1x6, Matrix3x6, Matrix6, Vector1, Vector3, Vector6};
 
 /// Navigation by velocity log, pressure sensor and inertial unit alone (section 7.2.4): a Kalman filter over position and velocity
 /// along the vehicle's own axes.
@@ -16,7 +16,7 @@ use nalgebra::{SMatrix, SVector, Vector1, Vector3};
 pub struct DeadReckoning<T: Real> {
     noise: VelocityNoise<T>,
     /// (x, y, z, v_x, v_y, v_z).
-    state: Kalman<T, 6>,
+    state: Kalman<Vector6<T>>,
     outliers: Outliers,
     z_outliers: Outliers,
 }
@@ -30,7 +30,7 @@ impl<T: Real> DeadReckoning<T> {
         noise.check()?;
         require(position_m.iter().all(|x| x.is_finite()), "position_m", "finite")?;
         let (zero, one) = (T::ZERO, T::ONE);
-        let mean = SVector::from([position_m.x, position_m.y, position_m.z, zero, zero, zero]);
+        let mean = Vector6::from([position_m.x, position_m.y, position_m.z, zero, zero, zero]);
         let covariance = Symmetric::from_diagonal([zero, zero, zero, one, one, one]);
         let (outliers, z_outliers) = (Outliers::default(), Outliers::default());
         Ok(Self { noise, state: Kalman { mean, covariance }, outliers, z_outliers })
@@ -38,7 +38,7 @@ impl<T: Real> DeadReckoning<T> {
 
     /// Moves on by `dt` seconds in this attitude, rad.
     pub fn predict(&mut self, roll_rad: T, pitch_rad: T, yaw_rad: T, dt: T) {
-        let mut transition = SMatrix::<T, 6, 6>::identity();
+        let mut transition = Matrix6::identity();
         transition.fixed_view_mut::<3, 3>(0, 3).copy_from(&(rotation(roll_rad, pitch_rad, yaw_rad) * dt));
         let (zero, walk) = (T::ZERO, self.noise.walked(dt));
         self.state.predict(&transition, &Symmetric::from_diagonal([zero, zero, zero, walk, walk, walk]));
@@ -47,13 +47,13 @@ impl<T: Real> DeadReckoning<T> {
     /// Takes in the velocity that the Doppler log measured, along the vehicle's own axes, m/s.
     pub fn dvl(&mut self, velocity_mps: &Vector3<T>) -> Outcome {
         let variance = self.noise.dvl_sigma_mps * self.noise.dvl_sigma_mps;
-        let h = SMatrix::<T, 3, 6>::from_fn(|row, column| if column == row + 3 { T::ONE } else { T::ZERO });
+        let h = Matrix3x6::from_fn(|row, column| if column == row + 3 { T::ONE } else { T::ZERO });
         let noise = Symmetric::from_diagonal([variance; 3]);
         let outcome = self.state.update(velocity_mps, &h, &noise, self.noise.gate());
         if self.outliers.counted(outcome, velocity_mps, self.noise.outliers_believed) {
             let [[x, y, z, ..]] = self.state.mean.data.0;
-            self.state.mean = SVector::from([x, y, z, velocity_mps.x, velocity_mps.y, velocity_mps.z]);
-            let position = self.state.covariance.leading::<3>();
+            self.state.mean = Vector6::from([x, y, z, velocity_mps.x, velocity_mps.y, velocity_mps.z]);
+            let position = self.state.covariance.leading::<Vector3<T>>();
             self.state.covariance = Symmetric::from_fn(|row, column| match (row, column) {
                 (0..3, 0..3) => position.get(row, column),
                 _ if row == column => variance,
@@ -66,12 +66,12 @@ impl<T: Real> DeadReckoning<T> {
     /// Takes in z as the pressure sensor has it, m.
     pub fn z(&mut self, z_m: T) -> Outcome {
         let variance = self.noise.z_sigma_m * self.noise.z_sigma_m;
-        let h = SMatrix::<T, 1, 6>::from_fn(|_, column| if column == 2 { T::ONE } else { T::ZERO });
+        let h = Matrix1x6::from_fn(|_, column| if column == 2 { T::ONE } else { T::ZERO });
         let reading = Vector1::new(z_m);
         let outcome = self.state.update(&reading, &h, &Symmetric::from_diagonal([variance]), self.noise.gate());
         if self.z_outliers.counted(outcome, &reading, self.noise.outliers_believed) {
             let [[x, y, _, vx, vy, vz]] = self.state.mean.data.0;
-            self.state.mean = SVector::from([x, y, z_m, vx, vy, vz]);
+            self.state.mean = Vector6::from([x, y, z_m, vx, vy, vz]);
             let held = self.state.covariance;
             self.state.covariance = Symmetric::from_fn(|row, column| match (row, column) {
                 (2, 2) => variance,
@@ -91,7 +91,7 @@ impl<T: Real> DeadReckoning<T> {
 
     /// Its covariance, m², by the velocities alone.
     #[must_use]
-    pub fn covariance(&self) -> Symmetric<T, 3> {
+    pub fn covariance(&self) -> Symmetric<Vector3<T>> {
         self.state.covariance.leading()
     }
 }

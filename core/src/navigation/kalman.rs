@@ -1,7 +1,7 @@
 //! A linear Kalman filter of few states, whose measurements are gated.
 
-use crate::{Component, Correction, Dim, Packed, Real, Symmetric};
-use nalgebra::{SMatrix, SVector};
+use crate::vector::applied;
+use crate::{Component, Correction, Linear, Real, Symmetric, Vector};
 
 /// What became of a measurement.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -15,45 +15,36 @@ pub enum Outcome {
 
 /// A Gaussian state N(x, P).
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Kalman<T: Real, const N: usize>
-where
-    Dim<N>: Packed,
-{
-    pub(super) mean: SVector<T, N>,
-    pub(super) covariance: Symmetric<T, N>,
+pub(super) struct Kalman<N: Vector> {
+    pub(super) mean: N,
+    pub(super) covariance: Symmetric<N>,
 }
 
-impl<T: Real, const N: usize> Kalman<T, N>
-where
-    Dim<N>: Packed,
-{
+impl<T: Real, N: Vector<Scalar = T>> Kalman<N> {
     /// x ← F x, P ← F P Fᵀ + Q, unless that is beyond the range of the scalar: then the state is as it was.
-    pub(super) fn predict(&mut self, transition: &SMatrix<T, N, N>, noise: &Symmetric<T, N>) {
-        let mean = transition * self.mean;
-        let covariance = self.covariance.congruence(transition).plus(noise);
-        if mean.iter().all(|x| x.is_finite()) && covariance.is_finite() {
+    pub(super) fn predict(&mut self, transition: &Linear<N, N>, noise: &Symmetric<N>) {
+        let mean = applied::<N, N>(transition, &self.mean);
+        let covariance = self.covariance.congruence::<N>(transition).plus(noise);
+        if mean.as_slice().iter().all(|x| x.is_finite()) && covariance.is_finite() {
             *self = Self { mean, covariance };
         }
     }
 
     /// Takes in z = H x + e, e ~ N(0, R), unless (z − H x)ᵀ S⁻¹ (z − H x) exceeds `gate`.
-    pub(super) fn update<const Z: usize>(
+    pub(super) fn update<Z: Vector<Scalar = T>>(
         &mut self,
-        measured: &SVector<T, Z>,
-        h: &SMatrix<T, Z, N>,
-        noise: &Symmetric<T, Z>,
+        measured: &Z,
+        h: &Linear<Z, N>,
+        noise: &Symmetric<Z>,
         gate: T,
-    ) -> Outcome
-    where
-        Dim<Z>: Packed,
-    {
-        let innovation = measured - h * self.mean;
-        let Some(factor) = self.covariance.congruence(h).plus(noise).factor() else { return Outcome::Rejected };
+    ) -> Outcome {
+        let innovation = *measured - applied::<Z, N>(h, &self.mean);
+        let Some(factor) = self.covariance.congruence::<Z>(h).plus(noise).factor() else { return Outcome::Rejected };
         // Written so that NaN is rejected too.
         if !(factor.mahalanobis(&innovation) <= gate) {
             return Outcome::Rejected;
         }
-        let correction = Correction::new(&self.covariance, h, noise, &factor);
+        let correction = Correction::<N, Z>::new::<N>(&self.covariance, h, noise, &factor);
         let prior = Component { tag: 0, ln_weight: T::ZERO, mean: self.mean, covariance: self.covariance };
         let Component { mean, covariance, .. } = correction.apply(&prior, &innovation, T::ZERO);
         *self = Self { mean, covariance };

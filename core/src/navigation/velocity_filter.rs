@@ -3,8 +3,8 @@
 use super::Outcome;
 use super::kalman::Kalman;
 use crate::models::{ModelError, require, rotation};
-use crate::{Real, Symmetric};
-use nalgebra::{SMatrix, SVector, Vector1, Vector3};
+use crate::{Real, Symmetric, Vector};
+use nalgebra::{Matrix1x4, Matrix3x4, Matrix4, Vector1, Vector3, Vector4};
 
 /// Noise of the vehicle's velocity and of the instruments that measure it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -53,13 +53,8 @@ pub(super) struct Outliers(u16);
 
 impl Outliers {
     /// Counts what became of a reading; whether there were so many in a row that the filter has to start again from it.
-    pub(super) fn counted<T: Real, const Z: usize>(
-        &mut self,
-        outcome: Outcome,
-        reading: &SVector<T, Z>,
-        believed: u16,
-    ) -> bool {
-        let finite = reading.iter().all(|x| x.is_finite());
+    pub(super) fn counted(&mut self, outcome: Outcome, reading: &impl Vector, believed: u16) -> bool {
+        let finite = reading.as_slice().iter().all(|x| x.is_finite());
         self.0 = match outcome {
             Outcome::Rejected if finite => self.0.saturating_add(1),
             Outcome::Rejected => self.0,
@@ -104,7 +99,7 @@ impl Outliers {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct VelocityFilter<T: Real> {
     noise: VelocityNoise<T>,
-    state: Kalman<T, 4>,
+    state: Kalman<Vector4<T>>,
     outliers: Outliers,
     z_outliers: Outliers,
 }
@@ -117,7 +112,7 @@ impl<T: Real> VelocityFilter<T> {
     pub fn new(noise: VelocityNoise<T>, z_m: T) -> Result<Self, ModelError> {
         noise.check()?;
         require(z_m.is_finite(), "z_m", "finite")?;
-        let mean = SVector::from([T::ZERO, T::ZERO, T::ZERO, z_m]);
+        let mean = Vector4::from([T::ZERO, T::ZERO, T::ZERO, z_m]);
         let (velocity, z) = (T::ONE, noise.z_sigma_m * noise.z_sigma_m);
         let covariance = Symmetric::from_diagonal([velocity, velocity, velocity, z]);
         let (outliers, z_outliers) = (Outliers::default(), Outliers::default());
@@ -128,7 +123,7 @@ impl<T: Real> VelocityFilter<T> {
     pub fn predict(&mut self, roll_rad: T, pitch_rad: T, dt: T) {
         let turned = rotation(roll_rad, pitch_rad, T::ZERO);
         let [[_, _, zx], [_, _, zy], [_, _, zz]] = turned.data.0;
-        let mut transition = SMatrix::<T, 4, 4>::identity();
+        let mut transition = Matrix4::identity();
         for (element, share) in transition.row_mut(3).iter_mut().zip([zx, zy, zz]) {
             *element = share * dt;
         }
@@ -138,12 +133,12 @@ impl<T: Real> VelocityFilter<T> {
 
     /// Takes in the velocity that the Doppler log measured, along the vehicle's own axes, m/s.
     pub fn dvl(&mut self, velocity_mps: &Vector3<T>) -> Outcome {
-        let h = SMatrix::<T, 3, 4>::identity();
+        let h = Matrix3x4::identity();
         let variance = self.noise.dvl_sigma_mps * self.noise.dvl_sigma_mps;
         let outcome = self.state.update(velocity_mps, &h, &Symmetric::from_diagonal([variance; 3]), self.noise.gate());
         if self.outliers.counted(outcome, velocity_mps, self.noise.outliers_believed) {
             let z_variance = self.state.covariance.get(3, 3);
-            self.state.mean = SVector::from([velocity_mps.x, velocity_mps.y, velocity_mps.z, self.z_m()]);
+            self.state.mean = Vector4::from([velocity_mps.x, velocity_mps.y, velocity_mps.z, self.z_m()]);
             self.state.covariance = Symmetric::from_diagonal([variance, variance, variance, z_variance]);
         }
         outcome
@@ -151,13 +146,13 @@ impl<T: Real> VelocityFilter<T> {
 
     /// Takes in z as the pressure sensor has it, m.
     pub fn z(&mut self, z_m: T) -> Outcome {
-        let h = SMatrix::<T, 1, 4>::from_row_slice(&[T::ZERO, T::ZERO, T::ZERO, T::ONE]);
+        let h = Matrix1x4::new(T::ZERO, T::ZERO, T::ZERO, T::ONE);
         let variance = self.noise.z_sigma_m * self.noise.z_sigma_m;
         let reading = Vector1::new(z_m);
         let outcome = self.state.update(&reading, &h, &Symmetric::from_diagonal([variance]), self.noise.gate());
         if self.z_outliers.counted(outcome, &reading, self.noise.outliers_believed) {
             let [[x, y, z, _]] = self.state.mean.data.0;
-            self.state.mean = SVector::from([x, y, z, z_m]);
+            self.state.mean = Vector4::from([x, y, z, z_m]);
             let velocity = self.state.covariance;
             self.state.covariance = Symmetric::from_fn(|row, column| match (row, column) {
                 (3, 3) => variance,
@@ -177,7 +172,7 @@ impl<T: Real> VelocityFilter<T> {
 
     /// Covariance of the velocity, m²/s².
     #[must_use]
-    pub fn covariance(&self) -> Symmetric<T, 3> {
+    pub fn covariance(&self) -> Symmetric<Vector3<T>> {
         self.state.covariance.leading()
     }
 

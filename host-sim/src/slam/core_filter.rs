@@ -6,11 +6,12 @@ use crate::record::{MapFeature, MovingFeature};
 use crate::reference::{self, Candidate, Draws};
 use crate::settings::{SensorSettings, Settings};
 use crate::threads::Threads;
+use nalgebra::Vector2;
 use scphd::{
     Ackermann, AckermannControl, AckermannGeometry, Births, Component, Config, ConstantVelocity, ControlNoise,
-    Detector, DetectorMemory, Dim, Implausible, MapMemory, Motion, Mounting, MovingConfig, Noise, Online, Packed,
-    PlanarPose, RangeBearing, RangeBearingLimits, RangeBearingWindow, Real, ScPhd, ScanRoom, Sensing, State, Step,
-    Unicycle, UnicycleControl, UniformClutter,
+    Detector, DetectorMemory, Dynamic, Implausible, MapMemory, Motion, Mounting, MovingConfig, Noise, Online,
+    PlanarPose, RangeBearing, RangeBearingLimits, RangeBearingWindow, Real, ScPhd, ScanRoom, Sensing, State, Static,
+    Step, Symmetric, Unicycle, UnicycleControl, UniformClutter, Vector,
 };
 
 /// Scalar of the fixed-capacity filter.
@@ -23,7 +24,7 @@ pub enum Precision {
 }
 
 /// A motion model whose controls come as two numbers.
-pub trait PlanarMotion<T: Real>: Motion<T, 3, Pose = PlanarPose<T>> + Copy {
+pub trait PlanarMotion<T: Real>: Motion<Pose = PlanarPose<T>> + Copy {
     /// The model's control.
     fn control(numbers: [f64; 2]) -> Self::Control;
 }
@@ -48,25 +49,25 @@ const WORKERS: usize = 16;
 
 /// Static and moving maps of the same capacities.
 type HostState<T, const PARTICLES: usize, const CANDIDATES: usize, const PAGES: usize, const MAP_PAGES: usize> = State<
-    T,
     PlanarPose<T>,
-    3,
     PARTICLES,
     CANDIDATES,
-    MapMemory<T, 2, 2, PARTICLES, PAGES, MAP_PAGES, VIEW>,
-    MapMemory<T, 4, 2, PARTICLES, PAGES, MAP_PAGES, VIEW>,
+    MapMemory<Static<Vector2<T>>, PARTICLES, PAGES, MAP_PAGES, VIEW>,
+    MapMemory<Dynamic<Vector2<T>>, PARTICLES, PAGES, MAP_PAGES, VIEW>,
 >;
 
-type Scratch<T> = DetectorMemory<T, 2, MEASUREMENTS, WORKERS>;
+type Scratch<T> = DetectorMemory<Vector2<T>, MEASUREMENTS, WORKERS>;
+
+type PlanarSensing<T> = Sensing<RangeBearing<T>, RangeBearingWindow<T>, UniformClutter<T>>;
 
 /// The detector of a planar log, with or without scratch.
-pub(super) type PlanarDetector<T, R = ()> = Detector<T, RangeBearing<T>, RangeBearingWindow<T>, UniformClutter<T>, R>;
+pub(super) type PlanarDetector<T, R = ()> = Detector<PlanarSensing<T>, R>;
 
 /// The models of a planar log, and what is born and learnt.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct PlanarModels<T: Real, M> {
     pub(super) motion: M,
-    sensing: Sensing<RangeBearing<T>, RangeBearingWindow<T>, UniformClutter<T>>,
+    sensing: PlanarSensing<T>,
     mounting: Option<Mounting<T>>,
     births: Births<T>,
     online: Online<T>,
@@ -82,8 +83,6 @@ impl<T: Real, M> PlanarModels<T, M> {
         }
     }
 }
-
-type PlanarFilter<'s, T, M> = ScPhd<'s, T, M, 3, 2, 4>;
 
 /// The filter of one planar log, with its state on the heap.
 #[derive(Debug)]
@@ -131,11 +130,11 @@ impl<
     /// Works on the filter and its detector. A state goes on from where the last filter over it left off.
     fn with<R>(
         &mut self,
-        work: impl FnOnce(&mut PlanarFilter<'_, T, M>, &mut PlanarDetector<T, ScanRoom<'_, T, 2>>) -> R,
+        work: impl FnOnce(&mut ScPhd<'_, M>, &mut PlanarDetector<T, ScanRoom<'_, Vector2<T>>>) -> R,
     ) -> Result<R, Refusal> {
         let detector = self.models.detector()?.learning(self.models.online).map_err(refusal)?;
         let mut detector = detector.over(&mut self.scratch).map_err(refusal)?;
-        let mut filter = PlanarFilter::new(self.models.motion, self.config, &mut *self.state).map_err(refusal)?;
+        let mut filter = ScPhd::new(self.models.motion, self.config, &mut *self.state).map_err(refusal)?;
         Ok(work(&mut filter, &mut detector))
     }
 }
@@ -158,7 +157,7 @@ impl<
     }
 
     fn scan(&mut self, detections: &[[f64; 2]]) -> Result<ScanOutcome, Refusal> {
-        let measurements: Vec<_> = detections.iter().map(|z| nalgebra::Vector2::from(z.map(T::from_f64))).collect();
+        let measurements: Vec<_> = detections.iter().map(|z| Vector2::from(z.map(T::from_f64))).collect();
         let threads = self.threads.clone();
         let report = self
             .with(|filter, detector| filter.scan_on(detector, &measurements, &threads, &mut ()))?
@@ -251,21 +250,15 @@ impl<
 }
 
 /// The upper left corner of a covariance, or all of it.
-pub(crate) fn full<T: Real, const N: usize, const M: usize>(covariance: &scphd::Symmetric<T, N>) -> [[f64; M]; M]
-where
-    Dim<N>: Packed,
-{
+pub(crate) fn full<V: Vector, const N: usize>(covariance: &Symmetric<V>) -> [[f64; N]; N] {
     std::array::from_fn(|row| std::array::from_fn(|column| covariance.get(row, column).to_f64()))
 }
 
 /// A component in the reference's terms.
-fn of_core<T: Real, const N: usize>(component: &Component<T, N>) -> reference::Component<N>
-where
-    Dim<N>: Packed,
-{
+fn of_core<V: Vector, const N: usize>(component: &Component<V>) -> reference::Component<N> {
     reference::Component {
         ln_weight: component.ln_weight.to_f64(),
-        mean: std::array::from_fn(|k| component.mean[k].to_f64()),
+        mean: std::array::from_fn(|k| component.mean.at(k).to_f64()),
         covariance: full(&component.covariance),
     }
 }

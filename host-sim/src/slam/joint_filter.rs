@@ -7,6 +7,7 @@ use super::{PoseAndCovariance, Refusal, ScanOutcome, Slam, left_out};
 use crate::log::Vehicle;
 use crate::record::{MapFeature, MovingFeature};
 use crate::settings::Settings;
+use nalgebra::Vector2;
 use scphd::{Implausible, JointConfig, JointSlam, JointState, Persistence, PlanarPose, Real, joint_numbers};
 
 /// Features and measurements in a scan that the host's state has room for.
@@ -14,9 +15,9 @@ const FEATURES: usize = 1024;
 const MEASUREMENTS: usize = 256;
 
 type HostJointState<T> =
-    JointState<T, PlanarPose<T>, 3, 2, 2, FEATURES, { joint_numbers(3, 2, FEATURES) }, MEASUREMENTS>;
+    JointState<PlanarPose<T>, Vector2<T>, FEATURES, { joint_numbers(3, 2, FEATURES) }, MEASUREMENTS>;
 
-type PlanarJoint<'s, T, M> = JointSlam<'s, T, M, 3, 2, 2>;
+type PlanarJoint<'s, T, M> = JointSlam<'s, M, Vector2<T>>;
 
 /// The joint filter of one planar log, with its state on the heap.
 #[derive(Debug)]
@@ -44,7 +45,7 @@ impl<T: Real, M: PlanarMotion<T>> Slam for JointFilter<T, M> {
     }
 
     fn scan(&mut self, detections: &[[f64; 2]]) -> Result<ScanOutcome, Refusal> {
-        let measurements: Vec<_> = detections.iter().map(|z| nalgebra::Vector2::from(z.map(T::from_f64))).collect();
+        let measurements: Vec<_> = detections.iter().map(|z| Vector2::from(z.map(T::from_f64))).collect();
         let report = self.with(|filter, detector| filter.scan(detector, &measurements))?.map_err(refusal)?;
         let innovation = report.innovation.to_f64();
         Ok(ScanOutcome {

@@ -30,7 +30,7 @@ pub struct Sighting {
     /// Where, m.
     pub place: Vector2<f64>,
     /// R*, m².
-    pub covariance: Symmetric<f64, 2>,
+    pub covariance: Symmetric<Vector2<f64>>,
 }
 
 /// What a run made of one scan.

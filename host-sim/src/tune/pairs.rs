@@ -3,8 +3,8 @@
 use crate::angle::wrap;
 use crate::record::MapFeature;
 use crate::settings::SensorSettings;
-use nalgebra::{Matrix2x3, Matrix3, Vector2};
-use scphd::{Locating, PlanarPose, RangeBearing, Sensor, Symmetric};
+use nalgebra::{Matrix2x3, Matrix3, Vector2, Vector3};
+use scphd::{PlanarPose, RangeBearing, Sensor, Symmetric};
 use std::f64::consts::PI;
 
 /// Squared Mahalanobis distance within which a detection may belong to a feature: wide, for the noise is what is sought.
@@ -48,7 +48,7 @@ pub fn pairs(
     let (seat, by_vehicle) = seat([x, y, heading], view);
     let frame = sensor.frame(&seat);
     let noise = sensor.noise();
-    let pose_covariance = Symmetric::from_fn(|row, column| pose_covariance[row][column]);
+    let pose_covariance = Symmetric::<Vector3<f64>>::from_fn(|row, column| pose_covariance[row][column]);
     let mut candidates = Vec::new();
     let mut expected = Vec::new();
     for feature in map {
@@ -59,7 +59,7 @@ pub fn pairs(
             continue;
         }
         let by_pose = sensor.by_pose(&frame, &position, &seen) * by_vehicle;
-        let of_feature = covariance(feature).congruence(&seen.jacobian);
+        let of_feature = covariance(feature).congruence::<Vector2<f64>>(&seen.jacobian);
         let well_known = (0..2).all(|k| of_feature.get(k, k) <= WELL_KNOWN * noise.get(k, k));
         let place = expected.len();
         expected.push(Expectation { range_m: range, well_known, detected: false });
@@ -93,7 +93,7 @@ fn seat([x, y, heading]: [f64; 3], view: &SensorSettings) -> (PlanarPose<f64>, M
     (PlanarPose::new(seat_x, seat_y, seat_heading), by_vehicle)
 }
 
-fn covariance(feature: &MapFeature) -> Symmetric<f64, 2> {
+fn covariance(feature: &MapFeature) -> Symmetric<Vector2<f64>> {
     Symmetric::from_fn(|row, column| feature.covariance[row][column])
 }
 
@@ -112,7 +112,7 @@ fn inside(sensor: &SensorSettings, range: f64, bearing: f64) -> bool {
 pub struct Place {
     position: Vector2<f64>,
     /// Covariance that the measurement's noise gives it, m².
-    covariance: Symmetric<f64, 2>,
+    covariance: Symmetric<Vector2<f64>>,
 }
 
 impl Place {

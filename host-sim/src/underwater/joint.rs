@@ -17,9 +17,9 @@ use scphd_stream::underwater::AuvModels;
 const FEATURES: usize = 1024;
 const MEASUREMENTS: usize = 256;
 
-type HostJointState<T> = JointState<T, AuvPose<T>, 5, 3, 4, FEATURES, { joint_numbers(5, 3, FEATURES) }, MEASUREMENTS>;
+type HostJointState<T> = JointState<AuvPose<T>, Vector4<T>, FEATURES, { joint_numbers(5, 3, FEATURES) }, MEASUREMENTS>;
 
-type AuvJoint<'s, T> = JointSlam<'s, T, Auv<T>, 5, 3, 4>;
+type AuvJoint<'s, T> = JointSlam<'s, Auv<T>, Vector4<T>>;
 
 /// The joint filter of one underwater log, with its state on the heap.
 #[derive(Debug)]

@@ -7,10 +7,10 @@ use crate::reference::{self, Draws, space};
 use crate::slam::{Ahead, Precision, Refusal, config_of, full, left_out, online_of, refusal};
 use crate::stream::underwater_models;
 use crate::threads::Threads;
-use nalgebra::Vector4;
+use nalgebra::{Vector3, Vector4};
 use scphd::{
     Auv, AuvControl, AuvPose, Births, Component, Config, Detector, DetectorMemory, Health, Implausible, MapMemory,
-    NoMoving, Online, Real, ScPhd, ScanRoom, State, StereoCamera, StereoFrustum, UniformClutter,
+    NoMoving, Online, Real, ScPhd, ScanRoom, Sensing, State, Static, StereoCamera, StereoFrustum, UniformClutter,
 };
 use scphd_stream::underwater::AuvModels;
 
@@ -108,14 +108,19 @@ const VIEW: usize = 4096;
 /// Jobs that the weighing is divided into: some for each of a few threads, so that none waits long for another.
 const WORKERS: usize = 16;
 
-type TankState<T, const PARTICLES: usize, const CANDIDATES: usize, const PAGES: usize, const MAP_PAGES: usize> =
-    State<T, AuvPose<T>, 5, PARTICLES, CANDIDATES, MapMemory<T, 3, 3, PARTICLES, PAGES, MAP_PAGES, VIEW>, NoMoving>;
+type TankState<T, const PARTICLES: usize, const CANDIDATES: usize, const PAGES: usize, const MAP_PAGES: usize> = State<
+    AuvPose<T>,
+    PARTICLES,
+    CANDIDATES,
+    MapMemory<Static<Vector3<T>>, PARTICLES, PAGES, MAP_PAGES, VIEW>,
+    NoMoving,
+>;
 
-type Scratch<T> = DetectorMemory<T, 4, MEASUREMENTS, WORKERS>;
+type Scratch<T> = DetectorMemory<Vector4<T>, MEASUREMENTS, WORKERS>;
 
-type TankFilter<'s, T> = ScPhd<'s, T, Auv<T>, 5, 3, 6>;
+type TankFilter<'s, T> = ScPhd<'s, Auv<T>>;
 /// The stereo camera, with or without scratch.
-pub(super) type Camera<T, R = ()> = Detector<T, StereoCamera<T>, StereoFrustum<T>, UniformClutter<T>, R>;
+pub(super) type Camera<T, R = ()> = Detector<Sensing<StereoCamera<T>, StereoFrustum<T>, UniformClutter<T>>, R>;
 
 /// The fixed-capacity filter, with its state on the heap.
 #[derive(Debug)]
@@ -155,7 +160,7 @@ impl<T: Real, const PARTICLES: usize, const CANDIDATES: usize, const PAGES: usiz
     /// Works on the filter and its camera. A state goes on from where the last filter over it left off.
     fn with<R>(
         &mut self,
-        work: impl FnOnce(&mut TankFilter<'_, T>, &mut Camera<T, ScanRoom<'_, T, 4>>) -> R,
+        work: impl FnOnce(&mut TankFilter<'_, T>, &mut Camera<T, ScanRoom<'_, Vector4<T>>>) -> R,
     ) -> Result<R, Refusal> {
         let AuvModels { motion, sensing } = self.models;
         let camera = Detector::new(sensing, self.births).map_err(refusal)?.learning(self.online).map_err(refusal)?;
@@ -237,7 +242,7 @@ impl<T: Real, const PARTICLES: usize, const CANDIDATES: usize, const PAGES: usiz
                 };
                 space::Candidate { pose, ln_weight: candidate.ln_weight.to_f64() }
             });
-            let component = |component: &Component<T, 3>| reference::Component {
+            let component = |component: &Component<Vector3<T>>| reference::Component {
                 ln_weight: component.ln_weight.to_f64(),
                 mean: std::array::from_fn(|k| component.mean[k].to_f64()),
                 covariance: full(&component.covariance),

@@ -4,10 +4,11 @@ use super::{Odometry, Planar, Vehicle};
 use crate::Header;
 use crate::onboard::{self, Aboard, Capacities, Helm, Onboard, Ram, RamPart, Refusal, births, config, online};
 use core::marker::PhantomData;
+use nalgebra::{Vector2, Vector3};
 use scphd::{
-    Ackermann, AckermannControl, AckermannGeometry, ControlNoise, Detector, DetectorMemory, Linearised, MapMemory,
-    ModelError, Motion, Mounting, Noise, PlanarPose, PredictError, RangeBearing, RangeBearingLimits,
-    RangeBearingWindow, Real, ScPhd, Sensing, State, Step, Unicycle, UnicycleControl, UniformClutter,
+    Ackermann, AckermannControl, AckermannGeometry, ControlNoise, Detector, DetectorMemory, Dynamic, Linearised,
+    MapMemory, ModelError, Motion, Mounting, Noise, PlanarPose, PredictError, RangeBearing, RangeBearingLimits,
+    RangeBearingWindow, Real, ScPhd, Sensing, State, Static, Step, Unicycle, UnicycleControl, UniformClutter,
 };
 
 /// Room for the particles of section 5.3.1.
@@ -50,22 +51,20 @@ type StateWith<
     const MOVING_PAGES_AND: usize,
     const MOVING_VIEW_AND: usize,
 > = State<
-    T,
     PlanarPose<T>,
-    3,
     PARTICLES_AND,
     CANDIDATES_AND,
-    MapMemory<T, 2, 2, PARTICLES_AND, PAGES_AND, MAP_PAGES, VIEW_AND>,
-    MapMemory<T, 4, 2, PARTICLES_AND, MOVING_PAGES_AND, MOVING_MAP_PAGES, MOVING_VIEW_AND>,
+    MapMemory<Static<Vector2<T>>, PARTICLES_AND, PAGES_AND, MAP_PAGES, VIEW_AND>,
+    MapMemory<Dynamic<Vector2<T>>, PARTICLES_AND, MOVING_PAGES_AND, MOVING_MAP_PAGES, MOVING_VIEW_AND>,
 >;
 
 /// The detector's scratch.
-type Scratch<T, const MEASUREMENTS_AND: usize> = DetectorMemory<T, 2, MEASUREMENTS_AND>;
+type Scratch<T, const MEASUREMENTS_AND: usize> = DetectorMemory<Vector2<T>, MEASUREMENTS_AND>;
 
 type OnboardState<T> = StateWith<T, PARTICLES, CANDIDATES, PAGES, VIEW, MOVING_PAGES, MOVING_VIEW>;
 
 /// All memory of the filter on board.
-pub type Memory<T> = onboard::Memory<OnboardState<T>, T, 2, 2, MEASUREMENTS, FEATURES>;
+pub type Memory<T> = onboard::Memory<OnboardState<T>, Vector2<T>, Vector2<T>, MEASUREMENTS, FEATURES>;
 
 /// The state with so many more of each capacity, less the one on board, for each of them.
 macro_rules! price {
@@ -103,7 +102,7 @@ const fn ram<T: Real>() -> Ram {
 impl<T: Real> Aboard<T> for Planar {
     type Memory = Memory<T>;
     type Filter<'m>
-        = Onboard<'m, Self, T, Direct, Drive<T>, RangeBearing<T>, RangeBearingWindow<T>, UniformClutter<T>, 3, 2, 4, 2>
+        = Onboard<'m, Self, Direct, Drive<T>, Sensing<RangeBearing<T>, RangeBearingWindow<T>, UniformClutter<T>>>
     where
         T: 'm;
 
@@ -164,7 +163,7 @@ fn unicycle<T: Copy>([speed_mps, rate_radps]: [T; 2]) -> UnicycleControl<T> {
     UnicycleControl { speed_mps, rate_radps }
 }
 
-impl<T: Real> Motion<T, 3> for Drive<T> {
+impl<T: Real> Motion for Drive<T> {
     type Pose = PlanarPose<T>;
     type Control = [T; 2];
 
@@ -189,7 +188,7 @@ impl<T: Real> Motion<T, 3> for Drive<T> {
         }
     }
 
-    fn linearise(&self, pose: &Self::Pose, control: &[T; 2], dt: T) -> Linearised<T, 3> {
+    fn linearise(&self, pose: &Self::Pose, control: &[T; 2], dt: T) -> Linearised<Vector3<T>> {
         match self {
             Self::Ackermann(car) => car.linearise(pose, &ackermann(*control), dt),
             Self::Unicycle(robot) => robot.linearise(pose, &unicycle(*control), dt),

@@ -5,9 +5,10 @@ use super::{Navigation, Underwater};
 use crate::Header;
 use crate::onboard::{self, Aboard, Capacities, Helm, Onboard, Ram, RamPart, Refusal, births, config, online};
 use core::marker::PhantomData;
+use nalgebra::{Vector3, Vector4};
 use scphd::{
     Auv, AuvControl, AuvPose, Detector, DetectorMemory, MapMemory, Navigator, NoMoving, PredictError, Real, ScPhd,
-    State, StereoCamera, StereoFrustum, UniformClutter,
+    Sensing, State, Static, StereoCamera, StereoFrustum, UniformClutter,
 };
 
 const PARTICLES: usize = 64;
@@ -22,16 +23,21 @@ const VIEW: usize = 512;
 const FEATURES: usize = 640;
 
 /// State of a filter of these capacities. Everything stands: there is no room for what moves.
-type AuvState<T, const PARTICLES: usize, const CANDIDATES: usize, const PAGES: usize, const VIEW: usize> =
-    State<T, AuvPose<T>, 5, PARTICLES, CANDIDATES, MapMemory<T, 3, 3, PARTICLES, PAGES, MAP_PAGES, VIEW>, NoMoving>;
+type AuvState<T, const PARTICLES: usize, const CANDIDATES: usize, const PAGES: usize, const VIEW: usize> = State<
+    AuvPose<T>,
+    PARTICLES,
+    CANDIDATES,
+    MapMemory<Static<Vector3<T>>, PARTICLES, PAGES, MAP_PAGES, VIEW>,
+    NoMoving,
+>;
 
 type OnboardState<T> = AuvState<T, PARTICLES, CANDIDATES, PAGES, VIEW>;
 
 /// The detector's scratch.
-type Scratch<T> = DetectorMemory<T, 4, MEASUREMENTS>;
+type Scratch<T> = DetectorMemory<Vector4<T>, MEASUREMENTS>;
 
 /// All memory of the filter on board.
-pub type Memory<T> = onboard::Memory<OnboardState<T>, T, 3, 4, MEASUREMENTS, FEATURES>;
+pub type Memory<T> = onboard::Memory<OnboardState<T>, Vector3<T>, Vector4<T>, MEASUREMENTS, FEATURES>;
 
 /// How much larger the state is with so many more of each capacity.
 macro_rules! price {
@@ -59,7 +65,7 @@ const fn ram<T: Real>() -> Ram {
 impl<T: Real> Aboard<T> for Underwater {
     type Memory = Memory<T>;
     type Filter<'m>
-        = Onboard<'m, Self, T, Navigator<f64>, Auv<T>, StereoCamera<T>, StereoFrustum<T>, UniformClutter<T>, 5, 3, 6, 4>
+        = Onboard<'m, Self, Navigator<f64>, Auv<T>, Sensing<StereoCamera<T>, StereoFrustum<T>, UniformClutter<T>>>
     where
         T: 'm;
 

@@ -11,7 +11,7 @@ mod tuning;
 mod worlds;
 
 use draw::Draw;
-use scphd::{MapMemory, NoMoving};
+use scphd::{Dynamic, MapMemory, NoMoving, Static};
 use session::Seeded;
 use std::fmt;
 use std::panic::{self, AssertUnwindSafe};
@@ -20,7 +20,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
-use worlds::{Car, Diver, Listener, Rover, Tracker};
+use worlds::{Car, Diver, FeatureOf, Listener, Rover, Tracker, World};
 
 /// Operations of a session.
 pub const SESSION: usize = 250;
@@ -186,28 +186,28 @@ type Run = Box<dyn Fn(&Operations<'_>, &Watch) -> Result<(), Failure>>;
 /// The sessions there are: a vehicle, a scalar, and particles, candidates, measurements, then pages, pages of a map, components in
 /// an update; with moving features or without.
 macro_rules! sessions {
-    ($choice:expr; $($world:ident $t:ident, $k:literal $d:literal $e:literal $z:literal:
+    ($choice:expr; $($world:ident $t:ident:
         $(($n:literal $c:literal $m:literal, $pages:literal $map:literal $view:literal $moving:ident))*;)*) => {{
         let mut kinds: Vec<(String, fn(Seeded, &Operations<'_>, &Watch) -> Result<(), Failure>)> = Vec::new();
         $($(
             kinds.push((
                 format!(
                     "{}, {}: {} particles, {} candidates, {} measurements, {} pages, {} a map, {} in an update, {}",
-                    <$world as worlds::World<$t, $k, $d, $e, $z>>::NAME,
+                    <$world<$t> as World>::NAME,
                     stringify!($t), $n, $c, $m, $pages, $map, $view, stringify!($moving),
                 ),
-                session::run::<$world, $t, $k, $d, $e, $z, $n, $c, $m,
-                    MapMemory<$t, $d, $d, $n, $pages, $map, $view>,
-                    sessions!(@$moving $t $d $e $n $pages $map $view)>,
+                session::run::<$world<$t>, $n, $c, $m,
+                    MapMemory<Static<FeatureOf<$world<$t>>>, $n, $pages, $map, $view>,
+                    sessions!(@$moving $world $t $n $pages $map $view)>,
             ));
         )*)*
         let (name, run) = kinds.swap_remove($choice % kinds.len());
         (name, run)
     }};
-    (@moving $t:ident $d:literal $e:literal $n:literal $pages:literal $map:literal $view:literal) => {
-        MapMemory<$t, $e, $d, $n, $pages, $map, $view>
+    (@moving $world:ident $t:ident $n:literal $pages:literal $map:literal $view:literal) => {
+        MapMemory<Dynamic<FeatureOf<$world<$t>>>, $n, $pages, $map, $view>
     };
-    (@still $t:ident $d:literal $e:literal $n:literal $pages:literal $map:literal $view:literal) => { NoMoving };
+    (@still $world:ident $t:ident $n:literal $pages:literal $map:literal $view:literal) => { NoMoving };
 }
 
 /// What session a seed stands for.
@@ -216,18 +216,18 @@ fn kind_of(seed: u64) -> (String, Run) {
     let hostility = [0.0, 0.0, 1e-4, 1e-3, 1e-2, 0.1][draw.below(6)];
     let seeded = Seeded { seed, hostility };
     let (name, run) = sessions!(draw.below(1 << 20);
-        Rover f32, 3 2 4 2:
+        Rover f32:
             (1 1 1, 1 1 8 still) (1 1 1, 1 1 8 moving) (2 4 4, 6 3 12 moving) (4 8 8, 24 6 24 moving) (8 16 24, 128 16 128 moving);
-        Rover f64, 3 2 4 2:
+        Rover f64:
             (1 1 1, 1 1 8 moving) (3 6 6, 12 4 16 moving) (8 16 24, 128 16 128 moving);
-        Car f32, 3 2 4 2: (4 4 12, 16 8 32 still) (8 16 16, 64 16 128 moving);
-        Car f64, 3 2 4 2: (4 8 12, 16 8 32 moving);
-        Tracker f32, 3 2 4 1: (1 1 4, 4 4 16 still) (2 4 12, 32 16 256 moving);
-        Tracker f64, 3 2 4 1: (1 2 12, 32 32 256 moving);
-        Diver f32, 5 3 6 4: (1 1 1, 1 1 8 moving) (4 8 12, 48 12 64 moving);
-        Diver f64, 5 3 6 4: (2 4 6, 8 4 16 still) (4 8 12, 48 12 64 moving);
-        Listener f32, 5 3 6 3: (1 2 2, 2 2 8 moving) (4 8 12, 48 12 64 moving);
-        Listener f64, 5 3 6 3: (4 4 12, 48 12 64 still);
+        Car f32: (4 4 12, 16 8 32 still) (8 16 16, 64 16 128 moving);
+        Car f64: (4 8 12, 16 8 32 moving);
+        Tracker f32: (1 1 4, 4 4 16 still) (2 4 12, 32 16 256 moving);
+        Tracker f64: (1 2 12, 32 32 256 moving);
+        Diver f32: (1 1 1, 1 1 8 moving) (4 8 12, 48 12 64 moving);
+        Diver f64: (2 4 6, 8 4 16 still) (4 8 12, 48 12 64 moving);
+        Listener f32: (1 2 2, 2 2 8 moving) (4 8 12, 48 12 64 moving);
+        Listener f64: (4 4 12, 48 12 64 still);
     );
     (
         format!("{name}; {hostility} of the numbers hostile"),

@@ -3,12 +3,12 @@
 
 use super::draw::Draw;
 use super::tuning::{Room, births, config, online};
-use super::worlds::{Models, ModelsOf, World};
+use super::worlds::{FeatureOf, MeasurementOf, Models, ModelsOf, World};
 use super::{Failure, Operations, Watch};
-use nalgebra::SVector;
 use scphd::{
-    Births, Component, Config, Detector, DetectorMemory, Dim, Executor, MapEstimate, MapStorage, Mounting, Online,
-    Packed, Pose, PoseEstimate, Real, ScPhd, ScanReport, ScanRoom, Sensor, Serial, SetupError, State, Symmetric, Twice,
+    Births, Component, Config, Detector, DetectorMemory, Dynamic, Executor, MapEstimate, MapStorage, MeasurementModel,
+    Mounting, Online, Pose, PoseEstimate, Real, ScPhd, ScanReport, ScanRoom, Sensor, Serial, SetupError, State, Static,
+    Symmetric, TangentOf, Vector,
 };
 use std::collections::BTreeSet;
 use std::fmt::Write;
@@ -40,74 +40,33 @@ impl Executor for Backwards {
     }
 }
 
-type Slam<'s, W, T, const K: usize, const D: usize, const E: usize, const Z: usize> =
-    ScPhd<'s, T, <W as World<T, K, D, E, Z>>::Motion, K, D, E>;
-
-type Eye<W, T, R, const K: usize, const D: usize, const E: usize, const Z: usize> = Detector<
-    T,
-    <W as World<T, K, D, E, Z>>::Sensor,
-    <W as World<T, K, D, E, Z>>::View,
-    <W as World<T, K, D, E, Z>>::Clutter,
-    R,
->;
+type Eye<W, R> = Detector<<W as World>::Sensing, R>;
 
 /// A filter and its detector.
-struct Filter<'s, W, T, const K: usize, const D: usize, const E: usize, const Z: usize>
-where
-    T: Real,
-    W: World<T, K, D, E, Z>,
-    Dim<K>: Packed,
-    Dim<D>: Packed + Twice<E>,
-    Dim<E>: Packed,
-    Dim<Z>: Packed,
-{
-    slam: Slam<'s, W, T, K, D, E, Z>,
-    eye: Eye<W, T, ScanRoom<'s, T, Z>, K, D, E, Z>,
+struct Filter<'s, W: World> {
+    slam: ScPhd<'s, W::Motion>,
+    eye: Eye<W, ScanRoom<'s, MeasurementOf<W>>>,
 }
 
-impl<W, T, const K: usize, const D: usize, const E: usize, const Z: usize> Filter<'_, W, T, K, D, E, Z>
-where
-    T: Real,
-    W: World<T, K, D, E, Z>,
-    Dim<K>: Packed,
-    Dim<D>: Packed + Twice<E>,
-    Dim<E>: Packed,
-    Dim<Z>: Packed,
-{
+impl<W: World> Filter<'_, W> {
     fn digest(&self) -> u64 {
         self.eye.digest(self.slam.digest())
     }
 }
 
 /// What a filter and its detector are made of.
-struct Design<W, T, const K: usize, const D: usize, const E: usize, const Z: usize>
-where
-    T: Real,
-    W: World<T, K, D, E, Z>,
-    Dim<K>: Packed,
-    Dim<D>: Packed + Twice<E>,
-    Dim<E>: Packed,
-    Dim<Z>: Packed,
-{
-    models: ModelsOf<W, T, K, D, E, Z>,
-    mounting: Option<Mounting<T>>,
-    births: Births<T>,
-    online: Online<T>,
-    tuning: Config<T>,
+struct Design<W: World> {
+    models: ModelsOf<W>,
+    mounting: Option<Mounting<W::Scalar>>,
+    births: Births<W::Scalar>,
+    online: Online<W::Scalar>,
+    tuning: Config<W::Scalar>,
 }
 
-impl<W, T, const K: usize, const D: usize, const E: usize, const Z: usize> Design<W, T, K, D, E, Z>
-where
-    T: Real,
-    W: World<T, K, D, E, Z>,
-    Dim<K>: Packed,
-    Dim<D>: Packed + Twice<E>,
-    Dim<E>: Packed,
-    Dim<Z>: Packed,
-{
+impl<W: World> Design<W> {
     /// Drawn, or what the models say against it.
     fn draw(draw: &mut Draw, room: Room) -> Result<Self, SetupError> {
-        let tuning = config::<T>(draw, room);
+        let tuning = config(draw, room);
         let models = W::models(draw)?;
         let mounting = if draw.chance(0.5) { Some(W::mounting(draw)?) } else { None };
         let design = Self { models, mounting, births: births(draw, room), online: online(draw), tuning };
@@ -116,7 +75,7 @@ where
         Ok(design)
     }
 
-    fn detector(&self) -> Result<Eye<W, T, (), K, D, E, Z>, SetupError> {
+    fn detector(&self) -> Result<Eye<W, ()>, SetupError> {
         let detector = Detector::new(self.models.sensing, self.births)?.learning(self.online)?;
         Ok(match self.mounting {
             Some(mounting) => detector.mounted(mounting)?,
@@ -125,15 +84,18 @@ where
     }
 
     /// Over this memory.
-    fn build<'s, const N: usize, const C: usize, const M: usize, SM, VM>(
+    fn build<
+        's,
+        const N: usize,
+        const C: usize,
+        const M: usize,
+        SM: MapStorage<Static<FeatureOf<W>>>,
+        VM: MapStorage<Dynamic<FeatureOf<W>>>,
+    >(
         &self,
-        state: &'s mut State<T, W::Pose, K, N, C, SM, VM>,
-        scratch: &'s mut DetectorMemory<T, Z, M, 2>,
-    ) -> Result<Filter<'s, W, T, K, D, E, Z>, SetupError>
-    where
-        SM: MapStorage<T, D, D>,
-        VM: MapStorage<T, E, D>,
-    {
+        state: &'s mut State<W::Pose, N, C, SM, VM>,
+        scratch: &'s mut DetectorMemory<MeasurementOf<W>, M, 2>,
+    ) -> Result<Filter<'s, W>, SetupError> {
         let slam = ScPhd::new(self.models.motion, self.tuning, state)?;
         let eye = self.detector()?.over(scratch)?;
         slam.check(&eye)?;
@@ -142,10 +104,10 @@ where
 }
 
 /// Where a session stands.
-struct Session<T: Real, const D: usize> {
+struct Session<W: World> {
     room: Room,
     /// What may be seen again.
-    landmarks: Vec<SVector<T, D>>,
+    landmarks: Vec<FeatureOf<W>>,
     /// What the last operation was.
     told: String,
 }
@@ -160,42 +122,27 @@ enum Next {
 
 /// Runs a session over a state of these capacities.
 pub(super) fn run<
-    W,
-    T,
-    const K: usize,
-    const D: usize,
-    const E: usize,
-    const Z: usize,
+    W: World,
     const N: usize,
     const C: usize,
     const M: usize,
-    SM,
-    VM,
+    SM: MapStorage<Static<FeatureOf<W>>>,
+    VM: MapStorage<Dynamic<FeatureOf<W>>>,
 >(
     seeded: Seeded,
     operations: &Operations<'_>,
     watch: &Watch,
-) -> Result<(), Failure>
-where
-    T: Real,
-    W: World<T, K, D, E, Z>,
-    SM: MapStorage<T, D, D>,
-    VM: MapStorage<T, E, D>,
-    Dim<K>: Packed,
-    Dim<D>: Packed + Twice<E>,
-    Dim<E>: Packed,
-    Dim<Z>: Packed,
-{
-    let mut state = Box::new(State::<T, W::Pose, K, N, C, SM, VM>::new());
-    let mut scratch = Box::new(DetectorMemory::<T, Z, M, 2>::new());
+) -> Result<(), Failure> {
+    let mut state = Box::new(State::<W::Pose, N, C, SM, VM>::new());
+    let mut scratch = Box::new(DetectorMemory::<MeasurementOf<W>, M, 2>::new());
     let room = Room { particles: N, candidates: C, measurements: M, moving: VM::PARTICLES > 0 };
-    let mut session = Session { room, landmarks: Vec::new(), told: String::new() };
+    let mut session = Session::<W> { room, landmarks: Vec::new(), told: String::new() };
     let mut setup = Draw::new(seeded.seed, seeded.hostility);
     let mut calm = Draw::new(seeded.seed, 0.0);
     let mut design = loop {
         // What is refused is drawn again, at last without hostile numbers.
         let (draw, calm_one) = if setup.chance(0.9) { (&mut setup, false) } else { (&mut calm, true) };
-        match Design::<W, T, K, D, E, Z>::draw(draw, room) {
+        match Design::<W>::draw(draw, room) {
             Ok(design) => break design,
             Err(SetupError::Model(error)) if calm_one => panic!("plausible models are refused: {error}"),
             Err(_) => (),
@@ -223,13 +170,13 @@ where
             watch.at(seeded.seed, index);
             let mut draw = seeded.draw(index);
             session.told.clear();
-            let done = session.operate::<W, K, E, Z>(&mut filter, &mut draw, count);
+            let done = session.operate(&mut filter, &mut draw, count);
             count += 1;
             if operations.tell {
                 println!("  {index}: {}", session.told);
             }
             let failed = |what| Failure { operation: index, what };
-            let done = done.and_then(|done| session.check::<W, K, E, Z>(&mut filter).map(|()| done));
+            let done = done.and_then(|done| session.check(&mut filter).map(|()| done));
             if let Next::TakeOver = done.map_err(failed)? {
                 let (motion, sensing) = (*filter.slam.motion(), *filter.eye.sensing());
                 let models = Models { motion, sensing };
@@ -252,29 +199,17 @@ fn tolerance<T: Real>() -> f64 {
     if T::EPSILON.to_f64() > 1e-10 { 1e-5 } else { 1e-12 }
 }
 
-impl<T: Real, const D: usize> Session<T, D> {
-    fn operate<W, const K: usize, const E: usize, const Z: usize>(
-        &mut self,
-        filter: &mut Filter<'_, W, T, K, D, E, Z>,
-        draw: &mut Draw,
-        count: usize,
-    ) -> Result<Next, String>
-    where
-        W: World<T, K, D, E, Z>,
-        Dim<K>: Packed,
-        Dim<D>: Packed + Twice<E>,
-        Dim<E>: Packed,
-        Dim<Z>: Packed,
-    {
+impl<T: Real, W: World<Scalar = T>> Session<W> {
+    fn operate(&mut self, filter: &mut Filter<'_, W>, draw: &mut Draw, count: usize) -> Result<Next, String> {
         // The first operation is a reset, now and then not.
         let kind = if count == 0 && draw.chance(0.95) { 0 } else { 3 + draw.below(97) };
         match kind {
-            0..5 => self.reset::<W, K, E, Z>(filter, draw)?,
-            5..48 => self.predict::<W, K, E, Z>(filter, draw)?,
-            48..84 => self.scan::<W, K, E, Z>(filter, draw)?,
-            84..87 => self.load_map::<W, K, E, Z>(filter, draw)?,
-            87..89 => self.change_models::<W, K, E, Z>(filter, draw),
-            89..98 => self.estimate::<W, K, E, Z>(filter, draw)?,
+            0..5 => self.reset(filter, draw)?,
+            5..48 => self.predict(filter, draw)?,
+            48..84 => self.scan(filter, draw)?,
+            84..87 => self.load_map(filter, draw)?,
+            87..89 => self.change_models(filter, draw),
+            89..98 => self.estimate(filter, draw)?,
             _ => {
                 self.tell(format_args!("take the state over"));
                 return Ok(Next::TakeOver);
@@ -287,18 +222,7 @@ impl<T: Real, const D: usize> Session<T, D> {
         let _ = self.told.write_fmt(what);
     }
 
-    fn reset<W, const K: usize, const E: usize, const Z: usize>(
-        &mut self,
-        filter: &mut Filter<'_, W, T, K, D, E, Z>,
-        draw: &mut Draw,
-    ) -> Result<(), String>
-    where
-        W: World<T, K, D, E, Z>,
-        Dim<K>: Packed,
-        Dim<D>: Packed + Twice<E>,
-        Dim<E>: Packed,
-        Dim<Z>: Packed,
-    {
+    fn reset(&mut self, filter: &mut Filter<'_, W>, draw: &mut Draw) -> Result<(), String> {
         let (before, pose, seed) = (filter.digest(), W::pose(draw), draw.word());
         let outcome = filter.slam.reset(pose, seed);
         self.tell(format_args!("reset({pose:?}, {seed}): {outcome:?}"));
@@ -309,18 +233,7 @@ impl<T: Real, const D: usize> Session<T, D> {
         require(filter.digest() == before, || "a refused reset changed the state".into())
     }
 
-    fn predict<W, const K: usize, const E: usize, const Z: usize>(
-        &mut self,
-        filter: &mut Filter<'_, W, T, K, D, E, Z>,
-        draw: &mut Draw,
-    ) -> Result<(), String>
-    where
-        W: World<T, K, D, E, Z>,
-        Dim<K>: Packed,
-        Dim<D>: Packed + Twice<E>,
-        Dim<E>: Packed,
-        Dim<Z>: Packed,
-    {
+    fn predict(&mut self, filter: &mut Filter<'_, W>, draw: &mut Draw) -> Result<(), String> {
         let from = filter.slam.candidates().first().map_or(W::Pose::ZERO, |candidate| candidate.pose);
         let control = W::control(draw, &from);
         let dt: T = if draw.chance(0.05) { draw.real(0.0, 60.0) } else { draw.real(0.0, 0.2) };
@@ -332,29 +245,16 @@ impl<T: Real, const D: usize> Session<T, D> {
         })
     }
 
-    fn scan<W, const K: usize, const E: usize, const Z: usize>(
-        &mut self,
-        filter: &mut Filter<'_, W, T, K, D, E, Z>,
-        draw: &mut Draw,
-    ) -> Result<(), String>
-    where
-        W: World<T, K, D, E, Z>,
-        Dim<K>: Packed,
-        Dim<D>: Packed + Twice<E>,
-        Dim<E>: Packed,
-        Dim<Z>: Packed,
-    {
-        let mut measurements: Vec<SVector<T, Z>> = Vec::new();
+    fn scan(&mut self, filter: &mut Filter<'_, W>, draw: &mut Draw) -> Result<(), String> {
+        let mut measurements: Vec<MeasurementOf<W>> = Vec::new();
         if let Some(PoseEstimate { mean, .. }) = filter.slam.estimate_pose() {
-            let sensor = &filter.eye.sensing().sensor;
+            let sensor = filter.eye.sensing().sensor();
             let seat = filter.eye.mounting().map_or(mean, |mounting| mean.mounted(mounting).0);
             let frame = sensor.frame(&seat);
             for expected in self.landmarks.iter().filter_map(|landmark| sensor.expect(&frame, landmark)) {
-                let mut axis = 0;
-                measurements.push(expected.measurement.map(|number| {
+                measurements.push(Vector::with(|axis| {
                     let error = W::SPREAD[axis] * draw.even(-1.7, 1.7);
-                    axis += 1;
-                    T::from_f64(draw.spoilt(number.to_f64() + error))
+                    T::from_f64(draw.spoilt(expected.measurement.at(axis).to_f64() + error))
                 }));
             }
             measurements.retain(|_| draw.chance(0.85));
@@ -366,7 +266,7 @@ impl<T: Real, const D: usize> Session<T, D> {
             // The same again, and again but for a bit.
             measurements.extend_from_within(..);
             if let Some(last) = measurements.last_mut() {
-                *last = last.map(|number| number * (T::ONE + T::EPSILON));
+                *last = *last * (T::ONE + T::EPSILON);
             }
         }
         // One too many now and then.
@@ -377,7 +277,7 @@ impl<T: Real, const D: usize> Session<T, D> {
         } else {
             filter.slam.scan_on(&mut filter.eye, &measurements, &Serial, &mut ())
         };
-        let listed: Vec<_> = measurements.iter().map(|z| z.data.0[0]).collect();
+        let listed: Vec<_> = measurements.iter().map(Vector::as_slice).collect();
         self.tell(format_args!("scan({listed:?}): {outcome:?}"));
         match outcome {
             Ok(report) => sound_report(&report),
@@ -385,20 +285,9 @@ impl<T: Real, const D: usize> Session<T, D> {
         }
     }
 
-    fn load_map<W, const K: usize, const E: usize, const Z: usize>(
-        &mut self,
-        filter: &mut Filter<'_, W, T, K, D, E, Z>,
-        draw: &mut Draw,
-    ) -> Result<(), String>
-    where
-        W: World<T, K, D, E, Z>,
-        Dim<K>: Packed,
-        Dim<D>: Packed + Twice<E>,
-        Dim<E>: Packed,
-        Dim<Z>: Packed,
-    {
+    fn load_map(&mut self, filter: &mut Filter<'_, W>, draw: &mut Draw) -> Result<(), String> {
         let from = filter.slam.candidates().first().map_or(W::Pose::ZERO, |candidate| candidate.pose);
-        let map: Vec<Component<T, D>> = (0..draw.below(20))
+        let map: Vec<Component<FeatureOf<W>>> = (0..draw.below(20))
             .map(|index| {
                 let mean = W::feature(draw, &from);
                 let length = draw.magnitude(1e-4, 5.0);
@@ -425,18 +314,8 @@ impl<T: Real, const D: usize> Session<T, D> {
         require(filter.digest() == before, || "a refused map changed the state".into())
     }
 
-    fn change_models<W, const K: usize, const E: usize, const Z: usize>(
-        &mut self,
-        filter: &mut Filter<'_, W, T, K, D, E, Z>,
-        draw: &mut Draw,
-    ) where
-        W: World<T, K, D, E, Z>,
-        Dim<K>: Packed,
-        Dim<D>: Packed + Twice<E>,
-        Dim<E>: Packed,
-        Dim<Z>: Packed,
-    {
-        let drawn: Result<ModelsOf<W, T, K, D, E, Z>, _> = W::models(draw);
+    fn change_models(&mut self, filter: &mut Filter<'_, W>, draw: &mut Draw) {
+        let drawn = W::models(draw);
         self.tell(format_args!("change the models: {drawn:?}"));
         if let Ok(models) = drawn {
             let outcome = (filter.slam.retune(models.motion), filter.eye.retune(models.sensing));
@@ -444,18 +323,7 @@ impl<T: Real, const D: usize> Session<T, D> {
         }
     }
 
-    fn estimate<W, const K: usize, const E: usize, const Z: usize>(
-        &mut self,
-        filter: &mut Filter<'_, W, T, K, D, E, Z>,
-        draw: &mut Draw,
-    ) -> Result<(), String>
-    where
-        W: World<T, K, D, E, Z>,
-        Dim<K>: Packed,
-        Dim<D>: Packed + Twice<E>,
-        Dim<E>: Packed,
-        Dim<Z>: Packed,
-    {
+    fn estimate(&mut self, filter: &mut Filter<'_, W>, draw: &mut Draw) -> Result<(), String> {
         self.tell(format_args!("estimate"));
         let before = filter.digest();
         let mut features = vec![Component::ZERO; draw.below(40)];
@@ -470,17 +338,7 @@ impl<T: Real, const D: usize> Session<T, D> {
     }
 
     /// Everything the filter knows.
-    fn check<W, const K: usize, const E: usize, const Z: usize>(
-        &self,
-        filter: &mut Filter<'_, W, T, K, D, E, Z>,
-    ) -> Result<(), String>
-    where
-        W: World<T, K, D, E, Z>,
-        Dim<K>: Packed,
-        Dim<D>: Packed + Twice<E>,
-        Dim<E>: Packed,
-        Dim<Z>: Packed,
-    {
+    fn check(&self, filter: &mut Filter<'_, W>) -> Result<(), String> {
         filter.slam.audit().map_err(|flaw| {
             let odd = |ln_weight: T, sound: bool| !(ln_weight.is_finite() && sound);
             let maps = 0..filter.slam.particles();
@@ -508,7 +366,9 @@ impl<T: Real, const D: usize> Session<T, D> {
             return Err("no pose".into());
         };
         require(mean.is_finite() && covariance.is_finite(), || format!("the pose is {mean:?} ± {covariance:?}"))?;
-        require((0..K).all(|k| covariance.get(k, k) >= T::ZERO), || format!("the pose varies by {covariance:?}"))?;
+        require((0..TangentOf::<W::Pose>::DIMENSION).all(|k| covariance.get(k, k) >= T::ZERO), || {
+            format!("the pose varies by {covariance:?}")
+        })?;
         for particle in 0..filter.slam.particles() {
             own_tags(filter.slam.map(particle))?;
             own_tags(filter.slam.moving_map(particle))?;
@@ -518,10 +378,7 @@ impl<T: Real, const D: usize> Session<T, D> {
 }
 
 /// No two components of one kind in one map have the same tag.
-fn own_tags<'c, T: Real, const N: usize>(map: impl Iterator<Item = &'c Component<T, N>>) -> Result<(), String>
-where
-    Dim<N>: Packed,
-{
+fn own_tags<'c, N: Vector>(map: impl Iterator<Item = &'c Component<N>>) -> Result<(), String> {
     let mut tags = BTreeSet::new();
     for component in map {
         require(tags.insert(component.tag), || format!("two components have the tag {}", component.tag))?;
@@ -543,15 +400,15 @@ fn sound_report<T: Real>(report: &ScanReport<T>) -> Result<(), String> {
     require(report.pages_used <= report.pages && report.moving_pages_used <= report.moving_pages, told)
 }
 
-fn sound_estimate<T: Real, const N: usize>(map: &MapEstimate<T>, features: &[Component<T, N>]) -> Result<(), String>
-where
-    Dim<N>: Packed,
-{
+fn sound_estimate<T: Real, N: Vector<Scalar = T>>(
+    map: &MapEstimate<T>,
+    features: &[Component<N>],
+) -> Result<(), String> {
     let expected = map.expected_features;
     require(expected >= T::ZERO && expected.is_finite(), || format!("{map:?}"))?;
     require(map.features <= features.len(), || format!("{map:?} in {}", features.len()))?;
     for feature in &features[..map.features] {
-        let finite = feature.ln_weight.is_finite() && feature.mean.iter().all(|x| x.is_finite());
+        let finite = feature.ln_weight.is_finite() && feature.mean.as_slice().iter().all(|x| x.is_finite());
         require(finite && feature.covariance.factor().is_some(), || format!("estimated {feature:?}"))?;
     }
     Ok(())

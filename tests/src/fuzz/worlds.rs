@@ -1,75 +1,66 @@
 //! Vehicles with their sensors, as the fuzzer drives them: in the plane and in space, with models that are drawn anew.
 
 use super::draw::Draw;
-use nalgebra::{Matrix3, SVector, Vector1, Vector2, Vector3, Vector4};
+use nalgebra::{Matrix3, Vector1, Vector2, Vector3, Vector4};
 use scphd::{
-    Ackermann, AckermannControl, AckermannGeometry, Auv, AuvControl, AuvPose, BearingOnly, Clutter, ControlNoise, Dim,
-    FieldOfView, FrustumLimits, KnownPose, Locating, ModelError, Motion, Mounting, Packed, PlanarPose, PolarBirths,
-    PolarGrid, Pose, RangeBearing, RangeBearingElevation, RangeBearingLimits, RangeBearingWindow, Reading, Real,
-    Sensing, Sensor, SonarLimits, SonarWindow, Step, StereoCamera, StereoFrustum, Symmetric, Twice, Unicycle,
-    UnicycleControl, UniformClutter, pixel_noise, projection,
+    Ackermann, AckermannControl, AckermannGeometry, Auv, AuvControl, AuvPose, BearingOnly, ControlNoise, FrustumLimits,
+    KnownPose, MeasurementModel, ModelError, Motion, Mounting, PlanarPose, PolarBirths, PolarGrid, Pose, PositionOf,
+    RangeBearing, RangeBearingElevation, RangeBearingLimits, RangeBearingWindow, Reading, Real, Sensing, SonarLimits,
+    SonarWindow, Step, StereoCamera, StereoFrustum, Symmetric, Unicycle, UnicycleControl, UniformClutter, pixel_noise,
+    projection,
 };
+use std::fmt::Debug;
+use std::marker::PhantomData;
 
 /// Models of a vehicle with one sensor.
 #[derive(Debug, Clone, Copy)]
-pub struct Models<M, S, V, C> {
+pub struct Models<M, X> {
     /// Of the vehicle.
     pub motion: M,
     /// Of its sensor.
-    pub sensing: Sensing<S, V, C>,
+    pub sensing: X,
 }
 
 /// The models of a world.
-pub type ModelsOf<W, T, const K: usize, const D: usize, const E: usize, const Z: usize> = Models<
-    <W as World<T, K, D, E, Z>>::Motion,
-    <W as World<T, K, D, E, Z>>::Sensor,
-    <W as World<T, K, D, E, Z>>::View,
-    <W as World<T, K, D, E, Z>>::Clutter,
->;
+pub type ModelsOf<W> = Models<<W as World>::Motion, <W as World>::Sensing>;
+/// Where a feature of a world is.
+pub type FeatureOf<W> = PositionOf<<W as World>::Pose>;
+/// What is measured of it.
+pub type MeasurementOf<W> = <<W as World>::Sensing as MeasurementModel>::Measurement;
 
 /// A vehicle with a sensor, and what may happen to it.
-pub trait World<T: Real, const K: usize, const D: usize, const E: usize, const Z: usize>
-where
-    Dim<K>: Packed,
-    Dim<D>: Packed + Twice<E>,
-    Dim<E>: Packed,
-    Dim<Z>: Packed,
-{
+pub trait World: Sized {
     /// Its name in reports.
     const NAME: &'static str;
+    /// `f32` or `f64`.
+    type Scalar: Real;
     /// Where it is.
-    type Pose: Pose<T, K>;
+    type Pose: Pose<Scalar = Self::Scalar>;
     /// How it moves.
-    type Motion: Motion<T, K, Pose = Self::Pose, Control: std::fmt::Debug> + Copy + std::fmt::Debug;
-    /// What it measures with.
-    type Sensor: Locating<T, K, D, Z> + Sensor<T, D, Z, Pose = Self::Pose> + Copy + std::fmt::Debug;
-    /// Where that sees.
-    type View: FieldOfView<T, <Self::Sensor as Sensor<T, D, Z>>::Frame, D, Z> + Copy + std::fmt::Debug;
-    /// What it measures though nothing is there.
-    type Clutter: Clutter<T, Z> + Copy + std::fmt::Debug;
+    type Motion: Motion<Pose = Self::Pose, Control: Debug> + Copy + Debug;
+    /// What it measures, where it sees, what it measures though nothing is there.
+    type Sensing: MeasurementModel<Pose = Self::Pose> + Copy + Debug;
 
     /// Models.
     ///
     /// # Errors
     /// What was drawn is refused.
-    fn models(draw: &mut Draw) -> Result<ModelsOf<Self, T, K, D, E, Z>, ModelError>
-    where
-        Self: Sized;
+    fn models(draw: &mut Draw) -> Result<ModelsOf<Self>, ModelError>;
     /// Where the sensor sits.
     ///
     /// # Errors
     /// What was drawn is refused.
-    fn mounting(draw: &mut Draw) -> Result<Mounting<T>, ModelError>;
+    fn mounting(draw: &mut Draw) -> Result<Mounting<Self::Scalar>, ModelError>;
     /// A pose to start from.
     fn pose(draw: &mut Draw) -> Self::Pose;
     /// What moves it on from a pose.
-    fn control(draw: &mut Draw, from: &Self::Pose) -> <Self::Motion as Motion<T, K>>::Control;
+    fn control(draw: &mut Draw, from: &Self::Pose) -> <Self::Motion as Motion>::Control;
     /// A measurement of anything.
-    fn clutter(draw: &mut Draw) -> SVector<T, Z>;
+    fn clutter(draw: &mut Draw) -> MeasurementOf<Self>;
     /// Standard deviations of a measurement, to be added to what is expected.
-    const SPREAD: [f64; Z];
+    const SPREAD: &'static [f64];
     /// A feature near a pose.
-    fn feature(draw: &mut Draw, near: &Self::Pose) -> SVector<T, D>;
+    fn feature(draw: &mut Draw, near: &Self::Pose) -> FeatureOf<Self>;
 }
 
 fn control_noise<T: Real>(draw: &mut Draw) -> ControlNoise<T> {
@@ -109,7 +100,7 @@ fn planar_pose<T: Real>(draw: &mut Draw) -> PlanarPose<T> {
     PlanarPose::new(draw.real(-far, far), draw.real(-far, far), draw.real(-3.2, 3.2))
 }
 
-fn planar_feature<T: Real>(draw: &mut Draw, near: &PlanarPose<T>) -> SVector<T, 2> {
+fn planar_feature<T: Real>(draw: &mut Draw, near: &PlanarPose<T>) -> Vector2<T> {
     let mut place = |at: T| {
         let place = at.to_f64() + draw.even(-25.0, 25.0);
         T::from_f64(draw.spoilt(place))
@@ -117,24 +108,23 @@ fn planar_feature<T: Real>(draw: &mut Draw, near: &PlanarPose<T>) -> SVector<T, 
     Vector2::new(place(near.x_m), place(near.y_m))
 }
 
-fn planar_clutter<T: Real>(draw: &mut Draw) -> SVector<T, 2> {
+fn planar_clutter<T: Real>(draw: &mut Draw) -> Vector2<T> {
     Vector2::new(draw.real(0.0, 30.0), draw.real(-3.2, 3.2))
 }
 
 /// A unicycle with range and bearing.
 #[derive(Debug)]
-pub struct Rover;
+pub struct Rover<T>(PhantomData<T>);
 
-impl<T: Real> World<T, 3, 2, 4, 2> for Rover {
+impl<T: Real> World for Rover<T> {
     const NAME: &'static str = "rover";
+    type Scalar = T;
     type Pose = PlanarPose<T>;
     type Motion = Unicycle<T>;
-    type Sensor = RangeBearing<T>;
-    type View = RangeBearingWindow<T>;
-    type Clutter = UniformClutter<T>;
-    const SPREAD: [f64; 2] = [0.1, 0.01];
+    type Sensing = Sensing<RangeBearing<T>, RangeBearingWindow<T>, UniformClutter<T>>;
+    const SPREAD: &'static [f64] = &[0.1, 0.01];
 
-    fn models(draw: &mut Draw) -> Result<ModelsOf<Self, T, 3, 2, 4, 2>, ModelError> {
+    fn models(draw: &mut Draw) -> Result<ModelsOf<Self>, ModelError> {
         let field_of_view = window(draw)?;
         let motion = Unicycle::new(if draw.chance(0.5) { Step::Arc } else { Step::Euler }, control_noise(draw))?;
         Ok(Models {
@@ -162,30 +152,29 @@ impl<T: Real> World<T, 3, 2, 4, 2> for Rover {
         UnicycleControl { speed_mps: draw.real(-1.0, 3.0), rate_radps: draw.real(-0.5, 0.5) }
     }
 
-    fn clutter(draw: &mut Draw) -> SVector<T, 2> {
+    fn clutter(draw: &mut Draw) -> Vector2<T> {
         planar_clutter(draw)
     }
 
-    fn feature(draw: &mut Draw, near: &PlanarPose<T>) -> SVector<T, 2> {
+    fn feature(draw: &mut Draw, near: &PlanarPose<T>) -> Vector2<T> {
         planar_feature(draw, near)
     }
 }
 
 /// A car with range and bearing.
 #[derive(Debug)]
-pub struct Car;
+pub struct Car<T>(PhantomData<T>);
 
-impl<T: Real> World<T, 3, 2, 4, 2> for Car {
+impl<T: Real> World for Car<T> {
     const NAME: &'static str = "car";
+    type Scalar = T;
     type Pose = PlanarPose<T>;
     type Motion = Ackermann<T>;
-    type Sensor = RangeBearing<T>;
-    type View = RangeBearingWindow<T>;
-    type Clutter = UniformClutter<T>;
-    const SPREAD: [f64; 2] = [0.1, 0.01];
+    type Sensing = Sensing<RangeBearing<T>, RangeBearingWindow<T>, UniformClutter<T>>;
+    const SPREAD: &'static [f64] = &[0.1, 0.01];
 
-    fn models(draw: &mut Draw) -> Result<ModelsOf<Self, T, 3, 2, 4, 2>, ModelError> {
-        let Models { sensing, .. } = <Rover as World<T, 3, 2, 4, 2>>::models(draw)?;
+    fn models(draw: &mut Draw) -> Result<ModelsOf<Self>, ModelError> {
+        let Models { sensing, .. } = Rover::<T>::models(draw)?;
         let geometry = AckermannGeometry {
             wheelbase_m: draw.real(1.0, 4.0),
             encoder_offset_m: draw.real(-1.0, 1.0),
@@ -207,29 +196,28 @@ impl<T: Real> World<T, 3, 2, 4, 2> for Car {
         AckermannControl { speed_mps: draw.real(-1.0, 20.0), steering_rad: draw.real(-0.6, 0.6) }
     }
 
-    fn clutter(draw: &mut Draw) -> SVector<T, 2> {
+    fn clutter(draw: &mut Draw) -> Vector2<T> {
         planar_clutter(draw)
     }
 
-    fn feature(draw: &mut Draw, near: &PlanarPose<T>) -> SVector<T, 2> {
+    fn feature(draw: &mut Draw, near: &PlanarPose<T>) -> Vector2<T> {
         planar_feature(draw, near)
     }
 }
 
 /// A sensor of bearings at a known pose, with births all around it.
 #[derive(Debug)]
-pub struct Tracker;
+pub struct Tracker<T>(PhantomData<T>);
 
-impl<T: Real> World<T, 3, 2, 4, 1> for Tracker {
+impl<T: Real> World for Tracker<T> {
     const NAME: &'static str = "tracker";
+    type Scalar = T;
     type Pose = PlanarPose<T>;
-    type Motion = KnownPose;
-    type Sensor = BearingOnly<T, PolarBirths<T>>;
-    type View = RangeBearingWindow<T>;
-    type Clutter = UniformClutter<T>;
-    const SPREAD: [f64; 1] = [0.01];
+    type Motion = KnownPose<PlanarPose<T>>;
+    type Sensing = Sensing<BearingOnly<T, PolarBirths<T>>, RangeBearingWindow<T>, UniformClutter<T>>;
+    const SPREAD: &'static [f64] = &[0.01];
 
-    fn models(draw: &mut Draw) -> Result<ModelsOf<Self, T, 3, 2, 4, 1>, ModelError> {
+    fn models(draw: &mut Draw) -> Result<ModelsOf<Self>, ModelError> {
         let births = PolarBirths::new(PolarGrid {
             nearest_m: draw.real(1.0, 3.0),
             farthest_m: draw.real(6.0, 20.0),
@@ -238,7 +226,7 @@ impl<T: Real> World<T, 3, 2, 4, 1> for Tracker {
             weight: draw.real(1e-4, 0.05),
         })?;
         let field_of_view = window(draw)?;
-        let motion = KnownPose;
+        let motion = KnownPose::new();
         Ok(Models {
             motion,
             sensing: Sensing {
@@ -267,11 +255,11 @@ impl<T: Real> World<T, 3, 2, 4, 1> for Tracker {
         )
     }
 
-    fn clutter(draw: &mut Draw) -> SVector<T, 1> {
+    fn clutter(draw: &mut Draw) -> Vector1<T> {
         Vector1::new(draw.real(-3.2, 3.2))
     }
 
-    fn feature(draw: &mut Draw, near: &PlanarPose<T>) -> SVector<T, 2> {
+    fn feature(draw: &mut Draw, near: &PlanarPose<T>) -> Vector2<T> {
         planar_feature(draw, near)
     }
 }
@@ -300,7 +288,7 @@ fn auv_control<T: Real>(draw: &mut Draw, from: &AuvPose<T>) -> AuvControl<T> {
     }
 }
 
-fn feature_in_space<T: Real>(draw: &mut Draw, near: &AuvPose<T>, below: f64) -> SVector<T, 3> {
+fn feature_in_space<T: Real>(draw: &mut Draw, near: &AuvPose<T>, below: f64) -> Vector3<T> {
     let mut place = |at: T, low: f64, high: f64| {
         let place = at.to_f64() + draw.even(low, high);
         T::from_f64(draw.spoilt(place))
@@ -310,18 +298,17 @@ fn feature_in_space<T: Real>(draw: &mut Draw, near: &AuvPose<T>, below: f64) -> 
 
 /// An underwater vehicle with a stereo camera that looks down.
 #[derive(Debug)]
-pub struct Diver;
+pub struct Diver<T>(PhantomData<T>);
 
-impl<T: Real> World<T, 5, 3, 6, 4> for Diver {
+impl<T: Real> World for Diver<T> {
     const NAME: &'static str = "diver";
+    type Scalar = T;
     type Pose = AuvPose<T>;
     type Motion = Auv<T>;
-    type Sensor = StereoCamera<T>;
-    type View = StereoFrustum<T>;
-    type Clutter = UniformClutter<T>;
-    const SPREAD: [f64; 4] = [1.0; 4];
+    type Sensing = Sensing<StereoCamera<T>, StereoFrustum<T>, UniformClutter<T>>;
+    const SPREAD: &'static [f64] = &[1.0; 4];
 
-    fn models(draw: &mut Draw) -> Result<ModelsOf<Self, T, 5, 3, 6, 4>, ModelError> {
+    fn models(draw: &mut Draw) -> Result<ModelsOf<Self>, ModelError> {
         let number = T::from_f64;
         let calibration = Matrix3::new(500.0, 0.0, 400.0, 0.0, 500.0, 300.0, 0.0, 0.0, 1.0).map(number);
         let down = Matrix3::new(0.0, -1.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, -1.0).map(number);
@@ -357,31 +344,30 @@ impl<T: Real> World<T, 5, 3, 6, 4> for Diver {
         auv_control(draw, from)
     }
 
-    fn clutter(draw: &mut Draw) -> SVector<T, 4> {
+    fn clutter(draw: &mut Draw) -> Vector4<T> {
         let (u, v, disparity) = (draw.even(0.0, 800.0), draw.even(0.0, 600.0), draw.even(20.0, 170.0));
         let pixels = [u, v, u - disparity, v + draw.even(-9.0, 9.0)];
         Vector4::from(pixels.map(|pixel| T::from_f64(draw.spoilt(pixel))))
     }
 
-    fn feature(draw: &mut Draw, near: &AuvPose<T>) -> SVector<T, 3> {
+    fn feature(draw: &mut Draw, near: &AuvPose<T>) -> Vector3<T> {
         feature_in_space(draw, near, 4.0)
     }
 }
 
 /// An underwater vehicle with a sonar that measures range, bearing and elevation.
 #[derive(Debug)]
-pub struct Listener;
+pub struct Listener<T>(PhantomData<T>);
 
-impl<T: Real> World<T, 5, 3, 6, 3> for Listener {
+impl<T: Real> World for Listener<T> {
     const NAME: &'static str = "listener";
+    type Scalar = T;
     type Pose = AuvPose<T>;
     type Motion = Auv<T>;
-    type Sensor = RangeBearingElevation<T>;
-    type View = SonarWindow<T>;
-    type Clutter = UniformClutter<T>;
-    const SPREAD: [f64; 3] = [0.05, 0.02, 0.02];
+    type Sensing = Sensing<RangeBearingElevation<T>, SonarWindow<T>, UniformClutter<T>>;
+    const SPREAD: &'static [f64] = &[0.05, 0.02, 0.02];
 
-    fn models(draw: &mut Draw) -> Result<ModelsOf<Self, T, 5, 3, 6, 3>, ModelError> {
+    fn models(draw: &mut Draw) -> Result<ModelsOf<Self>, ModelError> {
         let field_of_view = SonarWindow::new(SonarLimits {
             range_max_m: draw.real(5.0, 30.0),
             range_edge_m: draw.real(0.0, 1.0),
@@ -418,11 +404,11 @@ impl<T: Real> World<T, 5, 3, 6, 3> for Listener {
         auv_control(draw, from)
     }
 
-    fn clutter(draw: &mut Draw) -> SVector<T, 3> {
+    fn clutter(draw: &mut Draw) -> Vector3<T> {
         Vector3::new(draw.real(0.0, 30.0), draw.real(-3.2, 3.2), draw.real(-1.5, 1.5))
     }
 
-    fn feature(draw: &mut Draw, near: &AuvPose<T>) -> SVector<T, 3> {
+    fn feature(draw: &mut Draw, near: &AuvPose<T>) -> Vector3<T> {
         feature_in_space(draw, near, 10.0)
     }
 }

@@ -1,0 +1,45 @@
+//! What kinds of features there are: such as stand still, and such as move.
+
+use crate::{Place, Vector};
+use core::fmt::Debug;
+use core::marker::PhantomData;
+
+mod sealed {
+    pub trait Sealed {}
+}
+
+/// A kind of features: [`Static`] or [`Dynamic`].
+pub trait Feature: sealed::Sealed + Debug {
+    /// Where one is.
+    type Position: Place;
+    /// What is estimated of one.
+    type State: Vector<Scalar = <Self::Position as Vector>::Scalar>;
+
+    /// Whether they move on between scans.
+    const MOVES: bool;
+}
+
+/// Features that stand still, with positions `D`, such as `Vector2<f32>`: their state is the position.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Static<D>(PhantomData<D>);
+
+/// Features that move, with positions `D`: their state is position and velocity (5.19).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Dynamic<D>(PhantomData<D>);
+
+impl<D> sealed::Sealed for Static<D> {}
+impl<D> sealed::Sealed for Dynamic<D> {}
+
+impl<D: Place> Feature for Static<D> {
+    type Position = D;
+    type State = D;
+
+    const MOVES: bool = false;
+}
+
+impl<D: Place> Feature for Dynamic<D> {
+    type Position = D;
+    type State = D::Moving;
+
+    const MOVES: bool = true;
+}

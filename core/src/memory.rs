@@ -1,0 +1,113 @@
+//! The memory of a filter, with its capacities by name.
+
+/// Names the memory of a [`ScPhd`](crate::ScPhd): a [`State`](crate::State) for the poses of a motion, with every capacity by its name.
+///
+/// | name | meaning |
+/// |---|---|
+/// | `particles` | particles |
+/// | `samples` | samples of a particle between a prediction and its scan |
+/// | `pages` | pages of features, of all particles together; a page holds [`PAGE_LEN`](crate::PAGE_LEN) |
+/// | `pages_per_map` | pages of one particle's map |
+/// | `in_view` | components of one map in view, while it is updated |
+///
+/// ```
+/// use scphd::{Ackermann, memory};
+///
+/// memory! {
+///     /// All that the car's filter knows.
+///     pub type CarMemory: Ackermann<f32> {
+///         particles: 32, samples: 2,
+///         features { pages: 320, pages_per_map: 32, in_view: 256 },
+///         moving { pages: 128, pages_per_map: 16, in_view: 128 },
+///     }
+/// }
+/// memory! {
+///     type SmallMemory: Ackermann<f32> {
+///         particles: 4, samples: 1, features { pages: 64, pages_per_map: 16, in_view: 128 }
+///     }
+/// }
+/// static CAR: std::sync::Mutex<CarMemory> = std::sync::Mutex::new(CarMemory::new());
+/// assert!(size_of::<CarMemory>() < 192 * 1024 && size_of::<SmallMemory>() < 40 * 1024);
+/// ```
+#[macro_export]
+macro_rules! memory {
+    ($(#[$about:meta])* $public:vis type $name:ident: $motion:ty {
+        particles: $particles:expr, samples: $samples:expr,
+        features { pages: $pages:expr, pages_per_map: $map_pages:expr, in_view: $view:expr $(,)? } $(,)?
+    }) => {
+        $(#[$about])*
+        $public type $name = $crate::State<
+            <$motion as $crate::Motion>::Pose,
+            { $particles },
+            { $particles * $samples },
+            $crate::MapMemory<
+                $crate::Static<$crate::PositionOf<<$motion as $crate::Motion>::Pose>>,
+                { $particles },
+                { $pages },
+                { $map_pages },
+                { $view },
+            >,
+        >;
+    };
+    ($(#[$about:meta])* $public:vis type $name:ident: $motion:ty {
+        particles: $particles:expr, samples: $samples:expr,
+        features { pages: $pages:expr, pages_per_map: $map_pages:expr, in_view: $view:expr $(,)? },
+        moving { pages: $moving_pages:expr, pages_per_map: $moving_map_pages:expr, in_view: $moving_view:expr $(,)? } $(,)?
+    }) => {
+        $(#[$about])*
+        $public type $name = $crate::State<
+            <$motion as $crate::Motion>::Pose,
+            { $particles },
+            { $particles * $samples },
+            $crate::MapMemory<
+                $crate::Static<$crate::PositionOf<<$motion as $crate::Motion>::Pose>>,
+                { $particles },
+                { $pages },
+                { $map_pages },
+                { $view },
+            >,
+            $crate::MapMemory<
+                $crate::Dynamic<$crate::PositionOf<<$motion as $crate::Motion>::Pose>>,
+                { $particles },
+                { $moving_pages },
+                { $moving_map_pages },
+                { $moving_view },
+            >,
+        >;
+    };
+}
+
+/// Names the memory of a [`JointSlam`](crate::JointSlam): a [`JointState`](crate::JointState) for the poses of a motion, with every
+/// capacity by its name. `measurement` is the widest one of the vehicle's sensors.
+///
+/// ```
+/// use nalgebra::Vector2;
+/// use scphd::{Unicycle, joint_memory};
+///
+/// joint_memory! {
+///     /// One Gaussian over the robot and up to 40 landmarks.
+///     pub type RobotMap: Unicycle<f32> { measurement: Vector2<f32>, features: 40, measurements: 16 }
+/// }
+/// assert!(size_of::<RobotMap>() < 24 * 1024);
+/// ```
+#[macro_export]
+macro_rules! joint_memory {
+    ($(#[$about:meta])* $public:vis type $name:ident: $motion:ty {
+        measurement: $measurement:ty, features: $features:expr, measurements: $measurements:expr $(,)?
+    }) => {
+        $(#[$about])*
+        $public type $name = $crate::JointState<
+            <$motion as $crate::Motion>::Pose,
+            $measurement,
+            { $features },
+            {
+                $crate::joint_numbers(
+                    <$crate::TangentOf<<$motion as $crate::Motion>::Pose> as $crate::Vector>::DIMENSION,
+                    <$crate::PositionOf<<$motion as $crate::Motion>::Pose> as $crate::Vector>::DIMENSION,
+                    $features,
+                )
+            },
+            { $measurements },
+        >;
+    };
+}
