@@ -25,11 +25,22 @@
 //!
 //! # Where things are
 //!
-//! One scan, from top to bottom, is `step.rs`: propose poses (`propose.rs`), weigh (`weigh.rs`, over the map as one pose sees it,
-//! `view.rs`, on as many cores as `executor.rs` has), select (`select.rs`, `resample.rs`; as many as needed, `adaptive.rs`, and set apart, `rejuvenate.rs`), learn
-//! (`online.rs`), update (`update.rs`), reduce (`reduce.rs`). `predict.rs` comes before it, `extract.rs`
-//! after it. `map/` holds the copy-on-write pages, `models/` the models. The recursion with all its choices is written
-//! out in `docs/recursion.md`.
+//! Every folder depends on those before it alone:
+//!
+//! | folder | what is in it |
+//! |---|---|
+//! | `numerics/` | scalars, vectors, symmetric matrices, random numbers, sums of logarithms |
+//! | `map/` | components, the copy-on-write pages that hold them, the scratch of an update, reduction |
+//! | `models/` | poses, motions, sensors, views, clutter, mountings, fixes |
+//! | `report/` | errors, health, reports, probes |
+//! | `settings/` | what a user tunes |
+//! | `sight/` | a scan as one pose sees its map: what to expect, what it meets, how well it is explained |
+//! | `particles/` | candidates, prediction, proposals, selection |
+//! | `filter/` | the memory, the steps, and all that can be asked of a filter |
+//!
+//! `filter/step.rs` is one scan from top to bottom: propose poses, weigh, select, learn, update, reduce. `joint/` is the filter with a
+//! joint map, `navigation/` what an underwater vehicle knows of its velocity. The recursion with all its choices is written out in
+//! `docs/recursion.md`.
 //!
 //! # Features
 //!
@@ -55,121 +66,56 @@
 #[cfg(test)]
 extern crate std;
 
-mod adaptive;
-#[cfg(test)]
-mod alone;
-mod angle;
-mod audit;
-mod bounds;
-mod candidate;
-mod component;
-mod config;
-mod confirmed;
-mod detector;
-mod digest;
-mod drift;
-mod error;
-mod executor;
-mod expected_map;
-mod extract;
-#[cfg(test)]
-mod faults;
 mod filter;
-mod health;
-#[cfg(test)]
-mod in_space;
-#[cfg(test)]
-mod informed;
 mod joint;
-mod likelihood;
-#[cfg(test)]
-mod linear;
-mod ln_sum;
-#[cfg(test)]
-mod lying;
 mod map;
 mod memory;
-#[cfg(all(test, feature = "adaptive"))]
-mod mismatch;
 mod models;
-#[cfg(test)]
-mod movers;
-#[cfg(feature = "multi-feature")]
-mod multi_feature;
 mod navigation;
-mod neighbours;
-mod noise;
-mod observe;
-#[cfg(test)]
-mod observing;
-mod online;
-#[cfg(test)]
-mod oracles;
-mod plausible;
-mod predict;
-mod probe;
-mod propose;
-mod real;
-mod reduce;
-mod rejuvenate;
-mod relocate;
+mod numerics;
+mod particles;
 mod report;
-mod resample;
-mod scan;
-mod select;
-mod single;
+mod settings;
+mod sight;
 #[cfg(test)]
-mod smallest;
-mod sort;
-mod state;
-mod step;
-mod symmetric;
-#[cfg(test)]
-mod taken_over;
-mod tally;
-#[cfg(test)]
-mod unconfirmed;
-mod update;
-mod vector;
-mod view;
-mod weigh;
-mod work;
-mod workspace;
+mod tests;
 
-pub use adaptive::Adaptive;
-pub use angle::wrap;
-pub use audit::Flaw;
-pub use bounds::Bounds;
-pub use candidate::Candidate;
-pub use component::{Component, Correction};
-pub use config::{Config, ConfigError, Extraction, MovingConfig};
-pub use detector::{Births, Detector, DetectorMemory, ScanRoom};
-pub use error::{LoadMapError, ObserveError, PredictError, ResetError, ScanError, SetupError};
-pub use executor::{Executor, Serial};
-pub use extract::{MapEstimate, PoseEstimate};
-pub use filter::ScPhd;
-pub use health::Health;
+pub use filter::detector::{Births, Detector, DetectorMemory, ScanRoom};
+pub use filter::executor::{Executor, Serial};
+pub use filter::extract::{MapEstimate, PoseEstimate};
+pub use filter::observe::FixReport;
+pub use filter::scphd::ScPhd;
+pub use filter::state::State;
 pub use joint::{JointConfig, JointReport, JointSlam, JointState, Persistence, joint_numbers};
-pub use likelihood::Likelihood;
-pub use ln_sum::LnSum;
+pub use map::component::{Component, Correction};
+pub use map::reduction::Reduction;
 pub use map::{Dynamic, Feature, MapMemory, MapStorage, NoMoving, PAGE_LEN, Static};
 pub use models::*;
-/// The linear algebra that the interface is written in.
 pub use nalgebra;
 pub use navigation::{DeadReckoning, Instruments, Navigator, Outcome, VelocityFilter, VelocityNoise};
-pub use noise::Noise;
-pub use observe::FixReport;
-pub use online::Online;
-pub use plausible::{Implausible, Plausible, Rates};
+pub use numerics::angle::wrap;
+pub use numerics::bounds::Bounds;
+pub use numerics::ln_sum::LnSum;
+pub use numerics::noise::Noise;
+pub use numerics::real::Real;
+pub use numerics::symmetric::{Factor, Symmetric};
+pub use numerics::vector::{Array, Linear, Matrix, Place, Vector};
+pub use numerics::zero::Zero;
+pub use particles::candidate::Candidate;
+pub use report::config_error::ConfigError;
+pub use report::error::{
+    Flaw, Implausible, LoadMapError, ObserveError, PredictError, ResetError, ScanError, SetupError,
+};
+pub use report::health::Health;
 #[cfg(feature = "embedded-hal")]
-pub use probe::StagePins;
+pub use report::probe::StagePins;
 #[cfg(feature = "defmt")]
-pub use probe::StageTrace;
-pub use probe::{Probe, Stage};
-pub use propose::{Informed, Proposal};
-pub use real::Real;
-pub use reduce::Reduction;
-pub use report::{PredictReport, ScanReport};
-pub use state::State;
-pub use symmetric::{Factor, Symmetric};
-pub use vector::{Array, Linear, Matrix, Place, Vector, Zero};
+pub use report::probe::StageTrace;
+pub use report::probe::{Probe, Stage};
+pub use report::reports::{PredictReport, ScanReport};
+pub use settings::adaptive::Adaptive;
+pub use settings::config::{Config, Extraction, MovingConfig};
+pub use settings::likelihood::Likelihood;
+pub use settings::plausible::Plausible;
+pub use settings::proposal::{Informed, Proposal};
+pub use sight::online::Online;

@@ -3,7 +3,7 @@
 use super::associate::Predicted;
 use super::covariance::{Common, symmetric};
 use super::state::{Explained, Memory};
-use crate::vector::{applied, product};
+use crate::numerics::vector::{applied, product};
 use crate::{Linear, Matrix, Pose, PositionOf, Real, Sensor, Symmetric, TangentOf, Vector, Zero};
 
 /// A feature that has less than this share of all detections together says nothing of the pose.

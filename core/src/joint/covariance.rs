@@ -1,7 +1,7 @@
 //! The joint covariance of a pose and its features, as a lower triangle by rows: the pose's coordinates first, then those of
 //! one feature after the other.
 
-use crate::vector::{applied, product};
+use crate::numerics::vector::{applied, product};
 use crate::{Linear, Matrix, Pose, PositionOf, Real, ScalarOf, Symmetric, TangentOf, Vector, Zero};
 
 /// Numbers in the lower triangle of the joint covariance of a pose of `pose` coordinates and `features` features of `dimension`

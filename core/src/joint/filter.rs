@@ -7,9 +7,9 @@ use super::covariance::{first, sandwiched};
 use super::existence::Existence;
 use super::state::{JointState, Memory, Slot};
 use super::tidy::{bear, drop_spoilt, drop_unlikely, merge};
-use crate::digest::Fnv;
-use crate::plausible::{is_within_range, is_within_square};
-use crate::state::passed;
+use crate::numerics::fnv::Fnv;
+use crate::numerics::range::{is_within_range, is_within_square};
+use crate::particles::cursor::passed;
 use crate::{
     Component, Detector, Health, Linearised, Matrix, MeasurementModel, Motion, Pose, PoseEstimate, PositionOf,
     PredictError, PredictReport, Real, ResetError, ScalarOf, ScanError, Sensor, SetupError, Symmetric, TangentOf,

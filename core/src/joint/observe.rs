@@ -3,7 +3,7 @@
 use super::covariance::Common;
 use super::filter::JointSlam;
 use super::state::Memory;
-use crate::observe::Explained;
+use crate::filter::observe::Explained;
 use crate::{Fix, FixReport, Linear, Matrix, Motion, ObserveError, Pose, PoseEstimate, Real, Vector};
 
 impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>> JointSlam<'_, M, Z> {

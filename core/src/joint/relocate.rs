@@ -2,7 +2,7 @@
 
 use super::filter::JointSlam;
 use super::state::Memory;
-use crate::plausible::is_within_square;
+use crate::numerics::range::is_within_square;
 use crate::{Matrix, Motion, Pose, Real, ResetError, Symmetric, TangentOf, Vector, Zero};
 
 impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>> JointSlam<'_, M, Z> {

@@ -1,7 +1,7 @@
 //! The joint filter against closed forms, and where it must not break.
 
 use super::*;
-use crate::linear::{Drift, Everywhere, Offset};
+use crate::tests::linear::{Drift, Everywhere, Offset};
 use crate::*;
 use nalgebra::{Matrix2, SMatrix, SVector, Vector2};
 use std::boxed::Box;

@@ -4,8 +4,8 @@ use super::config::JointConfig;
 use super::covariance::{Common, first, symmetric};
 use super::existence::Existence;
 use super::state::{Memory, Slot};
-use crate::plausible::{is_within_range, is_within_square};
-use crate::vector::product;
+use crate::numerics::range::{is_within_range, is_within_square};
+use crate::numerics::vector::product;
 use crate::{FieldOfView, Linear, Matrix, MeasurementModel, Pose, PositionOf, Real, Sensor, TangentOf, Vector};
 
 /// Detections that a tentative feature has fewer of.

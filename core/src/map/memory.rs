@@ -1,8 +1,8 @@
 //! Memory of all particles' maps of one kind of features.
 
 use super::{MapTable, MapTableMemory, Pool, PoolMemory};
-use crate::workspace::{Workspace, WorkspaceMemory};
-use crate::{Dynamic, Feature, PositionOf, Static};
+use crate::Feature;
+use crate::map::workspace::{Workspace, WorkspaceMemory};
 use core::fmt::Debug;
 
 mod sealed {
@@ -75,11 +75,6 @@ impl<F: Feature> MapStorage<F> for NoMoving {
         Maps { table: MapTable::none(), pool: Pool::none(&mut self.free_len), workspace: Workspace::none() }
     }
 }
-
-/// The maps of what stands still around a vehicle.
-pub(crate) type StaticMaps<'s, P> = Maps<'s, Static<PositionOf<P>>>;
-/// The maps of what moves around it.
-pub(crate) type DynamicMaps<'s, P> = Maps<'s, Dynamic<PositionOf<P>>>;
 
 /// The maps of all particles, of one kind of features: page lists, the pages, and the scratch of one map's update.
 #[derive(Debug)]

@@ -1,16 +1,22 @@
 //! The daughter process in memory: copy-on-write pages of Component components in one pool, and a list of pages for
 //! every particle.
 
-mod audit;
+pub(crate) mod component;
 mod feature;
 mod memory;
+mod near;
+pub(crate) mod neighbours;
 mod page;
 mod pool;
+pub(crate) mod reduce;
+pub(crate) mod reduction;
 mod table;
+pub(crate) mod workspace;
 
 pub use feature::{Dynamic, Feature, Static};
-pub(crate) use memory::{DynamicMaps, Maps, StaticMaps};
+pub(crate) use memory::Maps;
 pub use memory::{MapMemory, MapStorage, NoMoving};
+pub(crate) use near::{look_within, within};
 pub use page::PAGE_LEN;
 pub(crate) use page::Page;
 pub(crate) use pool::{PageId, Pool, PoolMemory};

@@ -127,19 +127,19 @@ impl<'s, F: Feature> Pool<'s, F> {
     }
 
     /// Changes the count of a page, for an audit that puts it back.
-    pub(super) fn recount(&mut self, id: PageId, change: fn(u16) -> u16) {
+    pub(crate) fn recount(&mut self, id: PageId, change: fn(u16) -> u16) {
         if let Some(references) = self.references.get_mut(id.index()) {
             *references = change(*references);
         }
     }
 
     /// Whether no count is left where all holders have been taken off.
-    pub(super) fn is_accounted_for(&self) -> bool {
+    pub(crate) fn is_accounted_for(&self) -> bool {
         self.references.iter().all(|&references| references == 0)
     }
 
     /// Whether the free pages are those that nobody holds, each once.
-    pub(super) fn free_is_sound(&mut self) -> bool {
+    pub(crate) fn free_is_sound(&mut self) -> bool {
         // More than there are particles.
         const COUNTED: u16 = u16::MAX;
         let unheld = self.references.iter().filter(|&&references| references == 0).count();

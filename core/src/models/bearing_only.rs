@@ -191,7 +191,7 @@ impl<T: Real> BirthIntensity<PlanarFrame<T>, Vector2<T>> for PolarBirths<T> {
 #[cfg(test)]
 mod tests {
     use super::{BearingOnly, BirthIntensity, PolarBirths, PolarGrid};
-    use crate::alone::{Alone, Models};
+    use crate::tests::alone::{Alone, Models};
     use crate::{
         Births, Component, Config, KnownPose, MapMemory, Noise, PlanarFrame, PlanarPose, RangeBearingWindow, Sensor,
         State, Static, UniformClutter, wrap,

@@ -1,7 +1,8 @@
 //! The vehicle's transition density, as a trait.
 
 use super::ModelError;
-use crate::{Linear, Noise, Pose, Rates, ScalarOf, Symmetric, TangentOf, Vector};
+use crate::Real;
+use crate::{Linear, Noise, Pose, ScalarOf, Symmetric, TangentOf, Vector};
 
 /// How the vehicle moves: the transition density π(x_k | x_{k−1}, u_k) of (4.47).
 ///
@@ -61,4 +62,18 @@ pub struct Linearised<K: Vector> {
     pub transition: Linear<K, K>,
     /// Q = (∂f/∂u) Σ_u (∂f/∂u)ᵀ.
     pub noise: Symmetric<K>,
+}
+
+/// How fast a control says that the vehicle goes and turns, neither below zero.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Rates<T> {
+    /// Speed, m/s.
+    pub speed_mps: T,
+    /// Turn rate, rad/s.
+    pub turn_radps: T,
+}
+
+impl<T: Real> Rates<T> {
+    /// Those of a control that says nothing of speeds.
+    pub const NONE: Self = Self { speed_mps: T::ZERO, turn_radps: T::ZERO };
 }

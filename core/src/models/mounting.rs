@@ -1,8 +1,7 @@
 //! Where a sensor sits on its vehicle.
 
-use super::{ExpectedOf, FieldOfView, InverseOf, ModelError, Pose, Sensor, require};
-use crate::vector::applied;
-use crate::{Bounds, Component, Linear, Matrix, PositionOf, Real, ScalarOf, Symmetric, TangentOf, Vector};
+use super::{ModelError, require};
+use crate::Real;
 
 /// Where a sensor sits on its vehicle, and how it is turned: the rigid motion from the vehicle's frame (x ahead, y to the left, z
 /// upwards, origin where the pose is) to the sensor's own. Roll comes first, then pitch, then yaw.
@@ -71,124 +70,10 @@ impl<T: Real> Mounting<T> {
     }
 }
 
-/// A sensor where it sits on the vehicle: speaks of the vehicle's pose, and asks the model of the sensor's own.
-#[derive(Debug)]
-pub(crate) struct Mounted<'a, S: Sensor> {
-    pub(crate) sensor: &'a S,
-    /// `None` where the sensor's pose is the vehicle's.
-    pub(crate) mounting: Option<Mounting<ScalarOf<S::Pose>>>,
-}
-
-/// A field of view as it is seen from the vehicle.
-#[derive(Debug)]
-pub(crate) struct MountedView<'a, V> {
-    pub(crate) field_of_view: &'a V,
-}
-
-/// The frame of a mounted sensor.
-#[derive(Debug)]
-pub(crate) struct MountedFrame<F, K> {
-    frame: F,
-    /// How the sensor's pose changes with the vehicle's heading; `None` where they are the same.
-    by_heading: Option<K>,
-}
-
-impl<S: Sensor> Mounted<'_, S> {
-    /// The frame where it is mounted elsewhere than where the pose is. Out of line: a sensor that is not takes none of its stack.
-    #[inline(never)]
-    fn seated(&self, mounting: &Mounting<ScalarOf<S::Pose>>, pose: &S::Pose) -> <Self as Sensor>::Frame {
-        let (seat, by_heading) = pose.mounted(mounting);
-        MountedFrame { frame: self.sensor.frame(&seat), by_heading: Some(by_heading) }
-    }
-}
-
-/// ∂h/∂x by the vehicle's pose, of one by the sensor's: another column of the heading.
-#[inline(never)]
-fn swung<P: Pose, Z: Vector<Scalar = P::Scalar>>(
-    by_seat: Linear<Z, P::Tangent>,
-    by_heading: &P::Tangent,
-) -> Linear<Z, P::Tangent> {
-    let column = applied::<Z, P::Tangent>(&by_seat, by_heading);
-    Matrix::with(|row, k| if P::HEADING == Some(k) { column.at(row) } else { by_seat.at(row, k) })
-}
-
-impl<S: Sensor> Sensor for Mounted<'_, S> {
-    type Pose = S::Pose;
-    type Measurement = S::Measurement;
-    type Frame = MountedFrame<S::Frame, TangentOf<S::Pose>>;
-
-    const SORTED_BY: usize = S::SORTED_BY;
-    const SORTED_BY_ANGLE: bool = S::SORTED_BY_ANGLE;
-    const SIFTED_BY: Option<usize> = S::SIFTED_BY;
-
-    #[inline]
-    fn frame(&self, pose: &S::Pose) -> Self::Frame {
-        match &self.mounting {
-            None => MountedFrame { frame: self.sensor.frame(pose), by_heading: None },
-            Some(mounting) => self.seated(mounting, pose),
-        }
-    }
-
-    #[inline(always)]
-    fn expect(&self, frame: &Self::Frame, feature: &PositionOf<S::Pose>) -> Option<ExpectedOf<S>> {
-        self.sensor.expect(&frame.frame, feature)
-    }
-
-    #[inline(always)]
-    fn innovation(&self, measured: &S::Measurement, expected: &S::Measurement) -> S::Measurement {
-        self.sensor.innovation(measured, expected)
-    }
-
-    fn hides(&self, measured: &S::Measurement, expected: &S::Measurement) -> bool {
-        self.sensor.hides(measured, expected)
-    }
-
-    fn noise(&self) -> &Symmetric<S::Measurement> {
-        self.sensor.noise()
-    }
-
-    fn expected_birth(&self, frame: &Self::Frame, index: usize) -> Option<Component<PositionOf<S::Pose>>> {
-        self.sensor.expected_birth(&frame.frame, index)
-    }
-
-    fn invert(&self, frame: &Self::Frame, measured: &S::Measurement) -> Option<InverseOf<S>> {
-        self.sensor.invert(&frame.frame, measured)
-    }
-
-    #[inline]
-    fn by_pose(
-        &self,
-        frame: &Self::Frame,
-        feature: &PositionOf<S::Pose>,
-        expected: &ExpectedOf<S>,
-    ) -> Linear<S::Measurement, TangentOf<S::Pose>> {
-        let by_seat = self.sensor.by_pose(&frame.frame, feature, expected);
-        match &frame.by_heading {
-            None => by_seat,
-            Some(by_heading) => swung::<S::Pose, S::Measurement>(by_seat, by_heading),
-        }
-    }
-}
-
-impl<F, K, D: Vector, Z: Vector, V: FieldOfView<F, D, Z>> FieldOfView<MountedFrame<F, K>, D, Z> for MountedView<'_, V> {
-    #[inline(always)]
-    fn detection_probability(&self, frame: &MountedFrame<F, K>, feature: &D, expected: &Z) -> D::Scalar {
-        self.field_of_view.detection_probability(&frame.frame, feature, expected)
-    }
-
-    #[inline(always)]
-    fn may_see(&self, frame: &MountedFrame<F, K>, feature: &D) -> bool {
-        self.field_of_view.may_see(&frame.frame, feature)
-    }
-
-    fn bounds(&self, frame: &MountedFrame<F, K>) -> Bounds<D> {
-        self.field_of_view.bounds(&frame.frame)
-    }
-}
-
 #[cfg(test)]
 mod tests {
-    use super::{Mounted, Mounting};
+    use super::Mounting;
+    use crate::models::Mounted;
     use crate::models::testing::check_in_space;
     use crate::{
         Ackermann, AckermannControl, AckermannGeometry, AuvPose, ControlNoise, Motion, PlanarPose, Pose, RangeBearing,

@@ -1,7 +1,7 @@
 //! Sonars in space: range, bearing and elevation, and what is left where one of them is not measured.
 
 use super::bearing_only::check_ranges;
-use super::field_of_view::ramp;
+use super::range_bearing_window::ramp;
 use super::{AuvPose, BirthIntensity, BodyFrame, Expected, FieldOfView, Inverse, ModelError, Sensor, require};
 use crate::{Bounds, Component, Real, Symmetric, Vector, wrap};
 use nalgebra::{Matrix3, SMatrix, SVector, Vector1, Vector2, Vector3};

@@ -1,6 +1,6 @@
 //! Where a stereo camera sees: what both images show, neither too near nor too far.
 
-use super::field_of_view::ramp;
+use super::range_bearing_window::ramp;
 use super::{FieldOfView, ModelError, StereoCamera, StereoFrame, require};
 use crate::{Bounds, Real};
 use nalgebra::{SVector, Vector3, Vector4};

@@ -1,6 +1,6 @@
 //! A linear Kalman filter of few states, whose measurements are gated.
 
-use crate::vector::applied;
+use crate::numerics::vector::applied;
 use crate::{Component, Correction, Linear, Real, Symmetric, Vector};
 
 /// What became of a measurement.

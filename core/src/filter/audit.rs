@@ -1,0 +1,57 @@
+//! The whole state looked over: what a vehicle may do while it stands still, and every test.
+
+use crate::Flaw;
+use crate::filter::state::Memory;
+use crate::numerics::range::is_within_range;
+use crate::particles::candidate::total_weight;
+use crate::{Motion, Pose, Real, ScPhd, Symmetric};
+
+/// How far Σ ζ may be from one, in units of the last place: what rounding leaves of a few thousand candidates.
+const TOLERATED_ROUNDINGS: f64 = 1000.0;
+
+impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
+    /// Looks over everything that the filter knows: poses and weights, every component of every map, and who holds which page.
+    /// The state is the same afterwards. Linear in the state, and no part of a step: for tests, and for vehicles that want to
+    /// know whether their memory is sound.
+    ///
+    /// # Errors
+    /// The first flaw that was found.
+    pub fn audit(&mut self) -> Result<(), Flaw> {
+        self.memory.audit()
+    }
+}
+
+impl<T: Real, P: Pose<Scalar = T>> Memory<'_, P> {
+    /// The first flaw of what is known, if any.
+    pub(crate) fn audit(&mut self) -> Result<(), Flaw> {
+        let cursor = &*self.cursor;
+        if cursor.particles == 0 {
+            return Ok(());
+        }
+        let sound = cursor.noise.is_some()
+            && cursor.particles <= self.spreads.len()
+            && cursor.children >= 1
+            && cursor.candidates() <= self.candidates.len()
+            && cursor.weighed <= self.ln_likelihoods.len()
+            && cursor.heaviest < cursor.particles
+            && cursor.waited_s >= T::ZERO
+            && cursor.waited_s.is_finite();
+        if !sound {
+            return Err(Flaw::Cursor);
+        }
+        let spreads = self.spreads.get(..cursor.particles).unwrap_or(&[]);
+        let candidates = self.candidates();
+        if !(candidates.iter().all(|candidate| is_within_range(&candidate.pose.coordinates()))
+            && spreads.iter().all(Symmetric::is_finite))
+        {
+            return Err(Flaw::Pose);
+        }
+        let off = (total_weight(candidates) - T::ONE).abs();
+        if !(off <= T::EPSILON * T::from_f64(TOLERATED_ROUNDINGS)) {
+            return Err(Flaw::Weights);
+        }
+        let particles = self.cursor.particles;
+        self.still.audit(particles)?;
+        self.moving.audit(particles)
+    }
+}

@@ -1,0 +1,242 @@
+//! A sensor on the vehicle: its models, where it sits, what it gives birth to, and the scratch of its scans.
+
+use crate::models::{OnVehicle, require};
+use crate::numerics::fnv::Fnv;
+use crate::settings::config::ADAPTIVE;
+use crate::sight::online::Learnt;
+use crate::sight::scan::Measurement;
+use crate::{
+    ConfigError, Flaw, LnSum, MeasurementModel, ModelError, Mounting, Online, Pose, Real, ScalarOf, SetupError, Vector,
+};
+
+/// What every measurement of a sensor may be the first one of: intensities in measurement space, in the same unit as the clutter's κ,
+/// 1/(m·rad) for range and bearing. κ = w_b means that a measurement which nothing explains is a new feature with probability ½.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Births<T> {
+    /// w_b of features that stand still (5.9).
+    pub still: T,
+    /// w_b of features that move (5.19).
+    pub moving: T,
+}
+
+impl<T: Real> Births<T> {
+    /// None: the sensor sees what is known, and learns of nothing new.
+    pub const NONE: Self = Self { still: T::ZERO, moving: T::ZERO };
+
+    /// Features that stand still, with this intensity, and none that move.
+    #[must_use]
+    pub const fn still(intensity: T) -> Self {
+        Self { still: intensity, moving: T::ZERO }
+    }
+
+    fn check(&self) -> Result<(), ModelError> {
+        let usable = |intensity: T| intensity >= T::ZERO && intensity.is_finite();
+        require(usable(self.still), "births.still", "finite and not negative")?;
+        require(usable(self.moving), "births.moving", "finite and not negative")
+    }
+
+    /// Of both kinds.
+    pub(crate) fn total(&self) -> T {
+        self.still + self.moving
+    }
+}
+
+/// A sensor on the vehicle, as the filters ask for it with every scan: any number of them, of any kind, may serve one filter.
+///
+/// [`JointSlam`](crate::JointSlam) works with the detector alone; [`ScPhd`](crate::ScPhd) needs one
+/// [over](Self::over) a [`DetectorMemory`], the scratch of its scans.
+///
+/// ```
+/// use nalgebra::Vector2;
+/// use scphd::{Births, Detector, DetectorMemory, Mounting, RangeBearing, RangeBearingWindow, Sensing, UniformClutter};
+///
+/// // On a vehicle a static: room for 64 measurements of dimension 2.
+/// let mut memory = DetectorMemory::<Vector2<f32>, 64>::new();
+/// let window = RangeBearingWindow::full_circle(15.0, 0.9)?;
+/// let sensing = Sensing {
+///     sensor: RangeBearing::new(0.2, 0.02)?,
+///     field_of_view: window,
+///     clutter: UniformClutter::of_scan(2.0, window.measure())?,
+/// };
+/// // 3.8 m ahead of the axle, half a metre to the left.
+/// let mounting = Mounting::in_plane(3.8, 0.5, 0.0)?;
+/// let front = Detector::new(sensing, Births::still(0.01))?.mounted(mounting)?.over(&mut memory)?;
+/// assert_eq!(front.capacity(), 64);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug)]
+pub struct Detector<X: MeasurementModel, R = ()> {
+    pub(crate) sensing: X,
+    pub(crate) mounting: Option<Mounting<ScalarOf<X::Pose>>>,
+    pub(crate) births: Births<ScalarOf<X::Pose>>,
+    pub(crate) online: Online<ScalarOf<X::Pose>>,
+    pub(crate) room: R,
+}
+
+impl<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>> Detector<X> {
+    /// A sensor whose pose is the vehicle's.
+    ///
+    /// # Errors
+    /// A model or an intensity is out of range.
+    pub fn new(sensing: X, births: Births<T>) -> Result<Self, ModelError> {
+        sensing.check()?;
+        births.check()?;
+        Ok(Self { sensing, mounting: None, births, online: Online::NONE, room: () })
+    }
+
+    /// The same with scratch for scans of so many measurements, where what was learnt is kept.
+    ///
+    /// # Errors
+    /// What an earlier detector has left there is out of range: its memory was damaged.
+    pub fn over<const MEASUREMENTS: usize, const WORKERS: usize>(
+        self,
+        memory: &mut DetectorMemory<X::Measurement, MEASUREMENTS, WORKERS>,
+    ) -> Result<Detector<X, ScanRoom<'_, X::Measurement>>, SetupError> {
+        if !memory.learnt.is_in_range() {
+            return Err(SetupError::HeldDamaged(Flaw::Cursor));
+        }
+        let Self { sensing, mounting, births, online, .. } = self;
+        Ok(Detector { sensing, mounting, births, online, room: memory.room() })
+    }
+}
+
+impl<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>, R> Detector<X, R> {
+    /// The same sensor, mounted there.
+    ///
+    /// # Errors
+    /// Such a vehicle has no such places.
+    pub fn mounted(self, mounting: Mounting<T>) -> Result<Self, ModelError> {
+        P::check_mounting(&mounting)?;
+        Ok(Self { mounting: Some(mounting), ..self })
+    }
+
+    /// The same sensor, of which p_D or κ are learnt while running.
+    ///
+    /// # Errors
+    /// A field is out of range, or the crate was built without the feature `adaptive`.
+    pub fn learning(self, online: Online<T>) -> Result<Self, ConfigError> {
+        if !ADAPTIVE && online.learns() {
+            return Err(ConfigError { field: "online", range: "left alone without the feature `adaptive`" });
+        }
+        online.check()?;
+        Ok(Self { online, ..self })
+    }
+
+    /// Goes on with other models, between any two scans: noise may be retuned in flight.
+    ///
+    /// # Errors
+    /// A model is out of range; the detector keeps those that it had.
+    pub fn retune(&mut self, sensing: X) -> Result<(), ModelError> {
+        sensing.check()?;
+        self.sensing = sensing;
+        Ok(())
+    }
+
+    /// The models.
+    #[must_use]
+    pub fn sensing(&self) -> &X {
+        &self.sensing
+    }
+
+    /// Where the sensor sits; `None` where its pose is the vehicle's.
+    #[must_use]
+    pub fn mounting(&self) -> Option<&Mounting<T>> {
+        self.mounting.as_ref()
+    }
+
+    /// The birth intensities.
+    #[must_use]
+    pub fn births(&self) -> &Births<T> {
+        &self.births
+    }
+
+    /// Its models, speaking of the vehicle's pose.
+    pub(crate) fn on_vehicle(&self) -> OnVehicle<'_, X> {
+        OnVehicle::of(&self.sensing, self.mounting)
+    }
+}
+
+impl<X: MeasurementModel> Detector<X, ScanRoom<'_, X::Measurement>> {
+    /// The most measurements that a scan may have.
+    #[must_use]
+    pub fn capacity(&self) -> usize {
+        self.room.measurements.len()
+    }
+
+    /// Forgets what was learnt.
+    pub fn forget(&mut self) {
+        *self.room.learnt = Learnt::ZERO;
+    }
+
+    /// A hash of what was learnt, which goes on with the digest of the filter: `filter.digest()` for a single detector that learns
+    /// nothing.
+    #[must_use]
+    pub fn digest(&self, of_filter: u64) -> u64 {
+        if !self.online.learns() {
+            return of_filter;
+        }
+        let mut digest = Fnv::after(of_filter);
+        for ratio in [&self.room.learnt.detections, &self.room.learnt.clutter] {
+            digest.take_scalar(ratio.happened);
+            digest.take_scalar(ratio.expected);
+        }
+        digest.value()
+    }
+}
+
+/// The memory of one detector: the scratch of its scans, and what is learnt of it.
+///
+/// `MEASUREMENTS` of dimension `Z` in a scan; the weighing is divided into `WORKERS` jobs, each with scratch of its own, for an
+/// [`Executor`](crate::Executor). All zero, and meant to be a `static`, like [`State`](crate::State).
+#[derive(Debug)]
+pub struct DetectorMemory<Z: Vector, const MEASUREMENTS: usize, const WORKERS: usize = 1> {
+    learnt: Learnt<Z::Scalar>,
+    measurements: [Measurement<Z>; MEASUREMENTS],
+    eta: [[LnSum<Z::Scalar>; MEASUREMENTS]; WORKERS],
+    most_in_view: [u16; WORKERS],
+}
+
+impl<Z: Vector, const MEASUREMENTS: usize, const WORKERS: usize> DetectorMemory<Z, MEASUREMENTS, WORKERS> {
+    /// Empty. Capacities that cannot work do not compile.
+    #[must_use]
+    pub const fn new() -> Self {
+        const {
+            assert!(MEASUREMENTS >= 1, "a scan needs room for a measurement");
+            assert!(MEASUREMENTS <= u16::MAX as usize, "measurements are counted in 16 bits");
+            assert!(WORKERS >= 1, "weighing needs a worker");
+        }
+        Self {
+            learnt: Learnt::ZERO,
+            measurements: [Measurement::ZERO; MEASUREMENTS],
+            eta: [[LnSum::ZERO; MEASUREMENTS]; WORKERS],
+            most_in_view: [0; WORKERS],
+        }
+    }
+
+    fn room(&mut self) -> ScanRoom<'_, Z> {
+        ScanRoom {
+            learnt: &mut self.learnt,
+            measurements: &mut self.measurements,
+            eta: self.eta.as_flattened_mut(),
+            most_in_view: &mut self.most_in_view,
+        }
+    }
+}
+
+impl<Z: Vector, const MEASUREMENTS: usize, const WORKERS: usize> Default for DetectorMemory<Z, MEASUREMENTS, WORKERS> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// A [`DetectorMemory`] of whatever capacity, borrowed.
+#[derive(Debug)]
+pub struct ScanRoom<'m, Z: Vector> {
+    pub(crate) learnt: &'m mut Learnt<Z::Scalar>,
+    pub(crate) measurements: &'m mut [Measurement<Z>],
+    /// Scratch of all workers, one after the other.
+    pub(crate) eta: &'m mut [LnSum<Z::Scalar>],
+    /// For every worker |V|, the most components in view of the candidates it has weighed.
+    pub(crate) most_in_view: &'m mut [u16],
+}

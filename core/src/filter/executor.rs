@@ -1,0 +1,142 @@
+//! Where the weighing is done: on one core, or on several.
+
+use crate::particles::candidate::Candidate;
+use crate::{LnSum, Pose, Real};
+
+/// Does jobs that do not depend on each other: one after the other ([`Serial`]), by the threads of a pool on the host, by
+/// both cores of a microcontroller.
+///
+/// Which core does a job, and in what order, changes nothing: the filter's state is the same to the last bit whatever the
+/// executor.
+///
+/// ```
+/// use scphd::Executor;
+///
+/// /// Two threads; on a microcontroller the second core stands for the second one.
+/// struct TwoCores;
+///
+/// impl Executor for TwoCores {
+///     fn run<J: Send>(&self, jobs: impl Iterator<Item = J> + Send, work: impl Fn(J) + Sync) {
+///         let (mut mine, mut other) = (Vec::new(), Vec::new());
+///         for (index, job) in jobs.enumerate() {
+///             if index % 2 == 0 { mine.push(job) } else { other.push(job) }
+///         }
+///         std::thread::scope(|scope| {
+///             scope.spawn(|| other.into_iter().for_each(&work));
+///             mine.into_iter().for_each(&work);
+///         });
+///     }
+/// }
+/// # use nalgebra::Vector2;
+/// # use scphd::{
+/// #     Births, Config, ControlNoise, Detector, DetectorMemory, MapMemory, PlanarPose, RangeBearing, RangeBearingWindow,
+/// #     ScPhd, Sensing, State, Static, Step, Unicycle, UniformClutter,
+/// # };
+///
+/// type Memory = State<PlanarPose<f32>, 16, 16, MapMemory<Static<Vector2<f32>>, 16, 64, 8, 128>>;
+/// // The last parameter: scratch for so many jobs at a time.
+/// let mut scratch = DetectorMemory::<Vector2<f32>, 32, 2>::new();
+/// # let window = RangeBearingWindow::full_circle(15.0, 0.9)?;
+/// # let motion = Unicycle::new(Step::Arc, ControlNoise::white(0.1, 0.02))?;
+/// # let sensing = Sensing {
+/// #     sensor: RangeBearing::new(0.2, 0.02)?,
+/// #     field_of_view: window,
+/// #     clutter: UniformClutter::of_scan(2.0, window.measure())?,
+/// # };
+/// # let config = Config { particles: 16, ..Config::default() };
+/// let mut lidar = Detector::new(sensing, Births::still(0.01))?.over(&mut scratch)?;
+/// let mut state = Box::new(Memory::new());
+/// let mut filter = ScPhd::new(motion, config, &mut *state)?;
+/// filter.reset(PlanarPose::new(0.0, 0.0, 0.0), 1)?;
+/// let report = filter.scan_on(&mut lidar, &[Vector2::new(5.0, 0.3)], &TwoCores, &mut ())?;
+/// assert_eq!(report.candidates, 16);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub trait Executor {
+    /// Calls `work` for every job, once, in any order and on any core, and returns when all calls have.
+    ///
+    /// A job that is left out leaves a part of the candidates as likely as they were before the scan.
+    fn run<J: Send>(&self, jobs: impl Iterator<Item = J> + Send, work: impl Fn(J) + Sync);
+}
+
+/// One job after the other, here.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Serial;
+
+impl Executor for Serial {
+    #[inline]
+    fn run<J: Send>(&self, jobs: impl Iterator<Item = J> + Send, work: impl Fn(J) + Sync) {
+        jobs.for_each(work);
+    }
+}
+
+impl<X: Executor + ?Sized> Executor for &X {
+    #[inline]
+    fn run<J: Send>(&self, jobs: impl Iterator<Item = J> + Send, work: impl Fn(J) + Sync) {
+        (**self).run(jobs, work);
+    }
+}
+
+/// One job of the weighing: some of the candidates, where to put their ln L, and scratch for one at a time.
+#[derive(Debug)]
+pub(crate) struct Share<'a, P: Pose> {
+    /// The place of the first one among all candidates.
+    pub(crate) first: usize,
+    pub(crate) candidates: &'a [Candidate<P>],
+    /// As many as candidates, at least.
+    pub(crate) ln_likelihoods: &'a mut [P::Scalar],
+    /// As many as a scan can have measurements.
+    pub(crate) eta: &'a mut [LnSum<P::Scalar>],
+    /// |V|, the most components in view of any of them.
+    pub(crate) most_in_view: &'a mut u16,
+}
+
+/// Divides the candidates into one share a worker. There are as many workers as `most_in_view`, and `eta` has scratch for
+/// all of them.
+pub(crate) fn shares<'a, T: Real, P: Pose<Scalar = T>>(
+    candidates: &'a [Candidate<P>],
+    ln_likelihoods: &'a mut [T],
+    eta: &'a mut [LnSum<T>],
+    most_in_view: &'a mut [u16],
+) -> impl Iterator<Item = Share<'a, P>> {
+    let workers = most_in_view.len().max(1);
+    let each = candidates.len().div_ceil(workers).max(1);
+    let scratch = (eta.len() / workers).max(1);
+    let outputs = ln_likelihoods.chunks_mut(each).zip(eta.chunks_mut(scratch)).zip(most_in_view);
+    let shares = candidates.chunks(each).zip(outputs).enumerate();
+    shares.map(move |(index, (candidates, ((ln_likelihoods, eta), most_in_view)))| Share {
+        first: index * each,
+        candidates,
+        ln_likelihoods,
+        eta,
+        most_in_view,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::PlanarPose;
+    use std::vec::Vec;
+
+    #[test]
+    fn every_candidate_is_in_one_share() {
+        let placeholder = Candidate { pose: PlanarPose::new(0.0_f32, 0.0, 0.0), ln_weight: 0.0 };
+        for (count, workers) in [(0, 1), (0, 3), (1, 4), (7, 3), (64, 5), (64, 1), (9, 9), (4, 3)] {
+            let candidates: Vec<_> = (0..count).map(|k| Candidate { ln_weight: k as f32, ..placeholder }).collect();
+            let mut ln_likelihoods = std::vec![f32::NAN; count + 2];
+            let mut eta = std::vec![LnSum::ZERO; 6 * workers];
+            let mut most_in_view = std::vec![0; workers];
+            let all = shares(&candidates, &mut ln_likelihoods, &mut eta, &mut most_in_view);
+            Serial.run(all, |share| {
+                assert_eq!(share.eta.len(), 6);
+                for (offset, (candidate, slot)) in share.candidates.iter().zip(share.ln_likelihoods).enumerate() {
+                    assert_eq!(candidate.ln_weight, (share.first + offset) as f32);
+                    *slot = candidate.ln_weight;
+                }
+            });
+            assert!((0..count).all(|k| ln_likelihoods[k] == k as f32), "{count} by {workers}");
+            assert!(ln_likelihoods[count..].iter().all(|left| left.is_nan()));
+        }
+    }
+}

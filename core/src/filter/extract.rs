@@ -1,0 +1,201 @@
+//! State extraction (5.2.7).
+
+use crate::filter::state::Memory;
+use crate::map::reduce::heavier;
+use crate::particles::candidate::{moments, total_weight};
+use crate::settings::config::Extraction;
+use crate::sight::confirmed::is_confirmed;
+use crate::{
+    Component, Config, Detector, MeasurementModel, Motion, MovingOf, Pose, PositionOf, Proposal, Real, ScPhd, Sensor,
+    Symmetric, TangentOf, Vector,
+};
+
+/// The estimated pose.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PoseEstimate<P: Pose> {
+    /// Weighted mean over the candidates; angles by their circular mean.
+    pub mean: P,
+    /// Weighted covariance of the candidates' differences from the mean.
+    pub covariance: Symmetric<TangentOf<P>>,
+}
+
+/// The estimated map, beside the features written to the caller's buffer.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MapEstimate<T> {
+    /// N̂ = Σ w: the expected number of features.
+    pub expected_features: T,
+    /// Features written: the first round(N̂) components in the order of the extraction, or as many as there are; or all that
+    /// are confirmed.
+    pub features: usize,
+    /// Features left out because the buffer was too small for them.
+    pub left_out: usize,
+}
+
+impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
+    /// Mean and covariance of the vehicle's pose over all candidates; `None` before the first reset.
+    #[must_use]
+    pub fn estimate_pose(&self) -> Option<PoseEstimate<M::Pose>> {
+        let candidates = self.candidates();
+        if candidates.is_empty() {
+            return None;
+        }
+        // Far from the origin even a rounding of the weights' sum would show in the mean.
+        let total = total_weight(candidates);
+        let (mean, mut covariance) = moments(candidates, total);
+        if matches!(self.config.proposal, Proposal::Informed(_)) {
+            for (candidate, spread) in candidates.iter().zip(self.memory.spreads.iter()) {
+                covariance = covariance.plus(&spread.scaled(candidate.ln_weight.exp() / total));
+            }
+        }
+        // Where next to nothing varies, rounding may leave less than nothing.
+        let covariance = Symmetric::from_fn(|row, column| {
+            let element = covariance.get(row, column);
+            if row == column { element.at_least(T::ZERO) } else { element }
+        });
+        Some(PoseEstimate { mean, covariance })
+    }
+
+    /// The components of one particle's static map, in no particular order.
+    pub fn map(&self, particle: usize) -> impl Iterator<Item = &Component<PositionOf<M::Pose>>> {
+        self.memory.still.of(particle)
+    }
+
+    /// The components of one particle's moving map, in no particular order, as they were at the last scan.
+    pub fn moving_map(&self, particle: usize) -> impl Iterator<Item = &Component<MovingOf<M::Pose>>> {
+        self.memory.moving.of(particle)
+    }
+
+    /// Time since the last scan, s: the sum of the predictions that the moving features wait to be moved by.
+    #[must_use]
+    pub fn waited_s(&self) -> T {
+        self.memory.cursor.waited_s
+    }
+
+    /// The particle whose map is the estimate: the one that continues the heaviest candidate of the last scan.
+    #[must_use]
+    pub fn heaviest(&self) -> usize {
+        self.memory.cursor.heaviest
+    }
+
+    /// Writes the round(N̂) first components of the heaviest particle's static map, in the order of
+    /// [`extraction`](crate::Config::extraction) and of those that weigh at least
+    /// [`extraction_weight`](crate::Config::extraction_weight), to `features`. Where the extraction is of what is
+    /// [confirmed](Extraction::Confirmed), it is so as this detector sees it.
+    pub fn estimate_map<X: MeasurementModel<Pose = M::Pose>, R>(
+        &self,
+        detector: &Detector<X, R>,
+        features: &mut [Component<PositionOf<M::Pose>>],
+    ) -> MapEstimate<T> {
+        let Self { config, memory, .. } = self;
+        let admits = admits(detector, memory, config);
+        let map = || self.map(self.heaviest()).filter(|component| admits(component)).copied();
+        first_of(map, config.extraction, config.extraction_weight, features)
+    }
+
+    /// The same for the static map that is expected over all particles, Σ_i ζ_i v_i, so that the covariances hold the
+    /// uncertainty of the pose too. Components of one tag are one feature; the rest is left to the
+    /// [`reduction`](crate::Config::reduction). Works in the scratch of the update, whose capacity bounds it.
+    pub fn estimate_expected_map<X: MeasurementModel<Pose = M::Pose>, R>(
+        &mut self,
+        detector: &Detector<X, R>,
+        features: &mut [Component<PositionOf<M::Pose>>],
+    ) -> MapEstimate<T> {
+        let Self { config, memory, .. } = self;
+        let admits = admits(detector, memory, config);
+        let Memory { cursor, candidates, still, .. } = memory;
+        let (particles, children) = (cursor.particles, cursor.children);
+        let weight = |particle: usize| {
+            let family = candidates.iter().skip(particle * children).take(children);
+            family.fold(T::ZERO, |sum, candidate| sum + candidate.ln_weight.exp())
+        };
+        still.expect(particles, weight, config);
+        let map =
+            || still.workspace.in_view().iter().map(|entry| entry.component).filter(|component| admits(component));
+        first_of(map, config.extraction, config.extraction_weight, features)
+    }
+
+    /// The same for the moving features of the heaviest particle, (position, velocity), where they are by now.
+    pub fn estimate_moving(&self, features: &mut [Component<MovingOf<M::Pose>>]) -> MapEstimate<T> {
+        let (motion, waited_s) = (&self.config.moving.motion, self.waited_s());
+        let now = |component: &Component<MovingOf<M::Pose>>| {
+            if waited_s > T::ZERO {
+                motion.advance::<PositionOf<M::Pose>>(component, waited_s)
+            } else {
+                Some(*component)
+            }
+        };
+        first_of(
+            || self.moving_map(self.heaviest()).filter_map(now),
+            Extraction::Heaviest,
+            self.config.moving.extraction_weight,
+            features,
+        )
+    }
+}
+
+/// Whether a static component may be an estimated feature, whatever it weighs: where the extraction asks for it, if it is
+/// confirmed as seen from the heaviest particle's pose.
+fn admits<'d, T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>, R>(
+    detector: &'d Detector<X, R>,
+    memory: &Memory<'_, P>,
+    config: &Config<T>,
+) -> impl Fn(&Component<PositionOf<P>>) -> bool + use<'d, T, P, X, R> {
+    let heaviest = memory.cursor.heaviest;
+    let asked = config.extraction == Extraction::Confirmed;
+    let candidate = memory.candidates().get(heaviest * memory.cursor.children).filter(|_| asked);
+    let sensor = detector.on_vehicle().sensor;
+    let frame = candidate.map(|candidate| sensor.frame(&candidate.pose));
+    let spread = memory.spreads.get(heaviest).copied();
+    let detections = config.confirming_detections;
+    move |component| {
+        frame.as_ref().is_none_or(|frame| is_confirmed(&sensor, frame, spread.as_ref(), component, detections))
+    }
+}
+
+/// Writes the first round(N̂) components in the order of the extraction, or all, of those that weigh enough, to `features`.
+fn first_of<T: Real, N: Vector<Scalar = T>, I: Iterator<Item = Component<N>>>(
+    map: impl Fn() -> I,
+    extraction: Extraction,
+    least_weight: T,
+    features: &mut [Component<N>],
+) -> MapEstimate<T> {
+    let expected_features = map().fold(T::ZERO, |sum, component| sum + component.ln_weight.exp());
+    let rounded = (expected_features + T::from_f64(0.5)).floor().to_i32();
+    let ln_least = least_weight.ln();
+    let heavy_enough = || map().filter(|component| component.ln_weight >= ln_least);
+    let expected = match extraction {
+        Extraction::Heaviest | Extraction::Peaks => usize::try_from(rounded).unwrap_or(0),
+        Extraction::Confirmed => usize::MAX,
+    };
+    let wanted = heavy_enough().count().min(expected);
+    let buffer = features.len().min(wanted);
+    let features = features.get_mut(..buffer).unwrap_or(&mut []);
+    // Insertion into the sorted buffer: linear in the map for every feature at worst, without memory of its own.
+    let mut held = 0;
+    for component in heavy_enough() {
+        let mut carried = component;
+        for (place, slot) in features.iter_mut().enumerate() {
+            if place == held {
+                *slot = carried;
+                held += 1;
+                break;
+            }
+            if comes_first(extraction, &carried, slot) {
+                core::mem::swap(&mut carried, slot);
+            }
+        }
+    }
+    MapEstimate { expected_features, features: held, left_out: wanted - held }
+}
+
+/// Whether `a` is extracted before `b`.
+fn comes_first<T: Real, N: Vector<Scalar = T>>(extraction: Extraction, a: &Component<N>, b: &Component<N>) -> bool {
+    if extraction == Extraction::Heaviest {
+        return heavier(a, b);
+    }
+    let ln_peak = |component: &Component<N>| {
+        component.covariance.factor().map_or(T::NEG_INFINITY, |factor| component.ln_weight + factor.ln_peak())
+    };
+    let (of_a, of_b) = (ln_peak(a), ln_peak(b));
+    of_a > of_b || (of_a == of_b && heavier(a, b))
+}

@@ -1,0 +1,17 @@
+//! The filter: its memory, its steps and what can be asked of it.
+
+pub(crate) mod audit;
+mod audit_maps;
+pub(crate) mod detector;
+pub(crate) mod digest;
+pub(crate) mod drift;
+pub(crate) mod executor;
+mod expected_map;
+pub(crate) mod extract;
+pub(crate) mod observe;
+pub(crate) mod relocate;
+pub(crate) mod scphd;
+pub(crate) mod state;
+pub(crate) mod step;
+pub(crate) mod tally;
+pub(crate) mod update;

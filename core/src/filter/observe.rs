@@ -1,0 +1,142 @@
+//! Fixes: the pose itself is measured, between any two steps.
+
+use crate::filter::state::Memory;
+use crate::numerics::range::is_within_range;
+use crate::numerics::vector::{applied, product};
+use crate::particles::candidate::{effective_number, reweigh};
+use crate::{
+    Fix, Linear, Matrix, Motion, ObserveError, Pose, PoseEstimate, Real, ScPhd, ScalarOf, Symmetric, TangentOf, Vector,
+};
+
+/// What a fix did.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub struct FixReport<T> {
+    /// Whether it was taken in: within its gate, and of something that can be measured from where the vehicle is.
+    pub accepted: bool,
+    /// Its squared Mahalanobis distance from what the filter expected, νᵀ S⁻¹ ν.
+    pub distance: T,
+    /// ln of the likelihood of the fix given all before; 0 where it was not taken in.
+    pub ln_evidence: T,
+    /// Effective number of candidates after it.
+    pub n_eff: T,
+}
+
+impl<T: Real> FixReport<T> {
+    /// Of a fix that was left out.
+    pub(crate) fn left_out(distance: T, n_eff: T) -> Self {
+        Self { accepted: false, distance, ln_evidence: T::ZERO, n_eff }
+    }
+}
+
+/// A fix as one Gaussian pose explains it.
+pub(crate) struct Explained<F: Fix> {
+    /// z ⊖ ẑ.
+    pub(crate) innovation: F::Measurement,
+    /// H = ∂h/∂x.
+    pub(crate) by_pose: Linear<F::Measurement, TangentOf<F::Pose>>,
+    /// S⁻¹ ν.
+    pub(crate) weighed: F::Measurement,
+    /// S⁻¹.
+    pub(crate) information: Linear<F::Measurement, F::Measurement>,
+    /// νᵀ S⁻¹ ν.
+    pub(crate) distance: ScalarOf<F::Pose>,
+    /// ln N(ν; 0, S).
+    pub(crate) ln_likelihood: ScalarOf<F::Pose>,
+}
+
+impl<T: Real, F: Fix<Pose: Pose<Scalar = T>>> Explained<F> {
+    /// By a pose of this covariance; where the fix lies beyond its gate, or cannot be measured from there, its distance.
+    pub(crate) fn within_gate(
+        fix: &F,
+        measured: &F::Measurement,
+        pose: &F::Pose,
+        covariance: &Symmetric<TangentOf<F::Pose>>,
+    ) -> Result<Self, T> {
+        let explained = Self::of(fix, measured, pose, covariance).ok_or(T::INFINITY)?;
+        // Written so that NaN is left out.
+        if explained.distance <= fix.gate() { Ok(explained) } else { Err(explained.distance) }
+    }
+
+    /// S = H P Hᵀ + R; `None` where the fix cannot be measured from there, or nothing finite comes of it.
+    pub(crate) fn of(
+        fix: &F,
+        measured: &F::Measurement,
+        pose: &F::Pose,
+        covariance: &Symmetric<TangentOf<F::Pose>>,
+    ) -> Option<Self> {
+        let innovation = fix.innovation(measured, &fix.expect(pose)?);
+        let by_pose = fix.by_pose(pose);
+        let factor = covariance.congruence::<F::Measurement>(&by_pose).plus(fix.noise()).factor()?;
+        let (weighed, distance) = (factor.solve(&innovation), factor.mahalanobis(&innovation));
+        let ln_likelihood = factor.ln_peak() - distance * T::from_f64(0.5);
+        let finite = by_pose.as_slice().iter().chain(weighed.as_slice()).all(|x| x.is_finite());
+        let information = factor.inverse().to_matrix();
+        let explained = Self { innovation, by_pose, weighed, information, distance, ln_likelihood };
+        (finite && ln_likelihood.is_finite()).then_some(explained)
+    }
+}
+
+/// The difference of two poses of a vehicle.
+type K<M> = TangentOf<<M as Motion>::Pose>;
+
+impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
+    /// Takes in a measurement of the pose itself, between any two steps. Every candidate is weighed by it; one whose pose is uncertain
+    /// in itself, as the informed proposal leaves it, is corrected as a Kalman filter does. The maps stay as they are: a mixture does not
+    /// know what its features have in common with the pose's error, a [joint map](crate::JointSlam::observe) does. Particles are
+    /// resampled in the next scan, if it takes that.
+    ///
+    /// # Errors
+    /// The measurement is not finite, its noise not positive definite, or the filter has not been reset; the state is as it was.
+    pub fn observe<F: Fix<Pose = M::Pose>>(
+        &mut self,
+        fix: &F,
+        measured: &F::Measurement,
+    ) -> Result<FixReport<T>, ObserveError> {
+        let Some(PoseEstimate { mean, covariance }) = self.estimate_pose() else {
+            return Err(ObserveError::NotStarted);
+        };
+        ObserveError::check(fix, measured)?;
+        let Memory { cursor, spreads, candidates, ln_likelihoods, .. } = &mut self.memory;
+        let children = cursor.children;
+        let candidates = candidates.get_mut(..cursor.candidates()).unwrap_or(&mut []);
+        let n_eff = effective_number(candidates);
+        let whole = match Explained::within_gate(fix, measured, &mean, &covariance) {
+            Ok(whole) => whole,
+            Err(distance) => return Ok(FixReport::left_out(distance, n_eff)),
+        };
+        for (index, (candidate, ln_likelihood)) in candidates.iter_mut().zip(ln_likelihoods.iter_mut()).enumerate() {
+            *ln_likelihood = T::NEG_INFINITY;
+            // Several samples of a particle are certain, and all of its spread is zero.
+            let Some(spread) = spreads.get_mut(index.checked_div(children).unwrap_or(0)) else { continue };
+            let Some(explained) = Explained::of(fix, measured, &candidate.pose, spread) else { continue };
+            *ln_likelihood = explained.ln_likelihood;
+            if *spread == Symmetric::ZERO {
+                continue;
+            }
+            let cross = spread.times_transpose::<K<M>, F::Measurement>(&explained.by_pose);
+            let gain = product::<K<M>, F::Measurement, F::Measurement>(&cross, &explained.information);
+            let corrected = candidate.pose.displaced(&applied::<K<M>, F::Measurement>(&gain, &explained.innovation));
+            let seen = product::<K<M>, F::Measurement, K<M>>(&gain, &explained.by_pose);
+            let residual: Linear<K<M>, K<M>> = Matrix::with(|row, column| {
+                let identity = if row == column { T::ONE } else { T::ZERO };
+                identity - seen.at(row, column)
+            });
+            // Joseph's form: a sum of two terms that are positive semidefinite whatever rounding does.
+            let joseph = spread.congruence::<K<M>>(&residual).plus(&fix.noise().congruence::<K<M>>(&gain));
+            if is_within_range(&corrected.coordinates()) && joseph.is_finite() {
+                (candidate.pose, *spread) = (corrected, joseph);
+            }
+        }
+        let ln_evidence = reweigh(candidates, ln_likelihoods);
+        let heaviest = (0..candidates.len()).reduce(|best, other| {
+            let weight = |index: usize| candidates.get(index).map_or(T::NEG_INFINITY, |candidate| candidate.ln_weight);
+            if weight(other) > weight(best) { other } else { best }
+        });
+        cursor.heaviest = heaviest.and_then(|index| index.checked_div(children)).unwrap_or(0);
+        // What is there now is no scan's.
+        cursor.weighed = 0;
+        Ok(FixReport { accepted: true, distance: whole.distance, ln_evidence, n_eff: effective_number(candidates) })
+    }
+}

@@ -1,0 +1,153 @@
+//! All memory of a filter.
+
+use crate::map::{MapStorage, NoMoving};
+use crate::particles::candidate::Candidate;
+use crate::particles::cursor::Cursor;
+use crate::sight::maps::{DynamicMaps, StaticMaps};
+use crate::{Config, Dynamic, Pose, Proposal, Real, ScalarOf, SetupError, Static, Symmetric, TangentOf};
+
+/// All memory of a filter: what it knows and its scratch, with every capacity in the type.
+///
+/// `size_of` this type is the RAM a filter takes. It belongs into a `static`: [`State::new`] is all zero and costs no
+/// flash, and nothing of it ever crosses the stack.
+///
+/// | parameter | meaning |
+/// |---|---|
+/// | `P` | pose |
+/// | `PARTICLES` | particles |
+/// | `CANDIDATES` | particles × samples, at least `PARTICLES` |
+/// | `S` | memory of the static features, a [`MapMemory`](crate::MapMemory) |
+/// | `V` | memory of the moving features, a [`MapMemory`](crate::MapMemory) or [`NoMoving`] |
+///
+/// ```
+/// use nalgebra::Vector2;
+/// use scphd::{Dynamic, MapMemory, PlanarPose, State, Static};
+///
+/// type Still = MapMemory<Static<Vector2<f32>>, 32, 240, 16, 256>;
+/// type Moving = MapMemory<Dynamic<Vector2<f32>>, 32, 48, 8, 128>;
+/// type Memory = State<PlanarPose<f32>, 32, 64, Still, Moving>;
+/// static mut STATE: Memory = State::new();
+/// assert!(size_of::<Memory>() < 128 * 1024);
+/// ```
+#[derive(Debug)]
+pub struct State<P: Pose, const PARTICLES: usize, const CANDIDATES: usize, S, V = NoMoving> {
+    cursor: Cursor<P::Scalar>,
+    spreads: [Symmetric<P::Tangent>; PARTICLES],
+    selected_spreads: [Symmetric<P::Tangent>; PARTICLES],
+    candidates: [Candidate<P>; CANDIDATES],
+    ln_likelihoods: [P::Scalar; CANDIDATES],
+    selected: [Candidate<P>; PARTICLES],
+    survivors: [u16; PARTICLES],
+    still: S,
+    moving: V,
+}
+
+impl<T: Real, P: Pose<Scalar = T>, const PARTICLES: usize, const CANDIDATES: usize, S, V>
+    State<P, PARTICLES, CANDIDATES, S, V>
+where
+    S: MapStorage<Static<P::Position>>,
+    V: MapStorage<Dynamic<P::Position>>,
+{
+    /// An empty state, all zero, to be started by [`ScPhd::reset`](crate::ScPhd::reset).
+    ///
+    /// Capacities that cannot work do not compile.
+    #[must_use]
+    pub const fn new() -> Self {
+        const {
+            assert!(PARTICLES >= 1, "a filter needs a particle");
+            assert!(CANDIDATES >= PARTICLES, "CANDIDATES must be at least PARTICLES");
+            assert!(CANDIDATES <= u16::MAX as usize, "candidates are counted in 16 bits");
+            assert!(S::PARTICLES >= PARTICLES, "every particle needs a static map");
+            assert!(V::PARTICLES >= PARTICLES || V::PARTICLES == 0, "every particle needs a moving map, or none");
+        }
+        Self {
+            cursor: Cursor::ZERO,
+            spreads: [Symmetric::ZERO; PARTICLES],
+            selected_spreads: [Symmetric::ZERO; PARTICLES],
+            candidates: [Candidate::ZERO; CANDIDATES],
+            ln_likelihoods: [T::ZERO; CANDIDATES],
+            selected: [Candidate::ZERO; PARTICLES],
+            survivors: [0; PARTICLES],
+            still: S::ZERO,
+            moving: V::ZERO,
+        }
+    }
+
+    /// Forgets what a filter has left here, so that a filter of any configuration can be started on it. The maps are emptied when
+    /// that is [reset](crate::ScPhd::reset).
+    pub fn clear(&mut self) {
+        self.cursor = Cursor::ZERO;
+    }
+
+    /// The state as slices, whatever its capacities.
+    pub(crate) fn memory(&mut self) -> Memory<'_, P> {
+        Memory {
+            cursor: &mut self.cursor,
+            spreads: &mut self.spreads,
+            selected_spreads: &mut self.selected_spreads,
+            candidates: &mut self.candidates,
+            ln_likelihoods: &mut self.ln_likelihoods,
+            selected: &mut self.selected,
+            survivors: &mut self.survivors,
+            still: self.still.maps(),
+            moving: self.moving.maps(),
+        }
+    }
+}
+
+impl<P: Pose, const PARTICLES: usize, const CANDIDATES: usize, S, V> Default for State<P, PARTICLES, CANDIDATES, S, V>
+where
+    S: MapStorage<Static<P::Position>>,
+    V: MapStorage<Dynamic<P::Position>>,
+{
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// The state as slices, whatever its capacities: what the recursion is written for.
+#[derive(Debug)]
+pub(crate) struct Memory<'s, P: Pose> {
+    pub(crate) cursor: &'s mut Cursor<ScalarOf<P>>,
+    /// With the informed proposal, the covariance of every particle's pose since the last scan; otherwise zero.
+    pub(crate) spreads: &'s mut [Symmetric<TangentOf<P>>],
+    /// The same of the particles that go on.
+    pub(crate) selected_spreads: &'s mut [Symmetric<TangentOf<P>>],
+    pub(crate) candidates: &'s mut [Candidate<P>],
+    pub(crate) ln_likelihoods: &'s mut [ScalarOf<P>],
+    pub(crate) selected: &'s mut [Candidate<P>],
+    pub(crate) survivors: &'s mut [u16],
+    pub(crate) still: StaticMaps<'s, P>,
+    pub(crate) moving: DynamicMaps<'s, P>,
+}
+
+impl<T: Real, P: Pose<Scalar = T>> Memory<'_, P> {
+    /// Whether a filter of this configuration, which fits the memory, can go on from what an earlier one has left in it.
+    pub(crate) fn check(&mut self, config: &Config<T>) -> Result<(), SetupError> {
+        let (held, configured) = (self.cursor.particles, config.particles);
+        if held == 0 {
+            return Ok(());
+        }
+        // Fewer are what a resampling has left that adapts their number.
+        if held > configured || (held < configured && config.adaptive.is_none()) {
+            return Err(SetupError::HeldParticles { held, configured });
+        }
+        let Cursor { children, predicted, .. } = *self.cursor;
+        let informed = matches!(config.proposal, Proposal::Informed(_));
+        let configured = if informed { 1 } else { config.samples };
+        // Between a scan and the next prediction any number will do.
+        if children != 1 && !predicted || predicted && children != configured {
+            return Err(SetupError::HeldSamples { held: children, configured });
+        }
+        let spreads = self.spreads.get(..held).unwrap_or(&[]);
+        if !informed && spreads.iter().any(|spread| *spread != Symmetric::ZERO) {
+            return Err(SetupError::HeldSpread);
+        }
+        self.audit().map_err(SetupError::HeldDamaged)
+    }
+
+    /// The candidates in use.
+    pub(crate) fn candidates(&self) -> &[Candidate<P>] {
+        self.candidates.get(..self.cursor.candidates()).unwrap_or(&[])
+    }
+}

@@ -1,0 +1,58 @@
+//! Counts over the updates of one scan.
+
+use crate::Real;
+use crate::sight::seen::Weighed;
+
+/// What the updates of one scan did, over all maps of both kinds.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Tally<T> {
+    /// Distinct survivors.
+    pub(crate) survivors: usize,
+    /// Particles whose maps of both kinds were written.
+    pub(crate) updated: usize,
+    /// Mass of the components dropped for their weight.
+    pub(crate) pruned_mass: T,
+    /// Components merged into another.
+    pub(crate) merged: usize,
+    /// Components born that outlived pruning, before merging.
+    pub(crate) births: usize,
+    /// Maps for which pruning had to be tightened, by any lack of room.
+    pub(crate) tightened: usize,
+    /// Components that found no room at all.
+    pub(crate) lost: usize,
+    /// Particles of whose maps one was left as predicted, because its confirmed components would not have fitted.
+    pub(crate) kept: usize,
+    /// Corrected covariances that had to be repaired.
+    pub(crate) repaired: usize,
+    /// Measurements that could not give birth: without an inverse, or with one out of view.
+    pub(crate) no_birth: usize,
+    /// Σ w d² and Σ w over the detections kept: the normalised innovation squared and its weight.
+    pub(crate) innovation: (T, T),
+    /// What the last of the maps says of its pose, as [`weigh`](crate::sight::weigh::weigh) would have it, where that is asked for.
+    pub(crate) last: Weighed<T>,
+}
+
+impl<T: Real> Tally<T> {
+    pub(crate) fn new() -> Self {
+        Self {
+            survivors: 0,
+            updated: 0,
+            pruned_mass: T::ZERO,
+            merged: 0,
+            births: 0,
+            tightened: 0,
+            lost: 0,
+            kept: 0,
+            repaired: 0,
+            no_birth: 0,
+            innovation: (T::ZERO, T::ZERO),
+            last: Weighed { ln_likelihood: T::ZERO, in_view: 0 },
+        }
+    }
+
+    /// Mean squared innovation per dimension of the measurement; 0 where nothing was detected.
+    pub(crate) fn mean_innovation(&self, dimension: usize) -> T {
+        let (sum, weight) = self.innovation;
+        if weight > T::ZERO { sum / (weight * T::from_usize(dimension)) } else { T::ZERO }
+    }
+}

@@ -1,0 +1,114 @@
+//! One component of an intensity: a weighted Component, and its Kalman update.
+
+use crate::numerics::range::is_within_range;
+use crate::numerics::vector::applied;
+use crate::{Factor, Linear, Matrix, Real, Symmetric, Vector, Zero};
+
+/// ln of a million.
+const LN_HEAVIEST: f64 = 13.815_510_557_964_274;
+
+/// A component w N(m, P) of a Gaussian mixture (5.8), with the logarithm of its weight.
+///
+/// The weight is the expected number of features that the component stands for. The state of a static feature is its position, that of
+/// a moving one its position and velocity.
+///
+/// `T` is the scalar of `N`, and never named: a field whose type is a projection breaks the compiler (1.95) where a closure takes the
+/// rest of a captured component, `Component { tag, ..known }`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Component<N: Vector, T = <N as Vector>::Scalar> {
+    /// Names the feature from scan to scan: no two components of one kind in one map have the same. It tells from which
+    /// measurement the feature was born, and is the same in all particles.
+    pub tag: u32,
+    /// ln w.
+    pub ln_weight: T,
+    /// m: the position, m; of a moving feature then its velocity, m/s.
+    pub mean: N,
+    /// P, in the squares of those units.
+    pub covariance: Symmetric<N>,
+}
+
+impl<T: Real, N: Vector<Scalar = T>> Component<N> {
+    /// All zero; a placeholder for unused memory.
+    pub const ZERO: Self = Self { tag: 0, ln_weight: T::ZERO, mean: N::ZERO, covariance: Symmetric::ZERO };
+
+    /// Whether it may come from outside: of a finite weight, at most a million features, so that sums of weights stay finite;
+    /// within range, and the covariance positive definite.
+    pub(crate) fn is_usable(&self) -> bool {
+        self.ln_weight.is_finite()
+            && self.ln_weight <= T::from_f64(LN_HEAVIEST)
+            && is_within_range(&self.mean)
+            && self.covariance.factor().is_some()
+    }
+
+    /// The position: the first coordinates of the mean.
+    #[inline]
+    #[must_use]
+    pub fn position<D: Vector<Scalar = T>>(&self) -> D {
+        D::with(|row| self.mean.at(row))
+    }
+}
+
+/// The Kalman correction of one component (5.20–5.22). It does not hang on the measurement's value, so it is
+/// computed once per component and applied to every measurement that meets it.
+#[derive(Debug, Clone, Copy)]
+pub struct Correction<N: Vector, Z: Vector> {
+    /// K.
+    gain: Linear<N, Z>,
+    /// P⁺, positive definite.
+    covariance: Symmetric<N>,
+    /// Whether rounding had to be repaired to keep it so.
+    repaired: bool,
+}
+
+impl<T: Real, N: Vector<Scalar = T>, Z: Vector<Scalar = T>> Correction<N, Z> {
+    /// K = P Hᵀ S⁻¹ and P⁺ = (I − K H) P (I − K H)ᵀ + K R Kᵀ: the Joseph form, a sum of two positive
+    /// semidefinite terms whatever K is, so that rounding in single precision cannot turn P⁺ indefinite the way
+    /// it can in (I − K H) P. Where the range of the scalar leaves nothing of it, the correction corrects nothing.
+    ///
+    /// `h` sees the first coordinates; `factor` is that of S = H P Hᵀ + R.
+    #[inline]
+    #[must_use]
+    pub fn new<D: Vector<Scalar = T>>(
+        covariance: &Symmetric<N>,
+        h: &Linear<Z, D>,
+        r: &Symmetric<Z>,
+        factor: &Factor<Z>,
+    ) -> Self {
+        let cross: Linear<N, Z> = covariance.times_transpose::<D, Z>(h);
+        let mut gain = N::Array::<Z>::ZERO;
+        for (row, solved) in gain.as_mut().iter_mut().enumerate() {
+            *solved = factor.solve(&Z::with(|column| cross.at(row, column)));
+        }
+        let gain: Linear<N, Z> =
+            Matrix::with(|row, column| gain.as_ref().get(row).map_or(T::ZERO, |row| row.at(column)));
+        let residual: Linear<N, N> = Matrix::with(|row, column| {
+            let identity = if row == column { T::ONE } else { T::ZERO };
+            let seen = if column < D::DIMENSION {
+                (0..Z::DIMENSION).fold(T::ZERO, |sum, k| sum + gain.at(row, k) * h.at(k, column))
+            } else {
+                T::ZERO
+            };
+            identity - seen
+        });
+        let joseph = covariance.congruence::<N>(&residual).plus(&r.congruence::<N>(&gain));
+        match joseph.kept_positive_definite() {
+            Some((covariance, repaired)) => Self { gain, covariance, repaired },
+            None => Self { gain: Zero::ZERO, covariance: *covariance, repaired: true },
+        }
+    }
+
+    /// The component after the measurement with this innovation z ⊖ ẑ, with the given ln weight.
+    #[inline]
+    #[must_use]
+    pub fn apply(&self, component: &Component<N>, innovation: &Z, ln_weight: T) -> Component<N> {
+        let mean = component.mean + applied::<N, Z>(&self.gain, innovation);
+        Component { tag: component.tag, ln_weight, mean, covariance: self.covariance }
+    }
+
+    /// Whether the corrected covariance had to be repaired.
+    #[inline]
+    #[must_use]
+    pub fn repaired(&self) -> bool {
+        self.repaired
+    }
+}

@@ -1,0 +1,34 @@
+//! The part of a map that is near.
+
+use super::Maps;
+use crate::{Bounds, Component, Feature, Place, Real};
+
+/// The components of a particle's map within `bounds`.
+pub(crate) fn within<'m, F: Feature>(
+    maps: &'m Maps<'_, F>,
+    particle: usize,
+    bounds: &'m Bounds<F::Position>,
+) -> impl Iterator<Item = &'m Component<F::State>> {
+    let pages = maps.table.pages_near(particle, bounds).iter().filter_map(|&id| maps.pool.get(id));
+    let components = pages.filter(|page| page.bounds().meets(bounds)).flat_map(|page| page.components());
+    components.filter(|component| bounds.holds(&component.position()))
+}
+
+/// Shows `look` the same components, each with its weight.
+#[inline(always)]
+pub(crate) fn look_within<T: Real, F: Feature<Position: Place<Scalar = T>>>(
+    maps: &Maps<'_, F>,
+    particle: usize,
+    bounds: &Bounds<F::Position>,
+    mut look: impl FnMut(&Component<F::State>, T),
+) {
+    for &id in maps.table.pages_near(particle, bounds) {
+        let Some(page) = maps.pool.get(id).filter(|page| page.bounds().meets(bounds)) else { continue };
+        let within = bounds.covers(page.bounds());
+        for (component, weight) in page.weighted() {
+            if within || bounds.holds(&component.position()) {
+                look(component, weight);
+            }
+        }
+    }
+}

@@ -1,0 +1,147 @@
+//! Neighbours among the components in view: cells over the first two axes, each with a list of what lies in it.
+
+use crate::map::workspace::Entry;
+use crate::numerics::links::Linked;
+use crate::numerics::links::NONE;
+use crate::numerics::work;
+use crate::{Component, Real, Vector};
+
+/// Number of cells along each axis.
+const CELLS: usize = 16;
+
+/// Cells of the same size that hold every component.
+#[derive(Debug)]
+pub(crate) struct Cells<T> {
+    first: [[u16; CELLS]; CELLS],
+    axes: [Axis<T>; 2],
+}
+
+/// The cells along one axis.
+#[derive(Debug, Clone, Copy)]
+struct Axis<T> {
+    low: T,
+    per_unit: T,
+}
+
+impl<T: Real> Axis<T> {
+    /// Cells from the least to the greatest of these coordinates.
+    fn over(coordinates: impl Iterator<Item = T>) -> Self {
+        let (mut low, mut high) = (T::INFINITY, T::NEG_INFINITY);
+        for x in coordinates {
+            (low, high) = (x.at_most(low), x.at_least(high));
+        }
+        let per_unit = if high > low { T::from_usize(CELLS) / (high - low) } else { T::ZERO };
+        Self { low, per_unit }
+    }
+
+    /// The cell that a coordinate falls into; the outer ones go on for ever.
+    #[inline]
+    fn cell(&self, x: T) -> usize {
+        ((x - self.low) * self.per_unit).to_i32().clamp(0, CELLS as i32 - 1).unsigned_abs() as usize
+    }
+}
+
+impl<T: Real> Cells<T> {
+    /// Lists the components of all cells in `links`, which must be as long as `entries`.
+    pub(crate) fn new<N: Vector<Scalar = T>>(entries: &[Entry<N>], links: &mut [Linked]) -> Self {
+        let axes = [0, 1].map(|axis| Axis::over(entries.iter().map(|entry| along(&entry.component, axis))));
+        let mut cells = Self { first: [[NONE; CELLS]; CELLS], axes };
+        for (index, (entry, link)) in entries.iter().zip(links).enumerate() {
+            *link = Linked { next: NONE, head: NONE, first_member: NONE };
+            let [row, column] = [0, 1].map(|axis| cells.axis(axis).cell(along(&entry.component, axis)));
+            if let Some(first) = cells.first.get_mut(row).and_then(|row| row.get_mut(column)) {
+                link.next = *first;
+                *first = index as u16;
+            }
+        }
+        cells
+    }
+
+    #[inline]
+    fn axis(&self, axis: usize) -> Axis<T> {
+        let [first, second] = self.axes;
+        if axis == 0 { first } else { second }
+    }
+
+    /// Shows `visit` the places of all components whose squared Mahalanobis distance by the covariance of `component` may be
+    /// as small as `distance`, its own among them: that distance is at least δ²/P of any one axis.
+    #[inline]
+    pub(crate) fn reached_by<N: Vector<Scalar = T>>(
+        &self,
+        component: &Component<N>,
+        distance: T,
+        links: &[Linked],
+        mut visit: impl FnMut(usize),
+    ) {
+        // A little more than the distance at which rounding could still decide.
+        let widened = distance * (T::ONE + T::from_f64(16.0) * T::EPSILON);
+        let reached = |axis| {
+            let (x, reach) = (along(component, axis), (widened * component.covariance.get(axis, axis)).sqrt_above());
+            self.axis(axis).cell(x - reach)..self.axis(axis).cell(x + reach) + 1
+        };
+        let (rows, columns) = (reached(0), reached(1));
+        for row in self.first.get(rows).unwrap_or(&[]) {
+            for &first in row.get(columns.clone()).unwrap_or(&[]) {
+                let mut place = usize::from(first);
+                while let Some(link) = links.get(place) {
+                    work::round();
+                    visit(place);
+                    place = usize::from(link.next);
+                }
+            }
+        }
+    }
+}
+
+/// The places in a list.
+pub(crate) fn list(first: u16, links: &[Linked]) -> impl Iterator<Item = usize> {
+    let mut next = first;
+    core::iter::from_fn(move || {
+        let place = usize::from(next);
+        next = links.get(place)?.next;
+        work::round();
+        Some(place)
+    })
+}
+
+/// A coordinate of the mean; 0 for one that there is not.
+#[inline]
+fn along<T: Real, N: Vector<Scalar = T>>(component: &Component<N>, axis: usize) -> T {
+    component.mean.at(axis)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Cells, Linked};
+    use crate::map::workspace::{Entry, Origin};
+    use crate::{Component, Noise, Symmetric};
+    use nalgebra::Vector2;
+    use std::vec;
+    use std::vec::Vec;
+
+    #[test]
+    fn nothing_within_reach_is_passed_over() {
+        let mut noise = Noise::seeded(3);
+        for (count, extent) in [(0, 1.0), (1, 1.0), (7, 0.0), (200, 30.0), (200, 1e-6)] {
+            let entries: Vec<Entry<Vector2<f64>>> = (0..count)
+                .map(|_| {
+                    let mean = Vector2::from_fn(|_, _| extent * noise.uniform::<f64>() - 5.0);
+                    let covariance =
+                        Symmetric::from_diagonal([(); 2].map(|()| 10.0_f64.powf(4.0 * noise.uniform::<f64>() - 3.0)));
+                    Entry { component: Component { mean, covariance, ..Component::ZERO }, origin: Origin::Missed }
+                })
+                .collect();
+            let mut links = vec![Linked { next: 0, head: 0, first_member: 0 }; count];
+            let cells = Cells::new(&entries, &mut links);
+            for Entry { component, .. } in &entries {
+                let mut reached = Vec::new();
+                cells.reached_by(component, 4.0, &links, |place| reached.push(place));
+                for (index, other) in entries.iter().enumerate() {
+                    let offset = other.component.mean - component.mean;
+                    let within = component.covariance.factor().unwrap().mahalanobis(&offset) <= 4.0;
+                    assert!(!within || reached.iter().filter(|&&place| place == index).count() == 1);
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,405 @@
+//! Mixture reduction: merge and cap (Vo & Ma 2006, table II), after pruning.
+
+use crate::Reduction;
+use crate::map::neighbours::{Cells, list};
+use crate::map::workspace::{Entry, InView, Origin, Ranked, Workspace};
+use crate::numerics::links::{Linked, NONE};
+use crate::numerics::sort::shell_sort;
+use crate::numerics::work;
+use crate::{Component, Factor, Real, Vector};
+
+/// Merges and caps the components in view, which are pruned already; returns how many were merged away.
+pub(crate) fn merge_and_cap<T: Real, N: Vector<Scalar = T>>(
+    workspace: &mut Workspace<'_, N>,
+    reduction: Reduction<T>,
+    max_components: usize,
+) -> usize {
+    let before = workspace.in_view().len();
+    let InView { entries, ranking, links } = workspace.orders_mut();
+    match reduction {
+        Reduction::Greedy { merge_distance } => merge_near(entries, ranking, links, merge_distance),
+        Reduction::Runnalls { merge_cost } => {
+            rank_heaviest_first(entries, ranking, |_| 0);
+            merge_cheap(entries, ranking, merge_cost);
+        }
+    }
+    workspace.retain(|entry| entry.origin != Origin::Gone);
+    let merged = before - workspace.in_view().len();
+    keep_heaviest(workspace, max_components, |_| 0);
+    merged
+}
+
+/// Keeps the `limit` first components in view by class, then heaviest first.
+pub(crate) fn keep_heaviest<T: Real, N: Vector<Scalar = T>>(
+    workspace: &mut Workspace<'_, N>,
+    limit: usize,
+    class: impl Fn(&Entry<N>) -> u32,
+) {
+    if workspace.in_view().len() <= limit {
+        return;
+    }
+    let InView { entries, ranking, .. } = workspace.orders_mut();
+    rank_heaviest_first(entries, ranking, class);
+    for ranked in ranking.iter().skip(limit) {
+        if let Some(entry) = entries.get_mut(usize::from(ranked.entry)) {
+            entry.origin = Origin::Gone;
+        }
+    }
+    workspace.retain(|entry| entry.origin != Origin::Gone);
+}
+
+/// Steps of the order for one of ln w.
+const STEPS_PER_UNIT: f64 = 65_536.0;
+
+/// Key that puts heavy components first: ln w in steps of 2⁻¹⁶, so that the order does not hang on the last bit of a
+/// sum, in the lower 28 bits; the class above them.
+fn heaviest_first<T: Real>(ln_weight: T, class: u32) -> u32 {
+    const MIDDLE: i32 = 1 << 27;
+    let scaled = ln_weight * T::from_f64(STEPS_PER_UNIT) + T::from_f64(0.5);
+    let towards_zero = scaled.to_i32();
+    let steps = if scaled < T::from_i32(towards_zero) { towards_zero.saturating_sub(1) } else { towards_zero };
+    let place = MIDDLE - steps.clamp(1 - MIDDLE, MIDDLE - 1);
+    (class << 28) | place.unsigned_abs()
+}
+
+/// Whether one component comes before another: heaviest first, then by position.
+pub(crate) fn heavier<T: Real, N: Vector<Scalar = T>>(a: &Component<N>, b: &Component<N>) -> bool {
+    let (a_key, b_key) = (heaviest_first(a.ln_weight, 0), heaviest_first(b.ln_weight, 0));
+    if a_key == b_key { lies_before(&a.mean, &b.mean).unwrap_or(false) } else { a_key < b_key }
+}
+
+/// The same of components at different places, of which the first one comes first where they are equal.
+fn comes_before<T: Real, N: Vector<Scalar = T>>(a: (usize, &Component<N>), b: (usize, &Component<N>)) -> bool {
+    heavier(a.1, b.1) || (a.0 < b.0 && !heavier(b.1, a.1))
+}
+
+/// Whether `a` lies before `b` by x, then by y, …; `None` where they are the same.
+fn lies_before<T: Real, N: Vector<Scalar = T>>(a: &N, b: &N) -> Option<bool> {
+    a.as_slice().iter().zip(b.as_slice()).find(|(a, b)| a != b).map(|(a, b)| a < b)
+}
+
+/// Orders all entries by class, then heaviest first, then by position.
+fn rank_heaviest_first<T: Real, N: Vector<Scalar = T>>(
+    entries: &[Entry<N>],
+    ranking: &mut [Ranked],
+    class: impl Fn(&Entry<N>) -> u32,
+) {
+    for (index, (ranked, entry)) in ranking.iter_mut().zip(entries).enumerate() {
+        *ranked = Ranked { key: heaviest_first(entry.component.ln_weight, class(entry)), entry: index as u16 };
+    }
+    sort_heaviest_first(entries, ranking);
+}
+
+/// Orders some entries by their keys, then by position.
+fn sort_heaviest_first<T: Real, N: Vector<Scalar = T>>(entries: &[Entry<N>], ranking: &mut [Ranked]) {
+    let mean = |ranked: &Ranked| entries.get(usize::from(ranked.entry)).map(|entry| &entry.component.mean);
+    shell_sort(ranking, |a, b| {
+        if a.key != b.key {
+            return a.key < b.key;
+        }
+        let by_position = mean(a).zip(mean(b)).and_then(|(a, b)| lies_before(a, b));
+        by_position.unwrap_or(a.entry < b.entry)
+    });
+}
+
+/// Vo & Ma 2006, table II: the heaviest component h left takes in every component i left with
+/// (m_i − m_h)ᵀ P_i⁻¹ (m_i − m_h) ≤ `merge_distance`; repeat. Those taken in are marked as gone.
+///
+/// The same the other way around: every component goes to the heaviest of the heads before it that are as near as that, and is a
+/// head itself where there is none. So the order matters among neighbours alone: most components have none that
+/// comes before them, and of the others most follow one of those.
+fn merge_near<T: Real, N: Vector<Scalar = T>>(
+    entries: &mut [Entry<N>],
+    ranking: &mut [Ranked],
+    links: &mut [Linked],
+    merge_distance: T,
+) {
+    let cells = Cells::new(entries, links);
+    for index in 0..entries.len() {
+        let leader = leader(index, entries, links, &cells, merge_distance);
+        if let Some(link) = links.get_mut(index) {
+            link.head = leader;
+        }
+    }
+    let leader_of = |place: u16| links.get(usize::from(place)).map_or(NONE, |link| link.head);
+    let mut doubtful = 0;
+    for (index, entry) in entries.iter_mut().enumerate() {
+        let leader = leader_of(index as u16);
+        if leader == NONE {
+            continue;
+        }
+        if leader_of(leader) == NONE {
+            entry.origin = Origin::Gone;
+        } else if let Some(slot) = ranking.get_mut(doubtful) {
+            *slot = Ranked { key: heaviest_first(entry.component.ln_weight, 0), entry: index as u16 };
+            doubtful += 1;
+        }
+    }
+    // Those whose leader has one itself wait for what becomes of it.
+    let doubtful = ranking.get_mut(..doubtful).unwrap_or(&mut []);
+    sort_heaviest_first(entries, doubtful);
+    for ranked in doubtful.iter() {
+        let index = usize::from(ranked.entry);
+        let head = leader(index, entries, links, &cells, merge_distance);
+        if let Some((entry, link)) = entries.get_mut(index).zip(links.get_mut(index)) {
+            link.head = head;
+            if head != NONE {
+                entry.origin = Origin::Gone;
+            }
+        }
+    }
+    // The cells are done with: now the lists are those of the members of every head.
+    for index in 0..entries.len() {
+        let Some(&Linked { head, .. }) = links.get(index) else { break };
+        let Some(first) = links.get_mut(usize::from(head)) else { continue };
+        let next = core::mem::replace(&mut first.first_member, index as u16);
+        if let Some(link) = links.get_mut(index) {
+            link.next = next;
+        }
+    }
+    for index in 0..entries.len() {
+        let Some(&Linked { first_member, .. }) = links.get(index) else { break };
+        let Some(&Entry { component: head, .. }) = entries.get(index).filter(|_| first_member != NONE) else {
+            continue;
+        };
+        let members = list(first_member, links).filter_map(|member| entries.get(member)).map(|entry| &entry.component);
+        let merged = moment_match(&head, members);
+        if let Some(entry) = entries.get_mut(index) {
+            entry.component = merged;
+        }
+    }
+}
+
+/// The first of those components as near to one as `merge_distance`, and not gone, that come before it.
+fn leader<T: Real, N: Vector<Scalar = T>>(
+    index: usize,
+    entries: &[Entry<N>],
+    links: &[Linked],
+    cells: &Cells<T>,
+    merge_distance: T,
+) -> u16 {
+    let Some(Entry { component, .. }) = entries.get(index) else { return NONE };
+    let mut near = Near { component, factor: None, distance: merge_distance };
+    let mut first = (index, component);
+    cells.reached_by(component, merge_distance, links, |place| {
+        if let Some(Entry { component: other, origin }) = entries.get(place)
+            && !clearly_lighter(other, first.1)
+            && *origin != Origin::Gone
+            && place != index
+            && near.holds(&other.mean)
+            && comes_before((place, other), first)
+        {
+            first = (place, other);
+        }
+    });
+    if first.0 == index { NONE } else { first.0 as u16 }
+}
+
+/// Whether a component is lighter by more than one step of the order, which settles most pairs of a crowd.
+#[inline]
+fn clearly_lighter<T: Real, N: Vector<Scalar = T>>(a: &Component<N>, b: &Component<N>) -> bool {
+    a.ln_weight + T::from_f64(2.0 / STEPS_PER_UNIT) < b.ln_weight
+}
+
+/// Runnalls 2007: the heaviest component left takes in the one left whose merger costs least, as long as that is at most
+/// `merge_cost`; then the next heaviest left. Those taken in are marked as gone.
+fn merge_cheap<T: Real, N: Vector<Scalar = T>>(entries: &mut [Entry<N>], ranking: &[Ranked], merge_cost: T) {
+    for (rank, ranked) in ranking.iter().enumerate() {
+        let head_index = usize::from(ranked.entry);
+        while let Some(head) = entries.get(head_index).filter(|entry| entry.origin != Origin::Gone) {
+            work::round();
+            let head = head.component;
+            let mut cheapest = None;
+            for follower in ranking.iter().skip(rank + 1) {
+                let entry = entries.get(usize::from(follower.entry)).filter(|entry| entry.origin != Origin::Gone);
+                let cost = entry.and_then(|entry| cost(&head, &entry.component));
+                if let Some(cost) = cost.filter(|&cost| cheapest.map_or(cost <= merge_cost, |(_, least)| cost < least))
+                {
+                    cheapest = Some((follower.entry, cost));
+                }
+            }
+            let Some(entry) = cheapest.and_then(|(index, _)| entries.get_mut(usize::from(index))) else { break };
+            entry.origin = Origin::Gone;
+            let taken = entry.component;
+            let merged = moment_match(&head, core::iter::once(&taken));
+            if let Some(entry) = entries.get_mut(head_index) {
+                entry.component = merged;
+            }
+        }
+    }
+}
+
+/// What Runnalls' bound on the Kullback–Leibler divergence says a merger costs, per mass of the lighter component:
+/// ½ [(w_h + w_i) ln|P_hi| − w_h ln|P_h| − w_i ln|P_i|] / min(w_h, w_i).
+fn cost<T: Real, N: Vector<Scalar = T>>(head: &Component<N>, other: &Component<N>) -> Option<T> {
+    let ln_determinant = |component: &Component<N>| component.covariance.factor().map(|f| f.ln_determinant());
+    let weight = (other.ln_weight - head.ln_weight).exp();
+    let both = ln_determinant(&moment_match(head, core::iter::once(other)))?;
+    let divergence = (T::ONE + weight) * both - ln_determinant(head)? - weight * ln_determinant(other)?;
+    Some(T::from_f64(0.5) * divergence / weight.at_most(T::ONE))
+}
+
+/// What lies within a squared Mahalanobis distance of a component.
+struct Near<'c, N: Vector> {
+    component: &'c Component<N>,
+    /// That of the covariance, from the first time that it was needed.
+    factor: Option<Option<Factor<N>>>,
+    distance: N::Scalar,
+}
+
+impl<T: Real, N: Vector<Scalar = T>> Near<'_, N> {
+    /// Whether `mean` does.
+    #[inline]
+    fn holds(&mut self, mean: &N) -> bool {
+        let Self { component, distance, .. } = *self;
+        let difference = component.mean - *mean;
+        // d² ≥ δ_k² / P_kk for every coordinate k, which settles nearly all pairs without a factorisation.
+        let mut deltas = difference.as_slice().iter().enumerate();
+        deltas.all(|(k, &delta)| delta * delta <= distance * component.covariance.get(k, k)) && {
+            let factor = self.factor.get_or_insert_with(|| component.covariance.factor());
+            factor.as_ref().is_some_and(|factor| factor.mahalanobis(&difference) <= distance)
+        }
+    }
+}
+
+/// One Gaussian with the mass, the mean and the spread of `head` and the others together; where that is beyond the range of
+/// the scalar, with the mean and the spread of `head`.
+pub(crate) fn moment_match<'e, T: Real, N: Vector<Scalar = T>>(
+    head: &Component<N>,
+    others: impl Iterator<Item = &'e Component<N>>,
+) -> Component<N> {
+    // Weights and means relative to the head keep single precision where the map is far from its origin.
+    let mut mass = T::ONE;
+    let mut offset = N::ZERO;
+    let mut second_moment = head.covariance;
+    for other in others {
+        let weight = (other.ln_weight - head.ln_weight).exp();
+        let difference = other.mean - head.mean;
+        mass += weight;
+        offset += difference * weight;
+        second_moment = second_moment.plus(&other.covariance.scaled(weight));
+        second_moment.add_outer(weight, &difference);
+    }
+    let share = T::ONE / mass;
+    offset = offset * share;
+    let mut covariance = second_moment.scaled(share);
+    covariance.add_outer(-T::ONE, &offset);
+    let ln_weight = head.ln_weight + mass.ln();
+    match covariance.kept_positive_definite() {
+        Some((covariance, _)) => Component { tag: head.tag, ln_weight, mean: head.mean + offset, covariance },
+        None => Component { ln_weight, ..*head },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Reduction, cost, merge_and_cap, moment_match};
+    use crate::map::workspace::{Origin, WorkspaceMemory};
+    use crate::{Component, Symmetric};
+    use nalgebra::{Matrix2, Vector2};
+    use std::boxed::Box;
+    use std::vec::Vec;
+
+    fn component(weight: f64, x: f64, y: f64) -> Component<Vector2<f64>> {
+        let covariance = Symmetric::from_fn(|row, column| if row == column { 0.4 } else { 0.1 });
+        Component { tag: (100.0 * weight) as u32, ln_weight: weight.ln(), mean: Vector2::new(x, y), covariance }
+    }
+
+    fn reduced(
+        mixture: &[Component<Vector2<f64>>],
+        reduction: Reduction<f64>,
+        cap: usize,
+    ) -> Vec<Component<Vector2<f64>>> {
+        let mut memory = Box::new(WorkspaceMemory::<Vector2<f64>, 32>::ZERO);
+        let mut workspace = memory.view();
+        workspace.clear(1e-6_f64.ln());
+        mixture.iter().for_each(|component| workspace.push(*component, Origin::Missed));
+        let merged = merge_and_cap(&mut workspace, reduction, cap);
+        let left: Vec<_> = workspace.in_view().iter().map(|entry| entry.component).collect();
+        assert!(merged + left.len() <= mixture.len());
+        left
+    }
+
+    /// Mass, mean and second moment of a mixture.
+    fn moments(mixture: &[Component<Vector2<f64>>]) -> (f64, Vector2<f64>, Matrix2<f64>) {
+        let mass: f64 = mixture.iter().map(|c| c.ln_weight.exp()).sum();
+        let weighted = || mixture.iter().map(|c| (c.ln_weight.exp() / mass, c));
+        let mean = weighted().fold(Vector2::zeros(), |sum, (w, c)| sum + c.mean * w);
+        let second = weighted()
+            .fold(Matrix2::zeros(), |sum, (w, c)| sum + (c.covariance.to_matrix() + c.mean * c.mean.transpose()) * w);
+        (mass, mean, second)
+    }
+
+    const CLUSTERS: [(f64, f64, f64); 7] = [
+        (0.9, 0.0, 0.0),
+        (0.2, 0.3, 0.1),
+        (0.05, -0.6, 0.4),
+        (0.5, 6.0, 1.0),
+        (0.4, 6.4, 1.3),
+        (0.3, -5.0, 4.0),
+        (0.01, 0.1, -0.2),
+    ];
+
+    #[test]
+    fn either_reduction_keeps_mass_mean_and_spread() {
+        let mixture: Vec<_> = CLUSTERS.iter().map(|&(w, x, y)| component(w, x, y)).collect();
+        let before = moments(&mixture);
+        for reduction in [Reduction::Greedy { merge_distance: 4.0 }, Reduction::Runnalls { merge_cost: 2.0 }] {
+            let left = reduced(&mixture, reduction, usize::MAX);
+            assert_eq!(left.len(), 3, "{reduction:?}: {left:?}");
+            let after = moments(&left);
+            assert!((after.0 - before.0).abs() < 1e-14, "{reduction:?}");
+            assert!((after.1 - before.1).norm() < 1e-13, "{reduction:?}");
+            assert!((after.2 - before.2).norm() < 1e-12, "{reduction:?}");
+            // The tag is that of the heaviest part.
+            let mut tags: Vec<u32> = left.iter().map(|c| c.tag).collect();
+            tags.sort_unstable();
+            assert_eq!(tags, [30, 50, 90]);
+        }
+    }
+
+    #[test]
+    fn the_cap_keeps_the_heaviest() {
+        let mixture: Vec<_> = CLUSTERS.iter().map(|&(w, x, y)| component(w, x, y)).collect();
+        for reduction in [Reduction::Greedy { merge_distance: 0.0 }, Reduction::Runnalls { merge_cost: 0.0 }] {
+            let weights: Vec<f64> = reduced(&mixture, reduction, 3).iter().map(|c| c.ln_weight.exp()).collect();
+            assert_eq!(weights.len(), 3);
+            assert!(weights.iter().all(|&w| w > 0.399), "{weights:?}");
+        }
+    }
+
+    #[test]
+    fn runnalls_cost_in_closed_form() {
+        let unit = |weight: f64, x: f64| Component {
+            covariance: Symmetric::from_diagonal([1.0, 1.0]),
+            ..component(weight, x, 0.0)
+        };
+        // Equal ones at distance d: |P| grows by 1 + d²/4, and the cost per mass is its logarithm.
+        assert!((cost(&unit(0.5, 0.0), &unit(0.5, 2.0)).unwrap() - 2.0_f64.ln()).abs() < 1e-14);
+        // A light one: ½ d² in the limit.
+        assert!((cost(&unit(1.0, 0.0), &unit(1e-6, 3.0)).unwrap() - 4.5).abs() < 1e-4);
+        // Two that are the same cost nothing, and nothing costs less than that.
+        assert!(cost(&unit(0.7, 1.0), &unit(0.1, 1.0)).unwrap().abs() < 1e-14);
+        let mut tried = 0;
+        for (w, x, y) in CLUSTERS {
+            for (v, a, b) in CLUSTERS {
+                assert!(cost(&component(w, x, y), &component(v, a, b)).unwrap() > -1e-12);
+                tried += 1;
+            }
+        }
+        assert_eq!(tried, 49);
+    }
+
+    #[test]
+    fn runnalls_takes_the_cheapest_first() {
+        // The head takes in the near one, moves to it, and then reaches the third, which it could not before.
+        let mixture = [component(0.5, 0.0, 0.0), component(0.4, 1.0, 0.0), component(0.3, 1.9, 0.0)];
+        let bound = 1.2;
+        assert!(cost(&mixture[0], &mixture[2]).unwrap() > bound);
+        let left = reduced(&mixture, Reduction::Runnalls { merge_cost: bound }, usize::MAX);
+        assert_eq!(left.len(), 1);
+        let both = moment_match(&mixture[0], mixture[1..].iter());
+        assert!((left[0].mean - both.mean).norm() < 1e-14);
+        assert!((left[0].covariance.to_matrix() - both.covariance.to_matrix()).norm() < 1e-13);
+    }
+}

@@ -1,0 +1,311 @@
+//! Scratch for the update of one map: the components in view after the update, before they are written back.
+
+use crate::numerics::links::{Linked, NONE};
+use crate::numerics::sort::Buckets;
+use crate::numerics::work;
+use crate::{Component, Real, Vector};
+
+/// Where a component of the updated map comes from (5.17).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Origin<T> {
+    /// Not in view, but on a page with components that are: kept as it is.
+    Outside,
+    /// In view and missed.
+    Missed,
+    /// Detected by the measurement at this place of the scan, at this squared Mahalanobis distance.
+    Detected { measurement: u16, distance: T },
+    /// Born from a measurement.
+    Born,
+    /// Merged into another or dropped.
+    Gone,
+}
+
+/// One component of the updated map.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Entry<N: Vector> {
+    pub(crate) component: Component<N>,
+    pub(crate) origin: Origin<N::Scalar>,
+}
+
+/// An entry's place in some order.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Ranked {
+    /// What the order goes by.
+    pub(crate) key: u32,
+    /// Index of the entry.
+    pub(crate) entry: u16,
+}
+
+/// The components in view and the order and the lists that their reduction needs, each at least as long.
+#[derive(Debug)]
+pub(crate) struct InView<'w, N: Vector> {
+    pub(crate) entries: &'w mut [Entry<N>],
+    pub(crate) ranking: &'w mut [Ranked],
+    pub(crate) links: &'w mut [Linked],
+}
+
+/// Memory of a workspace for VIEW components.
+#[derive(Debug)]
+pub struct WorkspaceMemory<N: Vector, const VIEW: usize> {
+    entries: [Entry<N>; VIEW],
+    ranking: [Ranked; VIEW],
+    links: [Linked; VIEW],
+}
+
+impl<T: Real, N: Vector<Scalar = T>, const VIEW: usize> WorkspaceMemory<N, VIEW> {
+    pub(crate) const ZERO: Self = Self {
+        entries: [Entry { component: Component::ZERO, origin: Origin::Outside }; VIEW],
+        ranking: [Ranked { key: 0, entry: 0 }; VIEW],
+        links: [Linked { next: 0, head: 0, first_member: 0 }; VIEW],
+    };
+
+    pub(crate) fn view(&mut self) -> Workspace<'_, N> {
+        Workspace {
+            entries: &mut self.entries,
+            ranking: &mut self.ranking,
+            links: &mut self.links,
+            in_view: 0,
+            outside: 0,
+            ln_floor: T::NEG_INFINITY,
+            tightened: false,
+            lost: 0,
+            pruned_mass: T::ZERO,
+        }
+    }
+}
+
+/// Components in view from the front of the memory, components out of view from its back.
+#[derive(Debug)]
+pub(crate) struct Workspace<'s, N: Vector> {
+    entries: &'s mut [Entry<N>],
+    ranking: &'s mut [Ranked],
+    links: &'s mut [Linked],
+    in_view: usize,
+    outside: usize,
+    ln_floor: N::Scalar,
+    tightened: bool,
+    lost: usize,
+    pruned_mass: N::Scalar,
+}
+
+/// Pruning is tightened by this factor at a time, from this weight at least, up to components of half a feature.
+const TIGHTEN: f64 = 4.0;
+const TIGHTEN_FROM: f64 = 1e-12;
+const TIGHTEN_UP_TO: f64 = 0.5;
+/// How often that can be, wherever it starts: 4²⁰ times 10⁻¹² is more than half, and one further round finds that out.
+const TIGHTENINGS: usize = 21;
+
+impl<T: Real, N: Vector<Scalar = T>> Workspace<'_, N> {
+    /// A workspace without room.
+    pub(crate) fn none() -> Self {
+        Self {
+            entries: &mut [],
+            ranking: &mut [],
+            links: &mut [],
+            in_view: 0,
+            outside: 0,
+            ln_floor: T::NEG_INFINITY,
+            tightened: false,
+            lost: 0,
+            pruned_mass: T::ZERO,
+        }
+    }
+
+    /// Empties the workspace for the next map, and sets ln of the weight below which components are dropped.
+    pub(crate) fn clear(&mut self, ln_floor: T) {
+        self.in_view = 0;
+        self.outside = 0;
+        self.ln_floor = ln_floor;
+        self.tightened = false;
+        self.lost = 0;
+        self.pruned_mass = T::ZERO;
+    }
+
+    /// ln of the weight below which components are dropped, after any tightening.
+    pub(crate) fn ln_floor(&self) -> T {
+        self.ln_floor
+    }
+
+    /// Whether pruning had to be tightened for want of room.
+    pub(crate) fn tightened(&self) -> bool {
+        self.tightened
+    }
+
+    /// Components that found no room although pruning had been tightened as far as it goes.
+    pub(crate) fn lost(&self) -> usize {
+        self.lost
+    }
+
+    /// Mass of the components dropped for their weight.
+    pub(crate) fn pruned_mass(&self) -> T {
+        self.pruned_mass
+    }
+
+    /// Components in view.
+    pub(crate) fn in_view(&self) -> &[Entry<N>] {
+        self.entries.get(..self.in_view).unwrap_or(&[])
+    }
+
+    /// Components in view, for changing.
+    pub(crate) fn in_view_mut(&mut self) -> &mut [Entry<N>] {
+        self.entries.get_mut(..self.in_view).unwrap_or(&mut [])
+    }
+
+    /// Components in view, for changing, with the memory of their orders.
+    pub(crate) fn orders_mut(&mut self) -> InView<'_, N> {
+        InView {
+            entries: self.entries.get_mut(..self.in_view).unwrap_or(&mut []),
+            ranking: self.ranking.get_mut(..self.in_view).unwrap_or(&mut []),
+            links: self.links.get_mut(..self.in_view).unwrap_or(&mut []),
+        }
+    }
+
+    /// Number of components that there is room for.
+    pub(crate) fn capacity(&self) -> usize {
+        self.entries.len()
+    }
+
+    /// Number of components in view and out of view.
+    pub(crate) fn len(&self) -> usize {
+        self.in_view + self.outside
+    }
+
+    /// Number of components out of view.
+    pub(crate) fn outside(&self) -> usize {
+        self.outside
+    }
+
+    /// Forgets the components out of view that were pushed since there were `outside` of them.
+    pub(crate) fn forget_outside(&mut self, outside: usize) {
+        self.outside = outside;
+    }
+
+    /// Keeps of the components out of view, pushed since there were `outside` of them, those that satisfy `keep`.
+    pub(crate) fn retain_outside(&mut self, outside: usize, keep: impl Fn(&Component<N>) -> bool) {
+        let capacity = self.entries.len();
+        let mut kept = outside;
+        for place in outside..self.outside {
+            let Some(entry) = self.entries.get(capacity.saturating_sub(place + 1)).copied() else { break };
+            if keep(&entry.component) {
+                kept += 1;
+                if let Some(slot) = self.entries.get_mut(capacity.saturating_sub(kept)) {
+                    *slot = entry;
+                }
+            } else {
+                self.pruned_mass += entry.component.ln_weight.exp();
+            }
+        }
+        self.outside = kept;
+    }
+
+    /// Adds a component in view, unless it is below the floor.
+    pub(crate) fn push(&mut self, component: Component<N>, origin: Origin<T>) {
+        if !(component.ln_weight >= self.ln_floor) {
+            self.pruned_mass += component.ln_weight.exp();
+            return;
+        }
+        if !self.make_room(component.ln_weight) {
+            return;
+        }
+        if let Some(slot) = self.entries.get_mut(self.in_view) {
+            *slot = Entry { component, origin };
+            self.in_view += 1;
+        }
+    }
+
+    /// Adds a component that is not in view.
+    pub(crate) fn push_outside(&mut self, component: Component<N>) {
+        if !self.make_room(T::INFINITY) {
+            return;
+        }
+        let from_back = self.outside + 1;
+        let index = self.entries.len().checked_sub(from_back);
+        if let Some(slot) = index.and_then(|index| self.entries.get_mut(index)) {
+            *slot = Entry { component, origin: Origin::Outside };
+            self.outside = from_back;
+        }
+    }
+
+    /// Makes room for a component of this weight by tightening the pruning; `false` where that does not help, or the
+    /// component itself falls below the new floor.
+    fn make_room(&mut self, ln_weight: T) -> bool {
+        for _ in 0..TIGHTENINGS {
+            if self.len() < self.entries.len() {
+                return ln_weight >= self.ln_floor;
+            }
+            work::round();
+            // Without a floor, or with one next to nothing, it would take many rounds to get to where anything is dropped.
+            let ln_raised = (self.ln_floor + T::from_f64(TIGHTEN).ln()).at_least(T::from_f64(TIGHTEN_FROM).ln());
+            if !(ln_raised <= T::from_f64(TIGHTEN_UP_TO).ln()) {
+                break;
+            }
+            self.ln_floor = ln_raised;
+            self.tightened = true;
+            self.prune();
+        }
+        self.lost += 1;
+        false
+    }
+
+    /// Drops the components in view that are below the floor.
+    pub(crate) fn prune(&mut self) {
+        let ln_floor = self.ln_floor;
+        let mut pruned_mass = self.pruned_mass;
+        self.retain(|entry| {
+            let keep = entry.component.ln_weight >= ln_floor;
+            if !keep {
+                pruned_mass += entry.component.ln_weight.exp();
+            }
+            keep
+        });
+        self.pruned_mass = pruned_mass;
+    }
+
+    /// Keeps the components in view that satisfy `keep`, in order.
+    pub(crate) fn retain(&mut self, mut keep: impl FnMut(&mut Entry<N>) -> bool) {
+        let mut kept = 0;
+        for index in 0..self.in_view {
+            let Some(entry) = self.entries.get_mut(index) else { break };
+            if !keep(entry) {
+                continue;
+            }
+            if kept < index {
+                let entry = *entry;
+                if let Some(slot) = self.entries.get_mut(kept) {
+                    *slot = entry;
+                }
+            }
+            kept += 1;
+        }
+        self.in_view = kept;
+    }
+
+    /// All components, and their places in the order of their buckets, below [`BUCKETS`](crate::numerics::sort::BUCKETS). The keys of those
+    /// mean nothing.
+    #[inline(never)]
+    pub(crate) fn in_order(&mut self, bucket: impl Fn(&Component<N>) -> usize) -> (&[Entry<N>], &[Ranked]) {
+        let capacity = self.entries.len();
+        let places = (0..self.in_view).chain(capacity.saturating_sub(self.outside)..capacity);
+        // The lists of the reduction are done with; their memory holds those of the buckets. The last place comes first, so
+        // that in a bucket they stay in order.
+        let mut buckets = Buckets::EMPTY;
+        for place in places.rev() {
+            if let Some((entry, link)) = self.entries.get(place).zip(self.links.get_mut(place)) {
+                link.next = buckets.push(bucket(&entry.component), place as u16).unwrap_or(NONE);
+            }
+        }
+        let mut len = 0;
+        buckets.heads(|first| {
+            let mut place = first;
+            while let Some(link) = self.links.get(usize::from(place)) {
+                work::round();
+                if let Some(slot) = self.ranking.get_mut(len) {
+                    slot.entry = place;
+                    len += 1;
+                }
+                place = link.next;
+            }
+        });
+        (self.entries, self.ranking.get(..len).unwrap_or(&[]))
+    }
+}

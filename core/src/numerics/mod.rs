@@ -1,0 +1,16 @@
+//! The arithmetic: scalars, vectors, symmetric matrices, random numbers, sums of logarithms.
+
+pub(crate) mod angle;
+pub(crate) mod bounds;
+pub(crate) mod fnv;
+pub(crate) mod links;
+pub(crate) mod ln_sum;
+pub(crate) mod noise;
+pub(crate) mod range;
+pub(crate) mod real;
+pub(crate) mod single;
+pub(crate) mod sort;
+pub(crate) mod symmetric;
+pub(crate) mod vector;
+pub(crate) mod work;
+pub(crate) mod zero;

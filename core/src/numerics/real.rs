@@ -1,0 +1,206 @@
+//! The scalar: `f32` or `f64`, with transcendental functions that are the same on every target: from `libm`, or, where that
+//! would leave single precision, from `single.rs`.
+
+use crate::Zero;
+use crate::numerics::single;
+use core::fmt::Display;
+use nalgebra::Scalar;
+use num_traits::NumAssign;
+
+mod sealed {
+    pub trait Sealed {}
+    impl Sealed for f32 {}
+    impl Sealed for f64 {}
+}
+
+/// A floating-point scalar: implemented by `f32` and `f64`, and by nothing else.
+///
+/// All functions that are not exactly rounded come from `libm` or this crate on every target, the host included, so that
+/// the same inputs give the same bits everywhere. No method uses a fused multiply-add.
+///
+/// ```
+/// use scphd::Real;
+///
+/// fn norm<T: Real>(x: T, y: T) -> T {
+///     (x * x + y * y).sqrt()
+/// }
+/// assert_eq!(norm(3.0_f32, 4.0), 5.0);
+/// assert_eq!(norm(3.0_f64, 4.0), 5.0);
+/// ```
+pub trait Real:
+    sealed::Sealed + Zero + Scalar + Default + Display + PartialOrd + NumAssign + core::ops::Neg<Output = Self>
+{
+    /// 1, usable in constants.
+    const ONE: Self;
+    /// Distance from 1 to the next greater number.
+    const EPSILON: Self;
+    /// The least positive number of full precision.
+    const LEAST_NORMAL: Self;
+    /// −∞, the logarithm of a weight of zero.
+    const NEG_INFINITY: Self;
+    /// ln of a quarter of [`EPSILON`](Self::EPSILON), or a little less: what is that much below a sum, relative to it, does
+    /// not change it.
+    const LN_VANISHING: Self;
+    /// +∞.
+    const INFINITY: Self;
+    /// π.
+    const PI: Self;
+
+    /// The nearest scalar to `x`.
+    fn from_f64(x: f64) -> Self;
+    /// The nearest scalar to `n`.
+    fn from_usize(n: usize) -> Self;
+    /// The nearest scalar to `n`.
+    fn from_i32(n: i32) -> Self;
+    /// The same number in full precision.
+    fn to_f64(self) -> f64;
+    /// The nearest integer towards zero, saturating; 0 for NaN.
+    fn to_i32(self) -> i32;
+    /// The bits of the number (of an `f32`, in the lower half), for digests.
+    fn bits(self) -> u64;
+
+    /// Neither infinite nor NaN.
+    fn is_finite(self) -> bool;
+    /// Absolute value.
+    fn abs(self) -> Self;
+    /// Greatest integer not above.
+    fn floor(self) -> Self;
+    /// Square root, exactly rounded.
+    fn sqrt(self) -> Self;
+    /// 1/√, to a few roundings.
+    fn inverse_sqrt(self) -> Self;
+    /// Not below the square root, and at most a thousandth above it.
+    fn sqrt_above(self) -> Self;
+    /// e to the power of `self`.
+    fn exp(self) -> Self;
+    /// Natural logarithm.
+    fn ln(self) -> Self;
+    /// Sine and cosine of an angle in rad.
+    fn sin_cos(self) -> (Self, Self);
+    /// Tangent of an angle in rad.
+    fn tan(self) -> Self;
+    /// Angle of the vector (`x`, `self`) in rad, in \[−π, π\].
+    fn atan2(self, x: Self) -> Self;
+
+    /// The lesser of two numbers; `other` where `self` is NaN.
+    fn at_most(self, other: Self) -> Self {
+        if self < other { self } else { other }
+    }
+    /// The greater of two numbers; `other` where `self` is NaN.
+    fn at_least(self, other: Self) -> Self {
+        if self > other { self } else { other }
+    }
+}
+
+macro_rules! implement_real {
+    ($t:ident, $sqrt:ident, $inverse_sqrt:expr, $sqrt_above:path, $exp:path, $ln:path, $sincos:path, $tan:ident, $atan2:path, $floor:ident, $vanishing:literal) => {
+        impl Zero for $t {
+            const ZERO: Self = 0.0;
+        }
+        impl Real for $t {
+            const ONE: Self = 1.0;
+            const EPSILON: Self = $t::EPSILON;
+            const LEAST_NORMAL: Self = $t::MIN_POSITIVE;
+            const NEG_INFINITY: Self = $t::NEG_INFINITY;
+            const INFINITY: Self = $t::INFINITY;
+            const LN_VANISHING: Self = $vanishing;
+            const PI: Self = core::$t::consts::PI;
+
+            #[inline]
+            fn from_f64(x: f64) -> Self {
+                x as $t
+            }
+            #[inline]
+            fn from_usize(n: usize) -> Self {
+                n as $t
+            }
+            #[inline]
+            fn from_i32(n: i32) -> Self {
+                n as $t
+            }
+            #[inline]
+            fn to_f64(self) -> f64 {
+                f64::from(self)
+            }
+            #[inline]
+            fn to_i32(self) -> i32 {
+                self as i32
+            }
+            #[inline]
+            fn bits(self) -> u64 {
+                u64::from(self.to_bits())
+            }
+            #[inline]
+            fn is_finite(self) -> bool {
+                $t::is_finite(self)
+            }
+            #[inline]
+            fn abs(self) -> Self {
+                $t::abs(self)
+            }
+            #[inline]
+            fn floor(self) -> Self {
+                libm::$floor(self)
+            }
+            #[inline]
+            fn sqrt(self) -> Self {
+                libm::$sqrt(self)
+            }
+            #[inline]
+            fn inverse_sqrt(self) -> Self {
+                $inverse_sqrt(self)
+            }
+            #[inline]
+            fn sqrt_above(self) -> Self {
+                $sqrt_above(self)
+            }
+            #[inline]
+            fn exp(self) -> Self {
+                $exp(self)
+            }
+            #[inline]
+            fn ln(self) -> Self {
+                $ln(self)
+            }
+            #[inline]
+            fn sin_cos(self) -> (Self, Self) {
+                $sincos(self)
+            }
+            #[inline]
+            fn tan(self) -> Self {
+                libm::$tan(self)
+            }
+            #[inline]
+            fn atan2(self, x: Self) -> Self {
+                $atan2(self, x)
+            }
+        }
+    };
+}
+
+implement_real!(
+    f32,
+    sqrtf,
+    single::inverse_sqrt,
+    single::sqrt_above,
+    single::exp,
+    single::ln,
+    single::sin_cos,
+    tanf,
+    single::atan2,
+    floorf,
+    -17.33
+);
+implement_real!(
+    f64,
+    sqrt,
+    |x| 1.0 / libm::sqrt(x),
+    libm::sqrt,
+    libm::exp,
+    libm::log,
+    libm::sincos,
+    tan,
+    libm::atan2,
+    floor,
+    -37.43
+);

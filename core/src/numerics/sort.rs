@@ -1,0 +1,122 @@
+//! Sorting in bounded time without recursion, memory or a panic.
+
+use crate::numerics::work;
+
+/// Distances at which items are compared, largest first (M. Ciura 2001).
+const GAPS: [usize; 10] = [3690, 1636, 701, 301, 132, 57, 23, 10, 4, 1];
+
+/// Sorts in place so that no item `comes_before` its predecessor: Shell's sort, which for the few hundred items of a map takes
+/// half as many steps as a heap, about n^(4/3) at worst. Not stable, so that `comes_before` must tell any two items apart
+/// whose order matters.
+///
+/// The standard library's unstable sort may panic where the order is not total.
+pub(crate) fn shell_sort<I: Copy>(items: &mut [I], comes_before: impl Fn(&I, &I) -> bool) {
+    let len = items.len();
+    for gap in GAPS.into_iter().filter(|&gap| gap < len) {
+        for start in gap..len {
+            let Some(&item) = items.get(start) else { break };
+            let mut place = start;
+            while let Some(before) = place.checked_sub(gap)
+                && let Some(&other) = items.get(before)
+                && comes_before(&item, &other)
+            {
+                work::round();
+                if let Some(slot) = items.get_mut(place) {
+                    *slot = other;
+                }
+                place = before;
+            }
+            if let Some(slot) = items.get_mut(place) {
+                *slot = item;
+            }
+        }
+    }
+}
+
+/// Buckets to order places by.
+pub(crate) const BUCKETS: usize = 256;
+const PER_WORD: usize = u32::BITS as usize;
+
+/// For every bucket a list of places, linked in memory of the caller's. Linear in the places, however many buckets are empty.
+#[derive(Debug)]
+pub(crate) struct Buckets {
+    /// The first place of every bucket that is occupied.
+    first: [u16; BUCKETS],
+    /// One bit for each.
+    occupied: [u32; BUCKETS / PER_WORD],
+    /// Words of those up to the last that has any.
+    words: usize,
+}
+
+impl Buckets {
+    pub(crate) const EMPTY: Self = Self { first: [0; BUCKETS], occupied: [0; BUCKETS / PER_WORD], words: 0 };
+
+    /// Puts a place at the head of a bucket's list; what comes next in that, if anything.
+    #[inline]
+    pub(crate) fn push(&mut self, bucket: usize, place: u16) -> Option<u16> {
+        let word = self.occupied.get_mut(bucket / PER_WORD)?;
+        let first = self.first.get_mut(bucket)?;
+        let bit = 1 << (bucket % PER_WORD);
+        let next = (*word & bit != 0).then_some(*first);
+        *word |= bit;
+        self.words = self.words.max(bucket / PER_WORD + 1);
+        *first = place;
+        next
+    }
+
+    /// Shows `visit` the heads of all lists, in the order of the buckets.
+    #[inline]
+    pub(crate) fn heads(&self, mut visit: impl FnMut(u16)) {
+        for (word, &occupied) in self.occupied.iter().take(self.words).enumerate() {
+            let mut left = occupied;
+            while left != 0 {
+                let bucket = word * PER_WORD + left.trailing_zeros() as usize;
+                left &= left - 1;
+                if let Some(&first) = self.first.get(bucket) {
+                    visit(first);
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{BUCKETS, Buckets, shell_sort};
+    use std::vec::Vec;
+
+    #[test]
+    fn sorts_like_the_standard_library() {
+        let mut state = 1_u32;
+        for len in 0..200 {
+            let mut items: Vec<u32> = (0..len)
+                .map(|_| {
+                    state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+                    state >> 25
+                })
+                .collect();
+            let mut expected = items.clone();
+            expected.sort_unstable();
+            shell_sort(&mut items, |a, b| a < b);
+            assert_eq!(items, expected);
+        }
+    }
+
+    #[test]
+    fn buckets_come_in_order_and_keep_theirs() {
+        for count in [0, 1, 40, 300_usize] {
+            let bucket = |place: usize| place * 7919 % BUCKETS;
+            let mut buckets = Buckets::EMPTY;
+            let mut next = std::vec![None; count];
+            for place in (0..count).rev() {
+                next[place] = buckets.push(bucket(place), place as u16);
+            }
+            let list = |first| core::iter::successors(Some(first), |&place: &u16| next[usize::from(place)]);
+            let mut found = Vec::new();
+            buckets.heads(|first| found.extend(list(first)));
+            let mut expected: Vec<u16> = (0..count as u16).collect();
+            expected.sort_by_key(|&place| bucket(usize::from(place)));
+            assert_eq!(found, expected);
+        }
+    }
+}

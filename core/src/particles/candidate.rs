@@ -1,0 +1,88 @@
+//! Candidates: samples of the vehicle's pose with their weights (5.7, 5.13).
+
+use crate::numerics::ln_sum::ln_sum;
+use crate::{Pose, Real, Symmetric, Zero};
+
+/// A sample of the vehicle's pose. Between scans there is one a particle; from the first prediction after a scan to
+/// the next scan there are M.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Candidate<P: Pose> {
+    /// x.
+    pub pose: P,
+    /// ln ζ.
+    pub ln_weight: P::Scalar,
+}
+
+impl<P: Pose> Candidate<P> {
+    /// All zero; a placeholder for unused memory.
+    pub(crate) const ZERO: Self = Self { pose: P::ZERO, ln_weight: P::Scalar::ZERO };
+}
+
+/// Σ ζ: one, but for rounding.
+pub(crate) fn total_weight<T: Real, P: Pose<Scalar = T>>(candidates: &[Candidate<P>]) -> T {
+    candidates.iter().fold(T::ZERO, |sum, candidate| sum + candidate.ln_weight.exp())
+}
+
+/// Mean and covariance of candidates whose weights sum to `total`.
+pub(crate) fn moments<T: Real, P: Pose<Scalar = T>>(
+    candidates: &[Candidate<P>],
+    total: T,
+) -> (P, Symmetric<P::Tangent>) {
+    let weighted = || candidates.iter().map(|candidate| (candidate.ln_weight.exp() / total, candidate.pose));
+    let mean = P::mean(weighted());
+    let mut covariance = Symmetric::ZERO;
+    for (weight, pose) in weighted() {
+        covariance.add_outer(weight, &pose.difference(&mean));
+    }
+    (mean, covariance)
+}
+
+/// Multiplies the weights by the likelihoods and scales them to a sum of one (5.23); returns the logarithm of what the
+/// sum was. Where it is zero or not a number, the weights stay and the result is −∞.
+pub(crate) fn reweigh<T: Real, P: Pose<Scalar = T>>(candidates: &mut [Candidate<P>], ln_likelihoods: &[T]) -> T {
+    let products = candidates.iter().zip(ln_likelihoods).map(|(candidate, &ln_l)| candidate.ln_weight + ln_l);
+    let total = ln_sum(products);
+    if !total.is_finite() {
+        return T::NEG_INFINITY;
+    }
+    for (candidate, &ln_likelihood) in candidates.iter_mut().zip(ln_likelihoods) {
+        candidate.ln_weight += ln_likelihood - total;
+    }
+    // A sum far from zero has few digits behind the point, and all weights are wrong by what it lacks.
+    let rest = ln_sum(candidates.iter().map(|candidate| candidate.ln_weight));
+    if rest.abs() > T::EPSILON * T::from_f64(TOLERATED_ROUNDINGS) {
+        candidates.iter_mut().for_each(|candidate| candidate.ln_weight -= rest);
+    }
+    total
+}
+
+/// How far ln Σ ζ may be from zero, in units of the last place of one: 9.5e-6 in single precision, as sums up to 256 leave it.
+const TOLERATED_ROUNDINGS: f64 = 80.0;
+
+/// N_eff = 1 / Σ ζ², for normalised weights.
+pub(crate) fn effective_number<T: Real, P: Pose<Scalar = T>>(candidates: &[Candidate<P>]) -> T {
+    let sum = candidates.iter().fold(T::ZERO, |sum, candidate| {
+        let weight = candidate.ln_weight.exp();
+        sum + weight * weight
+    });
+    T::ONE / sum
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Candidate, reweigh, total_weight};
+    use crate::{PlanarPose, Pose};
+    use std::vec::Vec;
+
+    #[test]
+    fn weights_sum_to_one_however_little_explains_the_scan() {
+        for ln_likelihood in [-3.0_f32, -150.0, -1500.3, -40_000.7, 1e6] {
+            let mut candidates: Vec<Candidate<PlanarPose<f32>>> =
+                (0..16).map(|_| Candidate { pose: PlanarPose::ZERO, ln_weight: -(16.0_f32.ln()) }).collect();
+            let ln_likelihoods: Vec<f32> = (0..16).map(|k| ln_likelihood * (1.0 + 1e-5 * k as f32)).collect();
+            assert!(reweigh(&mut candidates, &ln_likelihoods).is_finite());
+            let total = total_weight(&candidates);
+            assert!((total - 1.0).abs() < 1e-5, "ln L {ln_likelihood}: {total}");
+        }
+    }
+}

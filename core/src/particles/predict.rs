@@ -1,0 +1,88 @@
+//! Sampled prediction of the vehicle (5.11–5.13).
+
+use crate::numerics::range::{is_within_range, is_within_square};
+use crate::particles::candidate::Candidate;
+use crate::particles::cursor::Cursor;
+use crate::{Health, Linearised, Motion, Pose, PredictError, PredictReport, Real, Symmetric, TangentOf};
+
+/// Splits every particle into `samples` candidates in the first prediction after a scan, then moves every candidate
+/// with its own noise. A step of no length moves nothing and draws nothing. The moving features wait for the scan.
+pub(crate) fn predict<T: Real, M: Motion<Pose: Pose<Scalar = T>>>(
+    motion: &M,
+    samples: usize,
+    cursor: &mut Cursor<T>,
+    candidates: &mut [Candidate<M::Pose>],
+    control: &M::Control,
+    dt: T,
+) -> Result<PredictReport, PredictError> {
+    let Some(mut noise) = cursor.noise.clone() else { return Err(PredictError::NotStarted) };
+    let mut rejected = 0;
+    if dt > T::ZERO {
+        if !cursor.predicted {
+            split(candidates, cursor.particles, samples);
+            cursor.children = samples;
+            cursor.predicted = true;
+        }
+        for candidate in candidates.iter_mut().take(cursor.candidates()) {
+            let moved = motion.sample(&candidate.pose, control, dt, &mut noise);
+            if is_within_range(&moved.coordinates()) {
+                candidate.pose = moved;
+            } else {
+                rejected += 1;
+            }
+        }
+        cursor.noise = Some(noise);
+        cursor.wait(dt);
+    }
+    Ok(report(cursor, rejected))
+}
+
+/// Moves every particle without noise and lets the covariance of its pose grow, x ← f(x, u), P ← F P Fᵀ + Q: what the
+/// informed proposal starts from when the scan comes. Draws nothing.
+pub(crate) fn spread<T: Real, M: Motion<Pose: Pose<Scalar = T>>>(
+    motion: &M,
+    cursor: &mut Cursor<T>,
+    particles: &mut [Candidate<M::Pose>],
+    spreads: &mut [Symmetric<TangentOf<M::Pose>>],
+    control: &M::Control,
+    dt: T,
+) -> Result<PredictReport, PredictError> {
+    if cursor.noise.is_none() {
+        return Err(PredictError::NotStarted);
+    }
+    let mut rejected = 0;
+    if dt > T::ZERO {
+        for (particle, spread) in particles.iter_mut().zip(spreads.iter_mut()).take(cursor.particles) {
+            let moved = motion.propagate(&particle.pose, control, dt);
+            let Linearised { transition, noise } = motion.linearise(&particle.pose, control, dt);
+            let grown = spread.congruence::<TangentOf<M::Pose>>(&transition).plus(&noise);
+            if is_within_range(&moved.coordinates()) && is_within_square(&grown) {
+                particle.pose = moved;
+                *spread = grown;
+            } else {
+                rejected += 1;
+            }
+        }
+        cursor.predicted = true;
+        cursor.wait(dt);
+    }
+    Ok(report(cursor, rejected))
+}
+
+fn report<T: Real>(cursor: &Cursor<T>, rejected: usize) -> PredictReport {
+    let refused = usize::from(cursor.refused);
+    let health = Health::POSE_REJECTED.when(rejected > 0) | Health::PREDICTION_REFUSED.when(refused > 0);
+    PredictReport { candidates: cursor.candidates(), rejected, refused, health }
+}
+
+/// M candidates ζ/M of every particle (5.13), in place, from the last particle back.
+pub(crate) fn split<T: Real, P: Pose<Scalar = T>>(candidates: &mut [Candidate<P>], particles: usize, samples: usize) {
+    let ln_samples = T::from_usize(samples).ln();
+    for particle in (0..particles).rev() {
+        let Some(&parent) = candidates.get(particle) else { continue };
+        let first = particle * samples;
+        for child in candidates.iter_mut().skip(first).take(samples) {
+            *child = Candidate { pose: parent.pose, ln_weight: parent.ln_weight - ln_samples };
+        }
+    }
+}

@@ -1,0 +1,87 @@
+//! Drawing candidates in proportion to their weights.
+
+use crate::numerics::ln_sum::ln_sum;
+use crate::numerics::work;
+use crate::particles::candidate::Candidate;
+use crate::{Pose, Real};
+
+/// Systematic resampling (Arulampalam et al. 2002, algorithm 2): one uniform number, positions (i + u)/N, each takes the
+/// first index whose cumulated weight exceeds it. The weights must sum to one; what rounding leaves over goes to the last
+/// that weighs anything.
+pub(crate) fn systematic<T: Real>(weights: impl Iterator<Item = T>, uniform: T, survivors: &mut [u16]) {
+    let count = T::from_usize(survivors.len());
+    let mut weights = weights.enumerate().filter(|&(_, weight)| weight > T::ZERO);
+    let (mut index, mut cumulated) = (0, T::ZERO);
+    for (place, survivor) in survivors.iter_mut().enumerate() {
+        let position = (T::from_usize(place) + uniform) / count;
+        while cumulated <= position {
+            work::round();
+            let Some((next, weight)) = weights.next() else { break };
+            index = next;
+            cumulated += weight;
+        }
+        *survivor = index as u16;
+    }
+}
+
+/// One of a particle's children, drawn in proportion to weight with a uniform number; returns its place among them and ln
+/// of the weight of all together, which it carries on. Unbiased: the expected measure is that of the children.
+pub(crate) fn one_child<T: Real, P: Pose<Scalar = T>>(children: &[Candidate<P>], uniform: T) -> (usize, T) {
+    let total = ln_sum(children.iter().map(|child| child.ln_weight));
+    if !(total > T::NEG_INFINITY) {
+        let drawn = (uniform * T::from_usize(children.len())).to_i32();
+        return (usize::try_from(drawn).unwrap_or(0), T::NEG_INFINITY);
+    }
+    let mut cumulated = T::ZERO;
+    let chosen = children.iter().position(|child| {
+        cumulated += (child.ln_weight - total).exp();
+        cumulated > uniform
+    });
+    let last = children.iter().rposition(|child| child.ln_weight > T::NEG_INFINITY);
+    (chosen.or(last).unwrap_or(0), total)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{one_child, systematic};
+    use crate::particles::candidate::Candidate;
+    use crate::{Noise, PlanarPose};
+    use std::vec::Vec;
+
+    fn candidates(weights: &[f64]) -> Vec<Candidate<PlanarPose<f64>>> {
+        weights.iter().map(|w| Candidate { ln_weight: w.ln(), ..Candidate::ZERO }).collect()
+    }
+
+    #[test]
+    fn positions_take_the_first_exceeding_sum() {
+        let mut survivors = [0; 4];
+        systematic([0.1, 0.2, 0.3, 0.4].into_iter(), 0.25, &mut survivors);
+        assert_eq!(survivors, [0, 2, 2, 3]);
+        systematic([0.0, 0.0, 1.0, 0.0].into_iter(), 0.999, &mut survivors);
+        assert_eq!(survivors, [2; 4]);
+    }
+
+    #[test]
+    fn selection_among_children_is_unbiased() {
+        let weights = [0.05, 0.15, 0.0, 0.3];
+        let children = candidates(&weights);
+        let mut noise = Noise::seeded(5);
+        let mut drawn = [0.0; 4];
+        let runs = 40_000;
+        for _ in 0..runs {
+            let (child, total) = one_child(&children, noise.uniform());
+            drawn[child] += total.exp();
+        }
+        for (mean, weight) in drawn.iter().map(|sum| sum / f64::from(runs)).zip(weights) {
+            // Five standard errors of a choice with a total of ½.
+            assert!((mean - weight).abs() < 5.0 * 0.25 / f64::from(runs).sqrt(), "{mean} against {weight}");
+        }
+    }
+
+    #[test]
+    fn children_without_weight_are_drawn_evenly() {
+        let children = candidates(&[0.0, 0.0]);
+        assert_eq!(one_child(&children, 0.4), (0, f64::NEG_INFINITY));
+        assert_eq!(one_child(&children, 0.6), (1, f64::NEG_INFINITY));
+    }
+}

@@ -1,0 +1,90 @@
+//! From the weighed candidates to the particles that go on (5.2.2).
+
+use crate::particles::candidate::Candidate;
+use crate::particles::resample::{one_child, systematic};
+use crate::settings::config::ADAPTIVE;
+use crate::{Config, Noise, Pose, Real};
+
+/// What is selected from.
+#[derive(Debug)]
+pub(crate) struct Weighed<'a, P: Pose> {
+    pub(crate) candidates: &'a [Candidate<P>],
+    pub(crate) particles: usize,
+    /// Candidates of each particle.
+    pub(crate) children: usize,
+    /// Effective number of the candidates.
+    pub(crate) n_eff: P::Scalar,
+}
+
+/// What the selection did.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Selection {
+    /// Whether all particles were drawn anew.
+    pub(crate) resampled: bool,
+    /// Particles that go on.
+    pub(crate) particles: usize,
+    /// The particle that continues the heaviest of the surviving candidates.
+    pub(crate) heaviest: usize,
+}
+
+/// Chooses for every particle the candidate that it continues: by systematic resampling where
+/// `N_eff` is below the threshold, otherwise one of its own children. A resampling leaves as many particles as there were, or
+/// as many as are needed.
+///
+/// Writes the chosen candidates' indices, in ascending order of parents, to `survivors`, and the particles to `selected`.
+pub(crate) fn select<T: Real, P: Pose<Scalar = T>>(
+    weighed: &Weighed<'_, P>,
+    config: &Config<T>,
+    noise: &mut Noise,
+    survivors: &mut [u16],
+    selected: &mut [Candidate<P>],
+) -> Selection {
+    let &Weighed { candidates, mut particles, children, n_eff } = weighed;
+    let resampled = n_eff < config.resample_threshold * T::from_usize(candidates.len());
+    let chosen = |index: u16| candidates.get(usize::from(index)).copied();
+    if resampled {
+        let uniform = noise.uniform();
+        let draw = |survivors: &mut [u16], particles: usize| {
+            let survivors = survivors.get_mut(..particles).unwrap_or(&mut []);
+            systematic(candidates.iter().map(|candidate| candidate.ln_weight.exp()), uniform, survivors);
+        };
+        match config.adaptive.filter(|_| ADAPTIVE) {
+            None => draw(survivors, particles),
+            Some(adaptive) => {
+                let most = config.particles;
+                draw(survivors, most);
+                let drawn = survivors.iter().take(most).filter_map(|&survivor| chosen(survivor));
+                particles = adaptive.needed(drawn, most, selected);
+                draw(survivors, particles);
+            }
+        }
+        let ln_weight = -T::from_usize(particles).ln();
+        for (slot, &survivor) in selected.iter_mut().zip(survivors.iter().take(particles)) {
+            if let Some(candidate) = chosen(survivor) {
+                *slot = Candidate { ln_weight, ..candidate };
+            }
+        }
+    } else {
+        let families = candidates.chunks(children.max(1)).enumerate();
+        for ((family, members), (slot, survivor)) in families.zip(selected.iter_mut().zip(survivors.iter_mut())) {
+            // An only child needs no draw.
+            let (child, ln_weight) = match members {
+                [only] => (0, only.ln_weight),
+                _ => one_child(members, noise.uniform()),
+            };
+            *survivor = (family * children + child) as u16;
+            if let Some(candidate) = chosen(*survivor) {
+                *slot = Candidate { ln_weight, ..candidate };
+            }
+        }
+    }
+    let mut heaviest = (0, T::NEG_INFINITY);
+    for (particle, &survivor) in survivors.iter().take(particles).enumerate() {
+        if let Some(candidate) = chosen(survivor)
+            && candidate.ln_weight > heaviest.1
+        {
+            heaviest = (particle, candidate.ln_weight);
+        }
+    }
+    Selection { resampled, particles, heaviest: heaviest.0 }
+}

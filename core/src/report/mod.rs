@@ -1,0 +1,7 @@
+//! What comes back: reports, health, errors, and who watches a scan.
+
+pub(crate) mod config_error;
+pub(crate) mod error;
+pub(crate) mod health;
+pub(crate) mod probe;
+pub(crate) mod reports;

@@ -1,0 +1,215 @@
+//! What a user tunes.
+
+use crate::ConfigError;
+use crate::{Adaptive, ConstantVelocity, Likelihood, Plausible, Proposal, Real, Reduction};
+
+/// Tuning of the recursion; the models carry their own parameters.
+///
+/// ```
+/// use scphd::Config;
+///
+/// let config = Config { particles: 50, ..Config::<f32>::default() };
+/// assert!(config.check().is_ok());
+/// let error = Config { prune_weight: f32::NAN, ..config }.check().unwrap_err();
+/// assert_eq!(error.field, "prune_weight");
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Config<T> {
+    /// N, particles kept between scans (5.7).
+    pub particles: usize,
+    /// M, samples drawn from every particle by a prediction (5.12).
+    pub samples: usize,
+    /// Where the samples are drawn from.
+    pub proposal: Proposal<T>,
+    /// How the scan weighs a particle.
+    pub likelihood: Likelihood,
+    /// Resample when N_eff / N falls below this.
+    pub resample_threshold: T,
+    /// After a resampling every particle is moved by a sample of a Gaussian kernel, this many times as wide as is best for
+    /// Gaussian densities (Silverman 1986). Zero: copies of a particle stay where they are.
+    pub regularisation: T,
+    /// How many of the `particles` a resampling leaves: as many as are needed where they are, or all.
+    pub adaptive: Option<Adaptive<T>>,
+    /// Components below this weight are dropped (Vo & Ma 2006, table II: T).
+    pub prune_weight: T,
+    /// k: a component is confirmed where it is better known than k measurements taken from the present pose would make it.
+    pub confirming_detections: T,
+    /// A component that leaves the view is forgotten if it is lighter than this and not confirmed: most of those were born
+    /// from clutter, and nothing would ever miss them. Zero: all are kept, as the thesis has it.
+    pub unconfirmed_weight: T,
+    /// Misses take a confirmed static component no further down than to this weight. The intensity remembers no more than the
+    /// last few scans, so that a feature seen a hundred times dies of four misses in a row, as at the rim of the view, where
+    /// pose and map are not known well enough to tell whether it is in view at all. Zero: it does, as the thesis has it.
+    pub confirmed_weight: T,
+    /// Which components are merged.
+    pub reduction: Reduction<T>,
+    /// Greatest number of components that a reduction leaves in view, of each kind (Vo & Ma 2006, table II: J_max); births that wait
+    /// for the next one are not counted.
+    pub max_components: usize,
+    /// Which components are the estimated features.
+    pub extraction: Extraction,
+    /// Least weight of an estimated static feature. Zero: round(N̂) components, whatever they weigh (5.2.7).
+    pub extraction_weight: T,
+    /// Features that move.
+    pub moving: MovingConfig<T>,
+    /// A term of η_z (4.51) below this fraction of what explains the measurement without any feature is left out.
+    /// At the default, the precision of the scalar, leaving it out does not change the sum.
+    pub negligible: T,
+    /// What the vehicle can do; predictions beyond it are refused.
+    pub plausible: Plausible<T>,
+}
+
+/// Which of a map's components are the estimated features: round(N̂) of them unless said otherwise.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Extraction {
+    /// The heaviest (5.2.7).
+    #[default]
+    Heaviest,
+    /// Those of the highest peaks of the intensity, w (2π)^{−D/2} |P|^{−1/2}. A feature seen many times that the last scan has
+    /// missed is light, but its peak is high; two false measurements that happened to agree are heavy and flat.
+    Peaks,
+    /// All that are [confirmed](Config::confirming_detections) as seen from the present pose, highest peaks first, whatever N̂
+    /// is: where features are light for having been missed of late, N̂ falls short of their number.
+    Confirmed,
+}
+
+/// The part of the tuning that is about features that move.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct MovingConfig<T> {
+    /// Standard deviation of each coordinate of a new feature's velocity around zero, m/s.
+    pub velocity_sigma_mps: T,
+    /// How moving features move.
+    pub motion: ConstantVelocity<T>,
+    /// A component whose position is more uncertain than this, as a standard deviation along any axis, m, is forgotten. It
+    /// bounds what becomes of features that move out of view.
+    pub spread_max_m: T,
+    /// Least weight of an estimated moving feature. What clutter begets moves as well as it stands, and is told apart by
+    /// its weight alone.
+    pub extraction_weight: T,
+}
+
+impl<T: Real> MovingConfig<T> {
+    /// Moving features as fast as people.
+    #[must_use]
+    pub fn walkers() -> Self {
+        Self {
+            velocity_sigma_mps: T::ONE,
+            motion: ConstantVelocity { acceleration_psd: T::from_f64(0.1), lifetime_s: T::from_f64(100.0) },
+            spread_max_m: T::from_f64(3.0),
+            extraction_weight: T::from_f64(0.5),
+        }
+    }
+}
+
+/// Whether the crate has been built with what adapts while running: `regularisation`, `adaptive`, and what detectors learn.
+pub(crate) const ADAPTIVE: bool = cfg!(feature = "adaptive");
+
+impl<T: Real> Default for Config<T> {
+    /// The figures of section 5.3.1. Pruning drops what a false measurement leaves behind after one miss at p_D = 0.95: where it is looked at again and
+    /// again, it is most of the map, and improves nothing.
+    fn default() -> Self {
+        Self {
+            particles: 32,
+            samples: 1,
+            proposal: Proposal::Blind,
+            likelihood: Likelihood::SingleCluster,
+            resample_threshold: T::from_f64(0.5),
+            regularisation: T::ZERO,
+            adaptive: None,
+            prune_weight: T::from_f64(2.5e-3),
+            confirming_detections: T::ONE,
+            unconfirmed_weight: T::ZERO,
+            confirmed_weight: T::ZERO,
+            reduction: Reduction::Greedy { merge_distance: T::from_f64(4.0) },
+            max_components: usize::MAX,
+            extraction: Extraction::Heaviest,
+            extraction_weight: T::ZERO,
+            moving: MovingConfig::walkers(),
+            negligible: T::EPSILON,
+            plausible: Plausible::default(),
+        }
+    }
+}
+
+impl<T: Real> Config<T> {
+    /// The first field that is out of range, if any.
+    ///
+    /// # Errors
+    /// Names the field and its range. NaN is out of every range.
+    pub fn check(&self) -> Result<(), ConfigError> {
+        let require = |holds, field, range| if holds { Ok(()) } else { Err(ConfigError { field, range }) };
+        let (zero, one) = (T::ZERO, T::ONE);
+        require(self.particles >= 1, "particles", "at least 1")?;
+        require(self.samples >= 1, "samples", "at least 1")?;
+        require(
+            self.resample_threshold >= zero && self.resample_threshold <= one,
+            "resample_threshold",
+            "between 0 and 1",
+        )?;
+        require(
+            self.regularisation >= zero && self.regularisation.is_finite(),
+            "regularisation",
+            "finite and not negative",
+        )?;
+        if ADAPTIVE {
+            self.adaptive.map_or(Ok(()), |adaptive| adaptive.check())?;
+        } else {
+            let none = self.regularisation == zero && self.adaptive.is_none();
+            require(none, "regularisation, adaptive", "left alone without the feature `adaptive`")?;
+        }
+        require(self.prune_weight > zero && self.prune_weight < one, "prune_weight", "above 0 and below 1")?;
+        require(
+            self.unconfirmed_weight >= zero && self.unconfirmed_weight <= one,
+            "unconfirmed_weight",
+            "between 0 and 1",
+        )?;
+        require(
+            self.confirming_detections >= one && self.confirming_detections.is_finite(),
+            "confirming_detections",
+            "finite and at least 1",
+        )?;
+        require(self.confirmed_weight >= zero && self.confirmed_weight <= one, "confirmed_weight", "between 0 and 1")?;
+        require(self.reduction.is_usable(), "reduction", "of a bound that is finite and not negative")?;
+        require(self.max_components >= 1, "max_components", "at least 1")?;
+        require(
+            self.extraction_weight >= zero && self.extraction_weight <= one,
+            "extraction_weight",
+            "between 0 and 1",
+        )?;
+        if let Proposal::Informed(informed) = self.proposal {
+            require((1..=16).contains(&informed.rounds), "proposal.rounds", "1 to 16")?;
+            require(informed.drawn >= zero && informed.drawn <= one, "proposal.drawn", "between 0 and 1")?;
+            require(
+                informed.least_share > zero && informed.least_share < one,
+                "proposal.least_share",
+                "above 0 and below 1",
+            )?;
+        }
+        let moving = &self.moving;
+        require(
+            moving.velocity_sigma_mps >= T::from_f64(1e-6) && moving.velocity_sigma_mps <= T::from_f64(1e6),
+            "moving.velocity_sigma_mps",
+            "between 1e-6 and 1e6: beyond, its square leaves the range of single precision",
+        )?;
+        moving.motion.check().map_err(|error| ConfigError { field: error.field, range: error.range })?;
+        require(
+            moving.extraction_weight >= zero && moving.extraction_weight <= one,
+            "moving.extraction_weight",
+            "between 0 and 1",
+        )?;
+        require(
+            moving.spread_max_m > zero && moving.spread_max_m.is_finite(),
+            "moving.spread_max_m",
+            "finite and positive",
+        )?;
+        require(
+            self.negligible > zero && self.negligible <= self.prune_weight,
+            "negligible",
+            "above 0 and at most prune_weight",
+        )?;
+        self.plausible.check()
+    }
+}

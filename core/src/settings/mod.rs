@@ -1,0 +1,7 @@
+//! What a user tunes.
+
+pub(crate) mod adaptive;
+pub(crate) mod config;
+pub(crate) mod likelihood;
+pub(crate) mod plausible;
+pub(crate) mod proposal;

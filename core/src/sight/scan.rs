@@ -1,0 +1,184 @@
+//! The measurements of one scan, sorted so that a component meets only those near it.
+
+use crate::numerics::work;
+use crate::{Clutter, LnSum, Real, Sensor, Vector, wrap};
+use core::ops::Range;
+
+/// One measurement of the scan.
+#[derive(Debug, Clone, Copy)]
+pub struct Measurement<Z: Vector> {
+    /// z.
+    pub(crate) z: Z,
+    /// ln κ(z); −∞ for no clutter.
+    pub(crate) ln_clutter: Z::Scalar,
+    /// ln( κ(z) + Σ w_b ): what explains the measurement where no feature does; −∞ for nothing.
+    pub(crate) ln_unexplained: Z::Scalar,
+}
+
+/// ln of the least intensity that weights are taken relative to.
+const LN_LEAST: f64 = -69.0;
+
+/// A measurement is explained where features add more than a thousandth to what explains it without any: ln 1.001.
+const LN_EXPLAINED: f64 = 9.995_003_330_835_332e-4;
+
+impl<T: Real, Z: Vector<Scalar = T>> Measurement<Z> {
+    /// All zero; a placeholder for unused memory.
+    pub(crate) const ZERO: Self = Self { z: Z::ZERO, ln_clutter: T::ZERO, ln_unexplained: T::ZERO };
+
+    /// A finite number to take weights relative to while η_z is not complete: ln( κ(z) + Σ w_b ), which bounds them
+    /// from above, unless that is next to nothing.
+    pub(crate) fn ln_reference(&self) -> T {
+        self.ln_unexplained.at_least(T::from_f64(LN_LEAST))
+    }
+
+    /// Whether features explain the measurement, at least in part, where that is ln η_z.
+    pub(crate) fn is_explained(&self, ln_eta: T) -> bool {
+        ln_eta > self.ln_unexplained + T::from_f64(LN_EXPLAINED)
+    }
+}
+
+/// Buckets of the index over the sorting coordinate.
+const BUCKETS: usize = 128;
+
+/// A scan, sorted by the sensor's sorting coordinate.
+#[derive(Debug, Clone)]
+pub(crate) struct Scan<'s, Z: Vector> {
+    measurements: &'s [Measurement<Z>],
+    /// For every bucket the first place that is not before it; a search starts there.
+    starts: [u16; BUCKETS],
+    /// Where the first bucket begins, and buckets per unit of the coordinate.
+    first: Z::Scalar,
+    buckets_per_unit: Z::Scalar,
+    /// The least of all `ln_unexplained`.
+    ln_least_unexplained: Z::Scalar,
+}
+
+/// A place in the scan's order, and the measurement there.
+pub(crate) type Indexed<'s, Z> = (usize, &'s Measurement<Z>);
+
+impl<'s, T: Real, Z: Vector<Scalar = T>> Scan<'s, Z> {
+    /// Sorts `measured` into `memory`, which must be as long as `measured` at least; the rest of it is not used.
+    pub(crate) fn sort<S: Sensor<Measurement = Z>>(
+        memory: &'s mut [Measurement<Z>],
+        measured: &[Z],
+        clutter: &impl Clutter<Z>,
+        clutter_scale: T,
+        birth_intensity: T,
+    ) -> Self {
+        let key = |measurement: &Measurement<Z>| measurement.z.at(S::SORTED_BY);
+        let (ln_birth, ln_scale) = (birth_intensity.ln(), clutter_scale.ln());
+        let mut ln_least_unexplained = T::INFINITY;
+        let mut len = 0;
+        for &z in measured {
+            let mut z = z;
+            if S::SORTED_BY_ANGLE
+                && let Some(angle) = z.as_mut_slice().get_mut(S::SORTED_BY)
+            {
+                *angle = wrap(*angle);
+            }
+            let ln_clutter = clutter.ln_intensity(&z) + ln_scale;
+            // An intensity that no clutter has is that of none. Written so that NaN is none too.
+            let ln_clutter = if ln_clutter < T::INFINITY { ln_clutter } else { T::NEG_INFINITY };
+            let mut unexplained = LnSum::of(ln_clutter);
+            unexplained.add(ln_birth);
+            let ln_unexplained = unexplained.ln();
+            ln_least_unexplained = ln_unexplained.at_most(ln_least_unexplained);
+            // Insertion keeps measurements with equal keys in the caller's order. Scans are short, and most sensors
+            // deliver them in order already.
+            let mut place = Measurement { z, ln_clutter, ln_unexplained };
+            let position = memory.get(..len).unwrap_or(&[]).partition_point(|held| key(held) <= key(&place));
+            for slot in memory.iter_mut().take(len + 1).skip(position) {
+                core::mem::swap(slot, &mut place);
+            }
+            len += 1;
+        }
+        let measurements = memory.get(..len).unwrap_or(&[]);
+        let first = measurements.first().map_or(T::ZERO, key);
+        let extent = measurements.last().map_or(T::ZERO, key) - first;
+        let buckets_per_unit = if extent > T::ZERO { T::from_usize(BUCKETS) / extent } else { T::ZERO };
+        let mut scan = Self { measurements, starts: [0; BUCKETS], first, buckets_per_unit, ln_least_unexplained };
+        let mut place = 0;
+        for bucket in 0..BUCKETS {
+            let before = |measurement: &&Measurement<Z>| scan.bucket(key(measurement)) < bucket;
+            place += measurements.iter().skip(place).take_while(before).count();
+            if let Some(start) = scan.starts.get_mut(bucket) {
+                *start = place as u16;
+            }
+        }
+        scan
+    }
+
+    /// The bucket that a coordinate falls into; the outer ones hold everything beyond. Grows with the coordinate.
+    fn bucket(&self, coordinate: T) -> usize {
+        let place = ((coordinate - self.first) * self.buckets_per_unit).to_i32();
+        usize::try_from(place).unwrap_or(0).min(BUCKETS - 1)
+    }
+
+    /// Number of measurements.
+    pub(crate) fn len(&self) -> usize {
+        self.measurements.len()
+    }
+
+    /// All measurements in order.
+    pub(crate) fn iter(&self) -> impl Iterator<Item = &'s Measurement<Z>> + use<'s, T, Z> {
+        self.measurements.iter()
+    }
+
+    /// The least of ln( κ(z) + Σ w_b ) over the measurements.
+    pub(crate) fn ln_least_unexplained(&self) -> T {
+        self.ln_least_unexplained
+    }
+
+    /// Calls `found` for the measurements whose sorting coordinate may differ from that of `expected` by at most `reach`:
+    /// all those that do, and some that do not.
+    #[inline(always)]
+    pub(crate) fn near<S: Sensor<Measurement = Z>>(
+        &self,
+        expected: &Z,
+        reach: T,
+        mut found: impl FnMut(Indexed<'s, Z>),
+    ) {
+        let centre = expected.at(S::SORTED_BY);
+        let (low, high) = (centre - reach, centre + reach);
+        let crosses = S::SORTED_BY_ANGLE && (low <= -T::PI || high > T::PI);
+        let (mut places, mut rest) =
+            if crosses { self.places_across(low, high) } else { (self.start(low)..self.end(high), 0..0) };
+        loop {
+            work::round();
+            let first = places.start;
+            for (offset, measurement) in self.measurements.get(places).unwrap_or(&[]).iter().enumerate() {
+                found((first + offset, measurement));
+            }
+            if rest.is_empty() {
+                return;
+            }
+            places = core::mem::replace(&mut rest, 0..0);
+        }
+    }
+
+    /// The places of those measurements around a circle, for a window that crosses the cut: up to the last place, and on from
+    /// the first.
+    #[inline(never)]
+    fn places_across(&self, low: T, high: T) -> (Range<usize>, Range<usize>) {
+        let (len, turn) = (self.len(), T::PI + T::PI);
+        if high - low >= turn {
+            return (0..len, 0..0);
+        }
+        let (start, end) = if low <= -T::PI {
+            (self.start(low + turn), self.end(high))
+        } else {
+            (self.start(low), self.end(high - turn))
+        };
+        (start..len, 0..end.min(start))
+    }
+
+    /// A place that no measurement at or above `bound` is before.
+    fn start(&self, bound: T) -> usize {
+        self.starts.get(self.bucket(bound)).copied().map_or(0, usize::from)
+    }
+
+    /// A place that no measurement at or below `bound` is behind.
+    fn end(&self, bound: T) -> usize {
+        self.starts.get(self.bucket(bound) + 1).copied().map_or(self.len(), usize::from)
+    }
+}

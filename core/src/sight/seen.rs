@@ -1,0 +1,42 @@
+//! What one candidate sees of its map.
+
+use crate::sight::scan::Scan;
+use crate::{Component, LnSum, Real, Vector};
+
+/// What one candidate sees of its map, apart from η_z.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Seen<D: Vector> {
+    /// Σ_{j∈V} p_D,j w_j.
+    pub(crate) expected_detections: D::Scalar,
+    /// |V|.
+    pub(crate) in_view: usize,
+    /// The static component in view that comes first, heaviest first; looked for only where the likelihood needs it.
+    pub(crate) heaviest: Option<Component<D>>,
+}
+
+impl<T: Real, D: Vector<Scalar = T>> Seen<D> {
+    pub(crate) const NOTHING: Self = Self { expected_detections: T::ZERO, in_view: 0, heaviest: None };
+
+    /// One more component in view, that is detected with this probability and has this weight.
+    #[inline(always)]
+    pub(crate) fn add(&mut self, probability: T, weight: T) {
+        self.in_view += 1;
+        self.expected_detections += probability * weight;
+    }
+}
+
+/// Sets every η_z to κ(z) + Σ w_b, what it is where no feature is near.
+pub(crate) fn reset_eta<T: Real, Z: Vector<Scalar = T>>(eta: &mut [LnSum<T>], scan: &Scan<'_, Z>) {
+    for (eta, measurement) in eta.iter_mut().zip(scan.iter()) {
+        *eta = LnSum::of(measurement.ln_unexplained);
+    }
+}
+
+/// ln L of the scan from one pose over one predicted map, and how much of the map it saw.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Weighed<T> {
+    /// ln L.
+    pub(crate) ln_likelihood: T,
+    /// |V|, the number of components in view.
+    pub(crate) in_view: usize,
+}

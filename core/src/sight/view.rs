@@ -1,0 +1,291 @@
+//! The map as one candidate pose sees it: what to expect of every component, and which measurements it meets.
+
+use crate::numerics::work;
+use crate::sight::online::scaled;
+use crate::sight::scan::Scan;
+use crate::{
+    Bounds, Component, Correction, Expected, ExpectedOf, Factor, FieldOfView, Linear, LnSum, MeasurementModel, Pose,
+    PositionOf, Real, ScalarOf, Sensor, Symmetric, Vector,
+};
+use core::cell::Cell;
+
+/// A sensor at one pose.
+#[derive(Debug)]
+pub(crate) struct View<'a, X: MeasurementModel> {
+    pub(crate) sensor: &'a X::Sensor,
+    pub(crate) field_of_view: &'a X::FieldOfView,
+    pub(crate) frame: X::Frame,
+    /// What p_D is multiplied by.
+    pub(crate) detection_scale: ScalarOf<X::Pose>,
+    /// ln of [`Config::negligible`](crate::Config::negligible).
+    pub(crate) ln_negligible: ScalarOf<X::Pose>,
+    /// ln N(0; 0, R), which bounds ln N(ẑ; ẑ, S) from above: S is R and something more.
+    pub(crate) ln_sharpest: ScalarOf<X::Pose>,
+    /// The most components that the birth intensity can have.
+    pub(crate) most_births: usize,
+    /// The last probability of detection with its logarithms. Most features have the same, away from the rim.
+    pub(crate) last_detection: Cell<Detection<ScalarOf<X::Pose>>>,
+}
+
+/// A probability of detection and its logarithms.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Detection<T> {
+    /// p_D.
+    pub(crate) probability: T,
+    /// p_D as the model has it.
+    pub(crate) modelled: T,
+    /// ln p_D.
+    pub(crate) ln_detected: T,
+    /// ln(1 − p_D).
+    pub(crate) ln_missed: T,
+}
+
+impl<T: Real> Detection<T> {
+    /// The model's probability, times what was learnt, and its logarithms.
+    pub(crate) fn of(modelled: T, scale: T) -> Self {
+        let probability = scaled(modelled, scale);
+        Self { probability, modelled, ln_detected: probability.ln(), ln_missed: (T::ONE - probability).ln() }
+    }
+}
+
+/// What a component in view leads one to expect: ẑ, H, S and p_D w.
+#[derive(Debug)]
+pub(crate) struct Expectation<D: Vector, Z: Vector> {
+    /// ẑ.
+    measurement: Z,
+    /// H.
+    jacobian: Linear<Z, D>,
+    /// S = H P Hᵀ + R.
+    innovation_covariance: Symmetric<Z>,
+    /// p_D and its logarithms.
+    pub(crate) detection: Detection<Z::Scalar>,
+    /// ln(p_D w).
+    ln_detected_weight: Z::Scalar,
+}
+
+/// What a sensor's models lead one to expect.
+pub(crate) type ExpectationOf<X> =
+    Expectation<PositionOf<<X as MeasurementModel>::Pose>, <X as MeasurementModel>::Measurement>;
+
+/// A measurement that a component may have caused.
+#[derive(Debug)]
+pub(crate) struct Match<'f, Z: Vector> {
+    /// Its place in the scan.
+    pub(crate) index: usize,
+    /// z ⊖ ẑ.
+    pub(crate) innovation: Z,
+    /// The factor of the component's S.
+    pub(crate) factor: &'f Factor<Z>,
+    /// The squared Mahalanobis length vᵀ S⁻¹ v.
+    pub(crate) distance: Z::Scalar,
+    /// ln( p_D w N(z; ẑ, S) ), the component's term in η_z (4.51).
+    pub(crate) ln_term: Z::Scalar,
+    /// What to take its weight relative to while η_z is not complete.
+    pub(crate) ln_reference: Z::Scalar,
+}
+
+impl<T: Real, D: Vector<Scalar = T>, Z: Vector<Scalar = T>> Expectation<D, Z> {
+    /// ẑ and H.
+    pub(crate) fn expected(&self) -> Expected<D, Z> {
+        Expected { measurement: self.measurement, jacobian: self.jacobian }
+    }
+
+    /// The factor of S; `None` where rounding has left it without one.
+    pub(crate) fn innovation_factor(&self) -> Option<Factor<Z>> {
+        self.innovation_covariance.factor()
+    }
+
+    /// The same with a further uncertainty of ẑ, independent of the feature's, added to S.
+    pub(crate) fn blurred(&self, by: &Symmetric<Z>) -> Self {
+        Self { innovation_covariance: self.innovation_covariance.plus(by), ..*self }
+    }
+
+    /// The Kalman correction that any measurement of this component brings.
+    pub(crate) fn correction<N: Vector<Scalar = T>>(
+        &self,
+        component: &Component<N>,
+        noise: &Symmetric<Z>,
+        factor: &Factor<Z>,
+    ) -> Correction<N, Z> {
+        Correction::new::<D>(&component.covariance, &self.jacobian, noise, factor)
+    }
+}
+
+impl<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>> View<'_, X> {
+    /// The box outside which nothing is in view.
+    pub(crate) fn bounds(&self) -> Bounds<P::Position> {
+        self.field_of_view.bounds(&self.frame)
+    }
+
+    /// The birth intensity that does not wait for measurements, if the sensor has one: its components with their places. One that
+    /// is not finite or not positive definite is none.
+    pub(crate) fn expected_births(&self) -> impl Iterator<Item = (usize, Component<P::Position>)> {
+        let all = (0..self.most_births).map_while(|index| {
+            work::round();
+            self.sensor.expected_birth(&self.frame, index).map(|birth| (index, birth))
+        });
+        all.filter(|(_, birth)| birth.is_usable())
+    }
+
+    /// How many components the birth intensity has, usable or not, and whether it has more than there can be.
+    pub(crate) fn count_births(&self) -> (usize, bool) {
+        let is_there = |&index: &usize| {
+            work::round();
+            self.sensor.expected_birth(&self.frame, index).is_some()
+        };
+        let count = (0..self.most_births).take_while(is_there).count();
+        (count, count == self.most_births && is_there(&count))
+    }
+
+    /// Whether the feature at this position, which this measurement gives, is in view (p_D > 0).
+    pub(crate) fn sees(&self, feature: &P::Position, measurement: &X::Measurement) -> bool {
+        self.field_of_view.detection_probability(&self.frame, feature, measurement) > T::ZERO
+    }
+
+    /// Covariance that an uncertain pose lends to what is expected of a feature.
+    pub(crate) fn blur(
+        &self,
+        spread: &Symmetric<P::Tangent>,
+        feature: &P::Position,
+        expected: &ExpectedOf<X::Sensor>,
+    ) -> Symmetric<X::Measurement> {
+        spread.congruence::<X::Measurement>(&self.sensor.by_pose(&self.frame, feature, expected))
+    }
+
+    /// What to expect of a component; `None` where it is out of view (p_D = 0).
+    #[inline(always)]
+    pub(crate) fn expect<N: Vector<Scalar = T>>(&self, component: &Component<N>) -> Option<ExpectationOf<X>> {
+        let position = component.position::<P::Position>();
+        if !self.field_of_view.may_see(&self.frame, &position) {
+            return None;
+        }
+        let expected = self.sensor.expect(&self.frame, &position)?;
+        let p_d = self.field_of_view.detection_probability(&self.frame, &position, &expected.measurement);
+        // Written so that NaN is out of view too.
+        if !(p_d > T::ZERO) {
+            return None;
+        }
+        if self.last_detection.get().modelled != p_d {
+            self.last_detection.set(Detection::of(p_d, self.detection_scale));
+        }
+        let detection = self.last_detection.get();
+        let position_covariance = component.covariance.leading::<P::Position>();
+        Some(Expectation {
+            measurement: expected.measurement,
+            jacobian: expected.jacobian,
+            detection,
+            ln_detected_weight: component.ln_weight + detection.ln_detected,
+            innovation_covariance: position_covariance
+                .congruence::<X::Measurement>(&expected.jacobian)
+                .plus(self.sensor.noise()),
+        })
+    }
+
+    /// Adds a component's terms to η_z. Not where every component of every candidate comes by, so that it may be small.
+    #[inline(never)]
+    pub(crate) fn add_terms(
+        &self,
+        expectation: &ExpectationOf<X>,
+        scan: &Scan<'_, X::Measurement>,
+        eta: &mut [LnSum<T>],
+    ) {
+        self.matches(expectation, scan, |found| {
+            if let Some(eta) = eta.get_mut(found.index) {
+                eta.add(found.ln_term);
+            }
+        });
+    }
+
+    /// Calls `found` for every measurement whose term in η_z is not negligible, in the order of the scan; around a circle, in that
+    /// order on from the first.
+    ///
+    /// A term counts while it is above `negligible` times what explains its measurement without any feature; that
+    /// bounds the distance vᵀ S⁻¹ v, which in turn bounds the sorting coordinate's part of v.
+    #[inline(always)]
+    pub(crate) fn matches(
+        &self,
+        expectation: &ExpectationOf<X>,
+        scan: &Scan<'_, X::Measurement>,
+        mut found: impl FnMut(Match<'_, X::Measurement>),
+    ) {
+        let ln_least = scan.ln_least_unexplained() + self.ln_negligible;
+        // The peak itself takes a factorisation and a logarithm, which components that meet nothing do without. The last
+        // term outweighs rounding.
+        let headroom = expectation.ln_detected_weight + self.ln_sharpest - ln_least + T::from_f64(0.001);
+        // Also where the headroom is NaN.
+        if !(headroom > T::ZERO) {
+            return;
+        }
+        let farthest = headroom + headroom;
+        let covariance = &expectation.innovation_covariance;
+        // vᵀ S⁻¹ v is at least v_k²/S_kk for every coordinate k.
+        let farthest_along = X::Measurement::with(|k| farthest * covariance.get(k, k));
+        let reach = farthest_along.at(X::Sensor::SORTED_BY).sqrt_above();
+        let mut sharpness = None;
+        const {
+            assert!(
+                X::Sensor::SORTED_BY < X::Measurement::DIMENSION,
+                "SORTED_BY must be a coordinate of the measurement"
+            );
+            assert!(
+                match X::Sensor::SIFTED_BY {
+                    Some(k) => k < X::Measurement::DIMENSION && k != X::Sensor::SORTED_BY,
+                    None => true,
+                },
+                "SIFTED_BY must be a coordinate of the measurement, and another one than SORTED_BY"
+            );
+        }
+        let sifted_by = X::Sensor::SIFTED_BY.map(|k| (k, expectation.measurement.at(k), farthest_along.at(k)));
+        scan.near::<X::Sensor>(&expectation.measurement, reach, |(index, measured)| {
+            if let Some((k, expected, farthest)) = sifted_by {
+                let apart = measured.z.at(k) - expected;
+                if apart * apart > farthest {
+                    return;
+                }
+            }
+            let innovation = self.sensor.innovation(&measured.z, &expectation.measurement);
+            let too_far = |(_, (&along, &farthest)): (usize, (&T, &T))| along * along > farthest;
+            let mut coordinates = innovation.as_slice().iter().zip(farthest_along.as_slice()).enumerate();
+            // The sorting coordinate last: the places near have settled it for nearly all.
+            if coordinates
+                .clone()
+                .filter(|&(k, _)| k != X::Sensor::SORTED_BY && Some(k) != X::Sensor::SIFTED_BY)
+                .any(too_far)
+                || coordinates.nth(X::Sensor::SORTED_BY).is_some_and(too_far)
+            {
+                return;
+            }
+            let ln_detected_weight = expectation.ln_detected_weight;
+            let ln_reference = measured.ln_reference();
+            if let Some(met) =
+                Match::of(index, innovation, *covariance, ln_detected_weight, ln_reference, &mut sharpness)
+                && met.ln_term >= ln_least
+            {
+                found(met);
+            }
+        });
+    }
+}
+
+impl<'f, T: Real, Z: Vector<Scalar = T>> Match<'f, Z> {
+    /// A measurement near what is expected; `None` where rounding has left S without a factor. Apart from the loop over the
+    /// measurements, most of which do not come this far, so that the loop stays in the processor's registers.
+    #[inline(never)]
+    fn of(
+        index: usize,
+        innovation: Z,
+        covariance: Symmetric<Z>,
+        ln_detected_weight: T,
+        ln_reference: T,
+        sharpness: &'f mut Option<(T, Factor<Z>)>,
+    ) -> Option<Self> {
+        // What does not hang on the measurement is kept for the component's next one.
+        if sharpness.is_none() {
+            *sharpness = covariance.factor().map(|factor| (ln_detected_weight + factor.ln_peak(), factor));
+        }
+        let (ln_peak, factor) = sharpness.as_ref()?;
+        let distance = factor.mahalanobis(&innovation);
+        let ln_term = *ln_peak - T::from_f64(0.5) * distance;
+        Some(Self { index, innovation, factor, distance, ln_term, ln_reference })
+    }
+}

@@ -1,0 +1,69 @@
+//! Weighing: how well a candidate pose explains the scan (4.51, 4.52).
+
+use crate::Likelihood;
+use crate::map::look_within;
+use crate::map::reduce::heavier;
+use crate::sight::explain::ln_likelihood;
+use crate::sight::maps::{DynamicMaps, StaticMaps};
+use crate::sight::scan::Scan;
+use crate::sight::seen::Seen;
+use crate::sight::seen::Weighed;
+use crate::sight::seen::reset_eta;
+use crate::sight::view::View;
+use crate::{Component, LnSum, MeasurementModel, Pose, PositionOf, Real, Vector};
+
+/// ln L and |V| of one candidate of `particle`, with η_z = κ(z) + Σ w_b + Σ_{j∈V} p_D,j w_j N(z; ẑ_j, S_j) (4.51, 5.19).
+///
+/// Reads the map and writes nothing but `eta`, its scratch, so that candidates can be weighed in any order or at once.
+pub(crate) fn weigh<T: Real, X: MeasurementModel<Pose: Pose<Scalar = T>>>(
+    view: &View<'_, X>,
+    particle: usize,
+    (still, moving): (&StaticMaps<'_, X::Pose>, &DynamicMaps<'_, X::Pose>),
+    scan: &Scan<'_, X::Measurement>,
+    likelihood: Likelihood,
+    eta: &mut [LnSum<T>],
+) -> Weighed<T> {
+    reset_eta(eta, scan);
+    let bounds = view.bounds();
+    let mut seen = Seen::NOTHING;
+    look_within(still, particle, &bounds, |component, weight| {
+        let in_view = look_at(view, component, weight, scan, eta, &mut seen);
+        if in_view && likelihood == Likelihood::SingleFeature {
+            seen.heaviest = Some(seen.heaviest.filter(|held| heavier(held, component)).unwrap_or(*component));
+        }
+    });
+    for (_, birth) in view.expected_births() {
+        look_at(view, &birth, birth.ln_weight.exp(), scan, eta, &mut seen);
+    }
+    look_within(moving, particle, &bounds, |component, weight| {
+        look_at(view, component, weight, scan, eta, &mut seen);
+    });
+    let ln_likelihood = ln_likelihood(likelihood, view, &seen, scan, eta);
+    #[cfg(feature = "multi-feature")]
+    let ln_likelihood = if likelihood == Likelihood::MultiFeature {
+        ln_likelihood + crate::sight::multi_feature::ln_beyond_empty(view, particle, still, scan, eta)
+    } else {
+        ln_likelihood
+    };
+    Weighed { ln_likelihood, in_view: seen.in_view }
+}
+
+/// Adds the terms of a component of that weight to η_z and to what is seen; `false` where it is out of view.
+#[inline(never)]
+fn look_at<T: Real, N: Vector<Scalar = T>, X: MeasurementModel<Pose: Pose<Scalar = T>>>(
+    view: &View<'_, X>,
+    component: &Component<N>,
+    weight: T,
+    scan: &Scan<'_, X::Measurement>,
+    eta: &mut [LnSum<T>],
+    seen: &mut Seen<PositionOf<X::Pose>>,
+) -> bool {
+    let Some(expectation) = view.expect(component) else { return false };
+    seen.add(expectation.detection.probability, weight);
+    view.matches(&expectation, scan, |found| {
+        if let Some(eta) = eta.get_mut(found.index) {
+            eta.add(found.ln_term);
+        }
+    });
+    true
+}

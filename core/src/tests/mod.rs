@@ -1,0 +1,16 @@
+//! Tests of the whole filter.
+
+pub(crate) mod alone;
+mod faults;
+mod in_space;
+mod informed;
+pub(crate) mod linear;
+mod lying;
+#[cfg(all(test, feature = "adaptive"))]
+mod mismatch;
+mod movers;
+mod observing;
+mod oracles;
+mod smallest;
+mod taken_over;
+mod unconfirmed;

@@ -1,0 +1,238 @@
+//! The smallest capacities under every proposal, likelihood and option: every step ends within the bounds of
+//! `docs/performance.md`, which are counted, not timed.
+
+use crate::numerics::work::limited;
+use crate::tests::alone::{Alone, Models};
+use crate::*;
+use nalgebra::Vector2;
+use std::boxed::Box;
+use std::vec::Vec;
+
+type Filter<'s> = Alone<'s, Unicycle<f32>, Sensing<RangeBearing<f32>, RangeBearingWindow<f32>, UniformClutter<f32>>>;
+
+const AHEAD: UnicycleControl<f32> = UnicycleControl { speed_mps: 1.0, rate_radps: 0.1 };
+
+fn models(
+    clutter_per_scan: f32,
+) -> Models<Unicycle<f32>, RangeBearing<f32>, RangeBearingWindow<f32>, UniformClutter<f32>> {
+    let window = RangeBearingWindow::full_circle(20.0, 0.9).unwrap();
+    Models {
+        motion: Unicycle::new(Step::Arc, ControlNoise::white(0.3, 0.05)).unwrap(),
+        sensor: RangeBearing::new(0.2, 0.02).unwrap(),
+        field_of_view: window,
+        clutter: UniformClutter::of_scan(clutter_per_scan, window.measure()).unwrap(),
+    }
+}
+
+/// What bounds the rounds of one step.
+#[derive(Debug, Clone, Copy)]
+struct Capacities {
+    particles: usize,
+    candidates: usize,
+    /// Pages of a map of each kind.
+    map_pages: usize,
+    /// Components in an update of each kind.
+    view: usize,
+    measurements: usize,
+}
+
+impl Capacities {
+    /// The most rounds that the table of `docs/performance.md` allows a scan.
+    fn rounds(&self) -> u64 {
+        let Self { particles: n, candidates: c, map_pages, view, measurements: z } = *self;
+        // Both kinds of features.
+        let (j, v) = (2 * map_pages * PAGE_LEN, 2 * view);
+        // Every look goes around a circle of measurements once or twice.
+        let looks = c * j + n * (j + 16 * 2 * (v + j) + j) + 2 * j;
+        let pushes = j * (z + 1) + z;
+        // Merging: two looks of every component at the lists of all cells; sorting; cheapest mergers; lists of members and of pages.
+        let a_map = 21 + pushes + 2 * v * v + 2 * v * v + 2 * v + 3 * v;
+        (2 * looks + n * a_map + 2 * c + 4 * n) as u64
+    }
+}
+
+/// Features on a ring around the start, all in view.
+fn ring(count: usize) -> Vec<Component<Vector2<f32>>> {
+    let place = |k: usize| (core::f32::consts::TAU * k as f32 / count as f32).sin_cos();
+    let feature = |k| {
+        let (sine, cosine) = place(k);
+        Component {
+            tag: k as u32,
+            ln_weight: 0.0,
+            mean: Vector2::new(10.0 * cosine, 10.0 * sine),
+            covariance: Symmetric::from_diagonal([0.01, 0.01]),
+        }
+    };
+    (0..count).map(feature).collect()
+}
+
+fn measurements(count: usize) -> Vec<Vector2<f32>> {
+    (0..count).map(|k| Vector2::new(10.0, wrap(core::f32::consts::TAU * k as f32 / count as f32))).collect()
+}
+
+/// More features near measurements than an update has room for: the proposal takes what it can, and says so.
+#[test]
+fn an_informed_proposal_with_more_in_view_than_there_is_room_for_ends() {
+    type Memory = State<PlanarPose<f32>, 4, 4, MapMemory<Static<Vector2<f32>>, 4, 64, 16, 24>>;
+    let capacities = Capacities { particles: 4, candidates: 4, map_pages: 16, view: 24, measurements: 64 };
+    for features in [24, 25, 100] {
+        let mut state = Box::new(Memory::new());
+        let proposal = Proposal::Informed(Informed::default());
+        let config = Config { particles: 4, proposal, ..Config::default() };
+        let mut filter = Filter::new(models(2.0), Births::still(0.01), config, &mut *state).unwrap();
+        filter.reset(PlanarPose::ZERO, 1).unwrap();
+        filter.load_map(&ring(features)).unwrap();
+        filter.predict(&UnicycleControl { speed_mps: 0.0, rate_radps: 0.0 }, 0.1).unwrap();
+        let scan = measurements(features.min(64));
+        let (report, rounds) = limited(capacities.rounds(), || filter.scan(&scan).unwrap());
+        assert!(rounds > 0);
+        // Every map lacks room in its update; where there is none for what is near measurements either, it counts twice.
+        assert!(report.health.contains(Health::PRUNING_TIGHTENED), "{features}: {report:?}");
+        assert_eq!(report.tightened > report.survivors, features > 24, "{features}: {report:?}");
+    }
+}
+
+fn proposals() -> Vec<Proposal<f32>> {
+    let informed = |drawn, rounds| Proposal::Informed(Informed { drawn, rounds, ..Informed::default() });
+    std::vec![Proposal::Blind, informed(1.0, 1), informed(0.5, 3), informed(0.0, 16)]
+}
+
+/// Every choice that a configuration has, with the numbers at their ends.
+fn configurations(particles: usize, samples: usize, moves: bool) -> Vec<(Births<f32>, Config<f32>)> {
+    let mut all = Vec::new();
+    let likelihoods = [
+        Likelihood::SingleCluster,
+        Likelihood::EmptyMap,
+        Likelihood::SingleFeature,
+        #[cfg(feature = "multi-feature")]
+        Likelihood::MultiFeature,
+    ];
+    let reductions = [
+        Reduction::Greedy { merge_distance: 0.0 },
+        Reduction::Greedy { merge_distance: 1e30 },
+        Reduction::Runnalls { merge_cost: 0.0 },
+        Reduction::Runnalls { merge_cost: 1e30 },
+    ];
+    let ends = [
+        // Nothing is pruned or born; everything is.
+        (f32::MIN_POSITIVE, f32::MIN_POSITIVE, 0.0),
+        (2.5e-3, f32::EPSILON, 0.01),
+        (0.9, 0.9, 1e30),
+    ];
+    for proposal in proposals() {
+        for likelihood in likelihoods {
+            for reduction in reductions {
+                for (prune_weight, negligible, still) in ends {
+                    let births = Births { still, moving: if moves { still } else { 0.0 } };
+                    let config = Config {
+                        particles,
+                        samples,
+                        proposal,
+                        likelihood,
+                        reduction,
+                        prune_weight,
+                        negligible,
+                        max_components: if still > 1.0 { 1 } else { usize::MAX },
+                        resample_threshold: 1.0,
+                        confirmed_weight: 0.3,
+                        unconfirmed_weight: 0.2,
+                        extraction: if moves { Extraction::Confirmed } else { Extraction::Peaks },
+                        ..options(likelihood)
+                    };
+                    all.push((births, config));
+                }
+            }
+        }
+    }
+    all
+}
+
+#[cfg(feature = "adaptive")]
+fn options(likelihood: Likelihood) -> Config<f32> {
+    let adapts = likelihood != Likelihood::SingleCluster;
+    Config {
+        regularisation: 1.0,
+        adaptive: adapts.then(|| Adaptive { least: 1, ..Adaptive::default() }),
+        ..Config::default()
+    }
+}
+
+#[cfg(not(feature = "adaptive"))]
+fn options(_: Likelihood) -> Config<f32> {
+    Config::default()
+}
+
+/// Steps of every kind on one state; returns the most rounds of a scan.
+fn run<
+    const N: usize,
+    const C: usize,
+    const Z: usize,
+    const P: usize,
+    const MP: usize,
+    const V: usize,
+    VM: MapStorage<Dynamic<Vector2<f32>>>,
+>(
+    moves: bool,
+) -> u64 {
+    let capacities = Capacities { particles: N, candidates: C, map_pages: MP, view: V, measurements: Z };
+    let mut state = Box::new(State::<PlanarPose<f32>, N, C, MapMemory<Static<Vector2<f32>>, N, P, MP, V>, VM>::new());
+    let mut most = 0;
+    for (births, config) in configurations(N, C / N, moves) {
+        for clutter in [0.0, 3.0] {
+            state.clear();
+            let mut filter = Filter::new(models(clutter), births, config, &mut *state).unwrap();
+            #[cfg(feature = "adaptive")]
+            {
+                let online = Online { detection_memory: 1.0, clutter_memory: 1.0 };
+                filter.detector = filter.detector.learning(online).unwrap();
+            }
+            filter.reset(PlanarPose::ZERO, 7).unwrap();
+            filter.load_map(&ring(MP * PAGE_LEN)).unwrap();
+            for step in 0..6 {
+                let scan = measurements(if step == 4 { 0 } else { Z });
+                let work = || {
+                    if step != 2 {
+                        filter.predict(&AHEAD, 0.1).unwrap();
+                    }
+                    let report = filter.scan(&scan).unwrap();
+                    let features = &mut [Component::ZERO; 3];
+                    filter.estimate_map(features);
+                    filter.estimate_expected_map(features);
+                    filter.estimate_moving(&mut [Component::ZERO; 1]);
+                    filter.estimate_pose().unwrap();
+                    report
+                };
+                let (report, rounds) = limited(2 * capacities.rounds(), work);
+                most = most.max(rounds);
+                assert!(report.maps_updated + report.not_updated == report.survivors, "{config:?}: {report:?}");
+                let total: f32 = filter.candidates().iter().map(|candidate| candidate.ln_weight.exp()).sum();
+                assert!((total - 1.0).abs() < 1e-4, "{config:?}: weights sum to {total}");
+                assert_eq!(filter.audit(), Ok(()), "{config:?}");
+            }
+        }
+    }
+    most
+}
+
+#[test]
+fn one_of_everything() {
+    assert!(run::<1, 1, 1, 1, 1, 8, NoMoving>(false) > 0);
+    assert!(run::<1, 1, 1, 1, 1, 8, MapMemory<Dynamic<Vector2<f32>>, 1, 1, 1, 8>>(true) > 0);
+}
+
+#[test]
+fn one_particle_of_several_samples() {
+    assert!(run::<1, 3, 2, 2, 1, 8, NoMoving>(false) > 0);
+}
+
+#[test]
+fn many_particles_over_one_page() {
+    assert!(run::<4, 4, 8, 1, 1, 8, NoMoving>(false) > 0);
+    assert!(run::<3, 6, 8, 3, 2, 9, MapMemory<Dynamic<Vector2<f32>>, 3, 2, 1, 8>>(true) > 0);
+}
+
+#[test]
+fn a_long_map_before_a_small_view() {
+    assert!(run::<2, 2, 24, 64, 16, 8, NoMoving>(false) > 0);
+    assert!(run::<2, 2, 24, 64, 16, 24, MapMemory<Dynamic<Vector2<f32>>, 2, 16, 8, 8>>(true) > 0);
+}
