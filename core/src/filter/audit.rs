@@ -1,10 +1,9 @@
 //! The whole state looked over: what a vehicle may do while it stands still, and every test.
 
-use crate::Flaw;
 use crate::filter::state::Memory;
 use crate::numerics::range::is_within_range;
 use crate::particles::candidate::total_weight;
-use crate::{Motion, Pose, Real, ScPhd, Symmetric};
+use crate::{Flaw, Motion, Pose, Real, ScPhd, Symmetric};
 
 /// How far Σ ζ may be from one, in units of the last place: what rounding leaves of a few thousand candidates.
 const TOLERATED_ROUNDINGS: f64 = 1000.0;

@@ -1,6 +1,5 @@
 //! One scan, from top to bottom: drift, propose, weigh, select, update.
 
-use crate::Proposal;
 use crate::filter::drift::drift;
 use crate::filter::executor::shares;
 use crate::filter::state::Memory;
@@ -16,8 +15,8 @@ use crate::sight::scan::Scan;
 use crate::sight::view::{Detection, View};
 use crate::sight::weigh::weigh;
 use crate::{
-    Clutter, Detector, Executor, Health, Likelihood, MeasurementModel, Motion, Pose, Probe, Real, ScPhd, ScanError,
-    ScanReport, ScanRoom, Sensor, Stage, Symmetric, Vector,
+    Clutter, Detector, Executor, Health, Likelihood, MeasurementModel, Motion, Pose, Probe, Proposal, Real, ScPhd,
+    ScanError, ScanReport, ScanRoom, Sensor, Stage, Symmetric, Vector,
 };
 use core::cell::Cell;
 

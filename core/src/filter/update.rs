@@ -1,6 +1,5 @@
 //! The update of the survivors' maps (5.17–5.22), after their weights are known.
 
-use crate::Likelihood;
 use crate::filter::tally::Tally;
 use crate::map::reduce::{heavier, keep_heaviest, merge_and_cap};
 use crate::map::workspace::{Entry, Origin, Workspace};
@@ -14,8 +13,8 @@ use crate::sight::scan::Scan;
 use crate::sight::seen::{Seen, Weighed, reset_eta};
 use crate::sight::view::View;
 use crate::{
-    Births, Bounds, Component, Config, Dynamic, Feature, InverseOf, LnSum, MeasurementModel, Place, Pose, PositionOf,
-    Probe, Real, ScalarOf, Sensor, Stage, Static, Symmetric, TangentOf, Vector,
+    Births, Bounds, Component, Config, Dynamic, Feature, InverseOf, Likelihood, LnSum, MeasurementModel, Place, Pose,
+    PositionOf, Probe, Real, ScalarOf, Sensor, Stage, Static, Symmetric, TangentOf, Vector,
 };
 
 /// Which map to update, where to put it, and what share of the pool it may take.

@@ -1,4 +1,4 @@
-//! One component of an intensity: a weighted Component, and its Kalman update.
+//! One component of an intensity: a weighted Gaussian, and its Kalman update.
 
 use crate::numerics::range::is_within_range;
 use crate::numerics::vector::applied;

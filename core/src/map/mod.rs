@@ -1,5 +1,4 @@
-//! The daughter process in memory: copy-on-write pages of Component components in one pool, and a list of pages for
-//! every particle.
+//! The daughter process in memory: copy-on-write pages of components in one pool, and a list of pages for every particle.
 
 pub(crate) mod component;
 mod feature;

@@ -1,8 +1,7 @@
 //! Neighbours among the components in view: cells over the first two axes, each with a list of what lies in it.
 
 use crate::map::workspace::Entry;
-use crate::numerics::links::Linked;
-use crate::numerics::links::NONE;
+use crate::numerics::links::{Linked, NONE};
 use crate::numerics::work;
 use crate::{Component, Real, Vector};
 

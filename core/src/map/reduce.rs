@@ -1,12 +1,11 @@
 //! Mixture reduction: merge and cap (Vo & Ma 2006, table II), after pruning.
 
-use crate::Reduction;
 use crate::map::neighbours::{Cells, list};
 use crate::map::workspace::{Entry, InView, Origin, Ranked, Workspace};
 use crate::numerics::links::{Linked, NONE};
 use crate::numerics::sort::shell_sort;
 use crate::numerics::work;
-use crate::{Component, Factor, Real, Vector};
+use crate::{Component, Factor, Real, Reduction, Vector};
 
 /// Merges and caps the components in view, which are pruned already; returns how many were merged away.
 pub(crate) fn merge_and_cap<T: Real, N: Vector<Scalar = T>>(

@@ -1,8 +1,7 @@
 //! The vehicle's transition density, as a trait.
 
 use super::ModelError;
-use crate::Real;
-use crate::{Linear, Noise, Pose, ScalarOf, Symmetric, TangentOf, Vector};
+use crate::{Linear, Noise, Pose, Real, ScalarOf, Symmetric, TangentOf, Vector};
 
 /// How the vehicle moves: the transition density π(x_k | x_{k−1}, u_k) of (4.47).
 ///

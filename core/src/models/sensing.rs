@@ -39,9 +39,9 @@ pub trait MeasurementModel {
 
 /// The models of one sensor.
 ///
-/// Models that come with the crate are checked where they are made. Those of a user are asked by [`Detector::new`](crate::Detector::new) and
-/// [`Detector::retune`](crate::Detector::retune) whether they can be worked with (`check` of each trait). Whatever they return later, no weight and no stored
-/// feature becomes NaN of it, and no loop goes on for ever:
+/// Models that come with the crate are checked where they are made. Those of a user are asked by
+/// [`Detector::new`](crate::Detector::new) and [`Detector::retune`](crate::Detector::retune) whether they can be worked with (`check` of each
+/// trait). Whatever they return later, no weight and no stored feature becomes NaN of it, and no loop goes on for ever:
 ///
 /// | returned | taken for |
 /// |---|---|

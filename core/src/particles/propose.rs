@@ -6,10 +6,8 @@
 //! computed with the pose's uncertainty of the round before, which narrows from round to round. The samples come from the Gaussian found,
 //! and are weighed by prior over proposal, so that what they stand for is what blind samples would stand for.
 
-use crate::Informed;
-use crate::map::Maps;
-use crate::map::within;
 use crate::map::workspace::{Entry, Origin};
+use crate::map::{Maps, within};
 use crate::numerics::range::is_within_range;
 use crate::numerics::vector::{applied, product, transposed};
 use crate::particles::candidate::Candidate;
@@ -20,8 +18,8 @@ use crate::sight::scan::Scan;
 use crate::sight::seen::reset_eta;
 use crate::sight::view::{ExpectationOf, View};
 use crate::{
-    Component, Factor, Linear, LnSum, MeasurementModel, Noise, Pose, Real, ScalarOf, Sensor, Symmetric, TangentOf,
-    Vector, Zero,
+    Component, Factor, Informed, Linear, LnSum, MeasurementModel, Noise, Pose, Real, ScalarOf, Sensor, Symmetric,
+    TangentOf, Vector, Zero,
 };
 
 /// The Gaussian of one particle's ξ: N(ξ̂, Λ⁻¹).

@@ -1,7 +1,6 @@
 //! What a user tunes.
 
-use crate::ConfigError;
-use crate::{Adaptive, ConstantVelocity, Likelihood, Plausible, Proposal, Real, Reduction};
+use crate::{Adaptive, ConfigError, ConstantVelocity, Likelihood, Plausible, Proposal, Real, Reduction};
 
 /// Tuning of the recursion; the models carry their own parameters.
 ///

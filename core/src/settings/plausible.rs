@@ -1,8 +1,6 @@
 //! What no vehicle does: input beyond it is taken for garbage.
 
-use crate::Implausible;
-use crate::Rates;
-use crate::{ConfigError, Motion, Pose, PredictError, Real};
+use crate::{ConfigError, Implausible, Motion, Pose, PredictError, Rates, Real};
 
 /// What a vehicle can do. A prediction beyond it is refused: one garbage row of odometry, finite as it may be, would take all
 /// particles where no scan brings them back from.

@@ -1,16 +1,13 @@
 //! Weighing: how well a candidate pose explains the scan (4.51, 4.52).
 
-use crate::Likelihood;
 use crate::map::look_within;
 use crate::map::reduce::heavier;
 use crate::sight::explain::ln_likelihood;
 use crate::sight::maps::{DynamicMaps, StaticMaps};
 use crate::sight::scan::Scan;
-use crate::sight::seen::Seen;
-use crate::sight::seen::Weighed;
-use crate::sight::seen::reset_eta;
+use crate::sight::seen::{Seen, Weighed, reset_eta};
 use crate::sight::view::View;
-use crate::{Component, LnSum, MeasurementModel, Pose, PositionOf, Real, Vector};
+use crate::{Component, Likelihood, LnSum, MeasurementModel, Pose, PositionOf, Real, Vector};
 
 /// ln L and |V| of one candidate of `particle`, with η_z = κ(z) + Σ w_b + Σ_{j∈V} p_D,j w_j N(z; ẑ_j, S_j) (4.51, 5.19).
 ///
