@@ -3,8 +3,8 @@
 use core::f32::consts::PI;
 use nalgebra::Vector2;
 use scphd::{
-    Births, Component, Config, ControlNoise, Detector, DetectorMemory, Informed, Motion, Noise, PlanarPose, Proposal,
-    RangeBearing, RangeBearingWindow, ScPhd, Sensing, Step, Unicycle, UnicycleControl, UniformClutter, memory, wrap,
+    Births, Component, Config, ControlNoise, Detector, DetectorMemory, Motion, Noise, PlanarPose, RangeBearing,
+    RangeBearingWindow, ScPhd, Sensing, Step, Unicycle, UnicycleControl, UniformClutter, memory, wrap,
 };
 
 memory! {
@@ -26,12 +26,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     // On a vehicle both memories are statics.
     let (mut state, mut scratch) = (Box::new(Memory::new()), DetectorMemory::<Vector2<f32>, 32>::new());
     let mut lidar = Detector::new(sensing, Births::still(0.002))?.over(&mut scratch)?;
-    let config = Config {
-        particles: 4,
-        proposal: Proposal::Informed(Informed { drawn: 0.0, ..Informed::default() }),
-        ..Config::default()
-    };
-    let mut slam = ScPhd::new(Unicycle::new(Step::Arc, ControlNoise::white(0.1, 0.05))?, config, &mut *state)?;
+    let motion = Unicycle::new(Step::Arc, ControlNoise::white(0.1, 0.05))?;
+    let mut slam = ScPhd::new(motion, Config::informed(4), &mut *state)?;
     slam.reset(PlanarPose::new(3.0, 0.0, 0.5 * PI), 1)?;
 
     // The world: a circle of 3 m around the origin, driven five times.

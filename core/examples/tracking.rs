@@ -31,7 +31,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let births = Births { still: 0.0, moving: 0.1 / window.measure() };
     let mut radar = Detector::new(sensing, births)?.over(&mut scratch)?;
     let moving = MovingConfig { velocity_sigma_mps: 2.0, ..MovingConfig::walkers() };
-    let config = Config { particles: 1, moving, prune_weight: 1e-5, ..Config::default() };
+    let config = Config { moving, prune_weight: 1e-5, ..Config::tracking() };
     let mut tracker = ScPhd::new(KnownPose::new(), config, &mut *state)?;
     tracker.reset(PlanarPose::ZERO, 1)?;
     tracker.check(&radar)?;

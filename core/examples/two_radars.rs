@@ -3,9 +3,9 @@
 
 use nalgebra::Vector2;
 use scphd::{
-    Ackermann, AckermannControl, AckermannGeometry, Births, Config, ControlNoise, Detector, DetectorMemory, Informed,
-    Motion, Mounting, Noise, PlanarPose, Pose, Proposal, RangeBearing, RangeBearingLimits, RangeBearingWindow, ScPhd,
-    Sensing, UniformClutter, memory, wrap,
+    Ackermann, AckermannControl, AckermannGeometry, Births, Config, ControlNoise, Detector, DetectorMemory, Motion,
+    Mounting, Noise, PlanarPose, Pose, RangeBearing, RangeBearingLimits, RangeBearingWindow, ScPhd, Sensing,
+    UniformClutter, memory, wrap,
 };
 use std::f64::consts::PI;
 
@@ -44,11 +44,6 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     // The pose is the middle of the rear axle: the lever arms are the radars'.
     let geometry =
         AckermannGeometry { wheelbase_m: 2.8, encoder_offset_m: 0.0, sensor_forward_m: 0.0, sensor_left_m: 0.0 };
-    let config = Config {
-        particles: 4,
-        proposal: Proposal::Informed(Informed { drawn: 0.0, ..Informed::default() }),
-        ..Config::default()
-    };
     let mut state = Box::new(Memory::new());
     // Odometry whose errors last: wheels that are worn, a steering angle that is off.
     let noise = ControlNoise {
@@ -58,7 +53,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         ..ControlNoise::white(0.1, 0.01)
     };
     let car = Ackermann::new(geometry, noise)?;
-    let mut slam = ScPhd::new(car, config, &mut *state)?;
+    let mut slam = ScPhd::new(car, Config::informed(4), &mut *state)?;
     slam.reset(PlanarPose::ZERO, 1)?;
 
     let exact = Ackermann::new(geometry, ControlNoise::NONE)?;

@@ -3,9 +3,9 @@
 
 use nalgebra::Vector2;
 use scphd::{
-    Births, Config, ControlNoise, Detector, DetectorMemory, Informed, JointConfig, JointSlam, ModelError, Motion,
-    Mounting, Noise, PlanarPose, Pose, PositionFix, Proposal, RangeBearing, RangeBearingLimits, RangeBearingWindow,
-    Real, ScPhd, Sensing, SetupError, Step, Unicycle, UnicycleControl, UniformClutter, joint_memory, memory, wrap,
+    Births, Config, ControlNoise, Detector, DetectorMemory, JointConfig, JointSlam, ModelError, Motion, Mounting,
+    Noise, PlanarPose, Pose, PositionFix, RangeBearing, RangeBearingLimits, RangeBearingWindow, Real, ScPhd, Sensing,
+    SetupError, Step, Unicycle, UnicycleControl, UniformClutter, joint_memory, memory, wrap,
 };
 
 memory! {
@@ -82,8 +82,7 @@ pub fn drive(memory: &mut Memory) -> Result<Outcome, SetupError> {
     let mut lidar = LIDAR.detector(seats[0])?.over(&mut memory.lidar)?;
     let mut radar = RADAR.detector(seats[1])?.over(&mut memory.radar)?;
     let gps = PositionFix::new(0.3)?.gated(25.0)?;
-    let informed = Proposal::Informed(Informed { drawn: 0.0, ..Informed::default() });
-    let config = Config { particles: 4, proposal: informed, prune_weight: 1e-3, ..Config::default() };
+    let config = Config { prune_weight: 1e-3, ..Config::informed(4) };
     let noise = ControlNoise { speed_sigma_ratio: 0.1, turn_sigma_ratio: 0.1, interval_s: 0.5, ..ControlNoise::NONE };
     let mut mixture = ScPhd::new(Unicycle::new(Step::Arc, noise)?, config, &mut memory.mixture)?;
     let mut joint = JointSlam::new(Unicycle::new(Step::Arc, noise)?, JointConfig::default(), &mut memory.joint)?;

@@ -1,6 +1,6 @@
 //! What a user tunes.
 
-use crate::{Adaptive, ConfigError, ConstantVelocity, Likelihood, Plausible, Proposal, Real, Reduction};
+use crate::{Adaptive, ConfigError, ConstantVelocity, Informed, Likelihood, Plausible, Proposal, Real, Reduction};
 
 /// Tuning of the recursion; the models carry their own parameters.
 ///
@@ -105,6 +105,42 @@ impl<T: Real> MovingConfig<T> {
 
 /// Whether the crate has been built with what adapts while running: `regularisation`, `adaptive`, and what detectors learn.
 pub(crate) const ADAPTIVE: bool = cfg!(feature = "adaptive");
+
+impl<T: Real> Config<T> {
+    /// A few particles that take the scan in before they are drawn, each a Gaussian: for sensors whose scan tells where the vehicle is
+    /// among its features. Nothing is drawn from the Gaussian, so that the same inputs give the same way whatever the seed is.
+    ///
+    /// ```
+    /// use scphd::{Config, Proposal};
+    ///
+    /// let config = Config::<f32>::informed(4);
+    /// assert!(matches!(config.proposal, Proposal::Informed(_)) && config.check().is_ok());
+    /// ```
+    #[must_use]
+    pub fn informed(particles: usize) -> Self {
+        let proposal = Proposal::Informed(Informed { drawn: T::ZERO, ..Informed::default() });
+        Self { particles, proposal, ..Self::default() }
+    }
+
+    /// Many particles, each with so many samples of the motion, that the scan chooses among, as the thesis has it: for sensors whose
+    /// scan leaves several places open, such as bearings alone, and for poses that may lie anywhere.
+    ///
+    /// ```
+    /// use scphd::Config;
+    ///
+    /// assert_eq!(Config::<f32>::blind(32, 2), Config { particles: 32, samples: 2, ..Config::default() });
+    /// ```
+    #[must_use]
+    pub fn blind(particles: usize, samples: usize) -> Self {
+        Self { particles, samples, ..Self::default() }
+    }
+
+    /// One particle that is certain of its pose: tracking from a known place, with [`KnownPose`](crate::KnownPose).
+    #[must_use]
+    pub fn tracking() -> Self {
+        Self::blind(1, 1)
+    }
+}
 
 impl<T: Real> Default for Config<T> {
     /// The figures of section 5.3.1. Pruning drops what a false measurement leaves behind after one miss at p_D = 0.95: where it is looked at again and
