@@ -44,8 +44,7 @@
 //!
 //! # Features
 //!
-//! * `adaptive`: regularised resampling, an adapted number of particles, p_D and clutter learnt while running
-//!   ([`Config::regularisation`], [`Config::adaptive`], [`Detector::learning`]). Without it they are refused, and take no flash.
+//! * `adaptive`: p_D and clutter learnt while running ([`Detector::learning`]). Without it that is refused, and takes no flash.
 //! * `defmt`: `Format` for configuration, reports, health and errors.
 //! * `embedded-hal`: `StagePins`, a probe of the stages over output pins.
 //! * `multi-feature`: the likelihood of RB-PHD SLAM with several features, `Likelihood::MultiFeature`, a yardstick for studies.
@@ -88,7 +87,6 @@ pub use filter::scphd::ScPhd;
 pub use filter::state::State;
 pub use joint::{JointConfig, JointReport, JointSlam, JointState, Persistence, joint_numbers};
 pub use map::component::{Component, Correction};
-pub use map::reduction::Reduction;
 pub use map::{Dynamic, Feature, MapMemory, MapStorage, NoMoving, PAGE_LEN, Static};
 pub use models::*;
 pub use nalgebra;
@@ -113,7 +111,6 @@ pub use report::probe::StagePins;
 pub use report::probe::StageTrace;
 pub use report::probe::{Probe, Stage};
 pub use report::reports::{PredictReport, ScanReport};
-pub use settings::adaptive::Adaptive;
 pub use settings::config::{Config, Extraction, MovingConfig};
 pub use settings::likelihood::Likelihood;
 pub use settings::plausible::Plausible;

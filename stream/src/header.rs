@@ -8,7 +8,7 @@ use crate::reader::StreamError;
 /// The first bytes of every stream.
 const MAGIC: [u8; 8] = *b"SCPHDLOG";
 /// The version this code reads and writes.
-const VERSION: u16 = 2;
+const VERSION: u16 = 3;
 /// A count that was not known when the head was written, as in a flight that was still going on.
 pub const UNKNOWN: u32 = u32::MAX;
 
@@ -58,15 +58,6 @@ pub enum Proposal {
     Informed,
 }
 
-/// How components are merged.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Reduction {
-    /// Vo & Ma 2006, table II.
-    Greedy,
-    /// By Runnalls' cost.
-    Runnalls,
-}
-
 /// Which components are the estimated features.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Extraction {
@@ -95,8 +86,6 @@ numbers! {
         confirmed_weight: f64,
         /// Merge components within this squared Mahalanobis distance.
         merge_distance: f64,
-        /// Merge by Runnalls' cost up to this bound.
-        merge_cost: f64,
         /// Least weight of an estimated feature.
         extraction_weight: f64,
         /// Linearisations of the informed proposal; a whole number.
@@ -105,18 +94,6 @@ numbers! {
         proposal_drawn: f64,
         /// Least share of a measurement with which a component steers the informed proposal.
         proposal_least_share: f64,
-        /// Width of the kernel that sets resampled particles apart, in that of the best for Gaussian densities; 0: none.
-        regularisation: f64,
-        /// ε of the number of particles that a resampling leaves; 0: always all.
-        adaptive_error: f64,
-        /// δ of the same.
-        adaptive_risk: f64,
-        /// Particles that it leaves at least; a whole number.
-        adaptive_least: f64,
-        /// Side of the cells that it counts, m.
-        adaptive_cell_m: f64,
-        /// The same in heading, rad.
-        adaptive_cell_rad: f64,
         /// Scans that what is learnt of p_D while running lasts for; 0: nothing is.
         detection_memory: f64,
         /// Scans that what is learnt of clutter while running lasts for; 0: nothing is.
@@ -152,8 +129,6 @@ pub struct Header<K: Kind> {
     pub vehicle: K::Vehicle,
     /// The particle likelihood.
     pub likelihood: Likelihood,
-    /// How components are merged.
-    pub reduction: Reduction,
     /// Where poses are drawn from.
     pub proposal: Proposal,
     /// Which components are the estimated static features.
@@ -187,13 +162,12 @@ impl<K: Kind> Header<K> {
     pub const LENGTH: usize =
         FRONT + 8 * (<K::Models as Numbers>::COUNT + Recursion::COUNT + Moving::COUNT + f64::COUNT) + CHECK;
 
-    /// A head with every number zero, one particle, one sample, single cluster, greedy merging, blind proposal, the heaviest
-    /// extracted and unknown counts.
+    /// A head with every number zero, one particle, one sample, single cluster, blind proposal, the heaviest extracted and unknown
+    /// counts.
     pub const EMPTY: Self = Self {
         scalar: Scalar::F64,
         vehicle: K::VEHICLE,
         likelihood: Likelihood::SingleCluster,
-        reduction: Reduction::Greedy,
         proposal: Proposal::Blind,
         extraction: Extraction::Heaviest,
         scans: UNKNOWN,
@@ -225,10 +199,7 @@ impl<K: Kind> Header<K> {
                 #[cfg(feature = "multi-feature")]
                 Likelihood::RbMulti => 3,
             },
-            match self.reduction {
-                Reduction::Greedy => 0,
-                Reduction::Runnalls => 1,
-            },
+            0,
             match self.proposal {
                 Proposal::Blind => 0,
                 Proposal::Informed => 1,
@@ -301,7 +272,7 @@ impl<K: Kind> Header<K> {
         header.recursion = Numbers::take(&mut number)?;
         header.moving = Numbers::take(&mut number)?;
         header.scan_interval_s = number()?;
-        let [scalar, _, likelihood, reduction, proposal, extraction, 0, 0] = choices else { return None };
+        let [scalar, _, likelihood, 0, proposal, extraction, 0, 0] = choices else { return None };
         header.scalar = match scalar {
             4 => Scalar::F32,
             8 => Scalar::F64,
@@ -313,11 +284,6 @@ impl<K: Kind> Header<K> {
             2 => Likelihood::RbSingle,
             #[cfg(feature = "multi-feature")]
             3 => Likelihood::RbMulti,
-            _ => return None,
-        };
-        header.reduction = match reduction {
-            0 => Reduction::Greedy,
-            1 => Reduction::Runnalls,
             _ => return None,
         };
         header.proposal = match proposal {
@@ -353,7 +319,6 @@ mod tests {
             scalar: Scalar::F32,
             vehicle,
             likelihood: Likelihood::RbSingle,
-            reduction: Reduction::Runnalls,
             proposal: Proposal::Informed,
             extraction: Extraction::Peaks,
             scans: 1,
@@ -391,28 +356,28 @@ mod tests {
     fn what_is_written_is_read() {
         comes_back(planar());
         comes_back(numbered::<Underwater>(Auv));
-        assert_eq!((planar().models.start_x_m, planar().scan_interval_s), (100.5, 152.5));
+        assert_eq!((planar().models.start_x_m, planar().scan_interval_s), (100.5, 145.5));
         let underwater = numbered::<Underwater>(Auv);
-        assert_eq!((underwater.models.start_m[0], underwater.scan_interval_s), (100.5, 181.5));
+        assert_eq!((underwater.models.start_m[0], underwater.scan_interval_s), (100.5, 174.5));
     }
 
     /// The places of the documented layout, by hand.
     #[test]
     fn the_layout_is_the_documented_one() {
         let bytes = encoded(&planar());
-        assert_eq!(bytes.len(), 480);
-        assert_eq!(&bytes[..12], b"SCPHDLOG\x02\x00\xe0\x01");
-        assert_eq!(bytes[12..20], [4, 2, 2, 1, 1, 1, 0, 0]);
+        assert_eq!(bytes.len(), 424);
+        assert_eq!(&bytes[..12], b"SCPHDLOG\x03\x00\xa8\x01");
+        assert_eq!(bytes[12..20], [4, 2, 2, 0, 1, 1, 0, 0]);
         assert_eq!(bytes[20..24], [1, 0, 0, 0]);
         assert_eq!(bytes[40..44], [6, 0, 0, 0]);
         assert_eq!(bytes[44..52], [8, 7, 6, 5, 4, 3, 2, 1]);
         assert_eq!(bytes[52..60], 100.5_f64.to_le_bytes());
-        assert_eq!(bytes[468..476], 152.5_f64.to_le_bytes());
+        assert_eq!(bytes[412..420], 145.5_f64.to_le_bytes());
         let bytes = encoded(&numbered::<Underwater>(Auv));
-        assert_eq!(bytes.len(), 712);
-        assert_eq!(bytes[10..14], [0xc8, 0x02, 4, 3]);
+        assert_eq!(bytes.len(), 656);
+        assert_eq!(bytes[10..14], [0x90, 0x02, 4, 3]);
         assert_eq!(bytes[52..60], 100.5_f64.to_le_bytes());
-        assert_eq!(bytes[700..708], 181.5_f64.to_le_bytes());
+        assert_eq!(bytes[644..652], 174.5_f64.to_le_bytes());
     }
 
     #[test]

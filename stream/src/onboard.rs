@@ -6,9 +6,9 @@ use crate::reader::Measurements;
 use core::fmt;
 use core::marker::PhantomData;
 use scphd::{
-    Adaptive, Births, Component, Config, ConfigError, ConstantVelocity, Detector, DetectorMemory, Extraction, Informed,
+    Births, Component, Config, ConfigError, ConstantVelocity, Detector, DetectorMemory, Extraction, Informed,
     Likelihood, MeasurementModel, ModelError, Motion, MovingConfig, Online, Pose, PositionOf, PredictError, Probe,
-    Proposal, Real, Reduction, ResetError, ScPhd, ScanError, ScanRoom, SetupError, Vector,
+    Proposal, Real, ResetError, ScPhd, ScanError, ScanRoom, SetupError, Vector,
 };
 
 /// A kind of stream that a filter on board can be set up for, with numbers of this type.
@@ -327,14 +327,6 @@ pub(crate) fn config<K: Kind, T: Real>(header: &Header<K>) -> Config<T> {
                 least_share: T::from_f64(recursion.proposal_least_share),
             }),
         },
-        regularisation: T::from_f64(recursion.regularisation),
-        adaptive: (recursion.adaptive_error > 0.0).then(|| Adaptive {
-            error: T::from_f64(recursion.adaptive_error),
-            risk: T::from_f64(recursion.adaptive_risk),
-            least: recursion.adaptive_least as usize,
-            cell_m: T::from_f64(recursion.adaptive_cell_m),
-            cell_rad: T::from_f64(recursion.adaptive_cell_rad),
-        }),
         likelihood: match header.likelihood {
             header::Likelihood::SingleCluster => Likelihood::SingleCluster,
             header::Likelihood::RbEmpty => Likelihood::EmptyMap,
@@ -342,10 +334,7 @@ pub(crate) fn config<K: Kind, T: Real>(header: &Header<K>) -> Config<T> {
             #[cfg(feature = "multi-feature")]
             header::Likelihood::RbMulti => Likelihood::MultiFeature,
         },
-        reduction: match header.reduction {
-            header::Reduction::Greedy => Reduction::Greedy { merge_distance: T::from_f64(recursion.merge_distance) },
-            header::Reduction::Runnalls => Reduction::Runnalls { merge_cost: T::from_f64(recursion.merge_cost) },
-        },
+        merge_distance: T::from_f64(recursion.merge_distance),
         extraction: match header.extraction {
             header::Extraction::Heaviest => Extraction::Heaviest,
             header::Extraction::Peaks => Extraction::Peaks,

@@ -3,8 +3,8 @@
 use scphd_sim::scenario;
 use scphd_sim::session::{self, Filter};
 use scphd_sim::settings::{
-    Extraction, FilterSettings, JointSettings, Likelihood, MovingSettings, Proposal, Reduction, SensorSettings,
-    Settings, VehicleSettings,
+    Extraction, FilterSettings, JointSettings, Likelihood, MovingSettings, Proposal, SensorSettings, Settings,
+    VehicleSettings,
 };
 use scphd_sim::slam::Precision;
 use std::f64::consts::PI;
@@ -37,8 +37,6 @@ fn cases() -> [Case; 2] {
         extraction: Extraction::Confirmed,
         proposal: Proposal::Informed,
         proposal_drawn: 0.2,
-        regularisation: 0.3,
-        adaptive_error: 0.05,
         detection_memory: 100.0,
         clutter_memory: 100.0,
         ..options.filter
@@ -67,17 +65,9 @@ fn thesis() -> Settings {
             proposal_rounds: 3,
             proposal_drawn: 1.0,
             proposal_least_share: 0.01,
-            regularisation: 0.0,
-            adaptive_error: 0.0,
-            adaptive_risk: 0.01,
-            adaptive_least: 5,
-            adaptive_cell_m: 0.5,
-            adaptive_cell_rad: 0.175,
             detection_memory: 0.0,
             clutter_memory: 0.0,
             likelihood: Likelihood::SingleCluster,
-            reduction: Reduction::Greedy,
-            merge_cost: 0.7,
         },
         vehicle: VehicleSettings {
             speed_sigma_mps: 1.0,

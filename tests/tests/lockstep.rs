@@ -2,7 +2,7 @@
 
 use scphd_sim::compare::{Comparison, Differences, compare};
 use scphd_sim::log::{Log, Vehicle};
-use scphd_sim::settings::{Likelihood, Proposal, Reduction, Settings};
+use scphd_sim::settings::{Likelihood, Proposal, Settings};
 use scphd_sim::slam::Precision;
 use scphd_sim::{log_folder, scenario};
 use scphd_tests::{data_folder, with_roomy_stack};
@@ -114,23 +114,17 @@ fn mounted_sensor() {
     assert_agreement("survey", &comparison.overall, log.scans.len());
 }
 
-/// The other likelihoods and the other reduction, over an excerpt with moving features.
+/// The other likelihoods, over an excerpt with moving features.
 #[test]
 fn replaceable_parts() {
     let mut log = scenario::by_name("thesis-dynamic", SEED).expect("a built-in scenario");
     log.scans.truncate(60);
-    for (likelihood, reduction) in [
-        (Likelihood::RbEmpty, Reduction::Greedy),
-        (Likelihood::RbSingle, Reduction::Greedy),
-        (Likelihood::RbMulti, Reduction::Greedy),
-        (Likelihood::SingleCluster, Reduction::Runnalls),
-    ] {
+    for likelihood in [Likelihood::RbEmpty, Likelihood::RbSingle, Likelihood::RbMulti] {
         let comparison = lockstep_with(&log, 8, 2, Precision::F64, |settings| {
             settings.moving.birth_intensity = settings.filter.birth_intensity;
             settings.filter.likelihood = likelihood;
-            settings.filter.reduction = reduction;
         });
-        assert_agreement(&format!("{likelihood:?}, {reduction:?}"), &comparison.overall, log.scans.len());
+        assert_agreement(&format!("{likelihood:?}"), &comparison.overall, log.scans.len());
     }
 }
 

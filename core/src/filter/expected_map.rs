@@ -40,6 +40,6 @@ impl<T: Real, F: Feature<Position: Vector<Scalar = T>>> Maps<'_, F> {
                 }
             }
         }
-        merge_and_cap(workspace, config.reduction, usize::MAX);
+        merge_and_cap(workspace, config.merge_distance, usize::MAX);
     }
 }

@@ -128,8 +128,7 @@ impl<T: Real, P: Pose<Scalar = T>> Memory<'_, P> {
         if held == 0 {
             return Ok(());
         }
-        // Fewer are what a resampling has left that adapts their number.
-        if held > configured || (held < configured && config.adaptive.is_none()) {
+        if held != configured {
             return Err(SetupError::HeldParticles { held, configured });
         }
         let Cursor { children, predicted, .. } = *self.cursor;

@@ -7,7 +7,6 @@ use crate::filter::update::Update;
 use crate::models::OnVehicle;
 use crate::particles::candidate::{effective_number, reweigh};
 use crate::particles::propose::Proposer;
-use crate::particles::rejuvenate::Kernel;
 use crate::particles::select::{Weighed, select};
 use crate::settings::config::ADAPTIVE;
 use crate::sight::learn::seen;
@@ -109,12 +108,8 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
         probe.enter(Stage::Resample);
         let weighed = Weighed { candidates: &*candidates, particles, children, n_eff };
         let selection = select(&weighed, config, &mut noise, survivors, selected);
-        let survivors = survivors.get_mut(..selection.particles).unwrap_or(&mut []);
-        let selected = selected.get_mut(..selection.particles).unwrap_or(&mut []);
-        if ADAPTIVE && selection.resampled && config.regularisation > T::ZERO {
-            // The maps are updated from where the particles were weighed.
-            Kernel::of(candidates, selection.particles, config.regularisation).spread(selected, &mut noise);
-        }
+        let survivors = survivors.get_mut(..particles).unwrap_or(&mut []);
+        let selected = selected.get_mut(..particles).unwrap_or(&mut []);
         probe.leave(Stage::Resample);
 
         // Update (5.17–5.22): write the survivors' maps.
@@ -143,7 +138,6 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
         }
         probe.leave(Stage::Update);
 
-        // There may be more of them now than there were candidates.
         memory.candidates.iter_mut().zip(selected.iter()).for_each(|(slot, chosen)| *slot = *chosen);
         for (slot, &survivor) in selected_spreads.iter_mut().zip(survivors.iter()) {
             *slot = spreads.get(parent_of(usize::from(survivor))).copied().unwrap_or(Symmetric::ZERO);
@@ -151,7 +145,6 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
         spreads.iter_mut().zip(selected_spreads.iter()).for_each(|(slot, chosen)| *slot = *chosen);
         cursor.noise = Some(noise);
         cursor.children = 1;
-        cursor.particles = selection.particles;
         cursor.predicted = false;
         cursor.waited_s = T::ZERO;
         let refused = usize::from(core::mem::take(&mut cursor.refused));
@@ -177,7 +170,7 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
             ln_evidence,
             n_eff,
             resampled: selection.resampled,
-            particles: selection.particles,
+            particles,
             survivors: tally.survivors,
             maps_updated: tally.updated,
             births: tally.births,

@@ -374,7 +374,7 @@ impl<T: Real, F: Feature<Position: Place<Scalar = T>>> Maps<'_, F> {
 
     /// Merges, caps and names what is in view.
     fn reduce(&mut self, config: &Config<T>, next_tag: &mut u32, tally: &mut Tally<T>) {
-        tally.merged += merge_and_cap(&mut self.workspace, config.reduction, config.max_components);
+        tally.merged += merge_and_cap(&mut self.workspace, config.merge_distance, config.max_components);
         self.tell_apart(next_tag);
     }
 

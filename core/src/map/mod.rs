@@ -8,7 +8,6 @@ pub(crate) mod neighbours;
 mod page;
 mod pool;
 pub(crate) mod reduce;
-pub(crate) mod reduction;
 mod table;
 pub(crate) mod workspace;
 

@@ -4,24 +4,17 @@ use crate::map::neighbours::{Cells, list};
 use crate::map::workspace::{Entry, InView, Origin, Ranked, Workspace};
 use crate::numerics::links::{Linked, NONE};
 use crate::numerics::sort::shell_sort;
-use crate::numerics::work;
-use crate::{Component, Factor, Real, Reduction, Vector};
+use crate::{Component, Factor, Real, Vector};
 
 /// Merges and caps the components in view, which are pruned already; returns how many were merged away.
 pub(crate) fn merge_and_cap<T: Real, N: Vector<Scalar = T>>(
     workspace: &mut Workspace<'_, N>,
-    reduction: Reduction<T>,
+    merge_distance: T,
     max_components: usize,
 ) -> usize {
     let before = workspace.in_view().len();
     let InView { entries, ranking, links } = workspace.orders_mut();
-    match reduction {
-        Reduction::Greedy { merge_distance } => merge_near(entries, ranking, links, merge_distance),
-        Reduction::Runnalls { merge_cost } => {
-            rank_heaviest_first(entries, ranking, |_| 0);
-            merge_cheap(entries, ranking, merge_cost);
-        }
-    }
+    merge_near(entries, ranking, links, merge_distance);
     workspace.retain(|entry| entry.origin != Origin::Gone);
     let merged = before - workspace.in_view().len();
     keep_heaviest(workspace, max_components, |_| 0);
@@ -200,44 +193,6 @@ fn clearly_lighter<T: Real, N: Vector<Scalar = T>>(a: &Component<N>, b: &Compone
     a.ln_weight + T::from_f64(2.0 / STEPS_PER_UNIT) < b.ln_weight
 }
 
-/// Runnalls 2007: the heaviest component left takes in the one left whose merger costs least, as long as that is at most
-/// `merge_cost`; then the next heaviest left. Those taken in are marked as gone.
-fn merge_cheap<T: Real, N: Vector<Scalar = T>>(entries: &mut [Entry<N>], ranking: &[Ranked], merge_cost: T) {
-    for (rank, ranked) in ranking.iter().enumerate() {
-        let head_index = usize::from(ranked.entry);
-        while let Some(head) = entries.get(head_index).filter(|entry| entry.origin != Origin::Gone) {
-            work::round();
-            let head = head.component;
-            let mut cheapest = None;
-            for follower in ranking.iter().skip(rank + 1) {
-                let entry = entries.get(usize::from(follower.entry)).filter(|entry| entry.origin != Origin::Gone);
-                let cost = entry.and_then(|entry| cost(&head, &entry.component));
-                if let Some(cost) = cost.filter(|&cost| cheapest.map_or(cost <= merge_cost, |(_, least)| cost < least))
-                {
-                    cheapest = Some((follower.entry, cost));
-                }
-            }
-            let Some(entry) = cheapest.and_then(|(index, _)| entries.get_mut(usize::from(index))) else { break };
-            entry.origin = Origin::Gone;
-            let taken = entry.component;
-            let merged = moment_match(&head, core::iter::once(&taken));
-            if let Some(entry) = entries.get_mut(head_index) {
-                entry.component = merged;
-            }
-        }
-    }
-}
-
-/// What Runnalls' bound on the Kullback–Leibler divergence says a merger costs, per mass of the lighter component:
-/// ½ [(w_h + w_i) ln|P_hi| − w_h ln|P_h| − w_i ln|P_i|] / min(w_h, w_i).
-fn cost<T: Real, N: Vector<Scalar = T>>(head: &Component<N>, other: &Component<N>) -> Option<T> {
-    let ln_determinant = |component: &Component<N>| component.covariance.factor().map(|f| f.ln_determinant());
-    let weight = (other.ln_weight - head.ln_weight).exp();
-    let both = ln_determinant(&moment_match(head, core::iter::once(other)))?;
-    let divergence = (T::ONE + weight) * both - ln_determinant(head)? - weight * ln_determinant(other)?;
-    Some(T::from_f64(0.5) * divergence / weight.at_most(T::ONE))
-}
-
 /// What lies within a squared Mahalanobis distance of a component.
 struct Near<'c, N: Vector> {
     component: &'c Component<N>,
@@ -292,7 +247,7 @@ pub(crate) fn moment_match<'e, T: Real, N: Vector<Scalar = T>>(
 
 #[cfg(test)]
 mod tests {
-    use super::{Reduction, cost, merge_and_cap, moment_match};
+    use super::merge_and_cap;
     use crate::map::workspace::{Origin, WorkspaceMemory};
     use crate::{Component, Symmetric};
     use nalgebra::{Matrix2, Vector2};
@@ -304,16 +259,12 @@ mod tests {
         Component { tag: (100.0 * weight) as u32, ln_weight: weight.ln(), mean: Vector2::new(x, y), covariance }
     }
 
-    fn reduced(
-        mixture: &[Component<Vector2<f64>>],
-        reduction: Reduction<f64>,
-        cap: usize,
-    ) -> Vec<Component<Vector2<f64>>> {
+    fn reduced(mixture: &[Component<Vector2<f64>>], merge_distance: f64, cap: usize) -> Vec<Component<Vector2<f64>>> {
         let mut memory = Box::new(WorkspaceMemory::<Vector2<f64>, 32>::ZERO);
         let mut workspace = memory.view();
         workspace.clear(1e-6_f64.ln());
         mixture.iter().for_each(|component| workspace.push(*component, Origin::Missed));
-        let merged = merge_and_cap(&mut workspace, reduction, cap);
+        let merged = merge_and_cap(&mut workspace, merge_distance, cap);
         let left: Vec<_> = workspace.in_view().iter().map(|entry| entry.component).collect();
         assert!(merged + left.len() <= mixture.len());
         left
@@ -340,65 +291,26 @@ mod tests {
     ];
 
     #[test]
-    fn either_reduction_keeps_mass_mean_and_spread() {
+    fn merging_keeps_mass_mean_and_spread() {
         let mixture: Vec<_> = CLUSTERS.iter().map(|&(w, x, y)| component(w, x, y)).collect();
         let before = moments(&mixture);
-        for reduction in [Reduction::Greedy { merge_distance: 4.0 }, Reduction::Runnalls { merge_cost: 2.0 }] {
-            let left = reduced(&mixture, reduction, usize::MAX);
-            assert_eq!(left.len(), 3, "{reduction:?}: {left:?}");
-            let after = moments(&left);
-            assert!((after.0 - before.0).abs() < 1e-14, "{reduction:?}");
-            assert!((after.1 - before.1).norm() < 1e-13, "{reduction:?}");
-            assert!((after.2 - before.2).norm() < 1e-12, "{reduction:?}");
-            // The tag is that of the heaviest part.
-            let mut tags: Vec<u32> = left.iter().map(|c| c.tag).collect();
-            tags.sort_unstable();
-            assert_eq!(tags, [30, 50, 90]);
-        }
+        let left = reduced(&mixture, 4.0, usize::MAX);
+        assert_eq!(left.len(), 3, "{left:?}");
+        let after = moments(&left);
+        assert!((after.0 - before.0).abs() < 1e-14);
+        assert!((after.1 - before.1).norm() < 1e-13);
+        assert!((after.2 - before.2).norm() < 1e-12);
+        // The tag is that of the heaviest part.
+        let mut tags: Vec<u32> = left.iter().map(|c| c.tag).collect();
+        tags.sort_unstable();
+        assert_eq!(tags, [30, 50, 90]);
     }
 
     #[test]
     fn the_cap_keeps_the_heaviest() {
         let mixture: Vec<_> = CLUSTERS.iter().map(|&(w, x, y)| component(w, x, y)).collect();
-        for reduction in [Reduction::Greedy { merge_distance: 0.0 }, Reduction::Runnalls { merge_cost: 0.0 }] {
-            let weights: Vec<f64> = reduced(&mixture, reduction, 3).iter().map(|c| c.ln_weight.exp()).collect();
-            assert_eq!(weights.len(), 3);
-            assert!(weights.iter().all(|&w| w > 0.399), "{weights:?}");
-        }
-    }
-
-    #[test]
-    fn runnalls_cost_in_closed_form() {
-        let unit = |weight: f64, x: f64| Component {
-            covariance: Symmetric::from_diagonal([1.0, 1.0]),
-            ..component(weight, x, 0.0)
-        };
-        // Equal ones at distance d: |P| grows by 1 + d²/4, and the cost per mass is its logarithm.
-        assert!((cost(&unit(0.5, 0.0), &unit(0.5, 2.0)).unwrap() - 2.0_f64.ln()).abs() < 1e-14);
-        // A light one: ½ d² in the limit.
-        assert!((cost(&unit(1.0, 0.0), &unit(1e-6, 3.0)).unwrap() - 4.5).abs() < 1e-4);
-        // Two that are the same cost nothing, and nothing costs less than that.
-        assert!(cost(&unit(0.7, 1.0), &unit(0.1, 1.0)).unwrap().abs() < 1e-14);
-        let mut tried = 0;
-        for (w, x, y) in CLUSTERS {
-            for (v, a, b) in CLUSTERS {
-                assert!(cost(&component(w, x, y), &component(v, a, b)).unwrap() > -1e-12);
-                tried += 1;
-            }
-        }
-        assert_eq!(tried, 49);
-    }
-
-    #[test]
-    fn runnalls_takes_the_cheapest_first() {
-        // The head takes in the near one, moves to it, and then reaches the third, which it could not before.
-        let mixture = [component(0.5, 0.0, 0.0), component(0.4, 1.0, 0.0), component(0.3, 1.9, 0.0)];
-        let bound = 1.2;
-        assert!(cost(&mixture[0], &mixture[2]).unwrap() > bound);
-        let left = reduced(&mixture, Reduction::Runnalls { merge_cost: bound }, usize::MAX);
-        assert_eq!(left.len(), 1);
-        let both = moment_match(&mixture[0], mixture[1..].iter());
-        assert!((left[0].mean - both.mean).norm() < 1e-14);
-        assert!((left[0].covariance.to_matrix() - both.covariance.to_matrix()).norm() < 1e-13);
+        let weights: Vec<f64> = reduced(&mixture, 0.0, 3).iter().map(|c| c.ln_weight.exp()).collect();
+        assert_eq!(weights.len(), 3);
+        assert!(weights.iter().all(|&w| w > 0.399), "{weights:?}");
     }
 }

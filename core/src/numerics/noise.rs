@@ -41,12 +41,6 @@ impl Noise {
         T::from_i32(bits) * T::from_f64(1.0 / 16_777_216.0)
     }
 
-    /// The standard normal quantile of a probability, to a few digits; within ±6.4.
-    pub(crate) fn quantile<T: Real>(probability: T) -> T {
-        let half = T::from_f64(0.5);
-        inverse_normal(((probability - half) * T::from_f64(4_294_967_296.0)).to_i32())
-    }
-
     /// A standard normal number; |x| ≤ 6.4.
     pub fn normal<T: Real>(&mut self) -> T {
         inverse_normal(self.stream.next_u32() as i32)

@@ -2,9 +2,7 @@
 
 pub(crate) mod candidate;
 pub(crate) mod cursor;
-pub(crate) mod kld;
 pub(crate) mod predict;
 pub(crate) mod propose;
-pub(crate) mod rejuvenate;
 pub(crate) mod resample;
 pub(crate) mod select;

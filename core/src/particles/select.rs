@@ -2,7 +2,6 @@
 
 use crate::particles::candidate::Candidate;
 use crate::particles::resample::{one_child, systematic};
-use crate::settings::config::ADAPTIVE;
 use crate::{Config, Noise, Pose, Real};
 
 /// What is selected from.
@@ -21,15 +20,12 @@ pub(crate) struct Weighed<'a, P: Pose> {
 pub(crate) struct Selection {
     /// Whether all particles were drawn anew.
     pub(crate) resampled: bool,
-    /// Particles that go on.
-    pub(crate) particles: usize,
     /// The particle that continues the heaviest of the surviving candidates.
     pub(crate) heaviest: usize,
 }
 
 /// Chooses for every particle the candidate that it continues: by systematic resampling where
-/// `N_eff` is below the threshold, otherwise one of its own children. A resampling leaves as many particles as there were, or
-/// as many as are needed.
+/// `N_eff` is below the threshold, otherwise one of its own children.
 ///
 /// Writes the chosen candidates' indices, in ascending order of parents, to `survivors`, and the particles to `selected`.
 pub(crate) fn select<T: Real, P: Pose<Scalar = T>>(
@@ -39,25 +35,12 @@ pub(crate) fn select<T: Real, P: Pose<Scalar = T>>(
     survivors: &mut [u16],
     selected: &mut [Candidate<P>],
 ) -> Selection {
-    let &Weighed { candidates, mut particles, children, n_eff } = weighed;
+    let &Weighed { candidates, particles, children, n_eff } = weighed;
     let resampled = n_eff < config.resample_threshold * T::from_usize(candidates.len());
     let chosen = |index: u16| candidates.get(usize::from(index)).copied();
     if resampled {
-        let uniform = noise.uniform();
-        let draw = |survivors: &mut [u16], particles: usize| {
-            let survivors = survivors.get_mut(..particles).unwrap_or(&mut []);
-            systematic(candidates.iter().map(|candidate| candidate.ln_weight.exp()), uniform, survivors);
-        };
-        match config.adaptive.filter(|_| ADAPTIVE) {
-            None => draw(survivors, particles),
-            Some(adaptive) => {
-                let most = config.particles;
-                draw(survivors, most);
-                let drawn = survivors.iter().take(most).filter_map(|&survivor| chosen(survivor));
-                particles = adaptive.needed(drawn, most, selected);
-                draw(survivors, particles);
-            }
-        }
+        let chances = candidates.iter().map(|candidate| candidate.ln_weight.exp());
+        systematic(chances, noise.uniform(), survivors.get_mut(..particles).unwrap_or(&mut []));
         let ln_weight = -T::from_usize(particles).ln();
         for (slot, &survivor) in selected.iter_mut().zip(survivors.iter().take(particles)) {
             if let Some(candidate) = chosen(survivor) {
@@ -86,5 +69,5 @@ pub(crate) fn select<T: Real, P: Pose<Scalar = T>>(
             heaviest = (particle, candidate.ln_weight);
         }
     }
-    Selection { resampled, particles, heaviest: heaviest.0 }
+    Selection { resampled, heaviest: heaviest.0 }
 }

@@ -1,6 +1,6 @@
 //! What a user tunes.
 
-use crate::{Adaptive, ConfigError, ConstantVelocity, Informed, Likelihood, Plausible, Proposal, Real, Reduction};
+use crate::{ConfigError, ConstantVelocity, Informed, Likelihood, Plausible, Proposal, Real};
 
 /// Tuning of the recursion; the models carry their own parameters.
 ///
@@ -25,11 +25,6 @@ pub struct Config<T> {
     pub likelihood: Likelihood,
     /// Resample when N_eff / N falls below this.
     pub resample_threshold: T,
-    /// After a resampling every particle is moved by a sample of a Gaussian kernel, this many times as wide as is best for
-    /// Gaussian densities (Silverman 1986). Zero: copies of a particle stay where they are.
-    pub regularisation: T,
-    /// How many of the `particles` a resampling leaves: as many as are needed where they are, or all.
-    pub adaptive: Option<Adaptive<T>>,
     /// Components below this weight are dropped (Vo & Ma 2006, table II: T).
     pub prune_weight: T,
     /// k: a component is confirmed where it is better known than k measurements taken from the present pose would make it.
@@ -41,8 +36,8 @@ pub struct Config<T> {
     /// last few scans, so that a feature seen a hundred times dies of four misses in a row, as at the rim of the view, where
     /// pose and map are not known well enough to tell whether it is in view at all. Zero: it does, as the thesis has it.
     pub confirmed_weight: T,
-    /// Which components are merged.
-    pub reduction: Reduction<T>,
+    /// Squared Mahalanobis distance within which components are merged (Vo & Ma 2006, table II: U).
+    pub merge_distance: T,
     /// Greatest number of components that a reduction leaves in view, of each kind (Vo & Ma 2006, table II: J_max); births that wait
     /// for the next one are not counted.
     pub max_components: usize,
@@ -103,7 +98,7 @@ impl<T: Real> MovingConfig<T> {
     }
 }
 
-/// Whether the crate has been built with what adapts while running: `regularisation`, `adaptive`, and what detectors learn.
+/// Whether the crate has been built with what detectors learn while running.
 pub(crate) const ADAPTIVE: bool = cfg!(feature = "adaptive");
 
 impl<T: Real> Config<T> {
@@ -152,13 +147,11 @@ impl<T: Real> Default for Config<T> {
             proposal: Proposal::Blind,
             likelihood: Likelihood::SingleCluster,
             resample_threshold: T::from_f64(0.5),
-            regularisation: T::ZERO,
-            adaptive: None,
             prune_weight: T::from_f64(2.5e-3),
             confirming_detections: T::ONE,
             unconfirmed_weight: T::ZERO,
             confirmed_weight: T::ZERO,
-            reduction: Reduction::Greedy { merge_distance: T::from_f64(4.0) },
+            merge_distance: T::from_f64(4.0),
             max_components: usize::MAX,
             extraction: Extraction::Heaviest,
             extraction_weight: T::ZERO,
@@ -184,17 +177,6 @@ impl<T: Real> Config<T> {
             "resample_threshold",
             "between 0 and 1",
         )?;
-        require(
-            self.regularisation >= zero && self.regularisation.is_finite(),
-            "regularisation",
-            "finite and not negative",
-        )?;
-        if ADAPTIVE {
-            self.adaptive.map_or(Ok(()), |adaptive| adaptive.check())?;
-        } else {
-            let none = self.regularisation == zero && self.adaptive.is_none();
-            require(none, "regularisation, adaptive", "left alone without the feature `adaptive`")?;
-        }
         require(self.prune_weight > zero && self.prune_weight < one, "prune_weight", "above 0 and below 1")?;
         require(
             self.unconfirmed_weight >= zero && self.unconfirmed_weight <= one,
@@ -207,7 +189,11 @@ impl<T: Real> Config<T> {
             "finite and at least 1",
         )?;
         require(self.confirmed_weight >= zero && self.confirmed_weight <= one, "confirmed_weight", "between 0 and 1")?;
-        require(self.reduction.is_usable(), "reduction", "of a bound that is finite and not negative")?;
+        require(
+            self.merge_distance >= zero && self.merge_distance.is_finite(),
+            "merge_distance",
+            "finite and not negative",
+        )?;
         require(self.max_components >= 1, "max_components", "at least 1")?;
         require(
             self.extraction_weight >= zero && self.extraction_weight <= one,

@@ -1,6 +1,5 @@
 //! What a user tunes.
 
-pub(crate) mod adaptive;
 pub(crate) mod config;
 pub(crate) mod likelihood;
 pub(crate) mod plausible;

@@ -46,7 +46,7 @@ fn config(particles: usize) -> Config<f64> {
     Config {
         particles,
         prune_weight: 5e-4,
-        reduction: Reduction::Greedy { merge_distance: 2.0 },
+        merge_distance: 2.0,
         extraction_weight: 0.5,
         moving: MovingConfig { spread_max_m: 1.0, ..MovingConfig::walkers() },
         ..Config::default()

@@ -134,12 +134,7 @@ where
 
 /// Nothing pruned, nothing merged, nothing born.
 fn bare() -> Config<f64> {
-    Config {
-        prune_weight: 1e-300,
-        reduction: Reduction::Greedy { merge_distance: 0.0 },
-        negligible: 1e-300,
-        ..Config::default()
-    }
+    Config { prune_weight: 1e-300, merge_distance: 0.0, negligible: 1e-300, ..Config::default() }
 }
 
 /// Every component of `expected` has a counterpart of the same weight, mean and covariance, and nothing is left over.
@@ -193,11 +188,7 @@ fn gmphd_update_range_bearing() {
 #[test]
 fn vo_and_ma_reduction() {
     let file = oracle("gm_merge_prune.json");
-    let config = Config {
-        prune_weight: number(&file["prune_T"]),
-        reduction: Reduction::Greedy { merge_distance: number(&file["merge_U"]) },
-        ..bare()
-    };
+    let config = Config { prune_weight: number(&file["prune_T"]), merge_distance: number(&file["merge_U"]), ..bare() };
     // An empty scan of a sensor that sees next to nothing leaves the mixture to the reduction alone.
     let sensor = Direct { noise: Symmetric::from_diagonal([1.0, 1.0]) };
     let (_, reduced) = one_scan(sensor, 1e-12, 1.0, 0.0, config, &components(&file["input"]), &[]);
@@ -272,7 +263,7 @@ fn a_detection_in_closed_form() {
 #[test]
 fn merging_keeps_mass_mean_and_spread() {
     let parts = [feature(0.5, 0.0, 0.0), feature(0.3, 0.4, -0.3), feature(0.2, -0.2, 0.1)];
-    let config = Config { reduction: Reduction::Greedy { merge_distance: 100.0 }, ..bare() };
+    let config = Config { merge_distance: 100.0, ..bare() };
     let (_, merged) = one_scan(unit_sensor(), 1e-15, 1.0, 0.0, config, &parts, &[]);
     assert_eq!(merged.len(), 1);
     let mass: f64 = parts.iter().map(|part| part.ln_weight.exp()).sum();

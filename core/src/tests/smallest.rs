@@ -107,12 +107,6 @@ fn configurations(particles: usize, samples: usize, moves: bool) -> Vec<(Births<
         #[cfg(feature = "multi-feature")]
         Likelihood::MultiFeature,
     ];
-    let reductions = [
-        Reduction::Greedy { merge_distance: 0.0 },
-        Reduction::Greedy { merge_distance: 1e30 },
-        Reduction::Runnalls { merge_cost: 0.0 },
-        Reduction::Runnalls { merge_cost: 1e30 },
-    ];
     let ends = [
         // Nothing is pruned or born; everything is.
         (f32::MIN_POSITIVE, f32::MIN_POSITIVE, 0.0),
@@ -121,7 +115,7 @@ fn configurations(particles: usize, samples: usize, moves: bool) -> Vec<(Births<
     ];
     for proposal in proposals() {
         for likelihood in likelihoods {
-            for reduction in reductions {
+            for merge_distance in [0.0, 1e30] {
                 for (prune_weight, negligible, still) in ends {
                     let births = Births { still, moving: if moves { still } else { 0.0 } };
                     let config = Config {
@@ -129,7 +123,7 @@ fn configurations(particles: usize, samples: usize, moves: bool) -> Vec<(Births<
                         samples,
                         proposal,
                         likelihood,
-                        reduction,
+                        merge_distance,
                         prune_weight,
                         negligible,
                         max_components: if still > 1.0 { 1 } else { usize::MAX },
@@ -137,7 +131,7 @@ fn configurations(particles: usize, samples: usize, moves: bool) -> Vec<(Births<
                         confirmed_weight: 0.3,
                         unconfirmed_weight: 0.2,
                         extraction: if moves { Extraction::Confirmed } else { Extraction::Peaks },
-                        ..options(likelihood)
+                        ..Config::default()
                     };
                     all.push((births, config));
                 }
@@ -145,21 +139,6 @@ fn configurations(particles: usize, samples: usize, moves: bool) -> Vec<(Births<
         }
     }
     all
-}
-
-#[cfg(feature = "adaptive")]
-fn options(likelihood: Likelihood) -> Config<f32> {
-    let adapts = likelihood != Likelihood::SingleCluster;
-    Config {
-        regularisation: 1.0,
-        adaptive: adapts.then(|| Adaptive { least: 1, ..Adaptive::default() }),
-        ..Config::default()
-    }
-}
-
-#[cfg(not(feature = "adaptive"))]
-fn options(_: Likelihood) -> Config<f32> {
-    Config::default()
 }
 
 /// Steps of every kind on one state; returns the most rounds of a scan.

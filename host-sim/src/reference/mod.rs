@@ -9,7 +9,7 @@
 //! ```
 //! use scphd_sim::log::Vehicle;
 //! use scphd_sim::reference::*;
-//! use scphd_sim::settings::{Likelihood, Reduction};
+//! use scphd_sim::settings::Likelihood;
 //!
 //! let field_of_view = FieldOfView {
 //!     range_min_m: 0.0,
@@ -33,8 +33,6 @@
 //!         max_components: 100,
 //!         extraction_weight: 0.0,
 //!         likelihood: Likelihood::SingleCluster,
-//!         reduction: Reduction::Greedy,
-//!         merge_cost: 0.7,
 //!         moving: MovingConfig {
 //!             birth_intensity: 0.0,
 //!             velocity_sigma_mps: 1.0,
@@ -96,7 +94,7 @@ pub use resample::Selection;
 pub use sensor::{RangeBearing, Sensor};
 pub use state::{Candidate, Particle, State};
 
-use crate::settings::{Likelihood, Reduction};
+use crate::settings::Likelihood;
 use log_domain::normalised;
 use sight::Sight;
 
@@ -124,10 +122,6 @@ pub struct Config {
     pub extraction_weight: f64,
     /// The particle likelihood.
     pub likelihood: Likelihood,
-    /// How components are merged.
-    pub reduction: Reduction,
-    /// Cost per mass of the lighter component up to which Runnalls' reduction merges.
-    pub merge_cost: f64,
     /// Moving features.
     pub moving: MovingConfig,
 }

@@ -1,9 +1,8 @@
-//! `PruneAndMerge` of appendix A: Vo & Ma 2006, table II, or merging by the cost of Runnalls 2007.
+//! `PruneAndMerge` of appendix A: Vo & Ma 2006, table II.
 
 use super::Config;
-use super::algebra::{determinant, inverse, minus, outer, plus, quadratic, scaled, sum, symmetrised};
+use super::algebra::{inverse, minus, outer, plus, quadratic, scaled, sum, symmetrised};
 use super::gaussian::Component;
-use crate::settings::Reduction;
 use std::cmp::Ordering;
 
 /// Prunes, merges and caps a mixture; the result is in the order of [`heaviest_first`].
@@ -11,10 +10,7 @@ pub(super) fn prune_and_merge<const N: usize>(mixture: &[Component<N>], config: 
     let mut remaining: Vec<Component<N>> =
         mixture.iter().copied().filter(|c| heavy_enough(c, config.prune_weight)).collect();
     remaining.sort_by(heaviest_first);
-    let mut merged = match config.reduction {
-        Reduction::Greedy => greedy(remaining, config.merge_distance),
-        Reduction::Runnalls => by_cost(remaining, config.merge_cost),
-    };
+    let mut merged = greedy(remaining, config.merge_distance);
     merged.sort_by(heaviest_first);
     merged.truncate(config.max_components);
     merged
@@ -46,35 +42,6 @@ fn greedy<const N: usize>(mut remaining: Vec<Component<N>>, merge_distance: f64)
         remaining = far;
     }
     merged
-}
-
-/// Runnalls' cost: the heaviest takes the one that costs least, and then the next, as long as it costs little enough.
-fn by_cost<const N: usize>(mut remaining: Vec<Component<N>>, merge_cost: f64) -> Vec<Component<N>> {
-    let mut merged = Vec::new();
-    while !remaining.is_empty() {
-        let mut heaviest = remaining.remove(0);
-        while let Some((index, _)) = cheapest(&heaviest, &remaining).filter(|&(_, cost)| cost <= merge_cost) {
-            heaviest = merge(&[heaviest, remaining.remove(index)]);
-        }
-        merged.push(heaviest);
-    }
-    merged
-}
-
-/// The first of the components that are merged into `into` at the least cost, and that cost; `None` where there are none.
-fn cheapest<const N: usize>(into: &Component<N>, others: &[Component<N>]) -> Option<(usize, f64)> {
-    let costs = others.iter().map(|other| cost(into, other)).enumerate();
-    costs.min_by(|(_, a), (_, b)| a.total_cmp(b))
-}
-
-/// B(a, b)/min(w_a, w_b): Runnalls' bound on the Kullback–Leibler divergence of merging two components, per mass of the
-/// lighter.
-fn cost<const N: usize>(a: &Component<N>, b: &Component<N>) -> f64 {
-    let lighter = a.ln_weight.min(b.ln_weight);
-    let relative = |c: &Component<N>| (c.ln_weight - lighter).exp();
-    let ln_det = |c: &Component<N>| determinant(&c.covariance).ln();
-    let together = merge(&[*a, *b]);
-    0.5 * (relative(&together) * ln_det(&together) - relative(a) * ln_det(a) - relative(b) * ln_det(b))
 }
 
 /// The Gaussian with the mass, mean and spread of all components together.
@@ -161,88 +128,15 @@ mod tests {
 
     #[test]
     fn merging_keeps_mass_mean_and_spread() {
-        for config in [apart(9), costing(0.7)] {
-            keeps_moments(&[at(0.5, 0.0, 0.0), at(0.3, 0.3, -0.2), at(0.2, -0.1, 0.4)], &config);
-            keeps_moments(&[moving(0.5, 0.0, 0.1), moving(0.3, 0.3, -0.2), moving(0.4, -0.1, 0.2)], &config);
-        }
+        keeps_moments(&[at(0.5, 0.0, 0.0), at(0.3, 0.3, -0.2), at(0.2, -0.1, 0.4)], &apart(9));
+        keeps_moments(&[moving(0.5, 0.0, 0.1), moving(0.3, 0.3, -0.2), moving(0.4, -0.1, 0.2)], &apart(9));
     }
 
     #[test]
     fn velocity_keeps_moving_components_apart() {
-        for config in [apart(9), costing(0.7)] {
-            assert_eq!(prune_and_merge(&[moving(0.5, 0.0, 3.0), moving(0.3, 0.0, -3.0)], &config).len(), 2);
-        }
+        assert_eq!(prune_and_merge(&[moving(0.5, 0.0, 3.0), moving(0.3, 0.0, -3.0)], &apart(9)).len(), 2);
         // Of equal weight and place, the lower velocity comes first.
         let order = [moving(0.3, 0.0, -3.0), moving(0.3, 0.0, 3.0)];
         assert_eq!(prune_and_merge(&[order[1], order[0]], &apart(9)), order);
-    }
-
-    fn costing(merge_cost: f64) -> Config {
-        Config { reduction: Reduction::Runnalls, merge_cost, merge_distance: 1e9, ..apart(9) }
-    }
-
-    #[test]
-    fn cost_of_equal_components_by_hand() {
-        // |P_hi|/|P| = 1 + d²/(4σ²) for two of the same weight and σ, d apart.
-        let round = |x: f64| Component { covariance: [[0.25, 0.0], [0.0, 0.25]], ..at(0.3, x, 0.0) };
-        for distance in [0.1f64, 1.0, 7.0] {
-            let expected = (1.0 + distance * distance).ln();
-            assert!((cost(&round(0.0), &round(distance)) - expected).abs() < 1e-14);
-        }
-        // Two standard deviations cost ln 2.
-        let pair = [round(0.0), round(1.0)];
-        assert_eq!(prune_and_merge(&pair, &costing(std::f64::consts::LN_2 + 1e-4)).len(), 1);
-        assert_eq!(prune_and_merge(&pair, &costing(std::f64::consts::LN_2 - 1e-4)).len(), 2);
-    }
-
-    #[test]
-    fn cost_is_never_negative_and_zero_only_for_the_same() {
-        let (heavy, light) = (at(0.9, 1.0, 2.0), at(0.02, 1.0, 2.0));
-        assert!(cost(&heavy, &light).abs() < 1e-13);
-        assert!(cost(&moving(0.9, 1.0, 0.5), &moving(0.02, 1.0, 0.5)).abs() < 1e-13);
-        for k in 1..200 {
-            let k = f64::from(k);
-            let (sin, cos) = (2.4 * k).sin_cos();
-            let shape = [[1.0 + 0.9 * sin, 0.4 * cos], [0.4 * cos, 1.0 - 0.5 * sin]];
-            let other = Component { covariance: scaled(0.01 * k, &shape), ..at(0.9 / k, 1.0 + 0.1 * cos, 2.0) };
-            assert!(cost(&heavy, &other) > 0.0, "{other:?}");
-            assert!((cost(&heavy, &other) - cost(&other, &heavy)).abs() < 1e-11, "{other:?}");
-        }
-    }
-
-    #[test]
-    fn light_components_far_away_stay_on_their_own() {
-        // B itself is 1e-4 · ½ ln(…): a bound on it would take the light one in from any distance.
-        let mixture = [at(0.99, 0.0, 0.0), Component { ln_weight: 1e-2f64.ln(), ..at(1.0, 6.0, 0.0) }];
-        assert_eq!(prune_and_merge(&mixture, &costing(0.7)).len(), 2);
-    }
-
-    #[test]
-    fn the_cheapest_is_merged_first_and_into_what_has_grown() {
-        // In one dimension, as y tells nothing: σ = ½ as in the cost by hand. The second weighs more than the third but
-        // is further from the first; the third is merged first, and with it the sum is too far from the second.
-        let round = |weight: f64, x: f64| Component { covariance: [[0.25, 0.0], [0.0, 0.25]], ..at(weight, x, 0.0) };
-        let mixture = [round(0.5, 0.0), round(0.4, 1.0), round(0.3, -0.9)];
-        let by_itself = cost(&mixture[0], &mixture[1]);
-        assert!(cost(&mixture[0], &mixture[2]) < by_itself);
-        let grown = merge(&[mixture[0], mixture[2]]);
-        let after = cost(&grown, &mixture[1]);
-        assert!(after > by_itself);
-        let bound = 0.5 * (by_itself + after);
-        let reduced = prune_and_merge(&mixture, &costing(bound));
-        assert_eq!(reduced, vec![grown, mixture[1]]);
-        // With room for that too, all become one.
-        assert_eq!(prune_and_merge(&mixture, &costing(1.01 * after)).len(), 1);
-    }
-
-    #[test]
-    fn of_equal_costs_the_first_in_order_is_merged() {
-        // Both cost exactly the same, by symmetry; the one with the smaller x comes first in the order.
-        let round = |weight: f64, x: f64| Component { covariance: [[0.25, 0.0], [0.0, 0.25]], ..at(weight, x, 0.0) };
-        let mixture = [round(0.5, 0.0), round(0.25, 1.0), round(0.25, -1.0)];
-        let single = cost(&mixture[0], &mixture[1]);
-        assert_eq!(single, cost(&mixture[0], &mixture[2]));
-        let reduced = prune_and_merge(&mixture, &costing(single));
-        assert_eq!(reduced, vec![merge(&[mixture[0], mixture[2]]), mixture[1]]);
     }
 }

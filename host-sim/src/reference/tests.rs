@@ -15,8 +15,6 @@ pub(super) const CONFIG: Config = Config {
     max_components: 50,
     extraction_weight: 0.0,
     likelihood: Likelihood::SingleCluster,
-    reduction: Reduction::Greedy,
-    merge_cost: 0.7,
     moving: MovingConfig {
         birth_intensity: 0.0,
         velocity_sigma_mps: 1.0,

@@ -6,8 +6,8 @@
 //! sheet states the white part of it alone, so that it is taken with a margin.
 
 use super::{
-    Extraction, FilterSettings, JointSettings, Likelihood, MovingSettings, Proposal, Reduction, SensorSettings,
-    Settings, VehicleSettings,
+    Extraction, FilterSettings, JointSettings, Likelihood, MovingSettings, Proposal, SensorSettings, Settings,
+    VehicleSettings,
 };
 use crate::log::{Log, Vehicle};
 use crate::scenario::{is_of_thesis, thesis_run};
@@ -96,17 +96,11 @@ const LEAST_SHARE: f64 = 0.02;
 const NEVER_S: f64 = 1e9;
 /// Established features of a joint map within three standard deviations are one.
 const JOINT_MERGE_DISTANCE: f64 = 9.0;
-/// Runnalls' cost per mass of the lighter of two components that are one: of equal ones two standard deviations apart.
-const MERGE_COST: f64 = 0.7;
 /// Components in view. No view of the published logs needs half of it; it bounds the time of a scan gone wrong.
 const MAX_COMPONENTS: usize = 1000;
 
 /// Where the number of particles is adapted: Fox's risk, as few particles as any default has, and cells of half a metre and ten
 /// degrees.
-pub(crate) const ADAPTIVE_RISK: f64 = 0.01;
-pub(crate) const ADAPTIVE_LEAST: usize = 5;
-pub(crate) const ADAPTIVE_CELL_M: f64 = 0.5;
-pub(crate) const ADAPTIVE_CELL_RAD: f64 = 0.175;
 
 /// Births a scan where there is no clutter for them to be measured against.
 const BIRTHS_PER_SCAN: f64 = 0.1;
@@ -197,8 +191,6 @@ impl FilterSettings {
         let beyond = [
             ("unconfirmed_weight", self.unconfirmed_weight),
             ("confirmed_weight", self.confirmed_weight),
-            ("regularisation", self.regularisation),
-            ("adaptive_error", self.adaptive_error),
             ("detection_memory", self.detection_memory),
             ("clutter_memory", self.clutter_memory),
         ];
@@ -227,12 +219,6 @@ impl Settings {
             samples: SAMPLES,
             birth_intensity: births / measure,
             resample_threshold: RESAMPLE_THRESHOLD,
-            regularisation: 0.0,
-            adaptive_error: 0.0,
-            adaptive_risk: ADAPTIVE_RISK,
-            adaptive_least: ADAPTIVE_LEAST,
-            adaptive_cell_m: ADAPTIVE_CELL_M,
-            adaptive_cell_rad: ADAPTIVE_CELL_RAD,
             detection_memory: memory.detection_memory,
             clutter_memory: 0.0,
             prune_weight: memory.prune_weight,
@@ -248,8 +234,6 @@ impl Settings {
             proposal_drawn: of(memory.drawn, UNSTATED.drawn),
             proposal_least_share: LEAST_SHARE,
             likelihood: Likelihood::SingleCluster,
-            reduction: Reduction::Greedy,
-            merge_cost: MERGE_COST,
         };
         let moving = MovingSettings {
             birth_intensity: 0.0,
@@ -290,8 +274,6 @@ impl Settings {
     /// Leaves out what goes beyond the recursion of the thesis, and so has no counterpart in the reference.
     pub fn restrict_to_reference(&mut self) {
         self.filter.proposal = Proposal::Blind;
-        self.filter.regularisation = 0.0;
-        self.filter.adaptive_error = 0.0;
         self.filter.detection_memory = 0.0;
         self.filter.clutter_memory = 0.0;
         self.filter.unconfirmed_weight = 0.0;

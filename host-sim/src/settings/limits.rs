@@ -62,12 +62,6 @@ pub(super) const FILTER: &[Limit<FilterSettings>] = &[
     limit!(filter.samples, "1 to 1024", |x| (1.0..=1024.0).contains(&x)),
     limit!(filter.birth_intensity, "0 to 1e6", |x| (0.0..=1e6).contains(&x)),
     limit!(filter.resample_threshold, "0 to 1", |x| (0.0..=1.0).contains(&x)),
-    limit!(filter.regularisation, "0 to 100", |x| (0.0..=1e2).contains(&x)),
-    limit!(filter.adaptive_error, "0 to 100", |x| (0.0..=1e2).contains(&x)),
-    limit!(filter.adaptive_risk, "1e-6 to 0.999", |x| (1e-6..=0.999).contains(&x)),
-    limit!(filter.adaptive_least, "1 to 65536", |x| (1.0..=65536.0).contains(&x)),
-    limit!(filter.adaptive_cell_m, "1e-3 to 1e6 m", |x| (1e-3..=1e6).contains(&x)),
-    limit!(filter.adaptive_cell_rad, "1e-3 to 10 rad", |x| (1e-3..=10.0).contains(&x)),
     limit!(filter.detection_memory, "0, or 1 to 1e6 scans", |x| x == 0.0 || (1.0..=1e6).contains(&x)),
     limit!(filter.clutter_memory, "0, or 1 to 1e6 scans", |x| x == 0.0 || (1.0..=1e6).contains(&x)),
     limit!(filter.confirming_detections, "1 to 1000", |x| (1.0..=1e3).contains(&x)),
@@ -80,7 +74,6 @@ pub(super) const FILTER: &[Limit<FilterSettings>] = &[
     limit!(filter.proposal_rounds, "1 to 16", |x| (1.0..=16.0).contains(&x)),
     limit!(filter.proposal_drawn, "0 to 1", |x| (0.0..=1.0).contains(&x)),
     limit!(filter.proposal_least_share, "1e-6 or more and less than 1", |x| (1e-6..1.0).contains(&x)),
-    limit!(filter.merge_cost, "0 to 1000", |x| (0.0..=1e3).contains(&x)),
 ];
 
 /// Every other field. Standard deviations of the sensor have a least value because their squares must not vanish in

@@ -41,18 +41,6 @@ pub struct FilterSettings {
     pub birth_intensity: f64,
     /// Resample below this N_eff / N.
     pub resample_threshold: f64,
-    /// Width of the kernel that sets resampled particles apart, in that of the best for Gaussian densities; 0: none.
-    pub regularisation: f64,
-    /// ε of the number of particles that a resampling leaves; 0: always all.
-    pub adaptive_error: f64,
-    /// δ of the same.
-    pub adaptive_risk: f64,
-    /// Particles that it leaves at least.
-    pub adaptive_least: usize,
-    /// Side of the cells that it counts, m.
-    pub adaptive_cell_m: f64,
-    /// The same in heading, rad.
-    pub adaptive_cell_rad: f64,
     /// Scans that what is learnt of p_D while running lasts for; 0: nothing is.
     pub detection_memory: f64,
     /// Scans that what is learnt of clutter while running lasts for; 0: nothing is.
@@ -83,10 +71,6 @@ pub struct FilterSettings {
     pub proposal_least_share: f64,
     /// The particle likelihood.
     pub likelihood: Likelihood,
-    /// How components are merged.
-    pub reduction: Reduction,
-    /// Merge by Runnalls' cost up to this bound.
-    pub merge_cost: f64,
 }
 
 /// Where poses are drawn from: see [`scphd::Proposal`].
@@ -123,16 +107,6 @@ pub enum Likelihood {
     RbSingle,
     /// RB-PHD with several features.
     RbMulti,
-}
-
-/// How components are merged: see `docs/recursion.md`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Reduction {
-    /// Vo & Ma 2006, table II.
-    Greedy,
-    /// By Runnalls' cost.
-    Runnalls,
 }
 
 /// `[moving]`: the moving part of the map.

@@ -1,7 +1,7 @@
 //! From settings to the core's configuration.
 
 use crate::settings::{self, FilterSettings};
-use scphd::{Adaptive, Config, Extraction, Informed, Likelihood, Online, Proposal, Real, Reduction};
+use scphd::{Config, Extraction, Informed, Likelihood, Online, Proposal, Real};
 
 /// What the settings let a detector learn.
 pub(crate) fn online_of<T: Real>(filter: &FilterSettings) -> Online<T> {
@@ -18,14 +18,6 @@ pub(crate) fn config_of<T: Real>(filter: &FilterSettings) -> Config<T> {
         particles: filter.particles,
         samples: filter.samples,
         resample_threshold: real(filter.resample_threshold),
-        regularisation: real(filter.regularisation),
-        adaptive: (filter.adaptive_error > 0.0).then(|| Adaptive {
-            error: real(filter.adaptive_error),
-            risk: real(filter.adaptive_risk),
-            least: filter.adaptive_least,
-            cell_m: real(filter.adaptive_cell_m),
-            cell_rad: real(filter.adaptive_cell_rad),
-        }),
         prune_weight: real(filter.prune_weight),
         confirming_detections: real(filter.confirming_detections),
         unconfirmed_weight: real(filter.unconfirmed_weight),
@@ -44,10 +36,7 @@ pub(crate) fn config_of<T: Real>(filter: &FilterSettings) -> Config<T> {
             settings::Likelihood::RbSingle => Likelihood::SingleFeature,
             settings::Likelihood::RbMulti => Likelihood::MultiFeature,
         },
-        reduction: match filter.reduction {
-            settings::Reduction::Greedy => Reduction::Greedy { merge_distance: real(filter.merge_distance) },
-            settings::Reduction::Runnalls => Reduction::Runnalls { merge_cost: real(filter.merge_cost) },
-        },
+        merge_distance: real(filter.merge_distance),
         max_components: filter.max_components,
         extraction: match filter.extraction {
             settings::Extraction::Heaviest => Extraction::Heaviest,

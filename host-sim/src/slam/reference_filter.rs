@@ -50,8 +50,6 @@ pub fn reference_of(settings: &Settings, vehicle: &Vehicle) -> Reference {
             max_components: filter.max_components,
             extraction_weight: filter.extraction_weight,
             likelihood: filter.likelihood,
-            reduction: filter.reduction,
-            merge_cost: filter.merge_cost,
             moving: reference::MovingConfig {
                 birth_intensity: moving.birth_intensity,
                 velocity_sigma_mps: moving.velocity_sigma_mps,
@@ -136,21 +134,18 @@ impl Slam for ReferenceFilter {
 mod tests {
     use super::*;
     use crate::scenario;
-    use crate::settings::{Likelihood, Reduction};
+    use crate::settings::Likelihood;
 
     #[test]
     fn settings_arrive() {
         let mut settings = Settings::for_log(&scenario::survey(1));
         settings.filter.likelihood = Likelihood::RbSingle;
-        settings.filter.reduction = Reduction::Runnalls;
-        settings.filter.merge_cost = 0.3;
         settings.filter.extraction_weight = 0.4;
         settings.moving.birth_intensity = 0.01;
         settings.moving.spread_max_m = 7.0;
         settings.moving.extraction_weight = 0.6;
         let config = reference_of(&settings, &Vehicle::Unicycle).config;
-        assert_eq!((config.likelihood, config.reduction), (Likelihood::RbSingle, Reduction::Runnalls));
-        assert_eq!((config.merge_cost, config.extraction_weight), (0.3, 0.4));
+        assert_eq!((config.likelihood, config.extraction_weight), (Likelihood::RbSingle, 0.4));
         let expected = reference::MovingConfig {
             birth_intensity: 0.01,
             velocity_sigma_mps: 1.0,

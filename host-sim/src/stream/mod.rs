@@ -10,7 +10,7 @@ pub use underwater::write as write_underwater;
 pub use worst_case::worst_case;
 
 use crate::settings::{self, FilterSettings};
-use scphd_stream::{Extraction, Header, Kind, Likelihood, Proposal, Recursion, Reduction, Scalar, Writer};
+use scphd_stream::{Extraction, Header, Kind, Likelihood, Proposal, Recursion, Scalar, Writer};
 use std::convert::Infallible;
 
 /// What a log was written into.
@@ -89,10 +89,6 @@ fn head<K: Kind>(filter: &FilterSettings, seed: u64, scalar: Scalar) -> Header<K
             settings::Likelihood::RbSingle => Likelihood::RbSingle,
             settings::Likelihood::RbMulti => Likelihood::RbMulti,
         },
-        reduction: match filter.reduction {
-            settings::Reduction::Greedy => Reduction::Greedy,
-            settings::Reduction::Runnalls => Reduction::Runnalls,
-        },
         proposal: match filter.proposal {
             settings::Proposal::Blind => Proposal::Blind,
             settings::Proposal::Informed => Proposal::Informed,
@@ -114,17 +110,10 @@ fn head<K: Kind>(filter: &FilterSettings, seed: u64, scalar: Scalar) -> Header<K
             unconfirmed_weight: filter.unconfirmed_weight,
             confirmed_weight: filter.confirmed_weight,
             merge_distance: filter.merge_distance,
-            merge_cost: filter.merge_cost,
             extraction_weight: filter.extraction_weight,
             proposal_rounds: f64::from(count(filter.proposal_rounds)),
             proposal_drawn: filter.proposal_drawn,
             proposal_least_share: filter.proposal_least_share,
-            regularisation: filter.regularisation,
-            adaptive_error: filter.adaptive_error,
-            adaptive_risk: filter.adaptive_risk,
-            adaptive_least: f64::from(count(filter.adaptive_least)),
-            adaptive_cell_m: filter.adaptive_cell_m,
-            adaptive_cell_rad: filter.adaptive_cell_rad,
             detection_memory: filter.detection_memory,
             clutter_memory: filter.clutter_memory,
         },

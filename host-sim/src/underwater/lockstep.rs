@@ -43,8 +43,6 @@ pub fn reference_of(log: &Log, settings: &Settings) -> Space {
             max_components: filter.max_components,
             extraction_weight: filter.extraction_weight,
             likelihood: filter.likelihood,
-            reduction: filter.reduction,
-            merge_cost: filter.merge_cost,
             moving: MovingConfig {
                 birth_intensity: 0.0,
                 velocity_sigma_mps: 1.0,

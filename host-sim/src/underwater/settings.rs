@@ -1,10 +1,7 @@
 //! What a run over an underwater log can be tuned with.
 
 use super::log::Log;
-use crate::settings::defaults::{ADAPTIVE_CELL_M, ADAPTIVE_CELL_RAD, ADAPTIVE_LEAST, ADAPTIVE_RISK};
-use crate::settings::{
-    Extraction, FileProblem, FilterSettings, Likelihood, Origin, OutOfRange, Proposal, Reduction, file,
-};
+use crate::settings::{Extraction, FileProblem, FilterSettings, Likelihood, Origin, OutOfRange, Proposal, file};
 use serde::{Deserialize, Serialize};
 
 /// Tuning of a run; every field is required here, the TOML file may leave any out.
@@ -120,17 +117,9 @@ impl Settings {
                 proposal_rounds: 3,
                 proposal_drawn: 1.0,
                 proposal_least_share: 0.05,
-                regularisation: 0.0,
-                adaptive_error: 0.0,
-                adaptive_risk: ADAPTIVE_RISK,
-                adaptive_least: ADAPTIVE_LEAST,
-                adaptive_cell_m: ADAPTIVE_CELL_M,
-                adaptive_cell_rad: ADAPTIVE_CELL_RAD,
                 detection_memory: 0.0,
                 clutter_memory: 0.0,
                 likelihood: Likelihood::SingleCluster,
-                reduction: Reduction::Greedy,
-                merge_cost: 0.7,
             },
             vehicle: VehicleSettings {
                 velocity_walk_mps_rts: nominal.velocity_walk_mps_rts,

@@ -2,8 +2,7 @@
 
 use super::draw::Draw;
 use scphd::{
-    Adaptive, Births, Config, ConstantVelocity, Extraction, Informed, Likelihood, MovingConfig, Online, Plausible,
-    Proposal, Real, Reduction,
+    Births, Config, ConstantVelocity, Extraction, Informed, Likelihood, MovingConfig, Online, Plausible, Proposal, Real,
 };
 
 /// All of them.
@@ -33,23 +32,11 @@ pub fn config<T: Real>(draw: &mut Draw, room: Room) -> Config<T> {
         proposal: if draw.chance(0.5) { Proposal::Blind } else { Proposal::Informed(informed(draw)) },
         likelihood: LIKELIHOODS[draw.below(LIKELIHOODS.len())],
         resample_threshold: draw.real(0.0, 1.0),
-        regularisation: if draw.chance(0.7) { T::ZERO } else { draw.real(0.0, 1.5) },
-        adaptive: draw.chance(0.3).then(|| Adaptive {
-            error: draw.real(0.02, 0.6),
-            risk: draw.real(0.001, 0.3),
-            least: 1 + draw.below(room.particles),
-            cell_m: draw.real(0.05, 2.0),
-            cell_rad: draw.real(0.02, 0.5),
-        }),
         prune_weight: number(draw.magnitude(1e-6, 0.1)),
         confirming_detections: draw.real(1.0, 5.0),
         unconfirmed_weight: if draw.chance(0.5) { T::ZERO } else { draw.real(0.0, 1.0) },
         confirmed_weight: if draw.chance(0.5) { T::ZERO } else { draw.real(0.0, 1.0) },
-        reduction: if draw.chance(0.5) {
-            Reduction::Greedy { merge_distance: draw.real(0.0, 9.0) }
-        } else {
-            Reduction::Runnalls { merge_cost: draw.real(0.0, 2.0) }
-        },
+        merge_distance: draw.real(0.0, 9.0),
         max_components: if draw.chance(0.5) { usize::MAX } else { 1 + draw.below(20) },
         extraction: [Extraction::Heaviest, Extraction::Peaks, Extraction::Confirmed][draw.below(3)],
         extraction_weight: draw.real(0.0, 1.0),
