@@ -110,7 +110,7 @@ pub use report::probe::StagePins;
 #[cfg(feature = "defmt")]
 pub use report::probe::StageTrace;
 pub use report::probe::{Probe, Stage};
-pub use report::reports::{PredictReport, ScanReport};
+pub use report::reports::{Peak, PredictReport, ScanReport};
 pub use settings::config::{Config, Extraction, MovingConfig};
 pub use settings::likelihood::Likelihood;
 pub use settings::plausible::Plausible;

@@ -11,6 +11,7 @@ pub(crate) mod extract;
 pub(crate) mod observe;
 pub(crate) mod relocate;
 pub(crate) mod scphd;
+pub(crate) mod stages;
 pub(crate) mod state;
 pub(crate) mod step;
 pub(crate) mod tally;

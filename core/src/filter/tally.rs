@@ -1,7 +1,7 @@
 //! Counts over the updates of one scan.
 
-use crate::Real;
 use crate::sight::seen::Weighed;
+use crate::{Peak, Real};
 
 /// What the updates of one scan did, over all maps of both kinds.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -28,6 +28,10 @@ pub(crate) struct Tally<T> {
     pub(crate) no_birth: usize,
     /// Σ w d² and Σ w over the detections kept: the normalised innovation squared and its weight.
     pub(crate) innovation: (T, T),
+    /// Σ p_D w over the components in view.
+    pub(crate) expected_detections: T,
+    /// The most that the maps of static and of moving features have taken of their capacities.
+    pub(crate) peaks: [Peak; 2],
     /// What the last of the maps says of its pose, as [`weigh`](crate::sight::weigh::weigh) would have it, where that is asked for.
     pub(crate) last: Weighed<T>,
 }
@@ -46,8 +50,16 @@ impl<T: Real> Tally<T> {
             repaired: 0,
             no_birth: 0,
             innovation: (T::ZERO, T::ZERO),
+            expected_detections: T::ZERO,
+            peaks: [Peak::default(); 2],
             last: Weighed { ln_likelihood: T::ZERO, in_view: 0 },
         }
+    }
+
+    /// Detections expected and made, in the mean over the maps.
+    pub(crate) fn mean_detections(&self) -> [T; 2] {
+        let maps = T::from_usize(self.survivors.max(1));
+        [self.expected_detections / maps, self.innovation.1 / maps]
     }
 
     /// Mean squared innovation per dimension of the measurement; 0 where nothing was detected.

@@ -55,10 +55,14 @@ impl<T: Real, X: MeasurementModel<Pose: Pose<Scalar = T>>> Sight<'_, X> {
 
     /// ln of the weight of a component in view that was not detected.
     #[inline]
-    fn ln_missed<N: Vector<Scalar = T>>(&self, component: &Component<N>, ln_missed: T) -> T {
+    fn ln_missed<F: Feature<Position = PositionOf<X::Pose>>>(
+        &self,
+        component: &Component<F::State>,
+        ln_missed: T,
+    ) -> T {
         let ln_weight = component.ln_weight + ln_missed;
         // What moves may have gone.
-        if N::DIMENSION > PositionOf::<X::Pose>::DIMENSION {
+        if F::MOVES {
             return ln_weight;
         }
         let ln_least = self.ln_confirmed.at_most(component.ln_weight);
@@ -111,6 +115,9 @@ impl<T: Real, D: Place<Scalar = T>> Update<'_, '_, D> {
         let (most_births, more) = first_look.map_or((0, false), |(view, _)| view.count_births());
         tally.lost += usize::from(more);
         *self.next_tag = first_tag.wrapping_add((scan.len() + most_births) as u32);
+        for (peak, pages) in tally.peaks.iter_mut().zip([self.still.pages_used(), self.moving.pages_used()]) {
+            peak.pages = pages;
+        }
         self.still.table.begin(parents);
         self.moving.table.begin(parents);
         let mut alive = survivors.iter().map(|&survivor| parent_of(survivor)).peekable();
@@ -171,11 +178,12 @@ impl<T: Real, D: Place<Scalar = T>> Update<'_, '_, D> {
         let first_birth = sight.first_tag.wrapping_add(sight.scan.len() as u32);
         for (index, birth) in sight.view.expected_births() {
             let birth = Component { tag: first_birth.wrapping_add(index as u32), ..birth };
-            if let Some(probability) = self.still.workspace.look_at(&birth, sight, self.eta, tally) {
+            if let Some(probability) = self.still.workspace.look_at::<Static<D>, X>(&birth, sight, self.eta, tally) {
                 seen.add(probability, birth.ln_weight.exp());
             }
         }
         let regained_moving = self.moving.collect(task, self.config, sight, self.eta, &mut seen, tally);
+        tally.expected_detections += seen.expected_detections;
         if self.weighs {
             let ln_likelihood = ln_likelihood(Likelihood::SingleCluster, &sight.view, &seen, sight.scan, self.eta);
             tally.last = Weighed { ln_likelihood, in_view: seen.in_view };
@@ -188,19 +196,31 @@ impl<T: Real, D: Place<Scalar = T>> Update<'_, '_, D> {
         self.moving.weigh_detections(self.eta, tally);
         self.give_birth(sight, Newborn::Explained, tally);
         probe.enter(Stage::Reduce);
+        self.note_components(tally);
         self.still.reduce(self.config, self.next_tag, tally);
         self.moving.reduce(self.config, self.next_tag, tally);
         probe.leave(Stage::Reduce);
         self.give_birth(sight, Newborn::Unexplained, tally);
+        self.note_components(tally);
         self.still.count(tally);
         self.moving.count(tally);
         let still_stored = self.still.store(task, regained_still, &sight.bounds, tally);
         let moving_stored = self.moving.store(task, regained_moving, &sight.bounds, tally);
+        let taken = [self.still.taken(task.particle), self.moving.taken(task.particle)];
+        for (peak, (pages, map_pages)) in tally.peaks.iter_mut().zip(taken) {
+            (peak.pages, peak.map_pages) = (peak.pages.max(pages), peak.map_pages.max(map_pages));
+        }
         if still_stored && moving_stored {
             tally.updated += 1;
         } else {
             tally.kept += 1;
         }
+    }
+
+    /// How many components the workspaces hold.
+    fn note_components(&self, tally: &mut Tally<T>) {
+        let held = [self.still.workspace.len(), self.moving.workspace.len()];
+        tally.peaks.iter_mut().zip(held).for_each(|(peak, held)| peak.in_view = peak.in_view.max(held));
     }
 
     /// Adds components of weight w_b/η_z at h⁻¹(z, x) for the measurements of which the births are asked for, a static and a moving
@@ -267,13 +287,17 @@ impl<T: Real, D: Place<Scalar = T>> Update<'_, '_, D> {
 
 impl<T: Real, N: Vector<Scalar = T>> Workspace<'_, N> {
     /// Adds what becomes of one component, and its terms to η_z. Returns p_D; `None` where it is out of view.
-    fn look_at<X: MeasurementModel<Pose: Pose<Scalar = T>>>(
+    fn look_at<F, X>(
         &mut self,
         component: &Component<N>,
         sight: &Sight<'_, X>,
         eta: &mut [LnSum<T>],
         tally: &mut Tally<T>,
-    ) -> Option<T> {
+    ) -> Option<T>
+    where
+        F: Feature<State = N, Position = PositionOf<X::Pose>>,
+        X: MeasurementModel<Pose: Pose<Scalar = T>>,
+    {
         let Sight { view, spread, scan, .. } = sight;
         let mut expectation = view.expect(component)?;
         let mut noise = *view.sensor.noise();
@@ -282,7 +306,7 @@ impl<T: Real, N: Vector<Scalar = T>> Workspace<'_, N> {
             expectation = expectation.blurred(&blur);
             noise = noise.plus(&blur);
         }
-        let ln_weight = sight.ln_missed(component, expectation.detection.ln_missed);
+        let ln_weight = sight.ln_missed::<F>(component, expectation.detection.ln_missed);
         self.push(Component { ln_weight, ..*component }, Origin::Missed);
         let mut correction = None;
         view.matches(&expectation, scan, |found| {
@@ -337,7 +361,7 @@ impl<T: Real, F: Feature<Position: Place<Scalar = T>>> Maps<'_, F> {
                 let within = bounds.covers(page.bounds());
                 for (component, weight) in page.weighted() {
                     let near = within || bounds.holds(&component.position());
-                    if near && let Some(probability) = workspace.look_at(component, sight, eta, tally) {
+                    if near && let Some(probability) = workspace.look_at::<F, X>(component, sight, eta, tally) {
                         seen.add(probability, weight);
                         in_view = true;
                     } else {
@@ -421,6 +445,12 @@ impl<T: Real, F: Feature<Position: Place<Scalar = T>>> Maps<'_, F> {
             self.table.take_back(task.particle);
         }
         fits
+    }
+
+    /// Pages of the pool, and those of the particle's updated map, while the scan goes on.
+    fn taken(&self, particle: usize) -> (usize, usize) {
+        let map_pages = self.table.map_pages().saturating_sub(self.table.room(particle));
+        (self.pages_used(), map_pages)
     }
 
     /// Makes the updated components fit into `room` pages: the lightest go first, down from half a feature; then

@@ -73,7 +73,9 @@ impl<T: Real, V: Vector<Scalar = T>> Symmetric<V> {
     #[must_use]
     pub fn get(&self, row: usize, column: usize) -> T {
         let (row, column) = if row < column { (column, row) } else { (row, column) };
-        if row < V::DIMENSION { self.lower.as_ref()[at(row, column)] } else { T::ZERO }
+        // The compiler does not see everywhere that the place is within the triangle, and an index could panic.
+        let element = if row < V::DIMENSION { self.lower.as_ref().get(at(row, column)) } else { None };
+        element.copied().unwrap_or(T::ZERO)
     }
 
     /// The packed lower triangle, row after row.

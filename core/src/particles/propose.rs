@@ -16,7 +16,7 @@ use crate::particles::predict::split;
 use crate::sight::maps::{DynamicMaps, StaticMaps};
 use crate::sight::scan::Scan;
 use crate::sight::seen::reset_eta;
-use crate::sight::view::{ExpectationOf, View};
+use crate::sight::view::{ExpectationOf, View, Views};
 use crate::{
     Component, Factor, Informed, Linear, LnSum, MeasurementModel, Noise, Pose, Real, ScalarOf, Sensor, Symmetric,
     TangentOf, Vector, Zero,
@@ -52,26 +52,19 @@ fn identity<T: Real, K: Vector<Scalar = T>>() -> Symmetric<K> {
 }
 
 /// What the proposal works with, beside the particles.
-#[derive(Debug)]
-pub(crate) struct Proposer<'a, 's, X: MeasurementModel, L> {
+pub(crate) struct Proposer<'a, 's, 'v, X: MeasurementModel> {
     pub(crate) informed: Informed<ScalarOf<X::Pose>>,
     /// ln of the weight below which the update drops components: those do not steer.
     pub(crate) ln_floor: ScalarOf<X::Pose>,
     /// What is seen from a pose.
-    pub(crate) look: L,
+    pub(crate) views: &'a Views<'v, X>,
     pub(crate) still: &'a mut StaticMaps<'s, X::Pose>,
     pub(crate) moving: &'a DynamicMaps<'s, X::Pose>,
     pub(crate) scan: &'a Scan<'a, X::Measurement>,
     pub(crate) eta: &'a mut [LnSum<ScalarOf<X::Pose>>],
 }
 
-impl<'v, T, P, X, L> Proposer<'_, '_, X, L>
-where
-    T: Real,
-    P: Pose<Scalar = T>,
-    X: MeasurementModel<Pose = P> + 'v,
-    L: Fn(&P) -> View<'v, X>,
-{
+impl<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>> Proposer<'_, '_, '_, X> {
     /// Replaces every particle by `samples` candidates, and sets for each ln p(ξ) − ln q(ξ), the part of its weight that
     /// corrects for where it was drawn. Of the covariances, what has not been drawn stays. Returns for how many particles more
     /// components lie near measurements than the workspace holds: there the heavier ones steer, and of equal ones the first.
@@ -119,9 +112,9 @@ where
         root: &Linear<P::Tangent, P::Tangent>,
     ) -> Option<Posterior<P::Tangent>> {
         let ln_negligible = self.informed.least_share.ln();
-        let look = |pose: &P| View { ln_negligible, ..(self.look)(pose) };
+        let views = Views { ln_negligible, ..*self.views };
         let mut posterior = Posterior::prior()?;
-        let view = look(parent);
+        let view = views.from(parent);
         let bounds = view.bounds();
         let Maps { table, pool, workspace } = &mut *self.still;
         workspace.clear(self.ln_floor);
@@ -138,7 +131,7 @@ where
             return Some(posterior);
         }
         for _ in 0..self.informed.rounds {
-            let view = look(&parent.displaced(&applied::<P::Tangent, P::Tangent>(root, &posterior.mean)));
+            let view = views.from(&parent.displaced(&applied::<P::Tangent, P::Tangent>(root, &posterior.mean)));
             reset_eta(self.eta, self.scan);
             let still = || workspace.in_view().iter().map(|Entry { component, .. }| component);
             for component in still() {

@@ -17,6 +17,19 @@ pub struct PredictReport {
     pub health: Health,
 }
 
+/// The most that a scan has taken of the capacities of the maps of one kind, at any moment: each must be at least that.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub struct Peak {
+    /// Pages of the pool.
+    pub pages: usize,
+    /// Pages of one map.
+    pub map_pages: usize,
+    /// Components of one map in an update, before reduction (`VIEW`, `in_view`).
+    pub in_view: usize,
+}
+
 /// What a scan did. Counts over maps are sums over the maps of all distinct survivors; a map is one particle's of both kinds.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -61,6 +74,10 @@ pub struct ScanReport<T> {
     pub lost: usize,
     /// Covariances repaired.
     pub repaired: usize,
+    /// The most that the scan has taken of the capacities for static features.
+    pub peak: Peak,
+    /// The same for moving features.
+    pub moving_peak: Peak,
     /// Pages of static features in use after the scan.
     pub pages_used: usize,
     /// Pages for static features in all.
@@ -73,6 +90,11 @@ pub struct ScanReport<T> {
     pub detection_scale: T,
     /// The same of κ.
     pub clutter_scale: T,
+    /// Detections to be expected of the features in view, static and moving, in the mean over the maps updated: Σ p_D w.
+    pub expected_detections: T,
+    /// Measurements that the features in view explain, likewise: Σ p_D w N(z; ẑ, S)/η_z. Far less than expected of a map that is well known,
+    /// scan after scan, says that the vehicle is not where it is taken to be.
+    pub detections: T,
     /// Mean of vᵀ S⁻¹ v over the detections, by weight, per dimension of the measurement; about 1 for a consistent
     /// filter; 0 where nothing was detected.
     pub innovation: T,

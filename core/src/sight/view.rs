@@ -27,6 +27,34 @@ pub(crate) struct View<'a, X: MeasurementModel> {
     pub(crate) last_detection: Cell<Detection<ScalarOf<X::Pose>>>,
 }
 
+/// What the views of one scan have in common, whatever the pose.
+pub(crate) struct Views<'a, X: MeasurementModel> {
+    pub(crate) sensor: &'a X::Sensor,
+    pub(crate) field_of_view: &'a X::FieldOfView,
+    pub(crate) detection_scale: ScalarOf<X::Pose>,
+    pub(crate) ln_negligible: ScalarOf<X::Pose>,
+    pub(crate) ln_sharpest: ScalarOf<X::Pose>,
+    pub(crate) most_births: usize,
+}
+
+impl<'a, X: MeasurementModel> Views<'a, X> {
+    /// The view from a pose.
+    #[inline]
+    pub(crate) fn from(&self, pose: &X::Pose) -> View<'a, X> {
+        let &Self { sensor, field_of_view, detection_scale, ln_negligible, ln_sharpest, most_births } = self;
+        View {
+            sensor,
+            field_of_view,
+            frame: sensor.frame(pose),
+            detection_scale,
+            ln_negligible,
+            ln_sharpest,
+            most_births,
+            last_detection: Cell::new(Detection::of(ScalarOf::<X::Pose>::ONE, detection_scale)),
+        }
+    }
+}
+
 /// A probability of detection and its logarithms.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Detection<T> {

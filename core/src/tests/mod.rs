@@ -11,6 +11,7 @@ mod mismatch;
 mod movers;
 mod observing;
 mod oracles;
+mod peaks;
 mod smallest;
 mod taken_over;
 mod unconfirmed;

@@ -174,6 +174,9 @@ fn run<
                         filter.predict(&AHEAD, 0.1).unwrap();
                     }
                     let report = filter.scan(&scan).unwrap();
+                    let peak = report.peak;
+                    assert!(peak.pages <= P && peak.map_pages <= MP && peak.in_view <= V, "{peak:?}");
+                    assert!(peak.pages >= report.pages_used, "{peak:?}");
                     let features = &mut [Component::ZERO; 3];
                     filter.estimate_map(features);
                     filter.estimate_expected_map(features);

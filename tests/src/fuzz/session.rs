@@ -397,7 +397,10 @@ fn sound_report<T: Real>(report: &ScanReport<T>) -> Result<(), String> {
     require(report.n_eff >= T::from_f64(0.999) && report.n_eff <= most, told)?;
     require(report.particles >= 1 && report.survivors >= 1 && report.survivors <= report.particles, told)?;
     require(report.maps_updated + report.not_updated == report.survivors, told)?;
-    require(report.pages_used <= report.pages && report.moving_pages_used <= report.moving_pages, told)
+    require(report.pages_used <= report.peak.pages && report.peak.pages <= report.pages, told)?;
+    require(report.moving_pages_used <= report.moving_peak.pages, told)?;
+    require(report.moving_peak.pages <= report.moving_pages, told)?;
+    require(finite(report.expected_detections) && finite(report.detections), told)
 }
 
 fn sound_estimate<T: Real, N: Vector<Scalar = T>>(

@@ -1,0 +1,246 @@
+//! The stages of a scan that are the filter's own: what each is given, and what comes of it.
+
+use crate::filter::executor::shares;
+use crate::filter::state::Memory;
+use crate::filter::tally::Tally;
+use crate::particles::candidate::{effective_number, reweigh};
+use crate::particles::cursor::Cursor;
+use crate::particles::propose::Proposer;
+use crate::particles::select::Selection;
+use crate::sight::learn::seen;
+use crate::sight::online::Shown;
+use crate::sight::scan::Scan;
+use crate::sight::view::Views;
+use crate::sight::weigh::weigh;
+use crate::{
+    Config, Executor, Health, Likelihood, LnSum, MeasurementModel, Noise, Pose, Proposal, Real, ScalarOf, ScanReport,
+    Symmetric, Vector,
+};
+
+/// What holds for a whole scan from the moment its candidates are there.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Grounds {
+    pub(crate) particles: usize,
+    /// Candidates of each particle.
+    pub(crate) children: usize,
+    /// Whether the poses have a covariance of their own, which blurs what is expected.
+    pub(crate) blurs: bool,
+    /// Whether there is but one candidate, that goes on whatever it weighs: the update tells how well it explains the scan, and the
+    /// map is looked at but once.
+    pub(crate) lone: bool,
+}
+
+impl Grounds {
+    pub(crate) fn of<T: Real>(config: &Config<T>, cursor: &Cursor<T>) -> Self {
+        let (particles, children) = (cursor.particles, cursor.children);
+        let blurs = matches!(config.proposal, Proposal::Informed(informed) if informed.drawn < T::ONE);
+        let lone = particles * children == 1 && config.likelihood == Likelihood::SingleCluster && !blurs;
+        Self { particles, children, blurs, lone }
+    }
+
+    /// Number of candidates.
+    pub(crate) fn candidates(&self) -> usize {
+        self.particles * self.children
+    }
+
+    /// The particle that a candidate comes from.
+    #[inline]
+    pub(crate) fn parent_of(&self, candidate: usize) -> usize {
+        candidate.checked_div(self.children).unwrap_or(0)
+    }
+}
+
+/// Draws the candidates of a proposal that the scan has been taken into, and sets for each the part of ln L that corrects for where it
+/// was drawn; zero where the prediction has drawn them already. Returns for how many particles the workspace was too small.
+pub(crate) fn propose<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>>(
+    config: &Config<T>,
+    views: &Views<'_, X>,
+    scan: &Scan<'_, X::Measurement>,
+    memory: &mut Memory<'_, P>,
+    eta: &mut [LnSum<T>],
+    noise: &mut Noise,
+) -> usize {
+    let Memory { cursor, spreads, candidates, ln_likelihoods, still, moving, .. } = memory;
+    ln_likelihoods.iter_mut().for_each(|ln_correction| *ln_correction = T::ZERO);
+    match config.proposal {
+        Proposal::Informed(informed) if cursor.predicted || informed.drawn < T::ONE => {
+            let ln_floor = config.prune_weight.ln();
+            let proposer = Proposer { informed, ln_floor, views, still, moving, scan, eta };
+            proposer.all(config.samples, cursor, candidates, spreads, ln_likelihoods, noise)
+        }
+        _ => 0,
+    }
+}
+
+/// How well the candidates explain the scan.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Weighing<T> {
+    /// ln Σ ζ L.
+    pub(crate) ln_evidence: T,
+    /// N_eff.
+    pub(crate) n_eff: T,
+    /// |V|, the most components in view of any candidate.
+    pub(crate) in_view: usize,
+}
+
+impl<T: Real> Weighing<T> {
+    /// With what the update says of a lone candidate.
+    pub(crate) fn completed(self, grounds: &Grounds, tally: &Tally<T>, ln_likelihoods: &mut [T]) -> Self {
+        match ln_likelihoods.first_mut() {
+            Some(ln_likelihood) if grounds.lone => {
+                *ln_likelihood = explained(*ln_likelihood + tally.last.ln_likelihood);
+                Self { ln_evidence: *ln_likelihood, in_view: tally.last.in_view, ..self }
+            }
+            _ => self,
+        }
+    }
+}
+
+/// Adds to every candidate's ln L what the scan says (4.52), and multiplies the weights by it (5.23).
+///
+/// The maps are read only, and `eta` and `most_in_view` are scratch, a part for every job of the executor.
+#[expect(clippy::too_many_arguments, reason = "what the stage reads and what it writes")]
+pub(crate) fn weigh_all<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>>(
+    config: &Config<T>,
+    grounds: &Grounds,
+    views: &Views<'_, X>,
+    scan: &Scan<'_, X::Measurement>,
+    memory: &mut Memory<'_, P>,
+    eta: &mut [LnSum<T>],
+    most_in_view: &mut [u16],
+    executor: &impl Executor,
+) -> Weighing<T> {
+    let Memory { candidates, ln_likelihoods, still, moving, .. } = memory;
+    let candidates = candidates.get_mut(..grounds.candidates()).unwrap_or(&mut []);
+    let (predicted, likelihood) = ((&*still, &*moving), config.likelihood);
+    let in_question = if grounds.lone { &[][..] } else { &*candidates };
+    most_in_view.fill(0);
+    executor.run(shares(in_question, ln_likelihoods, eta, most_in_view), |share| {
+        let mut most_in_view = 0;
+        for (offset, (candidate, ln_likelihood)) in share.candidates.iter().zip(share.ln_likelihoods).enumerate() {
+            let (view, parent) = (views.from(&candidate.pose), grounds.parent_of(share.first + offset));
+            let weighed = weigh(&view, parent, predicted, scan, likelihood, share.eta);
+            *ln_likelihood = explained(*ln_likelihood + weighed.ln_likelihood);
+            most_in_view = weighed.in_view.max(most_in_view);
+        }
+        *share.most_in_view = most_in_view.min(usize::from(u16::MAX)) as u16;
+    });
+    let ln_evidence = reweigh(candidates, ln_likelihoods);
+    let in_view = most_in_view.iter().copied().max().map_or(0, usize::from);
+    Weighing { ln_evidence, n_eff: effective_number(candidates), in_view }
+}
+
+/// What the scan shows the heaviest of the survivors of detections and of clutter.
+pub(crate) fn learn<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>>(
+    config: &Config<T>,
+    grounds: &Grounds,
+    views: &Views<'_, X>,
+    scan: &Scan<'_, X::Measurement>,
+    memory: &Memory<'_, P>,
+    heaviest: usize,
+    eta: &mut [LnSum<T>],
+) -> Option<Shown<T>> {
+    let survivor = memory.survivors.get(heaviest).copied().map(usize::from)?;
+    let (candidate, parent) = (memory.candidates.get(survivor)?, grounds.parent_of(survivor));
+    let spread = if grounds.blurs { memory.spreads.get(parent) } else { None };
+    let maps = (&memory.still, &memory.moving, parent);
+    Some(seen(&views.from(&candidate.pose), spread, maps, scan, config.confirming_detections, eta))
+}
+
+/// Makes the selected candidates the particles, and gets ready for the next prediction. Returns how many predictions were refused
+/// before this scan.
+pub(crate) fn adopt<T: Real, P: Pose<Scalar = T>>(
+    grounds: &Grounds,
+    selection: &Selection,
+    memory: &mut Memory<'_, P>,
+    noise: Noise,
+) -> usize {
+    let Memory { cursor, spreads, selected_spreads, candidates, selected, survivors, .. } = memory;
+    candidates.iter_mut().zip(selected.iter()).take(grounds.particles).for_each(|(slot, chosen)| *slot = *chosen);
+    for (slot, &survivor) in selected_spreads.iter_mut().zip(survivors.iter()).take(grounds.particles) {
+        let parent = grounds.parent_of(usize::from(survivor));
+        *slot = spreads.get(parent).copied().unwrap_or(Symmetric::ZERO);
+    }
+    spreads.iter_mut().zip(selected_spreads.iter()).for_each(|(slot, chosen)| *slot = *chosen);
+    cursor.noise = Some(noise);
+    cursor.children = 1;
+    cursor.predicted = false;
+    cursor.waited_s = T::ZERO;
+    cursor.weighed = grounds.candidates();
+    cursor.heaviest = selection.heaviest;
+    usize::from(core::mem::take(&mut cursor.refused))
+}
+
+/// What came of the stages.
+#[derive(Debug)]
+pub(crate) struct Outcome<T> {
+    pub(crate) grounds: Grounds,
+    pub(crate) weighing: Weighing<T>,
+    pub(crate) selection: Selection,
+    pub(crate) tally: Tally<T>,
+    /// Particles for whose proposal the workspace was too small.
+    pub(crate) crowded: usize,
+    /// Predictions refused since the scan before.
+    pub(crate) refused: usize,
+    /// The factors of p_D and κ from the next scan on.
+    pub(crate) scales: [T; 2],
+}
+
+/// What the caller is told.
+pub(crate) fn report<P: Pose, Z: Vector>(
+    outcome: &Outcome<ScalarOf<P>>,
+    memory: &Memory<'_, P>,
+    measured: &[Z],
+) -> ScanReport<ScalarOf<P>> {
+    let real = ScalarOf::<P>::from_f64;
+    let Outcome { grounds, weighing, selection, tally, crowded, refused, scales } = outcome;
+    let Weighing { ln_evidence, n_eff, in_view } = *weighing;
+    let innovation = tally.mean_innovation(Z::DIMENSION);
+    let [expected_detections, detections] = tally.mean_detections();
+    let tightened = tally.tightened + crowded;
+    let health = Health::UNEXPLAINED_SCAN.when(!ln_evidence.is_finite())
+        | Health::DEGENERATE.when(grounds.particles > 1 && n_eff < real(1.5))
+        | Health::PRUNING_TIGHTENED.when(tightened > 0)
+        | Health::MAP_NOT_UPDATED.when(tally.kept > 0)
+        | Health::COMPONENTS_LOST.when(tally.lost > 0)
+        | Health::COVARIANCE_REPAIRED.when(tally.repaired > 0)
+        | Health::INNOVATION_HIGH.when(innovation > real(2.0))
+        | Health::PREDICTION_REFUSED.when(*refused > 0);
+    ScanReport {
+        measurements: measured.len(),
+        no_birth: tally.no_birth,
+        refused: *refused,
+        candidates: grounds.candidates(),
+        in_view,
+        ln_evidence,
+        n_eff,
+        resampled: selection.resampled,
+        particles: grounds.particles,
+        survivors: tally.survivors,
+        maps_updated: tally.updated,
+        births: tally.births,
+        merged: tally.merged,
+        pruned_mass: tally.pruned_mass,
+        tightened,
+        not_updated: tally.kept,
+        lost: tally.lost,
+        repaired: tally.repaired,
+        peak: tally.peaks[0],
+        moving_peak: tally.peaks[1],
+        pages_used: memory.still.pages_used(),
+        pages: memory.still.pool.capacity(),
+        moving_pages_used: memory.moving.pages_used(),
+        moving_pages: memory.moving.pool.capacity(),
+        detection_scale: scales[0],
+        clutter_scale: scales[1],
+        expected_detections,
+        detections,
+        innovation,
+        health,
+    }
+}
+
+/// ln L, whatever the models have said: −∞, nothing explained, where it is no number or infinite.
+fn explained<T: Real>(ln_likelihood: T) -> T {
+    if ln_likelihood.is_finite() { ln_likelihood } else { T::NEG_INFINITY }
+}
