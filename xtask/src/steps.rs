@@ -45,7 +45,7 @@ pub const STEPS: &[Step] = &[
     },
     Step {
         name: "target",
-        what: "the core builds for a Cortex-M without std and without alloc",
+        what: "core and sequencer build for a Cortex-M without std and without alloc",
         run: |_| target::step(),
     },
     Step {
