@@ -1,5 +1,5 @@
-//! A robot whose lidar takes up to 150 ms to report. Stamped when they arrive, its scans are laid where it no longer is; stamped when
-//! they were measured, they are not. Beside the filter, a pose for the controller that never jumps.
+//! A robot whose lidar takes up to 150 ms to report. Stamped when they arrive, its scans are laid where it no longer
+//! is; stamped when they were measured, they are not. Beside the filter, a pose for the controller that never jumps.
 
 use heapless::Vec as List;
 use scphd::nalgebra::Vector2;
@@ -29,7 +29,8 @@ fn truth(exact: &Unicycle<f32>, at_ns: u64) -> PlanarPose<f32> {
     exact.propagate(&PlanarPose::new(0.0, 0.0, 0.0), &control, at_ns as f32 / 1e9)
 }
 
-/// A minute, with when each input arrives, ns: the wheels every 20 ms, at once; the lidar every 100 ms, between 10 and 150 ms later, one scan a second later.
+/// A minute, with when each input arrives, ns: the wheels every 20 ms, at once; the lidar every 100 ms, between 10 and
+/// 150 ms later, one scan a second later.
 fn log(exact: &Unicycle<f32>) -> Vec<(u64, Stamp, Input)> {
     let (mut log, mut draws) = (Vec::new(), Noise::seeded(1));
     for step in 0..3000 {
@@ -53,7 +54,8 @@ fn log(exact: &Unicycle<f32>) -> Vec<(u64, Stamp, Input)> {
     log
 }
 
-/// RMSE of the pose that the robot has at every time, m; inputs are stamped when they were measured, or when they arrive.
+/// RMSE of the pose that the robot has at every time, m; inputs are stamped when they were measured, or when they
+/// arrive.
 fn drive(exact: &Unicycle<f32>, when_measured: bool) -> Result<f32, Box<dyn std::error::Error>> {
     let window = RangeBearingWindow::full_circle(15.0, 0.95)?;
     let clutter = UniformClutter::of_scan(0.1, window.measure())?;

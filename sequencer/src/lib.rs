@@ -1,23 +1,24 @@
 //! Time stamps in front of a filter, and odometry that never jumps behind it.
 //!
-//! A filter such as [`ScPhd`](scphd::ScPhd) or [`JointSlam`](scphd::JointSlam) takes its inputs in the order in which things happened. On a
-//! vehicle they come in another order: a radar computes longer than a lidar, a bus delays, a receiver repeats itself. The [`Sequencer`] takes
-//! inputs in any order within a window, and hands them out in the order of their time stamps, with the predictions between them: the
-//! filter has the same digest whatever the order of arrival was. What is too late, silent, repeated or from a clock that jumps or stands
-//! still raises a [flag](Flags) and is counted.
+//! A filter such as [`ScPhd`](scphd::ScPhd) or [`JointSlam`](scphd::JointSlam) takes its inputs in the order in which
+//! things happened. On a vehicle they come in another order: a radar computes longer than a lidar, a bus delays, a
+//! receiver repeats itself. The [`Sequencer`] takes inputs in any order within a window, and hands them out in the
+//! order of their time stamps, with the predictions between them: the filter has the same digest whatever the order of
+//! arrival was. What is too late, silent, repeated or from a clock that jumps or stands still raises a [flag](Flags)
+//! and is counted.
 //!
-//! A corrected pose jumps with every correction. [`SmoothOdometry`] keeps a pose that never does, for controllers, and the frame that
-//! takes it to the map, for planners.
+//! A corrected pose jumps with every correction. [`SmoothOdometry`] keeps a pose that never does, for controllers, and
+//! the frame that takes it to the map, for planners.
 //!
-//! Nothing needs a heap, nothing panics, and every loop ends after as many rounds as inputs can wait. Times are whole nanoseconds in
-//! a `u64`; an [`Interval`] becomes seconds once.
+//! Nothing needs a heap, nothing panics, and every loop ends after as many rounds as inputs can wait. Times are whole
+//! nanoseconds in a `u64`; an [`Interval`] becomes seconds once.
 //!
 //! ```
 //! use heapless::Vec;
 //! use scphd::nalgebra::Vector2;
 //! use scphd::{
-//!     Births, Config, ControlNoise, Detector, DetectorMemory, PlanarPose, PositionFix, RangeBearing, RangeBearingWindow,
-//!     ScPhd, Sensing, Step, Unicycle, UnicycleControl, UniformClutter, memory,
+//!     Births, Config, ControlNoise, Detector, DetectorMemory, PlanarPose, PositionFix, RangeBearing,
+//!     RangeBearingWindow, ScPhd, Sensing, Step, Unicycle, UnicycleControl, UniformClutter, memory,
 //! };
 //! use scphd_sequencer::{Action, Sequencer, Settings, Stamp};
 //!
@@ -30,7 +31,9 @@
 //! const LIDAR: u8 = 1;
 //! const GPS: u8 = 2;
 //!
-//! memory! { type Memory: Unicycle<f32> { particles: 4, samples: 1, features { pages: 64, pages_per_map: 16, in_view: 256 } } }
+//! memory! {
+//!     type Memory: Unicycle<f32> { particles: 4, samples: 1, features { pages: 64, pages_per_map: 16, in_view: 256 } }
+//! }
 //! # let (mut state, mut scratch) = (Box::new(Memory::new()), DetectorMemory::<Vector2<f32>, 32>::new());
 //! # let window = RangeBearingWindow::full_circle(12.0, 0.9)?;
 //! # let sensing = Sensing {
@@ -50,7 +53,8 @@
 //!
 //! // Wherever inputs arrive:
 //! sequencer.push_event(Stamp::new(GPS, start_ns + 200_000_000), Event::Gps(Vector2::new(0.1, 0.0)))?;
-//! sequencer.push_control(Stamp::new(WHEELS, start_ns + 100_000_000), UnicycleControl { speed_mps: 1.0, rate_radps: 0.0 })?;
+//! let driving = UnicycleControl { speed_mps: 1.0, rate_radps: 0.0 };
+//! sequencer.push_control(Stamp::new(WHEELS, start_ns + 100_000_000), driving)?;
 //! let scan = Vec::from_slice(&[Vector2::new(5.0, 0.3)])?;
 //! sequencer.push_event(Stamp::new(LIDAR, start_ns + 150_000_000), Event::Lidar(scan))?;
 //!

@@ -2,11 +2,12 @@
 
 use scphd::{Motion, Pose, PositionOf, PredictError, Real, ResetError, ScalarOf, TangentOf, Vector, Zero, wrap};
 
-/// Where the frame of the odometry lies in the map: map_T_odom = map pose ∘ odometry pose⁻¹, a turn about the vertical and a shift.
+/// Where the frame of the odometry lies in the map: map_T_odom = map pose ∘ odometry pose⁻¹, a turn about the vertical
+/// and a shift.
 ///
-/// Of a pose the coordinates of its place change, which come first, and its [heading](Pose::HEADING): x, y and heading of a
-/// [`PlanarPose`](scphd::PlanarPose); x, y, z and yaw of an [`AuvPose`](scphd::AuvPose), whose roll and pitch are the same in
-/// either frame, as its instruments tell them, and whose yaw rate is of no frame.
+/// Of a pose the coordinates of its place change, which come first, and its [heading](Pose::HEADING): x, y and heading
+/// of a [`PlanarPose`](scphd::PlanarPose); x, y, z and yaw of an [`AuvPose`](scphd::AuvPose), whose roll and pitch are
+/// the same in either frame, as its instruments tell them, and whose yaw rate is of no frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MapFromOdom<P: Pose> {
     turn_rad: ScalarOf<P>,
@@ -77,12 +78,12 @@ pub struct Correction<T> {
 
 /// A pose by odometry alone, which never jumps, and what takes it to the map.
 ///
-/// A controller follows the pose in the frame of the odometry: it drifts, and moves by no more than the vehicle. A planner
-/// works in the map: it applies [`map_from_odom`](Self::map_from_odom) to the pose, and has a jump with every correction.
-/// Both frames are one at the start.
+/// A controller follows the pose in the frame of the odometry: it drifts, and moves by no more than the vehicle. A
+/// planner works in the map: it applies [`map_from_odom`](Self::map_from_odom) to the pose, and has a jump with every
+/// correction. Both frames are one at the start.
 ///
-/// It is given the same predictions as the filter, and corrected with the filter's pose at the same time. [`Sequencer::ahead`](crate::Sequencer::ahead) has the
-/// controls from there on until now.
+/// It is given the same predictions as the filter, and corrected with the filter's pose at the same time.
+/// [`Sequencer::ahead`](crate::Sequencer::ahead) has the controls from there on until now.
 ///
 /// ```
 /// use scphd::{ControlNoise, PlanarPose, Pose, Step, Unicycle, UnicycleControl};
@@ -116,10 +117,11 @@ impl<P: Pose> SmoothOdometry<P> {
         Self { pose, map_from_odom: MapFromOdom::IDENTITY, corrections: 0, greatest }
     }
 
-    /// Moves on for `dt` seconds under `control`, without noise.
+    /// Moves on for `dt` seconds under `control`, without noise: the filter's own motion will do.
     ///
     /// # Errors
-    /// The motion does not admit the control, `dt` is negative or not finite, or they lead to a pose that is not finite; the pose is as it was.
+    /// The motion does not admit the control, `dt` is negative or not finite, or they lead to a pose that is not
+    /// finite; the pose is as it was.
     pub fn predict<M: Motion<Pose = P>>(
         &mut self,
         motion: &M,

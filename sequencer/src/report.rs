@@ -27,19 +27,20 @@ impl Flags {
     pub const EVENTS_FULL: Self = Self(1 << 3);
     /// For longer than [`gap_ns`](crate::Settings::gap_ns) there was no control.
     pub const GAP: Self = Self(1 << 4);
-    /// A stamp, or the time of a tick, was ahead of the newest time by more than [`jump_ns`](crate::Settings::jump_ns): it was refused,
-    /// unless it was believed.
+    /// A stamp, or the time of a tick, was ahead of the newest time by more than [`jump_ns`](crate::Settings::jump_ns):
+    /// it was refused, unless it was believed.
     pub const JUMP_FORWARD: Self = Self(1 << 5);
-    /// A stamp was behind the newest time by more than [`jump_ns`](crate::Settings::jump_ns): it was refused, unless it was believed.
+    /// A stamp was behind the newest time by more than [`jump_ns`](crate::Settings::jump_ns): it was refused, unless it
+    /// was believed.
     pub const JUMP_BACK: Self = Self(1 << 6);
-    /// [`jumps_believed`](crate::Settings::jumps_believed) inputs in a row came from beyond a jump: the clock was set, and the
-    /// sequencer goes on with it as it is now.
+    /// [`jumps_believed`](crate::Settings::jumps_believed) inputs in a row came from beyond a jump: the clock was set,
+    /// and the sequencer goes on with it as it is now.
     pub const CLOCK_SET: Self = Self(1 << 7);
-    /// [`frozen_inputs`](crate::Settings::frozen_inputs) inputs in a row were none newer than those before: the clock that stamps
-    /// them stands still.
+    /// [`frozen_inputs`](crate::Settings::frozen_inputs) inputs in a row were none newer than those before: the clock
+    /// that stamps them stands still.
     pub const FROZEN: Self = Self(1 << 8);
-    /// The time of a tick was behind the newest time by more than the window: the clock of the ticks stands still, was set back, or is
-    /// not that of the stamps. The tick did nothing.
+    /// The time of a tick was behind the newest time by more than the window: the clock of the ticks stands still, was
+    /// set back, or is not that of the stamps. The tick did nothing.
     pub const TICK_BEHIND: Self = Self(1 << 9);
 
     const NAMES: [(Self, &'static str); CONDITIONS] = [
@@ -100,10 +101,24 @@ impl fmt::Debug for Flags {
     }
 }
 
+#[cfg(feature = "defmt")]
+impl defmt::Format for Flags {
+    fn format(&self, f: defmt::Formatter<'_>) {
+        let mut separator = "";
+        defmt::write!(f, "{{");
+        for (_, name) in Self::NAMES.iter().filter(|(flag, _)| self.contains(*flag)) {
+            defmt::write!(f, "{=str}{=str}", separator, name);
+            separator = ", ";
+        }
+        defmt::write!(f, "}}");
+    }
+}
+
 const CONDITIONS: usize = 10;
 
 /// What has happened: which conditions since the report was last taken, and how often each since the start.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Report {
     /// Conditions since [`take_report`](crate::Sequencer::take_report) was last called.
     pub flags: Flags,
@@ -132,6 +147,7 @@ impl Report {
 
 /// Why an input was refused. Each is counted in the [`Report`], but for the first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum PushError {
     /// The sequencer has not been started.

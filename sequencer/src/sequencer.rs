@@ -18,7 +18,8 @@ pub enum Action<'q, C, E> {
         /// How long until the next input, or until the control is too old; above zero.
         dt: Interval,
     },
-    /// Time passes, and the control in force is older than [`gap_ns`](Settings::gap_ns): what moves the vehicle is not known.
+    /// Time passes, and the control in force is older than [`gap_ns`](Settings::gap_ns): what moves the vehicle is not
+    /// known.
     Gap {
         /// The last control there was.
         control: C,
@@ -31,15 +32,20 @@ pub enum Action<'q, C, E> {
 
 /// Takes inputs in any order within a window, and hands them out in the order of their times.
 ///
-/// `C` is the control of the vehicle's motion, `E` whatever else happens: an enum of the user's own with a variant for each
-/// sensor and each fix. Up to `CONTROLS` controls and `EVENTS` events wait; the size of the type is all the memory there is.
+/// `C` is the control of the vehicle's motion, `E` whatever else happens: an enum of the user's own with a variant for
+/// each sensor and each fix. Up to `CONTROLS` controls and `EVENTS` events wait; the size of the type is all the memory
+/// there is.
 ///
-/// An input is handed out as soon as the newest time is later than its own by more than the window: then nothing can come any
-/// more that is before it. The newest time is that of the newest stamp, or of the newest [`tick`](Self::tick). So neither the order of
-/// arrival nor how often anyone asks changes what comes out, as long as no input is later than the window.
+/// An input is handed out as soon as the newest time is later than its own by more than the window: then nothing can
+/// come any more that is before it. The newest time is that of the newest stamp, or of the newest [`tick`](Self::tick).
+/// So neither the order of arrival nor how often anyone asks changes what comes out, as long as no input is later than
+/// the window.
 ///
-/// A control holds from its time on, until the next one or until it is [too old](Settings::gap_ns): steps end at every input. Odometry that tells
-/// of the time before, such as counted ticks, is stamped with the begin of that time.
+/// It belongs to the loop of the filter: interrupts hand inputs to that loop, through a queue such as heapless's
+/// `spsc`.
+///
+/// A control holds from its time on, until the next one or until it is [too old](Settings::gap_ns): steps end at every
+/// input. Odometry that tells of the time before, such as counted ticks, is stamped with the begin of that time.
 ///
 /// ```
 /// use scphd_sequencer::{Action, Sequencer, Settings, Stamp};
@@ -72,7 +78,8 @@ pub struct Sequencer<C, E, const CONTROLS: usize, const EVENTS: usize> {
     timeline: Timeline,
     controls: Queue<C, CONTROLS>,
     events: Queue<E, EVENTS>,
-    /// One from the start on. An `Option` of some types is not all zero where it is none; this is, so that a static takes no flash.
+    /// One from the start on. An `Option` of some types is not all zero where it is none; this is, so that a static
+    /// takes no flash.
     held: Vec<Held<C>, 1>,
     /// How far steps have come.
     time: u64,
@@ -105,8 +112,8 @@ impl<C: Copy, E, const CONTROLS: usize, const EVENTS: usize> Sequencer<C, E, CON
         }
     }
 
-    /// Starts, or starts again, with empty queues: at the time for which the filter was given its pose, under the control
-    /// that is in force then. Inputs from before it are late.
+    /// Starts, or starts again, with empty queues: at the time for which the filter was given its pose, under the
+    /// control that is in force then, such as standing still. Inputs from before it are late.
     ///
     /// # Errors
     /// The settings are out of range; nothing has changed.
@@ -124,8 +131,8 @@ impl<C: Copy, E, const CONTROLS: usize, const EVENTS: usize> Sequencer<C, E, CON
     /// Takes the control that is in force from this time on.
     ///
     /// # Errors
-    /// It came too late, twice or from beyond a jump of the clock, there is no room, or the sequencer has not been started. It is
-    /// counted, and the rest goes on without it.
+    /// It came too late, twice or from beyond a jump of the clock, there is no room, or the sequencer has not been
+    /// started. It is counted, and the rest goes on without it.
     pub fn push_control(&mut self, stamp: Stamp, control: C) -> Result<(), PushError> {
         let key = self.key(stamp)?;
         let taken = self.controls.insert(key, control);
@@ -161,8 +168,9 @@ impl<C: Copy, E, const CONTROLS: usize, const EVENTS: usize> Sequencer<C, E, CON
         taken
     }
 
-    /// Tells what the clock shows, the one that stamps the inputs: what has waited for the window is handed out, though nothing
-    /// newer may come. Without it the stamps of the inputs drive the time alone. May be called as often as one likes.
+    /// Tells what the clock shows, the one that stamps the inputs: what has waited for the window is handed out, though
+    /// nothing newer may come. Without it the stamps of the inputs drive the time alone. May be called as often as one
+    /// likes.
     pub fn tick(&mut self, now_ns: u64) {
         if !self.held.is_empty() {
             self.timeline.tick(now_ns, &self.settings, &mut self.report);
@@ -170,7 +178,8 @@ impl<C: Copy, E, const CONTROLS: usize, const EVENTS: usize> Sequencer<C, E, CON
         }
     }
 
-    /// Has everything handed out that waits, as at the end of a log. What is not newer than it comes too late from then on.
+    /// Has everything handed out that waits, as at the end of a log. What is not newer than it comes too late from then
+    /// on.
     pub fn flush(&mut self) {
         self.timeline.close();
     }
@@ -249,8 +258,9 @@ impl<C: Copy, E, const CONTROLS: usize, const EVENTS: usize> Sequencer<C, E, CON
         }
     }
 
-    /// How the vehicle moves from where the steps have come on, until `now_ns`, as far as controls that wait already tell: to know at once
-    /// where the vehicle is, while the filter waits for the window. It is what is known; a control that comes late may change it.
+    /// How the vehicle moves from where the steps have come on, until `now_ns`, as far as controls that wait already
+    /// tell: to know at once where the vehicle is, while the filter waits for the window. It is what is known; a
+    /// control that comes late may change it.
     ///
     /// Ends where a control is [too old](Settings::gap_ns), and goes on with the next.
     #[must_use]

@@ -12,19 +12,23 @@ use core::fmt;
 /// assert!(settings.check().is_ok());
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Settings {
-    /// How much later than newer inputs an input may come, ns. The estimate is so much behind. Up to 2⁶² ns; 200 ms by default.
+    /// How much later than newer inputs an input may come, ns. The estimate is so much behind. Up to 2⁶² ns; 200 ms by
+    /// default.
     pub window_ns: u64,
     /// How long a control is held without another, ns: above 0. 500 ms by default.
     pub gap_ns: u64,
-    /// A stamp that differs from the newest time by more than this, ns, is taken for a jump of the clock. Above `window_ns`, up to 2⁶²
-    /// ns; 10 s by default. A silence as long, in which nobody calls [`tick`](crate::Sequencer::tick), cannot be told from a jump.
+    /// A stamp that differs from the newest time by more than this, ns, is taken for a jump of the clock. Above
+    /// `window_ns`, up to 2⁶² ns; 10 s by default. A silence as long, in which nobody calls
+    /// [`tick`](crate::Sequencer::tick), cannot be told from a jump.
     pub jump_ns: u64,
-    /// So many inputs in a row after a jump, none farther from the one before than `jump_ns`, and the clock is believed: at least 1. 5 by
-    /// default.
+    /// So many inputs in a row from beyond a jump, none farther from the one before than `jump_ns`, and the clock is
+    /// believed to have been set: at least 1. More than one instrument sends while all others are silent, or one with a
+    /// clock of its own is believed; 20 by default.
     pub jumps_believed: u32,
-    /// So many inputs in a row without one that is newer than all before, and the clock of the stamps stands still: at least 1. More than
-    /// arrive within the window; 200 by default.
+    /// So many inputs in a row without one that is newer than all before, and the clock of the stamps stands still: at
+    /// least 1. More than arrive within the window; 200 by default.
     pub frozen_inputs: u32,
 }
 
@@ -37,7 +41,7 @@ impl Settings {
         window_ns: 200_000_000,
         gap_ns: 500_000_000,
         jump_ns: 10_000_000_000,
-        jumps_believed: 5,
+        jumps_believed: 20,
         frozen_inputs: 200,
     };
 
@@ -70,6 +74,7 @@ impl Default for Settings {
 
 /// A field of the settings is out of range.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub struct SettingsError {
     /// The field, by its name.

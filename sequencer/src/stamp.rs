@@ -4,9 +4,9 @@ use scphd::Real;
 
 /// When an input was measured, by which of the vehicle's instruments, and its number among the inputs of that one.
 ///
-/// Inputs are taken in the order of their times. Where times are equal a control comes before all events, events come in the order of
-/// `source`, and inputs of one source in the order of `number`: so the order of arrival decides nothing. Two inputs that agree in all three are
-/// taken for one that was sent twice.
+/// Inputs are taken in the order of their times. Where times are equal a control comes before all events, events come
+/// in the order of `source`, and inputs of one source in the order of `number`: so the order of arrival decides
+/// nothing. Two inputs that agree in all three are taken for one that was sent twice.
 ///
 /// ```
 /// use scphd_sequencer::Stamp;
@@ -16,9 +16,10 @@ use scphd::Real;
 /// assert_eq!((stamp.source, stamp.time_ns, stamp.number), (1, 12_000_000, 7));
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Stamp {
-    /// ns, of a clock that all instruments share. Only differences count, so that the clock may begin anywhere and may pass
-    /// from `u64::MAX` on to 0.
+    /// ns, of a clock that all instruments share. Only differences count, so that the clock may begin anywhere and may
+    /// pass from `u64::MAX` on to 0.
     pub time_ns: u64,
     /// Which instrument, as the vehicle numbers them.
     pub source: u8,
@@ -48,6 +49,7 @@ impl Stamp {
 /// assert_eq!(Interval::of_ns(100_000_000).seconds::<f32>(), 0.1);
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Interval(u64);
 
 impl Interval {
@@ -63,7 +65,8 @@ impl Interval {
         self.0
     }
 
-    /// In seconds: the one place where a time becomes a floating-point number. Exact up to the rounding of one division.
+    /// In seconds: the one place where a time becomes a floating-point number. Exact up to the rounding of one
+    /// division.
     #[must_use]
     pub fn seconds<T: Real>(self) -> T {
         T::from_f64(self.0 as f64 / 1e9)

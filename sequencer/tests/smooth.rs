@@ -11,7 +11,8 @@ fn drawn<T: Real>(draws: &mut Noise, sigma: f64) -> T {
     T::from_f64(sigma * draws.normal::<f64>())
 }
 
-/// A hundred runs with a correction after every third step, some of them wild. Returns the greatest correction of the place.
+/// A hundred runs with a correction after every third step, some of them wild. Returns the greatest correction of the
+/// place.
 fn runs_in_the_plane<T: Real>() -> T {
     let motion = Unicycle::new(Step::Arc, ControlNoise::NONE).unwrap();
     let (dt, mut greatest) = (T::from_f64(0.05), T::ZERO);
@@ -65,7 +66,8 @@ fn auv_control(draws: &mut Noise) -> AuvControl<f64> {
     }
 }
 
-/// Under water: the frame is turned about the vertical alone, since either pose has the roll and pitch of the instruments.
+/// Under water: the frame is turned about the vertical alone, since either pose has the roll and pitch of the
+/// instruments.
 #[test]
 fn an_underwater_vehicle_is_taken_to_the_map_with_its_attitude() {
     let motion = Auv::new(0.5, 0.0).unwrap();

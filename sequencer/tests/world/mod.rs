@@ -38,7 +38,9 @@ pub const SETTINGS: Settings = Settings { window_ns: 300 * MS, ..Settings::DEFAU
 const TRUTH: Control = UnicycleControl { speed_mps: 1.0, rate_radps: 0.25 };
 const POSTS: [[f32; 2]; 6] = [[6.0, 3.0], [2.0, 9.0], [-6.0, 6.0], [-5.0, -2.0], [4.0, -4.0], [0.0, 4.0]];
 
-memory! { type Mixture: Unicycle<f32> { particles: 4, samples: 1, features { pages: 96, pages_per_map: 24, in_view: 256 } } }
+memory! {
+    type Mixture: Unicycle<f32> { particles: 4, samples: 1, features { pages: 96, pages_per_map: 24, in_view: 256 } }
+}
 joint_memory! { type Map: Unicycle<f32> { measurement: Vector2<f32>, features: 24, measurements: 24 } }
 
 pub fn truth_at(ms: u64) -> PlanarPose<f32> {
@@ -61,8 +63,8 @@ fn scan(ms: u64, [range_sigma, bearing_sigma]: [f32; 2], range_max: f32, draws: 
     scan
 }
 
-/// 15 s in the order of time: wheels every 100 ms from the start on, the lidar every 200 ms, the radar every 300 ms, a position every
-/// second, the last three so many ms after the wheels.
+/// 15 s in the order of time: wheels every 100 ms from the start on, the lidar every 200 ms, the radar every 300 ms, a
+/// position every second, the last three so many ms after the wheels.
 pub fn log([lidar_ms, radar_ms, gps_ms]: [u64; 3]) -> Vec<(Stamp, Input)> {
     let (mut log, mut draws) = (Vec::new(), Noise::seeded(4));
     let mut put = |source, ms, input| log.push((ms, Stamp::new(source, START_NS.wrapping_add(ms * MS)), input));
