@@ -45,7 +45,7 @@ pub const STEPS: &[Step] = &[
     },
     Step {
         name: "target",
-        what: "the core builds for a Cortex-M without std and without alloc",
+        what: "core and sequencer build for a Cortex-M without std and without alloc",
         run: |_| target::step(),
     },
     Step {
@@ -125,7 +125,8 @@ fn line(word: &str, name: &str, elapsed: Duration, note: &str) -> String {
 }
 
 /// Features of the workspace that only the firmware or nothing turns on.
-pub const LINT_FEATURES: [&str; 2] = ["--features", "scphd/defmt,scphd/embedded-hal,scphd-stream/defmt"];
+pub const LINT_FEATURES: [&str; 2] =
+    ["--features", "scphd/defmt,scphd/embedded-hal,scphd-sequencer/defmt,scphd-stream/defmt"];
 
 /// Fails unless the active toolchain has this command of cargo.
 fn need(command: &str) -> Result<(), Missing> {

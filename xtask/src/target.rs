@@ -1,4 +1,4 @@
-//! The core, built for a Cortex-M where there is neither std nor alloc.
+//! The libraries of a vehicle, built for a Cortex-M where there is neither std nor alloc.
 
 use crate::noalloc;
 use crate::outcome::{Outcome, Stop};
@@ -14,7 +14,10 @@ pub fn step() -> Outcome {
     check().into()
 }
 
-/// Builds the core where there is no `alloc`, and looks at the library.
+/// The filter, and what sorts its inputs. The sequencer's dependency heapless has an `alloc` of its own, which must be off.
+const PACKAGES: [&str; 2] = ["scphd", "scphd-sequencer"];
+
+/// Builds them where there is no `alloc`, and looks at the libraries.
 fn build(toolchain: &Toolchain) -> Result<String, String> {
     let dir = process::own_target_dir(&format!("target-{}", toolchain.key()));
     let mut cargo = toolchain.cargo_build("core");
@@ -24,11 +27,14 @@ fn build(toolchain: &Toolchain) -> Result<String, String> {
         // The encoded form survives a path with a space in it.
         cargo.env("CARGO_ENCODED_RUSTFLAGS", format!("--sysroot={}", core_only.display()));
     }
-    cargo.args(["-p", "scphd", "--target", TARGET, "--release", "--target-dir"]).arg(&dir);
+    cargo.args(PACKAGES.iter().flat_map(|package| ["-p", package]));
+    cargo.args(["--target", TARGET, "--release", "--target-dir"]).arg(&dir);
     process::run(&mut cargo)?;
 
-    let library = dir.join(TARGET).join("release/libscphd.rlib");
-    noalloc::check_library(&library)?;
-    println!("no alloc to link with, and no allocator symbol in {}", library.display());
+    for package in PACKAGES {
+        let library = dir.join(TARGET).join(format!("release/lib{}.rlib", package.replace('-', "_")));
+        noalloc::check_library(&library)?;
+        println!("no alloc to link with, and no allocator symbol in {}", library.display());
+    }
     Ok(format!("with {}", toolchain.name()))
 }

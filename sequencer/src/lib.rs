@@ -1,0 +1,107 @@
+//! Time stamps in front of a filter, and odometry that never jumps behind it.
+//!
+//! A filter such as [`ScPhd`](scphd::ScPhd) or [`JointSlam`](scphd::JointSlam) takes its inputs in the order in which
+//! things happened. On a vehicle they come in another order: a radar computes longer than a lidar, a bus delays, a
+//! receiver repeats itself. The [`Sequencer`] takes inputs in any order within a window, and hands them out in the
+//! order of their time stamps, with the predictions between them: the filter has the same digest whatever the order of
+//! arrival was. What is too late, silent, repeated or from a clock that jumps or stands still raises a [flag](Flags)
+//! and is counted.
+//!
+//! A corrected pose jumps with every correction. [`SmoothOdometry`] keeps a pose that never does, for controllers, and
+//! the frame that takes it to the map, for planners.
+//!
+//! Nothing needs a heap, nothing panics, and every loop ends after as many rounds as inputs can wait. Times are whole
+//! nanoseconds in a `u64`; an [`Interval`] becomes seconds once.
+//!
+//! ```
+//! use heapless::Vec;
+//! use scphd::nalgebra::Vector2;
+//! use scphd::{
+//!     Births, Config, ControlNoise, Detector, DetectorMemory, PlanarPose, PositionFix, RangeBearing,
+//!     RangeBearingWindow, ScPhd, Sensing, Step, Unicycle, UnicycleControl, UniformClutter, memory,
+//! };
+//! use scphd_sequencer::{Action, Sequencer, Settings, Stamp};
+//!
+//! /// All that happens on this vehicle, beside its odometry.
+//! enum Event {
+//!     Lidar(Vec<Vector2<f32>, 32>),
+//!     Gps(Vector2<f32>),
+//! }
+//! const WHEELS: u8 = 0;
+//! const LIDAR: u8 = 1;
+//! const GPS: u8 = 2;
+//!
+//! memory! {
+//!     type Memory: Unicycle<f32> { particles: 4, samples: 1, features { pages: 64, pages_per_map: 16, in_view: 256 } }
+//! }
+//! # let (mut state, mut scratch) = (Box::new(Memory::new()), DetectorMemory::<Vector2<f32>, 32>::new());
+//! # let window = RangeBearingWindow::full_circle(12.0, 0.9)?;
+//! # let sensing = Sensing {
+//! #     sensor: RangeBearing::new(0.1, 0.01)?,
+//! #     field_of_view: window,
+//! #     clutter: UniformClutter::of_scan(2.0, window.measure())?,
+//! # };
+//! # let mut lidar = Detector::new(sensing, Births::still(0.002))?.over(&mut scratch)?;
+//! # let gps = PositionFix::new(0.5)?;
+//! # let motion = Unicycle::new(Step::Arc, ControlNoise::white(0.1, 0.05))?;
+//! # let mut slam = ScPhd::new(motion, Config::informed(4), &mut *state)?;
+//! // On a vehicle it is a static, as the memories of the filter are: room for 16 controls and 8 events.
+//! let mut sequencer = Sequencer::<UnicycleControl<f32>, Event, 16, 8>::new();
+//! let (start_ns, standing) = (5_000_000_000, UnicycleControl { speed_mps: 0.0, rate_radps: 0.0 });
+//! slam.reset(PlanarPose::new(0.0, 0.0, 0.0), 1)?;
+//! sequencer.start(Settings::DEFAULT, start_ns, standing)?;
+//!
+//! // Wherever inputs arrive:
+//! sequencer.push_event(Stamp::new(GPS, start_ns + 200_000_000), Event::Gps(Vector2::new(0.1, 0.0)))?;
+//! let driving = UnicycleControl { speed_mps: 1.0, rate_radps: 0.0 };
+//! sequencer.push_control(Stamp::new(WHEELS, start_ns + 100_000_000), driving)?;
+//! let scan = Vec::from_slice(&[Vector2::new(5.0, 0.3)])?;
+//! sequencer.push_event(Stamp::new(LIDAR, start_ns + 150_000_000), Event::Lidar(scan))?;
+//!
+//! // In the loop of the filter:
+//! sequencer.tick(start_ns + 500_000_000);
+//! while let Some(action) = sequencer.next_action() {
+//!     match action {
+//!         Action::Predict { control, dt } => {
+//!             slam.predict(&control, dt.seconds())?;
+//!         }
+//!         // The wheels are silent: what to do is the vehicle's business, docs/time.md has advice.
+//!         Action::Gap { control, dt } => {
+//!             slam.predict(&control, dt.seconds())?;
+//!         }
+//!         Action::Event(Event::Lidar(scan)) => {
+//!             slam.scan(&mut lidar, scan)?;
+//!         }
+//!         Action::Event(Event::Gps(position)) => {
+//!             slam.observe(&gps, position)?;
+//!         }
+//!     }
+//! }
+//! assert!(sequencer.report().flags.is_empty());
+//! assert_eq!(sequencer.time_ns(), start_ns + 200_000_000);
+//! assert!((slam.estimate_pose().ok_or("not started")?.mean.x_m - 0.1).abs() < 0.01);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+#![no_std]
+#![forbid(unsafe_code)]
+#![deny(missing_docs)]
+#![cfg_attr(
+    not(test),
+    deny(clippy::indexing_slicing, clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::unreachable)
+)]
+
+mod ahead;
+mod odometry;
+mod queue;
+mod report;
+mod sequencer;
+mod settings;
+mod stamp;
+mod timeline;
+
+pub use ahead::Ahead;
+pub use odometry::{Correction, MapFromOdom, SmoothOdometry};
+pub use report::{Flags, PushError, Report};
+pub use sequencer::{Action, Sequencer};
+pub use settings::{Settings, SettingsError};
+pub use stamp::{Interval, Stamp};

@@ -1,0 +1,195 @@
+//! A pose that never jumps, and the frame that takes it to the map.
+
+use scphd::{Motion, Pose, PositionOf, PredictError, Real, ResetError, ScalarOf, TangentOf, Vector, Zero, wrap};
+
+/// Where the frame of the odometry lies in the map: map_T_odom = map pose ∘ odometry pose⁻¹, a turn about the vertical
+/// and a shift.
+///
+/// Of a pose the coordinates of its place change, which come first, and its [heading](Pose::HEADING): x, y and heading
+/// of a [`PlanarPose`](scphd::PlanarPose); x, y, z and yaw of an [`AuvPose`](scphd::AuvPose), whose roll and pitch are
+/// the same in either frame, as its instruments tell them, and whose yaw rate is of no frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MapFromOdom<P: Pose> {
+    turn_rad: ScalarOf<P>,
+    shift_m: PositionOf<P>,
+}
+
+impl<P: Pose> MapFromOdom<P> {
+    /// Both frames are one.
+    pub const IDENTITY: Self = Self { turn_rad: ScalarOf::<P>::ZERO, shift_m: PositionOf::<P>::ZERO };
+
+    /// That which takes the pose of the odometry to the pose in the map, of one vehicle at one time.
+    #[must_use]
+    pub fn between(in_map: &P, in_odom: &P) -> Self {
+        let turn_rad = P::HEADING.map_or(ScalarOf::<P>::ZERO, |heading| {
+            wrap(in_map.coordinates().at(heading) - in_odom.coordinates().at(heading))
+        });
+        let turned = Self { turn_rad, ..Self::IDENTITY }.place(in_odom);
+        let in_map = in_map.coordinates();
+        Self { turn_rad, shift_m: PositionOf::<P>::with(|axis| in_map.at(axis) - turned.at(axis)) }
+    }
+
+    /// The pose in the map of a vehicle with this pose in the frame of the odometry.
+    #[must_use]
+    pub fn apply(&self, in_odom: &P) -> P {
+        let (place, before) = (self.place(in_odom), in_odom.coordinates());
+        in_odom.displaced(&TangentOf::<P>::with(|k| match k {
+            _ if k < PositionOf::<P>::DIMENSION => place.at(k) - before.at(k),
+            _ if Some(k) == P::HEADING => self.turn_rad,
+            _ => ScalarOf::<P>::ZERO,
+        }))
+    }
+
+    /// Where the place of this pose lies in the map.
+    fn place(&self, in_odom: &P) -> PositionOf<P> {
+        let from = in_odom.coordinates();
+        let (sine, cosine) = self.turn_rad.sin_cos();
+        PositionOf::<P>::with(|axis| {
+            let turned = match axis {
+                0 if P::HEADING.is_some() => cosine * from.at(0) - sine * from.at(1),
+                1 if P::HEADING.is_some() => sine * from.at(0) + cosine * from.at(1),
+                _ => from.at(axis),
+            };
+            turned + self.shift_m.at(axis)
+        })
+    }
+
+    /// By how much the frame is turned about the vertical, rad, in (−π, π].
+    #[must_use]
+    pub fn turn_rad(&self) -> ScalarOf<P> {
+        self.turn_rad
+    }
+
+    /// Where the origin of the odometry lies in the map, m.
+    #[must_use]
+    pub fn shift_m(&self) -> PositionOf<P> {
+        self.shift_m
+    }
+}
+
+/// How far a correction has moved the pose in the map.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Correction<T> {
+    /// At the vehicle, m: not at the origin, where a turn seems to be a long way.
+    pub distance_m: T,
+    /// rad, not negative.
+    pub angle_rad: T,
+}
+
+/// A pose by odometry alone, which never jumps, and what takes it to the map.
+///
+/// A controller follows the pose in the frame of the odometry: it drifts, and moves by no more than the vehicle. A
+/// planner works in the map: it applies [`map_from_odom`](Self::map_from_odom) to the pose, and has a jump with every
+/// correction. Both frames are one at the start.
+///
+/// It is given the same predictions as the filter, and corrected with the filter's pose at the same time.
+/// [`Sequencer::ahead`](crate::Sequencer::ahead) has the controls from there on until now.
+///
+/// ```
+/// use scphd::{ControlNoise, PlanarPose, Pose, Step, Unicycle, UnicycleControl};
+/// use scphd_sequencer::SmoothOdometry;
+///
+/// let motion = Unicycle::new(Step::Arc, ControlNoise::NONE)?;
+/// let mut odometry = SmoothOdometry::new(PlanarPose::new(0.0, 0.0, 0.0));
+/// odometry.predict(&motion, &UnicycleControl { speed_mps: 1.0_f64, rate_radps: 0.0 }, 2.0)?;
+///
+/// // The filter says that the wheels have slipped.
+/// let corrected = PlanarPose::new(1.5, 0.2, 0.1);
+/// let correction = odometry.correct(&corrected)?;
+/// assert!((correction.angle_rad - 0.1).abs() < 1e-15 && (correction.distance_m - 0.29_f64.sqrt()).abs() < 1e-15);
+/// assert_eq!(odometry.pose(), PlanarPose::new(2.0, 0.0, 0.0));
+/// assert!(odometry.in_map().distance_m(&corrected) < 1e-15);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SmoothOdometry<P: Pose> {
+    pose: P,
+    map_from_odom: MapFromOdom<P>,
+    corrections: u32,
+    greatest: Correction<ScalarOf<P>>,
+}
+
+impl<P: Pose> SmoothOdometry<P> {
+    /// A vehicle at this pose, in either frame.
+    #[must_use]
+    pub const fn new(pose: P) -> Self {
+        let greatest = Correction { distance_m: ScalarOf::<P>::ZERO, angle_rad: ScalarOf::<P>::ZERO };
+        Self { pose, map_from_odom: MapFromOdom::IDENTITY, corrections: 0, greatest }
+    }
+
+    /// Moves on for `dt` seconds under `control`, without noise: the filter's own motion will do.
+    ///
+    /// # Errors
+    /// The motion does not admit the control, `dt` is negative or not finite, or they lead to a pose that is not
+    /// finite; the pose is as it was.
+    pub fn predict<M: Motion<Pose = P>>(
+        &mut self,
+        motion: &M,
+        control: &M::Control,
+        dt: ScalarOf<P>,
+    ) -> Result<(), PredictError> {
+        if !(dt >= ScalarOf::<P>::ZERO && dt.is_finite()) {
+            return Err(PredictError::TimeStep);
+        }
+        if !motion.admits(control) {
+            return Err(PredictError::Control);
+        }
+        let moved = motion.propagate(&self.pose, control, dt);
+        if !moved.is_finite() {
+            return Err(PredictError::Control);
+        }
+        self.pose = moved;
+        Ok(())
+    }
+
+    /// Takes in the pose that the filter has estimated in the map, of the time that the odometry has come to.
+    ///
+    /// # Errors
+    /// The pose is not finite; the frame is as it was.
+    pub fn correct(&mut self, in_map: &P) -> Result<Correction<ScalarOf<P>>, ResetError> {
+        if !in_map.is_finite() {
+            return Err(ResetError::NonFinitePose);
+        }
+        let before = self.in_map();
+        self.map_from_odom = MapFromOdom::between(in_map, &self.pose);
+        let angle = P::HEADING.map_or(ScalarOf::<P>::ZERO, |heading| in_map.difference(&before).at(heading));
+        let correction = Correction { distance_m: in_map.distance_m(&before), angle_rad: angle.abs() };
+        self.corrections = self.corrections.saturating_add(1);
+        let Correction { distance_m, angle_rad } = self.greatest;
+        self.greatest = Correction {
+            distance_m: distance_m.at_least(correction.distance_m),
+            angle_rad: angle_rad.at_least(correction.angle_rad),
+        };
+        Ok(correction)
+    }
+
+    /// The pose in the frame of the odometry.
+    #[must_use]
+    pub fn pose(&self) -> P {
+        self.pose
+    }
+
+    /// The pose in the map.
+    #[must_use]
+    pub fn in_map(&self) -> P {
+        self.map_from_odom.apply(&self.pose)
+    }
+
+    /// What takes poses of the odometry to the map.
+    #[must_use]
+    pub fn map_from_odom(&self) -> MapFromOdom<P> {
+        self.map_from_odom
+    }
+
+    /// How many corrections there were. Stops at `u32::MAX`.
+    #[must_use]
+    pub fn corrections(&self) -> u32 {
+        self.corrections
+    }
+
+    /// The greatest distance and the greatest angle of all corrections.
+    #[must_use]
+    pub fn greatest(&self) -> Correction<ScalarOf<P>> {
+        self.greatest
+    }
+}

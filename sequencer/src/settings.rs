@@ -1,0 +1,113 @@
+//! How long to wait, and what is taken for a fault.
+
+use core::fmt;
+
+/// How long to wait for inputs that are late, and from when on silence and stamps are taken for a fault.
+///
+/// ```
+/// use scphd_sequencer::Settings;
+///
+/// // A bus that delays by at most 50 ms, wheels that report every 20 ms.
+/// let settings = Settings { window_ns: 50_000_000, gap_ns: 100_000_000, ..Settings::DEFAULT };
+/// assert!(settings.check().is_ok());
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Settings {
+    /// How much later than newer inputs an input may come, ns. The estimate is so much behind. Up to 2⁶² ns; 200 ms by
+    /// default.
+    pub window_ns: u64,
+    /// How long a control is held without another, ns: above 0. 500 ms by default.
+    pub gap_ns: u64,
+    /// A stamp that differs from the newest time by more than this, ns, is taken for a jump of the clock. Above
+    /// `window_ns`, up to 2⁶² ns; 10 s by default. A silence as long, in which nobody calls
+    /// [`tick`](crate::Sequencer::tick), cannot be told from a jump.
+    pub jump_ns: u64,
+    /// So many inputs in a row from beyond a jump, none farther from the one before than `jump_ns`, and the clock is
+    /// believed to have been set: at least 1. More than one instrument sends while all others are silent, or one with a
+    /// clock of its own is believed; 20 by default.
+    pub jumps_believed: u32,
+    /// So many inputs in a row without one that is newer than all before, and the clock of the stamps stands still: at
+    /// least 1. More than arrive within the window; 200 by default.
+    pub frozen_inputs: u32,
+}
+
+/// Beyond this a difference of two times would no longer have a sign that can be trusted.
+const GREATEST_NS: u64 = 1 << 62;
+
+impl Settings {
+    /// The defaults, for constants.
+    pub const DEFAULT: Self = Self {
+        window_ns: 200_000_000,
+        gap_ns: 500_000_000,
+        jump_ns: 10_000_000_000,
+        jumps_believed: 20,
+        frozen_inputs: 200,
+    };
+
+    /// Before the start: all zero, so that a static lies in `.bss`.
+    pub(crate) const UNSET: Self = Self { window_ns: 0, gap_ns: 0, jump_ns: 0, jumps_believed: 0, frozen_inputs: 0 };
+
+    /// Whether the sequencer can work with it.
+    ///
+    /// # Errors
+    /// Names the field that is out of range.
+    pub fn check(&self) -> Result<(), SettingsError> {
+        let wrong = |field, range| Err(SettingsError { field, range });
+        match *self {
+            Self { window_ns, .. } if window_ns > GREATEST_NS => wrong("window_ns", "at most 2^62"),
+            Self { gap_ns: 0, .. } => wrong("gap_ns", "above 0"),
+            Self { jump_ns, .. } if jump_ns > GREATEST_NS => wrong("jump_ns", "at most 2^62"),
+            Self { jump_ns, window_ns, .. } if jump_ns <= window_ns => wrong("jump_ns", "above window_ns"),
+            Self { jumps_believed: 0, .. } => wrong("jumps_believed", "at least 1"),
+            Self { frozen_inputs: 0, .. } => wrong("frozen_inputs", "at least 1"),
+            _ => Ok(()),
+        }
+    }
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self::DEFAULT
+    }
+}
+
+/// A field of the settings is out of range.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub struct SettingsError {
+    /// The field, by its name.
+    pub field: &'static str,
+    /// What it must be.
+    pub range: &'static str,
+}
+
+impl fmt::Display for SettingsError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} must be {}", self.field, self.range)
+    }
+}
+
+impl core::error::Error for SettingsError {}
+
+#[cfg(test)]
+mod tests {
+    use super::Settings;
+
+    #[test]
+    fn fields_are_checked() {
+        let default = Settings::DEFAULT;
+        assert_eq!((default.check(), Settings::default()), (Ok(()), default));
+        for (settings, field) in [
+            (Settings { window_ns: u64::MAX, jump_ns: u64::MAX, ..default }, "window_ns"),
+            (Settings { gap_ns: 0, ..default }, "gap_ns"),
+            (Settings { jump_ns: default.window_ns, ..default }, "jump_ns"),
+            (Settings { jump_ns: u64::MAX, ..default }, "jump_ns"),
+            (Settings { jumps_believed: 0, ..default }, "jumps_believed"),
+            (Settings { frozen_inputs: 0, ..default }, "frozen_inputs"),
+        ] {
+            assert_eq!(settings.check().unwrap_err().field, field);
+        }
+    }
+}

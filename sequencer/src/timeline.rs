@@ -1,0 +1,135 @@
+//! The time of the vehicle, made of the stamps of a clock that may be set, stand still, or begin anywhere.
+
+use crate::{Flags, PushError, Report, Settings};
+
+/// Time as the sequencer counts it, ns since its start: it never goes back, whatever the clock does.
+#[derive(Debug)]
+pub(crate) struct Timeline {
+    /// The newest time that a stamp or a tick has told of.
+    newest: u64,
+    /// What the clock showed then.
+    newest_stamp: u64,
+    /// The time of the newest input.
+    newest_input: u64,
+    /// Whatever is before this time has come, or comes too late.
+    closed: u64,
+    /// Inputs since the newest, none of them newer.
+    unmoved: u32,
+    jumped: Jumped,
+    tick_behind: bool,
+}
+
+/// Inputs in a row from beyond a jump of the clock.
+#[derive(Debug)]
+struct Jumped {
+    inputs: u32,
+    first_stamp: u64,
+    last_stamp: u64,
+}
+
+impl Jumped {
+    const NONE: Self = Self { inputs: 0, first_stamp: 0, last_stamp: 0 };
+}
+
+/// By how much a stamp is ahead of another. A clock that passes from its greatest number on to 0 goes on.
+fn ahead(stamp: u64, of: u64) -> i64 {
+    stamp.wrapping_sub(of).cast_signed()
+}
+
+impl Timeline {
+    pub(crate) const fn starting_at(stamp: u64) -> Self {
+        Self {
+            newest: 0,
+            newest_stamp: stamp,
+            newest_input: 0,
+            closed: 0,
+            unmoved: 0,
+            jumped: Jumped::NONE,
+            tick_behind: false,
+        }
+    }
+
+    /// The time of an input with this stamp, which is the newest now if no other is newer.
+    pub(crate) fn input(&mut self, stamp: u64, settings: &Settings, report: &mut Report) -> Result<u64, PushError> {
+        let by = ahead(stamp, self.newest_stamp);
+        if by.unsigned_abs() > settings.jump_ns {
+            report.raise(if by > 0 { Flags::JUMP_FORWARD } else { Flags::JUMP_BACK });
+            if !self.believes(stamp, settings) {
+                return Err(PushError::Jump);
+            }
+            // The first input from beyond the jump came when the newest time had just been.
+            self.newest_stamp = self.jumped.first_stamp;
+            report.raise(Flags::CLOCK_SET);
+        }
+        self.jumped = Jumped::NONE;
+        let time = self.time_of(stamp);
+        if time.is_none_or(|time| time <= self.newest_input) {
+            self.unmoved = self.unmoved.saturating_add(1);
+            if self.unmoved == settings.frozen_inputs {
+                report.raise(Flags::FROZEN);
+            }
+        }
+        let Some(time) = time.filter(|&time| time >= self.closed) else {
+            report.raise(Flags::LATE);
+            return Err(PushError::Late);
+        };
+        if time > self.newest_input {
+            (self.newest_input, self.unmoved) = (time, 0);
+        }
+        self.reach(time, stamp, settings);
+        Ok(time)
+    }
+
+    /// Counts an input from beyond a jump. Whether there are enough to believe in the clock.
+    fn believes(&mut self, stamp: u64, settings: &Settings) -> bool {
+        let Jumped { inputs, first_stamp, last_stamp } = self.jumped;
+        let goes_on = inputs > 0 && ahead(stamp, last_stamp).unsigned_abs() <= settings.jump_ns;
+        self.jumped = if goes_on {
+            Jumped { inputs: inputs.saturating_add(1), first_stamp, last_stamp: stamp }
+        } else {
+            Jumped { inputs: 1, first_stamp: stamp, last_stamp: stamp }
+        };
+        self.jumped.inputs >= settings.jumps_believed
+    }
+
+    /// The clock shows this.
+    pub(crate) fn tick(&mut self, stamp: u64, settings: &Settings, report: &mut Report) {
+        let by = ahead(stamp, self.newest_stamp);
+        let is_behind = by < 0 && by.unsigned_abs() > settings.window_ns;
+        if is_behind && !self.tick_behind {
+            report.raise(Flags::TICK_BEHIND);
+        }
+        self.tick_behind = is_behind;
+        if by > settings.jump_ns.cast_signed() {
+            report.raise(Flags::JUMP_FORWARD);
+        } else if let Some(time) = self.time_of(stamp) {
+            self.reach(time, stamp, settings);
+        }
+    }
+
+    fn reach(&mut self, time: u64, stamp: u64, settings: &Settings) {
+        if time > self.newest {
+            (self.newest, self.newest_stamp) = (time, stamp);
+            self.closed = self.closed.max(time.saturating_sub(settings.window_ns));
+        }
+    }
+
+    /// Nothing that has come needs to wait any longer.
+    pub(crate) fn close(&mut self) {
+        self.closed = self.newest.saturating_add(1);
+    }
+
+    pub(crate) fn closed(&self) -> u64 {
+        self.closed
+    }
+
+    /// The time of a stamp; `None` before the start.
+    pub(crate) fn time_of(&self, stamp: u64) -> Option<u64> {
+        self.newest.checked_add_signed(ahead(stamp, self.newest_stamp))
+    }
+
+    /// The stamp of a time, by the clock as it is now.
+    pub(crate) fn stamp_of(&self, time: u64) -> u64 {
+        self.newest_stamp.wrapping_sub(self.newest.wrapping_sub(time))
+    }
+}

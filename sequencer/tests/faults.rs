@@ -1,0 +1,262 @@
+//! What goes wrong with times raises its flag, is counted, and the rest goes on.
+
+use scphd_sequencer::{Action, Flags, Interval, PushError, Sequencer, Settings, Stamp};
+
+const MS: u64 = 1_000_000;
+const START: u64 = 7_000_000 * MS;
+const SETTINGS: Settings =
+    Settings { window_ns: 50 * MS, gap_ns: 300 * MS, jump_ns: 1000 * MS, jumps_believed: 3, frozen_inputs: 12 };
+
+type Inputs = Sequencer<char, &'static str, 4, 3>;
+
+fn started() -> Inputs {
+    let mut inputs = Inputs::new();
+    inputs.start(SETTINGS, START, '0').unwrap();
+    inputs
+}
+
+fn at(source: u8, ms: u64) -> Stamp {
+    Stamp::new(source, START + ms * MS)
+}
+
+/// What comes out, as a text: control and ms of a prediction, `?` before a gap, events by name.
+fn drained(inputs: &mut Inputs) -> String {
+    let mut out = Vec::new();
+    while let Some(action) = inputs.next_action() {
+        out.push(match action {
+            Action::Predict { control, dt } => format!("{control}{}", dt.ns() / MS),
+            Action::Gap { control, dt } => format!("?{control}{}", dt.ns() / MS),
+            Action::Event(event) => event.to_string(),
+        });
+    }
+    out.join(" ")
+}
+
+fn only(inputs: &Inputs, expected: &[(Flags, u32)]) {
+    for condition in Flags::all() {
+        let count = expected.iter().find(|(of, _)| *of == condition).map_or(0, |(_, count)| *count);
+        assert_eq!(inputs.report().count(condition), count, "{condition:?}");
+        assert_eq!(inputs.report().flags.contains(condition), count > 0, "{condition:?}");
+    }
+}
+
+#[test]
+fn nothing_is_taken_before_the_start_or_from_before_it() {
+    let mut inputs = Inputs::new();
+    assert_eq!(inputs.push_control(at(0, 0), 'a'), Err(PushError::NotStarted));
+    inputs.tick(5);
+    inputs.flush();
+    assert!(inputs.next_action().is_none() && inputs.report().flags.is_empty());
+    let wrong = Settings { gap_ns: 0, ..SETTINGS };
+    assert_eq!(inputs.start(wrong, START, '0').unwrap_err().field, "gap_ns");
+    inputs.start(SETTINGS, START, '0').unwrap();
+    assert_eq!(inputs.push_event(Stamp::new(1, START - 1), "before"), Err(PushError::Late));
+    assert_eq!(inputs.push_event(at(1, 0), "at once"), Ok(()));
+    inputs.flush();
+    assert_eq!(drained(&mut inputs), "at once");
+    only(&inputs, &[(Flags::LATE, 1)]);
+}
+
+#[test]
+fn inputs_wait_for_the_window_by_stamps_or_by_the_clock() {
+    let mut inputs = started();
+    inputs.push_event(at(1, 30), "scan").unwrap();
+    inputs.push_control(at(0, 20), 'a').unwrap();
+    assert_eq!(drained(&mut inputs), "");
+    // 20 ms have been closed when the newest time is later than 70 ms.
+    inputs.push_control(at(0, 70), 'b').unwrap();
+    assert_eq!(drained(&mut inputs), "");
+    inputs.tick(START + 75 * MS);
+    assert_eq!(drained(&mut inputs), "020");
+    inputs.tick(START + 81 * MS);
+    assert_eq!((drained(&mut inputs).as_str(), inputs.time_ns()), ("a10 scan", START + 30 * MS));
+    assert_eq!((inputs.push_event(at(1, 30), "late"), inputs.waiting()), (Err(PushError::Late), (1, 0)));
+    inputs.push_event(at(1, 31), "in time").unwrap();
+    inputs.flush();
+    assert_eq!(drained(&mut inputs), "a1 in time a39");
+    only(&inputs, &[(Flags::LATE, 1)]);
+}
+
+#[test]
+fn at_one_time_controls_come_first_then_sources_then_numbers() {
+    let mut inputs = started();
+    inputs.push_event(at(9, 20).numbered(4), "c").unwrap();
+    inputs.push_event(at(9, 20).numbered(3), "b").unwrap();
+    inputs.push_event(at(2, 20), "a").unwrap();
+    inputs.push_control(at(200, 20).numbered(2), 'y').unwrap();
+    inputs.push_control(at(200, 20).numbered(1), 'x').unwrap();
+    assert_eq!(inputs.push_event(at(9, 20).numbered(4), "again"), Err(PushError::Duplicate));
+    inputs.push_control(at(200, 40), 'z').unwrap();
+    inputs.flush();
+    assert_eq!(drained(&mut inputs), "020 a b c y20");
+    only(&inputs, &[(Flags::DUPLICATE, 1)]);
+}
+
+#[test]
+fn full_queues_refuse_and_go_on() {
+    let mut inputs = started();
+    for (ms, expected) in [(10, Ok(())), (11, Ok(())), (12, Ok(())), (13, Err(PushError::Full))] {
+        assert_eq!(inputs.push_event(at(1, ms), "event"), expected);
+    }
+    for (ms, expected) in [(10, Ok(())), (11, Ok(())), (12, Ok(())), (13, Ok(())), (14, Err(PushError::Full))] {
+        assert_eq!(inputs.push_control(at(0, ms), 'a'), expected);
+    }
+    // What finds no room has moved the time on all the same.
+    assert_eq!(inputs.push_event(at(1, 70), "refused"), Err(PushError::Full));
+    assert_eq!(drained(&mut inputs), "010 event a1 event a1 event a1");
+    assert_eq!(inputs.push_event(at(1, 71), "again"), Ok(()));
+    only(&inputs, &[(Flags::EVENTS_FULL, 2), (Flags::CONTROLS_FULL, 1)]);
+}
+
+#[test]
+fn a_gap_in_the_controls_is_told_once_and_handed_out_as_such() {
+    let mut inputs = started();
+    inputs.push_control(at(0, 10), 'a').unwrap();
+    for ms in [100, 200, 310, 350] {
+        inputs.tick(START + ms * MS);
+    }
+    assert_eq!(drained(&mut inputs), "010");
+    // What is before 310 ms has come: the control has been alone for no longer than it may.
+    inputs.tick(START + 360 * MS);
+    only(&inputs, &[]);
+    inputs.tick(START + 361 * MS);
+    only(&inputs, &[(Flags::GAP, 1)]);
+    inputs.push_event(at(1, 390), "scan").unwrap();
+    inputs.push_control(at(0, 400), 'b').unwrap();
+    inputs.push_event(at(1, 410), "scan").unwrap();
+    inputs.flush();
+    assert_eq!(drained(&mut inputs), "a300 ?a80 scan ?a10 b10 scan");
+    only(&inputs, &[(Flags::GAP, 1)]);
+    // Found from the stamps alone.
+    inputs.push_control(at(0, 1000), 'c').unwrap();
+    inputs.flush();
+    assert_eq!(drained(&mut inputs), "b290 ?b300");
+    only(&inputs, &[(Flags::GAP, 2)]);
+}
+
+#[test]
+fn one_wild_stamp_is_refused() {
+    let mut inputs = started();
+    for (ms, wild) in [(10, u64::MAX / 2), (30, 0), (50, START + 2_000 * MS), (70, START - 2_000 * MS)] {
+        inputs.push_control(at(0, ms), 'a').unwrap();
+        assert_eq!(inputs.push_control(Stamp::new(0, wild), 'x'), Err(PushError::Jump));
+    }
+    inputs.flush();
+    assert_eq!(drained(&mut inputs), "010 a20 a20 a20");
+    only(&inputs, &[(Flags::JUMP_FORWARD, 2), (Flags::JUMP_BACK, 2)]);
+}
+
+#[test]
+fn wild_stamps_that_do_not_agree_are_never_believed() {
+    let mut inputs = started();
+    for k in 1..40 {
+        assert_eq!(inputs.push_control(Stamp::new(0, START + k * 5_000 * MS), 'x'), Err(PushError::Jump));
+    }
+    assert_eq!(inputs.push_control(at(0, 10), 'a'), Ok(()));
+    only(&inputs, &[(Flags::JUMP_FORWARD, 39)]);
+}
+
+/// The clock is set by so much while inputs wait: two inputs are lost, and the time that they took is not.
+fn set_by(shift_ms: i64) -> Inputs {
+    let mut inputs = started();
+    let after = |ms: u64| Stamp::new(0, (START + ms * MS).wrapping_add_signed(shift_ms * 1_000_000));
+    inputs.push_control(at(0, 20), 'a').unwrap();
+    inputs.push_event(at(1, 20), "scan").unwrap();
+    assert_eq!(inputs.push_control(after(40), 'b'), Err(PushError::Jump));
+    assert_eq!(inputs.push_control(after(60), 'c'), Err(PushError::Jump));
+    assert_eq!(inputs.push_control(after(80), 'd'), Ok(()));
+    assert_eq!(inputs.push_control(after(100), 'e'), Ok(()));
+    inputs.flush();
+    // The first after the jump is taken to be of the newest time before it.
+    assert_eq!(drained(&mut inputs), "020 scan a40 d20");
+    assert_eq!(inputs.time_ns(), after(100).time_ns);
+    assert_eq!(inputs.push_control(at(0, 140), 'f'), Err(PushError::Jump));
+    inputs
+}
+
+#[test]
+fn a_clock_that_is_set_is_believed_at_last() {
+    only(&set_by(90_000_000), &[(Flags::JUMP_FORWARD, 3), (Flags::CLOCK_SET, 1), (Flags::JUMP_BACK, 1)]);
+    only(&set_by(-6_000_000), &[(Flags::JUMP_BACK, 3), (Flags::CLOCK_SET, 1), (Flags::JUMP_FORWARD, 1)]);
+    // A counter of microseconds of 32 bits that has passed its end.
+    only(&set_by(-4_294_967), &[(Flags::JUMP_BACK, 3), (Flags::CLOCK_SET, 1), (Flags::JUMP_FORWARD, 1)]);
+}
+
+#[test]
+fn a_silence_with_a_clock_is_no_jump() {
+    let mut inputs = started();
+    (1..=100).for_each(|step| inputs.tick(START + step * 100 * MS));
+    inputs.push_control(at(0, 10_010), 'a').unwrap();
+    inputs.flush();
+    assert_eq!(drained(&mut inputs), "0300 ?09710");
+    only(&inputs, &[(Flags::GAP, 1)]);
+}
+
+#[test]
+fn frozen_stamps_are_told() {
+    let mut inputs = started();
+    inputs.push_control(at(0, 10), 'a').unwrap();
+    for number in 1..12 {
+        let _full = inputs.push_event(at(1, 10).numbered(number), "scan");
+    }
+    assert!(!inputs.report().flags.contains(Flags::FROZEN));
+    assert_eq!(inputs.push_control(at(0, 10), 'a'), Err(PushError::Duplicate));
+    only(&inputs, &[(Flags::FROZEN, 1), (Flags::EVENTS_FULL, 8), (Flags::DUPLICATE, 1)]);
+    // A clock that goes on is no reason to believe stamps that do not; they are late then.
+    inputs.tick(START + 100 * MS);
+    assert_eq!(drained(&mut inputs), "010 scan scan scan");
+    assert_eq!(inputs.push_control(at(0, 10), 'a'), Err(PushError::Late));
+    // It goes on, stands again, and is told of again.
+    inputs.push_control(at(0, 120), 'b').unwrap();
+    (1..=12).for_each(|number| _ = inputs.push_control(at(0, 120).numbered(number), 'b'));
+    assert_eq!(inputs.report().count(Flags::FROZEN), 2);
+}
+
+#[test]
+fn a_clock_that_stays_behind_does_nothing_and_is_told() {
+    let mut inputs = started();
+    for step in 1..=10 {
+        inputs.push_control(at(0, step * 20), 'a').unwrap();
+        inputs.tick(START + 20 * MS);
+        drained(&mut inputs);
+    }
+    only(&inputs, &[(Flags::TICK_BEHIND, 1)]);
+    inputs.tick(START + 200 * MS);
+    inputs.tick(0);
+    only(&inputs, &[(Flags::TICK_BEHIND, 2)]);
+    inputs.tick(START + 5_000 * MS);
+    only(&inputs, &[(Flags::TICK_BEHIND, 2), (Flags::JUMP_FORWARD, 1)]);
+    assert_eq!(inputs.push_control(at(0, 220), 'a'), Ok(()));
+}
+
+#[test]
+fn a_taken_report_keeps_the_counts() {
+    let mut inputs = started();
+    inputs.push_control(at(0, 10), 'a').unwrap();
+    assert_eq!(inputs.push_control(at(0, 10), 'a'), Err(PushError::Duplicate));
+    assert_eq!(inputs.take_report().flags, Flags::DUPLICATE);
+    assert_eq!((inputs.report().flags, inputs.report().count(Flags::DUPLICATE)), (Flags::NONE, 1));
+    inputs.start(SETTINGS, START, '0').unwrap();
+    assert_eq!((inputs.report().count(Flags::DUPLICATE), inputs.waiting()), (0, (0, 0)));
+}
+
+#[test]
+fn what_waits_tells_where_the_vehicle_is_now() {
+    let mut inputs = started();
+    inputs.push_control(at(0, 40), 'b').unwrap();
+    inputs.push_control(at(0, 20), 'a').unwrap();
+    let ahead = |inputs: &Inputs, ms: u64| {
+        inputs.ahead(START + ms * MS).map(|(control, dt)| (control, dt.ns() / MS)).collect::<Vec<_>>()
+    };
+    assert_eq!(ahead(&inputs, 50), [('0', 20), ('a', 20), ('b', 10)]);
+    assert_eq!(ahead(&inputs, 30), [('0', 20), ('a', 10)]);
+    assert_eq!(ahead(&inputs, 0), []);
+    inputs.push_event(at(1, 75), "scan").unwrap();
+    assert_eq!(drained(&mut inputs), "020");
+    assert_eq!(ahead(&inputs, 50), [('a', 20), ('b', 10)]);
+    // The controls are too old at 340 ms.
+    assert_eq!(ahead(&inputs, 900), [('a', 20), ('b', 300)]);
+    assert!(Inputs::new().ahead(5).next().is_none());
+    // One nanosecond is a time like any other.
+    assert_eq!(inputs.ahead(START + 20 * MS + 1).next(), Some(('a', Interval::of_ns(1))));
+}

@@ -1,0 +1,118 @@
+//! The order of arrival decides nothing.
+
+mod world;
+
+use proptest::collection::vec;
+use proptest::prelude::*;
+use proptest::test_runner::RngSeed;
+use scphd::Pose;
+use scphd_sequencer::{Flags, Interval, Stamp};
+use world::{Input, MS, Outcome, SETTINGS, STANDING, START_NS, STEPS, filtered, log, sequenced, truth_at};
+
+/// Off the beat of the wheels, and the lidar and the receiver at the same time.
+const PHASES_MS: [u64; 3] = [37, 61, 37];
+const INPUTS: usize = 150 + 75 + 50 + 15;
+
+/// The log as it comes when every input is delayed by so much.
+fn delayed(delays: &[u64], with_clock: bool) -> Vec<(Option<u64>, Stamp, Input)> {
+    let since_start = |stamp: &Stamp| stamp.time_ns.wrapping_sub(START_NS);
+    let mut arrivals: Vec<_> = log(PHASES_MS)
+        .into_iter()
+        .zip(delays)
+        .map(|((stamp, input), delay)| (since_start(&stamp) + delay, stamp, input))
+        .collect();
+    arrivals.sort_by_key(|(at, ..)| *at);
+    let clock = |at| with_clock.then_some(START_NS.wrapping_add(at));
+    arrivals.into_iter().map(|(at, stamp, input)| (clock(at), stamp, input)).collect()
+}
+
+/// One seed for all runs of the test: a failure comes back.
+fn config(cases: u32) -> ProptestConfig {
+    ProptestConfig { cases, failure_persistence: None, rng_seed: RngSeed::Fixed(18), ..ProptestConfig::default() }
+}
+
+#[test]
+fn a_hundred_orders_of_arrival_have_one_digest() {
+    let (in_order, report) = sequenced(&delayed(&[0; INPUTS], false));
+    assert!(report.flags.is_empty(), "{report:?}");
+    // The last scan of the log.
+    let end = truth_at((STEPS - 1) * 100 + 37);
+    assert!(in_order.pose.distance_m(&end) < 0.15, "{:?} {end:?}", in_order.pose);
+    proptest!(config(100), |(delays in vec(0..=SETTINGS.window_ns, INPUTS), with_clock: bool)| {
+        let (outcome, report) = sequenced(&delayed(&delays, with_clock));
+        prop_assert!(report.flags.is_empty(), "{report:?}");
+        prop_assert_eq!(&outcome, &in_order);
+    });
+}
+
+/// The log as a loop would have it that knows of no other order.
+fn by_hand(log: &[(Stamp, Input)]) -> Outcome {
+    filtered(|filters| {
+        let (mut held, mut time_ns) = (STANDING, START_NS);
+        for (stamp, input) in log {
+            let passed_ns = stamp.time_ns.wrapping_sub(time_ns);
+            if passed_ns > 0 {
+                filters.predict(&held, Interval::of_ns(passed_ns).seconds());
+            }
+            time_ns = stamp.time_ns;
+            match input {
+                Input::Control(control) => held = *control,
+                Input::Event(event) => filters.event(event),
+            }
+        }
+    })
+}
+
+/// Scans split predictions at their own times; and of two events at one time it matters to the filters which is first.
+#[test]
+fn predictions_are_split_at_the_scans_and_ties_have_an_order() {
+    let (in_order, _) = sequenced(&delayed(&[0; INPUTS], false));
+    let mut log = log(PHASES_MS);
+    assert_eq!(by_hand(&log), in_order);
+    let tie = log.windows(2).position(|two| two[0].0.time_ns == two[1].0.time_ns).unwrap();
+    log.swap(tie, tie + 1);
+    assert_ne!(by_hand(&log).digests, in_order.digests);
+    let swapped: Vec<_> = log.into_iter().map(|(stamp, input)| (None, stamp, input)).collect();
+    assert_eq!(sequenced(&swapped).0, in_order);
+}
+
+#[test]
+fn without_delays_it_is_the_plain_loop_to_the_bit() {
+    let log = log([0; 3]);
+    let plain = filtered(|filters| {
+        let mut control = None;
+        for (stamp, input) in &log {
+            match input {
+                Input::Control(next) => {
+                    assert_eq!(stamp.time_ns.wrapping_sub(START_NS) % (100 * MS), 0);
+                    if let Some(control) = control.replace(next) {
+                        filters.predict(control, 0.1);
+                    }
+                }
+                Input::Event(event) => filters.event(event),
+            }
+        }
+    });
+    let arrivals: Vec<_> = log.iter().map(|(stamp, input)| (None, *stamp, input.clone())).collect();
+    let (outcome, report) = sequenced(&arrivals);
+    assert!(report.flags.is_empty(), "{report:?}");
+    assert_eq!(outcome, plain);
+}
+
+#[test]
+fn what_is_later_than_the_window_is_left_out_and_counted() {
+    let log = log(PHASES_MS);
+    let arrivals: Vec<_> = log.iter().map(|(stamp, input)| (None, *stamp, input.clone())).collect();
+    // Of 3.6 s.
+    let late = 70;
+    let without: Vec<_> = arrivals.iter().enumerate().filter(|(at, _)| *at != late).map(|(_, a)| a.clone()).collect();
+    let mut delayed = without.clone();
+    let too_late_ns = arrivals[late].1.time_ns + SETTINGS.window_ns;
+    let newer = arrivals.iter().skip(late).position(|(_, stamp, _)| stamp.time_ns > too_late_ns).unwrap();
+    delayed.insert(late + newer, arrivals[late].clone());
+    let (expected, clean) = sequenced(&without);
+    let (outcome, report) = sequenced(&delayed);
+    assert!(clean.flags.is_empty());
+    assert_eq!((report.flags, report.count(Flags::LATE)), (Flags::LATE, 1));
+    assert_eq!(outcome, expected);
+}
