@@ -119,6 +119,22 @@ numbers! {
     }
 }
 
+numbers! {
+    /// Numbers of a joint map.
+    Joint {
+        /// Mean time that a landmark stays in sight before something hides it, s.
+        in_sight_s: f64,
+        /// Mean time that it stays hidden, s.
+        hidden_s: f64,
+        /// Mean time until it is taken away, s.
+        lifetime_s: f64,
+        /// Share of p_D that is left behind a nearer detection.
+        behind: f64,
+        /// Two features within this squared Mahalanobis distance are one.
+        merge_distance: f64,
+    }
+}
+
 /// Everything a filter has to be told before the first record: models, tuning, start. All numbers are in double
 /// precision, whatever the payload: the filter rounds them as it would round settings from anywhere else.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -153,14 +169,17 @@ pub struct Header<K: Kind> {
     pub recursion: Recursion,
     /// The recursion for moving features.
     pub moving: Moving,
+    /// The joint map, for a filter that has one.
+    pub joint: Joint,
     /// Time from one scan to the next, s; the median where it varies.
     pub scan_interval_s: f64,
 }
 
 impl<K: Kind> Header<K> {
     /// Bytes of the whole head, its check included.
-    pub const LENGTH: usize =
-        FRONT + 8 * (<K::Models as Numbers>::COUNT + Recursion::COUNT + Moving::COUNT + f64::COUNT) + CHECK;
+    pub const LENGTH: usize = FRONT
+        + 8 * (<K::Models as Numbers>::COUNT + Recursion::COUNT + Moving::COUNT + Joint::COUNT + f64::COUNT)
+        + CHECK;
 
     /// A head with every number zero, one particle, one sample, single cluster, blind proposal, the heaviest extracted and unknown
     /// counts.
@@ -180,6 +199,7 @@ impl<K: Kind> Header<K> {
         models: <K::Models as Numbers>::ZERO,
         recursion: Recursion::ZERO,
         moving: Moving::ZERO,
+        joint: Joint::ZERO,
         scan_interval_s: 0.0,
     };
 
@@ -222,6 +242,7 @@ impl<K: Kind> Header<K> {
         self.models.put(&mut number);
         self.recursion.put(&mut number);
         self.moving.put(&mut number);
+        self.joint.put(&mut number);
         self.scan_interval_s.put(&mut number);
         sink.end()
     }
@@ -271,6 +292,7 @@ impl<K: Kind> Header<K> {
         header.models = Numbers::take(&mut number)?;
         header.recursion = Numbers::take(&mut number)?;
         header.moving = Numbers::take(&mut number)?;
+        header.joint = Numbers::take(&mut number)?;
         header.scan_interval_s = number()?;
         let [scalar, _, likelihood, 0, proposal, extraction, 0, 0] = choices else { return None };
         header.scalar = match scalar {
@@ -331,6 +353,7 @@ mod tests {
             models: Numbers::take(&mut number).unwrap(),
             recursion: Numbers::take(&mut number).unwrap(),
             moving: Numbers::take(&mut number).unwrap(),
+            joint: Numbers::take(&mut number).unwrap(),
             scan_interval_s: number().unwrap(),
         }
     }
@@ -356,28 +379,28 @@ mod tests {
     fn what_is_written_is_read() {
         comes_back(planar());
         comes_back(numbered::<Underwater>(Auv));
-        assert_eq!((planar().models.start_x_m, planar().scan_interval_s), (100.5, 145.5));
+        assert_eq!((planar().models.start_x_m, planar().scan_interval_s), (100.5, 150.5));
         let underwater = numbered::<Underwater>(Auv);
-        assert_eq!((underwater.models.start_m[0], underwater.scan_interval_s), (100.5, 174.5));
+        assert_eq!((underwater.models.start_m[0], underwater.scan_interval_s), (100.5, 179.5));
     }
 
     /// The places of the documented layout, by hand.
     #[test]
     fn the_layout_is_the_documented_one() {
         let bytes = encoded(&planar());
-        assert_eq!(bytes.len(), 424);
-        assert_eq!(&bytes[..12], b"SCPHDLOG\x03\x00\xa8\x01");
+        assert_eq!(bytes.len(), 464);
+        assert_eq!(&bytes[..12], b"SCPHDLOG\x03\x00\xd0\x01");
         assert_eq!(bytes[12..20], [4, 2, 2, 0, 1, 1, 0, 0]);
         assert_eq!(bytes[20..24], [1, 0, 0, 0]);
         assert_eq!(bytes[40..44], [6, 0, 0, 0]);
         assert_eq!(bytes[44..52], [8, 7, 6, 5, 4, 3, 2, 1]);
         assert_eq!(bytes[52..60], 100.5_f64.to_le_bytes());
-        assert_eq!(bytes[412..420], 145.5_f64.to_le_bytes());
+        assert_eq!(bytes[452..460], 150.5_f64.to_le_bytes());
         let bytes = encoded(&numbered::<Underwater>(Auv));
-        assert_eq!(bytes.len(), 656);
-        assert_eq!(bytes[10..14], [0x90, 0x02, 4, 3]);
+        assert_eq!(bytes.len(), 696);
+        assert_eq!(bytes[10..14], [0xb8, 0x02, 4, 3]);
         assert_eq!(bytes[52..60], 100.5_f64.to_le_bytes());
-        assert_eq!(bytes[644..652], 174.5_f64.to_le_bytes());
+        assert_eq!(bytes[684..692], 179.5_f64.to_le_bytes());
     }
 
     #[test]

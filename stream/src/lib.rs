@@ -32,7 +32,7 @@ mod replay;
 pub mod underwater;
 mod writer;
 
-pub use header::{Extraction, Header, Likelihood, Moving, Proposal, Recursion, Scalar, UNKNOWN};
+pub use header::{Extraction, Header, Joint, Likelihood, Moving, Proposal, Recursion, Scalar, UNKNOWN};
 pub use kind::{Input, Kind};
 pub use numbers::Numbers;
 pub use onboard::{Aboard, Capacities, Filter, Helm, Memory, Onboard, RamPart, Refusal, Scan, Seen};

@@ -11,12 +11,14 @@ use scphd::{
     Proposal, Real, ResetError, ScPhd, ScanError, ScanRoom, SetupError, Vector,
 };
 
-/// A kind of stream that a filter on board can be set up for, with numbers of this type.
-pub trait Aboard<T: Real>: Kind {
+/// A filter on board that streams of a kind can be fed to, with numbers of this type.
+pub trait Aboard<T: Real> {
+    /// The kind of its streams.
+    type Kind: Kind;
     /// All memory of the filter.
     type Memory;
     /// The filter in its memory.
-    type Filter<'m>: Filter<Self>
+    type Filter<'m>: Filter<Self::Kind>
     where
         T: 'm;
 
@@ -31,7 +33,7 @@ pub trait Aboard<T: Real>: Kind {
     ///
     /// # Errors
     /// A number of the head is out of range, or the filter does not fit the memory.
-    fn start<'m>(header: &Header<Self>, memory: &'m mut Self::Memory) -> Result<Self::Filter<'m>, Refusal>
+    fn start<'m>(header: &Header<Self::Kind>, memory: &'m mut Self::Memory) -> Result<Self::Filter<'m>, Refusal>
     where
         T: 'm;
 }
@@ -132,26 +134,11 @@ where
 
     fn receive(&mut self, measurements: Measurements<'_, G>) -> Scan {
         const { assert!(X::Measurement::DIMENSION == Z, "the sensor must measure what the stream holds") };
-        let mut scan = Scan { len: 0, beyond: 0 };
-        let mut slots = self.measurements.iter_mut();
-        for measurement in measurements {
-            match slots.next() {
-                Some(slot) => {
-                    *slot = Vector::with(|k| measurement.get(k).copied().map_or(T::ZERO, T::from_f64));
-                    scan.len += 1;
-                }
-                None => scan.beyond += 1,
-            }
-        }
-        scan
+        Scan::received(measurements, self.measurements)
     }
 
     fn scan_with(&mut self, scan: Scan, probe: &mut impl Probe) -> Result<Seen, Refusal> {
-        if scan.beyond > 0 {
-            let (measurements, capacity) = (scan.measurements(), self.measurements.len());
-            return Err(Refusal::Scan(ScanError::TooManyMeasurements { measurements, capacity }));
-        }
-        let measurements = self.measurements.get(..scan.len).unwrap_or(&[]);
+        let measurements = scan.of(self.measurements).map_err(Refusal::Scan)?;
         let report = self.filter.scan_with(&mut self.detector, measurements, probe).map_err(Refusal::Scan)?;
         Ok(Seen {
             health: report.health.bits(),
@@ -251,6 +238,33 @@ pub struct Scan {
 }
 
 impl Scan {
+    /// A scan put into that memory, as far as there is room.
+    pub(crate) fn received<K: Kind<Measurement = [f64; D]>, Z: Vector, const D: usize>(
+        measurements: Measurements<'_, K>,
+        slots: &mut [Z],
+    ) -> Self {
+        let mut scan = Self { len: 0, beyond: 0 };
+        let mut slots = slots.iter_mut();
+        for measurement in measurements {
+            match slots.next() {
+                Some(slot) => {
+                    *slot = Vector::with(|k| Z::Scalar::from_f64(measurement.get(k).copied().unwrap_or(0.0)));
+                    scan.len += 1;
+                }
+                None => scan.beyond += 1,
+            }
+        }
+        scan
+    }
+
+    /// The scan in that memory.
+    pub(crate) fn of<Z>(self, held: &[Z]) -> Result<&[Z], ScanError> {
+        if self.beyond > 0 {
+            return Err(ScanError::TooManyMeasurements { measurements: self.measurements(), capacity: held.len() });
+        }
+        Ok(held.get(..self.len).unwrap_or(&[]))
+    }
+
     /// Number of measurements.
     #[must_use]
     pub fn measurements(&self) -> usize {

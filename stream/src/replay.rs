@@ -87,15 +87,15 @@ impl core::error::Error for ReplayError {}
 ///
 /// # Errors
 /// The stream is damaged, or the filter refuses something in it.
-pub fn replay<K: Aboard<T>, T: Real>(
+pub fn replay<A: Aboard<T>, T: Real>(
     bytes: &[u8],
-    memory: &mut K::Memory,
+    memory: &mut A::Memory,
     scans: u32,
     monitor: &mut impl Monitor,
-) -> Result<Totals<K>, ReplayError> {
-    let mut reader = Reader::<K>::open(bytes).map_err(ReplayError::Stream)?;
-    let mut filter = K::start(reader.header(), memory).map_err(ReplayError::Start)?;
-    let mut totals = Totals { scans: 0, pose: K::Pose::ZERO, features: 0 };
+) -> Result<Totals<A::Kind>, ReplayError> {
+    let mut reader = Reader::<A::Kind>::open(bytes).map_err(ReplayError::Stream)?;
+    let mut filter = A::start(reader.header(), memory).map_err(ReplayError::Start)?;
+    let mut totals = Totals { scans: 0, pose: <A::Kind as Kind>::Pose::ZERO, features: 0 };
     let mut cost = ScanCost::of(0);
     while totals.scans < scans {
         let step = |refusal| ReplayError::Step { scan: cost.scan, refusal };

@@ -169,8 +169,8 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>> Join
     /// Of births that move a joint map knows nothing: all features stand still.
     ///
     /// # Errors
-    /// A measurement is not finite, there are more than the state holds, or the filter has not been reset; the state is as it
-    /// was.
+    /// A measurement is not finite, there are more than the state holds, the detector is to [learn](Detector::learning), or the filter has
+    /// not been reset; the state is as it was.
     pub fn scan<X: MeasurementModel<Pose = M::Pose>, R>(
         &mut self,
         detector: &Detector<X, R>,
@@ -184,6 +184,9 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>> Join
         };
         if !self.memory.known.started {
             return Err(ScanError::NotStarted);
+        }
+        if detector.online.learns() {
+            return Err(ScanError::Learning);
         }
         ScanError::check(measurements, self.memory.explained.len())?;
         let models = detector.on_vehicle();

@@ -238,6 +238,8 @@ pub enum ScanError {
     SensorNoise,
     /// The detector gives birth to features that move, and the state has no memory for them.
     NoRoomForMoving,
+    /// The detector is to learn while running, which a joint map does not.
+    Learning,
 }
 
 impl ScanError {
@@ -262,6 +264,7 @@ impl fmt::Display for ScanError {
             Self::NonFinite { index } => write!(f, "measurement {index} is not finite"),
             Self::NoRoomForMoving => f.write_str("births.moving is above 0, but the state has no moving maps"),
             Self::SensorNoise => f.write_str("the covariance of the sensor's noise is not positive definite"),
+            Self::Learning => f.write_str("the detector is to learn while running, which a joint map does not"),
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Links only if no panic can be reached from setting up, predicting, scanning and estimating: whoever panics calls a function that
 //! does not exist. In single precision or, with the feature `double`, in double; for a planar vehicle or, with the feature
-//! `underwater`, for an underwater one.
+//! `underwater`, for an underwater one; with the feature `joint`, for a planar vehicle with a joint map.
 #![no_std]
 #![no_main]
 
@@ -11,8 +11,10 @@ use core::hint::black_box;
 use core::panic::PanicInfo;
 use cortex_m_rt::entry;
 use scphd_firmware::board;
-#[cfg(not(feature = "underwater"))]
+#[cfg(not(any(feature = "underwater", feature = "joint")))]
 use scphd_stream::planar::Planar as Kind;
+#[cfg(feature = "joint")]
+use scphd_stream::planar::PlanarJoint as Kind;
 #[cfg(feature = "underwater")]
 use scphd_stream::underwater::Underwater as Kind;
 use scphd_stream::{Aboard, Monitor, ScanCost, Seen, replay};

@@ -5,7 +5,7 @@ use crate::events::{Event, events};
 use crate::log::{Log, Vehicle};
 use crate::settings::Settings;
 use scphd_stream::planar::{self, Models, Odometry, Planar};
-use scphd_stream::{Header, Moving, Numbers, Scalar};
+use scphd_stream::{Header, Joint, Moving, Numbers, Scalar};
 
 /// The first `scans` scans of `log` with all motion before them, and in its head whatever a filter must be told.
 #[must_use]
@@ -23,7 +23,7 @@ pub fn write(log: &Log, settings: &Settings, seed: u64, scalar: Scalar, scans: u
             Event::Scan { index } => Entry::Scan(&log.scans[index].detections),
         })
         .collect();
-    let Settings { moving, .. } = settings;
+    let Settings { moving, joint, .. } = settings;
     let header = Header {
         vehicle: match log.vehicle {
             Vehicle::Ackermann { .. } => planar::Vehicle::Ackermann,
@@ -38,6 +38,13 @@ pub fn write(log: &Log, settings: &Settings, seed: u64, scalar: Scalar, scans: u
             lifetime_s: moving.lifetime_s,
             spread_max_m: moving.spread_max_m,
             extraction_weight: moving.extraction_weight,
+        },
+        joint: Joint {
+            in_sight_s: joint.in_sight_s,
+            hidden_s: joint.hidden_s,
+            lifetime_s: joint.lifetime_s,
+            behind: joint.behind,
+            merge_distance: joint.merge_distance,
         },
         scan_interval_s: scan_interval_s(log.scans.iter().map(|scan| scan.t_s)),
         ..head(&settings.filter, seed, scalar)

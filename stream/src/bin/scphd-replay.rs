@@ -1,8 +1,8 @@
-//! Replays a stream on the desk: `scphd-replay f32|f64 FILE [SCANS]` prints the digest after every scan, with the
+//! Replays a stream on the desk: `scphd-replay f32|f64|joint-f32|joint-f64 FILE [SCANS]` prints the digest after every scan, with the
 //! same words as the firmware.
 
 use scphd::Real;
-use scphd_stream::planar::Planar;
+use scphd_stream::planar::{Planar, PlanarJoint};
 use scphd_stream::underwater::Underwater;
 use scphd_stream::{Aboard, Monitor, Numbers, Reader, ScanCost, Seen, StreamError, replay};
 use std::io::{self, Write};
@@ -48,8 +48,8 @@ impl<W: Write> Monitor for Printer<W> {
 /// Whatever vehicle the stream is of.
 fn run<T: Real>(bytes: &[u8], scans: u32) -> Result<(), String>
 where
-    Planar: Aboard<T>,
-    Underwater: Aboard<T>,
+    Planar: Aboard<T, Kind = Planar>,
+    Underwater: Aboard<T, Kind = Underwater>,
 {
     match Reader::<Planar>::open(bytes) {
         Err(StreamError::Vehicle { .. }) => run_kind::<Underwater, T>(bytes, scans),
@@ -58,7 +58,7 @@ where
 }
 
 fn run_kind<K: Aboard<T>, T: Real>(bytes: &[u8], scans: u32) -> Result<(), String> {
-    let header = *Reader::<K>::open(bytes).map_err(|error| error.to_string())?.header();
+    let header = *Reader::<K::Kind>::open(bytes).map_err(|error| error.to_string())?.header();
     let mut memory = Box::new(K::MEMORY);
     let mut printer = Printer { out: io::stdout().lock(), started: Instant::now(), failed: None };
     let line = writeln!(printer.out, "stream scan_interval_s {}", header.scan_interval_s);
@@ -80,13 +80,15 @@ fn execute() -> Result<(), String> {
         [precision, path, scans] => {
             (precision, path, scans.parse().map_err(|_| format!("`{scans}` is no number of scans"))?)
         }
-        _ => return Err("usage: scphd-replay f32|f64 FILE [SCANS]".into()),
+        _ => return Err("usage: scphd-replay f32|f64|joint-f32|joint-f64 FILE [SCANS]".into()),
     };
     let bytes = std::fs::read(path).map_err(|error| format!("{path}: {error}"))?;
     let work: fn(&[u8], u32) -> Result<(), String> = match precision.as_str() {
         "f32" => run::<f32>,
         "f64" => run::<f64>,
-        other => return Err(format!("`{other}` is neither f32 nor f64")),
+        "joint-f32" => run_kind::<PlanarJoint, f32>,
+        "joint-f64" => run_kind::<PlanarJoint, f64>,
+        other => return Err(format!("`{other}` is none of f32, f64, joint-f32, joint-f64")),
     };
     let thread = std::thread::Builder::new().stack_size(STACK_BYTES).spawn(move || work(&bytes, scans));
     let thread = thread.map_err(|error| format!("cannot start a thread: {error}"))?;

@@ -1,8 +1,10 @@
 //! Streams of vehicles in the plane that measure range and bearing.
 
+mod joint;
 mod models;
 mod onboard;
 
+pub use joint::PlanarJoint;
 pub use models::Models;
 pub use onboard::{MEASUREMENTS, Memory};
 

@@ -100,6 +100,7 @@ const fn ram<T: Real>() -> Ram {
 }
 
 impl<T: Real> Aboard<T> for Planar {
+    type Kind = Self;
     type Memory = Memory<T>;
     type Filter<'m>
         = Onboard<'m, Self, Direct, Drive<T>, Sensing<RangeBearing<T>, RangeBearingWindow<T>, UniformClutter<T>>>
@@ -196,7 +197,7 @@ impl<T: Real> Motion for Drive<T> {
     }
 }
 
-fn motion<T: Real>(header: &Header<Planar>) -> Result<Drive<T>, ModelError> {
+pub(super) fn motion<T: Real>(header: &Header<Planar>) -> Result<Drive<T>, ModelError> {
     let numbers = &header.models;
     let noise = ControlNoise {
         speed_sigma_mps: T::from_f64(numbers.speed_sigma_mps),
@@ -221,7 +222,7 @@ fn motion<T: Real>(header: &Header<Planar>) -> Result<Drive<T>, ModelError> {
 }
 
 /// Where the sensor sits; `None` where the pose is.
-fn mounting<T: Real>(header: &Header<Planar>) -> Result<Option<Mounting<T>>, ModelError> {
+pub(super) fn mounting<T: Real>(header: &Header<Planar>) -> Result<Option<Mounting<T>>, ModelError> {
     let numbers = &header.models;
     let place = [numbers.mounted_forward_m, numbers.mounted_left_m, numbers.mounted_yaw_rad];
     if place == [0.0; 3] {
@@ -231,9 +232,9 @@ fn mounting<T: Real>(header: &Header<Planar>) -> Result<Option<Mounting<T>>, Mod
     Mounting::in_plane(forward, left, yaw).map(Some)
 }
 
-type PlanarSensing<T> = Sensing<RangeBearing<T>, RangeBearingWindow<T>, UniformClutter<T>>;
+pub(super) type PlanarSensing<T> = Sensing<RangeBearing<T>, RangeBearingWindow<T>, UniformClutter<T>>;
 
-fn sensing<T: Real>(header: &Header<Planar>) -> Result<PlanarSensing<T>, ModelError> {
+pub(super) fn sensing<T: Real>(header: &Header<Planar>) -> Result<PlanarSensing<T>, ModelError> {
     let numbers = &header.models;
     let limits = RangeBearingLimits {
         range_min_m: T::from_f64(numbers.range_min_m),

@@ -63,6 +63,7 @@ const fn ram<T: Real>() -> Ram {
 }
 
 impl<T: Real> Aboard<T> for Underwater {
+    type Kind = Self;
     type Memory = Memory<T>;
     type Filter<'m>
         = Onboard<'m, Self, Navigator<f64>, Auv<T>, Sensing<StereoCamera<T>, StereoFrustum<T>, UniformClutter<T>>>

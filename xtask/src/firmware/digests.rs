@@ -7,7 +7,7 @@ use super::board::{Board, EMULATED};
 use super::emulator;
 use super::image::{self, Extra, Image};
 use super::output::{self, Replay};
-use super::rig::{PLANAR, Rig, UNDERWATER};
+use super::rig::{JOINT, PLANAR, UNDERWATER};
 use super::streams::{self, Precision, Source, Variant};
 use crate::outcome::{Outcome, Stop};
 use crate::process;
@@ -16,10 +16,11 @@ use crate::tools::Tool;
 
 /// A scenario without movers.
 const SURVEY: Source<'_> = Source { what: "survey", scans: 200, variant: Variant::Plain };
-/// Scenarios, which are always there: nothing moves, all scans of one in which something does, and a dive, of whose frames each
+/// Scenarios, which are always there: nothing moves, by particles and by a joint map, all scans of one in which something does, and a dive, of whose frames each
 /// takes as long as several scans.
-const SCENARIOS: [Source<'_>; 3] = [
+const SCENARIOS: [Source<'_>; 4] = [
     SURVEY,
+    Source { what: "survey", scans: 200, variant: Variant::Joint },
     Source { what: "thesis-dynamic", scans: 301, variant: Variant::Plain },
     Source { what: "girona-tank", scans: 40, variant: Variant::Plain },
 ];
@@ -45,12 +46,14 @@ fn compare() -> Result<Outcome, Stop> {
     let (mut failures, mut compared) = (Vec::new(), 0);
     failures.extend(driven_by_a_timer(&qemu, &toolchain)?);
     failures.extend(several_sensors(&qemu, &toolchain)?);
-    for (rig, precision) in [PLANAR, UNDERWATER].iter().flat_map(|rig| rig.precisions.iter().map(move |&p| (rig, p))) {
+    for (rig, precision) in
+        [PLANAR, JOINT, UNDERWATER].iter().flat_map(|rig| rig.precisions.iter().map(move |&p| (rig, p)))
+    {
         let mut images = Vec::new();
         for board in rig.boards {
             images.push((board, image::build_replay(&toolchain, board, *rig, precision)?));
         }
-        for &source in sources.iter().filter(|source| Rig::of(source.what) == *rig) {
+        for &source in sources.iter().filter(|source| source.rig() == *rig) {
             let stream = streams::make(source, precision)?;
             let mut replays: Vec<(&str, Replay)> = Vec::new();
             for profile in PROFILES {
@@ -63,11 +66,17 @@ fn compare() -> Result<Outcome, Stop> {
             }
             for (name, replay) in rest {
                 if let Some(difference) = first.1.first_difference(replay) {
-                    failures.push(format!("{} {} on {name}: {difference}", source.what, precision.name()));
+                    failures.push(format!("{} {} on {name}: {difference}", source.what, rig.replay(precision)));
                 }
                 compared += replay.scans.len();
             }
-            println!("{} {}: {} scans compared on {}", source.what, precision.name(), first.1.scans.len(), rest.len());
+            println!(
+                "{} {}: {} scans compared on {}",
+                source.what,
+                rig.replay(precision),
+                first.1.scans.len(),
+                rest.len()
+            );
         }
     }
     if !failures.is_empty() {

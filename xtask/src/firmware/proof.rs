@@ -3,7 +3,7 @@
 
 use super::board::{Board, EMULATED, REFERENCE};
 use super::image::{self, Extra, Image};
-use super::rig::{PLANAR, UNDERWATER};
+use super::rig::{JOINT, PLANAR, UNDERWATER};
 use super::streams::Precision;
 use crate::noalloc;
 use crate::outcome::{Outcome, Stop};
@@ -26,11 +26,11 @@ pub fn step() -> Outcome {
 
 fn prove() -> Result<Outcome, Stop> {
     let toolchain = toolchain::find()?;
-    // An underwater vehicle's code is the same for every board with a processor of this kind.
-    let dive = (&REFERENCE, UNDERWATER, Precision::F32);
+    // The code for these is the same for every board with a processor of this kind.
+    let others = [(&REFERENCE, UNDERWATER, Precision::F32), (&REFERENCE, JOINT, Precision::F32)];
     let boards = EMULATED.iter().chain([&REFERENCE]);
     let plane = boards.flat_map(|board| Precision::ALL.map(|precision| (board, PLANAR, precision)));
-    for (board, rig, precision) in plane.chain([dive]) {
+    for (board, rig, precision) in plane.chain(others) {
         let features = &rig.proof_features(precision)[..];
         let image = image::build(&toolchain, board, PROOF, &Extra { features, flags: &[] })
             .map_err(|error| format!("a panic is reachable, or the image does not fit {}: {error}", board.name))?;
@@ -38,7 +38,9 @@ fn prove() -> Result<Outcome, Stop> {
             return Err(format!("{} has the allocator's {symbol}", image.path.display()).into());
         }
     }
-    for (rig, precision) in [(PLANAR, Precision::F32), (PLANAR, Precision::F64), (UNDERWATER, Precision::F32)] {
+    let images =
+        [(PLANAR, Precision::F32), (PLANAR, Precision::F64), (JOINT, Precision::F32), (UNDERWATER, Precision::F32)];
+    for (rig, precision) in images {
         let name = rig.image(precision);
         let image = image::build_replay(&toolchain, &REFERENCE, rig, precision)?;
         if let Some(symbol) = allocator_symbol(&image)? {

@@ -45,6 +45,10 @@ pub const FEW: Rig = Rig {
     ..PLANAR
 };
 
+/// A vehicle in the plane with a joint map.
+pub const JOINT: Rig =
+    Rig { vehicle: "joint-", features: &["joint"], particles: 1, samples: 1, precisions: &[Precision::F32], ..PLANAR };
+
 /// A vehicle under water.
 pub const UNDERWATER: Rig = Rig {
     vehicle: "underwater-",
@@ -65,6 +69,12 @@ impl Rig {
     /// The vehicle that a scenario or log is of.
     pub fn of(source: &str) -> Self {
         if DIVES.contains(&source) { UNDERWATER } else { PLANAR }
+    }
+
+    /// What the replay on the host is told: which filter, and its precision.
+    pub fn replay(&self, precision: Precision) -> String {
+        let filter = if *self == JOINT { self.vehicle } else { "" };
+        format!("{filter}{}", precision.name())
     }
 
     /// The image that replays its streams.

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::output::Replay;
-use super::rig::{FEW, Rig};
+use super::rig::{FEW, JOINT, Rig};
 use crate::process;
 
 /// Number type of a filter.
@@ -37,11 +37,13 @@ pub enum Variant {
     Static,
     /// By few informed particles in place of many blind ones.
     Informed,
+    /// By a joint map.
+    Joint,
 }
 
 impl Variant {
     /// Those that a configuration names.
-    pub const NAMED: [Self; 2] = [Self::Static, Self::Informed];
+    pub const NAMED: [Self; 3] = [Self::Static, Self::Informed, Self::Joint];
 
     /// What marks it in the name of a configuration, and of a stream.
     pub fn mark(self) -> &'static str {
@@ -49,6 +51,7 @@ impl Variant {
             Self::Plain => "",
             Self::Static => "-static",
             Self::Informed => "-informed",
+            Self::Joint => "-joint",
         }
     }
 }
@@ -67,7 +70,11 @@ pub struct Source<'a> {
 impl Source<'_> {
     /// The filter that it is fed to.
     pub fn rig(&self) -> Rig {
-        if self.variant == Variant::Informed { FEW } else { Rig::of(self.what) }
+        match self.variant {
+            Variant::Informed => FEW,
+            Variant::Joint => JOINT,
+            Variant::Plain | Variant::Static => Rig::of(self.what),
+        }
     }
 }
 
@@ -95,7 +102,7 @@ pub fn make(source: Source<'_>, precision: Precision) -> Result<PathBuf, String>
 pub fn on_host(stream: &Path, rig: Rig, precision: Precision, profile: &str) -> Result<Replay, String> {
     let mut cargo = process::cargo();
     cargo.args(["run", "--quiet", "--package", "scphd-stream", "--profile", profile]);
-    cargo.args(["--features", &rig.room.join(","), "--", precision.name()]);
+    cargo.args(["--features", &rig.room.join(","), "--", &rig.replay(precision)]);
     let text = process::read(cargo.arg(stream))?;
     Replay::parse(&text.lines().map(str::to_owned).collect::<Vec<_>>())
 }

@@ -1,0 +1,137 @@
+//! The joint map of a planar vehicle on board.
+
+use super::onboard::{Direct, Drive, MEASUREMENTS, PlanarSensing, motion, mounting, sensing};
+use super::{Models, Odometry, Planar};
+use crate::header::Header;
+use crate::onboard::{Aboard, Capacities, Filter, Helm, Ram, RamPart, Refusal, Scan, Seen, births};
+use crate::reader::Measurements;
+use nalgebra::Vector2;
+use scphd::{
+    Detector, JointConfig, JointSlam, JointState, Persistence, PlanarPose, Pose, PredictError, Probe, Real, Stage,
+    joint_numbers,
+};
+
+/// Features of the joint map.
+const FEATURES: usize = 64;
+
+type OnboardState<T> = JointState<PlanarPose<T>, Vector2<T>, FEATURES, { joint_numbers(3, 2, FEATURES) }, MEASUREMENTS>;
+
+/// The filter with a joint map, for streams of vehicles in the plane.
+#[derive(Debug, Clone, Copy)]
+pub struct PlanarJoint;
+
+/// All memory of the joint map on board, with a scan on its way in.
+#[derive(Debug)]
+pub struct Memory<T: Real> {
+    state: OnboardState<T>,
+    measurements: [Vector2<T>; MEASUREMENTS],
+}
+
+/// The joint map, with the memory of what comes in.
+#[derive(Debug)]
+pub struct OnboardJoint<'m, T: Real> {
+    filter: JointSlam<'m, Drive<T>, Vector2<T>>,
+    detector: Detector<PlanarSensing<T>>,
+    measurements: &'m mut [Vector2<T>],
+}
+
+impl<T: Real> Aboard<T> for PlanarJoint {
+    type Kind = Planar;
+    type Memory = Memory<T>;
+    type Filter<'m>
+        = OnboardJoint<'m, T>
+    where
+        T: 'm;
+
+    const MEMORY: Memory<T> =
+        Memory { state: JointState::new(), measurements: [Vector2::new(T::ZERO, T::ZERO); MEASUREMENTS] };
+    const CAPACITIES: Capacities = Capacities {
+        candidates: 1,
+        particles: 1,
+        components: FEATURES,
+        components_in_all: FEATURES,
+        measurements: MEASUREMENTS,
+    };
+    const RAM_PARTS: [RamPart; 6] = Ram {
+        total: size_of::<Memory<T>>(),
+        state: size_of::<OnboardState<T>>(),
+        particles: 0,
+        pages: 0,
+        moving_pages: 0,
+        scratch: 0,
+    }
+    .parts();
+
+    fn start<'m>(header: &Header<Planar>, memory: &'m mut Memory<T>) -> Result<OnboardJoint<'m, T>, Refusal>
+    where
+        T: 'm,
+    {
+        let Memory { state, measurements } = memory;
+        let mut filter = JointSlam::new(motion(header)?, config(header), state)?;
+        let detector = Detector::new(sensing(header)?, births(header))?;
+        let detector = match mounting(header)? {
+            Some(mounting) => detector.mounted(mounting)?,
+            None => detector,
+        };
+        let Models { start_x_m, start_y_m, start_heading_rad, .. } = header.models;
+        let [x, y, heading] = [start_x_m, start_y_m, start_heading_rad].map(T::from_f64);
+        filter.reset(PlanarPose::new(x, y, heading))?;
+        Ok(OnboardJoint { filter, detector, measurements })
+    }
+}
+
+fn config<T: Real>(header: &Header<Planar>) -> JointConfig<T> {
+    let joint = &header.joint;
+    JointConfig {
+        persistence: Persistence {
+            in_sight_s: T::from_f64(joint.in_sight_s),
+            hidden_s: T::from_f64(joint.hidden_s),
+            lifetime_s: T::from_f64(joint.lifetime_s),
+        },
+        behind: T::from_f64(joint.behind),
+        merge_distance: T::from_f64(joint.merge_distance),
+        ..JointConfig::default()
+    }
+}
+
+impl<T: Real> Filter<Planar> for OnboardJoint<'_, T> {
+    fn predict(&mut self, odometry: &Odometry) -> Result<(), Refusal> {
+        if let Some((control, dt)) = Direct.control(odometry).map_err(Refusal::Predict)? {
+            match self.filter.predict(&control, dt) {
+                // What no vehicle does is left out; the health of the next scan tells of it.
+                Ok(_) | Err(PredictError::Implausible(_)) => (),
+                Err(refusal) => return Err(Refusal::Predict(refusal)),
+            }
+        }
+        Ok(())
+    }
+
+    fn receive(&mut self, measurements: Measurements<'_, Planar>) -> Scan {
+        Scan::received(measurements, self.measurements)
+    }
+
+    fn scan_with(&mut self, scan: Scan, probe: &mut impl Probe) -> Result<Seen, Refusal> {
+        let measurements = scan.of(self.measurements).map_err(Refusal::Scan)?;
+        // A joint map is updated as one; there is nothing to be told apart.
+        probe.enter(Stage::Update);
+        let report = self.filter.scan(&self.detector, measurements);
+        probe.leave(Stage::Update);
+        let report = report.map_err(Refusal::Scan)?;
+        Ok(Seen {
+            health: report.health.bits(),
+            in_view: report.in_view as u32,
+            maps_updated: 1,
+            pages_used: self.filter.held() as u32,
+            pages: FEATURES as u32,
+        })
+    }
+
+    fn estimate(&mut self) -> ([f64; 3], usize) {
+        let pose = self.filter.estimate_pose().map_or(PlanarPose::ZERO, |pose| pose.mean);
+        ([pose.x_m, pose.y_m, pose.heading_rad].map(T::to_f64), self.filter.features().count())
+    }
+
+    fn digest(&self) -> u64 {
+        self.filter.digest()
+    }
+}
