@@ -87,6 +87,11 @@ impl<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>> Proposer<'_, '
             let posterior = self.posterior(particle, &parent, &root);
             crowded += usize::from(self.still.workspace.tightened() || self.still.workspace.lost() > 0);
             let Some(posterior) = posterior else { continue };
+            let left = posterior.covariance.congruence::<P::Tangent>(&root).scaled(T::ONE - self.informed.drawn);
+            // Rounding may have left a prior that no Gaussian has. Then it stays, and the next predictions blur it.
+            if !left.is_finite() {
+                continue;
+            }
             let half = T::from_f64(0.5);
             let ln_scale = half * posterior.information.ln_determinant();
             let share = self.informed.drawn.sqrt();
@@ -99,7 +104,7 @@ impl<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>> Proposer<'_, '
                     *ln_correction = half * (drawn.dot(&drawn) - xi.dot(&xi)) - ln_scale;
                 }
             }
-            *spread = posterior.covariance.congruence::<P::Tangent>(&root).scaled(T::ONE - self.informed.drawn);
+            *spread = left;
         }
         crowded
     }
