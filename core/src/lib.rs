@@ -36,6 +36,7 @@
 //! | `settings/` | what a user tunes |
 //! | `sight/` | a scan as one pose sees its map: what to expect, what it meets, how well it is explained |
 //! | `particles/` | candidates, prediction, proposals, selection |
+//! | `snapshot/` | the state as bytes |
 //! | `filter/` | the memory, the steps, and all that can be asked of a filter |
 //!
 //! `filter/step.rs` is one scan from top to bottom: propose poses, weigh, select, learn, update, reduce. `joint/` is the filter with a
@@ -77,6 +78,7 @@ mod particles;
 mod report;
 mod settings;
 mod sight;
+mod snapshot;
 #[cfg(test)]
 mod tests;
 
@@ -119,3 +121,4 @@ pub use settings::likelihood::Likelihood;
 pub use settings::plausible::Plausible;
 pub use settings::proposal::{Informed, Proposal};
 pub use sight::online::Online;
+pub use snapshot::{RestoreError, SaveError, SliceEnd, from_slice, into_slice};

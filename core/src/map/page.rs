@@ -58,7 +58,7 @@ impl<T: Real, F: Feature<Position: Vector<Scalar = T>>> Page<F> {
     }
 
     /// Adds a component where there is room.
-    fn push(&mut self, component: &Component<F::State>) {
+    pub(crate) fn push(&mut self, component: &Component<F::State>) {
         let place = usize::from(self.len);
         if let Some((slot, weight)) = self.components.get_mut(place).zip(self.weights.get_mut(place)) {
             *slot = *component;

@@ -156,6 +156,24 @@ impl<'s, F: Feature> Pool<'s, F> {
         distinct == self.free() && distinct == unheld
     }
 
+    /// Hands the counts over as scratch of a place for every page, until [`recount_all`](Self::recount_all) puts them back.
+    pub(crate) fn lend_counts(&mut self) -> &'s mut [u16] {
+        core::mem::take(&mut self.references)
+    }
+
+    /// Takes the counts back, and counts again for every page the maps that hold it.
+    pub(crate) fn recount_all<'i>(&mut self, counts: &'s mut [u16], held: impl Iterator<Item = &'i PageId>) {
+        self.references = counts;
+        self.references.fill(0);
+        held.for_each(|&id| self.share(id));
+    }
+
+    /// The page that was taken as the one of that number, none having been given back since [`clear`](Self::clear).
+    pub(crate) fn taken(&self, number: u32) -> Option<PageId> {
+        let taken = (number as usize) < self.pages.len() - self.free();
+        taken.then_some(PageId(number as u16))
+    }
+
     /// Number of maps that hold this page.
     pub(crate) fn references(&self, id: PageId) -> u16 {
         self.references.get(id.index()).copied().unwrap_or(0)

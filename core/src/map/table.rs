@@ -131,6 +131,24 @@ impl<T: Real, D: Vector<Scalar = T>> MapTable<'_, D> {
             })
     }
 
+    /// Whether there are maps at all.
+    pub(crate) fn is_none(&self) -> bool {
+        self.rows.is_empty()
+    }
+
+    /// How many pages at the beginning of a map lie beyond which box.
+    pub(crate) fn far(&self, map: usize) -> (usize, Bounds<D>) {
+        self.rows.get(self.row(map)).map_or((0, Bounds::EMPTY), |row| (usize::from(row.far), row.vicinity))
+    }
+
+    /// Takes so many pages at the beginning of a map for beyond that box; no more than there are.
+    pub(crate) fn set_far(&mut self, map: usize, far: usize, vicinity: Bounds<D>) {
+        let row = self.row(map);
+        if let Some(row) = self.rows.get_mut(row) {
+            (row.far, row.vicinity) = (far.min(usize::from(row.len)) as u16, vicinity);
+        }
+    }
+
     /// The pages of a map.
     #[inline]
     pub(crate) fn pages(&self, map: usize) -> &[PageId] {

@@ -12,5 +12,6 @@ mod movers;
 mod observing;
 mod oracles;
 mod smallest;
+mod snapshots;
 mod taken_over;
 mod unconfirmed;
