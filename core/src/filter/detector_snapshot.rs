@@ -50,7 +50,7 @@ impl<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>> Detector<X, Sc
         &mut self,
         kind: u32,
         mut source: impl FnMut(usize, &mut [u8]) -> Result<(), E>,
-    ) -> Result<(), RestoreError<E>> {
+    ) -> Result<usize, RestoreError<E>> {
         let head = checked(&mut source, Self::shape(kind))?;
         let mut reader = Reader::behind(&head, &mut source);
         let [detections, clutter] =
@@ -61,6 +61,6 @@ impl<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>> Detector<X, Sc
             return Err(RestoreError::Flawed(Flaw::Cursor));
         }
         *self.room.learnt = learnt;
-        Ok(())
+        Ok(head.len())
     }
 }

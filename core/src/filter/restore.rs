@@ -14,7 +14,8 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
     /// empty until the next scan.
     ///
     /// `source` is asked for the bytes from some place on, at most 64 at once: all of them twice. The first time they are checked,
-    /// and nothing is changed before all of them have been; the second time they are taken.
+    /// and nothing is changed before all of them have been; the second time they are taken. Returns how many there were: what stands
+    /// behind them does not matter, and may be the snapshot of a detector.
     ///
     /// # Errors
     /// It is no snapshot, of another version, another kind of vehicle, another filter, damaged or cut off, or it fits neither memory nor
@@ -24,7 +25,7 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
         &mut self,
         kind: u32,
         mut source: impl FnMut(usize, &mut [u8]) -> Result<(), E>,
-    ) -> Result<(), RestoreError<E>> {
+    ) -> Result<usize, RestoreError<E>> {
         let Self { config, memory, .. } = self;
         let head = checked(&mut source, shape::<M::Pose>(kind))?;
         let held = memory.has_room_for(&head)?;
@@ -39,7 +40,7 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
         if taken.is_err() {
             memory.empty();
         }
-        taken
+        taken.map(|()| head.len())
     }
 }
 

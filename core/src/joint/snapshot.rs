@@ -57,7 +57,7 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>> JointSla
         &mut self,
         kind: u32,
         mut source: impl FnMut(usize, &mut [u8]) -> Result<(), E>,
-    ) -> Result<(), RestoreError<E>> {
+    ) -> Result<usize, RestoreError<E>> {
         let memory = &mut self.memory;
         let head = checked(&mut source, shape::<M::Pose>(kind))?;
         let [features, ..] = head.sizes.map(|size| usize::try_from(size).unwrap_or(usize::MAX));
@@ -71,6 +71,6 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>> JointSla
         if taken.is_err() {
             (memory.known.started, memory.known.len) = (false, 0);
         }
-        taken
+        taken.map(|()| head.len())
     }
 }

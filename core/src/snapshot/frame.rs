@@ -103,9 +103,14 @@ impl Head {
         if whole { Ok(head) } else { Err(RestoreError::Damaged) }
     }
 
+    /// Bytes of the whole.
+    pub(crate) fn len(&self) -> usize {
+        usize::try_from(self.len).unwrap_or(0)
+    }
+
     /// Bytes between the head and the check of the whole.
     pub(crate) fn body(&self) -> usize {
-        usize::try_from(self.len).unwrap_or(0).saturating_sub(HEAD + 4)
+        self.len().saturating_sub(HEAD + 4)
     }
 
     /// Gives the head the length that goes with so many words of a body.
