@@ -69,7 +69,7 @@ fn what_is_too_long_or_given_up_leaves_the_newest() {
     assert_eq!(block_on(draft.push(&[3; 300])), Err(StoreError::Full));
     assert_eq!(block_on(draft.push(&[3])), Err(StoreError::GivenUp));
     assert_eq!(block_on(draft.commit()), Err(StoreError::GivenUp));
-    drop(block_on(store.begin()).unwrap());
+    let _ = block_on(store.begin()).unwrap();
     assert_eq!(block_on(store.found()).unwrap().newest(), Some(&first));
     assert_eq!(all(&mut store, &first).unwrap(), [1; 5 * 256 - 32]);
     let empty = put(&mut store, &[]).unwrap();
@@ -112,8 +112,8 @@ fn a_worn_page_is_noticed_before_the_snapshot_counts() {
 fn a_flash_that_cannot_be_used_is_refused() {
     let of = |range| Store::<_, 2>::new(&mut Small::new(), range).err();
     assert_eq!(of(0..512), None);
-    for range in [0..511, 1..2048, 0..Small::LEN + 256, 512..256, 0..0] {
-        assert_eq!(of(range.clone()), Some(StoreError::Range), "{range:?}");
+    for (start, end) in [(0, 511), (1, 2048), (0, Small::LEN + 256), (512, 256), (0, 0)] {
+        assert_eq!(of(start..end), Some(StoreError::Range), "{start}..{end}");
     }
     let mut odd = Chip::<3, 96, 8>::new();
     assert_eq!(Store::<_, 2>::new(&mut odd, 0..768).err(), Some(StoreError::Word));
