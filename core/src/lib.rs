@@ -87,6 +87,7 @@ pub use filter::executor::{Executor, Serial};
 pub use filter::extract::{MapEstimate, PoseEstimate};
 pub use filter::observe::FixReport;
 pub use filter::scphd::ScPhd;
+pub use filter::scrub::{Scrubbed, Scrubber};
 pub use filter::state::State;
 pub use joint::{JointConfig, JointReport, JointSlam, JointState, Persistence, joint_numbers};
 pub use map::component::{Component, Correction};

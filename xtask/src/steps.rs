@@ -125,7 +125,8 @@ fn line(word: &str, name: &str, elapsed: Duration, note: &str) -> String {
 }
 
 /// Features of the workspace that only the firmware or nothing turns on.
-pub const LINT_FEATURES: [&str; 2] = ["--features", "scphd/defmt,scphd/embedded-hal,scphd-stream/defmt"];
+pub const LINT_FEATURES: [&str; 2] =
+    ["--features", "scphd/defmt,scphd/embedded-hal,scphd-store/defmt,scphd-stream/defmt"];
 
 /// Fails unless the active toolchain has this command of cargo.
 fn need(command: &str) -> Result<(), Missing> {

@@ -14,6 +14,7 @@ pub(crate) mod relocate;
 mod restore;
 mod save;
 pub(crate) mod scphd;
+pub(crate) mod scrub;
 pub(crate) mod state;
 pub(crate) mod step;
 pub(crate) mod tally;

@@ -11,6 +11,24 @@ use crate::{Bounds, Component, Feature, Flaw, Noise, Pose, Real, RestoreError, S
 impl<T: Real, P: Pose<Scalar = T>> Memory<'_, P> {
     /// Walks through the state, and through the covariances of poses where the proposal is `informed` and they count.
     pub(crate) fn walk(&self, informed: bool, visit: &mut impl Visit) {
+        self.walk_cursor(visit);
+        for candidate in self.candidates() {
+            visit.scalar(candidate.ln_weight);
+            visit.pose(&candidate.pose);
+        }
+        if informed {
+            for spread in self.spreads.iter().take(self.cursor.particles) {
+                spread.as_lower().iter().for_each(|&x| visit.scalar(x));
+            }
+        }
+        for particle in 0..self.cursor.particles {
+            self.still.walk(particle, visit);
+            self.moving.walk(particle, visit);
+        }
+    }
+
+    /// Walks through what is small and vital.
+    pub(crate) fn walk_cursor(&self, visit: &mut impl Visit) {
         let cursor = &*self.cursor;
         for count in [cursor.particles, cursor.children, usize::from(cursor.predicted), cursor.heaviest] {
             visit.word(count as u32);
@@ -21,19 +39,6 @@ impl<T: Real, P: Pose<Scalar = T>> Memory<'_, P> {
         if let Some(noise) = &cursor.noise {
             let words = noise.bytes();
             words.as_chunks().0.iter().for_each(|&word| visit.word(u32::from_be_bytes(word)));
-        }
-        for candidate in self.candidates() {
-            visit.scalar(candidate.ln_weight);
-            visit.pose(&candidate.pose);
-        }
-        if informed {
-            for spread in self.spreads.iter().take(cursor.particles) {
-                spread.as_lower().iter().for_each(|&x| visit.scalar(x));
-            }
-        }
-        for particle in 0..cursor.particles {
-            self.still.walk(particle, visit);
-            self.moving.walk(particle, visit);
         }
     }
 

@@ -11,6 +11,7 @@ mod mismatch;
 mod movers;
 mod observing;
 mod oracles;
+mod scrubbing;
 mod smallest;
 mod snapshots;
 mod taken_over;

@@ -1,6 +1,7 @@
 //! What is restored goes on as if nothing had been.
 
 use super::world::{KIND, Scratch, detector, motion, saved, start, world};
+use crate::filter::state::Memory;
 use crate::*;
 use nalgebra::Vector2;
 use std::boxed::Box;
@@ -20,6 +21,23 @@ type Make<T, S, V, const N: usize, const C: usize> = fn() -> Box<State<PlanarPos
 fn informed<T: Real>(particles: usize, samples: usize, drawn: f64) -> Config<T> {
     let proposal = Proposal::Informed(Informed { drawn: T::from_f64(drawn), ..Informed::default() });
     Config { particles, samples, proposal, ..Config::default() }
+}
+
+/// The length of a snapshot, from what is held.
+fn documented<T: Real>(slam: &mut ScPhd<'_, Unicycle<T>>) -> usize {
+    let particles = slam.particles();
+    let informed = matches!(slam.config().proposal, Proposal::Informed(_));
+    let candidates = slam.candidates().len();
+    let Memory { still, moving, .. } = &mut slam.memory;
+    let has_moving = moving.pool.capacity() > 0;
+    let pages: usize = (0..particles).map(|p| still.table.pages(p).len() + moving.table.pages(p).len()).sum();
+    let components: usize = still.pool.held_mut().map(|page| page.components().len()).sum();
+    let moving_components: usize = moving.pool.held_mut().map(|page| page.components().len()).sum();
+    // Head, check and cursor; candidates; particles; components. Words, and scalars, which are one or two of them.
+    let words = 20 + if has_moving { 6 } else { 4 } * particles + pages + components + moving_components;
+    let a_particle = if has_moving { 8 } else { 4 } + if informed { 6 } else { 0 };
+    let scalars = 1 + 4 * candidates + a_particle * particles + 6 * components + 15 * moving_components;
+    4 * words + size_of::<T>() * scalars
 }
 
 /// Runs on without a break, and beside it from snapshots that are taken at every so many scans, by turns before and after the prediction
@@ -63,6 +81,7 @@ where
             let bytes = saved(|sink| unbroken.save(KIND, sink));
             assert_eq!((unbroken.digest(), unbroken.audit()), (digest, Ok(())), "saving changes nothing");
             longest = longest.max(bytes.len());
+            assert_eq!(bytes.len(), documented(&mut unbroken), "as docs/snapshot.md has it");
             if let Some(broken) = broken.as_mut() {
                 assert_eq!(saved(|sink| broken.save(KIND, sink)), bytes, "wherever in the pool anything lies");
             }
