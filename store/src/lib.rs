@@ -48,7 +48,7 @@
 //!
 //! A vehicle that must not wait saves into a buffer in RAM, and pushes that while it goes on.
 //!
-//! No heap, no panics.
+//! No heap. Nothing panics but, as the compiler has it, a future that is polled after its end.
 #![no_std]
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]

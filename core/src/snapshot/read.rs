@@ -47,7 +47,8 @@ impl<'s, E, S: FnMut(usize, &mut [u8]) -> Result<(), E>> Reader<'s, S, E> {
         Self { source, chunk, next: 0, len: 0, at: HEAD, end: HEAD + head.body(), check, failed: None }
     }
 
-    /// The next word; 0 where there is none.
+    /// The next word; 0 where there is none. Wanted in many places, and once in flash.
+    #[inline(never)]
     pub(crate) fn word(&mut self) -> u32 {
         if self.next == self.len {
             self.refill();

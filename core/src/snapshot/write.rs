@@ -87,6 +87,8 @@ impl<E, F: FnMut(&[u8]) -> Result<(), E>> Writer<F, E> {
 }
 
 impl<E, F: FnMut(&[u8]) -> Result<(), E>> Words for Writer<F, E> {
+    // Wanted in many places, and once in flash.
+    #[inline(never)]
     fn put(&mut self, word: u32) {
         self.put_bytes(word.to_le_bytes());
     }
