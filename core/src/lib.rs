@@ -36,6 +36,7 @@
 //! | `settings/` | what a user tunes |
 //! | `sight/` | a scan as one pose sees its map: what to expect, what it meets, how well it is explained |
 //! | `particles/` | candidates, prediction, proposals, selection |
+//! | `snapshot/` | the state as bytes |
 //! | `filter/` | the memory, the steps, and all that can be asked of a filter |
 //!
 //! `filter/step.rs` is one scan from top to bottom: propose poses, weigh, select, learn, update, reduce. `joint/` is the filter with a
@@ -76,6 +77,7 @@ mod particles;
 mod report;
 mod settings;
 mod sight;
+mod snapshot;
 #[cfg(test)]
 mod tests;
 
@@ -84,6 +86,7 @@ pub use filter::executor::{Executor, Serial};
 pub use filter::extract::{MapEstimate, PoseEstimate};
 pub use filter::observe::FixReport;
 pub use filter::scphd::ScPhd;
+pub use filter::scrub::{Scrubbed, Scrubber};
 pub use filter::state::State;
 pub use joint::{JointConfig, JointReport, JointSlam, JointState, Persistence, joint_numbers};
 pub use map::component::{Component, Correction};
@@ -116,3 +119,4 @@ pub use settings::likelihood::Likelihood;
 pub use settings::plausible::Plausible;
 pub use settings::proposal::{Informed, Proposal};
 pub use sight::online::Online;
+pub use snapshot::{RestoreError, SaveError, SliceEnd, from_slice, into_slice};

@@ -5,8 +5,19 @@ use std::fs;
 use std::path::Path;
 
 /// The folders of `core/src`, each after those that it may depend on. Tests stand aside.
-const ROOMS: [&str; 10] =
-    ["numerics", "map", "models", "report", "settings", "sight", "particles", "navigation", "filter", "joint"];
+const ROOMS: [&str; 11] = [
+    "numerics",
+    "map",
+    "models",
+    "report",
+    "settings",
+    "sight",
+    "particles",
+    "navigation",
+    "snapshot",
+    "filter",
+    "joint",
+];
 
 /// A module by its path from the root of the crate.
 type Module = Vec<String>;

@@ -126,7 +126,7 @@ fn line(word: &str, name: &str, elapsed: Duration, note: &str) -> String {
 
 /// Features of the workspace that only the firmware or nothing turns on.
 pub const LINT_FEATURES: [&str; 2] =
-    ["--features", "scphd/defmt,scphd/embedded-hal,scphd-sequencer/defmt,scphd-stream/defmt"];
+    ["--features", "scphd/defmt,scphd/embedded-hal,scphd-sequencer/defmt,scphd-store/defmt,scphd-stream/defmt"];
 
 /// Fails unless the active toolchain has this command of cargo.
 fn need(command: &str) -> Result<(), Missing> {

@@ -2,7 +2,7 @@
 
 use crate::filter::state::Memory;
 use crate::numerics::range::is_within_range;
-use crate::particles::candidate::total_weight;
+use crate::particles::candidate::{Candidate, total_weight};
 use crate::{Flaw, Motion, Pose, Real, ScPhd, Symmetric};
 
 /// How far Σ ζ may be from one, in units of the last place: what rounding leaves of a few thousand candidates.
@@ -23,11 +23,36 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
 impl<T: Real, P: Pose<Scalar = T>> Memory<'_, P> {
     /// The first flaw of what is known, if any.
     pub(crate) fn audit(&mut self) -> Result<(), Flaw> {
-        let cursor = &*self.cursor;
-        if cursor.particles == 0 {
+        if self.cursor.particles == 0 {
             return Ok(());
         }
-        let sound = cursor.noise.is_some()
+        self.check_cursor()?;
+        let spreads = self.spreads.get(..self.cursor.particles).unwrap_or(&[]);
+        let candidates = self.candidates();
+        if !(candidates.iter().all(|candidate| is_within_range(&candidate.pose.coordinates()))
+            && spreads.iter().all(Symmetric::is_finite))
+        {
+            return Err(Flaw::Pose);
+        }
+        if !Self::is_one(candidates) {
+            return Err(Flaw::Weights);
+        }
+        let particles = self.cursor.particles;
+        self.still.audit(particles)?;
+        self.moving.audit(particles)
+    }
+
+    /// Whether the weights sum to one, but for rounding.
+    pub(crate) fn is_one(candidates: &[Candidate<P>]) -> bool {
+        let off = (total_weight(candidates) - T::ONE).abs();
+        off <= T::EPSILON * T::from_f64(TOLERATED_ROUNDINGS)
+    }
+
+    /// Whether the counts and times of a filter that was started may be such.
+    pub(crate) fn check_cursor(&self) -> Result<(), Flaw> {
+        let cursor = &*self.cursor;
+        let sound = cursor.particles >= 1
+            && cursor.noise.is_some()
             && cursor.particles <= self.spreads.len()
             && cursor.children >= 1
             && cursor.candidates() <= self.candidates.len()
@@ -35,22 +60,6 @@ impl<T: Real, P: Pose<Scalar = T>> Memory<'_, P> {
             && cursor.heaviest < cursor.particles
             && cursor.waited_s >= T::ZERO
             && cursor.waited_s.is_finite();
-        if !sound {
-            return Err(Flaw::Cursor);
-        }
-        let spreads = self.spreads.get(..cursor.particles).unwrap_or(&[]);
-        let candidates = self.candidates();
-        if !(candidates.iter().all(|candidate| is_within_range(&candidate.pose.coordinates()))
-            && spreads.iter().all(Symmetric::is_finite))
-        {
-            return Err(Flaw::Pose);
-        }
-        let off = (total_weight(candidates) - T::ONE).abs();
-        if !(off <= T::EPSILON * T::from_f64(TOLERATED_ROUNDINGS)) {
-            return Err(Flaw::Weights);
-        }
-        let particles = self.cursor.particles;
-        self.still.audit(particles)?;
-        self.moving.audit(particles)
+        if sound { Ok(()) } else { Err(Flaw::Cursor) }
     }
 }

@@ -177,10 +177,7 @@ impl<X: MeasurementModel> Detector<X, ScanRoom<'_, X::Measurement>> {
             return of_filter;
         }
         let mut digest = Fnv::after(of_filter);
-        for ratio in [&self.room.learnt.detections, &self.room.learnt.clutter] {
-            digest.take_scalar(ratio.happened);
-            digest.take_scalar(ratio.expected);
-        }
+        self.room.learnt.walk(&mut digest);
         digest.value()
     }
 }

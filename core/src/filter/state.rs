@@ -105,6 +105,35 @@ where
     }
 }
 
+/// What a configuration must fit to go on from a state.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Held {
+    pub(crate) particles: usize,
+    /// Candidates of every particle.
+    pub(crate) children: usize,
+    /// Whether they have moved since the last scan.
+    pub(crate) predicted: bool,
+    /// Whether poses are uncertain in themselves.
+    pub(crate) spread: bool,
+}
+
+impl Held {
+    /// Whether a filter of this configuration can go on from it.
+    pub(crate) fn check<T: Real>(self, config: &Config<T>) -> Result<(), SetupError> {
+        let (held, configured) = (self.particles, config.particles);
+        if held != configured {
+            return Err(SetupError::HeldParticles { held, configured });
+        }
+        let (held, informed) = (self.children, matches!(config.proposal, Proposal::Informed(_)));
+        let configured = if informed { 1 } else { config.samples };
+        // Between a scan and the next prediction any number will do.
+        if held != 1 && !self.predicted || self.predicted && held != configured {
+            return Err(SetupError::HeldSamples { held, configured });
+        }
+        if self.spread && !informed { Err(SetupError::HeldSpread) } else { Ok(()) }
+    }
+}
+
 /// The state as slices, whatever its capacities: what the recursion is written for.
 #[derive(Debug)]
 pub(crate) struct Memory<'s, P: Pose> {
@@ -124,24 +153,13 @@ pub(crate) struct Memory<'s, P: Pose> {
 impl<T: Real, P: Pose<Scalar = T>> Memory<'_, P> {
     /// Whether a filter of this configuration, which fits the memory, can go on from what an earlier one has left in it.
     pub(crate) fn check(&mut self, config: &Config<T>) -> Result<(), SetupError> {
-        let (held, configured) = (self.cursor.particles, config.particles);
-        if held == 0 {
+        if self.cursor.particles == 0 {
             return Ok(());
         }
-        if held != configured {
-            return Err(SetupError::HeldParticles { held, configured });
-        }
-        let Cursor { children, predicted, .. } = *self.cursor;
-        let informed = matches!(config.proposal, Proposal::Informed(_));
-        let configured = if informed { 1 } else { config.samples };
-        // Between a scan and the next prediction any number will do.
-        if children != 1 && !predicted || predicted && children != configured {
-            return Err(SetupError::HeldSamples { held: children, configured });
-        }
-        let spreads = self.spreads.get(..held).unwrap_or(&[]);
-        if !informed && spreads.iter().any(|spread| *spread != Symmetric::ZERO) {
-            return Err(SetupError::HeldSpread);
-        }
+        let spreads = self.spreads.get(..self.cursor.particles).unwrap_or(&[]);
+        let Cursor { particles, children, predicted, .. } = *self.cursor;
+        let spread = spreads.iter().any(|spread| *spread != Symmetric::ZERO);
+        Held { particles, children, predicted, spread }.check(config)?;
         self.audit().map_err(SetupError::HeldDamaged)
     }
 

@@ -92,6 +92,11 @@ impl<T: Real, P: Pose<Scalar = T>> Joint<'_, P> {
         self.numbers.get(..row_start(first::<P>(features))).unwrap_or(&[])
     }
 
+    /// The same, to be changed.
+    pub(super) fn used_mut(&mut self, features: usize) -> &mut [T] {
+        self.numbers.get_mut(..row_start(first::<P>(features))).unwrap_or(&mut [])
+    }
+
     /// The pose's own block.
     pub(super) fn pose(&self) -> Linear<P::Tangent, P::Tangent> {
         Matrix::with(|row, column| self.get(row, column))

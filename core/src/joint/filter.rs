@@ -275,19 +275,8 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>> Join
     /// A hash of all that the filter knows: equal on every machine that was fed the same.
     #[must_use]
     pub fn digest(&self) -> u64 {
-        let Memory { known, slots, joint, .. } = &self.memory;
         let mut hash = Fnv::EMPTY;
-        hash.take(u32::from(known.started));
-        known.pose.coordinates().as_slice().iter().for_each(|&coordinate| hash.take_scalar(coordinate));
-        hash.take_scalar(known.waited_s);
-        hash.take(known.next_tag);
-        for slot in slots.iter().take(known.len) {
-            hash.take(slot.tag);
-            slot.mean.as_slice().iter().for_each(|&coordinate| hash.take_scalar(coordinate));
-            let numbers = [slot.existence.in_sight, slot.existence.hidden, slot.detections];
-            numbers.into_iter().for_each(|number| hash.take_scalar(number));
-        }
-        joint.used(known.len).iter().for_each(|&number| hash.take_scalar(number));
+        self.memory.walk(&mut hash);
         hash.value()
     }
 

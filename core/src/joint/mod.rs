@@ -15,10 +15,12 @@ mod existence;
 mod filter;
 mod observe;
 mod relocate;
+mod snapshot;
 mod state;
 #[cfg(test)]
 mod tests;
 mod tidy;
+mod walk;
 
 pub use config::JointConfig;
 pub use covariance::joint_numbers;

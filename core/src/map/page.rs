@@ -15,6 +15,15 @@ pub struct Page<F: Feature> {
     len: u16,
 }
 
+/// All of a page, to be damaged.
+#[cfg(test)]
+pub(crate) struct Fields<'p, F: Feature> {
+    pub(crate) components: &'p mut [Component<F::State>; PAGE_LEN],
+    pub(crate) weights: &'p mut [<F::State as Vector>::Scalar; PAGE_LEN],
+    pub(crate) bounds: &'p mut Bounds<F::Position>,
+    pub(crate) len: &'p mut u16,
+}
+
 impl<T: Real, F: Feature<Position: Vector<Scalar = T>>> Page<F> {
     /// All zero; a placeholder for unused memory.
     pub(crate) const ZERO: Self =
@@ -38,11 +47,18 @@ impl<T: Real, F: Feature<Position: Vector<Scalar = T>>> Page<F> {
         &self.bounds
     }
 
+    /// All that a memory fault may change.
+    #[cfg(test)]
+    pub(crate) fn fields(&mut self) -> Fields<'_, F> {
+        let Self { components, weights, bounds, len } = self;
+        Fields { components, weights, bounds, len }
+    }
+
     /// Replaces every component by what `change` makes of it, and drops those of which it makes nothing.
     pub(crate) fn change(&mut self, change: impl Fn(&Component<F::State>) -> Option<Component<F::State>>) {
         let before = core::mem::replace(&mut self.len, 0);
         self.bounds = Bounds::EMPTY;
-        for place in 0..usize::from(before) {
+        for place in 0..usize::from(before).min(PAGE_LEN) {
             // What has been kept lies before what is still to come.
             if let Some(changed) = self.components.get(place).and_then(&change) {
                 self.push(&changed);
@@ -58,7 +74,7 @@ impl<T: Real, F: Feature<Position: Vector<Scalar = T>>> Page<F> {
     }
 
     /// Adds a component where there is room.
-    fn push(&mut self, component: &Component<F::State>) {
+    pub(crate) fn push(&mut self, component: &Component<F::State>) {
         let place = usize::from(self.len);
         if let Some((slot, weight)) = self.components.get_mut(place).zip(self.weights.get_mut(place)) {
             *slot = *component;

@@ -14,6 +14,11 @@ impl PageId {
     pub(crate) fn index(self) -> usize {
         usize::from(self.0)
     }
+
+    #[cfg(test)]
+    pub(crate) fn number(&mut self) -> &mut u16 {
+        &mut self.0
+    }
 }
 
 /// Memory of a pool of PAGES pages.
@@ -154,6 +159,47 @@ impl<'s, F: Feature> Pool<'s, F> {
             *references = 0;
         }
         distinct == self.free() && distinct == unheld
+    }
+
+    /// All that a memory fault may change beside the pages.
+    #[cfg(test)]
+    pub(crate) fn words(&mut self) -> impl Iterator<Item = &mut u16> {
+        let free = self.free.iter_mut().map(|id| &mut id.0);
+        self.references.iter_mut().chain(free).chain(core::iter::once(&mut *self.free_len))
+    }
+
+    /// A page that some map holds.
+    pub(crate) fn held(&mut self, index: usize) -> Option<&mut Page<F>> {
+        let references = self.references.get(index).copied().unwrap_or(0);
+        self.pages.get_mut(index).filter(|_| references > 0)
+    }
+
+    /// Makes the free pages those that nobody holds.
+    pub(crate) fn free_what_nobody_holds(&mut self) {
+        *self.free_len = 0;
+        for index in (0..self.pages.len()).rev() {
+            if self.references.get(index) == Some(&0) {
+                self.put_back(PageId(index as u16));
+            }
+        }
+    }
+
+    /// Hands the counts over as scratch of a place for every page, until [`recount_all`](Self::recount_all) puts them back.
+    pub(crate) fn lend_counts(&mut self) -> &'s mut [u16] {
+        core::mem::take(&mut self.references)
+    }
+
+    /// Takes the counts back, and counts again for every page the maps that hold it.
+    pub(crate) fn recount_all<'i>(&mut self, counts: &'s mut [u16], held: impl Iterator<Item = &'i PageId>) {
+        self.references = counts;
+        self.references.fill(0);
+        held.for_each(|&id| self.share(id));
+    }
+
+    /// The page that was taken as the one of that number, none having been given back since [`clear`](Self::clear).
+    pub(crate) fn taken(&self, number: u32) -> Option<PageId> {
+        let taken = (number as usize) < self.pages.len() - self.free();
+        taken.then_some(PageId(number as u16))
     }
 
     /// Number of maps that hold this page.

@@ -131,6 +131,75 @@ impl<T: Real, D: Vector<Scalar = T>> MapTable<'_, D> {
             })
     }
 
+    /// Whether there are maps at all.
+    pub(crate) fn is_none(&self) -> bool {
+        self.rows.is_empty()
+    }
+
+    /// How many pages at the beginning of a map lie beyond which box.
+    pub(crate) fn far(&self, map: usize) -> (usize, Bounds<D>) {
+        self.rows.get(self.row(map)).map_or((0, Bounds::EMPTY), |row| (usize::from(row.far), row.vicinity))
+    }
+
+    /// Takes so many pages at the beginning of a map for beyond that box; no more than there are.
+    pub(crate) fn set_far(&mut self, map: usize, far: usize, vicinity: Bounds<D>) {
+        let row = self.row(map);
+        if let Some(row) = self.rows.get_mut(row) {
+            (row.far, row.vicinity) = (far.min(usize::from(row.len)) as u16, vicinity);
+        }
+    }
+
+    /// All that a memory fault may change.
+    #[cfg(test)]
+    pub(crate) fn words(&mut self) -> impl Iterator<Item = &mut u16> {
+        let heads = self.rows.iter_mut().flat_map(|row| [&mut row.len, &mut row.far]);
+        self.row_of.iter_mut().chain(heads).chain(self.ids.iter_mut().map(PageId::number))
+    }
+
+    /// Gives each of the first `maps` maps a row of its own, and leaves out of the rows what is no page among so many, or there twice.
+    pub(crate) fn mend(&mut self, maps: usize, pages: usize) {
+        // As in `has_rows_for`, which rows have been met.
+        self.next_row_of.fill(u16::MAX);
+        for row in self.row_of.iter_mut().take(maps) {
+            match self.next_row_of.get_mut(usize::from(*row)) {
+                Some(met) if *met == u16::MAX => *met = *row,
+                _ => *row = u16::MAX,
+            }
+        }
+        let mut unmet = 0;
+        for row in self.row_of.iter_mut().take(maps).filter(|row| **row == u16::MAX) {
+            while self.next_row_of.get(unmet).is_some_and(|&met| met != u16::MAX) {
+                unmet += 1;
+            }
+            *row = unmet as u16;
+            if let Some(head) = self.rows.get_mut(unmet) {
+                *head = Row::EMPTY;
+            }
+            unmet += 1;
+        }
+        for map in 0..maps {
+            let row = self.row(map);
+            let start = self.start(row);
+            let Some(head) = self.rows.get_mut(row) else { continue };
+            let len = usize::from(head.len).min(self.map_pages);
+            let mut kept = 0;
+            for place in 0..len {
+                let Some(&id) = self.ids.get(start + place) else { break };
+                let before = self.ids.get(start..start + kept).unwrap_or(&[]);
+                if id.index() < pages && !before.contains(&id) {
+                    if let Some(slot) = self.ids.get_mut(start + kept) {
+                        *slot = id;
+                    }
+                    kept += 1;
+                }
+            }
+            if kept < usize::from(head.len) || head.far > head.len {
+                // Nothing is known of what is far.
+                *head = Row { len: kept as u16, ..Row::EMPTY };
+            }
+        }
+    }
+
     /// The pages of a map.
     #[inline]
     pub(crate) fn pages(&self, map: usize) -> &[PageId] {

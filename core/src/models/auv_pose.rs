@@ -56,6 +56,23 @@ impl<T: Real> Pose for AuvPose<T> {
         Vector5::from([self.x_m, self.y_m, self.z_m, self.yaw_rad, self.yaw_rate_radps])
     }
 
+    fn to_numbers(&self, take: impl FnMut(T)) {
+        let Self { x_m, y_m, z_m, yaw_rad, yaw_rate_radps, roll_rad, pitch_rad } = *self;
+        [x_m, y_m, z_m, yaw_rad, yaw_rate_radps, roll_rad, pitch_rad].into_iter().for_each(take);
+    }
+
+    fn of_numbers(mut next: impl FnMut() -> T) -> Self {
+        Self {
+            x_m: next(),
+            y_m: next(),
+            z_m: next(),
+            yaw_rad: next(),
+            yaw_rate_radps: next(),
+            roll_rad: next(),
+            pitch_rad: next(),
+        }
+    }
+
     fn difference(&self, from: &Self) -> Vector5<T> {
         Vector5::from([
             self.x_m - from.x_m,

@@ -33,6 +33,13 @@ pub trait Pose: Copy + PartialEq + Debug + Send + Sync {
     /// The coordinates, for checks and digests.
     fn coordinates(&self) -> Self::Tangent;
 
+    /// All the numbers that the pose consists of, one after the other, for a [snapshot](crate::ScPhd::save): always as many, and
+    /// none that [`of_numbers`](Self::of_numbers) can do without.
+    fn to_numbers(&self, take: impl FnMut(Self::Scalar));
+
+    /// The pose of these numbers, in the order of [`to_numbers`](Self::to_numbers): the same to the bit.
+    fn of_numbers(next: impl FnMut() -> Self::Scalar) -> Self;
+
     /// The difference `self` ⊖ `from` in the tangent space, angles wrapped.
     fn difference(&self, from: &Self) -> Self::Tangent;
 
@@ -100,6 +107,14 @@ impl<T: Real> Pose for PlanarPose<T> {
 
     fn coordinates(&self) -> Vector3<T> {
         Vector3::new(self.x_m, self.y_m, self.heading_rad)
+    }
+
+    fn to_numbers(&self, take: impl FnMut(T)) {
+        [self.x_m, self.y_m, self.heading_rad].into_iter().for_each(take);
+    }
+
+    fn of_numbers(mut next: impl FnMut() -> T) -> Self {
+        Self { x_m: next(), y_m: next(), heading_rad: next() }
     }
 
     fn difference(&self, from: &Self) -> Vector3<T> {

@@ -30,9 +30,14 @@ impl Noise {
         Self { stream: Xoshiro128PlusPlus::seed_from_u64(seed) }
     }
 
-    /// The 128 bits that decide every number to come, for digests.
+    /// The 128 bits that decide every number to come, for digests and snapshots.
     pub(crate) fn bytes(&self) -> [u8; 16] {
         self.stream.state()
+    }
+
+    /// The stream that goes on from these bits.
+    pub(crate) fn from_bytes(bytes: [u8; 16]) -> Self {
+        Self { stream: Xoshiro128PlusPlus::from_seed(bytes) }
     }
 
     /// A uniform number in [0, 1): 24 random bits, exact in both precisions.
@@ -157,6 +162,15 @@ mod tests {
             let single: f32 = inverse_normal(k);
             assert!((f64::from(single) - x).abs() <= 2e-6 * (1.0 + x.abs()), "{k}: {single} {x}");
         }
+    }
+
+    #[test]
+    fn a_stream_goes_on_from_its_bits() {
+        let mut noise = Noise::seeded(3);
+        let _: [f32; 100] = core::array::from_fn(|_| noise.normal());
+        let mut other = Noise::from_bytes(noise.bytes());
+        assert_eq!(other, noise);
+        assert_eq!(other.normal::<f64>(), noise.normal::<f64>());
     }
 
     #[test]

@@ -58,6 +58,8 @@ pub trait Real:
     fn to_i32(self) -> i32;
     /// The bits of the number (of an `f32`, in the lower half), for digests.
     fn bits(self) -> u64;
+    /// The number of these bits.
+    fn from_bits(bits: u64) -> Self;
 
     /// Neither infinite nor NaN.
     fn is_finite(self) -> bool;
@@ -129,6 +131,10 @@ macro_rules! implement_real {
             #[inline]
             fn bits(self) -> u64 {
                 u64::from(self.to_bits())
+            }
+            #[inline]
+            fn from_bits(bits: u64) -> Self {
+                $t::from_bits(bits as _)
             }
             #[inline]
             fn is_finite(self) -> bool {

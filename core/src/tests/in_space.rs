@@ -194,3 +194,35 @@ fn what_moves_in_space_is_told_from_what_stands() {
     assert!((mover.position::<Vector3<f64>>() - last).norm() < 0.15, "{} {last}", mover.mean);
     assert!((found - velocity).norm() < 0.25, "{found}");
 }
+
+/// Roll and pitch are no coordinates of the pose, and count between a row of the instruments and its frame.
+#[test]
+fn a_snapshot_before_a_frame_has_roll_and_pitch() {
+    let mut states = [(); 2].map(|()| Box::new(Memory::<8, Moving<8>>::new()));
+    let mut filters = states.each_mut().map(|state| {
+        let proposal = Proposal::Informed(Informed::default());
+        let config = Config { proposal, ..config(8) };
+        Filter::new(models(), births(0.05), config, &mut **state).unwrap()
+    });
+    let [unbroken, broken] = &mut filters;
+    let (mut dive, features) = (dive(), floor());
+    unbroken.reset(dive.pose, 1).unwrap();
+    let mut bytes = std::vec![0; 200_000];
+    for step in 0..30 {
+        let control = dive.advance(step);
+        let scan = dive.look(features.iter().copied());
+        unbroken.predict(&control, 0.1).unwrap();
+        if step % 10 == 5 {
+            let len = unbroken.save(3, into_slice(&mut bytes)).unwrap();
+            broken.restore(3, from_slice(&bytes[..len])).unwrap();
+            assert!(broken.candidates()[0].pose.pitch_rad == control.pitch_rad && control.pitch_rad != 0.0);
+        } else if step > 5 {
+            broken.predict(&control, 0.1).unwrap();
+        }
+        let report = unbroken.scan(&scan).unwrap();
+        if step >= 5 {
+            assert_eq!(broken.scan(&scan).unwrap(), report);
+            assert_eq!(broken.digest(), unbroken.digest(), "{step}");
+        }
+    }
+}

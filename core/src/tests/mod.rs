@@ -12,6 +12,8 @@ mod movers;
 mod observing;
 mod oracles;
 mod peaks;
+mod scrubbing;
 mod smallest;
+mod snapshots;
 mod taken_over;
 mod unconfirmed;

@@ -1,0 +1,90 @@
+//! The way back from a snapshot.
+
+use crate::filter::save::{HAS_MOVING, INFORMED, PREDICTED, shape};
+use crate::filter::state::{Held, Memory};
+use crate::particles::cursor::Cursor;
+use crate::snapshot::frame::{Head, halves};
+use crate::snapshot::read::{Reader, checked};
+use crate::{Flaw, Motion, Pose, Real, RestoreError, ScPhd, SetupError, Symmetric};
+
+impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
+    /// Goes on from a [snapshot](Self::save), as if nothing had been: the same inputs give the same bits. The memory may be of another
+    /// capacity, as long as the snapshot fits; with another one, or another tuning, the filter goes on from the same state to
+    /// other bits where capacity or tuning matter. [`ln_likelihoods`](Self::ln_likelihoods) and [`survivors`](Self::survivors) are
+    /// empty until the next scan.
+    ///
+    /// `source` is asked for the bytes from some place on, at most 64 at once: all of them twice. The first time they are checked,
+    /// and nothing is changed before all of them have been; the second time they are taken. Returns how many there were: what stands
+    /// behind them does not matter, and may be the snapshot of a detector.
+    ///
+    /// # Errors
+    /// It is no snapshot, of another version, another kind of vehicle, another filter, damaged or cut off, or it fits neither memory nor
+    /// configuration: the state is as it was. If the source gives something else the second time, or a snapshot whose checks agree
+    /// was not written by a filter, the state may be lost: then there are no [particles](Self::particles), as before a reset.
+    pub fn restore<E>(
+        &mut self,
+        kind: u32,
+        mut source: impl FnMut(usize, &mut [u8]) -> Result<(), E>,
+    ) -> Result<usize, RestoreError<E>> {
+        let Self { config, memory, .. } = self;
+        let head = checked(&mut source, shape::<M::Pose>(kind))?;
+        let held = memory.has_room_for(&head)?;
+        held.check(config).map_err(RestoreError::Setup)?;
+        memory.empty();
+        let taken = memory.take(&head, held, &mut source).and_then(|()| {
+            memory.check(config).map_err(|error| match error {
+                SetupError::HeldDamaged(flaw) => RestoreError::Flawed(flaw),
+                other => RestoreError::Setup(other),
+            })
+        });
+        if taken.is_err() {
+            memory.empty();
+        }
+        taken.map(|()| head.len())
+    }
+}
+
+impl<T: Real, P: Pose<Scalar = T>> Memory<'_, P> {
+    /// Not started.
+    fn empty(&mut self) {
+        *self.cursor = Cursor::ZERO;
+        self.spreads.fill(Symmetric::ZERO);
+        self.still.clear();
+        self.moving.clear();
+    }
+
+    /// What a snapshot holds, if there is room for it.
+    fn has_room_for<E>(&self, head: &Head) -> Result<Held, RestoreError<E>> {
+        let [[particles, children], [still, longest], [moving, longest_moving]] = head.sizes.map(halves);
+        let needs = [
+            ("particles", particles, self.spreads.len()),
+            ("candidates", particles.saturating_mul(children), self.candidates.len()),
+            ("pages", still, self.still.pool.capacity()),
+            ("pages in a map", longest, self.still.table.map_pages()),
+            ("pages of moving features", moving, self.moving.pool.capacity()),
+            ("pages of moving features in a map", longest_moving, self.moving.table.map_pages()),
+        ];
+        for (what, needed, capacity) in needs {
+            RestoreError::check_room(what, needed, capacity)?;
+        }
+        let (predicted, spread) = (head.flags & PREDICTED != 0, head.flags & INFORMED != 0);
+        Ok(Held { particles, children, predicted, spread })
+    }
+
+    /// Fills an empty state from behind a head that says that this is held.
+    fn take<S, E>(&mut self, head: &Head, held: Held, source: &mut S) -> Result<(), RestoreError<E>>
+    where
+        S: FnMut(usize, &mut [u8]) -> Result<(), E>,
+    {
+        let mut reader = Reader::behind(head, source);
+        self.fill(held.spread, head.flags & HAS_MOVING != 0, &mut reader)?;
+        reader.end()?;
+        let Cursor { particles, children, predicted, .. } = *self.cursor;
+        if particles == 0 || (particles, children, predicted) != (held.particles, held.children, held.predicted) {
+            return Err(RestoreError::Flawed(Flaw::Cursor));
+        }
+        // What travels with a pose is no part of its coordinates.
+        let finite = self.candidates().iter().all(|candidate| candidate.pose.is_finite());
+        if finite { Ok(()) } else { Err(RestoreError::Flawed(Flaw::Pose)) }
+    }
+}

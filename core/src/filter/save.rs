@@ -1,0 +1,121 @@
+//! A snapshot of the filter.
+
+use crate::filter::state::{Held, Memory};
+use crate::map::Maps;
+use crate::snapshot::frame::{Content, Head, Shape, pair};
+use crate::snapshot::pages::Numbering;
+use crate::snapshot::read::numbers;
+use crate::snapshot::write::{AsWords, Measure, Writer};
+use crate::{Feature, Motion, Pose, Proposal, Real, SaveError, ScPhd, Vector};
+
+/// Flags of a head.
+pub(super) const PREDICTED: u8 = 1;
+pub(super) const INFORMED: u8 = 2;
+pub(super) const HAS_MOVING: u8 = 4;
+
+impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
+    /// Writes down all that decides how the filter goes on, for [`restore`](Self::restore): poses, weights, maps, the random stream
+    /// and the time waited. The sink gets the bytes in slices of at most 64. `kind` tells vehicles apart whose snapshots are not
+    /// to be mixed up; detectors that learn have [snapshots of their own](crate::Detector::save).
+    ///
+    /// Takes time in proportion to the state, and is no part of a step. The counts of who holds which page are borrowed as scratch, and
+    /// put back, as an [audit](Self::audit) does; the state is the same afterwards. Returns the number of bytes. `docs/snapshot.md` has
+    /// the format.
+    ///
+    /// ```
+    /// use scphd::{Config, ControlNoise, PlanarPose, ScPhd, Step, Unicycle, UnicycleControl, from_slice, into_slice, memory};
+    ///
+    /// memory! {
+    ///     type Memory: Unicycle<f32> { particles: 4, samples: 1, features { pages: 16, pages_per_map: 4, in_view: 32 } }
+    /// }
+    /// /// A number of our own for this vehicle and its tuning.
+    /// const KIND: u32 = 7;
+    ///
+    /// let motion = Unicycle::new(Step::Arc, ControlNoise::white(0.1, 0.05))?;
+    /// let (mut state, mut bytes) = (Box::new(Memory::new()), [0; 4096]);
+    /// let mut slam = ScPhd::new(motion, Config::informed(4), &mut *state)?;
+    /// slam.reset(PlanarPose::new(3.0, 0.0, 1.5), 1)?;
+    /// let ahead = UnicycleControl { speed_mps: 1.0, rate_radps: 0.1 };
+    /// slam.predict(&ahead, 0.1)?;
+    /// let len = slam.save(KIND, into_slice(&mut bytes))?;
+    ///
+    /// // After a brown-out, in fresh memory.
+    /// let mut state = Box::new(Memory::new());
+    /// let mut restored = ScPhd::new(motion, Config::informed(4), &mut *state)?;
+    /// restored.restore(KIND, from_slice(&bytes[..len]))?;
+    /// assert_eq!(restored.digest(), slam.digest());
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// The filter has not been reset, the state is damaged, or the sink takes no more; the state is as it was.
+    pub fn save<E>(&mut self, kind: u32, sink: impl FnMut(&[u8]) -> Result<(), E>) -> Result<usize, SaveError<E>> {
+        let informed = matches!(self.config.proposal, Proposal::Informed(_));
+        let memory = &mut self.memory;
+        if memory.cursor.particles == 0 {
+            return Err(SaveError::NotStarted);
+        }
+        memory.audit().map_err(SaveError::Damaged)?;
+        let head = memory.head(kind, informed);
+        let (still, moving) = (memory.still.pool.lend_counts(), memory.moving.pool.lend_counts());
+        let mut measure =
+            AsWords { words: Measure::default(), pages: [&mut *still, &mut *moving].map(Numbering::over) };
+        memory.walk(informed, &mut measure);
+        let head = head.with_body(measure.words.words);
+        let words = Writer::new(&head, sink);
+        let mut writer = AsWords { words, pages: [&mut *still, &mut *moving].map(Numbering::over) };
+        memory.walk(informed, &mut writer);
+        let written = writer.words.end();
+        let particles = memory.cursor.particles;
+        memory.still.recount(particles, still);
+        memory.moving.recount(particles, moving);
+        written
+    }
+}
+
+/// What snapshots of such a filter have in common.
+pub(super) fn shape<P: Pose>(kind: u32) -> Shape {
+    Shape {
+        content: Content::Mixture,
+        scalar: size_of::<P::Scalar>() as u8,
+        dimensions: [P::Tangent::DIMENSION as u8, P::Position::DIMENSION as u8, numbers::<P>()],
+        kind,
+    }
+}
+
+impl<T: Real, P: Pose<Scalar = T>> Memory<'_, P> {
+    /// The head of a snapshot, but for its length.
+    fn head(&self, kind: u32, informed: bool) -> Head {
+        let held = self.held(informed);
+        let flag = |holds, flag| if holds { flag } else { 0 };
+        let flags = flag(held.predicted, PREDICTED)
+            | flag(held.spread, INFORMED)
+            | flag(!self.moving.table.is_none(), HAS_MOVING);
+        let (still, moving) = (&self.still, &self.moving);
+        let sizes = [
+            pair(held.particles, held.children),
+            pair(still.pages_used(), still.longest(held.particles)),
+            pair(moving.pages_used(), moving.longest(held.particles)),
+        ];
+        Head { shape: shape::<P>(kind), flags, len: 0, sizes }
+    }
+
+    /// What a configuration must fit to go on from here.
+    fn held(&self, spread: bool) -> Held {
+        let cursor = &*self.cursor;
+        Held { particles: cursor.particles, children: cursor.children, predicted: cursor.predicted, spread }
+    }
+}
+
+impl<'s, T: Real, F: Feature<Position: Vector<Scalar = T>>> Maps<'s, F> {
+    /// Pages of the longest map.
+    fn longest(&self, particles: usize) -> usize {
+        (0..particles).map(|particle| self.table.pages(particle).len()).max().unwrap_or(0)
+    }
+
+    /// Takes the counts back that have served as scratch.
+    fn recount(&mut self, particles: usize, counts: &'s mut [u16]) {
+        let Self { table, pool, .. } = self;
+        pool.recount_all(counts, (0..particles).flat_map(|particle| table.pages(particle)));
+    }
+}

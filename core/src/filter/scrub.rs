@@ -1,0 +1,176 @@
+//! Memory scrubbing: the state looked over in slices between steps, and what memory faults have left of it mended.
+
+use crate::filter::state::Memory;
+use crate::numerics::fnv::Fnv;
+use crate::numerics::ln_sum::ln_sum;
+use crate::numerics::range::{is_within_range, is_within_square};
+use crate::particles::candidate::Candidate;
+use crate::{Flaw, Motion, Pose, Proposal, Real, ScPhd, Symmetric};
+
+/// Where [`ScPhd::scrub`] goes on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Scrubber {
+    /// The next part: the particles, the lists, then the pages of either kind.
+    next: usize,
+}
+
+impl Scrubber {
+    /// From the beginning.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self { next: 0 }
+    }
+}
+
+/// What a scrubbing has found and mended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub struct Scrubbed {
+    /// Candidates that were isolated: they stand where the heaviest one does, with a weight that does not count, until a
+    /// resampling leaves them out.
+    pub isolated: usize,
+    /// Whether the weights did not sum to one, and were scaled.
+    pub rescaled: bool,
+    /// Kinds of maps, static or moving, of which lists or counts of pages were put right. A page that could not be told is left out.
+    pub lists: usize,
+    /// Pages of which components were dropped, or their weights or box worked out again.
+    pub pages: usize,
+    /// Whether everything has been looked at since the round before.
+    pub round: bool,
+}
+
+impl Scrubbed {
+    /// Whether nothing was wrong.
+    #[must_use]
+    pub fn is_clean(&self) -> bool {
+        let Self { isolated, rescaled, lists, pages, .. } = *self;
+        isolated == 0 && !rescaled && lists == 0 && pages == 0
+    }
+}
+
+impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
+    /// Looks over `parts` parts of the state, and mends what is no state that the filter leaves: for memory without error correction, between
+    /// steps, as there is time. The particles are a part, the lists of pages with their counts another, and every page one. What is sound
+    /// is left as it is, to the bit.
+    ///
+    /// A damaged particle is isolated, a damaged component dropped from all maps that share its page. What has been changed to something
+    /// that might be, such as a bit low in a mean, is not found; for that, compare [digests](Self::digest) or go back to a
+    /// [snapshot](Self::save).
+    ///
+    /// ```
+    /// # use scphd::{Config, ControlNoise, PlanarPose, ScPhd, Step, Unicycle, memory};
+    /// use scphd::Scrubber;
+    /// # memory! {
+    /// #     type Memory: Unicycle<f32> { particles: 4, samples: 1, features { pages: 16, pages_per_map: 4, in_view: 32 } }
+    /// # }
+    /// # let motion = Unicycle::new(Step::Arc, ControlNoise::white(0.1, 0.05))?;
+    /// # let mut state = Box::new(Memory::new());
+    /// # let mut slam = ScPhd::new(motion, Config::informed(4), &mut *state)?;
+    /// # slam.reset(PlanarPose::new(3.0, 0.0, 1.5), 1)?;
+    /// let mut scrubber = Scrubber::new();
+    /// // Eight parts after every scan: all of the 18 in the third.
+    /// for scan in 0..3 {
+    ///     let scrubbed = slam.scrub(&mut scrubber, 8)?;
+    ///     assert!(scrubbed.is_clean() && scrubbed.round == (scan == 2));
+    /// }
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// What cannot be mended: counts or times that cannot be, or no sound pose at all. The state is as it was; restore a snapshot or
+    /// [reset](Self::reset).
+    pub fn scrub(&mut self, scrubber: &mut Scrubber, parts: usize) -> Result<Scrubbed, Flaw> {
+        let informed = matches!(self.config.proposal, Proposal::Informed(_));
+        let memory = &mut self.memory;
+        let mut scrubbed = Scrubbed::default();
+        if memory.cursor.particles == 0 && memory.cursor.noise.is_none() {
+            return Ok(scrubbed);
+        }
+        memory.check_cursor()?;
+        let (still, moving) = (memory.still.pool.capacity(), memory.moving.pool.capacity());
+        let all = 2 + still + moving;
+        for _ in 0..parts.min(all) {
+            match scrubber.next {
+                0 => memory.mend_particles(informed, &mut scrubbed)?,
+                1 => {
+                    let particles = memory.cursor.particles;
+                    let mended = [memory.still.mend_lists(particles), memory.moving.mend_lists(particles)];
+                    scrubbed.lists += mended.into_iter().filter(|&mended| mended).count();
+                }
+                part => {
+                    let page = part - 2;
+                    let of_still = memory.still.pool.mend_page(page);
+                    let mended = of_still || page >= still && memory.moving.pool.mend_page(page - still);
+                    scrubbed.pages += usize::from(mended);
+                }
+            }
+            scrubber.next += 1;
+            if scrubber.next >= all {
+                (scrubber.next, scrubbed.round) = (0, true);
+            }
+        }
+        Ok(scrubbed)
+    }
+
+    /// A hash of the counts, the time waited, the next tag and the random stream: all that is small and vital. A vehicle that takes it after
+    /// a step and finds another before the next one knows that memory has failed in between, where no scrubbing could tell.
+    #[must_use]
+    pub fn seal(&self) -> u64 {
+        let mut hash = Fnv::EMPTY;
+        self.memory.walk_cursor(&mut hash);
+        hash.value()
+    }
+}
+
+impl<T: Real, P: Pose<Scalar = T>> Memory<'_, P> {
+    /// Isolates particles that cannot be, and scales weights that do not sum to one. Poses that are not `informed` are certain.
+    fn mend_particles(&mut self, informed: bool, scrubbed: &mut Scrubbed) -> Result<(), Flaw> {
+        let Self { cursor, spreads, candidates, .. } = self;
+        let children = cursor.children.max(1);
+        let candidates = candidates.get_mut(..cursor.candidates()).unwrap_or(&mut []);
+        let certain = |spread: &Symmetric<P::Tangent>| *spread == Symmetric::ZERO;
+        let may_be = |spread: &Symmetric<P::Tangent>| if informed { is_within_square(spread) } else { certain(spread) };
+        // Of the sound ones the first that is heaviest.
+        let mut best: Option<(usize, Candidate<P>)> = None;
+        for (particle, family) in candidates.chunks(children).enumerate() {
+            if !spreads.get(particle).is_some_and(may_be) {
+                continue;
+            }
+            for candidate in family.iter().filter(|candidate| is_sound(candidate)) {
+                if best.is_none_or(|(_, best)| candidate.ln_weight > best.ln_weight) {
+                    best = Some((particle, *candidate));
+                }
+            }
+        }
+        let Some((particle, healthy)) = best else { return Err(Flaw::Pose) };
+        let spread = spreads.get(particle).copied().unwrap_or(Symmetric::ZERO);
+        let isolated = Candidate { ln_weight: healthy.ln_weight + T::LN_VANISHING, ..healthy };
+        for (family, known) in candidates.chunks_mut(children).zip(spreads.iter_mut()) {
+            let whole = may_be(known);
+            for candidate in family.iter_mut().filter(|candidate| !(whole && is_sound(candidate))) {
+                *candidate = isolated;
+                scrubbed.isolated += 1;
+            }
+            if !whole {
+                *known = spread;
+            }
+        }
+        if !Self::is_one(candidates) {
+            let total = ln_sum(candidates.iter().map(|candidate| candidate.ln_weight));
+            if !total.is_finite() {
+                return Err(Flaw::Weights);
+            }
+            candidates.iter_mut().for_each(|candidate| candidate.ln_weight -= total);
+            scrubbed.rescaled = true;
+        }
+        Ok(())
+    }
+}
+
+/// Whether a candidate may be one: a pose within range, and a weight that may be part of one.
+fn is_sound<T: Real, P: Pose<Scalar = T>>(candidate: &Candidate<P>) -> bool {
+    let pose = &candidate.pose;
+    candidate.ln_weight <= T::from_f64(1e-3) && pose.is_finite() && is_within_range(&pose.coordinates())
+}

@@ -1,0 +1,174 @@
+//! A walk through all that decides how the filter goes on, and the way back from what a snapshot has of it.
+
+use crate::filter::state::Memory;
+use crate::map::{Maps, PAGE_LEN, PageId};
+use crate::particles::candidate::Candidate;
+use crate::snapshot::read::Reader;
+use crate::snapshot::visit::Visit;
+use crate::snapshot::write::NEW_PAGE;
+use crate::{Bounds, Component, Feature, Flaw, Noise, Pose, Real, RestoreError, Symmetric, Vector};
+
+impl<T: Real, P: Pose<Scalar = T>> Memory<'_, P> {
+    /// Walks through the state, and through the covariances of poses where the proposal is `informed` and they count.
+    pub(crate) fn walk(&self, informed: bool, visit: &mut impl Visit) {
+        self.walk_cursor(visit);
+        for candidate in self.candidates() {
+            visit.scalar(candidate.ln_weight);
+            visit.pose(&candidate.pose);
+        }
+        if informed {
+            for spread in self.spreads.iter().take(self.cursor.particles) {
+                spread.as_lower().iter().for_each(|&x| visit.scalar(x));
+            }
+        }
+        for particle in 0..self.cursor.particles {
+            self.still.walk(particle, visit);
+            self.moving.walk(particle, visit);
+        }
+    }
+
+    /// Walks through what is small and vital.
+    pub(crate) fn walk_cursor(&self, visit: &mut impl Visit) {
+        let cursor = &*self.cursor;
+        for count in [cursor.particles, cursor.children, usize::from(cursor.predicted), cursor.heaviest] {
+            visit.word(count as u32);
+        }
+        visit.word(cursor.next_tag);
+        visit.scalar(cursor.waited_s);
+        visit.beside(u32::from(cursor.refused));
+        if let Some(noise) = &cursor.noise {
+            let words = noise.bytes();
+            words.as_chunks().0.iter().for_each(|&word| visit.word(u32::from_be_bytes(word)));
+        }
+    }
+
+    /// Fills an empty state with what a walk has written, in the same order. What comes of it is to be audited.
+    ///
+    /// # Errors
+    /// The source fails, or what it says cannot be followed: the state is then any.
+    pub(crate) fn fill<S, E>(
+        &mut self,
+        informed: bool,
+        has_moving: bool,
+        from: &mut Reader<'_, S, E>,
+    ) -> Result<(), RestoreError<E>>
+    where
+        S: FnMut(usize, &mut [u8]) -> Result<(), E>,
+    {
+        let [particles, children, predicted, heaviest] = core::array::from_fn(|_| from.word() as usize);
+        let cursor = &mut *self.cursor;
+        (cursor.particles, cursor.children, cursor.predicted, cursor.heaviest) =
+            (particles, children, predicted != 0, heaviest);
+        cursor.next_tag = from.word();
+        cursor.waited_s = from.scalar();
+        cursor.refused = from.word().min(u32::from(u16::MAX)) as u16;
+        let mut stream = [0; 16];
+        stream.as_chunks_mut().0.iter_mut().for_each(|word| *word = from.word().to_be_bytes());
+        cursor.noise = Some(Noise::from_bytes(stream));
+        for slot in self.candidates.iter_mut().take(cursor.candidates()) {
+            *slot = Candidate { ln_weight: from.scalar(), pose: from.pose() };
+        }
+        for spread in self.spreads.iter_mut().take(particles).filter(|_| informed) {
+            *spread = Symmetric::from_fn(|_, _| from.scalar());
+        }
+        for particle in 0..particles.min(self.spreads.len()) {
+            from.so_far()?;
+            self.still.fill(true, particle, from)?;
+            self.moving.fill(has_moving, particle, from)?;
+        }
+        Ok(())
+    }
+}
+
+impl<T: Real, F: Feature<Position: Vector<Scalar = T>>> Maps<'_, F> {
+    /// Walks through one particle's map, component by component. A snapshot knows its pages, too.
+    fn walk(&self, particle: usize, visit: &mut impl Visit) {
+        let pages = self.table.pages(particle);
+        if !self.table.is_none() {
+            visit.beside(pages.len() as u32);
+            let (far, vicinity) = self.table.far(particle);
+            visit.beside(far as u32);
+            let corners = [vicinity.low, vicinity.high];
+            corners.iter().flat_map(Vector::as_slice).for_each(|&x| visit.beside_scalar(x));
+        }
+        for &id in pages {
+            let Some(page) = self.pool.get(id) else { continue };
+            if visit.page(F::MOVES, id, page.components().len()) {
+                page.components().iter().for_each(|component| walk_component(component, visit));
+            }
+        }
+        visit.word(u32::MAX);
+    }
+
+    /// The way back: of a map where there was one. Pages are taken in the order in which a walk meets them.
+    fn fill<S, E>(
+        &mut self,
+        was_there: bool,
+        particle: usize,
+        from: &mut Reader<'_, S, E>,
+    ) -> Result<(), RestoreError<E>>
+    where
+        S: FnMut(usize, &mut [u8]) -> Result<(), E>,
+    {
+        let flawed = Err(RestoreError::Flawed(Flaw::Pages));
+        if was_there {
+            let (len, far) = (from.word() as usize, from.word() as usize);
+            let vicinity = Bounds { low: from.vector(), high: from.vector() };
+            if far > len || len > self.table.map_pages() {
+                return flawed;
+            }
+            for _ in 0..len {
+                let Some(id) = self.next_page(from) else { return flawed };
+                // No map has a page twice.
+                if self.table.pages(particle).contains(&id) || !self.table.push(particle, id) {
+                    return flawed;
+                }
+            }
+            self.table.set_far(particle, far, vicinity);
+        }
+        if from.word() == u32::MAX { Ok(()) } else { flawed }
+    }
+
+    /// The next page of a map, with one more reference.
+    fn next_page<S, E>(&mut self, from: &mut Reader<'_, S, E>) -> Option<PageId>
+    where
+        S: FnMut(usize, &mut [u8]) -> Result<(), E>,
+    {
+        let word = from.word();
+        if word & NEW_PAGE == 0 {
+            let id = self.pool.taken(word)?;
+            self.pool.share(id);
+            return Some(id);
+        }
+        let components = (word & !NEW_PAGE) as usize;
+        let (id, page) = self.pool.take()?;
+        page.fill(core::iter::empty());
+        if components > PAGE_LEN {
+            return None;
+        }
+        for _ in 0..components {
+            page.push(&next_component(from));
+        }
+        Some(id)
+    }
+}
+
+fn walk_component<T: Real, N: Vector<Scalar = T>>(component: &Component<N>, visit: &mut impl Visit) {
+    visit.word(component.tag);
+    visit.scalar(component.ln_weight);
+    component.mean.as_slice().iter().for_each(|&x| visit.scalar(x));
+    component.covariance.as_lower().iter().for_each(|&x| visit.scalar(x));
+}
+
+/// The way back.
+fn next_component<T: Real, N: Vector<Scalar = T>, S, E>(from: &mut Reader<'_, S, E>) -> Component<N>
+where
+    S: FnMut(usize, &mut [u8]) -> Result<(), E>,
+{
+    Component {
+        tag: from.word(),
+        ln_weight: from.scalar(),
+        mean: from.vector(),
+        covariance: Symmetric::from_fn(|_, _| from.scalar()),
+    }
+}

@@ -1,0 +1,76 @@
+//! Snapshots of the joint filter.
+
+use super::filter::JointSlam;
+use crate::snapshot::frame::{Content, Head, Shape};
+use crate::snapshot::pages::Numbering;
+use crate::snapshot::read::{Reader, checked, numbers};
+use crate::snapshot::write::{AsWords, Measure, Writer};
+use crate::{Flaw, Motion, Pose, Real, RestoreError, SaveError, TangentOf, Vector};
+
+/// What snapshots of such a filter have in common.
+fn shape<P: Pose>(kind: u32) -> Shape {
+    Shape {
+        content: Content::Joint,
+        scalar: size_of::<P::Scalar>() as u8,
+        dimensions: [TangentOf::<P>::DIMENSION as u8, P::Position::DIMENSION as u8, numbers::<P>()],
+        kind,
+    }
+}
+
+impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>> JointSlam<'_, M, Z> {
+    /// Looks over everything that the filter knows: the pose, every feature, every number of the covariance. Linear in the state,
+    /// and no part of a step.
+    ///
+    /// # Errors
+    /// The first flaw that was found. A variance that rounding has spoilt is none: the next scan mends it, or drops the feature.
+    pub fn audit(&self) -> Result<(), Flaw> {
+        if self.memory.known.started { self.memory.audit() } else { Ok(()) }
+    }
+
+    /// Writes down all that decides how the filter goes on, as [`ScPhd::save`](crate::ScPhd::save) does.
+    ///
+    /// # Errors
+    /// The filter has not been reset, the state is damaged, or the sink takes no more; the state is as it was.
+    pub fn save<E>(&self, kind: u32, sink: impl FnMut(&[u8]) -> Result<(), E>) -> Result<usize, SaveError<E>> {
+        let memory = &self.memory;
+        if !memory.known.started {
+            return Err(SaveError::NotStarted);
+        }
+        memory.audit().map_err(SaveError::Damaged)?;
+        let pages = || [(); 2].map(|()| Numbering::over(&mut []));
+        let mut measure = AsWords { words: Measure::default(), pages: pages() };
+        memory.walk(&mut measure);
+        let features = u32::try_from(memory.known.len).unwrap_or(u32::MAX);
+        let head = Head { shape: shape::<M::Pose>(kind), flags: 0, len: 0, sizes: [features, 0, 0] };
+        let head = head.with_body(measure.words.words);
+        let mut writer = AsWords { words: Writer::new(&head, sink), pages: pages() };
+        memory.walk(&mut writer);
+        writer.words.end()
+    }
+
+    /// Goes on from a [snapshot](Self::save), as if nothing had been, as [`ScPhd::restore`](crate::ScPhd::restore) does.
+    ///
+    /// # Errors
+    /// As for that: whatever the first look at the bytes finds leaves the state as it was. If the source gives something else the
+    /// second time, or a snapshot whose checks agree was not written by a filter, the filter is not started.
+    pub fn restore<E>(
+        &mut self,
+        kind: u32,
+        mut source: impl FnMut(usize, &mut [u8]) -> Result<(), E>,
+    ) -> Result<usize, RestoreError<E>> {
+        let memory = &mut self.memory;
+        let head = checked(&mut source, shape::<M::Pose>(kind))?;
+        let [features, ..] = head.sizes.map(|size| usize::try_from(size).unwrap_or(usize::MAX));
+        RestoreError::check_room("features", features, memory.slots.len())?;
+        let mut reader = Reader::behind(&head, &mut source);
+        memory.fill(features, &mut reader);
+        let taken = reader.end().and_then(|()| {
+            let sound = if memory.known.started { memory.audit() } else { Err(Flaw::Cursor) };
+            sound.map_err(RestoreError::Flawed)
+        });
+        if taken.is_err() {
+            (memory.known.started, memory.known.len) = (false, 0);
+        }
+        taken.map(|()| head.len())
+    }
+}

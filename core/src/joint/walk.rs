@@ -1,0 +1,72 @@
+//! A walk through all that decides how the joint filter goes on, and the way back from what a snapshot has of it.
+
+use super::existence::Existence;
+use super::state::{Memory, Slot};
+use crate::numerics::range::is_within_range;
+use crate::snapshot::read::Reader;
+use crate::snapshot::visit::Visit;
+use crate::{Flaw, Pose, Real, Vector};
+
+impl<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>> Memory<'_, P, Z> {
+    /// Walks through the state.
+    pub(super) fn walk(&self, visit: &mut impl Visit) {
+        let Self { known, slots, joint, .. } = self;
+        visit.word(u32::from(known.started));
+        visit.pose(&known.pose);
+        visit.scalar(known.waited_s);
+        visit.word(known.next_tag);
+        visit.beside(u32::try_from(known.refused).unwrap_or(u32::MAX));
+        known.moved.iter().for_each(|&by| visit.beside_scalar(by));
+        for slot in slots.iter().take(known.len) {
+            visit.word(slot.tag);
+            slot.mean.as_slice().iter().for_each(|&coordinate| visit.scalar(coordinate));
+            let numbers = [slot.existence.in_sight, slot.existence.hidden, slot.detections];
+            numbers.into_iter().for_each(|number| visit.scalar(number));
+            slot.moved.as_slice().iter().for_each(|&by| visit.beside_scalar(by));
+        }
+        joint.used(known.len).iter().for_each(|&number| visit.scalar(number));
+    }
+
+    /// Fills the state with what a walk through so many features has written. What comes of it is to be audited.
+    pub(super) fn fill<S, E>(&mut self, features: usize, from: &mut Reader<'_, S, E>)
+    where
+        S: FnMut(usize, &mut [u8]) -> Result<(), E>,
+    {
+        let Self { known, slots, joint, .. } = self;
+        known.len = features.min(slots.len());
+        known.started = from.word() != 0;
+        known.pose = from.pose();
+        known.waited_s = from.scalar();
+        known.next_tag = from.word();
+        known.refused = from.word() as usize;
+        known.moved = core::array::from_fn(|_| from.scalar());
+        for slot in slots.iter_mut().take(known.len) {
+            let (tag, mean) = (from.word(), from.vector());
+            let existence = Existence { in_sight: from.scalar(), hidden: from.scalar() };
+            *slot = Slot { tag, mean, existence, detections: from.scalar(), moved: from.vector(), ..Slot::ZERO };
+        }
+        joint.used_mut(known.len).iter_mut().for_each(|number| *number = from.scalar());
+    }
+
+    /// Looks over everything: the first flaw, if any. Linear in the state.
+    pub(super) fn audit(&self) -> Result<(), Flaw> {
+        let Self { known, slots, joint, .. } = self;
+        let slots = slots.get(..known.len).ok_or(Flaw::Cursor)?;
+        if !(known.waited_s >= T::ZERO && known.waited_s.is_finite()) {
+            return Err(Flaw::Cursor);
+        }
+        let finite = |numbers: &[T]| numbers.iter().all(|number| number.is_finite());
+        let pose = known.pose.is_finite() && is_within_range(&known.pose.coordinates()) && finite(&known.moved);
+        if !(pose && finite(joint.used(0))) {
+            return Err(Flaw::Pose);
+        }
+        let sound = |slot: &Slot<P::Position>| {
+            let Existence { in_sight, hidden } = slot.existence;
+            let numbers = [in_sight, hidden, slot.detections];
+            is_within_range(&slot.mean)
+                && finite(slot.moved.as_slice())
+                && numbers.iter().all(|&number| number >= T::ZERO && number.is_finite())
+        };
+        if slots.iter().all(sound) && finite(joint.used(known.len)) { Ok(()) } else { Err(Flaw::Component) }
+    }
+}

@@ -1,0 +1,37 @@
+//! Slices to write a snapshot into and to read one from.
+
+use core::fmt;
+
+/// A slice has no more room, or nothing more to read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct SliceEnd;
+
+impl fmt::Display for SliceEnd {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("the slice ends before the snapshot does")
+    }
+}
+
+impl core::error::Error for SliceEnd {}
+
+/// A sink for [`ScPhd::save`](crate::ScPhd::save) that fills a slice from its beginning on.
+pub fn into_slice(bytes: &mut [u8]) -> impl FnMut(&[u8]) -> Result<(), SliceEnd> {
+    let mut at = 0_usize;
+    move |chunk| {
+        let end = at.saturating_add(chunk.len());
+        let room = bytes.get_mut(at..end).ok_or(SliceEnd)?;
+        room.iter_mut().zip(chunk).for_each(|(slot, &byte)| *slot = byte);
+        at = end;
+        Ok(())
+    }
+}
+
+/// A source for [`ScPhd::restore`](crate::ScPhd::restore) that reads from a slice.
+pub fn from_slice(bytes: &[u8]) -> impl FnMut(usize, &mut [u8]) -> Result<(), SliceEnd> {
+    move |at, into| {
+        let found = bytes.get(at..at.saturating_add(into.len())).ok_or(SliceEnd)?;
+        into.iter_mut().zip(found).for_each(|(slot, &byte)| *slot = byte);
+        Ok(())
+    }
+}

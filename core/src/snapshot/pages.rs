@@ -1,0 +1,43 @@
+//! Pages by the order in which a walk meets them, so that a snapshot does not depend on where in the pool one lies.
+
+use crate::map::PageId;
+
+/// A page that has not been met.
+const UNMET: u16 = u16::MAX;
+
+/// The numbers of the pages of one pool.
+#[derive(Debug)]
+pub(crate) struct Numbering<'n> {
+    of_page: &'n mut [u16],
+    next: u16,
+}
+
+/// What a page is to a walk.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Met {
+    /// It comes for the first time.
+    First,
+    /// It has come before, as the page of that number.
+    Before(u16),
+}
+
+impl<'n> Numbering<'n> {
+    /// None met yet, over a place for every page.
+    pub(crate) fn over(of_page: &'n mut [u16]) -> Self {
+        of_page.fill(UNMET);
+        Self { of_page, next: 0 }
+    }
+
+    /// Meets a page.
+    pub(crate) fn meet(&mut self, id: PageId) -> Met {
+        match self.of_page.get_mut(id.index()) {
+            Some(number) if *number == UNMET => {
+                *number = self.next;
+                self.next = self.next.saturating_add(1);
+                Met::First
+            }
+            Some(number) => Met::Before(*number),
+            None => Met::First,
+        }
+    }
+}

@@ -1,0 +1,41 @@
+//! What walks through a state: a digest, or a snapshot.
+
+use crate::map::PageId;
+use crate::numerics::fnv::Fnv;
+use crate::{Pose, Real, Vector};
+
+/// What walks through all that decides how a filter goes on, in one order.
+///
+/// A digest need not know how it is stored, as long as the numbers come in the same order; nor what shows in the next report alone.
+/// A snapshot keeps that too: it comes by the methods that are named `beside`.
+pub(crate) trait Visit {
+    /// A count, a name, or the end of something.
+    fn word(&mut self, word: u32);
+    /// A number.
+    fn scalar<T: Real>(&mut self, number: T);
+    /// A pose: its coordinates, and what travels with them.
+    fn pose<P: Pose>(&mut self, pose: &P);
+    /// A word that no digest has.
+    fn beside(&mut self, _word: u32) {}
+    /// A number that no digest has.
+    fn beside_scalar<T: Real>(&mut self, _number: T) {}
+    /// A page of so many components, of features that move or stand still. Whether to walk through them.
+    fn page(&mut self, _moves: bool, _id: PageId, _components: usize) -> bool {
+        true
+    }
+}
+
+/// A digest has the bits of every number and word.
+impl Visit for Fnv {
+    fn word(&mut self, word: u32) {
+        self.take(word);
+    }
+
+    fn scalar<T: Real>(&mut self, number: T) {
+        self.take_scalar(number);
+    }
+
+    fn pose<P: Pose>(&mut self, pose: &P) {
+        pose.coordinates().as_slice().iter().for_each(|&coordinate| self.take_scalar(coordinate));
+    }
+}

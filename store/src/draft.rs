@@ -1,0 +1,123 @@
+//! A snapshot that is being written.
+
+use crate::found::{Check, HEAD, Snapshot, check};
+use crate::store::ROW;
+use crate::{Store, StoreError};
+use embedded_storage_async::nor_flash::NorFlash;
+
+/// A snapshot that is being written, of which nothing is found before it is [committed](Self::commit).
+pub struct Draft<'s, S, const BANKS: usize> {
+    store: &'s mut Store<S, BANKS>,
+    /// What it will be, but for its check.
+    snapshot: Snapshot,
+    check: Check,
+    /// Bytes of the bank that have been erased, bytes behind the head that have been written, and bytes in the row that wait.
+    erased: usize,
+    written: usize,
+    waiting: usize,
+    /// Whether nothing has failed, or been given up on its way.
+    whole: bool,
+}
+
+impl<S, const BANKS: usize> core::fmt::Debug for Draft<'_, S, BANKS> {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.debug_struct("Draft").field("snapshot", &self.snapshot).field("whole", &self.whole).finish_non_exhaustive()
+    }
+}
+
+impl<'s, S: NorFlash, const BANKS: usize> Draft<'s, S, BANKS> {
+    pub(crate) fn new(store: &'s mut Store<S, BANKS>, snapshot: Snapshot) -> Self {
+        Self { store, snapshot, check: check(), erased: 0, written: 0, waiting: 0, whole: true }
+    }
+
+    /// Adds bytes. Pages are erased as they are reached.
+    ///
+    /// # Errors
+    /// There is no room, or the flash fails: the draft can then be dropped, and not committed.
+    pub async fn push(&mut self, bytes: &[u8]) -> Result<(), StoreError<S::Error>> {
+        // A future that is dropped on its way comes no further, and the draft is not whole.
+        if !core::mem::replace(&mut self.whole, false) {
+            return Err(StoreError::GivenUp);
+        }
+        if self.snapshot.len().saturating_add(bytes.len()) > self.store.capacity() {
+            return Err(StoreError::Full);
+        }
+        self.check.update(bytes);
+        for &byte in bytes {
+            if let Some(slot) = self.store.row.get_mut(self.waiting) {
+                *slot = byte;
+                self.waiting += 1;
+                self.snapshot.len += 1;
+            }
+            if self.waiting == ROW {
+                self.flush().await?;
+            }
+        }
+        self.whole = true;
+        Ok(())
+    }
+
+    /// Writes down what waits. Where the flash fails, the next draft goes elsewhere.
+    async fn flush(&mut self) -> Result<(), StoreError<S::Error>> {
+        let written = self.write_row().await;
+        if written.is_err() {
+            self.store.turn();
+        }
+        written
+    }
+
+    /// Writes down the row, and what is missing to a whole word as erased bytes.
+    async fn write_row(&mut self) -> Result<(), StoreError<S::Error>> {
+        let len = self.waiting.next_multiple_of(S::WRITE_SIZE);
+        self.erase_to(HEAD + self.written + len).await?;
+        let place = self.store.place(self.snapshot.bank, HEAD + self.written);
+        let row = self.store.row.get_mut(..len).ok_or(StoreError::Full)?;
+        row.iter_mut().skip(self.waiting).for_each(|byte| *byte = 0xff);
+        self.store.flash.write(place, row).await.map_err(StoreError::Flash)?;
+        (self.written, self.waiting) = (self.written + len, 0);
+        Ok(())
+    }
+
+    /// Erases the bank up to there: page by page, the one of the old head first.
+    async fn erase_to(&mut self, end: usize) -> Result<(), StoreError<S::Error>> {
+        while self.erased < end {
+            let next = self.erased + S::ERASE_SIZE;
+            let [from, to] = [self.erased, next].map(|at| self.store.place(self.snapshot.bank, at));
+            self.store.flash.erase(from, to).await.map_err(StoreError::Flash)?;
+            self.erased = next;
+        }
+        Ok(())
+    }
+
+    /// Ends the snapshot, once it has been read back: from here on it is the newest.
+    ///
+    /// # Errors
+    /// A push has failed, the flash does, or what was written does not read back. The snapshot before it is the newest still, unless
+    /// the flash has failed after the last word: then the next [look](Store::found) tells.
+    pub async fn commit(mut self) -> Result<Snapshot, StoreError<S::Error>> {
+        if !self.whole {
+            return Err(StoreError::GivenUp);
+        }
+        // Of an empty one, the head alone.
+        self.erase_to(HEAD).await?;
+        if self.waiting > 0 {
+            self.flush().await?;
+        }
+        let snapshot = Snapshot { check: self.check.finalize(), ..self.snapshot };
+        let store = self.store;
+        store.turn();
+        if store.sum(&snapshot).await? != snapshot.check {
+            return Err(StoreError::Worn);
+        }
+        // What is known is looked for again, should the flash fail now.
+        let known = store.known.take();
+        store.flash.write(store.place(snapshot.bank, 0), &snapshot.head()).await.map_err(StoreError::Flash)?;
+        store.known = known.map(|mut found| {
+            if let Some(slot) = found.in_banks.get_mut(snapshot.bank) {
+                *slot = Some(snapshot);
+            }
+            found
+        });
+        Ok(snapshot)
+    }
+}

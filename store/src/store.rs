@@ -1,0 +1,172 @@
+//! The store: what is there, and how it is read.
+
+use crate::StoreError;
+use crate::draft::Draft;
+use crate::found::{Found, HEAD, Snapshot, check};
+use core::ops::Range;
+use embedded_storage_async::nor_flash::NorFlash;
+
+/// Bytes that are read or written at once, at most.
+pub(crate) const ROW: usize = 256;
+
+/// Snapshots in a range of NOR flash.
+///
+/// `S` is the flash, or a `&mut` of it; `BANKS` how many snapshots there is room for, two at least. The store takes some 300 bytes of
+/// RAM, and as much in its futures.
+#[derive(Debug)]
+pub struct Store<S, const BANKS: usize = 2> {
+    pub(crate) flash: S,
+    start: u32,
+    bank_len: u32,
+    /// What is there, once it has been looked for.
+    pub(crate) known: Option<Found<BANKS>>,
+    /// Where the next draft goes, where that is not behind the newest.
+    turn: Option<usize>,
+    pub(crate) row: [u8; ROW],
+}
+
+impl<S: NorFlash, const BANKS: usize> Store<S, BANKS> {
+    /// A store over this range of the flash, bytes, which begins with a page; a bank has as many whole pages as there are for each. What is
+    /// there is kept, and what is no snapshot does not matter.
+    ///
+    /// # Errors
+    /// The range or the flash is not one that can be used.
+    pub fn new(flash: S, range: Range<u32>) -> Result<Self, StoreError<S::Error>> {
+        const { assert!(BANKS >= 2, "the old snapshot stays while the new one is written") };
+        if ![S::READ_SIZE, S::WRITE_SIZE].iter().all(|&word| word > 0 && HEAD.is_multiple_of(word)) {
+            return Err(StoreError::Word);
+        }
+        let (page, banks) = (u32::try_from(S::ERASE_SIZE).unwrap_or(0), u32::try_from(BANKS).unwrap_or(u32::MAX));
+        let len = range.end.saturating_sub(range.start);
+        let pages = len.checked_div(page).unwrap_or(0) / banks;
+        let within = usize::try_from(range.end).is_ok_and(|end| end <= flash.capacity());
+        let whole = S::ERASE_SIZE.is_multiple_of(HEAD) && range.start.is_multiple_of(page);
+        if !(pages > 0 && within && whole) {
+            return Err(StoreError::Range);
+        }
+        Ok(Self { flash, start: range.start, bank_len: pages * page, known: None, turn: None, row: [0; ROW] })
+    }
+
+    /// The longest snapshot that there is room for, bytes.
+    #[must_use]
+    pub fn capacity(&self) -> usize {
+        usize::try_from(self.bank_len).unwrap_or(usize::MAX).saturating_sub(HEAD)
+    }
+
+    /// The whole snapshots that are there. Reads every bank through. A bank that the flash cannot read holds none.
+    ///
+    /// # Errors
+    /// The flash cannot read any bank.
+    pub async fn found(&mut self) -> Result<Found<BANKS>, StoreError<S::Error>> {
+        let mut found = Found { in_banks: [None; BANKS] };
+        let (mut failed, mut readable) = (None, false);
+        for (bank, slot) in found.in_banks.iter_mut().enumerate() {
+            match self.whole(bank).await {
+                Ok(snapshot) => (*slot, readable) = (snapshot, true),
+                Err(error) => failed = Some(error),
+            }
+        }
+        match failed {
+            Some(error) if !readable => Err(error),
+            _ => {
+                self.known = Some(found);
+                Ok(found)
+            }
+        }
+    }
+
+    /// The snapshot in a bank, if it is whole.
+    async fn whole(&mut self, bank: usize) -> Result<Option<Snapshot>, StoreError<S::Error>> {
+        let mut head = [0; HEAD];
+        self.flash.read(self.place(bank, 0), &mut head).await.map_err(StoreError::Flash)?;
+        let Some(snapshot) = Snapshot::of_head(bank, &head).filter(|found| found.len() <= self.capacity()) else {
+            return Ok(None);
+        };
+        Ok((self.sum(&snapshot).await? == snapshot.check).then_some(snapshot))
+    }
+
+    /// What the bytes of a snapshot sum up to.
+    pub(crate) async fn sum(&mut self, of: &Snapshot) -> Result<u32, StoreError<S::Error>> {
+        let (mut sum, mut at) = (check(), 0);
+        while at < of.len() {
+            let row = self.fetch(of, at).await?;
+            sum.update(row);
+            at += row.len().max(1);
+        }
+        Ok(sum.finalize())
+    }
+
+    /// Some bytes of a snapshot from this place on, at most to the end of a row.
+    async fn fetch(&mut self, of: &Snapshot, at: usize) -> Result<&[u8], StoreError<S::Error>> {
+        let skipped = at % S::READ_SIZE;
+        let start = at - skipped;
+        let wanted = of.len().saturating_sub(start).min(ROW);
+        let place = self.place(of.bank, HEAD + start);
+        let row = self.row.get_mut(..wanted.next_multiple_of(S::READ_SIZE)).ok_or(StoreError::Missing)?;
+        self.flash.read(place, row).await.map_err(StoreError::Flash)?;
+        row.get(skipped..wanted).ok_or(StoreError::Missing)
+    }
+
+    /// Reads a part of a snapshot that was [found](Self::found).
+    ///
+    /// # Errors
+    /// The snapshot ends before, has been written over, or the flash fails.
+    pub async fn read(&mut self, of: &Snapshot, at: usize, into: &mut [u8]) -> Result<(), StoreError<S::Error>> {
+        let there = self.known.is_some_and(|found| found.in_banks.contains(&Some(*of)));
+        let end = at.checked_add(into.len()).filter(|&end| there && end <= of.len());
+        if end.is_none() {
+            return Err(StoreError::Missing);
+        }
+        let (mut at, mut rest) = (at, into);
+        // Every round reads a byte at least.
+        while !rest.is_empty() {
+            let row = self.fetch(of, at).await?;
+            let len = rest.len().min(row.len()).max(1);
+            let (now, later) = rest.split_at_mut_checked(len).ok_or(StoreError::Missing)?;
+            now.iter_mut().zip(row).for_each(|(slot, &byte)| *slot = byte);
+            (at, rest) = (at + len, later);
+        }
+        Ok(())
+    }
+
+    /// Begins a new snapshot, in the bank of the oldest. The newest one stays as it is until the new one is
+    /// [committed](Draft::commit); a draft that is dropped before leaves nothing behind.
+    ///
+    /// # Errors
+    /// As for [`found`](Self::found).
+    pub async fn begin(&mut self) -> Result<Draft<'_, S, BANKS>, StoreError<S::Error>> {
+        let mut found = match self.known {
+            Some(found) => found,
+            None => self.found().await?,
+        };
+        let newest = found.newest().copied();
+        let behind = |bank: usize| (bank + 1) % BANKS;
+        let bank = match (newest, self.turn) {
+            (Some(newest), Some(turn)) if turn != newest.bank => turn,
+            (Some(newest), _) => behind(newest.bank),
+            (None, turn) => turn.unwrap_or(0),
+        };
+        if let Some(slot) = found.in_banks.get_mut(bank) {
+            *slot = None;
+        }
+        (self.known, self.turn) = (Some(found), Some(bank));
+        let generation = newest.map_or(1, |newest| newest.generation.wrapping_add(1));
+        Ok(Draft::new(self, Snapshot { bank, generation, len: 0, check: 0 }))
+    }
+
+    /// The next draft goes to the next bank.
+    pub(crate) fn turn(&mut self) {
+        self.turn = self.turn.map(|bank| (bank + 1) % BANKS);
+    }
+
+    /// Where in the flash a byte of a bank is.
+    pub(crate) fn place(&self, bank: usize, at: usize) -> u32 {
+        let number = |count: usize| u32::try_from(count).unwrap_or(u32::MAX);
+        self.start.saturating_add(number(bank).saturating_mul(self.bank_len)).saturating_add(number(at))
+    }
+
+    /// The flash back.
+    pub fn destroy(self) -> S {
+        self.flash
+    }
+}
