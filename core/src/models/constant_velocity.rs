@@ -1,7 +1,7 @@
 //! How moving features move (5.14): with constant velocity, but for a white acceleration.
 
 use super::{ModelError, require};
-use crate::{Component, Place, Real, Symmetric, Vector};
+use crate::{Component, Matrix, Place, Real, Symmetric, Vector};
 
 /// Constant velocity under white acceleration, and a mean lifetime.
 ///
@@ -50,7 +50,8 @@ impl<T: Real> ConstantVelocity<T> {
         component: &Component<D::Moving>,
         dt: T,
     ) -> Option<Component<D::Moving>> {
-        let (d, p) = (D::DIMENSION, &component.covariance);
+        // Elements of a matrix are had without a check that could fail, whatever the compiler makes of the indices.
+        let (d, p) = (D::DIMENSION, component.covariance.to_matrix());
         let mean = D::Moving::with(|row| {
             let moved = if row < d { dt * component.mean.at(row + d) } else { T::ZERO };
             component.mean.at(row) + moved
@@ -61,12 +62,12 @@ impl<T: Real> ConstantVelocity<T> {
         // F P Fᵀ + Q for `row` ≥ `column`, block by block.
         let covariance = Symmetric::from_fn(|row, column| {
             let noise = |same, q| if same { q } else { T::ZERO };
-            let held = p.get(row, column);
+            let held = p.at(row, column);
             if row < d {
-                let crossed = p.get(row, column + d) + p.get(row + d, column);
-                held + dt * crossed + dt * dt * p.get(row + d, column + d) + noise(row == column, in_position)
+                let crossed = p.at(row, column + d) + p.at(row + d, column);
+                held + dt * crossed + dt * dt * p.at(row + d, column + d) + noise(row == column, in_position)
             } else if column < d {
-                held + dt * p.get(row, column + d) + noise(row == column + d, in_both)
+                held + dt * p.at(row, column + d) + noise(row == column + d, in_both)
             } else {
                 held + noise(row == column, in_velocity)
             }
