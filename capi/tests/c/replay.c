@@ -8,6 +8,11 @@
 #define REPLAY_FILE NULL
 #endif
 
+/* How many scans to compare, at most. */
+#ifndef REPLAY_SCANS
+#define REPLAY_SCANS 1000000
+#endif
+
 enum { NUMBERS = 128 };
 
 static SCPHD_MEMORY(blind_memory, SCPHD_SIZE_PLANE_32X2);
@@ -199,7 +204,7 @@ int main(int count_of_words, char **words) {
     int scans = 0;
     char letter;
     unsigned length;
-    while (failures == 0 && fscanf(file, " %c %u", &letter, &length) == 2) {
+    while (failures == 0 && scans < REPLAY_SCANS && fscanf(file, " %c %u", &letter, &length) == 2) {
         if (letter == '=') {
             uint64_t wanted[4];
             for (unsigned at = 0; at < 4; at++) {
