@@ -1,6 +1,7 @@
 //! The command line: step names, `test` for all of them, `help`.
 
 use crate::bench;
+use crate::capi;
 use crate::debian;
 use crate::steps::{OTHERS, Options, STEPS, Step};
 use crate::toolchain;
@@ -30,6 +31,13 @@ pub fn parse(words: &[String]) -> Result<Request, String> {
                 return Ok(Request::Help(if bench { usage() + "\n" + &bench::definitions() + "\n" } else { usage() }));
             }
             "test" => chosen.extend(STEPS),
+            "install-c" => {
+                options.place.prefix = words.next().ok_or("install-c needs a folder")?.into();
+                chosen.extend(OTHERS.iter().filter(|step| step.name == "install-c"));
+            }
+            target if capi::TARGETS.contains(&target) && chosen.last().is_some_and(|step| step.name == "install-c") => {
+                options.place.target = Some(target.to_owned());
+            }
             number if number.parse::<u64>().is_ok() && chosen.last().is_some_and(|step| step.name == "fuzz") => {
                 options.numbers.extend(number.parse::<u64>());
                 if options.numbers.len() > 2 {
@@ -109,6 +117,22 @@ mod tests {
         assert_eq!(numbers(&["fuzz", "1000", "7", "fmt"]), Some(vec![1000, 7]));
         assert_eq!(numbers(&["fuzz", "1", "2", "3"]), None);
         assert_eq!(numbers(&["fmt", "1000"]), None);
+    }
+
+    #[test]
+    fn the_c_library_goes_where_it_is_told() {
+        let place = |words: &[&str]| {
+            let words: Vec<String> = words.iter().map(|word| (*word).to_owned()).collect();
+            match parse(&words) {
+                Ok(Request::Run(_, options)) => Some(options.place),
+                _ => None,
+            }
+        };
+        let of = |target: Option<&str>| Some(capi::Place { prefix: "/x".into(), target: target.map(str::to_owned) });
+        assert_eq!(place(&["install-c", "/x"]), of(None));
+        assert_eq!(place(&["install-c", "/x", capi::TARGETS[0]]), of(Some(capi::TARGETS[0])));
+        assert_eq!(place(&["install-c"]), None);
+        assert_eq!(place(&["fmt", capi::TARGETS[0]]), None);
     }
 
     #[test]

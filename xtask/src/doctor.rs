@@ -2,15 +2,17 @@
 
 use std::process::Command;
 
+use crate::capi::{self, Compiler};
 use crate::debian;
 use crate::firmware::board::TARGETS;
 use crate::noalloc;
+use crate::outcome::Missing;
 use crate::process;
 use crate::toolchain::{self, OLDEST};
-use crate::tools::{LLD, QEMU, VALGRIND, Wanted};
+use crate::tools::{ARM_GCC, LLD, QEMU, VALGRIND, Wanted};
 
 /// The steps that build for a Cortex-M.
-const CROSS: &str = "target, proof, firmware, budget, msrv";
+const CROSS: &str = "target, proof, firmware, budget, capi, msrv";
 
 /// One thing, and what is known of it.
 struct Line {
@@ -64,8 +66,14 @@ fn lines() -> Vec<Line> {
         steps: CROSS,
     });
     lines.push(Line { what: "linker for Cortex-M", found: linker(), steps: "proof, firmware, budget" });
-    lines.push(Line { what: QEMU.program, found: tool(&QEMU), steps: "firmware, budget" });
-    lines.push(Line { what: VALGRIND.program, found: tool(&VALGRIND), steps: "counts" });
+    lines.push(Line { what: QEMU.program, found: tool(&QEMU), steps: "firmware, budget, capi" });
+    lines.push(Line { what: VALGRIND.program, found: tool(&VALGRIND), steps: "counts, capi" });
+    let compiler = |found: Result<Compiler, Missing>| found.map(|c| c.version()).map_err(|Missing(reason)| reason);
+    lines.push(Line { what: "C compiler", found: compiler(Compiler::c()), steps: "capi" });
+    lines.push(Line { what: "C++ compiler", found: compiler(Compiler::cpp()), steps: "capi" });
+    lines.push(Line { what: ARM_GCC.program, found: tool(&ARM_GCC), steps: "capi" });
+    let [_, soft] = capi::TARGETS;
+    lines.push(Line { what: soft, found: has_target(soft), steps: "capi" });
     lines.push(Line { what: "oldest Rust", found: oldest(), steps: "msrv, else by clippy" });
     lines.push(Line { what: "recorded logs", found: logs(), steps: "unit, firmware" });
     lines

@@ -3,6 +3,7 @@
 mod args;
 mod bench;
 mod budget;
+mod capi;
 mod debian;
 mod doctor;
 mod firmware;

@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 
 use crate::bench;
 use crate::budget;
+use crate::capi;
 use crate::firmware;
 use crate::msrv;
 use crate::outcome::{Missing, Outcome, Stop, Tally};
@@ -21,6 +22,8 @@ pub struct Options {
     pub strict: bool,
     /// Operations and seed of the fuzzer, in the place of its own.
     pub numbers: Vec<u64>,
+    /// Where the C library is installed.
+    pub place: capi::Place,
 }
 
 /// One step, which can also be run by its name.
@@ -58,6 +61,11 @@ pub const STEPS: &[Step] = &[
         what: "after every scan the boards, in QEMU, have the same state as the host, bit for bit",
         run: |_| firmware::digests(),
     },
+    Step {
+        name: "capi",
+        what: "the C library: its header, its symbols, C and C++ programs on the host and C on boards in QEMU",
+        run: |_| capi::step(),
+    },
     Step { name: "budget", what: "flash, RAM, stack and instructions are within budgets.toml", run: budget::step },
     Step {
         name: "counts",
@@ -67,7 +75,7 @@ pub const STEPS: &[Step] = &[
     Step { name: "msrv", what: "nothing needs a newer Rust than the oldest supported", run: |_| msrv::step() },
 ];
 
-/// Steps that are not part of `test`: the times of one are of the machine and what else it does, the other takes long.
+/// Steps that are not part of `test`: the times of one are of the machine and what else it does, one takes long, one installs.
 pub const OTHERS: &[Step] = &[
     Step {
         name: "bench",
@@ -78,6 +86,11 @@ pub const OTHERS: &[Step] = &[
         name: "fuzz",
         what: "operations with hostile values, 20 million from seed 1, or `fuzz OPERATIONS SEED`",
         run: fuzz,
+    },
+    Step {
+        name: "install-c",
+        what: "installs the C library: `install-c PREFIX`, `install-c PREFIX thumbv7em-none-eabihf`",
+        run: |options| capi::install(&options.place),
     },
 ];
 
@@ -139,13 +152,15 @@ pub fn need_clippy() -> Result<(), Missing> {
     need("clippy")
 }
 
-/// The firmware is a workspace of its own.
+/// Firmware and C interface are workspaces of their own.
 fn fmt() -> Outcome {
     let firmware = ["fmt", "--manifest-path", "firmware/Cargo.toml", "--", "--check"];
+    let capi = ["fmt", "--all", "--manifest-path", "capi/Cargo.toml", "--", "--check"];
     let workspace = ["fmt", "--all", "--check"];
     let check = || -> Result<(), Stop> {
         need("fmt")?;
-        let results = [&workspace[..], &firmware[..]].map(|arguments| process::run(process::cargo().args(arguments)));
+        let results =
+            [&workspace[..], &firmware[..], &capi[..]].map(|arguments| process::run(process::cargo().args(arguments)));
         Ok(results.into_iter().collect::<Result<(), String>>()?)
     };
     check().into()
@@ -160,7 +175,9 @@ fn lint() -> Outcome {
     few.args(["clippy", "--package", "scphd-stream", "--features", "few-particles", "--", "-D", "warnings"]);
     let mut check = || -> Result<(), Stop> {
         need_clippy()?;
-        Ok(process::run(&mut cargo).and_then(|()| process::run(&mut few))?)
+        Ok(process::run(&mut cargo)
+            .and_then(|()| process::run(&mut few))
+            .and_then(|()| process::run(&mut capi::clippy()))?)
     };
     check().into()
 }

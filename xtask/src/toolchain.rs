@@ -76,6 +76,11 @@ pub fn find() -> Result<Toolchain, Missing> {
     FOUND.get_or_init(|| look(&TARGETS)).clone()
 }
 
+/// A toolchain for other targets than the boards', looked for anew.
+pub fn find_for(targets: &[&str]) -> Result<Toolchain, Missing> {
+    look(targets)
+}
+
 /// One way to a toolchain for some targets.
 type Alternative = fn(&[&str]) -> Result<Toolchain, String>;
 
@@ -172,7 +177,7 @@ fn minor_version(text: &str) -> Option<u32> {
 }
 
 /// The build is judged with the flags given here and no others.
-fn clear_flags(command: &mut Command) {
+pub fn clear_flags(command: &mut Command) {
     command.env_remove("RUSTFLAGS").env_remove("CARGO_ENCODED_RUSTFLAGS");
 }
 
@@ -243,16 +248,25 @@ impl Toolchain {
     /// `cargo build`, judged with the flags given by the caller and no others; `libraries` are those that a toolchain
     /// without any for the target has to build itself.
     pub fn cargo_build(&self, libraries: &str) -> Command {
+        self.cargo("build", libraries)
+    }
+
+    /// `cargo rustc`, as [`Self::cargo_build`].
+    pub fn cargo_rustc(&self, libraries: &str) -> Command {
+        self.cargo("rustc", libraries)
+    }
+
+    fn cargo(&self, builds: &str, libraries: &str) -> Command {
         match self {
             Self::Active { .. } => {
                 let mut cargo = process::cargo();
                 clear_flags(&mut cargo);
-                cargo.arg("build");
+                cargo.arg(builds);
                 cargo
             }
             Self::Debian { .. } => {
                 let mut cargo = self.program("cargo");
-                self.with_sources(cargo.arg("build"), libraries);
+                self.with_sources(cargo.arg(builds), libraries);
                 cargo
             }
         }

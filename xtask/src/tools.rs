@@ -32,6 +32,20 @@ pub const LLD: Wanted =
 pub const VALGRIND: Wanted =
     Wanted { program: "valgrind", bundle: Bundle { name: "valgrind", packages: &[&["valgrind"]], oldest: "0" } };
 
+/// Makes some symbols of an object local.
+pub const OBJCOPY: Wanted =
+    Wanted { program: "llvm-objcopy", bundle: Bundle { name: "llvm", packages: &[&["llvm"]], oldest: "0" } };
+
+/// The C compiler for a Cortex-M, with a C library.
+pub const ARM_GCC: Wanted = Wanted {
+    program: "arm-none-eabi-gcc",
+    bundle: Bundle { name: "gcc-arm", packages: &[&["gcc-arm-none-eabi", "libnewlib-arm-none-eabi"]], oldest: "0" },
+};
+
+/// Builds what uses a package.
+pub const CMAKE: Wanted =
+    Wanted { program: "cmake", bundle: Bundle { name: "cmake", packages: &[&["cmake"]], oldest: "0" } };
+
 /// A program that is here.
 #[derive(Debug, Clone)]
 pub struct Tool {

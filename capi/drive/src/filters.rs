@@ -1,0 +1,214 @@
+//! The library itself on the same inputs.
+
+use crate::Event;
+use nalgebra::{Vector1, Vector2, Vector3};
+use scphd::{
+    Auv, AuvControl, AuvPose, BearingOnly, Births, Config, ControlNoise, Detector, DetectorMemory, HeadingFix,
+    HeightFix, JointConfig, JointSlam, Mounting, PlanarPose, PolarBirths, PolarGrid, PositionFix, RangeBearing,
+    RangeBearingElevation, RangeBearingLimits, RangeBearingWindow, Reading, Real, ScPhd, ScanRoom, Sensing,
+    SonarLimits, SonarWindow, Step, Symmetric, Unicycle, UnicycleControl, UniformClutter, joint_memory, memory,
+};
+use std::error::Error;
+
+memory! {
+    type Blind: Unicycle<f32> {
+        particles: 32, samples: 2, features { pages: 320, pages_per_map: 32, in_view: 256 },
+        moving { pages: 128, pages_per_map: 16, in_view: 128 },
+    }
+}
+memory! {
+    type Informed: Unicycle<f32> {
+        particles: 4, samples: 1, features { pages: 128, pages_per_map: 32, in_view: 256 },
+        moving { pages: 64, pages_per_map: 16, in_view: 128 },
+    }
+}
+memory! {
+    type Water: Auv<f32> {
+        particles: 16, samples: 1, features { pages: 160, pages_per_map: 24, in_view: 256 },
+    }
+}
+joint_memory! { type Joint: Unicycle<f32> { measurement: Vector2<f32>, features: 40, measurements: 32 } }
+
+type Polar = Sensing<RangeBearing<f32>, RangeBearingWindow<f32>, UniformClutter<f32>>;
+type Direction = Sensing<BearingOnly<f32, PolarBirths<f32>>, RangeBearingWindow<f32>, UniformClutter<f32>>;
+type Spherical = Sensing<RangeBearingElevation<f32>, SonarWindow<f32>, UniformClutter<f32>>;
+type Over<'m, X, Z> = Detector<X, ScanRoom<'m, Z>>;
+
+/// All memory of the filters.
+#[derive(Debug)]
+pub struct Memory {
+    blind: Blind,
+    informed: Informed,
+    joint: Joint,
+    water: Water,
+    lidar: DetectorMemory<Vector2<f32>, 32>,
+    radar: DetectorMemory<Vector2<f32>, 128>,
+    camera: DetectorMemory<Vector1<f32>, 64>,
+    sonar: DetectorMemory<Vector3<f32>, 64>,
+}
+
+impl Memory {
+    /// All zero.
+    pub const NEW: Self = Self {
+        blind: Blind::new(),
+        informed: Informed::new(),
+        joint: Joint::new(),
+        water: Water::new(),
+        lidar: DetectorMemory::new(),
+        radar: DetectorMemory::new(),
+        camera: DetectorMemory::new(),
+        sonar: DetectorMemory::new(),
+    };
+}
+
+/// Four filters and their detectors.
+#[derive(Debug)]
+pub struct Filters<'m> {
+    blind: ScPhd<'m, Unicycle<f32>>,
+    informed: ScPhd<'m, Unicycle<f32>>,
+    joint: JointSlam<'m, Unicycle<f32>, Vector2<f32>>,
+    water: ScPhd<'m, Auv<f32>>,
+    lidar: Over<'m, Polar, Vector2<f32>>,
+    radar: Over<'m, Polar, Vector2<f32>>,
+    camera: Over<'m, Direction, Vector1<f32>>,
+    sonar: Over<'m, Spherical, Vector3<f32>>,
+}
+
+fn polar(range_m: f32, half_width_rad: f32, sigmas: [f32; 2], clutter: f32) -> Result<Polar, Box<dyn Error>> {
+    let field_of_view = RangeBearingWindow::new(RangeBearingLimits {
+        range_edge_m: 3.0 * sigmas[0],
+        bearing_half_width_rad: half_width_rad,
+        bearing_edge_rad: 3.0 * sigmas[1],
+        ..RangeBearingLimits::full_circle(range_m, 0.85)
+    })?;
+    let clutter = UniformClutter::of_scan(clutter, field_of_view.measure())?;
+    Ok(Sensing { sensor: RangeBearing::new(sigmas[0], sigmas[1])?, field_of_view, clutter })
+}
+
+fn direction() -> Result<Direction, Box<dyn Error>> {
+    let grid = PolarGrid { nearest_m: 2.0, farthest_m: 12.0, rings: 3, sectors: 16, weight: 0.0005 };
+    let limits = RangeBearingLimits { bearing_half_width_rad: 2.0, ..RangeBearingLimits::full_circle(12.0, 0.85) };
+    let field_of_view = RangeBearingWindow::new(limits)?;
+    let clutter = UniformClutter::of_scan(1.0, 4.0)?;
+    Ok(Sensing { sensor: BearingOnly::new(0.02, PolarBirths::new(grid)?)?, field_of_view, clutter })
+}
+
+fn spherical() -> Result<Spherical, Box<dyn Error>> {
+    let limits = SonarLimits {
+        range_max_m: 8.0,
+        range_edge_m: 0.15,
+        bearing_half_width_rad: f32::PI,
+        elevation_half_width_rad: 0.5 * f32::PI,
+        angle_edge_rad: 0.0,
+        probability: 0.9,
+    };
+    let clutter = UniformClutter::of_scan(1.0, 8.0 * (2.0 * f32::PI) * f32::PI)?;
+    Ok(Sensing {
+        sensor: RangeBearingElevation::new(0.05, 0.02, 0.02)?,
+        field_of_view: SonarWindow::new(limits)?,
+        clutter,
+    })
+}
+
+impl<'m> Filters<'m> {
+    /// At the beginning.
+    ///
+    /// # Errors
+    /// None: what is configured is in range.
+    pub fn new(memory: &'m mut Memory) -> Result<Self, Box<dyn Error>> {
+        let noise =
+            ControlNoise { speed_sigma_ratio: 0.1, turn_sigma_ratio: 0.1, interval_s: 0.5, ..ControlNoise::NONE };
+        let motion = Unicycle::new(Step::Arc, noise)?;
+        let births = Births { still: 0.002, moving: 0.001 };
+        let lidar = Detector::new(polar(12.0, 2.0, [0.05, 0.01], 2.0)?, births)?;
+        let radar = Detector::new(polar(20.0, 0.8, [0.2, 0.03], 1.0)?, Births::still(0.003))?;
+        let informed = Config { prune_weight: 1e-3, ..Config::informed(4) };
+        let mut filters = Self {
+            blind: ScPhd::new(motion, Config::blind(32, 2), &mut memory.blind)?,
+            informed: ScPhd::new(motion, informed, &mut memory.informed)?,
+            joint: JointSlam::new(motion, JointConfig::default(), &mut memory.joint)?,
+            water: ScPhd::new(Auv::new(0.1, 1.0)?, Config::informed(16), &mut memory.water)?,
+            lidar: lidar.mounted(Mounting::in_plane(0.22, 0.0, 0.5)?)?.over(&mut memory.lidar)?,
+            radar: radar.mounted(Mounting::in_plane(-0.3, 0.1, 3.0)?)?.over(&mut memory.radar)?,
+            camera: Detector::new(direction()?, Births::NONE)?
+                .mounted(Mounting::in_plane(0.22, 0.0, 0.5)?)?
+                .over(&mut memory.camera)?,
+            sonar: Detector::new(spherical()?, Births::still(0.001))?.over(&mut memory.sonar)?,
+        };
+        let start = PlanarPose::new(5.0, 0.0, 1.5);
+        filters.blind.reset(start, 7)?;
+        filters.informed.reset(start, 8)?;
+        filters.joint.reset(start)?;
+        filters.water.reset(AuvPose::new(2.0, 0.0, -1.0, 1.5), 9)?;
+        Ok(filters)
+    }
+
+    /// Takes in one input.
+    ///
+    /// # Errors
+    /// It is refused.
+    pub fn take(&mut self, event: &Event) -> Result<(), Box<dyn Error>> {
+        match event {
+            Event::Predict([speed_mps, rate_radps, dt]) => {
+                let control = UnicycleControl { speed_mps: *speed_mps, rate_radps: *rate_radps };
+                self.blind.predict(&control, *dt)?;
+                self.informed.predict(&control, *dt)?;
+                self.joint.predict(&control, *dt)?;
+            }
+            Event::Lidar(scan) => {
+                let scan: Vec<Vector2<f32>> = scan.iter().map(|&z| z.into()).collect();
+                self.blind.scan(&mut self.lidar, &scan)?;
+                self.informed.scan(&mut self.lidar, &scan)?;
+                self.joint.scan(&self.lidar, &scan)?;
+            }
+            Event::Radar(scan) => {
+                let scan: Vec<Vector2<f32>> = scan.iter().map(|&z| z.into()).collect();
+                self.blind.scan(&mut self.radar, &scan)?;
+                self.informed.scan(&mut self.radar, &scan)?;
+                self.joint.scan(&self.radar, &scan)?;
+            }
+            Event::Camera(scan) => {
+                let scan: Vec<Vector1<f32>> = scan.iter().map(|&z| Vector1::new(z)).collect();
+                self.blind.scan(&mut self.camera, &scan)?;
+            }
+            Event::Position(position) => {
+                let fix = PositionFix::new(0.3)?.gated(25.0)?.mounted(-0.5, 0.1)?;
+                self.blind.observe(&fix, &(*position).into())?;
+                self.informed.observe(&fix, &(*position).into())?;
+                self.joint.observe(&fix, &(*position).into())?;
+            }
+            Event::Heading(heading) => {
+                let heading = Vector1::new(*heading);
+                self.blind.observe(&HeadingFix::new(0.05)?, &heading)?;
+                self.informed.observe(&HeadingFix::new(0.05)?, &heading)?;
+                self.joint.observe(&HeadingFix::new(0.05)?, &heading)?;
+            }
+            Event::Dive([x, y, z, rate, height, dt]) => {
+                let control = AuvControl {
+                    velocity_mps: Vector3::new(*x, *y, *z),
+                    velocity_covariance: Symmetric::from_diagonal([0.01; 3]),
+                    roll_rad: 0.0,
+                    pitch_rad: 0.0,
+                    yaw_rate_radps: Some(Reading { value: *rate, sigma: 0.02 }),
+                    z_m: Some(Reading { value: *height, sigma: 0.05 }),
+                };
+                self.water.predict(&control, *dt)?;
+            }
+            Event::Sonar(scan) => {
+                let scan: Vec<Vector3<f32>> = scan.iter().map(|&z| z.into()).collect();
+                self.water.scan(&mut self.sonar, &scan)?;
+            }
+            Event::Height(height) => {
+                self.water.observe(&HeightFix::new(0.1)?, &Vector1::new(*height))?;
+            }
+            Event::Compare => {}
+        }
+        Ok(())
+    }
+
+    /// The states: of the blind mixture, the informed one, the joint map, the diver.
+    #[must_use]
+    pub fn digests(&self) -> [u64; 4] {
+        [self.blind.digest(), self.informed.digest(), self.joint.digest(), self.water.digest()]
+    }
+}

@@ -1,0 +1,19 @@
+//! Writes the inputs to standard output, and after `=` the states of the library there, in hexadecimal digits.
+
+use scphd_drive::{Event, Filters, Memory, events};
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let mut memory = Box::new(Memory::NEW);
+    let mut filters = Filters::new(&mut memory)?;
+    for event in events() {
+        filters.take(&event)?;
+        match event {
+            Event::Compare => {
+                let states: String = filters.digests().iter().map(|state| format!(" {state:016x}")).collect();
+                println!("= 4{states}");
+            }
+            _ => println!("{}", event.line()),
+        }
+    }
+    Ok(())
+}

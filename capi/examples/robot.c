@@ -1,0 +1,127 @@
+/*
+ * A robot with a lidar and a satellite receiver, by a joint map, in C11 and without any library but this one:
+ *
+ *     cc -std=c11 -I<prefix>/include robot.c -L<prefix>/lib -lscphd -lm
+ *
+ * It goes in circles among twelve posts; its wheels are worn, and it does not know.
+ */
+#include <math.h>
+#include <scphd.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+/* All memory that there is: static, and zero at first. */
+static SCPHD_MEMORY(slam_memory, SCPHD_SIZE_JOINT_40);
+static SCPHD_MEMORY(lidar_memory, SCPHD_SIZE_RANGE_BEARING_32);
+
+/* What a program does about an error is its own affair; this one gives up. */
+static void check(scphd_status status) {
+    if (status != SCPHD_STATUS_OK) {
+        fprintf(stderr, "%s\n", scphd_error_text(status));
+        exit(1);
+    }
+}
+
+static float uniform(void) {
+    static uint32_t state = 1;
+    state = state * 1664525u + 1013904223u;
+    return (float)(state >> 8) / 16777216.0f;
+}
+
+/* Nearly normal: the sum of twelve. */
+static float noise(float sigma) {
+    float sum = -6.0f;
+    for (int draw = 0; draw < 12; draw++) {
+        sum += uniform();
+    }
+    return sigma * sum;
+}
+
+static scphd_joint *start_slam(void) {
+    scphd_joint_config config;
+    scphd_reason reason;
+    scphd_joint *slam = NULL;
+    config.struct_size = sizeof config;
+    reason.struct_size = sizeof reason;
+    check(scphd_joint_defaults(&config));
+    config.vehicle.kind = SCPHD_VEHICLE_ROBOT;
+    config.vehicle.speed_sigma_ratio = 0.1f;
+    config.vehicle.turn_sigma_ratio = 0.1f;
+    config.vehicle.noise_interval_s = 0.5f;
+    scphd_status status = scphd_joint_start(SCPHD_ABI_VERSION, SCPHD_SET_JOINT_40, slam_memory, sizeof slam_memory, &config,
+                                            &reason, &slam);
+    if (status == SCPHD_STATUS_OUT_OF_RANGE) {
+        fprintf(stderr, "%s\n", reason.text);
+    }
+    check(status);
+    check(scphd_joint_reset(slam, 5.0f, 0.0f, 1.5708f));
+    return slam;
+}
+
+static scphd_range_bearing_detector *start_lidar(void) {
+    scphd_range_bearing_config config;
+    scphd_range_bearing_detector *lidar = NULL;
+    config.struct_size = sizeof config;
+    check(scphd_range_bearing_defaults(&config, 12.0f, 0.9f));
+    config.range_sigma_m = 0.05f;
+    config.bearing_sigma_rad = 0.01f;
+    config.window.range_edge_m = 0.15f;
+    config.mounting.forward_m = 0.2f;
+    check(scphd_range_bearing_start(SCPHD_ABI_VERSION, SCPHD_SET_RANGE_BEARING_32, lidar_memory, sizeof lidar_memory, &config,
+                                    NULL, &lidar));
+    return lidar;
+}
+
+int main(void) {
+    scphd_joint *slam = start_slam();
+    scphd_range_bearing_detector *lidar = start_lidar();
+    float posts[12][2];
+    for (int post = 0; post < 12; post++) {
+        posts[post][0] = 20.0f * uniform() - 10.0f;
+        posts[post][1] = 20.0f * uniform() - 10.0f;
+    }
+    const scphd_fix gps = {sizeof gps, 0.3f, 25.0f, 0.0f, 0.0f};
+    float x = 5.0f, y = 0.0f, heading = 1.5708f;
+    scphd_joint_report report;
+    report.struct_size = sizeof report;
+    for (int step = 1; step <= 600; step++) {
+        /* The truth: 1 m/s, 0.2 rad/s, ten times a second. */
+        x += 0.1f * cosf(heading + 0.01f);
+        y += 0.1f * sinf(heading + 0.01f);
+        heading += 0.02f;
+        check(scphd_joint_predict_robot(slam, 1.04f, 0.206f, 0.1f, NULL));
+
+        scphd_range_bearing scan[32];
+        size_t seen = 0;
+        for (int post = 0; post < 12; post++) {
+            float dx = posts[post][0] - x - 0.2f * cosf(heading), dy = posts[post][1] - y - 0.2f * sinf(heading);
+            float range = sqrtf(dx * dx + dy * dy);
+            if (range < 12.0f && uniform() < 0.9f) {
+                scan[seen].range_m = range + noise(0.05f);
+                scan[seen].bearing_rad = remainderf(atan2f(dy, dx) - heading + noise(0.01f), 6.2831853f);
+                seen++;
+            }
+        }
+        scan[seen].range_m = 0.1f + 11.9f * uniform();
+        scan[seen].bearing_rad = 6.2f * uniform() - 3.1f;
+        seen++;
+        check(scphd_joint_scan_range_bearing(slam, lidar, scan, seen, &report));
+        if (report.health != 0) {
+            printf("step %d: health %x\n", step, (unsigned)report.health);
+        }
+        if (step % 100 == 0) {
+            check(scphd_joint_observe_position(slam, &gps, x + noise(0.3f), y + noise(0.3f), NULL));
+        }
+    }
+    scphd_plane_pose pose;
+    scphd_feature features[40];
+    scphd_map map;
+    pose.struct_size = sizeof pose;
+    map.struct_size = sizeof map;
+    check(scphd_joint_estimate_pose(slam, &pose));
+    check(scphd_joint_estimate_map(slam, features, 40, &map));
+    float off = hypotf(pose.x_m - x, pose.y_m - y);
+    printf("%.3f m off after a minute, %u of 12 posts; %d bytes of memory\n", (double)off, (unsigned)map.features,
+           SCPHD_SIZE_JOINT_40 + SCPHD_SIZE_RANGE_BEARING_32);
+    return off < 0.2f && map.features == 12 ? 0 : 1;
+}

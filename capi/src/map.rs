@@ -1,0 +1,150 @@
+//! Estimated maps, in the caller's array.
+
+use crate::pointer::{Out, Versioned};
+use crate::report::count;
+use crate::scphd_status;
+use core::mem::MaybeUninit;
+use nalgebra::{Vector2, Vector3, Vector4};
+use scphd::{Component, MapEstimate, Vector};
+
+/// A feature in the plane.
+#[repr(C)]
+#[derive(Debug, Clone, Copy)]
+pub struct scphd_feature {
+    /// Names it from scan to scan.
+    pub tag: u32,
+    /// How many features it stands for; of a joint map, the probability that it is there.
+    pub weight: f32,
+    /// x, m.
+    pub x_m: f32,
+    /// y, m.
+    pub y_m: f32,
+    /// Covariance: xx, xy, yy, m^2.
+    pub covariance: [f32; 3],
+}
+
+/// A feature in space.
+#[repr(C)]
+#[derive(Debug, Clone, Copy)]
+pub struct scphd_feature_3d {
+    /// Names it from scan to scan.
+    pub tag: u32,
+    /// How many features it stands for.
+    pub weight: f32,
+    /// x, m.
+    pub x_m: f32,
+    /// y, m.
+    pub y_m: f32,
+    /// z, m.
+    pub z_m: f32,
+    /// Covariance: xx, xy, yy, xz, yz, zz, m^2.
+    pub covariance: [f32; 6],
+}
+
+/// A feature that moves in the plane.
+#[repr(C)]
+#[derive(Debug, Clone, Copy)]
+pub struct scphd_mover {
+    /// Names it from scan to scan.
+    pub tag: u32,
+    /// How many features it stands for.
+    pub weight: f32,
+    /// x, m.
+    pub x_m: f32,
+    /// y, m.
+    pub y_m: f32,
+    /// Along x, m/s.
+    pub vx_mps: f32,
+    /// Along y, m/s.
+    pub vy_mps: f32,
+    /// Covariance, its lower triangle row after row: xx; xy, yy; then of vx and of vy with all before them.
+    pub covariance: [f32; 10],
+}
+
+/// What there is to a map beside the features.
+#[repr(C)]
+#[derive(Debug, Clone, Copy)]
+pub struct scphd_map {
+    /// `sizeof(scphd_map)`, set by the caller.
+    pub struct_size: u32,
+    /// Features written to the array.
+    pub features: u32,
+    /// Features left out because it was too small.
+    pub left_out: u32,
+    /// The expected number of features.
+    pub expected_features: f32,
+}
+
+impl scphd_map {
+    pub(crate) fn of(estimate: MapEstimate<f32>) -> Self {
+        Self {
+            struct_size: Self::STRUCT_SIZE,
+            features: count(estimate.features),
+            left_out: count(estimate.left_out),
+            expected_features: estimate.expected_features,
+        }
+    }
+}
+
+/// Has the library write components into the caller's array, and puts features in their places.
+pub(crate) fn write<N: Vector<Scalar = f32>, F: From<Component<N>>>(
+    array: &mut Out<F>,
+    capacity: usize,
+    map: &mut Out<scphd_map>,
+    estimate: impl FnOnce(&mut [Component<N>]) -> MapEstimate<f32>,
+) -> Result<(), scphd_status> {
+    let map = map.get()?;
+    *map = scphd_map::of(array.written_as(capacity, Component::ZERO, estimate)?);
+    Ok(())
+}
+
+/// Writes as many as there is room for.
+pub(crate) fn write_each<F>(
+    room: &mut [MaybeUninit<F>],
+    features: impl Iterator<Item = F>,
+    expected_features: f32,
+) -> MapEstimate<f32> {
+    let (mut written, mut left_out) = (0, 0);
+    let mut slots = room.iter_mut();
+    for feature in features {
+        match slots.next() {
+            Some(slot) => {
+                slot.write(feature);
+                written += 1;
+            }
+            None => left_out += 1,
+        }
+    }
+    MapEstimate { expected_features, features: written, left_out }
+}
+
+/// The lower triangle, row after row.
+fn lower<const N: usize, V: Vector<Scalar = f32>>(component: &Component<V>) -> [f32; N] {
+    let mut numbers = component.covariance.as_lower().iter();
+    core::array::from_fn(|_| numbers.next().copied().unwrap_or(0.0))
+}
+
+fn weight<V: Vector<Scalar = f32>>(component: &Component<V>) -> f32 {
+    scphd::Real::exp(component.ln_weight)
+}
+
+impl From<Component<Vector2<f32>>> for scphd_feature {
+    fn from(component: Component<Vector2<f32>>) -> Self {
+        let [[x_m, y_m]] = component.mean.data.0;
+        Self { tag: component.tag, weight: weight(&component), x_m, y_m, covariance: lower(&component) }
+    }
+}
+
+impl From<Component<Vector3<f32>>> for scphd_feature_3d {
+    fn from(component: Component<Vector3<f32>>) -> Self {
+        let [[x_m, y_m, z_m]] = component.mean.data.0;
+        Self { tag: component.tag, weight: weight(&component), x_m, y_m, z_m, covariance: lower(&component) }
+    }
+}
+
+impl From<Component<Vector4<f32>>> for scphd_mover {
+    fn from(component: Component<Vector4<f32>>) -> Self {
+        let [[x_m, y_m, vx_mps, vy_mps]] = component.mean.data.0;
+        Self { tag: component.tag, weight: weight(&component), x_m, y_m, vx_mps, vy_mps, covariance: lower(&component) }
+    }
+}

@@ -1,0 +1,198 @@
+//! What a step did, in numbers of 32 bits.
+
+use crate::pointer::Versioned;
+use scphd::{JointReport, PredictReport, ScanReport};
+
+/// No candidate explained the scan: the vehicle is lost, or the intensities of clutter and births are both zero.
+pub const SCPHD_HEALTH_UNEXPLAINED_SCAN: u32 = 1;
+/// The pose hangs on a single sample.
+pub const SCPHD_HEALTH_DEGENERATE: u32 = 2;
+/// A map had so little room that components were dropped.
+pub const SCPHD_HEALTH_PRUNING_TIGHTENED: u32 = 4;
+/// A map was left as predicted for want of room.
+pub const SCPHD_HEALTH_MAP_NOT_UPDATED: u32 = 8;
+/// Components were lost for want of room.
+pub const SCPHD_HEALTH_COMPONENTS_LOST: u32 = 16;
+/// Rounding had spoilt a covariance; it was repaired.
+pub const SCPHD_HEALTH_COVARIANCE_REPAIRED: u32 = 32;
+/// A pose left the range of single precision, and stayed where it was.
+pub const SCPHD_HEALTH_POSE_REJECTED: u32 = 64;
+/// Innovations are more than twice what their covariances say: the noise is set too low, or the vehicle is elsewhere.
+pub const SCPHD_HEALTH_INNOVATION_HIGH: u32 = 128;
+/// Predictions since the scan before were refused.
+pub const SCPHD_HEALTH_PREDICTION_REFUSED: u32 = 256;
+
+/// What a prediction did.
+#[repr(C)]
+#[derive(Debug, Clone, Copy)]
+pub struct scphd_predict_report {
+    /// `sizeof(scphd_predict_report)`, set by the caller.
+    pub struct_size: u32,
+    /// Bits of `SCPHD_HEALTH_...`; 0 is good.
+    pub health: u32,
+    /// Candidates after it.
+    pub candidates: u32,
+    /// Candidates that stayed where they were, for their pose left the range of single precision.
+    pub rejected: u32,
+    /// Predictions refused since the last scan.
+    pub refused: u32,
+}
+
+/// What a scan of a mixture did.
+#[repr(C)]
+#[derive(Debug, Clone, Copy)]
+pub struct scphd_scan_report {
+    /// `sizeof(scphd_scan_report)`, set by the caller.
+    pub struct_size: u32,
+    /// Bits of `SCPHD_HEALTH_...`; 0 is good.
+    pub health: u32,
+    /// Measurements in the scan.
+    pub measurements: u32,
+    /// Measurements that could not give birth.
+    pub no_birth: u32,
+    /// Predictions refused since the scan before.
+    pub refused: u32,
+    /// Candidates weighed.
+    pub candidates: u32,
+    /// Most components in view of a candidate.
+    pub in_view: u32,
+    /// Particles that go on.
+    pub particles: u32,
+    /// Whether they were resampled: 0 or 1.
+    pub resampled: u32,
+    /// Components born and kept.
+    pub births: u32,
+    /// Components merged into another.
+    pub merged: u32,
+    /// Components that found no room.
+    pub lost: u32,
+    /// Pages of features in use after the scan, and in all.
+    pub pages_used: u32,
+    /// See `pages_used`.
+    pub pages: u32,
+    /// Pages of moving features in use after the scan, and in all.
+    pub moving_pages_used: u32,
+    /// See `moving_pages_used`.
+    pub moving_pages: u32,
+    /// Effective number of candidates before any resampling.
+    pub n_eff: f32,
+    /// Logarithm of the scan's likelihood, up to a constant; minus infinity where no candidate explains it.
+    pub ln_evidence: f32,
+    /// Mean squared innovation by its covariance, per dimension; about 1 for a consistent filter, 0 where nothing was detected.
+    pub innovation: f32,
+}
+
+/// What a scan of a joint map did.
+#[repr(C)]
+#[derive(Debug, Clone, Copy)]
+pub struct scphd_joint_report {
+    /// `sizeof(scphd_joint_report)`, set by the caller.
+    pub struct_size: u32,
+    /// Bits of `SCPHD_HEALTH_...`; 0 is good.
+    pub health: u32,
+    /// Measurements in the scan.
+    pub measurements: u32,
+    /// Features in view before it.
+    pub in_view: u32,
+    /// Predictions refused since the scan before.
+    pub refused: u32,
+    /// Features born.
+    pub births: u32,
+    /// Features dropped.
+    pub dropped: u32,
+    /// Features that turned out to be another one.
+    pub merged: u32,
+    /// Features for which there was no room.
+    pub lost: u32,
+    /// Features after the scan.
+    pub features: u32,
+    /// Logarithm of the scan's likelihood, up to a constant.
+    pub ln_evidence: f32,
+    /// As of `scphd_scan_report`.
+    pub innovation: f32,
+}
+
+/// A count in 32 bits.
+pub(crate) fn count(count: usize) -> u32 {
+    u32::try_from(count).unwrap_or(u32::MAX)
+}
+
+impl From<PredictReport> for scphd_predict_report {
+    fn from(report: PredictReport) -> Self {
+        Self {
+            struct_size: Self::STRUCT_SIZE,
+            health: u32::from(report.health.bits()),
+            candidates: count(report.candidates),
+            rejected: count(report.rejected),
+            refused: count(report.refused),
+        }
+    }
+}
+
+impl From<ScanReport<f32>> for scphd_scan_report {
+    fn from(report: ScanReport<f32>) -> Self {
+        Self {
+            struct_size: Self::STRUCT_SIZE,
+            health: u32::from(report.health.bits()),
+            measurements: count(report.measurements),
+            no_birth: count(report.no_birth),
+            refused: count(report.refused),
+            candidates: count(report.candidates),
+            in_view: count(report.in_view),
+            particles: count(report.particles),
+            resampled: u32::from(report.resampled),
+            births: count(report.births),
+            merged: count(report.merged),
+            lost: count(report.lost),
+            pages_used: count(report.pages_used),
+            pages: count(report.pages),
+            moving_pages_used: count(report.moving_pages_used),
+            moving_pages: count(report.moving_pages),
+            n_eff: report.n_eff,
+            ln_evidence: report.ln_evidence,
+            innovation: report.innovation,
+        }
+    }
+}
+
+impl From<JointReport<f32>> for scphd_joint_report {
+    fn from(report: JointReport<f32>) -> Self {
+        Self {
+            struct_size: Self::STRUCT_SIZE,
+            health: u32::from(report.health.bits()),
+            measurements: count(report.measurements),
+            in_view: count(report.in_view),
+            refused: count(report.refused),
+            births: count(report.births),
+            dropped: count(report.dropped),
+            merged: count(report.merged),
+            lost: count(report.lost),
+            features: count(report.features),
+            ln_evidence: report.ln_evidence,
+            innovation: report.innovation,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use scphd::Health;
+
+    #[test]
+    fn conditions_have_the_bits_of_the_library() {
+        let of_c = [
+            (SCPHD_HEALTH_UNEXPLAINED_SCAN, Health::UNEXPLAINED_SCAN),
+            (SCPHD_HEALTH_DEGENERATE, Health::DEGENERATE),
+            (SCPHD_HEALTH_PRUNING_TIGHTENED, Health::PRUNING_TIGHTENED),
+            (SCPHD_HEALTH_MAP_NOT_UPDATED, Health::MAP_NOT_UPDATED),
+            (SCPHD_HEALTH_COMPONENTS_LOST, Health::COMPONENTS_LOST),
+            (SCPHD_HEALTH_COVARIANCE_REPAIRED, Health::COVARIANCE_REPAIRED),
+            (SCPHD_HEALTH_POSE_REJECTED, Health::POSE_REJECTED),
+            (SCPHD_HEALTH_INNOVATION_HIGH, Health::INNOVATION_HIGH),
+            (SCPHD_HEALTH_PREDICTION_REFUSED, Health::PREDICTION_REFUSED),
+        ];
+        assert!(of_c.iter().all(|(bit, condition)| *bit == u32::from(condition.bits())));
+        assert_eq!(of_c.len(), Health::all().count());
+    }
+}

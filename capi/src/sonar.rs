@@ -1,0 +1,164 @@
+//! Detectors of range, bearing and elevation in space.
+
+use crate::detector::Parts;
+use crate::memory::{Entry, Handle, Memory, hand_out};
+use crate::pointer::{Bytes, In, Out};
+use crate::reason::Reason;
+use crate::sets::in_sonar;
+use crate::{scphd_mounting, scphd_reason, scphd_status, version};
+use nalgebra::Vector3;
+use scphd::{
+    Births, Detector, ModelError, RangeBearingElevation, ScanRoom, Sensing, SonarLimits, SonarWindow, UniformClutter,
+};
+
+/// A detector of range, bearing and elevation, in its memory.
+#[derive(Debug)]
+pub struct scphd_sonar_detector {
+    _opaque: [u8; 0],
+}
+
+/// One measurement.
+#[repr(C)]
+#[derive(Debug, Clone, Copy)]
+pub struct scphd_sonar {
+    /// m.
+    pub range_m: f32,
+    /// 0 ahead, growing to the left, rad.
+    pub bearing_rad: f32,
+    /// 0 level, growing upwards, rad.
+    pub elevation_rad: f32,
+}
+
+/// What there is to say of such a sensor.
+#[repr(C)]
+#[derive(Debug, Clone, Copy)]
+pub struct scphd_sonar_config {
+    /// `sizeof(scphd_sonar_config)`, set by the caller.
+    pub struct_size: u32,
+    /// Standard deviation of the range, m.
+    pub range_sigma_m: f32,
+    /// Standard deviation of the bearing, rad.
+    pub bearing_sigma_rad: f32,
+    /// Standard deviation of the elevation, rad.
+    pub elevation_sigma_rad: f32,
+    /// Greatest range, m.
+    pub range_max_m: f32,
+    /// Half width of the soft edge at it, m.
+    pub range_edge_m: f32,
+    /// Half width of the window in bearing, rad; pi or more for all around.
+    pub bearing_half_width_rad: f32,
+    /// Half width of the window in elevation, rad; pi/2 or more for everything.
+    pub elevation_half_width_rad: f32,
+    /// Half width of the soft edges in bearing and elevation, rad.
+    pub angle_edge_rad: f32,
+    /// Probability of detection, in [0, 1).
+    pub probability: f32,
+    /// False measurements to expect of a scan.
+    pub clutter_per_scan: f32,
+    /// Intensity of births of features that stand still, 1/(m rad^2).
+    pub births_still: f32,
+    /// Where it sits.
+    pub mounting: scphd_mounting,
+}
+
+/// The models of such a sensor.
+pub(crate) type Spherical = Sensing<RangeBearingElevation<f32>, SonarWindow<f32>, UniformClutter<f32>>;
+
+impl Handle for scphd_sonar_detector {
+    type Inner = Detector<Spherical, ScanRoom<'static, Vector3<f32>>>;
+    const KIND: u32 = 6;
+}
+
+/// Range × bearing × elevation of a window, m rad².
+fn measure(range_max_m: f32, bearing_half_width_rad: f32, elevation_half_width_rad: f32) -> f32 {
+    let bearing = bearing_half_width_rad.min(core::f32::consts::PI);
+    let elevation = elevation_half_width_rad.min(core::f32::consts::FRAC_PI_2);
+    range_max_m * (bearing + bearing) * (elevation + elevation)
+}
+
+impl scphd_sonar_config {
+    fn sensing(&self) -> Result<Spherical, ModelError> {
+        let sensor = RangeBearingElevation::new(self.range_sigma_m, self.bearing_sigma_rad, self.elevation_sigma_rad)?;
+        let field_of_view = SonarWindow::new(SonarLimits {
+            range_max_m: self.range_max_m,
+            range_edge_m: self.range_edge_m,
+            bearing_half_width_rad: self.bearing_half_width_rad,
+            elevation_half_width_rad: self.elevation_half_width_rad,
+            angle_edge_rad: self.angle_edge_rad,
+            probability: self.probability,
+        })?;
+        let measure = measure(self.range_max_m, self.bearing_half_width_rad, self.elevation_half_width_rad);
+        let clutter = UniformClutter::of_scan(self.clutter_per_scan, measure)?;
+        Ok(Sensing { sensor, field_of_view, clutter })
+    }
+
+    fn detector(&self, reason: &mut Reason<'_>) -> Result<Detector<Spherical>, scphd_status> {
+        let sensing = self.sensing().map_err(|error| reason.model(error))?;
+        Parts { sensing, births: Births::still(self.births_still), mounting: &self.mounting }.detector(reason)
+    }
+}
+
+/// A detector that sees nothing, where the library asks for one and does not look at it.
+pub(crate) fn blind() -> Result<Detector<Spherical>, ModelError> {
+    let limits = SonarLimits {
+        range_max_m: 1.0,
+        range_edge_m: 0.0,
+        bearing_half_width_rad: 1.0,
+        elevation_half_width_rad: 1.0,
+        angle_edge_rad: 0.0,
+        probability: 0.0,
+    };
+    let (field_of_view, clutter) = (SonarWindow::new(limits)?, UniformClutter::of_scan(0.0, 1.0)?);
+    let sensor = RangeBearingElevation::new(1.0, 1.0, 1.0)?;
+    Detector::new(Sensing { sensor, field_of_view, clutter }, Births::NONE)
+}
+
+/// A sonar that sees everything as far as this, m, with this probability of detection, in [0, 1): one false measurement a scan, one in ten
+/// scans of a feature that is new, seated where the pose is. The standard deviations of its noise are left 0, which is out of range:
+/// set them.
+#[unsafe(no_mangle)]
+pub extern "C" fn scphd_sonar_defaults(
+    mut config: Out<scphd_sonar_config>,
+    range_max_m: f32,
+    probability: f32,
+) -> scphd_status {
+    use core::f32::consts::{FRAC_PI_2, PI};
+    scphd_status::of(config.get().map(|config| {
+        *config = scphd_sonar_config {
+            struct_size: config.struct_size,
+            range_sigma_m: 0.0,
+            bearing_sigma_rad: 0.0,
+            elevation_sigma_rad: 0.0,
+            range_max_m,
+            range_edge_m: 0.0,
+            bearing_half_width_rad: PI,
+            elevation_half_width_rad: FRAC_PI_2,
+            angle_edge_rad: 0.0,
+            probability,
+            clutter_per_scan: 1.0,
+            births_still: 0.1 / measure(range_max_m, PI, FRAC_PI_2),
+            mounting: scphd_mounting::NONE,
+        };
+    }))
+}
+
+/// Starts a detector in this memory: `abi_version` is `SCPHD_ABI_VERSION`, `set` one of `SCPHD_SET_SONAR_...`. The reason may be null.
+/// Writes the handle to `detector`, or null.
+#[unsafe(no_mangle)]
+pub extern "C" fn scphd_sonar_start(
+    abi_version: u32,
+    set: u32,
+    memory: Bytes,
+    size_bytes: usize,
+    config: In<scphd_sonar_config>,
+    mut reason: Out<scphd_reason>,
+    detector: Out<*mut scphd_sonar_detector>,
+) -> scphd_status {
+    scphd_status::of(hand_out(detector, || {
+        version::check(abi_version)?;
+        let mut reason = Reason::of(&mut reason)?;
+        let memory = Memory::of::<scphd_sonar_detector>(memory, size_bytes, set, Entry::Start)?;
+        let detector = config.get()?.detector(&mut reason)?;
+        in_sonar!(memory, |room| detector.over(room).map_err(|error| reason.setup(error)))
+    }))
+}

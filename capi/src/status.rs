@@ -1,0 +1,221 @@
+//! How a call ended.
+
+use core::ffi::{CStr, c_char};
+use scphd::{ObserveError, PredictError, ResetError, ScanError, SetupError};
+
+/// How a call ended. What is refused leaves the filter as it was, but for the time of a prediction: see `scphd_plane_predict_car`.
+#[repr(i32)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum scphd_status {
+    /// As asked.
+    Ok = 0,
+    /// A pointer is null that must not be.
+    NullPointer = 1,
+    /// A pointer is not aligned as its type asks for.
+    Misaligned = 2,
+    /// The memory is smaller than its set needs.
+    MemoryTooSmall = 3,
+    /// There is no such set, or it is not one of this function.
+    UnknownSet = 4,
+    /// Something runs in this memory already. Release it first.
+    AlreadyStarted = 5,
+    /// Nothing was started in this memory, or it was copied from elsewhere.
+    NotStarted = 6,
+    /// What runs in this memory is of another kind, or of another set.
+    WrongMemory = 7,
+    /// Another call works on the same memory: an interrupt, or a second thread.
+    Busy = 8,
+    /// The last call did not come to its end, so that what it left cannot be gone on from. Start anew.
+    Interrupted = 9,
+    /// `struct_size` is not the size that this library knows: not set, or of another version of the header.
+    WrongStructSize = 10,
+    /// The header is of another version than the library.
+    WrongVersion = 11,
+    /// An array is longer than memory can be.
+    ArrayTooLong = 12,
+    /// A field is out of range; the reason names it.
+    OutOfRange = 20,
+    /// More particles or candidates are configured than the set has room for.
+    TooManyParticles = 21,
+    /// Births of features that move are above 0, and the set has no room for such.
+    NoRoomForMoving = 22,
+    /// What the memory holds is of another configuration than is given.
+    OtherConfiguration = 23,
+    /// What the memory holds is damaged.
+    Damaged = 24,
+    /// A pose is not finite, or a coordinate above 1e8.
+    BadPose = 25,
+    /// The filter has not been reset to a pose yet.
+    NotReset = 26,
+    /// The time step is negative or not finite.
+    BadTimeStep = 27,
+    /// A control is not finite or outside of the motion's domain, or of another vehicle than is configured.
+    BadControl = 28,
+    /// No vehicle makes such a step.
+    Implausible = 29,
+    /// The scan has more measurements than its detector has room for.
+    TooManyMeasurements = 30,
+    /// A measurement is not finite.
+    BadMeasurement = 31,
+    /// The noise of a sensor or a fix is not positive definite.
+    BadNoise = 32,
+    /// Refused for another reason.
+    Refused = 99,
+}
+
+impl scphd_status {
+    fn text(self) -> &'static CStr {
+        match self {
+            Self::Ok => c"ok",
+            Self::NullPointer => c"a pointer is null",
+            Self::Misaligned => c"a pointer is not aligned",
+            Self::MemoryTooSmall => c"the memory is too small for its set",
+            Self::UnknownSet => c"there is no such set for this function",
+            Self::AlreadyStarted => c"something runs in this memory already: release it first",
+            Self::NotStarted => c"nothing was started in this memory",
+            Self::WrongMemory => c"what runs in this memory is of another kind or set",
+            Self::Busy => c"another call works on the same memory",
+            Self::Interrupted => c"the last call did not come to its end: start anew",
+            Self::WrongStructSize => c"struct_size is not the size that the library knows",
+            Self::WrongVersion => c"header and library are of different versions",
+            Self::ArrayTooLong => c"an array is longer than memory can be",
+            Self::OutOfRange => c"a field is out of range",
+            Self::TooManyParticles => c"more particles or candidates than the set has room for",
+            Self::NoRoomForMoving => c"births of moving features, and no room for them",
+            Self::OtherConfiguration => c"the memory holds a filter of another configuration",
+            Self::Damaged => c"what the memory holds is damaged",
+            Self::BadPose => c"a pose is not finite or too far away",
+            Self::NotReset => c"the filter has not been reset to a pose yet",
+            Self::BadTimeStep => c"the time step is negative or not finite",
+            Self::BadControl => c"a control is not finite, out of its domain or of another vehicle",
+            Self::Implausible => c"no vehicle makes such a step",
+            Self::TooManyMeasurements => c"more measurements than the detector has room for",
+            Self::BadMeasurement => c"a measurement is not finite",
+            Self::BadNoise => c"noise is not positive definite",
+            Self::Refused => c"refused",
+        }
+    }
+
+    /// All of them.
+    const ALL: [Self; 27] = [
+        Self::Ok,
+        Self::NullPointer,
+        Self::Misaligned,
+        Self::MemoryTooSmall,
+        Self::UnknownSet,
+        Self::AlreadyStarted,
+        Self::NotStarted,
+        Self::WrongMemory,
+        Self::Busy,
+        Self::Interrupted,
+        Self::WrongStructSize,
+        Self::WrongVersion,
+        Self::ArrayTooLong,
+        Self::OutOfRange,
+        Self::TooManyParticles,
+        Self::NoRoomForMoving,
+        Self::OtherConfiguration,
+        Self::Damaged,
+        Self::BadPose,
+        Self::NotReset,
+        Self::BadTimeStep,
+        Self::BadControl,
+        Self::Implausible,
+        Self::TooManyMeasurements,
+        Self::BadMeasurement,
+        Self::BadNoise,
+        Self::Refused,
+    ];
+
+    /// `Ok` as a status.
+    pub(crate) fn of(result: Result<(), Self>) -> Self {
+        result.map_or_else(|status| status, |()| Self::Ok)
+    }
+}
+
+/// What a status means, in one line of English; any number may be given. The text lasts as long as the program.
+#[unsafe(no_mangle)]
+pub extern "C" fn scphd_error_text(status: i32) -> *const c_char {
+    let known = scphd_status::ALL.iter().find(|known| **known as i32 == status);
+    known.map_or(c"not a status of this library", |known| known.text()).as_ptr()
+}
+
+impl From<SetupError> for scphd_status {
+    fn from(error: SetupError) -> Self {
+        match error {
+            SetupError::Config(_) | SetupError::Model(_) => Self::OutOfRange,
+            SetupError::TooManyParticles { .. } | SetupError::TooManyCandidates { .. } => Self::TooManyParticles,
+            SetupError::NoRoomForMoving => Self::NoRoomForMoving,
+            SetupError::HeldParticles { .. } | SetupError::HeldSamples { .. } | SetupError::HeldSpread => {
+                Self::OtherConfiguration
+            }
+            SetupError::HeldDamaged(_) => Self::Damaged,
+            _ => Self::Refused,
+        }
+    }
+}
+
+impl From<ResetError> for scphd_status {
+    fn from(error: ResetError) -> Self {
+        match error {
+            ResetError::NonFinitePose => Self::BadPose,
+            ResetError::Covariance => Self::BadNoise,
+            ResetError::NotStarted => Self::NotReset,
+            _ => Self::Refused,
+        }
+    }
+}
+
+impl From<PredictError> for scphd_status {
+    fn from(error: PredictError) -> Self {
+        match error {
+            PredictError::NotStarted => Self::NotReset,
+            PredictError::TimeStep => Self::BadTimeStep,
+            PredictError::Control => Self::BadControl,
+            PredictError::Implausible(_) => Self::Implausible,
+            _ => Self::Refused,
+        }
+    }
+}
+
+impl From<ScanError> for scphd_status {
+    fn from(error: ScanError) -> Self {
+        match error {
+            ScanError::NotStarted => Self::NotReset,
+            ScanError::TooManyMeasurements { .. } => Self::TooManyMeasurements,
+            ScanError::NonFinite { .. } => Self::BadMeasurement,
+            ScanError::SensorNoise => Self::BadNoise,
+            ScanError::NoRoomForMoving => Self::NoRoomForMoving,
+            _ => Self::Refused,
+        }
+    }
+}
+
+impl From<ObserveError> for scphd_status {
+    fn from(error: ObserveError) -> Self {
+        match error {
+            ObserveError::NotStarted => Self::NotReset,
+            ObserveError::NonFinite => Self::BadMeasurement,
+            ObserveError::Noise => Self::BadNoise,
+            _ => Self::Refused,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_status_has_a_text_and_a_number_of_its_own() {
+        for (place, status) in scphd_status::ALL.iter().enumerate() {
+            for other in &scphd_status::ALL[..place] {
+                assert!(*status as i32 != *other as i32 && status.text() != other.text());
+            }
+        }
+        let source = include_str!("status.rs");
+        let (_, after) = source.split_once("pub enum scphd_status {").unwrap();
+        let (variants, _) = after.split_once("\n}").unwrap();
+        assert_eq!(variants.matches(" = ").count(), scphd_status::ALL.len());
+    }
+}

@@ -1,0 +1,167 @@
+//! Vehicles in the plane: a car or a robot, as one motion.
+
+use crate::reason::Reason;
+use crate::scphd_status;
+use nalgebra::Vector3;
+use scphd::{
+    Ackermann, AckermannControl, AckermannGeometry, ControlNoise, Linearised, ModelError, Motion, Noise, PlanarPose,
+    Plausible, Rates, Step, Unicycle, UnicycleControl,
+};
+
+/// A car: speed of a wheel's encoder and steering angle (5.25-5.27).
+pub const SCPHD_VEHICLE_CAR: u32 = 1;
+/// A robot that turns in place: speed and turn rate, along exact arcs.
+pub const SCPHD_VEHICLE_ROBOT: u32 = 2;
+
+/// A vehicle in the plane, and the noise of its odometry.
+#[repr(C)]
+#[derive(Debug, Clone, Copy)]
+pub struct scphd_vehicle {
+    /// `SCPHD_VEHICLE_CAR` or `SCPHD_VEHICLE_ROBOT`.
+    pub kind: u32,
+    /// Of a car: wheelbase L, m.
+    pub wheelbase_m: f32,
+    /// Of a car: offset H of the wheel encoder from the centreline, m.
+    pub encoder_offset_m: f32,
+    /// Of a car: how far ahead of the rear axle its pose is, m.
+    pub pose_forward_m: f32,
+    /// Of a car: how far left of the centreline its pose is, m.
+    pub pose_left_m: f32,
+    /// Standard deviation of the speed, m/s.
+    pub speed_sigma_mps: f32,
+    /// The same as a share of the speed; adds in quadrature.
+    pub speed_sigma_ratio: f32,
+    /// Standard deviation of a car's steering angle, rad, or of a robot's turn rate, rad/s.
+    pub turn_sigma: f32,
+    /// The same as a share of it; adds in quadrature.
+    pub turn_sigma_ratio: f32,
+    /// How long an error lasts, s. 0: drawn anew in every prediction.
+    pub noise_interval_s: f32,
+}
+
+/// What no vehicle does. A prediction beyond it is refused; infinite: no limit.
+#[repr(C)]
+#[derive(Debug, Clone, Copy)]
+pub struct scphd_plausible {
+    /// Longest step, s.
+    pub step_max_s: f32,
+    /// Greatest speed, m/s.
+    pub speed_max_mps: f32,
+    /// Greatest turn rate, rad/s.
+    pub turn_rate_max_radps: f32,
+    /// Greatest distance of one step, m.
+    pub jump_max_m: f32,
+}
+
+impl scphd_plausible {
+    pub(crate) fn of(limits: Plausible<f32>) -> Self {
+        let Plausible { step_max_s, speed_max_mps, turn_rate_max_radps, jump_max_m } = limits;
+        Self { step_max_s, speed_max_mps, turn_rate_max_radps, jump_max_m }
+    }
+
+    pub(crate) fn limits(&self) -> Plausible<f32> {
+        let Self { step_max_s, speed_max_mps, turn_rate_max_radps, jump_max_m } = *self;
+        Plausible { step_max_s, speed_max_mps, turn_rate_max_radps, jump_max_m }
+    }
+}
+
+impl scphd_vehicle {
+    /// A robot without noise, which the caller sets.
+    pub(crate) const DEFAULT: Self = Self {
+        kind: SCPHD_VEHICLE_ROBOT,
+        wheelbase_m: 1.0,
+        encoder_offset_m: 0.0,
+        pose_forward_m: 0.0,
+        pose_left_m: 0.0,
+        speed_sigma_mps: 0.0,
+        speed_sigma_ratio: 0.0,
+        turn_sigma: 0.0,
+        turn_sigma_ratio: 0.0,
+        noise_interval_s: 0.0,
+    };
+
+    pub(crate) fn motion(&self, reason: &mut Reason<'_>) -> Result<Vehicle, scphd_status> {
+        let noise = ControlNoise {
+            speed_sigma_mps: self.speed_sigma_mps,
+            speed_sigma_ratio: self.speed_sigma_ratio,
+            turn_sigma: self.turn_sigma,
+            turn_sigma_ratio: self.turn_sigma_ratio,
+            interval_s: self.noise_interval_s,
+        };
+        let geometry = AckermannGeometry {
+            wheelbase_m: self.wheelbase_m,
+            encoder_offset_m: self.encoder_offset_m,
+            sensor_forward_m: self.pose_forward_m,
+            sensor_left_m: self.pose_left_m,
+        };
+        let motion: Result<Vehicle, ModelError> = match self.kind {
+            SCPHD_VEHICLE_CAR => Ackermann::new(geometry, noise).map(Vehicle::Car),
+            SCPHD_VEHICLE_ROBOT => Unicycle::new(Step::Arc, noise).map(Vehicle::Robot),
+            _ => return Err(reason.field("vehicle.kind", "one of SCPHD_VEHICLE_...")),
+        };
+        motion.map_err(|error| reason.model(error))
+    }
+}
+
+/// Either vehicle.
+#[derive(Debug, Clone, Copy)]
+pub enum Vehicle {
+    /// A car.
+    Car(Ackermann<f32>),
+    /// A robot.
+    Robot(Unicycle<f32>),
+}
+
+/// The control of either vehicle.
+#[derive(Debug, Clone, Copy)]
+pub enum VehicleControl {
+    /// Of a car.
+    Car(AckermannControl<f32>),
+    /// Of a robot.
+    Robot(UnicycleControl<f32>),
+}
+
+impl Motion for Vehicle {
+    type Pose = PlanarPose<f32>;
+    type Control = VehicleControl;
+
+    fn admits(&self, control: &VehicleControl) -> bool {
+        match (self, control) {
+            (Self::Car(car), VehicleControl::Car(control)) => car.admits(control),
+            (Self::Robot(robot), VehicleControl::Robot(control)) => robot.admits(control),
+            _ => false,
+        }
+    }
+
+    fn rates(&self, control: &VehicleControl) -> Rates<f32> {
+        match (self, control) {
+            (Self::Car(car), VehicleControl::Car(control)) => car.rates(control),
+            (Self::Robot(robot), VehicleControl::Robot(control)) => robot.rates(control),
+            _ => Rates::NONE,
+        }
+    }
+
+    fn propagate(&self, pose: &PlanarPose<f32>, control: &VehicleControl, dt: f32) -> PlanarPose<f32> {
+        match (self, control) {
+            (Self::Car(car), VehicleControl::Car(control)) => car.propagate(pose, control, dt),
+            (Self::Robot(robot), VehicleControl::Robot(control)) => robot.propagate(pose, control, dt),
+            _ => *pose,
+        }
+    }
+
+    fn sample(&self, pose: &PlanarPose<f32>, control: &VehicleControl, dt: f32, noise: &mut Noise) -> PlanarPose<f32> {
+        match (self, control) {
+            (Self::Car(car), VehicleControl::Car(control)) => car.sample(pose, control, dt, noise),
+            (Self::Robot(robot), VehicleControl::Robot(control)) => robot.sample(pose, control, dt, noise),
+            _ => *pose,
+        }
+    }
+
+    fn linearise(&self, pose: &PlanarPose<f32>, control: &VehicleControl, dt: f32) -> Linearised<Vector3<f32>> {
+        match (self, control) {
+            (Self::Car(car), VehicleControl::Car(control)) => car.linearise(pose, control, dt),
+            (Self::Robot(robot), VehicleControl::Robot(control)) => robot.linearise(pose, control, dt),
+            _ => Linearised { transition: nalgebra::Matrix3::identity(), noise: scphd::Symmetric::ZERO },
+        }
+    }
+}

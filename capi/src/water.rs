@@ -1,0 +1,279 @@
+//! The mixture (`ScPhd`) for a vehicle under water.
+
+use crate::memory::{Entry, Handle, Memory, hand_out};
+use crate::pointer::{Bytes, Handed, In, Out, tell};
+use crate::reason::Reason;
+use crate::sets::in_water;
+use crate::{
+    map, scphd_feature_3d, scphd_fix, scphd_fix_report, scphd_map, scphd_predict_report, scphd_reason,
+    scphd_scan_report, scphd_sonar, scphd_sonar_detector, scphd_status, scphd_tuning, scphd_water_pose, sonar, version,
+};
+use nalgebra::{Vector1, Vector3};
+use scphd::{Auv, AuvControl, AuvPose, Config, Reading, ScPhd, Symmetric};
+
+/// A mixture under water, in its memory.
+#[derive(Debug)]
+pub struct scphd_water {
+    _opaque: [u8; 0],
+}
+
+impl Handle for scphd_water {
+    type Inner = ScPhd<'static, Auv<f32>>;
+    const KIND: u32 = 3;
+}
+
+/// What there is to say of such a filter.
+#[repr(C)]
+#[derive(Debug, Clone, Copy)]
+pub struct scphd_water_config {
+    /// `sizeof(scphd_water_config)`, set by the caller.
+    pub struct_size: u32,
+    /// Standard deviation of the angular acceleration about the vertical, rad/s^2.
+    pub yaw_acceleration_sigma_radps2: f32,
+    /// How long an error of the velocity lasts, s. 0: drawn anew in every prediction.
+    pub velocity_interval_s: f32,
+    /// The tuning.
+    pub tuning: scphd_tuning,
+}
+
+/// What moves the vehicle in one step.
+#[repr(C)]
+#[derive(Debug, Clone, Copy)]
+pub struct scphd_water_control {
+    /// `sizeof(scphd_water_control)`, set by the caller.
+    pub struct_size: u32,
+    /// Velocity along the vehicle's own axes, x ahead, y to the left, z upwards, m/s.
+    pub velocity_mps: [f32; 3],
+    /// Its covariance: xx, xy, yy, xz, yz, zz, m^2/s^2.
+    pub velocity_covariance: [f32; 6],
+    /// Roll at the end of the step, rad.
+    pub roll_rad: f32,
+    /// Pitch at the end of the step, rad.
+    pub pitch_rad: f32,
+    /// Mean yaw rate during the step, rad/s.
+    pub yaw_rate_radps: f32,
+    /// Its standard deviation, rad/s. 0: there is no gyroscope.
+    pub yaw_rate_sigma_radps: f32,
+    /// Height at the end of the step, m, upwards: minus the depth.
+    pub z_m: f32,
+    /// Its standard deviation, m. 0: there is no pressure sensor.
+    pub z_sigma_m: f32,
+}
+
+impl scphd_water_control {
+    fn control(&self) -> AuvControl<f32> {
+        let [xx, xy, yy, xz, yz, zz] = self.velocity_covariance;
+        // A standard deviation that is not a number is one that the motion does not admit.
+        let reading = |value: f32, sigma: f32| (sigma != 0.0).then_some(Reading { value, sigma });
+        AuvControl {
+            velocity_mps: Vector3::from(self.velocity_mps),
+            velocity_covariance: Symmetric::from_fn(|row, column| match (row, column) {
+                (0, _) => xx,
+                (1, 0) => xy,
+                (1, _) => yy,
+                (_, 0) => xz,
+                (_, 1) => yz,
+                _ => zz,
+            }),
+            roll_rad: self.roll_rad,
+            pitch_rad: self.pitch_rad,
+            yaw_rate_radps: reading(self.yaw_rate_radps, self.yaw_rate_sigma_radps),
+            z_m: reading(self.z_m, self.z_sigma_m),
+        }
+    }
+}
+
+/// Fills in a configuration, but for its size: few particles that take the scan in before they are drawn. The yaw's acceleration is left
+/// 0, which is out of range: set it.
+#[unsafe(no_mangle)]
+pub extern "C" fn scphd_water_informed(mut config: Out<scphd_water_config>, particles: u32) -> scphd_status {
+    scphd_status::of(config.get().map(|config| {
+        *config = scphd_water_config {
+            struct_size: config.struct_size,
+            yaw_acceleration_sigma_radps2: 0.0,
+            velocity_interval_s: 0.0,
+            tuning: scphd_tuning::of(&Config::informed(particles as usize)),
+        };
+    }))
+}
+
+/// A caller's memory and what a filter is to be in it.
+struct Asked {
+    abi_version: u32,
+    set: u32,
+    memory: Bytes,
+    size_bytes: usize,
+    config: In<scphd_water_config>,
+    reason: Out<scphd_reason>,
+    filter: Out<*mut scphd_water>,
+}
+
+impl Asked {
+    fn enter(mut self, entry: Entry) -> scphd_status {
+        scphd_status::of(hand_out(self.filter, || {
+            version::check(self.abi_version)?;
+            let mut reason = Reason::of(&mut self.reason)?;
+            let memory = Memory::of::<scphd_water>(self.memory, self.size_bytes, self.set, entry)?;
+            let asked = self.config.get()?;
+            let motion = Auv::new(asked.yaw_acceleration_sigma_radps2, asked.velocity_interval_s);
+            let (motion, config) = (motion.map_err(|error| reason.model(error))?, asked.tuning.config(&mut reason)?);
+            in_water!(memory, |state| ScPhd::new(motion, config, state).map_err(|error| reason.setup(error)))
+        }))
+    }
+}
+
+/// Starts a filter in this memory, which is zero or was released: `abi_version` is `SCPHD_ABI_VERSION`, `set` one of
+/// `SCPHD_SET_WATER_...`. The reason may be null. Writes the handle to `filter`, or null. Reset it to a pose next.
+#[unsafe(no_mangle)]
+pub extern "C" fn scphd_water_start(
+    abi_version: u32,
+    set: u32,
+    memory: Bytes,
+    size_bytes: usize,
+    config: In<scphd_water_config>,
+    reason: Out<scphd_reason>,
+    filter: Out<*mut scphd_water>,
+) -> scphd_status {
+    Asked { abi_version, set, memory, size_bytes, config, reason, filter }.enter(Entry::Start)
+}
+
+/// Goes on with what the same build of this library has left in this memory, as `scphd_plane_resume`.
+#[unsafe(no_mangle)]
+pub extern "C" fn scphd_water_resume(
+    abi_version: u32,
+    set: u32,
+    memory: Bytes,
+    size_bytes: usize,
+    config: In<scphd_water_config>,
+    reason: Out<scphd_reason>,
+    filter: Out<*mut scphd_water>,
+) -> scphd_status {
+    Asked { abi_version, set, memory, size_bytes, config, reason, filter }.enter(Entry::Resume)
+}
+
+/// Puts the vehicle to a position and a yaw, level and at rest, with an empty map, and begins the random stream of a seed.
+#[unsafe(no_mangle)]
+pub extern "C" fn scphd_water_reset(
+    mut filter: Handed<scphd_water>,
+    x_m: f32,
+    y_m: f32,
+    z_m: f32,
+    yaw_rad: f32,
+    seed: u64,
+) -> scphd_status {
+    let mut reset = || Ok(filter.enter()?.reset(AuvPose::new(x_m, y_m, z_m, yaw_rad), seed)?);
+    scphd_status::of(reset())
+}
+
+/// Moves the vehicle for `dt_s` seconds. The report may be null. A refused control is as for `scphd_plane_predict_car`.
+#[unsafe(no_mangle)]
+pub extern "C" fn scphd_water_predict(
+    mut filter: Handed<scphd_water>,
+    control: In<scphd_water_control>,
+    dt_s: f32,
+    mut report: Out<scphd_predict_report>,
+) -> scphd_status {
+    let mut predict = || {
+        let report = report.wanted()?;
+        let done = filter.enter()?.predict(&control.get()?.control(), dt_s)?;
+        tell(report, done);
+        Ok(())
+    };
+    scphd_status::of(predict())
+}
+
+/// Takes in a scan of range, bearing and elevation. The report may be null; so may the measurements, where there are none.
+#[unsafe(no_mangle)]
+pub extern "C" fn scphd_water_scan_sonar(
+    mut filter: Handed<scphd_water>,
+    mut detector: Handed<scphd_sonar_detector>,
+    measurements: In<scphd_sonar>,
+    count: usize,
+    mut report: Out<scphd_scan_report>,
+) -> scphd_status {
+    let mut scan = || {
+        let (measurements, report): (&[Vector3<f32>], _) = (measurements.vectors(count)?, report.wanted()?);
+        let done = filter.enter()?.scan(&mut *detector.enter()?, measurements)?;
+        tell(report, done);
+        Ok(())
+    };
+    scphd_status::of(scan())
+}
+
+/// Takes in a measured height, m, upwards: minus the depth. The report may be null.
+#[unsafe(no_mangle)]
+pub extern "C" fn scphd_water_observe_height(
+    mut filter: Handed<scphd_water>,
+    fix: In<scphd_fix>,
+    z_m: f32,
+    mut report: Out<scphd_fix_report>,
+) -> scphd_status {
+    let mut observe = || {
+        let report = report.wanted()?;
+        let fix = fix.get()?.height().map_err(|_| scphd_status::OutOfRange)?;
+        let done = filter.enter()?.observe(&fix, &Vector1::new(z_m))?;
+        tell(report, done);
+        Ok(())
+    };
+    scphd_status::of(observe())
+}
+
+/// Takes in a measured yaw, from the x axis towards the y axis. The report may be null.
+#[unsafe(no_mangle)]
+pub extern "C" fn scphd_water_observe_heading(
+    mut filter: Handed<scphd_water>,
+    fix: In<scphd_fix>,
+    yaw_rad: f32,
+    mut report: Out<scphd_fix_report>,
+) -> scphd_status {
+    let mut observe = || {
+        let report = report.wanted()?;
+        let fix = fix.get()?.heading().map_err(|_| scphd_status::OutOfRange)?;
+        let done = filter.enter()?.observe(&fix, &Vector1::new(yaw_rad))?;
+        tell(report, done);
+        Ok(())
+    };
+    scphd_status::of(observe())
+}
+
+/// Where the vehicle is.
+#[unsafe(no_mangle)]
+pub extern "C" fn scphd_water_estimate_pose(
+    mut filter: Handed<scphd_water>,
+    mut pose: Out<scphd_water_pose>,
+) -> scphd_status {
+    let mut estimate = || {
+        let pose = pose.get()?;
+        *pose = filter.enter()?.estimate_pose().ok_or(scphd_status::NotReset)?.into();
+        Ok(())
+    };
+    scphd_status::of(estimate())
+}
+
+/// Writes the features to an array of so many; what does not fit is counted. An array of none may be null.
+#[unsafe(no_mangle)]
+pub extern "C" fn scphd_water_estimate_map(
+    mut filter: Handed<scphd_water>,
+    mut features: Out<scphd_feature_3d>,
+    capacity: usize,
+    mut map: Out<scphd_map>,
+) -> scphd_status {
+    let mut estimate = || {
+        // The extractions that there are here do not look at it.
+        let detector = sonar::blind().map_err(|_| scphd_status::OutOfRange)?;
+        let filter = filter.enter()?;
+        map::write(&mut features, capacity, &mut map, |room| filter.estimate_map(&detector, room))
+    };
+    scphd_status::of(estimate())
+}
+
+/// As `scphd_plane_digest`.
+#[unsafe(no_mangle)]
+pub extern "C" fn scphd_water_digest(mut filter: Handed<scphd_water>, mut digest: Out<u64>) -> scphd_status {
+    let mut hash = || {
+        let place = digest.place()?;
+        place.write(filter.enter()?.digest());
+        Ok(())
+    };
+    scphd_status::of(hash())
+}

@@ -1,0 +1,107 @@
+//! The archive: one object, of which nothing is to be seen but the functions of the header.
+//!
+//! What the compiler makes has all that Rust programs share: a panic handler, the compiler's helpers. Two such archives in one program
+//! would each bring theirs. So the library and the helpers that it needs are linked into one object, all else is left out, and every
+//! symbol but those of the header is made local.
+
+use std::collections::BTreeSet;
+use std::fs::{self, File};
+use std::io::BufWriter;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use ar_archive_writer::{ArchiveKind, DEFAULT_OBJECT_READER, NewArchiveMember, write_archive_to_stream};
+
+use super::symbols;
+use crate::outcome::{Missing, Stop};
+use crate::process;
+use crate::toolchain::{self, Toolchain};
+use crate::tools::{LLD, OBJCOPY};
+
+/// What the file is called.
+pub const NAME: &str = "libscphd.a";
+
+/// What builds it: for the machine that this runs on, or for one without an operating system.
+pub enum Builder<'a> {
+    /// The active compiler, for its own machine.
+    Host,
+    /// For this target.
+    Bare(&'a Toolchain, &'static str),
+}
+
+/// Builds the archive, checks its symbols, and returns the folder that it is in.
+pub fn make(builder: &Builder<'_>, functions: &BTreeSet<String>) -> Result<PathBuf, Stop> {
+    let host;
+    let (mut cargo, target) = match builder {
+        Builder::Host => {
+            host = toolchain::host()?;
+            let mut cargo = process::cargo();
+            toolchain::clear_flags(&mut cargo);
+            cargo.arg("rustc");
+            (cargo, host.as_str())
+        }
+        Builder::Bare(toolchain, target) => (toolchain.cargo_rustc("core"), *target),
+    };
+    let dir = process::own_target_dir(&format!("capi-{target}"));
+    cargo.args(["--quiet", "--release", "--locked", "--manifest-path", "capi/Cargo.toml", "--lib"]);
+    cargo.args(["--features", "archive", "--crate-type", "staticlib", "--target", target, "--target-dir"]).arg(&dir);
+    process::run(&mut cargo)?;
+    let built = dir.join(target).join("release/libscphd_capi.a");
+    let object = dir.join("scphd.o");
+    link(&built, functions, &object)?;
+    localise(functions, &object)?;
+    let bytes = fs::read(&object).map_err(|error| format!("{}: {error}", object.display()))?;
+    symbols::check(&bytes, functions)?;
+    write(bytes, &dir.join(NAME))?;
+    Ok(dir)
+}
+
+/// Links the functions of the header with all that they need, and nothing else, into one object.
+fn link(built: &Path, functions: &BTreeSet<String>, object: &Path) -> Result<(), Stop> {
+    let mut lld = match toolchain::beside_rustc().filter(|path| path.is_file()) {
+        Some(path) => {
+            let mut lld = process::command(path);
+            lld.args(["-flavor", "gnu"]);
+            lld
+        }
+        None => LLD.obtain()?.command(),
+    };
+    lld.args(["-r", "--gc-sections", "--strip-debug"]).args(functions.iter().flat_map(|name| ["-u", name]));
+    process::read(lld.arg(built).arg("-o").arg(object))?;
+    Ok(())
+}
+
+/// Makes every symbol local but those of the header.
+fn localise(functions: &BTreeSet<String>, object: &Path) -> Result<(), Stop> {
+    let list = object.with_extension("symbols");
+    let names: Vec<&str> = functions.iter().map(String::as_str).collect();
+    fs::write(&list, names.join("\n")).map_err(|error| format!("{}: {error}", list.display()))?;
+    let mut option = std::ffi::OsString::from("--keep-global-symbols=");
+    option.push(&list);
+    process::read(objcopy()?.arg(option).arg(object))?;
+    Ok(())
+}
+
+/// That of the active toolchain, or LLVM's.
+fn objcopy() -> Result<Command, Missing> {
+    let own = || -> Option<Command> {
+        let program = toolchain::beside_rustc()?.with_file_name("rust-objcopy");
+        let libraries = toolchain::active_sysroot().ok()?.join("lib");
+        let command = || {
+            let mut command = process::command(&program);
+            command.env("LD_LIBRARY_PATH", &libraries);
+            command
+        };
+        process::read(command().arg("--version")).ok()?;
+        Some(command())
+    };
+    own().map_or_else(|| Ok(OBJCOPY.obtain()?.command()), Ok)
+}
+
+/// Writes an archive of one object, with the index that linkers look functions up in.
+fn write(object: Vec<u8>, archive: &Path) -> Result<(), String> {
+    let failed = |error: std::io::Error| format!("{}: {error}", archive.display());
+    let member = NewArchiveMember::new(object, &DEFAULT_OBJECT_READER, "scphd.o".into());
+    let mut file = BufWriter::new(File::create(archive).map_err(failed)?);
+    write_archive_to_stream(&mut file, &[member], ArchiveKind::Gnu, false, None).map_err(failed)
+}

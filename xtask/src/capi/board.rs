@@ -1,0 +1,84 @@
+//! A C program on boards of QEMU, in the same states as on the host.
+
+use std::path::Path;
+use std::process::Command;
+use std::time::Duration;
+
+use crate::firmware::emulator;
+use crate::outcome::{Missing, Stop};
+use crate::process;
+use crate::tools::{ARM_GCC, Tool};
+
+/// A run that takes longer has gone wrong.
+const LIMIT: Duration = Duration::from_secs(600);
+
+/// A processor, and how much of the inputs it replays.
+struct Processor {
+    /// QEMU's name of the board.
+    board: &'static str,
+    ram: &'static str,
+    target: &'static str,
+    flags: &'static [&'static str],
+    scans: u32,
+}
+
+const PROCESSORS: [Processor; 2] = [
+    Processor {
+        board: "mps2-an500",
+        ram: "0x60000000",
+        target: "thumbv7em-none-eabihf",
+        flags: &["-mcpu=cortex-m7", "-mthumb", "-mfloat-abi=hard", "-mfpu=fpv5-d16"],
+        scans: 300,
+    },
+    // Without its floating-point unit, of which everything is computed in integers.
+    Processor {
+        board: "mps2-an386",
+        ram: "0x21000000",
+        target: "thumbv7em-none-eabi",
+        flags: &["-mcpu=cortex-m4", "-mthumb", "-mfloat-abi=soft"],
+        scans: 40,
+    },
+];
+
+/// Builds the program with the archive of each target, which `folder` knows, and runs it.
+pub fn check(folder: impl Fn(&str) -> Option<std::path::PathBuf>, inputs: &Path) -> Result<(), Stop> {
+    let (gcc, qemu) = (ARM_GCC.obtain()?, emulator::prepare()?);
+    println!("{} ({})", gcc.version, gcc.place());
+    for processor in &PROCESSORS {
+        let dir = folder(processor.target).ok_or_else(|| format!("no archive for {}", processor.target))?;
+        let program = dir.join("replay.elf");
+        process::run(&mut build(&gcc, processor, &dir, inputs, &program)?)?;
+        let mut run = qemu.command();
+        run.args(["-machine", processor.board, "-nographic", "-monitor", "none", "-serial", "none"]);
+        run.args(["-semihosting-config", "enable=on,target=native", "-kernel"]).arg(&program);
+        process::run_for(&mut run, LIMIT)?;
+    }
+    Ok(())
+}
+
+fn build(gcc: &Tool, processor: &Processor, dir: &Path, inputs: &Path, program: &Path) -> Result<Command, Stop> {
+    let capi = process::root().join("capi");
+    let mut command = gcc.command();
+    command.args(processor.flags).args(["-std=c11", "-O2", "-ffunction-sections", "-nostartfiles"]);
+    command.arg("-I").arg(capi.join("include")).arg("-I").arg(capi.join("tests/c"));
+    command.arg(format!("-DREPLAY_FILE=\"{}\"", inputs.display())).arg(format!("-DREPLAY_SCANS={}", processor.scans));
+    command.args(["replay.c", "board.c"].map(|source| capi.join("tests/c").join(source)));
+    command.arg("-T").arg(capi.join("tests/c/board.ld")).arg(format!("-Wl,--defsym=RAM_START={}", processor.ram));
+    // What the C library lacks to say of its stack is nothing that a board has.
+    command.args(["-Wl,--gc-sections", "-Wl,--no-warn-execstack"]);
+    match gcc.tree() {
+        None => command.arg("--specs=rdimon.specs"),
+        // The compiler does not look for its C library where it was unpacked to.
+        Some(tree) => {
+            let kind = process::read(gcc.command().args(processor.flags).arg("-print-multi-directory"))?;
+            let library = tree.path("usr/lib/arm-none-eabi/newlib").join(kind);
+            if !library.is_dir() {
+                return Err(Missing(format!("no C library in {}", library.display())).into());
+            }
+            command.arg("-isystem").arg(tree.path("usr/include/newlib")).arg("-B").arg(&library);
+            command.arg("-L").arg(&library).arg(format!("--specs={}", library.join("rdimon.specs").display()))
+        }
+    };
+    command.arg(dir.join(super::archive::NAME)).args(["-lm", "-o"]).arg(program);
+    Ok(command)
+}

@@ -1,0 +1,54 @@
+//! The header: made anew and compared.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::PathBuf;
+
+use crate::process;
+
+/// Where it is.
+pub fn path() -> PathBuf {
+    process::root().join("capi/include/scphd.h")
+}
+
+/// What is there.
+pub fn text() -> Result<String, String> {
+    fs::read_to_string(path()).map_err(|error| format!("{}: {error}", path().display()))
+}
+
+/// The functions that it declares.
+pub fn functions(header: &str) -> BTreeSet<String> {
+    let code = header.lines().filter(|line| !line.trim_start().starts_with("//") && !line.starts_with(['#', ' ']));
+    let names = code.filter_map(|line| line.split_once('(')?.0.rsplit([' ', '*']).next());
+    names.filter(|name| name.starts_with("scphd_")).map(str::to_owned).collect()
+}
+
+/// Fails unless the crate makes the header that is there; where it is to be rewritten, writes it.
+pub fn check() -> Result<(), String> {
+    let dir = super::tools_dir();
+    let made = dir.join("scphd.h");
+    let mut cargo = super::cargo("run");
+    process::run(cargo.args(["--package", "scphd-header", "--"]).arg(&made))?;
+    let text = fs::read_to_string(&made).map_err(|error| format!("{}: {error}", made.display()))?;
+    if process::is_blessing() {
+        return fs::write(path(), text).map_err(|error| format!("{}: {error}", path().display()));
+    }
+    if text == self::text()? {
+        Ok(())
+    } else {
+        Err("capi/include/scphd.h is not what the crate makes; SCPHD_BLESS=1 writes it".into())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn functions_are_told_from_what_is_said_of_them() {
+        let header = "// Calls scphd_other(x).\n#define SCPHD_X(a) a\nconst char *scphd_text(int32_t status);\n\
+                      scphd_status scphd_start(uint32_t version,\n                         int (*scphd_hook)(void));\n";
+        assert_eq!(functions(header).into_iter().collect::<Vec<_>>(), ["scphd_start", "scphd_text"]);
+        assert!(functions(&text().unwrap()).contains("scphd_plane_scan_range_bearing"));
+    }
+}

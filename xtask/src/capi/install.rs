@@ -1,0 +1,118 @@
+//! Installing the C library: header, archive, and what pkg-config and CMake find them by.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use super::archive::{self, Builder};
+use super::programs::Compiler;
+use super::{TARGETS, functions, header};
+use crate::outcome::{Outcome, Stop};
+use crate::process;
+use crate::toolchain;
+use crate::tools::CMAKE;
+
+/// Where to, and for what.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Place {
+    /// The folder with `include` and `lib`.
+    pub prefix: PathBuf,
+    /// One of [`TARGETS`]; none for the machine that this runs on.
+    pub target: Option<String>,
+}
+
+/// Builds the archive and installs it.
+pub fn install(place: &Place) -> Outcome {
+    let install = || -> Result<Outcome, Stop> {
+        let functions = functions()?;
+        let dir = match &place.target {
+            None => archive::make(&Builder::Host, &functions)?,
+            Some(target) => {
+                let known = TARGETS.iter().find(|known| *known == target);
+                let known = known.ok_or_else(|| format!("{target} is not one of {}", TARGETS.join(", ")))?;
+                archive::make(&Builder::Bare(&toolchain::find_for(&[known])?, known), &functions)?
+            }
+        };
+        write(&place.prefix, &dir.join(archive::NAME))?;
+        Ok(Outcome::Passed(format!("in {}", place.prefix.display())))
+    };
+    install().into()
+}
+
+const VERSION: &str = env!("CARGO_PKG_VERSION");
+
+fn write(prefix: &Path, archive: &Path) -> Result<(), String> {
+    let copy = |from: &Path, to: &str| {
+        let to = prefix.join(to);
+        let made = to.parent().map_or(Ok(()), fs::create_dir_all);
+        made.and_then(|()| fs::copy(from, &to).map(drop)).map_err(|error| format!("{}: {error}", to.display()))
+    };
+    let put = |text: &str, to: &str| {
+        let to = prefix.join(to);
+        let made = to.parent().map_or(Ok(()), fs::create_dir_all);
+        made.and_then(|()| fs::write(&to, text)).map_err(|error| format!("{}: {error}", to.display()))
+    };
+    copy(&header::path(), "include/scphd.h")?;
+    copy(archive, "lib/libscphd.a")?;
+    put(&pkg_config(), "lib/pkgconfig/scphd.pc")?;
+    put(CMAKE_CONFIG, "lib/cmake/scphd/scphd-config.cmake")?;
+    put(&cmake_version(), "lib/cmake/scphd/scphd-config-version.cmake")
+}
+
+fn pkg_config() -> String {
+    format!(
+        "prefix=${{pcfiledir}}/../..\n\nName: scphd\nDescription: Single-cluster PHD SLAM in fixed memory\n\
+         Version: {VERSION}\nCflags: -I${{prefix}}/include\nLibs: -L${{prefix}}/lib -lscphd\n"
+    )
+}
+
+/// The folder may be moved: everything is found from where this lies.
+const CMAKE_CONFIG: &str = r#"get_filename_component(_scphd_prefix "${CMAKE_CURRENT_LIST_DIR}/../../.." ABSOLUTE)
+if(NOT TARGET scphd::scphd)
+  add_library(scphd::scphd STATIC IMPORTED)
+  set_target_properties(scphd::scphd PROPERTIES
+    IMPORTED_LOCATION "${_scphd_prefix}/lib/libscphd.a"
+    INTERFACE_INCLUDE_DIRECTORIES "${_scphd_prefix}/include")
+endif()
+unset(_scphd_prefix)
+"#;
+
+fn cmake_version() -> String {
+    format!(
+        "set(PACKAGE_VERSION \"{VERSION}\")\nif(PACKAGE_FIND_VERSION VERSION_EQUAL PACKAGE_VERSION)\n  \
+         set(PACKAGE_VERSION_EXACT TRUE)\nendif()\nif(NOT PACKAGE_FIND_VERSION VERSION_GREATER PACKAGE_VERSION)\n  \
+         set(PACKAGE_VERSION_COMPATIBLE TRUE)\nendif()\n"
+    )
+}
+
+/// What was installed is found by pkg-config and by CMake, each where it is here.
+pub fn check(archive: &Path, c: &Compiler, dir: &Path) -> Result<(), String> {
+    let prefix = dir.join("installed");
+    write(&prefix, archive)?;
+    let source = process::root().join("capi/examples/robot.c");
+    match process::read(process::command("pkg-config").arg("--version")) {
+        Err(_) => println!("no pkg-config: its file was not tried"),
+        Ok(_) => {
+            let mut pkg_config = process::command("pkg-config");
+            pkg_config.env("PKG_CONFIG_PATH", prefix.join("lib/pkgconfig"));
+            let flags = process::read(pkg_config.args(["--cflags", "--libs", "scphd"]))?;
+            let program = dir.join("by-pkg-config");
+            let mut compile = c.plain();
+            compile.arg(&source).args(flags.split_whitespace()).args(["-lm", "-o"]).arg(&program);
+            process::run(&mut compile)?;
+            process::run(&mut process::command(program))?;
+        }
+    }
+    match CMAKE.find() {
+        None => println!("no cmake: its package was not tried"),
+        Some(cmake) => {
+            let build = dir.join("by-cmake");
+            let mut configure = cmake.command();
+            configure.arg("-S").arg(process::root().join("capi/tests/cmake")).arg("-B").arg(&build);
+            configure.arg(format!("-DCMAKE_PREFIX_PATH={}", prefix.display()));
+            process::run(&mut configure)?;
+            process::run(cmake.command().arg("--build").arg(&build))?;
+            process::run(&mut process::command(build.join("robot")))?;
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,135 @@
+//! The C interface: its archive, its header, and C programs that use both.
+
+pub mod archive;
+mod board;
+mod header;
+mod install;
+mod programs;
+mod symbols;
+
+use std::collections::BTreeSet;
+use std::fs::{self, File};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::thread;
+
+use crate::outcome::{Missing, Outcome, Stop};
+use crate::process;
+use crate::toolchain;
+use archive::Builder;
+pub use install::{Place, install};
+pub use programs::Compiler;
+
+/// The targets that there are archives for beside the host: with a floating-point unit and without one.
+pub const TARGETS: [&str; 2] = ["thumbv7em-none-eabihf", "thumbv7em-none-eabi"];
+
+/// The step.
+pub fn step() -> Outcome {
+    check().into()
+}
+
+/// Where what is built for the host and not for the archive is kept.
+fn tools_dir() -> PathBuf {
+    process::own_target_dir("capi-tools")
+}
+
+/// cargo, in the workspace of the C interface.
+fn cargo(builds: &str) -> Command {
+    let mut cargo = process::cargo();
+    cargo.args([builds, "--quiet", "--locked", "--manifest-path", "capi/Cargo.toml", "--target-dir"]).arg(tools_dir());
+    cargo
+}
+
+/// clippy on every package of the workspace, warnings are errors.
+pub fn clippy() -> Command {
+    let mut clippy = cargo("clippy");
+    clippy.args(["--workspace", "--all-targets", "--", "-D", "warnings"]);
+    clippy
+}
+
+fn check() -> Result<Outcome, Stop> {
+    if !cfg!(target_os = "linux") {
+        return Err(Missing("the archive is made of ELF objects".into()).into());
+    }
+    let functions = header::functions(&header::text()?);
+    let bare = toolchain::find_for(&TARGETS);
+    let mut missing = Vec::new();
+    // The link of an archive keeps one core busy.
+    let (hosts, boards) = thread::scope(|scope| {
+        let hosts = scope.spawn(|| {
+            let archive = archive::make(&Builder::Host, &functions)?;
+            let inputs = tools()?;
+            Ok::<_, Stop>((archive, inputs))
+        });
+        let boards = match &bare {
+            Ok(toolchain) => {
+                TARGETS.map(|target| archive::make(&Builder::Bare(toolchain, target), &functions).map(Some))
+            }
+            Err(Missing(reason)) => {
+                missing.push(reason.clone());
+                [Ok(None), Ok(None)]
+            }
+        };
+        (hosts.join().map_err(|_| "building for the host ended with a panic"), boards)
+    });
+    let (host, inputs) = hosts??;
+    let [hard, soft] = boards;
+    let boards = [hard?, soft?];
+
+    let archive = host.join(archive::NAME);
+    match Compiler::c() {
+        Err(Missing(reason)) => missing.push(reason),
+        Ok(c) => {
+            println!("{}", c.version());
+            programs::check(&archive, &inputs, &host)?;
+            install::check(&archive, &c, &host)?;
+            note(programs::check_memory(&host), &mut missing)?;
+        }
+    }
+    match Compiler::cpp() {
+        Err(Missing(reason)) => missing.push(reason),
+        Ok(_) => programs::check_cpp(&archive, &host)?,
+    }
+    if bare.is_ok() {
+        let folder = |target: &str| TARGETS.iter().position(|&known| known == target).and_then(|at| boards[at].clone());
+        note(board::check(folder, &inputs), &mut missing)?;
+    }
+    let sizes = size(&archive)?;
+    let note = format!("{} functions, archive of {sizes} KiB", functions.len());
+    Ok(if missing.is_empty() {
+        Outcome::Passed(note)
+    } else {
+        Outcome::Partly(format!("{note}; NOT CHECKED: {}", missing.join("; ")))
+    })
+}
+
+/// What is missing is noted, what is broken is not passed over.
+fn note(result: Result<(), Stop>, missing: &mut Vec<String>) -> Result<(), Stop> {
+    match result {
+        Err(Stop::Missing(reason)) => {
+            missing.push(reason);
+            Ok(())
+        }
+        other => other,
+    }
+}
+
+fn size(archive: &Path) -> Result<u64, String> {
+    let metadata = fs::metadata(archive).map_err(|error| format!("{}: {error}", archive.display()))?;
+    Ok(metadata.len() / 1024)
+}
+
+/// Checks the header and the tests in Rust, and writes the inputs to a file.
+fn tools() -> Result<PathBuf, String> {
+    header::check()?;
+    process::run(&mut cargo("test"))?;
+    let path = tools_dir().join("drive.txt");
+    let file = File::create(&path).map_err(|error| format!("{}: {error}", path.display()))?;
+    process::run(cargo("run").args(["--package", "scphd-drive"]).stdout(Stdio::from(file)))?;
+    Ok(path)
+}
+
+/// The functions of the header.
+pub fn functions() -> Result<BTreeSet<String>, String> {
+    Ok(header::functions(&header::text()?))
+}

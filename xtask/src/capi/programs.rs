@@ -1,0 +1,119 @@
+//! C and C++ programs on the host.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use crate::noalloc;
+use crate::outcome::Missing;
+use crate::process;
+use crate::tools::VALGRIND;
+
+/// A compiler and the language it is asked for.
+#[derive(Debug, Clone)]
+pub struct Compiler {
+    program: String,
+    standard: &'static str,
+    language: &'static str,
+}
+
+/// Every warning is an error.
+const WARNINGS: [&str; 5] = ["-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror"];
+
+impl Compiler {
+    /// The machine's C compiler.
+    pub fn c() -> Result<Self, Missing> {
+        Self::find("CC", &["cc", "gcc", "clang"], "-std=c11", "c")
+    }
+
+    /// The machine's C++ compiler.
+    pub fn cpp() -> Result<Self, Missing> {
+        Self::find("CXX", &["c++", "g++", "clang++"], "-std=c++17", "c++")
+    }
+
+    fn find(
+        variable: &str,
+        programs: &[&str],
+        standard: &'static str,
+        language: &'static str,
+    ) -> Result<Self, Missing> {
+        let chosen = std::env::var(variable).ok().filter(|program| !program.is_empty());
+        let mut programs = chosen.into_iter().chain(programs.iter().map(|&program| program.to_owned()));
+        let here = |program: &String| process::read(process::command(program).arg("--version")).is_ok();
+        let program = programs.find(here).ok_or_else(|| Missing(format!("no {language} compiler")))?;
+        Ok(Self { program, standard, language })
+    }
+
+    /// Its name, and what it says of itself.
+    pub fn version(&self) -> String {
+        let said = process::read(process::command(&self.program).arg("--version")).unwrap_or_default();
+        said.lines().next().unwrap_or_default().to_owned()
+    }
+
+    /// The compiler and its standard, and nothing of this project.
+    pub fn plain(&self) -> Command {
+        let mut command = process::command(&self.program);
+        command.arg(self.standard);
+        command
+    }
+
+    fn command(&self, source: &str) -> Command {
+        let capi = process::root().join("capi");
+        let mut command = self.plain();
+        command.args(["-O1", "-g"]).args(WARNINGS);
+        command.arg("-I").arg(capi.join("include")).arg("-I").arg(capi.join("tests/c"));
+        command.args(["-x", self.language]).arg(capi.join(source)).args(["-x", "none"]);
+        command
+    }
+
+    /// Compiles a source, and links nothing.
+    pub fn compile(&self, source: &str, dir: &Path) -> Result<(), String> {
+        process::run(self.command(source).arg("-c").arg("-o").arg(dir.join("compiled.o")))
+    }
+
+    /// Builds a program with these archives.
+    pub fn build(&self, source: &str, archives: &[&Path], dir: &Path) -> Result<PathBuf, String> {
+        let program = dir.join(Path::new(source).file_name().unwrap_or_default()).with_extension(self.language);
+        process::run(self.command(source).args(archives).args(["-lm", "-o"]).arg(&program))?;
+        Ok(program)
+    }
+}
+
+/// Builds the programs and runs them; `inputs` is what is replayed.
+pub fn check(archive: &Path, inputs: &Path, dir: &Path) -> Result<(), String> {
+    let c = Compiler::c().map_err(|Missing(reason)| reason)?;
+    let program = |source: &str| c.build(source, &[archive], dir);
+    process::run(&mut process::command(program("tests/c/misuse.c")?))?;
+    process::run(&mut process::command(program("examples/robot.c")?))?;
+    process::run(process::command(program("tests/c/replay.c")?).arg(inputs))?;
+    beside_another(&c, archive, dir)
+}
+
+/// The same header in C++.
+pub fn check_cpp(archive: &Path, dir: &Path) -> Result<(), String> {
+    let cpp = Compiler::cpp().map_err(|Missing(reason)| reason)?;
+    cpp.compile("examples/robot.c", dir)?;
+    process::run(&mut process::command(cpp.build("examples/robot.cpp", &[archive], dir)?))
+}
+
+/// All of the archive, another one in Rust with a panic handler of its own, and a copy of ours go into one program.
+fn beside_another(c: &Compiler, archive: &Path, dir: &Path) -> Result<(), String> {
+    let (other, copy) = (dir.join("libother.a"), dir.join("libcopy.a"));
+    let mut rustc = process::command(noalloc::rustc());
+    rustc.args(["--edition", "2024", "--crate-type", "staticlib", "-Cpanic=abort", "-Copt-level=1", "-Clto=fat"]);
+    process::run(rustc.arg("-o").arg(&other).arg(process::root().join("capi/tests/c/other.rs")))?;
+    std::fs::copy(archive, &copy).map_err(|error| format!("{}: {error}", copy.display()))?;
+    let (whole, end) = (Path::new("-Wl,--whole-archive"), Path::new("-Wl,--no-whole-archive"));
+    let program = c.build("tests/c/beside.c", &[whole, archive, end, &other, &copy], dir)?;
+    process::run(&mut process::command(program))
+}
+
+/// The programs that do not run long, in valgrind.
+pub fn check_memory(dir: &Path) -> Result<(), crate::outcome::Stop> {
+    let valgrind = VALGRIND.obtain()?;
+    for program in ["misuse.c", "robot.c"] {
+        let mut command = valgrind.command();
+        command.args(["--quiet", "--leak-check=full", "--error-exitcode=9"]).arg(dir.join(program));
+        process::run(&mut command)?;
+    }
+    Ok(())
+}
