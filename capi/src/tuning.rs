@@ -2,7 +2,7 @@
 
 use crate::reason::Reason;
 use crate::{scphd_plausible, scphd_status};
-use scphd::{Config, ConstantVelocity, Extraction, Informed, MovingConfig, Proposal, Reduction};
+use scphd::{Config, ConstantVelocity, Extraction, Informed, MovingConfig, Proposal};
 
 /// Samples are drawn from the motion.
 pub const SCPHD_PROPOSAL_BLIND: u32 = 1;
@@ -68,8 +68,6 @@ impl scphd_tuning {
             Proposal::Blind => (SCPHD_PROPOSAL_BLIND, Informed { drawn: 0.0, ..Informed::default() }),
             Proposal::Informed(informed) => (SCPHD_PROPOSAL_INFORMED, informed),
         };
-        let (Reduction::Greedy { merge_distance } | Reduction::Runnalls { merge_cost: merge_distance }) =
-            config.reduction;
         let moving = &config.moving;
         Self {
             particles: u32::try_from(config.particles).unwrap_or(u32::MAX),
@@ -83,7 +81,7 @@ impl scphd_tuning {
             confirming_detections: config.confirming_detections,
             unconfirmed_weight: config.unconfirmed_weight,
             confirmed_weight: config.confirmed_weight,
-            merge_distance,
+            merge_distance: config.merge_distance,
             extraction: match config.extraction {
                 Extraction::Peaks => SCPHD_EXTRACTION_PEAKS,
                 Extraction::Heaviest | Extraction::Confirmed => SCPHD_EXTRACTION_HEAVIEST,
@@ -123,7 +121,7 @@ impl scphd_tuning {
             confirming_detections: self.confirming_detections,
             unconfirmed_weight: self.unconfirmed_weight,
             confirmed_weight: self.confirmed_weight,
-            reduction: Reduction::Greedy { merge_distance: self.merge_distance },
+            merge_distance: self.merge_distance,
             extraction,
             extraction_weight: self.extraction_weight,
             moving: MovingConfig {
