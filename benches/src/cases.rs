@@ -49,7 +49,7 @@ fn robot() -> Unicycle<f32> {
 }
 
 /// About one new feature a scan in a 15 m circle.
-const BIRTHS: Births<f32> = Births::still(0.01);
+const BIRTHS: Births<f32> = Births::of_static(0.01);
 
 fn config(particles: usize, samples: usize) -> Config<f32> {
     Config { particles, samples, ..Config::default() }
@@ -96,7 +96,7 @@ fn gmphd_20_targets() -> Box<dyn Case> {
         motion: ConstantVelocity { acceleration_psd: 0.1, lifetime_s: 100.0 },
         ..MovingConfig::walkers()
     };
-    let births = Births { still: 0.0, moving: 0.01 };
+    let births = Births { of_static: 0.0, of_moving: 0.01 };
     let config = Config { prune_weight: 1e-5, moving, ..config(1, 1) };
     type Moving = MapMemory<Dynamic<Vector2<f32>>, 1, 128, 64, 1024>;
     Box::new(Rig::<_, Still<1, 64, 32>, Moving, 1, 1>::new(KnownPose::new(), births, config, world, &[], 100))

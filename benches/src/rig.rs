@@ -133,7 +133,7 @@ where
 /// A feature that has been seen often.
 fn confirmed((index, place): (usize, &[f64; 2])) -> Component<Vector2<f32>> {
     Component {
-        tag: index as u32,
+        label: index as u32,
         ln_weight: -0.01,
         mean: Vector2::from(place.map(|number| number as f32)),
         covariance: Symmetric::from_diagonal([0.01, 0.01]),

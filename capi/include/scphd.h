@@ -362,9 +362,9 @@ typedef struct scphd_tuning {
   // Informed: linearisations, 1 to 16.
   uint32_t informed_rounds;
   // Informed: share of the covariance that is drawn from, 0 to 1.
-  float informed_drawn;
+  float informed_sampled_fraction;
   // Informed: a component speaks for a measurement of which it explains this share.
-  float informed_least_share;
+  float informed_min_responsibility;
   // Resampled where N_eff / N is below.
   float resample_threshold;
   // Components below this weight are dropped.
@@ -514,7 +514,7 @@ typedef struct scphd_plane_pose {
 // A feature in the plane.
 typedef struct scphd_feature {
   // Names it from scan to scan.
-  uint32_t tag;
+  uint32_t label;
   // How many features it stands for; of a joint map, the probability that it is there.
   float weight;
   // x, m.
@@ -540,7 +540,7 @@ typedef struct scphd_map {
 // A feature that moves in the plane.
 typedef struct scphd_mover {
   // Names it from scan to scan.
-  uint32_t tag;
+  uint32_t label;
   // How many features it stands for.
   float weight;
   // x, m.
@@ -682,7 +682,7 @@ typedef struct scphd_water_pose {
 // A feature in space.
 typedef struct scphd_feature_3d {
   // Names it from scan to scan.
-  uint32_t tag;
+  uint32_t label;
   // How many features it stands for.
   float weight;
   // x, m.

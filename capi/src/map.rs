@@ -12,7 +12,7 @@ use scphd::{Component, MapEstimate, Vector};
 #[derive(Debug, Clone, Copy)]
 pub struct scphd_feature {
     /// Names it from scan to scan.
-    pub tag: u32,
+    pub label: u32,
     /// How many features it stands for; of a joint map, the probability that it is there.
     pub weight: f32,
     /// x, m.
@@ -28,7 +28,7 @@ pub struct scphd_feature {
 #[derive(Debug, Clone, Copy)]
 pub struct scphd_feature_3d {
     /// Names it from scan to scan.
-    pub tag: u32,
+    pub label: u32,
     /// How many features it stands for.
     pub weight: f32,
     /// x, m.
@@ -46,7 +46,7 @@ pub struct scphd_feature_3d {
 #[derive(Debug, Clone, Copy)]
 pub struct scphd_mover {
     /// Names it from scan to scan.
-    pub tag: u32,
+    pub label: u32,
     /// How many features it stands for.
     pub weight: f32,
     /// x, m.
@@ -131,20 +131,20 @@ fn weight<V: Vector<Scalar = f32>>(component: &Component<V>) -> f32 {
 impl From<Component<Vector2<f32>>> for scphd_feature {
     fn from(component: Component<Vector2<f32>>) -> Self {
         let [[x_m, y_m]] = component.mean.data.0;
-        Self { tag: component.tag, weight: weight(&component), x_m, y_m, covariance: lower(&component) }
+        Self { label: component.label, weight: weight(&component), x_m, y_m, covariance: lower(&component) }
     }
 }
 
 impl From<Component<Vector3<f32>>> for scphd_feature_3d {
     fn from(component: Component<Vector3<f32>>) -> Self {
         let [[x_m, y_m, z_m]] = component.mean.data.0;
-        Self { tag: component.tag, weight: weight(&component), x_m, y_m, z_m, covariance: lower(&component) }
+        Self { label: component.label, weight: weight(&component), x_m, y_m, z_m, covariance: lower(&component) }
     }
 }
 
 impl From<Component<Vector4<f32>>> for scphd_mover {
     fn from(component: Component<Vector4<f32>>) -> Self {
         let [[x_m, y_m, vx_mps, vy_mps]] = component.mean.data.0;
-        Self { tag: component.tag, weight: weight(&component), x_m, y_m, vx_mps, vy_mps, covariance: lower(&component) }
+        Self { label: component.label, weight: weight(&component), x_m, y_m, vx_mps, vy_mps, covariance: lower(&component) }
     }
 }

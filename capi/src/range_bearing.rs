@@ -121,7 +121,7 @@ impl scphd_range_bearing_config {
 
     fn detector(&self, reason: &mut Reason<'_>) -> Result<Detector<Polar>, scphd_status> {
         let sensing = self.sensing().map_err(|error| reason.model(error))?;
-        let births = Births { still: self.births_still, moving: self.births_moving };
+        let births = Births { of_static: self.births_still, of_moving: self.births_moving };
         Parts { sensing, births, mounting: &self.mounting }.detector(reason)
     }
 }

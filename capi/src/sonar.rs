@@ -94,7 +94,7 @@ impl scphd_sonar_config {
 
     fn detector(&self, reason: &mut Reason<'_>) -> Result<Detector<Spherical>, scphd_status> {
         let sensing = self.sensing().map_err(|error| reason.model(error))?;
-        Parts { sensing, births: Births::still(self.births_still), mounting: &self.mounting }.detector(reason)
+        Parts { sensing, births: Births::of_static(self.births_still), mounting: &self.mounting }.detector(reason)
     }
 }
 

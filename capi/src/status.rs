@@ -146,7 +146,7 @@ impl From<SetupError> for scphd_status {
             SetupError::Config(_) | SetupError::Model(_) => Self::OutOfRange,
             SetupError::TooManyParticles { .. } | SetupError::TooManyCandidates { .. } => Self::TooManyParticles,
             SetupError::NoRoomForMoving => Self::NoRoomForMoving,
-            SetupError::HeldParticles { .. } | SetupError::HeldSamples { .. } | SetupError::HeldSpread => {
+            SetupError::HeldParticles { .. } | SetupError::HeldSamples { .. } | SetupError::HeldCovariance => {
                 Self::OtherConfiguration
             }
             SetupError::HeldDamaged(_) => Self::Damaged,

@@ -28,9 +28,9 @@ pub struct scphd_tuning {
     /// Informed: linearisations, 1 to 16.
     pub informed_rounds: u32,
     /// Informed: share of the covariance that is drawn from, 0 to 1.
-    pub informed_drawn: f32,
+    pub informed_sampled_fraction: f32,
     /// Informed: a component speaks for a measurement of which it explains this share.
-    pub informed_least_share: f32,
+    pub informed_min_responsibility: f32,
     /// Resampled where N_eff / N is below.
     pub resample_threshold: f32,
     /// Components below this weight are dropped.
@@ -65,7 +65,7 @@ impl scphd_tuning {
     /// A tuning of the library, of which this interface knows all that it chooses.
     pub(crate) fn of(config: &Config<f32>) -> Self {
         let (proposal, informed) = match config.proposal {
-            Proposal::Blind => (SCPHD_PROPOSAL_BLIND, Informed { drawn: 0.0, ..Informed::default() }),
+            Proposal::Blind => (SCPHD_PROPOSAL_BLIND, Informed { sampled_fraction: 0.0, ..Informed::default() }),
             Proposal::Informed(informed) => (SCPHD_PROPOSAL_INFORMED, informed),
         };
         let moving = &config.moving;
@@ -74,8 +74,8 @@ impl scphd_tuning {
             samples: u32::try_from(config.samples).unwrap_or(u32::MAX),
             proposal,
             informed_rounds: u32::try_from(informed.rounds).unwrap_or(u32::MAX),
-            informed_drawn: informed.drawn,
-            informed_least_share: informed.least_share,
+            informed_sampled_fraction: informed.sampled_fraction,
+            informed_min_responsibility: informed.min_responsibility,
             resample_threshold: config.resample_threshold,
             prune_weight: config.prune_weight,
             confirming_detections: config.confirming_detections,
@@ -102,8 +102,8 @@ impl scphd_tuning {
             SCPHD_PROPOSAL_BLIND => Proposal::Blind,
             SCPHD_PROPOSAL_INFORMED => Proposal::Informed(Informed {
                 rounds: self.informed_rounds as usize,
-                drawn: self.informed_drawn,
-                least_share: self.informed_least_share,
+                sampled_fraction: self.informed_sampled_fraction,
+                min_responsibility: self.informed_min_responsibility,
             }),
             _ => return Err(reason.field("proposal", "one of SCPHD_PROPOSAL_...")),
         };

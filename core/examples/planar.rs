@@ -25,7 +25,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     };
     // On a vehicle both memories are statics.
     let (mut state, mut scratch) = (Box::new(Memory::new()), DetectorMemory::<Vector2<f32>, 32>::new());
-    let mut lidar = Detector::new(sensing, Births::still(0.002))?.over(&mut scratch)?;
+    let mut lidar = Detector::new(sensing, Births::of_static(0.002))?.over(&mut scratch)?;
     let motion = Unicycle::new(Step::Arc, ControlNoise::white(0.1, 0.05))?;
     let mut slam = ScPhd::new(motion, Config::informed(4), &mut *state)?;
     slam.reset(PlanarPose::new(3.0, 0.0, 0.5 * PI), 1)?;
@@ -69,7 +69,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     for feature in features.iter().take(map.features) {
         println!(
             "feature {}: {:.2} m, {:.2} m, weight {:.2}",
-            feature.tag,
+            feature.label,
             feature.mean.x,
             feature.mean.y,
             feature.ln_weight.exp()

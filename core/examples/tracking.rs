@@ -1,5 +1,5 @@
 //! Tracking from a known place: with one particle and a known pose the filter is a Gaussian-mixture PHD filter. Three targets that move
-//! among false measurements, told by their velocities and by tags that last.
+//! among false measurements, told by their velocities and by labels that last.
 
 use core::f32::consts::PI;
 use nalgebra::{Vector2, Vector4};
@@ -28,7 +28,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     };
     let (mut state, mut scratch) = (Box::new(Memory::new()), DetectorMemory::<Vector2<f32>, 32>::new());
     // Everything moves.
-    let births = Births { still: 0.0, moving: 0.1 / window.measure() };
+    let births = Births { of_static: 0.0, of_moving: 0.1 / window.measure() };
     let mut radar = Detector::new(sensing, births)?.over(&mut scratch)?;
     let moving = MovingConfig { velocity_sigma_mps: 2.0, ..MovingConfig::walkers() };
     let config = Config { moving, prune_weight: 1e-5, ..Config::tracking() };
@@ -66,7 +66,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let estimate = tracker.estimate_moving(&mut tracks);
     for track in tracks.iter().take(estimate.features) {
         let [x, y, vx, vy] = track.mean.into();
-        println!("track {}: {x:.1} m, {y:.1} m, {vx:.2} m/s, {vy:.2} m/s", track.tag);
+        println!("track {}: {x:.1} m, {y:.1} m, {vx:.2} m/s, {vy:.2} m/s", track.label);
     }
     let share = found as f32 / 240.0;
     println!("found {:.0} % of the time, {:.2} m off", 100.0 * share, (squares / found as f32).sqrt());

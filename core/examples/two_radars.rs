@@ -30,7 +30,7 @@ fn radar(sigmas: [f64; 2], range_m: f64, half_width_rad: f64, seat: Mounting<f64
         field_of_view: view,
         clutter: UniformClutter::of_scan(1.0, view.measure())?,
     };
-    Detector::new(sensing, Births::still(0.1 / view.measure()))?.mounted(seat)
+    Detector::new(sensing, Births::of_static(0.1 / view.measure()))?.mounted(seat)
 }
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {

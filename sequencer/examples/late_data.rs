@@ -60,7 +60,7 @@ fn drive(exact: &Unicycle<f32>, when_measured: bool) -> Result<f32, Box<dyn std:
     let window = RangeBearingWindow::full_circle(15.0, 0.95)?;
     let clutter = UniformClutter::of_scan(0.1, window.measure())?;
     let sensing = Sensing { sensor: RangeBearing::new(0.03, 0.01)?, field_of_view: window, clutter };
-    let lidar = Detector::new(sensing, Births::still(0.001))?;
+    let lidar = Detector::new(sensing, Births::of_static(0.001))?;
     let noise = ControlNoise { interval_s: 0.5, ..ControlNoise::white(0.1, 0.05) };
     let mut memory = Box::new(Memory::new());
     let mut slam = JointSlam::new(Unicycle::new(Step::Arc, noise)?, JointConfig::default(), &mut *memory)?;

@@ -41,7 +41,7 @@
 //! #     field_of_view: window,
 //! #     clutter: UniformClutter::of_scan(2.0, window.measure())?,
 //! # };
-//! # let mut lidar = Detector::new(sensing, Births::still(0.002))?.over(&mut scratch)?;
+//! # let mut lidar = Detector::new(sensing, Births::of_static(0.002))?.over(&mut scratch)?;
 //! # let gps = PositionFix::new(0.5)?;
 //! # let motion = Unicycle::new(Step::Arc, ControlNoise::white(0.1, 0.05))?;
 //! # let mut slam = ScPhd::new(motion, Config::informed(4), &mut *state)?;

@@ -139,7 +139,7 @@ fn a_filter_goes_on_from_the_flash_to_the_bit() {
     let config = Config::blind(8, 1);
     let mut scratch = [(); 2].map(|()| DetectorMemory::<Vector2<f32>, 8>::new());
     let [mut eyes, mut other_eyes] = scratch.each_mut().map(|memory| {
-        Detector::new(sensing, Births::still(0.002)).unwrap().learning(online).unwrap().over(memory).unwrap()
+        Detector::new(sensing, Births::of_static(0.002)).unwrap().learning(online).unwrap().over(memory).unwrap()
     });
     let mut states = [(); 2].map(|()| Box::new(Memory::new()));
     let [mut slam, mut other] = states.each_mut().map(|state| ScPhd::new(motion, config, &mut **state).unwrap());

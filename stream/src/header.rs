@@ -91,9 +91,9 @@ numbers! {
         /// Linearisations of the informed proposal; a whole number.
         proposal_rounds: f64,
         /// Share of the informed proposal's covariance that is drawn.
-        proposal_drawn: f64,
+        proposal_sampled_fraction: f64,
         /// Least share of a measurement with which a component steers the informed proposal.
-        proposal_least_share: f64,
+        proposal_min_responsibility: f64,
         /// Scans that what is learnt of p_D while running lasts for; 0: nothing is.
         detection_memory: f64,
         /// Scans that what is learnt of clutter while running lasts for; 0: nothing is.

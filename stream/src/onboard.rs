@@ -337,8 +337,8 @@ pub(crate) fn config<K: Kind, T: Real>(header: &Header<K>) -> Config<T> {
             header::Proposal::Blind => Proposal::Blind,
             header::Proposal::Informed => Proposal::Informed(Informed {
                 rounds: recursion.proposal_rounds as usize,
-                drawn: T::from_f64(recursion.proposal_drawn),
-                least_share: T::from_f64(recursion.proposal_least_share),
+                sampled_fraction: T::from_f64(recursion.proposal_sampled_fraction),
+                min_responsibility: T::from_f64(recursion.proposal_min_responsibility),
             }),
         },
         likelihood: match header.likelihood {
@@ -363,7 +363,10 @@ pub(crate) fn config<K: Kind, T: Real>(header: &Header<K>) -> Config<T> {
 
 /// What a head says is born.
 pub(crate) fn births<K: Kind, T: Real>(header: &Header<K>) -> Births<T> {
-    Births { still: T::from_f64(header.recursion.birth_intensity), moving: T::from_f64(header.moving.birth_intensity) }
+    Births {
+        of_static: T::from_f64(header.recursion.birth_intensity),
+        of_moving: T::from_f64(header.moving.birth_intensity),
+    }
 }
 
 /// What a head says is learnt.

@@ -73,8 +73,8 @@ fn recursion(birth_intensity: f64) -> Recursion {
         prune_weight: 1e-6,
         confirming_detections: 1.0,
         proposal_rounds: 3.0,
-        proposal_drawn: 1.0,
-        proposal_least_share: 1e-6,
+        proposal_sampled_fraction: 1.0,
+        proposal_min_responsibility: 1e-6,
         ..Recursion::ZERO
     }
 }

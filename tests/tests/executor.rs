@@ -54,7 +54,7 @@ fn digests<T: Real, const WORKERS: usize>(log: &Log, executor: &(impl Executor +
         field_of_view: window,
         clutter: UniformClutter::of_scan(T::from_f64(20.0), window.measure()).unwrap(),
     };
-    let births = Births { still: T::from_f64(0.01), moving: T::from_f64(0.005) };
+    let births = Births { of_static: T::from_f64(0.01), of_moving: T::from_f64(0.005) };
     let config = Config { particles: 32, samples: 2, ..Config::default() };
     with_roomy_stack(|| {
         let mut state = Box::new(Memory::<T>::new());

@@ -49,7 +49,7 @@ fn a_vehicle_fits_160_kib() {
 #[test]
 fn every_capacity_costs_what_its_arrays_cost() {
     let total = bytes!(0, 0, 0, 0, 0, 0);
-    // Tag, weight, mean, covariance.
+    // Label, weight, mean, covariance.
     assert_eq!(COMPONENT, size_of::<u32>() + 6 * SCALAR);
     let candidate = size_of::<Candidate<Pose>>();
 

@@ -119,9 +119,9 @@ impl<'m> Filters<'m> {
         let noise =
             ControlNoise { speed_sigma_ratio: 0.1, turn_sigma_ratio: 0.1, interval_s: 0.5, ..ControlNoise::NONE };
         let motion = Unicycle::new(Step::Arc, noise)?;
-        let births = Births { still: 0.002, moving: 0.001 };
+        let births = Births { of_static: 0.002, of_moving: 0.001 };
         let lidar = Detector::new(polar(12.0, 2.0, [0.05, 0.01], 2.0)?, births)?;
-        let radar = Detector::new(polar(20.0, 0.8, [0.2, 0.03], 1.0)?, Births::still(0.003))?;
+        let radar = Detector::new(polar(20.0, 0.8, [0.2, 0.03], 1.0)?, Births::of_static(0.003))?;
         let informed = Config { prune_weight: 1e-3, ..Config::informed(4) };
         let mut filters = Self {
             blind: ScPhd::new(motion, Config::blind(32, 2), &mut memory.blind)?,
@@ -133,7 +133,7 @@ impl<'m> Filters<'m> {
             camera: Detector::new(direction()?, Births::NONE)?
                 .mounted(Mounting::in_plane(0.22, 0.0, 0.5)?)?
                 .over(&mut memory.camera)?,
-            sonar: Detector::new(spherical()?, Births::still(0.001))?.over(&mut memory.sonar)?,
+            sonar: Detector::new(spherical()?, Births::of_static(0.001))?.over(&mut memory.sonar)?,
         };
         let start = PlanarPose::new(5.0, 0.0, 1.5);
         filters.blind.reset(start, 7)?;

@@ -55,7 +55,7 @@ impl Kind {
         let field_of_view = RangeBearingWindow::new(limits)?;
         let clutter = UniformClutter::of_scan(self.clutter, field_of_view.measure())?;
         let sensing = Sensing { sensor: RangeBearing::new(self.sigmas[0], self.sigmas[1])?, field_of_view, clutter };
-        Detector::new(sensing, Births::still(0.1 / field_of_view.measure()))?.mounted(mounting)
+        Detector::new(sensing, Births::of_static(0.1 / field_of_view.measure()))?.mounted(mounting)
     }
 
     /// Writes what it reports from its seat, and returns how many that are.

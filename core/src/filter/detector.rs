@@ -14,31 +14,31 @@ use crate::{
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Births<T> {
-    /// w_b of features that stand still (5.9).
-    pub still: T,
+    /// w_b of static features (5.9).
+    pub of_static: T,
     /// w_b of features that move (5.19).
-    pub moving: T,
+    pub of_moving: T,
 }
 
 impl<T: Real> Births<T> {
     /// None: the sensor sees what is known, and learns of nothing new.
-    pub const NONE: Self = Self { still: T::ZERO, moving: T::ZERO };
+    pub const NONE: Self = Self { of_static: T::ZERO, of_moving: T::ZERO };
 
-    /// Features that stand still, with this intensity, and none that move.
+    /// Static features, with this intensity, and none that move.
     #[must_use]
-    pub const fn still(intensity: T) -> Self {
-        Self { still: intensity, moving: T::ZERO }
+    pub const fn of_static(intensity: T) -> Self {
+        Self { of_static: intensity, of_moving: T::ZERO }
     }
 
     fn check(&self) -> Result<(), ModelError> {
         let usable = |intensity: T| intensity >= T::ZERO && intensity.is_finite();
-        require(usable(self.still), "births.still", "finite and not negative")?;
-        require(usable(self.moving), "births.moving", "finite and not negative")
+        require(usable(self.of_static), "births.of_static", "finite and not negative")?;
+        require(usable(self.of_moving), "births.of_moving", "finite and not negative")
     }
 
     /// Of both kinds.
     pub(crate) fn total(&self) -> T {
-        self.still + self.moving
+        self.of_static + self.of_moving
     }
 }
 
@@ -61,7 +61,7 @@ impl<T: Real> Births<T> {
 /// };
 /// // 3.8 m ahead of the axle, half a metre to the left.
 /// let mounting = Mounting::in_plane(3.8, 0.5, 0.0)?;
-/// let front = Detector::new(sensing, Births::still(0.01))?.mounted(mounting)?.over(&mut memory)?;
+/// let front = Detector::new(sensing, Births::of_static(0.01))?.mounted(mounting)?.over(&mut memory)?;
 /// assert_eq!(front.capacity(), 64);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```

@@ -44,7 +44,7 @@ use crate::{LnSum, Pose, Real};
 /// #     clutter: UniformClutter::of_scan(2.0, window.measure())?,
 /// # };
 /// # let config = Config { particles: 16, ..Config::default() };
-/// let mut lidar = Detector::new(sensing, Births::still(0.01))?.over(&mut scratch)?;
+/// let mut lidar = Detector::new(sensing, Births::of_static(0.01))?.over(&mut scratch)?;
 /// let mut state = Box::new(Memory::new());
 /// let mut filter = ScPhd::new(motion, config, &mut *state)?;
 /// filter.reset(PlanarPose::new(0.0, 0.0, 0.0), 1)?;

@@ -9,7 +9,7 @@ impl<T: Real, F: Feature<Position: Vector<Scalar = T>>> Maps<'_, F> {
     /// Fills the workspace with Σ_i ζ_i v_i, the mixture of all particles' maps by their weights, reduced.
     ///
     /// Affordable because maps share pages, so that a component is met once however many particles hold it, and because
-    /// tags tell which components of different maps stand for the same feature.
+    /// labels tell which components of different maps stand for the same feature.
     pub(crate) fn expect(&mut self, particles: usize, weight: impl Fn(usize) -> T, config: &Config<T>) {
         let Self { table, pool, workspace, .. } = self;
         // What every particle prunes would be pruned here too.
@@ -26,7 +26,8 @@ impl<T: Real, F: Feature<Position: Vector<Scalar = T>>> Maps<'_, F> {
                 let Some(page) = pool.get(id) else { continue };
                 for component in page.components() {
                     let weighted = crate::Component { ln_weight: component.ln_weight + share, ..*component };
-                    let held = workspace.in_view_mut().iter_mut().find(|entry| entry.component.tag == component.tag);
+                    let held =
+                        workspace.in_view_mut().iter_mut().find(|entry| entry.component.label == component.label);
                     match held {
                         Some(entry) if entry.component.ln_weight >= weighted.ln_weight => {
                             entry.component = moment_match(&entry.component, core::iter::once(&weighted));

@@ -93,7 +93,7 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
     }
 
     /// The same for the static map that is expected over all particles, Σ_i ζ_i v_i, so that the covariances hold the
-    /// uncertainty of the pose too. Components of one tag are one feature; the rest is left to the
+    /// uncertainty of the pose too. Components of one label are one feature; the rest is left to the
     /// [`merge_distance`](crate::Config::merge_distance). Works in the scratch of the update, whose capacity bounds it.
     pub fn estimate_expected_map<X: MeasurementModel<Pose = M::Pose>, R>(
         &mut self,

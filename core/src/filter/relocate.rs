@@ -116,7 +116,7 @@ mod tests {
 
     #[test]
     fn an_informed_filter_carries_it_and_a_vehicle_that_was_moved_keeps_its_map() {
-        let informed = Proposal::Informed(Informed { drawn: 0.0, ..Informed::default() });
+        let informed = Proposal::Informed(Informed { sampled_fraction: 0.0, ..Informed::default() });
         let mut state = Box::new(Memory::<2>::new());
         let config = Config { particles: 2, proposal: informed, ..Config::default() };
         let mut slam = ScPhd::new(motion(), config, &mut *state).unwrap();
@@ -137,7 +137,7 @@ mod tests {
             clutter: UniformClutter::of_scan(0.1, window.measure()).unwrap(),
         };
         let mut scratch = DetectorMemory::<Vector2<f64>, 8>::new();
-        let mut lidar = Detector::new(sensing, Births::still(0.001)).unwrap().over(&mut scratch).unwrap();
+        let mut lidar = Detector::new(sensing, Births::of_static(0.001)).unwrap().over(&mut scratch).unwrap();
         // From (8.3, 2) with heading π the landmark is 3.3 m straight ahead.
         slam.scan(&mut lidar, &[Vector2::new(3.3, 0.0)]).unwrap();
         let estimate = slam.estimate_pose().unwrap();

@@ -37,7 +37,7 @@ use crate::{
 ///     field_of_view: window,
 ///     clutter: UniformClutter::of_scan(2.0, window.measure())?,
 /// };
-/// let mut lidar = Detector::new(sensing, Births::still(0.01))?.over(&mut scratch)?;
+/// let mut lidar = Detector::new(sensing, Births::of_static(0.01))?.over(&mut scratch)?;
 ///
 /// let motion = Unicycle::new(Step::Arc, ControlNoise::white(0.1, 0.02))?;
 /// let config = Config { particles: 16, ..Config::default() };
@@ -68,8 +68,8 @@ pub struct ScPhd<'s, M: Motion> {
 }
 
 impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'s, M> {
-    /// The greatest tag of a loaded feature: as many again are left for features that are born.
-    pub const GREATEST_LOADED_TAG: u32 = u32::MAX / 2;
+    /// The greatest label of a loaded feature: as many again are left for features that are born.
+    pub const GREATEST_LOADED_LABEL: u32 = u32::MAX / 2;
 
     /// A filter over a state, which keeps what it holds: a fresh state must be [reset](Self::reset) first, one that a
     /// filter worked on before goes on from there, which takes the configuration to have as many particles, and between a
@@ -118,7 +118,7 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'s, M> {
 
     /// Whether there are maps for all that is born.
     fn has_room_for(&self, births: &Births<T>) -> bool {
-        births.moving == T::ZERO || self.memory.moving.pool.capacity() > 0
+        births.of_moving == T::ZERO || self.memory.moving.pool.capacity() > 0
     }
 
     /// Starts, or starts again: every particle at `pose` with the same weight and an empty map, and the random stream
@@ -136,7 +136,7 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'s, M> {
         cursor.refused = 0;
         cursor.weighed = 0;
         cursor.heaviest = 0;
-        cursor.next_tag = 0;
+        cursor.next_label = 0;
         cursor.noise = Some(Noise::seeded(seed));
         let ln_weight = -T::from_usize(cursor.particles).ln();
         candidates.iter_mut().take(cursor.particles).for_each(|slot| *slot = Candidate { pose, ln_weight });
@@ -147,12 +147,12 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'s, M> {
     }
 
     /// Gives every particle this map instead of its own static one: a surveyed map to start from, or the objects a tracker is to
-    /// take over. All particles share its pages. Tags are kept; of several components with one tag the first keeps it, and
+    /// take over. All particles share its pages. Labels are kept; of several components with one label the first keeps it, and
     /// the others get fresh ones. Neighbours should stand next to each other, so that a page spans little.
     ///
     /// # Errors
     /// A component is not finite, beyond 1e8 m or heavier than a million features, its covariance not positive definite, or its
-    /// tag too great; or the map does not fit. The state is as it was.
+    /// label too great; or the map does not fit. The state is as it was.
     pub fn load_map(&mut self, components: &[Component<PositionOf<M::Pose>>]) -> Result<(), LoadMapError> {
         let Memory { cursor, still, .. } = &mut self.memory;
         let (maps, pool) = (&mut still.table, &mut still.pool);
@@ -166,29 +166,29 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'s, M> {
         if let Some(index) = components.iter().position(|component| !component.is_usable()) {
             return Err(LoadMapError::Component { index });
         }
-        if let Some(index) = components.iter().position(|component| component.tag > Self::GREATEST_LOADED_TAG) {
+        if let Some(index) = components.iter().position(|component| component.label > Self::GREATEST_LOADED_LABEL) {
             return Err(LoadMapError::Tag { index });
         }
-        let greatest = components.iter().map(|component| component.tag).max();
-        let mut next_tag = cursor.next_tag.max(greatest.map_or(0, |tag| tag.saturating_add(1)));
+        let greatest = components.iter().map(|component| component.label).max();
+        let mut next_label = cursor.next_label.max(greatest.map_or(0, |label| label.saturating_add(1)));
         // Compares at most half as many pairs as the square of the capacity.
-        let held_before = |index: usize, tag| components.iter().take(index).any(|component| component.tag == tag);
+        let held_before = |index: usize, label| components.iter().take(index).any(|component| component.label == label);
         (0..cursor.particles).for_each(|particle| maps.release(particle, pool));
         for (place, chunk) in components.chunks(PAGE_LEN).enumerate() {
             let Some((id, page)) = pool.take() else { break };
             let mut named = [Component::ZERO; PAGE_LEN];
             for (offset, (slot, component)) in named.iter_mut().zip(chunk).enumerate() {
                 *slot = *component;
-                if held_before(place * PAGE_LEN + offset, component.tag) {
-                    slot.tag = next_tag;
-                    next_tag = next_tag.wrapping_add(1);
+                if held_before(place * PAGE_LEN + offset, component.label) {
+                    slot.label = next_label;
+                    next_label = next_label.wrapping_add(1);
                 }
             }
             page.fill(named.iter().take(chunk.len()));
             maps.push(0, id);
         }
         (1..cursor.particles).for_each(|particle| maps.share(0, particle, pool));
-        cursor.next_tag = next_tag;
+        cursor.next_label = next_label;
         Ok(())
     }
 

@@ -114,7 +114,7 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
         Ok(scrubbed)
     }
 
-    /// A hash of the counts, the time waited, the next tag and the random stream: all that is small and vital. A vehicle that takes it after
+    /// A hash of the counts, the time waited, the next label and the random stream: all that is small and vital. A vehicle that takes it after
     /// a step and finds another before the next one knows that memory has failed in between, where no scrubbing could tell.
     #[must_use]
     pub fn seal(&self) -> u64 {

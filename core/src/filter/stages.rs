@@ -33,7 +33,7 @@ pub(crate) struct Grounds {
 impl Grounds {
     pub(crate) fn of<T: Real>(config: &Config<T>, cursor: &Cursor<T>) -> Self {
         let (particles, children) = (cursor.particles, cursor.children);
-        let blurs = matches!(config.proposal, Proposal::Informed(informed) if informed.drawn < T::ONE);
+        let blurs = matches!(config.proposal, Proposal::Informed(informed) if informed.sampled_fraction < T::ONE);
         let lone = particles * children == 1 && config.likelihood == Likelihood::SingleCluster && !blurs;
         Self { particles, children, blurs, lone }
     }
@@ -63,7 +63,7 @@ pub(crate) fn propose<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P
     let Memory { cursor, spreads, candidates, ln_likelihoods, still, moving, .. } = memory;
     ln_likelihoods.iter_mut().for_each(|ln_correction| *ln_correction = T::ZERO);
     match config.proposal {
-        Proposal::Informed(informed) if cursor.predicted || informed.drawn < T::ONE => {
+        Proposal::Informed(informed) if cursor.predicted || informed.sampled_fraction < T::ONE => {
             let ln_floor = config.prune_weight.ln();
             let proposer = Proposer { informed, ln_floor, views, still, moving, scan, eta };
             proposer.all(config.samples, cursor, candidates, spreads, ln_likelihoods, noise)

@@ -130,7 +130,7 @@ impl Held {
         if held != 1 && !self.predicted || self.predicted && held != configured {
             return Err(SetupError::HeldSamples { held, configured });
         }
-        if self.spread && !informed { Err(SetupError::HeldSpread) } else { Ok(()) }
+        if self.spread && !informed { Err(SetupError::HeldCovariance) } else { Ok(()) }
     }
 }
 

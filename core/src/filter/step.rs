@@ -82,7 +82,7 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
             births,
             config,
             weighs: grounds.lone,
-            next_tag: &mut memory.cursor.next_tag,
+            next_label: &mut memory.cursor.next_label,
         };
         let tally = update.all(survivors, grounds.particles, parent, look_again, &scan, probe);
         probe.leave(Stage::Update);

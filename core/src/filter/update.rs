@@ -41,8 +41,8 @@ struct Sight<'a, X: MeasurementModel> {
     config: &'a Config<ScalarOf<X::Pose>>,
     /// ln of [`Config::confirmed_weight`].
     ln_confirmed: ScalarOf<X::Pose>,
-    /// The tag of the scan's first measurement; after the last one come the births that did not wait for one.
-    first_tag: u32,
+    /// The label of the scan's first measurement; after the last one come the births that did not wait for one.
+    first_label: u32,
 }
 
 impl<T: Real, X: MeasurementModel<Pose: Pose<Scalar = T>>> Sight<'_, X> {
@@ -89,8 +89,8 @@ pub(crate) struct Update<'a, 's, D: Place> {
     pub(crate) config: &'a Config<D::Scalar>,
     /// Whether the tally is to tell how well the last of the survivors explains the scan.
     pub(crate) weighs: bool,
-    /// The tag of the scan's first measurement; afterwards the first that has not been given away.
-    pub(crate) next_tag: &'a mut u32,
+    /// The label of the scan's first measurement; afterwards the first that has not been given away.
+    pub(crate) next_label: &'a mut u32,
 }
 
 impl<T: Real, D: Place<Scalar = T>> Update<'_, '_, D> {
@@ -110,11 +110,11 @@ impl<T: Real, D: Place<Scalar = T>> Update<'_, '_, D> {
     ) -> Tally<T> {
         let mut tally = Tally::new();
         let ln_confirmed = self.config.confirmed_weight.ln();
-        let first_tag = *self.next_tag;
+        let first_label = *self.next_label;
         let first_look = survivors.first().and_then(|&survivor| look(survivor));
         let (most_births, more) = first_look.map_or((0, false), |(view, _)| view.count_births());
         tally.lost += usize::from(more);
-        *self.next_tag = first_tag.wrapping_add((scan.len() + most_births) as u32);
+        *self.next_label = first_label.wrapping_add((scan.len() + most_births) as u32);
         for (peak, pages) in tally.peaks.iter_mut().zip([self.still.pages_used(), self.moving.pages_used()]) {
             peak.pages = pages;
         }
@@ -140,13 +140,13 @@ impl<T: Real, D: Place<Scalar = T>> Update<'_, '_, D> {
             let parent = parent_of(survivor);
             let last_child = copies.peek().and_then(|next| next.first()).is_none_or(|&next| parent_of(next) != parent);
             if let Some((view, spread)) = look(survivor) {
-                // As many as there are tags for.
+                // As many as there are labels for.
                 let view = View { most_births, ..view };
                 let task = Task { parent, particle, last_child, remaining };
                 let bounds = view.bounds();
                 self.one(
                     task,
-                    &Sight { view, spread, bounds, scan, config: self.config, ln_confirmed, first_tag },
+                    &Sight { view, spread, bounds, scan, config: self.config, ln_confirmed, first_label },
                     &mut tally,
                     probe,
                 );
@@ -175,9 +175,9 @@ impl<T: Real, D: Place<Scalar = T>> Update<'_, '_, D> {
         reset_eta(self.eta, sight.scan);
         let mut seen = Seen::NOTHING;
         let regained_still = self.still.collect(task, self.config, sight, self.eta, &mut seen, tally);
-        let first_birth = sight.first_tag.wrapping_add(sight.scan.len() as u32);
+        let first_birth = sight.first_label.wrapping_add(sight.scan.len() as u32);
         for (index, birth) in sight.view.expected_births() {
-            let birth = Component { tag: first_birth.wrapping_add(index as u32), ..birth };
+            let birth = Component { label: first_birth.wrapping_add(index as u32), ..birth };
             if let Some(probability) = self.still.workspace.look_at::<Static<D>, X>(&birth, sight, self.eta, tally) {
                 seen.add(probability, birth.ln_weight.exp());
             }
@@ -197,8 +197,8 @@ impl<T: Real, D: Place<Scalar = T>> Update<'_, '_, D> {
         self.give_birth(sight, Newborn::Explained, tally);
         probe.enter(Stage::Reduce);
         self.note_components(tally);
-        self.still.reduce(self.config, self.next_tag, tally);
-        self.moving.reduce(self.config, self.next_tag, tally);
+        self.still.reduce(self.config, self.next_label, tally);
+        self.moving.reduce(self.config, self.next_label, tally);
         probe.leave(Stage::Reduce);
         self.give_birth(sight, Newborn::Unexplained, tally);
         self.note_components(tally);
@@ -231,9 +231,9 @@ impl<T: Real, D: Place<Scalar = T>> Update<'_, '_, D> {
         births: Newborn,
         tally: &mut Tally<T>,
     ) {
-        let Sight { view, spread, scan, first_tag, .. } = sight;
+        let Sight { view, spread, scan, first_label, .. } = sight;
         let (still, moving) = (&mut self.still.workspace, &mut self.moving.workspace);
-        let (ln_still, ln_moving) = (self.births.still.ln(), self.births.moving.ln());
+        let (ln_still, ln_moving) = (self.births.of_static.ln(), self.births.of_moving.ln());
         let velocity_variance = self.config.moving.velocity_sigma_mps * self.config.moving.velocity_sigma_mps;
         for (index, (eta, measurement)) in self.eta.iter().zip(scan.iter()).enumerate() {
             let ln_eta = measurement.ln_reference() - eta.ln();
@@ -267,9 +267,9 @@ impl<T: Real, D: Place<Scalar = T>> Update<'_, '_, D> {
                 continue;
             };
             tally.repaired += usize::from(repaired);
-            let tag = first_tag.wrapping_add(index as u32);
+            let label = first_label.wrapping_add(index as u32);
             if let Some(ln_weight) = ln_still {
-                still.push(Component { tag, ln_weight, mean: inverse.feature, covariance: place }, Origin::Born);
+                still.push(Component { label, ln_weight, mean: inverse.feature, covariance: place }, Origin::Born);
                 tally.births += 1;
             }
             if let Some(ln_weight) = ln_moving {
@@ -278,7 +278,7 @@ impl<T: Real, D: Place<Scalar = T>> Update<'_, '_, D> {
                     let velocity = if row == column { velocity_variance } else { T::ZERO };
                     if row < D::DIMENSION { place.get(row, column) } else { velocity }
                 });
-                moving.push(Component { tag, ln_weight, mean, covariance }, Origin::Born);
+                moving.push(Component { label, ln_weight, mean, covariance }, Origin::Born);
                 tally.births += 1;
             }
         }
@@ -397,9 +397,9 @@ impl<T: Real, F: Feature<Position: Place<Scalar = T>>> Maps<'_, F> {
     }
 
     /// Merges, caps and names what is in view.
-    fn reduce(&mut self, config: &Config<T>, next_tag: &mut u32, tally: &mut Tally<T>) {
+    fn reduce(&mut self, config: &Config<T>, next_label: &mut u32, tally: &mut Tally<T>) {
         tally.merged += merge_and_cap(&mut self.workspace, config.merge_distance, config.max_components);
-        self.tell_apart(next_tag);
+        self.tell_apart(next_label);
     }
 
     /// Adds what the workspace dropped, for its weight or for want of room, to the counts of the scan.
@@ -409,13 +409,13 @@ impl<T: Real, F: Feature<Position: Place<Scalar = T>>> Maps<'_, F> {
         tally.pruned_mass += self.workspace.pruned_mass();
     }
 
-    /// What one component has become, missed or detected, and has not been merged since, bears one tag, and stands side
-    /// by side: the heaviest keeps the tag, the others get fresh ones.
-    fn tell_apart(&mut self, next_tag: &mut u32) {
+    /// What one component has become, missed or detected, and has not been merged since, bears one label, and stands side
+    /// by side: the heaviest keeps the label, the others get fresh ones.
+    fn tell_apart(&mut self, next_label: &mut u32) {
         let mut rest = self.workspace.in_view_mut();
-        while let Some(tag) = rest.first().map(|entry| entry.component.tag) {
+        while let Some(label) = rest.first().map(|entry| entry.component.label) {
             work::round();
-            let len = rest.iter().take_while(|entry| entry.component.tag == tag).count();
+            let len = rest.iter().take_while(|entry| entry.component.label == label).count();
             let Some((copies, after)) = rest.split_at_mut_checked(len) else { break };
             rest = after;
             if copies.len() < 2 {
@@ -428,8 +428,8 @@ impl<T: Real, F: Feature<Position: Place<Scalar = T>>> Maps<'_, F> {
                 }
             }
             for (_, copy) in copies.iter_mut().enumerate().filter(|&(place, _)| place != keeper) {
-                copy.component.tag = *next_tag;
-                *next_tag = next_tag.wrapping_add(1);
+                copy.component.label = *next_label;
+                *next_label = next_label.wrapping_add(1);
             }
         }
     }

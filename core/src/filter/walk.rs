@@ -33,7 +33,7 @@ impl<T: Real, P: Pose<Scalar = T>> Memory<'_, P> {
         for count in [cursor.particles, cursor.children, usize::from(cursor.predicted), cursor.heaviest] {
             visit.word(count as u32);
         }
-        visit.word(cursor.next_tag);
+        visit.word(cursor.next_label);
         visit.scalar(cursor.waited_s);
         visit.beside(u32::from(cursor.refused));
         if let Some(noise) = &cursor.noise {
@@ -59,7 +59,7 @@ impl<T: Real, P: Pose<Scalar = T>> Memory<'_, P> {
         let cursor = &mut *self.cursor;
         (cursor.particles, cursor.children, cursor.predicted, cursor.heaviest) =
             (particles, children, predicted != 0, heaviest);
-        cursor.next_tag = from.word();
+        cursor.next_label = from.word();
         cursor.waited_s = from.scalar();
         cursor.refused = from.word().min(u32::from(u16::MAX)) as u16;
         let mut stream = [0; 16];
@@ -154,7 +154,7 @@ impl<T: Real, F: Feature<Position: Vector<Scalar = T>>> Maps<'_, F> {
 }
 
 fn walk_component<T: Real, N: Vector<Scalar = T>>(component: &Component<N>, visit: &mut impl Visit) {
-    visit.word(component.tag);
+    visit.word(component.label);
     visit.scalar(component.ln_weight);
     component.mean.as_slice().iter().for_each(|&x| visit.scalar(x));
     component.covariance.as_lower().iter().for_each(|&x| visit.scalar(x));
@@ -166,7 +166,7 @@ where
     S: FnMut(usize, &mut [u8]) -> Result<(), E>,
 {
     Component {
-        tag: from.word(),
+        label: from.word(),
         ln_weight: from.scalar(),
         mean: from.vector(),
         covariance: Symmetric::from_fn(|_, _| from.scalar()),

@@ -74,7 +74,7 @@ const INNOVATION_HIGH: f64 = 2.0;
 ///     field_of_view: window,
 ///     clutter: UniformClutter::of_scan(2.0, window.measure())?,
 /// };
-/// let lidar = Detector::new(sensing, Births::still(1e-3))?;
+/// let lidar = Detector::new(sensing, Births::of_static(1e-3))?;
 /// let motion = Unicycle::new(Step::Arc, ControlNoise::white(0.1, 0.02))?;
 /// let mut slam = JointSlam::new(motion, JointConfig::default(), &mut *state)?;
 /// slam.reset(PlanarPose::new(0.0, 0.0, 0.0))?;
@@ -120,7 +120,7 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>> Join
         ResetError::check_pose(&pose)?;
         let known = &mut *self.memory.known;
         (known.started, known.pose, known.moved, known.len) = (true, pose, [T::ZERO; 2], 0);
-        (known.waited_s, known.refused, known.next_tag) = (T::ZERO, 0, 0);
+        (known.waited_s, known.refused, known.next_label) = (T::ZERO, 0, 0);
         self.memory.joint.clear();
         Ok(())
     }
@@ -194,21 +194,21 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>> Join
         if sensor.noise().factor().is_none() {
             return Err(ScanError::SensorNoise);
         }
-        let ln_birth = detector.births.still.ln();
+        let ln_birth = detector.births.of_static.ln();
         let Self { config, memory, .. } = self;
         let passage = config.persistence.over(memory.known.waited_s);
         memory.slots.iter_mut().take(memory.known.len).for_each(|slot| slot.existence = slot.existence.after(&passage));
         let (in_view, ln_evidence) = associate(&models, ln_birth, config, memory, measurements);
         let corrected = correct(sensor, memory, measurements);
         memory.follow();
-        let first_tag = memory.known.next_tag;
+        let first_label = memory.known.next_label;
         let born = bear(&models, ln_birth, config, memory, measurements);
         let merged = merge(sensor, config, memory);
         if merged > 0 {
             memory.follow();
         }
         let spoilt = drop_spoilt(memory);
-        let dropped = drop_unlikely(config, memory, first_tag);
+        let dropped = drop_unlikely(config, memory, first_label);
         let refused = core::mem::take(&mut memory.known.refused);
         memory.known.waited_s = T::ZERO;
         let innovation = if corrected.shares > T::ZERO {
@@ -258,7 +258,7 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>> Join
             let is_part = slot.existence.in_sight >= self.config.extraction_existence && slot.detections >= twice;
             let first = first::<M::Pose>(place);
             is_part.then(|| Component {
-                tag: slot.tag,
+                label: slot.label,
                 ln_weight: total.ln(),
                 mean: slot.mean,
                 covariance: Symmetric::from_fn(|row, column| joint.get(first + row, first + column)),
@@ -286,10 +286,10 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>> Join
         self.memory.known.len
     }
 
-    /// The probability that the feature with this tag is there; `None` where there is no such one.
+    /// The probability that the feature with this label is there; `None` where there is no such one.
     #[must_use]
-    pub fn existence(&self, tag: u32) -> Option<T> {
-        let of = |slot: &&Slot<PositionOf<M::Pose>>| slot.tag == tag;
+    pub fn existence(&self, label: u32) -> Option<T> {
+        let of = |slot: &&Slot<PositionOf<M::Pose>>| slot.label == label;
         self.memory.slots.iter().take(self.memory.known.len).find(of).map(|slot| Existence::total(slot.existence))
     }
 }

@@ -8,7 +8,7 @@ use crate::{Pose, PositionOf, Real, ScalarOf, Vector, Zero};
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Slot<D: Vector> {
     /// Names the feature.
-    pub(super) tag: u32,
+    pub(super) label: u32,
     /// Where it is, m.
     pub(super) mean: D,
     /// How far corrections have moved it since the covariance was last turned, m.
@@ -83,7 +83,7 @@ pub(super) struct Known<P: Pose> {
     pub(super) waited_s: ScalarOf<P>,
     /// Predictions refused since the last scan.
     pub(super) refused: usize,
-    pub(super) next_tag: u32,
+    pub(super) next_label: u32,
 }
 
 /// A state of whatever capacity, borrowed.
@@ -118,7 +118,7 @@ where
             len: 0,
             waited_s: T::ZERO,
             refused: 0,
-            next_tag: 0,
+            next_label: 0,
         };
         Self {
             known,
@@ -220,7 +220,7 @@ impl<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>> Memory<'_, P, Z> {
 
 impl<T: Real, D: Vector<Scalar = T>> Slot<D> {
     pub(super) const ZERO: Self = Self {
-        tag: 0,
+        label: 0,
         mean: D::ZERO,
         moved: D::ZERO,
         existence: Existence::NONE,

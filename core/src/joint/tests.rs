@@ -20,7 +20,7 @@ fn with_known_association_and_all_linear_it_is_the_kalman_filter() {
         field_of_view: Everywhere(1.0 - 1e-15),
         clutter: UniformClutter::of_scan(1e-60, 1.0).unwrap(),
     };
-    let detector = Detector::new(sensing, Births::still(1e-16)).unwrap();
+    let detector = Detector::new(sensing, Births::of_static(1e-16)).unwrap();
     let config = JointConfig { gate: 400.0, ..JointConfig::default() };
     let mut state = Box::new(Linear::<4, { joint_numbers(3, 2, 4) }>::new());
     let mut slam = JointSlam::new(Drift { sigmas: [0.5, 0.2] }, config, &mut *state).unwrap();
@@ -118,7 +118,7 @@ fn lidar_of<T: Real>(births: T) -> Lidar<T> {
         field_of_view: window,
         clutter: UniformClutter::of_scan(real(2.0), window.measure()).unwrap(),
     };
-    Detector::new(sensing, Births::still(births)).unwrap()
+    Detector::new(sensing, Births::of_static(births)).unwrap()
 }
 
 /// Landmarks around a circle of 8 m that the vehicle drives, and a truth to score against.
@@ -230,7 +230,7 @@ fn a_detector_that_is_to_learn_is_refused() {
         field_of_view: Everywhere(0.9),
         clutter: UniformClutter::of_scan(1.0, 100.0).unwrap(),
     };
-    let detector = Detector::new(sensing, Births::still(1e-3)).unwrap();
+    let detector = Detector::new(sensing, Births::of_static(1e-3)).unwrap();
     let mut state = Box::new(Linear::<4, { joint_numbers(3, 2, 4) }>::new());
     let mut slam = JointSlam::new(Drift { sigmas: [0.5, 0.2] }, JointConfig::default(), &mut *state).unwrap();
     slam.reset(PlanarPose::ZERO).unwrap();
@@ -241,7 +241,7 @@ fn a_detector_that_is_to_learn_is_refused() {
     assert_eq!(slam.digest(), digest);
 }
 
-/// Lets a landmark be seen for 60 s, then be missing for 3 s, then come back or not; whether the map has it, under the same tag,
+/// Lets a landmark be seen for 60 s, then be missing for 3 s, then come back or not; whether the map has it, under the same label,
 /// before, at the end of the 3 s, and a second later.
 fn missing_for_a_while(seed: u64, comes_back: bool) -> [bool; 3] {
     let config = JointConfig { persistence: PERSISTENCE, ..JointConfig::default() };
@@ -252,8 +252,8 @@ fn missing_for_a_while(seed: u64, comes_back: bool) -> [bool; 3] {
     run(&mut slam, &mut course, 600, |_| false);
     // The first stands at (12, 0).
     let near = |feature: &Component<Vector2<f64>>| (feature.mean - Vector2::new(12.0, 0.0)).norm() < 0.5;
-    let known = slam.features().find(near).map(|feature| feature.tag);
-    let has = |slam: &CarSlam<'_, f64>| slam.features().any(|feature| near(&feature) && Some(feature.tag) == known);
+    let known = slam.features().find(near).map(|feature| feature.label);
+    let has = |slam: &CarSlam<'_, f64>| slam.features().any(|feature| near(&feature) && Some(feature.label) == known);
     let before = known.is_some();
     run(&mut slam, &mut course, 30, |k| k == 0);
     let missing = has(&slam);

@@ -44,8 +44,8 @@ where
         if !(unexplained >= config.birth_share && existence > T::ZERO) {
             continue;
         }
-        let tag = memory.known.next_tag;
-        memory.known.next_tag = tag.wrapping_add(1);
+        let label = memory.known.next_label;
+        memory.known.next_label = label.wrapping_add(1);
         let Some((mean, by_pose, own)) = invert(models, &frame, z) else {
             born.no_birth += 1;
             continue;
@@ -61,7 +61,7 @@ where
         let place = memory.known.len;
         let Some(slot) = memory.slots.get_mut(place) else { break };
         let existence = Existence { in_sight: existence, hidden: T::ZERO };
-        *slot = Slot { tag, mean, existence, detections: existence.in_sight, ..Slot::ZERO };
+        *slot = Slot { label, mean, existence, detections: existence.in_sight, ..Slot::ZERO };
         memory.joint.add(&by_pose, &own, place);
         memory.known.len += 1;
         born.births += 1;
@@ -116,17 +116,17 @@ pub(super) fn drop_spoilt<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(m
     spoilt
 }
 
-/// Drops what is hardly there, but for what was born in this scan and has tags from `first_tag` on: that waits for the next.
+/// Drops what is hardly there, but for what was born in this scan and has labels from `first_label` on: that waits for the next.
 pub(super) fn drop_unlikely<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
     config: &JointConfig<T>,
     memory: &mut Memory<'_, P, Z>,
-    first_tag: u32,
+    first_label: u32,
 ) -> usize {
     let mut dropped = 0;
     for place in (0..memory.known.len).rev() {
         let Some(slot) = memory.slots.get(place) else { continue };
-        // Tags wrap around.
-        if slot.tag.wrapping_sub(first_tag) < u32::MAX / 2 {
+        // Labels wrap around.
+        if slot.label.wrapping_sub(first_label) < u32::MAX / 2 {
             continue;
         }
         let was_expected = slot.detection > T::ZERO;
@@ -214,7 +214,7 @@ fn join<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
         let (likelier, other) = if a.existence.total() >= b.existence.total() { (a, b) } else { (b, a) };
         slot.existence = likelier.existence;
         slot.detections = likelier.detections + other.detections;
-        slot.tag = if a.detections >= b.detections { a.tag } else { b.tag };
+        slot.label = if a.detections >= b.detections { a.label } else { b.label };
     }
     memory.drop_feature(other);
     true

@@ -14,11 +14,11 @@ impl<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>> Memory<'_, P, Z> {
         visit.word(u32::from(known.started));
         visit.pose(&known.pose);
         visit.scalar(known.waited_s);
-        visit.word(known.next_tag);
+        visit.word(known.next_label);
         visit.beside(u32::try_from(known.refused).unwrap_or(u32::MAX));
         known.moved.iter().for_each(|&by| visit.beside_scalar(by));
         for slot in slots.iter().take(known.len) {
-            visit.word(slot.tag);
+            visit.word(slot.label);
             slot.mean.as_slice().iter().for_each(|&coordinate| visit.scalar(coordinate));
             let numbers = [slot.existence.in_sight, slot.existence.hidden, slot.detections];
             numbers.into_iter().for_each(|number| visit.scalar(number));
@@ -37,13 +37,13 @@ impl<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>> Memory<'_, P, Z> {
         known.started = from.word() != 0;
         known.pose = from.pose();
         known.waited_s = from.scalar();
-        known.next_tag = from.word();
+        known.next_label = from.word();
         known.refused = from.word() as usize;
         known.moved = core::array::from_fn(|_| from.scalar());
         for slot in slots.iter_mut().take(known.len) {
-            let (tag, mean) = (from.word(), from.vector());
+            let (label, mean) = (from.word(), from.vector());
             let existence = Existence { in_sight: from.scalar(), hidden: from.scalar() };
-            *slot = Slot { tag, mean, existence, detections: from.scalar(), moved: from.vector(), ..Slot::ZERO };
+            *slot = Slot { label, mean, existence, detections: from.scalar(), moved: from.vector(), ..Slot::ZERO };
         }
         joint.used_mut(known.len).iter_mut().for_each(|number| *number = from.scalar());
     }

@@ -13,12 +13,12 @@ const LN_HEAVIEST: f64 = 13.815_510_557_964_274;
 /// a moving one its position and velocity.
 ///
 /// `T` is the scalar of `N`, and never named: a field whose type is a projection breaks the compiler (1.95) where a closure takes the
-/// rest of a captured component, `Component { tag, ..known }`.
+/// rest of a captured component, `Component { label, ..known }`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Component<N: Vector, T = <N as Vector>::Scalar> {
     /// Names the feature from scan to scan: no two components of one kind in one map have the same. It tells from which
     /// measurement the feature was born, and is the same in all particles.
-    pub tag: u32,
+    pub label: u32,
     /// ln w.
     pub ln_weight: T,
     /// m: the position, m; of a moving feature then its velocity, m/s.
@@ -29,7 +29,7 @@ pub struct Component<N: Vector, T = <N as Vector>::Scalar> {
 
 impl<T: Real, N: Vector<Scalar = T>> Component<N> {
     /// All zero; a placeholder for unused memory.
-    pub const ZERO: Self = Self { tag: 0, ln_weight: T::ZERO, mean: N::ZERO, covariance: Symmetric::ZERO };
+    pub const ZERO: Self = Self { label: 0, ln_weight: T::ZERO, mean: N::ZERO, covariance: Symmetric::ZERO };
 
     /// Whether it may come from outside: of a finite weight, at most a million features, so that sums of weights stay finite;
     /// within range, and the covariance positive definite.
@@ -102,7 +102,7 @@ impl<T: Real, N: Vector<Scalar = T>, Z: Vector<Scalar = T>> Correction<N, Z> {
     #[must_use]
     pub fn apply(&self, component: &Component<N>, innovation: &Z, ln_weight: T) -> Component<N> {
         let mean = component.mean + applied::<N, Z>(&self.gain, innovation);
-        Component { tag: component.tag, ln_weight, mean, covariance: self.covariance }
+        Component { label: component.label, ln_weight, mean, covariance: self.covariance }
     }
 
     /// Whether the corrected covariance had to be repaired.

@@ -240,7 +240,7 @@ pub(crate) fn moment_match<'e, T: Real, N: Vector<Scalar = T>>(
     covariance.add_outer(-T::ONE, &offset);
     let ln_weight = head.ln_weight + mass.ln();
     match covariance.kept_positive_definite() {
-        Some((covariance, _)) => Component { tag: head.tag, ln_weight, mean: head.mean + offset, covariance },
+        Some((covariance, _)) => Component { label: head.label, ln_weight, mean: head.mean + offset, covariance },
         None => Component { ln_weight, ..*head },
     }
 }
@@ -256,7 +256,7 @@ mod tests {
 
     fn component(weight: f64, x: f64, y: f64) -> Component<Vector2<f64>> {
         let covariance = Symmetric::from_fn(|row, column| if row == column { 0.4 } else { 0.1 });
-        Component { tag: (100.0 * weight) as u32, ln_weight: weight.ln(), mean: Vector2::new(x, y), covariance }
+        Component { label: (100.0 * weight) as u32, ln_weight: weight.ln(), mean: Vector2::new(x, y), covariance }
     }
 
     fn reduced(mixture: &[Component<Vector2<f64>>], merge_distance: f64, cap: usize) -> Vec<Component<Vector2<f64>>> {
@@ -300,10 +300,10 @@ mod tests {
         assert!((after.0 - before.0).abs() < 1e-14);
         assert!((after.1 - before.1).norm() < 1e-13);
         assert!((after.2 - before.2).norm() < 1e-12);
-        // The tag is that of the heaviest part.
-        let mut tags: Vec<u32> = left.iter().map(|c| c.tag).collect();
-        tags.sort_unstable();
-        assert_eq!(tags, [30, 50, 90]);
+        // The label is that of the heaviest part.
+        let mut labels: Vec<u32> = left.iter().map(|c| c.label).collect();
+        labels.sort_unstable();
+        assert_eq!(labels, [30, 50, 90]);
     }
 
     #[test]

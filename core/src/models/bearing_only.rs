@@ -8,7 +8,7 @@ use nalgebra::{RowVector2, SMatrix, SVector, Vector1, Vector2};
 /// A birth intensity that does not wait for measurements, as the user knows where features appear (5.2.1): a Gaussian
 /// mixture over static features, which may move with the sensor's frame.
 pub trait BirthIntensity<F, D: Vector>: Debug + Sync {
-    /// The component of that index, in map coordinates; `None` past the last. Tags do not matter.
+    /// The component of that index, in map coordinates; `None` past the last. Labels do not matter.
     fn component(&self, frame: &F, index: usize) -> Option<Component<D>>;
 }
 
@@ -184,7 +184,7 @@ impl<T: Real> BirthIntensity<PlanarFrame<T>, Vector2<T>> for PolarBirths<T> {
             along * along * product(a) + across * across * product(b)
         });
         let mean = frame.position + Vector2::new(range * cosine, range * sine);
-        Some(Component { tag: 0, ln_weight: weight.ln(), mean, covariance })
+        Some(Component { label: 0, ln_weight: weight.ln(), mean, covariance })
     }
 }
 

@@ -74,7 +74,7 @@ impl<T: Real> ConstantVelocity<T> {
         let (covariance, _) = covariance.kept_positive_definite()?;
         let ln_weight = component.ln_weight - dt / self.lifetime_s;
         let finite = mean.as_slice().iter().all(|coordinate| coordinate.is_finite());
-        finite.then_some(Component { tag: component.tag, ln_weight, mean, covariance })
+        finite.then_some(Component { label: component.label, ln_weight, mean, covariance })
     }
 }
 
@@ -90,7 +90,7 @@ mod tests {
         let root = Matrix4::new(1.0, 0.2, -0.3, 0.1, 0.0, 0.8, 0.4, 0.2, 0.1, 0.0, 0.5, 0.3, 0.2, 0.1, 0.0, 0.7);
         let full = root * root.transpose();
         let covariance = Symmetric::from_fn(|row, column| full[(row, column)]);
-        Component { tag: 7, ln_weight: -0.2, mean: Vector4::new(1.0, 2.0, 0.5, -0.3), covariance }
+        Component { label: 7, ln_weight: -0.2, mean: Vector4::new(1.0, 2.0, 0.5, -0.3), covariance }
     }
 
     #[test]
@@ -109,7 +109,7 @@ mod tests {
         assert!((after.covariance.to_matrix() - expected).norm() < 1e-14);
         assert!((after.mean - f * before.mean).norm() < 1e-15);
         assert!((after.ln_weight - (-0.2 - 0.7 / 20.0)).abs() < 1e-15);
-        assert_eq!(after.tag, 7);
+        assert_eq!(after.label, 7);
     }
 
     #[test]

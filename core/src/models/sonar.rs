@@ -414,7 +414,7 @@ impl<T: Real> BirthIntensity<BodyFrame<T>, Vector3<T>> for SphericalBirths<T> {
         let aside = range * (two * two * T::PI / count).sqrt() * half;
         let mut covariance = Symmetric::from_diagonal([aside * aside; 3]);
         covariance.add_outer(along * along - aside * aside, &direction);
-        Some(Component { tag: 0, ln_weight: weight.ln(), mean: frame.position + direction * range, covariance })
+        Some(Component { label: 0, ln_weight: weight.ln(), mean: frame.position + direction * range, covariance })
     }
 }
 

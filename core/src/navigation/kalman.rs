@@ -45,7 +45,7 @@ impl<T: Real, N: Vector<Scalar = T>> Kalman<N> {
             return Outcome::Rejected;
         }
         let correction = Correction::<N, Z>::new::<N>(&self.covariance, h, noise, &factor);
-        let prior = Component { tag: 0, ln_weight: T::ZERO, mean: self.mean, covariance: self.covariance };
+        let prior = Component { label: 0, ln_weight: T::ZERO, mean: self.mean, covariance: self.covariance };
         let Component { mean, covariance, .. } = correction.apply(&prior, &innovation, T::ZERO);
         *self = Self { mean, covariance };
         Outcome::Accepted

@@ -26,8 +26,8 @@ pub(crate) struct Cursor<T> {
     /// The particle whose map is the estimate: the one that continues the heaviest surviving candidate of the last
     /// scan.
     pub(crate) heaviest: usize,
-    /// The tag that the next feature gets. It wraps after four thousand million.
-    pub(crate) next_tag: u32,
+    /// The label that the next feature gets. It wraps after four thousand million.
+    pub(crate) next_label: u32,
     /// The random stream; none before the first reset.
     pub(crate) noise: Option<Noise>,
 }
@@ -41,7 +41,7 @@ impl<T: Real> Cursor<T> {
         refused: 0,
         weighed: 0,
         heaviest: 0,
-        next_tag: 0,
+        next_label: 0,
         noise: None,
     };
 

@@ -87,14 +87,15 @@ impl<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>> Proposer<'_, '
             let posterior = self.posterior(particle, &parent, &root);
             crowded += usize::from(self.still.workspace.tightened() || self.still.workspace.lost() > 0);
             let Some(posterior) = posterior else { continue };
-            let left = posterior.covariance.congruence::<P::Tangent>(&root).scaled(T::ONE - self.informed.drawn);
+            let left =
+                posterior.covariance.congruence::<P::Tangent>(&root).scaled(T::ONE - self.informed.sampled_fraction);
             // Rounding may have left a prior that no Gaussian has. Then it stays, and the next predictions blur it.
             if !left.is_finite() {
                 continue;
             }
             let half = T::from_f64(0.5);
             let ln_scale = half * posterior.information.ln_determinant();
-            let share = self.informed.drawn.sqrt();
+            let share = self.informed.sampled_fraction.sqrt();
             for (candidate, ln_correction) in family.iter_mut().zip(ln_corrections) {
                 let drawn = P::Tangent::with(|_| share * noise.normal());
                 let xi = posterior.mean + posterior.information.spread_inverse(&drawn);
@@ -116,7 +117,7 @@ impl<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>> Proposer<'_, '
         parent: &P,
         root: &Linear<P::Tangent, P::Tangent>,
     ) -> Option<Posterior<P::Tangent>> {
-        let ln_negligible = self.informed.least_share.ln();
+        let ln_negligible = self.informed.min_responsibility.ln();
         let views = Views { ln_negligible, ..*self.views };
         let mut posterior = Posterior::prior()?;
         let view = views.from(parent);
@@ -155,7 +156,7 @@ impl<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>> Proposer<'_, '
                 view.matches(&sighted.blurred, self.scan, |found| {
                     let ln_eta = self.eta.get(found.index).map_or(T::INFINITY, LnSum::ln);
                     let share = (found.ln_term - ln_eta).exp();
-                    if share >= self.informed.least_share {
+                    if share >= self.informed.min_responsibility {
                         share_sum += share;
                         innovation_sum += found.innovation * share;
                     }

@@ -50,7 +50,7 @@ pub enum SetupError {
         configured: usize,
     },
     /// The state holds particles whose poses are uncertain in themselves, from which only the informed proposal can go on.
-    HeldSpread,
+    HeldCovariance,
     /// What an earlier filter has left in the state does not fit together: its memory was damaged.
     HeldDamaged(Flaw),
 }
@@ -65,7 +65,7 @@ impl fmt::Display for SetupError {
             Self::TooManyCandidates { candidates, capacity } => {
                 write!(f, "{candidates} candidates (particles × samples) do not fit a state for {capacity}")
             }
-            Self::NoRoomForMoving => f.write_str("births.moving is above 0, but the state has no moving maps"),
+            Self::NoRoomForMoving => f.write_str("births.of_moving is above 0, but the state has no moving maps"),
             Self::Model(error) => error.fmt(f),
             Self::TooManyBirths { capacity } => {
                 write!(f, "the sensor's birth intensity has more components than a state for {capacity} in view holds")
@@ -79,7 +79,7 @@ impl fmt::Display for SetupError {
                     "the state holds {held} samples a particle, and the next scan is to have {configured}; clear it first"
                 )
             }
-            Self::HeldSpread => f.write_str(
+            Self::HeldCovariance => f.write_str(
                 "the state's poses are uncertain, which the informed proposal alone goes on from; clear it first",
             ),
             Self::HeldDamaged(flaw) => write!(f, "the state is damaged: {flaw}; clear it first"),
@@ -153,7 +153,7 @@ pub enum LoadMapError {
         /// Its place in the map.
         index: usize,
     },
-    /// A component's tag is above [`ScPhd::GREATEST_LOADED_TAG`](crate::ScPhd::GREATEST_LOADED_TAG).
+    /// A component's label is above [`ScPhd::GREATEST_LOADED_LABEL`](crate::ScPhd::GREATEST_LOADED_LABEL).
     Tag {
         /// Its place in the map.
         index: usize,
@@ -177,7 +177,7 @@ impl fmt::Display for LoadMapError {
                     "component {index} is not finite, too far away or too heavy, or its covariance not positive definite"
                 )
             }
-            Self::Tag { index } => write!(f, "component {index} has a tag that is too great"),
+            Self::Tag { index } => write!(f, "component {index} has a label that is too great"),
             Self::TooManyComponents { components, capacity } => {
                 write!(f, "{components} components do not fit a state for {capacity}")
             }
@@ -262,7 +262,7 @@ impl fmt::Display for ScanError {
                 write!(f, "{measurements} measurements do not fit a state for {capacity}")
             }
             Self::NonFinite { index } => write!(f, "measurement {index} is not finite"),
-            Self::NoRoomForMoving => f.write_str("births.moving is above 0, but the state has no moving maps"),
+            Self::NoRoomForMoving => f.write_str("births.of_moving is above 0, but the state has no moving maps"),
             Self::SensorNoise => f.write_str("the covariance of the sensor's noise is not positive definite"),
             Self::Learning => f.write_str("the detector is to learn while running, which a joint map does not"),
         }

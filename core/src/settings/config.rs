@@ -113,7 +113,7 @@ impl<T: Real> Config<T> {
     /// ```
     #[must_use]
     pub fn informed(particles: usize) -> Self {
-        let proposal = Proposal::Informed(Informed { drawn: T::ZERO, ..Informed::default() });
+        let proposal = Proposal::Informed(Informed { sampled_fraction: T::ZERO, ..Informed::default() });
         Self { particles, proposal, ..Self::default() }
     }
 
@@ -202,10 +202,14 @@ impl<T: Real> Config<T> {
         )?;
         if let Proposal::Informed(informed) = self.proposal {
             require((1..=16).contains(&informed.rounds), "proposal.rounds", "1 to 16")?;
-            require(informed.drawn >= zero && informed.drawn <= one, "proposal.drawn", "between 0 and 1")?;
             require(
-                informed.least_share > zero && informed.least_share < one,
-                "proposal.least_share",
+                informed.sampled_fraction >= zero && informed.sampled_fraction <= one,
+                "proposal.drawn",
+                "between 0 and 1",
+            )?;
+            require(
+                informed.min_responsibility > zero && informed.min_responsibility < one,
+                "proposal.min_responsibility",
                 "above 0 and below 1",
             )?;
         }

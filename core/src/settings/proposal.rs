@@ -21,13 +21,13 @@ pub struct Informed<T> {
     pub rounds: usize,
     /// Share of the Gaussian's covariance that the samples are drawn with; what is left stays with the particle, and is added to
     /// what the next motion brings. 1: samples of the posterior; 0: its mean, without drawing.
-    pub drawn: T,
-    /// A component speaks for a measurement if it explains at least this share of it.
-    pub least_share: T,
+    pub sampled_fraction: T,
+    /// A component speaks for a measurement if its responsibility for it, the share of it that it explains, is at least this.
+    pub min_responsibility: T,
 }
 
 impl<T: Real> Default for Informed<T> {
     fn default() -> Self {
-        Self { rounds: 3, drawn: T::ONE, least_share: T::from_f64(0.01) }
+        Self { rounds: 3, sampled_fraction: T::ONE, min_responsibility: T::from_f64(0.01) }
     }
 }

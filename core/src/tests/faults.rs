@@ -30,7 +30,7 @@ fn models(clutter_per_scan: f32) -> Models<Car, RangeBearing<f32>, RangeBearingW
 }
 
 const AHEAD: UnicycleControl<f32> = UnicycleControl { speed_mps: 1.0, rate_radps: 0.1 };
-const BIRTHS: Births<f32> = Births::still(0.01);
+const BIRTHS: Births<f32> = Births::of_static(0.01);
 const ORIGIN: PlanarPose<f32> = PlanarPose::new(0.0, 0.0, 0.0);
 
 fn config() -> Config<f32> {
@@ -63,16 +63,16 @@ fn check_consistent(filter: &mut Planar<'_, Car>) {
 }
 
 fn check_map<'c, N: Vector<Scalar = f32>>(map: impl Iterator<Item = &'c Component<N>>) {
-    let mut tags = Vec::new();
+    let mut labels = Vec::new();
     for component in map {
         assert!(component.ln_weight.is_finite() && component.mean.as_slice().iter().all(|x| x.is_finite()));
         assert!(component.covariance.factor().is_some(), "{component:?}");
-        tags.push(component.tag);
+        labels.push(component.label);
     }
-    let components = tags.len();
-    tags.sort_unstable();
-    tags.dedup();
-    assert_eq!(tags.len(), components, "two components have one tag");
+    let components = labels.len();
+    labels.sort_unstable();
+    labels.dedup();
+    assert_eq!(labels.len(), components, "two components have one label");
 }
 
 #[test]
@@ -158,7 +158,7 @@ fn refused_input_leaves_the_state_as_it_was() {
     let bad = Component { covariance: Symmetric::ZERO, ..Component::ZERO };
     assert_eq!(filter.load_map(&[bad]), Err(LoadMapError::Component { index: 0 }));
     let good = Component { covariance: Symmetric::from_diagonal([1.0, 1.0]), ..Component::ZERO };
-    let tagged = |tag| Component { tag, ..good };
+    let tagged = |label| Component { label, ..good };
     assert_eq!(filter.load_map(&[good, tagged(u32::MAX)]), Err(LoadMapError::Tag { index: 1 }));
     let heavy = Component { ln_weight: 1e30, ..good };
     assert_eq!(filter.load_map(&[heavy]), Err(LoadMapError::Component { index: 0 }));
@@ -172,16 +172,16 @@ fn loaded_features_have_tags_of_their_own() {
     let mut state = Box::new(Roomy::new());
     let mut filter = Planar::new(models(2.0), BIRTHS, config(), &mut *state).unwrap();
     filter.reset(ORIGIN, 1).unwrap();
-    let tagged = |tag| Component { tag, covariance: Symmetric::from_diagonal([1.0, 1.0]), ..Component::ZERO };
+    let tagged = |label| Component { label, covariance: Symmetric::from_diagonal([1.0, 1.0]), ..Component::ZERO };
     filter.load_map(&[tagged(4), tagged(7), tagged(4), tagged(0)]).unwrap();
-    let tags: Vec<u32> = filter.map(0).map(|component| component.tag).collect();
-    assert_eq!(tags, [4, 7, 8, 0]);
+    let labels: Vec<u32> = filter.map(0).map(|component| component.label).collect();
+    assert_eq!(labels, [4, 7, 8, 0]);
     filter.scan(&[Vector2::new(9.0, 1.0)]).unwrap();
     check_consistent(&mut filter);
     // The next features are named after the greatest there can be.
-    filter.load_map(&[tagged(ScPhd::<Car>::GREATEST_LOADED_TAG), tagged(0)]).unwrap();
+    filter.load_map(&[tagged(ScPhd::<Car>::GREATEST_LOADED_LABEL), tagged(0)]).unwrap();
     filter.scan(&[Vector2::new(9.0, 1.0)]).unwrap();
-    assert!(filter.map(0).any(|component| component.tag > i32::MAX as u32));
+    assert!(filter.map(0).any(|component| component.label > i32::MAX as u32));
     check_consistent(&mut filter);
 }
 
@@ -218,7 +218,7 @@ fn a_garbage_row_is_refused_and_told_of_and_its_time_passes() {
 fn the_mean_pose_is_right_far_from_the_origin_and_in_an_unlikely_scan() {
     let mut state = Box::new(Roomy::new());
     // Almost nothing explains what is measured.
-    let mut filter = Planar::new(models(1e-7), Births::still(1e-9), config(), &mut *state).unwrap();
+    let mut filter = Planar::new(models(1e-7), Births::of_static(1e-9), config(), &mut *state).unwrap();
     filter.reset(PlanarPose::new(1000.0, -1000.0, 0.0), 1).unwrap();
     let mut number = numbers(5);
     let mut ln_least = 0.0_f32;
@@ -333,7 +333,7 @@ fn unexplained(particles: usize, samples: usize) {
     let mut filter = Planar::new(models(0.0), Births::NONE, config, &mut *state).unwrap();
     filter.reset(ORIGIN, 1).unwrap();
     let unit = Symmetric::from_diagonal([0.01, 0.01]);
-    let feature = Component { tag: 0, ln_weight: 0.0, mean: Vector2::new(25.0, 0.0), covariance: unit };
+    let feature = Component { label: 0, ln_weight: 0.0, mean: Vector2::new(25.0, 0.0), covariance: unit };
     filter.load_map(&[feature]).unwrap();
     filter.predict(&AHEAD, 0.1).unwrap();
     let report = filter.scan(&[Vector2::new(5.0, 3.0), Vector2::new(-1.0, 0.0)]).unwrap();
@@ -396,7 +396,7 @@ fn a_measurement_beyond_the_view_gives_no_birth() {
 fn full_memory_degrades_in_order_and_recovers() {
     // Room for a tenth of what the scans bring: 24 pages for 8 particles, 3 pages a map, 32 components in an update.
     let mut state = Box::new(Compact::<8, 16, 24, 3, 32>::new());
-    let mut filter = Planar::new(models(0.5), Births::still(0.05), config(), &mut *state).unwrap();
+    let mut filter = Planar::new(models(0.5), Births::of_static(0.05), config(), &mut *state).unwrap();
     filter.reset(ORIGIN, 1).unwrap();
     let mut number = numbers(7);
     let mut seen = Health::GOOD;
@@ -426,7 +426,7 @@ fn confirmed_features_outlive_clutter_when_memory_is_full() {
     let mut state = Box::new(Compact::<4, 4, 16, 2, 128>::new());
     let motionless = Models { motion: Unicycle::new(Step::Euler, ControlNoise::NONE).unwrap(), ..models(4.0) };
     let config = Config { particles: 4, ..Config::default() };
-    let mut filter = Planar::new(motionless, Births::still(0.03), config, &mut *state).unwrap();
+    let mut filter = Planar::new(motionless, Births::of_static(0.03), config, &mut *state).unwrap();
     filter.reset(ORIGIN, 1).unwrap();
     let landmarks: Vec<_> = (0..16).map(|k| Vector2::new(4.0 + 0.9 * k as f32, -3.0 + 0.4 * k as f32)).collect();
     let mut number = numbers(11);

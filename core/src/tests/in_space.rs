@@ -39,7 +39,7 @@ fn models() -> Models<Auv<f64>, StereoCamera<f64>, StereoFrustum<f64>, UniformCl
 
 fn births(moving: f64) -> Births<f64> {
     let clutter = models().clutter.intensity();
-    Births { still: 0.05 * clutter, moving: moving * clutter }
+    Births { of_static: 0.05 * clutter, of_moving: moving * clutter }
 }
 
 fn config(particles: usize) -> Config<f64> {

@@ -17,13 +17,13 @@ type Memory<T, const N: usize, const C: usize> =
 type Linear<'s> = Alone<'s, Drift, Sensing<Offset, Everywhere, UniformClutter<f64>>>;
 
 fn informed(drawn: f64) -> Proposal<f64> {
-    Proposal::Informed(Informed { drawn, ..Informed::default() })
+    Proposal::Informed(Informed { sampled_fraction: drawn, ..Informed::default() })
 }
 
 /// Two features of known uncertainty, 20 m apart.
 fn linear_map() -> [Component<Vector2<f64>>; 2] {
     [(10.0, 5.0), (-8.0, 14.0)].map(|(x, y)| Component {
-        tag: x as u32,
+        label: x as u32,
         ln_weight: 0.7_f64.ln(),
         mean: Vector2::new(x, y),
         covariance: Symmetric::from_fn(|row, column| if row == column { 0.04 } else { 0.01 }),
@@ -168,10 +168,10 @@ fn car<T: Real, const N: usize, const C: usize>(
         clutter: UniformClutter::of_scan(c(2.0), window.measure()).unwrap(),
     };
     let config = Config { particles: N, samples: C / N, proposal, ..Config::default() };
-    let mut filter = Alone::new(models, Births::still(c(0.01)), config, memory).unwrap();
+    let mut filter = Alone::new(models, Births::of_static(c(0.01)), config, memory).unwrap();
     filter.reset(PlanarPose::ZERO, seed).unwrap();
     let landmarks = [(8.0, 3.0), (6.0, -7.0), (-5.0, 4.0)].map(|(x, y): (f64, f64)| Component {
-        tag: 0,
+        label: 0,
         ln_weight: T::ZERO,
         mean: SVector::from([c(x), c(y)]),
         covariance: Symmetric::from_diagonal([c(0.05), c(0.05)]),
@@ -241,7 +241,7 @@ fn certain_directions_stay_certain() {
 }
 
 fn drive<T: Real>(memory: &mut Memory<T, 4, 4>, drawn: f64, seed: u64) -> Car<'_, T> {
-    let proposal = Proposal::Informed(Informed { drawn: T::from_f64(drawn), ..Informed::default() });
+    let proposal = Proposal::Informed(Informed { sampled_fraction: T::from_f64(drawn), ..Informed::default() });
     let noise = ControlNoise::white(T::from_f64(0.3), T::from_f64(0.05));
     let mut filter = car(memory, proposal, noise, seed);
     for _ in 0..10 {

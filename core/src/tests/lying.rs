@@ -124,7 +124,7 @@ impl Sensor for &Liar {
     fn expected_birth(&self, frame: &Vector2<f64>, index: usize) -> Option<Component<Vector2<f64>>> {
         let variance = self.says(Lie::BirthCovariance, 1.0);
         (index < self.births).then(|| Component {
-            tag: 0,
+            label: 0,
             ln_weight: self.says(Lie::BirthWeight, -3.0),
             mean: frame + Vector2::new(self.says(Lie::Birth, index as f64), 2.0),
             covariance: Symmetric::from_diagonal([variance, 1.0]),
@@ -168,7 +168,7 @@ type Memory = State<
     MapMemory<Dynamic<Vector2<f64>>, 3, 12, 4, 32>,
 >;
 
-const BIRTHS: Births<f64> = Births { still: 0.01, moving: 0.01 };
+const BIRTHS: Births<f64> = Births { of_static: 0.01, of_moving: 0.01 };
 
 fn models(liar: &Liar) -> Models<&Liar, &Liar, &Liar, &Liar> {
     Models { motion: liar, sensor: liar, field_of_view: liar, clutter: liar }
@@ -181,7 +181,7 @@ fn check<N: Vector<Scalar = f64>>(component: &Component<N>) -> bool {
 #[test]
 fn no_lie_becomes_a_weight_or_a_feature() {
     let mut state = Box::new(Memory::new());
-    let informed = |drawn| Proposal::Informed(Informed { drawn, ..Informed::default() });
+    let informed = |drawn| Proposal::Informed(Informed { sampled_fraction: drawn, ..Informed::default() });
     let likelihoods = [
         Likelihood::SingleCluster,
         Likelihood::EmptyMap,
@@ -250,7 +250,7 @@ fn births_that_never_end_are_refused_or_cut_off() {
         clutter: UniformClutter::of_scan(1.0, 1.0).unwrap(),
     };
     state.clear();
-    let mut filter = Alone::new(models, Births::still(0.01), config, &mut *state).unwrap();
+    let mut filter = Alone::new(models, Births::of_static(0.01), config, &mut *state).unwrap();
     filter.reset(PlanarPose::new(5.0, 0.0, 0.0), 1).unwrap();
     for _ in 0..3 {
         filter.predict(&UnicycleControl { speed_mps: 1.0, rate_radps: 0.0 }, 0.1).unwrap();
@@ -286,7 +286,7 @@ impl Sensor for Endless {
     fn expected_birth(&self, frame: &Vector2<f64>, index: usize) -> Option<Component<Vector2<f64>>> {
         let covariance = Symmetric::from_diagonal([1.0, 1.0]);
         let mean = frame + Vector2::new(index as f64, 0.0);
-        (index < 2 || frame.x != 0.0).then_some(Component { tag: 0, ln_weight: -5.0, mean, covariance })
+        (index < 2 || frame.x != 0.0).then_some(Component { label: 0, ln_weight: -5.0, mean, covariance })
     }
     fn invert(&self, _: &Vector2<f64>, _: &Vector2<f64>) -> Option<Inverse<Vector2<f64>, Vector2<f64>>> {
         None
@@ -325,7 +325,7 @@ fn a_model_that_refuses_itself_is_refused() {
     let wrong = Models { motion: &liar, sensor: &liar, field_of_view: &liar, clutter: Wrong };
     let mut state = Box::new(Memory::new());
     let config = Config { particles: 3, ..Config::default() };
-    let refused = Alone::new(wrong, Births::still(0.01), config, &mut *state).map(|_| ()).unwrap_err();
+    let refused = Alone::new(wrong, Births::of_static(0.01), config, &mut *state).map(|_| ()).unwrap_err();
     assert!(matches!(refused, SetupError::Model(ModelError { field: "nearest_m", .. })), "{refused:?}");
     for bad in [[0.0, 1.0], [1.0, -1.0], [f64::NAN, 1.0], [1.0, f64::INFINITY]] {
         let liar = Liar { noise: Symmetric::from_diagonal(bad), ..Liar::new(Lie::Birth, 0.0, usize::MAX) };

@@ -23,7 +23,7 @@ fn learnt(world: &World, detection: f64, clutter_per_scan: f64, online: Online<f
         field_of_view: window,
         clutter: UniformClutter::of_scan(clutter_per_scan, window.measure()).unwrap(),
     };
-    let births = Births::still(models.clutter.intensity() / 20.0);
+    let births = Births::of_static(models.clutter.intensity() / 20.0);
     let config = Config { particles: 1, prune_weight: 1e-3, ..Config::default() };
     let mut memory = Box::new(Memory::new());
     let mut filter = Alone::new(models, births, config, &mut *memory).unwrap();

@@ -40,7 +40,7 @@ fn config() -> Config<f64> {
     }
 }
 
-const BIRTHS: Births<f64> = Births { still: 0.002, moving: 0.002 };
+const BIRTHS: Births<f64> = Births { of_static: 0.002, of_moving: 0.002 };
 
 fn tracker<'s>(config: Config<f64>, memory: &'s mut Memory) -> Tracker<'s> {
     tracker_of(BIRTHS, config, memory)
@@ -72,7 +72,7 @@ fn births_of_both_kinds_share_a_measurement() {
     assert_eq!(moving.mean, Vector4::new(still.mean.x, still.mean.y, 0.0, 0.0));
     assert_eq!(moving.covariance.leading::<Vector2<f64>>(), still.covariance);
     assert_eq!((moving.covariance.get(3, 3), moving.covariance.get(3, 1)), (2.25, 0.0));
-    assert_eq!(moving.tag, still.tag);
+    assert_eq!(moving.label, still.label);
 }
 
 #[test]
@@ -97,7 +97,7 @@ fn births_that_something_explains_are_merged_at_once() {
     let shared = |weight: f64| {
         let mut memory = Box::new(Memory::new());
         let config = Config { prune_weight: 1e-9, ..config() };
-        let mut filter = tracker_of(Births::still(0.002), config, &mut memory);
+        let mut filter = tracker_of(Births::of_static(0.002), config, &mut memory);
         filter.load_map(&[landmark(weight, 6.0, 0.1)]).unwrap();
         let report = filter.scan(&[place]).unwrap();
         assert_eq!(report.births, 1);
@@ -123,7 +123,7 @@ fn births_that_something_explains_are_merged_at_once() {
 #[test]
 fn a_moving_feature_is_weighed_where_it_has_moved_to() {
     let mut memory = Box::new(Memory::new());
-    let mut filter = tracker_of(Births { still: 0.0, ..BIRTHS }, config(), &mut memory);
+    let mut filter = tracker_of(Births { of_static: 0.0, ..BIRTHS }, config(), &mut memory);
     filter.scan(&[Vector2::new(5.0, 0.0)]).unwrap();
     let born = *filter.moving_map(0).next().unwrap();
     // Two predictions are one of the summed time, taken when the scan comes.
@@ -245,11 +245,11 @@ fn what_moves_and_what_stands_are_told_apart_and_keep_their_names() {
         let still_map = filter.estimate_map(&mut still);
         let moving_map = filter.estimate_moving(&mut moving);
         for found in &still[..still_map.features] {
-            *still_names.entry(found.tag).or_default() += 1;
+            *still_names.entry(found.label).or_default() += 1;
             assert!(landmarks.iter().any(|landmark| (found.mean - landmark).norm() < 0.2), "{}", found.mean);
         }
         for found in &moving[..moving_map.features] {
-            *moving_names.entry(found.tag).or_default() += 1;
+            *moving_names.entry(found.label).or_default() += 1;
             assert!(
                 (found.position::<Vector2<f64>>() - walker).norm() < 0.5,
                 "{} from {walker}",
@@ -301,7 +301,7 @@ fn a_state_without_memory_for_it_refuses_to_track() {
     let tracker = Tracker::new(models(), BIRTHS, config(), &mut *memory);
     assert_eq!(tracker.map(|_| ()), Err(SetupError::NoRoomForMoving));
     let mut memory = Box::new(Small::new());
-    let mut tracker = Tracker::new(models(), Births::still(0.002), config(), &mut *memory).unwrap();
+    let mut tracker = Tracker::new(models(), Births::of_static(0.002), config(), &mut *memory).unwrap();
     tracker.reset(ORIGIN, 1).unwrap();
     assert!(tracker.scan(&[]).is_ok());
     tracker.detector.births = BIRTHS;
@@ -426,7 +426,7 @@ fn the_expected_map_is_that_of_all_particles() {
     assert_eq!((heaviest_map.features, expected_map.features), (1, 1));
     assert!((expected_map.expected_features - heaviest_map.expected_features).abs() < 1e-12);
     assert!((expected[0].mean - of_heaviest[0].mean).norm() < 1e-12);
-    assert_eq!(expected[0].tag, of_heaviest[0].tag);
+    assert_eq!(expected[0].label, of_heaviest[0].label);
 }
 
 #[test]
@@ -454,7 +454,7 @@ fn the_expected_map_spreads_with_the_poses() {
     let Models { sensor, field_of_view, clutter, .. } = models();
     let config = Config { particles: 2, samples: 1, ..config() };
     let models = Models { motion: Apart, sensor, field_of_view, clutter };
-    let mut filter = Alone::new(models, Births::still(0.1), config, &mut *memory).unwrap();
+    let mut filter = Alone::new(models, Births::of_static(0.1), config, &mut *memory).unwrap();
     // A seed whose first two numbers fall on either side of the half.
     let seed = (0..).find(|&seed| {
         let mut noise = Noise::seeded(seed);

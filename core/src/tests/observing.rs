@@ -41,7 +41,7 @@ const START: PlanarPose<f64> = PlanarPose::new(1.0, -2.0, 0.3);
 
 #[test]
 fn one_undrawn_particle_takes_fixes_as_a_kalman_filter_does() {
-    let proposal = Proposal::Informed(Informed { drawn: 0.0, ..Informed::default() });
+    let proposal = Proposal::Informed(Informed { sampled_fraction: 0.0, ..Informed::default() });
     let mut state = Box::new(Memory::<1>::new());
     let config = Config { particles: 1, proposal, ..Config::default() };
     let mut slam = ScPhd::new(Drift { sigmas: [0.5, 0.2] }, config, &mut *state).unwrap();
@@ -116,7 +116,7 @@ fn many_blind_particles_stand_for_the_posterior() {
         field_of_view: Everywhere(0.9),
         clutter: UniformClutter::of_scan(1.0, 100.0).unwrap(),
     };
-    let mut detector = Detector::new(sensing, Births::still(0.01)).unwrap().over(&mut scratch).unwrap();
+    let mut detector = Detector::new(sensing, Births::of_static(0.01)).unwrap().over(&mut scratch).unwrap();
     slam.scan(&mut detector, &[Vector2::new(4.0, 1.0)]).unwrap();
     assert_eq!(slam.audit(), Ok(()));
 }
@@ -131,7 +131,7 @@ fn a_joint_map_learns_of_a_fix() {
         field_of_view: Everywhere(0.9),
         clutter: UniformClutter::of_scan(1e-9, 1.0).unwrap(),
     };
-    let detector = Detector::new(sensing, Births::still(1e-3)).unwrap();
+    let detector = Detector::new(sensing, Births::of_static(1e-3)).unwrap();
     slam.reset(PlanarPose::ZERO).unwrap();
     slam.predict(&Vector2::zeros(), 1.0).unwrap();
     for _ in 0..3 {
@@ -160,7 +160,7 @@ fn radar(bearing: f64, half_width: f64) -> Radar {
         // The same density of clutter.
         clutter: UniformClutter::of_scan(1.0 * half_width, window.measure()).unwrap(),
     };
-    Detector::new(sensing, Births::still(0.002)).unwrap()
+    Detector::new(sensing, Births::of_static(0.002)).unwrap()
 }
 
 /// Two halves of a scan, each by a sensor that sees a half, are the whole scan by a sensor that sees all.

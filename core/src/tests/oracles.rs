@@ -28,7 +28,7 @@ fn symmetric(value: &Value) -> Symmetric<Vector2<f64>> {
 
 fn components(value: &Value) -> Vec<Component<Vector2<f64>>> {
     let component = |value: &Value| Component {
-        tag: 0,
+        label: 0,
         ln_weight: number(&value["weight"]).ln(),
         mean: vector(&value["mean"]),
         covariance: symmetric(&value["cov"]),
@@ -116,7 +116,7 @@ where
         let models =
             Models { motion: KnownPose::new(), sensor, field_of_view: Everywhere(p_d), clutter: Intensity(kappa) };
         let config = Config { particles: 1, samples, ..config };
-        let mut filter = Alone::new(models, Births::still(births), config, &mut *state).unwrap();
+        let mut filter = Alone::new(models, Births::of_static(births), config, &mut *state).unwrap();
         filter.reset(origin, 1).unwrap();
         filter.load_map(prior).unwrap();
         filter.predict(&origin, 1.0).unwrap();
@@ -213,7 +213,7 @@ fn systematic_resampling() {
 
 fn feature(weight: f64, x: f64, y: f64) -> Component<Vector2<f64>> {
     Component {
-        tag: 0,
+        label: 0,
         ln_weight: weight.ln(),
         mean: Vector2::new(x, y),
         covariance: Symmetric::from_diagonal([0.5, 0.25]),
@@ -246,13 +246,13 @@ fn a_detection_in_closed_form() {
     let missed = feature(w * (1.0 - p_d), 3.0, 4.0);
     let gain = Vector2::new(0.5, 0.25);
     let detected = Component {
-        tag: 0,
+        label: 0,
         ln_weight: (p_d * w * density / eta).ln(),
         mean: Vector2::new(3.0 + gain.x, 4.0),
         covariance: Symmetric::from_diagonal([0.5 * (1.0 - gain.x), 0.25 * (1.0 - gain.y)]),
     };
     let born = Component {
-        tag: 0,
+        label: 0,
         ln_weight: (birth / eta).ln(),
         mean: Vector2::new(4.0, 4.0),
         covariance: unit_sensor().noise,

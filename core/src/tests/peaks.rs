@@ -20,7 +20,7 @@ fn filter(state: &mut Memory, particles: usize) -> Alone<'_, Unicycle<f64>, Lida
         clutter: UniformClutter::of_scan(1e-3, field_of_view.measure()).unwrap(),
     };
     let config = Config { particles, resample_threshold: 0.0, ..Config::default() };
-    let mut filter = Alone::new(models, Births::still(1.0), config, state).unwrap();
+    let mut filter = Alone::new(models, Births::of_static(1.0), config, state).unwrap();
     filter.slam.reset(PlanarPose::ZERO, 1).unwrap();
     filter
 }

@@ -23,7 +23,7 @@ fn filter(config: Config<f32>, state: &mut Memory) -> Filter<'_> {
         field_of_view: window,
         clutter: UniformClutter::of_scan(2.0, window.measure()).unwrap(),
     };
-    let mut filter = Filter::new(models, Births { still: 0.01, moving: 0.002 }, config, state).unwrap();
+    let mut filter = Filter::new(models, Births { of_static: 0.01, of_moving: 0.002 }, config, state).unwrap();
     filter.reset(PlanarPose::ZERO, 1).unwrap();
     filter
 }
@@ -195,7 +195,7 @@ fn what_cannot_be_mended_is_told_and_the_seal_tells_what_might_be() {
     let mut filter = filter(Config::blind(8, 2), &mut state);
     step(&mut filter, 0);
     let seal = filter.seal();
-    filter.memory.cursor.next_tag ^= 1 << 20;
+    filter.memory.cursor.next_label ^= 1 << 20;
     assert_ne!(filter.seal(), seal);
     assert!(filter.scrub(&mut Scrubber::new(), PARTS).unwrap().is_clean());
     // Before a start there is nothing to look at.

@@ -57,7 +57,7 @@ fn ring(count: usize) -> Vec<Component<Vector2<f32>>> {
     let feature = |k| {
         let (sine, cosine) = place(k);
         Component {
-            tag: k as u32,
+            label: k as u32,
             ln_weight: 0.0,
             mean: Vector2::new(10.0 * cosine, 10.0 * sine),
             covariance: Symmetric::from_diagonal([0.01, 0.01]),
@@ -79,7 +79,7 @@ fn an_informed_proposal_with_more_in_view_than_there_is_room_for_ends() {
         let mut state = Box::new(Memory::new());
         let proposal = Proposal::Informed(Informed::default());
         let config = Config { particles: 4, proposal, ..Config::default() };
-        let mut filter = Filter::new(models(2.0), Births::still(0.01), config, &mut *state).unwrap();
+        let mut filter = Filter::new(models(2.0), Births::of_static(0.01), config, &mut *state).unwrap();
         filter.reset(PlanarPose::ZERO, 1).unwrap();
         filter.load_map(&ring(features)).unwrap();
         filter.predict(&UnicycleControl { speed_mps: 0.0, rate_radps: 0.0 }, 0.1).unwrap();
@@ -93,7 +93,8 @@ fn an_informed_proposal_with_more_in_view_than_there_is_room_for_ends() {
 }
 
 fn proposals() -> Vec<Proposal<f32>> {
-    let informed = |drawn, rounds| Proposal::Informed(Informed { drawn, rounds, ..Informed::default() });
+    let informed =
+        |drawn, rounds| Proposal::Informed(Informed { sampled_fraction: drawn, rounds, ..Informed::default() });
     std::vec![Proposal::Blind, informed(1.0, 1), informed(0.5, 3), informed(0.0, 16)]
 }
 
@@ -117,7 +118,7 @@ fn configurations(particles: usize, samples: usize, moves: bool) -> Vec<(Births<
         for likelihood in likelihoods {
             for merge_distance in [0.0, 1e30] {
                 for (prune_weight, negligible, still) in ends {
-                    let births = Births { still, moving: if moves { still } else { 0.0 } };
+                    let births = Births { of_static: still, of_moving: if moves { still } else { 0.0 } };
                     let config = Config {
                         particles,
                         samples,

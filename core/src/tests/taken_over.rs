@@ -8,7 +8,7 @@ use std::string::ToString;
 
 type Memory = State<PlanarPose<f64>, 8, 16, MapMemory<Static<Vector2<f64>>, 8, 64, 8, 64>>;
 type Filter<'s> = Alone<'s, Unicycle<f64>, Sensing<RangeBearing<f64>, RangeBearingWindow<f64>, UniformClutter<f64>>>;
-const BIRTHS: Births<f64> = Births::still(0.01);
+const BIRTHS: Births<f64> = Births::of_static(0.01);
 type CarModels = Models<Unicycle<f64>, RangeBearing<f64>, RangeBearingWindow<f64>, UniformClutter<f64>>;
 
 const AHEAD: UnicycleControl<f64> = UnicycleControl { speed_mps: 1.0, rate_radps: 0.1 };
@@ -28,7 +28,7 @@ fn config(particles: usize, samples: usize) -> Config<f64> {
 }
 
 fn informed(particles: usize, samples: usize, drawn: f64) -> Config<f64> {
-    let proposal = Proposal::Informed(Informed { drawn, ..Informed::default() });
+    let proposal = Proposal::Informed(Informed { sampled_fraction: drawn, ..Informed::default() });
     Config { proposal, ..config(particles, samples) }
 }
 
@@ -87,12 +87,12 @@ fn samples_that_wait_for_their_scan_keep_their_number() {
 #[test]
 fn uncertain_poses_are_not_taken_for_certain_ones() {
     let mut state = worked(informed(8, 1, 0.5), false);
-    assert_eq!(refused(&mut state, config(8, 1)), Some(SetupError::HeldSpread));
+    assert_eq!(refused(&mut state, config(8, 1)), Some(SetupError::HeldCovariance));
     assert_eq!(refused(&mut state, informed(8, 2, 1.0)), None);
     let mut state = worked(informed(8, 1, 1.0), false);
     assert_eq!(refused(&mut state, config(8, 1)), None);
     let mut state = worked(informed(8, 1, 1.0), true);
-    assert_eq!(refused(&mut state, config(8, 1)), Some(SetupError::HeldSpread));
+    assert_eq!(refused(&mut state, config(8, 1)), Some(SetupError::HeldCovariance));
 }
 
 #[test]

@@ -22,7 +22,7 @@ fn filter(memory: &mut Memory, config: Config<f64>) -> Planar<'_> {
         field_of_view: window,
         clutter: UniformClutter::of_scan(1.0, window.measure()).unwrap(),
     };
-    let mut filter = Planar::new(models, Births::still(0.01), config, memory).unwrap();
+    let mut filter = Planar::new(models, Births::of_static(0.01), config, memory).unwrap();
     filter.reset(PlanarPose::new(0.0, 0.0, 0.0), 1).unwrap();
     filter
 }
@@ -64,8 +64,8 @@ fn what_was_seen_but_once_is_forgotten_when_it_leaves_the_view() {
 
 #[test]
 fn the_highest_peaks_or_the_heaviest_are_the_estimated_features() {
-    let component = |tag, weight: f64, x, variance| Component {
-        tag,
+    let component = |label, weight: f64, x, variance| Component {
+        label,
         ln_weight: weight.ln(),
         mean: Vector2::new(x, 0.0),
         covariance: Symmetric::from_diagonal([variance, variance]),
@@ -78,7 +78,7 @@ fn the_highest_peaks_or_the_heaviest_are_the_estimated_features() {
         filter.load_map(&map).unwrap();
         let mut features = [Component::ZERO; 3];
         assert_eq!(filter.estimate_map(&mut features).features, 2);
-        assert_eq!([features[0].tag, features[1].tag], expected);
+        assert_eq!([features[0].label, features[1].label], expected);
     }
 }
 
@@ -118,8 +118,8 @@ fn what_is_confirmed_outlasts_misses() {
 
 #[test]
 fn all_that_are_confirmed_are_estimated_however_heavy_the_others() {
-    let component = |tag, weight: f64, x, variance| Component {
-        tag,
+    let component = |label, weight: f64, x, variance| Component {
+        label,
         ln_weight: weight.ln(),
         mean: Vector2::new(x, 0.0),
         covariance: Symmetric::from_diagonal([variance, variance]),
@@ -143,5 +143,5 @@ fn all_that_are_confirmed_are_estimated_however_heavy_the_others() {
     filter.load_map(&map).unwrap();
     let mut features = [Component::ZERO; 4];
     assert_eq!(filter.estimate_map(&mut features).features, 2);
-    assert_eq!([features[0].tag, features[1].tag], [1, 2]);
+    assert_eq!([features[0].label, features[1].label], [1, 2]);
 }

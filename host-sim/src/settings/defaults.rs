@@ -231,8 +231,8 @@ impl Settings {
             extraction_weight: memory.extraction_weight,
             proposal: Proposal::Informed,
             proposal_rounds: PROPOSAL_ROUNDS,
-            proposal_drawn: of(memory.drawn, UNSTATED.drawn),
-            proposal_least_share: LEAST_SHARE,
+            proposal_sampled_fraction: of(memory.drawn, UNSTATED.drawn),
+            proposal_min_responsibility: LEAST_SHARE,
             likelihood: Likelihood::SingleCluster,
         };
         let moving = MovingSettings {

@@ -72,8 +72,8 @@ pub(super) const FILTER: &[Limit<FilterSettings>] = &[
     limit!(filter.max_components, "1 to 65536", |x| (1.0..=65536.0).contains(&x)),
     limit!(filter.extraction_weight, "0 to 1", |x| (0.0..=1.0).contains(&x)),
     limit!(filter.proposal_rounds, "1 to 16", |x| (1.0..=16.0).contains(&x)),
-    limit!(filter.proposal_drawn, "0 to 1", |x| (0.0..=1.0).contains(&x)),
-    limit!(filter.proposal_least_share, "1e-6 or more and less than 1", |x| (1e-6..1.0).contains(&x)),
+    limit!(filter.proposal_sampled_fraction, "0 to 1", |x| (0.0..=1.0).contains(&x)),
+    limit!(filter.proposal_min_responsibility, "1e-6 or more and less than 1", |x| (1e-6..1.0).contains(&x)),
 ];
 
 /// Every other field. Standard deviations of the sensor have a least value because their squares must not vanish in

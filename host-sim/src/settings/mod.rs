@@ -65,10 +65,12 @@ pub struct FilterSettings {
     pub proposal: Proposal,
     /// Linearisations of the informed proposal.
     pub proposal_rounds: usize,
-    /// Share of the proposal's covariance that is drawn.
-    pub proposal_drawn: f64,
-    /// Least share of a measurement with which a component steers the proposal.
-    pub proposal_least_share: f64,
+    /// Fraction of the proposal's covariance that is sampled.
+    #[serde(alias = "proposal_drawn")]
+    pub proposal_sampled_fraction: f64,
+    /// Minimum responsibility for a measurement with which a component steers the proposal.
+    #[serde(alias = "proposal_least_share")]
+    pub proposal_min_responsibility: f64,
     /// The particle likelihood.
     pub likelihood: Likelihood,
 }

@@ -26,8 +26,8 @@ pub(crate) fn config_of<T: Real>(filter: &FilterSettings) -> Config<T> {
             settings::Proposal::Blind => Proposal::Blind,
             settings::Proposal::Informed => Proposal::Informed(Informed {
                 rounds: filter.proposal_rounds,
-                drawn: real(filter.proposal_drawn),
-                least_share: real(filter.proposal_least_share),
+                sampled_fraction: real(filter.proposal_sampled_fraction),
+                min_responsibility: real(filter.proposal_min_responsibility),
             }),
         },
         likelihood: match filter.likelihood {

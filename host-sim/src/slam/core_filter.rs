@@ -183,7 +183,7 @@ impl<
         let estimate = self.with(|filter, detector| filter.estimate_map(detector, &mut features))?;
         features.truncate(estimate.features);
         let features = features.iter().map(|feature| MapFeature {
-            id: feature.tag,
+            id: feature.label,
             weight: feature.ln_weight.exp().to_f64(),
             mean: std::array::from_fn(|k| feature.mean[k].to_f64()),
             covariance: full(&feature.covariance),
@@ -196,7 +196,7 @@ impl<
         let estimate = self.with(|filter, _| filter.estimate_moving(&mut features))?;
         features.truncate(estimate.features);
         let features = features.iter().map(|feature| MovingFeature {
-            id: feature.tag,
+            id: feature.label,
             weight: feature.ln_weight.exp().to_f64(),
             position: std::array::from_fn(|k| feature.mean[k].to_f64()),
             velocity: std::array::from_fn(|k| feature.mean[2 + k].to_f64()),
@@ -353,8 +353,8 @@ fn planar_models<T: Real, M>(settings: &Settings, motion: M) -> Result<PlanarMod
         Mounting::in_plane(forward, left, yaw).map_err(refusal)
     });
     let births = Births {
-        still: T::from_f64(settings.filter.birth_intensity),
-        moving: T::from_f64(settings.moving.birth_intensity),
+        of_static: T::from_f64(settings.filter.birth_intensity),
+        of_moving: T::from_f64(settings.moving.birth_intensity),
     };
     Ok(PlanarModels { motion, sensing, mounting: mounting.transpose()?, births, online: online_of(&settings.filter) })
 }

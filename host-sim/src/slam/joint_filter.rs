@@ -66,7 +66,7 @@ impl<T: Real, M: PlanarMotion<T>> Slam for JointFilter<T, M> {
     fn map(&mut self) -> Result<(f64, Vec<MapFeature>), Refusal> {
         self.with(|filter, _| {
             let features = filter.features().map(|feature| MapFeature {
-                id: feature.tag,
+                id: feature.label,
                 weight: feature.ln_weight.exp().to_f64(),
                 mean: std::array::from_fn(|k| feature.mean[k].to_f64()),
                 covariance: full(&feature.covariance),

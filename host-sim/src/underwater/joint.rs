@@ -66,7 +66,7 @@ impl<T: Real> Slam for JointFilter<T> {
     fn map(&mut self) -> Result<(f64, Vec<MapFeature>), Refusal> {
         self.with(|filter, _| {
             let features = filter.features().map(|feature| MapFeature {
-                id: feature.tag,
+                id: feature.label,
                 weight: feature.ln_weight.exp().to_f64(),
                 mean: std::array::from_fn(|k| feature.mean[k].to_f64()),
                 covariance: full(&feature.covariance),
@@ -100,7 +100,7 @@ pub fn joint_filter(log: &Log, settings: &Settings, precision: Precision) -> Res
 fn start<T: Real>(log: &Log, settings: &Settings) -> Result<Box<dyn Slam>, Refusal> {
     let numbers = underwater_models(log, settings)?;
     let AuvModels { motion, sensing } = numbers.of_filter().map_err(refusal)?;
-    let births = Births::still(T::from_f64(settings.filter.birth_intensity));
+    let births = Births::of_static(T::from_f64(settings.filter.birth_intensity));
     let camera = Detector::new(sensing, births).map_err(refusal)?;
     let mut started =
         JointFilter { motion, camera, config: JointConfig::default(), state: Box::new(HostJointState::new()) };

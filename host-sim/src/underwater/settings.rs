@@ -115,8 +115,8 @@ impl Settings {
                 extraction_weight: 0.5,
                 proposal: Proposal::Blind,
                 proposal_rounds: 3,
-                proposal_drawn: 1.0,
-                proposal_least_share: 0.05,
+                proposal_sampled_fraction: 1.0,
+                proposal_min_responsibility: 0.05,
                 detection_memory: 0.0,
                 clutter_memory: 0.0,
                 likelihood: Likelihood::SingleCluster,
@@ -145,7 +145,7 @@ impl Settings {
         let mut settings = Self::for_log(log);
         settings.filter.particles = 1;
         settings.filter.proposal = Proposal::Informed;
-        settings.filter.proposal_drawn = 0.0;
+        settings.filter.proposal_sampled_fraction = 0.0;
         settings
     }
 

@@ -146,7 +146,7 @@ impl<T: Real, const PARTICLES: usize, const CANDIDATES: usize, const PAGES: usiz
     fn start(models: AuvModels<T>, settings: &Settings, start: AuvPose<T>, seed: u64) -> Result<Self, Refusal> {
         let mut started = Self {
             models,
-            births: Births::still(T::from_f64(settings.filter.birth_intensity)),
+            births: Births::of_static(T::from_f64(settings.filter.birth_intensity)),
             online: online_of(&settings.filter),
             config: config_of(&settings.filter),
             state: Box::new(State::new()),
@@ -204,7 +204,7 @@ impl<T: Real, const PARTICLES: usize, const CANDIDATES: usize, const PAGES: usiz
         let estimate = self.with(|filter, camera| filter.estimate_map(camera, &mut features))?;
         features.truncate(estimate.features);
         let features = features.iter().map(|feature| MapFeature {
-            id: feature.tag,
+            id: feature.label,
             weight: feature.ln_weight.exp().to_f64(),
             mean: std::array::from_fn(|k| feature.mean[k].to_f64()),
             covariance: full(&feature.covariance),

@@ -138,7 +138,7 @@ pub fn filtered(feed: impl FnOnce(&mut dyn Feed)) -> Outcome {
         let clutter = UniformClutter::of_scan(1.0, field_of_view.measure()).unwrap();
         let sensing =
             Sensing { sensor: RangeBearing::new(range_sigma, bearing_sigma).unwrap(), field_of_view, clutter };
-        Detector::new(sensing, Births::still(0.1 / field_of_view.measure())).unwrap()
+        Detector::new(sensing, Births::of_static(0.1 / field_of_view.measure())).unwrap()
     };
     let (mut still, mut map) = (Box::new(Mixture::new()), Box::new(Map::new()));
     let (mut of_lidar, mut of_radar) = (DetectorMemory::<_, 24>::new(), DetectorMemory::<_, 24>::new());

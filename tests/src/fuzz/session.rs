@@ -292,7 +292,7 @@ impl<T: Real, W: World<Scalar = T>> Session<W> {
                 let mean = W::feature(draw, &from);
                 let length = draw.magnitude(1e-4, 5.0);
                 Component {
-                    tag: if draw.chance(0.05) { draw.word() as u32 } else { index as u32 },
+                    label: if draw.chance(0.05) { draw.word() as u32 } else { index as u32 },
                     ln_weight: draw.real(-4.0, 1.0),
                     mean,
                     covariance: Symmetric::from_fn(|row, column| {
@@ -377,11 +377,11 @@ impl<T: Real, W: World<Scalar = T>> Session<W> {
     }
 }
 
-/// No two components of one kind in one map have the same tag.
+/// No two components of one kind in one map have the same label.
 fn own_tags<'c, N: Vector>(map: impl Iterator<Item = &'c Component<N>>) -> Result<(), String> {
-    let mut tags = BTreeSet::new();
+    let mut labels = BTreeSet::new();
     for component in map {
-        require(tags.insert(component.tag), || format!("two components have the tag {}", component.tag))?;
+        require(labels.insert(component.label), || format!("two components have the label {}", component.label))?;
     }
     Ok(())
 }

@@ -50,8 +50,8 @@ pub fn config<T: Real>(draw: &mut Draw, room: Room) -> Config<T> {
 pub fn births<T: Real>(draw: &mut Draw, room: Room) -> Births<T> {
     let number = T::from_f64;
     Births {
-        still: if draw.chance(0.1) { T::ZERO } else { number(draw.magnitude(1e-6, 0.5)) },
-        moving: if room.moving && draw.chance(0.5) { number(draw.magnitude(1e-6, 0.1)) } else { T::ZERO },
+        of_static: if draw.chance(0.1) { T::ZERO } else { number(draw.magnitude(1e-6, 0.5)) },
+        of_moving: if room.moving && draw.chance(0.5) { number(draw.magnitude(1e-6, 0.1)) } else { T::ZERO },
     }
 }
 
@@ -67,8 +67,8 @@ fn informed<T: Real>(draw: &mut Draw) -> Informed<T> {
     let drawn = [0.0, 1.0, draw.even(0.0, 1.0)][draw.below(3)];
     Informed {
         rounds: 1 + draw.below(4),
-        drawn: T::from_f64(draw.spoilt(drawn)),
-        least_share: T::from_f64(draw.magnitude(1e-4, 0.5)),
+        sampled_fraction: T::from_f64(draw.spoilt(drawn)),
+        min_responsibility: T::from_f64(draw.magnitude(1e-4, 0.5)),
     }
 }
 

@@ -123,7 +123,7 @@ fn no_word_of_an_informed_filter_with_movers_does_harm() {
 #[test]
 fn no_word_of_a_joint_map_does_harm() {
     type Joint = JointState<PlanarPose<f32>, Vector2<f32>, 5, { joint_numbers(3, 2, 5) }, 32>;
-    let eyes = Detector::new(lidar::<f32>(), Births::still(0.002)).unwrap();
+    let eyes = Detector::new(lidar::<f32>(), Births::of_static(0.002)).unwrap();
     let steps = world::<f32>(3);
     let mut state = Box::new(Joint::new());
     let mut slam = JointSlam::new(motion(), JointConfig::default(), &mut *state).unwrap();

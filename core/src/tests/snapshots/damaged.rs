@@ -139,7 +139,7 @@ fn what_is_another_vehicles_or_does_not_fit_is_told_by_name() {
     let bytes = saved(|sink| informed.save(KIND, sink));
     let mut state = Box::new(Memory::new());
     let (mut slam, digest) = held(&mut state);
-    assert_eq!(slam.restore(KIND, from_slice(&bytes)), Err(RestoreError::Setup(SetupError::HeldSpread)));
+    assert_eq!(slam.restore(KIND, from_slice(&bytes)), Err(RestoreError::Setup(SetupError::HeldCovariance)));
     assert_eq!(slam.digest(), digest);
 }
 

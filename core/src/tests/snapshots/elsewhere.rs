@@ -12,7 +12,7 @@ type Roomier<T> = Joint<T, 55, { joint_numbers(3, 2, 55) }>;
 
 fn joint_goes_on<T: Real>() -> usize {
     let dt = T::from_f64(0.1);
-    let eyes = Detector::new(lidar::<T>(), Births::still(T::from_f64(0.002))).unwrap();
+    let eyes = Detector::new(lidar::<T>(), Births::of_static(T::from_f64(0.002))).unwrap();
     let (mut first, mut longest) = (Box::new(Roomy::<T>::new()), 0);
     let mut unbroken = JointSlam::new(motion(), JointConfig::default(), &mut *first).unwrap();
     assert_eq!(unbroken.save(KIND, |_| Ok::<(), ()>(())), Err(SaveError::NotStarted));
@@ -55,7 +55,7 @@ fn a_joint_map_goes_on_to_the_bit() {
 #[test]
 fn a_joint_map_that_does_not_fit_is_left_alone() {
     type Small = Joint<f32, 2, { joint_numbers(3, 2, 2) }>;
-    let eyes = Detector::new(lidar::<f32>(), Births::still(0.002)).unwrap();
+    let eyes = Detector::new(lidar::<f32>(), Births::of_static(0.002)).unwrap();
     let (mut roomy, mut small) = (Box::new(Roomy::<f32>::new()), Box::new(Small::new()));
     let mut large = JointSlam::new(motion(), JointConfig::default(), &mut *roomy).unwrap();
     let mut little = JointSlam::new(motion(), JointConfig::default(), &mut *small).unwrap();

@@ -19,7 +19,7 @@ type Fixed<T> = State<PlanarPose<T>, 16, 32, Still<T, 16, 256, 32, 256>>;
 type Make<T, S, V, const N: usize, const C: usize> = fn() -> Box<State<PlanarPose<T>, N, C, S, V>>;
 
 fn informed<T: Real>(particles: usize, samples: usize, drawn: f64) -> Config<T> {
-    let proposal = Proposal::Informed(Informed { drawn: T::from_f64(drawn), ..Informed::default() });
+    let proposal = Proposal::Informed(Informed { sampled_fraction: T::from_f64(drawn), ..Informed::default() });
     Config { particles, samples, proposal, ..Config::default() }
 }
 

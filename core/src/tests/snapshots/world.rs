@@ -8,7 +8,7 @@ pub(super) type Lidar<T> = Sensing<RangeBearing<T>, RangeBearingWindow<T>, Unifo
 pub(super) type Scratch<T> = DetectorMemory<Vector2<T>, 32>;
 pub(super) type Eyes<'m, T> = Detector<Lidar<T>, ScanRoom<'m, Vector2<T>>>;
 
-/// The tag of the vehicles here.
+/// The label of the vehicles here.
 pub(super) const KIND: u32 = 0x00c0_ffee;
 /// Posts, m.
 const POSTS: [[f64; 2]; 12] = [
@@ -41,7 +41,7 @@ pub(super) fn lidar<T: Real>() -> Lidar<T> {
 
 pub(super) fn detector<T: Real>(scratch: &mut Scratch<T>, moves: bool) -> Eyes<'_, T> {
     let moving = T::from_f64(if moves { 0.002 } else { 0.0 });
-    Detector::new(lidar(), Births { still: T::from_f64(0.002), moving }).unwrap().over(scratch).unwrap()
+    Detector::new(lidar(), Births { of_static: T::from_f64(0.002), of_moving: moving }).unwrap().over(scratch).unwrap()
 }
 
 /// What one step brings: odometry and a scan.
