@@ -79,7 +79,7 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
     /// ```
     ///
     /// # Errors
-    /// What cannot be mended: counts or times that cannot be, or no sound pose at all. The state is as it was; restore a snapshot or
+    /// What cannot be mended: counts or times that cannot be, no sound pose at all, or no weight. [Restore](Self::restore) a snapshot, or
     /// [reset](Self::reset).
     pub fn scrub(&mut self, scrubber: &mut Scrubber, parts: usize) -> Result<Scrubbed, Flaw> {
         let informed = matches!(self.config.proposal, Proposal::Informed(_));
