@@ -7,6 +7,10 @@ mod table;
 
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
+use std::path::PathBuf;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::thread;
 
 use crate::firmware::board::{Board, EMULATED};
 use crate::firmware::image::{self, Extra, Image};
@@ -18,6 +22,7 @@ use crate::outcome::{Outcome, Stop};
 use crate::process;
 use crate::steps::Options;
 use crate::toolchain::{self, Toolchain};
+use crate::tools::Tool;
 use figures::{Code, Figures};
 use limits::{Budget, Budgets};
 
@@ -69,26 +74,68 @@ pub fn measure(wanted: impl Fn(&Budget) -> bool) -> Result<Vec<Figures>, Stop> {
     let budgets: Vec<Budget> = budgets()?.entries.into_iter().filter(wanted).collect();
     let qemu = emulator::prepare()?;
     let toolchain = toolchain::find()?;
-    let mut images: HashMap<(&str, String, &[&str]), (Image, Code)> = HashMap::new();
-    let mut measured = Vec::new();
+    let mut images: HashMap<Key, (Image, Code)> = HashMap::new();
+    let mut runs = Vec::new();
     for budget in &budgets {
         let (board, precision) = (board_of(budget)?, budget.precision()?);
         let rig = budget.source().rig();
-        let key = (board.name, rig.image(precision), rig.room);
-        let (image, code) = match images.entry(key) {
-            Entry::Occupied(built) => built.into_mut(),
-            Entry::Vacant(place) => place.insert(built(&toolchain, board, rig, precision)?),
-        };
+        if let Entry::Vacant(place) = images.entry(key(board, rig, precision)) {
+            place.insert(built(&toolchain, board, rig, precision)?);
+        }
         let stream = streams::make(budget.source(), precision)?;
         let host = streams::on_host(&stream, rig, precision, "release")?;
-        let replay = Replay::parse(&emulator::run(&qemu, board, image, &stream)?)?;
-        if let Some(difference) = host.first_difference(&replay) {
-            let what = &budget.scenario;
-            return Err(format!("{what} on {} is not what the host computes: {difference}", board.name).into());
-        }
-        measured.push(Figures::of(budget, board, *code, &replay, host.scan_interval_s)?);
+        runs.push(Run { budget, board, key: key(board, rig, precision), stream, host });
     }
-    Ok(measured)
+    // QEMU keeps one core busy, and none takes notice of another.
+    let (next, measured) = (AtomicUsize::new(0), Mutex::new(Vec::new()));
+    let worker = || -> Result<(), String> {
+        loop {
+            let place = next.fetch_add(1, Ordering::Relaxed);
+            let Some(run) = runs.get(place) else { return Ok(()) };
+            let (image, code) = images.get(&run.key).ok_or("no image")?;
+            let figures = run.figures(&qemu, image, *code)?;
+            measured.lock().map_err(|_| "a run ended with a panic")?.push((place, figures));
+        }
+    };
+    thread::scope(|scope| {
+        let count = thread::available_parallelism().map_or(1, usize::from);
+        let workers: Vec<_> = (0..count).map(|_| scope.spawn(worker)).collect();
+        workers.into_iter().try_for_each(|worker| worker.join().map_err(|_| "a run ended with a panic")?)
+    })?;
+    let mut measured = measured.into_inner().map_err(|_| "a run ended with a panic")?;
+    measured.sort_by_key(|&(place, _)| place);
+    Ok(measured.into_iter().map(|(_, figures)| figures).collect())
+}
+
+/// What tells images apart: board, name, features for the room.
+type Key = (&'static str, String, &'static [&'static str]);
+
+fn key(board: &'static Board, rig: Rig, precision: Precision) -> Key {
+    (board.name, rig.image(precision), rig.room)
+}
+
+/// One entry, ready to be run on its board.
+struct Run<'a> {
+    budget: &'a Budget,
+    board: &'static Board,
+    key: Key,
+    stream: PathBuf,
+    /// What the host makes of the stream.
+    host: Replay,
+}
+
+impl Run<'_> {
+    /// Runs it, and fails where the board is not in the states of the host.
+    fn figures(&self, qemu: &Tool, image: &Image, code: Code) -> Result<Figures, String> {
+        let Self { budget, board, host, .. } = self;
+        let replay = Replay::parse(&emulator::run(qemu, board, image, &self.stream)?)?;
+        match host.first_difference(&replay) {
+            Some(difference) => {
+                Err(format!("{} on {} is not what the host computes: {difference}", budget.scenario, board.name))
+            }
+            None => Figures::of(budget, board, code, &replay, host.scan_interval_s),
+        }
+    }
 }
 
 /// The image that is measured, and what its code says, and that of the image without output.
