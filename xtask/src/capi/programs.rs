@@ -82,6 +82,7 @@ impl Compiler {
 pub fn check(archive: &Path, inputs: &Path, dir: &Path) -> Result<(), String> {
     let c = Compiler::c().map_err(|Missing(reason)| reason)?;
     let program = |source: &str| c.build(source, &[archive], dir);
+    c.compile("examples/loop.c", dir)?;
     process::run(&mut process::command(program("tests/c/misuse.c")?))?;
     process::run(&mut process::command(program("examples/robot.c")?))?;
     process::run(process::command(program("tests/c/replay.c")?).arg(inputs))?;
@@ -116,4 +117,22 @@ pub fn check_memory(dir: &Path) -> Result<(), crate::outcome::Stop> {
         process::run(&mut command)?;
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// But for comments of whole lines.
+    #[test]
+    fn the_page_shows_what_is_compiled() {
+        let read = |path: &str| std::fs::read_to_string(process::root().join(path)).unwrap();
+        let (page, example) = (read("docs/c.md"), read("capi/examples/loop.c"));
+        let (_, after) = page.split_once("```c\n").unwrap();
+        let (shown, _) = after.split_once("```").unwrap();
+        let compiled: Vec<&str> = example.lines().map(str::trim).collect();
+        let shown = shown.lines().map(str::trim).filter(|line| !line.starts_with("/*"));
+        let strange: Vec<&str> = shown.filter(|line| !compiled.contains(line)).collect();
+        assert!(strange.is_empty(), "{strange:?}");
+    }
 }
