@@ -2,9 +2,11 @@
 
 pub mod angle;
 pub mod compare;
+pub mod dimensions;
 pub mod ekf;
 pub mod events;
 pub mod figure;
+pub mod kind;
 pub mod log;
 pub mod log_folder;
 pub mod monte_carlo;

@@ -1,7 +1,7 @@
 //! `PruneAndMerge` of appendix A: Vo & Ma 2006, table II, or merging by the cost of Runnalls 2007.
 
-use super::Config;
 use super::algebra::{determinant, inverse, minus, outer, plus, quadratic, scaled, sum, symmetrised};
+use super::config::Config;
 use super::gaussian::Component;
 use crate::settings::Reduction;
 use std::cmp::Ordering;
