@@ -125,7 +125,7 @@ pub enum Command {
     /// measurements, by the run's own trajectory, have to foresee those of new ones. No truth is used, and no setting can
     /// flatter its score. What does not win clearly, and again with other seeds, is refused, and then everything stays as it is.
     /// Settings of the recursion stay in any case, but births keep their ratio to clutter; odometry noise of a log that is no
-    /// simulation is never lowered, and range and bearing noise not below what the log states.
+    /// simulation is never lowered, and measurement noise not below what the log states.
     Tune(TuneArgs),
     /// Prints the settings a log or scenario is run with, as a TOML file for --settings.
     Settings {

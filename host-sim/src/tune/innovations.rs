@@ -89,7 +89,7 @@ impl Statistics {
     fn propose<K: Learn>(&self, log: &K::Log, first: &K::Settings, now: &K::Settings) -> (K::Settings, Vec<Said>) {
         let mut all = Gathered { first: first.clone(), settings: now.clone(), said: Vec::new() };
         for (fields, ratio) in K::ODOMETRY.into_iter().zip(self.odometry.ratios()) {
-            for &field in fields {
+            for &field in fields.iter().filter(|field| K::decides(log, field)) {
                 let found = ratio.map(|ratio| all.now(field) * ratio);
                 all.say(field, found, [0.0, f64::INFINITY], self.odometry.corrections());
             }

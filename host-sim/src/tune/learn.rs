@@ -38,6 +38,11 @@ pub trait Learn: Kind {
     /// Whether the log is simulated, so that its noise is all that there is.
     fn is_simulated(log: &Self::Log) -> bool;
 
+    /// Whether a field of the odometry noise decides on anything in this log.
+    fn decides(_log: &Self::Log, _field: &str) -> bool {
+        true
+    }
+
     /// The standard deviation that the log states for a field of the noise, if it does.
     fn stated(log: &Self::Log, field: &str) -> Option<f64>;
 

@@ -1,7 +1,8 @@
 //! What is learnt of underwater vehicles.
 //!
 //! All pixels have one factor in common, and so have the noises that belong together: of the velocity its walk and the Doppler log's, of
-//! the turn the angular acceleration and the gyroscope's. Nothing is learnt of the pressure sensor, whose readings no scan corrects.
+//! the turn the angular acceleration and the gyroscope's. Nothing is learnt of the pressure sensor, whose readings no scan corrects, nor
+//! of the turn where the log states the gyroscope's noise row by row.
 
 use super::learn::{Added, CoreEye, Eye, Learn, NoiseOf};
 use crate::dimensions::Underwater;
@@ -24,6 +25,12 @@ impl Learn for Underwater {
 
     fn is_simulated(log: &Log) -> bool {
         log.simulated
+    }
+
+    /// A gyroscope whose noise the log states row by row leaves nothing to say of the turn.
+    fn decides(log: &Log, field: &str) -> bool {
+        let stated = log.instruments.iter().all(|row| row.yaw_rate_sigma_radps.is_some());
+        !(stated && Self::ODOMETRY[1].contains(&field))
     }
 
     fn stated(log: &Log, field: &str) -> Option<f64> {
