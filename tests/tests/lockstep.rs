@@ -156,6 +156,6 @@ fn an_informed_proposal_has_no_counterpart() {
     let log = scenario::by_name("survey", SEED).expect("a built-in scenario");
     let mut settings = Settings::for_log(&log);
     settings.filter.proposal = Proposal::Informed;
-    let refusal = with_roomy_stack(|| compare(&log, &settings, Precision::F64, SEED, |_| ())).unwrap_err();
+    let refusal = with_roomy_stack(|| compare::<Planar>(&log, &settings, Precision::F64, SEED, |_| ())).unwrap_err();
     assert!(refusal.to_string().contains("blind"), "{refusal}");
 }
