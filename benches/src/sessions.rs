@@ -2,6 +2,7 @@
 
 use scphd_benches::figure::Figure;
 use scphd_sim::compare::compare;
+use scphd_sim::dimensions::Planar;
 use scphd_sim::events::{Event, events};
 use scphd_sim::log::Log;
 use scphd_sim::session::{self, Filter, with_roomy_stack};
@@ -45,7 +46,7 @@ fn thesis_dynamic(scans: usize) -> Result<(Log, Settings), String> {
 fn scan_us(log: &Log, settings: &Settings, filter: Filter, threads: &Threads, runs: usize) -> Result<f64, String> {
     let mut least = f64::INFINITY;
     for _ in 0..runs {
-        let session = session::run_on(threads, log, settings, filter, SEED, &mut |_| ());
+        let session = session::run_on::<Planar>(threads, log, settings, filter, SEED, &mut |_| ());
         let mean = session.map_err(|error| error.to_string())?.summary.scan_us_mean;
         least = least.min(mean.ok_or("no scan")?);
     }
@@ -63,7 +64,7 @@ fn against_reference() -> Result<Vec<Figure>, String> {
         let filter = scan_us(&log, &settings, Filter::Core(precision), &alone, RUNS)?;
         figures.push(Figure::new(name, reference / filter, "1"));
     }
-    let compared = with_roomy_stack(|| compare(&log, &settings, Precision::F64, SEED, |_| ()));
+    let compared = with_roomy_stack(|| compare::<Planar>(&log, &settings, Precision::F64, SEED, |_| ()));
     let overall = compared.map_err(|error| error.to_string())?.map_err(|refusal| refusal.to_string())?.overall;
     figures.push(Figure::new("reference_position_difference_m", overall.estimated_position_m, "m"));
     Ok(figures)

@@ -1,12 +1,30 @@
 //! Filter and reference in lockstep: every step of the reference starts from the filter's own state and random numbers,
 //! so that what differs afterwards is what that one step computed differently.
 
-use crate::events::{Event, events};
-use crate::log::Log;
-use crate::reference::{Candidate, Component, Particle, Reference, Selection, State, Weighing};
-use crate::settings::Settings;
-use crate::slam::{Precision, Refusal, Snapshot, Transparent, core_filter, reference_of};
+mod planar;
+mod underwater;
+
+use crate::dimensions::Coordinates;
+use crate::events::Event;
+use crate::kind::Kind;
+use crate::reference::{Component, Particle, Recursion, Selection, State, Weighing};
+use crate::slam::{Precision, Refusal, Snapshot, Transparent};
 use serde::Serialize;
+
+/// A kind of vehicle that the reference has models of.
+pub trait Lockstep: Kind {
+    /// [`compare`] with the filter and the reference of this kind.
+    ///
+    /// # Errors
+    /// As for `compare`.
+    fn lockstep(
+        log: &Self::Log,
+        settings: &Self::Settings,
+        precision: Precision,
+        seed: u64,
+        progress: &mut dyn FnMut(usize),
+    ) -> Result<Comparison, Refusal>;
+}
 
 /// Largest differences between filter and reference, relative unless the name carries a unit.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
@@ -91,28 +109,55 @@ pub struct Comparison {
 /// # Errors
 /// The filter refuses the settings or a step, and says why; or they ask for what the reference does not have: a proposal
 /// that is not blind, or forgetting or remembering by what was confirmed.
-pub fn compare(
-    log: &Log,
-    settings: &Settings,
+pub fn compare<K: Lockstep>(
+    log: &K::Log,
+    settings: &K::Settings,
     precision: Precision,
     seed: u64,
     mut progress: impl FnMut(usize),
 ) -> Result<Comparison, Refusal> {
-    settings.filter.check_reference_has_all().map_err(Refusal)?;
-    let reference = reference_of(settings, &log.vehicle);
-    let mut filter = core_filter(settings, &log.vehicle, log.initial_pose, precision, seed)?;
-    let mut comparison = Comparison { scans: Vec::with_capacity(log.scans.len()), overall: Differences::default() };
+    K::recursion(settings).check_reference_has_all().map_err(Refusal)?;
+    K::lockstep(log, settings, precision, seed, &mut progress)
+}
+
+/// A reference for vehicles of a kind, with their controls and poses.
+trait Comparable<K: Kind, const N: usize, const V: usize>: Recursion<N, V, Measurement = K::Measurement> {
+    /// A control in the reference's terms.
+    fn control(control: &K::Control) -> Self::Control;
+
+    /// A pose of the reference.
+    fn coordinates(pose: &Self::Pose) -> K::Pose;
+}
+
+/// Feeds a log to a filter and repeats each step with the reference.
+fn drive<K, R, const N: usize, const V: usize>(
+    log: &K::Log,
+    settings: &K::Settings,
+    reference: &R,
+    filter: &mut dyn Transparent<K, R::Pose, N, V>,
+    progress: &mut dyn FnMut(usize),
+) -> Result<Comparison, Refusal>
+where
+    K: Kind,
+    R: Comparable<K, N, V>,
+{
+    let all = K::scans(log);
+    let mut comparison = Comparison { scans: Vec::with_capacity(all.len()), overall: Differences::default() };
     let mut predictions = Differences::default();
     let mut predicted = false;
-    for event in events(log) {
+    for event in K::events(log, settings)? {
         match event {
             Event::Predict { control, dt_s, .. } => {
-                let step = predict(&reference, &mut *filter, predicted, control, dt_s)?;
-                predictions.merge(&step);
+                let before = filter.snapshot()?;
+                // A step that is left out is none: the reference goes on from where the filter is.
+                if filter.predict(control, dt_s)?.is_none() {
+                    let after = filter.snapshot()?;
+                    predictions.merge(&predict::<K, R, N, V>(reference, before, &after, predicted, &control, dt_s));
+                }
                 predicted = true;
             }
             Event::Scan { index } => {
-                let mut step = scan(&reference, &mut *filter, predicted, &log.scans[index].detections)?;
+                let mut step = scan(reference, filter, predicted, &all[index].detections)?;
                 step.merge(&predictions);
                 comparison.overall.merge(&step);
                 comparison.scans.push(step);
@@ -126,42 +171,37 @@ pub fn compare(
 }
 
 /// The reference's state at a snapshot of the filter.
-fn state_of(snapshot: &Snapshot, predicted: bool) -> State {
+fn state_of<P: Copy, const N: usize, const V: usize>(snapshot: &Snapshot<P, N, V>, predicted: bool) -> State<P, N, V> {
     let children = snapshot.candidates.len() / snapshot.maps.len();
-    let maps = snapshot.maps.iter().zip(&snapshot.moving);
-    let particle = |((map, moving), first): ((&Vec<_>, &Vec<_>), &Candidate)| Particle {
+    let maps = snapshot.maps.iter().zip(&snapshot.moving).zip(snapshot.candidates.iter().step_by(children));
+    let particles = maps.map(|((map, moving), first)| Particle {
         pose: first.pose,
         ln_weight: first.ln_weight,
         map: map.clone(),
         moving: moving.clone(),
-    };
+    });
     State {
-        particles: maps.zip(snapshot.candidates.iter().step_by(children)).map(particle).collect(),
+        particles: particles.collect(),
         candidates: predicted.then(|| snapshot.candidates.clone()),
         waited_s: snapshot.waited_s,
         heaviest: snapshot.heaviest,
     }
 }
 
-fn predict(
-    reference: &Reference,
-    filter: &mut dyn Transparent,
+fn predict<K: Kind, R: Comparable<K, N, V>, const N: usize, const V: usize>(
+    reference: &R,
+    mut before: Snapshot<R::Pose, N, V>,
+    after: &Snapshot<R::Pose, N, V>,
     predicted: bool,
-    control: [f64; 2],
+    control: &K::Control,
     dt_s: f64,
-) -> Result<Differences, Refusal> {
-    let mut before = filter.snapshot()?;
+) -> Differences {
     let mut state = state_of(&before, predicted);
-    if filter.predict(control, dt_s)?.is_some() {
-        // Left out, and the reference goes on from where the filter is.
-        return Ok(Differences::default());
-    }
-    reference.predict(&mut state, &control, dt_s, &mut *before.draws);
-    let after = filter.snapshot()?;
+    reference.predict(&mut state, &R::control(control), dt_s, &mut *before.draws);
     let waited_s = (after.waited_s - state.waited_s).abs();
     let mut differences = Differences { waited_s, ..Differences::default() };
     for (ours, theirs) in after.candidates.iter().zip(&state.current()) {
-        let (position, heading) = pose_difference(ours.pose, theirs.pose);
+        let (position, heading) = apart::<K>(&R::coordinates(&ours.pose), &R::coordinates(&theirs.pose));
         differences.merge(&Differences {
             predicted_position_m: position,
             predicted_heading_rad: heading,
@@ -169,14 +209,14 @@ fn predict(
             ..Differences::default()
         });
     }
-    Ok(differences)
+    differences
 }
 
-fn scan(
-    reference: &Reference,
-    filter: &mut dyn Transparent,
+fn scan<K: Kind, R: Comparable<K, N, V>, const N: usize, const V: usize>(
+    reference: &R,
+    filter: &mut dyn Transparent<K, R::Pose, N, V>,
     predicted: bool,
-    detections: &[[f64; 2]],
+    detections: &[K::Measurement],
 ) -> Result<Differences, Refusal> {
     let mut before = filter.snapshot()?;
     let mut state = state_of(&before, predicted);
@@ -208,19 +248,24 @@ fn scan(
     }
     for (particle, theirs) in state.particles.iter().enumerate() {
         if particle == 0 || after.survivors[particle] != after.survivors[particle - 1] {
-            differences.merge(&map_differences(&after.maps[particle], &theirs.map));
-            let moving = map_differences(&after.moving[particle], &theirs.moving);
+            differences.merge(&map_differences::<N, N>(&after.maps[particle], &theirs.map));
+            let moving = map_differences::<V, N>(&after.moving[particle], &theirs.moving);
             differences.merge(&Differences { components: 0, moving_components: moving.components, ..moving });
         }
     }
-    let estimate = reference.estimate(&state);
     let (pose, _) = filter.pose()?;
-    (differences.estimated_position_m, differences.estimated_heading_rad) = pose_difference(pose, estimate.pose);
+    let (position, heading) = apart::<K>(&pose, &R::coordinates(&reference.estimated(&state)));
+    (differences.estimated_position_m, differences.estimated_heading_rad) = (position, heading);
     Ok(differences)
 }
 
 /// The filter's choice with the reference's weights.
-fn as_selected(resampled: bool, survivors: &[usize], state: &State, weighing: &Weighing) -> Selection {
+fn as_selected<P: Copy, const N: usize, const V: usize>(
+    resampled: bool,
+    survivors: &[usize],
+    state: &State<P, N, V>,
+    weighing: &Weighing,
+) -> Selection {
     let equal = -(survivors.len() as f64).ln();
     let samples = state.samples();
     let family = |parent: usize| {
@@ -234,7 +279,8 @@ fn as_selected(resampled: bool, survivors: &[usize], state: &State, weighing: &W
 /// Components further apart than this, relative to their distance from the origin, are not the same component.
 const COUNTERPART: f64 = 1e-3;
 
-fn map_differences<const N: usize>(ours: &[Component<N>], theirs: &[Component<N>]) -> Differences {
+/// Of components of `N` numbers, the first `D` of them a position.
+fn map_differences<const N: usize, const D: usize>(ours: &[Component<N>], theirs: &[Component<N>]) -> Differences {
     let mut differences = Differences::default();
     let mut unmatched_mass = 0.0;
     let mut free: Vec<&Component<N>> = theirs.iter().collect();
@@ -243,7 +289,8 @@ fn map_differences<const N: usize>(ours: &[Component<N>], theirs: &[Component<N>
         let nearest = (0..free.len()).min_by(|&a, &b| apart(component, free[a]).total_cmp(&apart(component, free[b])));
         let counterpart = nearest.filter(|&index| {
             let other = free[index];
-            mean_difference(component, other) < COUNTERPART && (component.ln_weight - other.ln_weight).abs() < 0.1
+            mean_difference::<N, D>(component, other) < COUNTERPART
+                && (component.ln_weight - other.ln_weight).abs() < 0.1
         });
         let Some(index) = counterpart else {
             differences.unmatched += 1;
@@ -254,7 +301,7 @@ fn map_differences<const N: usize>(ours: &[Component<N>], theirs: &[Component<N>
         differences.components += 1;
         let weight = (component.ln_weight - other.ln_weight).exp_m1().abs();
         differences.component_weight = differences.component_weight.max(weight);
-        differences.mean = differences.mean.max(mean_difference(component, other));
+        differences.mean = differences.mean.max(mean_difference::<N, D>(component, other));
         differences.covariance = differences.covariance.max(covariance_difference(component, other));
     }
     differences.unmatched += free.len();
@@ -266,8 +313,8 @@ fn map_differences<const N: usize>(ours: &[Component<N>], theirs: &[Component<N>
 }
 
 /// The larger of the differences in position and, of moving components, in velocity.
-fn mean_difference<const N: usize>(a: &Component<N>, b: &Component<N>) -> f64 {
-    let parts = a.mean.chunks(2).zip(b.mean.chunks(2));
+fn mean_difference<const N: usize, const D: usize>(a: &Component<N>, b: &Component<N>) -> f64 {
+    let parts = a.mean.chunks(D).zip(b.mean.chunks(D));
     parts.map(|(a, b)| distance(a, b) / norm(b).max(1.0)).fold(0.0, larger)
 }
 
@@ -294,14 +341,18 @@ fn relative(a: f64, b: f64) -> f64 {
     if a == b { 0.0 } else { (a - b).abs() / scale }
 }
 
-/// Distance (m) and angle (rad) between two poses.
-fn pose_difference(a: [f64; 3], b: [f64; 3]) -> (f64, f64) {
-    ((a[0] - b[0]).hypot(a[1] - b[1]), crate::angle::wrap(a[2] - b[2]).abs())
+/// Distance (m) and angle (rad), or rate of an angle (rad/s) where that is more, between two poses.
+fn apart<K: Kind>(a: &K::Pose, b: &K::Pose) -> (f64, f64) {
+    let (a_place, b_place) = (K::position(a), K::position(b));
+    let turned = crate::angle::wrap(K::heading(a) - K::heading(b)).abs();
+    let rest = a.as_ref().iter().zip(b.as_ref()).skip(K::Position::COUNT + 1).map(|(a, b)| (a - b).abs());
+    (distance(a_place.as_ref(), b_place.as_ref()), rest.fold(turned, larger))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::reference::Candidate;
 
     fn moving(weight: f64, velocity: f64) -> Component<4> {
         let mut covariance = [[0.0; 4]; 4];
@@ -315,13 +366,14 @@ mod tests {
         other.mean[2] = 2.0 + 2e-4;
         other.covariance[3][3] += 1e-6;
         // At the same place with another velocity it is another component.
-        let differences = map_differences(&[moving(0.5, 2.0), moving(0.25, -1.0)], &[moving(0.25 + 1e-9, -1.0), other]);
+        let ours = [moving(0.5, 2.0), moving(0.25, -1.0)];
+        let differences = map_differences::<4, 2>(&ours, &[moving(0.25 + 1e-9, -1.0), other]);
         assert_eq!((differences.components, differences.unmatched), (2, 0));
         assert!((differences.mean - 1e-4).abs() < 1e-7, "{differences:?}");
         assert!((differences.covariance - 1e-6).abs() < 1e-9, "{differences:?}");
         assert!((differences.component_weight - 4e-9).abs() < 1e-12, "{differences:?}");
 
-        let turned = map_differences(&[moving(0.5, 2.0)], &[moving(0.5, -2.0)]);
+        let turned = map_differences::<4, 2>(&[moving(0.5, 2.0)], &[moving(0.5, -2.0)]);
         assert_eq!((turned.components, turned.unmatched), (0, 2));
         assert_eq!((turned.mass, turned.unmatched_mass), (0.0, 1.0));
     }
@@ -335,7 +387,7 @@ mod tests {
 
     #[test]
     fn weights_follow_the_filters_decision() {
-        let mut state = State::new(2, [0.0; 3]);
+        let mut state: State = State::new(2, [0.0; 3]);
         let shares = [0.3, 0.5, 0.05, 0.15].map(f64::ln);
         state.candidates = Some(shares.map(|ln_weight| Candidate { pose: [0.0; 3], ln_weight }).to_vec());
         let weighing =

@@ -1,22 +1,23 @@
 //! Odometry and scans of a log in the order in which a filter needs them.
 
+use crate::dimensions::{Dimensions, Planar};
 use crate::log::Log;
 
 /// One step of a filter.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Event {
+pub enum Event<D: Dimensions = Planar> {
     /// The vehicle moved.
     Predict {
-        /// The place of the odometry row in force in [`Log::odometry`].
+        /// The place of the odometry row in force in the log.
         row: usize,
-        /// The odometry row in force: speed (m/s), then steering angle (rad) or turn rate (rad/s).
-        control: [f64; 2],
+        /// What moved it: in the plane the odometry row in force, speed (m/s), then steering angle (rad) or turn rate (rad/s).
+        control: D::Control,
         /// For how long, s; more than 0.
         dt_s: f64,
     },
     /// A scan was taken.
     Scan {
-        /// Its place in [`Log::scans`].
+        /// Its place among the scans of the log.
         index: usize,
     },
 }

@@ -1,10 +1,27 @@
 //! Simulator, replayer and full-precision reference for the `scphd` SLAM filter.
+//!
+//! What depends on what, each on those above it; but that runs write their summaries with [`output::json`], and that the settings of an
+//! underwater vehicle have parts of [`settings`]:
+//!
+//! | modules | |
+//! |---|---|
+//! | [`angle`], [`dimensions`], [`noise`], [`threads`] | numbers |
+//! | [`score`], [`record`] | what a run leaves behind, and how good that is |
+//! | [`log`], [`events`], [`vehicle`], [`underwater`], [`scenario`], [`log_folder`] | logs and scenarios |
+//! | [`settings`], [`reference`] | what a run is tuned with; the recursion in full precision |
+//! | [`ekf`], [`slam`], [`kind`], [`truth`] | filters, and what a kind of vehicle supplies for a run |
+//! | [`session`], [`tally`], [`compare`], [`tune`], [`monte_carlo`], [`stream`] | runs, once for every kind |
+//! | [`output`], [`plot`], [`figure`], [`point_process`] | tables and pictures |
+//!
+//! The program itself is in `cli`: a command is dispatched on the kind of vehicle in one place.
 
 pub mod angle;
 pub mod compare;
+pub mod dimensions;
 pub mod ekf;
 pub mod events;
 pub mod figure;
+pub mod kind;
 pub mod log;
 pub mod log_folder;
 pub mod monte_carlo;

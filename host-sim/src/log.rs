@@ -3,6 +3,7 @@
 //! Read from a folder (`log_folder`) or made by a simulation (`scenario`).
 
 use crate::angle::wrap;
+use crate::dimensions::{Dimensions, Planar};
 
 /// Motion model and geometry, from the `[vehicle]` section of `log.toml`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -99,11 +100,11 @@ pub struct Odometry {
 
 /// One scan of the sensor, possibly empty.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Scan {
+pub struct Scan<D: Dimensions = Planar> {
     /// Time, s.
     pub t_s: f64,
-    /// Range (m) and bearing (rad, 0 ahead, growing to the left) of every detection.
-    pub detections: Vec<[f64; 2]>,
+    /// The measurements: in the plane range (m) and bearing (rad, 0 ahead, growing to the left), in space pairs of pixels.
+    pub detections: Vec<D::Measurement>,
     /// Which landmark each detection is of, negative for none; empty where the log does not know. For yardsticks and scores,
     /// never an input of the filter.
     pub labels: Vec<i64>,
@@ -111,24 +112,24 @@ pub struct Scan {
 
 /// One row of the true trajectory.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct TruePose {
+pub struct TruePose<D: Dimensions = Planar> {
     /// Time, s.
     pub t_s: f64,
     /// Position, m.
-    pub position: [f64; 2],
+    pub position: D::Position,
     /// Heading, rad, where the source has it.
     pub heading_rad: Option<f64>,
 }
 
 /// One row of a true track of a moving landmark.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct MovingLandmark {
+pub struct MovingLandmark<D: Dimensions = Planar> {
     /// Which landmark.
     pub subject: i64,
     /// Time, s.
     pub t_s: f64,
     /// Position, m.
-    pub position: [f64; 2],
+    pub position: D::Position,
 }
 
 /// A whole log.

@@ -1,8 +1,8 @@
 //! One filter over one whole log: what it estimated, how well, how fast.
 
-use crate::ekf::{Association, Ekf};
-use crate::events::{Event, events};
-use crate::log::Log;
+use crate::dimensions::{Coordinates, Dimensions, Planar};
+use crate::events::Event;
+use crate::kind::Kind;
 use crate::log::TruePose;
 use crate::output::json::{self, Format, Summary, worse};
 use crate::record::{MapFeature, Record, ScanRecord};
@@ -11,85 +11,28 @@ use crate::score::final_map::FinalMap;
 use crate::score::map_error::MapError;
 use crate::score::moving::{MovingScore, MovingTally};
 use crate::score::trajectory;
-use crate::settings::{FilterSettings, Likelihood, Settings};
-use crate::slam::{Precision, ReferenceFilter, Refusal, Slam, core_filter, joint_filter};
+use crate::slam::{Refusal, Slam};
 use crate::tally::{HealthCounts, ScanTimes};
 use crate::threads::Threads;
+use crate::truth;
 use crate::truth::map::MapTruth;
-use crate::truth::window::Window;
-use crate::{truth, vehicle};
 use scphd::{Health, Implausible};
 use std::io;
 use std::thread;
 use std::time::Instant;
+
+pub use crate::slam::Filter;
 
 /// Stack of the thread a filter runs in, bytes. The state of the fixed-capacity filter is tens of MB and lives on
 /// the heap, but an unoptimised build makes it on the stack before it moves there, more than once. A stack takes
 /// memory only as it is touched.
 const STACK_BYTES: usize = 512 << 20;
 
-/// Which filter.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Filter {
-    /// The fixed-capacity filter.
-    Core(Precision),
-    /// The filter with a joint map.
-    Joint(Precision),
-    /// The brute-force reference, in double precision.
-    Reference,
-    /// EKF SLAM, in double precision: a yardstick.
-    Ekf(Association),
-}
-
-impl Filter {
-    /// Its name in tables and files, with this particle likelihood: `scphd`, `rb-empty`, `rb-single`, `rb-multi`,
-    /// `joint`, `reference`, `ekf` or `ekf-known`.
-    #[must_use]
-    pub fn name(self, likelihood: Likelihood) -> &'static str {
-        match (self, likelihood) {
-            (Self::Core(_), Likelihood::SingleCluster) => "scphd",
-            (Self::Core(_), Likelihood::RbEmpty) => "rb-empty",
-            (Self::Core(_), Likelihood::RbSingle) => "rb-single",
-            (Self::Core(_), Likelihood::RbMulti) => "rb-multi",
-            (Self::Joint(_), _) => "joint",
-            (Self::Reference, _) => "reference",
-            (Self::Ekf(Association::NearestNeighbour), _) => "ekf",
-            (Self::Ekf(Association::Known), _) => "ekf-known",
-        }
-    }
-
-    /// Its scalar: `f32` or `f64`.
-    #[must_use]
-    pub fn precision(self) -> &'static str {
-        match self {
-            Self::Core(Precision::F32) | Self::Joint(Precision::F32) => "f32",
-            Self::Core(Precision::F64) | Self::Joint(Precision::F64) | Self::Reference | Self::Ekf(_) => "f64",
-        }
-    }
-
-    /// Particles that it has with these settings: a single Gaussian is one.
-    pub(crate) fn particles(self, settings: &FilterSettings) -> usize {
-        match self {
-            Self::Core(_) | Self::Reference => settings.particles,
-            Self::Joint(_) | Self::Ekf(_) => 1,
-        }
-    }
-
-    pub(crate) fn start(self, log: &Log, settings: &Settings, seed: u64) -> Result<Box<dyn Slam>, Refusal> {
-        match self {
-            Self::Core(precision) => Ok(core_filter(settings, &log.vehicle, log.initial_pose, precision, seed)?),
-            Self::Joint(precision) => Ok(joint_filter(settings, &log.vehicle, log.initial_pose, precision)?),
-            Self::Reference => Ok(Box::new(ReferenceFilter::start(settings, &log.vehicle, log.initial_pose, seed))),
-            Self::Ekf(association) => Ok(Box::new(Ekf::start(log, association)?)),
-        }
-    }
-}
-
 /// What a session leaves behind.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Session {
+pub struct Session<D: Dimensions = Planar> {
     /// Every scan and the final map.
-    pub record: Record,
+    pub record: Record<D>,
     /// The figures of the run.
     pub summary: Summary,
     /// How moving landmarks were found; unknown where the log does not know them.
@@ -140,13 +83,13 @@ pub enum SessionError {
 ///
 /// # Errors
 /// The filter refused the settings or a step.
-pub fn run(
-    log: &Log,
-    settings: &Settings,
+pub fn run<K: Kind>(
+    log: &K::Log,
+    settings: &K::Settings,
     filter: Filter,
     seed: u64,
     progress: &mut (dyn FnMut(usize) + Send),
-) -> Result<Session, SessionError> {
+) -> Result<Session<K>, SessionError> {
     run_on(&Threads::default(), log, settings, filter, seed, progress)
 }
 
@@ -154,16 +97,16 @@ pub fn run(
 ///
 /// # Errors
 /// As for `run`.
-pub fn run_on(
+pub fn run_on<K: Kind>(
     threads: &Threads,
-    log: &Log,
-    settings: &Settings,
+    log: &K::Log,
+    settings: &K::Settings,
     filter: Filter,
     seed: u64,
     progress: &mut (dyn FnMut(usize) + Send),
-) -> Result<Session, SessionError> {
+) -> Result<Session<K>, SessionError> {
     let session = || {
-        let mut slam = filter.start(log, settings, seed).map_err(SessionError::Start)?;
+        let mut slam = K::slam(filter, log, settings, seed).map_err(SessionError::Start)?;
         slam.weigh_on(threads);
         let run = drive(log, settings, &mut *slam, progress)?;
         let summary = summary(log, settings, filter, seed, &run, &mut *slam);
@@ -185,38 +128,37 @@ pub fn with_roomy_stack<T: Send>(work: impl FnOnce() -> T + Send) -> io::Result<
 }
 
 /// What [`drive`] saw.
-struct Run {
-    record: Record,
+struct Run<D: Dimensions> {
+    record: Record<D>,
     health: Vec<(Health, usize)>,
     left_out: Vec<LeftOut>,
     moving: Option<MovingScore>,
-    /// N̂ after the last scan.
-    features_estimated: Option<f64>,
     /// The static landmarks that have been in view, m; `None` where the log does not tell.
-    seen: Option<Vec<[f64; 2]>>,
+    seen: Option<Vec<D::Position>>,
     consistency: Consistency,
 }
 
 /// Feeds a whole log to a filter.
-fn drive(
-    log: &Log,
-    settings: &Settings,
-    slam: &mut dyn Slam,
+fn drive<K: Kind>(
+    log: &K::Log,
+    settings: &K::Settings,
+    slam: &mut dyn Slam<K>,
     progress: &mut (dyn FnMut(usize) + Send),
-) -> Result<Run, SessionError> {
-    let mut map_truth = MapTruth::new(log, settings);
-    let view = Window::of_settings(&settings.sensor);
+) -> Result<Run<K>, SessionError> {
+    let mut map_truth: MapTruth<'_, K> = MapTruth::new(log, settings);
+    let view = K::view(log, settings);
     let mut tally = MovingTally::default();
-    let dead_reckoning = vehicle::dead_reckoning(log);
-    let mut scans = Vec::with_capacity(log.scans.len());
-    let mut map: Vec<MapFeature> = Vec::new();
+    let dead_reckoning = K::dead_reckoning(log, settings).map_err(SessionError::Start)?;
+    let all = K::scans(log);
+    let mut scans = Vec::with_capacity(all.len());
+    let mut map: Vec<MapFeature<K>> = Vec::new();
     let mut health = HealthCounts::default();
     let mut consistency = Consistency::default();
     let mut left_out = Vec::new();
-    for event in events(log) {
+    for event in K::events(log, settings).map_err(SessionError::Start)? {
         let next = scans.len();
         let refused = |step| {
-            let t_s = log.scans[next].t_s;
+            let t_s = all[next].t_s;
             move |refusal| SessionError::Step { scan: next, t_s, step, refusal }
         };
         match event {
@@ -226,11 +168,11 @@ fn drive(
                 if let Some(what) = implausible
                     && left_out.last().is_none_or(|last: &LeftOut| last.row != row)
                 {
-                    left_out.push(LeftOut { row, t_s: log.odometry[row].t_s, what });
+                    left_out.push(LeftOut { row, t_s: K::row_t_s(log, row), what });
                 }
             }
             Event::Scan { index } => {
-                let scan = &log.scans[index];
+                let scan = &all[index];
                 let start = Instant::now();
                 let outcome = slam.scan(&scan.detections).map_err(refused("the scan"))?;
                 let scan_us = start.elapsed().as_secs_f64() * 1e6;
@@ -240,18 +182,19 @@ fn drive(
                 let (features_estimated, features) = slam.map().map_err(refused("the map"))?;
                 let mut moving = slam.moving().map_err(refused("the moving features"))?;
                 // What has moved out of view is a guess that no truth of this scan can confirm or refute.
-                let here = TruePose { t_s: scan.t_s, position: [pose[0], pose[1]], heading_rad: Some(pose[2]) };
-                moving.retain(|feature| view.holds(&here, feature.position) != Some(false));
+                let here =
+                    TruePose { t_s: scan.t_s, position: K::position(&pose), heading_rad: Some(K::heading(&pose)) };
+                moving.retain(|feature| view(&here, feature.position) != Some(false));
                 map = features;
-                let truth = truth::at(&log.truth, scan.t_s);
+                let truth = truth::at(K::truth(log), scan.t_s);
                 let true_map = map_truth.at(scan.t_s, truth.as_ref());
                 let known = true_map.as_ref();
-                let map_error =
-                    known.filter(|_| map_truth.knows_landmarks()).map(|true_map| MapError::of(&map, &moving, true_map));
-                let movers = known.filter(|_| map_truth.knows_movers()).map(|true_map| {
-                    let positions: Vec<[f64; 2]> = moving.iter().map(|feature| feature.position).collect();
-                    tally.scan(&true_map.movers, &positions)
-                });
+                let landmarks = known.filter(|_| map_truth.knows_landmarks());
+                let compared = (index + 1).is_multiple_of(K::SCANS_A_MAP_ERROR) || index + 1 == all.len();
+                let mut estimated: Vec<K::Position> = moving.iter().map(|feature| feature.position).collect();
+                let movers =
+                    known.filter(|_| map_truth.knows_movers()).map(|true_map| tally.scan(&true_map.movers, &estimated));
+                estimated.extend(map.iter().map(|feature| feature.mean));
                 if movers.is_none() {
                     tally.unknown();
                 }
@@ -265,44 +208,49 @@ fn drive(
                     measurements: scan.detections.len(),
                     features_estimated,
                     n_eff: outcome.n_eff,
+                    usage: outcome.usage,
                     scan_us,
+                    map_error: landmarks.filter(|_| compared).map(|truth| MapError::of(&estimated, &truth.points())),
+                    landmarks_seen: landmarks.map(|truth| truth.landmarks.len()),
                     moving,
-                    map_error,
                     movers,
                 });
                 progress(scans.len());
             }
         }
     }
-    let features_estimated = scans.last().map(|scan| scan.features_estimated);
     let moving = map_truth.knows_movers().then(|| tally.score()).filter(|score| score.scans > 0);
     let seen = map_truth.seen();
-    let record = Record { scans, map };
-    Ok(Run { record, health: health.reported(), left_out, moving, features_estimated, seen, consistency })
+    Ok(Run { record: Record { scans, map }, health: health.reported(), left_out, moving, seen, consistency })
 }
 
-fn summary(log: &Log, settings: &Settings, filter: Filter, seed: u64, run: &Run, slam: &mut dyn Slam) -> Summary {
-    let scans = &run.record.scans;
+fn summary<K: Kind>(
+    log: &K::Log,
+    settings: &K::Settings,
+    filter: Filter,
+    seed: u64,
+    run: &Run<K>,
+    slam: &mut dyn Slam<K>,
+) -> Summary {
+    let (scans, recursion) = (&run.record.scans, K::recursion(settings));
     let estimate = trajectory::of_estimate(scans);
     let dead_reckoning = trajectory::of_dead_reckoning(scans);
-    let features: Vec<[f64; 2]> = run.record.map.iter().map(|feature| feature.mean).collect();
-    let map = FinalMap::of(&features, &log.landmarks, run.seen.as_deref());
+    let features: Vec<K::Position> = run.record.map.iter().map(|feature| feature.mean).collect();
+    let map = FinalMap::of(&features, &K::landmarks(log), run.seen.as_deref());
     let laid_over = map.map(|map| map.laid_over);
-    let births = settings.filter.birth_intensity + settings.moving.birth_intensity;
-    let expected = settings.sensor.clutter_per_scan + births * settings.sensor.measure();
     let position_errors = scans.iter().filter_map(|scan| {
         let truth = scan.true_position?;
-        let [[xx, xy, _], [_, yy, _], _] = scan.pose_covariance;
-        Some(([scan.pose[0] - truth[0], scan.pose[1] - truth[1]], [[xx, xy], [xy, yy]]))
+        let error = K::Position::with(|k| scan.pose.as_ref()[k] - truth.as_ref()[k]);
+        Some((error, K::Position::square(|row, column| scan.pose_covariance.as_ref()[row].as_ref()[column])))
     });
     let moving = run.moving.as_ref();
     let times = ScanTimes::of(scans.iter().map(|scan| scan.scan_us));
     Summary {
         format: Format,
-        log: log.name.clone(),
-        filter: filter.name(settings.filter.likelihood).into(),
+        log: K::name(log).to_owned(),
+        filter: filter.name(recursion.likelihood).into(),
         precision: filter.precision().into(),
-        particles: filter.particles(&settings.filter) as u64,
+        particles: filter.particles(recursion) as u64,
         seed,
         scans: scans.len() as u64,
         position_rmse_m: estimate.map(|score| score.position_rmse_m),
@@ -315,7 +263,7 @@ fn summary(log: &Log, settings: &Settings, filter: Filter, seed: u64, run: &Run,
         gospa_m: map.map(|map| map.gospa_m),
         ospa_seen_m: map.and_then(|map| map.ospa_seen_m),
         gospa_seen_m: map.and_then(|map| map.gospa_seen_m),
-        features_estimated: run.features_estimated,
+        features_estimated: scans.last().map(|scan| scan.features_estimated),
         scan_us_mean: times.mean_us,
         scan_us_p99: times.p99_us,
         state_bytes: slam.state_bytes(),
@@ -327,7 +275,7 @@ fn summary(log: &Log, settings: &Settings, filter: Filter, seed: u64, run: &Run,
         static_features_matched: laid_over.map(|score| score.matched as u64),
         static_features_false: laid_over.map(|score| score.spurious as u64),
         static_position_error_median_m: laid_over.and_then(|score| score.position_error_median_m),
-        ln_evidence: run.consistency.ln_evidence(expected),
+        ln_evidence: run.consistency.ln_evidence(K::unexplained_per_scan(log, settings)),
         nis_mean: run.consistency.innovation(),
         nees_median: consistency::of_positions(position_errors),
         worse_than_dead_reckoning: worse(
@@ -347,9 +295,10 @@ pub fn condition_name(condition: Health) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::record::MovingFeature;
+    use crate::log::Log;
     use crate::scenario;
-    use crate::slam::{PoseAndCovariance, ScanOutcome};
+    use crate::settings::Settings;
+    use crate::slam::{PoseAndCovariance, Precision, ScanOutcome};
 
     #[test]
     fn conditions_have_distinct_names() {
@@ -378,7 +327,7 @@ mod tests {
             }
             self.scans += 1;
             let health = if self.scans == 2 { Health::DEGENERATE } else { Health::GOOD };
-            Ok(ScanOutcome { n_eff: 1.0, resampled: false, ln_evidence: None, innovation: None, health })
+            Ok(ScanOutcome { health, ..ScanOutcome::SILENT })
         }
 
         fn pose(&mut self) -> Result<PoseAndCovariance, Refusal> {
@@ -396,16 +345,8 @@ mod tests {
             Ok((self.scans as f64, features.collect()))
         }
 
-        fn moving(&mut self) -> Result<Vec<MovingFeature>, Refusal> {
-            Ok(Vec::new())
-        }
-
         fn digest(&mut self) -> Option<u64> {
             Some(7)
-        }
-
-        fn state_bytes(&self) -> Option<u64> {
-            None
         }
     }
 
@@ -420,7 +361,7 @@ mod tests {
         let log = short_log();
         let mut oracle = Oracle { log: log.clone(), scans: 0, refuse: usize::MAX };
         let mut told = Vec::new();
-        let run = drive(&log, &Settings::for_log(&log), &mut oracle, &mut |done| told.push(done)).unwrap();
+        let run = drive::<Planar>(&log, &Settings::for_log(&log), &mut oracle, &mut |done| told.push(done)).unwrap();
         assert_eq!(told, (1..=20).collect::<Vec<_>>());
         assert_eq!(run.health, [(Health::DEGENERATE, 1)]);
         let summary = summary(&log, &Settings::for_log(&log), Filter::Reference, 3, &run, &mut oracle);
@@ -436,7 +377,7 @@ mod tests {
         let with = |row: usize, speed| {
             let mut log = log.clone();
             log.odometry[row].control[0] = speed;
-            run(&log, &settings, Filter::Core(Precision::F32), 1, &mut |_| ()).unwrap()
+            run::<Planar>(&log, &settings, Filter::Core(Precision::F32), 1, &mut |_| ()).unwrap()
         };
         let whole = with(20, log.odometry[20].control[0]);
         let spoilt = with(20, 1e18);
@@ -453,7 +394,8 @@ mod tests {
     fn a_refusal_names_scan_and_time() {
         let log = short_log();
         let mut oracle = Oracle { log: log.clone(), scans: 0, refuse: 5 };
-        let error = drive(&log, &Settings::for_log(&log), &mut oracle, &mut |_| ()).err().unwrap().to_string();
+        let error =
+            drive::<Planar>(&log, &Settings::for_log(&log), &mut oracle, &mut |_| ()).err().unwrap().to_string();
         assert_eq!(error, "scan 5 at 0.5 s: the scan refused: no");
     }
 
@@ -462,7 +404,7 @@ mod tests {
         let log = short_log();
         let mut settings = Settings::for_log(&log);
         settings.filter.particles = 5000;
-        let error = run(&log, &settings, Filter::Core(Precision::F32), 1, &mut |_| ()).unwrap_err();
+        let error = run::<Planar>(&log, &settings, Filter::Core(Precision::F32), 1, &mut |_| ()).unwrap_err();
         assert!(matches!(error, SessionError::Start(_)), "{error}");
         assert!(error.to_string().contains("5000 particles"), "{error}");
     }

@@ -5,6 +5,7 @@ pub mod tracks;
 pub mod window;
 
 use crate::angle::wrap;
+use crate::dimensions::{Coordinates, Dimensions};
 use crate::log::TruePose;
 
 /// Greatest gap between two rows of truth that is bridged, s.
@@ -21,7 +22,7 @@ pub const MAX_GAP_S: f64 = 2.0;
 /// `None` outside the span of `truth` and inside gaps longer than [`MAX_GAP_S`]. The heading is unknown
 /// unless both rows have it. `truth` is in order of time; at the time of a row, that row is the answer.
 #[must_use]
-pub fn at(truth: &[TruePose], t_s: f64) -> Option<TruePose> {
+pub fn at<D: Dimensions>(truth: &[TruePose<D>], t_s: f64) -> Option<TruePose<D>> {
     let after = truth.partition_point(|row| row.t_s <= t_s);
     let before = truth.get(after.checked_sub(1)?)?;
     if before.t_s == t_s {
@@ -33,10 +34,10 @@ pub fn at(truth: &[TruePose], t_s: f64) -> Option<TruePose> {
         return None;
     }
     let f = (t_s - before.t_s) / gap_s;
-    let between = |k: usize| before.position[k] + f * (next.position[k] - before.position[k]);
+    let (from, to) = (before.position.as_ref(), next.position.as_ref());
     Some(TruePose {
         t_s,
-        position: [between(0), between(1)],
+        position: D::Position::with(|k| from[k] + f * (to[k] - from[k])),
         heading_rad: before.heading_rad.zip(next.heading_rad).map(|(a, b)| wrap(a + f * wrap(b - a))),
     })
 }
@@ -44,6 +45,7 @@ pub fn at(truth: &[TruePose], t_s: f64) -> Option<TruePose> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::dimensions::Planar;
 
     fn row(t_s: f64, x: f64, heading_rad: Option<f64>) -> TruePose {
         TruePose { t_s, position: [x, -x], heading_rad }
@@ -70,7 +72,7 @@ mod tests {
         assert_eq!(at(&truth, 2.0).unwrap().position, [0.5, -0.5]);
         assert_eq!(at(&truth, 4.0), None);
         assert_eq!(at(&truth, 5.5), Some(truth[2]));
-        assert_eq!(at(&[], 0.0), None);
+        assert_eq!(at::<Planar>(&[], 0.0), None);
     }
 
     #[test]

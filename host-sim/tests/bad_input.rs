@@ -260,10 +260,6 @@ fn unknown_names_list_all_scenarios() {
     }
     let error = place.fails(&["export", "girona-tank", "dir"]);
     assert!(error.contains("girona-tank") && error.contains("no compass"), "{error}");
-    for args in [&["tune", "girona-tank"][..], &["tune", "stereo"]] {
-        let error = place.fails(args);
-        assert!(error.contains("tune: for the plane alone"), "{error}");
-    }
 }
 
 /// Every command takes a scenario before a folder of its name, and `./NAME` for the folder.
@@ -407,11 +403,34 @@ fn studies_of_stereo_logs_work() {
 fn stereo_logs_are_compared_with_the_reference_too() {
     let place = Workplace::new();
     let args = ["compare", "stereo", "--precision", "f64", "--particles", "3", "--json", "compared.json"];
-    place.succeeds(&args);
+    place.succeeds(&[&args[..], &["--out", "tables"]].concat());
+    let rows = fs::read_to_string(place.path("tables/compare-f64.csv")).unwrap();
+    assert_eq!(rows.lines().count(), 1 + folders::FRAMES, "{rows}");
     let list: Value = serde_json::from_slice(&fs::read(place.path("compared.json")).unwrap()).unwrap();
     for field in ["ln_likelihood", "component_weight", "mean"] {
         assert!(list[0][field].as_f64().unwrap() < 1e-9, "{field}: {list}");
     }
+}
+
+/// Commands that once knew the plane alone.
+#[test]
+fn stereo_logs_are_tuned_and_studied_in_variants() {
+    let place = Workplace::new();
+    let few = ["--rounds", "1", "--runs", "1", "--truth", "--out", "tuned.toml"];
+    let printed = place.succeeds(&[&["tune", "stereo"][..], &few].concat());
+    let printed = String::from_utf8(printed.stdout).unwrap();
+    for part in ["camera.pixel_sigmas", "camera.detection", "nats a measurement", "held-out RMSE (m)"] {
+        assert!(printed.contains(part), "{printed}");
+    }
+    place.succeeds(&["replay", "stereo", "--settings", "tuned.toml"]);
+    assert!(place.fails(&["tune", "stereo", "--filter", "reference"]).contains("in space"));
+
+    let variants = "[[variant]]\nname = 'as it is'\n[[variant]]\nname = 'coarse'\nset.camera = { detection = 0.5 }\n";
+    fs::write(place.path("v.toml"), variants).unwrap();
+    place.succeeds(&["monte-carlo", "stereo", "--particles", "3", "--variants", "v.toml", "--json", "v.json"]);
+    let list: Value = serde_json::from_slice(&fs::read(place.path("v.json")).unwrap()).unwrap();
+    assert_eq!((&list[0]["filter"], &list[1]["filter"]), (&"as it is".into(), &"coarse".into()));
+    assert_eq!(list[1]["settings"]["camera"]["detection"], 0.5);
 }
 
 /// The files of the stereo log are those of a folder, and the log in them is what it should be.
@@ -421,6 +440,6 @@ fn the_stereo_log_of_the_tests_is_sound() {
     folders::put(dir.path(), &stereo());
     assert!(log_folder::has_camera(dir.path()));
     let log = log_folder::read_underwater(dir.path()).unwrap();
-    assert_eq!((log.frames.len(), log.landmarks.len()), (folders::FRAMES, folders::LANDMARKS));
+    assert_eq!((log.scans.len(), log.landmarks.len()), (folders::FRAMES, folders::LANDMARKS));
     assert_eq!(folders::read(dir.path()), stereo());
 }

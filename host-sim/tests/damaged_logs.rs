@@ -3,8 +3,10 @@
 //! Good folders of either kind are damaged by a seeded generator, as transfers, editors, scripts and people damage files. What can
 //! still be read is run over its first scans.
 
+use scphd_sim::dimensions::{Dimensions, Planar, Underwater};
 use scphd_sim::log::{Log, Vehicle};
-use scphd_sim::session::{Filter, SessionError};
+use scphd_sim::record::{MapFeature, Record, ScanRecord};
+use scphd_sim::session::{Filter, Session, SessionError};
 use scphd_sim::settings::Settings;
 use scphd_sim::slam::Precision;
 use scphd_sim::{log_folder, scenario, session, underwater};
@@ -357,9 +359,9 @@ fn refused(line: &str) -> Outcome {
     if line.chars().any(char::is_control) || line.len() > 1000 { Outcome::Bad(line.into()) } else { Outcome::Refused }
 }
 
-fn of_session<S>(session: Result<S, SessionError>, finite: impl FnOnce(&S) -> bool) -> Outcome {
+fn of_session<D: Dimensions>(session: Result<Session<D>, SessionError>) -> Outcome {
     match session {
-        Ok(session) if finite(&session) => Outcome::Run,
+        Ok(session) if is_finite(&session) => Outcome::Run,
         Ok(_) => Outcome::Bad("an estimate is not finite".into()),
         Err(error @ (SessionError::Start(_) | SessionError::Step { .. })) => refused(&error.to_string()),
         Err(other) => Outcome::Bad(other.to_string()),
@@ -375,23 +377,13 @@ fn outcome(dir: &Path) -> Outcome {
             Ok(log) => log,
             Err(error) => return refused(&error.to_string()),
         };
-        log.frames.truncate(SCANS);
+        log.scans.truncate(SCANS);
         let settings = underwater::settings::Settings::for_real_log(&log);
         if let Err(error) = settings.check() {
             return refused(&error.to_string());
         }
-        let session = underwater::session::run(&log, &settings, FILTER, 1, &mut |_| ());
-        return of_session(session, |session| {
-            let poses = session
-                .record
-                .frames
-                .iter()
-                .flat_map(|frame| frame.pose.iter().chain(frame.pose_covariance.iter().flatten()));
-            let map = session.record.map.iter();
-            poses
-                .chain(map.flat_map(|feature| feature.mean.iter().chain(feature.covariance.iter().flatten())))
-                .all(|number| number.is_finite())
-        });
+        let session = session::run::<Underwater>(&log, &settings, FILTER, 1, &mut |_| ());
+        return of_session(session);
     }
     let mut log = match log_folder::read(dir) {
         Ok(log) => log,
@@ -403,14 +395,19 @@ fn outcome(dir: &Path) -> Outcome {
     if let Err(error) = settings.check() {
         return refused(&error.to_string());
     }
-    of_session(session::run(&log, &settings, FILTER, 1, &mut |_| ()), |session| {
-        let scans = &session.record.scans;
-        let poses = scans.iter().flat_map(|scan| scan.pose.iter().chain(scan.pose_covariance.iter().flatten()));
-        let map = session.record.map.iter();
-        poses
-            .chain(map.flat_map(|feature| feature.mean.iter().chain(feature.covariance.iter().flatten())))
-            .all(|number| number.is_finite())
-    })
+    of_session(session::run::<Planar>(&log, &settings, FILTER, 1, &mut |_| ()))
+}
+
+/// Whether all that a session estimated are numbers.
+fn is_finite<D: Dimensions>(session: &Session<D>) -> bool {
+    let Record { scans, map } = &session.record;
+    let of_pose = |scan: &ScanRecord<D>| finite(&scan.pose) && scan.pose_covariance.as_ref().iter().all(finite);
+    let of_map = |place: &MapFeature<D>| finite(&place.mean) && place.covariance.as_ref().iter().all(finite);
+    scans.iter().all(of_pose) && map.iter().all(of_map)
+}
+
+fn finite(numbers: &impl AsRef<[f64]>) -> bool {
+    numbers.as_ref().iter().all(|number| number.is_finite())
 }
 
 #[test]

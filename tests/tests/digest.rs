@@ -1,5 +1,6 @@
 //! Reproducibility: a seed determines every bit of the filter's state, in every build profile and on every machine.
 
+use scphd_sim::dimensions::Planar;
 use scphd_sim::scenario;
 use scphd_sim::session::{self, Filter};
 use scphd_sim::settings::{
@@ -108,7 +109,8 @@ fn thesis() -> Settings {
 fn digest(case: &Case, precision: Precision, scenario_seed: u64, seed: u64) -> u64 {
     let mut log = scenario::by_name(case.scenario, scenario_seed).expect("a built-in scenario");
     log.scans.truncate(SCANS);
-    let session = session::run(&log, &case.settings, Filter::Core(precision), seed, &mut |_| ()).expect("a whole run");
+    let session =
+        session::run::<Planar>(&log, &case.settings, Filter::Core(precision), seed, &mut |_| ()).expect("a whole run");
     assert_eq!(session.record.scans.len(), SCANS);
     session.summary.digest.expect("the filter has a digest")
 }

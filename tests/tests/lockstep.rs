@@ -1,6 +1,7 @@
 //! The filter against the reference, step by step: with equal numbers they must compute the same.
 
 use scphd_sim::compare::{Comparison, Differences, compare};
+use scphd_sim::dimensions::Planar;
 use scphd_sim::log::{Log, Vehicle};
 use scphd_sim::settings::{Likelihood, Proposal, Settings};
 use scphd_sim::slam::Precision;
@@ -33,7 +34,7 @@ fn lockstep_with(
     settings.filter.samples = samples;
     settings.restrict_to_reference();
     change(&mut settings);
-    with_roomy_stack(|| compare(log, &settings, precision, SEED, |_| ())).expect("no step is refused")
+    with_roomy_stack(|| compare::<Planar>(log, &settings, precision, SEED, |_| ())).expect("no step is refused")
 }
 
 fn assert_agreement(name: &str, overall: &Differences, scans: usize) {
@@ -149,6 +150,6 @@ fn an_informed_proposal_has_no_counterpart() {
     let log = scenario::by_name("survey", SEED).expect("a built-in scenario");
     let mut settings = Settings::for_log(&log);
     settings.filter.proposal = Proposal::Informed;
-    let refusal = with_roomy_stack(|| compare(&log, &settings, Precision::F64, SEED, |_| ())).unwrap_err();
+    let refusal = with_roomy_stack(|| compare::<Planar>(&log, &settings, Precision::F64, SEED, |_| ())).unwrap_err();
     assert!(refusal.to_string().contains("blind"), "{refusal}");
 }

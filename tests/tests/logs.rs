@@ -2,6 +2,7 @@
 //! checked in `host-sim/tests/claims.rs`.
 
 use scphd::Health;
+use scphd_sim::dimensions::Planar;
 use scphd_sim::log_folder;
 use scphd_sim::session::{self, Filter};
 use scphd_sim::settings::Settings;
@@ -16,7 +17,8 @@ fn room_enough() {
         let Some(folder) = data_folder(name) else { continue };
         let log = log_folder::read(&folder).expect("a readable log");
         let filter = Filter::Core(Precision::F32);
-        let session = session::run(&log, &Settings::for_log(&log), filter, SEED, &mut |_| ()).expect("a whole run");
+        let session =
+            session::run::<Planar>(&log, &Settings::for_log(&log), filter, SEED, &mut |_| ()).expect("a whole run");
         assert_eq!(session.record.scans.len(), log.scans.len());
         for flag in [Health::PRUNING_TIGHTENED, Health::MAP_NOT_UPDATED, Health::COMPONENTS_LOST] {
             let count = session.health.iter().find(|(health, _)| *health == flag).map_or(0, |(_, count)| *count);

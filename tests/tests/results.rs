@@ -1,5 +1,6 @@
 //! What the program writes has the keys and columns of `docs/results.md`, all of them and in that order.
 
+use scphd_sim::dimensions::{Planar, Underwater};
 use scphd_sim::monte_carlo::worlds::{self, WorldRun};
 use scphd_sim::monte_carlo::{Job, Plan, RunResult, Study, overview};
 use scphd_sim::output::comparison::{self, Compared};
@@ -73,7 +74,7 @@ fn short_survey() -> (scphd_sim::log::Log, Settings) {
 
 fn survey() -> Session {
     let (log, settings) = short_survey();
-    session::run(&log, &settings, FILTER, 1, &mut |_| ()).unwrap()
+    session::run::<Planar>(&log, &settings, FILTER, 1, &mut |_| ()).unwrap()
 }
 
 #[test]
@@ -93,13 +94,13 @@ fn a_run_in_the_plane() {
 fn a_run_in_space() {
     let folder = Folder::new("space");
     let mut log = underwater::by_name("girona-tank", 1).unwrap();
-    log.frames.truncate(60);
+    log.scans.truncate(60);
     let mut settings = underwater::settings::Settings::for_log(&log);
     settings.filter.particles = 8;
-    let session = underwater::session::run(&log, &settings, FILTER, 1, &mut |_| ()).unwrap();
+    let session = session::run::<Underwater>(&log, &settings, FILTER, 1, &mut |_| ()).unwrap();
     json::write_summary(&folder.path("run.json"), &session.summary).unwrap();
     assert_eq!(keys(&folder.path("run.json"), 1), documented("A run\n"));
-    underwater::tables::write_record(&folder.0, &session.record).unwrap();
+    csv::write_record(&folder.0, &session.record).unwrap();
     assert_eq!(columns(&folder.path("scans.csv")), documented("`scans.csv` in space"));
     assert_eq!(columns(&folder.path("map.csv")), documented("`map.csv` in space"));
 
@@ -150,8 +151,8 @@ fn a_comparison() {
     let folder = Folder::new("comparison");
     let (log, mut settings) = short_survey();
     settings.restrict_to_reference();
-    let found =
-        with_roomy_stack(|| compare::compare(&log, &settings, Precision::F64, 1, |_| ())).expect("a comparison");
+    let found = with_roomy_stack(|| compare::compare::<Planar>(&log, &settings, Precision::F64, 1, |_| ()))
+        .expect("a comparison");
     let compared = Compared {
         format: Format,
         log: log.name.clone(),

@@ -1,6 +1,7 @@
 //! A log replayed from a stream by the code that vehicles run ends in the state that the simulator's session ends in.
 
 use scphd::Real;
+use scphd_sim::dimensions;
 use scphd_sim::log::Log;
 use scphd_sim::session::{self, Filter};
 use scphd_sim::settings::Settings;
@@ -65,7 +66,7 @@ where
 /// A short dive with the settings of the firmware's stream, and few enough particles and frames for the memory on board.
 fn short_dive() -> (underwater::log::Log, underwater::settings::Settings) {
     let mut log = tank::girona_tank(1);
-    log.frames.truncate(25);
+    log.scans.truncate(25);
     let settings = underwater::settings::Settings::for_log(&log);
     let mut settings = settings.with_toml(include_str!("../../firmware/girona-tank.toml")).unwrap();
     settings.filter.particles = 16;
@@ -76,7 +77,8 @@ fn short_dive() -> (underwater::log::Log, underwater::settings::Settings) {
 fn a_replay_ends_where_the_session_ends() {
     let (log, settings) = short_log();
     for (precision, scalar) in [(Precision::F32, Scalar::F32), (Precision::F64, Scalar::F64)] {
-        let session = session::run(&log, &settings, Filter::Core(precision), SEED, &mut |_| ()).unwrap();
+        let session =
+            session::run::<dimensions::Planar>(&log, &settings, Filter::Core(precision), SEED, &mut |_| ()).unwrap();
         let bytes = stream::write(&log, &settings, SEED, scalar, usize::MAX).bytes;
         let digests = match precision {
             Precision::F32 => replayed::<f32>(&bytes, u32::MAX),
@@ -93,11 +95,11 @@ fn a_replay_ends_where_the_session_ends() {
 fn a_dive_ends_where_its_session_ends() {
     let (mut log, settings) = short_dive();
     // A frame between two rows of the instruments, and one before the first.
-    log.frames[10].t_s += 0.03;
-    log.frames[0].t_s -= 0.5;
+    log.scans[10].t_s += 0.03;
+    log.scans[0].t_s -= 0.5;
     for (precision, scalar) in [(Precision::F32, Scalar::F32), (Precision::F64, Scalar::F64)] {
         let filter = Filter::Core(precision);
-        let session = underwater::session::run(&log, &settings, filter, SEED, &mut |_| ()).unwrap();
+        let session = session::run::<dimensions::Underwater>(&log, &settings, filter, SEED, &mut |_| ()).unwrap();
         let bytes = stream::write_underwater(&log, &settings, SEED, scalar, usize::MAX).unwrap().bytes;
         let digests = match precision {
             Precision::F32 => replayed_as::<Underwater, f32>(&bytes, u32::MAX),
@@ -105,7 +107,7 @@ fn a_dive_ends_where_its_session_ends() {
         }
         .unwrap();
         assert!(!digests.full);
-        assert_eq!(digests.all.len(), log.frames.len());
+        assert_eq!(digests.all.len(), log.scans.len());
         assert_eq!(digests.all.last().copied(), session.summary.digest, "{precision:?}");
     }
 }
@@ -123,7 +125,7 @@ fn a_dive_that_cannot_be_replayed_is_refused_by_name() {
     let error = "scan 2: the filter refuses: the control is not finite or outside the motion model's domain";
     assert_eq!(refused(&astray, &settings).as_deref(), Some(error));
     let mut crowded = log.clone();
-    crowded.frames[1].keypoints = vec![[400.0, 300.0, 320.0, 300.0]; 97];
+    crowded.scans[1].detections = vec![[400.0, 300.0, 320.0, 300.0]; 97];
     let error = "scan 1: the filter refuses: 97 measurements do not fit a state for 96";
     assert_eq!(refused(&crowded, &settings).as_deref(), Some(error));
     let mut blind = log.clone();

@@ -3,9 +3,10 @@
 use super::failure::Failure;
 use clap::{Args, Parser, Subcommand, ValueEnum, value_parser};
 use scphd_sim::ekf::Association;
+use scphd_sim::kind::Kind;
 use scphd_sim::monte_carlo::Shard;
 use scphd_sim::session::Filter;
-use scphd_sim::settings::{Likelihood, Settings};
+use scphd_sim::settings::Likelihood;
 use scphd_sim::slam::Precision;
 use scphd_sim::threads::Threads;
 use std::ops::RangeInclusive;
@@ -124,7 +125,7 @@ pub enum Command {
     /// measurements, by the run's own trajectory, have to foresee those of new ones. No truth is used, and no setting can
     /// flatter its score. What does not win clearly, and again with other seeds, is refused, and then everything stays as it is.
     /// Settings of the recursion stay in any case, but births keep their ratio to clutter; odometry noise of a log that is no
-    /// simulation is never lowered, and range and bearing noise not below what the log states.
+    /// simulation is never lowered, and measurement noise not below what the log states.
     Tune(TuneArgs),
     /// Prints the settings a log or scenario is run with, as a TOML file for --settings.
     Settings {
@@ -304,7 +305,7 @@ pub struct StreamArgs {
 
 #[derive(Debug, Args)]
 pub struct TuneArgs {
-    /// Name of a scenario in the plane, or folder of a log of a range-bearing sensor.
+    /// Name of a scenario, or folder of a log.
     #[arg(value_name = "SCENARIO|DIR")]
     pub source: PathBuf,
     /// Runs over the part that is learnt from, each with what the one before said.
@@ -467,14 +468,10 @@ impl Choice {
         Ok(Self { filter, likelihood })
     }
 
-    /// The particle likelihood, where the filter's name says so.
-    pub fn likelihood(&self) -> Option<Likelihood> {
-        self.likelihood
-    }
-
     /// The settings it works with.
-    pub fn settings(&self, mut settings: Settings) -> Settings {
-        settings.filter.likelihood = self.likelihood.unwrap_or(settings.filter.likelihood);
+    pub fn settings<K: Kind>(&self, mut settings: K::Settings) -> K::Settings {
+        let recursion = K::recursion_mut(&mut settings);
+        recursion.likelihood = self.likelihood.unwrap_or(recursion.likelihood);
         settings
     }
 }

@@ -1,20 +1,20 @@
 //! What the commands do.
 
-use super::args::{Cli, Command, MainJob, RunArgs};
-use super::compare;
+use super::args::{Cli, Command, MainJob, RunArgs, Tuning};
 use super::failure::{Failure, notice, print, warn_of_errors};
+use super::offer::Offer;
 use super::outputs::{Outputs, label};
 use super::progress::Progress;
-use super::source::{Found, Source, Sources, scenario, settings_command, tuned, tuned_from};
-use super::{figure, monte_carlo, repeat, stream, tune, underwater, worlds};
+use super::source::{Found, OfKind, Source, Sources, all_scenarios, either, scenario, settings_command};
+use super::{compare, figure, monte_carlo, repeat, stream, tune, worlds};
 use scphd::Health;
+use scphd_sim::dimensions::{Dimensions, Planar};
+use scphd_sim::kind::Kind;
 use scphd_sim::log::Log;
 use scphd_sim::log_folder;
 use scphd_sim::output::json::Summary;
 use scphd_sim::output::table;
-use scphd_sim::scenario::SCENARIOS;
 use scphd_sim::session::{self, Filter, LeftOut, Session, condition_name};
-use scphd_sim::settings::Settings;
 use scphd_sim::slam::Precision;
 use scphd_sim::threads::Threads;
 use std::fs;
@@ -32,11 +32,11 @@ pub fn execute(cli: Cli) -> Result<(), Failure> {
         Some(Command::Replay { dirs, run }) => {
             let found = dirs.iter().map(|dir| Found::folder(dir)).collect::<Result<_, _>>()?;
             let names: Vec<String> = dirs.iter().map(|dir| dir.display().to_string()).collect();
-            runs(Sources::of(found)?, &names, run)
+            either!(Sources::of(found)?, sources => runs(&sources, &names, run))
         }
         Some(Command::Run { scenario: Some(name), run, scenario_seed, list: false }) => {
             let found = Found::scenario(&name, scenario_seed.scenario_seed)?;
-            runs(Sources::of(vec![found])?, &[name], run)
+            either!(found, source => runs(&[source], &[name], run))
         }
         Some(Command::MonteCarlo(args)) => match worlds::asked_for(&args) {
             Some(name) => worlds::study(name, args),
@@ -44,61 +44,60 @@ pub fn execute(cli: Cli) -> Result<(), Failure> {
         },
         Some(Command::Merge(args)) => monte_carlo::merge(args),
         Some(Command::Figure(args)) => figure::figure(args),
-        Some(Command::Compare(args)) => match Found::find(&args.source, args.scenario_seed.scenario_seed)? {
-            Found::Planar(source) => compare::compare(&source, args),
-            Found::Underwater(source) => underwater::compare(&source, args),
-        },
-        Some(Command::Run { .. } | Command::Scenarios) => list_scenarios(),
-        Some(Command::Export { scenario: name, dir, seed, .. }) if underwater::is_scenario(&name) => {
-            // What there is of it in the folders of stereo logs is less than what the vehicle knows.
-            let (dir, why) = (dir.display(), "a log folder has no compass, depth and outages of the Doppler log");
-            Err(Failure::input(format_args!("{name} with seed {seed} cannot be written to {dir}: {why}")))
+        Some(Command::Compare(args)) => {
+            let found = Found::find(&args.source, args.scenario_seed.scenario_seed)?;
+            either!(found, source => compare::compare(&source, args))
         }
-        Some(Command::Export { scenario: name, dir, seed, count }) => export_all(&name, &dir, seed, count),
+        Some(Command::Run { .. } | Command::Scenarios) => list_scenarios(),
+        Some(Command::Export { scenario: name, dir, seed, count }) => match Found::scenario(&name, None)? {
+            OfKind::Planar(_) => export_all(&name, &dir, seed, count),
+            OfKind::Underwater(_) => {
+                // What there is of it in the folders of stereo logs is less than what the vehicle knows.
+                let (dir, why) = (dir.display(), "a log folder has no compass, depth and outages of the Doppler log");
+                Err(Failure::input(format_args!("{name} with seed {seed} cannot be written to {dir}: {why}")))
+            }
+        },
         Some(Command::Stream(args)) => stream::stream(args),
         Some(Command::Tune(args)) => tune::tune(args),
-        Some(Command::Settings { source, tuning }) => match Found::find(&source, None)? {
-            Found::Planar(source) => {
-                let log = &*source.log(0)?;
-                let mut origins = source.origins(log);
-                let settings = tuned_from(source.defaults(log), &mut origins, &tuning)?;
-                let text = origins.annotated(&settings).map_err(|error| Failure::Internal(error.to_string()))?;
-                print(text.trim_end())
-            }
-            Found::Underwater(source) => underwater::settings(&source, &tuning),
-        },
+        Some(Command::Settings { source, tuning }) => {
+            either!(Found::find(&source, None)?, source => settings(&source, &tuning))
+        }
     }
 }
 
+/// Prints the settings of a log or scenario.
+fn settings<K: Offer>(source: &Source<K>, tuning: &Tuning) -> Result<(), Failure> {
+    let log = &*source.log(0)?;
+    let mut origins = source.origins(log);
+    let settings = source.tuned_from(&mut origins, log, tuning)?;
+    let text = origins.annotated(&settings).map_err(|error| Failure::Internal(error.to_string()))?;
+    print(text.trim_end())
+}
+
 fn list_scenarios() -> Result<(), Failure> {
-    let all = || SCENARIOS.iter().chain(scphd_sim::underwater::SCENARIOS);
-    let width = all().map(|(name, _)| name.len()).max().unwrap_or(0);
-    let lines: Vec<String> = all().map(|(name, about)| format!("{name:width$}  {about}")).collect();
+    let width = all_scenarios().map(|(name, _)| name.len()).max().unwrap_or(0);
+    let lines: Vec<String> = all_scenarios().map(|(name, about)| format!("{name:width$}  {about}")).collect();
     print(&lines.join("\n"))
 }
 
 /// One filter over one log or several, with one seed or several; `names` are what the sources were called.
-fn runs(sources: Sources, names: &[String], args: RunArgs) -> Result<(), Failure> {
+fn runs<K: Offer>(sources: &[Source<K>], names: &[String], args: RunArgs) -> Result<(), Failure> {
     match (sources, names) {
-        (Sources::Underwater(sources), _) => underwater::run(&sources, names, args),
-        (Sources::Planar(sources), [name]) if args.repeat == 1 => match &sources[..] {
-            [source] => single(source, name, args),
-            _ => repeat::repeat(&sources, args),
-        },
-        (Sources::Planar(sources), _) => repeat::repeat(&sources, args),
+        ([source], [name]) if args.repeat == 1 => single(source, name, args),
+        _ => repeat::repeat(sources, args),
     }
 }
 
 /// One filter over one log.
-fn single(source: &Source, name: &str, args: RunArgs) -> Result<(), Failure> {
+fn single<K: Offer>(source: &Source<K>, name: &str, args: RunArgs) -> Result<(), Failure> {
     let log = &*source.log(args.seed.seed)?;
-    let choice = args.filter(source.is_log()).map_err(Failure::input)?;
+    let choice = args.filter(source.is_joint_usual()).map_err(Failure::input)?;
     let threads = args.threads()?;
-    let settings = choice.settings(tuned(source.defaults(log), &args.tuning)?);
+    let settings = choice.settings::<K>(source.tuned(log, &args.tuning)?);
     let outputs = Outputs { json: args.json, out: args.out };
     outputs.check()?;
-    let session = run(&threads, log, &settings, choice.filter, args.seed.seed)?;
-    outputs.write_one(log, &session)?;
+    let session = run::<K>(&threads, log, &settings, choice.filter, args.seed.seed)?;
+    outputs.write_one::<K>(log, &session)?;
     report(&outputs, &[session])?;
     outputs.print(&settings_command(name, &args.tuning))
 }
@@ -106,17 +105,18 @@ fn single(source: &Source, name: &str, args: RunArgs) -> Result<(), Failure> {
 /// The fixed-capacity filter and the reference side by side.
 fn main_job(job: MainJob) -> Result<(), Failure> {
     let seed = job.seed.seed;
-    let log = scenario(MAIN_SCENARIO, job.scenario_seed.scenario_seed.unwrap_or(seed))?;
-    let settings = tuned(Settings::for_scenario(MAIN_SCENARIO, &log), &job.tuning)?;
+    let source = Source::<Planar>::scenario(MAIN_SCENARIO.to_owned(), job.scenario_seed.scenario_seed)?;
+    let log = source.log(seed)?;
+    let settings = source.tuned(&log, &job.tuning)?;
     let outputs = Outputs { json: job.json, out: Some(job.out) };
     outputs.check()?;
     // One after the other: side by side they would slow each other down, and their times would tell nothing.
     let filters = [Filter::Core(Precision::F32), Filter::Reference];
     let sessions = filters
         .into_iter()
-        .map(|filter| run(&Threads::default(), &log, &settings, filter, seed))
+        .map(|filter| run::<Planar>(&Threads::default(), &log, &settings, filter, seed))
         .collect::<Result<Vec<_>, _>>()?;
-    outputs.write_all(&log, &sessions)?;
+    outputs.write_all::<Planar>(&log, &sessions)?;
     outputs.print(&format!(
         "{} particles by the fixed-capacity filter (scphd, f32) and by the brute-force reference (f64):",
         settings.filter.particles
@@ -125,14 +125,20 @@ fn main_job(job: MainJob) -> Result<(), Failure> {
     outputs.print(&settings_command(MAIN_SCENARIO, &job.tuning))
 }
 
-fn run(threads: &Threads, log: &Log, settings: &Settings, filter: Filter, seed: u64) -> Result<Session, Failure> {
-    let name = format!("{} {}", filter.name(settings.filter.likelihood), filter.precision());
-    let progress = Progress::new(name, log.scans.len());
-    Ok(session::run_on(threads, log, settings, filter, seed, &mut |scans| progress.at(scans))?)
+fn run<K: Kind>(
+    threads: &Threads,
+    log: &K::Log,
+    settings: &K::Settings,
+    filter: Filter,
+    seed: u64,
+) -> Result<Session<K>, Failure> {
+    let name = format!("{} {}", filter.name(K::recursion(settings).likelihood), filter.precision());
+    let progress = Progress::new(name, K::scans(log).len());
+    Ok(session::run_on::<K>(threads, log, settings, filter, seed, &mut |scans| progress.at(scans))?)
 }
 
 /// The table and, below it, what the fixed-capacity filter reported.
-fn report(outputs: &Outputs, sessions: &[Session]) -> Result<(), Failure> {
+fn report<D: Dimensions>(outputs: &Outputs, sessions: &[Session<D>]) -> Result<(), Failure> {
     let summaries: Vec<_> = sessions.iter().map(|session| session.summary.clone()).collect();
     outputs.print(&table::render(&summaries))?;
     for session in sessions.iter().filter(|session| session.summary.digest.is_some()) {
@@ -144,7 +150,7 @@ fn report(outputs: &Outputs, sessions: &[Session]) -> Result<(), Failure> {
 }
 
 /// Names what was left out of the odometry.
-fn warn_of_rows(session: &Session) {
+fn warn_of_rows<D: Dimensions>(session: &Session<D>) {
     if let [LeftOut { row, t_s, what }, more @ ..] = &session.left_out[..] {
         let rest = if more.is_empty() { String::new() } else { format!("; and {} more", more.len()) };
         let label = label(&session.summary);
@@ -153,7 +159,7 @@ fn warn_of_rows(session: &Session) {
 }
 
 /// What the fixed-capacity filter reported.
-pub fn report_health(outputs: &Outputs, summary: &Summary, health: &[(Health, usize)]) -> Result<(), Failure> {
+fn report_health(outputs: &Outputs, summary: &Summary, health: &[(Health, usize)]) -> Result<(), Failure> {
     let scans = summary.scans;
     let conditions: Vec<String> = health
         .iter()
@@ -165,11 +171,11 @@ pub fn report_health(outputs: &Outputs, summary: &Summary, health: &[(Health, us
 
 /// Writes one folder, or so many in a folder, each with the seed after that of the one before.
 fn export_all(name: &str, dir: &Path, seed: u64, count: Option<u32>) -> Result<(), Failure> {
-    let Some(count) = count else { return export(&scenario(name, seed)?, dir) };
+    let Some(count) = count else { return export(&scenario::<Planar>(name, seed)?, dir) };
     fs::create_dir_all(dir).map_err(|error| Failure::input(format_args!("cannot make {}: {error}", dir.display())))?;
     (0..u64::from(count)).try_for_each(|k| {
         let seed = seed.checked_add(k).ok_or_else(|| Failure::input(format_args!("--seed {seed}: too large")))?;
-        export(&scenario(name, seed)?, &dir.join(format!("{name}-{seed}")))
+        export(&scenario::<Planar>(name, seed)?, &dir.join(format!("{name}-{seed}")))
     })
 }
 

@@ -3,9 +3,9 @@
 use super::args::{Choice, FilterName, MonteCarloArgs, PrecisionName};
 use super::failure::Failure;
 use clap::ValueEnum;
+use scphd_sim::kind::Kind;
 use scphd_sim::monte_carlo::variants::{self, Variant};
 use scphd_sim::session::Filter;
-use scphd_sim::settings::Settings;
 use std::path::PathBuf;
 
 /// A filter, and what is changed in its settings.
@@ -65,8 +65,8 @@ impl Contender {
     }
 
     /// What it is called, where its settings are these.
-    pub fn name(&self, settings: &Settings) -> String {
-        let filter = self.choice.filter.name(settings.filter.likelihood);
+    pub fn name<K: Kind>(&self, settings: &K::Settings) -> String {
+        let filter = self.choice.filter.name(K::recursion(settings).likelihood);
         match &self.variant {
             None => filter.to_owned(),
             Some((_, variant)) if self.names_filter => format!("{filter}: {}", variant.name),
@@ -75,12 +75,12 @@ impl Contender {
     }
 
     /// The settings it works with, where the log has these.
-    pub fn settings(&self, settings: Settings) -> Result<Settings, Failure> {
-        let settings = self.choice.settings(settings);
+    pub fn settings<K: Kind>(&self, settings: K::Settings) -> Result<K::Settings, Failure> {
+        let settings = self.choice.settings::<K>(settings);
         match &self.variant {
             None => Ok(settings),
             Some((path, variant)) => variant
-                .applied(&settings)
+                .applied::<K>(&settings)
                 .map_err(|problem| Failure::input(format_args!("{}: {}: {problem}", path.display(), variant.name))),
         }
     }

@@ -6,8 +6,8 @@ use super::failure::{Failure, notice, print};
 use super::monte_carlo::{Extent, Inputs, plan, run};
 use super::outputs::{Outputs, make};
 use super::progress::Progress;
-use super::source::{Source, scenario, tuned};
-use super::underwater;
+use super::source::{Source, scenario};
+use scphd_sim::dimensions::{Planar, Underwater};
 use scphd_sim::figure::densities::{self, Moment};
 use scphd_sim::figure::{self, FIGURES};
 use scphd_sim::log::Log;
@@ -37,7 +37,7 @@ pub fn figure(args: FigureArgs) -> Result<(), Failure> {
         "3.2" => vec![("3.2", point_process::figures::figure_3_2(args.seed).map_err(internal)?)],
         "3.3" => vec![("3.3", point_process::figures::figure_3_3(args.seed).map_err(internal)?)],
         "5.3" => {
-            let log = scenario("thesis-dynamic", args.seed)?;
+            let log = scenario::<Planar>("thesis-dynamic", args.seed)?;
             vec![("5.3a", figure::scenario(&log)), ("5.3b", figure::measurements(&log))]
         }
         "5.4" => {
@@ -57,7 +57,7 @@ pub fn figure(args: FigureArgs) -> Result<(), Failure> {
             vec![("5.6a", map), ("5.6bc", figure::long_run(&log.name, &result))]
         }
         "5.7" => {
-            let log = scenario("thesis-compare", args.seed)?;
+            let log = scenario::<Planar>("thesis-compare", args.seed)?;
             vec![("5.7", figure::measurements(&log))]
         }
         "5.8" => {
@@ -66,14 +66,14 @@ pub fn figure(args: FigureArgs) -> Result<(), Failure> {
             vec![("5.8", figure::comparison(&study))]
         }
         "5.9" => {
-            let source = Source::scenario("thesis-compare".into(), Some(args.seed))?;
+            let source = Source::<Planar>::scenario("thesis-compare".into(), Some(args.seed))?;
             let log = source.log(args.seed)?;
-            let settings = tuned(source.defaults(&log), &args.tuning)?;
+            let settings = source.tuned(&log, &args.tuning)?;
             let weighed = densities::weigh(&log, &settings, &UPDATE, args.seed)
                 .ok_or_else(|| Failure::Internal("the scenario ends before the update".into()))?;
             vec![("5.9", densities::figure(&log, &UPDATE, &weighed))]
         }
-        "7.5" | "7.6" | "7.7" => underwater::figure(&number, &args)?,
+        "7.5" | "7.6" | "7.7" => in_space(&number, &args)?,
         _ => {
             let known: Vec<&str> = FIGURES.iter().map(|(number, _)| *number).collect();
             return Err(Failure::input(format_args!("no figure {number}, there are: {}", known.join(", "))));
@@ -97,13 +97,39 @@ fn write(out: PathBuf, figures: &[(&str, Figure)]) -> Result<(), Failure> {
 
 /// One run of a scenario by the filter.
 fn single(name: &str, args: &FigureArgs) -> Result<(Log, Settings, session::Session), Failure> {
-    let source = Source::scenario(name.to_owned(), Some(args.seed))?;
+    let source = Source::<Planar>::scenario(name.to_owned(), Some(args.seed))?;
     let log = source.log(args.seed)?.into_owned();
-    let settings = tuned(source.defaults(&log), &args.tuning)?;
+    let settings = source.tuned(&log, &args.tuning)?;
     let choice = Choice::of(FilterName::Core, None).map_err(Failure::input)?;
     let progress = Progress::new(name.to_owned(), log.scans.len());
-    let session = session::run(&log, &settings, choice.filter, args.seed, &mut |scans| progress.at(scans))?;
+    let session = session::run::<Planar>(&log, &settings, choice.filter, args.seed, &mut |scans| progress.at(scans))?;
     Ok((log, settings, session))
+}
+
+/// One of the figures 7.5 to 7.7: SC-PHD and RB-PHD SLAM over the same survey.
+fn in_space<'n>(number: &'n str, args: &FigureArgs) -> Result<Vec<(&'n str, Figure)>, Failure> {
+    let source = Source::<Underwater>::scenario("girona-tank".into(), Some(args.seed))?;
+    let log = source.log(args.seed)?;
+    let settings = source.tuned(&log, &args.tuning)?;
+    let mut runs = Vec::new();
+    for name in [FilterName::Core, FilterName::RbSingle] {
+        let choice = Choice::of(name, None).map_err(Failure::input)?;
+        let settings = choice.settings::<Underwater>(settings.clone());
+        let label = choice.filter.name(settings.filter.likelihood);
+        let progress = Progress::new(label.into(), log.scans.len());
+        let mut at = |scans| progress.at(scans);
+        let session = session::run::<Underwater>(&log, &settings, choice.filter, args.seed, &mut at)?;
+        runs.push((label, session.record));
+    }
+    let runs: Vec<_> = runs.iter().map(|(label, record)| (*label, record)).collect();
+    Ok(match number {
+        "7.5" => {
+            let section = figure::plan_and_section(&log, &runs[..1]);
+            vec![("7.5", figure::trajectories(&log, &runs)), ("7.5-section", section)]
+        }
+        "7.6" => vec![("7.6", figure::space_maps(&log, &runs))],
+        _ => vec![("7.7", figure::squared_errors(&log, &runs))],
+    })
 }
 
 /// A study of a scenario; its table goes to the terminal.
@@ -112,7 +138,7 @@ fn study(name: &str, filters: &[FilterName], runs: usize, args: &FigureArgs) -> 
         .iter()
         .map(|&name| Choice::of(name, None).map(Contender::plain).map_err(Failure::input))
         .collect::<Result<Vec<_>, _>>()?;
-    let inputs = Inputs::of_scenario(name)?;
+    let inputs = Inputs::<Planar>::of_scenario(name)?;
     let runs = args.runs.map_or(runs, |runs| runs as usize);
     let plan = plan(&inputs, &contenders, &args.tuning, &Extent { runs, input_sets: None, seed: args.seed })?;
     let study = run(&plan, &plan.jobs(None), &inputs, &contenders, &args.tuning, args.jobs)?;

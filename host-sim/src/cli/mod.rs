@@ -7,13 +7,13 @@ mod contender;
 mod failure;
 mod figure;
 mod monte_carlo;
+mod offer;
 mod outputs;
 mod progress;
 mod repeat;
 mod source;
 mod stream;
 mod tune;
-mod underwater;
 mod worlds;
 
 use args::Cli;

@@ -3,32 +3,31 @@
 use super::args::{MergeArgs, MonteCarloArgs, Tuning};
 use super::contender::Contender;
 use super::failure::{Failure, notice};
+use super::offer::Offer;
 use super::outputs::{Outputs, check_file, make};
 use super::progress::Progress;
-use super::source::{Found, Source, Sources, tuned};
-use super::underwater;
+use super::source::{Found, Source, Sources, either};
 use scphd_sim::monte_carlo::{self, Job, Plan, RunResult, Shard, Study, overview};
 use scphd_sim::output::json::Format;
 use scphd_sim::output::studies;
 use scphd_sim::plot::study;
 use scphd_sim::session;
-use scphd_sim::settings::Settings;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 
 /// The inputs of a study: a scenario, or logs.
-pub struct Inputs(Vec<Source>);
+pub struct Inputs<K: Offer>(Vec<Source<K>>);
 
-impl Inputs {
-    /// The runs of one scenario in the plane.
+impl<K: Offer> Inputs<K> {
+    /// The runs of one scenario.
     pub fn of_scenario(name: &str) -> Result<Self, Failure> {
         Ok(Self(vec![Source::scenario(name.to_owned(), None)?]))
     }
 
     /// The source of input set `input`.
-    fn source(&self, input: usize) -> &Source {
+    fn source(&self, input: usize) -> &Source<K> {
         &self.0[input % self.0.len()]
     }
 
@@ -42,13 +41,13 @@ impl Inputs {
 
     /// Names of the logs or the scenario.
     fn name(&self, seed: u64) -> Result<String, Failure> {
-        let names = self.0.iter().map(|source| Ok(source.log(seed)?.name.clone()));
+        let names = self.0.iter().map(|source| Ok(K::name(&*source.log(seed)?).to_owned()));
         Ok(names.collect::<Result<Vec<_>, Failure>>()?.join(", "))
     }
 
-    fn settings(&self, job: &Job, tuning: &Tuning) -> Result<Settings, Failure> {
+    fn settings(&self, job: &Job, tuning: &Tuning) -> Result<K::Settings, Failure> {
         let source = self.source(job.input);
-        tuned(source.defaults(&*source.log(job.scenario_seed)?), tuning)
+        source.tuned(&*source.log(job.scenario_seed)?, tuning)
     }
 }
 
@@ -61,14 +60,14 @@ pub struct Extent {
 
 impl Extent {
     /// As the command line says; of logs a run each unless told otherwise.
-    pub fn of(args: &MonteCarloArgs, logs: Option<usize>) -> Self {
+    fn of(args: &MonteCarloArgs, logs: Option<usize>) -> Self {
         let runs = args.runs.map_or_else(|| logs.unwrap_or(DEFAULT_RUNS), |runs| runs as usize);
         Self { runs, input_sets: args.input_sets.map(|sets| sets as usize), seed: args.seed }
     }
 }
 
 /// How many different inputs there are: as many as `logs`, or as asked for, or as `usual`, or another for each run.
-pub fn input_sets(extent: &Extent, logs: Option<usize>, usual: Option<usize>) -> Result<usize, Failure> {
+fn input_sets(extent: &Extent, logs: Option<usize>, usual: Option<usize>) -> Result<usize, Failure> {
     let runs = extent.runs;
     let input_sets = match (logs, extent.input_sets) {
         (Some(logs), Some(sets)) if logs != sets => {
@@ -96,7 +95,12 @@ pub fn distinct(names: impl IntoIterator<Item = String>) -> Result<Vec<String>, 
 }
 
 /// The plan of a study by `contenders`.
-pub fn plan(inputs: &Inputs, contenders: &[Contender], tuning: &Tuning, extent: &Extent) -> Result<Plan, Failure> {
+pub fn plan<K: Offer>(
+    inputs: &Inputs<K>,
+    contenders: &[Contender],
+    tuning: &Tuning,
+    extent: &Extent,
+) -> Result<Plan, Failure> {
     let runs = extent.runs;
     let usual = inputs.0[0].runs_per_input().filter(|&n| runs.is_multiple_of(n)).map(|n| runs / n);
     let input_sets = input_sets(extent, inputs.sets(), usual)?;
@@ -114,11 +118,12 @@ pub fn plan(inputs: &Inputs, contenders: &[Contender], tuning: &Tuning, extent: 
     // Settings that are bad for one of several logs show before any is run.
     for input in 1..inputs.sets().unwrap_or(1) {
         let settings = inputs.settings(&plan.job(input * (runs / input_sets)), tuning)?;
-        contenders.iter().try_for_each(|contender| contender.settings(settings.clone()).map(drop))?;
+        contenders.iter().try_for_each(|contender| contender.settings::<K>(settings.clone()).map(drop))?;
     }
-    let all = contenders.iter().map(|contender| contender.settings(first.clone())).collect::<Result<Vec<_>, _>>()?;
-    plan.filters = distinct(contenders.iter().zip(&all).map(|(contender, settings)| contender.name(settings)))?;
-    let toml = |settings: &Settings| settings.to_toml().map_err(|error| Failure::Internal(error.to_string()));
+    let all =
+        contenders.iter().map(|contender| contender.settings::<K>(first.clone())).collect::<Result<Vec<_>, _>>()?;
+    plan.filters = distinct(contenders.iter().zip(&all).map(|(contender, settings)| contender.name::<K>(settings)))?;
+    let toml = |settings: &K::Settings| toml::to_string(settings).map_err(|error| Failure::Internal(error.to_string()));
     plan.settings = toml(&first)?;
     if contenders.iter().any(Contender::is_variant) {
         plan.variants = all.iter().map(toml).collect::<Result<_, _>>()?;
@@ -127,10 +132,10 @@ pub fn plan(inputs: &Inputs, contenders: &[Contender], tuning: &Tuning, extent: 
 }
 
 /// Does the jobs of a plan.
-pub fn run(
+pub fn run<K: Offer>(
     plan: &Plan,
     jobs: &[Job],
-    inputs: &Inputs,
+    inputs: &Inputs<K>,
     contenders: &[Contender],
     tuning: &Tuning,
     threads: Option<u16>,
@@ -139,10 +144,10 @@ pub fn run(
     let mut scans = 0;
     for job in jobs {
         match inputs.source(job.input) {
-            Source::Fixed(log) | Source::Frozen(_, log) => scans += log.scans.len(),
+            Source::Fixed(log) | Source::Frozen(_, log) => scans += K::scans(log).len(),
             // Every seed of a scenario has as many.
             source @ Source::Seeded(_) => {
-                scans = source.log(job.scenario_seed)?.scans.len() * jobs.len();
+                scans = K::scans(&*source.log(job.scenario_seed)?).len() * jobs.len();
                 break;
             }
         }
@@ -153,10 +158,10 @@ pub fn run(
     let one = |job: &Job, filter: usize| -> Result<RunResult, Failure> {
         let contender = &contenders[filter];
         let log = inputs.source(job.input).log(job.scenario_seed)?;
-        let settings = contender.settings(inputs.settings(job, tuning)?)?;
+        let settings = contender.settings::<K>(inputs.settings(job, tuning)?)?;
         let mut advance = |_| progress.at(done.fetch_add(1, Ordering::Relaxed) + 1);
-        let session = session::run(&log, &settings, contender.filter(), job.filter_seed, &mut advance)?;
-        let result = RunResult::of(job, settings.filter.samples, session);
+        let session = session::run::<K>(&log, &settings, contender.filter(), job.filter_seed, &mut advance)?;
+        let result = RunResult::of(job, K::recursion(&settings).samples, session);
         Ok(RunResult { filter: plan.filters[filter].clone(), ..result })
     };
     Ok(Study { plan: plan.clone(), results: monte_carlo::execute(jobs, contenders.len(), threads, one)? })
@@ -170,19 +175,19 @@ pub fn study(args: MonteCarloArgs) -> Result<(), Failure> {
         let name = scenario.1.display();
         return Err(Failure::input(format_args!("{name}: a study is of one scenario or of several folders")));
     }
-    let inputs = match Sources::of(found)? {
-        Sources::Planar(sources) => Inputs(sources),
-        Sources::Underwater(sources) => return underwater::study(&sources, args),
-    };
+    either!(Sources::of(found)?, sources => study_of(&Inputs(sources), &contenders, args))
+}
+
+fn study_of<K: Offer>(inputs: &Inputs<K>, contenders: &[Contender], args: MonteCarloArgs) -> Result<(), Failure> {
     let extent = Extent::of(&args, inputs.sets());
-    let plan = plan(&inputs, &contenders, &args.tuning, &extent)?;
+    let plan = plan(inputs, contenders, &args.tuning, &extent)?;
     let destination = Destination::of(args.shard, args.json, args.out)?;
-    let study = run(&plan, &destination.jobs(&plan), &inputs, &contenders, &args.tuning, args.jobs)?;
+    let study = run(&plan, &destination.jobs(&plan), inputs, contenders, &args.tuning, args.jobs)?;
     destination.deliver(&study)
 }
 
 /// What becomes of the runs that are done.
-pub enum Destination {
+enum Destination {
     /// All of them: figures.
     Whole(Outputs),
     /// A part of them: a file for [`merge`].
@@ -191,7 +196,7 @@ pub enum Destination {
 
 impl Destination {
     /// As the command line says; whether the files can be written shows before anything is run.
-    pub fn of(shard: Option<Shard>, json: Option<PathBuf>, out: Option<PathBuf>) -> Result<Self, Failure> {
+    fn of(shard: Option<Shard>, json: Option<PathBuf>, out: Option<PathBuf>) -> Result<Self, Failure> {
         let Some(shard) = shard else {
             let outputs = Outputs { json, out };
             outputs.check()?;
@@ -208,7 +213,7 @@ impl Destination {
     }
 
     /// The jobs to do.
-    pub fn jobs(&self, plan: &Plan) -> Vec<Job> {
+    fn jobs(&self, plan: &Plan) -> Vec<Job> {
         match self {
             Self::Whole(_) => plan.jobs(None),
             Self::Part(shard, _) => plan.jobs(Some(*shard)),
@@ -216,7 +221,7 @@ impl Destination {
     }
 
     /// Files and table of the whole, or the file of a part.
-    pub fn deliver(&self, study: &Study) -> Result<(), Failure> {
+    fn deliver(&self, study: &Study) -> Result<(), Failure> {
         match self {
             Self::Whole(outputs) => report(study, outputs),
             Self::Part(_, file) => {

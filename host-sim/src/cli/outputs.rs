@@ -1,7 +1,7 @@
 //! Where the files of a run go.
 
 use super::failure::{Failure, notice, print};
-use scphd_sim::log::Log;
+use scphd_sim::kind::Kind;
 use scphd_sim::output::json::Summary;
 use scphd_sim::output::{csv, json, sink};
 use scphd_sim::plot;
@@ -44,11 +44,11 @@ impl Outputs {
     }
 
     /// One run: its JSON object, its tables and its plots.
-    pub fn write_one(&self, log: &Log, session: &Session) -> Result<(), Failure> {
+    pub fn write_one<K: Kind>(&self, log: &K::Log, session: &Session<K>) -> Result<(), Failure> {
         if let Some(out) = &self.out {
             make(out)?;
             csv::write_record(out, &session.record)?;
-            plot::write_plots(out, log, &[(&label(&session.summary), &session.record)])?;
+            plot::write_plots::<K>(out, log, &[(&label(&session.summary), &session.record)])?;
             notice(format_args!("tables and plots are in {}", out.display()));
         }
         if let Some(path) = &self.json {
@@ -58,7 +58,7 @@ impl Outputs {
     }
 
     /// Runs over the same log: a JSON list, plots of all together, tables in a folder for each.
-    pub fn write_all(&self, log: &Log, sessions: &[Session]) -> Result<(), Failure> {
+    pub fn write_all<K: Kind>(&self, log: &K::Log, sessions: &[Session<K>]) -> Result<(), Failure> {
         if let Some(out) = &self.out {
             for session in sessions {
                 let folder = out.join(format!("{}-{}", session.summary.filter, session.summary.precision));
@@ -67,7 +67,7 @@ impl Outputs {
             }
             let labels: Vec<String> = sessions.iter().map(|session| label(&session.summary)).collect();
             let runs: Vec<_> = labels.iter().zip(sessions).map(|(label, run)| (label.as_str(), &run.record)).collect();
-            plot::write_plots(out, log, &runs)?;
+            plot::write_plots::<K>(out, log, &runs)?;
             notice(format_args!("tables and plots are in {}", out.display()));
         }
         if let Some(path) = &self.json {

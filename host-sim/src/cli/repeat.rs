@@ -2,9 +2,10 @@
 
 use super::args::RunArgs;
 use super::failure::{Failure, warn_of_errors};
+use super::offer::Offer;
 use super::outputs::Outputs;
 use super::progress::Progress;
-use super::source::{Source, tuned};
+use super::source::Source;
 use scphd_sim::output::json::{self, Summary};
 use scphd_sim::output::repeats;
 use scphd_sim::session;
@@ -13,8 +14,8 @@ use std::sync::mpsc;
 use std::thread;
 
 /// Runs every log with every seed, and prints a row for each log.
-pub fn repeat(sources: &[Source], args: RunArgs) -> Result<(), Failure> {
-    let choice = args.filter(sources.iter().all(Source::is_log)).map_err(Failure::input)?;
+pub fn repeat<K: Offer>(sources: &[Source<K>], args: RunArgs) -> Result<(), Failure> {
+    let choice = args.filter(sources.iter().all(Source::is_joint_usual)).map_err(Failure::input)?;
     let threads = args.threads()?;
     if args.out.is_some() {
         return Err(Failure::input("--out: for a single run only, not with several logs or --repeat"));
@@ -27,20 +28,20 @@ pub fn repeat(sources: &[Source], args: RunArgs) -> Result<(), Failure> {
     let mut name = String::new();
     for source in sources {
         let log = source.log(args.seed.seed)?;
-        let settings = choice.settings(tuned(source.defaults(&log), &args.tuning)?);
-        name = format!("{} {}", choice.filter.name(settings.filter.likelihood), choice.filter.precision());
-        scans += log.scans.len() * args.repeat as usize;
+        let settings = choice.settings::<K>(source.tuned(&log, &args.tuning)?);
+        name = format!("{} {}", choice.filter.name(K::recursion(&settings).likelihood), choice.filter.precision());
+        scans += K::scans(&log).len() * args.repeat as usize;
     }
 
     let progress = Progress::new(name, scans);
     let done = AtomicUsize::new(0);
-    let runs: Vec<(&Source, u64)> =
+    let runs: Vec<(&Source<K>, u64)> =
         sources.iter().flat_map(|source| seeds.clone().map(move |seed| (source, seed))).collect();
     let summaries = in_parallel(&runs, args.jobs.into(), |&(source, seed)| {
         let log = source.log(seed)?;
-        let settings = choice.settings(tuned(source.defaults(&log), &args.tuning)?);
+        let settings = choice.settings::<K>(source.tuned(&log, &args.tuning)?);
         let mut advance = |_| progress.at(done.fetch_add(1, Ordering::Relaxed) + 1);
-        Ok(session::run_on(&threads, &log, &settings, choice.filter, seed, &mut advance)?.summary)
+        Ok(session::run_on::<K>(&threads, &log, &settings, choice.filter, seed, &mut advance)?.summary)
     })?;
     drop(progress);
 

@@ -6,30 +6,30 @@
 
 use super::args::{Switch, Tuning};
 use super::failure::Failure;
-use super::underwater;
-use scphd_sim::log::Log;
+use super::offer::Offer;
+use scphd_sim::dimensions::{Planar, Underwater};
+use scphd_sim::kind::Kind;
 use scphd_sim::log_folder;
-use scphd_sim::scenario::{SCENARIOS, WORLDS, by_name, thesis_run};
-use scphd_sim::settings::{Origin, Origins, OutOfRange, Settings};
+use scphd_sim::settings::{Origin, Origins, OutOfRange};
 use std::borrow::Cow;
 use std::path::Path;
 
 /// Where the log of a run with a certain seed comes from.
-pub enum Source {
+pub enum Source<K: Kind = Planar> {
     /// One log for all seeds.
-    Fixed(Box<Log>),
+    Fixed(Box<K::Log>),
     /// A scenario that is made anew with every seed; this is its name.
     Seeded(String),
     /// A scenario of one seed for all.
-    Frozen(String, Box<Log>),
+    Frozen(String, Box<K::Log>),
 }
 
-impl Source {
-    /// A scenario in the plane, with a seed of its own or with that of the run.
+impl<K: Offer> Source<K> {
+    /// A scenario, with a seed of its own or with that of the run.
     pub fn scenario(name: String, seed: Option<u64>) -> Result<Self, Failure> {
         Ok(match seed {
             Some(seed) => {
-                let log = scenario(&name, seed)?;
+                let log = scenario::<K>(&name, seed)?;
                 Self::Frozen(name, Box::new(log))
             }
             None => Self::Seeded(name),
@@ -38,69 +38,89 @@ impl Source {
 
     /// The log of a folder.
     pub fn folder(dir: &Path) -> Result<Self, Failure> {
-        let log = log_folder::read(dir).map_err(|error| Failure::of_log(dir, &error))?;
+        let log = K::read(dir).map_err(|error| Failure::of_log(dir, &error))?;
         Ok(Self::Fixed(Box::new(log)))
     }
 
-    /// The settings a log of this source is run with unless told otherwise: those that suit the log, and what the
-    /// thesis says about its scenario.
-    pub fn defaults(&self, log: &Log) -> Settings {
+    /// The name of the scenario, where it is one.
+    fn name(&self) -> Option<&str> {
         match self {
-            Self::Fixed(_) => Settings::for_log(log),
-            Self::Seeded(name) | Self::Frozen(name, _) => Settings::for_scenario(name, log),
+            Self::Fixed(_) => None,
+            Self::Seeded(name) | Self::Frozen(name, _) => Some(name),
         }
     }
 
-    /// Where each of the [`defaults`](Self::defaults) is from.
-    pub fn origins(&self, log: &Log) -> Origins {
-        let mut origins = Origins::of_log(log);
-        origins.set_changed(&Settings::for_log(log), &self.defaults(log), &Origin::Experiment);
-        origins
+    /// Where each of the settings is from that a log of this source is run with unless told otherwise.
+    pub fn origins(&self, log: &K::Log) -> Origins {
+        K::origins(self.name(), log)
     }
 
-    /// Whether it is a log, or a random world, which is as good as one: an experiment of the thesis is neither.
-    pub fn is_log(&self) -> bool {
-        match self {
-            Self::Fixed(_) => true,
-            Self::Seeded(name) | Self::Frozen(name, _) => WORLDS.contains(&name.as_str()),
-        }
+    /// The defaults, then the settings file, then the command line.
+    pub fn tuned(&self, log: &K::Log, tuning: &Tuning) -> Result<K::Settings, Failure> {
+        self.tuned_from(&mut Origins::default(), log, tuning)
+    }
+
+    /// [`tuned`](Self::tuned), and where each setting is from, given where the defaults are from.
+    pub fn tuned_from(&self, origins: &mut Origins, log: &K::Log, tuning: &Tuning) -> Result<K::Settings, Failure> {
+        tuned::<K>(K::defaults(self.name(), log), origins, log, tuning)
+    }
+
+    /// Whether the filter with a joint map is the usual one here.
+    pub fn is_joint_usual(&self) -> bool {
+        K::is_joint_usual(self.name())
     }
 
     /// Runs with each input, where the thesis says so.
     pub fn runs_per_input(&self) -> Option<usize> {
-        match self {
-            Self::Fixed(_) => None,
-            Self::Seeded(name) | Self::Frozen(name, _) => thesis_run(name).map(|run| run.runs_per_input),
-        }
+        self.name().and_then(K::runs_per_input)
+    }
+
+    /// Whether it is another log for every seed.
+    pub fn is_seeded(&self) -> bool {
+        matches!(self, Self::Seeded(_))
     }
 
     /// The log for a run with `seed`.
-    pub fn log(&self, seed: u64) -> Result<Cow<'_, Log>, Failure> {
+    pub fn log(&self, seed: u64) -> Result<Cow<'_, K::Log>, Failure> {
         match self {
             Self::Fixed(log) | Self::Frozen(_, log) => Ok(Cow::Borrowed(log)),
-            Self::Seeded(name) => scenario(name, seed).map(Cow::Owned),
+            Self::Seeded(name) => scenario::<K>(name, seed).map(Cow::Owned),
         }
     }
 }
 
-/// What a name stands for.
-pub enum Found {
-    /// Something in the plane.
-    Planar(Source),
-    /// Something in space.
-    Underwater(underwater::Source),
+/// The same of one kind of vehicle or of the other.
+pub enum OfKind<P, U> {
+    /// In the plane.
+    Planar(P),
+    /// In space.
+    Underwater(U),
 }
 
-/// Whether there is a scenario in the plane of that name.
-fn is_planar(name: &str) -> bool {
-    SCENARIOS.iter().any(|(known, _)| *known == name)
+/// Does the same with either.
+macro_rules! either {
+    ($found:expr, $one:ident => $done:expr) => {
+        match $found {
+            $crate::cli::source::OfKind::Planar($one) => $done,
+            $crate::cli::source::OfKind::Underwater($one) => $done,
+        }
+    };
+}
+pub(super) use either;
+
+/// What a name stands for.
+pub type Found = OfKind<Source<Planar>, Source<Underwater>>;
+
+/// Whether there is a scenario of that name.
+fn is_of<K: Offer>(name: &str) -> bool {
+    K::SCENARIOS.iter().any(|(known, _)| *known == name)
 }
 
 impl Found {
     /// The scenario of that name, with a seed of its own or with that of the run; otherwise the log in that folder.
     pub fn find(argument: &Path, scenario_seed: Option<u64>) -> Result<Self, Failure> {
         match argument.to_str() {
-            Some(name) if is_planar(name) || underwater::is_scenario(name) => Self::scenario(name, scenario_seed),
+            Some(name) if is_of::<Planar>(name) || is_of::<Underwater>(name) => Self::scenario(name, scenario_seed),
             _ if argument.is_dir() => Self::folder(argument),
             _ => {
                 let name = argument.display();
@@ -111,16 +131,19 @@ impl Found {
 
     /// The scenario of that name, with a seed of its own or with that of the run.
     pub fn scenario(name: &str, seed: Option<u64>) -> Result<Self, Failure> {
-        if underwater::is_scenario(name) {
-            return Ok(Self::Underwater(underwater::Source::Scenario(name.to_owned(), seed)));
+        if is_of::<Underwater>(name) {
+            return Source::scenario(name.to_owned(), seed).map(Self::Underwater);
         }
-        if is_planar(name) { Source::scenario(name.to_owned(), seed).map(Self::Planar) } else { Err(no_scenario(name)) }
+        if is_of::<Planar>(name) {
+            return Source::scenario(name.to_owned(), seed).map(Self::Planar);
+        }
+        Err(no_scenario(name))
     }
 
     /// The log in that folder.
     pub fn folder(dir: &Path) -> Result<Self, Failure> {
         if log_folder::has_camera(dir) {
-            underwater::read(dir).map(Self::Underwater)
+            Source::folder(dir).map(Self::Underwater)
         } else {
             Source::folder(dir).map(Self::Planar)
         }
@@ -128,25 +151,12 @@ impl Found {
 
     /// Whether it is another log for every seed.
     pub fn is_seeded(&self) -> bool {
-        matches!(self, Self::Planar(Source::Seeded(_)) | Self::Underwater(underwater::Source::Scenario(_, None)))
-    }
-
-    /// What a command that knows the plane alone works on.
-    pub fn planar(self, command: &str) -> Result<Source, Failure> {
-        match self {
-            Self::Planar(source) => Ok(source),
-            Self::Underwater(_) => {
-                Err(Failure::input(format_args!("{command}: for the plane alone, not for a stereo camera in space")))
-            }
-        }
+        either!(self, source => source.is_seeded())
     }
 }
 
 /// Several sources of one kind.
-pub enum Sources {
-    Planar(Vec<Source>),
-    Underwater(Vec<underwater::Source>),
-}
+pub type Sources = OfKind<Vec<Source<Planar>>, Vec<Source<Underwater>>>;
 
 impl Sources {
     /// All in the plane or all in space.
@@ -154,8 +164,8 @@ impl Sources {
         let (mut planar, mut space) = (Vec::new(), Vec::new());
         for one in found {
             match one {
-                Found::Planar(source) => planar.push(source),
-                Found::Underwater(source) => space.push(source),
+                OfKind::Planar(source) => planar.push(source),
+                OfKind::Underwater(source) => space.push(source),
             }
         }
         match (planar.is_empty(), space.is_empty()) {
@@ -168,19 +178,23 @@ impl Sources {
     }
 }
 
+/// All scenarios, each with a line about it.
+pub fn all_scenarios() -> impl Iterator<Item = &'static (&'static str, &'static str)> {
+    Planar::SCENARIOS.iter().chain(Underwater::SCENARIOS)
+}
+
 /// The names of all scenarios.
 fn scenarios() -> String {
-    let all = SCENARIOS.iter().chain(scphd_sim::underwater::SCENARIOS);
-    all.map(|(name, _)| *name).collect::<Vec<_>>().join(", ")
+    all_scenarios().map(|(name, _)| *name).collect::<Vec<_>>().join(", ")
 }
 
 fn no_scenario(name: &str) -> Failure {
     Failure::input(format_args!("no scenario '{name}', there are {}", scenarios()))
 }
 
-/// The log of a scenario in the plane with that seed.
-pub fn scenario(name: &str, seed: u64) -> Result<Log, Failure> {
-    by_name(name, seed).ok_or_else(|| no_scenario(name))
+/// The log of a scenario with that seed.
+pub fn scenario<K: Offer>(name: &str, seed: u64) -> Result<K::Log, Failure> {
+    K::scenario(name, seed).ok_or_else(|| no_scenario(name))
 }
 
 /// Which settings a run had: the command that prints them.
@@ -196,29 +210,17 @@ pub fn settings_command(source: &str, tuning: &Tuning) -> String {
     format!("settings: those that `scphd-sim settings {source}{words}` prints")
 }
 
-/// `defaults`, then the settings file, then the command line.
-pub fn tuned(defaults: Settings, tuning: &Tuning) -> Result<Settings, Failure> {
-    tuned_from(defaults, &mut Origins::default(), tuning)
-}
-
-/// [`tuned`], and where each setting is from, given where the defaults are from.
-pub fn tuned_from(defaults: Settings, origins: &mut Origins, tuning: &Tuning) -> Result<Settings, Failure> {
+/// `defaults`, then the settings file, then the command line; and where each setting is from, given where the defaults are from.
+pub fn tuned<K: Offer>(
+    defaults: K::Settings,
+    origins: &mut Origins,
+    log: &K::Log,
+    tuning: &Tuning,
+) -> Result<K::Settings, Failure> {
     let mut settings = match &tuning.settings {
-        Some(path) => origins.with_file(path, |text| defaults.with_toml(text))?,
+        Some(path) => origins.with_file(path, |text| K::with_toml(&defaults, text))?,
         None => defaults,
     };
-    of_options(origins, tuning);
-    settings.filter.particles = tuning.particles.unwrap_or(settings.filter.particles);
-    settings.filter.samples = tuning.samples.unwrap_or(settings.filter.samples);
-    if let Some(moving) = tuning.moving {
-        settings.set_moving(moving == Switch::On);
-    }
-    settings.check().map_err(|error| out_of_range(&error, tuning))?;
-    Ok(settings)
-}
-
-/// What the options of the command line set is from there.
-pub fn of_options(origins: &mut Origins, tuning: &Tuning) {
     let given = [
         (tuning.particles.is_some(), "filter.particles", "--particles"),
         (tuning.samples.is_some(), "filter.samples", "--samples"),
@@ -227,10 +229,19 @@ pub fn of_options(origins: &mut Origins, tuning: &Tuning) {
     for (_, field, option) in given.into_iter().filter(|(given, ..)| *given) {
         origins.set(field, Origin::CommandLine(option));
     }
+    let recursion = K::recursion_mut(&mut settings);
+    recursion.particles = tuning.particles.unwrap_or(recursion.particles);
+    recursion.samples = tuning.samples.unwrap_or(recursion.samples);
+    if let Some(moving) = tuning.moving {
+        K::set_moving(&mut settings, moving == Switch::On)
+            .map_err(|why| Failure::input(format_args!("--moving on: {why}")))?;
+    }
+    K::check(log, &settings).map_err(|error| out_of_range(&error, tuning))?;
+    Ok(settings)
 }
 
 /// A setting that is out of range, by the argument that sets it if that is given.
-pub fn out_of_range(error: &OutOfRange, tuning: &Tuning) -> Failure {
+fn out_of_range(error: &OutOfRange, tuning: &Tuning) -> Failure {
     let OutOfRange { field, found, range } = error;
     match *field {
         "filter.particles" if tuning.particles.is_some() => {

@@ -2,9 +2,12 @@
 
 use super::args::{PrecisionName, StreamArgs, Tuning};
 use super::failure::Failure;
+use super::offer::Offer;
 use super::outputs::{check_file, print_beside, write_file};
-use super::source::{Found, tuned};
-use scphd_sim::stream::{worst_case, write, write_underwater};
+use super::source::{Found, Source, either, tuned};
+use scphd_sim::dimensions::Planar;
+use scphd_sim::settings::Origins;
+use scphd_sim::stream::{Stream, worst_case};
 use scphd_stream::Scalar;
 use scphd_stream::planar::MEASUREMENTS;
 
@@ -26,19 +29,11 @@ pub fn stream(args: StreamArgs) -> Result<(), Failure> {
     let stream = if args.source.as_os_str() == WORST_CASE {
         let Tuning { particles, samples, .. } = args.tuning;
         let (log, defaults) = worst_case(particles.unwrap_or(PARTICLES), samples.unwrap_or(SAMPLES), MEASUREMENTS);
-        write(&log, &tuned(defaults, &args.tuning)?, seed, scalar, scans)
+        let settings = tuned::<Planar>(defaults, &mut Origins::default(), &log, &args.tuning)?;
+        Planar::stream(&log, &settings, seed, scalar, scans).map_err(Failure::input)?
     } else {
-        match Found::find(&args.source, args.scenario_seed.scenario_seed)? {
-            Found::Planar(source) => {
-                let log = source.log(seed)?;
-                write(&log, &tuned(source.defaults(&log), &args.tuning)?, seed, scalar, scans)
-            }
-            Found::Underwater(source) => {
-                let log = source.log(seed)?;
-                let settings = source.tuned(&log, &args.tuning)?;
-                write_underwater(&log, &settings, seed, scalar, scans).map_err(Failure::input)?
-            }
-        }
+        let found = Found::find(&args.source, args.scenario_seed.scenario_seed)?;
+        either!(found, source => of(&source, &args, scalar, scans)?)
     };
     write_file("FILE", &args.file, &stream.bytes)?;
     let said = format!(
@@ -50,4 +45,11 @@ pub fn stream(args: StreamArgs) -> Result<(), Failure> {
         stream.bytes.len()
     );
     print_beside(Some(&args.file), &said)
+}
+
+/// The stream of a log or scenario.
+fn of<K: Offer>(source: &Source<K>, args: &StreamArgs, scalar: Scalar, scans: usize) -> Result<Stream, Failure> {
+    let log = source.log(args.seed.seed)?;
+    let settings = source.tuned(&log, &args.tuning)?;
+    K::stream(&log, &settings, args.seed.seed, scalar, scans).map_err(Failure::input)
 }

@@ -7,7 +7,8 @@ use super::monte_carlo::distinct;
 use super::outputs::{Outputs, check_file};
 use super::progress::Progress;
 use super::repeat::in_parallel;
-use super::source::{Source, tuned};
+use super::source::Source;
+use scphd_sim::dimensions::Planar;
 use scphd_sim::monte_carlo::variants::best_of;
 use scphd_sim::monte_carlo::worlds::{Standing, WorldRun, lines, standing, told, write_json};
 use scphd_sim::scenario::WORLDS;
@@ -38,15 +39,15 @@ pub fn study(name: &str, args: MonteCarloArgs) -> Result<(), Failure> {
     let contenders = Contender::all(&args, true)?;
     let outputs = Outputs { json: args.json, out: None };
     outputs.check()?;
-    let source = Source::scenario(name.to_owned(), None)?;
+    let source = Source::<Planar>::scenario(name.to_owned(), None)?;
     let runs = args.runs.unwrap_or(DEFAULT_RUNS);
     let end = args.seed.checked_add(u64::from(runs));
     let end = end.ok_or_else(|| Failure::input(format_args!("--seed {}: too large for --runs {runs}", args.seed)))?;
     let seeds: Vec<u64> = (args.seed..end).collect();
     // Settings that make no sense show before any world is run.
     let first = source.log(args.seed)?;
-    let first = tuned(source.defaults(&first), &args.tuning)?;
-    let name = |contender: &Contender| Ok(contender.name(&contender.settings(first.clone())?));
+    let first = source.tuned(&first, &args.tuning)?;
+    let name = |contender: &Contender| Ok(contender.name::<Planar>(&contender.settings::<Planar>(first.clone())?));
     let names = distinct(contenders.iter().map(name).collect::<Result<Vec<_>, Failure>>()?)?;
     let journal = args.out.as_deref().map(Journal::open).transpose()?;
 
@@ -58,13 +59,13 @@ pub fn study(name: &str, args: MonteCarloArgs) -> Result<(), Failure> {
     let runs = in_parallel(&jobs, threads, |&(seed, place)| {
         let (contender, name) = (&contenders[place], &names[place]);
         let log = source.log(seed)?;
-        let settings = contender.settings(tuned(source.defaults(&log), &args.tuning)?)?;
+        let settings = contender.settings::<Planar>(source.tuned(&log, &args.tuning)?)?;
         let fingerprint = fingerprint(&settings.to_toml().map_err(|error| Failure::Internal(error.to_string()))?);
         let known = journal.as_ref().and_then(|journal| journal.find(&log.name, name, &fingerprint));
         let run = match known {
             Some(run) => run,
             None => {
-                let summary = session::run(&log, &settings, contender.filter(), seed, &mut |_| ())?.summary;
+                let summary = session::run::<Planar>(&log, &settings, contender.filter(), seed, &mut |_| ())?.summary;
                 let run = WorldRun::of(&summary, &fingerprint)
                     .ok_or_else(|| Failure::Internal(format!("{}: a world without truth", log.name)))?;
                 let run = WorldRun { filter: name.clone(), ..run };

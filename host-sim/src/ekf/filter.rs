@@ -5,11 +5,11 @@ use super::covariance::Covariance;
 use super::odometry::OdometryNoise;
 use crate::angle::wrap;
 use crate::log::{Log, Mounting, Vehicle};
-use crate::record::{MapFeature, MovingFeature};
-use crate::slam::{PoseAndCovariance, Refusal, ScanOutcome, Slam};
+use crate::record::MapFeature;
+use crate::slam::contract::{PoseAndCovariance, Refusal, ScanOutcome, Slam};
 use libm::{atan2, cos, sin};
 use nalgebra::{Matrix2, Matrix2x3, Matrix3, Matrix3x2, RowVector2, SMatrix, Vector2, Vector3};
-use scphd::{Health, Implausible};
+use scphd::Implausible;
 use std::collections::BTreeSet;
 
 /// A user who does not trust a data sheet takes its standard deviations this much larger.
@@ -263,13 +263,8 @@ impl Slam for Ekf {
         if self.association == Association::NearestNeighbour && self.scans.is_multiple_of(CLEANING_SCANS) {
             self.drop_clutter();
         }
-        Ok(ScanOutcome {
-            n_eff: 1.0,
-            resampled: false,
-            ln_evidence: None,
-            innovation: (paired > 0).then(|| innovation / paired as f64),
-            health: Health::GOOD,
-        })
+        let innovation = (paired > 0).then(|| innovation / paired as f64);
+        Ok(ScanOutcome { innovation, ..ScanOutcome::SILENT })
     }
 
     fn pose(&mut self) -> Result<PoseAndCovariance, Refusal> {
@@ -290,17 +285,5 @@ impl Slam for Ekf {
             })
             .collect();
         Ok((features.len() as f64, features))
-    }
-
-    fn moving(&mut self) -> Result<Vec<MovingFeature>, Refusal> {
-        Ok(Vec::new())
-    }
-
-    fn digest(&mut self) -> Option<u64> {
-        None
-    }
-
-    fn state_bytes(&self) -> Option<u64> {
-        None
     }
 }

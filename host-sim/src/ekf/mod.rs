@@ -5,7 +5,7 @@
 //! half as large again, as a user does who does not trust a data sheet; where odometry noise is not stated, it is 10 % and a
 //! little (`odometry`).
 
-mod association;
+pub mod association;
 mod covariance;
 mod filter;
 mod odometry;

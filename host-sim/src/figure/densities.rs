@@ -6,7 +6,7 @@
 use crate::events::{Event, events};
 use crate::log::Log;
 use crate::plot::{Chart, Colour, Figure, Interval, Mark};
-use crate::reference::{Candidate, OwnDraws};
+use crate::reference::{Candidate, OwnDraws, Recursion};
 use crate::settings::{Likelihood, Settings};
 use crate::slam::reference_of;
 use crate::truth;

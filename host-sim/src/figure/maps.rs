@@ -1,5 +1,6 @@
 //! Figures in the plane: 5.3, 5.4, 5.6a, 5.7.
 
+use crate::dimensions::Planar;
 use crate::log::{Log, TruePose};
 use crate::plot::trajectory::{BREAK, estimated_tracks, moving_tracks, true_path};
 use crate::plot::{Chart, Colour, Figure, Gaussian, Interval, Mark};
@@ -9,6 +10,8 @@ use crate::truth::{self, map::MapTruth};
 use crate::vehicle::dead_reckoning;
 use std::collections::BTreeMap;
 
+/// Seen from above.
+const PLAN: [usize; 2] = [0, 1];
 /// Room around what is shown, as a share of it.
 const AIR: f64 = 0.04;
 /// Least and greatest height of a frame, px.
@@ -19,9 +22,9 @@ const HEIGHT_PX: [f64; 2] = [420.0, 1040.0];
 pub fn scenario(log: &Log) -> Figure {
     let mut marks = Vec::new();
     if !log.moving.is_empty() {
-        marks.push(Mark::dashed("moving landmarks", Colour::of_curve(1), moving_tracks(&log.moving)));
+        marks.push(Mark::dashed("moving landmarks", Colour::of_curve(1), moving_tracks(PLAN, &log.moving)));
     }
-    marks.push(Mark::line("true trajectory", Colour::TRUTH, true_path(&log.truth)));
+    marks.push(Mark::line("true trajectory", Colour::TRUTH, true_path(PLAN, &log.truth)));
     marks.push(Mark::crosses("static landmarks", Colour::of_curve(0), log.landmarks.clone()));
     marks.push(Mark::rings("start", Colour::TRUTH, vec![start(log)]));
     plane(format!("{}: trajectory and landmarks", log.name), marks, &[])
@@ -33,7 +36,7 @@ pub fn measurements(log: &Log) -> Figure {
     let reckoned: Vec<[f64; 2]> = dead_reckoning(log).iter().map(|pose| [pose[0], pose[1]]).collect();
     let marks = vec![
         Mark::dots("measurements", Colour::GREY, seen(log)),
-        Mark::line("true trajectory", Colour::TRUTH, true_path(&log.truth)),
+        Mark::line("true trajectory", Colour::TRUTH, true_path(PLAN, &log.truth)),
         Mark::dashed("dead reckoning", Colour::DEAD_RECKONING, reckoned),
         Mark::crosses("static landmarks", Colour::of_curve(0), log.landmarks.clone()),
     ];
@@ -51,7 +54,7 @@ pub fn estimate(log: &Log, record: &Record) -> Figure {
     });
     let marks = vec![
         // Its rim shows on both sides of an estimate that coincides with it.
-        Mark::line("true trajectory", Colour::TRUTH, true_path(&log.truth)).wide(3.0),
+        Mark::line("true trajectory", Colour::TRUTH, true_path(PLAN, &log.truth)).wide(3.0),
         Mark::line("estimated trajectory", Colour::of_curve(0), path).wide(1.4),
         Mark::gaussians("estimated static features, 3σ", Colour::of_curve(0), features.collect()),
         Mark::crosses("true landmarks", Colour::TRUTH, log.landmarks.clone()),
@@ -63,7 +66,7 @@ pub fn estimate(log: &Log, record: &Record) -> Figure {
 /// 5.4b: what was taken for moving, over the true tracks as far as they are in view.
 #[must_use]
 pub fn tracks(log: &Log, settings: &Settings, record: &Record) -> Figure {
-    let (all, lone) = estimated_tracks(record);
+    let (all, lone) = estimated_tracks(PLAN, record);
     let truth = in_view(log, settings);
     let marks = vec![
         Mark::line("true tracks in view", Colour::TRUTH, truth.clone()).wide(4.5),
@@ -95,7 +98,7 @@ fn seen(log: &Log) -> Vec<[f64; 2]> {
 
 /// The true tracks while they are in view, broken elsewhere.
 fn in_view(log: &Log, settings: &Settings) -> Vec<[f64; 2]> {
-    let mut truth = MapTruth::new(log, settings);
+    let mut truth = MapTruth::<Planar>::new(log, settings);
     let mut tracks: BTreeMap<i64, Vec<[f64; 2]>> = BTreeMap::new();
     for scan in &log.scans {
         let pose = truth::at(&log.truth, scan.t_s);

@@ -3,9 +3,11 @@
 pub mod densities;
 mod errors;
 mod maps;
+mod space;
 
 pub use errors::{comparison, long_run, mean_errors};
 pub use maps::{estimate, measurements, scenario, tracks};
+pub use space::{plan_and_section, space_maps, squared_errors, trajectories};
 
 /// Numbers of the figures, each with a line about it.
 pub const FIGURES: &[(&str, &str)] = &[

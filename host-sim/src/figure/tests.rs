@@ -2,6 +2,7 @@
 
 use super::densities::{BANDWIDTH_M, Moment, density, weigh};
 use super::*;
+use crate::dimensions::Planar;
 use crate::monte_carlo::Study;
 use crate::monte_carlo::tests::{plan, result};
 use crate::scenario;
@@ -23,7 +24,7 @@ fn maps_of_a_short_run() {
     log.scans.truncate(12);
     let mut settings = Settings::for_log(&log);
     settings.filter.particles = 8;
-    let run = session::run(&log, &settings, Filter::Core(Precision::F32), 1, &mut |_| ()).unwrap();
+    let run = session::run::<Planar>(&log, &settings, Filter::Core(Precision::F32), 1, &mut |_| ()).unwrap();
     for (figure, text) in [
         (scenario(&log), "moving landmarks"),
         (measurements(&log), "cumulative measurements"),

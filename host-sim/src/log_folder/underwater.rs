@@ -19,11 +19,13 @@
 
 use super::error::{LogError, Place, Problem};
 use super::head::{Section, name, simulated, syntax};
+use super::scans::{Clock, each_detection, scan_times};
 use super::table::{Table as Csv, text};
 use super::units::{self, ODOMETRY_INTERVAL_S, Stamp, WHOLE_TURN_RAD};
-use super::{Clock, each_detection, scan_times};
 use crate::angle::wrap;
-use crate::underwater::log::{Camera, Frame, Instruments, Landmark, Log, Nominal, TruePose};
+use crate::dimensions::Underwater;
+use crate::log::{Scan, TruePose};
+use crate::underwater::log::{Camera, Instruments, Landmark, Log, Nominal};
 use nalgebra::{Matrix3, Vector3};
 use scphd::{projection, rotation};
 use std::path::Path;
@@ -59,19 +61,19 @@ pub fn read_underwater(dir: &Path) -> Result<Log, LogError> {
     top.has_only(&TOP_KEYS)?;
     section.has_only(&CAMERA_KEYS)?;
     let name = name(&top)?;
-    // The settings of either kind are the same so far; what it says has to be clear all the same.
-    simulated(&top)?;
+    let simulated = simulated(&top)?;
     let rig = Rig::of(&section)?;
     let camera = camera(&section, &rig)?;
     let velocity = variances(&section, "velocity_variance")?;
     let rate = variances(&section, "rate_variance")?;
     let (truth, tilts) = truth(dir, &rig)?;
     let (rows, stamps) = instruments(dir, &truth, &tilts, &rig, rate)?;
-    let start = truth.first().ok_or_else(|| Place::File("truth.csv").error(Problem::Missing))?;
-    let (frames, frame_stamps) = frames(dir)?;
-    units::common_clock(&stamps, &frame_stamps)?;
+    let start = truth.first().and_then(|row| Some((row, row.heading_rad?)));
+    let (start, start_yaw_rad) = start.ok_or_else(|| Place::File("truth.csv").error(Problem::Missing))?;
+    let (scans, scan_stamps) = frames(dir)?;
+    units::common_clock(&stamps, &scan_stamps)?;
     let speeds = rows.iter().map(|row| row.velocity_mps.map_or(0.0, |velocity| Vector3::from(velocity).norm()));
-    units::way(&stamps, speeds, &frame_stamps, DEPTH_M[1], "vx_mps")?;
+    units::way(&stamps, speeds, &scan_stamps, DEPTH_M[1], "vx_mps")?;
     Ok(Log {
         name,
         camera,
@@ -85,9 +87,10 @@ pub fn read_underwater(dir: &Path) -> Result<Log, LogError> {
             detection_probability: 0.85,
             clutter_per_scan: 0.5,
         },
-        start: (start.position, start.yaw_rad),
+        start: (start.position, start_yaw_rad),
+        simulated,
         instruments: rows,
-        frames,
+        scans,
         truth,
         landmarks: landmarks(dir)?,
     })
@@ -205,7 +208,7 @@ fn angles(turned: &Matrix3<f64>) -> [f64; 3] {
 }
 
 /// The true way, and roll and pitch at its rows.
-fn truth(dir: &Path, rig: &Rig) -> Result<(Vec<TruePose>, Vec<[f64; 2]>), LogError> {
+fn truth(dir: &Path, rig: &Rig) -> Result<(Vec<TruePose<Underwater>>, Vec<[f64; 2]>), LogError> {
     let table = Csv::read(dir, "truth.csv")?;
     let time = table.column("t_s")?;
     let position = [table.column("x_m")?, table.column("y_m")?, table.column("z_m")?];
@@ -219,7 +222,7 @@ fn truth(dir: &Path, rig: &Rig) -> Result<(Vec<TruePose>, Vec<[f64; 2]>), LogErr
         let axis_angle = Vector3::new(rx?, ry?, rz?);
         units::radians(axis_angle.norm(), WHOLE_TURN_RAD, || row.cell("rx_rad"))?;
         let [roll, pitch, yaw_rad] = angles(&(attitude(axis_angle) * rig.turn.transpose()));
-        truth.push(TruePose { t_s, position: [x?, y?, z?], yaw_rad });
+        truth.push(TruePose { t_s, position: [x?, y?, z?], heading_rad: Some(yaw_rad) });
         tilts.push([roll, pitch]);
     }
     Ok((truth, tilts))
@@ -235,7 +238,7 @@ struct Row {
 
 fn instruments(
     dir: &Path,
-    truth: &[TruePose],
+    truth: &[TruePose<Underwater>],
     tilts: &[[f64; 2]],
     rig: &Rig,
     rate_variance: [f64; 3],
@@ -258,7 +261,7 @@ fn instruments(
     }
     units::interval(&stamps, ODOMETRY_INTERVAL_S)?;
     let variance = rig.turn * Matrix3::from_diagonal(&Vector3::from(rate_variance)) * rig.turn.transpose();
-    let mut yaw_rad = truth.first().map_or(0.0, |row| row.yaw_rad);
+    let mut yaw_rad = truth.first().and_then(|row| row.heading_rad).unwrap_or(0.0);
     let mut instruments = Vec::with_capacity(rows.len());
     for (place, row) in rows.iter().enumerate() {
         let [roll_rad, pitch_rad] = row.tilt;
@@ -289,14 +292,14 @@ fn about_the_vertical(row: &Row, next: &Row) -> f64 {
     libm::atan2(left[(1, 0)] - left[(0, 1)], left[(0, 0)] + left[(1, 1)])
 }
 
-fn frames(dir: &Path) -> Result<(Vec<Frame>, Vec<Stamp>), LogError> {
+fn frames(dir: &Path) -> Result<(Vec<Scan<Underwater>>, Vec<Stamp>), LogError> {
     let (numbers, stamps) = scan_times(dir)?;
-    let mut frames: Vec<Frame> = stamps.iter().map(|stamp| Frame { t_s: stamp.t_s, keypoints: Vec::new() }).collect();
+    let mut scans: Vec<Scan<_>> = stamps.iter().map(|stamp| Scan { t_s: stamp.t_s, ..Scan::default() }).collect();
     each_detection(dir, &numbers, ["ul_px", "vl_px", "ur_px", "vr_px"], |index, _, pixels, _| {
-        frames[index].keypoints.push(pixels);
+        scans[index].detections.push(pixels);
         Ok(())
     })?;
-    Ok((frames, stamps))
+    Ok((scans, stamps))
 }
 
 fn landmarks(dir: &Path) -> Result<Vec<Landmark>, LogError> {
@@ -335,14 +338,14 @@ mod tests {
         let Some(dir) = shared_data::find("starry_night") else { return };
         assert!(has_camera(&dir));
         let log = read_underwater(&dir).unwrap();
-        assert_eq!((log.frames.len(), log.instruments.len(), log.landmarks.len()), (1900, 1900, 20));
+        assert_eq!((log.scans.len(), log.instruments.len(), log.landmarks.len()), (1900, 1900, 20));
         let table = Csv::read(&dir, "detections.csv").unwrap();
         let label = table.column("label_landmark").unwrap();
         let labels: Vec<i64> = table.rows().map(|row| row.integer(&label).unwrap()).collect();
         let (mut place, mut squares, mut count) = (0, [0.0; 4], 0.0);
-        for (frame, (truth, tilt)) in log.frames.iter().zip(log.truth.iter().zip(&log.instruments)) {
-            let turned: Matrix3<f64> = rotation(tilt.roll_rad, tilt.pitch_rad, truth.yaw_rad);
-            for keypoints in &frame.keypoints {
+        for (scan, (truth, tilt)) in log.scans.iter().zip(log.truth.iter().zip(&log.instruments)) {
+            let turned: Matrix3<f64> = rotation(tilt.roll_rad, tilt.pitch_rad, truth.heading_rad.unwrap());
+            for keypoints in &scan.detections {
                 let feature = Vector3::from(log.landmarks[labels[place] as usize].position);
                 let point = turned.tr_mul(&(feature - Vector3::from(truth.position))).push(1.0);
                 for (side, matrix) in log.camera.projections.iter().enumerate() {
@@ -362,7 +365,7 @@ mod tests {
         // Over ten seconds the velocities lead along the truth.
         let (mut position, rows) = (Vector3::from(log.truth[0].position), &log.instruments[..212]);
         for (pair, truth) in rows.windows(2).zip(&log.truth) {
-            let turned: Matrix3<f64> = rotation(pair[0].roll_rad, pair[0].pitch_rad, truth.yaw_rad);
+            let turned: Matrix3<f64> = rotation(pair[0].roll_rad, pair[0].pitch_rad, truth.heading_rad.unwrap());
             position += turned * Vector3::from(pair[0].velocity_mps.unwrap()) * (pair[1].t_s - pair[0].t_s);
         }
         let off = (position - Vector3::from(log.truth[211].position)).norm();

@@ -1,9 +1,8 @@
 //! One filter against another over the same inputs.
 
-use super::Study;
-use super::overview::whole;
 use super::run::{Curve, RunResult};
-use super::statistics::mean;
+use super::statistics::{mean, whole};
+use super::study::Study;
 use std::fmt;
 
 /// How one filter does against another, run by run; only runs in which both know the figure count.

@@ -10,12 +10,14 @@ pub mod overview;
 mod plan;
 mod run;
 mod statistics;
+mod study;
 pub mod variants;
 pub mod worlds;
 
-pub use plan::{Job, MergeError, Plan, Shard, Study};
-pub use run::{Curve, RunResult, ScanErrors, Series};
+pub use plan::{Job, Plan, Shard};
+pub use run::{Curve, RunResult, Series};
 pub use statistics::{Band, band, mean};
+pub use study::{MergeError, Study};
 
 use rayon::prelude::*;
 

@@ -1,8 +1,9 @@
 //! The figures of a study as one JSON object a filter.
 
+use super::compare;
 use super::run::{Curve, RunResult};
-use super::statistics::{mean, standard_deviation};
-use super::{Study, compare};
+use super::statistics::{mean, standard_deviation, whole};
+use super::study::Study;
 use crate::output::json::{self, Format};
 use crate::output::{OutputError, table};
 use crate::score::moving::MovingScore;
@@ -84,11 +85,6 @@ impl Overview {
             scan_us_mean: mean(results.iter().filter_map(|result| result.scan_us_mean)),
         })
     }
-}
-
-/// Mean of what is known.
-pub(super) fn whole(values: &[Option<f64>]) -> Option<f64> {
-    mean(values.iter().copied().flatten())
 }
 
 fn last_third(values: &[Option<f64>]) -> Option<f64> {

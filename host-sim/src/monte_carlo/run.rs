@@ -2,9 +2,9 @@
 
 use super::plan::Job;
 use crate::angle::wrap;
-use crate::output::json::{Summary, worse};
+use crate::dimensions::Dimensions;
+use crate::output::json::worse;
 use crate::record::ScanRecord;
-use crate::score::map_error::MapError;
 use crate::score::moving::MovingScore;
 use crate::session::Session;
 use serde::{Deserialize, Serialize};
@@ -63,48 +63,20 @@ impl Curve {
     }
 
     /// Its value at a scan, where the truth for it is known and it is a number.
-    fn of(self, errors: &ScanErrors) -> Option<f64> {
+    fn of<D: Dimensions>(self, scan: &ScanRecord<D>) -> Option<f64> {
+        let heading = || Some(wrap(D::heading(&scan.pose) - scan.true_heading_rad?));
         let value = match self {
-            Self::PositionError => errors.position_m?,
-            Self::HeadingError => errors.heading_rad?.abs().to_degrees(),
-            Self::DeadReckoningError => errors.dead_reckoning_m?,
-            Self::OspaNear => errors.map?.near.distance,
-            Self::OspaNearLocalization => errors.map?.near.localization,
-            Self::OspaNearCardinality => errors.map?.near.cardinality,
-            Self::OspaFar => errors.map?.far.distance,
-            Self::OspaFarLocalization => errors.map?.far.localization,
-            Self::OspaFarCardinality => errors.map?.far.cardinality,
+            Self::PositionError => scan.position_error_m()?,
+            Self::HeadingError => heading()?.abs().to_degrees(),
+            Self::DeadReckoningError => scan.dead_reckoning_error_m()?,
+            Self::OspaNear => scan.map_error?.near.distance,
+            Self::OspaNearLocalization => scan.map_error?.near.localization,
+            Self::OspaNearCardinality => scan.map_error?.near.cardinality,
+            Self::OspaFar => scan.map_error?.far.distance,
+            Self::OspaFarLocalization => scan.map_error?.far.localization,
+            Self::OspaFarCardinality => scan.map_error?.far.cardinality,
         };
         Some(value).filter(|value| value.is_finite())
-    }
-}
-
-/// The errors of one scan, each where the truth for it is known, in the plane or in space.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ScanErrors {
-    /// Distance of the estimated to the true position, m.
-    pub position_m: Option<f64>,
-    /// Estimated heading less the true one, wrapped, rad.
-    pub heading_rad: Option<f64>,
-    /// Distance of dead reckoning to the true position, m.
-    pub dead_reckoning_m: Option<f64>,
-    /// Distance of the estimated to the true map.
-    pub map: Option<MapError>,
-}
-
-impl ScanErrors {
-    /// Of a scan in the plane.
-    fn of(scan: &ScanRecord) -> Self {
-        let distance = |pose: [f64; 3]| {
-            let truth = scan.true_position?;
-            Some((pose[0] - truth[0]).hypot(pose[1] - truth[1]))
-        };
-        Self {
-            position_m: distance(scan.pose),
-            heading_rad: scan.true_heading_rad.map(|truth| wrap(scan.pose[2] - truth)),
-            dead_reckoning_m: distance(scan.dead_reckoning),
-            map: scan.map_error,
-        }
     }
 }
 
@@ -118,13 +90,13 @@ pub struct Series {
 }
 
 impl Series {
-    /// The curves of a run's scans, of each its time, s, and its errors.
+    /// The curves of a run's scans.
     #[must_use]
-    pub fn of(scans: &[(f64, ScanErrors)]) -> Self {
-        let start_s = scans.first().map_or(0.0, |(t_s, _)| *t_s);
+    pub fn of<D: Dimensions>(scans: &[ScanRecord<D>]) -> Self {
+        let start_s = scans.first().map_or(0.0, |scan| scan.t_s);
         Self {
-            t_s: scans.iter().map(|(t_s, _)| t_s - start_s).collect(),
-            values: Curve::ALL.map(|curve| scans.iter().map(|(_, errors)| curve.of(errors)).collect()),
+            t_s: scans.iter().map(|scan| scan.t_s - start_s).collect(),
+            values: Curve::ALL.map(|curve| scans.iter().map(|scan| curve.of(scan)).collect()),
         }
     }
 
@@ -163,14 +135,8 @@ pub struct RunResult {
 impl RunResult {
     /// Of a session that did `job` with `samples` samples.
     #[must_use]
-    pub fn of(job: &Job, samples: usize, session: Session) -> Self {
-        let errors: Vec<_> = session.record.scans.iter().map(|scan| (scan.t_s, ScanErrors::of(scan))).collect();
-        Self { moving: session.moving, ..Self::of_errors(job, samples, session.summary, &errors) }
-    }
-
-    /// Of a session with that summary and those errors at its scans' times, s.
-    #[must_use]
-    pub fn of_errors(job: &Job, samples: usize, summary: Summary, errors: &[(f64, ScanErrors)]) -> Self {
+    pub fn of<D: Dimensions>(job: &Job, samples: usize, session: Session<D>) -> Self {
+        let Session { record, summary, moving, .. } = session;
         Self {
             run: job.run,
             log: summary.log,
@@ -179,8 +145,8 @@ impl RunResult {
             filter_seed: job.filter_seed,
             particles: summary.particles,
             samples: samples as u64,
-            series: Series::of(errors),
-            moving: None,
+            series: Series::of(&record.scans),
+            moving,
             scan_us_mean: summary.scan_us_mean,
         }
     }

@@ -42,6 +42,11 @@ pub fn standard_deviation(values: &[f64]) -> Option<f64> {
     Some((squares / (values.len() - 1) as f64).sqrt())
 }
 
+/// Mean of what is known.
+pub(super) fn whole(values: &[Option<f64>]) -> Option<f64> {
+    mean(values.iter().copied().flatten())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -15,7 +15,8 @@
 //! ```
 
 use super::worlds::WorldRun;
-use crate::settings::{FileProblem, Settings};
+use crate::kind::Kind;
+use crate::settings::FileProblem;
 use serde::Deserialize;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -86,7 +87,7 @@ impl Variant {
     ///
     /// # Errors
     /// A field that there is not, a factor of what is no number, or a value out of range.
-    pub fn applied(&self, settings: &Settings) -> Result<Settings, FileProblem> {
+    pub fn applied<K: Kind>(&self, settings: &K::Settings) -> Result<K::Settings, FileProblem> {
         let base = Table::try_from(settings).map_err(|error| FileProblem::Field(error.to_string()))?;
         let mut over = self.set.clone();
         for (section, factors) in &self.times {
@@ -102,7 +103,7 @@ impl Variant {
                 }
             }
         }
-        settings.with_toml(&over.to_string())
+        K::with_toml(settings, &over.to_string())
     }
 }
 
@@ -126,7 +127,9 @@ pub fn best_of(runs: &[WorldRun], filters: &[String], worlds: &[&str], name: &st
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::dimensions::Planar;
     use crate::scenario;
+    use crate::settings::Settings;
 
     const TEXT: &str = "
         [[variant]]
@@ -147,16 +150,16 @@ mod tests {
     fn changes_are_those_that_the_file_says() {
         let settings = Settings::for_log(&scenario::survey(1));
         let variants = parse(TEXT).unwrap();
-        assert_eq!(variants[0].applied(&settings).unwrap(), settings);
+        assert_eq!(variants[0].applied::<Planar>(&settings).unwrap(), settings);
         let mut noisy = settings.clone();
         noisy.sensor.range_sigma_m *= 2.0;
         noisy.sensor.bearing_sigma_rad *= 2.0;
         noisy.sensor.detection_near = 0.5;
-        assert_eq!(variants[1].applied(&settings).unwrap(), noisy);
+        assert_eq!(variants[1].applied::<Planar>(&settings).unwrap(), noisy);
         assert_eq!((variants[1].filter.as_deref(), variants[2].filter.as_deref()), (None, Some("ekf")));
         let mut few = settings.clone();
         few.filter.particles = 3;
-        assert_eq!(variants[3].applied(&settings).unwrap(), few);
+        assert_eq!(variants[3].applied::<Planar>(&settings).unwrap(), few);
     }
 
     #[test]
@@ -182,7 +185,7 @@ mod tests {
             ("set.filter = { particle = 1 }", "particle"),
         ] {
             let variants = parse(&format!("[[variant]]\nname = 'a'\n{changes}")).unwrap();
-            let error = variants[0].applied(&settings).unwrap_err().to_string();
+            let error = variants[0].applied::<Planar>(&settings).unwrap_err().to_string();
             assert!(error.contains(part), "{changes}: {error}");
         }
     }

@@ -4,199 +4,192 @@
 //! Numbers are printed with as many digits as bring back the same `f64`; an unknown value is an empty cell.
 
 use super::{OutputError, sink};
+use crate::dimensions::{Coordinates, Dimensions};
 use crate::record::{MapFeature, MovingFeature, Record, ScanRecord};
 use crate::score::map_error::MapError;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
-/// Header and order of `scans.csv`. Of the symmetric covariance only the upper triangle is kept.
-#[derive(Serialize)]
-struct ScanRow {
-    t_s: f64,
-    x_m: f64,
-    y_m: f64,
-    heading_rad: f64,
-    cov_x_x_m2: f64,
-    cov_x_y_m2: f64,
-    cov_x_heading_m_rad: f64,
-    cov_y_y_m2: f64,
-    cov_y_heading_m_rad: f64,
-    cov_heading_heading_rad2: f64,
-    dead_reckoning_x_m: f64,
-    dead_reckoning_y_m: f64,
-    dead_reckoning_heading_rad: f64,
-    true_x_m: Option<f64>,
-    true_y_m: Option<f64>,
-    true_heading_rad: Option<f64>,
-    measurements: usize,
-    features_estimated: f64,
-    n_eff: f64,
-    scan_us: f64,
-    ospa_c1_m: Option<f64>,
-    ospa_c1_localization_m: Option<f64>,
-    ospa_c1_cardinality_m: Option<f64>,
-    ospa_c10_m: Option<f64>,
-    ospa_c10_localization_m: Option<f64>,
-    ospa_c10_cardinality_m: Option<f64>,
-    moving_estimated: usize,
-    movers_in_view: Option<usize>,
-    movers_matched: Option<usize>,
-    moving_false: Option<usize>,
+/// What a table has in one place.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(untagged)]
+pub(crate) enum Cell {
+    /// How many, or which.
+    Count(usize),
+    /// A figure.
+    Number(f64),
+    /// A name.
+    Text(String),
+    /// Nothing.
+    Unknown,
 }
 
-impl From<&ScanRecord> for ScanRow {
-    fn from(scan: &ScanRecord) -> Self {
-        let p = &scan.pose_covariance;
-        let error = |figure: fn(&MapError) -> f64| scan.map_error.as_ref().map(figure);
-        Self {
-            t_s: scan.t_s,
-            x_m: scan.pose[0],
-            y_m: scan.pose[1],
-            heading_rad: scan.pose[2],
-            cov_x_x_m2: p[0][0],
-            cov_x_y_m2: p[0][1],
-            cov_x_heading_m_rad: p[0][2],
-            cov_y_y_m2: p[1][1],
-            cov_y_heading_m_rad: p[1][2],
-            cov_heading_heading_rad2: p[2][2],
-            dead_reckoning_x_m: scan.dead_reckoning[0],
-            dead_reckoning_y_m: scan.dead_reckoning[1],
-            dead_reckoning_heading_rad: scan.dead_reckoning[2],
-            true_x_m: scan.true_position.map(|p| p[0]),
-            true_y_m: scan.true_position.map(|p| p[1]),
-            true_heading_rad: scan.true_heading_rad,
-            measurements: scan.measurements,
-            features_estimated: scan.features_estimated,
-            n_eff: scan.n_eff,
-            scan_us: scan.scan_us,
-            ospa_c1_m: error(|error| error.near.distance),
-            ospa_c1_localization_m: error(|error| error.near.localization),
-            ospa_c1_cardinality_m: error(|error| error.near.cardinality),
-            ospa_c10_m: error(|error| error.far.distance),
-            ospa_c10_localization_m: error(|error| error.far.localization),
-            ospa_c10_cardinality_m: error(|error| error.far.cardinality),
-            moving_estimated: scan.moving.len(),
-            movers_in_view: scan.movers.map(|movers| movers.in_view),
-            movers_matched: scan.movers.map(|movers| movers.matched),
-            moving_false: scan.movers.map(|movers| movers.spurious),
-        }
+impl From<usize> for Cell {
+    fn from(count: usize) -> Self {
+        Self::Count(count)
     }
 }
 
-/// Names of the columns of [`ScanRow`], for a record without rows.
-const SCAN_HEADER: [&str; 30] = [
-    "t_s",
-    "x_m",
-    "y_m",
-    "heading_rad",
-    "cov_x_x_m2",
-    "cov_x_y_m2",
-    "cov_x_heading_m_rad",
-    "cov_y_y_m2",
-    "cov_y_heading_m_rad",
-    "cov_heading_heading_rad2",
-    "dead_reckoning_x_m",
-    "dead_reckoning_y_m",
-    "dead_reckoning_heading_rad",
-    "true_x_m",
-    "true_y_m",
-    "true_heading_rad",
-    "measurements",
-    "features_estimated",
-    "n_eff",
-    "scan_us",
-    "ospa_c1_m",
-    "ospa_c1_localization_m",
-    "ospa_c1_cardinality_m",
-    "ospa_c10_m",
-    "ospa_c10_localization_m",
-    "ospa_c10_cardinality_m",
-    "moving_estimated",
-    "movers_in_view",
-    "movers_matched",
-    "moving_false",
-];
-
-/// Header and order of `map.csv`.
-#[derive(Serialize)]
-struct MapRow {
-    id: u32,
-    weight: f64,
-    x_m: f64,
-    y_m: f64,
-    cov_x_x_m2: f64,
-    cov_x_y_m2: f64,
-    cov_y_y_m2: f64,
-}
-
-impl From<&MapFeature> for MapRow {
-    fn from(feature: &MapFeature) -> Self {
-        Self {
-            id: feature.id,
-            weight: feature.weight,
-            x_m: feature.mean[0],
-            y_m: feature.mean[1],
-            cov_x_x_m2: feature.covariance[0][0],
-            cov_x_y_m2: feature.covariance[0][1],
-            cov_y_y_m2: feature.covariance[1][1],
-        }
+impl From<&str> for Cell {
+    fn from(name: &str) -> Self {
+        Self::Text(name.to_owned())
     }
 }
 
-/// Names of the columns of [`MapRow`], for an empty map.
-const MAP_HEADER: [&str; 7] = ["id", "weight", "x_m", "y_m", "cov_x_x_m2", "cov_x_y_m2", "cov_y_y_m2"];
-
-/// Header and order of `moving.csv`.
-#[derive(Serialize)]
-struct MovingRow {
-    t_s: f64,
-    id: u32,
-    weight: f64,
-    x_m: f64,
-    y_m: f64,
-    velocity_x_mps: f64,
-    velocity_y_mps: f64,
-    cov_x_x_m2: f64,
-    cov_x_y_m2: f64,
-    cov_y_y_m2: f64,
-}
-
-impl MovingRow {
-    fn new(t_s: f64, feature: &MovingFeature) -> Self {
-        Self {
-            t_s,
-            id: feature.id,
-            weight: feature.weight,
-            x_m: feature.position[0],
-            y_m: feature.position[1],
-            velocity_x_mps: feature.velocity[0],
-            velocity_y_mps: feature.velocity[1],
-            cov_x_x_m2: feature.covariance[0][0],
-            cov_x_y_m2: feature.covariance[0][1],
-            cov_y_y_m2: feature.covariance[1][1],
-        }
+impl From<f64> for Cell {
+    fn from(number: f64) -> Self {
+        Self::Number(number)
     }
 }
 
-/// Names of the columns of [`MovingRow`], for a run without moving features.
-const MOVING_HEADER: [&str; 10] =
-    ["t_s", "id", "weight", "x_m", "y_m", "velocity_x_mps", "velocity_y_mps", "cov_x_x_m2", "cov_x_y_m2", "cov_y_y_m2"];
+impl<T: Into<Cell>> From<Option<T>> for Cell {
+    fn from(value: Option<T>) -> Self {
+        value.map_or(Self::Unknown, T::into)
+    }
+}
 
-/// Writes `scans.csv`, `map.csv` and `moving.csv` into the existing folder `dir` and returns their paths.
+/// The columns of a table of `R`s: each has a name, and what a row has there.
+pub(crate) struct Columns<R>(Vec<Column<R>>);
+
+/// The name of a column, and what a row has there.
+type Column<R> = (String, Box<dyn Fn(&R) -> Cell>);
+
+impl<R> Columns<R> {
+    /// None yet.
+    pub(crate) fn new() -> Self {
+        Self(Vec::new())
+    }
+
+    /// With one more.
+    pub(crate) fn with<C: Into<Cell>>(mut self, name: impl Into<String>, cell: impl Fn(&R) -> C + 'static) -> Self {
+        self.0.push((name.into(), Box::new(move |row| cell(row).into())));
+        self
+    }
+
+    /// With the first so many coordinates of a pose, or what begins as one.
+    fn with_coordinates<D: Dimensions, C: Into<Cell>>(
+        mut self,
+        prefix: &str,
+        count: usize,
+        value: impl Fn(&R, usize) -> C + Copy + 'static,
+    ) -> Self {
+        for (k, (name, unit)) in D::POSE[..count].iter().enumerate() {
+            self = self.with(format!("{prefix}{name}_{unit}"), move |row| value(row, k));
+        }
+        self
+    }
+
+    /// With the upper triangle, row by row, of the covariance of as many of them.
+    fn with_covariance<D: Dimensions>(
+        mut self,
+        count: usize,
+        entry: impl Fn(&R, usize, usize) -> f64 + Copy + 'static,
+    ) -> Self {
+        for (i, (row_name, row_unit)) in D::POSE[..count].iter().enumerate() {
+            for (k, (name, unit)) in D::POSE[..count].iter().enumerate().skip(i) {
+                let unit = if unit == row_unit { squared(unit) } else { format!("{row_unit}_{unit}") };
+                self = self.with(format!("cov_{row_name}_{name}_{unit}"), move |row| entry(row, i, k));
+            }
+        }
+        self
+    }
+
+    /// Writes the table, all or nothing.
+    pub(crate) fn write<'r>(&self, path: &Path, rows: impl Iterator<Item = &'r R>) -> Result<(), OutputError>
+    where
+        R: 'r,
+    {
+        let header: Vec<&str> = self.0.iter().map(|(name, _)| name.as_str()).collect();
+        write_rows(path, &header, rows.map(|row| self.0.iter().map(|(_, cell)| cell(row)).collect::<Vec<_>>()))
+    }
+}
+
+/// The square of a unit.
+fn squared(unit: &str) -> String {
+    match unit.strip_suffix("ps") {
+        Some(unit) => format!("{unit}2ps2"),
+        None => format!("{unit}2"),
+    }
+}
+
+/// `scans.csv`, one row a scan. Where features may move the movers are in it, where the map is large what it takes.
+fn scan_columns<D: Dimensions>() -> Columns<ScanRecord<D>> {
+    let (place, pose) = (D::Position::COUNT, D::Pose::COUNT);
+    let mut columns = Columns::new()
+        .with("t_s", |scan: &ScanRecord<D>| scan.t_s)
+        .with_coordinates::<D, _>("", pose, |scan, k| scan.pose.as_ref()[k])
+        .with_covariance::<D>(pose, |scan, i, k| scan.pose_covariance.as_ref()[i].as_ref()[k])
+        .with_coordinates::<D, _>("dead_reckoning_", D::Reckoned::COUNT, |scan, k| scan.dead_reckoning.as_ref()[k])
+        .with_coordinates::<D, _>("true_", place, |scan, k| scan.true_position.map(|place| place.as_ref()[k]));
+    let (heading, unit) = D::POSE[place];
+    columns = columns
+        .with(format!("true_{heading}_{unit}"), |scan| scan.true_heading_rad)
+        .with("measurements", |scan| scan.measurements)
+        .with("features_estimated", |scan| scan.features_estimated)
+        .with("n_eff", |scan| scan.n_eff);
+    if !D::MOVING {
+        columns = columns
+            .with("in_view", |scan| scan.usage.in_view)
+            .with("no_birth", |scan| scan.usage.no_birth)
+            .with("pages_used", |scan| scan.usage.pages_used);
+    }
+    columns = columns.with("scan_us", |scan| scan.scan_us);
+    for (name, of) in
+        [("ospa_c1", (|error| error.near) as fn(MapError) -> crate::score::ospa::Ospa), ("ospa_c10", |error| error.far)]
+    {
+        columns = columns
+            .with(format!("{name}_m"), move |scan| scan.map_error.map(|error| of(error).distance))
+            .with(format!("{name}_localization_m"), move |scan| scan.map_error.map(|error| of(error).localization))
+            .with(format!("{name}_cardinality_m"), move |scan| scan.map_error.map(|error| of(error).cardinality));
+    }
+    if D::MOVING {
+        columns = columns
+            .with("moving_estimated", |scan| scan.moving.len())
+            .with("movers_in_view", |scan| scan.movers.map(|movers| movers.in_view))
+            .with("movers_matched", |scan| scan.movers.map(|movers| movers.matched))
+            .with("moving_false", |scan| scan.movers.map(|movers| movers.spurious));
+    }
+    columns
+}
+
+/// `map.csv`, one row a feature of the final map.
+fn map_columns<D: Dimensions>() -> Columns<MapFeature<D>> {
+    Columns::new()
+        .with("id", |feature: &MapFeature<D>| feature.id as usize)
+        .with("weight", |feature| feature.weight)
+        .with_coordinates::<D, _>("", D::Position::COUNT, |feature, k| feature.mean.as_ref()[k])
+        .with_covariance::<D>(D::Position::COUNT, |feature, i, k| feature.covariance.as_ref()[i].as_ref()[k])
+}
+
+/// `moving.csv`, one row a moving feature and scan, with its time.
+fn moving_columns<D: Dimensions>() -> Columns<(f64, MovingFeature<D>)> {
+    let mut columns = Columns::new()
+        .with("t_s", |(t_s, _): &(f64, MovingFeature<D>)| *t_s)
+        .with("id", |(_, feature)| feature.id as usize)
+        .with("weight", |(_, feature)| feature.weight)
+        .with_coordinates::<D, _>("", D::Position::COUNT, |(_, feature), k| feature.position.as_ref()[k]);
+    for (k, (name, unit)) in D::POSE[..D::Position::COUNT].iter().enumerate() {
+        columns = columns.with(format!("velocity_{name}_{unit}ps"), move |(_, feature)| feature.velocity.as_ref()[k]);
+    }
+    columns.with_covariance::<D>(D::Position::COUNT, |(_, feature), i, k| feature.covariance.as_ref()[i].as_ref()[k])
+}
+
+/// Writes `scans.csv`, `map.csv` and, where features may move, `moving.csv` into the existing folder `dir` and returns their paths.
 ///
 /// # Errors
 ///
 /// [`OutputError`] where a file cannot be written; files already complete stay.
-pub fn write_record(dir: &Path, record: &Record) -> Result<[PathBuf; 3], OutputError> {
-    let scans = dir.join("scans.csv");
-    let map = dir.join("map.csv");
-    write_rows(&scans, &SCAN_HEADER, record.scans.iter().map(ScanRow::from))?;
-    write_rows(&map, &MAP_HEADER, record.map.iter().map(MapRow::from))?;
-    let moving = dir.join("moving.csv");
-    let of_scan =
-        |scan: &ScanRecord| scan.moving.iter().map(|feature| MovingRow::new(scan.t_s, feature)).collect::<Vec<_>>();
-    write_rows(&moving, &MOVING_HEADER, record.scans.iter().flat_map(of_scan))?;
-    Ok([scans, map, moving])
+pub fn write_record<D: Dimensions>(dir: &Path, record: &Record<D>) -> Result<Vec<PathBuf>, OutputError> {
+    let mut paths = vec![dir.join("scans.csv"), dir.join("map.csv")];
+    scan_columns().write(&paths[0], record.scans.iter())?;
+    map_columns().write(&paths[1], record.map.iter())?;
+    if D::MOVING {
+        let of_scan = |scan: &ScanRecord<D>| scan.moving.iter().map(|feature| (scan.t_s, *feature)).collect::<Vec<_>>();
+        let moving: Vec<_> = record.scans.iter().flat_map(of_scan).collect();
+        paths.push(dir.join("moving.csv"));
+        moving_columns().write(&paths[2], moving.iter())?;
+    }
+    Ok(paths)
 }
 
 /// Writes a header and rows to `path`, all or nothing.
@@ -220,23 +213,19 @@ pub(crate) fn write_rows<R: Serialize>(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::dimensions::Underwater;
     use crate::output::sink::tests::Folder;
 
     fn scan(t_s: f64) -> ScanRecord {
         ScanRecord {
-            t_s,
-            pose: [0.1 + 0.2, -1e-300, std::f64::consts::PI],
             pose_covariance: [[1.0, 0.5, 0.25], [0.5, 2.0, 1.0 / 3.0], [0.25, 1.0 / 3.0, 3.0]],
             dead_reckoning: [1e17, 2.0, 3.0],
             true_position: Some([4.0, 5.0]),
-            true_heading_rad: None,
             measurements: 7,
             features_estimated: 8.5,
             n_eff: f64::NAN,
             scan_us: 10.0,
-            moving: Vec::new(),
-            map_error: None,
-            movers: None,
+            ..ScanRecord::at(t_s, [0.1 + 0.2, -1e-300, std::f64::consts::PI])
         }
     }
 
@@ -262,15 +251,16 @@ mod tests {
                 covariance: [[0.1, 0.01], [0.01, 0.2]],
             }],
         };
-        let [scans, map, moving] = write_record(&folder.0, &record).unwrap();
+        let paths = write_record(&folder.0, &record).unwrap();
+        let [scans, map, moving] = &paths[..] else { panic!("three files") };
         assert_eq!(folder.names(), ["map.csv", "moving.csv", "scans.csv"]);
 
         let mut reader = ::csv::Reader::from_path(scans).unwrap();
-        assert_eq!(reader.headers().unwrap(), &SCAN_HEADER[..]);
+        let header = reader.headers().unwrap().clone();
         let rows: Vec<::csv::StringRecord> = reader.records().map(Result::unwrap).collect();
         assert_eq!(rows.len(), 2);
         let number = |row: usize, name: &str| -> f64 {
-            let column = SCAN_HEADER.iter().position(|n| *n == name).unwrap();
+            let column = header.iter().position(|n| n == name).unwrap();
             rows[row][column].parse().unwrap()
         };
         assert_eq!(number(1, "t_s"), 2.0_f64.sqrt());
@@ -296,40 +286,33 @@ mod tests {
     }
 
     #[test]
-    fn the_header_names_the_fields_of_the_row() {
-        let mut writer = ::csv::Writer::from_writer(Vec::new());
-        writer.serialize(ScanRow::from(&scan(0.0))).unwrap();
-        let text = String::from_utf8(writer.into_inner().unwrap()).unwrap();
-        assert_eq!(text.lines().next().unwrap(), SCAN_HEADER.join(","));
-
-        let mut writer = ::csv::Writer::from_writer(Vec::new());
-        let feature = MapFeature { id: 1, weight: 1.0, mean: [0.0; 2], covariance: [[0.0; 2]; 2] };
-        writer.serialize(MapRow::from(&feature)).unwrap();
-        let text = String::from_utf8(writer.into_inner().unwrap()).unwrap();
-        assert_eq!(text.lines().next().unwrap(), MAP_HEADER.join(","));
-
-        let mut writer = ::csv::Writer::from_writer(Vec::new());
-        writer.serialize(MovingRow::new(0.0, &moving_feature())).unwrap();
-        let text = String::from_utf8(writer.into_inner().unwrap()).unwrap();
-        assert_eq!(text.lines().next().unwrap(), MOVING_HEADER.join(","));
-    }
-
-    #[test]
     fn an_empty_record_leaves_headers() {
         let folder = Folder::new("csv-empty");
-        let record = Record { scans: vec![], map: vec![] };
-        let [scans, map, moving] = write_record(&folder.0, &record).unwrap();
-        let scans = std::fs::read_to_string(scans).unwrap();
-        assert_eq!(scans.trim_end(), SCAN_HEADER.join(","));
-        let map = std::fs::read_to_string(map).unwrap();
-        assert_eq!(map.trim_end(), MAP_HEADER.join(","));
-        let moving = std::fs::read_to_string(moving).unwrap();
-        assert_eq!(moving.trim_end(), MOVING_HEADER.join(","));
+        let planar: Record = Record { scans: vec![], map: vec![] };
+        let header = |path: &Path| std::fs::read_to_string(path).unwrap().trim_end().to_owned();
+        let headers: Vec<String> = write_record(&folder.0, &planar).unwrap().iter().map(|path| header(path)).collect();
+        assert!(
+            headers[0].starts_with("t_s,x_m,y_m,heading_rad,cov_x_x_m2,cov_x_y_m2,cov_x_heading_m_rad,"),
+            "{headers:?}"
+        );
+        assert!(
+            headers[0].ends_with("ospa_c10_cardinality_m,moving_estimated,movers_in_view,movers_matched,moving_false")
+        );
+        assert_eq!(headers[1], "id,weight,x_m,y_m,cov_x_x_m2,cov_x_y_m2,cov_y_y_m2");
+        assert!(
+            headers[2].starts_with("t_s,id,weight,x_m,y_m,velocity_x_mps,velocity_y_mps,cov_x_x_m2,"),
+            "{headers:?}"
+        );
+        let space: Record<Underwater> = Record { scans: vec![], map: vec![] };
+        let headers: Vec<String> = write_record(&folder.0, &space).unwrap().iter().map(|path| header(path)).collect();
+        assert_eq!(headers.len(), 2);
+        assert!(headers[0].contains(",cov_yaw_yaw_rad2,cov_yaw_yaw_rate_rad_radps,cov_yaw_rate_yaw_rate_rad2ps2,"));
+        assert!(headers[0].contains(",n_eff,in_view,no_birth,pages_used,scan_us,ospa_c1_m,"), "{headers:?}");
     }
 
     #[test]
     fn a_missing_folder_is_an_error_that_names_the_file() {
-        let record = Record { scans: vec![], map: vec![] };
+        let record: Record = Record { scans: vec![], map: vec![] };
         let error = write_record(Path::new("/nonexistent/folder"), &record).unwrap_err();
         assert!(error.to_string().contains("scans.csv"), "{error}");
     }

@@ -199,54 +199,11 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn one_object_with_the_keys_in_order() {
+    fn one_object_with_null_for_what_is_unknown() {
         let folder = Folder::new("json");
         let path = folder.0.join("summary.json");
         write_summary(&path, &summary()).unwrap();
         let text = std::fs::read_to_string(&path).unwrap();
-        let keys: Vec<&str> =
-            text.lines().filter_map(|line| line.trim().strip_prefix('"')?.split('"').next()).collect();
-        assert_eq!(
-            keys,
-            [
-                "format",
-                "log",
-                "filter",
-                "precision",
-                "particles",
-                "seed",
-                "scans",
-                "position_rmse_m",
-                "heading_rmse_deg",
-                "dead_reckoning_rmse_m",
-                "final_position_error_m",
-                "ospa_m",
-                "ospa_localization_m",
-                "ospa_cardinality_m",
-                "gospa_m",
-                "ospa_seen_m",
-                "gospa_seen_m",
-                "features_estimated",
-                "scan_us_mean",
-                "scan_us_p99",
-                "state_bytes",
-                "digest",
-                "moving_hit_rate",
-                "moving_settled_rate",
-                "moving_position_error_median_m",
-                "false_moving_tracks_per_scan",
-                "static_features_matched",
-                "static_features_false",
-                "static_position_error_median_m",
-                "ln_evidence",
-                "nis_mean",
-                "nees_median",
-                "worse_than_dead_reckoning",
-                "settings",
-                "filter",
-                "samples",
-            ]
-        );
         let value: Value = serde_json::from_str(&text).unwrap();
         assert_eq!((&value["format"], &value["settings"]["filter"]["samples"]), (&2.into(), &2.into()));
         assert_eq!(value["particles"], 40);

@@ -1,10 +1,9 @@
 //! A Monte Carlo study on disk: its runs as JSON, its means and spreads as CSV.
 
-use super::csv::write_rows;
+use super::csv::{Cell, Columns, write_rows};
 use super::{OutputError, json};
 use crate::monte_carlo::overview::Overview;
-use crate::monte_carlo::{Band, Curve, Study, band};
-use serde::Serialize;
+use crate::monte_carlo::{Band, Curve, RunResult, Study, band};
 use std::path::Path;
 
 /// Writes all that is kept of every run to `path`, all or nothing; `merge` reads it back to the last bit.
@@ -15,41 +14,30 @@ pub fn write(path: &Path, study: &Study) -> Result<(), OutputError> {
     json::write(path, study)
 }
 
-/// A row of `runs.csv`.
-#[derive(Serialize)]
-struct RunRow<'a> {
-    filter: &'a str,
-    run: usize,
-    log: &'a str,
-    scenario_seed: u64,
-    filter_seed: u64,
-    position_error_mean_m: Option<f64>,
-    position_error_final_m: Option<f64>,
-    heading_error_mean_deg: Option<f64>,
-    dead_reckoning_error_mean_m: Option<f64>,
-    ospa_first_third_m: Option<f64>,
-    ospa_last_third_m: Option<f64>,
-    moving_hit_rate: Option<f64>,
-    moving_position_error_median_m: Option<f64>,
-    false_moving_tracks_per_scan: Option<f64>,
+/// `runs.csv`: a row a run, with its figures.
+fn run_columns() -> Columns<(RunResult, Overview)> {
+    let mut columns = Columns::new()
+        .with("filter", |(run, _): &(RunResult, Overview)| Cell::from(run.filter.as_str()))
+        .with("run", |(run, _)| run.run)
+        .with("log", |(run, _)| Cell::from(run.log.as_str()))
+        .with("scenario_seed", |(run, _)| run.scenario_seed as usize)
+        .with("filter_seed", |(run, _)| run.filter_seed as usize);
+    let figures: [(&str, fn(&Overview) -> Option<f64>); 9] = [
+        ("position_error_mean_m", |run| run.position_error_mean_m),
+        ("position_error_final_m", |run| run.position_error_final_m),
+        ("heading_error_mean_deg", |run| run.heading_error_mean_deg),
+        ("dead_reckoning_error_mean_m", |run| run.dead_reckoning_error_mean_m),
+        ("ospa_first_third_m", |run| run.ospa_first_third_m),
+        ("ospa_last_third_m", |run| run.ospa_last_third_m),
+        ("moving_hit_rate", |run| run.moving_hit_rate),
+        ("moving_position_error_median_m", |run| run.moving_position_error_median_m),
+        ("false_moving_tracks_per_scan", |run| run.false_moving_tracks_per_scan),
+    ];
+    for (name, figure) in figures {
+        columns = columns.with(name, move |(_, run)| figure(run));
+    }
+    columns
 }
-
-const RUN_HEADER: [&str; 14] = [
-    "filter",
-    "run",
-    "log",
-    "scenario_seed",
-    "filter_seed",
-    "position_error_mean_m",
-    "position_error_final_m",
-    "heading_error_mean_deg",
-    "dead_reckoning_error_mean_m",
-    "ospa_first_third_m",
-    "ospa_last_third_m",
-    "moving_hit_rate",
-    "moving_position_error_median_m",
-    "false_moving_tracks_per_scan",
-];
 
 /// Writes `series-FILTER.csv` for each filter (mean and standard deviation over the runs of every curve, a row a
 /// scan) and `runs.csv` (a row a run) into the existing folder `dir`.
@@ -74,26 +62,9 @@ pub fn write_tables(dir: &Path, study: &Study) -> Result<(), OutputError> {
         let header: Vec<&str> = header.iter().map(String::as_str).collect();
         write_rows(&dir.join(format!("series-{filter}.csv")), &header, rows)?;
     }
-    let rows = study.results.iter().filter_map(|result| {
-        let overview = Overview::of(&result.log, &[result])?;
-        Some(RunRow {
-            filter: &result.filter,
-            run: result.run,
-            log: &result.log,
-            scenario_seed: result.scenario_seed,
-            filter_seed: result.filter_seed,
-            position_error_mean_m: overview.position_error_mean_m,
-            position_error_final_m: overview.position_error_final_m,
-            heading_error_mean_deg: overview.heading_error_mean_deg,
-            dead_reckoning_error_mean_m: overview.dead_reckoning_error_mean_m,
-            ospa_first_third_m: overview.ospa_first_third_m,
-            ospa_last_third_m: overview.ospa_last_third_m,
-            moving_hit_rate: overview.moving_hit_rate,
-            moving_position_error_median_m: overview.moving_position_error_median_m,
-            false_moving_tracks_per_scan: overview.false_moving_tracks_per_scan,
-        })
-    });
-    write_rows(&dir.join("runs.csv"), &RUN_HEADER, rows)
+    let row = |result: &RunResult| Some((result.clone(), Overview::of(&result.log, &[result])?));
+    let rows: Vec<_> = study.results.iter().filter_map(row).collect();
+    run_columns().write(&dir.join("runs.csv"), rows.iter())
 }
 
 #[cfg(test)]
@@ -116,7 +87,9 @@ mod tests {
         assert!(series.starts_with("t_s,position_error_m,position_error_m_sigma,heading_error_deg,"), "{series}");
         assert_eq!(series.lines().count(), 6);
         let runs = std::fs::read_to_string(folder.0.join("runs.csv")).unwrap();
-        assert_eq!((runs.lines().count(), runs.lines().next().unwrap()), (4, &RUN_HEADER.join(",")[..]));
+        assert_eq!(runs.lines().count(), 4);
+        assert!(runs.starts_with("filter,run,log,scenario_seed,filter_seed,position_error_mean_m,"), "{runs}");
+        assert!(runs.contains("\nscphd,2,made up,7,7,"), "{runs}");
         let text = std::fs::read(folder.0.join("study.json")).unwrap();
         assert_eq!(serde_json::from_slice::<Study>(&text).unwrap(), study);
     }

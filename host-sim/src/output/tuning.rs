@@ -1,7 +1,6 @@
 //! What was learnt, tried and proposed, as tables and sentences.
 
 use super::table::{decimals, grouped, ruled};
-use crate::settings::Settings;
 use crate::tune::{Gain, Outcome, Said, Tuned, position_rmse_m, score};
 use comfy_table::Row;
 
@@ -10,7 +9,7 @@ const DIGITS: usize = 4;
 
 /// The tables of what the innovations say and of what was tried, and the verdict. `truth`: the errors too.
 #[must_use]
-pub fn render(log: &str, tuned: &Tuned, truth: bool) -> String {
+pub fn render<S>(log: &str, tuned: &Tuned<S>, truth: bool) -> String {
     let Tuned { said, outcome } = tuned;
     let innovations = ruled(
         Row::from([log, "now", "innovations say", "observations", "proposed"]),
@@ -24,17 +23,16 @@ pub fn render(log: &str, tuned: &Tuned, truth: bool) -> String {
     format!("{innovations}\n\n{tried}\n\n{}", verdict(outcome, truth))
 }
 
-fn setting(said: &Said, outcome: &Outcome<Settings>) -> Row {
-    let found = said.change.as_ref().and_then(|change| change.value.as_float());
+fn setting<S>(said: &Said, outcome: &Outcome<S>) -> Row {
     let proposed = outcome.proposed().and_then(|candidate| {
         let change = candidate.changes.iter().find(|change| change.field == said.field)?;
-        change.value.as_float()
+        change.size()
     });
     let mark = if said.clamped { " (clamped)" } else { "" };
     Row::from([
         said.field.to_owned(),
         significant(Some(said.now)),
-        format!("{}{mark}", significant(found)),
+        format!("{}{mark}", significant(said.to)),
         grouped(said.observations as u64),
         proposed.map_or_else(|| "as now".to_owned(), |value| significant(Some(value))),
     ])
@@ -46,7 +44,7 @@ fn significant(value: Option<f64>) -> String {
     decimals(value, usize::try_from(DIGITS as i32 - whole).unwrap_or(0))
 }
 
-fn candidate(outcome: &Outcome<Settings>, index: usize, truth: bool) -> Row {
+fn candidate<S>(outcome: &Outcome<S>, index: usize, truth: bool) -> Row {
     let tried = &outcome.tried[index];
     let best = outcome.best.as_ref().filter(|best| best.tried == index);
     let verdict = match (best, tried.gain) {
@@ -75,7 +73,7 @@ fn shown(gain: &Gain) -> String {
     format!("{:+.3} ± {:.3}", gain.mean, gain.error)
 }
 
-fn verdict(outcome: &Outcome<Settings>, truth: bool) -> String {
+fn verdict<S>(outcome: &Outcome<S>, truth: bool) -> String {
     let Some(best) = &outcome.best else {
         let error =
             if truth { format!(", RMSE {} m", decimals(position_rmse_m(&outcome.now), 3)) } else { String::new() };
@@ -102,7 +100,7 @@ fn verdict(outcome: &Outcome<Settings>, truth: bool) -> String {
 
 /// A line of a study over several logs: what was proposed, and the errors with the seeds that confirmed it.
 #[must_use]
-pub fn line(log: &str, tuned: &Tuned) -> String {
+pub fn line<S>(log: &str, tuned: &Tuned<S>) -> String {
     let outcome = &tuned.outcome;
     let Some(best) = outcome.best.as_ref() else {
         return format!("{log}: nothing proposed, RMSE {} m", decimals(position_rmse_m(&outcome.now), 3));
@@ -124,8 +122,8 @@ pub fn line(log: &str, tuned: &Tuned) -> String {
 
 /// The ratios of held-out errors, after over before, of what was proposed in several logs.
 #[must_use]
-pub fn summary(logs: &[Tuned]) -> String {
-    let ratio = |tuned: &Tuned| {
+pub fn summary<S>(logs: &[Tuned<S>]) -> String {
+    let ratio = |tuned: &Tuned<S>| {
         let best = tuned.outcome.best.as_ref().filter(|best| best.confirmed)?;
         Some(position_rmse_m(&best.then)? / position_rmse_m(&best.now)?)
     };

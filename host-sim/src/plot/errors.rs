@@ -4,10 +4,9 @@ use super::axis::Interval;
 use super::chart::{Chart, Colour, Mark};
 use super::figure::Figure;
 use super::trajectory::run_width;
-use crate::log::{Log, TruePose};
+use crate::angle::wrap;
+use crate::dimensions::{Coordinates, Dimensions};
 use crate::record::{Record, ScanRecord};
-use crate::truth::window::Window;
-use std::f64::consts::{PI, TAU};
 
 /// Height of the frame of an error and of a count, px.
 const HEIGHT_PX: [f64; 2] = [270.0, 170.0];
@@ -15,12 +14,12 @@ const HEIGHT_PX: [f64; 2] = [270.0, 170.0];
 /// reckoning is not considered for the limits at all.
 const STRETCH: [f64; 2] = [2.5, 3.5];
 
-/// The picture of errors, number of features and effective number of particles of `runs` over `log`.
+/// The picture of errors, number of features and effective number of particles of `runs` over the log of that name.
 ///
 /// Position error: distance of estimate and truth at the scans with truth, under the filter's own 2σ, where
-/// σ² = `P_xx` + `P_yy` is the mean square distance it expects. Heading error: signed, with ±2σ; only where the
+/// σ² = `P_xx` + `P_yy`, in space + `P_zz`, is the mean square distance it expects. Heading error: signed, with ±2σ; only where the
 /// truth has a heading. Dead reckoning may leave the frame; its label then says how far it went.
-pub fn figure(log: &Log, runs: &[(&str, &Record)]) -> Figure {
+pub fn figure<D: Dimensions>(name: &str, runs: &[(&str, &Record<D>)]) -> Figure {
     let start_s =
         runs.iter().filter_map(|(_, record)| record.scans.first().map(|scan| scan.t_s)).fold(f64::INFINITY, f64::min);
     let mut charts = vec![(position_chart(runs, start_s), HEIGHT_PX[0])];
@@ -28,7 +27,7 @@ pub fn figure(log: &Log, runs: &[(&str, &Record)]) -> Figure {
     if scans.any(|scan| scan.true_heading_rad.is_some()) {
         charts.push((heading_chart(runs, start_s), HEIGHT_PX[0]));
     }
-    charts.push((features_chart(log, runs, start_s), HEIGHT_PX[1]));
+    charts.push((features_chart(runs, start_s), HEIGHT_PX[1]));
     charts.push((particles_chart(runs, start_s), HEIGHT_PX[1]));
 
     // One time axis for all, so that they can be read downwards.
@@ -40,41 +39,42 @@ pub fn figure(log: &Log, runs: &[(&str, &Record)]) -> Figure {
     if let Some((last, _)) = charts.last_mut() {
         last.x_label = "time since the first scan (s)".into();
     }
-    Figure { title: format!("{}: errors over time", log.name), charts }
+    Figure { title: format!("{name}: errors over time"), charts }
 }
 
 /// A curve over time; what `value` does not know breaks it.
-fn curve(record: &Record, start_s: f64, value: impl Fn(&ScanRecord) -> Option<f64>) -> Vec<[f64; 2]> {
+fn curve<D: Dimensions>(
+    record: &Record<D>,
+    start_s: f64,
+    value: impl Fn(&ScanRecord<D>) -> Option<f64>,
+) -> Vec<[f64; 2]> {
     let points = record.scans.iter();
     points.map(|scan| [scan.t_s - start_s, value(scan).unwrap_or(f64::NAN)]).collect()
 }
 
 /// Position error of every run and of dead reckoning, m.
-fn position_chart(runs: &[(&str, &Record)], start_s: f64) -> Chart {
-    let error = |scan: &ScanRecord, position: [f64; 3]| {
-        let truth = scan.true_position?;
-        Some((position[0] - truth[0]).hypot(position[1] - truth[1]))
+fn position_chart<D: Dimensions>(runs: &[(&str, &Record<D>)], start_s: f64) -> Chart {
+    let band = |scan: &ScanRecord<D>| {
+        let variances = scan.pose_covariance.as_ref().iter().enumerate().take(D::Position::COUNT);
+        [0.0, 2.0 * variances.map(|(k, row)| row.as_ref()[k]).sum::<f64>().sqrt()]
     };
-    let band = |scan: &ScanRecord| {
-        let p = &scan.pose_covariance;
-        [0.0, 2.0 * (p[0][0] + p[1][1]).sqrt()]
-    };
-    let series = Series::new(runs, start_s, error, band);
+    let (error, reckoned) = (ScanRecord::position_error_m, ScanRecord::dead_reckoning_error_m);
+    let series = Series::new(runs, start_s, error, reckoned, band);
     let largest = series.largest();
     series.chart("position error (m)", "2σ", "m", Interval::new(0.0, largest))
 }
 
 /// Heading error of every run and of dead reckoning, degrees.
-fn heading_chart(runs: &[(&str, &Record)], start_s: f64) -> Chart {
-    let error = |scan: &ScanRecord, pose: [f64; 3]| {
-        let truth = scan.true_heading_rad?;
-        Some(wrapped(pose[2] - truth).to_degrees())
-    };
-    let band = |scan: &ScanRecord| {
-        let twice = 2.0 * scan.pose_covariance[2][2].sqrt().to_degrees();
+fn heading_chart<D: Dimensions>(runs: &[(&str, &Record<D>)], start_s: f64) -> Chart {
+    let off = |scan: &ScanRecord<D>, heading: f64| Some(wrap(heading - scan.true_heading_rad?).to_degrees());
+    let error = |scan: &ScanRecord<D>| off(scan, D::heading(&scan.pose));
+    let reckoned = |scan: &ScanRecord<D>| off(scan, *scan.dead_reckoning.as_ref().get(D::Position::COUNT)?);
+    let band = |scan: &ScanRecord<D>| {
+        let variance = D::heading(&scan.pose_covariance.as_ref()[D::Position::COUNT]);
+        let twice = 2.0 * variance.sqrt().to_degrees();
         [-twice, twice]
     };
-    let series = Series::new(runs, start_s, error, band);
+    let series = Series::new(runs, start_s, error, reckoned, band);
     let largest = series.largest();
     series.chart("heading error (deg)", "±2σ", "deg", Interval::new(-largest, largest))
 }
@@ -88,14 +88,15 @@ struct Series<'a> {
 }
 
 impl<'a> Series<'a> {
-    /// `error` compares a pose with the truth of its scan, `band` is what the filter expects of the error.
-    fn new(
-        runs: &[(&'a str, &Record)],
+    /// `error` is that of the estimate of a scan, `reckoned` that of dead reckoning, `band` what the filter expects of the error.
+    fn new<D: Dimensions>(
+        runs: &[(&'a str, &Record<D>)],
         start_s: f64,
-        error: impl Fn(&ScanRecord, [f64; 3]) -> Option<f64>,
-        band: impl Fn(&ScanRecord) -> [f64; 2],
+        error: impl Fn(&ScanRecord<D>) -> Option<f64>,
+        reckoned: impl Fn(&ScanRecord<D>) -> Option<f64>,
+        band: impl Fn(&ScanRecord<D>) -> [f64; 2],
     ) -> Self {
-        let over_time = |record: &Record| {
+        let over_time = |record: &Record<D>| {
             let rows = record.scans.iter().map(|scan| {
                 let [low, high] = band(scan);
                 [scan.t_s - start_s, low, high]
@@ -104,11 +105,9 @@ impl<'a> Series<'a> {
         };
         Self {
             labels: runs.iter().map(|(label, _)| *label).collect(),
-            errors: runs.iter().map(|(_, record)| curve(record, start_s, |scan| error(scan, scan.pose))).collect(),
+            errors: runs.iter().map(|(_, record)| curve(record, start_s, &error)).collect(),
             bands: runs.iter().map(|(_, record)| over_time(record)).collect(),
-            reckoned: runs
-                .first()
-                .map_or_else(Vec::new, |(_, record)| curve(record, start_s, |scan| error(scan, scan.dead_reckoning))),
+            reckoned: runs.first().map_or_else(Vec::new, |(_, record)| curve(record, start_s, &reckoned)),
         }
     }
 
@@ -160,24 +159,26 @@ impl<'a> Series<'a> {
 }
 
 /// Mass of the map over time, beside the number of true landmarks that have been in view, where that is known.
-fn features_chart(log: &Log, runs: &[(&str, &Record)], start_s: f64) -> Chart {
+fn features_chart<D: Dimensions>(runs: &[(&str, &Record<D>)], start_s: f64) -> Chart {
     let mut marks = Vec::new();
-    if let Some((record, seen)) = runs.iter().find_map(|(_, record)| Some((record, seen(log, record)?))) {
-        let scans = record.scans.iter().zip(seen);
-        let points = scans.map(|(scan, total)| [scan.t_s - start_s, total]);
-        marks.push(Mark::dashed("true landmarks in view so far", Colour::TRUTH, points.collect()));
+    // A gap would hide some.
+    let known = |scan: &ScanRecord<D>| scan.landmarks_seen.is_some();
+    let knows = |record: &Record<D>| !record.scans.is_empty() && record.scans.iter().all(known);
+    if let Some((_, record)) = runs.iter().find(|(_, record)| knows(record)) {
+        let points = curve(record, start_s, |scan| Some(scan.landmarks_seen? as f64));
+        marks.push(Mark::dashed("true landmarks in view so far", Colour::TRUTH, points));
     }
     marks.extend(counts(runs, start_s, |scan| scan.features_estimated));
     Chart { y_label: "features N̂".into(), marks, ..Chart::default() }
 }
 
 /// Effective number of particles over time.
-fn particles_chart(runs: &[(&str, &Record)], start_s: f64) -> Chart {
+fn particles_chart<D: Dimensions>(runs: &[(&str, &Record<D>)], start_s: f64) -> Chart {
     Chart { y_label: "N_eff".into(), marks: counts(runs, start_s, |scan| scan.n_eff), ..Chart::default() }
 }
 
 /// A thin curve of every run.
-fn counts(runs: &[(&str, &Record)], start_s: f64, value: fn(&ScanRecord) -> f64) -> Vec<Mark> {
+fn counts<D: Dimensions>(runs: &[(&str, &Record<D>)], start_s: f64, value: fn(&ScanRecord<D>) -> f64) -> Vec<Mark> {
     let marks = runs.iter().enumerate().map(|(index, (label, record))| {
         let points = curve(record, start_s, |scan| Some(value(scan)));
         Mark::line(*label, Colour::of_curve(index), points).wide(0.8 * run_width(index, runs.len()))
@@ -185,46 +186,7 @@ fn counts(runs: &[(&str, &Record)], start_s: f64, value: fn(&ScanRecord) -> f64)
     marks.collect()
 }
 
-/// Number of true landmarks that were in the sensor's window at this scan or before; `None` unless the landmarks and
-/// the true pose at every scan are known, as a gap would hide some.
-fn seen(log: &Log, record: &Record) -> Option<Vec<f64>> {
-    if log.landmarks.is_empty() || record.scans.is_empty() {
-        return None;
-    }
-    let window = Window::of_sensor(&log.sensor);
-    let mut seen = vec![false; log.landmarks.len()];
-    let mut total = 0.0;
-    let mut totals = Vec::with_capacity(record.scans.len());
-    for scan in &record.scans {
-        let pose = TruePose { t_s: scan.t_s, position: scan.true_position?, heading_rad: scan.true_heading_rad };
-        for (seen, landmark) in seen.iter_mut().zip(&log.landmarks) {
-            if !*seen && window.holds(&pose, *landmark)? {
-                *seen = true;
-                total += 1.0;
-            }
-        }
-        totals.push(total);
-    }
-    Some(totals)
-}
-
-/// An angle in [−π, π).
-fn wrapped(angle_rad: f64) -> f64 {
-    (angle_rad + PI).rem_euclid(TAU) - PI
-}
-
 /// The largest size of the finite ones of the values.
 fn largest(values: impl Iterator<Item = f64>) -> Option<f64> {
     values.filter(|v| v.is_finite()).map(f64::abs).reduce(f64::max)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn angles_are_wrapped() {
-        assert!((wrapped(3.0 * PI + 0.1) - (0.1 - PI)).abs() < 1e-12);
-        assert!((wrapped(-0.3) + 0.3).abs() < 1e-12);
-    }
 }

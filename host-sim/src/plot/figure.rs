@@ -1,8 +1,8 @@
 //! A picture of one chart or of several below one another, and its files.
 
-use super::PlotError;
 use super::chart::Chart;
 use super::draw::{Anchor, LABEL_SIZE_PX, Panel, TICK_SIZE_PX, legend, legend_height, text};
+use super::error::PlotError;
 use super::polyline::Rect;
 use super::raster::{png, text_width};
 use crate::output::sink;

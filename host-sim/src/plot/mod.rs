@@ -24,6 +24,7 @@
 pub mod axis;
 pub mod chart;
 mod draw;
+mod error;
 pub mod errors;
 pub mod figure;
 mod polyline;
@@ -33,30 +34,13 @@ pub mod trajectory;
 
 pub use axis::Interval;
 pub use chart::{Chart, Colour, Gaussian, Mark, Shape};
+pub use error::PlotError;
 pub use figure::Figure;
 
-use crate::log::Log;
+use crate::kind::Kind;
 use crate::record::Record;
 use std::fs;
-use std::io;
 use std::path::{Path, PathBuf};
-
-/// Why a picture could not be made.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum PlotError {
-    /// The file system refused.
-    #[error("cannot write {}: {source}", path.display())]
-    Io {
-        /// The file or folder that was to be written.
-        path: PathBuf,
-        /// What the system said.
-        source: io::Error,
-    },
-    /// The SVG could not be turned into a PNG.
-    #[error("cannot render the picture: {0}")]
-    Render(String),
-}
 
 /// Writes `trajectory.svg`, `trajectory.png`, `error.svg` and `error.png` into `dir`, which is created where it is
 /// missing, and returns their paths.
@@ -66,11 +50,11 @@ pub enum PlotError {
 /// # Errors
 ///
 /// [`PlotError`] where a file cannot be written or a picture cannot be rendered.
-pub fn write_plots(dir: &Path, log: &Log, runs: &[(&str, &Record)]) -> Result<Vec<PathBuf>, PlotError> {
+pub fn write_plots<K: Kind>(dir: &Path, log: &K::Log, runs: &[(&str, &Record<K>)]) -> Result<Vec<PathBuf>, PlotError> {
     fs::create_dir_all(dir).map_err(|source| PlotError::Io { path: dir.into(), source })?;
     let mut paths = Vec::new();
-    paths.extend(trajectory::figure(log, runs).write(dir, "trajectory")?);
-    paths.extend(errors::figure(log, runs).write(dir, "error")?);
+    paths.extend(trajectory::figure::<K>(log, runs).write(dir, "trajectory")?);
+    paths.extend(errors::figure(K::name(log), runs).write(dir, "error")?);
     Ok(paths)
 }
 

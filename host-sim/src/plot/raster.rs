@@ -1,6 +1,6 @@
 //! SVG to PNG with one shipped font, so that a picture is the same on every machine.
 
-use super::PlotError;
+use super::error::PlotError;
 use resvg::tiny_skia::{Color, Pixmap, Transform};
 use resvg::usvg::{Options, Tree, fontdb};
 use std::sync::{Arc, OnceLock};

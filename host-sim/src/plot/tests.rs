@@ -1,7 +1,8 @@
 //! Whole pictures of made-up runs.
 
 use super::*;
-use crate::log::{Mounting, Nominal, Scan, Sensor, TruePose, Vehicle};
+use crate::dimensions::Planar;
+use crate::log::{Log, Mounting, Nominal, Scan, Sensor, TruePose, Vehicle};
 use crate::output::sink::tests::Folder;
 use crate::record::{MapFeature, ScanRecord};
 use resvg::tiny_skia::Pixmap;
@@ -65,10 +66,8 @@ fn record(log: &Log, path: impl Fn(usize) -> [f64; 3], error: f64, drift: f64) -
             measurements: 5,
             features_estimated: log.landmarks.len() as f64 * (1.0 - (-4.0 * share).exp()),
             n_eff: 20.0 + 20.0 * noise(i, 4.0),
-            scan_us: 500.0,
-            moving: Vec::new(),
-            map_error: None,
-            movers: None,
+            landmarks_seen: covered.then_some(log.landmarks.len()),
+            ..ScanRecord::at(scan.t_s, pose)
         }
     });
     let map = log.landmarks.iter().enumerate().map(|(i, landmark)| {
@@ -185,7 +184,7 @@ fn a_circle_with_two_filters() {
     f64_run.map.truncate(15);
     let runs = [("filter f32", &f32_run), ("reference f64", &f64_run)];
     with_folder("circle", |dir| {
-        let paths = write_plots(dir, &log, &runs).unwrap();
+        let paths = write_plots::<Planar>(dir, &log, &runs).unwrap();
         let names: Vec<_> = paths.iter().map(|p| p.file_name().unwrap()).collect();
         assert_eq!(names, ["trajectory.svg", "trajectory.png", "error.svg", "error.png"]);
         assert_eq!(fs::read_dir(dir).unwrap().count(), 4, "nothing else is left");
@@ -231,7 +230,7 @@ fn equal_bytes_for_equal_runs() {
     let run = record(&log, circle, 0.5, 4.0);
     let read = |name| {
         let folder = Folder::new(name);
-        let paths = write_plots(&folder.0, &log, &[("f32", &run)]).unwrap();
+        let paths = write_plots::<Planar>(&folder.0, &log, &[("f32", &run)]).unwrap();
         paths.iter().map(|p| fs::read(p).unwrap()).collect::<Vec<_>>()
     };
     assert!(read("equal-1") == read("equal-2"));
@@ -242,7 +241,7 @@ fn a_long_drive_with_gaps_and_a_runaway() {
     let log = long_log();
     let run = record(&log, way, 3.0, 2000.0);
     with_folder("long", |dir| {
-        let paths = write_plots(dir, &log, &[("filter f32", &run)]).unwrap();
+        let paths = write_plots::<Planar>(dir, &log, &[("filter f32", &run)]).unwrap();
         decoded(&paths[1]);
         decoded(&paths[3]);
         let trajectory = fs::read_to_string(&paths[0]).unwrap();
@@ -287,7 +286,7 @@ fn runs_of_almost_nothing() {
     ];
     for (name, log, runs) in cases {
         with_folder(name, |dir| {
-            let paths = write_plots(dir, log, &runs).unwrap();
+            let paths = write_plots::<Planar>(dir, log, &runs).unwrap();
             decoded(&paths[1]);
             decoded(&paths[3]);
         });
@@ -299,6 +298,6 @@ fn a_folder_that_cannot_be_made_is_an_error() {
     let folder = Folder::new("plot-error");
     let file = folder.0.join("file");
     fs::write(&file, "").unwrap();
-    let error = write_plots(&file.join("sub"), &empty_log(), &[]).unwrap_err();
+    let error = write_plots::<Planar>(&file.join("sub"), &empty_log(), &[]).unwrap_err();
     assert!(matches!(error, PlotError::Io { .. }), "{error}");
 }

@@ -61,6 +61,7 @@
 
 mod algebra;
 mod angle;
+mod config;
 mod draws;
 mod extract;
 mod field_of_view;
@@ -71,6 +72,7 @@ mod motion;
 mod moving;
 mod pre_update;
 mod predict;
+mod recursion;
 mod reduce;
 mod resample;
 mod sensor;
@@ -84,69 +86,18 @@ mod oracles;
 #[cfg(test)]
 mod tests;
 
+pub use config::{Config, MovingConfig, ScanOutcome, Weighing};
 pub use draws::{Draws, OwnDraws};
 pub use extract::Estimate;
 pub use field_of_view::FieldOfView;
 pub use gaussian::{Component, Matrix, Vector};
 pub use motion::{ControlNoise, Motion};
-pub use moving::MovingConfig;
+pub use recursion::Recursion;
 pub use resample::Selection;
 pub use sensor::{RangeBearing, Sensor};
 pub use state::{Candidate, Particle, State};
 
-use crate::settings::Likelihood;
-use log_domain::normalised;
 use sight::Sight;
-
-/// Parameters of the recursion.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Config {
-    /// N, number of particles.
-    pub particles: usize,
-    /// M, candidates drawn for each particle between scans.
-    pub samples: usize,
-    /// w_b, intensity of births on a measurement, 1/(m·rad).
-    pub birth_intensity: f64,
-    /// κ, intensity of false measurements, 1/(m·rad).
-    pub clutter_intensity: f64,
-    /// The candidates are resampled where N_eff is below this fraction of their number.
-    pub resample_threshold: f64,
-    /// Components lighter than this are dropped.
-    pub prune_weight: f64,
-    /// Squared Mahalanobis distance up to which components are merged.
-    pub merge_distance: f64,
-    /// How many components of each kind the reduction leaves in view at most, for each particle; births that wait for the
-    /// next scan are not counted.
-    pub max_components: usize,
-    /// Components lighter than this are no estimated features.
-    pub extraction_weight: f64,
-    /// The particle likelihood.
-    pub likelihood: Likelihood,
-    /// Moving features.
-    pub moving: MovingConfig,
-}
-
-/// What the measurements say about each candidate.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Weighing {
-    /// ln L of each candidate (4.52, or that of the other likelihood), without the clutter rate λ.
-    pub ln_likelihoods: Vec<f64>,
-    /// ln ζ of each candidate after the scan, normalised (5.23).
-    pub ln_weights: Vec<f64>,
-    /// N_eff = 1/Σ ζ².
-    pub n_eff: f64,
-    /// Whether every ζ L was zero, so that the weights stayed as they were.
-    pub weights_kept: bool,
-}
-
-/// What a scan did.
-#[derive(Debug, Clone, PartialEq)]
-pub struct ScanOutcome {
-    /// The weighing of the candidates.
-    pub weighing: Weighing,
-    /// The selection among them.
-    pub selection: Selection,
-}
 
 /// The filter: parameters and models. What changes is in [`State`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -169,123 +120,14 @@ impl Reference {
         State::new(self.config.particles, pose)
     }
 
-    /// Predicts over `dt` seconds (0 or more) under a control: speed in m/s, then steering angle in rad
-    /// or turn rate in rad/s (5.11–5.13).
-    pub fn predict(&self, state: &mut State, control: &[f64; 2], dt: f64, draws: &mut dyn Draws) {
-        predict::predict(state, self.config.samples, &self.motion, control, dt, draws);
-    }
-
-    /// One scan of measurements (m, rad): [`weigh`](Self::weigh), [`select`](Self::select),
-    /// [`update`](Self::update).
-    pub fn scan(&self, state: &mut State, measurements: &[Vector], draws: &mut dyn Draws) -> ScanOutcome {
-        let weighing = self.weigh(state, measurements);
-        let selection = self.select(state, &weighing, draws);
-        self.update(state, measurements, &weighing, &selection);
-        ScanOutcome { weighing, selection }
-    }
-
-    /// Weighs every candidate against the measurements (4.52, 5.23). A map is read, never written; the moving parts
-    /// are read as they are at the time of the last prediction.
-    pub fn weigh(&self, state: &State, measurements: &[Vector]) -> Weighing {
-        let (candidates, samples) = (state.current(), state.samples());
-        let moving: Vec<_> = (0..state.particles.len()).map(|i| self.moving_now(state, i)).collect();
-        let ln_likelihoods: Vec<f64> = candidates
-            .iter()
-            .enumerate()
-            .map(|(c, candidate)| (candidate.pose, c / samples))
-            .map(|(pose, i)| self.ln_likelihood(pose, &state.particles[i].map, &moving[i], measurements))
-            .collect();
-        let before: Vec<f64> = candidates.iter().map(|c| c.ln_weight).collect();
-        let after: Vec<f64> = before.iter().zip(&ln_likelihoods).map(|(w, l)| w + l).collect();
-        let updated = normalised(&after);
-        let weights_kept = updated.is_none();
-        let ln_weights = updated.or_else(|| normalised(&before)).expect("some candidate weighs something");
-        Weighing { n_eff: resample::effective_number(&ln_weights), ln_likelihoods, ln_weights, weights_kept }
-    }
-
-    /// Selects the candidates that go on.
-    pub fn select(&self, state: &State, weighing: &Weighing, draws: &mut dyn Draws) -> Selection {
-        resample::select(
-            &weighing.ln_weights,
-            weighing.n_eff,
-            state.particles.len(),
-            self.config.resample_threshold,
-            draws,
-        )
-    }
-
-    /// Writes the survivors: their poses and weights, and their maps updated by the measurements.
-    pub fn update(&self, state: &mut State, measurements: &[Vector], weighing: &Weighing, selection: &Selection) {
-        let (candidates, samples) = (state.current(), state.samples());
-        let mut particles: Vec<Particle> = Vec::with_capacity(selection.survivors.len());
-        for (i, (&survivor, &ln_weight)) in selection.survivors.iter().zip(&selection.ln_weights).enumerate() {
-            let pose = candidates[survivor].pose;
-            // Survivors come in order, so copies of one stand next to each other.
-            let (map, moving) = if i > 0 && selection.survivors[i - 1] == survivor {
-                (particles[i - 1].map.clone(), particles[i - 1].moving.clone())
-            } else {
-                let parent = survivor / samples;
-                let moving = self.moving_now(state, parent);
-                self.updated_maps(pose, &state.particles[parent].map, &moving, measurements)
-            };
-            particles.push(Particle { pose, ln_weight, map, moving });
-        }
-        // The heaviest candidate itself may not have gone on: then the heaviest that did.
-        let mut heaviest = 0;
-        for (i, &survivor) in selection.survivors.iter().enumerate() {
-            let best = selection.survivors[heaviest];
-            if weighing.ln_weights[survivor] > weighing.ln_weights[best] {
-                heaviest = i;
-            }
-        }
-        *state = State { particles, candidates: None, waited_s: 0.0, heaviest };
-    }
-
-    /// The moving part of a particle's map at the time of the last prediction.
-    pub fn moving_now(&self, state: &State, particle: usize) -> Vec<Component<4>> {
-        moving::predicted(&state.particles[particle].moving, state.waited_s, &self.config)
-    }
-
-    /// ln L of one pose (m, m, rad) with the two parts of a map, without the clutter rate λ.
-    pub fn ln_likelihood(
-        &self,
-        pose: [f64; 3],
-        map: &[Component],
-        moving: &[Component<4>],
-        measurements: &[Vector],
-    ) -> f64 {
-        likelihood::ln_likelihood(self.config.likelihood, &self.sight(pose, map, moving, measurements))
-    }
-
-    /// The two parts of a map updated by the measurements from one pose and reduced (5.17–5.22, appendix A). Of each
-    /// part, components out of view come first, untouched; the reduced ones follow, heaviest first; then come the births
-    /// on unexplained measurements, in the measurements' order, which wait for the next scan to be reduced.
-    pub fn updated_maps(
-        &self,
-        pose: [f64; 3],
-        map: &[Component],
-        moving: &[Component<4>],
-        measurements: &[Vector],
-    ) -> (Vec<Component>, Vec<Component<4>>) {
-        let sight = self.sight(pose, map, moving, measurements);
-        let born = |intensity| update::born(&sight, &self.field_of_view, intensity);
-        let MovingConfig { birth_intensity, velocity_sigma_mps, .. } = self.config.moving;
-        let births = born(self.config.birth_intensity);
-        let moving_births = born(birth_intensity).set_in_motion(velocity_sigma_mps);
-
-        let Sight { still, moving, ln_eta, .. } = sight;
-        let (persisting, moving_persisting) =
-            (update::persisting(&still, &ln_eta), update::persisting(&moving, &ln_eta));
-        (
-            update::after_scan(still.out_of_view, persisting, births, &self.config),
-            update::after_scan(moving.out_of_view, moving_persisting, moving_births, &self.config),
-        )
-    }
-
     /// Pose and map as the state has them (5.2.7), the moving part at the time of the last prediction.
     pub fn estimate(&self, state: &State) -> Estimate {
         let least_weights = [self.config.extraction_weight, self.config.moving.extraction_weight];
-        extract::estimate(state, &self.moving_now(state, state.heaviest), least_weights)
+        extract::estimate(
+            state,
+            &self.moving_now(&state.particles[state.heaviest].moving, state.waited_s),
+            least_weights,
+        )
     }
 
     /// The pose of the sensor of a vehicle at `pose`.
@@ -303,5 +145,62 @@ impl Reference {
         measurements: &'a [Vector],
     ) -> Sight<'a, RangeBearing> {
         Sight::new(self.seat(pose), map, moving, measurements, &self.sensor, &self.field_of_view, &self.config)
+    }
+}
+
+impl Recursion<2, 4> for Reference {
+    /// x m, y m, heading rad.
+    type Pose = [f64; 3];
+    /// Speed in m/s, then steering angle in rad or turn rate in rad/s.
+    type Control = [f64; 2];
+    /// Range m, bearing rad.
+    type Measurement = Vector;
+
+    fn config(&self) -> &Config {
+        &self.config
+    }
+
+    fn moved(&self, pose: &[f64; 3], control: &[f64; 2], dt: f64, draws: &mut dyn Draws) -> [f64; 3] {
+        self.motion.sample(*pose, control, dt, draws)
+    }
+
+    fn moving_now(&self, moving: &[Component<4>], waited_s: f64) -> Vec<Component<4>> {
+        moving::predicted(moving, waited_s, &self.config)
+    }
+
+    fn ln_likelihood(
+        &self,
+        pose: &[f64; 3],
+        map: &[Component],
+        moving: &[Component<4>],
+        measurements: &[Vector],
+    ) -> f64 {
+        likelihood::ln_likelihood(self.config.likelihood, &self.sight(*pose, map, moving, measurements))
+    }
+
+    fn updated_maps(
+        &self,
+        pose: &[f64; 3],
+        map: &[Component],
+        moving: &[Component<4>],
+        measurements: &[Vector],
+    ) -> (Vec<Component>, Vec<Component<4>>) {
+        let sight = self.sight(*pose, map, moving, measurements);
+        let born = |intensity| update::born(&sight, &self.field_of_view, intensity);
+        let MovingConfig { birth_intensity, velocity_sigma_mps, .. } = self.config.moving;
+        let births = born(self.config.birth_intensity);
+        let moving_births = born(birth_intensity).set_in_motion(velocity_sigma_mps);
+
+        let Sight { still, moving, ln_eta, .. } = sight;
+        let (persisting, moving_persisting) =
+            (update::persisting(&still, &ln_eta), update::persisting(&moving, &ln_eta));
+        (
+            update::after_scan(still.out_of_view, persisting, births, &self.config),
+            update::after_scan(moving.out_of_view, moving_persisting, moving_births, &self.config),
+        )
+    }
+
+    fn estimated(&self, state: &State) -> [f64; 3] {
+        self.estimate(state).pose
     }
 }

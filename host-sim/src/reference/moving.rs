@@ -1,27 +1,10 @@
 //! Moving features between scans: constant velocity under white acceleration.
 
-use super::Config;
 use super::algebra::{apply, sum, transformed};
+use super::config::Config;
 use super::gaussian::Component;
 use super::reduce::heavy_enough;
 use std::array::from_fn;
-
-/// How features move, begin and end.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct MovingConfig {
-    /// w_m, intensity of births of moving features on a measurement, 1/(m·rad); 0: none are born.
-    pub birth_intensity: f64,
-    /// σ_v, standard deviation of each coordinate of a new feature's velocity, m/s.
-    pub velocity_sigma_mps: f64,
-    /// q, spectral density of the acceleration, m²/s³.
-    pub acceleration_psd: f64,
-    /// τ, mean lifetime, s; infinite: they never vanish.
-    pub lifetime_s: f64,
-    /// Components are dropped where a coordinate of their position has a greater standard deviation, m.
-    pub spread_max_m: f64,
-    /// Least weight of an estimated moving feature.
-    pub extraction_weight: f64,
-}
 
 /// The moving part of a map after `dt` seconds: every component predicted, then dropped where it has become too light or
 /// too wide (5.14 with F, Q and p_S = exp(−dt/τ)). No time, no change.
@@ -61,6 +44,7 @@ fn blocks(factors: [[f64; 2]; 2]) -> [[f64; 4]; 4] {
 #[cfg(test)]
 mod tests {
     use super::super::algebra::{identity, scaled};
+    use super::super::config::MovingConfig;
     use super::super::tests::CONFIG;
     use super::*;
 

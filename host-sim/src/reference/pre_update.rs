@@ -68,11 +68,11 @@ fn by_state<const N: usize>(by_position: &Matrix) -> [[f64; N]; 2] {
 }
 
 /// P⁺, the gain K and S (5.20–5.22).
-fn kalman<const N: usize>(
+pub(super) fn kalman<const N: usize, const M: usize>(
     prior: &Component<N>,
-    jacobian: &[[f64; N]; 2],
-    noise: &Matrix,
-) -> ([[f64; N]; N], [[f64; 2]; N], Matrix) {
+    jacobian: &[[f64; N]; M],
+    noise: &[[f64; M]; M],
+) -> ([[f64; N]; N], [[f64; M]; N], [[f64; M]; M]) {
     let innovation_covariance = sum(&transformed(jacobian, &prior.covariance), noise);
     let gain = product(&product(&prior.covariance, &transpose(jacobian)), &inverse(&innovation_covariance));
     let covariance = symmetrised(&product(&difference(&identity(), &product(&gain, jacobian)), &prior.covariance));

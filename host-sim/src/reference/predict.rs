@@ -1,32 +1,31 @@
 //! `Predict` of appendix A.
 
-use super::draws::Draws;
-use super::motion::Motion;
 use super::state::{Candidate, Particle, State};
 
-/// Moves every candidate by its own sample of the transition (5.12). The first prediction after a scan
+/// Moves every candidate by its own sample of the transition, `moved` (5.12). The first prediction after a scan
 /// makes the candidates. Static features keep as they are (5.14 with F = I, Q = 0, p_S = 1), and moving ones
 /// only wait until the scan, so no map is touched; no time, no change and no draw.
-pub(super) fn predict(
-    state: &mut State,
+pub(super) fn predict<P: Copy, const N: usize, const V: usize>(
+    state: &mut State<P, N, V>,
     samples: usize,
-    motion: &Motion,
-    control: &[f64; 2],
     dt: f64,
-    draws: &mut dyn Draws,
+    mut moved: impl FnMut(&P) -> P,
 ) {
     if dt == 0.0 {
         return;
     }
     let candidates = state.candidates.get_or_insert_with(|| children(&state.particles, samples));
     for candidate in candidates {
-        candidate.pose = motion.sample(candidate.pose, control, dt, draws);
+        candidate.pose = moved(&candidate.pose);
     }
     state.waited_s += dt;
 }
 
 /// M copies of every particle, sharing its weight (5.13).
-fn children(particles: &[Particle], samples: usize) -> Vec<Candidate> {
+fn children<P: Copy, const N: usize, const V: usize>(
+    particles: &[Particle<P, N, V>],
+    samples: usize,
+) -> Vec<Candidate<P>> {
     particles
         .iter()
         .flat_map(|particle| {

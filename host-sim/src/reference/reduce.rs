@@ -1,7 +1,7 @@
 //! `PruneAndMerge` of appendix A: Vo & Ma 2006, table II.
 
-use super::Config;
 use super::algebra::{inverse, minus, outer, plus, quadratic, scaled, sum, symmetrised};
+use super::config::Config;
 use super::gaussian::Component;
 use std::cmp::Ordering;
 

@@ -1,6 +1,6 @@
 //! One pose, the map of its particle and a scan, each seen by the others.
 
-use super::Config;
+use super::config::Config;
 use super::field_of_view::FieldOfView;
 use super::gaussian::{Component, Vector};
 use super::log_domain::log_sum_exp;

@@ -1,16 +1,16 @@
 //! The recursion in space, with an underwater vehicle and stereo pixels (chapter 7): blind proposal, single-cluster likelihood, static
 //! features. Algebra, what becomes of births, reduction and selection are those of the plane.
 
-use super::algebra::{
-    apply, difference, identity, inverse, minus, plus, product, quadratic, sum, symmetrised, transformed, transpose,
-};
+use super::algebra::{apply, identity, inverse, minus, plus, product, quadratic, transformed, transpose};
 use super::angle::wrap;
+use super::config::Config;
 use super::draws::Draws;
 use super::gaussian::{Component, ln_density};
 use super::log_domain::{log_sum_exp, normalised};
-use super::resample::{self, Selection};
-use super::update::{after_scan, born_at};
-use super::{Config, Weighing};
+use super::pre_update::{InView, PreUpdate, kalman};
+use super::recursion::Recursion;
+use super::state::State;
+use super::update::{after_scan, born_at, persisting};
 use std::array::from_fn;
 
 /// Where the vehicle is: position (m), yaw (rad), yaw rate (rad/s), with roll and pitch (rad) as given.
@@ -41,15 +41,6 @@ pub struct Control {
     pub yaw_rate: Option<[f64; 2]>,
     /// z at the end of the step with its standard deviation, m.
     pub z: Option<[f64; 2]>,
-}
-
-/// A pose with its weight.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Candidate {
-    /// The pose.
-    pub pose: Pose,
-    /// ln ζ.
-    pub ln_weight: f64,
 }
 
 /// The filter in space: parameters and models.
@@ -116,57 +107,7 @@ fn ramp(inside: f64, edge: f64) -> f64 {
     3.0 * t * t - 2.0 * t * t * t
 }
 
-/// A component in view.
-struct InView {
-    prior: Component<3>,
-    detection: f64,
-    covariance: [[f64; 3]; 3],
-    /// Of every measurement: m⁺, and ln N(z; ẑ, S).
-    updated: Vec<([f64; 3], f64)>,
-}
-
-impl InView {
-    fn ln_detection(&self, z: usize) -> f64 {
-        self.detection.ln() + self.prior.ln_weight + self.updated[z].1
-    }
-}
-
 impl Space {
-    /// A sample of the transition (7.1).
-    pub fn moved(&self, pose: &Pose, control: &Control, dt: f64, draws: &mut dyn Draws) -> Pose {
-        let turned = rotation(pose);
-        let step = apply(&turned, control.velocity).map(|v| v * dt);
-        let raise = (self.velocity_interval_s / dt).max(1.0);
-        let spread = transformed(&turned, &control.covariance).map(|row| row.map(|c| c * dt * dt * raise));
-        let (mut mean, mut open) = (plus(pose.position, step), spread);
-        if let Some([z, sigma]) = control.z {
-            // The position given its third coordinate with an error.
-            let gain = from_fn(|k| spread[k][2] / (spread[2][2] + sigma * sigma));
-            let off = z - mean[2];
-            mean = plus(mean, gain.map(|g| g * off));
-            open = from_fn(|row| from_fn(|column| spread[row][column] - gain[row] * spread[2][column]));
-        }
-        let drawn = from_fn(|_| draws.normal());
-        let position = plus(mean, apply(&lower_root(&open), drawn));
-
-        let variance = self.yaw_acceleration_sigma.powi(2);
-        let (acceleration, left, share) = match control.yaw_rate {
-            Some([rate, sigma]) => {
-                let gain = variance * dt * dt / (variance * dt * dt + sigma * sigma);
-                (gain * (rate - pose.yaw_rate) / dt, variance * (1.0 - gain), 1.0)
-            }
-            None => (0.0, variance, 0.5),
-        };
-        let acceleration = acceleration + left.sqrt() * draws.normal();
-        Pose {
-            position,
-            yaw: wrap(pose.yaw + pose.yaw_rate * dt + share * acceleration * dt * dt),
-            yaw_rate: pose.yaw_rate + acceleration * dt,
-            roll: control.tilt[0],
-            pitch: control.tilt[1],
-        }
-    }
-
     /// Pixels of a point of the vehicle's frame, their derivative, and its depth before the left camera; `None` behind a camera.
     fn projected(&self, point: [f64; 3]) -> Option<([f64; 4], [[f64; 3]; 4], f64)> {
         let (mut pixels, mut slope, mut depths) = ([0.0; 4], [[0.0; 3]; 4], [0.0; 2]);
@@ -199,29 +140,26 @@ impl Space {
     }
 
     /// The map as one pose sees it: what is in view, and what is not.
-    fn seen(&self, pose: &Pose, map: &[Component<3>], measurements: &[[f64; 4]]) -> (Vec<InView>, Vec<Component<3>>) {
+    fn seen(&self, pose: &Pose, map: &[Component<3>], measurements: &[[f64; 4]]) -> PreUpdate<3> {
         let to_body = transpose(&rotation(pose));
-        let (mut in_view, mut out_of_view) = (Vec::new(), Vec::new());
+        let mut seen = PreUpdate { in_view: Vec::new(), out_of_view: Vec::new() };
         for &prior in map {
             let projected = self.projected(apply(&to_body, minus(prior.mean, pose.position)));
             let detected = projected.map(|(pixels, _, depth)| self.detection_probability(pixels, depth));
             match (projected, detected) {
-                (Some((predicted, slope, _)), Some(detection)) if detection > 0.0 => {
-                    let h = product(&slope, &to_body);
-                    let s = sum(&transformed(&h, &prior.covariance), &self.noise);
-                    let gain = product(&product(&prior.covariance, &transpose(&h)), &inverse(&s));
-                    let kept = difference(&identity(), &product(&gain, &h));
+                (Some((predicted, slope, _)), Some(detection_probability)) if detection_probability > 0.0 => {
+                    let (covariance, gain, s) = kalman(&prior, &product(&slope, &to_body), &self.noise);
                     let updated = measurements.iter().map(|&z| {
                         let innovation = minus(z, predicted);
                         (plus(prior.mean, apply(&gain, innovation)), ln_density(innovation, &s))
                     });
-                    let covariance = symmetrised(&product(&kept, &prior.covariance));
-                    in_view.push(InView { prior, detection, covariance, updated: updated.collect() });
+                    let updated = updated.collect();
+                    seen.in_view.push(InView { prior, detection_probability, covariance, updated });
                 }
-                _ => out_of_view.push(prior),
+                _ => seen.out_of_view.push(prior),
             }
         }
-        (in_view, out_of_view)
+        seen
     }
 
     /// ln(κ + w_b): what explains a measurement without any feature.
@@ -229,64 +167,12 @@ impl Space {
         (self.config.clutter_intensity + self.config.birth_intensity).ln()
     }
 
-    fn ln_eta(&self, in_view: &[InView], measurements: usize) -> Vec<f64> {
+    fn ln_eta(&self, in_view: &[InView<3>], measurements: usize) -> Vec<f64> {
         let eta = |z| {
             let terms: Vec<f64> = in_view.iter().map(|j| j.ln_detection(z)).chain([self.ln_unexplained()]).collect();
             log_sum_exp(&terms)
         };
         (0..measurements).map(eta).collect()
-    }
-
-    /// ln L of one pose with its map (4.52).
-    pub fn ln_likelihood(&self, pose: &Pose, map: &[Component<3>], measurements: &[[f64; 4]]) -> f64 {
-        let (in_view, _) = self.seen(pose, map, measurements);
-        let expected: f64 = in_view.iter().map(|j| j.detection * j.prior.weight()).sum();
-        self.ln_eta(&in_view, measurements.len()).iter().sum::<f64>() - expected
-    }
-
-    /// Weighs candidates, `samples` of every particle, against the measurements.
-    pub fn weigh(
-        &self,
-        candidates: &[Candidate],
-        samples: usize,
-        maps: &[Vec<Component<3>>],
-        measurements: &[[f64; 4]],
-    ) -> Weighing {
-        let likelihood =
-            |(c, candidate): (usize, &Candidate)| self.ln_likelihood(&candidate.pose, &maps[c / samples], measurements);
-        let ln_likelihoods: Vec<f64> = candidates.iter().enumerate().map(likelihood).collect();
-        let before: Vec<f64> = candidates.iter().map(|candidate| candidate.ln_weight).collect();
-        let after: Vec<f64> = before.iter().zip(&ln_likelihoods).map(|(weight, ln_l)| weight + ln_l).collect();
-        let updated = normalised(&after);
-        let weights_kept = updated.is_none();
-        let ln_weights = updated.or_else(|| normalised(&before)).expect("some candidate weighs something");
-        Weighing { n_eff: resample::effective_number(&ln_weights), ln_likelihoods, ln_weights, weights_kept }
-    }
-
-    /// Selects the candidates that go on.
-    pub fn select(&self, weighing: &Weighing, particles: usize, draws: &mut dyn Draws) -> Selection {
-        resample::select(&weighing.ln_weights, weighing.n_eff, particles, self.config.resample_threshold, draws)
-    }
-
-    /// A map updated by the measurements from one pose, and reduced: components out of view, then the reduced ones, heaviest
-    /// first, then the births on unexplained measurements, in the measurements' order, which wait for the next scan.
-    pub fn updated(&self, pose: &Pose, map: &[Component<3>], measurements: &[[f64; 4]]) -> Vec<Component<3>> {
-        let (in_view, out_of_view) = self.seen(pose, map, measurements);
-        let ln_eta = self.ln_eta(&in_view, measurements.len());
-        let mut persisting: Vec<Component<3>> = in_view
-            .iter()
-            .map(|j| Component { ln_weight: j.prior.ln_weight + (-j.detection).ln_1p(), ..j.prior })
-            .collect();
-        for (z, ln_eta) in ln_eta.iter().enumerate() {
-            persisting.extend(in_view.iter().map(|j| Component {
-                ln_weight: j.ln_detection(z) - ln_eta,
-                mean: j.updated[z].0,
-                covariance: j.covariance,
-            }));
-        }
-        let places = measurements.iter().map(|&measured| self.born(pose, measured));
-        let births = born_at(places, &ln_eta, self.ln_unexplained(), self.config.birth_intensity);
-        after_scan(out_of_view, persisting, births, &self.config)
     }
 
     /// Where a pair puts a feature, and how surely (7.5); `None` where it puts none in view.
@@ -322,6 +208,99 @@ impl Space {
         let (pixels, slope, _) = self.projected(point)?;
         let mismatch = quadratic(&inverse(&self.noise), minus(measured, pixels));
         (mismatch <= self.epipolar_gate).then(|| (point, self.pseudoinverse(&slope)))
+    }
+}
+
+impl Recursion<3, 6> for Space {
+    type Pose = Pose;
+    type Control = Control;
+    /// (u_l, v_l, u_r, v_r), px.
+    type Measurement = [f64; 4];
+
+    fn config(&self) -> &Config {
+        &self.config
+    }
+
+    /// A sample of the transition (7.1).
+    fn moved(&self, pose: &Pose, control: &Control, dt: f64, draws: &mut dyn Draws) -> Pose {
+        let turned = rotation(pose);
+        let step = apply(&turned, control.velocity).map(|v| v * dt);
+        let raise = (self.velocity_interval_s / dt).max(1.0);
+        let spread = transformed(&turned, &control.covariance).map(|row| row.map(|c| c * dt * dt * raise));
+        let (mut mean, mut open) = (plus(pose.position, step), spread);
+        if let Some([z, sigma]) = control.z {
+            // The position given its third coordinate with an error.
+            let gain = from_fn(|k| spread[k][2] / (spread[2][2] + sigma * sigma));
+            let off = z - mean[2];
+            mean = plus(mean, gain.map(|g| g * off));
+            open = from_fn(|row| from_fn(|column| spread[row][column] - gain[row] * spread[2][column]));
+        }
+        let drawn = from_fn(|_| draws.normal());
+        let position = plus(mean, apply(&lower_root(&open), drawn));
+
+        let variance = self.yaw_acceleration_sigma.powi(2);
+        let (acceleration, left, share) = match control.yaw_rate {
+            Some([rate, sigma]) => {
+                let gain = variance * dt * dt / (variance * dt * dt + sigma * sigma);
+                (gain * (rate - pose.yaw_rate) / dt, variance * (1.0 - gain), 1.0)
+            }
+            None => (0.0, variance, 0.5),
+        };
+        let acceleration = acceleration + left.sqrt() * draws.normal();
+        Pose {
+            position,
+            yaw: wrap(pose.yaw + pose.yaw_rate * dt + share * acceleration * dt * dt),
+            yaw_rate: pose.yaw_rate + acceleration * dt,
+            roll: control.tilt[0],
+            pitch: control.tilt[1],
+        }
+    }
+
+    /// Nothing moves.
+    fn moving_now(&self, _moving: &[Component<6>], _waited_s: f64) -> Vec<Component<6>> {
+        Vec::new()
+    }
+
+    fn ln_likelihood(
+        &self,
+        pose: &Pose,
+        map: &[Component<3>],
+        _moving: &[Component<6>],
+        measurements: &[[f64; 4]],
+    ) -> f64 {
+        let PreUpdate { in_view, .. } = self.seen(pose, map, measurements);
+        let expected: f64 = in_view.iter().map(|j| j.detection_probability * j.prior.weight()).sum();
+        self.ln_eta(&in_view, measurements.len()).iter().sum::<f64>() - expected
+    }
+
+    fn updated_maps(
+        &self,
+        pose: &Pose,
+        map: &[Component<3>],
+        _moving: &[Component<6>],
+        measurements: &[[f64; 4]],
+    ) -> (Vec<Component<3>>, Vec<Component<6>>) {
+        let seen = self.seen(pose, map, measurements);
+        let ln_eta = self.ln_eta(&seen.in_view, measurements.len());
+        let persisting = persisting(&seen, &ln_eta);
+        let places = measurements.iter().map(|&measured| self.born(pose, measured));
+        let births = born_at(places, &ln_eta, self.ln_unexplained(), self.config.birth_intensity);
+        (after_scan(seen.out_of_view, persisting, births, &self.config), Vec::new())
+    }
+
+    fn estimated(&self, state: &State<Pose, 3, 6>) -> Pose {
+        let candidates = state.current();
+        let ln_weights: Vec<f64> = candidates.iter().map(|candidate| candidate.ln_weight).collect();
+        let ln_weights = normalised(&ln_weights).expect("some candidate weighs something");
+        let mean_of = |value: &dyn Fn(&Pose) -> f64| -> f64 {
+            candidates.iter().zip(&ln_weights).map(|(candidate, weight)| weight.exp() * value(&candidate.pose)).sum()
+        };
+        Pose {
+            position: from_fn(|k| mean_of(&|pose| pose.position[k])),
+            yaw: mean_of(&|pose| pose.yaw.sin()).atan2(mean_of(&|pose| pose.yaw.cos())),
+            yaw_rate: mean_of(&|pose| pose.yaw_rate),
+            ..candidates[0].pose
+        }
     }
 }
 
@@ -361,13 +340,13 @@ mod tests {
     fn births_on_unexplained_pairs_wait_one_scan() {
         let space = space();
         let scan = [[0.0, 0.0, 3.0], [0.001, 0.0, 3.0]].map(|point| pair(&space, point));
-        let born = space.updated(&POSE, &[], &scan);
+        let born = space.updated_maps(&POSE, &[], &[], &scan).0;
         assert_eq!(born.len(), 2);
         for (birth, x) in born.iter().zip([1.0, 1.001]) {
             assert_eq!(birth.ln_weight, CONFIG.birth_intensity.ln() - UNEXPLAINED.ln());
             assert!((birth.mean[0] - x).abs() < 1e-9);
         }
-        assert_eq!(space.updated(&POSE, &born, &[]).len(), 1);
+        assert_eq!(space.updated_maps(&POSE, &born, &[], &[]).0.len(), 1);
     }
 
     #[test]
@@ -375,9 +354,8 @@ mod tests {
         let space = space();
         let scan = [pair(&space, [0.0, 0.0, 3.0])];
         let map = [Component { ln_weight: 0.5f64.ln(), mean: [1.0, 2.0, 6.0], covariance: scaled(1e-4, &identity()) }];
-        let (in_view, _) = space.seen(&POSE, &map, &scan);
-        let detected = in_view[0].ln_detection(0).exp();
-        let updated = space.updated(&POSE, &map, &scan);
+        let detected = space.seen(&POSE, &map, &scan).in_view[0].ln_detection(0).exp();
+        let updated = space.updated_maps(&POSE, &map, &[], &scan).0;
         assert_eq!(updated.len(), 1);
         let expected = 0.5 * 0.1 + (detected + CONFIG.birth_intensity) / (detected + UNEXPLAINED);
         assert!((updated[0].weight() - expected).abs() < 1e-13);

@@ -1,53 +1,54 @@
-//! The state of the filter: particles with their maps, and the candidates of the next scan.
+//! The state of the filter: particles with their maps, and the candidates of the next scan. `N` numbers say where a feature is, `V`
+//! where it is and how it moves.
 
 use super::gaussian::Component;
 
 /// One particle of the parent process (5.7) with its daughter process (5.8).
 #[derive(Debug, Clone, PartialEq)]
-pub struct Particle {
-    /// Pose: x m, y m, heading rad.
-    pub pose: [f64; 3],
+pub struct Particle<P = [f64; 3], const N: usize = 2, const V: usize = 4> {
+    /// Pose; in the plane x m, y m, heading rad.
+    pub pose: P,
     /// ln ζ.
     pub ln_weight: f64,
     /// The static part of the map, in no particular order.
-    pub map: Vec<Component>,
+    pub map: Vec<Component<N>>,
     /// The moving part, as of the last scan, in no particular order.
-    pub moving: Vec<Component<4>>,
+    pub moving: Vec<Component<V>>,
 }
 
 /// A predicted pose that waits to be weighed (5.12, 5.13).
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Candidate {
-    /// Pose: x m, y m, heading rad.
-    pub pose: [f64; 3],
+pub struct Candidate<P = [f64; 3]> {
+    /// Pose; in the plane x m, y m, heading rad.
+    pub pose: P,
     /// ln ζ.
     pub ln_weight: f64,
 }
 
 /// Everything that goes on from step to step. Any state another filter is in can be written as one.
 #[derive(Debug, Clone, PartialEq)]
-pub struct State {
+pub struct State<P = [f64; 3], const N: usize = 2, const V: usize = 4> {
     /// The N particles as the last scan left them.
-    pub particles: Vec<Particle>,
+    pub particles: Vec<Particle<P, N, V>>,
     /// The N·M candidates since the first prediction after the last scan; `None` before it.
     /// Candidate `c` descends from particle `c / M`, whose map it shares.
-    pub candidates: Option<Vec<Candidate>>,
+    pub candidates: Option<Vec<Candidate<P>>>,
     /// Summed dt of the predictions since the last scan, s: how far the moving parts lag behind.
     pub waited_s: f64,
     /// Index of the particle whose map is the estimate.
     pub heaviest: usize,
 }
 
-impl State {
-    /// `particles` equal particles at one pose (m, m, rad), knowing nothing of the map.
-    pub fn new(particles: usize, pose: [f64; 3]) -> Self {
+impl<P: Copy, const N: usize, const V: usize> State<P, N, V> {
+    /// `particles` equal particles at one pose, knowing nothing of the map.
+    pub fn new(particles: usize, pose: P) -> Self {
         let particle = Particle { pose, ln_weight: -(particles as f64).ln(), map: Vec::new(), moving: Vec::new() };
         Self { particles: vec![particle; particles], candidates: None, waited_s: 0.0, heaviest: 0 }
     }
 
     /// What the next scan weighs: the candidates, or, without a prediction since the last scan, the
     /// particles themselves.
-    pub fn current(&self) -> Vec<Candidate> {
+    pub fn current(&self) -> Vec<Candidate<P>> {
         match &self.candidates {
             Some(candidates) => candidates.clone(),
             None => self

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::log::Vehicle;
+use crate::settings::Likelihood;
 use std::f64::consts::PI;
 
 pub(super) const CONFIG: Config = Config {
@@ -144,7 +145,7 @@ fn components_out_of_view_are_untouched() {
     ];
     let mut map = outside.to_vec();
     map.insert(1, feature(0.8, [5.0, 0.0]));
-    let updated = reference.updated_maps([0.0; 3], &map, &[], &[[5.1, 0.0], [14.9, 0.0]]).0;
+    let updated = reference.updated_maps(&[0.0; 3], &map, &[], &[[5.1, 0.0], [14.9, 0.0]]).0;
     assert_eq!(updated[..4], outside);
     assert!(updated[4..].iter().all(|c| c.mean[0] < 15.0));
 }
@@ -155,7 +156,7 @@ fn cap_counts_what_is_in_view() {
     reference.config.max_components = 2;
     let mut map: Vec<Component> = (0..3).map(|i| feature(0.5, [30.0 + f64::from(i), 0.0])).collect();
     map.extend((0..5).map(|i| feature(0.5, [5.0, f64::from(i)])));
-    assert_eq!(reference.updated_maps([0.0; 3], &map, &[], &[]).0.len(), 5);
+    assert_eq!(reference.updated_maps(&[0.0; 3], &map, &[], &[]).0.len(), 5);
 }
 
 #[test]
@@ -164,9 +165,9 @@ fn cap_counts_births_from_the_next_scan_on() {
     reference.config.max_components = 2;
     let map: Vec<Component> = (0..5).map(|i| feature(0.5, [5.0, f64::from(i)])).collect();
     let measurements: Vec<Vector> = (2..6).map(|i| [5.0, f64::from(i)]).collect();
-    let born = reference.updated_maps([0.0; 3], &map, &[], &measurements).0;
+    let born = reference.updated_maps(&[0.0; 3], &map, &[], &measurements).0;
     assert_eq!(born.len(), 2 + 4);
-    assert_eq!(reference.updated_maps([0.0; 3], &born, &[], &[]).0.len(), 2);
+    assert_eq!(reference.updated_maps(&[0.0; 3], &born, &[], &[]).0.len(), 2);
 }
 
 #[test]
@@ -176,7 +177,7 @@ fn births_on_unexplained_measurements_wait_one_scan() {
     // Much closer together than they are known, and each far from the feature.
     let measurements = [[5.01, 0.0], [5.0, 0.0]];
     let map = [feature(0.5, [0.0, 9.0])];
-    let (still, moving) = reference.updated_maps([0.0; 3], &map, &[], &measurements);
+    let (still, moving) = reference.updated_maps(&[0.0; 3], &map, &[], &measurements);
     assert_eq!((still.len(), moving.len()), (3, 2));
     // After the feature although they are heavier, and in the measurements' order.
     for ((still, moving), [range, _]) in still[1..].iter().zip(&moving).zip(measurements) {
@@ -184,7 +185,7 @@ fn births_on_unexplained_measurements_wait_one_scan() {
         assert!((moving.weight() - 0.02 / 0.06).abs() < 1e-14);
         assert_eq!((still.mean, moving.mean), ([range, 0.0], [range, 0.0, 0.0, 0.0]));
     }
-    let (still, moving) = reference.updated_maps([0.0; 3], &still, &moving, &[]);
+    let (still, moving) = reference.updated_maps(&[0.0; 3], &still, &moving, &[]);
     assert_eq!((still.len(), moving.len()), (2, 1));
     assert!((still[0].weight() - 0.1).abs() < 1e-14);
 }
@@ -194,7 +195,7 @@ fn births_on_explained_measurements_are_reduced_at_once() {
     let mut reference = reference();
     let (map, measurements) = ([feature(0.01, [5.0, 0.0])], [[5.1, 0.0]]);
     let eta = reference.sight([0.0; 3], &map, &[], &measurements).ln_eta[0].exp();
-    let updated = |reference: &Reference| reference.updated_maps([0.0; 3], &map, &[], &measurements).0;
+    let updated = |reference: &Reference| reference.updated_maps(&[0.0; 3], &map, &[], &measurements).0;
     let merged = updated(&reference);
     assert_eq!(merged.len(), 1);
     assert!((merged[0].weight() - (0.001 + 1.0 - 0.01 / eta)).abs() < 1e-14);
@@ -216,7 +217,7 @@ fn births_that_wait_are_pruned() {
     // They weigh 1/2 and 1/3.
     for (prune_weight, lengths) in [(0.3, (1, 1)), (0.4, (1, 0)), (0.6, (0, 0))] {
         reference.config.prune_weight = prune_weight;
-        let (still, moving) = reference.updated_maps([0.0; 3], &[], &[], &[[5.0, 0.0]]);
+        let (still, moving) = reference.updated_maps(&[0.0; 3], &[], &[], &[[5.0, 0.0]]);
         assert_eq!((still.len(), moving.len()), lengths);
     }
 }
@@ -308,10 +309,11 @@ fn moving_features_wait_for_the_scan_and_take_its_step_at_once() {
     }
     assert_eq!(state.waited_s, 0.75);
     assert_eq!(state.particles[0].moving, [feature]);
-    assert_eq!(reference.moving_now(&state, 0)[0].mean, [5.75, 0.625, 1.0, -0.5]);
-    assert_eq!(reference.estimate(&state).moving, reference.moving_now(&state, 0));
+    assert_eq!(reference.moving_now(&state.particles[0].moving, state.waited_s)[0].mean, [5.75, 0.625, 1.0, -0.5]);
+    assert_eq!(reference.estimate(&state).moving, reference.moving_now(&state.particles[0].moving, state.waited_s));
 
-    let (predicted, weighing) = (reference.moving_now(&state, 0), reference.weigh(&state, &[]));
+    let (predicted, weighing) =
+        (reference.moving_now(&state.particles[0].moving, state.waited_s), reference.weigh(&state, &[]));
     assert!((weighing.ln_likelihoods[0] + 0.9 * predicted[0].weight()).abs() < 1e-15);
     reference.scan(&mut state, &[], &mut draws);
     assert_eq!(state.waited_s, 0.0);
@@ -325,7 +327,7 @@ fn moving_features_without_births_are_carried_on() {
     reference.config.moving.birth_intensity = 0.0;
     let covariance = [[0.1, 0.0, 0.0, 0.0], [0.0, 0.1, 0.0, 0.0], [0.0, 0.0, 0.2, 0.0], [0.0, 0.0, 0.0, 0.2]];
     let feature = Component { ln_weight: 0.0, mean: [5.0, 0.0, 0.0, 0.0], covariance };
-    let (still, moving) = reference.updated_maps([0.0; 3], &[], &[feature], &[[5.0, 0.0], [9.0, 1.0]]);
+    let (still, moving) = reference.updated_maps(&[0.0; 3], &[], &[feature], &[[5.0, 0.0], [9.0, 1.0]]);
     assert_eq!(still.len(), 2);
     assert_eq!(moving.len(), 1);
     assert!((moving[0].weight() - 1.1).abs() < 0.02);
@@ -339,7 +341,7 @@ fn moving_components_out_of_view_are_untouched() {
         mean: [15.1, 0.0, -1.0, 0.0],
         covariance: [[0.1, 0.0, 0.0, 0.0], [0.0, 0.1, 0.0, 0.0], [0.0, 0.0, 0.2, 0.0], [0.0, 0.0, 0.0, 0.2]],
     };
-    let (_, moving) = reference.updated_maps([0.0; 3], &[], &[outside], &[[14.9, 0.0]]);
+    let (_, moving) = reference.updated_maps(&[0.0; 3], &[], &[outside], &[[14.9, 0.0]]);
     assert_eq!(moving[0], outside);
     assert_eq!(moving.len(), 2);
 }

@@ -1,7 +1,7 @@
 //! `Update` of appendix A: the posterior mixture of one pose.
 
-use super::Config;
 use super::algebra::{identity, scaled};
+use super::config::Config;
 use super::field_of_view::FieldOfView;
 use super::gaussian::Component;
 use super::pre_update::PreUpdate;

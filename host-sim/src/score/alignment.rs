@@ -4,6 +4,7 @@
 //! A filter that starts from a slightly wrong pose, or whose log has its truth in another frame, builds a map that is
 //! turned and moved as a whole. What is left after that motion is the error of the map itself.
 
+use crate::dimensions::Coordinates;
 use crate::score::cutoff::Cutoff;
 use crate::score::moving::median;
 
@@ -16,56 +17,61 @@ const MOST_FITS: usize = 50;
 
 /// A turn of x and y and a shift of all coordinates, in D ≥ 2 dimensions.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Motion<const D: usize> {
+pub struct Motion<P> {
     /// Turn about the vertical through the origin, rad.
     pub turn_rad: f64,
     /// Shift after the turn, m.
-    pub shift_m: [f64; D],
+    pub shift_m: P,
 }
 
-impl<const D: usize> Motion<D> {
+impl<P: Coordinates> Motion<P> {
     /// None at all.
-    pub const REST: Self = Self { turn_rad: 0.0, shift_m: [0.0; D] };
+    #[must_use]
+    pub fn rest() -> Self {
+        Self { turn_rad: 0.0, shift_m: P::with(|_| 0.0) }
+    }
 
     /// Where a point goes.
     #[must_use]
-    pub fn apply(&self, point: [f64; D]) -> [f64; D] {
+    pub fn apply(&self, point: P) -> P {
         let (s, c) = libm::sincos(self.turn_rad);
+        let point = point.as_ref();
         let (x, y) = (point[0], point[1]);
-        let mut turned = point;
-        (turned[0], turned[1]) = (c * x - s * y, s * x + c * y);
-        std::array::from_fn(|k| turned[k] + self.shift_m[k])
+        let turned = |k| [c * x - s * y, s * x + c * y].get(k).copied().unwrap_or_else(|| point[k]);
+        P::with(|k| turned(k) + self.shift_m.as_ref()[k])
     }
 
     /// The motion that brings the first of each pair nearest to the second, in the sense of least squares (Kabsch; the turn is the
     /// direction of Σ ā·b and Σ ā×b in the plane of x and y). `None` for no pair; a shift only for one.
     #[must_use]
-    pub fn fit(pairs: &[([f64; D], [f64; D])]) -> Option<Self> {
+    pub fn fit(pairs: &[(P, P)]) -> Option<Self> {
         if pairs.is_empty() {
             return None;
         }
-        let (firsts, seconds): (Vec<[f64; D]>, Vec<[f64; D]>) = pairs.iter().copied().unzip();
-        let (from, to) = (centre(&firsts), centre(&seconds));
+        let (firsts, seconds): (Vec<P>, Vec<P>) = pairs.iter().copied().unzip();
+        let (centre_from, centre_to) = (centre(&firsts), centre(&seconds));
+        let (from, to) = (centre_from.as_ref(), centre_to.as_ref());
         let (mut along, mut across) = (0.0, 0.0);
         for (a, b) in pairs {
+            let (a, b) = (a.as_ref(), b.as_ref());
             let (a, b) = ([a[0] - from[0], a[1] - from[1]], [b[0] - to[0], b[1] - to[1]]);
             along += a[0] * b[0] + a[1] * b[1];
             across += a[0] * b[1] - a[1] * b[0];
         }
         let turn_rad = libm::atan2(across, along);
-        let turned = Self { turn_rad, ..Self::REST }.apply(from);
-        Some(Self { turn_rad, shift_m: std::array::from_fn(|k| to[k] - turned[k]) })
+        let turned = Self { turn_rad, ..Self::rest() }.apply(centre_from);
+        Some(Self { turn_rad, shift_m: P::with(|k| to[k] - turned.as_ref()[k]) })
     }
 }
 
 /// Mean of points.
-fn centre<const D: usize>(points: &[[f64; D]]) -> [f64; D] {
-    std::array::from_fn(|k| points.iter().map(|point| point[k]).sum::<f64>() / points.len() as f64)
+fn centre<P: Coordinates>(points: &[P]) -> P {
+    P::with(|k| points.iter().map(|point| point.as_ref()[k]).sum::<f64>() / points.len() as f64)
 }
 
 /// Features of a map that are landmarks, and how far off.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct StaticScore<const D: usize> {
+pub struct StaticScore<P> {
     /// Landmarks with a feature within [`MATCHED_WITHIN_M`], each feature used once.
     pub matched: usize,
     /// Features left over.
@@ -73,7 +79,7 @@ pub struct StaticScore<const D: usize> {
     /// Median distance of the matched, m.
     pub position_error_median_m: Option<f64>,
     /// The motion that the features were moved by before.
-    pub motion: Motion<D>,
+    pub motion: Motion<P>,
 }
 
 /// Lays `features` over `landmarks` (m) and matches them.
@@ -81,10 +87,10 @@ pub struct StaticScore<const D: usize> {
 /// Optimal assignment within a gate and the best motion for it take turns until nothing changes, with ever
 /// narrower gates.
 #[must_use]
-pub fn score<const D: usize>(features: &[[f64; D]], landmarks: &[[f64; D]]) -> StaticScore<D> {
-    let mut motion = Motion::REST;
-    let matched = |motion: &Motion<D>, gate_m: f64| {
-        let moved: Vec<[f64; D]> = features.iter().map(|&feature| motion.apply(feature)).collect();
+pub fn score<P: Coordinates>(features: &[P], landmarks: &[P]) -> StaticScore<P> {
+    let mut motion = Motion::rest();
+    let matched = |motion: &Motion<P>, gate_m: f64| {
+        let moved: Vec<P> = features.iter().map(|&feature| motion.apply(feature)).collect();
         Cutoff::new(1.0, gate_m).pairs(&moved, landmarks)
     };
     for gate_m in GATES_M {
@@ -129,7 +135,7 @@ mod tests {
             assert!((found.turn_rad - known.turn_rad).abs() < 1e-12);
             assert!((0..2).all(|k| (found.shift_m[k] - known.shift_m[k]).abs() < 1e-11));
         }
-        assert_eq!(Motion::<2>::fit(&[]), None);
+        assert_eq!(Motion::<[f64; 2]>::fit(&[]), None);
         assert_eq!(Motion::fit(&[([1.0, 2.0], [4.0, 6.0])]).unwrap(), Motion { turn_rad: 0.0, shift_m: [3.0, 4.0] });
     }
 
@@ -172,6 +178,6 @@ mod tests {
         let empty = score(&[], &[[1.0, 1.0]]);
         assert_eq!((empty.matched, empty.spurious, empty.position_error_median_m), (0, 0, None));
         let few = score(&[[0.0, 0.0], [5.0, 3.0]], &[[0.0, 3.0], [5.0, 0.0]]);
-        assert_eq!((few.matched, few.motion), (0, Motion::REST));
+        assert_eq!((few.matched, few.motion), (0, Motion::rest()));
     }
 }

@@ -1,6 +1,7 @@
 //! Whether the filter is as sure of itself as it may be: evidence, innovations, position errors over their covariance; the same
 //! in the plane and in space.
 
+use crate::dimensions::{Coordinates, Covariance};
 use crate::score::moving::median;
 
 /// What the filter said of its own scans.
@@ -43,19 +44,20 @@ impl Consistency {
 /// none of them, or P is singular in all. Not the mean: after a scan that leaves all weight to one of the particles P is next to
 /// nothing, and a few such scans would be all of it.
 #[must_use]
-pub fn of_positions<const D: usize>(errors: impl Iterator<Item = ([f64; D], [[f64; D]; D])>) -> Option<f64> {
+pub fn of_positions<P: Coordinates>(errors: impl Iterator<Item = (P, Covariance<P>)>) -> Option<f64> {
     median(&errors.filter_map(|(error, covariance)| squared(error, covariance)).collect::<Vec<_>>())
 }
 
 /// eᵀ P⁻¹ e / D by P = L Lᵀ; `None` where P is not positive definite.
-fn squared<const D: usize>(error: [f64; D], covariance: [[f64; D]; D]) -> Option<f64> {
-    let mut lower = [[0.0; D]; D];
-    let mut whitened = [0.0; D];
+fn squared<P: Coordinates>(error: P, covariance: Covariance<P>) -> Option<f64> {
+    let (error, covariance) = (error.as_ref(), covariance.as_ref());
+    let mut lower = vec![vec![0.0; P::COUNT]; P::COUNT];
+    let mut whitened = vec![0.0; P::COUNT];
     let mut sum = 0.0;
-    for row in 0..D {
+    for row in 0..P::COUNT {
         for column in 0..=row {
             let known: f64 = (0..column).map(|k| lower[row][k] * lower[column][k]).sum();
-            let rest = covariance[row][column] - known;
+            let rest = covariance[row].as_ref()[column] - known;
             lower[row][column] = if column < row {
                 rest / lower[column][column]
             } else if rest > 0.0 {
@@ -68,7 +70,7 @@ fn squared<const D: usize>(error: [f64; D], covariance: [[f64; D]; D]) -> Option
         whitened[row] = (error[row] - known) / lower[row][row];
         sum += whitened[row] * whitened[row];
     }
-    Some(sum / D as f64)
+    Some(sum / P::COUNT as f64)
 }
 
 #[cfg(test)]
@@ -87,7 +89,7 @@ mod tests {
         for singular in [[[0.0, 0.0], [0.0, 1.0]], [[1.0, 1.0], [1.0, 1.0]], [[f64::NAN, 0.0], [0.0, 1.0]]] {
             assert_eq!(squared([1.0, 1.0], singular), None);
         }
-        assert_eq!(of_positions::<3>(std::iter::empty()), None);
+        assert_eq!(of_positions::<[f64; 3]>(std::iter::empty()), None);
     }
 
     #[test]

@@ -3,6 +3,7 @@
 //! The landmarks that a map should have are all static ones of the log; where it says how often each is detected while in view,
 //! those that are detected at least every other time.
 
+use crate::dimensions::Coordinates;
 use crate::score::alignment::{self, StaticScore};
 use crate::score::cutoff::Cutoff;
 use crate::score::gospa::gospa;
@@ -15,7 +16,7 @@ pub const GOSPA: Cutoff = Cutoff::new(2.0, 20.0);
 
 /// How far a final map is from the truth.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct FinalMap<const D: usize> {
+pub struct FinalMap<P> {
     /// OSPA distance to all landmarks, m.
     pub ospa: Ospa,
     /// GOSPA distance to all landmarks, m.
@@ -25,14 +26,14 @@ pub struct FinalMap<const D: usize> {
     /// GOSPA distance to those that have been in view, m.
     pub gospa_seen_m: Option<f64>,
     /// Landmarks found once the map is laid over all of them.
-    pub laid_over: StaticScore<D>,
+    pub laid_over: StaticScore<P>,
 }
 
-impl<const D: usize> FinalMap<D> {
+impl<P: Coordinates> FinalMap<P> {
     /// Of the estimated `features` against all `landmarks` and those that have been `seen`, m; `None` where the log knows no
     /// landmarks.
     #[must_use]
-    pub fn of(features: &[[f64; D]], landmarks: &[[f64; D]], seen: Option<&[[f64; D]]>) -> Option<Self> {
+    pub fn of(features: &[P], landmarks: &[P], seen: Option<&[P]>) -> Option<Self> {
         (!landmarks.is_empty()).then(|| Self {
             ospa: ospa(features, landmarks, &OSPA),
             gospa_m: gospa(features, landmarks, &GOSPA).distance,

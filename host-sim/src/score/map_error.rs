@@ -1,9 +1,8 @@
 //! Map error of one scan: OSPA of order 1 with the thesis's two cut-offs, in the plane or in space.
 
-use crate::record::{MapFeature, MovingFeature};
+use crate::dimensions::Coordinates;
 use crate::score::cutoff::Cutoff;
 use crate::score::ospa::{Ospa, ospa};
-use crate::truth::map::TrueMap;
 
 /// Cut-off 1 m: what is more than a metre off is as wrong as what is missing.
 pub const NEAR: Cutoff = Cutoff::new(1.0, 1.0);
@@ -20,17 +19,9 @@ pub struct MapError {
 }
 
 impl MapError {
-    /// Of the estimated features, what stands and what moves together, against `truth`.
+    /// Of the positions of all estimated features, what stands and what moves together, against the true ones, m.
     #[must_use]
-    pub fn of(features: &[MapFeature], moving: &[MovingFeature], truth: &TrueMap) -> Self {
-        let positions =
-            features.iter().map(|feature| feature.mean).chain(moving.iter().map(|feature| feature.position));
-        Self::between(&positions.collect::<Vec<_>>(), &truth.points())
-    }
-
-    /// Of these positions against the true ones, m.
-    #[must_use]
-    pub fn between<const D: usize>(estimate: &[[f64; D]], truth: &[[f64; D]]) -> Self {
+    pub fn of<P: Coordinates>(estimate: &[P], truth: &[P]) -> Self {
         Self { near: ospa(estimate, truth, &NEAR), far: ospa(estimate, truth, &FAR) }
     }
 }
@@ -40,16 +31,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn static_and_moving_count_together() {
-        let still = |x: f64| MapFeature { id: 1, weight: 1.0, mean: [x, 0.0], covariance: [[0.0; 2]; 2] };
-        let moving =
-            MovingFeature { id: 2, weight: 1.0, position: [0.0, 7.0], velocity: [1.0, 0.0], covariance: [[0.0; 2]; 2] };
-        let truth = TrueMap { landmarks: vec![[0.0, 0.0], [20.0, 0.0]], movers: vec![(4, [0.0, 5.0])] };
-        let error = MapError::of(&[still(0.5), still(20.0)], &[moving], &truth);
+    fn both_cut_offs() {
+        let truth = [[0.0, 0.0], [20.0, 0.0], [0.0, 5.0]];
+        let error = MapError::of(&[[0.5, 0.0], [20.0, 0.0], [0.0, 7.0]], &truth);
         // 0.5, 0 and 2 m off.
         assert!((error.far.distance - 2.5 / 3.0).abs() < 1e-12 && error.far.cardinality == 0.0);
         assert!((error.near.distance - 1.5 / 3.0).abs() < 1e-12);
-        let without = MapError::of(&[still(0.5), still(20.0)], &[], &truth);
+        let without = MapError::of(&[[0.5, 0.0], [20.0, 0.0]], &truth);
         assert!((without.far.cardinality - 10.0 / 3.0).abs() < 1e-12);
         assert!((without.far.localization - 0.5 / 3.0).abs() < 1e-12);
     }

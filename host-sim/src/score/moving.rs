@@ -1,5 +1,6 @@
 //! How well moving landmarks are found, and what is taken for one.
 
+use crate::dimensions::Coordinates;
 use crate::score::cutoff::Cutoff;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -110,8 +111,8 @@ struct Spell {
 
 impl MovingTally {
     /// Counts a scan: the movers in view (subject and position, m) and the estimated positions, m.
-    pub fn scan(&mut self, in_view: &[(i64, [f64; 2])], estimates: &[[f64; 2]]) -> ScanMatch {
-        let positions: Vec<[f64; 2]> = in_view.iter().map(|&(_, position)| position).collect();
+    pub fn scan<P: Coordinates>(&mut self, in_view: &[(i64, P)], estimates: &[P]) -> ScanMatch {
+        let positions: Vec<P> = in_view.iter().map(|&(_, position)| position).collect();
         let pairs = GATE.pairs(&positions, estimates);
         self.spells.retain(|subject, _| in_view.iter().any(|(there, _)| there == subject));
         for (place, (subject, _)) in in_view.iter().enumerate() {
@@ -162,7 +163,7 @@ mod tests {
         for _ in 0..9 {
             tally.scan(&[(1, HERE)], &[NEAR]);
         }
-        tally.scan(&[], &[]);
+        tally.scan::<[f64; 2]>(&[], &[]);
         // Twelve scans, matched in the tenth only and then in the twelfth.
         for scan in 1..=12 {
             let estimates = if scan == 10 || scan == 12 { vec![NEAR] } else { vec![] };

@@ -1,6 +1,7 @@
 //! Errors of a trajectory over the scans that the truth covers.
 
 use crate::angle::wrap;
+use crate::dimensions::{Coordinates, Dimensions};
 use crate::record::ScanRecord;
 
 /// Errors of a trajectory.
@@ -16,19 +17,22 @@ pub struct TrajectoryScore {
     pub final_position_error_m: f64,
 }
 
-/// Score of poses (x m, y m, heading rad), each with its true position (m) and, if known, heading (rad).
+/// Score of poses (a position, m, then the heading, rad, if there is one), each with its true position (m) and, if known, heading
+/// (rad).
 ///
 /// `None` if there is none.
 #[must_use]
-pub fn score(poses: impl IntoIterator<Item = ([f64; 3], [f64; 2], Option<f64>)>) -> Option<TrajectoryScore> {
+pub fn score<C: Coordinates, P: Coordinates>(
+    poses: impl IntoIterator<Item = (C, P, Option<f64>)>,
+) -> Option<TrajectoryScore> {
     let (mut scans, mut squares, mut last) = (0_usize, 0.0, 0.0);
     let (mut headings, mut heading_squares) = (0_usize, 0.0);
-    for ([x, y, heading], position, true_heading) in poses {
-        let (dx, dy) = (x - position[0], y - position[1]);
-        last = dx * dx + dy * dy;
+    for (pose, position, true_heading) in poses {
+        let pose = pose.as_ref();
+        last = pose.iter().zip(position.as_ref()).map(|(own, truth)| (own - truth) * (own - truth)).sum();
         squares += last;
         scans += 1;
-        if let Some(true_heading) = true_heading {
+        if let Some((heading, true_heading)) = pose.get(P::COUNT).zip(true_heading) {
             let error = wrap(heading - true_heading);
             heading_squares += error * error;
             headings += 1;
@@ -47,20 +51,20 @@ pub fn score(poses: impl IntoIterator<Item = ([f64; 3], [f64; 2], Option<f64>)>)
 
 /// Score of the estimated poses of a run.
 #[must_use]
-pub fn of_estimate(scans: &[ScanRecord]) -> Option<TrajectoryScore> {
+pub fn of_estimate<D: Dimensions>(scans: &[ScanRecord<D>]) -> Option<TrajectoryScore> {
     score(covered(scans, |scan| scan.pose))
 }
 
 /// Score of odometry alone over the same scans.
 #[must_use]
-pub fn of_dead_reckoning(scans: &[ScanRecord]) -> Option<TrajectoryScore> {
+pub fn of_dead_reckoning<D: Dimensions>(scans: &[ScanRecord<D>]) -> Option<TrajectoryScore> {
     score(covered(scans, |scan| scan.dead_reckoning))
 }
 
-fn covered(
-    scans: &[ScanRecord],
-    pose: impl Fn(&ScanRecord) -> [f64; 3],
-) -> impl Iterator<Item = ([f64; 3], [f64; 2], Option<f64>)> {
+fn covered<D: Dimensions, C>(
+    scans: &[ScanRecord<D>],
+    pose: impl Fn(&ScanRecord<D>) -> C,
+) -> impl Iterator<Item = (C, D::Position, Option<f64>)> {
     scans.iter().filter_map(move |scan| Some((pose(scan), scan.true_position?, scan.true_heading_rad)))
 }
 
@@ -69,21 +73,8 @@ mod tests {
     use super::*;
 
     fn record(pose: [f64; 3], true_position: Option<[f64; 2]>, true_heading_rad: Option<f64>) -> ScanRecord {
-        ScanRecord {
-            t_s: 0.0,
-            pose,
-            pose_covariance: [[0.0; 3]; 3],
-            dead_reckoning: [1.0, 1.0, 0.0],
-            true_position,
-            true_heading_rad,
-            measurements: 0,
-            features_estimated: 0.0,
-            n_eff: 1.0,
-            scan_us: 0.0,
-            moving: Vec::new(),
-            map_error: None,
-            movers: None,
-        }
+        let dead_reckoning = [1.0, 1.0, 0.0];
+        ScanRecord { dead_reckoning, true_position, true_heading_rad, ..ScanRecord::at(0.0, pose) }
     }
 
     #[test]

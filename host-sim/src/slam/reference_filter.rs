@@ -1,9 +1,9 @@
 //! The reference over a planar log.
 
-use super::{PoseAndCovariance, Refusal, ScanOutcome, Slam};
+use super::contract::{PoseAndCovariance, Refusal, ScanOutcome, Slam};
 use crate::log::Vehicle;
 use crate::record::{MapFeature, MovingFeature};
-use crate::reference::{self, OwnDraws, Reference};
+use crate::reference::{self, OwnDraws, Recursion, Reference};
 use crate::settings::Settings;
 
 /// The f64 reference with its state and its own random numbers.
@@ -86,13 +86,8 @@ impl Slam for ReferenceFilter {
 
     fn scan(&mut self, detections: &[[f64; 2]]) -> Result<ScanOutcome, Refusal> {
         let outcome = self.reference.scan(&mut self.state, detections, &mut self.draws);
-        Ok(ScanOutcome {
-            n_eff: outcome.weighing.n_eff,
-            resampled: outcome.selection.resampled,
-            ln_evidence: None,
-            innovation: None,
-            health: scphd::Health::GOOD,
-        })
+        let (n_eff, resampled) = (outcome.weighing.n_eff, outcome.selection.resampled);
+        Ok(ScanOutcome { n_eff, resampled, ..ScanOutcome::SILENT })
     }
 
     fn pose(&mut self) -> Result<PoseAndCovariance, Refusal> {
@@ -119,14 +114,6 @@ impl Slam for ReferenceFilter {
             MovingFeature { id: 0, weight: feature.weight(), position: [x, y], velocity: [vx, vy], covariance }
         });
         Ok(features.collect())
-    }
-
-    fn digest(&mut self) -> Option<u64> {
-        None
-    }
-
-    fn state_bytes(&self) -> Option<u64> {
-        None
     }
 }
 

@@ -1,6 +1,6 @@
 //! Streams of planar vehicles.
 
-use super::{Entry, Stream, head, scan_interval_s};
+use super::entry::{Entry, Stream, head, scan_interval_s};
 use crate::events::{Event, events};
 use crate::log::{Log, Vehicle};
 use crate::settings::Settings;

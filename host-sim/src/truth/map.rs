@@ -1,23 +1,23 @@
 //! The true map from scan to scan, as the thesis defines it for the map error (5.3.1).
 
 use super::tracks::Tracks;
-use super::window::Window;
-use crate::log::{Log, TruePose};
-use crate::settings::Settings;
+use crate::dimensions::{Dimensions, Planar};
+use crate::kind::{Kind, View};
+use crate::log::TruePose;
 
 /// What is true of the map at a scan.
 #[derive(Debug, Clone, PartialEq)]
-pub struct TrueMap {
+pub struct TrueMap<D: Dimensions = Planar> {
     /// Static landmarks that are or have been in view, m.
-    pub landmarks: Vec<[f64; 2]>,
+    pub landmarks: Vec<D::Position>,
     /// Moving landmarks in view: subject and position, m.
-    pub movers: Vec<(i64, [f64; 2])>,
+    pub movers: Vec<(i64, D::Position)>,
 }
 
-impl TrueMap {
+impl<D: Dimensions> TrueMap<D> {
     /// All of it, m.
     #[must_use]
-    pub fn points(&self) -> Vec<[f64; 2]> {
+    pub fn points(&self) -> Vec<D::Position> {
         self.landmarks.iter().copied().chain(self.movers.iter().map(|&(_, position)| position)).collect()
     }
 }
@@ -25,38 +25,43 @@ impl TrueMap {
 /// The true map while the scans of a log pass by.
 ///
 /// A static landmark counts from its first observation on, a moving one only while it is in view. In view is what the
-/// window of the settings holds, seen from the true pose. A log does not tell which detections are of landmarks, so
+/// sensor's view holds from the true pose. A log does not tell which detections are of landmarks, so
 /// "first observed" is taken for "first in view"; with p_D 0.95 that is less than a tenth of a scan early on average.
-#[derive(Debug, Clone)]
-pub struct MapTruth<'a> {
-    window: Window,
-    landmarks: &'a [[f64; 2]],
+pub struct MapTruth<'a, K: Kind = Planar> {
+    view: View<'a, K>,
+    landmarks: Vec<K::Position>,
     seen: Vec<bool>,
-    tracks: Tracks,
+    tracks: Tracks<K>,
     movers_known: bool,
     /// Whether it could be told at any scan what is in view.
     told: bool,
 }
 
-impl<'a> MapTruth<'a> {
+impl<K: Kind> std::fmt::Debug for MapTruth<'_, K> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("MapTruth").field("seen", &self.seen).finish_non_exhaustive()
+    }
+}
+
+impl<'a, K: Kind> MapTruth<'a, K> {
     /// Before the first scan of `log`.
     #[must_use]
-    pub fn new(log: &'a Log, settings: &Settings) -> Self {
-        let landmarks = &log.landmarks[..];
+    pub fn new(log: &'a K::Log, settings: &K::Settings) -> Self {
+        let landmarks = K::landmarks(log);
+        let moving = K::moving(log);
         Self {
-            window: Window::of_settings(&settings.sensor),
-            landmarks,
+            view: K::view(log, settings),
             seen: vec![false; landmarks.len()],
-            tracks: Tracks::new(&log.moving),
-            // A simulation that lists no moving landmark has none; a real log may just not know.
+            landmarks,
+            tracks: Tracks::new(moving.unwrap_or_default()),
+            movers_known: moving.is_some(),
             told: false,
-            movers_known: !log.moving.is_empty() || (log.simulated && !landmarks.is_empty()),
         }
     }
 
     /// The static landmarks that have been in view so far, m; `None` where that could not be told at any scan.
     #[must_use]
-    pub fn seen(&self) -> Option<Vec<[f64; 2]>> {
+    pub fn seen(&self) -> Option<Vec<K::Position>> {
         self.told.then(|| self.landmarks.iter().zip(&self.seen).filter(|(_, seen)| **seen).map(|(&at, _)| at).collect())
     }
 
@@ -73,18 +78,18 @@ impl<'a> MapTruth<'a> {
     }
 
     /// The true map at the next scan, taken at `t_s` from `pose`; `None` where what is in view cannot be told.
-    pub fn at(&mut self, t_s: f64, pose: Option<&TruePose>) -> Option<TrueMap> {
+    pub fn at(&mut self, t_s: f64, pose: Option<&TruePose<K>>) -> Option<TrueMap<K>> {
         let pose = pose?;
         if !self.knows_landmarks() && !self.knows_movers() {
             return None;
         }
         for (landmark, seen) in self.landmarks.iter().zip(&mut self.seen) {
-            *seen = *seen || self.window.holds(pose, *landmark)?;
+            *seen = *seen || (self.view)(pose, *landmark)?;
         }
         self.told = true;
         let mut movers = Vec::new();
         for (subject, position) in self.tracks.at(t_s) {
-            if self.window.holds(pose, position)? {
+            if (self.view)(pose, position)? {
                 movers.push((subject, position));
             }
         }
@@ -95,8 +100,9 @@ impl<'a> MapTruth<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::log::MovingLandmark;
+    use crate::log::{Log, MovingLandmark};
     use crate::scenario;
+    use crate::settings::Settings;
 
     #[test]
     fn static_landmarks_stay_and_moving_ones_go() {
@@ -111,7 +117,7 @@ mod tests {
                 position: [0.0, 20.0 - f64::from(k.min(4)) * 10.0],
             })
             .collect();
-        let mut truth = MapTruth::new(&log, &settings);
+        let mut truth: MapTruth<'_> = MapTruth::new(&log, &settings);
         assert!(truth.knows_landmarks() && truth.knows_movers());
         // The vehicle goes from 0 to 50 m; the sensor reaches 15 m.
         let mut at =
@@ -131,13 +137,15 @@ mod tests {
     fn what_is_not_known() {
         let mut log = scenario::survey(1);
         let settings = Settings::for_log(&log);
-        assert!(MapTruth::new(&log, &settings).knows_movers(), "a simulation knows that there are none");
+        let truth_of = |log: &Log| {
+            let mut truth = MapTruth::<Planar>::new(log, &settings);
+            let known = truth.at(0.0, log.truth.first());
+            (truth.knows_landmarks(), truth.knows_movers(), known.is_some(), truth.seen().is_some())
+        };
+        assert!(truth_of(&log).1, "a simulation knows that there are none");
         log.simulated = false;
-        let truth = MapTruth::new(&log, &settings);
-        assert!(truth.knows_landmarks() && !truth.knows_movers());
+        assert_eq!(truth_of(&log), (true, false, true, true));
         log.landmarks.clear();
-        let pose = log.truth[0];
-        assert_eq!(MapTruth::new(&log, &settings).at(0.0, Some(&pose)), None);
-        assert_eq!(MapTruth::new(&log, &settings).seen(), None);
+        assert_eq!(truth_of(&log), (false, false, false, false));
     }
 }

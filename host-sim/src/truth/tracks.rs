@@ -1,5 +1,6 @@
 //! True tracks of moving landmarks between their rows.
 
+use crate::dimensions::{Coordinates, Dimensions, Planar};
 use crate::log::MovingLandmark;
 use std::collections::BTreeMap;
 
@@ -8,16 +9,16 @@ pub const MAX_GAP_S: f64 = 1.0;
 
 /// The tracks of all moving landmarks.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Tracks {
+pub struct Tracks<D: Dimensions = Planar> {
     /// Time (s) and position (m) of the rows of each subject, in order of time.
-    rows: BTreeMap<i64, Vec<(f64, [f64; 2])>>,
+    rows: BTreeMap<i64, Vec<(f64, D::Position)>>,
 }
 
-impl Tracks {
+impl<D: Dimensions> Tracks<D> {
     /// The tracks in the rows of a log, which may come in any order.
     #[must_use]
-    pub fn new(moving: &[MovingLandmark]) -> Self {
-        let mut rows: BTreeMap<i64, Vec<(f64, [f64; 2])>> = BTreeMap::new();
+    pub fn new(moving: &[MovingLandmark<D>]) -> Self {
+        let mut rows: BTreeMap<i64, Vec<(f64, D::Position)>> = BTreeMap::new();
         for row in moving {
             rows.entry(row.subject).or_default().push((row.t_s, row.position));
         }
@@ -29,12 +30,12 @@ impl Tracks {
 
     /// Subject and position (m) of every landmark whose track covers `t_s`, linear in time between two rows no more
     /// than [`MAX_GAP_S`] apart.
-    pub fn at(&self, t_s: f64) -> impl Iterator<Item = (i64, [f64; 2])> {
+    pub fn at(&self, t_s: f64) -> impl Iterator<Item = (i64, D::Position)> {
         self.rows.iter().filter_map(move |(&subject, track)| Some((subject, position(track, t_s)?)))
     }
 }
 
-fn position(track: &[(f64, [f64; 2])], t_s: f64) -> Option<[f64; 2]> {
+fn position<P: Coordinates>(track: &[(f64, P)], t_s: f64) -> Option<P> {
     let after = track.partition_point(|row| row.0 <= t_s);
     let &(before_s, before) = track.get(after.checked_sub(1)?)?;
     if before_s == t_s {
@@ -43,7 +44,8 @@ fn position(track: &[(f64, [f64; 2])], t_s: f64) -> Option<[f64; 2]> {
     let &(next_s, next) = track.get(after)?;
     let gap_s = next_s - before_s;
     let f = (t_s - before_s) / gap_s;
-    (gap_s <= MAX_GAP_S).then(|| std::array::from_fn(|k| before[k] + f * (next[k] - before[k])))
+    let (before, next) = (before.as_ref(), next.as_ref());
+    (gap_s <= MAX_GAP_S).then(|| P::with(|k| before[k] + f * (next[k] - before[k])))
 }
 
 #[cfg(test)]
@@ -52,8 +54,8 @@ mod tests {
 
     #[test]
     fn straight_between_rows_and_nothing_in_gaps() {
-        let row = |subject, t_s, x| MovingLandmark { subject, t_s, position: [x, -x] };
-        let tracks = Tracks::new(&[row(7, 1.0, 4.0), row(2, 0.0, 0.0), row(7, 0.0, 0.0), row(7, 2.5, 9.0)]);
+        let row = |subject, t_s, x: f64| MovingLandmark { subject, t_s, position: [x, -x] };
+        let tracks: Tracks = Tracks::new(&[row(7, 1.0, 4.0), row(2, 0.0, 0.0), row(7, 0.0, 0.0), row(7, 2.5, 9.0)]);
         let at = |t_s| tracks.at(t_s).collect::<Vec<_>>();
         assert_eq!(at(0.0), [(2, [0.0, 0.0]), (7, [0.0, 0.0])]);
         assert_eq!(at(0.25), [(7, [1.0, -1.0])]);

@@ -1,7 +1,7 @@
 //! What a sensor could see.
 
 use crate::angle::wrap;
-use crate::log::{Mounting, Sensor, TruePose};
+use crate::log::{Mounting, TruePose};
 use crate::settings::SensorSettings;
 use std::f64::consts::PI;
 
@@ -14,16 +14,6 @@ pub struct Window {
 }
 
 impl Window {
-    /// As the head of a log has it.
-    #[must_use]
-    pub fn of_sensor(sensor: &Sensor) -> Self {
-        Self {
-            range_m: [sensor.range_min_m, sensor.range_max_m],
-            bearing_rad: [sensor.bearing_min_rad, sensor.bearing_max_rad],
-            mounting: sensor.mounting,
-        }
-    }
-
     /// As a filter takes it, without the soft edges.
     #[must_use]
     pub fn of_settings(sensor: &SensorSettings) -> Self {
@@ -67,16 +57,13 @@ mod tests {
         TruePose { t_s: 0.0, position: [0.0, 0.0], heading_rad }
     }
 
+    fn window(range_m: [f64; 2], bearing_rad: [f64; 2]) -> Window {
+        Window { range_m, bearing_rad, mounting: Mounting::NONE }
+    }
+
     #[test]
     fn range_and_bearing() {
-        let sensor = Sensor {
-            range_min_m: 1.0,
-            range_max_m: 10.0,
-            bearing_min_rad: -0.5,
-            bearing_max_rad: 1.5,
-            mounting: Mounting::NONE,
-        };
-        let window = Window::of_sensor(&sensor);
+        let window = window([1.0, 10.0], [-0.5, 1.5]);
         let at = |point| window.holds(&pose(Some(PI)), point) == Some(true);
         assert!(at([-5.0, 0.0]));
         assert!(!at([-0.5, 0.0]), "too near");
@@ -88,16 +75,9 @@ mod tests {
 
     #[test]
     fn a_heading_is_needed_only_where_it_matters() {
-        let mut sensor = Sensor {
-            range_min_m: 0.0,
-            range_max_m: 10.0,
-            bearing_min_rad: -0.5,
-            bearing_max_rad: 0.5,
-            mounting: Mounting::NONE,
-        };
-        assert_eq!(Window::of_sensor(&sensor).holds(&pose(None), [5.0, 0.0]), None);
-        assert_eq!(Window::of_sensor(&sensor).holds(&pose(None), [15.0, 0.0]), Some(false));
-        (sensor.bearing_min_rad, sensor.bearing_max_rad) = (-PI, PI);
-        assert_eq!(Window::of_sensor(&sensor).holds(&pose(None), [-5.0, 0.0]), Some(true));
+        let narrow = window([0.0, 10.0], [-0.5, 0.5]);
+        assert_eq!(narrow.holds(&pose(None), [5.0, 0.0]), None);
+        assert_eq!(narrow.holds(&pose(None), [15.0, 0.0]), Some(false));
+        assert_eq!(window([0.0, 10.0], [-PI, PI]).holds(&pose(None), [-5.0, 0.0]), Some(true));
     }
 }

@@ -6,6 +6,9 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use toml::{Table, Value};
 
+/// Fields that go with clutter, where there are such.
+pub(super) const BIRTHS: &[&str] = &["filter.birth_intensity", "moving.birth_intensity"];
+
 /// A field and what it becomes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Change {
@@ -21,6 +24,12 @@ impl Change {
     pub fn new(field: &'static str, value: f64) -> Self {
         Self { field, value: Value::Float(value) }
     }
+
+    /// What it comes to, as in [`Said::now`].
+    #[must_use]
+    pub fn size(&self) -> Option<f64> {
+        size(&self.value)
+    }
 }
 
 /// What the log says about a field.
@@ -28,10 +37,10 @@ impl Change {
 pub struct Said {
     /// `section.field`.
     pub field: &'static str,
-    /// What it is now.
+    /// What it is now; of several numbers, their root mean square.
     pub now: f64,
     /// What it would have to be; none on too few observations.
-    pub change: Option<Change>,
+    pub to: Option<f64>,
     /// A bound, and not the log, has decided on it.
     pub clamped: bool,
     /// Innovations, corrections or measurements behind it.
@@ -81,9 +90,15 @@ pub struct Candidate {
     pub changes: Vec<Change>,
 }
 
-/// The value of a field, as every settings file has it.
-pub(super) fn value_of<S: Serialize>(settings: &S, field: &str) -> Option<Value> {
-    lookup(&Table::try_from(settings).ok()?, field).cloned()
+/// What a field comes to, as in [`Said::now`]; `None` for one that the settings do not have.
+pub(super) fn size_of<S: Serialize>(settings: &S, field: &str) -> Option<f64> {
+    size(lookup(&Table::try_from(settings).ok()?, field)?)
+}
+
+fn size(value: &Value) -> Option<f64> {
+    let Value::Array(numbers) = value else { return value.as_float() };
+    let squares: Option<f64> = numbers.iter().map(|number| Some(number.as_float()?.powi(2))).sum();
+    Some((squares? / numbers.len() as f64).sqrt())
 }
 
 /// `settings` with the changes in.
@@ -102,11 +117,18 @@ pub(super) fn changed<S: Serialize + DeserializeOwned>(settings: &S, changes: &[
     laid_over(settings, over)
 }
 
-/// The changes of `fields` by a factor; of those that are 0 there is none.
+/// The changes of `fields` by a factor; of those that are 0, or that there are not, there is none.
 pub(super) fn scaled<S: Serialize>(settings: &S, fields: &[&'static str], factor: f64) -> Vec<Change> {
+    let table = Table::try_from(settings).unwrap_or_default();
     let change = |&field| {
-        let value = value_of(settings, field)?.as_float().filter(|&value| value != 0.0)?;
-        Some(Change::new(field, factor * value))
+        let value = lookup(&table, field)?;
+        size(value).filter(|&size| size != 0.0)?;
+        let times = |value: &Value| value.as_float().map(|number| Value::Float(factor * number));
+        let value = match value {
+            Value::Array(numbers) => Value::Array(numbers.iter().filter_map(times).collect()),
+            number => times(number)?,
+        };
+        Some(Change { field, value })
     };
     fields.iter().filter_map(change).collect()
 }

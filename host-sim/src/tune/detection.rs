@@ -5,6 +5,7 @@ use super::pairs::Expectation;
 /// Sums for a straight line of the detection probability over the range.
 #[derive(Debug, Default)]
 pub struct Detections {
+    range_max_m: f64,
     expected: usize,
     detected: f64,
     range: f64,
@@ -13,6 +14,11 @@ pub struct Detections {
 }
 
 impl Detections {
+    /// None yet, of a sensor of that greatest range, m.
+    pub fn over(range_max_m: f64) -> Self {
+        Self { range_max_m, ..Self::default() }
+    }
+
     /// Adds the well known features in view of one scan.
     pub fn scan(&mut self, expected: &[Expectation]) {
         for &Expectation { range_m, detected, .. } in expected.iter().filter(|expected| expected.well_known) {
@@ -25,8 +31,8 @@ impl Detections {
         }
     }
 
-    /// The line of least squares through "detected" over range: its values at range 0 and at `range_max_m`.
-    pub fn line(&self, range_max_m: f64) -> Option<[f64; 2]> {
+    /// The line of least squares through "detected" over range: its values at range 0 and at the greatest.
+    pub fn line(&self) -> Option<[f64; 2]> {
         let count = self.expected as f64;
         let spread = count * self.range_squared - self.range * self.range;
         if self.expected < 2 || spread <= f64::EPSILON * count * self.range_squared {
@@ -34,7 +40,12 @@ impl Detections {
         }
         let slope = (count * self.detected_range - self.range * self.detected) / spread;
         let near = (self.detected - slope * self.range) / count;
-        Some([near, near + slope * range_max_m])
+        Some([near, near + slope * self.range_max_m])
+    }
+
+    /// The share of them that was detected.
+    pub fn share(&self) -> Option<f64> {
+        (self.expected > 0).then(|| self.detected / self.expected as f64)
     }
 
     /// Features that were in view, counted in every scan anew.

@@ -4,18 +4,16 @@
 //! innovations take for the feature's place, so that real noise looks smaller than a map can live with. What comes out is a
 //! proposal for [`super::search`].
 
-use super::change::{Change, Said};
+use super::change::{BIRTHS, Said, changed, scaled, size_of};
 use super::detection::{Clutter, Detections};
+use super::learn::{Learn, NoiseOf};
 use super::measurement_noise::MeasurementNoise;
 use super::odometry_noise::OdometryNoise;
-use super::pairs::{Pair, Place, pairs};
-use crate::events::{Event, events};
-use crate::log::Log;
+use super::over::{Step, over};
+use super::pairs::{is_explained, matrix, pairs};
+use super::plan::Plan;
 use crate::record::MapFeature;
-use crate::session::{Filter, SessionError, with_roomy_stack};
-use crate::settings::Settings;
-use crate::slam::range_bearing;
-use std::ops::Range;
+use crate::session::{SessionError, with_roomy_stack};
 
 /// Fewer observations than this change nothing.
 const LEAST_OBSERVATIONS: usize = 50;
@@ -26,25 +24,22 @@ const DETECTION: [f64; 2] = [0.02, 0.98];
 /// Clutter below this a scan would make every measurement a feature.
 const LEAST_CLUTTER: f64 = 0.01;
 
-/// What the innovations of the scans `learn` say in so many rounds, each a run with what the round before said. `progress` is told
-/// each round that is done.
+/// What the innovations of the scans to learn from say in the plan's rounds, each a run with what the round before said. `progress`
+/// is told each round that is done.
 ///
 /// # Errors
 /// The filter refuses the settings or a step, or the system has no thread for it.
-pub fn innovations(
-    log: &Log,
-    settings: &Settings,
-    filter: Filter,
-    seed: u64,
-    rounds: usize,
-    learn: &Range<usize>,
+pub fn innovations<K: Learn>(
+    log: &K::Log,
+    settings: &K::Settings,
+    plan: &Plan,
     progress: &(dyn Fn() + Sync),
 ) -> Result<Vec<Said>, SessionError> {
     let mut said = Vec::new();
     let mut now = settings.clone();
-    for _ in 0..rounds {
-        let statistics = with_roomy_stack(|| observe(log, &now, filter, seed, learn));
-        (now, said) = statistics.map_err(SessionError::Thread)??.propose(log, settings, &now);
+    for _ in 0..plan.rounds {
+        let statistics = with_roomy_stack(|| observe::<K>(log, &now, plan));
+        (now, said) = statistics.map_err(SessionError::Thread)??.propose::<K>(log, settings, &now);
         progress();
     }
     Ok(said)
@@ -59,124 +54,97 @@ struct Statistics {
     clutter: Clutter,
 }
 
+/// What is said while it is gathered.
+struct Gathered<S> {
+    first: S,
+    settings: S,
+    said: Vec<Said>,
+}
+
+impl<S: serde::Serialize + serde::de::DeserializeOwned> Gathered<S> {
+    /// A field has been found to be this, from so many observations, and must be within limits.
+    fn say(&mut self, field: &'static str, found: Option<f64>, [least, greatest]: [f64; 2], observations: usize) {
+        let (first, now) = (size_of(&self.first, field), size_of(&self.settings, field));
+        let Some((before, now)) = first.zip(now) else { return };
+        let mut said = Said { field, now: before, to: None, clamped: false, observations };
+        if let Some(found) = found.filter(|_| observations >= LEAST_OBSERVATIONS) {
+            let within = found.clamp(now / GREATEST_STEP, now * GREATEST_STEP).clamp(least, greatest);
+            said.clamped = within != found;
+            said.to = Some(within);
+            if let Ok(settings) = changed(&self.settings, &scaled(&self.settings, &[field], within / now)) {
+                self.settings = settings;
+            }
+        }
+        self.said.push(said);
+    }
+
+    /// What a field is by now.
+    fn now(&self, field: &str) -> f64 {
+        size_of(&self.settings, field).unwrap_or(0.0)
+    }
+}
+
 impl Statistics {
     /// What there is to say, against what there was at `first`, and the settings of the next round.
-    fn propose(&self, log: &Log, first: &Settings, now: &Settings) -> (Settings, Vec<Said>) {
-        let mut settings = now.clone();
-        let mut said = Vec::new();
-        let mut propose = |field, before: f64, value: &mut f64, found: Option<f64>, [least, greatest]: [f64; 2], n| {
-            let found = found.filter(|_| n >= LEAST_OBSERVATIONS);
-            let mut clamped = false;
-            if let Some(found) = found {
-                let within = found.clamp(*value / GREATEST_STEP, *value * GREATEST_STEP).clamp(least, greatest);
-                clamped = within != found;
-                *value = within;
+    fn propose<K: Learn>(&self, log: &K::Log, first: &K::Settings, now: &K::Settings) -> (K::Settings, Vec<Said>) {
+        let mut all = Gathered { first: first.clone(), settings: now.clone(), said: Vec::new() };
+        for (fields, ratio) in K::ODOMETRY.into_iter().zip(self.odometry.ratios()) {
+            for &field in fields.iter().filter(|field| K::decides(log, field)) {
+                let found = ratio.map(|ratio| all.now(field) * ratio);
+                all.say(field, found, [0.0, f64::INFINITY], self.odometry.corrections());
             }
-            let change = found.map(|_| Change::new(field, *value));
-            said.push(Said { field, now: before, change, clamped, observations: n });
-        };
-        let any = [0.0, f64::INFINITY];
-        let [along, turning] = self.odometry.ratios();
-        let (from, to) = (&first.vehicle, &mut settings.vehicle);
-        for (field, before, value, ratio) in [
-            ("vehicle.speed_sigma_mps", from.speed_sigma_mps, &mut to.speed_sigma_mps, along),
-            ("vehicle.speed_sigma_ratio", from.speed_sigma_ratio, &mut to.speed_sigma_ratio, along),
-            ("vehicle.turn_sigma", from.turn_sigma, &mut to.turn_sigma, turning),
-            ("vehicle.turn_sigma_ratio", from.turn_sigma_ratio, &mut to.turn_sigma_ratio, turning),
-        ] {
-            let found = ratio.map(|ratio| *value * ratio);
-            propose(field, before, value, found, any, self.odometry.corrections());
         }
-        let [range, bearing] = self.noise.sigmas();
-        // Nobody's detector is better in the field than on its data sheet.
-        let at_least = |own: Option<f64>| [own.filter(|_| !log.simulated).unwrap_or(0.0), f64::INFINITY];
-        let of_range = at_least(log.nominal.range_sigma_m);
-        let of_bearing = at_least(log.nominal.bearing_sigma_rad);
-        let (from, to) = (&first.sensor, &mut settings.sensor);
-        let residuals = self.noise.residuals();
-        propose("sensor.range_sigma_m", from.range_sigma_m, &mut to.range_sigma_m, range, of_range, residuals);
-        propose(
-            "sensor.bearing_sigma_rad",
-            from.bearing_sigma_rad,
-            &mut to.bearing_sigma_rad,
-            bearing,
-            of_bearing,
-            residuals,
-        );
-        let line = self.detections.line(to.range_max_m);
-        let [near, far] = [0, 1].map(|end| line.map(|line: [f64; 2]| line[end]));
-        let expected = self.detections.expected();
-        propose("sensor.detection_near", from.detection_near, &mut to.detection_near, near, DETECTION, expected);
-        propose("sensor.detection_far", from.detection_far, &mut to.detection_far, far, DETECTION, expected);
-        let before = to.clutter_per_scan;
-        propose(
-            "sensor.clutter_per_scan",
-            from.clutter_per_scan,
-            &mut to.clutter_per_scan,
-            self.clutter.per_scan(),
-            [LEAST_CLUTTER, f64::INFINITY],
-            self.clutter.measurements(),
-        );
+        for NoiseOf { fields, coordinates } in K::NOISE {
+            let ratio = self.noise.ratio(coordinates);
+            for &field in *fields {
+                let found = ratio.map(|ratio| all.now(field) * ratio);
+                // Nobody's detector is better in the field than on its data sheet.
+                let stated = K::stated(log, field).filter(|_| !K::is_simulated(log));
+                all.say(field, found, [stated.unwrap_or(0.0), f64::INFINITY], self.noise.residuals());
+            }
+        }
+        let ends = self.detections.line();
+        for (place, &field) in K::DETECTION.iter().enumerate() {
+            let found = if K::DETECTION.len() == 1 { self.detections.share() } else { ends.map(|ends| ends[place]) };
+            all.say(field, found, DETECTION, self.detections.expected());
+        }
+        let before = all.now(K::CLUTTER);
+        all.say(K::CLUTTER, self.clutter.per_scan(), [LEAST_CLUTTER, f64::INFINITY], self.clutter.measurements());
         // The ratio of births to clutter is the user's judgement of what is more likely; it stays.
-        if before > 0.0 {
-            settings.filter.birth_intensity *= settings.sensor.clutter_per_scan / before;
-            settings.moving.birth_intensity *= settings.sensor.clutter_per_scan / before;
-        }
-        (settings, said)
+        let births = scaled(&all.settings, BIRTHS, all.now(K::CLUTTER) / before);
+        let settings = if before > 0.0 { changed(&all.settings, &births).ok() } else { None };
+        (settings.unwrap_or(all.settings), all.said)
     }
 }
 
-/// One run over the log up to the end of `learn`.
-fn observe(
-    log: &Log,
-    settings: &Settings,
-    filter: Filter,
-    seed: u64,
-    learn: &Range<usize>,
-) -> Result<Statistics, SessionError> {
-    let mut slam = filter.start(log, settings, seed).map_err(SessionError::Start)?;
-    let sensor = range_bearing(&settings.sensor).map_err(SessionError::Start)?;
-    let mut statistics = Statistics::default();
-    let mut map: Vec<MapFeature> = Vec::new();
-    let mut left_over: Vec<Place> = Vec::new();
-    let mut scan = 0;
-    for event in events(log) {
-        if scan >= learn.end {
-            break;
+/// One run over the log up to the end of the part to learn from.
+fn observe<K: Learn>(log: &K::Log, settings: &K::Settings, plan: &Plan) -> Result<Statistics, SessionError> {
+    let eye = K::eye(log, settings).map_err(SessionError::Start)?;
+    let (noise, learn) = (eye.noise(), &plan.learn);
+    let mut statistics =
+        Statistics { detections: Detections::over(K::reach_m(log, settings)), ..Statistics::default() };
+    let mut map: Vec<MapFeature<K>> = Vec::new();
+    let mut left_over = Vec::new();
+    over::<K>(log, settings, (plan.filter, plan.effort.seed), learn.end, true, |step| match step {
+        Step::Moved { scan, control, dt_s } if learn.contains(&scan) => {
+            statistics.odometry.predict(K::added(log, settings, control, dt_s));
         }
-        let refused = |step| move |refusal| SessionError::Step { scan, t_s: log.scans[scan].t_s, step, refusal };
-        match event {
-            Event::Predict { control, dt_s, .. } => {
-                if slam.predict(control, dt_s).map_err(refused("the prediction"))?.is_none() && learn.contains(&scan) {
-                    statistics.odometry.predict(&log.vehicle, &settings.vehicle, control, dt_s);
-                }
-            }
-            Event::Scan { index } => {
-                let detections = &log.scans[index].detections;
-                let (before, covariance) = slam.pose().map_err(refused("the pose"))?;
-                slam.scan(detections).map_err(refused("the scan"))?;
-                let (after, _) = slam.pose().map_err(refused("the pose"))?;
-                let known = std::mem::replace(&mut map, slam.map().map_err(refused("the map"))?.1);
-                if learn.contains(&scan) {
-                    let (found, expected) = pairs(&known, before, &covariance, &sensor, &settings.sensor, detections);
-                    statistics.odometry.correct(before, after);
-                    statistics.noise.scan(&found, &covariance, &sensor);
-                    statistics.detections.scan(&expected);
-                    left_over.extend(
-                        unpaired(detections, &found).filter_map(|z| Place::of(z, after, &sensor, &settings.sensor)),
-                    );
-                    statistics.clutter.scan(detections.len());
-                }
-                scan = index + 1;
+        Step::Moved { .. } => {}
+        Step::Seen { scan, taken, before, after, map: seen } => {
+            let known = std::mem::replace(&mut map, seen);
+            if learn.contains(&scan) {
+                let (found, expected) = pairs(&*eye, scan, &known, &before, &taken.detections);
+                statistics.odometry.correct::<K>(&before.0, &after);
+                statistics.noise.scan(&found, &matrix::<K::Pose>(&before.1), &noise);
+                statistics.detections.scan(&expected);
+                let unpaired = |index: &usize| found.iter().all(|pair| pair.detection != *index);
+                let unpaired = (0..taken.detections.len()).filter(unpaired);
+                left_over.extend(unpaired.filter_map(|index| eye.place(scan, &after, &taken.detections[index])));
+                statistics.clutter.scan(taken.detections.len());
             }
         }
-    }
+    })?;
     // What began as a measurement that nothing explained may have become a feature since.
-    statistics.clutter.conclude(left_over.iter().filter(|place| !place.explained_by(&map)).count());
+    statistics.clutter.conclude(left_over.iter().filter(|place| !is_explained::<K>(place, &map)).count());
     Ok(statistics)
-}
-
-fn unpaired<'a>(detections: &'a [[f64; 2]], found: &'a [Pair]) -> impl Iterator<Item = [f64; 2]> + 'a {
-    let paired = |index| found.iter().any(|pair| pair.detection == index);
-    detections.iter().enumerate().filter(move |&(index, _)| !paired(index)).map(|(_, &z)| z)
 }

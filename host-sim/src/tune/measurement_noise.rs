@@ -1,8 +1,7 @@
-//! The noise of range and bearing, from what is left of the innovations of one scan once the pose has been fitted to them.
+//! The noise of measurements, from what is left of the innovations of one scan once the pose has been fitted to them.
 
 use super::pairs::Pair;
-use nalgebra::{Matrix3, Vector3};
-use scphd::{RangeBearing, Sensor};
+use nalgebra::{DMatrix, DVector};
 
 /// Sums over all scans with two well known features or more.
 ///
@@ -10,45 +9,48 @@ use scphd::{RangeBearing, Sensor};
 /// variance R_kk (1 − h) for a coordinate whose leverage in the fit is h.
 #[derive(Debug, Default)]
 pub struct MeasurementNoise {
-    /// Σ of squared residuals, m² and rad².
-    squares: [f64; 2],
+    /// Σ of squared residuals over R_kk, for every coordinate.
+    squares: Vec<f64>,
     /// Σ (1 − h).
-    freedoms: [f64; 2],
+    freedoms: Vec<f64>,
     residuals: usize,
 }
 
 impl MeasurementNoise {
-    /// Adds the residuals of a scan.
-    pub fn scan(&mut self, pairs: &[Pair], pose_covariance: &[[f64; 3]; 3], sensor: &RangeBearing<f64>) {
+    /// Adds the residuals of a scan with that covariance of the pose before it, and noise R.
+    pub fn scan(&mut self, pairs: &[Pair], predicted: &DMatrix<f64>, noise: &DMatrix<f64>) {
         let known: Vec<&Pair> = pairs.iter().filter(|pair| pair.well_known).collect();
         if known.len() < 2 {
             return;
         }
-        let Some(weights) = sensor.noise().to_matrix().try_inverse() else { return };
-        let predicted = Matrix3::from_fn(|row, column| pose_covariance[row][column]);
-        let Some(mut information) = predicted.try_inverse() else { return };
-        let mut weighted = Vector3::zeros();
+        let Some(weights) = noise.clone().try_inverse() else { return };
+        let Some(mut information) = predicted.clone().try_inverse() else { return };
+        let mut weighted = DVector::zeros(predicted.nrows());
         for pair in &known {
-            let gain = pair.by_pose.transpose() * weights;
-            information += gain * pair.by_pose;
-            weighted += gain * pair.innovation;
+            let gain = pair.by_pose.transpose() * &weights;
+            information += &gain * &pair.by_pose;
+            weighted += gain * &pair.innovation;
         }
         let Some(covariance) = information.try_inverse() else { return };
-        let correction = covariance * weighted;
+        let correction = &covariance * weighted;
+        self.squares.resize(noise.nrows(), 0.0);
+        self.freedoms.resize(noise.nrows(), 0.0);
         for pair in &known {
-            let residual = pair.innovation - pair.by_pose * correction;
-            let fitted = pair.by_pose * covariance * pair.by_pose.transpose() * weights;
-            for k in 0..2 {
-                self.squares[k] += residual[k] * residual[k];
-                self.freedoms[k] += 1.0 - fitted[(k, k)];
+            let residual = &pair.innovation - &pair.by_pose * &correction;
+            let fitted = &pair.by_pose * &covariance * pair.by_pose.transpose();
+            for k in 0..noise.nrows() {
+                self.squares[k] += residual[k] * residual[k] / noise[(k, k)];
+                self.freedoms[k] += 1.0 - fitted[(k, k)] / noise[(k, k)];
             }
             self.residuals += 1;
         }
     }
 
-    /// Standard deviations of range (m) and bearing (rad).
-    pub fn sigmas(&self) -> [Option<f64>; 2] {
-        [0, 1].map(|k| (self.freedoms[k] > 1.0).then(|| (self.squares[k] / self.freedoms[k]).sqrt()))
+    /// The factor by which the standard deviations of these coordinates fall short.
+    pub fn ratio(&self, coordinates: &[usize]) -> Option<f64> {
+        let sum = |of: &[f64]| coordinates.iter().filter_map(|&k| of.get(k)).sum::<f64>();
+        let freedoms = sum(&self.freedoms);
+        (freedoms > 1.0).then(|| (sum(&self.squares) / freedoms).sqrt())
     }
 
     /// Innovations that went in.

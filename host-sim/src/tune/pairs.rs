@@ -1,11 +1,9 @@
 //! Which detection belongs to which feature, as seen from the predicted pose.
 
-use crate::angle::wrap;
+use super::learn::Eye;
+use crate::dimensions::{Coordinates, Covariance, Dimensions};
 use crate::record::MapFeature;
-use crate::settings::SensorSettings;
-use nalgebra::{Matrix2x3, Matrix3, Vector2, Vector3};
-use scphd::{PlanarPose, RangeBearing, Sensor, Symmetric};
-use std::f64::consts::PI;
+use nalgebra::{DMatrix, DVector};
 
 /// Squared Mahalanobis distance within which a detection may belong to a feature: wide, for the noise is what is sought.
 const GATE: f64 = 25.0;
@@ -13,14 +11,14 @@ const GATE: f64 = 25.0;
 const WELL_KNOWN: f64 = 0.25;
 
 /// A detection and the feature it belongs to.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Pair {
     /// Place of the detection in the scan.
     pub detection: usize,
-    /// z ⊖ ẑ, m and rad.
-    pub innovation: Vector2<f64>,
+    /// z ⊖ ẑ.
+    pub innovation: DVector<f64>,
     /// ∂ẑ/∂x.
-    pub by_pose: Matrix2x3<f64>,
+    pub by_pose: DMatrix<f64>,
     /// The feature itself hardly adds to the innovation.
     pub well_known: bool,
 }
@@ -36,41 +34,38 @@ pub struct Expectation {
     pub detected: bool,
 }
 
+/// A covariance as a matrix.
+pub(super) fn matrix<C: Coordinates>(covariance: &Covariance<C>) -> DMatrix<f64> {
+    DMatrix::from_fn(C::COUNT, C::COUNT, |row, column| covariance.as_ref()[row].as_ref()[column])
+}
+
 /// Pairs, the nearest first, and what was to be expected well inside of the view.
-pub fn pairs(
-    map: &[MapFeature],
-    [x, y, heading]: [f64; 3],
-    pose_covariance: &[[f64; 3]; 3],
-    sensor: &RangeBearing<f64>,
-    view: &SensorSettings,
-    detections: &[[f64; 2]],
+pub fn pairs<D: Dimensions>(
+    eye: &dyn Eye<D>,
+    scan: usize,
+    map: &[MapFeature<D>],
+    (pose, pose_covariance): &(D::Pose, Covariance<D::Pose>),
+    detections: &[D::Measurement],
 ) -> (Vec<Pair>, Vec<Expectation>) {
-    let (seat, by_vehicle) = seat([x, y, heading], view);
-    let frame = sensor.frame(&seat);
-    let noise = sensor.noise();
-    let pose_covariance = Symmetric::<Vector3<f64>>::from_fn(|row, column| pose_covariance[row][column]);
+    let noise = eye.noise();
+    let pose_covariance = matrix::<D::Pose>(pose_covariance);
     let mut candidates = Vec::new();
     let mut expected = Vec::new();
     for feature in map {
-        let position = Vector2::from(feature.mean);
-        let Some(seen) = sensor.expect(&frame, &position) else { continue };
-        let [range, bearing] = seen.measurement.into();
-        if !inside(view, range, bearing) {
-            continue;
-        }
-        let by_pose = sensor.by_pose(&frame, &position, &seen) * by_vehicle;
-        let of_feature = covariance(feature).congruence::<Vector2<f64>>(&seen.jacobian);
-        let well_known = (0..2).all(|k| of_feature.get(k, k) <= WELL_KNOWN * noise.get(k, k));
+        let Some(seen) = eye.expect(scan, pose, &feature.mean) else { continue };
+        let Some(range_m) = eye.inside(&seen.measurement) else { continue };
+        let of_feature = &seen.by_place * matrix::<D::Position>(&feature.covariance) * seen.by_place.transpose();
+        let well_known = (0..noise.nrows()).all(|k| of_feature[(k, k)] <= WELL_KNOWN * noise[(k, k)]);
         let place = expected.len();
-        expected.push(Expectation { range_m: range, well_known, detected: false });
-        let Some(spread) = noise.plus(&of_feature).plus(&pose_covariance.congruence(&by_pose)).factor() else {
-            continue;
-        };
-        for (detection, &z) in detections.iter().enumerate() {
-            let innovation = sensor.innovation(&z.into(), &seen.measurement);
-            let distance = spread.mahalanobis(&innovation);
+        expected.push(Expectation { range_m, well_known, detected: false });
+        let spread = &noise + of_feature + &seen.by_pose * &pose_covariance * seen.by_pose.transpose();
+        let Some(precision) = spread.cholesky().map(|spread| spread.inverse()) else { continue };
+        for (detection, z) in detections.iter().enumerate() {
+            let innovation = eye.innovation(z, &seen.measurement);
+            let distance = innovation.dot(&(&precision * &innovation));
             if distance <= GATE {
-                candidates.push((distance, place, Pair { detection, innovation, by_pose, well_known }));
+                let pair = Pair { detection, innovation, by_pose: seen.by_pose.clone(), well_known };
+                candidates.push((distance, place, pair));
             }
         }
     }
@@ -85,48 +80,11 @@ pub fn pairs(
     (found, expected)
 }
 
-/// The pose of the sensor of a vehicle there, and its derivatives by the vehicle's.
-fn seat([x, y, heading]: [f64; 3], view: &SensorSettings) -> (PlanarPose<f64>, Matrix3<f64>) {
-    let [seat_x, seat_y, seat_heading] = view.mounting().seat([x, y, heading]);
-    let by_heading = [y - seat_y, seat_x - x];
-    let by_vehicle = Matrix3::new(1.0, 0.0, by_heading[0], 0.0, 1.0, by_heading[1], 0.0, 0.0, 1.0);
-    (PlanarPose::new(seat_x, seat_y, seat_heading), by_vehicle)
-}
-
-fn covariance(feature: &MapFeature) -> Symmetric<Vector2<f64>> {
-    Symmetric::from_fn(|row, column| feature.covariance[row][column])
-}
-
-/// Whether a feature there is so far inside of the view that its soft edges do not matter.
-fn inside(sensor: &SensorSettings, range: f64, bearing: f64) -> bool {
-    let edge = sensor.range_edge_m.max(2.0 * sensor.range_sigma_m);
-    let full_circle = sensor.bearing_half_width_rad() >= PI;
-    let aside = wrap(bearing - sensor.bearing_center_rad()).abs();
-    range > sensor.range_min_m + edge
-        && range < sensor.range_max_m - edge
-        && (full_circle || aside < sensor.bearing_half_width_rad() - sensor.bearing_edge_rad)
-}
-
-/// Where a detection was seen.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Place {
-    position: Vector2<f64>,
-    /// Covariance that the measurement's noise gives it, m².
-    covariance: Symmetric<Vector2<f64>>,
-}
-
-impl Place {
-    /// The place of a detection from that pose; none for one of no range.
-    pub fn of(z: [f64; 2], pose: [f64; 3], sensor: &RangeBearing<f64>, view: &SensorSettings) -> Option<Self> {
-        let inverse = sensor.invert(&sensor.frame(&seat(pose, view).0), &z.into())?;
-        Some(Self { position: inverse.feature, covariance: sensor.noise().congruence(&inverse.jacobian) })
-    }
-
-    /// Whether a feature of the map may have caused it.
-    pub fn explained_by(&self, map: &[MapFeature]) -> bool {
-        map.iter().any(|feature| {
-            let spread = self.covariance.plus(&covariance(feature)).factor();
-            spread.is_some_and(|spread| spread.mahalanobis(&(self.position - Vector2::from(feature.mean))) <= GATE)
-        })
-    }
+/// Whether a feature of the map may have caused a detection at that place, whose noise gives it this covariance.
+pub fn is_explained<D: Dimensions>((place, covariance): &(D::Position, DMatrix<f64>), map: &[MapFeature<D>]) -> bool {
+    map.iter().any(|feature| {
+        let apart = DVector::from_fn(D::Position::COUNT, |k, _| place.as_ref()[k] - feature.mean.as_ref()[k]);
+        let spread = (covariance + matrix::<D::Position>(&feature.covariance)).cholesky();
+        spread.is_some_and(|spread| apart.dot(&spread.solve(&apart)) <= GATE)
+    })
 }

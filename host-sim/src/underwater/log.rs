@@ -1,5 +1,8 @@
 //! A log of an underwater vehicle in memory: what its instruments said, what its camera saw and what is known to be true.
 
+use crate::dimensions::Underwater;
+use crate::log::{Scan, TruePose};
+
 /// A rectified stereo camera fixed to the vehicle.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Camera {
@@ -41,26 +44,6 @@ pub struct Instruments {
     pub z_m: Option<f64>,
 }
 
-/// One pair of images, possibly without keypoints.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Frame {
-    /// Time, s.
-    pub t_s: f64,
-    /// (u_l, v_l, u_r, v_r) of every pair of keypoints, px.
-    pub keypoints: Vec<[f64; 4]>,
-}
-
-/// One row of the true trajectory.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct TruePose {
-    /// Time, s.
-    pub t_s: f64,
-    /// Position, m.
-    pub position: [f64; 3],
-    /// Yaw, rad.
-    pub yaw_rad: f64,
-}
-
 /// A true feature.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Landmark {
@@ -100,26 +83,19 @@ pub struct Log {
     pub nominal: Nominal,
     /// Position (m) and yaw (rad) at the first row of the instruments.
     pub start: ([f64; 3], f64),
+    /// Whether the log is simulated, so that its nominal noise is exact.
+    pub simulated: bool,
     /// What the instruments said, in order of time.
     pub instruments: Vec<Instruments>,
-    /// Images in order of time.
-    pub frames: Vec<Frame>,
+    /// Pairs of images in order of time, possibly without keypoints.
+    pub scans: Vec<Scan<Underwater>>,
     /// True trajectory in order of time; empty if unknown.
-    pub truth: Vec<TruePose>,
+    pub truth: Vec<TruePose<Underwater>>,
     /// True features; empty if unknown.
     pub landmarks: Vec<Landmark>,
 }
 
 impl Log {
-    /// The true pose at a time, the nearest row within `within_s`.
-    #[must_use]
-    pub fn truth_at(&self, t_s: f64, within_s: f64) -> Option<&TruePose> {
-        let after = self.truth.partition_point(|row| row.t_s < t_s);
-        let near = self.truth[after.saturating_sub(1)..].iter().take(2);
-        let nearest = near.min_by(|a, b| (a.t_s - t_s).abs().total_cmp(&(b.t_s - t_s).abs()));
-        nearest.filter(|row| (row.t_s - t_s).abs() <= within_s)
-    }
-
     /// Features that are detected at least every other time: those that a map should have.
     pub fn stable(&self) -> impl Iterator<Item = [f64; 3]> + '_ {
         self.landmarks.iter().filter(|landmark| landmark.is_stable()).map(|landmark| landmark.position)

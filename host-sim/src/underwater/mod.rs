@@ -1,21 +1,11 @@
-//! Chapter 7: an underwater vehicle with a stereo camera, in three dimensions.
-//!
-//! The same as the planar part of the simulator, for logs in which a vehicle moves in space and sees pixels: logs
-//! ([`log`], [`tank`]), settings, filters behind one trait ([`slam`]) and sessions. Scores, JSON keys and
-//! Monte Carlo studies are shared with it.
+//! Chapter 7: an underwater vehicle with a stereo camera, in three dimensions: its logs ([`log`], [`tank`]), its settings, and what its
+//! instruments say when.
 
-mod joint;
-pub mod lockstep;
 pub mod log;
-pub mod plot;
-pub mod record;
-pub mod session;
+pub mod models;
 pub mod settings;
-pub mod slam;
-pub mod tables;
 pub mod tank;
 pub mod timeline;
-pub mod truth;
 
 use log::Log;
 

@@ -12,8 +12,9 @@
 //!   43 s and between 85 and 88 s; pressure sensor: σ 0.02 m; gyroscope: σ 0.02 rad/s; roll and pitch: σ 0.2°;
 //! * compass: the walls pull it by up to 15° to the side that a magnet in them would, on top of 1° of noise.
 
-use super::log::{Camera, Frame, Instruments, Landmark, Log, Nominal, TruePose};
+use super::log::{Camera, Instruments, Landmark, Log, Nominal};
 use crate::angle::wrap;
+use crate::log::{Scan, TruePose};
 use crate::noise::Noise;
 use nalgebra::{Matrix3, SMatrix, Vector3, Vector4};
 use scphd::{projection, rotation};
@@ -258,15 +259,20 @@ pub fn girona_tank(seed: u64) -> Log {
         },
         start: (start.position.into(), start.yaw_rad),
         instruments: way.iter().enumerate().map(|(row, v)| instruments(time(row), row, v, &mut noise)).collect(),
-        frames: way
+        simulated: true,
+        scans: way
             .iter()
             .enumerate()
-            .map(|(row, v)| Frame { t_s: time(row), keypoints: keypoints(v, &landmarks, &mut noise) })
+            .map(|(row, v)| Scan {
+                t_s: time(row),
+                detections: keypoints(v, &landmarks, &mut noise),
+                labels: Vec::new(),
+            })
             .collect(),
         truth: way
             .iter()
             .enumerate()
-            .map(|(row, v)| TruePose { t_s: time(row), position: v.position.into(), yaw_rad: v.yaw_rad })
+            .map(|(row, v)| TruePose { t_s: time(row), position: v.position.into(), heading_rad: Some(v.yaw_rad) })
             .collect(),
         landmarks,
     }
@@ -294,17 +300,18 @@ mod tests {
     fn what_the_log_holds_is_what_was_chosen() {
         let (log, same) = (girona_tank(3), girona_tank(3));
         assert_eq!(log, same);
-        assert_ne!(log.frames, girona_tank(4).frames);
-        let detections = log.frames.iter().map(|frame| frame.keypoints.len()).sum::<usize>() as f64;
-        let a_frame = detections / log.frames.len() as f64;
+        assert_ne!(log.scans, girona_tank(4).scans);
+        let detections = log.scans.iter().map(|scan| scan.detections.len()).sum::<usize>() as f64;
+        let a_frame = detections / log.scans.len() as f64;
         assert!((32.0..50.0).contains(&a_frame), "{a_frame}");
         let stable = log.stable().count();
         assert!((LANDMARKS * 6 / 10..LANDMARKS * 8 / 10).contains(&stable), "{stable}");
         let bottom = log.instruments.iter().filter(|row| row.velocity_mps.is_some()).count();
         assert!(bottom * 2 < log.instruments.len() && bottom * 5 > log.instruments.len() * 2);
         // The compass is off by up to 15°, and by more than 5° in a good part of the survey.
-        let off = |(row, truth): (&Instruments, &TruePose)| wrap(row.yaw_rad - truth.yaw_rad).abs().to_degrees();
-        let errors: Vec<f64> = log.instruments.iter().zip(&log.truth).map(off).collect();
+        let truth = log.truth.iter().map(|row| row.heading_rad.unwrap());
+        let off = |(row, yaw_rad): (&Instruments, f64)| wrap(row.yaw_rad - yaw_rad).abs().to_degrees();
+        let errors: Vec<f64> = log.instruments.iter().zip(truth).map(off).collect();
         let worst = errors.iter().copied().fold(0.0, f64::max);
         assert!((12.0..20.0).contains(&worst), "{worst}");
         assert!(errors.iter().filter(|&&error| error > 5.0).count() * 10 > errors.len());

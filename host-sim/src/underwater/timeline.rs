@@ -30,6 +30,12 @@ impl<'a> Timeline<'a> {
         Self { instruments: &log.instruments, next: 0, now_s, yaw_rate_sigma_radps }
     }
 
+    /// The row that was read last.
+    #[must_use]
+    pub fn row(&self) -> usize {
+        self.next.saturating_sub(1)
+    }
+
     /// The steps from here to `t_s`: up to every row of the instruments by then, and from the last one on. The first row
     /// is there from the start.
     pub fn steps_to(&mut self, t_s: f64) -> Vec<Step<'a>> {

@@ -1,0 +1,131 @@
+//! What the program offers of each kind of vehicle: scenarios, log folders, and the settings that either is run with.
+
+use scphd_sim::compare::Lockstep;
+use scphd_sim::dimensions::{Planar, Underwater};
+use scphd_sim::log::Log;
+use scphd_sim::log_folder::{self, LogError};
+use scphd_sim::scenario::{SCENARIOS, WORLDS, by_name, thesis_run};
+use scphd_sim::settings::{Origin, Origins, Settings};
+use scphd_sim::slam::Refusal;
+use scphd_sim::stream::{self, Stream};
+use scphd_sim::tune::Learn;
+use scphd_sim::underwater;
+use scphd_stream::Scalar;
+use std::path::Path;
+
+/// A kind of vehicle, as the commands know it.
+pub trait Offer: Lockstep + Learn {
+    /// Names of the scenarios, each with a line about it.
+    const SCENARIOS: &'static [(&'static str, &'static str)];
+
+    /// The scenario of that name.
+    fn scenario(name: &str, seed: u64) -> Option<Self::Log>;
+
+    /// The log in a folder.
+    fn read(dir: &Path) -> Result<Self::Log, LogError>;
+
+    /// The settings that the log of a scenario, or of a folder, is run with unless told otherwise.
+    fn defaults(scenario: Option<&str>, log: &Self::Log) -> Self::Settings;
+
+    /// Where each of these is from.
+    fn origins(scenario: Option<&str>, log: &Self::Log) -> Origins;
+
+    /// Lets features move, or takes them all for static.
+    fn set_moving(settings: &mut Self::Settings, moving: bool) -> Result<(), &'static str>;
+
+    /// The log as a stream for a vehicle computer.
+    fn stream(
+        log: &Self::Log,
+        settings: &Self::Settings,
+        seed: u64,
+        scalar: Scalar,
+        scans: usize,
+    ) -> Result<Stream, Refusal>;
+
+    /// Whether the filter with a joint map is the usual one.
+    fn is_joint_usual(_scenario: Option<&str>) -> bool {
+        false
+    }
+
+    /// Runs with each input, where the thesis says so.
+    fn runs_per_input(_scenario: &str) -> Option<usize> {
+        None
+    }
+}
+
+impl Offer for Planar {
+    const SCENARIOS: &'static [(&'static str, &'static str)] = SCENARIOS;
+
+    fn scenario(name: &str, seed: u64) -> Option<Log> {
+        by_name(name, seed)
+    }
+
+    fn read(dir: &Path) -> Result<Log, LogError> {
+        log_folder::read(dir)
+    }
+
+    /// Those that suit the log, and what the thesis says about its scenario.
+    fn defaults(scenario: Option<&str>, log: &Log) -> Settings {
+        scenario.map_or_else(|| Settings::for_log(log), |name| Settings::for_scenario(name, log))
+    }
+
+    fn origins(scenario: Option<&str>, log: &Log) -> Origins {
+        let mut origins = Origins::of_log(log);
+        origins.set_changed(&Settings::for_log(log), &Self::defaults(scenario, log), &Origin::Experiment);
+        origins
+    }
+
+    fn set_moving(settings: &mut Settings, moving: bool) -> Result<(), &'static str> {
+        settings.set_moving(moving);
+        Ok(())
+    }
+
+    fn stream(log: &Log, settings: &Settings, seed: u64, scalar: Scalar, scans: usize) -> Result<Stream, Refusal> {
+        Ok(stream::write(log, settings, seed, scalar, scans))
+    }
+
+    /// For a log, or a random world, which is as good as one: an experiment of the thesis is neither.
+    fn is_joint_usual(scenario: Option<&str>) -> bool {
+        scenario.is_none_or(|name| WORLDS.contains(&name))
+    }
+
+    fn runs_per_input(scenario: &str) -> Option<usize> {
+        thesis_run(scenario).map(|run| run.runs_per_input)
+    }
+}
+
+impl Offer for Underwater {
+    const SCENARIOS: &'static [(&'static str, &'static str)] = underwater::SCENARIOS;
+
+    fn scenario(name: &str, seed: u64) -> Option<underwater::log::Log> {
+        underwater::by_name(name, seed)
+    }
+
+    fn read(dir: &Path) -> Result<underwater::log::Log, LogError> {
+        log_folder::read_underwater(dir)
+    }
+
+    /// Table 7.1 for a scenario of the thesis.
+    fn defaults(scenario: Option<&str>, log: &underwater::log::Log) -> underwater::settings::Settings {
+        let real = underwater::settings::Settings::for_real_log;
+        scenario.map_or_else(|| real(log), |_| underwater::settings::Settings::for_log(log))
+    }
+
+    fn origins(scenario: Option<&str>, log: &underwater::log::Log) -> Origins {
+        Origins::of(&Self::defaults(scenario, log), underwater::settings::stated(scenario.is_some()))
+    }
+
+    fn set_moving(_settings: &mut underwater::settings::Settings, moving: bool) -> Result<(), &'static str> {
+        if moving { Err("underwater runs take everything for static") } else { Ok(()) }
+    }
+
+    fn stream(
+        log: &underwater::log::Log,
+        settings: &underwater::settings::Settings,
+        seed: u64,
+        scalar: Scalar,
+        scans: usize,
+    ) -> Result<Stream, Refusal> {
+        stream::write_underwater(log, settings, seed, scalar, scans)
+    }
+}

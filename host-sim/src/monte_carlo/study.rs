@@ -1,0 +1,86 @@
+//! Which runs of a study are done.
+
+use super::plan::Plan;
+use super::run::RunResult;
+use serde::{Deserialize, Serialize};
+use std::collections::HashSet;
+
+/// A study with the runs that are done.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Study {
+    /// All of it.
+    pub plan: Plan,
+    /// What is done, by filter in the plan's order, then by run.
+    pub results: Vec<RunResult>,
+}
+
+/// Why parts do not make a study; displays as one line.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum MergeError {
+    /// Nothing to merge.
+    #[error("no study")]
+    Nothing,
+    /// Another plan than the first part's.
+    #[error("part {0} is of another study")]
+    Other(usize),
+    /// A run is in two parts.
+    #[error("run {run} by {filter} is there twice")]
+    Twice {
+        /// Number of the run.
+        run: usize,
+        /// Its filter.
+        filter: String,
+    },
+    /// A run that the plan does not have.
+    #[error("run {run} by {filter} is not of the study")]
+    Stray {
+        /// Number of the run.
+        run: usize,
+        /// Its filter.
+        filter: String,
+    },
+    /// A run is in no part.
+    #[error("run {run} by {filter} is missing")]
+    Missing {
+        /// Number of the run.
+        run: usize,
+        /// Its filter.
+        filter: String,
+    },
+}
+
+impl Study {
+    /// The study that `parts` are the shards of, in any order.
+    ///
+    /// # Errors
+    /// Parts of different studies, a run twice or not at all.
+    pub fn merge(parts: Vec<Self>) -> Result<Self, MergeError> {
+        let plan = parts.first().ok_or(MergeError::Nothing)?.plan.clone();
+        if let Some(place) = parts.iter().position(|part| part.plan != plan) {
+            return Err(MergeError::Other(place + 1));
+        }
+        let mut done: Vec<RunResult> = parts.into_iter().flat_map(|part| part.results).collect();
+        let mut seen = HashSet::new();
+        if let Some(again) = done.iter().find(|result| !seen.insert((result.run, &result.filter))) {
+            return Err(MergeError::Twice { run: again.run, filter: again.filter.clone() });
+        }
+        let mut results = Vec::with_capacity(done.len());
+        for filter in &plan.filters {
+            for run in 0..plan.runs {
+                let found = done.iter().position(|result| result.run == run && result.filter == *filter);
+                let result = found.map(|place| done.swap_remove(place));
+                results.push(result.ok_or_else(|| MergeError::Missing { run, filter: filter.clone() })?);
+            }
+        }
+        if let Some(RunResult { run, filter, .. }) = done.pop() {
+            return Err(MergeError::Stray { run, filter });
+        }
+        Ok(Self { plan, results })
+    }
+
+    /// The runs of one filter, in order.
+    pub fn of_filter(&self, filter: &str) -> Vec<&RunResult> {
+        self.results.iter().filter(|result| result.filter == filter).collect()
+    }
+}
