@@ -82,6 +82,7 @@ pub(crate) fn parsed(text: &str) -> Result<Table, FileProblem> {
 /// The fields in `text`, and which of them were learnt.
 pub(crate) fn parsed_with_learnt(text: &str) -> Result<(Table, Vec<String>), FileProblem> {
     let mut over: Table = text.parse().map_err(|error| syntax(text, &error))?;
+    rename(&mut over);
     let learnt = match over.remove(LEARNT) {
         None => Vec::new(),
         Some(list) => {
@@ -94,6 +95,22 @@ pub(crate) fn parsed_with_learnt(text: &str) -> Result<(Table, Vec<String>), Fil
     };
     check(&over, FILTER)?;
     Ok((over, learnt))
+}
+
+/// Keys of `[filter]` that files of version 0.1 have, and what they are called now.
+const FORMER: [(&str, &str); 2] =
+    [("proposal_drawn", "proposal_sampled_fraction"), ("proposal_least_share", "proposal_min_responsibility")];
+
+/// Gives keys their present names. A file that has both has one too many, which serde tells of.
+fn rename(over: &mut Table) {
+    let Some(filter) = over.get_mut("filter").and_then(Value::as_table_mut) else { return };
+    for (former, now) in FORMER {
+        if !filter.contains_key(now)
+            && let Some(value) = filter.remove(former)
+        {
+            filter.insert(now.into(), value);
+        }
+    }
 }
 
 /// Before serde sees them: it would call a negative count ill-typed and not say what it may be.
@@ -172,6 +189,15 @@ mod tests {
         expected.filter.particles = 7;
         expected.sensor.range_sigma_m = 1.0;
         assert_eq!(settings, expected);
+    }
+
+    #[test]
+    fn former_keys_are_read_and_both_at_once_refused() {
+        let settings = defaults().with_toml("[filter]\nproposal_drawn = 0.25\nproposal_least_share = 0.02\n").unwrap();
+        let filter = &settings.filter;
+        assert_eq!((filter.proposal_sampled_fraction, filter.proposal_min_responsibility), (0.25, 0.02));
+        let both = "[filter]\nproposal_drawn = 0.25\nproposal_sampled_fraction = 0.3\n";
+        assert!(defaults().with_toml(both).unwrap_err().to_string().contains("proposal_drawn"));
     }
 
     #[test]

@@ -66,10 +66,8 @@ pub struct FilterSettings {
     /// Linearisations of the informed proposal.
     pub proposal_rounds: usize,
     /// Fraction of the proposal's covariance that is sampled.
-    #[serde(alias = "proposal_drawn")]
     pub proposal_sampled_fraction: f64,
     /// Minimum responsibility for a measurement with which a component steers the proposal.
-    #[serde(alias = "proposal_least_share")]
     pub proposal_min_responsibility: f64,
     /// The particle likelihood.
     pub likelihood: Likelihood,
