@@ -145,6 +145,14 @@ impl From<Component<Vector3<f32>>> for scphd_feature_3d {
 impl From<Component<Vector4<f32>>> for scphd_mover {
     fn from(component: Component<Vector4<f32>>) -> Self {
         let [[x_m, y_m, vx_mps, vy_mps]] = component.mean.data.0;
-        Self { label: component.label, weight: weight(&component), x_m, y_m, vx_mps, vy_mps, covariance: lower(&component) }
+        Self {
+            label: component.label,
+            weight: weight(&component),
+            x_m,
+            y_m,
+            vx_mps,
+            vy_mps,
+            covariance: lower(&component),
+        }
     }
 }

@@ -99,9 +99,6 @@ const JOINT_MERGE_DISTANCE: f64 = 9.0;
 /// Components in view. No view of the published logs needs half of it; it bounds the time of a scan gone wrong.
 const MAX_COMPONENTS: usize = 1000;
 
-/// Where the number of particles is adapted: Fox's risk, as few particles as any default has, and cells of half a metre and ten
-/// degrees.
-
 /// Births a scan where there is no clutter for them to be measured against.
 const BIRTHS_PER_SCAN: f64 = 0.1;
 
