@@ -8,7 +8,7 @@
 //! | [`angle`], [`dimensions`], [`noise`], [`threads`] | numbers |
 //! | [`score`], [`record`] | what a run leaves behind, and how good that is |
 //! | [`log`], [`events`], [`vehicle`], [`underwater`], [`scenario`], [`log_folder`] | logs and scenarios |
-//! | [`settings`], [`reference`] | what a run is tuned with; the recursion in full precision |
+//! | [`settings`], [`mod@reference`] | what a run is tuned with; the recursion in full precision |
 //! | [`ekf`], [`slam`], [`kind`], [`truth`] | filters, and what a kind of vehicle supplies for a run |
 //! | [`session`], [`tally`], [`compare`], [`tune`], [`monte_carlo`], [`stream`] | runs, once for every kind |
 //! | [`output`], [`plot`], [`figure`], [`point_process`] | tables and pictures |

@@ -208,7 +208,9 @@ fn angles(turned: &Matrix3<f64>) -> [f64; 3] {
 }
 
 /// The true way, and roll and pitch at its rows.
-fn truth(dir: &Path, rig: &Rig) -> Result<(Vec<TruePose<Underwater>>, Vec<[f64; 2]>), LogError> {
+type Way = (Vec<TruePose<Underwater>>, Vec<[f64; 2]>);
+
+fn truth(dir: &Path, rig: &Rig) -> Result<Way, LogError> {
     let table = Csv::read(dir, "truth.csv")?;
     let time = table.column("t_s")?;
     let position = [table.column("x_m")?, table.column("y_m")?, table.column("z_m")?];

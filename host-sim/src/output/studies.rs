@@ -14,6 +14,9 @@ pub fn write(path: &Path, study: &Study) -> Result<(), OutputError> {
     json::write(path, study)
 }
 
+/// A figure of a run.
+type Figure = fn(&Overview) -> Option<f64>;
+
 /// `runs.csv`: a row a run, with its figures.
 fn run_columns() -> Columns<(RunResult, Overview)> {
     let mut columns = Columns::new()
@@ -22,7 +25,7 @@ fn run_columns() -> Columns<(RunResult, Overview)> {
         .with("log", |(run, _)| Cell::from(run.log.as_str()))
         .with("scenario_seed", |(run, _)| run.scenario_seed as usize)
         .with("filter_seed", |(run, _)| run.filter_seed as usize);
-    let figures: [(&str, fn(&Overview) -> Option<f64>); 9] = [
+    let figures: [(&str, Figure); 9] = [
         ("position_error_mean_m", |run| run.position_error_mean_m),
         ("position_error_final_m", |run| run.position_error_final_m),
         ("heading_error_mean_deg", |run| run.heading_error_mean_deg),

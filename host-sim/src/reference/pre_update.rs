@@ -67,12 +67,15 @@ fn by_state<const N: usize>(by_position: &Matrix) -> [[f64; N]; 2] {
     by_position.map(|row| from_fn(|column| if column < 2 { row[column] } else { 0.0 }))
 }
 
+/// P⁺, the gain K and S.
+pub(super) type Kalman<const N: usize, const M: usize> = ([[f64; N]; N], [[f64; M]; N], [[f64; M]; M]);
+
 /// P⁺, the gain K and S (5.20–5.22).
 pub(super) fn kalman<const N: usize, const M: usize>(
     prior: &Component<N>,
     jacobian: &[[f64; N]; M],
     noise: &[[f64; M]; M],
-) -> ([[f64; N]; N], [[f64; M]; N], [[f64; M]; M]) {
+) -> Kalman<N, M> {
     let innovation_covariance = sum(&transformed(jacobian, &prior.covariance), noise);
     let gain = product(&product(&prior.covariance, &transpose(jacobian)), &inverse(&innovation_covariance));
     let covariance = symmetrised(&product(&difference(&identity(), &product(&gain, jacobian)), &prior.covariance));

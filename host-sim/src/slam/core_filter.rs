@@ -87,6 +87,10 @@ struct CoreFilter<D: Dimensions, M: Motion, X: MeasurementModel> {
     threads: Threads,
 }
 
+/// The filter with that motion, in the reference's terms.
+pub(crate) type Core<D, M, const N: usize, const V: usize> =
+    Box<dyn Transparent<D, <<M as Motion>::Pose as Referred>::Reference, N, V>>;
+
 /// The filter at the start of its log.
 ///
 /// # Errors
@@ -96,7 +100,7 @@ pub(crate) fn start<D, M, X, const N: usize, const V: usize>(
     config: Config<ScalarOf<M::Pose>>,
     state: Box<dyn Room<M>>,
     seed: u64,
-) -> Result<Box<dyn Transparent<D, <M::Pose as Referred>::Reference, N, V>>, Refusal>
+) -> Result<Core<D, M, N, V>, Refusal>
 where
     D: Dimensions,
     M: Motion<Pose: Referred> + Copy + Debug + 'static,

@@ -97,14 +97,20 @@ pub trait Eye<D: Dimensions> {
 /// Where the sensor of the core is, and how that changes with the vehicle's pose; `None` where they are the same.
 pub(super) type Seat<P> = (P, Option<DMatrix<f64>>);
 
+/// Where the sensor is at a scan, by the vehicle's pose.
+pub(super) type SeatAt<'a, D, P> = Box<dyn Fn(usize, &<D as Dimensions>::Pose) -> Seat<P> + 'a>;
+
+/// See [`Eye::inside`].
+pub(super) type Inside<'a, D> = Box<dyn Fn(&<D as Dimensions>::Measurement) -> Option<f64> + 'a>;
+
 /// A sensor of the core as an [`Eye`].
 pub(super) struct CoreEye<'a, D: Dimensions, S: Sensor> {
     /// The model.
     pub(super) sensor: S,
     /// Where it is at a scan, by the vehicle's pose.
-    pub(super) seat: Box<dyn Fn(usize, &D::Pose) -> Seat<S::Pose> + 'a>,
+    pub(super) seat: SeatAt<'a, D, S::Pose>,
     /// See [`Eye::inside`].
-    pub(super) inside: Box<dyn Fn(&D::Measurement) -> Option<f64> + 'a>,
+    pub(super) inside: Inside<'a, D>,
 }
 
 /// A matrix of the core.
