@@ -1,8 +1,8 @@
 //! The C interface of [`scphd`].
 //!
 //! The user's memory becomes a filter or a detector where it lies (`memory.rs`), which functions are then given by a pointer. Pointers
-//! from C come in types that say what is expected of them (`pointer.rs`); these two files hold all `unsafe` code of the crate. Everything
-//! else puts what C says into the words of the library, and back.
+//! from C come in types that say what is expected of them (`pointer.rs`); these two files hold all `unsafe` code, but for the name of a
+//! function that the panic handler asks for in vain. Everything else puts what C says into the words of the library, and back.
 //!
 //! `include/scphd.h` is made from this crate by the package `header`; `docs/c.md` says how it is used.
 #![cfg_attr(not(test), no_std)]

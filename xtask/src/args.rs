@@ -31,6 +31,9 @@ pub fn parse(words: &[String]) -> Result<Request, String> {
                 return Ok(Request::Help(if bench { usage() + "\n" + &bench::definitions() + "\n" } else { usage() }));
             }
             "test" => chosen.extend(STEPS),
+            "install-c" if !options.place.prefix.as_os_str().is_empty() => {
+                return Err("install-c can be asked for once".into());
+            }
             "install-c" => {
                 options.place.prefix = words.next().ok_or("install-c needs a folder")?.into();
                 chosen.extend(OTHERS.iter().filter(|step| step.name == "install-c"));
@@ -132,6 +135,7 @@ mod tests {
         assert_eq!(place(&["install-c", "/x"]), of(None));
         assert_eq!(place(&["install-c", "/x", capi::TARGETS[0]]), of(Some(capi::TARGETS[0])));
         assert_eq!(place(&["install-c"]), None);
+        assert_eq!(place(&["install-c", "/x", "install-c", "/y"]), None);
         assert_eq!(place(&["fmt", capi::TARGETS[0]]), None);
     }
 

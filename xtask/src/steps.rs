@@ -185,7 +185,7 @@ fn lint() -> Outcome {
 fn doc() -> Outcome {
     let mut cargo = process::cargo();
     cargo.env("RUSTDOCFLAGS", "-D warnings").args(["doc", "--workspace", "--no-deps", "--keep-going"]);
-    process::run(&mut cargo).into()
+    process::run(&mut cargo).and_then(|()| process::run(&mut capi::doc())).into()
 }
 
 /// The tests run the same program for a shorter time.

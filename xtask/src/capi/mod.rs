@@ -47,6 +47,13 @@ pub fn clippy() -> Command {
     clippy
 }
 
+/// The documentation of the crate, warnings are errors.
+pub fn doc() -> Command {
+    let mut doc = cargo("doc");
+    doc.env("RUSTDOCFLAGS", "-D warnings").arg("--no-deps");
+    doc
+}
+
 fn check() -> Result<Outcome, Stop> {
     if !cfg!(target_os = "linux") {
         return Err(Missing("the archive is made of ELF objects".into()).into());
