@@ -7,8 +7,8 @@ use core::fmt;
 use core::marker::PhantomData;
 use scphd::{
     Births, Component, Config, ConfigError, ConstantVelocity, Detector, DetectorMemory, Extraction, Informed,
-    Likelihood, MeasurementModel, ModelError, Motion, MovingConfig, Online, Pose, PositionOf, PredictError, Probe,
-    Proposal, Real, ResetError, ScPhd, ScanError, ScanRoom, SetupError, Vector,
+    Likelihood, MeasurementModel, ModelError, Motion, MovingConfig, Online, Pose, PositionOf, PredictError,
+    PredictReport, Probe, Proposal, Real, ResetError, ScPhd, ScanError, ScanRoom, SetupError, Vector,
 };
 
 /// A filter on board that streams of a kind can be fed to, with numbers of this type.
@@ -123,11 +123,7 @@ where
 {
     fn predict(&mut self, input: &G::Input) -> Result<(), Refusal> {
         if let Some((control, dt)) = self.helm.control(input).map_err(Refusal::Predict)? {
-            match self.filter.predict(&control, dt) {
-                // What no vehicle does is left out; the health of the next scan tells of it.
-                Ok(_) | Err(PredictError::Implausible(_)) => (),
-                Err(refusal) => return Err(Refusal::Predict(refusal)),
-            }
+            moved(self.filter.predict(&control, dt))?;
         }
         Ok(())
     }
@@ -319,6 +315,14 @@ impl Ram {
             RamPart { name: "other", bytes: self.state - named },
             RamPart { name: "in and out", bytes: self.total - self.state },
         ]
+    }
+}
+
+/// What comes of a prediction. What no vehicle does is left out; the health of the next scan tells of it.
+pub(crate) fn moved(outcome: Result<PredictReport, PredictError>) -> Result<(), Refusal> {
+    match outcome {
+        Ok(_) | Err(PredictError::Implausible(_)) => Ok(()),
+        Err(refusal) => Err(Refusal::Predict(refusal)),
     }
 }
 

@@ -1,14 +1,13 @@
 //! The joint map of a planar vehicle on board.
 
-use super::onboard::{Direct, Drive, MEASUREMENTS, PlanarSensing, motion, mounting, sensing};
-use super::{Models, Odometry, Planar};
+use super::onboard::{Direct, Drive, MEASUREMENTS, PlanarSensing, motion, seated, sensing, start};
+use super::{Odometry, Planar};
 use crate::header::Header;
-use crate::onboard::{Aboard, Capacities, Filter, Helm, Ram, RamPart, Refusal, Scan, Seen, births};
+use crate::onboard::{Aboard, Capacities, Filter, Helm, Ram, RamPart, Refusal, Scan, Seen, births, moved};
 use crate::reader::Measurements;
 use nalgebra::Vector2;
 use scphd::{
-    Detector, JointConfig, JointSlam, JointState, Persistence, PlanarPose, Pose, PredictError, Probe, Real, Stage,
-    joint_numbers,
+    Detector, JointConfig, JointSlam, JointState, Persistence, PlanarPose, Pose, Probe, Real, Stage, joint_numbers,
 };
 
 /// Features of the joint map.
@@ -68,14 +67,8 @@ impl<T: Real> Aboard<T> for PlanarJoint {
     {
         let Memory { state, measurements } = memory;
         let mut filter = JointSlam::new(motion(header)?, config(header), state)?;
-        let detector = Detector::new(sensing(header)?, births(header))?;
-        let detector = match mounting(header)? {
-            Some(mounting) => detector.mounted(mounting)?,
-            None => detector,
-        };
-        let Models { start_x_m, start_y_m, start_heading_rad, .. } = header.models;
-        let [x, y, heading] = [start_x_m, start_y_m, start_heading_rad].map(T::from_f64);
-        filter.reset(PlanarPose::new(x, y, heading))?;
+        let detector = seated(header, Detector::new(sensing(header)?, births(header))?)?;
+        filter.reset(start(header))?;
         Ok(OnboardJoint { filter, detector, measurements })
     }
 }
@@ -97,11 +90,7 @@ fn config<T: Real>(header: &Header<Planar>) -> JointConfig<T> {
 impl<T: Real> Filter<Planar> for OnboardJoint<'_, T> {
     fn predict(&mut self, odometry: &Odometry) -> Result<(), Refusal> {
         if let Some((control, dt)) = Direct.control(odometry).map_err(Refusal::Predict)? {
-            match self.filter.predict(&control, dt) {
-                // What no vehicle does is left out; the health of the next scan tells of it.
-                Ok(_) | Err(PredictError::Implausible(_)) => (),
-                Err(refusal) => return Err(Refusal::Predict(refusal)),
-            }
+            moved(self.filter.predict(&control, dt))?;
         }
         Ok(())
     }

@@ -124,15 +124,9 @@ impl<T: Real> Aboard<T> for Planar {
         let onboard::Memory { state, scratch, measurements, features } = memory;
         let mut filter = ScPhd::new(motion(header)?, config(header), state)?;
         let detector = Detector::new(sensing(header)?, births(header))?.learning(online(header))?;
-        let detector = match mounting(header)? {
-            Some(mounting) => detector.mounted(mounting)?,
-            None => detector,
-        };
-        let detector = detector.over(scratch)?;
+        let detector = seated(header, detector)?.over(scratch)?;
         filter.check(&detector)?;
-        let super::Models { start_x_m, start_y_m, start_heading_rad, .. } = header.models;
-        let [x, y, heading] = [start_x_m, start_y_m, start_heading_rad].map(T::from_f64);
-        filter.reset(PlanarPose::new(x, y, heading), header.seed)?;
+        filter.reset(start(header), header.seed)?;
         Ok(Onboard { filter, detector, helm: Direct, kind: PhantomData, measurements, features })
     }
 }
@@ -221,8 +215,26 @@ pub(super) fn motion<T: Real>(header: &Header<Planar>) -> Result<Drive<T>, Model
     })
 }
 
+/// Where the vehicle starts.
+pub(super) fn start<T: Real>(header: &Header<Planar>) -> PlanarPose<T> {
+    let super::Models { start_x_m, start_y_m, start_heading_rad, .. } = header.models;
+    let [x, y, heading] = [start_x_m, start_y_m, start_heading_rad].map(T::from_f64);
+    PlanarPose::new(x, y, heading)
+}
+
+/// The detector where its sensor sits.
+pub(super) fn seated<T: Real>(
+    header: &Header<Planar>,
+    detector: Detector<PlanarSensing<T>>,
+) -> Result<Detector<PlanarSensing<T>>, ModelError> {
+    match mounting(header)? {
+        Some(mounting) => detector.mounted(mounting),
+        None => Ok(detector),
+    }
+}
+
 /// Where the sensor sits; `None` where the pose is.
-pub(super) fn mounting<T: Real>(header: &Header<Planar>) -> Result<Option<Mounting<T>>, ModelError> {
+fn mounting<T: Real>(header: &Header<Planar>) -> Result<Option<Mounting<T>>, ModelError> {
     let numbers = &header.models;
     let place = [numbers.mounted_forward_m, numbers.mounted_left_m, numbers.mounted_yaw_rad];
     if place == [0.0; 3] {

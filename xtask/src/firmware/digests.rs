@@ -16,8 +16,8 @@ use crate::tools::Tool;
 
 /// A scenario without movers.
 const SURVEY: Source<'_> = Source { what: "survey", scans: 200, variant: Variant::Plain };
-/// Scenarios, which are always there: nothing moves, by particles and by a joint map, all scans of one in which something does, and a dive, of whose frames each
-/// takes as long as several scans.
+/// Scenarios, which are always there: nothing moves, by particles and by a joint map, all scans of one in which something does, and a
+/// dive, of whose frames each takes as long as several scans.
 const SCENARIOS: [Source<'_>; 4] = [
     SURVEY,
     Source { what: "survey", scans: 200, variant: Variant::Joint },
