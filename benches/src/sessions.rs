@@ -125,7 +125,8 @@ fn drive(log: &Log, filter: &mut (impl Slam + ?Sized)) -> Result<Duration, Strin
     for event in events(log) {
         let step = match event {
             Event::Predict { control, dt_s, .. } => filter.predict(control, dt_s).map(drop),
-            Event::Scan { index } => filter.scan(&log.scans[index].detections).and_then(|_| filter.pose()).map(drop),
+            Event::Fix { fix } => filter.observe(&fix).map(drop),
+            Event::Scan { index } => filter.scan(0, &log.scans[index].detections).and_then(|_| filter.pose()).map(drop),
         };
         step.map_err(|refusal| refusal.to_string())?;
     }

@@ -89,6 +89,15 @@
 // Predictions since the scan before were refused.
 #define SCPHD_HEALTH_PREDICTION_REFUSED 256
 
+// Known landmarks are missed, and measurements come from elsewhere: a hundred to one that the vehicle is not where it is taken to be.
+#define SCPHD_HEALTH_DIVERGENCE_SUSPECTED 512
+
+// The same, ten thousand to one. It stays until the pose is set or made uncertain, or what was known is detected again.
+#define SCPHD_HEALTH_LOST 1024
+
+// No scan for ten times as long as usual, and for a second at least.
+#define SCPHD_HEALTH_INPUT_LOST 2048
+
 // Samples are drawn from the motion.
 #define SCPHD_PROPOSAL_BLIND 1
 

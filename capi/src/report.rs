@@ -21,6 +21,12 @@ pub const SCPHD_HEALTH_POSE_REJECTED: u32 = 64;
 pub const SCPHD_HEALTH_INNOVATION_HIGH: u32 = 128;
 /// Predictions since the scan before were refused.
 pub const SCPHD_HEALTH_PREDICTION_REFUSED: u32 = 256;
+/// Known landmarks are missed, and measurements come from elsewhere: a hundred to one that the vehicle is not where it is taken to be.
+pub const SCPHD_HEALTH_DIVERGENCE_SUSPECTED: u32 = 512;
+/// The same, ten thousand to one. It stays until the pose is set or made uncertain, or what was known is detected again.
+pub const SCPHD_HEALTH_LOST: u32 = 1024;
+/// No scan for ten times as long as usual, and for a second at least.
+pub const SCPHD_HEALTH_INPUT_LOST: u32 = 2048;
 
 /// What a prediction did.
 #[repr(C)]
@@ -191,6 +197,9 @@ mod tests {
             (SCPHD_HEALTH_POSE_REJECTED, Health::POSE_REJECTED),
             (SCPHD_HEALTH_INNOVATION_HIGH, Health::INNOVATION_HIGH),
             (SCPHD_HEALTH_PREDICTION_REFUSED, Health::PREDICTION_REFUSED),
+            (SCPHD_HEALTH_DIVERGENCE_SUSPECTED, Health::DIVERGENCE_SUSPECTED),
+            (SCPHD_HEALTH_LOST, Health::LOST),
+            (SCPHD_HEALTH_INPUT_LOST, Health::INPUT_LOST),
         ];
         assert!(of_c.iter().all(|(bit, condition)| *bit == u32::from(condition.bits())));
         assert_eq!(of_c.len(), Health::all().count());

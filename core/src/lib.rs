@@ -38,6 +38,8 @@
 //! | `particles/` | candidates, prediction, proposals, selection |
 //! | `snapshot/` | the state as bytes |
 //! | `filter/` | the memory, the steps, and all that can be asked of a filter |
+//! | `joint/` | the filter with a joint map |
+//! | `locate/` | where the vehicle is in a map of an earlier drive |
 //!
 //! `filter/step.rs` is one scan from top to bottom: propose poses, weigh, select, learn, update, reduce. `joint/` is the filter with a
 //! joint map, `navigation/` what an underwater vehicle knows of its velocity. The recursion with all its choices is written out in
@@ -68,6 +70,7 @@ extern crate std;
 
 mod filter;
 mod joint;
+mod locate;
 mod map;
 mod memory;
 mod models;
@@ -88,7 +91,11 @@ pub use filter::observe::FixReport;
 pub use filter::scphd::ScPhd;
 pub use filter::scrub::{Scrubbed, Scrubber};
 pub use filter::state::State;
-pub use joint::{JointConfig, JointReport, JointSlam, JointState, Persistence, joint_numbers};
+pub use joint::{
+    Archive, Archived, JointArchive, JointConfig, JointReport, JointSlam, JointState, NoArchive, Persistence,
+    joint_numbers,
+};
+pub use locate::{Located, Locator, LocatorConfig, LocatorReport, LocatorState};
 pub use map::component::{Component, Correction};
 pub use map::{Dynamic, Feature, MapMemory, MapStorage, NoMoving, PAGE_LEN, Static};
 pub use models::*;
@@ -119,4 +126,4 @@ pub use settings::likelihood::Likelihood;
 pub use settings::plausible::Plausible;
 pub use settings::proposal::{Informed, Proposal};
 pub use sight::online::Online;
-pub use snapshot::{RestoreError, SaveError, SliceEnd, from_slice, into_slice};
+pub use snapshot::{RestoreError, SaveError, SliceEnd, from_slice, into_slice, restore_map, save_map};

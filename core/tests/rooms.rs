@@ -5,7 +5,7 @@ use std::fs;
 use std::path::Path;
 
 /// The folders of `core/src`, each after those that it may depend on. Tests stand aside.
-const ROOMS: [&str; 11] = [
+const ROOMS: [&str; 12] = [
     "numerics",
     "map",
     "models",
@@ -17,6 +17,7 @@ const ROOMS: [&str; 11] = [
     "snapshot",
     "filter",
     "joint",
+    "locate",
 ];
 
 /// A module by its path from the root of the crate.

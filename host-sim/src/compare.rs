@@ -1,12 +1,16 @@
 //! Filter and reference in lockstep: every step of the reference starts from the filter's own state and random numbers,
 //! so that what differs afterwards is what that one step computed differently.
 
+mod joint;
 mod planar;
 mod underwater;
+
+pub use joint::{JointComparison, JointDifferences};
 
 use crate::dimensions::Coordinates;
 use crate::events::Event;
 use crate::kind::Kind;
+use crate::log::Scan;
 use crate::reference::{Component, Particle, Recursion, Selection, State, Weighing};
 use crate::slam::{Precision, Refusal, Snapshot, Transparent};
 use serde::Serialize;
@@ -24,6 +28,17 @@ pub trait Lockstep: Kind {
         seed: u64,
         progress: &mut dyn FnMut(usize),
     ) -> Result<Comparison, Refusal>;
+
+    /// [`compare_joint`] with the joint filter and its reference of this kind.
+    ///
+    /// # Errors
+    /// As for `compare_joint`.
+    fn joint_lockstep(
+        log: &Self::Log,
+        settings: &Self::Settings,
+        precision: Precision,
+        progress: &mut dyn FnMut(usize),
+    ) -> Result<JointComparison, Refusal>;
 }
 
 /// Largest differences between filter and reference, relative unless the name carries a unit.
@@ -96,11 +111,11 @@ impl Differences {
 
 /// A comparison over a whole log.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Comparison {
+pub struct Comparison<D = Differences> {
     /// One row a scan.
-    pub scans: Vec<Differences>,
+    pub scans: Vec<D>,
     /// The largest of all.
-    pub overall: Differences,
+    pub overall: D,
 }
 
 /// Runs the filter over a log and repeats each of its steps with the reference; `progress` is told the number of scans
@@ -120,6 +135,19 @@ pub fn compare<K: Lockstep>(
     K::lockstep(log, settings, precision, seed, &mut progress)
 }
 
+/// Runs the joint filter over a log and repeats each of its steps with its reference; `progress` is told the number of scans done.
+///
+/// # Errors
+/// The filter refuses the settings or a step, and says why.
+pub fn compare_joint<K: Lockstep>(
+    log: &K::Log,
+    settings: &K::Settings,
+    precision: Precision,
+    mut progress: impl FnMut(usize),
+) -> Result<JointComparison, Refusal> {
+    K::joint_lockstep(log, settings, precision, &mut progress)
+}
+
 /// A reference for vehicles of a kind, with their controls and poses.
 trait Comparable<K: Kind, const N: usize, const V: usize>: Recursion<N, V, Measurement = K::Measurement> {
     /// A control in the reference's terms.
@@ -129,11 +157,14 @@ trait Comparable<K: Kind, const N: usize, const V: usize>: Recursion<N, V, Measu
     fn coordinates(pose: &Self::Pose) -> K::Pose;
 }
 
-/// Feeds a log to a filter and repeats each step with the reference.
+/// Why a log with fixes is refused.
+const NO_FIXES: &str = "the reference takes no fixes of the pose";
+
+/// Feeds a log to a filter and repeats each step with the reference: one for every sensor.
 fn drive<K, R, const N: usize, const V: usize>(
     log: &K::Log,
     settings: &K::Settings,
-    reference: &R,
+    references: &[R],
     filter: &mut dyn Transparent<K, R::Pose, N, V>,
     progress: &mut dyn FnMut(usize),
 ) -> Result<Comparison, Refusal>
@@ -152,12 +183,20 @@ where
                 // A step that is left out is none: the reference goes on from where the filter is.
                 if filter.predict(control, dt_s)?.is_none() {
                     let after = filter.snapshot()?;
-                    predictions.merge(&predict::<K, R, N, V>(reference, before, &after, predicted, &control, dt_s));
+                    predictions.merge(&predict::<K, R, N, V>(
+                        &references[0],
+                        before,
+                        &after,
+                        predicted,
+                        &control,
+                        dt_s,
+                    ));
                 }
                 predicted = true;
             }
+            Event::Fix { .. } => return Err(Refusal(NO_FIXES.into())),
             Event::Scan { index } => {
-                let mut step = scan(reference, filter, predicted, &all[index].detections)?;
+                let mut step = scan(references, filter, predicted, &all[index])?;
                 step.merge(&predictions);
                 comparison.overall.merge(&step);
                 comparison.scans.push(step);
@@ -213,14 +252,15 @@ fn predict<K: Kind, R: Comparable<K, N, V>, const N: usize, const V: usize>(
 }
 
 fn scan<K: Kind, R: Comparable<K, N, V>, const N: usize, const V: usize>(
-    reference: &R,
+    references: &[R],
     filter: &mut dyn Transparent<K, R::Pose, N, V>,
     predicted: bool,
-    detections: &[K::Measurement],
+    Scan { sensor, detections, .. }: &Scan<K>,
 ) -> Result<Differences, Refusal> {
+    let reference = &references[*sensor];
     let mut before = filter.snapshot()?;
     let mut state = state_of(&before, predicted);
-    let outcome = filter.scan(detections)?;
+    let outcome = filter.scan(*sensor, detections)?;
     let after = filter.snapshot()?;
     let mut differences = Differences { scans: 1, ..Differences::default() };
     differences.capacity_events = usize::from(

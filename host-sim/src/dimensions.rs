@@ -1,6 +1,8 @@
 //! How many numbers the places, poses and measurements of a kind of vehicle have: what records, scores and tables are written for.
 
+use crate::log::PoseFix;
 use scphd::AuvControl;
+use std::convert::Infallible;
 use std::fmt::Debug;
 
 /// An array of numbers, whatever its length.
@@ -53,6 +55,8 @@ pub trait Dimensions: Debug + Clone + Copy + PartialEq + Default + Send + Sync +
     type Measurement: Coordinates;
     /// What moves the vehicle.
     type Control: Debug + Copy + PartialEq + Send + Sync;
+    /// What is measured of the pose itself.
+    type Fix: Debug + Copy + PartialEq + Send + Sync;
 
     /// Names and units of the coordinates of a pose.
     const POSE: &'static [(&'static str, &'static str)];
@@ -88,6 +92,7 @@ impl Dimensions for Planar {
     type Measurement = [f64; 2];
     /// Speed m/s, then steering angle rad or turn rate rad/s.
     type Control = [f64; 2];
+    type Fix = PoseFix;
 
     const POSE: &'static [(&'static str, &'static str)] = &[("x", "m"), ("y", "m"), ("heading", "rad")];
     const MOVING: bool = true;
@@ -106,6 +111,8 @@ impl Dimensions for Underwater {
     /// (u_l, v_l, u_r, v_r), px.
     type Measurement = [f64; 4];
     type Control = AuvControl<f64>;
+    /// Logs of such vehicles have none.
+    type Fix = Infallible;
 
     const POSE: &'static [(&'static str, &'static str)] =
         &[("x", "m"), ("y", "m"), ("z", "m"), ("yaw", "rad"), ("yaw_rate", "radps")];

@@ -1,4 +1,4 @@
-//! Odometry and scans of a log in the order in which a filter needs them.
+//! Odometry, scans and fixes of a log in the order in which a filter needs them.
 
 use crate::dimensions::{Dimensions, Planar};
 use crate::log::Log;
@@ -14,6 +14,11 @@ pub enum Event<D: Dimensions = Planar> {
         control: D::Control,
         /// For how long, s; more than 0.
         dt_s: f64,
+    },
+    /// The pose itself was measured.
+    Fix {
+        /// What was measured.
+        fix: D::Fix,
     },
     /// A scan was taken.
     Scan {
@@ -31,6 +36,8 @@ pub struct Events<'a> {
     rows: usize,
     /// Scans that have been handed out.
     scans: usize,
+    /// Fixes that have been handed out.
+    fixes: usize,
 }
 
 /// The events of `log` in order of time, up to its last scan.
@@ -38,13 +45,13 @@ pub struct Events<'a> {
 /// The vehicle stands at the initial pose when the first odometry row or the first scan comes, whichever is
 /// earlier. A row holds until the next one; before the first row nothing is known to move, so nothing is
 /// predicted. A scan at the time of a row comes after all motion up to then and before any motion by
-/// that row: where both start at the same time, scan 0 is seen from the initial pose. Odometry after the last
-/// scan is left out, for nothing is recorded there.
+/// that row: where both start at the same time, scan 0 is seen from the initial pose. So does a fix, which comes
+/// before a scan of the same time. Odometry and fixes after the last scan are left out, for nothing is recorded there.
 #[must_use]
 pub fn events(log: &Log) -> Events<'_> {
     let first_row_s = log.odometry.first().map_or(f64::INFINITY, |row| row.t_s);
     let first_scan_s = log.scans.first().map_or(f64::INFINITY, |scan| scan.t_s);
-    Events { log, now_s: first_row_s.min(first_scan_s), rows: 0, scans: 0 }
+    Events { log, now_s: first_row_s.min(first_scan_s), rows: 0, scans: 0, fixes: 0 }
 }
 
 impl Iterator for Events<'_> {
@@ -56,12 +63,18 @@ impl Iterator for Events<'_> {
             while self.log.odometry.get(self.rows).is_some_and(|row| row.t_s <= self.now_s) {
                 self.rows += 1;
             }
+            let fix = self.log.fixes.get(self.fixes).filter(|fix| fix.t_s <= scan_s);
+            if let Some(fix) = fix.filter(|fix| fix.t_s <= self.now_s) {
+                self.fixes += 1;
+                return Some(Event::Fix { fix: fix.measured });
+            }
             if scan_s <= self.now_s {
                 let index = self.scans;
                 self.scans += 1;
                 return Some(Event::Scan { index });
             }
-            let until_s = self.log.odometry.get(self.rows).map_or(scan_s, |row| row.t_s.min(scan_s));
+            let due_s = fix.map_or(scan_s, |fix| fix.t_s);
+            let until_s = self.log.odometry.get(self.rows).map_or(due_s, |row| row.t_s.min(due_s));
             let dt_s = until_s - self.now_s;
             self.now_s = until_s;
             if let Some(row) = self.rows.checked_sub(1) {
@@ -74,7 +87,7 @@ impl Iterator for Events<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::log::{Mounting, Nominal, Odometry, Scan, Sensor, Vehicle};
+    use crate::log::{Fix, FixNoise, Mounting, Nominal, Odometry, PoseFix, Scan, Sensor, Vehicle};
 
     fn log(odometry: &[f64], scans: &[f64]) -> Log {
         Log {
@@ -88,6 +101,10 @@ mod tests {
                 bearing_max_rad: 1.0,
                 mounting: Mounting::NONE,
             },
+            sensor_name: String::new(),
+            others: Vec::new(),
+            fixes: Vec::new(),
+            fix_noise: FixNoise::default(),
             nominal: Nominal::default(),
             simulated: true,
             odometry: odometry.iter().map(|&t_s| Odometry { t_s, control: [t_s, -t_s] }).collect(),
@@ -152,5 +169,23 @@ mod tests {
         assert_eq!(all(&[0.0, 5.0, 6.0], &[4.0]), [moved((0, 0.0), 4.0), scan(0)]);
         assert_eq!(all(&[], &[1.0, 2.0]), [scan(0), scan(1)]);
         assert_eq!(all(&[0.0], &[]), []);
+    }
+
+    #[test]
+    fn a_fix_splits_a_row_and_comes_before_a_scan_of_its_time() {
+        let mut log = log(&[0.0], &[1.0, 2.0]);
+        let fix = |t_s: f64| Fix { t_s, measured: PoseFix::Heading(t_s) };
+        log.fixes = vec![fix(0.25), fix(2.0), fix(2.5)];
+        let told = |t_s| Event::Fix { fix: PoseFix::Heading(t_s) };
+        let expected = [
+            moved((0, 0.0), 0.25),
+            told(0.25),
+            moved((0, 0.0), 0.75),
+            scan(0),
+            moved((0, 0.0), 1.0),
+            told(2.0),
+            scan(1),
+        ];
+        assert_eq!(events(&log).collect::<Vec<_>>(), expected);
     }
 }

@@ -1,9 +1,10 @@
-//! A log in memory: what the vehicle did, what its sensor saw and what is known to be true.
+//! A log in memory: what the vehicle did, what its sensors saw and what is known to be true.
 //!
 //! Read from a folder (`log_folder`) or made by a simulation (`scenario`).
 
 use crate::angle::wrap;
 use crate::dimensions::{Dimensions, Planar};
+use serde::{Deserialize, Serialize};
 
 /// Motion model and geometry, from the `[vehicle]` section of `log.toml`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -103,6 +104,8 @@ pub struct Odometry {
 pub struct Scan<D: Dimensions = Planar> {
     /// Time, s.
     pub t_s: f64,
+    /// Whose it is: 0, or the place of the sensor in [`Log::sensors`].
+    pub sensor: usize,
     /// The measurements: in the plane range (m) and bearing (rad, 0 ahead, growing to the left), in space pairs of pixels.
     pub detections: Vec<D::Measurement>,
     /// Which landmark each detection is of, negative for none; empty where the log does not know. For yardsticks and scores,
@@ -132,6 +135,56 @@ pub struct MovingLandmark<D: Dimensions = Planar> {
     pub position: D::Position,
 }
 
+/// What a fix measured of the pose itself.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum PoseFix {
+    /// Where the antenna is, m.
+    Position([f64; 2]),
+    /// The heading, rad, from the x axis towards the y axis.
+    Heading(f64),
+}
+
+/// One fix of the pose.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Fix {
+    /// Time, s.
+    pub t_s: f64,
+    /// What was measured.
+    pub measured: PoseFix,
+}
+
+/// How good fixes are, as the section `[fixes]` of `log.toml` states it, and as a filter takes it.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FixNoise {
+    /// Standard deviation of a position along either axis, m.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub position_sigma_m: Option<f64>,
+    /// Standard deviation of a heading, rad.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub heading_sigma_rad: Option<f64>,
+    /// A squared Mahalanobis distance: what lies farther from what the filter expects is left out. Nothing is where this is not said.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub gate: Option<f64>,
+    /// How far ahead of where the vehicle's pose is the antenna sits, m.
+    #[serde(default)]
+    pub forward_m: f64,
+    /// How far to its left, m.
+    #[serde(default)]
+    pub left_m: f64,
+}
+
+/// A sensor beside the first.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NamedSensor {
+    /// Its name.
+    pub name: String,
+    /// What it sees.
+    pub sensor: Sensor,
+    /// What the log says about its noise; of the vehicle's the same as for the first.
+    pub nominal: Nominal,
+}
+
 /// A whole log.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Log {
@@ -141,20 +194,36 @@ pub struct Log {
     pub initial_pose: [f64; 3],
     /// The vehicle.
     pub vehicle: Vehicle,
-    /// The sensor.
+    /// The sensor, or the first of several.
     pub sensor: Sensor,
-    /// What the log says about its noise.
+    /// Its name; empty where it is the only one.
+    pub sensor_name: String,
+    /// What the log says about the noise of the vehicle and of this sensor.
     pub nominal: Nominal,
+    /// The other sensors, all of them in order of their names.
+    pub others: Vec<NamedSensor>,
     /// Whether the log is simulated, so that its nominal noise is exact.
     pub simulated: bool,
     /// Odometry in order of time.
     pub odometry: Vec<Odometry>,
     /// Scans in order of time.
     pub scans: Vec<Scan>,
+    /// Fixes of the pose in order of time.
+    pub fixes: Vec<Fix>,
+    /// How good they are.
+    pub fix_noise: FixNoise,
     /// True trajectory in order of time; empty if unknown.
     pub truth: Vec<TruePose>,
     /// True static landmarks, m; empty if unknown.
     pub landmarks: Vec<[f64; 2]>,
     /// True tracks of moving landmarks; empty if unknown.
     pub moving: Vec<MovingLandmark>,
+}
+
+impl Log {
+    /// Every sensor: its name, what it sees and its noise.
+    pub fn sensors(&self) -> impl Iterator<Item = (&str, &Sensor, &Nominal)> {
+        let others = self.others.iter().map(|other| (other.name.as_str(), &other.sensor, &other.nominal));
+        std::iter::once((self.sensor_name.as_str(), &self.sensor, &self.nominal)).chain(others)
+    }
 }

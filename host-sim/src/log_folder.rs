@@ -2,10 +2,11 @@
 //!
 //! | file | content |
 //! |---|---|
-//! | `log.toml` | name, whether it is simulated, initial pose, `[vehicle]` and `[sensor]` with what is known of their noise |
+//! | `log.toml` | name, whether it is simulated, initial pose, `[vehicle]` and `[sensor]`, or several `[[sensors]]`, with what is known of their noise; `[fixes]` |
 //! | `odometry.csv` | `t_s` and the controls: `speed_mps,steering_rad` (Ackermann) or `v_mps,omega_radps` (unicycles) |
-//! | `scans.csv` | `scan,t_s`, one row a scan |
+//! | `scans.csv` | `scan,t_s`, one row a scan; with several sensors `sensor`, the name of the one that took it |
 //! | `detections.csv` | `scan,range_m,bearing_rad`, one row a detection; optional: `label_landmark` or `label_subject` |
+//! | `fixes.csv` | optional: `t_s` and `x_m,y_m` or `heading_rad` or both, one row a fix of the pose; cells may be empty |
 //! | `truth.csv` | optional: `t_s,x_m,y_m` and, where known, `heading_rad` |
 //! | `landmarks.csv` | optional: `x_m,y_m` |
 //! | `moving.csv` | optional: `subject,t_s,x_m,y_m` |
@@ -20,6 +21,18 @@
 //! `[vehicle]` says where the sensor sits. Of an Ackermann vehicle the pose is its sensor's, `sensor_forward_m` ahead of the rear axle and
 //! `sensor_left_m` to the left of the centreline (5.25). Of a unicycle it is its axle's, and both keys, which may be left out, say where
 //! the sensor sits from there. `sensor_yaw_rad`, which may be left out too, is how any sensor is turned to the left.
+//!
+//! Several sensors are sections `[[sensors]]` in place of `[sensor]`: the same keys, a `name` of letters, digits, dashes and underscores,
+//! and `forward_m`, `left_m` and `yaw_rad`, which may be left out: where the sensor sits, counted from where the vehicle's pose is.
+//! Of a unicycle that is its axle. Of an Ackermann vehicle it is the place that `sensor_forward_m` and `sensor_left_m` of `[vehicle]`
+//! say, seen from the rear axle: both 0 is the axle itself. No other key of `[vehicle]` says where a sensor is. Scans of all sensors
+//! are numbered together, in order of time.
+//!
+//! `fixes.csv` has measurements of the pose itself, as of a satellite receiver and a compass: the place of an antenna in the frame of
+//! the map, and the heading from its x axis to its y axis. `[fixes]` says how good they are: `position_sigma_m` along either axis and
+//! `heading_sigma_rad`, each needed where there are such fixes. `forward_m` and `left_m` say where the antenna sits, as of a sensor. With
+//! `gate`, a fix whose squared Mahalanobis distance from what the filter expects is greater is left out, and counted; without it all
+//! are taken in. A fix comes before a scan of the same time. None may come before the odometry.
 //!
 //! `simulated = true` says that the stated noise is exact. In logs without this key the first word of `kind`, up to a comma, says so:
 //! `simulated` or `real`, and nothing else; where there is neither key the log is real. With the key, `kind` is free text and
@@ -39,13 +52,13 @@ pub use error::{LogError, Place, Problem};
 pub use underwater::{has_camera, read_underwater};
 pub use write::write;
 
-use crate::log::{Log, MovingLandmark, Odometry, Scan, TruePose, Vehicle};
+use crate::log::{Fix, Log, MovingLandmark, Odometry, PoseFix, Scan, TruePose, Vehicle};
 use head::Head;
 use scans::{Clock, each_detection, scan_times};
 use std::collections::HashMap;
 use std::path::Path;
-use table::Table;
-use units::{Angles, ODOMETRY_INTERVAL_S, Stamp};
+use table::{Row, Table};
+use units::{Angles, ODOMETRY_INTERVAL_S, Stamp, WHOLE_TURN_RAD};
 
 /// Reads a folder.
 ///
@@ -65,16 +78,25 @@ pub fn read(dir: &Path) -> Result<Log, LogError> {
     let (scans, stamps) = scans(dir, &head)?;
     units::common_clock(&rows, &stamps)?;
     let speeds = odometry.iter().map(|row| row.control[0]);
-    units::way(&rows, speeds, &stamps, head.sensor.range_max_m, head.control_columns()[0])?;
+    let reach_m = head.sensors.iter().map(|sensor| sensor.sensor.range_max_m).fold(0.0, f64::max);
+    units::way(&rows, speeds, &stamps, reach_m, head.control_columns()[0])?;
+    let fixes = fixes(dir, &head, odometry.first(), scans.last())?;
+    let mut sensors = head.sensors.into_iter();
+    // A head has one at least.
+    let first = sensors.next().ok_or_else(|| Place::Key("sensor".into()).error(Problem::Missing))?;
     Ok(Log {
         name: head.name,
         initial_pose: head.initial_pose,
         vehicle: head.vehicle,
-        sensor: head.sensor,
-        nominal: head.nominal,
+        sensor: first.sensor,
+        sensor_name: first.name,
+        nominal: first.nominal,
+        others: sensors.collect(),
         simulated: head.simulated,
         odometry,
         scans,
+        fixes,
+        fix_noise: head.fix_noise.unwrap_or_default(),
         truth: truth(dir)?,
         landmarks: landmarks(dir)?,
         moving: moving(dir)?,
@@ -103,23 +125,96 @@ fn odometry(dir: &Path, head: &Head) -> Result<(Vec<Odometry>, Vec<Stamp>), LogE
 }
 
 fn scans(dir: &Path, head: &Head) -> Result<(Vec<Scan>, Vec<Stamp>), LogError> {
-    let (numbers, stamps) = scan_times(dir)?;
-    let mut scans: Vec<Scan> = stamps.iter().map(|stamp| Scan { t_s: stamp.t_s, ..Scan::default() }).collect();
-    let (mut bearings, mut ranges) = (Angles::bearings(), Vec::new());
+    let table = Table::read(dir, "scans.csv")?;
+    let (numbers, stamps) = scan_times(&table)?;
+    let sensors = sensors_of_scans(&table, head)?;
+    let scan = |(stamp, sensor): (&Stamp, usize)| Scan { t_s: stamp.t_s, sensor, ..Scan::default() };
+    let mut scans: Vec<Scan> = stamps.iter().zip(sensors).map(scan).collect();
+    let mut bearings = Angles::bearings();
+    let mut ranges = vec![Vec::new(); head.sensors.len()];
     each_detection(dir, &numbers, ["range_m", "bearing_rad"], |index, row, [range_m, bearing], label| {
         // Simulations add noise to short ranges and keep what comes out.
         if range_m < 0.0 && !head.simulated {
             return Err(row.cell("range_m").error(Problem::NegativeRange(range_m)));
         }
         bearings.add(bearing, || row.cell("bearing_rad"));
-        ranges.push(range_m);
+        ranges[scans[index].sensor].push(range_m);
         scans[index].detections.push([range_m, bearing]);
         scans[index].labels.extend(label);
         Ok(())
     })?;
     bearings.check()?;
-    units::ranges(ranges, head.sensor.range_max_m)?;
+    for (ranges, sensor) in ranges.into_iter().zip(&head.sensors) {
+        units::ranges(ranges, sensor.sensor.range_max_m)?;
+    }
     Ok((scans, stamps))
+}
+
+/// Whose each scan is.
+fn sensors_of_scans(table: &Table, head: &Head) -> Result<Vec<usize>, LogError> {
+    if let [sensor] = &head.sensors[..]
+        && sensor.name.is_empty()
+    {
+        return Ok(vec![0; table.rows().count()]);
+    }
+    let column = table.column("sensor")?;
+    let of = |row: Row<'_>| {
+        let name = row.text(&column);
+        head.sensors.iter().position(|sensor| sensor.name == name).ok_or_else(|| {
+            let known = head.sensors.iter().map(|sensor| sensor.name.clone()).collect();
+            row.cell("sensor").error(Problem::NoSuchSensor { found: name.to_owned(), known })
+        })
+    };
+    table.rows().map(of).collect()
+}
+
+/// The fixes, positions before headings of the same row.
+fn fixes(dir: &Path, head: &Head, odometry: Option<&Odometry>, scan: Option<&Scan>) -> Result<Vec<Fix>, LogError> {
+    let file = "fixes.csv";
+    let Some(table) = Table::read_optional(dir, file)? else {
+        let unused = || Place::File(file).error(Problem::Missing);
+        return if head.fix_noise.is_some() { Err(unused()) } else { Ok(Vec::new()) };
+    };
+    let noise = head.fix_noise.ok_or_else(|| Place::Key("fixes".into()).error(Problem::NoFixNoise))?;
+    let time = table.column("t_s")?;
+    let heading = table.column_if_any("heading_rad")?;
+    let has_places =
+        heading.is_none() || table.column_if_any("x_m")?.is_some() || table.column_if_any("y_m")?.is_some();
+    let places = if has_places { Some([table.column("x_m")?, table.column("y_m")?]) } else { None };
+    let stated = |key: &str, known: Option<f64>| {
+        known.map(drop).ok_or_else(|| Place::Key(format!("fixes.{key}")).error(Problem::NoFixNoise))
+    };
+    let (mut clock, mut fixes) = (Clock::new(), Vec::new());
+    for row in table.rows() {
+        let t_s = clock.tick(&row, row.number(&time)?)?;
+        if let Some(first) = odometry.filter(|first| t_s < first.t_s) {
+            return Err(row.cell("t_s").error(Problem::EarlyFix { t_s, first_s: first.t_s }));
+        }
+        let before = fixes.len();
+        if let Some([x, y]) = &places
+            && !(row.text(x).is_empty() && row.text(y).is_empty())
+        {
+            stated("position_sigma_m", noise.position_sigma_m)?;
+            fixes.push(Fix { t_s, measured: PoseFix::Position([row.number(x)?, row.number(y)?]) });
+        }
+        if let Some(column) = &heading
+            && let Some(heading_rad) = row.number_if_any(column)?
+        {
+            stated("heading_sigma_rad", noise.heading_sigma_rad)?;
+            units::radians(heading_rad, WHOLE_TURN_RAD, || row.cell("heading_rad"))?;
+            fixes.push(Fix { t_s, measured: PoseFix::Heading(heading_rad) });
+        }
+        if fixes.len() == before {
+            return Err(row.cell("t_s").error(Problem::EmptyFix));
+        }
+    }
+    if let (Some(first), Some(scan)) = (fixes.first(), scan)
+        && first.t_s > scan.t_s
+    {
+        let problem = Problem::LateFixes { first_s: first.t_s, last_scan_s: scan.t_s };
+        return Err(Place::Column(file, "t_s").error(problem));
+    }
+    Ok(fixes)
 }
 
 fn truth(dir: &Path) -> Result<Vec<TruePose>, LogError> {

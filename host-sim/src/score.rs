@@ -2,6 +2,7 @@
 
 pub mod alignment;
 pub mod assignment;
+pub mod chi_squared;
 pub mod consistency;
 pub mod cutoff;
 pub mod final_map;

@@ -6,12 +6,12 @@ use crate::kind::Kind;
 use crate::log::TruePose;
 use crate::output::json::{self, Format, Summary, worse};
 use crate::record::{MapFeature, Record, ScanRecord};
-use crate::score::consistency::{self, Consistency};
+use crate::score::consistency::{Consistency, SquaredErrors};
 use crate::score::final_map::FinalMap;
 use crate::score::map_error::MapError;
 use crate::score::moving::{MovingScore, MovingTally};
 use crate::score::trajectory;
-use crate::slam::{Refusal, Slam};
+use crate::slam::{Refusal, Search, Slam};
 use crate::tally::{HealthCounts, ScanTimes};
 use crate::threads::Threads;
 use crate::truth;
@@ -41,6 +41,13 @@ pub struct Session<D: Dimensions = Planar> {
     pub health: Vec<(Health, usize)>,
     /// Rows of the odometry that the filter left out.
     pub left_out: Vec<LeftOut>,
+}
+
+/// Fixes of the pose that a filter was shown.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+struct FixCounts {
+    shown: u64,
+    left_out: u64,
 }
 
 /// A row of the odometry that no vehicle follows.
@@ -73,6 +80,9 @@ pub enum SessionError {
         /// Why it refused.
         refusal: Refusal,
     },
+    /// The filter cannot start in the map, or leave one.
+    #[error("the map of another drive: {0}")]
+    Map(Refusal),
     /// The system has no thread for it.
     #[error("cannot start a thread: {0}")]
     Thread(io::Error),
@@ -105,13 +115,58 @@ pub fn run_on<K: Kind>(
     seed: u64,
     progress: &mut (dyn FnMut(usize) + Send),
 ) -> Result<Session<K>, SessionError> {
+    run_in_map::<K>(threads, log, settings, filter, seed, MapUse::default(), progress).map(|(session, _)| session)
+}
+
+/// Which map of an earlier drive a run starts in, and whether it leaves one.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct MapUse<'m> {
+    /// The map, as [`Slam::map_file`] made it.
+    pub file: Option<&'m [u8]>,
+    /// Whether the pose in it is not that of the log, and has to be found.
+    pub locate: bool,
+    /// Whether the map at the end is asked for.
+    pub save: bool,
+}
+
+/// What a run with maps leaves beside its session.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct MapOutcome {
+    /// The map at the end, if it was asked for.
+    pub file: Option<Vec<u8>>,
+    /// How the search for the place went, if there was one.
+    pub search: Option<Search>,
+}
+
+/// [`run_on`], in a map of an earlier drive, or to make one.
+///
+/// # Errors
+/// As for `run`, or the filter has no such maps.
+pub fn run_in_map<K: Kind>(
+    threads: &Threads,
+    log: &K::Log,
+    settings: &K::Settings,
+    filter: Filter,
+    seed: u64,
+    maps: MapUse<'_>,
+    progress: &mut (dyn FnMut(usize) + Send),
+) -> Result<(Session<K>, MapOutcome), SessionError> {
     let session = || {
         let mut slam = K::slam(filter, log, settings, seed).map_err(SessionError::Start)?;
         slam.weigh_on(threads);
+        if let Some(file) = maps.file {
+            slam.start_in(file, !maps.locate).map_err(SessionError::Map)?;
+        }
+        if maps.save {
+            // A filter that has none says so before the run.
+            slam.map_file().map_err(SessionError::Map)?;
+        }
         let run = drive(log, settings, &mut *slam, progress)?;
         let summary = summary(log, settings, filter, seed, &run, &mut *slam);
+        let file = if maps.save { Some(slam.map_file().map_err(SessionError::Map)?) } else { None };
         let Run { record, health, left_out, moving, .. } = run;
-        Ok(Session { record, summary, moving, health, left_out })
+        let session = Session { record, summary, moving, health, left_out };
+        Ok((session, MapOutcome { file, search: slam.search() }))
     };
     with_roomy_stack(session).map_err(SessionError::Thread)?
 }
@@ -136,6 +191,7 @@ struct Run<D: Dimensions> {
     /// The static landmarks that have been in view, m; `None` where the log does not tell.
     seen: Option<Vec<D::Position>>,
     consistency: Consistency,
+    fixes: FixCounts,
 }
 
 /// Feeds a whole log to a filter.
@@ -154,7 +210,7 @@ fn drive<K: Kind>(
     let mut map: Vec<MapFeature<K>> = Vec::new();
     let mut health = HealthCounts::default();
     let mut consistency = Consistency::default();
-    let mut left_out = Vec::new();
+    let (mut left_out, mut fixes) = (Vec::new(), FixCounts::default());
     for event in K::events(log, settings).map_err(SessionError::Start)? {
         let next = scans.len();
         let refused = |step| {
@@ -171,13 +227,18 @@ fn drive<K: Kind>(
                     left_out.push(LeftOut { row, t_s: K::row_t_s(log, row), what });
                 }
             }
+            Event::Fix { fix } => {
+                fixes.shown += 1;
+                fixes.left_out += u64::from(!slam.observe(&fix).map_err(refused("the fix"))?);
+            }
             Event::Scan { index } => {
                 let scan = &all[index];
                 let start = Instant::now();
-                let outcome = slam.scan(&scan.detections).map_err(refused("the scan"))?;
+                let outcome = slam.scan(scan.sensor, &scan.detections).map_err(refused("the scan"))?;
                 let scan_us = start.elapsed().as_secs_f64() * 1e6;
                 health.add(outcome.health);
-                consistency.scan(outcome.ln_evidence, outcome.innovation);
+                let detections = scan.detections.len().min(outcome.usage.in_view);
+                consistency.scan(outcome.ln_evidence, outcome.innovation, detections, K::Measurement::COUNT);
                 let (pose, pose_covariance) = slam.pose().map_err(refused("the pose"))?;
                 let (features_estimated, features) = slam.map().map_err(refused("the map"))?;
                 let mut moving = slam.moving().map_err(refused("the moving features"))?;
@@ -221,7 +282,7 @@ fn drive<K: Kind>(
     }
     let moving = map_truth.knows_movers().then(|| tally.score()).filter(|score| score.scans > 0);
     let seen = map_truth.seen();
-    Ok(Run { record: Record { scans, map }, health: health.reported(), left_out, moving, seen, consistency })
+    Ok(Run { record: Record { scans, map }, health: health.reported(), left_out, moving, seen, consistency, fixes })
 }
 
 fn summary<K: Kind>(
@@ -238,11 +299,7 @@ fn summary<K: Kind>(
     let features: Vec<K::Position> = run.record.map.iter().map(|feature| feature.mean).collect();
     let map = FinalMap::of(&features, &K::landmarks(log), run.seen.as_deref());
     let laid_over = map.map(|map| map.laid_over);
-    let position_errors = scans.iter().filter_map(|scan| {
-        let truth = scan.true_position?;
-        let error = K::Position::with(|k| scan.pose.as_ref()[k] - truth.as_ref()[k]);
-        Some((error, K::Position::square(|row, column| scan.pose_covariance.as_ref()[row].as_ref()[column])))
-    });
+    let (positions, poses) = (SquaredErrors::of_positions(scans), SquaredErrors::of_poses(scans));
     let moving = run.moving.as_ref();
     let times = ScanTimes::of(scans.iter().map(|scan| scan.scan_us));
     Summary {
@@ -277,11 +334,18 @@ fn summary<K: Kind>(
         static_position_error_median_m: laid_over.and_then(|score| score.position_error_median_m),
         ln_evidence: run.consistency.ln_evidence(K::unexplained_per_scan(log, settings)),
         nis_mean: run.consistency.innovation(),
-        nees_median: consistency::of_positions(position_errors),
+        nis_within_95: run.consistency.innovation_within(),
+        nees_median: positions.median(),
+        nees_within_95: positions.within(),
+        nees_final: positions.last(),
+        nees_pose_median: poses.median(),
+        nees_pose_within_95: poses.within(),
         worse_than_dead_reckoning: worse(
             estimate.map(|score| score.position_rmse_m),
             dead_reckoning.map(|score| score.position_rmse_m),
         ),
+        fixes: run.fixes.shown,
+        fixes_left_out: run.fixes.left_out,
         settings: json::settings(settings),
     }
 }
@@ -293,119 +357,6 @@ pub fn condition_name(condition: Health) -> String {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::log::Log;
-    use crate::scenario;
-    use crate::settings::Settings;
-    use crate::slam::{PoseAndCovariance, Precision, ScanOutcome};
-
-    #[test]
-    fn conditions_have_distinct_names() {
-        let names: Vec<String> = Health::all().map(condition_name).collect();
-        assert_eq!(names[1], "DEGENERATE");
-        for (k, name) in names.iter().enumerate() {
-            assert!(!name.is_empty() && !names[..k].contains(name));
-        }
-    }
-
-    /// Knows the truth and refuses its scan number `refuse`.
-    struct Oracle {
-        log: Log,
-        scans: usize,
-        refuse: usize,
-    }
-
-    impl Slam for Oracle {
-        fn predict(&mut self, _: [f64; 2], _: f64) -> Result<Option<Implausible>, Refusal> {
-            Ok(None)
-        }
-
-        fn scan(&mut self, _: &[[f64; 2]]) -> Result<ScanOutcome, Refusal> {
-            if self.scans == self.refuse {
-                return Err(Refusal("no".into()));
-            }
-            self.scans += 1;
-            let health = if self.scans == 2 { Health::DEGENERATE } else { Health::GOOD };
-            Ok(ScanOutcome { health, ..ScanOutcome::SILENT })
-        }
-
-        fn pose(&mut self) -> Result<PoseAndCovariance, Refusal> {
-            let truth = self.log.truth[self.scans - 1];
-            Ok(([truth.position[0] + 1.0, truth.position[1], truth.heading_rad.unwrap()], [[0.0; 3]; 3]))
-        }
-
-        fn map(&mut self) -> Result<(f64, Vec<MapFeature>), Refusal> {
-            let features = self.log.landmarks.iter().map(|&mean| MapFeature {
-                id: 0,
-                weight: 1.0,
-                mean,
-                covariance: [[0.0; 2]; 2],
-            });
-            Ok((self.scans as f64, features.collect()))
-        }
-
-        fn digest(&mut self) -> Option<u64> {
-            Some(7)
-        }
-    }
-
-    fn short_log() -> Log {
-        let mut log = scenario::survey(1);
-        log.scans.truncate(20);
-        log
-    }
-
-    #[test]
-    fn an_oracle_is_off_by_what_it_lies() {
-        let log = short_log();
-        let mut oracle = Oracle { log: log.clone(), scans: 0, refuse: usize::MAX };
-        let mut told = Vec::new();
-        let run = drive::<Planar>(&log, &Settings::for_log(&log), &mut oracle, &mut |done| told.push(done)).unwrap();
-        assert_eq!(told, (1..=20).collect::<Vec<_>>());
-        assert_eq!(run.health, [(Health::DEGENERATE, 1)]);
-        let summary = summary(&log, &Settings::for_log(&log), Filter::Reference, 3, &run, &mut oracle);
-        assert!((summary.position_rmse_m.unwrap() - 1.0).abs() < 1e-12);
-        assert_eq!((summary.heading_rmse_deg, summary.ospa_m, summary.gospa_m), (Some(0.0), Some(0.0), Some(0.0)));
-        assert_eq!((summary.features_estimated, summary.digest, summary.scans), (Some(20.0), Some(7), 20));
-    }
-
-    #[test]
-    fn a_garbage_row_is_left_out_and_named() {
-        let log = short_log();
-        let settings = Settings::for_log(&log);
-        let with = |row: usize, speed| {
-            let mut log = log.clone();
-            log.odometry[row].control[0] = speed;
-            run::<Planar>(&log, &settings, Filter::Core(Precision::F32), 1, &mut |_| ()).unwrap()
-        };
-        let whole = with(20, log.odometry[20].control[0]);
-        let spoilt = with(20, 1e18);
-        assert!(whole.left_out.is_empty());
-        let t_s = log.odometry[20].t_s;
-        assert_eq!(spoilt.left_out, [LeftOut { row: 20, t_s, what: Implausible::Speed }]);
-        assert!(spoilt.health.contains(&(Health::PREDICTION_REFUSED, 1)), "{:?}", spoilt.health);
-        // One row less is all that it costs.
-        let [whole, spoilt] = [whole, spoilt].map(|session| session.summary.position_rmse_m.unwrap());
-        assert!(spoilt < whole + 0.5, "{spoilt} m, and {whole} m without");
-    }
-
-    #[test]
-    fn a_refusal_names_scan_and_time() {
-        let log = short_log();
-        let mut oracle = Oracle { log: log.clone(), scans: 0, refuse: 5 };
-        let error =
-            drive::<Planar>(&log, &Settings::for_log(&log), &mut oracle, &mut |_| ()).err().unwrap().to_string();
-        assert_eq!(error, "scan 5 at 0.5 s: the scan refused: no");
-    }
-
-    #[test]
-    fn settings_beyond_the_state_are_refused_at_the_start() {
-        let log = short_log();
-        let mut settings = Settings::for_log(&log);
-        settings.filter.particles = 5000;
-        let error = run::<Planar>(&log, &settings, Filter::Core(Precision::F32), 1, &mut |_| ()).unwrap_err();
-        assert!(matches!(error, SessionError::Start(_)), "{error}");
-        assert!(error.to_string().contains("5000 particles"), "{error}");
-    }
-}
+mod several;
+#[cfg(test)]
+mod tests;

@@ -62,6 +62,7 @@ pub fn dead_reckoning(log: &Log) -> Vec<[f64; 3]> {
         match event {
             Event::Predict { control, dt_s, .. } => pose = log.vehicle.step(pose, control, dt_s),
             Event::Scan { .. } => poses.push(pose),
+            Event::Fix { .. } => {}
         }
     }
     poses

@@ -4,7 +4,7 @@
 //! still be read is run over its first scans.
 
 use scphd_sim::dimensions::{Dimensions, Planar, Underwater};
-use scphd_sim::log::{Log, Vehicle};
+use scphd_sim::log::{Fix, Log, PoseFix, Vehicle};
 use scphd_sim::record::{MapFeature, Record, ScanRecord};
 use scphd_sim::session::{Filter, Session, SessionError};
 use scphd_sim::settings::Settings;
@@ -68,9 +68,19 @@ fn good() -> Vec<Files> {
         detection[0] = detection[0].abs();
     }
     robot.nominal.rate_sigma_radps = Some(0.05);
+    let mut two = scenario::two_sensors(1);
+    two.scans.truncate(12);
+    two.odometry.truncate(24);
+    two.truth.truncate(12);
+    two.fixes = vec![
+        Fix { t_s: 0.1, measured: PoseFix::Position([0.5, -0.5]) },
+        Fix { t_s: 0.15, measured: PoseFix::Heading(0.1) },
+    ];
+    two.fix_noise.position_sigma_m = Some(1.0);
+    two.fix_noise.heading_sigma_rad = Some(0.1);
     let stereo = folders::stereo();
     assert_eq!((stereo.len(), folders::LANDMARKS), (6, 12));
-    vec![written(&car), written(&robot), stereo.clone(), stereo]
+    vec![written(&car), written(&robot), written(&two), stereo.clone(), stereo]
 }
 
 /// Fields that numbers do not usually have.
@@ -110,12 +120,14 @@ const FIELDS: [&str; 32] = [
 ];
 
 /// Lines that a head does not usually have.
-const LINES: [&str; 20] = [
+const LINES: [&str; 22] = [
     "[vehicle]",
     "[sensor]",
     "[camera]",
     "[camera.deep.er]",
     "[[sensor]]",
+    "[[sensors]]",
+    "[fixes]",
     "name = 1",
     "name = \"\\u0000\"",
     "kind = \"Simulated\"",

@@ -8,7 +8,7 @@ use crate::reader::StreamError;
 /// The first bytes of every stream.
 const MAGIC: [u8; 8] = *b"SCPHDLOG";
 /// The version this code reads and writes.
-const VERSION: u16 = 3;
+const VERSION: u16 = 4;
 /// A count that was not known when the head was written, as in a flight that was still going on.
 pub const UNKNOWN: u32 = u32::MAX;
 
@@ -98,6 +98,8 @@ numbers! {
         detection_memory: f64,
         /// Scans that what is learnt of clutter while running lasts for; 0: nothing is.
         clutter_memory: f64,
+        /// By how much longer than the vehicle's own odometry errors those of a mixture are taken to last; 0 counts as 1.
+        interval_margin: f64,
     }
 }
 
@@ -379,28 +381,28 @@ mod tests {
     fn what_is_written_is_read() {
         comes_back(planar());
         comes_back(numbered::<Underwater>(Auv));
-        assert_eq!((planar().models.start_x_m, planar().scan_interval_s), (100.5, 150.5));
+        assert_eq!((planar().models.start_x_m, planar().scan_interval_s), (100.5, 151.5));
         let underwater = numbered::<Underwater>(Auv);
-        assert_eq!((underwater.models.start_m[0], underwater.scan_interval_s), (100.5, 179.5));
+        assert_eq!((underwater.models.start_m[0], underwater.scan_interval_s), (100.5, 180.5));
     }
 
     /// The places of the documented layout, by hand.
     #[test]
     fn the_layout_is_the_documented_one() {
         let bytes = encoded(&planar());
-        assert_eq!(bytes.len(), 464);
-        assert_eq!(&bytes[..12], b"SCPHDLOG\x03\x00\xd0\x01");
+        assert_eq!(bytes.len(), 472);
+        assert_eq!(&bytes[..12], b"SCPHDLOG\x04\x00\xd8\x01");
         assert_eq!(bytes[12..20], [4, 2, 2, 0, 1, 1, 0, 0]);
         assert_eq!(bytes[20..24], [1, 0, 0, 0]);
         assert_eq!(bytes[40..44], [6, 0, 0, 0]);
         assert_eq!(bytes[44..52], [8, 7, 6, 5, 4, 3, 2, 1]);
         assert_eq!(bytes[52..60], 100.5_f64.to_le_bytes());
-        assert_eq!(bytes[452..460], 150.5_f64.to_le_bytes());
+        assert_eq!(bytes[460..468], 151.5_f64.to_le_bytes());
         let bytes = encoded(&numbered::<Underwater>(Auv));
-        assert_eq!(bytes.len(), 696);
-        assert_eq!(bytes[10..14], [0xb8, 0x02, 4, 3]);
+        assert_eq!(bytes.len(), 704);
+        assert_eq!(bytes[10..14], [0xc0, 0x02, 4, 3]);
         assert_eq!(bytes[52..60], 100.5_f64.to_le_bytes());
-        assert_eq!(bytes[684..692], 179.5_f64.to_le_bytes());
+        assert_eq!(bytes[692..700], 180.5_f64.to_le_bytes());
     }
 
     #[test]

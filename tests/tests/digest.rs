@@ -66,6 +66,7 @@ fn thesis() -> Settings {
             proposal_rounds: 3,
             proposal_sampled_fraction: 1.0,
             proposal_min_responsibility: 0.01,
+            interval_margin: 1.0,
             detection_memory: 0.0,
             clutter_memory: 0.0,
             likelihood: Likelihood::SingleCluster,
@@ -92,7 +93,10 @@ fn thesis() -> Settings {
             forward_m: 0.0,
             left_m: 0.0,
             yaw_rad: 0.0,
+            birth_factor: 1.0,
         },
+        sensor_name: String::new(),
+        others: Vec::new(),
         moving: MovingSettings {
             birth_intensity: 0.0,
             velocity_sigma_mps: 1.0,
@@ -102,6 +106,7 @@ fn thesis() -> Settings {
             extraction_weight: 0.5,
         },
         joint: JointSettings { in_sight_s: 1e9, hidden_s: 10.0, lifetime_s: 1e9, behind: 1.0, merge_distance: 9.0 },
+        fixes: None,
     }
 }
 

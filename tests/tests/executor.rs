@@ -78,6 +78,7 @@ fn digests<T: Real, const WORKERS: usize>(log: &Log, executor: &(impl Executor +
                     resampled += usize::from(report.resampled);
                     digests.push(filter.digest());
                 }
+                Event::Fix { .. } => unreachable!("the scenario has no fixes"),
             }
         }
         assert!(resampled > 0);

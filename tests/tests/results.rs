@@ -167,5 +167,29 @@ fn a_comparison() {
     assert_eq!(keys(&folder.path("compare.json"), 2), documented("A comparison of filter and reference"));
     let rows = log.scans.iter().map(|scan| scan.t_s).zip(found.scans);
     comparison::write_csv(&folder.path("compare-f64.csv"), rows).unwrap();
-    assert_eq!(columns(&folder.path("compare-f64.csv")), documented("`compare-f32.csv` and `compare-f64.csv`"));
+    assert_eq!(columns(&folder.path("compare-f64.csv")), documented("`compare-f32.csv` and `compare-f64.csv`\n"));
+}
+
+#[test]
+fn a_comparison_of_joint_maps() {
+    let folder = Folder::new("comparison-joint");
+    let (log, settings) = short_survey();
+    let found = with_roomy_stack(|| compare::compare_joint::<Planar>(&log, &settings, Precision::F64, |_| ()))
+        .expect("a comparison");
+    let compared = Compared {
+        format: Format,
+        log: log.name.clone(),
+        precision: "f64".into(),
+        particles: 1,
+        samples: 1,
+        seed: 1,
+        differences: found.overall,
+        settings: Default::default(),
+    };
+    comparison::write_json(&folder.path("compare.json"), &[compared]).unwrap();
+    assert_eq!(keys(&folder.path("compare.json"), 2), documented("A comparison of the joint filter and its reference"));
+    let rows = log.scans.iter().map(|scan| scan.t_s).zip(found.scans);
+    comparison::write_csv(&folder.path("compare-f64.csv"), rows).unwrap();
+    let columns = columns(&folder.path("compare-f64.csv"));
+    assert_eq!(columns, documented("`compare-f32.csv` and `compare-f64.csv` of joint maps"));
 }

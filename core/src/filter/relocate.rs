@@ -51,6 +51,7 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
         ResetError::check_covariance(covariance)?;
         let Memory { cursor, spreads, candidates, .. } = &mut self.memory;
         let Some(mut noise) = cursor.noise.clone() else { return Err(ResetError::NotStarted) };
+        cursor.watch.calm();
         match self.config.proposal {
             Proposal::Blind => {
                 let root = covariance.root();

@@ -3,6 +3,7 @@
 use crate::filter::state::Memory;
 use crate::particles::candidate::Candidate;
 use crate::particles::predict::{predict, spread};
+use crate::report::watch::Watch;
 use crate::{
     Births, Component, Config, Detector, Dynamic, Executor, LoadMapError, MapStorage, MeasurementModel, ModelError,
     Motion, Noise, PAGE_LEN, Pose, PositionOf, PredictError, PredictReport, Probe, Proposal, Real, ResetError,
@@ -138,6 +139,7 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'s, M> {
         cursor.heaviest = 0;
         cursor.next_label = 0;
         cursor.noise = Some(Noise::seeded(seed));
+        cursor.watch = Watch::ZERO;
         let ln_weight = -T::from_usize(cursor.particles).ln();
         candidates.iter_mut().take(cursor.particles).for_each(|slot| *slot = Candidate { pose, ln_weight });
         spreads.iter_mut().for_each(|spread| *spread = Symmetric::ZERO);
@@ -189,6 +191,7 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'s, M> {
         }
         (1..cursor.particles).for_each(|particle| maps.share(0, particle, pool));
         cursor.next_label = next_label;
+        cursor.watch.know_below(next_label);
         Ok(())
     }
 

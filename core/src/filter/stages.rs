@@ -182,6 +182,8 @@ pub(crate) struct Outcome<T> {
     pub(crate) crowded: usize,
     /// Predictions refused since the scan before.
     pub(crate) refused: usize,
+    /// Whether the vehicle is where it is taken to be.
+    pub(crate) watched: Health,
     /// The factors of p_D and κ from the next scan on.
     pub(crate) scales: [T; 2],
 }
@@ -193,7 +195,7 @@ pub(crate) fn report<P: Pose, Z: Vector>(
     measured: &[Z],
 ) -> ScanReport<ScalarOf<P>> {
     let real = ScalarOf::<P>::from_f64;
-    let Outcome { grounds, weighing, selection, tally, crowded, refused, scales } = outcome;
+    let Outcome { grounds, weighing, selection, tally, crowded, refused, watched, scales } = outcome;
     let Weighing { ln_evidence, n_eff, in_view } = *weighing;
     let innovation = tally.mean_innovation(Z::DIMENSION);
     let [expected_detections, detections] = tally.mean_detections();
@@ -205,7 +207,8 @@ pub(crate) fn report<P: Pose, Z: Vector>(
         | Health::COMPONENTS_LOST.when(tally.lost > 0)
         | Health::COVARIANCE_REPAIRED.when(tally.repaired > 0)
         | Health::INNOVATION_HIGH.when(innovation > real(2.0))
-        | Health::PREDICTION_REFUSED.when(*refused > 0);
+        | Health::PREDICTION_REFUSED.when(*refused > 0)
+        | *watched;
     ScanReport {
         measurements: measured.len(),
         no_birth: tally.no_birth,

@@ -83,14 +83,21 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
             config,
             weighs: grounds.lone,
             next_label: &mut memory.cursor.next_label,
+            known_below: memory.cursor.watch.known_below,
         };
         let tally = update.all(survivors, grounds.particles, parent, look_again, &scan, probe);
         probe.leave(Stage::Update);
 
         // The selected candidates are the particles.
         let weighing = weighing.completed(&grounds, &tally, memory.ln_likelihoods);
+        let cursor = &mut *memory.cursor;
+        let watched = cursor.watch.scanned(&tally.recognised(), measured.len(), cursor.waited_s, cursor.next_label);
         let refused = adopt(&grounds, &selection, memory, noise);
         let scales = [learnt.detection_scale(online), learnt.clutter_scale(online)];
-        Ok(report(&Outcome { grounds, weighing, selection, tally, crowded, refused, scales }, memory, measured))
+        Ok(report(
+            &Outcome { grounds, weighing, selection, tally, crowded, refused, watched, scales },
+            memory,
+            measured,
+        ))
     }
 }

@@ -1,7 +1,25 @@
 //! Counts over the updates of one scan.
 
+use crate::report::watch::Recognised;
 use crate::sight::seen::Weighed;
 use crate::{Peak, Real};
+
+/// Known landmarks in view.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Known<T> {
+    /// Σ w before the scan.
+    pub(crate) weight: T,
+    /// Σ p_D w.
+    pub(crate) expected: T,
+    /// Σ w of the same, missed.
+    pub(crate) missed: T,
+    /// Σ w of the same, detected.
+    pub(crate) detected: T,
+}
+
+impl<T: Real> Known<T> {
+    const NOTHING: Self = Self { weight: T::ZERO, expected: T::ZERO, missed: T::ZERO, detected: T::ZERO };
+}
 
 /// What the updates of one scan did, over all maps of both kinds.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -30,6 +48,8 @@ pub(crate) struct Tally<T> {
     pub(crate) innovation: (T, T),
     /// Σ p_D w over the components in view.
     pub(crate) expected_detections: T,
+    /// The same over the known landmarks.
+    pub(crate) known: Known<T>,
     /// The most that the maps of static and of moving features have taken of their capacities.
     pub(crate) peaks: [Peak; 2],
     /// What the last of the maps says of its pose, as [`weigh`](crate::sight::weigh::weigh) would have it, where that is asked for.
@@ -51,6 +71,7 @@ impl<T: Real> Tally<T> {
             no_birth: 0,
             innovation: (T::ZERO, T::ZERO),
             expected_detections: T::ZERO,
+            known: Known::NOTHING,
             peaks: [Peak::default(); 2],
             last: Weighed { ln_likelihood: T::ZERO, in_view: 0 },
         }
@@ -60,6 +81,14 @@ impl<T: Real> Tally<T> {
     pub(crate) fn mean_detections(&self) -> [T; 2] {
         let maps = T::from_usize(self.survivors.max(1));
         [self.expected_detections / maps, self.innovation.1 / maps]
+    }
+
+    /// What became of the known landmarks, in the mean over the maps.
+    pub(crate) fn recognised(&self) -> Recognised<T> {
+        let Known { weight, expected, missed, detected } = self.known;
+        let detection = if weight > T::ZERO { expected / weight } else { T::ZERO };
+        let given_up = detection * (weight - missed - detected);
+        Recognised { expected, detected, given_up }.over(self.survivors)
     }
 
     /// Mean squared innovation per dimension of the measurement; 0 where nothing was detected.

@@ -43,6 +43,8 @@ struct Sight<'a, X: MeasurementModel> {
     ln_confirmed: ScalarOf<X::Pose>,
     /// The label of the scan's first measurement; after the last one come the births that did not wait for one.
     first_label: u32,
+    /// Landmarks with lesser labels are known.
+    known_below: u32,
 }
 
 impl<T: Real, X: MeasurementModel<Pose: Pose<Scalar = T>>> Sight<'_, X> {
@@ -91,6 +93,8 @@ pub(crate) struct Update<'a, 's, D: Place> {
     pub(crate) weighs: bool,
     /// The label of the scan's first measurement; afterwards the first that has not been given away.
     pub(crate) next_label: &'a mut u32,
+    /// Landmarks with lesser labels are known.
+    pub(crate) known_below: u32,
 }
 
 impl<T: Real, D: Place<Scalar = T>> Update<'_, '_, D> {
@@ -144,12 +148,9 @@ impl<T: Real, D: Place<Scalar = T>> Update<'_, '_, D> {
                 let view = View { most_births, ..view };
                 let task = Task { parent, particle, last_child, remaining };
                 let bounds = view.bounds();
-                self.one(
-                    task,
-                    &Sight { view, spread, bounds, scan, config: self.config, ln_confirmed, first_label },
-                    &mut tally,
-                    probe,
-                );
+                let (config, known_below) = (self.config, self.known_below);
+                let sight = Sight { view, spread, bounds, scan, config, ln_confirmed, first_label, known_below };
+                self.one(task, &sight, &mut tally, probe);
             }
             for twin in 1..copy.len() {
                 self.still.table.share_updated(particle, particle + twin, &mut self.still.pool);
@@ -178,7 +179,8 @@ impl<T: Real, D: Place<Scalar = T>> Update<'_, '_, D> {
         let first_birth = sight.first_label.wrapping_add(sight.scan.len() as u32);
         for (index, birth) in sight.view.expected_births() {
             let birth = Component { label: first_birth.wrapping_add(index as u32), ..birth };
-            if let Some(probability) = self.still.workspace.look_at::<Static<D>, X>(&birth, sight, self.eta, tally) {
+            if let Some((probability, _)) = self.still.workspace.look_at::<Static<D>, X>(&birth, sight, self.eta, tally)
+            {
                 seen.add(probability, birth.ln_weight.exp());
             }
         }
@@ -192,8 +194,8 @@ impl<T: Real, D: Place<Scalar = T>> Update<'_, '_, D> {
             // From here on: by how much features lower the weight of whatever explains the measurement.
             *eta = LnSum::of(measurement.ln_reference() - eta.ln());
         }
-        self.still.weigh_detections(self.eta, tally);
-        self.moving.weigh_detections(self.eta, tally);
+        self.still.weigh_detections(self.eta, self.known_below, tally);
+        self.moving.weigh_detections(self.eta, self.known_below, tally);
         self.give_birth(sight, Newborn::Explained, tally);
         probe.enter(Stage::Reduce);
         self.note_components(tally);
@@ -286,14 +288,15 @@ impl<T: Real, D: Place<Scalar = T>> Update<'_, '_, D> {
 }
 
 impl<T: Real, N: Vector<Scalar = T>> Workspace<'_, N> {
-    /// Adds what becomes of one component, and its terms to η_z. Returns p_D; `None` where it is out of view.
+    /// Adds what becomes of one component, and its terms to η_z. Returns p_D and ln of the weight that is left of a miss; `None`
+    /// where it is out of view.
     fn look_at<F, X>(
         &mut self,
         component: &Component<N>,
         sight: &Sight<'_, X>,
         eta: &mut [LnSum<T>],
         tally: &mut Tally<T>,
-    ) -> Option<T>
+    ) -> Option<(T, T)>
     where
         F: Feature<State = N, Position = PositionOf<X::Pose>>,
         X: MeasurementModel<Pose: Pose<Scalar = T>>,
@@ -325,7 +328,7 @@ impl<T: Real, N: Vector<Scalar = T>> Workspace<'_, N> {
                 self.push(correction.apply(component, &found.innovation, ln_bound), origin);
             }
         });
-        Some(expectation.detection.probability)
+        Some((expectation.detection.probability, ln_weight))
     }
 }
 
@@ -361,8 +364,15 @@ impl<T: Real, F: Feature<Position: Place<Scalar = T>>> Maps<'_, F> {
                 let within = bounds.covers(page.bounds());
                 for (component, weight) in page.weighted() {
                     let near = within || bounds.holds(&component.position());
-                    if near && let Some(probability) = workspace.look_at::<F, X>(component, sight, eta, tally) {
+                    if near
+                        && let Some((probability, ln_missed)) = workspace.look_at::<F, X>(component, sight, eta, tally)
+                    {
                         seen.add(probability, weight);
+                        if !F::MOVES && component.label < sight.known_below {
+                            tally.known.weight += weight;
+                            tally.known.expected += probability * weight;
+                            tally.known.missed += ln_missed.exp();
+                        }
                         in_view = true;
                     } else {
                         workspace.push_outside(*component);
@@ -383,13 +393,16 @@ impl<T: Real, F: Feature<Position: Place<Scalar = T>>> Maps<'_, F> {
     }
 
     /// Divides the detections by the completed η_z and prunes (5.18).
-    fn weigh_detections(&mut self, eta: &[LnSum<T>], tally: &mut Tally<T>) {
+    fn weigh_detections(&mut self, eta: &[LnSum<T>], known_below: u32, tally: &mut Tally<T>) {
         self.workspace.retain(|Entry { component, origin }| {
             if let Origin::Detected { measurement, distance } = *origin {
                 component.ln_weight += eta.get(usize::from(measurement)).map_or(T::NEG_INFINITY, LnSum::ln);
                 let weight = component.ln_weight.exp();
                 tally.innovation.0 += weight * distance;
                 tally.innovation.1 += weight;
+                if !F::MOVES && component.label < known_below {
+                    tally.known.detected += weight;
+                }
             }
             true
         });

@@ -3,6 +3,7 @@
 use crate::filter::state::Memory;
 use crate::map::{Maps, PAGE_LEN, PageId};
 use crate::particles::candidate::Candidate;
+use crate::report::watch::Watch;
 use crate::snapshot::read::Reader;
 use crate::snapshot::visit::Visit;
 use crate::snapshot::write::NEW_PAGE;
@@ -36,6 +37,7 @@ impl<T: Real, P: Pose<Scalar = T>> Memory<'_, P> {
         visit.word(cursor.next_label);
         visit.scalar(cursor.waited_s);
         visit.beside(u32::from(cursor.refused));
+        cursor.watch.walk(visit);
         if let Some(noise) = &cursor.noise {
             let words = noise.bytes();
             words.as_chunks().0.iter().for_each(|&word| visit.word(u32::from_be_bytes(word)));
@@ -62,6 +64,7 @@ impl<T: Real, P: Pose<Scalar = T>> Memory<'_, P> {
         cursor.next_label = from.word();
         cursor.waited_s = from.scalar();
         cursor.refused = from.word().min(u32::from(u16::MAX)) as u16;
+        cursor.watch = Watch::next(from);
         let mut stream = [0; 16];
         stream.as_chunks_mut().0.iter_mut().for_each(|word| *word = from.word().to_be_bytes());
         cursor.noise = Some(Noise::from_bytes(stream));

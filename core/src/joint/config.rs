@@ -18,7 +18,9 @@ pub struct JointConfig<T> {
     pub behind: T,
     /// A feature is dropped where the probability that it is there falls below this.
     pub least_existence: T,
-    /// A feature that was detected less than twice is dropped below this one: most of what is born is clutter.
+    /// A feature in view that was detected less than twice is dropped below this one. Most of what is born is clutter; but the first
+    /// detection of a landmark ties it to where the vehicle was then, and a miss or two need not make an end of that. See
+    /// [`strict`](Self::strict).
     pub least_tentative: T,
     /// A feature is part of the estimated map if it is there and in sight with at least this probability, and was detected twice.
     pub extraction_existence: T,
@@ -37,8 +39,8 @@ impl<T: Real> Default for JointConfig<T> {
             gate: real(25.0),
             persistence: Persistence::FOR_EVER,
             behind: T::ONE,
-            least_existence: real(0.01),
-            least_tentative: real(0.1),
+            least_existence: real(1e-3),
+            least_tentative: real(1e-3),
             extraction_existence: real(0.5),
             merge_distance: real(9.0),
             plausible: Plausible::default(),
@@ -47,6 +49,13 @@ impl<T: Real> Default for JointConfig<T> {
 }
 
 impl<T: Real> JointConfig<T> {
+    /// The default, but that what is missed goes sooner, and what was detected once and is missed goes at once: where clutter is so dense that
+    /// it would fill the map, and for the map that a [`Locator`](crate::Locator) lays over another one.
+    #[must_use]
+    pub fn strict() -> Self {
+        Self { least_existence: T::from_f64(0.01), least_tentative: T::from_f64(0.1), ..Self::default() }
+    }
+
     /// The field that is out of range, if any.
     ///
     /// # Errors

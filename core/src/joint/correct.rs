@@ -4,10 +4,11 @@ use super::associate::Predicted;
 use super::covariance::{Common, symmetric};
 use super::state::{Explained, Memory};
 use crate::numerics::vector::{applied, product};
+use crate::report::watch::Recognised;
 use crate::{Linear, Matrix, Pose, PositionOf, Real, Sensor, Symmetric, TangentOf, Vector, Zero};
 
 /// A feature that has less than this share of all detections together says nothing of the pose.
-const LEAST_DETECTED: f64 = 0.02;
+pub(super) const LEAST_DETECTED: f64 = 0.02;
 
 /// What the corrections of a scan did.
 #[derive(Debug, Clone, Copy)]
@@ -15,6 +16,12 @@ pub(super) struct Corrected<T> {
     /// Σ s νᵀ S⁻¹ ν, and Σ s.
     pub(super) squares: T,
     pub(super) shares: T,
+    /// Σ p_D v over the features in view.
+    pub(super) expected: T,
+    /// Their shares of all measurements.
+    pub(super) detected: T,
+    /// What became of the known ones.
+    pub(super) known: Recognised<T>,
     /// Corrections left out because rounding had spoilt the covariance of their innovation.
     pub(super) left_out: usize,
 }
@@ -31,7 +38,14 @@ where
     S: Sensor<Pose: Pose<Scalar = T>>,
     Z: Vector<Scalar = T>,
 {
-    let mut corrected = Corrected { squares: T::ZERO, shares: T::ZERO, left_out: 0 };
+    let mut corrected = Corrected {
+        squares: T::ZERO,
+        shares: T::ZERO,
+        expected: T::ZERO,
+        detected: T::ZERO,
+        known: Recognised::NOTHING,
+        left_out: 0,
+    };
     for place in 0..memory.known.len {
         let Some(detection) = memory.slots.get(place).map(|slot| slot.detection) else { break };
         if !(detection > T::ZERO) {
@@ -42,7 +56,15 @@ where
             corrected.left_out += 1;
         }
         if let Some(slot) = memory.slots.get_mut(place) {
+            let (before, is_known) = (slot.existence.in_sight, memory.known.watch.knows(slot.label));
             slot.existence = slot.existence.scanned(detection, detected);
+            corrected.expected += detection * before;
+            corrected.detected += detected;
+            if is_known {
+                corrected.known.expected += detection * before;
+                corrected.known.detected += detected;
+                corrected.known.given_up += detection * (before - slot.existence.in_sight);
+            }
             slot.detections += detected;
         }
     }
@@ -50,7 +72,7 @@ where
 }
 
 /// The measurements that a feature has a share of, and the share s.
-fn shares<'m, T: Real, Y>(
+pub(super) fn shares<'m, T: Real, Y>(
     explained: &'m [Explained<T>],
     place: usize,
     measurements: &'m [Y],
@@ -124,12 +146,12 @@ fn steps<Y: Vector>(
 }
 
 /// v vᵀ.
-fn outer<Y: Vector>(v: &Y) -> Linear<Y, Y> {
+pub(super) fn outer<Y: Vector>(v: &Y) -> Linear<Y, Y> {
     Matrix::with(|row, column| v.at(row) * v.at(column))
 }
 
 /// H times the rows of (P Hᵀ) of what it is by.
-fn rows<Y, N, Z>(h: &Linear<Y, N>, common: &[Z]) -> Linear<Y, Y>
+pub(super) fn rows<Y, N, Z>(h: &Linear<Y, N>, common: &[Z]) -> Linear<Y, Y>
 where
     Y: Vector,
     N: Vector<Scalar = Y::Scalar>,

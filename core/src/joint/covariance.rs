@@ -80,7 +80,7 @@ impl<T: Real, P: Pose<Scalar = T>> Joint<'_, P> {
         self.numbers.get(row_start(row) + column).copied().unwrap_or(T::ZERO)
     }
 
-    fn set(&mut self, row: usize, column: usize, value: T) {
+    pub(super) fn set(&mut self, row: usize, column: usize, value: T) {
         let (row, column) = if row >= column { (row, column) } else { (column, row) };
         if let Some(slot) = self.numbers.get_mut(row_start(row) + column) {
             *slot = value;

@@ -1,15 +1,22 @@
 //! The filter over a joint map.
 
+use super::archive::{Archive, Archived, JointArchive, NoArchive};
 use super::associate::associate;
 use super::config::JointConfig;
 use super::correct::correct;
 use super::covariance::{first, sandwiched};
 use super::existence::Existence;
-use super::state::{JointState, Memory, Slot};
+use super::park::{Parked, park};
+use super::recall::visit;
+use super::state::{JointState, Memory};
 use super::tidy::{bear, drop_spoilt, drop_unlikely, merge};
+use super::walk::walk_archive;
+use crate::models::require;
 use crate::numerics::fnv::Fnv;
 use crate::numerics::range::{is_within_range, is_within_square};
 use crate::particles::cursor::passed;
+use crate::report::watch::Watch;
+use crate::snapshot::visit::Visit;
 use crate::{
     Component, Detector, Health, Linearised, Matrix, MeasurementModel, Motion, Pose, PoseEstimate, PositionOf,
     PredictError, PredictReport, Real, ResetError, ScalarOf, ScanError, Sensor, SetupError, Symmetric, TangentOf,
@@ -39,10 +46,21 @@ pub struct JointReport<T> {
     pub lost: usize,
     /// Corrections left out, and features dropped, because rounding had spoilt their covariances.
     pub spoilt: usize,
-    /// Features after the scan.
+    /// Features that went into the archive, far from the vehicle.
+    pub parked: usize,
+    /// Features that came back out of it.
+    pub recalled: usize,
+    /// Features that the archive had no room for, or that went in their place.
+    pub forgotten: usize,
+    /// Features after the scan, without those in the archive.
     pub features: usize,
     /// ln of the likelihood of the scan given all before, up to a constant.
     pub ln_evidence: T,
+    /// Detections to be expected of the features in view: Σ p_D v.
+    pub expected_detections: T,
+    /// Measurements that the features in view explain, by their shares. Far less than expected of a map that is well known, scan after
+    /// scan, says that the vehicle is not where it is taken to be.
+    pub detections: T,
     /// Mean of νᵀ S⁻¹ ν over the detections, by their shares, per dimension of the measurement; about 1 for a consistent filter;
     /// 0 where nothing was detected.
     pub innovation: T,
@@ -51,11 +69,11 @@ pub struct JointReport<T> {
 }
 
 /// Mean squared innovations above this are a condition.
-const INNOVATION_HIGH: f64 = 2.0;
+pub(super) const INNOVATION_HIGH: f64 = 2.0;
 
 /// SLAM with a joint map: motion and tuning over a [`JointState`]; the sensors are [detectors](Detector), given with every scan.
 ///
-/// `M` is the motion, `Z` the widest measurement.
+/// `M` is the motion, `Z` the widest measurement, `A` where features that are far away are kept, if anywhere.
 ///
 /// ```
 /// use nalgebra::Vector2;
@@ -90,11 +108,32 @@ const INNOVATION_HIGH: f64 = 2.0;
 /// assert!((features.next().unwrap().mean.y - 5.0).abs() < 0.3 && features.next().is_none());
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
+///
+/// For a map that is larger than the state, a [`JointArchive`] keeps the features that are far away:
+///
+/// ```
+/// # use nalgebra::Vector2;
+/// # use scphd::{ControlNoise, JointConfig, JointSlam, JointState, PlanarPose, Step, Unicycle, joint_numbers};
+/// use scphd::JointArchive;
+///
+/// # type Memory = JointState<PlanarPose<f32>, Vector2<f32>, 40, { joint_numbers(3, 2, 40) }, 16>;
+/// # let mut state = Box::new(Memory::new());
+/// # let motion = Unicycle::new(Step::Arc, ControlNoise::white(0.1, 0.02))?;
+/// // A thousand features: 72 KB.
+/// let mut archive = Box::new(JointArchive::<PlanarPose<f32>, 1000>::new());
+/// let slam = JointSlam::new(motion, JointConfig::default(), &mut *state)?;
+/// // The detectors see 15 m far.
+/// let mut slam = slam.with_archive(&mut archive, 15.0)?;
+/// slam.reset(PlanarPose::new(0.0, 0.0, 0.0))?;
+/// assert_eq!(slam.held(), 0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug)]
-pub struct JointSlam<'s, M: Motion, Z: Vector> {
+pub struct JointSlam<'s, M: Motion, Z: Vector, A = NoArchive> {
     motion: M,
-    config: JointConfig<ScalarOf<M::Pose>>,
+    pub(super) config: JointConfig<ScalarOf<M::Pose>>,
     pub(super) memory: Memory<'s, M::Pose, Z>,
+    pub(super) archive: A,
 }
 
 impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>> JointSlam<'s, M, Z> {
@@ -109,7 +148,32 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>> Join
     ) -> Result<Self, SetupError> {
         config.check()?;
         motion.check()?;
-        Ok(Self { motion, config, memory: state.memory() })
+        Ok(Self { motion, config, memory: state.memory(), archive: NoArchive })
+    }
+
+    /// The same with an archive behind it, for a map larger than the state: features that are farther than `reach_m` from the vehicle
+    /// leave the state for the archive where there is little room, and come back when they may be in view again. `reach_m` is how
+    /// far the farthest-looking detector sees on the ground, m. The archive keeps what it holds, and goes with the state: both must be
+    /// handed in from the start, and whenever the filter is built anew.
+    ///
+    /// # Errors
+    /// The reach is not finite or not positive.
+    pub fn with_archive<const CAPACITY: usize>(
+        self,
+        archive: &'s mut JointArchive<M::Pose, CAPACITY>,
+        reach_m: T,
+    ) -> Result<JointSlam<'s, M, Z, Archived<'s, M::Pose>>, SetupError> {
+        require(reach_m > T::ZERO && reach_m.is_finite(), "reach_m", "positive")?;
+        let Self { motion, config, memory, .. } = self;
+        Ok(JointSlam { motion, config, memory, archive: archive.archived(reach_m) })
+    }
+}
+
+impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, A: Archive<M::Pose>> JointSlam<'_, M, Z, A> {
+    /// The motion.
+    #[must_use]
+    pub fn motion(&self) -> &M {
+        &self.motion
     }
 
     /// Starts, or starts again: at `pose`, certain of it, without a feature.
@@ -120,8 +184,11 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>> Join
         ResetError::check_pose(&pose)?;
         let known = &mut *self.memory.known;
         (known.started, known.pose, known.moved, known.len) = (true, pose, [T::ZERO; 2], 0);
-        (known.waited_s, known.refused, known.next_label) = (T::ZERO, 0, 0);
+        (known.waited_s, known.refused, known.next_label, known.watch) = (T::ZERO, 0, 0, Watch::ZERO);
         self.memory.joint.clear();
+        if let Some(mut shelf) = self.archive.shelf() {
+            shelf.clear();
+        }
         Ok(())
     }
 
@@ -161,7 +228,9 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>> Join
                 rejected = 1;
             }
         }
-        let health = Health::POSE_REJECTED.when(rejected > 0) | Health::PREDICTION_REFUSED.when(known.refused > 0);
+        let health = Health::POSE_REJECTED.when(rejected > 0)
+            | Health::PREDICTION_REFUSED.when(known.refused > 0)
+            | known.watch.waiting(known.waited_s);
         Ok(PredictReport { candidates: 1, rejected, refused: known.refused, health })
     }
 
@@ -195,11 +264,23 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>> Join
             return Err(ScanError::SensorNoise);
         }
         let ln_birth = detector.births.of_static.ln();
-        let Self { config, memory, .. } = self;
+        let Self { config, memory, archive, .. } = self;
+        let mut shelf = archive.shelf();
         let passage = config.persistence.over(memory.known.waited_s);
         memory.slots.iter_mut().take(memory.known.len).for_each(|slot| slot.existence = slot.existence.after(&passage));
+        let mut trial = shelf.as_mut().map(|shelf| {
+            shelf.pass(memory.known.waited_s);
+            visit(shelf, &config.persistence, memory)
+        });
         let (in_view, ln_evidence) = associate(&models, ln_birth, config, memory, measurements);
+        let recalled = match (&mut trial, &mut shelf) {
+            (Some(trial), Some(shelf)) => trial.judge(shelf, memory, measurements.len()),
+            _ => 0,
+        };
         let corrected = correct(sensor, memory, measurements);
+        if let Some(trial) = trial {
+            trial.end(memory);
+        }
         memory.follow();
         let first_label = memory.known.next_label;
         let born = bear(&models, ln_birth, config, memory, measurements);
@@ -209,29 +290,38 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>> Join
         }
         let spoilt = drop_spoilt(memory);
         let dropped = drop_unlikely(config, memory, first_label);
-        let refused = core::mem::take(&mut memory.known.refused);
-        memory.known.waited_s = T::ZERO;
+        let parked = shelf.as_mut().map_or_else(Parked::default, |shelf| park(shelf, memory));
+        let known = &mut *memory.known;
+        let watched = known.watch.scanned(&corrected.known, measurements.len(), known.waited_s, known.next_label);
+        let refused = core::mem::take(&mut known.refused);
+        known.waited_s = T::ZERO;
         let innovation = if corrected.shares > T::ZERO {
             corrected.squares / (corrected.shares * T::from_usize(X::Measurement::DIMENSION))
         } else {
             T::ZERO
         };
-        let health = Health::COMPONENTS_LOST.when(born.lost > 0)
-            | Health::COVARIANCE_REPAIRED.when(corrected.left_out + spoilt > 0)
+        let health = Health::COMPONENTS_LOST.when(born.lost + parked.forgotten > 0)
+            | Health::COVARIANCE_REPAIRED.when(corrected.left_out + spoilt + parked.spoilt > 0)
             | Health::INNOVATION_HIGH.when(innovation > T::from_f64(INNOVATION_HIGH))
-            | Health::PREDICTION_REFUSED.when(refused > 0);
+            | Health::PREDICTION_REFUSED.when(refused > 0)
+            | watched;
         Ok(JointReport {
             measurements: measurements.len(),
             in_view,
             refused,
             births: born.births,
             no_birth: born.no_birth,
-            dropped,
+            dropped: dropped + parked.dropped,
             merged,
             lost: born.lost,
-            spoilt: corrected.left_out + spoilt,
+            spoilt: corrected.left_out + spoilt + parked.spoilt,
+            parked: parked.parked,
+            recalled,
+            forgotten: parked.forgotten,
             features: memory.known.len,
             ln_evidence,
+            expected_detections: corrected.expected,
+            detections: corrected.detected,
             innovation,
             health,
         })
@@ -249,47 +339,67 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>> Join
 
     /// The estimated features: those that are there and in sight with at least the probability `extraction_existence`, and were
     /// detected twice. The weight is the probability that it is there at all. One that is missed for a while is hidden or gone:
-    /// it leaves the estimate, and is remembered until it is found again or hardly there any more.
+    /// it leaves the estimate, and is remembered until it is found again or hardly there any more. Those in the archive are among
+    /// them, as they were when they left the window.
     pub fn features(&self) -> impl Iterator<Item = Component<PositionOf<M::Pose>>> + '_ {
         let Memory { known, slots, joint, .. } = &self.memory;
         let twice = T::from_f64(1.5);
-        slots.iter().enumerate().take(known.len).filter_map(move |(place, slot)| {
-            let total = slot.existence.total();
-            let is_part = slot.existence.in_sight >= self.config.extraction_existence && slot.detections >= twice;
+        let least = self.config.extraction_existence;
+        let is_part = move |existence: Existence<T>, detections| existence.in_sight >= least && detections >= twice;
+        let near = slots.iter().enumerate().take(known.len).filter_map(move |(place, slot)| {
             let first = first::<M::Pose>(place);
-            is_part.then(|| Component {
+            is_part(slot.existence, slot.detections).then(|| Component {
                 label: slot.label,
-                ln_weight: total.ln(),
+                ln_weight: slot.existence.total().ln(),
                 mean: slot.mean,
                 covariance: Symmetric::from_fn(|row, column| joint.get(first + row, first + column)),
             })
-        })
+        });
+        let far = self.archive.kept().iter().filter(move |entry| is_part(entry.existence, entry.detections));
+        let far = far.map(|entry| Component {
+            label: entry.label,
+            ln_weight: entry.existence.total().ln(),
+            mean: entry.mean,
+            covariance: entry.covariance(),
+        });
+        near.chain(far)
     }
 
-    /// N̂: how many features there are, by their probabilities.
+    /// N̂: how many features there are, by their probabilities; of those in the archive, by what they were when they left the window.
     #[must_use]
     pub fn expected_features(&self) -> T {
-        self.memory.slots.iter().take(self.memory.known.len).fold(T::ZERO, |sum, slot| sum + slot.existence.total())
+        let near = self.memory.slots.iter().take(self.memory.known.len).map(|slot| slot.existence);
+        let far = self.archive.kept().iter().map(|entry| entry.existence);
+        near.chain(far).fold(T::ZERO, |sum, existence| sum + existence.total())
     }
 
     /// A hash of all that the filter knows: equal on every machine that was fed the same.
     #[must_use]
     pub fn digest(&self) -> u64 {
         let mut hash = Fnv::EMPTY;
-        self.memory.walk(&mut hash);
+        self.walk(&mut hash);
         hash.value()
     }
 
-    /// How many features the state holds, likely ones or not.
+    /// Walks through the state, and the archive if there is one.
+    pub(super) fn walk(&self, visit: &mut impl Visit) {
+        self.memory.walk(visit);
+        if let Some(index) = self.archive.index() {
+            walk_archive(self.archive.kept(), index, visit);
+        }
+    }
+
+    /// How many features the state holds, likely ones or not, with those in the archive.
     #[must_use]
     pub fn held(&self) -> usize {
-        self.memory.known.len
+        self.memory.known.len + self.archive.kept().len()
     }
 
     /// The probability that the feature with this label is there; `None` where there is no such one.
     #[must_use]
     pub fn existence(&self, label: u32) -> Option<T> {
-        let of = |slot: &&Slot<PositionOf<M::Pose>>| slot.label == label;
-        self.memory.slots.iter().take(self.memory.known.len).find(of).map(|slot| Existence::total(slot.existence))
+        let near = self.memory.slots.iter().take(self.memory.known.len).map(|slot| (slot.label, slot.existence));
+        let far = self.archive.kept().iter().map(|entry| (entry.label, entry.existence));
+        near.chain(far).find(|&(of, _)| of == label).map(|(_, existence)| existence.total())
     }
 }

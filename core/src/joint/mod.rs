@@ -6,6 +6,7 @@
 //! all features in view share every measurement by its likelihood under each, and whether a feature is there is a probability.
 //! `docs/joint.md` has the equations.
 
+mod archive;
 mod associate;
 mod config;
 mod correct;
@@ -13,7 +14,11 @@ mod covariance;
 mod exclusive;
 mod existence;
 mod filter;
+mod load;
+mod localise;
 mod observe;
+mod park;
+mod recall;
 mod relocate;
 mod snapshot;
 mod state;
@@ -21,7 +26,10 @@ mod state;
 mod tests;
 mod tidy;
 mod walk;
+#[cfg(test)]
+mod window_tests;
 
+pub use archive::{Archive, Archived, JointArchive, NoArchive};
 pub use config::JointConfig;
 pub use covariance::joint_numbers;
 pub use existence::Persistence;

@@ -1,12 +1,13 @@
 //! Fixes of the pose: with a joint map everything learns of them.
 
+use super::archive::Archive;
 use super::covariance::Common;
 use super::filter::JointSlam;
 use super::state::Memory;
 use crate::filter::observe::Explained;
 use crate::{Fix, FixReport, Linear, Matrix, Motion, ObserveError, Pose, PoseEstimate, Real, Vector};
 
-impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>> JointSlam<'_, M, Z> {
+impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, A: Archive<M::Pose>> JointSlam<'_, M, Z, A> {
     /// Takes in a measurement of the pose itself, of at most as many dimensions as the state's `Z`, between any two steps: the Kalman
     /// update of pose and features.
     ///

@@ -1,11 +1,12 @@
 //! Poses that are set from outside, as of the mixture.
 
+use super::archive::Archive;
 use super::filter::JointSlam;
 use super::state::Memory;
 use crate::numerics::range::is_within_square;
 use crate::{Matrix, Motion, Pose, Real, ResetError, Symmetric, TangentOf, Vector, Zero};
 
-impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>> JointSlam<'_, M, Z> {
+impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, A: Archive<M::Pose>> JointSlam<'_, M, Z, A> {
     /// [`reset`](Self::reset) to a pose that is known to a covariance.
     ///
     /// # Errors
@@ -33,6 +34,7 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>> JointSla
             return Err(ResetError::NotStarted);
         }
         known.pose = pose;
+        known.watch.calm();
         joint.propagate(&Zero::ZERO, &covariance.to_matrix(), known.len);
         Ok(())
     }
@@ -47,6 +49,7 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>> JointSla
         if !known.started {
             return Err(ResetError::NotStarted);
         }
+        known.watch.calm();
         let grown = Symmetric::<TangentOf<M::Pose>>::from_fn(|row, column| {
             joint.get(row, column) + covariance.get(row, column)
         });

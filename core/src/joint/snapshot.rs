@@ -1,6 +1,8 @@
 //! Snapshots of the joint filter.
 
+use super::archive::Archive;
 use super::filter::JointSlam;
+use super::walk::{audit_archive, fill_archive};
 use crate::snapshot::frame::{Content, Head, Shape};
 use crate::snapshot::pages::Numbering;
 use crate::snapshot::read::{Reader, checked, numbers};
@@ -17,14 +19,18 @@ fn shape<P: Pose>(kind: u32) -> Shape {
     }
 }
 
-impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>> JointSlam<'_, M, Z> {
+impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, A: Archive<M::Pose>> JointSlam<'_, M, Z, A> {
     /// Looks over everything that the filter knows: the pose, every feature, every number of the covariance. Linear in the state,
     /// and no part of a step.
     ///
     /// # Errors
     /// The first flaw that was found. A variance that rounding has spoilt is none: the next scan mends it, or drops the feature.
     pub fn audit(&self) -> Result<(), Flaw> {
-        if self.memory.known.started { self.memory.audit() } else { Ok(()) }
+        if self.memory.known.started {
+            self.memory.audit()?;
+            audit_archive(self.archive.kept())?;
+        }
+        Ok(())
     }
 
     /// Writes down all that decides how the filter goes on, as [`ScPhd::save`](crate::ScPhd::save) does.
@@ -36,15 +42,17 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>> JointSla
         if !memory.known.started {
             return Err(SaveError::NotStarted);
         }
-        memory.audit().map_err(SaveError::Damaged)?;
+        self.audit().map_err(SaveError::Damaged)?;
         let pages = || [(); 2].map(|()| Numbering::over(&mut []));
         let mut measure = AsWords { words: Measure::default(), pages: pages() };
-        memory.walk(&mut measure);
-        let features = u32::try_from(memory.known.len).unwrap_or(u32::MAX);
-        let head = Head { shape: shape::<M::Pose>(kind), flags: 0, len: 0, sizes: [features, 0, 0] };
+        self.walk(&mut measure);
+        let [features, archived] =
+            [memory.known.len, self.archive.kept().len()].map(|n| u32::try_from(n).unwrap_or(u32::MAX));
+        let with_archive = u32::from(self.archive.index().is_some());
+        let head = Head { shape: shape::<M::Pose>(kind), flags: 0, len: 0, sizes: [features, archived, with_archive] };
         let head = head.with_body(measure.words.words);
         let mut writer = AsWords { words: Writer::new(&head, sink), pages: pages() };
-        memory.walk(&mut writer);
+        self.walk(&mut writer);
         writer.words.end()
     }
 
@@ -60,13 +68,24 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>> JointSla
     ) -> Result<usize, RestoreError<E>> {
         let memory = &mut self.memory;
         let head = checked(&mut source, shape::<M::Pose>(kind))?;
-        let [features, ..] = head.sizes.map(|size| usize::try_from(size).unwrap_or(usize::MAX));
+        let [features, archived, with_archive] = head.sizes.map(|size| usize::try_from(size).unwrap_or(usize::MAX));
         RestoreError::check_room("features", features, memory.slots.len())?;
+        let mut shelf = self.archive.shelf();
+        let room = shelf.as_ref().map_or(0, |shelf| shelf.entries.len());
+        RestoreError::check_room("archived features", archived, room)?;
+        RestoreError::check_room("archives", with_archive, usize::from(shelf.is_some()))?;
         let mut reader = Reader::behind(&head, &mut source);
         memory.fill(features, &mut reader);
+        if let Some(shelf) = &mut shelf {
+            shelf.clear();
+            if with_archive > 0 {
+                fill_archive(shelf, archived, &mut reader);
+            }
+        }
+        let kept = || shelf.as_ref().and_then(|shelf| shelf.entries.get(..shelf.index.len)).unwrap_or(&[]);
         let taken = reader.end().and_then(|()| {
             let sound = if memory.known.started { memory.audit() } else { Err(Flaw::Cursor) };
-            sound.map_err(RestoreError::Flawed)
+            sound.and_then(|()| audit_archive(kept())).map_err(RestoreError::Flawed)
         });
         if taken.is_err() {
             (memory.known.started, memory.known.len) = (false, 0);

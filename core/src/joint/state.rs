@@ -2,6 +2,7 @@
 
 use super::covariance::{Joint, RowsOf, joint_numbers};
 use super::existence::Existence;
+use crate::report::watch::Watch;
 use crate::{Pose, PositionOf, Real, ScalarOf, Vector, Zero};
 
 /// One feature of a joint map.
@@ -84,6 +85,8 @@ pub(super) struct Known<P: Pose> {
     /// Predictions refused since the last scan.
     pub(super) refused: usize,
     pub(super) next_label: u32,
+    /// Whether the vehicle is where it is taken to be.
+    pub(super) watch: Watch<ScalarOf<P>>,
 }
 
 /// A state of whatever capacity, borrowed.
@@ -119,6 +122,7 @@ where
             waited_s: T::ZERO,
             refused: 0,
             next_label: 0,
+            watch: Watch::ZERO,
         };
         Self {
             known,

@@ -90,12 +90,15 @@ fn with_known_association_and_all_linear_it_is_the_kalman_filter() {
             }
         }
         assert_eq!(slam.held(), (n - 2) / 2);
-    }
-    for (k, feature) in slam.features().enumerate() {
-        let at = 2 + 2 * k;
-        assert!((feature.mean - Vector2::new(x[at], x[at + 1])).norm() < 1e-9);
-        assert!((feature.covariance.get(1, 0) - p[(at + 1, at)]).abs() < 1e-9);
-        assert!((feature.covariance.get(0, 0) - p[(at, at)]).abs() < 1e-9);
+        // Places, and all that they have in common with each other and with the pose; the heading stands between.
+        let with_heading = |index: usize| if index < 2 { index } else { index + 1 };
+        for (at, off) in (2..n).map(|at| (at, slam.memory.slots[(at - 2) / 2].mean[at % 2] - x[at])) {
+            assert!(off.abs() < 1e-9, "{step}, {at}: {off}");
+        }
+        for (row, column) in (0..n).flat_map(|row| (0..n).map(move |column| (row, column))) {
+            let off = slam.memory.joint.get(with_heading(row), with_heading(column)) - p[(row, column)];
+            assert!(off.abs() < 1e-9, "{step}, {row}, {column}: {off}");
+        }
     }
 }
 

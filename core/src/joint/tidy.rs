@@ -9,7 +9,7 @@ use crate::numerics::vector::product;
 use crate::{FieldOfView, Linear, Matrix, MeasurementModel, Pose, PositionOf, Real, Sensor, TangentOf, Vector};
 
 /// Detections that a tentative feature has fewer of.
-const TENTATIVE: f64 = 1.5;
+pub(super) const TENTATIVE: f64 = 1.5;
 
 /// What births did.
 #[derive(Debug, Clone, Copy, Default)]
@@ -129,8 +129,7 @@ pub(super) fn drop_unlikely<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>
         if slot.label.wrapping_sub(first_label) < u32::MAX / 2 {
             continue;
         }
-        let was_expected = slot.detection > T::ZERO;
-        let tentative = slot.detections < T::from_f64(TENTATIVE) && was_expected;
+        let tentative = slot.detections < T::from_f64(TENTATIVE) && slot.detection > T::ZERO;
         let least = if tentative { config.least_tentative } else { config.least_existence };
         // Written so that NaN goes.
         if !(slot.existence.total() >= least.at_least(config.least_existence)) {

@@ -1,11 +1,13 @@
 //! A walk through all that decides how the joint filter goes on, and the way back from what a snapshot has of it.
 
+use super::archive::{Entry, Index, Shelf};
 use super::existence::Existence;
 use super::state::{Memory, Slot};
 use crate::numerics::range::is_within_range;
+use crate::report::watch::Watch;
 use crate::snapshot::read::Reader;
 use crate::snapshot::visit::Visit;
-use crate::{Flaw, Pose, Real, Vector};
+use crate::{Flaw, Matrix, Pose, Real, Symmetric, Vector, Zero};
 
 impl<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>> Memory<'_, P, Z> {
     /// Walks through the state.
@@ -16,6 +18,7 @@ impl<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>> Memory<'_, P, Z> {
         visit.scalar(known.waited_s);
         visit.word(known.next_label);
         visit.beside(u32::try_from(known.refused).unwrap_or(u32::MAX));
+        known.watch.walk(visit);
         known.moved.iter().for_each(|&by| visit.beside_scalar(by));
         for slot in slots.iter().take(known.len) {
             visit.word(slot.label);
@@ -39,6 +42,7 @@ impl<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>> Memory<'_, P, Z> {
         known.waited_s = from.scalar();
         known.next_label = from.word();
         known.refused = from.word() as usize;
+        known.watch = Watch::next(from);
         known.moved = core::array::from_fn(|_| from.scalar());
         for slot in slots.iter_mut().take(known.len) {
             let (label, mean) = (from.word(), from.vector());
@@ -69,4 +73,59 @@ impl<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>> Memory<'_, P, Z> {
         };
         if slots.iter().all(sound) && finite(joint.used(known.len)) { Ok(()) } else { Err(Flaw::Component) }
     }
+}
+
+/// Walks through an archive.
+pub(super) fn walk_archive<P: Pose>(entries: &[Entry<P>], index: &Index, visit: &mut impl Visit) {
+    visit.word(index.next_page);
+    visit.word(index.tried);
+    halves(index.clock_us).into_iter().for_each(|half| visit.word(half));
+    for entry in entries {
+        visit.word(entry.label);
+        visit.word(entry.page);
+        halves(entry.since_us).into_iter().for_each(|half| visit.word(half));
+        let (mean, common, own) = (entry.mean.as_slice(), entry.common.as_slice(), entry.own.as_lower());
+        mean.iter().chain(common).chain(own).for_each(|&number| visit.scalar(number));
+        let numbers = [entry.existence.in_sight, entry.existence.hidden, entry.detections];
+        numbers.into_iter().for_each(|number| visit.scalar(number));
+    }
+}
+
+/// Fills an archive with what a walk through so many features has written. What comes of it is to be audited.
+pub(super) fn fill_archive<T, P, S, E>(shelf: &mut Shelf<'_, P>, features: usize, from: &mut Reader<'_, S, E>)
+where
+    T: Real,
+    P: Pose<Scalar = T>,
+    S: FnMut(usize, &mut [u8]) -> Result<(), E>,
+{
+    let Shelf { index, entries, .. } = shelf;
+    index.len = features.min(entries.len());
+    (index.next_page, index.tried) = (from.word(), from.word());
+    index.clock_us = whole([from.word(), from.word()]);
+    for entry in entries.iter_mut().take(index.len) {
+        let (label, page) = (from.word(), from.word());
+        let since_us = whole([from.word(), from.word()]);
+        let mean = from.vector();
+        // Column by column, as they lie.
+        let mut columns = <P::Tangent as Vector>::Array::<P::Position>::ZERO;
+        columns.as_mut().iter_mut().for_each(|column| *column = from.vector());
+        let common = Matrix::with(|row, column| columns.as_ref().get(column).map_or(T::ZERO, |column| column.at(row)));
+        let own = Symmetric::from_fn(|_, _| from.scalar());
+        let existence = Existence { in_sight: from.scalar(), hidden: from.scalar() };
+        *entry = Entry { label, page, mean, common, own, existence, detections: from.scalar(), since_us };
+    }
+}
+
+/// Looks over an archive: the first flaw, if any. Linear in it.
+pub(super) fn audit_archive<P: Pose>(entries: &[Entry<P>]) -> Result<(), Flaw> {
+    if entries.iter().all(Entry::is_sound) { Ok(()) } else { Err(Flaw::Component) }
+}
+
+/// The lower and the upper half.
+fn halves(whole: u64) -> [u32; 2] {
+    [whole as u32, (whole >> 32) as u32]
+}
+
+fn whole([low, high]: [u32; 2]) -> u64 {
+    u64::from(high) << 32 | u64::from(low)
 }

@@ -49,8 +49,24 @@ struct Displacement<T> {
     d_rate: [T; 2],
 }
 
-/// Below this turn in one step, rad, the arc is a chord along the mean heading (the error is of third order).
-const SMALL_TURN_RAD: f64 = 1e-4;
+/// Below half a turn of this, rad, the series of [`chord`] serves: its terms left out are below the rounding of double precision, and above it the
+/// differences of the closed form keep four digits in single precision.
+const SMALL_HALF_TURN_RAD: f64 = 0.05;
+
+/// sin(a)/a and its derivative: how much shorter the chord is than the arc that turns by 2a.
+fn chord<T: Real>(a: T) -> (T, T) {
+    let of = T::from_f64;
+    if a.abs() < of(SMALL_HALF_TURN_RAD) {
+        let q = a * a;
+        let share = T::ONE - q * (of(1.0 / 6.0) - q * (of(1.0 / 120.0) - q * of(1.0 / 5040.0)));
+        let slope = -a * (of(1.0 / 3.0) - q * (of(1.0 / 30.0) - q * (of(1.0 / 840.0) - q * of(1.0 / 45360.0))));
+        (share, slope)
+    } else {
+        let (sine, cosine) = a.sin_cos();
+        let share = sine / a;
+        (share, (cosine - share) / a)
+    }
+}
 
 impl<T: Real> Unicycle<T> {
     /// The model of a vehicle.
@@ -64,32 +80,23 @@ impl<T: Real> Unicycle<T> {
 
     fn displacement(&self, heading: T, control: &UnicycleControl<T>, dt: T) -> Displacement<T> {
         let UnicycleControl { speed_mps: v, rate_radps: omega } = *control;
-        let half = T::from_f64(0.5);
-        let straight = |along: T, d_along: T| {
-            let (sine, cosine) = along.sin_cos();
-            Displacement {
-                x: v * dt * cosine,
-                y: v * dt * sine,
-                d_speed: [dt * cosine, dt * sine],
-                d_rate: [-v * dt * sine * d_along, v * dt * cosine * d_along],
+        // Along the chord of the arc: dt sin(a)/a long, in the direction of the mean heading θ + a, with a = ω dt/2.
+        let (length, d_length, along, d_along) = match self.step {
+            Step::Euler => (dt, T::ZERO, heading, T::ZERO),
+            Step::Arc => {
+                let d_half_turn = T::from_f64(0.5) * dt;
+                let half_turn = omega * d_half_turn;
+                let (share, slope) = chord(half_turn);
+                (dt * share, dt * slope * d_half_turn, heading + half_turn, d_half_turn)
             }
         };
-        match self.step {
-            Step::Euler => straight(heading, T::ZERO),
-            Step::Arc if (omega * dt).abs() < T::from_f64(SMALL_TURN_RAD) => {
-                straight(heading + half * omega * dt, half * dt)
-            }
-            Step::Arc => {
-                let (s0, c0) = heading.sin_cos();
-                let (s1, c1) = (heading + omega * dt).sin_cos();
-                let (per_v_x, per_v_y) = ((s1 - s0) / omega, (c0 - c1) / omega);
-                Displacement {
-                    x: v * per_v_x,
-                    y: v * per_v_y,
-                    d_speed: [per_v_x, per_v_y],
-                    d_rate: [v * (dt * c1 - per_v_x) / omega, v * (dt * s1 - per_v_y) / omega],
-                }
-            }
+        let (sine, cosine) = along.sin_cos();
+        let (x, y) = (length * cosine, length * sine);
+        Displacement {
+            x: v * length * cosine,
+            y: v * length * sine,
+            d_speed: [x, y],
+            d_rate: [v * (d_length * cosine - y * d_along), v * (d_length * sine + x * d_along)],
         }
     }
 }
@@ -154,6 +161,29 @@ mod tests {
         }
     }
 
+    /// In single precision too, where differences of sines would have lost all digits of a slow turn.
+    #[test]
+    fn a_slow_turn_keeps_its_digits_in_single_precision() {
+        let exact = Unicycle::new(Step::Arc, ControlNoise::white(0.0, 0.05)).unwrap();
+        let single = Unicycle::new(Step::Arc, ControlNoise::white(0.0, 0.05_f32)).unwrap();
+        for turn in [0.0, 1e-7, 1.1e-4, 2e-4, 1e-3, 0.02, 0.0999, 0.1001, 0.3, 2.0_f64] {
+            let control = UnicycleControl { speed_mps: 2.0, rate_radps: turn / 0.1 };
+            let rounded = UnicycleControl { speed_mps: 2.0_f32, rate_radps: control.rate_radps as f32 };
+            let (pose, start) = (PlanarPose::new(0.0, 0.0, 0.7), PlanarPose::new(0.0, 0.0, 0.7_f32));
+            let (there, arrived) = (exact.propagate(&pose, &control, 0.1), single.propagate(&start, &rounded, 0.1));
+            assert!(
+                (there.x_m - f64::from(arrived.x_m)).abs() < 1e-7 && (there.y_m - f64::from(arrived.y_m)).abs() < 1e-7
+            );
+            let (q, q_single) =
+                (exact.linearise(&pose, &control, 0.1).noise, single.linearise(&start, &rounded, 0.1).noise);
+            for (row, column) in [(0, 0), (1, 0), (1, 1), (2, 0), (2, 1), (2, 2)] {
+                let scale = (q.get(row, row) * q.get(column, column)).sqrt();
+                let off = (q.get(row, column) - f64::from(q_single.get(row, column))).abs();
+                assert!(off <= 1e-3 * scale, "{turn}: {row} {column}: {off} of {scale}");
+            }
+        }
+    }
+
     #[test]
     fn derivatives_agree_with_differences() {
         let noise = ControlNoise { turn_sigma_ratio: 0.2, ..ControlNoise::white(0.3, 0.05) };
@@ -161,7 +191,7 @@ mod tests {
             let robot = Unicycle::new(step, noise).unwrap();
             for heading in [-3.0, -1.2, 0.0, 0.6, 2.4] {
                 for speed in [-1.0, 0.0, 4.0] {
-                    for rate in [-0.5, -1e-5, 0.0, 0.02, 0.9] {
+                    for rate in [-0.5, -1e-5, 0.0, 0.02, 0.9, 7.0] {
                         let pose = PlanarPose::new(5.0, -7.0, heading);
                         let at = |[v, omega]: [f64; 2]| UnicycleControl { speed_mps: v, rate_radps: omega };
                         check_linearised(&robot, &pose, [speed, rate], at, noise.covariance([speed, rate], 0.4), 0.4);

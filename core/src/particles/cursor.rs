@@ -1,5 +1,6 @@
 //! Where the recursion stands.
 
+use crate::report::watch::Watch;
 use crate::{Noise, Real};
 
 /// The time since the last scan, with so much more. Times that no number can hold together stand still.
@@ -30,6 +31,8 @@ pub(crate) struct Cursor<T> {
     pub(crate) next_label: u32,
     /// The random stream; none before the first reset.
     pub(crate) noise: Option<Noise>,
+    /// Whether the vehicle is where it is taken to be.
+    pub(crate) watch: Watch<T>,
 }
 
 impl<T: Real> Cursor<T> {
@@ -43,6 +46,7 @@ impl<T: Real> Cursor<T> {
         heaviest: 0,
         next_label: 0,
         noise: None,
+        watch: Watch::ZERO,
     };
 
     /// So much more time has passed.

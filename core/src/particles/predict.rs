@@ -71,7 +71,9 @@ pub(crate) fn spread<T: Real, M: Motion<Pose: Pose<Scalar = T>>>(
 
 fn report<T: Real>(cursor: &Cursor<T>, rejected: usize) -> PredictReport {
     let refused = usize::from(cursor.refused);
-    let health = Health::POSE_REJECTED.when(rejected > 0) | Health::PREDICTION_REFUSED.when(refused > 0);
+    let health = Health::POSE_REJECTED.when(rejected > 0)
+        | Health::PREDICTION_REFUSED.when(refused > 0)
+        | cursor.watch.waiting(cursor.waited_s);
     PredictReport { candidates: cursor.candidates(), rejected, refused, health }
 }
 

@@ -40,8 +40,16 @@ impl Health {
     pub const INNOVATION_HIGH: Self = Self(1 << 7);
     /// Predictions since the scan before were refused: the vehicle has moved, and the filter does not know how.
     pub const PREDICTION_REFUSED: Self = Self(1 << 8);
+    /// Known landmarks are missed, and measurements come from elsewhere, for so long that it is no chance any more: odds of a
+    /// hundred to one that the vehicle is not where it is taken to be.
+    pub const DIVERGENCE_SUSPECTED: Self = Self(1 << 9);
+    /// The same beyond doubt, with odds of ten thousand to one. It stays until the pose is set (`relocate`, `reset`) or made uncertain
+    /// (`scatter`), or until what was known is detected again where it is expected.
+    pub const LOST: Self = Self(1 << 10);
+    /// Predictions have gone on for ten times as long as it usually takes for a scan to come, and for a second at least.
+    pub const INPUT_LOST: Self = Self(1 << 11);
 
-    const NAMES: [(Self, &'static str); 9] = [
+    const NAMES: [(Self, &'static str); 12] = [
         (Self::UNEXPLAINED_SCAN, "UNEXPLAINED_SCAN"),
         (Self::DEGENERATE, "DEGENERATE"),
         (Self::PRUNING_TIGHTENED, "PRUNING_TIGHTENED"),
@@ -51,6 +59,9 @@ impl Health {
         (Self::POSE_REJECTED, "POSE_REJECTED"),
         (Self::INNOVATION_HIGH, "INNOVATION_HIGH"),
         (Self::PREDICTION_REFUSED, "PREDICTION_REFUSED"),
+        (Self::DIVERGENCE_SUSPECTED, "DIVERGENCE_SUSPECTED"),
+        (Self::LOST, "LOST"),
+        (Self::INPUT_LOST, "INPUT_LOST"),
     ];
 
     /// Every condition there is, in the order of the bits.

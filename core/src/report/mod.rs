@@ -5,3 +5,4 @@ pub(crate) mod error;
 pub(crate) mod health;
 pub(crate) mod probe;
 pub(crate) mod reports;
+pub(crate) mod watch;

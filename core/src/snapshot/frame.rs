@@ -11,7 +11,7 @@ pub(crate) type Check = Digest<'static, u32, Table<1>>;
 /// The first four bytes.
 const MAGIC: [u8; 4] = *b"SCPH";
 /// What is written, and all that is read.
-const VERSION: u16 = 1;
+const VERSION: u16 = 2;
 /// Words of the head before its check.
 pub(crate) const WORDS: usize = 8;
 /// Bytes of the head and its check.
@@ -33,6 +33,8 @@ pub(crate) enum Content {
     Joint,
     /// What was learnt of a detector.
     Detector,
+    /// The features of a map.
+    Map,
 }
 
 /// What must be the same in the filter that wrote and the one that reads.
@@ -162,9 +164,9 @@ mod tests {
     fn another_version_is_told_from_damage() {
         let shape = Shape { content: Content::Joint, scalar: 8, dimensions: [5, 3, 7], kind: 1 };
         let mut words = Head { shape, flags: 0, len: 80, sizes: [0; 3] }.words();
-        words[1][0] = 2;
+        words[1][0] = 3;
         let check = Head::check(&words);
-        assert_eq!(Head::parse::<()>(&words, check, shape), Err(RestoreError::Version { found: 2 }));
+        assert_eq!(Head::parse::<()>(&words, check, shape), Err(RestoreError::Version { found: 3 }));
         words[0] = *b"GIF8";
         assert_eq!(Head::parse::<()>(&words, check, shape), Err(RestoreError::Foreign));
     }

@@ -4,10 +4,13 @@
 mod bytes;
 mod error;
 pub(crate) mod frame;
+mod map;
 pub(crate) mod pages;
 pub(crate) mod read;
 pub(crate) mod visit;
+mod watch;
 pub(crate) mod write;
 
 pub use bytes::{SliceEnd, from_slice, into_slice};
 pub use error::{RestoreError, SaveError};
+pub use map::{restore_map, save_map};

@@ -57,8 +57,9 @@ pub struct Cli {
 pub enum Command {
     /// Runs a filter over recorded logs.
     ///
-    /// DIR is a folder with log.toml, odometry.csv, scans.csv, detections.csv and, optionally, truth.csv,
-    /// landmarks.csv and moving.csv; `scphd-sim export` makes one to look at.
+    /// DIR is a folder with log.toml, odometry.csv, scans.csv, detections.csv and, optionally, fixes.csv, truth.csv,
+    /// landmarks.csv and moving.csv; `scphd-sim export` makes one to look at: of `survey`, of `survey-fixes` with fixes of
+    /// the position, of `two-sensors` with two sensors.
     Replay {
         /// Folder of a log; several are run one after the other.
         #[arg(required = true, value_name = "DIR")]
@@ -182,6 +183,16 @@ pub struct RunArgs {
     /// Writes scans.csv, map.csv, and trajectory and error plots (SVG and PNG) to DIR; for a single run only.
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
+    /// Writes the map at the end to FILE, for --map of another drive; a joint map in the plane and a single run only.
+    #[arg(long, value_name = "FILE")]
+    pub save_map: Option<PathBuf>,
+    /// Starts in the map that --save-map wrote, at the pose of the log, and goes on mapping in it.
+    #[arg(long, value_name = "FILE")]
+    pub map: Option<PathBuf>,
+    /// Takes no pose from the log, but finds it in the map of --map; until then the vehicle maps in a frame of its own, and its errors
+    /// mean nothing.
+    #[arg(long, requires = "map")]
+    pub locate: bool,
 }
 
 #[derive(Debug, Args)]
@@ -265,6 +276,9 @@ pub struct CompareArgs {
     /// Name of a scenario, or folder of a log.
     #[arg(value_name = "SCENARIO|DIR", default_value = "survey")]
     pub source: PathBuf,
+    /// The filter, each of which has a reference of its own.
+    #[arg(long, value_enum, default_value_t = ComparedFilter::Core)]
+    pub filter: ComparedFilter,
     /// Number type of the filter; the reference always has f64.
     #[arg(long, value_enum, default_value_t = ComparedPrecision::Both)]
     pub precision: ComparedPrecision,
@@ -409,6 +423,14 @@ pub enum PrecisionName {
     F32,
     /// Double precision.
     F64,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum ComparedFilter {
+    /// The fixed-capacity filter of particles and mixtures.
+    Core,
+    /// The filter with a joint map.
+    Joint,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]

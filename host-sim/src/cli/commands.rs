@@ -2,6 +2,7 @@
 
 use super::args::{Cli, Command, MainJob, RunArgs, Tuning};
 use super::failure::{Failure, notice, print, warn_of_errors};
+use super::maps::{Maps, told};
 use super::offer::Offer;
 use super::outputs::{Outputs, label};
 use super::progress::Progress;
@@ -96,9 +97,17 @@ fn single<K: Offer>(source: &Source<K>, name: &str, args: RunArgs) -> Result<(),
     let settings = choice.settings::<K>(source.tuned(log, &args.tuning)?);
     let outputs = Outputs { json: args.json, out: args.out };
     outputs.check()?;
-    let session = run::<K>(&threads, log, &settings, choice.filter, args.seed.seed)?;
+    let maps = Maps { map: args.map, locate: args.locate, save: args.save_map };
+    let file = maps.read()?;
+    let (filter, seed) = (choice.filter, args.seed.seed);
+    let progress = progress_of::<K>(log, &settings, filter);
+    let (start, mut at) = (maps.to_use(file.as_deref()), |scans| progress.at(scans));
+    let (session, outcome) = session::run_in_map::<K>(&threads, log, &settings, filter, seed, start, &mut at)?;
+    drop(progress);
     outputs.write_one::<K>(log, &session)?;
+    maps.write(&outcome)?;
     report(&outputs, &[session])?;
+    outcome.search.iter().try_for_each(|search| outputs.print(&told(search)))?;
     outputs.print(&settings_command(name, &args.tuning))
 }
 
@@ -132,9 +141,13 @@ fn run<K: Kind>(
     filter: Filter,
     seed: u64,
 ) -> Result<Session<K>, Failure> {
-    let name = format!("{} {}", filter.name(K::recursion(settings).likelihood), filter.precision());
-    let progress = Progress::new(name, K::scans(log).len());
+    let progress = progress_of::<K>(log, settings, filter);
     Ok(session::run_on::<K>(threads, log, settings, filter, seed, &mut |scans| progress.at(scans))?)
+}
+
+fn progress_of<K: Kind>(log: &K::Log, settings: &K::Settings, filter: Filter) -> Progress {
+    let name = format!("{} {}", filter.name(K::recursion(settings).likelihood), filter.precision());
+    Progress::new(name, K::scans(log).len())
 }
 
 /// The table and, below it, what the fixed-capacity filter reported.
@@ -143,6 +156,10 @@ fn report<D: Dimensions>(outputs: &Outputs, sessions: &[Session<D>]) -> Result<(
     outputs.print(&table::render(&summaries))?;
     for session in sessions.iter().filter(|session| session.summary.digest.is_some()) {
         report_health(outputs, &session.summary, &session.health)?;
+    }
+    for summary in summaries.iter().filter(|summary| summary.fixes > 0) {
+        let Summary { fixes, fixes_left_out, .. } = summary;
+        outputs.print(&format!("fixes, {}: {fixes} shown, {fixes_left_out} beyond the gate", label(summary)))?;
     }
     sessions.iter().for_each(warn_of_rows);
     summaries.iter().for_each(|summary| warn_of_errors(std::slice::from_ref(summary)));

@@ -1,17 +1,18 @@
 //! Filter and reference in lockstep, as a command.
 
-use super::args::CompareArgs;
+use super::args::{CompareArgs, ComparedFilter};
 use super::failure::{Failure, notice};
 use super::offer::Offer;
 use super::outputs::{Outputs, make};
 use super::progress::Progress;
 use super::source::{Source, tuned};
 use scphd_sim::compare::{self, Comparison};
-use scphd_sim::output::comparison::{self, Compared};
+use scphd_sim::kind::Kind;
+use scphd_sim::output::comparison::{self, Compared, Fields};
 use scphd_sim::output::json::Format;
 use scphd_sim::session::{Filter, with_roomy_stack};
 use scphd_sim::settings::Origins;
-use scphd_sim::slam::Precision;
+use scphd_sim::slam::{Precision, Refusal};
 
 /// Particles and samples unless told otherwise: the reference takes every step again, at its own pace.
 const PARTICLES: usize = 32;
@@ -21,56 +22,80 @@ const SAMPLES: usize = 2;
 pub fn compare<K: Offer>(source: &Source<K>, args: CompareArgs) -> Result<(), Failure> {
     let seed = args.seed.seed;
     let log = source.log(seed)?;
-    let mut defaults = K::of_reference(&log);
-    let recursion = K::recursion_mut(&mut defaults);
-    (recursion.particles, recursion.samples) = (PARTICLES, SAMPLES);
-    let settings = tuned::<K>(defaults, &mut Origins::default(), &log, &args.tuning)?;
-    let recursion = K::recursion(&settings);
+    let filter = args.filter;
+    let settings = match filter {
+        ComparedFilter::Core => {
+            let mut defaults = K::of_reference(&log);
+            let recursion = K::recursion_mut(&mut defaults);
+            (recursion.particles, recursion.samples) = (PARTICLES, SAMPLES);
+            tuned::<K>(defaults, &mut Origins::default(), &log, &args.tuning)?
+        }
+        ComparedFilter::Joint => source.tuned(&log, &args.tuning)?,
+    };
     let outputs = Outputs { json: args.json, out: args.out };
     outputs.check()?;
-
-    let mut overall = Vec::new();
-    let mut scans = Vec::new();
-    for &precision in args.precision.each() {
-        let comparison = lockstep::<K>(&log, &settings, precision, seed)?;
-        overall.push(Compared {
-            format: Format,
-            log: K::name(&log).to_owned(),
-            precision: name(precision).into(),
-            particles: recursion.particles,
-            samples: recursion.samples,
-            seed,
-            differences: comparison.overall,
-            settings: serde_json::to_value(&settings).unwrap_or_default(),
-        });
-        scans.push((precision, comparison.scans));
+    let work = Work::<K> { log: log.into_owned(), settings, seed, each: args.precision.each(), outputs };
+    match filter {
+        ComparedFilter::Core => work.done(Filter::Core, |work, precision, progress| {
+            compare::compare::<K>(&work.log, &work.settings, precision, seed, |scans| progress.at(scans))
+        }),
+        ComparedFilter::Joint => work.done(Filter::Joint, |work, precision, progress| {
+            compare::compare_joint::<K>(&work.log, &work.settings, precision, |scans| progress.at(scans))
+        }),
     }
-    if let Some(out) = &outputs.out {
-        make(out)?;
-        for (precision, scans) in &scans {
-            let rows = K::scans(&log).iter().map(|scan| scan.t_s).zip(scans.iter().copied());
-            comparison::write_csv(&out.join(format!("compare-{}.csv", name(*precision))), rows)?;
-        }
-        notice(format_args!("tables are in {}", out.display()));
-    }
-    if let Some(path) = &outputs.json {
-        comparison::write_json(path, &overall)?;
-    }
-    outputs.print(&comparison::render(&overall))
 }
 
-fn lockstep<K: Offer>(
-    log: &K::Log,
-    settings: &K::Settings,
-    precision: Precision,
+/// What is to be compared, and where the differences go.
+struct Work<K: Kind> {
+    log: K::Log,
+    settings: K::Settings,
     seed: u64,
-) -> Result<Comparison, Failure> {
-    let progress = Progress::new(format!("compare {}", name(precision)), K::scans(log).len());
-    with_roomy_stack(|| compare::compare::<K>(log, settings, precision, seed, |scans| progress.at(scans)))
-        .map_err(|error| Failure::Internal(format!("cannot start a thread: {error}")))?
-        .map_err(|refusal| Failure::input(format_args!("the filter refuses: {refusal}")))
+    each: &'static [Precision],
+    outputs: Outputs,
 }
 
-fn name(precision: Precision) -> &'static str {
-    Filter::Core(precision).precision()
+impl<K: Kind> Work<K> {
+    fn done<D: Fields + Copy + Send>(
+        &self,
+        filter: fn(Precision) -> Filter,
+        lockstep: impl Fn(&Self, Precision, &Progress) -> Result<Comparison<D>, Refusal> + Sync,
+    ) -> Result<(), Failure> {
+        let Self { log, settings, seed, each, outputs } = self;
+        let recursion = K::recursion(settings);
+        let mut overall = Vec::new();
+        let mut scans = Vec::new();
+        for &precision in *each {
+            let filter = filter(precision);
+            let name = filter.precision();
+            let progress = Progress::new(format!("compare {name}"), K::scans(log).len());
+            let comparison = with_roomy_stack(|| lockstep(self, precision, &progress))
+                .map_err(|error| Failure::Internal(format!("cannot start a thread: {error}")))?
+                .map_err(|refusal| Failure::input(format_args!("the filter refuses: {refusal}")))?;
+            let is_joint = matches!(filter, Filter::Joint(_));
+            let (particles, samples) = if is_joint { (1, 1) } else { (recursion.particles, recursion.samples) };
+            overall.push(Compared {
+                format: Format,
+                log: K::name(log).to_owned(),
+                precision: name.into(),
+                particles,
+                samples,
+                seed: *seed,
+                differences: comparison.overall,
+                settings: serde_json::to_value(settings).unwrap_or_default(),
+            });
+            scans.push((name, comparison.scans));
+        }
+        if let Some(out) = &outputs.out {
+            make(out)?;
+            for (name, scans) in &scans {
+                let rows = K::scans(log).iter().map(|scan| scan.t_s).zip(scans.iter().copied());
+                comparison::write_csv(&out.join(format!("compare-{name}.csv")), rows)?;
+            }
+            notice(format_args!("tables are in {}", out.display()));
+        }
+        if let Some(path) = &outputs.json {
+            comparison::write_json(path, &overall)?;
+        }
+        outputs.print(&comparison::render(&overall))
+    }
 }

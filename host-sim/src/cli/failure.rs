@@ -69,7 +69,7 @@ impl From<FileError> for Failure {
 impl From<SessionError> for Failure {
     fn from(error: SessionError) -> Self {
         match error {
-            SessionError::Start(_) | SessionError::Step { .. } => Self::input(error),
+            SessionError::Start(_) | SessionError::Map(_) | SessionError::Step { .. } => Self::input(error),
             other => Self::Internal(other.to_string()),
         }
     }

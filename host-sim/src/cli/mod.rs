@@ -6,6 +6,7 @@ mod compare;
 mod contender;
 mod failure;
 mod figure;
+mod maps;
 mod monte_carlo;
 mod offer;
 mod outputs;

@@ -4,7 +4,7 @@ use scphd_sim::compare::Lockstep;
 use scphd_sim::dimensions::{Planar, Underwater};
 use scphd_sim::log::Log;
 use scphd_sim::log_folder::{self, LogError};
-use scphd_sim::scenario::{SCENARIOS, WORLDS, by_name, thesis_run};
+use scphd_sim::scenario::{SCENARIOS, by_name, is_of_thesis, thesis_run};
 use scphd_sim::settings::{Origin, Origins, Settings};
 use scphd_sim::slam::Refusal;
 use scphd_sim::stream::{self, Stream};
@@ -81,12 +81,17 @@ impl Offer for Planar {
     }
 
     fn stream(log: &Log, settings: &Settings, seed: u64, scalar: Scalar, scans: usize) -> Result<Stream, Refusal> {
-        Ok(stream::write(log, settings, seed, scalar, scans))
+        let beyond = if log.others.is_empty() { "fixes of the pose" } else { "several sensors" };
+        if log.others.is_empty() && log.fixes.is_empty() {
+            Ok(stream::write(log, settings, seed, scalar, scans))
+        } else {
+            Err(Refusal(format!("a stream does not carry {beyond}, which {} has", log.name)))
+        }
     }
 
-    /// For a log, or a random world, which is as good as one: an experiment of the thesis is neither.
+    /// For a log, or a scenario that is as good as one: an experiment of the thesis is neither.
     fn is_joint_usual(scenario: Option<&str>) -> bool {
-        scenario.is_none_or(|name| WORLDS.contains(&name))
+        scenario.is_none_or(|name| !is_of_thesis(name))
     }
 
     fn runs_per_input(scenario: &str) -> Option<usize> {

@@ -6,6 +6,7 @@ use super::offer::Offer;
 use super::outputs::Outputs;
 use super::progress::Progress;
 use super::source::Source;
+use scphd_sim::dimensions::Coordinates;
 use scphd_sim::output::json::{self, Summary};
 use scphd_sim::output::repeats;
 use scphd_sim::session;
@@ -19,6 +20,9 @@ pub fn repeat<K: Offer>(sources: &[Source<K>], args: RunArgs) -> Result<(), Fail
     let threads = args.threads()?;
     if args.out.is_some() {
         return Err(Failure::input("--out: for a single run only, not with several logs or --repeat"));
+    }
+    if args.map.is_some() || args.save_map.is_some() {
+        return Err(Failure::input("--map and --save-map: for a single run only, not with several logs or --repeat"));
     }
     let seeds = args.seeds()?;
     let outputs = Outputs { json: args.json, out: None };
@@ -49,7 +53,11 @@ pub fn repeat<K: Offer>(sources: &[Source<K>], args: RunArgs) -> Result<(), Fail
         json::write_summaries(path, &summaries)?;
     }
     let logs: Vec<&[Summary]> = summaries.chunks(args.repeat as usize).collect();
-    outputs.print(&repeats::render(&logs))?;
+    // The runs of a log differ by the filter's draws alone: their errors are not independent.
+    let seeded = logs.iter().zip(sources).filter(|(_, source)| source.is_seeded());
+    let together = seeded.filter_map(|(runs, _)| repeats::consistency(runs, K::Position::COUNT));
+    let text: Vec<String> = std::iter::once(repeats::render(&logs)).chain(together).collect();
+    outputs.print(&text.join("\n"))?;
     logs.iter().for_each(|runs| warn_of_errors(runs));
     Ok(())
 }

@@ -243,7 +243,7 @@ pub fn tuned<K: Offer>(
 /// A setting that is out of range, by the argument that sets it if that is given.
 fn out_of_range(error: &OutOfRange, tuning: &Tuning) -> Failure {
     let OutOfRange { field, found, range } = error;
-    match *field {
+    match &**field {
         "filter.particles" if tuning.particles.is_some() => {
             Failure::input(format_args!("--particles {found}: must be {range}"))
         }

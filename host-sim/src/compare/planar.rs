@@ -1,11 +1,11 @@
 //! Lockstep in the plane.
 
-use super::{Comparable, Comparison, Lockstep, drive};
+use super::{Comparable, Comparison, JointComparison, Lockstep, NO_FIXES, drive, joint};
 use crate::dimensions::Planar;
 use crate::log::Log;
 use crate::reference::Reference;
 use crate::settings::Settings;
-use crate::slam::{Precision, Refusal, core_filter, reference_of};
+use crate::slam::{Precision, Refusal, core_filter, joint_filter, joint_references_of, references_of};
 
 impl Comparable<Planar, 2, 4> for Reference {
     fn control(control: &[f64; 2]) -> [f64; 2] {
@@ -25,8 +25,24 @@ impl Lockstep for Planar {
         seed: u64,
         progress: &mut dyn FnMut(usize),
     ) -> Result<Comparison, Refusal> {
-        let reference = reference_of(settings, &log.vehicle);
+        if !log.fixes.is_empty() {
+            return Err(Refusal(NO_FIXES.into()));
+        }
+        let references = references_of(settings, &log.vehicle);
         let mut filter = core_filter(settings, &log.vehicle, log.initial_pose, precision, seed)?;
-        drive(log, settings, &reference, &mut *filter, progress)
+        drive(log, settings, &references, &mut *filter, progress)
+    }
+    fn joint_lockstep(
+        log: &Log,
+        settings: &Settings,
+        precision: Precision,
+        progress: &mut dyn FnMut(usize),
+    ) -> Result<JointComparison, Refusal> {
+        if !log.fixes.is_empty() {
+            return Err(Refusal(NO_FIXES.into()));
+        }
+        let references = joint_references_of(settings, &log.vehicle);
+        let mut filter = joint_filter(settings, &log.vehicle, log.initial_pose, precision)?;
+        joint::drive::<Self, _>(log, settings, &references, |&control| control, &mut *filter, progress)
     }
 }

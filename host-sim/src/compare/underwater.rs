@@ -1,14 +1,19 @@
 //! Lockstep in space.
 
-use super::{Comparable, Comparison, Lockstep, drive};
+use super::joint::drive as drive_joint;
+use super::{Comparable, Comparison, JointComparison, Lockstep, drive};
 use crate::dimensions::Underwater;
+use crate::reference::joint;
 use crate::reference::space::{self, Space};
 use crate::reference::{Config, MovingConfig};
 use crate::settings::Likelihood;
-use crate::slam::{Precision, Refusal, full, underwater_core_filter as core_filter};
+use crate::slam::{
+    Precision, Refusal, full, joint_config_of, underwater_core_filter as core_filter,
+    underwater_joint_filter as joint_filter,
+};
 use crate::underwater::log::Log;
 use crate::underwater::settings::Settings;
-use scphd::{AuvControl, Reading};
+use scphd::{AuvControl, JointConfig, Reading};
 
 impl Comparable<Underwater, 3, 6> for Space {
     fn control(control: &AuvControl<f64>) -> space::Control {
@@ -41,7 +46,27 @@ impl Lockstep for Underwater {
         }
         let space = reference_of(log, settings);
         let mut filter = core_filter(log, settings, precision, seed)?;
-        drive(log, settings, &space, &mut *filter, progress)
+        drive(log, settings, std::slice::from_ref(&space), &mut *filter, progress)
+    }
+
+    fn joint_lockstep(
+        log: &Log,
+        settings: &Settings,
+        precision: Precision,
+        progress: &mut dyn FnMut(usize),
+    ) -> Result<JointComparison, Refusal> {
+        let models = reference_of(log, settings);
+        let config = joint_config_of(&JointConfig::strict(), settings.filter.birth_intensity);
+        let reference = joint::Joint { config, models };
+        let mut filter = joint_filter(log, settings, precision)?;
+        drive_joint::<Self, _>(
+            log,
+            settings,
+            std::slice::from_ref(&reference),
+            <Space as Comparable<Self, 3, 6>>::control,
+            &mut *filter,
+            progress,
+        )
     }
 }
 
@@ -91,7 +116,7 @@ fn reference_of(log: &Log, settings: &Settings) -> Space {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::compare::{Differences, compare, scan};
+    use crate::compare::{Differences, compare, compare_joint, scan};
     use crate::session::with_roomy_stack;
     use crate::settings::{FilterSettings, Proposal};
     use crate::underwater::tank::girona_tank;
@@ -132,6 +157,27 @@ mod tests {
     }
 
     #[test]
+    fn every_step_of_the_joint_filter_agrees_too() {
+        let log = short(12);
+        for velocity_interval_s in [0.0, 0.5] {
+            let mut settings = Settings::for_log(&log);
+            settings.vehicle.velocity_interval_s = velocity_interval_s;
+            settings.camera.common_sigmas = [2.0 * velocity_interval_s, 1.0];
+            let compared = with_roomy_stack(|| compare_joint::<Underwater>(&log, &settings, Precision::F64, |_| ()));
+            let d = compared.unwrap().unwrap().overall;
+            assert_eq!((d.scans, d.unmatched, d.other_views, d.capacity_events), (12, 0, 0, 0), "{d:?}");
+            assert!(d.features > 200, "{d:?}");
+            let poses =
+                [d.predicted_position_m, d.predicted_heading_rad, d.estimated_position_m, d.estimated_heading_rad];
+            let covariances = [d.predicted_covariance, d.pose_covariance, d.feature_covariance, d.cross_covariance];
+            let rest = [d.mean, d.existence, d.ln_evidence, d.innovation, d.own_way_position_m, d.own_way_heading_rad];
+            for figure in poses.into_iter().chain(covariances).chain(rest) {
+                assert!(figure < 1e-9, "{d:?}");
+            }
+        }
+    }
+
+    #[test]
     fn a_model_that_differs_shows() {
         let log = short(5);
         let mut settings = Settings::for_log(&log);
@@ -142,7 +188,7 @@ mod tests {
             let mut filter = core_filter(&log, &settings, Precision::F64, 3).unwrap();
             let mut overall = Differences::default();
             for frame in &log.scans {
-                overall.merge(&scan(&space, &mut *filter, false, &frame.detections).unwrap());
+                overall.merge(&scan(std::slice::from_ref(&space), &mut *filter, false, frame).unwrap());
             }
             overall
         })

@@ -4,9 +4,9 @@ use super::association::{Association, CLEANING_SCANS, FEWEST_SIGHTS, GATE, NEW, 
 use super::covariance::Covariance;
 use super::odometry::OdometryNoise;
 use crate::angle::wrap;
-use crate::log::{Log, Mounting, Vehicle};
+use crate::log::{FixNoise, Log, Mounting, PoseFix, Vehicle};
 use crate::record::MapFeature;
-use crate::slam::contract::{PoseAndCovariance, Refusal, ScanOutcome, Slam};
+use crate::slam::contract::{PoseAndCovariance, Refusal, ScanOutcome, Slam, no_sensor};
 use libm::{atan2, cos, sin};
 use nalgebra::{Matrix2, Matrix2x3, Matrix3, Matrix3x2, RowVector2, SMatrix, Vector2, Vector3};
 use scphd::Implausible;
@@ -30,14 +30,22 @@ struct Landmark {
     born: usize,
 }
 
+/// What it knows of a sensor.
+#[derive(Debug, Clone, Copy)]
+struct Eye {
+    mounting: Mounting,
+    /// Variances of range, m², and bearing, rad².
+    noise: Vector2<f64>,
+}
+
 /// EKF SLAM over one log.
 #[derive(Debug)]
 pub struct Ekf {
     vehicle: Vehicle,
     odometry: OdometryNoise,
-    mounting: Mounting,
-    /// Variances of range, m², and bearing, rad².
-    noise: Vector2<f64>,
+    eyes: Vec<Eye>,
+    /// Of fixes.
+    fixes: FixNoise,
     association: Association,
     /// Labels of every scan's detections, those of static landmarks alone; only for [`Association::Known`].
     labels: Vec<Vec<Option<i64>>>,
@@ -73,13 +81,22 @@ impl Ekf {
             })?,
         };
         let trust = if log.simulated { 1.0 } else { DISTRUST };
-        let range = log.nominal.range_sigma_m.unwrap_or(RANGE_SIGMA_SHARE * log.sensor.range_max_m);
-        let bearing = log.nominal.bearing_sigma_rad.unwrap_or(BEARING_SIGMA_RAD);
+        let eyes = log.sensors().map(|(_, sensor, nominal)| {
+            let range = nominal.range_sigma_m.unwrap_or(RANGE_SIGMA_SHARE * sensor.range_max_m);
+            let bearing = nominal.bearing_sigma_rad.unwrap_or(BEARING_SIGMA_RAD);
+            let noise = Vector2::new(range, bearing).map(|sigma| (trust * sigma).powi(2));
+            Eye { mounting: sensor.mounting, noise }
+        });
+        let FixNoise { position_sigma_m, heading_sigma_rad, .. } = log.fix_noise;
         Ok(Self {
             vehicle: log.vehicle,
             odometry: OdometryNoise::of(log),
-            mounting: log.sensor.mounting,
-            noise: Vector2::new(range, bearing).map(|sigma| (trust * sigma).powi(2)),
+            eyes: eyes.collect(),
+            fixes: FixNoise {
+                position_sigma_m: position_sigma_m.map(|sigma| trust * sigma),
+                heading_sigma_rad: heading_sigma_rad.map(|sigma| trust * sigma),
+                ..log.fix_noise
+            },
             association,
             labels,
             state: log.initial_pose.to_vec(),
@@ -100,16 +117,16 @@ impl Ekf {
     }
 
     /// The sensor's pose, and its offset from the vehicle's position, m.
-    fn seat(&self) -> ([f64; POSE], [f64; 2]) {
+    fn seat(&self, mounting: &Mounting) -> ([f64; POSE], [f64; 2]) {
         let [x, y, _] = self.pose_mean();
-        let seat = self.mounting.seat(self.pose_mean());
+        let seat = mounting.seat(self.pose_mean());
         (seat, [seat[0] - x, seat[1] - y])
     }
 
     /// What landmark `landmark` makes of a detection; `None` where S is singular.
-    fn pair(&self, landmark: usize, detection: [f64; 2]) -> Option<Pairing> {
+    fn pair(&self, eye: &Eye, landmark: usize, detection: [f64; 2]) -> Option<Pairing> {
         let at = POSE + 2 * landmark;
-        let ([x, y, heading], [lever_x, lever_y]) = self.seat();
+        let ([x, y, heading], [lever_x, lever_y]) = self.seat(&eye.mounting);
         let (dx, dy) = (self.state[at] - x, self.state[at + 1] - y);
         let squared = (dx * dx + dy * dy).max(1e-9);
         let range = squared.sqrt();
@@ -121,37 +138,41 @@ impl Ekf {
             dy / squared, -dx / squared, swing[1] / squared - 1.0, -dy / squared, dx / squared,
         );
         let block = self.covariance.block([0, 1, 2, at, at + 1]);
-        let noise = Matrix2::from_diagonal(&self.noise);
+        let noise = Matrix2::from_diagonal(&eye.noise);
         let information = (jacobian * block * jacobian.transpose() + noise).try_inverse()?;
         let innovation = Vector2::new(detection[0] - range, wrap(detection[1] - (atan2(dy, dx) - heading)));
         let distance = innovation.dot(&(information * innovation));
         Some(Pairing { landmark, jacobian, innovation, information, distance })
     }
 
-    fn nearest(&self, detection: [f64; 2]) -> Option<Pairing> {
-        let pairings = (0..self.landmarks.len()).filter_map(|landmark| self.pair(landmark, detection));
+    fn nearest(&self, eye: &Eye, detection: [f64; 2]) -> Option<Pairing> {
+        let pairings = (0..self.landmarks.len()).filter_map(|landmark| self.pair(eye, landmark, detection));
         pairings.min_by(|a, b| a.distance.total_cmp(&b.distance))
     }
 
-    /// The Kalman update of the whole state.
-    fn correct(&mut self, pairing: &Pairing) {
-        let at = POSE + 2 * pairing.landmark;
+    /// The Kalman update of the whole state by what is measured of these of its variables.
+    fn correct<const N: usize>(
+        &mut self,
+        variables: [usize; N],
+        jacobian: &SMatrix<f64, 2, N>,
+        information: &Matrix2<f64>,
+        innovation: &Vector2<f64>,
+    ) {
         // P Hᵀ and the gain P Hᵀ S⁻¹, row by row.
         let cross: Vec<RowVector2<f64>> = (0..self.covariance.side())
-            .map(|row| (pairing.jacobian * self.covariance.row(row, [0, 1, 2, at, at + 1])).transpose())
+            .map(|row| (jacobian * self.covariance.row(row, variables)).transpose())
             .collect();
-        let gain: Vec<RowVector2<f64>> = cross.iter().map(|row| row * pairing.information).collect();
+        let gain: Vec<RowVector2<f64>> = cross.iter().map(|row| row * information).collect();
         for (variable, gain) in self.state.iter_mut().zip(&gain) {
-            *variable += (gain * pairing.innovation).x;
+            *variable += (gain * innovation).x;
         }
         self.state[2] = wrap(self.state[2]);
         self.covariance.subtract(&gain, &cross);
-        self.landmarks[pairing.landmark].sights += 1;
     }
 
     /// A new landmark where the detection says, with its covariances to all else.
-    fn add(&mut self, [range, bearing]: [f64; 2], label: Option<i64>) {
-        let ([x, y, heading], [lever_x, lever_y]) = self.seat();
+    fn add(&mut self, eye: &Eye, [range, bearing]: [f64; 2], label: Option<i64>) {
+        let ([x, y, heading], [lever_x, lever_y]) = self.seat(&eye.mounting);
         let (s, c) = (sin(heading + bearing), cos(heading + bearing));
         let by_pose = Matrix2x3::new(1.0, 0.0, -range * s - lever_y, 0.0, 1.0, range * c + lever_x);
         let by_measurement = Matrix2::new(c, -range * s, s, range * c);
@@ -162,7 +183,7 @@ impl Ekf {
             covariance.set(old, column, cross.x);
             covariance.set(old + 1, column, cross.y);
         }
-        let noise = Matrix2::from_diagonal(&self.noise);
+        let noise = Matrix2::from_diagonal(&eye.noise);
         let own = by_pose * self.covariance.block([0, 1, 2]) * by_pose.transpose()
             + by_measurement * noise * by_measurement.transpose();
         for (row, column) in [(0, 0), (0, 1), (1, 1)] {
@@ -234,18 +255,48 @@ impl Slam for Ekf {
         Ok(None)
     }
 
-    fn scan(&mut self, detections: &[[f64; 2]]) -> Result<ScanOutcome, Refusal> {
+    fn observe(&mut self, fix: &PoseFix) -> Result<bool, Refusal> {
+        let [_, _, heading] = self.pose_mean();
+        // A heading is a pair too, whose second number is of nothing.
+        let (jacobian, innovation, sigmas) = match *fix {
+            PoseFix::Position([measured_x, measured_y]) => {
+                let antenna = Mounting { forward_m: self.fixes.forward_m, left_m: self.fixes.left_m, yaw_rad: 0.0 };
+                let ([seat_x, seat_y, _], [lever_x, lever_y]) = self.seat(&antenna);
+                let jacobian = Matrix2x3::new(1.0, 0.0, -lever_y, 0.0, 1.0, lever_x);
+                let sigma = self.fixes.position_sigma_m;
+                (jacobian, Vector2::new(measured_x - seat_x, measured_y - seat_y), [sigma; 2])
+            }
+            PoseFix::Heading(measured) => {
+                let jacobian = Matrix2x3::new(0.0, 0.0, 1.0, 0.0, 0.0, 0.0);
+                (jacobian, Vector2::new(wrap(measured - heading), 0.0), [self.fixes.heading_sigma_rad, Some(1.0)])
+            }
+        };
+        let [Some(first), Some(second)] = sigmas else {
+            return Err(Refusal("the log does not state the noise of this fix".into()));
+        };
+        let noise = Matrix2::new(first * first, 0.0, 0.0, second * second);
+        let expected = jacobian * self.covariance.block([0, 1, 2]) * jacobian.transpose() + noise;
+        let Some(information) = expected.try_inverse() else { return Ok(false) };
+        if !(innovation.dot(&(information * innovation)) <= self.fixes.gate.unwrap_or(f64::INFINITY)) {
+            return Ok(false);
+        }
+        self.correct([0, 1, 2], &jacobian, &information, &innovation);
+        Ok(true)
+    }
+
+    fn scan(&mut self, sensor: usize, detections: &[[f64; 2]]) -> Result<ScanOutcome, Refusal> {
+        let eye = *self.eyes.get(sensor).ok_or_else(|| no_sensor(sensor))?;
         let (mut innovation, mut paired) = (0.0, 0_usize);
         for (place, &detection) in detections.iter().enumerate() {
             let (pairing, label) = match self.association {
-                Association::NearestNeighbour => (self.nearest(detection), None),
+                Association::NearestNeighbour => (self.nearest(&eye, detection), None),
                 Association::Known => {
                     let label = self.labels.get(self.scans).and_then(|labels| *labels.get(place)?);
                     if label.is_none() {
                         continue;
                     }
                     let known = self.landmarks.iter().position(|landmark| landmark.label == label);
-                    (known.and_then(|landmark| self.pair(landmark, detection)), label)
+                    (known.and_then(|landmark| self.pair(&eye, landmark, detection)), label)
                 }
             };
             let known = self.association == Association::Known;
@@ -253,10 +304,13 @@ impl Slam for Ekf {
                 Some(pairing) if known || pairing.distance < GATE => {
                     innovation += pairing.distance / 2.0;
                     paired += 1;
-                    self.correct(&pairing);
+                    let Pairing { landmark, jacobian, innovation, information, .. } = &pairing;
+                    let at = POSE + 2 * landmark;
+                    self.correct([0, 1, 2, at, at + 1], jacobian, information, innovation);
+                    self.landmarks[*landmark].sights += 1;
                 }
                 Some(pairing) if pairing.distance < NEW => {}
-                _ => self.add(detection, label),
+                _ => self.add(&eye, detection, label),
             }
         }
         self.scans += 1;

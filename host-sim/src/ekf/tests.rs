@@ -1,5 +1,5 @@
 use super::{Association, Ekf};
-use crate::log::{Log, Mounting, Nominal, Scan, Sensor, Vehicle};
+use crate::log::{FixNoise, Log, Mounting, Nominal, PoseFix, Scan, Sensor, Vehicle};
 use crate::slam::Slam;
 
 fn log(simulated: bool) -> Log {
@@ -14,6 +14,10 @@ fn log(simulated: bool) -> Log {
             bearing_max_rad: 3.0,
             mounting: Mounting::NONE,
         },
+        sensor_name: String::new(),
+        others: Vec::new(),
+        fixes: Vec::new(),
+        fix_noise: FixNoise::default(),
         nominal: Nominal {
             range_sigma_m: Some(0.1),
             bearing_sigma_rad: Some(0.01),
@@ -23,7 +27,7 @@ fn log(simulated: bool) -> Log {
         },
         simulated,
         odometry: Vec::new(),
-        scans: vec![Scan { t_s: 0.0, detections: vec![[1.0, 0.0]], labels: vec![-1] }],
+        scans: vec![Scan { t_s: 0.0, sensor: 0, detections: vec![[1.0, 0.0]], labels: vec![-1] }],
         truth: Vec::new(),
         landmarks: Vec::new(),
         moving: Vec::new(),
@@ -44,7 +48,7 @@ fn on_a_line_it_is_the_kalman_filter() {
             pxx += q;
         }
         let z = 8.0 - 0.31 * f64::from(step) + if step % 2 == 0 { 0.05 } else { -0.05 };
-        ekf.scan(&[[z, 0.0]]).unwrap();
+        ekf.scan(0, &[[z, 0.0]]).unwrap();
         if step == 0 {
             (m, pmm, pxm) = (x + z, pxx + r, pxx);
         } else {
@@ -66,9 +70,9 @@ fn on_a_line_it_is_the_kalman_filter() {
 #[test]
 fn what_is_seen_but_once_is_dropped_and_what_is_seen_again_stays() {
     let mut ekf = Ekf::start(&log(true), Association::NearestNeighbour).unwrap();
-    ekf.scan(&[[5.0, 0.0], [5.0, 1.5]]).unwrap();
+    ekf.scan(0, &[[5.0, 0.0], [5.0, 1.5]]).unwrap();
     for _ in 0..60 {
-        ekf.scan(&[[5.0, 0.0]]).unwrap();
+        ekf.scan(0, &[[5.0, 0.0]]).unwrap();
     }
     assert_eq!(ekf.landmarks(), 1);
 }
@@ -78,7 +82,7 @@ fn a_data_sheet_is_trusted_less_than_a_simulation() {
     let covariance = |simulated| {
         let mut ekf = Ekf::start(&log(simulated), Association::NearestNeighbour).unwrap();
         for _ in 0..4 {
-            ekf.scan(&[[5.0, 0.0]]).unwrap();
+            ekf.scan(0, &[[5.0, 0.0]]).unwrap();
         }
         ekf.map().unwrap().1[0].covariance[0][0]
     };
@@ -89,15 +93,32 @@ fn a_data_sheet_is_trusted_less_than_a_simulation() {
 #[test]
 fn known_labels_hold_two_that_stand_in_one_place_apart() {
     let mut log = log(true);
-    let scan = Scan { t_s: 0.0, detections: vec![], labels: vec![4, 9, -1, 2] };
+    let scan = Scan { t_s: 0.0, sensor: 0, detections: vec![], labels: vec![4, 9, -1, 2] };
     log.scans = vec![scan; 5];
     log.moving = vec![crate::log::MovingLandmark { subject: 2, t_s: 0.0, position: [0.0; 2] }];
     let mut ekf = Ekf::start(&log, Association::Known).unwrap();
     for _ in 0..5 {
-        ekf.scan(&[[5.0, 0.0], [5.01, 0.0], [2.0, 1.0], [3.0, 1.0]]).unwrap();
+        ekf.scan(0, &[[5.0, 0.0], [5.01, 0.0], [2.0, 1.0], [3.0, 1.0]]).unwrap();
     }
     // Neither what is labelled as clutter nor what moves is a landmark.
     assert_eq!(ekf.landmarks(), 2);
     log.scans = vec![Scan::default()];
     assert!(Ekf::start(&log, Association::Known).is_err());
+}
+
+/// On a line, with the antenna ahead: the Kalman filter of a scalar position.
+#[test]
+fn a_fix_is_the_kalman_update_of_the_pose_and_may_be_gated() {
+    let mut log = log(true);
+    log.fix_noise = FixNoise { position_sigma_m: Some(0.5), forward_m: 2.0, gate: Some(9.0), ..FixNoise::default() };
+    let mut ekf = Ekf::start(&log, Association::NearestNeighbour).unwrap();
+    ekf.predict([1.0, 0.0], 1.0).unwrap();
+    let (before, r) = (0.2_f64.powi(2), 0.5_f64.powi(2));
+    assert_eq!(ekf.observe(&PoseFix::Position([8.0, 0.0])), Ok(false));
+    assert_eq!(ekf.pose().unwrap().0[0], 1.0);
+    assert_eq!(ekf.observe(&PoseFix::Position([3.6, 0.0])), Ok(true));
+    let (pose, covariance) = ekf.pose().unwrap();
+    assert!((pose[0] - (1.0 + 0.6 * before / (before + r))).abs() < 1e-9, "{pose:?}");
+    assert!((covariance[0][0] - before * r / (before + r)).abs() < 1e-9, "{covariance:?}");
+    assert!(ekf.observe(&PoseFix::Heading(0.1)).is_err(), "its noise is not stated");
 }

@@ -64,6 +64,7 @@ pub fn weigh(log: &Log, settings: &Settings, moment: &Moment, seed: u64) -> Opti
                 let model = if scans == moment.scan { &many } else { &reference };
                 model.predict(&mut state, &control, dt_s, &mut draws);
             }
+            Event::Fix { .. } => {}
             Event::Scan { index } if index < moment.scan => {
                 reference.scan(&mut state, &log.scans[index].detections, &mut draws);
                 scans = index + 1;

@@ -56,7 +56,7 @@ pub fn estimate(log: &Log, record: &Record) -> Figure {
         // Its rim shows on both sides of an estimate that coincides with it.
         Mark::line("true trajectory", Colour::TRUTH, true_path(PLAN, &log.truth)).wide(3.0),
         Mark::line("estimated trajectory", Colour::of_curve(0), path).wide(1.4),
-        Mark::gaussians("estimated static features, 3σ", Colour::of_curve(0), features.collect()),
+        Mark::gaussians("estimated static features, 95 %", Colour::of_curve(0), features.collect()),
         Mark::crosses("true landmarks", Colour::TRUTH, log.landmarks.clone()),
         Mark::rings("start", Colour::TRUTH, vec![start(log)]),
     ];

@@ -5,7 +5,7 @@ use crate::dimensions::Planar;
 use crate::ekf::Ekf;
 use crate::events::{Event, events};
 use crate::log::{Log, MovingLandmark, Scan, TruePose};
-use crate::settings::{FileProblem, FilterSettings, OutOfRange, Settings};
+use crate::settings::{FileProblem, FilterSettings, OutOfRange, SensorSettings, Settings};
 use crate::slam::{Filter, ReferenceFilter, Refusal, Slam, core_filter, joint_filter};
 use crate::truth::window::Window;
 use crate::vehicle;
@@ -43,8 +43,12 @@ impl Kind for Planar {
     }
 
     fn view<'a>(_log: &'a Log, settings: &Settings) -> View<'a, Self> {
-        let window = Window::of_settings(&settings.sensor);
-        Box::new(move |pose, point| window.holds(pose, point))
+        let windows: Vec<Window> = settings.sensors().map(Window::of_settings).collect();
+        // In view of any; none where that is known of all.
+        Box::new(move |pose, point| {
+            let held = windows.iter().map(|window| window.holds(pose, point));
+            held.reduce(|one, other| if one == Some(false) || other == Some(true) { other } else { one })?
+        })
     }
 
     fn events(log: &Log, _settings: &Settings) -> Result<Vec<Event>, Refusal> {
@@ -62,7 +66,10 @@ impl Kind for Planar {
     fn slam(filter: Filter, log: &Log, settings: &Settings, seed: u64) -> Result<Box<dyn Slam>, Refusal> {
         match filter {
             Filter::Core(precision) => Ok(core_filter(settings, &log.vehicle, log.initial_pose, precision, seed)?),
-            Filter::Joint(precision) => joint_filter(settings, &log.vehicle, log.initial_pose, precision),
+            Filter::Joint(precision) => Ok(joint_filter(settings, &log.vehicle, log.initial_pose, precision)?),
+            Filter::Reference if !log.fixes.is_empty() => {
+                Err(Refusal("the reference takes no fixes of the pose; core, joint and ekf do".into()))
+            }
             Filter::Reference => Ok(Box::new(ReferenceFilter::start(settings, &log.vehicle, log.initial_pose, seed))),
             Filter::Ekf(association) => Ok(Box::new(Ekf::start(log, association)?)),
         }
@@ -76,9 +83,13 @@ impl Kind for Planar {
         &mut settings.filter
     }
 
-    fn unexplained_per_scan(_log: &Log, settings: &Settings) -> f64 {
+    fn unexplained_per_scan(log: &Log, settings: &Settings) -> f64 {
         let births = settings.filter.birth_intensity + settings.moving.birth_intensity;
-        settings.sensor.clutter_per_scan + births * settings.sensor.measure()
+        let of_a_scan =
+            |sensor: &SensorSettings| sensor.clutter_per_scan + sensor.birth_factor * births * sensor.measure();
+        let scans = |of: usize| log.scans.iter().filter(|scan| scan.sensor == of).count() as f64;
+        let share = |of: usize| if log.others.is_empty() { 1.0 } else { scans(of) / log.scans.len() as f64 };
+        settings.sensors().enumerate().map(|(of, sensor)| share(of) * of_a_scan(sensor)).sum()
     }
 
     fn of_reference(log: &Log) -> Settings {

@@ -117,7 +117,7 @@ impl Kind for Underwater {
     fn slam(filter: Filter, log: &Log, settings: &Settings, seed: u64) -> Result<Box<dyn Slam<Self>>, Refusal> {
         match filter {
             Filter::Core(precision) => Ok(underwater_core_filter(log, settings, precision, seed)?),
-            Filter::Joint(precision) => underwater_joint_filter(log, settings, precision),
+            Filter::Joint(precision) => Ok(underwater_joint_filter(log, settings, precision)?),
             Filter::Reference => Err(Refusal("in space the reference runs in lockstep only: scphd-sim compare".into())),
             Filter::Ekf(_) => Err(Refusal("the EKF is of the plane alone".into())),
         }

@@ -169,6 +169,37 @@ pub enum Problem {
     NegativeRange(f64),
     /// The log has no scan at all.
     NoScans,
+    /// `[sensor]` beside `[[sensors]]`.
+    SensorAndSensors,
+    /// A sensor's name that settings cannot name.
+    SensorName,
+    /// A sensor's name that another has.
+    SensorTwice(String),
+    /// A scan of a sensor that `log.toml` does not have.
+    NoSuchSensor {
+        /// Its name.
+        found: String,
+        /// Those that there are.
+        known: Vec<String>,
+    },
+    /// `fixes.csv` without `[fixes]`, which says how good they are.
+    NoFixNoise,
+    /// A row without any fix.
+    EmptyFix,
+    /// A fix before the first row of odometry.
+    EarlyFix {
+        /// Its time, s.
+        t_s: f64,
+        /// Time of the first row of odometry, s.
+        first_s: f64,
+    },
+    /// All fixes come after the last scan.
+    LateFixes {
+        /// Time of the first, s.
+        first_s: f64,
+        /// Time of the last scan, s.
+        last_scan_s: f64,
+    },
 }
 
 impl fmt::Display for LogError {
@@ -232,6 +263,23 @@ impl fmt::Display for Problem {
                 write!(f, "negative range {range} in a log that is not simulated")
             }
             Self::NoScans => write!(f, "no scans"),
+            Self::SensorAndSensors => write!(f, "either one [sensor] or several [[sensors]]"),
+            Self::SensorName => {
+                write!(f, "a sensor's name has 1 to {SENSOR_NAME_CHARS} letters, digits, dashes and underscores")
+            }
+            Self::SensorTwice(name) => write!(f, "'{name}' is the name of two sensors"),
+            Self::NoSuchSensor { found, known } => {
+                write!(f, "no sensor '{}', log.toml has {}", Excerpt(found), known.join(", "))
+            }
+            Self::NoFixNoise => write!(f, "missing: it says how good the fixes of fixes.csv are"),
+            Self::EmptyFix => write!(f, "no fix: neither x_m and y_m nor heading_rad"),
+            Self::EarlyFix { t_s, first_s } => {
+                write!(f, "a fix at {t_s} s, before the odometry, which begins at {first_s} s")
+            }
+            Self::LateFixes { first_s, last_scan_s } => write!(
+                f,
+                "the first fix is at {first_s} s, after the last scan at {last_scan_s} s: both need the same clock, in seconds"
+            ),
             Self::FarApart { median_s, most_s, unit } => write!(
                 f,
                 "rows are {} s apart in the median, expected at most {most_s} s: times are in seconds, these look like \
@@ -268,6 +316,8 @@ impl fmt::Display for Problem {
 
 /// Characters of a name, at most.
 pub(super) const NAME_CHARS: usize = 200;
+/// Characters of a sensor's name, at most.
+pub(super) const SENSOR_NAME_CHARS: usize = 32;
 /// Characters of a file's text that a message shows, at most.
 const EXCERPT_CHARS: usize = 120;
 

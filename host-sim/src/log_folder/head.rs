@@ -1,9 +1,10 @@
 //! `log.toml`.
 
-use super::error::{LogError, NAME_CHARS, Place, Problem};
+use super::error::{LogError, NAME_CHARS, Place, Problem, SENSOR_NAME_CHARS};
 use super::table::text;
 use super::units::{self, WHOLE_TURN_RAD};
-use crate::log::{Mounting, Nominal, Sensor, Vehicle};
+use crate::log::{FixNoise, Mounting, NamedSensor, Nominal, Sensor, Vehicle};
+use std::borrow::Cow;
 use std::path::Path;
 use toml::{Table, Value};
 
@@ -13,8 +14,10 @@ pub(super) struct Head {
     pub(super) simulated: bool,
     pub(super) initial_pose: [f64; 3],
     pub(super) vehicle: Vehicle,
-    pub(super) sensor: Sensor,
-    pub(super) nominal: Nominal,
+    /// In order of their names; the only one of `[sensor]` has none.
+    pub(super) sensors: Vec<NamedSensor>,
+    /// `None` where there is no `[fixes]`.
+    pub(super) fix_noise: Option<FixNoise>,
 }
 
 /// Names of a vehicle's two control columns in `odometry.csv`.
@@ -27,7 +30,7 @@ pub(super) fn control_columns(vehicle: &Vehicle) -> [&'static str; 2] {
 
 /// A section of the file; errors carry its name.
 pub(super) struct Section<'a> {
-    pub(super) name: &'static str,
+    pub(super) name: Cow<'static, str>,
     pub(super) table: &'a Table,
 }
 
@@ -36,41 +39,37 @@ impl Head {
         let file = "log.toml";
         let text = text(dir, file)?.ok_or_else(|| Place::File(file).error(Problem::Missing))?;
         let table: Table = text.parse().map_err(|error| syntax(&text, &error))?;
-        let top = Section { name: "", table: &table };
+        let top = Section { name: "".into(), table: &table };
         // The sensor first: logs of other sensors lack other things as well, which is not what to report.
-        if table.contains_key("camera") && !table.contains_key("sensor") {
+        let several = table.contains_key("sensors");
+        if table.contains_key("camera") && !table.contains_key("sensor") && !several {
             let found = String::from("camera");
             return Err(top.key("camera").error(Problem::Unsupported { found, supported: SENSORS }));
         }
-        let sensor = top.section("sensor")?;
+        let sections = if several { top.sensors()? } else { vec![(String::new(), top.section("sensor")?)] };
         let vehicle = top.section("vehicle")?;
         let vehicle_model = self::vehicle(&vehicle)?;
-        let sensor_model = Sensor { mounting: mounting(&vehicle, &vehicle_model)?, ..self::sensor(&sensor)? };
+        let mut sensors = Vec::new();
+        for (name, section) in &sections {
+            let mounting = if several { section.mounting("")? } else { mounting(&vehicle, &vehicle_model)? };
+            let sensor = Sensor { mounting, ..sensor(section)? };
+            sensors.push(NamedSensor { name: name.clone(), sensor, nominal: Nominal::default() });
+        }
         // Only then: sections of other models have other keys.
         top.has_only(&TOP_KEYS)?;
-        sensor.has_only(&SENSOR_KEYS)?;
-        check_vehicle_keys(&vehicle, &vehicle_model)?;
+        for (_, section) in &sections {
+            section.has_only(if several { &NAMED_SENSOR_KEYS } else { &SENSOR_KEYS })?;
+        }
+        check_vehicle_keys(&vehicle, &vehicle_model, several)?;
         let initial_pose = top.pose("initial_pose")?;
         units::radians(initial_pose[2], WHOLE_TURN_RAD, || top.key("initial_pose"))?;
-        Ok(Self {
-            sensor: sensor_model,
-            vehicle: vehicle_model,
-            name: name(&top)?,
-            simulated: simulated(&top)?,
-            initial_pose,
-            nominal: Nominal {
-                range_sigma_m: sensor.limited("range_sigma_m", "0 to 1000 m", |s| (0.0..=1e3).contains(&s))?,
-                bearing_sigma_rad: sensor.limited("bearing_sigma_rad", "0 to 3 rad", |s| (0.0..=3.0).contains(&s))?,
-                speed_sigma_mps: vehicle.limited("speed_sigma_mps", "0 to 1000 m/s", |s| (0.0..=1e3).contains(&s))?,
-                rate_sigma_radps: vehicle
-                    .limited("rate_sigma_radps", "0 to 100 rad/s", |s| (0.0..=1e2).contains(&s))?,
-                steering_sigma_rad: vehicle
-                    .limited("steering_sigma_rad", "0 to 3 rad", |s| (0.0..=3.0).contains(&s))?,
-                detection_probability: sensor
-                    .limited("detection_probability", "more than 0 and at most 1", |p| p > 0.0 && p <= 1.0)?,
-                clutter_per_scan: sensor.limited("clutter_per_scan", "0 to 1e6", |c| (0.0..=1e6).contains(&c))?,
-            },
-        })
+        let (name, simulated) = (name(&top)?, simulated(&top)?);
+        for (sensor, (_, section)) in sensors.iter_mut().zip(&sections) {
+            sensor.nominal = section.nominal(&vehicle)?;
+        }
+        sensors.sort_by(|a, b| a.name.cmp(&b.name));
+        let fix_noise = if table.contains_key("fixes") { Some(top.section("fixes")?.fix_noise()?) } else { None };
+        Ok(Self { name, simulated, initial_pose, vehicle: vehicle_model, sensors, fix_noise })
     }
 
     /// Names of the two control columns in `odometry.csv`.
@@ -90,6 +89,22 @@ const SENSOR_KEYS: [&str; 9] = [
     "detection_probability",
     "clutter_per_scan",
 ];
+const NAMED_SENSOR_KEYS: [&str; 13] = [
+    "name",
+    "model",
+    "range_min_m",
+    "range_max_m",
+    "bearing_min_rad",
+    "bearing_max_rad",
+    "range_sigma_m",
+    "bearing_sigma_rad",
+    "detection_probability",
+    "clutter_per_scan",
+    "forward_m",
+    "left_m",
+    "yaw_rad",
+];
+const FIX_KEYS: [&str; 5] = ["position_sigma_m", "heading_sigma_rad", "gate", "forward_m", "left_m"];
 const ACKERMANN_KEYS: [&str; 8] = [
     "model",
     "wheelbase_m",
@@ -102,8 +117,19 @@ const ACKERMANN_KEYS: [&str; 8] = [
 ];
 const UNICYCLE_KEYS: [&str; 6] =
     ["model", "sensor_forward_m", "sensor_left_m", "sensor_yaw_rad", "speed_sigma_mps", "rate_sigma_radps"];
-const TOP_KEYS: [&str; 9] =
-    ["name", "kind", "simulated", "source", "note", "initial_pose", "truth", "vehicle", "sensor"];
+/// The same where `[[sensors]]` say where they sit; the pose of an Ackermann vehicle is of a place that these keys name.
+const BARE_ACKERMANN_KEYS: [&str; 7] = [
+    "model",
+    "wheelbase_m",
+    "encoder_offset_m",
+    "sensor_forward_m",
+    "sensor_left_m",
+    "speed_sigma_mps",
+    "steering_sigma_rad",
+];
+const BARE_UNICYCLE_KEYS: [&str; 3] = ["model", "speed_sigma_mps", "rate_sigma_radps"];
+const TOP_KEYS: [&str; 11] =
+    ["name", "kind", "simulated", "source", "note", "initial_pose", "truth", "vehicle", "sensor", "sensors", "fixes"];
 const SENSORS: &str = "range_bearing";
 const VEHICLES: &str = "ackermann, unicycle and unicycle_arc";
 
@@ -156,20 +182,19 @@ fn vehicle(section: &Section) -> Result<Vehicle, LogError> {
 /// Where the sensor sits: of an Ackermann vehicle the pose is the sensor's, so that only its angle counts here; of a unicycle it is the
 /// axle's.
 fn mounting(section: &Section, vehicle: &Vehicle) -> Result<Mounting, LogError> {
-    let offset = |key| Ok(section.limited(key, "-1000 to 1000 m", |m| m.abs() <= 1e3)?.unwrap_or(0.0));
-    let yaw_rad = section.limited("sensor_yaw_rad", "a finite angle", |_| true)?.unwrap_or(0.0);
-    units::radians(yaw_rad, WHOLE_TURN_RAD, || section.key("sensor_yaw_rad"))?;
+    let at_sensor = section.mounting("sensor_")?;
     match vehicle {
-        Vehicle::Ackermann { .. } => Ok(Mounting { yaw_rad, ..Mounting::NONE }),
-        Vehicle::Unicycle | Vehicle::UnicycleArc => {
-            Ok(Mounting { forward_m: offset("sensor_forward_m")?, left_m: offset("sensor_left_m")?, yaw_rad })
-        }
+        Vehicle::Ackermann { .. } => Ok(Mounting { yaw_rad: at_sensor.yaw_rad, ..Mounting::NONE }),
+        Vehicle::Unicycle | Vehicle::UnicycleArc => Ok(at_sensor),
     }
 }
 
 /// Keys that the vehicle's model has no use for would be numbers left out unseen.
-fn check_vehicle_keys(section: &Section, vehicle: &Vehicle) -> Result<(), LogError> {
+fn check_vehicle_keys(section: &Section, vehicle: &Vehicle, several: bool) -> Result<(), LogError> {
     let (model, known): (_, &'static [&'static str]) = match vehicle {
+        Vehicle::Ackermann { .. } if several => ("ackermann", &BARE_ACKERMANN_KEYS),
+        Vehicle::Unicycle if several => ("unicycle", &BARE_UNICYCLE_KEYS),
+        Vehicle::UnicycleArc if several => ("unicycle_arc", &BARE_UNICYCLE_KEYS),
         Vehicle::Ackermann { .. } => ("ackermann", &ACKERMANN_KEYS),
         Vehicle::Unicycle => ("unicycle", &UNICYCLE_KEYS),
         Vehicle::UnicycleArc => ("unicycle_arc", &UNICYCLE_KEYS),
@@ -236,7 +261,72 @@ impl<'a> Section<'a> {
     pub(super) fn section(&self, name: &'static str) -> Result<Section<'a>, LogError> {
         let value = self.get(name)?;
         let table = value.as_table().ok_or_else(|| self.ill_typed(name, value, "a section"))?;
-        Ok(Section { name, table })
+        Ok(Section { name: name.into(), table })
+    }
+
+    /// `[[sensors]]`, each with its name.
+    fn sensors(&self) -> Result<Vec<(String, Section<'a>)>, LogError> {
+        if self.table.contains_key("sensor") {
+            return Err(self.key("sensor").error(Problem::SensorAndSensors));
+        }
+        let value = self.get("sensors")?;
+        let list = value.as_array().filter(|list| !list.is_empty());
+        let list = list.ok_or_else(|| self.ill_typed("sensors", value, "a list of sections [[sensors]]"))?;
+        let mut found: Vec<(String, Section<'a>)> = Vec::new();
+        for (place, value) in list.iter().enumerate() {
+            let unnamed = format!("sensors[{}]", place + 1);
+            let table = value.as_table().ok_or_else(|| self.ill_typed(&unnamed, value, "a section"))?;
+            let section = Section { name: unnamed.into(), table };
+            let name = section.string("name")?;
+            // What a key of a settings file is written of, without quotes.
+            let good = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '_');
+            if name.is_empty() || name.len() > SENSOR_NAME_CHARS || !name.chars().all(good) {
+                return Err(section.key("name").error(Problem::SensorName));
+            }
+            if found.iter().any(|(other, _)| other == name) {
+                return Err(section.key("name").error(Problem::SensorTwice(name.to_owned())));
+            }
+            found.push((name.to_owned(), Section { name: format!("sensors.{name}").into(), table }));
+        }
+        Ok(found)
+    }
+
+    /// Where a sensor sits; what is not said is 0.
+    fn mounting(&self, prefix: &str) -> Result<Mounting, LogError> {
+        let offset = |key: &str| {
+            Ok(self.limited(&format!("{prefix}{key}"), "-1000 to 1000 m", |m| m.abs() <= 1e3)?.unwrap_or(0.0))
+        };
+        let yaw = format!("{prefix}yaw_rad");
+        let yaw_rad = self.limited(&yaw, "a finite angle", |_| true)?.unwrap_or(0.0);
+        units::radians(yaw_rad, WHOLE_TURN_RAD, || self.key(&yaw))?;
+        Ok(Mounting { forward_m: offset("forward_m")?, left_m: offset("left_m")?, yaw_rad })
+    }
+
+    /// The noise that this section of a sensor states, and that of the vehicle.
+    fn nominal(&self, vehicle: &Section) -> Result<Nominal, LogError> {
+        Ok(Nominal {
+            range_sigma_m: self.limited("range_sigma_m", "0 to 1000 m", |s| (0.0..=1e3).contains(&s))?,
+            bearing_sigma_rad: self.limited("bearing_sigma_rad", "0 to 3 rad", |s| (0.0..=3.0).contains(&s))?,
+            speed_sigma_mps: vehicle.limited("speed_sigma_mps", "0 to 1000 m/s", |s| (0.0..=1e3).contains(&s))?,
+            rate_sigma_radps: vehicle.limited("rate_sigma_radps", "0 to 100 rad/s", |s| (0.0..=1e2).contains(&s))?,
+            steering_sigma_rad: vehicle.limited("steering_sigma_rad", "0 to 3 rad", |s| (0.0..=3.0).contains(&s))?,
+            detection_probability: self
+                .limited("detection_probability", "more than 0 and at most 1", |p| p > 0.0 && p <= 1.0)?,
+            clutter_per_scan: self.limited("clutter_per_scan", "0 to 1e6", |c| (0.0..=1e6).contains(&c))?,
+        })
+    }
+
+    /// `[fixes]`.
+    fn fix_noise(&self) -> Result<FixNoise, LogError> {
+        self.has_only(&FIX_KEYS)?;
+        let Mounting { forward_m, left_m, .. } = self.mounting("")?;
+        Ok(FixNoise {
+            position_sigma_m: self.limited("position_sigma_m", "1e-3 to 1000 m", |s| (1e-3..=1e3).contains(&s))?,
+            heading_sigma_rad: self.limited("heading_sigma_rad", "1e-4 to 3 rad", |s| (1e-4..=3.0).contains(&s))?,
+            gate: self.limited("gate", "more than 0", |gate| gate > 0.0)?,
+            forward_m,
+            left_m,
+        })
     }
 
     /// A key that is not one of these.

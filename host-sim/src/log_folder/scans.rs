@@ -24,9 +24,8 @@ impl Clock {
     }
 }
 
-/// Numbers and times of the scans.
-pub(super) fn scan_times(dir: &Path) -> Result<(Vec<i64>, Vec<Stamp>), LogError> {
-    let table = Table::read(dir, "scans.csv")?;
+/// Numbers and times of the scans in `scans.csv`.
+pub(super) fn scan_times(table: &Table) -> Result<(Vec<i64>, Vec<Stamp>), LogError> {
     let (scan, time) = (table.column("scan")?, table.column("t_s")?);
     let mut clock = Clock::new();
     let (mut numbers, mut stamps): (Vec<i64>, Vec<Stamp>) = (Vec::new(), Vec::new());

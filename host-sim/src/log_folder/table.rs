@@ -136,6 +136,11 @@ impl Row<'_> {
         if self.fields[column.index].is_empty() { Ok(None) } else { self.number(column).map(Some) }
     }
 
+    /// The text of the cell.
+    pub(super) fn text(&self, column: &Column) -> &str {
+        &self.fields[column.index]
+    }
+
     /// A whole number.
     pub(super) fn integer(&self, column: &Column) -> Result<i64, LogError> {
         let text = &self.fields[column.index];

@@ -1,9 +1,11 @@
 use super::*;
-use crate::log::{Mounting, Nominal, Sensor, Vehicle};
+use crate::log::{FixNoise, Mounting, Nominal, Sensor, Vehicle};
 use crate::shared_data;
 use std::fs;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicU32, Ordering};
+
+mod several;
 
 const HEAD: &str = r#"name = "test"
 kind = "real"
@@ -96,6 +98,10 @@ fn a_sound_folder() {
             bearing_max_rad: 1.5,
             mounting: Mounting::NONE,
         },
+        sensor_name: String::new(),
+        others: Vec::new(),
+        fixes: Vec::new(),
+        fix_noise: FixNoise::default(),
         nominal: Nominal { range_sigma_m: Some(0.1), ..Nominal::default() },
         simulated: false,
         odometry: vec![row(0.0, 1.5, 0.1), row(0.5, 2.0, -0.25), row(0.5, 3.0, 0.0)],

@@ -56,7 +56,7 @@ const ROW_TOLERANCE_PX: f64 = 13.0;
 pub fn read_underwater(dir: &Path) -> Result<Log, LogError> {
     let content = text(dir, "log.toml")?.ok_or_else(|| Place::File("log.toml").error(Problem::Missing))?;
     let table: Table = content.parse().map_err(|error| syntax(&content, &error))?;
-    let top = Section { name: "", table: &table };
+    let top = Section { name: "".into(), table: &table };
     let section = top.section("camera")?;
     top.has_only(&TOP_KEYS)?;
     section.has_only(&CAMERA_KEYS)?;
@@ -295,7 +295,7 @@ fn about_the_vertical(row: &Row, next: &Row) -> f64 {
 }
 
 fn frames(dir: &Path) -> Result<(Vec<Scan<Underwater>>, Vec<Stamp>), LogError> {
-    let (numbers, stamps) = scan_times(dir)?;
+    let (numbers, stamps) = scan_times(&super::table::Table::read(dir, "scans.csv")?)?;
     let mut scans: Vec<Scan<_>> = stamps.iter().map(|stamp| Scan { t_s: stamp.t_s, ..Scan::default() }).collect();
     each_detection(dir, &numbers, ["ul_px", "vl_px", "ur_px", "vr_px"], |index, _, pixels, _| {
         scans[index].detections.push(pixels);

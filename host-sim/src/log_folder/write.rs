@@ -1,7 +1,7 @@
 //! Writes a log as a folder.
 
 use super::head::control_columns;
-use crate::log::{Log, Mounting, Vehicle};
+use crate::log::{Log, Mounting, Nominal, PoseFix, Sensor, Vehicle};
 use std::fs;
 use std::io;
 use std::path::Path;
@@ -25,8 +25,13 @@ pub fn write(log: &Log, dir: &Path) -> io::Result<()> {
     let [first, second] = control_columns(&log.vehicle);
     let rows = log.odometry.iter().map(|row| vec![row.t_s, row.control[0], row.control[1]]);
     table(&dir.join("odometry.csv"), &format!("t_s,{first},{second}"), rows)?;
-    let rows = log.scans.iter().enumerate().map(|(k, scan)| format!("{k},{:?}", scan.t_s));
-    lines(&dir.join("scans.csv"), "scan,t_s", rows)?;
+    let names: Vec<&str> = log.sensors().map(|(name, ..)| name).collect();
+    let named = !log.sensor_name.is_empty();
+    let rows = log.scans.iter().enumerate().map(|(k, scan)| {
+        let sensor = if named { format!(",{}", names[scan.sensor]) } else { String::new() };
+        format!("{k},{:?}{sensor}", scan.t_s)
+    });
+    lines(&dir.join("scans.csv"), if named { "scan,t_s,sensor" } else { "scan,t_s" }, rows)?;
     let labelled = log.scans.iter().any(|scan| !scan.labels.is_empty());
     let header = if labelled { "scan,range_m,bearing_rad,label_landmark" } else { "scan,range_m,bearing_rad" };
     let detections = log.scans.iter().enumerate().flat_map(|(k, scan)| {
@@ -37,6 +42,13 @@ pub fn write(log: &Log, dir: &Path) -> io::Result<()> {
     });
     lines(&dir.join("detections.csv"), header, detections)?;
 
+    if !log.fixes.is_empty() {
+        let rows = log.fixes.iter().map(|fix| match fix.measured {
+            PoseFix::Position([x, y]) => format!("{:?},{x:?},{y:?},", fix.t_s),
+            PoseFix::Heading(heading) => format!("{:?},,,{heading:?}", fix.t_s),
+        });
+        lines(&dir.join("fixes.csv"), "t_s,x_m,y_m,heading_rad", rows)?;
+    }
     if !log.truth.is_empty() {
         let path = dir.join("truth.csv");
         if has_heading(log) {
@@ -96,23 +108,8 @@ fn head(log: &Log) -> Table {
         Vehicle::UnicycleArc => ("unicycle_arc", ("rate_sigma_radps", nominal.rate_sigma_radps)),
     };
     vehicle.insert("model".into(), model.into());
-    let Mounting { forward_m, left_m, yaw_rad } = log.sensor.mounting;
-    for (key, number) in [("sensor_forward_m", forward_m), ("sensor_left_m", left_m), ("sensor_yaw_rad", yaw_rad)] {
-        put(&mut vehicle, key, Some(number).filter(|&number| number != 0.0));
-    }
     put(&mut vehicle, "speed_sigma_mps", nominal.speed_sigma_mps);
     put(&mut vehicle, turn.0, turn.1);
-
-    let mut sensor = Table::new();
-    sensor.insert("model".into(), "range_bearing".into());
-    put(&mut sensor, "range_min_m", Some(log.sensor.range_min_m));
-    put(&mut sensor, "range_max_m", Some(log.sensor.range_max_m));
-    put(&mut sensor, "bearing_min_rad", Some(log.sensor.bearing_min_rad));
-    put(&mut sensor, "bearing_max_rad", Some(log.sensor.bearing_max_rad));
-    put(&mut sensor, "range_sigma_m", nominal.range_sigma_m);
-    put(&mut sensor, "bearing_sigma_rad", nominal.bearing_sigma_rad);
-    put(&mut sensor, "detection_probability", nominal.detection_probability);
-    put(&mut sensor, "clutter_per_scan", nominal.clutter_per_scan);
 
     let mut top = Table::new();
     top.insert("name".into(), log.name.clone().into());
@@ -121,9 +118,51 @@ fn head(log: &Log) -> Table {
     if !log.truth.is_empty() {
         top.insert("truth".into(), if has_heading(log) { "pose" } else { "position" }.into());
     }
+    if log.sensor_name.is_empty() {
+        put_mounting(&mut vehicle, "sensor_", &log.sensor.mounting);
+        top.insert("sensor".into(), Value::Table(sensor(&log.sensor, nominal)));
+    } else {
+        let sensors = log.sensors().map(|(name, of, nominal)| {
+            let mut table = sensor(of, nominal);
+            table.insert("name".into(), name.into());
+            put_mounting(&mut table, "", &of.mounting);
+            Value::Table(table)
+        });
+        top.insert("sensors".into(), Value::Array(sensors.collect()));
+    }
     top.insert("vehicle".into(), Value::Table(vehicle));
-    top.insert("sensor".into(), Value::Table(sensor));
+    if !log.fixes.is_empty() {
+        let noise = &log.fix_noise;
+        let mut fixes = Table::new();
+        put(&mut fixes, "position_sigma_m", noise.position_sigma_m);
+        put(&mut fixes, "heading_sigma_rad", noise.heading_sigma_rad);
+        put(&mut fixes, "gate", noise.gate);
+        put_mounting(&mut fixes, "", &Mounting { forward_m: noise.forward_m, left_m: noise.left_m, yaw_rad: 0.0 });
+        top.insert("fixes".into(), Value::Table(fixes));
+    }
     top
+}
+
+fn sensor(of: &Sensor, nominal: &Nominal) -> Table {
+    let mut sensor = Table::new();
+    sensor.insert("model".into(), "range_bearing".into());
+    put(&mut sensor, "range_min_m", Some(of.range_min_m));
+    put(&mut sensor, "range_max_m", Some(of.range_max_m));
+    put(&mut sensor, "bearing_min_rad", Some(of.bearing_min_rad));
+    put(&mut sensor, "bearing_max_rad", Some(of.bearing_max_rad));
+    put(&mut sensor, "range_sigma_m", nominal.range_sigma_m);
+    put(&mut sensor, "bearing_sigma_rad", nominal.bearing_sigma_rad);
+    put(&mut sensor, "detection_probability", nominal.detection_probability);
+    put(&mut sensor, "clutter_per_scan", nominal.clutter_per_scan);
+    sensor
+}
+
+/// What is not 0 of where something sits.
+fn put_mounting(table: &mut Table, prefix: &str, mounting: &Mounting) {
+    let Mounting { forward_m, left_m, yaw_rad } = *mounting;
+    for (key, number) in [("forward_m", forward_m), ("left_m", left_m), ("yaw_rad", yaw_rad)] {
+        put(table, &format!("{prefix}{key}"), Some(number).filter(|&number| number != 0.0));
+    }
 }
 
 fn put(table: &mut Table, key: &str, number: Option<f64>) {

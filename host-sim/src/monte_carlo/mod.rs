@@ -62,6 +62,8 @@ pub(crate) mod tests {
             particles: 4,
             samples: 2,
             series: Series { t_s: (0..6).map(|scan| 0.1 * f64::from(scan)).collect(), values },
+            nees: (0..6).map(|scan| (scan > 0).then_some(if scan == 3 { 20.0 } else { 1.0 + k * 0.1 })).collect(),
+            dimension: 2,
             moving: Some(MovingScore {
                 scans: 6,
                 spells: 2,

@@ -2,7 +2,7 @@
 
 use super::compare;
 use super::run::{Curve, RunResult};
-use super::statistics::{mean, standard_deviation, whole};
+use super::statistics::{consistent_share, mean, standard_deviation, whole};
 use super::study::Study;
 use crate::output::json::{self, Format};
 use crate::output::{OutputError, table};
@@ -50,6 +50,10 @@ pub struct Overview {
     pub moving_position_error_median_m: Option<f64>,
     /// Moving features estimated where no moving landmark is in view, a scan.
     pub false_moving_tracks_per_scan: Option<f64>,
+    /// Squared position error over the filter's own covariance, by dimension, mean: 1 where the filter knows how wrong it is.
+    pub nees_mean: Option<f64>,
+    /// Share of the scans at which its mean over the runs lies within the 95 % bounds of χ² of as many independent runs.
+    pub nees_within_95: Option<f64>,
     /// Mean wall time of a scan step, µs.
     pub scan_us_mean: Option<f64>,
 }
@@ -62,6 +66,7 @@ impl Overview {
         let over = |curve, part: fn(&[Option<f64>]) -> Option<f64>| {
             mean(results.iter().filter_map(|result| part(result.series.curve(curve))))
         };
+        let nees: Vec<&[Option<f64>]> = results.iter().map(|result| result.nees.as_slice()).collect();
         let mut moving = MovingScore::default();
         for score in results.iter().filter_map(|result| result.moving.as_ref()) {
             moving.add(score);
@@ -82,6 +87,8 @@ impl Overview {
             moving_hit_rate: moving.hit_rate(),
             moving_position_error_median_m: moving.position_error_median_m(),
             false_moving_tracks_per_scan: moving.false_per_scan(),
+            nees_mean: mean(results.iter().filter_map(|result| whole(&result.nees))),
+            nees_within_95: consistent_share(&nees, first.dimension),
             scan_us_mean: mean(results.iter().filter_map(|result| result.scan_us_mean)),
         })
     }
@@ -166,7 +173,7 @@ impl Spread {
 #[must_use]
 pub fn render(study: &Study) -> String {
     type Figure = (&'static str, fn(&Overview, &Spread) -> String);
-    const FIGURES: [Figure; 16] = [
+    const FIGURES: [Figure; 18] = [
         ("runs", |o, _| o.runs.to_string()),
         ("particles × samples", |o, _| format!("{} × {}", o.particles, o.samples)),
         ("position error, mean (m)", |o, _| table::decimals(o.position_error_mean_m, 3)),
@@ -182,6 +189,8 @@ pub fn render(study: &Study) -> String {
         ("OSPA (c 10 m), first third (m)", |o, _| table::decimals(o.ospa_first_third_m, 3)),
         ("OSPA (c 10 m), last third (m)", |o, _| table::decimals(o.ospa_last_third_m, 3)),
         ("  std dev over runs (m)", |_, spread| table::decimals(spread.ospa_m, 3)),
+        ("position errors (NEES/dim), mean", |o, _| table::decimals(o.nees_mean, 2)),
+        ("  scans within 95 % of χ² (%)", |o, _| table::decimals(o.nees_within_95.map(|share| 100.0 * share), 1)),
         ("movers found in 10 scans", |o, _| table::decimals(o.moving_hit_rate, 3)),
         ("  median error (m)", |o, _| table::decimals(o.moving_position_error_median_m, 3)),
         ("  false tracks a scan", |o, _| table::decimals(o.false_moving_tracks_per_scan, 3)),
@@ -225,20 +234,24 @@ mod tests {
         close(overview.ospa_last_third_m, 1.5 + 6.1);
         close(overview.moving_hit_rate, 0.5);
         close(overview.moving_position_error_median_m, 1.0 / 7.0);
+        // Four scans of 1 and a tenth of the run's number more, and one of 20.
+        close(overview.nees_mean, (4.0 * 1.1 + 20.0) / 5.0);
+        close(overview.nees_within_95, 0.8);
         close(overview.scan_us_mean, 101.0);
         assert_eq!(Overview::of("nothing", &[]), None);
         let json = serde_json::to_string(&overview).unwrap();
         let mut at = 0;
         for key in "scenario filter runs particles samples position_error_mean_m position_error_final_m \
             heading_error_mean_deg dead_reckoning_error_mean_m dead_reckoning_error_final_m ospa_first_third_m \
-            ospa_last_third_m moving_hit_rate moving_position_error_median_m false_moving_tracks_per_scan scan_us_mean"
+            ospa_last_third_m moving_hit_rate moving_position_error_median_m false_moving_tracks_per_scan nees_mean \
+            nees_within_95 scan_us_mean"
             .split(' ')
         {
             let found = json.find(&format!("\"{key}\":")).unwrap_or_else(|| panic!("{key}"));
             assert!(found >= at, "{key} is out of order");
             at = found;
         }
-        assert_eq!(json.matches(':').count(), 16);
+        assert_eq!(json.matches(':').count(), 18);
     }
 
     #[test]

@@ -2,9 +2,10 @@
 
 use super::plan::Job;
 use crate::angle::wrap;
-use crate::dimensions::Dimensions;
+use crate::dimensions::{Coordinates, Dimensions};
 use crate::output::json::worse;
 use crate::record::ScanRecord;
+use crate::score::consistency;
 use crate::score::moving::MovingScore;
 use crate::session::Session;
 use serde::{Deserialize, Serialize};
@@ -126,6 +127,12 @@ pub struct RunResult {
     pub samples: u64,
     /// Errors over time.
     pub series: Series,
+    /// For every scan its squared position error over the filter's own covariance, by dimension, where it is known.
+    #[serde(default)]
+    pub nees: Vec<Option<f64>>,
+    /// Dimensions of a position.
+    #[serde(default)]
+    pub dimension: usize,
     /// How moving landmarks were found, where the log knows them.
     pub moving: Option<MovingScore>,
     /// Mean wall time of a scan step, µs.
@@ -146,6 +153,8 @@ impl RunResult {
             particles: summary.particles,
             samples: samples as u64,
             series: Series::of(&record.scans),
+            nees: record.scans.iter().map(consistency::of_position).collect(),
+            dimension: D::Position::COUNT,
             moving,
             scan_us_mean: summary.scan_us_mean,
         }

@@ -98,11 +98,26 @@ pub struct Summary {
     /// Squared innovations over what was expected of them (NIS over the measurement's dimension), mean over the scans with
     /// detections: 1 where noise and map are what the filter believes.
     pub nis_mean: Option<f64>,
+    /// Share of the scans with detections whose squared innovations lie within the two-sided 95 % bounds of χ². The filter
+    /// says their mean alone: as many count as there are measurements, or features in view where that is less.
+    pub nis_within_95: Option<f64>,
     /// Squared position errors over the filter's own covariance (NEES over the dimensions of the position), median over the
     /// scans with truth: 0.7 in the plane and 0.8 in space where the filter knows how wrong it is.
     pub nees_median: Option<f64>,
+    /// Share of the scans with truth whose squared position error lies within the two-sided 95 % bounds of χ².
+    pub nees_within_95: Option<f64>,
+    /// The squared position error over the filter's own covariance, by dimension, at the last scan with truth.
+    pub nees_final: Option<f64>,
+    /// As the median of the position errors, of position and heading together.
+    pub nees_pose_median: Option<f64>,
+    /// As the share of the position errors, of position and heading together.
+    pub nees_pose_within_95: Option<f64>,
     /// Whether the estimate is farther off than dead reckoning, in position RMSE; unknown without truth.
     pub worse_than_dead_reckoning: Option<bool>,
+    /// Fixes of the pose that the filter was shown.
+    pub fixes: u64,
+    /// Those of them that it left out, for they lay beyond the gate.
+    pub fixes_left_out: u64,
     /// All settings of the run, by section and name as in a settings file.
     pub settings: Value,
 }
@@ -192,8 +207,15 @@ pub(crate) mod tests {
             static_position_error_median_m: Some(0.11),
             ln_evidence: Some(-1234.5),
             nis_mean: Some(1.02),
+            nis_within_95: Some(0.9),
             nees_median: Some(1.5),
+            nees_within_95: Some(0.8),
+            nees_final: Some(2.0),
+            nees_pose_median: Some(1.2),
+            nees_pose_within_95: None,
             worse_than_dead_reckoning: Some(false),
+            fixes: 6,
+            fixes_left_out: 1,
             settings: serde_json::json!({ "filter": { "samples": 2 } }),
         }
     }

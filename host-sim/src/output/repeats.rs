@@ -2,6 +2,7 @@
 
 use super::json::Summary;
 use super::table::{decimals, ruled};
+use crate::score::chi_squared;
 use comfy_table::Row;
 
 /// Figures of a row: name with the unit, and decimals.
@@ -34,6 +35,23 @@ pub fn render(logs: &[&[Summary]]) -> String {
     }
     let names = FIGURES.map(|(name, _)| name.to_owned());
     ruled(Row::from(["log", "runs"].map(String::from).into_iter().chain(names).collect::<Vec<_>>()), rows.into_iter())
+}
+
+/// What the runs of a scenario say together of the filter's own covariance, each with noise of its own: the squared position error at the
+/// last scan over that covariance, by dimension, mean over the runs beside the two-sided 95 % bounds of χ² of as many. `None` of fewer
+/// than two runs with truth.
+#[must_use]
+pub fn consistency(runs: &[Summary], dimension: usize) -> Option<String> {
+    let last = known(runs, |run| run.nees_final);
+    let nees = mean(&last).filter(|_| last.len() > 1)?;
+    let [low, high] = chi_squared::bounds_of_mean(dimension, last.len());
+    let verdict = if (low..=high).contains(&nees) { "within" } else { "not within" };
+    Some(format!(
+        "{}: NEES/dim at the last scan, mean of {} runs: {}, {verdict} {low:.2} to {high:.2} (95 % of χ²)",
+        runs.first().map_or("", |run| &run.log),
+        last.len(),
+        decimals(Some(nees), 2)
+    ))
 }
 
 /// The figures of one log, in the order of [`FIGURES`].
@@ -74,6 +92,17 @@ fn standard_deviation(values: &[f64]) -> Option<f64> {
 mod tests {
     use super::*;
     use crate::output::json::tests::summary;
+
+    #[test]
+    fn runs_are_consistent_together_or_not() {
+        let run = |nees: f64| Summary { nees_final: Some(nees), ..summary() };
+        // Ten values of two dimensions: 9.59/20 and 34.17/20.
+        let text = |nees: f64| consistency(&[nees; 10].map(run), 2).unwrap();
+        let expected = "circle: NEES/dim at the last scan, mean of 10 runs: 1.00, within 0.48 to 1.71 (95 % of χ²)";
+        assert_eq!(text(1.0), expected);
+        assert!(text(1.8).contains("1.80, not within"));
+        assert_eq!(consistency(&[run(1.0)], 2), None);
+    }
 
     #[test]
     fn statistics_of_runs_and_logs() {

@@ -21,7 +21,7 @@ const STYLE: TableStyle = TableStyle::new()
 type Figure = (&'static str, fn(&Summary) -> String);
 
 /// The figures in the order of the rows.
-const FIGURES: [Figure; 29] = [
+const FIGURES: [Figure; 33] = [
     ("filter", |s| s.filter.clone()),
     ("precision", |s| s.precision.clone()),
     ("particles", |s| grouped(s.particles)),
@@ -42,7 +42,11 @@ const FIGURES: [Figure; 29] = [
     ("  false features", |s| count(s.static_features_false)),
     ("ln evidence", |s| decimals(s.ln_evidence, 1)),
     ("innovations (NIS/dim)", |s| decimals(s.nis_mean, 2)),
+    ("  within 95 % of χ² (%)", |s| percent(s.nis_within_95)),
     ("position errors (NEES/dim), median", |s| decimals(s.nees_median, 2)),
+    ("  within 95 % of χ² (%)", |s| percent(s.nees_within_95)),
+    ("pose errors (NEES/dim), median", |s| decimals(s.nees_pose_median, 2)),
+    ("  within 95 % of χ² (%)", |s| percent(s.nees_pose_within_95)),
     ("movers found in 10 scans", |s| decimals(s.moving_hit_rate, 3)),
     ("  tracked afterwards", |s| decimals(s.moving_settled_rate, 3)),
     ("  median error (m)", |s| decimals(s.moving_position_error_median_m, 3)),
@@ -106,6 +110,11 @@ pub(crate) fn decimals(value: Option<f64>, digits: usize) -> String {
     let sign = if value < 0.0 { "-" } else { "" };
     let point = if fraction.is_empty() { "" } else { "." };
     format!("{sign}{}{point}{fraction}", group_digits(whole))
+}
+
+/// A share that may be unknown.
+fn percent(share: Option<f64>) -> String {
+    decimals(share.map(|share| 100.0 * share), 1)
 }
 
 /// A count that may be unknown.

@@ -70,7 +70,7 @@ pub enum Shape {
     Dots(Vec<[f64; 2]>),
     /// Circles around points (x, y).
     Rings(Vec<[f64; 2]>),
-    /// Means with their 3-sigma ellipses.
+    /// Means with the ellipses that 95 % lie within.
     Gaussians(Vec<Gaussian>),
 }
 
@@ -118,7 +118,7 @@ impl Mark {
         Self::new(label, colour, Shape::Rings(points))
     }
 
-    /// Means with 3-sigma ellipses.
+    /// Means with the ellipses that 95 % lie within.
     pub fn gaussians(label: impl Into<String>, colour: Colour, features: Vec<Gaussian>) -> Self {
         Self::new(label, colour, Shape::Gaussians(features))
     }

@@ -23,8 +23,8 @@ const ENTRY_GAP_PX: f64 = 26.0;
 const TICK_SPACING_PX: [f64; 2] = [110.0, 48.0];
 /// The same where both scales are equal, so that the grid is square.
 const SQUARE_SPACING_PX: f64 = 80.0;
-/// Number of standard deviations an ellipse encloses.
-const SIGMAS: f64 = 3.0;
+/// Number of standard deviations an ellipse encloses: √(−2 ln 0.05), so that 95 % lie within.
+const SIGMAS: f64 = 2.447_746_830_680_816;
 /// An axis of an ellipse is never drawn longer, px: renderers lose their precision.
 const LARGEST_AXIS_PX: f64 = 20_000.0;
 /// Half the size of a cross, px.

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::dimensions::Planar;
-use crate::log::{Log, Mounting, Nominal, Scan, Sensor, TruePose, Vehicle};
+use crate::log::{FixNoise, Log, Mounting, Nominal, Scan, Sensor, TruePose, Vehicle};
 use crate::output::sink::tests::Folder;
 use crate::record::{MapFeature, ScanRecord};
 use resvg::tiny_skia::Pixmap;
@@ -28,6 +28,10 @@ fn empty_log() -> Log {
             bearing_max_rad: PI / 2.0,
             mounting: Mounting::NONE,
         },
+        sensor_name: String::new(),
+        others: Vec::new(),
+        fixes: Vec::new(),
+        fix_noise: FixNoise::default(),
         nominal: Nominal::default(),
         simulated: true,
         odometry: vec![],
@@ -197,7 +201,8 @@ fn a_circle_with_two_filters() {
             "truth",
             "dead reckoning",
             "filter f32",
-            "reference f64: features, 3σ",
+            "reference f64: features, 95 %",
+            "filter f32: pose at times, 95 %",
             "true landmarks",
             "x (m)",
         ] {
@@ -220,7 +225,8 @@ fn a_circle_with_two_filters() {
         let round: Vec<_> = curves.iter().filter(|e| e[1] > 100.0).collect();
         assert_eq!(round.len(), 1);
         assert!((round[0][0] - round[0][1]).abs() < 0.2, "{round:?}");
-        assert_eq!(trajectory.matches("<ellipse").count(), 20 + 15 + 2);
+        // Features, poses at seventeen times, and one of each in the legends.
+        assert_eq!(trajectory.matches("<ellipse").count(), 20 + 15 + 2 * 17 + 4);
     });
 }
 

@@ -16,6 +16,8 @@ const DEAD_RECKONING_SHARE: f64 = 0.15;
 /// Least and greatest height of a frame, px, alone and of several; the latter lets a plan of a square have the scale of its section.
 const HEIGHT_PX: [f64; 2] = [420.0, 1040.0];
 const HEIGHTS_PX: [f64; 2] = [180.0, 1240.0];
+/// Times at which the uncertainty of the pose is shown; a prime, so that laps do not bring all of them to a few places.
+const POSES: usize = 17;
 /// A point that breaks a curve.
 pub(crate) const BREAK: [f64; 2] = [f64::NAN, f64::NAN];
 
@@ -30,8 +32,8 @@ pub(crate) struct Parts {
 
 /// The picture of the trajectories and maps of `runs` over `log`, axes in metres at equal scale; in space from above and from the side.
 ///
-/// The view holds the truth, the estimates and the landmarks; dead reckoning may leave it. Estimated features are
-/// drawn with 3-sigma ellipses, more opaque the more they weigh.
+/// The view holds the truth, the estimates and the landmarks; dead reckoning may leave it. Estimated features, more opaque the more they
+/// weigh, and the pose at a few times are drawn with the ellipses that by the filter's own covariance 95 % lie within.
 pub fn figure<K: Kind>(log: &K::Log, runs: &[(&str, &Record<K>)]) -> Figure {
     let charts = K::LOOKS.iter().map(|&axes| view(axes, log, runs, Parts { ways: true, maps: true }));
     Figure { title: format!("{}: trajectory and map", K::name(log)), charts: charts.collect() }
@@ -74,6 +76,14 @@ pub(crate) fn view<K: Kind>(axes: [usize; 2], log: &K::Log, runs: &[(&str, &Reco
         points.extend(&path);
         marks.push(Mark::line(*label, Colour::of_curve(index), path).wide(width(index)));
     }
+    for (index, (label, record)) in runs.iter().enumerate().filter(|_| parts.ways) {
+        let poses = poses_at_times(axes, record);
+        if !poses.is_empty() {
+            // One run has another colour to spare.
+            let colour = Colour::of_curve(if runs.len() == 1 { 2 } else { index });
+            marks.push(Mark::gaussians(format!("{label}: pose at times, 95 %"), colour, poses));
+        }
+    }
     for (index, (label, record)) in runs.iter().enumerate().filter(|_| parts.maps) {
         if !record.map.is_empty() {
             let features = record.map.iter().map(|feature| Gaussian {
@@ -83,7 +93,7 @@ pub(crate) fn view<K: Kind>(axes: [usize; 2], log: &K::Log, runs: &[(&str, &Reco
             });
             let features: Vec<Gaussian> = features.collect();
             points.extend(features.iter().map(|feature| feature.mean));
-            marks.push(Mark::gaussians(format!("{label}: features, 3σ"), Colour::of_curve(index), features));
+            marks.push(Mark::gaussians(format!("{label}: features, 95 %"), Colour::of_curve(index), features));
         }
     }
     for (index, (label, record)) in runs.iter().enumerate().filter(|_| parts.maps) {
@@ -109,6 +119,20 @@ pub(crate) fn view<K: Kind>(axes: [usize; 2], log: &K::Log, runs: &[(&str, &Reco
     let chart = Chart { x_label, y_label, x: Some(x), y: Some(y), equal_scale: true, marks };
     let [least, greatest] = if K::LOOKS.len() == 1 { HEIGHT_PX } else { HEIGHTS_PX };
     (chart, height.clamp(least, greatest))
+}
+
+/// The estimated place of the vehicle at a few scans, evenly among all, and at the last.
+fn poses_at_times<D: Dimensions>(axes: [usize; 2], record: &Record<D>) -> Vec<Gaussian> {
+    let last = record.scans.len().saturating_sub(1);
+    let mut chosen: Vec<usize> = (1..=POSES).map(|k| k * last / POSES).collect();
+    chosen.dedup();
+    let scans = chosen.into_iter().filter_map(|scan| record.scans.get(scan));
+    let poses = scans.map(|scan| Gaussian {
+        mean: along(axes, &scan.pose),
+        covariance: axes.map(|row| along(axes, &scan.pose_covariance.as_ref()[row])),
+        weight: 1.0,
+    });
+    poses.collect()
 }
 
 /// Width of the curve of run number `index` of `count`, px: each is thinner than those it is drawn over, so that

@@ -66,6 +66,7 @@ mod draws;
 mod extract;
 mod field_of_view;
 mod gaussian;
+pub mod joint;
 mod likelihood;
 mod log_domain;
 mod motion;

@@ -67,7 +67,7 @@ pub struct Space {
 }
 
 /// Rotation about one axis.
-fn about(axis: usize, angle: f64) -> [[f64; 3]; 3] {
+pub(super) fn about(axis: usize, angle: f64) -> [[f64; 3]; 3] {
     let (sin, cos) = angle.sin_cos();
     let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
     let mut turned = identity();
@@ -79,7 +79,7 @@ fn about(axis: usize, angle: f64) -> [[f64; 3]; 3] {
 }
 
 /// R(φ, ψ, θ).
-fn rotation(pose: &Pose) -> [[f64; 3]; 3] {
+pub(super) fn rotation(pose: &Pose) -> [[f64; 3]; 3] {
     product(&product(&about(2, pose.yaw), &about(1, pose.pitch)), &about(0, pose.roll))
 }
 
@@ -127,7 +127,7 @@ impl Space {
     }
 
     /// p_D of what is seen at these pixels and depth.
-    fn detection_probability(&self, pixels: [f64; 4], depth: f64) -> f64 {
+    pub(super) fn detection_probability(&self, pixels: [f64; 4], depth: f64) -> f64 {
         let [width, height, edge] = self.image;
         let [near, far, depth_edge] = self.depth;
         let across = |pixel: f64, size: f64| ramp(pixel.min(size - pixel), edge);
@@ -195,7 +195,7 @@ impl Space {
 
     /// The point of the vehicle's frame that a pair comes from, and its derivative: the weighted linear solution, and one step
     /// of Gauss and Newton from it.
-    fn triangulated(&self, measured: [f64; 4]) -> Option<([f64; 3], [[f64; 4]; 3])> {
+    pub(super) fn triangulated(&self, measured: [f64; 4]) -> Option<([f64; 3], [[f64; 4]; 3])> {
         let row = |k: usize| {
             let camera = &self.cameras[k / 2];
             let row: [f64; 4] = from_fn(|c| camera[k % 2][c] - measured[k] * camera[2][c]);

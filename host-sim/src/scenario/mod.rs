@@ -12,11 +12,13 @@ mod survey;
 mod tests;
 mod thesis_compare;
 mod thesis_dynamic;
+mod two_sensors;
 pub mod worlds;
 
-pub use survey::survey;
+pub use survey::{survey, survey_fixes};
 pub use thesis_compare::thesis_compare;
 pub use thesis_dynamic::{thesis_dynamic, thesis_dynamic_long};
+pub use two_sensors::two_sensors;
 
 use crate::log::Log;
 use worlds::{Kind, world};
@@ -26,6 +28,11 @@ pub const SCENARIOS: &[(&str, &str)] = &[
     (
         "survey",
         "a car drives two laps of a rounded rectangle (29 x 23 m, 64 s) among 60 landmarks, 20 false measurements a scan",
+    ),
+    ("survey-fixes", "survey again, with a fix of the position every 10 s, good to 1 m, as of a satellite receiver"),
+    (
+        "two-sensors",
+        "the way and the landmarks of survey, seen by a lidar ahead and a radar behind, with other views, noise and times",
     ),
     (
         "thesis-dynamic",
@@ -55,6 +62,8 @@ pub const WORLDS: [&str; 3] = ["worlds", "worlds-mounted", "worlds-exact"];
 pub fn by_name(name: &str, seed: u64) -> Option<Log> {
     match name {
         "survey" => Some(survey(seed)),
+        "survey-fixes" => Some(survey_fixes(seed)),
+        "two-sensors" => Some(two_sensors(seed)),
         "thesis-dynamic" => Some(thesis_dynamic(seed)),
         "thesis-dynamic-long" => Some(thesis_dynamic_long(seed)),
         "thesis-compare" => Some(thesis_compare(seed)),
@@ -68,7 +77,7 @@ pub fn by_name(name: &str, seed: u64) -> Option<Log> {
 /// Whether a scenario is one of the thesis's kind, run with its recursion; the others are run as a user's log is.
 #[must_use]
 pub fn is_of_thesis(name: &str) -> bool {
-    !WORLDS.contains(&name)
+    !WORLDS.contains(&name) && name != "two-sensors"
 }
 
 /// How the thesis runs its filter over a scenario.

@@ -3,7 +3,7 @@
 use super::car::{CAR, ROWS_PER_SECOND, drive};
 use super::mover::{Mover, tracks};
 use crate::angle::wrap;
-use crate::log::{Log, Mounting, Nominal, Odometry, Scan, Sensor, TruePose};
+use crate::log::{FixNoise, Log, Mounting, Nominal, Odometry, Scan, Sensor, TruePose};
 use crate::noise::Noise;
 use std::f64::consts::PI;
 
@@ -123,6 +123,10 @@ impl Simulation {
                 bearing_max_rad: PI,
                 mounting: Mounting::NONE,
             },
+            sensor_name: String::new(),
+            others: Vec::new(),
+            fixes: Vec::new(),
+            fix_noise: FixNoise::default(),
             nominal: Nominal {
                 range_sigma_m: Some(imperfection.range_sigma_m),
                 bearing_sigma_rad: Some(imperfection.bearing_sigma_rad),

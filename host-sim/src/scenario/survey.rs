@@ -3,7 +3,8 @@
 use super::car::{control as car_control, drive};
 use super::landmarks::Scatter;
 use super::simulation::{Imperfection, Simulation};
-use crate::log::Log;
+use crate::log::{Fix, FixNoise, Log, PoseFix};
+use crate::noise::Noise;
 use std::f64::consts::PI;
 
 const SPEED_MPS: f64 = 3.0;
@@ -27,10 +28,33 @@ const SCATTER: Scatter = Scatter { count: 60, seed: 1, from_path_m: (2.5, 12.0),
 /// bearing. The order of a scan's measurements tells nothing. Truth at every scan.
 #[must_use]
 pub fn survey(seed: u64) -> Log {
-    let controls: Vec<[f64; 2]> = (0..LAPS * LAP_ROWS).map(control).collect();
-    let landmarks = SCATTER.around(&drive(&controls), &[]);
+    let (controls, landmarks) = way();
     let imperfection = Imperfection::OF_5_3_1;
     Simulation { name: "survey", controls, landmarks, movers: Vec::new(), imperfection }.log(seed)
+}
+
+/// Controls of the true way, row by row, and the landmarks, m.
+pub(super) fn way() -> (Vec<[f64; 2]>, Vec<[f64; 2]>) {
+    let controls: Vec<[f64; 2]> = (0..LAPS * LAP_ROWS).map(control).collect();
+    let landmarks = SCATTER.around(&drive(&controls), &[]);
+    (controls, landmarks)
+}
+
+/// The same log with a fix of the position every 10 s, of 1 m along either axis, as of a satellite receiver.
+#[must_use]
+pub fn survey_fixes(seed: u64) -> Log {
+    const EVERY_SCANS: usize = 100;
+    const SIGMA_M: f64 = 1.0;
+    let log = survey(seed);
+    // Numbers of their own, so that all else is as without.
+    let mut noise = Noise::new(seed ^ 0x5eed_f13e);
+    let fixes = log.truth.iter().step_by(EVERY_SCANS).skip(1).map(|truth| {
+        let place = truth.position.map(|at| at + SIGMA_M * noise.normal());
+        Fix { t_s: truth.t_s, measured: PoseFix::Position(place) }
+    });
+    let fixes = fixes.collect();
+    let fix_noise = FixNoise { position_sigma_m: Some(SIGMA_M), ..FixNoise::default() };
+    Log { name: "survey-fixes".into(), fixes, fix_noise, ..log }
 }
 
 /// Encoder speed (m/s) and steering angle (rad) that drive row `row` of the path exactly.

@@ -9,7 +9,7 @@ use super::{
     Extraction, FilterSettings, JointSettings, Likelihood, MovingSettings, Proposal, SensorSettings, Settings,
     VehicleSettings,
 };
-use crate::log::{Log, Vehicle};
+use crate::log::{FixNoise, Log, Nominal, Sensor, Vehicle};
 use crate::scenario::{is_of_thesis, thesis_run};
 use std::f64::consts::PI;
 
@@ -92,6 +92,8 @@ const MOVING_EXTRACTION_WEIGHT: f64 = 0.4;
 const PROPOSAL_ROUNDS: usize = 3;
 /// A component that explains less of a measurement than this does not steer the proposal.
 const LEAST_SHARE: f64 = 0.02;
+/// A mixture's particles do not know what the features of one map have in common with the pose: odometry errors count for longer there.
+const INTERVAL_MARGIN: f64 = 2.0;
 /// A time that no log lasts for, s: in a simulation nothing hides a landmark or takes it away.
 const NEVER_S: f64 = 1e9;
 /// Established features of a joint map within three standard deviations are one.
@@ -153,7 +155,7 @@ pub(super) const DATA_SHEET_MARGIN: f64 = UNSTATED.noise_margin;
 const UNSTATED: Unstated = Unstated {
     speed: (0.02, 0.1),
     turn: (0.02, 0.1),
-    interval_s: 1.0,
+    interval_s: 0.5,
     noise_margin: 1.5,
     detection: 0.7,
     edge_sigmas: 3.0,
@@ -203,18 +205,20 @@ impl Settings {
     /// Settings that suit `log`.
     #[must_use]
     pub fn for_log(log: &Log) -> Self {
-        let sensor = sensor(log);
+        let sensor = sensor(log.simulated, &log.sensor, &log.nominal);
         let measure = sensor.measure();
         // Without a word on clutter, it is sparse: what has been seen a few times is there, and is remembered.
         let memory = if log.simulated { memory(&sensor) } else { &SPARSE };
         let clutter_over_birth = if log.simulated { memory.clutter_over_birth } else { UNSTATED.clutter_over_birth };
-        let births =
-            if sensor.clutter_per_scan > 0.0 { sensor.clutter_per_scan / clutter_over_birth } else { BIRTHS_PER_SCAN };
+        let births = |sensor: &SensorSettings| {
+            if sensor.clutter_per_scan > 0.0 { sensor.clutter_per_scan / clutter_over_birth } else { BIRTHS_PER_SCAN }
+        };
+        let birth_intensity = births(&sensor) / measure;
         let of = |simulated, unstated| if log.simulated { simulated } else { unstated };
         let filter = FilterSettings {
             particles: if log.simulated { memory.particles } else { UNSTATED.particles },
             samples: SAMPLES,
-            birth_intensity: births / measure,
+            birth_intensity,
             resample_threshold: RESAMPLE_THRESHOLD,
             detection_memory: memory.detection_memory,
             clutter_memory: 0.0,
@@ -230,6 +234,7 @@ impl Settings {
             proposal_rounds: PROPOSAL_ROUNDS,
             proposal_sampled_fraction: of(memory.drawn, UNSTATED.drawn),
             proposal_min_responsibility: LEAST_SHARE,
+            interval_margin: INTERVAL_MARGIN,
             likelihood: Likelihood::SingleCluster,
         };
         let moving = MovingSettings {
@@ -247,7 +252,14 @@ impl Settings {
             behind: of(1.0, UNSTATED.behind),
             merge_distance: JOINT_MERGE_DISTANCE,
         };
-        Self { filter, vehicle: vehicle(log), sensor, moving, joint }
+        let others = log.others.iter().map(|other| {
+            let of = self::sensor(log.simulated, &other.sensor, &other.nominal);
+            let birth_factor = births(&of) / of.measure() / birth_intensity;
+            (other.name.clone(), SensorSettings { birth_factor, ..of })
+        });
+        let others = others.collect();
+        let sensor_name = log.sensor_name.clone();
+        Self { filter, vehicle: vehicle(log), sensor, sensor_name, others, moving, joint, fixes: fixes(log) }
     }
 
     /// The settings a scenario is run with unless told otherwise: the recursion of the thesis and nothing beyond it, with what the
@@ -310,14 +322,25 @@ fn vehicle(log: &Log) -> VehicleSettings {
     }
 }
 
-fn sensor(log: &Log) -> SensorSettings {
-    let (window, nominal) = (&log.sensor, &log.nominal);
+/// How fixes are taken, where there are some: as stated, or with the margin of any data sheet.
+fn fixes(log: &Log) -> Option<FixNoise> {
+    let FixNoise { position_sigma_m, heading_sigma_rad, .. } = log.fix_noise;
     let margin = if log.simulated { 1.0 } else { UNSTATED.noise_margin };
+    let with_margin = |sigma: Option<f64>| sigma.map(|sigma| margin * sigma);
+    (!log.fixes.is_empty()).then(|| FixNoise {
+        position_sigma_m: with_margin(position_sigma_m),
+        heading_sigma_rad: with_margin(heading_sigma_rad),
+        ..log.fix_noise
+    })
+}
+
+fn sensor(simulated: bool, window: &Sensor, nominal: &Nominal) -> SensorSettings {
+    let margin = if simulated { 1.0 } else { UNSTATED.noise_margin };
     let range_sigma_m =
         (margin * nominal.range_sigma_m.unwrap_or(RANGE_SIGMA_SHARE * window.range_max_m)).max(LEAST_RANGE_SIGMA_M);
     let bearing_sigma_rad =
         (margin * nominal.bearing_sigma_rad.unwrap_or(BEARING_SIGMA_RAD)).max(LEAST_BEARING_SIGMA_RAD);
-    let edge_sigmas = if log.simulated { EDGE_SIGMAS } else { UNSTATED.edge_sigmas };
+    let edge_sigmas = if simulated { EDGE_SIGMAS } else { UNSTATED.edge_sigmas };
     let stated = nominal.detection_probability.map(|detection| detection.min(GREATEST_DETECTION));
     let detection = stated.unwrap_or(UNSTATED.detection);
     let all_around = window.bearing_max_rad - window.bearing_min_rad > 2.0 * PI - CIRCLE_SLACK_RAD;
@@ -338,6 +361,7 @@ fn sensor(log: &Log) -> SensorSettings {
         forward_m: window.mounting.forward_m,
         left_m: window.mounting.left_m,
         yaw_rad: window.mounting.yaw_rad,
+        birth_factor: 1.0,
     }
 }
 
@@ -382,13 +406,13 @@ mod tests {
     fn a_data_sheet_is_taken_with_a_margin_whatever_the_name_and_the_vehicle() {
         let mut log = scenario::survey(1);
         log.simulated = false;
-        log.nominal = crate::log::Nominal { range_sigma_m: Some(0.4), ..Default::default() };
+        log.nominal = Nominal { range_sigma_m: Some(0.4), ..Default::default() };
         (log.sensor.bearing_min_rad, log.sensor.bearing_max_rad) = (-1.0, 1.0);
         let settings = Settings::for_log(&log);
         assert!((settings.sensor.range_sigma_m - 0.6).abs() < 1e-12);
         assert!((settings.sensor.bearing_sigma_rad - 0.03).abs() < 1e-12);
         assert_eq!((settings.sensor.range_max_m, settings.filter.particles), (log.sensor.range_max_m, 16));
-        assert_eq!((settings.vehicle.noise_interval_s, settings.vehicle.speed_sigma_ratio), (1.0, 0.1));
+        assert_eq!((settings.vehicle.noise_interval_s, settings.vehicle.speed_sigma_ratio), (0.5, 0.1));
         assert_eq!(settings.check(), Ok(()));
         log.name = "another".into();
         assert_eq!(Settings::for_log(&log), settings);
@@ -411,13 +435,13 @@ mod tests {
         assert_eq!((settings.sensor.detection_near, settings.sensor.clutter_per_scan), (0.95, 20.0));
         assert_eq!((settings.vehicle.speed_sigma_mps, settings.vehicle.speed_sigma_ratio), (1.0, 0.0));
         // Its errors last all the same: that they are white is what a simulation says.
-        assert_eq!(settings.vehicle.noise_interval_s, 1.0);
+        assert_eq!(settings.vehicle.noise_interval_s, 0.5);
     }
 
     #[test]
     fn extremes_stay_within_the_limits() {
         let mut log = scenario::survey(1);
-        log.nominal = crate::log::Nominal {
+        log.nominal = Nominal {
             range_sigma_m: Some(0.0),
             bearing_sigma_rad: Some(0.0),
             speed_sigma_mps: Some(0.0),

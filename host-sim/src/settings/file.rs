@@ -50,9 +50,33 @@ impl Settings {
     pub fn with_toml(&self, text: &str) -> Result<Self, FileProblem> {
         let over = parsed(text)?;
         check(&over, LIMITS)?;
+        self.knows_sensors(&over)?;
         let settings: Self = laid_over(self, over)?;
         settings.check()?;
         Ok(settings)
+    }
+
+    /// Whether the sensors in a file are the log's.
+    fn knows_sensors(&self, over: &Table) -> Result<(), FileProblem> {
+        let names: Vec<&str> = std::iter::once(&self.sensor_name)
+            .chain(self.others.iter().map(|(name, _)| name))
+            .map(String::as_str)
+            .collect();
+        let several = !self.others.is_empty();
+        let named = over.get("sensors").and_then(Value::as_table).into_iter().flat_map(Table::keys);
+        let stranger = named.into_iter().find(|name| !several || !names.contains(&name.as_str()));
+        match stranger {
+            Some(name) if several => Err(FileProblem::Field(format!(
+                "sensors.{name}: the log has no such sensor, it has {}",
+                names.join(", ")
+            ))),
+            Some(name) => Err(FileProblem::Field(format!("sensors.{name}: the log has one sensor, [sensor]"))),
+            None if several && over.contains_key("sensor") => {
+                let sections: Vec<_> = names.iter().map(|name| format!("[sensors.{name}]")).collect();
+                Err(FileProblem::Field(format!("sensor: the log has several, {}", sections.join(", "))))
+            }
+            None => Ok(()),
+        }
     }
 
     /// The settings as TOML, which [`Settings::with_toml`] takes back to the last bit.
@@ -143,10 +167,12 @@ fn lay_over(table: &mut Table, over: Table) {
     }
 }
 
-/// The value of `section.key`.
+/// The value of `section.key`, or of `section.section.key`.
 pub(crate) fn lookup<'a>(table: &'a Table, field: &str) -> Option<&'a Value> {
-    let (section, key) = field.split_once('.')?;
-    table.get(section)?.as_table()?.get(key)
+    match field.split_once('.') {
+        Some((section, key)) => lookup(table.get(section)?.as_table()?, key),
+        None => table.get(field),
+    }
 }
 
 fn number(value: &Value) -> Option<f64> {
@@ -228,5 +254,33 @@ mod tests {
     fn the_file_is_named() {
         let error = read(Path::new("no/such.toml"), |text| defaults().with_toml(text)).unwrap_err().to_string();
         assert!(error.starts_with("no/such.toml: cannot be read: "), "{error}");
+    }
+
+    #[test]
+    fn each_of_several_sensors_has_its_section() {
+        let log = scenario::two_sensors(1);
+        let settings = Settings::for_log(&log);
+        let over = "[sensors.radar]\nrange_sigma_m = 1\n[sensors.lidar]\ndetection_far = 0.5\n";
+        let tuned = settings.with_toml(over).unwrap();
+        assert_eq!((tuned.others[0].1.range_sigma_m, tuned.sensor.detection_far), (1.0, 0.5));
+        assert_eq!(settings.with_toml(&tuned.to_toml().unwrap()).unwrap(), tuned);
+        // Births of each in proportion to its own clutter.
+        let factor = settings.others[0].1.birth_factor;
+        let density = |sensor: &crate::settings::SensorSettings| sensor.clutter_per_scan / sensor.measure();
+        assert!((factor - density(&settings.others[0].1) / density(&settings.sensor)).abs() < 1e-12);
+        for (text, expected) in [
+            ("[sensor]\nrange_sigma_m = 1", "sensor: the log has several, [sensors.lidar], [sensors.radar]"),
+            ("[sensors.sonar]\nrange_sigma_m = 1", "sensors.sonar: the log has no such sensor, it has lidar, radar"),
+            ("[sensors.radar]\nrange_sigma_m = -1", "sensors.radar.range_sigma_m = -1, must be 1e-6 to 1000 m"),
+            ("[sensors.lidar]\nrange_max_m = -1", "sensors.lidar.range_max_m = -1, must be"),
+        ] {
+            let error = settings.with_toml(text).unwrap_err().to_string();
+            assert!(error.starts_with(expected), "{error}");
+        }
+        let error = defaults().with_toml("[sensors.radar]\nrange_sigma_m = 1").unwrap_err().to_string();
+        assert_eq!(error, "sensors.radar: the log has one sensor, [sensor]");
+        let fixes =
+            Settings::for_log(&scenario::survey_fixes(1)).with_toml("[fixes]\nposition_sigma_m = -1").unwrap_err();
+        assert_eq!(fixes.to_string(), "fixes.position_sigma_m = -1, must be 1e-6 to 1e6 m");
     }
 }

@@ -1,13 +1,15 @@
 //! What every field of the settings may be.
 
 use super::{FilterSettings, Settings};
+use crate::log::FixNoise;
+use std::borrow::Cow;
 
 /// A field is out of its range.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("{field} = {found}, must be {range}")]
 pub struct OutOfRange {
     /// The field with its section, `filter.particles`.
-    pub field: &'static str,
+    pub field: Cow<'static, str>,
     /// What it is.
     pub found: f64,
     /// What it may be.
@@ -28,7 +30,11 @@ pub(super) struct Limit<S> {
 
 impl<S> Limit<S> {
     pub(super) fn check(&self, found: f64) -> Result<(), OutOfRange> {
-        if (self.holds)(found) { Ok(()) } else { Err(OutOfRange { field: self.field, found, range: self.range }) }
+        if (self.holds)(found) {
+            Ok(())
+        } else {
+            Err(OutOfRange { field: self.field.into(), found, range: self.range })
+        }
     }
 
     fn check_in(&self, settings: &S) -> Result<(), OutOfRange> {
@@ -56,6 +62,17 @@ macro_rules! limit {
     };
 }
 
+macro_rules! fix_limit {
+    ($field:ident, $range:literal, $holds:expr) => {
+        Limit {
+            field: concat!("fixes.", stringify!($field)),
+            value: |noise| noise.$field.unwrap_or(1.0),
+            range: $range,
+            holds: $holds,
+        }
+    };
+}
+
 /// Every number of the recursion.
 pub(super) const FILTER: &[Limit<FilterSettings>] = &[
     limit!(filter.particles, "1 to 65536", |x| (1.0..=65536.0).contains(&x)),
@@ -74,6 +91,7 @@ pub(super) const FILTER: &[Limit<FilterSettings>] = &[
     limit!(filter.proposal_rounds, "1 to 16", |x| (1.0..=16.0).contains(&x)),
     limit!(filter.proposal_sampled_fraction, "0 to 1", |x| (0.0..=1.0).contains(&x)),
     limit!(filter.proposal_min_responsibility, "1e-6 or more and less than 1", |x| (1e-6..1.0).contains(&x)),
+    limit!(filter.interval_margin, "0.1 to 100", |x| (0.1..=100.0).contains(&x)),
 ];
 
 /// Every other field. Standard deviations of the sensor have a least value because their squares must not vanish in
@@ -108,8 +126,19 @@ pub(super) const LIMITS: &[Limit<Settings>] = &[
     limit!(sensor.clutter_per_scan, "0 to 1e6", |x| (0.0..=1e6).contains(&x)),
     limit!(sensor.forward_m, "-1000 to 1000 m", |x| (-1e3..=1e3).contains(&x)),
     limit!(sensor.left_m, "-1000 to 1000 m", |x| (-1e3..=1e3).contains(&x)),
+    limit!(sensor.birth_factor, "1e-6 to 1e6", |x| (1e-6..=1e6).contains(&x)),
     limit!(sensor.yaw_rad, "a turn to either side at most, rad", |x| x.abs() <= std::f64::consts::TAU),
 ];
+
+/// Every number of fixes; what is not stated is in range.
+const FIXES: &[Limit<FixNoise>] = &[
+    fix_limit!(position_sigma_m, "1e-6 to 1e6 m", |x| (1e-6..=1e6).contains(&x)),
+    fix_limit!(heading_sigma_rad, "1e-6 to 3 rad", |x| (1e-6..=3.0).contains(&x)),
+    fix_limit!(gate, "more than 0", |x| x > 0.0),
+    Limit { field: "fixes.forward_m", value: |noise| noise.forward_m, range: ARM, holds: |x| x.abs() <= 1e3 },
+    Limit { field: "fixes.left_m", value: |noise| noise.left_m, range: ARM, holds: |x| x.abs() <= 1e3 },
+];
+const ARM: &str = "-1000 to 1000 m";
 
 impl FilterSettings {
     /// The first field that is out of range, if any.
@@ -130,10 +159,14 @@ impl FilterSettings {
         let intensities = [("filter.birth_intensity", self.birth_intensity), ("moving.birth_intensity", moving)];
         let pruned = |intensity: f64| !(intensity >= self.prune_weight * all);
         if !(self.birth_intensity + moving > 0.0) {
-            return Err(OutOfRange { field: "filter.birth_intensity", found: self.birth_intensity, range: BORN });
+            return Err(OutOfRange {
+                field: "filter.birth_intensity".into(),
+                found: self.birth_intensity,
+                range: BORN,
+            });
         }
         let unborn = intensities.into_iter().find(|&(_, intensity)| intensity > 0.0 && pruned(intensity));
-        unborn.map_or(Ok(()), |(field, found)| Err(OutOfRange { field, found, range: BORN }))
+        unborn.map_or(Ok(()), |(field, found)| Err(OutOfRange { field: field.into(), found, range: BORN }))
     }
 }
 
@@ -144,10 +177,27 @@ impl Settings {
     /// Names the field and its range. NaN is out of every range.
     pub fn check(&self) -> Result<(), OutOfRange> {
         self.filter.check()?;
+        for (name, sensor) in &self.others {
+            // As if it were the only one.
+            let alone = Self { sensor: sensor.clone(), sensor_name: name.clone(), others: Vec::new(), ..self.clone() };
+            alone.check()?;
+        }
+        self.check_first().map_err(|error| match error.field.strip_prefix("sensor.") {
+            Some(key) if !self.sensor_name.is_empty() => {
+                OutOfRange { field: format!("sensors.{}.{key}", self.sensor_name).into(), ..error }
+            }
+            _ => error,
+        })
+    }
+
+    fn check_first(&self) -> Result<(), OutOfRange> {
         LIMITS.iter().try_for_each(|limit| limit.check_in(self))?;
+        if let Some(noise) = &self.fixes {
+            FIXES.iter().try_for_each(|limit| limit.check_in(noise))?;
+        }
         let sensor = &self.sensor;
-        let above = |field, found, range, least| {
-            if found > least { Ok(()) } else { Err(OutOfRange { field, found, range }) }
+        let above = |field: &'static str, found, range, least| {
+            if found > least { Ok(()) } else { Err(OutOfRange { field: field.into(), found, range }) }
         };
         above("sensor.range_max_m", sensor.range_max_m, "more than sensor.range_min_m", sensor.range_min_m)?;
         above(
@@ -158,9 +208,11 @@ impl Settings {
         )?;
         if !(sensor.detection_near.max(sensor.detection_far) > 0.0) {
             let range = "more than 0 here or in sensor.detection_far: otherwise nothing is ever detected";
-            return Err(OutOfRange { field: "sensor.detection_near", found: sensor.detection_near, range });
+            return Err(OutOfRange { field: "sensor.detection_near".into(), found: sensor.detection_near, range });
         }
-        self.filter.check_births(sensor.clutter_per_scan / sensor.measure(), self.moving.birth_intensity)
+        // The intensities over their factor: κ of this sensor over it is the same.
+        let clutter = sensor.clutter_per_scan / sensor.measure() / sensor.birth_factor;
+        self.filter.check_births(clutter, self.moving.birth_intensity)
     }
 }
 
@@ -171,7 +223,9 @@ mod tests {
 
     #[test]
     fn every_field_has_a_limit() {
-        let settings = Settings::for_log(&scenario::survey(1));
+        let mut settings = Settings::for_log(&scenario::survey(1));
+        // Else it is left out.
+        settings.sensor.birth_factor = 2.0;
         let table = toml::Table::try_from(&settings).unwrap();
         let mut fields = Vec::new();
         for (section, keys) in &table {
@@ -216,15 +270,15 @@ mod tests {
             let mut settings = good.clone();
             settings.filter.birth_intensity = birth;
             settings.moving.birth_intensity = moving;
-            settings.check().map_err(|error| error.field)
+            settings.check().map_err(|error| error.field.into_owned())
         };
         // w / (κ + w) = p for w = κ p / (1 − p).
         let least = clutter * good.filter.prune_weight / (1.0 - good.filter.prune_weight);
         assert_eq!(with(1.001 * least, 0.0), Ok(()));
-        assert_eq!(with(0.999 * least, 0.0), Err("filter.birth_intensity"));
-        assert_eq!(with(0.0, 0.0), Err("filter.birth_intensity"));
+        assert_eq!(with(0.999 * least, 0.0), Err("filter.birth_intensity".to_owned()));
+        assert_eq!(with(0.0, 0.0), Err("filter.birth_intensity".to_owned()));
         assert_eq!(with(0.0, 1.001 * least), Ok(()));
-        assert_eq!(with(2.0 * least, 0.5 * least), Err("moving.birth_intensity"));
-        assert_eq!(with(1.001 * least, least), Err("filter.birth_intensity"));
+        assert_eq!(with(2.0 * least, 0.5 * least), Err("moving.birth_intensity".to_owned()));
+        assert_eq!(with(1.001 * least, least), Err("filter.birth_intensity".to_owned()));
     }
 }

@@ -10,23 +10,80 @@ pub use file::{FileError, FileProblem};
 pub use limits::OutOfRange;
 pub use origin::{Origin, Origins};
 
-use crate::log::Mounting;
+use crate::log::{FixNoise, Mounting};
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 
 /// Tuning of a run; every field is required here, the TOML file may leave any out.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(try_from = "InFile", into = "InFile")]
 pub struct Settings {
     /// The recursion.
     pub filter: FilterSettings,
     /// The vehicle's noise.
     pub vehicle: VehicleSettings,
-    /// The sensor's noise and view.
+    /// The sensor's noise and view, or the first sensor's.
     pub sensor: SensorSettings,
+    /// The name of the first of several sensors; empty where it is the only one.
+    pub sensor_name: String,
+    /// The other sensors, in order of their names.
+    pub others: Vec<(String, SensorSettings)>,
     /// Moving features.
     pub moving: MovingSettings,
     /// The joint map.
     pub joint: JointSettings,
+    /// Fixes of the pose, where the log has some.
+    pub fixes: Option<FixNoise>,
+}
+
+/// The same as a settings file has it: one sensor is `[sensor]`, of several each is `[sensors.NAME]`.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct InFile {
+    filter: FilterSettings,
+    vehicle: VehicleSettings,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    sensor: Option<SensorSettings>,
+    moving: MovingSettings,
+    joint: JointSettings,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    fixes: Option<FixNoise>,
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    sensors: BTreeMap<String, SensorSettings>,
+}
+
+impl From<Settings> for InFile {
+    fn from(settings: Settings) -> Self {
+        let Settings { filter, vehicle, sensor, sensor_name, others, moving, joint, fixes } = settings;
+        let (sensor, sensors) = if others.is_empty() {
+            (Some(sensor), BTreeMap::new())
+        } else {
+            (None, std::iter::once((sensor_name, sensor)).chain(others).collect())
+        };
+        Self { filter, vehicle, sensor, moving, joint, fixes, sensors }
+    }
+}
+
+impl TryFrom<InFile> for Settings {
+    type Error = &'static str;
+
+    fn try_from(file: InFile) -> Result<Self, &'static str> {
+        let InFile { filter, vehicle, sensor, moving, joint, fixes, sensors } = file;
+        let mut all = sensor.map(|sensor| (String::new(), sensor)).into_iter().chain(sensors);
+        let (sensor_name, sensor) = all.next().ok_or("no sensor")?;
+        let others: Vec<_> = all.collect();
+        if sensor_name.is_empty() && !others.is_empty() {
+            return Err("sensor: with several sensors each is [sensors.NAME]");
+        }
+        Ok(Self { filter, vehicle, sensor, sensor_name, others, moving, joint, fixes })
+    }
+}
+
+impl Settings {
+    /// The settings of every sensor, in the order of the log's.
+    pub fn sensors(&self) -> impl Iterator<Item = &SensorSettings> {
+        std::iter::once(&self.sensor).chain(self.others.iter().map(|(_, sensor)| sensor))
+    }
 }
 
 /// `[filter]`: see [`scphd::Config`].
@@ -69,6 +126,8 @@ pub struct FilterSettings {
     pub proposal_sampled_fraction: f64,
     /// Minimum responsibility for a measurement with which a component steers the proposal.
     pub proposal_min_responsibility: f64,
+    /// By how much longer than `vehicle.noise_interval_s` a mixture takes odometry errors to last; a joint map takes them as they are.
+    pub interval_margin: f64,
     /// The particle likelihood.
     pub likelihood: Likelihood,
 }
@@ -191,6 +250,18 @@ pub struct SensorSettings {
     pub left_m: f64,
     /// By how much it is turned to the left, rad.
     pub yaw_rad: f64,
+    /// Of several sensors: births of this one over those that `filter` and `moving` say.
+    #[serde(default = "one", skip_serializing_if = "is_one")]
+    pub birth_factor: f64,
+}
+
+fn one() -> f64 {
+    1.0
+}
+
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde passes a reference")]
+fn is_one(factor: &f64) -> bool {
+    *factor == 1.0
 }
 
 impl SensorSettings {

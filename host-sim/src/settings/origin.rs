@@ -50,10 +50,10 @@ pub struct Origins(BTreeMap<String, Origin>);
 impl Origins {
     /// Of settings that follow from a log: `stated` of its fields are stated, the others are by the scheme.
     #[must_use]
-    pub fn of<S: Serialize>(settings: &S, stated: Vec<(&'static str, Origin)>) -> Self {
+    pub fn of<S: Serialize>(settings: &S, stated: Vec<(impl AsRef<str>, Origin)>) -> Self {
         let all = table(settings);
-        let mut origins = Self(fields(&all).map(|(field, _)| (field, Origin::Scheme)).collect());
-        stated.into_iter().for_each(|(field, origin)| origins.set(field, origin));
+        let mut origins = Self(fields(&all).into_iter().map(|(field, _)| (field, Origin::Scheme)).collect());
+        stated.into_iter().for_each(|(field, origin)| origins.set(field.as_ref(), origin));
         origins
     }
 
@@ -133,33 +133,40 @@ impl Origins {
 }
 
 /// What the settings that suit a log in the plane take from what it states; see [`super::defaults`].
-fn stated(log: &Log) -> Vec<(&'static str, Origin)> {
+fn stated(log: &Log) -> Vec<(String, Origin)> {
     let nominal = &log.nominal;
-    let mut stated: Vec<_> = ["sensor.range_max_m", "sensor.bearing_min_rad", "sensor.bearing_max_rad"]
-        .map(|field| (field, Origin::Stated))
-        .into();
-    let mut add = |known: bool, fields: &[&'static str]| {
-        stated.extend(fields.iter().filter(|_| known).map(|&field| (field, Origin::Stated)));
+    let mut stated = Vec::new();
+    let mut add = |known: bool, section: &str, keys: &[&str]| {
+        stated.extend(keys.iter().filter(|_| known).map(|key| (format!("{section}.{key}"), Origin::Stated)));
     };
     let turn = match log.vehicle {
         Vehicle::Ackermann { .. } => nominal.steering_sigma_rad,
         Vehicle::Unicycle | Vehicle::UnicycleArc => nominal.rate_sigma_radps,
     };
     let speed = nominal.speed_sigma_mps.is_some();
-    add(log.sensor.range_min_m > 0.0, &["sensor.range_min_m"]);
-    let mounted = log.sensor.mounting != Mounting::NONE;
-    add(mounted, &["sensor.forward_m", "sensor.left_m", "sensor.yaw_rad"]);
-    add(speed, &["vehicle.speed_sigma_mps", "vehicle.speed_sigma_ratio"]);
-    add(turn.is_some(), &["vehicle.turn_sigma", "vehicle.turn_sigma_ratio"]);
-    add(log.simulated && speed && turn.is_some(), &["vehicle.noise_interval_s"]);
-    add(nominal.detection_probability.is_some(), &["sensor.detection_near", "sensor.detection_far"]);
-    add(nominal.clutter_per_scan.is_some(), &["sensor.clutter_per_scan"]);
-    for (field, sigma) in
-        [("sensor.range_sigma_m", nominal.range_sigma_m), ("sensor.bearing_sigma_rad", nominal.bearing_sigma_rad)]
-    {
-        let origin = |sigma| if log.simulated { Origin::Stated } else { Origin::WithMargin(sigma) };
-        stated.extend(sigma.map(|sigma| (field, origin(sigma))));
+    add(speed, "vehicle", &["speed_sigma_mps", "speed_sigma_ratio"]);
+    add(turn.is_some(), "vehicle", &["turn_sigma", "turn_sigma_ratio"]);
+    add(log.simulated && speed && turn.is_some(), "vehicle", &["noise_interval_s"]);
+    let mut noises = Vec::new();
+    for (name, sensor, nominal) in log.sensors() {
+        let section = if name.is_empty() { "sensor".to_owned() } else { format!("sensors.{name}") };
+        add(true, &section, &["range_max_m", "bearing_min_rad", "bearing_max_rad"]);
+        add(sensor.range_min_m > 0.0, &section, &["range_min_m"]);
+        add(sensor.mounting != Mounting::NONE, &section, &["forward_m", "left_m", "yaw_rad"]);
+        add(nominal.detection_probability.is_some(), &section, &["detection_near", "detection_far"]);
+        add(nominal.clutter_per_scan.is_some(), &section, &["clutter_per_scan"]);
+        noises.push((format!("{section}.range_sigma_m"), nominal.range_sigma_m));
+        noises.push((format!("{section}.bearing_sigma_rad"), nominal.bearing_sigma_rad));
     }
+    if !log.fixes.is_empty() {
+        let noise = &log.fix_noise;
+        add(noise.gate.is_some(), "fixes", &["gate"]);
+        add((noise.forward_m, noise.left_m) != (0.0, 0.0), "fixes", &["forward_m", "left_m"]);
+        noises.push(("fixes.position_sigma_m".into(), noise.position_sigma_m));
+        noises.push(("fixes.heading_sigma_rad".into(), noise.heading_sigma_rad));
+    }
+    let origin = |sigma| if log.simulated { Origin::Stated } else { Origin::WithMargin(sigma) };
+    stated.extend(noises.into_iter().filter_map(|(field, sigma)| Some((field, origin(sigma?)))));
     stated
 }
 
@@ -167,10 +174,14 @@ fn table<S: Serialize>(settings: &S) -> Table {
     Table::try_from(settings).unwrap_or_default()
 }
 
-/// Every `section.key` with its value.
-fn fields(table: &Table) -> impl Iterator<Item = (String, &Value)> {
-    let sections = table.iter().filter_map(|(name, section)| Some((name, section.as_table()?)));
-    sections.flat_map(|(name, section)| section.iter().map(move |(key, value)| (format!("{name}.{key}"), value)))
+/// Every `section.key`, in sections of sections too, with its value.
+fn fields(table: &Table) -> Vec<(String, &Value)> {
+    let mut all = Vec::new();
+    for (name, section) in table.iter().filter_map(|(name, section)| Some((name, section.as_table()?))) {
+        let own = section.iter().filter(|(_, value)| !value.is_table()).map(|(key, value)| (key.clone(), value));
+        all.extend(own.chain(fields(section)).map(|(key, value)| (format!("{name}.{key}"), value)));
+    }
+    all
 }
 
 #[cfg(test)]

@@ -13,11 +13,19 @@ pub trait Slam<D: Dimensions = Planar> {
     /// The filter refused, and says why.
     fn predict(&mut self, control: D::Control, dt_s: f64) -> Result<Option<Implausible>, Refusal>;
 
-    /// Takes in a scan.
+    /// Takes in a measurement of the pose itself: whether it was within its gate.
+    ///
+    /// # Errors
+    /// The filter refused, and says why; one that does not know fixes always does.
+    fn observe(&mut self, _fix: &D::Fix) -> Result<bool, Refusal> {
+        Err(refusal("it takes no fixes of the pose; core, joint and ekf do"))
+    }
+
+    /// Takes in a scan of the sensor of this number.
     ///
     /// # Errors
     /// The filter refused, and says why.
-    fn scan(&mut self, detections: &[D::Measurement]) -> Result<ScanOutcome, Refusal>;
+    fn scan(&mut self, sensor: usize, detections: &[D::Measurement]) -> Result<ScanOutcome, Refusal>;
 
     /// Estimated pose and its covariance.
     ///
@@ -42,6 +50,27 @@ pub trait Slam<D: Dimensions = Planar> {
     /// From now on weighs candidates with these threads, where the filter knows how to; its results do not depend on it.
     fn weigh_on(&mut self, _threads: &Threads) {}
 
+    /// Starts in a map that [`map_file`](Self::map_file) made: with the pose of the log, or where that is not known, by looking for it.
+    ///
+    /// # Errors
+    /// The filter has no such maps, or the file is none of its own.
+    fn start_in(&mut self, _file: &[u8], _pose_is_known: bool) -> Result<(), Refusal> {
+        Err(refusal("only a joint map in the plane starts in a map"))
+    }
+
+    /// The estimated map as bytes, for the next drive.
+    ///
+    /// # Errors
+    /// The filter has no such maps.
+    fn map_file(&mut self) -> Result<Vec<u8>, Refusal> {
+        Err(refusal("only a joint map in the plane can be saved"))
+    }
+
+    /// How the search for the place in the map went; `None` where there was none.
+    fn search(&self) -> Option<Search> {
+        None
+    }
+
     /// Hash of the complete state, where the filter has one.
     fn digest(&mut self) -> Option<u64> {
         None
@@ -51,6 +80,28 @@ pub trait Slam<D: Dimensions = Planar> {
     fn state_bytes(&self) -> Option<u64> {
         None
     }
+}
+
+/// How the search for a vehicle's place in a map went.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Search {
+    /// Scans that were taken in while it went on.
+    pub scans: usize,
+    /// The place, once it is found.
+    pub found: Option<FoundPlace>,
+    /// The probability that the vehicle is where the map has nothing, at the end of it.
+    pub elsewhere: f64,
+}
+
+/// A place in a map.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FoundPlace {
+    /// x and y, m, and heading, rad.
+    pub pose: [f64; 3],
+    /// The probability that the vehicle is there.
+    pub probability: f64,
+    /// Landmarks that it had found and the map has.
+    pub matched: usize,
 }
 
 /// What was wrong with a prediction that the fixed-capacity filter leaves out.
@@ -103,4 +154,9 @@ pub struct Refusal(pub String);
 /// What was said against it.
 pub(crate) fn refusal(error: impl core::fmt::Display) -> Refusal {
     Refusal(error.to_string())
+}
+
+/// A scan of a sensor that the settings do not know.
+pub(crate) fn no_sensor(sensor: usize) -> Refusal {
+    Refusal(format!("no settings of sensor {}", sensor + 1))
 }

@@ -1,6 +1,7 @@
 //! The fixed-capacity filter over a log.
 
-use super::contract::{PoseAndCovariance, Refusal, ScanOutcome, Slam, left_out, refusal};
+use super::contract::{PoseAndCovariance, Refusal, ScanOutcome, Slam, left_out, no_sensor, refusal};
+use super::fixes::Fixed;
 use super::models::{Models, Referred, feature_of, full, measured, pose_of};
 use crate::dimensions::{Coordinates, Dimensions};
 use crate::record::{MapFeature, MovingFeature, Usage};
@@ -79,11 +80,12 @@ impl<P: Debug, const N: usize, const V: usize> Debug for Snapshot<P, N, V> {
 }
 
 /// The filter of one log, with its state on the heap.
-struct CoreFilter<D: Dimensions, M: Motion, X: MeasurementModel> {
+struct CoreFilter<D: Dimensions, M: Motion<Pose: Fixed<D>>, X: MeasurementModel<Pose = M::Pose>> {
     models: Models<D, M, X>,
     config: Config<ScalarOf<M::Pose>>,
     state: Box<dyn Room<M>>,
-    scratch: Box<DetectorMemory<X::Measurement, MEASUREMENTS, WORKERS>>,
+    /// Of every sensor.
+    scratch: Vec<DetectorMemory<X::Measurement, MEASUREMENTS, WORKERS>>,
     threads: Threads,
 }
 
@@ -103,42 +105,54 @@ pub(crate) fn start<D, M, X, const N: usize, const V: usize>(
 ) -> Result<Core<D, M, N, V>, Refusal>
 where
     D: Dimensions,
-    M: Motion<Pose: Referred> + Copy + Debug + 'static,
+    M: Motion<Pose: Referred + Fixed<D>> + Copy + Debug + 'static,
     X: MeasurementModel<Pose = M::Pose> + Copy + Debug + 'static,
 {
-    let scratch = Box::new(DetectorMemory::new());
+    let start = models.start;
+    let scratch = models.sensors.iter().map(|_| DetectorMemory::new()).collect();
     let mut started = CoreFilter { models, config, state, scratch, threads: Threads::default() };
-    started.with(|filter, detector| {
-        filter.check(detector).map_err(refusal)?;
-        filter.reset(models.start, seed).map_err(refusal)
-    })??;
+    for sensor in 0..started.scratch.len() {
+        started.with(sensor, |filter, detector| filter.check(detector))?.map_err(refusal)?;
+    }
+    started.with(0, |filter, _| filter.reset(start, seed))?.map_err(refusal)?;
     Ok(Box::new(started))
 }
 
-impl<D: Dimensions, M: Motion + Copy, X: MeasurementModel<Pose = M::Pose> + Copy> CoreFilter<D, M, X> {
-    /// Works on the filter and its detector. A state goes on from where the last filter over it left off.
+impl<D: Dimensions, M: Motion<Pose: Fixed<D>> + Copy, X: MeasurementModel<Pose = M::Pose> + Copy> CoreFilter<D, M, X> {
+    /// Works on the filter and one of its detectors. A state goes on from where the last filter over it left off.
     fn with<R>(
         &mut self,
+        sensor: usize,
         work: impl FnOnce(&mut ScPhd<'_, M>, &mut scphd::Detector<X, ScanRoom<'_, X::Measurement>>) -> R,
     ) -> Result<R, Refusal> {
-        let detector = self.models.detector()?.learning(self.models.online).map_err(refusal)?;
-        let mut detector = detector.over(&mut self.scratch).map_err(refusal)?;
+        let (Some(sensor), Some(scratch)) = (self.models.sensors.get(sensor), self.scratch.get_mut(sensor)) else {
+            return Err(no_sensor(sensor));
+        };
+        let detector = sensor.detector()?.learning(self.models.online).map_err(refusal)?;
+        let mut detector = detector.over(scratch).map_err(refusal)?;
         let mut filter = self.state.filter(self.models.motion, self.config).map_err(refusal)?;
         Ok(work(&mut filter, &mut detector))
     }
 }
 
-impl<D: Dimensions, M: Motion + Copy, X: MeasurementModel<Pose = M::Pose> + Copy> Slam<D> for CoreFilter<D, M, X> {
+impl<D: Dimensions, M: Motion<Pose: Fixed<D>> + Copy, X: MeasurementModel<Pose = M::Pose> + Copy> Slam<D>
+    for CoreFilter<D, M, X>
+{
     fn predict(&mut self, control: D::Control, dt_s: f64) -> Result<Option<Implausible>, Refusal> {
         let control = (self.models.control)(control);
-        left_out(self.with(|filter, _| filter.predict(&control, ScalarOf::<M::Pose>::from_f64(dt_s)))?)
+        left_out(self.with(0, |filter, _| filter.predict(&control, ScalarOf::<M::Pose>::from_f64(dt_s)))?)
     }
 
-    fn scan(&mut self, detections: &[D::Measurement]) -> Result<ScanOutcome, Refusal> {
+    fn observe(&mut self, fix: &D::Fix) -> Result<bool, Refusal> {
+        let models = self.models.fixes;
+        self.with(0, |filter, _| M::Pose::observe(filter, &models, fix))?
+    }
+
+    fn scan(&mut self, sensor: usize, detections: &[D::Measurement]) -> Result<ScanOutcome, Refusal> {
         let measurements = measured::<D, X::Measurement>(detections);
         let threads = self.threads.clone();
         let report = self
-            .with(|filter, detector| filter.scan_on(detector, &measurements, &threads, &mut ()))?
+            .with(sensor, |filter, detector| filter.scan_on(detector, &measurements, &threads, &mut ()))?
             .map_err(refusal)?;
         Ok(ScanOutcome {
             n_eff: report.n_eff.to_f64(),
@@ -151,20 +165,27 @@ impl<D: Dimensions, M: Motion + Copy, X: MeasurementModel<Pose = M::Pose> + Copy
     }
 
     fn pose(&mut self) -> Result<PoseAndCovariance<D>, Refusal> {
-        let estimate = self.with(|filter, _| filter.estimate_pose())?.ok_or_else(|| refusal("not started"))?;
+        let estimate = self.with(0, |filter, _| filter.estimate_pose())?.ok_or_else(|| refusal("not started"))?;
         Ok(pose_of::<D, M::Pose>(&estimate))
     }
 
     fn map(&mut self) -> Result<(f64, Vec<MapFeature<D>>), Refusal> {
         let mut features = vec![Component::<PositionOf<M::Pose>>::ZERO; FEATURES];
-        let estimate = self.with(|filter, detector| filter.estimate_map(detector, &mut features))?;
+        let sensors = self.scratch.len();
+        let mut estimate = |sensor| self.with(sensor, |filter, detector| filter.estimate_map(detector, &mut features));
+        // What is confirmed is so as one detector sees it: as that does to which most is.
+        let mut most = (0, 0);
+        for sensor in (0..sensors).filter(|_| sensors > 1) {
+            most = most.max((estimate(sensor)?.features, sensor));
+        }
+        let estimate = estimate(most.1)?;
         let features = features.iter().take(estimate.features).map(feature_of);
         Ok((estimate.expected_features.to_f64(), features.collect()))
     }
 
     fn moving(&mut self) -> Result<Vec<MovingFeature<D>>, Refusal> {
         let mut features = vec![Component::<MovingOf<M::Pose>>::ZERO; FEATURES];
-        let estimate = self.with(|filter, _| filter.estimate_moving(&mut features))?;
+        let estimate = self.with(0, |filter, _| filter.estimate_moving(&mut features))?;
         let features = features.iter().take(estimate.features).map(|feature| MovingFeature {
             id: feature.label,
             weight: feature.ln_weight.exp().to_f64(),
@@ -176,7 +197,11 @@ impl<D: Dimensions, M: Motion + Copy, X: MeasurementModel<Pose = M::Pose> + Copy
     }
 
     fn digest(&mut self) -> Option<u64> {
-        self.with(|filter, detector| detector.digest(filter.digest())).ok()
+        let mut digest = self.with(0, |filter, _| filter.digest()).ok()?;
+        for sensor in 0..self.scratch.len() {
+            digest = self.with(sensor, |_, detector| detector.digest(digest)).ok()?;
+        }
+        Some(digest)
     }
 
     fn weigh_on(&mut self, threads: &Threads) {
@@ -192,11 +217,11 @@ impl<D, M, X, const N: usize, const V: usize> Transparent<D, <M::Pose as Referre
     for CoreFilter<D, M, X>
 where
     D: Dimensions,
-    M: Motion<Pose: Referred> + Copy,
+    M: Motion<Pose: Referred + Fixed<D>> + Copy,
     X: MeasurementModel<Pose = M::Pose> + Copy,
 {
     fn snapshot(&mut self) -> Result<Snapshot<<M::Pose as Referred>::Reference, N, V>, Refusal> {
-        self.with(|filter, _| {
+        self.with(0, |filter, _| {
             let particles = filter.particles();
             let candidates = filter.candidates().iter().map(|candidate| Candidate {
                 pose: candidate.pose.referred(),

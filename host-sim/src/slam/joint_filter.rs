@@ -1,13 +1,18 @@
 //! The filter with a joint map over a log.
 
-use super::contract::{PoseAndCovariance, Refusal, ScanOutcome, Slam, left_out, refusal};
+use super::contract::{PoseAndCovariance, Refusal, ScanOutcome, Search, Slam, left_out, no_sensor, refusal};
+use super::fixes::Fixed;
+use super::in_map::InMap;
+use super::joint_snapshot;
 use super::models::{Models, feature_of, measured, pose_of};
 use crate::dimensions::Dimensions;
 use crate::record::{MapFeature, Usage};
+use crate::reference::joint;
 use scphd::{
     Detector, Implausible, JointConfig, JointSlam, JointState, MeasurementModel, Motion, Real, ScalarOf, SetupError,
     Vector,
 };
+use std::convert::Infallible;
 use std::fmt::Debug;
 
 /// Features and measurements in a scan that the host's state has room for.
@@ -31,13 +36,27 @@ where
     }
 }
 
+/// A joint filter that shows its whole state, for lockstep with the reference.
+pub trait OpenJoint<D: Dimensions>: Slam<D> {
+    /// The state as it stands.
+    ///
+    /// # Errors
+    /// The filter refused, and says why.
+    fn snapshot(&mut self) -> Result<joint::State, Refusal>;
+}
+
 /// The joint filter of one log, with its state on the heap.
-struct JointFilter<D: Dimensions, M: Motion, X: MeasurementModel> {
+struct JointFilter<D: Dimensions, M: Motion<Pose: Fixed<D>>, X: MeasurementModel<Pose = M::Pose>> {
     motion: M,
     control: fn(D::Control) -> M::Control,
-    detector: Detector<X>,
+    /// Of every sensor.
+    detectors: Vec<Detector<X>>,
+    fixes: <M::Pose as Fixed<D>>::Models,
     config: JointConfig<ScalarOf<M::Pose>>,
     state: Box<dyn JointRoom<M, X::Measurement>>,
+    start: M::Pose,
+    /// Maps of earlier drives, where there is a way to have them.
+    maps: Option<Box<dyn InMap<M, X>>>,
 }
 
 /// The filter at the start of its log.
@@ -48,37 +67,65 @@ pub(crate) fn start<D, M, X>(
     models: &Models<D, M, X>,
     config: JointConfig<ScalarOf<M::Pose>>,
     mut state: Box<dyn JointRoom<M, X::Measurement>>,
-) -> Result<Box<dyn Slam<D>>, Refusal>
+    maps: Option<Box<dyn InMap<M, X>>>,
+) -> Result<Box<dyn OpenJoint<D>>, Refusal>
 where
     D: Dimensions,
-    M: Motion + Copy + 'static,
+    M: Motion<Pose: Fixed<D>> + Copy + 'static,
     X: MeasurementModel<Pose = M::Pose> + Copy + 'static,
 {
     state.filter(models.motion, config).map_err(refusal)?.reset(models.start).map_err(refusal)?;
-    let Models { motion, control, .. } = *models;
-    Ok(Box::new(JointFilter { motion, control, detector: models.detector()?, config, state }))
+    let Models { motion, control, fixes, start, .. } = *models;
+    let detectors = models.sensors.iter().map(|sensor| sensor.detector()).collect::<Result<_, _>>()?;
+    Ok(Box::new(JointFilter { motion, control, detectors, fixes, config, state, start, maps }))
 }
 
-impl<D: Dimensions, M: Motion + Copy, X: MeasurementModel<Pose = M::Pose>> JointFilter<D, M, X> {
+impl<D: Dimensions, M: Motion<Pose: Fixed<D>> + Copy, X: MeasurementModel<Pose = M::Pose>> JointFilter<D, M, X> {
     /// Works on the filter. A state goes on from where the last filter over it left off.
     fn with<R>(
         &mut self,
-        work: impl FnOnce(&mut JointSlam<'_, M, X::Measurement>, &Detector<X>) -> R,
+        work: impl FnOnce(&mut JointSlam<'_, M, X::Measurement>, &[Detector<X>]) -> R,
     ) -> Result<R, Refusal> {
         let mut filter = self.state.filter(self.motion, self.config).map_err(refusal)?;
-        Ok(work(&mut filter, &self.detector))
+        Ok(work(&mut filter, &self.detectors))
     }
 }
 
-impl<D: Dimensions, M: Motion + Copy, X: MeasurementModel<Pose = M::Pose>> Slam<D> for JointFilter<D, M, X> {
+impl<D: Dimensions, M: Motion<Pose: Fixed<D>> + Copy, X: MeasurementModel<Pose = M::Pose>> JointFilter<D, M, X> {
+    /// Works on the filter and its maps of earlier drives, if it can have any.
+    fn with_maps<R>(
+        &mut self,
+        work: impl FnOnce(&mut dyn InMap<M, X>, &mut JointSlam<'_, M, X::Measurement>, &[Detector<X>]) -> Result<R, Refusal>,
+    ) -> Option<Result<R, Refusal>> {
+        let maps = self.maps.as_deref_mut()?;
+        let filter = self.state.filter(self.motion, self.config).map_err(refusal);
+        Some(filter.and_then(|mut filter| work(maps, &mut filter, &self.detectors)))
+    }
+}
+
+impl<D: Dimensions, M: Motion<Pose: Fixed<D>> + Copy, X: MeasurementModel<Pose = M::Pose>> Slam<D>
+    for JointFilter<D, M, X>
+{
     fn predict(&mut self, control: D::Control, dt_s: f64) -> Result<Option<Implausible>, Refusal> {
         let control = (self.control)(control);
         left_out(self.with(|filter, _| filter.predict(&control, ScalarOf::<M::Pose>::from_f64(dt_s)))?)
     }
 
-    fn scan(&mut self, detections: &[D::Measurement]) -> Result<ScanOutcome, Refusal> {
+    fn observe(&mut self, fix: &D::Fix) -> Result<bool, Refusal> {
+        let models = self.fixes;
+        self.with(|filter, _| M::Pose::observe(filter, &models, fix))?
+    }
+
+    fn scan(&mut self, sensor: usize, detections: &[D::Measurement]) -> Result<ScanOutcome, Refusal> {
         let measurements = measured::<D, X::Measurement>(detections);
-        let report = self.with(|filter, detector| filter.scan(detector, &measurements))?.map_err(refusal)?;
+        let report = self
+            .with(|filter, detectors| detectors.get(sensor).map(|detector| filter.scan(detector, &measurements)))?
+            .ok_or_else(|| no_sensor(sensor))?
+            .map_err(refusal)?;
+        self.with_maps(|maps, filter, detectors| {
+            detectors.get(sensor).map_or(Ok(()), |detector| maps.look(filter, detector))
+        })
+        .transpose()?;
         Ok(ScanOutcome {
             ln_evidence: Some(report.ln_evidence.to_f64()),
             innovation: Some(report.innovation.to_f64()).filter(|&innovation| innovation > 0.0),
@@ -100,6 +147,23 @@ impl<D: Dimensions, M: Motion + Copy, X: MeasurementModel<Pose = M::Pose>> Slam<
         })
     }
 
+    fn start_in(&mut self, file: &[u8], pose_is_known: bool) -> Result<(), Refusal> {
+        let known = pose_is_known.then_some(self.start);
+        if !pose_is_known {
+            let JointConfig { least_existence, least_tentative, .. } = JointConfig::strict();
+            (self.config.least_existence, self.config.least_tentative) = (least_existence, least_tentative);
+        }
+        self.with_maps(|maps, filter, _| maps.start(filter, file, known)).unwrap_or_else(|| Err(only_in_the_plane()))
+    }
+
+    fn map_file(&mut self) -> Result<Vec<u8>, Refusal> {
+        self.with_maps(|maps, filter, _| maps.file(filter)).unwrap_or_else(|| Err(only_in_the_plane()))
+    }
+
+    fn search(&self) -> Option<Search> {
+        self.maps.as_ref().and_then(|maps| maps.search())
+    }
+
     fn digest(&mut self) -> Option<u64> {
         self.with(|filter, _| filter.digest()).ok()
     }
@@ -107,4 +171,23 @@ impl<D: Dimensions, M: Motion + Copy, X: MeasurementModel<Pose = M::Pose>> Slam<
     fn state_bytes(&self) -> Option<u64> {
         Some(size_of_val(&*self.state) as u64)
     }
+}
+
+impl<D: Dimensions, M: Motion<Pose: Fixed<D>> + Copy, X: MeasurementModel<Pose = M::Pose>> OpenJoint<D>
+    for JointFilter<D, M, X>
+{
+    fn snapshot(&mut self) -> Result<joint::State, Refusal> {
+        let mut bytes = Vec::new();
+        let save = |bytes: &mut Vec<u8>, part: &[u8]| -> Result<(), Infallible> {
+            bytes.extend_from_slice(part);
+            Ok(())
+        };
+        let saved = self.with(|filter, _| filter.save(0, |part| save(&mut bytes, part)))?;
+        saved.map_err(|error| refusal(format!("{error:?}")))?;
+        Ok(joint_snapshot::read(&bytes))
+    }
+}
+
+fn only_in_the_plane() -> Refusal {
+    refusal("maps are saved and started in only in the plane")
 }

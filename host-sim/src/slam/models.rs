@@ -1,6 +1,7 @@
 //! The models of the core that a log's settings describe, and numbers from there in the host's terms.
 
 use super::contract::{PoseAndCovariance, Refusal, refusal};
+use super::fixes::Fixed;
 use crate::dimensions::{Coordinates, Dimensions};
 use crate::record::MapFeature;
 use crate::reference::space;
@@ -9,20 +10,26 @@ use scphd::{
     Real, ScalarOf, Symmetric, Vector,
 };
 
-/// How a vehicle moves, what its sensor sees, what is born and learnt, and where it starts.
-#[derive(Clone, Copy)]
-pub(crate) struct Models<D: Dimensions, M: Motion, X> {
+/// How a vehicle moves, what its sensors see, what is learnt, and where it starts.
+pub(crate) struct Models<D: Dimensions, M: Motion<Pose: Fixed<D>>, X: MeasurementModel<Pose = M::Pose>> {
     pub(crate) motion: M,
-    pub(crate) sensing: X,
-    pub(crate) mounting: Option<Mounting<ScalarOf<M::Pose>>>,
-    pub(crate) births: Births<ScalarOf<M::Pose>>,
+    pub(crate) sensors: Vec<SensorModels<X>>,
+    pub(crate) fixes: <M::Pose as Fixed<D>>::Models,
     pub(crate) online: Online<ScalarOf<M::Pose>>,
     pub(crate) start: M::Pose,
     /// The motion's control of the log's.
     pub(crate) control: fn(D::Control) -> M::Control,
 }
 
-impl<D: Dimensions, M: Motion, X: MeasurementModel<Pose = M::Pose> + Copy> Models<D, M, X> {
+/// What a sensor sees, where it sits, and what is born of it.
+#[derive(Clone, Copy)]
+pub(crate) struct SensorModels<X: MeasurementModel> {
+    pub(crate) sensing: X,
+    pub(crate) mounting: Option<Mounting<ScalarOf<X::Pose>>>,
+    pub(crate) births: Births<ScalarOf<X::Pose>>,
+}
+
+impl<X: MeasurementModel + Copy> SensorModels<X> {
     /// The detector that these models are of.
     pub(crate) fn detector(&self) -> Result<Detector<X>, Refusal> {
         let detector = Detector::new(self.sensing, self.births).map_err(refusal)?;

@@ -1,14 +1,16 @@
 //! The filters of the core over a planar log.
 
 use super::config::{config_of, online_of};
-use super::contract::{Refusal, Slam, refusal};
+use super::contract::{Refusal, refusal};
 use super::core_filter::{Room, Transparent, start as core_of};
 use super::filter::Precision;
-use super::joint_filter::{FEATURES, MEASUREMENTS, start as joint_of};
-use super::models::Models;
+use super::fixes::PlanarFixes;
+use super::in_map::PlanarMap;
+use super::joint_filter::{FEATURES, MEASUREMENTS, OpenJoint, start as joint_of};
+use super::models::{Models, SensorModels};
 use crate::dimensions::Planar;
 use crate::log::{self, Vehicle};
-use crate::settings::{SensorSettings, Settings};
+use crate::settings::{JointSettings, SensorSettings, Settings};
 use nalgebra::Vector2;
 use scphd::{
     Ackermann, AckermannControl, AckermannGeometry, Births, Config, ConstantVelocity, ControlNoise, Dynamic,
@@ -33,7 +35,8 @@ type HostState<T, const PARTICLES: usize, const CANDIDATES: usize, const PAGES: 
 type HostJointState<T> =
     JointState<PlanarPose<T>, Vector2<T>, FEATURES, { joint_numbers(3, 2, FEATURES) }, MEASUREMENTS>;
 
-type PlanarModels<T, M> = Models<Planar, M, Sensing<RangeBearing<T>, RangeBearingWindow<T>, UniformClutter<T>>>;
+type PlanarSensing<T> = Sensing<RangeBearing<T>, RangeBearingWindow<T>, UniformClutter<T>>;
+type PlanarModels<T, M> = Models<Planar, M, PlanarSensing<T>>;
 
 /// The fixed-capacity filter in the plane.
 type Core = Box<dyn Transparent<Planar, [f64; 3], 2, 4>>;
@@ -49,9 +52,10 @@ pub fn core_filter(
     precision: Precision,
     seed: u64,
 ) -> Result<Core, Refusal> {
+    let margin = settings.filter.interval_margin;
     match precision {
-        Precision::F32 => with_models::<f32, _>(settings, vehicle, initial_pose, StartCore { settings, seed }),
-        Precision::F64 => with_models::<f64, _>(settings, vehicle, initial_pose, StartCore { settings, seed }),
+        Precision::F32 => with_models::<f32, _>(settings, margin, vehicle, initial_pose, StartCore { settings, seed }),
+        Precision::F64 => with_models::<f64, _>(settings, margin, vehicle, initial_pose, StartCore { settings, seed }),
     }
 }
 
@@ -64,13 +68,13 @@ pub fn joint_filter(
     vehicle: &Vehicle,
     initial_pose: [f64; 3],
     precision: Precision,
-) -> Result<Box<dyn Slam>, Refusal> {
+) -> Result<Box<dyn OpenJoint<Planar>>, Refusal> {
     if settings.moving.birth_intensity > 0.0 {
         return Err(refusal("moving.birth_intensity: a joint map has no moving features; --filter core has"));
     }
     match precision {
-        Precision::F32 => with_models::<f32, _>(settings, vehicle, initial_pose, StartJoint { settings }),
-        Precision::F64 => with_models::<f64, _>(settings, vehicle, initial_pose, StartJoint { settings }),
+        Precision::F32 => with_models::<f32, _>(settings, 1.0, vehicle, initial_pose, StartJoint { settings }),
+        Precision::F64 => with_models::<f64, _>(settings, 1.0, vehicle, initial_pose, StartJoint { settings }),
     }
 }
 
@@ -126,30 +130,36 @@ struct StartJoint<'s> {
 }
 
 impl<T: Real> OverModels<T> for StartJoint<'_> {
-    type Output = Box<dyn Slam>;
+    type Output = Box<dyn OpenJoint<Planar>>;
 
     fn over<M: Motion<Pose = PlanarPose<T>> + Copy + Debug + 'static>(
         self,
         models: PlanarModels<T, M>,
-    ) -> Result<Box<dyn Slam>, Refusal> {
-        let (real, joint) = (T::from_f64, &self.settings.joint);
-        let config = JointConfig {
-            merge_distance: real(joint.merge_distance),
-            persistence: Persistence {
-                in_sight_s: real(joint.in_sight_s),
-                hidden_s: real(joint.hidden_s),
-                lifetime_s: real(joint.lifetime_s),
-            },
-            behind: real(joint.behind),
-            ..JointConfig::default()
-        };
-        joint_of(&models, config, Box::new(HostJointState::<T>::new()))
+    ) -> Result<Self::Output, Refusal> {
+        let config = joint_config(&self.settings.joint);
+        joint_of(&models, config, Box::new(HostJointState::<T>::new()), Some(Box::new(PlanarMap::<T>::new())))
     }
 }
 
-/// Makes the models of these settings for a vehicle, and goes on with them.
+/// The tuning of the joint filter that the settings describe.
+pub(super) fn joint_config<T: Real>(joint: &JointSettings) -> JointConfig<T> {
+    let real = T::from_f64;
+    JointConfig {
+        merge_distance: real(joint.merge_distance),
+        persistence: Persistence {
+            in_sight_s: real(joint.in_sight_s),
+            hidden_s: real(joint.hidden_s),
+            lifetime_s: real(joint.lifetime_s),
+        },
+        behind: real(joint.behind),
+        ..JointConfig::default()
+    }
+}
+
+/// Makes the models of these settings for a vehicle, whose odometry errors last so many times as long, and goes on with them.
 fn with_models<T: Real, W: OverModels<T>>(
     settings: &Settings,
+    interval_margin: f64,
     vehicle: &Vehicle,
     initial_pose: [f64; 3],
     work: W,
@@ -160,7 +170,7 @@ fn with_models<T: Real, W: OverModels<T>>(
         speed_sigma_ratio: real(settings.vehicle.speed_sigma_ratio),
         turn_sigma: real(settings.vehicle.turn_sigma),
         turn_sigma_ratio: real(settings.vehicle.turn_sigma_ratio),
-        interval_s: real(settings.vehicle.noise_interval_s),
+        interval_s: real(settings.vehicle.noise_interval_s * interval_margin),
     };
     let step = match *vehicle {
         Vehicle::Ackermann { wheelbase_m, encoder_offset_m, sensor_forward_m, sensor_left_m } => {
@@ -192,33 +202,40 @@ fn models<T: Real, M: Motion<Pose = PlanarPose<T>>>(
     motion: M,
     control: fn([f64; 2]) -> M::Control,
 ) -> Result<PlanarModels<T, M>, Refusal> {
-    let field_of_view = RangeBearingWindow::new(limits::<T>(&settings.sensor)).map_err(refusal)?;
-    let per_scan = T::from_f64(settings.sensor.clutter_per_scan);
+    let sensors = settings.sensors().map(|sensor| sensor_models(settings, sensor)).collect::<Result<_, _>>()?;
+    let [x, y, heading] = initial_pose.map(T::from_f64);
+    let start = PlanarPose::new(x, y, heading);
+    Ok(Models {
+        motion,
+        sensors,
+        fixes: PlanarFixes::of(&settings.fixes.unwrap_or_default())?,
+        online: online_of(&settings.filter),
+        start,
+        control,
+    })
+}
+
+fn sensor_models<T: Real>(
+    settings: &Settings,
+    sensor: &SensorSettings,
+) -> Result<SensorModels<PlanarSensing<T>>, Refusal> {
+    let field_of_view = RangeBearingWindow::new(limits::<T>(sensor)).map_err(refusal)?;
+    let per_scan = T::from_f64(sensor.clutter_per_scan);
     let sensing = Sensing {
-        sensor: range_bearing(&settings.sensor)?,
+        sensor: range_bearing(sensor)?,
         field_of_view,
         clutter: UniformClutter::of_scan(per_scan, field_of_view.measure()).map_err(refusal)?,
     };
-    let place = settings.sensor.mounting();
+    let place = sensor.mounting();
     let mounting = (place != log::Mounting::NONE).then(|| {
         let [forward, left, yaw] = [place.forward_m, place.left_m, place.yaw_rad].map(T::from_f64);
         Mounting::in_plane(forward, left, yaw).map_err(refusal)
     });
     let births = Births {
-        of_static: T::from_f64(settings.filter.birth_intensity),
-        of_moving: T::from_f64(settings.moving.birth_intensity),
+        of_static: T::from_f64(sensor.birth_factor * settings.filter.birth_intensity),
+        of_moving: T::from_f64(sensor.birth_factor * settings.moving.birth_intensity),
     };
-    let [x, y, heading] = initial_pose.map(T::from_f64);
-    let start = PlanarPose::new(x, y, heading);
-    Ok(Models {
-        motion,
-        sensing,
-        mounting: mounting.transpose()?,
-        births,
-        online: online_of(&settings.filter),
-        start,
-        control,
-    })
+    Ok(SensorModels { sensing, mounting: mounting.transpose()?, births })
 }
 
 /// The sensor of these settings.

@@ -1,15 +1,19 @@
-//! The reference over a planar log.
+//! The reference over a planar log: one with the models of each sensor, over one state.
 
-use super::contract::{PoseAndCovariance, Refusal, ScanOutcome, Slam};
+use super::contract::{PoseAndCovariance, Refusal, ScanOutcome, Slam, no_sensor};
+use super::joint_filter::FEATURES;
+use super::planar::joint_config;
 use crate::log::Vehicle;
 use crate::record::{MapFeature, MovingFeature};
-use crate::reference::{self, OwnDraws, Recursion, Reference};
-use crate::settings::Settings;
+use crate::reference::{self, OwnDraws, Recursion, Reference, joint};
+use crate::settings::{SensorSettings, Settings};
+use scphd::JointConfig;
 
 /// The f64 reference with its state and its own random numbers.
 #[derive(Debug)]
 pub struct ReferenceFilter {
-    reference: Reference,
+    /// Of every sensor.
+    references: Vec<Reference>,
     state: reference::State,
     draws: OwnDraws,
 }
@@ -18,16 +22,25 @@ impl ReferenceFilter {
     /// The reference for a log's vehicle, started at `initial_pose`.
     #[must_use]
     pub fn start(settings: &Settings, vehicle: &Vehicle, initial_pose: [f64; 3], seed: u64) -> Self {
-        let reference = reference_of(settings, vehicle);
-        let state = reference.initial(initial_pose);
-        Self { reference, state, draws: OwnDraws::new(seed) }
+        let references = references_of(settings, vehicle);
+        let state = references[0].initial(initial_pose);
+        Self { references, state, draws: OwnDraws::new(seed) }
     }
 }
 
-/// The reference with the same models and tuning as the filter that the settings describe.
+/// The reference with the same models and tuning as the filter that the settings describe, of the sensor or the first of several.
 #[must_use]
 pub fn reference_of(settings: &Settings, vehicle: &Vehicle) -> Reference {
-    let Settings { filter, vehicle: noise, sensor, moving, .. } = settings;
+    of_sensor(settings, &settings.sensor, vehicle)
+}
+
+/// The same of every sensor; there is at least one.
+pub(crate) fn references_of(settings: &Settings, vehicle: &Vehicle) -> Vec<Reference> {
+    settings.sensors().map(|sensor| of_sensor(settings, sensor, vehicle)).collect()
+}
+
+fn of_sensor(settings: &Settings, sensor: &SensorSettings, vehicle: &Vehicle) -> Reference {
+    let Settings { filter, vehicle: noise, moving, .. } = settings;
     let field_of_view = reference::FieldOfView {
         range_min_m: sensor.range_min_m,
         range_max_m: sensor.range_max_m,
@@ -42,7 +55,7 @@ pub fn reference_of(settings: &Settings, vehicle: &Vehicle) -> Reference {
         config: reference::Config {
             particles: filter.particles,
             samples: filter.samples,
-            birth_intensity: filter.birth_intensity,
+            birth_intensity: sensor.birth_factor * filter.birth_intensity,
             clutter_intensity: field_of_view.clutter_intensity(sensor.clutter_per_scan),
             resample_threshold: filter.resample_threshold,
             prune_weight: filter.prune_weight,
@@ -51,7 +64,7 @@ pub fn reference_of(settings: &Settings, vehicle: &Vehicle) -> Reference {
             extraction_weight: filter.extraction_weight,
             likelihood: filter.likelihood,
             moving: reference::MovingConfig {
-                birth_intensity: moving.birth_intensity,
+                birth_intensity: sensor.birth_factor * moving.birth_intensity,
                 velocity_sigma_mps: moving.velocity_sigma_mps,
                 acceleration_psd: moving.acceleration_psd,
                 lifetime_s: moving.lifetime_s,
@@ -66,7 +79,7 @@ pub fn reference_of(settings: &Settings, vehicle: &Vehicle) -> Reference {
                 second_sigma: noise.turn_sigma,
                 speed_ratio: noise.speed_sigma_ratio,
                 second_ratio: noise.turn_sigma_ratio,
-                interval_s: noise.noise_interval_s,
+                interval_s: noise.noise_interval_s * settings.filter.interval_margin,
             },
         },
         mounting: [sensor.forward_m, sensor.left_m, sensor.yaw_rad],
@@ -78,25 +91,57 @@ pub fn reference_of(settings: &Settings, vehicle: &Vehicle) -> Reference {
     }
 }
 
+/// The references of the joint filter with the models and tuning that the settings describe: one for every sensor.
+pub(crate) fn joint_references_of(settings: &Settings, vehicle: &Vehicle) -> Vec<joint::Joint<joint::Planar>> {
+    let of = |reference| {
+        let Reference { config, mut motion, mounting, sensor, field_of_view } = reference;
+        motion.noise.interval_s = settings.vehicle.noise_interval_s;
+        let clutter_intensity = config.clutter_intensity;
+        joint::Joint {
+            config: joint_config_of(&joint_config(&settings.joint), config.birth_intensity),
+            models: joint::Planar { motion, mounting, sensor, field_of_view, clutter_intensity },
+        }
+    };
+    references_of(settings, vehicle).into_iter().map(of).collect()
+}
+
+/// This tuning in the reference's terms, with the room of the host's state.
+pub(crate) fn joint_config_of(config: &JointConfig<f64>, birth_intensity: f64) -> joint::Config {
+    joint::Config {
+        birth_intensity,
+        birth_share: config.birth_share,
+        gate: config.gate,
+        in_sight_s: config.persistence.in_sight_s,
+        hidden_s: config.persistence.hidden_s,
+        lifetime_s: config.persistence.lifetime_s,
+        behind: config.behind,
+        least_existence: config.least_existence,
+        least_tentative: config.least_tentative,
+        merge_distance: config.merge_distance,
+        capacity: FEATURES,
+    }
+}
+
 impl Slam for ReferenceFilter {
     fn predict(&mut self, control: [f64; 2], dt_s: f64) -> Result<Option<scphd::Implausible>, Refusal> {
-        self.reference.predict(&mut self.state, &control, dt_s, &mut self.draws);
+        self.references[0].predict(&mut self.state, &control, dt_s, &mut self.draws);
         Ok(None)
     }
 
-    fn scan(&mut self, detections: &[[f64; 2]]) -> Result<ScanOutcome, Refusal> {
-        let outcome = self.reference.scan(&mut self.state, detections, &mut self.draws);
+    fn scan(&mut self, sensor: usize, detections: &[[f64; 2]]) -> Result<ScanOutcome, Refusal> {
+        let reference = self.references.get(sensor).ok_or_else(|| no_sensor(sensor))?;
+        let outcome = reference.scan(&mut self.state, detections, &mut self.draws);
         let (n_eff, resampled) = (outcome.weighing.n_eff, outcome.selection.resampled);
         Ok(ScanOutcome { n_eff, resampled, ..ScanOutcome::SILENT })
     }
 
     fn pose(&mut self) -> Result<PoseAndCovariance, Refusal> {
-        let estimate = self.reference.estimate(&self.state);
+        let estimate = self.references[0].estimate(&self.state);
         Ok((estimate.pose, estimate.pose_covariance))
     }
 
     fn map(&mut self) -> Result<(f64, Vec<MapFeature>), Refusal> {
-        let estimate = self.reference.estimate(&self.state);
+        let estimate = self.references[0].estimate(&self.state);
         let features = estimate.features.iter().map(|feature| MapFeature {
             id: 0,
             weight: feature.weight(),
@@ -107,7 +152,7 @@ impl Slam for ReferenceFilter {
     }
 
     fn moving(&mut self) -> Result<Vec<MovingFeature>, Refusal> {
-        let estimate = self.reference.estimate(&self.state);
+        let estimate = self.references[0].estimate(&self.state);
         let features = estimate.moving.iter().map(|feature| {
             let [x, y, vx, vy] = feature.mean;
             let covariance = std::array::from_fn(|r| std::array::from_fn(|c| feature.covariance[r][c]));
@@ -154,7 +199,7 @@ mod tests {
         // Straight ahead and away at 1 m/s.
         for k in 0..14 {
             filter.predict([0.0, 0.0], 0.5).unwrap();
-            filter.scan(&[[3.0 + 0.5 * f64::from(k), 0.0]]).unwrap();
+            filter.scan(0, &[[3.0 + 0.5 * f64::from(k), 0.0]]).unwrap();
         }
         let before = filter.moving().unwrap();
         filter.predict([0.0, 0.0], 0.5).unwrap();

@@ -1,11 +1,11 @@
 //! The filters of the core over an underwater log.
 
 use super::config::{config_of, online_of};
-use super::contract::{Refusal, Slam, refusal};
+use super::contract::{Refusal, refusal};
 use super::core_filter::{Room, Transparent, start as core_of};
 use super::filter::Precision;
-use super::joint_filter::{FEATURES, MEASUREMENTS, start as joint_of};
-use super::models::Models;
+use super::joint_filter::{FEATURES, MEASUREMENTS, OpenJoint, start as joint_of};
+use super::models::{Models, SensorModels};
 use crate::dimensions::Underwater;
 use crate::reference::space;
 use crate::underwater::log::Log;
@@ -60,15 +60,16 @@ pub fn joint_filter(
     log: &Log,
     settings: &Settings,
     precision: Precision,
-) -> Result<Box<dyn Slam<Underwater>>, Refusal> {
+) -> Result<Box<dyn OpenJoint<Underwater>>, Refusal> {
     match precision {
         Precision::F32 => start_joint::<f32>(log, settings),
         Precision::F64 => start_joint::<f64>(log, settings),
     }
 }
 
-fn start_joint<T: Real>(log: &Log, settings: &Settings) -> Result<Box<dyn Slam<Underwater>>, Refusal> {
-    joint_of(&models_of(log, settings)?, JointConfig::default(), Box::new(HostJointState::<T>::new()))
+/// Most of what a stereo camera measures under water is clutter, which would fill the map.
+fn start_joint<T: Real>(log: &Log, settings: &Settings) -> Result<Box<dyn OpenJoint<Underwater>>, Refusal> {
+    joint_of(&models_of(log, settings)?, JointConfig::strict(), Box::new(HostJointState::<T>::new()), None)
 }
 
 fn models_of<T: Real>(log: &Log, settings: &Settings) -> Result<Models<Underwater, Auv<T>, AuvSensing<T>>, Refusal> {
@@ -76,9 +77,12 @@ fn models_of<T: Real>(log: &Log, settings: &Settings) -> Result<Models<Underwate
     let AuvModels { motion, sensing } = numbers.of_filter().map_err(refusal)?;
     Ok(Models {
         motion,
-        sensing,
-        mounting: None,
-        births: Births::of_static(T::from_f64(settings.filter.birth_intensity)),
+        sensors: vec![SensorModels {
+            sensing,
+            mounting: None,
+            births: Births::of_static(T::from_f64(settings.filter.birth_intensity)),
+        }],
+        fixes: (),
         online: online_of(&settings.filter),
         start: numbers.start(),
         control: |control: AuvControl<f64>| control.rounded(),

@@ -7,7 +7,7 @@ use crate::settings::Settings;
 use scphd_stream::planar::{self, Models, Odometry, Planar};
 use scphd_stream::{Header, Joint, Moving, Numbers, Scalar};
 
-/// The first `scans` scans of `log` with all motion before them, and in its head whatever a filter must be told.
+/// The first `scans` scans of `log`, which has one sensor and no fixes of the pose, with all motion before them, and in its head whatever a filter must be told.
 #[must_use]
 pub fn write(log: &Log, settings: &Settings, seed: u64, scalar: Scalar, scans: usize) -> Stream {
     let scans = scans.min(log.scans.len());
@@ -18,9 +18,10 @@ pub fn write(log: &Log, settings: &Settings, seed: u64, scalar: Scalar, scans: u
         open
     });
     let entries: Vec<Entry<'_, Planar>> = kept
-        .map(|event| match event {
-            Event::Predict { control, dt_s, .. } => Entry::Predict(Odometry { control, dt_s }),
-            Event::Scan { index } => Entry::Scan(&log.scans[index].detections),
+        .filter_map(|event| match event {
+            Event::Predict { control, dt_s, .. } => Some(Entry::Predict(Odometry { control, dt_s })),
+            Event::Scan { index } => Some(Entry::Scan(&log.scans[index].detections)),
+            Event::Fix { .. } => None,
         })
         .collect();
     let Settings { moving, joint, .. } = settings;

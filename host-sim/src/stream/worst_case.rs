@@ -1,6 +1,6 @@
 //! A log that costs a filter the most that its memory allows.
 
-use crate::log::{Log, Mounting, Nominal, Odometry, Scan, Sensor, Vehicle};
+use crate::log::{FixNoise, Log, Mounting, Nominal, Odometry, Scan, Sensor, Vehicle};
 use crate::noise::Noise;
 use crate::settings::Settings;
 use std::f64::consts::PI;
@@ -41,6 +41,10 @@ pub fn worst_case(particles: usize, samples: usize, measurements: usize) -> (Log
             bearing_max_rad: PI,
             mounting: Mounting::NONE,
         },
+        sensor_name: String::new(),
+        others: Vec::new(),
+        fixes: Vec::new(),
+        fix_noise: FixNoise::default(),
         nominal: Nominal {
             range_sigma_m: Some(RANGE_MAX_M),
             bearing_sigma_rad: Some(3.0),

@@ -58,9 +58,12 @@ pub(super) fn over<K: Kind>(
                     tell(Step::Moved { scan, control: &control, dt_s });
                 }
             }
+            Event::Fix { fix } => {
+                slam.observe(&fix).map_err(refused("the fix"))?;
+            }
             Event::Scan { index } => {
                 let before = slam.pose().map_err(refused("the pose"))?;
-                slam.scan(&all[index].detections).map_err(refused("the scan"))?;
+                slam.scan(all[index].sensor, &all[index].detections).map_err(refused("the scan"))?;
                 let (after, _) = slam.pose().map_err(refused("the pose"))?;
                 let map = if with_maps { slam.map().map_err(refused("the map"))?.1 } else { Vec::new() };
                 tell(Step::Seen { scan: index, taken: &all[index], before, after, map });

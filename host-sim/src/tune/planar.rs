@@ -52,7 +52,7 @@ impl Learn for Planar {
         let noise = &settings.vehicle;
         let &[speed, turn] = control;
         // An error that lasts for a while adds up over it.
-        let lasting = dt_s * dt_s.max(noise.noise_interval_s);
+        let lasting = dt_s * dt_s.max(noise.noise_interval_s * settings.filter.interval_margin);
         let variance = |constant: f64, ratio: f64, value: f64| constant.powi(2) + (ratio * value).powi(2);
         let of_speed = variance(noise.speed_sigma_mps, noise.speed_sigma_ratio, speed) * lasting;
         let of_turn = variance(noise.turn_sigma, noise.turn_sigma_ratio, turn) * lasting;
@@ -66,7 +66,10 @@ impl Learn for Planar {
         Added { along: of_speed, turned: [of_speed * by_speed * by_speed, of_turn * by_turn * by_turn] }
     }
 
-    fn eye<'a>(_log: &'a Log, settings: &'a Settings) -> Result<Box<dyn Eye<Self> + 'a>, Refusal> {
+    fn eye<'a>(log: &'a Log, settings: &'a Settings) -> Result<Box<dyn Eye<Self> + 'a>, Refusal> {
+        if !log.others.is_empty() {
+            return Err(Refusal("tune learns of one sensor, and the log has several".into()));
+        }
         let view = &settings.sensor;
         Ok(Box::new(CoreEye {
             sensor: range_bearing::<f64>(view)?,

@@ -117,6 +117,7 @@ impl Settings {
                 proposal_rounds: 3,
                 proposal_sampled_fraction: 1.0,
                 proposal_min_responsibility: 0.05,
+                interval_margin: 1.0,
                 detection_memory: 0.0,
                 clutter_memory: 0.0,
                 likelihood: Likelihood::SingleCluster,
@@ -187,8 +188,8 @@ impl Settings {
     /// Names the field and its range. NaN is out of every range.
     pub fn check(&self) -> Result<(), OutOfRange> {
         let Self { filter, vehicle, camera } = self;
-        let require = |field, found: f64, range, holds: bool| {
-            if holds { Ok(()) } else { Err(OutOfRange { field, found, range }) }
+        let require = |field: &'static str, found: f64, range, holds: bool| {
+            if holds { Ok(()) } else { Err(OutOfRange { field: field.into(), found, range }) }
         };
         let positive =
             |field, found: f64| require(field, found, "more than 0 and at most 1e6", found > 0.0 && found <= 1e6);

@@ -264,6 +264,7 @@ pub fn girona_tank(seed: u64) -> Log {
             .iter()
             .enumerate()
             .map(|(row, v)| Scan {
+                sensor: 0,
                 t_s: time(row),
                 detections: keypoints(v, &landmarks, &mut noise),
                 labels: Vec::new(),

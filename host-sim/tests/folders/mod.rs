@@ -74,6 +74,15 @@ pub fn stereo() -> Files {
 
 /// The files of a folder that is there.
 pub fn read(dir: &Path) -> Files {
-    let names = ["log.toml", "odometry.csv", "scans.csv", "detections.csv", "truth.csv", "landmarks.csv", "moving.csv"];
+    let names = [
+        "log.toml",
+        "odometry.csv",
+        "scans.csv",
+        "detections.csv",
+        "fixes.csv",
+        "truth.csv",
+        "landmarks.csv",
+        "moving.csv",
+    ];
     names.into_iter().filter_map(|name| Some((name, fs::read(dir.join(name)).ok()?))).collect()
 }

@@ -66,7 +66,7 @@ impl<T: Real> Aboard<T> for PlanarJoint {
         T: 'm,
     {
         let Memory { state, measurements } = memory;
-        let mut filter = JointSlam::new(motion(header)?, config(header), state)?;
+        let mut filter = JointSlam::new(motion(header, 1.0)?, config(header), state)?;
         let detector = seated(header, Detector::new(sensing(header)?, births(header))?)?;
         filter.reset(start(header))?;
         Ok(OnboardJoint { filter, detector, measurements })

@@ -122,7 +122,7 @@ impl<T: Real> Aboard<T> for Planar {
         T: 'm,
     {
         let onboard::Memory { state, scratch, measurements, features } = memory;
-        let mut filter = ScPhd::new(motion(header)?, config(header), state)?;
+        let mut filter = ScPhd::new(motion(header, margin(header))?, config(header), state)?;
         let detector = Detector::new(sensing(header)?, births(header))?.learning(online(header))?;
         let detector = seated(header, detector)?.over(scratch)?;
         filter.check(&detector)?;
@@ -191,14 +191,21 @@ impl<T: Real> Motion for Drive<T> {
     }
 }
 
-pub(super) fn motion<T: Real>(header: &Header<Planar>) -> Result<Drive<T>, ModelError> {
+/// By how much longer odometry errors are taken to last in a mixture.
+fn margin(header: &Header<Planar>) -> f64 {
+    let margin = header.recursion.interval_margin;
+    if margin == 0.0 { 1.0 } else { margin }
+}
+
+/// The motion, whose errors last so many times as long as the vehicle's own.
+pub(super) fn motion<T: Real>(header: &Header<Planar>, margin: f64) -> Result<Drive<T>, ModelError> {
     let numbers = &header.models;
     let noise = ControlNoise {
         speed_sigma_mps: T::from_f64(numbers.speed_sigma_mps),
         speed_sigma_ratio: T::from_f64(numbers.speed_sigma_ratio),
         turn_sigma: T::from_f64(numbers.turn_sigma),
         turn_sigma_ratio: T::from_f64(numbers.turn_sigma_ratio),
-        interval_s: T::from_f64(numbers.noise_interval_s),
+        interval_s: T::from_f64(numbers.noise_interval_s * margin),
     };
     Ok(match header.vehicle {
         Vehicle::Ackermann => {

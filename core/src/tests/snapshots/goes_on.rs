@@ -34,9 +34,9 @@ fn documented<T: Real>(slam: &mut ScPhd<'_, Unicycle<T>>) -> usize {
     let components: usize = still.pool.held_mut().map(|page| page.components().len()).sum();
     let moving_components: usize = moving.pool.held_mut().map(|page| page.components().len()).sum();
     // Head, check and cursor; candidates; particles; components. Words, and scalars, which are one or two of them.
-    let words = 20 + if has_moving { 6 } else { 4 } * particles + pages + components + moving_components;
+    let words = 24 + if has_moving { 6 } else { 4 } * particles + pages + components + moving_components;
     let a_particle = if has_moving { 8 } else { 4 } + if informed { 6 } else { 0 };
-    let scalars = 1 + 4 * candidates + a_particle * particles + 6 * components + 15 * moving_components;
+    let scalars = 6 + 4 * candidates + a_particle * particles + 6 * components + 15 * moving_components;
     4 * words + size_of::<T>() * scalars
 }
 

@@ -18,7 +18,7 @@ mod wheels;
 
 pub use misbehaviour::Misbehaviour;
 
-use crate::log::{Log, Nominal, Scan, TruePose};
+use crate::log::{FixNoise, Log, Nominal, Scan, TruePose};
 use crate::noise::Noise;
 use detector::Detector;
 use plan::Plan;
@@ -66,7 +66,7 @@ fn of_plan(plan: &Plan, misbehaviour: Misbehaviour, seed: u64, name: &str, state
     let mut detector = Detector::new(plan, misbehaviour, seed);
     let scans = seen_from.iter().map(|&(t_s, pose)| {
         let (detections, labels) = detector.scan(t_s, pose).into_iter().unzip();
-        Scan { t_s, detections, labels }
+        Scan { t_s, detections, labels, ..Scan::default() }
     });
     let scans = scans.collect();
     let truth =
@@ -77,6 +77,10 @@ fn of_plan(plan: &Plan, misbehaviour: Misbehaviour, seed: u64, name: &str, state
         initial_pose: path[0],
         vehicle: plan.vehicle,
         sensor: plan.sensor,
+        sensor_name: String::new(),
+        others: Vec::new(),
+        fixes: Vec::new(),
+        fix_noise: FixNoise::default(),
         nominal: stated(plan),
         simulated: misbehaviour == Misbehaviour::NONE && name == "worlds-exact",
         odometry,

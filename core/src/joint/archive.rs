@@ -1,0 +1,221 @@
+//! The features that are beyond the window: what is kept of each, and where.
+
+use super::existence::Existence;
+use crate::numerics::range::is_within_range;
+use crate::{Linear, Matrix, Pose, PositionOf, Real, ScalarOf, Symmetric, TangentOf, Vector, Zero};
+
+/// Features that go into the archive together, at most.
+pub(super) const PAGE: usize = 8;
+
+/// Up to `CAPACITY` features of a joint map that are far from the vehicle, for a [`JointSlam`](super::JointSlam) over a map that is larger
+/// than its room: [`with_archive`](super::JointSlam::with_archive).
+///
+/// A feature in the plane takes 72 bytes in single precision. Meant to be a `static`: a fresh one is all zero.
+#[derive(Debug)]
+pub struct JointArchive<P: Pose, const CAPACITY: usize> {
+    index: Index,
+    entries: [Entry<P>; CAPACITY],
+}
+
+/// What an archive knows beside its features.
+#[derive(Debug, Clone, Copy)]
+pub struct Index {
+    /// Features there are.
+    pub(super) len: usize,
+    /// The name of the next page.
+    pub(super) next_page: u32,
+    /// The page that was looked for last.
+    pub(super) tried: u32,
+    /// Time that has passed since the reset, µs.
+    pub(super) clock_us: u64,
+}
+
+/// An archived feature: m = mean + A u + e, with u ~ N(0, I) shared by all of its page, and e ~ N(0, R) its own.
+#[derive(Debug, Clone, Copy)]
+pub struct Entry<P: Pose> {
+    pub(super) label: u32,
+    pub(super) page: u32,
+    pub(super) mean: PositionOf<P>,
+    /// A.
+    pub(super) common: Linear<PositionOf<P>, TangentOf<P>>,
+    /// R.
+    pub(super) own: Symmetric<PositionOf<P>>,
+    pub(super) existence: Existence<ScalarOf<P>>,
+    pub(super) detections: ScalarOf<P>,
+    /// When it came.
+    pub(super) since_us: u64,
+}
+
+/// A borrowed archive of whatever capacity.
+#[derive(Debug)]
+pub struct Shelf<'s, P: Pose> {
+    pub(super) index: &'s mut Index,
+    pub(super) entries: &'s mut [Entry<P>],
+    /// How far the vehicle sees, m.
+    pub(super) reach_m: ScalarOf<P>,
+}
+
+mod sealed {
+    pub trait Sealed {}
+}
+
+/// Where a joint filter puts the features that are far away: [`NoArchive`], or an [`Archived`].
+pub trait Archive<P: Pose>: sealed::Sealed {
+    /// To be changed, if there is one.
+    #[doc(hidden)]
+    fn shelf(&mut self) -> Option<Shelf<'_, P>>;
+    /// The features that are in it.
+    #[doc(hidden)]
+    fn kept(&self) -> &[Entry<P>];
+    /// What it knows beside them, if there is one.
+    #[doc(hidden)]
+    fn index(&self) -> Option<&Index>;
+}
+
+/// All features are in the window: what finds no room is lost.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct NoArchive;
+
+/// A borrowed [`JointArchive`].
+#[derive(Debug)]
+pub struct Archived<'s, P: Pose>(Shelf<'s, P>);
+
+impl sealed::Sealed for NoArchive {}
+
+impl<P: Pose> Archive<P> for NoArchive {
+    fn shelf(&mut self) -> Option<Shelf<'_, P>> {
+        None
+    }
+
+    fn kept(&self) -> &[Entry<P>] {
+        &[]
+    }
+
+    fn index(&self) -> Option<&Index> {
+        None
+    }
+}
+
+impl<P: Pose> sealed::Sealed for Archived<'_, P> {}
+
+impl<P: Pose> Archive<P> for Archived<'_, P> {
+    fn shelf(&mut self) -> Option<Shelf<'_, P>> {
+        let Self(Shelf { index, entries, reach_m }) = self;
+        Some(Shelf { index, entries, reach_m: *reach_m })
+    }
+
+    fn kept(&self) -> &[Entry<P>] {
+        self.0.entries.get(..self.0.index.len).unwrap_or(&[])
+    }
+
+    fn index(&self) -> Option<&Index> {
+        Some(self.0.index)
+    }
+}
+
+impl<P: Pose, const CAPACITY: usize> JointArchive<P, CAPACITY> {
+    /// An empty one.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self { index: Index { len: 0, next_page: 0, tried: 0, clock_us: 0 }, entries: [Entry::ZERO; CAPACITY] }
+    }
+
+    pub(super) fn archived(&mut self, reach_m: ScalarOf<P>) -> Archived<'_, P> {
+        Archived(Shelf { index: &mut self.index, entries: &mut self.entries, reach_m })
+    }
+}
+
+impl<P: Pose, const CAPACITY: usize> Default for JointArchive<P, CAPACITY> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<T: Real, P: Pose<Scalar = T>> Entry<P> {
+    pub(super) const ZERO: Self = Self {
+        label: 0,
+        page: 0,
+        mean: <PositionOf<P> as Zero>::ZERO,
+        common: Zero::ZERO,
+        own: Symmetric::ZERO,
+        existence: Existence::NONE,
+        detections: T::ZERO,
+        since_us: 0,
+    };
+
+    /// tr A Aᵀ.
+    fn spread(&self) -> T {
+        self.common.as_slice().iter().fold(T::ZERO, |sum, &x| sum + x * x)
+    }
+
+    /// A Aᵀ + R.
+    pub(super) fn covariance(&self) -> Symmetric<PositionOf<P>> {
+        Symmetric::from_fn(|row, column| {
+            let shared = (0..TangentOf::<P>::DIMENSION)
+                .fold(T::ZERO, |sum, k| sum + self.common.at(row, k) * self.common.at(column, k));
+            shared + self.own.get(row, column)
+        })
+    }
+
+    /// Whether it is what a filter may have put there.
+    pub(super) fn is_sound(&self) -> bool {
+        let numbers = [self.existence.in_sight, self.existence.hidden, self.detections];
+        is_within_range(&self.mean)
+            && self.common.as_slice().iter().all(|x| x.is_finite())
+            && self.own.is_finite()
+            && numbers.iter().all(|&number| number >= T::ZERO && number.is_finite())
+    }
+}
+
+impl<T: Real, P: Pose<Scalar = T>> Shelf<'_, P> {
+    /// Forgets everything.
+    pub(super) fn clear(&mut self) {
+        *self.index = Index { len: 0, next_page: 0, tried: 0, clock_us: 0 };
+    }
+
+    /// Lets time pass.
+    pub(super) fn pass(&mut self, waited_s: T) {
+        // A number of microseconds that is no number, or negative, is none.
+        self.index.clock_us = self.index.clock_us.saturating_add((waited_s.to_f64() * 1e6) as u64);
+    }
+
+    /// Puts a feature there. Where there is no room, the least certain goes, or this one does; how many went.
+    pub(super) fn put(&mut self, entry: Entry<P>) -> usize {
+        if let Some(slot) = self.entries.get_mut(self.index.len) {
+            *slot = entry;
+            self.index.len += 1;
+            return 0;
+        }
+        let certainty = |entry: &Entry<P>| (entry.existence.total(), -entry.spread());
+        let mut least = (certainty(&entry), None);
+        for (place, entry) in self.entries.iter().enumerate() {
+            let of = certainty(entry);
+            if of < least.0 {
+                least = (of, Some(place));
+            }
+        }
+        if let (_, Some(place)) = least
+            && let Some(slot) = self.entries.get_mut(place)
+        {
+            *slot = entry;
+        }
+        1
+    }
+
+    /// Takes a page out; the last ones take their places.
+    pub(super) fn take_page(&mut self, page: u32) {
+        let mut at = 0;
+        while at < self.index.len {
+            if self.entries.get(at).is_some_and(|entry| entry.page == page) {
+                self.index.len -= 1;
+                if let Some(last) = self.entries.get(self.index.len).copied()
+                    && let Some(slot) = self.entries.get_mut(at)
+                {
+                    *slot = last;
+                }
+            } else {
+                at += 1;
+            }
+        }
+    }
+}

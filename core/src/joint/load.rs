@@ -1,0 +1,68 @@
+//! Maps that are given from outside: one of an earlier drive, or a surveyed one.
+
+use super::covariance::{Joint, first};
+use super::existence::Existence;
+use super::filter::JointSlam;
+use super::state::{Memory, Slot};
+use crate::{Component, LoadMapError, Motion, Pose, PositionOf, Real, Vector};
+
+/// Detections that a loaded feature counts as having had: those of an established one.
+const DETECTIONS: f64 = 2.0;
+
+impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>> JointSlam<'_, M, Z> {
+    /// The greatest label that a loaded feature may have.
+    pub const GREATEST_LOADED_LABEL: u32 = u32::MAX / 2;
+
+    /// Takes these features in the place of its own: the map of an earlier drive, or a surveyed one. They are known to their
+    /// covariances, and independent of each other and of the pose, which stays as it is. The weight of each is the probability that it
+    /// is there. Labels are kept; of several features with one label the first keeps it, and the others get fresh ones.
+    ///
+    /// # Errors
+    /// The filter has not been reset; a feature is not finite, beyond 1e8 m, heavier than a million or its covariance not positive
+    /// definite; its label is too great; or there are more than the state holds. The state is as it was.
+    pub fn load_map(&mut self, features: &[Component<PositionOf<M::Pose>>]) -> Result<(), LoadMapError> {
+        let Memory { known, slots, joint, .. } = &mut self.memory;
+        if !known.started {
+            return Err(LoadMapError::NotStarted);
+        }
+        if features.len() > slots.len() {
+            return Err(LoadMapError::TooManyComponents { components: features.len(), capacity: slots.len() });
+        }
+        if let Some(index) = features.iter().position(|feature| !feature.is_usable()) {
+            return Err(LoadMapError::Component { index });
+        }
+        if let Some(index) = features.iter().position(|feature| feature.label > Self::GREATEST_LOADED_LABEL) {
+            return Err(LoadMapError::Tag { index });
+        }
+        let greatest = features.iter().map(|feature| feature.label).max();
+        let mut next_label = known.next_label.max(greatest.map_or(0, |label| label.saturating_add(1)));
+        for (place, (feature, slot)) in features.iter().zip(slots.iter_mut()).enumerate() {
+            let mut label = feature.label;
+            // Compares at most half as many pairs as the square of the capacity.
+            if features.iter().take(place).any(|before| before.label == label) {
+                label = next_label;
+                next_label = next_label.wrapping_add(1);
+            }
+            let existence = Existence { in_sight: feature.ln_weight.exp().at_most(T::ONE), hidden: T::ZERO };
+            let detections = T::from_f64(DETECTIONS);
+            *slot = Slot { label, mean: feature.mean, existence, detections, ..Slot::ZERO };
+            stand_alone(joint, place, feature);
+        }
+        (known.len, known.next_label) = (features.len(), next_label);
+        known.watch.know_below(next_label);
+        Ok(())
+    }
+}
+
+/// Gives a feature its own covariance, and nothing in common with the pose and the features before it.
+fn stand_alone<T: Real, P: Pose<Scalar = T>>(
+    joint: &mut Joint<'_, P>,
+    place: usize,
+    feature: &Component<PositionOf<P>>,
+) {
+    let first = first::<P>(place);
+    for row in 0..P::Position::DIMENSION {
+        (0..first).for_each(|column| joint.set(first + row, column, T::ZERO));
+        (0..=row).for_each(|column| joint.set(first + row, first + column, feature.covariance.get(row, column)));
+    }
+}

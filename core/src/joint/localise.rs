@@ -1,0 +1,344 @@
+//! Localisation in a map that is not to be changed.
+//!
+//! The map is uncertain, and what it is wrong by does not change from scan to scan. So its features stay in the joint Gaussian
+//! with their covariances, and with what the pose has come to have in common with them; only their gain is zero (Schmidt 1966).
+//! The error of a feature is then counted once, however often it is measured.
+
+use super::associate::{Predicted, associate};
+use super::correct::{LEAST_DETECTED, outer, rows, shares};
+use super::covariance::{Common, Joint, first, symmetric};
+use super::filter::{INNOVATION_HIGH, JointReport, JointSlam};
+use super::state::Memory;
+use crate::numerics::vector::{applied, product};
+use crate::report::watch::Recognised;
+use crate::{
+    Detector, Health, Linear, Matrix, MeasurementModel, Motion, Pose, PositionOf, Real, ScanError, Sensor, TangentOf,
+    Vector, Zero,
+};
+
+/// What a scan told of the pose.
+struct Told<T> {
+    /// Σ s νᵀ S⁻¹ ν, and Σ s.
+    squares: T,
+    shares: T,
+    /// Corrections left out because rounding had spoilt the covariance of their innovation.
+    left_out: usize,
+}
+
+impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>> JointSlam<'_, M, Z> {
+    /// Takes in one scan for the pose alone: no feature moves, is born, comes to be likelier or is dropped. In the place of
+    /// [`scan`](Self::scan), with a map that was [loaded](Self::load_map) or is good enough. The pose is known as well as such a
+    /// map lets it be: the errors of the features are counted once, however often they are measured.
+    ///
+    /// # Errors
+    /// As for `scan`; the state is as it was.
+    pub fn localise<X: MeasurementModel<Pose = M::Pose>, R>(
+        &mut self,
+        detector: &Detector<X, R>,
+        measurements: &[X::Measurement],
+    ) -> Result<JointReport<T>, ScanError> {
+        const {
+            assert!(
+                X::Measurement::DIMENSION <= Z::DIMENSION,
+                "the state has no room for measurements of this dimension"
+            )
+        };
+        if !self.memory.known.started {
+            return Err(ScanError::NotStarted);
+        }
+        if detector.online.learns() {
+            return Err(ScanError::Learning);
+        }
+        ScanError::check(measurements, self.memory.explained.len())?;
+        let models = detector.on_vehicle();
+        let sensor = models.sensor();
+        if sensor.noise().factor().is_none() {
+            return Err(ScanError::SensorNoise);
+        }
+        let Self { config, memory, .. } = self;
+        let (in_view, ln_evidence) = associate(&models, detector.births.of_static.ln(), config, memory, measurements);
+        let mut told = Told { squares: T::ZERO, shares: T::ZERO, left_out: 0 };
+        for place in 0..memory.known.len {
+            if !move_pose_by(sensor, memory, place, measurements, &mut told) {
+                told.left_out += 1;
+            }
+        }
+        let (all, of_known) = recognised(memory, measurements);
+        let spoilt = told.left_out + memory.joint.mend_pose(memory.known.len);
+        let known = &mut *memory.known;
+        let watched = known.watch.scanned(&of_known, measurements.len(), known.waited_s, known.next_label);
+        let refused = core::mem::take(&mut known.refused);
+        known.waited_s = T::ZERO;
+        let innovation = if told.shares > T::ZERO {
+            told.squares / (told.shares * T::from_usize(X::Measurement::DIMENSION))
+        } else {
+            T::ZERO
+        };
+        let health = Health::COVARIANCE_REPAIRED.when(spoilt > 0)
+            | Health::INNOVATION_HIGH.when(innovation > T::from_f64(INNOVATION_HIGH))
+            | Health::PREDICTION_REFUSED.when(refused > 0)
+            | watched;
+        Ok(JointReport {
+            measurements: measurements.len(),
+            in_view,
+            refused,
+            births: 0,
+            no_birth: 0,
+            dropped: 0,
+            merged: 0,
+            lost: 0,
+            spoilt,
+            parked: 0,
+            recalled: 0,
+            forgotten: 0,
+            features: memory.known.len,
+            ln_evidence,
+            expected_detections: all.expected,
+            detections: all.detected,
+            innovation,
+            health,
+        })
+    }
+}
+
+/// What became of the features in view, of all and of those that the watch knows. None is given up: the map stays.
+fn recognised<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>, Y>(
+    memory: &Memory<'_, P, Z>,
+    measurements: &[Y],
+) -> (Recognised<T>, Recognised<T>) {
+    let (mut all, mut known) = (Recognised::NOTHING, Recognised::NOTHING);
+    for (place, slot) in memory.slots.iter().enumerate().take(memory.known.len) {
+        if !(slot.detection > T::ZERO) {
+            continue;
+        }
+        let expected = slot.detection * slot.existence.in_sight;
+        let detected = shares(memory.explained, place, measurements).fold(T::ZERO, |sum, (share, _)| sum + share);
+        let count = |sum: &mut Recognised<T>| {
+            sum.expected += expected;
+            sum.detected += detected;
+        };
+        count(&mut all);
+        if memory.known.watch.knows(slot.label) {
+            count(&mut known);
+        }
+    }
+    (all, known)
+}
+
+/// Moves the pose by one feature's shares of the scan, if it has any; `false` where it has and could not.
+fn move_pose_by<T, S, Z>(
+    sensor: &S,
+    memory: &mut Memory<'_, S::Pose, Z>,
+    place: usize,
+    measurements: &[S::Measurement],
+    told: &mut Told<T>,
+) -> bool
+where
+    T: Real,
+    S: Sensor<Pose: Pose<Scalar = T>>,
+    Z: Vector<Scalar = T>,
+{
+    let Memory { known, slots, joint, common, explained, .. } = memory;
+    let Some(slot) = slots.get(place).filter(|slot| slot.detection > T::ZERO) else { return true };
+    let detected = shares(explained, place, measurements).fold(T::ZERO, |sum, (share, _)| sum + share);
+    if !(detected >= T::from_f64(LEAST_DETECTED)) {
+        return true;
+    }
+    let Some(predicted) = Predicted::of(sensor, &sensor.frame(&known.pose), &slot.mean) else { return false };
+    let Predicted { measurement, by_pose, by_feature } = predicted;
+    let mut common = Common::over(common);
+    joint.common::<S::Measurement, Z>(place, &by_pose, &by_feature, known.len, &mut common);
+    let own = common.features.get(place).map_or(&[][..], |rows| rows.as_ref());
+    let full = rows::<S::Measurement, TangentOf<S::Pose>, Z>(&by_pose, common.pose.as_ref())
+        + rows::<S::Measurement, PositionOf<S::Pose>, Z>(&by_feature, own);
+    let Some(factor) = symmetric::<S::Measurement>(&full).plus(sensor.noise()).factor() else { return false };
+
+    let mut squares: Linear<S::Measurement, S::Measurement> = Zero::ZERO;
+    let mut mean = S::Measurement::ZERO;
+    for (share, z) in shares(explained, place, measurements) {
+        let innovation = sensor.innovation(z, &measurement);
+        mean += innovation * share;
+        squares = squares + outer(&innovation) * share;
+        told.squares += share * factor.mahalanobis(&innovation);
+    }
+    told.shares += detected;
+    let inverse = factor.inverse().to_matrix();
+    let of_mean = outer(&mean);
+    let spread = Matrix::with(|row, column| squares.at(row, column) - of_mean.at(row, column));
+    let sandwich = product::<S::Measurement, S::Measurement, S::Measurement>;
+    let spread = symmetric::<S::Measurement>(&sandwich(&sandwich(&inverse, &spread), &inverse));
+    let step = applied::<S::Measurement, S::Measurement>(&inverse, &mean);
+    if !(spread.is_finite() && step.as_slice().iter().all(|x| x.is_finite())) {
+        return false;
+    }
+    // Among as many coordinates as the widest measurement has; the others are zero.
+    let learnt = Matrix::with(|row, column| -inverse.at(row, column) * detected);
+    joint.tell_pose::<Z>(&common, &learnt, &Matrix::with(|row, column| spread.get(row, column)), known.len);
+    let step = Z::with(|z| step.at(z));
+    let by = TangentOf::<S::Pose>::with(|k| common.pose.as_ref().get(k).map_or(T::ZERO, |row| row.dot(&step)));
+    known.pose = known.pose.displaced(&by);
+    true
+}
+
+impl<T: Real, P: Pose<Scalar = T>> Joint<'_, P> {
+    /// P_xx ← P_xx + (P Hᵀ)_x (L + V) (P Hᵀ)_xᵀ and P_mx ← P_mx + (P Hᵀ)_m L (P Hᵀ)_xᵀ over so many features, with L = `learnt`, what is
+    /// known better, and V = `spread`, what not knowing the cause leaves open. Features do not move, and so all of it is the pose's.
+    fn tell_pose<Z: Vector<Scalar = T>>(
+        &mut self,
+        common: &Common<'_, P, Z>,
+        learnt: &Linear<Z, Z>,
+        spread: &Linear<Z, Z>,
+        features: usize,
+    ) {
+        let rounding = T::ONE + T::EPSILON * T::from_f64(4.0);
+        let of_pose = common.pose.as_ref();
+        for (row, of_row) in of_pose.iter().enumerate() {
+            let weighed = applied::<Z, Z>(learnt, of_row) + applied::<Z, Z>(spread, of_row);
+            for (column, of_column) in of_pose.iter().enumerate().take(row + 1) {
+                let told = self.get(row, column) + weighed.dot(of_column);
+                self.set(row, column, if row == column { told * rounding } else { told });
+            }
+        }
+        for (feature, rows) in common.features.iter().enumerate().take(features) {
+            for (row, of_row) in rows.as_ref().iter().enumerate() {
+                let (row, weighed) = (first::<P>(feature) + row, applied::<Z, Z>(learnt, of_row));
+                for (column, of_column) in of_pose.iter().enumerate() {
+                    self.set(row, column, self.get(row, column) + weighed.dot(of_column));
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::tests::linear::{Drift, Everywhere, Offset};
+    use crate::*;
+    use nalgebra::{Matrix2, SMatrix, SVector, Vector2};
+    use std::boxed::Box;
+    use std::vec::Vec;
+
+    type Memory = JointState<PlanarPose<f64>, Vector2<f64>, 8, { joint_numbers(3, 2, 8) }, 16>;
+    type Map = Vec<Component<Vector2<f64>>>;
+
+    fn surveyed(places: &[[f64; 2]], sigma: f64) -> Map {
+        let of = |(label, &place): (usize, &[f64; 2])| Component {
+            label: label as u32,
+            mean: Vector2::from(place),
+            covariance: Symmetric::from_diagonal([sigma * sigma; 2]),
+            ..Component::ZERO
+        };
+        places.iter().enumerate().map(of).collect()
+    }
+
+    #[test]
+    fn with_all_linear_it_is_schmidts_filter() {
+        let noise = Symmetric::from_diagonal([0.09, 0.16]);
+        let sensing = Sensing {
+            sensor: Offset { noise },
+            field_of_view: Everywhere(1.0 - 1e-15),
+            clutter: UniformClutter::of_scan(1e-60, 1.0).unwrap(),
+        };
+        let detector = Detector::new(sensing, Births::of_static(1e-16)).unwrap();
+        let config = JointConfig { gate: 400.0, ..JointConfig::default() };
+        let mut state = Box::new(Memory::new());
+        let mut slam = JointSlam::new(Drift { sigmas: [0.5, 0.2] }, config, &mut *state).unwrap();
+        let places = [[300.0, 0.0], [0.0, 400.0], [-500.0, 20.0]];
+        let map = surveyed(&places, 0.7);
+        assert_eq!(slam.load_map(&map), Err(LoadMapError::NotStarted));
+        let known = Symmetric::from_diagonal([1.0, 2.0, 0.0]);
+        slam.reset_within(PlanarPose::new(1.0, -2.0, 0.3), &known).unwrap();
+        slam.load_map(&map).unwrap();
+
+        // The same by full matrices; the heading never enters.
+        let r = Matrix2::new(0.09, 0.0, 0.0, 0.16);
+        let mut x = SVector::<f64, 2>::new(1.0, -2.0);
+        let mut p = SMatrix::<f64, 8, 8>::identity() * 0.49;
+        (p[(0, 0)], p[(1, 1)]) = (1.0, 2.0);
+        let (mut truth, mut draws) = (Vector2::new(1.5, -1.0), Noise::seeded(4));
+        for step in 0..30 {
+            let control = Vector2::new(0.7, -0.3);
+            slam.predict(&control, 0.5).unwrap();
+            truth += control * 0.5 + Vector2::new(0.35 * draws.normal::<f64>(), 0.14 * draws.normal::<f64>());
+            x += control * 0.5;
+            p[(0, 0)] += 0.125;
+            p[(1, 1)] += 0.02;
+            let z = places.map(|place| {
+                let noise = Vector2::new(0.3 * draws.normal::<f64>(), 0.4 * draws.normal::<f64>());
+                Vector2::from(place) - truth + noise
+            });
+            slam.localise(&detector, &z).unwrap();
+            for (k, place) in places.iter().enumerate() {
+                let mut h = SMatrix::<f64, 2, 8>::zeros();
+                for d in 0..2 {
+                    (h[(d, d)], h[(d, 2 + 2 * k + d)]) = (-1.0, 1.0);
+                }
+                let s = h * p * h.transpose() + r;
+                let mut gain = p * h.transpose() * s.try_inverse().unwrap();
+                gain.fixed_rows_mut::<6>(2).fill(0.0);
+                let innovation = z[k] - (Vector2::from(*place) - x);
+                x += gain.fixed_rows::<2>(0) * innovation;
+                let kept = SMatrix::<f64, 8, 8>::identity() - gain * h;
+                p = kept * p * kept.transpose() + gain * r * gain.transpose();
+            }
+            let pose = slam.estimate_pose().unwrap();
+            assert!((pose.mean.x_m - x[0]).abs() < 1e-9 && (pose.mean.y_m - x[1]).abs() < 1e-9, "{step} {pose:?} {x}");
+            for (row, column) in [(0, 0), (1, 0), (1, 1)] {
+                assert!((pose.covariance.get(row, column) - p[(row, column)]).abs() < 1e-9, "{step}");
+            }
+        }
+        assert_eq!(slam.features().collect::<Map>(), map);
+        assert_eq!(slam.audit(), Ok(()));
+    }
+
+    /// Forty maps that are off by what they say: the pose is off by what it says, after a hundred scans of the same eight posts.
+    #[test]
+    fn the_error_of_a_surveyed_map_is_counted_once() {
+        let window = RangeBearingWindow::full_circle(30.0, 0.9).unwrap();
+        let sensing = Sensing {
+            sensor: RangeBearing::new(0.1, 0.02).unwrap(),
+            field_of_view: window,
+            clutter: UniformClutter::of_scan(0.1, window.measure()).unwrap(),
+        };
+        let lidar = Detector::new(sensing, Births::of_static(1e-3)).unwrap();
+        let motion = Unicycle::new(Step::Arc, ControlNoise::white(0.1, 0.05)).unwrap();
+        let exact = Unicycle::new(Step::Arc, ControlNoise::NONE).unwrap();
+        let mut squares = 0.0;
+        for seed in 0..40 {
+            let mut draws = Noise::seeded(seed);
+            let posts: [[f64; 2]; 8] = core::array::from_fn(|k| {
+                let (sine, cosine) = (0.8 * k as f64).sin_cos();
+                [(6.0 + k as f64) * cosine, (6.0 + k as f64) * sine]
+            });
+            let off = posts.map(|place| place.map(|at| at + 0.3 * draws.normal::<f64>()));
+            let mut state = Box::new(Memory::new());
+            let mut slam = JointSlam::new(motion, JointConfig::default(), &mut *state).unwrap();
+            let mut truth = PlanarPose::new(3.0, 0.0, 1.5);
+            let known = Symmetric::from_diagonal([0.25, 0.25, 0.01]);
+            let start = Vector::with(|k| [0.5, 0.5, 0.1][k] * draws.normal::<f64>());
+            slam.reset_within(truth.displaced(&start), &known).unwrap();
+            slam.load_map(&surveyed(&off, 0.3)).unwrap();
+            for _ in 0..100 {
+                truth = exact.propagate(&truth, &UnicycleControl { speed_mps: 1.0, rate_radps: 0.3 }, 0.1);
+                // White noise of 0.1 m/√s and 0.05 rad/√s, over 0.1 s.
+                let [speed, rate] = [0.1, 0.05].map(|sigma| sigma * draws.normal::<f64>() / 0.1_f64.sqrt());
+                slam.predict(&UnicycleControl { speed_mps: 1.0 + speed, rate_radps: 0.3 + rate }, 0.1).unwrap();
+                let mut seen = Vec::new();
+                for [x, y] in posts {
+                    let (dx, dy) = (x - truth.x_m, y - truth.y_m);
+                    let noise = [0.1 * draws.normal::<f64>(), 0.02 * draws.normal::<f64>()];
+                    if draws.uniform::<f64>() < 0.9 {
+                        let bearing = dy.atan2(dx) - truth.heading_rad;
+                        seen.push(Vector2::new(dx.hypot(dy) + noise[0], wrap(bearing + noise[1])));
+                    }
+                }
+                slam.localise(&lidar, &seen).unwrap();
+            }
+            let pose = slam.estimate_pose().unwrap();
+            squares += pose.covariance.factor().unwrap().mahalanobis(&truth.difference(&pose.mean)) / 3.0;
+        }
+        // Mean of 120 squares of standard normal numbers: five standard deviations.
+        let nees = squares / 40.0;
+        assert!((0.4..1.65).contains(&nees), "{nees}");
+    }
+}

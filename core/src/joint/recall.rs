@@ -1,0 +1,224 @@
+//! What comes near again leaves the archive for the window.
+
+use super::archive::{PAGE, Shelf};
+use super::covariance::{Joint, first};
+use super::existence::Persistence;
+use super::park::{squared_m, whitened};
+use super::state::{Memory, Slot};
+use crate::{Linear, Matrix, Pose, Real, Symmetric, TangentOf, Vector, Zero};
+
+/// ω of covariance intersection: the pose becomes uncertain by a factor 1/ω, and what a page has in common by 1/(1 − ω). Chosen on
+/// worlds that the tests do not have.
+const SHARE: f64 = 0.95;
+
+/// Pages on trial in one scan, at most.
+const TRIALS: usize = 2;
+
+/// Pages of the archive in the window, for the scan to tell whether the vehicle sees them.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Trial {
+    visits: [Visit; TRIALS],
+    count: usize,
+}
+
+/// A page on trial.
+#[derive(Debug, Clone, Copy)]
+struct Visit {
+    page: u32,
+    /// Where its features are in the archive.
+    entries: [usize; PAGE],
+    count: usize,
+    /// Features of the window before them.
+    before: usize,
+    /// Whether the scan has seen something of it.
+    seen: bool,
+}
+
+/// Puts pages that the vehicle may see behind the window's features, as far as there is room for them: independent of everything but
+/// themselves.
+pub(super) fn visit<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
+    shelf: &mut Shelf<'_, P>,
+    persistence: &Persistence<T>,
+    memory: &mut Memory<'_, P, Z>,
+) -> Trial {
+    let none = Visit { page: 0, entries: [0; PAGE], count: 0, before: 0, seen: false };
+    let mut trial = Trial { visits: [none; TRIALS], count: 0 };
+    let window = memory.slots.len();
+    let tried = shelf.index.tried;
+    for _ in 0..TRIALS {
+        let Some(page) = next(shelf, &memory.known.pose, tried) else { break };
+        let members = shelf.entries.iter().take(shelf.index.len).enumerate().filter(|(_, entry)| entry.page == page);
+        let mut visit = Visit { page, before: memory.known.len, ..none };
+        visit.count = visit.entries.iter_mut().zip(members).map(|(slot, (place, _))| *slot = place).count();
+        shelf.index.tried = page;
+        if visit.before + visit.count > window {
+            continue;
+        }
+        for &at in visit.entries.iter().take(visit.count) {
+            let Some(entry) = shelf.entries.get(at) else { break };
+            let place = memory.known.len;
+            let passed_s = T::from_f64(shelf.index.clock_us.saturating_sub(entry.since_us) as f64 * 1e-6);
+            if let Some(slot) = memory.slots.get_mut(place) {
+                let existence = entry.existence.after(&persistence.over(passed_s));
+                let (label, mean, detections) = (entry.label, entry.mean, entry.detections);
+                *slot = Slot { label, mean, existence, detections, ..Slot::ZERO };
+            }
+            memory.joint.put_alone(place);
+            memory.known.len += 1;
+        }
+        visit.share(shelf, memory, T::ONE);
+        if let Some(slot) = trial.visits.get_mut(trial.count) {
+            *slot = visit;
+            trial.count += 1;
+        }
+    }
+    trial
+}
+
+impl Trial {
+    /// Takes the pages that the scan of so many measurements has seen into the window for good; how many features.
+    pub(super) fn judge<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
+        &mut self,
+        shelf: &mut Shelf<'_, P>,
+        memory: &mut Memory<'_, P, Z>,
+        measurements: usize,
+    ) -> usize {
+        let mut recalled = 0;
+        for visit in self.visits.iter_mut().take(self.count) {
+            visit.seen = visit.is_seen(memory, measurements);
+            if visit.seen {
+                visit.admit(shelf, memory);
+                recalled += visit.count;
+            } else {
+                // Nothing is to be learnt of it.
+                let slots = memory.slots.iter_mut().skip(visit.before).take(visit.count);
+                slots.for_each(|slot| slot.detection = T::ZERO);
+            }
+        }
+        for visit in self.visits.iter().take(self.count).filter(|visit| visit.seen) {
+            shelf.take_page(visit.page);
+        }
+        recalled
+    }
+
+    /// Sends the others away.
+    pub(super) fn end<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(&self, memory: &mut Memory<'_, P, Z>) {
+        for visit in self.visits.iter().take(self.count).rev().filter(|visit| !visit.seen) {
+            (visit.before..visit.before + visit.count).rev().for_each(|place| memory.drop_feature(place));
+        }
+    }
+}
+
+impl Visit {
+    /// Whether its features have half the detections that were expected of them, and half a detection in all.
+    fn is_seen<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
+        &self,
+        memory: &Memory<'_, P, Z>,
+        measurements: usize,
+    ) -> bool {
+        let places = self.before..self.before + self.count;
+        let claims = memory.explained.iter().take(measurements).flat_map(|explained| explained.claims());
+        let shares = claims.filter(|claim| places.contains(&usize::from(claim.feature))).map(|claim| claim.share);
+        let seen = shares.fold(T::ZERO, |sum, share| sum + share);
+        let members = memory.slots.iter().skip(self.before).take(self.count);
+        let expected = members.fold(T::ZERO, |sum, slot| sum + slot.detection * slot.existence.in_sight);
+        let half = T::from_f64(0.5);
+        seen >= expected.at_least(T::ONE) * half
+    }
+
+    /// What page and pose have in common is not known: both are made as uncertain as it takes for that not to matter.
+    fn admit<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
+        &self,
+        shelf: &Shelf<'_, P>,
+        memory: &mut Memory<'_, P, Z>,
+    ) {
+        let share = T::from_f64(SHARE);
+        memory.joint.doubt_pose(T::ONE / share, memory.known.len);
+        self.share(shelf, memory, T::ONE / (T::ONE - share));
+    }
+
+    /// Sets the covariances within the page: f A_i A_jᵀ, and R_i of each feature with itself.
+    fn share<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
+        &self,
+        shelf: &Shelf<'_, P>,
+        memory: &mut Memory<'_, P, Z>,
+        factor: T,
+    ) {
+        for (one, &at_one) in self.entries.iter().take(self.count).enumerate() {
+            for (other, &at_other) in self.entries.iter().take(one + 1).enumerate() {
+                let (Some(a), Some(b)) = (shelf.entries.get(at_one), shelf.entries.get(at_other)) else { return };
+                memory.joint.put_block(self.before + one, self.before + other, |row, column| {
+                    let shared = (0..P::Tangent::DIMENSION)
+                        .fold(T::ZERO, |sum, k| sum + a.common.at(row, k) * b.common.at(column, k));
+                    shared * factor + if one == other { a.own.get(row, column) } else { T::ZERO }
+                });
+            }
+        }
+    }
+}
+
+/// The next page after the one that was tried last, in turn, that has a feature in reach; not one from behind `first` again.
+fn next<T: Real, P: Pose<Scalar = T>>(shelf: &Shelf<'_, P>, pose: &P, first: u32) -> Option<u32> {
+    let [x, y, _] = pose.on_ground();
+    let reach = shelf.reach_m * shelf.reach_m;
+    let turn = |page: u32| page.wrapping_sub(first.wrapping_add(1));
+    let done = shelf.index.tried;
+    let mut best: Option<u32> = None;
+    for entry in shelf.entries.iter().take(shelf.index.len) {
+        let later = done == first || turn(entry.page) > turn(done);
+        if later && squared_m([x, y], &entry.mean) <= reach && best.is_none_or(|best| turn(entry.page) < turn(best)) {
+            best = Some(entry.page);
+        }
+    }
+    best
+}
+
+impl<T: Real, P: Pose<Scalar = T>> Joint<'_, P> {
+    /// Makes the pose more uncertain by a factor, and with it what the features have in common with it, and nothing else:
+    /// P ← P + (factor − 1) P_·x P_xx⁻¹ P_x·.
+    pub(super) fn doubt_pose(&mut self, factor: T, features: usize) {
+        let root = Symmetric::<TangentOf<P>>::from_fn(|row, column| self.get(row, column)).root();
+        let with_pose = |joint: &Self, row: usize| TangentOf::<P>::with(|k| joint.get(row, k));
+        let (pose, all) = (P::Tangent::DIMENSION, first::<P>(features));
+        for row in pose..all {
+            let explained = spread::<T, P::Tangent>(&root, &whitened::<T, P::Tangent>(&root, &with_pose(self, row)));
+            for column in pose..=row {
+                let grown = explained.dot(&with_pose(self, column)) * (factor - T::ONE);
+                self.set(row, column, self.get(row, column) + grown);
+            }
+        }
+        for row in 0..all {
+            (0..pose.min(row + 1)).for_each(|column| self.set(row, column, self.get(row, column) * factor));
+        }
+    }
+
+    /// Adds a feature behind so many, independent of everything, and so far without a covariance.
+    fn put_alone(&mut self, features: usize) {
+        let (first, behind) = (first::<P>(features), first::<P>(features + 1));
+        for row in first..behind {
+            (0..=row).for_each(|column| self.set(row, column, T::ZERO));
+        }
+    }
+
+    /// Sets the covariance of a feature with another, or with itself.
+    fn put_block(&mut self, one: usize, other: usize, of: impl Fn(usize, usize) -> T) {
+        let (one, other) = (first::<P>(one), first::<P>(other));
+        for row in 0..P::Position::DIMENSION {
+            (0..P::Position::DIMENSION).for_each(|column| self.set(one + row, other + column, of(row, column)));
+        }
+    }
+}
+
+/// L⁻ᵀ y for a [root](Symmetric::root), whose columns of zeros give zero.
+fn spread<T: Real, V: Vector<Scalar = T>>(root: &Linear<V, V>, y: &V) -> V {
+    let mut w: V = Zero::ZERO;
+    for k in (0..V::DIMENSION).rev() {
+        let rest = (k + 1..V::DIMENSION).fold(y.at(k), |rest, j| rest - root.at(j, k) * w.at(j));
+        if let Some(slot) = w.as_mut_slice().get_mut(k)
+            && root.at(k, k) > T::ZERO
+        {
+            *slot = rest / root.at(k, k);
+        }
+    }
+    w
+}

@@ -1,0 +1,141 @@
+//! How much likelier it is that the vehicle is there than that it is elsewhere.
+
+use super::config::LocatorConfig;
+use super::laying::Laying;
+use super::state::{Hypothesis, Memory, NONE};
+use crate::{Bounds, FieldOfView, MeasurementModel, PlanarPose, Real, Sensor};
+use nalgebra::Vector2;
+
+/// Steps of least squares for one hypothesis, with new pairs before each.
+const STEPS: usize = 2;
+/// A landmark that was found was not as unlikely to be found as this, whatever the view says.
+const LEAST_FOUND: f64 = 0.1;
+/// Squares of the grid over all that was looked at, along either side.
+const SQUARES: usize = 16;
+/// How the area of the poses is larger than that of the landmarks: a quarter more on each side.
+const POSES: f64 = 2.25;
+
+impl<T: Real> Memory<'_, T> {
+    /// The laying moved to where it fits best, with what speaks for it; `None` where fewer than three landmarks are those of the map.
+    pub(super) fn weigh<X: MeasurementModel<Pose = PlanarPose<T>>>(
+        &mut self,
+        config: &LocatorConfig<T>,
+        models: &X,
+        laying: &Laying<T>,
+    ) -> Option<Hypothesis<T>> {
+        let mut laying = *laying;
+        for _ in 0..STEPS {
+            if self.pair_up(&laying, config.inflation, config.gate) < 3 {
+                return None;
+            }
+            laying = laying.fitted(config.inflation, self.paired())?;
+        }
+        let matched = self.pair_up(&laying, config.inflation, config.gate);
+        if matched < 3 {
+            return None;
+        }
+        let ln_weight = self.ln_prior(config, &laying)? + self.ln_likelihood(config, models, &laying)?;
+        ln_weight.is_finite().then_some(Hypothesis { laying, ln_weight, matched })
+    }
+
+    /// ln of how much of the prior is within what is not known of the laying: p(x) (2π)^{3/2} |Σ|^{1/2}.
+    fn ln_prior(&self, config: &LocatorConfig<T>, laying: &Laying<T>) -> Option<T> {
+        let real = T::from_f64;
+        let ln_volume = -laying.covariance.factor()?.ln_peak();
+        let poses = self.known.area * real(POSES) * (T::PI + T::PI);
+        Some((T::ONE - config.elsewhere).ln() - poses.ln() + ln_volume)
+    }
+
+    /// ln of the likelihood of all landmarks that were found, and of all of the map that were not, over that of the same elsewhere.
+    fn ln_likelihood<X: MeasurementModel<Pose = PlanarPose<T>>>(
+        &mut self,
+        config: &LocatorConfig<T>,
+        models: &X,
+        laying: &Laying<T>,
+    ) -> Option<T> {
+        let turned = laying.turned();
+        let density = self.density();
+        let ln_density = density.ln();
+        let ln_new = config.new_share.ln();
+        let mut sum = T::ZERO;
+        for place in 0..self.known.map {
+            let Some(of_map) = self.map.get(place).copied() else { break };
+            let remains = (config.remains * of_map.ln_weight.exp()).at_most(config.remains);
+            let found = self.found(models, &turned.of(&of_map.mean));
+            let ln_missed = (T::ONE - remains * found).ln();
+            let landmark = self.pairs.iter().take(self.known.seen).position(|&pair| usize::from(pair) == place + 1);
+            let Some(landmark) = landmark.and_then(|landmark| self.seen.get(landmark)) else {
+                sum += ln_missed;
+                continue;
+            };
+            let factor = turned.spread(landmark, &of_map).scaled(config.inflation).factor()?;
+            let off = landmark.mean - turned.of(&of_map.mean);
+            let ln_there = factor.ln_peak() - factor.mahalanobis(&off) * T::from_f64(0.5);
+            let found = found.at_least(T::from_f64(LEAST_FOUND));
+            let ln_same = (remains * found).ln() + ln_there - ln_density;
+            // Two landmarks that are near each other are not always one.
+            sum += ln_same.at_least(ln_missed + ln_new);
+        }
+        let new = self.pairs.iter().take(self.known.seen).filter(|&&pair| pair == NONE).count();
+        // Elsewhere, all landmarks are new ones.
+        let fewer_new = density * (T::ONE - config.new_share) * self.known.looked_at;
+        Some(sum + T::from_usize(new) * ln_new + fewer_new)
+    }
+
+    /// Landmarks on a square metre, in the map or where the vehicle has looked, whichever is more: elsewhere may be as dense.
+    pub(super) fn density(&self) -> T {
+        let of_map = T::from_usize(self.known.map) / self.known.area;
+        of_map.at_least(T::from_usize(self.known.seen) / self.known.looked_at)
+    }
+
+    /// The area, m², that the vehicle has looked at long enough to find what stands there: summed over the squares of a grid.
+    pub(super) fn looked_at<X: MeasurementModel<Pose = PlanarPose<T>>>(&self, models: &X) -> T {
+        let sensor = models.sensor();
+        let mut bounds = Bounds::<Vector2<T>>::EMPTY;
+        for view in self.known.views.all() {
+            let box_of_view = models.field_of_view().bounds(&sensor.frame(&view.pose));
+            bounds.include(&box_of_view.low);
+            bounds.include(&box_of_view.high);
+        }
+        let step = (bounds.high - bounds.low) * (T::ONE / T::from_usize(SQUARES));
+        let half = T::from_f64(0.5);
+        let mut found = T::ZERO;
+        for row in 0..SQUARES {
+            for column in 0..SQUARES {
+                let (x, y) = (T::from_usize(column) + half, T::from_usize(row) + half);
+                found += self.found(models, &(bounds.low + Vector2::new(x * step.x, y * step.y)));
+            }
+        }
+        let area = found * step.x * step.y;
+        // A view without bounds, or none yet.
+        if area.is_finite() { area } else { T::ZERO }
+    }
+
+    /// The probability that what stands there was found, which takes two detections.
+    fn found<X: MeasurementModel<Pose = PlanarPose<T>>>(&self, models: &X, place: &Vector2<T>) -> T {
+        let (mut ln_never, mut odds) = (T::ZERO, T::ZERO);
+        let sensor = models.sensor();
+        for view in self.known.views.all() {
+            let frame = sensor.frame(&view.pose);
+            if !models.field_of_view().bounds(&frame).holds(place) {
+                continue;
+            }
+            let Some(expected) = sensor.expect(&frame, place) else { continue };
+            let detection = models.field_of_view().detection_probability(&frame, place, &expected.measurement);
+            // Written so that NaN is out of view.
+            if detection > T::ZERO {
+                let detection = detection.at_most(T::ONE - T::EPSILON);
+                ln_never += view.scans * (T::ONE - detection).ln();
+                odds += view.scans * detection / (T::ONE - detection);
+            }
+        }
+        (T::ONE - ln_never.exp() * (T::ONE + odds)).at_least(T::ZERO)
+    }
+}
+
+/// The area of a box; of one that is a line, as if it were a tenth as wide as long.
+pub(super) fn area<T: Real>(of: &Bounds<Vector2<T>>) -> T {
+    let sides = of.high - of.low;
+    let least = sides.x.at_least(sides.y) * T::from_f64(0.1);
+    sides.x.at_least(least) * sides.y.at_least(least)
+}

@@ -1,0 +1,52 @@
+//! Which landmark of the map each landmark that the vehicle has found is, under a laying.
+
+use super::laying::Laying;
+use super::state::{Memory, NONE};
+use crate::Real;
+
+impl<T: Real> Memory<'_, T> {
+    /// Gives every landmark the nearest of the map that is within the gate and not taken; how many have one. The gate has in it how well
+    /// the laying is known. Tries every landmark with every one of the map.
+    pub(super) fn pair_up(&mut self, laying: &Laying<T>, inflation: T, gate: T) -> usize {
+        let turned = laying.turned();
+        let known = |row, column| laying.covariance.get(row, column);
+        let (maps, seen) = (self.known.map, self.known.seen);
+        self.taken.iter_mut().take(maps).for_each(|taken| *taken = false);
+        let mut paired = 0;
+        let all = self.seen.iter().take(seen).zip(self.pairs.iter_mut());
+        for (landmark, pair) in all {
+            *pair = NONE;
+            let own = landmark.covariance.get(0, 0) + landmark.covariance.get(1, 1);
+            let mut nearest = (usize::MAX, T::INFINITY);
+            for (place, of_map) in self.map.iter().enumerate().take(maps) {
+                let off = landmark.mean - turned.of(&of_map.mean);
+                let lever = turned.lever(&of_map.mean);
+                // The trace of a covariance is not below any variance.
+                let two = T::ONE + T::ONE;
+                let of_laying = known(0, 0)
+                    + known(1, 1)
+                    + two * (known(2, 0) * lever.x + known(2, 1) * lever.y)
+                    + known(2, 2) * lever.dot(&lever);
+                let trace = (own + of_map.covariance.get(0, 0) + of_map.covariance.get(1, 1)) * inflation + of_laying;
+                if !(off.dot(&off) <= gate * trace) || self.taken.get(place).is_none_or(|&taken| taken) {
+                    continue;
+                }
+                let by_laying = nalgebra::Matrix2x3::new(T::ONE, T::ZERO, lever.x, T::ZERO, T::ONE, lever.y);
+                let spread = turned.spread(landmark, of_map).scaled(inflation);
+                let spread = spread.plus(&laying.covariance.congruence::<nalgebra::Vector2<T>>(&by_laying));
+                let Some(factor) = spread.factor() else { continue };
+                let distance = factor.mahalanobis(&off);
+                let unlikely = distance + factor.ln_determinant();
+                if distance <= gate && unlikely < nearest.1 {
+                    nearest = (place, unlikely);
+                }
+            }
+            if let Some(taken) = self.taken.get_mut(nearest.0) {
+                *taken = true;
+                *pair = nearest.0 as u16 + 1;
+                paired += 1;
+            }
+        }
+        paired
+    }
+}

@@ -1,0 +1,130 @@
+//! Looking for places: two landmarks that the vehicle has found are laid over every two of the map that are as far apart.
+
+use super::config::LocatorConfig;
+use super::laying::{Landmark, Laying};
+use super::state::{Hypothesis, Memory, Sweep};
+use crate::{MeasurementModel, PlanarPose, Real};
+
+/// Two landmarks nearer to each other than so many standard deviations tell no direction.
+const FARTHER_THAN: f64 = 6.0;
+
+impl<T: Real> Memory<'_, T> {
+    /// Goes on with the sweep, and with the next one: at most `config.trials` layings, and twice as many comparisons of distances as the
+    /// map has ordered pairs.
+    pub(super) fn search<X: MeasurementModel<Pose = PlanarPose<T>>>(
+        &mut self,
+        config: &LocatorConfig<T>,
+        models: &X,
+    ) -> usize {
+        let (maps, mut trials) = (self.known.map, 0);
+        if maps < 3 || self.known.seen < 3 {
+            return 0;
+        }
+        let all = maps * maps;
+        for _ in 0..2 * all {
+            if trials == config.trials {
+                break;
+            }
+            if !self.known.sweep.under_way && !self.next_pair(config.inflation) {
+                break;
+            }
+            let Sweep { pair, next, .. } = self.known.sweep;
+            let (first, second) = (self.map.get(next / maps).copied(), self.map.get(next % maps).copied());
+            if let (Some(first), Some(second)) = (first, second)
+                && next / maps != next % maps
+                && is_as_long(config, &pair, &first, &second)
+            {
+                trials += 1;
+                self.try_pair(config, models, &pair, &[first, second]);
+            }
+            let sweep = &mut self.known.sweep;
+            sweep.next += 1;
+            if sweep.next >= all {
+                sweep.under_way = false;
+                sweep.done = sweep.done.saturating_add(1);
+            }
+        }
+        trials
+    }
+
+    /// Takes the next two landmarks that are far enough apart; whether there are such. Goes round all pairs, first those that stand
+    /// next to each other in the list.
+    fn next_pair(&mut self, inflation: T) -> bool {
+        let seen = self.known.seen;
+        if seen < 2 {
+            return false;
+        }
+        for _ in 0..seen * (seen - 1) {
+            let turn = self.known.sweep.turn;
+            self.known.sweep.turn = (turn + 1) % (seen * (seen - 1));
+            let (one, apart) = (turn % seen, 1 + turn / seen % (seen - 1));
+            let (Some(a), Some(b)) = (self.seen.get(one), self.seen.get((one + apart) % seen)) else { continue };
+            let along = b.mean - a.mean;
+            let traces = [a, b].map(|of| of.covariance.get(0, 0) + of.covariance.get(1, 1));
+            let least = (traces[0] + traces[1]) * inflation * T::from_f64(FARTHER_THAN * FARTHER_THAN);
+            if along.dot(&along) > least {
+                self.known.sweep = Sweep { under_way: true, pair: [*a, *b], next: 0, ..self.known.sweep };
+                return true;
+            }
+        }
+        false
+    }
+
+    /// Lays a pair over one of the map, and keeps what explains enough.
+    fn try_pair<X: MeasurementModel<Pose = PlanarPose<T>>>(
+        &mut self,
+        config: &LocatorConfig<T>,
+        models: &X,
+        [a, b]: &[Landmark<T>; 2],
+        [first, second]: &[Landmark<T>; 2],
+    ) {
+        let laying = Laying::of_lines([&a.mean, &b.mean], [&first.mean, &second.mean]);
+        let Some(laying) = laying.fitted(config.inflation, [(a, first), (b, second)].into_iter()) else { return };
+        // That it is known already takes no more than to see that.
+        let same = |hypothesis: &Hypothesis<T>| hypothesis.laying.is_same(&laying, T::ONE);
+        if self.hypotheses().iter().any(same) {
+            return;
+        }
+        if let Some(hypothesis) = self.weigh(config, models, &laying) {
+            self.keep(config, &hypothesis);
+        }
+    }
+
+    /// Keeps a hypothesis, in the place of the same one, or of the least likely one where there is no room.
+    pub(super) fn keep(&mut self, config: &LocatorConfig<T>, new: &Hypothesis<T>) {
+        let len = self.known.hypotheses;
+        let held = self.hypotheses.get_mut(..len).unwrap_or(&mut []);
+        if let Some(same) = held.iter_mut().find(|held| held.laying.is_same(&new.laying, config.gate)) {
+            if new.ln_weight > same.ln_weight {
+                *same = *new;
+            }
+            return;
+        }
+        if let Some(slot) = self.hypotheses.get_mut(len) {
+            *slot = *new;
+            self.known.hypotheses += 1;
+            return;
+        }
+        let least = self.hypotheses.iter_mut().reduce(|a, b| if b.ln_weight < a.ln_weight { b } else { a });
+        if let Some(least) = least.filter(|least| least.ln_weight < new.ln_weight) {
+            *least = *new;
+        }
+    }
+}
+
+/// Whether two of the map are as far apart as the pair, within what is known of either.
+fn is_as_long<T: Real>(
+    config: &LocatorConfig<T>,
+    pair: &[Landmark<T>; 2],
+    first: &Landmark<T>,
+    second: &Landmark<T>,
+) -> bool {
+    let [a, b] = pair;
+    let [squared_seen, squared_map] = [b.mean - a.mean, second.mean - first.mean].map(|along| along.dot(&along));
+    let traces = [a, b, first, second].map(|of| of.covariance.get(0, 0) + of.covariance.get(1, 1));
+    let variance = traces.iter().fold(T::ZERO, |sum, &trace| sum + trace) * config.inflation;
+    // (|a| − |b|)² = a² + b² − 2 |a| |b|.
+    let two = T::ONE + T::ONE;
+    let difference = squared_seen + squared_map - two * (squared_seen * squared_map).sqrt();
+    difference <= variance * config.gate * T::from_f64(0.5)
+}

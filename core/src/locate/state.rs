@@ -1,0 +1,153 @@
+//! Everything that a locator knows, in memory of a size that its type tells.
+
+use super::laying::{Landmark, Laying};
+use super::views::Views;
+use crate::{Component, Real, Zero};
+use nalgebra::Vector2;
+
+/// No landmark of the map.
+pub(super) const NONE: u16 = 0;
+
+/// A place where the vehicle may be.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Hypothesis<T: Real> {
+    pub(super) laying: Laying<T>,
+    /// ln of prior and likelihood, over the likelihood of being elsewhere.
+    pub(super) ln_weight: T,
+    /// Landmarks that are those of the map.
+    pub(super) matched: usize,
+}
+
+/// Two landmarks that are laid over all pairs of the map, and how far that has come.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Sweep<T: Real> {
+    /// Whether there is such a pair.
+    pub(super) under_way: bool,
+    pub(super) pair: [Landmark<T>; 2],
+    /// The next pair of the map, of all ordered ones.
+    pub(super) next: usize,
+    /// Which pair of landmarks comes next.
+    pub(super) turn: usize,
+    /// Pairs that are done.
+    pub(super) done: usize,
+}
+
+/// The memory of a [`Locator`](super::Locator): for maps of up to `FEATURES` landmarks, and as many that the vehicle finds, and
+/// `HYPOTHESES` places where it may be. All zero, and meant to be a `static`.
+#[derive(Debug)]
+pub struct LocatorState<T: Real, const FEATURES: usize, const HYPOTHESES: usize> {
+    known: Known<T>,
+    map: [Landmark<T>; FEATURES],
+    seen: [Landmark<T>; FEATURES],
+    pairs: [u16; FEATURES],
+    taken: [bool; FEATURES],
+    hypotheses: [Hypothesis<T>; HYPOTHESES],
+}
+
+/// What is not an array of a length that the user chooses.
+#[derive(Debug)]
+pub(super) struct Known<T: Real> {
+    /// Landmarks in the map.
+    pub(super) map: usize,
+    /// Landmarks that the vehicle has found.
+    pub(super) seen: usize,
+    pub(super) hypotheses: usize,
+    /// The middle of the map, m: its landmarks are held from there.
+    pub(super) middle: Vector2<T>,
+    /// The area that its landmarks lie in, m².
+    pub(super) area: T,
+    /// The area that the vehicle has looked at since it began, m².
+    pub(super) looked_at: T,
+    pub(super) views: Views<T>,
+    pub(super) sweep: Sweep<T>,
+}
+
+/// A state of whatever capacity, borrowed.
+#[derive(Debug)]
+pub(super) struct Memory<'s, T: Real> {
+    pub(super) known: &'s mut Known<T>,
+    pub(super) map: &'s mut [Landmark<T>],
+    pub(super) seen: &'s mut [Landmark<T>],
+    /// Of every landmark that the vehicle has found one more than the place of that of the map which it is; [`NONE`].
+    pub(super) pairs: &'s mut [u16],
+    /// Which of the map are taken.
+    pub(super) taken: &'s mut [bool],
+    pub(super) hypotheses: &'s mut [Hypothesis<T>],
+}
+
+impl<T: Real, const FEATURES: usize, const HYPOTHESES: usize> LocatorState<T, FEATURES, HYPOTHESES> {
+    /// Without a map. Capacities that cannot work do not compile.
+    #[must_use]
+    pub const fn new() -> Self {
+        const {
+            assert!(FEATURES >= 3, "fewer landmarks are no place");
+            assert!(FEATURES < u16::MAX as usize, "landmarks are counted in 16 bits");
+            assert!(HYPOTHESES >= 2, "that another place would do as well must have room");
+        }
+        Self {
+            known: Known {
+                map: 0,
+                seen: 0,
+                hypotheses: 0,
+                middle: Zero::ZERO,
+                area: T::ZERO,
+                looked_at: T::ZERO,
+                views: Views::NONE,
+                sweep: Sweep::NONE,
+            },
+            map: [Component::ZERO; FEATURES],
+            seen: [Component::ZERO; FEATURES],
+            pairs: [NONE; FEATURES],
+            taken: [false; FEATURES],
+            hypotheses: [Hypothesis::ZERO; HYPOTHESES],
+        }
+    }
+
+    pub(super) fn memory(&mut self) -> Memory<'_, T> {
+        Memory {
+            known: &mut self.known,
+            map: &mut self.map,
+            seen: &mut self.seen,
+            pairs: &mut self.pairs,
+            taken: &mut self.taken,
+            hypotheses: &mut self.hypotheses,
+        }
+    }
+}
+
+impl<T: Real, const FEATURES: usize, const HYPOTHESES: usize> Default for LocatorState<T, FEATURES, HYPOTHESES> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<T: Real> Hypothesis<T> {
+    pub(super) const ZERO: Self = Self { laying: Laying::ZERO, ln_weight: T::ZERO, matched: 0 };
+}
+
+impl<T: Real> Sweep<T> {
+    pub(super) const NONE: Self = Self { under_way: false, pair: [Component::ZERO; 2], next: 0, turn: 0, done: 0 };
+}
+
+impl<T: Real> Memory<'_, T> {
+    pub(super) fn map(&self) -> &[Landmark<T>] {
+        self.map.get(..self.known.map).unwrap_or(&[])
+    }
+
+    pub(super) fn seen(&self) -> &[Landmark<T>] {
+        self.seen.get(..self.known.seen).unwrap_or(&[])
+    }
+
+    pub(super) fn hypotheses(&self) -> &[Hypothesis<T>] {
+        self.hypotheses.get(..self.known.hypotheses).unwrap_or(&[])
+    }
+
+    /// The pairs of landmarks that are one.
+    pub(super) fn paired(&self) -> impl Iterator<Item = (&Landmark<T>, &Landmark<T>)> {
+        let map = self.map();
+        self.seen().iter().zip(self.pairs.iter()).filter_map(move |(seen, &pair)| {
+            let place = usize::from(pair).checked_sub(1)?;
+            Some((seen, map.get(place)?))
+        })
+    }
+}

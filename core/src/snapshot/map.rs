@@ -1,0 +1,134 @@
+//! A map as bytes: what a vehicle leaves for its next drive.
+
+use super::frame::{Content, Head, Shape};
+use super::pages::Numbering;
+use super::read::{Reader, checked};
+use super::visit::Visit;
+use super::write::{AsWords, Measure, Writer};
+use super::{RestoreError, SaveError};
+use crate::{Component, Flaw, Real, Symmetric, Vector};
+
+/// What maps of such features have in common.
+fn shape<D: Vector>(kind: u32) -> Shape {
+    let dimensions = [0, D::DIMENSION as u8, 0];
+    Shape { content: Content::Map, scalar: size_of::<D::Scalar>() as u8, dimensions, kind }
+}
+
+/// Writes down a map, as [`JointSlam::features`](crate::JointSlam::features) or
+/// [`ScPhd::estimate_map`](crate::ScPhd::estimate_map) has it, in the format of a [snapshot](crate::ScPhd::save); `kind` tells places or
+/// vehicles apart. Returns how many bytes it took.
+///
+/// ```
+/// use nalgebra::Vector2;
+/// use scphd::{Component, Symmetric, from_slice, into_slice, restore_map, save_map};
+///
+/// let post = Component {
+///     mean: Vector2::new(4.0_f32, 1.0),
+///     covariance: Symmetric::from_diagonal([0.01, 0.01]),
+///     ..Component::ZERO
+/// };
+/// let mut bytes = [0; 256];
+/// let len = save_map(7, [post].into_iter(), into_slice(&mut bytes))?;
+/// let mut map = [Component::<Vector2<f32>>::ZERO; 40];
+/// assert_eq!(restore_map(7, &mut map, from_slice(&bytes[..len]))?, 1);
+/// assert_eq!(map[0], post);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// # Errors
+/// A feature is not finite or its covariance not positive definite, or the sink takes no more.
+pub fn save_map<T: Real, D: Vector<Scalar = T>, E>(
+    kind: u32,
+    features: impl Iterator<Item = Component<D>> + Clone,
+    sink: impl FnMut(&[u8]) -> Result<(), E>,
+) -> Result<usize, SaveError<E>> {
+    if !features.clone().all(|feature| feature.is_usable()) {
+        return Err(SaveError::Damaged(Flaw::Component));
+    }
+    let pages = || [(); 2].map(|()| Numbering::over(&mut []));
+    let mut measure = AsWords { words: Measure::default(), pages: pages() };
+    features.clone().for_each(|feature| walk(&feature, &mut measure));
+    let count = u32::try_from(features.clone().count()).unwrap_or(u32::MAX);
+    let head = Head { shape: shape::<D>(kind), flags: 0, len: 0, sizes: [count, 0, 0] };
+    let mut writer = AsWords { words: Writer::new(&head.with_body(measure.words.words), sink), pages: pages() };
+    features.for_each(|feature| walk(&feature, &mut writer));
+    writer.words.end()
+}
+
+/// Reads a map that [`save_map`] wrote; how many features it has.
+///
+/// # Errors
+/// What is read is no map of this kind, damaged, or has more features than there is room for: then `features` is as it was. If the
+/// source gives something else the second time, or the checks agree on what is no map, its contents mean nothing.
+pub fn restore_map<T: Real, D: Vector<Scalar = T>, E>(
+    kind: u32,
+    features: &mut [Component<D>],
+    mut source: impl FnMut(usize, &mut [u8]) -> Result<(), E>,
+) -> Result<usize, RestoreError<E>> {
+    let head = checked(&mut source, shape::<D>(kind))?;
+    let [count, ..] = head.sizes.map(|size| usize::try_from(size).unwrap_or(usize::MAX));
+    RestoreError::check_room("features", count, features.len())?;
+    let mut reader = Reader::behind(&head, &mut source);
+    let mut sound = true;
+    for slot in features.iter_mut().take(count) {
+        let (label, ln_weight) = (reader.word(), reader.scalar());
+        let mean = reader.vector();
+        *slot = Component { label, ln_weight, mean, covariance: Symmetric::from_fn(|_, _| reader.scalar()) };
+        sound &= slot.is_usable();
+    }
+    reader.end()?;
+    if sound { Ok(count) } else { Err(RestoreError::Flawed(Flaw::Component)) }
+}
+
+/// Label, ln w, mean, lower triangle of the covariance.
+fn walk<T: Real, D: Vector<Scalar = T>>(feature: &Component<D>, visit: &mut impl Visit) {
+    visit.word(feature.label);
+    visit.scalar(feature.ln_weight);
+    feature.mean.as_slice().iter().for_each(|&number| visit.scalar(number));
+    feature.covariance.as_lower().iter().for_each(|&number| visit.scalar(number));
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::*;
+    use nalgebra::Vector2;
+
+    fn post(x: f64, y: f64) -> Component<Vector2<f64>> {
+        let covariance = Symmetric::from_fn(|row, column| if row == column { 0.25 } else { 0.125 });
+        Component { label: 5, ln_weight: -0.5, mean: Vector2::new(x, y), covariance }
+    }
+
+    #[test]
+    fn no_bit_of_a_map_may_change() {
+        let map = [post(1.0, -2.0), post(7.0, 4.5)];
+        let mut bytes = [0; 256];
+        let len = save_map(3, map.into_iter(), into_slice(&mut bytes)).unwrap();
+        // Head and check, then label, weight, mean and three numbers of each, then the check of all.
+        assert_eq!(len, 36 + 2 * (4 + 8 + 16 + 24) + 4);
+        let mut read = [Component::ZERO; 3];
+        assert_eq!(restore_map(3, &mut read, from_slice(&bytes[..len])), Ok(2));
+        assert_eq!(read[..2], map);
+        for bit in 0..8 * len {
+            let mut damaged = bytes;
+            damaged[bit / 8] ^= 1 << (bit % 8);
+            let mut none = [Component::<Vector2<f64>>::ZERO; 3];
+            assert!(restore_map(3, &mut none, from_slice(&damaged[..len])).is_err(), "bit {bit}");
+            assert_eq!(none, [Component::ZERO; 3]);
+        }
+    }
+
+    #[test]
+    fn what_is_no_such_map_is_refused() {
+        let mut bytes = [0; 256];
+        let len = save_map(3, [post(1.0, 2.0), post(3.0, 4.0)].into_iter(), into_slice(&mut bytes)).unwrap();
+        let read = |kind, room: &mut [Component<Vector2<f64>>]| restore_map(kind, room, from_slice(&bytes[..len]));
+        assert_eq!(read(4, &mut [Component::ZERO; 2]), Err(RestoreError::Kind { found: 3 }));
+        let no_room = RestoreError::NoRoom { what: "features", needed: 2, capacity: 1 };
+        assert_eq!(read(3, &mut [Component::ZERO; 1]), Err(no_room));
+        let single = restore_map(3, &mut [Component::<Vector2<f32>>::ZERO; 2], from_slice(&bytes[..len]));
+        assert_eq!(single, Err(RestoreError::Content));
+        let flat = Component { covariance: Symmetric::ZERO, ..post(0.0, 0.0) };
+        let saved = save_map(3, [flat].into_iter(), into_slice(&mut bytes));
+        assert_eq!(saved, Err(SaveError::Damaged(Flaw::Component)));
+    }
+}

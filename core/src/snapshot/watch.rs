@@ -1,0 +1,40 @@
+//! The watch over the estimate, in a snapshot: no digest has it, for it is no part of the estimate.
+
+use crate::Real;
+use crate::report::watch::Watch;
+use crate::snapshot::read::Reader;
+use crate::snapshot::visit::Visit;
+
+impl<T: Real> Watch<T> {
+    /// Walks through what it knows.
+    pub(crate) fn walk(&self, visit: &mut impl Visit) {
+        let Self { doubt, lost, given_up, usually_missed, usually_new, usually_waited_s, .. } = *self;
+        for word in [u32::from(lost), self.scans, self.known_below, self.next_known_below] {
+            visit.beside(word);
+        }
+        for number in [doubt, given_up, usually_missed, usually_new, usually_waited_s] {
+            visit.beside_scalar(number);
+        }
+    }
+
+    /// The way back. What no scan leaves is forgotten by the next.
+    pub(crate) fn next<S, E>(from: &mut Reader<'_, S, E>) -> Self
+    where
+        S: FnMut(usize, &mut [u8]) -> Result<(), E>,
+    {
+        let [lost, scans, known_below, next_known_below] = core::array::from_fn(|_| from.word());
+        let [doubt, given_up, usually_missed, usually_new, usually_waited_s] = core::array::from_fn(|_| from.scalar());
+        let lost = lost != 0;
+        Self {
+            doubt,
+            lost,
+            given_up,
+            usually_missed,
+            usually_new,
+            usually_waited_s,
+            scans,
+            known_below,
+            next_known_below,
+        }
+    }
+}

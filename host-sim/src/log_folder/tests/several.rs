@@ -1,0 +1,132 @@
+//! Several sensors and fixes.
+
+use super::*;
+use crate::log::{Fix, FixNoise, PoseFix};
+use crate::scenario;
+
+#[test]
+fn sensors_and_fixes_are_read_and_written_bit_for_bit() {
+    for log in [scenario::two_sensors(3), with_fixes(scenario::survey_fixes(3))] {
+        let folder = Folder::empty();
+        write(&log, &folder.0).unwrap();
+        assert_eq!(read(&folder.0).unwrap(), log);
+    }
+}
+
+/// Every key of `[fixes]` and headings too.
+fn with_fixes(mut log: Log) -> Log {
+    log.fixes.push(Fix { t_s: 61.25, measured: PoseFix::Heading(-0.75) });
+    let (heading_sigma_rad, gate) = (Some(0.1), Some(25.0));
+    log.fix_noise = FixNoise { heading_sigma_rad, gate, forward_m: -0.5, left_m: 0.25, ..log.fix_noise };
+    log
+}
+
+/// What follows `[sensor]` in the head of a sound log, as that of two sensors.
+fn of_two() -> String {
+    let (before, sensor) = HEAD.split_once("[sensor]").unwrap();
+    let named = |name: &str, more: &str| format!("[[sensors]]\nname = \"{name}\"\n{more}{}\n", sensor.trim());
+    format!("{before}{}{}", named("rear", "yaw_rad = 3.1\nforward_m = -1\n"), named("front", ""))
+}
+
+/// A sound log of two sensors with fixes.
+fn sound_of_two() -> Folder {
+    let folder = Folder::sound();
+    folder.put("log.toml", of_two() + "[fixes]\nposition_sigma_m = 2\nheading_sigma_rad = 0.1\n");
+    folder.put("scans.csv", "scan,t_s,sensor\n0,0,rear\n2,0.5,front\n3,1,rear\n");
+    folder.put("fixes.csv", "t_s,x_m,y_m,heading_rad\n0,1,2.5,\n0.75,,,0.5\n0.75,2,3,0.5\n");
+    folder
+}
+
+#[test]
+fn two_sensors_and_fixes() {
+    let log = read(&sound_of_two().0).unwrap();
+    let names: Vec<&str> = log.sensors().map(|(name, ..)| name).collect();
+    // In order of their names, whatever that of the sections.
+    assert_eq!(names, ["front", "rear"]);
+    assert_eq!(log.scans.iter().map(|scan| scan.sensor).collect::<Vec<_>>(), [1, 0, 1]);
+    let at = Mounting { forward_m: -1.0, left_m: 0.0, yaw_rad: 3.1 };
+    assert_eq!((log.sensor.mounting, log.others[0].sensor.mounting), (Mounting::NONE, at));
+    assert_eq!((log.nominal.range_sigma_m, log.others[0].nominal.range_sigma_m), (Some(0.1), Some(0.1)));
+    let fix = |t_s, measured| Fix { t_s, measured };
+    let expected = [
+        fix(0.0, PoseFix::Position([1.0, 2.5])),
+        fix(0.75, PoseFix::Heading(0.5)),
+        fix(0.75, PoseFix::Position([2.0, 3.0])),
+        fix(0.75, PoseFix::Heading(0.5)),
+    ];
+    assert_eq!(log.fixes, expected);
+    assert_eq!((log.fix_noise.position_sigma_m, log.fix_noise.gate), (Some(2.0), None));
+}
+
+#[test]
+fn what_is_wrong_with_sensors_and_fixes_is_named() {
+    let error = |file: &str, text: &str| {
+        let folder = sound_of_two();
+        folder.put(file, text);
+        let message = folder.error();
+        assert!(!message.contains('\n'), "{message}");
+        message
+    };
+    let fixes = "[fixes]\nposition_sigma_m = 2\nheading_sigma_rad = 0.1\n";
+    let head = |piece: &str, other: &str| {
+        let whole = of_two() + fixes;
+        assert!(whole.contains(piece), "{piece}");
+        error("log.toml", &whole.replacen(piece, other, 1))
+    };
+    for (message, expected) in [
+        (
+            error("scans.csv", "scan,t_s,sensor\n0,0,rear\n2,0.5,sonar\n"),
+            "scans.csv, row 3, column sensor: no sensor 'sonar', log.toml has front, rear",
+        ),
+        (error("scans.csv", "scan,t_s\n0,0\n"), "scans.csv, row 1, column sensor: missing"),
+        (
+            head("name = \"rear\"", "name = \"front\""),
+            "log.toml, key sensors[2].name: 'front' is the name of two sensors",
+        ),
+        (head("name = \"rear\"", "name = \"my radar\""), "log.toml, key sensors[1].name: a sensor's name has"),
+        (head("name = \"rear\"\n", ""), "log.toml, key sensors[1].name: missing"),
+        (
+            head("yaw_rad = 3.1", "yaw_rad = 90"),
+            "log.toml, key sensors.rear.yaw_rad: 90, expected -6.2842 to 6.2842: angles are in radians, these look like degrees",
+        ),
+        (head("forward_m = -1", "forwards_m = -1"), "log.toml, key sensors.rear.forwards_m: unknown"),
+        (
+            head("sensor_left_m = 0.5", "sensor_left_m = 0.5\nsensor_yaw_rad = 1"),
+            "log.toml, key vehicle.sensor_yaw_rad: not a key",
+        ),
+        (head("position_sigma_m = 2\n", ""), "log.toml, key fixes.position_sigma_m: missing"),
+        (
+            head("heading_sigma_rad = 0.1", "heading_sigma_rad = 5"),
+            "log.toml, key fixes.heading_sigma_rad: 5, expected",
+        ),
+        (head("heading_sigma_rad = 0.1", "yaw_rad = 0.1"), "log.toml, key fixes.yaw_rad: unknown"),
+        (head("heading_sigma_rad = 0.1", "gate = 0"), "log.toml, key fixes.gate: 0, expected more than 0"),
+        (head(fixes, ""), "log.toml, key fixes: missing: it says how good"),
+        (
+            error("log.toml", &(HEAD.to_owned() + &of_two()[of_two().find("[[").unwrap()..])),
+            "log.toml, key sensor: either one [sensor] or several",
+        ),
+        (
+            error("fixes.csv", "t_s,x_m,y_m\n-0.5,1,2\n"),
+            "fixes.csv, row 2, column t_s: a fix at -0.5 s, before the odometry, which begins at 0 s",
+        ),
+        (error("fixes.csv", "t_s,x_m,y_m\n0.5,1,inf\n"), "fixes.csv, row 2, column y_m: not a finite number: 'inf'"),
+        (error("fixes.csv", "t_s,x_m,y_m\n0.5,1,\n"), "fixes.csv, row 2, column y_m: not a finite number: ''"),
+        (error("fixes.csv", "t_s,x_m,y_m\n0.5,,\n"), "fixes.csv, row 2, column t_s: no fix"),
+        (error("fixes.csv", "t_s,x_m\n0.5,1\n"), "fixes.csv, row 1, column y_m: missing"),
+        (
+            error("fixes.csv", "t_s,heading_rad\n0.5,90\n"),
+            "fixes.csv, row 2, column heading_rad: 90, expected -6.2842 to 6.2842: angles are in radians, these look like degrees",
+        ),
+        (error("fixes.csv", "t_s,heading_rad\n0.5,1\n0.25,1\n"), "fixes.csv, row 3, column t_s: time goes backwards"),
+        (
+            error("fixes.csv", "t_s,heading_rad\n500,1\n"),
+            "fixes.csv, column t_s: the first fix is at 500 s, after the last scan at 1 s",
+        ),
+    ] {
+        assert!(message.starts_with(expected), "{message}\n{expected}");
+    }
+    let folder = sound_of_two();
+    fs::remove_file(folder.0.join("fixes.csv")).unwrap();
+    assert_eq!(folder.error(), "fixes.csv: missing");
+}

@@ -1,0 +1,110 @@
+//! Corrections by what features have a share of, and what they mean for the heading.
+
+use super::associate::{Association, over_all, squared};
+use super::models::Models;
+use super::state::{Feature, State};
+use super::{Config, Joint};
+use nalgebra::{DMatrix, DVector};
+
+/// A feature with less of all detections says nothing of the pose.
+const LEAST_DETECTED: f64 = 0.02;
+
+/// Sums behind the mean squared innovation.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Innovations {
+    pub(super) squares: f64,
+    pub(super) shares: f64,
+}
+
+impl<M: Models> Joint<M> {
+    /// Corrects pose and features, then says of each whether it is there.
+    pub(super) fn correct(&self, state: &mut State, association: &Association, measurements: &[&[f64]]) -> Innovations {
+        let before = state.coordinates();
+        let mut innovations = Innovations::default();
+        for place in 0..state.features.len() {
+            let detection = association.detection[place];
+            if detection <= 0.0 {
+                continue;
+            }
+            let shares: Vec<f64> = association.shares.row(place).iter().copied().collect();
+            let beta: f64 = shares.iter().sum();
+            if beta >= LEAST_DETECTED {
+                self.correct_by(state, place, &shares, measurements, &mut innovations);
+            }
+            scanned(&mut state.features[place], detection, beta);
+        }
+        self.turn(state, &before);
+        innovations
+    }
+
+    /// The update of probabilistic data association by one feature.
+    fn correct_by(
+        &self,
+        state: &mut State,
+        place: usize,
+        shares: &[f64],
+        measurements: &[&[f64]],
+        innovations: &mut Innovations,
+    ) {
+        let Some(expected) = self.models.expected(&state.pose, &state.places[place]) else { return };
+        let h = over_all(state, place, &expected);
+        let s = &h * &state.covariance * h.transpose() + self.models.noise();
+        let inverse = s.clone().try_inverse().expect("R is positive definite");
+        let gain = &state.covariance * h.transpose() * &inverse;
+        let mut mean = DVector::zeros(s.nrows());
+        let mut spread = DMatrix::zeros(s.nrows(), s.nrows());
+        for (&share, z) in shares.iter().zip(measurements) {
+            let innovation = self.models.innovation(z, &expected.measurement);
+            mean += share * &innovation;
+            spread += share * &innovation * innovation.transpose();
+            innovations.squares += share * squared(&innovation, &inverse);
+        }
+        let beta: f64 = shares.iter().sum();
+        innovations.shares += beta;
+        let within = spread - &mean * mean.transpose() - beta * s;
+        state.covariance += &gain * within * gain.transpose();
+        state.shift(&(gain * mean));
+    }
+
+    /// P ← (I + c eᵀ) P (I + c eᵀ)ᵀ for what has moved since `before`.
+    pub(super) fn turn(&self, state: &mut State, before: &DVector<f64>) {
+        let moved = state.coordinates() - before;
+        let mut c = DVector::zeros(moved.len());
+        let firsts = (0..state.places.len()).map(|place| state.first(place));
+        for first in std::iter::once(0).chain(firsts) {
+            (c[first], c[first + 1]) = (-moved[first + 1], moved[first]);
+        }
+        let heading = M::FEATURE;
+        let row = state.covariance.row(heading).clone_owned();
+        let mut turned = &state.covariance + &c * row;
+        let column = turned.column(heading).clone_owned();
+        turned += column * c.transpose();
+        state.covariance = turned;
+    }
+
+    /// Existence after the time since the last scan.
+    pub(super) fn pass_time(&self, state: &mut State) {
+        let Config { in_sight_s, hidden_s, lifetime_s, .. } = self.config;
+        let (a, b, c, dt) = (1.0 / in_sight_s, 1.0 / hidden_s, 1.0 / lifetime_s, state.waited_s);
+        for feature in &mut state.features {
+            let (total, settled) = (feature.total(), feature.total() * a / (a + b));
+            let hidden = settled + (feature.hidden - settled) * (-(a + b) * dt).exp();
+            feature.hidden = hidden * (-c * dt).exp();
+            feature.in_sight = (total - hidden) * (-c * dt).exp();
+        }
+        state.waited_s = 0.0;
+    }
+}
+
+/// Existence by Bayes after a scan in which the feature has β of all detections.
+fn scanned(feature: &mut Feature, detection: f64, beta: f64) {
+    let Feature { in_sight: v, hidden: h, .. } = *feature;
+    let not_detected = 1.0 - detection * v;
+    (feature.in_sight, feature.hidden) = if not_detected > 0.0 {
+        let in_sight = beta + (1.0 - beta) * v * (1.0 - detection) / not_detected;
+        (in_sight.min(1.0), (1.0 - beta) * h / not_detected)
+    } else {
+        (1.0, 0.0)
+    };
+    feature.detections += beta;
+}

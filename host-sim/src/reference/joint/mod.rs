@@ -1,0 +1,114 @@
+//! The joint filter of `docs/joint.md` in full precision, written from that page as plainly as possible: `f64`, the heap, full
+//! matrices, every feature against every measurement, every message written out, every derivative taken by the numbers themselves.
+//!
+//! It shares nothing with the filter but that page. What the filter does against rounding and against numbers beyond all maps has
+//! no counterpart.
+
+mod associate;
+mod correct;
+mod dual;
+mod models;
+mod planar;
+mod space;
+mod state;
+#[cfg(test)]
+mod tests;
+mod tidy;
+
+pub use models::{Expected, Inverse, Models, Moved};
+pub use planar::Planar;
+pub use state::{Feature, State};
+
+/// Parameters, with the names of `docs/joint.md` and of the filter's configuration.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Config {
+    /// w_b.
+    pub birth_intensity: f64,
+    /// Least share of a measurement that nothing explains and that gives birth.
+    pub birth_share: f64,
+    /// Greatest squared Mahalanobis distance of a measurement to what is expected.
+    pub gate: f64,
+    /// Mean time in sight, s.
+    pub in_sight_s: f64,
+    /// Mean time hidden, s.
+    pub hidden_s: f64,
+    /// Mean time until something is taken away, s.
+    pub lifetime_s: f64,
+    /// Share of p_D behind a nearer detection.
+    pub behind: f64,
+    /// Least probability that a feature is there.
+    pub least_existence: f64,
+    /// The same of a tentative one in view.
+    pub least_tentative: f64,
+    /// Greatest squared Mahalanobis distance of features that are one.
+    pub merge_distance: f64,
+    /// Greatest number of features.
+    pub capacity: usize,
+}
+
+/// What a scan did.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Outcome {
+    /// Features in view before the scan.
+    pub in_view: usize,
+    /// Features born.
+    pub births: usize,
+    /// Measurements without an inverse in view.
+    pub no_birth: usize,
+    /// Births, or features in whose place they went, for which there was no room.
+    pub lost: usize,
+    /// Features merged.
+    pub merged: usize,
+    /// Features dropped.
+    pub dropped: usize,
+    /// ln L.
+    pub ln_evidence: f64,
+    /// Mean squared innovation by its dimension; 0 where nothing was detected.
+    pub innovation: f64,
+}
+
+/// The filter: parameters and models. What changes is in [`State`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Joint<M> {
+    /// Parameters.
+    pub config: Config,
+    /// Vehicle and sensor.
+    pub models: M,
+}
+
+impl<M: Models> Joint<M> {
+    /// The state before anything happened.
+    pub fn initial(&self, pose: Vec<f64>) -> State {
+        State::new(pose, M::POSE)
+    }
+
+    /// Moves the vehicle for `dt` seconds.
+    pub fn predict(&self, state: &mut State, control: &M::Control, dt: f64) {
+        state.waited_s += dt;
+        let Moved { pose, transition, noise } = self.models.moved(&state.pose, control, dt);
+        state.pose = pose;
+        let rows = &transition * state.covariance.rows(0, M::POSE);
+        state.covariance.rows_mut(0, M::POSE).copy_from(&rows);
+        let columns = state.covariance.columns(0, M::POSE) * transition.transpose();
+        state.covariance.columns_mut(0, M::POSE).copy_from(&columns);
+        let mut own = state.covariance.view_mut((0, 0), (M::POSE, M::POSE));
+        own += noise;
+    }
+
+    /// Takes in a scan.
+    pub fn scan(&self, state: &mut State, measurements: &[&[f64]]) -> Outcome {
+        self.pass_time(state);
+        let mut association = self.associate(state, measurements);
+        let in_view = association.detection.iter().filter(|&&p| p > 0.0).count();
+        let innovations = self.correct(state, &association, measurements);
+        let first_label = state.next_label;
+        let [births, no_birth, lost] = self.bear(state, &mut association, measurements);
+        let merged = self.merge(state, &mut association.detection);
+        let dropped = self.drop_unlikely(state, &mut association.detection, first_label);
+        let dimension = self.models.noise().nrows() as f64;
+        let innovation =
+            if innovations.shares > 0.0 { innovations.squares / (innovations.shares * dimension) } else { 0.0 };
+        let ln_evidence = association.ln_evidence;
+        Outcome { in_view, births, no_birth, lost, merged, dropped, ln_evidence, innovation }
+    }
+}

@@ -1,0 +1,161 @@
+//! Features come, turn out to be one, and go.
+
+use super::associate::{Association, squared};
+use super::models::Models;
+use super::state::{Feature, State};
+use super::{Config, Joint};
+use nalgebra::{DMatrix, DVector};
+
+/// What was detected less often is tentative.
+const TWICE: f64 = 1.5;
+/// What is less likely there is not merged.
+const LIKELY: f64 = 0.5;
+
+impl<M: Models> Joint<M> {
+    /// Adds a feature for every measurement that nothing explains well; how many could not be, for want of room or of an inverse.
+    pub(super) fn bear(&self, state: &mut State, association: &mut Association, measurements: &[&[f64]]) -> [usize; 3] {
+        let Config { birth_share, birth_intensity, capacity, .. } = self.config;
+        let (mut births, mut no_birth, mut lost) = (0, 0, 0);
+        for (index, z) in measurements.iter().enumerate() {
+            let unexplained = association.unexplained[index];
+            let v = (unexplained * birth_intensity / association.ln_lambda[index].exp()).min(1.0);
+            if unexplained < birth_share || v <= 0.0 {
+                continue;
+            }
+            let label = state.next_label;
+            state.next_label = label.wrapping_add(1);
+            let inverse = self.models.inverse(&state.pose, z);
+            let expected = inverse.as_ref().and_then(|m| self.models.expected(&state.pose, m.feature.as_slice()));
+            let (Some(inverse), Some(expected)) = (inverse, expected.filter(|expected| expected.detection > 0.0))
+            else {
+                no_birth += 1;
+                continue;
+            };
+            if state.features.len() == capacity {
+                lost += 1;
+                let total = |place: &usize| state.features[*place].total();
+                let weakest = (0..capacity).min_by(|a, b| total(a).total_cmp(&total(b)));
+                let Some(weakest) = weakest.filter(|place| total(place) < v) else { continue };
+                state.drop_feature(weakest);
+                association.detection.swap_remove(weakest);
+            }
+            let by_pose = -&inverse.by_measurement * expected.by_pose;
+            let own = &inverse.by_measurement * self.models.noise() * inverse.by_measurement.transpose();
+            add(state, &inverse.feature, &by_pose, &own);
+            state.features.push(Feature { label, in_sight: v, hidden: 0.0, detections: v });
+            association.detection.push(0.0);
+            births += 1;
+        }
+        [births, no_birth, lost]
+    }
+
+    /// Makes features one that are; how many.
+    pub(super) fn merge(&self, state: &mut State, detection: &mut Vec<f64>) -> usize {
+        let pose = state.pose.clone();
+        let (mut merged, mut one) = (0, 0);
+        // How far everything that is left has moved.
+        let mut before = state.coordinates();
+        while one < state.features.len() {
+            let alone = is_established(state, detection, one).then(|| self.told_by_one(&pose, &state.places[one]));
+            let mean = place_of(state, one);
+            let mut other = one + 1;
+            while let Some(alone) = alone.as_ref().and_then(Option::as_ref).filter(|_| other < state.features.len()) {
+                let near = is_established(state, detection, other)
+                    && squared(&(place_of(state, other) - &mean), alone) <= self.config.merge_distance;
+                if near && self.join(state, one, other) {
+                    let (first, each) = (state.first(other), M::FEATURE);
+                    let mut left: Vec<f64> = before.iter().copied().collect();
+                    let last = left.split_off(left.len() - each);
+                    if other + 1 < state.features.len() {
+                        left[first..first + each].copy_from_slice(&last);
+                    }
+                    before = DVector::from_vec(left);
+                    state.drop_feature(other);
+                    detection.swap_remove(other);
+                    merged += 1;
+                } else {
+                    other += 1;
+                }
+            }
+            one += 1;
+        }
+        if merged > 0 {
+            self.turn(state, &before);
+        }
+        merged
+    }
+
+    /// (H* R H*ᵀ)⁻¹ at what one measurement of the place would be.
+    fn told_by_one(&self, pose: &[f64], place: &[f64]) -> Option<DMatrix<f64>> {
+        let expected = self.models.expected(pose, place)?;
+        let inverse = self.models.inverse(pose, expected.measurement.as_slice())?;
+        (&inverse.by_measurement * self.models.noise() * inverse.by_measurement.transpose()).try_inverse()
+    }
+
+    /// Takes in m_one = m_other, if their covariances let it be; whether they did.
+    fn join(&self, state: &mut State, one: usize, other: usize) -> bool {
+        let each = M::FEATURE;
+        let mut h = DMatrix::zeros(each, state.covariance.nrows());
+        for k in 0..each {
+            h[(k, state.first(one) + k)] = 1.0;
+            h[(k, state.first(other) + k)] = -1.0;
+        }
+        let s = &h * &state.covariance * h.transpose();
+        let apart = place_of(state, other) - place_of(state, one);
+        let Some(factor) = s.clone().cholesky() else { return false };
+        let inverse = factor.inverse();
+        // NaN is not near.
+        if squared(&apart, &inverse).partial_cmp(&self.config.merge_distance).is_none_or(|order| order.is_gt()) {
+            return false;
+        }
+        let gain = &state.covariance * h.transpose() * inverse;
+        state.covariance -= &gain * s * gain.transpose();
+        state.shift(&(gain * apart));
+        let (a, b) = (state.features[one], state.features[other]);
+        let likelier = if a.total() >= b.total() { a } else { b };
+        let label = if a.detections >= b.detections { a.label } else { b.label };
+        state.features[one] = Feature { label, detections: a.detections + b.detections, ..likelier };
+        true
+    }
+
+    /// Drops what is hardly there, but for what was born in this scan; how many.
+    pub(super) fn drop_unlikely(&self, state: &mut State, detection: &mut Vec<f64>, first_label: u32) -> usize {
+        let Config { least_existence, least_tentative, .. } = self.config;
+        let mut dropped = 0;
+        for place in (0..state.features.len()).rev() {
+            let feature = state.features[place];
+            let is_new = feature.label.wrapping_sub(first_label) < u32::MAX / 2;
+            let tentative = feature.detections < TWICE && detection[place] > 0.0;
+            let least = if tentative { least_tentative.max(least_existence) } else { least_existence };
+            if !is_new && feature.total() < least {
+                state.drop_feature(place);
+                detection.swap_remove(place);
+                dropped += 1;
+            }
+        }
+        dropped
+    }
+}
+
+fn place_of(state: &State, place: usize) -> DVector<f64> {
+    DVector::from_column_slice(&state.places[place])
+}
+
+fn is_established(state: &State, detection: &[f64], place: usize) -> bool {
+    let feature = state.features[place];
+    detection[place] > 0.0 && feature.detections >= TWICE && feature.total() >= LIKELY
+}
+
+/// Adds a place with P_m· = J P_x· and P_mm = J P_xx Jᵀ + `own`.
+fn add(state: &mut State, place: &DVector<f64>, by_pose: &DMatrix<f64>, own: &DMatrix<f64>) {
+    let (len, each, uncertain) = (state.covariance.nrows(), place.len(), by_pose.ncols());
+    let cross = by_pose * state.covariance.rows(0, uncertain);
+    let block = cross.columns(0, uncertain) * by_pose.transpose() + own;
+    let mut grown = DMatrix::zeros(len + each, len + each);
+    grown.view_mut((0, 0), (len, len)).copy_from(&state.covariance);
+    grown.view_mut((len, 0), (each, len)).copy_from(&cross);
+    grown.view_mut((0, len), (len, each)).copy_from(&cross.transpose());
+    grown.view_mut((len, len), (each, each)).copy_from(&block);
+    state.covariance = grown;
+    state.places.push(place.iter().copied().collect());
+}

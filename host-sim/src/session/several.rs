@@ -1,0 +1,122 @@
+//! Several sensors and fixes.
+
+use super::*;
+use crate::ekf::Association;
+use crate::log::{Log, Mounting, NamedSensor, Nominal, PoseFix, Scan, Sensor};
+use crate::log_folder;
+use crate::scenario;
+use crate::settings::Settings;
+use crate::slam::Precision;
+use std::f64::consts::{FRAC_PI_2, PI};
+
+const EKF: Filter = Filter::Ekf(Association::NearestNeighbour);
+
+/// The survey as two sensors, which look to the left and to the right, see it at the same times.
+fn halved(log: &Log) -> Log {
+    let half = |yaw_rad| Sensor {
+        bearing_min_rad: -FRAC_PI_2,
+        bearing_max_rad: FRAC_PI_2,
+        mounting: Mounting { yaw_rad, ..Mounting::NONE },
+        ..log.sensor
+    };
+    let nominal = Nominal { clutter_per_scan: log.nominal.clutter_per_scan.map(|all| 0.5 * all), ..log.nominal };
+    let scans = log.scans.iter().flat_map(|scan| {
+        [(0, 1.0), (1, -1.0)].map(|(sensor, side)| {
+            let own = scan.detections.iter().filter(|[_, bearing]| (side * bearing) > 0.0);
+            let detections = own.map(|&[range, bearing]| [range, bearing - side * FRAC_PI_2]).collect();
+            Scan { t_s: scan.t_s, sensor, detections, ..Scan::default() }
+        })
+    });
+    assert!(log.sensor.bearing_max_rad == PI && log.others.is_empty());
+    Log {
+        sensor: half(FRAC_PI_2),
+        sensor_name: "left".into(),
+        nominal,
+        others: vec![NamedSensor { name: "right".into(), sensor: half(-FRAC_PI_2), nominal }],
+        scans: scans.collect(),
+        ..log.clone()
+    }
+}
+
+/// What lies within a metre of a landmark, seen from the true poses.
+fn unclutter(log: &Log) -> Log {
+    let mut log = log.clone();
+    let seats: Vec<Mounting> = log.sensors().map(|(_, sensor, _)| sensor.mounting).collect();
+    for scan in &mut log.scans {
+        let truth = truth::at(&log.truth, scan.t_s).unwrap();
+        let [x, y] = truth.position;
+        let [x, y, heading] = seats[scan.sensor].seat([x, y, truth.heading_rad.unwrap()]);
+        scan.detections.retain(|[range, bearing]| {
+            let place = [x + range * (heading + bearing).cos(), y + range * (heading + bearing).sin()];
+            log.landmarks.iter().any(|landmark| (landmark[0] - place[0]).hypot(landmark[1] - place[1]) < 1.0)
+        });
+    }
+    log
+}
+
+#[test]
+fn two_half_views_estimate_what_the_full_view_does() {
+    let whole = Log { scans: scenario::survey(2).scans[..320].to_vec(), ..scenario::survey(2) };
+    let folder = tempfile::tempdir().unwrap();
+    log_folder::write(&halved(&whole), &folder.path().join("halves")).unwrap();
+    let halves = log_folder::read(&folder.path().join("halves")).unwrap();
+    for filter in [Filter::Joint(Precision::F64), Filter::Core(Precision::F64), EKF] {
+        // Nearest neighbours are lost in clutter.
+        let [whole, halves] = [&whole, &halves].map(|log| if filter == EKF { unclutter(log) } else { log.clone() });
+        let run = |log: &Log| run::<Planar>(log, &informed(log), filter, 1, &mut |_| ()).unwrap().record;
+        let (one, two) = (run(&whole), run(&halves));
+        let apart = one
+            .scans
+            .iter()
+            .zip(two.scans.chunks(2))
+            .map(|(one, two)| (one.pose[0] - two[1].pose[0]).hypot(one.pose[1] - two[1].pose[1]));
+        let squares: f64 = apart.map(|apart| apart * apart).sum();
+        let rms = (squares / one.scans.len() as f64).sqrt();
+        println!("{filter:?}: {rms} m, {} and {} features", one.map.len(), two.map.len());
+        assert!(rms < 0.05, "{filter:?}: {rms} m apart");
+        // Which of its false landmarks it keeps, the order of detections decides for nearest neighbours.
+        let alike = one.map.len().abs_diff(two.map.len()) <= 3;
+        assert!(alike || filter == EKF, "{} and {}", one.map.len(), two.map.len());
+    }
+}
+
+/// What draws little, so that two runs differ by what they are told alone.
+fn informed(log: &Log) -> Settings {
+    let mut settings = Settings::for_log(log);
+    (settings.filter.particles, settings.filter.proposal_sampled_fraction) = (1, 0.0);
+    settings
+}
+
+#[test]
+fn fixes_are_counted_and_one_far_off_is_left_out() {
+    let mut log = scenario::survey_fixes(1);
+    log.scans.truncate(250);
+    let Some(PoseFix::Position(second)) = log.fixes.get_mut(1).map(|fix| &mut fix.measured) else { panic!() };
+    second[0] += 50.0;
+    log.fix_noise.gate = Some(25.0);
+    for filter in [Filter::Joint(Precision::F32), Filter::Core(Precision::F32), EKF] {
+        let summary = run::<Planar>(&log, &informed(&log), filter, 1, &mut |_| ()).unwrap().summary;
+        assert_eq!((summary.fixes, summary.fixes_left_out), (2, 1), "{filter:?}");
+        // Nearest neighbours are lost in clutter, fixes or not.
+        let most_m = if filter == EKF { 1.0 } else { 0.5 };
+        assert!(summary.position_rmse_m.unwrap() < most_m, "{filter:?}: {:?}", summary.position_rmse_m);
+    }
+    let refused = run::<Planar>(&log, &informed(&log), Filter::Reference, 1, &mut |_| ()).unwrap_err().to_string();
+    assert!(refused.contains("the reference takes no fixes"), "{refused}");
+}
+
+/// Where nothing is seen at all, fixes are all there is: they hold what odometry alone loses.
+#[test]
+fn fixes_hold_a_filter_that_sees_nothing() {
+    let mut log = scenario::survey_fixes(1);
+    log.scans.iter_mut().for_each(|scan| scan.detections.clear());
+    for filter in [Filter::Joint(Precision::F32), EKF] {
+        let of = |log: &Log| {
+            let summary = run::<Planar>(log, &informed(log), filter, 1, &mut |_| ()).unwrap().summary;
+            summary.position_rmse_m.unwrap()
+        };
+        let (with, without) = (of(&log), of(&Log { fixes: Vec::new(), ..log.clone() }));
+        println!("{filter:?}: {with} m, {without} m without");
+        assert!(with < 0.9 * without, "{filter:?}: {with} m, {without} m without");
+    }
+}

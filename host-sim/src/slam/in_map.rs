@@ -1,0 +1,111 @@
+//! The joint filter in a map of an earlier drive, in the plane.
+
+use super::contract::{FoundPlace, Refusal, Search, refusal};
+use super::joint_filter::FEATURES;
+use nalgebra::Vector2;
+use scphd::{
+    Component, Detector, JointSlam, Locator, LocatorConfig, LocatorReport, LocatorState, MeasurementModel, Motion,
+    PlanarPose, Pose, Real, Vector, from_slice, into_slice, restore_map, save_map,
+};
+
+/// Places that are weighed against each other.
+const HYPOTHESES: usize = 32;
+/// Bytes of a map of as many features as there is room for, in double precision, and some for the frame.
+const MAP_BYTES: usize = 64 * FEATURES + 64;
+/// Maps of the simulator are all of one kind: what is theirs tells the scalar.
+const KIND: u32 = 0;
+
+type Memory<T> = LocatorState<T, FEATURES, HYPOTHESES>;
+
+/// What a joint filter can do with maps of earlier drives.
+pub(crate) trait InMap<M: Motion, X: MeasurementModel<Pose = M::Pose>> {
+    /// Starts in a map: at a pose, or looking for it.
+    fn start(
+        &mut self,
+        slam: &mut JointSlam<'_, M, X::Measurement>,
+        file: &[u8],
+        known: Option<M::Pose>,
+    ) -> Result<(), Refusal>;
+
+    /// After every scan: goes on with the search, and into the map where it has found the place.
+    fn look(&mut self, slam: &mut JointSlam<'_, M, X::Measurement>, detector: &Detector<X>) -> Result<(), Refusal>;
+
+    /// How the search went.
+    fn search(&self) -> Option<Search>;
+
+    /// The estimated map as bytes.
+    fn file(&self, slam: &JointSlam<'_, M, X::Measurement>) -> Result<Vec<u8>, Refusal>;
+}
+
+/// In the plane.
+pub(crate) struct PlanarMap<T: Real> {
+    map: Vec<Component<Vector2<T>>>,
+    memory: Option<Box<Memory<T>>>,
+    search: Option<Search>,
+}
+
+impl<T: Real> PlanarMap<T> {
+    pub(crate) fn new() -> Self {
+        Self { map: Vec::new(), memory: None, search: None }
+    }
+}
+
+impl<T, M, X> InMap<M, X> for PlanarMap<T>
+where
+    T: Real,
+    M: Motion<Pose = PlanarPose<T>>,
+    X: MeasurementModel<Pose = PlanarPose<T>>,
+{
+    fn start(
+        &mut self,
+        slam: &mut JointSlam<'_, M, X::Measurement>,
+        file: &[u8],
+        known: Option<PlanarPose<T>>,
+    ) -> Result<(), Refusal> {
+        let mut map = vec![Component::ZERO; FEATURES];
+        let features = restore_map(KIND, &mut map, from_slice(file)).map_err(refusal)?;
+        map.truncate(features);
+        self.map = map;
+        if let Some(pose) = known {
+            slam.reset(pose).map_err(refusal)?;
+            return slam.load_map(&self.map).map_err(refusal);
+        }
+        let mut memory = Box::new(Memory::new());
+        Locator::new(LocatorConfig::default(), &mut memory).map_err(refusal)?.load_map(&self.map).map_err(refusal)?;
+        self.memory = Some(memory);
+        self.search = Some(Search { scans: 0, found: None, elsewhere: 1.0 });
+        // Until it is found, the vehicle maps in a frame of its own.
+        slam.reset(PlanarPose::ZERO).map_err(refusal)
+    }
+
+    fn look(&mut self, slam: &mut JointSlam<'_, M, X::Measurement>, detector: &Detector<X>) -> Result<(), Refusal> {
+        let (Some(memory), Some(search)) = (&mut self.memory, &mut self.search) else { return Ok(()) };
+        let estimate = slam.estimate_pose().ok_or_else(|| refusal("not started"))?;
+        let mut locator = Locator::new(LocatorConfig::default(), &mut **memory).map_err(refusal)?;
+        let LocatorReport { found, elsewhere, .. } = locator.look(detector, &estimate, slam.features());
+        search.scans += 1;
+        search.elsewhere = elsewhere.to_f64();
+        let Some(place) = found else { return Ok(()) };
+        let coordinates = place.pose.mean.coordinates();
+        search.found = Some(FoundPlace {
+            pose: std::array::from_fn(|k| coordinates.at(k).to_f64()),
+            probability: place.probability.to_f64(),
+            matched: place.matched,
+        });
+        self.memory = None;
+        slam.reset_within(place.pose.mean, &place.pose.covariance).map_err(refusal)?;
+        slam.load_map(&self.map).map_err(refusal)
+    }
+
+    fn search(&self) -> Option<Search> {
+        self.search
+    }
+
+    fn file(&self, slam: &JointSlam<'_, M, X::Measurement>) -> Result<Vec<u8>, Refusal> {
+        let features: Vec<_> = slam.features().collect();
+        let mut bytes = vec![0; MAP_BYTES];
+        let len = save_map(KIND, features.into_iter(), into_slice(&mut bytes)).map_err(refusal)?;
+        bytes.truncate(len);
+        Ok(bytes)
+    }
+}
