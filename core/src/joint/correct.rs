@@ -1,30 +1,15 @@
 //! The update of the joint Gaussian: feature by feature, with all measurements that it has a share of.
 
 use super::associate::Predicted;
-use super::covariance::{Common, symmetric};
+use super::covariance::{Common, RowsOf, symmetric};
+use super::report::Tally;
 use super::state::{Explained, Memory};
 use crate::numerics::vector::{applied, product};
 use crate::report::watch::Recognised;
-use crate::{Linear, Matrix, Pose, PositionOf, Real, Sensor, Symmetric, TangentOf, Vector, Zero};
+use crate::{Linear, Matrix, Pose, PositionOf, Real, Sensor, TangentOf, Vector, Zero};
 
 /// A feature that has less than this share of all detections together says nothing of the pose.
 pub(super) const LEAST_DETECTED: f64 = 0.02;
-
-/// What the corrections of a scan did.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Corrected<T> {
-    /// Σ s νᵀ S⁻¹ ν, and Σ s.
-    pub(super) squares: T,
-    pub(super) shares: T,
-    /// Σ p_D v over the features in view.
-    pub(super) expected: T,
-    /// Their shares of all measurements.
-    pub(super) detected: T,
-    /// What became of the known ones.
-    pub(super) known: Recognised<T>,
-    /// Corrections left out because rounding had spoilt the covariance of their innovation.
-    pub(super) left_out: usize,
-}
 
 /// Takes in the scan, feature by feature in the order of their places, each linearised at what the ones before have left; then
 /// whether each is there.
@@ -32,47 +17,36 @@ pub(super) fn correct<T, S, Z>(
     sensor: &S,
     memory: &mut Memory<'_, S::Pose, Z>,
     measurements: &[S::Measurement],
-) -> Corrected<T>
+) -> Tally<T>
 where
     T: Real,
     S: Sensor<Pose: Pose<Scalar = T>>,
     Z: Vector<Scalar = T>,
 {
-    let mut corrected = Corrected {
-        squares: T::ZERO,
-        shares: T::ZERO,
-        expected: T::ZERO,
-        detected: T::ZERO,
-        known: Recognised::NOTHING,
-        left_out: 0,
-    };
+    let mut tally = Tally::NOTHING;
     for place in 0..memory.known.len {
         let Some(detection) = memory.slots.get(place).map(|slot| slot.detection) else { break };
         if !(detection > T::ZERO) {
             continue;
         }
-        let detected = shares(memory.explained, place, measurements).fold(T::ZERO, |sum, (share, _)| sum + share);
-        if detected >= T::from_f64(LEAST_DETECTED) && !move_by(sensor, memory, place, measurements, &mut corrected) {
-            corrected.left_out += 1;
+        let detected = detected(memory.explained, place, measurements);
+        if detected >= T::from_f64(LEAST_DETECTED) && !move_by(sensor, memory, place, measurements, &mut tally) {
+            tally.left_out += 1;
         }
         if let Some(slot) = memory.slots.get_mut(place) {
-            let (before, is_known) = (slot.existence.in_sight, memory.known.watch.knows(slot.label));
+            let before = slot.existence.in_sight;
             slot.existence = slot.existence.scanned(detection, detected);
-            corrected.expected += detection * before;
-            corrected.detected += detected;
-            if is_known {
-                corrected.known.expected += detection * before;
-                corrected.known.detected += detected;
-                corrected.known.given_up += detection * (before - slot.existence.in_sight);
-            }
+            let given_up = detection * (before - slot.existence.in_sight);
             slot.detections += detected;
+            let seen = Recognised { expected: detection * before, detected, given_up };
+            tally.count(memory.known.watch.knows(slot.label), seen);
         }
     }
-    corrected
+    tally
 }
 
 /// The measurements that a feature has a share of, and the share s.
-pub(super) fn shares<'m, T: Real, Y>(
+fn shares<'m, T: Real, Y>(
     explained: &'m [Explained<T>],
     place: usize,
     measurements: &'m [Y],
@@ -83,30 +57,48 @@ pub(super) fn shares<'m, T: Real, Y>(
     })
 }
 
-/// Moves pose and features by one feature's shares; whether it could.
-fn move_by<T, S, Z>(
+/// Σ s of one feature.
+pub(super) fn detected<T: Real, Y>(explained: &[Explained<T>], place: usize, measurements: &[Y]) -> T {
+    shares(explained, place, measurements).fold(T::ZERO, |sum, (share, _)| sum + share)
+}
+
+/// What one feature's shares of a scan tell.
+pub(super) struct Told<P: Pose, Y: Vector, Z: Vector> {
+    /// The rows of P Hᵀ that are the pose's; the features' are in the memory.
+    pub(super) pose: RowsOf<TangentOf<P>, Z>,
+    /// S⁻¹.
+    pub(super) inverse: Linear<Y, Y>,
+    /// S⁻¹ ν̄.
+    pub(super) step: Y,
+    /// S⁻¹ (Σ s ν νᵀ − ν̄ ν̄ᵀ) S⁻¹: what not knowing the cause leaves open.
+    pub(super) spread: Linear<Y, Y>,
+    /// Σ s.
+    pub(super) detected: Y::Scalar,
+}
+
+/// What a feature's shares tell, linearised at the means as they are; `None` where it cannot be measured from here or rounding
+/// has spoilt the covariance of its innovation.
+pub(super) fn tell<T, S, Z>(
     sensor: &S,
     memory: &mut Memory<'_, S::Pose, Z>,
     place: usize,
     measurements: &[S::Measurement],
-    corrected: &mut Corrected<T>,
-) -> bool
+    tally: &mut Tally<T>,
+) -> Option<Told<S::Pose, S::Measurement, Z>>
 where
     T: Real,
     S: Sensor<Pose: Pose<Scalar = T>>,
     Z: Vector<Scalar = T>,
 {
     let Memory { known, slots, joint, common, explained, .. } = memory;
-    let Some(slot) = slots.get(place) else { return false };
-    let Some(predicted) = Predicted::of(sensor, &sensor.frame(&known.pose), &slot.mean) else { return false };
-    let Predicted { measurement, by_pose, by_feature } = predicted;
-    let features = known.len;
+    let slot = slots.get(place)?;
+    let Predicted { measurement, by_pose, by_feature } = Predicted::of(sensor, &sensor.frame(&known.pose), &slot.mean)?;
     let mut common = Common::over(common);
-    joint.common::<S::Measurement, Z>(place, &by_pose, &by_feature, features, &mut common);
+    joint.common::<S::Measurement, Z>(place, &by_pose, &by_feature, known.len, &mut common);
     let own = common.features.get(place).map_or(&[][..], |rows| rows.as_ref());
     let full = rows::<S::Measurement, TangentOf<S::Pose>, Z>(&by_pose, common.pose.as_ref())
         + rows::<S::Measurement, PositionOf<S::Pose>, Z>(&by_feature, own);
-    let Some(factor) = symmetric::<S::Measurement>(&full).plus(sensor.noise()).factor() else { return false };
+    let factor = symmetric::<S::Measurement>(&full).plus(sensor.noise()).factor()?;
 
     let mut squares: Linear<S::Measurement, S::Measurement> = Zero::ZERO;
     let (mut mean, mut detected) = (S::Measurement::ZERO, T::ZERO);
@@ -115,43 +107,54 @@ where
         mean += innovation * share;
         squares = squares + outer(&innovation) * share;
         detected += share;
-        corrected.squares += share * factor.mahalanobis(&innovation);
+        tally.squares += share * factor.mahalanobis(&innovation);
     }
-    corrected.shares += detected;
+    tally.shares += detected;
+    let inverse = factor.inverse().to_matrix();
+    let of_mean = outer(&mean);
+    let open = Matrix::with(|row, column| squares.at(row, column) - of_mean.at(row, column));
+    let sandwich = product::<S::Measurement, S::Measurement, S::Measurement>;
+    let spread = sandwich(&sandwich(&inverse, &open), &inverse);
+    let step = applied::<S::Measurement, S::Measurement>(&inverse, &mean);
+    Some(Told { pose: common.pose, inverse, step, spread, detected })
+}
+
+/// Moves pose and features by one feature's shares; whether it could.
+fn move_by<T, S, Z>(
+    sensor: &S,
+    memory: &mut Memory<'_, S::Pose, Z>,
+    place: usize,
+    measurements: &[S::Measurement],
+    tally: &mut Tally<T>,
+) -> bool
+where
+    T: Real,
+    S: Sensor<Pose: Pose<Scalar = T>>,
+    Z: Vector<Scalar = T>,
+{
+    let Some(told) = tell(sensor, memory, place, measurements, tally) else { return false };
+    let Told { pose, inverse, step, spread, detected } = told;
     // P⁺ = P − β K S Kᵀ + K (Σ s ν νᵀ − ν̄ ν̄ᵀ) Kᵀ = P + (P Hᵀ) B (P Hᵀ)ᵀ.
-    let (by, step) = steps::<S::Measurement>(&factor.inverse(), &squares, &mean, detected);
+    let by = Matrix::with(|row, column| spread.at(row, column) - inverse.at(row, column) * detected);
+    let by = symmetric::<S::Measurement>(&by);
     if !(by.is_finite() && step.as_slice().iter().all(|x| x.is_finite())) {
         return false;
     }
+    let Memory { known, joint, common, .. } = memory;
     // Among as many coordinates as the widest measurement has; the others are zero.
-    joint.add_product::<Z>(&common, &Matrix::with(|row, column| by.get(row, column)), features);
-    let pose = common.pose;
+    let by = Matrix::with(|row, column| by.get(row, column));
+    joint.add_product::<Z>(&Common { pose, features: common }, &by, known.len);
     memory.shift(&pose, &Z::with(|z| step.at(z)));
     true
 }
 
-/// How the covariance steps, and how the state does: B and S⁻¹ ν̄.
-fn steps<Y: Vector>(
-    inverse: &Symmetric<Y>,
-    squares: &Linear<Y, Y>,
-    mean: &Y,
-    detected: Y::Scalar,
-) -> (Symmetric<Y>, Y) {
-    let inverse = inverse.to_matrix();
-    let of_mean = outer(mean);
-    let spread = Matrix::with(|row, column| squares.at(row, column) - of_mean.at(row, column));
-    let within = product::<Y, Y, Y>(&product::<Y, Y, Y>(&inverse, &spread), &inverse);
-    let by = Matrix::with(|row, column| within.at(row, column) - inverse.at(row, column) * detected);
-    (symmetric::<Y>(&by), applied::<Y, Y>(&inverse, mean))
-}
-
 /// v vᵀ.
-pub(super) fn outer<Y: Vector>(v: &Y) -> Linear<Y, Y> {
+fn outer<Y: Vector>(v: &Y) -> Linear<Y, Y> {
     Matrix::with(|row, column| v.at(row) * v.at(column))
 }
 
 /// H times the rows of (P Hᵀ) of what it is by.
-pub(super) fn rows<Y, N, Z>(h: &Linear<Y, N>, common: &[Z]) -> Linear<Y, Y>
+fn rows<Y, N, Z>(h: &Linear<Y, N>, common: &[Z]) -> Linear<Y, Y>
 where
     Y: Vector,
     N: Vector<Scalar = Y::Scalar>,

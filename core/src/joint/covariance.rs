@@ -161,6 +161,22 @@ impl<T: Real, P: Pose<Scalar = T>> Joint<'_, P> {
         });
     }
 
+    /// Adds a feature behind so many, independent of everything, and so far without a covariance.
+    pub(super) fn put_alone(&mut self, features: usize) {
+        let (first, behind) = (first::<P>(features), first::<P>(features + 1));
+        for row in first..behind {
+            (0..=row).for_each(|column| self.set(row, column, T::ZERO));
+        }
+    }
+
+    /// Sets the covariance of a feature with another, or with itself.
+    pub(super) fn put_block(&mut self, one: usize, other: usize, of: impl Fn(usize, usize) -> T) {
+        let (one, other) = (first::<P>(one), first::<P>(other));
+        for row in 0..P::Position::DIMENSION {
+            (0..P::Position::DIMENSION).for_each(|column| self.set(one + row, other + column, of(row, column)));
+        }
+    }
+
     /// P Hᵀ for a measurement of the pose alone.
     pub(super) fn common_with_pose<Y: Vector<Scalar = T>, Z: Vector<Scalar = T>>(
         &self,

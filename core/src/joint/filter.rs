@@ -1,15 +1,11 @@
 //! The filter over a joint map.
 
 use super::archive::{Archive, Archived, JointArchive, NoArchive};
-use super::associate::associate;
 use super::config::JointConfig;
-use super::correct::correct;
 use super::covariance::{first, sandwiched};
 use super::existence::Existence;
-use super::park::{Parked, park};
-use super::recall::visit;
 use super::state::{JointState, Memory};
-use super::tidy::{bear, drop_spoilt, drop_unlikely, merge};
+use super::tidy::TENTATIVE;
 use super::walk::walk_archive;
 use crate::models::require;
 use crate::numerics::fnv::Fnv;
@@ -18,58 +14,9 @@ use crate::particles::cursor::passed;
 use crate::report::watch::Watch;
 use crate::snapshot::visit::Visit;
 use crate::{
-    Component, Detector, Health, Linearised, Matrix, MeasurementModel, Motion, Pose, PoseEstimate, PositionOf,
-    PredictError, PredictReport, Real, ResetError, ScalarOf, ScanError, Sensor, SetupError, Symmetric, TangentOf,
-    Vector,
+    Component, Health, Linearised, Matrix, Motion, Pose, PoseEstimate, PositionOf, PredictError, PredictReport, Real,
+    ResetError, ScalarOf, SetupError, Symmetric, TangentOf, Vector,
 };
-
-/// What a scan of a [`JointSlam`] did.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[non_exhaustive]
-pub struct JointReport<T> {
-    /// Measurements in the scan.
-    pub measurements: usize,
-    /// Features in view before the scan.
-    pub in_view: usize,
-    /// Predictions refused since the scan before.
-    pub refused: usize,
-    /// Features born.
-    pub births: usize,
-    /// Measurements that could not give birth, because they have no inverse or one that is out of view.
-    pub no_birth: usize,
-    /// Features dropped because they are hardly there.
-    pub dropped: usize,
-    /// Features that turned out to be another one.
-    pub merged: usize,
-    /// Births, or features in whose place they went, for which there was no room.
-    pub lost: usize,
-    /// Corrections left out, and features dropped, because rounding had spoilt their covariances.
-    pub spoilt: usize,
-    /// Features that went into the archive, far from the vehicle.
-    pub parked: usize,
-    /// Features that came back out of it.
-    pub recalled: usize,
-    /// Features that the archive had no room for, or that went in their place.
-    pub forgotten: usize,
-    /// Features after the scan, without those in the archive.
-    pub features: usize,
-    /// ln of the likelihood of the scan given all before, up to a constant.
-    pub ln_evidence: T,
-    /// Detections to be expected of the features in view: Σ p_D v.
-    pub expected_detections: T,
-    /// Measurements that the features in view explain, by their shares. Far less than expected of a map that is well known, scan after
-    /// scan, says that the vehicle is not where it is taken to be.
-    pub detections: T,
-    /// Mean of νᵀ S⁻¹ ν over the detections, by their shares, per dimension of the measurement; about 1 for a consistent filter;
-    /// 0 where nothing was detected.
-    pub innovation: T,
-    /// Conditions.
-    pub health: Health,
-}
-
-/// Mean squared innovations above this are a condition.
-pub(super) const INNOVATION_HIGH: f64 = 2.0;
 
 /// SLAM with a joint map: motion and tuning over a [`JointState`]; the sensors are [detectors](Detector), given with every scan.
 ///
@@ -234,99 +181,6 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, A: Archi
         Ok(PredictReport { candidates: 1, rejected, refused: known.refused, health })
     }
 
-    /// Takes in one scan of one of the vehicle's sensors, whose measurements have at most as many dimensions as the state's `Z`.
-    /// Of births that move a joint map knows nothing: all features stand still.
-    ///
-    /// # Errors
-    /// A measurement is not finite, there are more than the state holds, the detector is to [learn](Detector::learning), or the filter has
-    /// not been reset; the state is as it was.
-    pub fn scan<X: MeasurementModel<Pose = M::Pose>, R>(
-        &mut self,
-        detector: &Detector<X, R>,
-        measurements: &[X::Measurement],
-    ) -> Result<JointReport<T>, ScanError> {
-        const {
-            assert!(
-                X::Measurement::DIMENSION <= Z::DIMENSION,
-                "the state has no room for measurements of this dimension"
-            )
-        };
-        if !self.memory.known.started {
-            return Err(ScanError::NotStarted);
-        }
-        if detector.online.learns() {
-            return Err(ScanError::Learning);
-        }
-        ScanError::check(measurements, self.memory.explained.len())?;
-        let models = detector.on_vehicle();
-        let sensor = models.sensor();
-        if sensor.noise().factor().is_none() {
-            return Err(ScanError::SensorNoise);
-        }
-        let ln_birth = detector.births.of_static.ln();
-        let Self { config, memory, archive, .. } = self;
-        let mut shelf = archive.shelf();
-        let passage = config.persistence.over(memory.known.waited_s);
-        memory.slots.iter_mut().take(memory.known.len).for_each(|slot| slot.existence = slot.existence.after(&passage));
-        let mut trial = shelf.as_mut().map(|shelf| {
-            shelf.pass(memory.known.waited_s);
-            visit(shelf, &config.persistence, memory)
-        });
-        let (in_view, ln_evidence) = associate(&models, ln_birth, config, memory, measurements);
-        let recalled = match (&mut trial, &mut shelf) {
-            (Some(trial), Some(shelf)) => trial.judge(shelf, memory, measurements.len()),
-            _ => 0,
-        };
-        let corrected = correct(sensor, memory, measurements);
-        if let Some(trial) = trial {
-            trial.end(memory);
-        }
-        memory.follow();
-        let first_label = memory.known.next_label;
-        let born = bear(&models, ln_birth, config, memory, measurements);
-        let merged = merge(sensor, config, memory);
-        if merged > 0 {
-            memory.follow();
-        }
-        let spoilt = drop_spoilt(memory);
-        let dropped = drop_unlikely(config, memory, first_label);
-        let parked = shelf.as_mut().map_or_else(Parked::default, |shelf| park(shelf, memory));
-        let known = &mut *memory.known;
-        let watched = known.watch.scanned(&corrected.known, measurements.len(), known.waited_s, known.next_label);
-        let refused = core::mem::take(&mut known.refused);
-        known.waited_s = T::ZERO;
-        let innovation = if corrected.shares > T::ZERO {
-            corrected.squares / (corrected.shares * T::from_usize(X::Measurement::DIMENSION))
-        } else {
-            T::ZERO
-        };
-        let health = Health::COMPONENTS_LOST.when(born.lost + parked.forgotten > 0)
-            | Health::COVARIANCE_REPAIRED.when(corrected.left_out + spoilt + parked.spoilt > 0)
-            | Health::INNOVATION_HIGH.when(innovation > T::from_f64(INNOVATION_HIGH))
-            | Health::PREDICTION_REFUSED.when(refused > 0)
-            | watched;
-        Ok(JointReport {
-            measurements: measurements.len(),
-            in_view,
-            refused,
-            births: born.births,
-            no_birth: born.no_birth,
-            dropped: dropped + parked.dropped,
-            merged,
-            lost: born.lost,
-            spoilt: corrected.left_out + spoilt + parked.spoilt,
-            parked: parked.parked,
-            recalled,
-            forgotten: parked.forgotten,
-            features: memory.known.len,
-            ln_evidence,
-            expected_detections: corrected.expected,
-            detections: corrected.detected,
-            innovation,
-            health,
-        })
-    }
-
     /// The pose and its covariance; `None` before the first reset.
     #[must_use]
     pub fn estimate_pose(&self) -> Option<PoseEstimate<M::Pose>> {
@@ -343,7 +197,7 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, A: Archi
     /// them, as they were when they left the window.
     pub fn features(&self) -> impl Iterator<Item = Component<PositionOf<M::Pose>>> + '_ {
         let Memory { known, slots, joint, .. } = &self.memory;
-        let twice = T::from_f64(1.5);
+        let twice = T::from_f64(TENTATIVE);
         let least = self.config.extraction_existence;
         let is_part = move |existence: Existence<T>, detections| existence.in_sight >= least && detections >= twice;
         let near = slots.iter().enumerate().take(known.len).filter_map(move |(place, slot)| {

@@ -1,6 +1,5 @@
 //! Maps that are given from outside: one of an earlier drive, or a surveyed one.
 
-use super::covariance::{Joint, first};
 use super::existence::Existence;
 use super::filter::JointSlam;
 use super::state::{Memory, Slot};
@@ -46,23 +45,11 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>> JointSla
             let existence = Existence { in_sight: feature.ln_weight.exp().at_most(T::ONE), hidden: T::ZERO };
             let detections = T::from_f64(DETECTIONS);
             *slot = Slot { label, mean: feature.mean, existence, detections, ..Slot::ZERO };
-            stand_alone(joint, place, feature);
+            joint.put_alone(place);
+            joint.put_block(place, place, |row, column| feature.covariance.get(row, column));
         }
         (known.len, known.next_label) = (features.len(), next_label);
         known.watch.know_below(next_label);
         Ok(())
-    }
-}
-
-/// Gives a feature its own covariance, and nothing in common with the pose and the features before it.
-fn stand_alone<T: Real, P: Pose<Scalar = T>>(
-    joint: &mut Joint<'_, P>,
-    place: usize,
-    feature: &Component<PositionOf<P>>,
-) {
-    let first = first::<P>(place);
-    for row in 0..P::Position::DIMENSION {
-        (0..first).for_each(|column| joint.set(first + row, column, T::ZERO));
-        (0..=row).for_each(|column| joint.set(first + row, first + column, feature.covariance.get(row, column)));
     }
 }

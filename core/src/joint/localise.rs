@@ -4,26 +4,15 @@
 //! with their covariances, and with what the pose has come to have in common with them; only their gain is zero (Schmidt 1966).
 //! The error of a feature is then counted once, however often it is measured.
 
-use super::associate::{Predicted, associate};
-use super::correct::{LEAST_DETECTED, outer, rows, shares};
+use super::associate::associate;
+use super::correct::{LEAST_DETECTED, Told, detected, tell};
 use super::covariance::{Common, Joint, first, symmetric};
-use super::filter::{INNOVATION_HIGH, JointReport, JointSlam};
+use super::filter::JointSlam;
+use super::report::{JointReport, Tally};
 use super::state::Memory;
-use crate::numerics::vector::{applied, product};
+use crate::numerics::vector::applied;
 use crate::report::watch::Recognised;
-use crate::{
-    Detector, Health, Linear, Matrix, MeasurementModel, Motion, Pose, PositionOf, Real, ScanError, Sensor, TangentOf,
-    Vector, Zero,
-};
-
-/// What a scan told of the pose.
-struct Told<T> {
-    /// Σ s νᵀ S⁻¹ ν, and Σ s.
-    squares: T,
-    shares: T,
-    /// Corrections left out because rounding had spoilt the covariance of their innovation.
-    left_out: usize,
-}
+use crate::{Detector, Linear, Matrix, MeasurementModel, Motion, Pose, Real, ScanError, Sensor, TangentOf, Vector};
 
 impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>> JointSlam<'_, M, Z> {
     /// Takes in one scan for the pose alone: no feature moves, is born, comes to be likelier or is dropped. In the place of
@@ -37,145 +26,53 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>> JointSla
         detector: &Detector<X, R>,
         measurements: &[X::Measurement],
     ) -> Result<JointReport<T>, ScanError> {
-        const {
-            assert!(
-                X::Measurement::DIMENSION <= Z::DIMENSION,
-                "the state has no room for measurements of this dimension"
-            )
-        };
-        if !self.memory.known.started {
-            return Err(ScanError::NotStarted);
-        }
-        if detector.online.learns() {
-            return Err(ScanError::Learning);
-        }
-        ScanError::check(measurements, self.memory.explained.len())?;
-        let models = detector.on_vehicle();
-        let sensor = models.sensor();
-        if sensor.noise().factor().is_none() {
-            return Err(ScanError::SensorNoise);
-        }
+        let models = self.checked(detector, measurements)?;
         let Self { config, memory, .. } = self;
         let (in_view, ln_evidence) = associate(&models, detector.births.of_static.ln(), config, memory, measurements);
-        let mut told = Told { squares: T::ZERO, shares: T::ZERO, left_out: 0 };
+        let mut tally = Tally::NOTHING;
         for place in 0..memory.known.len {
-            if !move_pose_by(sensor, memory, place, measurements, &mut told) {
-                told.left_out += 1;
+            let Some(&slot) = memory.slots.get(place).filter(|slot| slot.detection > T::ZERO) else { continue };
+            let detected = detected(memory.explained, place, measurements);
+            let tells = detected >= T::from_f64(LEAST_DETECTED);
+            if tells && !move_pose_by(models.sensor(), memory, place, measurements, &mut tally) {
+                tally.left_out += 1;
             }
+            // None is given up: the map stays.
+            let seen = Recognised { expected: slot.detection * slot.existence.in_sight, detected, given_up: T::ZERO };
+            tally.count(memory.known.watch.knows(slot.label), seen);
         }
-        let (all, of_known) = recognised(memory, measurements);
-        let spoilt = told.left_out + memory.joint.mend_pose(memory.known.len);
-        let known = &mut *memory.known;
-        let watched = known.watch.scanned(&of_known, measurements.len(), known.waited_s, known.next_label);
-        let refused = core::mem::take(&mut known.refused);
-        known.waited_s = T::ZERO;
-        let innovation = if told.shares > T::ZERO {
-            told.squares / (told.shares * T::from_usize(X::Measurement::DIMENSION))
-        } else {
-            T::ZERO
-        };
-        let health = Health::COVARIANCE_REPAIRED.when(spoilt > 0)
-            | Health::INNOVATION_HIGH.when(innovation > T::from_f64(INNOVATION_HIGH))
-            | Health::PREDICTION_REFUSED.when(refused > 0)
-            | watched;
-        Ok(JointReport {
-            measurements: measurements.len(),
-            in_view,
-            refused,
-            births: 0,
-            no_birth: 0,
-            dropped: 0,
-            merged: 0,
-            lost: 0,
-            spoilt,
-            parked: 0,
-            recalled: 0,
-            forgotten: 0,
-            features: memory.known.len,
-            ln_evidence,
-            expected_detections: all.expected,
-            detections: all.detected,
-            innovation,
-            health,
-        })
+        tally.left_out += memory.joint.mend_pose(memory.known.len);
+        let report = tally.report(memory.known, measurements.len(), X::Measurement::DIMENSION);
+        Ok(JointReport { in_view, ln_evidence, ..report })
     }
 }
 
-/// What became of the features in view, of all and of those that the watch knows. None is given up: the map stays.
-fn recognised<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>, Y>(
-    memory: &Memory<'_, P, Z>,
-    measurements: &[Y],
-) -> (Recognised<T>, Recognised<T>) {
-    let (mut all, mut known) = (Recognised::NOTHING, Recognised::NOTHING);
-    for (place, slot) in memory.slots.iter().enumerate().take(memory.known.len) {
-        if !(slot.detection > T::ZERO) {
-            continue;
-        }
-        let expected = slot.detection * slot.existence.in_sight;
-        let detected = shares(memory.explained, place, measurements).fold(T::ZERO, |sum, (share, _)| sum + share);
-        let count = |sum: &mut Recognised<T>| {
-            sum.expected += expected;
-            sum.detected += detected;
-        };
-        count(&mut all);
-        if memory.known.watch.knows(slot.label) {
-            count(&mut known);
-        }
-    }
-    (all, known)
-}
-
-/// Moves the pose by one feature's shares of the scan, if it has any; `false` where it has and could not.
+/// Moves the pose by one feature's shares of the scan; whether it could.
 fn move_pose_by<T, S, Z>(
     sensor: &S,
     memory: &mut Memory<'_, S::Pose, Z>,
     place: usize,
     measurements: &[S::Measurement],
-    told: &mut Told<T>,
+    tally: &mut Tally<T>,
 ) -> bool
 where
     T: Real,
     S: Sensor<Pose: Pose<Scalar = T>>,
     Z: Vector<Scalar = T>,
 {
-    let Memory { known, slots, joint, common, explained, .. } = memory;
-    let Some(slot) = slots.get(place).filter(|slot| slot.detection > T::ZERO) else { return true };
-    let detected = shares(explained, place, measurements).fold(T::ZERO, |sum, (share, _)| sum + share);
-    if !(detected >= T::from_f64(LEAST_DETECTED)) {
-        return true;
-    }
-    let Some(predicted) = Predicted::of(sensor, &sensor.frame(&known.pose), &slot.mean) else { return false };
-    let Predicted { measurement, by_pose, by_feature } = predicted;
-    let mut common = Common::over(common);
-    joint.common::<S::Measurement, Z>(place, &by_pose, &by_feature, known.len, &mut common);
-    let own = common.features.get(place).map_or(&[][..], |rows| rows.as_ref());
-    let full = rows::<S::Measurement, TangentOf<S::Pose>, Z>(&by_pose, common.pose.as_ref())
-        + rows::<S::Measurement, PositionOf<S::Pose>, Z>(&by_feature, own);
-    let Some(factor) = symmetric::<S::Measurement>(&full).plus(sensor.noise()).factor() else { return false };
-
-    let mut squares: Linear<S::Measurement, S::Measurement> = Zero::ZERO;
-    let mut mean = S::Measurement::ZERO;
-    for (share, z) in shares(explained, place, measurements) {
-        let innovation = sensor.innovation(z, &measurement);
-        mean += innovation * share;
-        squares = squares + outer(&innovation) * share;
-        told.squares += share * factor.mahalanobis(&innovation);
-    }
-    told.shares += detected;
-    let inverse = factor.inverse().to_matrix();
-    let of_mean = outer(&mean);
-    let spread = Matrix::with(|row, column| squares.at(row, column) - of_mean.at(row, column));
-    let sandwich = product::<S::Measurement, S::Measurement, S::Measurement>;
-    let spread = symmetric::<S::Measurement>(&sandwich(&sandwich(&inverse, &spread), &inverse));
-    let step = applied::<S::Measurement, S::Measurement>(&inverse, &mean);
+    let Some(told) = tell(sensor, memory, place, measurements, tally) else { return false };
+    let Told { pose, inverse, step, spread, detected } = told;
+    let spread = symmetric::<S::Measurement>(&spread);
     if !(spread.is_finite() && step.as_slice().iter().all(|x| x.is_finite())) {
         return false;
     }
+    let Memory { known, joint, common, .. } = memory;
     // Among as many coordinates as the widest measurement has; the others are zero.
     let learnt = Matrix::with(|row, column| -inverse.at(row, column) * detected);
-    joint.tell_pose::<Z>(&common, &learnt, &Matrix::with(|row, column| spread.get(row, column)), known.len);
+    let spread = Matrix::with(|row, column| spread.get(row, column));
+    joint.tell_pose::<Z>(&Common { pose, features: common }, &learnt, &spread, known.len);
     let step = Z::with(|z| step.at(z));
-    let by = TangentOf::<S::Pose>::with(|k| common.pose.as_ref().get(k).map_or(T::ZERO, |row| row.dot(&step)));
+    let by = TangentOf::<S::Pose>::with(|k| pose.as_ref().get(k).map_or(T::ZERO, |row| row.dot(&step)));
     known.pose = known.pose.displaced(&by);
     true
 }

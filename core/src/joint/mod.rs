@@ -20,6 +20,8 @@ mod observe;
 mod park;
 mod recall;
 mod relocate;
+mod report;
+mod scan;
 mod snapshot;
 mod state;
 #[cfg(test)]
@@ -33,5 +35,6 @@ pub use archive::{Archive, Archived, JointArchive, NoArchive};
 pub use config::JointConfig;
 pub use covariance::joint_numbers;
 pub use existence::Persistence;
-pub use filter::{JointReport, JointSlam};
+pub use filter::JointSlam;
+pub use report::JointReport;
 pub use state::JointState;

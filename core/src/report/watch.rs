@@ -52,6 +52,12 @@ pub(crate) struct Recognised<T> {
 impl<T: Real> Recognised<T> {
     pub(crate) const NOTHING: Self = Self { expected: T::ZERO, detected: T::ZERO, given_up: T::ZERO };
 
+    pub(crate) fn add(&mut self, other: &Self) {
+        self.expected += other.expected;
+        self.detected += other.detected;
+        self.given_up += other.given_up;
+    }
+
     /// In the mean over so many maps.
     pub(crate) fn over(self, maps: usize) -> Self {
         let maps = T::from_usize(maps.max(1));

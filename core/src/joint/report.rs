@@ -1,0 +1,118 @@
+//! What a scan did, and what is summed for it.
+
+use super::state::Known;
+use crate::report::watch::Recognised;
+use crate::{Health, Pose, Real};
+
+/// What a scan of a [`JointSlam`](super::JointSlam) did.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub struct JointReport<T> {
+    /// Measurements in the scan.
+    pub measurements: usize,
+    /// Features in view before the scan.
+    pub in_view: usize,
+    /// Predictions refused since the scan before.
+    pub refused: usize,
+    /// Features born.
+    pub births: usize,
+    /// Measurements that could not give birth, because they have no inverse or one that is out of view.
+    pub no_birth: usize,
+    /// Features dropped because they are hardly there.
+    pub dropped: usize,
+    /// Features that turned out to be another one.
+    pub merged: usize,
+    /// Births, or features in whose place they went, for which there was no room.
+    pub lost: usize,
+    /// Corrections left out, and features dropped, because rounding had spoilt their covariances.
+    pub spoilt: usize,
+    /// Features that went into the archive, far from the vehicle.
+    pub parked: usize,
+    /// Features that came back out of it.
+    pub recalled: usize,
+    /// Features that the archive had no room for, or that went in their place.
+    pub forgotten: usize,
+    /// Features after the scan, without those in the archive.
+    pub features: usize,
+    /// ln of the likelihood of the scan given all before, up to a constant.
+    pub ln_evidence: T,
+    /// Detections to be expected of the features in view: Σ p_D v.
+    pub expected_detections: T,
+    /// Measurements that the features in view explain, by their shares. Far less than expected of a map that is well known, scan after
+    /// scan, says that the vehicle is not where it is taken to be.
+    pub detections: T,
+    /// Mean of νᵀ S⁻¹ ν over the detections, by their shares, per dimension of the measurement; about 1 for a consistent filter;
+    /// 0 where nothing was detected.
+    pub innovation: T,
+    /// Conditions.
+    pub health: Health,
+}
+
+/// Mean squared innovations above this are a condition.
+const INNOVATION_HIGH: f64 = 2.0;
+
+/// What is summed over the features in view.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Tally<T> {
+    /// Σ s νᵀ S⁻¹ ν, and Σ s.
+    pub(super) squares: T,
+    pub(super) shares: T,
+    /// Corrections left out because rounding had spoilt the covariance of their innovation.
+    pub(super) left_out: usize,
+    /// What became of all features in view.
+    all: Recognised<T>,
+    /// What became of those that the watch knows.
+    known: Recognised<T>,
+}
+
+impl<T: Real> Tally<T> {
+    pub(super) const NOTHING: Self =
+        Self { squares: T::ZERO, shares: T::ZERO, left_out: 0, all: Recognised::NOTHING, known: Recognised::NOTHING };
+
+    /// Counts a feature in view.
+    pub(super) fn count(&mut self, is_known: bool, feature: Recognised<T>) {
+        self.all.add(&feature);
+        if is_known {
+            self.known.add(&feature);
+        }
+    }
+
+    /// Ends a scan of so many measurements of a dimension: the report without births and what goes, which the caller adds.
+    pub(super) fn report<P: Pose<Scalar = T>>(
+        &self,
+        known: &mut Known<P>,
+        measurements: usize,
+        dimension: usize,
+    ) -> JointReport<T> {
+        let watched = known.watch.scanned(&self.known, measurements, known.waited_s, known.next_label);
+        let refused = core::mem::take(&mut known.refused);
+        known.waited_s = T::ZERO;
+        let innovation =
+            if self.shares > T::ZERO { self.squares / (self.shares * T::from_usize(dimension)) } else { T::ZERO };
+        let health = Health::COVARIANCE_REPAIRED.when(self.left_out > 0)
+            | Health::INNOVATION_HIGH.when(innovation > T::from_f64(INNOVATION_HIGH))
+            | Health::PREDICTION_REFUSED.when(refused > 0)
+            | watched;
+        JointReport {
+            measurements,
+            in_view: 0,
+            refused,
+            births: 0,
+            no_birth: 0,
+            dropped: 0,
+            merged: 0,
+            lost: 0,
+            spoilt: self.left_out,
+            parked: 0,
+            recalled: 0,
+            forgotten: 0,
+            features: known.len,
+            ln_evidence: T::ZERO,
+            expected_detections: self.all.expected,
+            detections: self.all.detected,
+            innovation,
+            health,
+        }
+    }
+}

@@ -1,0 +1,101 @@
+//! The update with a scan, stage by stage.
+
+use super::archive::Archive;
+use super::associate::associate;
+use super::correct::correct;
+use super::filter::JointSlam;
+use super::park::{Parked, park};
+use super::recall::visit;
+use super::report::JointReport;
+use super::tidy::{bear, drop_spoilt, drop_unlikely, merge};
+use crate::models::OnVehicle;
+use crate::{Detector, Health, MeasurementModel, Motion, Pose, Real, ScanError, Sensor, Vector};
+
+impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, A: Archive<M::Pose>> JointSlam<'_, M, Z, A> {
+    /// Takes in one scan of one of the vehicle's sensors, whose measurements have at most as many dimensions as the state's `Z`.
+    /// Of births that move a joint map knows nothing: all features stand still.
+    ///
+    /// # Errors
+    /// A measurement is not finite, there are more than the state holds, the detector is to [learn](Detector::learning), or the filter has
+    /// not been reset; the state is as it was.
+    pub fn scan<X: MeasurementModel<Pose = M::Pose>, R>(
+        &mut self,
+        detector: &Detector<X, R>,
+        measurements: &[X::Measurement],
+    ) -> Result<JointReport<T>, ScanError> {
+        let models = self.checked(detector, measurements)?;
+        let sensor = models.sensor();
+        let ln_birth = detector.births.of_static.ln();
+        let Self { config, memory, archive, .. } = self;
+        let mut shelf = archive.shelf();
+        let passage = config.persistence.over(memory.known.waited_s);
+        memory.slots.iter_mut().take(memory.known.len).for_each(|slot| slot.existence = slot.existence.after(&passage));
+        let mut trial = shelf.as_mut().map(|shelf| {
+            shelf.pass(memory.known.waited_s);
+            visit(shelf, &config.persistence, memory)
+        });
+        let (in_view, ln_evidence) = associate(&models, ln_birth, config, memory, measurements);
+        let recalled = match (&mut trial, &mut shelf) {
+            (Some(trial), Some(shelf)) => trial.judge(shelf, memory, measurements.len()),
+            _ => 0,
+        };
+        let tally = correct(sensor, memory, measurements);
+        if let Some(trial) = trial {
+            trial.end(memory);
+        }
+        memory.follow();
+        let first_label = memory.known.next_label;
+        let born = bear(&models, ln_birth, config, memory, measurements);
+        let merged = merge(sensor, config, memory);
+        if merged > 0 {
+            memory.follow();
+        }
+        let spoilt = drop_spoilt(memory);
+        let dropped = drop_unlikely(config, memory, first_label);
+        let parked = shelf.as_mut().map_or_else(Parked::default, |shelf| park(shelf, memory));
+        let report = tally.report(memory.known, measurements.len(), X::Measurement::DIMENSION);
+        Ok(JointReport {
+            in_view,
+            ln_evidence,
+            births: born.births,
+            no_birth: born.no_birth,
+            dropped: dropped + parked.dropped,
+            merged,
+            lost: born.lost,
+            spoilt: report.spoilt + spoilt + parked.spoilt,
+            parked: parked.parked,
+            recalled,
+            forgotten: parked.forgotten,
+            health: report.health
+                | Health::COMPONENTS_LOST.when(born.lost + parked.forgotten > 0)
+                | Health::COVARIANCE_REPAIRED.when(spoilt + parked.spoilt > 0),
+            ..report
+        })
+    }
+
+    /// The detector's models on the vehicle, if it and the measurements can be taken in.
+    pub(super) fn checked<'d, X: MeasurementModel<Pose = M::Pose>, R>(
+        &self,
+        detector: &'d Detector<X, R>,
+        measurements: &[X::Measurement],
+    ) -> Result<OnVehicle<'d, X>, ScanError> {
+        const {
+            assert!(
+                X::Measurement::DIMENSION <= Z::DIMENSION,
+                "the state has no room for measurements of this dimension"
+            )
+        };
+        if !self.memory.known.started {
+            return Err(ScanError::NotStarted);
+        }
+        if detector.online.learns() {
+            return Err(ScanError::Learning);
+        }
+        ScanError::check(measurements, self.memory.explained.len())?;
+        let models = detector.on_vehicle();
+        if models.sensor().noise().factor().is_none() {
+            return Err(ScanError::SensorNoise);
+        }
+        Ok(models)
+    }
+}
