@@ -1,7 +1,8 @@
 //! Detectors of bearings alone in the plane.
 
+use crate::block::Handle;
 use crate::detector::Parts;
-use crate::memory::{Entry, Handle, Memory, hand_out};
+use crate::memory::{Entry, Memory, hand_out};
 use crate::pointer::{Bytes, In, Out};
 use crate::reason::Reason;
 use crate::sets::in_bearing;

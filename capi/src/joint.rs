@@ -1,7 +1,8 @@
 //! The joint map (`JointSlam`) for a vehicle in the plane.
 
+use crate::block::Handle;
 use crate::map::write_each;
-use crate::memory::{Entry, Handle, Memory, hand_out};
+use crate::memory::{Entry, Memory, hand_out};
 use crate::pointer::{Bytes, Handed, In, Out, tell};
 use crate::reason::Reason;
 use crate::sets::in_joint;

@@ -19,6 +19,7 @@ mod version;
 
 mod status;
 
+mod block;
 mod memory;
 mod pointer;
 mod reason;

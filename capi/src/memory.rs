@@ -1,12 +1,9 @@
-//! What lies in the user's memory: a tag that says what, the filter or detector itself, and behind it the state that this works on.
-//!
-//! ```text
-//! | tag | handle: ScPhd, JointSlam or Detector | state: State, JointState or DetectorMemory |
-//! ```
+//! How a handle is made in the user's memory, and entered by a call.
 //!
 //! The handle holds references into the state behind it, so that neither may move; the tag has the address, and a copy is not taken for
 //! the original. The state is never moved nor copied: it begins as zeros where it lies.
 
+use crate::block::{ALIGNMENT, Block, Handle, Head, Tag};
 use crate::pointer::{self, Bytes, Handed, Out};
 use crate::sets::{self, Set};
 use crate::{SCPHD_ABI_VERSION, scphd_status};
@@ -20,47 +17,6 @@ use scphd::{DetectorMemory, JointState, MapStorage, Pose, State, Vector};
 const STARTED: u32 = 0x5c9b_d001;
 /// There is a state, but no handle.
 const HELD: u32 = 0x5c9b_d002;
-
-/// What lies in the memory.
-#[derive(Debug)]
-#[repr(C)]
-struct Tag {
-    magic: u32,
-    set: u32,
-    version: u32,
-    /// The size of all, by which one compiler's layout is told from another's.
-    layout: u32,
-    address: usize,
-    /// 1 while a call works on it.
-    busy: AtomicU32,
-}
-
-/// What a function needs to know of the memory it is given.
-#[derive(Debug)]
-#[repr(C, align(8))]
-struct Head<F> {
-    tag: Tag,
-    handle: MaybeUninit<F>,
-}
-
-/// All of the memory.
-#[derive(Debug)]
-#[repr(C, align(8))]
-pub(crate) struct Block<F, S> {
-    head: Head<F>,
-    state: S,
-}
-
-/// What every memory is aligned to, bytes.
-pub(crate) const ALIGNMENT: usize = 8;
-
-/// What C knows by an opaque pointer.
-pub trait Handle {
-    /// What is behind it.
-    type Inner: 'static;
-    /// What kind it is: the number of a set, in hundreds.
-    const KIND: u32;
-}
 
 /// A state that begins as zeros.
 ///

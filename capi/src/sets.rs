@@ -3,7 +3,7 @@
 //! The numbers of bytes are the same for every target: those of the largest, rounded up. A set that is smaller than its memory on some
 //! target, or larger by more than a sixteenth and 256, does not compile there.
 
-use crate::memory::{ALIGNMENT, Block, Handle};
+use crate::block::{ALIGNMENT, Block, Handle};
 use crate::{
     scphd_bearing_detector, scphd_joint, scphd_plane, scphd_range_bearing_detector, scphd_sonar_detector, scphd_water,
 };

@@ -1,6 +1,7 @@
 //! The mixture (`ScPhd`) for a vehicle under water.
 
-use crate::memory::{Entry, Handle, Memory, hand_out};
+use crate::block::Handle;
+use crate::memory::{Entry, Memory, hand_out};
 use crate::pointer::{Bytes, Handed, In, Out, tell};
 use crate::reason::Reason;
 use crate::sets::in_water;

@@ -1,6 +1,5 @@
 //! How many numbers the places, poses and measurements of a kind of vehicle have: what records, scores and tables are written for.
 
-use crate::log::PoseFix;
 use scphd::AuvControl;
 use std::convert::Infallible;
 use std::fmt::Debug;
@@ -41,6 +40,15 @@ pub type Covariance<C> = <C as Coordinates>::Square;
 #[must_use]
 pub fn distance(a: &impl AsRef<[f64]>, b: &impl AsRef<[f64]>) -> f64 {
     a.as_ref().iter().zip(b.as_ref()).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt()
+}
+
+/// What a fix measured of the pose itself.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum PoseFix {
+    /// Where the antenna is, m.
+    Position([f64; 2]),
+    /// The heading, rad, from the x axis towards the y axis.
+    Heading(f64),
 }
 
 /// The numbers of a kind of vehicle.

@@ -3,6 +3,7 @@
 //! Read from a folder (`log_folder`) or made by a simulation (`scenario`).
 
 use crate::angle::wrap;
+pub use crate::dimensions::PoseFix;
 use crate::dimensions::{Dimensions, Planar};
 use serde::{Deserialize, Serialize};
 
@@ -133,15 +134,6 @@ pub struct MovingLandmark<D: Dimensions = Planar> {
     pub t_s: f64,
     /// Position, m.
     pub position: D::Position,
-}
-
-/// What a fix measured of the pose itself.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum PoseFix {
-    /// Where the antenna is, m.
-    Position([f64; 2]),
-    /// The heading, rad, from the x axis towards the y axis.
-    Heading(f64),
 }
 
 /// One fix of the pose.

@@ -25,11 +25,35 @@ impl<S, const BANKS: usize> core::fmt::Debug for Draft<'_, S, BANKS> {
     }
 }
 
-impl<'s, S: NorFlash, const BANKS: usize> Draft<'s, S, BANKS> {
-    pub(crate) fn new(store: &'s mut Store<S, BANKS>, snapshot: Snapshot) -> Self {
-        Self { store, snapshot, check: check(), erased: 0, written: 0, waiting: 0, whole: true }
+impl<S: NorFlash, const BANKS: usize> Store<S, BANKS> {
+    /// Begins a new snapshot, in the bank of the oldest. The newest one stays as it is until the new one is
+    /// [committed](Draft::commit); a draft that is dropped before leaves nothing behind.
+    ///
+    /// # Errors
+    /// As for [`found`](Self::found).
+    pub async fn begin(&mut self) -> Result<Draft<'_, S, BANKS>, StoreError<S::Error>> {
+        let mut found = match self.known {
+            Some(found) => found,
+            None => self.found().await?,
+        };
+        let newest = found.newest().copied();
+        let behind = |bank: usize| (bank + 1) % BANKS;
+        let bank = match (newest, self.turn) {
+            (Some(newest), Some(turn)) if turn != newest.bank => turn,
+            (Some(newest), _) => behind(newest.bank),
+            (None, turn) => turn.unwrap_or(0),
+        };
+        if let Some(slot) = found.in_banks.get_mut(bank) {
+            *slot = None;
+        }
+        (self.known, self.turn) = (Some(found), Some(bank));
+        let generation = newest.map_or(1, |newest| newest.generation.wrapping_add(1));
+        let snapshot = Snapshot { bank, generation, len: 0, check: 0 };
+        Ok(Draft { store: self, snapshot, check: check(), erased: 0, written: 0, waiting: 0, whole: true })
     }
+}
 
+impl<S: NorFlash, const BANKS: usize> Draft<'_, S, BANKS> {
     /// Adds bytes. Pages are erased as they are reached.
     ///
     /// # Errors

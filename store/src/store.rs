@@ -1,7 +1,6 @@
 //! The store: what is there, and how it is read.
 
 use crate::StoreError;
-use crate::draft::Draft;
 use crate::found::{Found, HEAD, Snapshot, check};
 use core::ops::Range;
 use embedded_storage_async::nor_flash::NorFlash;
@@ -21,7 +20,7 @@ pub struct Store<S, const BANKS: usize = 2> {
     /// What is there, once it has been looked for.
     pub(crate) known: Option<Found<BANKS>>,
     /// Where the next draft goes, where that is not behind the newest.
-    turn: Option<usize>,
+    pub(crate) turn: Option<usize>,
     pub(crate) row: [u8; ROW],
 }
 
@@ -127,31 +126,6 @@ impl<S: NorFlash, const BANKS: usize> Store<S, BANKS> {
             (at, rest) = (at + len, later);
         }
         Ok(())
-    }
-
-    /// Begins a new snapshot, in the bank of the oldest. The newest one stays as it is until the new one is
-    /// [committed](Draft::commit); a draft that is dropped before leaves nothing behind.
-    ///
-    /// # Errors
-    /// As for [`found`](Self::found).
-    pub async fn begin(&mut self) -> Result<Draft<'_, S, BANKS>, StoreError<S::Error>> {
-        let mut found = match self.known {
-            Some(found) => found,
-            None => self.found().await?,
-        };
-        let newest = found.newest().copied();
-        let behind = |bank: usize| (bank + 1) % BANKS;
-        let bank = match (newest, self.turn) {
-            (Some(newest), Some(turn)) if turn != newest.bank => turn,
-            (Some(newest), _) => behind(newest.bank),
-            (None, turn) => turn.unwrap_or(0),
-        };
-        if let Some(slot) = found.in_banks.get_mut(bank) {
-            *slot = None;
-        }
-        (self.known, self.turn) = (Some(found), Some(bank));
-        let generation = newest.map_or(1, |newest| newest.generation.wrapping_add(1));
-        Ok(Draft::new(self, Snapshot { bank, generation, len: 0, check: 0 }))
     }
 
     /// The next draft goes to the next bank.

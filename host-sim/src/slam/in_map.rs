@@ -1,7 +1,7 @@
 //! The joint filter in a map of an earlier drive, in the plane.
 
 use super::contract::{FoundPlace, Refusal, Search, refusal};
-use super::joint_filter::FEATURES;
+use super::joint_room::FEATURES;
 use nalgebra::Vector2;
 use scphd::{
     Component, Detector, JointSlam, Locator, LocatorConfig, LocatorReport, LocatorState, MeasurementModel, Motion,

@@ -3,38 +3,14 @@
 use super::contract::{PoseAndCovariance, Refusal, ScanOutcome, Search, Slam, left_out, no_sensor, refusal};
 use super::fixes::Fixed;
 use super::in_map::InMap;
+use super::joint_room::JointRoom;
 use super::joint_snapshot;
 use super::models::{Models, feature_of, measured, pose_of};
 use crate::dimensions::Dimensions;
 use crate::record::{MapFeature, Usage};
 use crate::reference::joint;
-use scphd::{
-    Detector, Implausible, JointConfig, JointSlam, JointState, MeasurementModel, Motion, Real, ScalarOf, SetupError,
-    Vector,
-};
+use scphd::{Detector, Implausible, JointConfig, JointSlam, MeasurementModel, Motion, Real, ScalarOf};
 use std::convert::Infallible;
-use std::fmt::Debug;
-
-/// Features and measurements in a scan that the host's state has room for.
-pub(super) const FEATURES: usize = 1024;
-pub(super) const MEASUREMENTS: usize = 256;
-
-/// A joint state of whatever capacities.
-pub(crate) trait JointRoom<M: Motion, Z: Vector>: Debug {
-    /// The filter over it, which goes on from where the last one left off.
-    fn filter(&mut self, motion: M, config: JointConfig<ScalarOf<M::Pose>>) -> Result<JointSlam<'_, M, Z>, SetupError>;
-}
-
-impl<M, Z, const FEATURES: usize, const NUMBERS: usize, const MEASUREMENTS: usize> JointRoom<M, Z>
-    for JointState<M::Pose, Z, FEATURES, NUMBERS, MEASUREMENTS>
-where
-    M: Motion,
-    Z: Vector<Scalar = ScalarOf<M::Pose>>,
-{
-    fn filter(&mut self, motion: M, config: JointConfig<ScalarOf<M::Pose>>) -> Result<JointSlam<'_, M, Z>, SetupError> {
-        JointSlam::new(motion, config, self)
-    }
-}
 
 /// A joint filter that shows its whole state, for lockstep with the reference.
 pub trait OpenJoint<D: Dimensions>: Slam<D> {

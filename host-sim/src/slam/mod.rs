@@ -8,6 +8,7 @@ mod filter;
 mod fixes;
 mod in_map;
 mod joint_filter;
+mod joint_room;
 mod joint_snapshot;
 mod models;
 mod planar;

@@ -1,7 +1,7 @@
 //! The reference over a planar log: one with the models of each sensor, over one state.
 
 use super::contract::{PoseAndCovariance, Refusal, ScanOutcome, Slam, no_sensor};
-use super::joint_filter::FEATURES;
+use super::joint_room::FEATURES;
 use super::planar::joint_config;
 use crate::log::Vehicle;
 use crate::record::{MapFeature, MovingFeature};
