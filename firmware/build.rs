@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use std::{env, fs};
 
 /// Images that log with defmt.
-const LOGGING: [&str; 6] =
-    ["replay-f32", "replay-f64", "replay-joint-f32", "replay-underwater-f32", "robot", "vehicle-loop"];
+const LOGGING: [&str; 7] =
+    ["black-box", "replay-f32", "replay-f64", "replay-joint-f32", "replay-underwater-f32", "robot", "vehicle-loop"];
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let here = PathBuf::from(env::var("CARGO_MANIFEST_DIR")?);

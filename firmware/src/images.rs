@@ -5,7 +5,8 @@ use crate::clock::{Clock, LOOP_INSTRUCTIONS};
 use crate::report::{self, Report};
 use cortex_m::Peripherals;
 use scphd::Real;
-use scphd_stream::{Aboard, replay};
+use scphd_stream::planar::{BlackBox, BlackBoxJoint, Planar};
+use scphd_stream::{Aboard, Reader, replay};
 
 /// The whole of an image that replays streams of one kind in one precision and reports every scan. The filter is all zero, so that
 /// it takes no flash.
@@ -22,6 +23,14 @@ macro_rules! replay_image {
             $crate::images::replay_and_report::<$kind, $scalar>(MEMORY.try_take())
         }
 
+        $crate::handlers!();
+    };
+}
+
+/// What an image does where something has gone wrong, and every time that SysTick starts over.
+#[macro_export]
+macro_rules! handlers {
+    () => {
         #[cortex_m_rt::exception]
         fn SysTick() {
             $crate::clock::round();
@@ -37,6 +46,19 @@ macro_rules! replay_image {
             $crate::report::panicked()
         }
     };
+}
+
+/// Replays a black box of a planar vehicle, whole or from a snapshot on, by the filter that its first snapshot is of.
+pub fn replay_black_box<T: Real>(
+    mixture: Option<&'static mut <BlackBox as Aboard<T>>::Memory>,
+    joint: Option<&'static mut <BlackBoxJoint as Aboard<T>>::Memory>,
+) -> ! {
+    let snapshot = Reader::<Planar>::open(board::stream()).ok().and_then(|reader| reader.snapshot());
+    if snapshot.is_some_and(|snapshot| snapshot.is_of_joint_map()) {
+        replay_and_report::<BlackBoxJoint, T>(joint)
+    } else {
+        replay_and_report::<BlackBox, T>(mixture)
+    }
 }
 
 /// Replays the stream that was loaded, tells of every scan, and ends the program.

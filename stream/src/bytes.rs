@@ -7,6 +7,14 @@ pub(crate) static CRC: Crc<u32, Table<1>> = Crc::<u32, Table<1>>::new(&CRC_32_IS
 /// Bytes of it.
 pub(crate) const CHECK: usize = 4;
 
+/// The check of a record's bytes behind a record, or head, of that check: so the order of records is checked too.
+pub(crate) fn chained(before: u32, bytes: &[u8]) -> u32 {
+    let mut check = CRC.digest();
+    check.update(&before.to_le_bytes());
+    check.update(bytes);
+    check.finalize()
+}
+
 /// Hands bytes on to a sink, and their check after them; after the first error, nothing more.
 pub(crate) struct Checked<F, E> {
     sink: F,
@@ -15,8 +23,16 @@ pub(crate) struct Checked<F, E> {
 }
 
 impl<E, F: FnMut(&[u8]) -> Result<(), E>> Checked<F, E> {
+    /// A head.
     pub(crate) fn new(sink: F) -> Self {
         Self { sink, check: CRC.digest(), state: Ok(()) }
+    }
+
+    /// A record behind one of this check.
+    pub(crate) fn behind(before: u32, sink: F) -> Self {
+        let mut record = Self::new(sink);
+        record.check.update(&before.to_le_bytes());
+        record
     }
 
     pub(crate) fn put(&mut self, bytes: &[u8]) {
@@ -26,10 +42,15 @@ impl<E, F: FnMut(&[u8]) -> Result<(), E>> Checked<F, E> {
         }
     }
 
-    /// Ends what is checked; the first error of the sink.
-    pub(crate) fn end(mut self) -> Result<(), E> {
+    /// Ends what is checked, and says its check.
+    ///
+    /// # Errors
+    /// The first one of the sink.
+    pub(crate) fn end(mut self) -> Result<u32, E> {
         self.state?;
-        (self.sink)(&self.check.finalize().to_le_bytes())
+        let check = self.check.finalize();
+        (self.sink)(&check.to_le_bytes())?;
+        Ok(check)
     }
 }
 

@@ -1,19 +1,20 @@
 //! The head of a stream: everything a filter has to be told before the first record.
 
 use crate::bytes::{Bytes, CHECK, CRC, Checked};
+use crate::head::{Begins, Mark, RETUNED, SNAPSHOT};
 use crate::kind::Kind;
 use crate::numbers::{Numbers, numbers};
 use crate::reader::StreamError;
 
 /// The first bytes of every stream.
-const MAGIC: [u8; 8] = *b"SCPHDLOG";
+pub(crate) const MAGIC: [u8; 8] = *b"SCPHDLOG";
 /// The version this code reads and writes.
-const VERSION: u16 = 4;
+pub(crate) const VERSION: u16 = 5;
 /// A count that was not known when the head was written, as in a flight that was still going on.
 pub const UNKNOWN: u32 = u32::MAX;
 
-/// Bytes before the numbers: magic, version, length, choices, counts, seed.
-const FRONT: usize = 52;
+/// Bytes before the numbers: magic, version, length, choices, counts, seed, what the stream goes on from.
+pub(crate) const FRONT: usize = 72;
 
 /// The number type of the records' payload.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -165,6 +166,8 @@ pub struct Header<K: Kind> {
     pub max_components: u32,
     /// Seed of the filter's random numbers.
     pub seed: u64,
+    /// What stands behind this head.
+    pub begins: Begins,
     /// Start, vehicle and sensor.
     pub models: K::Models,
     /// The recursion for static features.
@@ -198,6 +201,7 @@ impl<K: Kind> Header<K> {
         samples: 1,
         max_components: UNKNOWN,
         seed: 0,
+        begins: Begins::Start,
         models: <K::Models as Numbers>::ZERO,
         recursion: Recursion::ZERO,
         moving: Moving::ZERO,
@@ -205,8 +209,8 @@ impl<K: Kind> Header<K> {
         scan_interval_s: 0.0,
     };
 
-    /// Writes the head.
-    pub(crate) fn write<E>(&self, sink: impl FnMut(&[u8]) -> Result<(), E>) -> Result<(), E> {
+    /// Writes the head behind a record of this check, 0 for none; the check of the head.
+    pub(crate) fn write<E>(&self, before: u32, sink: impl FnMut(&[u8]) -> Result<(), E>) -> Result<u32, E> {
         let mut sink = Checked::new(sink);
         sink.put(&MAGIC);
         sink.put(&VERSION.to_le_bytes());
@@ -231,7 +235,11 @@ impl<K: Kind> Header<K> {
                 Extraction::Peaks => 1,
                 Extraction::Confirmed => 2,
             },
-            0,
+            match self.begins {
+                Begins::Start => 0,
+                Begins::Snapshot(_) => SNAPSHOT,
+                Begins::Retuned => RETUNED,
+            },
             0,
         ]);
         for count in
@@ -240,6 +248,14 @@ impl<K: Kind> Header<K> {
             sink.put(&count.to_le_bytes());
         }
         sink.put(&self.seed.to_le_bytes());
+        let Mark { scans, parts, digest } = match self.begins {
+            Begins::Snapshot(mark) => mark,
+            Begins::Start | Begins::Retuned => Mark { scans: 0, parts: 0, digest: 0 },
+        };
+        sink.put(&scans.to_le_bytes());
+        sink.put(&parts.to_le_bytes());
+        sink.put(&digest.to_le_bytes());
+        sink.put(&before.to_le_bytes());
         let mut number = |number: f64| sink.put(&number.to_le_bytes());
         self.models.put(&mut number);
         self.recursion.put(&mut number);
@@ -249,8 +265,8 @@ impl<K: Kind> Header<K> {
         sink.end()
     }
 
-    /// Takes the head off the front of `bytes`.
-    pub(crate) fn decode(bytes: &mut Bytes<'_>) -> Result<Self, StreamError> {
+    /// Takes the head off the front of `bytes`; the head, and its check.
+    pub(crate) fn decode(bytes: &mut Bytes<'_>) -> Result<(Self, u32), StreamError> {
         let whole = bytes.0;
         if bytes.array().ok_or(StreamError::Truncated)? != MAGIC {
             return Err(StreamError::NotAStream);
@@ -273,7 +289,7 @@ impl<K: Kind> Header<K> {
         if check != CRC.checksum(content) {
             return Err(StreamError::HeaderDamaged);
         }
-        header
+        Ok((header?, check))
     }
 
     /// What follows the choices, with what they stand for; consumes all of it, known choices or not.
@@ -290,13 +306,22 @@ impl<K: Kind> Header<K> {
             *count = bytes.u32()?;
         }
         header.seed = bytes.u64()?;
+        let mark = Mark { scans: bytes.u32()?, parts: bytes.u32()?, digest: bytes.u64()? };
+        // The check of the record before is the reader's to look at.
+        bytes.u32()?;
         let mut number = || bytes.f64();
         header.models = Numbers::take(&mut number)?;
         header.recursion = Numbers::take(&mut number)?;
         header.moving = Numbers::take(&mut number)?;
         header.joint = Numbers::take(&mut number)?;
         header.scan_interval_s = number()?;
-        let [scalar, _, likelihood, 0, proposal, extraction, 0, 0] = choices else { return None };
+        let [scalar, _, likelihood, 0, proposal, extraction, begins, 0] = choices else { return None };
+        header.begins = match begins {
+            0 => Begins::Start,
+            SNAPSHOT => Begins::Snapshot(mark),
+            RETUNED => Begins::Retuned,
+            _ => return None,
+        };
         header.scalar = match scalar {
             4 => Scalar::F32,
             8 => Scalar::F64,
@@ -328,6 +353,7 @@ impl<K: Kind> Header<K> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::head::Head;
     use crate::planar::{Planar, Vehicle};
     use crate::underwater::{Auv, Underwater};
     use std::vec::Vec;
@@ -352,6 +378,7 @@ mod tests {
             samples: 5,
             max_components: 6,
             seed: 0x0102_0304_0506_0708,
+            begins: Begins::Snapshot(Mark { scans: 7, parts: 8, digest: 9 }),
             models: Numbers::take(&mut number).unwrap(),
             recursion: Numbers::take(&mut number).unwrap(),
             moving: Numbers::take(&mut number).unwrap(),
@@ -366,15 +393,16 @@ mod tests {
 
     fn encoded<K: Kind>(header: &Header<K>) -> Vec<u8> {
         let mut bytes = Vec::new();
-        let Ok(()) = header.write(|piece: &[u8]| {
+        let Ok(check) = header.write(10, |piece: &[u8]| {
             bytes.extend_from_slice(piece);
             Ok::<(), core::convert::Infallible>(())
         });
+        assert!(bytes.ends_with(&check.to_le_bytes()));
         bytes
     }
 
     fn comes_back<K: Kind>(header: Header<K>) {
-        assert_eq!(Header::decode(&mut Bytes(&encoded(&header))), Ok(header));
+        assert_eq!(Header::decode(&mut Bytes(&encoded(&header))).map(|(header, _)| header), Ok(header));
     }
 
     #[test]
@@ -390,19 +418,22 @@ mod tests {
     #[test]
     fn the_layout_is_the_documented_one() {
         let bytes = encoded(&planar());
-        assert_eq!(bytes.len(), 472);
-        assert_eq!(&bytes[..12], b"SCPHDLOG\x04\x00\xd8\x01");
-        assert_eq!(bytes[12..20], [4, 2, 2, 0, 1, 1, 0, 0]);
+        assert_eq!(bytes.len(), 492);
+        assert_eq!(&bytes[..12], b"SCPHDLOG\x05\x00\xec\x01");
+        assert_eq!(bytes[12..20], [4, 2, 2, 0, 1, 1, 1, 0]);
         assert_eq!(bytes[20..24], [1, 0, 0, 0]);
         assert_eq!(bytes[40..44], [6, 0, 0, 0]);
         assert_eq!(bytes[44..52], [8, 7, 6, 5, 4, 3, 2, 1]);
-        assert_eq!(bytes[52..60], 100.5_f64.to_le_bytes());
-        assert_eq!(bytes[460..468], 151.5_f64.to_le_bytes());
+        assert_eq!(bytes[52..72], [7, 0, 0, 0, 8, 0, 0, 0, 9, 0, 0, 0, 0, 0, 0, 0, 10, 0, 0, 0]);
+        assert_eq!(bytes[72..80], 100.5_f64.to_le_bytes());
+        assert_eq!(bytes[480..488], 151.5_f64.to_le_bytes());
+        let head = Head::take::<Planar>(&mut Bytes(&bytes)).unwrap();
+        assert_eq!((head.before, head.mark()), (10, Some(Mark { scans: 7, parts: 8, digest: 9 })));
         let bytes = encoded(&numbered::<Underwater>(Auv));
-        assert_eq!(bytes.len(), 704);
-        assert_eq!(bytes[10..14], [0xc0, 0x02, 4, 3]);
-        assert_eq!(bytes[52..60], 100.5_f64.to_le_bytes());
-        assert_eq!(bytes[692..700], 180.5_f64.to_le_bytes());
+        assert_eq!(bytes.len(), 724);
+        assert_eq!(bytes[10..14], [0xd4, 0x02, 4, 3]);
+        assert_eq!(bytes[72..80], 100.5_f64.to_le_bytes());
+        assert_eq!(bytes[712..720], 180.5_f64.to_le_bytes());
     }
 
     #[test]
@@ -418,7 +449,7 @@ mod tests {
 
     #[test]
     fn other_versions_vehicles_and_files_are_told_apart() {
-        let decoded = |bytes: &[u8]| Header::<Planar>::decode(&mut Bytes(bytes));
+        let decoded = |bytes: &[u8]| Header::<Planar>::decode(&mut Bytes(bytes)).map(drop);
         let mut bytes = encoded(&planar());
         bytes[8] = 1;
         assert_eq!(decoded(&bytes), Err(StreamError::Version { found: 1 }));
@@ -426,7 +457,7 @@ mod tests {
         assert_eq!(decoded(&bytes), Err(StreamError::NotAStream));
         assert_eq!(decoded(b"SCPHD"), Err(StreamError::Truncated));
         assert_eq!(decoded(&encoded(&numbered::<Underwater>(Auv))), Err(StreamError::Vehicle { found: 3 }));
-        let error = Header::<Underwater>::decode(&mut Bytes(&encoded(&planar())));
+        let error = Header::<Underwater>::decode(&mut Bytes(&encoded(&planar()))).map(drop);
         assert_eq!(error, Err(StreamError::Vehicle { found: 2 }));
     }
 }

@@ -16,6 +16,19 @@ pub trait Kind: Copy + Debug + PartialEq {
     type Measurement: Numbers + Debug;
     /// Coordinates of an estimated pose.
     type Pose: Numbers + Debug + PartialEq;
+    /// A measurement of the pose itself, and how good it is.
+    type Fix: Input;
+    /// The models of a detector beyond the first, which is that of the head.
+    type Sensor: Numbers + Debug + PartialEq;
+    /// All numbers of a pose, as [`scphd::Pose::to_numbers`] has them.
+    type Full: Numbers + Debug + AsRef<[f64]> + AsMut<[f64]>;
+    /// Lower triangle of the covariance of a pose, row after row.
+    type Covariance: Numbers + Debug + AsRef<[f64]> + AsMut<[f64]>;
+    /// A feature of a map: label, ln w, mean, lower triangle of the covariance.
+    type Feature: Numbers + Debug + AsRef<[f64]> + AsMut<[f64]>;
+
+    /// How many detectors a vehicle may have.
+    const DETECTORS: u8;
 
     /// The vehicle of a head that says nothing.
     const VEHICLE: Self::Vehicle;
@@ -27,7 +40,7 @@ pub trait Kind: Copy + Debug + PartialEq {
     fn vehicle(code: u8) -> Option<Self::Vehicle>;
 }
 
-/// What a record of a prediction says.
+/// What a record of a prediction, or of a fix, says.
 pub trait Input: Copy + Debug + PartialEq {
     /// Which of its parts there are, a bit for each, where not all need be.
     fn parts(&self) -> u8;

@@ -21,21 +21,33 @@
 #[cfg(test)]
 extern crate std;
 
+mod black_box;
 mod bytes;
+mod head;
 mod header;
 mod kind;
 mod numbers;
 mod onboard;
 pub mod planar;
 mod reader;
+mod record;
+mod recover;
 mod replay;
+mod rerecord;
+mod snapshot;
 pub mod underwater;
 mod writer;
 
+pub use black_box::{BlackBoxFilter, Saves};
+pub use head::{Begins, Head, Mark};
 pub use header::{Extraction, Header, Joint, Likelihood, Moving, Proposal, Recursion, Scalar, UNKNOWN};
 pub use kind::{Input, Kind};
 pub use numbers::Numbers;
 pub use onboard::{Aboard, Capacities, Filter, Helm, Memory, Onboard, RamPart, Refusal, Scan, Seen};
-pub use reader::{Measurements, Reader, Record, StreamError};
+pub use reader::{Reader, StreamError};
+pub use record::{Features, How, Later, Measurements, Part, Place, Record, Shown, Which};
+pub use recover::{Recovered, recover};
 pub use replay::{Monitor, ReplayError, ScanCost, Totals, replay};
+pub use rerecord::{RerecordError, rerecord};
+pub use snapshot::{Snapshot, find_snapshot, find_whole_snapshot};
 pub use writer::Writer;

@@ -2,13 +2,15 @@
 
 use crate::header::{self, Header, Moving};
 use crate::kind::Kind;
-use crate::reader::Measurements;
+use crate::record::{Measurements, Record};
+use crate::snapshot::Snapshot;
 use core::fmt;
 use core::marker::PhantomData;
 use scphd::{
     Births, Component, Config, ConfigError, ConstantVelocity, Detector, DetectorMemory, Extraction, Informed,
-    Likelihood, MeasurementModel, ModelError, Motion, MovingConfig, Online, Pose, PositionOf, PredictError,
-    PredictReport, Probe, Proposal, Real, ResetError, ScPhd, ScanError, ScanRoom, SetupError, Vector,
+    Likelihood, LoadMapError, MeasurementModel, ModelError, Motion, MovingConfig, ObserveError, Online, Pose,
+    PositionOf, PredictError, PredictReport, Probe, Proposal, Real, ResetError, RestoreError, SaveError, ScPhd,
+    ScanError, ScanReport, ScanRoom, SetupError, Vector,
 };
 
 /// A filter on board that streams of a kind can be fed to, with numbers of this type.
@@ -40,6 +42,9 @@ pub trait Aboard<T: Real> {
 
 /// A filter that streams of one kind can be fed to.
 pub trait Filter<K: Kind> {
+    /// Whether it takes in all that a black box holds.
+    const BLACK_BOX: bool = false;
+
     /// Moves the vehicle.
     ///
     /// # Errors
@@ -63,6 +68,23 @@ pub trait Filter<K: Kind> {
     /// As for `scan`.
     fn scan_with(&mut self, scan: Scan, probe: &mut impl Probe) -> Result<Seen, Refusal>;
 
+    /// Takes in a record that is neither a prediction nor a scan. The filters that are measured know none of these; those of a
+    /// black box do.
+    ///
+    /// # Errors
+    /// The record is of what this filter does not do, or the filter refuses it.
+    fn take(&mut self, _record: &Record<'_, K>) -> Result<(), Refusal> {
+        Err(Refusal::NotAboard)
+    }
+
+    /// Goes on from a snapshot. The filters that are measured do not; those of a black box do.
+    ///
+    /// # Errors
+    /// This filter does not go on from snapshots, or not from this one.
+    fn restore(&mut self, _snapshot: &Snapshot<'_, K>) -> Result<(), Refusal> {
+        Err(Refusal::NotAboard)
+    }
+
     /// Estimates pose and map as a vehicle would after a scan: the pose, and the number of features.
     fn estimate(&mut self) -> (K::Pose, usize);
 
@@ -72,11 +94,34 @@ pub trait Filter<K: Kind> {
 
 /// Makes the control of a motion model, and its duration (s), of what a stream says.
 pub trait Helm<T, I, C> {
+    /// Whether it has a state of its own, which a snapshot has to have.
+    const HAS_STATE: bool = false;
+
     /// `None` where no time has passed.
     ///
     /// # Errors
     /// The input is not one the vehicle can be given; nothing has changed.
     fn control(&mut self, input: &I) -> Result<Option<(C, T)>, PredictError>;
+
+    /// Writes its state down, if it has one.
+    ///
+    /// # Errors
+    /// Those of the sink, or the state is damaged.
+    fn save<E>(&self, _kind: u32, _sink: impl FnMut(&[u8]) -> Result<(), E>) -> Result<usize, SaveError<E>> {
+        Ok(0)
+    }
+
+    /// Goes on from what was saved.
+    ///
+    /// # Errors
+    /// It is not its state, or it has none.
+    fn restore<E>(
+        &mut self,
+        _kind: u32,
+        _source: impl FnMut(usize, &mut [u8]) -> Result<(), E>,
+    ) -> Result<usize, RestoreError<E>> {
+        Err(RestoreError::Content)
+    }
 }
 
 /// All memory of a filter on board: its state and its detector's scratch, a scan on its way in, an estimated map on its way out.
@@ -134,15 +179,12 @@ where
     }
 
     fn scan_with(&mut self, scan: Scan, probe: &mut impl Probe) -> Result<Seen, Refusal> {
+        if !scan.is_plain() {
+            return Err(Refusal::NotAboard);
+        }
         let measurements = scan.of(self.measurements).map_err(Refusal::Scan)?;
         let report = self.filter.scan_with(&mut self.detector, measurements, probe).map_err(Refusal::Scan)?;
-        Ok(Seen {
-            health: report.health.bits(),
-            in_view: report.in_view as u32,
-            maps_updated: report.maps_updated as u32,
-            pages_used: (report.pages_used + report.moving_pages_used) as u32,
-            pages: (report.pages + report.moving_pages) as u32,
-        })
+        Ok(Seen::of(&report))
     }
 
     fn estimate(&mut self) -> ([f64; K], usize) {
@@ -171,6 +213,17 @@ pub enum Refusal {
     Predict(PredictError),
     /// A scan was refused.
     Scan(ScanError),
+    /// A measurement of the pose was refused.
+    Observe(ObserveError),
+    /// A map was refused.
+    Map(LoadMapError),
+    /// The filter cannot go on from a snapshot, or with a head among the records.
+    Unusable {
+        /// Why; in words, for the details would take every image that knows no black box two kilobytes.
+        why: &'static str,
+    },
+    /// The filter does not do this, or has no such detector.
+    NotAboard,
 }
 
 impl From<ModelError> for Refusal {
@@ -205,6 +258,10 @@ impl fmt::Display for Refusal {
             Self::Reset(error) => error.fmt(f),
             Self::Predict(error) => error.fmt(f),
             Self::Scan(error) => error.fmt(f),
+            Self::Observe(error) => error.fmt(f),
+            Self::Map(error) => error.fmt(f),
+            Self::Unusable { why } => f.write_str(why),
+            Self::NotAboard => f.write_str("the filter aboard does not do this, or has no such detector"),
         }
     }
 }
@@ -226,11 +283,28 @@ pub struct Seen {
     pub pages: u32,
 }
 
+impl Seen {
+    /// By the report of a scan.
+    pub(crate) fn of<T: Real>(report: &ScanReport<T>) -> Self {
+        Self {
+            health: report.health.bits(),
+            in_view: report.in_view as u32,
+            maps_updated: report.maps_updated as u32,
+            pages_used: (report.pages_used + report.moving_pages_used) as u32,
+            pages: (report.pages + report.moving_pages) as u32,
+        }
+    }
+}
+
 /// A scan in the memory.
 #[derive(Debug, Clone, Copy)]
 pub struct Scan {
     len: usize,
     beyond: usize,
+    /// The place of its detector among those beyond the first.
+    pub(crate) beyond_first: Option<usize>,
+    /// For the pose alone.
+    pub(crate) localising: bool,
 }
 
 impl Scan {
@@ -239,7 +313,8 @@ impl Scan {
         measurements: Measurements<'_, K>,
         slots: &mut [Z],
     ) -> Self {
-        let mut scan = Self { len: 0, beyond: 0 };
+        let (beyond_first, localising) = (measurements.detector().beyond_first(), measurements.localising());
+        let mut scan = Self { len: 0, beyond: 0, beyond_first, localising };
         let mut slots = slots.iter_mut();
         for measurement in measurements {
             match slots.next() {
@@ -251,6 +326,11 @@ impl Scan {
             }
         }
         scan
+    }
+
+    /// Whether it is of the first detector, and for the map too.
+    pub(crate) fn is_plain(self) -> bool {
+        self.beyond_first.is_none() && !self.localising
     }
 
     /// The scan in that memory.

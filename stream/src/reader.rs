@@ -1,63 +1,12 @@
 //! Reads a stream record by record.
 
-use crate::bytes::{Bytes, CRC};
-use crate::kind::{Input, Kind};
-use crate::numbers::Numbers;
-use crate::{Header, Scalar};
+use crate::bytes::Bytes;
+use crate::head::Begins;
+use crate::header::{Header, VERSION};
+use crate::kind::Kind;
+use crate::record::{END, Raw, Record, Records, SLICE};
+use crate::snapshot::Snapshot;
 use core::fmt;
-use core::marker::PhantomData;
-
-/// The kinds of record.
-pub(crate) const PREDICT: u8 = 1;
-pub(crate) const SCAN: u8 = 2;
-pub(crate) const END: u8 = 3;
-
-/// One record.
-#[derive(Debug, Clone)]
-pub enum Record<'a, K: Kind> {
-    /// The vehicle moved.
-    Predict(K::Input),
-    /// A scan was taken.
-    Scan(Measurements<'a, K>),
-}
-
-/// The measurements of one scan.
-#[derive(Debug, Clone)]
-pub struct Measurements<'a, K> {
-    numbers: Payload<'a>,
-    kind: PhantomData<K>,
-}
-
-impl<K: Kind> Iterator for Measurements<'_, K> {
-    type Item = K::Measurement;
-
-    fn next(&mut self) -> Option<K::Measurement> {
-        Numbers::take(&mut || self.numbers.next())
-    }
-
-    fn size_hint(&self) -> (usize, Option<usize>) {
-        let len = self.numbers.bytes.0.len() / (K::Measurement::COUNT * self.numbers.scalar.bytes());
-        (len, Some(len))
-    }
-}
-
-impl<K: Kind> ExactSizeIterator for Measurements<'_, K> {}
-
-/// The numbers of a record.
-#[derive(Debug, Clone)]
-struct Payload<'a> {
-    bytes: Bytes<'a>,
-    scalar: Scalar,
-}
-
-impl Payload<'_> {
-    fn next(&mut self) -> Option<f64> {
-        match self.scalar {
-            Scalar::F32 => self.bytes.f32().map(f64::from),
-            Scalar::F64 => self.bytes.f64(),
-        }
-    }
-}
 
 /// Why a stream cannot be read, or not on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -87,7 +36,7 @@ pub enum StreamError {
         /// Its place, counted from 0.
         index: u32,
     },
-    /// The check of a record fails.
+    /// The check of a record fails: it is damaged, or does not follow the one before.
     RecordDamaged {
         /// Its place, counted from 0.
         index: u32,
@@ -98,13 +47,13 @@ impl fmt::Display for StreamError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::NotAStream => f.write_str("this is no stream of filter inputs"),
-            Self::Version { found } => write!(f, "the stream has version {found}, this code reads version 2"),
+            Self::Version { found } => write!(f, "the stream has version {found}, this code reads version {VERSION}"),
             Self::Vehicle { found } => write!(f, "the stream is of vehicle {found}, which is of another kind"),
             Self::Header => f.write_str("the head of the stream is of no form this code knows"),
             Self::HeaderDamaged => f.write_str("the head of the stream is damaged"),
             Self::Truncated => f.write_str("the stream ends before its last record"),
             Self::Record { index } => write!(f, "record {index} is of no form this code knows"),
-            Self::RecordDamaged { index } => write!(f, "record {index} is damaged"),
+            Self::RecordDamaged { index } => write!(f, "record {index} is damaged, or the one before it is missing"),
         }
     }
 }
@@ -115,8 +64,8 @@ impl core::error::Error for StreamError {}
 #[derive(Debug, Clone)]
 pub struct Reader<'a, K: Kind> {
     header: Header<K>,
-    rest: Bytes<'a>,
-    index: u32,
+    first: Records<'a>,
+    rest: Records<'a>,
 }
 
 impl<'a, K: Kind> Reader<'a, K> {
@@ -127,8 +76,9 @@ impl<'a, K: Kind> Reader<'a, K> {
     /// The bytes do not begin with the head of a stream that this code can read.
     pub fn open(bytes: &'a [u8]) -> Result<Self, StreamError> {
         let mut rest = Bytes(bytes);
-        let header = Header::decode(&mut rest)?;
-        Ok(Self { header, rest, index: 0 })
+        let (header, check) = Header::decode(&mut rest)?;
+        let first = Records::behind(check, header.scalar, rest);
+        Ok(Self { header, rest: first.clone(), first })
     }
 
     /// The head.
@@ -137,48 +87,54 @@ impl<'a, K: Kind> Reader<'a, K> {
         &self.header
     }
 
-    /// The next record; `None` after the last.
+    /// The snapshot that the stream begins with, if it does.
+    #[must_use]
+    pub fn snapshot(&self) -> Option<Snapshot<'a, K>> {
+        match self.header.begins {
+            Begins::Snapshot(mark) => Some(Snapshot::behind(mark, self.first.clone())),
+            Begins::Start | Begins::Retuned => None,
+        }
+    }
+
+    /// Bytes from the next record on.
+    #[must_use]
+    pub fn left(&self) -> usize {
+        self.rest.rest.0.len()
+    }
+
+    /// The next record; `None` after the last. The slices of snapshots are passed over.
     ///
     /// # Errors
-    /// The record is incomplete, damaged or unknown. The reader stays before it.
+    /// The record is incomplete, damaged or unknown, or one is missing before it. The reader stays before it.
     pub fn read(&mut self) -> Result<Option<Record<'a, K>>, StreamError> {
-        let index = self.index;
-        let mut rest = self.rest.clone();
-        let whole = rest.0;
-        let kind = rest.u8().ok_or(StreamError::Truncated)?;
-        let parts = rest.u8().ok_or(StreamError::Truncated)?;
-        let count = rest.u16().ok_or(StreamError::Truncated)?;
-        let (numbers, scalar) = match (kind, parts, count) {
-            (PREDICT, parts, 1) => (K::Input::count(parts), K::Input::scalar(self.header.scalar)),
-            (SCAN, 0, count) => (Some(K::Measurement::COUNT * usize::from(count)), self.header.scalar),
-            (END, 0, 0) => (Some(0), self.header.scalar),
-            _ => (None, self.header.scalar),
-        };
-        let numbers = numbers.ok_or(StreamError::Record { index })?;
-        let payload = rest.slice(numbers * scalar.bytes()).ok_or(StreamError::Truncated)?;
-        let content = whole.get(..4 + payload.len()).ok_or(StreamError::Truncated)?;
-        if rest.u32().ok_or(StreamError::Truncated)? != CRC.checksum(content) {
-            return Err(StreamError::RecordDamaged { index });
+        Ok(self.read_both()?.map(|(_, record)| record))
+    }
+
+    /// The next record as it stands, and what it says.
+    pub(crate) fn read_both(&mut self) -> Result<Option<(Raw<'a>, Record<'a, K>)>, StreamError> {
+        loop {
+            let (raw, rest) = self.rest.next::<K>()?;
+            match raw {
+                // The reader stays before the end, too: asked again, it says the same.
+                Raw::Record { kind: END, .. } => return Ok(None),
+                Raw::Record { kind: SLICE, .. } => self.rest = rest,
+                _ => {
+                    let record = self.rest.meaning(raw)?;
+                    self.rest = rest;
+                    return Ok(Some((raw, record)));
+                }
+            }
         }
-        let mut numbers = Payload { bytes: Bytes(payload), scalar };
-        let record = match kind {
-            // The reader stays before the end, too: asked again, it says the same.
-            END => return Ok(None),
-            PREDICT => Record::Predict(Input::take(parts, &mut || numbers.next()).ok_or(StreamError::Truncated)?),
-            _ => Record::Scan(Measurements { numbers, kind: PhantomData }),
-        };
-        self.rest = rest;
-        self.index = index.saturating_add(1);
-        Ok(Some(record))
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Writer;
+    use crate::kind::Input;
     use crate::planar::{Odometry, Planar};
     use crate::underwater::{Navigation, Underwater};
+    use crate::{Scalar, Writer};
     use scphd::{Instruments, Reading};
     use std::vec;
     use std::vec::Vec;
@@ -235,6 +191,7 @@ mod tests {
                     scans.push(measurements.collect::<Vec<_>>());
                     assert_eq!(scans.last().map(Vec::len), Some(len));
                 }
+                other => panic!("{other:?}"),
             }
         }
         Ok((inputs, scans))
@@ -262,7 +219,7 @@ mod tests {
         assert_eq!((Navigation::count(8), Odometry::count(1)), (None, None));
         // A record of a kind that there is none of, in an otherwise sound stream.
         let mut bytes = planar(Scalar::F32);
-        bytes[Header::<Planar>::LENGTH] = 9;
+        bytes[Header::<Planar>::LENGTH] = 99;
         assert_eq!(records::<Planar>(&bytes), Err(StreamError::Record { index: 0 }));
     }
 

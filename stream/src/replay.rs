@@ -15,6 +15,13 @@ pub trait Monitor {
     fn probe(&mut self) -> impl Probe {}
     /// A scan is done. Whatever this takes is not counted.
     fn scanned(&mut self, cost: &ScanCost, seen: &Seen, digest: u64);
+    /// A snapshot was met after so many scans of the stream, or gone on from, and the state has the digest that it says or not. Told
+    /// by the filters of black boxes.
+    fn snapshot(&mut self, _scans: u32, _agrees: bool) {}
+    /// The filter has refused what came before or with a scan. Whether to go on without, as a vehicle does.
+    fn refused(&mut self, _scan: u32, _refusal: &Refusal) -> bool {
+        false
+    }
 }
 
 /// What a scan and the predictions before it took, in whatever the monitor's clock counts.
@@ -53,6 +60,11 @@ pub struct Totals<K: Kind> {
     pub features: usize,
 }
 
+impl<K: Kind> Totals<K> {
+    /// Nothing yet.
+    pub(crate) const NONE: Self = Self { scans: 0, pose: K::Pose::ZERO, features: 0 };
+}
+
 /// Why a replay came to no end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -83,7 +95,7 @@ impl fmt::Display for ReplayError {
 
 impl core::error::Error for ReplayError {}
 
-/// Feeds the stream in `bytes` to a filter in `memory`, up to `scans` scans of it.
+/// Feeds the stream in `bytes` to a filter in `memory`, up to `scans` scans of it. One that begins with a snapshot goes on from there.
 ///
 /// # Errors
 /// The stream is damaged, or the filter refuses something in it.
@@ -94,21 +106,38 @@ pub fn replay<A: Aboard<T>, T: Real>(
     monitor: &mut impl Monitor,
 ) -> Result<Totals<A::Kind>, ReplayError> {
     let mut reader = Reader::<A::Kind>::open(bytes).map_err(ReplayError::Stream)?;
+    let mut totals = Totals::NONE;
+    run::<A, T>(&mut reader, memory, scans, monitor, &mut totals)?;
+    Ok(totals)
+}
+
+/// Replays what a reader has before it, which stands behind its head, until there are so many scans in all.
+pub(crate) fn run<A: Aboard<T>, T: Real>(
+    reader: &mut Reader<'_, A::Kind>,
+    memory: &mut A::Memory,
+    scans: u32,
+    monitor: &mut impl Monitor,
+    totals: &mut Totals<A::Kind>,
+) -> Result<(), ReplayError> {
     let mut filter = A::start(reader.header(), memory).map_err(ReplayError::Start)?;
-    let mut totals = Totals { scans: 0, pose: <A::Kind as Kind>::Pose::ZERO, features: 0 };
-    let mut cost = ScanCost::of(0);
+    let mut first = 0;
+    if let Some(snapshot) = reader.snapshot() {
+        filter.restore(&snapshot).map_err(ReplayError::Start)?;
+        first = snapshot.mark().scans;
+        monitor.snapshot(first, filter.digest() == snapshot.mark().digest);
+    }
+    let mut cost = ScanCost::of(first);
     while totals.scans < scans {
-        let step = |refusal| ReplayError::Step { scan: cost.scan, refusal };
-        match reader.read().map_err(ReplayError::Stream)? {
+        let outcome = match reader.read().map_err(ReplayError::Stream)? {
             None => break,
             Some(Record::Predict(input)) => {
                 monitor.start();
                 let moved = filter.predict(&input);
                 let elapsed = monitor.elapsed();
-                moved.map_err(step)?;
                 cost.predictions = cost.predictions.saturating_add(1);
                 cost.predict = cost.predict.saturating_add(elapsed);
                 cost.predict_worst = cost.predict_worst.max(elapsed);
+                moved
             }
             Some(Record::Scan(measurements)) => {
                 let scan = filter.receive(measurements);
@@ -116,15 +145,40 @@ pub fn replay<A: Aboard<T>, T: Real>(
                 monitor.start();
                 let seen = filter.scan_with(scan, &mut monitor.probe());
                 cost.update = monitor.elapsed();
-                let seen = seen.map_err(step)?;
-                monitor.start();
-                (totals.pose, totals.features) = filter.estimate();
-                cost.estimate = monitor.elapsed();
-                monitor.scanned(&cost, &seen, filter.digest());
+                let done = cost;
                 totals.scans = totals.scans.saturating_add(1);
-                cost = ScanCost::of(totals.scans);
+                cost = ScanCost::of(cost.scan.saturating_add(1));
+                match seen {
+                    Ok(seen) => {
+                        monitor.start();
+                        (totals.pose, totals.features) = filter.estimate();
+                        let estimate = monitor.elapsed();
+                        monitor.scanned(&ScanCost { estimate, ..done }, &seen, filter.digest());
+                        Ok(())
+                    }
+                    Err(refusal) => {
+                        refused(monitor, done.scan, refusal)?;
+                        Ok(())
+                    }
+                }
             }
-        }
+            Some(record) => match &record {
+                Record::Head(head) if head.mark().is_some() => {
+                    if A::Filter::BLACK_BOX {
+                        let agrees = head.mark().is_some_and(|mark| mark.digest == filter.digest());
+                        monitor.snapshot(cost.scan, agrees);
+                    }
+                    Ok(())
+                }
+                record => filter.take(record),
+            },
+        };
+        outcome.or_else(|refusal| refused(monitor, cost.scan, refusal))?;
     }
-    Ok(totals)
+    Ok(())
+}
+
+/// Whether a replay goes on without what the filter has refused.
+fn refused(monitor: &mut impl Monitor, scan: u32, refusal: Refusal) -> Result<(), ReplayError> {
+    if monitor.refused(scan, &refusal) { Ok(()) } else { Err(ReplayError::Step { scan, refusal }) }
 }

@@ -1,11 +1,19 @@
 //! Writes a stream, on the desk or in flight.
 
 use crate::bytes::Checked;
+use crate::head::{Begins, Mark};
 use crate::kind::{Input, Kind};
 use crate::numbers::Numbers;
-use crate::reader::{END, PREDICT, SCAN};
+use crate::record::{
+    DETECTOR, END, FIX, FORGET, How, LOCALISING, MAP, PLACE, PREDICT, Part, Raw, Record, SCAN, SLICE, Which,
+};
 use crate::{Header, Scalar};
-use core::marker::PhantomData;
+use scphd::{Component, Pose, Real, SaveError, Symmetric, TangentOf, Vector};
+
+/// Detectors that a writer remembers the models of, for the heads of snapshots, beyond the first.
+pub(crate) const OTHERS: usize = 3;
+/// Bytes of a part of a snapshot that [`Writer::save`] puts into a slice.
+const SLICE_BYTES: usize = 256;
 
 /// Writes a stream piece by piece into whatever takes bytes: a file, a flash chip, a link.
 ///
@@ -24,21 +32,74 @@ use core::marker::PhantomData;
 /// assert!(matches!(reader.read(), Ok(Some(Record::Predict(input))) if input == moved));
 /// # Ok::<(), ()>(())
 /// ```
+///
+/// A black box has snapshots among the records. It is a ring, or an area that is full before the flight is over: what is left of it
+/// can be replayed from its first snapshot on.
+///
+/// ```
+/// use nalgebra::Vector2;
+/// use scphd::{Births, ControlNoise, Detector, JointConfig, JointSlam, PlanarPose, RangeBearing, RangeBearingWindow, Sensing};
+/// use scphd::{Step, Unicycle, UnicycleControl, UniformClutter, into_slice, joint_memory};
+/// use scphd_stream::planar::{Odometry, Planar};
+/// use scphd_stream::{Header, Part, Writer};
+///
+/// joint_memory! { type Memory: Unicycle<f32> { measurement: Vector2<f32>, features: 8, measurements: 16 } }
+/// # let motion = Unicycle::new(Step::Arc, ControlNoise::white(0.1, 0.02))?;
+/// # let window = RangeBearingWindow::full_circle(15.0, 0.9)?;
+/// # let clutter = UniformClutter::of_scan(0.1, window.measure())?;
+/// # let sensing = Sensing { sensor: RangeBearing::new(0.1, 0.02)?, field_of_view: window, clutter };
+/// # let lidar = Detector::new(sensing, Births::of_static(0.001))?;
+/// # let mut state = Box::new(Memory::new());
+/// let mut slam = JointSlam::new(motion, JointConfig::default(), &mut *state)?;
+/// slam.reset(PlanarPose::new(0.0, 0.0, 0.0))?;
+///
+/// // The head says what the filter was made of; see the example of `scphd-stream`.
+/// let head = Header::<Planar>::EMPTY;
+/// let mut log = Vec::new();
+/// let mut log = Writer::start(&head, |bytes: &[u8]| Ok::<(), &str>(log.extend_from_slice(bytes)))?;
+/// let mut bytes = [0; 8192]; // a static: what the state takes at most
+/// let mut saved = 0..0; // of it, what is still to be written
+/// for scan in 0..60 {
+///     let (speed_mps, rate_radps, dt) = (1.0, 0.1, 0.1);
+///     log.predict(&Odometry { control: [speed_mps, rate_radps].map(f64::from), dt_s: f64::from(dt) })?;
+///     slam.predict(&UnicycleControl { speed_mps, rate_radps }, dt)?;
+///     let seen = [Vector2::new(4.0, 0.5)];
+///     log.scan(&[[4.0, 0.5]])?;
+///     slam.scan(&lidar, &seen)?;
+///     if scan % 50 == 0 {
+///         // The state of this moment, into RAM; from there to the log a little after every scan.
+///         saved = 0..slam.save(7, into_slice(&mut bytes))?;
+///         log.snapshot(&[Part::Filter], slam.digest())?;
+///     }
+///     let now = saved.start..saved.end.min(saved.start + 512);
+///     if !now.is_empty() {
+///         log.slice(Part::Filter, &bytes[now.clone()])?;
+///         saved.start = now.end;
+///     }
+/// }
+/// assert!(saved.is_empty());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug)]
-pub struct Writer<K, F> {
+pub struct Writer<K: Kind, F> {
     sink: F,
-    scalar: Scalar,
-    kind: PhantomData<K>,
+    /// What is in force now.
+    header: Header<K>,
+    others: [Option<K::Sensor>; OTHERS],
+    /// Check of the last record, or head.
+    check: u32,
+    scans: u32,
 }
 
 impl<K: Kind, E, F: FnMut(&[u8]) -> Result<(), E>> Writer<K, F> {
-    /// Writes the head.
+    /// Writes the head, as that of a start.
     ///
     /// # Errors
     /// Those of the sink.
     pub fn start(header: &Header<K>, mut sink: F) -> Result<Self, E> {
-        header.write(&mut sink)?;
-        Ok(Self { sink, scalar: header.scalar, kind: PhantomData })
+        let header = Header { begins: Begins::Start, ..*header };
+        let check = header.write(0, &mut sink)?;
+        Ok(Self { sink, header, others: [None; OTHERS], check, scans: 0 })
     }
 
     /// Records a prediction.
@@ -46,19 +107,186 @@ impl<K: Kind, E, F: FnMut(&[u8]) -> Result<(), E>> Writer<K, F> {
     /// # Errors
     /// Those of the sink.
     pub fn predict(&mut self, input: &K::Input) -> Result<(), E> {
-        self.record([PREDICT, input.parts()], 1, K::Input::scalar(self.scalar), |mut number| input.put(&mut number))
+        let scalar = K::Input::scalar(self.header.scalar);
+        self.numbers([PREDICT, input.parts()], 1, scalar, |mut number| input.put(&mut number))
     }
 
-    /// Records a scan. Measurements beyond the 65535th are left out.
+    /// Records a scan of the first detector. Measurements beyond the 65535th are left out.
     ///
     /// # Errors
     /// Those of the sink.
     pub fn scan(&mut self, measurements: &[K::Measurement]) -> Result<(), E> {
+        self.scan_of(Which::FIRST, measurements)
+    }
+
+    /// Records a scan of a detector.
+    ///
+    /// # Errors
+    /// Those of the sink.
+    pub fn scan_of(&mut self, which: Which<K>, measurements: &[K::Measurement]) -> Result<(), E> {
+        self.measured(which.get(), measurements)
+    }
+
+    /// Records a scan of a detector that is taken in for the pose alone.
+    ///
+    /// # Errors
+    /// Those of the sink.
+    pub fn localise(&mut self, which: Which<K>, measurements: &[K::Measurement]) -> Result<(), E> {
+        self.measured(which.get() | LOCALISING, measurements)
+    }
+
+    fn measured(&mut self, parts: u8, measurements: &[K::Measurement]) -> Result<(), E> {
         let count = u16::try_from(measurements.len()).unwrap_or(u16::MAX);
         let kept = measurements.iter().take(usize::from(count));
-        self.record([SCAN, 0], count, self.scalar, |mut number| {
-            kept.for_each(|measurement| measurement.put(&mut number))
+        self.scans = self.scans.saturating_add(1);
+        self.numbers([SCAN, parts], count, self.header.scalar, |mut number| {
+            kept.for_each(|measurement| measurement.put(&mut number));
         })
+    }
+
+    /// Records a measurement of the pose itself.
+    ///
+    /// # Errors
+    /// Those of the sink.
+    pub fn fix(&mut self, fix: &K::Fix) -> Result<(), E> {
+        self.numbers([FIX, fix.parts()], 1, Scalar::F64, |mut number| fix.put(&mut number))
+    }
+
+    /// Records that a detector beyond the first is there, or goes on with other models. The models of the first are in the head:
+    /// of them nothing is recorded here.
+    ///
+    /// # Errors
+    /// Those of the sink.
+    pub fn detector(&mut self, which: Which<K>, models: &K::Sensor) -> Result<(), E> {
+        let Some(slot) = which.beyond_first().and_then(|place| self.others.get_mut(place)) else { return Ok(()) };
+        *slot = Some(*models);
+        self.numbers([DETECTOR, which.get()], 1, Scalar::F64, |mut number| models.put(&mut number))
+    }
+
+    /// Records other models, or another tuning: those of this head are in force from here on. Its start, seed and number type mean
+    /// nothing here.
+    ///
+    /// # Errors
+    /// Those of the sink.
+    pub fn retune(&mut self, header: &Header<K>) -> Result<(), E> {
+        self.header = Header { begins: Begins::Retuned, scalar: self.header.scalar, ..*header };
+        self.head()
+    }
+
+    /// Records that what a detector has learnt is forgotten.
+    ///
+    /// # Errors
+    /// Those of the sink.
+    pub fn forget(&mut self, which: Which<K>) -> Result<(), E> {
+        self.numbers([FORGET, which.get()], 0, Scalar::F64, |_| ())
+    }
+
+    /// Records that the pose is set from outside. A reset has a seed; nothing but [`How::Scatter`] has a pose, nothing but
+    /// [`How::Reset`] a covariance: what is not asked for may be anything.
+    ///
+    /// # Errors
+    /// Those of the sink.
+    pub fn place<T: Real, P: Pose<Scalar = T>>(
+        &mut self,
+        how: How,
+        pose: &P,
+        covariance: &Symmetric<TangentOf<P>>,
+        seed: u64,
+    ) -> Result<(), E> {
+        let (mut full, mut lower) = (K::Full::ZERO, K::Covariance::ZERO);
+        let mut slots = full.as_mut().iter_mut();
+        pose.to_numbers(|number| slots.next().into_iter().for_each(|slot| *slot = number.to_f64()));
+        for (slot, number) in lower.as_mut().iter_mut().zip(covariance.as_lower()) {
+            *slot = number.to_f64();
+        }
+        let mut record = self.record([PLACE, how as u8], 1);
+        full.put(&mut |number| record.put(&number.to_le_bytes()));
+        lower.put(&mut |number| record.put(&number.to_le_bytes()));
+        record.put(&seed.to_le_bytes());
+        self.check = record.end()?;
+        Ok(())
+    }
+
+    /// Records that a map is loaded. Features beyond the 65535th are left out.
+    ///
+    /// # Errors
+    /// Those of the sink.
+    pub fn map<T: Real, D: Vector<Scalar = T>>(&mut self, features: &[Component<D>]) -> Result<(), E> {
+        const { assert!(2 + D::DIMENSION + D::DIMENSION * (D::DIMENSION + 1) / 2 == K::Feature::COUNT) };
+        let count = u16::try_from(features.len()).unwrap_or(u16::MAX);
+        self.numbers([MAP, 0], count, Scalar::F64, |number| {
+            for Component { label, ln_weight, mean, covariance } in features.iter().take(usize::from(count)) {
+                number(f64::from(*label));
+                number(ln_weight.to_f64());
+                mean.as_slice().iter().chain(covariance.as_lower()).for_each(|x| number(x.to_f64()));
+            }
+        })
+    }
+
+    /// Begins a snapshot of the state as it is after the last record: a replay may begin here. `digest` is that of the filter, taken on
+    /// through its detectors in their order, as [`scphd::Detector::digest`] does. The bytes of these parts follow, at once by
+    /// [`save`](Self::save) or in slices with other records between them. One that is never finished is passed over by readers.
+    ///
+    /// # Errors
+    /// Those of the sink.
+    pub fn snapshot(&mut self, parts: &[Part<K>], digest: u64) -> Result<(), E> {
+        let parts = parts.iter().fold(0, |bits, part| bits | part.bit());
+        self.header.begins = Begins::Snapshot(Mark { scans: self.scans, parts, digest });
+        self.head()?;
+        for (number, models) in (1..).zip(self.others) {
+            if let Some((which, models)) = Which::number(number).zip(models) {
+                self.detector(which, &models)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Records the next bytes of a part of the snapshot that was begun last, at most 65535.
+    ///
+    /// # Errors
+    /// Those of the sink.
+    pub fn slice(&mut self, part: Part<K>, bytes: &[u8]) -> Result<(), E> {
+        let count = u16::try_from(bytes.len()).unwrap_or(u16::MAX);
+        self.whole([SLICE, part.code()], count, bytes.get(..usize::from(count)).unwrap_or(bytes))
+    }
+
+    /// Records a part of a snapshot as it is saved: in slices of 256 bytes, all at once.
+    ///
+    /// ```no_run
+    /// # fn example<K: scphd_stream::Kind, M: scphd::Motion<Pose: scphd::Pose<Scalar = f32>>>(
+    /// #     log: &mut scphd_stream::Writer<K, impl FnMut(&[u8]) -> Result<(), ()>>,
+    /// #     slam: &mut scphd::ScPhd<'_, M>,
+    /// # ) -> Result<(), scphd::SaveError<()>> {
+    /// # use scphd_stream::Part;
+    /// # const KIND: u32 = 7;
+    /// log.save(Part::Filter, |sink| slam.save(KIND, sink))?;
+    /// # Ok(())
+    /// # }
+    /// ```
+    ///
+    /// # Errors
+    /// Those of the sink, and of what saves.
+    pub fn save(
+        &mut self,
+        part: Part<K>,
+        save: impl FnOnce(&mut dyn FnMut(&[u8]) -> Result<(), E>) -> Result<usize, SaveError<E>>,
+    ) -> Result<usize, SaveError<E>> {
+        let (mut buffer, mut len) = ([0; SLICE_BYTES], 0);
+        let saved = save(&mut |piece| {
+            for &byte in piece {
+                if len == SLICE_BYTES {
+                    self.slice(part, &buffer)?;
+                    len = 0;
+                }
+                if let Some(slot) = buffer.get_mut(len) {
+                    *slot = byte;
+                    len += 1;
+                }
+            }
+            Ok(())
+        })?;
+        self.slice(part, buffer.get(..len).unwrap_or(&buffer)).map_err(SaveError::Sink)?;
+        Ok(saved)
     }
 
     /// Marks the end; without it a reader takes the stream for cut off.
@@ -66,23 +294,57 @@ impl<K: Kind, E, F: FnMut(&[u8]) -> Result<(), E>> Writer<K, F> {
     /// # Errors
     /// Those of the sink.
     pub fn end(mut self) -> Result<(), E> {
-        self.record([END, 0], 0, self.scalar, |_| ())
+        self.numbers([END, 0], 0, self.header.scalar, |_| ())
     }
 
-    fn record(
+    /// Records once more what was read from another stream, but for snapshots.
+    pub(crate) fn again(&mut self, raw: &Raw<'_>, record: &Record<'_, K>) -> Result<(), E> {
+        match (raw, record) {
+            (Raw::Head(head), _) => match head.decode() {
+                Ok(header) if head.mark().is_none() => self.retune(&header),
+                _ => Ok(()),
+            },
+            (_, Record::Detector(which, models)) => self.detector(*which, &models.get()),
+            (&Raw::Record { kind, parts, count, payload }, _) => {
+                self.scans = self.scans.saturating_add(u32::from(kind == SCAN));
+                self.whole([kind, parts], count, payload)
+            }
+        }
+    }
+
+    /// Writes a head with what is in force now.
+    fn head(&mut self) -> Result<(), E> {
+        self.check = self.header.write(self.check, &mut self.sink)?;
+        Ok(())
+    }
+
+    fn record(&mut self, kind: [u8; 2], count: u16) -> Checked<&mut F, E> {
+        let mut record = Checked::behind(self.check, &mut self.sink);
+        record.put(&kind);
+        record.put(&count.to_le_bytes());
+        record
+    }
+
+    fn whole(&mut self, kind: [u8; 2], count: u16, payload: &[u8]) -> Result<(), E> {
+        let mut record = self.record(kind, count);
+        record.put(payload);
+        self.check = record.end()?;
+        Ok(())
+    }
+
+    fn numbers(
         &mut self,
         kind: [u8; 2],
         count: u16,
         scalar: Scalar,
         numbers: impl FnOnce(&mut dyn FnMut(f64)),
     ) -> Result<(), E> {
-        let mut record = Checked::new(&mut self.sink);
-        record.put(&kind);
-        record.put(&count.to_le_bytes());
+        let mut record = self.record(kind, count);
         numbers(&mut |number| match scalar {
             Scalar::F32 => record.put(&(number as f32).to_le_bytes()),
             Scalar::F64 => record.put(&number.to_le_bytes()),
         });
-        record.end()
+        self.check = record.end()?;
+        Ok(())
     }
 }

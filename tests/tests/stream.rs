@@ -79,7 +79,7 @@ fn a_replay_ends_where_the_session_ends() {
     for (precision, scalar) in [(Precision::F32, Scalar::F32), (Precision::F64, Scalar::F64)] {
         let session =
             session::run::<dimensions::Planar>(&log, &settings, Filter::Core(precision), SEED, &mut |_| ()).unwrap();
-        let bytes = stream::write(&log, &settings, SEED, scalar, usize::MAX).bytes;
+        let bytes = stream::write(&log, &settings, SEED, scalar, usize::MAX).unwrap().bytes;
         let digests = match precision {
             Precision::F32 => replayed::<f32>(&bytes, u32::MAX),
             Precision::F64 => replayed::<f64>(&bytes, u32::MAX),
@@ -145,8 +145,8 @@ fn a_dive_that_cannot_be_replayed_is_refused_by_name() {
 #[test]
 fn a_stream_of_some_scans_is_the_beginning_of_the_whole() {
     let (log, settings) = short_log();
-    let whole = stream::write(&log, &settings, SEED, Scalar::F32, usize::MAX);
-    let part = stream::write(&log, &settings, SEED, Scalar::F32, 10);
+    let whole = stream::write(&log, &settings, SEED, Scalar::F32, usize::MAX).unwrap();
+    let part = stream::write(&log, &settings, SEED, Scalar::F32, 10).unwrap();
     assert_eq!((whole.scans as usize, part.scans), (SCANS, 10));
     let expected = replayed::<f32>(&whole.bytes, 10).unwrap().all;
     assert_eq!(expected.len(), 10);
@@ -156,7 +156,7 @@ fn a_stream_of_some_scans_is_the_beginning_of_the_whole() {
 #[test]
 fn a_stream_that_breaks_off_is_replayed_up_to_there_and_then_refused() {
     let (log, settings) = short_log();
-    let bytes = stream::write(&log, &settings, SEED, Scalar::F32, 10).bytes;
+    let bytes = stream::write(&log, &settings, SEED, Scalar::F32, 10).unwrap().bytes;
     let cut = &bytes[..bytes.len() - 20];
     assert!(matches!(replayed::<f32>(cut, u32::MAX), Err(ReplayError::Stream(StreamError::Truncated))));
     assert_eq!(replayed::<f32>(cut, 9).unwrap().all.len(), 9);
@@ -166,12 +166,12 @@ fn a_stream_that_breaks_off_is_replayed_up_to_there_and_then_refused() {
 fn what_does_not_fit_on_board_is_refused_by_name() {
     let (log, mut settings) = short_log();
     settings.filter.particles = 1000;
-    let bytes = stream::write(&log, &settings, SEED, Scalar::F32, 2).bytes;
+    let bytes = stream::write(&log, &settings, SEED, Scalar::F32, 2).unwrap().bytes;
     let error = replayed::<f32>(&bytes, u32::MAX).err().unwrap().to_string();
     assert_eq!(error, "the filter refuses the head of the stream: 1000 particles do not fit a state for 32");
     let (mut log, settings) = short_log();
     log.scans[1].detections = vec![[5.0, 0.0]; 65];
-    let bytes = stream::write(&log, &settings, SEED, Scalar::F32, 2).bytes;
+    let bytes = stream::write(&log, &settings, SEED, Scalar::F32, 2).unwrap().bytes;
     let error = replayed::<f32>(&bytes, u32::MAX).err().unwrap().to_string();
     assert_eq!(error, "scan 1: the filter refuses: 65 measurements do not fit a state for 64");
 }
@@ -195,7 +195,7 @@ fn the_worst_case_fills_the_memory() {
         }
     }
     let (log, settings) = stream::worst_case(32, 2, planar::MEASUREMENTS);
-    let bytes = stream::write(&log, &settings, SEED, Scalar::F32, 8).bytes;
+    let bytes = stream::write(&log, &settings, SEED, Scalar::F32, 8).unwrap().bytes;
     let full = with_roomy_stack(|| {
         let mut memory: Box<planar::Memory<f32>> = Box::new(Planar::MEMORY);
         let mut fullness = Fullness::default();
@@ -208,7 +208,7 @@ fn the_worst_case_fills_the_memory() {
 #[test]
 fn the_head_says_what_the_stream_holds() {
     let (log, settings) = short_log();
-    let stream = stream::write(&log, &settings, SEED, Scalar::F64, usize::MAX);
+    let stream = stream::write(&log, &settings, SEED, Scalar::F64, usize::MAX).unwrap();
     let reader = Reader::<Planar>::open(&stream.bytes).unwrap();
     let header = reader.header();
     let most = log.scans.iter().map(|scan| scan.detections.len()).max().unwrap();

@@ -133,6 +133,13 @@ impl<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>, R> Detector<X,
         Ok(())
     }
 
+    /// Goes on as another detector, between any two scans: with its models, where it sits, what it gives birth to and what of it is
+    /// learnt. The room, and what was learnt so far, stay.
+    pub fn adopt(&mut self, other: Detector<X>) {
+        let Detector { sensing, mounting, births, online, room: () } = other;
+        (self.sensing, self.mounting, self.births, self.online) = (sensing, mounting, births, online);
+    }
+
     /// The models.
     #[must_use]
     pub fn sensing(&self) -> &X {

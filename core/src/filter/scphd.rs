@@ -87,14 +87,7 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'s, M> {
         SM: MapStorage<Static<PositionOf<M::Pose>>>,
         VM: MapStorage<Dynamic<PositionOf<M::Pose>>>,
     {
-        config.check()?;
-        if config.particles > PARTICLES {
-            return Err(SetupError::TooManyParticles { particles: config.particles, capacity: PARTICLES });
-        }
-        let candidates = config.particles.saturating_mul(config.samples);
-        if candidates > CANDIDATES {
-            return Err(SetupError::TooManyCandidates { candidates, capacity: CANDIDATES });
-        }
+        check_capacities(&config, PARTICLES, CANDIDATES)?;
         motion.check()?;
         let mut memory = state.memory();
         memory.check(&config)?;
@@ -298,6 +291,17 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'s, M> {
         Ok(())
     }
 
+    /// Goes on with another tuning, between any two steps.
+    ///
+    /// # Errors
+    /// It is out of range, or does not fit the state or what that holds, as for [`new`](Self::new); the filter keeps the one it had.
+    pub fn configure(&mut self, config: Config<T>) -> Result<(), SetupError> {
+        check_capacities(&config, self.memory.spreads.len(), self.memory.candidates.len())?;
+        self.memory.check(&config)?;
+        self.config = config;
+        Ok(())
+    }
+
     /// The motion.
     #[must_use]
     pub fn motion(&self) -> &M {
@@ -340,4 +344,17 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'s, M> {
     pub fn candidates(&self) -> &[Candidate<M::Pose>] {
         self.memory.candidates()
     }
+}
+
+/// Whether a tuning is in range and its particles and candidates fit.
+fn check_capacities<T: Real>(config: &Config<T>, particles: usize, candidates: usize) -> Result<(), SetupError> {
+    config.check()?;
+    if config.particles > particles {
+        return Err(SetupError::TooManyParticles { particles: config.particles, capacity: particles });
+    }
+    let needed = config.particles.saturating_mul(config.samples);
+    if needed > candidates {
+        return Err(SetupError::TooManyCandidates { candidates: needed, capacity: candidates });
+    }
+    Ok(())
 }

@@ -14,8 +14,8 @@ use crate::particles::cursor::passed;
 use crate::report::watch::Watch;
 use crate::snapshot::visit::Visit;
 use crate::{
-    Component, Health, Linearised, Matrix, Motion, Pose, PoseEstimate, PositionOf, PredictError, PredictReport, Real,
-    ResetError, ScalarOf, SetupError, Symmetric, TangentOf, Vector,
+    Component, ConfigError, Health, Linearised, Matrix, ModelError, Motion, Pose, PoseEstimate, PositionOf,
+    PredictError, PredictReport, Real, ResetError, ScalarOf, SetupError, Symmetric, TangentOf, Vector,
 };
 
 /// SLAM with a joint map: motion and tuning over a [`JointState`]; the sensors are [detectors](Detector), given with every scan.
@@ -121,6 +121,26 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, A: Archi
     #[must_use]
     pub fn motion(&self) -> &M {
         &self.motion
+    }
+
+    /// Goes on with another motion, between any two steps: noise may be retuned in flight.
+    ///
+    /// # Errors
+    /// It is out of range; the filter keeps the one it had.
+    pub fn retune(&mut self, motion: M) -> Result<(), ModelError> {
+        motion.check()?;
+        self.motion = motion;
+        Ok(())
+    }
+
+    /// Goes on with another tuning, between any two steps.
+    ///
+    /// # Errors
+    /// It is out of range; the filter keeps the one it had.
+    pub fn configure(&mut self, config: JointConfig<T>) -> Result<(), ConfigError> {
+        config.check()?;
+        self.config = config;
+        Ok(())
     }
 
     /// Starts, or starts again: at `pose`, certain of it, without a feature.

@@ -3,6 +3,7 @@
 mod dead_reckoning;
 mod kalman;
 mod navigator;
+mod snapshot;
 mod velocity_filter;
 
 pub use dead_reckoning::DeadReckoning;

@@ -48,11 +48,11 @@ pub struct Instruments<T> {
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Navigator<T: Real> {
-    velocity: VelocityFilter<T>,
+    pub(super) velocity: VelocityFilter<T>,
     z_sigma_m: T,
-    roll_rad: T,
-    pitch_rad: T,
-    yaw_rate_radps: Option<Reading<T>>,
+    pub(super) roll_rad: T,
+    pub(super) pitch_rad: T,
+    pub(super) yaw_rate_radps: Option<Reading<T>>,
 }
 
 impl<T: Real> Navigator<T> {

@@ -49,7 +49,7 @@ impl<T: Real> VelocityNoise<T> {
 
 /// Readings of one instrument rejected in a row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub(super) struct Outliers(u16);
+pub(super) struct Outliers(pub(super) u16);
 
 impl Outliers {
     /// Counts what became of a reading; whether there were so many in a row that the filter has to start again from it.
@@ -99,9 +99,9 @@ impl Outliers {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct VelocityFilter<T: Real> {
     noise: VelocityNoise<T>,
-    state: Kalman<Vector4<T>>,
-    outliers: Outliers,
-    z_outliers: Outliers,
+    pub(super) state: Kalman<Vector4<T>>,
+    pub(super) outliers: Outliers,
+    pub(super) z_outliers: Outliers,
 }
 
 impl<T: Real> VelocityFilter<T> {

@@ -35,6 +35,8 @@ pub(crate) enum Content {
     Detector,
     /// The features of a map.
     Map,
+    /// What runs beside the particles of an underwater vehicle.
+    Navigator,
 }
 
 /// What must be the same in the filter that wrote and the one that reads.

@@ -1,6 +1,7 @@
 //! Links only if no panic can be reached from setting up, predicting, scanning and estimating: whoever panics calls a function that
 //! does not exist. In single precision or, with the feature `double`, in double; for a planar vehicle or, with the feature
-//! `underwater`, for an underwater one; with the feature `joint`, for a planar vehicle with a joint map.
+//! `underwater`, for an underwater one; with the feature `joint`, for a planar vehicle with a joint map. With the feature `black-box` what is
+//! left of a black box is replayed, and recorded once more.
 #![no_std]
 #![no_main]
 
@@ -11,11 +12,17 @@ use core::hint::black_box;
 use core::panic::PanicInfo;
 use cortex_m_rt::entry;
 use scphd_firmware::board;
-#[cfg(not(any(feature = "underwater", feature = "joint")))]
+#[cfg(all(feature = "black-box", not(any(feature = "underwater", feature = "joint"))))]
+use scphd_stream::planar::BlackBox as Kind;
+#[cfg(all(feature = "black-box", feature = "joint"))]
+use scphd_stream::planar::BlackBoxJoint as Kind;
+#[cfg(all(not(feature = "black-box"), not(any(feature = "underwater", feature = "joint"))))]
 use scphd_stream::planar::Planar as Kind;
-#[cfg(feature = "joint")]
+#[cfg(all(not(feature = "black-box"), feature = "joint"))]
 use scphd_stream::planar::PlanarJoint as Kind;
-#[cfg(feature = "underwater")]
+#[cfg(all(feature = "black-box", feature = "underwater"))]
+use scphd_stream::underwater::BlackBox as Kind;
+#[cfg(all(not(feature = "black-box"), feature = "underwater"))]
 use scphd_stream::underwater::Underwater as Kind;
 use scphd_stream::{Aboard, Monitor, ScanCost, Seen, replay};
 use static_cell::ConstStaticCell;
@@ -51,6 +58,12 @@ impl Monitor for Witness {
 fn main() -> ! {
     if let Some(memory) = MEMORY.try_take() {
         let _ = black_box(replay::<Kind, Scalar>(board::stream(), memory, u32::MAX, &mut Witness));
+        #[cfg(feature = "black-box")]
+        {
+            let _ = black_box(scphd_stream::recover::<Kind, Scalar>(board::stream(), memory, &mut Witness));
+            let sink = |bytes: &[u8]| black_box(if bytes.is_empty() { Err(()) } else { Ok(()) });
+            let _ = black_box(scphd_stream::rerecord::<Kind, Scalar, ()>(board::stream(), memory, 50, sink));
+        }
     }
     loop {
         cortex_m::asm::wfi();

@@ -148,6 +148,8 @@ fn SysTick() {
             let (input, last) = match source.read() {
                 Ok(Some(Record::Predict(odometry))) => (Input::Odometry(odometry), true),
                 Ok(Some(Record::Scan(measurements))) => (Input::Scan { measurements, tick: *tick }, false),
+                // Of other records this loop knows nothing.
+                Ok(Some(_)) => continue,
                 Ok(None) | Err(_) => {
                     *ended = true;
                     return;

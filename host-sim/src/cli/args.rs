@@ -309,6 +309,12 @@ pub struct StreamArgs {
     /// Number type of the inputs.
     #[arg(long, value_enum, default_value_t = PrecisionName::F32)]
     pub precision: PrecisionName,
+    /// Runs the filter of a black box along, and writes a snapshot of its state after every N scans.
+    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..))]
+    pub snapshot_every: Option<u32>,
+    /// The filter of the snapshots.
+    #[arg(long, value_enum, default_value_t = ComparedFilter::Core, requires = "snapshot_every")]
+    pub filter: ComparedFilter,
     #[command(flatten)]
     pub tuning: Tuning,
     #[command(flatten)]

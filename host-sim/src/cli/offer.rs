@@ -7,7 +7,7 @@ use scphd_sim::log_folder::{self, LogError};
 use scphd_sim::scenario::{SCENARIOS, by_name, is_of_thesis, thesis_run};
 use scphd_sim::settings::{Origin, Origins, Settings};
 use scphd_sim::slam::Refusal;
-use scphd_sim::stream::{self, Stream};
+use scphd_sim::stream::{self, Recorded, Stream};
 use scphd_sim::tune::Learn;
 use scphd_sim::underwater;
 use scphd_stream::Scalar;
@@ -41,6 +41,9 @@ pub trait Offer: Lockstep + Learn {
         scalar: Scalar,
         scans: usize,
     ) -> Result<Stream, Refusal>;
+
+    /// The same with a snapshot after every `every` scans.
+    fn with_snapshots(stream: Stream, filter: Recorded, scalar: Scalar, every: u32) -> Result<Stream, Refusal>;
 
     /// Whether the filter with a joint map is the usual one.
     fn is_joint_usual(_scenario: Option<&str>) -> bool {
@@ -81,12 +84,11 @@ impl Offer for Planar {
     }
 
     fn stream(log: &Log, settings: &Settings, seed: u64, scalar: Scalar, scans: usize) -> Result<Stream, Refusal> {
-        let beyond = if log.others.is_empty() { "fixes of the pose" } else { "several sensors" };
-        if log.others.is_empty() && log.fixes.is_empty() {
-            Ok(stream::write(log, settings, seed, scalar, scans))
-        } else {
-            Err(Refusal(format!("a stream does not carry {beyond}, which {} has", log.name)))
-        }
+        stream::write(log, settings, seed, scalar, scans)
+    }
+
+    fn with_snapshots(stream: Stream, filter: Recorded, scalar: Scalar, every: u32) -> Result<Stream, Refusal> {
+        stream.with_snapshots(filter, scalar, every)
     }
 
     /// For a log, or a scenario that is as good as one: an experiment of the thesis is neither.
@@ -132,5 +134,12 @@ impl Offer for Underwater {
         scans: usize,
     ) -> Result<Stream, Refusal> {
         stream::write_underwater(log, settings, seed, scalar, scans)
+    }
+
+    fn with_snapshots(stream: Stream, filter: Recorded, scalar: Scalar, every: u32) -> Result<Stream, Refusal> {
+        match filter {
+            Recorded::Mixture => stream.with_snapshots_under_water(scalar, every),
+            Recorded::Joint => Err(Refusal("there is no joint map aboard under water; --filter core there is".into())),
+        }
     }
 }

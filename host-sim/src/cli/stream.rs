@@ -1,13 +1,13 @@
 //! `scphd-sim stream`.
 
-use super::args::{PrecisionName, StreamArgs, Tuning};
+use super::args::{ComparedFilter, PrecisionName, StreamArgs, Tuning};
 use super::failure::Failure;
 use super::offer::Offer;
 use super::outputs::{check_file, print_beside, write_file};
 use super::source::{Found, Source, either, tuned};
 use scphd_sim::dimensions::Planar;
 use scphd_sim::settings::Origins;
-use scphd_sim::stream::{Stream, worst_case};
+use scphd_sim::stream::{Recorded, Stream, worst_case};
 use scphd_stream::Scalar;
 use scphd_stream::planar::MEASUREMENTS;
 
@@ -30,7 +30,8 @@ pub fn stream(args: StreamArgs) -> Result<(), Failure> {
         let Tuning { particles, samples, .. } = args.tuning;
         let (log, defaults) = worst_case(particles.unwrap_or(PARTICLES), samples.unwrap_or(SAMPLES), MEASUREMENTS);
         let settings = tuned::<Planar>(defaults, &mut Origins::default(), &log, &args.tuning)?;
-        Planar::stream(&log, &settings, seed, scalar, scans).map_err(Failure::input)?
+        let stream = Planar::stream(&log, &settings, seed, scalar, scans).map_err(Failure::input)?;
+        recorded::<Planar>(stream, &args, scalar)?
     } else {
         let found = Found::find(&args.source, args.scenario_seed.scenario_seed)?;
         either!(found, source => of(&source, &args, scalar, scans)?)
@@ -51,5 +52,16 @@ pub fn stream(args: StreamArgs) -> Result<(), Failure> {
 fn of<K: Offer>(source: &Source<K>, args: &StreamArgs, scalar: Scalar, scans: usize) -> Result<Stream, Failure> {
     let log = source.log(args.seed.seed)?;
     let settings = source.tuned(&log, &args.tuning)?;
-    K::stream(&log, &settings, args.seed.seed, scalar, scans).map_err(Failure::input)
+    let stream = K::stream(&log, &settings, args.seed.seed, scalar, scans).map_err(Failure::input)?;
+    recorded::<K>(stream, args, scalar)
+}
+
+/// The same with snapshots, if there are to be some.
+fn recorded<K: Offer>(stream: Stream, args: &StreamArgs, scalar: Scalar) -> Result<Stream, Failure> {
+    let Some(every) = args.snapshot_every else { return Ok(stream) };
+    let filter = match args.filter {
+        ComparedFilter::Core => Recorded::Mixture,
+        ComparedFilter::Joint => Recorded::Joint,
+    };
+    K::with_snapshots(stream, filter, scalar, every).map_err(Failure::input)
 }

@@ -1,7 +1,7 @@
 //! Records and head of a stream, whatever the vehicle.
 
 use crate::settings::{self, FilterSettings};
-use scphd_stream::{Extraction, Header, Kind, Likelihood, Proposal, Recursion, Scalar, Writer};
+use scphd_stream::{Extraction, Header, Kind, Likelihood, Proposal, Recursion, Scalar, Which, Writer};
 use std::convert::Infallible;
 
 /// What a log was written into.
@@ -19,10 +19,14 @@ pub struct Stream {
 
 /// One record to be.
 pub(super) enum Entry<'a, K: Kind> {
+    /// A detector beyond the first.
+    Detector(Which<K>, K::Sensor),
     /// A prediction.
     Predict(K::Input),
+    /// A measurement of the pose.
+    Fix(K::Fix),
     /// A scan.
-    Scan(&'a [K::Measurement]),
+    Scan(Which<K>, &'a [K::Measurement]),
 }
 
 impl Stream {
@@ -30,12 +34,12 @@ impl Stream {
     pub(super) fn of<K: Kind>(mut header: Header<K>, entries: &[Entry<'_, K>]) -> Self {
         let scans = || {
             entries.iter().filter_map(|entry| match entry {
-                Entry::Scan(measurements) => Some(measurements.len()),
-                Entry::Predict(_) => None,
+                Entry::Scan(_, measurements) => Some(measurements.len()),
+                _ => None,
             })
         };
         header.scans = count(scans().count());
-        header.predictions = count(entries.len() - scans().count());
+        header.predictions = count(entries.iter().filter(|entry| matches!(entry, Entry::Predict(_))).count());
         header.most_measurements = count(scans().max().unwrap_or(0));
         let mut bytes = Vec::new();
         let Ok(()) = fill(&header, entries, &mut bytes);
@@ -52,8 +56,10 @@ fn fill<K: Kind>(header: &Header<K>, entries: &[Entry<'_, K>], bytes: &mut Vec<u
     })?;
     for entry in entries {
         match entry {
+            Entry::Detector(which, models) => writer.detector(*which, models)?,
             Entry::Predict(input) => writer.predict(input)?,
-            Entry::Scan(measurements) => writer.scan(measurements)?,
+            Entry::Fix(fix) => writer.fix(fix)?,
+            Entry::Scan(which, measurements) => writer.scan_of(*which, measurements)?,
         }
     }
     writer.end()

@@ -2,29 +2,40 @@
 
 use super::entry::{Entry, Stream, head, scan_interval_s};
 use crate::events::{Event, events};
-use crate::log::{Log, Vehicle};
-use crate::settings::Settings;
-use scphd_stream::planar::{self, Models, Odometry, Planar};
-use scphd_stream::{Header, Joint, Moving, Numbers, Scalar};
+use crate::log::{FixNoise, Log, PoseFix, Vehicle};
+use crate::settings::{SensorSettings, Settings};
+use crate::slam::contract::{Refusal, refusal};
+use scphd_stream::planar::{self, Fix, Models, Odometry, Planar};
+use scphd_stream::{Header, Joint, Kind, Moving, Numbers, Recursion, Scalar, Which};
 
-/// The first `scans` scans of `log`, which has one sensor and no fixes of the pose, with all motion before them, and in its head whatever a filter must be told.
-#[must_use]
-pub fn write(log: &Log, settings: &Settings, seed: u64, scalar: Scalar, scans: usize) -> Stream {
+/// The first `scans` scans of `log` with all motion and all fixes before them, and in its head, or as records before them, whatever a
+/// filter must be told.
+///
+/// # Errors
+/// The log has more sensors than a stream can have, or fixes of a noise that is not stated.
+pub fn write(log: &Log, settings: &Settings, seed: u64, scalar: Scalar, scans: usize) -> Result<Stream, Refusal> {
     let scans = scans.min(log.scans.len());
+    let too_many = || refusal(format_args!("a stream has at most {} sensors", Planar::DETECTORS));
+    let which = |sensor: usize| u8::try_from(sensor).ok().and_then(Which::number).ok_or_else(too_many);
+    let others = settings
+        .others
+        .iter()
+        .enumerate()
+        .map(|(place, (_, sensor))| Ok(Entry::Detector(which(place + 1)?, detector(settings, sensor))));
     let mut taken = 0;
     let kept = events(log).take_while(|event| {
         let open = taken < scans;
         taken += usize::from(matches!(event, Event::Scan { .. }));
         open
     });
-    let entries: Vec<Entry<'_, Planar>> = kept
-        .filter_map(|event| match event {
-            Event::Predict { control, dt_s, .. } => Some(Entry::Predict(Odometry { control, dt_s })),
-            Event::Scan { index } => Some(Entry::Scan(&log.scans[index].detections)),
-            Event::Fix { .. } => None,
-        })
-        .collect();
-    let Settings { moving, joint, .. } = settings;
+    let records = kept.map(|event| match event {
+        Event::Predict { control, dt_s, .. } => Ok(Entry::Predict(Odometry { control, dt_s })),
+        Event::Scan { index } => Ok(Entry::Scan(which(log.scans[index].sensor)?, &log.scans[index].detections)),
+        Event::Fix { fix: measured } => Ok(Entry::Fix(fix(&settings.fixes.unwrap_or_default(), measured)?)),
+    });
+    let entries: Vec<Entry<'_, Planar>> = others.chain(records).collect::<Result<_, Refusal>>()?;
+    let Settings { sensor, moving, joint, .. } = settings;
+    let head = head(&settings.filter, seed, scalar);
     let header = Header {
         vehicle: match log.vehicle {
             Vehicle::Ackermann { .. } => planar::Vehicle::Ackermann,
@@ -33,7 +44,7 @@ pub fn write(log: &Log, settings: &Settings, seed: u64, scalar: Scalar, scans: u
         },
         models: models(log, settings),
         moving: Moving {
-            birth_intensity: moving.birth_intensity,
+            birth_intensity: sensor.birth_factor * moving.birth_intensity,
             velocity_sigma_mps: moving.velocity_sigma_mps,
             acceleration_psd: moving.acceleration_psd,
             lifetime_s: moving.lifetime_s,
@@ -48,9 +59,56 @@ pub fn write(log: &Log, settings: &Settings, seed: u64, scalar: Scalar, scans: u
             merge_distance: joint.merge_distance,
         },
         scan_interval_s: scan_interval_s(log.scans.iter().map(|scan| scan.t_s)),
-        ..head(&settings.filter, seed, scalar)
+        recursion: Recursion {
+            birth_intensity: sensor.birth_factor * settings.filter.birth_intensity,
+            ..head.recursion
+        },
+        ..head
     };
-    Stream::of(header, &entries)
+    Ok(Stream::of(header, &entries))
+}
+
+/// A fix of this noise.
+fn fix(noise: &FixNoise, measured: PoseFix) -> Result<Fix, Refusal> {
+    let unstated = |what| refusal(format_args!("fixes.{what}: not stated"));
+    let gate = noise.gate.unwrap_or(f64::INFINITY);
+    Ok(match measured {
+        PoseFix::Position(place_m) => Fix::Position {
+            place_m,
+            sigma_m: noise.position_sigma_m.ok_or_else(|| unstated("position_sigma_m"))?,
+            gate,
+            antenna_m: [noise.forward_m, noise.left_m],
+        },
+        PoseFix::Heading(heading_rad) => Fix::Heading {
+            heading_rad,
+            sigma_rad: noise.heading_sigma_rad.ok_or_else(|| unstated("heading_sigma_rad"))?,
+            gate,
+        },
+    })
+}
+
+/// A sensor beside the first.
+fn detector(settings: &Settings, sensor: &SensorSettings) -> planar::Sensor {
+    planar::Sensor {
+        mounted_forward_m: sensor.forward_m,
+        mounted_left_m: sensor.left_m,
+        mounted_yaw_rad: sensor.yaw_rad,
+        range_sigma_m: sensor.range_sigma_m,
+        bearing_sigma_rad: sensor.bearing_sigma_rad,
+        range_min_m: sensor.range_min_m,
+        range_max_m: sensor.range_max_m,
+        range_edge_m: sensor.range_edge_m,
+        bearing_center_rad: sensor.bearing_center_rad(),
+        bearing_half_width_rad: sensor.bearing_half_width_rad(),
+        bearing_edge_rad: sensor.bearing_edge_rad,
+        detection_near: sensor.detection_near,
+        detection_far: sensor.detection_far,
+        clutter_per_scan: sensor.clutter_per_scan,
+        birth_intensity: sensor.birth_factor * settings.filter.birth_intensity,
+        moving_birth_intensity: sensor.birth_factor * settings.moving.birth_intensity,
+        detection_memory: settings.filter.detection_memory,
+        clutter_memory: settings.filter.clutter_memory,
+    }
 }
 
 fn models(log: &Log, settings: &Settings) -> Models {

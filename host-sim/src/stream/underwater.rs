@@ -7,7 +7,7 @@ use crate::underwater::models::models;
 use crate::underwater::settings::Settings;
 use crate::underwater::timeline::Timeline;
 use scphd_stream::underwater::Underwater;
-use scphd_stream::{Header, Scalar};
+use scphd_stream::{Header, Scalar, Which};
 
 /// The first `scans` frames of `log` with all that the instruments said before them, and in its head whatever a filter must be
 /// told.
@@ -19,7 +19,7 @@ pub fn write(log: &Log, settings: &Settings, seed: u64, scalar: Scalar, scans: u
     let mut entries: Vec<Entry<'_, Underwater>> = Vec::new();
     for scan in log.scans.iter().take(scans) {
         entries.extend(timeline.steps_to(scan.t_s).into_iter().map(|step| Entry::Predict(step.navigation)));
-        entries.push(Entry::Scan(&scan.detections));
+        entries.push(Entry::Scan(Which::FIRST, &scan.detections));
     }
     let header = Header {
         models: models(log, settings)?,

@@ -1,10 +1,16 @@
-//! Replays a stream on the desk: `scphd-replay f32|f64|joint-f32|joint-f64 FILE [SCANS]` prints the digest after every scan, with the
-//! same words as the firmware.
+//! Replays a stream on the desk, and prints the digest after every scan, with the same words as the firmware.
+//!
+//! `scphd-replay f32|f64|joint-f32|joint-f64 FILE [SCANS]` replays a stream; with `box-` before the precision, or `box-joint-`, it takes in
+//! all that a black box holds, what is left of one too. `scphd-replay list FILE` lists the snapshots of a black box, and
+//! `scphd-replay cut FILE SCANS OUT` writes what it holds from the snapshot after so many scans on.
 
 use scphd::Real;
-use scphd_stream::planar::{Planar, PlanarJoint};
-use scphd_stream::underwater::Underwater;
-use scphd_stream::{Aboard, Monitor, Numbers, Reader, ScanCost, Seen, StreamError, replay};
+use scphd_stream::planar::{BlackBox, BlackBoxJoint, Planar, PlanarJoint};
+use scphd_stream::underwater::{self, Underwater};
+use scphd_stream::{
+    Aboard, Kind, Monitor, Numbers, Reader, Refusal, ScanCost, Seen, Snapshot, find_snapshot, find_whole_snapshot,
+    recover, replay,
+};
 use std::io::{self, Write};
 use std::process::ExitCode;
 use std::time::Instant;
@@ -13,11 +19,30 @@ use std::time::Instant;
 /// heap, more than once.
 const STACK_BYTES: usize = 64 << 20;
 
+/// The command line.
+const USAGE: &str =
+    "usage: scphd-replay [box-][joint-]f32|f64 FILE [SCANS], scphd-replay list FILE, scphd-replay cut FILE SCANS OUT";
+
 /// Prints every scan; its clock counts nanoseconds.
 struct Printer<W> {
     out: W,
     started: Instant,
+    /// Whether to go on where the filter refuses something.
+    goes_on: bool,
+    /// Snapshots that the state does not agree with.
+    disagreeing: u32,
     failed: Option<io::Error>,
+}
+
+impl<W: Write> Printer<W> {
+    fn over(out: W, goes_on: bool) -> Self {
+        Self { out, started: Instant::now(), goes_on, disagreeing: 0, failed: None }
+    }
+
+    fn print(&mut self, line: std::fmt::Arguments<'_>) {
+        let line = writeln!(self.out, "{line}");
+        self.failed = self.failed.take().or(line.err());
+    }
 }
 
 impl<W: Write> Monitor for Printer<W> {
@@ -30,8 +55,7 @@ impl<W: Write> Monitor for Printer<W> {
     }
 
     fn scanned(&mut self, cost: &ScanCost, seen: &Seen, digest: u64) {
-        let line = writeln!(
-            self.out,
+        self.print(format_args!(
             "scan {} measurements {} predictions {} in_view {} maps {} pages {} health {:04x} digest {digest:016x}",
             cost.scan,
             cost.measurements,
@@ -40,59 +64,143 @@ impl<W: Write> Monitor for Printer<W> {
             seen.maps_updated,
             seen.pages_used,
             seen.health
-        );
-        self.failed = self.failed.take().or(line.err());
+        ));
+    }
+
+    fn snapshot(&mut self, scans: u32, agrees: bool) {
+        self.disagreeing += u32::from(!agrees);
+        self.print(format_args!("snapshot {scans} agrees {agrees}"));
+    }
+
+    fn refused(&mut self, scan: u32, refusal: &Refusal) -> bool {
+        if self.goes_on {
+            self.print(format_args!("refused {scan}: {refusal}"));
+        }
+        self.goes_on
     }
 }
 
-/// Whatever vehicle the stream is of.
-fn run<T: Real>(bytes: &[u8], scans: u32) -> Result<(), String>
-where
-    Planar: Aboard<T, Kind = Planar>,
-    Underwater: Aboard<T, Kind = Underwater>,
-{
-    match Reader::<Planar>::open(bytes) {
-        Err(StreamError::Vehicle { .. }) => run_kind::<Underwater, T>(bytes, scans),
-        _ => run_kind::<Planar, T>(bytes, scans),
+/// Whatever vehicle the stream is of: one in the plane or one under water.
+fn of_either<R>(bytes: &[u8], planar: impl FnOnce() -> R, underwater: impl FnOnce() -> R) -> R {
+    // Of a black box whose beginning is torn off the first snapshot tells.
+    let starts = Reader::<Underwater>::open(bytes).is_ok();
+    if starts || Reader::<Planar>::open(bytes).is_err() && find_snapshot::<Underwater>(bytes, 0).is_some() {
+        underwater()
+    } else {
+        planar()
     }
+}
+
+fn run<T: Real>(bytes: &[u8], scans: u32) -> Result<(), String> {
+    of_either(bytes, || run_kind::<Planar, T>(bytes, scans), || run_kind::<Underwater, T>(bytes, scans))
 }
 
 fn run_kind<K: Aboard<T>, T: Real>(bytes: &[u8], scans: u32) -> Result<(), String> {
     let header = *Reader::<K::Kind>::open(bytes).map_err(|error| error.to_string())?.header();
     let mut memory = Box::new(K::MEMORY);
-    let mut printer = Printer { out: io::stdout().lock(), started: Instant::now(), failed: None };
-    let line = writeln!(printer.out, "stream scan_interval_s {}", header.scan_interval_s);
-    printer.failed = line.err();
+    let mut printer = Printer::over(io::stdout().lock(), false);
+    printer.print(format_args!("stream scan_interval_s {}", header.scan_interval_s));
     let totals = replay::<K, T>(bytes, &mut memory, scans, &mut printer).map_err(|error| error.to_string())?;
     let mut pose = String::new();
     totals.pose.put(&mut |coordinate| pose += &format!(" {coordinate}"));
-    let end = writeln!(printer.out, "end scans {} pose{pose} features {}", totals.scans, totals.features);
-    match printer.failed.or(end.err()) {
-        Some(error) => Err(format!("cannot write to stdout: {error}")),
-        None => Ok(()),
+    printer.print(format_args!("end scans {} pose{pose} features {}", totals.scans, totals.features));
+    done(printer)
+}
+
+fn run_box<T: Real>(bytes: &[u8]) -> Result<(), String> {
+    of_either(bytes, || run_box_kind::<BlackBox, T>(bytes), || run_box_kind::<underwater::BlackBox, T>(bytes))
+}
+
+/// All that there is of a black box.
+fn run_box_kind<K: Aboard<T>, T: Real>(bytes: &[u8]) -> Result<(), String> {
+    let mut memory = Box::new(K::MEMORY);
+    let mut printer = Printer::over(io::stdout().lock(), true);
+    let recovered = recover::<K, T>(bytes, &mut memory, &mut printer).map_err(|error| error.to_string())?;
+    let totals = recovered.totals;
+    let mut pose = String::new();
+    totals.pose.put(&mut |coordinate| pose += &format!(" {coordinate}"));
+    printer.print(format_args!(
+        "end scans {} pose{pose} features {} gaps {} ended {}",
+        totals.scans, totals.features, recovered.gaps, recovered.ended
+    ));
+    match printer.disagreeing {
+        0 => done(printer),
+        many => Err(format!("{many} snapshots are of other states than the replay came to")),
     }
+}
+
+fn done<W>(printer: Printer<W>) -> Result<(), String> {
+    printer.failed.map_or(Ok(()), |error| Err(format!("cannot write to stdout: {error}")))
+}
+
+/// Where every snapshot begins, and the snapshot.
+fn snapshots<K: Kind>(bytes: &[u8]) -> impl Iterator<Item = (usize, Snapshot<'_, K>)> {
+    let mut from = 0;
+    std::iter::from_fn(move || {
+        let place = find_snapshot::<K>(bytes, from)?;
+        from = place + 1;
+        Some((place, Reader::<K>::open(&bytes[place..]).ok()?.snapshot()?))
+    })
+}
+
+fn list<K: Kind>(bytes: &[u8]) -> Result<(), String> {
+    let mut printer = Printer::over(io::stdout().lock(), false);
+    for (place, snapshot) in snapshots::<K>(bytes) {
+        let (mark, whole) = (snapshot.mark(), snapshot.is_whole());
+        printer.print(format_args!("snapshot {} at {place} digest {:016x} whole {whole}", mark.scans, mark.digest));
+    }
+    done(printer)
+}
+
+/// What there is from the snapshot after so many scans on.
+fn cut<K: Kind>(bytes: &[u8], scans: u32) -> Result<&[u8], String> {
+    let whole = |place: usize| find_whole_snapshot::<K>(bytes, place) == Some(place);
+    let found = snapshots::<K>(bytes).find(|(place, snapshot)| snapshot.mark().scans == scans && whole(*place));
+    found.map(|(place, _)| &bytes[place..]).ok_or_else(|| format!("no whole snapshot after {scans} scans"))
+}
+
+/// Replays in a thread with room on its stack.
+fn in_thread(bytes: Vec<u8>, work: impl FnOnce(&[u8]) -> Result<(), String> + Send + 'static) -> Result<(), String> {
+    let thread = std::thread::Builder::new().stack_size(STACK_BYTES).spawn(move || work(&bytes));
+    let thread = thread.map_err(|error| format!("cannot start a thread: {error}"))?;
+    thread.join().unwrap_or_else(|_| Err("the replay panicked".into()))
 }
 
 fn execute() -> Result<(), String> {
     let words: Vec<String> = std::env::args().skip(1).collect();
-    let (precision, path, scans) = match &words[..] {
-        [precision, path] => (precision, path, u32::MAX),
-        [precision, path, scans] => {
-            (precision, path, scans.parse().map_err(|_| format!("`{scans}` is no number of scans"))?)
+    let words: Vec<&str> = words.iter().map(String::as_str).collect();
+    let number = |word: &str| word.parse::<u32>().map_err(|_| format!("`{word}` is no number of scans"));
+    let read = |path: &str| std::fs::read(path).map_err(|error| format!("{path}: {error}"));
+    match words[..] {
+        ["list", path] => {
+            let bytes = read(path)?;
+            of_either(&bytes, || list::<Planar>(&bytes), || list::<Underwater>(&bytes))
         }
-        _ => return Err("usage: scphd-replay f32|f64|joint-f32|joint-f64 FILE [SCANS]".into()),
-    };
-    let bytes = std::fs::read(path).map_err(|error| format!("{path}: {error}"))?;
-    let work: fn(&[u8], u32) -> Result<(), String> = match precision.as_str() {
-        "f32" => run::<f32>,
-        "f64" => run::<f64>,
-        "joint-f32" => run_kind::<PlanarJoint, f32>,
-        "joint-f64" => run_kind::<PlanarJoint, f64>,
-        other => return Err(format!("`{other}` is none of f32, f64, joint-f32, joint-f64")),
-    };
-    let thread = std::thread::Builder::new().stack_size(STACK_BYTES).spawn(move || work(&bytes, scans));
-    let thread = thread.map_err(|error| format!("cannot start a thread: {error}"))?;
-    thread.join().unwrap_or_else(|_| Err("the replay panicked".into()))
+        ["cut", path, scans, out] => {
+            let (bytes, scans) = (read(path)?, number(scans)?);
+            let left = of_either(&bytes, || cut::<Planar>(&bytes, scans), || cut::<Underwater>(&bytes, scans))?;
+            std::fs::write(out, left).map_err(|error| format!("{out}: {error}"))
+        }
+        [filter, path] | [filter, path, _] => {
+            let scans = words.get(2).map_or(Ok(u32::MAX), |scans| number(scans))?;
+            if words.len() > 2 && filter.starts_with("box-") {
+                return Err("a black box is replayed whole".into());
+            }
+            let work: fn(&[u8], u32) -> Result<(), String> = match filter {
+                "f32" => run::<f32>,
+                "f64" => run::<f64>,
+                "joint-f32" => run_kind::<PlanarJoint, f32>,
+                "joint-f64" => run_kind::<PlanarJoint, f64>,
+                "box-f32" => |bytes, _| run_box::<f32>(bytes),
+                "box-f64" => |bytes, _| run_box::<f64>(bytes),
+                "box-joint-f32" => |bytes, _| run_box_kind::<BlackBoxJoint, f32>(bytes),
+                "box-joint-f64" => |bytes, _| run_box_kind::<BlackBoxJoint, f64>(bytes),
+                other => return Err(format!("`{other}` is no filter; {USAGE}")),
+            };
+            in_thread(read(path)?, move |bytes| work(bytes, scans))
+        }
+        _ => Err(USAGE.into()),
+    }
 }
 
 fn main() -> ExitCode {

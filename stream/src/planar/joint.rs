@@ -1,17 +1,18 @@
 //! The joint map of a planar vehicle on board.
 
-use super::onboard::{Direct, Drive, MEASUREMENTS, PlanarSensing, motion, seated, sensing, start};
-use super::{Odometry, Planar};
+use super::onboard::{Direct, Drive, MEASUREMENTS, PlanarSensing, detector, motion, start};
+use super::{Odometry, Planar, Sensor};
 use crate::header::Header;
-use crate::onboard::{Aboard, Capacities, Filter, Helm, Ram, RamPart, Refusal, Scan, Seen, births, moved};
-use crate::reader::Measurements;
+use crate::onboard::{Aboard, Capacities, Filter, Helm, Ram, RamPart, Refusal, Scan, Seen, moved};
+use crate::record::Measurements;
 use nalgebra::Vector2;
 use scphd::{
-    Detector, JointConfig, JointSlam, JointState, Persistence, PlanarPose, Pose, Probe, Real, Stage, joint_numbers,
+    Detector, JointConfig, JointReport, JointSlam, JointState, Persistence, PlanarPose, Pose, Probe, Real, Stage,
+    joint_numbers,
 };
 
 /// Features of the joint map.
-const FEATURES: usize = 64;
+pub(super) const FEATURES: usize = 64;
 
 type OnboardState<T> = JointState<PlanarPose<T>, Vector2<T>, FEATURES, { joint_numbers(3, 2, FEATURES) }, MEASUREMENTS>;
 
@@ -29,9 +30,9 @@ pub struct Memory<T: Real> {
 /// The joint map, with the memory of what comes in.
 #[derive(Debug)]
 pub struct OnboardJoint<'m, T: Real> {
-    filter: JointSlam<'m, Drive<T>, Vector2<T>>,
-    detector: Detector<PlanarSensing<T>>,
-    measurements: &'m mut [Vector2<T>],
+    pub(super) filter: JointSlam<'m, Drive<T>, Vector2<T>>,
+    pub(super) detector: Detector<PlanarSensing<T>>,
+    pub(super) measurements: &'m mut [Vector2<T>],
 }
 
 impl<T: Real> Aboard<T> for PlanarJoint {
@@ -67,13 +68,26 @@ impl<T: Real> Aboard<T> for PlanarJoint {
     {
         let Memory { state, measurements } = memory;
         let mut filter = JointSlam::new(motion(header, 1.0)?, config(header), state)?;
-        let detector = seated(header, Detector::new(sensing(header)?, births(header))?)?;
+        let detector = detector(&Sensor::first(header))?;
         filter.reset(start(header))?;
         Ok(OnboardJoint { filter, detector, measurements })
     }
 }
 
-fn config<T: Real>(header: &Header<Planar>) -> JointConfig<T> {
+impl<T: Real> OnboardJoint<'_, T> {
+    /// What a scan left behind.
+    pub(super) fn seen(&self, report: &JointReport<T>) -> Seen {
+        Seen {
+            health: report.health.bits(),
+            in_view: report.in_view as u32,
+            maps_updated: 1,
+            pages_used: self.filter.held() as u32,
+            pages: FEATURES as u32,
+        }
+    }
+}
+
+pub(super) fn config<T: Real>(header: &Header<Planar>) -> JointConfig<T> {
     let joint = &header.joint;
     JointConfig {
         persistence: Persistence {
@@ -100,19 +114,15 @@ impl<T: Real> Filter<Planar> for OnboardJoint<'_, T> {
     }
 
     fn scan_with(&mut self, scan: Scan, probe: &mut impl Probe) -> Result<Seen, Refusal> {
+        if !scan.is_plain() {
+            return Err(Refusal::NotAboard);
+        }
         let measurements = scan.of(self.measurements).map_err(Refusal::Scan)?;
         // A joint map is updated as one; there is nothing to be told apart.
         probe.enter(Stage::Update);
         let report = self.filter.scan(&self.detector, measurements);
         probe.leave(Stage::Update);
-        let report = report.map_err(Refusal::Scan)?;
-        Ok(Seen {
-            health: report.health.bits(),
-            in_view: report.in_view as u32,
-            maps_updated: 1,
-            pages_used: self.filter.held() as u32,
-            pages: FEATURES as u32,
-        })
+        Ok(self.seen(&report.map_err(Refusal::Scan)?))
     }
 
     fn estimate(&mut self) -> ([f64; 3], usize) {

@@ -1,11 +1,15 @@
 //! Streams of vehicles in the plane that measure range and bearing.
 
+mod black_box;
+mod fix;
 mod joint;
 mod models;
 mod onboard;
 
+pub use black_box::{BlackBox, BlackBoxJoint};
+pub use fix::Fix;
 pub use joint::PlanarJoint;
-pub use models::Models;
+pub use models::{Models, Sensor};
 pub use onboard::{MEASUREMENTS, Memory};
 
 use crate::header::Scalar;
@@ -45,7 +49,13 @@ impl Kind for Planar {
     type Measurement = [f64; 2];
     /// x (m), y (m) and heading (rad).
     type Pose = [f64; 3];
+    type Fix = Fix;
+    type Sensor = Sensor;
+    type Full = [f64; 3];
+    type Covariance = [f64; 6];
+    type Feature = [f64; 7];
 
+    const DETECTORS: u8 = 4;
     const VEHICLE: Vehicle = Vehicle::Ackermann;
 
     fn code(vehicle: Vehicle) -> u8 {

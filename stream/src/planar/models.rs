@@ -1,5 +1,7 @@
 //! The models of a planar vehicle in the head of a stream.
 
+use super::Planar;
+use crate::Header;
 use crate::numbers::numbers;
 
 numbers! {
@@ -57,5 +59,75 @@ numbers! {
         detection_far: f64,
         /// λ, false measurements a scan.
         clutter_per_scan: f64,
+    }
+}
+
+numbers! {
+    /// A detector: where it sits, its noise and field of view, what it gives birth to and what of it is learnt.
+    Sensor {
+        /// How far ahead of where the pose is it sits, m.
+        mounted_forward_m: f64,
+        /// How far to the left of that, m.
+        mounted_left_m: f64,
+        /// By how much it is turned to the left, rad.
+        mounted_yaw_rad: f64,
+        /// Standard deviation of the range, m.
+        range_sigma_m: f64,
+        /// Standard deviation of the bearing, rad.
+        bearing_sigma_rad: f64,
+        /// Least range, m.
+        range_min_m: f64,
+        /// Greatest range, m.
+        range_max_m: f64,
+        /// Half width of the soft edges in range, m.
+        range_edge_m: f64,
+        /// Middle of the bearing window, rad.
+        bearing_center_rad: f64,
+        /// Half width of the bearing window, rad; π and above is a full circle.
+        bearing_half_width_rad: f64,
+        /// Half width of the soft edges in bearing, rad.
+        bearing_edge_rad: f64,
+        /// p_D at range zero.
+        detection_near: f64,
+        /// p_D at the greatest range.
+        detection_far: f64,
+        /// λ, false measurements a scan.
+        clutter_per_scan: f64,
+        /// w_b of static features, 1/(m·rad).
+        birth_intensity: f64,
+        /// w_m of moving features, 1/(m·rad).
+        moving_birth_intensity: f64,
+        /// Scans that what is learnt of p_D while running lasts for; 0: nothing is.
+        detection_memory: f64,
+        /// Scans that what is learnt of clutter while running lasts for; 0: nothing is.
+        clutter_memory: f64,
+    }
+}
+
+impl Sensor {
+    /// The first detector, which is that of the head.
+    #[must_use]
+    pub fn first(header: &Header<Planar>) -> Self {
+        let Header { models, recursion, moving, .. } = header;
+        Self {
+            mounted_forward_m: models.mounted_forward_m,
+            mounted_left_m: models.mounted_left_m,
+            mounted_yaw_rad: models.mounted_yaw_rad,
+            range_sigma_m: models.range_sigma_m,
+            bearing_sigma_rad: models.bearing_sigma_rad,
+            range_min_m: models.range_min_m,
+            range_max_m: models.range_max_m,
+            range_edge_m: models.range_edge_m,
+            bearing_center_rad: models.bearing_center_rad,
+            bearing_half_width_rad: models.bearing_half_width_rad,
+            bearing_edge_rad: models.bearing_edge_rad,
+            detection_near: models.detection_near,
+            detection_far: models.detection_far,
+            clutter_per_scan: models.clutter_per_scan,
+            birth_intensity: recursion.birth_intensity,
+            moving_birth_intensity: moving.birth_intensity,
+            detection_memory: recursion.detection_memory,
+            clutter_memory: recursion.clutter_memory,
+        }
     }
 }

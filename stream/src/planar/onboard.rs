@@ -1,14 +1,15 @@
 //! The filter of a planar vehicle on board: its capacities, and its models from the head of the stream.
 
-use super::{Odometry, Planar, Vehicle};
+use super::{Odometry, Planar, Sensor, Vehicle};
 use crate::Header;
-use crate::onboard::{self, Aboard, Capacities, Helm, Onboard, Ram, RamPart, Refusal, births, config, online};
+use crate::onboard::{self, Aboard, Capacities, Helm, Onboard, Ram, RamPart, Refusal, config};
 use core::marker::PhantomData;
 use nalgebra::{Vector2, Vector3};
 use scphd::{
-    Ackermann, AckermannControl, AckermannGeometry, ControlNoise, Detector, DetectorMemory, Dynamic, Linearised,
-    MapMemory, ModelError, Motion, Mounting, Noise, PlanarPose, PredictError, RangeBearing, RangeBearingLimits,
-    RangeBearingWindow, Real, ScPhd, Sensing, State, Static, Step, Unicycle, UnicycleControl, UniformClutter,
+    Ackermann, AckermannControl, AckermannGeometry, Births, ControlNoise, Detector, DetectorMemory, Dynamic,
+    Linearised, MapMemory, ModelError, Motion, Mounting, Noise, Online, PlanarPose, PredictError, RangeBearing,
+    RangeBearingLimits, RangeBearingWindow, Real, ScPhd, Sensing, State, Static, Step, Unicycle, UnicycleControl,
+    UniformClutter,
 };
 
 /// Room for the particles of section 5.3.1.
@@ -123,8 +124,8 @@ impl<T: Real> Aboard<T> for Planar {
     {
         let onboard::Memory { state, scratch, measurements, features } = memory;
         let mut filter = ScPhd::new(motion(header, margin(header))?, config(header), state)?;
-        let detector = Detector::new(sensing(header)?, births(header))?.learning(online(header))?;
-        let detector = seated(header, detector)?.over(scratch)?;
+        let sensor = Sensor::first(header);
+        let detector = detector(&sensor)?.learning(online(&sensor))?.over(scratch)?;
         filter.check(&detector)?;
         filter.reset(start(header), header.seed)?;
         Ok(Onboard { filter, detector, helm: Direct, kind: PhantomData, measurements, features })
@@ -192,7 +193,7 @@ impl<T: Real> Motion for Drive<T> {
 }
 
 /// By how much longer odometry errors are taken to last in a mixture.
-fn margin(header: &Header<Planar>) -> f64 {
+pub(super) fn margin(header: &Header<Planar>) -> f64 {
     let margin = header.recursion.interval_margin;
     if margin == 0.0 { 1.0 } else { margin }
 }
@@ -229,21 +230,36 @@ pub(super) fn start<T: Real>(header: &Header<Planar>) -> PlanarPose<T> {
     PlanarPose::new(x, y, heading)
 }
 
-/// The detector where its sensor sits.
-pub(super) fn seated<T: Real>(
-    header: &Header<Planar>,
-    detector: Detector<PlanarSensing<T>>,
-) -> Result<Detector<PlanarSensing<T>>, ModelError> {
-    match mounting(header)? {
+pub(super) type PlanarSensing<T> = Sensing<RangeBearing<T>, RangeBearingWindow<T>, UniformClutter<T>>;
+
+/// A detector that learns nothing, where its sensor sits.
+pub(super) fn detector<T: Real>(sensor: &Sensor) -> Result<Detector<PlanarSensing<T>>, ModelError> {
+    let births = Births {
+        of_static: T::from_f64(sensor.birth_intensity),
+        of_moving: T::from_f64(sensor.moving_birth_intensity),
+    };
+    let detector = Detector::new(sensing(sensor)?, births)?;
+    match mounting(sensor)? {
         Some(mounting) => detector.mounted(mounting),
         None => Ok(detector),
     }
 }
 
+/// What is learnt of it.
+pub(super) fn online<T: Real>(sensor: &Sensor) -> Online<T> {
+    Online {
+        detection_memory: T::from_f64(sensor.detection_memory),
+        clutter_memory: T::from_f64(sensor.clutter_memory),
+    }
+}
+
 /// Where the sensor sits; `None` where the pose is.
-fn mounting<T: Real>(header: &Header<Planar>) -> Result<Option<Mounting<T>>, ModelError> {
-    let numbers = &header.models;
-    let place = [numbers.mounted_forward_m, numbers.mounted_left_m, numbers.mounted_yaw_rad];
+fn mounting<T: Real>(sensor: &Sensor) -> Result<Option<Mounting<T>>, ModelError> {
+    place([sensor.mounted_forward_m, sensor.mounted_left_m, sensor.mounted_yaw_rad])
+}
+
+/// A place ahead, to the left, m, and turned to the left, rad; `None` where the pose is.
+pub(super) fn place<T: Real>(place: [f64; 3]) -> Result<Option<Mounting<T>>, ModelError> {
     if place == [0.0; 3] {
         return Ok(None);
     }
@@ -251,24 +267,21 @@ fn mounting<T: Real>(header: &Header<Planar>) -> Result<Option<Mounting<T>>, Mod
     Mounting::in_plane(forward, left, yaw).map(Some)
 }
 
-pub(super) type PlanarSensing<T> = Sensing<RangeBearing<T>, RangeBearingWindow<T>, UniformClutter<T>>;
-
-pub(super) fn sensing<T: Real>(header: &Header<Planar>) -> Result<PlanarSensing<T>, ModelError> {
-    let numbers = &header.models;
+fn sensing<T: Real>(sensor: &Sensor) -> Result<PlanarSensing<T>, ModelError> {
     let limits = RangeBearingLimits {
-        range_min_m: T::from_f64(numbers.range_min_m),
-        range_max_m: T::from_f64(numbers.range_max_m),
-        range_edge_m: T::from_f64(numbers.range_edge_m),
-        bearing_center_rad: T::from_f64(numbers.bearing_center_rad),
-        bearing_half_width_rad: T::from_f64(numbers.bearing_half_width_rad),
-        bearing_edge_rad: T::from_f64(numbers.bearing_edge_rad),
-        probability_near: T::from_f64(numbers.detection_near),
-        probability_far: T::from_f64(numbers.detection_far),
+        range_min_m: T::from_f64(sensor.range_min_m),
+        range_max_m: T::from_f64(sensor.range_max_m),
+        range_edge_m: T::from_f64(sensor.range_edge_m),
+        bearing_center_rad: T::from_f64(sensor.bearing_center_rad),
+        bearing_half_width_rad: T::from_f64(sensor.bearing_half_width_rad),
+        bearing_edge_rad: T::from_f64(sensor.bearing_edge_rad),
+        probability_near: T::from_f64(sensor.detection_near),
+        probability_far: T::from_f64(sensor.detection_far),
     };
     let field_of_view = RangeBearingWindow::new(limits)?;
     Ok(Sensing {
-        sensor: RangeBearing::new(T::from_f64(numbers.range_sigma_m), T::from_f64(numbers.bearing_sigma_rad))?,
+        sensor: RangeBearing::new(T::from_f64(sensor.range_sigma_m), T::from_f64(sensor.bearing_sigma_rad))?,
         field_of_view,
-        clutter: UniformClutter::of_scan(T::from_f64(numbers.clutter_per_scan), field_of_view.measure())?,
+        clutter: UniformClutter::of_scan(T::from_f64(sensor.clutter_per_scan), field_of_view.measure())?,
     })
 }

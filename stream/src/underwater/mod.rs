@@ -1,8 +1,12 @@
 //! Streams of vehicles under water that see pairs of pixels.
 
+mod black_box;
+mod fix;
 mod models;
 mod onboard;
 
+pub use black_box::BlackBox;
+pub use fix::{Fix, Of};
 pub use models::{AuvModels, Models};
 pub use onboard::{MEASUREMENTS, Memory};
 
@@ -39,7 +43,15 @@ impl Kind for Underwater {
     type Measurement = [f64; 4];
     /// x, y, z (m), yaw (rad) and yaw rate (rad/s).
     type Pose = [f64; 5];
+    type Fix = Fix;
+    /// There is room for one camera aboard.
+    type Sensor = [f64; 0];
+    /// x, y, z (m), yaw, yaw rate, roll and pitch (rad, rad/s).
+    type Full = [f64; 7];
+    type Covariance = [f64; 15];
+    type Feature = [f64; 11];
 
+    const DETECTORS: u8 = 1;
     const VEHICLE: Auv = Auv;
 
     fn code(_vehicle: Auv) -> u8 {

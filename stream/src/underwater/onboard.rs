@@ -7,8 +7,8 @@ use crate::onboard::{self, Aboard, Capacities, Helm, Onboard, Ram, RamPart, Refu
 use core::marker::PhantomData;
 use nalgebra::{Vector3, Vector4};
 use scphd::{
-    Auv, AuvControl, AuvPose, Detector, DetectorMemory, MapMemory, Navigator, NoMoving, PredictError, Real, ScPhd,
-    Sensing, State, Static, StereoCamera, StereoFrustum, UniformClutter,
+    Auv, AuvControl, AuvPose, Detector, DetectorMemory, MapMemory, Navigator, NoMoving, PredictError, Real,
+    RestoreError, SaveError, ScPhd, Sensing, State, Static, StereoCamera, StereoFrustum, UniformClutter,
 };
 
 const PARTICLES: usize = 64;
@@ -102,5 +102,19 @@ impl<T: Real> Helm<T, Navigation, AuvControl<T>> for Navigator<f64> {
             None => self.onward(dt_s),
         };
         Ok(control?.map(|control| (control.rounded(), T::from_f64(dt_s))))
+    }
+
+    const HAS_STATE: bool = true;
+
+    fn save<E>(&self, kind: u32, sink: impl FnMut(&[u8]) -> Result<(), E>) -> Result<usize, SaveError<E>> {
+        self.save(kind, sink)
+    }
+
+    fn restore<E>(
+        &mut self,
+        kind: u32,
+        source: impl FnMut(usize, &mut [u8]) -> Result<(), E>,
+    ) -> Result<usize, RestoreError<E>> {
+        self.restore(kind, source)
     }
 }

@@ -29,6 +29,9 @@ const LOG_SCANS: usize = 200;
 /// Recorded logs, which are not part of this repository.
 const LOGS: [&str; 2] = ["victoria_park", "mrclam_ds6_robot2"];
 
+/// Scans from snapshot to snapshot of a black box.
+const SNAPSHOT_EVERY: usize = 50;
+
 /// Host profiles: without optimisation and with all of it.
 const PROFILES: [&str; 2] = ["dev", "release"];
 
@@ -46,6 +49,9 @@ fn compare() -> Result<Outcome, Stop> {
     let (mut failures, mut compared) = (Vec::new(), 0);
     failures.extend(driven_by_a_timer(&qemu, &toolchain)?);
     failures.extend(several_sensors(&qemu, &toolchain)?);
+    let (of_black_boxes, differences) = black_boxes(&qemu, &toolchain)?;
+    compared += of_black_boxes;
+    failures.extend(differences);
     for (rig, precision) in
         [PLANAR, JOINT, UNDERWATER].iter().flat_map(|rig| rig.precisions.iter().map(move |&p| (rig, p)))
     {
@@ -131,6 +137,31 @@ fn several_sensors(qemu: &Tool, toolchain: &Toolchain) -> Result<Option<String>,
     };
     let holds = digests(host.trim()).is_some_and(|of_host| digests(end) == Some(of_host));
     Ok((!holds).then(|| format!("the robot ended with {end} on {}, with {host} on the host", board.name)))
+}
+
+/// What a board makes of what is left of a black box, from every snapshot on: after every scan the state of the host, which has replayed
+/// all of it. How many were compared, and what differs.
+fn black_boxes(qemu: &Tool, toolchain: &Toolchain) -> Result<(usize, Vec<String>), String> {
+    let [board, ..] = &EMULATED;
+    let image = image::build(toolchain, board, "black-box", &Extra::default())?;
+    let (mut compared, mut failures) = (0, Vec::new());
+    for (what, joint) in [(SURVEY, false), (Source { variant: Variant::Joint, ..SURVEY }, true)] {
+        let (all, whole) = streams::black_box(what, SNAPSHOT_EVERY, joint)?;
+        for after in (SNAPSHOT_EVERY..what.scans).step_by(SNAPSHOT_EVERY) {
+            let left = streams::cut(&all, after)?;
+            let replay = Replay::parse(&emulator::run(qemu, board, &image, &left)?)?;
+            let expected = Replay { scans: whole.scans.iter().skip(after).cloned().collect(), ..Replay::default() };
+            if expected.scans.is_empty() {
+                return Err(format!("the black box of {} has no scan {after}", what.what));
+            }
+            compared += replay.scans.len();
+            failures.extend(expected.first_difference(&replay).map(|difference| {
+                format!("the black box of {} on {} from scan {after} on: {difference}", left.display(), board.name)
+            }));
+        }
+    }
+    println!("black boxes: {compared} scans compared on {}", board.name);
+    Ok((compared, failures))
 }
 
 /// The loop that a timer drives ends in the state that the host's ends in, without a scan late or an input lost.

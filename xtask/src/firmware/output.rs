@@ -98,6 +98,8 @@ impl Replay {
                     *ticks = number(rest, stage)?;
                 }
             }
+            // A replay on the host that meets a snapshot of another state than its own has gone wrong.
+            "snapshot" if word(rest, "agrees") == Some("true") => {}
             "end" => {
                 self.stack = number(rest, "stack").unwrap_or(0);
                 self.end = Some(rest.to_owned());

@@ -3,7 +3,7 @@
 
 use super::board::{Board, EMULATED, REFERENCE};
 use super::image::{self, Extra, Image};
-use super::rig::{JOINT, PLANAR, UNDERWATER};
+use super::rig::{BLACK_BOXES, JOINT, PLANAR, UNDERWATER};
 use super::streams::Precision;
 use crate::noalloc;
 use crate::outcome::{Outcome, Stop};
@@ -34,6 +34,13 @@ fn prove() -> Result<Outcome, Stop> {
         let features = &rig.proof_features(precision)[..];
         let image = image::build(&toolchain, board, PROOF, &Extra { features, flags: &[] })
             .map_err(|error| format!("a panic is reachable, or the image does not fit {}: {error}", board.name))?;
+        if let Some(symbol) = allocator_symbol(&image)? {
+            return Err(format!("{} has the allocator's {symbol}", image.path.display()).into());
+        }
+    }
+    for features in BLACK_BOXES {
+        let image = image::build(&toolchain, &REFERENCE, PROOF, &Extra { features, flags: &[] })
+            .map_err(|error| format!("with {features:?} a panic is reachable, or the image does not fit: {error}"))?;
         if let Some(symbol) = allocator_symbol(&image)? {
             return Err(format!("{} has the allocator's {symbol}", image.path.display()).into());
         }

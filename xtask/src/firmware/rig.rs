@@ -62,6 +62,9 @@ pub const UNDERWATER: Rig = Rig {
     boards: EMULATED.split_at(1).0,
 };
 
+/// The black boxes of the three, in `proof`.
+pub const BLACK_BOXES: [&[&str]; 3] = [&["black-box"], &["black-box", "joint"], &["black-box", "underwater"]];
+
 /// Scenarios of underwater vehicles.
 const DIVES: [&str; 1] = ["girona-tank"];
 

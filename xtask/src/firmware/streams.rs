@@ -1,6 +1,7 @@
 //! The streams that boards and host replay, and the replay on the host.
 
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 use super::output::Replay;
 use super::rig::{FEW, JOINT, Rig};
@@ -80,11 +81,32 @@ impl Source<'_> {
 
 /// Has the simulator write a stream.
 pub fn make(source: Source<'_>, precision: Precision) -> Result<PathBuf, String> {
+    write(source, precision, "", &[])
+}
+
+/// Has the simulator write a black box of a planar vehicle in single precision, and replays it on the host.
+pub fn black_box(source: Source<'_>, snapshot_every: usize, joint: bool) -> Result<(PathBuf, Replay), String> {
+    let filter = if joint { "joint" } else { "core" };
+    let arguments = ["--snapshot-every", &snapshot_every.to_string(), "--filter", filter];
+    let path = write(source, Precision::F32, "-box", &arguments)?;
+    let words = if joint { "box-joint-f32" } else { "box-f32" };
+    let text = process::read(of_streams("release", &[]).arg(words).arg(&path))?;
+    Ok((path, Replay::parse(&text.lines().map(str::to_owned).collect::<Vec<_>>())?))
+}
+
+/// What is left of a black box from the snapshot after so many scans on.
+pub fn cut(black_box: &Path, after: usize) -> Result<PathBuf, String> {
+    let left = black_box.with_extension(format!("{after}.scphd"));
+    process::run(of_streams("release", &[]).arg("cut").arg(black_box).arg(after.to_string()).arg(&left))?;
+    Ok(left)
+}
+
+fn write(source: Source<'_>, precision: Precision, suffix: &str, more: &[&str]) -> Result<PathBuf, String> {
     let dir = process::own_target_dir("streams");
     std::fs::create_dir_all(&dir).map_err(|error| format!("{}: {error}", dir.display()))?;
     let name = Path::new(source.what).file_name().unwrap_or_default().display();
     let mark = source.variant.mark();
-    let path = dir.join(format!("{name}-{}{mark}-{}.scphd", source.scans, precision.name()));
+    let path = dir.join(format!("{name}-{}{mark}-{}{suffix}.scphd", source.scans, precision.name()));
     let mut cargo = process::cargo();
     cargo.args(["run", "--quiet", "--package", "scphd-sim", "--", "stream", source.what]).arg(&path);
     cargo.args(["--scans", &source.scans.to_string(), "--precision", precision.name()]);
@@ -94,15 +116,20 @@ pub fn make(source: Source<'_>, precision: Precision) -> Result<PathBuf, String>
     if source.variant == Variant::Static {
         cargo.args(["--moving", "off"]);
     }
-    process::run(&mut cargo)?;
+    process::run(cargo.args(more))?;
     Ok(path)
+}
+
+/// The program that replays streams, of this profile and room.
+fn of_streams(profile: &str, room: &[&str]) -> Command {
+    let mut cargo = process::cargo();
+    cargo.args(["run", "--quiet", "--package", "scphd-stream", "--profile", profile]);
+    cargo.args(["--features", &room.join(","), "--"]);
+    cargo
 }
 
 /// Replays a stream on the host, with the room that the filter has on board, in a build of this profile.
 pub fn on_host(stream: &Path, rig: Rig, precision: Precision, profile: &str) -> Result<Replay, String> {
-    let mut cargo = process::cargo();
-    cargo.args(["run", "--quiet", "--package", "scphd-stream", "--profile", profile]);
-    cargo.args(["--features", &rig.room.join(","), "--", &rig.replay(precision)]);
-    let text = process::read(cargo.arg(stream))?;
+    let text = process::read(of_streams(profile, rig.room).arg(rig.replay(precision)).arg(stream))?;
     Replay::parse(&text.lines().map(str::to_owned).collect::<Vec<_>>())
 }

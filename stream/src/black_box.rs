@@ -1,0 +1,323 @@
+//! The filter with a mixture a particle that takes in all that a black box holds.
+
+use crate::header::Header;
+use crate::kind::Kind;
+use crate::onboard::{Filter, Helm, Onboard, Refusal, Scan, Seen, config};
+use crate::reader::StreamError;
+use crate::record::{How, Measurements, Part, Place, Record, Which};
+use crate::snapshot::Snapshot;
+use crate::writer::Writer;
+use scphd::{
+    Component, Detector, DetectorMemory, Fix, JointSlam, MeasurementModel, ModelError, Motion, Pose, Probe, Real,
+    RestoreError, SaveError, ScPhd, ScalarOf, ScanError, ScanRoom, Symmetric, TangentOf, Vector,
+};
+
+/// What tells snapshots of filters aboard from those of other users; readers take any.
+pub(crate) const KIND: u32 = 0;
+
+/// A filter of a black box, on the desk: it writes snapshots, too.
+pub trait Saves<K: Kind>: Filter<K> {
+    /// Writes a snapshot of the state as it is.
+    ///
+    /// # Errors
+    /// Those of the sink, or the state is damaged.
+    fn save<E, F: FnMut(&[u8]) -> Result<(), E>>(&mut self, log: &mut Writer<K, F>) -> Result<(), SaveError<E>>;
+}
+
+/// A kind of stream whose heads and records say all that models are made of.
+pub trait Modelled<T: Real>: Kind {
+    /// The motion of the mixture.
+    type Motion: Motion<Pose: Pose<Scalar = T>>;
+    /// The models of a detector.
+    type Sensing: MeasurementModel<Pose = <Self::Motion as Motion>::Pose>;
+
+    /// The motion that a head says.
+    fn motion(header: &Header<Self>) -> Result<Self::Motion, ModelError>;
+
+    /// The first detector, which is that of the head.
+    fn first(header: &Header<Self>) -> Result<Detector<Self::Sensing>, Refusal>;
+
+    /// A detector beyond the first.
+    fn other(sensor: &Self::Sensor) -> Result<Detector<Self::Sensing>, Refusal>;
+
+    /// Shows a fix to a filter.
+    fn observe(filter: &mut impl Observes<<Self::Motion as Motion>::Pose>, fix: &Self::Fix) -> Result<(), Refusal>;
+}
+
+/// A filter that takes in measurements of the pose.
+pub trait Observes<P: Pose> {
+    /// Takes one in.
+    fn take<F: Fix<Pose = P>>(&mut self, fix: &F, measured: &F::Measurement) -> Result<(), Refusal>;
+}
+
+impl<M: Motion> Observes<M::Pose> for ScPhd<'_, M> {
+    fn take<F: Fix<Pose = M::Pose>>(&mut self, fix: &F, measured: &F::Measurement) -> Result<(), Refusal> {
+        self.observe(fix, measured).map(drop).map_err(Refusal::Observe)
+    }
+}
+
+impl<M: Motion, Z: Vector<Scalar = ScalarOf<M::Pose>>> Observes<M::Pose> for JointSlam<'_, M, Z> {
+    fn take<F: Fix<Pose = M::Pose>>(&mut self, fix: &F, measured: &F::Measurement) -> Result<(), Refusal> {
+        self.observe(fix, measured).map(drop).map_err(Refusal::Observe)
+    }
+}
+
+/// A pose and a covariance, as a record has them.
+pub(crate) fn placed<K: Kind, T: Real, P: Pose<Scalar = T>>(place: &Place<'_, K>) -> (P, Symmetric<TangentOf<P>>, u64) {
+    let (full, lower, seed) = place.get();
+    let mut numbers = full.as_ref().iter();
+    let pose = P::of_numbers(|| numbers.next().map_or(T::ZERO, |&number| T::from_f64(number)));
+    let covariance = Symmetric::from_fn(|row, column| {
+        let (row, column) = (row.max(column), row.min(column));
+        lower.as_ref().get(row * (row + 1) / 2 + column).map_or(T::ZERO, |&number| T::from_f64(number))
+    });
+    (pose, covariance, seed)
+}
+
+/// Puts the features of a map into memory; how many.
+pub(crate) fn loaded<T: Real, D: Vector<Scalar = T>, N: AsRef<[f64]>>(
+    features: impl ExactSizeIterator<Item = N>,
+    slots: &mut [Component<D>],
+) -> Result<usize, Refusal> {
+    let count = features.len();
+    if count > slots.len() {
+        let (components, capacity) = (count, slots.len());
+        return Err(Refusal::Map(scphd::LoadMapError::TooManyComponents { components, capacity }));
+    }
+    for (slot, feature) in slots.iter_mut().zip(features) {
+        let mut numbers = feature.as_ref().iter();
+        let mut next = || numbers.next().copied().unwrap_or(0.0);
+        let label = next() as u32;
+        let mut real = || T::from_f64(next());
+        let (ln_weight, mean) = (real(), D::with(|_| real()));
+        *slot = Component { label, ln_weight, mean, covariance: Symmetric::from_fn(|_, _| real()) };
+    }
+    Ok(count)
+}
+
+/// What a filter or a detector is restored from, with its user's number.
+pub(crate) fn source_of<'a, K: Kind>(
+    snapshot: &Snapshot<'a, K>,
+    part: Part<K>,
+) -> Option<(u32, impl FnMut(usize, &mut [u8]) -> Result<(), StreamError> + use<'a, K>)> {
+    snapshot.part(part).map(|source| (snapshot.user_kind(part), source))
+}
+
+/// A detector beyond the first, if there is one, or the memory for it.
+#[derive(Debug)]
+pub(crate) struct Other<'m, X: MeasurementModel, const MEASUREMENTS: usize> {
+    room: Option<&'m mut DetectorMemory<X::Measurement, MEASUREMENTS>>,
+    detector: Option<Seated<'m, X>>,
+}
+
+impl<'m, T: Real, X: MeasurementModel<Pose: Pose<Scalar = T>>, const MEASUREMENTS: usize> Other<'m, X, MEASUREMENTS> {
+    pub(crate) fn in_room(room: &'m mut DetectorMemory<X::Measurement, MEASUREMENTS>) -> Self {
+        Self { room: Some(room), detector: None }
+    }
+
+    /// There is such a detector now, or it goes on as such.
+    fn set(&mut self, detector: Detector<X>) -> Result<(), Refusal> {
+        if let Some(known) = &mut self.detector {
+            known.adopt(detector);
+        } else if let Some(room) = self.room.take() {
+            let mut detector = detector.over(room)?;
+            detector.forget();
+            self.detector = Some(detector);
+        }
+        Ok(())
+    }
+}
+
+/// The filter with a mixture a particle, with everything that a black box may hold: all detectors, fixes, maps, other models in flight,
+/// poses set from outside, snapshots.
+#[derive(Debug)]
+pub struct BlackBoxFilter<'m, G: Modelled<T>, T: Real, N, const MEASUREMENTS: usize, const OTHERS: usize> {
+    pub(crate) first: Onboard<'m, G, N, G::Motion, G::Sensing>,
+    pub(crate) others: [Other<'m, G::Sensing, MEASUREMENTS>; OTHERS],
+}
+
+/// A detector that a filter works with.
+type Seated<'m, X> = Detector<X, ScanRoom<'m, <X as MeasurementModel>::Measurement>>;
+
+impl<'m, G: Modelled<T>, T: Real, N, const MEASUREMENTS: usize, const OTHERS: usize>
+    BlackBoxFilter<'m, G, T, N, MEASUREMENTS, OTHERS>
+{
+    fn detector(&mut self, which: Which<G>) -> Option<&mut Seated<'m, G::Sensing>> {
+        match which.beyond_first() {
+            None => Some(&mut self.first.detector),
+            Some(place) => self.others.get_mut(place)?.detector.as_mut(),
+        }
+    }
+
+    fn set(&mut self, which: Which<G>, models: &G::Sensor) -> Result<(), Refusal> {
+        let slot = which.beyond_first().and_then(|place| self.others.get_mut(place)).ok_or(Refusal::NotAboard)?;
+        let detector = G::other(models)?;
+        self.first.filter.check(&detector)?;
+        slot.set(detector)
+    }
+
+    fn place(&mut self, place: &Place<'_, G>) -> Result<(), Refusal> {
+        let (pose, covariance, seed) = placed(place);
+        let filter = &mut self.first.filter;
+        Ok(match place.how {
+            How::Reset => filter.reset(pose, seed),
+            How::ResetWithin => filter.reset_within(pose, &covariance, seed),
+            How::Relocate => filter.relocate(pose, &covariance),
+            How::Scatter => filter.scatter(&covariance),
+        }?)
+    }
+
+    /// Goes on with the models and the tuning of a head.
+    fn retune(&mut self, header: &Header<G>) -> Result<(), Refusal> {
+        let detector = G::first(header)?;
+        let filter = &mut self.first.filter;
+        filter.check(&detector)?;
+        filter.configure(config(header))?;
+        filter.retune(G::motion(header)?)?;
+        self.first.detector.adopt(detector);
+        Ok(())
+    }
+
+    /// The detectors there are.
+    fn known(&self) -> impl Iterator<Item = Which<G>> + use<'_, 'm, G, T, N, MEASUREMENTS, OTHERS> {
+        let others = self.others.iter().map(|other| other.detector.is_some());
+        let known = (0..).zip(core::iter::once(true).chain(others)).filter(|&(_, known)| known);
+        known.filter_map(|(number, _)| Which::number(number))
+    }
+}
+
+impl<'m, G, T, N, const MEASUREMENTS: usize, const OTHERS: usize> Filter<G>
+    for BlackBoxFilter<'m, G, T, N, MEASUREMENTS, OTHERS>
+where
+    G: Modelled<T>,
+    T: Real,
+    N: Helm<T, G::Input, <G::Motion as Motion>::Control>,
+    Onboard<'m, G, N, G::Motion, G::Sensing>: Filter<G>,
+{
+    const BLACK_BOX: bool = true;
+
+    fn predict(&mut self, input: &G::Input) -> Result<(), Refusal> {
+        self.first.predict(input)
+    }
+
+    fn receive(&mut self, measurements: Measurements<'_, G>) -> Scan {
+        self.first.receive(measurements)
+    }
+
+    fn scan_with(&mut self, scan: Scan, probe: &mut impl Probe) -> Result<Seen, Refusal> {
+        let Some(place) = scan.beyond_first.filter(|_| !scan.localising) else {
+            return self.first.scan_with(scan, probe);
+        };
+        let detector = self.others.get_mut(place).and_then(|other| other.detector.as_mut());
+        let detector = detector.ok_or(Refusal::NotAboard)?;
+        let measurements = scan.of(self.first.measurements).map_err(Refusal::Scan)?;
+        let report = self.first.filter.scan_with(detector, measurements, probe).map_err(Refusal::Scan)?;
+        Ok(Seen::of(&report))
+    }
+
+    #[inline(never)]
+    fn take(&mut self, record: &Record<'_, G>) -> Result<(), Refusal> {
+        match record {
+            Record::Fix(fix) => G::observe(&mut self.first.filter, &fix.get().ok_or(Refusal::NotAboard)?),
+            Record::Detector(which, models) => self.set(*which, &models.get()),
+            Record::Forget(which) => {
+                self.detector(*which).ok_or(Refusal::NotAboard)?.forget();
+                Ok(())
+            }
+            Record::Place(place) => self.place(place),
+            Record::Map(features) => {
+                let count = loaded(features.clone(), self.first.features)?;
+                let features = self.first.features.get(..count).unwrap_or(&[]);
+                self.first.filter.load_map(features).map_err(Refusal::Map)
+            }
+            Record::Head(head) => self.retune(&head.decode().map_err(unreadable)?),
+            Record::Predict(_) | Record::Scan(_) => Err(Refusal::NotAboard),
+        }
+    }
+
+    #[inline(never)]
+    fn restore(&mut self, snapshot: &Snapshot<'_, G>) -> Result<(), Refusal> {
+        for (which, models) in snapshot.detectors() {
+            self.set(which, &models.get())?;
+        }
+        for which in (0..G::DETECTORS).filter_map(Which::number) {
+            let Some(detector) = self.detector(which) else { continue };
+            detector.forget();
+            if let Some((kind, source)) = source_of(snapshot, Part::Detector(which)) {
+                detector.restore(kind, source).map_err(unrestored)?;
+            }
+        }
+        if let Some((kind, source)) = source_of(snapshot, Part::Navigator) {
+            self.first.helm.restore(kind, source).map_err(unrestored)?;
+        }
+        let (kind, source) = source_of(snapshot, Part::Filter).ok_or(Refusal::NotAboard)?;
+        self.first.filter.restore(kind, source).map(drop).map_err(unrestored)
+    }
+
+    fn estimate(&mut self) -> (G::Pose, usize) {
+        self.first.estimate()
+    }
+
+    fn digest(&self) -> u64 {
+        let others = self.others.iter().filter_map(|other| other.detector.as_ref());
+        others.fold(self.first.digest(), |digest, detector| detector.digest(digest))
+    }
+}
+
+impl<G, T, N, const MEASUREMENTS: usize, const OTHERS: usize> Saves<G>
+    for BlackBoxFilter<'_, G, T, N, MEASUREMENTS, OTHERS>
+where
+    G: Modelled<T>,
+    T: Real,
+    N: Helm<T, G::Input, <G::Motion as Motion>::Control>,
+    Self: Filter<G>,
+{
+    fn save<E, F: FnMut(&[u8]) -> Result<(), E>>(&mut self, log: &mut Writer<G, F>) -> Result<(), SaveError<E>> {
+        let mut parts = [Part::Filter; 6];
+        let of_helm = N::HAS_STATE.then_some(Part::Navigator);
+        let all = core::iter::once(Part::Filter).chain(self.known().map(Part::Detector)).chain(of_helm);
+        let mut len = 0;
+        for (slot, part) in parts.iter_mut().zip(all) {
+            *slot = part;
+            len += 1;
+        }
+        let parts = parts.get(..len).unwrap_or(&[]);
+        log.snapshot(parts, self.digest()).map_err(SaveError::Sink)?;
+        for &part in parts {
+            log.save(part, |sink| match part {
+                Part::Filter => self.first.filter.save(KIND, sink),
+                Part::Detector(which) => self.detector(which).map_or(Ok(0), |detector| detector.save(KIND, sink)),
+                Part::Navigator => self.first.helm.save(KIND, sink),
+            })?;
+        }
+        Ok(())
+    }
+}
+
+/// Why a filter does not go on from a snapshot.
+pub(crate) fn unrestored(error: RestoreError<StreamError>) -> Refusal {
+    let why = match error {
+        RestoreError::Source(_) => "a slice of the snapshot is missing or damaged",
+        RestoreError::Foreign => "this is no snapshot",
+        RestoreError::Version { .. } => "the snapshot is of another version",
+        RestoreError::Damaged => "the snapshot is damaged",
+        RestoreError::Content => "the snapshot is of another filter, scalar, pose or measurement",
+        RestoreError::Kind { .. } => "the snapshot is of another kind of vehicle",
+        RestoreError::NoRoom { .. } => "the snapshot does not fit the memory",
+        RestoreError::Setup(_) => "the tuning cannot go on from the snapshot",
+        RestoreError::Flawed(_) => "the snapshot holds no sound state",
+        _ => "the snapshot cannot be used",
+    };
+    Refusal::Unusable { why }
+}
+
+/// A head among the records that cannot be read.
+pub(crate) fn unreadable(_error: StreamError) -> Refusal {
+    Refusal::Unusable { why: "a head among the records cannot be read" }
+}
+
+impl From<ScanError> for Refusal {
+    fn from(error: ScanError) -> Self {
+        Self::Scan(error)
+    }
+}

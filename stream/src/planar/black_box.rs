@@ -1,0 +1,211 @@
+//! The filters of a planar vehicle that take in all that a black box holds.
+
+use super::joint::{self, FEATURES, OnboardJoint, PlanarJoint};
+use super::onboard::{self, Direct, Drive, MEASUREMENTS, PlanarSensing, detector, margin, motion, online};
+use super::{Fix, Odometry, Planar, Sensor};
+use crate::black_box::{
+    BlackBoxFilter, KIND, Modelled, Observes, Other, Saves, loaded, placed, source_of, unreadable, unrestored,
+};
+use crate::header::Header;
+use crate::onboard::{Aboard, Capacities, Filter, RamPart, Refusal, Scan, Seen};
+use crate::record::{How, Measurements, Part, Place, Record, Which};
+use crate::snapshot::Snapshot;
+use crate::writer::{OTHERS, Writer};
+use nalgebra::Vector2;
+use scphd::{Component, Detector, DetectorMemory, PlanarPose, Probe, Real, SaveError, Stage};
+
+/// The filter with a mixture a particle, for black boxes of vehicles in the plane: four detectors, fixes, and all else.
+#[derive(Debug, Clone, Copy)]
+pub struct BlackBox;
+
+/// All memory of it.
+#[derive(Debug)]
+pub struct Memory<T: Real> {
+    aboard: onboard::Memory<T>,
+    others: [DetectorMemory<Vector2<T>, MEASUREMENTS>; OTHERS],
+}
+
+impl<T: Real> Modelled<T> for Planar {
+    type Motion = Drive<T>;
+    type Sensing = PlanarSensing<T>;
+
+    fn motion(header: &Header<Self>) -> Result<Drive<T>, scphd::ModelError> {
+        motion(header, margin(header))
+    }
+
+    fn first(header: &Header<Self>) -> Result<Detector<PlanarSensing<T>>, Refusal> {
+        Self::other(&Sensor::first(header))
+    }
+
+    fn other(sensor: &Sensor) -> Result<Detector<PlanarSensing<T>>, Refusal> {
+        Ok(detector(sensor)?.learning(online(sensor))?)
+    }
+
+    fn observe(filter: &mut impl Observes<PlanarPose<T>>, fix: &Fix) -> Result<(), Refusal> {
+        fix.shown(filter)
+    }
+}
+
+impl<T: Real> Aboard<T> for BlackBox {
+    type Kind = Planar;
+    type Memory = Memory<T>;
+    type Filter<'m>
+        = BlackBoxFilter<'m, Planar, T, Direct, MEASUREMENTS, OTHERS>
+    where
+        T: 'm;
+
+    const MEMORY: Memory<T> =
+        Memory { aboard: <Planar as Aboard<T>>::MEMORY, others: [const { DetectorMemory::new() }; OTHERS] };
+    const CAPACITIES: Capacities = <Planar as Aboard<T>>::CAPACITIES;
+    const RAM_PARTS: [RamPart; 6] = <Planar as Aboard<T>>::RAM_PARTS;
+
+    fn start<'m>(header: &Header<Planar>, memory: &'m mut Memory<T>) -> Result<Self::Filter<'m>, Refusal>
+    where
+        T: 'm,
+    {
+        let Memory { aboard, others } = memory;
+        aboard.state.clear();
+        let mut first = <Planar as Aboard<T>>::start(header, aboard)?;
+        first.detector.forget();
+        Ok(BlackBoxFilter { first, others: others.each_mut().map(Other::in_room) })
+    }
+}
+
+/// The joint map, for black boxes of vehicles in the plane: four detectors, fixes, scans for the pose alone, and all else.
+#[derive(Debug, Clone, Copy)]
+pub struct BlackBoxJoint;
+
+/// All memory of the joint map.
+#[derive(Debug)]
+pub struct JointMemory<T: Real> {
+    aboard: joint::Memory<T>,
+    features: [Component<Vector2<T>>; FEATURES],
+}
+
+/// The joint map with everything that a black box may hold.
+#[derive(Debug)]
+pub struct BlackBoxJointFilter<'m, T: Real> {
+    first: OnboardJoint<'m, T>,
+    others: [Option<Detector<PlanarSensing<T>>>; OTHERS],
+    features: &'m mut [Component<Vector2<T>>],
+}
+
+impl<T: Real> Aboard<T> for BlackBoxJoint {
+    type Kind = Planar;
+    type Memory = JointMemory<T>;
+    type Filter<'m>
+        = BlackBoxJointFilter<'m, T>
+    where
+        T: 'm;
+
+    const MEMORY: JointMemory<T> =
+        JointMemory { aboard: <PlanarJoint as Aboard<T>>::MEMORY, features: [Component::ZERO; FEATURES] };
+    const CAPACITIES: Capacities = <PlanarJoint as Aboard<T>>::CAPACITIES;
+    const RAM_PARTS: [RamPart; 6] = <PlanarJoint as Aboard<T>>::RAM_PARTS;
+
+    fn start<'m>(header: &Header<Planar>, memory: &'m mut JointMemory<T>) -> Result<Self::Filter<'m>, Refusal>
+    where
+        T: 'm,
+    {
+        let JointMemory { aboard, features } = memory;
+        let first = <PlanarJoint as Aboard<T>>::start(header, aboard)?;
+        Ok(BlackBoxJointFilter { first, others: [const { None }; OTHERS], features })
+    }
+}
+
+impl<T: Real> BlackBoxJointFilter<'_, T> {
+    fn set(&mut self, which: Which<Planar>, models: &Sensor) -> Result<(), Refusal> {
+        let slot = which.beyond_first().and_then(|place| self.others.get_mut(place)).ok_or(Refusal::NotAboard)?;
+        *slot = Some(detector(models)?);
+        Ok(())
+    }
+
+    fn place(&mut self, place: &Place<'_, Planar>) -> Result<(), Refusal> {
+        let (pose, covariance, _) = placed(place);
+        let filter = &mut self.first.filter;
+        Ok(match place.how {
+            How::Reset => filter.reset(pose),
+            How::ResetWithin => filter.reset_within(pose, &covariance),
+            How::Relocate => filter.relocate(pose, &covariance),
+            How::Scatter => filter.scatter(&covariance),
+        }?)
+    }
+
+    /// Goes on with the models and the tuning of a head.
+    fn retune(&mut self, header: &Header<Planar>) -> Result<(), Refusal> {
+        let detector = detector(&Sensor::first(header))?;
+        let filter = &mut self.first.filter;
+        filter.configure(joint::config(header))?;
+        filter.retune(motion(header, 1.0)?)?;
+        self.first.detector.adopt(detector);
+        Ok(())
+    }
+}
+
+impl<T: Real> Filter<Planar> for BlackBoxJointFilter<'_, T> {
+    const BLACK_BOX: bool = true;
+
+    fn predict(&mut self, odometry: &Odometry) -> Result<(), Refusal> {
+        self.first.predict(odometry)
+    }
+
+    fn receive(&mut self, measurements: Measurements<'_, Planar>) -> Scan {
+        self.first.receive(measurements)
+    }
+
+    fn scan_with(&mut self, scan: Scan, probe: &mut impl Probe) -> Result<Seen, Refusal> {
+        let OnboardJoint { filter, detector, measurements } = &mut self.first;
+        let detector = match scan.beyond_first {
+            None => detector,
+            Some(place) => self.others.get_mut(place).and_then(Option::as_mut).ok_or(Refusal::NotAboard)?,
+        };
+        let measurements = scan.of(measurements)?;
+        // A joint map is updated as one; there is nothing to be told apart.
+        probe.enter(Stage::Update);
+        let report =
+            if scan.localising { filter.localise(detector, measurements) } else { filter.scan(detector, measurements) };
+        probe.leave(Stage::Update);
+        Ok(self.first.seen(&report?))
+    }
+
+    #[inline(never)]
+    fn take(&mut self, record: &Record<'_, Planar>) -> Result<(), Refusal> {
+        match record {
+            Record::Fix(fix) => fix.get().ok_or(Refusal::NotAboard)?.shown(&mut self.first.filter),
+            Record::Detector(which, models) => self.set(*which, &models.get()),
+            Record::Place(place) => self.place(place),
+            Record::Map(features) => {
+                let count = loaded(features.clone(), self.features)?;
+                self.first.filter.load_map(self.features.get(..count).unwrap_or(&[])).map_err(Refusal::Map)
+            }
+            Record::Head(head) => self.retune(&head.decode().map_err(unreadable)?),
+            // Nothing is learnt of its detectors.
+            Record::Forget(_) => Ok(()),
+            Record::Predict(_) | Record::Scan(_) => Err(Refusal::NotAboard),
+        }
+    }
+
+    #[inline(never)]
+    fn restore(&mut self, snapshot: &Snapshot<'_, Planar>) -> Result<(), Refusal> {
+        for (which, models) in snapshot.detectors() {
+            self.set(which, &models.get())?;
+        }
+        let (kind, source) = source_of(snapshot, Part::Filter).ok_or(Refusal::NotAboard)?;
+        self.first.filter.restore(kind, source).map(drop).map_err(unrestored)
+    }
+
+    fn estimate(&mut self) -> ([f64; 3], usize) {
+        self.first.estimate()
+    }
+
+    fn digest(&self) -> u64 {
+        self.first.digest()
+    }
+}
+
+impl<T: Real> Saves<Planar> for BlackBoxJointFilter<'_, T> {
+    fn save<E, F: FnMut(&[u8]) -> Result<(), E>>(&mut self, log: &mut Writer<Planar, F>) -> Result<(), SaveError<E>> {
+        log.snapshot(&[Part::Filter], self.digest()).map_err(SaveError::Sink)?;
+        log.save(Part::Filter, |sink| self.first.filter.save(KIND, sink)).map(drop)
+    }
+}

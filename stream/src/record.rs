@@ -1,0 +1,366 @@
+//! What a stream holds behind its head.
+
+use crate::bytes::{Bytes, chained};
+use crate::head::Head;
+use crate::header::{MAGIC, Scalar};
+use crate::kind::{Input, Kind};
+use crate::numbers::Numbers;
+use crate::reader::StreamError;
+use core::marker::PhantomData;
+
+/// The kinds of record.
+pub(crate) const PREDICT: u8 = 1;
+pub(crate) const SCAN: u8 = 2;
+pub(crate) const END: u8 = 3;
+pub(crate) const FIX: u8 = 4;
+pub(crate) const DETECTOR: u8 = 5;
+pub(crate) const FORGET: u8 = 6;
+pub(crate) const PLACE: u8 = 7;
+pub(crate) const MAP: u8 = 8;
+pub(crate) const SLICE: u8 = 9;
+
+/// In the parts of a scan, beside its detector: the map was not to be changed.
+pub(crate) const LOCALISING: u8 = 0x80;
+
+/// One record.
+#[derive(Debug, Clone)]
+pub enum Record<'a, K: Kind> {
+    /// The vehicle moved.
+    Predict(K::Input),
+    /// A scan was taken.
+    Scan(Measurements<'a, K>),
+    /// The pose itself was measured.
+    Fix(Shown<'a, K>),
+    /// A detector beyond the first is there, or goes on with these models.
+    Detector(Which<K>, Later<'a, K::Sensor>),
+    /// What a detector has learnt is forgotten.
+    Forget(Which<K>),
+    /// The pose was set from outside.
+    Place(Place<'a, K>),
+    /// A map was loaded.
+    Map(Features<'a, K>),
+    /// Other models or another tuning from here on, or a snapshot.
+    Head(Head<'a>),
+}
+
+/// A detector of a vehicle, by its number.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Which<K> {
+    number: u8,
+    kind: PhantomData<K>,
+}
+
+impl<K: Kind> Which<K> {
+    /// That of the head.
+    pub const FIRST: Self = Self { number: 0, kind: PhantomData };
+
+    /// The detector of this number, from 0; `None` where such vehicles have no more than [`Kind::DETECTORS`].
+    #[must_use]
+    pub const fn number(number: u8) -> Option<Self> {
+        if number < K::DETECTORS { Some(Self { number, kind: PhantomData }) } else { None }
+    }
+
+    /// Its number.
+    #[must_use]
+    pub const fn get(self) -> u8 {
+        self.number
+    }
+
+    /// Its place among those beyond the first; `None` for that.
+    pub(crate) fn beyond_first(self) -> Option<usize> {
+        self.number.checked_sub(1).map(usize::from)
+    }
+}
+
+/// A part of a snapshot.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Part<K> {
+    /// The filter.
+    Filter,
+    /// What is learnt of a detector.
+    Detector(Which<K>),
+    /// The small filter of the velocity, of a vehicle under water.
+    Navigator,
+}
+
+impl<K: Kind> Part<K> {
+    /// The byte that stands for it, which is also its bit among the parts of a snapshot.
+    pub(crate) fn code(self) -> u8 {
+        match self {
+            Self::Filter => 0,
+            Self::Detector(which) => 1 + which.number,
+            Self::Navigator => 16,
+        }
+    }
+
+    /// Its bit in [`Mark::parts`](crate::Mark::parts).
+    #[must_use]
+    pub fn bit(self) -> u32 {
+        1 << self.code()
+    }
+}
+
+/// Numbers that are taken out of a record where they are wanted.
+#[derive(Debug, Clone)]
+pub struct Later<'a, N> {
+    bytes: &'a [u8],
+    numbers: PhantomData<N>,
+}
+
+impl<N: Numbers> Later<'_, N> {
+    /// The numbers. The reader has counted them.
+    #[must_use]
+    pub fn get(&self) -> N {
+        let mut bytes = Bytes(self.bytes);
+        N::take(&mut || bytes.f64()).unwrap_or(N::ZERO)
+    }
+}
+
+/// A measurement of the pose, taken out of its record where it is wanted.
+#[derive(Debug, Clone)]
+pub struct Shown<'a, K> {
+    parts: u8,
+    bytes: &'a [u8],
+    kind: PhantomData<K>,
+}
+
+impl<K: Kind> Shown<'_, K> {
+    /// The fix; `None` where it is none after all.
+    #[must_use]
+    pub fn get(&self) -> Option<K::Fix> {
+        let mut bytes = Bytes(self.bytes);
+        K::Fix::take(self.parts, &mut || bytes.f64())
+    }
+}
+
+/// The pose was set from outside.
+#[derive(Debug, Clone)]
+pub struct Place<'a, K> {
+    /// How.
+    pub how: How,
+    bytes: &'a [u8],
+    kind: PhantomData<K>,
+}
+
+/// How a pose was set from outside.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum How {
+    /// By a reset: the filter starts again there, certain of it, without a map.
+    Reset,
+    /// By a reset to a pose with a covariance.
+    ResetWithin,
+    /// By a move to another place of the same map.
+    Relocate,
+    /// Not at all: it became less certain by a covariance.
+    Scatter,
+}
+
+impl How {
+    /// Each, at the place of its number.
+    const ALL: [Self; 4] = [Self::Reset, Self::ResetWithin, Self::Relocate, Self::Scatter];
+}
+
+impl<K: Kind> Place<'_, K> {
+    /// All numbers of the pose, its covariance, and the seed of a reset.
+    #[must_use]
+    pub fn get(&self) -> (K::Full, K::Covariance, u64) {
+        let mut bytes = Bytes(self.bytes);
+        let pose = K::Full::take(&mut || bytes.f64()).unwrap_or(K::Full::ZERO);
+        let covariance = K::Covariance::take(&mut || bytes.f64()).unwrap_or(K::Covariance::ZERO);
+        (pose, covariance, bytes.u64().unwrap_or(0))
+    }
+}
+
+/// The features of a map that was loaded.
+#[derive(Debug, Clone)]
+pub struct Features<'a, K> {
+    bytes: Bytes<'a>,
+    kind: PhantomData<K>,
+}
+
+impl<K: Kind> Iterator for Features<'_, K> {
+    type Item = K::Feature;
+
+    fn next(&mut self) -> Option<K::Feature> {
+        K::Feature::take(&mut || self.bytes.f64())
+    }
+
+    fn size_hint(&self) -> (usize, Option<usize>) {
+        let len = self.bytes.0.len() / (8 * K::Feature::COUNT);
+        (len, Some(len))
+    }
+}
+
+impl<K: Kind> ExactSizeIterator for Features<'_, K> {}
+
+/// The measurements of one scan.
+#[derive(Debug, Clone)]
+pub struct Measurements<'a, K> {
+    numbers: Payload<'a>,
+    which: Which<K>,
+    localising: bool,
+}
+
+impl<K: Kind> Measurements<'_, K> {
+    /// The detector they are of.
+    #[must_use]
+    pub fn detector(&self) -> Which<K> {
+        self.which
+    }
+
+    /// Whether they were taken in for the pose alone, by [`scphd::JointSlam::localise`].
+    #[must_use]
+    pub fn localising(&self) -> bool {
+        self.localising
+    }
+}
+
+impl<K: Kind> Iterator for Measurements<'_, K> {
+    type Item = K::Measurement;
+
+    fn next(&mut self) -> Option<K::Measurement> {
+        Numbers::take(&mut || self.numbers.next())
+    }
+
+    fn size_hint(&self) -> (usize, Option<usize>) {
+        let len = self.numbers.bytes.0.len() / (K::Measurement::COUNT * self.numbers.scalar.bytes());
+        (len, Some(len))
+    }
+}
+
+impl<K: Kind> ExactSizeIterator for Measurements<'_, K> {}
+
+/// The numbers of a record.
+#[derive(Debug, Clone)]
+struct Payload<'a> {
+    bytes: Bytes<'a>,
+    scalar: Scalar,
+}
+
+impl Payload<'_> {
+    fn next(&mut self) -> Option<f64> {
+        match self.scalar {
+            Scalar::F32 => self.bytes.f32().map(f64::from),
+            Scalar::F64 => self.bytes.f64(),
+        }
+    }
+}
+
+/// A record as it stands.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Raw<'a> {
+    /// A head.
+    Head(Head<'a>),
+    /// Any other.
+    Record {
+        /// Kind, parts and count.
+        kind: u8,
+        parts: u8,
+        count: u16,
+        /// What follows them.
+        payload: &'a [u8],
+    },
+}
+
+/// The records behind a head, one after the other.
+#[derive(Debug, Clone)]
+pub(crate) struct Records<'a> {
+    pub(crate) rest: Bytes<'a>,
+    /// The number type of the payload.
+    scalar: Scalar,
+    /// The check of the record, or head, before the next.
+    check: u32,
+    /// Place of the next, counted from 0.
+    index: u32,
+}
+
+impl<'a> Records<'a> {
+    /// Those that follow a head of this check.
+    pub(crate) fn behind(check: u32, scalar: Scalar, rest: Bytes<'a>) -> Self {
+        Self { rest, scalar, check, index: 0 }
+    }
+
+    /// The next one, and all behind it.
+    ///
+    /// # Errors
+    /// The record is incomplete, damaged or unknown, or does not follow the one before.
+    pub(crate) fn next<K: Kind>(&self) -> Result<(Raw<'a>, Self), StreamError> {
+        let &Self { scalar, index, .. } = self;
+        let mut rest = self.rest.clone();
+        let whole = rest.0;
+        let behind = |rest, check| Self { rest, scalar, check, index: index.saturating_add(1) };
+        let damaged = StreamError::RecordDamaged { index };
+        let kind = rest.u8().ok_or(StreamError::Truncated)?;
+        if [kind] == MAGIC.first_chunk::<1>().copied().unwrap_or_default() {
+            let mut rest = Bytes(whole);
+            let length = crate::Header::<K>::LENGTH;
+            let head = Head::take::<K>(&mut rest);
+            let head = head.ok_or(if whole.len() < length { StreamError::Truncated } else { damaged })?;
+            return if head.before == self.check {
+                Ok((Raw::Head(head), behind(rest, head.check)))
+            } else {
+                Err(damaged)
+            };
+        }
+        let parts = rest.u8().ok_or(StreamError::Truncated)?;
+        let count = rest.u16().ok_or(StreamError::Truncated)?;
+        let length = length::<K>(kind, parts, count, scalar).ok_or(StreamError::Record { index })?;
+        let payload = rest.slice(length).ok_or(StreamError::Truncated)?;
+        let content = whole.get(..4 + payload.len()).ok_or(StreamError::Truncated)?;
+        let check = rest.u32().ok_or(StreamError::Truncated)?;
+        if check != chained(self.check, content) {
+            return Err(damaged);
+        }
+        Ok((Raw::Record { kind, parts, count, payload }, behind(rest, check)))
+    }
+
+    /// What a record says that is neither the end nor a slice.
+    ///
+    /// # Errors
+    /// It is one of these after all.
+    pub(crate) fn meaning<K: Kind>(&self, raw: Raw<'a>) -> Result<Record<'a, K>, StreamError> {
+        let unknown = StreamError::Record { index: self.index };
+        let (kind, parts, bytes) = match raw {
+            Raw::Head(head) => return Ok(Record::Head(head)),
+            Raw::Record { kind, parts, payload, .. } => (kind, parts, payload),
+        };
+        let which = Which::number(parts & !LOCALISING).ok_or(unknown);
+        Ok(match kind {
+            PREDICT => {
+                let mut numbers = Payload { bytes: Bytes(bytes), scalar: K::Input::scalar(self.scalar) };
+                Record::Predict(Input::take(parts, &mut || numbers.next()).ok_or(StreamError::Truncated)?)
+            }
+            SCAN => {
+                let numbers = Payload { bytes: Bytes(bytes), scalar: self.scalar };
+                Record::Scan(Measurements { numbers, which: which?, localising: parts & LOCALISING != 0 })
+            }
+            FIX => Record::Fix(Shown { parts, bytes, kind: PhantomData }),
+            DETECTOR => Record::Detector(which?, Later { bytes, numbers: PhantomData }),
+            FORGET => Record::Forget(which?),
+            PLACE => {
+                let how = *How::ALL.get(usize::from(parts)).ok_or(unknown)?;
+                Record::Place(Place { how, bytes, kind: PhantomData })
+            }
+            MAP => Record::Map(Features { bytes: Bytes(bytes), kind: PhantomData }),
+            _ => return Err(unknown),
+        })
+    }
+}
+
+/// Bytes of the payload of a record; `None` for one that there is none of.
+fn length<K: Kind>(kind: u8, parts: u8, count: u16, scalar: Scalar) -> Option<usize> {
+    let many = usize::from(count);
+    let is_one = |number: u8| number < K::DETECTORS;
+    match (kind, parts, count) {
+        (PREDICT, parts, 1) => Some(K::Input::count(parts)? * K::Input::scalar(scalar).bytes()),
+        (SCAN, parts, _) if is_one(parts & !LOCALISING) => Some(K::Measurement::COUNT * many * scalar.bytes()),
+        (END, 0, 0) => Some(0),
+        (FIX, parts, 1) => Some(8 * K::Fix::count(parts)?),
+        (DETECTOR, 1.., 1) if is_one(parts) => Some(8 * K::Sensor::COUNT),
+        (FORGET, _, 0) if is_one(parts) => Some(0),
+        (PLACE, 0..=3, 1) => Some(8 * (K::Full::COUNT + K::Covariance::COUNT) + 8),
+        (MAP, 0, _) => Some(8 * K::Feature::COUNT * many),
+        (SLICE, 0..=31, _) => Some(many),
+        _ => None,
+    }
+}

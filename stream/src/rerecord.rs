@@ -1,0 +1,75 @@
+//! A stream once more, with snapshots in it.
+
+use crate::black_box::Saves;
+use crate::record::Record;
+use crate::replay::ReplayError;
+use crate::{Aboard, Filter, Reader, Refusal, Writer};
+use core::fmt;
+use scphd::{Real, SaveError};
+
+/// Why a stream was not recorded once more.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum RerecordError<E> {
+    /// It cannot be replayed.
+    Replay(ReplayError),
+    /// A snapshot was not taken, or the sink took no more.
+    Save(SaveError<E>),
+}
+
+impl<E: fmt::Display> fmt::Display for RerecordError<E> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Replay(error) => error.fmt(f),
+            Self::Save(error) => error.fmt(f),
+        }
+    }
+}
+
+impl<E: fmt::Debug + fmt::Display> core::error::Error for RerecordError<E> {}
+
+/// Replays the stream in `bytes`, which begins with a start, and writes it once more, with a snapshot after every `every` scans. What
+/// the filter refuses stays in it: a vehicle records what it asks its filter for. Snapshots that there were are left out.
+///
+/// # Errors
+/// The stream is damaged, or the filter refuses its head; a snapshot cannot be taken; or the sink takes no more.
+pub fn rerecord<'m, A, T, E>(
+    bytes: &[u8],
+    memory: &'m mut A::Memory,
+    every: u32,
+    sink: impl FnMut(&[u8]) -> Result<(), E>,
+) -> Result<(), RerecordError<E>>
+where
+    A: Aboard<T>,
+    A::Filter<'m>: Saves<A::Kind>,
+    T: Real + 'm,
+{
+    let of_stream = |error| RerecordError::Replay(ReplayError::Stream(error));
+    let of_sink = |error| RerecordError::Save(SaveError::Sink(error));
+    let mut reader = Reader::<A::Kind>::open(bytes).map_err(of_stream)?;
+    let of_start = |refusal| RerecordError::Replay(ReplayError::Start(refusal));
+    let mut filter = A::start(reader.header(), memory).map_err(of_start)?;
+    let mut log = Writer::start(reader.header(), sink).map_err(of_sink)?;
+    let mut scans = 0_u32;
+    while let Some((raw, record)) = reader.read_both().map_err(of_stream)? {
+        log.again(&raw, &record).map_err(of_sink)?;
+        let is_scan = matches!(record, Record::Scan(_));
+        // What is refused leaves the filter as it leaves that of the replay.
+        let _: Result<(), Refusal> = match record {
+            Record::Predict(input) => filter.predict(&input),
+            Record::Scan(measurements) => {
+                let scan = filter.receive(measurements);
+                filter.scan(scan).map(drop)
+            }
+            Record::Head(head) if head.mark().is_some() => Ok(()),
+            record => filter.take(&record),
+        };
+        if is_scan {
+            scans = scans.saturating_add(1);
+            if every > 0 && scans.is_multiple_of(every) {
+                filter.save(&mut log).map_err(RerecordError::Save)?;
+            }
+        }
+    }
+    log.end().map_err(of_sink)
+}

@@ -1,0 +1,188 @@
+//! Snapshots in a stream, and how to find them.
+
+use crate::bytes::Bytes;
+use crate::head::{Head, Mark};
+use crate::header::{Header, MAGIC};
+use crate::kind::Kind;
+use crate::record::{DETECTOR, Later, Part, Raw, Record, Records, SLICE, Which};
+use crate::{Reader, StreamError};
+use core::marker::PhantomData;
+
+/// A snapshot in a stream: its slices, which stand behind the head that tells of it, with other records between them.
+#[derive(Debug, Clone)]
+pub struct Snapshot<'a, K> {
+    mark: Mark,
+    records: Records<'a>,
+    kind: PhantomData<K>,
+}
+
+impl<'a, K: Kind> Snapshot<'a, K> {
+    pub(crate) fn behind(mark: Mark, records: Records<'a>) -> Self {
+        Self { mark, records, kind: PhantomData }
+    }
+
+    /// What it is of.
+    #[must_use]
+    pub fn mark(&self) -> Mark {
+        self.mark
+    }
+
+    /// The detectors beyond the first that there were, as they stood.
+    pub fn detectors(&self) -> impl Iterator<Item = (Which<K>, Later<'a, K::Sensor>)> + use<'a, K> {
+        let mut records = self.records.clone();
+        core::iter::from_fn(move || {
+            let (raw, rest) = records.next::<K>().ok()?;
+            let Raw::Record { kind: DETECTOR, .. } = raw else { return None };
+            let record = records.meaning::<K>(raw).ok()?;
+            records = rest;
+            if let Record::Detector(which, models) = record { Some((which, models)) } else { None }
+        })
+    }
+
+    /// The bytes of a part of it, as [`scphd::ScPhd::restore`] asks for them; `None` where it has no such part.
+    #[must_use]
+    pub fn part(&self, part: Part<K>) -> Option<impl FnMut(usize, &mut [u8]) -> Result<(), StreamError> + use<'a, K>> {
+        if self.mark.parts & part.bit() == 0 {
+            return None;
+        }
+        let mut slices = Slices::of(self.records.clone(), part);
+        Some(move |at, into: &mut [u8]| slices.read::<K>(at, into))
+    }
+
+    /// The number that the user has given a part, to tell vehicles and tunings apart; 0 where it cannot be read.
+    #[must_use]
+    pub fn user_kind(&self, part: Part<K>) -> u32 {
+        let mut kind = [0; 4];
+        let read = self.part(part).map(|mut source| source(8, &mut kind));
+        if read == Some(Ok(())) { u32::from_le_bytes(kind) } else { 0 }
+    }
+
+    /// Whether its filter is that with a joint map.
+    #[must_use]
+    pub fn is_of_joint_map(&self) -> bool {
+        let mut content = [0];
+        self.part(Part::Filter).is_some_and(|mut source| source(6, &mut content) == Ok(())) && content == [1]
+    }
+
+    /// Whether all of it is there: of every part its last byte.
+    #[must_use]
+    pub fn is_whole(&self) -> bool {
+        (0..32).filter(|code| self.mark.parts >> code & 1 != 0).all(|code| {
+            let mut slices = Slices::new(self.records.clone(), code);
+            let mut length = [0; 4];
+            let last = |length| usize::try_from(u32::from_le_bytes(length)).ok()?.checked_sub(1);
+            slices.read::<K>(16, &mut length).is_ok()
+                && last(length).is_some_and(|last| slices.read::<K>(last, &mut [0]).is_ok())
+        })
+    }
+}
+
+/// Reads one part of a snapshot, forward, and again from its beginning where it must.
+#[derive(Debug, Clone)]
+struct Slices<'a> {
+    /// Behind the head.
+    first: Records<'a>,
+    code: u8,
+    /// Behind the slice that is being read.
+    rest: Records<'a>,
+    slice: &'a [u8],
+    /// Where that begins in the part.
+    begins: usize,
+}
+
+impl<'a> Slices<'a> {
+    fn of<K: Kind>(records: Records<'a>, part: Part<K>) -> Self {
+        Self::new(records, part.code())
+    }
+
+    fn new(records: Records<'a>, code: u8) -> Self {
+        Self { first: records.clone(), code, rest: records, slice: &[], begins: 0 }
+    }
+
+    /// Fills `into` with the bytes of the part from a place on.
+    ///
+    /// # Errors
+    /// A record is damaged, or the part ends before.
+    fn read<K: Kind>(&mut self, mut at: usize, into: &mut [u8]) -> Result<(), StreamError> {
+        if at < self.begins {
+            *self = Self::new(self.first.clone(), self.code);
+        }
+        let mut left = into;
+        while !left.is_empty() {
+            let found = at.checked_sub(self.begins).and_then(|within| self.slice.get(within..)).unwrap_or(&[]);
+            if found.is_empty() {
+                self.turn::<K>()?;
+                continue;
+            }
+            let len = found.len().min(left.len());
+            let Some((now, later)) = core::mem::take(&mut left).split_at_mut_checked(len) else { break };
+            now.iter_mut().zip(found).for_each(|(slot, &byte)| *slot = byte);
+            (at, left) = (at + len, later);
+        }
+        Ok(())
+    }
+
+    /// Goes on to the next slice of the part. The next snapshot ends this one.
+    fn turn<K: Kind>(&mut self) -> Result<(), StreamError> {
+        loop {
+            let (raw, rest) = self.rest.next::<K>()?;
+            match raw {
+                Raw::Head(head) if head.mark().is_some() => return Err(StreamError::Truncated),
+                Raw::Record { kind: crate::record::END, .. } => return Err(StreamError::Truncated),
+                Raw::Record { kind: SLICE, parts, payload, .. } if parts == self.code => {
+                    self.begins = self.begins.saturating_add(self.slice.len());
+                    (self.slice, self.rest) = (payload, rest);
+                    return Ok(());
+                }
+                _ => self.rest = rest,
+            }
+        }
+    }
+}
+
+/// Where the first snapshot at or behind a place begins whose head can be read, wherever in a stream that place is: what stands
+/// before it, or is damaged, does not matter. From there on the bytes are a stream.
+///
+/// ```
+/// use scphd_stream::planar::{Odometry, Planar};
+/// use scphd_stream::{Header, Part, Reader, Writer, find_snapshot};
+///
+/// let mut log = Vec::new();
+/// let mut writer = Writer::start(&Header::<Planar>::EMPTY, |bytes: &[u8]| Ok::<(), ()>(log.extend_from_slice(bytes)))?;
+/// writer.predict(&Odometry { control: [1.0, 0.1], dt_s: 0.05 })?;
+/// writer.snapshot(&[Part::Filter], 0x1234)?;
+/// // Whatever the filter saves.
+/// writer.slice(Part::Filter, b"...")?;
+/// writer.end()?;
+/// let torn = &log[100..];
+/// let at = find_snapshot::<Planar>(torn, 0).unwrap();
+/// let reader = Reader::<Planar>::open(&torn[at..]).unwrap();
+/// assert_eq!(reader.snapshot().unwrap().mark().digest, 0x1234);
+/// assert_eq!(find_snapshot::<Planar>(torn, at + 1), None);
+/// # Ok::<(), ()>(())
+/// ```
+#[must_use]
+pub fn find_snapshot<K: Kind>(bytes: &[u8], from: usize) -> Option<usize> {
+    let places = bytes.get(from..)?.windows(MAGIC.len()).enumerate().filter(|(_, window)| *window == MAGIC);
+    let mut heads = places.map(|(place, _)| from + place);
+    heads.find(|&place| {
+        let begins = |bytes| {
+            Head::take::<K>(&mut Bytes(bytes)).is_some_and(|head| head.mark().is_some())
+                && Header::<K>::decode(&mut Bytes(bytes)).is_ok()
+        };
+        bytes.get(place..).is_some_and(begins)
+    })
+}
+
+/// The next snapshot at or behind a place of which all is there, as [`find_snapshot`] finds them.
+#[must_use]
+pub fn find_whole_snapshot<K: Kind>(bytes: &[u8], mut from: usize) -> Option<usize> {
+    loop {
+        let place = find_snapshot::<K>(bytes, from)?;
+        let snapshot = Reader::<K>::open(bytes.get(place..)?).ok().and_then(|reader| reader.snapshot());
+        if snapshot.is_some_and(|snapshot| snapshot.is_whole()) {
+            return Some(place);
+        }
+        from = place + 1;
+    }
+}

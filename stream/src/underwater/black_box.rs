@@ -1,0 +1,62 @@
+//! The filter of an underwater vehicle that takes in all that a black box holds.
+
+use super::onboard::{MEASUREMENTS, Memory};
+use super::{AuvModels, Fix, Underwater};
+use crate::black_box::{BlackBoxFilter, Modelled, Observes};
+use crate::header::Header;
+use crate::onboard::{Aboard, Capacities, RamPart, Refusal, births, online};
+use scphd::{
+    Auv, AuvPose, Detector, ModelError, Navigator, Real, Sensing, StereoCamera, StereoFrustum, UniformClutter,
+};
+
+/// The filter with a mixture a particle, for black boxes of vehicles under water: one detector, fixes, and all else.
+#[derive(Debug, Clone, Copy)]
+pub struct BlackBox;
+
+/// What its camera sees.
+type StereoSensing<T> = Sensing<StereoCamera<T>, StereoFrustum<T>, UniformClutter<T>>;
+
+impl<T: Real> Modelled<T> for Underwater {
+    type Motion = Auv<T>;
+    type Sensing = StereoSensing<T>;
+
+    fn motion(header: &Header<Self>) -> Result<Auv<T>, ModelError> {
+        Ok(header.models.of_filter()?.motion)
+    }
+
+    fn first(header: &Header<Self>) -> Result<Detector<StereoSensing<T>>, Refusal> {
+        let AuvModels { sensing, .. } = header.models.of_filter()?;
+        Ok(Detector::new(sensing, births(header))?.learning(online(header))?)
+    }
+
+    fn other(_sensor: &[f64; 0]) -> Result<Detector<StereoSensing<T>>, Refusal> {
+        Err(Refusal::NotAboard)
+    }
+
+    fn observe(filter: &mut impl Observes<AuvPose<T>>, fix: &Fix) -> Result<(), Refusal> {
+        fix.shown(filter)
+    }
+}
+
+impl<T: Real> Aboard<T> for BlackBox {
+    type Kind = Underwater;
+    type Memory = Memory<T>;
+    type Filter<'m>
+        = BlackBoxFilter<'m, Underwater, T, Navigator<f64>, MEASUREMENTS, 0>
+    where
+        T: 'm;
+
+    const MEMORY: Memory<T> = <Underwater as Aboard<T>>::MEMORY;
+    const CAPACITIES: Capacities = <Underwater as Aboard<T>>::CAPACITIES;
+    const RAM_PARTS: [RamPart; 6] = <Underwater as Aboard<T>>::RAM_PARTS;
+
+    fn start<'m>(header: &Header<Underwater>, memory: &'m mut Memory<T>) -> Result<Self::Filter<'m>, Refusal>
+    where
+        T: 'm,
+    {
+        memory.state.clear();
+        let mut first = <Underwater as Aboard<T>>::start(header, memory)?;
+        first.detector.forget();
+        Ok(BlackBoxFilter { first, others: [] })
+    }
+}

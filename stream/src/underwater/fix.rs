@@ -1,0 +1,71 @@
+//! Measurements of the pose of an underwater vehicle, beside those that its velocity filter takes in.
+
+use crate::Scalar;
+use crate::black_box::Observes;
+use crate::kind::Input;
+use crate::numbers::Numbers;
+use crate::onboard::Refusal;
+use nalgebra::Vector1;
+use scphd::{AuvPose, HeadingFix, HeightFix, Real};
+
+/// A measurement of the pose itself, and how good it is, in double precision in every stream.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Fix {
+    /// What is measured.
+    pub of: Of,
+    /// Heading, rad, or z, m.
+    pub value: f64,
+    /// Standard deviation, rad or m.
+    pub sigma: f64,
+    /// Squared Mahalanobis distance beyond which it is an outlier.
+    pub gate: f64,
+}
+
+/// What a fix measures.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Of {
+    /// The heading, as by [`HeadingFix`].
+    Heading,
+    /// z, as by [`HeightFix`].
+    Height,
+}
+
+const HEADING: u8 = 1;
+const HEIGHT: u8 = 2;
+
+impl Input for Fix {
+    fn parts(&self) -> u8 {
+        match self.of {
+            Of::Heading => HEADING,
+            Of::Height => HEIGHT,
+        }
+    }
+
+    fn count(parts: u8) -> Option<usize> {
+        matches!(parts, HEADING | HEIGHT).then_some(3)
+    }
+
+    fn scalar(_of_stream: Scalar) -> Scalar {
+        Scalar::F64
+    }
+
+    fn put(&self, sink: &mut impl FnMut(f64)) {
+        [self.value, self.sigma, self.gate].put(sink);
+    }
+
+    fn take(parts: u8, source: &mut impl FnMut() -> Option<f64>) -> Option<Self> {
+        let [value, sigma, gate] = Numbers::take(source)?;
+        Some(Self { of: if parts == HEADING { Of::Heading } else { Of::Height }, value, sigma, gate })
+    }
+}
+
+impl Fix {
+    /// Shows it to a filter.
+    pub(crate) fn shown<T: Real>(&self, filter: &mut impl Observes<AuvPose<T>>) -> Result<(), Refusal> {
+        let [value, sigma, gate] = [self.value, self.sigma, self.gate].map(T::from_f64);
+        match self.of {
+            Of::Heading => filter.take(&HeadingFix::new(sigma)?.gated(gate)?, &Vector1::new(value)),
+            Of::Height => filter.take(&HeightFix::new(sigma)?.gated(gate)?, &Vector1::new(value)),
+        }
+    }
+}
