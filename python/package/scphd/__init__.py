@@ -1,0 +1,69 @@
+"""Single-cluster PHD SLAM: the filter of the firmware, bit for bit, with NumPy in and out.
+
+A vehicle (`Unicycle`, `Ackermann`, `KnownPose`), its detectors (`RangeBearing`, `BearingOnly`, each where a `Mounting` puts it) and a
+filter: `Filter`, the thesis's mixture, or `JointFilter`, one Gaussian over pose and map.
+
+>>> import scphd
+>>> lidar = scphd.RangeBearing(range_sigma_m=0.1, bearing_sigma_rad=0.01, range_max_m=20.0)
+>>> robot = scphd.Unicycle(speed_sigma_ratio=0.1, turn_rate_sigma_ratio=0.1)
+>>> slam = scphd.JointFilter(robot)
+>>> slam.reset(0.0, 0.0, 0.0)
+>>> _ = slam.predict((1.0, 0.0), 0.1)            # speed m/s, turn rate rad/s; s
+>>> report = slam.scan(lidar, [(5.0, 0.3)])      # range m, bearing rad
+>>> report.health.is_good
+True
+>>> round(slam.estimate().x_m, 3)
+0.1
+
+Numbers are in metres, seconds and radians; angles grow to the left. What is refused is an exception and leaves the filter as it was.
+"""
+
+from ._native import (
+    Ackermann,
+    BearingOnly,
+    Filter,
+    FixReport,
+    HeadingFix,
+    Health,
+    InputError,
+    JointFilter,
+    JointReport,
+    KnownPose,
+    Map,
+    Mounting,
+    Movers,
+    NotStartedError,
+    Pose,
+    PositionFix,
+    PredictReport,
+    RangeBearing,
+    ScanReport,
+    SettingError,
+    SnapshotError,
+    Unicycle,
+)
+
+__all__ = [
+    "Ackermann",
+    "BearingOnly",
+    "Filter",
+    "FixReport",
+    "HeadingFix",
+    "Health",
+    "InputError",
+    "JointFilter",
+    "JointReport",
+    "KnownPose",
+    "Map",
+    "Mounting",
+    "Movers",
+    "NotStartedError",
+    "Pose",
+    "PositionFix",
+    "PredictReport",
+    "RangeBearing",
+    "ScanReport",
+    "SettingError",
+    "SnapshotError",
+    "Unicycle",
+]

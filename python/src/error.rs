@@ -1,0 +1,104 @@
+//! Exceptions, and which of them a refusal of the library is.
+
+use pyo3::exceptions::{PyRuntimeError, PyTypeError, PyValueError};
+use pyo3::types::{PyAnyMethods, PyTypeMethods};
+use pyo3::{Bound, PyAny, PyErr, create_exception};
+use scphd::{
+    ConfigError, LoadMapError, ModelError, ObserveError, PredictError, ResetError, RestoreError, SaveError, ScanError,
+    SetupError,
+};
+use std::fmt::Display;
+
+create_exception!(scphd, SettingError, PyValueError, "A setting is out of range, or does not fit the memory.");
+create_exception!(
+    scphd,
+    InputError,
+    PyValueError,
+    "A control, a measurement or a pose is refused; the filter is as it was."
+);
+create_exception!(scphd, NotStartedError, PyRuntimeError, "The filter has not been reset to a pose yet.");
+create_exception!(scphd, SnapshotError, PyValueError, "Bytes that are no snapshot of such a filter.");
+
+/// A refusal of the library, as an exception.
+pub trait Refusal {
+    /// The exception, with the text of the library.
+    fn raised(self) -> PyErr;
+}
+
+macro_rules! refusals {
+    ($($of:ty => |$error:ident| $exception:expr;)+) => {
+        $(impl Refusal for $of {
+            fn raised(self) -> PyErr {
+                let $error = self;
+                $exception
+            }
+        })+
+    };
+}
+
+refusals! {
+    ModelError => |error| setting(error);
+    ConfigError => |error| setting(error);
+    SetupError => |error| setting(error);
+    ResetError => |error| match error {
+        ResetError::NotStarted => NotStartedError::new_err(error.to_string()),
+        _ => input(error),
+    };
+    PredictError => |error| match error {
+        PredictError::NotStarted => not_started(),
+        _ => input(error),
+    };
+    ScanError => |error| match error {
+        ScanError::NotStarted => not_started(),
+        ScanError::NoRoomForMoving => setting(error),
+        _ => input(error),
+    };
+    ObserveError => |error| match error {
+        ObserveError::NotStarted => not_started(),
+        _ => input(error),
+    };
+    LoadMapError => |error| match error {
+        LoadMapError::NotStarted => not_started(),
+        _ => input(error),
+    };
+}
+
+impl<E: Display> Refusal for SaveError<E> {
+    fn raised(self) -> PyErr {
+        match self {
+            Self::NotStarted => not_started(),
+            error => SnapshotError::new_err(error.to_string()),
+        }
+    }
+}
+
+impl<E: Display> Refusal for RestoreError<E> {
+    fn raised(self) -> PyErr {
+        SnapshotError::new_err(self.to_string())
+    }
+}
+
+fn setting(error: impl Display) -> PyErr {
+    SettingError::new_err(error.to_string())
+}
+
+fn input(error: impl Display) -> PyErr {
+    InputError::new_err(error.to_string())
+}
+
+/// No step before the first reset.
+pub fn not_started() -> PyErr {
+    NotStartedError::new_err("the filter has not been reset to a pose yet: call reset() first")
+}
+
+/// A model's refusal, where Python calls its parameters by other names.
+pub fn renamed(error: ModelError, names: &[(&str, &str)]) -> PyErr {
+    let name = names.iter().find(|(of_library, _)| *of_library == error.field).map_or(error.field, |(_, name)| name);
+    SettingError::new_err(format!("{name} must be {}", error.range))
+}
+
+/// An argument is of another type than it must be.
+pub fn wrong_type(argument: &str, wanted: &str, found: &Bound<'_, PyAny>) -> PyErr {
+    let found = found.get_type().name().map_or_else(|_| "another type".to_owned(), |name| name.to_string());
+    PyTypeError::new_err(format!("{argument} must be {wanted}, not {found}"))
+}

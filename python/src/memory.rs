@@ -1,0 +1,140 @@
+//! The memory of filters: sets of capacities, and the cells in which a filter lives with its memory.
+
+use crate::error::{Refusal, SettingError};
+use crate::vehicle::Vehicle;
+use nalgebra::Vector2;
+use pyo3::PyResult;
+use pyo3::exceptions::PyRuntimeError;
+use scphd::{
+    Config, Dynamic, JointConfig, JointSlam, JointState, MapStorage, PlanarPose, ScPhd, SetupError, State, Static,
+    joint_memory, memory,
+};
+use self_cell::{MutBorrow, self_cell};
+
+/// Sets of capacities. Those of the C interface have its names, and a filter does in them what it does there, even where room runs short.
+mod sets {
+    use super::{Vector2, joint_memory, memory};
+    use scphd::Unicycle;
+
+    memory! {
+        pub type Desk: Unicycle<f32> {
+            particles: 512, samples: 4, features { pages: 16_384, pages_per_map: 256, in_view: 2048 },
+            moving { pages: 4096, pages_per_map: 64, in_view: 1024 },
+        }
+    }
+    memory! {
+        pub type Plane32x2: Unicycle<f32> {
+            particles: 32, samples: 2, features { pages: 320, pages_per_map: 32, in_view: 256 },
+            moving { pages: 128, pages_per_map: 16, in_view: 128 },
+        }
+    }
+    memory! {
+        pub type PlaneInformed4: Unicycle<f32> {
+            particles: 4, samples: 1, features { pages: 128, pages_per_map: 32, in_view: 256 },
+        }
+    }
+    memory! {
+        pub type PlaneInformed4Moving: Unicycle<f32> {
+            particles: 4, samples: 1, features { pages: 128, pages_per_map: 32, in_view: 256 },
+            moving { pages: 64, pages_per_map: 16, in_view: 128 },
+        }
+    }
+    joint_memory! {
+        pub type JointDesk: Unicycle<f32> { measurement: Vector2<f32>, features: 512, measurements: 256 }
+    }
+    joint_memory! {
+        pub type Joint40: Unicycle<f32> { measurement: Vector2<f32>, features: 40, measurements: 32 }
+    }
+    joint_memory! {
+        pub type Joint100: Unicycle<f32> { measurement: Vector2<f32>, features: 100, measurements: 32 }
+    }
+}
+
+/// Memory of a mixture, of whatever capacities.
+pub trait Room: Send {
+    /// A filter in it.
+    fn start(&mut self, motion: Vehicle, config: Config<f32>) -> Result<Mixture<'_>, SetupError>;
+}
+
+impl<const PARTICLES: usize, const CANDIDATES: usize, S, V> Room for State<PlanarPose<f32>, PARTICLES, CANDIDATES, S, V>
+where
+    S: MapStorage<Static<Vector2<f32>>> + Send,
+    V: MapStorage<Dynamic<Vector2<f32>>> + Send,
+{
+    fn start(&mut self, motion: Vehicle, config: Config<f32>) -> Result<Mixture<'_>, SetupError> {
+        ScPhd::new(motion, config, self)
+    }
+}
+
+/// Memory of a joint map, of whatever capacities.
+pub trait JointRoom: Send {
+    /// A filter in it.
+    fn start(&mut self, motion: Vehicle, config: JointConfig<f32>) -> Result<JointMap<'_>, SetupError>;
+}
+
+impl<const FEATURES: usize, const NUMBERS: usize, const MEASUREMENTS: usize> JointRoom
+    for JointState<PlanarPose<f32>, Vector2<f32>, FEATURES, NUMBERS, MEASUREMENTS>
+{
+    fn start(&mut self, motion: Vehicle, config: JointConfig<f32>) -> Result<JointMap<'_>, SetupError> {
+        JointSlam::new(motion, config, self)
+    }
+}
+
+/// A mixture over its memory.
+pub type Mixture<'m> = ScPhd<'m, Vehicle>;
+/// A joint map over its memory.
+pub type JointMap<'m> = JointSlam<'m, Vehicle, Vector2<f32>>;
+
+self_cell!(
+    /// A mixture and its memory.
+    pub struct MixtureCell {
+        owner: MutBorrow<Box<dyn Room>>,
+        #[not_covariant]
+        dependent: Mixture,
+    }
+);
+
+self_cell!(
+    /// A joint map and its memory.
+    pub struct JointCell {
+        owner: MutBorrow<Box<dyn JointRoom>>,
+        #[not_covariant]
+        dependent: JointMap,
+    }
+);
+
+/// What is made, on the heap. It may pass a stack on its way there, and those of threads that Python starts are small.
+fn made<T: Send>(make: fn() -> T) -> PyResult<Box<T>> {
+    let stack = size_of::<T>().saturating_mul(4).saturating_add(1 << 20);
+    std::thread::scope(|scope| {
+        let maker = std::thread::Builder::new().stack_size(stack).spawn_scoped(scope, || Box::new(make()))?;
+        maker.join().map_err(|_| PyRuntimeError::new_err("making the memory of a filter ended with a panic"))
+    })
+}
+
+/// A mixture in memory of this name.
+pub fn mixture(set: &str, motion: Vehicle, config: Config<f32>) -> PyResult<MixtureCell> {
+    let room: Box<dyn Room> = match set {
+        "DESK" => made(sets::Desk::new)?,
+        "PLANE_32X2" => made(sets::Plane32x2::new)?,
+        "PLANE_INFORMED_4" => made(sets::PlaneInformed4::new)?,
+        "PLANE_INFORMED_4_MOVING" => made(sets::PlaneInformed4Moving::new)?,
+        _ => return Err(no_such(set, "DESK, PLANE_32X2, PLANE_INFORMED_4, PLANE_INFORMED_4_MOVING")),
+    };
+    MixtureCell::try_new(MutBorrow::new(room), |room| room.borrow_mut().start(motion, config)).map_err(Refusal::raised)
+}
+
+/// A joint map in memory of this name.
+pub fn joint_map(set: &str, motion: Vehicle, config: JointConfig<f32>) -> PyResult<JointCell> {
+    let room: Box<dyn JointRoom> = match set {
+        "DESK" => made(sets::JointDesk::new)?,
+        "JOINT_40" => made(sets::Joint40::new)?,
+        "JOINT_100" => made(sets::Joint100::new)?,
+        _ => return Err(no_such(set, "DESK, JOINT_40, JOINT_100")),
+    };
+    JointCell::try_new(MutBorrow::new(room), |room| room.borrow_mut().start(motion, config)).map_err(Refusal::raised)
+}
+
+fn no_such(set: &str, known: &str) -> pyo3::PyErr {
+    SettingError::new_err(format!("memory must be one of {known}, not '{set}'"))
+}
