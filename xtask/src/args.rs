@@ -47,6 +47,7 @@ pub fn parse(words: &[String]) -> Result<Request, String> {
                     return Err("fuzz takes operations and a seed".into());
                 }
             }
+            "--all" if chosen.last().is_some_and(|step| step.name == "python") => options.studies = true,
             name => match STEPS.iter().chain(OTHERS).find(|step| step.name == name) {
                 Some(step) => chosen.push(step),
                 None => return Err(format!("unknown command `{name}`")),
@@ -137,6 +138,15 @@ mod tests {
         assert_eq!(place(&["install-c"]), None);
         assert_eq!(place(&["install-c", "/x", "install-c", "/y"]), None);
         assert_eq!(place(&["fmt", capi::TARGETS[0]]), None);
+    }
+
+    #[test]
+    fn studies_are_of_python() {
+        let studies = |words: &[&str]| {
+            let words: Vec<String> = words.iter().map(|word| (*word).to_owned()).collect();
+            matches!(parse(&words), Ok(Request::Run(_, Options { studies: true, .. })))
+        };
+        assert!(studies(&["python", "--all"]) && !studies(&["python"]) && !studies(&["fmt", "--all"]));
     }
 
     #[test]

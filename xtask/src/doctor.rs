@@ -8,6 +8,7 @@ use crate::firmware::board::TARGETS;
 use crate::noalloc;
 use crate::outcome::Missing;
 use crate::process;
+use crate::python;
 use crate::toolchain::{self, OLDEST};
 use crate::tools::{ARM_GCC, LLD, QEMU, VALGRIND, Wanted};
 
@@ -74,6 +75,8 @@ fn lines() -> Vec<Line> {
     lines.push(Line { what: ARM_GCC.program, found: tool(&ARM_GCC), steps: "capi" });
     let [_, soft] = capi::TARGETS;
     lines.push(Line { what: soft, found: has_target(soft), steps: "capi" });
+    let python = python::interpreter().map_err(|Missing(reason)| reason);
+    lines.push(Line { what: "python3", found: python, steps: "python" });
     lines.push(Line { what: "oldest Rust", found: oldest(), steps: "msrv, else by clippy" });
     lines.push(Line { what: "recorded logs", found: logs(), steps: "unit, firmware" });
     lines

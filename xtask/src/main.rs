@@ -12,6 +12,7 @@ mod msrv;
 mod noalloc;
 mod outcome;
 mod process;
+mod python;
 mod steps;
 mod target;
 mod toolchain;

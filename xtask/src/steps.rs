@@ -10,6 +10,7 @@ use crate::firmware;
 use crate::msrv;
 use crate::outcome::{Missing, Outcome, Stop, Tally};
 use crate::process;
+use crate::python;
 use crate::target;
 use crate::unit;
 
@@ -24,6 +25,8 @@ pub struct Options {
     pub numbers: Vec<u64>,
     /// Where the C library is installed.
     pub place: capi::Place,
+    /// Whether the step `python` runs the studies too.
+    pub studies: bool,
 }
 
 /// One step, which can also be run by its name.
@@ -65,6 +68,11 @@ pub const STEPS: &[Step] = &[
         name: "capi",
         what: "the C library: its header, its symbols, C and C++ programs on the host and C on boards in QEMU",
         run: |_| capi::step(),
+    },
+    Step {
+        name: "python",
+        what: "the Python package: its wheel, its tests, the digests of the library; `python --all`: the studies too",
+        run: |options| python::step(options.studies),
     },
     Step { name: "budget", what: "flash, RAM, stack and instructions are within budgets.toml", run: budget::step },
     Step {
@@ -152,15 +160,16 @@ pub fn need_clippy() -> Result<(), Missing> {
     need("clippy")
 }
 
-/// Firmware and C interface are workspaces of their own.
+/// Firmware, C interface and Python package are workspaces of their own.
 fn fmt() -> Outcome {
     let firmware = ["fmt", "--manifest-path", "firmware/Cargo.toml", "--", "--check"];
     let capi = ["fmt", "--all", "--manifest-path", "capi/Cargo.toml", "--", "--check"];
+    let python = ["fmt", "--manifest-path", "python/Cargo.toml", "--", "--check"];
     let workspace = ["fmt", "--all", "--check"];
     let check = || -> Result<(), Stop> {
         need("fmt")?;
-        let results =
-            [&workspace[..], &firmware[..], &capi[..]].map(|arguments| process::run(process::cargo().args(arguments)));
+        let each = [&workspace[..], &firmware[..], &capi[..], &python[..]];
+        let results = each.map(|arguments| process::run(process::cargo().args(arguments)));
         Ok(results.into_iter().collect::<Result<(), String>>()?)
     };
     check().into()
@@ -177,7 +186,8 @@ fn lint() -> Outcome {
         need_clippy()?;
         Ok(process::run(&mut cargo)
             .and_then(|()| process::run(&mut few))
-            .and_then(|()| process::run(&mut capi::clippy()))?)
+            .and_then(|()| process::run(&mut capi::clippy()))
+            .and_then(|()| process::run(&mut python::clippy()))?)
     };
     check().into()
 }

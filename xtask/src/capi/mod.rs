@@ -130,6 +130,11 @@ fn size(archive: &Path) -> Result<u64, String> {
 fn tools() -> Result<PathBuf, String> {
     header::check()?;
     process::run(&mut cargo("test"))?;
+    stream()
+}
+
+/// Writes the inputs to a file, with the states that the library without C has after every scan.
+pub fn stream() -> Result<PathBuf, String> {
     let path = tools_dir().join("drive.txt");
     let file = File::create(&path).map_err(|error| format!("{}: {error}", path.display()))?;
     process::run(cargo("run").args(["--package", "scphd-drive"]).stdout(Stdio::from(file)))?;

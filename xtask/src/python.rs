@@ -1,0 +1,133 @@
+//! The Python package: a wheel in a virtual environment, its tests, and the digests of the library without Python.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use crate::capi;
+use crate::install;
+use crate::outcome::{Missing, Outcome, Stop};
+use crate::process;
+
+/// The oldest Python, as the wheel has it.
+const OLDEST: (u32, u32) = (3, 10);
+/// What builds and tests the wheel.
+const NEEDED: [&str; 3] = ["maturin>=1.9,<2", "numpy>=1.23", "pytest>=8"];
+/// What the studies need beside it.
+const STUDIES: [&str; 7] =
+    ["dask[distributed]", "ipykernel", "matplotlib", "mypy", "nbclient", "nbformat", "stonesoup>=1.7"];
+
+/// The step: all that is quick, and where asked for the studies too.
+pub fn step(studies: bool) -> Outcome {
+    check(studies).into()
+}
+
+/// clippy on the package, warnings are errors. It asks no Python for anything.
+pub fn clippy() -> Command {
+    let mut clippy = process::cargo();
+    clippy.args(["clippy", "--quiet", "--locked", "--manifest-path", "python/Cargo.toml", "--target-dir"]);
+    clippy.arg(process::own_target_dir("python-lint")).args(["--", "-D", "warnings"]);
+    clippy.env("PYO3_NO_PYTHON", "1").env("PYO3_BUILD_EXTENSION_MODULE", "1");
+    clippy
+}
+
+/// A Python that is here and not too old, as it calls itself.
+pub fn interpreter() -> Result<String, Missing> {
+    let said = process::read(process::command("python3").args(["-c", "import sys; print(sys.version.split()[0])"]))
+        .map_err(|_| Missing("there is no python3".into()))?;
+    let mut numbers = said.split('.').map_while(|number| number.parse().ok());
+    match (numbers.next(), numbers.next()) {
+        (Some(major), Some(minor)) if (major, minor) >= OLDEST => Ok(said),
+        _ => Err(Missing(format!("python3 is {said}, older than {}.{}", OLDEST.0, OLDEST.1))),
+    }
+}
+
+fn check(studies: bool) -> Result<Outcome, Stop> {
+    let version = interpreter()?;
+    let environment = Environment::of(&version)?;
+    environment.equip(&NEEDED)?;
+    let stream = capi::stream()?;
+    environment.install()?;
+    environment.test("python/tests", &stream)?;
+    if studies {
+        environment.equip(&STUDIES)?;
+        environment.test("python/studies", &stream)?;
+    }
+    Ok(Outcome::Passed(format!("Python {version}")))
+}
+
+/// A virtual environment of this project's own.
+struct Environment {
+    folder: PathBuf,
+}
+
+impl Environment {
+    /// The one for this Python, made where it is not there.
+    fn of(version: &str) -> Result<Self, Missing> {
+        let environment = Self { folder: process::own_target_dir("python").join(format!("venv-{version}")) };
+        if environment.runs() {
+            return Ok(environment);
+        }
+        let made = environment.make().or_else(|reason| {
+            println!("- a virtual environment: {reason}");
+            // Debian keeps what makes one in a package of its own.
+            install::packages(&["python3-venv"]).and_then(|()| environment.make())
+        });
+        match made {
+            Ok(()) => Ok(environment),
+            Err(reason) => Err(Missing(format!("no virtual environment for Python {version}: {reason}"))),
+        }
+    }
+
+    /// Whether its Python has a pip.
+    fn runs(&self) -> bool {
+        process::read(self.python().args(["-m", "pip", "--version"])).is_ok()
+    }
+
+    fn make(&self) -> Result<(), String> {
+        process::run(process::command("python3").args(["-m", "venv", "--clear"]).arg(&self.folder))
+    }
+
+    fn python(&self) -> Command {
+        let mut python = process::command(self.folder.join("bin").join("python"));
+        // Nothing of the user's own, and nothing left behind in the sources.
+        python.env_remove("PYTHONPATH").env_remove("PYTHONHOME").env("PYTHONDONTWRITEBYTECODE", "1");
+        python
+    }
+
+    fn pip(&self) -> Command {
+        let mut pip = self.python();
+        pip.args(["-m", "pip", "--disable-pip-version-check", "install", "--quiet"]);
+        pip
+    }
+
+    /// Installs packages that are not there; a list of what was once installed whole needs no network any more.
+    fn equip(&self, packages: &[&str]) -> Result<(), Missing> {
+        let (list, wanted) = (self.folder.join(format!("equipped-{}.txt", packages.len())), packages.join("\n"));
+        if fs::read_to_string(&list).is_ok_and(|there| there == wanted) {
+            return Ok(());
+        }
+        process::run(self.pip().args(packages))
+            .and_then(|()| fs::write(&list, wanted).map_err(|error| format!("{}: {error}", list.display())))
+            .map_err(|reason| Missing(format!("pip cannot install {}: {reason}", packages.join(", "))))
+    }
+
+    /// Builds the wheel and installs it, as a user does, but with the packages that are here.
+    fn install(&self) -> Result<(), String> {
+        let mut pip = self.pip();
+        pip.args(["--no-deps", "--no-build-isolation", "--force-reinstall", "./python"]);
+        // maturin is found where the environment has it.
+        let path = std::env::var_os("PATH").unwrap_or_default();
+        let first = [self.folder.join("bin")].into_iter().chain(std::env::split_paths(&path));
+        let path = std::env::join_paths(first).map_err(|error| error.to_string())?;
+        pip.env("PATH", path).env("CARGO_TARGET_DIR", process::own_target_dir("python").join("build"));
+        process::run(&mut pip)
+    }
+
+    /// Runs the tests of a folder.
+    fn test(&self, folder: &str, stream: &Path) -> Result<(), String> {
+        let mut pytest = self.python();
+        pytest.args(["-m", "pytest", "-q", "-rs", "-p", "no:cacheprovider", "-c", "python/pyproject.toml", folder]);
+        process::run(pytest.env("SCPHD_DRIVE", stream))
+    }
+}
