@@ -91,10 +91,15 @@ pub fn not_started() -> PyErr {
     NotStartedError::new_err("the filter has not been reset to a pose yet: call reset() first")
 }
 
-/// A model's refusal, where Python calls its parameters by other names.
-pub fn renamed(error: ModelError, names: &[(&str, &str)]) -> PyErr {
-    let name = names.iter().find(|(of_library, _)| *of_library == error.field).map_or(error.field, |(_, name)| name);
-    SettingError::new_err(format!("{name} must be {}", error.range))
+/// A field is out of range, which Python may call by another name.
+pub fn renamed(field: &str, range: &str, names: &[(&str, &str)]) -> PyErr {
+    let name = names.iter().find(|(of_library, _)| *of_library == field).map_or(field, |(_, name)| name);
+    SettingError::new_err(format!("{name} must be {range}"))
+}
+
+/// The same of a model's parameter.
+pub fn of_model(error: ModelError, names: &[(&str, &str)]) -> PyErr {
+    renamed(error.field, error.range, names)
 }
 
 /// An argument is of another type than it must be.

@@ -1,6 +1,6 @@
 //! The mixture.
 
-use crate::detector::{BearingOnly, RangeBearing, bearing_scan, blind, polar_scan};
+use crate::detector::{BearingOnly, Polar, RangeBearing, bearing_scan, blind, polar_scan};
 use crate::error::{Refusal, not_started, wrong_type};
 use crate::estimate::{Map, Movers, Pose, all};
 use crate::fix::Measured;
@@ -10,7 +10,7 @@ use crate::tuning;
 use crate::vehicle::Vehicle;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
-use scphd::{PlanarPose, from_slice};
+use scphd::{Detector, PlanarPose, from_slice};
 use std::convert::Infallible;
 use std::sync::Mutex;
 
@@ -50,7 +50,10 @@ use std::sync::Mutex;
 /// merge_distance : float
 ///     Squared Mahalanobis distance within which components are merged.
 /// extraction : str
-///     The estimated features are the 'heaviest' components, or the highest 'peaks' of the intensity.
+///     The estimated features are the 'heaviest' components, the highest 'peaks' of the intensity, or all that are 'confirmed' as the
+///     RangeBearing of the last scan sees them.
+/// max_components : int
+///     The most components in view that a scan leaves, of each kind.
 /// extraction_weight : float
 ///     Least weight of an estimated feature.
 /// moving_velocity_sigma_mps : float
@@ -71,6 +74,8 @@ pub struct Filter {
     /// Nobody ever waits for it: every call has the filter to itself. It makes the cell one that threads may share.
     cell: Mutex<MixtureCell>,
     last: Option<scphd::ScanReport<f32>>,
+    /// The detector of the last scan of range and bearing.
+    seen_by: Option<Detector<Polar>>,
 }
 
 impl Filter {
@@ -94,7 +99,7 @@ impl Filter {
     ) -> PyResult<Self> {
         let vehicle = Vehicle::of(vehicle)?;
         let config = tuning::of_mixture(proposal, particles, samples, settings)?;
-        Ok(Self { vehicle, cell: Mutex::new(mixture(memory, vehicle, config)?), last: None })
+        Ok(Self { vehicle, cell: Mutex::new(mixture(memory, vehicle, config)?), last: None, seen_by: None })
     }
 
     /// Puts the vehicle to a pose, with an empty map, and begins the random stream of a seed.
@@ -144,6 +149,7 @@ impl Filter {
     ) -> PyResult<ScanReport> {
         let report = if let Ok(detector) = detector.cast::<RangeBearing>() {
             let (scan, mut detector) = (polar_scan(measurements)?, detector.try_borrow_mut()?);
+            self.seen_by = Some(detector.0.detector()?);
             let mut detector = detector.0.over()?;
             py.detach(|| self.with(|filter| filter.scan(&mut detector, &scan)))
         } else if let Ok(detector) = detector.cast::<BearingOnly>() {
@@ -185,9 +191,10 @@ impl Filter {
 
     /// The features that stand still, of the heaviest particle.
     fn map(&mut self) -> PyResult<Map> {
-        // The extractions that there are here do not look at it.
-        let detector = blind().map_err(Refusal::raised)?;
-        Ok(Map::of(self.with(|filter| all(|room| filter.estimate_map(&detector, room)))))
+        let detector = self.seen_by.take().map_or_else(|| blind().map_err(Refusal::raised), Ok)?;
+        let map = Map::of(self.with(|filter| all(|room| filter.estimate_map(&detector, room))));
+        self.seen_by = Some(detector);
+        Ok(map)
     }
 
     /// The features that move, of the heaviest particle, where they are by now.

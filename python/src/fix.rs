@@ -1,7 +1,7 @@
 //! Fixes: the pose itself is measured.
 
 use crate::array::row;
-use crate::error::{InputError, renamed, wrong_type};
+use crate::error::{InputError, of_model, wrong_type};
 use nalgebra::{Vector1, Vector2};
 use pyo3::prelude::*;
 use scphd::PlanarPose;
@@ -30,7 +30,7 @@ impl PositionFix {
             if at_the_pose { Ok(fix) } else { fix.mounted(antenna_forward_m, antenna_left_m) }
         };
         let names = [("forward_m", "antenna_forward_m"), ("left_m", "antenna_left_m")];
-        fix().map(Self).map_err(|error| renamed(error, &names))
+        fix().map(Self).map_err(|error| of_model(error, &names))
     }
 }
 
@@ -51,7 +51,7 @@ impl HeadingFix {
     #[pyo3(signature = (*, sigma_rad, gate=None))]
     fn new(sigma_rad: f32, gate: Option<f32>) -> PyResult<Self> {
         let fix = scphd::HeadingFix::new(sigma_rad).and_then(|fix| fix.gated(gate.unwrap_or(f32::INFINITY)));
-        fix.map(Self).map_err(|error| renamed(error, &[]))
+        fix.map(Self).map_err(|error| of_model(error, &[]))
     }
 }
 

@@ -70,6 +70,7 @@ fn set(config: &mut Config<f32>, name: &str, value: &Bound<'_, PyAny>) -> PyResu
         "unconfirmed_weight" => config.unconfirmed_weight = number(name, value)?,
         "confirmed_weight" => config.confirmed_weight = number(name, value)?,
         "merge_distance" => config.merge_distance = number(name, value)?,
+        "max_components" => config.max_components = number(name, value)?,
         "extraction_weight" => config.extraction_weight = number(name, value)?,
         "moving_velocity_sigma_mps" => moving.velocity_sigma_mps = number(name, value)?,
         "moving_acceleration_psd_m2ps3" => moving.motion.acceleration_psd = number(name, value)?,
@@ -80,8 +81,9 @@ fn set(config: &mut Config<f32>, name: &str, value: &Bound<'_, PyAny>) -> PyResu
             config.extraction = match &*word(name, value)? {
                 "heaviest" => Extraction::Heaviest,
                 "peaks" => Extraction::Peaks,
+                "confirmed" => Extraction::Confirmed,
                 other => {
-                    let what = format!("extraction must be 'heaviest' or 'peaks', not '{other}'");
+                    let what = format!("extraction must be 'heaviest', 'peaks' or 'confirmed', not '{other}'");
                     return Err(SettingError::new_err(what));
                 }
             }

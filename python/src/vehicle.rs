@@ -1,7 +1,7 @@
 //! Vehicles in the plane: what Python makes of them, and all of them as one motion.
 
 use crate::array::row;
-use crate::error::{renamed, wrong_type};
+use crate::error::{SettingError, of_model, wrong_type};
 use nalgebra::{Matrix3, Vector3};
 use pyo3::prelude::*;
 use scphd::{
@@ -9,7 +9,7 @@ use scphd::{
     UnicycleControl,
 };
 
-/// A robot that turns in place: its control is its speed (m/s) and its turn rate (rad/s, to the left), along exact arcs.
+/// A robot that turns in place: its control is its speed (m/s) and its turn rate (rad/s, to the left).
 ///
 /// Parameters
 /// ----------
@@ -23,6 +23,8 @@ use scphd::{
 ///     The same as a share of it; adds in quadrature.
 /// noise_interval_s : float
 ///     How long an error lasts, s; 0: it is drawn anew in every prediction.
+/// step : str
+///     'arc': it goes along the exact arc. 'euler': straight ahead, and turns then.
 #[pyclass(frozen, module = "scphd")]
 pub struct Unicycle(scphd::Unicycle<f32>);
 
@@ -30,14 +32,20 @@ pub struct Unicycle(scphd::Unicycle<f32>);
 impl Unicycle {
     #[new]
     #[pyo3(signature = (*, speed_sigma_mps=0.0, speed_sigma_ratio=0.0, turn_rate_sigma_radps=0.0, turn_rate_sigma_ratio=0.0,
-                        noise_interval_s=0.0))]
+                        noise_interval_s=0.0, step="arc"))]
     fn new(
         speed_sigma_mps: f32,
         speed_sigma_ratio: f32,
         turn_rate_sigma_radps: f32,
         turn_rate_sigma_ratio: f32,
         noise_interval_s: f32,
+        step: &str,
     ) -> PyResult<Self> {
+        let step = match step {
+            "arc" => Step::Arc,
+            "euler" => Step::Euler,
+            other => return Err(SettingError::new_err(format!("step must be 'arc' or 'euler', not '{other}'"))),
+        };
         let noise = ControlNoise {
             speed_sigma_mps,
             speed_sigma_ratio,
@@ -50,7 +58,7 @@ impl Unicycle {
             ("turn_sigma_ratio", "turn_rate_sigma_ratio"),
             ("interval_s", "noise_interval_s"),
         ];
-        scphd::Unicycle::new(Step::Arc, noise).map(Self).map_err(|error| renamed(error, &names))
+        scphd::Unicycle::new(step, noise).map(Self).map_err(|error| of_model(error, &names))
     }
 }
 
@@ -114,7 +122,7 @@ impl Ackermann {
             ("turn_sigma_ratio", "steering_sigma_ratio"),
             ("interval_s", "noise_interval_s"),
         ];
-        scphd::Ackermann::new(geometry, noise).map(Self).map_err(|error| renamed(error, &names))
+        scphd::Ackermann::new(geometry, noise).map(Self).map_err(|error| of_model(error, &names))
     }
 }
 

@@ -134,6 +134,25 @@ def test_health_has_names(lidar):
     assert "PREDICTION_REFUSED" in slam.predict((0.0, 0.0), 0.1).health
 
 
+def test_a_map_of_what_is_confirmed(robot, lidar, world):
+    """A feature that was seen once is part of no such map."""
+    slam = scphd.Filter(robot, extraction="confirmed")
+    slam.reset(*world.pose)
+    assert len(slam.map()) == 0
+    for _ in range(50):
+        control, scan = world.step()
+        slam.predict(control, 0.1)
+        slam.scan(lidar, scan)
+    assert 8 <= len(slam.map()) <= 12
+
+
+def test_a_step_of_euler():
+    slam = scphd.JointFilter(scphd.Unicycle(step="euler"))
+    slam.reset()
+    slam.predict((1.0, 1.0), 1.0)
+    assert slam.estimate().mean == pytest.approx([1.0, 0.0, 1.0])
+
+
 def test_settings_reach_the_filter(robot, lidar, world):
     """A filter that prunes nearly everything has a smaller map."""
     sizes = []
@@ -153,5 +172,6 @@ def test_docstrings():
     for name in scphd.__all__:
         thing = getattr(scphd, name)
         assert thing.__doc__, name
-        for method in (method for method in dir(thing) if not method.startswith("_") and not issubclass(thing, Exception)):
-            assert getattr(thing, method).__doc__, f"{name}.{method}"
+        if isinstance(thing, type) and not issubclass(thing, Exception):
+            for method in (method for method in dir(thing) if not method.startswith("_")):
+                assert getattr(thing, method).__doc__, f"{name}.{method}"

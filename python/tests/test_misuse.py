@@ -17,6 +17,7 @@ SENSOR = {"range_sigma_m": 0.1, "bearing_sigma_rad": 0.01, "range_max_m": 10.0}
         (lambda: scphd.Unicycle(speed_sigma_mps=-1.0), scphd.SettingError, "speed_sigma_mps must be finite and not negative"),
         (lambda: scphd.Unicycle(turn_rate_sigma_radps=NAN), scphd.SettingError, "turn_rate_sigma_radps must be"),
         (lambda: scphd.Unicycle(noise_interval_s=INFINITE), scphd.SettingError, "noise_interval_s must be"),
+        (lambda: scphd.Unicycle(step="long"), scphd.SettingError, "step must be 'arc' or 'euler', not 'long'"),
         (lambda: scphd.Unicycle(0.1), TypeError, None),
         (lambda: scphd.Unicycle(speed_sigma_mps=None), TypeError, None),
         (lambda: scphd.Unicycle(speed_sigma_mps="fast"), TypeError, None),

@@ -18,6 +18,7 @@ True
 Numbers are in metres, seconds and radians; angles grow to the left. What is refused is an exception and leaves the filter as it was.
 """
 
+from . import logs
 from ._native import (
     Ackermann,
     BearingOnly,
@@ -66,4 +67,5 @@ __all__ = [
     "SettingError",
     "SnapshotError",
     "Unicycle",
+    "logs",
 ]

@@ -25,7 +25,8 @@ class _MixtureSettings(_Plausible, total=False):
     unconfirmed_weight: float
     confirmed_weight: float
     merge_distance: float
-    extraction: Literal["heaviest", "peaks"]
+    extraction: Literal["heaviest", "peaks", "confirmed"]
+    max_components: int
     extraction_weight: float
     moving_velocity_sigma_mps: float
     moving_acceleration_psd_m2ps3: float
@@ -55,6 +56,7 @@ class Unicycle:
         turn_rate_sigma_radps: float = 0.0,
         turn_rate_sigma_ratio: float = 0.0,
         noise_interval_s: float = 0.0,
+        step: Literal["arc", "euler"] = "arc",
     ) -> Unicycle: ...
 
 @final
@@ -100,7 +102,10 @@ class RangeBearing:
         births_still: float | None = None,
         births_moving: float = 0.0,
         mounting: Mounting | None = None,
+        detection_memory_scans: float = 0.0,
+        clutter_memory_scans: float = 0.0,
     ) -> RangeBearing: ...
+    def digest(self, of_filter: int) -> int: ...
 
 @final
 class BearingOnly:
@@ -123,7 +128,10 @@ class BearingOnly:
         births_sectors: int = 24,
         births_weight: float = 0.001,
         mounting: Mounting | None = None,
+        detection_memory_scans: float = 0.0,
+        clutter_memory_scans: float = 0.0,
     ) -> BearingOnly: ...
+    def digest(self, of_filter: int) -> int: ...
 
 @final
 class PositionFix:

@@ -136,6 +136,7 @@ fn tools() -> Result<PathBuf, String> {
 /// Writes the inputs to a file, with the states that the library without C has after every scan.
 pub fn stream() -> Result<PathBuf, String> {
     let path = tools_dir().join("drive.txt");
+    fs::create_dir_all(tools_dir()).map_err(|error| format!("{}: {error}", tools_dir().display()))?;
     let file = File::create(&path).map_err(|error| format!("{}: {error}", path.display()))?;
     process::run(cargo("run").args(["--package", "scphd-drive"]).stdout(Stdio::from(file)))?;
     Ok(path)
