@@ -74,7 +74,7 @@ pub fn usage() -> String {
     }
     line("doctor", "says which of the programs that steps need are here; changes nothing");
     line("help", "this text; `bench --help` defines the figures of the bench");
-    text.push_str("\nOptions:\n  --strict     a step that could not check everything makes the run a failure\n  --json FILE  where `budget` writes its figures, as a list of flat objects, or `bench`,\n               \
+    text.push_str("\nOptions:\n  --all        after `python`: its studies too\n  --strict     a step that could not check everything makes the run a failure\n  --json FILE  where `budget` writes its figures, as a list of flat objects, or `bench`,\n               \
          as a list of objects {name, value, unit}\n");
     text.push_str(&format!(
         "\nEnvironment:\n  {}=rustup|debian\n          \

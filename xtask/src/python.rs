@@ -22,13 +22,27 @@ pub fn step(studies: bool) -> Outcome {
     check(studies).into()
 }
 
-/// clippy on the package, warnings are errors. It asks no Python for anything.
+/// cargo, in the workspace of the package, for what asks no Python for anything.
+fn cargo(command: &str) -> Command {
+    let mut cargo = process::cargo();
+    cargo.args([command, "--quiet", "--locked", "--manifest-path", "python/Cargo.toml", "--target-dir"]);
+    cargo.arg(process::own_target_dir("python-lint"));
+    cargo.env("PYO3_NO_PYTHON", "1").env("PYO3_BUILD_EXTENSION_MODULE", "1");
+    cargo
+}
+
+/// clippy on the package, warnings are errors.
 pub fn clippy() -> Command {
-    let mut clippy = process::cargo();
-    clippy.args(["clippy", "--quiet", "--locked", "--manifest-path", "python/Cargo.toml", "--target-dir"]);
-    clippy.arg(process::own_target_dir("python-lint")).args(["--", "-D", "warnings"]);
-    clippy.env("PYO3_NO_PYTHON", "1").env("PYO3_BUILD_EXTENSION_MODULE", "1");
+    let mut clippy = cargo("clippy");
+    clippy.args(["--", "-D", "warnings"]);
     clippy
+}
+
+/// The documentation of the crate, warnings are errors.
+pub fn doc() -> Command {
+    let mut doc = cargo("doc");
+    doc.env("RUSTDOCFLAGS", "-D warnings").arg("--no-deps");
+    doc
 }
 
 /// A Python that is here and not too old, as it calls itself.

@@ -195,7 +195,9 @@ fn lint() -> Outcome {
 fn doc() -> Outcome {
     let mut cargo = process::cargo();
     cargo.env("RUSTDOCFLAGS", "-D warnings").args(["doc", "--workspace", "--no-deps", "--keep-going"]);
-    process::run(&mut cargo).and_then(|()| process::run(&mut capi::doc())).into()
+    let others = [capi::doc(), python::doc()];
+    let done = process::run(&mut cargo);
+    others.into_iter().fold(done, |done, mut doc| done.and_then(|()| process::run(&mut doc))).into()
 }
 
 /// The tests run the same program for a shorter time.
