@@ -14,6 +14,7 @@ from __future__ import annotations
 import csv
 import math
 import pathlib
+import sys
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any, Literal, Union
@@ -33,9 +34,9 @@ from ._native import (
     Unicycle,
 )
 
-try:
+if sys.version_info >= (3, 11):
     import tomllib
-except ImportError:  # before Python 3.11
+else:
     import tomli as tomllib
 
 __all__ = ["Fix", "Log", "LogError", "Move", "Run", "Scan", "read"]
@@ -363,6 +364,6 @@ def _table(folder: pathlib.Path, name: str, columns: tuple[str, ...], optional: 
     for column in optional:
         at = header.index(column) if column in header else None
         for place, row in enumerate(rows):
-            empty = at is None or row[at] == ""
-            table[place].append(math.nan if empty else _number(row[at], name, place, column))
+            cell = "" if at is None else row[at]
+            table[place].append(_number(cell, name, place, column) if cell else math.nan)
     return np.array(table, dtype=float).reshape(len(rows), len(columns) + len(optional))
