@@ -4,8 +4,7 @@ use pyo3::exceptions::{PyRuntimeError, PyTypeError, PyValueError};
 use pyo3::types::{PyAnyMethods, PyTypeMethods};
 use pyo3::{Bound, PyAny, PyErr, create_exception};
 use scphd::{
-    ConfigError, LoadMapError, ModelError, ObserveError, PredictError, ResetError, RestoreError, SaveError, ScanError,
-    SetupError,
+    ConfigError, ModelError, ObserveError, PredictError, ResetError, RestoreError, SaveError, ScanError, SetupError,
 };
 use std::fmt::Display;
 
@@ -55,10 +54,6 @@ refusals! {
     };
     ObserveError => |error| match error {
         ObserveError::NotStarted => not_started(),
-        _ => input(error),
-    };
-    LoadMapError => |error| match error {
-        LoadMapError::NotStarted => not_started(),
         _ => input(error),
     };
 }
