@@ -51,10 +51,13 @@ fn lidar() -> Sensor {
     }
 }
 
+/// What a lidar measures and sees.
+type Lidar = Sensing<RangeBearing<f32>, RangeBearingWindow<f32>, UniformClutter<f32>>;
+/// The box, and the digest after every scan.
+type Driven = (Vec<u8>, Vec<(u32, u64)>);
+
 /// A detector of the robot, of the same numbers.
-fn detector(
-    sensor: &Sensor,
-) -> Result<Detector<Sensing<RangeBearing<f32>, RangeBearingWindow<f32>, UniformClutter<f32>>>, scphd::ModelError> {
+fn detector(sensor: &Sensor) -> Result<Detector<Lidar>, scphd::ModelError> {
     let single = |number: f64| number as f32;
     let field_of_view = RangeBearingWindow::new(RangeBearingLimits {
         range_min_m: single(sensor.range_min_m),
@@ -162,7 +165,7 @@ impl Monitor for Digests {
 }
 
 /// Drives, records, and leaves with the box and the digest after every scan.
-fn drive() -> Result<(Vec<u8>, Vec<(u32, u64)>), Box<dyn std::error::Error>> {
+fn drive() -> Result<Driven, Box<dyn std::error::Error>> {
     let (front, left) = (lidar(), Sensor { mounted_yaw_rad: 1.5, ..lidar() });
     let head = head(&front);
     let second = Which::number(1).ok_or("a vehicle in the plane has four")?;

@@ -95,14 +95,6 @@ pub(crate) fn loaded<T: Real, D: Vector<Scalar = T>, N: AsRef<[f64]>>(
     Ok(count)
 }
 
-/// What a filter or a detector is restored from, with its user's number.
-pub(crate) fn source_of<'a, K: Kind>(
-    snapshot: &Snapshot<'a, K>,
-    part: Part<K>,
-) -> Option<(u32, impl FnMut(usize, &mut [u8]) -> Result<(), StreamError> + use<'a, K>)> {
-    snapshot.part(part).map(|source| (snapshot.user_kind(part), source))
-}
-
 /// A detector beyond the first, if there is one, or the memory for it.
 #[derive(Debug)]
 pub(crate) struct Other<'m, X: MeasurementModel, const MEASUREMENTS: usize> {
@@ -243,15 +235,16 @@ where
         for which in (0..G::DETECTORS).filter_map(Which::number) {
             let Some(detector) = self.detector(which) else { continue };
             detector.forget();
-            if let Some((kind, source)) = source_of(snapshot, Part::Detector(which)) {
-                detector.restore(kind, source).map_err(unrestored)?;
+            let part = Part::Detector(which);
+            if let Some(source) = snapshot.part(part) {
+                detector.restore(snapshot.user_kind(part), source).map_err(unrestored)?;
             }
         }
-        if let Some((kind, source)) = source_of(snapshot, Part::Navigator) {
-            self.first.helm.restore(kind, source).map_err(unrestored)?;
+        if let Some(source) = snapshot.part(Part::Navigator) {
+            self.first.helm.restore(snapshot.user_kind(Part::Navigator), source).map_err(unrestored)?;
         }
-        let (kind, source) = source_of(snapshot, Part::Filter).ok_or(Refusal::NotAboard)?;
-        self.first.filter.restore(kind, source).map(drop).map_err(unrestored)
+        let source = snapshot.part(Part::Filter).ok_or(Refusal::NotAboard)?;
+        self.first.filter.restore(snapshot.user_kind(Part::Filter), source).map(drop).map_err(unrestored)
     }
 
     fn estimate(&mut self) -> (G::Pose, usize) {

@@ -8,7 +8,8 @@ use scphd_stream::Aboard;
 use scphd_stream::planar::{BlackBox, BlackBoxJoint};
 use static_cell::ConstStaticCell;
 
-static MIXTURE: ConstStaticCell<<BlackBox as Aboard<f32>>::Memory> = ConstStaticCell::new(<BlackBox as Aboard<f32>>::MEMORY);
+static MIXTURE: ConstStaticCell<<BlackBox as Aboard<f32>>::Memory> =
+    ConstStaticCell::new(<BlackBox as Aboard<f32>>::MEMORY);
 static JOINT: ConstStaticCell<<BlackBoxJoint as Aboard<f32>>::Memory> =
     ConstStaticCell::new(<BlackBoxJoint as Aboard<f32>>::MEMORY);
 

@@ -4,7 +4,7 @@ use super::joint::{self, FEATURES, OnboardJoint, PlanarJoint};
 use super::onboard::{self, Direct, Drive, MEASUREMENTS, PlanarSensing, detector, margin, motion, online};
 use super::{Fix, Odometry, Planar, Sensor};
 use crate::black_box::{
-    BlackBoxFilter, KIND, Modelled, Observes, Other, Saves, loaded, placed, source_of, unreadable, unrestored,
+    BlackBoxFilter, KIND, Modelled, Observes, Other, Saves, loaded, placed, unreadable, unrestored,
 };
 use crate::header::Header;
 use crate::onboard::{Aboard, Capacities, Filter, RamPart, Refusal, Scan, Seen};
@@ -190,8 +190,8 @@ impl<T: Real> Filter<Planar> for BlackBoxJointFilter<'_, T> {
         for (which, models) in snapshot.detectors() {
             self.set(which, &models.get())?;
         }
-        let (kind, source) = source_of(snapshot, Part::Filter).ok_or(Refusal::NotAboard)?;
-        self.first.filter.restore(kind, source).map(drop).map_err(unrestored)
+        let source = snapshot.part(Part::Filter).ok_or(Refusal::NotAboard)?;
+        self.first.filter.restore(snapshot.user_kind(Part::Filter), source).map(drop).map_err(unrestored)
     }
 
     fn estimate(&mut self) -> ([f64; 3], usize) {
