@@ -52,6 +52,16 @@ pub trait Kind: Dimensions {
     /// What its sensor sees.
     fn view<'a>(log: &'a Self::Log, settings: &Self::Settings) -> View<'a, Self>;
 
+    /// Where a measurement of a scan lies in the map, m, if the vehicle is at `pose`, and the standard deviation of its noise there in its worst
+    /// direction, m; `None` where it has no place.
+    fn place(
+        log: &Self::Log,
+        settings: &Self::Settings,
+        scan: usize,
+        pose: &Self::Pose,
+        measurement: &Self::Measurement,
+    ) -> Option<(Self::Position, f64)>;
+
     /// Motion and scans in the order in which a filter needs them.
     ///
     /// # Errors

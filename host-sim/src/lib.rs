@@ -11,11 +11,14 @@
 //! | [`settings`], [`mod@reference`] | what a run is tuned with; the recursion in full precision |
 //! | [`ekf`], [`slam`], [`kind`], [`truth`] | filters, and what a kind of vehicle supplies for a run |
 //! | [`session`], [`tally`], [`compare`], [`tune`], [`monte_carlo`], [`stream`] | runs, once for every kind |
+//! | [`mod@check`] | whether a log says what its author means |
+//! | [`mod@report`] | a run as a page |
 //! | [`output`], [`plot`], [`figure`], [`point_process`] | tables and pictures |
 //!
 //! The program itself is in `cli`: a command is dispatched on the kind of vehicle in one place.
 
 pub mod angle;
+pub mod check;
 pub mod compare;
 pub mod dimensions;
 pub mod ekf;
@@ -31,6 +34,7 @@ pub mod plot;
 pub mod point_process;
 pub mod record;
 pub mod reference;
+pub mod report;
 pub mod scenario;
 pub mod score;
 pub mod session;

@@ -6,6 +6,7 @@ use crate::kind::Kind;
 use crate::log::TruePose;
 use crate::output::json::{self, Format, Summary, worse};
 use crate::record::{MapFeature, Record, ScanRecord};
+use crate::report::Film;
 use crate::score::consistency::{Consistency, SquaredErrors};
 use crate::score::final_map::FinalMap;
 use crate::score::map_error::MapError;
@@ -115,7 +116,8 @@ pub fn run_on<K: Kind>(
     seed: u64,
     progress: &mut (dyn FnMut(usize) + Send),
 ) -> Result<Session<K>, SessionError> {
-    run_in_map::<K>(threads, log, settings, filter, seed, MapUse::default(), progress).map(|(session, _)| session)
+    let (maps, film) = (MapUse::default(), None);
+    run_in_map::<K>(threads, log, settings, filter, seed, maps, film, progress).map(|(session, _)| session)
 }
 
 /// Which map of an earlier drive a run starts in, and whether it leaves one.
@@ -138,10 +140,11 @@ pub struct MapOutcome {
     pub search: Option<Search>,
 }
 
-/// [`run_on`], in a map of an earlier drive, or to make one.
+/// [`run_on`], in a map of an earlier drive, or to make one; a film keeps what a page shows of the run.
 ///
 /// # Errors
 /// As for `run`, or the filter has no such maps.
+#[expect(clippy::too_many_arguments, reason = "a run has as many parts")]
 pub fn run_in_map<K: Kind>(
     threads: &Threads,
     log: &K::Log,
@@ -149,6 +152,7 @@ pub fn run_in_map<K: Kind>(
     filter: Filter,
     seed: u64,
     maps: MapUse<'_>,
+    film: Option<&mut Film<K>>,
     progress: &mut (dyn FnMut(usize) + Send),
 ) -> Result<(Session<K>, MapOutcome), SessionError> {
     let session = || {
@@ -161,7 +165,7 @@ pub fn run_in_map<K: Kind>(
             // A filter that has none says so before the run.
             slam.map_file().map_err(SessionError::Map)?;
         }
-        let run = drive(log, settings, &mut *slam, progress)?;
+        let run = drive(log, settings, &mut *slam, film, progress)?;
         let summary = summary(log, settings, filter, seed, &run, &mut *slam);
         let file = if maps.save { Some(slam.map_file().map_err(SessionError::Map)?) } else { None };
         let Run { record, health, left_out, moving, .. } = run;
@@ -199,6 +203,7 @@ fn drive<K: Kind>(
     log: &K::Log,
     settings: &K::Settings,
     slam: &mut dyn Slam<K>,
+    mut film: Option<&mut Film<K>>,
     progress: &mut (dyn FnMut(usize) + Send),
 ) -> Result<Run<K>, SessionError> {
     let mut map_truth: MapTruth<'_, K> = MapTruth::new(log, settings);
@@ -256,6 +261,15 @@ fn drive<K: Kind>(
                 let movers =
                     known.filter(|_| map_truth.knows_movers()).map(|true_map| tally.scan(&true_map.movers, &estimated));
                 estimated.extend(map.iter().map(|feature| feature.mean));
+                if let Some(film) = film.as_deref_mut() {
+                    film.health(outcome.health);
+                    if film.has(index) {
+                        let particles = slam.particles().map_err(refused("the particles"))?;
+                        let true_movers = known.filter(|_| map_truth.knows_movers()).map(|true_map| &true_map.movers);
+                        let true_movers = true_movers.map(|movers| movers.iter().map(|&(_, place)| place).collect());
+                        film.add(map.clone(), moving.clone(), particles, true_movers);
+                    }
+                }
                 if movers.is_none() {
                     tally.unknown();
                 }

@@ -9,7 +9,7 @@ use scphd_sim::output::{csv, studies};
 use scphd_sim::session::{self, Filter, Session};
 use scphd_sim::settings::Settings;
 use scphd_sim::slam::Precision;
-use scphd_sim::{compare, scenario, underwater};
+use scphd_sim::{check, compare, log_folder, scenario, underwater};
 use scphd_tests::with_roomy_stack;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -112,6 +112,16 @@ fn a_run_in_space() {
     // Most of the tank has not been in view yet: that is in one pair of figures only.
     assert!(summary.ospa_m.unwrap() > 9.0 && summary.ospa_seen_m.unwrap() < summary.ospa_m.unwrap(), "{summary:?}");
     assert!(summary.gospa_seen_m.unwrap() < 0.5 * summary.gospa_m.unwrap(), "{summary:?}");
+}
+
+#[test]
+fn a_check() {
+    let folder = Folder::new("check");
+    let log = folder.path("log");
+    log_folder::write(&scenario::survey(1), &log).unwrap();
+    json::write_reports(&folder.path("check.json"), &[check::folder(&log)]).unwrap();
+    assert_eq!(keys(&folder.path("check.json"), 1), documented("A check of a log"));
+    assert_eq!(keys(&folder.path("check.json"), 2), documented("The facts of a check"));
 }
 
 #[test]

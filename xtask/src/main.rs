@@ -11,6 +11,7 @@ mod install;
 mod msrv;
 mod noalloc;
 mod outcome;
+mod package;
 mod process;
 mod python;
 mod steps;

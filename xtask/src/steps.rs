@@ -9,6 +9,7 @@ use crate::capi;
 use crate::firmware;
 use crate::msrv;
 use crate::outcome::{Missing, Outcome, Stop, Tally};
+use crate::package;
 use crate::process;
 use crate::python;
 use crate::target;
@@ -43,6 +44,7 @@ pub const STEPS: &[Step] = &[
     Step { name: "fmt", what: "formatting of every package", run: |_| fmt() },
     Step { name: "lint", what: "clippy on every package, warnings are errors", run: |_| lint() },
     Step { name: "doc", what: "documentation builds without a warning", run: |_| doc() },
+    Step { name: "package", what: "the libraries can be packaged, each whole", run: |_| package::step() },
     Step { name: "unit", what: "every test of the workspace, documentation examples included", run: |_| unit::step() },
     Step {
         name: "digest",
@@ -94,6 +96,11 @@ pub const OTHERS: &[Step] = &[
         name: "fuzz",
         what: "operations with hostile values, 20 million from seed 1, or `fuzz OPERATIONS SEED`",
         run: fuzz,
+    },
+    Step {
+        name: "deny",
+        what: "licences and sources of all dependencies are those of deny.toml; needs cargo-deny",
+        run: |_| package::deny(),
     },
     Step {
         name: "install-c",

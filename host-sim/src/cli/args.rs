@@ -102,6 +102,12 @@ pub enum Command {
     /// Every step of the reference starts from the filter's own state and random numbers, so that what differs
     /// afterwards is what that one step computed differently. The exit code is 0 however large the differences are.
     Compare(CompareArgs),
+    /// Checks log folders: units, clocks, doubled scans, the stated view, dead reckoning beside the truth.
+    ///
+    /// Prints figures of each log and what is found, each with what to do: an error where the log cannot be read, a warning
+    /// where what comes of it is probably wrong, a note where nothing has to be done. The exit code is 2 if there is an error,
+    /// with --strict also if there is a warning. A part of it runs before every replay. docs/check.md lists all findings.
+    Check(CheckArgs),
     /// Lists the built-in scenarios.
     Scenarios,
     /// Writes a built-in scenario as a log folder, or with several seeds as several.
@@ -136,6 +142,19 @@ pub enum Command {
         #[command(flatten)]
         tuning: Tuning,
     },
+}
+
+#[derive(Debug, Args)]
+pub struct CheckArgs {
+    /// Folder of a log, or several.
+    #[arg(required = true, value_name = "DIR")]
+    pub dirs: Vec<PathBuf>,
+    /// Takes warnings for errors.
+    #[arg(long)]
+    pub strict: bool,
+    /// Writes figures and findings to FILE (`-`: standard output) as one JSON object, those of several logs as a list of them.
+    #[arg(long, value_name = "FILE")]
+    pub json: Option<PathBuf>,
 }
 
 #[derive(Debug, Args)]
@@ -183,6 +202,10 @@ pub struct RunArgs {
     /// Writes scans.csv, map.csv, and trajectory and error plots (SVG and PNG) to DIR; for a single run only.
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
+    /// Writes the run to FILE (`-`: standard output) as a page for a browser, which needs no network: the map at all times, curves, health,
+    /// settings; for a single run only.
+    #[arg(long, value_name = "FILE")]
+    pub html: Option<PathBuf>,
     /// Writes the map at the end to FILE, for --map of another drive; a joint map in the plane and a single run only.
     #[arg(long, value_name = "FILE")]
     pub save_map: Option<PathBuf>,

@@ -4,10 +4,10 @@ use super::args::{Cli, Command, MainJob, RunArgs, Tuning};
 use super::failure::{Failure, notice, print, warn_of_errors};
 use super::maps::{Maps, told};
 use super::offer::Offer;
-use super::outputs::{Outputs, label};
+use super::outputs::{Outputs, check_file, label, write_file};
 use super::progress::Progress;
 use super::source::{Found, OfKind, Source, Sources, all_scenarios, either, scenario, settings_command};
-use super::{compare, figure, monte_carlo, repeat, stream, tune, worlds};
+use super::{check, compare, figure, monte_carlo, repeat, stream, tune, worlds};
 use scphd::Health;
 use scphd_sim::dimensions::{Dimensions, Planar};
 use scphd_sim::kind::Kind;
@@ -15,6 +15,7 @@ use scphd_sim::log::Log;
 use scphd_sim::log_folder;
 use scphd_sim::output::json::Summary;
 use scphd_sim::output::table;
+use scphd_sim::report::{Film, page};
 use scphd_sim::session::{self, Filter, LeftOut, Session, condition_name};
 use scphd_sim::slam::Precision;
 use scphd_sim::threads::Threads;
@@ -31,14 +32,16 @@ pub fn execute(cli: Cli) -> Result<(), Failure> {
     match cli.command {
         None => main_job(cli.job),
         Some(Command::Replay { dirs, run }) => {
-            let found = dirs.iter().map(|dir| Found::folder(dir)).collect::<Result<_, _>>()?;
+            let found = dirs.iter().map(|dir| Found::folder(dir)).collect::<Result<Vec<_>, _>>()?;
             let names: Vec<String> = dirs.iter().map(|dir| dir.display().to_string()).collect();
+            found.iter().for_each(Found::warn);
             either!(Sources::of(found)?, sources => runs(&sources, &names, run))
         }
         Some(Command::Run { scenario: Some(name), run, scenario_seed, list: false }) => {
             let found = Found::scenario(&name, scenario_seed.scenario_seed)?;
             either!(found, source => runs(&[source], &[name], run))
         }
+        Some(Command::Check(args)) => check::check(&args),
         Some(Command::MonteCarlo(args)) => match worlds::asked_for(&args) {
             Some(name) => worlds::study(name, args),
             None => monte_carlo::study(args),
@@ -94,17 +97,26 @@ fn single<K: Offer>(source: &Source<K>, name: &str, args: RunArgs) -> Result<(),
     let log = &*source.log(args.seed.seed)?;
     let choice = args.filter(source.is_joint_usual()).map_err(Failure::input)?;
     let threads = args.threads()?;
-    let settings = choice.settings::<K>(source.tuned(log, &args.tuning)?);
+    let mut origins = source.origins(log);
+    let settings = choice.settings::<K>(source.tuned_from(&mut origins, log, &args.tuning)?);
     let outputs = Outputs { json: args.json, out: args.out };
     outputs.check()?;
+    let html = args.html.as_deref();
+    html.map_or(Ok(()), |path| check_file("--html", path))?;
     let maps = Maps { map: args.map, locate: args.locate, save: args.save_map };
     let file = maps.read()?;
     let (filter, seed) = (choice.filter, args.seed.seed);
     let progress = progress_of::<K>(log, &settings, filter);
     let (start, mut at) = (maps.to_use(file.as_deref()), |scans| progress.at(scans));
-    let (session, outcome) = session::run_in_map::<K>(&threads, log, &settings, filter, seed, start, &mut at)?;
+    let mut film = html.map(|_| Film::of(K::scans(log).len()));
+    let (session, outcome) =
+        session::run_in_map::<K>(&threads, log, &settings, filter, seed, start, film.as_mut(), &mut at)?;
     drop(progress);
     outputs.write_one::<K>(log, &session)?;
+    if let (Some(path), Some(film)) = (html, &film) {
+        let text = origins.annotated(&settings).map_err(|error| Failure::Internal(error.to_string()))?;
+        write_file("--html", path, page::<K>(log, &settings, &session, film, &text).as_bytes())?;
+    }
     maps.write(&outcome)?;
     report(&outputs, &[session])?;
     outcome.search.iter().try_for_each(|search| outputs.print(&told(search)))?;

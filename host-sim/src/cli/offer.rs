@@ -1,9 +1,9 @@
 //! What the program offers of each kind of vehicle: scenarios, log folders, and the settings that either is run with.
 
+use scphd_sim::check::Checked;
 use scphd_sim::compare::Lockstep;
 use scphd_sim::dimensions::{Planar, Underwater};
 use scphd_sim::log::Log;
-use scphd_sim::log_folder::{self, LogError};
 use scphd_sim::scenario::{SCENARIOS, by_name, is_of_thesis, thesis_run};
 use scphd_sim::settings::{Origin, Origins, Settings};
 use scphd_sim::slam::Refusal;
@@ -11,18 +11,14 @@ use scphd_sim::stream::{self, Recorded, Stream};
 use scphd_sim::tune::Learn;
 use scphd_sim::underwater;
 use scphd_stream::Scalar;
-use std::path::Path;
 
 /// A kind of vehicle, as the commands know it.
-pub trait Offer: Lockstep + Learn {
+pub trait Offer: Lockstep + Learn + Checked {
     /// Names of the scenarios, each with a line about it.
     const SCENARIOS: &'static [(&'static str, &'static str)];
 
     /// The scenario of that name.
     fn scenario(name: &str, seed: u64) -> Option<Self::Log>;
-
-    /// The log in a folder.
-    fn read(dir: &Path) -> Result<Self::Log, LogError>;
 
     /// The settings that the log of a scenario, or of a folder, is run with unless told otherwise.
     fn defaults(scenario: Option<&str>, log: &Self::Log) -> Self::Settings;
@@ -61,10 +57,6 @@ impl Offer for Planar {
 
     fn scenario(name: &str, seed: u64) -> Option<Log> {
         by_name(name, seed)
-    }
-
-    fn read(dir: &Path) -> Result<Log, LogError> {
-        log_folder::read(dir)
     }
 
     /// Those that suit the log, and what the thesis says about its scenario.
@@ -106,10 +98,6 @@ impl Offer for Underwater {
 
     fn scenario(name: &str, seed: u64) -> Option<underwater::log::Log> {
         underwater::by_name(name, seed)
-    }
-
-    fn read(dir: &Path) -> Result<underwater::log::Log, LogError> {
-        log_folder::read_underwater(dir)
     }
 
     /// Table 7.1 for a scenario of the thesis.

@@ -5,6 +5,7 @@
 //! take scenarios alone, `replay` folders alone.
 
 use super::args::{Switch, Tuning};
+use super::check;
 use super::failure::Failure;
 use super::offer::Offer;
 use scphd_sim::dimensions::{Planar, Underwater};
@@ -40,6 +41,13 @@ impl<K: Offer> Source<K> {
     pub fn folder(dir: &Path) -> Result<Self, Failure> {
         let log = K::read(dir).map_err(|error| Failure::of_log(dir, &error))?;
         Ok(Self::Fixed(Box::new(log)))
+    }
+
+    /// Tells what a quick check of the folder warns of; scenarios are as they should be.
+    pub fn warn(&self) {
+        if let Self::Fixed(log) = self {
+            check::warn::<K>(log);
+        }
     }
 
     /// The name of the scenario, where it is one.
@@ -147,6 +155,11 @@ impl Found {
         } else {
             Source::folder(dir).map(Self::Planar)
         }
+    }
+
+    /// Tells what a quick check of a folder warns of.
+    pub fn warn(&self) {
+        either!(self, source => source.warn());
     }
 
     /// Whether it is another log for every seed.

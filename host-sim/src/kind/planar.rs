@@ -51,6 +51,20 @@ impl Kind for Planar {
         })
     }
 
+    fn place(
+        log: &Log,
+        settings: &Settings,
+        scan: usize,
+        pose: &[f64; 3],
+        [range_m, bearing_rad]: &[f64; 2],
+    ) -> Option<([f64; 2], f64)> {
+        let sensor = settings.sensors().nth(log.scans[scan].sensor)?;
+        let [x, y, heading] = sensor.mounting().seat(*pose);
+        let angle = heading + bearing_rad;
+        let place = [x + range_m * libm::cos(angle), y + range_m * libm::sin(angle)];
+        Some((place, sensor.range_sigma_m.max(range_m.abs() * sensor.bearing_sigma_rad)))
+    }
+
     fn events(log: &Log, _settings: &Settings) -> Result<Vec<Event>, Refusal> {
         Ok(events(log).collect())
     }

@@ -68,6 +68,35 @@ impl Kind for Underwater {
         })
     }
 
+    /// Both cameras are one beside the other: the disparity is the depth, and the left pixel the direction.
+    fn place(
+        log: &Log,
+        _settings: &Settings,
+        scan: usize,
+        pose: &[f64; 5],
+        pixels: &[f64; 4],
+    ) -> Option<([f64; 3], f64)> {
+        let [x, y, z, yaw, _] = *pose;
+        let camera = &log.camera;
+        let row = log.instruments.partition_point(|row| row.t_s <= log.scans[scan].t_s);
+        let tilt = &log.instruments[row.checked_sub(1)?];
+        let depth_m = camera.focal_baseline / (pixels[0] - pixels[2]);
+        if !(depth_m > 0.0 && depth_m < 10.0 * camera.depth_m[1]) {
+            return None;
+        }
+        let left = &camera.projections[0];
+        let turn: Matrix3<f64> = Matrix3::from_fn(|row, column| left[row][column]);
+        let seen = depth_m * Vector3::new(pixels[0], pixels[1], 1.0) - Vector3::from_fn(|row, _| left[row][3]);
+        let place = rotation(tilt.roll_rad, tilt.pitch_rad, yaw) * (turn.try_inverse()? * seen) + Vector3::new(x, y, z);
+        let of_disparity = libm::hypot(camera.pixel_sigmas[0], camera.pixel_sigmas[2]);
+        let across = libm::hypot(camera.pixel_sigmas[0], camera.common_sigmas[0])
+            .max(libm::hypot(camera.pixel_sigmas[1], camera.common_sigmas[1]));
+        // A row of the calibration times a rotation: fu and cu, at right angles.
+        let focal = libm::sqrt((turn.row(0).norm_squared() - turn.row(0).dot(&turn.row(2)).powi(2)).max(1.0));
+        let sigma_m = (depth_m * depth_m / camera.focal_baseline * of_disparity).max(depth_m / focal * across);
+        Some((place.into(), sigma_m))
+    }
+
     fn events(log: &Log, settings: &Settings) -> Result<Vec<Event<Self>>, Refusal> {
         let mut navigator = models(log, settings)?.navigator().map_err(refusal)?;
         let mut timeline = Timeline::new(log, settings.vehicle.yaw_rate_sigma_radps);

@@ -47,6 +47,14 @@ pub trait Slam<D: Dimensions = Planar> {
         Ok(Vec::new())
     }
 
+    /// Poses and weights of the particles; none where the filter has no such thing.
+    ///
+    /// # Errors
+    /// The filter refused, and says why.
+    fn particles(&mut self) -> Result<Vec<(D::Pose, f64)>, Refusal> {
+        Ok(Vec::new())
+    }
+
     /// From now on weighs candidates with these threads, where the filter knows how to; its results do not depend on it.
     fn weigh_on(&mut self, _threads: &Threads) {}
 

@@ -9,7 +9,7 @@ use crate::reference::{self, Candidate, Draws};
 use crate::threads::Threads;
 use scphd::{
     Component, Config, DetectorMemory, Dynamic, Implausible, MapStorage, MeasurementModel, Motion, MovingOf, Noise,
-    PositionOf, Real, ScPhd, ScalarOf, ScanRoom, SetupError, State, Static, Vector,
+    Pose, PositionOf, Real, ScPhd, ScalarOf, ScanRoom, SetupError, State, Static, Vector,
 };
 use std::fmt::Debug;
 use std::marker::PhantomData;
@@ -194,6 +194,16 @@ impl<D: Dimensions, M: Motion<Pose: Fixed<D>> + Copy, X: MeasurementModel<Pose =
             covariance: D::Position::square(|row, column| feature.covariance.get(row, column).to_f64()),
         });
         Ok(features.collect())
+    }
+
+    fn particles(&mut self) -> Result<Vec<(D::Pose, f64)>, Refusal> {
+        self.with(0, |filter, _| {
+            let candidates = filter.candidates().iter().map(|candidate| {
+                let pose = candidate.pose.coordinates();
+                (D::Pose::with(|k| pose.at(k).to_f64()), candidate.ln_weight.exp().to_f64())
+            });
+            candidates.collect()
+        })
     }
 
     fn digest(&mut self) -> Option<u64> {

@@ -1,0 +1,77 @@
+//! The step `package`: what would be published is whole, and builds on nothing but itself.
+
+use std::collections::BTreeSet;
+use std::fs;
+
+use crate::outcome::{Outcome, Stop};
+use crate::process;
+
+/// Name and folder of each crate that is a library for others.
+const LIBRARIES: [(&str, &str); 4] =
+    [("scphd", "core"), ("scphd-stream", "stream"), ("scphd-sequencer", "sequencer"), ("scphd-store", "store")];
+
+/// What every package has.
+const FILES: [&str; 5] = ["Cargo.toml", "README.md", "LICENSE-MIT", "LICENSE-APACHE", "src/lib.rs"];
+
+/// What is said of a package that names no address, which the project does not have yet.
+const NO_ADDRESS: &str = "manifest has no documentation, homepage or repository";
+
+/// Makes all packages without building them, and looks at what is in them.
+pub fn step() -> Outcome {
+    packaged().into()
+}
+
+fn packaged() -> Result<Outcome, Stop> {
+    let mut cargo = process::cargo();
+    // Offline: whatever is newer in a registry is no business of a test. Dirty: a step runs before a commit too.
+    cargo.args(["package", "--no-verify", "--offline", "--allow-dirty", "--target-dir"]);
+    cargo.arg(process::own_target_dir("package"));
+    cargo.args(LIBRARIES.iter().flat_map(|(name, _)| ["--package", name]));
+    let output = cargo.output().map_err(|error| error.to_string())?;
+    let said = String::from_utf8_lossy(&output.stderr);
+    if !output.status.success() {
+        return Err(format!("cargo package: {said}").into());
+    }
+    let warned: Vec<&str> =
+        said.lines().filter(|line| line.starts_with("warning") && !line.ends_with(NO_ADDRESS)).collect();
+    if !warned.is_empty() {
+        return Err(format!("cargo package: {}", warned.join("; ")).into());
+    }
+    for (name, folder) in LIBRARIES {
+        whole(name, folder)?;
+    }
+    Ok(Outcome::Passed(format!("{} libraries", LIBRARIES.len())))
+}
+
+/// A package has what it needs, the licences of the project, and nothing that needs the repository around it.
+fn whole(name: &str, folder: &str) -> Result<(), Stop> {
+    let listed =
+        process::read(process::cargo().args(["package", "--list", "--offline", "--allow-dirty", "--package", name]))?;
+    let listed: BTreeSet<String> = listed.lines().map(|line| line.replace('\\', "/")).collect();
+    if let Some(missing) = FILES.iter().find(|file| !listed.contains(**file)) {
+        return Err(format!("{name}: {missing} is not in the package").into());
+    }
+    if let Some(stray) = listed.iter().find(|file| file.starts_with("tests/")) {
+        return Err(format!("{name}: {stray} needs the repository").into());
+    }
+    for licence in ["LICENSE-MIT", "LICENSE-APACHE"] {
+        let text = |path: std::path::PathBuf| fs::read(&path).map_err(|error| format!("{}: {error}", path.display()));
+        if text(process::root().join(folder).join(licence))? != text(process::root().join(licence))? {
+            return Err(format!("{folder}/{licence} is not that of the project").into());
+        }
+    }
+    Ok(())
+}
+
+/// Whether the licences and sources of all dependencies are among those of `deny.toml`, in every workspace.
+pub fn deny() -> Outcome {
+    if process::read(process::cargo().args(["deny", "--version"])).is_err() {
+        return Outcome::Skipped("no `cargo deny` here: cargo install cargo-deny --locked".into());
+    }
+    let check = |manifest: &str| {
+        let mut cargo = process::cargo();
+        cargo.args(["deny", "--manifest-path", manifest, "--config"]).arg(process::root().join("deny.toml"));
+        process::run(cargo.args(["check", "bans", "licenses", "sources"]))
+    };
+    ["Cargo.toml", "capi/Cargo.toml", "firmware/Cargo.toml"].into_iter().try_for_each(check).into()
+}
