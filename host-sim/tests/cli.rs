@@ -606,3 +606,34 @@ fn a_published_log_replays() {
     assert!(summary["heading_rmse_deg"].is_null() && summary["gospa_m"].is_number());
     assert!((summary["dead_reckoning_rmse_m"].as_f64().unwrap() - 2.51).abs() < 0.01);
 }
+
+#[test]
+fn a_quiet_run_writes_its_files_and_tells_nothing() {
+    let place = Workplace::new();
+    assert!(place.fails(&["replay", "missing", "-q"]).contains("missing"));
+    let args = ["replay", "log", "--particles", "2", "--json", "results/run.json", "--out", "results/out", "--quiet"];
+    let output = place.run(&args);
+    assert!(output.status.success() && output.stdout.is_empty() && output.stderr.is_empty(), "{output:?}");
+    assert_eq!(names(&place.path("results")), ["out", "run.json"]);
+    assert!(!place.succeeds(&["scenarios", "-q"]).is_empty());
+    assert!(!place.succeeds(&["check", "log", "-q"]).is_empty());
+}
+
+#[test]
+fn completions_know_the_commands() {
+    let place = Workplace::new();
+    for shell in ["bash", "zsh", "fish", "powershell", "elvish"] {
+        let text = place.succeeds(&["completions", shell]);
+        assert!(text.contains("monte-carlo") && text.contains("html"), "{shell}");
+    }
+    assert!(place.fails(&["completions", "abacus"]).contains("abacus"));
+}
+
+#[test]
+fn nothing_that_is_told_has_colours() {
+    let place = Workplace::new();
+    for args in [&["--help"][..], &["replay", "log", "--particles", "2"], &["check", "log"], &["replay", "missing"]] {
+        let output = place.run(args);
+        assert!(![output.stdout, output.stderr].concat().contains(&0x1b), "{args:?}");
+    }
+}

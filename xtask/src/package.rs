@@ -13,8 +13,8 @@ const LIBRARIES: [(&str, &str); 4] =
 /// What every package has.
 const FILES: [&str; 5] = ["Cargo.toml", "README.md", "LICENSE-MIT", "LICENSE-APACHE", "src/lib.rs"];
 
-/// What is said of a package that names no address, which the project does not have yet.
-const NO_ADDRESS: &str = "manifest has no documentation, homepage or repository";
+/// What is said and meant so: the project has no address yet, and tests stay in the repository, whose logs and oracles they need.
+const MEANT: [&str; 2] = ["warning: manifest has no documentation, homepage or repository", "warning: ignoring test "];
 
 /// Makes all packages without building them, and looks at what is in them.
 pub fn step() -> Outcome {
@@ -32,8 +32,8 @@ fn packaged() -> Result<Outcome, Stop> {
     if !output.status.success() {
         return Err(format!("cargo package: {said}").into());
     }
-    let warned: Vec<&str> =
-        said.lines().filter(|line| line.starts_with("warning") && !line.ends_with(NO_ADDRESS)).collect();
+    let is_meant = |line: &str| MEANT.iter().any(|meant| line.starts_with(meant));
+    let warned: Vec<&str> = said.lines().filter(|line| line.starts_with("warning") && !is_meant(line)).collect();
     if !warned.is_empty() {
         return Err(format!("cargo package: {}", warned.join("; ")).into());
     }

@@ -2,6 +2,7 @@
 
 use super::failure::Failure;
 use clap::{Args, Parser, Subcommand, ValueEnum, value_parser};
+use clap_complete::Shell;
 use scphd_sim::ekf::Association;
 use scphd_sim::kind::Kind;
 use scphd_sim::monte_carlo::Shard;
@@ -30,7 +31,7 @@ The figures: root mean square errors over the scans whose true position is known
 (order 2, cut-off 20 m, alpha 2) of the final map against the true landmarks; wall time of the scan step in \
 microseconds. Angles in settings, CSV and logs are in radians, in the table in degrees.
 
-Exit code: 0, 2 for bad input, arguments or settings, 1 for any other failure. Output files are written only after a \
+Exit code: 0, 2 for bad input, arguments or settings, 1 for any other failure. There are no colours, whatever NO_COLOR says. Output files are written only after a \
 successful run, each whole or not at all.";
 
 /// A number of things.
@@ -49,6 +50,10 @@ fn seed(text: &str) -> Result<u64, &'static str> {
 pub struct Cli {
     #[command(subcommand)]
     pub command: Option<Command>,
+    /// No tables of results, no progress, no notices: files, warnings and errors alone. Lists, settings and findings of a check are printed
+    /// as ever.
+    #[arg(long, short, global = true)]
+    pub quiet: bool,
     #[command(flatten)]
     pub job: MainJob,
 }
@@ -108,6 +113,14 @@ pub enum Command {
     /// where what comes of it is probably wrong, a note where nothing has to be done. The exit code is 2 if there is an error,
     /// with --strict also if there is a warning. A part of it runs before every replay. docs/check.md lists all findings.
     Check(CheckArgs),
+    /// Prints the completions of this command line for a shell.
+    ///
+    /// For bash, say: scphd-sim completions bash > ~/.local/share/bash-completion/completions/scphd-sim
+    Completions {
+        /// The shell.
+        #[arg(value_enum)]
+        shell: Shell,
+    },
     /// Lists the built-in scenarios.
     Scenarios,
     /// Writes a built-in scenario as a log folder, or with several seeds as several.

@@ -1,10 +1,10 @@
 //! `scphd-sim check`, and the same before a replay.
 
 use super::args::CheckArgs;
-use super::failure::{Failure, notice};
-use super::outputs::{check_file, print_beside};
+use super::failure::{Failure, notice, print, warning};
+use super::outputs::check_file;
 use scphd_sim::check::{self, Facts, Finding, Report, Severity};
-use scphd_sim::output::json;
+use scphd_sim::output::{json, sink};
 use std::path::Path;
 
 /// Checks folders, prints what is found, and fails where one cannot be read.
@@ -17,7 +17,10 @@ pub fn check(args: &CheckArgs) -> Result<(), Failure> {
         json::write_reports(path, &reports)?;
     }
     for (dir, report) in args.dirs.iter().zip(&reports) {
-        print_beside(args.json.as_deref(), &told(dir, report))?;
+        match args.json.as_deref() {
+            Some(file) if sink::is_stdout(file) => notice(told(dir, report)),
+            _ => print(&told(dir, report))?,
+        }
     }
     let bad =
         |report: &&Report| report.count(Severity::Error) > 0 || (args.strict && report.count(Severity::Warning) > 0);
@@ -31,7 +34,7 @@ pub fn check(args: &CheckArgs) -> Result<(), Failure> {
 pub fn warn<K: check::Checked>(log: &K::Log) {
     let (_, findings) = check::log_of::<K>(log);
     for Finding { code, place, what, advice, .. } in findings.iter().filter(|one| one.severity == Severity::Warning) {
-        notice(format_args!("warning: {}: {place}: {what}; {advice} [{code}]", K::name(log)));
+        warning(format_args!("warning: {}: {place}: {what}; {advice} [{code}]", K::name(log)));
     }
 }
 

@@ -1,13 +1,14 @@
 //! What the commands do.
 
 use super::args::{Cli, Command, MainJob, RunArgs, Tuning};
-use super::failure::{Failure, notice, print, warn_of_errors};
+use super::failure::{Failure, be_quiet, notice, print, warn_of_errors, warning};
 use super::maps::{Maps, told};
 use super::offer::Offer;
 use super::outputs::{Outputs, check_file, label, write_file};
 use super::progress::Progress;
 use super::source::{Found, OfKind, Source, Sources, all_scenarios, either, scenario, settings_command};
 use super::{check, compare, figure, monte_carlo, repeat, stream, tune, worlds};
+use clap::CommandFactory;
 use scphd::Health;
 use scphd_sim::dimensions::{Dimensions, Planar};
 use scphd_sim::kind::Kind;
@@ -29,6 +30,9 @@ const MAIN_SCENARIO: &str = "survey";
 
 /// Does what was asked for.
 pub fn execute(cli: Cli) -> Result<(), Failure> {
+    if cli.quiet {
+        be_quiet();
+    }
     match cli.command {
         None => main_job(cli.job),
         Some(Command::Replay { dirs, run }) => {
@@ -40,6 +44,11 @@ pub fn execute(cli: Cli) -> Result<(), Failure> {
         Some(Command::Run { scenario: Some(name), run, scenario_seed, list: false }) => {
             let found = Found::scenario(&name, scenario_seed.scenario_seed)?;
             either!(found, source => runs(&[source], &[name], run))
+        }
+        Some(Command::Completions { shell }) => {
+            let mut text = Vec::new();
+            clap_complete::generate(shell, &mut Cli::command(), "scphd-sim", &mut text);
+            print(String::from_utf8_lossy(&text).trim_end())
         }
         Some(Command::Check(args)) => check::check(&args),
         Some(Command::MonteCarlo(args)) => match worlds::asked_for(&args) {
@@ -183,7 +192,7 @@ fn warn_of_rows<D: Dimensions>(session: &Session<D>) {
     if let [LeftOut { row, t_s, what }, more @ ..] = &session.left_out[..] {
         let rest = if more.is_empty() { String::new() } else { format!("; and {} more", more.len()) };
         let label = label(&session.summary);
-        notice(format_args!("warning: {label}: row {} of the odometry ({t_s} s) left out: {what}{rest}", row + 1));
+        warning(format_args!("warning: {label}: row {} of the odometry ({t_s} s) left out: {what}{rest}", row + 1));
     }
 }
 

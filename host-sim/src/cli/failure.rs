@@ -10,6 +10,7 @@ use std::fmt::Display;
 use std::io::{self, Write};
 use std::path::Path;
 use std::process::ExitCode;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Why the program ends without having done what was asked.
 #[derive(Debug)]
@@ -116,7 +117,7 @@ pub fn warn_of_errors(runs: &[Summary]) {
     let Some(first) = worse.first() else { return };
     let share = if runs.len() > 1 { format!(" in {} of {} runs", worse.len(), runs.len()) } else { String::new() };
     let metres = |rmse: Option<f64>| rmse.map_or_else(String::new, |rmse| format!("{rmse:.3} m"));
-    notice(format_args!(
+    warning(format_args!(
         "warning: {} by {} {}: the estimate is worse than dead reckoning{share} (seed {}: position RMSE {}, dead reckoning \
          {})",
         first.log,
@@ -128,8 +129,28 @@ pub fn warn_of_errors(runs: &[Summary]) {
     ));
 }
 
-/// Tells something on the side, on stderr.
+/// Whether nothing is to be told but warnings and errors.
+static QUIET: AtomicBool = AtomicBool::new(false);
+
+/// From now on tells nothing but warnings and errors.
+pub fn be_quiet() {
+    QUIET.store(true, Ordering::Relaxed);
+}
+
+/// Whether nothing is to be told but warnings and errors.
+pub fn is_quiet() -> bool {
+    QUIET.load(Ordering::Relaxed)
+}
+
+/// Tells something on the side, on stderr, unless nobody wants to know.
 pub fn notice(text: impl Display) {
-    // A notice that nobody hears changes nothing.
+    if !is_quiet() {
+        warning(text);
+    }
+}
+
+/// Tells something on the side, on stderr, in any case.
+pub fn warning(text: impl Display) {
+    // A word that nobody hears changes nothing.
     let _ = writeln!(io::stderr(), "{text}");
 }

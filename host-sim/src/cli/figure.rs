@@ -4,7 +4,7 @@ use super::args::{Choice, FigureArgs, FilterName};
 use super::contender::Contender;
 use super::failure::{Failure, notice, print};
 use super::monte_carlo::{Extent, Inputs, plan, run};
-use super::outputs::{Outputs, make};
+use super::outputs::{Outputs, make, print_beside};
 use super::progress::Progress;
 use super::source::{Source, scenario};
 use scphd_sim::dimensions::{Planar, Underwater};
@@ -142,6 +142,6 @@ fn study(name: &str, filters: &[FilterName], runs: usize, args: &FigureArgs) -> 
     let runs = args.runs.map_or(runs, |runs| runs as usize);
     let plan = plan(&inputs, &contenders, &args.tuning, &Extent { runs, input_sets: None, seed: args.seed })?;
     let study = run(&plan, &plan.jobs(None), &inputs, &contenders, &args.tuning, args.jobs)?;
-    print(&overview::render(&study))?;
+    print_beside(None, &overview::render(&study))?;
     Ok(study)
 }

@@ -1,6 +1,6 @@
 //! Where the files of a run go.
 
-use super::failure::{Failure, notice, print};
+use super::failure::{Failure, is_quiet, notice, print};
 use scphd_sim::kind::Kind;
 use scphd_sim::output::json::Summary;
 use scphd_sim::output::{csv, json, sink};
@@ -93,6 +93,9 @@ pub fn write_file(option: &str, path: &Path, bytes: &[u8]) -> Result<(), Failure
 
 /// Prints what is for people: to stdout, or to stderr where `file` is stdout itself.
 pub fn print_beside(file: Option<&Path>, text: &str) -> Result<(), Failure> {
+    if is_quiet() {
+        return Ok(());
+    }
     if file.is_some_and(sink::is_stdout) {
         notice(text);
         return Ok(());

@@ -1,5 +1,6 @@
 //! A progress bar for those who would otherwise wait in the dark.
 
+use super::failure::is_quiet;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::{self, IsTerminal};
 use std::time::{Duration, Instant};
@@ -27,7 +28,7 @@ impl Progress {
 
     /// So many scans are done.
     pub fn at(&self, scans: usize) {
-        if self.bar.is_hidden() && self.start.elapsed() > PATIENCE && io::stderr().is_terminal() {
+        if self.bar.is_hidden() && !is_quiet() && self.start.elapsed() > PATIENCE && io::stderr().is_terminal() {
             self.bar.set_draw_target(ProgressDrawTarget::stderr());
         }
         self.bar.set_position(scans as u64);

@@ -1,7 +1,7 @@
 //! `scphd-sim tune`.
 
 use super::args::{Choice, TuneArgs};
-use super::failure::{Failure, notice, print};
+use super::failure::{Failure, notice};
 use super::offer::Offer;
 use super::outputs::{check_file, print_beside, write_file};
 use super::progress::Progress;
@@ -64,10 +64,10 @@ fn study<K: Offer>(source: &Source<K>, args: &TuneArgs, choice: Choice, count: u
     for seed in first..=last {
         let log = &*source.log(seed)?;
         let (_, _, tuned) = one(source, log, args, choice)?;
-        print(&tuning::line(K::name(log), &tuned))?;
+        print_beside(None, &tuning::line(K::name(log), &tuned))?;
         all.push(tuned);
     }
-    print(&tuning::summary(&all))
+    print_beside(None, &tuning::summary(&all))
 }
 
 /// The settings it started from, where they are from, and what came out.

@@ -65,7 +65,7 @@ struct Picture {
     t_s: f64,
     /// Place, then heading.
     pose: Vec<f64>,
-    /// Of the place, row by row.
+    /// Of the place: the upper triangle, row by row.
     covariance: Vec<f64>,
     truth: Option<Vec<f64>>,
     /// Label, weight, place, covariance; the last is 1 where a detection met it, -1 where one was missed, 0 out of view.
@@ -317,8 +317,10 @@ fn millimetres(place: &impl AsRef<[f64]>) -> Vec<f64> {
     place.as_ref().iter().map(|x| (x * 1e3).round() / 1e3).collect()
 }
 
+/// The upper triangle, row by row.
 fn squares(rows: &[&[f64]]) -> Vec<f64> {
-    rows.iter().flat_map(|row| row.iter()).map(|x| (x * 1e6).round() / 1e6).collect()
+    let upper = rows.iter().enumerate().flat_map(|(k, row)| &row[k..]);
+    upper.map(|x| (x * 1e6).round() / 1e6).collect()
 }
 
 fn hundredths(number: f64) -> f64 {

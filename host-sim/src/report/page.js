@@ -87,25 +87,22 @@
 
   let current = frames.length - 1;
   let view = { x: 0, y: 0, scale: 1 };
-  // Everything but strays: one false feature far away would make all else small.
+  // The ways and the true landmarks; of an estimated map all but strays: one false feature far away would make all else small.
   const showAll = () => {
-    const [i, j] = look;
-    const xs = [], ys = [];
-    const add = (p) => { if (p) { xs.push(p[i]); ys.push(p[j]); } };
-    series.position.forEach(add);
-    series.truth.forEach(add);
-    data.landmarks.forEach(add);
+    const points = [...series.position, ...series.truth.filter(Boolean), ...data.landmarks];
     const last = frames[frames.length - 1];
-    if (last && data.landmarks.length === 0) last.features.forEach((feature) => add(feature[2]));
-    const rect = map.getBoundingClientRect();
-    const span = (list) => {
-      if (list.length === 0) return [-1, 1];
-      const sorted = Float64Array.from(list).sort();
+    const features = last ? last.features.map((feature) => feature[2]) : [];
+    const span = (axis) => {
+      let [low, high] = [Infinity, -Infinity];
+      for (const p of points) { low = Math.min(low, p[axis]); high = Math.max(high, p[axis]); }
+      const sorted = features.map((p) => p[axis]).sort((a, b) => a - b);
       const at = (share) => sorted[Math.round(share * (sorted.length - 1))];
-      const margin = 0.1 * (at(0.995) - at(0.005)) + 0.5;
-      return [at(0.005) - margin, at(0.995) + margin];
+      if (sorted.length > 0) [low, high] = [Math.min(low, at(0.02)), Math.max(high, at(0.98))];
+      const margin = 0.04 * (high - low) + 0.5;
+      return [low - margin, high + margin];
     };
-    const [[x0, x1], [y0, y1]] = [span(xs), span(ys)];
+    const rect = map.getBoundingClientRect();
+    const [[x0, x1], [y0, y1]] = look.map(span);
     view = { x: (x0 + x1) / 2, y: (y0 + y1) / 2, scale: Math.min(rect.width / (x1 - x0), rect.height / (y1 - y0)) };
     drawMap();
   };
@@ -137,9 +134,10 @@
     let until = series.scan.findIndex((scan) => scan > frame.scan);
     if (until < 0) until = series.scan.length;
     const n = axes.length;
-    // Of a covariance by rows: the ellipse that holds 95 % in this look.
+    // Of the upper triangle of a covariance, row by row: the ellipse that holds 95 % in this look.
+    const entry = (row, column) => row * n - row * (row - 1) / 2 + column - row;
     const ellipse = (at, covariance, colour) => {
-      const [a, b, d] = [covariance[i * n + i], covariance[i * n + j], covariance[j * n + j]];
+      const [a, b, d] = [covariance[entry(i, i)], covariance[entry(i, j)], covariance[entry(j, j)]];
       const middle = (a + d) / 2, off = Math.hypot((a - d) / 2, b);
       const axesLength = [middle + off, Math.max(0, middle - off)].map((v) => Math.sqrt(5.991 * v) * view.scale);
       c.strokeStyle = colour;
@@ -228,7 +226,9 @@
     c.stroke();
     for (const at of xs) c.fillText(at.toFixed(xDigits), width / 2 + (at - view.x) * view.scale + 3, height - 5);
     for (const at of ys) c.fillText(at.toFixed(yDigits), 4, height / 2 - (at - view.y) * view.scale - 3);
-    c.fillText(axes[i] + " (m) to the right, " + axes[j] + " (m) upwards", 8, 15);
+    c.textAlign = "right";
+    c.fillText(axes[i] + " (m) to the right, " + axes[j] + " (m) upwards", width - 8, 15);
+    c.textAlign = "left";
   }
 
   // ---- time ----
@@ -387,13 +387,20 @@
         c.strokeStyle = colours[colour];
         c.lineWidth = 1.3;
         c.beginPath();
+        const values = series[key];
         let pen = false;
-        series[key].forEach((v, k) => {
+        values.forEach((v, k) => {
           if (v === null) { pen = false; return; }
           if (pen) c.lineTo(X(times[k]), Y(v)); else c.moveTo(X(times[k]), Y(v));
           pen = true;
         });
         c.stroke();
+        // What is known at single scans alone.
+        c.fillStyle = colours[colour];
+        values.forEach((v, k) => {
+          const alone = v !== null && (values[k - 1] ?? null) === null && (values[k + 1] ?? null) === null;
+          if (alone) c.fillRect(X(times[k]) - 2, Y(v) - 2, 4, 4);
+        });
       }
       const frame = frames[current];
       if (!frame) return;
@@ -442,9 +449,13 @@
   }
   byId("settings").textContent = data.settings_text;
   for (const note of data.notes) make("li", byId("notes"), note);
-  for (const [name, colour] of [["estimate", "estimate"], ["truth", "truth"], ["dead reckoning", "reckoned"], ["static feature", "static"],
-    ["moving feature", "moving"], ["missed", "missed"], ["detection of a known feature", "hit"], ["unexplained detection", "stray"],
-    ["particle", "particle"], ["true landmark", "landmark"]]) {
+  const entries = [
+    ["estimate", "estimate", true], ["truth", "truth", !absent.truth], ["dead reckoning", "reckoned", true], ["static feature", "static", true],
+    ["moving feature, its velocity, and + a true one", "moving", frames.some((f) => f.moving.length + f.movers.length > 0)],
+    ["missed", "missed", true], ["detection of a known feature", "hit", true], ["unexplained detection", "stray", true],
+    ["particle", "particle", !absent.particles], ["true landmark", "landmark", !absent.landmarks],
+  ];
+  for (const [name, colour] of entries.filter(([, , there]) => there)) {
     const item = make("span", byId("key"));
     make("i", item).style.background = "var(--" + colour + ")";
     item.append(name);
@@ -473,8 +484,11 @@
     }
   }
 
+  // `#t=12.5` begins there, `#theme=dark` in that theme: a link can show what is meant.
+  const asked = new URLSearchParams(location.hash.slice(1));
+  if (["dark", "light"].includes(asked.get("theme"))) setTheme(asked.get("theme"));
   addEventListener("resize", () => { drawMap(); curves.forEach((draw) => draw()); });
   showAll();
-  go(frames.length - 1);
+  go(asked.has("t") ? nearest(Number(asked.get("t"))) : frames.length - 1);
   document.documentElement.dataset.ready = Math.round(performance.now());
 })();
