@@ -10,60 +10,26 @@ mod agreement;
 mod clock;
 mod facts;
 mod files;
+mod finding;
 mod space;
 mod view;
 mod way;
 
 pub use facts::Facts;
+pub use finding::{Finding, Severity};
+
+use finding::{Findings, Motion};
 
 use crate::dimensions::{Planar, Underwater};
 use crate::kind::Kind;
 use crate::log::{Log, Vehicle};
 use crate::log_folder::{self, LogError};
-use crate::output::json::Format;
+use crate::output::OutputError;
+use crate::output::json::{self, Format};
 use crate::settings::Settings;
 use crate::underwater;
 use serde::Serialize;
 use std::path::Path;
-
-/// How bad a finding is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Severity {
-    /// Read as it is; nothing has to be done.
-    Note,
-    /// The log can be run, and what comes of it is probably wrong.
-    Warning,
-    /// The log cannot be read.
-    Error,
-}
-
-impl Severity {
-    /// The word for it.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Note => "note",
-            Self::Warning => "warning",
-            Self::Error => "error",
-        }
-    }
-}
-
-/// Something about a log that its author should know.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct Finding {
-    /// How bad it is.
-    pub severity: Severity,
-    /// A name that stays from release to release.
-    pub code: &'static str,
-    /// File, and row, column or key where there is one.
-    pub place: String,
-    /// What is found, with its figures.
-    pub what: String,
-    /// What to do.
-    pub advice: String,
-}
 
 /// What a check leaves behind; serialised as it is.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -86,38 +52,16 @@ impl Report {
     }
 }
 
-/// Findings as they come up.
-#[derive(Debug, Default)]
-struct Findings(Vec<Finding>);
-
-impl Findings {
-    fn add(
-        &mut self,
-        severity: Severity,
-        code: &'static str,
-        place: impl Into<String>,
-        what: String,
-        advice: impl Into<String>,
-    ) {
-        self.0.push(Finding { severity, code, place: place.into(), what, advice: advice.into() });
+/// Writes what checks found to `path`: one JSON object, of several logs a list of them, all or nothing.
+///
+/// # Errors
+///
+/// [`OutputError`] where the file cannot be written.
+pub fn write(path: &Path, reports: &[Report]) -> Result<(), OutputError> {
+    match reports {
+        [one] => json::write(path, one),
+        several => json::write(path, several),
     }
-
-    fn warn(&mut self, code: &'static str, place: &str, what: String, advice: impl Into<String>) {
-        self.add(Severity::Warning, code, place, what, advice);
-    }
-
-    fn note(&mut self, code: &'static str, place: &str, what: String, advice: impl Into<String>) {
-        self.add(Severity::Note, code, place, what, advice);
-    }
-}
-
-/// Motion in force from a time on, whatever the vehicle.
-#[derive(Debug, Clone, Copy)]
-struct Motion {
-    t_s: f64,
-    /// Without sign, m/s; `None` where nothing was measured.
-    speed_mps: Option<f64>,
-    turn_radps: f64,
 }
 
 /// What a check has to know of a kind of vehicle.
@@ -229,27 +173,12 @@ pub fn log_of<K: Checked>(log: &K::Log) -> (Facts, Vec<Finding>) {
     let Detail { motion, reach_m, simulated, out_of_view, mut findings } = K::in_detail(log);
     let mut facts = Facts { detections_out_of_view: out_of_view, ..Facts::of::<K>(log, &motion) };
     clock::look_over::<K>(log, &motion, reach_m, &mut findings);
-    way::look_over::<K>(log, &motion, (reach_m, simulated), &mut facts, &mut findings);
-    (facts, findings.0)
-}
-
-/// The number that a share of all numbers stays under; `None` of none.
-fn quantile(mut numbers: Vec<f64>, share: f64) -> Option<f64> {
-    numbers.sort_by(f64::total_cmp);
-    let last = numbers.len().checked_sub(1)?;
-    numbers.get(((last as f64) * share).round() as usize).copied()
-}
-
-/// A number with three digits that count.
-fn short(number: f64) -> String {
-    let size = if number == 0.0 { 0.0 } else { number.abs().log10().floor() };
-    if !(-4.0..6.0).contains(&size) {
-        return format!("{number:.2e}");
+    way::speeds(&motion, simulated, &mut findings);
+    facts.way_m = way::driven(&motion, K::scans(log).last().map_or(f64::NEG_INFINITY, |scan| scan.t_s));
+    way::whole_turns::<K>(log, &mut findings);
+    // Settings that fit a log never make its odometry unreadable; if so, the replay itself says it.
+    if let Ok(reckoned) = K::dead_reckoning(log, &K::settings(log)) {
+        facts.dead_reckoning_rmse_m = way::beside_truth::<K>(log, &reckoned, reach_m, facts.way_m, &mut findings);
     }
-    format!("{number:.*}", (2.0 - size).max(0.0) as usize)
-}
-
-/// A share as a percentage.
-fn percent(share: f64) -> String {
-    format!("{} %", short(100.0 * share))
+    (facts, findings.0)
 }

@@ -6,14 +6,13 @@
 //! | modules | |
 //! |---|---|
 //! | [`angle`], [`dimensions`], [`noise`], [`threads`] | numbers |
-//! | [`score`], [`record`] | what a run leaves behind, and how good that is |
+//! | [`score`], [`record`], [`film`] | what a run leaves behind, and how good that is |
 //! | [`log`], [`events`], [`vehicle`], [`underwater`], [`scenario`], [`log_folder`] | logs and scenarios |
 //! | [`settings`], [`mod@reference`] | what a run is tuned with; the recursion in full precision |
 //! | [`ekf`], [`slam`], [`kind`], [`truth`] | filters, and what a kind of vehicle supplies for a run |
 //! | [`session`], [`tally`], [`compare`], [`tune`], [`monte_carlo`], [`stream`] | runs, once for every kind |
-//! | [`mod@check`] | whether a log says what its author means |
-//! | [`mod@report`] | a run as a page |
 //! | [`output`], [`plot`], [`figure`], [`point_process`] | tables and pictures |
+//! | [`mod@check`], [`mod@report`] | whether a log says what its author means; a run as a page |
 //!
 //! The program itself is in `cli`: a command is dispatched on the kind of vehicle in one place.
 
@@ -24,6 +23,7 @@ pub mod dimensions;
 pub mod ekf;
 pub mod events;
 pub mod figure;
+pub mod film;
 pub mod kind;
 pub mod log;
 pub mod log_folder;

@@ -1,8 +1,9 @@
 //! A run as one page that needs nothing else: no network, no program but a browser.
 //!
+//! What is kept of a run while it goes on is a [`Film`].
+//!
 //! | file | |
 //! |---|---|
-//! | `film.rs` | what is kept of a run while it goes on: maps and particles at some scans, health at all |
 //! | `data.rs` | the data of a page, as JSON |
 //! | `meaning.rs` | what figures and conditions mean, from the documentation |
 //! | `page.html`, `page.css`, `page.js` | the page |
@@ -11,11 +12,9 @@
 //! numbers. What is thinned, and how, the page says.
 
 mod data;
-mod film;
 mod meaning;
 
-pub use film::{FRAMES, Film};
-
+use crate::film::Film;
 use crate::kind::Kind;
 use crate::session::Session;
 

@@ -2,11 +2,11 @@
 
 use crate::dimensions::{Coordinates, Dimensions, Planar};
 use crate::events::Event;
+use crate::film::Film;
 use crate::kind::Kind;
 use crate::log::TruePose;
 use crate::output::json::{self, Format, Summary, worse};
 use crate::record::{MapFeature, Record, ScanRecord};
-use crate::report::Film;
 use crate::score::consistency::{Consistency, SquaredErrors};
 use crate::score::final_map::FinalMap;
 use crate::score::map_error::MapError;

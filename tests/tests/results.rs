@@ -119,7 +119,7 @@ fn a_check() {
     let folder = Folder::new("check");
     let log = folder.path("log");
     log_folder::write(&scenario::survey(1), &log).unwrap();
-    json::write_reports(&folder.path("check.json"), &[check::folder(&log)]).unwrap();
+    check::write(&folder.path("check.json"), &[check::folder(&log)]).unwrap();
     assert_eq!(keys(&folder.path("check.json"), 1), documented("A check of a log"));
     assert_eq!(keys(&folder.path("check.json"), 2), documented("The facts of a check"));
 }

@@ -1,6 +1,6 @@
 //! What to do about a folder that cannot be read.
 
-use super::{Finding, Findings, Severity};
+use super::finding::{Finding, Findings, Severity};
 use crate::log_folder::{LogError, Place, Problem};
 
 /// Adds why the folder cannot be read, unless its files have told that already.

@@ -3,7 +3,7 @@
 //! Detections of one scan, carried along by the odometry, should fall on detections of a later one. If they do so far more often when
 //! one thing is read in another way (mirrored bearings, turn rates as degrees, speeds as km/h), that is probably what the log means.
 
-use super::{Findings, percent};
+use super::finding::{Findings, percent};
 use crate::angle::wrap;
 use crate::log::{Log, Mounting, Nominal, Sensor};
 use crate::vehicle;

@@ -1,6 +1,6 @@
 //! Time base, rates and gaps; scans that come twice.
 
-use super::{Findings, Motion, percent, quantile, short};
+use super::finding::{Findings, Motion, percent, quantile, short};
 use crate::dimensions::Coordinates;
 use crate::kind::Kind;
 

@@ -1,6 +1,6 @@
 //! What a check measures, whatever it finds.
 
-use super::{Motion, quantile};
+use super::finding::{Motion, quantile};
 use crate::kind::Kind;
 use crate::truth;
 use serde::Serialize;

@@ -1,6 +1,6 @@
 //! The files as they are written: marks, line ends, columns. What is read all the same is a note, what is not an error.
 
-use super::{Finding, Findings, Severity};
+use super::finding::{Finding, Findings, Severity};
 use crate::log_folder::has_camera;
 use std::fs;
 use std::path::Path;

@@ -1,6 +1,6 @@
 //! Pixels of a stereo camera.
 
-use super::{Findings, percent, quantile, short};
+use super::finding::{Findings, percent, quantile, short};
 use crate::underwater::log::Log;
 
 /// Noise carries a pixel over the rim by three standard deviations, hardly by more.

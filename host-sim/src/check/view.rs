@@ -1,6 +1,6 @@
 //! Whether detections lie in the view that the log states.
 
-use super::{Findings, percent, quantile, short};
+use super::finding::{Findings, percent, quantile, short};
 use crate::angle::wrap;
 use crate::log::{Log, Nominal, Sensor};
 use std::f64::consts::PI;

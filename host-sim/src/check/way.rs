@@ -1,6 +1,6 @@
 //! Speeds and turns, and dead reckoning beside the truth.
 
-use super::{Checked, Facts, Findings, Motion, percent, quantile, short};
+use super::finding::{Findings, Motion, percent, quantile, short};
 use crate::angle::wrap;
 use crate::dimensions::{Coordinates, distance};
 use crate::kind::Kind;
@@ -40,28 +40,16 @@ const UNITS: [(f64, &str); 8] = [
     (0.001, "the truth in mm"),
 ];
 
-pub(super) fn look_over<K: Checked>(
-    log: &K::Log,
-    motion: &[Motion],
-    (reach_m, simulated): (f64, bool),
-    facts: &mut Facts,
-    findings: &mut Findings,
-) {
-    speeds(motion, simulated, findings);
-    let last_s = K::scans(log).last().map_or(f64::NEG_INFINITY, |scan| scan.t_s);
-    let until = |place: usize| motion.get(place + 1).map_or(last_s, |next| next.t_s.min(last_s));
-    let way_m = motion
-        .iter()
-        .enumerate()
-        .map(|(place, row)| row.speed_mps.unwrap_or(0.0) * (until(place) - row.t_s).max(0.0))
-        .sum::<f64>();
-    facts.way_m = Some(way_m).filter(|_| motion.iter().any(|row| row.speed_mps.is_some()));
-    // Settings that fit a log never make its odometry unreadable; if so, the replay itself says it.
-    let Ok(reckoned) = K::dead_reckoning(log, &K::settings(log)) else { return };
-    beside_truth::<K>(log, &reckoned, reach_m, way_m, facts, findings);
+/// The way that the odometry drives until then, m; `None` where it has no speeds.
+pub(super) fn driven(motion: &[Motion], until_s: f64) -> Option<f64> {
+    let until = |place: usize| motion.get(place + 1).map_or(until_s, |next| next.t_s.min(until_s));
+    let ways =
+        motion.iter().enumerate().map(|(place, row)| row.speed_mps.unwrap_or(0.0) * (until(place) - row.t_s).max(0.0));
+    motion.iter().any(|row| row.speed_mps.is_some()).then(|| ways.sum())
 }
 
-fn speeds(motion: &[Motion], simulated: bool, findings: &mut Findings) {
+/// What no vehicle can do.
+pub(super) fn speeds(motion: &[Motion], simulated: bool, findings: &mut Findings) {
     let most = |of: &dyn Fn(&Motion) -> Option<f64>| {
         quantile(motion.iter().filter_map(of).filter(|number| *number > 0.0).collect(), MOST_ROWS).unwrap_or(0.0)
     };
@@ -100,15 +88,14 @@ struct Both<K: Kind> {
     truth: K::Position,
 }
 
-fn beside_truth<K: Checked>(
+/// How far dead reckoning is off, m (RMSE); `None` without truth.
+pub(super) fn beside_truth<K: Kind>(
     log: &K::Log,
     reckoned: &[K::Reckoned],
     reach_m: f64,
-    way_m: f64,
-    facts: &mut Facts,
+    way_m: Option<f64>,
     findings: &mut Findings,
-) {
-    whole_turns::<K>(log, findings);
+) -> Option<f64> {
     let both: Vec<Both<K>> = K::scans(log)
         .iter()
         .zip(reckoned)
@@ -118,10 +105,9 @@ fn beside_truth<K: Checked>(
             Some(Both { reckoned: place, truth: truth.position })
         })
         .collect();
-    let [first, ..] = &both[..] else { return };
+    let first = both.first()?;
     let squares: f64 = both.iter().map(|one| distance(&one.reckoned, &one.truth).powi(2)).sum();
     let rmse_m = (squares / both.len() as f64).sqrt();
-    facts.dead_reckoning_rmse_m = Some(rmse_m);
     let start_m = distance(&first.reckoned, &first.truth);
     if start_m > PIECE_REACH * reach_m {
         findings.warn(
@@ -133,7 +119,7 @@ fn beside_truth<K: Checked>(
     }
     let pieces = pieces(&both, PIECE_REACH * reach_m);
     if pieces.len() < PIECES {
-        return;
+        return Some(rmse_m);
     }
     let sums = pieces.iter().fold([0.0, 0.0], |[a, b], piece| [a + length(&piece[0]), b + length(&piece[1])]);
     let ratio = sums[0] / sums[1];
@@ -147,9 +133,10 @@ fn beside_truth<K: Checked>(
             format!("the way by odometry is {} times the true one{like}", short(ratio)),
             "check the units of speeds, times and truth: metres, seconds, metres a second",
         );
-        return;
+        return Some(rmse_m);
     }
     directions(&pieces, findings);
+    let way_m = way_m.unwrap_or(0.0);
     if rmse_m > LOST_SHARE * way_m && rmse_m > reach_m {
         findings.warn(
             "dead-reckoning",
@@ -163,6 +150,7 @@ fn beside_truth<K: Checked>(
             "check sign and unit of the turn, the wheelbase, the initial heading, and that x and y of the truth are not exchanged",
         );
     }
+    Some(rmse_m)
 }
 
 /// Chords of dead reckoning and truth between the same scans.
@@ -215,7 +203,7 @@ fn directions(pieces: &[[[f64; 2]; 2]], findings: &mut Findings) {
 }
 
 /// Headings of the truth beyond a whole turn: in degrees, or counted on.
-fn whole_turns<K: Checked>(log: &K::Log, findings: &mut Findings) {
+pub(super) fn whole_turns<K: Kind>(log: &K::Log, findings: &mut Findings) {
     let truth = K::truth(log);
     let most = truth.iter().filter_map(|row| row.heading_rad).fold(0.0_f64, |most, heading| most.max(heading.abs()));
     if most <= 2.0 * PI + 1e-3 {

@@ -4,7 +4,7 @@ use super::args::CheckArgs;
 use super::failure::{Failure, notice, print, warning};
 use super::outputs::check_file;
 use scphd_sim::check::{self, Facts, Finding, Report, Severity};
-use scphd_sim::output::{json, sink};
+use scphd_sim::output::sink;
 use std::path::Path;
 
 /// Checks folders, prints what is found, and fails where one cannot be read.
@@ -14,7 +14,7 @@ pub fn check(args: &CheckArgs) -> Result<(), Failure> {
     }
     let reports: Vec<Report> = args.dirs.iter().map(|dir| check::folder(dir)).collect();
     if let Some(path) = &args.json {
-        json::write_reports(path, &reports)?;
+        check::write(path, &reports)?;
     }
     for (dir, report) in args.dirs.iter().zip(&reports) {
         match args.json.as_deref() {

@@ -1,7 +1,6 @@
 //! The figures of a run as one JSON object, and of several runs as a list of them. `docs/results.md` says what each key means.
 
 use super::{OutputError, sink};
-use crate::check::Report;
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 use serde_json::Value;
 use std::path::Path;
@@ -159,18 +158,6 @@ pub fn write_summary(path: &Path, summary: &Summary) -> Result<(), OutputError> 
 /// [`OutputError`] where the file cannot be written.
 pub fn write_summaries(path: &Path, summaries: &[Summary]) -> Result<(), OutputError> {
     write(path, summaries)
-}
-
-/// Writes what checks found to `path`: one JSON object, of several logs a list of them, all or nothing.
-///
-/// # Errors
-///
-/// [`OutputError`] where the file cannot be written.
-pub fn write_reports(path: &Path, reports: &[Report]) -> Result<(), OutputError> {
-    match reports {
-        [one] => write(path, one),
-        several => write(path, several),
-    }
 }
 
 /// Writes `value` indented, with a newline at the end.

@@ -1,9 +1,9 @@
 //! The data of a page.
 
-use super::film::{FRAMES, Film, Frame, PARTICLES};
 use super::meaning;
 use crate::angle::wrap;
 use crate::dimensions::{Coordinates, Dimensions};
+use crate::film::{FRAMES, Film, Frame, PARTICLES};
 use crate::kind::Kind;
 use crate::log::TruePose;
 use crate::output::json::Summary;

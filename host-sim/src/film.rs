@@ -1,4 +1,4 @@
-//! What a page needs of a run beside its record.
+//! What a page ([`mod@crate::report`]) needs of a run beside its record.
 
 use crate::dimensions::Dimensions;
 use crate::record::{MapFeature, MovingFeature};
@@ -7,28 +7,28 @@ use scphd::Health;
 /// Pictures of a film, at most.
 pub const FRAMES: usize = 400;
 /// Particles of a picture, at most.
-pub(super) const PARTICLES: usize = 200;
+pub(crate) const PARTICLES: usize = 200;
 
 /// Maps and particles at some scans, health at all of them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Film<D: Dimensions> {
     chosen: Vec<usize>,
-    pub(super) frames: Vec<Frame<D>>,
+    pub(crate) frames: Vec<Frame<D>>,
     /// Of every scan.
-    pub(super) health: Vec<Health>,
+    pub(crate) health: Vec<Health>,
 }
 
 /// What the filter knew at a scan.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Frame<D: Dimensions> {
+pub(crate) struct Frame<D: Dimensions> {
     /// Its place among the scans.
-    pub(super) scan: usize,
-    pub(super) map: Vec<MapFeature<D>>,
-    pub(super) moving: Vec<MovingFeature<D>>,
+    pub(crate) scan: usize,
+    pub(crate) map: Vec<MapFeature<D>>,
+    pub(crate) moving: Vec<MovingFeature<D>>,
     /// Pose and weight.
-    pub(super) particles: Vec<(D::Pose, f64)>,
+    pub(crate) particles: Vec<(D::Pose, f64)>,
     /// True moving landmarks in view, m; unknown where the log does not tell.
-    pub(super) movers: Option<Vec<D::Position>>,
+    pub(crate) movers: Option<Vec<D::Position>>,
 }
 
 impl<D: Dimensions> Film<D> {
