@@ -103,6 +103,24 @@ fn moving_features() {
     assert!(moving > log.scans.len(), "only {moving} moving components were compared");
 }
 
+/// What is confirmed and missed is remembered, as logs with sparse clutter have it by default.
+#[test]
+fn remembered_features() {
+    let log = scenario::by_name("survey", SEED).expect("a built-in scenario");
+    let remembering = |weight| {
+        let comparison = lockstep_with(&log, 8, 2, Precision::F64, |settings| {
+            let filter = &mut settings.filter;
+            (filter.confirming_detections, filter.confirmed_weight) = (3.0, weight);
+            settings.sensor.detection_near = 0.7;
+            settings.sensor.detection_far = 0.7;
+        });
+        assert_agreement("survey", &comparison.overall, log.scans.len());
+        comparison.overall.components
+    };
+    let (forgotten, remembered) = (remembering(0.0), remembering(0.2));
+    assert!(remembered > forgotten, "{remembered} and {forgotten} components were compared");
+}
+
 /// A sensor that sits elsewhere than where the pose is, and is turned.
 #[test]
 fn mounted_sensor() {

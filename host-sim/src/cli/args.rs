@@ -92,7 +92,7 @@ pub enum Command {
     /// 1 and cut-off 10 m, of the static and moving estimate together, at every scan: a static landmark counts from
     /// its first time in view on, a moving one while it is in view.
     ///
-    /// `worlds`, `worlds-mounted` and `worlds-exact` are other places with every seed, which have no mean: one line a world, then how the
+    /// `worlds`, `worlds-mounted`, `worlds-moving` and `worlds-exact` are other places with every seed, which have no mean: one line a world, then how the
     /// first filter stands beside each other one; with --variants how every variant stands beside the first, and the first
     /// beside the best of the others in each world. With --out FILE every run is kept as it ends, and not run again.
     MonteCarlo(MonteCarloArgs),

@@ -5,7 +5,7 @@ use super::{Comparable, Comparison, JointComparison, Lockstep, drive};
 use crate::dimensions::Underwater;
 use crate::reference::joint;
 use crate::reference::space::{self, Space};
-use crate::reference::{Config, MovingConfig};
+use crate::reference::{Config, MovingConfig, Remembering};
 use crate::settings::Likelihood;
 use crate::slam::{
     Precision, Refusal, full, joint_config_of, underwater_core_filter as core_filter,
@@ -91,6 +91,7 @@ fn reference_of(log: &Log, settings: &Settings) -> Space {
             prune_weight: filter.prune_weight,
             merge_distance: filter.merge_distance,
             max_components: filter.max_components,
+            remembering: Remembering { detections: filter.confirming_detections, weight: filter.confirmed_weight },
             extraction_weight: filter.extraction_weight,
             likelihood: filter.likelihood,
             moving: MovingConfig {

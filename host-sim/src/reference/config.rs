@@ -23,12 +23,28 @@ pub struct Config {
     /// How many components of each kind the reduction leaves in view at most, for each particle; births that wait for the
     /// next scan are not counted.
     pub max_components: usize,
+    /// What misses leave of what is confirmed.
+    pub remembering: Remembering,
     /// Components lighter than this are no estimated features.
     pub extraction_weight: f64,
     /// The particle likelihood.
     pub likelihood: Likelihood,
     /// Moving features.
     pub moving: MovingConfig,
+}
+
+/// What misses leave of confirmed static components.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Remembering {
+    /// A component is confirmed where it is better known than from so many measurements.
+    pub detections: f64,
+    /// Misses take it no further down than to this weight; 0: they do, as the thesis has it.
+    pub weight: f64,
+}
+
+impl Remembering {
+    /// Nothing is remembered.
+    pub const NOTHING: Self = Self { detections: 1.0, weight: 0.0 };
 }
 
 /// What the measurements say about each candidate.

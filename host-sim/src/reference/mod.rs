@@ -31,6 +31,7 @@
 //!         prune_weight: 1e-5,
 //!         merge_distance: 4.0,
 //!         max_components: 100,
+//!         remembering: Remembering::NOTHING,
 //!         extraction_weight: 0.0,
 //!         likelihood: Likelihood::SingleCluster,
 //!         moving: MovingConfig {
@@ -87,7 +88,7 @@ mod oracles;
 #[cfg(test)]
 mod tests;
 
-pub use config::{Config, MovingConfig, ScanOutcome, Weighing};
+pub use config::{Config, MovingConfig, Remembering, ScanOutcome, Weighing};
 pub use draws::{Draws, OwnDraws};
 pub use extract::Estimate;
 pub use field_of_view::FieldOfView;
@@ -193,8 +194,9 @@ impl Recursion<2, 4> for Reference {
         let moving_births = born(birth_intensity).set_in_motion(velocity_sigma_mps);
 
         let Sight { still, moving, ln_eta, .. } = sight;
-        let (persisting, moving_persisting) =
-            (update::persisting(&still, &ln_eta), update::persisting(&moving, &ln_eta));
+        let persisting = update::persisting(&still, &ln_eta, self.config.remembering);
+        // What moves may have gone.
+        let moving_persisting = update::persisting(&moving, &ln_eta, Remembering::NOTHING);
         (
             update::after_scan(still.out_of_view, persisting, births, &self.config),
             update::after_scan(moving.out_of_view, moving_persisting, moving_births, &self.config),

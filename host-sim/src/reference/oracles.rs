@@ -8,7 +8,7 @@ use super::reduce::prune_and_merge;
 use super::sensor::{RangeBearing, Sensor};
 use super::sight::Sight;
 use super::tests::{CONFIG, WIDE_VIEW};
-use super::{Config, FieldOfView, update};
+use super::{Config, FieldOfView, Remembering, update};
 use crate::settings::Likelihood;
 use crate::shared_data::oracle;
 use serde_json::Value;
@@ -78,7 +78,7 @@ fn updated<S: Sensor>(case: &Value, measurements: &[Vector], sensor: &S) -> (Vec
     let config = Config { clutter_intensity: number(&case["clutter_density"]), birth_intensity: 0.0, ..CONFIG };
     let view = everywhere(number(&case["pd"]));
     let sight = Sight::new([0.0; 3], &prior, &[], measurements, sensor, &view, &config);
-    let mut posterior = update::persisting(&sight.still, &sight.ln_eta);
+    let mut posterior = update::persisting(&sight.still, &sight.ln_eta, Remembering::NOTHING);
     posterior.rotate_left(prior.len());
     (posterior, ln_likelihood(Likelihood::SingleCluster, &sight))
 }

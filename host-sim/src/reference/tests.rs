@@ -14,6 +14,7 @@ pub(super) const CONFIG: Config = Config {
     prune_weight: 1e-5,
     merge_distance: 4.0,
     max_components: 50,
+    remembering: Remembering::NOTHING,
     extraction_weight: 0.0,
     likelihood: Likelihood::SingleCluster,
     moving: MovingConfig {

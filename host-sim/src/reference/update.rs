@@ -1,21 +1,30 @@
 //! `Update` of appendix A: the posterior mixture of one pose.
 
-use super::algebra::{identity, scaled};
-use super::config::Config;
+use super::algebra::{determinant, identity, scaled};
+use super::config::{Config, Remembering};
 use super::field_of_view::FieldOfView;
 use super::gaussian::Component;
-use super::pre_update::PreUpdate;
+use super::pre_update::{InView, PreUpdate};
 use super::reduce::{heavy_enough, prune_and_merge};
 use super::sensor::RangeBearing;
 use super::sight::Sight;
 
-/// The persisting components in view after the update: for each one missed, w (1 − p_D), then for each
+/// The persisting components in view after the update: for each one missed, w (1 − p_D) or what is remembered of it, then for each
 /// measurement each one detected, p_D w N(z; ẑ, S)/η_z (5.17, 5.18, corrected).
-pub(super) fn persisting<const N: usize>(view: &PreUpdate<N>, ln_eta: &[f64]) -> Vec<Component<N>> {
-    let missed = view
-        .in_view
-        .iter()
-        .map(|j| Component { ln_weight: j.prior.ln_weight + (-j.detection_probability).ln_1p(), ..j.prior });
+pub(super) fn persisting<const N: usize>(
+    view: &PreUpdate<N>,
+    ln_eta: &[f64],
+    remembering: Remembering,
+) -> Vec<Component<N>> {
+    let missed = view.in_view.iter().map(|j| {
+        let faded = j.prior.weight() * (1.0 - j.detection_probability);
+        let least = remembering.weight.min(j.prior.weight());
+        if faded < least && is_confirmed(j, remembering.detections) {
+            Component { ln_weight: least.ln(), ..j.prior }
+        } else {
+            Component { ln_weight: j.prior.ln_weight + (-j.detection_probability).ln_1p(), ..j.prior }
+        }
+    });
     let detected = ln_eta
         .iter()
         .enumerate()
@@ -29,6 +38,13 @@ pub(super) fn persisting<const N: usize>(view: &PreUpdate<N>, ln_eta: &[f64]) ->
             })
         });
     missed.chain(detected).collect()
+}
+
+/// Whether a component is better known than from so many measurements from here: det S / det R, which is det P / det P⁺, lies below
+/// half way between what k of them leave of it and what k + 1 do, in every dimension of the place.
+fn is_confirmed<const N: usize>(j: &InView<N>, detections: f64) -> bool {
+    let half_way = 1.0 + 0.5 / detections + 0.5 / (detections + 1.0);
+    determinant(&j.prior.covariance) < determinant(&j.covariance) * half_way.powi(N as i32)
 }
 
 /// What the features in view add at most to what explains an unexplained measurement without them, as a share of that.
@@ -105,7 +121,6 @@ pub(super) fn set_in_motion(birth: &Component, velocity_sigma_mps: f64) -> Compo
 
 #[cfg(test)]
 mod tests {
-    use super::super::algebra::determinant;
     use super::super::gaussian::Vector;
     use super::super::tests::{CONFIG, SENSOR, WIDE_VIEW};
     use super::*;
@@ -194,10 +209,28 @@ mod tests {
     #[test]
     fn missed_feature_keeps_place_and_loses_weight() {
         let before = feature(0.8, 5.0);
-        let after = persisting(&sight(&[before], &[], &[], UNEXPLAINED).still, &[]);
+        let after = persisting(&sight(&[before], &[], &[], UNEXPLAINED).still, &[], Remembering::NOTHING);
         assert_eq!(after.len(), 1);
         assert!((after[0].weight() - 0.8 * (1.0 - WIDE_VIEW.p_near)).abs() < 1e-15);
         assert_eq!((after[0].mean, after[0].covariance), (before.mean, before.covariance));
+    }
+
+    #[test]
+    fn misses_leave_something_of_what_is_confirmed_and_nothing_of_the_rest() {
+        let remembering = Remembering { detections: 3.0, weight: 0.2 };
+        let missed = |weight, measurements: u32| {
+            // As so many measurements from here leave it.
+            let covariance = SENSOR.inverse([5.0, 0.0], POSE).unwrap().1;
+            let covariance = scaled(1.0 / f64::from(measurements), &covariance);
+            let before = Component { covariance, ..feature(weight, 5.0) };
+            persisting(&sight(&[before], &[], &[], UNEXPLAINED).still, &[], remembering)[0].weight()
+        };
+        let left = 1.0 - WIDE_VIEW.p_near;
+        assert!(0.8 * left < 0.2, "a miss takes it below what is remembered");
+        for (weight, measurements, after) in [(0.8, 4, 0.2), (0.8, 3, 0.8 * left), (0.1, 4, 0.1), (0.1, 3, 0.1 * left)]
+        {
+            assert!((missed(weight, measurements) - after).abs() < 1e-15, "{weight} {measurements}");
+        }
     }
 
     #[test]
@@ -205,7 +238,10 @@ mod tests {
         let measurements = [[5.1, 0.02], [5.0, -0.01], [9.0, 2.0]];
         let map = [feature(0.8, 5.0), feature(0.3, 5.6)];
         let sight = sight(&map, &[moving(0.5, 5.2)], &measurements, UNEXPLAINED);
-        let (still, moving) = (persisting(&sight.still, &sight.ln_eta), persisting(&sight.moving, &sight.ln_eta));
+        let (still, moving) = (
+            persisting(&sight.still, &sight.ln_eta, Remembering::NOTHING),
+            persisting(&sight.moving, &sight.ln_eta, Remembering::NOTHING),
+        );
         assert_eq!((still.len(), moving.len()), (8, 4));
         for (z, eta) in sight.ln_eta.iter().enumerate() {
             let detected: f64 = still[2 + 2 * z..4 + 2 * z].iter().map(Component::weight).sum();
@@ -219,8 +255,8 @@ mod tests {
         // Position and velocity are independent, so what is measured is the same for both.
         let measurements = [[5.1, 0.02]];
         let sight = sight(&[feature(0.5, 5.0)], &[moving(0.5, 5.0)], &measurements, UNEXPLAINED);
-        let still = persisting(&sight.still, &sight.ln_eta)[1];
-        let moving = persisting(&sight.moving, &sight.ln_eta)[1];
+        let still = persisting(&sight.still, &sight.ln_eta, Remembering::NOTHING)[1];
+        let moving = persisting(&sight.moving, &sight.ln_eta, Remembering::NOTHING)[1];
         assert!((still.ln_weight - moving.ln_weight).abs() < 1e-14);
         for k in 0..2 {
             assert!((still.mean[k] - moving.mean[k]).abs() < 1e-14);
@@ -239,7 +275,7 @@ mod tests {
         }
         let measurements = [[5.3, -0.03]];
         let sight = sight(&[], &[before], &measurements, UNEXPLAINED);
-        let after = persisting(&sight.moving, &sight.ln_eta)[1];
+        let after = persisting(&sight.moving, &sight.ln_eta, Remembering::NOTHING)[1];
         let shift = [after.mean[0] - before.mean[0], after.mean[1] - before.mean[1]];
         // P_pp⁻¹ of [[0.2, 0.05], [0.05, 0.1]] by hand: 1/0.0175 [[0.1, −0.05], [−0.05, 0.2]].
         let velocity =
@@ -255,7 +291,7 @@ mod tests {
         let measurements = [[5.0, 0.0]];
         let weightless = feature(0.0, 5.0);
         let sight = sight(&[weightless], &[], &measurements, 0.0);
-        assert_eq!(persisting(&sight.still, &sight.ln_eta), [weightless]);
+        assert_eq!(persisting(&sight.still, &sight.ln_eta, Remembering::NOTHING), [weightless]);
         assert_eq!(born(&sight, &WIDE_VIEW, 0.0), NONE);
     }
 

@@ -51,11 +51,12 @@ pub const SCENARIOS: &[(&str, &str)] = &[
         "a random world for every seed (12 to 96 m, 4 to 5 min) that states its data sheet and misbehaves as real ones do",
     ),
     ("worlds-mounted", "the worlds again, with the sensor elsewhere than where the vehicle's pose is, and turned"),
+    ("worlds-moving", "the worlds again, and three to seven others move among the landmarks, slower and faster"),
     ("worlds-exact", "a random world for every seed that states all of its noise, 3 to 10 false measurements a scan"),
 ];
 
 /// The scenarios that are another place with every seed.
-pub const WORLDS: [&str; 3] = ["worlds", "worlds-mounted", "worlds-exact"];
+pub const WORLDS: [&str; 4] = ["worlds", "worlds-mounted", "worlds-moving", "worlds-exact"];
 
 /// The scenario of that name.
 #[must_use]
@@ -69,6 +70,7 @@ pub fn by_name(name: &str, seed: u64) -> Option<Log> {
         "thesis-compare" => Some(thesis_compare(seed)),
         "worlds" => Some(world(Kind::DataSheet, seed)),
         "worlds-mounted" => Some(world(Kind::Mounted, seed)),
+        "worlds-moving" => Some(world(Kind::Moving, seed)),
         "worlds-exact" => Some(world(Kind::Exact, seed)),
         _ => None,
     }

@@ -189,7 +189,6 @@ impl FilterSettings {
     pub(crate) fn check_reference_has_all(&self) -> Result<(), String> {
         let beyond = [
             ("unconfirmed_weight", self.unconfirmed_weight),
-            ("confirmed_weight", self.confirmed_weight),
             ("detection_memory", self.detection_memory),
             ("clutter_memory", self.clutter_memory),
         ];

@@ -61,6 +61,10 @@ fn of_sensor(settings: &Settings, sensor: &SensorSettings, vehicle: &Vehicle) ->
             prune_weight: filter.prune_weight,
             merge_distance: filter.merge_distance,
             max_components: filter.max_components,
+            remembering: reference::Remembering {
+                detections: filter.confirming_detections,
+                weight: filter.confirmed_weight,
+            },
             extraction_weight: filter.extraction_weight,
             likelihood: filter.likelihood,
             moving: reference::MovingConfig {

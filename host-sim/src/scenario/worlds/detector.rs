@@ -38,6 +38,7 @@ pub(super) struct Detector<'a> {
     far_off: Noise,
     standing: Noise,
     clutter: Noise,
+    moving: Noise,
 }
 
 impl<'a> Detector<'a> {
@@ -53,6 +54,7 @@ impl<'a> Detector<'a> {
             far_off: stream(seed, 8),
             standing: stream(seed, 9),
             clutter: stream(seed, 10),
+            moving: stream(seed, 13),
         }
     }
 
@@ -72,6 +74,12 @@ impl<'a> Detector<'a> {
             if let Some(measured) = measured.filter(|_| detected && !hidden) {
                 detections.push((measured, label as i64));
             }
+        }
+        for mover in &self.plan.movers {
+            let detected = self.moving.happens(self.plan.detection_probability);
+            let noise = [self.moving.normal(), self.moving.normal()];
+            let measured = self.with_noise(pose, mover.at(t_s), 1.0, noise);
+            detections.extend(measured.filter(|_| detected).map(|measured| (measured, -1)));
         }
         for ghost in self.ghosts.clone() {
             if let Some(measured) = self.measure(pose, ghost.place) {
@@ -130,11 +138,16 @@ impl<'a> Detector<'a> {
     }
 
     /// The place as it is measured; `None` out of view. Draws the same random numbers either way.
-    fn measure(&mut self, [x, y, heading]: [f64; 3], place: [f64; 2]) -> Option<[f64; 2]> {
-        let (plan, sensor) = (self.plan, self.plan.sensor);
+    fn measure(&mut self, pose: [f64; 3], place: [f64; 2]) -> Option<[f64; 2]> {
         let far_off = self.far_off.happens(OUTLIER_SHARE) && self.misbehaviour.outliers;
         let sigmas = if far_off { OUTLIER_SIGMAS } else { 1.0 };
         let noise = [self.detection.normal(), self.detection.normal()];
+        self.with_noise(pose, place, sigmas, noise)
+    }
+
+    /// The place as it is measured with that noise, in units of so many standard deviations; `None` out of view.
+    fn with_noise(&self, [x, y, heading]: [f64; 3], place: [f64; 2], sigmas: f64, noise: [f64; 2]) -> Option<[f64; 2]> {
+        let (plan, sensor) = (self.plan, self.plan.sensor);
         let (dx, dy) = (place[0] - x, place[1] - y);
         let (range, bearing) = ((dx * dx + dy * dy).sqrt(), wrap(atan2(dy, dx) - heading));
         let seen = (sensor.range_min_m..=sensor.range_max_m).contains(&range)

@@ -4,7 +4,8 @@
 //! behaves as real ones do: landmarks have a width and hide each other, are missed for seconds, odometry has a scale error, an
 //! offset and slip, false returns stand still for a while, some measurements are far off ([`Misbehaviour`], each with its own
 //! switch and its own random numbers). A world of the kind *exact* states all of its noise, and that is all that is wrong with
-//! it. A *mounted* one is that of the data sheet with its sensor elsewhere on the vehicle, and turned.
+//! it. A *mounted* one is that of the data sheet with its sensor elsewhere on the vehicle, and turned; in a *moving* one others move
+//! among the landmarks.
 //!
 //! Three sizes (12, 36 and 96 m, speed in proportion), a car with its sensor ahead or a robot that turns on arcs, 15 to 45
 //! landmarks, a view from 2.4 rad to the full circle, 240 to 300 s.
@@ -20,6 +21,7 @@ pub use misbehaviour::Misbehaviour;
 
 use crate::log::{FixNoise, Log, Nominal, Scan, TruePose};
 use crate::noise::Noise;
+use crate::scenario::mover;
 use detector::Detector;
 use plan::Plan;
 
@@ -32,6 +34,8 @@ pub enum Kind {
     Exact,
     /// As a data sheet, and where the sensor sits: elsewhere than where the vehicle's pose is, and turned.
     Mounted,
+    /// As a data sheet, and others move among the landmarks.
+    Moving,
 }
 
 /// The world of a seed.
@@ -42,6 +46,10 @@ pub fn world(kind: Kind, seed: u64) -> Log {
         Kind::Mounted => {
             let plan = Plan::data_sheet(seed).mounted(seed);
             of_plan(&plan, Misbehaviour::ALL, seed, "worlds-mounted", by_data_sheet)
+        }
+        Kind::Moving => {
+            let plan = Plan::data_sheet(seed).with_movers(seed);
+            of_plan(&plan, Misbehaviour::ALL, seed, "worlds-moving", by_data_sheet)
         }
         Kind::Exact => of_plan(&Plan::exact(seed), Misbehaviour::NONE, seed, "worlds-exact", exactly),
     }
@@ -72,6 +80,7 @@ fn of_plan(plan: &Plan, misbehaviour: Misbehaviour, seed: u64, name: &str, state
     let truth =
         seen_from.iter().map(|&(t_s, [x, y, heading])| TruePose { t_s, position: [x, y], heading_rad: Some(heading) });
     let truth = truth.collect();
+    let times: Vec<f64> = seen_from.iter().map(|&(t_s, _)| t_s).collect();
     Log {
         name: format!("{name}-{seed}"),
         initial_pose: path[0],
@@ -87,7 +96,7 @@ fn of_plan(plan: &Plan, misbehaviour: Misbehaviour, seed: u64, name: &str, state
         scans,
         truth,
         landmarks: plan.landmarks.clone(),
-        moving: Vec::new(),
+        moving: mover::tracks(&plan.movers, &times),
     }
 }
 

@@ -4,7 +4,8 @@ use super::stream;
 use crate::angle::wrap;
 use crate::log::{Mounting, Sensor, Vehicle};
 use crate::noise::Noise;
-use libm::{atan, atan2, cos, sin};
+use crate::scenario::mover::Mover;
+use libm::{atan, atan2, cos, exp, log, sin};
 use std::f64::consts::PI;
 
 /// Odometry rows a second.
@@ -21,6 +22,8 @@ pub(super) struct Plan {
     /// True controls, row by row.
     pub controls: Vec<[f64; 2]>,
     pub landmarks: Vec<[f64; 2]>,
+    /// What moves among them.
+    pub movers: Vec<Mover>,
     pub rows_per_scan: usize,
     pub start: [f64; 3],
     pub range_sigma_m: f64,
@@ -68,6 +71,24 @@ impl Plan {
         self
     }
 
+    /// The same world with three to seven others that go round in circles, from a tenth of the vehicle's speed to half as fast again.
+    pub fn with_movers(mut self, seed: u64) -> Self {
+        let mut noise = stream(seed, 12);
+        let count = 3 + (noise.uniform() * 5.0) as usize;
+        let half = 0.35 * self.extent_m;
+        let mover = |_| {
+            let way = if noise.happens(0.5) { 1.0 } else { -1.0 };
+            Mover {
+                centre_m: [noise.between(-half, half), noise.between(-half, half)],
+                radius_m: noise.between(0.06, 0.2) * self.extent_m,
+                speed_mps: way * exp(noise.between(log(0.1), log(1.5))) * self.speed(),
+                phase_rad: noise.between(0.0, 2.0 * PI),
+            }
+        };
+        self.movers = (0..count).map(mover).collect();
+        self
+    }
+
     /// Mean speed, m/s: the vehicle crosses its world in 24 s.
     fn speed(&self) -> f64 {
         self.extent_m / 24.0
@@ -99,6 +120,7 @@ impl Plan {
             },
             controls: Vec::new(),
             landmarks: Vec::new(),
+            movers: Vec::new(),
             rows_per_scan: 2 + (noise.uniform() * 4.0) as usize,
             start: [0.0; 3],
             range_sigma_m: noise.between(0.003, 0.012) * range_max_m,

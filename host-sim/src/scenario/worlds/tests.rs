@@ -10,7 +10,7 @@ fn dead_reckoning_rmse(log: &crate::log::Log) -> f64 {
 
 #[test]
 fn a_world_is_its_seed_and_another_seed_is_another_world() {
-    for kind in [Kind::DataSheet, Kind::Exact, Kind::Mounted] {
+    for kind in [Kind::DataSheet, Kind::Exact, Kind::Mounted, Kind::Moving] {
         assert_eq!(world(kind, 5), world(kind, 5));
         assert_ne!(world(kind, 5).landmarks, world(kind, 6).landmarks);
     }
@@ -96,4 +96,24 @@ fn a_mounted_sensor_sees_the_same_world() {
     }
     off.sort_by(f64::total_cmp);
     assert!(off.len() > 1000 && off[off.len() / 2] < 0.03, "{} {}", off.len(), off[off.len() / 2]);
+}
+
+/// Others move among the landmarks, and nothing else is different.
+#[test]
+fn movers_come_on_top() {
+    for seed in 0..10 {
+        let (plain, moving) = (world(Kind::DataSheet, seed), world(Kind::Moving, seed));
+        assert_eq!(
+            (&plain.odometry, &plain.truth, &plain.landmarks),
+            (&moving.odometry, &moving.truth, &moving.landmarks)
+        );
+        let count = |log: &crate::log::Log, of_landmarks: bool| {
+            let labels = log.scans.iter().flat_map(|scan| &scan.labels);
+            labels.filter(|label| (**label >= 0) == of_landmarks).count()
+        };
+        assert_eq!(count(&plain, true), count(&moving, true));
+        assert!(count(&moving, false) > count(&plain, false) + 50, "{seed}");
+        let subjects = moving.moving.iter().map(|row| row.subject).max().unwrap();
+        assert!((3..=7).contains(&subjects) && moving.moving.len() == subjects as usize * moving.scans.len());
+    }
 }
