@@ -9,7 +9,7 @@ use super::{
     Extraction, FilterSettings, JointSettings, Likelihood, MovingSettings, Proposal, SensorSettings, Settings,
     VehicleSettings,
 };
-use crate::log::{FixNoise, Log, Nominal, Sensor, Vehicle};
+use crate::log::{FixNoise, Log, Nominal, Odometry, Sensor, Vehicle};
 use crate::scenario::{is_of_thesis, thesis_run};
 use std::f64::consts::PI;
 
@@ -78,12 +78,14 @@ const SPARSE: Memory = Memory {
 
 /// w_m / w_b: most of what turns up stands still.
 const MOVING_BIRTH_SHARE: f64 = 0.5;
-/// Walking pace and somewhat more.
+/// Of a simulation, or where the vehicle stands: walking pace and somewhat more.
 const MOVING_VELOCITY_SIGMA_MPS: f64 = 1.0;
-/// Half a metre a second more or less after three seconds.
-const MOVING_ACCELERATION_PSD: f64 = 0.1;
+/// What moves has become another speed after this long, s: with walkers, half a metre a second more or less after three seconds.
+const MOVING_STEADY_S: f64 = 10.0;
 /// p_S = 0.999 a tenth of a second.
 const MOVING_LIFETIME_S: f64 = 100.0;
+/// Slower than this, m/s, a vehicle says nothing of how fast others are.
+const LEAST_SPEED_MPS: f64 = 0.01;
 /// What has moved out of view for longer than this takes is forgotten, m.
 const MOVING_SPREAD_MAX_M: f64 = 1.5;
 /// What clutter begets is told from what moves by its weight.
@@ -134,6 +136,9 @@ struct Unstated {
     clutter_over_birth: f64,
     /// Components within three standard deviations are one.
     merge_distance: f64,
+    /// Standard deviation of the velocity of what moves, as a share of the vehicle's own speed: robots move among robots, cars among cars.
+    /// One coordinate of a velocity is less than all of it, and some of what moves is slow.
+    mover_speed_share: f64,
     /// Enough for a few hypotheses of the heading; more bring little (docs/studies.md).
     particles: usize,
     /// Share of the informed proposal's covariance that is drawn.
@@ -163,6 +168,7 @@ const UNSTATED: Unstated = Unstated {
     clutter_per_scan: 1.0,
     clutter_over_birth: 20.0,
     merge_distance: 9.0,
+    mover_speed_share: 0.5,
     particles: 16,
     drawn: 0.05,
     in_sight_s: 20.0,
@@ -236,10 +242,13 @@ impl Settings {
             interval_margin: INTERVAL_MARGIN,
             likelihood: Likelihood::SingleCluster,
         };
+        let own_speed = if log.simulated { None } else { speed_mps(&log.odometry) };
+        let velocity_sigma_mps =
+            own_speed.map_or(MOVING_VELOCITY_SIGMA_MPS, |speed| UNSTATED.mover_speed_share * speed);
         let moving = MovingSettings {
             birth_intensity: 0.0,
-            velocity_sigma_mps: MOVING_VELOCITY_SIGMA_MPS,
-            acceleration_psd: MOVING_ACCELERATION_PSD,
+            velocity_sigma_mps,
+            acceleration_psd: velocity_sigma_mps * velocity_sigma_mps / MOVING_STEADY_S,
             lifetime_s: MOVING_LIFETIME_S,
             spread_max_m: MOVING_SPREAD_MAX_M,
             extraction_weight: MOVING_EXTRACTION_WEIGHT,
@@ -301,6 +310,17 @@ fn memory(sensor: &SensorSettings) -> &'static Memory {
     let density = sensor.clutter_per_scan / sensor.measure();
     let near = density * 9.0 * PI * sensor.range_sigma_m * sensor.bearing_sigma_rad;
     if near < SPARSE_CLUTTER { &SPARSE } else { &DENSE }
+}
+
+/// Root mean square of the vehicle's own speed over the time of its odometry, m/s, if it moves at all.
+fn speed_mps(odometry: &[Odometry]) -> Option<f64> {
+    let (mut way, mut time) = (0.0, 0.0);
+    for rows in odometry.windows(2) {
+        let dt_s = rows[1].t_s - rows[0].t_s;
+        way += rows[0].control[0] * rows[0].control[0] * dt_s;
+        time += dt_s;
+    }
+    Some(way / time).filter(|square| square.is_finite()).map(f64::sqrt).filter(|&speed| speed >= LEAST_SPEED_MPS)
 }
 
 fn vehicle(log: &Log) -> VehicleSettings {
@@ -424,6 +444,25 @@ mod tests {
         (finer.sensor.range_sigma_m, finer.sensor.range_edge_m) =
             (settings.sensor.range_sigma_m, settings.sensor.range_edge_m);
         assert_eq!(finer, settings);
+    }
+
+    /// Robots move among robots, cars among cars.
+    #[test]
+    fn what_moves_is_about_as_fast_as_the_vehicle() {
+        let mut log = scenario::survey(1);
+        let walkers = |moving: MovingSettings| {
+            assert_eq!((moving.velocity_sigma_mps, moving.acceleration_psd), (1.0, 0.1));
+        };
+        walkers(Settings::for_log(&log).moving);
+        log.simulated = false;
+        for row in &mut log.odometry {
+            row.control[0] = -0.06;
+        }
+        let moving = Settings::for_log(&log).moving;
+        assert!((moving.velocity_sigma_mps - 0.03).abs() < 1e-12 && (moving.acceleration_psd - 9e-5).abs() < 1e-12);
+        assert_eq!(Settings::for_log(&log).check(), Ok(()));
+        log.odometry.truncate(1);
+        walkers(Settings::for_log(&log).moving);
     }
 
     #[test]

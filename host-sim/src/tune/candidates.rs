@@ -45,6 +45,9 @@ fn learnt<K: Learn>(settings: &K::Settings, said: &[Said], fields: &[&'static st
     for said in said.iter().filter(|said| fields.contains(&said.field)) {
         let Some(to) = said.to.filter(|&to| said.now > 0.0 && to > 0.0) else { continue };
         let factor = (to / said.now).powf(share);
+        if factor == 1.0 {
+            continue;
+        }
         changes.extend(scaled(settings, &[said.field], factor));
         if said.field == K::CLUTTER {
             changes.extend(scaled(settings, BIRTHS, factor));

@@ -94,13 +94,16 @@ impl Statistics {
                 all.say(field, found, [0.0, f64::INFINITY], self.odometry.corrections());
             }
         }
+        let scheme = K::scheme(log);
         for NoiseOf { fields, coordinates } in K::NOISE {
             let ratio = self.noise.ratio(coordinates);
             for &field in *fields {
                 let found = ratio.map(|ratio| all.now(field) * ratio);
-                // Nobody's detector is better in the field than on its data sheet.
-                let stated = K::stated(log, field).filter(|_| !K::is_simulated(log));
-                all.say(field, found, [stated.unwrap_or(0.0), f64::INFINITY], self.noise.residuals());
+                // What the scheme adds to a data sheet is for errors that last, and these are in no innovation.
+                let bounded = K::states(log, field) && !K::is_simulated(log);
+                let sizes = size_of(&scheme, field).zip(size_of(first, field)).filter(|_| bounded);
+                let least = sizes.map_or(0.0, |(scheme, first)| scheme.min(first));
+                all.say(field, found, [least, f64::INFINITY], self.noise.residuals());
             }
         }
         let ends = self.detections.line();

@@ -43,8 +43,8 @@ pub trait Learn: Kind {
         true
     }
 
-    /// The standard deviation that the log states for a field of the noise, if it does.
-    fn stated(log: &Self::Log, field: &str) -> Option<f64>;
+    /// Whether the log states a field of the noise.
+    fn states(log: &Self::Log, field: &str) -> bool;
 
     /// The settings by the scheme for the log, whatever it is run with.
     fn scheme(log: &Self::Log) -> Self::Settings;

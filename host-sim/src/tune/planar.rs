@@ -26,11 +26,11 @@ impl Learn for Planar {
         log.simulated
     }
 
-    fn stated(log: &Log, field: &str) -> Option<f64> {
+    fn states(log: &Log, field: &str) -> bool {
         match field {
-            "sensor.range_sigma_m" => log.nominal.range_sigma_m,
-            "sensor.bearing_sigma_rad" => log.nominal.bearing_sigma_rad,
-            _ => None,
+            "sensor.range_sigma_m" => log.nominal.range_sigma_m.is_some(),
+            "sensor.bearing_sigma_rad" => log.nominal.bearing_sigma_rad.is_some(),
+            _ => false,
         }
     }
 

@@ -63,14 +63,21 @@ fn a_simulations_noise_is_found_from_either_side() {
 #[test]
 fn a_bound_that_decides_is_named() {
     let mut log = scenario::survey(3);
-    let settings = misjudged(&log, 2.0);
-    // The sensor is better than a data sheet may say: half of the noise that is set is what is found.
+    let settings = misjudged(&log, 3.0);
+    // The sensor is better than what the scheme takes it for.
     log.simulated = false;
     log.nominal.range_sigma_m = Some(0.4);
     let said = said(&log, &settings, log.scans.len(), 1, &|| ());
     let range = said.iter().find(|said| said.field == "sensor.range_sigma_m").unwrap();
     assert!(range.clamped, "{range:#?}");
-    assert_eq!(range.to, Some(0.4));
+    // What the data sheet states, and what the scheme adds to it.
+    let scheme = value(&Settings::for_log(&log), "sensor.range_sigma_m");
+    assert!((scheme - 0.6).abs() < 1e-12);
+    assert_eq!(range.to, Some(scheme));
+    // Settings that are the scheme's are not changed by it.
+    let settings = Settings { sensor: Settings::for_log(&log).sensor, ..settings };
+    let unchanged = Said { now: scheme, ..range.clone() };
+    assert_eq!(candidates::<Planar>(&log, &settings, &[unchanged]), []);
 }
 
 #[test]

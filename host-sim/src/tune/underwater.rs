@@ -33,13 +33,8 @@ impl Learn for Underwater {
         !(stated && Self::ODOMETRY[1].contains(&field))
     }
 
-    fn stated(log: &Log, field: &str) -> Option<f64> {
-        let size = |sigmas: &[f64]| (sigmas.iter().map(|s| s * s).sum::<f64>() / sigmas.len() as f64).sqrt();
-        match field {
-            "camera.pixel_sigmas" => Some(size(&log.camera.pixel_sigmas)),
-            "camera.common_sigmas" => Some(size(&log.camera.common_sigmas)),
-            _ => None,
-        }
+    fn states(_log: &Log, field: &str) -> bool {
+        matches!(field, "camera.pixel_sigmas" | "camera.common_sigmas")
     }
 
     fn scheme(log: &Log) -> Settings {
