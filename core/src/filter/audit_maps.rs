@@ -65,3 +65,91 @@ impl<T: Real, F: Feature<Position: Vector<Scalar = T>>> Page<F> {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::map::{MapMemory, Maps};
+    use crate::{Component, MapStorage, Static, Symmetric};
+    use nalgebra::Vector2;
+    use std::collections::{BTreeSet, VecDeque};
+    use std::vec::Vec;
+
+    type Position = Vector2<f32>;
+    type Small = MapMemory<Static<Position>, 3, 4, 2, 8>;
+
+    /// What may be done to three maps of up to two pages each, over four pages.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    enum Operation {
+        /// A page more.
+        Grow(usize),
+        /// The first map becomes one with the second, whose pages are given back.
+        Share(usize, usize),
+        /// All pages are given back.
+        Release(usize),
+        /// All maps are written: every page that is shared, anew.
+        Write(usize),
+    }
+
+    fn all() -> Vec<Operation> {
+        let maps = || 0..3;
+        let pairs = maps().flat_map(|one| maps().filter(move |&other| other != one).map(move |other| (one, other)));
+        let alone = [Operation::Grow as fn(usize) -> Operation, Operation::Release, Operation::Write];
+        let alone = alone.into_iter().flat_map(|of| maps().map(of));
+        alone.chain(pairs.map(|(from, to)| Operation::Share(from, to))).collect()
+    }
+
+    fn grow(maps: &mut Maps<'_, Static<Position>>, map: usize) {
+        if maps.table.pages(map).len() == maps.table.map_pages() {
+            return;
+        }
+        let Some((id, page)) = maps.pool.take() else { return };
+        let component = Component { covariance: Symmetric::from_diagonal([1.0; 2]), ..Component::ZERO };
+        page.fill(core::iter::once(&component));
+        assert!(maps.table.push(map, id));
+    }
+
+    fn perform(maps: &mut Maps<'_, Static<Position>>, operation: Operation) {
+        match operation {
+            Operation::Grow(map) => grow(maps, map),
+            Operation::Share(from, to) => {
+                maps.table.release(to, &mut maps.pool);
+                maps.table.share(from, to, &mut maps.pool);
+            }
+            Operation::Release(map) => maps.table.release(map, &mut maps.pool),
+            Operation::Write(map) => {
+                let pages = maps.table.pages(map).len();
+                maps.table.release(map, &mut maps.pool);
+                (0..pages).for_each(|_| grow(maps, map));
+            }
+        }
+    }
+
+    /// All states that there are, by the lists of all maps: from each, every operation leads to one in which every page is accounted for.
+    #[test]
+    fn of_a_small_pool_every_state_is_sound() {
+        let state = |maps: &Maps<'_, Static<Position>>| -> Vec<Vec<usize>> {
+            (0..3).map(|map| maps.table.pages(map).iter().map(|id| id.index()).collect()).collect()
+        };
+        let mut met: BTreeSet<(Vec<Vec<usize>>, usize)> = BTreeSet::new();
+        // The shortest ways first.
+        let mut ways: VecDeque<Vec<Operation>> = VecDeque::from([Vec::new()]);
+        let mut performed = 0_usize;
+        while let Some(way) = ways.pop_front() {
+            for operation in all() {
+                let mut memory = Small::ZERO;
+                let mut maps = memory.maps();
+                maps.clear();
+                way.iter().for_each(|&before| perform(&mut maps, before));
+                perform(&mut maps, operation);
+                performed += 1;
+                assert_eq!(maps.audit(3), Ok(()), "{way:?} {operation:?}");
+                let used: BTreeSet<usize> = state(&maps).concat().into_iter().collect();
+                assert_eq!(maps.pool.free(), 4 - used.len(), "{way:?} {operation:?}");
+                if met.insert((state(&maps), maps.pool.free())) {
+                    ways.push_back([&way[..], &[operation]].concat());
+                }
+            }
+        }
+        assert!(met.len() > 100 && performed > 1000, "{} states, {performed} operations", met.len());
+    }
+}

@@ -21,3 +21,5 @@ pub(crate) mod step;
 pub(crate) mod tally;
 pub(crate) mod update;
 mod walk;
+#[cfg(test)]
+mod words;

@@ -1,18 +1,19 @@
 //! Memory scrubbing: the state looked over in slices between steps, and what memory faults have left of it mended.
 
 use crate::filter::state::Memory;
-use crate::numerics::fnv::Fnv;
 use crate::numerics::ln_sum::ln_sum;
 use crate::numerics::range::{is_within_range, is_within_square};
 use crate::particles::candidate::Candidate;
-use crate::{Flaw, Motion, Pose, Proposal, Real, ScPhd, Symmetric};
+use crate::snapshot::visit::Sealing;
+use crate::{Flaw, Health, Motion, Pose, Proposal, Real, ScPhd, Symmetric};
 
-/// Where [`ScPhd::scrub`] goes on.
+/// Where [`ScPhd::scrub`] or [`JointSlam::scrub`](crate::JointSlam::scrub) goes on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Scrubber {
-    /// The next part: the particles, the lists, then the pages of either kind.
-    next: usize,
+    /// The next part: the particles, the lists, then the pages of either kind; of a joint map the pose, the features, then those in the
+    /// archive.
+    pub(crate) next: usize,
 }
 
 impl Scrubber {
@@ -37,6 +38,10 @@ pub struct Scrubbed {
     pub lists: usize,
     /// Pages of which components were dropped, or their weights or box worked out again.
     pub pages: usize,
+    /// Features of a joint map that were dropped.
+    pub features: usize,
+    /// Whether the pose of a joint map was made less certain.
+    pub widened: bool,
     /// Whether everything has been looked at since the round before.
     pub round: bool,
 }
@@ -45,8 +50,15 @@ impl Scrubbed {
     /// Whether nothing was wrong.
     #[must_use]
     pub fn is_clean(&self) -> bool {
-        let Self { isolated, rescaled, lists, pages, .. } = *self;
-        isolated == 0 && !rescaled && lists == 0 && pages == 0
+        let Self { isolated, rescaled, lists, pages, features, widened, round: _ } = *self;
+        isolated == 0 && !rescaled && lists == 0 && pages == 0 && features == 0 && !widened
+    }
+
+    /// [`Health::STATE_REPAIRED`] where something was wrong: for a vehicle that keeps the conditions of a scan and of the scrubbing after
+    /// it in one field.
+    #[must_use]
+    pub fn health(&self) -> Health {
+        Health::STATE_REPAIRED.when(!self.is_clean())
     }
 }
 
@@ -114,13 +126,18 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
         Ok(scrubbed)
     }
 
-    /// A hash of the counts, the time waited, the next label and the random stream: all that is small and vital. A vehicle that takes it after
-    /// a step and finds another before the next one knows that memory has failed in between, where no scrubbing could tell.
+    /// A hash of the counts, the time waited, the next label, the random stream and what the watch knows: all that is small and vital. A
+    /// vehicle that takes it after a step and finds another before the next one knows that memory has failed in between, where no scrubbing could
+    /// tell.
     #[must_use]
     pub fn seal(&self) -> u64 {
-        let mut hash = Fnv::EMPTY;
-        self.memory.walk_cursor(&mut hash);
-        hash.value()
+        let cursor = &*self.memory.cursor;
+        let mut seal = Sealing::EMPTY;
+        self.memory.walk_cursor(&mut seal);
+        [cursor.particles, cursor.children, cursor.heaviest, cursor.weighed]
+            .into_iter()
+            .for_each(|count| seal.count(count));
+        seal.value()
     }
 }
 

@@ -173,8 +173,9 @@ impl<T: Real, P: Pose<Scalar = T>> Shelf<'_, P> {
         *self.index = Index { len: 0, next_page: 0, tried: 0, clock_us: 0 };
     }
 
-    /// Lets time pass.
+    /// Lets time pass. A count of features that no room is for is taken as what there is room for.
     pub(super) fn pass(&mut self, waited_s: T) {
+        self.index.len = self.index.len.min(self.entries.len());
         // A number of microseconds that is no number, or negative, is none.
         self.index.clock_us = self.index.clock_us.saturating_add((waited_s.to_f64() * 1e6) as u64);
     }
@@ -200,6 +201,20 @@ impl<T: Real, P: Pose<Scalar = T>> Shelf<'_, P> {
             *slot = entry;
         }
         1
+    }
+
+    /// Drops a feature if it cannot be: the last one takes its place. Whether it did.
+    pub(super) fn drop_unsound(&mut self, place: usize) -> bool {
+        let known = self.entries.get(..self.index.len).unwrap_or(&[]);
+        let (Some(entry), Some(&last)) = (known.get(place), known.last()) else { return false };
+        if entry.is_sound() && entry.own.factor().is_some() {
+            return false;
+        }
+        self.index.len -= 1;
+        if let Some(slot) = self.entries.get_mut(place) {
+            *slot = last;
+        }
+        true
     }
 
     /// Takes a page out; the last ones take their places.

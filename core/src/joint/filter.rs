@@ -164,6 +164,7 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, A: Archi
     /// # Errors
     /// As for [`ScPhd::predict`](crate::ScPhd::predict).
     pub fn predict(&mut self, control: &M::Control, dt: T) -> Result<PredictReport, PredictError> {
+        self.memory.clamp();
         let Memory { known, joint, .. } = &mut self.memory;
         if !known.started {
             return Err(PredictError::NotStarted);

@@ -28,6 +28,7 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>> JointSla
     ) -> Result<JointReport<T>, ScanError> {
         let models = self.checked(detector, measurements)?;
         let Self { config, memory, .. } = self;
+        memory.clamp();
         let (in_view, ln_evidence) = associate(&models, detector.births.of_static.ln(), config, memory, measurements);
         let mut tally = Tally::NOTHING;
         for place in 0..memory.known.len {

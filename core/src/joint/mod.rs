@@ -22,6 +22,9 @@ mod recall;
 mod relocate;
 mod report;
 mod scan;
+mod scrub;
+#[cfg(test)]
+mod scrub_tests;
 mod snapshot;
 mod state;
 #[cfg(test)]
@@ -30,6 +33,8 @@ mod tidy;
 mod walk;
 #[cfg(test)]
 mod window_tests;
+#[cfg(test)]
+mod words;
 
 pub use archive::{Archive, Archived, JointArchive, NoArchive};
 pub use config::JointConfig;

@@ -32,6 +32,7 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, A: Archi
             Ok(explained) => explained,
             Err(distance) => return Ok(FixReport::left_out(distance, T::ONE)),
         };
+        self.memory.clamp();
         let Memory { known, joint, common, .. } = &mut self.memory;
         let mut common = Common::over(common);
         joint.common_with_pose::<F::Measurement, Z>(&explained.by_pose, known.len, &mut common);

@@ -29,6 +29,7 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, A: Archi
     pub fn relocate(&mut self, pose: M::Pose, covariance: &Symmetric<TangentOf<M::Pose>>) -> Result<(), ResetError> {
         ResetError::check_pose(&pose)?;
         ResetError::check_covariance(covariance)?;
+        self.memory.clamp();
         let Memory { known, joint, .. } = &mut self.memory;
         if !known.started {
             return Err(ResetError::NotStarted);
@@ -45,6 +46,7 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, A: Archi
     /// The covariance is not finite or a variance negative, or the filter has not been reset; the state is as it was.
     pub fn scatter(&mut self, covariance: &Symmetric<TangentOf<M::Pose>>) -> Result<(), ResetError> {
         ResetError::check_covariance(covariance)?;
+        self.memory.clamp();
         let Memory { known, joint, .. } = &mut self.memory;
         if !known.started {
             return Err(ResetError::NotStarted);

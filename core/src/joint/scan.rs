@@ -27,6 +27,7 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, A: Archi
         let sensor = models.sensor();
         let ln_birth = detector.births.of_static.ln();
         let Self { config, memory, archive, .. } = self;
+        memory.clamp();
         let mut shelf = archive.shelf();
         let passage = config.persistence.over(memory.known.waited_s);
         memory.slots.iter_mut().take(memory.known.len).for_each(|slot| slot.existence = slot.existence.after(&passage));

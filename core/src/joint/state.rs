@@ -252,6 +252,12 @@ impl<T: Real> Explained<T> {
         (self.ln_unexplained, self.len) = (ln_unexplained, 0);
     }
 
+    /// All but the claims, to be damaged.
+    #[cfg(test)]
+    pub(super) fn parts(&mut self) -> ([&mut T; 2], &mut usize) {
+        ([&mut self.ln_unexplained, &mut self.unexplained], &mut self.len)
+    }
+
     pub(super) fn claims(&self) -> &[Claim<T>] {
         self.claims.get(..self.len).unwrap_or(&[])
     }

@@ -13,13 +13,7 @@ impl<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>> Memory<'_, P, Z> {
     /// Walks through the state.
     pub(super) fn walk(&self, visit: &mut impl Visit) {
         let Self { known, slots, joint, .. } = self;
-        visit.word(u32::from(known.started));
-        visit.pose(&known.pose);
-        visit.scalar(known.waited_s);
-        visit.word(known.next_label);
-        visit.beside(u32::try_from(known.refused).unwrap_or(u32::MAX));
-        known.watch.walk(visit);
-        known.moved.iter().for_each(|&by| visit.beside_scalar(by));
+        self.walk_known(visit);
         for slot in slots.iter().take(known.len) {
             visit.word(slot.label);
             slot.mean.as_slice().iter().for_each(|&coordinate| visit.scalar(coordinate));
@@ -28,6 +22,18 @@ impl<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>> Memory<'_, P, Z> {
             slot.moved.as_slice().iter().for_each(|&by| visit.beside_scalar(by));
         }
         joint.used(known.len).iter().for_each(|&number| visit.scalar(number));
+    }
+
+    /// Walks through the pose and all that there is one of.
+    pub(super) fn walk_known(&self, visit: &mut impl Visit) {
+        let known = &*self.known;
+        visit.word(u32::from(known.started));
+        visit.pose(&known.pose);
+        visit.scalar(known.waited_s);
+        visit.word(known.next_label);
+        visit.beside(u32::try_from(known.refused).unwrap_or(u32::MAX));
+        known.watch.walk(visit);
+        known.moved.iter().for_each(|&by| visit.beside_scalar(by));
     }
 
     /// Fills the state with what a walk through so many features has written. What comes of it is to be audited.
@@ -64,14 +70,18 @@ impl<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>> Memory<'_, P, Z> {
         if !(pose && finite(joint.used(0))) {
             return Err(Flaw::Pose);
         }
-        let sound = |slot: &Slot<P::Position>| {
-            let Existence { in_sight, hidden } = slot.existence;
-            let numbers = [in_sight, hidden, slot.detections];
-            is_within_range(&slot.mean)
-                && finite(slot.moved.as_slice())
-                && numbers.iter().all(|&number| number >= T::ZERO && number.is_finite())
-        };
-        if slots.iter().all(sound) && finite(joint.used(known.len)) { Ok(()) } else { Err(Flaw::Component) }
+        if slots.iter().all(Slot::may_be) && finite(joint.used(known.len)) { Ok(()) } else { Err(Flaw::Component) }
+    }
+}
+
+impl<T: Real, D: Vector<Scalar = T>> Slot<D> {
+    /// Whether every number may be one.
+    pub(super) fn may_be(&self) -> bool {
+        let Existence { in_sight, hidden } = self.existence;
+        let numbers = [in_sight, hidden, self.detections];
+        is_within_range(&self.mean)
+            && self.moved.as_slice().iter().all(|by| by.is_finite())
+            && numbers.iter().all(|&number| number >= T::ZERO && number.is_finite())
     }
 }
 

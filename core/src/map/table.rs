@@ -156,6 +156,13 @@ impl<T: Real, D: Vector<Scalar = T>> MapTable<'_, D> {
         self.row_of.iter_mut().chain(heads).chain(self.ids.iter_mut().map(PageId::number))
     }
 
+    /// The boxes beyond which pages lie, of as many.
+    #[cfg(test)]
+    pub(crate) fn corners(&mut self) -> impl Iterator<Item = &mut T> {
+        let corners = self.rows.iter_mut().flat_map(|row| [&mut row.vicinity.low, &mut row.vicinity.high]);
+        corners.flat_map(Vector::as_mut_slice)
+    }
+
     /// Gives each of the first `maps` maps a row of its own, and leaves out of the rows what is no page among so many, or there twice.
     pub(crate) fn mend(&mut self, maps: usize, pages: usize) {
         // As in `has_rows_for`, which rows have been met.

@@ -6,6 +6,8 @@ pub(crate) mod fnv;
 pub(crate) mod links;
 pub(crate) mod ln_sum;
 pub(crate) mod noise;
+#[cfg(test)]
+mod properties;
 pub(crate) mod range;
 pub(crate) mod real;
 pub(crate) mod single;

@@ -48,8 +48,10 @@ impl Health {
     pub const LOST: Self = Self(1 << 10);
     /// Predictions have gone on for ten times as long as it usually takes for a scan to come, and for a second at least.
     pub const INPUT_LOST: Self = Self(1 << 11);
+    /// A scrubbing has found what memory faults had left, and mended it: [`Scrubbed::health`](crate::Scrubbed::health).
+    pub const STATE_REPAIRED: Self = Self(1 << 12);
 
-    const NAMES: [(Self, &'static str); 12] = [
+    const NAMES: [(Self, &'static str); 13] = [
         (Self::UNEXPLAINED_SCAN, "UNEXPLAINED_SCAN"),
         (Self::DEGENERATE, "DEGENERATE"),
         (Self::PRUNING_TIGHTENED, "PRUNING_TIGHTENED"),
@@ -62,6 +64,7 @@ impl Health {
         (Self::DIVERGENCE_SUSPECTED, "DIVERGENCE_SUSPECTED"),
         (Self::LOST, "LOST"),
         (Self::INPUT_LOST, "INPUT_LOST"),
+        (Self::STATE_REPAIRED, "STATE_REPAIRED"),
     ];
 
     /// Every condition there is, in the order of the bits.

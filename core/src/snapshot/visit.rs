@@ -39,3 +39,45 @@ impl Visit for Fnv {
         pose.coordinates().as_slice().iter().for_each(|&coordinate| self.take_scalar(coordinate));
     }
 }
+
+/// A hash of all that a snapshot has.
+pub(crate) struct Sealing(Fnv);
+
+impl Sealing {
+    /// Of nothing.
+    pub(crate) const EMPTY: Self = Self(Fnv::EMPTY);
+
+    /// A count, with all its bits.
+    pub(crate) fn count(&mut self, count: usize) {
+        let count = count as u64;
+        self.0.take(count as u32);
+        self.0.take((count >> 32) as u32);
+    }
+
+    /// Of all that was taken in.
+    pub(crate) fn value(&self) -> u64 {
+        self.0.value()
+    }
+}
+
+impl Visit for Sealing {
+    fn word(&mut self, word: u32) {
+        self.0.take(word);
+    }
+
+    fn scalar<T: Real>(&mut self, number: T) {
+        self.0.take_scalar(number);
+    }
+
+    fn pose<P: Pose>(&mut self, pose: &P) {
+        pose.to_numbers(|number| self.scalar(number));
+    }
+
+    fn beside(&mut self, word: u32) {
+        self.0.take(word);
+    }
+
+    fn beside_scalar<T: Real>(&mut self, number: T) {
+        self.0.take_scalar(number);
+    }
+}

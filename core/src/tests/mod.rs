@@ -2,6 +2,7 @@
 
 pub(crate) mod alone;
 mod faults;
+pub(crate) mod flips;
 mod in_space;
 mod informed;
 pub(crate) mod linear;

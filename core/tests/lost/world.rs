@@ -1,6 +1,6 @@
 //! Worlds to be carried away in, and worlds full of trouble.
 
-use nalgebra::Vector2;
+use scphd::nalgebra::Vector2;
 use scphd::{Component, Noise, RangeBearingLimits, RangeBearingWindow, Symmetric};
 use std::f64::consts::{PI, TAU};
 
@@ -134,6 +134,12 @@ impl World {
         // The filter starts from zero; the circle lies around the middle.
         landmarks.iter_mut().for_each(|landmark| landmark.at[1] += CIRCLE_M);
         Self { setting, trouble, landmarks, pose: [0.0; 3], draws, scans: 0, burst: false, blocked: None }
+    }
+
+    /// Another trouble from now on.
+    #[allow(dead_code)]
+    pub fn set_trouble(&mut self, trouble: Trouble) {
+        self.trouble = trouble;
     }
 
     /// A number below this one.

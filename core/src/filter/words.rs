@@ -1,0 +1,63 @@
+//! What a memory fault may change of a filter with static features: all that is kept between steps.
+
+use super::scphd::ScPhd;
+use crate::filter::state::Memory;
+use crate::map::PAGE_LEN;
+use crate::particles::cursor::Cursor;
+use crate::tests::flips::word::{Each, Word, of_symmetric};
+use crate::{PlanarPose, Unicycle};
+
+impl ScPhd<'_, Unicycle<f32>> {
+    pub(crate) fn words(&mut self, each: &mut Each<'_>) {
+        let Memory { cursor, spreads, candidates, still, ln_likelihoods, survivors, .. } = &mut self.memory;
+        let held = cursor.candidates().min(candidates.len());
+        let particles = cursor.particles.min(spreads.len());
+        let Cursor {
+            particles: count,
+            children,
+            predicted,
+            waited_s,
+            refused,
+            weighed,
+            heaviest,
+            next_label,
+            noise,
+            watch,
+        } = &mut **cursor;
+        [count, children, weighed, heaviest].into_iter().for_each(|count| each("counts", Word::Count(count)));
+        each("counts", Word::Truth(predicted));
+        each("counts", Word::Real(waited_s));
+        each("counts", Word::Short(refused));
+        each("counts", Word::Word(next_label));
+        noise.iter_mut().for_each(|noise| each("random stream", Word::Stream(noise)));
+        watch.words(each);
+        for candidate in candidates.iter_mut().take(held) {
+            let PlanarPose { x_m, y_m, heading_rad } = &mut candidate.pose;
+            [x_m, y_m, heading_rad].into_iter().for_each(|number| each("pose", Word::Real(number)));
+            each("weight", Word::Real(&mut candidate.ln_weight));
+        }
+        for spread in spreads.iter_mut().take(particles) {
+            of_symmetric("pose covariance", spread, each);
+        }
+        ln_likelihoods.iter_mut().take(held).for_each(|number| each("scratch", Word::Real(number)));
+        survivors.iter_mut().take(particles).for_each(|word| each("scratch", Word::Short(word)));
+        for page in still.pool.held_mut() {
+            let fields = page.fields();
+            let len = usize::from(*fields.len).min(PAGE_LEN);
+            each("page", Word::Short(fields.len));
+            for corner in [&mut fields.bounds.low, &mut fields.bounds.high] {
+                corner.iter_mut().for_each(|number| each("page", Word::Real(number)));
+            }
+            for (component, weight) in fields.components.iter_mut().zip(fields.weights.iter_mut()).take(len) {
+                each("component", Word::Word(&mut component.label));
+                each("component", Word::Real(&mut component.ln_weight));
+                each("component", Word::Real(weight));
+                component.mean.iter_mut().for_each(|number| each("component", Word::Real(number)));
+                of_symmetric("component", &mut component.covariance, each);
+            }
+        }
+        still.pool.words().for_each(|word| each("page counts", Word::Short(word)));
+        still.table.corners().for_each(|number| each("page lists", Word::Real(number)));
+        still.table.words().for_each(|word| each("page lists", Word::Short(word)));
+    }
+}

@@ -1,0 +1,237 @@
+//! Memory scrubbing of a joint map: the state looked over in slices between steps, and what memory faults have left of it mended.
+//!
+//! No covariance is greater than its two variances allow: Cauchy and Schwarz say |P_ab|² ≤ P_aa P_bb. A number that breaks this was damaged, or one
+//! of the variances was, and that one breaks it with many. A feature at fault is dropped, which leaves the covariance of all others as
+//! it is. The pose cannot be dropped: its variances are raised, which only says that less is known.
+
+use super::archive::Archive;
+use super::covariance::{Joint, first};
+use super::filter::JointSlam;
+use super::state::{Memory, Slot};
+use crate::filter::scrub::{Scrubbed, Scrubber};
+use crate::numerics::range::is_within_range;
+use crate::snapshot::visit::{Sealing, Visit};
+use crate::{Flaw, Motion, Pose, Real, Symmetric, TangentOf, Vector};
+
+/// How far beyond what two variances allow rounding may take the square of a covariance.
+const ROUNDING: f64 = 1.05;
+/// The same of a probability.
+const GREATEST_PROBABILITY: f64 = 1.001;
+
+impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, A: Archive<M::Pose>> JointSlam<'_, M, Z, A> {
+    /// Looks over `parts` parts of the state, and mends what is no state that the filter leaves, as
+    /// [`ScPhd::scrub`](crate::ScPhd::scrub) does: for memory without error correction, between steps, as there is time. The pose with its
+    /// covariance is a part, every feature with its row of the joint covariance one, and every feature in the archive one. What is
+    /// sound is left as it is, to the bit. A feature of n takes some 2 n (3 + 2 n) comparisons in the worst case, in the plane 6 + 4 n
+    /// where it is sound.
+    ///
+    /// A feature that cannot be is dropped, and is born again where it is seen again. A variance of the pose that its covariances do not
+    /// allow is raised to what they do. What has been changed to something that might be is not found; for that, compare
+    /// [seals](Self::seal) or [digests](Self::digest), or go back to a [snapshot](Self::save).
+    ///
+    /// # Errors
+    /// What cannot be mended: counts or times that cannot be, or a pose beyond every range. [Restore](Self::restore) a snapshot, or
+    /// [reset](Self::reset).
+    pub fn scrub(&mut self, scrubber: &mut Scrubber, parts: usize) -> Result<Scrubbed, Flaw> {
+        let memory = &mut self.memory;
+        let mut scrubbed = Scrubbed::default();
+        if !memory.known.started {
+            return Ok(scrubbed);
+        }
+        memory.check_known()?;
+        let mut shelf = self.archive.shelf();
+        if let Some(shelf) = &shelf
+            && shelf.index.len > shelf.entries.len()
+        {
+            return Err(Flaw::Cursor);
+        }
+        let parts = parts.min(1 + memory.known.len + shelf.as_ref().map_or(0, |shelf| shelf.index.len));
+        for _ in 0..parts {
+            let features = memory.known.len;
+            match scrubber.next {
+                0 => scrubbed.widened |= memory.mend_pose_block()?,
+                part if part <= features => scrubbed.features += memory.mend_feature(part - 1),
+                part => {
+                    let dropped = shelf.as_mut().is_some_and(|shelf| shelf.drop_unsound(part - 1 - features));
+                    scrubbed.features += usize::from(dropped);
+                }
+            }
+            scrubber.next += 1;
+            if scrubber.next > memory.known.len + shelf.as_ref().map_or(0, |shelf| shelf.index.len) {
+                (scrubber.next, scrubbed.round) = (0, true);
+            }
+        }
+        Ok(scrubbed)
+    }
+
+    /// A hash of the pose with its covariance, the counts, the time waited, the next label and what the watch knows: all that is small and
+    /// vital. A vehicle that takes it after a step and finds another before the next one knows that memory has failed in between, where no
+    /// scrubbing could tell.
+    #[must_use]
+    pub fn seal(&self) -> u64 {
+        let mut seal = Sealing::EMPTY;
+        let Memory { known, joint, .. } = &self.memory;
+        self.memory.walk_known(&mut seal);
+        seal.count(known.len);
+        joint.used(0).iter().for_each(|&number| seal.scalar(number));
+        if let Some(index) = self.archive.index() {
+            seal.count(index.len);
+            seal.word(index.next_page);
+        }
+        seal.value()
+    }
+}
+
+impl<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>> Memory<'_, P, Z> {
+    /// Takes a count of features that no room is for as what there is room for: a step must end, whatever has become of memory.
+    pub(super) fn clamp(&mut self) {
+        self.known.len = self.known.len.min(self.slots.len());
+    }
+
+    /// Whether counts, times and the pose may be such.
+    fn check_known(&self) -> Result<(), Flaw> {
+        let known = &*self.known;
+        if known.len > self.slots.len() || !(known.waited_s >= T::ZERO && known.waited_s.is_finite()) {
+            return Err(Flaw::Cursor);
+        }
+        let moved = known.moved.iter().all(|by| by.is_finite());
+        let pose = known.pose.is_finite() && is_within_range(&known.pose.coordinates());
+        if moved && pose { Ok(()) } else { Err(Flaw::Pose) }
+    }
+
+    /// Raises the variances of the pose where they are less than its covariances say, and takes its coordinates for independent of
+    /// each other where they cannot be what they are said to be; whether it had to.
+    fn mend_pose_block(&mut self) -> Result<bool, Flaw> {
+        let Self { known, joint, .. } = self;
+        let mut widened = false;
+        for k in 0..TangentOf::<P>::DIMENSION {
+            widened |= joint.mend_pose_variance(k, known.len)?;
+        }
+        Ok(joint.part_pose_coordinates() || widened)
+    }
+
+    /// Drops a feature that cannot be, or those with which it has more in common than can be; how many.
+    fn mend_feature(&mut self, place: usize) -> usize {
+        let sound = self.slots.get(place).is_some_and(Slot::is_sound) && self.joint.block_is_sound(place);
+        if !sound {
+            self.drop_feature(place);
+            return 1;
+        }
+        let mut dropped = 0;
+        // Each turn drops a feature, or is the last.
+        for _ in 0..self.known.len {
+            let features = self.known.len;
+            let Some(other) = (0..features).find(|&other| other != place && self.joint.is_torn(place, other)) else {
+                break;
+            };
+            // The one that is at odds with more of them; of two that are with each other alone, the one that is known less.
+            let [here, there] = [place, other].map(|of| (self.joint.torn_from(of, features), self.detections(of)));
+            let at_fault = if here.0 > there.0 || here.0 == there.0 && here.1 < there.1 { place } else { other };
+            self.drop_feature(at_fault);
+            dropped += 1;
+            if at_fault == place {
+                return dropped;
+            }
+            // The last feature has gone to another place.
+            if place == self.known.len {
+                return dropped;
+            }
+        }
+        if (0..TangentOf::<P>::DIMENSION).any(|k| self.joint.is_torn_from_pose(place, k)) {
+            self.drop_feature(place);
+            dropped += 1;
+        }
+        dropped
+    }
+
+    fn detections(&self, place: usize) -> T {
+        self.slots.get(place).map_or(T::ZERO, |slot| slot.detections)
+    }
+}
+
+impl<T: Real, D: Vector<Scalar = T>> Slot<D> {
+    /// Whether probabilities are such, and every number may be one.
+    fn is_sound(&self) -> bool {
+        self.may_be() && self.existence.total() <= T::from_f64(GREATEST_PROBABILITY)
+    }
+}
+
+impl<T: Real, P: Pose<Scalar = T>> Joint<'_, P> {
+    /// Whether two coordinates have no more in common than their variances allow. Written so that what is no number has.
+    fn may_share(&self, one: usize, other: usize) -> bool {
+        let common = self.get(one, other);
+        common * common <= self.get(one, one) * self.get(other, other) * T::from_f64(ROUNDING)
+    }
+
+    /// The coordinates of a feature.
+    fn of(feature: usize) -> impl Iterator<Item = usize> {
+        first::<P>(feature)..first::<P>(feature + 1)
+    }
+
+    /// Whether the covariance of a feature may be one.
+    fn block_is_sound(&self, feature: usize) -> bool {
+        let usable = |variance: T| variance > T::ZERO && variance < T::INFINITY;
+        Self::of(feature).all(|coordinate| usable(self.get(coordinate, coordinate)))
+            && Self::of(feature).all(|one| Self::of(feature).all(|other| self.may_share(one, other)))
+    }
+
+    /// Whether two features have more in common than can be.
+    fn is_torn(&self, feature: usize, other: usize) -> bool {
+        Self::of(feature).any(|one| Self::of(other).any(|two| !self.may_share(one, two)))
+    }
+
+    /// With how many others a feature has.
+    fn torn_from(&self, feature: usize, features: usize) -> usize {
+        (0..features).filter(|&other| other != feature && self.is_torn(feature, other)).count()
+    }
+
+    /// Whether a feature has more in common with a coordinate of the pose than can be.
+    fn is_torn_from_pose(&self, feature: usize, k: usize) -> bool {
+        Self::of(feature).any(|coordinate| !self.may_share(coordinate, k))
+    }
+
+    /// Raises the variance of a coordinate of the pose to twice the least that it can be by its covariances with the features, where that is less than what
+    /// most of them say; whether it had to.
+    fn mend_pose_variance(&mut self, k: usize, features: usize) -> Result<bool, Flaw> {
+        let variance = self.get(k, k);
+        let torn = (0..features).filter(|&feature| self.is_torn_from_pose(feature, k)).count();
+        let usable = variance >= T::ZERO && variance < T::INFINITY;
+        if usable && (torn < 2 || 2 * torn <= features) {
+            return Ok(false);
+        }
+        let mut least = T::ZERO;
+        for coordinate in (0..features).flat_map(Self::of) {
+            let (common, own) = (self.get(coordinate, k), self.get(coordinate, coordinate));
+            let says = common * common / own;
+            if own > T::ZERO && says > least && says < T::INFINITY {
+                least = says;
+            }
+        }
+        if !(least > T::ZERO) {
+            return Err(Flaw::Pose);
+        }
+        self.set(k, k, least + least);
+        Ok(true)
+    }
+
+    /// Where the coordinates of the pose have more in common than can be, takes that away and raises their variances to as many times as there are
+    /// coordinates: D n − P is positive definite, whatever correlations there were. Whether it had to.
+    fn part_pose_coordinates(&mut self) -> bool {
+        let coordinates = || 0..TangentOf::<P>::DIMENSION;
+        let may_be = coordinates().all(|row| coordinates().take(row).all(|column| self.may_share(row, column)));
+        let certain = coordinates().any(|k| self.get(k, k) == T::ZERO);
+        let raised = T::from_f64(ROUNDING);
+        let block = Symmetric::<TangentOf<P>>::from_fn(|row, column| {
+            self.get(row, column) * if row == column { raised } else { T::ONE }
+        });
+        if may_be && (certain || block.factor().is_some()) {
+            return false;
+        }
+        let times = T::from_usize(TangentOf::<P>::DIMENSION);
+        for row in coordinates() {
+            coordinates().take(row).for_each(|column| self.set(row, column, T::ZERO));
+            self.set(row, row, self.get(row, row) * times);
+        }
+        true
+    }
+}

@@ -1,0 +1,57 @@
+//! What a memory fault may change of a joint map: all that is kept between steps, and the scratch beside it.
+
+use super::filter::JointSlam;
+use super::state::{Explained, Known, Memory, Slot};
+use crate::tests::flips::word::{Each, Word};
+use crate::{PlanarPose, Unicycle};
+use nalgebra::Vector2;
+
+impl JointSlam<'_, Unicycle<f32>, Vector2<f32>> {
+    pub(crate) fn words(&mut self, each: &mut Each<'_>) {
+        let Memory { known, slots, joint, common, explained } = &mut self.memory;
+        let Known { started, pose, moved, len, waited_s, refused, next_label, watch } = &mut **known;
+        each("counts", Word::Truth(started));
+        let PlanarPose { x_m, y_m, heading_rad } = pose;
+        [x_m, y_m, heading_rad].into_iter().for_each(|number| each("pose", Word::Real(number)));
+        moved.iter_mut().for_each(|number| each("pose", Word::Real(number)));
+        each("counts", Word::Real(waited_s));
+        let features = (*len).min(slots.len());
+        [len, refused].into_iter().for_each(|count| each("counts", Word::Count(count)));
+        each("counts", Word::Word(next_label));
+        watch.words(each);
+        for slot in slots.iter_mut().take(features) {
+            let Slot { label, mean, moved, existence, detections, detection, claimed } = slot;
+            each("feature", Word::Word(label));
+            let [x, y] = &mut mean.data.0[0];
+            let [moved_x, moved_y] = &mut moved.data.0[0];
+            for number in [x, y, moved_x, moved_y, &mut existence.in_sight, &mut existence.hidden, detections] {
+                each("feature", Word::Real(number));
+            }
+            [detection, claimed].into_iter().for_each(|number| each("scratch", Word::Real(number)));
+        }
+        // The first six are those of the pose.
+        for (place, number) in joint.used_mut(features).iter_mut().enumerate() {
+            each(if place < 6 { "pose covariance" } else { "covariance" }, Word::Real(number));
+        }
+        for rows in common.iter_mut().take(features) {
+            rows.iter_mut().flat_map(|row| row.iter_mut()).for_each(|number| each("scratch", Word::Real(number)));
+        }
+        explained.iter_mut().for_each(|explained| explained.words(each));
+    }
+}
+
+impl Explained<f32> {
+    fn words(&mut self, each: &mut Each<'_>) {
+        let (first, len) = self.parts();
+        first.into_iter().for_each(|number| each("scratch", Word::Real(number)));
+        each("scratch", Word::Count(len));
+        for claim in self.claims_mut() {
+            each("scratch", Word::Short(&mut claim.feature));
+            for number in
+                [&mut claim.ln_likelihood, &mut claim.odds, &mut claim.answer, &mut claim.others, &mut claim.share]
+            {
+                each("scratch", Word::Real(number));
+            }
+        }
+    }
+}

@@ -1,0 +1,25 @@
+//! What a memory fault may change of the watch.
+
+use super::watch::Watch;
+use crate::tests::flips::word::{Each, Word};
+
+impl Watch<f32> {
+    pub(crate) fn words(&mut self, each: &mut Each<'_>) {
+        let Self {
+            doubt,
+            lost,
+            given_up,
+            usually_missed,
+            usually_new,
+            usually_waited_s,
+            scans,
+            known_below,
+            next_known_below,
+        } = self;
+        for number in [doubt, given_up, usually_missed, usually_new, usually_waited_s] {
+            each("watch", Word::Real(number));
+        }
+        each("watch", Word::Truth(lost));
+        [scans, known_below, next_known_below].into_iter().for_each(|word| each("watch", Word::Word(word)));
+    }
+}

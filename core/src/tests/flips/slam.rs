@@ -1,0 +1,166 @@
+//! Either filter, as a test of failing memory sees it.
+
+use super::word::Each;
+use super::world::{CLUTTER, DETECTION, DT_S, Passage, RANGE_M};
+use super::{JOINT_FEATURES, MEASUREMENTS};
+use crate::*;
+use nalgebra::Vector2;
+use std::boxed::Box;
+use std::vec;
+use std::vec::Vec;
+
+type Lidar = Sensing<RangeBearing<f32>, RangeBearingWindow<f32>, UniformClutter<f32>>;
+type Mixture = State<PlanarPose<f32>, 4, 4, MapMemory<Static<Vector2<f32>>, 4, 96, 20, 320>>;
+type Joint =
+    JointState<PlanarPose<f32>, Vector2<f32>, JOINT_FEATURES, { joint_numbers(3, 2, JOINT_FEATURES) }, MEASUREMENTS>;
+
+const KIND: u32 = 1;
+
+/// What a step refused: the vehicle knows by that that something is wrong.
+#[derive(Debug)]
+pub(crate) struct Refused;
+
+pub(crate) trait Slam {
+    fn predict(&mut self, passage: &Passage) -> Result<Health, Refused>;
+    fn scan(&mut self, passage: &Passage) -> Result<Health, Refused>;
+    fn scrub(&mut self, scrubber: &mut Scrubber, parts: usize) -> Result<Scrubbed, Flaw>;
+    fn seal(&self) -> u64;
+    fn save(&mut self) -> Vec<u8>;
+    fn restore(&mut self, bytes: &[u8]);
+    /// x, y, heading; what is no number where there is no pose.
+    fn pose(&self) -> [f64; 3];
+    fn map(&mut self) -> Vec<[f64; 2]>;
+    fn words(&mut self, each: &mut Each<'_>);
+}
+
+fn motion() -> Unicycle<f32> {
+    Unicycle::new(Step::Arc, ControlNoise::white(0.15, 0.05)).unwrap()
+}
+
+fn lidar() -> Detector<Lidar> {
+    let window = RangeBearingWindow::full_circle(RANGE_M, DETECTION).unwrap();
+    let clutter = UniformClutter::of_scan(CLUTTER, window.measure()).unwrap();
+    let sensing = Sensing { sensor: RangeBearing::new(0.1, 0.015).unwrap(), field_of_view: window, clutter };
+    Detector::new(sensing, Births::of_static(clutter.intensity())).unwrap()
+}
+
+fn control(passage: &Passage) -> UnicycleControl<f32> {
+    UnicycleControl { speed_mps: passage.control[0], rate_radps: passage.control[1] }
+}
+
+fn coordinates(estimate: Option<PoseEstimate<PlanarPose<f32>>>) -> [f64; 3] {
+    let of = |pose: PlanarPose<f32>| [pose.x_m, pose.y_m, pose.heading_rad].map(f64::from);
+    estimate.map_or([f64::NAN; 3], |estimate| of(estimate.mean))
+}
+
+/// A joint map.
+pub(crate) struct OfJoint<'s> {
+    slam: JointSlam<'s, Unicycle<f32>, Vector2<f32>>,
+    eyes: Detector<Lidar>,
+}
+
+pub(crate) fn joint() -> OfJoint<'static> {
+    // A test ends before it matters.
+    let state = Box::leak(Box::new(Joint::new()));
+    let mut slam = JointSlam::new(motion(), JointConfig::default(), state).unwrap();
+    slam.reset(PlanarPose::ZERO).unwrap();
+    OfJoint { slam, eyes: lidar() }
+}
+
+impl Slam for OfJoint<'_> {
+    fn predict(&mut self, passage: &Passage) -> Result<Health, Refused> {
+        self.slam.predict(&control(passage), DT_S).map(|report| report.health).map_err(|_| Refused)
+    }
+
+    fn scan(&mut self, passage: &Passage) -> Result<Health, Refused> {
+        self.slam.scan(&self.eyes, &passage.scan).map(|report| report.health).map_err(|_| Refused)
+    }
+
+    fn scrub(&mut self, scrubber: &mut Scrubber, parts: usize) -> Result<Scrubbed, Flaw> {
+        self.slam.scrub(scrubber, parts)
+    }
+
+    fn seal(&self) -> u64 {
+        self.slam.seal()
+    }
+
+    fn save(&mut self) -> Vec<u8> {
+        let mut bytes = vec![0; 100_000];
+        let len = self.slam.save(KIND, into_slice(&mut bytes)).unwrap();
+        bytes.truncate(len);
+        bytes
+    }
+
+    fn restore(&mut self, bytes: &[u8]) {
+        self.slam.restore(KIND, from_slice(bytes)).unwrap();
+    }
+
+    fn pose(&self) -> [f64; 3] {
+        coordinates(self.slam.estimate_pose())
+    }
+
+    fn map(&mut self) -> Vec<[f64; 2]> {
+        self.slam.features().map(|feature| [feature.mean.x, feature.mean.y].map(f64::from)).collect()
+    }
+
+    fn words(&mut self, each: &mut Each<'_>) {
+        self.slam.words(each);
+    }
+}
+
+/// Four informed particles.
+pub(crate) struct OfMixture<'s> {
+    slam: ScPhd<'s, Unicycle<f32>>,
+    eyes: Detector<Lidar, ScanRoom<'s, Vector2<f32>>>,
+}
+
+pub(crate) fn mixture() -> OfMixture<'static> {
+    let state = Box::leak(Box::new(Mixture::new()));
+    let scratch = Box::leak(Box::new(DetectorMemory::<Vector2<f32>, MEASUREMENTS>::new()));
+    let mut slam = ScPhd::new(motion(), Config::informed(4), state).unwrap();
+    slam.reset(PlanarPose::ZERO, 1).unwrap();
+    OfMixture { slam, eyes: lidar().over(scratch).unwrap() }
+}
+
+impl Slam for OfMixture<'_> {
+    fn predict(&mut self, passage: &Passage) -> Result<Health, Refused> {
+        self.slam.predict(&control(passage), DT_S).map(|report| report.health).map_err(|_| Refused)
+    }
+
+    fn scan(&mut self, passage: &Passage) -> Result<Health, Refused> {
+        self.slam.scan(&mut self.eyes, &passage.scan).map(|report| report.health).map_err(|_| Refused)
+    }
+
+    fn scrub(&mut self, scrubber: &mut Scrubber, parts: usize) -> Result<Scrubbed, Flaw> {
+        self.slam.scrub(scrubber, parts)
+    }
+
+    fn seal(&self) -> u64 {
+        self.slam.seal()
+    }
+
+    fn save(&mut self) -> Vec<u8> {
+        let mut bytes = vec![0; 100_000];
+        let len = self.slam.save(KIND, into_slice(&mut bytes)).unwrap();
+        bytes.truncate(len);
+        bytes
+    }
+
+    fn restore(&mut self, bytes: &[u8]) {
+        self.slam.restore(KIND, from_slice(bytes)).unwrap();
+    }
+
+    fn pose(&self) -> [f64; 3] {
+        coordinates(self.slam.estimate_pose())
+    }
+
+    fn map(&mut self) -> Vec<[f64; 2]> {
+        let mut features = vec![Component::ZERO; 200];
+        let count = self.slam.estimate_map(&self.eyes, &mut features).features;
+        features.iter().take(count).map(|feature| [feature.mean.x, feature.mean.y].map(f64::from)).collect()
+    }
+
+    fn words(&mut self, each: &mut Each<'_>) {
+        self.slam.words(each);
+    }
+}

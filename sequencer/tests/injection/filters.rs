@@ -1,0 +1,110 @@
+//! Either filter, roomy or with a quarter of what it needs.
+
+use crate::MEASUREMENTS;
+use crate::world::Setting;
+use scphd::nalgebra::{Vector2, Vector3};
+use scphd::*;
+
+pub type Control = UnicycleControl<f32>;
+type Lidar = Sensing<RangeBearing<f32>, RangeBearingWindow<f32>, UniformClutter<f32>>;
+
+joint_memory! { type Joint: Unicycle<f32> { measurement: Vector2<f32>, features: 90, measurements: MEASUREMENTS } }
+joint_memory! { type ShortJoint: Unicycle<f32> { measurement: Vector2<f32>, features: 12, measurements: MEASUREMENTS } }
+memory! {
+    type Mixture: Unicycle<f32> { particles: 4, samples: 1, features { pages: 256, pages_per_map: 64, in_view: 512 } }
+}
+memory! {
+    type ShortMixture: Unicycle<f32> { particles: 4, samples: 1, features { pages: 12, pages_per_map: 3, in_view: 512 } }
+}
+
+/// What a vehicle asks of a filter.
+pub trait Slam {
+    fn predict(&mut self, control: &Control, dt: f32) -> Health;
+    fn scan(&mut self, measurements: &[Vector2<f32>]) -> Health;
+    fn scatter(&mut self, covariance: &Symmetric<Vector3<f32>>);
+    fn place(&self) -> [f32; 2];
+}
+
+fn motion() -> Unicycle<f32> {
+    Unicycle::new(Step::Arc, ControlNoise::white(0.15, 0.05)).unwrap()
+}
+
+fn lidar(setting: Setting) -> Detector<Lidar> {
+    let window = setting.stated_window();
+    let clutter = UniformClutter::of_scan(setting.clutter as f32, window.measure()).unwrap();
+    let sensing = Sensing { sensor: RangeBearing::new(0.1, 0.015).unwrap(), field_of_view: window, clutter };
+    Detector::new(sensing, Births::of_static(clutter.intensity())).unwrap()
+}
+
+struct OfJoint {
+    slam: JointSlam<'static, Unicycle<f32>, Vector2<f32>>,
+    eyes: Detector<Lidar>,
+}
+
+struct OfMixture {
+    slam: ScPhd<'static, Unicycle<f32>>,
+    eyes: Detector<Lidar, ScanRoom<'static, Vector2<f32>>>,
+}
+
+/// A joint map. Memory is never given back: a test ends before it matters.
+pub fn joint(setting: Setting, short: bool) -> Box<dyn Slam> {
+    let config = JointConfig::default();
+    let mut slam = if short {
+        JointSlam::new(motion(), config, Box::leak(Box::new(ShortJoint::new()))).unwrap()
+    } else {
+        JointSlam::new(motion(), config, Box::leak(Box::new(Joint::new()))).unwrap()
+    };
+    slam.reset(PlanarPose::ZERO).unwrap();
+    Box::new(OfJoint { slam, eyes: lidar(setting) })
+}
+
+/// Four informed particles.
+pub fn mixture(setting: Setting, short: bool) -> Box<dyn Slam> {
+    let config = Config::informed(4);
+    let mut slam = if short {
+        ScPhd::new(motion(), config, Box::leak(Box::new(ShortMixture::new()))).unwrap()
+    } else {
+        ScPhd::new(motion(), config, Box::leak(Box::new(Mixture::new()))).unwrap()
+    };
+    slam.reset(PlanarPose::ZERO, 1).unwrap();
+    let scratch = Box::leak(Box::new(DetectorMemory::<Vector2<f32>, MEASUREMENTS>::new()));
+    Box::new(OfMixture { slam, eyes: lidar(setting).over(scratch).unwrap() })
+}
+
+impl Slam for OfJoint {
+    fn predict(&mut self, control: &Control, dt: f32) -> Health {
+        self.slam.predict(control, dt).map_or(Health::PREDICTION_REFUSED, |report| report.health)
+    }
+
+    fn scan(&mut self, measurements: &[Vector2<f32>]) -> Health {
+        self.slam.scan(&self.eyes, measurements).unwrap().health
+    }
+
+    fn scatter(&mut self, covariance: &Symmetric<Vector3<f32>>) {
+        self.slam.scatter(covariance).unwrap();
+    }
+
+    fn place(&self) -> [f32; 2] {
+        let mean = self.slam.estimate_pose().unwrap().mean;
+        [mean.x_m, mean.y_m]
+    }
+}
+
+impl Slam for OfMixture {
+    fn predict(&mut self, control: &Control, dt: f32) -> Health {
+        self.slam.predict(control, dt).map_or(Health::PREDICTION_REFUSED, |report| report.health)
+    }
+
+    fn scan(&mut self, measurements: &[Vector2<f32>]) -> Health {
+        self.slam.scan(&mut self.eyes, measurements).unwrap().health
+    }
+
+    fn scatter(&mut self, covariance: &Symmetric<Vector3<f32>>) {
+        self.slam.scatter(covariance).unwrap();
+    }
+
+    fn place(&self) -> [f32; 2] {
+        let mean = self.slam.estimate_pose().unwrap().mean;
+        [mean.x_m, mean.y_m]
+    }
+}

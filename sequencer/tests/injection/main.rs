@@ -1,0 +1,200 @@
+//! Faults of sensors, wheels and clocks, on purpose: what the filters and the sequencer before them say of it, and whether the estimate comes
+//! back. A vehicle drives round a circle among landmarks; after a minute something is wrong for ten seconds.
+//!
+//! `cargo test -p scphd-sequencer --release --test injection -- --ignored --nocapture` prints the table for seeds from 700 on. Health was made on
+//! seeds below 10.
+
+mod fault;
+mod filters;
+#[path = "../../../core/tests/lost/world.rs"]
+#[allow(dead_code)]
+mod world;
+
+use fault::Fault;
+use filters::{Control, Slam};
+use scphd::nalgebra::{Vector2, Vector3};
+use scphd::{Health, Noise, Symmetric};
+use scphd_sequencer::{Action, Flags, Sequencer, Settings, Stamp};
+use std::ops::Range;
+use world::{DT_S, Setting, Trouble, World};
+
+pub const MEASUREMENTS: usize = 96;
+
+const DT_NS: u64 = (DT_S * 1e9) as u64;
+/// Scans before the fault, with it, and after it.
+const BEFORE: usize = 300;
+const FAULT: usize = 50;
+const AFTER: usize = 100;
+/// Scans before the fault from which on the filter knows its surroundings.
+const SETTLED: usize = 200;
+
+const WHEELS: u8 = 0;
+const LIDAR: u8 = 1;
+/// Ten inputs a second.
+const SETTINGS: Settings = Settings {
+    window_ns: 20_000_000,
+    jump_ns: 5_000_000_000,
+    jumps_believed: 6,
+    frozen_inputs: 10,
+    ..Settings::DEFAULT
+};
+
+type Inputs = Sequencer<Control, Vec<Vector2<f32>>, 64, 32>;
+
+/// What was said at one scan.
+#[derive(Debug, Clone, Copy)]
+struct Said {
+    health: Health,
+    clock: u16,
+    off_m: f64,
+}
+
+/// What a vehicle may have done in so many seconds that nothing is known of, or while nobody knew where it was.
+fn by(meters: f32, radians: f32) -> Symmetric<Vector3<f32>> {
+    Symmetric::from_diagonal([meters * meters, meters * meters, radians * radians])
+}
+
+/// Drives once; what was said at every scan.
+fn drive(new: fn(Setting, bool) -> Box<dyn Slam>, fault: Fault, seed: u64) -> Vec<Said> {
+    let setting = Setting::ALL[0];
+    let mut world = World::new(setting, Trouble::NONE, seed);
+    let mut slam = new(setting, fault == Fault::ShortMemory);
+    let (mut draws, mut inputs) = (Noise::seeded(seed ^ 0xfa17), Inputs::new());
+    let zero = Control { speed_mps: 0.0, rate_radps: 0.0 };
+    inputs.start(SETTINGS, 0, zero).unwrap();
+    let (mut last, mut clock_ns, mut jumped_ns) = (Vec::new(), 0_u64, 0_u64);
+    let mut since_scatter = 0;
+    let mut said = Vec::new();
+    for scan in 0..BEFORE + FAULT + AFTER {
+        let on = (BEFORE..BEFORE + FAULT).contains(&scan);
+        let now = if on { fault } else { Fault::None };
+        if fault == Fault::ClockJump && scan == BEFORE {
+            jumped_ns = 60_000_000_000;
+        }
+        let told = now.odometry(world.go());
+        if fault == Fault::Blind && scan == BEFORE {
+            world.set_trouble(Trouble { detection: 0.1 / setting.detection, ..Trouble::NONE });
+        } else if scan == BEFORE + FAULT {
+            world.set_trouble(Trouble::NONE);
+        }
+        let fresh = world.look();
+        let seen = now.scan(fresh, &last, &mut draws, [setting.clutter, setting.range_m]);
+        last.clone_from(&seen);
+        let begin_ns = clock_ns + jumped_ns;
+        clock_ns += DT_NS;
+        // The stamps of a frozen clock are those of the moment at which it stopped.
+        let frozen = now == Fault::FrozenClock;
+        let stopped_ns = BEFORE as u64 * DT_NS;
+        let (of_control, of_scan) = if frozen { (stopped_ns, stopped_ns) } else { (begin_ns, clock_ns + jumped_ns) };
+        let number = scan as u32;
+        let control = Control { speed_mps: told[0] as f32, rate_radps: told[1] as f32 };
+        let _ = inputs.push_control(Stamp::new(WHEELS, of_control).numbered(number), control);
+        if now != Fault::NoScans {
+            let _ = inputs.push_event(Stamp::new(LIDAR, of_scan).numbered(number), seen);
+        }
+        inputs.tick(of_scan + 2 * SETTINGS.window_ns);
+        let mut health = Health::GOOD;
+        while let Some(action) = inputs.next_action() {
+            match action {
+                Action::Predict { control, dt } => health |= slam.predict(&control, dt.seconds()),
+                // It went on as it did, or stood, or did anything between.
+                Action::Gap { control, dt } => {
+                    let dt: f32 = dt.seconds();
+                    health |= slam.predict(&control, dt);
+                    slam.scatter(&by(0.5 * dt, 0.1 * dt));
+                }
+                Action::Event(scan) => health |= Slam::scan(&mut *slam, scan),
+            }
+        }
+        let clock = inputs.take_report().flags.bits();
+        if clock & Flags::CLOCK_SET.bits() != 0 {
+            slam.scatter(&by(3.0, 0.5));
+        }
+        since_scatter += 1;
+        // As the documentation has it: where it cannot be far.
+        if health.contains(Health::LOST) && since_scatter > 10 {
+            slam.scatter(&by(2.0, 0.4));
+            since_scatter = 0;
+        }
+        let [x, y] = slam.place();
+        said.push(Said { health, clock, off_m: world.distance(x, y) });
+    }
+    said
+}
+
+/// One line of the table, of one drive.
+#[derive(Debug, Clone, Copy)]
+struct Course {
+    /// Scans until a condition came up that was not usual.
+    flagged: Option<usize>,
+    /// Scans after the fault until the error was that of before, to stay.
+    recovered: Option<usize>,
+    /// RMS before, greatest with the fault, RMS in the last ten seconds.
+    errors: [f64; 3],
+    /// The conditions that came up.
+    health: Health,
+    clock: u16,
+}
+
+fn rms(said: &[Said]) -> f64 {
+    (said.iter().map(|said| said.off_m * said.off_m).sum::<f64>() / said.len() as f64).sqrt()
+}
+
+fn course(said: &[Said], normal_m: f64, fault: Fault) -> Course {
+    let settled = &said[SETTLED..BEFORE];
+    let from = if fault == Fault::ShortMemory { 0 } else { BEFORE };
+    let mut usual = Health::GOOD;
+    if fault != Fault::ShortMemory {
+        settled.iter().for_each(|said| usual |= said.health);
+    }
+    let unusual = |said: &Said| said.health.bits() & !usual.bits() != 0 || said.clock != 0;
+    let with = &said[from..BEFORE + FAULT];
+    let after = &said[BEFORE + FAULT..];
+    let bad = after.iter().rposition(|said| said.off_m > 3.0 * normal_m);
+    let (mut health, mut clock) = (Health::GOOD, 0);
+    with.iter().for_each(|said| (health, clock) = (health | said.health, clock | said.clock));
+    Course {
+        flagged: with.iter().position(unusual).map(|scan| scan + 1),
+        recovered: bad.map_or(Some(0), |bad| (bad + 1 < after.len()).then_some(bad + 1)),
+        errors: [rms(settled), with.iter().fold(0.0, |most, said| most.max(said.off_m)), rms(&after[FAULT..])],
+        health,
+        clock,
+    }
+}
+
+/// Runs a fault over seeds, prints its line, and gives the drives.
+fn table(name: &str, new: fn(Setting, bool) -> Box<dyn Slam>, fault: Fault, seeds: Range<u64>) -> Vec<Course> {
+    let normal_m = {
+        let undisturbed: Vec<f64> = seeds.clone().map(|seed| rms(&drive(new, Fault::None, seed)[SETTLED..])).collect();
+        (undisturbed.iter().map(|off| off * off).sum::<f64>() / undisturbed.len() as f64).sqrt()
+    };
+    let courses: Vec<Course> = seeds.map(|seed| course(&drive(new, fault, seed), normal_m, fault)).collect();
+    let count = |of: &dyn Fn(&Course) -> bool| courses.iter().filter(|course| of(course)).count();
+    let mut waits: Vec<usize> = courses.iter().filter_map(|course| course.flagged).collect();
+    waits.sort_unstable();
+    let seconds = |scans: usize| scans as f64 * DT_S;
+    let flagged = count(&|course| course.flagged.is_some_and(|scans| seconds(scans) <= 2.0));
+    let recovered = count(&|course| course.recovered.is_some_and(|scans| seconds(scans) <= 10.0));
+    let mean = |k: usize| courses.iter().map(|course| course.errors[k]).sum::<f64>() / courses.len() as f64;
+    let median = waits.get(courses.len() / 2).map_or("never".into(), |&scans| format!("{:.1} s", seconds(scans)));
+    let (mut health, mut clock) = (Health::GOOD, 0);
+    courses.iter().for_each(|course| (health, clock) = (health | course.health, clock | course.clock));
+    println!(
+        "{name:8} {fault:?}: flagged within 2 s {flagged} of {}, median {median}; recovered within 10 s {recovered}; \
+         error before {:.2}, with at most {:.2}, after {:.2} m; {health:?} clock {clock:#x}",
+        courses.len(),
+        mean(0),
+        mean(1),
+        mean(2),
+    );
+    courses
+}
+
+#[test]
+#[ignore = "minutes; the seeds of choice"]
+fn the_table_on_the_seeds_of_choice() {
+    for fault in Fault::ALL {
+        table("joint", filters::joint, fault, 0..10);
+        table("mixture", filters::mixture, fault, 0..10);
+    }
+}
