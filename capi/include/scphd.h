@@ -95,8 +95,17 @@
 // The same, ten thousand to one. It stays until the pose is set or made uncertain, or what was known is detected again.
 #define SCPHD_HEALTH_LOST 1024
 
-// No scan for ten times as long as usual, and for a second at least.
+// No scan for eight times as long as usual, and for a second at least.
 #define SCPHD_HEALTH_INPUT_LOST 2048
+
+// A scrubbing has mended what memory faults had left.
+#define SCPHD_HEALTH_STATE_REPAIRED 4096
+
+// Far more is measured than usual that nothing known explains.
+#define SCPHD_HEALTH_CLUTTER_HIGH 8192
+
+// Of late a fifth of the detections to be expected of known landmarks is missing.
+#define SCPHD_HEALTH_DETECTIONS_LOW 16384
 
 // Samples are drawn from the motion.
 #define SCPHD_PROPOSAL_BLIND 1

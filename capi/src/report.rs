@@ -25,8 +25,14 @@ pub const SCPHD_HEALTH_PREDICTION_REFUSED: u32 = 256;
 pub const SCPHD_HEALTH_DIVERGENCE_SUSPECTED: u32 = 512;
 /// The same, ten thousand to one. It stays until the pose is set or made uncertain, or what was known is detected again.
 pub const SCPHD_HEALTH_LOST: u32 = 1024;
-/// No scan for ten times as long as usual, and for a second at least.
+/// No scan for eight times as long as usual, and for a second at least.
 pub const SCPHD_HEALTH_INPUT_LOST: u32 = 2048;
+/// A scrubbing has mended what memory faults had left.
+pub const SCPHD_HEALTH_STATE_REPAIRED: u32 = 4096;
+/// Far more is measured than usual that nothing known explains.
+pub const SCPHD_HEALTH_CLUTTER_HIGH: u32 = 8192;
+/// Of late a fifth of the detections to be expected of known landmarks is missing.
+pub const SCPHD_HEALTH_DETECTIONS_LOW: u32 = 16384;
 
 /// What a prediction did.
 #[repr(C)]
@@ -200,6 +206,9 @@ mod tests {
             (SCPHD_HEALTH_DIVERGENCE_SUSPECTED, Health::DIVERGENCE_SUSPECTED),
             (SCPHD_HEALTH_LOST, Health::LOST),
             (SCPHD_HEALTH_INPUT_LOST, Health::INPUT_LOST),
+            (SCPHD_HEALTH_STATE_REPAIRED, Health::STATE_REPAIRED),
+            (SCPHD_HEALTH_CLUTTER_HIGH, Health::CLUTTER_HIGH),
+            (SCPHD_HEALTH_DETECTIONS_LOW, Health::DETECTIONS_LOW),
         ];
         assert!(of_c.iter().all(|(bit, condition)| *bit == u32::from(condition.bits())));
         assert_eq!(of_c.len(), Health::all().count());

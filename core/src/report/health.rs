@@ -46,12 +46,17 @@ impl Health {
     /// The same beyond doubt, with odds of ten thousand to one. It stays until the pose is set (`relocate`, `reset`) or made uncertain
     /// (`scatter`), or until what was known is detected again where it is expected.
     pub const LOST: Self = Self(1 << 10);
-    /// Predictions have gone on for ten times as long as it usually takes for a scan to come, and for a second at least.
+    /// Predictions have gone on for eight times as long as it usually takes for a scan to come, and for a second at least.
     pub const INPUT_LOST: Self = Self(1 << 11);
     /// A scrubbing has found what memory faults had left, and mended it: [`Scrubbed::health`](crate::Scrubbed::health).
     pub const STATE_REPAIRED: Self = Self(1 << 12);
+    /// Far more is measured than usual that nothing known explains: a burst of clutter, or a place that is all new.
+    pub const CLUTTER_HIGH: Self = Self(1 << 13);
+    /// Of late a fifth of the detections to be expected of known landmarks is missing: the view is blocked, the sensor is failing, or p_D
+    /// is set too high.
+    pub const DETECTIONS_LOW: Self = Self(1 << 14);
 
-    const NAMES: [(Self, &'static str); 13] = [
+    const NAMES: [(Self, &'static str); 15] = [
         (Self::UNEXPLAINED_SCAN, "UNEXPLAINED_SCAN"),
         (Self::DEGENERATE, "DEGENERATE"),
         (Self::PRUNING_TIGHTENED, "PRUNING_TIGHTENED"),
@@ -65,6 +70,8 @@ impl Health {
         (Self::LOST, "LOST"),
         (Self::INPUT_LOST, "INPUT_LOST"),
         (Self::STATE_REPAIRED, "STATE_REPAIRED"),
+        (Self::CLUTTER_HIGH, "CLUTTER_HIGH"),
+        (Self::DETECTIONS_LOW, "DETECTIONS_LOW"),
     ];
 
     /// Every condition there is, in the order of the bits.

@@ -34,8 +34,13 @@ const DOUBT_USUAL: f64 = 1.0;
 const DOUBT_SCANS: f64 = 64.0;
 /// The same of landmarks that were given up for being missed: by then they would have left the view.
 const GIVEN_UP_SCANS: f64 = 20.0;
+/// Measurements that nothing known explains are far more than usual beyond so many standard deviations of their number, and so many more.
+const CLUTTER_DEVIATIONS: f64 = 5.0;
+const CLUTTER_MORE: f64 = 3.0;
+/// Detections are low where this share of what is expected is missed.
+const MISSED_SHARE: f64 = 0.2;
 /// No scan for so many times the usual, and for so long, s: the input is lost.
-const WAITED_TIMES: f64 = 10.0;
+const WAITED_TIMES: f64 = 8.0;
 const WAITED_S: f64 = 1.0;
 
 /// What became of the known landmarks in view in a scan, each by its probability of being there.
@@ -146,6 +151,7 @@ impl<T: Real> Watch<T> {
 
         let faded = self.given_up * T::from_f64(1.0 - 1.0 / GIVEN_UP_SCANS);
         self.given_up = (faded + seen.given_up).at_least(T::ZERO);
+        let crowded = self.is_crowded(new);
         self.scans = self.scans.saturating_add(1);
         if self.doubt < T::from_f64(DOUBT_USUAL) {
             self.learn(expected, seen.detected, new, waited_s);
@@ -153,7 +159,16 @@ impl<T: Real> Watch<T> {
                 (self.known_below, self.next_known_below) = (self.next_known_below, next_label);
             }
         }
-        Health::LOST.when(self.lost) | Health::DIVERGENCE_SUSPECTED.when(!self.lost && self.doubt >= suspected)
+        Health::LOST.when(self.lost)
+            | Health::DIVERGENCE_SUSPECTED.when(!self.lost && self.doubt >= suspected)
+            | Health::CLUTTER_HIGH.when(crowded)
+            | Health::DETECTIONS_LOW.when(self.usually_missed > T::from_f64(MISSED_SHARE))
+    }
+
+    /// Whether so many measurements that nothing known explains are far more than usual. Not before that is known.
+    fn is_crowded(&self, new: T) -> bool {
+        let spread = (self.usually_new + T::ONE).sqrt() * T::from_f64(CLUTTER_DEVIATIONS);
+        self.scans >= USUAL_SCANS && new > self.usually_new + spread + T::from_f64(CLUTTER_MORE)
     }
 
     /// ln of the likelihood ratio of a scan.
@@ -238,7 +253,7 @@ mod tests {
     fn who_misses_all_and_sees_others_is_lost_until_all_is_found_again() {
         let mut watch = used_to_ten();
         let healths: std::vec::Vec<Health> = (0..6).map(|_| scan(&mut watch, 9.0, 0.0, 11)).collect();
-        assert!(healths.contains(&Health::DIVERGENCE_SUSPECTED) && healths[5] == Health::LOST, "{healths:?}");
+        assert!(healths.contains(&Health::DIVERGENCE_SUSPECTED) && healths[5].contains(Health::LOST), "{healths:?}");
         // However well the vehicle comes to know the other place, and wherever nothing is expected.
         for _ in 0..1000 {
             scan(&mut watch, 9.0, 0.0, 11);
@@ -264,9 +279,24 @@ mod tests {
         for (expected, detected, measurements) in troubles {
             let mut watch = used_to_ten();
             for _ in 0..1000 {
-                assert!(scan(&mut watch, expected, detected, measurements).is_good(), "{expected} {detected}");
+                let health = scan(&mut watch, expected, detected, measurements);
+                let of_sight = Health::CLUTTER_HIGH | Health::DETECTIONS_LOW;
+                assert!(health.bits() & !of_sight.bits() == 0, "{expected} {detected} {health:?}");
             }
         }
+    }
+
+    #[test]
+    fn a_burst_is_told_at_once_and_blindness_within_ten_scans() {
+        let mut watch = used_to_ten();
+        assert_eq!(scan(&mut watch, 9.0, 9.0, 30), Health::CLUTTER_HIGH);
+        assert!(scan(&mut watch, 9.0, 9.0, 15).is_good());
+        let mut watch = used_to_ten();
+        let told = (0..10).position(|_| scan(&mut watch, 9.0, 1.0, 3) == Health::DETECTIONS_LOW);
+        assert!(matches!(told, Some(5..10)), "{told:?}");
+        // Who has only begun does not know what is usual.
+        let mut fresh = Watch::ZERO;
+        assert!(scan(&mut fresh, 0.0, 0.0, 60).is_good());
     }
 
     #[test]
@@ -303,7 +333,7 @@ mod tests {
         watch = used_to_ten();
         assert!(watch.waiting(0.99).is_good() && watch.waiting(1.01) == Health::INPUT_LOST);
         watch.usually_waited_s = 0.5;
-        assert!(watch.waiting(4.9).is_good() && watch.waiting(5.1) == Health::INPUT_LOST);
+        assert!(watch.waiting(3.9).is_good() && watch.waiting(4.1) == Health::INPUT_LOST);
     }
 
     #[test]

@@ -20,9 +20,21 @@ memory! {
 /// What a vehicle asks of a filter.
 pub trait Slam {
     fn predict(&mut self, control: &Control, dt: f32) -> Health;
-    fn scan(&mut self, measurements: &[Vector2<f32>]) -> Health;
+    /// The conditions, and the share of the detections to be expected that were made; 1 where there are hardly any.
+    fn scan(&mut self, measurements: &[Vector2<f32>]) -> (Health, f32);
+    /// The same of a look that is to be undone: once it has told the pose, if the filter can do that without a change of the map.
+    fn look(&mut self, measurements: &[Vector2<f32>]) -> (Health, f32);
+    fn save(&mut self) -> Vec<u8>;
+    fn restore(&mut self, bytes: &[u8]);
     fn scatter(&mut self, covariance: &Symmetric<Vector3<f32>>);
     fn place(&self) -> [f32; 2];
+}
+
+/// Bytes that a snapshot takes at most.
+const ROOM: usize = 200_000;
+
+fn share(made: f32, expected: f32) -> f32 {
+    if expected < 2.0 { 1.0 } else { made / expected }
 }
 
 fn motion() -> Unicycle<f32> {
@@ -76,8 +88,26 @@ impl Slam for OfJoint {
         self.slam.predict(control, dt).map_or(Health::PREDICTION_REFUSED, |report| report.health)
     }
 
-    fn scan(&mut self, measurements: &[Vector2<f32>]) -> Health {
-        self.slam.scan(&self.eyes, measurements).unwrap().health
+    fn scan(&mut self, measurements: &[Vector2<f32>]) -> (Health, f32) {
+        let report = self.slam.scan(&self.eyes, measurements).unwrap();
+        (report.health, share(report.detections, report.expected_detections))
+    }
+
+    fn look(&mut self, measurements: &[Vector2<f32>]) -> (Health, f32) {
+        self.slam.localise(&self.eyes, measurements).unwrap();
+        let report = self.slam.localise(&self.eyes, measurements).unwrap();
+        (report.health, share(report.detections, report.expected_detections))
+    }
+
+    fn save(&mut self) -> Vec<u8> {
+        let mut bytes = vec![0; ROOM];
+        let len = self.slam.save(1, into_slice(&mut bytes)).unwrap();
+        bytes.truncate(len);
+        bytes
+    }
+
+    fn restore(&mut self, bytes: &[u8]) {
+        self.slam.restore(1, from_slice(bytes)).unwrap();
     }
 
     fn scatter(&mut self, covariance: &Symmetric<Vector3<f32>>) {
@@ -95,8 +125,24 @@ impl Slam for OfMixture {
         self.slam.predict(control, dt).map_or(Health::PREDICTION_REFUSED, |report| report.health)
     }
 
-    fn scan(&mut self, measurements: &[Vector2<f32>]) -> Health {
-        self.slam.scan(&mut self.eyes, measurements).unwrap().health
+    fn scan(&mut self, measurements: &[Vector2<f32>]) -> (Health, f32) {
+        let report = self.slam.scan(&mut self.eyes, measurements).unwrap();
+        (report.health, share(report.detections, report.expected_detections))
+    }
+
+    fn look(&mut self, measurements: &[Vector2<f32>]) -> (Health, f32) {
+        self.scan(measurements)
+    }
+
+    fn save(&mut self) -> Vec<u8> {
+        let mut bytes = vec![0; ROOM];
+        let len = self.slam.save(1, into_slice(&mut bytes)).unwrap();
+        bytes.truncate(len);
+        bytes
+    }
+
+    fn restore(&mut self, bytes: &[u8]) {
+        self.slam.restore(1, from_slice(bytes)).unwrap();
     }
 
     fn scatter(&mut self, covariance: &Symmetric<Vector3<f32>>) {
