@@ -94,6 +94,7 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
         fix: &F,
         measured: &F::Measurement,
     ) -> Result<FixReport<T>, ObserveError> {
+        self.memory.clamp();
         let Some(PoseEstimate { mean, covariance }) = self.estimate_pose() else {
             return Err(ObserveError::NotStarted);
         };

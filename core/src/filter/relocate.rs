@@ -49,6 +49,7 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
     /// The covariance is not finite or a variance negative, or the filter has not been reset; the state is as it was.
     pub fn scatter(&mut self, covariance: &Symmetric<TangentOf<M::Pose>>) -> Result<(), ResetError> {
         ResetError::check_covariance(covariance)?;
+        self.memory.clamp();
         let Memory { cursor, spreads, candidates, .. } = &mut self.memory;
         let Some(mut noise) = cursor.noise.clone() else { return Err(ResetError::NotStarted) };
         cursor.watch.calm();

@@ -211,6 +211,7 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'s, M> {
         dt: T,
         probe: &mut impl Probe,
     ) -> Result<PredictReport, PredictError> {
+        self.memory.clamp();
         let Memory { cursor, spreads, candidates, .. } = &mut self.memory;
         let (motion, plausible) = (&self.motion, &self.config.plausible);
         if cursor.noise.is_none() {
@@ -274,6 +275,7 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'s, M> {
         executor: &impl Executor,
         probe: &mut impl Probe,
     ) -> Result<ScanReport<T>, ScanError> {
+        self.memory.clamp();
         ScanError::check(measurements, detector.capacity())?;
         if !self.has_room_for(&detector.births) {
             return Err(ScanError::NoRoomForMoving);

@@ -142,6 +142,15 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
 }
 
 impl<T: Real, P: Pose<Scalar = T>> Memory<'_, P> {
+    /// Takes counts that no room is for as what there is room for: a step must end, whatever has become of memory.
+    pub(crate) fn clamp(&mut self) {
+        let Self { cursor, spreads, candidates, ln_likelihoods, .. } = self;
+        cursor.particles = cursor.particles.min(spreads.len());
+        cursor.children = cursor.children.min(candidates.len() / cursor.particles.max(1));
+        cursor.weighed = cursor.weighed.min(ln_likelihoods.len());
+        cursor.heaviest = cursor.heaviest.min(cursor.particles.saturating_sub(1));
+    }
+
     /// Isolates particles that cannot be, and scales weights that do not sum to one. Poses that are not `informed` are certain.
     fn mend_particles(&mut self, informed: bool, scrubbed: &mut Scrubbed) -> Result<(), Flaw> {
         let Self { cursor, spreads, candidates, .. } = self;

@@ -22,7 +22,7 @@ pub trait Slam {
     fn predict(&mut self, control: &Control, dt: f32) -> Health;
     /// The conditions, and the share of the detections to be expected that were made; 1 where there are hardly any.
     fn scan(&mut self, measurements: &[Vector2<f32>]) -> (Health, f32);
-    /// The same of a look that is to be undone: once it has told the pose, if the filter can do that without a change of the map.
+    /// The same of a look that is to be undone: where the filter can, without a change of the map.
     fn look(&mut self, measurements: &[Vector2<f32>]) -> (Health, f32);
     fn save(&mut self) -> Vec<u8>;
     fn restore(&mut self, bytes: &[u8]);
@@ -94,7 +94,6 @@ impl Slam for OfJoint {
     }
 
     fn look(&mut self, measurements: &[Vector2<f32>]) -> (Health, f32) {
-        self.slam.localise(&self.eyes, measurements).unwrap();
         let report = self.slam.localise(&self.eyes, measurements).unwrap();
         (report.health, share(report.detections, report.expected_detections))
     }

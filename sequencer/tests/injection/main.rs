@@ -208,10 +208,10 @@ fn faults_are_told_and_the_estimate_comes_back() {
 #[ignore = "minutes; the seeds of judgement"]
 fn the_table_on_the_seeds_of_judgement() {
     for fault in Fault::ALL {
-        let courses = table("joint", filters::joint, fault, 700..710);
+        let courses = table("joint", filters::joint, fault, 700..720);
         let told = courses.iter().filter(|course| course.flagged.is_some_and(|scans| scans <= 10)).count();
         assert!(UNTOLD.contains(&fault) || 10 * told >= 8 * courses.len(), "{fault:?}");
-        table("mixture", filters::mixture, fault, 700..710);
+        table("mixture", filters::mixture, fault, 700..720);
     }
 }
 

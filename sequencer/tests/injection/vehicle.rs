@@ -52,6 +52,7 @@ impl Vehicle {
         let steps = (left_out + 1) as f32;
         let doubt = by((0.3 * steps).min(3.0), (0.1 * steps).min(0.5));
         self.slam.scatter(&doubt);
+        self.slam.look(measurements);
         let (health, share) = self.slam.look(measurements);
         self.slam.restore(&before);
         if share >= TRUSTED && !is(health, &DOUBTFUL) || left_out >= PATIENCE {
