@@ -1,5 +1,6 @@
 //! Memory that fails under a running filter: what is found is mended, and the filter goes on.
 
+use crate::particles::cursor::Cursor;
 use crate::tests::alone::{Alone, Models};
 use crate::*;
 use nalgebra::Vector2;
@@ -176,22 +177,22 @@ fn the_estimate_survives_a_lost_particle_and_a_lost_page() {
 /// Counts far beyond all room: every step ends, and uses what there is room for.
 #[test]
 fn counts_that_cannot_be_are_clamped_by_every_step() {
-    type Count = fn(&mut Filter<'_>) -> &mut usize;
+    type Count = fn(&mut Cursor<f32>) -> &mut usize;
     let counts: [Count; 4] = [
-        |filter| &mut filter.slam.memory.cursor.particles,
-        |filter| &mut filter.slam.memory.cursor.children,
-        |filter| &mut filter.slam.memory.cursor.weighed,
-        |filter| &mut filter.slam.memory.cursor.heaviest,
+        |cursor| &mut cursor.particles,
+        |cursor| &mut cursor.children,
+        |cursor| &mut cursor.weighed,
+        |cursor| &mut cursor.heaviest,
     ];
     for config in configs() {
         for (count, bit) in counts.into_iter().flat_map(|count| [5, 31, 62].map(|bit| (count, bit))) {
             let mut state = Box::new(Memory::new());
             let mut filter = filter(config, &mut state);
             step(&mut filter, 0);
-            *count(&mut filter) ^= 1 << bit;
+            *count(filter.slam.memory.cursor) ^= 1 << bit;
             step(&mut filter, 1);
             filter.predict(&AHEAD, 0.1).unwrap();
-            *count(&mut filter) ^= 1 << bit;
+            *count(filter.slam.memory.cursor) ^= 1 << bit;
             let _ = filter.scan(&[]);
             assert!(filter.memory.cursor.particles <= 8 && filter.memory.cursor.heaviest < 8);
             filter.scatter(&Symmetric::from_diagonal([0.01; 3])).unwrap();

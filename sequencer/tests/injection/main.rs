@@ -183,9 +183,6 @@ fn table(name: &str, new: fn(Setting, bool) -> Box<dyn Slam>, fault: Fault, seed
     courses
 }
 
-/// Faults of which nothing may be told within two seconds: they harm nobody, or memory is short only when the map has grown.
-const UNTOLD: [Fault; 3] = [Fault::None, Fault::RateBias, Fault::ShortMemory];
-
 #[test]
 fn faults_are_told_and_the_estimate_comes_back() {
     let faults =
@@ -203,16 +200,20 @@ fn faults_are_told_and_the_estimate_comes_back() {
     assert!(courses.iter().all(|course| course.flagged.is_some_and(|scans| scans <= 10)), "{courses:?}");
 }
 
-/// Prints the table, and asks that with a joint map eight of ten be told.
+/// Prints the table. With a joint map eight drives of ten are told within two seconds, or never off by half a metre.
 #[test]
 #[ignore = "minutes; the seeds of judgement"]
 fn the_table_on_the_seeds_of_judgement() {
+    let mut untold = Vec::new();
     for fault in Fault::ALL {
         let courses = table("joint", filters::joint, fault, 700..720);
-        let told = courses.iter().filter(|course| course.flagged.is_some_and(|scans| scans <= 10)).count();
-        assert!(UNTOLD.contains(&fault) || 10 * told >= 8 * courses.len(), "{fault:?}");
+        let told = |course: &&Course| course.flagged.is_some_and(|scans| scans <= 10) || course.errors[1] < 0.5;
+        if 10 * courses.iter().filter(told).count() < 8 * courses.len() {
+            untold.push(fault);
+        }
         table("mixture", filters::mixture, fault, 700..720);
     }
+    assert!(untold.is_empty(), "{untold:?}");
 }
 
 #[test]
