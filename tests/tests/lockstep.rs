@@ -106,7 +106,8 @@ fn moving_features() {
 /// What is confirmed and missed is remembered, as logs with sparse clutter have it by default.
 #[test]
 fn remembered_features() {
-    let log = scenario::by_name("survey", SEED).expect("a built-in scenario");
+    let mut log = scenario::by_name("survey", SEED).expect("a built-in scenario");
+    log.scans.truncate(150);
     let remembering = |weight| {
         let comparison = lockstep_with(&log, 8, 2, Precision::F64, |settings| {
             let filter = &mut settings.filter;
