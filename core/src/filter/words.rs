@@ -28,7 +28,7 @@ impl ScPhd<'_, Unicycle<f32>> {
         each("counts", Word::Truth(predicted));
         each("counts", Word::Real(waited_s));
         each("counts", Word::Short(refused));
-        each("counts", Word::Word(next_label));
+        each("counts", Word::Long(next_label));
         noise.iter_mut().for_each(|noise| each("random stream", Word::Stream(noise)));
         watch.words(each);
         for candidate in candidates.iter_mut().take(held) {
@@ -49,7 +49,7 @@ impl ScPhd<'_, Unicycle<f32>> {
                 corner.iter_mut().for_each(|number| each("page", Word::Real(number)));
             }
             for (component, weight) in fields.components.iter_mut().zip(fields.weights.iter_mut()).take(len) {
-                each("component", Word::Word(&mut component.label));
+                each("component", Word::Long(&mut component.label));
                 each("component", Word::Real(&mut component.ln_weight));
                 each("component", Word::Real(weight));
                 component.mean.iter_mut().for_each(|number| each("component", Word::Real(number)));

@@ -17,11 +17,11 @@ impl JointSlam<'_, Unicycle<f32>, Vector2<f32>> {
         each("counts", Word::Real(waited_s));
         let features = (*len).min(slots.len());
         [len, refused].into_iter().for_each(|count| each("counts", Word::Count(count)));
-        each("counts", Word::Word(next_label));
+        each("counts", Word::Long(next_label));
         watch.words(each);
         for slot in slots.iter_mut().take(features) {
             let Slot { label, mean, moved, existence, detections, detection, claimed } = slot;
-            each("feature", Word::Word(label));
+            each("feature", Word::Long(label));
             let [x, y] = &mut mean.data.0[0];
             let [moved_x, moved_y] = &mut moved.data.0[0];
             for number in [x, y, moved_x, moved_y, &mut existence.in_sight, &mut existence.hidden, detections] {

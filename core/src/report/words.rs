@@ -20,6 +20,6 @@ impl Watch<f32> {
             each("watch", Word::Real(number));
         }
         each("watch", Word::Truth(lost));
-        [scans, known_below, next_known_below].into_iter().for_each(|word| each("watch", Word::Word(word)));
+        [scans, known_below, next_known_below].into_iter().for_each(|word| each("watch", Word::Long(word)));
     }
 }

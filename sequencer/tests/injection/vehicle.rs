@@ -25,10 +25,12 @@ pub fn by(meters: f32, radians: f32) -> Symmetric<Vector3<f32>> {
     Symmetric::from_diagonal([meters * meters, meters * meters, radians * radians])
 }
 
+/// A snapshot, and the predictions since.
+type Past = (Vec<u8>, Vec<(Control, f32)>);
+
 pub struct Vehicle {
     pub slam: Box<dyn Slam>,
-    /// Snapshots, and the predictions since each.
-    past: VecDeque<(Vec<u8>, Vec<(Control, f32)>)>,
+    past: VecDeque<Past>,
     scans: usize,
     /// Scans left out so far, while they are not trusted.
     left_out: Option<usize>,

@@ -6,7 +6,7 @@ use crate::{Noise, Symmetric, Vector};
 pub(crate) enum Word<'w> {
     Real(&'w mut f32),
     Short(&'w mut u16),
-    Word(&'w mut u32),
+    Long(&'w mut u32),
     /// A count, of the 32 bits that it has on the boards.
     Count(&'w mut usize),
     Truth(&'w mut bool),
@@ -16,7 +16,7 @@ pub(crate) enum Word<'w> {
 impl Word<'_> {
     pub(crate) fn bits(&self) -> usize {
         match self {
-            Self::Real(_) | Self::Word(_) | Self::Count(_) => 32,
+            Self::Real(_) | Self::Long(_) | Self::Count(_) => 32,
             Self::Short(_) => 16,
             Self::Truth(_) => 1,
             Self::Stream(_) => 128,
@@ -27,7 +27,7 @@ impl Word<'_> {
         match self {
             Self::Real(number) => *number = f32::from_bits(number.to_bits() ^ 1 << bit),
             Self::Short(word) => *word ^= 1 << bit,
-            Self::Word(word) => *word ^= 1 << bit,
+            Self::Long(word) => *word ^= 1 << bit,
             Self::Count(count) => *count ^= 1 << bit,
             Self::Truth(truth) => *truth = !*truth,
             Self::Stream(noise) => {
