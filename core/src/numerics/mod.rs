@@ -2,6 +2,7 @@
 
 pub(crate) mod angle;
 pub(crate) mod bounds;
+pub(crate) mod exponential;
 pub(crate) mod fnv;
 pub(crate) mod links;
 pub(crate) mod ln_sum;
