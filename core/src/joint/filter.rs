@@ -18,7 +18,7 @@ use crate::{
     PredictError, PredictReport, Real, ResetError, ScalarOf, SetupError, Symmetric, TangentOf, Vector,
 };
 
-/// SLAM with a joint map: motion and tuning over a [`JointState`]; the sensors are [detectors](Detector), given with every scan.
+/// SLAM with a joint map: motion and tuning over a [`JointState`]; the sensors are [detectors](crate::Detector), given with every scan.
 ///
 /// `M` is the motion, `Z` the widest measurement, `A` where features that are far away are kept, if anywhere.
 ///
