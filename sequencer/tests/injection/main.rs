@@ -185,19 +185,24 @@ fn table(name: &str, new: fn(Setting, bool) -> Box<dyn Slam>, fault: Fault, seed
 
 #[test]
 fn faults_are_told_and_the_estimate_comes_back() {
-    let faults =
-        [Fault::None, Fault::RangeBias, Fault::Slip, Fault::Clutter, Fault::Blind, Fault::NoScans, Fault::FrozenClock];
-    for fault in faults {
+    let told = |course: &Course| course.flagged.is_some_and(|scans| scans <= 10);
+    let back = |course: &Course| course.recovered.is_some_and(|scans| scans <= FAULT);
+    // A sensor with a bias, or a clock that stood, leaves some vehicles lost: docs/health.md has how many.
+    let faults = [
+        (Fault::StuckScan, true),
+        (Fault::RangeBias, false),
+        (Fault::Clutter, true),
+        (Fault::Blind, true),
+        (Fault::NoScans, true),
+        (Fault::FrozenClock, false),
+    ];
+    for (fault, comes_back) in faults {
         let courses = table("joint", filters::joint, fault, 20..22);
-        let told = |course: &Course| course.flagged.is_some_and(|scans| scans <= 10);
-        assert!(fault == Fault::None || courses.iter().any(told), "{fault:?}: {courses:?}");
-        assert!(
-            courses.iter().all(|course| course.recovered.is_some_and(|scans| scans <= FAULT)),
-            "{fault:?}: {courses:?}"
-        );
+        assert!(courses.iter().all(told), "{fault:?}: {courses:?}");
+        assert!(!comes_back || courses.iter().all(back), "{fault:?}: {courses:?}");
     }
     let courses = table("mixture", filters::mixture, Fault::NoScans, 20..22);
-    assert!(courses.iter().all(|course| course.flagged.is_some_and(|scans| scans <= 10)), "{courses:?}");
+    assert!(courses.iter().all(|course| told(course) && back(course)), "{courses:?}");
 }
 
 /// Prints the table. With a joint map eight drives of ten are told within two seconds, or never off by half a metre.
