@@ -79,9 +79,9 @@ impl<'s, F: Feature> Pool<'s, F> {
         }
     }
 
-    /// Number of free pages.
+    /// Number of free pages. A count that memory faults have made greater than there are pages is taken for all of them.
     pub(crate) fn free(&self) -> usize {
-        usize::from(*self.free_len)
+        usize::from(*self.free_len).min(self.pages.len())
     }
 
     /// Number of pages in all.
@@ -115,7 +115,7 @@ impl<'s, F: Feature> Pool<'s, F> {
     /// One more map holds this page.
     pub(crate) fn share(&mut self, id: PageId) {
         if let Some(references) = self.references.get_mut(id.index()) {
-            *references += 1;
+            *references = references.saturating_add(1);
         }
     }
 
@@ -158,7 +158,7 @@ impl<'s, F: Feature> Pool<'s, F> {
         for references in self.references.iter_mut().filter(|references| **references == COUNTED) {
             *references = 0;
         }
-        distinct == self.free() && distinct == unheld
+        distinct == usize::from(*self.free_len) && distinct == unheld
     }
 
     /// All that a memory fault may change beside the pages.
