@@ -395,7 +395,7 @@ impl<T: Real, F: Feature<Position: Place<Scalar = T>>> Maps<'_, F> {
 
     /// Divides the detections by the completed η_z and prunes (5.18).
     fn weigh_detections(&mut self, eta: &[LnSum<T>], known_below: u32, tally: &mut Tally<T>) {
-        for Entry { component, origin } in self.workspace.in_view_mut() {
+        self.workspace.retain(|Entry { component, origin }| {
             if let Origin::Detected { measurement, distance } = *origin {
                 component.ln_weight += eta.get(usize::from(measurement)).map_or(T::NEG_INFINITY, LnSum::ln);
                 let weight = component.ln_weight.exp();
@@ -405,7 +405,8 @@ impl<T: Real, F: Feature<Position: Place<Scalar = T>>> Maps<'_, F> {
                     tally.known.detected += weight;
                 }
             }
-        }
+            true
+        });
         self.workspace.prune();
     }
 

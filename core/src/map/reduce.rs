@@ -31,31 +31,8 @@ pub(crate) fn keep_heaviest<T: Real, N: Vector<Scalar = T>>(
         return;
     }
     let InView { entries, ranking, .. } = workspace.orders_mut();
-    for (index, (ranked, entry)) in ranking.iter_mut().zip(entries.iter()).enumerate() {
-        *ranked = Ranked { key: heaviest_first(entry.component.ln_weight, class(entry)), entry: index as u16 };
-    }
-    let last = key_at(ranking, limit);
-    let mut before = 0;
-    let mut tied = 0;
-    for place in 0..ranking.len() {
-        let Some(&ranked) = ranking.get(place) else { break };
-        before += usize::from(ranked.key < last);
-        if ranked.key > last
-            && let Some(entry) = entries.get_mut(usize::from(ranked.entry))
-        {
-            entry.origin = Origin::Gone;
-        }
-        // Those that share the place: what lies before in the memory has been looked at.
-        if ranked.key == last
-            && let Some(slot) = ranking.get_mut(tied)
-        {
-            *slot = ranked;
-            tied += 1;
-        }
-    }
-    let tied = ranking.get_mut(..tied).unwrap_or(&mut []);
-    sort_heaviest_first(entries, tied);
-    for ranked in tied.iter().skip(limit.saturating_sub(before)) {
+    rank_heaviest_first(entries, ranking, class);
+    for ranked in ranking.iter().skip(limit) {
         if let Some(entry) = entries.get_mut(usize::from(ranked.entry)) {
             entry.origin = Origin::Gone;
         }
@@ -93,21 +70,16 @@ fn lies_before<T: Real, N: Vector<Scalar = T>>(a: &N, b: &N) -> Option<bool> {
     a.as_slice().iter().zip(b.as_slice()).find(|(a, b)| a != b).map(|(a, b)| a < b)
 }
 
-/// The key of the place `place` in the order of the keys, there being more than so many: bit by bit, from the first in which they
-/// differ, which takes less than to sort them.
-fn key_at(ranking: &[Ranked], place: usize) -> u32 {
-    let all = || ranking.iter().map(|ranked| ranked.key);
-    let (least, most) = all().fold((u32::MAX, 0), |(least, most), key| (least.min(key), most.max(key)));
-    let bits = u32::BITS - (least ^ most).leading_zeros();
-    // The greatest number that no more than `place` keys are below.
-    let mut key = least & u32::MAX.checked_shl(bits).unwrap_or(0);
-    for bit in (0..bits).rev() {
-        let greater = key | 1 << bit;
-        if all().filter(|&key| key < greater).count() <= place {
-            key = greater;
-        }
+/// Orders all entries by class, then heaviest first, then by position.
+fn rank_heaviest_first<T: Real, N: Vector<Scalar = T>>(
+    entries: &[Entry<N>],
+    ranking: &mut [Ranked],
+    class: impl Fn(&Entry<N>) -> u32,
+) {
+    for (index, (ranked, entry)) in ranking.iter_mut().zip(entries).enumerate() {
+        *ranked = Ranked { key: heaviest_first(entry.component.ln_weight, class(entry)), entry: index as u16 };
     }
-    key
+    sort_heaviest_first(entries, ranking);
 }
 
 /// Orders some entries by their keys, then by position.
@@ -275,8 +247,8 @@ pub(crate) fn moment_match<'e, T: Real, N: Vector<Scalar = T>>(
 
 #[cfg(test)]
 mod tests {
-    use super::{key_at, merge_and_cap};
-    use crate::map::workspace::{Origin, Ranked, WorkspaceMemory};
+    use super::merge_and_cap;
+    use crate::map::workspace::{Origin, WorkspaceMemory};
     use crate::{Component, Symmetric};
     use nalgebra::{Matrix2, Vector2};
     use std::boxed::Box;
@@ -332,24 +304,6 @@ mod tests {
         let mut labels: Vec<u32> = left.iter().map(|c| c.label).collect();
         labels.sort_unstable();
         assert_eq!(labels, [30, 50, 90]);
-    }
-
-    #[test]
-    fn the_key_of_a_place_is_that_of_the_sorted_keys() {
-        let mut state = 1_u32;
-        for (count, bits) in [(1, 32), (2, 1), (40, 3), (40, 19), (200, 28), (200, 32)] {
-            let ranking: Vec<Ranked> = (0..count)
-                .map(|entry| {
-                    state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-                    Ranked { key: state.reverse_bits() >> (32 - bits), entry }
-                })
-                .collect();
-            let mut keys: Vec<u32> = ranking.iter().map(|ranked| ranked.key).collect();
-            keys.sort_unstable();
-            for (place, &key) in keys.iter().enumerate() {
-                assert_eq!(key_at(&ranking, place), key, "{count} of {bits} bits, {place}");
-            }
-        }
     }
 
     #[test]

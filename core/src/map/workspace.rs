@@ -76,13 +76,6 @@ impl<T: Real, N: Vector<Scalar = T>, const VIEW: usize> WorkspaceMemory<N, VIEW>
     }
 }
 
-/// Puts an entry into another place: in line, and in two parts, it takes a third of what a call for memory that may overlap does.
-#[inline(never)]
-fn put<N: Vector>(slot: &mut Entry<N>, entry: &Entry<N>) {
-    slot.component = entry.component;
-    slot.origin = entry.origin;
-}
-
 /// Components in view from the front of the memory, components out of view from its back.
 #[derive(Debug)]
 pub(crate) struct Workspace<'s, N: Vector> {
@@ -281,11 +274,11 @@ impl<T: Real, N: Vector<Scalar = T>> Workspace<'_, N> {
             if !keep(entry) {
                 continue;
             }
-            if kept < index
-                && let Some((before, rest)) = self.entries.split_at_mut_checked(index)
-                && let (Some(slot), Some(entry)) = (before.get_mut(kept), rest.first())
-            {
-                put(slot, entry);
+            if kept < index {
+                let entry = *entry;
+                if let Some(slot) = self.entries.get_mut(kept) {
+                    *slot = entry;
+                }
             }
             kept += 1;
         }
