@@ -4,7 +4,6 @@ use crate::filter::tally::Tally;
 use crate::map::reduce::{heavier, keep_heaviest, merge_and_cap};
 use crate::map::workspace::{Entry, Origin, Workspace};
 use crate::map::{Maps, PAGE_LEN};
-use crate::numerics::exponential::Exponential;
 use crate::numerics::range::is_within_range;
 use crate::numerics::sort::BUCKETS;
 use crate::numerics::work;
@@ -494,14 +493,13 @@ impl<T: Real, F: Feature<Position: Place<Scalar = T>>> Maps<'_, F> {
     fn write(&mut self, particle: usize, bounds: &Bounds<F::Position>, tally: &mut Tally<T>) {
         let cells = morton_cells(bounds);
         let (entries, order) = self.workspace.in_order(|component| morton(&component.position(), bounds, &cells));
-        let mut weights = Exponential::ZERO;
         for chunk in order.chunks(PAGE_LEN) {
             let Some((id, page)) = self.pool.take() else {
                 tally.lost += chunk.len();
                 continue;
             };
             let components = chunk.iter().filter_map(|ranked| entries.get(usize::from(ranked.entry)));
-            page.fill_weighing(components.map(|entry| &entry.component), &mut weights);
+            page.fill(components.map(|entry| &entry.component));
             if !self.table.push_updated(particle, id) {
                 self.pool.release(id);
                 tally.lost += chunk.len();

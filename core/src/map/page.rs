@@ -1,6 +1,5 @@
 //! A page: a few components that lie near each other, and the box they lie in.
 
-use crate::numerics::exponential::Exponential;
 use crate::{Bounds, Component, Feature, Real, Vector};
 
 /// Components in one page. A page is what is shared, copied and passed over as one.
@@ -59,43 +58,27 @@ impl<T: Real, F: Feature<Position: Vector<Scalar = T>>> Page<F> {
     pub(crate) fn change(&mut self, change: impl Fn(&Component<F::State>) -> Option<Component<F::State>>) {
         let before = core::mem::replace(&mut self.len, 0);
         self.bounds = Bounds::EMPTY;
-        let mut weights = Exponential::ZERO;
         for place in 0..usize::from(before).min(PAGE_LEN) {
             // What has been kept lies before what is still to come.
             if let Some(changed) = self.components.get(place).and_then(&change) {
-                self.add(&changed, &mut weights);
+                self.push(&changed);
             }
         }
     }
 
     /// Replaces the contents; takes at most [`PAGE_LEN`] components.
     pub(crate) fn fill<'a>(&mut self, components: impl Iterator<Item = &'a Component<F::State>>) {
-        let mut weights = Exponential::ZERO;
-        self.fill_weighing(components, &mut weights);
-    }
-
-    /// The same, with the exponential that the page before was left with.
-    pub(crate) fn fill_weighing<'a>(
-        &mut self,
-        components: impl Iterator<Item = &'a Component<F::State>>,
-        weights: &mut Exponential<T>,
-    ) {
         self.len = 0;
         self.bounds = Bounds::EMPTY;
-        components.for_each(|component| self.add(component, weights));
+        components.for_each(|component| self.push(component));
     }
 
     /// Adds a component where there is room.
     pub(crate) fn push(&mut self, component: &Component<F::State>) {
-        let mut weights = Exponential::ZERO;
-        self.add(component, &mut weights);
-    }
-
-    fn add(&mut self, component: &Component<F::State>, weights: &mut Exponential<T>) {
         let place = usize::from(self.len);
         if let Some((slot, weight)) = self.components.get_mut(place).zip(self.weights.get_mut(place)) {
             *slot = *component;
-            *weight = weights.of(component.ln_weight);
+            *weight = component.ln_weight.exp();
             self.bounds.include(&component.position());
             self.len += 1;
         }

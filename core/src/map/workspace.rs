@@ -1,6 +1,5 @@
 //! Scratch for the update of one map: the components in view after the update, before they are written back.
 
-use crate::numerics::exponential::Exponential;
 use crate::numerics::links::{Linked, NONE};
 use crate::numerics::sort::Buckets;
 use crate::numerics::work;
@@ -71,7 +70,6 @@ impl<T: Real, N: Vector<Scalar = T>, const VIEW: usize> WorkspaceMemory<N, VIEW>
             tightened: false,
             lost: 0,
             pruned_mass: T::ZERO,
-            weights: Exponential::ZERO,
         }
     }
 }
@@ -88,8 +86,6 @@ pub(crate) struct Workspace<'s, N: Vector> {
     tightened: bool,
     lost: usize,
     pruned_mass: N::Scalar,
-    /// Of the weights that are dropped.
-    weights: Exponential<N::Scalar>,
 }
 
 /// Pruning is tightened by this factor at a time, from this weight at least, up to components of half a feature.
@@ -112,7 +108,6 @@ impl<T: Real, N: Vector<Scalar = T>> Workspace<'_, N> {
             tightened: false,
             lost: 0,
             pruned_mass: T::ZERO,
-            weights: Exponential::ZERO,
         }
     }
 
@@ -206,7 +201,7 @@ impl<T: Real, N: Vector<Scalar = T>> Workspace<'_, N> {
     /// Adds a component in view, unless it is below the floor.
     pub(crate) fn push(&mut self, component: Component<N>, origin: Origin<T>) {
         if !(component.ln_weight >= self.ln_floor) {
-            self.pruned_mass += self.weights.of(component.ln_weight);
+            self.pruned_mass += component.ln_weight.exp();
             return;
         }
         if !self.make_room(component.ln_weight) {

@@ -2,7 +2,6 @@
 
 pub(crate) mod angle;
 pub(crate) mod bounds;
-pub(crate) mod exponential;
 pub(crate) mod fnv;
 pub(crate) mod links;
 pub(crate) mod ln_sum;
