@@ -91,6 +91,21 @@ pub struct Nominal {
     pub clutter_per_scan: Option<f64>,
 }
 
+impl Nominal {
+    /// Standard deviation of the range where a log does not say, as a share of the greatest range.
+    const RANGE_SIGMA_SHARE: f64 = 0.01;
+    /// Standard deviation of the bearing where a log does not say, rad.
+    const BEARING_SIGMA_RAD: f64 = 0.02;
+
+    /// Standard deviations of range, m, and bearing, rad: as stated, or what sensors commonly have.
+    pub(crate) fn sigmas(&self, sensor: &Sensor) -> [f64; 2] {
+        [
+            self.range_sigma_m.unwrap_or(Self::RANGE_SIGMA_SHARE * sensor.range_max_m),
+            self.bearing_sigma_rad.unwrap_or(Self::BEARING_SIGMA_RAD),
+        ]
+    }
+}
+
 /// One odometry row; it holds until the next one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Odometry {

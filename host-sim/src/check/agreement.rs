@@ -16,10 +16,8 @@ const TURN_RAD: f64 = 0.3;
 const PATIENCE_S: f64 = 10.0;
 /// Pairs of scans that are looked at, spread over the log.
 const PAIRS: usize = 2000;
-/// Gate in standard deviations, and noise where the log states none.
+/// Gate in standard deviations.
 const GATE: f64 = 3.0;
-const RANGE_SIGMA_REACH: f64 = 0.01;
-const BEARING_SIGMA_RAD: f64 = 0.02;
 /// Another reading has to bring this many times the agreement, over so many detections, and beyond chance by so many standard deviations.
 const TIMES: f64 = 1.5;
 const DETECTIONS: usize = 100;
@@ -211,9 +209,10 @@ fn agreement(log: &Log, poses: &[[f64; 3]], pairs: &[[usize; 2]], reading: &Read
         let (sensor, nominal) = sensors[log.scans[*from].sensor];
         let mounting = Mounting { yaw_rad: sensor.mounting.yaw_rad + reading.yaw_rad, ..sensor.mounting };
         let seats = [from, to].map(|place| mounting.seat(poses[*place]));
-        let sigma_m =
-            nominal.range_sigma_m.filter(|sigma| *sigma > 0.0).unwrap_or(RANGE_SIGMA_REACH * sensor.range_max_m);
-        let sigma_rad = nominal.bearing_sigma_rad.filter(|sigma| *sigma > 0.0).unwrap_or(BEARING_SIGMA_RAD);
+        // Without noise no two detections would agree.
+        let stated = |sigma: Option<f64>| sigma.filter(|sigma| *sigma > 0.0);
+        let (range_sigma_m, bearing_sigma_rad) = (stated(nominal.range_sigma_m), stated(nominal.bearing_sigma_rad));
+        let [sigma_m, sigma_rad] = Nominal { range_sigma_m, bearing_sigma_rad, ..*nominal }.sigmas(sensor);
         let sign = if reading.mirrored { -1.0 } else { 1.0 };
         for [range_m, bearing_rad] in &log.scans[*from].detections {
             let angle = seats[0][2] + sign * bearing_rad;

@@ -7,9 +7,6 @@ use std::f64::consts::PI;
 
 /// Noise carries a detection over the rim by three standard deviations, hardly by more.
 const SIGMAS: f64 = 3.0;
-/// Noise where the log states none: of the reach, and of the bearing in rad.
-const RANGE_SIGMA_REACH: f64 = 0.01;
-const BEARING_SIGMA_RAD: f64 = 0.02;
 /// The filter takes what lies out of view for false: a share as of a normal distribution beyond the rim is harmless, ten times more is not.
 const OUT_SHARE: f64 = 0.03;
 /// Fewer detections tell nothing of a view.
@@ -70,8 +67,7 @@ pub(super) fn planar(log: &Log, findings: &mut Findings) -> Option<f64> {
 
 /// Whether a detection lies in view, but for noise.
 fn holds(sensor: &Sensor, nominal: &Nominal, [range_m, bearing_rad]: [f64; 2]) -> bool {
-    let slack_m = SIGMAS * nominal.range_sigma_m.unwrap_or(RANGE_SIGMA_REACH * sensor.range_max_m);
-    let slack_rad = SIGMAS * nominal.bearing_sigma_rad.unwrap_or(BEARING_SIGMA_RAD);
+    let [slack_m, slack_rad] = nominal.sigmas(sensor).map(|sigma| SIGMAS * sigma);
     if !(sensor.range_min_m - slack_m..=sensor.range_max_m + slack_m).contains(&range_m) {
         return false;
     }

@@ -14,9 +14,6 @@ use std::collections::BTreeSet;
 
 /// A user who does not trust a data sheet takes its standard deviations this much larger.
 const DISTRUST: f64 = 1.5;
-/// Standard deviations of range, as a share of the greatest, and bearing, rad, where a log states none.
-const RANGE_SIGMA_SHARE: f64 = 0.01;
-const BEARING_SIGMA_RAD: f64 = 0.02;
 /// Step of the central differences of the motion model, in the unit of each variable.
 const STEP: f64 = 1e-5;
 /// Variables of the pose.
@@ -82,9 +79,7 @@ impl Ekf {
         };
         let trust = if log.simulated { 1.0 } else { DISTRUST };
         let eyes = log.sensors().map(|(_, sensor, nominal)| {
-            let range = nominal.range_sigma_m.unwrap_or(RANGE_SIGMA_SHARE * sensor.range_max_m);
-            let bearing = nominal.bearing_sigma_rad.unwrap_or(BEARING_SIGMA_RAD);
-            let noise = Vector2::new(range, bearing).map(|sigma| (trust * sigma).powi(2));
+            let noise = Vector2::from(nominal.sigmas(sensor)).map(|sigma| (trust * sigma).powi(2));
             Eye { mounting: sensor.mounting, noise }
         });
         let FixNoise { position_sigma_m, heading_sigma_rad, .. } = log.fix_noise;

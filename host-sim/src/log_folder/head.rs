@@ -58,7 +58,7 @@ impl Head {
         // Only then: sections of other models have other keys.
         top.has_only(&TOP_KEYS)?;
         for (_, section) in &sections {
-            section.has_only(if several { &NAMED_SENSOR_KEYS } else { &SENSOR_KEYS })?;
+            section.has_only(if several { MOUNTED_SENSOR_KEYS } else { SENSOR_KEYS })?;
         }
         check_vehicle_keys(&vehicle, &vehicle_model, several)?;
         let initial_pose = top.pose("initial_pose")?;
@@ -78,7 +78,10 @@ impl Head {
     }
 }
 
-const SENSOR_KEYS: [&str; 9] = [
+/// Of the only sensor; where it sits is then a matter of the vehicle.
+const SENSOR_KEYS: &[&str] = MOUNTED_SENSOR_KEYS.split_at(9).0;
+/// Of one of several sensors.
+const MOUNTED_SENSOR_KEYS: &[&str] = &[
     "model",
     "range_min_m",
     "range_max_m",
@@ -88,18 +91,7 @@ const SENSOR_KEYS: [&str; 9] = [
     "bearing_sigma_rad",
     "detection_probability",
     "clutter_per_scan",
-];
-const NAMED_SENSOR_KEYS: [&str; 13] = [
     "name",
-    "model",
-    "range_min_m",
-    "range_max_m",
-    "bearing_min_rad",
-    "bearing_max_rad",
-    "range_sigma_m",
-    "bearing_sigma_rad",
-    "detection_probability",
-    "clutter_per_scan",
     "forward_m",
     "left_m",
     "yaw_rad",

@@ -106,11 +106,6 @@ const MAX_COMPONENTS: usize = 1000;
 /// Births a scan where there is no clutter for them to be measured against.
 const BIRTHS_PER_SCAN: f64 = 0.1;
 
-/// Standard deviation of the range where a log does not say, as a share of the greatest range.
-const RANGE_SIGMA_SHARE: f64 = 0.01;
-/// Standard deviation of the bearing where a log does not say, rad.
-const BEARING_SIGMA_RAD: f64 = 0.02;
-
 /// What is taken for granted where a log does not say.
 struct Unstated {
     /// Standard deviation of the speed: constant, m/s (an encoder's last digit), and share (tyres, slip, a worn wheel).
@@ -355,10 +350,9 @@ fn fixes(log: &Log) -> Option<FixNoise> {
 
 fn sensor(simulated: bool, window: &Sensor, nominal: &Nominal) -> SensorSettings {
     let margin = if simulated { 1.0 } else { UNSTATED.noise_margin };
-    let range_sigma_m =
-        (margin * nominal.range_sigma_m.unwrap_or(RANGE_SIGMA_SHARE * window.range_max_m)).max(LEAST_RANGE_SIGMA_M);
-    let bearing_sigma_rad =
-        (margin * nominal.bearing_sigma_rad.unwrap_or(BEARING_SIGMA_RAD)).max(LEAST_BEARING_SIGMA_RAD);
+    let [range, bearing] = nominal.sigmas(window);
+    let range_sigma_m = (margin * range).max(LEAST_RANGE_SIGMA_M);
+    let bearing_sigma_rad = (margin * bearing).max(LEAST_BEARING_SIGMA_RAD);
     let edge_sigmas = if simulated { EDGE_SIGMAS } else { UNSTATED.edge_sigmas };
     let stated = nominal.detection_probability.map(|detection| detection.min(GREATEST_DETECTION));
     let detection = stated.unwrap_or(UNSTATED.detection);
