@@ -265,6 +265,12 @@ impl<K: Kind> Header<K> {
         sink.end()
     }
 
+    /// The number type of the records behind the head at the front of `bytes`, which is read as a whole, in a frame of its own.
+    #[inline(never)]
+    pub(crate) fn scalar_of(bytes: &[u8]) -> Result<Scalar, StreamError> {
+        Self::decode(&mut Bytes(bytes)).map(|(header, _)| header.scalar)
+    }
+
     /// Takes the head off the front of `bytes`; the head, and its check.
     pub(crate) fn decode(bytes: &mut Bytes<'_>) -> Result<(Self, u32), StreamError> {
         let whole = bytes.0;

@@ -1,12 +1,13 @@
 //! Reads a stream record by record.
 
 use crate::bytes::Bytes;
-use crate::head::Begins;
+use crate::head::Head;
 use crate::header::{Header, VERSION};
 use crate::kind::Kind;
 use crate::record::{END, Raw, Record, Records, SLICE};
 use crate::snapshot::Snapshot;
 use core::fmt;
+use core::marker::PhantomData;
 
 /// Why a stream cannot be read, or not on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -63,9 +64,11 @@ impl core::error::Error for StreamError {}
 /// Reads a stream that lies in memory as a whole.
 #[derive(Debug, Clone)]
 pub struct Reader<'a, K: Kind> {
-    header: Header<K>,
+    /// As it stands: its numbers would take half a kilobyte of the stack for as long as the reader lives.
+    head: Head<'a>,
     first: Records<'a>,
     rest: Records<'a>,
+    kind: PhantomData<K>,
 }
 
 impl<'a, K: Kind> Reader<'a, K> {
@@ -76,24 +79,23 @@ impl<'a, K: Kind> Reader<'a, K> {
     /// The bytes do not begin with the head of a stream that this code can read.
     pub fn open(bytes: &'a [u8]) -> Result<Self, StreamError> {
         let mut rest = Bytes(bytes);
-        let (header, check) = Header::decode(&mut rest)?;
-        let first = Records::behind(check, header.scalar, rest);
-        Ok(Self { header, rest: first.clone(), first })
+        let scalar = Header::<K>::scalar_of(bytes)?;
+        let head = Head::take::<K>(&mut rest).ok_or(StreamError::HeaderDamaged)?;
+        let first = Records::behind(head.check, scalar, rest);
+        Ok(Self { head, rest: first.clone(), first, kind: PhantomData })
     }
 
     /// The head.
     #[must_use]
-    pub fn header(&self) -> &Header<K> {
-        &self.header
+    pub fn header(&self) -> Header<K> {
+        // It was read once when the stream was opened.
+        self.head.decode().unwrap_or(Header::EMPTY)
     }
 
     /// The snapshot that the stream begins with, if it does.
     #[must_use]
     pub fn snapshot(&self) -> Option<Snapshot<'a, K>> {
-        match self.header.begins {
-            Begins::Snapshot(mark) => Some(Snapshot::behind(mark, self.first.clone())),
-            Begins::Start | Begins::Retuned => None,
-        }
+        self.head.mark().map(|mark| Snapshot::behind(mark, self.first.clone()))
     }
 
     /// Bytes from the next record on.

@@ -111,6 +111,15 @@ pub fn replay<A: Aboard<T>, T: Real>(
     Ok(totals)
 }
 
+/// Sets the filter up. What the head says is on the stack only here.
+#[inline(never)]
+pub(crate) fn start<'m, A: Aboard<T>, T: Real>(
+    reader: &Reader<'_, A::Kind>,
+    memory: &'m mut A::Memory,
+) -> Result<A::Filter<'m>, Refusal> {
+    A::start(&reader.header(), memory)
+}
+
 /// Replays what a reader has before it, which stands behind its head, until there are so many scans in all.
 pub(crate) fn run<A: Aboard<T>, T: Real>(
     reader: &mut Reader<'_, A::Kind>,
@@ -119,7 +128,7 @@ pub(crate) fn run<A: Aboard<T>, T: Real>(
     monitor: &mut impl Monitor,
     totals: &mut Totals<A::Kind>,
 ) -> Result<(), ReplayError> {
-    let mut filter = A::start(reader.header(), memory).map_err(ReplayError::Start)?;
+    let mut filter = start::<A, T>(reader, memory).map_err(ReplayError::Start)?;
     let mut first = 0;
     if let Some(snapshot) = reader.snapshot() {
         filter.restore(&snapshot).map_err(ReplayError::Start)?;

@@ -2,7 +2,7 @@
 
 use crate::black_box::Saves;
 use crate::record::Record;
-use crate::replay::ReplayError;
+use crate::replay::{ReplayError, start};
 use crate::{Aboard, Filter, Reader, Refusal, Writer};
 use core::fmt;
 use scphd::{Real, SaveError};
@@ -48,8 +48,8 @@ where
     let of_sink = |error| RerecordError::Save(SaveError::Sink(error));
     let mut reader = Reader::<A::Kind>::open(bytes).map_err(of_stream)?;
     let of_start = |refusal| RerecordError::Replay(ReplayError::Start(refusal));
-    let mut filter = A::start(reader.header(), memory).map_err(of_start)?;
-    let mut log = Writer::start(reader.header(), sink).map_err(of_sink)?;
+    let mut filter = start::<A, T>(&reader, memory).map_err(of_start)?;
+    let mut log = Writer::start(&reader.header(), sink).map_err(of_sink)?;
     let mut scans = 0_u32;
     while let Some((raw, record)) = reader.read_both().map_err(of_stream)? {
         log.again(&raw, &record).map_err(of_sink)?;

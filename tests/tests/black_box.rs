@@ -249,7 +249,7 @@ fn map() -> Vec<Component<Vector2<f32>>> {
 /// such as filters refuse.
 fn with_everything(of: &Stream, localising: bool) -> Vec<u8> {
     let mut reader = Reader::<Planar>::open(&of.bytes).unwrap();
-    let header = *reader.header();
+    let header = reader.header();
     let mut bytes = Vec::new();
     let sink = |piece: &[u8]| {
         bytes.extend_from_slice(piece);

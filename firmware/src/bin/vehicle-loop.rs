@@ -61,7 +61,7 @@ fn main() -> ! {
             report::failed()
         }
     };
-    let header = *reader.header();
+    let header = reader.header();
     let mut filter = match <Planar as Aboard<f32>>::start(&header, memory) {
         Ok(filter) => filter,
         Err(refusal) => {

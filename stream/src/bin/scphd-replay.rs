@@ -96,7 +96,7 @@ fn run<T: Real>(bytes: &[u8], scans: u32) -> Result<(), String> {
 }
 
 fn run_kind<K: Aboard<T>, T: Real>(bytes: &[u8], scans: u32) -> Result<(), String> {
-    let header = *Reader::<K::Kind>::open(bytes).map_err(|error| error.to_string())?.header();
+    let header = Reader::<K::Kind>::open(bytes).map_err(|error| error.to_string())?.header();
     let mut memory = Box::new(K::MEMORY);
     let mut printer = Printer::over(io::stdout().lock(), false);
     printer.print(format_args!("stream scan_interval_s {}", header.scan_interval_s));
