@@ -45,6 +45,8 @@ mod joint;
 
 mod water;
 
+mod sizes;
+
 #[cfg(all(feature = "archive", not(test)))]
 mod panic;
 

@@ -80,7 +80,7 @@ impl<'a> Memory<'a> {
             address: 0,
             busy: AtomicU32::new(0),
         };
-        // SAFETY: `of` has found the memory to be there, aligned, and as large as its set, which `sets.rs` holds to be at least a `Block`;
+        // SAFETY: `of` has found the memory to be there, aligned, and as large as its set, which `sizes.rs` holds to be at least a `Block`;
         // it is the caller's word that it is initialised, and that nothing else uses it. What lies there is a tag, or bytes of which any
         // are one. Only where nothing else has one is a reference made to the state, and its bytes are a value by `Zeroed`, or because
         // the tag says that such a state was left there.

@@ -3,11 +3,6 @@
 //! The numbers of bytes are the same for every target: those of the largest, rounded up. A set that is smaller than its memory on some
 //! target, or larger by more than a sixteenth and 256, does not compile there.
 
-use crate::block::{ALIGNMENT, Block, Handle};
-use crate::{
-    scphd_bearing_detector, scphd_joint, scphd_plane, scphd_range_bearing_detector, scphd_sonar_detector, scphd_water,
-};
-
 /// The memories of the sets.
 pub(crate) mod memories {
     use nalgebra::{Vector1, Vector2, Vector3};
@@ -61,21 +56,13 @@ pub struct Set {
 }
 
 macro_rules! sets {
-    ($d:tt $($choose:ident, $handle:ty {
+    ($d:tt $($choose:ident, $handle:ident {
         $($(#[doc = $about:literal])+ $name:ident = $number:literal, $bytes:literal bytes of $memory:ident;)+
     })+) => {
         /// All sets there are.
         pub const SETS: &[Set] = &[$($(
             Set { name: stringify!($name), number: $number, bytes: $bytes, about: concat!($($about),+) },
         )+)+];
-
-        $($(const _: () = {
-            type Needed = Block<<$handle as Handle>::Inner, memories::$memory>;
-            assert!(size_of::<Needed>() <= $bytes, concat!(stringify!($name), ": too few bytes"));
-            assert!(size_of::<Needed>() * 17 / 16 + 256 >= $bytes, concat!(stringify!($name), ": too many bytes"));
-            assert!(align_of::<Needed>() == ALIGNMENT && $bytes % ALIGNMENT == 0);
-            assert!($number / 100 == <$handle as Handle>::KIND);
-        };)+)+
 
         $(
             /// Makes a handle in a memory of whatever set of its kind it is.
@@ -92,40 +79,48 @@ macro_rules! sets {
     };
 }
 
-sets! { $
-    in_plane, scphd_plane {
-        /// Mixture in the plane: 32 particles of two samples, 320 pages of features, 32 to a map, 256 in view; 128 pages of moving ones.
-        PLANE_32X2 = 101, 196_608 bytes of Plane32x2;
-        /// Mixture in the plane: four informed particles, 128 pages of features, 32 to a map, 256 in view; none that move.
-        PLANE_INFORMED_4 = 102, 51_200 bytes of PlaneInformed4;
-        /// The same with 64 pages of moving features, 16 to a map, 128 in view.
-        PLANE_INFORMED_4_MOVING = 103, 98_304 bytes of PlaneInformed4Moving;
-    }
-    in_joint, scphd_joint {
-        /// Joint map in the plane: 40 features, scans of 32 measurements.
-        JOINT_40 = 201, 20_480 bytes of Joint40;
-        /// Joint map in the plane: 100 features, scans of 32 measurements.
-        JOINT_100 = 202, 93_184 bytes of Joint100;
-    }
-    in_water, scphd_water {
-        /// Mixture under water: 16 informed particles, 160 pages of features, 24 to a map, 256 in view; none that move.
-        WATER_INFORMED_16 = 301, 89_088 bytes of WaterInformed16;
-    }
-    in_range_bearing, scphd_range_bearing_detector {
-        /// Detector of range and bearing: scans of 32 measurements.
-        RANGE_BEARING_32 = 401, 1_024 bytes of RangeBearing32;
-        /// Detector of range and bearing: scans of 128 measurements.
-        RANGE_BEARING_128 = 402, 3_328 bytes of RangeBearing128;
-    }
-    in_bearing, scphd_bearing_detector {
-        /// Detector of bearings alone: scans of 64 measurements.
-        BEARING_64 = 501, 1_536 bytes of Bearing64;
-    }
-    in_sonar, scphd_sonar_detector {
-        /// Detector of range, bearing and elevation: scans of 64 measurements.
-        SONAR_64 = 601, 2_048 bytes of Sonar64;
-    }
+/// Hands the table of the sets, behind whatever `first` is, to another macro.
+macro_rules! table {
+    ($then:ident $($first:tt)?) => {
+        $then! { $($first)?
+            in_plane, scphd_plane {
+                /// Mixture in the plane: 32 particles of two samples, 320 pages of features, 32 to a map, 256 in view; 128 pages of moving ones.
+                PLANE_32X2 = 101, 196_608 bytes of Plane32x2;
+                /// Mixture in the plane: four informed particles, 128 pages of features, 32 to a map, 256 in view; none that move.
+                PLANE_INFORMED_4 = 102, 51_200 bytes of PlaneInformed4;
+                /// The same with 64 pages of moving features, 16 to a map, 128 in view.
+                PLANE_INFORMED_4_MOVING = 103, 98_304 bytes of PlaneInformed4Moving;
+            }
+            in_joint, scphd_joint {
+                /// Joint map in the plane: 40 features, scans of 32 measurements.
+                JOINT_40 = 201, 20_480 bytes of Joint40;
+                /// Joint map in the plane: 100 features, scans of 32 measurements.
+                JOINT_100 = 202, 93_184 bytes of Joint100;
+            }
+            in_water, scphd_water {
+                /// Mixture under water: 16 informed particles, 160 pages of features, 24 to a map, 256 in view; none that move.
+                WATER_INFORMED_16 = 301, 89_088 bytes of WaterInformed16;
+            }
+            in_range_bearing, scphd_range_bearing_detector {
+                /// Detector of range and bearing: scans of 32 measurements.
+                RANGE_BEARING_32 = 401, 1_024 bytes of RangeBearing32;
+                /// Detector of range and bearing: scans of 128 measurements.
+                RANGE_BEARING_128 = 402, 3_328 bytes of RangeBearing128;
+            }
+            in_bearing, scphd_bearing_detector {
+                /// Detector of bearings alone: scans of 64 measurements.
+                BEARING_64 = 501, 1_536 bytes of Bearing64;
+            }
+            in_sonar, scphd_sonar_detector {
+                /// Detector of range, bearing and elevation: scans of 64 measurements.
+                SONAR_64 = 601, 2_048 bytes of Sonar64;
+            }
+        }
+    };
 }
+pub(crate) use table;
+
+table!(sets $);
 
 /// The set of this number.
 pub(crate) fn find(number: u32) -> Option<&'static Set> {

@@ -1,10 +1,12 @@
 //! Filter and reference in lockstep: every step of the reference starts from the filter's own state and random numbers,
 //! so that what differs afterwards is what that one step computed differently.
 
+mod differences;
 mod joint;
 mod planar;
 mod underwater;
 
+pub use differences::{Comparison, Differences};
 pub use joint::{JointComparison, JointDifferences};
 
 use crate::dimensions::Coordinates;
@@ -13,7 +15,7 @@ use crate::kind::Kind;
 use crate::log::Scan;
 use crate::reference::{Component, Particle, Recursion, Selection, State, Weighing};
 use crate::slam::{Precision, Refusal, Snapshot, Transparent};
-use serde::Serialize;
+use differences::{NO_FIXES, distance, larger, norm, relative};
 
 /// A kind of vehicle that the reference has models of.
 pub trait Lockstep: Kind {
@@ -39,83 +41,6 @@ pub trait Lockstep: Kind {
         precision: Precision,
         progress: &mut dyn FnMut(usize),
     ) -> Result<JointComparison, Refusal>;
-}
-
-/// Largest differences between filter and reference, relative unless the name carries a unit.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
-pub struct Differences {
-    /// Scans compared.
-    pub scans: usize,
-    /// Position of a candidate after a prediction, m.
-    pub predicted_position_m: f64,
-    /// Heading of a candidate after a prediction, rad.
-    pub predicted_heading_rad: f64,
-    /// Time since the last scan after a prediction, s: what moving features are predicted by.
-    pub waited_s: f64,
-    /// ln L of a candidate, relative to its magnitude or to 1, whichever is larger: where ln L passes through zero, this
-    /// is the relative difference of L itself.
-    pub ln_likelihood: f64,
-    /// Weight of a particle.
-    pub particle_weight: f64,
-    /// Weight of a component; here and below, of the static and of the moving ones.
-    pub component_weight: f64,
-    /// Mean of a component: distance over distance from the origin; of a moving one also that of the velocity, likewise.
-    pub mean: f64,
-    /// Covariance of a component: Frobenius norm of the difference over that of the covariance.
-    pub covariance: f64,
-    /// N̂ of either part of a map.
-    pub mass: f64,
-    /// Position of the estimated pose, m.
-    pub estimated_position_m: f64,
-    /// Heading of the estimated pose, rad.
-    pub estimated_heading_rad: f64,
-    /// Scans that selected other survivors, or only one of both resampled (the reference's maps are then updated for the
-    /// filter's survivors).
-    pub other_survivors: usize,
-    /// Static components compared.
-    pub components: usize,
-    /// Moving components compared.
-    pub moving_components: usize,
-    /// Components of either that have no counterpart: rounding decided otherwise whether to prune or to merge.
-    pub unmatched: usize,
-    /// Greatest share of the mass of either part of a map in such components.
-    pub unmatched_mass: f64,
-    /// Scans in which the filter reported a lack of room, and so was not expected to agree.
-    pub capacity_events: usize,
-}
-
-impl Differences {
-    /// The larger of both in every field; counts are added.
-    fn merge(&mut self, other: &Self) {
-        let larger = |into: &mut f64, value: f64| *into = larger(*into, value);
-        larger(&mut self.predicted_position_m, other.predicted_position_m);
-        larger(&mut self.predicted_heading_rad, other.predicted_heading_rad);
-        larger(&mut self.waited_s, other.waited_s);
-        larger(&mut self.ln_likelihood, other.ln_likelihood);
-        larger(&mut self.particle_weight, other.particle_weight);
-        larger(&mut self.component_weight, other.component_weight);
-        larger(&mut self.mean, other.mean);
-        larger(&mut self.covariance, other.covariance);
-        larger(&mut self.mass, other.mass);
-        larger(&mut self.estimated_position_m, other.estimated_position_m);
-        larger(&mut self.estimated_heading_rad, other.estimated_heading_rad);
-        larger(&mut self.unmatched_mass, other.unmatched_mass);
-        self.scans += other.scans;
-        self.other_survivors += other.other_survivors;
-        self.components += other.components;
-        self.moving_components += other.moving_components;
-        self.unmatched += other.unmatched;
-        self.capacity_events += other.capacity_events;
-    }
-}
-
-/// A comparison over a whole log.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Comparison<D = Differences> {
-    /// One row a scan.
-    pub scans: Vec<D>,
-    /// The largest of all.
-    pub overall: D,
 }
 
 /// Runs the filter over a log and repeats each of its steps with the reference; `progress` is told the number of scans
@@ -156,9 +81,6 @@ trait Comparable<K: Kind, const N: usize, const V: usize>: Recursion<N, V, Measu
     /// A pose of the reference.
     fn coordinates(pose: &Self::Pose) -> K::Pose;
 }
-
-/// Why a log with fixes is refused.
-const NO_FIXES: &str = "the reference takes no fixes of the pose";
 
 /// Feeds a log to a filter and repeats each step with the reference: one for every sensor.
 fn drive<K, R, const N: usize, const V: usize>(
@@ -361,24 +283,6 @@ fn mean_difference<const N: usize, const D: usize>(a: &Component<N>, b: &Compone
 fn covariance_difference<const N: usize>(a: &Component<N>, b: &Component<N>) -> f64 {
     let (a, b) = (a.covariance.as_flattened(), b.covariance.as_flattened());
     distance(a, b) / norm(b)
-}
-
-fn distance(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
-}
-
-fn norm(a: &[f64]) -> f64 {
-    a.iter().map(|x| x.powi(2)).sum::<f64>().sqrt()
-}
-
-/// The larger of two differences; one that is not a number outdoes all.
-fn larger(a: f64, b: f64) -> f64 {
-    if b > a || b.is_nan() { b } else { a }
-}
-
-fn relative(a: f64, b: f64) -> f64 {
-    let scale = a.abs().max(b.abs());
-    if a == b { 0.0 } else { (a - b).abs() / scale }
 }
 
 /// Distance (m) and angle (rad), or rate of an angle (rad/s) where that is more, between two poses.

@@ -1,9 +1,9 @@
 //! The filter with a mixture a particle that takes in all that a black box holds.
 
+use crate::error::StreamError;
 use crate::header::Header;
 use crate::kind::Kind;
 use crate::onboard::{Filter, Helm, Onboard, Refusal, Scan, Seen, config};
-use crate::reader::StreamError;
 use crate::record::{How, Measurements, Part, Place, Record, Which};
 use crate::snapshot::Snapshot;
 use crate::writer::Writer;

@@ -1,38 +1,10 @@
-//! What a head begins, and heads among the records.
+//! Heads among the records.
 
 use crate::bytes::{Bytes, CHECK, CRC};
-use crate::header::{FRONT, Header, MAGIC};
+use crate::error::StreamError;
+use crate::front::{BEGINS, FRONT, MAGIC, MARK, Mark, SNAPSHOT};
+use crate::header::Header;
 use crate::kind::Kind;
-use crate::reader::StreamError;
-
-/// Where a head says what it begins, and the numbers for it.
-const BEGINS: usize = 18;
-pub(crate) const SNAPSHOT: u8 = 1;
-pub(crate) const RETUNED: u8 = 2;
-/// Where it says what it goes on from.
-const MARK: usize = 52;
-
-/// What a head stands before. A stream begins with one; further ones stand among its records.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Begins {
-    /// The start: the filter is reset to the pose and the seed of the head.
-    Start,
-    /// A snapshot: a replay may begin here, with the state that follows in slices.
-    Snapshot(Mark),
-    /// Other models or another tuning, of the head, from here on.
-    Retuned,
-}
-
-/// What a snapshot is of.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Mark {
-    /// Scans before it.
-    pub scans: u32,
-    /// What it has, a bit for each [`Part`](crate::Part).
-    pub parts: u32,
-    /// Digest of the state.
-    pub digest: u64,
-}
 
 /// A head among the records, as it stands.
 #[derive(Debug, Clone, Copy)]

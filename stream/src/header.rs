@@ -1,40 +1,14 @@
 //! The head of a stream: everything a filter has to be told before the first record.
 
 use crate::bytes::{Bytes, CHECK, CRC, Checked};
-use crate::head::{Begins, Mark, RETUNED, SNAPSHOT};
+use crate::error::StreamError;
+use crate::front::{Begins, FRONT, MAGIC, Mark, RETUNED, SNAPSHOT, VERSION};
 use crate::kind::Kind;
 use crate::numbers::{Numbers, numbers};
-use crate::reader::StreamError;
+use crate::scalar::Scalar;
 
-/// The first bytes of every stream.
-pub(crate) const MAGIC: [u8; 8] = *b"SCPHDLOG";
-/// The version this code reads and writes.
-pub(crate) const VERSION: u16 = 5;
 /// A count that was not known when the head was written, as in a flight that was still going on.
 pub const UNKNOWN: u32 = u32::MAX;
-
-/// Bytes before the numbers: magic, version, length, choices, counts, seed, what the stream goes on from.
-pub(crate) const FRONT: usize = 72;
-
-/// The number type of the records' payload.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Scalar {
-    /// Four bytes.
-    F32,
-    /// Eight bytes.
-    F64,
-}
-
-impl Scalar {
-    /// Bytes of one number.
-    #[must_use]
-    pub const fn bytes(self) -> usize {
-        match self {
-            Self::F32 => 4,
-            Self::F64 => 8,
-        }
-    }
-}
 
 /// The particle likelihood.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

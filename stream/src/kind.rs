@@ -1,7 +1,7 @@
 //! What streams of different vehicles differ in.
 
-use crate::Numbers;
-use crate::header::Scalar;
+use crate::numbers::Numbers;
+use crate::scalar::Scalar;
 use core::fmt::Debug;
 
 /// A kind of stream: what its head says of the vehicle, and what its records hold.

@@ -1,11 +1,13 @@
 //! What a stream holds behind its head.
 
 use crate::bytes::{Bytes, chained};
+use crate::error::StreamError;
+use crate::front::MAGIC;
 use crate::head::Head;
-use crate::header::{MAGIC, Scalar};
+use crate::header::Header;
 use crate::kind::{Input, Kind};
 use crate::numbers::Numbers;
-use crate::reader::StreamError;
+use crate::scalar::Scalar;
 use core::marker::PhantomData;
 
 /// The kinds of record.
@@ -293,7 +295,7 @@ impl<'a> Records<'a> {
         let kind = rest.u8().ok_or(StreamError::Truncated)?;
         if [kind] == MAGIC.first_chunk::<1>().copied().unwrap_or_default() {
             let mut rest = Bytes(whole);
-            let length = crate::Header::<K>::LENGTH;
+            let length = Header::<K>::LENGTH;
             let head = Head::take::<K>(&mut rest);
             let head = head.ok_or(if whole.len() < length { StreamError::Truncated } else { damaged })?;
             return if head.before == self.check {

@@ -1,8 +1,8 @@
 //! The loop over what is left of a black box.
 
+use crate::find::find_whole_snapshot;
 use crate::reader::Reader;
 use crate::replay::{Monitor, ReplayError, Totals, run};
-use crate::snapshot::find_whole_snapshot;
 use crate::{Aboard, Kind};
 use scphd::Real;
 

@@ -1,7 +1,7 @@
 //! Writes a stream, on the desk or in flight.
 
 use crate::bytes::Checked;
-use crate::head::{Begins, Mark};
+use crate::front::{Begins, Mark};
 use crate::kind::{Input, Kind};
 use crate::numbers::Numbers;
 use crate::record::{

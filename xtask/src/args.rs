@@ -3,7 +3,8 @@
 use crate::bench;
 use crate::capi;
 use crate::debian;
-use crate::steps::{OTHERS, Options, STEPS, Step};
+use crate::options::Options;
+use crate::steps::{OTHERS, STEPS, Step};
 use crate::toolchain;
 
 /// What the user asked for.

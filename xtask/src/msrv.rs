@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use crate::firmware::board::REFERENCE;
+use crate::lint;
 use crate::noalloc;
 use crate::outcome::{Missing, Outcome, Stop};
 use crate::process;
-use crate::steps;
 use crate::toolchain::{self, OLDEST, Toolchain};
 
 /// The lint that knows since when the standard library has what a crate uses.
@@ -60,7 +60,7 @@ fn by_compiler(mut check: Command) -> Result<Outcome, Stop> {
 }
 
 fn by_lint() -> Result<Outcome, Stop> {
-    steps::need_clippy()?;
+    lint::need_clippy()?;
     let settings = settings()?;
     let lint = |mut clippy: Command, arguments: &[&str]| {
         clippy.env("CLIPPY_CONF_DIR", &settings).args(arguments).arg("--").args(FLAGS);
@@ -75,7 +75,7 @@ fn by_lint() -> Result<Outcome, Stop> {
         Ok(_) => return Err(format!("clippy does not see that {} needs a later Rust", planted.display()).into()),
     }
     let mut clippy = process::cargo();
-    clippy.args(["clippy", "--workspace", "--all-targets", "--keep-going"]).args(steps::LINT_FEATURES);
+    clippy.args(["clippy", "--workspace", "--all-targets", "--keep-going"]).args(lint::LINT_FEATURES);
     process::run(&mut lint(clippy, &[]))?;
     let firmware = toolchain::find().and_then(|toolchain| firmware_clippy(&toolchain));
     match firmware {

@@ -1,34 +1,20 @@
 //! The steps of `cargo xtask test` and how they are run: all of them, even after a failure, then a summary.
 
-use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use crate::bench;
 use crate::budget;
 use crate::capi;
 use crate::firmware;
+use crate::lint;
 use crate::msrv;
-use crate::outcome::{Missing, Outcome, Stop, Tally};
+use crate::options::Options;
+use crate::outcome::{Outcome, Tally};
 use crate::package;
 use crate::process;
 use crate::python;
 use crate::target;
 use crate::unit;
-
-/// What the command line says beside the steps.
-#[derive(Debug, Default, PartialEq, Eq)]
-pub struct Options {
-    /// Where the budget or the bench writes its figures.
-    pub json: Option<PathBuf>,
-    /// Whether a step that could not check everything makes the run a failure.
-    pub strict: bool,
-    /// Operations and seed of the fuzzer, in the place of its own.
-    pub numbers: Vec<u64>,
-    /// Where the C library is installed.
-    pub place: capi::Place,
-    /// Whether the step `python` runs the studies too.
-    pub studies: bool,
-}
 
 /// One step, which can also be run by its name.
 pub struct Step {
@@ -41,8 +27,8 @@ pub struct Step {
 
 /// Cheapest first, so that the common slips show early.
 pub const STEPS: &[Step] = &[
-    Step { name: "fmt", what: "formatting of every package", run: |_| fmt() },
-    Step { name: "lint", what: "clippy on every package, warnings are errors", run: |_| lint() },
+    Step { name: "fmt", what: "formatting of every package", run: |_| lint::fmt() },
+    Step { name: "lint", what: "clippy on every package, warnings are errors", run: |_| lint::lint() },
     Step { name: "doc", what: "documentation builds without a warning", run: |_| doc() },
     Step { name: "package", what: "the libraries can be packaged, each whole", run: |_| package::step() },
     Step { name: "unit", what: "every test of the workspace, documentation examples included", run: |_| unit::step() },
@@ -150,53 +136,6 @@ fn verdict(name: &str, outcome: &Outcome, elapsed: Duration) -> String {
 fn line(word: &str, name: &str, elapsed: Duration, note: &str) -> String {
     let line = format!("{word:<8}{name:<9}{:>7.1} s  {note}", elapsed.as_secs_f64());
     line.trim_end().to_owned()
-}
-
-/// Features of the workspace that only the firmware or nothing turns on.
-pub const LINT_FEATURES: [&str; 2] =
-    ["--features", "scphd/defmt,scphd/embedded-hal,scphd-sequencer/defmt,scphd-store/defmt,scphd-stream/defmt"];
-
-/// Fails unless the active toolchain has this command of cargo.
-fn need(command: &str) -> Result<(), Missing> {
-    let said = process::read(process::cargo().args([command, "--version"]));
-    said.map(drop).map_err(|_| Missing(format!("the active toolchain has no `cargo {command}`")))
-}
-
-/// Fails unless the active toolchain has clippy.
-pub fn need_clippy() -> Result<(), Missing> {
-    need("clippy")
-}
-
-/// Firmware, C interface and Python package are workspaces of their own.
-fn fmt() -> Outcome {
-    let firmware = ["fmt", "--manifest-path", "firmware/Cargo.toml", "--", "--check"];
-    let capi = ["fmt", "--all", "--manifest-path", "capi/Cargo.toml", "--", "--check"];
-    let python = ["fmt", "--manifest-path", "python/Cargo.toml", "--", "--check"];
-    let workspace = ["fmt", "--all", "--check"];
-    let check = || -> Result<(), Stop> {
-        need("fmt")?;
-        let each = [&workspace[..], &firmware[..], &capi[..], &python[..]];
-        let results = each.map(|arguments| process::run(process::cargo().args(arguments)));
-        Ok(results.into_iter().collect::<Result<(), String>>()?)
-    };
-    check().into()
-}
-
-fn lint() -> Outcome {
-    let mut cargo = process::cargo();
-    cargo.args(["clippy", "--workspace", "--all-targets", "--keep-going"]);
-    cargo.args(LINT_FEATURES).args(["--", "-D", "warnings"]);
-    // The other room of the filter on board, which nothing but the firmware's images has.
-    let mut few = process::cargo();
-    few.args(["clippy", "--package", "scphd-stream", "--features", "few-particles", "--", "-D", "warnings"]);
-    let mut check = || -> Result<(), Stop> {
-        need_clippy()?;
-        Ok(process::run(&mut cargo)
-            .and_then(|()| process::run(&mut few))
-            .and_then(|()| process::run(&mut capi::clippy()))
-            .and_then(|()| process::run(&mut python::clippy()))?)
-    };
-    check().into()
 }
 
 fn doc() -> Outcome {

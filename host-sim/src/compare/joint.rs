@@ -1,7 +1,7 @@
 //! The joint filter and its reference in lockstep: every step of the reference starts from the filter's own state. Beside it another
 //! reference goes its own way from the start.
 
-use super::{Comparison, larger, norm, relative};
+use super::differences::{Comparison, NO_FIXES, larger, norm, relative};
 use crate::angle::wrap;
 use crate::events::Event;
 use crate::kind::Kind;
@@ -114,7 +114,7 @@ pub(super) fn drive<K: Kind, M: Models>(
                 references[0].predict(&mut alone, &control, dt_s);
                 predictions.merge(&predicted(&filter.snapshot()?, &state, M::FEATURE));
             }
-            Event::Fix { .. } => return Err(Refusal(super::NO_FIXES.into())),
+            Event::Fix { .. } => return Err(Refusal(NO_FIXES.into())),
             Event::Scan { index } => {
                 let (sensor, reference) = (all[index].sensor, &references[all[index].sensor]);
                 let scan: Vec<&[f64]> = all[index].detections.iter().map(AsRef::as_ref).collect();

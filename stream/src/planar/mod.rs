@@ -5,41 +5,16 @@ mod fix;
 mod joint;
 mod models;
 mod onboard;
+mod vehicle;
 
 pub use black_box::{BlackBox, BlackBoxJoint};
 pub use fix::Fix;
 pub use joint::PlanarJoint;
 pub use models::{Models, Sensor};
 pub use onboard::{MEASUREMENTS, Memory};
+pub use vehicle::{Odometry, Planar, Vehicle};
 
-use crate::header::Scalar;
-use crate::kind::{Input, Kind};
-use crate::numbers::{Numbers, numbers};
-
-/// The kind of these streams.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Planar;
-
-/// The motion model.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Vehicle {
-    /// Speed of the encoder's wheel and steering angle (5.25–5.27).
-    Ackermann,
-    /// Speed and turn rate, Euler step.
-    Unicycle,
-    /// Speed and turn rate, exact arc.
-    UnicycleArc,
-}
-
-numbers! {
-    /// The vehicle moved.
-    Odometry {
-        /// Speed (m/s), then steering angle (rad) or turn rate (rad/s).
-        control: [f64; 2],
-        /// For how long, s.
-        dt_s: f64,
-    }
-}
+use crate::kind::Kind;
 
 impl Kind for Planar {
     type Vehicle = Vehicle;
@@ -73,28 +48,5 @@ impl Kind for Planar {
             2 => Some(Vehicle::UnicycleArc),
             _ => None,
         }
-    }
-}
-
-/// Always whole.
-impl Input for Odometry {
-    fn parts(&self) -> u8 {
-        0
-    }
-
-    fn count(parts: u8) -> Option<usize> {
-        (parts == 0).then_some(Self::COUNT)
-    }
-
-    fn scalar(of_stream: Scalar) -> Scalar {
-        of_stream
-    }
-
-    fn put(&self, sink: &mut impl FnMut(f64)) {
-        Numbers::put(self, sink);
-    }
-
-    fn take(_parts: u8, source: &mut impl FnMut() -> Option<f64>) -> Option<Self> {
-        Numbers::take(source)
     }
 }

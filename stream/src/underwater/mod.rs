@@ -10,9 +10,9 @@ pub use fix::{Fix, Of};
 pub use models::{AuvModels, Models};
 pub use onboard::{MEASUREMENTS, Memory};
 
-use crate::header::Scalar;
 use crate::kind::{Input, Kind};
 use crate::numbers::Numbers;
+use crate::scalar::Scalar;
 use scphd::{Instruments, Reading};
 
 /// The kind of these streams.

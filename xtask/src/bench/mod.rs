@@ -12,9 +12,9 @@ use comfy_table::{CellAlignment, Table};
 use serde::{Deserialize, Serialize};
 
 use crate::budget;
+use crate::options::Options;
 use crate::outcome::{Outcome, Stop};
 use crate::process;
-use crate::steps::Options;
 
 pub use counts::step as counts;
 pub use definitions::text as definitions;

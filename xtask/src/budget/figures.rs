@@ -5,7 +5,7 @@ use std::array;
 use serde::ser::SerializeMap;
 use serde::{Serialize, Serializer};
 
-use super::limits::Budget;
+use super::entry::Budget;
 use crate::firmware::board::Board;
 use crate::firmware::image::Sizes;
 use crate::firmware::output::{Replay, STAGES, Scan};

@@ -1,28 +1,11 @@
-//! `budgets.toml`.
+//! The limits of `budgets.toml`, and what breaks them.
 
 use std::path::Path;
 
 use serde::Deserialize;
 
+use super::entry::Budget;
 use super::figures::Figures;
-use crate::firmware::streams::{Precision, Source, Variant};
-
-/// One entry: what to measure, and what it may take.
-#[derive(Debug, Clone, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Budget {
-    pub board: String,
-    pub configuration: String,
-    pub scenario: String,
-    pub scans: usize,
-    pub flash_bytes: u64,
-    pub library_flash_bytes: u64,
-    pub state_bytes: u64,
-    pub stack_bytes: u64,
-    pub instructions_per_predict_worst: u64,
-    pub instructions_per_scan_mean: u64,
-    pub instructions_per_scan_worst: u64,
-}
 
 /// All of it.
 #[derive(Debug, Clone, Deserialize)]
@@ -104,26 +87,6 @@ fn grouped(number: u64) -> String {
 }
 
 impl Budget {
-    /// What to replay.
-    pub fn source(&self) -> Source<'_> {
-        Source { what: &self.scenario, scans: self.scans, variant: self.variant() }
-    }
-
-    fn variant(&self) -> Variant {
-        let named = Variant::NAMED.into_iter().find(|variant| self.configuration.contains(variant.mark()));
-        named.unwrap_or(Variant::Plain)
-    }
-
-    /// The number type that the configuration ends with.
-    pub fn precision(&self) -> Result<Precision, String> {
-        let rig = self.source().rig();
-        let configuration = self.configuration.replace(self.variant().mark(), "");
-        let found = rig.precisions.iter().find(|&&precision| configuration == rig.configuration(precision));
-        found
-            .copied()
-            .ok_or_else(|| format!("budgets.toml: no configuration `{}` of {}", self.configuration, self.scenario))
-    }
-
     /// Every limit: its name, the figure that it is for, and itself.
     fn limits(&self, figures: &Figures) -> [(&'static str, u64, u64); 7] {
         let worst_predict = figures.instructions_per_predict_worst;
@@ -152,10 +115,6 @@ impl Budget {
             format!("{}: {name} is {found}, and the limit {limit} too far above to guard it", self.what())
         };
         loose.map(line).collect()
-    }
-
-    fn what(&self) -> String {
-        format!("{} {} {}", self.board, self.configuration, self.scenario)
     }
 }
 

@@ -1,5 +1,6 @@
 //! The step `budget`: what the firmware takes in flash, RAM, stack and instructions, against `budgets.toml`.
 
+mod entry;
 mod figures;
 mod limits;
 mod share;
@@ -15,16 +16,18 @@ use std::thread;
 use crate::firmware::board::{Board, EMULATED};
 use crate::firmware::image::{self, Extra, Image};
 use crate::firmware::output::Replay;
+use crate::firmware::precision::Precision;
 use crate::firmware::rig::Rig;
-use crate::firmware::streams::{self, Precision};
+use crate::firmware::streams;
 use crate::firmware::{PROOF, emulator};
+use crate::options::Options;
 use crate::outcome::{Outcome, Stop};
 use crate::process;
-use crate::steps::Options;
 use crate::toolchain::{self, Toolchain};
 use crate::tools::Tool;
+use entry::Budget;
 use figures::{Code, Figures};
-use limits::{Budget, Budgets};
+use limits::Budgets;
 
 pub use table::print;
 

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::PathBuf;
 
+use super::workspace::{cargo, tools_dir};
 use crate::process;
 
 /// Where it is.
@@ -17,7 +18,11 @@ pub fn text() -> Result<String, String> {
 }
 
 /// The functions that it declares.
-pub fn functions(header: &str) -> BTreeSet<String> {
+pub fn functions() -> Result<BTreeSet<String>, String> {
+    Ok(declared(&text()?))
+}
+
+fn declared(header: &str) -> BTreeSet<String> {
     let code = header.lines().filter(|line| !line.trim_start().starts_with("//") && !line.starts_with(['#', ' ']));
     let names = code.filter_map(|line| line.split_once('(')?.0.rsplit([' ', '*']).next());
     names.filter(|name| name.starts_with("scphd_")).map(str::to_owned).collect()
@@ -25,9 +30,9 @@ pub fn functions(header: &str) -> BTreeSet<String> {
 
 /// Fails unless the crate makes the header that is there; where it is to be rewritten, writes it.
 pub fn check() -> Result<(), String> {
-    let dir = super::tools_dir();
+    let dir = tools_dir();
     let made = dir.join("scphd.h");
-    let mut cargo = super::cargo("run");
+    let mut cargo = cargo("run");
     process::run(cargo.args(["--package", "scphd-header", "--"]).arg(&made))?;
     let text = fs::read_to_string(&made).map_err(|error| format!("{}: {error}", made.display()))?;
     if process::is_blessing() {
@@ -48,7 +53,7 @@ mod tests {
     fn functions_are_told_from_what_is_said_of_them() {
         let header = "// Calls scphd_other(x).\n#define SCPHD_X(a) a\nconst char *scphd_text(int32_t status);\n\
                       scphd_status scphd_start(uint32_t version,\n                         int (*scphd_hook)(void));\n";
-        assert_eq!(functions(header).into_iter().collect::<Vec<_>>(), ["scphd_start", "scphd_text"]);
-        assert!(functions(&text().unwrap()).contains("scphd_plane_scan_range_bearing"));
+        assert_eq!(declared(header).into_iter().collect::<Vec<_>>(), ["scphd_start", "scphd_text"]);
+        assert!(functions().unwrap().contains("scphd_plane_scan_range_bearing"));
     }
 }

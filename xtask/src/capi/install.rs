@@ -4,8 +4,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::archive::{self, Builder};
+use super::header;
 use super::programs::Compiler;
-use super::{TARGETS, functions, header};
+use super::workspace::TARGETS;
 use crate::outcome::{Outcome, Stop};
 use crate::process;
 use crate::toolchain;
@@ -23,7 +24,7 @@ pub struct Place {
 /// Builds the archive and installs it.
 pub fn install(place: &Place) -> Outcome {
     let install = || -> Result<Outcome, Stop> {
-        let functions = functions()?;
+        let functions = header::functions()?;
         let dir = match &place.target {
             None => archive::make(&Builder::Host, &functions)?,
             Some(target) => {

@@ -6,8 +6,8 @@ mod header;
 mod install;
 mod programs;
 mod symbols;
+mod workspace;
 
-use std::collections::BTreeSet;
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -19,25 +19,12 @@ use crate::toolchain;
 use archive::Builder;
 pub use install::{Place, install};
 pub use programs::Compiler;
-
-/// The targets that there are archives for beside the host: with a floating-point unit and without one.
-pub const TARGETS: [&str; 2] = ["thumbv7em-none-eabihf", "thumbv7em-none-eabi"];
+pub use workspace::TARGETS;
+use workspace::{cargo, tools_dir};
 
 /// The step.
 pub fn step() -> Outcome {
     check().into()
-}
-
-/// Where what is built for the host and not for the archive is kept.
-fn tools_dir() -> PathBuf {
-    process::own_target_dir("capi-tools")
-}
-
-/// cargo, in the workspace of the C interface.
-fn cargo(builds: &str) -> Command {
-    let mut cargo = process::cargo();
-    cargo.args([builds, "--quiet", "--locked", "--manifest-path", "capi/Cargo.toml", "--target-dir"]).arg(tools_dir());
-    cargo
 }
 
 /// clippy on every package of the workspace, warnings are errors.
@@ -58,7 +45,7 @@ fn check() -> Result<Outcome, Stop> {
     if !cfg!(target_os = "linux") {
         return Err(Missing("the archive is made of ELF objects".into()).into());
     }
-    let functions = header::functions(&header::text()?);
+    let functions = header::functions()?;
     let bare = toolchain::find_for(&TARGETS);
     let mut missing = Vec::new();
     // The link of an archive keeps one core busy.
@@ -140,9 +127,4 @@ pub fn stream() -> Result<PathBuf, String> {
     let file = File::create(&path).map_err(|error| format!("{}: {error}", path.display()))?;
     process::run(cargo("run").args(["--package", "scphd-drive"]).stdout(Stdio::from(file)))?;
     Ok(path)
-}
-
-/// The functions of the header.
-pub fn functions() -> Result<BTreeSet<String>, String> {
-    Ok(header::functions(&header::text()?))
 }

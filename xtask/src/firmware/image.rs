@@ -7,8 +7,8 @@ use std::process::Command;
 use object::{Object, ObjectSection, ObjectSymbol, SectionFlags, SectionKind, elf};
 
 use super::board::{Board, REFERENCE};
+use super::precision::Precision;
 use super::rig::Rig;
-use super::streams::Precision;
 use crate::outcome::Missing;
 use crate::process;
 use crate::toolchain::Toolchain;

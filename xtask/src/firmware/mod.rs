@@ -6,6 +6,7 @@ pub mod emulator;
 pub mod image;
 mod library;
 pub mod output;
+pub mod precision;
 mod proof;
 pub mod rig;
 mod stack;

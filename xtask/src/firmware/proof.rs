@@ -3,8 +3,8 @@
 
 use super::board::{Board, EMULATED, REFERENCE};
 use super::image::{self, Extra, Image};
+use super::precision::Precision;
 use super::rig::{BLACK_BOXES, JOINT, PLANAR, UNDERWATER};
-use super::streams::Precision;
 use crate::noalloc;
 use crate::outcome::{Outcome, Stop};
 use crate::toolchain;

@@ -1,7 +1,7 @@
 //! The vehicles whose filters the firmware has: what streams they get and which images replay them.
 
 use super::board::{Board, EMULATED};
-use super::streams::Precision;
+use super::precision::Precision;
 
 /// The filter of one kind of vehicle.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -2,7 +2,7 @@
 
 use super::misbehaviour::Misbehaviour;
 use super::plan::Plan;
-use super::stream;
+use super::stream::stream;
 use crate::angle::wrap;
 use crate::noise::Noise;
 use libm::{asin, atan2, cos, sin};

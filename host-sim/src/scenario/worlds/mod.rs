@@ -13,6 +13,7 @@
 mod detector;
 mod misbehaviour;
 mod plan;
+mod stream;
 #[cfg(test)]
 mod tests;
 mod wheels;
@@ -20,7 +21,6 @@ mod wheels;
 pub use misbehaviour::Misbehaviour;
 
 use crate::log::{FixNoise, Log, Nominal, Scan, TruePose};
-use crate::noise::Noise;
 use crate::scenario::mover;
 use detector::Detector;
 use plan::Plan;
@@ -59,11 +59,6 @@ pub fn world(kind: Kind, seed: u64) -> Log {
 #[must_use]
 pub fn misbehaving(seed: u64, misbehaviour: Misbehaviour) -> Log {
     of_plan(&Plan::data_sheet(seed), misbehaviour, seed, "worlds", by_data_sheet)
-}
-
-/// One stream of random numbers for each purpose, so that a switch of one leaves the others as they are.
-fn stream(seed: u64, purpose: u64) -> Noise {
-    Noise::new(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ purpose.wrapping_mul(0xd1b5_4a32_d192_ed03))
 }
 
 fn of_plan(plan: &Plan, misbehaviour: Misbehaviour, seed: u64, name: &str, stated: fn(&Plan) -> Nominal) -> Log {

@@ -1,6 +1,6 @@
 //! What a world is made of before anything is measured in it.
 
-use super::stream;
+use super::stream::stream;
 use crate::angle::wrap;
 use crate::log::{Mounting, Sensor, Vehicle};
 use crate::noise::Noise;

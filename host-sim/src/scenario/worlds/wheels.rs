@@ -2,7 +2,7 @@
 
 use super::misbehaviour::Misbehaviour;
 use super::plan::Plan;
-use super::stream;
+use super::stream::stream;
 use crate::log::Odometry;
 
 /// Standard deviation of the scale of either control.

@@ -1,0 +1,82 @@
+//! The rooms of the project: in the library every folder depends on those before it alone, and in no crate do files import
+//! in a circle.
+
+mod imports;
+
+use imports::{Imports, Module, circle, imports, sources};
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+
+/// The folders of `core/src`, each after those that it may depend on. Tests stand aside.
+const ROOMS: [&str; 12] = [
+    "numerics",
+    "map",
+    "models",
+    "report",
+    "settings",
+    "sight",
+    "particles",
+    "snapshot",
+    "navigation",
+    "filter",
+    "joint",
+    "locate",
+];
+
+/// The crates, by their folders, each with how many of its imports must at least be understood.
+const CRATES: [(&str, usize); 10] = [
+    ("core", 900),
+    ("stream", 120),
+    ("sequencer", 10),
+    ("store", 5),
+    ("host-sim", 800),
+    ("xtask", 170),
+    ("capi", 90),
+    ("python", 25),
+    ("benches", 3),
+    ("firmware", 4),
+];
+
+fn of(folder: &str) -> Imports {
+    imports(&sources(&root().join(folder).join("src")))
+}
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
+}
+
+#[test]
+fn no_file_imports_in_a_circle() {
+    for (folder, least) in CRATES {
+        let imports = of(folder);
+        let count: usize = imports.values().map(BTreeSet::len).sum();
+        assert!(count >= least, "{folder}: only {count} imports were understood");
+        assert_eq!(circle(&imports), None, "{folder}");
+    }
+}
+
+#[test]
+fn every_folder_of_the_library_depends_on_those_before_it_alone() {
+    let place = |module: &Module| ROOMS.iter().position(|room| *room == module[0]);
+    for (module, from) in of("core") {
+        let Some(own) = place(&module) else { continue };
+        for other in from {
+            assert!(
+                place(&other).is_some_and(|place| place <= own),
+                "{} imports {}",
+                module.join("/"),
+                other.join("/")
+            );
+        }
+    }
+}
+
+#[test]
+fn a_circle_is_found() {
+    let module = |name: &str| vec![name.to_owned()];
+    let text = |other: &str| format!("use crate::{other}::{{A, B}};\n");
+    let mut modules = BTreeMap::from([(Vec::new(), String::new())]);
+    modules.extend([("a", "b"), ("b", "c"), ("c", "d"), ("d", "c")].map(|(own, other)| (module(own), text(other))));
+    let found = imports(&modules);
+    assert_eq!(circle(&found).map(|way| way.len()), Some(2));
+}

@@ -1,0 +1,50 @@
+//! An entry of `budgets.toml`.
+
+use serde::Deserialize;
+
+use crate::firmware::precision::Precision;
+use crate::firmware::streams::{Source, Variant};
+
+/// What to measure, and what it may take.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Budget {
+    pub board: String,
+    pub configuration: String,
+    pub scenario: String,
+    pub scans: usize,
+    pub flash_bytes: u64,
+    pub library_flash_bytes: u64,
+    pub state_bytes: u64,
+    pub stack_bytes: u64,
+    pub instructions_per_predict_worst: u64,
+    pub instructions_per_scan_mean: u64,
+    pub instructions_per_scan_worst: u64,
+}
+
+impl Budget {
+    /// What to replay.
+    pub fn source(&self) -> Source<'_> {
+        Source { what: &self.scenario, scans: self.scans, variant: self.variant() }
+    }
+
+    fn variant(&self) -> Variant {
+        let named = Variant::NAMED.into_iter().find(|variant| self.configuration.contains(variant.mark()));
+        named.unwrap_or(Variant::Plain)
+    }
+
+    /// The number type that the configuration ends with.
+    pub fn precision(&self) -> Result<Precision, String> {
+        let rig = self.source().rig();
+        let configuration = self.configuration.replace(self.variant().mark(), "");
+        let found = rig.precisions.iter().find(|&&precision| configuration == rig.configuration(precision));
+        found
+            .copied()
+            .ok_or_else(|| format!("budgets.toml: no configuration `{}` of {}", self.configuration, self.scenario))
+    }
+
+    /// How it is named where a limit of it is broken.
+    pub fn what(&self) -> String {
+        format!("{} {} {}", self.board, self.configuration, self.scenario)
+    }
+}

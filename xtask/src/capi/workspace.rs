@@ -1,0 +1,21 @@
+//! The workspace of the C interface.
+
+use std::path::PathBuf;
+use std::process::Command;
+
+use crate::process;
+
+/// The targets that there are archives for beside the host: with a floating-point unit and without one.
+pub const TARGETS: [&str; 2] = ["thumbv7em-none-eabihf", "thumbv7em-none-eabi"];
+
+/// Where what is built for the host and not for the archive is kept.
+pub fn tools_dir() -> PathBuf {
+    process::own_target_dir("capi-tools")
+}
+
+/// cargo, in the workspace of the C interface.
+pub fn cargo(builds: &str) -> Command {
+    let mut cargo = process::cargo();
+    cargo.args([builds, "--quiet", "--locked", "--manifest-path", "capi/Cargo.toml", "--target-dir"]).arg(tools_dir());
+    cargo
+}

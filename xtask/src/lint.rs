@@ -1,0 +1,54 @@
+//! The steps `fmt` and `lint`, and what of clippy others need.
+
+use crate::capi;
+use crate::outcome::{Missing, Outcome, Stop};
+use crate::process;
+use crate::python;
+
+/// Features of the workspace that only the firmware or nothing turns on.
+pub const LINT_FEATURES: [&str; 2] =
+    ["--features", "scphd/defmt,scphd/embedded-hal,scphd-sequencer/defmt,scphd-store/defmt,scphd-stream/defmt"];
+
+/// Fails unless the active toolchain has this command of cargo.
+fn need(command: &str) -> Result<(), Missing> {
+    let said = process::read(process::cargo().args([command, "--version"]));
+    said.map(drop).map_err(|_| Missing(format!("the active toolchain has no `cargo {command}`")))
+}
+
+/// Fails unless the active toolchain has clippy.
+pub fn need_clippy() -> Result<(), Missing> {
+    need("clippy")
+}
+
+/// The step `fmt`: firmware, C interface and Python package are workspaces of their own.
+pub fn fmt() -> Outcome {
+    let firmware = ["fmt", "--manifest-path", "firmware/Cargo.toml", "--", "--check"];
+    let capi = ["fmt", "--all", "--manifest-path", "capi/Cargo.toml", "--", "--check"];
+    let python = ["fmt", "--manifest-path", "python/Cargo.toml", "--", "--check"];
+    let workspace = ["fmt", "--all", "--check"];
+    let check = || -> Result<(), Stop> {
+        need("fmt")?;
+        let each = [&workspace[..], &firmware[..], &capi[..], &python[..]];
+        let results = each.map(|arguments| process::run(process::cargo().args(arguments)));
+        Ok(results.into_iter().collect::<Result<(), String>>()?)
+    };
+    check().into()
+}
+
+/// The step `lint`.
+pub fn lint() -> Outcome {
+    let mut cargo = process::cargo();
+    cargo.args(["clippy", "--workspace", "--all-targets", "--keep-going"]);
+    cargo.args(LINT_FEATURES).args(["--", "-D", "warnings"]);
+    // The other room of the filter on board, which nothing but the firmware's images has.
+    let mut few = process::cargo();
+    few.args(["clippy", "--package", "scphd-stream", "--features", "few-particles", "--", "-D", "warnings"]);
+    let mut check = || -> Result<(), Stop> {
+        need_clippy()?;
+        Ok(process::run(&mut cargo)
+            .and_then(|()| process::run(&mut few))
+            .and_then(|()| process::run(&mut capi::clippy()))
+            .and_then(|()| process::run(&mut python::clippy()))?)
+    };
+    check().into()
+}
