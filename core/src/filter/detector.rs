@@ -5,6 +5,7 @@ use crate::numerics::fnv::Fnv;
 use crate::settings::config::ADAPTIVE;
 use crate::sight::online::Learnt;
 use crate::sight::scan::Measurement;
+use crate::snapshot::visit::Walk;
 use crate::{
     ConfigError, Flaw, LnSum, MeasurementModel, ModelError, Mounting, Online, Pose, Real, ScalarOf, SetupError, Vector,
 };

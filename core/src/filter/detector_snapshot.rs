@@ -2,15 +2,13 @@
 
 use crate::sight::online::{Learnt, Ratio};
 use crate::snapshot::frame::{Content, Head, Shape};
-use crate::snapshot::pages::Numbering;
 use crate::snapshot::read::{Reader, checked};
-use crate::snapshot::visit::Visit;
-use crate::snapshot::write::{AsWords, Writer};
+use crate::snapshot::visit::{Visit, Walk};
+use crate::snapshot::write::write;
 use crate::{Detector, Flaw, MeasurementModel, Pose, Real, RestoreError, SaveError, ScanRoom, Vector};
 
-impl<T: Real> Learnt<T> {
-    /// Walks through all of it.
-    pub(super) fn walk(&self, visit: &mut impl Visit) {
+impl<T: Real> Walk for Learnt<T> {
+    fn walk(&self, visit: &mut impl Visit) {
         for ratio in [&self.detections, &self.clutter] {
             visit.scalar(ratio.happened);
             visit.scalar(ratio.expected);
@@ -34,12 +32,8 @@ impl<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>> Detector<X, Sc
         if !self.room.learnt.is_in_range() {
             return Err(SaveError::Damaged(Flaw::Cursor));
         }
-        let words = 4 * size_of::<T>() as u32 / 4;
-        let head = Head { shape: Self::shape(kind), flags: 0, len: 0, sizes: [0; 3] }.with_body(words);
-        let pages = [(); 2].map(|()| Numbering::over(&mut []));
-        let mut writer = AsWords { words: Writer::new(&head, sink), pages };
-        self.room.learnt.walk(&mut writer);
-        writer.words.end()
+        let head = Head { shape: Self::shape(kind), flags: 0, len: 0, sizes: [0; 3] };
+        write(head, self.room.learnt, [&mut [], &mut []], sink)
     }
 
     /// Goes on from what was [saved](Self::save), as [`ScPhd::restore`](crate::ScPhd::restore) does.

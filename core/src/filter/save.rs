@@ -3,9 +3,9 @@
 use crate::filter::state::{Held, Memory};
 use crate::map::Maps;
 use crate::snapshot::frame::{Content, Head, Shape, pair};
-use crate::snapshot::pages::Numbering;
 use crate::snapshot::read::numbers;
-use crate::snapshot::write::{AsWords, Measure, Writer};
+use crate::snapshot::visit::{Visit, Walk};
+use crate::snapshot::write::write;
 use crate::{Feature, Motion, Pose, Proposal, Real, SaveError, ScPhd, Vector};
 
 /// Flags of a head.
@@ -58,18 +58,23 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
         memory.audit().map_err(SaveError::Damaged)?;
         let head = memory.head(kind, informed);
         let (still, moving) = (memory.still.pool.lend_counts(), memory.moving.pool.lend_counts());
-        let mut measure =
-            AsWords { words: Measure::default(), pages: [&mut *still, &mut *moving].map(Numbering::over) };
-        memory.walk(informed, &mut measure);
-        let head = head.with_body(measure.words.words);
-        let words = Writer::new(&head, sink);
-        let mut writer = AsWords { words, pages: [&mut *still, &mut *moving].map(Numbering::over) };
-        memory.walk(informed, &mut writer);
-        let written = writer.words.end();
+        let written = write(head, &State { memory, informed }, [&mut *still, &mut *moving], sink);
         let particles = memory.cursor.particles;
         memory.still.recount(particles, still);
         memory.moving.recount(particles, moving);
         written
+    }
+}
+
+/// A state, of which the covariances of poses count where the proposal is `informed`.
+struct State<'m, 's, P: Pose> {
+    memory: &'m Memory<'s, P>,
+    informed: bool,
+}
+
+impl<T: Real, P: Pose<Scalar = T>> Walk for State<'_, '_, P> {
+    fn walk(&self, visit: &mut impl Visit) {
+        self.memory.walk(self.informed, visit);
     }
 }
 

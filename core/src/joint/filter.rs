@@ -6,13 +6,12 @@ use super::covariance::{first, sandwiched};
 use super::existence::Existence;
 use super::state::{JointState, Memory};
 use super::tidy::TENTATIVE;
-use super::walk::walk_archive;
 use crate::models::require;
 use crate::numerics::fnv::Fnv;
 use crate::numerics::range::{is_within_range, is_within_square};
 use crate::particles::cursor::passed;
 use crate::report::watch::Watch;
-use crate::snapshot::visit::Visit;
+use crate::snapshot::visit::Walk;
 use crate::{
     Component, ConfigError, Health, Linearised, Matrix, ModelError, Motion, Pose, PoseEstimate, PositionOf,
     PredictError, PredictReport, Real, ResetError, ScalarOf, SetupError, Symmetric, TangentOf, Vector,
@@ -254,14 +253,6 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, A: Archi
         let mut hash = Fnv::EMPTY;
         self.walk(&mut hash);
         hash.value()
-    }
-
-    /// Walks through the state, and the archive if there is one.
-    pub(super) fn walk(&self, visit: &mut impl Visit) {
-        self.memory.walk(visit);
-        if let Some(index) = self.archive.index() {
-            walk_archive(self.archive.kept(), index, visit);
-        }
     }
 
     /// How many features the state holds, likely ones or not, with those in the archive.

@@ -2,11 +2,11 @@
 
 use super::archive::Archive;
 use super::filter::JointSlam;
-use super::walk::{audit_archive, fill_archive};
+use super::walk::{audit_archive, fill_archive, walk_archive};
 use crate::snapshot::frame::{Content, Head, Shape};
-use crate::snapshot::pages::Numbering;
 use crate::snapshot::read::{Reader, checked, numbers};
-use crate::snapshot::write::{AsWords, Measure, Writer};
+use crate::snapshot::visit::{Visit, Walk};
+use crate::snapshot::write::write;
 use crate::{Flaw, Motion, Pose, Real, RestoreError, SaveError, TangentOf, Vector};
 
 /// What snapshots of such a filter have in common.
@@ -43,17 +43,11 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, A: Archi
             return Err(SaveError::NotStarted);
         }
         self.audit().map_err(SaveError::Damaged)?;
-        let pages = || [(); 2].map(|()| Numbering::over(&mut []));
-        let mut measure = AsWords { words: Measure::default(), pages: pages() };
-        self.walk(&mut measure);
         let [features, archived] =
             [memory.known.len, self.archive.kept().len()].map(|n| u32::try_from(n).unwrap_or(u32::MAX));
         let with_archive = u32::from(self.archive.index().is_some());
         let head = Head { shape: shape::<M::Pose>(kind), flags: 0, len: 0, sizes: [features, archived, with_archive] };
-        let head = head.with_body(measure.words.words);
-        let mut writer = AsWords { words: Writer::new(&head, sink), pages: pages() };
-        self.walk(&mut writer);
-        writer.words.end()
+        write(head, self, [&mut [], &mut []], sink)
     }
 
     /// Goes on from a [snapshot](Self::save), as if nothing had been, as [`ScPhd::restore`](crate::ScPhd::restore) does.
@@ -91,5 +85,17 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, A: Archi
             (memory.known.started, memory.known.len) = (false, 0);
         }
         taken.map(|()| head.len())
+    }
+}
+
+/// The state, and the archive if there is one.
+impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, A: Archive<M::Pose>> Walk
+    for JointSlam<'_, M, Z, A>
+{
+    fn walk(&self, visit: &mut impl Visit) {
+        self.memory.walk(visit);
+        if let Some(index) = self.archive.index() {
+            walk_archive(self.archive.kept(), index, visit);
+        }
     }
 }

@@ -4,10 +4,9 @@ use super::Navigator;
 use super::kalman::Kalman;
 use super::velocity_filter::Outliers;
 use crate::snapshot::frame::{Content, Head, Shape};
-use crate::snapshot::pages::Numbering;
 use crate::snapshot::read::{Reader, checked};
-use crate::snapshot::visit::Visit;
-use crate::snapshot::write::{AsWords, Measure, Writer};
+use crate::snapshot::visit::{Visit, Walk};
+use crate::snapshot::write::write;
 use crate::{Flaw, Reading, Real, RestoreError, SaveError, Symmetric};
 
 /// What snapshots of navigators have in common.
@@ -42,13 +41,8 @@ impl<T: Real> Navigator<T> {
         if !self.is_sound() {
             return Err(SaveError::Damaged(Flaw::Pose));
         }
-        let pages = || [(); 2].map(|()| Numbering::over(&mut []));
-        let mut measure = AsWords { words: Measure::default(), pages: pages() };
-        self.walk(&mut measure);
-        let head = Head { shape: shape::<T>(kind), flags: 0, len: 0, sizes: [0; 3] }.with_body(measure.words.words);
-        let mut writer = AsWords { words: Writer::new(&head, sink), pages: pages() };
-        self.walk(&mut writer);
-        writer.words.end()
+        let head = Head { shape: shape::<T>(kind), flags: 0, len: 0, sizes: [0; 3] };
+        write(head, self, [&mut [], &mut []], sink)
     }
 
     /// Goes on from what was [saved](Self::save), with the noise that it was made with.
@@ -80,7 +74,18 @@ impl<T: Real> Navigator<T> {
         Ok(head.len())
     }
 
-    /// Walks through all that changes under way.
+    /// Finite, and no variance negative.
+    fn is_sound(&self) -> bool {
+        let Kalman { mean, covariance } = &self.velocity.state;
+        let rate = self.yaw_rate_radps.unwrap_or(Reading { value: T::ZERO, sigma: T::ZERO });
+        let numbers = [self.roll_rad, self.pitch_rad, rate.value, rate.sigma];
+        let variances = (0..4).all(|k| covariance.get(k, k) >= T::ZERO);
+        variances && covariance.is_finite() && numbers.iter().chain(mean.as_slice()).all(|number| number.is_finite())
+    }
+}
+
+/// All that changes under way.
+impl<T: Real> Walk for Navigator<T> {
     fn walk(&self, visit: &mut impl Visit) {
         let state = &self.velocity.state;
         visit.word(u32::from(self.velocity.outliers.0));
@@ -93,15 +98,6 @@ impl<T: Real> Navigator<T> {
         for number in [self.roll_rad, self.pitch_rad, rate.value, rate.sigma] {
             visit.scalar(number);
         }
-    }
-
-    /// Finite, and no variance negative.
-    fn is_sound(&self) -> bool {
-        let Kalman { mean, covariance } = &self.velocity.state;
-        let rate = self.yaw_rate_radps.unwrap_or(Reading { value: T::ZERO, sigma: T::ZERO });
-        let numbers = [self.roll_rad, self.pitch_rad, rate.value, rate.sigma];
-        let variances = (0..4).all(|k| covariance.get(k, k) >= T::ZERO);
-        variances && covariance.is_finite() && numbers.iter().chain(mean.as_slice()).all(|number| number.is_finite())
     }
 }
 

@@ -1,10 +1,9 @@
 //! A map as bytes: what a vehicle leaves for its next drive.
 
 use super::frame::{Content, Head, Shape};
-use super::pages::Numbering;
 use super::read::{Reader, checked};
-use super::visit::Visit;
-use super::write::{AsWords, Measure, Writer};
+use super::visit::{Visit, Walk};
+use super::write::write;
 use super::{RestoreError, SaveError};
 use crate::{Component, Flaw, Real, Symmetric, Vector};
 
@@ -45,14 +44,9 @@ pub fn save_map<T: Real, D: Vector<Scalar = T>, E>(
     if !features.clone().all(|feature| feature.is_usable()) {
         return Err(SaveError::Damaged(Flaw::Component));
     }
-    let pages = || [(); 2].map(|()| Numbering::over(&mut []));
-    let mut measure = AsWords { words: Measure::default(), pages: pages() };
-    features.clone().for_each(|feature| walk(&feature, &mut measure));
     let count = u32::try_from(features.clone().count()).unwrap_or(u32::MAX);
     let head = Head { shape: shape::<D>(kind), flags: 0, len: 0, sizes: [count, 0, 0] };
-    let mut writer = AsWords { words: Writer::new(&head.with_body(measure.words.words), sink), pages: pages() };
-    features.for_each(|feature| walk(&feature, &mut writer));
-    writer.words.end()
+    write(head, &Features(features), [&mut [], &mut []], sink)
 }
 
 /// Reads a map that [`save_map`] wrote; how many features it has.
@@ -80,12 +74,18 @@ pub fn restore_map<T: Real, D: Vector<Scalar = T>, E>(
     if sound { Ok(count) } else { Err(RestoreError::Flawed(Flaw::Component)) }
 }
 
-/// Label, ln w, mean, lower triangle of the covariance.
-fn walk<T: Real, D: Vector<Scalar = T>>(feature: &Component<D>, visit: &mut impl Visit) {
-    visit.word(feature.label);
-    visit.scalar(feature.ln_weight);
-    feature.mean.as_slice().iter().for_each(|&number| visit.scalar(number));
-    feature.covariance.as_lower().iter().for_each(|&number| visit.scalar(number));
+/// Of each its label, ln w, mean and the lower triangle of the covariance.
+struct Features<I>(I);
+
+impl<T: Real, D: Vector<Scalar = T>, I: Iterator<Item = Component<D>> + Clone> Walk for Features<I> {
+    fn walk(&self, visit: &mut impl Visit) {
+        for feature in self.0.clone() {
+            visit.word(feature.label);
+            visit.scalar(feature.ln_weight);
+            feature.mean.as_slice().iter().for_each(|&number| visit.scalar(number));
+            feature.covariance.as_lower().iter().for_each(|&number| visit.scalar(number));
+        }
+    }
 }
 
 #[cfg(test)]

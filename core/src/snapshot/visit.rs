@@ -25,6 +25,12 @@ pub(crate) trait Visit {
     }
 }
 
+/// What can be walked through.
+pub(crate) trait Walk {
+    /// Walks through all of it.
+    fn walk(&self, visit: &mut impl Visit);
+}
+
 /// A digest has the bits of every number and word.
 impl Visit for Fnv {
     fn word(&mut self, word: u32) {

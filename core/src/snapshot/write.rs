@@ -3,23 +3,43 @@
 use super::SaveError;
 use super::frame::{CHUNK, Check, Head, check};
 use super::pages::{Met, Numbering};
-use super::visit::Visit;
+use super::visit::{Visit, Walk};
 use crate::map::PageId;
 use crate::{Pose, Real};
 
 /// In the word of a page that comes for the first time, beside the number of its components.
 pub(crate) const NEW_PAGE: u32 = 1 << 31;
 
+/// Writes a snapshot, of which the head lacks the length alone; how many bytes it takes. `pages` is scratch: a place for every page of
+/// the features that stand still, and of those that move.
+///
+/// # Errors
+/// The sink takes no more.
+pub(crate) fn write<E>(
+    head: Head,
+    content: &impl Walk,
+    pages: [&mut [u16]; 2],
+    sink: impl FnMut(&[u8]) -> Result<(), E>,
+) -> Result<usize, SaveError<E>> {
+    let [still, moving] = pages;
+    let mut measure = AsWords { words: Measure::default(), pages: [&mut *still, &mut *moving].map(Numbering::over) };
+    content.walk(&mut measure);
+    let head = head.with_body(measure.words.words);
+    let mut writer = AsWords { words: Writer::new(&head, sink), pages: [still, moving].map(Numbering::over) };
+    content.walk(&mut writer);
+    writer.words.end()
+}
+
 /// What takes words, one after the other.
-pub(crate) trait Words {
+trait Words {
     /// Takes one.
     fn put(&mut self, word: u32);
 }
 
 /// A walk of which only the length counts.
 #[derive(Debug, Default)]
-pub(crate) struct Measure {
-    pub(crate) words: u32,
+struct Measure {
+    words: u32,
 }
 
 impl Words for Measure {
@@ -29,7 +49,7 @@ impl Words for Measure {
 }
 
 /// Words on their way to a sink, with the check of all of them; after the sink's first error, nothing more.
-pub(crate) struct Writer<F, E> {
+struct Writer<F, E> {
     sink: F,
     chunk: [[u8; 4]; CHUNK / 4],
     /// Words in the chunk.
@@ -41,7 +61,7 @@ pub(crate) struct Writer<F, E> {
 
 impl<E, F: FnMut(&[u8]) -> Result<(), E>> Writer<F, E> {
     /// Begins with the head.
-    pub(crate) fn new(head: &Head, sink: F) -> Self {
+    fn new(head: &Head, sink: F) -> Self {
         let mut writer = Self { sink, chunk: [[0; 4]; CHUNK / 4], len: 0, check: check(), written: 0, result: Ok(()) };
         let words = head.words();
         words.iter().for_each(|word| writer.put_bytes(*word));
@@ -54,7 +74,7 @@ impl<E, F: FnMut(&[u8]) -> Result<(), E>> Writer<F, E> {
     ///
     /// # Errors
     /// The sink's first one.
-    pub(crate) fn end(mut self) -> Result<usize, SaveError<E>> {
+    fn end(mut self) -> Result<usize, SaveError<E>> {
         let check = core::mem::replace(&mut self.check, check()).finalize();
         self.queue(check.to_le_bytes());
         self.flush();
@@ -96,10 +116,10 @@ impl<E, F: FnMut(&[u8]) -> Result<(), E>> Words for Writer<F, E> {
 
 /// A walk that becomes words, the components of a page where it comes for the first time.
 #[derive(Debug)]
-pub(crate) struct AsWords<'n, W> {
-    pub(crate) words: W,
+struct AsWords<'n, W> {
+    words: W,
     /// Of the features that stand still, and of those that move.
-    pub(crate) pages: [Numbering<'n>; 2],
+    pages: [Numbering<'n>; 2],
 }
 
 impl<W: Words> Visit for AsWords<'_, W> {
