@@ -251,6 +251,10 @@ where
         self.first.estimate()
     }
 
+    fn estimate_pose(&self) -> (G::Pose, G::Covariance) {
+        self.first.estimate_pose()
+    }
+
     fn digest(&self) -> u64 {
         let others = self.others.iter().filter_map(|other| other.detector.as_ref());
         others.fold(self.first.digest(), |digest, detector| detector.digest(digest))

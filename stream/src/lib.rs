@@ -31,6 +31,7 @@ mod header;
 mod kind;
 mod numbers;
 mod onboard;
+mod piecewise;
 pub mod planar;
 mod reader;
 mod record;
@@ -51,6 +52,7 @@ pub use header::{Extraction, Header, Joint, Likelihood, Moving, Proposal, Recurs
 pub use kind::{Input, Kind};
 pub use numbers::Numbers;
 pub use onboard::{Aboard, Capacities, Filter, Helm, Memory, Onboard, RamPart, Refusal, Scan, Seen};
+pub use piecewise::{Piece, Piecewise, pieces};
 pub use reader::Reader;
 pub use record::{Features, How, Later, Measurements, Part, Place, Record, Shown, Which};
 pub use recover::{Recovered, recover};

@@ -2,6 +2,7 @@
 
 use crate::header::{self, Header, Moving};
 use crate::kind::Kind;
+use crate::numbers::Numbers;
 use crate::record::{Measurements, Record};
 use crate::snapshot::Snapshot;
 use core::fmt;
@@ -87,6 +88,9 @@ pub trait Filter<K: Kind> {
 
     /// Estimates pose and map as a vehicle would after a scan: the pose, and the number of features.
     fn estimate(&mut self) -> (K::Pose, usize);
+
+    /// The estimated pose, and the lower triangle of its covariance.
+    fn estimate_pose(&self) -> (K::Pose, K::Covariance);
 
     /// Hash of the complete state.
     fn digest(&self) -> u64;
@@ -193,9 +197,22 @@ where
         (core::array::from_fn(|k| pose.at(k).to_f64()), map.features)
     }
 
+    fn estimate_pose(&self) -> ([f64; K], G::Covariance) {
+        let Some(pose) = self.filter.estimate_pose() else { return ([0.0; K], G::Covariance::ZERO) };
+        let mean = pose.mean.coordinates();
+        (core::array::from_fn(|k| mean.at(k).to_f64()), lower::<G, _>(pose.covariance.as_lower()))
+    }
+
     fn digest(&self) -> u64 {
         self.detector.digest(self.filter.digest())
     }
+}
+
+/// The lower triangle of a covariance.
+pub(crate) fn lower<K: Kind, T: Real>(numbers: &[T]) -> K::Covariance {
+    let mut lower = K::Covariance::ZERO;
+    lower.as_mut().iter_mut().zip(numbers).for_each(|(slot, number)| *slot = number.to_f64());
+    lower
 }
 
 /// Why the filter refused the head or a record.

@@ -271,9 +271,9 @@ pub(crate) struct Records<'a> {
     /// The number type of the payload.
     scalar: Scalar,
     /// The check of the record, or head, before the next.
-    check: u32,
+    pub(crate) check: u32,
     /// Place of the next, counted from 0.
-    index: u32,
+    pub(crate) index: u32,
 }
 
 impl<'a> Records<'a> {
@@ -287,6 +287,15 @@ impl<'a> Records<'a> {
     /// # Errors
     /// The record is incomplete, damaged or unknown, or does not follow the one before.
     pub(crate) fn next<K: Kind>(&self) -> Result<(Raw<'a>, Self), StreamError> {
+        self.next_behind::<K>(Some(self.check))
+    }
+
+    /// The next one, behind a record of this check, or of any: then the check of a record, which is over that of the one before too,
+    /// tells nothing.
+    ///
+    /// # Errors
+    /// As for [`next`](Self::next).
+    pub(crate) fn next_behind<K: Kind>(&self, before: Option<u32>) -> Result<(Raw<'a>, Self), StreamError> {
         let &Self { scalar, index, .. } = self;
         let mut rest = self.rest.clone();
         let whole = rest.0;
@@ -298,7 +307,7 @@ impl<'a> Records<'a> {
             let length = Header::<K>::LENGTH;
             let head = Head::take::<K>(&mut rest);
             let head = head.ok_or(if whole.len() < length { StreamError::Truncated } else { damaged })?;
-            return if head.before == self.check {
+            return if before.is_none_or(|before| before == head.before) {
                 Ok((Raw::Head(head), behind(rest, head.check)))
             } else {
                 Err(damaged)
@@ -310,7 +319,7 @@ impl<'a> Records<'a> {
         let payload = rest.slice(length).ok_or(StreamError::Truncated)?;
         let content = whole.get(..4 + payload.len()).ok_or(StreamError::Truncated)?;
         let check = rest.u32().ok_or(StreamError::Truncated)?;
-        if check != chained(self.check, content) {
+        if before.is_some_and(|before| check != chained(before, content)) {
             return Err(damaged);
         }
         Ok((Raw::Record { kind, parts, count, payload }, behind(rest, check)))

@@ -198,6 +198,10 @@ impl<T: Real> Filter<Planar> for BlackBoxJointFilter<'_, T> {
         self.first.estimate()
     }
 
+    fn estimate_pose(&self) -> ([f64; 3], [f64; 6]) {
+        self.first.estimate_pose()
+    }
+
     fn digest(&self) -> u64 {
         self.first.digest()
     }

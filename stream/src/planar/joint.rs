@@ -3,7 +3,7 @@
 use super::onboard::{Direct, Drive, MEASUREMENTS, PlanarSensing, detector, motion, start};
 use super::{Odometry, Planar, Sensor};
 use crate::header::Header;
-use crate::onboard::{Aboard, Capacities, Filter, Helm, Ram, RamPart, Refusal, Scan, Seen, moved};
+use crate::onboard::{Aboard, Capacities, Filter, Helm, Ram, RamPart, Refusal, Scan, Seen, lower, moved};
 use crate::record::Measurements;
 use nalgebra::Vector2;
 use scphd::{
@@ -128,6 +128,12 @@ impl<T: Real> Filter<Planar> for OnboardJoint<'_, T> {
     fn estimate(&mut self) -> ([f64; 3], usize) {
         let pose = self.filter.estimate_pose().map_or(PlanarPose::ZERO, |pose| pose.mean);
         ([pose.x_m, pose.y_m, pose.heading_rad].map(T::to_f64), self.filter.features().count())
+    }
+
+    fn estimate_pose(&self) -> ([f64; 3], [f64; 6]) {
+        let Some(pose) = self.filter.estimate_pose() else { return ([0.0; 3], [0.0; 6]) };
+        let PlanarPose { x_m, y_m, heading_rad } = pose.mean;
+        ([x_m, y_m, heading_rad].map(T::to_f64), lower::<Planar, _>(pose.covariance.as_lower()))
     }
 
     fn digest(&self) -> u64 {
