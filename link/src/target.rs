@@ -1,0 +1,216 @@
+//! The vehicle's end of a test bench.
+
+use crate::answer::{Answer, Cost, Standing, Unit};
+use crate::frame::{FrameKind, Token};
+use crate::order::Gaps;
+use crate::receiver::{Received, Receiver};
+use crate::report::Refused;
+use crate::sender::{SendError, Sender};
+use embedded_io::{Read, Write};
+use scphd::Real;
+use scphd_stream::{Aboard, Filter, Header, Kind, Monitor, Piece, Piecewise, Record, ScanCost, StreamError};
+
+/// Bytes of an answer, at most.
+const ANSWER: usize = 256;
+
+/// Feeds a filter with the records that come over a line, and answers. Records of at most `IN` bytes less
+/// [`OVERHEAD`](crate::OVERHEAD) are taken; `OUT` is the room for an answer on the line.
+///
+/// It answers whatever frame has a token, and where gaps are refused a damaged one as well, for that may have had one. What the filter
+/// refuses it goes on without, as a vehicle does, and counts.
+#[derive(Debug)]
+pub struct Target<const IN: usize, const OUT: usize> {
+    receiver: Receiver<IN>,
+    sender: Sender<OUT>,
+    unit: Unit,
+}
+
+/// What is known of the filter and of the stream.
+struct Session<K: Kind, F> {
+    filter: Option<F>,
+    reader: Option<Piecewise>,
+    answer: Answer<K>,
+    cost: ScanCost,
+}
+
+/// A session that the other end has opened: the head, where it can be read, and what wants to be answered.
+struct Opened<K: Kind> {
+    stream: Option<(Header<K>, Piecewise)>,
+    token: Option<Token>,
+}
+
+impl<const IN: usize, const OUT: usize> Target<IN, OUT> {
+    /// A target that does this with gaps and counts costs in that.
+    #[must_use]
+    pub const fn new(gaps: Gaps, unit: Unit) -> Self {
+        Self { receiver: Receiver::new(gaps), sender: Sender::new(0), unit }
+    }
+
+    /// Serves whatever sessions the other end opens, one after the other, until the line ends.
+    ///
+    /// The monitor keeps the time and is told of every scan, as in a replay; whether to go on where the filter refuses something it is
+    /// not asked.
+    ///
+    /// # Errors
+    /// Those of the line.
+    pub fn serve<A: Aboard<T>, T: Real, L: Read + Write>(
+        &mut self,
+        line: &mut L,
+        memory: &mut A::Memory,
+        monitor: &mut impl Monitor,
+    ) -> Result<(), SendError<<L as embedded_io::ErrorType>::Error>> {
+        const {
+            assert!(Answer::<A::Kind>::LENGTH <= ANSWER);
+            assert!(crate::line_bytes(Answer::<A::Kind>::LENGTH) <= OUT, "an answer does not fit `OUT`");
+        }
+        let Some(mut opened) = self.wait::<A::Kind, L>(line)? else { return Ok(()) };
+        // Each session is another run of the filter in the same memory.
+        while let Some(next) = self.session::<A, T, L>(line, memory, monitor, opened)? {
+            opened = next;
+        }
+        Ok(())
+    }
+
+    /// Waits for a session to be opened; `None` where the line ends.
+    fn wait<K: Kind, L: Read + Write>(
+        &mut self,
+        line: &mut L,
+    ) -> Result<Option<Opened<K>>, SendError<<L as embedded_io::ErrorType>::Error>> {
+        loop {
+            match self.receiver.receive(line).map_err(SendError::Line)? {
+                None => return Ok(None),
+                Some(Received::Frame { frame, .. }) if frame.kind == FrameKind::Head => {
+                    self.sender.begin(frame.session);
+                    let stream = Piecewise::open(frame.content).ok();
+                    return Ok(Some(Opened { stream, token: frame.token }));
+                }
+                Some(_) => {}
+            }
+        }
+    }
+
+    /// One session, until the next one is opened.
+    fn session<A: Aboard<T>, T: Real, L: Read + Write>(
+        &mut self,
+        line: &mut L,
+        memory: &mut A::Memory,
+        monitor: &mut impl Monitor,
+        opened: Opened<A::Kind>,
+    ) -> Result<Option<Opened<A::Kind>>, SendError<<L as embedded_io::ErrorType>::Error>> {
+        let (header, reader) = opened.stream.unzip();
+        let filter = header.and_then(|header| A::start(&header, memory).ok());
+        let standing = if filter.is_some() { Standing::Running } else { Standing::NotSetUp };
+        let mut answer = Answer::none(standing, self.unit);
+        if let Some(filter) = &filter {
+            answer.digest = filter.digest();
+            (answer.pose, answer.covariance) = filter.estimate_pose();
+        }
+        let mut session = Session { filter, reader, answer, cost: NO_COST };
+        let gaps = self.receiver.gaps();
+        if opened.token.is_some() {
+            self.answer(line, &mut session.answer, opened.token)?;
+        }
+        loop {
+            let (token, is_wanted) = match self.receiver.receive(line).map_err(SendError::Line)? {
+                None => return Ok(None),
+                Some(Received::Frame { frame, .. }) => match frame.kind {
+                    FrameKind::Head => {
+                        self.sender.begin(frame.session);
+                        let stream = Piecewise::open(frame.content).ok();
+                        return Ok(Some(Opened { stream, token: frame.token }));
+                    }
+                    FrameKind::Record => {
+                        session.take(frame.content, gaps, monitor);
+                        (frame.token, frame.token.is_some())
+                    }
+                    FrameKind::Ask => (frame.token, true),
+                    FrameKind::Answer => (None, false),
+                },
+                // A session of others is not this one's to answer for.
+                Some(Received::Refused { why: Refused::Foreign, .. }) => (None, false),
+                Some(Received::Refused { why: Refused::Damaged | Refused::TooLong, .. }) => {
+                    (None, gaps == Gaps::Refused)
+                }
+                Some(Received::Refused { token, .. }) => (token, token.is_some()),
+            };
+            if is_wanted {
+                self.answer(line, &mut session.answer, token)?;
+            }
+        }
+    }
+
+    fn answer<K: Kind, L: Write>(
+        &mut self,
+        line: &mut L,
+        answer: &mut Answer<K>,
+        token: Option<Token>,
+    ) -> Result<(), SendError<L::Error>> {
+        answer.accepted = self.receiver.last().unwrap_or(0);
+        answer.report = self.receiver.report();
+        let mut bytes = [0; ANSWER];
+        let bytes = bytes.get_mut(..Answer::<K>::LENGTH).and_then(|room| answer.encode(room)).unwrap_or(&[]);
+        self.sender.answer(line, bytes, token)
+    }
+}
+
+/// No prediction yet.
+const NO_COST: ScanCost =
+    ScanCost { scan: 0, measurements: 0, predictions: 0, predict: 0, predict_worst: 0, update: 0, estimate: 0 };
+
+impl<K: Kind, F: Filter<K>> Session<K, F> {
+    /// Feeds the filter with a record.
+    fn take(&mut self, bytes: &[u8], gaps: Gaps, monitor: &mut impl Monitor) {
+        let (Some(filter), Some(reader)) = (&mut self.filter, &mut self.reader) else { return };
+        let piece: Result<Piece<'_, K>, StreamError> = match gaps {
+            Gaps::Refused => reader.read(bytes),
+            Gaps::Passed => reader.read_behind_gap(bytes),
+        };
+        let answer = &mut self.answer;
+        let is_taken = match piece {
+            Ok(Piece::End) => {
+                answer.standing = Standing::Ended;
+                true
+            }
+            // Snapshots are for readers that begin there.
+            Ok(Piece::Slice) => true,
+            Ok(Piece::Record(Record::Head(head))) if head.mark().is_some() => true,
+            Ok(Piece::Record(Record::Predict(input))) => {
+                monitor.start();
+                let moved = filter.predict(&input);
+                let elapsed = monitor.elapsed();
+                let cost = &mut self.cost;
+                cost.predictions = cost.predictions.saturating_add(1);
+                cost.predict = cost.predict.saturating_add(elapsed);
+                cost.predict_worst = cost.predict_worst.max(elapsed);
+                moved.is_ok()
+            }
+            Ok(Piece::Record(Record::Scan(measurements))) => {
+                let scan = filter.receive(measurements);
+                let cost = &mut self.cost;
+                cost.measurements = scan.measurements() as u32;
+                monitor.start();
+                let seen = filter.scan_with(scan, &mut monitor.probe());
+                cost.update = monitor.elapsed();
+                monitor.start();
+                let (_, features) = filter.estimate();
+                (answer.pose, answer.covariance) = filter.estimate_pose();
+                cost.estimate = monitor.elapsed();
+                answer.digest = filter.digest();
+                answer.features = features as u32;
+                answer.scans = answer.scans.saturating_add(1);
+                let short = |cost: u64| u32::try_from(cost).unwrap_or(u32::MAX);
+                let [predict, update, estimate] = [cost.predict, cost.update, cost.estimate].map(short);
+                answer.cost = Cost { predict, update, estimate };
+                if let Ok(seen) = &seen {
+                    answer.health = seen.health;
+                    monitor.scanned(cost, seen, answer.digest);
+                }
+                *cost = ScanCost { scan: cost.scan.saturating_add(1), ..NO_COST };
+                seen.is_ok()
+            }
+            Ok(Piece::Record(record)) => filter.take(&record).is_ok(),
+            Err(_) => false,
+        };
+        answer.refused = answer.refused.saturating_add(u32::from(!is_taken));
+    }
+}
