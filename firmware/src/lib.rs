@@ -1,7 +1,8 @@
-//! What the images share: the clock, the stack's paint, the place of the stream, the report.
+//! What the images share: the clock, the stack's paint, the place of the stream, the report, the serial port.
 #![no_std]
 
 pub mod board;
 pub mod clock;
 pub mod images;
 pub mod report;
+pub mod uart;

@@ -24,6 +24,7 @@ pub mod ekf;
 pub mod events;
 pub mod figure;
 pub mod film;
+pub mod hil;
 pub mod kind;
 pub mod log;
 pub mod log_folder;

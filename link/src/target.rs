@@ -22,7 +22,6 @@ const ANSWER: usize = 256;
 pub struct Target<const IN: usize, const OUT: usize> {
     receiver: Receiver<IN>,
     sender: Sender<OUT>,
-    unit: Unit,
 }
 
 /// What is known of the filter and of the stream.
@@ -40,15 +39,15 @@ struct Opened<K: Kind> {
 }
 
 impl<const IN: usize, const OUT: usize> Target<IN, OUT> {
-    /// A target that does this with gaps and counts costs in that.
+    /// A target that does this with gaps.
     #[must_use]
-    pub const fn new(gaps: Gaps, unit: Unit) -> Self {
-        Self { receiver: Receiver::new(gaps), sender: Sender::new(0), unit }
+    pub const fn new(gaps: Gaps) -> Self {
+        Self { receiver: Receiver::new(gaps), sender: Sender::new(0) }
     }
 
     /// Serves whatever sessions the other end opens, one after the other, until the line ends.
     ///
-    /// The monitor keeps the time and is told of every scan, as in a replay; whether to go on where the filter refuses something it is
+    /// The monitor keeps the time, in that unit, and is told of every scan, as in a replay; whether to go on where the filter refuses something it is
     /// not asked.
     ///
     /// # Errors
@@ -57,6 +56,7 @@ impl<const IN: usize, const OUT: usize> Target<IN, OUT> {
         &mut self,
         line: &mut L,
         memory: &mut A::Memory,
+        unit: Unit,
         monitor: &mut impl Monitor,
     ) -> Result<(), SendError<<L as embedded_io::ErrorType>::Error>> {
         const {
@@ -65,7 +65,7 @@ impl<const IN: usize, const OUT: usize> Target<IN, OUT> {
         }
         let Some(mut opened) = self.wait::<A::Kind, L>(line)? else { return Ok(()) };
         // Each session is another run of the filter in the same memory.
-        while let Some(next) = self.session::<A, T, L>(line, memory, monitor, opened)? {
+        while let Some(next) = self.session::<A, T, L>(line, memory, unit, monitor, opened)? {
             opened = next;
         }
         Ok(())
@@ -94,13 +94,14 @@ impl<const IN: usize, const OUT: usize> Target<IN, OUT> {
         &mut self,
         line: &mut L,
         memory: &mut A::Memory,
+        unit: Unit,
         monitor: &mut impl Monitor,
         opened: Opened<A::Kind>,
     ) -> Result<Option<Opened<A::Kind>>, SendError<<L as embedded_io::ErrorType>::Error>> {
         let (header, reader) = opened.stream.unzip();
         let filter = header.and_then(|header| A::start(&header, memory).ok());
         let standing = if filter.is_some() { Standing::Running } else { Standing::NotSetUp };
-        let mut answer = Answer::none(standing, self.unit);
+        let mut answer = Answer::none(standing, unit);
         if let Some(filter) = &filter {
             answer.digest = filter.digest();
             (answer.pose, answer.covariance) = filter.estimate_pose();

@@ -4,6 +4,7 @@ use super::failure::Failure;
 use clap::{Args, Parser, Subcommand, ValueEnum, value_parser};
 use clap_complete::Shell;
 use scphd_sim::ekf::Association;
+use scphd_sim::hil::Port;
 use scphd_sim::kind::Kind;
 use scphd_sim::monte_carlo::Shard;
 use scphd_sim::session::Filter;
@@ -37,6 +38,18 @@ successful run, each whole or not at all.";
 /// A number of things.
 fn count(text: &str) -> Result<usize, &'static str> {
     text.parse().map_err(|_| "must be a whole number and not negative")
+}
+
+/// A share of something, less than all of it.
+fn share(text: &str) -> Result<f64, &'static str> {
+    let share = text.parse().ok().filter(|share| (0.0..1.0).contains(share));
+    share.ok_or("must be at least 0 and less than 1")
+}
+
+/// A rate.
+fn positive(text: &str) -> Result<f64, &'static str> {
+    let rate = text.parse().ok().filter(|rate: &f64| rate.is_finite() && *rate > 0.0);
+    rate.ok_or("must be a number above 0")
 }
 
 /// A seed.
@@ -138,6 +151,12 @@ pub enum Command {
     },
     /// Writes a log or scenario as the binary stream that a vehicle computer reads; docs/stream.md describes it.
     Stream(StreamArgs),
+    /// Streams a log or scenario to a target over a serial line, and shows what comes back beside the truth.
+    ///
+    /// The target runs a filter with the room of the firmware (`firmware/src/bin/hil.rs`; docs/link.md has the bytes). Every scan is
+    /// answered with pose, covariance, digest and cost; what was lost is sent again. At the end: round trip, and the margin at --hz. The exit
+    /// code is 1 if a digest is another one than the host's.
+    Hil(HilArgs),
     /// Learns noise, detection and clutter settings from a part of a log, and proposes them if they foresee the rest better.
     ///
     /// What the innovations of the part say is tried group by group and together, as it is and half way there, in runs over the
@@ -351,6 +370,55 @@ pub struct StreamArgs {
     /// The filter of the snapshots.
     #[arg(long, value_enum, default_value_t = ComparedFilter::Core, requires = "snapshot_every")]
     pub filter: ComparedFilter,
+    #[command(flatten)]
+    pub tuning: Tuning,
+    #[command(flatten)]
+    pub seed: Seed,
+    #[command(flatten)]
+    pub scenario_seed: ScenarioSeed,
+}
+
+#[derive(Debug, Args)]
+pub struct HilArgs {
+    /// Name of a scenario, or folder of a log; of a vehicle in the plane.
+    #[arg(value_name = "SCENARIO|DIR")]
+    pub source: PathBuf,
+    /// Where the target is: `tcp:ADDRESS:PORT`, or a serial device, set up before, as by `stty -F /dev/ttyACM0 115200 raw -echo`.
+    #[arg(long)]
+    pub port: Port,
+    /// Number of scans, from the first [default: all].
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = count)]
+    pub scans: Option<usize>,
+    /// The filter that the target has.
+    #[arg(long, value_enum, default_value_t = ComparedFilter::Core)]
+    pub filter: ComparedFilter,
+    /// Scans a second that the margin is told for.
+    #[arg(long, value_name = "HZ", default_value_t = 10.0, value_parser = positive)]
+    pub hz: f64,
+    /// Clock of the target's processor, for the margin: an emulator counts instructions, taken for one a cycle.
+    #[arg(long, value_name = "MHZ", default_value_t = 480.0, value_parser = positive)]
+    pub core_mhz: f64,
+    /// Time after which to ask for an answer that has not come.
+    #[arg(long, value_name = "MS", default_value_t = 1000, value_parser = value_parser!(u32).range(1..))]
+    pub timeout_ms: u32,
+    /// Times to ask for an answer or send a scan again, before giving up.
+    #[arg(long, value_name = "N", default_value_t = 100, value_parser = value_parser!(u32))]
+    pub repeats: u32,
+    /// Loses a share P of the frames on purpose, either way.
+    #[arg(long, value_name = "P", default_value_t = 0.0, value_parser = share)]
+    pub lose: f64,
+    /// Flips a bit in a share P of the bytes.
+    #[arg(long, value_name = "P", default_value_t = 0.0, value_parser = share)]
+    pub flip: f64,
+    /// Sends a share P of the frames twice.
+    #[arg(long, value_name = "P", default_value_t = 0.0, value_parser = share)]
+    pub double: f64,
+    /// Holds a share P of the frames back until later ones have passed.
+    #[arg(long, value_name = "P", default_value_t = 0.0, value_parser = share)]
+    pub late: f64,
+    /// Seed of what the line does on purpose.
+    #[arg(long, value_name = "SEED", value_parser = seed, default_value_t = 1)]
+    pub line_seed: u64,
     #[command(flatten)]
     pub tuning: Tuning,
     #[command(flatten)]

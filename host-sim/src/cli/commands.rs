@@ -7,7 +7,7 @@ use super::offer::Offer;
 use super::outputs::{Outputs, check_file, label, write_file};
 use super::progress::Progress;
 use super::source::{Found, OfKind, Source, Sources, all_scenarios, either, scenario, settings_command};
-use super::{check, compare, figure, monte_carlo, repeat, stream, tune, worlds};
+use super::{check, compare, figure, hil, monte_carlo, repeat, stream, tune, worlds};
 use clap::CommandFactory;
 use scphd::Health;
 use scphd_sim::dimensions::{Dimensions, Planar};
@@ -72,6 +72,7 @@ pub fn execute(cli: Cli) -> Result<(), Failure> {
             }
         },
         Some(Command::Stream(args)) => stream::stream(args),
+        Some(Command::Hil(args)) => hil::hil(&args),
         Some(Command::Tune(args)) => tune::tune(args),
         Some(Command::Settings { source, tuning }) => {
             either!(Found::find(&source, None)?, source => settings(&source, &tuning))

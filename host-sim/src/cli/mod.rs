@@ -7,6 +7,7 @@ mod compare;
 mod contender;
 mod failure;
 mod figure;
+mod hil;
 mod maps;
 mod monte_carlo;
 mod offer;
