@@ -14,10 +14,8 @@ use std::ops::Range;
 
 /// Nats a measurement that a gain must be. Smaller ones tell how sharp a map is, not whether the way is right.
 const LEAST_GAIN: f64 = 0.04;
-/// Standard errors by which a gain is clear when it is the best of many,
+/// Standard errors by which a gain is clear, when it is the best of many and when it is asked once more.
 const LEAST_CERTAINTY: f64 = 2.5;
-/// and when it is the only one asked.
-const CONFIRMING_CERTAINTY: f64 = 1.5;
 /// Candidates that run with more than the first seed.
 const SHORTLIST: usize = 3;
 /// Parts of the held-out time that are taken for independent of each other.
@@ -88,8 +86,8 @@ impl Gain {
         Self { mean: sum / measurements, error: (variance * BLOCKS as f64).sqrt() / measurements }
     }
 
-    fn is_clear(&self, certainty: f64) -> bool {
-        self.mean > LEAST_GAIN && self.mean > certainty * self.error
+    fn is_clear(&self) -> bool {
+        self.mean > LEAST_GAIN && self.mean > LEAST_CERTAINTY * self.error
     }
 }
 
@@ -211,7 +209,7 @@ where
             };
             tried.runs.extend(more);
             let gain = Gain::of(&base, &tried.runs);
-            (tried.gain, tried.wins) = (Some(gain), gain.is_clear(LEAST_CERTAINTY));
+            (tried.gain, tried.wins) = (Some(gain), gain.is_clear());
         }
     }
     let mut outcome = Outcome { settings: now.clone(), now: base, tried, best: None };
@@ -226,7 +224,7 @@ where
             return Ok(outcome);
         };
         let gain = Gain::of(&now, &then);
-        let confirmed = gain.is_clear(CONFIRMING_CERTAINTY);
+        let confirmed = gain.is_clear();
         if confirmed {
             outcome.settings = settings.clone();
         }
