@@ -34,7 +34,7 @@
 //! | `models/` | poses, motions, sensors, views, clutter, mountings, fixes |
 //! | `report/` | errors, health, reports, probes |
 //! | `settings/` | what a user tunes |
-//! | `sight/` | a scan as one pose sees its map: what to expect, what it meets, how well it is explained |
+//! | `detection/` | a scan as one pose sees its map: what to expect, what it meets, how well it is explained |
 //! | `particles/` | candidates, prediction, proposals, selection |
 //! | `snapshot/` | the state as bytes |
 //! | `filter/` | the memory, the steps, and all that can be asked of a filter |
@@ -68,6 +68,7 @@
 #[cfg(test)]
 extern crate std;
 
+mod detection;
 mod filter;
 mod joint;
 mod locate;
@@ -79,11 +80,11 @@ mod numerics;
 mod particles;
 mod report;
 mod settings;
-mod sight;
 mod snapshot;
 #[cfg(test)]
 mod tests;
 
+pub use detection::online::Online;
 pub use filter::detector::{Births, Detector, DetectorMemory, ScanRoom};
 pub use filter::executor::{Executor, Serial};
 pub use filter::extract::{MapEstimate, PoseEstimate};
@@ -125,5 +126,4 @@ pub use settings::config::{Config, Extraction, MovingConfig};
 pub use settings::likelihood::Likelihood;
 pub use settings::plausible::Plausible;
 pub use settings::proposal::{Informed, Proposal};
-pub use sight::online::Online;
 pub use snapshot::{RestoreError, SaveError, SliceEnd, from_slice, into_slice, restore_map, save_map};

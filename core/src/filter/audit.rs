@@ -27,10 +27,10 @@ impl<T: Real, P: Pose<Scalar = T>> Memory<'_, P> {
             return Ok(());
         }
         self.check_cursor()?;
-        let spreads = self.spreads.get(..self.cursor.particles).unwrap_or(&[]);
+        let pose_covariances = self.pose_covariances.get(..self.cursor.particles).unwrap_or(&[]);
         let candidates = self.candidates();
         if !(candidates.iter().all(|candidate| is_within_range(&candidate.pose.coordinates()))
-            && spreads.iter().all(Symmetric::is_finite))
+            && pose_covariances.iter().all(Symmetric::is_finite))
         {
             return Err(Flaw::Pose);
         }
@@ -38,8 +38,8 @@ impl<T: Real, P: Pose<Scalar = T>> Memory<'_, P> {
             return Err(Flaw::Weights);
         }
         let particles = self.cursor.particles;
-        self.still.audit(particles)?;
-        self.moving.audit(particles)
+        self.static_maps.audit(particles)?;
+        self.moving_maps.audit(particles)
     }
 
     /// Whether the weights sum to one, but for rounding.
@@ -53,7 +53,7 @@ impl<T: Real, P: Pose<Scalar = T>> Memory<'_, P> {
         let cursor = &*self.cursor;
         let sound = cursor.particles >= 1
             && cursor.noise.is_some()
-            && cursor.particles <= self.spreads.len()
+            && cursor.particles <= self.pose_covariances.len()
             && cursor.children >= 1
             && cursor.candidates() <= self.candidates.len()
             && cursor.weighed <= self.ln_likelihoods.len()

@@ -1,10 +1,10 @@
 //! A sensor on the vehicle: its models, where it sits, what it gives birth to, and the scratch of its scans.
 
+use crate::detection::online::Learnt;
+use crate::detection::scan::Measurement;
 use crate::models::{OnVehicle, require};
 use crate::numerics::fnv::Fnv;
 use crate::settings::config::ADAPTIVE;
-use crate::sight::online::Learnt;
-use crate::sight::scan::Measurement;
 use crate::snapshot::visit::Walk;
 use crate::{
     ConfigError, Flaw, LnSum, MeasurementModel, ModelError, Mounting, Online, Pose, Real, ScalarOf, SetupError, Vector,

@@ -1,6 +1,6 @@
 //! Snapshots of what a detector has learnt.
 
-use crate::sight::online::{Learnt, Ratio};
+use crate::detection::online::{Learnt, Ratio};
 use crate::snapshot::frame::{Content, Head, Shape};
 use crate::snapshot::read::{Reader, checked};
 use crate::snapshot::visit::{Visit, Walk};

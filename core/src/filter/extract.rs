@@ -1,10 +1,10 @@
 //! State extraction (5.2.7).
 
+use crate::detection::confirmed::is_confirmed;
 use crate::filter::state::Memory;
 use crate::map::reduce::heavier;
 use crate::particles::candidate::{moments, total_weight};
 use crate::settings::config::Extraction;
-use crate::sight::confirmed::is_confirmed;
 use crate::{
     Component, Config, Detector, MeasurementModel, Motion, MovingOf, Pose, PositionOf, Proposal, Real, ScPhd, Sensor,
     Symmetric, TangentOf, Vector,
@@ -43,8 +43,8 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
         let total = total_weight(candidates);
         let (mean, mut covariance) = moments(candidates, total);
         if matches!(self.config.proposal, Proposal::Informed(_)) {
-            for (candidate, spread) in candidates.iter().zip(self.memory.spreads.iter()) {
-                covariance = covariance.plus(&spread.scaled(candidate.ln_weight.exp() / total));
+            for (candidate, pose_covariance) in candidates.iter().zip(self.memory.pose_covariances.iter()) {
+                covariance = covariance.plus(&pose_covariance.scaled(candidate.ln_weight.exp() / total));
             }
         }
         // Where next to nothing varies, rounding may leave less than nothing.
@@ -57,12 +57,12 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
 
     /// The components of one particle's static map, in no particular order.
     pub fn map(&self, particle: usize) -> impl Iterator<Item = &Component<PositionOf<M::Pose>>> {
-        self.memory.still.of(particle)
+        self.memory.static_maps.of(particle)
     }
 
     /// The components of one particle's moving map, in no particular order, as they were at the last scan.
     pub fn moving_map(&self, particle: usize) -> impl Iterator<Item = &Component<MovingOf<M::Pose>>> {
-        self.memory.moving.of(particle)
+        self.memory.moving_maps.of(particle)
     }
 
     /// Time since the last scan, s: the sum of the predictions that the moving features wait to be moved by.
@@ -102,15 +102,16 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
     ) -> MapEstimate<T> {
         let Self { config, memory, .. } = self;
         let admits = admits(detector, memory, config);
-        let Memory { cursor, candidates, still, .. } = memory;
+        let Memory { cursor, candidates, static_maps, .. } = memory;
         let (particles, children) = (cursor.particles, cursor.children);
         let weight = |particle: usize| {
             let family = candidates.iter().skip(particle * children).take(children);
             family.fold(T::ZERO, |sum, candidate| sum + candidate.ln_weight.exp())
         };
-        still.expect(particles, weight, config);
-        let map =
-            || still.workspace.in_view().iter().map(|entry| entry.component).filter(|component| admits(component));
+        static_maps.expect(particles, weight, config);
+        let map = || {
+            static_maps.workspace.in_view().iter().map(|entry| entry.component).filter(|component| admits(component))
+        };
         first_of(map, config.extraction, config.extraction_weight, features)
     }
 
@@ -145,10 +146,10 @@ fn admits<'d, T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>, R>(
     let candidate = memory.candidates().get(heaviest * memory.cursor.children).filter(|_| asked);
     let sensor = detector.on_vehicle().sensor;
     let frame = candidate.map(|candidate| sensor.frame(&candidate.pose));
-    let spread = memory.spreads.get(heaviest).copied();
+    let pose_covariance = memory.pose_covariances.get(heaviest).copied();
     let detections = config.confirming_detections;
     move |component| {
-        frame.as_ref().is_none_or(|frame| is_confirmed(&sensor, frame, spread.as_ref(), component, detections))
+        frame.as_ref().is_none_or(|frame| is_confirmed(&sensor, frame, pose_covariance.as_ref(), component, detections))
     }
 }
 

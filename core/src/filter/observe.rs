@@ -99,7 +99,7 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
             return Err(ObserveError::NotStarted);
         };
         ObserveError::check(fix, measured)?;
-        let Memory { cursor, spreads, candidates, ln_likelihoods, .. } = &mut self.memory;
+        let Memory { cursor, pose_covariances, candidates, ln_likelihoods, .. } = &mut self.memory;
         let children = cursor.children;
         let candidates = candidates.get_mut(..cursor.candidates()).unwrap_or(&mut []);
         let n_eff = effective_number(candidates);
@@ -110,13 +110,15 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
         for (index, (candidate, ln_likelihood)) in candidates.iter_mut().zip(ln_likelihoods.iter_mut()).enumerate() {
             *ln_likelihood = T::NEG_INFINITY;
             // Several samples of a particle are certain, and all of its spread is zero.
-            let Some(spread) = spreads.get_mut(index.checked_div(children).unwrap_or(0)) else { continue };
-            let Some(explained) = Explained::of(fix, measured, &candidate.pose, spread) else { continue };
+            let Some(pose_covariance) = pose_covariances.get_mut(index.checked_div(children).unwrap_or(0)) else {
+                continue;
+            };
+            let Some(explained) = Explained::of(fix, measured, &candidate.pose, pose_covariance) else { continue };
             *ln_likelihood = explained.ln_likelihood;
-            if *spread == Symmetric::ZERO {
+            if *pose_covariance == Symmetric::ZERO {
                 continue;
             }
-            let cross = spread.times_transpose::<K<M>, F::Measurement>(&explained.by_pose);
+            let cross = pose_covariance.times_transpose::<K<M>, F::Measurement>(&explained.by_pose);
             let gain = product::<K<M>, F::Measurement, F::Measurement>(&cross, &explained.information);
             let corrected = candidate.pose.displaced(&applied::<K<M>, F::Measurement>(&gain, &explained.innovation));
             let seen = product::<K<M>, F::Measurement, K<M>>(&gain, &explained.by_pose);
@@ -125,9 +127,9 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
                 identity - seen.at(row, column)
             });
             // Joseph's form: a sum of two terms that are positive semidefinite whatever rounding does.
-            let joseph = spread.congruence::<K<M>>(&residual).plus(&fix.noise().congruence::<K<M>>(&gain));
+            let joseph = pose_covariance.congruence::<K<M>>(&residual).plus(&fix.noise().congruence::<K<M>>(&gain));
             if is_within_range(&corrected.coordinates()) && joseph.is_finite() {
-                (candidate.pose, *spread) = (corrected, joseph);
+                (candidate.pose, *pose_covariance) = (corrected, joseph);
             }
         }
         let ln_evidence = reweigh(candidates, ln_likelihoods);

@@ -29,7 +29,7 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
     pub fn relocate(&mut self, pose: M::Pose, covariance: &Symmetric<TangentOf<M::Pose>>) -> Result<(), ResetError> {
         ResetError::check_pose(&pose)?;
         ResetError::check_covariance(covariance)?;
-        let Memory { cursor, spreads, candidates, .. } = &mut self.memory;
+        let Memory { cursor, pose_covariances, candidates, .. } = &mut self.memory;
         if cursor.noise.is_none() {
             return Err(ResetError::NotStarted);
         }
@@ -38,7 +38,7 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
         for candidate in candidates.iter_mut().take(cursor.particles) {
             (candidate.pose, candidate.ln_weight) = (pose, ln_weight);
         }
-        spreads.iter_mut().for_each(|spread| *spread = Symmetric::ZERO);
+        pose_covariances.iter_mut().for_each(|pose_covariance| *pose_covariance = Symmetric::ZERO);
         self.scatter(covariance)
     }
 
@@ -50,7 +50,7 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
     pub fn scatter(&mut self, covariance: &Symmetric<TangentOf<M::Pose>>) -> Result<(), ResetError> {
         ResetError::check_covariance(covariance)?;
         self.memory.clamp();
-        let Memory { cursor, spreads, candidates, .. } = &mut self.memory;
+        let Memory { cursor, pose_covariances, candidates, .. } = &mut self.memory;
         let Some(mut noise) = cursor.noise.clone() else { return Err(ResetError::NotStarted) };
         cursor.watch.calm();
         match self.config.proposal {
@@ -67,10 +67,10 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
                 cursor.noise = Some(noise);
             }
             Proposal::Informed(_) => {
-                for spread in spreads.iter_mut().take(cursor.particles) {
-                    let grown = spread.plus(covariance);
+                for pose_covariance in pose_covariances.iter_mut().take(cursor.particles) {
+                    let grown = pose_covariance.plus(covariance);
                     if is_within_square(&grown) {
-                        *spread = grown;
+                        *pose_covariance = grown;
                     }
                 }
                 // The next scan draws from them.

@@ -48,27 +48,27 @@ impl<T: Real, P: Pose<Scalar = T>> Memory<'_, P> {
     /// Not started.
     fn empty(&mut self) {
         *self.cursor = Cursor::ZERO;
-        self.spreads.fill(Symmetric::ZERO);
-        self.still.clear();
-        self.moving.clear();
+        self.pose_covariances.fill(Symmetric::ZERO);
+        self.static_maps.clear();
+        self.moving_maps.clear();
     }
 
     /// What a snapshot holds, if there is room for it.
     fn has_room_for<E>(&self, head: &Head) -> Result<Held, RestoreError<E>> {
-        let [[particles, children], [still, longest], [moving, longest_moving]] = head.sizes.map(halves);
+        let [[particles, children], [static_pages, longest], [moving, longest_moving]] = head.sizes.map(halves);
         let needs = [
-            ("particles", particles, self.spreads.len()),
+            ("particles", particles, self.pose_covariances.len()),
             ("candidates", particles.saturating_mul(children), self.candidates.len()),
-            ("pages", still, self.still.pool.capacity()),
-            ("pages in a map", longest, self.still.table.map_pages()),
-            ("pages of moving features", moving, self.moving.pool.capacity()),
-            ("pages of moving features in a map", longest_moving, self.moving.table.map_pages()),
+            ("pages", static_pages, self.static_maps.pool.capacity()),
+            ("pages in a map", longest, self.static_maps.table.map_pages()),
+            ("pages of moving features", moving, self.moving_maps.pool.capacity()),
+            ("pages of moving features in a map", longest_moving, self.moving_maps.table.map_pages()),
         ];
         for (what, needed, capacity) in needs {
             RestoreError::check_room(what, needed, capacity)?;
         }
-        let (predicted, spread) = (head.flags & PREDICTED != 0, head.flags & INFORMED != 0);
-        Ok(Held { particles, children, predicted, spread })
+        let (predicted, has_covariances) = (head.flags & PREDICTED != 0, head.flags & INFORMED != 0);
+        Ok(Held { particles, children, predicted, has_covariances })
     }
 
     /// Fills an empty state from behind a head that says that this is held.
@@ -77,7 +77,7 @@ impl<T: Real, P: Pose<Scalar = T>> Memory<'_, P> {
         S: FnMut(usize, &mut [u8]) -> Result<(), E>,
     {
         let mut reader = Reader::behind(head, source);
-        self.fill(held.spread, head.flags & HAS_MOVING != 0, &mut reader)?;
+        self.fill(held.has_covariances, head.flags & HAS_MOVING != 0, &mut reader)?;
         reader.end()?;
         let Cursor { particles, children, predicted, .. } = *self.cursor;
         if particles == 0 || (particles, children, predicted) != (held.particles, held.children, held.predicted) {

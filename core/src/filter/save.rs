@@ -57,11 +57,11 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
         }
         memory.audit().map_err(SaveError::Damaged)?;
         let head = memory.head(kind, informed);
-        let (still, moving) = (memory.still.pool.lend_counts(), memory.moving.pool.lend_counts());
-        let written = write(head, &State { memory, informed }, [&mut *still, &mut *moving], sink);
+        let (of_static, of_moving) = (memory.static_maps.pool.lend_counts(), memory.moving_maps.pool.lend_counts());
+        let written = write(head, &State { memory, informed }, [&mut *of_static, &mut *of_moving], sink);
         let particles = memory.cursor.particles;
-        memory.still.recount(particles, still);
-        memory.moving.recount(particles, moving);
+        memory.static_maps.recount(particles, of_static);
+        memory.moving_maps.recount(particles, of_moving);
         written
     }
 }
@@ -94,21 +94,21 @@ impl<T: Real, P: Pose<Scalar = T>> Memory<'_, P> {
         let held = self.held(informed);
         let flag = |holds, flag| if holds { flag } else { 0 };
         let flags = flag(held.predicted, PREDICTED)
-            | flag(held.spread, INFORMED)
-            | flag(!self.moving.table.is_none(), HAS_MOVING);
-        let (still, moving) = (&self.still, &self.moving);
+            | flag(held.has_covariances, INFORMED)
+            | flag(!self.moving_maps.table.is_none(), HAS_MOVING);
+        let (static_maps, moving_maps) = (&self.static_maps, &self.moving_maps);
         let sizes = [
             pair(held.particles, held.children),
-            pair(still.pages_used(), still.longest(held.particles)),
-            pair(moving.pages_used(), moving.longest(held.particles)),
+            pair(static_maps.pages_used(), static_maps.longest(held.particles)),
+            pair(moving_maps.pages_used(), moving_maps.longest(held.particles)),
         ];
         Head { shape: shape::<P>(kind), flags, len: 0, sizes }
     }
 
     /// What a configuration must fit to go on from here.
-    fn held(&self, spread: bool) -> Held {
+    fn held(&self, has_covariances: bool) -> Held {
         let cursor = &*self.cursor;
-        Held { particles: cursor.particles, children: cursor.children, predicted: cursor.predicted, spread }
+        Held { particles: cursor.particles, children: cursor.children, predicted: cursor.predicted, has_covariances }
     }
 }
 

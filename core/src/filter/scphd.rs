@@ -2,7 +2,7 @@
 
 use crate::filter::state::Memory;
 use crate::particles::candidate::Candidate;
-use crate::particles::predict::{predict, spread};
+use crate::particles::predict::{predict, predict_gaussians};
 use crate::report::watch::Watch;
 use crate::{
     Births, Component, Config, Detector, Dynamic, Executor, LoadMapError, MapStorage, MeasurementModel, ModelError,
@@ -102,7 +102,7 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'s, M> {
         if !self.has_room_for(&detector.births) {
             return Err(SetupError::NoRoomForMoving);
         }
-        let (sensor, capacity) = (detector.sensing.sensor(), self.memory.still.workspace.capacity());
+        let (sensor, capacity) = (detector.sensing.sensor(), self.memory.static_maps.workspace.capacity());
         let frame = sensor.frame(&M::Pose::ZERO);
         if (0..=capacity).all(|index| sensor.expected_birth(&frame, index).is_some()) {
             return Err(SetupError::TooManyBirths { capacity });
@@ -112,7 +112,7 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'s, M> {
 
     /// Whether there are maps for all that is born.
     fn has_room_for(&self, births: &Births<T>) -> bool {
-        births.of_moving == T::ZERO || self.memory.moving.pool.capacity() > 0
+        births.of_moving == T::ZERO || self.memory.moving_maps.pool.capacity() > 0
     }
 
     /// Starts, or starts again: every particle at `pose` with the same weight and an empty map, and the random stream
@@ -122,7 +122,7 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'s, M> {
     /// The pose is not finite, or a coordinate above 1e8; the state is as it was.
     pub fn reset(&mut self, pose: M::Pose, seed: u64) -> Result<(), ResetError> {
         ResetError::check_pose(&pose)?;
-        let Memory { cursor, spreads, candidates, still, moving, .. } = &mut self.memory;
+        let Memory { cursor, pose_covariances, candidates, static_maps, moving_maps, .. } = &mut self.memory;
         cursor.particles = self.config.particles;
         cursor.children = 1;
         cursor.predicted = false;
@@ -135,9 +135,9 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'s, M> {
         cursor.watch = Watch::ZERO;
         let ln_weight = -T::from_usize(cursor.particles).ln();
         candidates.iter_mut().take(cursor.particles).for_each(|slot| *slot = Candidate { pose, ln_weight });
-        spreads.iter_mut().for_each(|spread| *spread = Symmetric::ZERO);
-        still.clear();
-        moving.clear();
+        pose_covariances.iter_mut().for_each(|pose_covariance| *pose_covariance = Symmetric::ZERO);
+        static_maps.clear();
+        moving_maps.clear();
         Ok(())
     }
 
@@ -149,8 +149,8 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'s, M> {
     /// A component is not finite, beyond 1e8 m or heavier than a million features, its covariance not positive definite, or its
     /// label too great; or the map does not fit. The state is as it was.
     pub fn load_map(&mut self, components: &[Component<PositionOf<M::Pose>>]) -> Result<(), LoadMapError> {
-        let Memory { cursor, still, .. } = &mut self.memory;
-        let (maps, pool) = (&mut still.table, &mut still.pool);
+        let Memory { cursor, static_maps, .. } = &mut self.memory;
+        let (maps, pool) = (&mut static_maps.table, &mut static_maps.pool);
         if cursor.particles == 0 {
             return Err(LoadMapError::NotStarted);
         }
@@ -212,7 +212,7 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'s, M> {
         probe: &mut impl Probe,
     ) -> Result<PredictReport, PredictError> {
         self.memory.clamp();
-        let Memory { cursor, spreads, candidates, .. } = &mut self.memory;
+        let Memory { cursor, pose_covariances, candidates, .. } = &mut self.memory;
         let (motion, plausible) = (&self.motion, &self.config.plausible);
         if cursor.noise.is_none() {
             return Err(PredictError::NotStarted);
@@ -228,7 +228,7 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'s, M> {
         probe.enter(Stage::Predict);
         let predicted = match self.config.proposal {
             Proposal::Blind => predict(motion, self.config.samples, cursor, candidates, control, dt),
-            Proposal::Informed(_) => spread(motion, cursor, candidates, spreads, control, dt),
+            Proposal::Informed(_) => predict_gaussians(motion, cursor, candidates, pose_covariances, control, dt),
         };
         probe.leave(Stage::Predict);
         predicted
@@ -298,7 +298,7 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'s, M> {
     /// # Errors
     /// It is out of range, or does not fit the state or what that holds, as for [`new`](Self::new); the filter keeps the one it had.
     pub fn configure(&mut self, config: Config<T>) -> Result<(), SetupError> {
-        check_capacities(&config, self.memory.spreads.len(), self.memory.candidates.len())?;
+        check_capacities(&config, self.memory.pose_covariances.len(), self.memory.candidates.len())?;
         self.memory.check(&config)?;
         self.config = config;
         Ok(())

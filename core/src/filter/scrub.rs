@@ -101,20 +101,21 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
             return Ok(scrubbed);
         }
         memory.check_cursor()?;
-        let (still, moving) = (memory.still.pool.capacity(), memory.moving.pool.capacity());
-        let all = 2 + still + moving;
+        let (static_pages, moving_pages) = (memory.static_maps.pool.capacity(), memory.moving_maps.pool.capacity());
+        let all = 2 + static_pages + moving_pages;
         for _ in 0..parts.min(all) {
             match scrubber.next {
                 0 => memory.mend_particles(informed, &mut scrubbed)?,
                 1 => {
                     let particles = memory.cursor.particles;
-                    let mended = [memory.still.mend_lists(particles), memory.moving.mend_lists(particles)];
+                    let mended = [memory.static_maps.mend_lists(particles), memory.moving_maps.mend_lists(particles)];
                     scrubbed.lists += mended.into_iter().filter(|&mended| mended).count();
                 }
                 part => {
                     let page = part - 2;
-                    let of_still = memory.still.pool.mend_page(page);
-                    let mended = of_still || page >= still && memory.moving.pool.mend_page(page - still);
+                    let of_static = memory.static_maps.pool.mend_page(page);
+                    let mended =
+                        of_static || page >= static_pages && memory.moving_maps.pool.mend_page(page - static_pages);
                     scrubbed.pages += usize::from(mended);
                 }
             }
@@ -144,8 +145,8 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
 impl<T: Real, P: Pose<Scalar = T>> Memory<'_, P> {
     /// Takes counts that no room is for as what there is room for: a step must end, whatever has become of memory.
     pub(crate) fn clamp(&mut self) {
-        let Self { cursor, spreads, candidates, ln_likelihoods, .. } = self;
-        cursor.particles = cursor.particles.min(spreads.len());
+        let Self { cursor, pose_covariances, candidates, ln_likelihoods, .. } = self;
+        cursor.particles = cursor.particles.min(pose_covariances.len());
         cursor.children = cursor.children.min(candidates.len() / cursor.particles.max(1));
         cursor.weighed = cursor.weighed.min(ln_likelihoods.len());
         cursor.heaviest = cursor.heaviest.min(cursor.particles.saturating_sub(1));
@@ -153,15 +154,17 @@ impl<T: Real, P: Pose<Scalar = T>> Memory<'_, P> {
 
     /// Isolates particles that cannot be, and scales weights that do not sum to one. Poses that are not `informed` are certain.
     fn mend_particles(&mut self, informed: bool, scrubbed: &mut Scrubbed) -> Result<(), Flaw> {
-        let Self { cursor, spreads, candidates, .. } = self;
+        let Self { cursor, pose_covariances, candidates, .. } = self;
         let children = cursor.children.max(1);
         let candidates = candidates.get_mut(..cursor.candidates()).unwrap_or(&mut []);
-        let certain = |spread: &Symmetric<P::Tangent>| *spread == Symmetric::ZERO;
-        let may_be = |spread: &Symmetric<P::Tangent>| if informed { is_within_square(spread) } else { certain(spread) };
+        let certain = |pose_covariance: &Symmetric<P::Tangent>| *pose_covariance == Symmetric::ZERO;
+        let may_be = |pose_covariance: &Symmetric<P::Tangent>| {
+            if informed { is_within_square(pose_covariance) } else { certain(pose_covariance) }
+        };
         // Of the sound ones the first that is heaviest.
         let mut best: Option<(usize, Candidate<P>)> = None;
         for (particle, family) in candidates.chunks(children).enumerate() {
-            if !spreads.get(particle).is_some_and(may_be) {
+            if !pose_covariances.get(particle).is_some_and(may_be) {
                 continue;
             }
             for candidate in family.iter().filter(|candidate| is_sound(candidate)) {
@@ -171,16 +174,16 @@ impl<T: Real, P: Pose<Scalar = T>> Memory<'_, P> {
             }
         }
         let Some((particle, healthy)) = best else { return Err(Flaw::Pose) };
-        let spread = spreads.get(particle).copied().unwrap_or(Symmetric::ZERO);
+        let pose_covariance = pose_covariances.get(particle).copied().unwrap_or(Symmetric::ZERO);
         let isolated = Candidate { ln_weight: healthy.ln_weight + T::LN_VANISHING, ..healthy };
-        for (family, known) in candidates.chunks_mut(children).zip(spreads.iter_mut()) {
+        for (family, known) in candidates.chunks_mut(children).zip(pose_covariances.iter_mut()) {
             let whole = may_be(known);
             for candidate in family.iter_mut().filter(|candidate| !(whole && is_sound(candidate))) {
                 *candidate = isolated;
                 scrubbed.isolated += 1;
             }
             if !whole {
-                *known = spread;
+                *known = pose_covariance;
             }
         }
         if !Self::is_one(candidates) {

@@ -1,5 +1,10 @@
 //! The stages of a scan that are the filter's own: what each is given, and what comes of it.
 
+use crate::detection::learn::seen;
+use crate::detection::online::Shown;
+use crate::detection::scan::Scan;
+use crate::detection::view::Views;
+use crate::detection::weigh::weigh;
 use crate::filter::executor::shares;
 use crate::filter::state::Memory;
 use crate::filter::tally::Tally;
@@ -7,11 +12,6 @@ use crate::particles::candidate::{effective_number, reweigh};
 use crate::particles::cursor::Cursor;
 use crate::particles::propose::Proposer;
 use crate::particles::select::Selection;
-use crate::sight::learn::seen;
-use crate::sight::online::Shown;
-use crate::sight::scan::Scan;
-use crate::sight::view::Views;
-use crate::sight::weigh::weigh;
 use crate::{
     Config, Executor, Health, Likelihood, LnSum, MeasurementModel, Noise, Pose, Proposal, Real, ScalarOf, ScanReport,
     Symmetric, Vector,
@@ -60,13 +60,13 @@ pub(crate) fn propose<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P
     eta: &mut [LnSum<T>],
     noise: &mut Noise,
 ) -> usize {
-    let Memory { cursor, spreads, candidates, ln_likelihoods, still, moving, .. } = memory;
+    let Memory { cursor, pose_covariances, candidates, ln_likelihoods, static_maps, moving_maps, .. } = memory;
     ln_likelihoods.iter_mut().for_each(|ln_correction| *ln_correction = T::ZERO);
     match config.proposal {
         Proposal::Informed(informed) if cursor.predicted || informed.sampled_fraction < T::ONE => {
             let ln_floor = config.prune_weight.ln();
-            let proposer = Proposer { informed, ln_floor, views, still, moving, scan, eta };
-            proposer.all(config.samples, cursor, candidates, spreads, ln_likelihoods, noise)
+            let proposer = Proposer { informed, ln_floor, views, static_maps, moving_maps, scan, eta };
+            proposer.all(config.samples, cursor, candidates, pose_covariances, ln_likelihoods, noise)
         }
         _ => 0,
     }
@@ -110,9 +110,9 @@ pub(crate) fn weigh_all<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose =
     most_in_view: &mut [u16],
     executor: &impl Executor,
 ) -> Weighing<T> {
-    let Memory { candidates, ln_likelihoods, still, moving, .. } = memory;
+    let Memory { candidates, ln_likelihoods, static_maps, moving_maps, .. } = memory;
     let candidates = candidates.get_mut(..grounds.candidates()).unwrap_or(&mut []);
-    let (predicted, likelihood) = ((&*still, &*moving), config.likelihood);
+    let (predicted, likelihood) = ((&*static_maps, &*moving_maps), config.likelihood);
     let in_question = if grounds.lone { &[][..] } else { &*candidates };
     most_in_view.fill(0);
     executor.run(shares(in_question, ln_likelihoods, eta, most_in_view), |share| {
@@ -142,9 +142,9 @@ pub(crate) fn learn<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>>
 ) -> Option<Shown<T>> {
     let survivor = memory.survivors.get(heaviest).copied().map(usize::from)?;
     let (candidate, parent) = (memory.candidates.get(survivor)?, grounds.parent_of(survivor));
-    let spread = if grounds.blurs { memory.spreads.get(parent) } else { None };
-    let maps = (&memory.still, &memory.moving, parent);
-    Some(seen(&views.from(&candidate.pose), spread, maps, scan, config.confirming_detections, eta))
+    let pose_covariance = if grounds.blurs { memory.pose_covariances.get(parent) } else { None };
+    let maps = (&memory.static_maps, &memory.moving_maps, parent);
+    Some(seen(&views.from(&candidate.pose), pose_covariance, maps, scan, config.confirming_detections, eta))
 }
 
 /// Makes the selected candidates the particles, and gets ready for the next prediction. Returns how many predictions were refused
@@ -155,13 +155,13 @@ pub(crate) fn adopt<T: Real, P: Pose<Scalar = T>>(
     memory: &mut Memory<'_, P>,
     noise: Noise,
 ) -> usize {
-    let Memory { cursor, spreads, selected_spreads, candidates, selected, survivors, .. } = memory;
+    let Memory { cursor, pose_covariances, selected_covariances, candidates, selected, survivors, .. } = memory;
     candidates.iter_mut().zip(selected.iter()).take(grounds.particles).for_each(|(slot, chosen)| *slot = *chosen);
-    for (slot, &survivor) in selected_spreads.iter_mut().zip(survivors.iter()).take(grounds.particles) {
+    for (slot, &survivor) in selected_covariances.iter_mut().zip(survivors.iter()).take(grounds.particles) {
         let parent = grounds.parent_of(usize::from(survivor));
-        *slot = spreads.get(parent).copied().unwrap_or(Symmetric::ZERO);
+        *slot = pose_covariances.get(parent).copied().unwrap_or(Symmetric::ZERO);
     }
-    spreads.iter_mut().zip(selected_spreads.iter()).for_each(|(slot, chosen)| *slot = *chosen);
+    pose_covariances.iter_mut().zip(selected_covariances.iter()).for_each(|(slot, chosen)| *slot = *chosen);
     cursor.noise = Some(noise);
     cursor.children = 1;
     cursor.predicted = false;
@@ -230,10 +230,10 @@ pub(crate) fn report<P: Pose, Z: Vector>(
         repaired: tally.repaired,
         peak: tally.peaks[0],
         moving_peak: tally.peaks[1],
-        pages_used: memory.still.pages_used(),
-        pages: memory.still.pool.capacity(),
-        moving_pages_used: memory.moving.pages_used(),
-        moving_pages: memory.moving.pool.capacity(),
+        pages_used: memory.static_maps.pages_used(),
+        pages: memory.static_maps.pool.capacity(),
+        moving_pages_used: memory.moving_maps.pages_used(),
+        moving_pages: memory.moving_maps.pool.capacity(),
         detection_scale: scales[0],
         clutter_scale: scales[1],
         expected_detections,

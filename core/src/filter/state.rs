@@ -1,9 +1,9 @@
 //! All memory of a filter.
 
+use crate::detection::maps::{DynamicMaps, StaticMaps};
 use crate::map::{MapStorage, NoMoving};
 use crate::particles::candidate::Candidate;
 use crate::particles::cursor::Cursor;
-use crate::sight::maps::{DynamicMaps, StaticMaps};
 use crate::{Config, Dynamic, Pose, Proposal, Real, ScalarOf, SetupError, Static, Symmetric, TangentOf};
 
 /// All memory of a filter: what it knows and its scratch, with every capacity in the type.
@@ -32,14 +32,14 @@ use crate::{Config, Dynamic, Pose, Proposal, Real, ScalarOf, SetupError, Static,
 #[derive(Debug)]
 pub struct State<P: Pose, const PARTICLES: usize, const CANDIDATES: usize, S, V = NoMoving> {
     cursor: Cursor<P::Scalar>,
-    spreads: [Symmetric<P::Tangent>; PARTICLES],
-    selected_spreads: [Symmetric<P::Tangent>; PARTICLES],
+    pose_covariances: [Symmetric<P::Tangent>; PARTICLES],
+    selected_covariances: [Symmetric<P::Tangent>; PARTICLES],
     candidates: [Candidate<P>; CANDIDATES],
     ln_likelihoods: [P::Scalar; CANDIDATES],
     selected: [Candidate<P>; PARTICLES],
     survivors: [u16; PARTICLES],
-    still: S,
-    moving: V,
+    static_maps: S,
+    moving_maps: V,
 }
 
 impl<T: Real, P: Pose<Scalar = T>, const PARTICLES: usize, const CANDIDATES: usize, S, V>
@@ -62,14 +62,14 @@ where
         }
         Self {
             cursor: Cursor::ZERO,
-            spreads: [Symmetric::ZERO; PARTICLES],
-            selected_spreads: [Symmetric::ZERO; PARTICLES],
+            pose_covariances: [Symmetric::ZERO; PARTICLES],
+            selected_covariances: [Symmetric::ZERO; PARTICLES],
             candidates: [Candidate::ZERO; CANDIDATES],
             ln_likelihoods: [T::ZERO; CANDIDATES],
             selected: [Candidate::ZERO; PARTICLES],
             survivors: [0; PARTICLES],
-            still: S::ZERO,
-            moving: V::ZERO,
+            static_maps: S::ZERO,
+            moving_maps: V::ZERO,
         }
     }
 
@@ -83,14 +83,14 @@ where
     pub(crate) fn memory(&mut self) -> Memory<'_, P> {
         Memory {
             cursor: &mut self.cursor,
-            spreads: &mut self.spreads,
-            selected_spreads: &mut self.selected_spreads,
+            pose_covariances: &mut self.pose_covariances,
+            selected_covariances: &mut self.selected_covariances,
             candidates: &mut self.candidates,
             ln_likelihoods: &mut self.ln_likelihoods,
             selected: &mut self.selected,
             survivors: &mut self.survivors,
-            still: self.still.maps(),
-            moving: self.moving.maps(),
+            static_maps: self.static_maps.maps(),
+            moving_maps: self.moving_maps.maps(),
         }
     }
 }
@@ -114,7 +114,7 @@ pub(crate) struct Held {
     /// Whether they have moved since the last scan.
     pub(crate) predicted: bool,
     /// Whether poses are uncertain in themselves.
-    pub(crate) spread: bool,
+    pub(crate) has_covariances: bool,
 }
 
 impl Held {
@@ -130,7 +130,7 @@ impl Held {
         if held != 1 && !self.predicted || self.predicted && held != configured {
             return Err(SetupError::HeldSamples { held, configured });
         }
-        if self.spread && !informed { Err(SetupError::HeldCovariance) } else { Ok(()) }
+        if self.has_covariances && !informed { Err(SetupError::HeldCovariance) } else { Ok(()) }
     }
 }
 
@@ -139,15 +139,15 @@ impl Held {
 pub(crate) struct Memory<'s, P: Pose> {
     pub(crate) cursor: &'s mut Cursor<ScalarOf<P>>,
     /// With the informed proposal, the covariance of every particle's pose since the last scan; otherwise zero.
-    pub(crate) spreads: &'s mut [Symmetric<TangentOf<P>>],
+    pub(crate) pose_covariances: &'s mut [Symmetric<TangentOf<P>>],
     /// The same of the particles that go on.
-    pub(crate) selected_spreads: &'s mut [Symmetric<TangentOf<P>>],
+    pub(crate) selected_covariances: &'s mut [Symmetric<TangentOf<P>>],
     pub(crate) candidates: &'s mut [Candidate<P>],
     pub(crate) ln_likelihoods: &'s mut [ScalarOf<P>],
     pub(crate) selected: &'s mut [Candidate<P>],
     pub(crate) survivors: &'s mut [u16],
-    pub(crate) still: StaticMaps<'s, P>,
-    pub(crate) moving: DynamicMaps<'s, P>,
+    pub(crate) static_maps: StaticMaps<'s, P>,
+    pub(crate) moving_maps: DynamicMaps<'s, P>,
 }
 
 impl<T: Real, P: Pose<Scalar = T>> Memory<'_, P> {
@@ -156,10 +156,10 @@ impl<T: Real, P: Pose<Scalar = T>> Memory<'_, P> {
         if self.cursor.particles == 0 {
             return Ok(());
         }
-        let spreads = self.spreads.get(..self.cursor.particles).unwrap_or(&[]);
+        let pose_covariances = self.pose_covariances.get(..self.cursor.particles).unwrap_or(&[]);
         let Cursor { particles, children, predicted, .. } = *self.cursor;
-        let spread = spreads.iter().any(|spread| *spread != Symmetric::ZERO);
-        Held { particles, children, predicted, spread }.check(config)?;
+        let has_covariances = pose_covariances.iter().any(|pose_covariance| *pose_covariance != Symmetric::ZERO);
+        Held { particles, children, predicted, has_covariances }.check(config)?;
         self.audit().map_err(SetupError::HeldDamaged)
     }
 

@@ -1,13 +1,13 @@
 //! One scan, from top to bottom: predict, propose, weigh, select, learn, update, adopt, report.
 
+use crate::detection::scan::Scan;
+use crate::detection::view::Views;
 use crate::filter::drift::drift;
 use crate::filter::stages::{Grounds, Outcome, adopt, learn, propose, report, weigh_all};
 use crate::filter::update::Update;
 use crate::models::OnVehicle;
 use crate::particles::select::{Weighed, select};
 use crate::settings::config::ADAPTIVE;
-use crate::sight::scan::Scan;
-use crate::sight::view::Views;
 use crate::{
     Clutter, Detector, Executor, MeasurementModel, Motion, Pose, Probe, Real, ScPhd, ScanError, ScanReport, ScanRoom,
     Sensor, Stage,
@@ -36,12 +36,12 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
             detection_scale: learnt.detection_scale(online),
             ln_negligible: config.negligible.ln(),
             ln_sharpest: noise_factor.ln_peak(),
-            most_births: memory.still.workspace.capacity(),
+            most_births: memory.static_maps.workspace.capacity(),
         };
 
         // What moves has moved (5.14), once for all the steps since the last scan.
         probe.enter(Stage::Predict);
-        drift(&mut memory.moving.pool, config, memory.cursor.waited_s);
+        drift(&mut memory.moving_maps.pool, config, memory.cursor.waited_s);
         probe.leave(Stage::Predict);
 
         // Candidates: those of the prediction, or drawn now, from poses that the scan has been taken into.
@@ -72,12 +72,13 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
         let survivors = memory.survivors.get(..grounds.particles).unwrap_or(&[]);
         let parent = |survivor: u16| grounds.parent_of(usize::from(survivor));
         let look_again = |survivor: u16| {
-            let spread = if grounds.blurs { memory.spreads.get(parent(survivor)).copied() } else { None };
-            candidates.get(usize::from(survivor)).map(|candidate| (views.from(&candidate.pose), spread))
+            let pose_covariance =
+                if grounds.blurs { memory.pose_covariances.get(parent(survivor)).copied() } else { None };
+            candidates.get(usize::from(survivor)).map(|candidate| (views.from(&candidate.pose), pose_covariance))
         };
         let update = Update {
-            still: &mut memory.still,
-            moving: &mut memory.moving,
+            static_maps: &mut memory.static_maps,
+            moving_maps: &mut memory.moving_maps,
             eta,
             births,
             config,

@@ -1,7 +1,7 @@
 //! Counts over the updates of one scan.
 
+use crate::detection::seen::Weighed;
 use crate::report::watch::Recognised;
-use crate::sight::seen::Weighed;
 use crate::{Peak, Real};
 
 /// Known landmarks in view.
@@ -52,7 +52,7 @@ pub(crate) struct Tally<T> {
     pub(crate) known: Known<T>,
     /// The most that the maps of static and of moving features have taken of their capacities.
     pub(crate) peaks: [Peak; 2],
-    /// What the last of the maps says of its pose, as [`weigh`](crate::sight::weigh::weigh) would have it, where that is asked for.
+    /// What the last of the maps says of its pose, as [`weigh`](crate::detection::weigh::weigh) would have it, where that is asked for.
     pub(crate) last: Weighed<T>,
 }
 

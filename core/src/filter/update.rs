@@ -1,5 +1,11 @@
 //! The update of the survivors' maps (5.17–5.22), after their weights are known.
 
+use crate::detection::confirmed::is_confirmed;
+use crate::detection::explain::ln_likelihood;
+use crate::detection::normalise::Normalisers;
+use crate::detection::scan::Scan;
+use crate::detection::seen::{Seen, Weighed, reset_eta};
+use crate::detection::view::View;
 use crate::filter::tally::Tally;
 use crate::map::reduce::{heavier, keep_heaviest, merge_and_cap};
 use crate::map::workspace::{Entry, Origin, Workspace};
@@ -7,11 +13,6 @@ use crate::map::{Maps, PAGE_LEN};
 use crate::numerics::range::is_within_range;
 use crate::numerics::sort::BUCKETS;
 use crate::numerics::work;
-use crate::sight::confirmed::is_confirmed;
-use crate::sight::explain::ln_likelihood;
-use crate::sight::scan::Scan;
-use crate::sight::seen::{Seen, Weighed, reset_eta};
-use crate::sight::view::View;
 use crate::{
     Births, Bounds, Component, Config, Dynamic, Feature, InverseOf, Likelihood, LnSum, MeasurementModel, Place, Pose,
     PositionOf, Probe, Real, ScalarOf, Sensor, Stage, Static, Symmetric, TangentOf, Vector,
@@ -31,10 +32,10 @@ pub(crate) struct Task {
 }
 
 /// The scan as one survivor's pose sees it.
-struct Sight<'a, X: MeasurementModel> {
+struct ScanView<'a, X: MeasurementModel> {
     view: View<'a, X>,
     /// Covariance of the pose, where it is not certain: it blurs what is expected.
-    spread: Option<Symmetric<TangentOf<X::Pose>>>,
+    pose_covariance: Option<Symmetric<TangentOf<X::Pose>>>,
     /// Outside nothing is in view.
     bounds: Bounds<PositionOf<X::Pose>>,
     scan: &'a Scan<'a, X::Measurement>,
@@ -47,12 +48,12 @@ struct Sight<'a, X: MeasurementModel> {
     known_below: u32,
 }
 
-impl<T: Real, X: MeasurementModel<Pose: Pose<Scalar = T>>> Sight<'_, X> {
+impl<T: Real, X: MeasurementModel<Pose: Pose<Scalar = T>>> ScanView<'_, X> {
     /// Whether a component is better known than from the few measurements that confirm it. Seldom asked, and not small.
     #[inline(never)]
     fn confirms<N: Vector<Scalar = T>>(&self, component: &Component<N>) -> bool {
         let detections = self.config.confirming_detections;
-        is_confirmed(self.view.sensor, &self.view.frame, self.spread.as_ref(), component, detections)
+        is_confirmed(self.view.sensor, &self.view.frame, self.pose_covariance.as_ref(), component, detections)
     }
 
     /// ln of the weight of a component in view that was not detected.
@@ -84,8 +85,9 @@ enum Newborn {
 /// All maps of both kinds, and the scratch that they share.
 #[derive(Debug)]
 pub(crate) struct Update<'a, 's, D: Place> {
-    pub(crate) still: &'a mut Maps<'s, Static<D>>,
-    pub(crate) moving: &'a mut Maps<'s, Dynamic<D>>,
+    pub(crate) static_maps: &'a mut Maps<'s, Static<D>>,
+    pub(crate) moving_maps: &'a mut Maps<'s, Dynamic<D>>,
+    /// Scratch: η_z of one survivor after the other, then their normalisers.
     pub(crate) eta: &'a mut [LnSum<D::Scalar>],
     pub(crate) births: &'a Births<D::Scalar>,
     pub(crate) config: &'a Config<D::Scalar>,
@@ -113,22 +115,24 @@ impl<T: Real, D: Place<Scalar = T>> Update<'_, '_, D> {
         probe: &mut impl Probe,
     ) -> Tally<T> {
         let mut tally = Tally::new();
+        let eta = core::mem::take(&mut self.eta);
         let ln_confirmed = self.config.confirmed_weight.ln();
         let first_label = *self.next_label;
         let first_look = survivors.first().and_then(|&survivor| look(survivor));
         let (most_births, more) = first_look.map_or((0, false), |(view, _)| view.count_births());
         tally.lost += usize::from(more);
         *self.next_label = first_label.wrapping_add((scan.len() + most_births) as u32);
-        for (peak, pages) in tally.peaks.iter_mut().zip([self.still.pages_used(), self.moving.pages_used()]) {
+        for (peak, pages) in tally.peaks.iter_mut().zip([self.static_maps.pages_used(), self.moving_maps.pages_used()])
+        {
             peak.pages = pages;
         }
-        self.still.table.begin(parents);
-        self.moving.table.begin(parents);
+        self.static_maps.table.begin(parents);
+        self.moving_maps.table.begin(parents);
         let mut alive = survivors.iter().map(|&survivor| parent_of(survivor)).peekable();
         for parent in 0..parents {
             if alive.next_if_eq(&parent).is_none() {
-                self.still.table.let_go(parent, &mut self.still.pool);
-                self.moving.table.let_go(parent, &mut self.moving.pool);
+                self.static_maps.table.let_go(parent, &mut self.static_maps.pool);
+                self.moving_maps.table.let_go(parent, &mut self.moving_maps.pool);
             }
             while alive.next_if_eq(&parent).is_some() {
                 work::round();
@@ -143,24 +147,25 @@ impl<T: Real, D: Place<Scalar = T>> Update<'_, '_, D> {
             let Some(&survivor) = copy.first() else { continue };
             let parent = parent_of(survivor);
             let last_child = copies.peek().and_then(|next| next.first()).is_none_or(|&next| parent_of(next) != parent);
-            if let Some((view, spread)) = look(survivor) {
+            if let Some((view, pose_covariance)) = look(survivor) {
                 // As many as there are labels for.
                 let view = View { most_births, ..view };
                 let task = Task { parent, particle, last_child, remaining };
                 let bounds = view.bounds();
                 let (config, known_below) = (self.config, self.known_below);
-                let sight = Sight { view, spread, bounds, scan, config, ln_confirmed, first_label, known_below };
-                self.one(task, &sight, &mut tally, probe);
+                let scan_view =
+                    ScanView { view, pose_covariance, bounds, scan, config, ln_confirmed, first_label, known_below };
+                self.one(task, &scan_view, eta, &mut tally, probe);
             }
             for twin in 1..copy.len() {
-                self.still.table.share_updated(particle, particle + twin, &mut self.still.pool);
-                self.moving.table.share_updated(particle, particle + twin, &mut self.moving.pool);
+                self.static_maps.table.share_updated(particle, particle + twin, &mut self.static_maps.pool);
+                self.moving_maps.table.share_updated(particle, particle + twin, &mut self.moving_maps.pool);
             }
             particle += copy.len();
             remaining -= 1;
         }
-        self.still.table.finish(survivors.len());
-        self.moving.table.finish(survivors.len());
+        self.static_maps.table.finish(survivors.len());
+        self.moving_maps.table.finish(survivors.len());
         tally
     }
 
@@ -169,50 +174,49 @@ impl<T: Real, D: Place<Scalar = T>> Update<'_, '_, D> {
     fn one<X: MeasurementModel<Pose: Pose<Scalar = T, Position = D>>>(
         &mut self,
         task: Task,
-        sight: &Sight<'_, X>,
+        scan_view: &ScanView<'_, X>,
+        eta: &mut [LnSum<T>],
         tally: &mut Tally<T>,
         probe: &mut impl Probe,
     ) {
-        reset_eta(self.eta, sight.scan);
+        reset_eta(eta, scan_view.scan);
         let mut seen = Seen::NOTHING;
-        let regained_still = self.still.collect(task, self.config, sight, self.eta, &mut seen, tally);
-        let first_birth = sight.first_label.wrapping_add(sight.scan.len() as u32);
-        for (index, birth) in sight.view.expected_births() {
+        let regained_static = self.static_maps.collect(task, self.config, scan_view, eta, &mut seen, tally);
+        let first_birth = scan_view.first_label.wrapping_add(scan_view.scan.len() as u32);
+        for (index, birth) in scan_view.view.expected_births() {
             let birth = Component { label: first_birth.wrapping_add(index as u32), ..birth };
-            if let Some((probability, _)) = self.still.workspace.look_at::<Static<D>, X>(&birth, sight, self.eta, tally)
+            if let Some((probability, _)) =
+                self.static_maps.workspace.look_at::<Static<D>, X>(&birth, scan_view, eta, tally)
             {
                 seen.add(probability, birth.ln_weight.exp());
             }
         }
-        let regained_moving = self.moving.collect(task, self.config, sight, self.eta, &mut seen, tally);
+        let regained_moving = self.moving_maps.collect(task, self.config, scan_view, eta, &mut seen, tally);
         tally.expected_detections += seen.expected_detections;
         if self.weighs {
-            let ln_likelihood = ln_likelihood(Likelihood::SingleCluster, &sight.view, &seen, sight.scan, self.eta);
+            let ln_likelihood = ln_likelihood(Likelihood::SingleCluster, &scan_view.view, &seen, scan_view.scan, eta);
             tally.last = Weighed { ln_likelihood, in_view: seen.in_view };
         }
-        for (eta, measurement) in self.eta.iter_mut().zip(sight.scan.iter()) {
-            // From here on: by how much features lower the weight of whatever explains the measurement.
-            *eta = LnSum::of(measurement.ln_reference() - eta.ln());
-        }
-        self.still.weigh_detections(self.eta, self.known_below, tally);
-        self.moving.weigh_detections(self.eta, self.known_below, tally);
-        self.give_birth(sight, Newborn::Explained, tally);
+        let normalisers = Normalisers::of(eta, scan_view.scan);
+        self.static_maps.weigh_detections(&normalisers, self.known_below, tally);
+        self.moving_maps.weigh_detections(&normalisers, self.known_below, tally);
+        self.give_birth(scan_view, &normalisers, Newborn::Explained, tally);
         probe.enter(Stage::Reduce);
         self.note_components(tally);
-        self.still.reduce(self.config, self.next_label, tally);
-        self.moving.reduce(self.config, self.next_label, tally);
+        self.static_maps.reduce(self.config, self.next_label, tally);
+        self.moving_maps.reduce(self.config, self.next_label, tally);
         probe.leave(Stage::Reduce);
-        self.give_birth(sight, Newborn::Unexplained, tally);
+        self.give_birth(scan_view, &normalisers, Newborn::Unexplained, tally);
         self.note_components(tally);
-        self.still.count(tally);
-        self.moving.count(tally);
-        let still_stored = self.still.store(task, regained_still, &sight.bounds, tally);
-        let moving_stored = self.moving.store(task, regained_moving, &sight.bounds, tally);
-        let taken = [self.still.taken(task.particle), self.moving.taken(task.particle)];
+        self.static_maps.count(tally);
+        self.moving_maps.count(tally);
+        let static_stored = self.static_maps.store(task, regained_static, &scan_view.bounds, tally);
+        let moving_stored = self.moving_maps.store(task, regained_moving, &scan_view.bounds, tally);
+        let taken = [self.static_maps.taken(task.particle), self.moving_maps.taken(task.particle)];
         for (peak, (pages, map_pages)) in tally.peaks.iter_mut().zip(taken) {
             (peak.pages, peak.map_pages) = (peak.pages.max(pages), peak.map_pages.max(map_pages));
         }
-        if still_stored && moving_stored {
+        if static_stored && moving_stored {
             tally.updated += 1;
         } else {
             tally.kept += 1;
@@ -221,7 +225,7 @@ impl<T: Real, D: Place<Scalar = T>> Update<'_, '_, D> {
 
     /// How many components the workspaces hold.
     fn note_components(&self, tally: &mut Tally<T>) {
-        let held = [self.still.workspace.len(), self.moving.workspace.len()];
+        let held = [self.static_maps.workspace.len(), self.moving_maps.workspace.len()];
         tally.peaks.iter_mut().zip(held).for_each(|(peak, held)| peak.in_view = peak.in_view.max(held));
     }
 
@@ -229,22 +233,23 @@ impl<T: Real, D: Place<Scalar = T>> Update<'_, '_, D> {
     /// one each (5.9, 5.10, 5.17).
     fn give_birth<X: MeasurementModel<Pose: Pose<Scalar = T, Position = D>>>(
         &mut self,
-        sight: &Sight<'_, X>,
+        scan_view: &ScanView<'_, X>,
+        normalisers: &Normalisers<'_, T>,
         births: Newborn,
         tally: &mut Tally<T>,
     ) {
-        let Sight { view, spread, scan, first_label, .. } = sight;
-        let (still, moving) = (&mut self.still.workspace, &mut self.moving.workspace);
-        let (ln_still, ln_moving) = (self.births.of_static.ln(), self.births.of_moving.ln());
+        let ScanView { view, pose_covariance, scan, first_label, .. } = scan_view;
+        let (of_static, of_moving) = (&mut self.static_maps.workspace, &mut self.moving_maps.workspace);
+        let (ln_static, ln_moving) = (self.births.of_static.ln(), self.births.of_moving.ln());
         let velocity_variance = self.config.moving.velocity_sigma_mps * self.config.moving.velocity_sigma_mps;
-        for (index, (eta, measurement)) in self.eta.iter().zip(scan.iter()).enumerate() {
-            let ln_eta = measurement.ln_reference() - eta.ln();
+        for (index, (ln_normaliser, measurement)) in normalisers.each_ln().zip(scan.iter()).enumerate() {
+            let ln_eta = measurement.ln_reference() - ln_normaliser;
             if measurement.is_explained(ln_eta) != (births == Newborn::Explained) {
                 continue;
             }
-            let ln_still = Some(ln_still - ln_eta).filter(|&ln_weight| ln_weight >= still.ln_floor());
-            let ln_moving = Some(ln_moving - ln_eta).filter(|&ln_weight| ln_weight >= moving.ln_floor());
-            if ln_still.is_none() && ln_moving.is_none() {
+            let ln_static = Some(ln_static - ln_eta).filter(|&ln_weight| ln_weight >= of_static.ln_floor());
+            let ln_moving = Some(ln_moving - ln_eta).filter(|&ln_weight| ln_weight >= of_moving.ln_floor());
+            if ln_static.is_none() && ln_moving.is_none() {
                 continue;
             }
             // A feature out of view cannot have caused the measurement; born there, it would never be missed and stay.
@@ -257,10 +262,10 @@ impl<T: Real, D: Place<Scalar = T>> Update<'_, '_, D> {
                 continue;
             };
             let mut noise = *view.sensor.noise();
-            if let Some(spread) = spread
+            if let Some(pose_covariance) = pose_covariance
                 && let Some(expected) = view.sensor.expect(&view.frame, &inverse.feature)
             {
-                noise = noise.plus(&view.blur(spread, &inverse.feature, &expected));
+                noise = noise.plus(&view.blur(pose_covariance, &inverse.feature, &expected));
             }
             // Nor does anything come of one that is uncertain beyond the range of the scalar.
             let place = noise.congruence::<D>(&inverse.jacobian).kept_positive_definite();
@@ -270,8 +275,8 @@ impl<T: Real, D: Place<Scalar = T>> Update<'_, '_, D> {
             };
             tally.repaired += usize::from(repaired);
             let label = first_label.wrapping_add(index as u32);
-            if let Some(ln_weight) = ln_still {
-                still.push(Component { label, ln_weight, mean: inverse.feature, covariance: place }, Origin::Born);
+            if let Some(ln_weight) = ln_static {
+                of_static.push(Component { label, ln_weight, mean: inverse.feature, covariance: place }, Origin::Born);
                 tally.births += 1;
             }
             if let Some(ln_weight) = ln_moving {
@@ -280,7 +285,7 @@ impl<T: Real, D: Place<Scalar = T>> Update<'_, '_, D> {
                     let velocity = if row == column { velocity_variance } else { T::ZERO };
                     if row < D::DIMENSION { place.get(row, column) } else { velocity }
                 });
-                moving.push(Component { label, ln_weight, mean, covariance }, Origin::Born);
+                of_moving.push(Component { label, ln_weight, mean, covariance }, Origin::Born);
                 tally.births += 1;
             }
         }
@@ -293,7 +298,7 @@ impl<T: Real, N: Vector<Scalar = T>> Workspace<'_, N> {
     fn look_at<F, X>(
         &mut self,
         component: &Component<N>,
-        sight: &Sight<'_, X>,
+        scan_view: &ScanView<'_, X>,
         eta: &mut [LnSum<T>],
         tally: &mut Tally<T>,
     ) -> Option<(T, T)>
@@ -301,15 +306,16 @@ impl<T: Real, N: Vector<Scalar = T>> Workspace<'_, N> {
         F: Feature<State = N, Position = PositionOf<X::Pose>>,
         X: MeasurementModel<Pose: Pose<Scalar = T>>,
     {
-        let Sight { view, spread, scan, .. } = sight;
+        let ScanView { view, pose_covariance, scan, .. } = scan_view;
         let mut expectation = view.expect(component)?;
         let mut noise = *view.sensor.noise();
-        if let Some(spread) = spread {
-            let blur = view.blur(spread, &component.position::<PositionOf<X::Pose>>(), &expectation.expected());
+        if let Some(pose_covariance) = pose_covariance {
+            let blur =
+                view.blur(pose_covariance, &component.position::<PositionOf<X::Pose>>(), &expectation.expected());
             expectation = expectation.blurred(&blur);
             noise = noise.plus(&blur);
         }
-        let ln_weight = sight.ln_missed::<F>(component, expectation.detection.ln_missed);
+        let ln_weight = scan_view.ln_missed::<F>(component, expectation.detection.ln_missed);
         self.push(Component { ln_weight, ..*component }, Origin::Missed);
         let mut correction = None;
         view.matches(&expectation, scan, |found| {
@@ -340,13 +346,13 @@ impl<T: Real, F: Feature<Position: Place<Scalar = T>>> Maps<'_, F> {
         &mut self,
         task: Task,
         config: &Config<T>,
-        sight: &Sight<'_, X>,
+        scan_view: &ScanView<'_, X>,
         eta: &mut [LnSum<T>],
         seen: &mut Seen<F::Position>,
         tally: &mut Tally<T>,
     ) -> usize {
         let Maps { table, pool, workspace } = self;
-        let bounds = &sight.bounds;
+        let bounds = &scan_view.bounds;
         table.take_on(task.parent, task.particle, task.last_child, pool);
         // What moves does not stay where it was sorted out.
         if !F::MOVES {
@@ -365,10 +371,11 @@ impl<T: Real, F: Feature<Position: Place<Scalar = T>>> Maps<'_, F> {
                 for (component, weight) in page.weighted() {
                     let near = within || bounds.holds(&component.position());
                     if near
-                        && let Some((probability, ln_missed)) = workspace.look_at::<F, X>(component, sight, eta, tally)
+                        && let Some((probability, ln_missed)) =
+                            workspace.look_at::<F, X>(component, scan_view, eta, tally)
                     {
                         seen.add(probability, weight);
-                        if !F::MOVES && component.label < sight.known_below {
+                        if !F::MOVES && component.label < scan_view.known_below {
                             tally.known.weight += weight;
                             tally.known.expected += probability * weight;
                             tally.known.missed += ln_missed.exp();
@@ -381,7 +388,7 @@ impl<T: Real, F: Feature<Position: Place<Scalar = T>>> Maps<'_, F> {
             }
             if in_view {
                 workspace.retain_outside(outside, |component| {
-                    component.ln_weight >= ln_unconfirmed || sight.confirms(component)
+                    component.ln_weight >= ln_unconfirmed || scan_view.confirms(component)
                 });
                 regained += usize::from(pool.references(id) == 1);
             } else {
@@ -392,11 +399,11 @@ impl<T: Real, F: Feature<Position: Place<Scalar = T>>> Maps<'_, F> {
         regained
     }
 
-    /// Divides the detections by the completed η_z and prunes (5.18).
-    fn weigh_detections(&mut self, eta: &[LnSum<T>], known_below: u32, tally: &mut Tally<T>) {
+    /// Normalises the detections, which divides them by η_z, and prunes (5.18).
+    fn weigh_detections(&mut self, normalisers: &Normalisers<'_, T>, known_below: u32, tally: &mut Tally<T>) {
         self.workspace.retain(|Entry { component, origin }| {
             if let Origin::Detected { measurement, distance } = *origin {
-                component.ln_weight += eta.get(usize::from(measurement)).map_or(T::NEG_INFINITY, LnSum::ln);
+                component.ln_weight += normalisers.ln(usize::from(measurement));
                 let weight = component.ln_weight.exp();
                 tally.innovation.0 += weight * distance;
                 tally.innovation.1 += weight;
@@ -510,7 +517,7 @@ impl<T: Real, F: Feature<Position: Place<Scalar = T>>> Maps<'_, F> {
 
 /// Bits of each coordinate along the Morton curve.
 const fn morton_bits<D: Vector>() -> u32 {
-    // Four at most, for the table of the spread cells.
+    // Four at most, for the table of the spaced cells.
     let bits = BUCKETS.ilog2() / D::DIMENSION as u32;
     if bits > 4 { 4 } else { bits }
 }
@@ -530,26 +537,26 @@ fn morton<T: Real, D: Vector<Scalar = T>>(position: &D, bounds: &Bounds<D>, per_
     let mut key = 0;
     for (axis, place) in places.as_slice().iter().enumerate() {
         let cell = place.to_i32().clamp(0, (1 << const { morton_bits::<D>() }) - 1).unsigned_abs();
-        let spread = const { spread::<D>() };
-        key |= usize::from(spread.get(cell as usize).copied().unwrap_or(0)) << axis;
+        let spaced = const { spaced::<D>() };
+        key |= usize::from(spaced.get(cell as usize).copied().unwrap_or(0)) << axis;
     }
     key
 }
 
 /// The bits of every cell along an axis, D apart.
 #[expect(clippy::indexing_slicing, reason = "evaluated by the compiler alone")]
-const fn spread<D: Vector>() -> [u8; 16] {
-    let mut spread = [0; 16];
+const fn spaced<D: Vector>() -> [u8; 16] {
+    let mut spaced = [0; 16];
     let mut cell = 0;
-    while cell < spread.len() {
+    while cell < spaced.len() {
         let mut bit = 0;
         while bit < morton_bits::<D>() {
-            spread[cell] |= ((cell >> bit & 1) << (bit * D::DIMENSION as u32)) as u8;
+            spaced[cell] |= ((cell >> bit & 1) << (bit * D::DIMENSION as u32)) as u8;
             bit += 1;
         }
         cell += 1;
     }
-    spread
+    spaced
 }
 
 /// The survivors in runs of equal ones. The standard library's `chunk_by` has a panic that the compiler cannot see to

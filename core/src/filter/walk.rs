@@ -18,13 +18,13 @@ impl<T: Real, P: Pose<Scalar = T>> Memory<'_, P> {
             visit.pose(&candidate.pose);
         }
         if informed {
-            for spread in self.spreads.iter().take(self.cursor.particles) {
-                spread.as_lower().iter().for_each(|&x| visit.scalar(x));
+            for pose_covariance in self.pose_covariances.iter().take(self.cursor.particles) {
+                pose_covariance.as_lower().iter().for_each(|&x| visit.scalar(x));
             }
         }
         for particle in 0..self.cursor.particles {
-            self.still.walk(particle, visit);
-            self.moving.walk(particle, visit);
+            self.static_maps.walk(particle, visit);
+            self.moving_maps.walk(particle, visit);
         }
     }
 
@@ -71,13 +71,13 @@ impl<T: Real, P: Pose<Scalar = T>> Memory<'_, P> {
         for slot in self.candidates.iter_mut().take(cursor.candidates()) {
             *slot = Candidate { ln_weight: from.scalar(), pose: from.pose() };
         }
-        for spread in self.spreads.iter_mut().take(particles).filter(|_| informed) {
-            *spread = Symmetric::from_fn(|_, _| from.scalar());
+        for pose_covariance in self.pose_covariances.iter_mut().take(particles).filter(|_| informed) {
+            *pose_covariance = Symmetric::from_fn(|_, _| from.scalar());
         }
-        for particle in 0..particles.min(self.spreads.len()) {
+        for particle in 0..particles.min(self.pose_covariances.len()) {
             from.so_far()?;
-            self.still.fill(true, particle, from)?;
-            self.moving.fill(has_moving, particle, from)?;
+            self.static_maps.fill(true, particle, from)?;
+            self.moving_maps.fill(has_moving, particle, from)?;
         }
         Ok(())
     }

@@ -9,9 +9,10 @@ use crate::{PlanarPose, Unicycle};
 
 impl ScPhd<'_, Unicycle<f32>> {
     pub(crate) fn words(&mut self, each: &mut Each<'_>) {
-        let Memory { cursor, spreads, candidates, still, ln_likelihoods, survivors, .. } = &mut self.memory;
+        let Memory { cursor, pose_covariances, candidates, static_maps, ln_likelihoods, survivors, .. } =
+            &mut self.memory;
         let held = cursor.candidates().min(candidates.len());
-        let particles = cursor.particles.min(spreads.len());
+        let particles = cursor.particles.min(pose_covariances.len());
         let Cursor {
             particles: count,
             children,
@@ -36,12 +37,12 @@ impl ScPhd<'_, Unicycle<f32>> {
             [x_m, y_m, heading_rad].into_iter().for_each(|number| each("pose", Word::Real(number)));
             each("weight", Word::Real(&mut candidate.ln_weight));
         }
-        for spread in spreads.iter_mut().take(particles) {
-            of_symmetric("pose covariance", spread, each);
+        for pose_covariance in pose_covariances.iter_mut().take(particles) {
+            of_symmetric("pose covariance", pose_covariance, each);
         }
         ln_likelihoods.iter_mut().take(held).for_each(|number| each("scratch", Word::Real(number)));
         survivors.iter_mut().take(particles).for_each(|word| each("scratch", Word::Short(word)));
-        for page in still.pool.held_mut() {
+        for page in static_maps.pool.held_mut() {
             let fields = page.fields();
             let len = usize::from(*fields.len).min(PAGE_LEN);
             each("page", Word::Short(fields.len));
@@ -56,8 +57,8 @@ impl ScPhd<'_, Unicycle<f32>> {
                 of_symmetric("component", &mut component.covariance, each);
             }
         }
-        still.pool.words().for_each(|word| each("page counts", Word::Short(word)));
-        still.table.corners().for_each(|number| each("page lists", Word::Real(number)));
-        still.table.words().for_each(|word| each("page lists", Word::Short(word)));
+        static_maps.pool.words().for_each(|word| each("page counts", Word::Short(word)));
+        static_maps.table.corners().for_each(|number| each("page lists", Word::Real(number)));
+        static_maps.table.words().for_each(|word| each("page lists", Word::Short(word)));
     }
 }

@@ -144,7 +144,7 @@ impl<T: Real, P: Pose<Scalar = T>> Entry<P> {
     };
 
     /// tr A Aᵀ.
-    fn spread(&self) -> T {
+    fn common_variance(&self) -> T {
         self.common.as_slice().iter().fold(T::ZERO, |sum, &x| sum + x * x)
     }
 
@@ -187,7 +187,7 @@ impl<T: Real, P: Pose<Scalar = T>> Shelf<'_, P> {
             self.index.len += 1;
             return 0;
         }
-        let certainty = |entry: &Entry<P>| (entry.existence.total(), -entry.spread());
+        let certainty = |entry: &Entry<P>| (entry.existence.total(), -entry.common_variance());
         let mut least = (certainty(&entry), None);
         for (place, entry) in self.entries.iter().enumerate() {
             let of = certainty(entry);

@@ -181,7 +181,8 @@ impl<T: Real, P: Pose<Scalar = T>> Joint<'_, P> {
         let with_pose = |joint: &Self, row: usize| TangentOf::<P>::with(|k| joint.get(row, k));
         let (pose, all) = (P::Tangent::DIMENSION, first::<P>(features));
         for row in pose..all {
-            let explained = spread::<T, P::Tangent>(&root, &whitened::<T, P::Tangent>(&root, &with_pose(self, row)));
+            let explained =
+                back_substituted::<T, P::Tangent>(&root, &whitened::<T, P::Tangent>(&root, &with_pose(self, row)));
             for column in pose..=row {
                 let grown = explained.dot(&with_pose(self, column)) * (factor - T::ONE);
                 self.set(row, column, self.get(row, column) + grown);
@@ -194,7 +195,7 @@ impl<T: Real, P: Pose<Scalar = T>> Joint<'_, P> {
 }
 
 /// L⁻ᵀ y for a [root](Symmetric::root), whose columns of zeros give zero.
-fn spread<T: Real, V: Vector<Scalar = T>>(root: &Linear<V, V>, y: &V) -> V {
+fn back_substituted<T: Real, V: Vector<Scalar = T>>(root: &Linear<V, V>, y: &V) -> V {
     let mut w: V = Zero::ZERO;
     for k in (0..V::DIMENSION).rev() {
         let rest = (k + 1..V::DIMENSION).fold(y.at(k), |rest, j| rest - root.at(j, k) * w.at(j));

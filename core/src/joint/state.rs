@@ -185,8 +185,8 @@ impl<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>> Memory<'_, P, Z> {
     pub(super) fn follow(&mut self) {
         let Self { known, slots, joint, .. } = self;
         let Some(heading) = P::HEADING else { return };
-        let still = |moved: &[T]| moved.iter().all(|&by| by == T::ZERO);
-        if still(&known.moved) && slots.iter().take(known.len).all(|slot| still(slot.moved.as_slice())) {
+        let unmoved = |moved: &[T]| moved.iter().all(|&by| by == T::ZERO);
+        if unmoved(&known.moved) && slots.iter().take(known.len).all(|slot| unmoved(slot.moved.as_slice())) {
             return;
         }
         let dimension = P::Position::DIMENSION;

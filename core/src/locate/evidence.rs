@@ -68,7 +68,7 @@ impl<T: Real> Memory<'_, T> {
                 sum += ln_missed;
                 continue;
             };
-            let factor = turned.spread(landmark, &of_map).scaled(config.inflation).factor()?;
+            let factor = turned.relative_covariance(landmark, &of_map).scaled(config.inflation).factor()?;
             let off = landmark.mean - turned.of(&of_map.mean);
             let ln_there = factor.ln_peak() - factor.mahalanobis(&off) * T::from_f64(0.5);
             let found = found.at_least(T::from_f64(LEAST_FOUND));

@@ -52,7 +52,7 @@ impl<T: Real> Laying<T> {
         let mut towards: Vector3<T> = Zero::ZERO;
         for (seen, of_map) in pairs {
             let lever = turned.lever(&of_map.mean);
-            let factor = turned.spread(seen, of_map).scaled(inflation).factor()?;
+            let factor = turned.relative_covariance(seen, of_map).scaled(inflation).factor()?;
             let inverse = factor.inverse();
             let jacobian: nalgebra::Matrix3x2<T> = Matrix::with(|row, column| match (row, column) {
                 (0, 0) | (1, 1) => T::ONE,
@@ -118,7 +118,7 @@ impl<T: Real> Turned<T> {
     }
 
     /// The covariance of how far apart a landmark and one of the map are, but for how well the laying is known.
-    pub(super) fn spread(&self, seen: &Landmark<T>, of_map: &Landmark<T>) -> Symmetric<Vector2<T>> {
+    pub(super) fn relative_covariance(&self, seen: &Landmark<T>, of_map: &Landmark<T>) -> Symmetric<Vector2<T>> {
         let turn = nalgebra::Matrix2::new(self.cosine, -self.sine, self.sine, self.cosine);
         seen.covariance.plus(&of_map.covariance.congruence::<Vector2<T>>(&turn))
     }

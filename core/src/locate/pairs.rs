@@ -32,9 +32,9 @@ impl<T: Real> Memory<'_, T> {
                     continue;
                 }
                 let by_laying = nalgebra::Matrix2x3::new(T::ONE, T::ZERO, lever.x, T::ZERO, T::ONE, lever.y);
-                let spread = turned.spread(landmark, of_map).scaled(inflation);
-                let spread = spread.plus(&laying.covariance.congruence::<nalgebra::Vector2<T>>(&by_laying));
-                let Some(factor) = spread.factor() else { continue };
+                let covariance = turned.relative_covariance(landmark, of_map).scaled(inflation);
+                let covariance = covariance.plus(&laying.covariance.congruence::<nalgebra::Vector2<T>>(&by_laying));
+                let Some(factor) = covariance.factor() else { continue };
                 let distance = factor.mahalanobis(&off);
                 let unlikely = distance + factor.ln_determinant();
                 if distance <= gate && unlikely < nearest.1 {

@@ -291,7 +291,7 @@ mod tests {
     ];
 
     #[test]
-    fn merging_keeps_mass_mean_and_spread() {
+    fn merging_keeps_mass_mean_and_covariance() {
         let mixture: Vec<_> = CLUSTERS.iter().map(|&(w, x, y)| component(w, x, y)).collect();
         let before = moments(&mixture);
         let left = reduced(&mixture, 4.0, usize::MAX);

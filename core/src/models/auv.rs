@@ -68,7 +68,7 @@ struct StepOf<T: Real> {
     /// Share of z's deviation from the reading that each coordinate of the position takes back.
     gain: Vector3<T>,
     /// Covariance of the position, m².
-    spread: Symmetric<Vector3<T>>,
+    covariance: Symmetric<Vector3<T>>,
     /// Gain of the yaw rate's reading.
     rate_gain: T,
     /// Share of n_θ Δt² that the yaw gains: ½ of an even change of the rate (7.1), 1 of a rate read for the whole step.
@@ -83,7 +83,7 @@ impl<T: Real> Auv<T> {
     /// A vehicle whose angular acceleration about the vertical has this standard deviation, rad/s², one draw a step.
     ///
     /// Errors of a filtered velocity last: for twice the velocity filter's own time constant they are as good as the
-    /// same. A step shorter than `interval_s` draws with a standard deviation raised by √(interval/dt), which spreads the
+    /// same. A step shorter than `interval_s` draws with a standard deviation raised by √(interval/dt), which pose_covariances the
     /// positions as far as an error held over the interval would, whatever the rate. Zero: one independent draw a step.
     ///
     /// # Errors
@@ -101,16 +101,16 @@ impl<T: Real> Auv<T> {
         let moved = turned * (control.velocity_mps * dt);
 
         let raise = if self.interval_s > dt && dt > T::ZERO { self.interval_s / dt } else { T::ONE };
-        let mut spread = control.velocity_covariance.congruence(&turned).scaled(dt * dt * raise);
+        let mut covariance = control.velocity_covariance.congruence(&turned).scaled(dt * dt * raise);
         let mut position = pose.position() + moved;
         let mut gain = Vector3::zeros();
         if let Some(reading) = control.z_m {
-            let innovation_variance = spread.get(2, 2) + reading.sigma * reading.sigma;
+            let innovation_variance = covariance.get(2, 2) + reading.sigma * reading.sigma;
             if innovation_variance > T::ZERO {
-                gain = Vector3::from_fn(|row, _| spread.get(row, 2) / innovation_variance);
+                gain = Vector3::from_fn(|row, _| covariance.get(row, 2) / innovation_variance);
                 position += gain * (reading.value - position.z);
-                let open = spread;
-                spread = Symmetric::from_fn(|row, column| {
+                let open = covariance;
+                covariance = Symmetric::from_fn(|row, column| {
                     let taken = gain.get(row).map_or(T::ZERO, |&share| share * open.get(2, column));
                     open.get(row, column) - taken
                 });
@@ -139,7 +139,7 @@ impl<T: Real> Auv<T> {
                 pitch_rad: control.pitch_rad,
             },
             gain,
-            spread,
+            covariance,
             rate_gain,
             yaw_share,
             acceleration_variance: acceleration_variance * (T::ONE - rate_gain),
@@ -173,9 +173,9 @@ impl<T: Real> Motion for Auv<T> {
 
     /// The speed as its mean and its covariance together have it: both move the particles.
     fn rates(&self, control: &Self::Control) -> Rates<T> {
-        let spread = (0..3).fold(T::ZERO, |sum, axis| sum + control.velocity_covariance.get(axis, axis));
+        let variance = (0..3).fold(T::ZERO, |sum, axis| sum + control.velocity_covariance.get(axis, axis));
         let [[x, y, z]] = control.velocity_mps.data.0;
-        let speed_mps = (x * x + y * y + z * z + spread).sqrt();
+        let speed_mps = (x * x + y * y + z * z + variance).sqrt();
         Rates { speed_mps, turn_radps: control.yaw_rate_radps.map_or(T::ZERO, |reading| reading.value.abs()) }
     }
 
@@ -187,7 +187,7 @@ impl<T: Real> Motion for Auv<T> {
     fn sample(&self, pose: &Self::Pose, control: &Self::Control, dt: T, noise: &mut Noise) -> Self::Pose {
         let step = self.step(pose, control, dt);
         let drawn = Vector3::from_fn(|_, _| noise.normal());
-        let offset = step.spread.root() * drawn;
+        let offset = step.covariance.root() * drawn;
         let acceleration = step.acceleration_variance.sqrt() * noise.normal();
         let mean = step.pose;
         AuvPose {
@@ -217,7 +217,7 @@ impl<T: Real> Motion for Auv<T> {
         });
         let (to_yaw, to_rate) = (step.yaw_share * dt * dt, dt);
         let noise = Symmetric::from_fn(|row, column| match (row, column) {
-            (0..3, 0..3) => step.spread.get(row, column),
+            (0..3, 0..3) => step.covariance.get(row, column),
             (3, 3) => to_yaw * to_yaw * step.acceleration_variance,
             (4, 3) => to_rate * to_yaw * step.acceleration_variance,
             (4, 4) => to_rate * to_rate * step.acceleration_variance,
@@ -301,22 +301,22 @@ mod tests {
     }
 
     #[test]
-    fn samples_spread_as_linearised() {
+    fn samples_scatter_as_linearised() {
         let auv = Auv::new(0.5, 0.4).unwrap();
         for aided in [false, true] {
             let (control, mut noise) = (control(aided), Noise::seeded(5));
             let mean = auv.propagate(&POSE, &control, 0.1);
             let expected = auv.linearise(&POSE, &control, 0.1).noise.to_matrix();
             let runs = 40_000;
-            let mut spread = SMatrix::<f64, 5, 5>::zeros();
+            let mut covariance = SMatrix::<f64, 5, 5>::zeros();
             for _ in 0..runs {
                 let off = auv.sample(&POSE, &control, 0.1, &mut noise).difference(&mean);
-                spread += off * off.transpose() / f64::from(runs);
+                covariance += off * off.transpose() / f64::from(runs);
             }
             for (row, column) in (0..5).flat_map(|row| (0..5).map(move |column| (row, column))) {
                 let scale = (expected[(row, row)] * expected[(column, column)]).sqrt();
-                let error = (spread[(row, column)] - expected[(row, column)]).abs();
-                assert!(error < 0.03 * scale, "{aided}: {row} {column}: {spread} {expected}");
+                let error = (covariance[(row, column)] - expected[(row, column)]).abs();
+                assert!(error < 0.03 * scale, "{aided}: {row} {column}: {covariance} {expected}");
             }
         }
     }

@@ -8,7 +8,7 @@ use nalgebra::Vector2;
 ///
 /// Odometry errors of real vehicles persist (scale, offset, slip); noise drawn anew for every sample averages
 /// itself away the faster the odometry comes. `interval_s` says for how long an error lasts: a prediction that
-/// is shorter draws with a standard deviation raised by √(interval/dt), which spreads the poses exactly as far
+/// is shorter draws with a standard deviation raised by √(interval/dt), which pose_covariances the poses exactly as far
 /// as an error held over the interval would, whatever the rate of the odometry.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ControlNoise<T> {
@@ -81,7 +81,7 @@ mod tests {
     use crate::Noise;
 
     /// The random walk of the speed error's integral after `seconds`, over many draws.
-    fn spread(noise: &ControlNoise<f64>, dt: f64, seconds: f64) -> f64 {
+    fn variance_after(noise: &ControlNoise<f64>, dt: f64, seconds: f64) -> f64 {
         let mut stream = Noise::seeded(3);
         let steps = (seconds / dt).round() as usize;
         let runs = 2000;
@@ -92,12 +92,12 @@ mod tests {
     }
 
     #[test]
-    fn spread_does_not_hang_on_the_rate() {
+    fn variance_does_not_hang_on_the_rate() {
         let noise = ControlNoise { interval_s: 0.4, ..ControlNoise::white(0.5, 0.0) };
         // Five independent errors of 0.5 m/s held for 0.4 s each.
         let expected = 0.5 * 0.4 * 5.0_f64.sqrt();
         for dt in [0.025, 0.1, 0.4] {
-            let measured = spread(&noise, dt, 2.0);
+            let measured = variance_after(&noise, dt, 2.0);
             assert!((measured / expected - 1.0).abs() < 0.08, "dt {dt}: {measured} against {expected}");
         }
     }

@@ -169,7 +169,7 @@ mod tests {
         let mean = PlanarPose::mean(poses.into_iter().map(|pose| (0.5, pose)));
         assert!((mean.x_m - 2.0).abs() < 1e-15 && (mean.y_m - 3.0).abs() < 1e-15);
         assert!((mean.heading_rad.abs() - core::f64::consts::PI).abs() < 1e-15);
-        let spread = poses[0].difference(&poses[1])[2];
-        assert!((spread - (6.2 - core::f64::consts::TAU)).abs() < 1e-15);
+        let turned = poses[0].difference(&poses[1])[2];
+        assert!((turned - (6.2 - core::f64::consts::TAU)).abs() < 1e-15);
     }
 }

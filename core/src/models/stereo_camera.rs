@@ -387,17 +387,20 @@ pub(super) mod tests {
         let sigma = 0.3;
         let expected = inverse.jacobian * inverse.jacobian.transpose() * (sigma * sigma);
         let (mut noise, runs) = (Noise::seeded(8), 40_000);
-        let mut spread = SMatrix::<f64, 3, 3>::zeros();
+        let mut covariance = SMatrix::<f64, 3, 3>::zeros();
         let mut mean = Vector3::zeros();
         for _ in 0..runs {
             let drawn = measured + Vector4::from_fn(|_, _| sigma * noise.normal::<f64>());
             let off = camera.invert(&frame, &drawn).unwrap().feature - feature;
             mean += off / f64::from(runs);
-            spread += off * off.transpose() / f64::from(runs);
+            covariance += off * off.transpose() / f64::from(runs);
         }
         for (row, column) in [(0, 0), (1, 1), (2, 2), (1, 0), (2, 0), (2, 1)] {
             let scale = (expected[(row, row)] * expected[(column, column)]).sqrt();
-            assert!((spread[(row, column)] - expected[(row, column)]).abs() < 0.03 * scale, "{spread} {expected}");
+            assert!(
+                (covariance[(row, column)] - expected[(row, column)]).abs() < 0.03 * scale,
+                "{covariance} {expected}"
+            );
         }
         assert!(mean.norm() < 0.05 * expected.trace().sqrt());
         // Along the line of sight the point is some twenty times less certain than across it.

@@ -39,11 +39,11 @@ pub(crate) fn predict<T: Real, M: Motion<Pose: Pose<Scalar = T>>>(
 
 /// Moves every particle without noise and lets the covariance of its pose grow, x ← f(x, u), P ← F P Fᵀ + Q: what the
 /// informed proposal starts from when the scan comes. Draws nothing.
-pub(crate) fn spread<T: Real, M: Motion<Pose: Pose<Scalar = T>>>(
+pub(crate) fn predict_gaussians<T: Real, M: Motion<Pose: Pose<Scalar = T>>>(
     motion: &M,
     cursor: &mut Cursor<T>,
     particles: &mut [Candidate<M::Pose>],
-    spreads: &mut [Symmetric<TangentOf<M::Pose>>],
+    pose_covariances: &mut [Symmetric<TangentOf<M::Pose>>],
     control: &M::Control,
     dt: T,
 ) -> Result<PredictReport, PredictError> {
@@ -52,13 +52,14 @@ pub(crate) fn spread<T: Real, M: Motion<Pose: Pose<Scalar = T>>>(
     }
     let mut rejected = 0;
     if dt > T::ZERO {
-        for (particle, spread) in particles.iter_mut().zip(spreads.iter_mut()).take(cursor.particles) {
+        for (particle, pose_covariance) in particles.iter_mut().zip(pose_covariances.iter_mut()).take(cursor.particles)
+        {
             let moved = motion.propagate(&particle.pose, control, dt);
             let Linearised { transition, noise } = motion.linearise(&particle.pose, control, dt);
-            let grown = spread.congruence::<TangentOf<M::Pose>>(&transition).plus(&noise);
+            let grown = pose_covariance.congruence::<TangentOf<M::Pose>>(&transition).plus(&noise);
             if is_within_range(&moved.coordinates()) && is_within_square(&grown) {
                 particle.pose = moved;
-                *spread = grown;
+                *pose_covariance = grown;
             } else {
                 rejected += 1;
             }

@@ -6,6 +6,10 @@
 //! computed with the pose's uncertainty of the round before, which narrows from round to round. The samples come from the Gaussian found,
 //! and are weighed by prior over proposal, so that what they stand for is what blind samples would stand for.
 
+use crate::detection::maps::{DynamicMaps, StaticMaps};
+use crate::detection::scan::Scan;
+use crate::detection::seen::reset_eta;
+use crate::detection::view::{ExpectationOf, View, Views};
 use crate::map::workspace::{Entry, Origin};
 use crate::map::{Maps, within};
 use crate::numerics::range::is_within_range;
@@ -13,10 +17,6 @@ use crate::numerics::vector::{applied, product, transposed};
 use crate::particles::candidate::Candidate;
 use crate::particles::cursor::Cursor;
 use crate::particles::predict::split;
-use crate::sight::maps::{DynamicMaps, StaticMaps};
-use crate::sight::scan::Scan;
-use crate::sight::seen::reset_eta;
-use crate::sight::view::{ExpectationOf, View, Views};
 use crate::{
     Component, Factor, Informed, Linear, LnSum, MeasurementModel, Noise, Pose, Real, ScalarOf, Sensor, Symmetric,
     TangentOf, Vector, Zero,
@@ -58,8 +58,8 @@ pub(crate) struct Proposer<'a, 's, 'v, X: MeasurementModel> {
     pub(crate) ln_floor: ScalarOf<X::Pose>,
     /// What is seen from a pose.
     pub(crate) views: &'a Views<'v, X>,
-    pub(crate) still: &'a mut StaticMaps<'s, X::Pose>,
-    pub(crate) moving: &'a DynamicMaps<'s, X::Pose>,
+    pub(crate) static_maps: &'a mut StaticMaps<'s, X::Pose>,
+    pub(crate) moving_maps: &'a DynamicMaps<'s, X::Pose>,
     pub(crate) scan: &'a Scan<'a, X::Measurement>,
     pub(crate) eta: &'a mut [LnSum<ScalarOf<X::Pose>>],
 }
@@ -73,7 +73,7 @@ impl<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>> Proposer<'_, '
         samples: usize,
         cursor: &mut Cursor<T>,
         candidates: &mut [Candidate<P>],
-        spreads: &mut [Symmetric<P::Tangent>],
+        pose_covariances: &mut [Symmetric<P::Tangent>],
         ln_corrections: &mut [T],
         noise: &mut Noise,
     ) -> usize {
@@ -81,11 +81,13 @@ impl<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>> Proposer<'_, '
         cursor.children = samples;
         let mut crowded = 0;
         let families = candidates.chunks_mut(samples.max(1)).zip(ln_corrections.chunks_mut(samples.max(1)));
-        for (particle, ((family, ln_corrections), spread)) in families.zip(spreads).take(cursor.particles).enumerate() {
+        for (particle, ((family, ln_corrections), pose_covariance)) in
+            families.zip(pose_covariances).take(cursor.particles).enumerate()
+        {
             let Some(parent) = family.first().map(|candidate| candidate.pose) else { continue };
-            let root = spread.root();
+            let root = pose_covariance.root();
             let posterior = self.posterior(particle, &parent, &root);
-            crowded += usize::from(self.still.workspace.tightened() || self.still.workspace.lost() > 0);
+            crowded += usize::from(self.static_maps.workspace.tightened() || self.static_maps.workspace.lost() > 0);
             let Some(posterior) = posterior else { continue };
             let left =
                 posterior.covariance.congruence::<P::Tangent>(&root).scaled(T::ONE - self.informed.sampled_fraction);
@@ -105,7 +107,7 @@ impl<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>> Proposer<'_, '
                     *ln_correction = half * (drawn.dot(&drawn) - xi.dot(&xi)) - ln_scale;
                 }
             }
-            *spread = left;
+            *pose_covariance = left;
         }
         crowded
     }
@@ -122,7 +124,7 @@ impl<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>> Proposer<'_, '
         let mut posterior = Posterior::prior()?;
         let view = views.from(parent);
         let bounds = view.bounds();
-        let Maps { table, pool, workspace } = &mut *self.still;
+        let Maps { table, pool, workspace } = &mut *self.static_maps;
         workspace.clear(self.ln_floor);
         let pages = table.pages_near(particle, &bounds).iter().filter_map(|&id| pool.get(id));
         for component in pages.filter(|page| page.bounds().meets(&bounds)).flat_map(|page| page.components()) {
@@ -139,18 +141,18 @@ impl<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>> Proposer<'_, '
         for _ in 0..self.informed.rounds {
             let view = views.from(&parent.displaced(&applied::<P::Tangent, P::Tangent>(root, &posterior.mean)));
             reset_eta(self.eta, self.scan);
-            let still = || workspace.in_view().iter().map(|Entry { component, .. }| component);
-            for component in still() {
+            let components = || workspace.in_view().iter().map(|Entry { component, .. }| component);
+            for component in components() {
                 let Some(sighted) = Sighted::new(&view, component, root, &posterior.covariance) else { continue };
                 view.add_terms(&sighted.blurred, self.scan, self.eta);
             }
             // What moves claims its measurements, but does not steer.
-            for component in within(self.moving, particle, &view.bounds()) {
+            for component in within(self.moving_maps, particle, &view.bounds()) {
                 let Some(sighted) = Sighted::new(&view, component, root, &posterior.covariance) else { continue };
                 view.add_terms(&sighted.blurred, self.scan, self.eta);
             }
             let (mut information, mut pull) = (identity(), P::Tangent::ZERO);
-            for component in still() {
+            for component in components() {
                 let Some(sighted) = Sighted::new(&view, component, root, &posterior.covariance) else { continue };
                 let (mut share_sum, mut innovation_sum) = (T::ZERO, X::Measurement::ZERO);
                 view.matches(&sighted.blurred, self.scan, |found| {

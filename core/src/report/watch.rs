@@ -167,8 +167,8 @@ impl<T: Real> Watch<T> {
 
     /// Whether so many measurements that nothing known explains are far more than usual. Not before that is known.
     fn is_crowded(&self, new: T) -> bool {
-        let spread = (self.usually_new + T::ONE).sqrt() * T::from_f64(CLUTTER_DEVIATIONS);
-        self.scans >= USUAL_SCANS && new > self.usually_new + spread + T::from_f64(CLUTTER_MORE)
+        let deviations = (self.usually_new + T::ONE).sqrt() * T::from_f64(CLUTTER_DEVIATIONS);
+        self.scans >= USUAL_SCANS && new > self.usually_new + deviations + T::from_f64(CLUTTER_MORE)
     }
 
     /// ln of the likelihood ratio of a scan.

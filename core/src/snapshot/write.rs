@@ -21,11 +21,12 @@ pub(crate) fn write<E>(
     pages: [&mut [u16]; 2],
     sink: impl FnMut(&[u8]) -> Result<(), E>,
 ) -> Result<usize, SaveError<E>> {
-    let [still, moving] = pages;
-    let mut measure = AsWords { words: Measure::default(), pages: [&mut *still, &mut *moving].map(Numbering::over) };
+    let [of_static, of_moving] = pages;
+    let mut measure =
+        AsWords { words: Measure::default(), pages: [&mut *of_static, &mut *of_moving].map(Numbering::over) };
     content.walk(&mut measure);
     let head = head.with_body(measure.words.words);
-    let mut writer = AsWords { words: Writer::new(&head, sink), pages: [still, moving].map(Numbering::over) };
+    let mut writer = AsWords { words: Writer::new(&head, sink), pages: [of_static, of_moving].map(Numbering::over) };
     content.walk(&mut writer);
     writer.words.end()
 }
@@ -148,8 +149,8 @@ impl<W: Words> Visit for AsWords<'_, W> {
     }
 
     fn page(&mut self, moves: bool, id: PageId, components: usize) -> bool {
-        let [still, moving] = &mut self.pages;
-        match (if moves { moving } else { still }).meet(id) {
+        let [of_static, of_moving] = &mut self.pages;
+        match (if moves { of_moving } else { of_static }).meet(id) {
             Met::First => {
                 self.words.put(NEW_PAGE | components as u32);
                 true

@@ -84,22 +84,22 @@ fn an_audit_finds_what_damaged_memory_shows() {
     filter.predict(&AHEAD, 0.1).unwrap();
     filter.scan(&[Vector2::new(5.0, 1.0), Vector2::new(7.0, 0.0)]).unwrap();
     check_consistent(&mut filter);
-    let held = filter.memory.still.table.pages(0)[0];
-    filter.memory.still.pool.share(held);
+    let held = filter.memory.static_maps.table.pages(0)[0];
+    filter.memory.static_maps.pool.share(held);
     assert_eq!(filter.audit(), Err(Flaw::Pages));
-    filter.memory.still.pool.release(held);
+    filter.memory.static_maps.pool.release(held);
     assert_eq!(filter.audit(), Ok(()));
     // Given away while a map still holds it.
-    let extra = filter.memory.still.pool.take().unwrap().0;
+    let extra = filter.memory.static_maps.pool.take().unwrap().0;
     assert_eq!(filter.audit(), Err(Flaw::Pages));
-    filter.memory.still.pool.release(extra);
+    filter.memory.static_maps.pool.release(extra);
     filter.memory.candidates[1].ln_weight = 0.5;
     assert_eq!(filter.audit(), Err(Flaw::Weights));
     filter.memory.candidates[0].pose.x_m = f32::NAN;
     assert_eq!(filter.audit(), Err(Flaw::Pose));
     filter.reset(ORIGIN, 1).unwrap();
     filter.scan(&[Vector2::new(5.0, 1.0)]).unwrap();
-    for page in filter.memory.still.pool.held_mut() {
+    for page in filter.memory.static_maps.pool.held_mut() {
         page.change(|component| Some(Component { covariance: Symmetric::ZERO, ..*component }));
     }
     assert_eq!(filter.audit(), Err(Flaw::Component));

@@ -78,7 +78,7 @@ fn a_prior_that_no_gaussian_has_leaves_the_state_sound() {
             (1, 1) => 1.0,
             _ => 0.0,
         });
-        filter.slam.memory.spreads[0] = prior;
+        filter.slam.memory.pose_covariances[0] = prior;
         filter.scan(&SEEN).unwrap();
         assert_eq!(filter.slam.audit(), Ok(()));
         assert!(filter.slam.estimate_pose().unwrap().covariance.is_finite());
@@ -213,7 +213,7 @@ fn posterior<const N: usize>(proposal: Proposal<f64>, runs: u64) -> (Vector3<f64
 fn few_informed_particles_stand_for_what_many_blind_ones_do() {
     let (blind, blind_evidence) = posterior::<100>(Proposal::Blind, 400);
     let (found, evidence) = posterior::<2>(informed(1.0), 2000);
-    // The prior spreads over 0.4 m and 0.14 rad; what is left differs by linearisation of the motion and by chance.
+    // The prior pose_covariances over 0.4 m and 0.14 rad; what is left differs by linearisation of the motion and by chance.
     assert!((evidence / blind_evidence - 1.0).abs() < 0.08, "{evidence} {blind_evidence}");
     let off = found - blind;
     assert!(off.x.abs() < 0.015 && off.y.abs() < 0.02 && off.z.abs() < 0.004, "{off}");

@@ -290,7 +290,7 @@ fn out_of_view_a_moving_feature_is_forgotten_in_time() {
     }
     // √(q t³/3) alone is 3 m after 6.5 s.
     assert!(forgotten.is_some_and(|step| step < 66), "{forgotten:?}");
-    assert_eq!(filter.memory.moving.pages_used(), 0);
+    assert_eq!(filter.memory.moving_maps.pages_used(), 0);
     assert!(filter.map(0).count() > 0, "what stands still stays");
 }
 

@@ -79,15 +79,15 @@ fn flip(filter: &mut Filter<'_>, noise: &mut Noise) -> &'static str {
         0 => flip(&mut memory.candidates[below(candidates)].ln_weight),
         1 => flip(&mut memory.candidates[below(candidates)].pose.y_m),
         2 => {
-            let spread = &mut memory.spreads[below(8)];
+            let spread = &mut memory.pose_covariances[below(8)];
             let (row, column) = [(0, 0), (1, 0), (2, 2)][below(3)];
             let mut number = spread.get(row, column);
             flip(&mut number);
             *spread = Symmetric::from_fn(|r, c| if (r, c) == (row, column) { number } else { spread.get(r, c) });
         }
         3 | 4 => {
-            let held = memory.still.pool.held_mut().count();
-            if let Some(page) = memory.still.pool.held_mut().nth(below(held.max(1))) {
+            let held = memory.static_maps.pool.held_mut().count();
+            if let Some(page) = memory.static_maps.pool.held_mut().nth(below(held.max(1))) {
                 let fields = page.fields();
                 match below(5) {
                     0 => flip(&mut fields.components[below(8)].ln_weight),
@@ -99,20 +99,20 @@ fn flip(filter: &mut Filter<'_>, noise: &mut Noise) -> &'static str {
             }
         }
         5 => {
-            let count = memory.still.pool.words().count();
-            *memory.still.pool.words().nth(below(count)).unwrap() ^= 1 << word_bit;
+            let count = memory.static_maps.pool.words().count();
+            *memory.static_maps.pool.words().nth(below(count)).unwrap() ^= 1 << word_bit;
         }
         6 => {
-            let count = memory.moving.pool.words().count();
-            *memory.moving.pool.words().nth(below(count)).unwrap() ^= 1 << word_bit;
+            let count = memory.moving_maps.pool.words().count();
+            *memory.moving_maps.pool.words().nth(below(count)).unwrap() ^= 1 << word_bit;
         }
         7 => {
-            let count = memory.still.table.words().count();
-            *memory.still.table.words().nth(below(count)).unwrap() ^= 1 << word_bit;
+            let count = memory.static_maps.table.words().count();
+            *memory.static_maps.table.words().nth(below(count)).unwrap() ^= 1 << word_bit;
         }
         _ => {
-            let count = memory.moving.table.words().count();
-            *memory.moving.table.words().nth(below(count)).unwrap() ^= 1 << word_bit;
+            let count = memory.moving_maps.table.words().count();
+            *memory.moving_maps.table.words().nth(below(count)).unwrap() ^= 1 << word_bit;
         }
     }
     ["a weight", "a pose", "a covariance", "a page", "a page", "a count", "a count", "a list", "a list"][what]
@@ -154,11 +154,11 @@ fn the_estimate_survives_a_lost_particle_and_a_lost_page() {
     let before = filter.estimate_pose().unwrap().mean;
     let heaviest = filter.memory.cursor.heaviest;
     filter.memory.candidates[heaviest].pose.x_m = f32::NAN;
-    filter.memory.spreads[(heaviest + 1) % 8] = Symmetric::from_diagonal([f32::INFINITY; 3]);
-    let id = filter.memory.still.table.pages(0)[0];
+    filter.memory.pose_covariances[(heaviest + 1) % 8] = Symmetric::from_diagonal([f32::INFINITY; 3]);
+    let id = filter.memory.static_maps.table.pages(0)[0];
     filter
         .memory
-        .still
+        .static_maps
         .pool
         .held(id.index())
         .unwrap()

@@ -122,24 +122,24 @@ fn a_damaged_state_is_refused() {
         ("a weight", |filter| filter.memory.candidates[3].ln_weight = f64::NAN),
         ("weights that do not sum to one", |filter| filter.memory.candidates[3].ln_weight = 0.0),
         ("a pose", |filter| filter.memory.candidates[15].pose.x_m = f64::INFINITY),
-        ("a spread", |filter| filter.memory.spreads[0] = Symmetric::from_diagonal([f64::NAN; 3])),
+        ("a spread", |filter| filter.memory.pose_covariances[0] = Symmetric::from_diagonal([f64::NAN; 3])),
         ("the heaviest", |filter| filter.memory.cursor.heaviest = 8),
         ("the number of particles", |filter| filter.memory.cursor.particles = 7),
         ("the number of samples", |filter| filter.memory.cursor.children = usize::MAX),
         ("the time waited", |filter| filter.memory.cursor.waited_s = -1.0),
         ("the random stream", |filter| filter.memory.cursor.noise = None),
         ("a page given back that is held", |filter| {
-            let id = filter.memory.still.table.pages(0)[0];
-            (0..8).for_each(|_| filter.memory.still.pool.release(id));
+            let id = filter.memory.static_maps.table.pages(0)[0];
+            (0..8).for_each(|_| filter.memory.static_maps.pool.release(id));
         }),
         ("a page held once too often", |filter| {
-            let id = filter.memory.still.table.pages(0)[0];
-            filter.memory.still.pool.share(id);
+            let id = filter.memory.static_maps.table.pages(0)[0];
+            filter.memory.static_maps.pool.share(id);
         }),
-        ("a page that leaked", |filter| assert!(filter.memory.still.pool.take().is_some())),
+        ("a page that leaked", |filter| assert!(filter.memory.static_maps.pool.take().is_some())),
         ("a component", |filter| {
-            let id = filter.memory.still.table.pages(0)[0];
-            let page = filter.memory.still.pool.held_mut().nth(id.index()).unwrap();
+            let id = filter.memory.static_maps.table.pages(0)[0];
+            let page = filter.memory.static_maps.pool.held_mut().nth(id.index()).unwrap();
             let first = page.components()[0];
             page.fill([Component { ln_weight: f64::NAN, ..first }].iter());
         }),

@@ -14,7 +14,7 @@ const ROOMS: [&str; 12] = [
     "models",
     "report",
     "settings",
-    "sight",
+    "detection",
     "particles",
     "snapshot",
     "navigation",

@@ -28,11 +28,12 @@ fn documented<T: Real>(slam: &mut ScPhd<'_, Unicycle<T>>) -> usize {
     let particles = slam.particles();
     let informed = matches!(slam.config().proposal, Proposal::Informed(_));
     let candidates = slam.candidates().len();
-    let Memory { still, moving, .. } = &mut slam.memory;
-    let has_moving = moving.pool.capacity() > 0;
-    let pages: usize = (0..particles).map(|p| still.table.pages(p).len() + moving.table.pages(p).len()).sum();
-    let components: usize = still.pool.held_mut().map(|page| page.components().len()).sum();
-    let moving_components: usize = moving.pool.held_mut().map(|page| page.components().len()).sum();
+    let Memory { static_maps, moving_maps, .. } = &mut slam.memory;
+    let has_moving = moving_maps.pool.capacity() > 0;
+    let pages: usize =
+        (0..particles).map(|p| static_maps.table.pages(p).len() + moving_maps.table.pages(p).len()).sum();
+    let components: usize = static_maps.pool.held_mut().map(|page| page.components().len()).sum();
+    let moving_components: usize = moving_maps.pool.held_mut().map(|page| page.components().len()).sum();
     // Head, check and cursor; candidates; particles; components. Words, and scalars, which are one or two of them.
     let words = 24 + if has_moving { 6 } else { 4 } * particles + pages + components + moving_components;
     let a_particle = if has_moving { 8 } else { 4 } + if informed { 6 } else { 0 };

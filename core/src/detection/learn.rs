@@ -1,12 +1,12 @@
 //! What a scan shows of how often features are detected, and how much clutter there is.
 
+use crate::detection::confirmed::is_confirmed;
+use crate::detection::maps::{DynamicMaps, StaticMaps};
+use crate::detection::online::{Ratio, Shown};
+use crate::detection::scan::Scan;
+use crate::detection::seen::reset_eta;
+use crate::detection::view::{ExpectationOf, View};
 use crate::map::within;
-use crate::sight::confirmed::is_confirmed;
-use crate::sight::maps::{DynamicMaps, StaticMaps};
-use crate::sight::online::{Ratio, Shown};
-use crate::sight::scan::Scan;
-use crate::sight::seen::reset_eta;
-use crate::sight::view::{ExpectationOf, View};
 use crate::{Component, LnSum, MeasurementModel, Pose, Real, Symmetric, TangentOf, Vector};
 
 /// A feature was there before the scan if it weighed this much.
@@ -16,31 +16,31 @@ const THERE: f64 = 0.5;
 #[inline(never)]
 pub(crate) fn seen<T: Real, X: MeasurementModel<Pose: Pose<Scalar = T>>>(
     view: &View<'_, X>,
-    spread: Option<&Symmetric<TangentOf<X::Pose>>>,
-    (still, moving, particle): (&StaticMaps<'_, X::Pose>, &DynamicMaps<'_, X::Pose>, usize),
+    pose_covariance: Option<&Symmetric<TangentOf<X::Pose>>>,
+    (static_maps, moving_maps, particle): (&StaticMaps<'_, X::Pose>, &DynamicMaps<'_, X::Pose>, usize),
     scan: &Scan<'_, X::Measurement>,
     confirming_detections: T,
     eta: &mut [LnSum<T>],
 ) -> Shown<T> {
     reset_eta(eta, scan);
     let bounds = view.bounds();
-    for component in within(still, particle, &bounds) {
-        if let Some(expectation) = blurred(view, spread, component) {
+    for component in within(static_maps, particle, &bounds) {
+        if let Some(expectation) = blurred(view, pose_covariance, component) {
             view.add_terms(&expectation, scan, eta);
         }
     }
-    for component in within(moving, particle, &bounds) {
-        if let Some(expectation) = blurred(view, spread, component) {
+    for component in within(moving_maps, particle, &bounds) {
+        if let Some(expectation) = blurred(view, pose_covariance, component) {
             view.add_terms(&expectation, scan, eta);
         }
     }
     let mut detections = Ratio::ZERO;
     let ln_there = T::from_f64(THERE).ln();
-    for component in within(still, particle, &bounds).filter(|component| component.ln_weight >= ln_there) {
-        if !is_confirmed(view.sensor, &view.frame, spread, component, confirming_detections) {
+    for component in within(static_maps, particle, &bounds).filter(|component| component.ln_weight >= ln_there) {
+        if !is_confirmed(view.sensor, &view.frame, pose_covariance, component, confirming_detections) {
             continue;
         }
-        let Some(expectation) = blurred(view, spread, component) else { continue };
+        let Some(expectation) = blurred(view, pose_covariance, component) else { continue };
         let mut share = T::ZERO;
         view.matches(&expectation, scan, |found| {
             share += eta.get(found.index).map_or(T::ZERO, |eta| (found.ln_term - eta.ln()).exp());
@@ -57,11 +57,11 @@ pub(crate) fn seen<T: Real, X: MeasurementModel<Pose: Pose<Scalar = T>>>(
 #[inline(never)]
 fn blurred<T: Real, N: Vector<Scalar = T>, X: MeasurementModel<Pose: Pose<Scalar = T>>>(
     view: &View<'_, X>,
-    spread: Option<&Symmetric<TangentOf<X::Pose>>>,
+    pose_covariance: Option<&Symmetric<TangentOf<X::Pose>>>,
     component: &Component<N>,
 ) -> Option<ExpectationOf<X>> {
     let expectation = view.expect(component)?;
-    let Some(spread) = spread else { return Some(expectation) };
-    let blur = view.blur(spread, &component.position(), &expectation.expected());
+    let Some(pose_covariance) = pose_covariance else { return Some(expectation) };
+    let blur = view.blur(pose_covariance, &component.position(), &expectation.expected());
     Some(expectation.blurred(&blur))
 }

@@ -6,6 +6,7 @@ pub(crate) mod learn;
 pub(crate) mod maps;
 #[cfg(feature = "multi-feature")]
 pub(crate) mod multi_feature;
+pub(crate) mod normalise;
 pub(crate) mod online;
 pub(crate) mod scan;
 pub(crate) mod seen;

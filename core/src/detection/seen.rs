@@ -1,6 +1,6 @@
 //! What one candidate sees of its map.
 
-use crate::sight::scan::Scan;
+use crate::detection::scan::Scan;
 use crate::{Component, LnSum, Real, Vector};
 
 /// What one candidate sees of its map, apart from η_z.

@@ -5,11 +5,11 @@
 //! features, which is exponential in what has measurements in common. So M is chosen such that the sum stays short, and every bound
 //! below is one of M, not of the sum over it, which is complete.
 
+use crate::detection::maps::StaticMaps;
+use crate::detection::scan::Scan;
+use crate::detection::view::{Detection, View};
 use crate::map::reduce::heavier;
 use crate::map::within;
-use crate::sight::maps::StaticMaps;
-use crate::sight::scan::Scan;
-use crate::sight::view::{Detection, View};
 use crate::{Component, Factor, LnSum, MeasurementModel, Pose, PositionOf, Real, ScalarOf, Sensor};
 
 /// Features in M, at most: the heaviest static ones in view.
@@ -177,7 +177,7 @@ fn give<T: Real>(given: &mut [LnSum<T>], members: &[Point<T>], measurement: usiz
 pub(crate) fn ln_beyond_empty<T: Real, X: MeasurementModel<Pose: Pose<Scalar = T>>>(
     view: &View<'_, X>,
     particle: usize,
-    still: &StaticMaps<'_, X::Pose>,
+    static_maps: &StaticMaps<'_, X::Pose>,
     scan: &Scan<'_, X::Measurement>,
     eta: &[LnSum<T>],
 ) -> T {
@@ -185,7 +185,7 @@ pub(crate) fn ln_beyond_empty<T: Real, X: MeasurementModel<Pose: Pose<Scalar = T
     let ln_least = T::from_f64(LEAST_WEIGHT).ln();
     let mut heaviest: [Option<Eligible<'_, X>>; POINTS] = [const { None }; POINTS];
     let bounds = view.bounds();
-    for feature in within(still, particle, &bounds) {
+    for feature in within(static_maps, particle, &bounds) {
         if !(feature.ln_weight >= ln_least) {
             continue;
         }

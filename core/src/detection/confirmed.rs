@@ -14,15 +14,15 @@ fn middle<T: Real>(detections: T) -> T {
 pub(crate) fn is_confirmed<T: Real, S: Sensor<Pose: Pose<Scalar = T>>, N: Vector<Scalar = T>>(
     sensor: &S,
     frame: &S::Frame,
-    spread: Option<&Symmetric<TangentOf<S::Pose>>>,
+    pose_covariance: Option<&Symmetric<TangentOf<S::Pose>>>,
     component: &Component<N>,
     detections: T,
 ) -> bool {
     let position = component.position::<PositionOf<S::Pose>>();
     let Some(expected) = sensor.expect(frame, &position) else { return true };
     let mut noise = *sensor.noise();
-    if let Some(spread) = spread {
-        noise = noise.plus(&spread.congruence::<S::Measurement>(&sensor.by_pose(frame, &position, &expected)));
+    if let Some(pose_covariance) = pose_covariance {
+        noise = noise.plus(&pose_covariance.congruence::<S::Measurement>(&sensor.by_pose(frame, &position, &expected)));
     }
     let known = component.covariance.leading::<PositionOf<S::Pose>>();
     let innovation = known.congruence::<S::Measurement>(&expected.jacobian).plus(&noise);
@@ -46,13 +46,13 @@ mod tests {
         for z in [[5.0, 1.4], [149.0, -0.3]] {
             let inverse = sensor.invert(&frame, &z.into()).unwrap();
             let expected = sensor.expect(&frame, &inverse.feature).unwrap();
-            for spread in [None, Some(&blur)] {
+            for pose_covariance in [None, Some(&blur)] {
                 let by_pose = sensor.by_pose(&frame, &inverse.feature, &expected);
-                let noise = sensor.noise().plus(&spread.unwrap_or(&Symmetric::ZERO).congruence(&by_pose));
+                let noise = sensor.noise().plus(&pose_covariance.unwrap_or(&Symmetric::ZERO).congruence(&by_pose));
                 for k in 1..6_u32 {
                     let covariance = noise.congruence(&inverse.jacobian).scaled(1.0 / f64::from(k));
                     let component = Component { mean: inverse.feature, covariance, ..Component::ZERO };
-                    let confirmed = |by: u32| is_confirmed(&sensor, &frame, spread, &component, f64::from(by));
+                    let confirmed = |by: u32| is_confirmed(&sensor, &frame, pose_covariance, &component, f64::from(by));
                     assert!(!confirmed(k) && (k == 1 || confirmed(k - 1)), "{z:?} {k}");
                 }
             }

@@ -1,8 +1,8 @@
 //! The map as one candidate pose sees it: what to expect of every component, and which measurements it meets.
 
+use crate::detection::online::scaled;
+use crate::detection::scan::Scan;
 use crate::numerics::work;
-use crate::sight::online::scaled;
-use crate::sight::scan::Scan;
 use crate::{
     Bounds, Component, Correction, Expected, ExpectedOf, Factor, FieldOfView, Linear, LnSum, MeasurementModel, Pose,
     PositionOf, Real, ScalarOf, Sensor, Symmetric, Vector,
@@ -173,11 +173,11 @@ impl<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>> View<'_, X> {
     /// Covariance that an uncertain pose lends to what is expected of a feature.
     pub(crate) fn blur(
         &self,
-        spread: &Symmetric<P::Tangent>,
+        pose_covariance: &Symmetric<P::Tangent>,
         feature: &P::Position,
         expected: &ExpectedOf<X::Sensor>,
     ) -> Symmetric<X::Measurement> {
-        spread.congruence::<X::Measurement>(&self.sensor.by_pose(&self.frame, feature, expected))
+        pose_covariance.congruence::<X::Measurement>(&self.sensor.by_pose(&self.frame, feature, expected))
     }
 
     /// What to expect of a component; `None` where it is out of view (p_D = 0).

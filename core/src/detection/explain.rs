@@ -1,10 +1,10 @@
 //! The particle likelihood, the one part in which SC-PHD and RB-PHD SLAM differ (5.3.2).
 
+use crate::detection::online::scaled;
+use crate::detection::scan::Scan;
+use crate::detection::seen::Seen;
+use crate::detection::view::View;
 use crate::numerics::ln_sum::ln_product;
-use crate::sight::online::scaled;
-use crate::sight::scan::Scan;
-use crate::sight::seen::Seen;
-use crate::sight::view::View;
 use crate::{FieldOfView, Likelihood, LnSum, MeasurementModel, Pose, PositionOf, Real, Sensor};
 
 /// ln L of the scan, up to the clutter rate λ, from what the candidate saw and the complete η_z; of the likelihood with several
@@ -37,7 +37,7 @@ pub(crate) fn ln_likelihood<T: Real, X: MeasurementModel<Pose: Pose<Scalar = T>>
 fn single_feature<'e, T: Real, X: MeasurementModel<Pose: Pose<Scalar = T>>>(
     view: &View<'_, X>,
     feature: &crate::Component<PositionOf<X::Pose>>,
-    eta: impl Iterator<Item = (&'e crate::sight::scan::Measurement<X::Measurement>, &'e LnSum<T>)>,
+    eta: impl Iterator<Item = (&'e crate::detection::scan::Measurement<X::Measurement>, &'e LnSum<T>)>,
 ) -> Option<T> {
     let expected = view.sensor.expect(&view.frame, &feature.mean)?.measurement;
     let detection = view.field_of_view.detection_probability(&view.frame, &feature.mean, &expected);

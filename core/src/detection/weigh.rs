@@ -1,12 +1,12 @@
 //! Weighing: how well a candidate pose explains the scan (4.51, 4.52).
 
+use crate::detection::explain::ln_likelihood;
+use crate::detection::maps::{DynamicMaps, StaticMaps};
+use crate::detection::scan::Scan;
+use crate::detection::seen::{Seen, Weighed, reset_eta};
+use crate::detection::view::View;
 use crate::map::look_within;
 use crate::map::reduce::heavier;
-use crate::sight::explain::ln_likelihood;
-use crate::sight::maps::{DynamicMaps, StaticMaps};
-use crate::sight::scan::Scan;
-use crate::sight::seen::{Seen, Weighed, reset_eta};
-use crate::sight::view::View;
 use crate::{Component, Likelihood, LnSum, MeasurementModel, Pose, PositionOf, Real, Vector};
 
 /// ln L and |V| of one candidate of `particle`, with η_z = κ(z) + Σ w_b + Σ_{j∈V} p_D,j w_j N(z; ẑ_j, S_j) (4.51, 5.19).
@@ -15,7 +15,7 @@ use crate::{Component, Likelihood, LnSum, MeasurementModel, Pose, PositionOf, Re
 pub(crate) fn weigh<T: Real, X: MeasurementModel<Pose: Pose<Scalar = T>>>(
     view: &View<'_, X>,
     particle: usize,
-    (still, moving): (&StaticMaps<'_, X::Pose>, &DynamicMaps<'_, X::Pose>),
+    (static_maps, moving_maps): (&StaticMaps<'_, X::Pose>, &DynamicMaps<'_, X::Pose>),
     scan: &Scan<'_, X::Measurement>,
     likelihood: Likelihood,
     eta: &mut [LnSum<T>],
@@ -23,7 +23,7 @@ pub(crate) fn weigh<T: Real, X: MeasurementModel<Pose: Pose<Scalar = T>>>(
     reset_eta(eta, scan);
     let bounds = view.bounds();
     let mut seen = Seen::NOTHING;
-    look_within(still, particle, &bounds, |component, weight| {
+    look_within(static_maps, particle, &bounds, |component, weight| {
         let in_view = look_at(view, component, weight, scan, eta, &mut seen);
         if in_view && likelihood == Likelihood::SingleFeature {
             seen.heaviest = Some(seen.heaviest.filter(|held| heavier(held, component)).unwrap_or(*component));
@@ -32,13 +32,13 @@ pub(crate) fn weigh<T: Real, X: MeasurementModel<Pose: Pose<Scalar = T>>>(
     for (_, birth) in view.expected_births() {
         look_at(view, &birth, birth.ln_weight.exp(), scan, eta, &mut seen);
     }
-    look_within(moving, particle, &bounds, |component, weight| {
+    look_within(moving_maps, particle, &bounds, |component, weight| {
         look_at(view, component, weight, scan, eta, &mut seen);
     });
     let ln_likelihood = ln_likelihood(likelihood, view, &seen, scan, eta);
     #[cfg(feature = "multi-feature")]
     let ln_likelihood = if likelihood == Likelihood::MultiFeature {
-        ln_likelihood + crate::sight::multi_feature::ln_beyond_empty(view, particle, still, scan, eta)
+        ln_likelihood + crate::detection::multi_feature::ln_beyond_empty(view, particle, static_maps, scan, eta)
     } else {
         ln_likelihood
     };
