@@ -44,12 +44,30 @@ pub(crate) fn one_child<T: Real, P: Pose<Scalar = T>>(children: &[Candidate<P>],
 #[cfg(test)]
 mod tests {
     use super::{one_child, systematic};
-    use crate::particles::candidate::Candidate;
+    use crate::particles::candidate::{Candidate, effective_number};
     use crate::{Noise, PlanarPose};
+    use serde_json::Value;
     use std::vec::Vec;
 
     fn candidates(weights: &[f64]) -> Vec<Candidate<PlanarPose<f64>>> {
         weights.iter().map(|w| Candidate { ln_weight: w.ln(), ..Candidate::ZERO }).collect()
+    }
+
+    /// Numbers of an independent implementation.
+    #[test]
+    fn survivors_and_their_effective_number_are_those_of_the_oracle() {
+        let file: Value = serde_json::from_str(&scphd_shared_data::oracle("systematic_resampling.json")).unwrap();
+        let numbers =
+            |value: &Value| -> Vec<f64> { value.as_array().unwrap().iter().flat_map(Value::as_f64).collect() };
+        for case in file["cases"].as_array().unwrap() {
+            let weights = numbers(&case["weights"]);
+            let mut survivors: Vec<u16> = weights.iter().map(|_| 0).collect();
+            systematic(weights.iter().copied(), case["u"].as_f64().unwrap(), &mut survivors);
+            let expected: Vec<u16> = numbers(&case["indices"]).into_iter().map(|index| index as u16).collect();
+            assert_eq!(survivors, expected);
+            let effective = effective_number(&candidates(&weights));
+            assert!((effective - case["ess"].as_f64().unwrap()).abs() < 1e-12);
+        }
     }
 
     #[test]

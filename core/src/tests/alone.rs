@@ -60,14 +60,6 @@ where
         self.slam.scan(&mut self.detector, measurements)
     }
 
-    pub(crate) fn scan_with(
-        &mut self,
-        measurements: &[X::Measurement],
-        probe: &mut impl Probe,
-    ) -> Result<ScanReport<T>, ScanError> {
-        self.slam.scan_with(&mut self.detector, measurements, probe)
-    }
-
     pub(crate) fn estimate_map(&self, features: &mut [Component<PositionOf<M::Pose>>]) -> MapEstimate<T> {
         self.slam.estimate_map(&self.detector, features)
     }

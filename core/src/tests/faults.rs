@@ -516,7 +516,7 @@ fn a_probe_sees_the_stages_in_order_and_changes_nothing() {
         match steps {
             Some(steps) => {
                 filter.predict_with(&AHEAD, 0.1, steps).unwrap();
-                filter.scan_with(&scan, steps).unwrap();
+                filter.slam.scan_with(&mut filter.detector, &scan, steps).unwrap();
             }
             None => {
                 filter.predict(&AHEAD, 0.1).unwrap();

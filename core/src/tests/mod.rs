@@ -1,20 +1,14 @@
-//! Tests of the whole filter.
+//! Tests of the whole filter that look into its memory or ask its private steps: words that are flipped or miscounted (`faults`,
+//! `flips`, `prior`, `scrubbing`, `taken_over`), snapshots by their bytes, and how often a step goes round (`lying`, `smallest`). What a
+//! user can see of the filter is tested in `core/tests/filter`, with the models of `alone` and `linear`.
 
 pub(crate) mod alone;
 mod faults;
 pub(crate) mod flips;
-mod in_space;
-mod informed;
 pub(crate) mod linear;
 mod lying;
-#[cfg(all(test, feature = "adaptive"))]
-mod mismatch;
-mod movers;
-mod observing;
-mod oracles;
-mod peaks;
+mod prior;
 mod scrubbing;
 mod smallest;
 mod snapshots;
 mod taken_over;
-mod unconfirmed;

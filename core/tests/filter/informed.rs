@@ -1,11 +1,9 @@
 //! The informed proposal against closed forms, against the blind one, and where it has nothing to go by.
 
-use crate::tests::alone::{Alone, Models};
-use crate::tests::linear::{Drift, Everywhere, Offset};
+use crate::alone::{Alone, Models};
+use crate::linear::{Drift, Everywhere, Offset};
 use crate::*;
 use nalgebra::{Matrix2, SVector, Vector2, Vector3};
-use std::boxed::Box;
-use std::vec::Vec;
 
 const DETECTION: f64 = 0.9;
 /// So rare that an explained measurement is explained by its feature alone.
@@ -64,26 +62,6 @@ fn exact(moved: Vector2<f64>, seen: &[Vector2<f64>]) -> (Vector2<f64>, Matrix2<f
 
 const MOVED: Vector2<f64> = Vector2::new(3.0, 1.0);
 const SEEN: [Vector2<f64>; 2] = [Vector2::new(5.3, 6.4), Vector2::new(-12.4, 14.7)];
-
-/// A variance of next to nothing beside a covariance that it cannot have.
-#[test]
-fn a_prior_that_no_gaussian_has_leaves_the_state_sound() {
-    for drawn in [0.0, 0.4] {
-        let mut memory = Box::new(Memory::<f64, 1, 4>::new());
-        let mut filter = linear(&mut memory, informed(drawn), 1);
-        filter.slam.predict(&MOVED, 1.0).unwrap();
-        let prior = Symmetric::from_fn(|row, column| match (row, column) {
-            (0, 0) => 1e-300,
-            (1, 0) => 1e12,
-            (1, 1) => 1.0,
-            _ => 0.0,
-        });
-        filter.slam.memory.pose_covariances[0] = prior;
-        filter.scan(&SEEN).unwrap();
-        assert_eq!(filter.slam.audit(), Ok(()));
-        assert!(filter.slam.estimate_pose().unwrap().covariance.is_finite());
-    }
-}
 
 #[test]
 fn where_all_is_linear_the_samples_are_of_the_exact_posterior_and_weigh_the_same() {

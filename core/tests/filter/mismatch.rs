@@ -1,10 +1,8 @@
 //! Models that are wrong, and what is learnt of it while running.
 
-use crate::tests::alone::{Alone, Models};
+use crate::alone::{Alone, Models};
 use crate::*;
 use nalgebra::Vector2;
-use std::boxed::Box;
-use std::vec::Vec;
 
 type Memory = State<PlanarPose<f64>, 1, 1, MapMemory<Static<Vector2<f64>>, 1, 64, 64, 512>>;
 

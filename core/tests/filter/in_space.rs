@@ -1,10 +1,8 @@
 //! The filter in three dimensions: what stands and what moves over pages, reduction and extraction, with either proposal.
 
-use crate::tests::alone::{Alone, Models};
+use crate::alone::{Alone, Models};
 use crate::*;
 use nalgebra::{Matrix3, Vector3, Vector4, Vector6};
-use std::boxed::Box;
-use std::vec::Vec;
 
 type Still<const N: usize> = MapMemory<Static<Vector3<f64>>, N, 512, 32, 512>;
 type Moving<const N: usize> = MapMemory<Dynamic<Vector3<f64>>, N, 256, 8, 256>;
@@ -123,7 +121,7 @@ fn run<const N: usize>(proposal: Proposal<f64>) {
     let mut filter: Filter = Alone::new(models(), births(0.0), Config { proposal, ..config(N) }, &mut *state).unwrap();
     let (mut dive, features) = (dive(), floor());
     filter.reset(dive.pose, 1).unwrap();
-    let (mut no_birth, mut ever_seen) = (0, std::vec![false; features.len()]);
+    let (mut no_birth, mut ever_seen) = (0, vec![false; features.len()]);
     let (mut told, mut error): (AuvPose<f64>, f64) = (dive.pose, 0.0);
     for step in 0..80 {
         let control = dive.advance(step);
@@ -151,7 +149,7 @@ fn run<const N: usize>(proposal: Proposal<f64>) {
     let (found, wanted) = (&buffer[..map.features], ever_seen.iter().filter(|&&seen| seen).count());
     let near = |feature: &Vector3<f64>| found.iter().any(|f| (f.mean - feature).norm() < 0.1);
     let right = features.iter().zip(&ever_seen).filter(|&(feature, &seen)| seen && near(feature)).count();
-    std::println!("{proposal:?}: {error:.3} m (told {astray:.3} m), {right} of {wanted} found, {} in all", found.len());
+    println!("{proposal:?}: {error:.3} m (told {astray:.3} m), {right} of {wanted} found, {} in all", found.len());
     assert!(wanted > 30 && right * 10 >= wanted * 8 && found.len() <= wanted + 6, "{right} of {wanted}");
 }
 
@@ -207,7 +205,7 @@ fn a_snapshot_before_a_frame_has_roll_and_pitch() {
     let [unbroken, broken] = &mut filters;
     let (mut dive, features) = (dive(), floor());
     unbroken.reset(dive.pose, 1).unwrap();
-    let mut bytes = std::vec![0; 200_000];
+    let mut bytes = vec![0; 200_000];
     for step in 0..30 {
         let control = dive.advance(step);
         let scan = dive.look(features.iter().copied());

@@ -1,13 +1,11 @@
 //! What becomes of features that were seen but once and of those that are confirmed, and which features are the estimated ones.
 
-use crate::tests::alone::{Alone, Models};
+use crate::alone::{Alone, Models};
 use crate::{
     Births, Component, Config, ControlNoise, Extraction, MapMemory, PlanarPose, RangeBearing, RangeBearingLimits,
     RangeBearingWindow, Sensing, State, Static, Step, Symmetric, Unicycle, UnicycleControl, UniformClutter,
 };
 use nalgebra::Vector2;
-use std::boxed::Box;
-use std::vec::Vec;
 
 type Memory = State<PlanarPose<f64>, 1, 1, MapMemory<Static<Vector2<f64>>, 1, 16, 16, 64>>;
 type Planar<'s> = Alone<'s, Unicycle<f64>, Sensing<RangeBearing<f64>, RangeBearingWindow<f64>, UniformClutter<f64>>>;

@@ -1,10 +1,8 @@
 //! What a scan says of the room that it took, and of what it expected to see.
 
-use crate::tests::alone::{Alone, Models};
+use crate::alone::{Alone, Models};
 use crate::*;
 use nalgebra::Vector2;
-use std::boxed::Box;
-use std::vec::Vec;
 
 type Lidar = Sensing<RangeBearing<f64>, RangeBearingWindow<f64>, UniformClutter<f64>>;
 type Memory = State<PlanarPose<f64>, 2, 2, MapMemory<Static<Vector2<f64>>, 2, 24, 12, 128>>;

@@ -1,13 +1,9 @@
 //! Numbers from independent implementations, read from `tests/oracles`; closed forms beside them.
 
-use crate::particles::candidate::{Candidate, effective_number};
-use crate::particles::resample::systematic;
-use crate::tests::alone::{Alone, Models};
+use crate::alone::{Alone, Models};
 use crate::*;
 use nalgebra::{Matrix2, Matrix2x3, Vector2};
 use serde_json::Value;
-use std::boxed::Box;
-use std::vec::Vec;
 
 /// An oracle file.
 fn oracle(name: &str) -> Value {
@@ -195,22 +191,6 @@ fn vo_and_ma_reduction() {
     assert_same_mixture(&reduced, &components(&file["vo_ma"]));
 }
 
-#[test]
-fn systematic_resampling() {
-    let file = oracle("systematic_resampling.json");
-    for case in file["cases"].as_array().unwrap() {
-        let weights: Vec<f64> = case["weights"].as_array().unwrap().iter().map(number).collect();
-        let mut survivors: Vec<u16> = weights.iter().map(|_| 0).collect();
-        systematic(weights.iter().copied(), number(&case["u"]), &mut survivors);
-        let expected: Vec<u16> =
-            case["indices"].as_array().unwrap().iter().map(|index| index.as_u64().unwrap() as u16).collect();
-        assert_eq!(survivors, expected);
-        let candidate = |weight: &f64| Candidate { pose: PlanarPose::<f64>::ZERO, ln_weight: weight.ln() };
-        let candidates: Vec<_> = weights.iter().map(candidate).collect();
-        assert!((effective_number(&candidates) - number(&case["ess"])).abs() < 1e-12);
-    }
-}
-
 fn feature(weight: f64, x: f64, y: f64) -> Component<Vector2<f64>> {
     Component {
         label: 0,
@@ -261,18 +241,18 @@ fn a_detection_in_closed_form() {
 }
 
 #[test]
-fn merging_keeps_mass_mean_and_spread() {
+fn merging_keeps_mass_mean_and_covariance() {
     let parts = [feature(0.5, 0.0, 0.0), feature(0.3, 0.4, -0.3), feature(0.2, -0.2, 0.1)];
     let config = Config { merge_distance: 100.0, ..bare() };
     let (_, merged) = one_scan(unit_sensor(), 1e-15, 1.0, 0.0, config, &parts, &[]);
     assert_eq!(merged.len(), 1);
     let mass: f64 = parts.iter().map(|part| part.ln_weight.exp()).sum();
     let mean = parts.iter().fold(Vector2::zeros(), |sum, part| sum + part.mean * part.ln_weight.exp()) / mass;
-    let spread = parts.iter().fold(Matrix2::zeros(), |sum, part| {
+    let covariance = parts.iter().fold(Matrix2::zeros(), |sum, part| {
         let offset = part.mean - mean;
         sum + (part.covariance.to_matrix() + offset * offset.transpose()) * (part.ln_weight.exp() / mass)
     });
     assert!((merged[0].ln_weight.exp() - mass).abs() < 1e-14);
     assert!((merged[0].mean - mean).norm() < 1e-14);
-    assert!((merged[0].covariance.to_matrix() - spread).norm() < 1e-14);
+    assert!((merged[0].covariance.to_matrix() - covariance).norm() < 1e-14);
 }

@@ -1,10 +1,8 @@
 //! Fixes and several detectors, against closed forms.
 
-use crate::tests::linear::{Drift, Everywhere, Offset};
+use crate::linear::{Drift, Everywhere, Offset};
 use crate::*;
 use nalgebra::{Matrix3, SMatrix, Vector1, Vector2, Vector3};
-use std::boxed::Box;
-use std::vec::Vec;
 
 type Memory<const N: usize> = State<PlanarPose<f64>, N, N, MapMemory<Static<Vector2<f64>>, N, 256, 32, 256>>;
 

@@ -1,0 +1,19 @@
+//! The whole filter, by what a user of the library sees of it. What needs a look at its memory or at private steps stands in
+//! `src/tests`.
+
+#[path = "../../src/tests/alone.rs"]
+mod alone;
+mod in_space;
+mod informed;
+#[path = "../../src/tests/linear.rs"]
+mod linear;
+#[cfg(feature = "adaptive")]
+mod mismatch;
+mod movers;
+mod observing;
+mod oracles;
+mod peaks;
+mod unconfirmed;
+
+// For `crate::*`, by which tests in the library say the same.
+use scphd::*;
