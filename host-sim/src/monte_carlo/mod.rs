@@ -90,6 +90,15 @@ pub(crate) mod tests {
         }
     }
 
+    /// Three runs of each of two filters, the second worse by one.
+    pub(crate) fn of_two_filters() -> Study {
+        let plan = plan(3, 3);
+        let runs =
+            plan.filters.iter().enumerate().flat_map(|(place, filter)| (0..3).map(move |run| (place, filter, run)));
+        let results = runs.map(|(place, filter, run)| result(&plan.job(run), filter, place as f64)).collect();
+        Study { results, plan }
+    }
+
     fn study(plan: &Plan, shard: Option<Shard>, threads: usize) -> Study {
         let jobs = plan.jobs(shard);
         let run = |job: &Job, filter: usize| -> Result<RunResult, rayon::ThreadPoolBuildError> {

@@ -217,7 +217,7 @@ pub fn render(study: &Study) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::monte_carlo::tests::{plan, result};
+    use crate::monte_carlo::tests::{of_two_filters, plan, result};
     use crate::output::sink::tests::Folder;
 
     #[test]
@@ -283,14 +283,7 @@ mod tests {
 
     #[test]
     fn a_table_with_a_comparison() {
-        let plan = plan(3, 3);
-        let results = ["scphd", "rb-single"]
-            .iter()
-            .enumerate()
-            .flat_map(|(place, filter)| (0..3).map(move |run| (place, *filter, run)))
-            .map(|(place, filter, run)| result(&plan.job(run), filter, place as f64))
-            .collect();
-        let text = render(&Study { plan: plan.clone(), results });
+        let text = render(&of_two_filters());
         println!("{text}");
         assert!(text.contains("scphd") && text.contains("4 × 2"));
         let spreads: Vec<&str> = text.lines().filter(|line| line.contains("std dev over runs")).collect();

@@ -87,18 +87,11 @@ fn spanning(mut chart: Chart) -> Chart {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::monte_carlo::tests::{plan, result};
+    use crate::monte_carlo::tests::of_two_filters;
 
     #[test]
     fn every_filter_has_its_curve_and_band() {
-        let plan = plan(3, 3);
-        let results = ["scphd", "rb-single"]
-            .iter()
-            .enumerate()
-            .flat_map(|(place, filter)| (0..3).map(move |run| (place, *filter, run)))
-            .map(|(place, filter, run)| result(&plan.job(run), filter, place as f64))
-            .collect();
-        let figure = figure(&Study { plan: plan.clone(), results });
+        let figure = figure(&of_two_filters());
         assert_eq!(figure.charts.len(), 4);
         let position = &figure.charts[0].0;
         let names: Vec<&str> = position.marks.iter().map(|mark| &mark.label[..]).collect();

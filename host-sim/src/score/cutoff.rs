@@ -137,9 +137,23 @@ fn groups(rows: usize, columns: usize, near: impl Fn(usize, usize) -> bool) -> V
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use crate::noise::Noise;
+    use crate::shared_data;
+
+    /// Compares a distance of two sets with those of an independent implementation.
+    pub(in crate::score) fn check_oracle(name: &str, distance: impl Fn(&[Vec<f64>], &[Vec<f64>], &Cutoff) -> f64) {
+        let oracle = shared_data::oracle("ospa_gospa.json");
+        for case in oracle["cases"].as_array().unwrap() {
+            let set = |name: &str| -> Vec<Vec<f64>> {
+                case[name].as_array().unwrap().iter().map(shared_data::numbers).collect()
+            };
+            let cutoff = Cutoff::new(case["p"].as_f64().unwrap(), case["c"].as_f64().unwrap());
+            let found = distance(&set("X"), &set("Y"), &cutoff);
+            assert!((found - case[name].as_f64().unwrap()).abs() < 1e-9, "{case}");
+        }
+    }
 
     #[test]
     fn groups_solved_apart_cost_as_much_as_all_together() {

@@ -57,7 +57,7 @@ pub fn gospa<X: AsRef<[f64]>, Y: AsRef<[f64]>>(estimates: &[X], truth: &[Y], cut
 mod tests {
     use super::*;
     use crate::noise::Noise;
-    use crate::shared_data;
+    use crate::score::cutoff::tests::check_oracle;
 
     const NONE: [[f64; 2]; 0] = [];
 
@@ -97,14 +97,6 @@ mod tests {
 
     #[test]
     fn oracle() {
-        let oracle = shared_data::oracle("ospa_gospa.json");
-        for case in oracle["cases"].as_array().unwrap() {
-            let set = |name: &str| -> Vec<Vec<f64>> {
-                case[name].as_array().unwrap().iter().map(shared_data::numbers).collect()
-            };
-            let cutoff = Cutoff::new(case["p"].as_f64().unwrap(), case["c"].as_f64().unwrap());
-            let d = gospa(&set("X"), &set("Y"), &cutoff).distance;
-            assert!((d - case["gospa_alpha2"].as_f64().unwrap()).abs() < 1e-9, "{case}");
-        }
+        check_oracle("gospa_alpha2", |x, y, cutoff| gospa(x, y, cutoff).distance);
     }
 }

@@ -47,7 +47,7 @@ pub fn ospa<X: AsRef<[f64]>, Y: AsRef<[f64]>>(x: &[X], y: &[Y], cutoff: &Cutoff)
 mod tests {
     use super::*;
     use crate::noise::Noise;
-    use crate::shared_data;
+    use crate::score::cutoff::tests::check_oracle;
 
     const NONE: [[f64; 2]; 0] = [];
 
@@ -90,14 +90,6 @@ mod tests {
 
     #[test]
     fn oracle() {
-        let oracle = shared_data::oracle("ospa_gospa.json");
-        for case in oracle["cases"].as_array().unwrap() {
-            let set = |name: &str| -> Vec<Vec<f64>> {
-                case[name].as_array().unwrap().iter().map(shared_data::numbers).collect()
-            };
-            let cutoff = Cutoff::new(case["p"].as_f64().unwrap(), case["c"].as_f64().unwrap());
-            let d = ospa(&set("X"), &set("Y"), &cutoff).distance;
-            assert!((d - case["ospa"].as_f64().unwrap()).abs() < 1e-9, "{case}");
-        }
+        check_oracle("ospa", |x, y, cutoff| ospa(x, y, cutoff).distance);
     }
 }

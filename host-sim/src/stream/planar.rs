@@ -35,6 +35,7 @@ pub fn write(log: &Log, settings: &Settings, seed: u64, scalar: Scalar, scans: u
     });
     let entries: Vec<Entry<'_, Planar>> = others.chain(records).collect::<Result<_, Refusal>>()?;
     let Settings { sensor, moving, joint, .. } = settings;
+    let first = detector(settings, sensor);
     let head = head(&settings.filter, seed, scalar);
     let header = Header {
         vehicle: match log.vehicle {
@@ -42,9 +43,9 @@ pub fn write(log: &Log, settings: &Settings, seed: u64, scalar: Scalar, scans: u
             Vehicle::Unicycle => planar::Vehicle::Unicycle,
             Vehicle::UnicycleArc => planar::Vehicle::UnicycleArc,
         },
-        models: models(log, settings),
+        models: models(log, settings, &first),
         moving: Moving {
-            birth_intensity: sensor.birth_factor * moving.birth_intensity,
+            birth_intensity: first.moving_birth_intensity,
             velocity_sigma_mps: moving.velocity_sigma_mps,
             acceleration_psd: moving.acceleration_psd,
             lifetime_s: moving.lifetime_s,
@@ -59,10 +60,7 @@ pub fn write(log: &Log, settings: &Settings, seed: u64, scalar: Scalar, scans: u
             merge_distance: joint.merge_distance,
         },
         scan_interval_s: scan_interval_s(log.scans.iter().map(|scan| scan.t_s)),
-        recursion: Recursion {
-            birth_intensity: sensor.birth_factor * settings.filter.birth_intensity,
-            ..head.recursion
-        },
+        recursion: Recursion { birth_intensity: first.birth_intensity, ..head.recursion },
         ..head
     };
     Ok(Stream::of(header, &entries))
@@ -87,7 +85,7 @@ fn fix(noise: &FixNoise, measured: PoseFix) -> Result<Fix, Refusal> {
     })
 }
 
-/// A sensor beside the first.
+/// A sensor, with what it gives birth to.
 fn detector(settings: &Settings, sensor: &SensorSettings) -> planar::Sensor {
     planar::Sensor {
         mounted_forward_m: sensor.forward_m,
@@ -111,10 +109,10 @@ fn detector(settings: &Settings, sensor: &SensorSettings) -> planar::Sensor {
     }
 }
 
-fn models(log: &Log, settings: &Settings) -> Models {
-    let Settings { vehicle, sensor, .. } = settings;
+fn models(log: &Log, settings: &Settings, first: &planar::Sensor) -> Models {
+    let vehicle = &settings.vehicle;
     let [start_x_m, start_y_m, start_heading_rad] = log.initial_pose;
-    let mut models = Models {
+    let of_vehicle = Models {
         start_x_m,
         start_y_m,
         start_heading_rad,
@@ -123,22 +121,9 @@ fn models(log: &Log, settings: &Settings) -> Models {
         turn_sigma: vehicle.turn_sigma,
         turn_sigma_ratio: vehicle.turn_sigma_ratio,
         noise_interval_s: vehicle.noise_interval_s,
-        mounted_forward_m: sensor.forward_m,
-        mounted_left_m: sensor.left_m,
-        mounted_yaw_rad: sensor.yaw_rad,
-        range_sigma_m: sensor.range_sigma_m,
-        bearing_sigma_rad: sensor.bearing_sigma_rad,
-        range_min_m: sensor.range_min_m,
-        range_max_m: sensor.range_max_m,
-        range_edge_m: sensor.range_edge_m,
-        bearing_center_rad: sensor.bearing_center_rad(),
-        bearing_half_width_rad: sensor.bearing_half_width_rad(),
-        bearing_edge_rad: sensor.bearing_edge_rad,
-        detection_near: sensor.detection_near,
-        detection_far: sensor.detection_far,
-        clutter_per_scan: sensor.clutter_per_scan,
         ..Models::ZERO
     };
+    let mut models = of_vehicle.with(first);
     if let Vehicle::Ackermann { wheelbase_m, encoder_offset_m, sensor_forward_m, sensor_left_m } = log.vehicle {
         models.wheelbase_m = wheelbase_m;
         models.encoder_offset_m = encoder_offset_m;

@@ -104,30 +104,47 @@ numbers! {
     }
 }
 
-impl Sensor {
-    /// The first detector, which is that of the head.
-    #[must_use]
-    pub fn first(header: &Header<Planar>) -> Self {
-        let Header { models, recursion, moving, .. } = header;
-        Self {
-            mounted_forward_m: models.mounted_forward_m,
-            mounted_left_m: models.mounted_left_m,
-            mounted_yaw_rad: models.mounted_yaw_rad,
-            range_sigma_m: models.range_sigma_m,
-            bearing_sigma_rad: models.bearing_sigma_rad,
-            range_min_m: models.range_min_m,
-            range_max_m: models.range_max_m,
-            range_edge_m: models.range_edge_m,
-            bearing_center_rad: models.bearing_center_rad,
-            bearing_half_width_rad: models.bearing_half_width_rad,
-            bearing_edge_rad: models.bearing_edge_rad,
-            detection_near: models.detection_near,
-            detection_far: models.detection_far,
-            clutter_per_scan: models.clutter_per_scan,
-            birth_intensity: recursion.birth_intensity,
-            moving_birth_intensity: moving.birth_intensity,
-            detection_memory: recursion.detection_memory,
-            clutter_memory: recursion.clutter_memory,
+/// What a head and the record of a detector both have of a sensor.
+macro_rules! in_both {
+    ($($field:ident)+) => {
+        impl Sensor {
+            /// The first detector, which is that of the head.
+            #[must_use]
+            pub fn first(header: &Header<Planar>) -> Self {
+                let Header { models, recursion, moving, .. } = header;
+                Self {
+                    $($field: models.$field,)+
+                    birth_intensity: recursion.birth_intensity,
+                    moving_birth_intensity: moving.birth_intensity,
+                    detection_memory: recursion.detection_memory,
+                    clutter_memory: recursion.clutter_memory,
+                }
+            }
         }
-    }
+
+        impl Models {
+            /// With the sensor of the first detector.
+            #[must_use]
+            pub fn with(self, first: &Sensor) -> Self {
+                Self { $($field: first.$field,)+ ..self }
+            }
+        }
+    };
+}
+
+in_both! {
+    mounted_forward_m
+    mounted_left_m
+    mounted_yaw_rad
+    range_sigma_m
+    bearing_sigma_rad
+    range_min_m
+    range_max_m
+    range_edge_m
+    bearing_center_rad
+    bearing_half_width_rad
+    bearing_edge_rad
+    detection_near
+    detection_far
+    clutter_per_scan
 }

@@ -60,71 +60,66 @@ fn two_sensors_and_fixes() {
 
 #[test]
 fn what_is_wrong_with_sensors_and_fixes_is_named() {
-    let error = |file: &str, text: &str| {
+    let refused = |file: &str, text: &str, expected: &str| {
         let folder = sound_of_two();
         folder.put(file, text);
         let message = folder.error();
-        assert!(!message.contains('\n'), "{message}");
-        message
+        let begins = message.strip_prefix(file).and_then(|rest| rest.strip_prefix(", "));
+        assert!(
+            begins.is_some_and(|rest| rest.starts_with(expected)) && !message.contains('\n'),
+            "{message}\n{expected}"
+        );
     };
     let fixes = "[fixes]\nposition_sigma_m = 2\nheading_sigma_rad = 0.1\n";
-    let head = |piece: &str, other: &str| {
-        let whole = of_two() + fixes;
-        assert!(whole.contains(piece), "{piece}");
-        error("log.toml", &whole.replacen(piece, other, 1))
-    };
-    for (message, expected) in [
+    let head = of_two() + fixes;
+    // A piece of the head, and what stands in its place.
+    for (piece, other, expected) in [
+        ("name = \"rear\"", "name = \"front\"", "key sensors[2].name: 'front' is the name of two sensors"),
+        ("name = \"rear\"", "name = \"my radar\"", "key sensors[1].name: a sensor's name has"),
+        ("name = \"rear\"\n", "", "key sensors[1].name: missing"),
         (
-            error("scans.csv", "scan,t_s,sensor\n0,0,rear\n2,0.5,sonar\n"),
-            "scans.csv, row 3, column sensor: no sensor 'sonar', log.toml has front, rear",
+            "yaw_rad = 3.1",
+            "yaw_rad = 90",
+            "key sensors.rear.yaw_rad: 90, expected -6.2842 to 6.2842: angles are in radians, these look like degrees",
         ),
-        (error("scans.csv", "scan,t_s\n0,0\n"), "scans.csv, row 1, column sensor: missing"),
-        (
-            head("name = \"rear\"", "name = \"front\""),
-            "log.toml, key sensors[2].name: 'front' is the name of two sensors",
-        ),
-        (head("name = \"rear\"", "name = \"my radar\""), "log.toml, key sensors[1].name: a sensor's name has"),
-        (head("name = \"rear\"\n", ""), "log.toml, key sensors[1].name: missing"),
-        (
-            head("yaw_rad = 3.1", "yaw_rad = 90"),
-            "log.toml, key sensors.rear.yaw_rad: 90, expected -6.2842 to 6.2842: angles are in radians, these look like degrees",
-        ),
-        (head("forward_m = -1", "forwards_m = -1"), "log.toml, key sensors.rear.forwards_m: unknown"),
-        (
-            head("sensor_left_m = 0.5", "sensor_left_m = 0.5\nsensor_yaw_rad = 1"),
-            "log.toml, key vehicle.sensor_yaw_rad: not a key",
-        ),
-        (head("position_sigma_m = 2\n", ""), "log.toml, key fixes.position_sigma_m: missing"),
-        (
-            head("heading_sigma_rad = 0.1", "heading_sigma_rad = 5"),
-            "log.toml, key fixes.heading_sigma_rad: 5, expected",
-        ),
-        (head("heading_sigma_rad = 0.1", "yaw_rad = 0.1"), "log.toml, key fixes.yaw_rad: unknown"),
-        (head("heading_sigma_rad = 0.1", "gate = 0"), "log.toml, key fixes.gate: 0, expected more than 0"),
-        (head(fixes, ""), "log.toml, key fixes: missing: it says how good"),
-        (
-            error("log.toml", &(HEAD.to_owned() + &of_two()[of_two().find("[[").unwrap()..])),
-            "log.toml, key sensor: either one [sensor] or several",
-        ),
-        (
-            error("fixes.csv", "t_s,x_m,y_m\n-0.5,1,2\n"),
-            "fixes.csv, row 2, column t_s: a fix at -0.5 s, before the odometry, which begins at 0 s",
-        ),
-        (error("fixes.csv", "t_s,x_m,y_m\n0.5,1,inf\n"), "fixes.csv, row 2, column y_m: not a finite number: 'inf'"),
-        (error("fixes.csv", "t_s,x_m,y_m\n0.5,1,\n"), "fixes.csv, row 2, column y_m: not a finite number: ''"),
-        (error("fixes.csv", "t_s,x_m,y_m\n0.5,,\n"), "fixes.csv, row 2, column t_s: no fix"),
-        (error("fixes.csv", "t_s,x_m\n0.5,1\n"), "fixes.csv, row 1, column y_m: missing"),
-        (
-            error("fixes.csv", "t_s,heading_rad\n0.5,90\n"),
-            "fixes.csv, row 2, column heading_rad: 90, expected -6.2842 to 6.2842: angles are in radians, these look like degrees",
-        ),
-        (error("fixes.csv", "t_s,heading_rad\n0.5,1\n0.25,1\n"), "fixes.csv, row 3, column t_s: time goes backwards"),
-        (
-            error("fixes.csv", "t_s,heading_rad\n500,1\n"),
-            "fixes.csv, column t_s: the first fix is at 500 s, after the last scan at 1 s",
-        ),
+        ("forward_m = -1", "forwards_m = -1", "key sensors.rear.forwards_m: unknown"),
+        ("sensor_left_m = 0.5", "sensor_left_m = 0.5\nsensor_yaw_rad = 1", "key vehicle.sensor_yaw_rad: not a key"),
+        ("position_sigma_m = 2\n", "", "key fixes.position_sigma_m: missing"),
+        ("heading_sigma_rad = 0.1", "heading_sigma_rad = 5", "key fixes.heading_sigma_rad: 5, expected"),
+        ("heading_sigma_rad = 0.1", "yaw_rad = 0.1", "key fixes.yaw_rad: unknown"),
+        ("heading_sigma_rad = 0.1", "gate = 0", "key fixes.gate: 0, expected more than 0"),
+        (fixes, "", "key fixes: missing: it says how good"),
     ] {
-        assert!(message.starts_with(expected), "{message}\n{expected}");
+        assert!(head.contains(piece), "{piece}");
+        refused("log.toml", &head.replacen(piece, other, 1), expected);
+    }
+    let both = HEAD.to_owned() + &of_two()[of_two().find("[[").unwrap()..];
+    refused("log.toml", &both, "key sensor: either one [sensor] or several");
+    for (file, text, expected) in [
+        (
+            "scans.csv",
+            "scan,t_s,sensor\n0,0,rear\n2,0.5,sonar\n",
+            "row 3, column sensor: no sensor 'sonar', log.toml has front, rear",
+        ),
+        ("scans.csv", "scan,t_s\n0,0\n", "row 1, column sensor: missing"),
+        (
+            "fixes.csv",
+            "t_s,x_m,y_m\n-0.5,1,2\n",
+            "row 2, column t_s: a fix at -0.5 s, before the odometry, which begins at 0 s",
+        ),
+        ("fixes.csv", "t_s,x_m,y_m\n0.5,1,inf\n", "row 2, column y_m: not a finite number: 'inf'"),
+        ("fixes.csv", "t_s,x_m,y_m\n0.5,1,\n", "row 2, column y_m: not a finite number: ''"),
+        ("fixes.csv", "t_s,x_m,y_m\n0.5,,\n", "row 2, column t_s: no fix"),
+        ("fixes.csv", "t_s,x_m\n0.5,1\n", "row 1, column y_m: missing"),
+        (
+            "fixes.csv",
+            "t_s,heading_rad\n0.5,90\n",
+            "row 2, column heading_rad: 90, expected -6.2842 to 6.2842: angles are in radians, these look like degrees",
+        ),
+        ("fixes.csv", "t_s,heading_rad\n0.5,1\n0.25,1\n", "row 3, column t_s: time goes backwards"),
+        ("fixes.csv", "t_s,heading_rad\n500,1\n", "column t_s: the first fix is at 500 s, after the last scan at 1 s"),
+    ] {
+        refused(file, text, expected);
     }
     let folder = sound_of_two();
     fs::remove_file(folder.0.join("fixes.csv")).unwrap();
