@@ -6,8 +6,10 @@ use crate::process;
 use crate::python;
 
 /// Features of the workspace that only the firmware or nothing turns on.
-pub const LINT_FEATURES: [&str; 2] =
-    ["--features", "scphd/defmt,scphd/embedded-hal,scphd-sequencer/defmt,scphd-store/defmt,scphd-stream/defmt"];
+pub const LINT_FEATURES: [&str; 2] = [
+    "--features",
+    "scphd/defmt,scphd/embedded-hal,scphd-link/defmt,scphd-sequencer/defmt,scphd-store/defmt,scphd-stream/defmt",
+];
 
 /// Fails unless the active toolchain has this command of cargo.
 fn need(command: &str) -> Result<(), Missing> {

@@ -7,8 +7,13 @@ use crate::outcome::{Outcome, Stop};
 use crate::process;
 
 /// Name and folder of each crate that is a library for others.
-const LIBRARIES: [(&str, &str); 4] =
-    [("scphd", "core"), ("scphd-stream", "stream"), ("scphd-sequencer", "sequencer"), ("scphd-store", "store")];
+const LIBRARIES: [(&str, &str); 5] = [
+    ("scphd", "core"),
+    ("scphd-stream", "stream"),
+    ("scphd-link", "link"),
+    ("scphd-sequencer", "sequencer"),
+    ("scphd-store", "store"),
+];
 
 /// What every package has.
 const FILES: [&str; 5] = ["Cargo.toml", "README.md", "LICENSE-MIT", "LICENSE-APACHE", "src/lib.rs"];

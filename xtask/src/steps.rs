@@ -39,7 +39,7 @@ pub const STEPS: &[Step] = &[
     },
     Step {
         name: "target",
-        what: "core and sequencer build for a Cortex-M without std and without alloc",
+        what: "core, sequencer and link build for a Cortex-M without std and without alloc",
         run: |_| target::step(),
     },
     Step {
@@ -82,6 +82,11 @@ pub const OTHERS: &[Step] = &[
         name: "fuzz",
         what: "operations with hostile values, 20 million from seed 1, or `fuzz OPERATIONS SEED`",
         run: fuzz,
+    },
+    Step {
+        name: "hil",
+        what: "the whole of thesis-dynamic to a target in QEMU over its serial port, scan by scan",
+        run: |_| firmware::hil(),
     },
     Step {
         name: "deny",

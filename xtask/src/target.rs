@@ -14,8 +14,9 @@ pub fn step() -> Outcome {
     check().into()
 }
 
-/// The filter, and what sorts its inputs. The sequencer's dependency heapless has an `alloc` of its own, which must be off.
-const PACKAGES: [&str; 2] = ["scphd", "scphd-sequencer"];
+/// The filter, what sorts its inputs, and what brings them. The dependencies heapless, cobs and embedded-io have an `alloc` of their own, which
+/// must be off.
+const PACKAGES: [&str; 3] = ["scphd", "scphd-sequencer", "scphd-link"];
 
 /// Builds them where there is no `alloc`, and looks at the libraries.
 fn build(toolchain: &Toolchain) -> Result<String, String> {

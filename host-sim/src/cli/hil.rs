@@ -127,6 +127,7 @@ impl Sums {
             let place = (share * self.round_trips.len().saturating_sub(1) as f64) as usize;
             self.round_trips.get(place).map_or(f64::NAN, |&time| milliseconds(time))
         };
+        let in_time = self.round_trips.iter().filter(|time| time.as_secs_f64() * args.hz <= 1.0).count();
         let Outcome { last, frames, repeats, answers } = outcome;
         let mut lines = vec![format!(
             "{} scans, {} digests equal, {} different; position RMSE {:.3} m; {} records refused by the filter",
@@ -137,11 +138,11 @@ impl Sums {
             last.refused,
         )];
         lines.push(format!(
-            "round trip, ms: median {:.1}, 95 % {:.1}, worst {:.1}; {:.0} % of the median left at {} Hz",
+            "round trip, ms: median {:.1}, 95 % {:.1}, worst {:.1}; {in_time} within the {:.1} of {} Hz",
             at(0.5),
             at(0.95),
             at(1.0),
-            100.0 * (1.0 - 1e-3 * at(0.5) * args.hz),
+            1e3 / args.hz,
             args.hz,
         ));
         lines.push(self.margin(args, last));

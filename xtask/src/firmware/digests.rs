@@ -5,6 +5,7 @@ use std::thread;
 
 use super::board::{Board, EMULATED};
 use super::emulator;
+use super::hil;
 use super::image::{self, Extra, Image};
 use super::output::{self, Replay};
 use super::precision::Precision;
@@ -50,6 +51,7 @@ fn compare() -> Result<Outcome, Stop> {
     let (mut failures, mut compared) = (Vec::new(), 0);
     failures.extend(driven_by_a_timer(&qemu, &toolchain)?);
     failures.extend(several_sensors(&qemu, &toolchain)?);
+    failures.extend(hil::check(&qemu, &toolchain).err().map(|reason| format!("hardware in the loop: {reason}")));
     let (of_black_boxes, differences) = black_boxes(&qemu, &toolchain)?;
     compared += of_black_boxes;
     failures.extend(differences);

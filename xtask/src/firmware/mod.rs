@@ -3,6 +3,7 @@
 pub mod board;
 mod digests;
 pub mod emulator;
+mod hil;
 pub mod image;
 mod library;
 pub mod output;
@@ -14,4 +15,5 @@ pub mod streams;
 mod thumb;
 
 pub use digests::step as digests;
+pub use hil::step as hil;
 pub use proof::{PROOF, step as proof};

@@ -2,6 +2,7 @@
 //! so fail where they should.
 
 use super::board::{Board, EMULATED, REFERENCE};
+use super::hil;
 use super::image::{self, Extra, Image};
 use super::precision::Precision;
 use super::rig::{BLACK_BOXES, JOINT, PLANAR, UNDERWATER};
@@ -48,6 +49,14 @@ fn prove() -> Result<Outcome, Stop> {
         let image = image::build_replay(&toolchain, &REFERENCE, rig, precision)?;
         has_no_allocator(&image)?;
         println!("{name} fits {}: {:?}", REFERENCE.name, image.sizes()?);
+    }
+    for features in [&[][..], &["joint"]] {
+        let image = image::build(&toolchain, &REFERENCE, hil::IMAGE, &Extra { features, flags: &[] })
+            .map_err(|error| format!("{} with {features:?}: {error}", hil::IMAGE))?;
+        if let Some(symbol) = allocator_symbol(&image)? {
+            return Err(format!("{} has the allocator's {symbol}", image.path.display()).into());
+        }
+        println!("{} with {features:?} fits {}: {:?}", hil::IMAGE, REFERENCE.name, image.sizes()?);
     }
     let planted = |feature| Extra { features: feature, flags: &[] };
     for (board, extra, complaint) in [
