@@ -18,8 +18,8 @@ impl embedded_io::ErrorType for Line {
     type Error = embedded_io::ErrorKind;
 }
 
-fn kind(error: io::Error) -> embedded_io::ErrorKind {
-    error.kind().into()
+fn kind(_: io::Error) -> embedded_io::ErrorKind {
+    embedded_io::ErrorKind::Other
 }
 
 impl embedded_io::Read for Line {
@@ -69,7 +69,10 @@ fn target<A: Aboard<f32, Kind = Planar> + 'static>(connections: usize) -> Socket
 
 fn hil(port: &str, more: &[&str]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_scphd-sim"));
-    command.args(["hil", "thesis-dynamic", "--particles", "8", "--samples", "2", "--port", port]);
+    command.args(["hil", "thesis-dynamic", "--samples", "2", "--port", port]);
+    if !more.contains(&"--particles") {
+        command.args(["--particles", "8"]);
+    }
     command.args(more).output().unwrap()
 }
 

@@ -39,7 +39,7 @@ pub fn step() -> Outcome {
     let whole = || -> Result<Outcome, Stop> {
         let qemu = emulator::prepare()?;
         let toolchain = toolchain::find()?;
-        with_target(&qemu, &toolchain, |port| stream(port, "release", &[]))?;
+        with_target(&qemu, &toolchain, |port| stream(port, &[]))?;
         Ok(Outcome::Passed("every digest equal".into()))
     };
     whole().into()
@@ -48,15 +48,15 @@ pub fn step() -> Outcome {
 /// Some scans over a good line, then, to the target that has served these, over one that loses, doubles, delays and damages frames.
 pub fn check(qemu: &Tool, toolchain: &Toolchain) -> Result<(), String> {
     with_target(qemu, toolchain, |port| {
-        stream(port, "dev", &["--scans", SCANS])?;
-        stream(port, "dev", &BAD)
+        stream(port, &["--scans", SCANS])?;
+        stream(port, &BAD)
     })
 }
 
 /// Has the simulator stream the scenario of 5.3.1 to the target at a port.
-fn stream(port: u16, profile: &str, more: &[&str]) -> Result<(), String> {
+fn stream(port: u16, more: &[&str]) -> Result<(), String> {
     let mut cargo = process::cargo();
-    cargo.args(["run", "--quiet", "--package", "scphd-sim", "--profile", profile, "--", "hil", "thesis-dynamic"]);
+    cargo.args(["run", "--quiet", "--package", "scphd-sim", "--", "hil", "thesis-dynamic"]);
     cargo.args(["--particles", "32", "--samples", "2", "--port", &format!("tcp:127.0.0.1:{port}")]);
     process::run_for(cargo.args(more), LIMIT)
 }
