@@ -69,7 +69,7 @@ fn with_target(qemu: &Tool, toolchain: &Toolchain, work: impl FnOnce(u16) -> Res
     let mut emulator = qemu.command();
     emulator.args(["-machine", board.name, "-nographic", "-monitor", "none", "-icount", "shift=0"]);
     emulator.args(["-serial", &format!("tcp:127.0.0.1:{port},server=on,wait=on"), "-kernel"]).arg(&image.path);
-    println!("$ {emulator:?}");
+    println!("{IMAGE} in QEMU, its serial port at tcp:127.0.0.1:{port}");
     let mut running = Running(emulator.spawn().map_err(|error| format!("QEMU: {error}"))?);
     let done = work(port);
     match running.0.try_wait() {
