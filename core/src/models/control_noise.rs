@@ -61,16 +61,19 @@ impl<T: Real> ControlNoise<T> {
         ]
     }
 
-    /// Both controls with errors drawn for one prediction over `dt` seconds.
-    pub(crate) fn perturb(&self, control: [T; 2], dt: T, noise: &mut Noise) -> [T; 2] {
+    /// Both controls with errors drawn for one prediction over `dt` seconds: for [`Motion::sample`](crate::Motion::sample) of a model of
+    /// one's own.
+    #[must_use]
+    pub fn perturb(&self, control: [T; 2], dt: T, noise: &mut Noise) -> [T; 2] {
         let ([speed, turn], [speed_sigma, turn_sigma]) = (control, self.sigmas(control, dt));
         let speed_error = speed_sigma * noise.normal();
         let turn_error = turn_sigma * noise.normal();
         [speed + speed_error, turn + turn_error]
     }
 
-    /// Covariance of one draw.
-    pub(crate) fn covariance(&self, control: [T; 2], dt: T) -> Symmetric<Vector2<T>> {
+    /// Covariance Σ_u of one draw: for [`Motion::linearise`](crate::Motion::linearise) of a model of one's own.
+    #[must_use]
+    pub fn covariance(&self, control: [T; 2], dt: T) -> Symmetric<Vector2<T>> {
         Symmetric::from_diagonal(self.sigmas(control, dt).map(|sigma| sigma * sigma))
     }
 }

@@ -63,6 +63,14 @@ pub struct ModelError {
     pub range: &'static str,
 }
 
+impl ModelError {
+    /// The error of a model of one's own, from its `check`: the parameter, and what it must be.
+    #[must_use]
+    pub const fn new(field: &'static str, range: &'static str) -> Self {
+        Self { field, range }
+    }
+}
+
 impl core::fmt::Display for ModelError {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         write!(f, "{} must be {}", self.field, self.range)
