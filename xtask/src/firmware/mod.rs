@@ -3,6 +3,7 @@
 pub mod board;
 mod digests;
 pub mod emulator;
+mod guide;
 mod hil;
 pub mod image;
 mod library;

@@ -2,6 +2,7 @@
 //! so fail where they should.
 
 use super::board::{Board, EMULATED, REFERENCE};
+use super::guide;
 use super::hil;
 use super::image::{self, Extra, Image};
 use super::precision::Precision;
@@ -53,11 +54,10 @@ fn prove() -> Result<Outcome, Stop> {
     for features in [&[][..], &["joint"]] {
         let image = image::build(&toolchain, &REFERENCE, hil::IMAGE, &Extra { features, flags: &[] })
             .map_err(|error| format!("{} with {features:?}: {error}", hil::IMAGE))?;
-        if let Some(symbol) = allocator_symbol(&image)? {
-            return Err(format!("{} has the allocator's {symbol}", image.path.display()).into());
-        }
+        has_no_allocator(&image)?;
         println!("{} with {features:?} fits {}: {:?}", hil::IMAGE, REFERENCE.name, image.sizes()?);
     }
+    guide::build(&toolchain)?;
     let planted = |feature| Extra { features: feature, flags: &[] };
     for (board, extra, complaint) in [
         (&REFERENCE, planted(&["planted-panic"]), NO_FUNCTION),

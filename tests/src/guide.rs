@@ -1,0 +1,4 @@
+//! The chapters of the guide that hold code: the documentation tests compile and run it.
+
+#[doc = include_str!("../../docs/guide/own-models.md")]
+struct OwnModels;

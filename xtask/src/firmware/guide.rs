@@ -1,0 +1,74 @@
+//! The project of `docs/guide/embedding.md`, written down as it stands there and built.
+
+use super::board::REFERENCE;
+use crate::outcome::Missing;
+use crate::process;
+use crate::toolchain::Toolchain;
+use std::fs;
+
+const CHAPTER: &str = include_str!("../../../docs/guide/embedding.md");
+/// Where the chapter has the library, seen from the project.
+const LIBRARY: &str = "../scphd/core";
+/// How many files it shows.
+const FILES: usize = 4;
+
+/// The files of the chapter: their names, which its headings are, and the code below them.
+fn files(chapter: &str) -> Vec<(&str, &str)> {
+    let sections = chapter.split("\n## `").skip(1);
+    let file = |section| {
+        let (name, rest) = str::split_once(section, '`')?;
+        let (_, block) = rest.split_once("\n```")?;
+        let (_, code) = block.split_once('\n')?;
+        let (code, _) = code.split_once("\n```")?;
+        Some((name, code))
+    };
+    sections.filter_map(file).collect()
+}
+
+/// Builds it for the reference board.
+pub fn build(toolchain: &Toolchain) -> Result<(), String> {
+    let target = process::own_target_dir(&format!("firmware-{}", toolchain.key()));
+    let project = target.join("guide");
+    let write = |name: &str, text: &str| {
+        let path = project.join(name);
+        fs::create_dir_all(path.parent().unwrap_or(&project))
+            .and_then(|()| fs::write(&path, text))
+            .map_err(|error| format!("{}: {error}", path.display()))
+    };
+    let read = |name: &str| fs::read_to_string(process::root().join(name)).map_err(|error| format!("{name}: {error}"));
+    let files = files(CHAPTER);
+    if files.len() != FILES {
+        return Err(format!("docs/guide/embedding.md has {} files for {FILES}", files.len()));
+    }
+    for (name, code) in files {
+        if name == "Cargo.toml" {
+            // The project stands in a folder of this one here, and is none of its packages.
+            let library = process::root().join("core");
+            let code = code.replace(LIBRARY, &library.display().to_string());
+            write(name, &format!("{code}\n\n[workspace]\n"))?;
+        } else {
+            write(name, code)?;
+        }
+    }
+    write("memory.x", &read("memory.x")?)?;
+    // The versions that the other images are built from.
+    write("Cargo.lock", &read("firmware/Cargo.lock")?)?;
+    let mut cargo = toolchain.cargo_build("core");
+    let mut flags: Vec<String> = REFERENCE.flags.iter().map(|&flag| flag.to_owned()).collect();
+    flags.extend(toolchain.linker(&mut cargo).map_err(|Missing(reason)| reason)?);
+    cargo.current_dir(&project).env("CARGO_ENCODED_RUSTFLAGS", flags.join("\x1f"));
+    cargo.args(["--quiet", "--release", "--offline", "--target", REFERENCE.target, "--target-dir"]).arg(&target);
+    process::run(&mut cargo).map_err(|error| format!("docs/guide/embedding.md: {error}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_file_of_the_chapter_is_found() {
+        let names: Vec<_> = files(CHAPTER).into_iter().map(|(name, _)| name).collect();
+        assert_eq!(names, ["Cargo.toml", "build.rs", "src/main.rs", "src/drivers.rs"]);
+        assert!(CHAPTER.contains(LIBRARY));
+    }
+}
