@@ -207,7 +207,7 @@ fn survey(seed: u64) -> Vec<u8> {
 fn fed<A: Aboard<f32, Kind = Planar>>(bytes: &[u8], accepted: &BTreeSet<usize>) -> Vec<u64> {
     let mut reader = Reader::<Planar>::open(bytes).unwrap();
     let mut memory = Box::new(A::MEMORY);
-    let mut filter = A::start(reader.header(), &mut memory).unwrap();
+    let mut filter = A::start(&reader.header(), &mut memory).unwrap();
     let (mut digests, mut number) = (Vec::new(), 0);
     while let Some(record) = reader.read().unwrap() {
         number += 1;
