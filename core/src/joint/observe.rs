@@ -4,12 +4,14 @@ use super::archive::Archive;
 use super::covariance::Common;
 use super::filter::JointSlam;
 use super::state::Memory;
+use super::tidy::drop_spoilt;
 use crate::filter::observe::Explained;
-use crate::{Fix, FixReport, Linear, Matrix, Motion, ObserveError, Pose, PoseEstimate, Real, Vector};
+use crate::numerics::range::is_within_range;
+use crate::{Fix, FixReport, Linear, Matrix, Motion, ObserveError, Pose, PoseEstimate, Real, TangentOf, Vector};
 
 impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, A: Archive<M::Pose>> JointSlam<'_, M, Z, A> {
     /// Takes in a measurement of the pose itself, of at most as many dimensions as the state's `Z`, between any two steps: the Kalman
-    /// update of pose and features.
+    /// update of pose and features. One that would take the pose out of range is left out.
     ///
     /// # Errors
     /// The measurement is not finite, its noise not positive definite, or the filter has not been reset; the state is as it was.
@@ -36,13 +38,20 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, A: Archi
         let Memory { known, joint, common, .. } = &mut self.memory;
         let mut common = Common::over(common);
         joint.common_with_pose::<F::Measurement, Z>(&explained.by_pose, known.len, &mut common);
+        let pose = common.pose;
+        let step = Z::with(|z| explained.weighed.at(z));
+        let by = TangentOf::<M::Pose>::with(|k| pose.as_ref().get(k).map_or(T::ZERO, |row| row.dot(&step)));
+        if !is_within_range(&known.pose.displaced(&by).coordinates()) {
+            return Ok(FixReport::left_out(explained.distance, T::ONE));
+        }
         let by: Linear<F::Measurement, F::Measurement> =
             Matrix::with(|row, column| -explained.information.at(row, column));
         // Among as many coordinates as the widest measurement has; the others are zero.
         joint.add_product::<Z>(&common, &Matrix::with(|row, column| by.at(row, column)), known.len);
-        let pose = common.pose;
-        self.memory.shift(&pose, &Z::with(|z| explained.weighed.at(z)));
+        self.memory.shift(&pose, &step);
         self.memory.follow();
+        // A feature may have been taken farther than the pose.
+        drop_spoilt(&mut self.memory);
         let Explained { distance, ln_likelihood, .. } = explained;
         Ok(FixReport { accepted: true, distance, ln_evidence: ln_likelihood, n_eff: T::ONE })
     }

@@ -102,7 +102,7 @@ impl<'s, T: Real> Locator<'s, T> {
     /// After every scan: the vehicle's pose and the landmarks that it has found, both in its own frame, and the detector of the scan.
     /// Landmarks should have been detected twice, and be rather there than not:
     /// [`JointSlam::features`](crate::JointSlam::features), or what [`ScPhd::estimate_map`](crate::ScPhd::estimate_map) writes.
-    /// Those that are not finite, or for which there is no room, are left out.
+    /// Those that are not finite, or for which there is no room, are left out; with a pose that is not finite nothing is found.
     pub fn look<X: MeasurementModel<Pose = PlanarPose<T>>, R>(
         &mut self,
         detector: &Detector<X, R>,
@@ -140,7 +140,9 @@ impl<'s, T: Real> Locator<'s, T> {
         let sure = |place: &Located<T>| {
             let most = T::from_usize(place.matched) >= config.least_share * T::from_usize(memory.known.seen);
             let enough = place.matched >= config.least_matched && most && searched >= config.searched;
-            enough && place.probability >= config.sure
+            // A vehicle whose own pose is no number is nowhere.
+            let placed = place.pose.mean.is_finite() && place.pose.covariance.is_finite();
+            enough && placed && place.probability >= config.sure
         };
         LocatorReport {
             found: likeliest.filter(sure),

@@ -108,7 +108,7 @@ impl From<ConfigError> for SetupError {
 pub enum ResetError {
     /// The pose is not finite, or a coordinate above 1e8.
     NonFinitePose,
-    /// The covariance is not finite, or a variance negative.
+    /// The covariance is not finite, a variance negative, or two coordinates have more in common than their variances allow.
     Covariance,
     /// There is nothing to go on from: the filter has not been reset yet.
     NotStarted,
@@ -121,9 +121,16 @@ impl ResetError {
         if usable { Ok(()) } else { Err(Self::NonFinitePose) }
     }
 
-    /// Whether poses may be spread by this: finite, and no variance negative.
+    /// Whether poses may be spread by this: finite, no variance negative, and no more in common than two variances allow, but for rounding.
     pub(crate) fn check_covariance<T: Real, K: Vector<Scalar = T>>(covariance: &Symmetric<K>) -> Result<(), Self> {
-        let usable = is_within_square(covariance) && (0..K::DIMENSION).all(|k| covariance.get(k, k) >= T::ZERO);
+        let rounding = T::from_f64(1.05);
+        let variance = |k: usize| covariance.get(k, k);
+        let may_share = |row: usize, column: usize| {
+            let common = covariance.get(row, column);
+            common * common <= variance(row) * variance(column) * rounding
+        };
+        let usable = is_within_square(covariance)
+            && (0..K::DIMENSION).all(|k| variance(k) >= T::ZERO && (0..k).all(|column| may_share(k, column)));
         if usable { Ok(()) } else { Err(Self::Covariance) }
     }
 }
@@ -132,7 +139,7 @@ impl fmt::Display for ResetError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::NonFinitePose => "the pose is not finite, or a coordinate above 1e8",
-            Self::Covariance => "the covariance is not finite, or a variance negative",
+            Self::Covariance => "the covariance is not finite, or not one",
             Self::NotStarted => "the filter has not been reset yet",
         })
     }
