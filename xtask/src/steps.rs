@@ -80,7 +80,7 @@ pub const OTHERS: &[Step] = &[
     },
     Step {
         name: "fuzz",
-        what: "operations with hostile values, 20 million from seed 1, or `fuzz OPERATIONS SEED`",
+        what: "operations, snapshots, streams and log folders with hostile values, 20 million from seed 1, or `fuzz OPERATIONS SEED`",
         run: fuzz,
     },
     Step {
@@ -151,14 +151,17 @@ fn doc() -> Outcome {
     others.into_iter().fold(done, |done, mut doc| done.and_then(|()| process::run(&mut doc))).into()
 }
 
-/// The tests run the same program for a shorter time.
+/// The tests run the same programs for a shorter time. Of the operations one in a thousand is a log folder.
 fn fuzz(options: &Options) -> Outcome {
     let [operations, seed] =
         [(0, 20_000_000), (1, 1)].map(|(place, default)| options.numbers.get(place).copied().unwrap_or(default));
     let mut cargo = process::cargo();
     cargo.args(["run", "--release", "--package", "scphd-tests", "--bin", "fuzz", "--"]);
     cargo.args([operations, seed].map(|number| number.to_string()));
-    process::run(&mut cargo).into()
+    let mut folders = process::cargo();
+    folders.args(["test", "--release", "--package", "scphd-sim", "--test", "damaged_logs", "--", "--nocapture"]);
+    folders.env("SCPHD_DAMAGED_FOLDERS", (operations / 1000).max(1).to_string());
+    process::run(&mut cargo).and_then(|()| process::run(&mut folders)).into()
 }
 
 /// The step `unit` has checked the digests at the optimisation of its own profile. A filter that is tuned in one

@@ -1,34 +1,19 @@
-//! `fuzz OPERATIONS SEED` does that many operations from that seed on; `fuzz session SEED [OPERATION…]` does one session again,
-//! or these of its operations, and prints them.
+//! `fuzz OPERATIONS SEED [TARGET]` does that many operations from that seed on, of all targets or of one; `fuzz session TARGET SEED [OPERATION…]`
+//! does one session again, or these of its operations, and prints them.
 
-use scphd_tests::fuzz;
+use scphd_tests::fuzz::{self, Target, counts};
 use std::process::ExitCode;
 use std::time::Instant;
 
-const USAGE: &str = "usage: fuzz OPERATIONS SEED | fuzz session SEED [OPERATION...]";
+const USAGE: &str = "usage: fuzz OPERATIONS SEED [TARGET] | fuzz session TARGET SEED [OPERATION...]
+targets: mixture, joint, locator, snapshots, streams";
 
 fn main() -> ExitCode {
     let words: Vec<String> = std::env::args().skip(1).collect();
-    let Ok(numbers) = words
-        .iter()
-        .skip(usize::from(words.first().is_some_and(|word| word == "session")))
-        .map(|word| word.parse())
-        .collect()
-    else {
+    let words: Vec<&str> = words.iter().map(String::as_str).collect();
+    let Some(outcome) = asked(&words) else {
         eprintln!("{USAGE}");
         return ExitCode::from(2);
-    };
-    let numbers: Vec<u64> = numbers;
-    let outcome = match (numbers.len() < words.len(), &numbers[..]) {
-        (true, [seed, operations @ ..]) => {
-            let operations: Vec<usize> = operations.iter().map(|&operation| operation as usize).collect();
-            fuzz::replay(*seed, &operations)
-        }
-        (false, &[operations, seed]) => all(operations, seed),
-        _ => {
-            eprintln!("{USAGE}");
-            return ExitCode::from(2);
-        }
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
@@ -39,16 +24,47 @@ fn main() -> ExitCode {
     }
 }
 
-fn all(operations: u64, seed: u64) -> Result<(), Box<fuzz::Failed>> {
+/// Does what was asked for; `None` where that cannot be told.
+fn asked(words: &[&str]) -> Option<Result<(), Box<fuzz::Failed>>> {
+    let target = |name: &str| Target::ALL.into_iter().find(|target| target.name() == name);
+    Some(match words {
+        ["session", name, seed, operations @ ..] => {
+            let operations: Option<Vec<usize>> = operations.iter().map(|operation| operation.parse().ok()).collect();
+            fuzz::replay(target(name)?, seed.parse().ok()?, &operations?)
+        }
+        [operations, seed] => all(&Target::ALL, operations.parse().ok()?, seed.parse().ok()?),
+        [operations, seed, name] => all(&[target(name)?], operations.parse().ok()?, seed.parse().ok()?),
+        _ => return None,
+    })
+}
+
+/// Divides the operations among the targets by their shares.
+fn all(targets: &[Target], operations: u64, seed: u64) -> Result<(), Box<fuzz::Failed>> {
+    let shares: u64 = targets.iter().map(|target| target.share()).sum();
+    for target in targets {
+        one(*target, (operations * target.share()).div_ceil(shares), seed)?;
+    }
+    println!("nothing panicked or hung, and every state was sound");
+    Ok(())
+}
+
+fn one(target: Target, operations: u64, seed: u64) -> Result<(), Box<fuzz::Failed>> {
     let start = Instant::now();
-    let step = (operations / 20).max(1);
+    let step = (operations / 10).max(1);
     let mut next = step;
-    fuzz::run(operations, seed, &mut |done| {
+    let done = fuzz::run(target, operations, seed, &mut |done| {
         if done >= next || done >= operations {
-            println!("{done} operations, {:.0} s", start.elapsed().as_secs_f64());
+            println!("{}: {done} operations, {:.0} s", target.name(), start.elapsed().as_secs_f64());
             next = done + step;
         }
     })?;
-    println!("nothing panicked or hung, and every state was sound");
+    println!(
+        "{}: the longest operation took {:.1} ms; what they came to:",
+        target.name(),
+        1e3 * done.longest.as_secs_f64()
+    );
+    for ((operation, outcome), times) in counts::take() {
+        println!("  {operation}: {outcome}: {times}");
+    }
     Ok(())
 }

@@ -1,16 +1,21 @@
-//! Operations on filters, drawn from a seed, with plausible numbers and hostile ones: nothing may panic, hang, or leave a state
-//! that is not sound.
+//! Operations on filters, locators, snapshots and streams, drawn from a seed, with plausible numbers and hostile ones: nothing may panic,
+//! hang, or leave a state that is not sound.
 //!
 //! Operations come in sessions. Each is decided by a seed of its own: what vehicle and what scalar, how much memory, how hostile its
 //! numbers are. An operation's numbers do not hang on those before it, so that a session that fails can be made shorter by
 //! leaving operations out.
 
+pub mod counts;
 mod draw;
+mod fixes;
+mod joint;
+mod locator;
 mod session;
+mod snapshots;
+mod streams;
 mod tuning;
 mod worlds;
 
-use draw::Draw;
 use scphd::{Dynamic, MapMemory, NoMoving, Static};
 use session::Seeded;
 use std::fmt;
@@ -25,9 +30,73 @@ use worlds::{Car, Diver, FeatureOf, Listener, Rover, Tracker, World};
 /// Operations of a session.
 pub const SESSION: usize = 250;
 
-/// Longest time of one operation. The longest of those here take a few milliseconds, and an unoptimised build on a busy machine
-/// some hundred times as long.
-const PATIENCE: Duration = Duration::from_secs(60);
+/// Longest time of one operation with the look at everything after it. Every loop of the library is bounded by capacities, and the longest
+/// operations here take some ten milliseconds; an unoptimised build on a busy machine takes some hundred times as long.
+const PATIENCE: Duration = Duration::from_secs(20);
+
+/// What is asked for trouble.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Target {
+    /// Operations of a `ScPhd`.
+    Mixture,
+    /// Operations of a `JointSlam`.
+    Joint,
+    /// Operations of a `Locator`.
+    Locator,
+    /// Snapshots of every kind, damaged, cut, glued, of other versions and capacities, restored and gone on with.
+    Snapshots,
+    /// Streams, damaged and with hostile numbers, replayed.
+    Streams,
+}
+
+impl Target {
+    /// All of them.
+    pub const ALL: [Self; 5] = [Self::Mixture, Self::Joint, Self::Locator, Self::Snapshots, Self::Streams];
+
+    /// Its name.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Mixture => "mixture",
+            Self::Joint => "joint",
+            Self::Locator => "locator",
+            Self::Snapshots => "snapshots",
+            Self::Streams => "streams",
+        }
+    }
+
+    /// Its share of all operations, in thousandths.
+    #[must_use]
+    pub fn share(self) -> u64 {
+        match self {
+            Self::Mixture => 500,
+            Self::Joint => 350,
+            Self::Locator => 60,
+            Self::Snapshots => 80,
+            Self::Streams => 10,
+        }
+    }
+
+    /// What session a seed stands for.
+    fn session(self, seed: u64) -> (String, Run) {
+        match self {
+            Self::Mixture => mixture_of(seed),
+            Self::Joint => joint::kind_of(seed),
+            Self::Locator => locator::kind_of(seed),
+            Self::Snapshots => snapshots::kind_of(seed),
+            Self::Streams => streams::kind_of(seed),
+        }
+    }
+}
+
+/// What a run has done.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Done {
+    /// Operations.
+    pub operations: u64,
+    /// The longest of them, with the look at everything after it.
+    pub longest: Duration,
+}
 
 /// What to do of a session.
 pub(crate) struct Operations<'a> {
@@ -48,6 +117,8 @@ pub(crate) struct Failure {
 /// A session that failed, and how to see it fail again.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Failed {
+    /// What it is of.
+    pub target: Target,
     /// Its seed.
     pub seed: u64,
     /// The operation, counted from 0.
@@ -60,16 +131,25 @@ pub struct Failed {
 
 impl fmt::Display for Failed {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { seed, operation, what, operations } = self;
-        writeln!(f, "session {seed}, operation {operation}: {what}")?;
-        write!(f, "again, operation by operation: cargo run --release -p scphd-tests --bin fuzz -- session {seed}")?;
+        let Self { target, seed, operation, what, operations } = self;
+        let name = target.name();
+        writeln!(f, "{name}, session {seed}, operation {operation}: {what}")?;
+        write!(
+            f,
+            "again, operation by operation: cargo run --release -p scphd-tests --bin fuzz -- session {name} {seed}"
+        )?;
         operations.iter().try_for_each(|operation| write!(f, " {operation}"))
     }
 }
 
 /// Tells the watchdog where the sessions are.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(crate) struct Watch {
+    target: Target,
+    start: Instant,
+    /// When the last operation began, ns from the start, and the longest one so far.
+    since_ns: AtomicU64,
+    longest_ns: AtomicU64,
     seed: AtomicU64,
     operation: AtomicU64,
     /// Operations begun.
@@ -78,8 +158,18 @@ pub(crate) struct Watch {
 }
 
 impl Watch {
-    /// An operation begins.
+    fn over(target: Target) -> Self {
+        let zero = || AtomicU64::new(0);
+        let (since_ns, longest_ns, seed, operation, begun) = (zero(), zero(), zero(), zero(), zero());
+        let (start, done) = (Instant::now(), AtomicBool::new(false));
+        Self { target, start, since_ns, longest_ns, seed, operation, begun, done }
+    }
+
+    /// An operation begins, and the one before has ended.
     pub(crate) fn at(&self, seed: u64, operation: usize) {
+        let now = self.start.elapsed().as_nanos() as u64;
+        let took = now - self.since_ns.swap(now, Ordering::Relaxed);
+        self.longest_ns.fetch_max(took, Ordering::Relaxed);
         self.seed.store(seed, Ordering::Relaxed);
         self.operation.store(operation as u64, Ordering::Relaxed);
         self.begun.fetch_add(1, Ordering::Relaxed);
@@ -95,20 +185,21 @@ impl Watch {
                 (seen, since) = (begun, Instant::now());
             } else if since.elapsed() > PATIENCE {
                 let (seed, operation) = (self.seed.load(Ordering::Relaxed), self.operation.load(Ordering::Relaxed));
-                eprintln!("session {seed}, operation {operation}: it does not return");
-                eprintln!("again: cargo run --release -p scphd-tests --bin fuzz -- session {seed}");
+                let name = self.target.name();
+                eprintln!("{name}, session {seed}, operation {operation}: it does not return");
+                eprintln!("again: cargo run --release -p scphd-tests --bin fuzz -- session {name} {seed}");
                 process::exit(101);
             }
         }
     }
 }
 
-/// Does `operations` operations from `seed` on, and tells `progress` how many are done.
+/// Does `operations` operations from `seed` on, and tells `progress` how many are done. What they came to is [counted](counts::take).
 ///
 /// # Errors
 /// The first session that failed, made as short as it can be. An operation that does not return ends the process.
-pub fn run(operations: u64, seed: u64, progress: &mut dyn FnMut(u64)) -> Result<(), Box<Failed>> {
-    guarded(|watch| {
+pub fn run(target: Target, operations: u64, seed: u64, progress: &mut dyn FnMut(u64)) -> Result<Done, Box<Failed>> {
+    guarded(target, |watch| {
         let mut done = 0;
         for session in 0..operations.div_ceil(SESSION as u64) {
             let seed = seed.wrapping_add(session);
@@ -119,7 +210,7 @@ pub fn run(operations: u64, seed: u64, progress: &mut dyn FnMut(u64)) -> Result<
             done += indices.len() as u64;
             progress(done);
         }
-        Ok(())
+        Ok(Done { operations: done, longest: Duration::from_nanos(watch.longest_ns.load(Ordering::Relaxed)) })
     })
 }
 
@@ -127,18 +218,18 @@ pub fn run(operations: u64, seed: u64, progress: &mut dyn FnMut(u64)) -> Result<
 ///
 /// # Errors
 /// What went wrong.
-pub fn replay(seed: u64, operations: &[usize]) -> Result<(), Box<Failed>> {
+pub fn replay(target: Target, seed: u64, operations: &[usize]) -> Result<(), Box<Failed>> {
     let all: Vec<usize> = (0..SESSION).collect();
     let indices = if operations.is_empty() { &all } else { operations };
-    println!("{}", kind_of(seed).0);
-    guarded(|watch| attempt(seed, &Operations { indices, tell: true }, watch)).map_err(|failure| {
+    println!("{}", target.session(seed).0);
+    guarded(target, |watch| attempt(seed, &Operations { indices, tell: true }, watch)).map_err(|failure| {
         let Failure { operation, what } = failure;
-        Box::new(Failed { seed, operation, what, operations: indices.to_vec() })
+        Box::new(Failed { target, seed, operation, what, operations: indices.to_vec() })
     })
 }
 
-fn guarded<R>(work: impl FnOnce(&Watch) -> R) -> R {
-    let watch = Arc::new(Watch::default());
+fn guarded<R>(target: Target, work: impl FnOnce(&Watch) -> R) -> R {
+    let watch = Arc::new(Watch::over(target));
     let guard = thread::spawn({
         let watch = Arc::clone(&watch);
         move || watch.guard()
@@ -168,11 +259,11 @@ fn shortened(seed: u64, indices: &[usize], failure: Failure, watch: &Watch) -> F
         part /= 2;
     }
     panic::set_hook(hook);
-    Failed { seed, operation: last.operation, what: last.what, operations: needed }
+    Failed { target: watch.target, seed, operation: last.operation, what: last.what, operations: needed }
 }
 
 fn attempt(seed: u64, operations: &Operations<'_>, watch: &Watch) -> Result<(), Failure> {
-    let (_, session) = kind_of(seed);
+    let (_, session) = watch.target.session(seed);
     panic::catch_unwind(AssertUnwindSafe(|| session(operations, watch))).unwrap_or_else(|payload| {
         let text = payload.downcast_ref::<String>().cloned();
         let text = text.or_else(|| payload.downcast_ref::<&str>().map(|&text| text.to_owned()));
@@ -210,11 +301,10 @@ macro_rules! sessions {
     (@still $world:ident $t:ident $n:literal $pages:literal $map:literal $view:literal) => { NoMoving };
 }
 
-/// What session a seed stands for.
-fn kind_of(seed: u64) -> (String, Run) {
-    let mut draw = Draw::new(seed ^ 0x5eed, 0.0);
-    let hostility = [0.0, 0.0, 1e-4, 1e-3, 1e-2, 0.1][draw.below(6)];
-    let seeded = Seeded { seed, hostility };
+/// What session of a mixture a seed stands for.
+fn mixture_of(seed: u64) -> (String, Run) {
+    let (seeded, mut draw) = Seeded::of(seed, 0x5eed);
+    let hostility = seeded.hostility;
     let (name, run) = sessions!(draw.below(1 << 20);
         Rover f32:
             (1 1 1, 1 1 8 still) (1 1 1, 1 1 8 moving) (2 4 4, 6 3 12 moving) (4 8 8, 24 6 24 moving) (8 16 24, 128 16 128 moving);

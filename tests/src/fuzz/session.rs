@@ -1,14 +1,16 @@
 //! One filter from its first reset on, by operations that are drawn one after the other, with everything it knows looked over
 //! after each.
 
+use super::counts::count;
 use super::draw::Draw;
+use super::fixes::{Placed, observe};
 use super::tuning::{Room, births, config, online};
 use super::worlds::{FeatureOf, MeasurementOf, Models, ModelsOf, World};
 use super::{Failure, Operations, Watch};
 use scphd::{
     Births, Component, Config, Detector, DetectorMemory, Dynamic, Executor, MapEstimate, MapStorage, MeasurementModel,
-    Mounting, Online, Pose, PoseEstimate, Real, ScPhd, ScanReport, ScanRoom, Sensor, Serial, SetupError, State, Static,
-    Symmetric, TangentOf, Vector,
+    Mounting, Online, Pose, PoseEstimate, Real, RestoreError, ScPhd, ScanReport, ScanRoom, Scrubber, Sensor, Serial,
+    SetupError, SliceEnd, State, Static, Symmetric, TangentOf, Vector, from_slice,
 };
 use std::collections::BTreeSet;
 use std::fmt::Write;
@@ -22,8 +24,15 @@ pub(super) struct Seeded {
 }
 
 impl Seeded {
+    /// Of a seed, and the numbers that tell what kind of session it is.
+    pub(super) fn of(seed: u64, target: u64) -> (Self, Draw) {
+        let mut draw = Draw::new(seed ^ target, 0.0);
+        let hostility = [0.0, 0.0, 1e-4, 1e-3, 1e-2, 0.1][draw.below(6)];
+        (Self { seed, hostility }, draw)
+    }
+
     /// The numbers of one operation: they do not hang on the operations before, so that those can be left out.
-    fn draw(&self, operation: usize) -> Draw {
+    pub(super) fn draw(&self, operation: usize) -> Draw {
         Draw::new(self.seed.wrapping_add((operation as u64 + 1).wrapping_mul(0xd1b5_4a32_d192_ed03)), self.hostility)
     }
 }
@@ -108,6 +117,10 @@ struct Session<W: World> {
     room: Room,
     /// What may be seen again.
     landmarks: Vec<FeatureOf<W>>,
+    /// What was saved, of the filter and of its detector, and the digest of the filter, if that means the same still: of poses with
+    /// covariances it has these.
+    saved: Option<([Vec<u8>; 2], Option<u64>)>,
+    scrubber: Scrubber,
     /// What the last operation was.
     told: String,
 }
@@ -122,7 +135,7 @@ enum Next {
 
 /// Runs a session over a state of these capacities.
 pub(super) fn run<
-    W: World,
+    W: World<Pose: Placed>,
     const N: usize,
     const C: usize,
     const M: usize,
@@ -136,13 +149,16 @@ pub(super) fn run<
     let mut state = Box::new(State::<W::Pose, N, C, SM, VM>::new());
     let mut scratch = Box::new(DetectorMemory::<MeasurementOf<W>, M, 2>::new());
     let room = Room { particles: N, candidates: C, measurements: M, moving: VM::PARTICLES > 0 };
-    let mut session = Session::<W> { room, landmarks: Vec::new(), told: String::new() };
+    let mut session =
+        Session::<W> { room, landmarks: Vec::new(), saved: None, scrubber: Scrubber::new(), told: String::new() };
     let mut setup = Draw::new(seeded.seed, seeded.hostility);
     let mut calm = Draw::new(seeded.seed, 0.0);
     let mut design = loop {
         // What is refused is drawn again, at last without hostile numbers.
         let (draw, calm_one) = if setup.chance(0.9) { (&mut setup, false) } else { (&mut calm, true) };
-        match Design::<W>::draw(draw, room) {
+        let drawn = Design::<W>::draw(draw, room);
+        count("set up", &drawn);
+        match drawn {
             Ok(design) => break design,
             Err(SetupError::Model(error)) if calm_one => panic!("plausible models are refused: {error}"),
             Err(_) => (),
@@ -182,12 +198,24 @@ pub(super) fn run<
                 let models = Models { motion, sensing };
                 let (mounting, births) = (filter.eye.mounting().copied(), births(&mut draw, room));
                 let (online, tuning) = (online(&mut draw), config(&mut draw, room));
+                session.saved = session.saved.take().map(|(parts, _)| (parts, None));
                 next = Some(Design { models, mounting, births, online, tuning });
                 break;
             }
         }
     }
     Ok(())
+}
+
+/// What tells the snapshots of these sessions.
+const KIND: u32 = 40;
+
+/// A sink of a snapshot.
+fn into_vec(bytes: &mut Vec<u8>) -> impl FnMut(&[u8]) -> Result<(), SliceEnd> {
+    |piece| {
+        bytes.extend_from_slice(piece);
+        Ok(())
+    }
 }
 
 fn require(holds: bool, what: impl FnOnce() -> String) -> Result<(), String> {
@@ -199,17 +227,22 @@ fn tolerance<T: Real>() -> f64 {
     if T::EPSILON.to_f64() > 1e-10 { 1e-5 } else { 1e-12 }
 }
 
-impl<T: Real, W: World<Scalar = T>> Session<W> {
+impl<T: Real, W: World<Scalar = T, Pose: Placed>> Session<W> {
     fn operate(&mut self, filter: &mut Filter<'_, W>, draw: &mut Draw, count: usize) -> Result<Next, String> {
         // The first operation is a reset, now and then not.
         let kind = if count == 0 && draw.chance(0.95) { 0 } else { 3 + draw.below(97) };
         match kind {
             0..5 => self.reset(filter, draw)?,
-            5..48 => self.predict(filter, draw)?,
-            48..84 => self.scan(filter, draw)?,
-            84..87 => self.load_map(filter, draw)?,
-            87..89 => self.change_models(filter, draw),
-            89..98 => self.estimate(filter, draw)?,
+            5..40 => self.predict(filter, draw)?,
+            40..74 => self.scan(filter, draw)?,
+            74..77 => self.load_map(filter, draw)?,
+            77..79 => self.change_models(filter, draw),
+            79..82 => self.place(filter, draw)?,
+            82..86 => self.observe(filter, draw)?,
+            86..88 => self.save(filter)?,
+            88..90 => self.restore(filter, draw)?,
+            90..93 => self.scrub(filter, draw)?,
+            93..98 => self.estimate(filter, draw)?,
             _ => {
                 self.tell(format_args!("take the state over"));
                 return Ok(Next::TakeOver);
@@ -225,6 +258,7 @@ impl<T: Real, W: World<Scalar = T>> Session<W> {
     fn reset(&mut self, filter: &mut Filter<'_, W>, draw: &mut Draw) -> Result<(), String> {
         let (before, pose, seed) = (filter.digest(), W::pose(draw), draw.word());
         let outcome = filter.slam.reset(pose, seed);
+        count("reset", &outcome);
         self.tell(format_args!("reset({pose:?}, {seed}): {outcome:?}"));
         if outcome.is_ok() {
             self.landmarks = (0..8).map(|_| W::feature(draw, &pose)).collect();
@@ -238,6 +272,7 @@ impl<T: Real, W: World<Scalar = T>> Session<W> {
         let control = W::control(draw, &from);
         let dt: T = if draw.chance(0.05) { draw.real(0.0, 60.0) } else { draw.real(0.0, 0.2) };
         let outcome = filter.slam.predict(&control, dt);
+        count("predict", &outcome);
         self.tell(format_args!("predict({control:?}, {dt}): {outcome:?}"));
         let Ok(report) = outcome else { return Ok(()) };
         require(report.candidates == filter.slam.candidates().len() && report.rejected <= report.candidates, || {
@@ -277,6 +312,7 @@ impl<T: Real, W: World<Scalar = T>> Session<W> {
         } else {
             filter.slam.scan_on(&mut filter.eye, &measurements, &Serial, &mut ())
         };
+        count("scan", &outcome);
         let listed: Vec<_> = measurements.iter().map(Vector::as_slice).collect();
         self.tell(format_args!("scan({listed:?}): {outcome:?}"));
         match outcome {
@@ -304,6 +340,7 @@ impl<T: Real, W: World<Scalar = T>> Session<W> {
             .collect();
         let before = filter.digest();
         let outcome = filter.slam.load_map(&map);
+        count("load a map", &outcome);
         self.tell(format_args!("load_map({map:?}): {outcome:?}"));
         if outcome.is_ok() {
             self.landmarks.extend(map.iter().take(4).map(|component| component.mean));
@@ -319,12 +356,110 @@ impl<T: Real, W: World<Scalar = T>> Session<W> {
         self.tell(format_args!("change the models: {drawn:?}"));
         if let Ok(models) = drawn {
             let outcome = (filter.slam.retune(models.motion), filter.eye.retune(models.sensing));
+            count("retune", &outcome.0);
+            count("retune a detector", &outcome.1);
             self.tell(format_args!(": {outcome:?}"));
+        }
+    }
+
+    /// The pose is set from outside, or made uncertain.
+    fn place(&mut self, filter: &mut Filter<'_, W>, draw: &mut Draw) -> Result<(), String> {
+        let (before, pose, seed) = (filter.digest(), W::pose(draw), draw.word());
+        let variance = draw.magnitude(1e-6, 4.0);
+        let doubt: Symmetric<TangentOf<W::Pose>> = Symmetric::from_fn(|row, column| {
+            T::from_f64(draw.spoilt(if row == column { variance } else { 0.2 * variance }))
+        });
+        let (name, outcome) = match draw.below(3) {
+            0 => ("reset within", filter.slam.reset_within(pose, &doubt, seed)),
+            1 => ("relocate", filter.slam.relocate(pose, &doubt)),
+            _ => ("scatter", filter.slam.scatter(&doubt)),
+        };
+        count(name, &outcome);
+        self.tell(format_args!("{name}({pose:?}, {doubt:?}): {outcome:?}"));
+        require(outcome.is_ok() || filter.digest() == before, || "a refused pose changed the state".into())
+    }
+
+    fn observe(&mut self, filter: &mut Filter<'_, W>, draw: &mut Draw) -> Result<(), String> {
+        let before = filter.digest();
+        let near = filter.slam.candidates().first().map_or(W::Pose::ZERO, |candidate| candidate.pose);
+        let sensor = *filter.eye.sensing().sensor();
+        let outcome = observe::<T, W>(draw, &sensor, &near, &mut filter.slam);
+        count("observe", &outcome);
+        self.tell(format_args!("observe: {outcome:?}"));
+        match outcome {
+            Ok(report) if report.accepted => {
+                require(report.distance >= T::ZERO && report.n_eff >= T::from_f64(0.999), || format!("{report:?}"))
+            }
+            _ => require(filter.digest() == before, || "a fix that was left out changed the state".into()),
+        }
+    }
+
+    fn save(&mut self, filter: &mut Filter<'_, W>) -> Result<(), String> {
+        let mut parts = [Vec::new(), Vec::new()];
+        let [of_filter, of_eye] = &mut parts;
+        let outcome = filter.slam.save(KIND, into_vec(of_filter));
+        count("save", &outcome);
+        self.tell(format_args!("save: {outcome:?}"));
+        if let Err(error) = outcome {
+            let started = !filter.slam.candidates().is_empty();
+            return require(!started, || format!("a sound state is not saved: {error}"));
+        }
+        let outcome = filter.eye.save(KIND, into_vec(of_eye));
+        count("save a detector", &outcome);
+        require(outcome.is_ok(), || format!("what was learnt is not saved: {outcome:?}"))?;
+        self.saved = Some((parts, Some(filter.slam.digest())));
+        Ok(())
+    }
+
+    /// Goes back to what was saved, or tries to with a part of it or another kind.
+    fn restore(&mut self, filter: &mut Filter<'_, W>, draw: &mut Draw) -> Result<(), String> {
+        let Some(([of_filter, of_eye], saved)) = self.saved.clone() else { return Ok(()) };
+        let before = filter.digest();
+        let (cut, kind) = match draw.below(6) {
+            0 => (draw.below(of_filter.len()), KIND),
+            1 => (of_filter.len(), KIND + 1),
+            _ => (of_filter.len(), KIND),
+        };
+        let whole = cut == of_filter.len() && kind == KIND;
+        let outcome = filter.slam.restore(kind, from_slice(&of_filter[..cut]));
+        count("restore", &outcome);
+        self.tell(format_args!("restore {cut} of {} bytes: {outcome:?}", of_filter.len()));
+        match outcome {
+            // Another configuration may have been set since.
+            Err(RestoreError::Setup(_)) => require(filter.digest() == before, || "refused, and not as before".into()),
+            Err(error) => {
+                require(!whole, || format!("what was saved is refused: {error}"))?;
+                require(filter.digest() == before, || "a refused snapshot changed the state".into())
+            }
+            Ok(_) => {
+                require(whole, || "a snapshot was taken that is none".into())?;
+                let same = saved.is_none_or(|saved| filter.slam.digest() == saved);
+                require(same, || "another state than was saved".into())?;
+                let outcome = filter.eye.restore(KIND, from_slice(&of_eye));
+                count("restore a detector", &outcome);
+                require(outcome.is_ok(), || format!("what was learnt is refused: {outcome:?}"))
+            }
+        }
+    }
+
+    fn scrub(&mut self, filter: &mut Filter<'_, W>, draw: &mut Draw) -> Result<(), String> {
+        let (before, seal) = (filter.digest(), filter.slam.seal());
+        let outcome = filter.slam.scrub(&mut self.scrubber, 1 + draw.below(40));
+        count("scrub", &outcome);
+        self.tell(format_args!("scrub: {outcome:?}"));
+        match outcome {
+            Ok(scrubbed) if scrubbed.is_clean() => {
+                let same = (filter.digest(), filter.slam.seal()) == (before, seal);
+                require(same, || "scrubbing changed what is sound".into())
+            }
+            Ok(_) => Ok(()),
+            Err(flaw) => Err(format!("what is sound cannot be mended: {flaw}")),
         }
     }
 
     fn estimate(&mut self, filter: &mut Filter<'_, W>, draw: &mut Draw) -> Result<(), String> {
         self.tell(format_args!("estimate"));
+        count::<_, ()>("estimate", &Ok(()));
         let before = filter.digest();
         let mut features = vec![Component::ZERO; draw.below(40)];
         let map = filter.slam.estimate_map(&filter.eye, &mut features);

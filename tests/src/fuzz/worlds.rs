@@ -39,7 +39,7 @@ pub trait World: Sized {
     /// How it moves.
     type Motion: Motion<Pose = Self::Pose, Control: Debug> + Copy + Debug;
     /// What it measures, where it sees, what it measures though nothing is there.
-    type Sensing: MeasurementModel<Pose = Self::Pose> + Copy + Debug;
+    type Sensing: MeasurementModel<Pose = Self::Pose, Sensor: Copy> + Copy + Debug;
 
     /// Models.
     ///

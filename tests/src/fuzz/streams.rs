@@ -1,0 +1,444 @@
+//! Streams of version 5: with records of every kind and hostile numbers in them under right checks, with snapshots, and then damaged, cut and
+//! glued. A replay ends or says what is wrong; what it takes of a damaged one is what the whole one had.
+
+use super::counts::count;
+use super::draw::Draw;
+use super::session::Seeded;
+use super::{Failure, Operations, Run, Watch};
+use nalgebra::Vector2;
+use scphd::{Component, Instruments, PlanarPose, Reading, Real, Symmetric};
+use scphd_stream::planar::{self, BlackBox, BlackBoxJoint, Odometry, Planar, PlanarJoint};
+use scphd_stream::underwater::{self, Navigation, Underwater};
+use scphd_stream::{
+    Aboard, Extraction, Header, How, Kind, Likelihood, Monitor, Numbers, Proposal, Refusal, ReplayError, Saves, Scalar,
+    ScanCost, Seen, Which, Writer, recover, replay, rerecord,
+};
+use std::convert::Infallible;
+
+/// Scans of a stream, at most.
+const SCANS: usize = 12;
+
+/// What a replay tells.
+#[derive(Debug, Default, PartialEq)]
+struct Told {
+    /// Scan and digest.
+    digests: Vec<(u32, u64)>,
+    /// Snapshots of which the digest agrees, and of which it does not.
+    agree: [usize; 2],
+    refused: usize,
+}
+
+impl Monitor for Told {
+    fn start(&mut self) {}
+
+    fn elapsed(&mut self) -> u64 {
+        0
+    }
+
+    fn scanned(&mut self, cost: &ScanCost, _: &Seen, digest: u64) {
+        self.digests.push((cost.scan, digest));
+    }
+
+    fn snapshot(&mut self, _: u32, agrees: bool) {
+        self.agree[usize::from(!agrees)] += 1;
+    }
+
+    fn refused(&mut self, _: u32, _: &Refusal) -> bool {
+        self.refused += 1;
+        true
+    }
+}
+
+/// A filter aboard, and streams for it.
+trait Vessel<T: Real>: Aboard<T> {
+    const NAME: &'static str;
+    /// A stream without snapshots.
+    fn stream(draw: &mut Draw) -> Vec<u8>;
+    /// The same with snapshots after every so many scans, where the filter can take them.
+    fn with_snapshots(bytes: &[u8], memory: &mut Self::Memory, every: u32) -> Option<Vec<u8>>;
+}
+
+fn kept<A, T>(bytes: &[u8], memory: &mut A::Memory, every: u32) -> Option<Vec<u8>>
+where
+    T: Real,
+    A: Aboard<T>,
+    for<'m> A::Filter<'m>: Saves<A::Kind>,
+{
+    let mut kept = Vec::new();
+    let sink = |piece: &[u8]| {
+        kept.extend_from_slice(piece);
+        Ok::<(), Infallible>(())
+    };
+    let recorded = rerecord::<A, T, _>(bytes, memory, every, sink);
+    count("record with snapshots", &recorded);
+    recorded.ok().map(|()| kept)
+}
+
+macro_rules! vessels {
+    ($($vessel:ty: $name:literal, $stream:ident, $snapshots:ident;)*) => {$(
+        impl<T: Real> Vessel<T> for $vessel {
+            const NAME: &'static str = $name;
+
+            fn stream(draw: &mut Draw) -> Vec<u8> {
+                $stream::<T>(draw)
+            }
+
+            fn with_snapshots(bytes: &[u8], memory: &mut Self::Memory, every: u32) -> Option<Vec<u8>> {
+                vessels!(@$snapshots $vessel, bytes, memory, every)
+            }
+        }
+    )*};
+    (@keeps $vessel:ty, $bytes:ident, $memory:ident, $every:ident) => { kept::<$vessel, T>($bytes, $memory, $every) };
+    (@bare $vessel:ty, $bytes:ident, $memory:ident, $every:ident) => {{
+        let _ = ($bytes, $memory, $every);
+        None
+    }};
+}
+
+vessels! {
+    Planar: "in the plane", drive, bare;
+    PlanarJoint: "joint map", drive, bare;
+    BlackBox: "black box", drive, keeps;
+    BlackBoxJoint: "black box of a joint map", drive, keeps;
+    Underwater: "under water", dive, bare;
+    underwater::BlackBox: "black box under water", dive, keeps;
+}
+
+fn scalar<T: Real>(draw: &mut Draw) -> Scalar {
+    let own = if size_of::<T>() == 4 { Scalar::F32 } else { Scalar::F64 };
+    let other = if size_of::<T>() == 4 { Scalar::F64 } else { Scalar::F32 };
+    if draw.chance(0.9) { own } else { other }
+}
+
+/// Numbers that are drawn, each in its place, or hostile ones.
+fn spoilt<N: Numbers>(draw: &mut Draw, numbers: &N) -> N {
+    let mut all = Vec::with_capacity(N::COUNT);
+    numbers.put(&mut |number| all.push(number));
+    let mut all = all.into_iter();
+    N::take(&mut || all.next().map(|number| draw.spoilt(number))).unwrap_or(N::ZERO)
+}
+
+fn header<K: Kind>(draw: &mut Draw, models: K::Models, scalar: Scalar) -> Header<K> {
+    let (mut recursion, mut moving, mut joint) =
+        (scphd_stream::Recursion::ZERO, scphd_stream::Moving::ZERO, scphd_stream::Joint::ZERO);
+    recursion.birth_intensity = draw.magnitude(1e-4, 0.1);
+    recursion.resample_threshold = 0.5;
+    recursion.prune_weight = draw.magnitude(1e-6, 0.05);
+    recursion.confirming_detections = draw.even(1.0, 4.0);
+    recursion.merge_distance = draw.even(0.0, 9.0);
+    recursion.extraction_weight = 0.5;
+    recursion.proposal_rounds = 1.0 + draw.below(4) as f64;
+    recursion.proposal_sampled_fraction = draw.even(0.0, 1.0);
+    recursion.proposal_min_responsibility = 1e-3;
+    if draw.chance(0.3) {
+        (recursion.detection_memory, recursion.clutter_memory) = (30.0, 30.0);
+    }
+    if draw.chance(0.3) {
+        moving.birth_intensity = 1e-3;
+        (moving.velocity_sigma_mps, moving.acceleration_psd, moving.lifetime_s) = (1.0, 0.1, 20.0);
+        (moving.spread_max_m, moving.extraction_weight) = (5.0, 0.5);
+    }
+    (joint.in_sight_s, joint.hidden_s, joint.lifetime_s) = (draw.magnitude(1.0, 1e3), 5.0, 1e4);
+    (joint.behind, joint.merge_distance) = (draw.even(0.0, 1.0), 9.0);
+    Header {
+        scalar,
+        likelihood: [Likelihood::SingleCluster, Likelihood::RbEmpty, Likelihood::RbSingle][draw.below(3)],
+        proposal: [Proposal::Blind, Proposal::Informed][draw.below(2)],
+        extraction: [Extraction::Heaviest, Extraction::Peaks, Extraction::Confirmed][draw.below(3)],
+        particles: if draw.chance(0.05) { draw.word() as u32 } else { 1 + draw.below(4) as u32 },
+        samples: if draw.chance(0.05) { draw.word() as u32 } else { 1 + draw.below(2) as u32 },
+        seed: draw.word(),
+        models: spoilt(draw, &models),
+        recursion: spoilt(draw, &recursion),
+        moving: spoilt(draw, &moving),
+        joint: spoilt(draw, &joint),
+        scan_interval_s: 0.1,
+        ..Header::EMPTY
+    }
+}
+
+type Log<'a, K> = Writer<K, &'a mut dyn FnMut(&[u8]) -> Result<(), Infallible>>;
+
+/// Writes a stream into bytes.
+fn written<K: Kind>(header: &Header<K>, write: impl FnOnce(&mut Log<'_, K>) -> Result<(), Infallible>) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let mut sink = |piece: &[u8]| {
+        bytes.extend_from_slice(piece);
+        Ok(())
+    };
+    let sink: &mut dyn FnMut(&[u8]) -> Result<(), Infallible> = &mut sink;
+    let Ok(mut log) = Writer::start(header, sink);
+    let Ok(()) = write(&mut log);
+    let Ok(()) = log.end();
+    bytes
+}
+
+fn drive<T: Real>(draw: &mut Draw) -> Vec<u8> {
+    let mut models = planar::Models::ZERO;
+    (models.speed_sigma_mps, models.turn_sigma, models.noise_interval_s) = (0.2, 0.05, 0.1);
+    (models.range_sigma_m, models.bearing_sigma_rad, models.range_max_m) = (0.1, 0.01, 12.0);
+    (models.bearing_half_width_rad, models.detection_near, models.detection_far) = (draw.even(1.0, 3.5), 0.9, 0.8);
+    models.clutter_per_scan = draw.even(0.1, 5.0);
+    (models.mounted_forward_m, models.wheelbase_m) = (draw.even(0.0, 1.0), 2.0);
+    let scalar = scalar::<T>(draw);
+    let mut header: Header<Planar> = header(draw, models, scalar);
+    header.vehicle =
+        [planar::Vehicle::Ackermann, planar::Vehicle::Unicycle, planar::Vehicle::UnicycleArc][draw.below(3)];
+    written(&header, |log| {
+        for _ in 0..1 + draw.below(SCANS) {
+            for _ in 0..draw.below(3) {
+                let control = [draw.real(-1.0, 3.0), draw.real(-0.4, 0.4)];
+                log.predict(&Odometry { control, dt_s: draw.real(0.0, 0.2) })?;
+            }
+            let scan: Vec<[f64; 2]> =
+                (0..draw.below(9)).map(|_| [draw.real(0.5, 12.0), draw.real(-3.1, 3.1)]).collect();
+            let which = Which::number(draw.below(4) as u8).unwrap_or(Which::FIRST);
+            match draw.below(24) {
+                0 => log.map(&map(draw))?,
+                1 => {
+                    let how = [How::Reset, How::ResetWithin, How::Relocate, How::Scatter][draw.below(4)];
+                    let pose = PlanarPose::<f64>::new(draw.real(-9.0, 9.0), draw.real(-9.0, 9.0), draw.real(-3.0, 3.0));
+                    let doubt =
+                        Symmetric::from_diagonal([draw.real(0.0, 1.0), draw.real(0.0, 1.0), draw.real(0.0, 0.1)]);
+                    log.place(how, &pose, &doubt, draw.word())?;
+                }
+                2 | 3 => {
+                    let sensor = spoilt(draw, &planar::Sensor::first(&header));
+                    log.detector(which, &sensor)?;
+                }
+                4 | 5 => log.scan_of(which, &scan)?,
+                6 => log.localise(which, &scan)?,
+                7 => log.forget(which)?,
+                8 => {
+                    let mut retuned = header;
+                    retuned.models = spoilt(draw, &header.models);
+                    retuned.recursion = spoilt(draw, &header.recursion);
+                    log.retune(&retuned)?;
+                }
+                9..12 => log.fix(&fix(draw))?,
+                _ => (),
+            }
+            log.scan(&scan)?;
+        }
+        Ok(())
+    })
+}
+
+fn fix(draw: &mut Draw) -> planar::Fix {
+    let gate = if draw.chance(0.5) { f64::INFINITY } else { draw.real(1.0, 30.0) };
+    match draw.below(3) {
+        0 => planar::Fix::Position {
+            place_m: [draw.real(-9.0, 9.0), draw.real(-9.0, 9.0)],
+            sigma_m: draw.real(0.1, 1.0),
+            gate,
+            antenna_m: [draw.real(-1.0, 1.0), draw.real(-1.0, 1.0)],
+        },
+        1 => planar::Fix::Heading { heading_rad: draw.real(-3.0, 3.0), sigma_rad: draw.real(0.01, 0.1), gate },
+        _ => planar::Fix::Beacon {
+            measured: [draw.real(1.0, 9.0), draw.real(-3.0, 3.0)],
+            sigmas: [draw.real(0.1, 1.0), draw.real(0.01, 0.1)],
+            gate,
+            place_m: [draw.real(-9.0, 9.0), draw.real(-9.0, 9.0)],
+            mounted: [draw.real(-1.0, 1.0), draw.real(-1.0, 1.0), draw.real(-3.0, 3.0)],
+        },
+    }
+}
+
+fn map(draw: &mut Draw) -> Vec<Component<Vector2<f64>>> {
+    (0..draw.below(12))
+        .map(|label| Component {
+            label: if draw.chance(0.1) { draw.word() as u32 } else { label as u32 },
+            ln_weight: draw.real(-1.0, 0.0),
+            mean: Vector2::new(draw.real(-9.0, 9.0), draw.real(-9.0, 9.0)),
+            covariance: Symmetric::from_fn(|row, column| {
+                let variance: f64 = draw.real(0.01, 0.04);
+                if row == column { variance } else { 0.1 * variance }
+            }),
+        })
+        .collect()
+}
+
+fn dive<T: Real>(draw: &mut Draw) -> Vec<u8> {
+    let mut models = underwater::Models::ZERO;
+    (models.start_m, models.velocity_walk_mps_rts, models.velocity_sigma_mps) = ([0.0, 0.0, 2.0], 0.1, 0.1);
+    (models.z_sigma_m, models.gate_sigmas, models.outliers_believed) = (0.02, 4.0, 5.0);
+    (models.yaw_acceleration_sigma_radps2, models.velocity_interval_s) = (0.05, 1.0);
+    // Both look down, side by side.
+    models.projections =
+        [0.06, -0.06].map(|y| [[0.0, -500.0, -400.0, 500.0 * y], [-500.0, 0.0, -300.0, 0.0], [0.0, 0.0, -1.0, 0.0]]);
+    (models.pixel_sigmas, models.common_sigmas, models.epipolar_gate) = ([1.0; 4], [0.5; 2], 16.0);
+    (models.size_px, models.edge_px, models.near_m, models.far_m) = ([800.0, 600.0], 5.0, 0.5, 4.0);
+    (models.depth_edge_m, models.detection, models.clutter_per_scan) = (0.1, 0.8, 3.0);
+    (models.disparities_px, models.row_tolerance_px) = ([10.0, 200.0], 5.0);
+    let scalar = scalar::<T>(draw);
+    let header: Header<Underwater> = header(draw, models, scalar);
+    written(&header, |log| {
+        for _ in 0..1 + draw.below(SCANS / 2) {
+            let row = Instruments {
+                roll_rad: draw.real(-0.1, 0.1),
+                pitch_rad: draw.real(-0.1, 0.1),
+                yaw_rate_radps: Reading { value: draw.real(-0.2, 0.2), sigma: draw.real(0.01, 0.05) },
+                velocity_mps: draw.chance(0.7).then(|| [draw.real(-1.0, 1.0), draw.real(-0.1, 0.1), 0.0]),
+                z_m: draw.chance(0.7).then(|| draw.real(1.5, 2.5)),
+            };
+            log.predict(&Navigation { dt_s: draw.real(0.0, 0.2), instruments: draw.chance(0.8).then_some(row) })?;
+            let frame: Vec<[f64; 4]> = (0..draw.below(7))
+                .map(|_| {
+                    let (u, v) = (draw.real(0.0, 800.0), draw.real(0.0, 600.0));
+                    [u, v, u - draw.even(15.0, 60.0), v + draw.even(-2.0, 2.0)]
+                })
+                .collect();
+            match draw.below(12) {
+                0 => log.forget(Which::FIRST)?,
+                1 => log.scan(&frame)?,
+                2 => {
+                    let mut retuned = header;
+                    retuned.models = spoilt(draw, &header.models);
+                    log.retune(&retuned)?;
+                }
+                _ => (),
+            }
+            log.scan(&frame)?;
+        }
+        Ok(())
+    })
+}
+
+/// Damages a stream; what was done, and whether the checks may agree all the same.
+fn damage(draw: &mut Draw, bytes: &mut Vec<u8>, other: &[u8]) -> &'static str {
+    let len = bytes.len().max(1);
+    match draw.below(8) {
+        0 => {
+            for _ in 0..1 + draw.below(8) {
+                let bit = draw.below(8 * len);
+                bytes.iter_mut().skip(bit / 8).take(1).for_each(|byte| *byte ^= 1 << (bit % 8));
+            }
+            "bits flipped"
+        }
+        1 => {
+            bytes.truncate(draw.below(len));
+            "cut"
+        }
+        2 => {
+            bytes.drain(..draw.below(len));
+            "torn off"
+        }
+        3 => {
+            let from = draw.below(len);
+            let to = (from + 1 + draw.below(400)).min(bytes.len());
+            bytes.drain(from.min(to)..to);
+            "a piece left out"
+        }
+        4 => {
+            let from = draw.below(len);
+            let piece: Vec<u8> = bytes.iter().skip(from).take(1 + draw.below(400)).copied().collect();
+            bytes.splice(from..from, piece);
+            "a piece twice"
+        }
+        5 => {
+            let at = draw.below(len);
+            bytes.splice(at.., other.iter().skip(draw.below(other.len().max(1))).copied());
+            "glued to another"
+        }
+        6 => {
+            let from = draw.below(len);
+            bytes.iter_mut().skip(from).take(1 + draw.below(64)).for_each(|byte| *byte = 0xff);
+            "a page that was not written"
+        }
+        _ => {
+            let from = draw.below(len);
+            bytes.iter_mut().skip(from).for_each(|byte| *byte = draw.word() as u8);
+            "noise from there on"
+        }
+    }
+}
+
+fn require(holds: bool, what: impl FnOnce() -> String) -> Result<(), String> {
+    if holds { Ok(()) } else { Err(what()) }
+}
+
+/// One stream: replayed, recorded with snapshots, replayed, damaged, replayed.
+fn operation<A: Vessel<T>, T: Real>(draw: &mut Draw, memory: &mut A::Memory, told: &mut String) -> Result<(), String> {
+    let bytes = A::stream(draw);
+    *told = format!("{}: {} bytes", A::NAME, bytes.len());
+    let mut plain = Told::default();
+    let replayed = replay::<A, T>(&bytes, memory, u32::MAX, &mut plain);
+    count("replay", &replayed);
+    let start = matches!(replayed, Err(ReplayError::Start(_)));
+    require(replayed.is_ok() || start, || format!("a whole stream: {replayed:?}"))?;
+    if start {
+        return Ok(());
+    }
+    let every = 1 + draw.below(4) as u32;
+    let with_snapshots = A::with_snapshots(&bytes, memory, every);
+    let (mut bytes, mut whole, kept) = (bytes, plain, with_snapshots.is_some());
+    if let Some(kept) = with_snapshots {
+        let mut told_then = Told::default();
+        let recovered = recover::<A, T>(&kept, memory, &mut told_then);
+        let recovered = recovered.map_err(|error| format!("a black box: {error}"))?;
+        require(recovered.ended && recovered.gaps == 0, || format!("gaps in a whole black box: {recovered:?}"))?;
+        require(told_then.digests == whole.digests, || "snapshots change the states".into())?;
+        require(told_then.agree[1] == 0, || "a snapshot of another state".into())?;
+        (bytes, whole) = (kept, told_then);
+    }
+    let other = A::stream(draw);
+    let glued = [&bytes[..], &other].concat();
+    let behind = if draw.chance(0.5) { &other } else { &glued };
+    let damaged = damage(draw, &mut bytes, behind);
+    told.push_str(&format!(", {damaged}"));
+    if !kept {
+        // A filter without a black box starts on fresh memory.
+        *memory = A::MEMORY;
+    }
+    let mut left = Told::default();
+    let recovered = recover::<A, T>(&bytes, memory, &mut left);
+    count("replay what is left", &recovered);
+    require(left.agree[1] == 0, || "a damaged snapshot was taken".into())?;
+    // Of a stream that was glued to another one the scans may be of either.
+    let known = |told: &(u32, u64)| whole.digests.contains(told);
+    let of_either = damaged == "glued to another";
+    require(of_either || left.digests.iter().all(known), || format!("{damaged}: a state that never was"))?;
+    require(of_either || left.digests.len() <= 2 * whole.digests.len(), || "more scans than there were".into())
+}
+
+fn run<A: Vessel<T>, T: Real>(seeded: Seeded, operations: &Operations<'_>, watch: &Watch) -> Result<(), Failure> {
+    let mut memory = Box::new(A::MEMORY);
+    for &index in operations.indices {
+        watch.at(seeded.seed, index);
+        // A filter of other sizes does not go on over what is held.
+        *memory = A::MEMORY;
+        let mut draw = seeded.draw(index);
+        let mut told = String::new();
+        let done = operation::<A, T>(&mut draw, &mut memory, &mut told);
+        if operations.tell {
+            println!("  {index}: {told}");
+        }
+        done.map_err(|what| Failure { operation: index, what: format!("{told}: {what}") })?;
+    }
+    Ok(())
+}
+
+/// What session a seed stands for.
+pub(super) fn kind_of(seed: u64) -> (String, Run) {
+    let (seeded, mut draw) = Seeded::of(seed, 0x57e4);
+    type Session = fn(Seeded, &Operations<'_>, &Watch) -> Result<(), Failure>;
+    fn of<A: Vessel<T>, T: Real>() -> (&'static str, Session) {
+        (A::NAME, run::<A, T>)
+    }
+    let kinds = [
+        of::<Planar, f32>(),
+        of::<PlanarJoint, f32>(),
+        of::<BlackBox, f32>(),
+        of::<BlackBox, f64>(),
+        of::<BlackBoxJoint, f32>(),
+        of::<BlackBoxJoint, f64>(),
+        of::<Underwater, f32>(),
+        of::<underwater::BlackBox, f32>(),
+    ];
+    let (name, run) = kinds[draw.below(kinds.len())];
+    let hostility = seeded.hostility;
+    (
+        format!("streams, {name}; {hostility} of the numbers hostile"),
+        Box::new(move |operations, watch| run(seeded, operations, watch)),
+    )
+}
