@@ -208,7 +208,7 @@ pub(super) fn run<V: Vehicle, const F: usize, const N: usize, const M: usize, co
         let slam = JointSlam::new(motion, config, &mut *state);
         let slam = slam.map_err(|error| Failure { operation: 0, what: format!("checked and refused: {error}") })?;
         let mut eyes = (eye, other);
-        let mut go = |done: &mut dyn FnMut(&mut Session<V>, &mut Eyes<V>, &mut Draw, bool) -> Result<Next, String>| {
+        let mut go = |done: &mut StepOf<'_, V>| {
             for index in left.by_ref() {
                 watch.at(seeded.seed, index);
                 let mut draw = seeded.draw(index);
@@ -236,6 +236,8 @@ pub(super) fn run<V: Vehicle, const F: usize, const N: usize, const M: usize, co
     Ok(())
 }
 
+/// One operation, and whether it is the first.
+type StepOf<'a, V> = dyn FnMut(&mut Session<V>, &mut Eyes<V>, &mut Draw, bool) -> Result<Next, String> + 'a;
 type Eyes<V> = (Detector<FirstOf<V>>, Detector<SecondOf<V>>);
 
 fn require(holds: bool, what: impl FnOnce() -> String) -> Result<(), String> {

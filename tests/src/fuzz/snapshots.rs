@@ -284,8 +284,7 @@ impl<T: Real> Learnt<T> {
         slam.reset(PlanarPose::ZERO_HERE, 1).expect("a pose");
         let mut scratch = DetectorMemory::<Vector2<T>, 16>::new();
         let learns = Online { detection_memory: T::from_f64(20.0), clutter_memory: T::from_f64(20.0) };
-        let eyes =
-            Detector::new(sensing, Births::of_static(T::from_f64(0.01))).and_then(|eyes| Ok(eyes.learning(learns)));
+        let eyes = Detector::new(sensing, Births::of_static(T::from_f64(0.01))).map(|eyes| eyes.learning(learns));
         let eyes = eyes.expect("models").expect("memories");
         let mut eyes = eyes.over(&mut scratch).expect("room");
         for _ in 0..2 {
