@@ -239,13 +239,13 @@ impl<K: Kind> Header<K> {
         sink.end()
     }
 
-    /// The number type of the records behind the head at the front of `bytes`, which is read as a whole, in a frame of its own.
-    #[inline(never)]
+    /// The number type of the records behind the head at the front of `bytes`, which is read as a whole.
     pub(crate) fn scalar_of(bytes: &[u8]) -> Result<Scalar, StreamError> {
         Self::decode(&mut Bytes(bytes)).map(|(header, _)| header.scalar)
     }
 
-    /// Takes the head off the front of `bytes`; the head, and its check.
+    /// Takes the head off the front of `bytes`; the head, and its check. In a frame of its own, and once in an image.
+    #[inline(never)]
     pub(crate) fn decode(bytes: &mut Bytes<'_>) -> Result<(Self, u32), StreamError> {
         let whole = bytes.0;
         if bytes.array().ok_or(StreamError::Truncated)? != MAGIC {
