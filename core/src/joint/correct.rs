@@ -76,7 +76,7 @@ pub(super) struct Told<P: Pose, Y: Vector, Z: Vector> {
     pub(super) detected: Y::Scalar,
 }
 
-/// What a feature's shares tell; `None` where it cannot be measured from here or rounding
+/// What a feature's shares tell, linearised at the means as they are; `None` where it cannot be measured from here or rounding
 /// has spoilt the covariance of its innovation.
 pub(super) fn tell<T, S, Z>(
     sensor: &S,
@@ -92,16 +92,7 @@ where
 {
     let Memory { known, slots, joint, common, explained, .. } = memory;
     let slot = slots.get(place)?;
-    // The innovation is that from where things are now; the derivatives are those at the places that the covariance has
-    // everything at until it is turned: with others, every feature behind the first would tell some heading.
-    let back = TangentOf::<S::Pose>::with(|k| known.moved.get(k).map_or(T::ZERO, |&moved| -moved));
-    let was_at = PositionOf::<S::Pose>::with(|k| match known.moved.get(k) {
-        Some(_) => slot.mean.at(k) - slot.moved.at(k),
-        None => slot.mean.at(k),
-    });
-    let then = sensor.frame(&known.pose.displaced(&back));
-    let Predicted { by_pose, by_feature, .. } = Predicted::of(sensor, &then, &was_at)?;
-    let measurement = sensor.expect(&sensor.frame(&known.pose), &slot.mean)?.measurement;
+    let Predicted { measurement, by_pose, by_feature } = Predicted::of(sensor, &sensor.frame(&known.pose), &slot.mean)?;
     let mut common = Common::over(common);
     joint.common::<S::Measurement, Z>(place, &by_pose, &by_feature, known.len, &mut common);
     let own = common.features.get(place).map_or(&[][..], |rows| rows.as_ref());

@@ -29,7 +29,7 @@ impl<M: Models> Joint<M> {
             let shares: Vec<f64> = association.shares.row(place).iter().copied().collect();
             let beta: f64 = shares.iter().sum();
             if beta >= LEAST_DETECTED {
-                self.correct_by(state, &before, place, &shares, measurements, &mut innovations);
+                self.correct_by(state, place, &shares, measurements, &mut innovations);
             }
             scanned(&mut state.features[place], detection, beta);
         }
@@ -41,20 +41,13 @@ impl<M: Models> Joint<M> {
     fn correct_by(
         &self,
         state: &mut State,
-        before: &DVector<f64>,
         place: usize,
         shares: &[f64],
         measurements: &[&[f64]],
         innovations: &mut Innovations,
     ) {
         let Some(expected) = self.models.expected(&state.pose, &state.places[place]) else { return };
-        // P is about the places before the scan, on the ground, until it is turned: so are the derivatives.
-        let (mut pose, mut feature) = (state.pose.clone(), state.places[place].clone());
-        for k in 0..2 {
-            (pose[k], feature[k]) = (before[k], before[state.first(place) + k]);
-        }
-        let Some(then) = self.models.expected(&pose, &feature) else { return };
-        let h = over_all(state, place, &then);
+        let h = over_all(state, place, &expected);
         let s = &h * &state.covariance * h.transpose() + self.models.noise();
         let inverse = s.clone().try_inverse().expect("R is positive definite");
         let gain = &state.covariance * h.transpose() * &inverse;
