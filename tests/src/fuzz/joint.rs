@@ -3,14 +3,15 @@
 use super::counts::count;
 use super::draw::Draw;
 use super::fixes::{Placed, observe};
+use super::scans::seen;
 use super::session::Seeded;
-use super::worlds::{Car, Diver, FeatureOf, Listener, MeasurementOf, Models, ModelsOf, Rover, Tracker, World};
+use super::worlds::{Car, Diver, FeatureOf, Listener, Models, ModelsOf, Rover, Tracker, World};
 use super::{Failure, Operations, Run, Watch};
 use nalgebra::{Vector2, Vector4};
 use scphd::{
     Archive, Archived, Births, Component, Detector, JointArchive, JointConfig, JointReport, JointSlam, JointState,
     LoadMapError, MeasurementModel, NoArchive, Persistence, Plausible, Pose, PoseEstimate, Real, RestoreError,
-    ScanError, Scrubber, Sensor, SetupError, SliceEnd, Symmetric, Vector, from_slice, joint_numbers,
+    ScanError, Scrubber, SetupError, SliceEnd, Symmetric, Vector, from_slice, joint_numbers,
 };
 use std::collections::BTreeSet;
 use std::fmt::Write;
@@ -249,43 +250,6 @@ fn sound<T: Real>(number: T) -> bool {
     number >= T::ZERO && number.is_finite()
 }
 
-/// What is seen from here of the landmarks, and what is not there.
-fn seen<W: World>(
-    draw: &mut Draw,
-    sensing: &W::Sensing,
-    eye: &Detector<W::Sensing>,
-    landmarks: &[FeatureOf<W>],
-    pose: Option<W::Pose>,
-    room: usize,
-) -> Vec<MeasurementOf<W>> {
-    let mut measurements: Vec<MeasurementOf<W>> = Vec::new();
-    if let Some(pose) = pose {
-        let seat = eye.mounting().map_or(pose, |mounting| pose.mounted(mounting).0);
-        let sensor = sensing.sensor();
-        let frame = sensor.frame(&seat);
-        for expected in landmarks.iter().filter_map(|landmark| sensor.expect(&frame, landmark)) {
-            measurements.push(Vector::with(|axis| {
-                let error = W::SPREAD[axis] * draw.even(-1.7, 1.7);
-                W::Scalar::from_f64(draw.spoilt(expected.measurement.at(axis).to_f64() + error))
-            }));
-        }
-        measurements.retain(|_| draw.chance(0.85));
-    }
-    for _ in 0..draw.below(4) {
-        measurements.push(W::clutter(draw));
-    }
-    if draw.chance(0.05) {
-        // The same again, and again but for a bit.
-        measurements.extend_from_within(..);
-        if let Some(last) = measurements.last_mut() {
-            *last = *last * (W::Scalar::ONE + W::Scalar::EPSILON);
-        }
-    }
-    // One too many now and then.
-    measurements.truncate(room + usize::from(draw.chance(0.01)));
-    measurements
-}
-
 /// A covariance, mostly positive definite.
 fn covariance<T: Real, D: Vector<Scalar = T>>(draw: &mut Draw) -> Symmetric<D> {
     let variance = draw.magnitude(1e-6, 4.0);
@@ -312,18 +276,18 @@ impl<T: Real, V: Vehicle<Scalar = T>> Session<V> {
             0..12 => self.set_pose(slam, draw, &near)?,
             12..84 => self.predict(slam, draw, &near)?,
             84..124 => {
-                let (sensing, eye) = (*eyes.0.sensing(), &eyes.0);
-                let z = seen::<V::First>(draw, &sensing, eye, &self.landmarks, here, self.measurements);
+                let eye = &eyes.0;
+                let z = seen::<V::First, _>(draw, eye, &self.landmarks, here, self.measurements);
                 self.scan("scan", slam, &z, |slam| slam.scan(eye, &z))?;
             }
             124..138 => {
-                let (sensing, eye) = (*eyes.1.sensing(), &eyes.1);
-                let z = seen::<V::Second>(draw, &sensing, eye, &self.landmarks, here, self.measurements);
+                let eye = &eyes.1;
+                let z = seen::<V::Second, _>(draw, eye, &self.landmarks, here, self.measurements);
                 self.scan("scan of the other", slam, &z, |slam| slam.scan(eye, &z))?;
             }
             138..148 => {
-                let (sensing, eye) = (*eyes.0.sensing(), &eyes.0);
-                let z = seen::<V::First>(draw, &sensing, eye, &self.landmarks, here, self.measurements);
+                let eye = &eyes.0;
+                let z = seen::<V::First, _>(draw, eye, &self.landmarks, here, self.measurements);
                 let map = slam.features().count();
                 let mut can = true;
                 self.scan("localise", slam, &z, |slam| match slam.localise(eye, &z) {

@@ -10,6 +10,7 @@ mod draw;
 mod fixes;
 mod joint;
 mod locator;
+mod scans;
 mod session;
 mod snapshots;
 mod streams;

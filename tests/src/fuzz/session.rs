@@ -4,12 +4,13 @@
 use super::counts::count;
 use super::draw::Draw;
 use super::fixes::{Placed, observe};
+use super::scans::seen;
 use super::tuning::{Room, births, config, online};
 use super::worlds::{FeatureOf, MeasurementOf, Models, ModelsOf, World};
 use super::{Failure, Operations, Watch};
 use scphd::{
     Births, Component, Config, Detector, DetectorMemory, Dynamic, Executor, MapEstimate, MapStorage, MeasurementModel,
-    Mounting, Online, Pose, PoseEstimate, Real, RestoreError, ScPhd, ScanReport, ScanRoom, Scrubber, Sensor, Serial,
+    Mounting, Online, Pose, PoseEstimate, Real, RestoreError, ScPhd, ScanReport, ScanRoom, Scrubber, Serial,
     SetupError, SliceEnd, State, Static, Symmetric, TangentOf, Vector, from_slice,
 };
 use std::collections::BTreeSet;
@@ -281,31 +282,8 @@ impl<T: Real, W: World<Scalar = T, Pose: Placed>> Session<W> {
     }
 
     fn scan(&mut self, filter: &mut Filter<'_, W>, draw: &mut Draw) -> Result<(), String> {
-        let mut measurements: Vec<MeasurementOf<W>> = Vec::new();
-        if let Some(PoseEstimate { mean, .. }) = filter.slam.estimate_pose() {
-            let sensor = filter.eye.sensing().sensor();
-            let seat = filter.eye.mounting().map_or(mean, |mounting| mean.mounted(mounting).0);
-            let frame = sensor.frame(&seat);
-            for expected in self.landmarks.iter().filter_map(|landmark| sensor.expect(&frame, landmark)) {
-                measurements.push(Vector::with(|axis| {
-                    let error = W::SPREAD[axis] * draw.even(-1.7, 1.7);
-                    T::from_f64(draw.spoilt(expected.measurement.at(axis).to_f64() + error))
-                }));
-            }
-            measurements.retain(|_| draw.chance(0.85));
-        }
-        for _ in 0..draw.below(4) {
-            measurements.push(W::clutter(draw));
-        }
-        if draw.chance(0.05) {
-            // The same again, and again but for a bit.
-            measurements.extend_from_within(..);
-            if let Some(last) = measurements.last_mut() {
-                *last = *last * (T::ONE + T::EPSILON);
-            }
-        }
-        // One too many now and then.
-        measurements.truncate(self.room.measurements + usize::from(draw.chance(0.01)));
+        let here = filter.slam.estimate_pose().map(|pose| pose.mean);
+        let measurements = seen::<W, _>(draw, &filter.eye, &self.landmarks, here, self.room.measurements);
         let before = filter.digest();
         let outcome = if draw.chance(0.5) {
             filter.slam.scan_on(&mut filter.eye, &measurements, &Backwards, &mut ())
