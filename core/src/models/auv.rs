@@ -83,7 +83,7 @@ impl<T: Real> Auv<T> {
     /// A vehicle whose angular acceleration about the vertical has this standard deviation, rad/s², one draw a step.
     ///
     /// Errors of a filtered velocity last: for twice the velocity filter's own time constant they are as good as the
-    /// same. A step shorter than `interval_s` draws with a standard deviation raised by √(interval/dt), which pose_covariances the
+    /// same. A step shorter than `interval_s` draws with a standard deviation raised by √(interval/dt), which spreads the
     /// positions as far as an error held over the interval would, whatever the rate. Zero: one independent draw a step.
     ///
     /// # Errors

@@ -8,7 +8,7 @@ use nalgebra::Vector2;
 ///
 /// Odometry errors of real vehicles persist (scale, offset, slip); noise drawn anew for every sample averages
 /// itself away the faster the odometry comes. `interval_s` says for how long an error lasts: a prediction that
-/// is shorter draws with a standard deviation raised by √(interval/dt), which pose_covariances the poses exactly as far
+/// is shorter draws with a standard deviation raised by √(interval/dt), which spreads the poses exactly as far
 /// as an error held over the interval would, whatever the rate of the odometry.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ControlNoise<T> {
