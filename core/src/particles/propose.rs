@@ -12,7 +12,7 @@ use crate::detection::seen::reset_eta;
 use crate::detection::view::{ExpectationOf, View, Views};
 use crate::map::workspace::{Entry, Origin};
 use crate::map::{Maps, within};
-use crate::numerics::range::is_within_range;
+use crate::numerics::range::{is_within_range, is_within_square};
 use crate::numerics::vector::{applied, product, transposed};
 use crate::particles::candidate::Candidate;
 use crate::particles::cursor::Cursor;
@@ -92,7 +92,7 @@ impl<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>> Proposer<'_, '
             let left =
                 posterior.covariance.congruence::<P::Tangent>(&root).scaled(T::ONE - self.informed.sampled_fraction);
             // Rounding may have left a prior that no Gaussian has. Then it stays, and the next predictions blur it.
-            if !left.is_finite() {
+            if !is_within_square(&left) {
                 continue;
             }
             let half = T::from_f64(0.5);
