@@ -44,9 +44,10 @@ pub(super) fn visit<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
     let none = Visit { page: 0, entries: [0; PAGE], count: 0, before: 0, seen: false };
     let mut trial = Trial { visits: [none; TRIALS], count: 0 };
     let window = memory.slots.len();
-    let tried = shelf.index.tried;
+    let (first, mut last) = (shelf.index.tried, None);
     for _ in 0..TRIALS {
-        let Some(page) = next(shelf, &memory.known.pose, tried) else { break };
+        let Some(page) = next(shelf, &memory.known.pose, first, last) else { break };
+        last = Some(page);
         let members = shelf.entries.iter().take(shelf.index.len).enumerate().filter(|(_, entry)| entry.page == page);
         let mut visit = Visit { page, before: memory.known.len, ..none };
         visit.count = visit.entries.iter_mut().zip(members).map(|(slot, (place, _))| *slot = place).count();
@@ -157,15 +158,14 @@ impl Visit {
     }
 }
 
-/// The next page after the one that was tried last, in turn, that has a feature in reach; not one from behind `first` again.
-fn next<T: Real, P: Pose<Scalar = T>>(shelf: &Shelf<'_, P>, pose: &P, first: u32) -> Option<u32> {
+/// The next page in turn, from behind `first` on, that has a feature in reach, and comes after the `last` one of this scan.
+fn next<T: Real, P: Pose<Scalar = T>>(shelf: &Shelf<'_, P>, pose: &P, first: u32, last: Option<u32>) -> Option<u32> {
     let [x, y, _] = pose.on_ground();
     let reach = shelf.reach_m * shelf.reach_m;
     let turn = |page: u32| page.wrapping_sub(first.wrapping_add(1));
-    let done = shelf.index.tried;
     let mut best: Option<u32> = None;
     for entry in shelf.entries.iter().take(shelf.index.len) {
-        let later = done == first || turn(entry.page) > turn(done);
+        let later = last.is_none_or(|last| turn(entry.page) > turn(last));
         if later && squared_m([x, y], &entry.mean) <= reach && best.is_none_or(|best| turn(entry.page) < turn(best)) {
             best = Some(entry.page);
         }

@@ -258,6 +258,30 @@ fn what_was_left_behind_has_its_name_when_it_is_found_again() {
     );
 }
 
+/// The only page in reach is the one that was tried last: it comes back once, and no feature twice.
+#[test]
+fn a_page_is_tried_once_in_a_scan() {
+    let (mut state, mut archive) = (Box::new(Window::<f32>::new()), Box::new(JointArchive::<_, 300>::new()));
+    let slam = JointSlam::new(motion(), JointConfig::default(), &mut *state).unwrap();
+    let mut slam = slam.with_archive(&mut archive, REACH_M as f32).unwrap();
+    slam.reset(PlanarPose::new(0.0, 0.0, 0.0)).unwrap();
+    let places = [[4.0, 1.0], [5.0, -2.0], [6.5, 3.0]];
+    let mut shelf = slam.archive.shelf().unwrap();
+    shelf.index.next_page = 1;
+    for (label, place) in (0..).zip(places) {
+        let own = Symmetric::from_diagonal([0.01; 2]);
+        shelf.put(Entry { label, page: 0, mean: Vector2::from(place), own, ..far_away(label) });
+    }
+    // Nothing is seen of it, twice; then all of it.
+    for _ in 0..2 {
+        let report = slam.scan(&lidar(), &[]).unwrap();
+        assert_eq!((report.recalled, slam.held()), (0, 3));
+    }
+    let seen = places.map(|[x, y]: [f32; 2]| Vector2::new(x.hypot(y), (y / x).atan()));
+    let report = slam.scan(&lidar(), &seen).unwrap();
+    assert_eq!((report.recalled, report.births, slam.held()), (3, 0, 3));
+}
+
 #[test]
 fn a_full_archive_forgets_the_least_certain() {
     let mut archive = Box::new(JointArchive::<PlanarPose<f32>, 3>::new());
