@@ -143,8 +143,12 @@ where
     let Memory { known, joint, common, .. } = memory;
     // Among as many coordinates as the widest measurement has; the others are zero.
     let by = Matrix::with(|row, column| by.get(row, column));
+    let step = Z::with(|z| step.at(z));
+    if !(joint.may_add::<Z>(&pose, &by) && known.may_move::<Z>(&pose, &step)) {
+        return false;
+    }
     joint.add_product::<Z>(&Common { pose, features: common }, &by, known.len);
-    memory.shift(&pose, &Z::with(|z| step.at(z)));
+    memory.shift(&pose, &step);
     true
 }
 

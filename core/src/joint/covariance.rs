@@ -191,6 +191,15 @@ impl<T: Real, P: Pose<Scalar = T>> Joint<'_, P> {
         });
     }
 
+    /// Whether P + (P Hᵀ) B (P Hᵀ)ᵀ has variances of the pose that can be. Where rounding has spoilt the covariance they may come out
+    /// below zero, and all that follows would be worse.
+    pub(super) fn may_add<Z: Vector<Scalar = T>>(&self, pose: &RowsOf<P::Tangent, Z>, by: &Linear<Z, Z>) -> bool {
+        pose.as_ref().iter().enumerate().all(|(k, of_row)| {
+            let variance = self.get(k, k) + applied::<Z, Z>(by, of_row).dot(of_row);
+            variance >= T::ZERO && variance < T::INFINITY
+        })
+    }
+
     /// P ← P + (P Hᵀ) B (P Hᵀ)ᵀ over so many features, B symmetric. A variance keeps what rounding may have taken from it: without
     /// that the matrix would lose its definiteness in the course of a hundred thousand updates.
     pub(super) fn add_product<Z: Vector<Scalar = T>>(

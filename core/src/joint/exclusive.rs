@@ -12,6 +12,9 @@ use crate::{Real, Vector};
 /// than this hardly matters.
 const ROUNDS: usize = 8;
 
+/// Shares of a measurement that sum to no more than this are settled.
+const SETTLED: f64 = 1.001;
+
 /// ln of the largest odds: such a claim leaves nothing to clutter, and sums of them stay finite in single precision.
 const LN_ODDS_MAX: f64 = 40.0;
 
@@ -39,8 +42,18 @@ pub(super) fn settle<T: Real, D: Vector<Scalar = T>>(
             claim.share = had / (T::ONE + claim.others + had);
             ln_evidence -= ln_1p(message(claim) * claim.answer);
         }
+        share_out(explained);
     }
     slots.iter().fold(ln_evidence, |sum, slot| sum + ln_1p(slot.claimed))
+}
+
+/// Scales shares that sum to more than the one measurement that there is: those of messages that have not settled. Each feature's sum to one
+/// at most as they are, and to less so.
+fn share_out<T: Real>(explained: &mut Explained<T>) {
+    let all = explained.claims().iter().fold(T::ZERO, |sum, claim| sum + claim.share);
+    if all > T::from_f64(SETTLED) {
+        explained.claims_mut().iter_mut().for_each(|claim| claim.share /= all);
+    }
 }
 
 /// Fills in the odds of a measurement's claims. Where they would be too large, clutter is taken for denser.
@@ -92,6 +105,7 @@ mod tests {
     use super::super::existence::Existence;
     use super::super::state::{Claim, Explained, Slot};
     use super::settle;
+    use crate::Noise;
     use nalgebra::Vector2;
     use std::vec;
     use std::vec::Vec;
@@ -114,6 +128,34 @@ mod tests {
             explained.claims().iter().for_each(|claim| shares[usize::from(claim.feature)][z] = claim.share);
         }
         (shares, ln_evidence)
+    }
+
+    /// Features that all want the same few measurements leave messages to and fro that do not settle in these rounds.
+    #[test]
+    fn no_measurement_is_shared_out_twice() {
+        let mut draws = Noise::seeded(5);
+        let mut unsettled = 0;
+        for _ in 0..200 {
+            let odds: [[f64; 7]; 11] =
+                core::array::from_fn(|_| core::array::from_fn(|_| (6.0 * draws.normal::<f64>()).exp()));
+            let rows = odds.each_ref().map(|row| &row[..]);
+            let mut slots = vec![Slot::<Vector2<f64>> { existence: Existence::NONE, ..Slot::ZERO }; 11];
+            let mut explained = vec![Explained::ZERO; 7];
+            for (z, explained) in explained.iter_mut().enumerate() {
+                explained.start(0.0);
+                rows.iter().enumerate().for_each(|(j, odds)| explained.claim(Claim::new(j as u16, odds[z].ln())));
+            }
+            settle(&mut slots, &mut explained, 0.0);
+            let mut of_features = [0.0; 11];
+            for explained in &explained {
+                let all: f64 = explained.claims().iter().map(|claim| claim.share).sum();
+                assert!(all <= 1.0 + 1e-3, "{all}");
+                unsettled += usize::from(all + explained.unexplained > 1.01);
+                explained.claims().iter().for_each(|claim| of_features[usize::from(claim.feature)] += claim.share);
+            }
+            assert!(of_features.iter().all(|&sum| sum <= 1.0 + 1e-12), "{of_features:?}");
+        }
+        assert!(unsettled > 20, "{unsettled}: this tests nothing");
     }
 
     /// The same by going through all assignments.

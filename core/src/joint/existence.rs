@@ -85,8 +85,11 @@ impl<T: Real> Existence<T> {
     /// After a scan that expected to detect it with probability p_D where it is in sight, and in which it has, in all, that
     /// share of the detections.
     pub(super) fn scanned(self, detection: T, detected: T) -> Self {
-        let not_detected = T::ONE - self.in_sight * detection;
-        let missed = T::ONE - detected;
+        // Rounding may have taken the sum of both a little above one: what is left must not be less than they leave.
+        let left = self.in_sight * (T::ONE - detection) + self.hidden;
+        let not_detected = (T::ONE - self.in_sight * detection).at_least(left);
+        // Messages that have not settled leave shares that sum to a little more than one.
+        let missed = (T::ONE - detected).at_least(T::ZERO);
         if !(not_detected > T::ZERO) {
             return Self { in_sight: T::ONE, hidden: T::ZERO };
         }
@@ -118,6 +121,25 @@ mod tests {
         let after = before.scanned(0.9, seen);
         assert!((after.in_sight - (seen + (1.0 - seen) * 0.5 * 0.1 / evidence)).abs() < 1e-15);
         assert!((after.hidden - (1.0 - seen) * 0.3 / evidence).abs() < 1e-15);
+    }
+
+    /// Shares that sum to more than one, and probabilities that rounding has taken above it, leave a probability.
+    #[test]
+    fn a_probability_stays_one() {
+        let eps = f32::EPSILON;
+        for hidden in [0.0, 1e-12, eps, 0.25, 0.5 + eps] {
+            for detection in [0.3, 0.9, 1.0 - eps] {
+                for detected in [0.0, 0.5, 1.0, 1.0 + eps, 1.02] {
+                    let before = Existence { in_sight: 1.0 - hidden + eps, hidden };
+                    let after = before.scanned(detection, detected);
+                    assert!(
+                        after.in_sight >= 0.0 && after.hidden >= 0.0,
+                        "{before:?} {detection} {detected} {after:?}"
+                    );
+                    assert!(after.total() <= 1.0 + 4.0 * eps, "{before:?} {detection} {detected} {after:?}");
+                }
+            }
+        }
     }
 
     #[test]

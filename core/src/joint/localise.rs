@@ -12,7 +12,7 @@ use super::report::{JointReport, Tally};
 use super::state::Memory;
 use crate::numerics::vector::applied;
 use crate::report::watch::Recognised;
-use crate::{Detector, Linear, Matrix, MeasurementModel, Motion, Pose, Real, ScanError, Sensor, TangentOf, Vector};
+use crate::{Detector, Linear, Matrix, MeasurementModel, Motion, Pose, Real, ScanError, Sensor, Vector};
 
 impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>> JointSlam<'_, M, Z> {
     /// Takes in one scan for the pose alone: no feature moves, is born, comes to be likelier or is dropped. In the place of
@@ -71,10 +71,12 @@ where
     // Among as many coordinates as the widest measurement has; the others are zero.
     let learnt = Matrix::with(|row, column| -inverse.at(row, column) * detected);
     let spread = Matrix::with(|row, column| spread.get(row, column));
-    joint.tell_pose::<Z>(&Common { pose, features: common }, &learnt, &spread, known.len);
     let step = Z::with(|z| step.at(z));
-    let by = TangentOf::<S::Pose>::with(|k| pose.as_ref().get(k).map_or(T::ZERO, |row| row.dot(&step)));
-    known.pose = known.pose.displaced(&by);
+    if !(joint.may_add::<Z>(&pose, &(learnt + spread)) && known.may_move::<Z>(&pose, &step)) {
+        return false;
+    }
+    joint.tell_pose::<Z>(&Common { pose, features: common }, &learnt, &spread, known.len);
+    known.pose = known.moved_by::<Z>(&pose, &step);
     true
 }
 

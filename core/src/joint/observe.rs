@@ -6,8 +6,7 @@ use super::filter::JointSlam;
 use super::state::Memory;
 use super::tidy::drop_spoilt;
 use crate::filter::observe::Explained;
-use crate::numerics::range::is_within_range;
-use crate::{Fix, FixReport, Linear, Matrix, Motion, ObserveError, Pose, PoseEstimate, Real, TangentOf, Vector};
+use crate::{Fix, FixReport, Linear, Matrix, Motion, ObserveError, Pose, PoseEstimate, Real, Vector};
 
 impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, A: Archive<M::Pose>> JointSlam<'_, M, Z, A> {
     /// Takes in a measurement of the pose itself, of at most as many dimensions as the state's `Z`, between any two steps: the Kalman
@@ -40,14 +39,14 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, A: Archi
         joint.common_with_pose::<F::Measurement, Z>(&explained.by_pose, known.len, &mut common);
         let pose = common.pose;
         let step = Z::with(|z| explained.weighed.at(z));
-        let by = TangentOf::<M::Pose>::with(|k| pose.as_ref().get(k).map_or(T::ZERO, |row| row.dot(&step)));
-        if !is_within_range(&known.pose.displaced(&by).coordinates()) {
-            return Ok(FixReport::left_out(explained.distance, T::ONE));
-        }
         let by: Linear<F::Measurement, F::Measurement> =
             Matrix::with(|row, column| -explained.information.at(row, column));
         // Among as many coordinates as the widest measurement has; the others are zero.
-        joint.add_product::<Z>(&common, &Matrix::with(|row, column| by.at(row, column)), known.len);
+        let by = Matrix::with(|row, column| by.at(row, column));
+        if !(joint.may_add::<Z>(&pose, &by) && known.may_move::<Z>(&pose, &step)) {
+            return Ok(FixReport::left_out(explained.distance, T::ONE));
+        }
+        joint.add_product::<Z>(&common, &by, known.len);
         self.memory.shift(&pose, &step);
         self.memory.follow();
         // A feature may have been taken farther than the pose.

@@ -15,8 +15,8 @@ use crate::{Flaw, Motion, Pose, Real, Symmetric, TangentOf, Vector};
 
 /// How far beyond what two variances allow rounding may take the square of a covariance.
 const ROUNDING: f64 = 1.05;
-/// How far a probability may be above one: messages that have not settled leave shares of a feature that sum to a little more.
-const GREATEST_PROBABILITY: f64 = 1.1;
+/// The same of a probability.
+const GREATEST_PROBABILITY: f64 = 1.001;
 
 impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, A: Archive<M::Pose>> JointSlam<'_, M, Z, A> {
     /// Looks over `parts` parts of the state, and mends what is no state that the filter leaves, as

@@ -2,6 +2,7 @@
 
 use super::covariance::{Joint, RowsOf, joint_numbers};
 use super::existence::Existence;
+use crate::numerics::range::is_within_range;
 use crate::report::watch::Watch;
 use crate::{Pose, PositionOf, Real, ScalarOf, Vector, Zero};
 
@@ -162,11 +163,28 @@ where
     }
 }
 
+impl<T: Real, P: Pose<Scalar = T>> Known<P> {
+    /// Where its rows of P Hᵀ, times `step`, move the pose.
+    pub(super) fn moved_by<Z: Vector<Scalar = T>>(&self, pose: &RowsOf<P::Tangent, Z>, step: &Z) -> P {
+        self.pose.displaced(&Self::step_of(pose, step))
+    }
+
+    /// Whether that is in range.
+    pub(super) fn may_move<Z: Vector<Scalar = T>>(&self, pose: &RowsOf<P::Tangent, Z>, step: &Z) -> bool {
+        let moved = self.moved_by(pose, step);
+        moved.is_finite() && is_within_range(&moved.coordinates())
+    }
+
+    fn step_of<Z: Vector<Scalar = T>>(pose: &RowsOf<P::Tangent, Z>, step: &Z) -> P::Tangent {
+        P::Tangent::with(|k| pose.as_ref().get(k).map_or(T::ZERO, |row| row.dot(step)))
+    }
+}
+
 impl<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>> Memory<'_, P, Z> {
     /// Moves pose and features by their rows of P Hᵀ, times `step`.
     pub(super) fn shift(&mut self, pose: &RowsOf<P::Tangent, Z>, step: &Z) {
         let Self { known, slots, common, .. } = self;
-        let by = P::Tangent::with(|k| pose.as_ref().get(k).map_or(T::ZERO, |row| row.dot(step)));
+        let by = Known::<P>::step_of(pose, step);
         known.pose = known.pose.displaced(&by);
         known.moved.iter_mut().zip(by.as_slice()).for_each(|(moved, &by)| *moved += by);
         for (slot, rows) in slots.iter_mut().take(known.len).zip(common.iter()) {

@@ -547,8 +547,8 @@ impl<T: Real, V: Vehicle<Scalar = T>> Session<V> {
     }
 }
 
-/// How far a probability may be above one: messages that have not settled leave shares that sum to a little more.
-const PROBABLE: f64 = 1.1;
+/// How far a sum of probabilities may be above what it is of.
+const PROBABLE: f64 = 1.002;
 /// What tells the snapshots of these sessions.
 const KIND: u32 = 41;
 

@@ -88,6 +88,9 @@ impl<M: Models> Joint<M> {
     }
 }
 
+/// A sum of shares of a measurement that is rounding above one.
+const SETTLED: f64 = 1.001;
+
 /// Odds after the messages.
 struct Settled {
     shares: DMatrix<f64>,
@@ -117,8 +120,16 @@ fn settle(a: &DMatrix<f64>) -> Settled {
     let by_measurement: Vec<f64> = (0..m).map(|z| 1.0 + mu.column(z).sum()).collect();
     let pairs: f64 = mu.iter().zip(nu.iter()).map(|(mu, nu)| (1.0 + mu * nu).ln()).sum();
     let ln_sum = |factors: &[f64]| factors.iter().map(|factor| factor.ln()).sum::<f64>();
+    let mut shares = DMatrix::from_fn(n, m, |j, z| had[(j, z)] / by_feature[j]);
+    for mut of_measurement in shares.column_iter_mut() {
+        // There is one of each, whatever messages that have not settled say.
+        let all = of_measurement.sum();
+        if all > SETTLED {
+            of_measurement /= all;
+        }
+    }
     Settled {
-        shares: DMatrix::from_fn(n, m, |j, z| had[(j, z)] / by_feature[j]),
+        shares,
         unexplained: by_measurement.iter().map(|sum| 1.0 / sum).collect(),
         ln_evidence: ln_sum(&by_feature) + ln_sum(&by_measurement) - pairs,
     }

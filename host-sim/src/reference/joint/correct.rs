@@ -101,8 +101,10 @@ fn scanned(feature: &mut Feature, detection: f64, beta: f64) {
     let Feature { in_sight: v, hidden: h, .. } = *feature;
     let not_detected = 1.0 - detection * v;
     (feature.in_sight, feature.hidden) = if not_detected > 0.0 {
-        let in_sight = beta + (1.0 - beta) * v * (1.0 - detection) / not_detected;
-        (in_sight.min(1.0), (1.0 - beta) * h / not_detected)
+        // Loopy messages may leave shares that sum to more than one.
+        let missed = (1.0 - beta).max(0.0);
+        let in_sight = beta + missed * v * (1.0 - detection) / not_detected;
+        (in_sight.min(1.0), missed * h / not_detected)
     } else {
         (1.0, 0.0)
     };
