@@ -25,12 +25,13 @@ pub fn need_clippy() -> Result<(), Missing> {
 /// The step `fmt`: firmware, C interface and Python package are workspaces of their own.
 pub fn fmt() -> Outcome {
     let firmware = ["fmt", "--manifest-path", "firmware/Cargo.toml", "--", "--check"];
+    let rtos = ["fmt", "--manifest-path", "firmware/rtos/Cargo.toml", "--", "--check"];
     let capi = ["fmt", "--all", "--manifest-path", "capi/Cargo.toml", "--", "--check"];
     let python = ["fmt", "--manifest-path", "python/Cargo.toml", "--", "--check"];
     let workspace = ["fmt", "--all", "--check"];
     let check = || -> Result<(), Stop> {
         need("fmt")?;
-        let each = [&workspace[..], &firmware[..], &capi[..], &python[..]];
+        let each = [&workspace[..], &firmware[..], &rtos[..], &capi[..], &python[..]];
         let results = each.map(|arguments| process::run(process::cargo().args(arguments)));
         Ok(results.into_iter().collect::<Result<(), String>>()?)
     };

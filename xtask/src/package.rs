@@ -78,5 +78,8 @@ pub fn deny() -> Outcome {
         cargo.args(["deny", "--manifest-path", manifest, "--config"]).arg(process::root().join("deny.toml"));
         process::run(cargo.args(["check", "bans", "licenses", "sources"]))
     };
-    ["Cargo.toml", "capi/Cargo.toml", "firmware/Cargo.toml"].into_iter().try_for_each(check).into()
+    ["Cargo.toml", "capi/Cargo.toml", "firmware/Cargo.toml", "firmware/rtos/Cargo.toml"]
+        .into_iter()
+        .try_for_each(check)
+        .into()
 }

@@ -89,6 +89,11 @@ pub const OTHERS: &[Step] = &[
         run: |_| firmware::hil(),
     },
     Step {
+        name: "rtos",
+        what: "the filter as a task of an operating system, interrupted by odometry, in QEMU; the step `firmware` has it too",
+        run: |_| firmware::rtos(),
+    },
+    Step {
         name: "deny",
         what: "licences and sources of all dependencies are those of deny.toml; needs cargo-deny",
         run: |_| package::deny(),

@@ -10,6 +10,7 @@ use super::image::{self, Extra, Image};
 use super::output::{self, Replay};
 use super::precision::Precision;
 use super::rig::{JOINT, PLANAR, UNDERWATER};
+use super::rtos;
 use super::streams::{self, Source, Variant};
 use crate::outcome::{Outcome, Stop};
 use crate::process;
@@ -52,6 +53,7 @@ fn compare() -> Result<Outcome, Stop> {
     failures.extend(driven_by_a_timer(&qemu, &toolchain)?);
     failures.extend(several_sensors(&qemu, &toolchain)?);
     failures.extend(hil::check(&qemu, &toolchain).err().map(|reason| format!("hardware in the loop: {reason}")));
+    failures.extend(rtos::check(&qemu, &toolchain).err().map(|reason| format!("with an operating system: {reason}")));
     let (of_black_boxes, differences) = black_boxes(&qemu, &toolchain)?;
     compared += of_black_boxes;
     failures.extend(differences);

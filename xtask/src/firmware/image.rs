@@ -46,9 +46,23 @@ pub fn build_replay(toolchain: &Toolchain, board: &Board, rig: Rig, precision: P
     build(toolchain, board, &rig.image(precision), &Extra { features: rig.room, flags: &[] })
 }
 
+/// The workspace of most images.
+const FOLDER: &str = "firmware";
+
 /// Builds one image of the firmware for a board.
 pub fn build(toolchain: &Toolchain, board: &Board, name: &str, extra: &Extra<'_>) -> Result<Image, String> {
-    process::run(&mut cargo(toolchain, board, name, extra)?)?;
+    build_in(toolchain, board, FOLDER, name, extra)
+}
+
+/// Builds one image of a workspace for a board.
+pub fn build_in(
+    toolchain: &Toolchain,
+    board: &Board,
+    folder: &str,
+    name: &str,
+    extra: &Extra<'_>,
+) -> Result<Image, String> {
+    process::run(&mut cargo(toolchain, board, folder, name, extra)?)?;
     // The next board's build leaves its image in the same place.
     let dir = target_dir(toolchain);
     let built = dir.join(board.target).join("release").join(name);
@@ -69,7 +83,7 @@ pub fn must_not_link(
     extra: &Extra<'_>,
     complaint: &str,
 ) -> Result<(), String> {
-    match process::read(&mut cargo(toolchain, board, name, extra)?) {
+    match process::read(&mut cargo(toolchain, board, FOLDER, name, extra)?) {
         Err(reason) if reason.contains(complaint) => Ok(()),
         Err(reason) => Err(format!("{name} with {:?} failed for another reason: {reason}", extra.features)),
         Ok(_) => Err(format!("{name} for {} linked with {:?}", board.name, extra.features)),
@@ -80,12 +94,12 @@ fn target_dir(toolchain: &Toolchain) -> PathBuf {
     process::own_target_dir(&format!("firmware-{}", toolchain.key()))
 }
 
-fn cargo(toolchain: &Toolchain, board: &Board, name: &str, extra: &Extra<'_>) -> Result<Command, String> {
+fn cargo(toolchain: &Toolchain, board: &Board, folder: &str, name: &str, extra: &Extra<'_>) -> Result<Command, String> {
     let libraries = if extra.features.is_empty() { "core" } else { "core,alloc" };
     let mut flags: Vec<String> = board.flags.iter().chain(extra.flags).map(|&flag| flag.to_owned()).collect();
     let mut cargo = toolchain.cargo_build(libraries);
     flags.extend(toolchain.linker(&mut cargo).map_err(|Missing(reason)| reason)?);
-    cargo.current_dir(process::root().join("firmware"));
+    cargo.current_dir(process::root().join(folder));
     cargo.env("CARGO_ENCODED_RUSTFLAGS", flags.join("\x1f"));
     if board.name == REFERENCE.name {
         cargo.env_remove("SCPHD_BOARD");

@@ -1,0 +1,160 @@
+//! The filter behind a sequencer: takes what has arrived, in whatever order, and works on it in the order of its time.
+
+use crate::drive::{SCAN_DELAY_NS, Sample, Scan};
+use crate::leds::Led;
+use crate::tally::TALLY;
+use defmt_semihosting as _;
+use scphd::StagePins;
+use scphd_firmware::{board, report};
+use scphd_sequencer::{Action, Sequencer, Settings, Stamp};
+use scphd_stream::planar::{Memory, Odometry, Planar};
+use scphd_stream::{Aboard, Filter as _, Measurements, Reader};
+use static_cell::ConstStaticCell;
+
+/// Odometry samples that wait for a scan; the queue to the estimator has no room for more.
+const CONTROLS: usize = 32;
+/// Scans that wait.
+const SCANS: usize = 4;
+/// Sources of stamps. At equal times the smaller is first.
+const WHEELS: u8 = 0;
+const SENSOR: u8 = 1;
+
+/// A scan is worked on as soon as it is here: odometry of its time comes sooner, by at least 10 ms of the vehicle's time.
+const SETTINGS: Settings = Settings { window_ns: SCAN_DELAY_NS - 10_000_000, ..Settings::DEFAULT };
+
+/// What the sequencer puts in order.
+type Waiting = Sequencer<Odometry, Measurements<'static, Planar>, CONTROLS, SCANS>;
+
+static MEMORY: ConstStaticCell<Memory<f32>> = ConstStaticCell::new(<Planar as Aboard<f32>>::MEMORY);
+static WAITING: ConstStaticCell<Waiting> = ConstStaticCell::new(Sequencer::new());
+
+/// The filter's task.
+pub struct Estimator {
+    filter: <Planar as Aboard<f32>>::Filter<'static>,
+    waiting: &'static mut Waiting,
+    pins: StagePins<Led>,
+    /// Odometry of after the scan that was worked on last.
+    newer: Option<Sample>,
+    scans: u32,
+    late: u32,
+    refused: u32,
+}
+
+/// The stream that was loaded into the board. Ends the program where there is none.
+#[must_use]
+pub fn stream() -> Reader<'static, Planar> {
+    Reader::open(board::stream()).unwrap_or_else(|error| {
+        defmt::error!("{}", error);
+        report::failed()
+    })
+}
+
+impl Estimator {
+    /// The estimator of what the stream is of, in its memory. Ends the program where it cannot be had.
+    ///
+    /// # Safety
+    /// To be called once: it takes the lights.
+    #[must_use]
+    pub unsafe fn start() -> Self {
+        let (Some(memory), Some(waiting)) = (MEMORY.try_take(), WAITING.try_take()) else { report::failed() };
+        let standing = Odometry { control: [0.0; 2], dt_s: 0.0 };
+        if let Err(error) = waiting.start(SETTINGS, 0, standing) {
+            defmt::error!("{}", error);
+            report::failed()
+        }
+        let filter = <Planar as Aboard<f32>>::start(&stream().header(), memory).unwrap_or_else(|refusal| {
+            defmt::error!("{}", refusal);
+            report::failed()
+        });
+        // SAFETY: handed on to the caller.
+        let pins = StagePins::new(unsafe { Led::of_stages() });
+        Self { filter, waiting, pins, newer: None, scans: 0, late: 0, refused: 0 }
+    }
+
+    /// Works on what has arrived. A scan comes after the odometry of its time, so it is asked for first: of odometry there is enough
+    /// then. What is newer than the scan is put in after it, or the scan would be late.
+    pub fn work(&mut self, mut scans: impl FnMut() -> Option<Scan>, mut samples: impl FnMut() -> Option<Sample>) {
+        for worked_on in 0.. {
+            let scan = scans();
+            let until_ns = scan.as_ref().map_or(u64::MAX, |scan| scan.stamp_ns);
+            while let Some(sample) = self.newer.take().or_else(&mut samples) {
+                if sample.stamp_ns > until_ns {
+                    self.newer = Some(sample);
+                    break;
+                }
+                let stamp = Stamp::new(WHEELS, sample.stamp_ns);
+                self.refused += u32::from(self.waiting.push_control(stamp, sample.odometry).is_err());
+            }
+            let Some(Scan { stamp_ns, arrived_ns, measurements }) = scan else { return };
+            // Where it is not the first, it came before the last was done.
+            self.late += u32::from(worked_on > 0);
+            let stamp = Stamp::new(SENSOR, stamp_ns);
+            self.refused += u32::from(self.waiting.push_event(stamp, measurements).is_err());
+            self.waiting.tick(arrived_ns);
+            self.filter_what_waits();
+        }
+    }
+
+    fn filter_what_waits(&mut self) {
+        while let Some(action) = self.waiting.next_action() {
+            match action {
+                Action::Predict { control, dt } | Action::Gap { control, dt } => {
+                    let passed = Odometry { dt_s: dt.seconds(), ..control };
+                    if let Err(refusal) = self.filter.predict(&passed) {
+                        defmt::warn!("prediction left out: {}", refusal);
+                    }
+                }
+                Action::Event(measurements) => {
+                    let scan = self.filter.receive(measurements.clone());
+                    match self.filter.scan_with(scan, &mut self.pins) {
+                        Ok(seen) => {
+                            let ([x, y, heading], features) = self.filter.estimate();
+                            defmt::debug!(
+                                "scan {=u32} pose {=f32} m {=f32} m {=f32} rad, {=usize} features, health {=u16:04x}",
+                                self.scans,
+                                x as f32,
+                                y as f32,
+                                heading as f32,
+                                features,
+                                seen.health
+                            );
+                        }
+                        Err(refusal) => defmt::warn!("scan {=u32} left out: {}", self.scans, refusal),
+                    }
+                    self.scans += 1;
+                }
+            }
+        }
+    }
+
+    /// Tells what has come of it, and ends the program.
+    pub fn end(&mut self) -> ! {
+        self.waiting.flush();
+        self.filter_what_waits();
+        let (lost_odometry, lost_scans) = TALLY.lost();
+        let [predict, weigh, resample, update, reduce] = TALLY.preempted();
+        let (waited, deepest) = TALLY.worst();
+        defmt::println!(
+            "end scans {=u32} late {=u32} lost_odometry {=u32} lost_scans {=u32} refused {=u32} preempted {=u32} \
+             predict {=u32} weigh {=u32} resample {=u32} update {=u32} reduce {=u32} \
+             waited_ticks {=u32} deepest {=u32} pins_refused {=u32} digest {=u64:016x} stack {=usize}",
+            self.scans,
+            self.late,
+            lost_odometry,
+            lost_scans,
+            self.refused,
+            predict + weigh + resample + update + reduce,
+            predict,
+            weigh,
+            resample,
+            update,
+            reduce,
+            waited,
+            deepest,
+            self.pins.refused(),
+            self.filter.digest(),
+            board::stack_used()
+        );
+        report::done()
+    }
+}

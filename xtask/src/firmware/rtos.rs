@@ -1,0 +1,151 @@
+//! The images with an operating system: odometry interrupts the filter in the middle of a scan, and the filter ends in the state that
+//! the host's ends in.
+
+use std::path::Path;
+
+use super::board::{Board, EMULATED};
+use super::emulator;
+use super::image::{self, Extra, Image};
+use super::output;
+use super::precision::Precision;
+use super::rig::PLANAR;
+use super::streams::{self, Source, Variant};
+use crate::outcome::{Outcome, Stop};
+use crate::toolchain::{self, Toolchain};
+use crate::tools::Tool;
+
+/// The workspace of the images.
+const FOLDER: &str = "firmware/rtos";
+/// The operating systems, which the images are named after.
+const SYSTEMS: [&str; 1] = ["rtic"];
+/// What they drive through.
+const DRIVE: Source<'_> = Source { what: "survey", scans: 200, variant: Variant::Plain };
+/// With this feature the vehicle is too fast for the processor.
+const TOO_FAST: &str = "too-fast";
+/// Ticks of 40 ns that an odometry interrupt may wait, though the filter is at work: 1 µs.
+const WAIT_TICKS: u64 = 25;
+
+/// The command `rtos`.
+pub fn step() -> Outcome {
+    let all = || -> Result<Outcome, Stop> {
+        let qemu = emulator::prepare()?;
+        let toolchain = toolchain::find()?;
+        check(&qemu, &toolchain)?;
+        Ok(Outcome::Passed(
+            "equal digests with scans interrupted, nothing lost or late; what is too fast is told".into(),
+        ))
+    };
+    all().into()
+}
+
+/// Every image on the boards whose interrupts it knows.
+pub fn check(qemu: &Tool, toolchain: &Toolchain) -> Result<(), String> {
+    let stream = streams::make(DRIVE, Precision::F32)?;
+    let host = streams::on_host(&stream, PLANAR, Precision::F32, "release")?;
+    let last = host.scans.last().ok_or("nothing to compare")?;
+    let [m7, m4f, ..] = &EMULATED;
+    for system in SYSTEMS {
+        for board in [m7, m4f] {
+            let end = run(qemu, toolchain, board, system, &[], &stream)?;
+            holds(&end, &last.digest, host.scans.len())
+                .map_err(|what| format!("{system} on {}: {what}: {end}", board.name))?;
+        }
+        let end = run(qemu, toolchain, m7, system, &[TOO_FAST], &stream)?;
+        tells(&end, &last.digest).map_err(|what| format!("{system}, {TOO_FAST}: {what}: {end}"))?;
+    }
+    Ok(())
+}
+
+/// The last line of an image's run.
+fn run(
+    qemu: &Tool,
+    toolchain: &Toolchain,
+    board: &Board,
+    system: &str,
+    features: &[&str],
+    stream: &Path,
+) -> Result<String, String> {
+    let image: Image = image::build_in(toolchain, board, FOLDER, system, &Extra { features, flags: &[] })?;
+    let lines = emulator::run(qemu, board, &image, stream)?;
+    lines.last().cloned().ok_or_else(|| format!("{system} on {} said nothing", board.name))
+}
+
+fn count(end: &str, name: &str) -> Result<u64, String> {
+    output::word(end, name).and_then(|word| word.parse().ok()).ok_or_else(|| format!("no {name}"))
+}
+
+fn none_of(end: &str, names: &[&str]) -> Result<(), String> {
+    for name in names {
+        if count(end, name)? > 0 {
+            return Err((*name).to_owned());
+        }
+    }
+    Ok(())
+}
+
+/// A drive that the processor can follow: the host's state, nothing lost or late, and odometry has interrupted scans, in the stage that
+/// takes longest too.
+fn holds(end: &str, digest: &str, scans: usize) -> Result<(), String> {
+    none_of(end, &["late", "lost_odometry", "lost_scans", "refused", "pins_refused"])?;
+    if count(end, "scans")? != scans as u64 || output::word(end, "digest") != Some(digest) {
+        return Err(format!("{scans} scans on the host, digest {digest}"));
+    }
+    for stage in ["preempted", "update"] {
+        if count(end, stage)? == 0 {
+            return Err(format!("{stage}: never interrupted"));
+        }
+    }
+    match count(end, "waited_ticks")? {
+        ticks if ticks > WAIT_TICKS => Err(format!("odometry has waited for {ticks} ticks")),
+        _ => Ok(()),
+    }
+}
+
+/// A drive that it cannot follow: the image says so.
+fn tells(end: &str, digest: &str) -> Result<(), String> {
+    for name in ["late", "lost_odometry", "lost_scans"] {
+        if count(end, name)? == 0 {
+            return Err(format!("it says nothing of {name}"));
+        }
+    }
+    if output::word(end, "digest") == Some(digest) { Err("the host's digest, with inputs lost".into()) } else { Ok(()) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const GOOD: &str = "scans 200 late 0 lost_odometry 0 lost_scans 0 refused 0 preempted 5 predict 0 weigh 3 resample 0 update 2 \
+                        reduce 0 waited_ticks 2 deepest 2 pins_refused 0 digest 00ff stack 9";
+
+    #[test]
+    fn what_must_hold_is_looked_at() {
+        assert_eq!(holds(GOOD, "00ff", 200), Ok(()));
+        for (good, bad) in [
+            ("late 0", "late 1"),
+            ("lost_odometry 0", "lost_odometry 1"),
+            ("lost_scans 0", "lost_scans 1"),
+            ("refused 0 preempted", "refused 1 preempted"),
+            ("pins_refused 0", "pins_refused 1"),
+            ("scans 200", "scans 199"),
+            ("00ff", "00fe"),
+            ("preempted 5", "preempted 0"),
+            ("update 2", "update 0"),
+            ("waited_ticks 2", "waited_ticks 200"),
+            ("late 0", ""),
+        ] {
+            let end = GOOD.replacen(good, bad, 1);
+            assert!(end != GOOD && holds(&end, "00ff", 200).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn silence_about_what_is_lost_is_no_good() {
+        let lossy = GOOD
+            .replace("late 0", "late 9")
+            .replace("lost_odometry 0", "lost_odometry 7")
+            .replace("lost_scans 0", "lost_scans 3");
+        assert_eq!(tells(&lossy, "1234"), Ok(()));
+        assert!(tells(&lossy, "00ff").is_err() && tells(GOOD, "1234").is_err());
+    }
+}
