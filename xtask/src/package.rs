@@ -7,10 +7,11 @@ use crate::outcome::{Outcome, Stop};
 use crate::process;
 
 /// Name and folder of each crate that is a library for others.
-const LIBRARIES: [(&str, &str); 5] = [
+const LIBRARIES: [(&str, &str); 6] = [
     ("scphd", "core"),
     ("scphd-stream", "stream"),
     ("scphd-link", "link"),
+    ("scphd-lidar", "lidar"),
     ("scphd-sequencer", "sequencer"),
     ("scphd-store", "store"),
 ];

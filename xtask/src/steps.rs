@@ -39,7 +39,7 @@ pub const STEPS: &[Step] = &[
     },
     Step {
         name: "target",
-        what: "core, sequencer and link build for a Cortex-M without std and without alloc",
+        what: "core, sequencer, link and lidar build for a Cortex-M without std and without alloc",
         run: |_| target::step(),
     },
     Step {

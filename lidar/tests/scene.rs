@@ -1,0 +1,208 @@
+//! Posts in a yard of a size and noise that are known: how many are found, how well, and whether that is what is said of them.
+
+mod world;
+
+use scphd_lidar::{Assembler, Found, Post, PostFinder, PostSettings, Receiver, Resolution};
+use std::io::Write;
+use world::{Draws, Lidar, World, wrap};
+
+/// How many posts a revolution may report.
+const POSTS: usize = 32;
+/// Posts within a band of ranges, m: in sight, of these found, errors of those squared and added up.
+#[derive(Debug, Default, Clone, Copy)]
+struct Band {
+    in_sight: f64,
+    expected: f64,
+    found: f64,
+    range: f64,
+    range_square: f64,
+    range_variance: f64,
+    bearing_square: f64,
+    bearing_variance: f64,
+}
+
+#[derive(Debug, Default)]
+struct Score {
+    bands: [Band; 6],
+    revolutions: f64,
+    none: f64,
+}
+
+/// Width of a band, m.
+const BAND_M: f64 = 2.0;
+/// Posts this near to the seam are left out of the score, rad.
+const SEAM_RAD: f64 = 0.15;
+
+impl Score {
+    fn add(&mut self, world: &World, pose: [f64; 3], settings: &PostSettings, found: &[Post]) {
+        let mut left: Vec<&Post> = found.iter().collect();
+        self.revolutions += 1.0;
+        for (number, [x, y]) in world.posts.iter().enumerate() {
+            let [dx, dy] = [x - pose[0], y - pose[1]];
+            let (range, bearing) = (dx.hypot(dy), wrap(dy.atan2(dx) - pose[2]));
+            let near = |post: &&Post| {
+                (f64::from(post.range_m) - range).abs() < 0.3
+                    && range * wrap(f64::from(post.bearing_rad) - bearing).abs() < 0.3
+            };
+            let post = left.iter().position(near).map(|at| left.swap_remove(at));
+            let scored =
+                bearing.abs() < std::f64::consts::PI - SEAM_RAD && world.is_in_sight([pose[0], pose[1]], number);
+            let Some(band) = self.bands.get_mut((range / BAND_M) as usize).filter(|_| scored) else { continue };
+            band.in_sight += 1.0;
+            band.expected += f64::from(Resolution::LD06.detection_probability(settings, range as f32));
+            let Some(post) = post else { continue };
+            band.found += 1.0;
+            band.range += f64::from(post.range_m) - range;
+            band.range_square += (f64::from(post.range_m) - range).powi(2);
+            band.range_variance += f64::from(Resolution::LD06.post_range_sigma_m(settings, range as f32)).powi(2);
+            band.bearing_square += wrap(f64::from(post.bearing_rad) - bearing).powi(2);
+            band.bearing_variance += f64::from(Resolution::LD06.bearing_sigma_rad(settings, range as f32)).powi(2);
+        }
+        self.none += left.len() as f64;
+    }
+
+    fn print(&self, name: &str) {
+        let mut text = format!("{name}: {:.4} detections of nothing a revolution\n", self.none / self.revolutions);
+        for (k, band) in self.bands.iter().enumerate().filter(|(_, band)| band.found > 0.0) {
+            let mrad = |square: f64| 1000.0 * (square / band.found).sqrt();
+            text += &format!(
+                "{:>4} to {} m: {} in sight, found {:.3} (expected {:.3}), range {:+.1} ± {:.1} mm (said {:.1}), bearing {:.2} mrad (said {:.2})\n",
+                k as f64 * BAND_M,
+                (k + 1) as f64 * BAND_M,
+                band.in_sight,
+                band.found / band.in_sight,
+                band.expected / band.in_sight,
+                1000.0 * band.range / band.found,
+                mrad(band.range_square),
+                mrad(band.range_variance),
+                mrad(band.bearing_square),
+                mrad(band.bearing_variance),
+            );
+        }
+        std::io::stdout().write_all(text.as_bytes()).unwrap();
+    }
+}
+
+/// Looks at yards from standing lidars. `damage` changes bytes on the line.
+fn look(
+    seeds: std::ops::Range<u64>,
+    settings: PostSettings,
+    change: impl Fn(&mut World),
+    mut damage: impl FnMut(&mut Draws, &mut [u8]),
+    mut tell: impl FnMut(&Found<POSTS>),
+) -> Score {
+    let finder = PostFinder::new(settings).unwrap();
+    let mut score = Score::default();
+    for seed in seeds {
+        let mut draws = Draws::seeded(seed);
+        let pose = [8.0 * draws.uniform() - 4.0, 6.0 * draws.uniform() - 3.0, std::f64::consts::TAU * draws.uniform()];
+        let off = |place: [f64; 2]| (place[0] - pose[0]).hypot(place[1] - pose[1]) > 0.7;
+        let mut world = World::random(&mut draws, 15, f64::from(settings.radius_m), off);
+        change(&mut world);
+        let (mut lidar, mut receiver) = (Lidar::started(draws), Receiver::new());
+        let mut assembler = Assembler::<1024>::new();
+        while lidar.time_s < 2.0 {
+            let mut bytes = lidar.packet(&world, |_| pose).to_bytes();
+            damage(&mut lidar.draws, &mut bytes);
+            for packet in bytes.into_iter().filter_map(|byte| receiver.push(byte)) {
+                if let Some(revolution) = assembler.push(&packet) {
+                    let found = finder.find(revolution);
+                    tell(&found);
+                    score.add(&world, pose, &settings, &found.posts);
+                }
+            }
+        }
+    }
+    score
+}
+
+/// What is measured is what [`Resolution`] says: as many found, and as good.
+fn is_as_said(score: &Score) {
+    for band in score.bands.iter().filter(|band| band.found > 100.0) {
+        let (found, expected) = (band.found / band.in_sight, band.expected / band.in_sight);
+        assert!((found - expected).abs() < 0.05, "found {found}, expected {expected}: {band:?}");
+        assert!(band.range.abs() / band.found < 0.004, "{band:?}");
+        // Not too sure, and not much too careful.
+        let range = (band.range_square / band.range_variance).sqrt();
+        let bearing = (band.bearing_square / band.bearing_variance).sqrt();
+        assert!((0.7..1.15).contains(&range) && (0.7..1.2).contains(&bearing), "{range} {bearing}: {band:?}");
+    }
+}
+
+#[test]
+fn posts_are_found_as_often_and_as_well_as_is_said() {
+    for radius_m in [0.05, 0.1] {
+        let settings = PostSettings::of_radius(radius_m);
+        let score = look(0..60, settings, |_| (), |_, _| (), |_| ());
+        score.print(&format!("posts of {radius_m} m"));
+        is_as_said(&score);
+        assert!(score.none / score.revolutions < 0.1);
+    }
+}
+
+#[test]
+fn reflectors_are_found_among_posts_that_are_none() {
+    let settings = PostSettings { min_intensity: 200, ..PostSettings::of_radius(0.05) };
+    let reflect = |world: &mut World| world.intensity = 230;
+    let score = look(100..140, settings, reflect, |_, _| (), |_| ());
+    score.print("reflectors");
+    is_as_said(&score);
+    assert!(score.none == 0.0);
+    // The same posts without reflectors.
+    let score = look(100..110, settings, |_| (), |_, _| (), |found| assert!(found.posts.is_empty()));
+    assert!(score.revolutions > 100.0);
+}
+
+#[test]
+fn damaged_bytes_cost_what_they_damage() {
+    let settings = PostSettings::of_radius(0.1);
+    // A byte in a thousand: a packet in twenty-two.
+    let (mut flipped, mut sent) = (0.0, 0.0);
+    let damage = |draws: &mut Draws, bytes: &mut [u8]| {
+        let mut hit = false;
+        for byte in bytes {
+            if draws.uniform() < 1e-3 {
+                *byte ^= 1 + (255.0 * draws.uniform()) as u8;
+                hit = true;
+            }
+        }
+        (flipped, sent) = (flipped + f64::from(u8::from(hit)), sent + 1.0);
+    };
+    let mut cut = 0;
+    let damaged = look(0..60, settings, |_| (), damage, |found| cut += found.cut);
+    damaged.print("posts of 0.1 m, a byte in a thousand damaged");
+    let clean = look(0..60, settings, |_| (), |_, _| (), |_| ());
+    let share = |score: &Score| {
+        let near = &score.bands[..3];
+        near.iter().map(|band| band.found).sum::<f64>() / near.iter().map(|band| band.in_sight).sum::<f64>()
+    };
+    let (lost, packets) = (share(&clean) - share(&damaged), flipped / sent);
+    println!("{:.3} of the packets damaged, {lost:.3} of the posts lost; {cut} clusters cut", packets);
+    // A packet is 9.6° wide and a post 4° at 3 m: more of them are touched by a damaged packet than there are of those, not twice as many.
+    assert!(lost > 0.5 * packets && lost < 2.5 * packets && cut > 0);
+    // What is left is as good, and no more of it is of nothing.
+    assert!(damaged.none / damaged.revolutions < 0.1);
+}
+
+#[test]
+fn more_posts_than_there_is_room_for_are_told() {
+    let settings = PostSettings::of_radius(0.1);
+    let finder = PostFinder::new(settings).unwrap();
+    let mut draws = Draws::seeded(7);
+    let world = World::random(&mut draws, 30, 0.1, |[x, y]| x.hypot(y) > 1.0);
+    let (mut lidar, mut assembler) = (Lidar::started(draws), Assembler::<1024>::new());
+    let mut revolutions = 0;
+    while lidar.time_s < 2.0 {
+        if let Some(revolution) = assembler.push(&lidar.packet(&world, |_| [0.0; 3])) {
+            let (all, few) = (finder.find::<64, _>(revolution), finder.find::<5, _>(revolution));
+            assert!(all.beyond == 0 && all.posts.len() > 8, "{all:?}");
+            assert_eq!((few.posts.len(), few.beyond as usize), (5, all.posts.len() - 5));
+            let mut nearest: Vec<f32> = all.posts.iter().map(|post| post.range_m).collect();
+            nearest.sort_by(f32::total_cmp);
+            let farthest = few.posts.iter().map(|post| post.range_m).fold(0.0, f32::max);
+            assert_eq!(farthest, nearest[4]);
+            revolutions += 1;
+        }
+    }
+    assert!(revolutions > 15);
+}
