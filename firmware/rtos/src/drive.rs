@@ -7,7 +7,7 @@ use scphd_stream::{Measurements, Reader, Record};
 
 /// So many times as fast as in the stream does the vehicle drive. To QEMU an instruction is a nanosecond; a processor that needs
 /// 10 ns for each would be as busy with the vehicle at its own speed.
-const HASTE: u64 = if cfg!(feature = "too-fast") { 100 } else { 10 };
+const HASTE: u64 = if cfg!(feature = "too-fast") { 200 } else { 10 };
 
 /// How long after its measurement a scan arrives, ns.
 pub const SCAN_DELAY_NS: u64 = 30_000_000;

@@ -1,0 +1,175 @@
+//! The filter under embassy: odometry and sensor as tasks of an executor that runs in an interrupt, the estimator as one of the executor
+//! below, which those interrupt.
+#![no_std]
+#![no_main]
+
+use core::panic::PanicInfo;
+use cortex_m::peripheral::NVIC;
+use cortex_m_rt::{ExceptionFrame, entry, exception};
+use embassy_executor::{InterruptExecutor, raw};
+use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
+use embassy_sync::channel::Channel;
+use embassy_sync::signal::Signal;
+use scphd_firmware::report;
+use scphd_firmware_rtos::device::{Interrupt, NVIC_PRIO_BITS, interrupt};
+use scphd_firmware_rtos::drive::{Sample, Scan, Sensor, Wheels};
+use scphd_firmware_rtos::estimator::{Estimator, stream};
+use scphd_firmware_rtos::tally::TALLY;
+use scphd_firmware_rtos::timer::Timer;
+use static_cell::StaticCell;
+
+/// Odometry that may wait for the estimator.
+const SAMPLES: usize = 16;
+/// Scans that may wait for it.
+const SCANS: usize = 2;
+
+static OF_SAMPLES: Channel<CriticalSectionRawMutex, Sample, SAMPLES> = Channel::new();
+static OF_SCANS: Channel<CriticalSectionRawMutex, Scan, SCANS> = Channel::new();
+/// Something is there for the estimator.
+static ARRIVED: Signal<CriticalSectionRawMutex, ()> = Signal::new();
+/// A timer has come to zero.
+static ODOMETRY_DUE: Signal<CriticalSectionRawMutex, ()> = Signal::new();
+static SCAN_DUE: Signal<CriticalSectionRawMutex, ()> = Signal::new();
+
+/// The executors of the interrupts that only software pends.
+static OF_ODOMETRY: InterruptExecutor = InterruptExecutor::new();
+static OF_SENSOR: InterruptExecutor = InterruptExecutor::new();
+/// That of the estimator.
+static BELOW: StaticCell<raw::Executor> = StaticCell::new();
+
+#[interrupt]
+fn DUAL_TIMER() {
+    // SAFETY: this is the handler of the executor's interrupt, which its start has unmasked.
+    unsafe { OF_ODOMETRY.on_interrupt() }
+}
+
+#[interrupt]
+fn UART2_RX() {
+    // SAFETY: as above.
+    unsafe { OF_SENSOR.on_interrupt() }
+}
+
+/// The interrupt lasts until the task takes it back, so it is masked until then.
+#[interrupt]
+fn TIMER0() {
+    NVIC::mask(Interrupt::TIMER0);
+    ODOMETRY_DUE.signal(());
+}
+
+#[interrupt]
+fn TIMER1() {
+    NVIC::mask(Interrupt::TIMER1);
+    SCAN_DUE.signal(());
+}
+
+/// Lets the interrupt come again, but not for what has been taken back while it was masked.
+///
+/// # Safety
+/// No critical section rests on its being masked.
+unsafe fn await_interrupt(interrupt: Interrupt) {
+    NVIC::unpend(interrupt);
+    // SAFETY: so says the caller.
+    unsafe { NVIC::unmask(interrupt) };
+}
+
+/// The wheels have been read. Interrupts everything else, and waits for nothing but the timer.
+#[embassy_executor::task]
+async fn odometry(mut timer: Timer, mut wheels: Wheels) {
+    while let Some(ticks) = wheels.due() {
+        timer.again(ticks);
+        // SAFETY: no critical section rests on its being masked.
+        unsafe { await_interrupt(Interrupt::TIMER0) };
+        ODOMETRY_DUE.wait().await;
+        TALLY.interrupted(timer.expired());
+        if let Some(sample) = wheels.sample() {
+            if OF_SAMPLES.try_send(sample).is_err() {
+                TALLY.lost_odometry();
+            }
+            TALLY.waiting(OF_SAMPLES.len());
+        }
+        ARRIVED.signal(());
+    }
+    timer.stop();
+}
+
+/// A scan has been received.
+#[embassy_executor::task]
+async fn receive(mut timer: Timer, mut sensor: Sensor) {
+    while let Some(ticks) = sensor.due() {
+        timer.again(ticks);
+        // SAFETY: as above.
+        unsafe { await_interrupt(Interrupt::TIMER1) };
+        SCAN_DUE.wait().await;
+        timer.expired();
+        if let Some(scan) = sensor.scan()
+            && OF_SCANS.try_send(scan).is_err()
+        {
+            TALLY.lost_scan();
+        }
+        ARRIVED.signal(());
+    }
+    timer.stop();
+    TALLY.end();
+    ARRIVED.signal(());
+}
+
+/// The filter works on what has arrived.
+#[embassy_executor::task]
+async fn estimate(mut estimator: Estimator) {
+    loop {
+        ARRIVED.wait().await;
+        // Asked before the queues: what arrived until then is in them.
+        let ended = TALLY.has_ended();
+        estimator.work(|| OF_SCANS.try_receive().ok(), || OF_SAMPLES.try_receive().ok());
+        if ended {
+            estimator.end();
+        }
+    }
+}
+
+/// A priority as the processor has it: 1 is the lowest.
+const fn priority(level: u8) -> u8 {
+    ((1 << NVIC_PRIO_BITS) - level) << (8 - NVIC_PRIO_BITS)
+}
+
+#[entry]
+fn main() -> ! {
+    let Some(mut peripherals) = cortex_m::Peripherals::take() else { report::failed() };
+    // SAFETY: this runs once, and nothing else takes timers or lights.
+    let (mut odometry_timer, mut sensor_timer, estimator) =
+        unsafe { (Timer::first(), Timer::second(), Estimator::start()) };
+    let (wheels, sensor) = (Wheels::of(stream()), Sensor::of(stream()));
+    for (interrupt, level) in
+        [(Interrupt::TIMER0, 4), (Interrupt::DUAL_TIMER, 3), (Interrupt::TIMER1, 2), (Interrupt::UART2_RX, 1)]
+    {
+        // SAFETY: nothing has been started whose critical sections rest on priorities.
+        unsafe { peripherals.NVIC.set_priority(interrupt, priority(level)) };
+    }
+    wheels.due().into_iter().for_each(|ticks| odometry_timer.start(ticks));
+    sensor.due().into_iter().for_each(|ticks| sensor_timer.start(ticks));
+    let below = BELOW.init(raw::Executor::new(usize::MAX as *mut ()));
+    let (Ok(odometry), Ok(receive), Ok(estimate)) =
+        (odometry(odometry_timer, wheels), receive(sensor_timer, sensor), estimate(estimator))
+    else {
+        report::failed()
+    };
+    below.spawner().spawn(estimate);
+    OF_SENSOR.start(Interrupt::UART2_RX).spawn(receive);
+    OF_ODOMETRY.start(Interrupt::DUAL_TIMER).spawn(odometry);
+    // On a board `embassy_executor::Executor` belongs here, which sleeps. QEMU wakes a processor that sleeps late where several timers are to
+    // do so, and runs would differ.
+    loop {
+        // SAFETY: polled here alone; it was initialised with the context that the executor below all interrupts has.
+        unsafe { below.poll() };
+    }
+}
+
+#[exception]
+unsafe fn HardFault(_frame: &ExceptionFrame) -> ! {
+    report::fault()
+}
+
+#[panic_handler]
+fn panic(_info: &PanicInfo<'_>) -> ! {
+    report::panicked()
+}
