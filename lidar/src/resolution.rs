@@ -26,8 +26,8 @@ impl Resolution {
     }
 
     /// The probability that a post at this range, m, which nothing hides, is detected. The rays fall where they will: a post `w` steps
-    /// wide has `⌊w⌋` of them, and one more with the probability of what is left of `w`. One that does not come back ends the cluster: all
-    /// but those at the ends must come back, and at least as many as a post must have.
+    /// wide has `⌊w⌋` of them, and one more with the probability of what is left of `w`. One that does not come back ends
+    /// the cluster: all but those at the ends must come back, and at least as many as a post must have.
     #[must_use]
     pub fn detection_probability(&self, settings: &PostSettings, range_m: f32) -> f32 {
         if !(range_m >= settings.range_min_m && range_m <= settings.range_max_m) {
@@ -49,8 +49,8 @@ impl Resolution {
 
     /// Standard deviation of a detected post's bearing at this range, rad. What is left of the width beyond the rays on it lies on either
     /// side, and nobody knows how much on which: with `f` of a step left over its variance is `(f³ + (1−f)³)` of a step's, which is its
-    /// square by 12. Where one ray more is needed than must fall on the post, what is left is `f` alone. An outer ray that does not come back
-    /// moves the middle by half a step.
+    /// square by 12. Where one ray more is needed than must fall on the post, what is left is `f` alone. An outer ray that
+    /// does not come back moves the middle by half a step.
     #[must_use]
     pub fn bearing_sigma_rad(&self, settings: &PostSettings, range_m: f32) -> f32 {
         let wide = self.steps_wide(settings, range_m);

@@ -66,7 +66,8 @@ impl Score {
         for (k, band) in self.bands.iter().enumerate().filter(|(_, band)| band.found > 0.0) {
             let mrad = |square: f64| 1000.0 * (square / band.found).sqrt();
             text += &format!(
-                "{:>4} to {} m: {} in sight, found {:.3} (expected {:.3}), range {:+.1} ± {:.1} mm (said {:.1}), bearing {:.2} mrad (said {:.2})\n",
+                "{:>4} to {} m: {} in sight, found {:.3} (expected {:.3}), \
+                 range {:+.1} ± {:.1} mm (said {:.1}), bearing {:.2} mrad (said {:.2})\n",
                 k as f64 * BAND_M,
                 (k + 1) as f64 * BAND_M,
                 band.in_sight,
@@ -178,7 +179,7 @@ fn damaged_bytes_cost_what_they_damage() {
     };
     let (lost, packets) = (share(&clean) - share(&damaged), flipped / sent);
     println!("{:.3} of the packets damaged, {lost:.3} of the posts lost; {cut} clusters cut", packets);
-    // A packet is 9.6° wide and a post 4° at 3 m: more of them are touched by a damaged packet than there are of those, not twice as many.
+    // A packet is 9.6° wide and a post 4° at 3 m: a damaged packet touches more of them than its share, not twice as many.
     assert!(lost > 0.5 * packets && lost < 2.5 * packets && cut > 0);
     // What is left is as good, and no more of it is of nothing.
     assert!(damaged.none / damaged.revolutions < 0.1);

@@ -156,8 +156,8 @@ fn main() -> ! {
     below.spawner().spawn(estimate);
     OF_SENSOR.start(Interrupt::UART2_RX).spawn(receive);
     OF_ODOMETRY.start(Interrupt::DUAL_TIMER).spawn(odometry);
-    // On a board `embassy_executor::Executor` belongs here, which sleeps. QEMU wakes a processor that sleeps late where several timers are to
-    // do so, and runs would differ.
+    // On a board `embassy_executor::Executor` belongs here, which sleeps. QEMU wakes a processor that sleeps late where several
+    // timers are to do so, and runs would differ.
     loop {
         // SAFETY: polled here alone; it was initialised with the context that the executor below all interrupts has.
         unsafe { below.poll() };
