@@ -1,0 +1,53 @@
+//! Messages, by the packages that define them.
+
+mod ackermann;
+mod geometry;
+mod navigation;
+mod radar;
+mod sensor;
+mod standard;
+mod transform;
+mod vision;
+mod visualization;
+
+pub use ackermann::*;
+pub use geometry::*;
+pub use navigation::*;
+pub use radar::*;
+pub use sensor::*;
+pub use standard::*;
+pub use transform::*;
+pub use vision::*;
+pub use visualization::*;
+
+use crate::definition::{Definition, Message};
+
+/// The definitions of all messages that are sent on their own.
+pub const ALL: [&Definition; 12] = [
+    AckermannDriveStamped::DEFINITION,
+    Detection3DArray::DEFINITION,
+    JointState::DEFINITION,
+    MarkerArray::DEFINITION,
+    NavSatFix::DEFINITION,
+    Odometry::DEFINITION,
+    PointCloud2::DEFINITION,
+    PoseArray::DEFINITION,
+    PoseStamped::DEFINITION,
+    PoseWithCovarianceStamped::DEFINITION,
+    RadarScan::DEFINITION,
+    TFMessage::DEFINITION,
+];
+
+/// Fields of a message as its definition has them, and the definition.
+macro_rules! message {
+    ($(#[$about:meta])* $type:ident, $constant:ident = $name:literal, $text:literal, [$($part:path),*]) => {
+        $(#[$about])*
+        pub static $constant: $crate::definition::Definition =
+            $crate::definition::Definition { name: $name, text: $text, parts: &[$(&$part),*] };
+
+        impl $crate::definition::Message for $type {
+            const DEFINITION: &'static $crate::definition::Definition = &$constant;
+        }
+    };
+}
+pub(crate) use message;

@@ -1,0 +1,26 @@
+//! `nav_msgs`.
+
+use super::geometry::{POSE_WITH_COVARIANCE, PoseWithCovariance, TWIST_WITH_COVARIANCE, TwistWithCovariance};
+use super::message;
+use super::standard::{HEADER, Header};
+use serde::{Deserialize, Serialize};
+
+/// Where a vehicle is and how it moves.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct Odometry {
+    /// When, and the frame of the pose.
+    pub header: Header,
+    /// The frame of the velocities.
+    pub child_frame_id: String,
+    /// Where it is.
+    pub pose: PoseWithCovariance,
+    /// How it moves.
+    pub twist: TwistWithCovariance,
+}
+
+message!(
+    /// `nav_msgs/msg/Odometry`.
+    Odometry, ODOMETRY = "nav_msgs/msg/Odometry",
+    "std_msgs/Header header\nstring child_frame_id\ngeometry_msgs/PoseWithCovariance pose\ngeometry_msgs/TwistWithCovariance twist\n",
+    [HEADER, POSE_WITH_COVARIANCE, TWIST_WITH_COVARIANCE]
+);

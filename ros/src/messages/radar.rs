@@ -1,0 +1,43 @@
+//! `radar_msgs`.
+
+use super::message;
+use super::standard::{HEADER, Header};
+use crate::definition::Definition;
+use serde::{Deserialize, Serialize};
+
+/// What a radar saw of one target, in its own frame.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct RadarReturn {
+    /// Range, m.
+    pub range: f32,
+    /// Bearing, rad, growing to the left.
+    pub azimuth: f32,
+    /// Elevation, rad, growing upwards.
+    pub elevation: f32,
+    /// Speed along the ray, m/s.
+    pub doppler_velocity: f32,
+    /// Strength, dB.
+    pub amplitude: f32,
+}
+
+/// `radar_msgs/msg/RadarReturn`.
+pub static RADAR_RETURN: Definition = Definition {
+    name: "radar_msgs/msg/RadarReturn",
+    text: "float32 range\nfloat32 azimuth\nfloat32 elevation\nfloat32 doppler_velocity\nfloat32 amplitude\n",
+    parts: &[],
+};
+
+/// All that a radar saw in a scan.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct RadarScan {
+    /// When, in which frame.
+    pub header: Header,
+    /// One a target.
+    pub returns: Vec<RadarReturn>,
+}
+
+message!(
+    /// `radar_msgs/msg/RadarScan`.
+    RadarScan, RADAR_SCAN = "radar_msgs/msg/RadarScan",
+    "std_msgs/Header header\nradar_msgs/RadarReturn[] returns\n", [HEADER, RADAR_RETURN]
+);

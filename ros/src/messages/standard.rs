@@ -1,0 +1,51 @@
+//! `std_msgs` and `builtin_interfaces`.
+
+use crate::definition::Definition;
+use crate::time::Time;
+use serde::{Deserialize, Serialize};
+
+/// `builtin_interfaces/msg/Time`.
+pub static TIME: Definition =
+    Definition { name: "builtin_interfaces/msg/Time", text: "int32 sec\nuint32 nanosec\n", parts: &[] };
+
+/// `builtin_interfaces/msg/Duration`.
+pub static DURATION: Definition =
+    Definition { name: "builtin_interfaces/msg/Duration", text: "int32 sec\nuint32 nanosec\n", parts: &[] };
+
+/// When, and in which frame.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct Header {
+    /// When.
+    pub stamp: Time,
+    /// The frame of the coordinates.
+    pub frame_id: String,
+}
+
+impl Header {
+    /// Of this time, in this frame.
+    #[must_use]
+    pub fn new(stamp: Time, frame_id: &str) -> Self {
+        Self { stamp, frame_id: frame_id.to_owned() }
+    }
+}
+
+/// `std_msgs/msg/Header`.
+pub static HEADER: Definition = Definition {
+    name: "std_msgs/msg/Header",
+    text: "builtin_interfaces/Time stamp\nstring frame_id\n",
+    parts: &[&TIME],
+};
+
+/// Red, green, blue and opacity, each from 0 to 1.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[expect(missing_docs, reason = "the fields are said above")]
+pub struct ColorRGBA {
+    pub r: f32,
+    pub g: f32,
+    pub b: f32,
+    pub a: f32,
+}
+
+/// `std_msgs/msg/ColorRGBA`.
+pub static COLOR: Definition =
+    Definition { name: "std_msgs/msg/ColorRGBA", text: "float32 r\nfloat32 g\nfloat32 b\nfloat32 a\n", parts: &[] };

@@ -1,0 +1,17 @@
+//! `tf2_msgs`.
+
+use super::geometry::{TRANSFORM_STAMPED, TransformStamped};
+use super::message;
+use serde::{Deserialize, Serialize};
+
+/// Where frames sit in others.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct TFMessage {
+    /// One each.
+    pub transforms: Vec<TransformStamped>,
+}
+
+message!(
+    /// `tf2_msgs/msg/TFMessage`.
+    TFMessage, TF_MESSAGE = "tf2_msgs/msg/TFMessage", "geometry_msgs/TransformStamped[] transforms\n", [TRANSFORM_STAMPED]
+);

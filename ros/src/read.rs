@@ -1,0 +1,293 @@
+//! Reads an MCAP file from its begin to its end, message by message.
+
+use crate::cdr::{CdrError, decode};
+use crate::definition::Message;
+use crate::unpack::{LIMIT, unpack};
+use mcap::records::{self, ChunkHeader, op};
+use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
+use std::collections::BTreeMap;
+use std::fmt;
+use std::io::{self, Read};
+
+/// Bytes that are asked of a file at once: a wrong length makes no room for what is not there.
+const PIECE: usize = 1 << 16;
+/// Of the head of a record: what it is, and its length.
+const HEAD: usize = 9;
+
+/// Why a file cannot be read, and where.
+#[derive(Debug)]
+pub struct ReadError {
+    /// Bytes of the file that had been read.
+    pub byte: u64,
+    /// Messages that had been read.
+    pub messages: u64,
+    /// What is wrong.
+    pub problem: ReadProblem,
+}
+
+/// What is wrong with a file.
+#[derive(Debug)]
+#[non_exhaustive]
+pub enum ReadProblem {
+    /// The file system refuses.
+    Io(io::Error),
+    /// It does not begin as an MCAP file does.
+    NoMcap,
+    /// It ends before its end is written.
+    Torn,
+    /// Anything else that is not as the format says.
+    Damaged(String),
+}
+
+impl fmt::Display for ReadError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { byte, messages, problem } = self;
+        match problem {
+            ReadProblem::Io(error) => write!(f, "cannot be read after byte {byte}: {error}"),
+            ReadProblem::NoMcap => write!(f, "no MCAP file: it does not begin as one"),
+            ReadProblem::Torn => write!(f, "torn off at byte {byte}, after {messages} messages: it has no end"),
+            ReadProblem::Damaged(what) => {
+                write!(f, "damaged at or before byte {byte}, after {messages} messages: {what}")
+            }
+        }
+    }
+}
+
+impl std::error::Error for ReadError {}
+
+/// A topic, and what is sent there.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Channel {
+    /// Its name.
+    pub topic: String,
+    /// The type of its messages, as in `nav_msgs/msg/Odometry`; empty where the file does not say.
+    pub kind: String,
+    /// How they are put into bytes: `cdr` by ROS 2.
+    pub encoding: String,
+}
+
+/// What a file has.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Record {
+    /// A topic begins.
+    Channel(u16),
+    /// A message.
+    Message {
+        /// The number of its channel.
+        channel: u16,
+        /// When it was received, ns.
+        log_time_ns: u64,
+        /// Its bytes.
+        data: Vec<u8>,
+    },
+    /// A file in the file.
+    Attachment {
+        /// Its name.
+        name: String,
+        /// Its bytes.
+        data: Vec<u8>,
+    },
+}
+
+/// Reads a file; call [`next`](Self::next) until there is nothing more.
+pub struct Reader<R> {
+    source: R,
+    file: LinearReader,
+    schemas: BTreeMap<u16, String>,
+    channels: BTreeMap<u16, Channel>,
+    /// Records of the chunk in hand, and how far they are read.
+    chunk: (Vec<u8>, usize),
+    byte: u64,
+    messages: u64,
+}
+
+impl<R> fmt::Debug for Reader<R> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { channels, byte, messages, .. } = self;
+        f.debug_struct("Reader").field("channels", channels).field("byte", byte).field("messages", messages).finish()
+    }
+}
+
+/// A record of the file, its bytes taken out of the reader.
+enum Raw {
+    Asks(usize),
+    Record(u8, Vec<u8>),
+    End,
+}
+
+impl<R: Read> Reader<R> {
+    /// Reads `source` from where it is.
+    #[must_use]
+    pub fn new(source: R) -> Self {
+        let options = LinearReaderOptions::default()
+            .with_emit_chunks(true)
+            .with_validate_data_section_crc(true)
+            .with_validate_summary_section_crc(true)
+            // Of chunks too: what is read comes in pieces.
+            .with_record_length_limit(LIMIT as usize);
+        Self {
+            source,
+            file: LinearReader::new_with_options(options),
+            schemas: BTreeMap::new(),
+            channels: BTreeMap::new(),
+            chunk: (Vec::new(), 0),
+            byte: 0,
+            messages: 0,
+        }
+    }
+
+    /// A channel by its number; there is one for every [`Record`] that names it.
+    #[must_use]
+    pub fn channel(&self, number: u16) -> Option<&Channel> {
+        self.channels.get(&number)
+    }
+
+    /// The next topic, message or file; `None` at the end.
+    ///
+    /// # Errors
+    /// [`ReadError`]; nothing is to be read after one.
+    #[expect(clippy::should_implement_trait, reason = "an iterator would go on after an error")]
+    pub fn next(&mut self) -> Result<Option<Record>, ReadError> {
+        loop {
+            if let Some((opcode, body)) = self.of_chunk()? {
+                if let Some(record) = self.record(opcode, &body)? {
+                    return Ok(Some(record));
+                }
+                continue;
+            }
+            match self.raw()? {
+                Raw::Asks(bytes) => {
+                    let room = self.file.insert(bytes.min(PIECE));
+                    let read = loop {
+                        match self.source.read(room) {
+                            Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+                            other => break other,
+                        }
+                    };
+                    let read = read.map_err(|error| self.error(ReadProblem::Io(error)))?;
+                    self.file.notify_read(read);
+                    self.byte += read as u64;
+                }
+                Raw::Record(op::CHUNK, body) => self.open(&body)?,
+                Raw::Record(opcode, body) => {
+                    if let Some(record) = self.record(opcode, &body)? {
+                        return Ok(Some(record));
+                    }
+                }
+                Raw::End => return Ok(None),
+            }
+        }
+    }
+
+    fn error(&self, problem: ReadProblem) -> ReadError {
+        ReadError { byte: self.byte, messages: self.messages, problem }
+    }
+
+    fn damaged(&self, what: impl Into<String>) -> ReadError {
+        self.error(ReadProblem::Damaged(what.into()))
+    }
+
+    fn raw(&mut self) -> Result<Raw, ReadError> {
+        let raw = match self.file.next_event() {
+            None => return Ok(Raw::End),
+            Some(Ok(LinearReadEvent::ReadRequest(bytes))) => return Ok(Raw::Asks(bytes)),
+            Some(Ok(LinearReadEvent::Record { opcode, data })) => Ok(Raw::Record(opcode, data.to_vec())),
+            Some(Err(error)) => Err(error),
+        };
+        raw.map_err(|error| match error {
+            mcap::McapError::BadMagic if self.byte <= mcap::MAGIC.len() as u64 => self.error(ReadProblem::NoMcap),
+            mcap::McapError::UnexpectedEof if self.byte < mcap::MAGIC.len() as u64 => self.error(ReadProblem::NoMcap),
+            mcap::McapError::UnexpectedEof => self.error(ReadProblem::Torn),
+            other => self.damaged(other.to_string()),
+        })
+    }
+
+    /// Begins to read a chunk.
+    fn open(&mut self, body: &[u8]) -> Result<(), ReadError> {
+        let record = mcap::parse_record(op::CHUNK, body).map_err(|error| self.damaged(error.to_string()))?;
+        let records::Record::Chunk { header, data } = record else { return Ok(()) };
+        let ChunkHeader { compression, uncompressed_size, uncompressed_crc, .. } = header;
+        let inside = unpack(&compression, &data, uncompressed_size).map_err(|what| self.damaged(what))?;
+        if uncompressed_crc != 0 && crc32fast::hash(&inside) != uncompressed_crc {
+            return Err(self.damaged("a chunk is not what its checksum says"));
+        }
+        self.chunk = (inside, 0);
+        Ok(())
+    }
+
+    /// The next record of the chunk in hand.
+    fn of_chunk(&mut self) -> Result<Option<(u8, Vec<u8>)>, ReadError> {
+        let (inside, at) = (&self.chunk.0, self.chunk.1);
+        let rest = inside.get(at..).unwrap_or_default();
+        if rest.is_empty() {
+            return Ok(None);
+        }
+        let torn = || self.damaged("a chunk ends in the middle of a record");
+        let (head, rest) = rest.split_first_chunk::<HEAD>().ok_or_else(torn)?;
+        let [opcode, length @ ..] = *head;
+        let length = usize::try_from(u64::from_le_bytes(length)).map_err(|_| torn())?;
+        let body = rest.get(..length).ok_or_else(torn)?.to_vec();
+        self.chunk.1 = at + HEAD + length;
+        Ok(Some((opcode, body)))
+    }
+
+    /// What a record says, if that is of use.
+    fn record(&mut self, opcode: u8, body: &[u8]) -> Result<Option<Record>, ReadError> {
+        let read = match opcode {
+            op::SCHEMA | op::CHANNEL | op::MESSAGE | op::ATTACHMENT => mcap::parse_record(opcode, body),
+            _ => return Ok(None),
+        };
+        match read.map_err(|error| self.damaged(error.to_string()))? {
+            records::Record::Schema { header, .. } => {
+                self.schemas.insert(header.id, header.name);
+                Ok(None)
+            }
+            records::Record::Channel(channel) => {
+                let records::Channel { id, schema_id, topic, message_encoding, .. } = channel;
+                let kind = match self.schemas.get(&schema_id) {
+                    Some(kind) => kind.clone(),
+                    None if schema_id == 0 => String::new(),
+                    None => {
+                        return Err(self.damaged(format!("topic '{topic}' is of a type that the file does not have")));
+                    }
+                };
+                let channel = Channel { topic, kind, encoding: message_encoding };
+                // At the end of a file all channels are told again.
+                if self.channels.get(&id) == Some(&channel) {
+                    return Ok(None);
+                }
+                self.channels.insert(id, channel);
+                Ok(Some(Record::Channel(id)))
+            }
+            records::Record::Message { header, data } => {
+                if !self.channels.contains_key(&header.channel_id) {
+                    return Err(self.damaged(format!("a message of the unknown topic {}", header.channel_id)));
+                }
+                self.messages += 1;
+                let data = data.into_owned();
+                Ok(Some(Record::Message { channel: header.channel_id, log_time_ns: header.log_time, data }))
+            }
+            records::Record::Attachment { header, data, .. } => {
+                Ok(Some(Record::Attachment { name: header.name, data: data.into_owned() }))
+            }
+            _ => Ok(None),
+        }
+    }
+}
+
+impl Channel {
+    /// The message of these bytes.
+    ///
+    /// # Errors
+    /// The channel has other messages or another encoding, or the bytes are none.
+    pub fn decode<M: Message>(&self, data: &[u8]) -> Result<M, CdrError> {
+        if self.encoding != "cdr" {
+            let what = format!("messages are encoded as '{}', where ROS 2 has 'cdr'", self.encoding);
+            return Err(CdrError::Content(what));
+        }
+        if self.kind != M::DEFINITION.name {
+            return Err(CdrError::Content(format!("messages are {}, not {}", self.kind, M::DEFINITION.name)));
+        }
+        decode(data)
+    }
+}

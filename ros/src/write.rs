@@ -1,0 +1,103 @@
+//! Writes an MCAP file.
+
+use crate::cdr::{CdrError, encode};
+use crate::definition::{Message, full_text};
+use crate::time::Time;
+use mcap::records::MessageHeader;
+use mcap::{Attachment, McapError, WriteOptions};
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+use std::io::{Seek, Write};
+
+/// Why a file cannot be written.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum WriteError {
+    /// By the file system, or more topics than a file can have.
+    #[error("{0}")]
+    File(#[from] McapError),
+    /// A message has no bytes.
+    #[error("{0}")]
+    Message(#[from] CdrError),
+}
+
+/// An MCAP file of the profile `ros2`, with chunks that are not compressed, and an index.
+pub struct Writer<W: Write + Seek> {
+    file: mcap::Writer<W>,
+    /// By topic: the channel, and how many messages it has.
+    channels: BTreeMap<String, (u16, u32)>,
+}
+
+impl<W: Write + Seek> std::fmt::Debug for Writer<W> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Writer").field("channels", &self.channels).finish_non_exhaustive()
+    }
+}
+
+impl<W: Write + Seek> Writer<W> {
+    /// A file with nothing in it; `library` is the program that writes it.
+    ///
+    /// # Errors
+    /// By the file system.
+    pub fn new(out: W, library: &str) -> Result<Self, WriteError> {
+        let file = WriteOptions::new().compression(None).profile("ros2").library(library).create(out)?;
+        Ok(Self { file, channels: BTreeMap::new() })
+    }
+
+    /// Makes a topic, which then stands in the file even where no message comes. One that is `latched` tells every late reader its last
+    /// message.
+    ///
+    /// # Errors
+    /// By the file system, or there are too many topics.
+    pub fn topic<M: Message>(&mut self, topic: &str, latched: bool) -> Result<(), WriteError> {
+        if self.channels.contains_key(topic) {
+            return Ok(());
+        }
+        let definition = M::DEFINITION;
+        let schema = self.file.add_schema(definition.name, "ros2msg", full_text(definition).as_bytes())?;
+        // As recorders write it: reliable, volatile or transient local.
+        let quality = format!(
+            "- history: 1\n  depth: 10\n  reliability: 1\n  durability: {}\n  deadline:\n    sec: 9223372036\n    nsec: 854775807\n  \
+             lifespan:\n    sec: 9223372036\n    nsec: 854775807\n  liveliness: 1\n  liveliness_lease_duration:\n    sec: 9223372036\n    \
+             nsec: 854775807\n  avoid_ros_namespace_conventions: false\n",
+            if latched { 1 } else { 2 }
+        );
+        let metadata = BTreeMap::from([("offered_qos_profiles".to_owned(), quality)]);
+        let channel = self.file.add_channel(schema, topic, "cdr", &metadata)?;
+        self.channels.insert(topic.to_owned(), (channel, 0));
+        Ok(())
+    }
+
+    /// Writes a message that was sent and received at that time; its topic is made where there is none.
+    ///
+    /// # Errors
+    /// [`WriteError`].
+    pub fn write<M: Message>(&mut self, topic: &str, at: Time, message: &M) -> Result<(), WriteError> {
+        self.topic::<M>(topic, false)?;
+        let data = encode(message)?;
+        let Some((channel, count)) = self.channels.get_mut(topic) else { return Ok(()) };
+        let (log_time, sequence) = (at.nanoseconds(), *count);
+        let header = MessageHeader { channel_id: *channel, sequence, log_time, publish_time: log_time };
+        *count += 1;
+        Ok(self.file.write_to_known_channel(&header, &data)?)
+    }
+
+    /// Puts a file into the file.
+    ///
+    /// # Errors
+    /// By the file system.
+    pub fn attach(&mut self, name: &str, media_type: &str, data: &[u8]) -> Result<(), WriteError> {
+        let (name, media_type) = (name.to_owned(), media_type.to_owned());
+        let attachment = Attachment { log_time: 0, create_time: 0, name, media_type, data: Cow::Borrowed(data) };
+        Ok(self.file.attach(&attachment)?)
+    }
+
+    /// Ends the file: without this nobody can read it.
+    ///
+    /// # Errors
+    /// By the file system.
+    pub fn finish(mut self) -> Result<W, WriteError> {
+        self.file.finish()?;
+        Ok(self.file.into_inner())
+    }
+}
