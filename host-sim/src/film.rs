@@ -1,4 +1,4 @@
-//! What a page ([`mod@crate::report`]) needs of a run beside its record.
+//! What a page ([`mod@crate::report`]) and an MCAP file ([`crate::exchange`]) need of a run beside its record.
 
 use crate::dimensions::Dimensions;
 use crate::record::{MapFeature, MovingFeature};
@@ -47,6 +47,12 @@ impl<D: Dimensions> Film<D> {
     #[must_use]
     pub fn has(&self, scan: usize) -> bool {
         self.chosen.binary_search(&scan).is_ok()
+    }
+
+    /// How many pictures it has.
+    #[must_use]
+    pub fn pictures(&self) -> usize {
+        self.frames.len()
     }
 
     pub(crate) fn health(&mut self, health: Health) {

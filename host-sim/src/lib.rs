@@ -12,7 +12,7 @@
 //! | [`ekf`], [`slam`], [`kind`], [`truth`] | filters, and what a kind of vehicle supplies for a run |
 //! | [`session`], [`tally`], [`compare`], [`tune`], [`monte_carlo`], [`stream`] | runs, once for every kind |
 //! | [`output`], [`plot`], [`figure`], [`point_process`] | tables and pictures |
-//! | [`mod@check`], [`mod@report`] | whether a log says what its author means; a run as a page |
+//! | [`mod@check`], [`mod@report`], [`exchange`] | whether a log says what its author means; a run as a page, and as files of others |
 //!
 //! The program itself is in `cli`: a command is dispatched on the kind of vehicle in one place.
 
@@ -22,6 +22,7 @@ pub mod compare;
 pub mod dimensions;
 pub mod ekf;
 pub mod events;
+pub mod exchange;
 pub mod figure;
 pub mod film;
 pub mod hil;

@@ -50,7 +50,7 @@ mod write;
 
 pub use error::{LogError, Place, Problem};
 pub use underwater::{has_camera, read_underwater};
-pub use write::write;
+pub use write::{head_text as head, write};
 
 use crate::log::{Fix, Log, MovingLandmark, Odometry, PoseFix, Scan, TruePose, Vehicle};
 use head::Head;

@@ -231,13 +231,17 @@ pub struct RunArgs {
     /// Writes the figures to FILE (`-`: standard output) as one JSON object, those of several runs as a list of them.
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
-    /// Writes scans.csv, map.csv, and trajectory and error plots (SVG and PNG) to DIR; for a single run only.
+    /// Writes scans.csv, map.csv, estimate.tum, truth.tum, and trajectory and error plots (SVG and PNG) to DIR; for a single run only.
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
     /// Writes the run to FILE (`-`: standard output) as a page for a browser, which needs no network: the map at all times, curves, health,
     /// settings; for a single run only.
     #[arg(long, value_name = "FILE")]
     pub html: Option<PathBuf>,
+    /// Writes the run to FILE (`-`: standard output) as an MCAP file with messages of ROS 2: estimate, truth, map, detections, and what the
+    /// filter was told; for a single run only. docs/logs.md lists the topics.
+    #[arg(long, value_name = "FILE")]
+    pub mcap: Option<PathBuf>,
     /// Writes the map at the end to FILE, for --map of another drive; a joint map in the plane and a single run only.
     #[arg(long, value_name = "FILE")]
     pub save_map: Option<PathBuf>,

@@ -7,7 +7,7 @@ use super::offer::Offer;
 use super::outputs::{Outputs, check_file, label, write_file};
 use super::progress::Progress;
 use super::source::{Found, OfKind, Source, Sources, all_scenarios, either, scenario, settings_command};
-use super::{check, compare, figure, hil, monte_carlo, repeat, stream, tune, worlds};
+use super::{check, compare, figure, hil, monte_carlo, recording, repeat, stream, tune, worlds};
 use clap::CommandFactory;
 use scphd::Health;
 use scphd_sim::dimensions::{Dimensions, Planar};
@@ -114,19 +114,26 @@ fn single<K: Offer>(source: &Source<K>, name: &str, args: RunArgs) -> Result<(),
     outputs.check()?;
     let html = args.html.as_deref();
     html.map_or(Ok(()), |path| check_file("--html", path))?;
+    let mcap = args.mcap.as_deref();
+    mcap.map_or(Ok(()), |path| recording::check::<K>(log, path))?;
     let maps = Maps { map: args.map, locate: args.locate, save: args.save_map };
     let file = maps.read()?;
     let (filter, seed) = (choice.filter, args.seed.seed);
     let progress = progress_of::<K>(log, &settings, filter);
     let (start, mut at) = (maps.to_use(file.as_deref()), |scans| progress.at(scans));
-    let mut film = html.map(|_| Film::of(K::scans(log).len()));
+    let mut film = html.or(mcap).map(|_| Film::of(K::scans(log).len()));
     let (session, outcome) =
         session::run_in_map::<K>(&threads, log, &settings, filter, seed, start, film.as_mut(), &mut at)?;
     drop(progress);
     outputs.write_one::<K>(log, &session)?;
-    if let (Some(path), Some(film)) = (html, &film) {
+    if let Some(film) = &film {
         let text = origins.annotated(&settings).map_err(|error| Failure::Internal(error.to_string()))?;
-        write_file("--html", path, page::<K>(log, &settings, &session, film, &text).as_bytes())?;
+        if let Some(path) = html {
+            write_file("--html", path, page::<K>(log, &settings, &session, film, &text).as_bytes())?;
+        }
+        if let Some(path) = mcap {
+            recording::write::<K>(path, log, &settings, &session, film, &text)?;
+        }
     }
     maps.write(&outcome)?;
     report(&outputs, &[session])?;

@@ -13,6 +13,7 @@ mod monte_carlo;
 mod offer;
 mod outputs;
 mod progress;
+mod recording;
 mod repeat;
 mod source;
 mod stream;

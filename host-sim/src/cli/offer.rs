@@ -3,6 +3,7 @@
 use scphd_sim::check::Checked;
 use scphd_sim::compare::Lockstep;
 use scphd_sim::dimensions::{Planar, Underwater};
+use scphd_sim::exchange::mcap::Exported;
 use scphd_sim::log::Log;
 use scphd_sim::scenario::{SCENARIOS, by_name, is_of_thesis, thesis_run};
 use scphd_sim::settings::{Origin, Origins, Settings};
@@ -13,7 +14,7 @@ use scphd_sim::underwater;
 use scphd_stream::Scalar;
 
 /// A kind of vehicle, as the commands know it.
-pub trait Offer: Lockstep + Learn + Checked {
+pub trait Offer: Lockstep + Learn + Checked + Exported {
     /// Names of the scenarios, each with a line about it.
     const SCENARIOS: &'static [(&'static str, &'static str)];
 

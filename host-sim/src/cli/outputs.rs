@@ -1,6 +1,7 @@
 //! Where the files of a run go.
 
 use super::failure::{Failure, is_quiet, notice, print};
+use scphd_sim::exchange::tum;
 use scphd_sim::kind::Kind;
 use scphd_sim::output::json::Summary;
 use scphd_sim::output::{csv, json, sink};
@@ -48,6 +49,7 @@ impl Outputs {
         if let Some(out) = &self.out {
             make(out)?;
             csv::write_record(out, &session.record)?;
+            tum::write(out, &session.record.scans)?;
             plot::write_plots::<K>(out, log, &[(&label(&session.summary), &session.record)])?;
             notice(format_args!("tables and plots are in {}", out.display()));
         }
@@ -64,6 +66,7 @@ impl Outputs {
                 let folder = out.join(format!("{}-{}", session.summary.filter, session.summary.precision));
                 make(&folder)?;
                 csv::write_record(&folder, &session.record)?;
+                tum::write(&folder, &session.record.scans)?;
             }
             let labels: Vec<String> = sessions.iter().map(|session| label(&session.summary)).collect();
             let runs: Vec<_> = labels.iter().zip(sessions).map(|(label, run)| (label.as_str(), &run.record)).collect();

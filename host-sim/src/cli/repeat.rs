@@ -24,6 +24,9 @@ pub fn repeat<K: Offer>(sources: &[Source<K>], args: RunArgs) -> Result<(), Fail
     if args.html.is_some() {
         return Err(Failure::input("--html: for a single run only, not with several logs or --repeat"));
     }
+    if args.mcap.is_some() {
+        return Err(Failure::input("--mcap: for a single run only, not with several logs or --repeat"));
+    }
     if args.map.is_some() || args.save_map.is_some() {
         return Err(Failure::input("--map and --save-map: for a single run only, not with several logs or --repeat"));
     }

@@ -20,7 +20,7 @@ pub fn write(log: &Log, dir: &Path) -> io::Result<()> {
         let what = format!("{} is not empty", dir.display());
         return Err(io::Error::new(io::ErrorKind::AlreadyExists, what));
     }
-    fs::write(dir.join("log.toml"), head(log).to_string())?;
+    fs::write(dir.join("log.toml"), head_text(log))?;
 
     let [first, second] = control_columns(&log.vehicle);
     let rows = log.odometry.iter().map(|row| vec![row.t_s, row.control[0], row.control[1]]);
@@ -73,6 +73,12 @@ pub fn write(log: &Log, dir: &Path) -> io::Result<()> {
         lines(&dir.join("moving.csv"), "subject,t_s,x_m,y_m", rows)?;
     }
     Ok(())
+}
+
+/// The text of its `log.toml`.
+#[must_use]
+pub fn head_text(log: &Log) -> String {
+    head(log).to_string()
 }
 
 fn has_heading(log: &Log) -> bool {

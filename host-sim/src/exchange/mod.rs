@@ -1,0 +1,9 @@
+//! A run as files that other programs read, and files of others as logs.
+//!
+//! | folder or file | |
+//! |---|---|
+//! | `tum.rs` | trajectories as text |
+//! | `mcap/` | a run as messages of ROS 2 |
+
+pub mod mcap;
+pub mod tum;
