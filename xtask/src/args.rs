@@ -48,7 +48,9 @@ pub fn parse(words: &[String]) -> Result<Request, String> {
                     return Err("fuzz takes operations and a seed".into());
                 }
             }
-            "--all" if chosen.last().is_some_and(|step| step.name == "python") => options.studies = true,
+            "--all" if chosen.last().is_some_and(|step| ["logs", "python"].contains(&step.name)) => {
+                options.studies = true
+            }
             name => match STEPS.iter().chain(OTHERS).find(|step| step.name == name) {
                 Some(step) => chosen.push(step),
                 None => return Err(format!("unknown command `{name}`")),
@@ -75,7 +77,7 @@ pub fn usage() -> String {
     }
     line("doctor", "says which of the programs that steps need are here; changes nothing");
     line("help", "this text; `bench --help` defines the figures of the bench");
-    text.push_str("\nOptions:\n  --all        after `python`: its studies too\n  --strict     a step that could not check everything makes the run a failure\n  --json FILE  where `budget` writes its figures, as a list of flat objects, or `bench`,\n               \
+    text.push_str("\nOptions:\n  --all        after `python`: its studies too; after `logs`: rerun too\n  --strict     a step that could not check everything makes the run a failure\n  --json FILE  where `budget` writes its figures, as a list of flat objects, or `bench`,\n               \
          as a list of objects {name, value, unit}\n");
     text.push_str(&format!(
         "\nEnvironment:\n  {}=rustup|debian\n          \
@@ -147,7 +149,12 @@ mod tests {
             let words: Vec<String> = words.iter().map(|word| (*word).to_owned()).collect();
             matches!(parse(&words), Ok(Request::Run(_, Options { studies: true, .. })))
         };
-        assert!(studies(&["python", "--all"]) && !studies(&["python"]) && !studies(&["fmt", "--all"]));
+        assert!(
+            studies(&["python", "--all"])
+                && studies(&["logs", "--all"])
+                && !studies(&["python"])
+                && !studies(&["fmt", "--all"])
+        );
     }
 
     #[test]

@@ -76,7 +76,7 @@ fn lines() -> Vec<Line> {
     let [_, soft] = capi::TARGETS;
     lines.push(Line { what: soft, found: has_target(soft), steps: "capi" });
     let python = python::interpreter().map_err(|Missing(reason)| reason);
-    lines.push(Line { what: "python3", found: python, steps: "python" });
+    lines.push(Line { what: "python3", found: python, steps: "python, logs" });
     lines.push(Line { what: "oldest Rust", found: oldest(), steps: "msrv, else by clippy" });
     lines.push(Line { what: "recorded logs", found: logs(), steps: "unit, firmware" });
     lines

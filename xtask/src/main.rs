@@ -9,6 +9,7 @@ mod doctor;
 mod firmware;
 mod install;
 mod lint;
+mod logs;
 mod msrv;
 mod noalloc;
 mod options;

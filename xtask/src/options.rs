@@ -15,6 +15,6 @@ pub struct Options {
     pub numbers: Vec<u64>,
     /// Where the C library is installed.
     pub place: capi::Place,
-    /// Whether the step `python` runs the studies too.
+    /// Whether the step `python` runs the studies too, and the step `logs` what is large.
     pub studies: bool,
 }

@@ -80,13 +80,13 @@ fn simulator() -> Result<PathBuf, String> {
 }
 
 /// A virtual environment of this project's own.
-struct Environment {
+pub struct Environment {
     folder: PathBuf,
 }
 
 impl Environment {
     /// The one for this Python, made where it is not there.
-    fn of(version: &str) -> Result<Self, Missing> {
+    pub fn of(version: &str) -> Result<Self, Missing> {
         let environment = Self { folder: process::own_target_dir("python").join(format!("venv-{version}")) };
         if environment.runs() {
             return Ok(environment);
@@ -111,8 +111,13 @@ impl Environment {
         process::run(process::command("python3").args(["-m", "venv", "--clear"]).arg(&self.folder))
     }
 
+    /// Its Python.
+    pub fn program(&self) -> PathBuf {
+        self.folder.join("bin").join("python")
+    }
+
     fn python(&self) -> Command {
-        let mut python = process::command(self.folder.join("bin").join("python"));
+        let mut python = process::command(self.program());
         // Nothing of the user's own, and nothing left behind in the sources.
         python.env_remove("PYTHONPATH").env_remove("PYTHONHOME").env("PYTHONDONTWRITEBYTECODE", "1");
         python
@@ -125,7 +130,7 @@ impl Environment {
     }
 
     /// Installs packages that are not there; a list of what was once installed whole needs no network any more.
-    fn equip(&self, packages: &[&str]) -> Result<(), Missing> {
+    pub fn equip(&self, packages: &[&str]) -> Result<(), Missing> {
         let (list, wanted) = (self.folder.join(format!("equipped-{}.txt", packages.len())), packages.join("\n"));
         if fs::read_to_string(&list).is_ok_and(|there| there == wanted) {
             return Ok(());

@@ -7,6 +7,7 @@ use crate::budget;
 use crate::capi;
 use crate::firmware;
 use crate::lint;
+use crate::logs;
 use crate::msrv;
 use crate::options::Options;
 use crate::outcome::{Outcome, Tally};
@@ -61,6 +62,11 @@ pub const STEPS: &[Step] = &[
         name: "python",
         what: "the Python package: its wheel, its tests, the digests of the library; `python --all`: the studies too",
         run: |options| python::step(options.studies),
+    },
+    Step {
+        name: "logs",
+        what: "what a run writes is read by rosbags and evo as it was meant; `logs --all`: by rerun too",
+        run: |options| logs::step(options.studies),
     },
     Step { name: "budget", what: "flash, RAM, stack and instructions are within budgets.toml", run: budget::step },
     Step {
