@@ -81,6 +81,20 @@ pub fn read(dir: &Path) -> Result<Log, LogError> {
     let reach_m = head.sensors.iter().map(|sensor| sensor.sensor.range_max_m).fold(0.0, f64::max);
     units::way(&rows, speeds, &stamps, reach_m, head.control_columns()[0])?;
     let fixes = fixes(dir, &head, odometry.first(), scans.last())?;
+    let (truth, landmarks, moving) = (truth(dir)?, landmarks(dir)?, moving(dir)?);
+    Ok(Log { odometry, scans, fixes, truth, landmarks, moving, ..empty(head)? })
+}
+
+/// A log of what the text of a `log.toml` says, without any row.
+///
+/// # Errors
+///
+/// As for [`read`].
+pub fn of_head(text: &str) -> Result<Log, LogError> {
+    empty(Head::of(text)?)
+}
+
+fn empty(head: Head) -> Result<Log, LogError> {
     let mut sensors = head.sensors.into_iter();
     // A head has one at least.
     let first = sensors.next().ok_or_else(|| Place::Key("sensor".into()).error(Problem::Missing))?;
@@ -93,13 +107,13 @@ pub fn read(dir: &Path) -> Result<Log, LogError> {
         nominal: first.nominal,
         others: sensors.collect(),
         simulated: head.simulated,
-        odometry,
-        scans,
-        fixes,
+        odometry: Vec::new(),
+        scans: Vec::new(),
+        fixes: Vec::new(),
         fix_noise: head.fix_noise.unwrap_or_default(),
-        truth: truth(dir)?,
-        landmarks: landmarks(dir)?,
-        moving: moving(dir)?,
+        truth: Vec::new(),
+        landmarks: Vec::new(),
+        moving: Vec::new(),
     })
 }
 

@@ -149,6 +149,11 @@ pub enum Command {
         #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..))]
         count: Option<u32>,
     },
+    /// Makes a log folder of a recording.
+    ///
+    /// FILE is an MCAP file with messages of ROS 2, of which the topics are guessed where they are not named; what was guessed is told.
+    /// docs/logs.md lists the messages, and what a recording does not say.
+    Import(ImportArgs),
     /// Writes a log or scenario as the binary stream that a vehicle computer reads; docs/stream.md describes it.
     Stream(StreamArgs),
     /// Streams a log or scenario to a target over a serial line, and shows what comes back beside the truth.
@@ -187,6 +192,47 @@ pub struct CheckArgs {
     /// Writes figures and findings to FILE (`-`: standard output) as one JSON object, those of several logs as a list of them.
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub struct ImportArgs {
+    /// The recording.
+    #[arg(value_name = "FILE")]
+    pub source: PathBuf,
+    /// Folder to write; it is made, or has to be empty.
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// A log.toml with what the recording does not say: vehicle, sensors, noise [default: that in the file, if a run of this program wrote
+    /// it; otherwise a guess].
+    #[arg(long, value_name = "FILE")]
+    pub head: Option<PathBuf>,
+    /// Topic of the odometry.
+    #[arg(long, value_name = "TOPIC")]
+    pub odometry: Option<String>,
+    /// Topic of the detections; of several sensors NAME=TOPIC for each.
+    #[arg(long, value_name = "[NAME=]TOPIC")]
+    pub detections: Vec<String>,
+    /// Topic of fixes of the pose, or `none`.
+    #[arg(long, value_name = "TOPIC")]
+    pub fixes: Option<String>,
+    /// Topic of the true pose, or `none`.
+    #[arg(long, value_name = "TOPIC")]
+    pub truth: Option<String>,
+    /// Which time of a message counts.
+    #[arg(long, value_enum, default_value_t = ClockName::Header)]
+    pub clock: ClockName,
+    /// Of a file that is torn off or damaged, takes what lies before.
+    #[arg(long)]
+    pub partial: bool,
+}
+
+/// Which time of a message counts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum ClockName {
+    /// That of its header.
+    Header,
+    /// That at which it was recorded.
+    Log,
 }
 
 #[derive(Debug, Args)]

@@ -1,20 +1,19 @@
 //! What the commands do.
 
 use super::args::{Cli, Command, MainJob, RunArgs, Tuning};
-use super::failure::{Failure, be_quiet, notice, print, warn_of_errors, warning};
+use super::failure::{Failure, be_quiet, print, warn_of_errors, warning};
+use super::folder::export;
 use super::maps::{Maps, told};
 use super::offer::Offer;
 use super::outputs::{Outputs, check_file, label, write_file};
 use super::progress::Progress;
 use super::source::{Found, OfKind, Source, Sources, all_scenarios, either, scenario, settings_command};
-use super::{check, compare, figure, hil, monte_carlo, recording, repeat, stream, tune, worlds};
+use super::{check, compare, figure, hil, import, monte_carlo, recording, repeat, stream, tune, worlds};
 use clap::CommandFactory;
 use scphd::Health;
 use scphd_sim::dimensions::{Dimensions, Planar};
 use scphd_sim::film::Film;
 use scphd_sim::kind::Kind;
-use scphd_sim::log::Log;
-use scphd_sim::log_folder;
 use scphd_sim::output::json::Summary;
 use scphd_sim::output::table;
 use scphd_sim::report::page;
@@ -22,9 +21,7 @@ use scphd_sim::session::{self, Filter, LeftOut, Session, condition_name};
 use scphd_sim::slam::Precision;
 use scphd_sim::threads::Threads;
 use std::fs;
-use std::io;
 use std::path::Path;
-use std::process;
 
 /// The scenario of the job without a command.
 const MAIN_SCENARIO: &str = "survey";
@@ -71,6 +68,7 @@ pub fn execute(cli: Cli) -> Result<(), Failure> {
                 Err(Failure::input(format_args!("{name} with seed {seed} cannot be written to {dir}: {why}")))
             }
         },
+        Some(Command::Import(args)) => import::import(args),
         Some(Command::Stream(args)) => stream::stream(args),
         Some(Command::Hil(args)) => hil::hil(&args),
         Some(Command::Tune(args)) => tune::tune(args),
@@ -224,33 +222,4 @@ fn export_all(name: &str, dir: &Path, seed: u64, count: Option<u32>) -> Result<(
         let seed = seed.checked_add(k).ok_or_else(|| Failure::input(format_args!("--seed {seed}: too large")))?;
         export(&scenario::<Planar>(name, seed)?, &dir.join(format!("{name}-{seed}")))
     })
-}
-
-/// Writes the folder beside its place and moves it there when it is complete.
-fn export(log: &Log, dir: &Path) -> Result<(), Failure> {
-    let cannot = |error: io::Error| Failure::input(format_args!("cannot write {}: {error}", dir.display()));
-    let empty = match fs::read_dir(dir) {
-        Ok(mut entries) => entries.next().is_none(),
-        Err(error) if error.kind() == io::ErrorKind::NotFound => false,
-        Err(error) => return Err(cannot(error)),
-    };
-    if dir.exists() && !empty {
-        return Err(Failure::input(format_args!("{} is not empty", dir.display())));
-    }
-    let name =
-        dir.file_name().ok_or_else(|| Failure::input(format_args!("{}: not the name of a folder", dir.display())))?;
-    let hidden = dir.with_file_name(format!(".{}.{}.tmp", name.to_string_lossy(), process::id()));
-    let moved = log_folder::write(log, &hidden).and_then(|()| {
-        if empty {
-            fs::remove_dir(dir)?;
-        }
-        fs::rename(&hidden, dir)
-    });
-    if let Err(error) = moved {
-        // The first error is the one worth telling; there may be nothing to remove.
-        let _ = fs::remove_dir_all(&hidden);
-        return Err(cannot(error));
-    }
-    notice(format_args!("{} is in {}", log.name, dir.display()));
-    Ok(())
 }

@@ -4,6 +4,8 @@
 //! |---|---|
 //! | `tum.rs` | trajectories as text |
 //! | `mcap/` | a run as messages of ROS 2 |
+//! | `import/` | logs of files of others |
 
+pub mod import;
 pub mod mcap;
 pub mod tum;

@@ -37,8 +37,12 @@ pub(super) struct Section<'a> {
 impl Head {
     pub(super) fn read(dir: &Path) -> Result<Self, LogError> {
         let file = "log.toml";
-        let text = text(dir, file)?.ok_or_else(|| Place::File(file).error(Problem::Missing))?;
-        let table: Table = text.parse().map_err(|error| syntax(&text, &error))?;
+        Self::of(&text(dir, file)?.ok_or_else(|| Place::File(file).error(Problem::Missing))?)
+    }
+
+    /// What a text says.
+    pub(super) fn of(text: &str) -> Result<Self, LogError> {
+        let table: Table = text.parse().map_err(|error| syntax(text, &error))?;
         let top = Section { name: "".into(), table: &table };
         // The sensor first: logs of other sensors lack other things as well, which is not what to report.
         let several = table.contains_key("sensors");

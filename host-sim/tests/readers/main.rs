@@ -2,6 +2,7 @@
 //!
 //! `cargo xtask logs` gets them into an environment of their own and runs this test, which does not run without them.
 
+#[expect(dead_code, reason = "other tests read folders")]
 #[path = "../folders/mod.rs"]
 mod folders;
 
