@@ -151,7 +151,8 @@ pub enum Command {
     },
     /// Makes a log folder of a recording.
     ///
-    /// FILE is an MCAP file with messages of ROS 2, of which the topics are guessed where they are not named; what was guessed is told.
+    /// SOURCE is an MCAP file with messages of ROS 2, of which the topics are guessed where they are not named; a TOML file that says which
+    /// columns of text tables are what; or a folder with the original files of MRCLAM or of Victoria Park. What was guessed is told.
     /// docs/logs.md lists the messages, and what a recording does not say.
     Import(ImportArgs),
     /// Writes a log or scenario as the binary stream that a vehicle computer reads; docs/stream.md describes it.
@@ -197,7 +198,6 @@ pub struct CheckArgs {
 #[derive(Debug, Args)]
 pub struct ImportArgs {
     /// The recording.
-    #[arg(value_name = "FILE")]
     pub source: PathBuf,
     /// Folder to write; it is made, or has to be empty.
     #[arg(long, value_name = "DIR")]
@@ -224,6 +224,9 @@ pub struct ImportArgs {
     /// Of a file that is torn off or damaged, takes what lies before.
     #[arg(long)]
     pub partial: bool,
+    /// Which robot of MRCLAM.
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = value_parser!(u32).range(1..=5))]
+    pub robot: u32,
 }
 
 /// Which time of a message counts.

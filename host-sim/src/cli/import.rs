@@ -5,13 +5,13 @@ use super::check;
 use super::failure::{Failure, notice};
 use super::folder::export;
 use scphd_sim::dimensions::Planar;
-use scphd_sim::exchange::import::{Imported, recording};
+use scphd_sim::exchange::import::{Imported, columns, mrclam, recording, victoria_park};
 use scphd_sim::log_folder;
 use std::fs;
 
 /// Reads the recording, writes the folder, and tells what was chosen and what a check of it warns of.
 pub fn import(args: ImportArgs) -> Result<(), Failure> {
-    let Imported { log, told } = of_recording(&args)?;
+    let Imported { log, told } = read(&args)?;
     told.iter().for_each(notice);
     export(&log, &args.out)?;
     // What is written is what is read: units, clocks and numbers are judged there.
@@ -23,19 +23,47 @@ pub fn import(args: ImportArgs) -> Result<(), Failure> {
     Ok(())
 }
 
-fn of_recording(args: &ImportArgs) -> Result<Imported, Failure> {
+fn read(args: &ImportArgs) -> Result<Imported, Failure> {
     let head = args.head.as_ref().map(|path| {
         let place = path.display().to_string();
         let text = fs::read_to_string(path);
         text.map(|text| (place, text))
             .map_err(|error| Failure::input(format_args!("--head {}: {error}", path.display())))
     });
+    let head = head.transpose()?;
+    let source = &args.source;
+    let is_map = source.extension().is_some_and(|extension| extension == "toml");
+    if !source.is_dir() && !is_map {
+        return recording::read(source, &options(args, head)).map_err(Failure::input);
+    }
+    let named = [&args.odometry, &args.fixes, &args.truth].iter().any(|name| name.is_some());
+    if named || !args.detections.is_empty() || args.partial {
+        return Err(Failure::input("--odometry, --detections, --fixes, --truth and --partial: of MCAP files alone"));
+    }
+    let head = head.map(|(place, text)| {
+        log_folder::of_head(&text).map_err(|error| Failure::input(format_args!("--head {place}: {error}")))
+    });
+    let head = head.transpose()?;
+    let read = if is_map {
+        columns::read(source, head)
+    } else if mrclam::is(source) {
+        mrclam::read(source, args.robot, head)
+    } else if victoria_park::is(source) {
+        victoria_park::read(source, head)
+    } else {
+        let what = "neither the files of MRCLAM (RobotN_Odometry.dat) nor of Victoria Park (aa3_dr.mat)";
+        return Err(Failure::input(format_args!("{}: {what}", source.display())));
+    };
+    read.map_err(Failure::input)
+}
+
+fn options(args: &ImportArgs, head: Option<(String, String)>) -> recording::Options {
     let sensor = |named: &String| match named.split_once('=') {
         Some((name, topic)) => (name.to_owned(), topic.to_owned()),
         None => (String::new(), named.clone()),
     };
-    let options = recording::Options {
-        head: head.transpose()?,
+    recording::Options {
+        head,
         odometry: args.odometry.clone(),
         detections: args.detections.iter().map(sensor).collect(),
         fixes: args.fixes.clone(),
@@ -45,6 +73,5 @@ fn of_recording(args: &ImportArgs) -> Result<Imported, Failure> {
             ClockName::Log => recording::Clock::Log,
         },
         partial: args.partial,
-    };
-    recording::read(&args.source, &options).map_err(Failure::input)
+    }
 }

@@ -4,9 +4,19 @@
 //! |---|---|
 //! | `draft.rs` | what is read, and the log that it makes |
 //! | `recording/` | MCAP files with messages of ROS 2 |
+//! | `text.rs`, `scans.rs` | tables in text files, and detections of them |
+//! | `columns.rs` | tables of any kind, by a map of their columns |
+//! | `mrclam.rs` | the original files of MRCLAM |
+//! | `matlab.rs`, `victoria_park.rs` | the original files of Victoria Park |
 
+pub mod columns;
 mod draft;
+mod matlab;
+pub mod mrclam;
 pub mod recording;
+mod scans;
+mod text;
+pub mod victoria_park;
 
 pub use draft::Draft;
 
