@@ -9,8 +9,17 @@ use std::process::{Command, Output};
 use tempfile::TempDir;
 
 /// What `--out` leaves for a single run.
-const FILES: [&str; 7] =
-    ["error.png", "error.svg", "map.csv", "moving.csv", "scans.csv", "trajectory.png", "trajectory.svg"];
+const FILES: [&str; 9] = [
+    "error.png",
+    "error.svg",
+    "estimate.tum",
+    "map.csv",
+    "moving.csv",
+    "scans.csv",
+    "trajectory.png",
+    "trajectory.svg",
+    "truth.tum",
+];
 
 /// The first four seconds of the survey.
 fn short_log() -> Log {
@@ -298,7 +307,7 @@ fn the_job_without_a_command_compares_filter_and_reference() {
         ["error.png", "error.svg", "reference-f64", "scphd-f32", "trajectory.png", "trajectory.svg"]
     );
     for folder in ["out/reference-f64", "out/scphd-f32"] {
-        assert_eq!(names(&place.path(folder)), ["map.csv", "moving.csv", "scans.csv"]);
+        assert_eq!(names(&place.path(folder)), ["estimate.tum", "map.csv", "moving.csv", "scans.csv", "truth.tum"]);
     }
     let list: Value = serde_json::from_slice(&fs::read(place.path("results/both.json")).unwrap()).unwrap();
     let list = list.as_array().unwrap();
