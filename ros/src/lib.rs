@@ -1,6 +1,8 @@
-//! Messages of ROS 2, in CDR, in MCAP files: what a run is written with for Foxglove, rerun and rosbag tools, and what a recording is read from.
+//! Messages of ROS 2, in CDR, in MCAP files: what a run is written with for Foxglove, rerun and rosbag tools, and what a recording
+//! is read from.
 //!
-//! Nothing here knows of filters or logs. A message is a plain struct with the fields of its definition, in their order and with their units.
+//! Nothing here knows of filters or logs. A message is a plain struct with the fields of its definition, in their order and with their
+//! units.
 //!
 //! | file | |
 //! |---|---|

@@ -7,12 +7,13 @@ use super::folder::export;
 use scphd_sim::dimensions::Planar;
 use scphd_sim::exchange::import::{Imported, columns, mrclam, recording, victoria_park};
 use scphd_sim::log_folder;
+use std::fmt::Display;
 use std::fs;
 
 /// Reads the recording, writes the folder, and tells what was chosen and what a check of it warns of.
 pub fn import(args: ImportArgs) -> Result<(), Failure> {
     let Imported { log, told } = read(&args)?;
-    told.iter().for_each(notice);
+    told.iter().for_each(|told| notice(plain(told)));
     export(&log, &args.out)?;
     // What is written is what is read: units, clocks and numbers are judged there.
     let read = log_folder::read(&args.out).map_err(|error| {
@@ -34,7 +35,7 @@ fn read(args: &ImportArgs) -> Result<Imported, Failure> {
     let source = &args.source;
     let is_map = source.extension().is_some_and(|extension| extension == "toml");
     if !source.is_dir() && !is_map {
-        return recording::read(source, &options(args, head)).map_err(Failure::input);
+        return recording::read(source, &options(args, head)).map_err(|error| Failure::input(plain(error)));
     }
     let named = [&args.odometry, &args.fixes, &args.truth].iter().any(|name| name.is_some());
     if named || !args.detections.is_empty() || args.partial {
@@ -54,7 +55,13 @@ fn read(args: &ImportArgs) -> Result<Imported, Failure> {
         let what = "neither the files of MRCLAM (RobotN_Odometry.dat) nor of Victoria Park (aa3_dr.mat)";
         return Err(Failure::input(format_args!("{}: {what}", source.display())));
     };
-    read.map_err(Failure::input)
+    read.map_err(|error| Failure::input(plain(error)))
+}
+
+/// Names in a recording may have characters that a terminal would obey.
+fn plain(text: impl Display) -> String {
+    let shown = |c: char| if c.is_control() { c.escape_default().to_string() } else { c.to_string() };
+    text.to_string().chars().map(shown).collect()
 }
 
 fn options(args: &ImportArgs, head: Option<(String, String)>) -> recording::Options {

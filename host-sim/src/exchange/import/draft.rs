@@ -113,7 +113,8 @@ impl Draft {
         let place_of = |sensor: usize| order.iter().position(|other| *other == sensor).unwrap_or(0);
         self.scans.iter_mut().for_each(|scan| scan.sensor = place_of(scan.sensor));
         self.told.push(
-            "log.toml is a guess: a unicycle, sensors that see as far and as wide as they have seen, no noise; write down what you know, or say --head"
+            "log.toml is a guess: a unicycle, sensors that see as far and as wide as they have seen, no noise; \
+                 write down what you know, or say --head"
                 .to_owned(),
         );
         let mut sensors = sensors.into_iter();

@@ -1,5 +1,5 @@
-//! The original text files of the UTIAS Multi-Robot Cooperative Localization and Mapping datasets (Leung, Halpern, Barfoot and Liu, IJRR 2011):
-//! columns divided by white space, `#` before remarks, times in seconds of a common clock.
+//! The original text files of the UTIAS Multi-Robot Cooperative Localization and Mapping datasets (Leung, Halpern, Barfoot and Liu,
+//! IJRR 2011): columns divided by white space, `#` before remarks, times in seconds of a common clock.
 //!
 //! | file | columns |
 //! |---|---|
@@ -77,7 +77,7 @@ pub fn read(dir: &Path, robot: u32, head: Option<Log>) -> Result<Imported, Impor
     };
     let truth = open(&of(robot, "Groundtruth"))?.rows().map(pose).collect::<Result<Vec<TruePose>, ImportError>>()?;
     let mut moving = Vec::new();
-    for other in ROBOTS.into_iter().filter(|other| *other != robot) {
+    for other in ROBOTS.filter(|other| *other != robot) {
         if !dir.join(of(other, "Groundtruth")).is_file() {
             continue;
         }

@@ -14,7 +14,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
-/// Vehicle and laser, as published with the data; the initial heading is that of the first metres by GPS. Noise of the laser's trees is nominal.
+/// Vehicle and laser, as published with the data; the initial heading is that of the first metres by GPS. The noise is nominal.
 const HEAD: &str = "name = \"Victoria Park\"\ninitial_pose = [0.0, 0.0, 0.6196]\n\n[vehicle]\nmodel = \"ackermann\"\nwheelbase_m = 2.83\n\
     encoder_offset_m = 0.76\nsensor_forward_m = 3.78\nsensor_left_m = 0.5\n\n[sensor]\nmodel = \"range_bearing\"\nrange_max_m = 80.0\n\
     bearing_min_rad = -1.5708\nbearing_max_rad = 1.5708\nrange_sigma_m = 0.5\nbearing_sigma_rad = 0.02\n";

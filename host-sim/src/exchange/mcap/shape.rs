@@ -25,8 +25,8 @@ pub(super) fn transform(place: &[f64], heading_rad: f64) -> Transform {
     Transform { translation: Vector3 { x, y, z }, rotation: Quaternion::of_yaw(heading_rad) }
 }
 
-/// Where the frame of `b` sits in that of `a`'s frame, if the same vehicle is at `a` in the first and at `b` in the second: x m, y m, heading
-/// rad.
+/// Where the frame of `b` sits in the frame of `a`, if the same vehicle is at `a` in the one and at `b` in the other: x m, y m,
+/// heading rad.
 pub(super) fn between(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     let turn = a[2] - b[2];
     let (sine, cosine) = turn.sin_cos();

@@ -2,17 +2,23 @@
 //!
 //! | file | |
 //! |---|---|
+//! | `options.rs` | what is asked for |
 //! | `topics.rs` | what there is, and which of it is meant |
+//! | `told.rs` | a message, and where it is |
 //! | `sight.rs` | detections of messages |
 //! | `motion.rs` | odometry of messages |
 //! | `place.rs` | fixes and true poses of messages |
 //! | `seat.rs` | where sensors sit |
 
 mod motion;
+mod options;
 mod place;
 mod seat;
 mod sight;
+mod told;
 mod topics;
+
+pub use options::{Clock, Options};
 
 use super::{Draft, ImportError, Imported};
 use crate::log::{Log, Scan, Vehicle};
@@ -25,39 +31,11 @@ use seat::Seats;
 use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
+use told::Told;
 use topics::{Chosen, Content};
 
 /// Beyond so many nanoseconds not every number is one of double precision: times are counted from the first message on.
 const EXACT_NS: u64 = 1 << 53;
-
-/// Which time of a message counts.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Clock {
-    /// That of its header.
-    #[default]
-    Header,
-    /// That at which it was recorded.
-    Log,
-}
-
-/// What is asked for; topics that are not named are guessed.
-#[derive(Debug, Clone, Default)]
-pub struct Options {
-    /// The text of a `log.toml`, and where it is from.
-    pub head: Option<(String, String)>,
-    /// The topic of the odometry.
-    pub odometry: Option<String>,
-    /// Topics of detections, each with the name of its sensor, which may be empty.
-    pub detections: Vec<(String, String)>,
-    /// The topic of fixes, or `none`.
-    pub fixes: Option<String>,
-    /// The topic of the true pose, or `none`.
-    pub truth: Option<String>,
-    /// Which time counts.
-    pub clock: Clock,
-    /// Whether what lies before a damage is taken.
-    pub partial: bool,
-}
 
 /// Reads the log in a file.
 ///
@@ -114,29 +92,6 @@ fn each(path: &Path, mut show: impl FnMut(&Reader<BufReader<File>>, Record)) -> 
             Ok(None) => return Ok(None),
             Err(error) => return Ok(Some(error)),
         }
-    }
-}
-
-/// A message and where it is, for errors.
-struct Told<'m> {
-    channel: &'m Channel,
-    data: &'m [u8],
-    log_time_ns: u64,
-    number: usize,
-}
-
-impl Told<'_> {
-    fn decode<M: scphd_ros::Message>(&self) -> Result<M, ImportError> {
-        self.channel.decode(self.data).map_err(|error| self.error(error))
-    }
-
-    fn error(&self, what: impl std::fmt::Display) -> ImportError {
-        ImportError::at(format_args!("{}, message {}", self.channel.topic, self.number), what)
-    }
-
-    /// A number that has to be one.
-    fn finite(&self, name: &str, number: f64) -> Result<f64, ImportError> {
-        if number.is_finite() { Ok(number) } else { Err(self.error(format_args!("{name} is {number}"))) }
     }
 }
 

@@ -1,6 +1,6 @@
 //! Odometry of messages.
 
-use super::Told;
+use super::told::Told;
 use crate::angle::wrap;
 use crate::exchange::import::ImportError;
 use crate::exchange::mcap::{BASE, JOINTS};

@@ -1,6 +1,6 @@
 //! Fixes and true poses of messages.
 
-use super::Told;
+use super::told::Told;
 use crate::exchange::import::ImportError;
 use crate::exchange::mcap::UNKNOWN;
 use crate::log::{Fix, FixNoise, PoseFix, TruePose};
@@ -65,12 +65,17 @@ pub(super) struct Fixes {
     origin: Option<[f64; 3]>,
 }
 
-/// A message: what it measures, with its variance where it has one.
+/// A place, m, and its variance, m², where that is known.
+type Place = ([f64; 2], Option<f64>);
+/// A heading, rad, and its variance, rad², likewise.
+type Heading = (f64, Option<f64>);
+
+/// A message: what it measures.
 #[derive(Debug)]
 struct Found {
     ns: u64,
-    place: Option<([f64; 2], Option<f64>)>,
-    heading: Option<(f64, Option<f64>)>,
+    place: Option<Place>,
+    heading: Option<Heading>,
 }
 
 impl Fixes {
@@ -88,7 +93,7 @@ impl Fixes {
     }
 
     /// East and north of the first place, m.
-    fn satellite(&mut self, told: &Told, fix: &NavSatFix) -> Result<Option<([f64; 2], Option<f64>)>, ImportError> {
+    fn satellite(&mut self, told: &Told, fix: &NavSatFix) -> Result<Option<Place>, ImportError> {
         if fix.status.status < 0 || fix.latitude.is_nan() || fix.longitude.is_nan() {
             self.without += 1;
             return Ok(None);
@@ -112,7 +117,6 @@ impl Fixes {
     }
 
     /// The fixes, how good they are, and what has to be told; `stated` is what the head says of them.
-    #[expect(clippy::type_complexity, reason = "a list, its noise and words")]
     pub(super) fn rows(
         &self,
         seconds: &dyn Fn(u64) -> f64,
@@ -146,12 +150,11 @@ impl Fixes {
 }
 
 /// A pose with covariance measures what has a variance of less than [`UNKNOWN`]; 0 says that the variance is not known.
-#[expect(clippy::type_complexity, reason = "two measurements, each with its variance")]
 fn measured(
     told: &Told,
     pose: &Pose,
     covariance: &[[f64; 6]; 6],
-) -> Result<(Option<([f64; 2], Option<f64>)>, Option<(f64, Option<f64>)>), ImportError> {
+) -> Result<(Option<Place>, Option<Heading>), ImportError> {
     let variance = |number: f64| (number > 0.0).then_some(number);
     let (mut place, mut heading) = (None, None);
     let of_place = 0.5 * (covariance[0][0] + covariance[1][1]);

@@ -1,6 +1,6 @@
 //! Detections of messages, as range (m) and bearing (rad).
 
-use super::Told;
+use super::told::Told;
 use crate::exchange::import::ImportError;
 use scphd_ros::messages::{Detection3DArray, Point, PointCloud2, PoseArray, RadarScan};
 use scphd_ros::{Cloud, Time};
@@ -32,14 +32,20 @@ impl Sight {
         self.seen(ahead.hypot(left), left.atan2(ahead));
     }
 
-    fn seen(&mut self, range: f64, bearing: f64) -> bool {
-        let somewhere = range.is_finite() && bearing.is_finite() && range > 0.0;
-        if somewhere {
+    fn seen(&mut self, range: f64, bearing: f64) {
+        // What has no range has no bearing.
+        self.told(range, bearing, range > 0.0);
+    }
+
+    /// A range and a bearing, which count if they are numbers and `kept`; whether they do.
+    fn told(&mut self, range: f64, bearing: f64, kept: bool) -> bool {
+        let kept = kept && range.is_finite() && bearing.is_finite();
+        if kept {
             self.detections.push([range, bearing]);
         } else {
             self.left_out += 1;
         }
-        somewhere
+        kept
     }
 }
 
@@ -87,7 +93,8 @@ fn cloud(told: &Told) -> Result<Sight, ImportError> {
     if let (Some(range), Some(bearing)) = (column("range")?, bearing) {
         let label = column("label")?;
         for point in 0..cloud.points() {
-            let kept = sight.seen(cloud.number(point, range), cloud.number(point, bearing));
+            // Simulated noise may make a short range negative.
+            let kept = sight.told(cloud.number(point, range), cloud.number(point, bearing), true);
             // A whole number in double precision; what is none counts as unknown.
             let label = label.map(|label| cloud.number(point, label));
             sight.labels.extend(label.filter(|_| kept).map(|label| if label.is_finite() { label as i64 } else { -1 }));

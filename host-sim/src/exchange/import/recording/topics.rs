@@ -1,6 +1,6 @@
 //! What a file has, and which of it is meant.
 
-use super::Options;
+use super::options::Options;
 use crate::exchange::mcap::topic;
 use scphd_ros::{Reader, Record};
 use std::collections::BTreeMap;
