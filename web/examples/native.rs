@@ -1,0 +1,24 @@
+//! The drive that `cargo xtask web` compares: after every so many scans the digest, as the page has it. `native SCANS EVERY`
+
+use scphd_web::{Session, Surroundings, Wish};
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let numbers: Vec<u32> = std::env::args().skip(1).map(|word| word.parse()).collect::<Result<_, _>>()?;
+    let [scans, every] = numbers[..] else { return Err("usage: native SCANS EVERY".into()) };
+    let mut session = Box::new(Session::NEW);
+    session.start(1, 64).map_err(|_| "not started")?;
+    for scan in 0..scans {
+        // As `rehearse` in page.js: someone drives for a while, and someone moves the sliders.
+        let wish = match scan % 200 {
+            150.. => Wish::Manual { speed_mps: 2.0, rate_radps: 0.5 },
+            _ => Wish::Automatic,
+        };
+        let around = if scan % 300 < 200 { (5.0, 0.9) } else { (15.0, 0.75) };
+        let around = Surroundings { clutter: around.0, detection: around.1 };
+        session.step(wish, around, scan % 500 < 400).map_err(|_| "refused")?;
+        if (scan + 1) % every == 0 {
+            println!("{} {:016x}", scan + 1, session.digest());
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,101 @@
+//! What there is to see, as one list of numbers: a head, then lists one after the other. `page.js` reads it in this order.
+
+use crate::sensor::{RANGE_M, Scan, Source};
+use crate::session::{Features, Filter, Movers};
+use crate::world::{INTERVAL_S, World};
+use scphd::{Candidate, PlanarPose, Pose, Real, ScanReport, Symmetric};
+
+/// Numbers of the head:
+///
+/// | | |
+/// |---|---|
+/// | 0, 1 | scans; time, s |
+/// | 2–4 | estimated x, y, m, and heading, rad |
+/// | 5–8 | covariance of it: xx, xy, yy, m², and of the heading, rad² |
+/// | 9–11, 12–14 | the true pose; that of odometry alone |
+/// | 15 | effective number of particles |
+/// | 16–21 | lengths of the lists: particles, features, moving features, detections, landmarks, walkers |
+/// | 22, 23 | pages of static features in use, and in all |
+/// | 24 | range of the sensor, m |
+/// | 25 | health, as bits |
+///
+/// Then the lists: particles (x, y, heading, weight), features (x, y, xx, xy, yy, weight, label), moving features (the same, and
+/// velocity x, y), detections (x, y as seen from the estimated pose, source: 0 clutter, 1 landmark, 2 walker), landmarks (x, y) and
+/// walkers (x, y).
+pub const HEAD: usize = 26;
+/// Enough for all lists at their longest.
+const ROOM: usize = HEAD + 64 * 4 + 96 * 7 + 32 * 9 + 96 * 3 + 48 * 2 + 4 * 2;
+
+/// The list.
+#[derive(Debug, Clone, PartialEq)]
+pub struct View {
+    numbers: [f32; ROOM],
+    used: usize,
+}
+
+impl View {
+    /// Nothing to see.
+    pub const EMPTY: Self = Self { numbers: [0.0; ROOM], used: 0 };
+
+    /// The numbers.
+    #[must_use]
+    pub fn numbers(&self) -> &[f32] {
+        self.numbers.get(..self.used).unwrap_or(&[])
+    }
+
+    fn put(&mut self, numbers: &[f32]) {
+        let free = self.numbers.get_mut(self.used..).unwrap_or(&mut []);
+        self.used += free.iter_mut().zip(numbers).map(|(slot, number)| *slot = *number).count();
+    }
+
+    /// What is to be seen after a scan.
+    pub(crate) fn show(
+        &mut self,
+        scans: u32,
+        world: &World,
+        scan: &Scan,
+        filter: &Filter<'_>,
+        (features, movers): (&Features, &Movers),
+        report: &ScanReport<f32>,
+    ) {
+        self.used = 0;
+        let estimate = filter.estimate_pose();
+        let (mean, covariance) =
+            estimate.map_or((PlanarPose::ZERO, Symmetric::ZERO), |pose| (pose.mean, pose.covariance));
+        let candidates = filter.candidates();
+        let count = |number: usize| f32::from(u16::try_from(number).unwrap_or(u16::MAX));
+        self.put(&[scans as f32, scans as f32 * INTERVAL_S, mean.x_m, mean.y_m, mean.heading_rad]);
+        self.put(&[covariance.get(0, 0), covariance.get(0, 1), covariance.get(1, 1), covariance.get(2, 2)]);
+        for pose in [&world.pose, &world.reckoned] {
+            self.put(&[pose.x_m, pose.y_m, pose.heading_rad]);
+        }
+        self.put(&[report.n_eff]);
+        self.put(&[candidates.len(), features.found(), movers.found()].map(count));
+        self.put(&[scan.measurements().len(), world.landmarks.len(), world.walkers.len()].map(count));
+        self.put(&[count(report.pages_used), count(report.pages), RANGE_M, f32::from(report.health.bits())]);
+        for Candidate { pose, ln_weight } in candidates {
+            self.put(&[pose.x_m, pose.y_m, pose.heading_rad, Real::exp(*ln_weight)]);
+        }
+        for feature in features.iter() {
+            let of = |row, column| feature.covariance.get(row, column);
+            self.put(&[feature.mean.x, feature.mean.y, of(0, 0), of(0, 1), of(1, 1)]);
+            self.put(&[Real::exp(feature.ln_weight), feature.label as f32]);
+        }
+        for mover in movers.iter() {
+            let of = |row, column| mover.covariance.get(row, column);
+            self.put(&[mover.mean.x, mover.mean.y, of(0, 0), of(0, 1), of(1, 1)]);
+            self.put(&[Real::exp(mover.ln_weight), mover.label as f32, mover.mean.z, mover.mean.w]);
+        }
+        for (measurement, source) in scan.measurements().iter().zip(scan.sources()) {
+            let (sine, cosine) = Real::sin_cos(mean.heading_rad + measurement.y);
+            let source = match source {
+                Source::Clutter => 0.0,
+                Source::Landmark => 1.0,
+                Source::Walker => 2.0,
+            };
+            self.put(&[mean.x_m + measurement.x * cosine, mean.y_m + measurement.x * sine, source]);
+        }
+        world.landmarks.iter().for_each(|place| self.put(place));
+        world.walkers.iter().for_each(|walker| self.put(&walker.place));
+    }
+}

@@ -1,0 +1,95 @@
+//! The session on a desk: what the page shows is what the filter knows, and the filter knows where it is.
+
+use scphd_web::{HEAD, PARTICLES, Refused, Session, Surroundings, Wish};
+
+fn started(seed: u64, particles: usize) -> Box<Session> {
+    let mut session = Box::new(Session::NEW);
+    session.start(seed, particles).unwrap();
+    session
+}
+
+fn off(head: &[f32], from: usize) -> f64 {
+    f64::from(head[from] - head[9]).hypot(f64::from(head[from + 1] - head[10]))
+}
+
+/// RMSE of the filter and of odometry alone over so many scans.
+fn errors(seed: u64, around: Surroundings, scans: u32) -> [f64; 2] {
+    let mut session = started(seed, PARTICLES);
+    let mut squares = [0.0; 2];
+    for _ in 0..scans {
+        session.step(Wish::Automatic, around, true).unwrap();
+        let head = session.view().numbers();
+        squares = [squares[0] + off(head, 2).powi(2), squares[1] + off(head, 12).powi(2)];
+    }
+    squares.map(|square| (square / f64::from(scans)).sqrt())
+}
+
+#[test]
+fn the_filter_is_nearer_than_odometry() {
+    for seed in 1..=4 {
+        let [filter, odometry] = errors(seed, Surroundings::USUAL, 2000);
+        println!("seed {seed}: {filter:.3} m, odometry {odometry:.3} m");
+        assert!(filter < 1.0 && filter < 0.5 * odometry, "seed {seed}: {filter}, {odometry}");
+    }
+    let [filter, odometry] = errors(1, Surroundings { clutter: 25.0, detection: 0.7 }, 2000);
+    println!("in clutter: {filter:.3} m, odometry {odometry:.3} m");
+    assert!(filter < odometry, "in clutter: {filter}, {odometry}");
+}
+
+#[test]
+fn the_view_is_as_long_as_its_head_says() {
+    let mut session = started(1, 16);
+    assert!(session.view().numbers().is_empty());
+    let widths = [4, 7, 9, 3, 2, 2];
+    let mut greatest = 0;
+    for scan in 0..600 {
+        session.step(Wish::Automatic, Surroundings { clutter: 30.0, detection: 0.99 }, scan % 2 == 0).unwrap();
+        let numbers = session.view().numbers();
+        let lists: usize = (0..6).map(|list| numbers[16 + list] as usize * widths[list]).sum();
+        assert_eq!(numbers.len(), HEAD + lists);
+        assert_eq!((numbers[0], numbers[16]), ((scan + 1) as f32, 16.0));
+        assert!(numbers.iter().all(|number| number.is_finite()));
+        let weights: f32 = (0..16).map(|particle| numbers[HEAD + 4 * particle + 3]).sum();
+        assert!((weights - 1.0).abs() < 1e-3, "{weights}");
+        greatest = greatest.max(numbers[17] as usize);
+    }
+    assert!(greatest > 10, "{greatest} features");
+}
+
+#[test]
+fn a_seed_is_a_drive() {
+    let drive = |seed, particles| {
+        let mut session = started(seed, particles);
+        (0..50).for_each(|_| session.step(Wish::Automatic, Surroundings::USUAL, true).unwrap());
+        session.digest()
+    };
+    assert_eq!(drive(1, 64), drive(1, 64));
+    assert_ne!(drive(1, 64), drive(2, 64));
+    assert_ne!(drive(1, 64), drive(1, 32));
+}
+
+#[test]
+fn it_starts_again_from_the_beginning() {
+    let mut session = started(1, 64);
+    (0..30).for_each(|_| session.step(Wish::Automatic, Surroundings::USUAL, true).unwrap());
+    session.start(5, 8).unwrap();
+    let mut fresh = started(5, 8);
+    for _ in 0..30 {
+        session.step(Wish::Automatic, Surroundings::USUAL, true).unwrap();
+        fresh.step(Wish::Automatic, Surroundings::USUAL, true).unwrap();
+    }
+    assert_eq!((session.digest(), session.view()), (fresh.digest(), fresh.view()));
+}
+
+#[test]
+fn what_cannot_be_is_refused() {
+    let mut session = Box::new(Session::NEW);
+    assert_eq!(session.step(Wish::Automatic, Surroundings::USUAL, true), Err(Refused));
+    assert_eq!(session.start(1, 0), Err(Refused));
+    assert_eq!(session.start(1, PARTICLES + 1), Err(Refused));
+    session.start(1, 4).unwrap();
+    let wild = Wish::Manual { speed_mps: f32::NAN, rate_radps: f32::INFINITY };
+    let around = Surroundings { clutter: f32::INFINITY, detection: f32::NAN };
+    (0..20).for_each(|_| session.step(wild, around, true).unwrap());
+    assert!(session.view().numbers().iter().all(|number| number.is_finite()));
+}
