@@ -27,11 +27,11 @@ fn errors(seed: u64, around: Surroundings, scans: u32) -> [f64; 2] {
 #[test]
 fn the_filter_is_nearer_than_odometry() {
     for seed in 1..=4 {
-        let [filter, odometry] = errors(seed, Surroundings::USUAL, 2000);
+        let [filter, odometry] = errors(seed, Surroundings::USUAL, 800);
         println!("seed {seed}: {filter:.3} m, odometry {odometry:.3} m");
         assert!(filter < 1.0 && filter < 0.5 * odometry, "seed {seed}: {filter}, {odometry}");
     }
-    let [filter, odometry] = errors(1, Surroundings { clutter: 25.0, detection: 0.7 }, 2000);
+    let [filter, odometry] = errors(1, Surroundings { clutter: 25.0, detection: 0.7 }, 800);
     println!("in clutter: {filter:.3} m, odometry {odometry:.3} m");
     assert!(filter < odometry, "in clutter: {filter}, {odometry}");
 }

@@ -10,7 +10,8 @@ use crate::outcome::Missing;
 use crate::process;
 use crate::python;
 use crate::toolchain::{self, OLDEST};
-use crate::tools::{ARM_GCC, LLD, QEMU, VALGRIND, Wanted};
+use crate::tools::{ARM_GCC, CHROMIUM, LLD, QEMU, VALGRIND, Wanted};
+use crate::web;
 
 /// The steps that build for a Cortex-M.
 const CROSS: &str = "target, proof, firmware, budget, capi, msrv";
@@ -77,6 +78,9 @@ fn lines() -> Vec<Line> {
     lines.push(Line { what: soft, found: has_target(soft), steps: "capi" });
     let python = python::interpreter().map_err(|Missing(reason)| reason);
     lines.push(Line { what: "python3", found: python, steps: "python, logs" });
+    let toolchain = toolchain::here(&[web::TARGET]).map(|found| found.name().to_owned());
+    lines.push(Line { what: web::TARGET, found: toolchain, steps: "web" });
+    lines.push(Line { what: CHROMIUM.program, found: tool(&CHROMIUM), steps: "web" });
     lines.push(Line { what: "oldest Rust", found: oldest(), steps: "msrv, else by clippy" });
     lines.push(Line { what: "recorded logs", found: logs(), steps: "unit, firmware" });
     lines

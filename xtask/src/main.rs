@@ -22,6 +22,7 @@ mod target;
 mod toolchain;
 mod tools;
 mod unit;
+mod web;
 
 use std::process::ExitCode;
 

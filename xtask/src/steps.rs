@@ -16,6 +16,7 @@ use crate::process;
 use crate::python;
 use crate::target;
 use crate::unit;
+use crate::web;
 
 /// One step, which can also be run by its name.
 pub struct Step {
@@ -105,6 +106,11 @@ pub const OTHERS: &[Step] = &[
         run: |_| package::deny(),
     },
     Step {
+        name: "web",
+        what: "makes the page to try the filter in, and compares its digests with the host's in a browser without a window",
+        run: |_| web::step(),
+    },
+    Step {
         name: "install-c",
         what: "installs the C library: `install-c PREFIX`, `install-c PREFIX thumbv7em-none-eabihf`",
         run: |options| capi::install(&options.place),
@@ -157,7 +163,7 @@ fn line(word: &str, name: &str, elapsed: Duration, note: &str) -> String {
 fn doc() -> Outcome {
     let mut cargo = process::cargo();
     cargo.env("RUSTDOCFLAGS", "-D warnings").args(["doc", "--workspace", "--no-deps", "--keep-going"]);
-    let others = [capi::doc(), python::doc()];
+    let others = [capi::doc(), python::doc(), web::doc()];
     let done = process::run(&mut cargo);
     others.into_iter().fold(done, |done, mut doc| done.and_then(|()| process::run(&mut doc))).into()
 }

@@ -42,6 +42,10 @@ pub const ARM_GCC: Wanted = Wanted {
     bundle: Bundle { name: "gcc-arm", packages: &[&["gcc-arm-none-eabi", "libnewlib-arm-none-eabi"]], oldest: "0" },
 };
 
+/// A browser.
+pub const CHROMIUM: Wanted =
+    Wanted { program: "chromium", bundle: Bundle { name: "chromium", packages: &[&["chromium"]], oldest: "0" } };
+
 /// Builds what uses a package.
 pub const CMAKE: Wanted =
     Wanted { program: "cmake", bundle: Bundle { name: "cmake", packages: &[&["cmake"]], oldest: "0" } };

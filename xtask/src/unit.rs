@@ -7,6 +7,7 @@ use std::path::Path;
 
 use crate::outcome::{Outcome, Stop};
 use crate::process;
+use crate::web;
 
 /// The step.
 pub fn step() -> Outcome {
@@ -23,6 +24,7 @@ fn test() -> Result<Outcome, Stop> {
     // The other room of the filter on board, which streams fill in other ways.
     let crowded = ["test", "--package", "scphd-stream", "--features", "few-particles", "--test", "crowded"];
     process::run(process::cargo().args(crowded))?;
+    process::run(&mut web::test())?;
     let text = fs::read_to_string(&list).map_err(|error| format!("{}: {error}", list.display()))?;
     let skipped = tests_in(&text);
     for test in &skipped {

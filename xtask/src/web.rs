@@ -1,0 +1,176 @@
+//! The page with the filter in it: built, and checked in a browser without a window.
+
+use std::ffi::OsString;
+use std::fs;
+use std::io::{BufRead, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::sync::mpsc;
+use std::thread;
+use std::time::Duration;
+
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+
+use crate::outcome::{Missing, Outcome, Stop};
+use crate::process;
+use crate::toolchain::{self, Toolchain};
+use crate::tools::{CHROMIUM, LLD, Tool};
+
+/// What browsers run.
+pub const TARGET: &str = "wasm32-unknown-unknown";
+
+/// Scans of the drive that is compared, and after how many of them a digest is.
+const DRIVE: [u32; 2] = [1000, 100];
+/// How long frames are counted, s.
+const MEASURED_S: u32 = 5;
+/// A browser that takes longer than this has stopped.
+const LIMIT: Duration = Duration::from_secs(60);
+
+/// The step.
+pub fn step() -> Outcome {
+    check().into()
+}
+
+/// cargo, in the workspace of the page.
+fn cargo(command: &str) -> Command {
+    let mut cargo = process::cargo();
+    cargo.args([command, "--quiet", "--locked", "--manifest-path", "web/Cargo.toml", "--target-dir"]);
+    cargo.arg(process::own_target_dir("web-host"));
+    cargo
+}
+
+/// clippy on the crate, warnings are errors.
+pub fn clippy() -> Command {
+    let mut clippy = cargo("clippy");
+    clippy.args(["--all-targets", "--", "-D", "warnings"]);
+    clippy
+}
+
+/// The documentation of the crate, warnings are errors.
+pub fn doc() -> Command {
+    let mut doc = cargo("doc");
+    doc.env("RUSTDOCFLAGS", "-D warnings").arg("--no-deps");
+    doc
+}
+
+/// The tests of all but the functions of the module.
+pub fn test() -> Command {
+    cargo("test")
+}
+
+fn check() -> Result<Outcome, Stop> {
+    process::run(&mut test())?;
+    let words = DRIVE.map(|number| number.to_string());
+    let native = process::read(cargo("run").args(["--example", "native", "--"]).args(&words))?.replace('\n', "; ");
+    let toolchain = toolchain::find_for(&[TARGET])?;
+    let module = build(&toolchain)?;
+    let page = write(&module)?;
+    println!("the page: {}, with a module of {} bytes", page.display(), module.len());
+    let chromium = match CHROMIUM.obtain() {
+        Ok(chromium) => chromium,
+        Err(Missing(reason)) => return Ok(Outcome::Partly(format!("{}; NOT RUN: {reason}", page.display()))),
+    };
+    println!("{}", chromium.version);
+    let said = ask(&chromium, &page, &format!("rehearse={}", words.join(",")))?;
+    if said != native {
+        return Err(format!("the digests of the page\n{said}\nare not those of the host\n{native}").into());
+    }
+    println!("{} digests of the page are those of the host", native.split("; ").count());
+    let frames = ask(&chromium, &page, &format!("measure={MEASURED_S}"))?;
+    Ok(Outcome::Passed(format!("{}; in {}: {frames}", page.display(), chromium.version)))
+}
+
+/// Builds the module with a toolchain that has the target, or has what it is built from.
+fn build(toolchain: &Toolchain) -> Result<Vec<u8>, Stop> {
+    let dir = process::own_target_dir(&format!("web-{}", toolchain.key()));
+    let mut cargo = toolchain.cargo_rustc("core");
+    let mut flags = Vec::new();
+    if let Toolchain::Debian { .. } = toolchain {
+        // Debian's compiler looks for a linker that comes with another package.
+        let linker = match toolchain::beside_rustc().filter(|path| path.is_file()) {
+            Some(path) => path,
+            None => {
+                let lld = LLD.obtain()?;
+                lld.equip(&mut cargo);
+                lld.program().with_file_name("wasm-ld")
+            }
+        };
+        flags = vec![format!("-Clinker={}", linker.display()), "-Clinker-flavor=wasm-ld".into()];
+    }
+    cargo.env("CARGO_ENCODED_RUSTFLAGS", flags.join("\x1f"));
+    cargo.args(["--quiet", "--release", "--locked", "--manifest-path", "web/Cargo.toml", "--lib"]);
+    cargo.args(["--features", "module", "--crate-type", "cdylib", "--target", TARGET, "--target-dir"]).arg(&dir);
+    process::run(&mut cargo)?;
+    let path = dir.join(TARGET).join("release/scphd_web.wasm");
+    Ok(fs::read(&path).map_err(|error| format!("{}: {error}", path.display()))?)
+}
+
+/// Writes the page, all in one file.
+fn write(module: &[u8]) -> Result<PathBuf, String> {
+    let folder = process::root().join("web/page");
+    let read = |name: &str| {
+        let path = folder.join(name);
+        fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()))
+    };
+    let [mut page, style, script] = [read("index.html")?, read("page.css")?, read("page.js")?];
+    for (name, part) in [("style", style), ("script", script), ("module", STANDARD.encode(module))] {
+        let mark = format!("{{{{{name}}}}}");
+        if page.matches(&mark).count() != 1 {
+            return Err(format!("web/page/index.html has not one {mark}"));
+        }
+        page = page.replace(&mark, part.trim_end());
+    }
+    let path = process::own_target_dir("web").join("scphd.html");
+    let written = fs::create_dir_all(process::own_target_dir("web")).and_then(|()| fs::write(&path, page));
+    written.map(|()| path.clone()).map_err(|error| format!("{}: {error}", path.display()))
+}
+
+/// Has the page do something in a browser without a window, and returns what it says of it: one line of its console.
+fn ask(chromium: &Tool, page: &Path, task: &str) -> Result<String, String> {
+    let mut browser = chromium.command();
+    // A container has nothing to make a sandbox of, and often no other user than root.
+    browser.args(["--headless", "--disable-gpu", "--no-sandbox", "--window-size=1280,900", "--enable-logging=stderr"]);
+    let mut profile = OsString::from("--user-data-dir=");
+    profile.push(process::own_target_dir("web").join("profile"));
+    browser.arg(profile).arg(format!("file://{}#{task}", page.display()));
+    browser.stdout(Stdio::null()).stderr(Stdio::piped());
+    println!("$ {} #{task}", CHROMIUM.program);
+    let mut child = browser.spawn().map_err(|error| format!("{}: {error}", CHROMIUM.program))?;
+    let console = child.stderr.take().ok_or("no console to read")?;
+    let (send, receive) = mpsc::channel();
+    thread::spawn(move || {
+        let said = BufReader::new(console).split(b'\n').map_while(Result::ok).find_map(|line| result_in(&line));
+        // Nobody listens any more where it took too long.
+        let _ = send.send(said);
+    });
+    let said = receive.recv_timeout(LIMIT);
+    // Either call fails only if the browser has just ended by itself.
+    let _ = child.kill();
+    let _ = child.wait();
+    match said {
+        Ok(Some(result)) => Ok(result),
+        Ok(None) => Err("the browser has ended without a result".into()),
+        Err(_) => Err(format!("the page has said nothing for {} s", LIMIT.as_secs())),
+    }
+}
+
+/// What stands between the words that begin and end a result.
+fn result_in(line: &[u8]) -> Option<String> {
+    let line = String::from_utf8_lossy(line);
+    let (_, rest) = line.split_once("scphd result: ")?;
+    rest.split_once(" :end").map(|(result, _)| result.to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::result_in;
+
+    #[test]
+    fn a_result_is_found_in_a_line_of_the_console() {
+        let line = b"[1:1:INFO:CONSOLE(9)] \"scphd result: 100 0a; 200 0b :end\", source: file:///x (9)";
+        assert_eq!(result_in(line), Some("100 0a; 200 0b".into()));
+        assert_eq!(result_in(b"[1:1:INFO:CONSOLE(9)] \"something else\""), None);
+        assert_eq!(result_in(b"scphd result: torn off"), None);
+    }
+}
