@@ -10,9 +10,12 @@
 )]
 
 mod drive;
-mod sensor;
-mod view;
 mod world;
+
+mod sensor;
+
+mod filter;
+mod view;
 
 mod session;
 
@@ -20,7 +23,8 @@ mod session;
 mod module;
 
 pub use drive::Wish;
+pub use filter::{PARTICLES, Refused};
 pub use sensor::{MEASUREMENTS, Scan, Surroundings};
-pub use session::{PARTICLES, Refused, Session};
+pub use session::Session;
 pub use view::{HEAD, View};
 pub use world::{INTERVAL_S, LANDMARKS, MOVERS, World};

@@ -1,7 +1,7 @@
 //! What there is to see, as one list of numbers: a head, then lists one after the other. `page.js` reads it in this order.
 
+use crate::filter::{Features, Filter, Movers};
 use crate::sensor::{RANGE_M, Scan, Source};
-use crate::session::{Features, Filter, Movers};
 use crate::world::{INTERVAL_S, World};
 use scphd::{Candidate, PlanarPose, Pose, Real, ScanReport, Symmetric};
 

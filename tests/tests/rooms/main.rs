@@ -37,7 +37,7 @@ const CRATES: [(&str, usize); 15] = [
     ("capi", 90),
     ("python", 25),
     ("benches", 3),
-    ("web", 15),
+    ("web", 12),
     ("firmware", 4),
     ("firmware/rtos", 4),
 ];
