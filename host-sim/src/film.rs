@@ -2,6 +2,7 @@
 
 use crate::dimensions::Dimensions;
 use crate::record::{MapFeature, MovingFeature};
+use crate::slam::{STAGES, ScanOutcome};
 use scphd::Health;
 
 /// Pictures of a film, at most.
@@ -9,13 +10,15 @@ pub const FRAMES: usize = 400;
 /// Particles of a picture, at most.
 pub(crate) const PARTICLES: usize = 200;
 
-/// Maps and particles at some scans, health at all of them.
+/// Maps and particles at some scans, health and times at all of them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Film<D: Dimensions> {
     chosen: Vec<usize>,
     pub(crate) frames: Vec<Frame<D>>,
     /// Of every scan.
     pub(crate) health: Vec<Health>,
+    /// Wall times of the stages of every scan, µs.
+    pub(crate) stages_us: Vec<Option<[f64; STAGES]>>,
 }
 
 /// What the filter knew at a scan.
@@ -40,7 +43,7 @@ impl<D: Dimensions> Film<D> {
         } else {
             (0..FRAMES).map(|k| k * (scans - 1) / (FRAMES - 1)).collect()
         };
-        Self { chosen, frames: Vec::new(), health: Vec::with_capacity(scans) }
+        Self { chosen, frames: Vec::new(), health: Vec::with_capacity(scans), stages_us: Vec::with_capacity(scans) }
     }
 
     /// Whether a scan has a picture.
@@ -55,8 +58,9 @@ impl<D: Dimensions> Film<D> {
         self.frames.len()
     }
 
-    pub(crate) fn health(&mut self, health: Health) {
-        self.health.push(health);
+    pub(crate) fn scan(&mut self, outcome: &ScanOutcome) {
+        self.health.push(outcome.health);
+        self.stages_us.push(outcome.stages_us);
     }
 
     pub(crate) fn add(

@@ -13,12 +13,14 @@
 //! | [`session`], [`tally`], [`compare`], [`tune`], [`monte_carlo`], [`stream`] | runs, once for every kind |
 //! | [`output`], [`plot`], [`figure`], [`point_process`] | tables and pictures |
 //! | [`mod@check`], [`mod@report`], [`exchange`] | whether a log says what its author means; a run as a page, and as files of others |
+//! | [`difference`] | two runs beside each other |
 //!
 //! The program itself is in `cli`: a command is dispatched on the kind of vehicle in one place.
 
 pub mod angle;
 pub mod check;
 pub mod compare;
+pub mod difference;
 pub mod dimensions;
 pub mod ekf;
 pub mod events;
@@ -29,6 +31,7 @@ pub mod hil;
 pub mod kind;
 pub mod log;
 pub mod log_folder;
+mod meaning;
 pub mod monte_carlo;
 pub mod noise;
 pub mod output;

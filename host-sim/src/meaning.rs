@@ -3,19 +3,19 @@
 use serde::Serialize;
 
 /// Columns `key` and `meaning` of a run.
-const RESULTS: &str = include_str!("../../../docs/results.md");
+const RESULTS: &str = include_str!("../../docs/results.md");
 /// Columns `condition`, `cause` and `what to do`.
-const HEALTH: &str = include_str!("../../../docs/health.md");
+const HEALTH: &str = include_str!("../../docs/health.md");
 
 /// A condition.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub(super) struct Condition {
-    pub(super) cause: String,
-    pub(super) action: String,
+pub(crate) struct Condition {
+    pub(crate) cause: String,
+    pub(crate) action: String,
 }
 
 /// The meaning of every key of a run, in their order.
-pub(super) fn of_figures() -> Vec<(String, String)> {
+pub(crate) fn of_figures() -> Vec<(String, String)> {
     let section = RESULTS.split("\n## ").find(|section| section.starts_with("A run\n")).unwrap_or_default();
     let row = |line: &str| {
         let (key, meaning) = line.strip_prefix("| `")?.split_once("` | ")?;
@@ -25,7 +25,7 @@ pub(super) fn of_figures() -> Vec<(String, String)> {
 }
 
 /// Why a condition is reported, and what to do.
-pub(super) fn of_condition(name: &str) -> Option<Condition> {
+pub(crate) fn of_condition(name: &str) -> Option<Condition> {
     let mark = format!("| `{name}` | ");
     let row = HEALTH.lines().find(|line| line.contains(&mark))?;
     let (cause, action) = row.split_once(&mark)?.1.strip_suffix(" |")?.split_once(" | ")?;

@@ -262,7 +262,7 @@ fn drive<K: Kind>(
                     known.filter(|_| map_truth.knows_movers()).map(|true_map| tally.scan(&true_map.movers, &estimated));
                 estimated.extend(map.iter().map(|feature| feature.mean));
                 if let Some(film) = film.as_deref_mut() {
-                    film.health(outcome.health);
+                    film.scan(&outcome);
                     if film.has(index) {
                         let particles = slam.particles().map_err(refused("the particles"))?;
                         let true_movers = known.filter(|_| map_truth.knows_movers()).map(|true_map| &true_map.movers);

@@ -52,6 +52,6 @@ fn the_commands_of_your_log_run_as_they_stand() {
         succeeds(words, place.path());
         ran += 1;
     }
-    assert_eq!(ran, 6);
-    assert!(place.path().join("run.html").exists());
+    assert_eq!(ran, 7);
+    assert!(["run.html", "ekf.html", "both.html"].iter().all(|page| place.path().join(page).exists()));
 }

@@ -120,6 +120,17 @@ fn holds_what_the_run_wrote(run: &Written) {
 fn of_thesis_dynamic() {
     let run = written(&["run", "thesis-dynamic"]);
     holds_what_the_run_wrote(&run);
+    // The stages are parts of the scan, and all but a little of it.
+    let series = &run.data["series"];
+    let stages = ["predict", "weigh", "resample", "update", "reduce"].map(|stage| &series[format!("stage_{stage}_us")]);
+    let all = series["scan_us"].as_array().unwrap();
+    let mut shares = 0.0;
+    for (k, scan_us) in all.iter().enumerate() {
+        let sum: f64 = stages.iter().map(|times| times[k].as_f64().unwrap()).sum();
+        assert!(sum > 0.0 && sum <= scan_us.as_f64().unwrap(), "scan {k}: {sum} of {scan_us}");
+        shares += sum / scan_us.as_f64().unwrap();
+    }
+    assert!(shares > 0.5 * all.len() as f64, "{shares} of {}", all.len());
     let frames = run.data["frames"].as_array().unwrap();
     let count = |key: &str| frames.iter().map(|frame| frame[key].as_array().unwrap().len()).sum::<usize>();
     assert!(count("particles") > frames.len() && count("moving") > 0 && count("movers") > 0);

@@ -1,11 +1,12 @@
 //! What the program writes has the keys and columns of `docs/results.md`, all of them and in that order.
 
+use scphd_sim::difference::{Difference, Written};
 use scphd_sim::dimensions::{Planar, Underwater};
 use scphd_sim::monte_carlo::worlds::{self, WorldRun};
 use scphd_sim::monte_carlo::{Job, Plan, RunResult, Study, overview};
 use scphd_sim::output::comparison::{self, Compared};
 use scphd_sim::output::json::{self, Format};
-use scphd_sim::output::{csv, studies};
+use scphd_sim::output::{self, csv, studies};
 use scphd_sim::session::{self, Filter, Session};
 use scphd_sim::settings::Settings;
 use scphd_sim::slam::Precision;
@@ -178,6 +179,16 @@ fn a_comparison() {
     let rows = log.scans.iter().map(|scan| scan.t_s).zip(found.scans);
     comparison::write_csv(&folder.path("compare-f64.csv"), rows).unwrap();
     assert_eq!(columns(&folder.path("compare-f64.csv")), documented("`compare-f32.csv` and `compare-f64.csv`\n"));
+}
+
+#[test]
+fn a_difference() {
+    let folder = Folder::new("difference");
+    let path = folder.path("run.json");
+    json::write_summary(&path, &survey().summary).unwrap();
+    let run = Written::read(&path).unwrap();
+    output::difference::write(&folder.path("difference.json"), &Difference::of([&run, &run])).unwrap();
+    assert_eq!(keys(&folder.path("difference.json"), 1), documented("A difference of two runs"));
 }
 
 #[test]

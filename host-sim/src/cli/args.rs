@@ -126,6 +126,11 @@ pub enum Command {
     /// where what comes of it is probably wrong, a note where nothing has to be done. The exit code is 2 if there is an error,
     /// with --strict also if there is a warning. A part of it runs before every replay. docs/check.md lists all findings.
     Check(CheckArgs),
+    /// Shows two runs beside each other: what was set otherwise, and what came of it.
+    ///
+    /// A and B are pages that --html wrote, or what --json wrote of single runs. Prints the settings that differ and all figures. With --html, of
+    /// two pages, a page with both trajectories in one map and both errors in one plot. Runs over other inputs are refused.
+    Diff(DiffArgs),
     /// Prints the completions of this command line for a shell.
     ///
     /// For bash, say: scphd-sim completions bash > ~/.local/share/bash-completion/completions/scphd-sim
@@ -236,6 +241,25 @@ pub enum ClockName {
     Header,
     /// That at which it was recorded.
     Log,
+}
+
+#[derive(Debug, Args)]
+pub struct DiffArgs {
+    /// What the first run wrote: its page (--html) or its figures (--json).
+    #[arg(value_name = "A")]
+    pub a: PathBuf,
+    /// What the second run wrote.
+    #[arg(value_name = "B")]
+    pub b: PathBuf,
+    /// Compares them even where they are of other logs, scenarios or inputs.
+    #[arg(long)]
+    pub anyway: bool,
+    /// Writes what differs to FILE (`-`: standard output) as one JSON object.
+    #[arg(long, value_name = "FILE")]
+    pub json: Option<PathBuf>,
+    /// Writes both runs to FILE (`-`: standard output) as one page for a browser, which needs no network; A and B have to be pages.
+    #[arg(long, value_name = "FILE")]
+    pub html: Option<PathBuf>,
 }
 
 #[derive(Debug, Args)]

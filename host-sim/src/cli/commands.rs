@@ -8,7 +8,7 @@ use super::offer::Offer;
 use super::outputs::{Outputs, check_file, label, write_file};
 use super::progress::Progress;
 use super::source::{Found, OfKind, Source, Sources, all_scenarios, either, scenario, settings_command};
-use super::{check, compare, figure, hil, import, monte_carlo, recording, repeat, stream, tune, worlds};
+use super::{check, compare, diff, figure, hil, import, monte_carlo, recording, repeat, stream, tune, worlds};
 use clap::CommandFactory;
 use scphd::Health;
 use scphd_sim::dimensions::{Dimensions, Planar};
@@ -49,6 +49,7 @@ pub fn execute(cli: Cli) -> Result<(), Failure> {
             print(String::from_utf8_lossy(&text).trim_end())
         }
         Some(Command::Check(args)) => check::check(&args),
+        Some(Command::Diff(args)) => diff::diff(&args),
         Some(Command::MonteCarlo(args)) => match worlds::asked_for(&args) {
             Some(name) => worlds::study(name, args),
             None => monte_carlo::study(args),

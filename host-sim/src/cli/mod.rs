@@ -5,6 +5,7 @@ mod check;
 mod commands;
 mod compare;
 mod contender;
+mod diff;
 mod failure;
 mod figure;
 mod folder;

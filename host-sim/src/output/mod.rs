@@ -2,6 +2,7 @@
 
 pub mod comparison;
 pub mod csv;
+pub mod difference;
 pub mod json;
 pub mod repeats;
 pub mod sink;

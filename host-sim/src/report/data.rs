@@ -1,14 +1,15 @@
 //! The data of a page.
 
-use super::meaning;
 use crate::angle::wrap;
 use crate::dimensions::{Coordinates, Dimensions};
 use crate::film::{FRAMES, Film, Frame, PARTICLES};
 use crate::kind::Kind;
 use crate::log::TruePose;
+use crate::meaning;
 use crate::output::json::Summary;
 use crate::record::ScanRecord;
 use crate::session::{Session, condition_name};
+use crate::slam::STAGES;
 use nalgebra::DMatrix;
 use scphd::Health;
 use serde::Serialize;
@@ -56,6 +57,11 @@ struct Series {
     in_view: Vec<usize>,
     measurements: Vec<usize>,
     scan_us: Vec<f64>,
+    stage_predict_us: Vec<Option<f64>>,
+    stage_weigh_us: Vec<Option<f64>>,
+    stage_resample_us: Vec<Option<f64>>,
+    stage_update_us: Vec<Option<f64>>,
+    stage_reduce_us: Vec<Option<f64>>,
 }
 
 /// The map at a scan. Coordinates to the millimetre, covariances to the square millimetre.
@@ -138,7 +144,7 @@ impl<'a> Data<'a> {
             looks: K::LOOKS.to_vec(),
             axes: K::POSE.iter().take(K::Position::COUNT).map(|(name, _)| *name).collect(),
             notes,
-            series: Series::of(chosen.iter().map(|&place| (place, &scans[place]))),
+            series: Series::of(chosen.iter().map(|&place| (place, &scans[place])), &film.stages_us),
             landmarks: K::landmarks(log).iter().chain(&K::seldom(log)).map(millimetres).collect(),
             frames: film.frames.iter().map(|frame| picture::<K>(log, settings, &scans[frame.scan], frame)).collect(),
             health: reported(scans, &film.health),
@@ -165,7 +171,10 @@ fn thinned<D: Dimensions>(scans: &[ScanRecord<D>]) -> Vec<usize> {
 }
 
 impl Series {
-    fn of<'s, D: Dimensions>(scans: impl Iterator<Item = (usize, &'s ScanRecord<D>)> + Clone) -> Self {
+    fn of<'s, D: Dimensions>(
+        scans: impl Iterator<Item = (usize, &'s ScanRecord<D>)> + Clone,
+        stages_us: &[Option<[f64; STAGES]>],
+    ) -> Self {
         fn list<'s, D: Dimensions, T>(
             scans: &(impl Iterator<Item = (usize, &'s ScanRecord<D>)> + Clone),
             of: impl Fn(&'s ScanRecord<D>) -> T,
@@ -174,6 +183,7 @@ impl Series {
         }
         let n = D::Position::COUNT;
         let variance = |scan: &ScanRecord<D>, k: usize| scan.pose_covariance.as_ref()[k].as_ref()[k];
+        let stage = |stage: usize| scans.clone().map(|(place, _)| Some((*stages_us.get(place)?)?[stage])).collect();
         let heading_error =
             |scan: &ScanRecord<D>| Some(wrap(D::heading(&scan.pose) - scan.true_heading_rad?).abs().to_degrees());
         Self {
@@ -194,6 +204,11 @@ impl Series {
             in_view: list(&scans, |scan| scan.usage.in_view),
             measurements: list(&scans, |scan| scan.measurements),
             scan_us: list(&scans, |scan| scan.scan_us),
+            stage_predict_us: stage(0),
+            stage_weigh_us: stage(1),
+            stage_resample_us: stage(2),
+            stage_update_us: stage(3),
+            stage_reduce_us: stage(4),
         }
     }
 }

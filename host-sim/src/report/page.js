@@ -2,56 +2,6 @@
 (() => {
   const data = JSON.parse(document.getElementById("data").textContent);
   const { summary, series, frames, looks, axes } = data;
-  const byId = (id) => document.getElementById(id);
-  const make = (tag, parent, text) => {
-    const element = document.createElement(tag);
-    if (text !== undefined) element.textContent = text;
-    parent.append(element);
-    return element;
-  };
-  // The digits that count, without the tail of binary fractions.
-  const figure = (value, digits = 4) =>
-    value === null || value === undefined ? "-"
-      : typeof value !== "number" ? String(value)
-      : Number.isInteger(value) ? String(value)
-      : Math.abs(value) >= 1e6 || Math.abs(value) < 1e-4 ? value.toExponential(digits - 1)
-      : String(Number(value.toPrecision(digits)));
-
-  // Colours of the page, which the canvases share.
-  let colours = {};
-  const readColours = () => {
-    const style = getComputedStyle(document.documentElement);
-    for (const name of ["paper", "ink", "faint", "line", "estimate", "truth", "reckoned", "static", "moving", "missed", "hit", "stray",
-      "particle", "landmark"]) colours[name] = style.getPropertyValue("--" + name).trim();
-  };
-  const setTheme = (theme) => {
-    document.documentElement.dataset.theme = theme;
-    readColours();
-  };
-  setTheme(matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light");
-
-  // A canvas with as many dots as the screen has.
-  const context = (canvas) => {
-    const scale = window.devicePixelRatio || 1;
-    const { width, height } = canvas.getBoundingClientRect();
-    const [w, h] = [Math.max(1, Math.round(width * scale)), Math.max(1, Math.round(height * scale))];
-    if (canvas.width !== w || canvas.height !== h) [canvas.width, canvas.height] = [w, h];
-    const c = canvas.getContext("2d");
-    c.setTransform(scale, 0, 0, scale, 0, 0);
-    c.clearRect(0, 0, width, height);
-    c.font = "12px system-ui, sans-serif";
-    return [c, width, height];
-  };
-  // Round numbers between two, about so many.
-  const ticks = (low, high, about) => {
-    const raw = (high - low) / Math.max(1, about);
-    const power = 10 ** Math.floor(Math.log10(raw));
-    const step = [1, 2, 5, 10].map((k) => k * power).find((k) => k >= raw);
-    const list = [];
-    for (let at = Math.ceil(low / step) * step; at <= high + 1e-9 * step; at += step) list.push(at);
-    return [list, Math.max(0, -Math.floor(Math.log10(step) + 1e-9))];
-  };
-
   // ---- the map ----
   const map = byId("map");
   const shows = {};
@@ -101,9 +51,7 @@
       const margin = 0.04 * (high - low) + 0.5;
       return [low - margin, high + margin];
     };
-    const rect = map.getBoundingClientRect();
-    const [[x0, x1], [y0, y1]] = look.map(span);
-    view = { x: (x0 + x1) / 2, y: (y0 + y1) / 2, scale: Math.min(rect.width / (x1 - x0), rect.height / (y1 - y0)) };
+    view = viewOf(map, look.map(span));
     drawMap();
   };
 
@@ -115,7 +63,7 @@
     if (on("follow")) [view.x, view.y] = [frame.pose[i], frame.pose[j]];
     const X = (p) => width / 2 + (p[i] - view.x) * view.scale;
     const Y = (p) => height / 2 - (p[j] - view.y) * view.scale;
-    grid(c, width, height);
+    drawGrid(c, width, height, view, look.map((axis) => axes[axis]));
     const path = (points, until, colour, dash) => {
       c.strokeStyle = colour;
       c.lineWidth = 1.5;
@@ -212,25 +160,6 @@
     c.restore();
   }
 
-  function grid(c, width, height) {
-    c.strokeStyle = colours.line;
-    c.fillStyle = colours.faint;
-    c.lineWidth = 1;
-    const [i, j] = look;
-    const half = [width / view.scale / 2, height / view.scale / 2];
-    const [xs, xDigits] = ticks(view.x - half[0], view.x + half[0], width / 110);
-    const [ys, yDigits] = ticks(view.y - half[1], view.y + half[1], height / 90);
-    c.beginPath();
-    for (const at of xs) { const x = width / 2 + (at - view.x) * view.scale; c.moveTo(x, 0); c.lineTo(x, height); }
-    for (const at of ys) { const y = height / 2 - (at - view.y) * view.scale; c.moveTo(0, y); c.lineTo(width, y); }
-    c.stroke();
-    for (const at of xs) c.fillText(at.toFixed(xDigits), width / 2 + (at - view.x) * view.scale + 3, height - 5);
-    for (const at of ys) c.fillText(at.toFixed(yDigits), 4, height / 2 - (at - view.y) * view.scale - 3);
-    c.textAlign = "right";
-    c.fillText(axes[i] + " (m) to the right, " + axes[j] + " (m) upwards", width - 8, 15);
-    c.textAlign = "left";
-  }
-
   // ---- time ----
   const slider = byId("time");
   slider.max = Math.max(0, frames.length - 1);
@@ -269,34 +198,7 @@
   byId("play").addEventListener("click", play);
 
   // ---- fingers, mouse, keys ----
-  const fingers = new Map();
-  const zoom = (factor, x, y) => {
-    const rect = map.getBoundingClientRect();
-    const [dx, dy] = [(x - rect.width / 2) / view.scale, (rect.height / 2 - y) / view.scale];
-    view.x += dx - dx / factor;
-    view.y += dy - dy / factor;
-    view.scale *= factor;
-    drawMap();
-  };
-  map.addEventListener("pointerdown", (e) => { map.setPointerCapture(e.pointerId); fingers.set(e.pointerId, [e.offsetX, e.offsetY]); });
-  map.addEventListener("pointermove", (e) => {
-    const before = fingers.get(e.pointerId);
-    if (!before) return;
-    const now = [e.offsetX, e.offsetY];
-    if (fingers.size === 1) {
-      if (shows.follow) shows.follow.checked = false;
-      view.x -= (now[0] - before[0]) / view.scale;
-      view.y += (now[1] - before[1]) / view.scale;
-      drawMap();
-    } else if (fingers.size === 2) {
-      const other = [...fingers].find(([id]) => id !== e.pointerId)[1];
-      const apart = (p) => Math.hypot(p[0] - other[0], p[1] - other[1]);
-      if (apart(before) > 0) zoom(apart(now) / apart(before), (now[0] + other[0]) / 2, (now[1] + other[1]) / 2);
-    }
-    fingers.set(e.pointerId, now);
-  });
-  for (const end of ["pointerup", "pointercancel"]) map.addEventListener(end, (e) => fingers.delete(e.pointerId));
-  map.addEventListener("wheel", (e) => { e.preventDefault(); zoom(Math.exp(-e.deltaY / 400), e.offsetX, e.offsetY); }, { passive: false });
+  const zoom = movable(map, () => view, drawMap, () => { if (shows.follow) shows.follow.checked = false; });
   map.addEventListener("dblclick", showAll);
   const centre = () => { const rect = map.getBoundingClientRect(); return [rect.width / 2, rect.height / 2]; };
   const keys = {
@@ -336,6 +238,8 @@
     series.n_eff.some((v) => v > 1) && ["effective particles", [["N_eff", "n_eff", "particle"]]],
     series.pages_used.some((v) => v !== null) && ["pages of the pool in use", [["pages", "pages_used", "particle"]]],
     ["time of a scan (µs)", [["time", "scan_us", "estimate"]]],
+    series.stage_update_us.some((v) => v !== null) && ["of it by stage (µs)", [["move", "stage_predict_us", "moving"], ["weigh", "stage_weigh_us", "estimate"],
+      ["select", "stage_resample_us", "truth"], ["update", "stage_update_us", "static"], ["prune and merge", "stage_reduce_us", "missed"]]],
   ].filter(Boolean);
   for (const [name, lines] of plots) {
     const head = make("div", byId("curves"));
@@ -358,62 +262,24 @@
     read.className = "faint";
     const canvas = make("canvas", byId("curves"));
     canvas.className = "curve";
-    const left = 56, bottom = 20;
     const times = series.t_s;
-    const [t0, t1] = [times[0] ?? 0, Math.max(times[times.length - 1] ?? 1, (times[0] ?? 0) + 1e-6)];
+    const span = [times[0] ?? 0, Math.max(times[times.length - 1] ?? 1, (times[0] ?? 0) + 1e-6)];
     const draw = () => {
       const [c, width, height] = context(canvas);
       const shown = lines.filter(([, key]) => !hidden.has(key));
-      let high = 0;
-      for (const [, key] of shown) for (const v of series[key]) if (v !== null && v > high) high = v;
-      high = high > 0 ? 1.05 * high : 1;
-      const X = (t) => left + (t - t0) / (t1 - t0) * (width - left - 8);
-      const Y = (v) => height - bottom - v / high * (height - bottom - 8);
-      const [rows, digits] = ticks(0, high, height / 45);
-      const [columns, columnDigits] = ticks(t0, t1, width / 110);
-      c.strokeStyle = colours.line;
-      c.fillStyle = colours.faint;
-      c.lineWidth = 1;
-      c.beginPath();
-      for (const v of rows) { c.moveTo(left, Y(v)); c.lineTo(width, Y(v)); }
-      for (const t of columns) { c.moveTo(X(t), 4); c.lineTo(X(t), height - bottom); }
-      c.stroke();
-      c.textAlign = "right";
-      for (const v of rows) c.fillText(v.toFixed(digits), left - 5, Y(v) + 4);
-      c.textAlign = "center";
-      for (const t of columns) c.fillText(t.toFixed(columnDigits) + " s", Math.min(X(t), width - 20), height - 5);
-      c.textAlign = "left";
-      for (const [, key, colour] of shown) {
-        c.strokeStyle = colours[colour];
-        c.lineWidth = 1.3;
-        c.beginPath();
-        const values = series[key];
-        let pen = false;
-        values.forEach((v, k) => {
-          if (v === null) { pen = false; return; }
-          if (pen) c.lineTo(X(times[k]), Y(v)); else c.moveTo(X(times[k]), Y(v));
-          pen = true;
-        });
-        c.stroke();
-        // What is known at single scans alone.
-        c.fillStyle = colours[colour];
-        values.forEach((v, k) => {
-          const alone = v !== null && (values[k - 1] ?? null) === null && (values[k + 1] ?? null) === null;
-          if (alone) c.fillRect(X(times[k]) - 2, Y(v) - 2, 4, 4);
-        });
-      }
+      const X = drawChart(c, width, height, span, shown.map(([, key, colour]) => [times, series[key], colours[colour]]));
       const frame = frames[current];
       if (!frame) return;
       c.strokeStyle = colours.ink;
       c.beginPath();
       c.moveTo(X(frame.t_s), 0);
-      c.lineTo(X(frame.t_s), height - bottom);
+      c.lineTo(X(frame.t_s), height - CHART.bottom);
       c.stroke();
       const row = series.scan.findIndex((scan) => scan >= frame.scan);
       read.textContent = shown.map(([text, key]) => text + " " + figure(series[key][row], 3)).join(", ");
     };
     let held = false;
-    const pick = (e) => go(nearest(t0 + (e.offsetX - left) / (canvas.getBoundingClientRect().width - left - 8) * (t1 - t0)));
+    const pick = (e) => go(nearest(timeAt(canvas, span, e.offsetX)));
     canvas.addEventListener("pointerdown", (e) => { held = true; pick(e); });
     canvas.addEventListener("pointermove", (e) => { if (held) pick(e); });
     for (const end of ["pointerup", "pointercancel", "pointerleave"]) canvas.addEventListener(end, () => { held = false; });

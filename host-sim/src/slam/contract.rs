@@ -1,5 +1,6 @@
 //! What a SLAM filter is to the simulator.
 
+use super::stage_times::STAGES;
 use crate::dimensions::{Covariance, Dimensions, Planar};
 use crate::record::{MapFeature, MovingFeature, Usage};
 use crate::threads::Threads;
@@ -140,6 +141,8 @@ pub struct ScanOutcome {
     pub usage: Usage,
     /// Conditions the filter reported; always good for the reference.
     pub health: scphd::Health,
+    /// Wall time of every stage, µs, without those inside it; `None` where the filter has no such stages.
+    pub stages_us: Option<[f64; STAGES]>,
 }
 
 impl ScanOutcome {
@@ -151,6 +154,7 @@ impl ScanOutcome {
         innovation: None,
         usage: Usage { in_view: 0, no_birth: 0, pages_used: None },
         health: scphd::Health::GOOD,
+        stages_us: None,
     };
 }
 

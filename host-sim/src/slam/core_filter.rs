@@ -3,6 +3,7 @@
 use super::contract::{PoseAndCovariance, Refusal, ScanOutcome, Slam, left_out, no_sensor, refusal};
 use super::fixes::Fixed;
 use super::models::{Models, Referred, feature_of, full, measured, pose_of};
+use super::stage_times::StageTimes;
 use crate::dimensions::{Coordinates, Dimensions};
 use crate::record::{MapFeature, MovingFeature, Usage};
 use crate::reference::{self, Candidate, Draws};
@@ -151,8 +152,9 @@ impl<D: Dimensions, M: Motion<Pose: Fixed<D>> + Copy, X: MeasurementModel<Pose =
     fn scan(&mut self, sensor: usize, detections: &[D::Measurement]) -> Result<ScanOutcome, Refusal> {
         let measurements = measured::<D, X::Measurement>(detections);
         let threads = self.threads.clone();
+        let mut times = StageTimes::default();
         let report = self
-            .with(sensor, |filter, detector| filter.scan_on(detector, &measurements, &threads, &mut ()))?
+            .with(sensor, |filter, detector| filter.scan_on(detector, &measurements, &threads, &mut times))?
             .map_err(refusal)?;
         Ok(ScanOutcome {
             n_eff: report.n_eff.to_f64(),
@@ -161,6 +163,7 @@ impl<D: Dimensions, M: Motion<Pose: Fixed<D>> + Copy, X: MeasurementModel<Pose =
             innovation: Some(report.innovation.to_f64()).filter(|&innovation| innovation > 0.0),
             usage: Usage { in_view: report.in_view, no_birth: report.no_birth, pages_used: Some(report.pages_used) },
             health: report.health,
+            stages_us: Some(times.us()),
         })
     }
 

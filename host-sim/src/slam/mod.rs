@@ -13,6 +13,7 @@ mod joint_snapshot;
 mod models;
 mod planar;
 mod reference_filter;
+mod stage_times;
 mod underwater;
 
 pub(crate) use contract::refusal;
@@ -25,4 +26,5 @@ pub(crate) use planar::range_bearing;
 pub use planar::{core_filter, joint_filter};
 pub use reference_filter::{ReferenceFilter, reference_of};
 pub(crate) use reference_filter::{joint_config_of, joint_references_of, references_of};
+pub use stage_times::STAGES;
 pub use underwater::{core_filter as underwater_core_filter, joint_filter as underwater_joint_filter};
