@@ -1,4 +1,4 @@
-//! A million operations with plausible and with hostile numbers. Twenty million of all targets: `cargo xtask fuzz`.
+//! Two million operations and more with plausible and with hostile numbers. Twenty million of all targets: `cargo xtask fuzz`.
 
 use scphd_tests::fuzz::{self, Target, counts};
 use scphd_tests::with_roomy_stack;
@@ -24,7 +24,7 @@ fn sound(target: Target, operations: u64, outcomes: &[(&str, &str)]) {
 fn whatever_is_asked_of_a_filter_it_stays_sound() {
     sound(
         Target::Mixture,
-        1_000_000,
+        2_000_000,
         &[
             ("scan", "ok"),
             ("scan", "NonFinite"),
@@ -48,7 +48,7 @@ fn whatever_is_asked_of_a_filter_it_stays_sound() {
 fn whatever_is_asked_of_a_joint_map_it_stays_sound() {
     sound(
         Target::Joint,
-        20_000,
+        300_000,
         &[
             ("scan", "ok"),
             ("scan", "NonFinite"),

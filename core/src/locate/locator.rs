@@ -4,6 +4,7 @@ use super::config::LocatorConfig;
 use super::evidence::area;
 use super::state::{LocatorState, Memory, Sweep};
 use crate::numerics::ln_sum::ln_sum;
+use crate::numerics::range::is_within_range;
 use crate::{
     Bounds, Component, ConfigError, Detector, LoadMapError, MeasurementModel, PlanarPose, Pose, PoseEstimate, Real,
 };
@@ -140,8 +141,9 @@ impl<'s, T: Real> Locator<'s, T> {
         let sure = |place: &Located<T>| {
             let most = T::from_usize(place.matched) >= config.least_share * T::from_usize(memory.known.seen);
             let enough = place.matched >= config.least_matched && most && searched >= config.searched;
-            // A vehicle whose own pose is no number is nowhere.
-            let placed = place.pose.mean.is_finite() && place.pose.covariance.is_finite();
+            // A vehicle whose own pose is no number, or that would be beyond every range of the map, is nowhere.
+            let mean = &place.pose.mean;
+            let placed = mean.is_finite() && is_within_range(&mean.coordinates()) && place.pose.covariance.is_finite();
             enough && placed && place.probability >= config.sure
         };
         LocatorReport {

@@ -8,7 +8,7 @@ use super::{Failure, Operations, Run, Watch};
 use nalgebra::Vector2;
 use scphd::{
     Births, Component, ConfigError, Detector, Locator, LocatorConfig, LocatorReport, LocatorState, Mounting,
-    PlanarPose, PoseEstimate, Real, Symmetric, wrap,
+    PlanarPose, Pose, PoseEstimate, Real, Symmetric, wrap,
 };
 use std::fmt::Write;
 
@@ -224,12 +224,13 @@ impl<T: Real> Session<T> {
                 "more matches than landmarks",
             )?;
             let finite = pose.mean.is_finite_here() && pose.covariance.is_finite();
-            let placed = place.pose.mean.is_finite_here() && place.pose.covariance.is_finite();
+            let placed = place.pose.mean.is_finite() && place.pose.covariance.is_finite();
             // A pose that is no number is handed on as such.
             require(!finite || placed, "a place that is no number")?;
         }
         if let Some(found) = &report.found {
             require(Some(*found) == report.likeliest, "what is found is not the likeliest")?;
+            require(found.pose.mean.is_finite_here(), "a place beyond every range")?;
             require(found.probability >= tuning.sure && found.matched >= tuning.least_matched, "found and not sure")?;
             require(report.searched >= tuning.searched, "found before all was searched")?;
         }
