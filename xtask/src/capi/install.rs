@@ -1,4 +1,4 @@
-//! Installing the C library: header, archive, and what pkg-config and CMake find them by.
+//! Installing the C library: header, archive, and what pkg-config, CMake and Zephyr find them by.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -33,7 +33,7 @@ pub fn install(place: &Place) -> Outcome {
                 archive::make(&Builder::Bare(&toolchain::find_for(&[known])?, known), &functions)?
             }
         };
-        write(&place.prefix, &dir.join(archive::NAME))?;
+        write(&place.prefix, &dir.join(archive::NAME), place.target.as_deref())?;
         Ok(Outcome::Passed(format!("in {}", place.prefix.display())))
     };
     install().into()
@@ -41,7 +41,7 @@ pub fn install(place: &Place) -> Outcome {
 
 const VERSION: &str = env!("CARGO_PKG_VERSION");
 
-fn write(prefix: &Path, archive: &Path) -> Result<(), String> {
+fn write(prefix: &Path, archive: &Path, target: Option<&str>) -> Result<(), String> {
     let copy = |from: &Path, to: &str| {
         let to = prefix.join(to);
         let made = to.parent().map_or(Ok(()), fs::create_dir_all);
@@ -56,7 +56,10 @@ fn write(prefix: &Path, archive: &Path) -> Result<(), String> {
     copy(archive, "lib/libscphd.a")?;
     put(&pkg_config(), "lib/pkgconfig/scphd.pc")?;
     put(CMAKE_CONFIG, "lib/cmake/scphd/scphd-config.cmake")?;
-    put(&cmake_version(), "lib/cmake/scphd/scphd-config-version.cmake")
+    put(&cmake_version(), "lib/cmake/scphd/scphd-config-version.cmake")?;
+    put(ZEPHYR_MODULE, "zephyr/module.yml")?;
+    put(ZEPHYR_CMAKE, "zephyr/CMakeLists.txt")?;
+    put(&zephyr_kconfig(target), "zephyr/Kconfig")
 }
 
 fn pkg_config() -> String {
@@ -85,10 +88,32 @@ fn cmake_version() -> String {
     )
 }
 
-/// What was installed is found by pkg-config and by CMake, each where it is here.
+/// The installed folder is a module of Zephyr: `ZEPHYR_EXTRA_MODULES` names it, `CONFIG_SCPHD=y` adds the library.
+const ZEPHYR_MODULE: &str = "name: scphd\nbuild:\n  cmake: zephyr\n  kconfig: zephyr/Kconfig\n";
+
+const ZEPHYR_CMAKE: &str = r#"if(CONFIG_SCPHD)
+  zephyr_include_directories(${CMAKE_CURRENT_LIST_DIR}/../include)
+  zephyr_library_import(scphd ${CMAKE_CURRENT_LIST_DIR}/../lib/libscphd.a)
+endif()
+"#;
+
+/// An archive with the other floating-point ABI would not link, and one for another processor neither.
+fn zephyr_kconfig(target: Option<&str>) -> String {
+    let needs = match target {
+        Some(target) if target == TARGETS[0] => "depends on CPU_CORTEX_M && FP_HARDABI",
+        Some(_) => "depends on CPU_CORTEX_M && !FP_HARDABI",
+        None => "depends on ARCH_POSIX",
+    };
+    format!(
+        "config SCPHD\n\tbool \"Single-cluster PHD SLAM in fixed memory\"\n\t{needs}\n\thelp\n\t  \
+         Pose of the vehicle and map of features, of odometry and\n\t  detections without names. Brings scphd.h and libscphd.a.\n"
+    )
+}
+
+/// What was installed is found by pkg-config and by CMake, also as Zephyr would find it, each where it is here.
 pub fn check(archive: &Path, c: &Compiler, dir: &Path) -> Result<(), String> {
     let prefix = dir.join("installed");
-    write(&prefix, archive)?;
+    write(&prefix, archive, None)?;
     let source = process::root().join("capi/examples/robot.c");
     match process::read(process::command("pkg-config").arg("--version")) {
         Err(_) => println!("no pkg-config: its file was not tried"),
@@ -106,13 +131,15 @@ pub fn check(archive: &Path, c: &Compiler, dir: &Path) -> Result<(), String> {
     match CMAKE.find() {
         None => println!("no cmake: its package was not tried"),
         Some(cmake) => {
-            let build = dir.join("by-cmake");
-            let mut configure = cmake.command();
-            configure.arg("-S").arg(process::root().join("capi/tests/cmake")).arg("-B").arg(&build);
-            configure.arg(format!("-DCMAKE_PREFIX_PATH={}", prefix.display()));
-            process::run(&mut configure)?;
-            process::run(cmake.command().arg("--build").arg(&build))?;
-            process::run(&mut process::command(build.join("robot")))?;
+            for (name, found_by) in [("cmake", "CMAKE_PREFIX_PATH"), ("zephyr", "ZEPHYR_EXTRA_MODULES")] {
+                let build = dir.join(format!("by-{name}"));
+                let mut configure = cmake.command();
+                configure.arg("-S").arg(process::root().join("capi/tests").join(name)).arg("-B").arg(&build);
+                configure.arg(format!("-D{found_by}={}", prefix.display()));
+                process::run(&mut configure)?;
+                process::run(cmake.command().arg("--build").arg(&build))?;
+                process::run(&mut process::command(build.join("robot")))?;
+            }
         }
     }
     Ok(())
