@@ -95,7 +95,7 @@ pub trait Real:
 }
 
 macro_rules! implement_real {
-    ($t:ident, $sqrt:ident, $inverse_sqrt:expr, $sqrt_above:path, $exp:path, $ln:path, $sincos:path, $tan:ident, $atan2:path, $floor:ident, $vanishing:literal) => {
+    ($t:ident, $sqrt:ident, $inverse_sqrt:expr, $sqrt_above:path, $exp:path, $ln:path, $sincos:path, $tan:path, $atan2:path, $floor:ident, $vanishing:literal) => {
         impl Zero for $t {
             const ZERO: Self = 0.0;
         }
@@ -174,7 +174,7 @@ macro_rules! implement_real {
             }
             #[inline]
             fn tan(self) -> Self {
-                libm::$tan(self)
+                $tan(self)
             }
             #[inline]
             fn atan2(self, x: Self) -> Self {
@@ -192,7 +192,7 @@ implement_real!(
     single::exp,
     single::ln,
     single::sin_cos,
-    tanf,
+    single::tan,
     single::atan2,
     floorf,
     -17.33
@@ -205,7 +205,7 @@ implement_real!(
     libm::exp,
     libm::log,
     libm::sincos,
-    tan,
+    libm::tan,
     libm::atan2,
     floor,
     -37.43

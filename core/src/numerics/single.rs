@@ -1,8 +1,8 @@
 //! Transcendental functions in single precision that stay in single precision.
 //!
-//! `libm` computes `expf`, `atan2f` and `sincosf` partly in double precision, which a single-precision FPU has to emulate
-//! (over a thousand instructions for a sine). These use nothing but f32 additions, multiplications and divisions, on every
-//! target alike, and so give the same bits everywhere. The polynomials are minimax fits of our own; the tests hold the error
+//! `libm` computes `expf`, `sincosf` and `tanf` partly in double precision, which a single-precision FPU has to emulate
+//! (over a thousand instructions for a sine). These use nothing but whole numbers and f32 additions, multiplications and
+//! divisions, on every target alike, and so give the same bits everywhere. The polynomials are minimax fits of our own; the tests hold the error
 //! bounds that are stated with each function, over millions of arguments.
 
 // The constants are those of the fits; they are rounded to single precision here, once, by the compiler.
@@ -150,12 +150,15 @@ pub(crate) fn sin_cos(angle: f32) -> (f32, f32) {
     const SINE: [f32; 3] = [-0.166_666_506, 0.008_331_976, -0.000_194_952_93];
     const COSINE: [f32; 3] = [0.041_666_647, -0.001_388_736_4, 2.443_809_06e-5];
     // Angles that have not been wrapped for very long, and what is not a number.
-    if !(angle.abs() < 4096.0) {
-        return libm::sincosf(angle);
-    }
-    let n = nearest(angle * core::f32::consts::FRAC_2_PI);
-    let whole = n as f32;
-    let rest = angle - whole * HALF_PI[0] - whole * HALF_PI[1] - whole * HALF_PI[2];
+    let (n, rest) = if angle.abs() < 4096.0 {
+        let n = nearest(angle * core::f32::consts::FRAC_2_PI);
+        let whole = n as f32;
+        (n, angle - whole * HALF_PI[0] - whole * HALF_PI[1] - whole * HALF_PI[2])
+    } else if angle.is_finite() {
+        quadrant_of_large(angle)
+    } else {
+        return (f32::NAN, f32::NAN);
+    };
     let square = rest * rest;
     let sine = rest + rest * square * polynomial(SINE, square);
     let cosine = 1.0 - 0.5 * square + square * square * polynomial(COSINE, square);
@@ -167,9 +170,51 @@ pub(crate) fn sin_cos(angle: f32) -> (f32, f32) {
     }
 }
 
+/// The nearest multiple of π/2 to an angle of at least 4096, modulo four, and the angle from there.
+///
+/// After Payne and Hanek (1983): those digits of 2/π decide that are neither too high to change the quadrant nor too low to
+/// be seen.
+#[cold]
+#[inline(never)]
+fn quadrant_of_large(angle: f32) -> (i32, f32) {
+    /// The first 192 binary digits of 2/π.
+    const DIGITS: [u64; 3] = [0xa2f9_836e_4e44_1529, 0xfc27_57d1_f534_ddc0, 0xdb62_9599_3c43_9041];
+    // |angle| = m 2ᵉ, with m below 2²⁴.
+    let bits = angle.to_bits();
+    let m = u64::from(bits & 0x007f_ffff | 0x0080_0000);
+    let e = (bits >> 23 & 0xff).cast_signed() - 150;
+    // 64 digits of 2/π, of which the first counts quadrants by 2 where m is 1.
+    let first = e - 2;
+    let digits = if first < 0 {
+        DIGITS[0] >> -first
+    } else if first < 64 {
+        window(DIGITS[0], DIGITS[1], first)
+    } else {
+        window(DIGITS[1], DIGITS[2], first - 64)
+    };
+    // Quadrants modulo 4, in units of 2⁻⁶²: whole turns are what overflows.
+    let quadrants = m.wrapping_mul(digits);
+    let n = (quadrants >> 61).div_ceil(2) as i32;
+    let rest = (quadrants << 2).cast_signed() >> 32;
+    let rest = rest as i32 as f32 * (core::f32::consts::FRAC_PI_2 / 4_294_967_296.0);
+    if angle < 0.0 { (-n, -rest) } else { (n, rest) }
+}
+
+/// The 64 digits that begin so many digits after the beginning of two words; fewer than 64.
+fn window(high: u64, low: u64, digits: i32) -> u64 {
+    if digits == 0 { high } else { high << digits | low >> (64 - digits) }
+}
+
+/// Tangent of an angle, rad; relative error below 4e-7 up to 1.5 rad.
+#[inline]
+pub(crate) fn tan(angle: f32) -> f32 {
+    let (sine, cosine) = sin_cos(angle);
+    sine / cosine
+}
+
 #[cfg(test)]
 mod tests {
-    use super::{atan2, exp, inverse_sqrt, ln, sin_cos, sqrt_above};
+    use super::{atan2, exp, inverse_sqrt, ln, sin_cos, sqrt_above, tan};
 
     /// Every step-th number between two, by their bits, which follow the order of positive numbers.
     fn numbers(from: f32, to: f32, step: usize) -> impl Iterator<Item = f32> {
@@ -255,7 +300,32 @@ mod tests {
         assert!(worst < 1.5e-7, "{worst:e}");
         assert_eq!(sin_cos(0.0), (0.0, 1.0));
         assert!(sin_cos(f32::INFINITY).0.is_nan() && sin_cos(f32::NAN).1.is_nan());
-        let (sine, cosine) = sin_cos(1e6);
-        assert!((f64::from(sine) - 1e6_f64.sin()).abs() < 1e-6 && (f64::from(cosine) - 1e6_f64.cos()).abs() < 1e-6);
+    }
+
+    #[test]
+    fn sines_and_cosines_of_large_angles() {
+        let mut worst = 0.0_f64;
+        // To the last digits of 2/π, and both ends of every part of them.
+        let beside =
+            (12..128).map(|power| 2.0_f32.powi(power)).flat_map(|x| [x, x.next_up(), x.next_down(), 1.999_999 * x]);
+        for angle in numbers(4096.0, f32::MAX, 1009).chain(beside).flat_map(|angle| [angle, -angle]) {
+            let (sine, cosine) = sin_cos(angle);
+            let (exact_sine, exact_cosine) = f64::from(angle).sin_cos();
+            worst = worst.max((f64::from(sine) - exact_sine).abs()).max((f64::from(cosine) - exact_cosine).abs());
+        }
+        std::println!("sine, cosine of large angles: error {worst:e}");
+        assert!(worst < 1.5e-7, "{worst:e}");
+    }
+
+    #[test]
+    fn tangents() {
+        let mut worst = 0.0_f64;
+        for angle in numbers(1e-9, 1.5, 409).flat_map(|angle| [angle, -angle]) {
+            worst = worst.max((f64::from(tan(angle)) / f64::from(angle).tan() - 1.0).abs());
+        }
+        std::println!("tangent: relative error {worst:e}");
+        assert!(worst < 4e-7, "{worst:e}");
+        assert_eq!(tan(0.0), 0.0);
+        assert!(tan(f32::INFINITY).is_nan() && tan(f32::NAN).is_nan());
     }
 }
