@@ -50,6 +50,7 @@
 //! * `adaptive`: p_D and clutter learnt while running ([`Detector::learning`]). Without it that is refused, and takes no flash.
 //! * `defmt`: `Format` for configuration, reports, health and errors.
 //! * `embedded-hal`: `StagePins`, a probe of the stages over output pins.
+//! * `flips`: [`ScPhd`] and [`JointSlam`] flip a bit of their own state (`flip_bit`), for tests of failing memory on a board.
 //! * `multi-feature`: the likelihood of RB-PHD SLAM with several features, `Likelihood::MultiFeature`, a yardstick for studies.
 //!
 //! # When memory runs short

@@ -21,5 +21,5 @@ pub(crate) mod step;
 pub(crate) mod tally;
 pub(crate) mod update;
 mod walk;
-#[cfg(test)]
+#[cfg(any(test, feature = "flips"))]
 mod words;

@@ -55,7 +55,7 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
         if memory.cursor.particles == 0 {
             return Err(SaveError::NotStarted);
         }
-        memory.audit().map_err(SaveError::Damaged)?;
+        memory.check_counts(&self.config).and_then(|()| memory.audit()).map_err(SaveError::Damaged)?;
         let head = memory.head(kind, informed);
         let (of_static, of_moving) = (memory.static_maps.pool.lend_counts(), memory.moving_maps.pool.lend_counts());
         let written = write(head, &State { memory, informed }, [&mut *of_static, &mut *of_moving], sink);

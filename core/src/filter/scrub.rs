@@ -101,6 +101,7 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
             return Ok(scrubbed);
         }
         memory.check_cursor()?;
+        memory.check_counts(&self.config)?;
         let (static_pages, moving_pages) = (memory.static_maps.pool.capacity(), memory.moving_maps.pool.capacity());
         let all = 2 + static_pages + moving_pages;
         for _ in 0..parts.min(all) {

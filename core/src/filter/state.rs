@@ -4,7 +4,7 @@ use crate::detection::maps::{DynamicMaps, StaticMaps};
 use crate::map::{MapStorage, NoMoving};
 use crate::particles::candidate::Candidate;
 use crate::particles::cursor::Cursor;
-use crate::{Config, Dynamic, Pose, Proposal, Real, ScalarOf, SetupError, Static, Symmetric, TangentOf};
+use crate::{Config, Dynamic, Flaw, Pose, Proposal, Real, ScalarOf, SetupError, Static, Symmetric, TangentOf};
 
 /// All memory of a filter: what it knows and its scratch, with every capacity in the type.
 ///
@@ -161,6 +161,12 @@ impl<T: Real, P: Pose<Scalar = T>> Memory<'_, P> {
         let has_covariances = pose_covariances.iter().any(|pose_covariance| *pose_covariance != Symmetric::ZERO);
         Held { particles, children, predicted, has_covariances }.check(config)?;
         self.audit().map_err(SetupError::HeldDamaged)
+    }
+
+    /// Whether the counts are those of a filter of this configuration, which may well have fewer particles than there is room for.
+    pub(crate) fn check_counts(&self, config: &Config<T>) -> Result<(), Flaw> {
+        let Cursor { particles, children, predicted, .. } = *self.cursor;
+        Held { particles, children, predicted, has_covariances: false }.check(config).map_err(|_| Flaw::Cursor)
     }
 
     /// The candidates in use.

@@ -3,12 +3,35 @@
 use super::scphd::ScPhd;
 use crate::filter::state::Memory;
 use crate::map::PAGE_LEN;
+use crate::numerics::flip::{Each, Word, flip_one, of_symmetric};
 use crate::particles::cursor::Cursor;
-use crate::tests::flips::word::{Each, Word, of_symmetric};
-use crate::{PlanarPose, Unicycle};
+use crate::{Motion, Noise, PlanarPose};
 
-impl ScPhd<'_, Unicycle<f32>> {
-    pub(crate) fn words(&mut self, each: &mut Each<'_>) {
+impl<M: Motion<Pose = PlanarPose<f32>>> ScPhd<'_, M> {
+    /// Flips one bit of all that is kept between steps, moving features left out, each with the same chance: what it is part of, and which one of
+    /// its word. For tests of failing memory on a board or a desk, with the feature `flips`; the bits are drawn from `draws`, so that the
+    /// same seed flips the same ones everywhere.
+    ///
+    /// ```
+    /// # use scphd::{Config, ControlNoise, Noise, PlanarPose, ScPhd, Scrubber, Step, Unicycle, memory};
+    /// # memory! {
+    /// #     type Memory: Unicycle<f32> { particles: 4, samples: 1, features { pages: 16, pages_per_map: 4, in_view: 32 } }
+    /// # }
+    /// # let motion = Unicycle::new(Step::Arc, ControlNoise::white(0.1, 0.05))?;
+    /// # let mut state = Box::new(Memory::new());
+    /// # let mut slam = ScPhd::new(motion, Config::informed(4), &mut *state)?;
+    /// # slam.reset(PlanarPose::new(3.0, 0.0, 1.5), 1)?;
+    /// let before = slam.digest();
+    /// let mut draws = Noise::seeded(5);
+    /// while slam.flip_bit(&mut draws).0 != "pose" {}
+    /// assert_ne!(slam.digest(), before);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn flip_bit(&mut self, draws: &mut Noise) -> (&'static str, usize) {
+        flip_one(|each| self.words(each), draws)
+    }
+
+    fn words(&mut self, each: &mut Each<'_>) {
         let Memory { cursor, pose_covariances, candidates, static_maps, ln_likelihoods, survivors, .. } =
             &mut self.memory;
         let held = cursor.candidates().min(candidates.len());

@@ -33,7 +33,7 @@ mod tidy;
 mod walk;
 #[cfg(test)]
 mod window_tests;
-#[cfg(test)]
+#[cfg(any(test, feature = "flips"))]
 mod words;
 
 pub use archive::{Archive, Archived, JointArchive, NoArchive};

@@ -271,7 +271,7 @@ impl<T: Real> Explained<T> {
     }
 
     /// All but the claims, to be damaged.
-    #[cfg(test)]
+    #[cfg(any(test, feature = "flips"))]
     pub(super) fn parts(&mut self) -> ([&mut T; 2], &mut usize) {
         ([&mut self.ln_unexplained, &mut self.unexplained], &mut self.len)
     }

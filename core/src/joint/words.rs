@@ -2,12 +2,17 @@
 
 use super::filter::JointSlam;
 use super::state::{Explained, Known, Memory, Slot};
-use crate::tests::flips::word::{Each, Word};
-use crate::{PlanarPose, Unicycle};
+use crate::numerics::flip::{Each, Word, flip_one};
+use crate::{Motion, Noise, PlanarPose};
 use nalgebra::Vector2;
 
-impl JointSlam<'_, Unicycle<f32>, Vector2<f32>> {
-    pub(crate) fn words(&mut self, each: &mut Each<'_>) {
+impl<M: Motion<Pose = PlanarPose<f32>>> JointSlam<'_, M, Vector2<f32>> {
+    /// Flips one bit of all that is kept between steps and of the scratch beside it, as [`ScPhd::flip_bit`](crate::ScPhd::flip_bit) does.
+    pub fn flip_bit(&mut self, draws: &mut Noise) -> (&'static str, usize) {
+        flip_one(|each| self.words(each), draws)
+    }
+
+    fn words(&mut self, each: &mut Each<'_>) {
         let Memory { known, slots, joint, common, explained } = &mut self.memory;
         let Known { started, pose, moved, len, waited_s, refused, next_label, watch } = &mut **known;
         each("counts", Word::Truth(started));

@@ -16,7 +16,7 @@ pub struct Page<F: Feature> {
 }
 
 /// All of a page, to be damaged.
-#[cfg(test)]
+#[cfg(any(test, feature = "flips"))]
 pub(crate) struct Fields<'p, F: Feature> {
     pub(crate) components: &'p mut [Component<F::State>; PAGE_LEN],
     pub(crate) weights: &'p mut [<F::State as Vector>::Scalar; PAGE_LEN],
@@ -48,7 +48,7 @@ impl<T: Real, F: Feature<Position: Vector<Scalar = T>>> Page<F> {
     }
 
     /// All that a memory fault may change.
-    #[cfg(test)]
+    #[cfg(any(test, feature = "flips"))]
     pub(crate) fn fields(&mut self) -> Fields<'_, F> {
         let Self { components, weights, bounds, len } = self;
         Fields { components, weights, bounds, len }

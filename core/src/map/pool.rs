@@ -15,7 +15,7 @@ impl PageId {
         usize::from(self.0)
     }
 
-    #[cfg(test)]
+    #[cfg(any(test, feature = "flips"))]
     pub(crate) fn number(&mut self) -> &mut u16 {
         &mut self.0
     }
@@ -162,7 +162,7 @@ impl<'s, F: Feature> Pool<'s, F> {
     }
 
     /// All that a memory fault may change beside the pages.
-    #[cfg(test)]
+    #[cfg(any(test, feature = "flips"))]
     pub(crate) fn words(&mut self) -> impl Iterator<Item = &mut u16> {
         let free = self.free.iter_mut().map(|id| &mut id.0);
         self.references.iter_mut().chain(free).chain(core::iter::once(&mut *self.free_len))

@@ -150,14 +150,14 @@ impl<T: Real, D: Vector<Scalar = T>> MapTable<'_, D> {
     }
 
     /// All that a memory fault may change.
-    #[cfg(test)]
+    #[cfg(any(test, feature = "flips"))]
     pub(crate) fn words(&mut self) -> impl Iterator<Item = &mut u16> {
         let heads = self.rows.iter_mut().flat_map(|row| [&mut row.len, &mut row.far]);
         self.row_of.iter_mut().chain(heads).chain(self.ids.iter_mut().map(PageId::number))
     }
 
     /// The boxes beyond which pages lie, of as many.
-    #[cfg(test)]
+    #[cfg(any(test, feature = "flips"))]
     pub(crate) fn corners(&mut self) -> impl Iterator<Item = &mut T> {
         let corners = self.rows.iter_mut().flat_map(|row| [&mut row.vicinity.low, &mut row.vicinity.high]);
         corners.flat_map(Vector::as_mut_slice)

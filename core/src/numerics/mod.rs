@@ -2,6 +2,8 @@
 
 pub(crate) mod angle;
 pub(crate) mod bounds;
+#[cfg(any(test, feature = "flips"))]
+pub(crate) mod flip;
 pub(crate) mod fnv;
 pub(crate) mod links;
 pub(crate) mod ln_sum;

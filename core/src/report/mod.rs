@@ -6,5 +6,5 @@ pub(crate) mod health;
 pub(crate) mod probe;
 pub(crate) mod reports;
 pub(crate) mod watch;
-#[cfg(test)]
+#[cfg(any(test, feature = "flips"))]
 mod words;

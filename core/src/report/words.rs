@@ -1,7 +1,7 @@
 //! What a memory fault may change of the watch.
 
 use super::watch::Watch;
-use crate::tests::flips::word::{Each, Word};
+use crate::numerics::flip::{Each, Word};
 
 impl Watch<f32> {
     pub(crate) fn words(&mut self, each: &mut Each<'_>) {

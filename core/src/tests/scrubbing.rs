@@ -68,6 +68,20 @@ fn what_is_sound_is_left_to_the_bit_and_all_of_it_is_looked_at() {
     }
 }
 
+/// Where there is room for more particles than the filter has.
+#[test]
+fn a_count_of_particles_that_are_not_the_filters_is_no_count() {
+    let mut state = Box::new(Memory::new());
+    let mut filter = filter(Config::blind(4, 2), &mut state);
+    (0..5).for_each(|scan| step(&mut filter, scan));
+    assert!(filter.slam.save(1, |_| Ok::<(), ()>(())).is_ok());
+    for count in [3, 5, 8] {
+        filter.slam.memory.cursor.particles = count;
+        assert_eq!(filter.scrub(&mut Scrubber::new(), PARTS), Err(Flaw::Cursor), "{count}");
+        assert_eq!(filter.slam.save(1, |_| Ok::<(), ()>(())), Err(SaveError::Damaged(Flaw::Cursor)), "{count}");
+    }
+}
+
 /// Flips one bit somewhere; tells what of.
 fn flip(filter: &mut Filter<'_>, noise: &mut Noise) -> &'static str {
     let mut below = |bound: usize| ((noise.uniform::<f32>() * bound as f32) as usize).min(bound - 1);

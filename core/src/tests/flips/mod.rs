@@ -5,7 +5,6 @@
 
 mod slam;
 mod trial;
-pub(crate) mod word;
 mod world;
 
 use crate::Noise;

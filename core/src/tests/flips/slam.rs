@@ -1,6 +1,5 @@
 //! Either filter, as a test of failing memory sees it.
 
-use super::word::Each;
 use super::world::{CLUTTER, DETECTION, DT_S, Passage, RANGE_M};
 use super::{JOINT_FEATURES, MEASUREMENTS};
 use crate::*;
@@ -30,7 +29,7 @@ pub(crate) trait Slam {
     /// x, y, heading; what is no number where there is no pose.
     fn pose(&self) -> [f64; 3];
     fn map(&mut self) -> Vec<[f64; 2]>;
-    fn words(&mut self, each: &mut Each<'_>);
+    fn flip(&mut self, draws: &mut Noise) -> (&'static str, usize);
 }
 
 fn motion() -> Unicycle<f32> {
@@ -103,8 +102,8 @@ impl Slam for OfJoint<'_> {
         self.slam.features().map(|feature| [feature.mean.x, feature.mean.y].map(f64::from)).collect()
     }
 
-    fn words(&mut self, each: &mut Each<'_>) {
-        self.slam.words(each);
+    fn flip(&mut self, draws: &mut Noise) -> (&'static str, usize) {
+        self.slam.flip_bit(draws)
     }
 }
 
@@ -160,7 +159,7 @@ impl Slam for OfMixture<'_> {
         features.iter().take(count).map(|feature| [feature.mean.x, feature.mean.y].map(f64::from)).collect()
     }
 
-    fn words(&mut self, each: &mut Each<'_>) {
-        self.slam.words(each);
+    fn flip(&mut self, draws: &mut Noise) -> (&'static str, usize) {
+        self.slam.flip_bit(draws)
     }
 }

@@ -1,7 +1,6 @@
 //! One bit that flips, and what becomes of it.
 
 use super::slam::{Refused, Slam};
-use super::word::Word;
 use super::world::{Drive, Passage};
 use crate::{Health, Noise, Scrubber};
 use core::f64::consts::TAU;
@@ -109,7 +108,7 @@ impl<'d> Start<'d> {
             slam.predict(&passages[0]).unwrap();
         }
         let seal = slam.seal();
-        let (what, bit) = flip_one(slam, draws);
+        let (what, bit) = slam.flip(draws);
         let (mut found, mut told, mut restored) = (None, Health::GOOD, false);
         let mut scrubber = Scrubber::new();
         if matches!(guard, Guard::ScrubAndSeal(_)) && slam.seal() != seal {
@@ -157,24 +156,4 @@ impl<'d> Start<'d> {
         let false_features = false_features(slam, self.drive).saturating_sub(self.false_features);
         Told { end, what, bit, errors, false_features, found: found.is_some() }
     }
-}
-
-/// Flips one bit of all that there are, each with the same chance.
-fn flip_one(slam: &mut impl Slam, draws: &mut Noise) -> (&'static str, usize) {
-    let mut bits = 0;
-    slam.words(&mut |_, word| bits += word.bits());
-    // 24 bits of chance do for a few hundred thousand.
-    let mut left = Some((draws.uniform::<f64>() * bits as f64) as usize);
-    let mut flipped = ("nothing", 0);
-    slam.words(&mut |what, word: Word<'_>| {
-        if let Some(before) = left {
-            if before < word.bits() {
-                (left, flipped) = (None, (what, before));
-                word.flip(before);
-            } else {
-                left = Some(before - word.bits());
-            }
-        }
-    });
-    flipped
 }

@@ -1,4 +1,4 @@
-//! A piece of memory of which a bit can flip.
+//! Memory of which a bit can flip, word by word: for tests of failing memory alone.
 
 use crate::{Noise, Symmetric, Vector};
 
@@ -32,7 +32,9 @@ impl Word<'_> {
             Self::Truth(truth) => *truth = !*truth,
             Self::Stream(noise) => {
                 let mut bytes = noise.bytes();
-                bytes[bit / 8] ^= 1 << (bit % 8);
+                if let Some(byte) = bytes.get_mut(bit / 8) {
+                    *byte ^= 1 << (bit % 8);
+                }
                 *noise = Noise::from_bytes(bytes);
             }
         }
@@ -53,4 +55,24 @@ pub(crate) fn of_symmetric<N: Vector<Scalar = f32>>(what: &'static str, of: &mut
             }
         }
     }
+}
+
+/// Flips one bit of all that `words` goes through, each with the same chance: what it is part of, and which one of its word.
+pub(crate) fn flip_one(mut words: impl FnMut(&mut Each<'_>), draws: &mut Noise) -> (&'static str, usize) {
+    let mut bits = 0;
+    words(&mut |_, word| bits += word.bits());
+    // 24 bits of chance do for a few hundred thousand.
+    let mut left = Some((draws.uniform::<f64>() * bits as f64) as usize);
+    let mut flipped = ("nothing", 0);
+    words(&mut |what, word: Word<'_>| {
+        if let Some(before) = left {
+            if before < word.bits() {
+                (left, flipped) = (None, (what, before));
+                word.flip(before);
+            } else {
+                left = Some(before - word.bits());
+            }
+        }
+    });
+    flipped
 }
