@@ -5,8 +5,16 @@ use std::path::PathBuf;
 use std::{env, fs};
 
 /// Images that log with defmt.
-const LOGGING: [&str; 7] =
-    ["black-box", "replay-f32", "replay-f64", "replay-joint-f32", "replay-underwater-f32", "robot", "vehicle-loop"];
+const LOGGING: [&str; 8] = [
+    "black-box",
+    "flips",
+    "replay-f32",
+    "replay-f64",
+    "replay-joint-f32",
+    "replay-underwater-f32",
+    "robot",
+    "vehicle-loop",
+];
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let here = PathBuf::from(env::var("CARGO_MANIFEST_DIR")?);

@@ -25,6 +25,8 @@ mod black_box;
 mod bytes;
 mod error;
 mod find;
+#[cfg(feature = "flips")]
+mod flips;
 mod front;
 mod head;
 mod header;
@@ -46,6 +48,8 @@ mod writer;
 pub use black_box::{BlackBoxFilter, Saves};
 pub use error::StreamError;
 pub use find::{find_snapshot, find_whole_snapshot};
+#[cfg(feature = "flips")]
+pub use flips::{FLIP_SEEDS, Failing, Round, replay_with_flips};
 pub use front::{Begins, Mark};
 pub use head::Head;
 pub use header::{Extraction, Header, Joint, Likelihood, Moving, Proposal, Recursion, UNKNOWN};

@@ -8,7 +8,7 @@ use scphd_sim::settings::Settings;
 use scphd_sim::slam::Precision;
 use scphd_sim::underwater::{self, tank};
 use scphd_sim::{scenario, stream};
-use scphd_stream::planar::Planar;
+use scphd_stream::planar::{Planar, PlanarJoint};
 use scphd_stream::underwater::Underwater;
 use scphd_stream::{Aboard, Monitor, Reader, ReplayError, Scalar, ScanCost, Seen, StreamError, planar, replay};
 use scphd_tests::with_roomy_stack;
@@ -203,6 +203,31 @@ fn the_worst_case_fills_the_memory() {
         fullness.0
     });
     assert_eq!(full, 7, "all but the first scan, before which the map is empty");
+}
+
+/// That of a joint map: every place taken and in view, the most measurements.
+#[test]
+fn the_worst_case_of_a_joint_map_fills_it() {
+    #[derive(Default)]
+    struct Fullness(usize);
+    impl Monitor for Fullness {
+        fn start(&mut self) {}
+        fn elapsed(&mut self) -> u64 {
+            0
+        }
+        fn scanned(&mut self, cost: &ScanCost, seen: &Seen, _: u64) {
+            assert_eq!(cost.measurements as usize, planar::MEASUREMENTS);
+            self.0 += usize::from(seen.pages_used == seen.pages && seen.in_view == seen.pages);
+        }
+    }
+    let (log, settings) = stream::worst_case_joint(planar::MEASUREMENTS);
+    let bytes = stream::write(&log, &settings, SEED, Scalar::F32, 24).unwrap().bytes;
+    let full = with_roomy_stack(|| {
+        let (mut memory, mut fullness) = (Box::new(PlanarJoint::MEMORY), Fullness::default());
+        replay::<PlanarJoint, f32>(&bytes, &mut memory, u32::MAX, &mut fullness).unwrap();
+        fullness.0
+    });
+    assert!(full >= 18, "{full}");
 }
 
 #[test]

@@ -430,7 +430,7 @@ pub struct CompareArgs {
 
 #[derive(Debug, Args)]
 pub struct StreamArgs {
-    /// Name of a scenario, `worst-case` for inputs that cost a filter the most its memory allows, or folder of a log.
+    /// Name of a scenario, `worst-case` or `worst-case-joint` for inputs that cost a filter the most its memory allows, or folder of a log.
     #[arg(value_name = "SCENARIO|DIR")]
     pub source: PathBuf,
     /// File to write.

@@ -7,12 +7,13 @@ use super::outputs::{check_file, print_beside, write_file};
 use super::source::{Found, Source, either, tuned};
 use scphd_sim::dimensions::Planar;
 use scphd_sim::settings::Origins;
-use scphd_sim::stream::{Recorded, Stream, worst_case};
+use scphd_sim::stream::{Recorded, Stream, worst_case, worst_case_joint};
 use scphd_stream::Scalar;
 use scphd_stream::planar::MEASUREMENTS;
 
-/// The source that is neither a scenario nor a log.
+/// The sources that are neither a scenario nor a log: of a filter with a mixture a particle, and of a joint map.
 const WORST_CASE: &str = "worst-case";
+const WORST_CASE_JOINT: &str = "worst-case-joint";
 /// Its particles and samples where the arguments do not say: those that the firmware has room for.
 const PARTICLES: usize = 32;
 const SAMPLES: usize = 2;
@@ -26,9 +27,14 @@ pub fn stream(args: StreamArgs) -> Result<(), Failure> {
         PrecisionName::F32 => Scalar::F32,
         PrecisionName::F64 => Scalar::F64,
     };
-    let stream = if args.source.as_os_str() == WORST_CASE {
+    let is_of_joint = args.source.as_os_str() == WORST_CASE_JOINT;
+    let stream = if is_of_joint || args.source.as_os_str() == WORST_CASE {
         let Tuning { particles, samples, .. } = args.tuning;
-        let (log, defaults) = worst_case(particles.unwrap_or(PARTICLES), samples.unwrap_or(SAMPLES), MEASUREMENTS);
+        let (log, defaults) = if is_of_joint {
+            worst_case_joint(MEASUREMENTS)
+        } else {
+            worst_case(particles.unwrap_or(PARTICLES), samples.unwrap_or(SAMPLES), MEASUREMENTS)
+        };
         let settings = tuned::<Planar>(defaults, &mut Origins::default(), &log, &args.tuning)?;
         let stream = Planar::stream(&log, &settings, seed, scalar, scans).map_err(Failure::input)?;
         recorded::<Planar>(stream, &args, scalar)?

@@ -4,6 +4,7 @@
 //! the clutter. The same seed gives the same log, bit for bit, on every machine (see [`crate::noise`]).
 
 mod car;
+mod faults;
 mod landmarks;
 mod mover;
 mod simulation;
@@ -15,6 +16,7 @@ mod thesis_dynamic;
 mod two_sensors;
 pub mod worlds;
 
+pub use faults::faults;
 pub use survey::{survey, survey_fixes};
 pub use thesis_compare::thesis_compare;
 pub use thesis_dynamic::{thesis_dynamic, thesis_dynamic_long};
@@ -47,6 +49,10 @@ pub const SCENARIOS: &[(&str, &str)] = &[
         "section 5.3.2: a trefoil (44 x 41 m, 40 s) among 60 landmarks, strong noise, 5 false measurements a scan",
     ),
     (
+        "faults",
+        "the loop of thesis-dynamic twice (60 s), 4 false measurements a scan, and faults of sensor and odometry, one after the other",
+    ),
+    (
         "worlds",
         "a random world for every seed (12 to 96 m, 4 to 5 min) that states its data sheet and misbehaves as real ones do",
     ),
@@ -68,6 +74,7 @@ pub fn by_name(name: &str, seed: u64) -> Option<Log> {
         "thesis-dynamic" => Some(thesis_dynamic(seed)),
         "thesis-dynamic-long" => Some(thesis_dynamic_long(seed)),
         "thesis-compare" => Some(thesis_compare(seed)),
+        "faults" => Some(faults(seed)),
         "worlds" => Some(world(Kind::DataSheet, seed)),
         "worlds-mounted" => Some(world(Kind::Mounted, seed)),
         "worlds-moving" => Some(world(Kind::Moving, seed)),
@@ -97,10 +104,10 @@ pub struct ThesisRun {
     pub runs_per_input: usize,
 }
 
-/// What the thesis says about running that scenario, where it does (5.3.1).
+/// What the thesis says about running that scenario, where it does (5.3.1); `faults` has the vehicle and the movers of 5.3.1.
 #[must_use]
 pub fn thesis_run(name: &str) -> Option<ThesisRun> {
     let as_in_5_3_1 =
         ThesisRun { particles: 32, samples: 2, resample_threshold: 0.05, moving: true, runs_per_input: 4 };
-    matches!(name, "thesis-dynamic" | "thesis-dynamic-long").then_some(as_in_5_3_1)
+    matches!(name, "thesis-dynamic" | "thesis-dynamic-long" | "faults").then_some(as_in_5_3_1)
 }

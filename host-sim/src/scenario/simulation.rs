@@ -42,7 +42,7 @@ impl Imperfection {
     };
 
     /// Range (m) and bearing (rad) of what the sensor reports from `pose`, in an order that tells nothing.
-    fn scan(&self, pose: &[f64; 3], landmarks: impl Iterator<Item = [f64; 2]>, noise: &mut Noise) -> Vec<[f64; 2]> {
+    pub fn scan(&self, pose: &[f64; 3], landmarks: impl Iterator<Item = [f64; 2]>, noise: &mut Noise) -> Vec<[f64; 2]> {
         let [x, y, heading] = *pose;
         let mut detections = Vec::new();
         for landmark in landmarks {

@@ -56,6 +56,11 @@ pub fn thesis_dynamic_long(seed: u64) -> Log {
     simulation("thesis-dynamic-long", &LONG_WAY, LAPS, &LONG_SCATTER, &LONG_MOVERS).log(seed)
 }
 
+/// The loop of `thesis_dynamic` twice, by whatever odometry and sensor get wrong.
+pub(super) fn two_laps(name: &'static str, imperfection: Imperfection) -> Simulation {
+    Simulation { imperfection, ..simulation(name, &WAY, 2, &SCATTER, &MOVERS) }
+}
+
 fn simulation(name: &'static str, way: &Lobes, laps: usize, scatter: &Scatter, movers: &[Mover]) -> Simulation {
     let controls = way.controls(laps);
     let rows = 0..=controls.len();

@@ -10,4 +10,4 @@ pub use black_box::Recorded;
 pub use entry::Stream;
 pub use planar::write;
 pub use underwater::write as write_underwater;
-pub use worst_case::worst_case;
+pub use worst_case::{worst_case, worst_case_joint};

@@ -12,7 +12,7 @@ use scphd::{
 };
 
 /// Features of the joint map.
-pub(super) const FEATURES: usize = 64;
+pub(super) const FEATURES: usize = if cfg!(feature = "small-pools") { 16 } else { 64 };
 
 type OnboardState<T> = JointState<PlanarPose<T>, Vector2<T>, FEATURES, { joint_numbers(3, 2, FEATURES) }, MEASUREMENTS>;
 

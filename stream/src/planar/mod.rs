@@ -2,6 +2,8 @@
 
 mod black_box;
 mod fix;
+#[cfg(feature = "flips")]
+mod flips;
 mod joint;
 mod models;
 mod onboard;

@@ -13,7 +13,7 @@ use scphd::{
 };
 
 /// Room for the particles of section 5.3.1.
-#[cfg(not(feature = "few-particles"))]
+#[cfg(not(any(feature = "few-particles", feature = "small-pools")))]
 mod room {
     pub(super) const PARTICLES: usize = 32;
     pub(super) const CANDIDATES: usize = 64;
@@ -32,6 +32,17 @@ mod room {
     pub(super) const MAP_PAGES: usize = 40;
     pub(super) const MOVING_PAGES: usize = 48;
     pub(super) const MOVING_VIEW: usize = 160;
+}
+
+/// For as many particles a quarter of the pages: what it takes in `faults` is all of the others.
+#[cfg(all(feature = "small-pools", not(feature = "few-particles")))]
+mod room {
+    pub(super) const PARTICLES: usize = 32;
+    pub(super) const CANDIDATES: usize = 64;
+    pub(super) const PAGES: usize = 80;
+    pub(super) const MAP_PAGES: usize = 8;
+    pub(super) const MOVING_PAGES: usize = 24;
+    pub(super) const MOVING_VIEW: usize = 128;
 }
 
 use room::{CANDIDATES, MAP_PAGES, MOVING_PAGES, MOVING_VIEW, PAGES, PARTICLES};

@@ -5,6 +5,11 @@ use serde::Deserialize;
 use crate::firmware::precision::Precision;
 use crate::firmware::streams::{Source, Variant};
 
+/// The scenario in which nothing is cheap.
+pub const WORST_CASE: &str = "worst-case";
+/// The scenario of faults, no scan of which may take longer than the worst case.
+pub const FAULTS: &str = "faults";
+
 /// What to measure, and what it may take.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -5,13 +5,10 @@ use std::array;
 use serde::ser::SerializeMap;
 use serde::{Serialize, Serializer};
 
-use super::entry::Budget;
+use super::entry::{Budget, WORST_CASE};
 use crate::firmware::board::Board;
 use crate::firmware::image::Sizes;
 use crate::firmware::output::{Replay, STAGES, Scan};
-
-/// The scenario in which nothing is cheap.
-const WORST_CASE: &str = "worst-case";
 
 /// What the code of a configuration says, without running it.
 #[derive(Debug, Clone, Copy)]

@@ -4,8 +4,11 @@ use std::path::Path;
 
 use serde::Deserialize;
 
-use super::entry::Budget;
+use super::entry::{Budget, FAULTS, WORST_CASE};
 use super::figures::Figures;
+
+/// The file of the limits.
+pub const FILE: &str = "budgets.toml";
 
 /// All of it.
 #[derive(Debug, Clone, Deserialize)]
@@ -48,7 +51,30 @@ impl Budgets {
             }
             broken
         });
-        each.collect()
+        each.chain(self.longer_than_the_worst_case(measured)).collect()
+    }
+
+    /// What a scan may take in the worst case.
+    pub fn worst_case(&self, board: &str, configuration: &str) -> Result<u64, String> {
+        let is_it = |entry: &&Budget| {
+            (&*entry.board, &*entry.configuration) == (board, configuration) && entry.scenario.starts_with(WORST_CASE)
+        };
+        let found = self.entries.iter().find(is_it).map(|entry| entry.instructions_per_scan_worst);
+        found.ok_or_else(|| format!("{FILE}: no worst case of {configuration} on {board}"))
+    }
+
+    /// The entries in which a fault makes a scan longer than the worst case may be, one line each.
+    fn longer_than_the_worst_case(&self, measured: &[Figures]) -> Vec<String> {
+        let under_faults = self.entries.iter().zip(measured).filter(|(entry, _)| entry.scenario == FAULTS);
+        let line = |(entry, figures): (&Budget, &Figures)| {
+            let found = figures.instructions_per_scan_worst;
+            match self.worst_case(&entry.board, &entry.configuration) {
+                Ok(limit) if found <= limit => None,
+                Ok(limit) => Some(format!("{}: a scan takes {found}, and the worst case {limit}", entry.what())),
+                Err(missing) => Some(missing),
+            }
+        };
+        under_faults.filter_map(line).collect()
     }
 
     /// The file with limits set anew; its head stays as it is.
@@ -174,6 +200,20 @@ mod tests {
             assert_eq!(budget.broken_by(&figures, 0).len(), 1);
             figures = before;
         }
+    }
+
+    #[test]
+    fn no_fault_makes_a_scan_longer_than_the_worst_case() {
+        let budgets = projects();
+        let mut figures: Vec<Figures> = budgets.entries.iter().map(at_the_limits).collect();
+        assert!(budgets.entries.iter().filter(|entry| entry.scenario == FAULTS).count() >= 4);
+        assert_eq!(budgets.longer_than_the_worst_case(&figures), Vec::<String>::new());
+        let place = budgets.entries.iter().position(|entry| entry.scenario == FAULTS).unwrap();
+        let entry = &budgets.entries[place];
+        figures[place].instructions_per_scan_worst =
+            budgets.worst_case(&entry.board, &entry.configuration).unwrap() + 1;
+        assert_eq!(budgets.longer_than_the_worst_case(&figures).len(), 1);
+        assert!(budgets.worst_case("no board", "32x2-f32").is_err());
     }
 
     #[test]

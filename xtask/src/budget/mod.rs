@@ -5,6 +5,7 @@ mod figures;
 mod limits;
 mod share;
 mod table;
+pub mod worst_case;
 
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
@@ -27,12 +28,9 @@ use crate::toolchain::{self, Toolchain};
 use crate::tools::Tool;
 use entry::Budget;
 use figures::{Code, Figures};
-use limits::Budgets;
+use limits::{Budgets, FILE};
 
 pub use table::print;
-
-/// The file of the limits.
-const FILE: &str = "budgets.toml";
 
 /// The step.
 pub fn step(options: &Options) -> Outcome {

@@ -1,12 +1,13 @@
 //! The step `firmware`: after every scan the boards are in the same state as the host, bit for bit.
 
-use std::path::{Path, PathBuf};
-use std::thread;
+use std::path::PathBuf;
 
-use super::board::{Board, EMULATED};
+use super::board::EMULATED;
 use super::emulator;
+use super::faults;
+use super::flips;
 use super::hil;
-use super::image::{self, Extra, Image};
+use super::image::{self, Extra};
 use super::output::{self, Replay};
 use super::precision::Precision;
 use super::rig::{JOINT, PLANAR, UNDERWATER};
@@ -54,9 +55,11 @@ fn compare() -> Result<Outcome, Stop> {
     failures.extend(several_sensors(&qemu, &toolchain)?);
     failures.extend(hil::check(&qemu, &toolchain).err().map(|reason| format!("hardware in the loop: {reason}")));
     failures.extend(rtos::check(&qemu, &toolchain).err().map(|reason| format!("with an operating system: {reason}")));
-    let (of_black_boxes, differences) = black_boxes(&qemu, &toolchain)?;
-    compared += of_black_boxes;
-    failures.extend(differences);
+    failures.extend(flips::check(&qemu, &toolchain).err().map(|reason| format!("bits that flip: {reason}")));
+    for (scans, differences) in [black_boxes(&qemu, &toolchain)?, faults::check(&qemu, &toolchain)?] {
+        compared += scans;
+        failures.extend(differences);
+    }
     for (rig, precision) in
         [PLANAR, JOINT, UNDERWATER].iter().flat_map(|rig| rig.precisions.iter().map(move |&p| (rig, p)))
     {
@@ -70,7 +73,7 @@ fn compare() -> Result<Outcome, Stop> {
             for profile in PROFILES {
                 replays.push((profile, streams::on_host(&stream, *rig, precision, profile)?));
             }
-            replays.extend(on_boards(&qemu, &images, &stream)?);
+            replays.extend(emulator::replay(&qemu, &images, &stream)?);
             let (first, rest) = replays.split_first().ok_or("nothing to compare")?;
             if first.1.scans.is_empty() {
                 return Err(format!("no scan of {}", source.what).into());
@@ -98,20 +101,6 @@ fn compare() -> Result<Outcome, Stop> {
         Outcome::Passed(note)
     } else {
         Outcome::Partly(format!("{note}; NOT CHECKED: no {}", missing.join(", no ")))
-    })
-}
-
-/// What every board does with a stream, all at the same time: each is one thread of QEMU, and none takes notice of another.
-fn on_boards<'b>(qemu: &Tool, images: &[(&'b Board, Image)], stream: &Path) -> Result<Vec<(&'b str, Replay)>, String> {
-    let run = |board: &Board, image| Replay::parse(&emulator::run(qemu, board, image, stream)?);
-    thread::scope(|scope| {
-        let begun = images.iter().map(|(board, image)| (board.name, scope.spawn(move || run(board, image))));
-        let runs: Vec<_> = begun.collect();
-        let ended = |(name, run): (_, thread::ScopedJoinHandle<'_, Result<Replay, String>>)| {
-            let replay = run.join().map_err(|_| format!("{name}: the run ended with a panic"))??;
-            Ok((name, replay))
-        };
-        runs.into_iter().map(ended).collect()
     })
 }
 

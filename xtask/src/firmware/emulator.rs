@@ -1,12 +1,14 @@
 //! Running an image in QEMU, with its defmt output decoded.
 
 use std::path::Path;
+use std::thread;
 use std::time::Duration;
 
 use defmt_decoder::{DecodeError, Table};
 
 use super::board::Board;
 use super::image::Image;
+use super::output::Replay;
 use crate::outcome::Missing;
 use crate::process;
 use crate::tools::{QEMU, Tool};
@@ -35,6 +37,20 @@ pub fn run(qemu: &Tool, board: &Board, image: &Image, stream: &Path) -> Result<V
     let lines = decode(&image.elf, &bytes)?;
     lines.first().into_iter().chain(lines.last()).for_each(|line| println!("{line}"));
     Ok(lines)
+}
+
+/// What every board does with a stream, all at the same time: each is one thread of QEMU, and none takes notice of another.
+pub fn replay<'b>(qemu: &Tool, images: &[(&'b Board, Image)], stream: &Path) -> Result<Vec<(&'b str, Replay)>, String> {
+    let replay = |board: &Board, image| Replay::parse(&run(qemu, board, image, stream)?);
+    thread::scope(|scope| {
+        let begun = images.iter().map(|(board, image)| (board.name, scope.spawn(move || replay(board, image))));
+        let runs: Vec<_> = begun.collect();
+        let ended = |(name, run): (_, thread::ScopedJoinHandle<'_, Result<Replay, String>>)| {
+            let replay = run.join().map_err(|_| format!("{name}: the run ended with a panic"))??;
+            Ok((name, replay))
+        };
+        runs.into_iter().map(ended).collect()
+    })
 }
 
 fn decode(elf: &[u8], bytes: &[u8]) -> Result<Vec<String>, String> {

@@ -3,6 +3,8 @@
 pub mod board;
 mod digests;
 pub mod emulator;
+mod faults;
+mod flips;
 mod guide;
 mod hil;
 pub mod image;

@@ -109,6 +109,12 @@ impl Replay {
         Some(())
     }
 
+    /// Instructions of the longest scan; 0 where nothing was counted.
+    pub fn worst_scan(&self) -> u64 {
+        let ticks = self.scans.iter().map(|scan| scan.update).max().unwrap_or(0);
+        (ticks as f64 * self.instructions_per_tick).round() as u64
+    }
+
     /// Where two replays of the same stream part.
     pub fn first_difference(&self, other: &Self) -> Option<String> {
         let scans = self.scans.iter().zip(&other.scans);
@@ -163,7 +169,8 @@ pub fn word<'a>(text: &'a str, name: &str) -> Option<&'a str> {
     words.next()
 }
 
-fn number(text: &str, name: &str) -> Option<u64> {
+/// The number after `name`.
+pub fn number(text: &str, name: &str) -> Option<u64> {
     word(text, name)?.parse().ok()
 }
 
@@ -188,7 +195,7 @@ mod tests {
         assert_eq!(replay.ram_parts, [("in and out".to_owned(), 7)]);
         let scan = &replay.scans[0];
         assert_eq!((scan.digest.as_str(), scan.predictions, scan.predict_worst, scan.update), ("0a", 2, 6, 77));
-        assert_eq!(scan.stages, [1, 40, 2, 20, 10]);
+        assert_eq!((scan.stages, replay.worst_scan()), ([1, 40, 2, 20, 10], 77 * 40));
     }
 
     #[test]

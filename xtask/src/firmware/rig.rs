@@ -49,6 +49,11 @@ pub const FEW: Rig = Rig {
 pub const JOINT: Rig =
     Rig { vehicle: "joint-", features: &["joint"], particles: 1, samples: 1, precisions: &[Precision::F32], ..PLANAR };
 
+/// The two with a quarter of the room, to see what they do without the rest: one board says it.
+pub const SMALL: Rig =
+    Rig { room: &["small-pools"], precisions: &[Precision::F32], boards: EMULATED.split_at(1).0, ..PLANAR };
+pub const SMALL_JOINT: Rig = Rig { room: &["small-pools"], boards: EMULATED.split_at(1).0, ..JOINT };
+
 /// A vehicle under water.
 pub const UNDERWATER: Rig = Rig {
     vehicle: "underwater-",
@@ -76,7 +81,7 @@ impl Rig {
 
     /// What the replay on the host is told: which filter, and its precision.
     pub fn replay(&self, precision: Precision) -> String {
-        let filter = if *self == JOINT { self.vehicle } else { "" };
+        let filter = if self.vehicle == JOINT.vehicle { self.vehicle } else { "" };
         format!("{filter}{}", precision.name())
     }
 

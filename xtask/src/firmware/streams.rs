@@ -5,7 +5,7 @@ use std::process::Command;
 
 use super::output::Replay;
 use super::precision::Precision;
-use super::rig::{FEW, JOINT, Rig};
+use super::rig::{FEW, JOINT, Rig, SMALL, SMALL_JOINT};
 use crate::process;
 
 /// How a source is taken.
@@ -19,11 +19,15 @@ pub enum Variant {
     Informed,
     /// By a joint map.
     Joint,
+    /// With a quarter of the room.
+    Small,
+    /// By a joint map with a quarter of the room.
+    SmallJoint,
 }
 
 impl Variant {
     /// Those that a configuration names.
-    pub const NAMED: [Self; 3] = [Self::Static, Self::Informed, Self::Joint];
+    pub const NAMED: [Self; 5] = [Self::Static, Self::Informed, Self::Joint, Self::Small, Self::SmallJoint];
 
     /// What marks it in the name of a configuration, and of a stream.
     pub fn mark(self) -> &'static str {
@@ -32,6 +36,8 @@ impl Variant {
             Self::Static => "-static",
             Self::Informed => "-informed",
             Self::Joint => "-joint",
+            Self::Small => "-small",
+            Self::SmallJoint => "-few-features",
         }
     }
 }
@@ -53,6 +59,8 @@ impl Source<'_> {
         match self.variant {
             Variant::Informed => FEW,
             Variant::Joint => JOINT,
+            Variant::Small => SMALL,
+            Variant::SmallJoint => SMALL_JOINT,
             Variant::Plain | Variant::Static => Rig::of(self.what),
         }
     }
@@ -101,10 +109,22 @@ fn write(source: Source<'_>, precision: Precision, suffix: &str, more: &[&str]) 
 
 /// The program that replays streams, of this profile and room.
 fn of_streams(profile: &str, room: &[&str]) -> Command {
-    let mut cargo = process::cargo();
-    cargo.args(["run", "--quiet", "--package", "scphd-stream", "--profile", profile]);
+    let mut cargo = program("scphd-replay", profile);
     cargo.args(["--features", &room.join(","), "--"]);
     cargo
+}
+
+fn program(name: &str, profile: &str) -> Command {
+    let mut cargo = process::cargo();
+    cargo.args(["run", "--quiet", "--package", "scphd-stream", "--bin", name, "--profile", profile]);
+    cargo
+}
+
+/// What the host prints of a replay under which bits flip, in an image of these features.
+pub fn flips_on_host(stream: &Path, features: &[&str]) -> Result<Vec<String>, String> {
+    let mut cargo = program("scphd-flips", "release");
+    let text = process::read(cargo.args(["--features", &features.join(","), "--"]).arg(stream))?;
+    Ok(text.lines().map(str::to_owned).collect())
 }
 
 /// Replays a stream on the host, with the room that the filter has on board, in a build of this profile.

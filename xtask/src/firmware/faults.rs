@@ -1,0 +1,86 @@
+//! A drive under faults of sensor and odometry: the boards are in the states of the host, and no scan takes longer than the worst case may.
+
+use super::board::EMULATED;
+use super::emulator;
+use super::image;
+use super::output::{self, Replay};
+use super::precision::Precision;
+use super::streams::{self, Source, Variant};
+use crate::budget::worst_case;
+use crate::toolchain::Toolchain;
+use crate::tools::Tool;
+
+/// All scans of `faults`.
+const SCANS: usize = 501;
+
+/// Health of a scan for which there was too little room: pruning tightened, a map not updated, components lost.
+const WANT_OF_ROOM: u16 = 0b1_1100;
+
+/// How the drive is taken, with the configuration whose worst case bounds it.
+const TAKEN: [(Variant, &str); 5] = [
+    (Variant::Plain, "32x2-f32"),
+    (Variant::Informed, "4x1-informed-f32"),
+    (Variant::Joint, "1x1-joint-f32"),
+    // With less room a scan takes no longer than with all of it.
+    (Variant::Small, "32x2-f32"),
+    (Variant::SmallJoint, "1x1-joint-f32"),
+];
+
+/// How many scans were compared, and what is wrong.
+pub fn check(qemu: &Tool, toolchain: &Toolchain) -> Result<(usize, Vec<String>), String> {
+    let [bounded, ..] = &EMULATED;
+    let (mut compared, mut failures) = (0, Vec::new());
+    for (variant, configuration) in TAKEN {
+        let source = Source { what: "faults", scans: SCANS, variant };
+        let rig = source.rig();
+        let stream = streams::make(source, Precision::F32)?;
+        let host = streams::on_host(&stream, rig, Precision::F32, "release")?;
+        if host.scans.len() != SCANS {
+            return Err(format!("{} of {SCANS} scans of {}", host.scans.len(), stream.display()));
+        }
+        let mut images = Vec::new();
+        for board in rig.boards {
+            images.push((board, image::build_replay(toolchain, board, rig, Precision::F32)?));
+        }
+        for (board, replay) in emulator::replay(qemu, &images, &stream)? {
+            let name = format!("faults{} on {board}", variant.mark());
+            failures.extend(host.first_difference(&replay).map(|difference| format!("{name}: {difference}")));
+            // What the worst case takes is measured on one board.
+            if board == bounded.name {
+                let why = worst_case::exceeded(board, configuration, replay.worst_scan())?;
+                failures.extend(why.map(|why| name.clone() + &why));
+            }
+            compared += replay.scans.len();
+            println!(
+                "{name}: {} scans compared, the longest of {} instructions",
+                replay.scans.len(),
+                replay.worst_scan()
+            );
+        }
+        let short = short_of_room(&host);
+        println!("faults{}: {short} scans tell that there is too little room", variant.mark());
+        if matches!(variant, Variant::Small | Variant::SmallJoint) && short == 0 {
+            failures.push(format!("no scan of faults{} tells that there is too little room", variant.mark()));
+        }
+    }
+    Ok((compared, failures))
+}
+
+/// Scans that tell of too little room.
+fn short_of_room(replay: &Replay) -> usize {
+    let health = replay.scans.iter().filter_map(|scan| output::word(&scan.state, "health"));
+    health.filter_map(|bits| u16::from_str_radix(bits, 16).ok()).filter(|bits| bits & WANT_OF_ROOM != 0).count()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::firmware::output::Scan;
+
+    #[test]
+    fn want_of_room_is_told_by_three_bits() {
+        let scan = |health: &str| Scan { state: format!("1 in_view 2 health {health} digest 0a"), ..Scan::default() };
+        let scans = ["0000", "4080", "0010", "400c", "0004"].map(scan).to_vec();
+        assert_eq!(short_of_room(&Replay { scans, ..Replay::default() }), 3);
+    }
+}

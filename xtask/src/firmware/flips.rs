@@ -1,0 +1,103 @@
+//! Bits of the filter's state that flip under a replay on a board: after every round it is in the state of the host and has mended as much, and
+//! no scan takes longer than the worst case may.
+
+use super::board::EMULATED;
+use super::emulator;
+use super::image::{self, Extra};
+use super::output;
+use super::precision::Precision;
+use super::streams::{self, Source, Variant};
+use crate::budget::worst_case;
+use crate::toolchain::Toolchain;
+use crate::tools::Tool;
+
+/// The image, and what it is built with.
+const IMAGE: &str = "flips";
+const FEATURES: [&str; 2] = ["few-particles", "flips"];
+/// 60 scans without a flip and 20 rounds of 10.
+const DRIVE: Source<'_> = Source { what: "survey", scans: 260, variant: Variant::Informed };
+const ROUNDS: usize = 20;
+/// Its filters, with the configurations whose worst cases bound them.
+const FILTERS: [(&str, &str); 2] = [("mixture", "4x1-informed-f32"), ("joint", "1x1-joint-f32")];
+
+/// What one replay has told.
+#[derive(Debug, PartialEq)]
+struct Told {
+    /// Every round of either filter.
+    rounds: Vec<String>,
+    /// Ticks of its longest scan.
+    worst: Vec<u64>,
+}
+
+impl Told {
+    fn parse(lines: &[String]) -> Self {
+        let of = |kind: &'static str| lines.iter().filter_map(move |line| line.strip_prefix(kind)?.strip_prefix(' '));
+        let rounds = of("round").map(str::to_owned).collect();
+        Self { rounds, worst: of("worst").filter_map(|ticks| ticks.parse().ok()).collect() }
+    }
+
+    /// The sum of a count, and the ticks of the longest scan, over the rounds of a filter.
+    fn of(&self, filter: &str, count: &str) -> (u64, u64) {
+        let rounds = self.rounds.iter().zip(&self.worst).filter(|(round, _)| output::word(round, "of") == Some(filter));
+        rounds.fold((0, 0), |(sum, worst), (round, &ticks)| {
+            (sum + output::number(round, count).unwrap_or(0), worst.max(ticks))
+        })
+    }
+}
+
+/// Fails where the board is not what the host is.
+pub fn check(qemu: &Tool, toolchain: &Toolchain) -> Result<(), String> {
+    let [board, ..] = &EMULATED;
+    let stream = streams::make(DRIVE, Precision::F32)?;
+    let host = Told::parse(&streams::flips_on_host(&stream, &FEATURES)?);
+    let image = image::build(toolchain, board, IMAGE, &Extra { features: &FEATURES, flags: &[] })?;
+    let lines = emulator::run(qemu, board, &image, &stream)?;
+    let replay = Told::parse(&lines);
+    let (begin, end) = (lines.first().map_or("", String::as_str), lines.last().map_or("", String::as_str));
+    if !end.starts_with("end ") {
+        return Err(format!("it ended with {end}"));
+    }
+    let pairs = host.rounds.iter().zip(&replay.rounds);
+    if let Some((left, right)) = pairs.clone().find(|(left, right)| left != right) {
+        return Err(format!("the host has {left}, {} {right}", board.name));
+    }
+    let all = FILTERS.len() * ROUNDS;
+    if [host.rounds.len(), replay.rounds.len(), replay.worst.len()] != [all; 3] {
+        return Err(format!("{} of {all} rounds on {}", pairs.count(), board.name));
+    }
+    let (Some(instructions), Some(ticks)) = (output::number(begin, "instructions"), output::number(begin, "ticks"))
+    else {
+        return Err(format!("no clock in {begin}"));
+    };
+    for (filter, configuration) in FILTERS {
+        let sum = |count| replay.of(filter, count).0;
+        let worst = replay.of(filter, "flips").1 * instructions / ticks.max(1);
+        println!(
+            "flips on {}: {filter}: of {} bits {} scrubbings mended, {} particles isolated, {} times back to a snapshot; \
+             the longest scan took {worst} instructions",
+            board.name,
+            sum("flips"),
+            sum("mended"),
+            sum("isolated"),
+            sum("refused")
+        );
+        if let Some(why) = worst_case::exceeded(board.name, configuration, worst)? {
+            return Err(format!("{filter} on {}{why}", board.name));
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rounds_are_summed_and_the_longest_scan_found() {
+        let text = "clock systick instructions 40 ticks 1\nround 0 of mixture flips 8 mended 1 digest 0a\nworst 7\n\
+                    round 1 of mixture flips 8 mended 2 digest 0b\nworst 5\nround 0 of joint flips 8 mended 0 digest 0c\nworst 9\nend stack 1";
+        let told = Told::parse(&text.lines().map(str::to_owned).collect::<Vec<_>>());
+        assert_eq!((told.rounds.len(), told.worst.as_slice()), (3, &[7, 5, 9][..]));
+        assert_eq!((told.of("mixture", "mended"), told.of("joint", "flips")), ((3, 7), (8, 9)));
+    }
+}
