@@ -165,14 +165,40 @@ pub fn run_in_map<K: Kind>(
             // A filter that has none says so before the run.
             slam.map_file().map_err(SessionError::Map)?;
         }
-        let run = drive(log, settings, &mut *slam, film, progress)?;
-        let summary = summary(log, settings, filter, seed, &run, &mut *slam);
+        let session = follow(log, settings, (filter, seed), &mut *slam, film, progress)?;
         let file = if maps.save { Some(slam.map_file().map_err(SessionError::Map)?) } else { None };
-        let Run { record, health, left_out, moving, .. } = run;
-        let session = Session { record, summary, moving, health, left_out };
         Ok((session, MapOutcome { file, search: slam.search() }))
     };
     with_roomy_stack(session).map_err(SessionError::Thread)?
+}
+
+/// [`run`], by a filter that is made already and at the start of the log; `filter` and `seed` are what it is.
+///
+/// # Errors
+/// The filter refused a step.
+pub fn run_of<K: Kind>(
+    slam: &mut dyn Slam<K>,
+    log: &K::Log,
+    settings: &K::Settings,
+    filter: Filter,
+    seed: u64,
+) -> Result<Session<K>, SessionError> {
+    follow(log, settings, (filter, seed), slam, None, &mut |_| {})
+}
+
+/// A whole log and what is said of it.
+fn follow<K: Kind>(
+    log: &K::Log,
+    settings: &K::Settings,
+    (filter, seed): (Filter, u64),
+    slam: &mut dyn Slam<K>,
+    film: Option<&mut Film<K>>,
+    progress: &mut (dyn FnMut(usize) + Send),
+) -> Result<Session<K>, SessionError> {
+    let run = drive(log, settings, slam, film, progress)?;
+    let summary = summary(log, settings, filter, seed, &run, slam);
+    let Run { record, health, left_out, moving, .. } = run;
+    Ok(Session { record, summary, moving, health, left_out })
 }
 
 /// Does `work` in a thread of its own, with a stack that has room for any filter state.

@@ -1,6 +1,5 @@
 //! The filters of the core over a planar log.
 
-use super::config::{config_of, online_of};
 use super::contract::{Refusal, refusal};
 use super::core_filter::{Room, Transparent, start as core_of};
 use super::filter::Precision;
@@ -9,14 +8,14 @@ use super::in_map::PlanarMap;
 use super::joint_filter::{OpenJoint, start as joint_of};
 use super::joint_room::{FEATURES, MEASUREMENTS};
 use super::models::{Models, SensorModels};
+use super::planar_numbers::{PlanarNumbers, PlanarVehicle, SensorNumbers, planar_config};
 use crate::dimensions::Planar;
-use crate::log::{self, Vehicle};
+use crate::log::Vehicle;
 use crate::settings::{JointSettings, SensorSettings, Settings};
 use nalgebra::Vector2;
 use scphd::{
-    Ackermann, AckermannControl, AckermannGeometry, Births, Config, ConstantVelocity, ControlNoise, Dynamic,
-    JointConfig, JointState, MapMemory, Motion, Mounting, MovingConfig, Persistence, PlanarPose, RangeBearing,
-    RangeBearingLimits, RangeBearingWindow, Real, Sensing, State, Static, Step, Unicycle, UnicycleControl,
+    Ackermann, AckermannControl, Dynamic, JointConfig, JointState, MapMemory, Motion, Mounting, Persistence,
+    PlanarPose, RangeBearing, RangeBearingWindow, Real, Sensing, State, Static, Unicycle, UnicycleControl,
     UniformClutter, joint_numbers,
 };
 use std::fmt::Debug;
@@ -103,25 +102,13 @@ impl<T: Real> OverModels<T> for StartCore<'_> {
         self,
         models: PlanarModels<T, M>,
     ) -> Result<Core, Refusal> {
-        let Settings { filter, moving, .. } = self.settings;
-        let config = Config {
-            moving: MovingConfig {
-                velocity_sigma_mps: T::from_f64(moving.velocity_sigma_mps),
-                motion: ConstantVelocity {
-                    acceleration_psd: T::from_f64(moving.acceleration_psd),
-                    lifetime_s: T::from_f64(moving.lifetime_s),
-                },
-                spread_max_m: T::from_f64(moving.spread_max_m),
-                extraction_weight: T::from_f64(moving.extraction_weight),
-            },
-            ..config_of(filter)
-        };
+        let filter = &self.settings.filter;
         let state: Box<dyn Room<M>> = match (filter.particles, filter.particles.saturating_mul(filter.samples)) {
             (..=32, ..=64) => Box::new(HostState::<T, 32, 64, 16_384, 512>::new()),
             (..=128, ..=256) => Box::new(HostState::<T, 128, 256, 16_384, 256>::new()),
             _ => Box::new(HostState::<T, 1024, 2048, 65_535, 512>::new()),
         };
-        core_of(models, config, state, self.seed)
+        core_of(models, planar_config(self.settings), state, self.seed)
     }
 }
 
@@ -165,78 +152,52 @@ fn with_models<T: Real, W: OverModels<T>>(
     initial_pose: [f64; 3],
     work: W,
 ) -> Result<W::Output, Refusal> {
-    let real = T::from_f64;
-    let noise = ControlNoise {
-        speed_sigma_mps: real(settings.vehicle.speed_sigma_mps),
-        speed_sigma_ratio: real(settings.vehicle.speed_sigma_ratio),
-        turn_sigma: real(settings.vehicle.turn_sigma),
-        turn_sigma_ratio: real(settings.vehicle.turn_sigma_ratio),
-        interval_s: real(settings.vehicle.noise_interval_s * interval_margin),
-    };
-    let step = match *vehicle {
-        Vehicle::Ackermann { wheelbase_m, encoder_offset_m, sensor_forward_m, sensor_left_m } => {
-            let geometry = AckermannGeometry {
-                wheelbase_m: real(wheelbase_m),
-                encoder_offset_m: real(encoder_offset_m),
-                sensor_forward_m: real(sensor_forward_m),
-                sensor_left_m: real(sensor_left_m),
-            };
+    let numbers = PlanarNumbers::<T>::with_margin(settings, interval_margin, vehicle, initial_pose);
+    match numbers.vehicle {
+        PlanarVehicle::Ackermann(geometry) => {
             let control = |[speed, steering]: [f64; 2]| AckermannControl {
                 speed_mps: T::from_f64(speed),
                 steering_rad: T::from_f64(steering),
             };
-            let motion = Ackermann::new(geometry, noise).map_err(refusal)?;
-            return work.over(models(settings, initial_pose, motion, control)?);
+            let motion = Ackermann::new(geometry, numbers.noise).map_err(refusal)?;
+            work.over(models(settings, &numbers, motion, control)?)
         }
-        Vehicle::Unicycle => Step::Euler,
-        Vehicle::UnicycleArc => Step::Arc,
-    };
-    let control =
-        |[speed, rate]: [f64; 2]| UnicycleControl { speed_mps: T::from_f64(speed), rate_radps: T::from_f64(rate) };
-    let motion = Unicycle::new(step, noise).map_err(refusal)?;
-    work.over(models(settings, initial_pose, motion, control)?)
+        PlanarVehicle::Unicycle(step) => {
+            let control = |[speed, rate]: [f64; 2]| UnicycleControl {
+                speed_mps: T::from_f64(speed),
+                rate_radps: T::from_f64(rate),
+            };
+            let motion = Unicycle::new(step, numbers.noise).map_err(refusal)?;
+            work.over(models(settings, &numbers, motion, control)?)
+        }
+    }
 }
 
 fn models<T: Real, M: Motion<Pose = PlanarPose<T>>>(
     settings: &Settings,
-    initial_pose: [f64; 3],
+    numbers: &PlanarNumbers<T>,
     motion: M,
     control: fn([f64; 2]) -> M::Control,
 ) -> Result<PlanarModels<T, M>, Refusal> {
-    let sensors = settings.sensors().map(|sensor| sensor_models(settings, sensor)).collect::<Result<_, _>>()?;
-    let [x, y, heading] = initial_pose.map(T::from_f64);
-    let start = PlanarPose::new(x, y, heading);
     Ok(Models {
         motion,
-        sensors,
+        sensors: numbers.sensors.iter().map(sensor_models).collect::<Result<_, _>>()?,
         fixes: PlanarFixes::of(&settings.fixes.unwrap_or_default())?,
-        online: online_of(&settings.filter),
-        start,
+        online: numbers.online,
+        start: numbers.start,
         control,
     })
 }
 
-fn sensor_models<T: Real>(
-    settings: &Settings,
-    sensor: &SensorSettings,
-) -> Result<SensorModels<PlanarSensing<T>>, Refusal> {
-    let field_of_view = RangeBearingWindow::new(limits::<T>(sensor)).map_err(refusal)?;
-    let per_scan = T::from_f64(sensor.clutter_per_scan);
+fn sensor_models<T: Real>(numbers: &SensorNumbers<T>) -> Result<SensorModels<PlanarSensing<T>>, Refusal> {
+    let field_of_view = RangeBearingWindow::new(numbers.limits).map_err(refusal)?;
     let sensing = Sensing {
-        sensor: range_bearing(sensor)?,
+        sensor: RangeBearing::new(numbers.range_sigma_m, numbers.bearing_sigma_rad).map_err(refusal)?,
         field_of_view,
-        clutter: UniformClutter::of_scan(per_scan, field_of_view.measure()).map_err(refusal)?,
+        clutter: UniformClutter::of_scan(numbers.clutter_per_scan, field_of_view.measure()).map_err(refusal)?,
     };
-    let place = sensor.mounting();
-    let mounting = (place != log::Mounting::NONE).then(|| {
-        let [forward, left, yaw] = [place.forward_m, place.left_m, place.yaw_rad].map(T::from_f64);
-        Mounting::in_plane(forward, left, yaw).map_err(refusal)
-    });
-    let births = Births {
-        of_static: T::from_f64(sensor.birth_factor * settings.filter.birth_intensity),
-        of_moving: T::from_f64(sensor.birth_factor * settings.moving.birth_intensity),
-    };
-    Ok(SensorModels { sensing, mounting: mounting.transpose()?, births })
+    let mounting = numbers.mounting.map(|[forward, left, yaw]| Mounting::in_plane(forward, left, yaw).map_err(refusal));
+    Ok(SensorModels { sensing, mounting: mounting.transpose()?, births: numbers.births })
 }
 
 /// The sensor of these settings.
@@ -245,17 +206,4 @@ fn sensor_models<T: Real>(
 /// The noise is not one the sensor can work with.
 pub(crate) fn range_bearing<T: Real>(sensor: &SensorSettings) -> Result<RangeBearing<T>, Refusal> {
     RangeBearing::new(T::from_f64(sensor.range_sigma_m), T::from_f64(sensor.bearing_sigma_rad)).map_err(refusal)
-}
-
-fn limits<T: Real>(sensor: &SensorSettings) -> RangeBearingLimits<T> {
-    RangeBearingLimits {
-        range_min_m: T::from_f64(sensor.range_min_m),
-        range_max_m: T::from_f64(sensor.range_max_m),
-        range_edge_m: T::from_f64(sensor.range_edge_m),
-        bearing_center_rad: T::from_f64(sensor.bearing_center_rad()),
-        bearing_half_width_rad: T::from_f64(sensor.bearing_half_width_rad()),
-        bearing_edge_rad: T::from_f64(sensor.bearing_edge_rad),
-        probability_near: T::from_f64(sensor.detection_near),
-        probability_far: T::from_f64(sensor.detection_far),
-    }
 }
