@@ -5,6 +5,7 @@ use std::process::Command;
 use crate::capi::{self, Compiler};
 use crate::debian;
 use crate::firmware::board::TARGETS;
+use crate::gpu;
 use crate::noalloc;
 use crate::outcome::Missing;
 use crate::process;
@@ -80,6 +81,9 @@ fn lines() -> Vec<Line> {
     lines.push(Line { what: "python3", found: python, steps: "python, logs" });
     let toolchain = toolchain::here(&[web::TARGET]).map(|found| found.name().to_owned());
     lines.push(Line { what: web::TARGET, found: toolchain, steps: "web" });
+    let [ptx] = gpu::TARGETS;
+    let toolchain = toolchain::here(&gpu::TARGETS).map(|found| found.name().to_owned());
+    lines.push(Line { what: ptx, found: toolchain, steps: "gpu" });
     lines.push(Line { what: CHROMIUM.program, found: tool(&CHROMIUM), steps: "web" });
     lines.push(Line { what: "oldest Rust", found: oldest(), steps: "msrv, else by clippy" });
     lines.push(Line { what: "recorded logs", found: logs(), steps: "unit, firmware" });

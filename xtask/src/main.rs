@@ -7,6 +7,7 @@ mod capi;
 mod debian;
 mod doctor;
 mod firmware;
+mod gpu;
 mod install;
 mod lint;
 mod logs;

@@ -131,13 +131,29 @@ impl Environment {
 
     /// Installs packages that are not there; a list of what was once installed whole needs no network any more.
     pub fn equip(&self, packages: &[&str]) -> Result<(), Missing> {
-        let (list, wanted) = (self.folder.join(format!("equipped-{}.txt", packages.len())), packages.join("\n"));
+        self.equip_with(&[], packages)
+    }
+
+    /// The same without what they depend on.
+    pub fn equip_alone(&self, packages: &[&str]) -> Result<(), Missing> {
+        self.equip_with(&["--no-deps"], packages)
+    }
+
+    fn equip_with(&self, options: &[&str], packages: &[&str]) -> Result<(), Missing> {
+        let list = self.folder.join(format!("equipped-{}.txt", packages.len() + 100 * options.len()));
+        let wanted = packages.join("\n");
         if fs::read_to_string(&list).is_ok_and(|there| there == wanted) {
             return Ok(());
         }
-        process::run(self.pip().args(packages))
+        process::run(self.pip().args(options).args(packages))
             .and_then(|()| fs::write(&list, wanted).map_err(|error| format!("{}: {error}", list.display())))
             .map_err(|reason| Missing(format!("pip cannot install {}: {reason}", packages.join(", "))))
+    }
+
+    /// Where its packages lie.
+    pub fn packages(&self) -> Result<PathBuf, String> {
+        let words = ["-c", "import sysconfig; print(sysconfig.get_path('purelib'))"];
+        process::read(self.python().args(words)).map(PathBuf::from)
     }
 
     /// Builds the wheel and installs it, as a user does, but with the packages that are here.

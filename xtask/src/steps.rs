@@ -6,6 +6,7 @@ use crate::bench;
 use crate::budget;
 use crate::capi;
 use crate::firmware;
+use crate::gpu;
 use crate::lint;
 use crate::logs;
 use crate::msrv;
@@ -111,6 +112,11 @@ pub const OTHERS: &[Step] = &[
         run: |_| web::step(),
     },
     Step {
+        name: "gpu",
+        what: "the module for GPUs: its bodies on the host, its code, what NVIDIA's assembler says of it, and a card where there is one",
+        run: |_| gpu::step(),
+    },
+    Step {
         name: "install-c",
         what: "installs the C library: `install-c PREFIX`, `install-c PREFIX thumbv7em-none-eabihf`",
         run: |options| capi::install(&options.place),
@@ -163,7 +169,7 @@ fn line(word: &str, name: &str, elapsed: Duration, note: &str) -> String {
 fn doc() -> Outcome {
     let mut cargo = process::cargo();
     cargo.env("RUSTDOCFLAGS", "-D warnings").args(["doc", "--workspace", "--no-deps", "--keep-going"]);
-    let others = [capi::doc(), python::doc(), web::doc()];
+    let others = [capi::doc(), python::doc(), web::doc(), gpu::doc()];
     let done = process::run(&mut cargo);
     others.into_iter().fold(done, |done, mut doc| done.and_then(|()| process::run(&mut doc))).into()
 }

@@ -1,0 +1,116 @@
+//! The inputs of many runs in flat buffers, each run with its offsets.
+
+use crate::setup::setup_of;
+use crate::unfit::Unfit;
+use scphd_gpu_kernels::{Feature, MEASUREMENTS, Mover, Prediction, Run, Scan, ScanResult, Status};
+use scphd_sim::events::{Event, events};
+use scphd_sim::log::Log;
+use scphd_sim::settings::Settings;
+use scphd_sim::slam::PlanarNumbers;
+
+/// Room for estimated features beside the landmarks of the scenario, a scan in the mean over a run.
+pub const SPARE_FEATURES: usize = 16;
+/// Room for estimated moving features, likewise.
+pub const MOVERS_A_SCAN: usize = 16;
+
+/// The inputs of some runs.
+#[derive(Debug, Clone, Default)]
+pub struct Batch {
+    /// The runs.
+    pub runs: Vec<Run>,
+    /// The scans of all runs, one run after the other.
+    pub scans: Vec<Scan>,
+    /// The predictions, likewise.
+    pub predictions: Vec<Prediction>,
+    /// The measurements, likewise: range, m, and bearing, rad.
+    pub measurements: Vec<[f32; 2]>,
+}
+
+/// A place or a number of things in a buffer.
+fn number(count: usize) -> Result<u32, Unfit> {
+    u32::try_from(count).map_err(|_| Unfit(format!("{count} things in one buffer; there is room for {}", u32::MAX)))
+}
+
+impl Batch {
+    /// Adds a run over that log, with the filter of that seed.
+    ///
+    /// # Errors
+    /// The kernels have no room or no code for it; the batch is of no use any more.
+    pub fn push(&mut self, log: &Log, settings: &Settings, seed: u64) -> Result<(), Unfit> {
+        let (scans, predictions, measurements) = (self.scans.len(), self.predictions.len(), self.measurements.len());
+        let mut since = 0;
+        for event in events(log) {
+            match event {
+                Event::Predict { control, dt_s, .. } => {
+                    self.predictions.push(Prediction { control: control.map(|x| x as f32), dt_s: dt_s as f32 });
+                }
+                Event::Fix { .. } => return Err(Unfit("fixes of the pose".into())),
+                Event::Scan { index } => {
+                    let detections = &log.scans[index].detections;
+                    if detections.len() > MEASUREMENTS {
+                        let found = detections.len();
+                        return Err(Unfit(format!("{found} measurements in a scan; there is room for {MEASUREMENTS}")));
+                    }
+                    let until = self.predictions.len() - predictions;
+                    self.scans.push(Scan {
+                        first_prediction: number(since)?,
+                        predictions: number(until - since)?,
+                        first_measurement: number(self.measurements.len() - measurements)?,
+                        measurements: number(detections.len())?,
+                    });
+                    self.measurements.extend(detections.iter().map(|z| z.map(|x| x as f32)));
+                    since = until;
+                }
+            }
+        }
+        let before = self.runs.last();
+        let of_run = number(self.scans.len() - scans)?;
+        let room = |a_scan: usize| number(of_run as usize * a_scan);
+        let run = Run {
+            seed: Run::halves(seed),
+            first_scan: number(scans)?,
+            scans: of_run,
+            first_prediction: number(predictions)?,
+            predictions: number(self.predictions.len() - predictions)?,
+            first_measurement: number(measurements)?,
+            measurements: number(self.measurements.len() - measurements)?,
+            first_feature: before.map_or(Ok(0), |run| number(run.first_feature as usize + run.features as usize))?,
+            features: room(log.landmarks.len() + SPARE_FEATURES)?,
+            first_mover: before.map_or(Ok(0), |run| number(run.first_mover as usize + run.movers as usize))?,
+            movers: room(MOVERS_A_SCAN)?,
+            setup: setup_of(&PlanarNumbers::of(settings, &log.vehicle, log.initial_pose))?,
+        };
+        self.runs.push(run);
+        Ok(())
+    }
+
+    /// The greatest number of scans of a run.
+    #[must_use]
+    pub fn most_scans(&self) -> u32 {
+        self.runs.iter().map(|run| run.scans).max().unwrap_or(0)
+    }
+
+    /// Room for the estimated features, and for the moving ones, of all runs.
+    #[must_use]
+    pub fn rooms(&self) -> [usize; 2] {
+        let last = |end: fn(&Run) -> usize| self.runs.last().map_or(0, end);
+        [
+            last(|run| run.first_feature as usize + run.features as usize),
+            last(|run| run.first_mover as usize + run.movers as usize),
+        ]
+    }
+
+    /// Bytes of inputs and outputs, without the slots.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        let [features, movers] = self.rooms();
+        size_of_val(&self.runs[..])
+            + size_of_val(&self.scans[..])
+            + size_of_val(&self.predictions[..])
+            + size_of_val(&self.measurements[..])
+            + self.runs.len() * size_of::<Status>()
+            + self.scans.len() * size_of::<ScanResult>()
+            + features * size_of::<Feature>()
+            + movers * size_of::<Mover>()
+    }
+}

@@ -1,0 +1,165 @@
+//! Whether a device's filter has the state of the host's after every scan.
+
+use crate::batch::Batch;
+use crate::device::{Device, Launches};
+use crate::played::Played;
+use crate::source::{FILTER, Source};
+use crate::study::StudyError;
+use scphd_gpu_kernels::Status;
+use scphd_sim::dimensions::Planar;
+use scphd_sim::events::{Event, events};
+use scphd_sim::kind::Kind;
+use scphd_sim::log::Log;
+use scphd_sim::session::{SessionError, with_roomy_stack};
+use scphd_sim::settings::Settings;
+use std::time::Instant;
+
+/// What a comparison of all scans of some runs has found.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Checked {
+    /// Digests that were compared.
+    pub digests: usize,
+    /// The first that differs of every run with one.
+    pub differences: Vec<Difference>,
+    /// Wall time of the launches, s.
+    pub launched_s: f64,
+    /// The most pages of static and of moving features that a scan has taken.
+    pub peak_pages: [u32; 2],
+    /// The most estimated features and moving ones, a scan in the mean over a run.
+    pub features_a_scan: [f64; 2],
+}
+
+/// A digest of the device that is not the host's.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Difference {
+    /// Seed of scenario and filter.
+    pub seed: u64,
+    /// The scan, from 0.
+    pub scan: usize,
+    /// That of the host.
+    pub host: u64,
+    /// That of the device.
+    pub device: u64,
+}
+
+/// Runs the filter over a log on the host, as `scphd-sim` does, up to so many scans: the digest after each, and the wall time of all
+/// predictions and scans, s.
+///
+/// # Errors
+/// The filter refused the settings or a step.
+pub fn digests_of_host(
+    log: &Log,
+    settings: &Settings,
+    seed: u64,
+    most_scans: usize,
+) -> Result<(Vec<u64>, f64), SessionError> {
+    on_host(log, settings, seed, most_scans, true)
+}
+
+/// The same without digests, which take a time of their own.
+///
+/// # Errors
+/// As for [`digests_of_host`].
+pub fn drive_on_host(log: &Log, settings: &Settings, seed: u64) -> Result<f64, SessionError> {
+    on_host(log, settings, seed, usize::MAX, false).map(|(_, seconds)| seconds)
+}
+
+fn on_host(
+    log: &Log,
+    settings: &Settings,
+    seed: u64,
+    most_scans: usize,
+    digests: bool,
+) -> Result<(Vec<u64>, f64), SessionError> {
+    let drive = || {
+        let mut slam = Planar::slam(FILTER, log, settings, seed).map_err(SessionError::Start)?;
+        let (mut found, mut seconds, mut scan) = (Vec::new(), 0.0, 0);
+        for event in events(log) {
+            let refused = |step, t_s| move |refusal| SessionError::Step { scan, t_s, step, refusal };
+            let started = Instant::now();
+            match event {
+                Event::Predict { control, dt_s, .. } => {
+                    let t_s = log.scans[scan].t_s;
+                    slam.predict(control, dt_s).map_err(refused("the prediction", t_s))?;
+                }
+                Event::Fix { fix } => {
+                    slam.observe(&fix).map_err(refused("the fix", log.scans[scan].t_s))?;
+                }
+                Event::Scan { index } => {
+                    let taken = &log.scans[index];
+                    slam.scan(taken.sensor, &taken.detections).map_err(refused("the scan", taken.t_s))?;
+                    scan += 1;
+                }
+            }
+            seconds += started.elapsed().as_secs_f64();
+            if digests && matches!(event, Event::Scan { .. }) {
+                found.extend(slam.digest());
+            }
+            if scan == most_scans {
+                break;
+            }
+        }
+        Ok((found, seconds))
+    };
+    with_roomy_stack(drive).map_err(SessionError::Thread)?
+}
+
+impl Checked {
+    /// Runs the source with each of the seeds on the device, for scenario and filter, and compares the digest after each of so many scans
+    /// with the host's.
+    ///
+    /// # Errors
+    /// A run is not for the kernels, has stopped, or the device does not work.
+    pub fn of(
+        device: &mut dyn Device,
+        source: &Source,
+        seeds: &[u64],
+        most_scans: usize,
+        scans_a_launch: u32,
+    ) -> Result<Self, StudyError> {
+        let (mut batch, mut hosts) = (Batch::default(), Vec::new());
+        for (run, &seed) in seeds.iter().enumerate() {
+            let mut log = source.log(seed)?;
+            let settings = source.settings(&log)?;
+            log.scans.truncate(most_scans);
+            batch.push(&log, &settings, seed)?;
+            let of_host = digests_of_host(&log, &settings, seed, most_scans);
+            hosts.push(of_host.map_err(|why| StudyError::Session { run, why })?.0);
+        }
+        let outcome = device.run(&batch, Launches { digest_every: 1, scans: scans_a_launch })?;
+        let mut checked = Self {
+            digests: 0,
+            differences: Vec::new(),
+            launched_s: outcome.launched_s,
+            peak_pages: [0; 2],
+            features_a_scan: [0.0; 2],
+        };
+        for (run, (&seed, host)) in seeds.iter().zip(&hosts).enumerate() {
+            let Status { code, scans } = outcome.statuses[run];
+            let stopped = StudyError::Stopped { run, scan: scans, why: Status::text(code) };
+            let Some(played) = Played::of(&batch, &outcome, run, 0) else { return Err(stopped) };
+            let results = played.results();
+            if code != Status::DONE || results.len() != host.len() {
+                return Err(stopped);
+            }
+            checked.digests += host.len();
+            let pairs = host.iter().zip(results).enumerate();
+            let mut differ = pairs.filter(|(_, (host, result))| **host != result.digest);
+            checked.differences.extend(differ.next().map(|(scan, (host, result))| Difference {
+                seed,
+                scan,
+                host: *host,
+                device: result.digest,
+            }));
+            let mut sums = [0.0; 2];
+            for result in results {
+                let peaks = [result.peak_pages, result.peak_moving_pages];
+                checked.peak_pages = std::array::from_fn(|kind| checked.peak_pages[kind].max(peaks[kind]));
+                sums = std::array::from_fn(|kind| sums[kind] + f64::from([result.features, result.movers][kind]));
+            }
+            let means = sums.map(|sum| sum / results.len().max(1) as f64);
+            checked.features_a_scan = std::array::from_fn(|kind| checked.features_a_scan[kind].max(means[kind]));
+        }
+        Ok(checked)
+    }
+}

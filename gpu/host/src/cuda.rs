@@ -1,0 +1,216 @@
+//! A device of CUDA: driver, module and memory, all looked for at run time.
+
+use crate::batch::Batch;
+use crate::device::{Device, DeviceError, Launches, Outcome, spans};
+use bytemuck::Pod;
+use cudarc::driver::{CudaContext, CudaFunction, CudaSlice, CudaStream, DriverError, LaunchConfig, PushKernelArg, sys};
+use cudarc::nvrtc::Ptx;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Instant;
+
+/// What the driver aligns its memory to at least, bytes.
+const ALIGNMENT: u64 = 256;
+
+/// The modules that `cargo xtask gpu` makes.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Modules {
+    folder: PathBuf,
+}
+
+impl Modules {
+    /// The module as text, which the driver assembles for its card when it loads it; that takes it a while.
+    pub const TEXT: &'static str = "scphd.ptx";
+
+    /// Those of a folder.
+    #[must_use]
+    pub fn of(folder: impl Into<PathBuf>) -> Self {
+        Self { folder: folder.into() }
+    }
+
+    /// The name of the module that is assembled for cards of this kind: 8 and 0 for sm_80.
+    #[must_use]
+    pub fn assembled(major: i32, minor: i32) -> String {
+        format!("scphd-sm_{major}{minor}.cubin")
+    }
+
+    /// The one for such a card: assembled for it, or otherwise as text.
+    fn read(&self, (major, minor): (i32, i32)) -> Result<(Ptx, PathBuf), DeviceError> {
+        let own = self.folder.join(Self::assembled(major, minor));
+        if own.is_file() {
+            return Ok((Ptx::from_binary(read(&own)?), own));
+        }
+        let text = self.folder.join(Self::TEXT);
+        let said = String::from_utf8(read(&text)?).ok().filter(|said| !said.contains('\0'));
+        let said = said.ok_or_else(|| DeviceError::Module { path: text.clone(), why: "is no text".into() })?;
+        Ok((Ptx::from_src(said), text))
+    }
+}
+
+fn read(path: &Path) -> Result<Vec<u8>, DeviceError> {
+    std::fs::read(path).map_err(|error| DeviceError::Module { path: path.into(), why: error.to_string() })
+}
+
+/// What was asked of the driver when it said no.
+fn refused(doing: &'static str) -> impl Fn(DriverError) -> DeviceError {
+    move |DriverError(code)| DeviceError::Driver { doing, why: format!("{code:?}") }
+}
+
+/// One card with the module in it.
+#[derive(Debug)]
+pub struct Cuda {
+    context: Arc<CudaContext>,
+    stream: Arc<CudaStream>,
+    runs: CudaFunction,
+    slot_bytes: usize,
+    /// Threads of a block.
+    block: u32,
+    name: String,
+}
+
+impl Cuda {
+    /// The card of that number, with so many threads a block.
+    ///
+    /// # Errors
+    /// There is no driver or no such card, or the module cannot be loaded.
+    pub fn open(modules: &Modules, card: usize, block: u32) -> Result<Self, DeviceError> {
+        // SAFETY: it loads the driver's library, whose initialisation is the system's business, and lets go of it.
+        if !unsafe { sys::is_culib_present() } {
+            return Err(DeviceError::NoDriver);
+        }
+        let context = CudaContext::new(card).map_err(|DriverError(code)| DeviceError::NoDevice(format!("{code:?}")))?;
+        let kind = context.compute_capability().map_err(refused("asking for the kind of the card"))?;
+        let (module, path) = modules.read(kind)?;
+        let loaded = context.load_module(module).map_err(refused("loading the module"))?;
+        let function = |name| loaded.load_function(name).map_err(refused("looking for a kernel"));
+        let (runs, slot) = (function("scphd_runs")?, function("scphd_slot")?);
+        let stream = context.default_stream();
+        let card = context.name().map_err(refused("asking for the name of the card"))?;
+        let name = format!("{card}, sm_{}{}, {}, {block} threads a block", kind.0, kind.1, path.display());
+        let slot_bytes = slot_bytes(&stream, &slot)?;
+        Ok(Self { context, stream, runs, slot_bytes, block: block.max(1), name })
+    }
+
+    /// A buffer with these things in it; the driver has no empty ones.
+    fn upload<T: Pod>(&self, things: &[T]) -> Result<CudaSlice<u8>, DeviceError> {
+        let bytes: &[u8] = bytemuck::cast_slice(things);
+        let bytes = if bytes.is_empty() { &[0; 16] } else { bytes };
+        self.stream.clone_htod(bytes).map_err(refused("copying to the card"))
+    }
+
+    fn zeros(&self, bytes: usize) -> Result<CudaSlice<u8>, DeviceError> {
+        self.stream.alloc_zeros(bytes.max(16)).map_err(refused("allocating memory of the card"))
+    }
+
+    /// Copies a buffer back into as many things as there are.
+    fn download<T: Pod>(&self, from: &CudaSlice<u8>, to: &mut [T]) -> Result<(), DeviceError> {
+        let bytes: &mut [u8] = bytemuck::cast_slice_mut(to);
+        if bytes.is_empty() {
+            return Ok(());
+        }
+        self.stream.memcpy_dtoh(&from.slice(..bytes.len()), bytes).map_err(refused("copying from the card"))
+    }
+}
+
+/// Bytes of a slot as the module's compiler has laid it out, which need not be what the host's has made of it.
+fn slot_bytes(stream: &Arc<CudaStream>, slot: &CudaFunction) -> Result<usize, DeviceError> {
+    let doing = "asking the module for the bytes of a slot";
+    let mut said: CudaSlice<u64> = stream.alloc_zeros(2).map_err(refused(doing))?;
+    let one = LaunchConfig { grid_dim: (1, 1, 1), block_dim: (1, 1, 1), shared_mem_bytes: 0 };
+    let mut launch = stream.launch_builder(slot);
+    launch.arg(&mut said);
+    // SAFETY: the kernel takes a pointer to two numbers, and there they are.
+    unsafe { launch.launch(one) }.map_err(refused(doing))?;
+    let mut numbers = [0_u64; 2];
+    stream.memcpy_dtoh(&said, &mut numbers).map_err(refused(doing))?;
+    stream.synchronize().map_err(refused(doing))?;
+    let [bytes, alignment] = numbers;
+    match usize::try_from(bytes) {
+        Ok(bytes) if bytes > 0 && alignment <= ALIGNMENT => Ok(bytes),
+        _ => Err(DeviceError::Driver { doing, why: format!("{bytes} bytes, aligned to {alignment}") }),
+    }
+}
+
+impl Device for Cuda {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn slot_bytes(&self) -> usize {
+        self.slot_bytes
+    }
+
+    /// As many as fit into three quarters of the memory that is free: the stacks of all threads that the card can hold at once take
+    /// theirs when the kernel is launched.
+    fn resident(&self, bytes_a_run: usize) -> Result<usize, DeviceError> {
+        let (free, _) = self.context.mem_get_info().map_err(refused("asking for free memory"))?;
+        Ok((free / 4 * 3 / (self.slot_bytes + bytes_a_run)).max(1))
+    }
+
+    fn run(&mut self, batch: &Batch, launches: Launches) -> Result<Outcome, DeviceError> {
+        let mut outcome = Outcome::untouched(batch);
+        let runs = self.upload(&batch.runs)?;
+        let scans = self.upload(&batch.scans)?;
+        let predictions = self.upload(&batch.predictions)?;
+        let measurements = self.upload(&batch.measurements)?;
+        let mut slots = self.zeros(batch.runs.len() * self.slot_bytes)?;
+        let mut statuses = self.zeros(size_of_val(&outcome.statuses[..]))?;
+        let mut results = self.zeros(size_of_val(&outcome.results[..]))?;
+        let mut features = self.zeros(size_of_val(&outcome.features[..]))?;
+        let mut movers = self.zeros(size_of_val(&outcome.movers[..]))?;
+        let doing = "running the kernel";
+        self.stream.synchronize().map_err(refused(doing))?;
+        let threads = batch.runs.len() as u32;
+        let grid = LaunchConfig {
+            grid_dim: (threads.div_ceil(self.block).max(1), 1, 1),
+            block_dim: (self.block, 1, 1),
+            shared_mem_bytes: 0,
+        };
+        let started = Instant::now();
+        for (first_scan, take_scans) in spans(batch.most_scans(), launches) {
+            let mut launch = self.stream.launch_builder(&self.runs);
+            launch.arg(&runs).arg(&scans).arg(&predictions).arg(&measurements);
+            launch.arg(&mut slots).arg(&mut statuses).arg(&mut results).arg(&mut features).arg(&mut movers);
+            launch.arg(&threads).arg(&first_scan).arg(&take_scans).arg(&launches.digest_every);
+            // SAFETY: these are the arguments of the kernel, in its order; the buffers are those of a batch, and have room for what its
+            // runs say; threads beyond the last run do nothing.
+            unsafe { launch.launch(grid) }.map_err(refused(doing))?;
+            self.stream.synchronize().map_err(refused(doing))?;
+        }
+        outcome.launched_s = started.elapsed().as_secs_f64();
+        self.download(&statuses, &mut outcome.statuses)?;
+        self.download(&results, &mut outcome.results)?;
+        self.download(&features, &mut outcome.features)?;
+        self.download(&movers, &mut outcome.movers)?;
+        self.stream.synchronize().map_err(refused("copying from the card"))?;
+        Ok(outcome)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_module_that_is_assembled_for_the_card_goes_first() {
+        let folder = std::env::temp_dir().join(format!("scphd-gpu-modules-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        let modules = Modules::of(&folder);
+        assert!(matches!(modules.read((9, 0)), Err(DeviceError::Module { .. })));
+        std::fs::write(folder.join(Modules::TEXT), ".version 7.0\n").unwrap();
+        std::fs::write(folder.join("scphd-sm_90.cubin"), [0x7f, 0x45]).unwrap();
+        assert!(modules.read((9, 0)).unwrap().1.ends_with("scphd-sm_90.cubin"));
+        assert!(modules.read((8, 6)).unwrap().1.ends_with(Modules::TEXT));
+        std::fs::write(folder.join(Modules::TEXT), [0_u8, 1]).unwrap();
+        assert!(matches!(modules.read((8, 6)), Err(DeviceError::Module { .. })));
+        std::fs::remove_dir_all(&folder).unwrap();
+    }
+
+    #[test]
+    fn without_a_driver_it_says_so() {
+        let error = Cuda::open(&Modules::of("nowhere"), 0, 32).map(drop);
+        // With one, there is no module.
+        let said = error.unwrap_err().to_string();
+        assert!(["no CUDA driver", "no CUDA device", "nowhere"].iter().any(|what| said.contains(what)), "{said}");
+    }
+}

@@ -1,0 +1,252 @@
+//! `scphd-gpu`: a Monte Carlo study with every run a thread of a GPU, or the same threads on the host.
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use scphd_gpu::{
+    Checked, Cuda, Device, DeviceError, Difference, Emulated, Launches, Modules, Source, Tuning, drive_on_host, study,
+    time,
+};
+use scphd_sim::monte_carlo::overview;
+use std::error::Error;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// The exit code where there is no driver or no card.
+const NO_DEVICE: u8 = 3;
+
+/// Runs many filters at once, one a thread, each over a whole scenario.
+#[derive(Debug, Parser)]
+#[command(name = "scphd-gpu", version, max_term_width = 100)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Runs a scenario many times and prints means over the runs: those of `scphd-sim monte-carlo SCENARIO --filter core`, but for the
+    /// times of scans.
+    MonteCarlo {
+        /// Name of the scenario, in the plane and with one sensor.
+        scenario: String,
+        /// Number of runs.
+        #[arg(long, default_value_t = 100)]
+        runs: usize,
+        /// Different inputs; as many as runs, or as the thesis has, unless said otherwise.
+        #[arg(long, value_name = "M")]
+        input_sets: Option<usize>,
+        /// Added to all seeds.
+        #[arg(long, default_value_t = 0)]
+        seed: u64,
+        /// Runs at once; as many as the device has memory for unless said otherwise.
+        #[arg(long, value_name = "K")]
+        resident: Option<usize>,
+        /// Writes the figures as JSON.
+        #[arg(long, value_name = "FILE")]
+        json: Option<PathBuf>,
+        #[command(flatten)]
+        tuning: TuningArgs,
+        #[command(flatten)]
+        on: DeviceArgs,
+    },
+    /// Compares the state after every scan with the host's, bit for bit.
+    Check {
+        /// Name of the scenario.
+        scenario: String,
+        /// Number of runs, with seeds from 1 on.
+        #[arg(long, default_value_t = 4)]
+        runs: u64,
+        /// Scans of each.
+        #[arg(long, default_value_t = 300)]
+        scans: usize,
+        #[command(flatten)]
+        tuning: TuningArgs,
+        #[command(flatten)]
+        on: DeviceArgs,
+    },
+    /// Says which device there is; ends with 3 where there is none, as every command does.
+    Device {
+        #[command(flatten)]
+        on: DeviceArgs,
+    },
+    /// Times so many runs of a scenario, without digests, beside one run on one core of the host.
+    Time {
+        /// Name of the scenario.
+        scenario: String,
+        /// Number of runs.
+        #[arg(long, default_value_t = 1024)]
+        runs: usize,
+        #[command(flatten)]
+        tuning: TuningArgs,
+        #[command(flatten)]
+        on: DeviceArgs,
+    },
+}
+
+#[derive(Debug, Args)]
+struct TuningArgs {
+    /// Particles.
+    #[arg(long, value_name = "N")]
+    particles: Option<usize>,
+    /// Samples of each.
+    #[arg(long, value_name = "M")]
+    samples: Option<usize>,
+    /// Whether features may move.
+    #[arg(long, value_enum)]
+    moving: Option<Switch>,
+    /// Settings in TOML that replace those of the scenario.
+    #[arg(long, value_name = "FILE.toml")]
+    settings: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+struct DeviceArgs {
+    /// Who runs the threads.
+    #[arg(long, value_enum, default_value_t = DeviceName::Emulated)]
+    device: DeviceName,
+    /// Folder with the modules that `cargo xtask gpu` has made.
+    #[arg(long, value_name = "DIR", default_value = "target/xtask/gpu/modules")]
+    modules: PathBuf,
+    /// Number of the card.
+    #[arg(long, default_value_t = 0)]
+    card: usize,
+    /// Threads of a block.
+    #[arg(long, default_value_t = 32)]
+    block: u32,
+    /// Scans of a launch; all unless said otherwise. A card that has a display ends a launch that takes seconds.
+    #[arg(long, value_name = "K", default_value_t = 0)]
+    scans_a_launch: u32,
+    /// Threads of the host that stand for those of a device; one a core unless said otherwise.
+    #[arg(long, value_name = "K")]
+    threads: Option<usize>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum DeviceName {
+    /// A card of NVIDIA.
+    Cuda,
+    /// The same threads on the host.
+    Emulated,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Switch {
+    On,
+    Off,
+}
+
+impl TuningArgs {
+    fn source(self, scenario: &str) -> Result<Source, Box<dyn Error>> {
+        let file =
+            |path: PathBuf| std::fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()));
+        let settings = self.settings.map(file).transpose()?;
+        let moving = self.moving.map(|moving| moving == Switch::On);
+        let tuning = Tuning { particles: self.particles, samples: self.samples, moving, settings };
+        Ok(Source::new(scenario, tuning)?)
+    }
+}
+
+impl DeviceArgs {
+    fn open(&self) -> Result<Box<dyn Device>, Box<dyn Error>> {
+        Ok(match self.device {
+            DeviceName::Cuda => Box::new(Cuda::open(&Modules::of(&self.modules), self.card, self.block)?),
+            DeviceName::Emulated => Box::new(Emulated::new(self.threads)),
+        })
+    }
+
+    fn launches(&self) -> Launches {
+        Launches { scans: self.scans_a_launch, digest_every: 0 }
+    }
+}
+
+fn main() -> ExitCode {
+    match run(Cli::parse().command) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("{error}");
+            match error.downcast_ref() {
+                Some(DeviceError::NoDriver | DeviceError::NoDevice(_)) => ExitCode::from(NO_DEVICE),
+                _ => ExitCode::FAILURE,
+            }
+        }
+    }
+}
+
+fn run(command: Command) -> Result<(), Box<dyn Error>> {
+    match command {
+        Command::MonteCarlo { scenario, runs, input_sets, seed, resident, json, tuning, on } => {
+            let source = tuning.source(&scenario)?;
+            let plan = source.plan(runs, input_sets, seed)?;
+            let mut device = on.open()?;
+            let done = study(&mut *device, &source, &plan, resident, on.launches())?;
+            if let Some(path) = json {
+                overview::write_json(&path, &done.study)?;
+            }
+            println!("{}", overview::render(&done.study));
+            println!(
+                "{}: {runs} runs, {} at once, in {:.3} s; a run takes {} bytes, and {} of inputs and results",
+                device.name(),
+                done.took.resident,
+                done.took.launched_s,
+                device.slot_bytes(),
+                done.took.bytes_a_run
+            );
+            if done.short.runs > 0 {
+                println!(
+                    "{} runs had too little memory at {} scans: their results are not those of larger memory",
+                    done.short.runs, done.short.scans
+                );
+            }
+            Ok(())
+        }
+        Command::Check { scenario, runs, scans, tuning, on } => {
+            let source = tuning.source(&scenario)?;
+            let mut device = on.open()?;
+            let seeds: Vec<u64> = (1..=runs).collect();
+            let checked = Checked::of(&mut *device, &source, &seeds, scans, on.scans_a_launch)?;
+            report(&scenario, device.name(), &checked)
+        }
+        Command::Device { on } => {
+            let device = on.open()?;
+            println!("{}, {} bytes a run", device.name(), device.slot_bytes());
+            Ok(())
+        }
+        Command::Time { scenario, runs, tuning, on } => {
+            let source = tuning.source(&scenario)?;
+            let plan = source.plan(runs, Some(runs), 1)?;
+            let mut device = on.open()?;
+            let took = time(&mut *device, &source, &plan, None, on.launches())?;
+            let log = source.log(1)?;
+            let host_s = drive_on_host(&log, &source.settings(&log)?, 1)?;
+            let each_s = took.launched_s / runs as f64;
+            println!(
+                "{scenario}: {runs} runs of {} scans, {} at once, in {:.3} s on {}: {:.3} ms a run; \
+                 one core of the host: {:.3} ms a run, {:.1} times as much",
+                log.scans.len(),
+                took.resident,
+                took.launched_s,
+                device.name(),
+                1e3 * each_s,
+                1e3 * host_s,
+                host_s / each_s
+            );
+            Ok(())
+        }
+    }
+}
+
+fn report(scenario: &str, device: &str, checked: &Checked) -> Result<(), Box<dyn Error>> {
+    let Checked { digests, differences, launched_s, peak_pages, features_a_scan } = checked;
+    let [pages, moving_pages] = peak_pages;
+    let [features, movers] = features_a_scan;
+    for Difference { seed, scan, host, device } in differences {
+        println!("{scenario}, seed {seed}, scan {scan}: {host:016x} on the host, {device:016x} on the device");
+    }
+    println!(
+        "{scenario} on {device}: {digests} digests in {launched_s:.3} s; at most {pages} and {moving_pages} pages, \
+         {features:.1} and {movers:.1} estimated features a scan"
+    );
+    match differences.len() {
+        0 => Ok(()),
+        differing => Err(format!("{differing} runs differ from the host").into()),
+    }
+}

@@ -1,0 +1,149 @@
+//! What a device has left of a run, told as a filter tells it.
+
+use crate::batch::Batch;
+use crate::device::Outcome;
+use scphd::{Health, Implausible, Real};
+use scphd_gpu_kernels::{Feature, Mover, Run, ScanResult, Status};
+use scphd_sim::dimensions::{Coordinates, Planar};
+use scphd_sim::record::{MapFeature, MovingFeature, Usage};
+use scphd_sim::slam::{PoseAndCovariance, Refusal, ScanOutcome, Slam};
+
+/// One run of a batch.
+#[derive(Debug)]
+pub struct Played<'o> {
+    run: &'o Run,
+    outcome: &'o Outcome,
+    status: Status,
+    /// Scans told of.
+    told: usize,
+    state_bytes: usize,
+}
+
+impl<'o> Played<'o> {
+    /// Run number `run` of a batch, by a filter with so many bytes of state; `None` where the batch has no such run.
+    #[must_use]
+    pub fn of(batch: &'o Batch, outcome: &'o Outcome, run: usize, state_bytes: usize) -> Option<Self> {
+        let status = *outcome.statuses.get(run)?;
+        Some(Self { run: batch.runs.get(run)?, outcome, status, told: 0, state_bytes })
+    }
+
+    /// The results of the scans that were taken in.
+    #[must_use]
+    pub fn results(&self) -> &'o [ScanResult] {
+        let from = self.outcome.results.get(self.run.first_scan as usize..).unwrap_or(&[]);
+        from.get(..self.status.scans.min(self.run.scans) as usize).unwrap_or(&[])
+    }
+
+    fn last(&self) -> Result<&'o ScanResult, Refusal> {
+        let before = self.told.checked_sub(1).and_then(|place| self.results().get(place));
+        before.ok_or_else(|| Refusal("not started".into()))
+    }
+
+    fn features(&self, result: &ScanResult) -> &'o [Feature] {
+        let from = self.outcome.features.get((self.run.first_feature + result.first_feature) as usize..);
+        from.and_then(|from| from.get(..result.features as usize)).unwrap_or(&[])
+    }
+
+    fn movers(&self, result: &ScanResult) -> &'o [Mover] {
+        let from = self.outcome.movers.get((self.run.first_mover + result.first_mover) as usize..);
+        from.and_then(|from| from.get(..result.movers as usize)).unwrap_or(&[])
+    }
+}
+
+/// The conditions of these bits.
+fn health_of(bits: u32) -> Health {
+    let held = Health::all().filter(|condition| bits & u32::from(condition.bits()) != 0);
+    held.fold(Health::GOOD, |health, condition| health | condition)
+}
+
+/// A symmetric matrix of its upper triangle, row by row.
+fn square<const N: usize>(triangle: &[f32]) -> [[f64; N]; N] {
+    <[f64; N]>::square(|row, column| {
+        let (row, column) = (row.min(column), row.max(column));
+        f64::from(triangle[row * N - row * (row + 1) / 2 + column])
+    })
+}
+
+impl Slam<Planar> for Played<'_> {
+    fn predict(&mut self, _control: [f64; 2], _dt_s: f64) -> Result<Option<Implausible>, Refusal> {
+        Ok(None)
+    }
+
+    fn scan(&mut self, _sensor: usize, _detections: &[[f64; 2]]) -> Result<ScanOutcome, Refusal> {
+        let refused = || Refusal(format!("on the device: {}", Status::text(self.status.code)));
+        let result = self.results().get(self.told).ok_or_else(refused)?;
+        self.told += 1;
+        Ok(ScanOutcome {
+            n_eff: f64::from(result.n_eff),
+            resampled: result.resampled != 0,
+            ln_evidence: Some(f64::from(result.ln_evidence)),
+            innovation: Some(f64::from(result.innovation)).filter(|&innovation| innovation > 0.0),
+            usage: Usage {
+                in_view: result.in_view as usize,
+                no_birth: result.no_birth as usize,
+                pages_used: Some(result.pages_used as usize),
+            },
+            health: health_of(result.health),
+            stages_us: None,
+        })
+    }
+
+    fn pose(&mut self) -> Result<PoseAndCovariance<Planar>, Refusal> {
+        let result = self.last()?;
+        Ok((result.pose.map(f64::from), square(&result.covariance)))
+    }
+
+    fn map(&mut self) -> Result<(f64, Vec<MapFeature>), Refusal> {
+        let result = self.last()?;
+        let features = self.features(result).iter().map(|feature| MapFeature {
+            id: feature.label,
+            weight: f64::from(Real::exp(feature.ln_weight)),
+            mean: feature.mean.map(f64::from),
+            covariance: square(&feature.covariance),
+        });
+        Ok((f64::from(result.expected_features), features.collect()))
+    }
+
+    fn moving(&mut self) -> Result<Vec<MovingFeature>, Refusal> {
+        let result = self.last()?;
+        let features = self.movers(result).iter().map(|mover| {
+            let [x, y, east, north] = mover.mean.map(f64::from);
+            MovingFeature {
+                id: mover.label,
+                weight: f64::from(Real::exp(mover.ln_weight)),
+                position: [x, y],
+                velocity: [east, north],
+                covariance: square(&mover.covariance),
+            }
+        });
+        Ok(features.collect())
+    }
+
+    fn digest(&mut self) -> Option<u64> {
+        self.last().ok().map(|result| result.digest).filter(|digest| *digest != 0)
+    }
+
+    fn state_bytes(&self) -> Option<u64> {
+        Some(self.state_bytes as u64)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{health_of, square};
+    use scphd::Health;
+
+    #[test]
+    fn triangles_make_squares() {
+        assert_eq!(square::<2>(&[1.0, 2.0, 3.0]), [[1.0, 2.0], [2.0, 3.0]]);
+        let whole = [[1.0, 2.0, 3.0], [2.0, 4.0, 5.0], [3.0, 5.0, 6.0]];
+        assert_eq!(square::<3>(&[1.0, 2.0, 3.0, 4.0, 5.0, 6.0]), whole);
+    }
+
+    #[test]
+    fn conditions_come_back_from_their_bits() {
+        let health = Health::DEGENERATE | Health::DETECTIONS_LOW;
+        assert_eq!(health_of(u32::from(health.bits())), health);
+        assert_eq!(health_of(0), Health::GOOD);
+    }
+}

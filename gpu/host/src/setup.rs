@@ -1,0 +1,109 @@
+//! Models and tuning of a planar log as the plain numbers of a run.
+
+use crate::unfit::Unfit;
+use scphd::{Config, Extraction, Informed, Likelihood, Proposal, Step};
+use scphd_gpu_kernels::{MOUNTED, PARTICLES, SAMPLES, Setup, extraction, likelihood, vehicle};
+use scphd_sim::slam::{PlanarNumbers, PlanarVehicle};
+
+/// The numbers of a run.
+///
+/// # Errors
+/// The kernels have no room or no code for such a filter, and for what of it.
+pub fn setup_of(numbers: &PlanarNumbers<f32>) -> Result<Setup, Unfit> {
+    let PlanarNumbers { vehicle, noise, sensors, online, config, start } = numbers;
+    let [sensor] = &sensors[..] else { return Err(Unfit(format!("{} sensors; there may be one", sensors.len()))) };
+    let limits = sensor.limits;
+    Ok(Setup {
+        speed_sigma_mps: noise.speed_sigma_mps,
+        speed_sigma_ratio: noise.speed_sigma_ratio,
+        turn_sigma: noise.turn_sigma,
+        turn_sigma_ratio: noise.turn_sigma_ratio,
+        noise_interval_s: noise.interval_s,
+        start: [start.x_m, start.y_m, start.heading_rad],
+        range_sigma_m: sensor.range_sigma_m,
+        bearing_sigma_rad: sensor.bearing_sigma_rad,
+        range_min_m: limits.range_min_m,
+        range_max_m: limits.range_max_m,
+        range_edge_m: limits.range_edge_m,
+        bearing_center_rad: limits.bearing_center_rad,
+        bearing_half_width_rad: limits.bearing_half_width_rad,
+        bearing_edge_rad: limits.bearing_edge_rad,
+        probability_near: limits.probability_near,
+        probability_far: limits.probability_far,
+        clutter_per_scan: sensor.clutter_per_scan,
+        is_mounted: if sensor.mounting.is_some() { MOUNTED } else { 0 },
+        mounting: sensor.mounting.unwrap_or_default(),
+        births_of_static: sensor.births.of_static,
+        births_of_moving: sensor.births.of_moving,
+        detection_memory: online.detection_memory,
+        clutter_memory: online.clutter_memory,
+        ..of_config(config, of_vehicle(vehicle)?)?
+    })
+}
+
+/// What moves, and nothing else.
+fn of_vehicle(moves: &PlanarVehicle<f32>) -> Result<Setup, Unfit> {
+    let nothing: Setup = bytemuck::Zeroable::zeroed();
+    Ok(match *moves {
+        PlanarVehicle::Ackermann(geometry) => Setup {
+            vehicle: vehicle::ACKERMANN,
+            wheelbase_m: geometry.wheelbase_m,
+            encoder_offset_m: geometry.encoder_offset_m,
+            sensor_forward_m: geometry.sensor_forward_m,
+            sensor_left_m: geometry.sensor_left_m,
+            ..nothing
+        },
+        PlanarVehicle::Unicycle(Step::Euler) => Setup { vehicle: vehicle::UNICYCLE, ..nothing },
+        PlanarVehicle::Unicycle(Step::Arc) => Setup { vehicle: vehicle::UNICYCLE_ARC, ..nothing },
+        PlanarVehicle::Unicycle(other) => return Err(Unfit(format!("the step {other:?} of a unicycle"))),
+    })
+}
+
+fn of_config(config: &Config<f32>, setup: Setup) -> Result<Setup, Unfit> {
+    let most = |count: usize, most: usize, of: &str| match u32::try_from(count) {
+        Ok(number) if count <= most => Ok(number),
+        _ => Err(Unfit(format!("{count} {of}; there is room for {most}"))),
+    };
+    let informed = match config.proposal {
+        Proposal::Blind => Informed { rounds: 0, sampled_fraction: 0.0, min_responsibility: 0.0 },
+        Proposal::Informed(informed) => informed,
+    };
+    Ok(Setup {
+        particles: most(config.particles, PARTICLES, "particles")?,
+        samples: most(config.samples, SAMPLES, "samples of a particle")?,
+        proposal_rounds: most(informed.rounds, 16, "rounds of the proposal")?,
+        sampled_fraction: informed.sampled_fraction,
+        min_responsibility: informed.min_responsibility,
+        likelihood: match config.likelihood {
+            Likelihood::SingleCluster => likelihood::SINGLE_CLUSTER,
+            Likelihood::EmptyMap => likelihood::EMPTY_MAP,
+            Likelihood::SingleFeature => likelihood::SINGLE_FEATURE,
+            other => return Err(Unfit(format!("the likelihood {other:?}"))),
+        },
+        resample_threshold: config.resample_threshold,
+        prune_weight: config.prune_weight,
+        confirming_detections: config.confirming_detections,
+        unconfirmed_weight: config.unconfirmed_weight,
+        confirmed_weight: config.confirmed_weight,
+        merge_distance: config.merge_distance,
+        // More than any map of a slot holds is as good as no limit.
+        max_components: u32::try_from(config.max_components).unwrap_or(u32::MAX),
+        extraction: match config.extraction {
+            Extraction::Heaviest => extraction::HEAVIEST,
+            Extraction::Peaks => extraction::PEAKS,
+            Extraction::Confirmed => extraction::CONFIRMED,
+        },
+        extraction_weight: config.extraction_weight,
+        velocity_sigma_mps: config.moving.velocity_sigma_mps,
+        acceleration_psd: config.moving.motion.acceleration_psd,
+        lifetime_s: config.moving.motion.lifetime_s,
+        spread_max_m: config.moving.spread_max_m,
+        moving_extraction_weight: config.moving.extraction_weight,
+        negligible: config.negligible,
+        step_max_s: config.plausible.step_max_s,
+        speed_max_mps: config.plausible.speed_max_mps,
+        turn_rate_max_radps: config.plausible.turn_rate_max_radps,
+        jump_max_m: config.plausible.jump_max_m,
+        ..setup
+    })
+}

@@ -1,0 +1,102 @@
+//! Where the logs of a study come from: a scenario, made anew for every seed, and its settings.
+
+use scphd_sim::log::Log;
+use scphd_sim::monte_carlo::Plan;
+use scphd_sim::output::json::Format;
+use scphd_sim::scenario::{SCENARIOS, by_name, thesis_run};
+use scphd_sim::session::Filter;
+use scphd_sim::settings::Settings;
+use scphd_sim::slam::Precision;
+
+/// The filter of a study.
+pub(crate) const FILTER: Filter = Filter::Core(Precision::F32);
+
+/// What is changed in the settings of a scenario, as `scphd-sim monte-carlo` has it.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Tuning {
+    /// Particles.
+    pub particles: Option<usize>,
+    /// Samples of each.
+    pub samples: Option<usize>,
+    /// Whether features may move.
+    pub moving: Option<bool>,
+    /// Fields in TOML that are put over the defaults.
+    pub settings: Option<String>,
+}
+
+/// A scenario and its settings.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Source {
+    scenario: String,
+    tuning: Tuning,
+}
+
+/// What is wrong with a study's source or extent.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{0}")]
+pub struct SourceError(String);
+
+impl Source {
+    /// That scenario with that tuning.
+    ///
+    /// # Errors
+    /// There is no such scenario, or its settings are out of range.
+    pub fn new(scenario: &str, tuning: Tuning) -> Result<Self, SourceError> {
+        let source = Self { scenario: scenario.into(), tuning };
+        source.settings(&source.log(0)?)?;
+        Ok(source)
+    }
+
+    /// The log of that seed.
+    ///
+    /// # Errors
+    /// There is no such scenario.
+    pub fn log(&self, seed: u64) -> Result<Log, SourceError> {
+        let known = || SCENARIOS.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", ");
+        by_name(&self.scenario, seed)
+            .ok_or_else(|| SourceError(format!("no scenario '{}', there are {}", self.scenario, known())))
+    }
+
+    /// The settings of a log of it: those of the scenario, then the file, then what was said.
+    ///
+    /// # Errors
+    /// They are out of range.
+    pub fn settings(&self, log: &Log) -> Result<Settings, SourceError> {
+        let Tuning { particles, samples, moving, settings: file } = &self.tuning;
+        let mut settings = Settings::for_scenario(&self.scenario, log);
+        if let Some(text) = file {
+            settings = settings.with_toml(text).map_err(|problem| SourceError(format!("settings: {problem}")))?;
+        }
+        settings.filter.particles = particles.unwrap_or(settings.filter.particles);
+        settings.filter.samples = samples.unwrap_or(settings.filter.samples);
+        if let Some(moving) = *moving {
+            settings.set_moving(moving);
+        }
+        settings.check().map_err(|problem| SourceError(format!("settings: {problem}")))?;
+        Ok(settings)
+    }
+
+    /// The plan of a study of so many runs from that seed on, with as many inputs as asked for, or as the thesis has.
+    ///
+    /// # Errors
+    /// The inputs do not divide the runs.
+    pub fn plan(&self, runs: usize, input_sets: Option<usize>, seed: u64) -> Result<Plan, SourceError> {
+        let usual = thesis_run(&self.scenario).map(|run| run.runs_per_input);
+        let usual = usual.filter(|&each| runs.is_multiple_of(each)).map(|each| runs / each);
+        let input_sets = input_sets.or(usual).unwrap_or(runs);
+        if runs == 0 || input_sets == 0 || !runs.is_multiple_of(input_sets) {
+            return Err(SourceError(format!("{runs} runs: must be a multiple of the {input_sets} input sets")));
+        }
+        let settings = self.settings(&self.log(seed)?)?;
+        Ok(Plan {
+            format: Format,
+            scenario: self.scenario.clone(),
+            filters: vec![FILTER.name(settings.filter.likelihood).into()],
+            runs,
+            input_sets,
+            seed,
+            settings: toml::to_string(&settings).map_err(|error| SourceError(error.to_string()))?,
+            variants: Vec::new(),
+        })
+    }
+}

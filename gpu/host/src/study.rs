@@ -1,0 +1,185 @@
+//! A Monte Carlo study on a device: batches of runs, then the simulator's scores of each.
+
+use crate::batch::Batch;
+use crate::device::{Device, DeviceError, Launches, Outcome};
+use crate::played::Played;
+use crate::source::{FILTER, Source, SourceError};
+use crate::unfit::Unfit;
+use scphd::Health;
+use scphd_gpu_kernels::Status;
+use scphd_sim::log::Log;
+use scphd_sim::monte_carlo::{Job, Plan, RunResult, Study};
+use scphd_sim::session::{self, SessionError};
+use scphd_sim::settings::Settings;
+
+/// Why a study came to no end.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum StudyError {
+    /// The scenario or its settings.
+    #[error(transparent)]
+    Source(#[from] SourceError),
+    /// A run is not for the kernels.
+    #[error(transparent)]
+    Unfit(#[from] Unfit),
+    /// The device does not work.
+    #[error(transparent)]
+    Device(#[from] DeviceError),
+    /// A run has stopped.
+    #[error("run {run}, scan {scan}: {why}")]
+    Stopped {
+        /// The run.
+        run: usize,
+        /// The scan that was not taken in, from 0.
+        scan: u32,
+        /// Why.
+        why: &'static str,
+    },
+    /// What the device left makes no session.
+    #[error("run {run}: {why}")]
+    Session {
+        /// The run.
+        run: usize,
+        /// Why.
+        why: SessionError,
+    },
+}
+
+/// A study, and what it took.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Studied {
+    /// The study, as `scphd-sim monte-carlo` makes it but for the times of scans, which a device does not tell.
+    pub study: Study,
+    /// What its runs took.
+    pub took: Took,
+    /// Runs whose memory was too small at some scan, so that larger memory would have given other results.
+    pub short: Short,
+}
+
+/// What all runs of a plan took of a device.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Took {
+    /// Runs at once.
+    pub resident: usize,
+    /// Bytes of inputs and results of the first run, beside its slot.
+    pub bytes_a_run: usize,
+    /// Wall time of all launches, s.
+    pub launched_s: f64,
+}
+
+/// Where the memory of a slot was too small.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Short {
+    /// Runs with such a scan.
+    pub runs: usize,
+    /// Such scans of all runs.
+    pub scans: usize,
+}
+
+impl Short {
+    /// Conditions that say so.
+    const CONDITIONS: [Health; 3] = [Health::PRUNING_TIGHTENED, Health::MAP_NOT_UPDATED, Health::COMPONENTS_LOST];
+
+    fn add(&mut self, played: &Played<'_>) {
+        let bits = Self::CONDITIONS.iter().fold(0, |bits, condition| bits | u32::from(condition.bits()));
+        let scans = played.results().iter().filter(|result| result.health & bits != 0).count();
+        self.scans += scans;
+        self.runs += usize::from(scans > 0);
+    }
+}
+
+/// Does all runs of a plan, as many at once as asked for or as the device has memory for, and scores them.
+///
+/// # Errors
+/// A run is not for the kernels, has stopped, or the device does not work.
+pub fn study(
+    device: &mut dyn Device,
+    source: &Source,
+    plan: &Plan,
+    resident: Option<usize>,
+    launches: Launches,
+) -> Result<Studied, StudyError> {
+    let (mut results, mut short) = (Vec::with_capacity(plan.runs), Short::default());
+    let took = run_all(device, source, plan, resident, launches, |played, log, settings, job| {
+        short.add(&played);
+        results.push(scored(played, log, settings, job)?);
+        Ok(())
+    })?;
+    Ok(Studied { study: Study { plan: plan.clone(), results }, took, short })
+}
+
+/// The same without scores.
+///
+/// # Errors
+/// As for [`study`].
+pub fn time(
+    device: &mut dyn Device,
+    source: &Source,
+    plan: &Plan,
+    resident: Option<usize>,
+    launches: Launches,
+) -> Result<Took, StudyError> {
+    run_all(device, source, plan, resident, launches, |_, _, _, _| Ok(()))
+}
+
+fn run_all(
+    device: &mut dyn Device,
+    source: &Source,
+    plan: &Plan,
+    resident: Option<usize>,
+    launches: Launches,
+    mut each: impl FnMut(Played<'_>, &Log, &Settings, &Job) -> Result<(), StudyError>,
+) -> Result<Took, StudyError> {
+    let jobs = plan.jobs(None);
+    let mut first = Batch::default();
+    if let Some(job) = jobs.first() {
+        let log = source.log(job.scenario_seed)?;
+        first.push(&log, &source.settings(&log)?, job.filter_seed)?;
+    }
+    let bytes_a_run = first.bytes();
+    let resident = match resident {
+        Some(resident) => resident.max(1),
+        None => device.resident(bytes_a_run)?.min(jobs.len().max(1)),
+    };
+    let mut took = Took { resident, bytes_a_run, launched_s: 0.0 };
+    for jobs in jobs.chunks(resident) {
+        let mut batch = Batch::default();
+        let mut inputs: Vec<(Log, Settings)> = Vec::with_capacity(jobs.len());
+        for job in jobs {
+            let log = source.log(job.scenario_seed)?;
+            let settings = source.settings(&log)?;
+            batch.push(&log, &settings, job.filter_seed)?;
+            inputs.push((log, settings));
+        }
+        let outcome = device.run(&batch, launches)?;
+        took.launched_s += outcome.launched_s;
+        for (place, (job, (log, settings))) in jobs.iter().zip(&inputs).enumerate() {
+            each(played(&batch, &outcome, place, job, device.slot_bytes())?, log, settings, job)?;
+        }
+    }
+    Ok(took)
+}
+
+/// A run that has come to its end.
+fn played<'o>(
+    batch: &'o Batch,
+    outcome: &'o Outcome,
+    place: usize,
+    job: &Job,
+    state_bytes: usize,
+) -> Result<Played<'o>, StudyError> {
+    let stopped = |Status { code, scans }| StudyError::Stopped { run: job.run, scan: scans, why: Status::text(code) };
+    let status = outcome.statuses[place];
+    match Played::of(batch, outcome, place, state_bytes) {
+        Some(played) if status.code == Status::DONE => Ok(played),
+        _ => Err(stopped(status)),
+    }
+}
+
+fn scored(mut played: Played<'_>, log: &Log, settings: &Settings, job: &Job) -> Result<RunResult, StudyError> {
+    let session = session::run_of(&mut played, log, settings, FILTER, job.filter_seed)
+        .map_err(|why| StudyError::Session { run: job.run, why })?;
+    let result = RunResult::of(job, settings.filter.samples, session);
+    // What was timed is the telling, not the scan.
+    Ok(RunResult { scan_us_mean: None, ..result })
+}

@@ -1,0 +1,120 @@
+//! The kernels' bodies, on the host, have the state and the results of `scphd-sim`'s own filter, bit for bit.
+
+use scphd_gpu::{Batch, Checked, Device, Emulated, Launches, Source, Tuning, study};
+use scphd_gpu_kernels::Status;
+use scphd_sim::dimensions::Planar;
+use scphd_sim::monte_carlo::{RunResult, overview};
+use scphd_sim::session::{self, Filter};
+use scphd_sim::slam::Precision;
+
+/// Scans that are compared.
+const SCANS: usize = 300;
+
+fn source(scenario: &str, particles: Option<usize>) -> Source {
+    Source::new(scenario, Tuning { particles, ..Tuning::default() }).unwrap()
+}
+
+/// Every run has the host's digest after each scan.
+fn same_digests(source: &Source, seeds: &[u64], scans_a_launch: u32) -> Checked {
+    let checked = Checked::of(&mut Emulated::new(None), source, seeds, SCANS, scans_a_launch).unwrap();
+    assert_eq!(checked.differences, []);
+    checked
+}
+
+#[test]
+fn thesis_dynamic_has_the_digests_of_the_host() {
+    let checked = same_digests(&source("thesis-dynamic", None), &[1, 2, 3], 0);
+    assert_eq!(checked.digests, 3 * SCANS);
+    assert!(checked.peak_pages.iter().all(|&pages| pages > 0), "{checked:?}");
+}
+
+#[test]
+fn survey_has_the_digests_of_the_host() {
+    let checked = same_digests(&source("survey", Some(32)), &[1, 2, 3], 0);
+    assert_eq!(checked.digests, 3 * SCANS);
+}
+
+#[test]
+fn other_vehicles_and_tunings_have_the_digests_of_the_host() {
+    assert!(same_digests(&source("thesis-compare", Some(32)), &[5], 0).digests > 100);
+    assert!(same_digests(&source("worlds-exact", Some(4)), &[900_001], 0).digests > 100);
+}
+
+#[test]
+fn launches_of_some_scans_go_on_where_the_last_has_stopped() {
+    assert_eq!(same_digests(&source("thesis-dynamic", None), &[4, 5], 77).digests, 2 * SCANS);
+}
+
+/// `scphd-sim`'s own run, without what was timed.
+fn plain(source: &Source, job: &scphd_sim::monte_carlo::Job) -> RunResult {
+    let log = source.log(job.scenario_seed).unwrap();
+    let settings = source.settings(&log).unwrap();
+    let filter = Filter::Core(Precision::F32);
+    let session = session::run::<Planar>(&log, &settings, filter, job.filter_seed, &mut |_| {}).unwrap();
+    RunResult { scan_us_mean: None, ..RunResult::of(job, settings.filter.samples, session) }
+}
+
+fn same_results(scenario: &str, particles: Option<usize>, runs: usize, resident: usize) {
+    let source = source(scenario, particles);
+    let plan = source.plan(runs, None, 7).unwrap();
+    let done = study(&mut Emulated::new(None), &source, &plan, Some(resident), Launches::default()).unwrap();
+    assert_eq!(done.study.results.len(), runs);
+    assert_eq!(done.short.runs, 0, "{:?}", done.short);
+    let expected: Vec<RunResult> = plan.jobs(None).iter().map(|job| plain(&source, job)).collect();
+    for (found, expected) in done.study.results.iter().zip(&expected) {
+        assert_eq!(found, expected, "run {}", expected.run);
+    }
+    let plain = scphd_sim::monte_carlo::Study { plan, results: expected };
+    assert_eq!(overview::render(&done.study), overview::render(&plain));
+}
+
+#[test]
+fn a_study_of_thesis_dynamic_has_the_results_of_the_host() {
+    same_results("thesis-dynamic", None, 4, 3);
+}
+
+#[test]
+fn a_study_of_survey_has_the_results_of_the_host() {
+    same_results("survey", Some(32), 2, 1);
+}
+
+#[test]
+fn runs_that_do_not_fit_say_so() {
+    let refusal = |scenario, particles| {
+        let source = source(scenario, particles);
+        let log = source.log(1).unwrap();
+        Batch::default().push(&log, &source.settings(&log).unwrap(), 1).unwrap_err().to_string()
+    };
+    assert!(refusal("two-sensors", Some(8)).contains("2 sensors"));
+    assert!(refusal("survey-fixes", Some(8)).contains("fixes"));
+    assert!(refusal("thesis-dynamic", Some(33)).contains("33 particles"));
+}
+
+#[test]
+fn a_run_that_cannot_go_on_stops_with_a_code_and_leaves_the_others_alone() {
+    let source = source("thesis-dynamic", None);
+    let log = source.log(1).unwrap();
+    let settings = source.settings(&log).unwrap();
+    let mut batch = Batch::default();
+    for seed in 1..=5 {
+        let mut log = source.log(seed).unwrap();
+        log.scans.truncate(12);
+        batch.push(&log, &settings, seed).unwrap();
+    }
+    let whole = Emulated::new(Some(2)).run(&batch, Launches::default()).unwrap();
+    assert!(whole.statuses.iter().all(|status| *status == Status { code: Status::DONE, scans: 12 }));
+    let mut bad = batch.clone();
+    bad.runs[0].setup.range_sigma_m = f32::NAN;
+    let prediction = bad.runs[1].first_prediction + bad.scans[bad.runs[1].first_scan as usize + 5].first_prediction;
+    bad.predictions[prediction as usize].control[0] = f32::INFINITY;
+    let measurement = bad.runs[2].first_measurement + bad.scans[bad.runs[2].first_scan as usize + 3].first_measurement;
+    bad.measurements[measurement as usize][0] = f32::NAN;
+    bad.runs[3].features = 1;
+    let outcome = Emulated::new(Some(2)).run(&bad, Launches { digest_every: 0, scans: 4 }).unwrap();
+    let statuses: Vec<[u32; 2]> = outcome.statuses.iter().map(|status| [status.code, status.scans]).collect();
+    assert_eq!(statuses[..3], [[Status::SETUP, 0], [Status::PREDICTION, 5], [Status::SCAN, 3]]);
+    assert_eq!(statuses[3][0], Status::FEATURES);
+    assert_eq!(statuses[4], [Status::DONE, 12]);
+    let last = |outcome: &scphd_gpu::Outcome| outcome.results[batch.runs[4].first_scan as usize + 11];
+    assert_eq!(last(&outcome), last(&whole));
+}

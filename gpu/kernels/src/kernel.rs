@@ -1,0 +1,79 @@
+//! The entry points of the device.
+
+use crate::buffer::{Feature, Mover, Prediction, Run, Scan, ScanResult, Status};
+use crate::slot::Slot;
+use crate::thread::{Launch, thread};
+use core::arch::nvptx::{_block_dim_x, _block_idx_x, _thread_idx_x};
+use nalgebra::Vector2;
+
+/// The place of this thread in a grid of one dimension.
+fn place() -> usize {
+    // SAFETY: they read registers of the thread.
+    let [block, size, thread] = unsafe { [_block_idx_x(), _block_dim_x(), _thread_idx_x()] };
+    block as usize * size as usize + thread as usize
+}
+
+/// Takes the runs on, one a thread.
+///
+/// # Safety
+/// As of [`thread`].
+#[unsafe(no_mangle)]
+#[expect(clippy::too_many_arguments, reason = "a kernel's arguments are plain values")]
+pub unsafe extern "ptx-kernel" fn scphd_runs(
+    runs: *const Run,
+    scans: *const Scan,
+    predictions: *const Prediction,
+    measurements: *const Vector2<f32>,
+    slots: *mut Slot,
+    statuses: *mut Status,
+    results: *mut ScanResult,
+    features: *mut Feature,
+    movers: *mut Mover,
+    threads: u32,
+    first_scan: u32,
+    take_scans: u32,
+    digest_every: u32,
+) {
+    let launch = Launch {
+        runs,
+        scans,
+        predictions,
+        measurements,
+        slots,
+        statuses,
+        results,
+        features,
+        movers,
+        threads,
+        first_scan,
+        take_scans,
+        digest_every,
+    };
+    // SAFETY: the caller's word; every thread of a grid has a place of its own.
+    unsafe { thread(place(), &launch) }
+}
+
+/// Writes the bytes of a slot, and what it must be aligned to, as this module's compiler has laid it out.
+///
+/// # Safety
+/// The pointer leads to two numbers.
+#[unsafe(no_mangle)]
+pub unsafe extern "ptx-kernel" fn scphd_slot(bytes_and_alignment: *mut u64) {
+    if place() == 0 {
+        // SAFETY: the caller's word, and one thread alone writes.
+        unsafe {
+            bytes_and_alignment.write(size_of::<Slot>() as u64);
+            bytes_and_alignment.add(1).write(align_of::<Slot>() as u64);
+        }
+    }
+}
+
+unsafe extern "C" {
+    safe fn scphd_a_panic_is_reachable() -> !;
+}
+
+/// No panic is reachable: where one were, the module would need a function that is nowhere.
+#[panic_handler]
+fn panic(_info: &core::panic::PanicInfo<'_>) -> ! {
+    scphd_a_panic_is_reachable()
+}

@@ -1,0 +1,234 @@
+//! Models and tuning of a run as plain numbers, and what the filter makes of them.
+
+use crate::motion::Vehicle;
+use bytemuck::{Pod, Zeroable};
+use scphd::{
+    Ackermann, AckermannGeometry, Births, Config, ConstantVelocity, ControlNoise, Detector, Extraction, Informed,
+    Likelihood, Mounting, MovingConfig, Online, PlanarPose, Plausible, Proposal, RangeBearing, RangeBearingLimits,
+    RangeBearingWindow, Sensing, Step, Unicycle, UniformClutter,
+};
+
+/// Values of [`Setup::vehicle`].
+pub mod vehicle {
+    /// A car: [`scphd::Ackermann`].
+    pub const ACKERMANN: u32 = 0;
+    /// [`scphd::Unicycle`] with [`scphd::Step::Euler`].
+    pub const UNICYCLE: u32 = 1;
+    /// [`scphd::Unicycle`] with [`scphd::Step::Arc`].
+    pub const UNICYCLE_ARC: u32 = 2;
+}
+
+/// Values of [`Setup::likelihood`].
+pub mod likelihood {
+    /// [`scphd::Likelihood::SingleCluster`].
+    pub const SINGLE_CLUSTER: u32 = 0;
+    /// [`scphd::Likelihood::EmptyMap`].
+    pub const EMPTY_MAP: u32 = 1;
+    /// [`scphd::Likelihood::SingleFeature`].
+    pub const SINGLE_FEATURE: u32 = 2;
+}
+
+/// Values of [`Setup::extraction`].
+pub mod extraction {
+    /// [`scphd::Extraction::Heaviest`].
+    pub const HEAVIEST: u32 = 0;
+    /// [`scphd::Extraction::Peaks`].
+    pub const PEAKS: u32 = 1;
+    /// [`scphd::Extraction::Confirmed`].
+    pub const CONFIRMED: u32 = 2;
+}
+
+/// [`Setup::is_mounted`] where the sensor's pose is not the vehicle's.
+pub const MOUNTED: u32 = 1;
+
+/// Models and tuning. Every field is the one of the same name of `scphd`'s own types; there are no gaps between them.
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+#[expect(missing_docs, reason = "the types of the library document them")]
+pub struct Setup {
+    /// Which vehicle, one of [`vehicle`].
+    pub vehicle: u32,
+    pub wheelbase_m: f32,
+    pub encoder_offset_m: f32,
+    pub sensor_forward_m: f32,
+    pub sensor_left_m: f32,
+    pub speed_sigma_mps: f32,
+    pub speed_sigma_ratio: f32,
+    pub turn_sigma: f32,
+    pub turn_sigma_ratio: f32,
+    pub noise_interval_s: f32,
+    /// x, y, m, and heading, rad, at the start.
+    pub start: [f32; 3],
+    pub range_sigma_m: f32,
+    pub bearing_sigma_rad: f32,
+    pub range_min_m: f32,
+    pub range_max_m: f32,
+    pub range_edge_m: f32,
+    pub bearing_center_rad: f32,
+    pub bearing_half_width_rad: f32,
+    pub bearing_edge_rad: f32,
+    pub probability_near: f32,
+    pub probability_far: f32,
+    pub clutter_per_scan: f32,
+    /// [`MOUNTED`], or 0.
+    pub is_mounted: u32,
+    /// Ahead, left, m, and turned to the left, rad.
+    pub mounting: [f32; 3],
+    pub births_of_static: f32,
+    pub births_of_moving: f32,
+    pub detection_memory: f32,
+    pub clutter_memory: f32,
+    pub particles: u32,
+    pub samples: u32,
+    /// Linearisations of the informed proposal; 0 is the blind one.
+    pub proposal_rounds: u32,
+    pub sampled_fraction: f32,
+    pub min_responsibility: f32,
+    /// One of [`likelihood`].
+    pub likelihood: u32,
+    pub resample_threshold: f32,
+    pub prune_weight: f32,
+    pub confirming_detections: f32,
+    pub unconfirmed_weight: f32,
+    pub confirmed_weight: f32,
+    pub merge_distance: f32,
+    pub max_components: u32,
+    /// One of [`extraction`].
+    pub extraction: u32,
+    pub extraction_weight: f32,
+    pub velocity_sigma_mps: f32,
+    pub acceleration_psd: f32,
+    pub lifetime_s: f32,
+    pub spread_max_m: f32,
+    pub moving_extraction_weight: f32,
+    pub negligible: f32,
+    pub step_max_s: f32,
+    pub speed_max_mps: f32,
+    pub turn_rate_max_radps: f32,
+    pub jump_max_m: f32,
+}
+
+/// The sensor of a run.
+pub(crate) type Models = Sensing<RangeBearing<f32>, RangeBearingWindow<f32>, UniformClutter<f32>>;
+
+/// What a filter is made of.
+pub(crate) struct Made {
+    pub(crate) vehicle: Vehicle,
+    pub(crate) config: Config<f32>,
+    pub(crate) detector: Detector<Models>,
+    pub(crate) start: PlanarPose<f32>,
+}
+
+impl Setup {
+    /// The models and the tuning; `None` where one of them is out of range.
+    pub(crate) fn make(&self) -> Option<Made> {
+        let [x_m, y_m, heading_rad] = self.start;
+        Some(Made {
+            vehicle: self.motion()?,
+            config: self.config()?,
+            detector: self.detector()?,
+            start: PlanarPose::new(x_m, y_m, heading_rad),
+        })
+    }
+
+    fn motion(&self) -> Option<Vehicle> {
+        let noise = ControlNoise {
+            speed_sigma_mps: self.speed_sigma_mps,
+            speed_sigma_ratio: self.speed_sigma_ratio,
+            turn_sigma: self.turn_sigma,
+            turn_sigma_ratio: self.turn_sigma_ratio,
+            interval_s: self.noise_interval_s,
+        };
+        let step = match self.vehicle {
+            vehicle::ACKERMANN => {
+                let geometry = AckermannGeometry {
+                    wheelbase_m: self.wheelbase_m,
+                    encoder_offset_m: self.encoder_offset_m,
+                    sensor_forward_m: self.sensor_forward_m,
+                    sensor_left_m: self.sensor_left_m,
+                };
+                return Ackermann::new(geometry, noise).ok().map(Vehicle::Car);
+            }
+            vehicle::UNICYCLE => Step::Euler,
+            vehicle::UNICYCLE_ARC => Step::Arc,
+            _ => return None,
+        };
+        Unicycle::new(step, noise).ok().map(Vehicle::Robot)
+    }
+
+    fn detector(&self) -> Option<Detector<Models>> {
+        let limits = RangeBearingLimits {
+            range_min_m: self.range_min_m,
+            range_max_m: self.range_max_m,
+            range_edge_m: self.range_edge_m,
+            bearing_center_rad: self.bearing_center_rad,
+            bearing_half_width_rad: self.bearing_half_width_rad,
+            bearing_edge_rad: self.bearing_edge_rad,
+            probability_near: self.probability_near,
+            probability_far: self.probability_far,
+        };
+        let field_of_view = RangeBearingWindow::new(limits).ok()?;
+        let sensing = Sensing {
+            sensor: RangeBearing::new(self.range_sigma_m, self.bearing_sigma_rad).ok()?,
+            field_of_view,
+            clutter: UniformClutter::of_scan(self.clutter_per_scan, field_of_view.measure()).ok()?,
+        };
+        let births = Births { of_static: self.births_of_static, of_moving: self.births_of_moving };
+        let online = Online { detection_memory: self.detection_memory, clutter_memory: self.clutter_memory };
+        let detector = Detector::new(sensing, births).ok()?.learning(online).ok()?;
+        if self.is_mounted != MOUNTED {
+            return Some(detector);
+        }
+        let [forward_m, left_m, yaw_rad] = self.mounting;
+        detector.mounted(Mounting::in_plane(forward_m, left_m, yaw_rad).ok()?).ok()
+    }
+
+    fn config(&self) -> Option<Config<f32>> {
+        let whole = |number: u32| usize::try_from(number).ok();
+        Some(Config {
+            particles: whole(self.particles)?,
+            samples: whole(self.samples)?,
+            proposal: match whole(self.proposal_rounds)? {
+                0 => Proposal::Blind,
+                rounds => Proposal::Informed(Informed {
+                    rounds,
+                    sampled_fraction: self.sampled_fraction,
+                    min_responsibility: self.min_responsibility,
+                }),
+            },
+            likelihood: match self.likelihood {
+                likelihood::SINGLE_CLUSTER => Likelihood::SingleCluster,
+                likelihood::EMPTY_MAP => Likelihood::EmptyMap,
+                likelihood::SINGLE_FEATURE => Likelihood::SingleFeature,
+                _ => return None,
+            },
+            resample_threshold: self.resample_threshold,
+            prune_weight: self.prune_weight,
+            confirming_detections: self.confirming_detections,
+            unconfirmed_weight: self.unconfirmed_weight,
+            confirmed_weight: self.confirmed_weight,
+            merge_distance: self.merge_distance,
+            max_components: whole(self.max_components)?,
+            extraction: match self.extraction {
+                extraction::HEAVIEST => Extraction::Heaviest,
+                extraction::PEAKS => Extraction::Peaks,
+                extraction::CONFIRMED => Extraction::Confirmed,
+                _ => return None,
+            },
+            extraction_weight: self.extraction_weight,
+            moving: MovingConfig {
+                velocity_sigma_mps: self.velocity_sigma_mps,
+                motion: ConstantVelocity { acceleration_psd: self.acceleration_psd, lifetime_s: self.lifetime_s },
+                spread_max_m: self.spread_max_m,
+                extraction_weight: self.moving_extraction_weight,
+            },
+            negligible: self.negligible,
+            plausible: Plausible {
+                step_max_s: self.step_max_s,
+                speed_max_mps: self.speed_max_mps,
+                turn_rate_max_radps: self.turn_rate_max_radps,
+                jump_max_m: self.jump_max_m,
+            },
+        })
+    }
+}

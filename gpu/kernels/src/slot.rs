@@ -1,0 +1,86 @@
+//! The device memory of one filter.
+
+use core::mem::MaybeUninit;
+use nalgebra::{Vector2, Vector4};
+use scphd::{Component, DetectorMemory, Noise, Unicycle, memory};
+
+/// Room for particles.
+pub const PARTICLES: usize = 32;
+/// Room for samples of each.
+pub const SAMPLES: usize = 2;
+/// Room for measurements of a scan.
+pub const MEASUREMENTS: usize = 128;
+/// Room for estimated features of a scan.
+pub const FEATURES: usize = 192;
+/// Room for estimated moving features of a scan.
+pub const MOVERS: usize = 64;
+
+memory! {
+    /// What a filter knows, whatever moves its vehicle: a state is of a pose, and all vehicles in the plane have the same.
+    pub(crate) type Memory: Unicycle<f32> {
+        particles: PARTICLES, samples: SAMPLES,
+        features { pages: 640, pages_per_map: 64, in_view: 768 },
+        moving { pages: 448, pages_per_map: 48, in_view: 384 },
+    }
+}
+
+/// The scratch of its sensor, and what is learnt of that.
+pub(crate) type Scratch = DetectorMemory<Vector2<f32>, MEASUREMENTS>;
+
+/// All that one thread works in. It begins as zeros, and nothing of it is on the thread's stack.
+#[derive(Debug)]
+pub struct Slot {
+    pub(crate) memory: Memory,
+    pub(crate) scratch: Scratch,
+    pub(crate) features: [Component<Vector2<f32>>; FEATURES],
+    pub(crate) movers: [Component<Vector4<f32>>; MOVERS],
+}
+
+impl Slot {
+    /// Empty, all zero.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self {
+            memory: Memory::new(),
+            scratch: Scratch::new(),
+            features: [Component::ZERO; FEATURES],
+            movers: [Component::ZERO; MOVERS],
+        }
+    }
+}
+
+impl Default for Slot {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+// All of a slot is numbers but for this, whose nothing has to be zero for the compiler of the device too.
+const _: () = {
+    // SAFETY: either variant is a value, and a random stream is numbers.
+    let zero: Option<Noise> = unsafe { MaybeUninit::zeroed().assume_init() };
+    assert!(zero.is_none(), "a slot does not begin as zeros");
+};
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn zeros_are_a_new_slot() {
+        let mut zeros: Box<MaybeUninit<Slot>> = Box::new(MaybeUninit::uninit());
+        // SAFETY: it is as large; the values that it holds are compared with those of a new one.
+        let zeros = unsafe {
+            zeros.as_mut_ptr().cast::<u8>().write_bytes(0, size_of::<Slot>());
+            zeros.assume_init_ref()
+        };
+        static NEW: Slot = Slot::new();
+        assert_eq!(format!("{zeros:?}"), format!("{NEW:?}"));
+    }
+
+    #[test]
+    fn a_slot_is_as_large_as_said() {
+        // docs/gpu.md has 530 216 bytes, of one compiler.
+        assert!(size_of::<Slot>() <= 531_000, "{}", size_of::<Slot>());
+    }
+}

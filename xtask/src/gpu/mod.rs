@@ -1,0 +1,120 @@
+//! The filter on a GPU: the kernels' bodies tested on the host, the module built, looked through and assembled, and run where there
+//! is a card.
+
+mod module;
+mod ptxas;
+
+use std::path::Path;
+use std::process::{Command, Stdio};
+
+use crate::outcome::{Outcome, Stop};
+use crate::process;
+use crate::toolchain;
+use module::TARGET;
+
+/// The program ends with this where there is no driver or no card.
+const NO_DEVICE: i32 = 3;
+/// Scans of every run that is compared, and runs of each scenario.
+const SCANS: &str = "300";
+const COMPARED_RUNS: &str = "64";
+/// Runs that are timed.
+const TIMED_RUNS: &str = "4096";
+/// Scenarios, each with its words for the command line.
+const SCENARIOS: [&[&str]; 2] = [&["thesis-dynamic"], &["survey", "--particles", "32"]];
+
+/// The step.
+pub fn step() -> Outcome {
+    check().into()
+}
+
+/// cargo, in the workspace of the kernels.
+fn cargo(command: &str) -> Command {
+    let mut cargo = process::cargo();
+    cargo.args([command, "--quiet", "--locked", "--manifest-path", "gpu/Cargo.toml", "--target-dir"]);
+    cargo.arg(process::own_target_dir("gpu-host"));
+    cargo
+}
+
+/// clippy on both crates, warnings are errors.
+pub fn clippy() -> Command {
+    let mut clippy = cargo("clippy");
+    clippy.args(["--workspace", "--all-targets", "--", "-D", "warnings"]);
+    clippy
+}
+
+/// The documentation of both crates, warnings are errors.
+pub fn doc() -> Command {
+    let mut doc = cargo("doc");
+    doc.env("RUSTDOCFLAGS", "-D warnings").args(["--workspace", "--no-deps"]);
+    doc
+}
+
+/// The tests: the kernels' bodies on the host, against the simulator's own filter.
+pub fn test() -> Command {
+    let mut test = cargo("test");
+    test.arg("--workspace");
+    test
+}
+
+/// The targets that the step builds for, for `doctor`.
+pub const TARGETS: [&str; 1] = [TARGET];
+
+fn check() -> Result<Outcome, Stop> {
+    process::run(&mut test())?;
+    let toolchain = toolchain::find_for(&TARGETS)?;
+    let text = module::build(&toolchain)?;
+    let lines = module::look_through(&text)?;
+    println!(
+        "{lines} lines of PTX: no double, nothing fused, nothing approximate, no panic, no call through a pointer"
+    );
+    let folder = process::own_target_dir("gpu").join("modules");
+    let file = module::write(&folder, &text)?;
+    let summary = match ptxas::Ptxas::obtain() {
+        Ok(ptxas) => ptxas.assemble(&file, &folder)?,
+        Err(reason) => return Ok(Outcome::Partly(format!("{lines} lines of PTX; NOT RUN: ptxas, {}", reason.0))),
+    };
+    println!("{summary}");
+    match on_card(&folder)? {
+        Ok(said) => Ok(Outcome::Passed(format!("{summary}; {said}"))),
+        Err(reason) => Ok(Outcome::Partly(format!("{summary}; NOT RUN: {reason}"))),
+    }
+}
+
+/// What the card has done, or why there is none.
+fn on_card(modules: &Path) -> Result<Result<String, String>, Stop> {
+    let of_card = |command: &mut Command, words: &[&str]| -> Result<Result<String, String>, Stop> {
+        command.args(words).args(["--device", "cuda", "--modules"]).arg(modules);
+        let output = command.stdin(Stdio::null()).output().map_err(|error| error.to_string())?;
+        let [said, complaint] =
+            [output.stdout, output.stderr].map(|text| String::from_utf8_lossy(&text).trim().to_owned());
+        match output.status.code() {
+            Some(0) => Ok(Ok(said)),
+            Some(NO_DEVICE) => Ok(Err(complaint)),
+            _ => Err(format!("{}: {said} {complaint}", words.join(" ")).into()),
+        }
+    };
+    if let Err(reason) = of_card(cargo("run").args(["--package", "scphd-gpu", "--"]), &["device"])? {
+        return Ok(Err(reason));
+    }
+    let fast = || {
+        let mut run = cargo("run");
+        run.args(["--release", "--package", "scphd-gpu", "--"]);
+        run
+    };
+    let mut all = Vec::new();
+    for scenario in SCENARIOS {
+        for (command, own) in
+            [("check", &["--scans", SCANS, "--runs", COMPARED_RUNS][..]), ("time", &["--runs", TIMED_RUNS])]
+        {
+            let words = [&[command], scenario, own].concat();
+            match of_card(&mut fast(), &words)? {
+                Ok(said) => {
+                    println!("{said}");
+                    all.push(said);
+                }
+                Err(reason) => return Ok(Err(reason)),
+            }
+        }
+    }
+    Ok(Ok(all.join("; ")))
+}

@@ -1,0 +1,149 @@
+//! The module as text (PTX): built from the kernels and the library, and looked through for what would change bits or stop a thread.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use crate::outcome::Stop;
+use crate::process;
+use crate::toolchain::Toolchain;
+
+/// What a GPU of NVIDIA runs.
+pub const TARGET: &str = "nvptx64-nvidia-cuda";
+/// The oldest cards that the module is for; newer ones take it too.
+const OLDEST: &str = "sm_80";
+/// The name of the text, as the program looks for it.
+const FILE: &str = "scphd.ptx";
+
+/// Builds the text. It is the compiler's last word on the whole program, so that no linker is needed.
+pub fn build(toolchain: &Toolchain) -> Result<String, Stop> {
+    let folder = process::own_target_dir(&format!("gpu-{}", toolchain.key()));
+    let mut cargo = toolchain.cargo_rustc("core");
+    // Kernels are an unstable feature of the compiler, and this is a stable one.
+    cargo.env("RUSTC_BOOTSTRAP", "1");
+    // Nothing is linked, but a program is called to do it.
+    let flags = [format!("-Ctarget-cpu={OLDEST}"), "-Clinker=true".into()];
+    cargo.env("CARGO_ENCODED_RUSTFLAGS", flags.join("\x1f"));
+    cargo.args(["--quiet", "--profile", "ptx", "--locked", "--manifest-path", "gpu/Cargo.toml"]);
+    cargo.args(["--package", "scphd-gpu-kernels", "--lib", "--crate-type", "cdylib"]);
+    cargo.args(["--target", TARGET, "--target-dir"]).arg(&folder).args(["--", "--emit=asm"]);
+    process::run(&mut cargo)?;
+    let path = folder.join(TARGET).join("ptx/deps/scphd_gpu_kernels.s");
+    Ok(fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()))?)
+}
+
+/// Writes the text to where the program looks for it.
+pub fn write(folder: &Path, text: &str) -> Result<PathBuf, String> {
+    let path = folder.join(FILE);
+    let written = fs::create_dir_all(folder).and_then(|()| fs::write(&path, text));
+    written.map(|()| path.clone()).map_err(|error| format!("{}: {error}", path.display()))
+}
+
+/// The number of its lines, if none of them is one that should not be there.
+pub fn look_through(text: &str) -> Result<usize, String> {
+    let entries = text.lines().filter(|line| line.contains(".entry ")).count();
+    if entries == 0 {
+        return Err("the module has no kernel".into());
+    }
+    let mut wrong: Vec<(&str, usize, &str)> = Vec::new();
+    for line in text.lines() {
+        let Some(why) = complaint(line) else { continue };
+        match wrong.iter_mut().find(|(known, ..)| *known == why) {
+            Some((_, times, _)) => *times += 1,
+            None => wrong.push((why, 1, line.trim())),
+        }
+    }
+    if wrong.is_empty() {
+        return Ok(text.lines().count());
+    }
+    let all: Vec<String> = wrong.iter().map(|(why, times, line)| format!("{why}: {times}, first `{line}`")).collect();
+    Err(format!("the module has what it should not have: {}", all.join("; ")))
+}
+
+/// Instructions on single precision that round, each of which must say that it rounds to nearest: what does not say so may be fused.
+const ROUNDED: [&str; 6] = ["add", "sub", "mul", "div", "rcp", "sqrt"];
+
+/// What is wrong with a line, if anything.
+fn complaint(line: &str) -> Option<&'static str> {
+    let line = line.trim();
+    if line.starts_with(".extern") {
+        return Some("a function that is nowhere, as of a reachable panic");
+    }
+    if line.contains(".callprototype") {
+        return Some("a call through a pointer, whose stack nobody knows");
+    }
+    let mut words = line.split_whitespace();
+    let first = words.next()?;
+    // A predicate may come first.
+    let instruction = if first.starts_with('@') { words.next()? } else { first };
+    let mut parts = instruction.trim_end_matches(';').split('.');
+    let name = parts.next()?;
+    let kinds: Vec<&str> = parts.collect();
+    let has = |kind: &str| kinds.contains(&kind);
+    if name.is_empty() || kinds.is_empty() {
+        return None;
+    }
+    if has("f64") {
+        return Some("an instruction on doubles");
+    }
+    if !has("f32") {
+        return None;
+    }
+    if name == "fma" || name == "mad" {
+        return Some("a fused operation");
+    }
+    if has("approx") || has("full") || has("ftz") || has("sat") {
+        return Some("an operation that is not exactly rounded");
+    }
+    let is_rounded = ROUNDED.contains(&name);
+    let transcendental = ["sin", "cos", "ex2", "lg2", "rsqrt", "tanh"].contains(&name);
+    (transcendental || is_rounded && !has("rn")).then_some("an operation that does not round to nearest")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{complaint, look_through};
+
+    #[test]
+    fn what_rounds_to_nearest_is_fine() {
+        let fine = [
+            "\tadd.rn.f32 \t%r3, %r1, %r2;",
+            "\t@%p1 div.rn.f32 \t%r3, %r1, %r2;",
+            "\tsqrt.rn.f32 \t%r3, %r1;",
+            "\tmad.lo.s32 \t%r3, %r1, %r2, %r4;",
+            "\tsetp.lt.f32 \t%p1, %r1, %r2;",
+            "\t.reg .b32 \t%r<12>;",
+            "\tcvt.rn.f32.s32 \t%r1, %r2;",
+            "$L__BB0_1:",
+            "",
+            "// add.f32 in a comment is none",
+        ];
+        assert_eq!(fine.map(complaint), [None; 10]);
+    }
+
+    #[test]
+    fn what_changes_bits_is_found() {
+        let wrong = [
+            "\tfma.rn.f32 \t%r4, %r1, %r2, %r3;",
+            "\tmad.rn.f32 \t%r4, %r1, %r2, %r3;",
+            "\tadd.f32 \t%r3, %r1, %r2;",
+            "\t@%p2 mul.rn.ftz.f32 \t%r3, %r1, %r2;",
+            "\tdiv.full.f32 \t%r3, %r1, %r2;",
+            "\tsin.approx.f32 \t%r2, %r1;",
+            "\tsqrt.rz.f32 \t%r2, %r1;",
+            "\tcvt.f64.f32 \t%rd1, %r1;",
+            "\tmul.rn.f64 \t%rd1, %rd2, %rd3;",
+            ".extern .func scphd_a_panic_is_reachable",
+            "\tprototype_0 : .callprototype ()_ ();",
+        ];
+        assert!(wrong.iter().all(|line| complaint(line).is_some()), "{:?}", wrong.map(complaint));
+    }
+
+    #[test]
+    fn a_module_is_counted_or_refused() {
+        let kernel = ".visible .entry scphd_runs(\n)\n{\n\tadd.rn.f32 \t%r3, %r1, %r2;\n}\n";
+        assert_eq!(look_through(kernel), Ok(5));
+        assert!(look_through("// nothing\n").is_err());
+        let message = look_through(&kernel.replace("add.rn", "fma.rn")).unwrap_err();
+        assert!(message.contains("fused") && message.contains("fma.rn.f32"), "{message}");
+    }
+}

@@ -1,0 +1,159 @@
+//! NVIDIA's assembler: what each kernel takes of a thread's registers and memory, and the modules for cards that are named.
+
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+use crate::outcome::Missing;
+use crate::process;
+use crate::python::{self, Environment};
+
+/// The package that has it, without the compiler's other parts.
+const PACKAGE: [&str; 1] = ["nvidia-cuda-nvcc>=13.0,<14"];
+/// Where it lies among the packages.
+const PLACE: &str = "nvidia/cu13/bin/ptxas";
+/// Cards that modules are assembled for: Ampere and Hopper of data centres.
+const CARDS: [&str; 2] = ["sm_80", "sm_90"];
+
+/// The most that a module may take: 1.2 times what docs/gpu.md says, but for the registers, of which a thread cannot have more.
+const LIMITS: Usage =
+    Usage { registers: 255, stack: 9_410, spill_stores: 5_390, spill_loads: 8_340, shared: 0, constant: 1_330 };
+
+/// What the greediest kernel of a module takes of every thread, with all functions that it calls; in bytes, but for registers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+struct Usage {
+    /// Registers of four bytes.
+    registers: u64,
+    /// Stack frames of the kernel and of what it calls, at their deepest.
+    stack: u64,
+    /// Registers that are put aside, and read again, as they stand in the code of all functions.
+    spill_stores: u64,
+    spill_loads: u64,
+    /// Memory that the threads of a block share.
+    shared: u64,
+    /// Constants, arguments included, where the assembler tells of them.
+    constant: u64,
+}
+
+/// The assembler.
+pub struct Ptxas {
+    program: PathBuf,
+    version: String,
+}
+
+impl Ptxas {
+    /// The one of the project's own environment, which is made where it is not there.
+    pub fn obtain() -> Result<Self, Missing> {
+        let environment = Environment::of(&python::interpreter()?)?;
+        environment.equip_alone(&PACKAGE)?;
+        let program = environment.packages().map_err(Missing)?.join(PLACE);
+        let said = process::read(process::command(&program).arg("--version")).map_err(Missing)?;
+        let version = said.lines().find_map(|line| line.split("release ").nth(1)).unwrap_or("of no known release");
+        Ok(Self { version: version.to_owned(), program })
+    }
+
+    /// Assembles the module for every card, and says in a line what it takes; fails where that is above the limits.
+    pub fn assemble(&self, module: &Path, folder: &Path) -> Result<String, String> {
+        println!("ptxas {}", self.version);
+        let mut all = Vec::new();
+        for card in CARDS {
+            let mut command = process::command(&self.program);
+            command.args(["--verbose", "--fmad", "false", "--gpu-name", card, "--output-file"]);
+            command.arg(folder.join(format!("scphd-{card}.cubin"))).arg(module);
+            let output = command.output().map_err(|error| format!("{}: {error}", self.program.display()))?;
+            let said = String::from_utf8_lossy(&output.stderr);
+            if !output.status.success() {
+                return Err(format!("ptxas for {card}: {said}"));
+            }
+            let usage = usage_of(&said).map_err(|reason| format!("ptxas for {card}: {reason}: {said}"))?;
+            println!("{card}: {usage}");
+            if let Some(beyond) = usage.beyond(&LIMITS) {
+                return Err(format!("{card}: the module takes more than it may: {beyond}"));
+            }
+            all.push(format!("{card}: {usage}"));
+        }
+        Ok(all.join("; "))
+    }
+}
+
+impl Usage {
+    fn fields(&self) -> [(&'static str, u64); 6] {
+        [
+            ("registers", self.registers),
+            ("bytes of stack", self.stack),
+            ("bytes of spill stores", self.spill_stores),
+            ("bytes of spill loads", self.spill_loads),
+            ("bytes of shared memory", self.shared),
+            ("bytes of constants", self.constant),
+        ]
+    }
+
+    /// The first field that is above its limit.
+    fn beyond(&self, limits: &Self) -> Option<String> {
+        let pairs = self.fields().into_iter().zip(limits.fields());
+        let mut beyond = pairs.filter(|((_, used), (_, limit))| used > limit);
+        beyond.next().map(|((name, used), (_, limit))| format!("{used} {name}, of {limit}"))
+    }
+}
+
+impl fmt::Display for Usage {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let fields = self.fields().map(|(name, used)| format!("{used} {name}"));
+        f.write_str(&fields.join(", "))
+    }
+}
+
+/// What the assembler says of a module: the most of all kernels, and the spills of all functions together.
+fn usage_of(said: &str) -> Result<Usage, &'static str> {
+    if said.contains("cannot be statically determined") {
+        return Err("the stack of a kernel is not known");
+    }
+    let mut usage = Usage::default();
+    for line in said.lines() {
+        // The number before these words.
+        let number = |after: &str| -> u64 {
+            let part = line.split(',').find_map(|part| part.trim().strip_suffix(after));
+            part.and_then(|part| part.split_whitespace().last()?.parse().ok()).unwrap_or(0)
+        };
+        usage.registers = usage.registers.max(number("registers"));
+        usage.stack = usage.stack.max(number("bytes cumulative stack size")).max(number("bytes stack frame"));
+        usage.spill_stores += number("bytes spill stores");
+        usage.spill_loads += number("bytes spill loads");
+        usage.shared = usage.shared.max(number("bytes smem"));
+        // The arguments lie in one bank and the program's constants in another.
+        usage.constant = usage.constant.max(number("bytes cmem[0]") + number("bytes cmem[2]"));
+    }
+    if usage.registers == 0 { Err("it says nothing of a kernel") } else { Ok(usage) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SAID: &str = "\
+ptxas info    : 1609 bytes gmem
+ptxas info    : Compiling entry function 'scphd_runs' for 'sm_80'
+ptxas info    : Function properties for scphd_runs
+    7824 bytes stack frame, 20 bytes spill stores, 8 bytes spill loads
+ptxas info    : Used 255 registers, used 0 barriers, 7824 bytes cumulative stack size, 64 bytes smem, 440 bytes cmem[0], 664 bytes cmem[2]
+ptxas info    : Function properties for _RNvNtCs3run5scans
+    0 bytes stack frame, 1914 bytes spill stores, 2004 bytes spill loads
+";
+
+    #[test]
+    fn what_the_assembler_says_is_read() {
+        let usage =
+            Usage { registers: 255, stack: 7824, spill_stores: 1934, spill_loads: 2012, shared: 64, constant: 1104 };
+        assert_eq!(usage_of(SAID), Ok(usage));
+        assert!(usage_of("ptxas info    : 1609 bytes gmem").is_err());
+        let unknown = "ptxas warning : Stack size for entry function 'x' cannot be statically determined";
+        assert!(usage_of(&format!("{SAID}{unknown}")).is_err());
+    }
+
+    #[test]
+    fn a_module_beyond_a_limit_is_told() {
+        let limits = Usage { registers: 255, stack: 100, ..Usage::default() };
+        assert_eq!(limits.beyond(&limits), None);
+        let beyond = Usage { stack: 101, ..limits }.beyond(&limits);
+        assert_eq!(beyond.as_deref(), Some("101 bytes of stack, of 100"));
+    }
+}
