@@ -1,7 +1,6 @@
 //! The steps `fmt` and `lint`, and what of clippy others need.
 
 use crate::capi;
-use crate::gpu;
 use crate::outcome::{Missing, Outcome, Stop};
 use crate::process;
 use crate::python;
@@ -24,18 +23,17 @@ pub fn need_clippy() -> Result<(), Missing> {
     need("clippy")
 }
 
-/// The step `fmt`: firmware, C interface, Python package, page and GPU are workspaces of their own.
+/// The step `fmt`: firmware, C interface, Python package and page are workspaces of their own.
 pub fn fmt() -> Outcome {
     let firmware = ["fmt", "--manifest-path", "firmware/Cargo.toml", "--", "--check"];
     let rtos = ["fmt", "--manifest-path", "firmware/rtos/Cargo.toml", "--", "--check"];
     let capi = ["fmt", "--all", "--manifest-path", "capi/Cargo.toml", "--", "--check"];
     let python = ["fmt", "--manifest-path", "python/Cargo.toml", "--", "--check"];
     let web = ["fmt", "--manifest-path", "web/Cargo.toml", "--", "--check"];
-    let gpu = ["fmt", "--all", "--manifest-path", "gpu/Cargo.toml", "--", "--check"];
     let workspace = ["fmt", "--all", "--check"];
     let check = || -> Result<(), Stop> {
         need("fmt")?;
-        let each = [&workspace[..], &firmware[..], &rtos[..], &capi[..], &python[..], &web[..], &gpu[..]];
+        let each = [&workspace[..], &firmware[..], &rtos[..], &capi[..], &python[..], &web[..]];
         let results = each.map(|arguments| process::run(process::cargo().args(arguments)));
         Ok(results.into_iter().collect::<Result<(), String>>()?)
     };
@@ -56,8 +54,7 @@ pub fn lint() -> Outcome {
             .and_then(|()| process::run(&mut few))
             .and_then(|()| process::run(&mut capi::clippy()))
             .and_then(|()| process::run(&mut python::clippy()))
-            .and_then(|()| process::run(&mut web::clippy()))
-            .and_then(|()| process::run(&mut gpu::clippy()))?)
+            .and_then(|()| process::run(&mut web::clippy()))?)
     };
     check().into()
 }

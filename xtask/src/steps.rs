@@ -169,7 +169,7 @@ fn line(word: &str, name: &str, elapsed: Duration, note: &str) -> String {
 fn doc() -> Outcome {
     let mut cargo = process::cargo();
     cargo.env("RUSTDOCFLAGS", "-D warnings").args(["doc", "--workspace", "--no-deps", "--keep-going"]);
-    let others = [capi::doc(), python::doc(), web::doc(), gpu::doc()];
+    let others = [capi::doc(), python::doc(), web::doc()];
     let done = process::run(&mut cargo);
     others.into_iter().fold(done, |done, mut doc| done.and_then(|()| process::run(&mut doc))).into()
 }

@@ -5,7 +5,6 @@ use std::fs;
 use std::io;
 use std::path::Path;
 
-use crate::gpu;
 use crate::outcome::{Outcome, Stop};
 use crate::process;
 use crate::web;
@@ -26,7 +25,6 @@ fn test() -> Result<Outcome, Stop> {
     let crowded = ["test", "--package", "scphd-stream", "--features", "few-particles", "--test", "crowded"];
     process::run(process::cargo().args(crowded))?;
     process::run(&mut web::test())?;
-    process::run(&mut gpu::test())?;
     let text = fs::read_to_string(&list).map_err(|error| format!("{}: {error}", list.display()))?;
     let skipped = tests_in(&text);
     for test in &skipped {

@@ -27,40 +27,18 @@ pub fn step() -> Outcome {
     check().into()
 }
 
-/// cargo, in the workspace of the kernels.
+/// cargo, for the program that runs the kernels.
 fn cargo(command: &str) -> Command {
     let mut cargo = process::cargo();
-    cargo.args([command, "--quiet", "--locked", "--manifest-path", "gpu/Cargo.toml", "--target-dir"]);
-    cargo.arg(process::own_target_dir("gpu-host"));
+    cargo.args([command, "--quiet", "--locked", "--package", "scphd-gpu"]);
     cargo
-}
-
-/// clippy on both crates, warnings are errors.
-pub fn clippy() -> Command {
-    let mut clippy = cargo("clippy");
-    clippy.args(["--workspace", "--all-targets", "--", "-D", "warnings"]);
-    clippy
-}
-
-/// The documentation of both crates, warnings are errors.
-pub fn doc() -> Command {
-    let mut doc = cargo("doc");
-    doc.env("RUSTDOCFLAGS", "-D warnings").args(["--workspace", "--no-deps"]);
-    doc
-}
-
-/// The tests: the kernels' bodies on the host, against the simulator's own filter.
-pub fn test() -> Command {
-    let mut test = cargo("test");
-    test.arg("--workspace");
-    test
 }
 
 /// The targets that the step builds for, for `doctor`.
 pub const TARGETS: [&str; 1] = [TARGET];
 
 fn check() -> Result<Outcome, Stop> {
-    process::run(&mut test())?;
+    process::run(cargo("test").args(["--package", "scphd-gpu-kernels"]))?;
     let toolchain = toolchain::find_for(&TARGETS)?;
     let text = module::build(&toolchain)?;
     let lines = module::look_through(&text)?;
@@ -93,12 +71,12 @@ fn on_card(modules: &Path) -> Result<Result<String, String>, Stop> {
             _ => Err(format!("{}: {said} {complaint}", words.join(" ")).into()),
         }
     };
-    if let Err(reason) = of_card(cargo("run").args(["--package", "scphd-gpu", "--"]), &["device"])? {
+    if let Err(reason) = of_card(cargo("run").arg("--"), &["device"])? {
         return Ok(Err(reason));
     }
     let fast = || {
         let mut run = cargo("run");
-        run.args(["--release", "--package", "scphd-gpu", "--"]);
+        run.args(["--release", "--"]);
         run
     };
     let mut all = Vec::new();

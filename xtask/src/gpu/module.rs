@@ -23,8 +23,8 @@ pub fn build(toolchain: &Toolchain) -> Result<String, Stop> {
     // Nothing is linked, but a program is called to do it.
     let flags = [format!("-Ctarget-cpu={OLDEST}"), "-Clinker=true".into()];
     cargo.env("CARGO_ENCODED_RUSTFLAGS", flags.join("\x1f"));
-    cargo.args(["--quiet", "--profile", "ptx", "--locked", "--manifest-path", "gpu/Cargo.toml"]);
-    cargo.args(["--package", "scphd-gpu-kernels", "--lib", "--crate-type", "cdylib"]);
+    cargo.args(["--quiet", "--profile", "ptx", "--locked", "--package", "scphd-gpu-kernels"]);
+    cargo.args(["--lib", "--crate-type", "cdylib"]);
     cargo.args(["--target", TARGET, "--target-dir"]).arg(&folder).args(["--", "--emit=asm"]);
     process::run(&mut cargo)?;
     let path = folder.join(TARGET).join("ptx/deps/scphd_gpu_kernels.s");
