@@ -304,7 +304,7 @@ fn the_job_without_a_command_compares_filter_and_reference() {
     assert!(printed.contains("reference"), "{printed}");
     assert_eq!(
         names(&place.path("out")),
-        ["error.png", "error.svg", "reference-f64", "scphd-f32", "trajectory.png", "trajectory.svg"]
+        ["error.png", "error.svg", "reference-f64", "report.html", "scphd-f32", "trajectory.png", "trajectory.svg"]
     );
     for folder in ["out/reference-f64", "out/scphd-f32"] {
         assert_eq!(names(&place.path(folder)), ["estimate.tum", "map.csv", "moving.csv", "scans.csv", "truth.tum"]);

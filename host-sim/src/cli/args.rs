@@ -273,7 +273,7 @@ pub struct MainJob {
     /// Writes the figures of both runs to FILE as a JSON list of two objects.
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
-    /// Folder for plots and, in a folder for each filter, CSV tables.
+    /// Folder for plots, the fixed-capacity filter's run as a page for a browser (report.html) and, in a folder for each filter, CSV tables.
     #[arg(long, value_name = "DIR", default_value = "out")]
     pub out: PathBuf,
 }

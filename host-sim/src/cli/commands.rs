@@ -17,7 +17,7 @@ use scphd_sim::kind::Kind;
 use scphd_sim::output::json::Summary;
 use scphd_sim::output::table;
 use scphd_sim::report::page;
-use scphd_sim::session::{self, Filter, LeftOut, Session, condition_name};
+use scphd_sim::session::{self, Filter, LeftOut, MapUse, Session, condition_name};
 use scphd_sim::slam::Precision;
 use scphd_sim::threads::Threads;
 use std::fs;
@@ -140,38 +140,40 @@ fn single<K: Offer>(source: &Source<K>, name: &str, args: RunArgs) -> Result<(),
     outputs.print(&settings_command(name, &args.tuning))
 }
 
+/// The page of the main job, in the folder of its plots.
+const MAIN_PAGE: &str = "report.html";
+
 /// The fixed-capacity filter and the reference side by side.
 fn main_job(job: MainJob) -> Result<(), Failure> {
     let seed = job.seed.seed;
     let source = Source::<Planar>::scenario(MAIN_SCENARIO.to_owned(), job.scenario_seed.scenario_seed)?;
     let log = source.log(seed)?;
-    let settings = source.tuned(&log, &job.tuning)?;
+    let mut origins = source.origins(&log);
+    let settings = source.tuned_from(&mut origins, &log, &job.tuning)?;
+    let page_file = job.out.join(MAIN_PAGE);
     let outputs = Outputs { json: job.json, out: Some(job.out) };
     outputs.check()?;
     // One after the other: side by side they would slow each other down, and their times would tell nothing.
-    let filters = [Filter::Core(Precision::F32), Filter::Reference];
-    let sessions = filters
-        .into_iter()
-        .map(|filter| run::<Planar>(&Threads::default(), &log, &settings, filter, seed))
-        .collect::<Result<Vec<_>, _>>()?;
+    let run = |filter, film: Option<&mut Film<Planar>>| {
+        let progress = progress_of::<Planar>(&log, &settings, filter);
+        let (threads, mut at) = (Threads::default(), |scans| progress.at(scans));
+        session::run_in_map::<Planar>(&threads, &log, &settings, filter, seed, MapUse::default(), film, &mut at)
+    };
+    let mut film = Film::of(log.scans.len());
+    let (ours, _) = run(Filter::Core(Precision::F32), Some(&mut film))?;
+    let text = origins.annotated(&settings).map_err(|error| Failure::Internal(error.to_string()))?;
+    let page = page::<Planar>(&log, &settings, &ours, &film, &text);
+    let (reference, _) = run(Filter::Reference, None)?;
+    let sessions = [ours, reference];
     outputs.write_all::<Planar>(&log, &sessions)?;
+    write_file("--out", &page_file, page.as_bytes())?;
     outputs.print(&format!(
         "{} particles by the fixed-capacity filter (scphd, f32) and by the brute-force reference (f64):",
         settings.filter.particles
     ))?;
     report(&outputs, &sessions)?;
+    outputs.print(&format!("the run in a browser: {}", page_file.display()))?;
     outputs.print(&settings_command(MAIN_SCENARIO, &job.tuning))
-}
-
-fn run<K: Kind>(
-    threads: &Threads,
-    log: &K::Log,
-    settings: &K::Settings,
-    filter: Filter,
-    seed: u64,
-) -> Result<Session<K>, Failure> {
-    let progress = progress_of::<K>(log, settings, filter);
-    Ok(session::run_on::<K>(threads, log, settings, filter, seed, &mut |scans| progress.at(scans))?)
 }
 
 fn progress_of<K: Kind>(log: &K::Log, settings: &K::Settings, filter: Filter) -> Progress {
