@@ -176,31 +176,42 @@ fn what_does_not_fit_on_board_is_refused_by_name() {
     assert_eq!(error, "scan 1: the filter refuses: 65 measurements do not fit a state for 64");
 }
 
+/// Counts the scans that fill the memory, as `is_full` has it; each has the most measurements.
+struct Fullness {
+    is_full: fn(&Seen) -> bool,
+    scans: usize,
+}
+
+impl Monitor for Fullness {
+    fn start(&mut self) {}
+
+    fn elapsed(&mut self) -> u64 {
+        0
+    }
+
+    fn scanned(&mut self, cost: &ScanCost, seen: &Seen, _: u64) {
+        assert_eq!(cost.measurements as usize, planar::MEASUREMENTS);
+        self.scans += usize::from((self.is_full)(seen));
+    }
+}
+
+/// How many of the first scans fill the memory.
+fn full_scans<A: Aboard<f32>>((log, settings): &(Log, Settings), scans: usize, is_full: fn(&Seen) -> bool) -> usize {
+    let bytes = stream::write(log, settings, SEED, Scalar::F32, scans).unwrap().bytes;
+    with_roomy_stack(|| {
+        let (mut memory, mut fullness) = (Box::new(A::MEMORY), Fullness { is_full, scans: 0 });
+        replay::<A, f32>(&bytes, &mut memory, u32::MAX, &mut fullness).unwrap();
+        fullness.scans
+    })
+}
+
 /// The worst case is one: every page in use, every map written, the most measurements, pruning tightened for want of
 /// room.
 #[test]
 fn the_worst_case_fills_the_memory() {
-    #[derive(Default)]
-    struct Fullness(usize);
-    impl Monitor for Fullness {
-        fn start(&mut self) {}
-        fn elapsed(&mut self) -> u64 {
-            0
-        }
-        fn scanned(&mut self, cost: &ScanCost, seen: &Seen, _: u64) {
-            let tightened = scphd::Health::PRUNING_TIGHTENED.bits();
-            let full = seen.pages_used == seen.pages && seen.maps_updated == 32 && seen.health & tightened != 0;
-            assert_eq!(cost.measurements as usize, planar::MEASUREMENTS);
-            self.0 += usize::from(full);
-        }
-    }
-    let (log, settings) = stream::worst_case(32, 2, planar::MEASUREMENTS);
-    let bytes = stream::write(&log, &settings, SEED, Scalar::F32, 8).unwrap().bytes;
-    let full = with_roomy_stack(|| {
-        let mut memory: Box<planar::Memory<f32>> = Box::new(Planar::MEMORY);
-        let mut fullness = Fullness::default();
-        replay::<Planar, f32>(&bytes, &mut memory, u32::MAX, &mut fullness).unwrap();
-        fullness.0
+    let full = full_scans::<Planar>(&stream::worst_case(32, 2, planar::MEASUREMENTS), 8, |seen| {
+        let tightened = scphd::Health::PRUNING_TIGHTENED.bits();
+        seen.pages_used == seen.pages && seen.maps_updated == 32 && seen.health & tightened != 0
     });
     assert_eq!(full, 7, "all but the first scan, before which the map is empty");
 }
@@ -208,24 +219,8 @@ fn the_worst_case_fills_the_memory() {
 /// That of a joint map: every place taken and in view, the most measurements.
 #[test]
 fn the_worst_case_of_a_joint_map_fills_it() {
-    #[derive(Default)]
-    struct Fullness(usize);
-    impl Monitor for Fullness {
-        fn start(&mut self) {}
-        fn elapsed(&mut self) -> u64 {
-            0
-        }
-        fn scanned(&mut self, cost: &ScanCost, seen: &Seen, _: u64) {
-            assert_eq!(cost.measurements as usize, planar::MEASUREMENTS);
-            self.0 += usize::from(seen.pages_used == seen.pages && seen.in_view == seen.pages);
-        }
-    }
-    let (log, settings) = stream::worst_case_joint(planar::MEASUREMENTS);
-    let bytes = stream::write(&log, &settings, SEED, Scalar::F32, 24).unwrap().bytes;
-    let full = with_roomy_stack(|| {
-        let (mut memory, mut fullness) = (Box::new(PlanarJoint::MEMORY), Fullness::default());
-        replay::<PlanarJoint, f32>(&bytes, &mut memory, u32::MAX, &mut fullness).unwrap();
-        fullness.0
+    let full = full_scans::<PlanarJoint>(&stream::worst_case_joint(planar::MEASUREMENTS), 24, |seen| {
+        seen.pages_used == seen.pages && seen.in_view == seen.pages
     });
     assert!(full >= 18, "{full}");
 }

@@ -131,16 +131,17 @@ impl Environment {
 
     /// Installs packages that are not there; a list of what was once installed whole needs no network any more.
     pub fn equip(&self, packages: &[&str]) -> Result<(), Missing> {
-        self.equip_with(&[], packages)
+        self.equip_with("all", &[], packages)
     }
 
     /// The same without what they depend on.
     pub fn equip_alone(&self, packages: &[&str]) -> Result<(), Missing> {
-        self.equip_with(&["--no-deps"], packages)
+        self.equip_with("alone", &["--no-deps"], packages)
     }
 
-    fn equip_with(&self, options: &[&str], packages: &[&str]) -> Result<(), Missing> {
-        let list = self.folder.join(format!("equipped-{}.txt", packages.len() + 100 * options.len()));
+    /// A list of its own for each way and number of packages.
+    fn equip_with(&self, way: &str, options: &[&str], packages: &[&str]) -> Result<(), Missing> {
+        let list = self.folder.join(format!("equipped-{way}-{}.txt", packages.len()));
         let wanted = packages.join("\n");
         if fs::read_to_string(&list).is_ok_and(|there| there == wanted) {
             return Ok(());

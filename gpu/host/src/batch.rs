@@ -63,7 +63,7 @@ impl Batch {
                 }
             }
         }
-        let before = self.runs.last();
+        let [first_feature, first_mover] = self.rooms();
         let of_run = number(self.scans.len() - scans)?;
         let room = |a_scan: usize| number(of_run as usize * a_scan);
         let run = Run {
@@ -74,9 +74,9 @@ impl Batch {
             predictions: number(self.predictions.len() - predictions)?,
             first_measurement: number(measurements)?,
             measurements: number(self.measurements.len() - measurements)?,
-            first_feature: before.map_or(Ok(0), |run| number(run.first_feature as usize + run.features as usize))?,
+            first_feature: number(first_feature)?,
             features: room(log.landmarks.len() + SPARE_FEATURES)?,
-            first_mover: before.map_or(Ok(0), |run| number(run.first_mover as usize + run.movers as usize))?,
+            first_mover: number(first_mover)?,
             movers: room(MOVERS_A_SCAN)?,
             setup: setup_of(&PlanarNumbers::of(settings, &log.vehicle, log.initial_pose))?,
         };

@@ -2,9 +2,8 @@
 
 use crate::batch::Batch;
 use crate::device::{Device, Launches};
-use crate::played::Played;
 use crate::source::{FILTER, Source};
-use crate::study::StudyError;
+use crate::study::{StudyError, played};
 use scphd_gpu_kernels::Status;
 use scphd_sim::dimensions::Planar;
 use scphd_sim::events::{Event, events};
@@ -135,12 +134,11 @@ impl Checked {
             features_a_scan: [0.0; 2],
         };
         for (run, (&seed, host)) in seeds.iter().zip(&hosts).enumerate() {
-            let Status { code, scans } = outcome.statuses[run];
-            let stopped = StudyError::Stopped { run, scan: scans, why: Status::text(code) };
-            let Some(played) = Played::of(&batch, &outcome, run, 0) else { return Err(stopped) };
+            let played = played(&batch, &outcome, run, run, 0)?;
             let results = played.results();
-            if code != Status::DONE || results.len() != host.len() {
-                return Err(stopped);
+            if results.len() != host.len() {
+                let Status { code, scans } = outcome.statuses[run];
+                return Err(StudyError::Stopped { run, scan: scans, why: Status::text(code) });
             }
             checked.digests += host.len();
             let pairs = host.iter().zip(results).enumerate();

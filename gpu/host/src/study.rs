@@ -154,25 +154,24 @@ fn run_all(
         let outcome = device.run(&batch, launches)?;
         took.launched_s += outcome.launched_s;
         for (place, (job, (log, settings))) in jobs.iter().zip(&inputs).enumerate() {
-            each(played(&batch, &outcome, place, job, device.slot_bytes())?, log, settings, job)?;
+            each(played(&batch, &outcome, place, job.run, device.slot_bytes())?, log, settings, job)?;
         }
     }
     Ok(took)
 }
 
-/// A run that has come to its end.
-fn played<'o>(
+/// What the device left of that run of a batch, which has come to its end; `number` is the run's in what is asked for.
+pub(crate) fn played<'o>(
     batch: &'o Batch,
     outcome: &'o Outcome,
     place: usize,
-    job: &Job,
+    number: usize,
     state_bytes: usize,
 ) -> Result<Played<'o>, StudyError> {
-    let stopped = |Status { code, scans }| StudyError::Stopped { run: job.run, scan: scans, why: Status::text(code) };
-    let status = outcome.statuses[place];
+    let Status { code, scans } = outcome.statuses[place];
     match Played::of(batch, outcome, place, state_bytes) {
-        Some(played) if status.code == Status::DONE => Ok(played),
-        _ => Err(stopped(status)),
+        Some(played) if code == Status::DONE => Ok(played),
+        _ => Err(StudyError::Stopped { run: number, scan: scans, why: Status::text(code) }),
     }
 }
 

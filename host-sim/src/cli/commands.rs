@@ -84,7 +84,7 @@ fn settings<K: Offer>(source: &Source<K>, tuning: &Tuning) -> Result<(), Failure
     let log = &*source.log(0)?;
     let mut origins = source.origins(log);
     let settings = source.tuned_from(&mut origins, log, tuning)?;
-    let text = origins.annotated(&settings).map_err(|error| Failure::Internal(error.to_string()))?;
+    let text = origins.annotated(&settings)?;
     print(text.trim_end())
 }
 
@@ -126,7 +126,7 @@ fn single<K: Offer>(source: &Source<K>, name: &str, args: RunArgs) -> Result<(),
     drop(progress);
     outputs.write_one::<K>(log, &session)?;
     if let Some(film) = &film {
-        let text = origins.annotated(&settings).map_err(|error| Failure::Internal(error.to_string()))?;
+        let text = origins.annotated(&settings)?;
         if let Some(path) = html {
             write_file("--html", path, page::<K>(log, &settings, &session, film, &text).as_bytes())?;
         }
@@ -161,7 +161,7 @@ fn main_job(job: MainJob) -> Result<(), Failure> {
     };
     let mut film = Film::of(log.scans.len());
     let (ours, _) = run(Filter::Core(Precision::F32), Some(&mut film))?;
-    let text = origins.annotated(&settings).map_err(|error| Failure::Internal(error.to_string()))?;
+    let text = origins.annotated(&settings)?;
     let page = page::<Planar>(&log, &settings, &ours, &film, &text);
     let (reference, _) = run(Filter::Reference, None)?;
     let sessions = [ours, reference];

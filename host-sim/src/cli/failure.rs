@@ -82,6 +82,12 @@ impl From<rayon::ThreadPoolBuildError> for Failure {
     }
 }
 
+impl From<toml::ser::Error> for Failure {
+    fn from(error: toml::ser::Error) -> Self {
+        Self::Internal(error.to_string())
+    }
+}
+
 impl From<OutputError> for Failure {
     fn from(error: OutputError) -> Self {
         match error {

@@ -123,7 +123,7 @@ pub fn plan<K: Offer>(
     let all =
         contenders.iter().map(|contender| contender.settings::<K>(first.clone())).collect::<Result<Vec<_>, _>>()?;
     plan.filters = distinct(contenders.iter().zip(&all).map(|(contender, settings)| contender.name::<K>(settings)))?;
-    let toml = |settings: &K::Settings| toml::to_string(settings).map_err(|error| Failure::Internal(error.to_string()));
+    let toml = |settings: &K::Settings| toml::to_string(settings).map_err(Failure::from);
     plan.settings = toml(&first)?;
     if contenders.iter().any(Contender::is_variant) {
         plan.variants = all.iter().map(toml).collect::<Result<_, _>>()?;
