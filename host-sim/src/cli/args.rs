@@ -105,8 +105,8 @@ pub enum Command {
     /// 1 and cut-off 10 m, of the static and moving estimate together, at every scan: a static landmark counts from
     /// its first time in view on, a moving one while it is in view.
     ///
-    /// `worlds`, `worlds-mounted`, `worlds-moving` and `worlds-exact` are other places with every seed, which have no mean: one line a world, then how the
-    /// first filter stands beside each other one; with --variants how every variant stands beside the first, and the first
+    /// `worlds`, `worlds-mounted`, `worlds-moving`, `worlds-exact` and, in space, `worlds-space` and `worlds-space-exact` are other
+    /// places with every seed, which have no mean: one line a world, then how the first filter stands beside each other one; with --variants how every variant stands beside the first, and the first
     /// beside the best of the others in each world. With --out FILE every run is kept as it ends, and not run again.
     MonteCarlo(MonteCarloArgs),
     /// Puts together the parts of a study that `monte-carlo --shard` left.
@@ -284,7 +284,7 @@ pub struct RunArgs {
     pub tuning: Tuning,
     #[command(flatten)]
     pub seed: Seed,
-    /// The filter [default: joint for logs in the plane and random worlds, unless --particles, --samples, --threads or
+    /// The filter [default: joint for logs in the plane and random worlds there, unless --particles, --samples, --threads or
     /// --moving ask for what only core has; otherwise core].
     #[arg(long, value_enum)]
     pub filter: Option<FilterName>,
@@ -343,7 +343,7 @@ pub struct MonteCarloArgs {
     #[arg(long, allow_negative_numbers = true, value_parser = seed, default_value_t = 0)]
     pub seed: u64,
     /// The filters, separated by commas; they get the same inputs, and the first is compared with each other one [default:
-    /// joint in random worlds, unless --particles, --samples or --moving ask for what only core has; otherwise core].
+    /// joint in random worlds in the plane, unless --particles, --samples or --moving ask for what only core has; otherwise core].
     #[arg(long, value_enum, value_delimiter = ',')]
     pub filter: Vec<FilterName>,
     /// Number type of the filters [default: f32 for core, f64 for reference, which knows no other].

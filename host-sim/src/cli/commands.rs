@@ -11,7 +11,7 @@ use super::source::{Found, OfKind, Source, Sources, all_scenarios, either, scena
 use super::{check, compare, diff, figure, hil, import, monte_carlo, recording, repeat, stream, tune, worlds};
 use clap::CommandFactory;
 use scphd::Health;
-use scphd_sim::dimensions::{Dimensions, Planar};
+use scphd_sim::dimensions::{Dimensions, Planar, Underwater};
 use scphd_sim::film::Film;
 use scphd_sim::kind::Kind;
 use scphd_sim::output::json::Summary;
@@ -51,7 +51,8 @@ pub fn execute(cli: Cli) -> Result<(), Failure> {
         Some(Command::Check(args)) => check::check(&args),
         Some(Command::Diff(args)) => diff::diff(&args),
         Some(Command::MonteCarlo(args)) => match worlds::asked_for(&args) {
-            Some(name) => worlds::study(name, args),
+            Some(OfKind::Planar(name)) => worlds::study::<Planar>(name, args),
+            Some(OfKind::Underwater(name)) => worlds::study::<Underwater>(name, args),
             None => monte_carlo::study(args),
         },
         Some(Command::Merge(args)) => monte_carlo::merge(args),

@@ -5,7 +5,7 @@ use scphd_sim::compare::Lockstep;
 use scphd_sim::dimensions::{Planar, Underwater};
 use scphd_sim::exchange::mcap::Exported;
 use scphd_sim::log::Log;
-use scphd_sim::scenario::{SCENARIOS, by_name, is_of_thesis, thesis_run};
+use scphd_sim::scenario::{SCENARIOS, WORLDS, by_name, is_of_thesis, thesis_run};
 use scphd_sim::settings::{Origin, Origins, Settings};
 use scphd_sim::slam::Refusal;
 use scphd_sim::stream::{self, Recorded, Stream};
@@ -15,6 +15,9 @@ use scphd_stream::Scalar;
 
 /// A kind of vehicle, as the commands know it.
 pub trait Offer: Lockstep + Learn + Checked + Exported {
+    /// The scenarios that are another place with every seed.
+    const WORLDS: &'static [&'static str];
+
     /// Names of the scenarios, each with a line about it.
     const SCENARIOS: &'static [(&'static str, &'static str)];
 
@@ -54,6 +57,8 @@ pub trait Offer: Lockstep + Learn + Checked + Exported {
 }
 
 impl Offer for Planar {
+    const WORLDS: &'static [&'static str] = &WORLDS;
+
     const SCENARIOS: &'static [(&'static str, &'static str)] = SCENARIOS;
 
     fn scenario(name: &str, seed: u64) -> Option<Log> {
@@ -95,20 +100,24 @@ impl Offer for Planar {
 }
 
 impl Offer for Underwater {
+    const WORLDS: &'static [&'static str] = &underwater::WORLDS;
+
     const SCENARIOS: &'static [(&'static str, &'static str)] = underwater::SCENARIOS;
 
     fn scenario(name: &str, seed: u64) -> Option<underwater::log::Log> {
         underwater::by_name(name, seed)
     }
 
-    /// Table 7.1 for a scenario of the thesis.
+    /// Table 7.1 for a scenario of the thesis; a random world is run as a recorded log is.
     fn defaults(scenario: Option<&str>, log: &underwater::log::Log) -> underwater::settings::Settings {
-        let real = underwater::settings::Settings::for_real_log;
-        scenario.map_or_else(|| real(log), |_| underwater::settings::Settings::for_log(log))
+        match scenario {
+            Some(name) if !underwater::WORLDS.contains(&name) => underwater::settings::Settings::for_log(log),
+            _ => underwater::settings::Settings::for_real_log(log),
+        }
     }
 
     fn origins(scenario: Option<&str>, log: &underwater::log::Log) -> Origins {
-        Origins::of(&Self::defaults(scenario, log), underwater::settings::stated(scenario.is_some()))
+        Origins::of(&Self::defaults(scenario, log), underwater::settings::stated(scenario, log))
     }
 
     fn set_moving(_settings: &mut underwater::settings::Settings, moving: bool) -> Result<(), &'static str> {

@@ -4,14 +4,14 @@ use super::args::MonteCarloArgs;
 use super::contender::Contender;
 use super::failure::{Failure, notice};
 use super::monte_carlo::distinct;
+use super::offer::Offer;
 use super::outputs::{Outputs, check_file};
 use super::progress::Progress;
 use super::repeat::in_parallel;
-use super::source::Source;
-use scphd_sim::dimensions::Planar;
+use super::source::{OfKind, Source};
+use scphd_sim::dimensions::{Coordinates, Dimensions, Planar, Underwater};
 use scphd_sim::monte_carlo::variants::best_of;
 use scphd_sim::monte_carlo::worlds::{Standing, WorldRun, lines, standing, told, write_json};
-use scphd_sim::scenario::WORLDS;
 use scphd_sim::session;
 use std::fs::{File, OpenOptions};
 use std::path::Path;
@@ -22,32 +22,33 @@ use std::thread;
 /// Worlds of a study unless told otherwise.
 const DEFAULT_RUNS: u32 = 100;
 
-/// The kind of worlds that `monte-carlo` of these sources is of, if it is of any.
-pub fn asked_for(args: &MonteCarloArgs) -> Option<&'static str> {
+/// The kind of worlds that `monte-carlo` of these sources is of, if it is of any, in the plane or in space.
+pub fn asked_for(args: &MonteCarloArgs) -> Option<OfKind<&'static str, &'static str>> {
     let [source] = &args.sources[..] else { return None };
-    WORLDS.into_iter().find(|name| source.as_os_str() == *name)
+    let of = |worlds: &'static [&'static str]| worlds.iter().copied().find(|name| source.as_os_str() == *name);
+    of(Planar::WORLDS).map(OfKind::Planar).or_else(|| of(Underwater::WORLDS).map(OfKind::Underwater))
 }
 
 /// Runs every filter in every world, and prints a line a world and the filters' standings. What is in the file of `--out`
 /// already is not run again.
-pub fn study(name: &str, args: MonteCarloArgs) -> Result<(), Failure> {
+pub fn study<K: Offer>(name: &str, args: MonteCarloArgs) -> Result<(), Failure> {
     if args.shard.is_some() || args.input_sets.is_some() {
         return Err(Failure::input(
             "--shard, --input-sets: not with worlds; give parts of them different --seed and --runs",
         ));
     }
-    let contenders = Contender::all(&args, true)?;
-    let outputs = Outputs { json: args.json, out: None };
+    let outputs = Outputs { json: args.json.clone(), out: None };
     outputs.check()?;
-    let source = Source::<Planar>::scenario(name.to_owned(), None)?;
+    let source = Source::<K>::scenario(name.to_owned(), None)?;
+    let contenders = Contender::all(&args, source.is_joint_usual())?;
     let runs = args.runs.unwrap_or(DEFAULT_RUNS);
     let end = args.seed.checked_add(u64::from(runs));
     let end = end.ok_or_else(|| Failure::input(format_args!("--seed {}: too large for --runs {runs}", args.seed)))?;
     let seeds: Vec<u64> = (args.seed..end).collect();
     // Settings that make no sense show before any world is run.
-    let first = source.log(args.seed)?;
-    let first = source.tuned(&first, &args.tuning)?;
-    let name = |contender: &Contender| Ok(contender.name::<Planar>(&contender.settings::<Planar>(first.clone())?));
+    let first = &*source.log(args.seed)?;
+    let first = source.tuned(first, &args.tuning)?;
+    let name = |contender: &Contender| Ok(contender.name::<K>(&contender.settings::<K>(first.clone())?));
     let names = distinct(contenders.iter().map(name).collect::<Result<Vec<_>, Failure>>()?)?;
     let journal = args.out.as_deref().map(Journal::open).transpose()?;
 
@@ -58,16 +59,17 @@ pub fn study(name: &str, args: MonteCarloArgs) -> Result<(), Failure> {
     let done = AtomicUsize::new(0);
     let runs = in_parallel(&jobs, threads, |&(seed, place)| {
         let (contender, name) = (&contenders[place], &names[place]);
-        let log = source.log(seed)?;
-        let settings = contender.settings::<Planar>(source.tuned(&log, &args.tuning)?)?;
-        let fingerprint = fingerprint(&settings.to_toml().map_err(|error| Failure::Internal(error.to_string()))?);
-        let known = journal.as_ref().and_then(|journal| journal.find(&log.name, name, &fingerprint));
+        let log = &*source.log(seed)?;
+        let settings = contender.settings::<K>(source.tuned(log, &args.tuning)?)?;
+        let fingerprint =
+            fingerprint(&toml::to_string(&settings).map_err(|error| Failure::Internal(error.to_string()))?);
+        let known = journal.as_ref().and_then(|journal| journal.find(K::name(log), name, &fingerprint));
         let run = match known {
             Some(run) => run,
             None => {
-                let summary = session::run::<Planar>(&log, &settings, contender.filter(), seed, &mut |_| ())?.summary;
+                let summary = session::run::<K>(log, &settings, contender.filter(), seed, &mut |_| ())?.summary;
                 let run = WorldRun::of(&summary, &fingerprint)
-                    .ok_or_else(|| Failure::Internal(format!("{}: a world without truth", log.name)))?;
+                    .ok_or_else(|| Failure::Internal(format!("{}: a world without truth", K::name(log))))?;
                 let run = WorldRun { filter: name.clone(), ..run };
                 if let Some(journal) = &journal {
                     journal.add(&run)?;
@@ -81,7 +83,8 @@ pub fn study(name: &str, args: MonteCarloArgs) -> Result<(), Failure> {
     drop(progress);
 
     let worlds: Vec<&str> = runs.iter().step_by(contenders.len()).map(|run| run.world.as_str()).collect();
-    let mut report = Report { runs: &runs, lines: Vec::new(), standings: Vec::new() };
+    let dimension = <K as Dimensions>::Position::COUNT;
+    let mut report = Report { dimension, runs: &runs, lines: Vec::new(), standings: Vec::new() };
     if contenders.iter().any(Contender::is_variant) {
         let mut rest = &contenders[..];
         while let Some(first) = rest.first() {
@@ -100,12 +103,14 @@ pub fn study(name: &str, args: MonteCarloArgs) -> Result<(), Failure> {
     if let Some(out) = &args.out {
         notice(format_args!("the runs are in {}", out.display()));
     }
-    let told: Vec<String> = report.standings.iter().map(told).collect();
+    let told: Vec<String> = report.standings.iter().map(|standing| told(dimension, standing)).collect();
     outputs.print(&format!("{}\n\n{}", report.lines.join("\n\n"), told.join("\n")))
 }
 
 /// What is told of the runs.
 struct Report<'r> {
+    /// Of a position.
+    dimension: usize,
     runs: &'r [WorldRun],
     lines: Vec<String>,
     standings: Vec<Standing>,
@@ -114,7 +119,7 @@ struct Report<'r> {
 impl Report<'_> {
     /// The first filter beside each other one.
     fn filters(&mut self, names: &[String], worlds: &[&str]) {
-        self.lines.push(lines(self.runs, names, worlds));
+        self.lines.push(lines(self.dimension, self.runs, names, worlds));
         let Some(first) = names.first() else { return };
         let others = if names.len() > 1 { &names[1..] } else { names };
         self.standings.extend(others.iter().filter_map(|other| standing(self.runs, first, other, worlds)));
@@ -129,7 +134,7 @@ impl Report<'_> {
         let best = format!("best of {}", others.len());
         let bests = best_of(self.runs, others, worlds, &best);
         let both: Vec<WorldRun> = self.runs.iter().filter(|run| run.filter == *first).cloned().chain(bests).collect();
-        self.lines.push(lines(&both, &[first.clone(), best.clone()], worlds));
+        self.lines.push(lines(self.dimension, &both, &[first.clone(), best.clone()], worlds));
         self.standings.extend(others.iter().filter_map(|other| standing(self.runs, other, first, worlds)));
         self.standings.extend(standing(&both, first, &best, worlds));
     }
@@ -203,7 +208,7 @@ mod tests {
             .iter()
             .flat_map(|(world, errors)| names.iter().zip(errors).map(|(name, error)| run(world, name, *error)))
             .collect();
-        let mut report = Report { runs: &runs, lines: Vec::new(), standings: Vec::new() };
+        let mut report = Report { dimension: 2, runs: &runs, lines: Vec::new(), standings: Vec::new() };
         report.variants(&names, &["a", "b", "c"]);
         let found: Vec<(&str, &str, f64)> =
             report.standings.iter().map(|s| (&s.filter[..], &s.yardstick[..], s.ratio_median)).collect();

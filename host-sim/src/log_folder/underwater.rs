@@ -77,16 +77,11 @@ pub fn read_underwater(dir: &Path) -> Result<Log, LogError> {
     Ok(Log {
         name,
         camera,
-        nominal: Nominal {
-            velocity_sigma_mps: velocity.iter().copied().fold(0.0, f64::max).sqrt(),
-            // A hand-held rig changes its velocity as fast as it is measured.
-            velocity_walk_mps_rts: 1.0,
-            z_sigma_m: 0.02,
-            yaw_rate_sigma_radps: rate.iter().copied().fold(0.0, f64::max).sqrt(),
-            yaw_acceleration_sigma_radps2: 10.0,
-            detection_probability: 0.85,
-            clutter_per_scan: 0.5,
-        },
+        nominal: Nominal::of_instruments(
+            velocity.iter().copied().fold(0.0, f64::max).sqrt(),
+            0.02,
+            rate.iter().copied().fold(0.0, f64::max).sqrt(),
+        ),
         start: (start.position, start_yaw_rad),
         simulated,
         instruments: rows,

@@ -20,7 +20,7 @@ pub struct WorldRun {
     pub position_rmse_m: f64,
     /// The same of odometry alone, m.
     pub dead_reckoning_rmse_m: f64,
-    /// Median over the scans of eᵀ P⁻¹ e / 2 of the position, where P is not singular.
+    /// Median over the scans of eᵀ P⁻¹ e of the position by its dimension, where P is not singular.
     pub nees_median: Option<f64>,
     /// Mean wall time of a scan step, µs.
     pub scan_us_mean: Option<f64>,
@@ -63,15 +63,18 @@ pub struct Standing {
     pub above_three_share: f64,
     /// Worlds in which it is worse than odometry alone.
     pub above_dead_reckoning: usize,
+    /// Median of its RMSE over that of odometry alone.
+    pub dead_reckoning_ratio_median: f64,
     /// Median of its RMSE, m.
     pub rmse_median_m: f64,
-    /// Median over the worlds of the median of NEES/2.
+    /// Median over the worlds of the median of NEES by dimension.
     pub nees_median: Option<f64>,
-    /// Share of the worlds whose NEES/2 has a median between 0.15 and 2; 0.69 is that of a covariance that is right.
+    /// Share of the worlds whose NEES by dimension has a median between 0.15 and 2; that of a covariance that is right is 0.69 in the plane
+    /// and 0.79 in space.
     pub consistent_share: f64,
 }
 
-/// Bounds of a NEES/2 that passes for consistent.
+/// Bounds of a NEES by dimension that passes for consistent.
 const CONSISTENT: core::ops::RangeInclusive<f64> = 0.15..=2.0;
 
 /// The runs of one filter, world by world in the order of `worlds`.
@@ -99,20 +102,23 @@ pub fn standing(runs: &[WorldRun], filter: &str, yardstick: &str, worlds: &[&str
         better_share: share(ratios.iter().filter(|ratio| **ratio < 1.0).count()),
         above_three_share: share(ratios.iter().filter(|ratio| **ratio > 3.0).count()),
         above_dead_reckoning: pairs.iter().filter(|(a, _)| a.position_rmse_m > a.dead_reckoning_rmse_m).count(),
+        dead_reckoning_ratio_median: median(
+            &pairs.iter().map(|(a, _)| a.position_rmse_m / a.dead_reckoning_rmse_m).collect::<Vec<_>>(),
+        )?,
         rmse_median_m: median(&pairs.iter().map(|(a, _)| a.position_rmse_m).collect::<Vec<_>>())?,
         nees_median: median(&nees),
         consistent_share: share(nees.iter().filter(|nees| CONSISTENT.contains(nees)).count()),
     })
 }
 
-/// One line a world, in plain digits: dead reckoning, then RMSE and NEES/2 of every filter, then the ratio of the first filter's
-/// RMSE to each other one's.
+/// One line a world, in plain digits: dead reckoning, then RMSE and NEES of every filter, by the `dimension` of the position, then the
+/// ratio of the first filter's RMSE to each other one's.
 #[must_use]
-pub fn lines(runs: &[WorldRun], filters: &[String], worlds: &[&str]) -> String {
+pub fn lines(dimension: usize, runs: &[WorldRun], filters: &[String], worlds: &[&str]) -> String {
     let width = worlds.iter().map(|world| world.len()).max().unwrap_or(0).max("world".len());
     let mut text = format!("{:width$}  {:>10}", "world", "odometry");
     for filter in filters {
-        text += &format!("  {:>18}", format!("{filter} (NEES/2)"));
+        text += &format!("  {:>18}", format!("{filter} (NEES/{dimension})"));
     }
     for filter in filters.iter().skip(1) {
         text += &format!("  {:>12}", format!("over {filter}"));
@@ -148,13 +154,14 @@ pub fn write_json(path: &Path, standings: &[Standing]) -> Result<(), OutputError
     json::write(path, standings)
 }
 
-/// A standing in words.
+/// A standing in words, where a position has so many dimensions.
 #[must_use]
-pub fn told(standing: &Standing) -> String {
+pub fn told(dimension: usize, standing: &Standing) -> String {
     let percent = |share: f64| 100.0 * share;
     format!(
         "{} over {}, {} worlds: RMSE ratio median {:.2}, a tenth above {:.2}, above 3 in {:.1} %, better in {:.1} %; above dead \
-         reckoning in {}; RMSE median {:.3} m; NEES/2 median {}, between 0.15 and 2 in {:.1} %",
+         reckoning in {}, {:.2} of its error in the median; RMSE median {:.3} m; NEES/{dimension} median {}, between 0.15 and 2 \
+         in {:.1} %",
         standing.filter,
         standing.yardstick,
         standing.worlds,
@@ -163,6 +170,7 @@ pub fn told(standing: &Standing) -> String {
         percent(standing.above_three_share),
         percent(standing.better_share),
         standing.above_dead_reckoning,
+        standing.dead_reckoning_ratio_median,
         standing.rmse_median_m,
         standing.nees_median.map_or_else(|| "-".to_owned(), |nees| format!("{nees:.2}")),
         percent(standing.consistent_share),
@@ -196,11 +204,12 @@ mod tests {
         let standing = standing(&runs, "scphd", "ekf", &worlds).unwrap();
         assert_eq!((standing.worlds, standing.ratio_median, standing.ratio_tenth), (3, 1.5, 6.0));
         assert_eq!((standing.above_dead_reckoning, standing.rmse_median_m), (1, 1.5));
+        assert_eq!(standing.dead_reckoning_ratio_median, 0.3);
         assert!(
             (standing.above_three_share - 1.0 / 3.0).abs() < 1e-12 && (standing.better_share - 1.0 / 3.0).abs() < 1e-12
         );
         assert!((standing.consistent_share - 2.0 / 3.0).abs() < 1e-12);
-        let text = lines(&runs, &["scphd".into(), "ekf".into()], &worlds);
+        let text = lines(3, &runs, &["scphd".into(), "ekf".into()], &worlds);
         assert_eq!(text.lines().count(), 5);
         assert!(text.lines().nth(2).unwrap().trim_end().ends_with("6.00"), "{text}");
         assert!(text.lines().last().unwrap().trim_end().ends_with('-'), "{text}");

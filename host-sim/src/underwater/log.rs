@@ -72,6 +72,23 @@ pub struct Nominal {
     pub clutter_per_scan: f64,
 }
 
+impl Nominal {
+    /// Where no more is stated than the noise of the Doppler log (m/s), the pressure sensor (m) and the gyroscope (rad/s): of all else what is
+    /// taken for granted of any log. Its vehicle changes its velocity as fast as it is measured, as a hand-held rig does.
+    #[must_use]
+    pub const fn of_instruments(velocity_sigma_mps: f64, z_sigma_m: f64, yaw_rate_sigma_radps: f64) -> Self {
+        Self {
+            velocity_sigma_mps,
+            velocity_walk_mps_rts: 1.0,
+            z_sigma_m,
+            yaw_rate_sigma_radps,
+            yaw_acceleration_sigma_radps2: 10.0,
+            detection_probability: 0.85,
+            clutter_per_scan: 0.5,
+        }
+    }
+}
+
 /// A whole log.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Log {

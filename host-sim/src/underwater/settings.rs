@@ -62,21 +62,18 @@ pub struct CameraSettings {
     pub clutter_per_scan: f64,
 }
 
-/// The fields that hold what a log folder states, or a scenario, which states all that is known of its instruments.
+/// The fields that hold what a log folder states, or a scenario: all that is known of its instruments and camera where it says that it is
+/// simulated, otherwise what data sheets say.
 #[must_use]
-pub fn stated(scenario: bool) -> Vec<(&'static str, Origin)> {
+pub fn stated(scenario: Option<&str>, log: &Log) -> Vec<(&'static str, Origin)> {
     let by_both =
         ["camera.pixel_sigmas", "camera.common_sigmas", "vehicle.velocity_sigma_mps", "vehicle.yaw_rate_sigma_radps"];
-    let by_scenario = [
-        "camera.near_m",
-        "camera.far_m",
-        "camera.detection",
-        "camera.clutter_per_scan",
-        "vehicle.velocity_walk_mps_rts",
-        "vehicle.z_sigma_m",
-        "vehicle.yaw_acceleration_sigma_radps2",
-    ];
-    let all = by_both.into_iter().chain(by_scenario.into_iter().filter(|_| scenario));
+    let by_scenario = ["camera.near_m", "camera.far_m", "vehicle.z_sigma_m", "vehicle.velocity_walk_mps_rts"];
+    let by_simulation = ["camera.detection", "camera.clutter_per_scan", "vehicle.yaw_acceleration_sigma_radps2"];
+    let all = by_both
+        .into_iter()
+        .chain(by_scenario.into_iter().filter(|_| scenario.is_some()))
+        .chain(by_simulation.into_iter().filter(|_| scenario.is_some() && log.simulated));
     all.map(|field| (field, Origin::Stated)).collect()
 }
 
@@ -147,7 +144,19 @@ impl Settings {
         settings.filter.particles = 1;
         settings.filter.proposal = Proposal::Informed;
         settings.filter.proposal_sampled_fraction = 0.0;
+        settings.vehicle.velocity_interval_s = 2.0 * settings.velocity_time_constant_s(log);
         settings
+    }
+
+    /// Time constant of the filter of the velocities, s: σ √Δ / q, where a velocity with the noise σ is measured every Δ and changes by q √t.
+    /// So long its error lasts; [`scphd::Auv::new`] is told twice that.
+    fn velocity_time_constant_s(&self, log: &Log) -> f64 {
+        let measured = || log.instruments.iter().filter(|row| row.velocity_mps.is_some()).map(|row| row.t_s);
+        let mut intervals: Vec<f64> = measured().zip(measured().skip(1)).map(|(from, to)| to - from).collect();
+        intervals.sort_by(f64::total_cmp);
+        let interval_s = intervals.get(intervals.len() / 2).copied().unwrap_or(0.0);
+        let vehicle = &self.vehicle;
+        vehicle.velocity_sigma_mps * libm::sqrt(interval_s) / vehicle.velocity_walk_mps_rts
     }
 
     /// Disparities at the ends of the range of depths, px, the least first.

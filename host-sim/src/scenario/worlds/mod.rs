@@ -19,6 +19,7 @@ mod tests;
 mod wheels;
 
 pub use misbehaviour::Misbehaviour;
+pub(crate) use stream::stream;
 
 use crate::log::{FixNoise, Log, Nominal, Scan, TruePose};
 use crate::scenario::mover;
