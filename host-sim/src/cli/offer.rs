@@ -117,7 +117,7 @@ impl Offer for Underwater {
     }
 
     fn origins(scenario: Option<&str>, log: &underwater::log::Log) -> Origins {
-        Origins::of(&Self::defaults(scenario, log), underwater::settings::stated(scenario, log))
+        Origins::of(&Self::defaults(scenario, log), underwater::settings::stated(scenario.is_some(), log))
     }
 
     fn set_moving(_settings: &mut underwater::settings::Settings, moving: bool) -> Result<(), &'static str> {

@@ -61,8 +61,7 @@ pub fn study<K: Offer>(name: &str, args: MonteCarloArgs) -> Result<(), Failure> 
         let (contender, name) = (&contenders[place], &names[place]);
         let log = &*source.log(seed)?;
         let settings = contender.settings::<K>(source.tuned(log, &args.tuning)?)?;
-        let fingerprint =
-            fingerprint(&toml::to_string(&settings).map_err(|error| Failure::Internal(error.to_string()))?);
+        let fingerprint = fingerprint(&toml::to_string(&settings)?);
         let known = journal.as_ref().and_then(|journal| journal.find(K::name(log), name, &fingerprint));
         let run = match known {
             Some(run) => run,

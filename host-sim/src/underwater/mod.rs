@@ -4,6 +4,7 @@
 pub mod log;
 pub mod models;
 pub mod settings;
+mod stereo;
 pub mod tank;
 pub mod timeline;
 pub mod worlds;

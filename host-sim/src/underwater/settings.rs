@@ -65,15 +65,15 @@ pub struct CameraSettings {
 /// The fields that hold what a log folder states, or a scenario: all that is known of its instruments and camera where it says that it is
 /// simulated, otherwise what data sheets say.
 #[must_use]
-pub fn stated(scenario: Option<&str>, log: &Log) -> Vec<(&'static str, Origin)> {
+pub fn stated(scenario: bool, log: &Log) -> Vec<(&'static str, Origin)> {
     let by_both =
         ["camera.pixel_sigmas", "camera.common_sigmas", "vehicle.velocity_sigma_mps", "vehicle.yaw_rate_sigma_radps"];
     let by_scenario = ["camera.near_m", "camera.far_m", "vehicle.z_sigma_m", "vehicle.velocity_walk_mps_rts"];
     let by_simulation = ["camera.detection", "camera.clutter_per_scan", "vehicle.yaw_acceleration_sigma_radps2"];
     let all = by_both
         .into_iter()
-        .chain(by_scenario.into_iter().filter(|_| scenario.is_some()))
-        .chain(by_simulation.into_iter().filter(|_| scenario.is_some() && log.simulated));
+        .chain(by_scenario.into_iter().filter(|_| scenario))
+        .chain(by_simulation.into_iter().filter(|_| scenario && log.simulated));
     all.map(|field| (field, Origin::Stated)).collect()
 }
 

@@ -13,10 +13,11 @@
 //! * compass: the walls pull it by up to 15° to the side that a magnet in them would, on top of 1° of noise.
 
 use super::log::{Camera, Instruments, Landmark, Log, Nominal};
+use super::stereo::{self, Projections};
 use crate::angle::wrap;
 use crate::log::{Scan, TruePose};
 use crate::noise::Noise;
-use nalgebra::{Matrix3, SMatrix, Vector3, Vector4};
+use nalgebra::{Matrix3, Vector3};
 use scphd::{projection, rotation};
 use std::f64::consts::PI;
 
@@ -171,21 +172,11 @@ fn pull(vehicle: &Vehicle) -> f64 {
 }
 
 /// The stereo camera.
-fn camera() -> [SMatrix<f64, 3, 4>; 2] {
+fn camera() -> Projections {
     let calibration = Matrix3::new(FOCAL_PX, 0.0, 400.0, 0.0, FOCAL_PX, 300.0, 0.0, 0.0, 1.0);
     // The top of the image is ahead.
     let down = Matrix3::new(0.0, -1.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, -1.0);
     [0.5, -0.5].map(|side| projection(&calibration, &down, &Vector3::new(0.3, side * BASELINE_M, -0.1)))
-}
-
-/// (u, v) and depth of a point of the vehicle's frame.
-fn project(camera: &SMatrix<f64, 3, 4>, point: &Vector3<f64>) -> ([f64; 2], f64) {
-    let pixel = camera * Vector4::new(point.x, point.y, point.z, 1.0);
-    ([pixel.x / pixel.z, pixel.y / pixel.z], pixel.z)
-}
-
-fn in_image([u, v]: [f64; 2]) -> bool {
-    (0.0..=SIZE_PX[0]).contains(&u) && (0.0..=SIZE_PX[1]).contains(&v)
 }
 
 fn keypoints(vehicle: &Vehicle, landmarks: &[Landmark], noise: &mut Noise) -> Vec<[f64; 4]> {
@@ -193,10 +184,9 @@ fn keypoints(vehicle: &Vehicle, landmarks: &[Landmark], noise: &mut Noise) -> Ve
     let mut keypoints = Vec::new();
     for landmark in landmarks {
         let point = turned.tr_mul(&(Vector3::from(landmark.position) - vehicle.position));
-        let [(left, depth), (right, _)] = cameras.each_ref().map(|camera| project(camera, &point));
-        let shown = (DEPTH_M[0]..=DEPTH_M[1]).contains(&depth) && in_image(left) && in_image(right);
-        if shown && noise.happens(landmark.detectability) {
-            let pair = [left[0], left[1], right[0], right[1]].map(|pixel| pixel + PIXEL_SIGMA * noise.normal());
+        let shown = stereo::pair(&cameras, SIZE_PX, DEPTH_M, &point);
+        if let Some(shown) = shown.filter(|_| noise.happens(landmark.detectability)) {
+            let pair = shown.map(|pixel| pixel + PIXEL_SIGMA * noise.normal());
             // The matcher does not report what it would not take for a pair.
             if (pair[1] - pair[3]).abs() <= ROW_TOLERANCE_PX {
                 keypoints.push(pair);
@@ -240,7 +230,7 @@ pub fn girona_tank(seed: u64) -> Log {
     Log {
         name: "girona-tank".into(),
         camera: Camera {
-            projections: camera().map(|p| std::array::from_fn(|row| std::array::from_fn(|column| p[(row, column)]))),
+            projections: stereo::rows(&camera()),
             size_px: SIZE_PX,
             pixel_sigmas: [PIXEL_SIGMA; 4],
             common_sigmas: [0.0; 2],

@@ -2,6 +2,7 @@
 
 use super::misbehaviour::Misbehaviour;
 use super::plan::Plan;
+use super::spells::Spells;
 use super::stream::stream;
 use crate::angle::wrap;
 use crate::noise::Noise;
@@ -9,8 +10,7 @@ use libm::{asin, atan2, cos, sin};
 
 /// Radius of a landmark as a share of the world.
 const RADIUS_SHARE: f64 = 0.012;
-/// Spells a second in which a landmark is hidden, and how long they are, s.
-const SPELLS_PER_SECOND: f64 = 0.01;
+/// How long a spell is in which a landmark is hidden, s.
 const SPELL_S: f64 = 2.0;
 /// Share of the detections that are far off, and their noise in standard deviations.
 const OUTLIER_SHARE: f64 = 0.02;
@@ -29,12 +29,10 @@ struct Ghost {
 pub(super) struct Detector<'a> {
     plan: &'a Plan,
     misbehaviour: Misbehaviour,
-    /// For every landmark the time until which it is hidden, s.
-    hidden_until_s: Vec<f64>,
+    hidden: Spells,
     ghosts: Vec<Ghost>,
     last_s: Option<f64>,
     detection: Noise,
-    spells: Noise,
     far_off: Noise,
     standing: Noise,
     clutter: Noise,
@@ -46,11 +44,10 @@ impl<'a> Detector<'a> {
         Self {
             plan,
             misbehaviour,
-            hidden_until_s: vec![f64::NEG_INFINITY; plan.landmarks.len()],
+            hidden: Spells::new(plan.landmarks.len(), stream(seed, 7)),
             ghosts: Vec::new(),
             last_s: None,
             detection: stream(seed, 6),
-            spells: stream(seed, 7),
             far_off: stream(seed, 8),
             standing: stream(seed, 9),
             clutter: stream(seed, 10),
@@ -64,11 +61,11 @@ impl<'a> Detector<'a> {
         let pose = self.plan.sensor.mounting.seat(pose);
         let passed_s = self.last_s.map_or(0.0, |last_s| t_s - last_s);
         self.last_s = Some(t_s);
-        self.begin_spells(t_s, passed_s);
+        self.hidden.begin(t_s, passed_s, self.misbehaviour.hidden_spells.then_some(SPELL_S));
         self.raise_ghosts(t_s, passed_s, pose);
         let mut detections = Vec::new();
         for (label, &landmark) in self.plan.landmarks.iter().enumerate() {
-            let hidden = self.hidden_until_s[label] > t_s || self.is_behind_another(pose, label);
+            let hidden = self.hidden.holds(label, t_s) || self.is_behind_another(pose, label);
             let detected = self.detection.happens(self.plan.detection_probability);
             let measured = self.measure(pose, landmark);
             if let Some(measured) = measured.filter(|_| detected && !hidden) {
@@ -91,15 +88,6 @@ impl<'a> Detector<'a> {
         }
         self.clutter.shuffle(&mut detections);
         detections
-    }
-
-    fn begin_spells(&mut self, t_s: f64, passed_s: f64) {
-        for until_s in &mut self.hidden_until_s {
-            let begins = self.spells.happens(SPELLS_PER_SECOND * passed_s);
-            if begins && self.misbehaviour.hidden_spells {
-                *until_s = t_s + SPELL_S;
-            }
-        }
     }
 
     fn raise_ghosts(&mut self, t_s: f64, passed_s: f64, pose: [f64; 3]) {

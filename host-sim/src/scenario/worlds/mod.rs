@@ -13,12 +13,14 @@
 mod detector;
 mod misbehaviour;
 mod plan;
+mod spells;
 mod stream;
 #[cfg(test)]
 mod tests;
 mod wheels;
 
 pub use misbehaviour::Misbehaviour;
+pub(crate) use spells::Spells;
 pub(crate) use stream::stream;
 
 use crate::log::{FixNoise, Log, Nominal, Scan, TruePose};

@@ -1,15 +1,14 @@
 //! What the stereo camera makes of a world, frame by frame.
 
 use super::misbehaviour::Misbehaviour;
-use super::optics::pair;
 use super::plan::Plan;
 use super::way::Vehicle;
 use crate::noise::Noise;
-use crate::scenario::worlds::stream;
-use nalgebra::{Matrix3, SMatrix, Vector3};
+use crate::scenario::worlds::{Spells, stream};
+use crate::underwater::stereo::Projections;
+use nalgebra::{Matrix3, Vector3};
 
-/// Spells a second in which a feature is missed, and how long they are, s.
-const SPELLS_PER_SECOND: f64 = 0.01;
+/// How long a spell is in which a feature is missed, s.
 const SPELL_S: f64 = 3.0;
 /// Share of the keypoints that are far off, and their noise in standard deviations.
 const OUTLIER_SHARE: f64 = 0.02;
@@ -27,14 +26,12 @@ struct Ghost {
 
 pub(super) struct Matcher<'a> {
     plan: &'a Plan,
-    projections: [SMatrix<f64, 3, 4>; 2],
+    projections: Projections,
     misbehaviour: Misbehaviour,
-    /// For every feature the time until which it is missed, s.
-    missed_until_s: Vec<f64>,
+    missed: Spells,
     ghosts: Vec<Ghost>,
     last_s: Option<f64>,
     detection: Noise,
-    spells: Noise,
     far_off: Noise,
     standing: Noise,
     clutter: Noise,
@@ -47,11 +44,10 @@ impl<'a> Matcher<'a> {
             plan,
             projections: plan.optics.projections(),
             misbehaviour,
-            missed_until_s: vec![f64::NEG_INFINITY; plan.features.len()],
+            missed: Spells::new(plan.features.len(), spells),
             ghosts: Vec::new(),
             last_s: None,
             detection,
-            spells,
             far_off,
             standing,
             clutter,
@@ -63,7 +59,7 @@ impl<'a> Matcher<'a> {
         let plan = self.plan;
         let passed_s = self.last_s.map_or(0.0, |last_s| t_s - last_s);
         self.last_s = Some(t_s);
-        self.begin_spells(t_s, passed_s);
+        self.missed.begin(t_s, passed_s, self.misbehaviour.hidden_spells.then_some(SPELL_S));
         let turned = vehicle.rotation();
         self.raise_ghosts(t_s, passed_s, vehicle, &turned);
         let mut pairs = Vec::new();
@@ -72,7 +68,7 @@ impl<'a> Matcher<'a> {
             let behind = self.misbehaviour.occlusion && from.dot(&feature.normal) > 0.0;
             let detection =
                 if self.misbehaviour.uneven_detection { feature.detectability } else { plan.detection_probability };
-            let detected = self.detection.happens(detection) && !behind && self.missed_until_s[index] <= t_s;
+            let detected = self.detection.happens(detection) && !behind && !self.missed.holds(index, t_s);
             let measured = self.measured(&turned.tr_mul(&from));
             pairs.extend(measured.filter(|_| detected));
         }
@@ -84,14 +80,6 @@ impl<'a> Matcher<'a> {
         }
         self.clutter.shuffle(&mut pairs);
         pairs
-    }
-
-    fn begin_spells(&mut self, t_s: f64, passed_s: f64) {
-        for until_s in &mut self.missed_until_s {
-            if self.spells.happens(SPELLS_PER_SECOND * passed_s) && self.misbehaviour.hidden_spells {
-                *until_s = t_s + SPELL_S;
-            }
-        }
     }
 
     /// False matches begin where the left camera looks, at any depth.
@@ -126,7 +114,7 @@ impl<'a> Matcher<'a> {
         let far_off = self.far_off.happens(OUTLIER_SHARE) && self.misbehaviour.outliers;
         let sigma = self.plan.pixel_sigma * if far_off { OUTLIER_SIGMAS } else { 1.0 };
         let noise = [(); 4].map(|()| sigma * self.detection.normal());
-        let true_pair = pair(&self.plan.optics, &self.projections, point)?;
+        let true_pair = self.plan.optics.pair(&self.projections, point)?;
         let measured: [f64; 4] = std::array::from_fn(|k| true_pair[k] + noise[k]);
         // The matcher does not report what it would not take for a pair.
         ((measured[1] - measured[3]).abs() <= self.plan.optics.row_tolerance_px).then_some(measured)

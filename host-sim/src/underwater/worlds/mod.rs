@@ -21,6 +21,7 @@ mod way;
 pub use misbehaviour::Misbehaviour;
 
 use super::log::{Camera, Landmark, Log, Nominal};
+use super::stereo;
 use crate::log::{Scan, TruePose};
 use keypoints::Matcher;
 use plan::Plan;
@@ -76,9 +77,7 @@ fn of_plan(plan: &Plan, misbehaviour: Misbehaviour, seed: u64, name: &str, nomin
     Log {
         name: format!("{name}-{seed}"),
         camera: Camera {
-            projections: optics
-                .projections()
-                .map(|p| std::array::from_fn(|row| std::array::from_fn(|column| p[(row, column)]))),
+            projections: stereo::rows(&optics.projections()),
             size_px: optics.size_px,
             pixel_sigmas: [plan.pixel_sigma; 4],
             // What roll and pitch are off by moves all pixels.

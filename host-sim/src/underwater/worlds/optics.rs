@@ -1,6 +1,7 @@
 //! The stereo camera of a world.
 
-use nalgebra::{Matrix3, SMatrix, Vector3, Vector4};
+use crate::underwater::stereo::{self, Projections};
+use nalgebra::{Matrix3, Vector3};
 use scphd::projection;
 
 /// A rectified pair of cameras, one beside the other, fixed to the vehicle.
@@ -24,7 +25,7 @@ pub(super) struct Optics {
 
 impl Optics {
     /// The projections of the left and the right camera, from the vehicle's frame.
-    pub fn projections(&self) -> [SMatrix<f64, 3, 4>; 2] {
+    pub fn projections(&self) -> Projections {
         let [cu, cv] = self.size_px.map(|size| 0.5 * size);
         let calibration = Matrix3::new(self.focal_px, 0.0, cu, 0.0, self.focal_px, cv, 0.0, 0.0, 1.0);
         let (s, c) = (libm::sin(self.down_rad), libm::cos(self.down_rad));
@@ -41,18 +42,9 @@ impl Optics {
         let [near, far] = self.depth_m;
         [far, near].map(|depth| self.focal_px * self.baseline_m / depth)
     }
-}
 
-/// (u_l, v_l, u_r, v_r) of a point of the vehicle's frame; `None` where it is not in both images, or too near or too far.
-pub(super) fn pair(optics: &Optics, projections: &[SMatrix<f64, 3, 4>; 2], point: &Vector3<f64>) -> Option<[f64; 4]> {
-    let homogeneous = Vector4::new(point.x, point.y, point.z, 1.0);
-    let [left, right] = projections.each_ref().map(|camera| camera * homogeneous);
-    let pixel = |seen: &Vector3<f64>| [seen.x / seen.z, seen.y / seen.z];
-    let ([ul, vl], [ur, vr]) = (pixel(&left), pixel(&right));
-    let [width, height] = optics.size_px;
-    let [near, far] = optics.depth_m;
-    let shown = (near..=far).contains(&left.z)
-        && [ul, ur].iter().all(|u| (0.0..=width).contains(u))
-        && [vl, vr].iter().all(|v| (0.0..=height).contains(v));
-    shown.then_some([ul, vl, ur, vr])
+    /// A point of the vehicle's frame as a pair of pixels, where these projections show it.
+    pub fn pair(&self, projections: &Projections, point: &Vector3<f64>) -> Option<[f64; 4]> {
+        stereo::pair(projections, self.size_px, self.depth_m, point)
+    }
 }

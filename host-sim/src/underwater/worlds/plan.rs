@@ -1,7 +1,7 @@
 //! What a world is made of before anything is measured in it.
 
 use super::ground::{Feature, Ground};
-use super::optics::{Optics, pair};
+use super::optics::Optics;
 use super::way::{self, Clock, Course, Vehicle};
 use crate::noise::Noise;
 use crate::scenario::worlds::stream;
@@ -219,7 +219,7 @@ fn planted(ground: &Ground, optics: &Optics, way: &[Vehicle], noise: &mut Noise)
     let seen_by = |vehicle: &Vehicle| {
         let turned = vehicle.rotation();
         let seen = |feature: &&Feature| {
-            pair(optics, &projections, &turned.tr_mul(&(feature.position - vehicle.position))).is_some()
+            optics.pair(&projections, &turned.tr_mul(&(feature.position - vehicle.position))).is_some()
         };
         features.iter().filter(seen).count()
     };
