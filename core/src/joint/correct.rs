@@ -1,5 +1,6 @@
 //! The update of the joint Gaussian: feature by feature, with all measurements that it has a share of.
 
+use super::ambiguity::is_ambiguous;
 use super::associate::Predicted;
 use super::covariance::{Common, RowsOf, symmetric};
 use super::report::Tally;
@@ -9,7 +10,7 @@ use crate::report::watch::Recognised;
 use crate::{Linear, Matrix, Pose, PositionOf, Real, Sensor, TangentOf, Vector, Zero};
 
 /// A feature that has less than this share of all detections together says nothing of the pose.
-pub(super) const LEAST_DETECTED: f64 = 0.02;
+const LEAST_DETECTED: f64 = 0.02;
 
 /// Takes in the scan, feature by feature in the order of their places, each linearised at what the ones before have left; then
 /// whether each is there.
@@ -30,7 +31,8 @@ where
             continue;
         }
         let detected = detected(memory.explained, place, measurements);
-        if detected >= T::from_f64(LEAST_DETECTED) && !move_by(sensor, memory, place, measurements, &mut tally) {
+        let tells = says_of_the_pose(sensor, memory.explained, place, measurements, detected);
+        if tells && !move_by(sensor, memory, place, measurements, &mut tally) {
             tally.left_out += 1;
         }
         if let Some(slot) = memory.slots.get_mut(place) {
@@ -45,8 +47,23 @@ where
     tally
 }
 
+/// Whether anything is to be learnt from a feature with so much of all detections.
+pub(super) fn says_of_the_pose<T, S>(
+    sensor: &S,
+    explained: &[Explained<T>],
+    place: usize,
+    measurements: &[S::Measurement],
+    detected: T,
+) -> bool
+where
+    T: Real,
+    S: Sensor<Pose: Pose<Scalar = T>>,
+{
+    detected >= T::from_f64(LEAST_DETECTED) && !is_ambiguous(sensor, explained, place, measurements)
+}
+
 /// The measurements that a feature has a share of, and the share s.
-fn shares<'m, T: Real, Y>(
+pub(super) fn shares<'m, T: Real, Y>(
     explained: &'m [Explained<T>],
     place: usize,
     measurements: &'m [Y],
@@ -93,6 +110,7 @@ where
     let Memory { known, slots, joint, common, explained, .. } = memory;
     let slot = slots.get(place)?;
     let Predicted { measurement, by_pose, by_feature } = Predicted::of(sensor, &sensor.frame(&known.pose), &slot.mean)?;
+    let by_pose = known.as_counted::<S::Measurement>(&by_pose, &by_feature, slot);
     let mut common = Common::over(common);
     joint.common::<S::Measurement, Z>(place, &by_pose, &by_feature, known.len, &mut common);
     let own = common.features.get(place).map_or(&[][..], |rows| rows.as_ref());

@@ -5,7 +5,7 @@
 //! The error of a feature is then counted once, however often it is measured.
 
 use super::associate::associate;
-use super::correct::{LEAST_DETECTED, Told, detected, tell};
+use super::correct::{Told, detected, says_of_the_pose, tell};
 use super::covariance::{Common, Joint, first, symmetric};
 use super::filter::JointSlam;
 use super::report::{JointReport, Tally};
@@ -34,8 +34,9 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>> JointSla
         for place in 0..memory.known.len {
             let Some(&slot) = memory.slots.get(place).filter(|slot| slot.detection > T::ZERO) else { continue };
             let detected = detected(memory.explained, place, measurements);
-            let tells = detected >= T::from_f64(LEAST_DETECTED);
-            if tells && !move_pose_by(models.sensor(), memory, place, measurements, &mut tally) {
+            let sensor = models.sensor();
+            let tells = says_of_the_pose(sensor, memory.explained, place, measurements, detected);
+            if tells && !move_pose_by(sensor, memory, place, measurements, &mut tally) {
                 tally.left_out += 1;
             }
             // None is given up: the map stays.

@@ -6,6 +6,7 @@
 //! all features in view share every measurement by its likelihood under each, and whether a feature is there is a probability.
 //! `docs/joint.md` has the equations.
 
+mod ambiguity;
 mod archive;
 mod associate;
 mod config;
@@ -30,6 +31,7 @@ mod state;
 #[cfg(test)]
 mod tests;
 mod tidy;
+mod turn;
 mod walk;
 #[cfg(test)]
 mod window_tests;

@@ -48,9 +48,6 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, A: Archi
         let first_label = memory.known.next_label;
         let born = bear(&models, ln_birth, config, memory, measurements);
         let merged = merge(sensor, config, memory);
-        if merged > 0 {
-            memory.follow();
-        }
         let spoilt = drop_spoilt(memory);
         let dropped = drop_unlikely(config, memory, first_label);
         let parked = shelf.as_mut().map_or_else(Parked::default, |shelf| park(shelf, memory));

@@ -2,7 +2,6 @@
 
 use super::covariance::{Joint, RowsOf, joint_numbers};
 use super::existence::Existence;
-use crate::numerics::range::is_within_range;
 use crate::report::watch::Watch;
 use crate::{Pose, PositionOf, Real, ScalarOf, Vector, Zero};
 
@@ -163,70 +162,7 @@ where
     }
 }
 
-impl<T: Real, P: Pose<Scalar = T>> Known<P> {
-    /// Where its rows of P Hᵀ, times `step`, move the pose.
-    pub(super) fn moved_by<Z: Vector<Scalar = T>>(&self, pose: &RowsOf<P::Tangent, Z>, step: &Z) -> P {
-        self.pose.displaced(&Self::step_of(pose, step))
-    }
-
-    /// Whether that is in range.
-    pub(super) fn may_move<Z: Vector<Scalar = T>>(&self, pose: &RowsOf<P::Tangent, Z>, step: &Z) -> bool {
-        let moved = self.moved_by(pose, step);
-        moved.is_finite() && is_within_range(&moved.coordinates())
-    }
-
-    fn step_of<Z: Vector<Scalar = T>>(pose: &RowsOf<P::Tangent, Z>, step: &Z) -> P::Tangent {
-        P::Tangent::with(|k| pose.as_ref().get(k).map_or(T::ZERO, |row| row.dot(step)))
-    }
-}
-
 impl<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>> Memory<'_, P, Z> {
-    /// Moves pose and features by their rows of P Hᵀ, times `step`.
-    pub(super) fn shift(&mut self, pose: &RowsOf<P::Tangent, Z>, step: &Z) {
-        let Self { known, slots, common, .. } = self;
-        let by = Known::<P>::step_of(pose, step);
-        known.pose = known.pose.displaced(&by);
-        known.moved.iter_mut().zip(by.as_slice()).for_each(|(moved, &by)| *moved += by);
-        for (slot, rows) in slots.iter_mut().take(known.len).zip(common.iter()) {
-            let by = P::Position::with(|d| rows.as_ref().get(d).map_or(T::ZERO, |row| row.dot(step)));
-            slot.mean += by;
-            slot.moved += by;
-        }
-    }
-
-    /// Lets the covariance follow where corrections have moved pose and features, if they have.
-    ///
-    /// What turns vehicle and map together about the origin, by δθ, moves what is at p by δθ × p. No measurement tells it, and so the
-    /// covariance must keep its share of it; but an update at p leaves a covariance that has it at p, and has moved p.
-    /// Without this every update tells some heading that nothing measured (Huang, Mourikis & Roumeliotis 2010), and this is the
-    /// covariance of the invariant filter (Barrau & Bonnabel 2015).
-    pub(super) fn follow(&mut self) {
-        let Self { known, slots, joint, .. } = self;
-        let Some(heading) = P::HEADING else { return };
-        let unmoved = |moved: &[T]| moved.iter().all(|&by| by == T::ZERO);
-        if unmoved(&known.moved) && slots.iter().take(known.len).all(|slot| unmoved(slot.moved.as_slice())) {
-            return;
-        }
-        let dimension = P::Position::DIMENSION;
-        let lever = |coordinate: usize| {
-            let of = |[x, y]: [T; 2], d: usize| match d {
-                0 => -y,
-                1 => x,
-                _ => T::ZERO,
-            };
-            match coordinate.checked_sub(P::Tangent::DIMENSION) {
-                None => of(known.moved, coordinate),
-                Some(behind) => slots.get(behind / dimension).map_or(T::ZERO, |slot| match *slot.moved.as_slice() {
-                    [x, y, ..] => of([x, y], behind % dimension),
-                    _ => T::ZERO,
-                }),
-            }
-        };
-        joint.turn(heading, lever, known.len);
-        known.moved = [T::ZERO; 2];
-        slots.iter_mut().take(known.len).for_each(|slot| slot.moved = Zero::ZERO);
-    }
-
     /// Drops a feature; the last one takes its place.
     pub(super) fn drop_feature(&mut self, place: usize) {
         let last = self.known.len.saturating_sub(1);

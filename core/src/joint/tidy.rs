@@ -209,6 +209,7 @@ fn join<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
     for coordinate in 0..P::Position::DIMENSION {
         tie(memory, [one, other], coordinate);
     }
+    memory.follow();
     if let Some(slot) = memory.slots.get_mut(one) {
         let (likelier, other) = if a.existence.total() >= b.existence.total() { (a, b) } else { (b, a) };
         slot.existence = likelier.existence;
@@ -219,7 +220,8 @@ fn join<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
     true
 }
 
-/// Takes in that coordinate `of` of two features is the same.
+/// Takes in that coordinate `of` of two features is the same. All of them are one measurement: what the ones before have moved turns with
+/// the map only afterwards.
 fn tie<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
     memory: &mut Memory<'_, P, Z>,
     places: [usize; 2],
@@ -244,5 +246,5 @@ fn tie<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
     let by = Matrix::with(|r, c| if r == 0 && c == 0 { -T::ONE / variance } else { T::ZERO });
     joint.add_product::<Z>(&common, &by, features);
     let pose = common.pose;
-    memory.shift(&pose, &step);
+    memory.displace(&pose, &step, T::ZERO);
 }

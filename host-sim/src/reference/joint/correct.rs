@@ -19,7 +19,6 @@ pub(super) struct Innovations {
 impl<M: Models> Joint<M> {
     /// Corrects pose and features, then says of each whether it is there.
     pub(super) fn correct(&self, state: &mut State, association: &Association, measurements: &[&[f64]]) -> Innovations {
-        let before = state.coordinates();
         let mut innovations = Innovations::default();
         for place in 0..state.features.len() {
             let detection = association.detection[place];
@@ -28,13 +27,26 @@ impl<M: Models> Joint<M> {
             }
             let shares: Vec<f64> = association.shares.row(place).iter().copied().collect();
             let beta: f64 = shares.iter().sum();
-            if beta >= LEAST_DETECTED {
+            if beta >= LEAST_DETECTED && !self.is_ambiguous(&shares, measurements) {
                 self.correct_by(state, place, &shares, measurements, &mut innovations);
             }
             scanned(&mut state.features[place], detection, beta);
         }
-        self.turn(state, &before);
         innovations
+    }
+
+    /// Whether no measurement has half of the shares, and they lie apart by more than three standard deviations of the noise.
+    fn is_ambiguous(&self, shares: &[f64], measurements: &[&[f64]]) -> bool {
+        let beta: f64 = shares.iter().sum();
+        let surest = (0..shares.len()).max_by(|&a, &b| shares[a].total_cmp(&shares[b]));
+        let Some(surest) = surest.filter(|&z| shares[z] < 0.5 * beta) else { return false };
+        // As seen from the surest one.
+        let from = DVector::from_column_slice(measurements[surest]);
+        let apart: Vec<DVector<f64>> = measurements.iter().map(|z| self.models.innovation(z, &from)).collect();
+        let mean = shares.iter().zip(&apart).map(|(&share, d)| d * (share / beta)).sum::<DVector<f64>>();
+        let noise = self.models.noise().try_inverse().expect("R is positive definite");
+        let scatter = shares.iter().zip(&apart).map(|(&share, d)| share / beta * squared(&(d - &mean), &noise));
+        scatter.sum::<f64>() > 9.0
     }
 
     /// The update of probabilistic data association by one feature.
@@ -63,12 +75,12 @@ impl<M: Models> Joint<M> {
         innovations.shares += beta;
         let within = spread - &mean * mean.transpose() - beta * s;
         state.covariance += &gain * within * gain.transpose();
-        state.shift(&(gain * mean));
+        self.shift(state, &(gain * mean));
     }
 
-    /// P ← (I + c eᵀ) P (I + c eᵀ)ᵀ for what has moved since `before`.
-    pub(super) fn turn(&self, state: &mut State, before: &DVector<f64>) {
-        let moved = state.coordinates() - before;
+    /// Moves everything, and turns the covariance with it: P ← (I + c eᵀ) P (I + c eᵀ)ᵀ.
+    pub(super) fn shift(&self, state: &mut State, moved: &DVector<f64>) {
+        state.shift(moved);
         let mut c = DVector::zeros(moved.len());
         let firsts = (0..state.places.len()).map(|place| state.first(place));
         for first in std::iter::once(0).chain(firsts) {

@@ -65,12 +65,6 @@ impl State {
         coordinates.zip(by.iter().skip(uncertain)).for_each(|(coordinate, by)| *coordinate += by);
     }
 
-    /// All uncertain coordinates, one behind the other.
-    pub(super) fn coordinates(&self) -> DVector<f64> {
-        let pose = self.pose.iter().take(self.uncertain());
-        DVector::from_vec(pose.chain(self.places.iter().flatten()).copied().collect())
-    }
-
     /// Drops a feature; the last one takes its place.
     pub(super) fn drop_feature(&mut self, place: usize) {
         let (behind, each) = (self.covariance.nrows(), self.places[place].len());

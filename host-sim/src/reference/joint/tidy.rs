@@ -53,8 +53,6 @@ impl<M: Models> Joint<M> {
     pub(super) fn merge(&self, state: &mut State, detection: &mut Vec<f64>) -> usize {
         let pose = state.pose.clone();
         let (mut merged, mut one) = (0, 0);
-        // How far everything that is left has moved.
-        let mut before = state.coordinates();
         while one < state.features.len() {
             let alone = is_established(state, detection, one).then(|| self.told_by_one(&pose, &state.places[one]));
             let mean = place_of(state, one);
@@ -63,13 +61,6 @@ impl<M: Models> Joint<M> {
                 let near = is_established(state, detection, other)
                     && squared(&(place_of(state, other) - &mean), alone) <= self.config.merge_distance;
                 if near && self.join(state, one, other) {
-                    let (first, each) = (state.first(other), M::FEATURE);
-                    let mut left: Vec<f64> = before.iter().copied().collect();
-                    let last = left.split_off(left.len() - each);
-                    if other + 1 < state.features.len() {
-                        left[first..first + each].copy_from_slice(&last);
-                    }
-                    before = DVector::from_vec(left);
                     state.drop_feature(other);
                     detection.swap_remove(other);
                     merged += 1;
@@ -78,9 +69,6 @@ impl<M: Models> Joint<M> {
                 }
             }
             one += 1;
-        }
-        if merged > 0 {
-            self.turn(state, &before);
         }
         merged
     }
@@ -110,7 +98,7 @@ impl<M: Models> Joint<M> {
         }
         let gain = &state.covariance * h.transpose() * inverse;
         state.covariance -= &gain * s * gain.transpose();
-        state.shift(&(gain * apart));
+        self.shift(state, &(gain * apart));
         let (a, b) = (state.features[one], state.features[other]);
         let likelier = if a.total() >= b.total() { a } else { b };
         let label = if a.detections >= b.detections { a.label } else { b.label };

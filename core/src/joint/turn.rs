@@ -1,0 +1,148 @@
+//! The coordinates of the covariance.
+//!
+//! What turns vehicle and map together about the origin, by a small δθ, moves what is at p by δθ × p, and no measurement tells it. So the
+//! covariance must keep its share of that, from wherever a place is taken to be: an error e of a place that corrections have moved by Δ is
+//! counted as ξ = e − δθ × Δ, with δθ the error of the heading. Without this every update tells some heading that nothing measured (Huang,
+//! Mourikis & Roumeliotis 2010); with it the errors are those of the invariant filter (Barrau & Bonnabel 2015). Within a scan
+//! Δ is remembered beside every place, and derivatives and corrections are translated; at its end [`follow`](Memory::follow) makes the
+//! covariance one of errors as they are, with Δ = 0.
+
+use super::covariance::RowsOf;
+use super::state::{Known, Memory, Slot};
+use crate::numerics::range::is_within_range;
+use crate::{Linear, Matrix, Pose, PositionOf, Real, TangentOf, Vector, Zero};
+
+impl<T: Real, P: Pose<Scalar = T>> Known<P> {
+    /// ∂h/∂ξ of the pose, of Hx = ∂h/∂x and Hm = ∂h/∂m: the heading's column is Hx + Hx (ê × Δx) + Hm (ê × Δm), the others stay.
+    pub(super) fn as_counted<Y: Vector<Scalar = T>>(
+        &self,
+        by_pose: &Linear<Y, TangentOf<P>>,
+        by_feature: &Linear<Y, PositionOf<P>>,
+        slot: &Slot<PositionOf<P>>,
+    ) -> Linear<Y, TangentOf<P>> {
+        let Some(heading) = P::HEADING else { return *by_pose };
+        let (of_pose, of_feature) = (lever(&self.moved), lever(slot.moved.as_slice()));
+        Matrix::with(|row, column| {
+            let own = by_pose.at(row, column);
+            if column != heading {
+                return own;
+            }
+            let with_pose = of_pose.iter().enumerate().fold(own, |sum, (k, &by)| sum + by_pose.at(row, k) * by);
+            of_feature.iter().enumerate().fold(with_pose, |sum, (k, &by)| sum + by_feature.at(row, k) * by)
+        })
+    }
+
+    /// Where its rows of P Hᵀ, times `step`, move the pose.
+    pub(super) fn moved_by<Z: Vector<Scalar = T>>(&self, pose: &RowsOf<P::Tangent, Z>, step: &Z) -> P {
+        self.pose.displaced(&self.step_of(pose, step, turn_of::<P, Z>(pose, step)))
+    }
+
+    /// Whether that is in range.
+    pub(super) fn may_move<Z: Vector<Scalar = T>>(&self, pose: &RowsOf<P::Tangent, Z>, step: &Z) -> bool {
+        let moved = self.moved_by(pose, step);
+        moved.is_finite() && is_within_range(&moved.coordinates())
+    }
+
+    fn step_of<Z: Vector<Scalar = T>>(&self, pose: &RowsOf<P::Tangent, Z>, step: &Z, turn: T) -> P::Tangent {
+        turned(P::Tangent::with(|k| pose.as_ref().get(k).map_or(T::ZERO, |row| row.dot(step))), turn, &self.moved)
+    }
+}
+
+impl<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>> Memory<'_, P, Z> {
+    /// Moves pose and features by their rows of P Hᵀ, times `step`: of a measurement of which all was taken in at once.
+    pub(super) fn shift(&mut self, pose: &RowsOf<P::Tangent, Z>, step: &Z) {
+        let turn = turn_of::<P, Z>(pose, step);
+        self.displace(pose, step, turn);
+    }
+
+    /// The same with a given δθ: 0 where it is a piece of a measurement whose pieces are one after the other taken in as all of them stood before.
+    pub(super) fn displace(&mut self, pose: &RowsOf<P::Tangent, Z>, step: &Z, turn: T) {
+        let Self { known, slots, common, .. } = self;
+        let by = known.step_of(pose, step, turn);
+        known.pose = known.pose.displaced(&by);
+        known.moved.iter_mut().zip(by.as_slice()).for_each(|(moved, &by)| *moved += by);
+        for (slot, rows) in slots.iter_mut().take(known.len).zip(common.iter()) {
+            let counted = P::Position::with(|d| rows.as_ref().get(d).map_or(T::ZERO, |row| row.dot(step)));
+            let by = turned(counted, turn, slot.moved.as_slice());
+            slot.mean += by;
+            slot.moved += by;
+        }
+    }
+
+    /// Makes the covariance one of errors as they are, where corrections have moved pose and features.
+    pub(super) fn follow(&mut self) {
+        let Self { known, slots, joint, .. } = self;
+        let Some(heading) = P::HEADING else { return };
+        let unmoved = |moved: &[T]| moved.iter().all(|&by| by == T::ZERO);
+        if unmoved(&known.moved) && slots.iter().take(known.len).all(|slot| unmoved(slot.moved.as_slice())) {
+            return;
+        }
+        let dimension = P::Position::DIMENSION;
+        let of = |moved: &[T], coordinate: usize| lever(moved).get(coordinate).copied().unwrap_or(T::ZERO);
+        let lever = |coordinate: usize| match coordinate.checked_sub(P::Tangent::DIMENSION) {
+            None => of(&known.moved, coordinate),
+            Some(behind) => {
+                slots.get(behind / dimension).map_or(T::ZERO, |slot| of(slot.moved.as_slice(), behind % dimension))
+            }
+        };
+        joint.turn(heading, lever, known.len);
+        known.moved = [T::ZERO; 2];
+        slots.iter_mut().take(known.len).for_each(|slot| slot.moved = Zero::ZERO);
+    }
+}
+
+/// ê × Δ of the unit vector upwards: its first two coordinates, the third one is 0.
+fn lever<T: Real>(moved: &[T]) -> [T; 2] {
+    match *moved {
+        [x, y, ..] => [-y, x],
+        _ => [T::ZERO; 2],
+    }
+}
+
+/// δθ of a step.
+fn turn_of<P: Pose, Z: Vector<Scalar = P::Scalar>>(pose: &RowsOf<P::Tangent, Z>, step: &Z) -> P::Scalar {
+    let row = P::HEADING.and_then(|heading| pose.as_ref().get(heading));
+    row.map_or(P::Scalar::ZERO, |row| row.dot(step))
+}
+
+/// e = ξ + δθ × Δ.
+fn turned<T: Real, V: Vector<Scalar = T>>(counted: V, turn: T, moved: &[T]) -> V {
+    let lever = lever(moved);
+    V::with(|k| counted.at(k) + lever.get(k).map_or(T::ZERO, |&by| turn * by))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::associate::Predicted;
+    use super::super::state::{JointState, Slot};
+    use super::lever;
+    use crate::*;
+    use nalgebra::Vector2;
+
+    #[test]
+    fn what_turns_vehicle_and_map_together_changes_no_measurement() {
+        // Where they were before the scan, and how far corrections have moved them since.
+        let (at, by) = ([3.0, -2.0], [0.4, 0.7]);
+        let (feature_at, feature_by) = ([40.0, 15.0], [-1.1, 0.3]);
+        let mut state = JointState::<PlanarPose<f64>, Vector2<f64>, 1, { joint_numbers(3, 2, 1) }, 1>::new();
+        let memory = state.memory();
+        memory.known.pose = PlanarPose::new(at[0] + by[0], at[1] + by[1], 0.6);
+        memory.known.moved = by;
+        let mean = Vector2::from(feature_at) + Vector2::from(feature_by);
+        let slot = Slot { mean, moved: Vector2::from(feature_by), ..Slot::ZERO };
+        let sensor = RangeBearing::new(0.1, 0.01).unwrap();
+        let frame = sensor.frame(&memory.known.pose);
+        let Predicted { by_pose, by_feature, .. } = Predicted::of(&sensor, &frame, &slot.mean).unwrap();
+        let counted = memory.known.as_counted::<Vector2<f64>>(&by_pose, &by_feature, &slot);
+        // Of the errors as they are counted, a turn is δθ and δθ × p at the places from before.
+        let (turn, feature_turn) = (lever(&at), lever(&feature_at));
+        for row in 0..2 {
+            let change = |by_pose: &Linear<Vector2<f64>, TangentOf<PlanarPose<f64>>>| {
+                let of_feature: f64 = (0..2).map(|k| by_feature[(row, k)] * feature_turn[k]).sum();
+                (0..2).map(|k| by_pose[(row, k)] * turn[k]).sum::<f64>() + by_pose[(row, 2)] + of_feature
+            };
+            assert!(change(&counted).abs() < 1e-12, "{row}: {}", change(&counted));
+            assert!(change(&by_pose).abs() > 1e-3, "{row}: {}", change(&by_pose));
+        }
+    }
+}
