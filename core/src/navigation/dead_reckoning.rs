@@ -32,7 +32,7 @@ impl<T: Real> DeadReckoning<T> {
         let (zero, one) = (T::ZERO, T::ONE);
         let mean = Vector6::from([position_m.x, position_m.y, position_m.z, zero, zero, zero]);
         let covariance = Symmetric::from_diagonal([zero, zero, zero, one, one, one]);
-        let (outliers, z_outliers) = (Outliers::default(), Outliers::default());
+        let (outliers, z_outliers) = (Outliers::NO_READING, Outliers::NONE);
         Ok(Self { noise, state: Kalman { mean, covariance }, outliers, z_outliers })
     }
 

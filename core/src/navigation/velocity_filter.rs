@@ -48,22 +48,29 @@ impl<T: Real> VelocityNoise<T> {
 }
 
 /// Readings of one instrument rejected in a row.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Outliers(pub(super) u16);
 
 impl Outliers {
+    /// None, of a quantity that is known.
+    pub(super) const NONE: Self = Self(0);
+    /// None, for there was no reading yet of a quantity that only readings tell.
+    pub(super) const NO_READING: Self = Self(u16::MAX);
+
     /// Counts what became of a reading; whether there were so many in a row that the filter has to start again from it.
+    ///
+    /// The first reading, and one from which the filter has started again, may be an outlier itself: it is believed until the
+    /// next one, and no longer if that is another.
     pub(super) fn counted(&mut self, outcome: Outcome, reading: &impl Vector, believed: u16) -> bool {
-        let finite = reading.as_slice().iter().all(|x| x.is_finite());
-        self.0 = match outcome {
-            Outcome::Rejected if finite => self.0.saturating_add(1),
-            Outcome::Rejected => self.0,
-            Outcome::Accepted => 0,
-        };
-        let start_again = self.0 >= believed;
-        if start_again {
-            self.0 = 0;
+        if reading.as_slice().iter().any(|x| !x.is_finite()) {
+            return false;
         }
+        let is_first = *self == Self::NO_READING;
+        let (rejected, start_again) = match outcome {
+            Outcome::Rejected => (self.0.saturating_add(1), self.0.saturating_add(1) >= believed),
+            Outcome::Accepted => (0, false),
+        };
+        self.0 = if is_first || start_again { believed.saturating_sub(1) } else { rejected };
         start_again
     }
 }
@@ -115,7 +122,7 @@ impl<T: Real> VelocityFilter<T> {
         let mean = Vector4::from([T::ZERO, T::ZERO, T::ZERO, z_m]);
         let (velocity, z) = (T::ONE, noise.z_sigma_m * noise.z_sigma_m);
         let covariance = Symmetric::from_diagonal([velocity, velocity, velocity, z]);
-        let (outliers, z_outliers) = (Outliers::default(), Outliers::default());
+        let (outliers, z_outliers) = (Outliers::NO_READING, Outliers::NONE);
         Ok(Self { noise, state: Kalman { mean, covariance }, outliers, z_outliers })
     }
 
@@ -266,6 +273,30 @@ pub(super) mod tests {
         assert_eq!(filter.velocity_mps(), Vector3::new(2.0, 0.1, 0.0));
         assert_eq!(filter.dvl(&Vector3::new(2.0, 0.1, 0.0)), Outcome::Accepted);
         assert_eq!(filter.z(40.0), Outcome::Rejected);
+    }
+
+    #[test]
+    fn a_first_reading_that_is_an_outlier_lasts_until_the_next() {
+        let (good, bad) = (Vector3::new(0.3, 0.0, 0.0), Vector3::new(1.2, -0.8, 0.0));
+        // At the start, and where outliers have become the rule: the last of them, from which the filter starts again, is another one.
+        let mut known = VelocityFilter::new(NOISE, 0.0).unwrap();
+        (0..50).for_each(|_| {
+            known.predict(0.0, 0.0, 0.1);
+            known.dvl(&(good * 5.0));
+        });
+        (0..4).for_each(|_| assert_eq!(known.dvl(&good), Outcome::Rejected));
+        for mut filter in [VelocityFilter::new(NOISE, 0.0).unwrap(), known] {
+            filter.predict(0.0, 0.0, 0.1);
+            filter.dvl(&bad);
+            assert!((filter.velocity_mps() - bad).norm() < 0.02);
+            filter.predict(0.0, 0.0, 0.1);
+            filter.dvl(&good);
+            assert_eq!(filter.velocity_mps(), good);
+            // Two that agree are known: one that does not is left out.
+            assert_eq!(filter.dvl(&good), Outcome::Accepted);
+            assert_eq!(filter.dvl(&bad), Outcome::Rejected);
+            assert_eq!(filter.velocity_mps(), good);
+        }
     }
 
     /// After a step of 1e25 s, and one that leaves the range of the scalar.

@@ -132,6 +132,7 @@ impl Settings {
             camera,
         };
         settings.filter.birth_intensity = settings.clutter_intensity(log) / CLUTTER_OVER_BIRTH;
+        settings.vehicle.velocity_interval_s = 2.0 * settings.velocity_time_constant_s(log);
         settings
     }
 
@@ -144,7 +145,6 @@ impl Settings {
         settings.filter.particles = 1;
         settings.filter.proposal = Proposal::Informed;
         settings.filter.proposal_sampled_fraction = 0.0;
-        settings.vehicle.velocity_interval_s = 2.0 * settings.velocity_time_constant_s(log);
         settings
     }
 
