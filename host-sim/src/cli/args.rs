@@ -284,7 +284,7 @@ pub struct RunArgs {
     pub tuning: Tuning,
     #[command(flatten)]
     pub seed: Seed,
-    /// The filter [default: joint for logs in the plane and random worlds there, unless --particles, --samples, --threads or
+    /// The filter [default: joint for logs and random worlds, unless --particles, --samples, --threads or
     /// --moving ask for what only core has; otherwise core].
     #[arg(long, value_enum)]
     pub filter: Option<FilterName>,
@@ -343,7 +343,7 @@ pub struct MonteCarloArgs {
     #[arg(long, allow_negative_numbers = true, value_parser = seed, default_value_t = 0)]
     pub seed: u64,
     /// The filters, separated by commas; they get the same inputs, and the first is compared with each other one [default:
-    /// joint in random worlds in the plane, unless --particles, --samples or --moving ask for what only core has; otherwise core].
+    /// joint in random worlds, unless --particles, --samples or --moving ask for what only core has; otherwise core].
     #[arg(long, value_enum, value_delimiter = ',')]
     pub filter: Vec<FilterName>,
     /// Number type of the filters [default: f32 for core, f64 for reference, which knows no other].
@@ -686,7 +686,7 @@ impl Choice {
 }
 
 impl FilterName {
-    /// The filter for what is or is not a log in the plane, where the command line does not say: a joint map, but for what only a
+    /// The filter for what is or is not a log, or as good as one, where the command line does not say: a joint map, but for what only a
     /// mixture has.
     pub fn usual(is_log: bool, tuning: &Tuning, threads: u16) -> Self {
         let several = tuning.particles.is_some() || tuning.samples.is_some() || threads > 1;

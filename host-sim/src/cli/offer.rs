@@ -46,9 +46,7 @@ pub trait Offer: Lockstep + Learn + Checked + Exported {
     fn with_snapshots(stream: Stream, filter: Recorded, scalar: Scalar, every: u32) -> Result<Stream, Refusal>;
 
     /// Whether the filter with a joint map is the usual one.
-    fn is_joint_usual(_scenario: Option<&str>) -> bool {
-        false
-    }
+    fn is_joint_usual(scenario: Option<&str>) -> bool;
 
     /// Runs with each input, where the thesis says so.
     fn runs_per_input(_scenario: &str) -> Option<usize> {
@@ -110,10 +108,16 @@ impl Offer for Underwater {
 
     /// Table 7.1 for a scenario of the thesis; a random world is run as a recorded log is.
     fn defaults(scenario: Option<&str>, log: &underwater::log::Log) -> underwater::settings::Settings {
-        match scenario {
-            Some(name) if !underwater::WORLDS.contains(&name) => underwater::settings::Settings::for_log(log),
-            _ => underwater::settings::Settings::for_real_log(log),
+        if Self::is_joint_usual(scenario) {
+            underwater::settings::Settings::for_real_log(log)
+        } else {
+            underwater::settings::Settings::for_log(log)
         }
+    }
+
+    /// For a log and a random world: the experiment of the thesis is neither.
+    fn is_joint_usual(scenario: Option<&str>) -> bool {
+        scenario.is_none_or(|name| underwater::WORLDS.contains(&name))
     }
 
     fn origins(scenario: Option<&str>, log: &underwater::log::Log) -> Origins {
