@@ -55,7 +55,7 @@ impl<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>> Memory<'_, P, Z> {
         self.displace(pose, step, turn);
     }
 
-    /// The same with a given δθ: 0 where it is a piece of a measurement whose pieces are one after the other taken in as all of them stood before.
+    /// The same with a given δθ: 0 for a piece of a measurement that is taken in piece by piece, each from where all stood before the first.
     pub(super) fn displace(&mut self, pose: &RowsOf<P::Tangent, Z>, step: &Z, turn: T) {
         let Self { known, slots, common, .. } = self;
         let by = known.step_of(pose, step, turn);
