@@ -1,20 +1,26 @@
-//! The threads that weigh a filter's candidates.
+//! The threads that weigh a filter's candidates and update its maps.
 
 use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// A pool of threads as an executor of the filter; none of its own by default.
 #[derive(Debug, Clone, Default)]
 pub struct Threads(Option<Arc<ThreadPool>>);
 
 impl Threads {
-    /// As many threads; a single one is the caller's own.
+    /// As many threads, of which one is the caller's own.
     ///
     /// # Errors
     /// The system does not have them.
     pub fn new(threads: usize) -> Result<Self, ThreadPoolBuildError> {
-        let pool = (threads > 1).then(|| ThreadPoolBuilder::new().num_threads(threads).build());
+        let pool = (threads > 1).then(|| ThreadPoolBuilder::new().num_threads(threads - 1).build());
         pool.transpose().map(|pool| Self(pool.map(Arc::new)))
+    }
+
+    /// Whether there is more than one.
+    #[must_use]
+    pub fn are_several(&self) -> bool {
+        self.0.is_some()
     }
 }
 
@@ -22,10 +28,16 @@ impl scphd::Executor for Threads {
     fn run<J: Send>(&self, jobs: impl Iterator<Item = J> + Send, work: impl Fn(J) + Sync) {
         match &self.0 {
             None => scphd::Serial.run(jobs, work),
-            Some(pool) => pool.scope(|scope| {
-                let work = &work;
-                jobs.for_each(|job| scope.spawn(move |_| work(job)));
-            }),
+            // Whoever is free takes the next job: the caller at once, the others as they wake.
+            Some(pool) => {
+                let jobs = Mutex::new(jobs);
+                let next = || jobs.lock().unwrap_or_else(PoisonError::into_inner).next();
+                let take_jobs = || std::iter::from_fn(next).for_each(&work);
+                pool.in_place_scope(|scope| {
+                    (0..pool.current_num_threads()).for_each(|_| scope.spawn(|_| take_jobs()));
+                    take_jobs();
+                });
+            }
         }
     }
 }
