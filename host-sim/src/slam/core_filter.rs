@@ -246,7 +246,7 @@ impl<D: Dimensions, M: Motion<Pose: Fixed<D>> + Copy, X: MeasurementModel<Pose =
         Some(digest)
     }
 
-    fn weigh_on(&mut self, threads: &Threads) {
+    fn work_on(&mut self, threads: &Threads) {
         self.threads = threads.clone();
         self.updates = threads.are_several().then(|| self.state.update_memory());
     }
