@@ -225,6 +225,16 @@ fn smallest_capacities() {
     assert!(rig.agree().iter().any(|report| report.tightened > 0 || report.not_updated > 0));
 }
 
+/// A sensor that sees 30 m around.
+fn far_sighted() -> Sensing<RangeBearing<f32>, RangeBearingWindow<f32>, UniformClutter<f32>> {
+    let window = RangeBearingWindow::full_circle(30.0, 0.9).unwrap();
+    Sensing {
+        sensor: RangeBearing::new(0.2, 0.02).unwrap(),
+        field_of_view: window,
+        clutter: UniformClutter::of_scan(1.0, window.measure()).unwrap(),
+    }
+}
+
 #[test]
 fn drafts_of_other_capacities_are_of_no_use_and_do_no_harm() {
     // A state with less room in an update, and one with more, lend their drafts.
@@ -237,13 +247,7 @@ fn drafts_of_other_capacities_are_of_no_use_and_do_no_harm() {
     for drafts in [&mut mine.drafts(), &mut less.drafts(), &mut more.drafts()] {
         let mut state = Box::new(Mine::new());
         let mut scratch = Box::new(DetectorMemory::<Vector2<f32>, 64, 2>::new());
-        let window = RangeBearingWindow::full_circle(30.0, 0.9).unwrap();
-        let sensing = Sensing {
-            sensor: RangeBearing::new(0.2, 0.02).unwrap(),
-            field_of_view: window,
-            clutter: UniformClutter::of_scan(1.0, window.measure()).unwrap(),
-        };
-        let mut radar = Detector::new(sensing, Births::of_static(0.01)).unwrap().over(&mut scratch).unwrap();
+        let mut radar = Detector::new(far_sighted(), Births::of_static(0.01)).unwrap().over(&mut scratch).unwrap();
         let mut filter = ScPhd::new(scphd::KnownPose::new(), config(4, 1), &mut *state).unwrap();
         let here = PlanarPose::new(0.0, 0.0, 0.0);
         filter.reset(here, 1).unwrap();
@@ -297,13 +301,7 @@ fn a_probe_is_told_of_the_stages_of_the_calling_core() {
     let mut state = Box::new(Memory::new());
     let mut updates = Box::new(UpdateMemory::<Memory, 2>::new());
     let mut scratch = Box::new(DetectorMemory::<Vector2<f32>, 64, 2>::new());
-    let window = RangeBearingWindow::full_circle(30.0, 0.9).unwrap();
-    let sensing = Sensing {
-        sensor: RangeBearing::new(0.2, 0.02).unwrap(),
-        field_of_view: window,
-        clutter: UniformClutter::of_scan(1.0, window.measure()).unwrap(),
-    };
-    let mut radar = Detector::new(sensing, Births::of_static(0.01)).unwrap().over(&mut scratch).unwrap();
+    let mut radar = Detector::new(far_sighted(), Births::of_static(0.01)).unwrap().over(&mut scratch).unwrap();
     let mut filter = ScPhd::new(scphd::KnownPose::new(), config(4, 1), &mut *state).unwrap();
     let here = PlanarPose::new(0.0, 0.0, 0.0);
     filter.reset(here, 1).unwrap();
