@@ -87,6 +87,7 @@ mod tests;
 
 pub use detection::online::Online;
 pub use filter::detector::{Births, Detector, DetectorMemory, ScanRoom};
+pub use filter::draft::{Capacities, Draft, UpdateMemory};
 pub use filter::executor::{Executor, Serial};
 pub use filter::extract::{MapEstimate, PoseEstimate};
 pub use filter::observe::FixReport;

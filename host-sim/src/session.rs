@@ -104,7 +104,7 @@ pub fn run<K: Kind>(
     run_on(&Threads::default(), log, settings, filter, seed, progress)
 }
 
-/// [`run`], with the candidates weighed by `threads`.
+/// [`run`] on these threads.
 ///
 /// # Errors
 /// As for `run`.
@@ -157,7 +157,7 @@ pub fn run_in_map<K: Kind>(
 ) -> Result<(Session<K>, MapOutcome), SessionError> {
     let session = || {
         let mut slam = K::slam(filter, log, settings, seed).map_err(SessionError::Start)?;
-        slam.weigh_on(threads);
+        slam.work_on(threads);
         if let Some(file) = maps.file {
             slam.start_in(file, !maps.locate).map_err(SessionError::Map)?;
         }

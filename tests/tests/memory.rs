@@ -3,6 +3,7 @@
 use nalgebra::{Vector2, Vector3};
 use scphd::{
     Bounds, Candidate, Component, DetectorMemory, LnSum, MapMemory, PAGE_LEN, PlanarPose, State, Static, Symmetric,
+    UpdateMemory,
 };
 
 type Pose = PlanarPose<f32>;
@@ -76,4 +77,29 @@ fn every_capacity_costs_what_its_arrays_cost() {
     // The component, where it comes from, its rank, and its links in the lists of the reduction.
     let (origin, ranked, linked) = (2 * SCALAR, SCALAR + 2 * INDEX, 3 * INDEX);
     assert_eq!(bytes!(0, 0, 0, 0, 0, 8) - total, 8 * (COMPONENT + origin + ranked + linked), "view");
+}
+
+/// Size of one draft of an [`UpdateMemory`] with these capacities more.
+macro_rules! draft_bytes {
+    ($map_pages:expr, $view:expr) => {
+        size_of::<
+            UpdateMemory<
+                State<
+                    Pose,
+                    PARTICLES,
+                    CANDIDATES,
+                    MapMemory<Static<Vector2<f32>>, PARTICLES, PAGES, { MAP_PAGES + $map_pages }, { VIEW + $view }>,
+                >,
+                1,
+            >,
+        >()
+    };
+}
+
+#[test]
+fn a_draft_costs_what_its_documentation_says() {
+    let total = draft_bytes!(0, 0);
+    // A page, and an index among those put aside.
+    assert_eq!(draft_bytes!(8, 0) - total, 8 * (276 + INDEX));
+    assert_eq!(draft_bytes!(0, 8) - total, 8 * 62);
 }

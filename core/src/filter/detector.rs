@@ -192,7 +192,7 @@ impl<X: MeasurementModel> Detector<X, ScanRoom<'_, X::Measurement>> {
 
 /// The memory of one detector: the scratch of its scans, and what is learnt of it.
 ///
-/// `MEASUREMENTS` of dimension `Z` in a scan; the weighing is divided into `WORKERS` jobs, each with scratch of its own, for an
+/// `MEASUREMENTS` of dimension `Z` in a scan; weighing and updates are divided into `WORKERS` jobs, each with scratch of its own, for an
 /// [`Executor`](crate::Executor). All zero, and meant to be a `static`, like [`State`](crate::State).
 #[derive(Debug)]
 pub struct DetectorMemory<Z: Vector, const MEASUREMENTS: usize, const WORKERS: usize = 1> {

@@ -1,18 +1,34 @@
 //! Prediction of the moving features (5.14).
 
-use crate::map::Pool;
-use crate::{Config, Dynamic, Place, Real};
+use crate::map::{Page, Pool};
+use crate::{Config, Dynamic, Executor, Place, Real};
 
 /// Moves every stored component on by `dt` seconds, all the steps since the last scan in one: they do not hang on the
 /// vehicle, so that maps which share a page share the step too. Drops what has become too light or too uncertain.
 pub(crate) fn drift<T: Real, D: Place<Scalar = T>>(pool: &mut Pool<'_, Dynamic<D>>, config: &Config<T>, dt: T) {
-    if !(dt > T::ZERO) {
-        return;
+    if dt > T::ZERO {
+        pool.held_mut().for_each(step(config, dt));
     }
+}
+
+/// The same in one job for each of the workers.
+pub(crate) fn drift_on<T: Real, D: Place<Scalar = T>>(
+    pool: &mut Pool<'_, Dynamic<D>>,
+    config: &Config<T>,
+    dt: T,
+    (executor, workers): (&impl Executor, usize),
+) {
+    if dt > T::ZERO && pool.capacity() > 0 {
+        executor.run(pool.held_in_parts(workers), |pages| pages.for_each(step(config, dt)));
+    }
+}
+
+/// What moves the components of one page.
+fn step<T: Real, D: Place<Scalar = T>>(config: &Config<T>, dt: T) -> impl Fn(&mut Page<Dynamic<D>>) {
     let moving = &config.moving;
     let ln_least = config.prune_weight.ln();
     let greatest_variance = moving.spread_max_m * moving.spread_max_m;
-    for page in pool.held_mut() {
+    move |page| {
         page.change(|component| {
             let later = moving.motion.advance::<D>(component, dt)?;
             let certain = (0..D::DIMENSION).all(|axis| later.covariance.get(axis, axis) <= greatest_variance);

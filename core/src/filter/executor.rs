@@ -1,4 +1,4 @@
-//! Where the weighing is done: on one core, or on several.
+//! Where candidates are weighed and maps updated: on one core, or on several.
 
 use crate::particles::candidate::Candidate;
 use crate::{LnSum, Pose, Real};
@@ -30,12 +30,14 @@ use crate::{LnSum, Pose, Real};
 /// # use nalgebra::Vector2;
 /// # use scphd::{
 /// #     Births, Config, ControlNoise, Detector, DetectorMemory, MapMemory, PlanarPose, RangeBearing, RangeBearingWindow,
-/// #     ScPhd, Sensing, State, Static, Step, Unicycle, UniformClutter,
+/// #     ScPhd, Sensing, State, Static, Step, Unicycle, UniformClutter, UpdateMemory,
 /// # };
 ///
 /// type Memory = State<PlanarPose<f32>, 16, 16, MapMemory<Static<Vector2<f32>>, 16, 64, 8, 128>>;
 /// // The last parameter: scratch for so many jobs at a time.
 /// let mut scratch = DetectorMemory::<Vector2<f32>, 32, 2>::new();
+/// // Scratch for eight maps at a time, of a state like that: four for each job.
+/// let mut updates = Box::new(UpdateMemory::<Memory, 8>::new());
 /// # let window = RangeBearingWindow::full_circle(15.0, 0.9)?;
 /// # let motion = Unicycle::new(Step::Arc, ControlNoise::white(0.1, 0.02))?;
 /// # let sensing = Sensing {
@@ -48,14 +50,16 @@ use crate::{LnSum, Pose, Real};
 /// let mut state = Box::new(Memory::new());
 /// let mut filter = ScPhd::new(motion, config, &mut *state)?;
 /// filter.reset(PlanarPose::new(0.0, 0.0, 0.0), 1)?;
-/// let report = filter.scan_on(&mut lidar, &[Vector2::new(5.0, 0.3)], &TwoCores, &mut ())?;
+/// let measurements = [Vector2::new(5.0, 0.3)];
+/// let report = filter.scan_on(&mut lidar, &measurements, &TwoCores, &mut updates.drafts(), &mut ())?;
 /// assert_eq!(report.candidates, 16);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub trait Executor {
     /// Calls `work` for every job, once, in any order and on any core, and returns when all calls have.
     ///
-    /// A job that is left out leaves a part of the candidates as likely as they were before the scan.
+    /// A job that is left out leaves a part of the moving features where they were, or a part of the candidates as likely as they were
+    /// before the scan; one of the updates leaves its maps to the calling core, and the state is the same.
     fn run<J: Send>(&self, jobs: impl Iterator<Item = J> + Send, work: impl Fn(J) + Sync);
 }
 

@@ -5,6 +5,7 @@ mod audit_maps;
 pub(crate) mod detector;
 mod detector_snapshot;
 pub(crate) mod digest;
+pub(crate) mod draft;
 pub(crate) mod drift;
 pub(crate) mod executor;
 mod expected_map;
@@ -18,7 +19,10 @@ pub(crate) mod scrub;
 pub(crate) mod stages;
 pub(crate) mod state;
 pub(crate) mod step;
+mod store;
+mod survivor;
 pub(crate) mod tally;
+mod task;
 pub(crate) mod update;
 mod walk;
 #[cfg(any(test, feature = "flips"))]

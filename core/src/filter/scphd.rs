@@ -5,9 +5,9 @@ use crate::particles::candidate::Candidate;
 use crate::particles::predict::{predict, predict_gaussians};
 use crate::report::watch::Watch;
 use crate::{
-    Births, Component, Config, Detector, Dynamic, Executor, LoadMapError, MapStorage, MeasurementModel, ModelError,
-    Motion, Noise, PAGE_LEN, Pose, PositionOf, PredictError, PredictReport, Probe, Proposal, Real, ResetError,
-    ScalarOf, ScanError, ScanReport, ScanRoom, Sensor, Serial, SetupError, Stage, State, Static, Symmetric,
+    Births, Component, Config, Detector, Draft, Dynamic, Executor, LoadMapError, MapStorage, MeasurementModel,
+    ModelError, Motion, Noise, PAGE_LEN, Pose, PositionOf, PredictError, PredictReport, Probe, Proposal, Real,
+    ResetError, ScalarOf, ScanError, ScanReport, ScanRoom, Sensor, Serial, SetupError, Stage, State, Static, Symmetric,
 };
 
 /// The single-cluster PHD SLAM filter.
@@ -258,13 +258,18 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'s, M> {
         measurements: &[X::Measurement],
         probe: &mut impl Probe,
     ) -> Result<ScanReport<T>, ScanError> {
-        self.scan_on(detector, measurements, &Serial, probe)
+        self.check_scan(detector, measurements)?;
+        self.step::<X, false>(detector, measurements, &Serial, &mut [], probe)
     }
 
-    /// [`scan_with`](Self::scan_with), with the candidates weighed by an executor: on several cores, if it has them.
+    /// [`scan_with`](Self::scan_with), with the candidates weighed and the maps updated by an executor: on several cores, if it has
+    /// them.
     ///
-    /// They are divided into as many jobs as the [`DetectorMemory`](crate::DetectorMemory) has workers. The result does not depend
-    /// on it, nor on the executor.
+    /// Both are divided into as many jobs as the [`DetectorMemory`](crate::DetectorMemory) has workers. As many maps are updated at a time as
+    /// there are drafts of an [`UpdateMemory`](crate::UpdateMemory) for this kind of state; with fewer than two, `&mut []` for none, weighing
+    /// alone is divided. The result does not depend on any of that.
+    ///
+    /// The probe is told on the calling core: what drafts are reduced is in [`Stage::Update`].
     ///
     /// # Errors
     /// As for `scan`.
@@ -273,14 +278,22 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'s, M> {
         detector: &mut Detector<X, ScanRoom<'_, X::Measurement>>,
         measurements: &[X::Measurement],
         executor: &impl Executor,
+        drafts: &mut [Draft<'_, PositionOf<M::Pose>>],
         probe: &mut impl Probe,
     ) -> Result<ScanReport<T>, ScanError> {
+        self.check_scan(detector, measurements)?;
+        self.step::<X, true>(detector, measurements, executor, drafts, probe)
+    }
+
+    /// Whether a scan can be taken in.
+    fn check_scan<X: MeasurementModel<Pose = M::Pose>>(
+        &mut self,
+        detector: &Detector<X, ScanRoom<'_, X::Measurement>>,
+        measurements: &[X::Measurement],
+    ) -> Result<(), ScanError> {
         self.memory.clamp();
         ScanError::check(measurements, detector.capacity())?;
-        if !self.has_room_for(&detector.births) {
-            return Err(ScanError::NoRoomForMoving);
-        }
-        self.step(detector, measurements, executor, probe)
+        if self.has_room_for(&detector.births) { Ok(()) } else { Err(ScanError::NoRoomForMoving) }
     }
 
     /// Goes on with another motion, between any two steps: noise may be retuned in flight.

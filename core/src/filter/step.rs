@@ -2,24 +2,27 @@
 
 use crate::detection::scan::Scan;
 use crate::detection::view::Views;
-use crate::filter::drift::drift;
+use crate::filter::drift::{drift, drift_on};
 use crate::filter::stages::{Grounds, Outcome, adopt, learn, propose, report, weigh_all};
-use crate::filter::update::Update;
+use crate::filter::update::{Survivors, Update};
 use crate::models::OnVehicle;
 use crate::particles::select::{Weighed, select};
 use crate::settings::config::ADAPTIVE;
 use crate::{
-    Clutter, Detector, Executor, MeasurementModel, Motion, Pose, Probe, Real, ScPhd, ScanError, ScanReport, ScanRoom,
-    Sensor, Stage,
+    Clutter, Detector, Draft, Executor, MeasurementModel, Motion, Pose, PositionOf, Probe, Real, ScPhd, ScanError,
+    ScanReport, ScanRoom, Sensor, Stage,
 };
 
 impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
     /// The scan update, of measurements that have been checked.
-    pub(crate) fn step<X: MeasurementModel<Pose = M::Pose>>(
+    ///
+    /// With `DRAFTS`, maps are updated several at a time; without, there is no code for that.
+    pub(crate) fn step<X: MeasurementModel<Pose = M::Pose>, const DRAFTS: bool>(
         &mut self,
         detector: &mut Detector<X, ScanRoom<'_, X::Measurement>>,
         measured: &[X::Measurement],
         executor: &impl Executor,
+        drafts: &mut [Draft<'_, PositionOf<M::Pose>>],
         probe: &mut impl Probe,
     ) -> Result<ScanReport<T>, ScanError> {
         let Self { config, memory, .. } = self;
@@ -41,7 +44,12 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
 
         // What moves has moved (5.14), once for all the steps since the last scan.
         probe.enter(Stage::Predict);
-        drift(&mut memory.moving_maps.pool, config, memory.cursor.waited_s);
+        let (pool, waited_s) = (&mut memory.moving_maps.pool, memory.cursor.waited_s);
+        if DRAFTS {
+            drift_on(pool, config, waited_s, (executor, most_in_view.len()));
+        } else {
+            drift(pool, config, waited_s);
+        }
         probe.leave(Stage::Predict);
 
         // Candidates: those of the prediction, or drawn now, from poses that the scan has been taken into.
@@ -69,13 +77,15 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
             learnt.learn(&shown, sensing.clutter().per_scan(), online);
         }
         // The survivors' maps (5.17–5.22).
-        let survivors = memory.survivors.get(..grounds.particles).unwrap_or(&[]);
-        let parent = |survivor: u16| grounds.parent_of(usize::from(survivor));
-        let look_again = |survivor: u16| {
+        let parent_of = |survivor: u16| grounds.parent_of(usize::from(survivor));
+        let look = |survivor: u16| {
             let pose_covariance =
-                if grounds.blurs { memory.pose_covariances.get(parent(survivor)).copied() } else { None };
+                if grounds.blurs { memory.pose_covariances.get(parent_of(survivor)).copied() } else { None };
             candidates.get(usize::from(survivor)).map(|candidate| (views.from(&candidate.pose), pose_covariance))
         };
+        let survivors = memory.survivors.get(..grounds.particles).unwrap_or(&[]);
+        let survivors = Survivors { all: survivors, parents: grounds.particles, parent_of, look };
+        let workers = most_in_view.len();
         let update = Update {
             static_maps: &mut memory.static_maps,
             moving_maps: &mut memory.moving_maps,
@@ -86,7 +96,11 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
             next_label: &mut memory.cursor.next_label,
             known_below: memory.cursor.watch.known_below,
         };
-        let tally = update.all(survivors, grounds.particles, parent, look_again, &scan, probe);
+        let tally = if DRAFTS && drafts.len() > 1 && !grounds.lone {
+            update.all_on(&survivors, &scan, (executor, workers), drafts, probe)
+        } else {
+            update.all(&survivors, &scan, probe)
+        };
         probe.leave(Stage::Update);
 
         // The selected candidates are the particles.

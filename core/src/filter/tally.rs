@@ -77,6 +77,19 @@ impl<T: Real> Tally<T> {
         }
     }
 
+    /// Adds what another survivor's update has counted, but for the sums over components, whose terms come
+    /// [one by one](Account).
+    pub(crate) fn add(&mut self, other: &Self) {
+        self.merged += other.merged;
+        self.births += other.births;
+        self.repaired += other.repaired;
+        self.no_birth += other.no_birth;
+        self.expected_detections += other.expected_detections;
+        for (peak, other) in self.peaks.iter_mut().zip(&other.peaks) {
+            peak.in_view = peak.in_view.max(other.in_view);
+        }
+    }
+
     /// Detections expected and made, in the mean over the maps.
     pub(crate) fn mean_detections(&self) -> [T; 2] {
         let maps = T::from_usize(self.survivors.max(1));
@@ -95,5 +108,41 @@ impl<T: Real> Tally<T> {
     pub(crate) fn mean_innovation(&self, dimension: usize) -> T {
         let (sum, weight) = self.innovation;
         if weight > T::ZERO { sum / (weight * T::from_usize(dimension)) } else { T::ZERO }
+    }
+}
+
+/// What the update of one survivor counts on. Sums over components are of terms whose order decides the last bit: they are added
+/// at once, or, where several survivors are updated at a time, later in the order of the survivors.
+pub(crate) trait Account<T> {
+    /// All that is counted, or summed for a map as a whole.
+    fn tally(&mut self) -> &mut Tally<T>;
+
+    /// A known landmark in view: w and p_D w before the scan, and w of it missed.
+    fn known(&mut self, weight: T, expected: T, missed: T);
+
+    /// A detection kept: its weight, its squared Mahalanobis distance, and whether it is one of a known landmark.
+    fn detected(&mut self, weight: T, distance: T, is_known: bool);
+}
+
+impl<T: Real> Account<T> for Tally<T> {
+    #[inline(always)]
+    fn tally(&mut self) -> &mut Self {
+        self
+    }
+
+    #[inline(always)]
+    fn known(&mut self, weight: T, expected: T, missed: T) {
+        self.known.weight += weight;
+        self.known.expected += expected;
+        self.known.missed += missed;
+    }
+
+    #[inline(always)]
+    fn detected(&mut self, weight: T, distance: T, is_known: bool) {
+        self.innovation.0 += weight * distance;
+        self.innovation.1 += weight;
+        if is_known {
+            self.known.detected += weight;
+        }
     }
 }

@@ -1,7 +1,6 @@
 //! Whether a feature's measurements can be told from each other.
 
-use super::correct::shares;
-use super::state::Explained;
+use super::claims::{Explained, shares};
 use crate::{Pose, Real, Sensor, Zero};
 
 /// No measurement has as much of a feature's detections.
@@ -47,7 +46,7 @@ where
 
 #[cfg(test)]
 mod tests {
-    use super::super::state::{Claim, Explained};
+    use super::super::claims::{Claim, Explained};
     use super::is_ambiguous;
     use crate::RangeBearing;
     use nalgebra::Vector2;

@@ -1,9 +1,10 @@
 //! Who may have caused which measurement, by how much: the responsibilities s_jz.
 
+use super::claims::Claim;
 use super::config::JointConfig;
 use super::covariance::{Blocks, sandwiched, symmetric};
 use super::exclusive::settle;
-use super::state::{Claim, Memory};
+use super::state::Memory;
 use crate::{
     Clutter, FieldOfView, Linear, LnSum, Matrix, MeasurementModel, Pose, PositionOf, Real, Sensor, Symmetric,
     TangentOf, Vector,

@@ -2,9 +2,10 @@
 
 use super::ambiguity::is_ambiguous;
 use super::associate::Predicted;
+use super::claims::{Explained, detected, shares};
 use super::covariance::{Common, RowsOf, symmetric};
 use super::report::Tally;
-use super::state::{Explained, Memory};
+use super::state::Memory;
 use crate::numerics::vector::{applied, product};
 use crate::report::watch::Recognised;
 use crate::{Linear, Matrix, Pose, PositionOf, Real, Sensor, TangentOf, Vector, Zero};
@@ -60,23 +61,6 @@ where
     S: Sensor<Pose: Pose<Scalar = T>>,
 {
     detected >= T::from_f64(LEAST_DETECTED) && !is_ambiguous(sensor, explained, place, measurements)
-}
-
-/// The measurements that a feature has a share of, and the share s.
-pub(super) fn shares<'m, T: Real, Y>(
-    explained: &'m [Explained<T>],
-    place: usize,
-    measurements: &'m [Y],
-) -> impl Iterator<Item = (T, &'m Y)> + 'm {
-    explained.iter().zip(measurements).filter_map(move |(explained, z)| {
-        let claim = explained.claims().iter().find(|claim| usize::from(claim.feature) == place)?;
-        Some((claim.share, z))
-    })
-}
-
-/// Σ s of one feature.
-pub(super) fn detected<T: Real, Y>(explained: &[Explained<T>], place: usize, measurements: &[Y]) -> T {
-    shares(explained, place, measurements).fold(T::ZERO, |sum, (share, _)| sum + share)
 }
 
 /// What one feature's shares of a scan tell.

@@ -5,7 +5,8 @@
 //! μ_jz = a_jz / (1 + Σ_{z'≠z} a_jz' ν_z'j) and ν_zj = 1 / (1 + Σ_{j'≠j} μ_j'z). Where no two features want the same two
 //! measurements the graph has no circle, and the shares are exact.
 
-use super::state::{Claim, Explained, Slot};
+use super::claims::{Claim, Explained};
+use super::state::Slot;
 use crate::{Real, Vector};
 
 /// Rounds of messages. A graph without circles is done after as many as its longest path has features, and what lies farther off
@@ -102,8 +103,9 @@ fn answer<T: Real>(explained: &mut Explained<T>) {
 
 #[cfg(test)]
 mod tests {
+    use super::super::claims::{Claim, Explained};
     use super::super::existence::Existence;
-    use super::super::state::{Claim, Explained, Slot};
+    use super::super::state::Slot;
     use super::settle;
     use crate::Noise;
     use nalgebra::Vector2;

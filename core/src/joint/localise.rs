@@ -5,7 +5,8 @@
 //! The error of a feature is then counted once, however often it is measured.
 
 use super::associate::associate;
-use super::correct::{Told, detected, says_of_the_pose, tell};
+use super::claims::detected;
+use super::correct::{Told, says_of_the_pose, tell};
 use super::covariance::{Common, Joint, first, symmetric};
 use super::filter::JointSlam;
 use super::report::{JointReport, Tally};

@@ -9,6 +9,7 @@
 mod ambiguity;
 mod archive;
 mod associate;
+mod claims;
 mod config;
 mod correct;
 mod covariance;

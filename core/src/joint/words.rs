@@ -1,7 +1,8 @@
 //! What a memory fault may change of a joint map: all that is kept between steps, and the scratch beside it.
 
+use super::claims::Explained;
 use super::filter::JointSlam;
-use super::state::{Explained, Known, Memory, Slot};
+use super::state::{Known, Memory, Slot};
 use crate::numerics::flip::{Each, Word, flip_one};
 use crate::{Motion, Noise, PlanarPose};
 use nalgebra::Vector2;

@@ -1,6 +1,6 @@
 //! Memory of all particles' maps of one kind of features.
 
-use super::{MapTable, MapTableMemory, Pool, PoolMemory};
+use super::{DraftMemory, DraftStorage, MapDraft, MapTable, MapTableMemory, Pool, PoolMemory};
 use crate::Feature;
 use crate::map::workspace::{Workspace, WorkspaceMemory};
 use core::fmt::Debug;
@@ -15,6 +15,9 @@ pub trait MapStorage<F: Feature>: sealed::Sealed + Debug {
     const ZERO: Self;
     /// Particles it has maps for.
     const PARTICLES: usize;
+    /// Memory of the draft of one such map.
+    #[doc(hidden)]
+    type Draft: DraftStorage<F>;
 
     /// The maps over this memory.
     #[doc(hidden)]
@@ -53,6 +56,7 @@ impl<F: Feature, const PARTICLES: usize, const PAGES: usize, const MAP_PAGES: us
         Self { table: MapTableMemory::ZERO, pool: PoolMemory::ZERO, workspace: WorkspaceMemory::ZERO }
     };
     const PARTICLES: usize = PARTICLES;
+    type Draft = DraftMemory<F, MAP_PAGES, VIEW>;
 
     fn maps(&mut self) -> Maps<'_, F> {
         Maps { table: self.table.view(), pool: self.pool.view(), workspace: self.workspace.view() }
@@ -70,9 +74,18 @@ impl sealed::Sealed for NoMoving {}
 impl<F: Feature> MapStorage<F> for NoMoving {
     const ZERO: Self = Self { free_len: 0 };
     const PARTICLES: usize = 0;
+    type Draft = Self;
 
     fn maps(&mut self) -> Maps<'_, F> {
         Maps { table: MapTable::none(), pool: Pool::none(&mut self.free_len), workspace: Workspace::none() }
+    }
+}
+
+impl<F: Feature> DraftStorage<F> for NoMoving {
+    const ZERO: Self = Self { free_len: 0 };
+
+    fn draft(&mut self) -> MapDraft<'_, F> {
+        MapDraft::none()
     }
 }
 

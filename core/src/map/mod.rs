@@ -1,6 +1,7 @@
 //! The daughter process in memory: copy-on-write pages of components in one pool, and a list of pages for every particle.
 
 pub(crate) mod component;
+mod draft;
 mod feature;
 mod memory;
 mod near;
@@ -11,6 +12,7 @@ pub(crate) mod reduce;
 mod table;
 pub(crate) mod workspace;
 
+pub use draft::{DraftMemory, DraftStorage, MapDraft};
 pub use feature::{Dynamic, Feature, Static};
 pub(crate) use memory::Maps;
 pub use memory::{MapMemory, MapStorage, NoMoving};

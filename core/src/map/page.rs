@@ -73,6 +73,18 @@ impl<T: Real, F: Feature<Position: Vector<Scalar = T>>> Page<F> {
         components.for_each(|component| self.push(component));
     }
 
+    /// Makes it a copy of another page.
+    pub(crate) fn copy_from(&mut self, other: &Self) {
+        let Self { components, weights, bounds, len } = self;
+        (*components, *weights, *bounds, *len) = (other.components, other.weights, other.bounds, other.len);
+    }
+
+    /// The labels of its components.
+    pub(crate) fn labels_mut(&mut self) -> impl Iterator<Item = &mut u32> {
+        let len = usize::from(self.len);
+        self.components.iter_mut().take(len).map(|component| &mut component.label)
+    }
+
     /// Adds a component where there is room.
     pub(crate) fn push(&mut self, component: &Component<F::State>) {
         let place = usize::from(self.len);

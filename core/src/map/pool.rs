@@ -101,6 +101,21 @@ impl<'s, F: Feature> Pool<'s, F> {
         held.map(|(page, _)| page)
     }
 
+    /// The same in so many parts at most.
+    pub(crate) fn held_in_parts(
+        &mut self,
+        parts: usize,
+    ) -> impl Iterator<Item = impl Iterator<Item = &mut Page<F>> + Send> + Send {
+        // Pages are taken from the front: beyond the last one held there are often many.
+        let len = self.references.iter().rposition(|&references| references > 0).map_or(0, |last| last + 1);
+        let each = len.div_ceil(parts.max(1)).max(1);
+        let parts = self.pages.get_mut(..len).unwrap_or(&mut []).chunks_mut(each).zip(self.references.chunks(each));
+        parts.map(|(pages, references)| {
+            let held = pages.iter_mut().zip(references).filter(|(_, references)| **references > 0);
+            held.map(|(page, _)| page)
+        })
+    }
+
     /// Takes a free page, with one reference, for the caller to fill; `None` when the pool is full.
     pub(crate) fn take(&mut self) -> Option<(PageId, &mut Page<F>)> {
         let last = self.free_len.checked_sub(1)?;

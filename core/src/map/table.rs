@@ -369,6 +369,24 @@ impl<T: Real, D: Vector<Scalar = T>> MapTable<'_, D> {
         self.retain(row, far, keep);
     }
 
+    /// The pages that an update of a map looks at as seen from `view`, in order: those that [`sort_out`](Self::sort_out), for maps that it
+    /// is called for, leaves to [`retain_near`](Self::retain_near). Nothing is changed.
+    pub(crate) fn pages_to_update<F: Feature<Position = D>>(
+        &self,
+        map: usize,
+        view: &Bounds<D>,
+        pool: &Pool<'_, F>,
+    ) -> impl Iterator<Item = PageId> {
+        let row = self.row(map);
+        let (far, vicinity) = self.far(map);
+        let sorted_anew = (!F::MOVES && !vicinity.covers(view)).then(|| view.grown(T::from_f64(MARGIN)));
+        let first = if sorted_anew.is_some() { 0 } else { far };
+        self.pages_of(row, first).iter().copied().filter(move |&id| {
+            let Some(vicinity) = &sorted_anew else { return true };
+            pool.get(id).is_none_or(|page| page.bounds().meets(vicinity))
+        })
+    }
+
     /// Pages that an updated map has room for, without those that are aside.
     pub(crate) fn room(&self, particle: usize) -> usize {
         self.map_pages.saturating_sub(self.pages_of(self.next_row(particle), 0).len())

@@ -160,6 +160,12 @@ impl<T: Real, N: Vector<Scalar = T>> Workspace<'_, N> {
         }
     }
 
+    /// All labels, of components in view and out of view.
+    pub(crate) fn labels(&self) -> impl Iterator<Item = u32> {
+        let outside = self.entries.get(self.entries.len().saturating_sub(self.outside)..).unwrap_or(&[]);
+        self.in_view().iter().chain(outside).map(|entry| entry.component.label)
+    }
+
     /// Number of components that there is room for.
     pub(crate) fn capacity(&self) -> usize {
         self.entries.len()

@@ -13,7 +13,7 @@ pub enum Stage {
     Resample,
     /// The survivors' maps are updated (5.17–5.22).
     Update,
-    /// Components are pruned and merged (5.2.6).
+    /// Components are pruned and merged (5.2.6), on the calling core.
     Reduce,
 }
 

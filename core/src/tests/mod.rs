@@ -1,8 +1,9 @@
 //! Tests of the whole filter that look into its memory or ask its private steps: words that are flipped or miscounted (`faults`,
-//! `flips`, `prior`, `scrubbing`, `taken_over`), snapshots by their bytes, and how often a step goes round (`lying`, `smallest`). What a
+//! `drafts`, `flips`, `prior`, `scrubbing`, `taken_over`), snapshots by their bytes, and how often a step goes round (`lying`, `smallest`). What a
 //! user can see of the filter is tested in `core/tests/filter`, with the models of `alone` and `linear`.
 
 pub(crate) mod alone;
+mod drafts;
 mod faults;
 pub(crate) mod flips;
 pub(crate) mod linear;

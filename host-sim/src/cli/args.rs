@@ -297,7 +297,7 @@ pub struct RunArgs {
     /// Runs up to N at the same time; the figures do not depend on it, except for the times.
     #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 1, value_parser = value_parser!(u16).range(1..))]
     pub jobs: u16,
-    /// Weighs the candidates of a scan with N threads; the figures do not depend on it, except for the times. For the
+    /// Weighs candidates and updates maps with N threads; the figures do not depend on it, except for the times. For the
     /// core filter only.
     #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 1, value_parser = value_parser!(u16).range(1..=256))]
     pub threads: u16,

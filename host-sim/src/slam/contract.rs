@@ -56,8 +56,8 @@ pub trait Slam<D: Dimensions = Planar> {
         Ok(Vec::new())
     }
 
-    /// From now on weighs candidates with these threads, where the filter knows how to; its results do not depend on it.
-    fn weigh_on(&mut self, _threads: &Threads) {}
+    /// From now on works on these threads, where the filter knows how to; its results do not depend on it.
+    fn work_on(&mut self, _threads: &Threads) {}
 
     /// Starts in a map that [`map_file`](Self::map_file) made: with the pose of the log, or where that is not known, by looking for it.
     ///

@@ -9,16 +9,19 @@ use crate::record::{MapFeature, MovingFeature, Usage};
 use crate::reference::{self, Candidate, Draws};
 use crate::threads::Threads;
 use scphd::{
-    Component, Config, DetectorMemory, Dynamic, Implausible, MapStorage, MeasurementModel, Motion, MovingOf, Noise,
-    Pose, PositionOf, Real, ScPhd, ScalarOf, ScanRoom, SetupError, State, Static, Vector,
+    Capacities, Component, Config, DetectorMemory, Draft, Dynamic, Implausible, MapStorage, MeasurementModel, Motion,
+    MovingOf, Noise, Place, Pose, PositionOf, Real, ScPhd, ScalarOf, ScanRoom, SetupError, State, Static, UpdateMemory,
+    Vector,
 };
 use std::fmt::Debug;
 use std::marker::PhantomData;
 
 /// Measurements in a scan that every host state has room for.
 const MEASUREMENTS: usize = 256;
-/// Jobs that the weighing is divided into: some for each of a few threads, so that none waits long for another.
+/// Jobs that weighing and updates are divided into: some for each of a few threads, so that none waits long for another.
 const WORKERS: usize = 16;
+/// Survivors whose maps are updated before they are stored in order: some for each of a few threads, too.
+const DRAFTS: usize = 32;
 /// Components of one map that an estimate has room for: those of the largest.
 const FEATURES: usize = 512 * scphd::PAGE_LEN;
 
@@ -26,16 +29,35 @@ const FEATURES: usize = 512 * scphd::PAGE_LEN;
 pub(crate) trait Room<M: Motion>: Debug {
     /// The filter over it, which goes on from where the last one left off.
     fn filter(&mut self, motion: M, config: Config<ScalarOf<M::Pose>>) -> Result<ScPhd<'_, M>, SetupError>;
+
+    /// Scratch for updates of its maps on several threads.
+    fn update_memory(&self) -> Box<dyn UpdateRoom<PositionOf<M::Pose>>>;
 }
 
-impl<M: Motion, const PARTICLES: usize, const CANDIDATES: usize, S, V> Room<M>
+/// Scratch for the update of several maps, of whatever capacities.
+pub(crate) trait UpdateRoom<D: Place>: Debug {
+    /// The drafts over it.
+    fn drafts(&mut self) -> Vec<Draft<'_, D>>;
+}
+
+impl<M: Capacities + Debug, const DRAFTS: usize> UpdateRoom<M::Position> for UpdateMemory<M, DRAFTS> {
+    fn drafts(&mut self) -> Vec<Draft<'_, M::Position>> {
+        UpdateMemory::drafts(self).into()
+    }
+}
+
+impl<M: Motion<Pose: 'static>, const PARTICLES: usize, const CANDIDATES: usize, S, V> Room<M>
     for State<M::Pose, PARTICLES, CANDIDATES, S, V>
 where
-    S: MapStorage<Static<PositionOf<M::Pose>>>,
-    V: MapStorage<Dynamic<PositionOf<M::Pose>>>,
+    S: MapStorage<Static<PositionOf<M::Pose>>> + 'static,
+    V: MapStorage<Dynamic<PositionOf<M::Pose>>> + 'static,
 {
     fn filter(&mut self, motion: M, config: Config<ScalarOf<M::Pose>>) -> Result<ScPhd<'_, M>, SetupError> {
         ScPhd::new(motion, config, self)
+    }
+
+    fn update_memory(&self) -> Box<dyn UpdateRoom<PositionOf<M::Pose>>> {
+        Box::new(UpdateMemory::<Self, DRAFTS>::new())
     }
 }
 
@@ -88,6 +110,8 @@ struct CoreFilter<D: Dimensions, M: Motion<Pose: Fixed<D>>, X: MeasurementModel<
     /// Of every sensor.
     scratch: Vec<DetectorMemory<X::Measurement, MEASUREMENTS, WORKERS>>,
     threads: Threads,
+    /// Scratch for the updates on several threads; none on one.
+    updates: Option<Box<dyn UpdateRoom<PositionOf<M::Pose>>>>,
 }
 
 /// The filter with that motion, in the reference's terms.
@@ -111,7 +135,7 @@ where
 {
     let start = models.start;
     let scratch = models.sensors.iter().map(|_| DetectorMemory::new()).collect();
-    let mut started = CoreFilter { models, config, state, scratch, threads: Threads::default() };
+    let mut started = CoreFilter { models, config, state, scratch, threads: Threads::default(), updates: None };
     for sensor in 0..started.scratch.len() {
         started.with(sensor, |filter, detector| filter.check(detector))?.map_err(refusal)?;
     }
@@ -153,9 +177,14 @@ impl<D: Dimensions, M: Motion<Pose: Fixed<D>> + Copy, X: MeasurementModel<Pose =
         let measurements = measured::<D, X::Measurement>(detections);
         let threads = self.threads.clone();
         let mut times = StageTimes::default();
-        let report = self
-            .with(sensor, |filter, detector| filter.scan_on(detector, &measurements, &threads, &mut times))?
-            .map_err(refusal)?;
+        let mut updates = self.updates.take();
+        let mut drafts = updates.as_mut().map_or_else(Vec::new, |updates| updates.drafts());
+        let scanned = self.with(sensor, |filter, detector| {
+            filter.scan_on(detector, &measurements, &threads, &mut drafts, &mut times)
+        });
+        drop(drafts);
+        self.updates = updates;
+        let report = scanned?.map_err(refusal)?;
         Ok(ScanOutcome {
             n_eff: report.n_eff.to_f64(),
             resampled: report.resampled,
@@ -217,8 +246,9 @@ impl<D: Dimensions, M: Motion<Pose: Fixed<D>> + Copy, X: MeasurementModel<Pose =
         Some(digest)
     }
 
-    fn weigh_on(&mut self, threads: &Threads) {
+    fn work_on(&mut self, threads: &Threads) {
         self.threads = threads.clone();
+        self.updates = threads.are_several().then(|| self.state.update_memory());
     }
 
     fn state_bytes(&self) -> Option<u64> {

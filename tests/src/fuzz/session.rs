@@ -9,9 +9,9 @@ use super::tuning::{Room, births, config, online};
 use super::worlds::{FeatureOf, MeasurementOf, Models, ModelsOf, World};
 use super::{Failure, Operations, Watch};
 use scphd::{
-    Births, Component, Config, Detector, DetectorMemory, Dynamic, Executor, MapEstimate, MapStorage, MeasurementModel,
-    Mounting, Online, Pose, PoseEstimate, Real, RestoreError, ScPhd, ScanReport, ScanRoom, Scrubber, Serial,
-    SetupError, SliceEnd, State, Static, Symmetric, TangentOf, Vector, from_slice,
+    Births, Component, Config, Detector, DetectorMemory, Draft, Dynamic, Executor, MapEstimate, MapStorage,
+    MeasurementModel, Mounting, Online, Pose, PoseEstimate, Real, RestoreError, ScPhd, ScanReport, ScanRoom, Scrubber,
+    SetupError, SliceEnd, State, Static, Symmetric, TangentOf, UpdateMemory, Vector, from_slice,
 };
 use std::collections::BTreeSet;
 use std::fmt::Write;
@@ -38,6 +38,9 @@ impl Seeded {
     }
 }
 
+/// Maps updated at a time.
+const DRAFTS: usize = 3;
+
 /// Does every job, the last one first.
 struct Backwards;
 
@@ -56,6 +59,7 @@ type Eye<W, R> = Detector<<W as World>::Sensing, R>;
 struct Filter<'s, W: World> {
     slam: ScPhd<'s, W::Motion>,
     eye: Eye<W, ScanRoom<'s, MeasurementOf<W>>>,
+    drafts: [Draft<'s, FeatureOf<W>>; DRAFTS],
 }
 
 impl<W: World> Filter<'_, W> {
@@ -105,11 +109,12 @@ impl<W: World> Design<W> {
         &self,
         state: &'s mut State<W::Pose, N, C, SM, VM>,
         scratch: &'s mut DetectorMemory<MeasurementOf<W>, M, 2>,
+        updates: &'s mut UpdateMemory<State<W::Pose, N, C, SM, VM>, DRAFTS>,
     ) -> Result<Filter<'s, W>, SetupError> {
         let slam = ScPhd::new(self.models.motion, self.tuning, state)?;
         let eye = self.detector()?.over(scratch)?;
         slam.check(&eye)?;
-        Ok(Filter { slam, eye })
+        Ok(Filter { slam, eye, drafts: updates.drafts() })
     }
 }
 
@@ -149,6 +154,7 @@ pub(super) fn run<
 ) -> Result<(), Failure> {
     let mut state = Box::new(State::<W::Pose, N, C, SM, VM>::new());
     let mut scratch = Box::new(DetectorMemory::<MeasurementOf<W>, M, 2>::new());
+    let mut updates = Box::new(UpdateMemory::<State<W::Pose, N, C, SM, VM>, DRAFTS>::new());
     let room = Room { particles: N, candidates: C, measurements: M, moving: VM::PARTICLES > 0 };
     let mut session =
         Session::<W> { room, landmarks: Vec::new(), saved: None, scrubber: Scrubber::new(), told: String::new() };
@@ -171,11 +177,11 @@ pub(super) fn run<
     while left.peek().is_some() {
         // A state that does not fit what is to go on over it is refused, and the filter before goes on.
         if let Some(other) = next.take()
-            && Design::build(&other, &mut state, &mut scratch).is_ok()
+            && Design::build(&other, &mut state, &mut scratch, &mut updates).is_ok()
         {
             design = other;
         }
-        let mut filter = match design.build(&mut state, &mut scratch) {
+        let mut filter = match design.build(&mut state, &mut scratch, &mut updates) {
             Ok(filter) => filter,
             // Births of the models beyond what an update holds, where there was no filter before.
             Err(_) if count == 0 => return Ok(()),
@@ -286,9 +292,9 @@ impl<T: Real, W: World<Scalar = T, Pose: Placed>> Session<W> {
         let measurements = seen::<W, _>(draw, &filter.eye, &self.landmarks, here, self.room.measurements);
         let before = filter.digest();
         let outcome = if draw.chance(0.5) {
-            filter.slam.scan_on(&mut filter.eye, &measurements, &Backwards, &mut ())
+            filter.slam.scan_on(&mut filter.eye, &measurements, &Backwards, &mut filter.drafts, &mut ())
         } else {
-            filter.slam.scan_on(&mut filter.eye, &measurements, &Serial, &mut ())
+            filter.slam.scan(&mut filter.eye, &measurements)
         };
         count("scan", &outcome);
         let listed: Vec<_> = measurements.iter().map(Vector::as_slice).collect();

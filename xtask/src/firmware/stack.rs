@@ -69,6 +69,10 @@ impl Image {
             let offset = (address - start) as usize;
             code.get(offset..offset + 2).map_or(0, |bytes| u16::from_le_bytes([bytes[0], bytes[1]]))
         };
+        let is_branch = |address: u32| {
+            let (_, effect) = decode(address, half_word(address), half_word(address + 2));
+            matches!(effect, Effect::GoesTo(_))
+        };
         let mut functions = BTreeMap::new();
         for (&address, &(name, size)) in &places {
             // Functions in assembler have no size.
@@ -88,7 +92,9 @@ impl Image {
                     Effect::Takes(bytes) => function.frame += bytes,
                     Effect::GoesTo(target) if (address..end).contains(&target) => {}
                     Effect::GoesTo(target) => function.callees.push(target),
-                    Effect::GoesAnywhere => function.unknown = Some("calls through a pointer"),
+                    // The table is branches, which are read as they come.
+                    Effect::GoesByTable if is_branch(place + length) => {}
+                    Effect::GoesByTable | Effect::GoesAnywhere => function.unknown = Some("calls through a pointer"),
                     Effect::SetsStack => function.unknown = Some("moves its stack by a variable"),
                 }
                 place += length;

@@ -11,6 +11,8 @@ pub enum Effect {
     GoesTo(u32),
     /// It goes where a register says.
     GoesAnywhere,
+    /// It goes to one of the branches in a table that begins behind it, where compilers have written it.
+    GoesByTable,
     /// It sets the stack pointer from a register, or moves it by one.
     SetsStack,
 }
@@ -32,7 +34,7 @@ fn short(address: u32, code: u16) -> Effect {
         // ADD SP, Rm; MOV SP, Rm
         _ if code & 0xff87 == 0x4485 || code & 0xff87 == 0x4685 => Effect::SetsStack,
         // MOV PC, Rm
-        _ if code & 0xff87 == 0x4687 => Effect::GoesAnywhere,
+        _ if code & 0xff87 == 0x4687 => Effect::GoesByTable,
         // B<cond>, of which the last two conditions are other instructions.
         _ if code & 0xf000 == 0xd000 && code & 0x0e00 != 0x0e00 => {
             goes(address, extended(u32::from(code & 0xff) << 1, 9))
@@ -141,6 +143,7 @@ mod tests {
         check(0xf84d, 0x8d04, 4, Effect::Takes(4)); // str r8, [sp, #-4]!
         check(0x4770, 0, 2, Effect::None); // bx lr
         check(0x4798, 0, 2, Effect::GoesAnywhere); // blx r3
+        check(0x46b7, 0, 2, Effect::GoesByTable); // mov pc, r6
         check(0x46a5, 0, 2, Effect::SetsStack); // mov sp, r4
         check(0xf85d, 0xfb04, 4, Effect::None); // ldr pc, [sp], #4
         check(0xe8bd, 0x8ff0, 4, Effect::None); // pop {r4-r11, pc}

@@ -1,0 +1,244 @@
+//! Updated maps before they are stored: what several cores work on at a time.
+
+use crate::detection::normalise::Normalisers;
+use crate::detection::seen::{Seen, reset_eta};
+use crate::filter::survivor::{ScanView, Workspaces};
+use crate::filter::tally::{Account, Tally};
+use crate::filter::task::Task;
+use crate::map::workspace::Workspace;
+use crate::map::{DraftStorage, MapDraft, Maps, PageId};
+use crate::{Bounds, Dynamic, Feature, LnSum, MapStorage, MeasurementModel, Place, Pose, Real, State, Static};
+use core::fmt::Debug;
+
+mod sealed {
+    pub trait Sealed {}
+}
+
+/// The capacities of a [`State`], by which [`UpdateMemory`] has its own.
+pub trait Capacities: sealed::Sealed {
+    /// Where features are.
+    #[doc(hidden)]
+    type Position: Place;
+    /// Memory of the draft of a static map.
+    #[doc(hidden)]
+    type StaticDraft: DraftStorage<Static<Self::Position>>;
+    /// Memory of the draft of a moving map.
+    #[doc(hidden)]
+    type MovingDraft: DraftStorage<Dynamic<Self::Position>>;
+}
+
+impl<P: Pose, const PARTICLES: usize, const CANDIDATES: usize, S, V> sealed::Sealed
+    for State<P, PARTICLES, CANDIDATES, S, V>
+{
+}
+
+impl<P: Pose, const PARTICLES: usize, const CANDIDATES: usize, S, V> Capacities
+    for State<P, PARTICLES, CANDIDATES, S, V>
+where
+    S: MapStorage<Static<P::Position>>,
+    V: MapStorage<Dynamic<P::Position>>,
+{
+    type Position = P::Position;
+    type StaticDraft = S::Draft;
+    type MovingDraft = V::Draft;
+}
+
+/// Scratch for the update of several maps at a time, on several cores: for [`ScPhd::scan_on`](crate::ScPhd::scan_on).
+///
+/// `M` is the [`State`] whose maps they are. There are `DRAFTS` of them: one for each core at least, and better some, for the maps of
+/// that many survivors are updated before they are stored in order, and the cores wait for the last of them. Each has room for the
+/// pages of one map and for the components that an update may touch: in single precision 276 bytes for every page of static features and 62
+/// for every component, of moving ones 564 and 98. Nothing is kept in it from scan to scan.
+#[derive(Debug)]
+pub struct UpdateMemory<M: Capacities, const DRAFTS: usize> {
+    drafts: [(M::StaticDraft, M::MovingDraft); DRAFTS],
+}
+
+impl<M: Capacities, const DRAFTS: usize> UpdateMemory<M, DRAFTS> {
+    /// All zero, and meant to be a `static`, like [`State`].
+    #[must_use]
+    pub const fn new() -> Self {
+        Self { drafts: [const { (M::StaticDraft::ZERO, M::MovingDraft::ZERO) }; DRAFTS] }
+    }
+
+    /// The drafts over this memory.
+    pub fn drafts(&mut self) -> [Draft<'_, M::Position>; DRAFTS] {
+        self.drafts.each_mut().map(|(of_static, of_moving)| Draft::over(of_static.draft(), of_moving.draft()))
+    }
+}
+
+impl<M: Capacities, const DRAFTS: usize> Default for UpdateMemory<M, DRAFTS> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// The updated maps of one survivor, before they are stored; of an [`UpdateMemory`].
+#[derive(Debug)]
+pub struct Draft<'w, D: Place> {
+    pub(crate) of_static: MapDraft<'w, Static<D>>,
+    pub(crate) of_moving: MapDraft<'w, Dynamic<D>>,
+    /// Whose update it is.
+    pub(crate) task: Task,
+    /// Outside nothing was in view.
+    pub(crate) bounds: Bounds<D>,
+    /// What its update counts.
+    pub(crate) tally: Tally<D::Scalar>,
+    /// How many of the terms are of known landmarks, and how many of detections.
+    terms: [usize; 2],
+    /// Fresh labels, from the one on that the draft was [made](Self::make) with.
+    pub(crate) labels: u32,
+    /// Whether all of it is there, as if this had been the next survivor's turn.
+    pub(crate) is_whole: bool,
+}
+
+impl<'w, T: Real, D: Place<Scalar = T>> Draft<'w, D> {
+    fn over(of_static: MapDraft<'w, Static<D>>, of_moving: MapDraft<'w, Dynamic<D>>) -> Self {
+        Self {
+            of_static,
+            of_moving,
+            task: Task::NONE,
+            bounds: Bounds::EMPTY,
+            tally: Tally::new(),
+            terms: [0; 2],
+            labels: 0,
+            is_whole: false,
+        }
+    }
+
+    /// Makes it the draft of another survivor's maps, of which there is nothing yet.
+    pub(crate) fn begin(&mut self, task: Task) {
+        (self.task, self.is_whole) = (task, false);
+    }
+
+    /// Whether it is as large as these maps need.
+    pub(crate) fn fits(&self, (static_maps, moving_maps): (&Maps<'_, Static<D>>, &Maps<'_, Dynamic<D>>)) -> bool {
+        self.of_static.fits(&static_maps.table, &static_maps.workspace)
+            && self.of_moving.fits(&moving_maps.table, &moving_maps.workspace)
+    }
+
+    /// Updates the maps of its survivor, reading those of its parent. Fresh labels begin with `first_fresh`.
+    pub(crate) fn make<X: MeasurementModel<Pose: Pose<Scalar = T, Position = D>>>(
+        &mut self,
+        scan_view: &ScanView<'_, X>,
+        (static_maps, moving_maps): (&Maps<'_, Static<D>>, &Maps<'_, Dynamic<D>>),
+        eta: &mut [LnSum<T>],
+        first_fresh: u32,
+    ) {
+        let Self { of_static, of_moving, task, bounds, tally, terms, labels, is_whole } = self;
+        *bounds = scan_view.bounds;
+        *tally = Tally::new();
+        let memory = [&mut *of_static.terms, &mut *of_moving.terms];
+        let mut account = Deferred { tally, memory, known: 0, detected: 0 };
+        let workspaces = (&mut of_static.workspace, &mut of_moving.workspace);
+        reset_eta(eta, scan_view.scan);
+        let mut seen = Seen::NOTHING;
+        let parent = task.parent;
+        of_static.aside_len =
+            collect(workspaces.0, of_static.aside, static_maps, parent, scan_view, eta, &mut seen, &mut account);
+        let mut both = Workspaces { of_static: workspaces.0, of_moving: workspaces.1 };
+        both.look_at_births(scan_view, eta, &mut seen, account.tally());
+        of_moving.aside_len =
+            collect(both.of_moving, of_moving.aside, moving_maps, parent, scan_view, eta, &mut seen, &mut account);
+        account.tally.expected_detections = seen.expected_detections;
+        // Labels run in a circle: an old one may be among those that are fresh now.
+        let most_fresh = both.of_static.capacity() + both.of_moving.capacity();
+        let is_fresh = |label: u32| (label.wrapping_sub(first_fresh) as usize) < most_fresh;
+        let clash = both.of_static.labels().chain(both.of_moving.labels()).any(is_fresh);
+        let mut next_label = first_fresh;
+        let normalisers = Normalisers::of(eta, scan_view.scan);
+        both.complete(scan_view, &normalisers, &mut next_label, &mut account, &mut ());
+        *labels = next_label.wrapping_sub(first_fresh);
+        *terms = [account.known, account.detected];
+        of_static.write(bounds);
+        of_moving.write(bounds);
+        *is_whole = !clash && terms.iter().sum::<usize>() <= of_static.terms.len() + of_moving.terms.len();
+    }
+
+    /// Adds to the counts of the scan what this update has counted.
+    pub(crate) fn settle(&self, tally: &mut Tally<T>) {
+        tally.add(&self.tally);
+        let [known, detected] = self.terms;
+        let mut terms = self.of_static.terms.iter().chain(self.of_moving.terms.iter()).copied();
+        for [weight, expected, missed] in terms.by_ref().take(known) {
+            tally.known(weight, expected, missed);
+        }
+        for [weight, distance, is_known] in terms.take(detected) {
+            tally.detected(weight, distance, is_known > T::ZERO);
+        }
+    }
+}
+
+/// Fills the workspace with what becomes of the components of the parent's map in view, η_z with their terms. Returns how many
+/// pages that replaces, the first ones `aside`.
+#[expect(clippy::too_many_arguments, reason = "what the looks read and what they write")]
+fn collect<T: Real, F, X>(
+    workspace: &mut Workspace<'_, F::State>,
+    aside: &mut [PageId],
+    maps: &Maps<'_, F>,
+    parent: usize,
+    scan_view: &ScanView<'_, X>,
+    eta: &mut [LnSum<T>],
+    seen: &mut Seen<F::Position>,
+    account: &mut impl Account<T>,
+) -> usize
+where
+    F: Feature<Position: Place<Scalar = T>>,
+    X: MeasurementModel<Pose: Pose<Scalar = T, Position = F::Position>>,
+{
+    workspace.clear(scan_view.config.prune_weight.ln());
+    let ln_unconfirmed = scan_view.config.unconfirmed_weight.ln();
+    let mut replaced = 0;
+    for id in maps.table.pages_to_update(parent, &scan_view.bounds, &maps.pool) {
+        if let Some(page) = maps.pool.get(id)
+            && workspace.look_at_page::<F, X>(page, scan_view, ln_unconfirmed, eta, seen, account)
+            && let Some(slot) = aside.get_mut(replaced)
+        {
+            *slot = id;
+            replaced += 1;
+        }
+    }
+    replaced
+}
+
+/// The account of a draft: the terms of sums wait for their turn, those of known landmarks first, as they come.
+struct Deferred<'a, T> {
+    tally: &'a mut Tally<T>,
+    /// Where there is no room for all terms, the draft is not whole.
+    memory: [&'a mut [[T; 3]]; 2],
+    known: usize,
+    detected: usize,
+}
+
+impl<T: Real> Deferred<'_, T> {
+    fn put_off(&mut self, term: [T; 3]) {
+        let place = self.known + self.detected;
+        let [first, second] = &mut self.memory;
+        let slot = match place.checked_sub(first.len()) {
+            None => first.get_mut(place),
+            Some(place) => second.get_mut(place),
+        };
+        if let Some(slot) = slot {
+            *slot = term;
+        }
+    }
+}
+
+impl<T: Real> Account<T> for Deferred<'_, T> {
+    #[inline]
+    fn tally(&mut self) -> &mut Tally<T> {
+        self.tally
+    }
+
+    #[inline]
+    fn known(&mut self, weight: T, expected: T, missed: T) {
+        self.put_off([weight, expected, missed]);
+        self.known += 1;
+    }
+
+    #[inline]
+    fn detected(&mut self, weight: T, distance: T, is_known: bool) {
+        self.put_off([weight, distance, if is_known { T::ONE } else { T::ZERO }]);
+        self.detected += 1;
+    }
+}

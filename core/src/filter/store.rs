@@ -1,0 +1,190 @@
+//! Updated maps made to fit, and written to pages.
+
+use crate::filter::tally::Tally;
+use crate::filter::task::Task;
+use crate::map::reduce::keep_heaviest;
+use crate::map::workspace::{Entry, Origin, Ranked, Workspace};
+use crate::map::{MapDraft, MapTable, PAGE_LEN, Page, Pool};
+use crate::numerics::sort::BUCKETS;
+use crate::{Bounds, Feature, Place, Real, Vector};
+
+/// Writes an updated map, or leaves the predicted one, `false`, where not even its confirmed components find room. `regained` of
+/// its pages aside are held by nobody else.
+pub(crate) fn store<T: Real, F: Feature<Position: Place<Scalar = T>>>(
+    (table, pool): (&mut MapTable<'_, F::Position>, &mut Pool<'_, F>),
+    workspace: &mut Workspace<'_, F::State>,
+    task: &Task,
+    regained: usize,
+    bounds: &Bounds<F::Position>,
+    tally: &mut Tally<T>,
+) -> bool {
+    let fits = workspace.fit(room((table, pool), task, regained), tally);
+    if fits {
+        table.drop_aside(pool);
+        write((table, pool), workspace, task.particle, bounds, tally);
+    } else {
+        table.take_back(task.particle);
+    }
+    fits
+}
+
+/// Writes the workspace to fresh pages, in spatial order, so that the pages' boxes stay small.
+fn write<T: Real, F: Feature<Position: Place<Scalar = T>>>(
+    (table, pool): (&mut MapTable<'_, F::Position>, &mut Pool<'_, F>),
+    workspace: &mut Workspace<'_, F::State>,
+    particle: usize,
+    bounds: &Bounds<F::Position>,
+    tally: &mut Tally<T>,
+) {
+    let (entries, order) = in_spatial_order::<T, F>(workspace, bounds);
+    for chunk in order.chunks(PAGE_LEN) {
+        let Some((id, page)) = pool.take() else {
+            tally.lost += chunk.len();
+            continue;
+        };
+        fill(page, entries, chunk);
+        if !table.push_updated(particle, id) {
+            pool.release(id);
+            tally.lost += chunk.len();
+        }
+    }
+}
+
+impl<T: Real, F: Feature<Position: Place<Scalar = T>>> MapDraft<'_, F> {
+    /// Writes the workspace to pages of its own, as [`store`] would to those of the pool.
+    pub(crate) fn write(&mut self, bounds: &Bounds<F::Position>) {
+        let (entries, order) = in_spatial_order::<T, F>(&mut self.workspace, bounds);
+        let chunks = order.chunks(PAGE_LEN);
+        self.pages_len = chunks.len();
+        chunks.zip(self.pages.iter_mut()).for_each(|(chunk, page)| fill(page, entries, chunk));
+    }
+
+    /// As [`store`]: where there is room for all, the pages are written already. Then `rename` goes over the labels in them.
+    pub(crate) fn store(
+        &mut self,
+        (table, pool): (&mut MapTable<'_, F::Position>, &mut Pool<'_, F>),
+        task: &Task,
+        regained: usize,
+        bounds: &Bounds<F::Position>,
+        rename: impl Fn(&mut u32),
+        tally: &mut Tally<T>,
+    ) -> bool {
+        let room = room((table, pool), task, regained);
+        if self.workspace.len() > room * PAGE_LEN {
+            self.workspace.in_view_mut().iter_mut().for_each(|entry| rename(&mut entry.component.label));
+            return store((table, pool), &mut self.workspace, task, regained, bounds, tally);
+        }
+        table.drop_aside(pool);
+        for written in self.pages.iter_mut().take(self.pages_len) {
+            written.labels_mut().for_each(&rename);
+            let Some((id, page)) = pool.take() else {
+                tally.lost += written.components().len();
+                continue;
+            };
+            page.copy_from(written);
+            if !table.push_updated(task.particle, id) {
+                pool.release(id);
+                tally.lost += written.components().len();
+            }
+        }
+        true
+    }
+}
+
+/// The components of a workspace, and their places along a Morton curve.
+fn in_spatial_order<'w, T: Real, F: Feature<Position: Place<Scalar = T>>>(
+    workspace: &'w mut Workspace<'_, F::State>,
+    bounds: &Bounds<F::Position>,
+) -> (&'w [Entry<F::State>], &'w [Ranked]) {
+    let cells = morton_cells(bounds);
+    workspace.in_order(|component| morton(&component.position(), bounds, &cells))
+}
+
+/// Fills a page with a part of the order.
+fn fill<T: Real, F: Feature<Position: Place<Scalar = T>>>(
+    page: &mut Page<F>,
+    entries: &[Entry<F::State>],
+    chunk: &[Ranked],
+) {
+    let components = chunk.iter().filter_map(|ranked| entries.get(usize::from(ranked.entry)));
+    page.fill(components.map(|entry| &entry.component));
+}
+
+/// Pages that an updated map may take.
+fn room<T: Real, F: Feature<Position: Place<Scalar = T>>>(
+    (table, pool): (&MapTable<'_, F::Position>, &Pool<'_, F>),
+    task: &Task,
+    regained: usize,
+) -> usize {
+    let share = pool.free().checked_div(task.remaining).unwrap_or(0) + regained;
+    table.room(task.particle).min(share)
+}
+
+impl<T: Real, N: Vector<Scalar = T>> Workspace<'_, N> {
+    /// Makes the updated components fit into `room` pages: the lightest go first, down from half a feature; then
+    /// births. `false` where not even the confirmed components fit.
+    fn fit(&mut self, room: usize, tally: &mut Tally<T>) -> bool {
+        let slots = room * PAGE_LEN;
+        if self.len() <= slots {
+            return true;
+        }
+        let Some(limit) = slots.checked_sub(self.outside()) else { return false };
+        let ln_half = T::from_f64(0.5).ln();
+        let confirmed = |entry: &Entry<N>| entry.component.ln_weight >= ln_half;
+        let class = |entry: &Entry<N>| match entry.origin {
+            Origin::Born if confirmed(entry) => 1,
+            _ if confirmed(entry) => 0,
+            _ => 2,
+        };
+        if self.in_view().iter().filter(|entry| class(entry) == 0).count() > limit {
+            return false;
+        }
+        tally.tightened += 1;
+        keep_heaviest(self, limit, class);
+        true
+    }
+}
+
+/// Bits of each coordinate along the Morton curve.
+const fn morton_bits<D: Vector>() -> u32 {
+    // Four at most, for the table of the spaced cells.
+    let bits = BUCKETS.ilog2() / D::DIMENSION as u32;
+    if bits > 4 { 4 } else { bits }
+}
+
+/// Cells of the Morton curve per unit of each coordinate.
+fn morton_cells<T: Real, D: Vector<Scalar = T>>(bounds: &Bounds<D>) -> D {
+    let cells = T::from_usize(1 << const { morton_bits::<D>() });
+    let extent = bounds.high - bounds.low;
+    D::with(|k| cells / extent.at(k))
+}
+
+/// Place of a position along a Morton curve over `bounds`, as a [bucket](BUCKETS).
+#[inline]
+fn morton<T: Real, D: Vector<Scalar = T>>(position: &D, bounds: &Bounds<D>, per_unit: &D) -> usize {
+    let offset = *position - bounds.low;
+    let places = D::with(|k| offset.at(k) * per_unit.at(k));
+    let mut key = 0;
+    for (axis, place) in places.as_slice().iter().enumerate() {
+        let cell = place.to_i32().clamp(0, (1 << const { morton_bits::<D>() }) - 1).unsigned_abs();
+        let spaced = const { spaced::<D>() };
+        key |= usize::from(spaced.get(cell as usize).copied().unwrap_or(0)) << axis;
+    }
+    key
+}
+
+/// The bits of every cell along an axis, D apart.
+#[expect(clippy::indexing_slicing, reason = "evaluated by the compiler alone")]
+const fn spaced<D: Vector>() -> [u8; 16] {
+    let mut spaced = [0; 16];
+    let mut cell = 0;
+    while cell < spaced.len() {
+        let mut bit = 0;
+        while bit < morton_bits::<D>() {
+            spaced[cell] |= ((cell >> bit & 1) << (bit * D::DIMENSION as u32)) as u8;
+            bit += 1;
+        }
+        cell += 1;
+    }
+    spaced
+}

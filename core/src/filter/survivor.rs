@@ -1,0 +1,338 @@
+//! What one survivor makes of the scan: its map looked at, corrected, given births and reduced (5.17–5.22).
+
+use crate::detection::confirmed::is_confirmed;
+use crate::detection::normalise::Normalisers;
+use crate::detection::scan::Scan;
+use crate::detection::seen::Seen;
+use crate::detection::view::View;
+use crate::filter::tally::{Account, Tally};
+use crate::map::Page;
+use crate::map::reduce::{heavier, merge_and_cap};
+use crate::map::workspace::{Entry, Origin, Workspace};
+use crate::numerics::range::is_within_range;
+use crate::numerics::work;
+use crate::{
+    Births, Bounds, Component, Config, Dynamic, Feature, InverseOf, LnSum, MeasurementModel, Place, Pose, PositionOf,
+    Probe, Real, ScalarOf, Sensor, Stage, Static, Symmetric, TangentOf, Vector,
+};
+
+/// The scan as one survivor's pose sees it.
+pub(crate) struct ScanView<'a, X: MeasurementModel> {
+    pub(crate) view: View<'a, X>,
+    /// Covariance of the pose, where it is not certain: it blurs what is expected.
+    pub(crate) pose_covariance: Option<Symmetric<TangentOf<X::Pose>>>,
+    /// Outside nothing is in view.
+    pub(crate) bounds: Bounds<PositionOf<X::Pose>>,
+    pub(crate) scan: &'a Scan<'a, X::Measurement>,
+    pub(crate) config: &'a Config<ScalarOf<X::Pose>>,
+    pub(crate) births: &'a Births<ScalarOf<X::Pose>>,
+    /// ln of [`Config::confirmed_weight`].
+    pub(crate) ln_confirmed: ScalarOf<X::Pose>,
+    /// The label of the scan's first measurement; after the last one come the births that did not wait for one.
+    pub(crate) first_label: u32,
+    /// Landmarks with lesser labels are known.
+    pub(crate) known_below: u32,
+}
+
+impl<T: Real, X: MeasurementModel<Pose: Pose<Scalar = T>>> ScanView<'_, X> {
+    /// Whether a component is better known than from the few measurements that confirm it. Seldom asked, and not small.
+    #[inline(never)]
+    fn confirms<N: Vector<Scalar = T>>(&self, component: &Component<N>) -> bool {
+        let detections = self.config.confirming_detections;
+        is_confirmed(self.view.sensor, &self.view.frame, self.pose_covariance.as_ref(), component, detections)
+    }
+
+    /// ln of the weight of a component in view that was not detected.
+    #[inline]
+    fn ln_missed<F: Feature<Position = PositionOf<X::Pose>>>(
+        &self,
+        component: &Component<F::State>,
+        ln_missed: T,
+    ) -> T {
+        let ln_weight = component.ln_weight + ln_missed;
+        // What moves may have gone.
+        if F::MOVES {
+            return ln_weight;
+        }
+        let ln_least = self.ln_confirmed.at_most(component.ln_weight);
+        if ln_weight < ln_least && self.confirms(component) { ln_least } else { ln_weight }
+    }
+}
+
+/// Which of a scan's births.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Newborn {
+    /// On measurements that features explain, at least in part: to be reduced together with them.
+    Explained,
+    /// On all other measurements. Whatever they could be merged with would have explained those; so they wait for the next scan.
+    Unexplained,
+}
+
+/// The scratch of one survivor's update, for maps of either kind.
+#[derive(Debug)]
+pub(crate) struct Workspaces<'a, 'w, D: Place> {
+    pub(crate) of_static: &'a mut Workspace<'w, D>,
+    pub(crate) of_moving: &'a mut Workspace<'w, D::Moving>,
+}
+
+impl<T: Real, D: Place<Scalar = T>> Workspaces<'_, '_, D> {
+    /// Adds what becomes of the births that the sensor expects.
+    #[inline]
+    pub(crate) fn look_at_births<X: MeasurementModel<Pose: Pose<Scalar = T, Position = D>>>(
+        &mut self,
+        scan_view: &ScanView<'_, X>,
+        eta: &mut [LnSum<T>],
+        seen: &mut Seen<D>,
+        tally: &mut Tally<T>,
+    ) {
+        let first_birth = scan_view.first_label.wrapping_add(scan_view.scan.len() as u32);
+        for (index, birth) in scan_view.view.expected_births() {
+            let birth = Component { label: first_birth.wrapping_add(index as u32), ..birth };
+            if let Some((probability, _)) = self.of_static.look_at::<Static<D>, X>(&birth, scan_view, eta, tally) {
+                seen.add(probability, birth.ln_weight.exp());
+            }
+        }
+    }
+
+    /// From all looks to the updated map, reduced.
+    #[inline]
+    pub(crate) fn complete<X: MeasurementModel<Pose: Pose<Scalar = T, Position = D>>>(
+        &mut self,
+        scan_view: &ScanView<'_, X>,
+        normalisers: &Normalisers<'_, T>,
+        next_label: &mut u32,
+        account: &mut impl Account<T>,
+        probe: &mut impl Probe,
+    ) {
+        let (config, known_below) = (scan_view.config, scan_view.known_below);
+        self.of_static.weigh_detections::<Static<D>>(normalisers, known_below, account);
+        self.of_moving.weigh_detections::<Dynamic<D>>(normalisers, known_below, account);
+        let tally = account.tally();
+        self.give_birth(scan_view, normalisers, Newborn::Explained, tally);
+        probe.enter(Stage::Reduce);
+        self.note_components(tally);
+        self.of_static.reduce(config, next_label, tally);
+        self.of_moving.reduce(config, next_label, tally);
+        probe.leave(Stage::Reduce);
+        self.give_birth(scan_view, normalisers, Newborn::Unexplained, tally);
+        self.note_components(tally);
+    }
+
+    /// How many components the workspaces hold.
+    fn note_components(&self, tally: &mut Tally<T>) {
+        let held = [self.of_static.len(), self.of_moving.len()];
+        tally.peaks.iter_mut().zip(held).for_each(|(peak, held)| peak.in_view = peak.in_view.max(held));
+    }
+
+    /// Adds components of weight w_b/η_z at h⁻¹(z, x) for the measurements of which the births are asked for, a static and a moving
+    /// one each (5.9, 5.10, 5.17).
+    fn give_birth<X: MeasurementModel<Pose: Pose<Scalar = T, Position = D>>>(
+        &mut self,
+        scan_view: &ScanView<'_, X>,
+        normalisers: &Normalisers<'_, T>,
+        births: Newborn,
+        tally: &mut Tally<T>,
+    ) {
+        let ScanView { view, pose_covariance, scan, config, births: intensities, first_label, .. } = scan_view;
+        let (of_static, of_moving) = (&mut *self.of_static, &mut *self.of_moving);
+        let (ln_static, ln_moving) = (intensities.of_static.ln(), intensities.of_moving.ln());
+        let velocity_variance = config.moving.velocity_sigma_mps * config.moving.velocity_sigma_mps;
+        for (index, (ln_normaliser, measurement)) in normalisers.each_ln().zip(scan.iter()).enumerate() {
+            let ln_eta = measurement.ln_reference() - ln_normaliser;
+            if measurement.is_explained(ln_eta) != (births == Newborn::Explained) {
+                continue;
+            }
+            let ln_static = Some(ln_static - ln_eta).filter(|&ln_weight| ln_weight >= of_static.ln_floor());
+            let ln_moving = Some(ln_moving - ln_eta).filter(|&ln_weight| ln_weight >= of_moving.ln_floor());
+            if ln_static.is_none() && ln_moving.is_none() {
+                continue;
+            }
+            // A feature out of view cannot have caused the measurement; born there, it would never be missed and stay.
+            let inverse = view.sensor.invert(&view.frame, &measurement.z);
+            let in_view = |inverse: &InverseOf<X::Sensor>| {
+                view.sees(&inverse.feature, &measurement.z) && inverse.feature.as_slice().iter().all(|x| x.is_finite())
+            };
+            let Some(inverse) = inverse.filter(in_view) else {
+                tally.no_birth += 1;
+                continue;
+            };
+            let mut noise = *view.sensor.noise();
+            if let Some(pose_covariance) = pose_covariance
+                && let Some(expected) = view.sensor.expect(&view.frame, &inverse.feature)
+            {
+                noise = noise.plus(&view.blur(pose_covariance, &inverse.feature, &expected));
+            }
+            // Nor does anything come of one that is uncertain beyond the range of the scalar.
+            let place = noise.congruence::<D>(&inverse.jacobian).kept_positive_definite();
+            let Some((place, repaired)) = place.filter(|_| is_within_range(&inverse.feature)) else {
+                tally.no_birth += 1;
+                continue;
+            };
+            tally.repaired += usize::from(repaired);
+            let label = first_label.wrapping_add(index as u32);
+            if let Some(ln_weight) = ln_static {
+                of_static.push(Component { label, ln_weight, mean: inverse.feature, covariance: place }, Origin::Born);
+                tally.births += 1;
+            }
+            if let Some(ln_weight) = ln_moving {
+                let mean = D::Moving::with(|row| inverse.feature.at(row));
+                let covariance = Symmetric::from_fn(|row, column| {
+                    let velocity = if row == column { velocity_variance } else { T::ZERO };
+                    if row < D::DIMENSION { place.get(row, column) } else { velocity }
+                });
+                of_moving.push(Component { label, ln_weight, mean, covariance }, Origin::Born);
+                tally.births += 1;
+            }
+        }
+    }
+}
+
+impl<T: Real, N: Vector<Scalar = T>> Workspace<'_, N> {
+    /// Adds what becomes of one component, and its terms to η_z. Returns p_D and ln of the weight that is left of a miss; `None`
+    /// where it is out of view.
+    pub(crate) fn look_at<F, X>(
+        &mut self,
+        component: &Component<N>,
+        scan_view: &ScanView<'_, X>,
+        eta: &mut [LnSum<T>],
+        tally: &mut Tally<T>,
+    ) -> Option<(T, T)>
+    where
+        F: Feature<State = N, Position = PositionOf<X::Pose>>,
+        X: MeasurementModel<Pose: Pose<Scalar = T>>,
+    {
+        let ScanView { view, pose_covariance, scan, .. } = scan_view;
+        let mut expectation = view.expect(component)?;
+        let mut noise = *view.sensor.noise();
+        if let Some(pose_covariance) = pose_covariance {
+            let blur =
+                view.blur(pose_covariance, &component.position::<PositionOf<X::Pose>>(), &expectation.expected());
+            expectation = expectation.blurred(&blur);
+            noise = noise.plus(&blur);
+        }
+        let ln_weight = scan_view.ln_missed::<F>(component, expectation.detection.ln_missed);
+        self.push(Component { ln_weight, ..*component }, Origin::Missed);
+        let mut correction = None;
+        view.matches(&expectation, scan, |found| {
+            if let Some(eta) = eta.get_mut(found.index) {
+                eta.add(found.ln_term);
+            }
+            // η_z is not complete yet; what it is without features bounds the weight from above.
+            let ln_bound = found.ln_term - found.ln_reference;
+            if ln_bound >= self.ln_floor() {
+                let correction = correction.get_or_insert_with(|| {
+                    let correction = expectation.correction(component, &noise, found.factor);
+                    tally.repaired += usize::from(correction.repaired());
+                    correction
+                });
+                let origin = Origin::Detected { measurement: found.index as u16, distance: found.distance };
+                self.push(correction.apply(component, &found.innovation, ln_bound), origin);
+            }
+        });
+        Some((expectation.detection.probability, ln_weight))
+    }
+
+    /// Adds what becomes of the components of a page, and its others as they are where any is in view; whether one is, so that
+    /// the page is to be written anew.
+    #[inline(always)]
+    pub(crate) fn look_at_page<F, X>(
+        &mut self,
+        page: &Page<F>,
+        scan_view: &ScanView<'_, X>,
+        ln_unconfirmed: T,
+        eta: &mut [LnSum<T>],
+        seen: &mut Seen<F::Position>,
+        account: &mut impl Account<T>,
+    ) -> bool
+    where
+        F: Feature<State = N, Position = PositionOf<X::Pose>>,
+        X: MeasurementModel<Pose: Pose<Scalar = T>>,
+    {
+        let bounds = &scan_view.bounds;
+        let outside = self.outside();
+        // A page whose last component was dropped is not carried on.
+        let mut in_view = page.components().is_empty();
+        if page.bounds().meets(bounds) {
+            let within = bounds.covers(page.bounds());
+            for (component, weight) in page.weighted() {
+                let near = within || bounds.holds(&component.position());
+                if near
+                    && let Some((probability, ln_missed)) =
+                        self.look_at::<F, X>(component, scan_view, eta, account.tally())
+                {
+                    seen.add(probability, weight);
+                    if !F::MOVES && component.label < scan_view.known_below {
+                        account.known(weight, probability * weight, ln_missed.exp());
+                    }
+                    in_view = true;
+                } else {
+                    self.push_outside(*component);
+                }
+            }
+        }
+        if in_view {
+            self.retain_outside(outside, |component| {
+                component.ln_weight >= ln_unconfirmed || scan_view.confirms(component)
+            });
+        } else {
+            self.forget_outside(outside);
+        }
+        in_view
+    }
+
+    /// Normalises the detections, which divides them by η_z, and prunes (5.18).
+    fn weigh_detections<F: Feature<State = N>>(
+        &mut self,
+        normalisers: &Normalisers<'_, T>,
+        known_below: u32,
+        account: &mut impl Account<T>,
+    ) {
+        self.retain(|Entry { component, origin }| {
+            if let Origin::Detected { measurement, distance } = *origin {
+                component.ln_weight += normalisers.ln(usize::from(measurement));
+                let is_known = !F::MOVES && component.label < known_below;
+                account.detected(component.ln_weight.exp(), distance, is_known);
+            }
+            true
+        });
+        self.prune();
+    }
+
+    /// Merges, caps and names what is in view.
+    fn reduce(&mut self, config: &Config<T>, next_label: &mut u32, tally: &mut Tally<T>) {
+        tally.merged += merge_and_cap(self, config.merge_distance, config.max_components);
+        self.tell_apart(next_label);
+    }
+
+    /// Adds what the workspace dropped, for its weight or for want of room, to the counts of the scan.
+    pub(crate) fn count(&self, tally: &mut Tally<T>) {
+        tally.tightened += usize::from(self.tightened());
+        tally.lost += self.lost();
+        tally.pruned_mass += self.pruned_mass();
+    }
+
+    /// What one component has become, missed or detected, and has not been merged since, bears one label, and stands side
+    /// by side: the heaviest keeps the label, the others get fresh ones.
+    fn tell_apart(&mut self, next_label: &mut u32) {
+        let mut rest = self.in_view_mut();
+        while let Some(label) = rest.first().map(|entry| entry.component.label) {
+            work::round();
+            let len = rest.iter().take_while(|entry| entry.component.label == label).count();
+            let Some((copies, after)) = rest.split_at_mut_checked(len) else { break };
+            rest = after;
+            if copies.len() < 2 {
+                continue;
+            }
+            let mut keeper = 0;
+            for (place, copy) in copies.iter().enumerate() {
+                if copies.get(keeper).is_some_and(|held| heavier(&copy.component, &held.component)) {
+                    keeper = place;
+                }
+            }
+            for (_, copy) in copies.iter_mut().enumerate().filter(|&(place, _)| place != keeper) {
+                copy.component.label = *next_label;
+                *next_label = next_label.wrapping_add(1);
+            }
+        }
+    }
+}
