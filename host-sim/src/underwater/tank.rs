@@ -233,7 +233,8 @@ pub fn girona_tank(seed: u64) -> Log {
             projections: stereo::rows(&camera()),
             size_px: SIZE_PX,
             pixel_sigmas: [PIXEL_SIGMA; 4],
-            common_sigmas: [0.0; 2],
+            // A wrong tilt moves what both images show alike.
+            common_sigmas: [FOCAL_PX * TILT_SIGMA_RAD; 2],
             depth_m: DEPTH_M,
             focal_baseline: FOCAL_PX * BASELINE_M,
             row_tolerance_px: ROW_TOLERANCE_PX,
