@@ -187,10 +187,11 @@ fn births_go_with_clutter_and_a_real_logs_odometry_noise_is_not_lowered() {
     assert!(groups(&log, &more).contains(&Group::Odometry) && groups(&log, &more).contains(&Group::Together));
 }
 
-/// The tank with pixels three times as noisy as they are, half as many false ones and a detector that sees less.
+/// The tank with pixels twice as noisy as they are, half as many false ones and a detector that sees less.
 fn misjudged_tank(log: &crate::underwater::log::Log) -> crate::underwater::settings::Settings {
     let mut settings = crate::underwater::settings::Settings::for_real_log(log);
     settings.camera.pixel_sigmas = log.camera.pixel_sigmas.map(|sigma| 2.0 * sigma);
+    settings.camera.common_sigmas = log.camera.common_sigmas.map(|sigma| 2.0 * sigma);
     settings.camera.clutter_per_scan = 10.0;
     settings.filter.birth_intensity *= 0.5;
     settings.camera.detection = 0.6;
@@ -205,13 +206,13 @@ fn in_space_a_simulations_noise_is_found_too() {
     let said = innovations::<Underwater>(&log, &misjudged_tank(&log), &plan, &|| ()).unwrap();
     println!("{said:#?}");
     let found = |field: &str| said.iter().find(|said| said.field == field).unwrap().to.unwrap();
-    assert!((found("camera.pixel_sigmas") / 3.0 - 1.0).abs() < 0.15);
+    // A wrong tilt moves all pairs of a frame alike, and the pose goes along with them: innovations show less than all of it.
+    assert!((0.75..1.1).contains(&(found("camera.pixel_sigmas") / log.camera.pixel_sigmas[0])));
+    assert!((0.75..1.1).contains(&(found("camera.common_sigmas") / log.camera.common_sigmas[0])));
     // Half of the features are seldom detected: what is known well is seen more often than the mean of all.
     assert!((0.7..0.95).contains(&found("camera.detection")));
     // Those seldom seen count as clutter while they are no features.
     assert!((15.0..40.0).contains(&found("camera.clutter_per_scan")));
-    // There is nothing in common to scale, and the tank's velocity is as good as it says.
-    assert!(said.iter().all(|said| said.field != "camera.common_sigmas" || said.now == 0.0));
 }
 
 #[test]
