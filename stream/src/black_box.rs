@@ -28,11 +28,16 @@ pub trait Saves<K: Kind>: Filter<K> {
 pub trait Modelled<T: Real>: Kind {
     /// The motion of the mixture.
     type Motion: Motion<Pose: Pose<Scalar = T>>;
+    /// What makes controls of the inputs.
+    type Helm;
     /// The models of a detector.
     type Sensing: MeasurementModel<Pose = <Self::Motion as Motion>::Pose>;
 
     /// The motion that a head says.
     fn motion(header: &Header<Self>) -> Result<Self::Motion, ModelError>;
+
+    /// Goes on with what a head says of the inputs.
+    fn steer(helm: &mut Self::Helm, header: &Header<Self>) -> Result<(), ModelError>;
 
     /// The first detector, which is that of the head.
     fn first(header: &Header<Self>) -> Result<Detector<Self::Sensing>, Refusal>;
@@ -131,7 +136,7 @@ pub struct BlackBoxFilter<'m, G: Modelled<T>, T: Real, N, const MEASUREMENTS: us
 /// A detector that a filter works with.
 type Seated<'m, X> = Detector<X, ScanRoom<'m, <X as MeasurementModel>::Measurement>>;
 
-impl<'m, G: Modelled<T>, T: Real, N, const MEASUREMENTS: usize, const OTHERS: usize>
+impl<'m, G: Modelled<T, Helm = N>, T: Real, N, const MEASUREMENTS: usize, const OTHERS: usize>
     BlackBoxFilter<'m, G, T, N, MEASUREMENTS, OTHERS>
 {
     fn detector(&mut self, which: Which<G>) -> Option<&mut Seated<'m, G::Sensing>> {
@@ -166,6 +171,7 @@ impl<'m, G: Modelled<T>, T: Real, N, const MEASUREMENTS: usize, const OTHERS: us
         filter.check(&detector)?;
         filter.configure(config(header))?;
         filter.retune(G::motion(header)?)?;
+        G::steer(&mut self.first.helm, header)?;
         self.first.detector.adopt(detector);
         Ok(())
     }
@@ -181,7 +187,7 @@ impl<'m, G: Modelled<T>, T: Real, N, const MEASUREMENTS: usize, const OTHERS: us
 impl<'m, G, T, N, const MEASUREMENTS: usize, const OTHERS: usize> Filter<G>
     for BlackBoxFilter<'m, G, T, N, MEASUREMENTS, OTHERS>
 where
-    G: Modelled<T>,
+    G: Modelled<T, Helm = N>,
     T: Real,
     N: Helm<T, G::Input, <G::Motion as Motion>::Control>,
     Onboard<'m, G, N, G::Motion, G::Sensing>: Filter<G>,
@@ -264,7 +270,7 @@ where
 impl<G, T, N, const MEASUREMENTS: usize, const OTHERS: usize> Saves<G>
     for BlackBoxFilter<'_, G, T, N, MEASUREMENTS, OTHERS>
 where
-    G: Modelled<T>,
+    G: Modelled<T, Helm = N>,
     T: Real,
     N: Helm<T, G::Input, <G::Motion as Motion>::Control>,
     Self: Filter<G>,

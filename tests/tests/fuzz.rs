@@ -116,3 +116,9 @@ fn no_stream_makes_a_replay_panic_or_lie() {
         ],
     );
 }
+
+/// Under water, the noise of the velocity filter goes on as a head among the records says: a replay from the next snapshot on has it.
+#[test]
+fn a_session_that_once_failed_is_sound() {
+    with_roomy_stack(|| fuzz::replay(Target::Streams, 685, &[175]).unwrap_or_else(|failed| panic!("{failed}")));
+}

@@ -67,6 +67,16 @@ impl<T: Real> Navigator<T> {
         Ok(Self { velocity, z_sigma_m, roll_rad, pitch_rad, yaw_rate_radps: None })
     }
 
+    /// Goes on with other noise of the velocity and the instruments, between any two rows.
+    ///
+    /// # Errors
+    /// It is out of range; the navigator keeps what it had.
+    pub fn retune(&mut self, noise: VelocityNoise<T>) -> Result<(), ModelError> {
+        self.velocity.retune(noise)?;
+        self.z_sigma_m = noise.z_sigma_m;
+        Ok(())
+    }
+
     /// The control of the `dt` seconds up to this row of the instruments, `None` where no time has passed; then takes the row
     /// in.
     ///
@@ -131,7 +141,7 @@ impl<T: Real> Navigator<T> {
 mod tests {
     use super::super::velocity_filter::tests::NOISE;
     use super::{Instruments, Navigator};
-    use crate::{PredictError, Reading, VelocityFilter};
+    use crate::{PredictError, Reading, VelocityFilter, VelocityNoise};
     use nalgebra::Vector3;
 
     const ROW: Instruments<f64> = Instruments {
@@ -161,6 +171,22 @@ mod tests {
         assert_eq!((second.yaw_rate_radps, second.z_m), (Some(ROW.yaw_rate_radps), None));
         velocity.predict(0.1, -0.2, 0.05);
         assert_eq!(navigator.onward(0.05).unwrap().unwrap().velocity_mps, velocity.velocity_mps());
+    }
+
+    #[test]
+    fn other_noise_holds_from_the_next_row_on() {
+        let mut navigator = Navigator::new(NOISE, -2.0, [0.0; 2]).unwrap();
+        navigator.instruments(&ROW, 0.1).unwrap();
+        let (mut same, before) = (navigator, navigator);
+        let other = VelocityNoise { walk_mps_rts: 2.0 * NOISE.walk_mps_rts, z_sigma_m: 3.0 * NOISE.z_sigma_m, ..NOISE };
+        navigator.retune(other).unwrap();
+        let control = navigator.instruments(&ROW, 0.1).unwrap().unwrap();
+        assert_eq!(control.z_m.map(|z| z.sigma), Some(other.z_sigma_m));
+        same.instruments(&ROW, 0.1).unwrap();
+        assert!(navigator.velocity.covariance().get(0, 0) > same.velocity.covariance().get(0, 0));
+        let mut refused = before;
+        assert!(refused.retune(VelocityNoise { dvl_sigma_mps: 0.0, ..NOISE }).is_err());
+        assert_eq!(refused, before);
     }
 
     #[test]

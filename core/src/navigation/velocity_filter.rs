@@ -126,6 +126,16 @@ impl<T: Real> VelocityFilter<T> {
         Ok(Self { noise, state: Kalman { mean, covariance }, outliers, z_outliers })
     }
 
+    /// Goes on with other noise, between any two steps.
+    ///
+    /// # Errors
+    /// It is out of range; the filter keeps what it had.
+    pub fn retune(&mut self, noise: VelocityNoise<T>) -> Result<(), ModelError> {
+        noise.check()?;
+        self.noise = noise;
+        Ok(())
+    }
+
     /// Moves on by `dt` seconds with this roll and pitch, rad.
     pub fn predict(&mut self, roll_rad: T, pitch_rad: T, dt: T) {
         let turned = rotation(roll_rad, pitch_rad, T::ZERO);

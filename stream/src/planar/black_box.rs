@@ -27,10 +27,15 @@ pub struct Memory<T: Real> {
 
 impl<T: Real> Modelled<T> for Planar {
     type Motion = Drive<T>;
+    type Helm = Direct;
     type Sensing = PlanarSensing<T>;
 
     fn motion(header: &Header<Self>) -> Result<Drive<T>, scphd::ModelError> {
         motion(header, margin(header))
+    }
+
+    fn steer(_helm: &mut Direct, _header: &Header<Self>) -> Result<(), scphd::ModelError> {
+        Ok(())
     }
 
     fn first(header: &Header<Self>) -> Result<Detector<PlanarSensing<T>>, Refusal> {

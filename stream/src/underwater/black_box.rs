@@ -18,10 +18,15 @@ type StereoSensing<T> = Sensing<StereoCamera<T>, StereoFrustum<T>, UniformClutte
 
 impl<T: Real> Modelled<T> for Underwater {
     type Motion = Auv<T>;
+    type Helm = Navigator<f64>;
     type Sensing = StereoSensing<T>;
 
     fn motion(header: &Header<Self>) -> Result<Auv<T>, ModelError> {
         Ok(header.models.of_filter()?.motion)
+    }
+
+    fn steer(helm: &mut Navigator<f64>, header: &Header<Self>) -> Result<(), ModelError> {
+        helm.retune(header.models.velocity_noise())
     }
 
     fn first(header: &Header<Self>) -> Result<Detector<StereoSensing<T>>, Refusal> {
