@@ -7,6 +7,7 @@ use crate::onboard::{Filter, Helm, Onboard, Refusal, Scan, Seen, config};
 use crate::record::{How, Measurements, Part, Place, Record, Which};
 use crate::snapshot::Snapshot;
 use crate::writer::Writer;
+use core::fmt::Debug;
 use scphd::{
     Component, Detector, DetectorMemory, Fix, JointSlam, MeasurementModel, ModelError, Motion, Pose, Probe, Real,
     RestoreError, SaveError, ScPhd, ScalarOf, ScanError, ScanRoom, Symmetric, TangentOf, Vector,
@@ -29,7 +30,7 @@ pub trait Modelled<T: Real>: Kind {
     /// The motion of the mixture.
     type Motion: Motion<Pose: Pose<Scalar = T>>;
     /// What makes controls of the inputs.
-    type Helm;
+    type Helm: Helm<T, Self::Input, <Self::Motion as Motion>::Control> + Debug;
     /// The models of a detector.
     type Sensing: MeasurementModel<Pose = <Self::Motion as Motion>::Pose>;
 
@@ -128,16 +129,16 @@ impl<'m, T: Real, X: MeasurementModel<Pose: Pose<Scalar = T>>, const MEASUREMENT
 /// The filter with a mixture a particle, with everything that a black box may hold: all detectors, fixes, maps, other models in flight,
 /// poses set from outside, snapshots.
 #[derive(Debug)]
-pub struct BlackBoxFilter<'m, G: Modelled<T>, T: Real, N, const MEASUREMENTS: usize, const OTHERS: usize> {
-    pub(crate) first: Onboard<'m, G, N, G::Motion, G::Sensing>,
+pub struct BlackBoxFilter<'m, G: Modelled<T>, T: Real, const MEASUREMENTS: usize, const OTHERS: usize> {
+    pub(crate) first: Onboard<'m, G, G::Helm, G::Motion, G::Sensing>,
     pub(crate) others: [Other<'m, G::Sensing, MEASUREMENTS>; OTHERS],
 }
 
 /// A detector that a filter works with.
 type Seated<'m, X> = Detector<X, ScanRoom<'m, <X as MeasurementModel>::Measurement>>;
 
-impl<'m, G: Modelled<T, Helm = N>, T: Real, N, const MEASUREMENTS: usize, const OTHERS: usize>
-    BlackBoxFilter<'m, G, T, N, MEASUREMENTS, OTHERS>
+impl<'m, G: Modelled<T>, T: Real, const MEASUREMENTS: usize, const OTHERS: usize>
+    BlackBoxFilter<'m, G, T, MEASUREMENTS, OTHERS>
 {
     fn detector(&mut self, which: Which<G>) -> Option<&mut Seated<'m, G::Sensing>> {
         match which.beyond_first() {
@@ -177,20 +178,19 @@ impl<'m, G: Modelled<T, Helm = N>, T: Real, N, const MEASUREMENTS: usize, const 
     }
 
     /// The detectors there are.
-    fn known(&self) -> impl Iterator<Item = Which<G>> + use<'_, 'm, G, T, N, MEASUREMENTS, OTHERS> {
+    fn known(&self) -> impl Iterator<Item = Which<G>> + use<'_, 'm, G, T, MEASUREMENTS, OTHERS> {
         let others = self.others.iter().map(|other| other.detector.is_some());
         let known = (0..).zip(core::iter::once(true).chain(others)).filter(|&(_, known)| known);
         known.filter_map(|(number, _)| Which::number(number))
     }
 }
 
-impl<'m, G, T, N, const MEASUREMENTS: usize, const OTHERS: usize> Filter<G>
-    for BlackBoxFilter<'m, G, T, N, MEASUREMENTS, OTHERS>
+impl<'m, G, T, const MEASUREMENTS: usize, const OTHERS: usize> Filter<G>
+    for BlackBoxFilter<'m, G, T, MEASUREMENTS, OTHERS>
 where
-    G: Modelled<T, Helm = N>,
+    G: Modelled<T>,
     T: Real,
-    N: Helm<T, G::Input, <G::Motion as Motion>::Control>,
-    Onboard<'m, G, N, G::Motion, G::Sensing>: Filter<G>,
+    Onboard<'m, G, G::Helm, G::Motion, G::Sensing>: Filter<G>,
 {
     const BLACK_BOX: bool = true;
 
@@ -267,17 +267,15 @@ where
     }
 }
 
-impl<G, T, N, const MEASUREMENTS: usize, const OTHERS: usize> Saves<G>
-    for BlackBoxFilter<'_, G, T, N, MEASUREMENTS, OTHERS>
+impl<G, T, const MEASUREMENTS: usize, const OTHERS: usize> Saves<G> for BlackBoxFilter<'_, G, T, MEASUREMENTS, OTHERS>
 where
-    G: Modelled<T, Helm = N>,
+    G: Modelled<T>,
     T: Real,
-    N: Helm<T, G::Input, <G::Motion as Motion>::Control>,
     Self: Filter<G>,
 {
     fn save<E, F: FnMut(&[u8]) -> Result<(), E>>(&mut self, log: &mut Writer<G, F>) -> Result<(), SaveError<E>> {
         let mut parts = [Part::Filter; 6];
-        let of_helm = N::HAS_STATE.then_some(Part::Navigator);
+        let of_helm = G::Helm::HAS_STATE.then_some(Part::Navigator);
         let all = core::iter::once(Part::Filter).chain(self.known().map(Part::Detector)).chain(of_helm);
         let mut len = 0;
         for (slot, part) in parts.iter_mut().zip(all) {

@@ -198,21 +198,42 @@ fn misjudged_tank(log: &crate::underwater::log::Log) -> crate::underwater::setti
     settings
 }
 
+/// What the innovations say of the misjudged tank of a log.
+fn said_of(log: &crate::underwater::log::Log) -> Vec<Said> {
+    let plan = Plan { filter: FILTER, learn: 0..400, rounds: 3, effort: Effort { seed: 1, runs: 1, jobs: 1 } };
+    let said = innovations::<Underwater>(log, &misjudged_tank(log), &plan, &|| ()).unwrap();
+    println!("{said:#?}");
+    said
+}
+
+fn found(said: &[Said], field: &str) -> f64 {
+    said.iter().find(|said| said.field == field).unwrap().to.unwrap()
+}
+
 #[test]
 fn in_space_a_simulations_noise_is_found_too() {
     let mut log = crate::underwater::tank::girona_tank(1);
     log.scans.truncate(400);
-    let plan = Plan { filter: FILTER, learn: 0..400, rounds: 3, effort: Effort { seed: 1, runs: 1, jobs: 1 } };
-    let said = innovations::<Underwater>(&log, &misjudged_tank(&log), &plan, &|| ()).unwrap();
-    println!("{said:#?}");
-    let found = |field: &str| said.iter().find(|said| said.field == field).unwrap().to.unwrap();
-    // A wrong tilt moves all pairs of a frame alike, and the pose goes along with them: innovations show less than all of it.
-    assert!((0.75..1.1).contains(&(found("camera.pixel_sigmas") / log.camera.pixel_sigmas[0])));
-    assert!((0.75..1.1).contains(&(found("camera.common_sigmas") / log.camera.common_sigmas[0])));
+    log.camera.common_sigmas = [0.0; 2];
+    let said = said_of(&log);
+    assert!((found(&said, "camera.pixel_sigmas") / 3.0 - 1.0).abs() < 0.15);
     // Half of the features are seldom detected: what is known well is seen more often than the mean of all.
-    assert!((0.7..0.95).contains(&found("camera.detection")));
+    assert!((0.7..0.95).contains(&found(&said, "camera.detection")));
     // Those seldom seen count as clutter while they are no features.
-    assert!((15.0..40.0).contains(&found("camera.clutter_per_scan")));
+    assert!((15.0..40.0).contains(&found(&said, "camera.clutter_per_scan")));
+    // There is nothing in common to scale, and the tank's velocity is as good as it says.
+    assert!(said.iter().all(|said| said.field != "camera.common_sigmas" || said.now == 0.0));
+}
+
+#[test]
+fn in_space_what_both_images_share_is_scaled_with_the_rest() {
+    let mut log = crate::underwater::tank::girona_tank(1);
+    log.scans.truncate(400);
+    let said = said_of(&log);
+    let over_true = |field: &str, sigma: f64| found(&said, field) / sigma;
+    // A wrong tilt moves all pairs of a frame alike, and the pose goes along with them: innovations show less than all of it.
+    assert!((0.75..1.1).contains(&over_true("camera.pixel_sigmas", log.camera.pixel_sigmas[0])));
+    assert!((0.75..1.1).contains(&over_true("camera.common_sigmas", log.camera.common_sigmas[0])));
 }
 
 #[test]

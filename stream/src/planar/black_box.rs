@@ -55,7 +55,7 @@ impl<T: Real> Aboard<T> for BlackBox {
     type Kind = Planar;
     type Memory = Memory<T>;
     type Filter<'m>
-        = BlackBoxFilter<'m, Planar, T, Direct, MEASUREMENTS, OTHERS>
+        = BlackBoxFilter<'m, Planar, T, MEASUREMENTS, OTHERS>
     where
         T: 'm;
 

@@ -47,7 +47,7 @@ impl<T: Real> Aboard<T> for BlackBox {
     type Kind = Underwater;
     type Memory = Memory<T>;
     type Filter<'m>
-        = BlackBoxFilter<'m, Underwater, T, Navigator<f64>, MEASUREMENTS, 0>
+        = BlackBoxFilter<'m, Underwater, T, MEASUREMENTS, 0>
     where
         T: 'm;
 
