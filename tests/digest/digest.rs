@@ -12,7 +12,7 @@ use std::f64::consts::PI;
 use std::fmt::Write;
 
 /// The committed digests, one line a case and precision: scenario precision particles samples seed scans digest.
-const EXPECTED: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/expected/digests.txt");
+const EXPECTED: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../expected/digests.txt");
 
 /// Set to 1 to rewrite the committed digests.
 const BLESS: &str = "SCPHD_BLESS";
@@ -159,7 +159,7 @@ fn digests_are_the_committed_ones() {
     assert!(
         changes.is_empty(),
         "digests changed (scenario precision particles samples seed scans digest):\n{changes}\
-         If other numbers are what you wanted, run `{BLESS}=1 cargo test -p scphd-tests --test digest` and commit \
+         If other numbers are what you wanted, run `{BLESS}=1 cargo test -p scphd-digest` and commit \
          {EXPECTED}; if they differ between build profiles or machines, something depends on how it is compiled."
     );
 }
