@@ -3,6 +3,7 @@
 use crate::outcome::{Outcome, Stop};
 use crate::process;
 use crate::python::{self, Environment};
+use crate::unit;
 
 /// What reads MCAP files and trajectories.
 const READERS: [&str; 2] = ["evo>=1.30,<2", "rosbags>=0.10,<0.12"];
@@ -22,9 +23,8 @@ fn check(large: bool) -> Result<Outcome, Stop> {
         environment.equip(&LARGE)?;
     }
     let mut cargo = process::cargo();
-    // Of the same features as the step `unit`, which has built it.
-    cargo.args(["test", "--workspace", "--features", "scphd/embedded-hal", "--test", "readers"]);
-    cargo.args(["--", "--ignored", "--nocapture"]);
+    // The step `unit` has built it.
+    cargo.arg("test").args(unit::PACKAGES).args(["--test", "readers", "--", "--ignored", "--nocapture"]);
     cargo.env("SCPHD_READERS_PYTHON", environment.program());
     if large {
         cargo.env("SCPHD_READERS_ALL", "1");

@@ -15,8 +15,12 @@ pub fn root() -> &'static Path {
 /// A directory for one step's own build products, apart from those of the everyday builds: other compiler flags or
 /// another compiler would make cargo rebuild everything at each change of hands.
 pub fn own_target_dir(name: &str) -> PathBuf {
-    let base = std::env::var_os("CARGO_TARGET_DIR").unwrap_or_else(|| "target".into());
-    root().join(base).join("xtask").join(name)
+    target_dir().join("xtask").join(name)
+}
+
+/// That of the everyday builds.
+pub fn target_dir() -> PathBuf {
+    root().join(std::env::var_os("CARGO_TARGET_DIR").unwrap_or_else(|| "target".into()))
 }
 
 /// Whether what is committed shall be rewritten with what is measured now, where it is otherwise compared.

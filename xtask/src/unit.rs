@@ -9,6 +9,10 @@ use crate::outcome::{Outcome, Stop};
 use crate::process;
 use crate::web;
 
+/// What is tested in one build: every package but this program's own, which is here without optimisation already. Other steps that take
+/// something of this build have to name the same packages and features.
+pub const PACKAGES: [&str; 5] = ["--workspace", "--exclude", "xtask", "--features", "scphd/embedded-hal"];
+
 /// The step.
 pub fn step() -> Outcome {
     test().into()
@@ -19,8 +23,11 @@ fn test() -> Result<Outcome, Stop> {
     fresh(&list).map_err(|error| format!("{}: {error}", list.display()))?;
     let mut cargo = process::cargo();
     // Not with defmt: a test program has no logger to link with.
-    cargo.args(["test", "--workspace", "--no-fail-fast", "--features", "scphd/embedded-hal"]);
+    cargo.args(["test", "--no-fail-fast"]).args(PACKAGES);
     process::run(cargo.env(scphd_shared_data::SKIPPED, &list))?;
+    let mut own = process::cargo();
+    own.args(["test", "--package", "xtask", "--profile", "dev"]);
+    process::run(own.env(scphd_shared_data::SKIPPED, &list))?;
     // The other room of the filter on board, which streams fill in other ways.
     let crowded = ["test", "--package", "scphd-stream", "--features", "few-particles", "--test", "crowded"];
     process::run(process::cargo().args(crowded))?;

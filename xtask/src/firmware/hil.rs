@@ -7,6 +7,7 @@ use std::time::Duration;
 use super::board::EMULATED;
 use super::emulator;
 use super::image::{self, Extra};
+use super::streams;
 use crate::outcome::{Outcome, Stop};
 use crate::process;
 use crate::toolchain::{self, Toolchain};
@@ -55,10 +56,10 @@ pub fn check(qemu: &Tool, toolchain: &Toolchain) -> Result<(), String> {
 
 /// Has the simulator stream the scenario of 5.3.1 to the target at a port.
 fn stream(port: u16, more: &[&str]) -> Result<(), String> {
-    let mut cargo = process::cargo();
-    cargo.args(["run", "--quiet", "--package", "scphd-sim", "--", "hil", "thesis-dynamic"]);
-    cargo.args(["--particles", "32", "--samples", "2", "--port", &format!("tcp:127.0.0.1:{port}")]);
-    process::run_for(cargo.args(more), LIMIT)
+    let mut simulator = streams::simulator()?;
+    simulator.args(["hil", "thesis-dynamic"]);
+    simulator.args(["--particles", "32", "--samples", "2", "--port", &format!("tcp:127.0.0.1:{port}")]);
+    process::run_for(simulator.args(more), LIMIT)
 }
 
 /// Runs the image while something is done with its serial port.

@@ -2,11 +2,13 @@
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::sync::OnceLock;
 
 use super::output::Replay;
 use super::precision::Precision;
 use super::rig::{FEW, JOINT, Rig, SMALL, SMALL_JOINT};
 use crate::process;
+use crate::unit;
 
 /// How a source is taken.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -94,17 +96,30 @@ fn write(source: Source<'_>, precision: Precision, suffix: &str, more: &[&str]) 
     let name = Path::new(source.what).file_name().unwrap_or_default().display();
     let mark = source.variant.mark();
     let path = dir.join(format!("{name}-{}{mark}-{}{suffix}.scphd", source.scans, precision.name()));
-    let mut cargo = process::cargo();
-    cargo.args(["run", "--quiet", "--package", "scphd-sim", "--", "stream", source.what]).arg(&path);
-    cargo.args(["--scans", &source.scans.to_string(), "--precision", precision.name()]);
+    let mut simulator = simulator()?;
+    simulator.args(["stream", source.what]).arg(&path);
+    simulator.args(["--scans", &source.scans.to_string(), "--precision", precision.name()]);
     let rig = source.rig();
-    cargo.args(["--particles", &rig.particles.to_string(), "--samples", &rig.samples.to_string()]);
-    cargo.args(rig.settings.map(|settings| ["--settings", settings]).into_iter().flatten());
+    simulator.args(["--particles", &rig.particles.to_string(), "--samples", &rig.samples.to_string()]);
+    simulator.args(rig.settings.map(|settings| ["--settings", settings]).into_iter().flatten());
     if source.variant == Variant::Static {
-        cargo.args(["--moving", "off"]);
+        simulator.args(["--moving", "off"]);
     }
-    process::run(cargo.args(more))?;
+    process::run(simulator.args(more))?;
     Ok(path)
+}
+
+/// The simulator as its tests have it, which the step `unit` has built.
+pub fn simulator() -> Result<Command, String> {
+    static BUILT: OnceLock<Result<PathBuf, String>> = OnceLock::new();
+    let build = || {
+        let mut cargo = process::cargo();
+        // Programs are built for the tests of their package. A build of it alone would be one of other features.
+        cargo.args(["test", "--quiet", "--no-run", "--test", "guide"]).args(unit::PACKAGES);
+        process::run(cargo.arg("--target-dir").arg(process::target_dir()))?;
+        Ok(process::target_dir().join("debug").join("scphd-sim"))
+    };
+    BUILT.get_or_init(build).clone().map(process::command)
 }
 
 /// The program that replays streams, of this profile and room.
