@@ -165,7 +165,8 @@ fn runner() -> Result<PathBuf, Stop> {
         return Ok(tools.join("bin"));
     }
     let mut install = process::cargo();
-    install.args(["install", RUNNER, "--locked", "--force", "--version", &version, "--root"]).arg(&tools);
+    // Not optimised, which takes three times as long: it only starts the benches and reads what callgrind has counted.
+    install.args(["install", RUNNER, "--debug", "--locked", "--force", "--version", &version, "--root"]).arg(&tools);
     install.arg("--target-dir").arg(Path::new(&tools).join("build"));
     process::run(&mut install).map_err(|reason| Missing(format!("no {RUNNER} {version}: {reason}")))?;
     Ok(tools.join("bin"))
