@@ -4,6 +4,8 @@ use std::ffi::OsStr;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -44,6 +46,28 @@ pub fn command(program: impl AsRef<OsStr>) -> Command {
 pub fn run(command: &mut Command) -> Result<(), String> {
     let status = start(command)?.wait();
     judge(command, status.map_err(|error| error.to_string())?)
+}
+
+/// Does `work` with every item, as many at a time as there are cores, and returns what it gives in the order of the items.
+pub fn side_by_side<T: Sync, R: Send>(items: &[T], work: impl Fn(&T) -> R + Sync) -> Result<Vec<R>, String> {
+    let (next, done) = (AtomicUsize::new(0), Mutex::new(Vec::new()));
+    let worker = || {
+        loop {
+            let place = next.fetch_add(1, Ordering::Relaxed);
+            let Some(item) = items.get(place) else { return };
+            let result = work(item);
+            // Nothing that could end with a panic is done while it is locked.
+            done.lock().unwrap_or_else(|poisoned| poisoned.into_inner()).push((place, result));
+        }
+    };
+    thread::scope(|scope| {
+        let count = thread::available_parallelism().map_or(1, usize::from);
+        let workers: Vec<_> = (0..count).map(|_| scope.spawn(worker)).collect();
+        workers.into_iter().try_for_each(|worker| worker.join().map_err(|_| "a run ended with a panic".to_owned()))
+    })?;
+    let mut done = done.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner());
+    done.sort_by_key(|&(place, _)| place);
+    Ok(done.into_iter().map(|(_, result)| result).collect())
 }
 
 /// Like [`run`], but kills the program after `limit`.
@@ -160,6 +184,18 @@ mod tests {
         let message = run_for(command("sleep").arg("60"), Duration::from_millis(100)).unwrap_err();
         assert!(message.contains("longer than"), "{message}");
         assert!(started.elapsed() < Duration::from_secs(30));
+    }
+
+    #[test]
+    fn results_have_the_order_of_the_items() {
+        let items: Vec<u64> = (0..20).collect();
+        let slow_first = |&item: &u64| {
+            thread::sleep(Duration::from_millis(20 - item));
+            item * item
+        };
+        let expected: Vec<u64> = items.iter().map(|item| item * item).collect();
+        assert_eq!(side_by_side(&items, slow_first), Ok(expected));
+        assert!(side_by_side(&items, |&item| assert!(item != 7)).is_err());
     }
 
     #[test]

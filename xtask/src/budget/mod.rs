@@ -10,9 +10,6 @@ pub mod worst_case;
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 use std::path::PathBuf;
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::thread;
 
 use crate::firmware::board::{Board, EMULATED};
 use crate::firmware::image::{self, Extra, Image};
@@ -88,24 +85,11 @@ pub fn measure(wanted: impl Fn(&Budget) -> bool) -> Result<Vec<Figures>, Stop> {
         runs.push(Run { budget, board, key: key(board, rig, precision), stream, host });
     }
     // QEMU keeps one core busy, and none takes notice of another.
-    let (next, measured) = (AtomicUsize::new(0), Mutex::new(Vec::new()));
-    let worker = || -> Result<(), String> {
-        loop {
-            let place = next.fetch_add(1, Ordering::Relaxed);
-            let Some(run) = runs.get(place) else { return Ok(()) };
-            let (image, code) = images.get(&run.key).ok_or("no image")?;
-            let figures = run.figures(&qemu, image, *code)?;
-            measured.lock().map_err(|_| "a run ended with a panic")?.push((place, figures));
-        }
-    };
-    thread::scope(|scope| {
-        let count = thread::available_parallelism().map_or(1, usize::from);
-        let workers: Vec<_> = (0..count).map(|_| scope.spawn(worker)).collect();
-        workers.into_iter().try_for_each(|worker| worker.join().map_err(|_| "a run ended with a panic")?)
+    let measured = process::side_by_side(&runs, |run| {
+        let (image, code) = images.get(&run.key).ok_or("no image")?;
+        run.figures(&qemu, image, *code)
     })?;
-    let mut measured = measured.into_inner().map_err(|_| "a run ended with a panic")?;
-    measured.sort_by_key(|&(place, _)| place);
-    Ok(measured.into_iter().map(|(_, figures)| figures).collect())
+    Ok(measured.into_iter().collect::<Result<_, String>>()?)
 }
 
 /// What tells images apart: board, name, features for the room.

@@ -10,7 +10,7 @@ use super::hil;
 use super::image::{self, Extra};
 use super::output::{self, Replay};
 use super::precision::Precision;
-use super::rig::{JOINT, PLANAR, UNDERWATER};
+use super::rig::{JOINT, PLANAR, Rig, UNDERWATER};
 use super::rtos;
 use super::streams::{self, Source, Variant};
 use crate::outcome::{Outcome, Stop};
@@ -39,6 +39,9 @@ const SNAPSHOT_EVERY: usize = 50;
 /// Host profiles: without optimisation and with all of it.
 const PROFILES: [&str; 2] = ["dev", "release"];
 
+/// One part of the step: how many scans were compared, and what differs.
+type Check<'a> = Box<dyn Fn() -> Result<(usize, Vec<String>), String> + Sync + 'a>;
+
 /// The step.
 pub fn step() -> Outcome {
     compare().into()
@@ -51,47 +54,37 @@ fn compare() -> Result<Outcome, Stop> {
     let logs = logs.iter().map(|what| Source { what, scans: LOG_SCANS, variant: Variant::Plain });
     let sources: Vec<Source<'_>> = SCENARIOS.into_iter().chain(logs).collect();
     let (mut failures, mut compared) = (Vec::new(), 0);
-    failures.extend(driven_by_a_timer(&qemu, &toolchain)?);
-    failures.extend(several_sensors(&qemu, &toolchain)?);
+    // It goes by the clock of this machine, so nothing else runs beside it.
     failures.extend(hil::check(&qemu, &toolchain).err().map(|reason| format!("hardware in the loop: {reason}")));
-    failures.extend(rtos::check(&qemu, &toolchain).err().map(|reason| format!("with an operating system: {reason}")));
-    failures.extend(flips::check(&qemu, &toolchain).err().map(|reason| format!("bits that flip: {reason}")));
-    for (scans, differences) in [black_boxes(&qemu, &toolchain)?, faults::check(&qemu, &toolchain)?] {
+    let (qemu, toolchain, sources) = (&qemu, &toolchain, &sources[..]);
+    let one = |failure: Option<String>| (0, Vec::from_iter(failure));
+    let mut checks: Vec<Check<'_>> = Vec::new();
+    for rig in [PLANAR, JOINT, UNDERWATER] {
+        checks.extend(
+            rig.precisions
+                .iter()
+                .map(|&precision| -> Check<'_> { Box::new(move || replays(qemu, toolchain, rig, precision, sources)) }),
+        );
+    }
+    checks.extend([
+        Box::new(|| faults::check(qemu, toolchain)) as Check<'_>,
+        Box::new(|| black_boxes(qemu, toolchain)),
+        Box::new(|| {
+            let failed = rtos::check(qemu, toolchain).err();
+            Ok(one(failed.map(|reason| format!("with an operating system: {reason}"))))
+        }),
+        Box::new(|| {
+            let failed = flips::check(qemu, toolchain).err();
+            Ok(one(failed.map(|reason| format!("bits that flip: {reason}"))))
+        }),
+        Box::new(|| driven_by_a_timer(qemu, toolchain).map(one)),
+        Box::new(|| several_sensors(qemu, toolchain).map(one)),
+    ]);
+    // Most of them keep one core busy for most of their time.
+    for found in process::side_by_side(&checks, |check| check())? {
+        let (scans, differences) = found?;
         compared += scans;
         failures.extend(differences);
-    }
-    for (rig, precision) in
-        [PLANAR, JOINT, UNDERWATER].iter().flat_map(|rig| rig.precisions.iter().map(move |&p| (rig, p)))
-    {
-        let mut images = Vec::new();
-        for board in rig.boards {
-            images.push((board, image::build_replay(&toolchain, board, *rig, precision)?));
-        }
-        for &source in sources.iter().filter(|source| source.rig() == *rig) {
-            let stream = streams::make(source, precision)?;
-            let mut replays: Vec<(&str, Replay)> = Vec::new();
-            for profile in PROFILES {
-                replays.push((profile, streams::on_host(&stream, *rig, precision, profile)?));
-            }
-            replays.extend(emulator::replay(&qemu, &images, &stream)?);
-            let (first, rest) = replays.split_first().ok_or("nothing to compare")?;
-            if first.1.scans.is_empty() {
-                return Err(format!("no scan of {}", source.what).into());
-            }
-            for (name, replay) in rest {
-                if let Some(difference) = first.1.first_difference(replay) {
-                    failures.push(format!("{} {} on {name}: {difference}", source.what, rig.replay(precision)));
-                }
-                compared += replay.scans.len();
-            }
-            println!(
-                "{} {}: {} scans compared on {}",
-                source.what,
-                rig.replay(precision),
-                first.1.scans.len(),
-                rest.len()
-            );
-        }
     }
     if !failures.is_empty() {
         return Err(failures.join("; ").into());
@@ -102,6 +95,41 @@ fn compare() -> Result<Outcome, Stop> {
     } else {
         Outcome::Partly(format!("{note}; NOT CHECKED: no {}", missing.join(", no ")))
     })
+}
+
+/// What every board makes of the sources of a rig, beside the host in both profiles. How many scans were compared, and what differs.
+fn replays(
+    qemu: &Tool,
+    toolchain: &Toolchain,
+    rig: Rig,
+    precision: Precision,
+    sources: &[Source<'_>],
+) -> Result<(usize, Vec<String>), String> {
+    let (mut compared, mut failures) = (0, Vec::new());
+    let mut images = Vec::new();
+    for board in rig.boards {
+        images.push((board, image::build_replay(toolchain, board, rig, precision)?));
+    }
+    for &source in sources.iter().filter(|source| source.rig() == rig) {
+        let stream = streams::make(source, precision)?;
+        let mut replays: Vec<(&str, Replay)> = Vec::new();
+        for profile in PROFILES {
+            replays.push((profile, streams::on_host(&stream, rig, precision, profile)?));
+        }
+        replays.extend(emulator::replay(qemu, &images, &stream)?);
+        let (first, rest) = replays.split_first().ok_or("nothing to compare")?;
+        if first.1.scans.is_empty() {
+            return Err(format!("no scan of {}", source.what));
+        }
+        for (name, replay) in rest {
+            if let Some(difference) = first.1.first_difference(replay) {
+                failures.push(format!("{} {} on {name}: {difference}", source.what, rig.replay(precision)));
+            }
+            compared += replay.scans.len();
+        }
+        println!("{} {}: {} scans compared on {}", source.what, rig.replay(precision), first.1.scans.len(), rest.len());
+    }
+    Ok((compared, failures))
 }
 
 /// The folders of the recorded logs that are here, and those that are not.

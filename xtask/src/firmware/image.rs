@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::PathBuf;
 use std::process::Command;
+use std::sync::{Mutex, PoisonError};
 
 use object::{Object, ObjectSection, ObjectSymbol, SectionFlags, SectionKind, elf};
 
@@ -62,13 +63,16 @@ pub fn build_in(
     name: &str,
     extra: &Extra<'_>,
 ) -> Result<Image, String> {
-    process::run(&mut cargo(toolchain, board, folder, name, extra)?)?;
     // The next board's build leaves its image in the same place.
+    static PLACE: Mutex<()> = Mutex::new(());
+    let place = PLACE.lock().unwrap_or_else(PoisonError::into_inner);
+    process::run(&mut cargo(toolchain, board, folder, name, extra)?)?;
     let dir = target_dir(toolchain);
     let built = dir.join(board.target).join("release").join(name);
     let features = extra.features.iter().map(|feature| format!("-{feature}")).collect::<String>();
     let path = dir.join(format!("{}-{name}{features}.elf", board.name));
     fs::copy(&built, &path).map_err(|error| format!("{}: {error}", built.display()))?;
+    drop(place);
     let elf = fs::read(&path).map_err(|error| format!("{}: {error}", path.display()))?;
     let image = Image { path, elf };
     image.check_ram(board)?;

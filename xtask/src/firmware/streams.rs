@@ -1,8 +1,9 @@
 //! The streams that boards and host replay, and the replay on the host.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use std::sync::OnceLock;
+use std::sync::{Mutex, OnceLock, PoisonError};
 
 use super::output::Replay;
 use super::precision::Precision;
@@ -96,6 +97,12 @@ fn write(source: Source<'_>, precision: Precision, suffix: &str, more: &[&str]) 
     let name = Path::new(source.what).file_name().unwrap_or_default().display();
     let mark = source.variant.mark();
     let path = dir.join(format!("{name}-{}{mark}-{}{suffix}.scphd", source.scans, precision.name()));
+    // Several checks take the same stream, some of them at the same time.
+    static WRITTEN: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
+    let mut written = WRITTEN.lock().unwrap_or_else(PoisonError::into_inner);
+    if written.contains(&path) {
+        return Ok(path);
+    }
     let mut simulator = simulator()?;
     simulator.args(["stream", source.what]).arg(&path);
     simulator.args(["--scans", &source.scans.to_string(), "--precision", precision.name()]);
@@ -106,6 +113,7 @@ fn write(source: Source<'_>, precision: Precision, suffix: &str, more: &[&str]) 
         simulator.args(["--moving", "off"]);
     }
     process::run(simulator.args(more))?;
+    written.insert(path.clone());
     Ok(path)
 }
 
