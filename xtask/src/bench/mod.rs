@@ -86,7 +86,7 @@ fn measure(options: &Options) -> Result<String, Stop> {
 /// The program of whole runs and pictures.
 fn program() -> std::process::Command {
     let mut cargo = process::cargo();
-    cargo.args(["run", "--quiet", "--release", "--package", PACKAGE, "--"]);
+    cargo.args(["run", "--quiet", "--release", "--package", PACKAGE, "--example", "scphd-bench", "--"]);
     cargo
 }
 
