@@ -47,6 +47,8 @@ pub struct scphd_tuning {
     pub extraction: u32,
     /// Least weight of an estimated feature.
     pub extraction_weight: f32,
+    /// Not 0: births that nothing explains wait for the next scan. For filters of a single sensor.
+    pub births_wait: u32,
     /// Moving features: standard deviation of a new one's velocity, m/s, along each axis.
     pub moving_velocity_sigma_mps: f32,
     /// Moving features: power spectral density of their acceleration, m^2/s^3.
@@ -87,6 +89,7 @@ impl scphd_tuning {
                 Extraction::Heaviest | Extraction::Confirmed => SCPHD_EXTRACTION_HEAVIEST,
             },
             extraction_weight: config.extraction_weight,
+            births_wait: u32::from(config.births_wait),
             moving_velocity_sigma_mps: moving.velocity_sigma_mps,
             moving_acceleration_psd: moving.motion.acceleration_psd,
             moving_lifetime_s: moving.motion.lifetime_s,
@@ -124,6 +127,7 @@ impl scphd_tuning {
             merge_distance: self.merge_distance,
             extraction,
             extraction_weight: self.extraction_weight,
+            births_wait: self.births_wait != 0,
             moving: MovingConfig {
                 velocity_sigma_mps: self.moving_velocity_sigma_mps,
                 motion: ConstantVelocity {

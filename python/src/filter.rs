@@ -56,6 +56,8 @@ use std::sync::Mutex;
 ///     The most components in view that a scan leaves, of each kind.
 /// extraction_weight : float
 ///     Least weight of an estimated feature.
+/// births_wait : bool
+///     Whether births that nothing explains wait for the next scan: fewer components, for filters of a single sensor.
 /// moving_velocity_sigma_mps : float
 ///     Of moving features: standard deviation of a new one's velocity along each axis, m/s.
 /// moving_acceleration_psd_m2ps3 : float

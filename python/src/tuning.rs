@@ -21,6 +21,10 @@ fn word(name: &str, value: &Bound<'_, PyAny>) -> PyResult<String> {
     value.extract().map_err(|_| PyTypeError::new_err(format!("{name} must be a string")))
 }
 
+fn truth(name: &str, value: &Bound<'_, PyAny>) -> PyResult<bool> {
+    value.extract().map_err(|_| PyTypeError::new_err(format!("{name} must be True or False")))
+}
+
 fn unknown(name: &str) -> PyErr {
     PyTypeError::new_err(format!("there is no setting '{name}'"))
 }
@@ -72,6 +76,7 @@ fn set(config: &mut Config<f32>, name: &str, value: &Bound<'_, PyAny>) -> PyResu
         "merge_distance" => config.merge_distance = number(name, value)?,
         "max_components" => config.max_components = number(name, value)?,
         "extraction_weight" => config.extraction_weight = number(name, value)?,
+        "births_wait" => config.births_wait = truth(name, value)?,
         "moving_velocity_sigma_mps" => moving.velocity_sigma_mps = number(name, value)?,
         "moving_acceleration_psd_m2ps3" => moving.motion.acceleration_psd = number(name, value)?,
         "moving_lifetime_s" => moving.motion.lifetime_s = number(name, value)?,

@@ -33,7 +33,7 @@ SETTINGS = {
         "clutter_memory": 0.0, "prune_weight": 1e-3, "confirming_detections": 1.0, "unconfirmed_weight": 0.5,
         "confirmed_weight": 0.0, "merge_distance": 4.0, "max_components": 1000, "extraction": "peaks",
         "extraction_weight": 0.0, "proposal": "informed", "proposal_rounds": 3, "proposal_sampled_fraction": 0.2,
-        "proposal_min_responsibility": 0.02, "interval_margin": 2.0, "likelihood": "single-cluster",
+        "proposal_min_responsibility": 0.02, "interval_margin": 2.0, "births_wait": False, "likelihood": "single-cluster",
     },
     "vehicle": {
         "speed_sigma_mps": 0.1, "speed_sigma_ratio": 0.1, "turn_sigma": 0.02, "turn_sigma_ratio": 0.1, "noise_interval_s": 1.0,

@@ -126,6 +126,8 @@ pub struct Header<K: Kind> {
     pub proposal: Proposal,
     /// Which components are the estimated static features.
     pub extraction: Extraction,
+    /// Whether births that nothing explains wait for the next scan.
+    pub births_wait: bool,
     /// Scans in the stream, or [`UNKNOWN`].
     pub scans: u32,
     /// Predictions in the stream, or [`UNKNOWN`].
@@ -168,6 +170,7 @@ impl<K: Kind> Header<K> {
         likelihood: Likelihood::SingleCluster,
         proposal: Proposal::Blind,
         extraction: Extraction::Heaviest,
+        births_wait: false,
         scans: UNKNOWN,
         predictions: UNKNOWN,
         most_measurements: UNKNOWN,
@@ -214,7 +217,7 @@ impl<K: Kind> Header<K> {
                 Begins::Snapshot(_) => SNAPSHOT,
                 Begins::Retuned => RETUNED,
             },
-            0,
+            u8::from(self.births_wait),
         ]);
         for count in
             [self.scans, self.predictions, self.most_measurements, self.particles, self.samples, self.max_components]
@@ -295,7 +298,7 @@ impl<K: Kind> Header<K> {
         header.moving = Numbers::take(&mut number)?;
         header.joint = Numbers::take(&mut number)?;
         header.scan_interval_s = number()?;
-        let [scalar, _, likelihood, 0, proposal, extraction, begins, 0] = choices else { return None };
+        let [scalar, _, likelihood, 0, proposal, extraction, begins, births_wait] = choices else { return None };
         header.begins = match begins {
             0 => Begins::Start,
             SNAPSHOT => Begins::Snapshot(mark),
@@ -326,6 +329,11 @@ impl<K: Kind> Header<K> {
             2 => Extraction::Confirmed,
             _ => return None,
         };
+        header.births_wait = match births_wait {
+            0 => false,
+            1 => true,
+            _ => return None,
+        };
         Some(header)
     }
 }
@@ -351,6 +359,7 @@ mod tests {
             likelihood: Likelihood::RbSingle,
             proposal: Proposal::Informed,
             extraction: Extraction::Peaks,
+            births_wait: true,
             scans: 1,
             predictions: 2,
             most_measurements: 3,
@@ -400,7 +409,7 @@ mod tests {
         let bytes = encoded(&planar());
         assert_eq!(bytes.len(), 492);
         assert_eq!(&bytes[..12], b"SCPHDLOG\x05\x00\xec\x01");
-        assert_eq!(bytes[12..20], [4, 2, 2, 0, 1, 1, 1, 0]);
+        assert_eq!(bytes[12..20], [4, 2, 2, 0, 1, 1, 1, 1]);
         assert_eq!(bytes[20..24], [1, 0, 0, 0]);
         assert_eq!(bytes[40..44], [6, 0, 0, 0]);
         assert_eq!(bytes[44..52], [8, 7, 6, 5, 4, 3, 2, 1]);

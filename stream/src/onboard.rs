@@ -456,6 +456,7 @@ pub(crate) fn config<K: Kind, T: Real>(header: &Header<K>) -> Config<T> {
             header::Extraction::Confirmed => Extraction::Confirmed,
         },
         extraction_weight: T::from_f64(recursion.extraction_weight),
+        births_wait: header.births_wait,
         moving: moving_config(moving),
         max_components: header.max_components as usize,
         ..Config::default()

@@ -26,8 +26,8 @@ struct Case {
     settings: Settings,
 }
 
-/// The recursion of the thesis, and a filter with everything that goes beyond it.
-fn cases() -> [Case; 2] {
+/// The recursion of the thesis, a filter with everything that goes beyond it, and the first with births that wait.
+fn cases() -> [Case; 3] {
     let mut options = thesis();
     options.filter = FilterSettings {
         particles: 16,
@@ -43,7 +43,15 @@ fn cases() -> [Case; 2] {
         ..options.filter
     };
     options.moving.birth_intensity = 0.005;
-    [Case { scenario: "survey", settings: thesis() }, Case { scenario: "thesis-dynamic", settings: options }]
+    let mut waiting = thesis();
+    waiting.filter.births_wait = true;
+    waiting.filter.prune_weight = 2.5e-3;
+    waiting.moving.birth_intensity = 0.005;
+    [
+        Case { scenario: "survey", settings: thesis() },
+        Case { scenario: "thesis-dynamic", settings: options },
+        Case { scenario: "thesis-dynamic", settings: waiting },
+    ]
 }
 
 /// Field by field, so that another default elsewhere does not change a digest.
@@ -67,6 +75,7 @@ fn thesis() -> Settings {
             proposal_sampled_fraction: 1.0,
             proposal_min_responsibility: 0.01,
             interval_margin: 1.0,
+            births_wait: false,
             detection_memory: 0.0,
             clutter_memory: 0.0,
             likelihood: Likelihood::SingleCluster,

@@ -5,9 +5,9 @@ use crate::detection::maps::{DynamicMaps, StaticMaps};
 use crate::detection::online::{Ratio, Shown};
 use crate::detection::scan::Scan;
 use crate::detection::seen::reset_eta;
-use crate::detection::view::{ExpectationOf, View};
+use crate::detection::view::View;
 use crate::map::within;
-use crate::{Component, LnSum, MeasurementModel, Pose, Real, Symmetric, TangentOf, Vector};
+use crate::{LnSum, MeasurementModel, Pose, Real, Symmetric, TangentOf};
 
 /// A feature was there before the scan if it weighed this much.
 const THERE: f64 = 0.5;
@@ -25,12 +25,12 @@ pub(crate) fn seen<T: Real, X: MeasurementModel<Pose: Pose<Scalar = T>>>(
     reset_eta(eta, scan);
     let bounds = view.bounds();
     for component in within(static_maps, particle, &bounds) {
-        if let Some(expectation) = blurred(view, pose_covariance, component) {
+        if let Some(expectation) = view.expect_blurred(pose_covariance, component) {
             view.add_terms(&expectation, scan, eta);
         }
     }
     for component in within(moving_maps, particle, &bounds) {
-        if let Some(expectation) = blurred(view, pose_covariance, component) {
+        if let Some(expectation) = view.expect_blurred(pose_covariance, component) {
             view.add_terms(&expectation, scan, eta);
         }
     }
@@ -40,7 +40,7 @@ pub(crate) fn seen<T: Real, X: MeasurementModel<Pose: Pose<Scalar = T>>>(
         if !is_confirmed(view.sensor, &view.frame, pose_covariance, component, confirming_detections) {
             continue;
         }
-        let Some(expectation) = blurred(view, pose_covariance, component) else { continue };
+        let Some(expectation) = view.expect_blurred(pose_covariance, component) else { continue };
         let mut share = T::ZERO;
         view.matches(&expectation, scan, |found| {
             share += eta.get(found.index).map_or(T::ZERO, |eta| (found.ln_term - eta.ln()).exp());
@@ -51,17 +51,4 @@ pub(crate) fn seen<T: Real, X: MeasurementModel<Pose: Pose<Scalar = T>>>(
     let clutter = scan.iter().zip(eta.iter());
     let clutter = clutter.fold(T::ZERO, |sum, (measurement, eta)| sum + (measurement.ln_clutter - eta.ln()).exp());
     Shown { detections, clutter }
-}
-
-/// What to expect of a component, with the uncertainty of the pose.
-#[inline(never)]
-fn blurred<T: Real, N: Vector<Scalar = T>, X: MeasurementModel<Pose: Pose<Scalar = T>>>(
-    view: &View<'_, X>,
-    pose_covariance: Option<&Symmetric<TangentOf<X::Pose>>>,
-    component: &Component<N>,
-) -> Option<ExpectationOf<X>> {
-    let expectation = view.expect(component)?;
-    let Some(pose_covariance) = pose_covariance else { return Some(expectation) };
-    let blur = view.blur(pose_covariance, &component.position(), &expectation.expected());
-    Some(expectation.blurred(&blur))
 }

@@ -129,6 +129,11 @@ impl<'s, T: Real, Z: Vector<Scalar = T>> Scan<'s, Z> {
         self.ln_least_unexplained
     }
 
+    /// The least of what weights are taken relative to.
+    pub(crate) fn ln_least_reference(&self) -> T {
+        self.ln_least_unexplained.at_least(T::from_f64(LN_LEAST))
+    }
+
     /// Calls `found` for the measurements whose sorting coordinate may differ from that of `expected` by at most `reach`:
     /// all those that do, and some that do not.
     #[inline(always)]

@@ -17,6 +17,11 @@ pub(crate) struct Seen<D: Vector> {
 impl<T: Real, D: Vector<Scalar = T>> Seen<D> {
     pub(crate) const NOTHING: Self = Self { expected_detections: T::ZERO, in_view: 0, heaviest: None };
 
+    /// No component yet, but births that the scan has missed already.
+    pub(crate) fn beside(missed: T) -> Self {
+        Self { expected_detections: missed, ..Self::NOTHING }
+    }
+
     /// One more component in view, that is detected with this probability and has this weight.
     #[inline(always)]
     pub(crate) fn add(&mut self, probability: T, weight: T) {

@@ -5,7 +5,7 @@ use crate::detection::scan::Scan;
 use crate::numerics::work;
 use crate::{
     Bounds, Component, Correction, Expected, ExpectedOf, Factor, FieldOfView, Linear, LnSum, MeasurementModel, Pose,
-    PositionOf, Real, ScalarOf, Sensor, Symmetric, Vector,
+    PositionOf, Real, ScalarOf, Sensor, Symmetric, Vector, Zero,
 };
 use core::cell::Cell;
 
@@ -23,6 +23,8 @@ pub(crate) struct View<'a, X: MeasurementModel> {
     pub(crate) ln_sharpest: ScalarOf<X::Pose>,
     /// The most components that the birth intensity can have.
     pub(crate) most_births: usize,
+    /// Σ p_D w of births that this scan [has missed](crate::filter::waiting) before they were anywhere in the map.
+    pub(crate) missed: ScalarOf<X::Pose>,
     /// The last probability of detection with its logarithms. Most features have the same, away from the rim.
     pub(crate) last_detection: Cell<Detection<ScalarOf<X::Pose>>>,
 }
@@ -50,6 +52,7 @@ impl<'a, X: MeasurementModel> Views<'a, X> {
             ln_negligible,
             ln_sharpest,
             most_births,
+            missed: <ScalarOf<X::Pose> as Zero>::ZERO,
             last_detection: Cell::new(Detection::of(ScalarOf::<X::Pose>::ONE, detection_scale)),
         }
     }
@@ -84,11 +87,11 @@ pub(crate) struct Expectation<D: Vector, Z: Vector> {
     /// H.
     jacobian: Linear<Z, D>,
     /// S = H P Hᵀ + R.
-    innovation_covariance: Symmetric<Z>,
+    pub(crate) innovation_covariance: Symmetric<Z>,
     /// p_D and its logarithms.
     pub(crate) detection: Detection<Z::Scalar>,
     /// ln(p_D w).
-    ln_detected_weight: Z::Scalar,
+    pub(crate) ln_detected_weight: Z::Scalar,
 }
 
 /// What a sensor's models lead one to expect.
@@ -207,6 +210,19 @@ impl<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>> View<'_, X> {
                 .congruence::<X::Measurement>(&expected.jacobian)
                 .plus(self.sensor.noise()),
         })
+    }
+
+    /// The same with the uncertainty of the pose. Not where every component of every candidate comes by, so that it may be small.
+    #[inline(never)]
+    pub(crate) fn expect_blurred<N: Vector<Scalar = T>>(
+        &self,
+        pose_covariance: Option<&Symmetric<P::Tangent>>,
+        component: &Component<N>,
+    ) -> Option<ExpectationOf<X>> {
+        let expectation = self.expect(component)?;
+        let Some(pose_covariance) = pose_covariance else { return Some(expectation) };
+        let blur = self.blur(pose_covariance, &component.position(), &expectation.expected());
+        Some(expectation.blurred(&blur))
     }
 
     /// Adds a component's terms to η_z. Not where every component of every candidate comes by, so that it may be small.

@@ -22,7 +22,7 @@ pub(crate) fn weigh<T: Real, X: MeasurementModel<Pose: Pose<Scalar = T>>>(
 ) -> Weighed<T> {
     reset_eta(eta, scan);
     let bounds = view.bounds();
-    let mut seen = Seen::NOTHING;
+    let mut seen = Seen::beside(view.missed);
     look_within(static_maps, particle, &bounds, |component, weight| {
         let in_view = look_at(view, component, weight, scan, eta, &mut seen);
         if in_view && likelihood == Likelihood::SingleFeature {

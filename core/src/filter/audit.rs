@@ -38,6 +38,9 @@ impl<T: Real, P: Pose<Scalar = T>> Memory<'_, P> {
             return Err(Flaw::Weights);
         }
         let particles = self.cursor.particles;
+        if !self.waiting.is_sound(particles) {
+            return Err(Flaw::Waiting);
+        }
         self.static_maps.audit(particles)?;
         self.moving_maps.audit(particles)
     }

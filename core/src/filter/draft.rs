@@ -5,6 +5,7 @@ use crate::detection::seen::{Seen, reset_eta};
 use crate::filter::survivor::{ScanView, Workspaces};
 use crate::filter::tally::{Account, Tally};
 use crate::filter::task::Task;
+use crate::filter::waiting::memory::Noted;
 use crate::map::workspace::Workspace;
 use crate::map::{DraftStorage, MapDraft, Maps, PageId};
 use crate::{Bounds, Dynamic, Feature, LnSum, MapStorage, MeasurementModel, Place, Pose, Real, State, Static};
@@ -86,6 +87,8 @@ pub struct Draft<'w, D: Place> {
     pub(crate) tally: Tally<D::Scalar>,
     /// How many of the terms are of known landmarks, and how many of detections.
     terms: [usize; 2],
+    /// Births that wait.
+    pub(crate) noted: Noted<D::Scalar>,
     /// Fresh labels, from the one on that the draft was [made](Self::make) with.
     pub(crate) labels: u32,
     /// Whether all of it is there, as if this had been the next survivor's turn.
@@ -101,6 +104,7 @@ impl<'w, T: Real, D: Place<Scalar = T>> Draft<'w, D> {
             bounds: Bounds::EMPTY,
             tally: Tally::new(),
             terms: [0; 2],
+            noted: Noted::NOTHING,
             labels: 0,
             is_whole: false,
         }
@@ -125,14 +129,14 @@ impl<'w, T: Real, D: Place<Scalar = T>> Draft<'w, D> {
         eta: &mut [LnSum<T>],
         first_fresh: u32,
     ) {
-        let Self { of_static, of_moving, task, bounds, tally, terms, labels, is_whole } = self;
+        let Self { of_static, of_moving, task, bounds, tally, terms, noted, labels, is_whole } = self;
         *bounds = scan_view.bounds;
         *tally = Tally::new();
         let memory = [&mut *of_static.terms, &mut *of_moving.terms];
         let mut account = Deferred { tally, memory, known: 0, detected: 0 };
         let workspaces = (&mut of_static.workspace, &mut of_moving.workspace);
         reset_eta(eta, scan_view.scan);
-        let mut seen = Seen::NOTHING;
+        let mut seen = Seen::beside(scan_view.view.missed);
         let parent = task.parent;
         of_static.aside_len =
             collect(workspaces.0, of_static.aside, static_maps, parent, scan_view, eta, &mut seen, &mut account);
@@ -147,7 +151,7 @@ impl<'w, T: Real, D: Place<Scalar = T>> Draft<'w, D> {
         let clash = both.of_static.labels().chain(both.of_moving.labels()).any(is_fresh);
         let mut next_label = first_fresh;
         let normalisers = Normalisers::of(eta, scan_view.scan);
-        both.complete(scan_view, &normalisers, &mut next_label, &mut account, &mut ());
+        both.complete(scan_view, &normalisers, &mut next_label, noted, &mut account, &mut ());
         *labels = next_label.wrapping_sub(first_fresh);
         *terms = [account.known, account.detected];
         of_static.write(bounds);

@@ -89,7 +89,8 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
         let Self { config, memory, .. } = self;
         let admits = admits(detector, memory, config);
         let map = || self.map(self.heaviest()).filter(|component| admits(component)).copied();
-        first_of(map, config.extraction, config.extraction_weight, features)
+        let [waiting, _] = memory.waiting.weights(self.heaviest());
+        first_of(map, waiting, config.extraction, config.extraction_weight, features)
     }
 
     /// The same for the static map that is expected over all particles, Σ_i ζ_i v_i, so that the covariances hold the
@@ -102,7 +103,7 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
     ) -> MapEstimate<T> {
         let Self { config, memory, .. } = self;
         let admits = admits(detector, memory, config);
-        let Memory { cursor, candidates, static_maps, .. } = memory;
+        let Memory { cursor, candidates, static_maps, waiting, .. } = memory;
         let (particles, children) = (cursor.particles, cursor.children);
         let weight = |particle: usize| {
             let family = candidates.iter().skip(particle * children).take(children);
@@ -112,7 +113,9 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
         let map = || {
             static_maps.workspace.in_view().iter().map(|entry| entry.component).filter(|component| admits(component))
         };
-        first_of(map, config.extraction, config.extraction_weight, features)
+        let waiting =
+            (0..particles).fold(T::ZERO, |sum, particle| sum + weight(particle) * waiting.weights(particle)[0]);
+        first_of(map, waiting, config.extraction, config.extraction_weight, features)
     }
 
     /// The same for the moving features of the heaviest particle, (position, velocity), where they are by now.
@@ -125,8 +128,10 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
                 Some(*component)
             }
         };
+        let [_, waiting] = self.memory.waiting.weights(self.heaviest());
         first_of(
             || self.moving_map(self.heaviest()).filter_map(now),
+            waiting,
             Extraction::Heaviest,
             self.config.moving.extraction_weight,
             features,
@@ -153,14 +158,16 @@ fn admits<'d, T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>, R>(
     }
 }
 
-/// Writes the first round(N̂) components in the order of the extraction, or all, of those that weigh enough, to `features`.
+/// Writes the first round(N̂) components in the order of the extraction, or all, of those that weigh enough, to `features`. Births of
+/// the weight `waiting` are in no map yet.
 fn first_of<T: Real, N: Vector<Scalar = T>, I: Iterator<Item = Component<N>>>(
     map: impl Fn() -> I,
+    waiting: T,
     extraction: Extraction,
     least_weight: T,
     features: &mut [Component<N>],
 ) -> MapEstimate<T> {
-    let expected_features = map().fold(T::ZERO, |sum, component| sum + component.ln_weight.exp());
+    let expected_features = map().fold(waiting, |sum, component| sum + component.ln_weight.exp());
     let rounded = (expected_features + T::from_f64(0.5)).floor().to_i32();
     let ln_least = least_weight.ln();
     let heavy_enough = || map().filter(|component| component.ln_weight >= ln_least);

@@ -10,6 +10,7 @@ pub(crate) mod drift;
 pub(crate) mod executor;
 mod expected_map;
 pub(crate) mod extract;
+pub(crate) mod newborn;
 pub(crate) mod observe;
 pub(crate) mod relocate;
 mod restore;
@@ -24,6 +25,7 @@ mod survivor;
 pub(crate) mod tally;
 mod task;
 pub(crate) mod update;
+pub(crate) mod waiting;
 mod walk;
 #[cfg(any(test, feature = "flips"))]
 mod words;

@@ -1,6 +1,6 @@
 //! The way back from a snapshot.
 
-use crate::filter::save::{HAS_MOVING, INFORMED, PREDICTED, shape};
+use crate::filter::save::{HAS_MOVING, HAS_WAITING, INFORMED, PREDICTED, shape};
 use crate::filter::state::{Held, Memory};
 use crate::particles::cursor::Cursor;
 use crate::snapshot::frame::{Head, halves};
@@ -51,6 +51,7 @@ impl<T: Real, P: Pose<Scalar = T>> Memory<'_, P> {
         self.pose_covariances.fill(Symmetric::ZERO);
         self.static_maps.clear();
         self.moving_maps.clear();
+        self.waiting.clear();
     }
 
     /// What a snapshot holds, if there is room for it.
@@ -77,7 +78,7 @@ impl<T: Real, P: Pose<Scalar = T>> Memory<'_, P> {
         S: FnMut(usize, &mut [u8]) -> Result<(), E>,
     {
         let mut reader = Reader::behind(head, source);
-        self.fill(held.has_covariances, head.flags & HAS_MOVING != 0, &mut reader)?;
+        self.fill(held.has_covariances, head.flags & HAS_MOVING != 0, head.flags & HAS_WAITING != 0, &mut reader)?;
         reader.end()?;
         let Cursor { particles, children, predicted, .. } = *self.cursor;
         if particles == 0 || (particles, children, predicted) != (held.particles, held.children, held.predicted) {

@@ -12,6 +12,7 @@ use crate::{Feature, Motion, Pose, Proposal, Real, SaveError, ScPhd, Vector};
 pub(super) const PREDICTED: u8 = 1;
 pub(super) const INFORMED: u8 = 2;
 pub(super) const HAS_MOVING: u8 = 4;
+pub(super) const HAS_WAITING: u8 = 8;
 
 impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
     /// Writes down all that decides how the filter goes on, for [`restore`](Self::restore): poses, weights, maps, the random stream
@@ -95,7 +96,8 @@ impl<T: Real, P: Pose<Scalar = T>> Memory<'_, P> {
         let flag = |holds, flag| if holds { flag } else { 0 };
         let flags = flag(held.predicted, PREDICTED)
             | flag(held.has_covariances, INFORMED)
-            | flag(!self.moving_maps.table.is_none(), HAS_MOVING);
+            | flag(!self.moving_maps.table.is_none(), HAS_MOVING)
+            | flag(self.waiting.is_anything(), HAS_WAITING);
         let (static_maps, moving_maps) = (&self.static_maps, &self.moving_maps);
         let sizes = [
             pair(held.particles, held.children),

@@ -122,7 +122,7 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'s, M> {
     /// The pose is not finite, or a coordinate above 1e8; the state is as it was.
     pub fn reset(&mut self, pose: M::Pose, seed: u64) -> Result<(), ResetError> {
         ResetError::check_pose(&pose)?;
-        let Memory { cursor, pose_covariances, candidates, static_maps, moving_maps, .. } = &mut self.memory;
+        let Memory { cursor, pose_covariances, candidates, static_maps, moving_maps, waiting, .. } = &mut self.memory;
         cursor.particles = self.config.particles;
         cursor.children = 1;
         cursor.predicted = false;
@@ -138,6 +138,7 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'s, M> {
         pose_covariances.iter_mut().for_each(|pose_covariance| *pose_covariance = Symmetric::ZERO);
         static_maps.clear();
         moving_maps.clear();
+        waiting.clear();
         Ok(())
     }
 

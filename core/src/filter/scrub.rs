@@ -42,6 +42,8 @@ pub struct Scrubbed {
     pub features: usize,
     /// Whether the pose of a joint map was made less certain.
     pub widened: bool,
+    /// Whether births that wait for the next scan were dropped.
+    pub waiting: bool,
     /// Whether everything has been looked at since the round before.
     pub round: bool,
 }
@@ -50,8 +52,8 @@ impl Scrubbed {
     /// Whether nothing was wrong.
     #[must_use]
     pub fn is_clean(&self) -> bool {
-        let Self { isolated, rescaled, lists, pages, features, widened, round: _ } = *self;
-        isolated == 0 && !rescaled && lists == 0 && pages == 0 && features == 0 && !widened
+        let Self { isolated, rescaled, lists, pages, features, widened, waiting, round: _ } = *self;
+        isolated == 0 && !rescaled && lists == 0 && pages == 0 && features == 0 && !widened && !waiting
     }
 
     /// [`Health::STATE_REPAIRED`] where something was wrong: for a vehicle that keeps the conditions of a scan and of the scrubbing after
@@ -155,7 +157,7 @@ impl<T: Real, P: Pose<Scalar = T>> Memory<'_, P> {
 
     /// Isolates particles that cannot be, and scales weights that do not sum to one. Poses that are not `informed` are certain.
     fn mend_particles(&mut self, informed: bool, scrubbed: &mut Scrubbed) -> Result<(), Flaw> {
-        let Self { cursor, pose_covariances, candidates, .. } = self;
+        let Self { cursor, pose_covariances, candidates, .. } = &mut *self;
         let children = cursor.children.max(1);
         let candidates = candidates.get_mut(..cursor.candidates()).unwrap_or(&mut []);
         let certain = |pose_covariance: &Symmetric<P::Tangent>| *pose_covariance == Symmetric::ZERO;
@@ -195,6 +197,7 @@ impl<T: Real, P: Pose<Scalar = T>> Memory<'_, P> {
             candidates.iter_mut().for_each(|candidate| candidate.ln_weight -= total);
             scrubbed.rescaled = true;
         }
+        scrubbed.waiting |= self.waiting.mend(self.cursor.particles);
         Ok(())
     }
 }

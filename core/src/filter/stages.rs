@@ -3,7 +3,7 @@
 use crate::detection::learn::seen;
 use crate::detection::online::Shown;
 use crate::detection::scan::Scan;
-use crate::detection::view::Views;
+use crate::detection::view::{View, Views};
 use crate::detection::weigh::weigh;
 use crate::filter::executor::shares;
 use crate::filter::state::Memory;
@@ -110,7 +110,8 @@ pub(crate) fn weigh_all<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose =
     most_in_view: &mut [u16],
     executor: &impl Executor,
 ) -> Weighing<T> {
-    let Memory { candidates, ln_likelihoods, static_maps, moving_maps, .. } = memory;
+    let Memory { candidates, ln_likelihoods, static_maps, moving_maps, waiting, .. } = memory;
+    let missed = &*waiting.missed;
     let candidates = candidates.get_mut(..grounds.candidates()).unwrap_or(&mut []);
     let (predicted, likelihood) = ((&*static_maps, &*moving_maps), config.likelihood);
     let in_question = if grounds.lone { &[][..] } else { &*candidates };
@@ -118,7 +119,9 @@ pub(crate) fn weigh_all<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose =
     executor.run(shares(in_question, ln_likelihoods, eta, most_in_view), |share| {
         let mut most_in_view = 0;
         for (offset, (candidate, ln_likelihood)) in share.candidates.iter().zip(share.ln_likelihoods).enumerate() {
-            let (view, parent) = (views.from(&candidate.pose), grounds.parent_of(share.first + offset));
+            let parent = grounds.parent_of(share.first + offset);
+            let missed = missed.get(parent).copied().unwrap_or(T::ZERO);
+            let view = View { missed, ..views.from(&candidate.pose) };
             let weighed = weigh(&view, parent, predicted, scan, likelihood, share.eta);
             *ln_likelihood = explained(*ln_likelihood + weighed.ln_likelihood);
             most_in_view = weighed.in_view.max(most_in_view);

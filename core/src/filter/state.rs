@@ -1,6 +1,7 @@
 //! All memory of a filter.
 
 use crate::detection::maps::{DynamicMaps, StaticMaps};
+use crate::filter::waiting::memory::{Waiting, WaitingMemory};
 use crate::map::{MapStorage, NoMoving};
 use crate::particles::candidate::Candidate;
 use crate::particles::cursor::Cursor;
@@ -40,6 +41,7 @@ pub struct State<P: Pose, const PARTICLES: usize, const CANDIDATES: usize, S, V 
     survivors: [u16; PARTICLES],
     static_maps: S,
     moving_maps: V,
+    waiting: WaitingMemory<P, PARTICLES, CANDIDATES>,
 }
 
 impl<T: Real, P: Pose<Scalar = T>, const PARTICLES: usize, const CANDIDATES: usize, S, V>
@@ -70,6 +72,7 @@ where
             survivors: [0; PARTICLES],
             static_maps: S::ZERO,
             moving_maps: V::ZERO,
+            waiting: WaitingMemory::ZERO,
         }
     }
 
@@ -91,6 +94,7 @@ where
             survivors: &mut self.survivors,
             static_maps: self.static_maps.maps(),
             moving_maps: self.moving_maps.maps(),
+            waiting: self.waiting.view(),
         }
     }
 }
@@ -148,6 +152,8 @@ pub(crate) struct Memory<'s, P: Pose> {
     pub(crate) survivors: &'s mut [u16],
     pub(crate) static_maps: StaticMaps<'s, P>,
     pub(crate) moving_maps: DynamicMaps<'s, P>,
+    /// Births that wait for the next scan.
+    pub(crate) waiting: Waiting<'s, P>,
 }
 
 impl<T: Real, P: Pose<Scalar = T>> Memory<'_, P> {

@@ -1,16 +1,18 @@
 //! One scan, from top to bottom: predict, propose, weigh, select, learn, update, adopt, report.
 
 use crate::detection::scan::Scan;
-use crate::detection::view::Views;
+use crate::detection::view::{View, Views};
 use crate::filter::drift::{drift, drift_on};
 use crate::filter::stages::{Grounds, Outcome, adopt, learn, propose, report, weigh_all};
+use crate::filter::tally::Tally;
 use crate::filter::update::{Survivors, Update};
+use crate::filter::waiting::enter::enter;
 use crate::models::OnVehicle;
 use crate::particles::select::{Weighed, select};
 use crate::settings::config::ADAPTIVE;
 use crate::{
     Clutter, Detector, Draft, Executor, MeasurementModel, Motion, Pose, PositionOf, Probe, Real, ScPhd, ScanError,
-    ScanReport, ScanRoom, Sensor, Stage,
+    ScanReport, ScanRoom, Sensor, Stage, Symmetric,
 };
 
 impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
@@ -42,8 +44,11 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
             most_births: memory.static_maps.workspace.capacity(),
         };
 
-        // What moves has moved (5.14), once for all the steps since the last scan.
+        // What the scan before has left waiting enters the maps, or is missed.
         probe.enter(Stage::Predict);
+        let mut entering = Tally::new();
+        enter(config, births, &views, &scan, memory, &mut entering);
+        // What moves has moved (5.14), once for all the steps since the last scan.
         let (pool, waited_s) = (&mut memory.moving_maps.pool, memory.cursor.waited_s);
         if DRAFTS {
             drift_on(pool, config, waited_s, (executor, most_in_view.len()));
@@ -77,11 +82,15 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
             learnt.learn(&shown, sensing.clutter().per_scan(), online);
         }
         // The survivors' maps (5.17–5.22).
+        let next_label = memory.cursor.next_label;
+        let births_wait = memory.waiting.await_scan::<X>(config, views.sensor, &scan, next_label);
         let parent_of = |survivor: u16| grounds.parent_of(usize::from(survivor));
         let look = |survivor: u16| {
             let pose_covariance =
                 if grounds.blurs { memory.pose_covariances.get(parent_of(survivor)).copied() } else { None };
-            candidates.get(usize::from(survivor)).map(|candidate| (views.from(&candidate.pose), pose_covariance))
+            let missed = memory.waiting.missed.get(parent_of(survivor)).copied().unwrap_or(T::ZERO);
+            let candidate = candidates.get(usize::from(survivor))?;
+            Some((View { missed, ..views.from(&candidate.pose) }, pose_covariance))
         };
         let survivors = memory.survivors.get(..grounds.particles).unwrap_or(&[]);
         let survivors = Survivors { all: survivors, parents: grounds.particles, parent_of, look };
@@ -95,12 +104,24 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
             weighs: grounds.lone,
             next_label: &mut memory.cursor.next_label,
             known_below: memory.cursor.watch.known_below,
+            noted: memory.waiting.noted,
+            births_wait,
         };
-        let tally = if DRAFTS && drafts.len() > 1 && !grounds.lone {
+        let mut tally = if DRAFTS && drafts.len() > 1 && !grounds.lone {
             update.all_on(&survivors, &scan, (executor, workers), drafts, probe)
         } else {
             update.all(&survivors, &scan, probe)
         };
+        tally.entered(&entering);
+        if births_wait {
+            for (particle, &survivor) in survivors.all.iter().enumerate() {
+                let pose_covariance = memory.pose_covariances.get(parent_of(survivor)).filter(|_| grounds.blurs);
+                if let Some(candidate) = candidates.get(usize::from(survivor)) {
+                    let pose_covariance = pose_covariance.copied().unwrap_or(Symmetric::ZERO);
+                    memory.waiting.place(particle, candidate.pose, pose_covariance);
+                }
+            }
+        }
         probe.leave(Stage::Update);
 
         // The selected candidates are the particles.

@@ -116,7 +116,7 @@ fn room<T: Real, F: Feature<Position: Place<Scalar = T>>>(
     task: &Task,
     regained: usize,
 ) -> usize {
-    let share = pool.free().checked_div(task.remaining).unwrap_or(0) + regained;
+    let share = pool.free().saturating_sub(task.reserved).checked_div(task.remaining).unwrap_or(0) + regained;
     table.room(task.particle).min(share)
 }
 

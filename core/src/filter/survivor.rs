@@ -5,15 +5,16 @@ use crate::detection::normalise::Normalisers;
 use crate::detection::scan::Scan;
 use crate::detection::seen::Seen;
 use crate::detection::view::View;
+use crate::filter::newborn::Newborn;
 use crate::filter::tally::{Account, Tally};
+use crate::filter::waiting::memory::Noted;
 use crate::map::Page;
 use crate::map::reduce::{heavier, merge_and_cap};
 use crate::map::workspace::{Entry, Origin, Workspace};
-use crate::numerics::range::is_within_range;
 use crate::numerics::work;
 use crate::{
-    Births, Bounds, Component, Config, Dynamic, Feature, InverseOf, LnSum, MeasurementModel, Place, Pose, PositionOf,
-    Probe, Real, ScalarOf, Sensor, Stage, Static, Symmetric, TangentOf, Vector,
+    Births, Bounds, Component, Config, Dynamic, Feature, LnSum, MeasurementModel, Place, Pose, PositionOf, Probe, Real,
+    ScalarOf, Sensor, Stage, Static, Symmetric, TangentOf, Vector,
 };
 
 /// The scan as one survivor's pose sees it.
@@ -32,6 +33,8 @@ pub(crate) struct ScanView<'a, X: MeasurementModel> {
     pub(crate) first_label: u32,
     /// Landmarks with lesser labels are known.
     pub(crate) known_below: u32,
+    /// Whether births that nothing explains are noted, to [wait](crate::filter::waiting) for the next scan.
+    pub(crate) births_wait: bool,
 }
 
 impl<T: Real, X: MeasurementModel<Pose: Pose<Scalar = T>>> ScanView<'_, X> {
@@ -59,12 +62,12 @@ impl<T: Real, X: MeasurementModel<Pose: Pose<Scalar = T>>> ScanView<'_, X> {
     }
 }
 
-/// Which of a scan's births.
+/// Which of a scan's measurements give birth.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Newborn {
-    /// On measurements that features explain, at least in part: to be reduced together with them.
+enum Measured {
+    /// Those that features explain, at least in part: what is born there is to be reduced together with them.
     Explained,
-    /// On all other measurements. Whatever they could be merged with would have explained those; so they wait for the next scan.
+    /// All others. Whatever they could be merged with would have explained those; so they wait for the next scan.
     Unexplained,
 }
 
@@ -101,6 +104,7 @@ impl<T: Real, D: Place<Scalar = T>> Workspaces<'_, '_, D> {
         scan_view: &ScanView<'_, X>,
         normalisers: &Normalisers<'_, T>,
         next_label: &mut u32,
+        noted: &mut Noted<T>,
         account: &mut impl Account<T>,
         probe: &mut impl Probe,
     ) {
@@ -108,13 +112,14 @@ impl<T: Real, D: Place<Scalar = T>> Workspaces<'_, '_, D> {
         self.of_static.weigh_detections::<Static<D>>(normalisers, known_below, account);
         self.of_moving.weigh_detections::<Dynamic<D>>(normalisers, known_below, account);
         let tally = account.tally();
-        self.give_birth(scan_view, normalisers, Newborn::Explained, tally);
+        *noted = Noted::NOTHING;
+        self.give_birth(scan_view, normalisers, Measured::Explained, noted, tally);
         probe.enter(Stage::Reduce);
         self.note_components(tally);
         self.of_static.reduce(config, next_label, tally);
         self.of_moving.reduce(config, next_label, tally);
         probe.leave(Stage::Reduce);
-        self.give_birth(scan_view, normalisers, Newborn::Unexplained, tally);
+        self.give_birth(scan_view, normalisers, Measured::Unexplained, noted, tally);
         self.note_components(tally);
     }
 
@@ -125,21 +130,22 @@ impl<T: Real, D: Place<Scalar = T>> Workspaces<'_, '_, D> {
     }
 
     /// Adds components of weight w_b/η_z at h⁻¹(z, x) for the measurements of which the births are asked for, a static and a moving
-    /// one each (5.9, 5.10, 5.17).
+    /// one each (5.9, 5.10, 5.17), or notes those that wait.
     fn give_birth<X: MeasurementModel<Pose: Pose<Scalar = T, Position = D>>>(
         &mut self,
         scan_view: &ScanView<'_, X>,
         normalisers: &Normalisers<'_, T>,
-        births: Newborn,
+        births_on: Measured,
+        noted: &mut Noted<T>,
         tally: &mut Tally<T>,
     ) {
-        let ScanView { view, pose_covariance, scan, config, births: intensities, first_label, .. } = scan_view;
+        let ScanView { view, pose_covariance, scan, config, births, first_label, births_wait, .. } = scan_view;
         let (of_static, of_moving) = (&mut *self.of_static, &mut *self.of_moving);
-        let (ln_static, ln_moving) = (intensities.of_static.ln(), intensities.of_moving.ln());
-        let velocity_variance = config.moving.velocity_sigma_mps * config.moving.velocity_sigma_mps;
+        let (ln_static, ln_moving) = (births.of_static.ln(), births.of_moving.ln());
+        let waits = *births_wait && births_on == Measured::Unexplained;
         for (index, (ln_normaliser, measurement)) in normalisers.each_ln().zip(scan.iter()).enumerate() {
             let ln_eta = measurement.ln_reference() - ln_normaliser;
-            if measurement.is_explained(ln_eta) != (births == Newborn::Explained) {
+            if measurement.is_explained(ln_eta) != (births_on == Measured::Explained) {
                 continue;
             }
             let ln_static = Some(ln_static - ln_eta).filter(|&ln_weight| ln_weight >= of_static.ln_floor());
@@ -147,40 +153,22 @@ impl<T: Real, D: Place<Scalar = T>> Workspaces<'_, '_, D> {
             if ln_static.is_none() && ln_moving.is_none() {
                 continue;
             }
-            // A feature out of view cannot have caused the measurement; born there, it would never be missed and stay.
-            let inverse = view.sensor.invert(&view.frame, &measurement.z);
-            let in_view = |inverse: &InverseOf<X::Sensor>| {
-                view.sees(&inverse.feature, &measurement.z) && inverse.feature.as_slice().iter().all(|x| x.is_finite())
-            };
-            let Some(inverse) = inverse.filter(in_view) else {
-                tally.no_birth += 1;
+            if waits && noted.note(index, [ln_static, ln_moving]) {
+                tally.births += usize::from(ln_static.is_some()) + usize::from(ln_moving.is_some());
                 continue;
-            };
-            let mut noise = *view.sensor.noise();
-            if let Some(pose_covariance) = pose_covariance
-                && let Some(expected) = view.sensor.expect(&view.frame, &inverse.feature)
-            {
-                noise = noise.plus(&view.blur(pose_covariance, &inverse.feature, &expected));
             }
-            // Nor does anything come of one that is uncertain beyond the range of the scalar.
-            let place = noise.congruence::<D>(&inverse.jacobian).kept_positive_definite();
-            let Some((place, repaired)) = place.filter(|_| is_within_range(&inverse.feature)) else {
+            let Some(newborn) = Newborn::of(view, pose_covariance.as_ref(), &measurement.z) else {
                 tally.no_birth += 1;
                 continue;
             };
-            tally.repaired += usize::from(repaired);
+            tally.repaired += usize::from(newborn.repaired);
             let label = first_label.wrapping_add(index as u32);
             if let Some(ln_weight) = ln_static {
-                of_static.push(Component { label, ln_weight, mean: inverse.feature, covariance: place }, Origin::Born);
+                of_static.push(newborn.still(label, ln_weight), Origin::Born);
                 tally.births += 1;
             }
             if let Some(ln_weight) = ln_moving {
-                let mean = D::Moving::with(|row| inverse.feature.at(row));
-                let covariance = Symmetric::from_fn(|row, column| {
-                    let velocity = if row == column { velocity_variance } else { T::ZERO };
-                    if row < D::DIMENSION { place.get(row, column) } else { velocity }
-                });
-                of_moving.push(Component { label, ln_weight, mean, covariance }, Origin::Born);
+                of_moving.push(newborn.moving(label, ln_weight, config.moving.velocity_sigma_mps), Origin::Born);
                 tally.births += 1;
             }
         }

@@ -90,6 +90,13 @@ impl<T: Real> Tally<T> {
         }
     }
 
+    /// Adds what births have counted that entered before the update.
+    pub(crate) fn entered(&mut self, other: &Self) {
+        self.lost += other.lost;
+        self.repaired += other.repaired;
+        self.no_birth += other.no_birth;
+    }
+
     /// Detections expected and made, in the mean over the maps.
     pub(crate) fn mean_detections(&self) -> [T; 2] {
         let maps = T::from_usize(self.survivors.max(1));

@@ -17,18 +17,21 @@ pub(crate) struct Task {
     pub(crate) last_child: bool,
     /// Maps still to be updated, this one included.
     pub(crate) remaining: usize,
+    /// Pages of the pool that are to be left free.
+    pub(crate) reserved: usize,
 }
 
 impl Task {
     /// Of nothing; a placeholder.
     pub(crate) const NONE: Self =
-        Self { survivor: 0, parent: 0, particle: 0, copies: 0, last_child: false, remaining: 0 };
+        Self { survivor: 0, parent: 0, particle: 0, copies: 0, last_child: false, remaining: 0, reserved: 0 };
 }
 
-/// One task for each of the survivors that differ, of which there are `distinct`.
+/// One task for each of the survivors that differ, of which there are `distinct`; together they leave `reserved` pages free.
 pub(crate) fn tasks<'s>(
     survivors: &'s [u16],
     distinct: usize,
+    reserved: usize,
     parent_of: impl Fn(u16) -> usize + 's,
 ) -> impl Iterator<Item = Task> + 's {
     let mut particle = 0;
@@ -40,7 +43,7 @@ pub(crate) fn tasks<'s>(
         let survivor = *copy.first()?;
         let parent = parent_of(survivor);
         let last_child = copies.peek().and_then(|next| next.first()).is_none_or(|&next| parent_of(next) != parent);
-        let task = Task { survivor, parent, particle, copies: copy.len(), last_child, remaining };
+        let task = Task { survivor, parent, particle, copies: copy.len(), last_child, remaining, reserved };
         particle += copy.len();
         remaining -= 1;
         Some(task)

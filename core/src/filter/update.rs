@@ -10,6 +10,7 @@ use crate::filter::store::store;
 use crate::filter::survivor::{ScanView, Workspaces};
 use crate::filter::tally::Tally;
 use crate::filter::task::{Task, runs, tasks};
+use crate::filter::waiting::memory::Noted;
 use crate::map::{Maps, PageId};
 use crate::numerics::work;
 use crate::{
@@ -44,6 +45,7 @@ struct Sights<'b, X: MeasurementModel, L> {
     /// Births that the sensor expects of any survivor: as many as there are labels for.
     most_births: usize,
     known_below: u32,
+    births_wait: bool,
 }
 
 impl<T: Real, X: MeasurementModel<Pose: Pose<Scalar = T>>, L> Sights<'_, X, L> {
@@ -53,11 +55,22 @@ impl<T: Real, X: MeasurementModel<Pose: Pose<Scalar = T>>, L> Sights<'_, X, L> {
         X: 'v,
         L: Fn(u16) -> Look<'v, X>,
     {
-        let &Self { scan, config, births, ln_confirmed, first_label, most_births, known_below, .. } = self;
+        let &Self { scan, config, births, ln_confirmed, first_label, most_births, known_below, births_wait, .. } = self;
         let (view, pose_covariance) = (self.look)(survivor)?;
         let view = View { most_births, ..view };
         let bounds = view.bounds();
-        Some(ScanView { view, pose_covariance, bounds, scan, config, births, ln_confirmed, first_label, known_below })
+        Some(ScanView {
+            view,
+            pose_covariance,
+            bounds,
+            scan,
+            config,
+            births,
+            ln_confirmed,
+            first_label,
+            known_below,
+            births_wait,
+        })
     }
 }
 
@@ -76,6 +89,9 @@ pub(crate) struct Update<'a, 's, D: Place> {
     pub(crate) next_label: &'a mut u32,
     /// Landmarks with lesser labels are known.
     pub(crate) known_below: u32,
+    /// Where births are noted that are to wait, if they are.
+    pub(crate) noted: &'a mut [Noted<D::Scalar>],
+    pub(crate) births_wait: bool,
 }
 
 impl<'a, T: Real, D: Place<Scalar = T>> Update<'a, '_, D> {
@@ -92,7 +108,7 @@ impl<'a, T: Real, D: Place<Scalar = T>> Update<'a, '_, D> {
         let mut tally = Tally::new();
         let eta = core::mem::take(&mut self.eta);
         let sights = self.begin(survivors, scan, &mut tally);
-        for task in tasks(survivors.all, tally.survivors, &survivors.parent_of) {
+        for task in tasks(survivors.all, tally.survivors, self.reserved(survivors.all), &survivors.parent_of) {
             if let Some(scan_view) = sights.of(task.survivor) {
                 self.one(&task, &scan_view, eta, &mut tally, probe);
             }
@@ -117,7 +133,7 @@ impl<'a, T: Real, D: Place<Scalar = T>> Update<'a, '_, D> {
         let mut tally = Tally::new();
         let eta = core::mem::take(&mut self.eta);
         let sights = self.begin(survivors, scan, &mut tally);
-        let mut tasks = tasks(survivors.all, tally.survivors, &survivors.parent_of);
+        let mut tasks = tasks(survivors.all, tally.survivors, self.reserved(survivors.all), &survivors.parent_of);
         let each = drafts.len().div_ceil(workers.max(1)).max(1);
         let scratch = (eta.len() / workers.max(1)).max(1);
         // A round takes a task for every draft.
@@ -193,13 +209,24 @@ impl<'a, T: Real, D: Place<Scalar = T>> Update<'a, '_, D> {
             first_label,
             most_births,
             known_below: self.known_below,
+            births_wait: self.births_wait,
         }
+    }
+
+    /// Pages to be left free: one for every particle that its births may enter by.
+    fn reserved(&self, survivors: &[u16]) -> usize {
+        if self.births_wait { survivors.len() } else { 0 }
     }
 
     /// Makes a survivor's map that of all its copies.
     fn share(&mut self, task: &Task) {
         for twin in 1..task.copies {
             let Self { static_maps, moving_maps, .. } = self;
+            if let Some(&noted) = self.noted.get(task.particle)
+                && let Some(slot) = self.noted.get_mut(task.particle + twin)
+            {
+                *slot = noted;
+            }
             static_maps.table.share_updated(task.particle, task.particle + twin, &mut static_maps.pool);
             moving_maps.table.share_updated(task.particle, task.particle + twin, &mut moving_maps.pool);
         }
@@ -222,7 +249,7 @@ impl<'a, T: Real, D: Place<Scalar = T>> Update<'a, '_, D> {
     ) {
         let Self { static_maps, moving_maps, .. } = self;
         reset_eta(eta, scan_view.scan);
-        let mut seen = Seen::NOTHING;
+        let mut seen = Seen::beside(scan_view.view.missed);
         let regained_static = static_maps.collect(task, scan_view, eta, &mut seen, tally);
         let mut both = Workspaces { of_static: &mut static_maps.workspace, of_moving: &mut moving_maps.workspace };
         both.look_at_births(scan_view, eta, &mut seen, tally);
@@ -234,7 +261,8 @@ impl<'a, T: Real, D: Place<Scalar = T>> Update<'a, '_, D> {
         }
         let normalisers = Normalisers::of(eta, scan_view.scan);
         let mut both = Workspaces { of_static: &mut static_maps.workspace, of_moving: &mut moving_maps.workspace };
-        both.complete(scan_view, &normalisers, self.next_label, tally, probe);
+        let mut noted = Noted::NOTHING;
+        both.complete(scan_view, &normalisers, self.next_label, &mut noted, tally, probe);
         static_maps.workspace.count(tally);
         moving_maps.workspace.count(tally);
         let bounds = &scan_view.bounds;
@@ -242,7 +270,7 @@ impl<'a, T: Real, D: Place<Scalar = T>> Update<'a, '_, D> {
         let static_stored = store((table, pool), workspace, task, regained_static, bounds, tally);
         let Maps { table, pool, workspace } = &mut **moving_maps;
         let moving_stored = store((table, pool), workspace, task, regained_moving, bounds, tally);
-        self.note_stored(task.particle, static_stored && moving_stored, tally);
+        self.note_stored(task.particle, noted, static_stored && moving_stored, tally);
     }
 
     /// Stores a whole draft as [`one`](Self::one) stores what is in the workspaces of the maps. Its fresh labels begin with `first_fresh`.
@@ -266,11 +294,14 @@ impl<'a, T: Real, D: Place<Scalar = T>> Update<'a, '_, D> {
         let static_stored = of_static.store((table, pool), task, regained_static, bounds, rename, tally);
         let Maps { table, pool, .. } = &mut **moving_maps;
         let moving_stored = of_moving.store((table, pool), task, regained_moving, bounds, rename, tally);
-        self.note_stored(task.particle, static_stored && moving_stored, tally);
+        self.note_stored(task.particle, draft.noted, static_stored && moving_stored, tally);
     }
 
-    /// Counts a particle's maps as stored or left as predicted, and what has been taken of the capacities.
-    fn note_stored(&self, particle: usize, stored: bool, tally: &mut Tally<T>) {
+    /// Notes the births that wait, counts a particle's maps as stored or left as predicted, and what has been taken of the capacities.
+    fn note_stored(&mut self, particle: usize, noted: Noted<T>, stored: bool, tally: &mut Tally<T>) {
+        if let Some(slot) = self.noted.get_mut(particle) {
+            *slot = noted;
+        }
         let taken = [self.static_maps.taken(particle), self.moving_maps.taken(particle)];
         for (peak, (pages, map_pages)) in tally.peaks.iter_mut().zip(taken) {
             (peak.pages, peak.map_pages) = (peak.pages.max(pages), peak.map_pages.max(map_pages));

@@ -26,6 +26,7 @@ impl<T: Real, P: Pose<Scalar = T>> Memory<'_, P> {
             self.static_maps.walk(particle, visit);
             self.moving_maps.walk(particle, visit);
         }
+        self.waiting.walk(self.cursor.particles, visit);
     }
 
     /// Walks through what is small and vital.
@@ -52,6 +53,7 @@ impl<T: Real, P: Pose<Scalar = T>> Memory<'_, P> {
         &mut self,
         informed: bool,
         has_moving: bool,
+        has_waiting: bool,
         from: &mut Reader<'_, S, E>,
     ) -> Result<(), RestoreError<E>>
     where
@@ -78,6 +80,9 @@ impl<T: Real, P: Pose<Scalar = T>> Memory<'_, P> {
             from.so_far()?;
             self.static_maps.fill(true, particle, from)?;
             self.moving_maps.fill(has_moving, particle, from)?;
+        }
+        if has_waiting {
+            self.waiting.fill(particles, from);
         }
         Ok(())
     }

@@ -32,7 +32,7 @@ impl<M: Motion<Pose = PlanarPose<f32>>> ScPhd<'_, M> {
     }
 
     fn words(&mut self, each: &mut Each<'_>) {
-        let Memory { cursor, pose_covariances, candidates, static_maps, ln_likelihoods, survivors, .. } =
+        let Memory { cursor, pose_covariances, candidates, static_maps, ln_likelihoods, survivors, waiting, .. } =
             &mut self.memory;
         let held = cursor.candidates().min(candidates.len());
         let particles = cursor.particles.min(pose_covariances.len());
@@ -63,6 +63,7 @@ impl<M: Motion<Pose = PlanarPose<f32>>> ScPhd<'_, M> {
         for pose_covariance in pose_covariances.iter_mut().take(particles) {
             of_symmetric("pose covariance", pose_covariance, each);
         }
+        waiting.words(particles, each);
         ln_likelihoods.iter_mut().take(held).for_each(|number| each("scratch", Word::Real(number)));
         survivors.iter_mut().take(particles).for_each(|word| each("scratch", Word::Short(word)));
         for page in static_maps.pool.held_mut() {

@@ -1,7 +1,7 @@
 //! The pool of pages that all maps share, with a reference count for every page.
 
 use super::Page;
-use crate::Feature;
+use crate::{Feature, Real, Vector};
 
 /// Index of a page in its pool.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -125,6 +125,18 @@ impl<'s, F: Feature> Pool<'s, F> {
         *self.free_len = last;
         *references = 1;
         Some((id, page))
+    }
+
+    /// Takes a free page and makes it a copy of another, that some map holds; `None` when the pool is full.
+    pub(crate) fn take_copy(&mut self, of: PageId) -> Option<PageId>
+    where
+        F: Feature<Position: Vector<Scalar: Real>>,
+    {
+        let (id, _) = self.take()?;
+        if let Ok([copy, page]) = self.pages.get_disjoint_mut([id.index(), of.index()]) {
+            copy.copy_from(page);
+        }
+        Some(id)
     }
 
     /// One more map holds this page.

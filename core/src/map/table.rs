@@ -240,6 +240,16 @@ impl<T: Real, D: Vector<Scalar = T>> MapTable<'_, D> {
         self.copy(self.row(from), self.row(to), pool);
     }
 
+    /// Puts a page in the place of a map's last one, whose reference the map gives away and the other's it takes over.
+    pub(crate) fn replace_last(&mut self, map: usize, id: PageId) {
+        let row = self.row(map);
+        let last = self.rows.get(row).and_then(|row| usize::from(row.len).checked_sub(1));
+        let start = self.start(row);
+        if let Some(slot) = last.and_then(|last| self.ids.get_mut(start.saturating_add(last))) {
+            *slot = id;
+        }
+    }
+
     fn row(&self, map: usize) -> usize {
         self.row_of.get(map).copied().map_or(usize::MAX, usize::from)
     }

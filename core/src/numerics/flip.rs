@@ -7,6 +7,7 @@ pub(crate) enum Word<'w> {
     Real(&'w mut f32),
     Short(&'w mut u16),
     Long(&'w mut u32),
+    Wide(&'w mut u64),
     /// A count, of the 32 bits that it has on the boards.
     Count(&'w mut usize),
     Truth(&'w mut bool),
@@ -18,6 +19,7 @@ impl Word<'_> {
         match self {
             Self::Real(_) | Self::Long(_) | Self::Count(_) => 32,
             Self::Short(_) => 16,
+            Self::Wide(_) => 64,
             Self::Truth(_) => 1,
             Self::Stream(_) => 128,
         }
@@ -28,6 +30,7 @@ impl Word<'_> {
             Self::Real(number) => *number = f32::from_bits(number.to_bits() ^ 1 << bit),
             Self::Short(word) => *word ^= 1 << bit,
             Self::Long(word) => *word ^= 1 << bit,
+            Self::Wide(word) => *word ^= 1 << bit,
             Self::Count(count) => *count ^= 1 << bit,
             Self::Truth(truth) => *truth = !*truth,
             Self::Stream(noise) => {

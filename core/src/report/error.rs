@@ -350,6 +350,8 @@ pub enum Flaw {
     Pose,
     /// The weights do not sum to one.
     Weights,
+    /// What is kept of births that wait for the next scan cannot be.
+    Waiting,
     /// The lists of pages and the counts of who holds them do not agree.
     Pages,
     /// A component is not finite, not positive definite, or not where its page says.
@@ -362,6 +364,7 @@ impl fmt::Display for Flaw {
             Self::Cursor => "a count, a time or a number that was learnt is out of range",
             Self::Pose => "a pose is beyond every range",
             Self::Weights => "the weights do not sum to one",
+            Self::Waiting => "births that wait are out of range",
             Self::Pages => "pages and the counts of their holders do not agree",
             Self::Component => "a component is not finite, not positive definite or out of place",
         })

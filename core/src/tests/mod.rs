@@ -13,3 +13,4 @@ mod scrubbing;
 mod smallest;
 mod snapshots;
 mod taken_over;
+mod waiting;

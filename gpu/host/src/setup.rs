@@ -64,6 +64,9 @@ fn of_config(config: &Config<f32>, setup: Setup) -> Result<Setup, Unfit> {
         Ok(number) if count <= most => Ok(number),
         _ => Err(Unfit(format!("{count} {of}; there is room for {most}"))),
     };
+    if config.births_wait {
+        return Err(Unfit("births that wait".to_owned()));
+    }
     let informed = match config.proposal {
         Proposal::Blind => Informed { rounds: 0, sampled_fraction: 0.0, min_responsibility: 0.0 },
         Proposal::Informed(informed) => informed,

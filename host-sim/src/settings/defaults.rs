@@ -194,8 +194,9 @@ impl FilterSettings {
             ("clutter_memory", self.clutter_memory),
         ];
         let beyond = beyond.iter().find(|(_, value)| *value > 0.0).map(|(field, _)| format!("filter.{field} = 0"));
+        let waits = || Some("filter.births_wait = false".to_owned()).filter(|_| self.births_wait);
         let blind = || Some("filter.proposal = \"blind\"".to_owned()).filter(|_| self.proposal != Proposal::Blind);
-        blind().or(beyond).map_or(Ok(()), |needed| {
+        blind().or(beyond).or_else(waits).map_or(Ok(()), |needed| {
             Err(format!("the reference is the recursion of the thesis alone; compare with {needed}"))
         })
     }
@@ -231,6 +232,7 @@ impl Settings {
             extraction: memory.extraction,
             extraction_weight: memory.extraction_weight,
             proposal: Proposal::Informed,
+            births_wait: false,
             proposal_rounds: PROPOSAL_ROUNDS,
             proposal_sampled_fraction: of(memory.drawn, UNSTATED.drawn),
             proposal_min_responsibility: LEAST_SHARE,
@@ -292,6 +294,7 @@ impl Settings {
         self.filter.confirmed_weight = 0.0;
         self.filter.extraction = Extraction::Heaviest;
         self.filter.extraction_weight = 0.0;
+        self.filter.births_wait = false;
     }
 
     /// Lets features move, or takes them all for static.

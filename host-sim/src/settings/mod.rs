@@ -128,6 +128,8 @@ pub struct FilterSettings {
     pub proposal_min_responsibility: f64,
     /// By how much longer than `vehicle.noise_interval_s` a mixture takes odometry errors to last; a joint map takes them as they are.
     pub interval_margin: f64,
+    /// Whether births that nothing explains wait for the next scan: fewer components, for filters of a single sensor.
+    pub births_wait: bool,
     /// The particle likelihood.
     pub likelihood: Likelihood,
 }

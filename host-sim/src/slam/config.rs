@@ -44,6 +44,7 @@ pub(crate) fn config_of<T: Real>(filter: &FilterSettings) -> Config<T> {
             settings::Extraction::Confirmed => Extraction::Confirmed,
         },
         extraction_weight: real(filter.extraction_weight),
+        births_wait: filter.births_wait,
         ..Config::default()
     }
 }

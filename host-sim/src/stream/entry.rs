@@ -97,6 +97,7 @@ pub(super) fn head<K: Kind>(filter: &FilterSettings, seed: u64, scalar: Scalar) 
             settings::Extraction::Peaks => Extraction::Peaks,
             settings::Extraction::Confirmed => Extraction::Confirmed,
         },
+        births_wait: filter.births_wait,
         particles: count(filter.particles),
         samples: count(filter.samples),
         max_components: count(filter.max_components),

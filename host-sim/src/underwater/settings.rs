@@ -111,6 +111,7 @@ impl Settings {
                 extraction: Extraction::Heaviest,
                 extraction_weight: 0.5,
                 proposal: Proposal::Blind,
+                births_wait: false,
                 proposal_rounds: 3,
                 proposal_sampled_fraction: 1.0,
                 proposal_min_responsibility: 0.05,

@@ -216,7 +216,7 @@ class Log:
 def _mixture(vehicle: Unicycle | Ackermann, recursion: dict[str, Any], moving: dict[str, float]) -> Filter:
     same = (
         "particles samples resample_threshold prune_weight confirming_detections unconfirmed_weight confirmed_weight merge_distance "
-        "extraction extraction_weight proposal"
+        "extraction extraction_weight births_wait proposal"
     )
     chosen = {key: recursion[key] for key in same.split()}
     if recursion["max_components"] < 2**32:

@@ -17,9 +17,9 @@ use scphd::{
 mod room {
     pub(super) const PARTICLES: usize = 32;
     pub(super) const CANDIDATES: usize = 64;
-    pub(super) const PAGES: usize = 320;
+    pub(super) const PAGES: usize = 192;
     pub(super) const MAP_PAGES: usize = 32;
-    pub(super) const MOVING_PAGES: usize = 96;
+    pub(super) const MOVING_PAGES: usize = 112;
     pub(super) const MOVING_VIEW: usize = 128;
 }
 

@@ -40,6 +40,7 @@ pub fn config<T: Real>(draw: &mut Draw, room: Room) -> Config<T> {
         max_components: if draw.chance(0.5) { usize::MAX } else { 1 + draw.below(20) },
         extraction: [Extraction::Heaviest, Extraction::Peaks, Extraction::Confirmed][draw.below(3)],
         extraction_weight: draw.real(0.0, 1.0),
+        births_wait: draw.chance(0.5),
         moving: if room.moving && draw.chance(0.5) { moving(draw) } else { MovingConfig::walkers() },
         plausible: if draw.chance(0.8) { Plausible::default() } else { Plausible::ANYTHING },
         ..Config::default()

@@ -30,7 +30,7 @@ pub const PLANAR: Rig = Rig {
     room: &[],
     particles: 32,
     samples: 2,
-    settings: None,
+    settings: Some("firmware/blind.toml"),
     precisions: &Precision::ALL,
     boards: &EMULATED,
 };
@@ -46,8 +46,15 @@ pub const FEW: Rig = Rig {
 };
 
 /// A vehicle in the plane with a joint map.
-pub const JOINT: Rig =
-    Rig { vehicle: "joint-", features: &["joint"], particles: 1, samples: 1, precisions: &[Precision::F32], ..PLANAR };
+pub const JOINT: Rig = Rig {
+    vehicle: "joint-",
+    features: &["joint"],
+    particles: 1,
+    samples: 1,
+    settings: None,
+    precisions: &[Precision::F32],
+    ..PLANAR
+};
 
 /// The two with a quarter of the room, to see what they do without the rest: one board says it.
 pub const SMALL: Rig =

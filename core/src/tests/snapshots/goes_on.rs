@@ -38,7 +38,8 @@ fn documented<T: Real>(slam: &mut ScPhd<'_, Unicycle<T>>) -> usize {
     let words = 24 + if has_moving { 6 } else { 4 } * particles + pages + components + moving_components;
     let a_particle = if has_moving { 8 } else { 4 } + if informed { 6 } else { 0 };
     let scalars = 6 + 4 * candidates + a_particle * particles + 6 * components + 15 * moving_components;
-    4 * words + size_of::<T>() * scalars
+    let [waiting_words, waiting_scalars] = slam.memory.waiting.documented(particles);
+    4 * (words + waiting_words) + size_of::<T>() * (scalars + waiting_scalars)
 }
 
 /// Runs on without a break, and beside it from snapshots that are taken at every so many scans, by turns before and after the prediction
@@ -163,6 +164,14 @@ fn without_moving_features_and_in_memory_that_has_them() {
     assert_eq!(moving.digest(), still.digest());
     still.restore(KIND, from_slice(&saved(|sink| moving.save(KIND, sink)))).unwrap();
     assert_eq!((moving.digest(), still.audit()), (still.digest(), Ok(())));
+}
+
+/// In the middle of what waits, too.
+#[test]
+fn births_that_wait() {
+    for config in [Config::blind(16, 2), informed(4, 1, 0.2)] {
+        both::<f32>(Config { births_wait: true, prune_weight: 0.01, ..config }, 60, 7);
+    }
 }
 
 /// The tightest memory, which tells whether pages are shared as before: otherwise there were too few.

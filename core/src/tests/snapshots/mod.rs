@@ -4,4 +4,4 @@ mod crafted;
 mod damaged;
 mod elsewhere;
 mod goes_on;
-mod world;
+pub(super) mod world;

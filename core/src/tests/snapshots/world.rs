@@ -4,12 +4,12 @@ use crate::*;
 use nalgebra::Vector2;
 use std::vec::Vec;
 
-pub(super) type Lidar<T> = Sensing<RangeBearing<T>, RangeBearingWindow<T>, UniformClutter<T>>;
-pub(super) type Scratch<T> = DetectorMemory<Vector2<T>, 32>;
-pub(super) type Eyes<'m, T> = Detector<Lidar<T>, ScanRoom<'m, Vector2<T>>>;
+pub(in crate::tests) type Lidar<T> = Sensing<RangeBearing<T>, RangeBearingWindow<T>, UniformClutter<T>>;
+pub(in crate::tests) type Scratch<T> = DetectorMemory<Vector2<T>, 32>;
+pub(in crate::tests) type Eyes<'m, T> = Detector<Lidar<T>, ScanRoom<'m, Vector2<T>>>;
 
 /// The label of the vehicles here.
-pub(super) const KIND: u32 = 0x00c0_ffee;
+pub(in crate::tests) const KIND: u32 = 0x00c0_ffee;
 /// Posts, m.
 const POSTS: [[f64; 2]; 12] = [
     [6.0, 3.0],
@@ -26,11 +26,11 @@ const POSTS: [[f64; 2]; 12] = [
     [10.0, 10.0],
 ];
 
-pub(super) fn motion<T: Real>() -> Unicycle<T> {
+pub(in crate::tests) fn motion<T: Real>() -> Unicycle<T> {
     Unicycle::new(Step::Arc, ControlNoise::white(T::from_f64(0.1), T::from_f64(0.05))).unwrap()
 }
 
-pub(super) fn lidar<T: Real>() -> Lidar<T> {
+pub(in crate::tests) fn lidar<T: Real>() -> Lidar<T> {
     let window = RangeBearingWindow::full_circle(T::from_f64(10.0), T::from_f64(0.9)).unwrap();
     Sensing {
         sensor: RangeBearing::new(T::from_f64(0.1), T::from_f64(0.01)).unwrap(),
@@ -39,25 +39,25 @@ pub(super) fn lidar<T: Real>() -> Lidar<T> {
     }
 }
 
-pub(super) fn detector<T: Real>(scratch: &mut Scratch<T>, moves: bool) -> Eyes<'_, T> {
+pub(in crate::tests) fn detector<T: Real>(scratch: &mut Scratch<T>, moves: bool) -> Eyes<'_, T> {
     let moving = T::from_f64(if moves { 0.002 } else { 0.0 });
     Detector::new(lidar(), Births { of_static: T::from_f64(0.002), of_moving: moving }).unwrap().over(scratch).unwrap()
 }
 
 /// What one step brings: odometry and a scan.
 #[derive(Debug, Clone)]
-pub(super) struct Inputs<T> {
-    pub(super) odometry: UnicycleControl<T>,
-    pub(super) scan: Vec<Vector2<T>>,
+pub(in crate::tests) struct Inputs<T> {
+    pub(in crate::tests) odometry: UnicycleControl<T>,
+    pub(in crate::tests) scan: Vec<Vector2<T>>,
 }
 
 /// The start of every run.
-pub(super) fn start<T: Real>() -> PlanarPose<T> {
+pub(in crate::tests) fn start<T: Real>() -> PlanarPose<T> {
     PlanarPose::new(T::from_f64(3.0), T::ZERO, T::from_f64(1.5))
 }
 
 /// So many steps of 0.1 s.
-pub(super) fn world<T: Real>(steps: usize) -> Vec<Inputs<T>> {
+pub(in crate::tests) fn world<T: Real>(steps: usize) -> Vec<Inputs<T>> {
     let real = T::from_f64;
     let exact = Unicycle::new(Step::Arc, ControlNoise::NONE).unwrap();
     let (mut truth, mut draws) = (start::<T>(), Noise::seeded(7));
@@ -87,7 +87,7 @@ pub(super) fn world<T: Real>(steps: usize) -> Vec<Inputs<T>> {
 }
 
 /// Into fresh bytes.
-pub(super) fn saved<E: core::fmt::Debug>(
+pub(in crate::tests) fn saved<E: core::fmt::Debug>(
     save: impl FnOnce(&mut dyn FnMut(&[u8]) -> Result<(), SliceEnd>) -> Result<usize, E>,
 ) -> Vec<u8> {
     let mut bytes = Vec::new();

@@ -1,0 +1,55 @@
+//! What a measurement is the first one of (5.9, 5.10).
+
+use crate::detection::view::View;
+use crate::numerics::range::is_within_range;
+use crate::{Component, InverseOf, MeasurementModel, Place, Pose, Real, Sensor, Symmetric, TangentOf, Vector};
+
+/// Where a newborn feature is.
+#[derive(Debug)]
+pub(crate) struct Newborn<D: Place> {
+    position: D,
+    covariance: Symmetric<D>,
+    /// Whether the covariance had to be repaired.
+    pub(crate) repaired: bool,
+}
+
+impl<T: Real, D: Place<Scalar = T>> Newborn<D> {
+    /// At h⁻¹(z, x), as uncertain as the measurement, and as the pose where that is not certain; `None` where there is no such feature
+    /// in view. Once for all who ask: it is not small.
+    #[inline(never)]
+    pub(crate) fn of<X: MeasurementModel<Pose: Pose<Scalar = T, Position = D>>>(
+        view: &View<'_, X>,
+        pose_covariance: Option<&Symmetric<TangentOf<X::Pose>>>,
+        measured: &X::Measurement,
+    ) -> Option<Self> {
+        // A feature out of view cannot have caused the measurement; born there, it would never be missed and stay.
+        let in_view = |inverse: &InverseOf<X::Sensor>| {
+            view.sees(&inverse.feature, measured) && inverse.feature.as_slice().iter().all(|x| x.is_finite())
+        };
+        let inverse = view.sensor.invert(&view.frame, measured).filter(in_view)?;
+        let mut noise = *view.sensor.noise();
+        if let Some(pose_covariance) = pose_covariance
+            && let Some(expected) = view.sensor.expect(&view.frame, &inverse.feature)
+        {
+            noise = noise.plus(&view.blur(pose_covariance, &inverse.feature, &expected));
+        }
+        // Nor does anything come of one that is uncertain beyond the range of the scalar.
+        let (covariance, repaired) = noise.congruence::<D>(&inverse.jacobian).kept_positive_definite()?;
+        is_within_range(&inverse.feature).then_some(Self { position: inverse.feature, covariance, repaired })
+    }
+
+    /// As a static feature.
+    pub(crate) fn still(&self, label: u32, ln_weight: T) -> Component<D> {
+        Component { label, ln_weight, mean: self.position, covariance: self.covariance }
+    }
+
+    /// As one that moves, nobody knows where to.
+    pub(crate) fn moving(&self, label: u32, ln_weight: T, velocity_sigma_mps: T) -> Component<D::Moving> {
+        let velocity_variance = velocity_sigma_mps * velocity_sigma_mps;
+        let covariance = Symmetric::from_fn(|row, column| {
+            let velocity = if row == column { velocity_variance } else { T::ZERO };
+            if row < D::DIMENSION { self.covariance.get(row, column) } else { velocity }
+        });
+        Component { label, ln_weight, mean: D::Moving::with(|row| self.position.at(row)), covariance }
+    }
+}

@@ -1,0 +1,216 @@
+//! What the scan may have seen again enters the maps; the rest is missed.
+
+use crate::detection::scan::Scan;
+use crate::detection::view::Views;
+use crate::filter::drift::later;
+use crate::filter::newborn::Newborn;
+use crate::filter::state::Memory;
+use crate::filter::tally::Tally;
+use crate::filter::waiting::meet::{Step, compare};
+use crate::filter::waiting::memory::{Awaiting, Birthplace, Met, Waiting, bit, of_sensor};
+use crate::map::{Maps, PAGE_LEN, Page, PageId};
+use crate::numerics::work;
+use crate::{
+    Births, Component, Config, Feature, MeasurementModel, Place, Pose, PositionOf, Real, Symmetric, TangentOf,
+};
+
+/// Puts the births of the scan before into the maps of the particles that have them, as they would have been there since, where this scan
+/// may have seen them again, and sums up for every particle what it has missed of the others. Afterwards none waits.
+#[inline(never)]
+pub(crate) fn enter<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>>(
+    config: &Config<T>,
+    births: &Births<T>,
+    views: &Views<'_, X>,
+    scan: &Scan<'_, X::Measurement>,
+    memory: &mut Memory<'_, P>,
+    tally: &mut Tally<T>,
+) {
+    memory.waiting.missed.fill(T::ZERO);
+    let Awaiting { len, first_label, sensor, .. } = *memory.waiting.awaiting;
+    let Some(first) = memory.waiting.awaited.first().filter(|_| len > 0) else { return };
+    if of_sensor(views.sensor, &first.measurement()) != Some(sensor) {
+        memory.waiting.awaiting.several = true;
+        memory.waiting.forget();
+        return;
+    }
+    let intensities = [births.of_static, births.of_moving].map(Real::ln);
+    meet_all(config, intensities, views, scan, memory);
+    let Memory { cursor, static_maps, moving_maps, waiting, .. } = memory;
+    let Waiting { awaited, noted, birthplaces, missed, met, .. } = waiting;
+    let awaited = awaited.get(..usize::from(len)).unwrap_or(&[]);
+    let ln_floor = config.prune_weight.ln();
+    let particles = noted.iter().zip(birthplaces.iter()).zip(met.iter()).zip(missed.iter_mut());
+    for (particle, (((noted, birthplace), &[still, moving]), missed)) in particles.take(cursor.particles).enumerate() {
+        let view = views.from(&birthplace.pose);
+        let mut static_map = Entry::new(static_maps, particle);
+        let mut moving_map = Entry::new(moving_maps, particle);
+        for (index, awaited) in awaited.iter().enumerate() {
+            work::round();
+            let bit = bit(index);
+            if noted.births & bit == 0 {
+                continue;
+            }
+            let is_met = [still & bit != 0, moving & bit != 0];
+            for (&missed_of, _) in awaited.missed.iter().zip(is_met).filter(|&(_, is_met)| !is_met) {
+                *missed += missed_of;
+            }
+            let mut ln_weights = intensities.map(|ln_intensity| awaited.ln_weight(ln_intensity, ln_floor));
+            for (ln_weight, is_met) in ln_weights.iter_mut().zip(is_met) {
+                *ln_weight = ln_weight.filter(|_| is_met);
+            }
+            let [ln_still, ln_moving] = ln_weights;
+            if ln_still.is_none() && ln_moving.is_none() {
+                continue;
+            }
+            let newborn = Newborn::of(&view, birthplace.uncertain(), &awaited.measurement::<X::Measurement>());
+            let Some(newborn) = newborn else {
+                tally.no_birth += 1;
+                continue;
+            };
+            tally.repaired += usize::from(newborn.repaired);
+            let label = first_label.wrapping_add(index as u32);
+            if let Some(ln_weight) = ln_still {
+                tally.lost += usize::from(!static_map.push(&newborn.still(label, ln_weight)));
+            }
+            if let Some(ln_weight) = ln_moving {
+                let component = newborn.moving(label, ln_weight, config.moving.velocity_sigma_mps);
+                tally.lost += usize::from(!moving_map.push(&component));
+            }
+        }
+    }
+    waiting.forget();
+}
+
+/// Finds out which births which particle may have seen again, and for every measurement p_D w of those that it has not.
+fn meet_all<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>>(
+    config: &Config<T>,
+    intensities: [T; 2],
+    views: &Views<'_, X>,
+    scan: &Scan<'_, X::Measurement>,
+    memory: &mut Memory<'_, P>,
+) {
+    let Memory { cursor, pose_covariances, candidates, waiting, .. } = memory;
+    let Waiting { awaiting, awaited, noted, birthplaces, met, steps, .. } = waiting;
+    let (own, children) = (cursor.heaviest, cursor.children.max(1));
+    let particle_of = |candidate: usize| candidate.checked_div(children).unwrap_or(0);
+    let candidates = candidates.get(..cursor.candidates()).unwrap_or(&[]);
+    let birthplaces = birthplaces.get(..cursor.particles).unwrap_or(&[]);
+    met.fill([0; 2]);
+    let Some((birthplace, candidate)) = birthplaces.get(own).zip(candidates.get(own.saturating_mul(children))) else {
+        return;
+    };
+    let spread = compare(own, birthplaces, candidates, children, steps);
+    let step = Step {
+        view: views.from(&candidate.pose),
+        pose_covariance: pose_covariances.get(own).copied().unwrap_or(Symmetric::ZERO),
+        steps: steps.get(..candidates.len()).unwrap_or(&[]),
+        spread,
+    };
+    let birth_view = views.from(&birthplace.pose);
+    let ln_floor = config.prune_weight.ln();
+    let anywhere = noted.iter().fold(0, |births, noted| births | noted.births);
+    for (index, awaited) in awaited.iter_mut().take(usize::from(awaiting.len)).enumerate() {
+        work::round();
+        awaited.missed = [T::ZERO; 2];
+        let bit = bit(index);
+        if anywhere & bit == 0 {
+            continue;
+        }
+        let newborn = Newborn::of(&birth_view, birthplace.uncertain(), &awaited.measurement::<X::Measurement>());
+        let [ln_still, ln_moving] = intensities.map(|ln_intensity| awaited.ln_weight(ln_intensity, ln_floor));
+        // What the own particle cannot see others may.
+        let mut met_by_all = [newborn.is_none(); 2];
+        if let Some(newborn) = &newborn
+            && let Some(ln_weight) = ln_still
+        {
+            let still = newborn.still(0, ln_weight);
+            match step.meet(&still, scan, ln_floor, &mut |candidate| mark(met, particle_of(candidate), 0, bit)) {
+                Some(missed) => awaited.missed[0] = missed,
+                None => met_by_all[0] = true,
+            }
+        }
+        // What has moved too far to tell where, or has gone, is not even missed.
+        let moving = newborn.as_ref().zip(ln_moving).and_then(|(newborn, ln_weight)| {
+            let born = newborn.moving(0, ln_weight, config.moving.velocity_sigma_mps);
+            let waited_s = cursor.waited_s;
+            if waited_s > T::ZERO { later::<T, PositionOf<P>>(config, ln_floor, waited_s, &born) } else { Some(born) }
+        });
+        if let Some(moving) = moving {
+            let covariance = moving.covariance.leading();
+            let moving = Component { label: 0, ln_weight: moving.ln_weight, mean: moving.position(), covariance };
+            match step.meet(&moving, scan, ln_floor, &mut |candidate| mark(met, particle_of(candidate), 1, bit)) {
+                Some(missed) => awaited.missed[1] = missed,
+                None => met_by_all[1] = true,
+            }
+        }
+        for (kind, _) in met_by_all.into_iter().enumerate().filter(|&(_, by_all)| by_all) {
+            (0..cursor.particles).for_each(|particle| mark(met, particle, kind, bit));
+        }
+    }
+}
+
+/// Notes a birth as met.
+fn mark(met: &mut [Met], particle: usize, kind: usize, bit: u64) {
+    if let Some(births) = met.get_mut(particle).and_then(|met| met.get_mut(kind)) {
+        *births |= bit;
+    }
+}
+
+impl<P: Pose> Birthplace<P> {
+    /// Its covariance, where it has one.
+    fn uncertain(&self) -> Option<&Symmetric<TangentOf<P>>> {
+        Some(&self.covariance).filter(|&covariance| *covariance != Symmetric::ZERO)
+    }
+}
+
+/// The end of a particle's map: its last page, and fresh ones behind it.
+struct Entry<'a, 's, F: Feature> {
+    maps: &'a mut Maps<'s, F>,
+    particle: usize,
+    /// The last page, once nobody else holds it.
+    own: Option<PageId>,
+}
+
+impl<'a, 's, T: Real, F: Feature<Position: Place<Scalar = T>>> Entry<'a, 's, F> {
+    fn new(maps: &'a mut Maps<'s, F>, particle: usize) -> Self {
+        Self { maps, particle, own: None }
+    }
+
+    /// Adds a component; `false` where there is no room.
+    fn push(&mut self, component: &Component<F::State>) -> bool {
+        let has_room = |page: &Page<F>| page.components().len() < PAGE_LEN;
+        let own = self.own.filter(|&id| self.maps.pool.get(id).is_some_and(has_room));
+        self.own = own.or_else(|| self.open());
+        let Some(page) = self.own.and_then(|id| self.maps.pool.held(id.index())) else { return false };
+        page.push(component);
+        true
+    }
+
+    /// A page of its own with room at the end of the map.
+    #[inline(never)]
+    fn open(&mut self) -> Option<PageId> {
+        let Maps { table, pool, .. } = &mut *self.maps;
+        let (far, _) = table.far(self.particle);
+        // Pages known to be out of view are not touched.
+        let near = table.pages(self.particle).get(far..).unwrap_or(&[]);
+        let has_room = |id: PageId| pool.get(id).is_some_and(|page| page.components().len() < PAGE_LEN);
+        match near.last().copied().filter(|&last| has_room(last)) {
+            Some(last) if pool.references(last) == 1 => Some(last),
+            Some(last) => {
+                let id = pool.take_copy(last)?;
+                table.replace_last(self.particle, id);
+                pool.release(last);
+                Some(id)
+            }
+            None => {
+                let (id, page) = pool.take()?;
+                page.fill(core::iter::empty());
+                if table.push(self.particle, id) {
+                    return Some(id);
+                }
+                pool.release(id);
+                None
+            }
+        }
+    }
+}

@@ -1,0 +1,111 @@
+//! Which of the births that wait a scan may have seen again.
+
+use crate::detection::scan::Scan;
+use crate::detection::view::View;
+use crate::filter::waiting::memory::Birthplace;
+use crate::numerics::vector::applied;
+use crate::numerics::work;
+use crate::particles::candidate::Candidate;
+use crate::{Component, MeasurementModel, Pose, PositionOf, Real, Sensor, Symmetric, TangentOf, Vector, Zero};
+
+/// One step of the vehicle, from where births were seen to where the scan is seen from, and those of all candidates beside it.
+pub(super) struct Step<'a, X: MeasurementModel> {
+    /// The scan as seen at its end.
+    pub(super) view: View<'a, X>,
+    /// Of the pose there; zero where it is certain.
+    pub(super) pose_covariance: Symmetric<TangentOf<X::Pose>>,
+    /// By how much the step of every candidate differs from it.
+    pub(super) steps: &'a [TangentOf<X::Pose>],
+    /// The most of that, coordinate by coordinate.
+    pub(super) spread: TangentOf<X::Pose>,
+}
+
+/// Writes by how much the steps of all candidates, each from its particle's birthplace, differ from that of the first candidate of the
+/// particle `own`; the most of that, coordinate by coordinate.
+#[inline(never)]
+pub(super) fn compare<T: Real, P: Pose<Scalar = T>>(
+    own: usize,
+    birthplaces: &[Birthplace<P>],
+    candidates: &[Candidate<P>],
+    children: usize,
+    steps: &mut [P::Tangent],
+) -> P::Tangent {
+    let heading = |pose: &P| pose.on_ground()[2];
+    let mut most = P::Tangent::ZERO;
+    let Some((from, to)) = birthplaces.get(own).zip(candidates.get(own.saturating_mul(children))) else { return most };
+    let (own_step, own_heading) = (to.pose.difference(&from.pose), heading(&from.pose));
+    let families = candidates.chunks(children.max(1)).zip(steps.chunks_mut(children.max(1)));
+    for (from, (family, steps)) in birthplaces.iter().zip(families) {
+        // What is ahead of one vehicle is ahead of the other, whichever way they look.
+        let (sine, cosine) =
+            if P::HEADING.is_some() { (own_heading - heading(&from.pose)).sin_cos() } else { (T::ZERO, T::ONE) };
+        for (candidate, slot) in family.iter().zip(steps) {
+            work::round();
+            let step = candidate.pose.difference(&from.pose);
+            let (x, y) = (step.at(0), step.at(1));
+            let turned = P::Tangent::with(|k| match k {
+                0 => cosine * x - sine * y,
+                1 => sine * x + cosine * y,
+                _ => step.at(k),
+            });
+            *slot = turned - own_step;
+            most = P::Tangent::with(|k| most.at(k).at_least(slot.at(k).abs()));
+        }
+    }
+    most
+}
+
+impl<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>> Step<'_, X> {
+    /// Tells the candidates whose scan may make more of a birth than a miss: for whom the detection with one of the measurements would
+    /// weigh as much as components must to be kept. Returns p_D w, which is what it is to the others, where a miss leaves nothing of it;
+    /// `None` where it does, or it may be out of view. Of a birth that moves its position says all.
+    ///
+    /// What another candidate expects is what this one does, moved by as much as its step differs.
+    #[inline(never)]
+    pub(super) fn meet(
+        &self,
+        birth: &Component<PositionOf<P>>,
+        scan: &Scan<'_, X::Measurement>,
+        ln_floor: T,
+        met_by: &mut dyn FnMut(usize),
+    ) -> Option<T> {
+        let view = &self.view;
+        let pose_covariance = Some(&self.pose_covariance).filter(|&covariance| *covariance != Symmetric::ZERO);
+        let expectation = view.expect_blurred(pose_covariance, birth)?;
+        if birth.ln_weight + expectation.detection.ln_missed >= ln_floor {
+            return None;
+        }
+        let expected = expectation.expected();
+        let by_pose = view.sensor.by_pose(&view.frame, &birth.mean, &expected);
+        let moved = |step: &P::Tangent| applied::<X::Measurement, P::Tangent>(&by_pose, step);
+        let most_moved = (0..P::Tangent::DIMENSION).fold(X::Measurement::ZERO, |sum, along| {
+            let by_step = moved(&P::Tangent::with(|k| if k == along { self.spread.at(k) } else { T::ZERO }));
+            X::Measurement::with(|k| sum.at(k) + by_step.at(k).abs())
+        });
+        let factor = expectation.innovation_factor()?;
+        let ln_peak = expectation.ln_detected_weight + factor.ln_peak();
+        let headroom = ln_peak - ln_floor - scan.ln_least_reference();
+        // Written so that NaN meets nothing; a birth that cannot be told from nothing is one.
+        if headroom > T::ZERO {
+            let farthest = X::Measurement::with(|k| {
+                let along = (headroom + headroom) * expectation.innovation_covariance.get(k, k);
+                along.sqrt_above() + most_moved.at(k)
+            });
+            let reach = farthest.at(X::Sensor::SORTED_BY);
+            scan.near::<X::Sensor>(&expected.measurement, reach, |(_, measured)| {
+                let innovation = view.sensor.innovation(&measured.z, &expected.measurement);
+                if innovation.as_slice().iter().zip(farthest.as_slice()).any(|(&apart, &most)| apart.abs() > most) {
+                    return;
+                }
+                let least = ln_floor + measured.ln_reference();
+                for (candidate, step) in self.steps.iter().enumerate() {
+                    let distance = factor.mahalanobis(&(innovation - moved(step)));
+                    if ln_peak - T::from_f64(0.5) * distance >= least {
+                        met_by(candidate);
+                    }
+                }
+            });
+        }
+        Some(expectation.detection.probability * birth.ln_weight.exp())
+    }
+}

@@ -1,0 +1,204 @@
+//! What is kept of births that wait.
+
+use crate::detection::scan::Scan;
+use crate::numerics::fnv::Fnv;
+use crate::{Config, Likelihood, MeasurementModel, Pose, Real, ScalarOf, Sensor, Symmetric, TangentOf, Vector, Zero};
+
+/// Measurements of a scan that births can wait on: a bit of a word for each. Those on later ones do not wait.
+const MOST: usize = 64;
+/// Coordinates that such a measurement can have.
+const COORDINATES: usize = 4;
+/// A birth of this weight may be taken for a feature at once, and does not wait.
+const HEAVY: f64 = 0.1;
+
+/// A measurement that births wait on.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Awaited<T> {
+    /// z, and zeros behind it.
+    pub(super) z: [T; COORDINATES],
+    /// ln( κ(z) + Σ w_b ), which the weights of its births are relative to.
+    pub(super) ln_reference: T,
+    /// Scratch: p_D w of the static birth and of the one that moves, where a miss leaves nothing of it; otherwise they are met by all.
+    pub(super) missed: [T; 2],
+}
+
+/// The scan that the measurements are of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Awaiting {
+    /// How many measurements are kept; none where no birth waits.
+    pub(super) len: u16,
+    /// Whether scans of several sensors have come since the reset. What one has measured would wait for the next scan of the same: then
+    /// no birth waits.
+    pub(super) several: bool,
+    /// The label of the births on the first measurement.
+    pub(super) first_label: u32,
+    /// Tells sensors apart: a hash of where the first measurement would have been from the origin.
+    pub(super) sensor: u64,
+}
+
+impl Awaiting {
+    pub(super) const NOTHING: Self = Self { len: 0, several: false, first_label: 0, sensor: 0 };
+}
+
+/// The births of one particle that wait.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Noted<T> {
+    /// On which measurements.
+    pub(super) births: u64,
+    /// Σ w of the static ones and of those that move.
+    pub(super) weights: [T; 2],
+}
+
+impl<T: Real> Noted<T> {
+    pub(crate) const NOTHING: Self = Self { births: 0, weights: [T::ZERO; 2] };
+
+    /// Notes births on a measurement, a static one and one that moves; `false` where they are not to wait.
+    pub(crate) fn note(&mut self, index: usize, ln_weights: [Option<T>; 2]) -> bool {
+        let ln_heavy = T::from_f64(HEAVY).ln();
+        if index >= MOST || ln_weights.iter().flatten().any(|&ln_weight| !(ln_weight < ln_heavy)) {
+            return false;
+        }
+        self.births |= bit(index);
+        for (sum, ln_weight) in self.weights.iter_mut().zip(ln_weights) {
+            *sum += ln_weight.map_or(T::ZERO, Real::exp);
+        }
+        true
+    }
+}
+
+/// The bit of a measurement in a word of them; none of one that no birth waits on.
+pub(super) fn bit(index: usize) -> u64 {
+    u32::try_from(index).ok().and_then(|index| 1_u64.checked_shl(index)).unwrap_or(0)
+}
+
+/// The births of one particle that a scan may have seen again: static ones, and those that move.
+pub(super) type Met = [u64; 2];
+
+/// From where a particle's births were seen.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Birthplace<P: Pose> {
+    pub(super) pose: P,
+    /// Of the pose; zero where it is certain.
+    pub(super) covariance: Symmetric<TangentOf<P>>,
+}
+
+/// Memory of the births of so many particles.
+#[derive(Debug)]
+pub(crate) struct WaitingMemory<P: Pose, const PARTICLES: usize, const CANDIDATES: usize> {
+    awaiting: Awaiting,
+    awaited: [Awaited<P::Scalar>; MOST],
+    noted: [Noted<P::Scalar>; PARTICLES],
+    birthplaces: [Birthplace<P>; PARTICLES],
+    missed: [P::Scalar; PARTICLES],
+    met: [Met; PARTICLES],
+    steps: [TangentOf<P>; CANDIDATES],
+}
+
+impl<T: Real, P: Pose<Scalar = T>, const PARTICLES: usize, const CANDIDATES: usize>
+    WaitingMemory<P, PARTICLES, CANDIDATES>
+{
+    /// All zero: none waits.
+    pub(crate) const ZERO: Self = Self {
+        awaiting: Awaiting::NOTHING,
+        awaited: [Awaited { z: [T::ZERO; COORDINATES], ln_reference: T::ZERO, missed: [T::ZERO; 2] }; MOST],
+        noted: [Noted::NOTHING; PARTICLES],
+        birthplaces: [Birthplace { pose: P::ZERO, covariance: Symmetric::ZERO }; PARTICLES],
+        missed: [T::ZERO; PARTICLES],
+        met: [[0; 2]; PARTICLES],
+        steps: [TangentOf::<P>::ZERO; CANDIDATES],
+    };
+
+    /// The births over this memory.
+    pub(crate) fn view(&mut self) -> Waiting<'_, P> {
+        let Self { awaiting, awaited, noted, birthplaces, missed, met, steps } = self;
+        Waiting { awaiting, awaited, noted, birthplaces, missed, met, steps }
+    }
+}
+
+/// The births that wait, of however many particles.
+#[derive(Debug)]
+pub(crate) struct Waiting<'s, P: Pose> {
+    pub(super) awaiting: &'s mut Awaiting,
+    pub(super) awaited: &'s mut [Awaited<ScalarOf<P>>],
+    pub(crate) noted: &'s mut [Noted<ScalarOf<P>>],
+    pub(super) birthplaces: &'s mut [Birthplace<P>],
+    /// For every particle Σ p_D w of the births that this scan has missed.
+    pub(crate) missed: &'s mut [ScalarOf<P>],
+    /// Scratch: what every particle has met.
+    pub(super) met: &'s mut [Met],
+    /// Scratch: by how much the step of every candidate since its particle's birthplace differs from that of one of them.
+    pub(super) steps: &'s mut [TangentOf<P>],
+}
+
+impl<T: Real, P: Pose<Scalar = T>> Waiting<'_, P> {
+    /// None waits, and none of whatever sensor has been seen.
+    pub(crate) fn clear(&mut self) {
+        *self.awaiting = Awaiting::NOTHING;
+        self.forget();
+    }
+
+    /// None waits.
+    pub(super) fn forget(&mut self) {
+        self.awaiting.len = 0;
+        self.noted.fill(Noted::NOTHING);
+    }
+
+    /// Of a particle, Σ w of the static births and of those that move.
+    pub(crate) fn weights(&self, particle: usize) -> [T; 2] {
+        self.noted.get(particle).map_or([T::ZERO; 2], |noted| noted.weights)
+    }
+
+    /// Gets ready for the births of a scan whose first label is `first_label`, after those of the scan before [have entered](super::enter);
+    /// whether they are to wait.
+    pub(crate) fn await_scan<X: MeasurementModel<Pose = P>>(
+        &mut self,
+        config: &Config<T>,
+        sensor: &impl Sensor<Pose = P, Measurement = X::Measurement>,
+        scan: &Scan<'_, X::Measurement>,
+        first_label: u32,
+    ) -> bool {
+        // The other likelihoods know more of the map than how much of it was missed.
+        let may_wait = config.births_wait
+            && config.likelihood == Likelihood::SingleCluster
+            && !self.awaiting.several
+            && const { X::Measurement::DIMENSION <= COORDINATES };
+        let first = scan.iter().next().and_then(|measurement| of_sensor(sensor, &measurement.z));
+        let Some(sensor) = first.filter(|_| may_wait) else { return false };
+        for (slot, measurement) in self.awaited.iter_mut().zip(scan.iter()) {
+            slot.z.iter_mut().zip(measurement.z.as_slice()).for_each(|(slot, &coordinate)| *slot = coordinate);
+            slot.ln_reference = measurement.ln_reference();
+        }
+        *self.awaiting = Awaiting { len: scan.len().min(MOST) as u16, first_label, sensor, ..*self.awaiting };
+        true
+    }
+
+    /// Notes from where a particle has seen the scan.
+    pub(crate) fn place(&mut self, particle: usize, pose: P, covariance: Symmetric<TangentOf<P>>) {
+        if let Some(slot) = self.birthplaces.get_mut(particle) {
+            *slot = Birthplace { pose, covariance };
+        }
+    }
+}
+
+impl<T: Real> Awaited<T> {
+    /// z.
+    pub(super) fn measurement<Z: Vector<Scalar = T>>(&self) -> Z {
+        Z::with(|k| self.z.get(k).copied().unwrap_or(T::ZERO))
+    }
+
+    /// ln of the weight of its birth of an intensity of that logarithm; `None` for none above the floor, or one that would not have waited.
+    pub(super) fn ln_weight(&self, ln_intensity: T, ln_floor: T) -> Option<T> {
+        let ln_weight = ln_intensity - self.ln_reference;
+        // By η_z it was a little lighter, and lighter than heavy.
+        let ln_most = T::from_f64(HEAVY).ln() + T::from_f64(0.01);
+        (ln_weight >= ln_floor && ln_weight <= ln_most).then_some(ln_weight)
+    }
+}
+
+/// Tells a sensor from others by where it takes a measurement to come from, as seen from the origin; `None` where it does not say.
+pub(super) fn of_sensor<S: Sensor<Pose: Pose<Scalar: Real>>>(sensor: &S, measured: &S::Measurement) -> Option<u64> {
+    let inverse = sensor.invert(&sensor.frame(&S::Pose::ZERO), measured)?;
+    let mut hash = Fnv::EMPTY;
+    inverse.feature.as_slice().iter().for_each(|&coordinate| hash.take_scalar(coordinate));
+    Some(hash.value())
+}

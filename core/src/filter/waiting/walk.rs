@@ -1,0 +1,134 @@
+//! A walk through the births that wait, for digests and snapshots, and what is amiss with them.
+
+use crate::filter::waiting::memory::{Awaited, Awaiting, Birthplace, Noted, Waiting};
+use crate::numerics::range::is_within_range;
+use crate::snapshot::read::Reader;
+use crate::snapshot::visit::Visit;
+use crate::{Pose, Real, Symmetric};
+
+impl<T: Real, P: Pose<Scalar = T>> Waiting<'_, P> {
+    /// Whether there is anything to know.
+    pub(crate) fn is_anything(&self) -> bool {
+        self.awaiting.len > 0 || self.awaiting.several
+    }
+
+    /// Walks through what the first `particles` particles have, if anything.
+    pub(crate) fn walk(&self, particles: usize, visit: &mut impl Visit) {
+        if !self.is_anything() {
+            return;
+        }
+        let Awaiting { len, several, first_label, sensor } = *self.awaiting;
+        let words = [u32::from(len), u32::from(several), first_label, sensor as u32, (sensor >> 32) as u32];
+        words.into_iter().for_each(|word| visit.word(word));
+        for awaited in self.awaited.iter().take(usize::from(len)) {
+            awaited.z.iter().for_each(|&coordinate| visit.scalar(coordinate));
+            visit.scalar(awaited.ln_reference);
+        }
+        for (noted, birthplace) in self.noted.iter().zip(self.birthplaces.iter()).take(particles).filter(|_| len > 0) {
+            visit.word(noted.births as u32);
+            visit.word((noted.births >> 32) as u32);
+            noted.weights.iter().for_each(|&weight| visit.scalar(weight));
+            visit.pose(&birthplace.pose);
+            birthplace.covariance.as_lower().iter().for_each(|&x| visit.scalar(x));
+        }
+    }
+
+    /// The way back. What is more than there is room for is left out, and an audit finds that it is.
+    pub(crate) fn fill<S, E>(&mut self, particles: usize, from: &mut Reader<'_, S, E>)
+    where
+        S: FnMut(usize, &mut [u8]) -> Result<(), E>,
+    {
+        let [len, several, first_label, low, high] = core::array::from_fn(|_| from.word());
+        let sensor = u64::from(low) | u64::from(high) << 32;
+        *self.awaiting =
+            Awaiting { len: len.min(u32::from(u16::MAX)) as u16, several: several != 0, first_label, sensor };
+        for slot in self.awaited.iter_mut().take(len as usize) {
+            let z = core::array::from_fn(|_| from.scalar());
+            *slot = Awaited { z, ln_reference: from.scalar(), missed: [T::ZERO; 2] };
+        }
+        for (noted, birthplace) in
+            self.noted.iter_mut().zip(self.birthplaces.iter_mut()).take(particles).filter(|_| len > 0)
+        {
+            let births = u64::from(from.word()) | u64::from(from.word()) << 32;
+            *noted = Noted { births, weights: core::array::from_fn(|_| from.scalar()) };
+            *birthplace = Birthplace { pose: from.pose(), covariance: Symmetric::from_fn(|_, _| from.scalar()) };
+        }
+    }
+
+    /// Whether all that waits for one of the first `particles` particles may be what a scan has left.
+    pub(crate) fn is_sound(&self, particles: usize) -> bool {
+        let len = usize::from(self.awaiting.len);
+        let awaited = self.awaited.get(..len);
+        awaited.is_some_and(|awaited| awaited.iter().all(Awaited::is_sound))
+            && (0..particles.min(self.noted.len())).all(|particle| self.is_sound_for(particle))
+    }
+
+    /// Leaves out what cannot be; whether there was such.
+    pub(crate) fn mend(&mut self, particles: usize) -> bool {
+        if self.is_sound(particles) {
+            return false;
+        }
+        self.forget();
+        true
+    }
+
+    fn is_sound_for(&self, particle: usize) -> bool {
+        let Some((noted, birthplace)) = self.noted.get(particle).zip(self.birthplaces.get(particle)) else {
+            return false;
+        };
+        let beyond = noted.births.checked_shr(u32::from(self.awaiting.len)).unwrap_or(0);
+        beyond == 0
+            && noted.weights.iter().all(|&weight| weight >= T::ZERO && weight <= T::from_usize(self.awaited.len()))
+            && (noted.births == 0
+                || birthplace.pose.is_finite()
+                    && is_within_range(&birthplace.pose.coordinates())
+                    && birthplace.covariance.is_finite())
+    }
+}
+
+impl<T: Real> Awaited<T> {
+    fn is_sound(&self) -> bool {
+        self.z.iter().all(|coordinate| coordinate.is_finite()) && self.ln_reference.is_finite()
+    }
+}
+
+#[cfg(test)]
+impl<T: Real, P: Pose<Scalar = T>> Waiting<'_, P> {
+    /// Whether any birth waits.
+    pub(crate) fn waits(&self) -> bool {
+        self.awaiting.len > 0
+    }
+
+    /// Words and scalars of it in a snapshot, of a pose of three numbers and tangent coordinates.
+    pub(crate) fn documented(&self, particles: usize) -> [usize; 2] {
+        let len = usize::from(self.awaiting.len);
+        let particles = if len > 0 { particles } else { 0 };
+        if self.is_anything() { [5 + 2 * particles, 5 * len + 11 * particles] } else { [0; 2] }
+    }
+}
+
+#[cfg(any(test, feature = "flips"))]
+impl Waiting<'_, crate::PlanarPose<f32>> {
+    /// All that a memory fault may change of what the first `particles` particles have waiting.
+    pub(crate) fn words(&mut self, particles: usize, each: &mut crate::numerics::flip::Each<'_>) {
+        use crate::numerics::flip::{Word, of_symmetric};
+        let Awaiting { len, several, first_label, sensor } = &mut *self.awaiting;
+        let (known, part) = (usize::from(*len), "waiting births");
+        each(part, Word::Short(len));
+        each(part, Word::Truth(several));
+        each(part, Word::Long(first_label));
+        each(part, Word::Wide(sensor));
+        for awaited in self.awaited.iter_mut().take(known) {
+            awaited.z.iter_mut().for_each(|coordinate| each(part, Word::Real(coordinate)));
+            each(part, Word::Real(&mut awaited.ln_reference));
+        }
+        let particles = if known > 0 { particles } else { 0 };
+        for (noted, birthplace) in self.noted.iter_mut().zip(self.birthplaces.iter_mut()).take(particles) {
+            each(part, Word::Wide(&mut noted.births));
+            noted.weights.iter_mut().for_each(|weight| each(part, Word::Real(weight)));
+            let crate::PlanarPose { x_m, y_m, heading_rad } = &mut birthplace.pose;
+            [x_m, y_m, heading_rad].into_iter().for_each(|number| each(part, Word::Real(number)));
+            of_symmetric(part, &mut birthplace.covariance, each);
+        }
+    }
+}

@@ -1,0 +1,206 @@
+//! Births that wait: what the filter knows is what it knows without, in fewer components.
+
+use crate::numerics::flip::flip_one;
+use crate::tests::snapshots::world::{Eyes, Scratch, detector, lidar, motion, start, world};
+use crate::*;
+use nalgebra::Vector2;
+use std::boxed::Box;
+use std::vec::Vec;
+
+type Still<T> = MapMemory<Static<Vector2<T>>, 16, 512, 64, 256>;
+type Moving<T> = MapMemory<Dynamic<Vector2<T>>, 16, 512, 64, 256>;
+type Memory<T> = State<PlanarPose<T>, 16, 32, Still<T>, Moving<T>>;
+
+/// What a miss leaves of a birth of w_b/(κ + Σ w_b) = 0.04 is not kept.
+fn config<T: Real>(births_wait: bool) -> Config<T> {
+    Config { births_wait, prune_weight: T::from_f64(0.01), ..Config::blind(16, 2) }
+}
+
+fn informed<T: Real>(births_wait: bool) -> Config<T> {
+    let Config { proposal, .. } = Config::<T>::informed(4);
+    Config { particles: 4, samples: 1, proposal, ..config(births_wait) }
+}
+
+/// Two filters of the same world, step by step, of which only one lets births wait.
+fn side_by_side<T: Real>(
+    of: fn(bool) -> Config<T>,
+    steps: usize,
+    mut each: impl FnMut([&mut ScPhd<'_, Unicycle<T>>; 2], [ScanReport<T>; 2]) -> bool,
+) {
+    let mut memory = [(); 2].map(|()| (Box::new(Memory::<T>::new()), Scratch::new()));
+    let [(at_once, scratch), (late, late_scratch)] = &mut memory;
+    let mut slam = [(at_once, false), (late, true)].map(|(memory, births_wait)| {
+        let mut slam = ScPhd::new(motion(), of(births_wait), &mut **memory).unwrap();
+        slam.reset(start(), 5).unwrap();
+        slam
+    });
+    let mut eyes = [detector(scratch, true), detector(late_scratch, true)];
+    for step in world::<T>(steps) {
+        let mut reports = slam.iter_mut().zip(&mut eyes).map(|(slam, eyes)| {
+            slam.predict(&step.odometry, T::from_f64(0.1)).unwrap();
+            slam.scan(eyes, &step.scan).unwrap()
+        });
+        let reports = [reports.next().unwrap(), reports.next().unwrap()];
+        let [at_once, late] = &mut slam;
+        if !each([at_once, late], reports) {
+            return;
+        }
+    }
+}
+
+/// The stated bound: a birth that no detection would be kept of adds less than `prune_weight` times what explains a measurement without
+/// any feature. A few may lie near one measurement. As long as the same particles survive, nothing else is different.
+#[test]
+fn likelihoods_differ_by_what_is_left_out() {
+    let mut compared = 0;
+    side_by_side(config::<f64>, 100, |[at_once, late], [report, late_report]| {
+        let bound = 0.05 * f64::from(u16::try_from(report.measurements).unwrap());
+        for (one, other) in at_once.ln_likelihoods().iter().zip(late.ln_likelihoods()) {
+            assert!((one - other).abs() < bound, "{one} {other}");
+        }
+        assert!((report.expected_detections - late_report.expected_detections).abs() < 0.05);
+        compared += 1;
+        at_once.survivors() == late.survivors()
+    });
+    assert!(compared >= 20, "{compared} scans of the same particles");
+}
+
+#[test]
+fn the_same_is_known_in_fewer_components() {
+    for of in [config::<f32>, informed::<f32>] {
+        let (mut components, mut births, mut apart, mut scans) = ([0; 2], [0; 2], 0.0, 0);
+        side_by_side(of, 200, |slam, reports| {
+            for (which, (slam, report)) in slam.iter().zip(&reports).enumerate() {
+                components[which] += slam.map(0).count() + slam.moving_map(0).count();
+                births[which] += report.births / report.survivors.max(1);
+                assert_eq!(report.lost, 0);
+            }
+            let [one, other] = slam.map(|slam| slam.estimate_pose().unwrap().mean);
+            apart = one.distance_m(&other).max(apart);
+            scans += 1;
+            true
+        });
+        assert_eq!(scans, 200);
+        assert!(5 * components[1] < 4 * components[0], "{components:?}");
+        // Nor is less born: what waits is counted when it is measured.
+        assert!((births[1] as f32 / births[0] as f32 - 1.0).abs() < 0.05, "{births:?}");
+        assert!(apart < 0.3, "{apart} m");
+    }
+}
+
+/// What a second sensor measures would wait for the first one: then nothing waits, and both map what they see.
+#[test]
+fn with_a_second_sensor_nothing_waits() {
+    let mut memory = Box::new(Memory::<f32>::new());
+    let mut slam = ScPhd::new(motion(), config(true), &mut *memory).unwrap();
+    slam.reset(start(), 5).unwrap();
+    let mut scratch = [Scratch::new(), Scratch::new()];
+    let [scratch, behind] = &mut scratch;
+    let mut eyes = detector(scratch, true);
+    let mounting = Mounting::in_plane(-0.5, 0.0, core::f32::consts::PI).unwrap();
+    let mut eyes_behind =
+        Detector::new(lidar(), Births::of_static(0.002)).unwrap().mounted(mounting).unwrap().over(behind).unwrap();
+    for (index, step) in world::<f32>(60).iter().enumerate() {
+        slam.predict(&step.odometry, 0.1).unwrap();
+        slam.scan(&mut eyes, &step.scan).unwrap();
+        assert_eq!(slam.memory.waiting.waits(), index == 0, "scan {index}");
+        let seat = |z: &Vector2<f32>| {
+            let (sine, cosine) = z.y.sin_cos();
+            let (x, y) = (z.x * cosine + 0.5, z.x * sine);
+            Vector2::new(x.hypot(y), (-y).atan2(-x))
+        };
+        let seen: Vec<_> = step.scan.iter().map(seat).filter(|z| z.x < 9.5).collect();
+        slam.scan(&mut eyes_behind, &seen).unwrap();
+        assert!(!slam.memory.waiting.waits());
+    }
+    let mut features = [Component::ZERO; 32];
+    let map = slam.estimate_map(&eyes, &mut features);
+    assert!((6..=12).contains(&map.features), "{map:?}");
+    slam.reset(start(), 5).unwrap();
+    slam.scan(&mut eyes, &world::<f32>(1)[0].scan).unwrap();
+    assert!(slam.memory.waiting.waits(), "after a reset they do again");
+}
+
+/// Maps updated in drafts note the same births.
+#[test]
+fn drafts_let_them_wait_too() {
+    let mut memory = [(); 2].map(|()| (Box::new(Memory::<f32>::new()), Scratch::new()));
+    let mut updates = Box::new(UpdateMemory::<Memory<f32>, 3>::new());
+    let [alone, drafted] = memory.each_mut().map(|(memory, scratch)| {
+        let mut slam = ScPhd::new(motion(), config(true), &mut **memory).unwrap();
+        slam.reset(start(), 5).unwrap();
+        (slam, detector(scratch, true))
+    });
+    let ((mut alone, mut eyes), (mut drafted, mut other_eyes)) = (alone, drafted);
+    for step in world::<f32>(60) {
+        for slam in [&mut alone, &mut drafted] {
+            slam.predict(&step.odometry, 0.1).unwrap();
+        }
+        let report = alone.scan(&mut eyes, &step.scan);
+        let drafts = &mut updates.drafts();
+        assert_eq!(drafted.scan_on(&mut other_eyes, &step.scan, &Serial, drafts, &mut ()), report);
+        assert_eq!(alone.digest(), drafted.digest());
+    }
+}
+
+/// With hardly a page they are lost, and counted, and pruning is tightened to leave them room; the state stays sound.
+#[test]
+fn where_there_is_no_room_they_are_lost() {
+    type Tight = State<PlanarPose<f32>, 4, 4, MapMemory<Static<Vector2<f32>>, 4, 3, 2, 24>>;
+    let mut memory = Box::new(Tight::new());
+    let config = Config { particles: 4, samples: 1, ..config(true) };
+    let mut slam = ScPhd::new(motion(), config, &mut *memory).unwrap();
+    slam.reset(start(), 5).unwrap();
+    let mut scratch = Scratch::new();
+    let mut eyes: Eyes<'_, f32> = detector(&mut scratch, false);
+    let (mut lost, mut tightened) = (0, 0);
+    for step in world::<f32>(100) {
+        slam.predict(&step.odometry, 0.1).unwrap();
+        let report = slam.scan(&mut eyes, &step.scan).unwrap();
+        (lost, tightened) = (lost + report.lost, tightened + report.tightened);
+        assert_eq!(slam.audit(), Ok(()));
+    }
+    assert!(lost > 0 && tightened > 0, "{lost} {tightened}");
+}
+
+/// A memory fault in what waits is found and mended, or leaves what might be; the filter goes on.
+#[test]
+fn bits_that_flip_are_mended_or_harmless() {
+    let mut memory = Box::new(Memory::<f32>::new());
+    let mut slam = ScPhd::new(motion(), config(true), &mut *memory).unwrap();
+    slam.reset(start(), 5).unwrap();
+    let mut scratch = Scratch::new();
+    let mut eyes = detector(&mut scratch, true);
+    let (mut draws, mut mended) = (Noise::seeded(3), 0);
+    for step in world::<f32>(300) {
+        slam.predict(&step.odometry, 0.1).unwrap();
+        flip_one(|each| slam.memory.waiting.words(16, each), &mut draws);
+        let damaged = slam.audit().is_err();
+        let scrubbed = slam.scrub(&mut Scrubber::new(), 1).unwrap();
+        assert_eq!(scrubbed.waiting, damaged);
+        assert_eq!(slam.audit(), Ok(()));
+        mended += usize::from(damaged);
+        slam.scan(&mut eyes, &step.scan).unwrap();
+        assert_eq!(slam.audit(), Ok(()));
+    }
+    assert!(mended > 10, "{mended}");
+    let pose = slam.estimate_pose().unwrap().mean;
+    assert!(pose.x_m.hypot(pose.y_m) < 6.0, "{pose:?}");
+}
+
+/// Nor does it panic or corrupt the maps where nobody scrubs.
+#[test]
+fn bits_that_flip_unnoticed_leave_the_maps_sound() {
+    let mut memory = Box::new(Memory::<f32>::new());
+    let mut slam = ScPhd::new(motion(), config(true), &mut *memory).unwrap();
+    slam.reset(start(), 5).unwrap();
+    let mut scratch = Scratch::new();
+    let mut eyes = detector(&mut scratch, true);
+    let mut draws = Noise::seeded(4);
+    for step in world::<f32>(1000) {
+        slam.predict(&step.odometry, 0.1).unwrap();
+        flip_one(|each| slam.memory.waiting.words(16, each), &mut draws);
+        slam.scan(&mut eyes, &step.scan).unwrap();
+        assert_eq!(slam.audit(), Ok(()));
+    }
+}
