@@ -58,11 +58,14 @@ fn every_capacity_costs_what_its_arrays_cost() {
     // and the box they are far from; its row before and after an update, and a place in the list of free rows.
     let spread = size_of::<Symmetric<Vector3<f32>>>();
     let row = (MAP_PAGES + 2) * INDEX + size_of::<Bounds<Vector2<f32>>>();
-    let particle = candidate + 2 * spread + INDEX + row + 3 * INDEX;
+    // Of births that wait: on which measurements and their weights, from where they were seen, Σ p_D w of the missed ones, and which are met.
+    let (pose, word) = (3 * SCALAR, size_of::<u64>());
+    let waiting = (word + 2 * SCALAR) + (pose + spread) + SCALAR + 2 * word;
+    let particle = candidate + 2 * spread + INDEX + row + 3 * INDEX + waiting;
     assert_eq!(bytes!(8, 0, 0, 0, 0, 0) - total, 8 * particle, "particles");
 
-    // The pose and its weight, and ln L.
-    assert_eq!(bytes!(0, 8, 0, 0, 0, 0) - total, 8 * (candidate + SCALAR), "candidates");
+    // The pose and its weight, and ln L; by how much its step differs, for the births that wait.
+    assert_eq!(bytes!(0, 8, 0, 0, 0, 0) - total, 8 * (candidate + SCALAR + pose), "candidates");
 
     // Components, their weights, their box and their number; then a reference count and a place in the list of free pages.
     let page = (PAGE_LEN * (COMPONENT + SCALAR) + size_of::<Bounds<Vector2<f32>>>() + INDEX).next_multiple_of(SCALAR);

@@ -118,33 +118,29 @@ fn meet_all<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>>(
         }
         let newborn = Newborn::of(&birth_view, birthplace.uncertain(), &awaited.measurement::<X::Measurement>());
         let [ln_still, ln_moving] = intensities.map(|ln_intensity| awaited.ln_weight(ln_intensity, ln_floor));
-        // What the own particle cannot see others may.
-        let mut met_by_all = [newborn.is_none(); 2];
-        if let Some(newborn) = &newborn
-            && let Some(ln_weight) = ln_still
-        {
-            let still = newborn.still(0, ln_weight);
-            match step.meet(&still, scan, ln_floor, &mut |candidate| mark(met, particle_of(candidate), 0, bit)) {
-                Some(missed) => awaited.missed[0] = missed,
-                None => met_by_all[0] = true,
-            }
-        }
-        // What has moved too far to tell where, or has gone, is not even missed.
-        let moving = newborn.as_ref().zip(ln_moving).and_then(|(newborn, ln_weight)| {
+        let everybody =
+            |met: &mut [Met], kind| (0..cursor.particles).for_each(|particle| mark(met, particle, kind, bit));
+        let Some(newborn) = newborn else {
+            // What the own particle cannot see others may.
+            (0..2).for_each(|kind| everybody(met, kind));
+            continue;
+        };
+        let still = ln_still.map(|ln_weight| newborn.still(0, ln_weight));
+        // What has moved too far to tell where, or has gone, is not even missed. Of the others, where they are says all.
+        let moving = ln_moving.and_then(|ln_weight| {
             let born = newborn.moving(0, ln_weight, config.moving.velocity_sigma_mps);
             let waited_s = cursor.waited_s;
-            if waited_s > T::ZERO { later::<T, PositionOf<P>>(config, ln_floor, waited_s, &born) } else { Some(born) }
-        });
-        if let Some(moving) = moving {
+            let moving =
+                if waited_s > T::ZERO { later::<T, PositionOf<P>>(config, ln_floor, waited_s, &born)? } else { born };
             let covariance = moving.covariance.leading();
-            let moving = Component { label: 0, ln_weight: moving.ln_weight, mean: moving.position(), covariance };
-            match step.meet(&moving, scan, ln_floor, &mut |candidate| mark(met, particle_of(candidate), 1, bit)) {
-                Some(missed) => awaited.missed[1] = missed,
-                None => met_by_all[1] = true,
+            Some(Component { label: 0, ln_weight: moving.ln_weight, mean: moving.position(), covariance })
+        });
+        for (kind, (birth, slot)) in [still, moving].iter().zip(&mut awaited.missed).enumerate() {
+            let Some(birth) = birth else { continue };
+            match step.meet(birth, scan, ln_floor, |candidate| mark(met, particle_of(candidate), kind, bit)) {
+                Some(missed) => *slot = missed,
+                None => everybody(met, kind),
             }
-        }
-        for (kind, _) in met_by_all.into_iter().enumerate().filter(|&(_, by_all)| by_all) {
-            (0..cursor.particles).for_each(|particle| mark(met, particle, kind, bit));
         }
     }
 }

@@ -67,7 +67,7 @@ impl<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>> Step<'_, X> {
         birth: &Component<PositionOf<P>>,
         scan: &Scan<'_, X::Measurement>,
         ln_floor: T,
-        met_by: &mut dyn FnMut(usize),
+        mut met_by: impl FnMut(usize),
     ) -> Option<T> {
         let view = &self.view;
         let pose_covariance = Some(&self.pose_covariance).filter(|&covariance| *covariance != Symmetric::ZERO);
