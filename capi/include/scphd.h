@@ -20,15 +20,15 @@
 
 /* Mixture in the plane: 32 particles of two samples, 320 pages of features, 32 to a map, 256 in view; 128 pages of moving ones. */
 #define SCPHD_SET_PLANE_32X2 101
-#define SCPHD_SIZE_PLANE_32X2 196608
+#define SCPHD_SIZE_PLANE_32X2 203776
 
 /* Mixture in the plane: four informed particles, 128 pages of features, 32 to a map, 256 in view; none that move. */
 #define SCPHD_SET_PLANE_INFORMED_4 102
-#define SCPHD_SIZE_PLANE_INFORMED_4 51200
+#define SCPHD_SIZE_PLANE_INFORMED_4 53248
 
 /* The same with 64 pages of moving features, 16 to a map, 128 in view. */
 #define SCPHD_SET_PLANE_INFORMED_4_MOVING 103
-#define SCPHD_SIZE_PLANE_INFORMED_4_MOVING 98304
+#define SCPHD_SIZE_PLANE_INFORMED_4_MOVING 100352
 
 /* Joint map in the plane: 40 features, scans of 32 measurements. */
 #define SCPHD_SET_JOINT_40 201
@@ -40,7 +40,7 @@
 
 /* Mixture under water: 16 informed particles, 160 pages of features, 24 to a map, 256 in view; none that move. */
 #define SCPHD_SET_WATER_INFORMED_16 301
-#define SCPHD_SIZE_WATER_INFORMED_16 89088
+#define SCPHD_SIZE_WATER_INFORMED_16 94208
 
 /* Detector of range and bearing: scans of 32 measurements. */
 #define SCPHD_SET_RANGE_BEARING_32 401
@@ -60,7 +60,7 @@
 
 
 // The version of this interface. It changes whenever a program that was compiled against another header could not work.
-#define SCPHD_ABI_VERSION 1
+#define SCPHD_ABI_VERSION 2
 
 // No candidate explained the scan: the vehicle is lost, or the intensities of clutter and births are both zero.
 #define SCPHD_HEALTH_UNEXPLAINED_SCAN 1
@@ -399,6 +399,8 @@ typedef struct scphd_tuning {
   uint32_t extraction;
   // Least weight of an estimated feature.
   float extraction_weight;
+  // Not 0: births that nothing explains wait for the next scan. For filters of a single sensor.
+  uint32_t births_wait;
   // Moving features: standard deviation of a new one's velocity, m/s, along each axis.
   float moving_velocity_sigma_mps;
   // Moving features: power spectral density of their acceleration, m^2/s^3.

@@ -85,11 +85,11 @@ macro_rules! table {
         $then! { $($first)?
             in_plane, scphd_plane {
                 /// Mixture in the plane: 32 particles of two samples, 320 pages of features, 32 to a map, 256 in view; 128 pages of moving ones.
-                PLANE_32X2 = 101, 196_608 bytes of Plane32x2;
+                PLANE_32X2 = 101, 203_776 bytes of Plane32x2;
                 /// Mixture in the plane: four informed particles, 128 pages of features, 32 to a map, 256 in view; none that move.
-                PLANE_INFORMED_4 = 102, 51_200 bytes of PlaneInformed4;
+                PLANE_INFORMED_4 = 102, 53_248 bytes of PlaneInformed4;
                 /// The same with 64 pages of moving features, 16 to a map, 128 in view.
-                PLANE_INFORMED_4_MOVING = 103, 98_304 bytes of PlaneInformed4Moving;
+                PLANE_INFORMED_4_MOVING = 103, 100_352 bytes of PlaneInformed4Moving;
             }
             in_joint, scphd_joint {
                 /// Joint map in the plane: 40 features, scans of 32 measurements.
@@ -99,7 +99,7 @@ macro_rules! table {
             }
             in_water, scphd_water {
                 /// Mixture under water: 16 informed particles, 160 pages of features, 24 to a map, 256 in view; none that move.
-                WATER_INFORMED_16 = 301, 89_088 bytes of WaterInformed16;
+                WATER_INFORMED_16 = 301, 94_208 bytes of WaterInformed16;
             }
             in_range_bearing, scphd_range_bearing_detector {
                 /// Detector of range and bearing: scans of 32 measurements.

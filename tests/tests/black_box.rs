@@ -191,7 +191,7 @@ fn two_sensors_and_fixes(scans: usize) -> (Log, Settings) {
     log.fix_noise.heading_sigma_rad = Some(0.05);
     (log.fix_noise.gate, log.fix_noise.forward_m, log.fix_noise.left_m) = (Some(30.0), -0.5, 0.25);
     let mut settings = Settings::for_log(&log);
-    (settings.filter.particles, settings.filter.samples) = (32, 2);
+    (settings.filter.particles, settings.filter.samples) = (16, 2);
     (log, settings)
 }
 

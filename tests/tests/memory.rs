@@ -10,7 +10,7 @@ type Pose = PlanarPose<f32>;
 
 const PARTICLES: usize = 32;
 const CANDIDATES: usize = 64;
-const PAGES: usize = 448;
+const PAGES: usize = 432;
 const MAP_PAGES: usize = 32;
 const MEASUREMENTS: usize = 64;
 const VIEW: usize = 512;

@@ -150,7 +150,7 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'s, M> {
     /// A component is not finite, beyond 1e8 m or heavier than a million features, its covariance not positive definite, or its
     /// label too great; or the map does not fit. The state is as it was.
     pub fn load_map(&mut self, components: &[Component<PositionOf<M::Pose>>]) -> Result<(), LoadMapError> {
-        let Memory { cursor, static_maps, .. } = &mut self.memory;
+        let Memory { cursor, static_maps, waiting, .. } = &mut self.memory;
         let (maps, pool) = (&mut static_maps.table, &mut static_maps.pool);
         if cursor.particles == 0 {
             return Err(LoadMapError::NotStarted);
@@ -169,6 +169,8 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'s, M> {
         let mut next_label = cursor.next_label.max(greatest.map_or(0, |label| label.saturating_add(1)));
         // Compares at most half as many pairs as the square of the capacity.
         let held_before = |index: usize, label| components.iter().take(index).any(|component| component.label == label);
+        // What waits for the next scan is of the map before, and has its labels.
+        waiting.forget();
         (0..cursor.particles).for_each(|particle| maps.release(particle, pool));
         for (place, chunk) in components.chunks(PAGE_LEN).enumerate() {
             let Some((id, page)) = pool.take() else { break };

@@ -138,7 +138,7 @@ impl<T: Real, P: Pose<Scalar = T>> Waiting<'_, P> {
     }
 
     /// None waits.
-    pub(super) fn forget(&mut self) {
+    pub(crate) fn forget(&mut self) {
         self.awaiting.len = 0;
         self.noted.fill(Noted::NOTHING);
     }
