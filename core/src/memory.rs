@@ -17,8 +17,8 @@
 ///     /// All that the car's filter knows.
 ///     pub type CarMemory: Ackermann<f32> {
 ///         particles: 32, samples: 2,
-///         features { pages: 320, pages_per_map: 32, in_view: 256 },
-///         moving { pages: 128, pages_per_map: 16, in_view: 128 },
+///         features { pages: 192, pages_per_map: 32, in_view: 256 },
+///         moving { pages: 112, pages_per_map: 16, in_view: 128 },
 ///     }
 /// }
 /// memory! {
@@ -27,7 +27,7 @@
 ///     }
 /// }
 /// static CAR: std::sync::Mutex<CarMemory> = std::sync::Mutex::new(CarMemory::new());
-/// assert!(size_of::<CarMemory>() < 192 * 1024 && size_of::<SmallMemory>() < 40 * 1024);
+/// assert!(size_of::<CarMemory>() < 160 * 1024 && size_of::<SmallMemory>() < 42 * 1024);
 /// ```
 #[macro_export]
 macro_rules! memory {

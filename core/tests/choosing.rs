@@ -17,8 +17,8 @@ memory! {
 }
 memory! {
     type Many: Ackermann<f32> {
-        particles: 32, samples: 2, features { pages: 320, pages_per_map: 32, in_view: 256 },
-        moving { pages: 128, pages_per_map: 16, in_view: 128 },
+        particles: 32, samples: 2, features { pages: 192, pages_per_map: 32, in_view: 256 },
+        moving { pages: 112, pages_per_map: 16, in_view: 128 },
     }
 }
 memory! {
