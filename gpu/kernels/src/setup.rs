@@ -223,6 +223,7 @@ impl Setup {
                 extraction_weight: self.moving_extraction_weight,
             },
             negligible: self.negligible,
+            births_wait: false,
             plausible: Plausible {
                 step_max_s: self.step_max_s,
                 speed_max_mps: self.speed_max_mps,
