@@ -80,7 +80,7 @@ mod tests {
 
     #[test]
     fn a_slot_is_as_large_as_said() {
-        // docs/gpu.md has 530 216 bytes, of one compiler.
-        assert!(size_of::<Slot>() <= 531_000, "{}", size_of::<Slot>());
+        // docs/gpu.md has 535 096 bytes, of one compiler.
+        assert!(size_of::<Slot>() <= 536_000, "{}", size_of::<Slot>());
     }
 }

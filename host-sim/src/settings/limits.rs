@@ -229,8 +229,9 @@ mod tests {
         let table = toml::Table::try_from(&settings).unwrap();
         let mut fields = Vec::new();
         for (section, keys) in &table {
-            // Choices between names have no limits; what is not one of the names is refused when it is read.
-            let numbers = keys.as_table().unwrap().iter().filter(|(_, value)| !value.is_str());
+            // Choices between names, and yes or no, have no limits; what is not one of them is refused when it is read.
+            let is_choice = |value: &toml::Value| value.is_str() || value.is_bool();
+            let numbers = keys.as_table().unwrap().iter().filter(|(_, value)| !is_choice(value));
             fields.extend(numbers.map(|(key, _)| format!("{section}.{key}")));
         }
         let fields_of_filter = FILTER.iter().map(|limit| limit.field);
