@@ -80,14 +80,14 @@ pub fn black_box(source: Source<'_>, snapshot_every: usize, joint: bool) -> Resu
     let arguments = ["--snapshot-every", &snapshot_every.to_string(), "--filter", filter];
     let path = write(source, Precision::F32, "-box", &arguments)?;
     let words = if joint { "box-joint-f32" } else { "box-f32" };
-    let text = process::read(of_streams("release", &[]).arg(words).arg(&path))?;
+    let text = alone(of_streams("release", &[]).arg(words).arg(&path))?;
     Ok((path, Replay::parse(&text.lines().map(str::to_owned).collect::<Vec<_>>())?))
 }
 
 /// What is left of a black box from the snapshot after so many scans on.
 pub fn cut(black_box: &Path, after: usize) -> Result<PathBuf, String> {
     let left = black_box.with_extension(format!("{after}.scphd"));
-    process::run(of_streams("release", &[]).arg("cut").arg(black_box).arg(after.to_string()).arg(&left))?;
+    alone(of_streams("release", &[]).arg("cut").arg(black_box).arg(after.to_string()).arg(&left))?;
     Ok(left)
 }
 
@@ -137,6 +137,13 @@ fn of_streams(profile: &str, room: &[&str]) -> Command {
     cargo
 }
 
+/// What a program prints of which each room has a build of its own, all in one place: none is built while another one runs.
+fn alone(cargo: &mut Command) -> Result<String, String> {
+    static PLACE: Mutex<()> = Mutex::new(());
+    let _place = PLACE.lock().unwrap_or_else(PoisonError::into_inner);
+    process::read(cargo)
+}
+
 fn program(name: &str, profile: &str) -> Command {
     let mut cargo = process::cargo();
     cargo.args(["run", "--quiet", "--package", "scphd-stream", "--bin", name, "--profile", profile]);
@@ -146,12 +153,12 @@ fn program(name: &str, profile: &str) -> Command {
 /// What the host prints of a replay under which bits flip, in an image of these features.
 pub fn flips_on_host(stream: &Path, features: &[&str]) -> Result<Vec<String>, String> {
     let mut cargo = program("scphd-flips", "release");
-    let text = process::read(cargo.args(["--features", &features.join(","), "--"]).arg(stream))?;
+    let text = alone(cargo.args(["--features", &features.join(","), "--"]).arg(stream))?;
     Ok(text.lines().map(str::to_owned).collect())
 }
 
 /// Replays a stream on the host, with the room that the filter has on board, in a build of this profile.
 pub fn on_host(stream: &Path, rig: Rig, precision: Precision, profile: &str) -> Result<Replay, String> {
-    let text = process::read(of_streams(profile, rig.room).arg(rig.replay(precision)).arg(stream))?;
+    let text = alone(of_streams(profile, rig.room).arg(rig.replay(precision)).arg(stream))?;
     Replay::parse(&text.lines().map(str::to_owned).collect::<Vec<_>>())
 }
