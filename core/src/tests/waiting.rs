@@ -163,44 +163,41 @@ fn where_there_is_no_room_they_are_lost() {
     assert!(lost > 0 && tightened > 0, "{lost} {tightened}");
 }
 
-/// A memory fault in what waits is found and mended, or leaves what might be; the filter goes on.
-#[test]
-fn bits_that_flip_are_mended_or_harmless() {
+/// Flips a bit of what waits after every prediction of so many steps, and looks at the filter before the scan. Where it ends.
+fn flipped(steps: usize, seed: u64, mut before_the_scan: impl FnMut(&mut ScPhd<'_, Unicycle<f32>>)) -> PlanarPose<f32> {
     let mut memory = Box::new(Memory::<f32>::new());
     let mut slam = ScPhd::new(motion(), config(true), &mut *memory).unwrap();
     slam.reset(start(), 5).unwrap();
     let mut scratch = Scratch::new();
     let mut eyes = detector(&mut scratch, true);
-    let (mut draws, mut mended) = (Noise::seeded(3), 0);
-    for step in world::<f32>(300) {
+    let mut draws = Noise::seeded(seed);
+    for step in world::<f32>(steps) {
         slam.predict(&step.odometry, 0.1).unwrap();
         flip_one(|each| slam.memory.waiting.words(16, each), &mut draws);
+        before_the_scan(&mut slam);
+        slam.scan(&mut eyes, &step.scan).unwrap();
+        assert_eq!(slam.audit(), Ok(()));
+    }
+    slam.estimate_pose().unwrap().mean
+}
+
+/// A memory fault in what waits is found and mended, or leaves what might be; the filter goes on.
+#[test]
+fn bits_that_flip_are_mended_or_harmless() {
+    let mut mended = 0;
+    let pose = flipped(300, 3, |slam| {
         let damaged = slam.audit().is_err();
         let scrubbed = slam.scrub(&mut Scrubber::new(), 1).unwrap();
         assert_eq!(scrubbed.waiting, damaged);
         assert_eq!(slam.audit(), Ok(()));
         mended += usize::from(damaged);
-        slam.scan(&mut eyes, &step.scan).unwrap();
-        assert_eq!(slam.audit(), Ok(()));
-    }
+    });
     assert!(mended > 10, "{mended}");
-    let pose = slam.estimate_pose().unwrap().mean;
     assert!(pose.x_m.hypot(pose.y_m) < 6.0, "{pose:?}");
 }
 
 /// Nor does it panic or corrupt the maps where nobody scrubs.
 #[test]
 fn bits_that_flip_unnoticed_leave_the_maps_sound() {
-    let mut memory = Box::new(Memory::<f32>::new());
-    let mut slam = ScPhd::new(motion(), config(true), &mut *memory).unwrap();
-    slam.reset(start(), 5).unwrap();
-    let mut scratch = Scratch::new();
-    let mut eyes = detector(&mut scratch, true);
-    let mut draws = Noise::seeded(4);
-    for step in world::<f32>(1000) {
-        slam.predict(&step.odometry, 0.1).unwrap();
-        flip_one(|each| slam.memory.waiting.words(16, each), &mut draws);
-        slam.scan(&mut eyes, &step.scan).unwrap();
-        assert_eq!(slam.audit(), Ok(()));
-    }
+    flipped(1000, 4, |_| ());
 }

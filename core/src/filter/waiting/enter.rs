@@ -7,12 +7,10 @@ use crate::filter::newborn::Newborn;
 use crate::filter::state::Memory;
 use crate::filter::tally::Tally;
 use crate::filter::waiting::meet::{Step, compare};
-use crate::filter::waiting::memory::{Awaiting, Birthplace, Met, Waiting, bit, of_sensor};
+use crate::filter::waiting::memory::{Awaiting, Met, Waiting, bit, of_sensor};
 use crate::map::{Maps, PAGE_LEN, Page, PageId};
 use crate::numerics::work;
-use crate::{
-    Births, Component, Config, Feature, MeasurementModel, Place, Pose, PositionOf, Real, Symmetric, TangentOf,
-};
+use crate::{Births, Component, Config, Feature, MeasurementModel, Place, Pose, PositionOf, Real, Symmetric, Vector};
 
 /// Puts the births of the scan before into the maps of the particles that have them, as they would have been there since, where this scan
 /// may have seen them again, and sums up for every particle what it has missed of the others. Afterwards none waits.
@@ -62,7 +60,8 @@ pub(crate) fn enter<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>>
             if ln_still.is_none() && ln_moving.is_none() {
                 continue;
             }
-            let newborn = Newborn::of(&view, birthplace.uncertain(), &awaited.measurement::<X::Measurement>());
+            let newborn =
+                Newborn::of(&view, uncertain(&birthplace.covariance), &awaited.measurement::<X::Measurement>());
             let Some(newborn) = newborn else {
                 tally.no_birth += 1;
                 continue;
@@ -102,7 +101,7 @@ fn meet_all<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>>(
     let spread = compare(own, birthplaces, candidates, children, steps);
     let step = Step {
         view: views.from(&candidate.pose),
-        pose_covariance: pose_covariances.get(own).copied().unwrap_or(Symmetric::ZERO),
+        pose_covariance: pose_covariances.get(own).and_then(uncertain),
         steps: steps.get(..candidates.len()).unwrap_or(&[]),
         spread,
     };
@@ -116,7 +115,8 @@ fn meet_all<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>>(
         if anywhere & bit == 0 {
             continue;
         }
-        let newborn = Newborn::of(&birth_view, birthplace.uncertain(), &awaited.measurement::<X::Measurement>());
+        let newborn =
+            Newborn::of(&birth_view, uncertain(&birthplace.covariance), &awaited.measurement::<X::Measurement>());
         let [ln_still, ln_moving] = intensities.map(|ln_intensity| awaited.ln_weight(ln_intensity, ln_floor));
         let everybody =
             |met: &mut [Met], kind| (0..cursor.particles).for_each(|particle| mark(met, particle, kind, bit));
@@ -152,11 +152,9 @@ fn mark(met: &mut [Met], particle: usize, kind: usize, bit: u64) {
     }
 }
 
-impl<P: Pose> Birthplace<P> {
-    /// Its covariance, where it has one.
-    fn uncertain(&self) -> Option<&Symmetric<TangentOf<P>>> {
-        Some(&self.covariance).filter(|&covariance| *covariance != Symmetric::ZERO)
-    }
+/// The covariance of a pose, where that is not certain.
+fn uncertain<K: Vector>(covariance: &Symmetric<K>) -> Option<&Symmetric<K>> {
+    Some(covariance).filter(|&covariance| *covariance != Symmetric::ZERO)
 }
 
 /// The end of a particle's map: its last page, and fresh ones behind it.

@@ -12,8 +12,8 @@ use crate::{Component, MeasurementModel, Pose, PositionOf, Real, Sensor, Symmetr
 pub(super) struct Step<'a, X: MeasurementModel> {
     /// The scan as seen at its end.
     pub(super) view: View<'a, X>,
-    /// Of the pose there; zero where it is certain.
-    pub(super) pose_covariance: Symmetric<TangentOf<X::Pose>>,
+    /// Of the pose there, where it is not certain.
+    pub(super) pose_covariance: Option<&'a Symmetric<TangentOf<X::Pose>>>,
     /// By how much the step of every candidate differs from it.
     pub(super) steps: &'a [TangentOf<X::Pose>],
     /// The most of that, coordinate by coordinate.
@@ -70,8 +70,7 @@ impl<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>> Step<'_, X> {
         mut met_by: impl FnMut(usize),
     ) -> Option<T> {
         let view = &self.view;
-        let pose_covariance = Some(&self.pose_covariance).filter(|&covariance| *covariance != Symmetric::ZERO);
-        let expectation = view.expect_blurred(pose_covariance, birth)?;
+        let expectation = view.expect_blurred(self.pose_covariance, birth)?;
         if birth.ln_weight + expectation.detection.ln_missed >= ln_floor {
             return None;
         }
