@@ -91,6 +91,8 @@ pub use filter::draft::{Capacities, Draft, UpdateMemory};
 pub use filter::executor::{Executor, Serial};
 pub use filter::extract::{MapEstimate, PoseEstimate};
 pub use filter::observe::FixReport;
+#[doc(hidden)]
+pub use filter::scanning::{AllPages, Scanning};
 pub use filter::scphd::ScPhd;
 pub use filter::scrub::{Scrubbed, Scrubber};
 pub use filter::state::State;
@@ -101,6 +103,8 @@ pub use joint::{
 pub use locate::{Located, Locator, LocatorConfig, LocatorReport, LocatorState};
 pub use map::component::{Component, Correction};
 pub use map::{Dynamic, Feature, MapMemory, MapStorage, NoMoving, PAGE_LEN, Static};
+#[doc(hidden)]
+pub use map::{Page, PageId};
 pub use models::*;
 pub use nalgebra;
 pub use navigation::{DeadReckoning, Instruments, Navigator, Outcome, VelocityFilter, VelocityNoise};

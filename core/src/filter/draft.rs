@@ -7,7 +7,7 @@ use crate::filter::tally::{Account, Tally};
 use crate::filter::task::Task;
 use crate::filter::waiting::memory::Noted;
 use crate::map::workspace::Workspace;
-use crate::map::{DraftStorage, MapDraft, Maps, PageId};
+use crate::map::{DraftStorage, MapDraft, Maps, Page, PageId};
 use crate::{Bounds, Dynamic, Feature, LnSum, MapStorage, MeasurementModel, Place, Pose, Real, State, Static};
 use core::fmt::Debug;
 
@@ -74,6 +74,28 @@ impl<M: Capacities, const DRAFTS: usize> Default for UpdateMemory<M, DRAFTS> {
     }
 }
 
+/// Fresh labels of a draft, and what they are once others have taken theirs before it.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Renaming {
+    /// The first label that was fresh for all drafts of the round.
+    pub(crate) first_fresh: u32,
+    /// So many of the draft's own are.
+    pub(crate) fresh: u32,
+    /// So many have been given away before.
+    pub(crate) given: u32,
+}
+
+impl Renaming {
+    const NONE: Self = Self { first_fresh: 0, fresh: 0, given: 0 };
+
+    #[inline]
+    pub(crate) fn apply(&self, label: &mut u32) {
+        if label.wrapping_sub(self.first_fresh) < self.fresh {
+            *label = label.wrapping_add(self.given);
+        }
+    }
+}
+
 /// The updated maps of one survivor, before they are stored; of an [`UpdateMemory`].
 #[derive(Debug)]
 pub struct Draft<'w, D: Place> {
@@ -91,6 +113,8 @@ pub struct Draft<'w, D: Place> {
     pub(crate) noted: Noted<D::Scalar>,
     /// Fresh labels, from the one on that the draft was [made](Self::make) with.
     pub(crate) labels: u32,
+    /// What they are to be once it is stored.
+    pub(crate) renaming: Renaming,
     /// Whether all of it is there, as if this had been the next survivor's turn.
     pub(crate) is_whole: bool,
 }
@@ -106,6 +130,7 @@ impl<'w, T: Real, D: Place<Scalar = T>> Draft<'w, D> {
             terms: [0; 2],
             noted: Noted::NOTHING,
             labels: 0,
+            renaming: Renaming::NONE,
             is_whole: false,
         }
     }
@@ -113,6 +138,7 @@ impl<'w, T: Real, D: Place<Scalar = T>> Draft<'w, D> {
     /// Makes it the draft of another survivor's maps, of which there is nothing yet.
     pub(crate) fn begin(&mut self, task: Task) {
         (self.task, self.is_whole) = (task, false);
+        (self.of_static.placed_len, self.of_moving.placed_len) = (0, 0);
     }
 
     /// Whether it is as large as these maps need.
@@ -129,7 +155,7 @@ impl<'w, T: Real, D: Place<Scalar = T>> Draft<'w, D> {
         eta: &mut [LnSum<T>],
         first_fresh: u32,
     ) {
-        let Self { of_static, of_moving, task, bounds, tally, terms, noted, labels, is_whole } = self;
+        let Self { of_static, of_moving, task, bounds, tally, terms, noted, labels, is_whole, .. } = self;
         *bounds = scan_view.bounds;
         *tally = Tally::new();
         let memory = [&mut *of_static.terms, &mut *of_moving.terms];
@@ -157,6 +183,17 @@ impl<'w, T: Real, D: Place<Scalar = T>> Draft<'w, D> {
         of_static.write(bounds);
         of_moving.write(bounds);
         *is_whole = !clash && terms.iter().sum::<usize>() <= of_static.terms.len() + of_moving.terms.len();
+    }
+
+    /// Writes to the pages that it [has been given](MapDraft::place) what belongs there: nothing where it was not stored as it is.
+    #[doc(hidden)]
+    pub fn fill(
+        &mut self,
+        write_static: impl FnMut(PageId, &Page<Static<D>>),
+        write_moving: impl FnMut(PageId, &Page<Dynamic<D>>),
+    ) {
+        self.of_static.fill(&self.renaming, write_static);
+        self.of_moving.fill(&self.renaming, write_moving);
     }
 
     /// Adds to the counts of the scan what this update has counted.

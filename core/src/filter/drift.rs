@@ -24,7 +24,7 @@ pub(crate) fn drift_on<T: Real, D: Place<Scalar = T>>(
 }
 
 /// What moves the components of one page.
-fn step<T: Real, D: Place<Scalar = T>>(config: &Config<T>, dt: T) -> impl Fn(&mut Page<Dynamic<D>>) {
+pub(crate) fn step<T: Real, D: Place<Scalar = T>>(config: &Config<T>, dt: T) -> impl Fn(&mut Page<Dynamic<D>>) {
     let ln_least = config.prune_weight.ln();
     move |page| page.change(|component| later::<T, D>(config, ln_least, dt, component))
 }

@@ -1,7 +1,6 @@
 //! Where candidates are weighed and maps updated: on one core, or on several.
 
-use crate::particles::candidate::Candidate;
-use crate::{LnSum, Pose, Real};
+use crate::{LnSum, Real};
 
 /// Does jobs that do not depend on each other: one after the other ([`Serial`]), by the threads of a pool on the host, by
 /// both cores of a microcontroller.
@@ -83,34 +82,30 @@ impl<X: Executor + ?Sized> Executor for &X {
 
 /// One job of the weighing: some of the candidates, where to put their ln L, and scratch for one at a time.
 #[derive(Debug)]
-pub(crate) struct Share<'a, P: Pose> {
+pub(crate) struct Share<'a, T> {
     /// The place of the first one among all candidates.
     pub(crate) first: usize,
-    pub(crate) candidates: &'a [Candidate<P>],
-    /// As many as candidates, at least.
-    pub(crate) ln_likelihoods: &'a mut [P::Scalar],
+    /// Of each.
+    pub(crate) ln_likelihoods: &'a mut [T],
     /// As many as a scan can have measurements.
-    pub(crate) eta: &'a mut [LnSum<P::Scalar>],
+    pub(crate) eta: &'a mut [LnSum<T>],
     /// |V|, the most components in view of any of them.
     pub(crate) most_in_view: &'a mut u16,
 }
 
-/// Divides the candidates into one share a worker. There are as many workers as `most_in_view`, and `eta` has scratch for
-/// all of them.
-pub(crate) fn shares<'a, T: Real, P: Pose<Scalar = T>>(
-    candidates: &'a [Candidate<P>],
+/// Divides the candidates, which these ln L are of, into one share a worker. There are as many workers as `most_in_view`, and `eta` has
+/// scratch for all of them.
+pub(crate) fn shares<'a, T: Real>(
     ln_likelihoods: &'a mut [T],
     eta: &'a mut [LnSum<T>],
     most_in_view: &'a mut [u16],
-) -> impl Iterator<Item = Share<'a, P>> {
+) -> impl Iterator<Item = Share<'a, T>> {
     let workers = most_in_view.len().max(1);
-    let each = candidates.len().div_ceil(workers).max(1);
+    let each = ln_likelihoods.len().div_ceil(workers).max(1);
     let scratch = (eta.len() / workers).max(1);
-    let outputs = ln_likelihoods.chunks_mut(each).zip(eta.chunks_mut(scratch)).zip(most_in_view);
-    let shares = candidates.chunks(each).zip(outputs).enumerate();
-    shares.map(move |(index, (candidates, ((ln_likelihoods, eta), most_in_view)))| Share {
+    let shares = ln_likelihoods.chunks_mut(each).zip(eta.chunks_mut(scratch)).zip(most_in_view).enumerate();
+    shares.map(move |(index, ((ln_likelihoods, eta), most_in_view))| Share {
         first: index * each,
-        candidates,
         ln_likelihoods,
         eta,
         most_in_view,
@@ -120,27 +115,22 @@ pub(crate) fn shares<'a, T: Real, P: Pose<Scalar = T>>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::PlanarPose;
-    use std::vec::Vec;
 
     #[test]
     fn every_candidate_is_in_one_share() {
-        let placeholder = Candidate { pose: PlanarPose::new(0.0_f32, 0.0, 0.0), ln_weight: 0.0 };
         for (count, workers) in [(0, 1), (0, 3), (1, 4), (7, 3), (64, 5), (64, 1), (9, 9), (4, 3)] {
-            let candidates: Vec<_> = (0..count).map(|k| Candidate { ln_weight: k as f32, ..placeholder }).collect();
-            let mut ln_likelihoods = std::vec![f32::NAN; count + 2];
+            let mut ln_likelihoods = std::vec![f32::NAN; count];
             let mut eta = std::vec![LnSum::ZERO; 6 * workers];
             let mut most_in_view = std::vec![0; workers];
-            let all = shares(&candidates, &mut ln_likelihoods, &mut eta, &mut most_in_view);
+            let all = shares(&mut ln_likelihoods, &mut eta, &mut most_in_view);
             Serial.run(all, |share| {
                 assert_eq!(share.eta.len(), 6);
-                for (offset, (candidate, slot)) in share.candidates.iter().zip(share.ln_likelihoods).enumerate() {
-                    assert_eq!(candidate.ln_weight, (share.first + offset) as f32);
-                    *slot = candidate.ln_weight;
+                for (offset, slot) in share.ln_likelihoods.iter_mut().enumerate() {
+                    assert!(slot.is_nan());
+                    *slot = (share.first + offset) as f32;
                 }
             });
             assert!((0..count).all(|k| ln_likelihoods[k] == k as f32), "{count} by {workers}");
-            assert!(ln_likelihoods[count..].iter().all(|left| left.is_nan()));
         }
     }
 }

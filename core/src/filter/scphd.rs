@@ -289,7 +289,7 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'s, M> {
     }
 
     /// Whether a scan can be taken in.
-    fn check_scan<X: MeasurementModel<Pose = M::Pose>>(
+    pub(crate) fn check_scan<X: MeasurementModel<Pose = M::Pose>>(
         &mut self,
         detector: &Detector<X, ScanRoom<'_, X::Measurement>>,
         measurements: &[X::Measurement],

@@ -3,18 +3,15 @@
 use crate::detection::learn::seen;
 use crate::detection::online::Shown;
 use crate::detection::scan::Scan;
-use crate::detection::view::{View, Views};
-use crate::detection::weigh::weigh;
-use crate::filter::executor::shares;
+use crate::detection::view::Views;
 use crate::filter::state::Memory;
 use crate::filter::tally::Tally;
-use crate::particles::candidate::{effective_number, reweigh};
 use crate::particles::cursor::Cursor;
 use crate::particles::propose::Proposer;
 use crate::particles::select::Selection;
 use crate::{
-    Config, Executor, Health, Likelihood, LnSum, MeasurementModel, Noise, Pose, Proposal, Real, ScalarOf, ScanReport,
-    Symmetric, Vector,
+    Config, Health, Likelihood, LnSum, MeasurementModel, Noise, Pose, Proposal, Real, ScalarOf, ScanReport, Symmetric,
+    Vector,
 };
 
 /// What holds for a whole scan from the moment its candidates are there.
@@ -84,6 +81,9 @@ pub(crate) struct Weighing<T> {
 }
 
 impl<T: Real> Weighing<T> {
+    /// Nothing has been weighed.
+    pub(crate) const NONE: Self = Self { ln_evidence: T::ZERO, n_eff: T::ZERO, in_view: 0 };
+
     /// With what the update says of a lone candidate.
     pub(crate) fn completed(self, grounds: &Grounds, tally: &Tally<T>, ln_likelihoods: &mut [T]) -> Self {
         match ln_likelihoods.first_mut() {
@@ -94,43 +94,6 @@ impl<T: Real> Weighing<T> {
             _ => self,
         }
     }
-}
-
-/// Adds to every candidate's ln L what the scan says (4.52), and multiplies the weights by it (5.23).
-///
-/// The maps are read only, and `eta` and `most_in_view` are scratch, a part for every job of the executor.
-#[expect(clippy::too_many_arguments, reason = "what the stage reads and what it writes")]
-pub(crate) fn weigh_all<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>>(
-    config: &Config<T>,
-    grounds: &Grounds,
-    views: &Views<'_, X>,
-    scan: &Scan<'_, X::Measurement>,
-    memory: &mut Memory<'_, P>,
-    eta: &mut [LnSum<T>],
-    most_in_view: &mut [u16],
-    executor: &impl Executor,
-) -> Weighing<T> {
-    let Memory { candidates, ln_likelihoods, static_maps, moving_maps, waiting, .. } = memory;
-    let missed = &*waiting.missed;
-    let candidates = candidates.get_mut(..grounds.candidates()).unwrap_or(&mut []);
-    let (predicted, likelihood) = ((&*static_maps, &*moving_maps), config.likelihood);
-    let in_question = if grounds.lone { &[][..] } else { &*candidates };
-    most_in_view.fill(0);
-    executor.run(shares(in_question, ln_likelihoods, eta, most_in_view), |share| {
-        let mut most_in_view = 0;
-        for (offset, (candidate, ln_likelihood)) in share.candidates.iter().zip(share.ln_likelihoods).enumerate() {
-            let parent = grounds.parent_of(share.first + offset);
-            let missed = missed.get(parent).copied().unwrap_or(T::ZERO);
-            let view = View { missed, ..views.from(&candidate.pose) };
-            let weighed = weigh(&view, parent, predicted, scan, likelihood, share.eta);
-            *ln_likelihood = explained(*ln_likelihood + weighed.ln_likelihood);
-            most_in_view = weighed.in_view.max(most_in_view);
-        }
-        *share.most_in_view = most_in_view.min(usize::from(u16::MAX)) as u16;
-    });
-    let ln_evidence = reweigh(candidates, ln_likelihoods);
-    let in_view = most_in_view.iter().copied().max().map_or(0, usize::from);
-    Weighing { ln_evidence, n_eff: effective_number(candidates), in_view }
 }
 
 /// What the scan shows the heaviest of the survivors of detections and of clutter.
@@ -195,7 +158,7 @@ pub(crate) struct Outcome<T> {
 pub(crate) fn report<P: Pose, Z: Vector>(
     outcome: &Outcome<ScalarOf<P>>,
     memory: &Memory<'_, P>,
-    measured: &[Z],
+    measured: usize,
 ) -> ScanReport<ScalarOf<P>> {
     let real = ScalarOf::<P>::from_f64;
     let Outcome { grounds, weighing, selection, tally, crowded, refused, watched, scales } = outcome;
@@ -213,7 +176,7 @@ pub(crate) fn report<P: Pose, Z: Vector>(
         | Health::PREDICTION_REFUSED.when(*refused > 0)
         | *watched;
     ScanReport {
-        measurements: measured.len(),
+        measurements: measured,
         no_birth: tally.no_birth,
         refused: *refused,
         candidates: grounds.candidates(),
@@ -247,6 +210,6 @@ pub(crate) fn report<P: Pose, Z: Vector>(
 }
 
 /// ln L, whatever the models have said: −∞, nothing explained, where it is no number or infinite.
-fn explained<T: Real>(ln_likelihood: T) -> T {
+pub(crate) fn explained<T: Real>(ln_likelihood: T) -> T {
     if ln_likelihood.is_finite() { ln_likelihood } else { T::NEG_INFINITY }
 }

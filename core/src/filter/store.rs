@@ -1,10 +1,11 @@
 //! Updated maps made to fit, and written to pages.
 
+use crate::filter::draft::Renaming;
 use crate::filter::tally::Tally;
 use crate::filter::task::Task;
 use crate::map::reduce::keep_heaviest;
 use crate::map::workspace::{Entry, Origin, Ranked, Workspace};
-use crate::map::{MapDraft, MapTable, PAGE_LEN, Page, Pool};
+use crate::map::{MapDraft, MapTable, PAGE_LEN, Page, PageId, Pool};
 use crate::numerics::sort::BUCKETS;
 use crate::{Bounds, Feature, Place, Real, Vector};
 
@@ -59,35 +60,46 @@ impl<T: Real, F: Feature<Position: Place<Scalar = T>>> MapDraft<'_, F> {
         chunks.zip(self.pages.iter_mut()).for_each(|(chunk, page)| fill(page, entries, chunk));
     }
 
-    /// As [`store`]: where there is room for all, the pages are written already. Then `rename` goes over the labels in them.
-    pub(crate) fn store(
+    /// As [`store`], but for the contents of the pages where there is room for all: those are written already, and are to
+    /// [fill](Self::fill) the pages that are taken for them.
+    pub(crate) fn place(
         &mut self,
         (table, pool): (&mut MapTable<'_, F::Position>, &mut Pool<'_, F>),
         task: &Task,
         regained: usize,
         bounds: &Bounds<F::Position>,
-        rename: impl Fn(&mut u32),
+        renaming: &Renaming,
         tally: &mut Tally<T>,
     ) -> bool {
         let room = room((table, pool), task, regained);
         if self.workspace.len() > room * PAGE_LEN {
-            self.workspace.in_view_mut().iter_mut().for_each(|entry| rename(&mut entry.component.label));
+            self.workspace.in_view_mut().iter_mut().for_each(|entry| renaming.apply(&mut entry.component.label));
             return store((table, pool), &mut self.workspace, task, regained, bounds, tally);
         }
         table.drop_aside(pool);
-        for written in self.pages.iter_mut().take(self.pages_len) {
-            written.labels_mut().for_each(&rename);
-            let Some((id, page)) = pool.take() else {
+        // Where one finds no place, neither does any after it.
+        for (written, slot) in self.pages.iter().take(self.pages_len).zip(self.aside.iter_mut()) {
+            let Some((id, _)) = pool.take() else {
                 tally.lost += written.components().len();
                 continue;
             };
-            page.copy_from(written);
-            if !table.push_updated(task.particle, id) {
+            if table.push_updated(task.particle, id) {
+                *slot = id;
+                self.placed_len += 1;
+            } else {
                 pool.release(id);
                 tally.lost += written.components().len();
             }
         }
         true
+    }
+
+    /// Writes the pages to those that were taken for them.
+    pub(crate) fn fill(&mut self, renaming: &Renaming, mut write: impl FnMut(PageId, &Page<F>)) {
+        for (page, &id) in self.pages.iter_mut().zip(self.aside.iter()).take(self.placed_len) {
+            page.labels_mut().for_each(|label| renaming.apply(label));
+            write(id, page);
+        }
     }
 }
 

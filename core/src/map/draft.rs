@@ -39,6 +39,7 @@ impl<T: Real, F: Feature<Position: Place<Scalar = T>>, const MAP_PAGES: usize, c
             workspace: self.workspace.view(),
             aside: &mut self.aside,
             aside_len: 0,
+            placed_len: 0,
             pages: &mut self.pages,
             pages_len: 0,
             terms: &mut self.terms,
@@ -51,9 +52,11 @@ impl<T: Real, F: Feature<Position: Place<Scalar = T>>, const MAP_PAGES: usize, c
 pub struct MapDraft<'w, F: Feature> {
     /// Its components in view.
     pub(crate) workspace: Workspace<'w, F::State>,
-    /// Pages of the predicted map that they replace, in order: the first `aside_len`.
+    /// Pages of the predicted map that they replace, in order: the first `aside_len`. Afterwards those that are taken for the updated
+    /// ones: the first `placed_len`.
     pub(crate) aside: &'w mut [PageId],
     pub(crate) aside_len: usize,
+    pub(crate) placed_len: usize,
     /// The components as they are written to pages where there is room for all: the first `pages_len`, or more than there are.
     pub(crate) pages: &'w mut [Page<F>],
     pub(crate) pages_len: usize,
@@ -68,6 +71,7 @@ impl<F: Feature> MapDraft<'_, F> {
             workspace: Workspace::none(),
             aside: &mut [],
             aside_len: 0,
+            placed_len: 0,
             pages: &mut [],
             pages_len: 0,
             terms: &mut [],

@@ -74,7 +74,7 @@ impl<T: Real, F: Feature<Position: Vector<Scalar = T>>> Page<F> {
     }
 
     /// Makes it a copy of another page.
-    pub(crate) fn copy_from(&mut self, other: &Self) {
+    pub fn copy_from(&mut self, other: &Self) {
         let Self { components, weights, bounds, len } = self;
         (*components, *weights, *bounds, *len) = (other.components, other.weights, other.bounds, other.len);
     }

@@ -11,7 +11,9 @@ impl PageId {
     /// A placeholder for unused memory.
     pub(crate) const ZERO: Self = Self(0);
 
-    pub(crate) fn index(self) -> usize {
+    /// Its place among the pages of the pool.
+    #[must_use]
+    pub fn index(self) -> usize {
         usize::from(self.0)
     }
 
@@ -114,6 +116,31 @@ impl<'s, F: Feature> Pool<'s, F> {
             let held = pages.iter_mut().zip(references).filter(|(_, references)| **references > 0);
             held.map(|(page, _)| page)
         })
+    }
+
+    /// Makes a page that some map holds a copy of another.
+    pub(crate) fn write(&mut self, id: PageId, other: &Page<F>)
+    where
+        F: Feature<Position: Vector<Scalar: Real>>,
+    {
+        if let Some(page) = self.held(id.index()) {
+            page.copy_from(other);
+        }
+    }
+
+    /// Whether some map holds the page of that number.
+    pub(crate) fn is_held(&self, index: usize) -> bool {
+        self.references.get(index).is_some_and(|&references| references > 0)
+    }
+
+    /// Hands all pages over, until they are [given back](Self::give_pages_back): there is none meanwhile.
+    pub(crate) fn lend_pages(&mut self) -> &'s mut [Page<F>] {
+        core::mem::take(&mut self.pages)
+    }
+
+    /// Takes the pages back.
+    pub(crate) fn give_pages_back(&mut self, pages: &'s mut [Page<F>]) {
+        self.pages = pages;
     }
 
     /// Takes a free page, with one reference, for the caller to fill; `None` when the pool is full.

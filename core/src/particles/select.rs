@@ -24,6 +24,11 @@ pub(crate) struct Selection {
     pub(crate) heaviest: usize,
 }
 
+impl Selection {
+    /// Nothing has been selected.
+    pub(crate) const NONE: Self = Self { resampled: false, heaviest: 0 };
+}
+
 /// Chooses for every particle the candidate that it continues: by systematic resampling where
 /// `N_eff` is below the threshold, otherwise one of its own children.
 ///

@@ -2,7 +2,7 @@
 
 use crate::setup::setup_of;
 use crate::unfit::Unfit;
-use scphd_gpu_kernels::{Feature, MEASUREMENTS, Mover, Prediction, Run, Scan, ScanResult, Status};
+use scphd_gpu_kernels::{Feature, MEASUREMENTS, Mover, PARTICLES, Prediction, Run, SAMPLES, Scan, ScanResult, Status};
 use scphd_sim::events::{Event, events};
 use scphd_sim::log::Log;
 use scphd_sim::settings::Settings;
@@ -14,7 +14,7 @@ pub const SPARE_FEATURES: usize = 16;
 pub const MOVERS_A_SCAN: usize = 16;
 
 /// The inputs of some runs.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub struct Batch {
     /// The runs.
     pub runs: Vec<Run>,
@@ -24,6 +24,15 @@ pub struct Batch {
     pub predictions: Vec<Prediction>,
     /// The measurements, likewise: range, m, and bearing, rad.
     pub measurements: Vec<[f32; 2]>,
+    /// Particles that a filter may have, and samples of each.
+    room: [usize; 2],
+}
+
+impl Default for Batch {
+    /// No run, for filters of a slot.
+    fn default() -> Self {
+        Self::with_room([PARTICLES, SAMPLES])
+    }
 }
 
 /// A place or a number of things in a buffer.
@@ -32,6 +41,12 @@ fn number(count: usize) -> Result<u32, Unfit> {
 }
 
 impl Batch {
+    /// No run, for filters of up to so many particles, and samples of each.
+    pub(crate) fn with_room(room: [usize; 2]) -> Self {
+        let (runs, scans, predictions, measurements) = Default::default();
+        Self { runs, scans, predictions, measurements, room }
+    }
+
     /// Adds a run over that log, with the filter of that seed.
     ///
     /// # Errors
@@ -78,10 +93,16 @@ impl Batch {
             features: room(log.landmarks.len() + SPARE_FEATURES)?,
             first_mover: number(first_mover)?,
             movers: room(MOVERS_A_SCAN)?,
-            setup: setup_of(&PlanarNumbers::of(settings, &log.vehicle, log.initial_pose))?,
+            setup: setup_of(&PlanarNumbers::of(settings, &log.vehicle, log.initial_pose), self.room)?,
         };
         self.runs.push(run);
         Ok(())
+    }
+
+    /// Particles of the first run's filter.
+    #[must_use]
+    pub fn particles(&self) -> u32 {
+        self.runs.first().map_or(0, |run| run.setup.particles)
     }
 
     /// The greatest number of scans of a run.

@@ -3,8 +3,11 @@
 use crate::batch::Batch;
 use crate::device::{Device, DeviceError, Launches, Outcome, spans};
 use bytemuck::Pod;
-use cudarc::driver::{CudaContext, CudaFunction, CudaSlice, CudaStream, DriverError, LaunchConfig, PushKernelArg, sys};
+use cudarc::driver::{
+    CudaContext, CudaFunction, CudaSlice, CudaStream, DevicePtr, DriverError, LaunchConfig, PushKernelArg, sys,
+};
 use cudarc::nvrtc::Ptx;
+use scphd_gpu_kernels::{Places, STAGES, START, Stage};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
@@ -56,6 +59,9 @@ fn refused(doing: &'static str) -> impl Fn(DriverError) -> DeviceError {
     move |DriverError(code)| DeviceError::Driver { doing, why: format!("{code:?}") }
 }
 
+/// A kernel of a large filter, and how many threads it is launched with.
+type Kernel = (CudaFunction, Places);
+
 /// One card with the module in it.
 #[derive(Debug)]
 pub struct Cuda {
@@ -63,6 +69,10 @@ pub struct Cuda {
     stream: Arc<CudaStream>,
     runs: CudaFunction,
     slot_bytes: usize,
+    /// The launches that start a large filter, and those of its scans.
+    large: [Vec<Kernel>; 2],
+    /// Bytes of what its buffers are made of: room, sight, desk, draft.
+    large_bytes: [usize; 4],
     /// Threads of a block.
     block: u32,
     name: String,
@@ -83,12 +93,16 @@ impl Cuda {
         let (module, path) = modules.read(kind)?;
         let loaded = context.load_module(module).map_err(refused("loading the module"))?;
         let function = |name| loaded.load_function(name).map_err(refused("looking for a kernel"));
-        let (runs, slot) = (function("scphd_runs")?, function("scphd_slot")?);
+        let (runs, slot, large) = (function("scphd_runs")?, function("scphd_slot")?, function("scphd_large_bytes")?);
+        let kernel = |&(name, places, _): &Stage| Ok::<Kernel, DeviceError>((function(name)?, places));
+        let kernels = |stages: &[Stage]| stages.iter().map(kernel).collect::<Result<_, _>>();
+        let kernels = [kernels(&START)?, kernels(&STAGES)?];
         let stream = context.default_stream();
         let card = context.name().map_err(refused("asking for the name of the card"))?;
         let name = format!("{card}, sm_{}{}, {}, {block} threads a block", kind.0, kind.1, path.display());
-        let slot_bytes = slot_bytes(&stream, &slot)?;
-        Ok(Self { context, stream, runs, slot_bytes, block: block.max(1), name })
+        let [slot_bytes] = told_bytes(&stream, &slot)?;
+        let large_bytes = told_bytes(&stream, &large)?;
+        Ok(Self { context, stream, runs, slot_bytes, large: kernels, large_bytes, block: block.max(1), name })
     }
 
     /// A buffer with these things in it; the driver has no empty ones.
@@ -112,23 +126,32 @@ impl Cuda {
     }
 }
 
-/// Bytes of a slot as the module's compiler has laid it out, which need not be what the host's has made of it.
-fn slot_bytes(stream: &Arc<CudaStream>, slot: &CudaFunction) -> Result<usize, DeviceError> {
-    let doing = "asking the module for the bytes of a slot";
-    let mut said: CudaSlice<u64> = stream.alloc_zeros(2).map_err(refused(doing))?;
-    let one = LaunchConfig { grid_dim: (1, 1, 1), block_dim: (1, 1, 1), shared_mem_bytes: 0 };
-    let mut launch = stream.launch_builder(slot);
+/// Bytes of what buffers are made of, as the module's compiler has laid it out, which need not be what the host's has made of it. A
+/// kernel writes them, and what all of it must be aligned to.
+fn told_bytes<const THINGS: usize>(
+    stream: &Arc<CudaStream>,
+    kernel: &CudaFunction,
+) -> Result<[usize; THINGS], DeviceError> {
+    let doing = "asking the module for the bytes of its buffers";
+    let mut said: CudaSlice<u64> = stream.alloc_zeros(THINGS + 1).map_err(refused(doing))?;
+    let mut launch = stream.launch_builder(kernel);
     launch.arg(&mut said);
-    // SAFETY: the kernel takes a pointer to two numbers, and there they are.
-    unsafe { launch.launch(one) }.map_err(refused(doing))?;
-    let mut numbers = [0_u64; 2];
+    // SAFETY: the kernel takes a pointer to so many numbers, and there they are.
+    unsafe { launch.launch(grid(1, 1)) }.map_err(refused(doing))?;
+    let mut numbers = vec![0_u64; THINGS + 1];
     stream.memcpy_dtoh(&said, &mut numbers).map_err(refused(doing))?;
     stream.synchronize().map_err(refused(doing))?;
-    let [bytes, alignment] = numbers;
-    match usize::try_from(bytes) {
-        Ok(bytes) if bytes > 0 && alignment <= ALIGNMENT => Ok(bytes),
-        _ => Err(DeviceError::Driver { doing, why: format!("{bytes} bytes, aligned to {alignment}") }),
+    let bytes: [usize; THINGS] = std::array::from_fn(|thing| usize::try_from(numbers[thing]).unwrap_or(0));
+    if bytes.contains(&0) || numbers[THINGS] > ALIGNMENT {
+        return Err(DeviceError::Driver { doing, why: format!("{numbers:?}") });
     }
+    Ok(bytes)
+}
+
+/// A grid with so many threads at least.
+fn grid(threads: usize, block: u32) -> LaunchConfig {
+    let blocks = (threads as u32).div_ceil(block).max(1);
+    LaunchConfig { grid_dim: (blocks, 1, 1), block_dim: (block, 1, 1), shared_mem_bytes: 0 }
 }
 
 impl Device for Cuda {
@@ -161,11 +184,7 @@ impl Device for Cuda {
         let doing = "running the kernel";
         self.stream.synchronize().map_err(refused(doing))?;
         let threads = batch.runs.len() as u32;
-        let grid = LaunchConfig {
-            grid_dim: (threads.div_ceil(self.block).max(1), 1, 1),
-            block_dim: (self.block, 1, 1),
-            shared_mem_bytes: 0,
-        };
+        let grid = grid(batch.runs.len(), self.block);
         let started = Instant::now();
         for (first_scan, take_scans) in spans(batch.most_scans(), launches) {
             let mut launch = self.stream.launch_builder(&self.runs);
@@ -182,6 +201,66 @@ impl Device for Cuda {
         self.download(&results, &mut outcome.results)?;
         self.download(&features, &mut outcome.features)?;
         self.download(&movers, &mut outcome.movers)?;
+        self.stream.synchronize().map_err(refused("copying from the card"))?;
+        Ok(outcome)
+    }
+
+    fn run_large(&mut self, batch: &Batch, digest_every: u32) -> Result<Outcome, DeviceError> {
+        let mut outcome = Outcome::untouched(batch);
+        let Some(run) = batch.runs.first() else { return Ok(outcome) };
+        let [particles, samples] = [run.setup.particles, run.setup.samples].map(|count| count as usize);
+        let [room, sight, desk, draft] = self.large_bytes;
+        let inputs = [
+            self.upload(&batch.runs)?,
+            self.upload(&batch.scans)?,
+            self.upload(&batch.predictions)?,
+            self.upload(&batch.measurements)?,
+        ];
+        let scratch = [
+            self.zeros(room)?,
+            self.zeros(sight * particles * samples)?,
+            self.zeros(desk * particles)?,
+            self.zeros(draft * particles)?,
+        ];
+        let outputs = [
+            self.zeros(size_of_val(&outcome.statuses[..]))?,
+            self.zeros(size_of_val(&outcome.results[..]))?,
+            self.zeros(size_of_val(&outcome.features[..]))?,
+            self.zeros(size_of_val(&outcome.movers[..]))?,
+        ];
+        // The addresses of the buffers, in the order of `Large`.
+        let buffers = inputs.iter().chain(&scratch).chain(&outputs);
+        let addresses: Vec<u64> = buffers.map(|buffer| buffer.device_ptr(&self.stream).0).collect();
+        let large = self.upload(&addresses)?;
+        let doing = "running the kernels of a large filter";
+        self.stream.synchronize().map_err(refused(doing))?;
+        let launch = |(kernel, places): &Kernel, scan: u32| {
+            let block = if *places == Places::One { 1 } else { self.block };
+            let mut launch = self.stream.launch_builder(kernel);
+            launch.arg(&large).arg(&scan).arg(&digest_every);
+            // SAFETY: these are the arguments of the kernel, in its order, and the buffers, which outlive the launches, are those of a batch
+            // with this run; room and desks are zeros. Launches of one stream come one after the other; threads beyond the last place do
+            // nothing.
+            unsafe { launch.launch(grid(places.count(particles, samples), block)) }.map_err(refused(doing))
+        };
+        let [start, stages] = &self.large;
+        for kernel in start {
+            launch(kernel, 0)?;
+        }
+        self.stream.synchronize().map_err(refused(doing))?;
+        let started = Instant::now();
+        for scan in 0..run.scans {
+            for kernel in stages {
+                launch(kernel, scan)?;
+            }
+        }
+        self.stream.synchronize().map_err(refused(doing))?;
+        outcome.launched_s = started.elapsed().as_secs_f64();
+        let [statuses, results, features, movers] = &outputs;
+        self.download(statuses, &mut outcome.statuses)?;
+        self.download(results, &mut outcome.results)?;
+        self.download(features, &mut outcome.features)?;
+        self.download(movers, &mut outcome.movers)?;
         self.stream.synchronize().map_err(refused("copying from the card"))?;
         Ok(outcome)
     }

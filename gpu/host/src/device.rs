@@ -93,6 +93,12 @@ pub trait Device {
     /// # Errors
     /// The device does not work.
     fn run(&mut self, batch: &Batch, launches: Launches) -> Result<Outcome, DeviceError>;
+
+    /// Takes one large filter, the batch's first run, through its scans, launch by launch; with a digest after every so many of them.
+    ///
+    /// # Errors
+    /// The device does not work.
+    fn run_large(&mut self, batch: &Batch, digest_every: u32) -> Result<Outcome, DeviceError>;
 }
 
 /// The first scans of every launch, and how many there are in each.

@@ -1,4 +1,4 @@
-//! Monte Carlo studies of scphd with every run a thread of a GPU, or the same threads on the host.
+//! scphd on a GPU, or the same threads on the host: Monte Carlo studies with every run a thread, and one large filter.
 //!
 //! The measurements of all runs are simulated here and laid into flat buffers ([`Batch`]); a [`Device`] takes them through the whole
 //! scenario; what it leaves is [played](Played) to the simulator's scores as if a filter had said it. `docs/gpu.md` has the layout.
@@ -19,11 +19,14 @@ mod source;
 mod check;
 mod study;
 
+mod large;
+
 pub use batch::{Batch, MOVERS_A_SCAN, SPARE_FEATURES};
 pub use check::{Checked, Difference, digests_of_host, drive_on_host};
 pub use cuda::{Cuda, Modules};
 pub use device::{Device, DeviceError, Launches, Outcome};
 pub use emulated::Emulated;
+pub use large::{LargeRun, large};
 pub use played::Played;
 pub use setup::setup_of;
 pub use source::{Source, SourceError, Tuning};

@@ -1,9 +1,9 @@
-//! `scphd-gpu`: a Monte Carlo study with every run a thread of a GPU, or the same threads on the host.
+//! `scphd-gpu`: a Monte Carlo study with every run a thread of a GPU, or one large filter there; or the same threads on the host.
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use scphd_gpu::{
-    Checked, Cuda, Device, DeviceError, Difference, Emulated, Launches, Modules, Source, Tuning, drive_on_host, study,
-    time,
+    Checked, Cuda, Device, DeviceError, Difference, Emulated, LargeRun, Launches, Modules, Source, Tuning,
+    drive_on_host, large, study, time,
 };
 use scphd_sim::monte_carlo::overview;
 use std::error::Error;
@@ -13,7 +13,7 @@ use std::process::ExitCode;
 /// The exit code where there is no driver or no card.
 const NO_DEVICE: u8 = 3;
 
-/// Runs many filters at once, one a thread, each over a whole scenario.
+/// Runs many filters at once, one a thread, each over a whole scenario; or one large filter.
 #[derive(Debug, Parser)]
 #[command(name = "scphd-gpu", version, max_term_width = 100)]
 struct Cli {
@@ -80,6 +80,36 @@ enum Command {
         #[command(flatten)]
         on: DeviceArgs,
     },
+    /// Compares the state of one large filter after every scan with that of the library's own scan, bit for bit.
+    LargeCheck {
+        /// Name of the scenario.
+        scenario: String,
+        /// Scans.
+        #[arg(long, default_value_t = 300)]
+        scans: usize,
+        /// Seed of scenario and filter.
+        #[arg(long, default_value_t = 1)]
+        seed: u64,
+        #[command(flatten)]
+        tuning: TuningArgs,
+        #[command(flatten)]
+        on: DeviceArgs,
+    },
+    /// Times one large filter of 32 particles, twice as many and so on, beside one core of the host.
+    LargeTime {
+        /// Name of the scenario.
+        scenario: String,
+        /// Scans of each filter.
+        #[arg(long, default_value_t = 30)]
+        scans: usize,
+        /// The most particles.
+        #[arg(long, value_name = "N", default_value_t = 16_384)]
+        most: usize,
+        #[command(flatten)]
+        tuning: TuningArgs,
+        #[command(flatten)]
+        on: DeviceArgs,
+    },
 }
 
 #[derive(Debug, Args)]
@@ -135,10 +165,10 @@ enum Switch {
 }
 
 impl TuningArgs {
-    fn source(self, scenario: &str) -> Result<Source, Box<dyn Error>> {
+    fn source(&self, scenario: &str) -> Result<Source, Box<dyn Error>> {
         let file =
-            |path: PathBuf| std::fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()));
-        let settings = self.settings.map(file).transpose()?;
+            |path: &PathBuf| std::fs::read_to_string(path).map_err(|error| format!("{}: {error}", path.display()));
+        let settings = self.settings.as_ref().map(file).transpose()?;
         let moving = self.moving.map(|moving| moving == Switch::On);
         let tuning = Tuning { particles: self.particles, samples: self.samples, moving, settings };
         Ok(Source::new(scenario, tuning)?)
@@ -231,7 +261,58 @@ fn run(command: Command) -> Result<(), Box<dyn Error>> {
             );
             Ok(())
         }
+        Command::LargeCheck { scenario, scans, seed, tuning, on } => {
+            let source = tuning.source(&scenario)?;
+            check_large(&mut *on.open()?, &source, seed, scans)
+        }
+        Command::LargeTime { scenario, scans, most, tuning, on } => {
+            time_large(&mut *on.open()?, &scenario, tuning, scans, most)
+        }
     }
+}
+
+/// The state of one large filter after every scan, beside that of the library's own scan.
+fn check_large(device: &mut dyn Device, source: &Source, seed: u64, scans: usize) -> Result<(), Box<dyn Error>> {
+    let batch = large(source, seed, scans)?;
+    let found = LargeRun::on(device, &batch, 1)?;
+    let host = LargeRun::alone(&batch, 1)?;
+    if let Some(Difference { scan, host, device, .. }) = found.difference(&host, seed) {
+        return Err(format!("scan {scan}: {host:016x} on the host, {device:016x} on the device").into());
+    }
+    let [pages, moving_pages] = found.peak_pages();
+    println!(
+        "{} particles on {}: {} digests as on the host; at most {pages} and {moving_pages} pages, {} scans short of room",
+        batch.particles(),
+        device.name(),
+        found.results.len(),
+        found.short_scans()
+    );
+    Ok(())
+}
+
+/// One large filter after the other, each with twice the particles.
+fn time_large(
+    device: &mut dyn Device,
+    scenario: &str,
+    mut tuning: TuningArgs,
+    scans: usize,
+    most: usize,
+) -> Result<(), Box<dyn Error>> {
+    println!("{scenario}, {scans} scans with their predictions, on {}", device.name());
+    println!("particles   device ms   one core ms   times   short of room");
+    for particles in (5..).map(|power| 1 << power).take_while(|&particles| particles <= most) {
+        tuning.particles = Some(particles);
+        let batch = large(&tuning.source(scenario)?, 1, scans)?;
+        let found = LargeRun::on(device, &batch, 0)?;
+        let host = LargeRun::alone(&batch, 0)?;
+        if let Some(Difference { host, device, .. }) = found.difference(&host, 1) {
+            return Err(format!("{particles} particles: {host:016x} on the host, {device:016x} on the device").into());
+        }
+        let times = host.scan_ms / found.scan_ms;
+        let short = found.short_scans();
+        println!("{particles:>9}   {:>9.3}   {:>11.3}   {times:>5.1}   {short}", found.scan_ms, host.scan_ms);
+    }
+    Ok(())
 }
 
 fn report(scenario: &str, device: &str, checked: &Checked) -> Result<(), Box<dyn Error>> {

@@ -2,14 +2,14 @@
 
 use crate::unfit::Unfit;
 use scphd::{Config, Extraction, Informed, Likelihood, Proposal, Step};
-use scphd_gpu_kernels::{MOUNTED, PARTICLES, SAMPLES, Setup, extraction, likelihood, vehicle};
+use scphd_gpu_kernels::{MOUNTED, Setup, extraction, likelihood, vehicle};
 use scphd_sim::slam::{PlanarNumbers, PlanarVehicle};
 
-/// The numbers of a run.
+/// The numbers of a run, of a filter of at most so many particles, and samples of each.
 ///
 /// # Errors
 /// The kernels have no room or no code for such a filter, and for what of it.
-pub fn setup_of(numbers: &PlanarNumbers<f32>) -> Result<Setup, Unfit> {
+pub fn setup_of(numbers: &PlanarNumbers<f32>, room: [usize; 2]) -> Result<Setup, Unfit> {
     let PlanarNumbers { vehicle, noise, sensors, online, config, start } = numbers;
     let [sensor] = &sensors[..] else { return Err(Unfit(format!("{} sensors; there may be one", sensors.len()))) };
     let limits = sensor.limits;
@@ -37,7 +37,7 @@ pub fn setup_of(numbers: &PlanarNumbers<f32>) -> Result<Setup, Unfit> {
         births_of_moving: sensor.births.of_moving,
         detection_memory: online.detection_memory,
         clutter_memory: online.clutter_memory,
-        ..of_config(config, of_vehicle(vehicle)?)?
+        ..of_config(config, room, of_vehicle(vehicle)?)?
     })
 }
 
@@ -59,7 +59,7 @@ fn of_vehicle(moves: &PlanarVehicle<f32>) -> Result<Setup, Unfit> {
     })
 }
 
-fn of_config(config: &Config<f32>, setup: Setup) -> Result<Setup, Unfit> {
+fn of_config(config: &Config<f32>, [particles, samples]: [usize; 2], setup: Setup) -> Result<Setup, Unfit> {
     let most = |count: usize, most: usize, of: &str| match u32::try_from(count) {
         Ok(number) if count <= most => Ok(number),
         _ => Err(Unfit(format!("{count} {of}; there is room for {most}"))),
@@ -72,8 +72,8 @@ fn of_config(config: &Config<f32>, setup: Setup) -> Result<Setup, Unfit> {
         Proposal::Informed(informed) => informed,
     };
     Ok(Setup {
-        particles: most(config.particles, PARTICLES, "particles")?,
-        samples: most(config.samples, SAMPLES, "samples of a particle")?,
+        particles: most(config.particles, particles, "particles")?,
+        samples: most(config.samples, samples, "samples of a particle")?,
         proposal_rounds: most(informed.rounds, 16, "rounds of the proposal")?,
         sampled_fraction: informed.sampled_fraction,
         min_responsibility: informed.min_responsibility,

@@ -6,7 +6,7 @@ use crate::played::Played;
 use crate::source::{FILTER, Source, SourceError};
 use crate::unfit::Unfit;
 use scphd::Health;
-use scphd_gpu_kernels::Status;
+use scphd_gpu_kernels::{ScanResult, Status};
 use scphd_sim::log::Log;
 use scphd_sim::monte_carlo::{Job, Plan, RunResult, Study};
 use scphd_sim::session::{self, SessionError};
@@ -81,10 +81,15 @@ impl Short {
     const CONDITIONS: [Health; 3] = [Health::PRUNING_TIGHTENED, Health::MAP_NOT_UPDATED, Health::COMPONENTS_LOST];
 
     fn add(&mut self, played: &Played<'_>) {
-        let bits = Self::CONDITIONS.iter().fold(0, |bits, condition| bits | u32::from(condition.bits()));
-        let scans = played.results().iter().filter(|result| result.health & bits != 0).count();
+        let scans = Self::scans_of(played.results());
         self.scans += scans;
         self.runs += usize::from(scans > 0);
+    }
+
+    /// Such scans of one run.
+    pub(crate) fn scans_of(results: &[ScanResult]) -> usize {
+        let bits = Self::CONDITIONS.iter().fold(0, |bits, condition| bits | u32::from(condition.bits()));
+        results.iter().filter(|result| result.health & bits != 0).count()
     }
 }
 

@@ -1,6 +1,8 @@
 //! The entry points of the device.
 
 use crate::buffer::{Feature, Mover, Prediction, Run, Scan, ScanResult, Status};
+use crate::large;
+use crate::room::{Large, large_bytes};
 use crate::slot::Slot;
 use crate::thread::{Launch, thread};
 use core::arch::nvptx::{_block_dim_x, _block_idx_x, _thread_idx_x};
@@ -51,6 +53,44 @@ pub unsafe extern "ptx-kernel" fn scphd_runs(
     };
     // SAFETY: the caller's word; every thread of a grid has a place of its own.
     unsafe { thread(place(), &launch) }
+}
+
+/// Entry points of the launches of a large filter.
+macro_rules! launches {
+    ($($name:ident: $body:path),* $(,)?) => { $(
+        #[doc = "A launch of a large filter.\n\n# Safety\nAs of [`open`](large::open)."]
+        #[unsafe(no_mangle)]
+        pub unsafe extern "ptx-kernel" fn $name(large: *const Large, scan: u32, digest_every: u32) {
+            // SAFETY: the caller's word; every thread of a grid has a place of its own.
+            unsafe { $body(place(), &*large, scan, digest_every) }
+        }
+    )* };
+}
+
+launches! {
+    scphd_large_start: large::start,
+    scphd_large_desks: large::desks,
+    scphd_large_open: large::open,
+    scphd_large_drift: large::drift,
+    scphd_large_propose: large::propose,
+    scphd_large_weigh: large::weigh,
+    scphd_large_select: large::select,
+    scphd_large_make: large::make,
+    scphd_large_store: large::store,
+    scphd_large_fill: large::fill,
+    scphd_large_close: large::close,
+}
+
+/// Writes the [bytes](large_bytes) of what the buffers of a large filter are made of, as this module's compiler has laid it out.
+///
+/// # Safety
+/// The pointer leads to as many numbers.
+#[unsafe(no_mangle)]
+pub unsafe extern "ptx-kernel" fn scphd_large_bytes(bytes: *mut [u64; 5]) {
+    if place() == 0 {
+        // SAFETY: the caller's word, and one thread alone writes.
+        unsafe { bytes.write(large_bytes()) };
+    }
 }
 
 /// Writes the bytes of a slot, and what it must be aligned to, as this module's compiler has laid it out.

@@ -3,44 +3,65 @@
 use crate::buffer::{Feature, Mover, Prediction, Run, Scan, ScanResult, Status};
 use crate::motion::Vehicle;
 use crate::setup::{Made, Models};
-use crate::slot::Slot;
-use nalgebra::Vector2;
-use scphd::{Component, Detector, PlanarPose, PoseEstimate, ScPhd, ScanReport, ScanRoom, Symmetric, Vector};
+use crate::slot::{FEATURES, MOVERS, SlotOf};
+use nalgebra::{Vector2, Vector4};
+use scphd::{
+    Component, Detector, Dynamic, MapStorage, PlanarPose, PoseEstimate, ScPhd, ScanReport, ScanRoom, State, Static,
+    Symmetric, Vector,
+};
 
 /// What a run takes in.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Inputs<'a> {
-    pub(crate) run: &'a Run,
-    pub(crate) scans: &'a [Scan],
-    pub(crate) predictions: &'a [Prediction],
-    pub(crate) measurements: &'a [Vector2<f32>],
+pub struct Inputs<'a> {
+    /// The filter.
+    pub run: &'a Run,
+    /// All scans of the run.
+    pub scans: &'a [Scan],
+    /// All predictions of the run.
+    pub predictions: &'a [Prediction],
+    /// All measurements of the run.
+    pub measurements: &'a [Vector2<f32>],
 }
 
 /// What it leaves.
 #[derive(Debug)]
-pub(crate) struct Outputs<'a> {
-    pub(crate) results: &'a mut [ScanResult],
-    pub(crate) features: &'a mut [Feature],
-    pub(crate) movers: &'a mut [Mover],
+pub struct Outputs<'a> {
+    /// A result for every scan.
+    pub results: &'a mut [ScanResult],
+    /// Room for the estimated features of all scans.
+    pub features: &'a mut [Feature],
+    /// Room for the estimated moving features of all scans.
+    pub movers: &'a mut [Mover],
 }
 
 /// Which scans, and after which of them a digest is asked for.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Span {
-    pub(crate) first: usize,
-    pub(crate) scans: usize,
+pub struct Span {
+    /// The first scan. Where it is that of the run, the filter is started.
+    pub first: usize,
+    /// So many at most.
+    pub scans: usize,
     /// After every so many scans of the run, and after its last; 0: after its last alone.
-    pub(crate) digest_every: usize,
+    pub digest_every: usize,
 }
 
 impl Span {
-    fn asks_for_digest(self, taken: usize, last: bool) -> bool {
+    pub(crate) fn asks_for_digest(self, taken: usize, last: bool) -> bool {
         last || taken.checked_rem(self.digest_every) == Some(0)
     }
 }
 
 /// Takes in the scans of a span. Where it is the first, the filter is started; otherwise it goes on from what the slot holds.
-pub(crate) fn follow(inputs: Inputs<'_>, slot: &mut Slot, outputs: &mut Outputs<'_>, span: Span) -> Status {
+pub fn follow<const N: usize, const C: usize, S, V>(
+    inputs: Inputs<'_>,
+    slot: &mut SlotOf<State<PlanarPose<f32>, N, C, S, V>>,
+    outputs: &mut Outputs<'_>,
+    span: Span,
+) -> Status
+where
+    S: MapStorage<Static<Vector2<f32>>>,
+    V: MapStorage<Dynamic<Vector2<f32>>>,
+{
     let mut taken = span.first.min(inputs.scans.len());
     let code = match scans(inputs, slot, outputs, span, &mut taken) {
         Ok(()) => Status::DONE,
@@ -49,69 +70,106 @@ pub(crate) fn follow(inputs: Inputs<'_>, slot: &mut Slot, outputs: &mut Outputs<
     Status { code, scans: u32::try_from(taken).unwrap_or(u32::MAX) }
 }
 
-type Filter<'s> = ScPhd<'s, Vehicle>;
-type Sighted<'s> = Detector<Models, ScanRoom<'s, Vector2<f32>>>;
+/// A filter over a slot's state, of whatever capacities.
+pub(crate) type Filter<'s> = ScPhd<'s, Vehicle>;
+/// The sensor of a run.
+pub(crate) type Sighted<'s> = Detector<Models, ScanRoom<'s, Vector2<f32>>>;
+/// Room for the estimates of one scan.
+pub(crate) type Lists<'s> = (&'s mut [Component<Vector2<f32>>; FEATURES], &'s mut [Component<Vector4<f32>>; MOVERS]);
 
-fn scans(
+/// Filter and sensor over a slot, and room for estimates. Where the slot is not to go on from what it holds, they are started.
+pub(crate) fn over<'s, const N: usize, const C: usize, S, V>(
+    run: &Run,
+    slot: &'s mut SlotOf<State<PlanarPose<f32>, N, C, S, V>>,
+    goes_on: bool,
+) -> Result<(Filter<'s>, Sighted<'s>, Lists<'s>), u32>
+where
+    S: MapStorage<Static<Vector2<f32>>>,
+    V: MapStorage<Dynamic<Vector2<f32>>>,
+{
+    let SlotOf { memory, scratch, features, movers } = slot;
+    let refused = Status::SETUP;
+    let Made { vehicle, config, detector, start } = run.setup.make().ok_or(refused)?;
+    let mut filter = ScPhd::new(vehicle, config, memory).map_err(|_| refused)?;
+    let detector = detector.over(scratch).map_err(|_| refused)?;
+    if !goes_on {
+        filter.check(&detector).map_err(|_| refused)?;
+        filter.reset(start, run.seed()).map_err(|_| refused)?;
+    }
+    Ok((filter, detector, (features, movers)))
+}
+
+fn scans<const N: usize, const C: usize, S, V>(
     inputs: Inputs<'_>,
-    slot: &mut Slot,
+    slot: &mut SlotOf<State<PlanarPose<f32>, N, C, S, V>>,
     outputs: &mut Outputs<'_>,
     span: Span,
     taken: &mut usize,
-) -> Result<(), u32> {
-    let Slot { memory, scratch, features, movers } = slot;
-    let refused = Status::SETUP;
-    let Made { vehicle, config, detector, start } = inputs.run.setup.make().ok_or(refused)?;
-    let mut filter = ScPhd::new(vehicle, config, memory).map_err(|_| refused)?;
-    let mut detector = detector.over(scratch).map_err(|_| refused)?;
-    if span.first == 0 {
-        filter.check(&detector).map_err(|_| refused)?;
-        filter.reset(start, inputs.run.seed()).map_err(|_| refused)?;
-    }
-    // The lists of earlier scans stay where they are.
-    let before = span.first.checked_sub(1).and_then(|place| outputs.results.get(place)).copied();
-    let mut next = before.map_or([0, 0], |result| {
-        [result.first_feature.saturating_add(result.features), result.first_mover.saturating_add(result.movers)]
-    });
-    let of_span = inputs.scans.iter().zip(outputs.results.iter_mut()).skip(span.first).take(span.scans);
-    for (scan, result) in of_span {
-        let report = take(inputs, scan, &mut filter, &mut detector)?;
-        let is_last = *taken + 1 == inputs.scans.len();
-        let estimate = filter.estimate_pose().ok_or(Status::SCAN)?;
-        *result = of_report(&report, &estimate);
-        if span.asks_for_digest(*taken + 1, is_last) {
-            result.digest = detector.digest(filter.digest());
-        }
-        let map = filter.estimate_map(&detector, features);
-        let moving = filter.estimate_moving(movers);
-        if map.left_out + moving.left_out > 0 {
-            return Err(Status::FEATURES);
-        }
-        result.expected_features = map.expected_features;
-        [result.first_feature, result.first_mover] = next;
-        let found = features.iter().take(map.features).map(feature);
-        result.features = append(outputs.features, next[0], found).ok_or(Status::FEATURES)?;
-        let found = movers.iter().take(moving.features).map(mover);
-        result.movers = append(outputs.movers, next[1], found).ok_or(Status::FEATURES)?;
-        next = [next[0].saturating_add(result.features), next[1].saturating_add(result.movers)];
+) -> Result<(), u32>
+where
+    S: MapStorage<Static<Vector2<f32>>>,
+    V: MapStorage<Dynamic<Vector2<f32>>>,
+{
+    let (mut filter, mut detector, (features, movers)) = over(inputs.run, slot, span.first != 0)?;
+    for place in (span.first..inputs.scans.len()).take(span.scans) {
+        let measurements = predict(inputs, place, &mut filter)?;
+        let report = filter.scan(&mut detector, measurements).map_err(|_| Status::SCAN)?;
+        let is_last = place + 1 == inputs.scans.len();
+        let digest = span.asks_for_digest(place + 1, is_last);
+        tell(&filter, &detector, &report, (&mut *features, &mut *movers), outputs, place, digest)?;
         *taken += 1;
     }
     Ok(())
 }
 
-/// The predictions before a scan, and the scan.
-fn take(
-    inputs: Inputs<'_>,
-    scan: &Scan,
+/// Writes what is known after the scan of that place; the lists of earlier scans stay where they are.
+pub(crate) fn tell(
+    filter: &Filter<'_>,
+    detector: &Sighted<'_>,
+    report: &ScanReport<f32>,
+    (features, movers): Lists<'_>,
+    outputs: &mut Outputs<'_>,
+    place: usize,
+    digest: bool,
+) -> Result<(), u32> {
+    let Outputs { results, features: all_features, movers: all_movers } = outputs;
+    let before = place.checked_sub(1).and_then(|before| results.get(before)).copied();
+    let [first_feature, first_mover] = before.map_or([0, 0], |result| {
+        [result.first_feature.saturating_add(result.features), result.first_mover.saturating_add(result.movers)]
+    });
+    let result = results.get_mut(place).ok_or(Status::BUFFERS)?;
+    let estimate = filter.estimate_pose().ok_or(Status::SCAN)?;
+    *result = of_report(report, &estimate);
+    if digest {
+        result.digest = detector.digest(filter.digest());
+    }
+    let map = filter.estimate_map(detector, features);
+    let moving = filter.estimate_moving(movers);
+    if map.left_out + moving.left_out > 0 {
+        return Err(Status::FEATURES);
+    }
+    result.expected_features = map.expected_features;
+    (result.first_feature, result.first_mover) = (first_feature, first_mover);
+    let found = features.iter().take(map.features).map(feature);
+    result.features = append(all_features, first_feature, found).ok_or(Status::FEATURES)?;
+    let found = movers.iter().take(moving.features).map(mover);
+    result.movers = append(all_movers, first_mover, found).ok_or(Status::FEATURES)?;
+    Ok(())
+}
+
+/// Takes in the predictions before a scan; returns its measurements.
+pub(crate) fn predict<'i>(
+    inputs: Inputs<'i>,
+    place: usize,
     filter: &mut Filter<'_>,
-    detector: &mut Sighted<'_>,
-) -> Result<ScanReport<f32>, u32> {
+) -> Result<&'i [Vector2<f32>], u32> {
+    let scan = inputs.scans.get(place).ok_or(Status::BUFFERS)?;
     let predictions = part(inputs.predictions, scan.first_prediction, scan.predictions).ok_or(Status::BUFFERS)?;
     let measurements = part(inputs.measurements, scan.first_measurement, scan.measurements).ok_or(Status::BUFFERS)?;
     for Prediction { control, dt_s } in predictions {
         filter.predict(control, *dt_s).map_err(|_| Status::PREDICTION)?;
     }
-    filter.scan(detector, measurements).map_err(|_| Status::SCAN)
+    Ok(measurements)
 }
 
 /// So many from a place on; `None` where there are not as many.
@@ -163,7 +221,7 @@ fn feature(component: &Component<Vector2<f32>>) -> Feature {
     Feature { label: *label, ln_weight: *ln_weight, mean: [mean.x, mean.y], covariance: of_position(covariance) }
 }
 
-fn mover(component: &Component<nalgebra::Vector4<f32>>) -> Mover {
+fn mover(component: &Component<Vector4<f32>>) -> Mover {
     let Component { label, ln_weight, mean, covariance } = component;
     let mean = [mean.x, mean.y, mean.z, mean.w];
     Mover { label: *label, ln_weight: *ln_weight, mean, covariance: of_position(covariance) }

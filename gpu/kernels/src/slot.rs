@@ -17,7 +17,7 @@ pub const MOVERS: usize = 64;
 
 memory! {
     /// What a filter knows, whatever moves its vehicle: a state is of a pose, and all vehicles in the plane have the same.
-    pub(crate) type Memory: Unicycle<f32> {
+    pub type Memory: Unicycle<f32> {
         particles: PARTICLES, samples: SAMPLES,
         features { pages: 640, pages_per_map: 64, in_view: 768 },
         moving { pages: 448, pages_per_map: 48, in_view: 384 },
@@ -27,14 +27,17 @@ memory! {
 /// The scratch of its sensor, and what is learnt of that.
 pub(crate) type Scratch = DetectorMemory<Vector2<f32>, MEASUREMENTS>;
 
-/// All that one thread works in. It begins as zeros, and nothing of it is on the thread's stack.
+/// All that one filter works in, over a state `M`. It begins as zeros, and nothing of it is on a thread's stack.
 #[derive(Debug)]
-pub struct Slot {
-    pub(crate) memory: Memory,
+pub struct SlotOf<M> {
+    pub(crate) memory: M,
     pub(crate) scratch: Scratch,
     pub(crate) features: [Component<Vector2<f32>>; FEATURES],
     pub(crate) movers: [Component<Vector4<f32>>; MOVERS],
 }
+
+/// All that one of many filters works in.
+pub type Slot = SlotOf<Memory>;
 
 impl Slot {
     /// Empty, all zero.

@@ -38,7 +38,7 @@ pub struct Launch {
 }
 
 /// A number of things on a machine that has at least 32 bits.
-fn whole(number: u32) -> usize {
+pub(crate) fn whole(number: u32) -> usize {
     number as usize
 }
 

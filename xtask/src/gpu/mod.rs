@@ -17,6 +17,10 @@ const NO_DEVICE: i32 = 3;
 /// Scans of every run that is compared, and runs of each scenario.
 const SCANS: &str = "300";
 const COMPARED_RUNS: &str = "64";
+/// Particles of the large filters that are compared.
+const LARGE: [&str; 2] = ["64", "4096"];
+/// The scenario of large filters.
+const LARGE_SCENARIO: &str = "thesis-dynamic";
 /// Runs that are timed.
 const TIMED_RUNS: &str = "4096";
 /// Scenarios, each with its words for the command line.
@@ -79,19 +83,23 @@ fn on_card(modules: &Path) -> Result<Result<String, String>, Stop> {
         run.args(["--release", "--"]);
         run
     };
-    let mut all = Vec::new();
+    let mut commands = Vec::new();
     for scenario in SCENARIOS {
-        for (command, own) in
-            [("check", &["--scans", SCANS, "--runs", COMPARED_RUNS][..]), ("time", &["--runs", TIMED_RUNS])]
-        {
-            let words = [&[command], scenario, own].concat();
-            match of_card(&mut fast(), &words)? {
-                Ok(said) => {
-                    println!("{said}");
-                    all.push(said);
-                }
-                Err(reason) => return Ok(Err(reason)),
+        commands.push([&["check"], scenario, &["--scans", SCANS, "--runs", COMPARED_RUNS]].concat());
+        commands.push([&["time"], scenario, &["--runs", TIMED_RUNS]].concat());
+    }
+    for particles in LARGE {
+        commands.push(vec!["large-check", LARGE_SCENARIO, "--scans", SCANS, "--particles", particles]);
+    }
+    commands.push(vec!["large-time", LARGE_SCENARIO]);
+    let mut all = Vec::new();
+    for words in commands {
+        match of_card(&mut fast(), &words)? {
+            Ok(said) => {
+                println!("{said}");
+                all.push(said);
             }
+            Err(reason) => return Ok(Err(reason)),
         }
     }
     Ok(Ok(all.join("; ")))

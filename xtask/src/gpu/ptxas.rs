@@ -66,6 +66,9 @@ impl Ptxas {
             }
             let usage = usage_of(&said).map_err(|reason| format!("ptxas for {card}: {reason}: {said}"))?;
             println!("{card}: {usage}");
+            for Kernel { name, registers, stack } in kernels(&said) {
+                println!("  {name}: {registers} registers, {stack} bytes of stack");
+            }
             if let Some(beyond) = usage.beyond(&LIMITS) {
                 return Err(format!("{card}: the module takes more than it may: {beyond}"));
             }
@@ -102,6 +105,35 @@ impl fmt::Display for Usage {
     }
 }
 
+/// What one kernel takes of every thread, with all functions that it calls.
+#[derive(Debug, PartialEq, Eq)]
+struct Kernel<'s> {
+    name: &'s str,
+    registers: u64,
+    stack: u64,
+}
+
+/// What the assembler says of each kernel.
+fn kernels(said: &str) -> Vec<Kernel<'_>> {
+    let mut all: Vec<Kernel<'_>> = Vec::new();
+    for line in said.lines() {
+        if let Some(name) = line.split("entry function '").nth(1).and_then(|rest| rest.split('\'').next()) {
+            all.push(Kernel { name, registers: 0, stack: 0 });
+        } else if let Some(kernel) = all.last_mut().filter(|kernel| kernel.registers == 0)
+            && line.contains("Used ")
+        {
+            (kernel.registers, kernel.stack) = (number(line, "registers"), number(line, "bytes cumulative stack size"));
+        }
+    }
+    all
+}
+
+/// The number before these words of a line; 0 where they are not there.
+fn number(line: &str, after: &str) -> u64 {
+    let part = line.split(',').find_map(|part| part.trim().strip_suffix(after));
+    part.and_then(|part| part.split_whitespace().last()?.parse().ok()).unwrap_or(0)
+}
+
 /// What the assembler says of a module: the most of all kernels, and the spills of all functions together.
 fn usage_of(said: &str) -> Result<Usage, &'static str> {
     if said.contains("cannot be statically determined") {
@@ -109,11 +141,7 @@ fn usage_of(said: &str) -> Result<Usage, &'static str> {
     }
     let mut usage = Usage::default();
     for line in said.lines() {
-        // The number before these words.
-        let number = |after: &str| -> u64 {
-            let part = line.split(',').find_map(|part| part.trim().strip_suffix(after));
-            part.and_then(|part| part.split_whitespace().last()?.parse().ok()).unwrap_or(0)
-        };
+        let number = |after: &str| number(line, after);
         usage.registers = usage.registers.max(number("registers"));
         usage.stack = usage.stack.max(number("bytes cumulative stack size")).max(number("bytes stack frame"));
         usage.spill_stores += number("bytes spill stores");
@@ -144,6 +172,7 @@ ptxas info    : Function properties for _RNvNtCs3run5scans
         let usage =
             Usage { registers: 255, stack: 7824, spill_stores: 1934, spill_loads: 2012, shared: 64, constant: 1104 };
         assert_eq!(usage_of(SAID), Ok(usage));
+        assert_eq!(kernels(SAID), [Kernel { name: "scphd_runs", registers: 255, stack: 7824 }]);
         assert!(usage_of("ptxas info    : 1609 bytes gmem").is_err());
         let unknown = "ptxas warning : Stack size for entry function 'x' cannot be statically determined";
         assert!(usage_of(&format!("{SAID}{unknown}")).is_err());

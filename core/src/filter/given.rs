@@ -1,0 +1,107 @@
+//! What holds for a whole scan, and what each of its survivors sees by it.
+
+use crate::detection::scan::Scan;
+use crate::detection::view::{View, Views};
+use crate::filter::stages::Grounds;
+use crate::filter::survivor::ScanView;
+use crate::models::{Mounted, MountedView, OnVehicle};
+use crate::particles::candidate::Candidate;
+use crate::{Births, Config, MeasurementModel, Online, Pose, Real, ScalarOf, Symmetric, TangentOf};
+
+/// What is known of a scan before any of its stages, and does not change in them.
+pub(crate) struct Given<'a, X: MeasurementModel> {
+    pub(crate) config: &'a Config<ScalarOf<X::Pose>>,
+    pub(crate) births: &'a Births<ScalarOf<X::Pose>>,
+    pub(crate) online: &'a Online<ScalarOf<X::Pose>>,
+    pub(crate) sensor: Mounted<'a, X::Sensor>,
+    pub(crate) field_of_view: MountedView<'a, X::FieldOfView>,
+    /// False measurements a scan, or zero.
+    pub(crate) clutter_per_scan: ScalarOf<X::Pose>,
+    pub(crate) scan: Scan<'a, X::Measurement>,
+    /// Measurements as they came.
+    pub(crate) measured: usize,
+    /// As in [`Views`].
+    pub(crate) detection_scale: ScalarOf<X::Pose>,
+    pub(crate) ln_negligible: ScalarOf<X::Pose>,
+    pub(crate) ln_sharpest: ScalarOf<X::Pose>,
+    pub(crate) most_births: usize,
+}
+
+impl<'a, T: Real, X: MeasurementModel<Pose: Pose<Scalar = T>> + 'a> Given<'a, X> {
+    /// What all views of the scan have in common.
+    #[inline]
+    pub(crate) fn views(&self) -> Views<'_, OnVehicle<'a, X>> {
+        Views {
+            sensor: &self.sensor,
+            field_of_view: &self.field_of_view,
+            detection_scale: self.detection_scale,
+            ln_negligible: self.ln_negligible,
+            ln_sharpest: self.ln_sharpest,
+            most_births: self.most_births,
+        }
+    }
+}
+
+/// What the update of a scan begins with.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Beginning<T> {
+    /// The label of the scan's first measurement.
+    pub(crate) first_label: u32,
+    /// Births that the sensor expects of any survivor: as many as there are labels for.
+    pub(crate) most_births: usize,
+    /// Landmarks with lesser labels are known.
+    pub(crate) known_below: u32,
+    /// ln of [`Config::confirmed_weight`].
+    pub(crate) ln_confirmed: T,
+    /// Whether births that nothing explains wait for the next scan.
+    pub(crate) births_wait: bool,
+}
+
+impl<T: Real> Beginning<T> {
+    /// Before the update.
+    pub(crate) const NONE: Self =
+        Self { first_label: 0, most_births: 0, known_below: 0, ln_confirmed: T::ZERO, births_wait: false };
+}
+
+/// What every survivor of a scan sees.
+pub(crate) struct Sights<'b, 'a, X: MeasurementModel> {
+    pub(crate) given: &'b Given<'a, X>,
+    pub(crate) views: Views<'b, OnVehicle<'a, X>>,
+    pub(crate) grounds: Grounds,
+    pub(crate) beginning: Beginning<ScalarOf<X::Pose>>,
+    pub(crate) candidates: &'b [Candidate<X::Pose>],
+    pub(crate) pose_covariances: &'b [Symmetric<TangentOf<X::Pose>>],
+    /// For every particle Σ p_D w of the births that the scan has missed.
+    pub(crate) missed: &'b [ScalarOf<X::Pose>],
+}
+
+impl<'b, 'a, T: Real, X: MeasurementModel<Pose: Pose<Scalar = T>> + 'a> Sights<'b, 'a, X> {
+    /// The view from a survivor, as it is before the sensor's births are counted.
+    pub(crate) fn view(&self, survivor: u16) -> Option<View<'b, OnVehicle<'a, X>>> {
+        let survivor = usize::from(survivor);
+        let missed = self.missed.get(self.grounds.parent_of(survivor)).copied().unwrap_or(T::ZERO);
+        Some(View { missed, ..self.views.from(&self.candidates.get(survivor)?.pose) })
+    }
+
+    /// What one sees.
+    #[inline]
+    pub(crate) fn of(&self, survivor: u16) -> Option<ScanView<'b, OnVehicle<'a, X>>> {
+        let Beginning { first_label, most_births, known_below, ln_confirmed, births_wait } = self.beginning;
+        let view = View { most_births, ..self.view(survivor)? };
+        let bounds = view.bounds();
+        let parent = self.grounds.parent_of(usize::from(survivor));
+        let Given { scan, config, births, .. } = self.given;
+        Some(ScanView {
+            view,
+            pose_covariance: self.pose_covariances.get(parent).filter(|_| self.grounds.blurs).copied(),
+            bounds,
+            scan,
+            config,
+            births,
+            ln_confirmed,
+            first_label,
+            known_below,
+            births_wait,
+        })
+    }
+}

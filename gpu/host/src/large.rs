@@ -1,0 +1,84 @@
+//! One large filter on a device, beside the library's own on one core of the host.
+
+use crate::batch::Batch;
+use crate::check::Difference;
+use crate::device::{Device, Outcome};
+use crate::emulated::alone;
+use crate::source::Source;
+use crate::study::{Short, StudyError};
+use scphd_gpu_kernels::{LARGE_PARTICLES, ScanResult, Status};
+
+/// Samples of each particle that a large filter has room for.
+const SAMPLES: usize = 2;
+
+/// The inputs of a large filter: one run of so many scans.
+///
+/// # Errors
+/// The kernels have no room or no code for it.
+pub fn large(source: &Source, seed: u64, most_scans: usize) -> Result<Batch, StudyError> {
+    let mut log = source.log(seed)?;
+    let settings = source.settings(&log)?;
+    log.scans.truncate(most_scans);
+    let mut batch = Batch::with_room([LARGE_PARTICLES, SAMPLES]);
+    batch.push(&log, &settings, seed)?;
+    Ok(batch)
+}
+
+/// What came of a large filter's run.
+#[derive(Debug, Clone)]
+pub struct LargeRun {
+    /// What is known after every scan.
+    pub results: Vec<ScanResult>,
+    /// Wall time of a scan with the predictions before it, in the mean, ms.
+    pub scan_ms: f64,
+}
+
+impl LargeRun {
+    /// On a device, with a digest after every so many scans.
+    ///
+    /// # Errors
+    /// The run has stopped, or the device does not work.
+    pub fn on(device: &mut dyn Device, batch: &Batch, digest_every: u32) -> Result<Self, StudyError> {
+        Self::of(device.run_large(batch, digest_every)?)
+    }
+
+    /// By the library's own scan, on one core, over a state of the same capacities.
+    ///
+    /// # Errors
+    /// The run has stopped.
+    pub fn alone(batch: &Batch, digest_every: u32) -> Result<Self, StudyError> {
+        Self::of(alone(batch, digest_every))
+    }
+
+    fn of(outcome: Outcome) -> Result<Self, StudyError> {
+        let Outcome { statuses, results, launched_s, .. } = outcome;
+        match statuses[..] {
+            [Status { code: Status::DONE, .. }] => {
+                Ok(Self { scan_ms: 1e3 * launched_s / results.len().max(1) as f64, results })
+            }
+            [Status { code, scans }, ..] => Err(StudyError::Stopped { run: 0, scan: scans, why: Status::text(code) }),
+            [] => Err(StudyError::Stopped { run: 0, scan: 0, why: Status::text(Status::UNTOUCHED) }),
+        }
+    }
+
+    /// Scans for which the pages did not suffice, or the room of a map.
+    #[must_use]
+    pub fn short_scans(&self) -> usize {
+        Short::scans_of(&self.results)
+    }
+
+    /// The most pages of static and of moving features that a scan has taken.
+    #[must_use]
+    pub fn peak_pages(&self) -> [u32; 2] {
+        let most = |of: fn(&ScanResult) -> u32| self.results.iter().map(of).max().unwrap_or(0);
+        [most(|result| result.peak_pages), most(|result| result.peak_moving_pages)]
+    }
+
+    /// The first scan after which the state is not that of another run of the same filter.
+    #[must_use]
+    pub fn difference(&self, host: &Self, seed: u64) -> Option<Difference> {
+        let pairs = host.results.iter().zip(&self.results).enumerate();
+        let mut differ = pairs.filter(|(_, (host, device))| host.digest != device.digest);
+        differ.next().map(|(scan, (host, device))| Difference { seed, scan, host: host.digest, device: device.digest })
+    }
+}
