@@ -91,9 +91,9 @@ impl World {
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Filter {
     Joint,
-    /// Four informed particles, and a measurement of the position to 0.3 m every second. Without one a mixture of few particles drifts with its map.
+    /// Four informed particles whose maps last, and a measurement of the position to 0.3 m every second.
     Mixture,
-    /// The same without: printed, for it is not promised.
+    /// The same without.
     Alone,
 }
 
@@ -136,8 +136,18 @@ fn drive(filter: Filter, seed: u64, parts: usize, scans: usize) -> Vec<Part> {
     };
     if filter != Filter::Joint {
         let (mut state, mut scratch) = (Box::new(Mixture::new()), DetectorMemory::<Vector2<f32>, MEASUREMENTS>::new());
-        let mut eyes = Detector::new(sensing, births).unwrap().over(&mut scratch).unwrap();
-        let mut slam = ScPhd::new(motion, Config::informed(4), &mut *state).unwrap();
+        // A map lasts where what was detected three times stays, and where births are too light to be merged into it: such a merging widens a
+        // feature that was known well, and moves it.
+        let rare = Births::of_static(0.02 * clutter.intensity());
+        let mut eyes = Detector::new(sensing, rare).unwrap().over(&mut scratch).unwrap();
+        let config = Config {
+            prune_weight: 0.015,
+            confirming_detections: 3.0,
+            confirmed_weight: 0.2,
+            unconfirmed_weight: 1.0,
+            ..Config::informed(4)
+        };
+        let mut slam = ScPhd::new(motion, config, &mut *state).unwrap();
         slam.reset(PlanarPose::ZERO, seed).unwrap();
         let gps = PositionFix::new(0.3).unwrap();
         let mut scans = 0;
@@ -183,7 +193,7 @@ fn lasts(filter: Filter, seed: u64) {
 
 #[test]
 fn a_quarter_of_an_hour_with_either_filter() {
-    for (filter, most_m) in [(Filter::Joint, 0.05), (Filter::Mixture, 0.3)] {
+    for (filter, most_m) in [(Filter::Joint, 0.05), (Filter::Mixture, 0.06)] {
         let done = told(filter, 41, 3, 3000);
         assert!(done.iter().all(|part| part.rmse_m < most_m && part.held <= MOST_HELD), "{done:?}");
     }

@@ -6,7 +6,7 @@ use scphd::nalgebra::{Vector2, Vector3};
 use scphd::*;
 
 pub type Control = UnicycleControl<f32>;
-type Lidar = Sensing<RangeBearing<f32>, RangeBearingWindow<f32>, UniformClutter<f32>>;
+pub type Lidar = Sensing<RangeBearing<f32>, RangeBearingWindow<f32>, UniformClutter<f32>>;
 
 joint_memory! { type Joint: Unicycle<f32> { measurement: Vector2<f32>, features: 90, measurements: MEASUREMENTS } }
 joint_memory! { type ShortJoint: Unicycle<f32> { measurement: Vector2<f32>, features: 12, measurements: MEASUREMENTS } }
@@ -20,28 +20,33 @@ memory! {
 /// What a vehicle asks of a filter.
 pub trait Slam {
     fn predict(&mut self, control: &Control, dt: f32) -> Health;
-    /// The conditions, and the share of the detections to be expected that were made; 1 where there are hardly any.
+    /// The conditions, and the share of the detections to be expected that were made; 0 where there are hardly any, for nothing is known there.
     fn scan(&mut self, measurements: &[Vector2<f32>]) -> (Health, f32);
     /// The same of a look that is to be undone: where the filter can, without a change of the map.
     fn look(&mut self, measurements: &[Vector2<f32>]) -> (Health, f32);
     fn save(&mut self) -> Vec<u8>;
     fn restore(&mut self, bytes: &[u8]);
     fn scatter(&mut self, covariance: &Symmetric<Vector3<f32>>);
-    fn place(&self) -> [f32; 2];
+    /// Puts the vehicle elsewhere in its map.
+    fn relocate(&mut self, pose: PlanarPose<f32>, covariance: &Symmetric<Vector3<f32>>);
+    /// The features that are known.
+    fn map(&self) -> Vec<Component<Vector2<f32>>>;
+    fn pose(&self) -> PlanarPose<f32>;
 }
 
+const FEATURES: usize = 128;
 /// Bytes that a snapshot takes at most.
 const ROOM: usize = 200_000;
 
 fn share(made: f32, expected: f32) -> f32 {
-    if expected < 2.0 { 1.0 } else { made / expected }
+    if expected < 2.0 { 0.0 } else { made / expected }
 }
 
-fn motion() -> Unicycle<f32> {
+pub fn motion() -> Unicycle<f32> {
     Unicycle::new(Step::Arc, ControlNoise::white(0.15, 0.05)).unwrap()
 }
 
-fn lidar(setting: Setting) -> Detector<Lidar> {
+pub fn lidar(setting: Setting) -> Detector<Lidar> {
     let window = setting.stated_window();
     let clutter = UniformClutter::of_scan(setting.clutter as f32, window.measure()).unwrap();
     let sensing = Sensing { sensor: RangeBearing::new(0.1, 0.015).unwrap(), field_of_view: window, clutter };
@@ -72,7 +77,9 @@ pub fn joint(setting: Setting, short: bool) -> Box<dyn Slam> {
 
 /// Four informed particles.
 pub fn mixture(setting: Setting, short: bool) -> Box<dyn Slam> {
-    let config = Config::informed(4);
+    // Features stay that were detected three times, whatever is missed for a while; what was not is forgotten out of view.
+    let config =
+        Config { confirming_detections: 3.0, confirmed_weight: 0.2, unconfirmed_weight: 1.0, ..Config::informed(4) };
     let mut slam = if short {
         ScPhd::new(motion(), config, Box::leak(Box::new(ShortMixture::new()))).unwrap()
     } else {
@@ -80,7 +87,10 @@ pub fn mixture(setting: Setting, short: bool) -> Box<dyn Slam> {
     };
     slam.reset(PlanarPose::ZERO, 1).unwrap();
     let scratch = Box::leak(Box::new(DetectorMemory::<Vector2<f32>, MEASUREMENTS>::new()));
-    Box::new(OfMixture { slam, eyes: lidar(setting).over(scratch).unwrap() })
+    let of_joint = lidar(setting);
+    let births = Births::of_static(0.1 * of_joint.births().of_static);
+    let eyes = Detector::new(*of_joint.sensing(), births).unwrap().over(scratch).unwrap();
+    Box::new(OfMixture { slam, eyes })
 }
 
 impl Slam for OfJoint {
@@ -113,9 +123,16 @@ impl Slam for OfJoint {
         self.slam.scatter(covariance).unwrap();
     }
 
-    fn place(&self) -> [f32; 2] {
-        let mean = self.slam.estimate_pose().unwrap().mean;
-        [mean.x_m, mean.y_m]
+    fn relocate(&mut self, pose: PlanarPose<f32>, covariance: &Symmetric<Vector3<f32>>) {
+        self.slam.relocate(pose, covariance).unwrap();
+    }
+
+    fn map(&self) -> Vec<Component<Vector2<f32>>> {
+        self.slam.features().collect()
+    }
+
+    fn pose(&self) -> PlanarPose<f32> {
+        self.slam.estimate_pose().unwrap().mean
     }
 }
 
@@ -148,8 +165,18 @@ impl Slam for OfMixture {
         self.slam.scatter(covariance).unwrap();
     }
 
-    fn place(&self) -> [f32; 2] {
-        let mean = self.slam.estimate_pose().unwrap().mean;
-        [mean.x_m, mean.y_m]
+    fn relocate(&mut self, pose: PlanarPose<f32>, covariance: &Symmetric<Vector3<f32>>) {
+        self.slam.relocate(pose, covariance).unwrap();
+    }
+
+    fn map(&self) -> Vec<Component<Vector2<f32>>> {
+        let mut features = vec![Component::ZERO; FEATURES];
+        let known = self.slam.estimate_map(&self.eyes, &mut features).features;
+        features.truncate(known);
+        features
+    }
+
+    fn pose(&self) -> PlanarPose<f32> {
+        self.slam.estimate_pose().unwrap().mean
     }
 }

@@ -1,6 +1,7 @@
 //! What a vehicle does about the conditions, as docs/health.md has it.
 
 use crate::filters::{Control, Slam};
+use crate::seeker::Seeker;
 use scphd::nalgebra::{Vector2, Vector3};
 use scphd::{Health, Symmetric};
 use std::collections::VecDeque;
@@ -15,8 +16,8 @@ const DIM: [Health; 3] = [Health::CLUTTER_HIGH, Health::DETECTIONS_LOW, Health::
 /// A snapshot every so many scans, and so many of them.
 const EVERY: usize = 5;
 const KEPT: usize = 6;
-/// Scans that a vehicle may go without, s × 5.
-const PATIENCE: usize = 75;
+/// Scans for which odometry is doubted after innovations were high: what is wrong with it lasts.
+const HELD: usize = 10;
 /// A scan is trusted again where so much of what is expected is detected.
 const TRUSTED: f32 = 0.6;
 
@@ -30,39 +31,54 @@ type Past = (Vec<u8>, Vec<(Control, f32)>);
 
 pub struct Vehicle {
     pub slam: Box<dyn Slam>,
+    /// Looks for the vehicle in the map of before, while scans are not trusted.
+    seeker: Seeker,
     past: VecDeque<Past>,
     scans: usize,
     /// Scans left out so far, while they are not trusted.
     left_out: Option<usize>,
+    /// Scans for which odometry is still doubted.
+    doubtful: usize,
 }
 
 impl Vehicle {
-    pub fn new(slam: Box<dyn Slam>) -> Self {
-        Self { slam, past: VecDeque::new(), scans: 0, left_out: None }
+    pub fn new(slam: Box<dyn Slam>, seeker: Seeker) -> Self {
+        Self { slam, seeker, past: VecDeque::new(), scans: 0, left_out: None, doubtful: 0 }
     }
 
     pub fn predict(&mut self, control: &Control, dt: f32) -> Health {
         self.past.iter_mut().for_each(|(_, since)| since.push((*control, dt)));
+        if self.left_out.is_some() {
+            self.seeker.predict(control, dt);
+        }
         self.slam.predict(control, dt)
     }
 
     pub fn scan(&mut self, measurements: &[Vector2<f32>]) -> Health {
         self.scans += 1;
         let Some(left_out) = self.left_out else { return self.trusted(measurements) };
-        // Odometry may be what is wrong: from where the vehicle may be, does the scan fit once it has told the pose? The trial is undone.
+        // Odometry may be what is wrong: the scan tells the pose, and from there it must fit the map as it is. The trial is undone.
         let before = self.slam.save();
         let steps = (left_out + 1) as f32;
-        let doubt = by((0.3 * steps).min(3.0), (0.1 * steps).min(0.5));
-        self.slam.scatter(&doubt);
+        self.slam.scatter(&by((0.3 * steps).min(3.0), (0.1 * steps).min(0.5)));
         self.slam.look(measurements);
+        let told = self.slam.pose();
+        self.slam.restore(&before);
+        self.slam.relocate(told, &by(0.1, 0.03));
         let (health, share) = self.slam.look(measurements);
         self.slam.restore(&before);
-        if share >= TRUSTED && !is(health, &DOUBTFUL) || left_out >= PATIENCE {
+        if share >= TRUSTED && !is(health, &DOUBTFUL) {
             self.left_out = None;
-            self.slam.scatter(&doubt);
+            self.slam.relocate(told, &by(0.3, 0.1));
+            self.past.push_back((self.slam.save(), Vec::new()));
             return self.slam.scan(measurements).0;
         }
         self.left_out = Some(left_out + 1);
+        if let Some(place) = self.seeker.look(measurements) {
+            self.left_out = None;
+            self.slam.relocate(place.pose.mean, &place.pose.covariance);
+            self.past.push_back((self.slam.save(), Vec::new()));
+        }
         health
     }
 
@@ -79,10 +95,15 @@ impl Vehicle {
         {
             // Back to the map of before, by odometry to where the vehicle is, and without scans until they fit.
             self.slam.restore(&snapshot);
+            self.seeker.begin(&self.slam.map());
             since.iter().for_each(|(control, dt)| _ = self.slam.predict(control, *dt));
             self.past.clear();
             self.left_out = Some(0);
         } else if is(health, &DOUBTFUL) && !is(health, &DIM) {
+            self.doubtful = HELD;
+        }
+        if self.doubtful > 0 && self.left_out.is_none() && !is(health, &DIM) {
+            self.doubtful -= 1;
             self.slam.scatter(&by(0.3, 0.1));
         }
         health

@@ -1,0 +1,60 @@
+//! Where the vehicle is in a map that it had: by a map of its own, made beside.
+
+use crate::MEASUREMENTS;
+use crate::filters::{Control, lidar, motion};
+use crate::vehicle::by;
+use crate::world::Setting;
+use scphd::nalgebra::Vector2;
+use scphd::*;
+
+type Feature = Component<Vector2<f32>>;
+
+joint_memory! { type Beside: Unicycle<f32> { measurement: Vector2<f32>, features: 64, measurements: MEASUREMENTS } }
+
+/// Scans after which a map made beside is thrown away and begun anew: what was wrong while it was made may be over.
+const LASTS: usize = 20;
+
+pub struct Seeker {
+    slam: JointSlam<'static, Unicycle<f32>, Vector2<f32>>,
+    eyes: Detector<crate::filters::Lidar>,
+    locator: Locator<'static, f32>,
+    scans: usize,
+}
+
+impl Seeker {
+    /// One that has nothing to look for. Memory is never given back: a test ends before it matters.
+    pub fn new(setting: Setting) -> Self {
+        let locator = Locator::new(LocatorConfig::default(), Box::leak(Box::new(LocatorState::<f32, 128, 16>::new())));
+        let slam = JointSlam::new(motion(), JointConfig::default(), Box::leak(Box::new(Beside::new())));
+        Self { slam: slam.unwrap(), eyes: lidar(setting), locator: locator.unwrap(), scans: 0 }
+    }
+
+    /// Looks for the vehicle in this map from now on.
+    pub fn begin(&mut self, map: &[Feature]) {
+        self.locator.load_map(map).unwrap();
+        self.restart();
+    }
+
+    fn restart(&mut self) {
+        self.slam.reset(PlanarPose::ZERO).unwrap();
+        self.locator.restart();
+        self.scans = 0;
+    }
+
+    pub fn predict(&mut self, control: &Control, dt: f32) {
+        let _ = self.slam.predict(control, dt);
+    }
+
+    /// Takes in a scan; the place, where that is sure. Odometry may be what is wrong: only the scans are trusted.
+    pub fn look(&mut self, measurements: &[Vector2<f32>]) -> Option<Located<f32>> {
+        if self.scans == LASTS {
+            self.restart();
+        }
+        self.scans += 1;
+        if self.scans > 1 {
+            self.slam.scatter(&by(0.3, 0.1)).unwrap();
+        }
+        self.slam.scan(&self.eyes, measurements).unwrap();
+        self.locator.look(&self.eyes, &self.slam.estimate_pose().unwrap(), self.slam.features()).found
+    }
+}
