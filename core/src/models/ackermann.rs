@@ -1,6 +1,6 @@
 //! A car with a wheel encoder and a steering angle (5.25–5.27).
 
-use super::{ControlNoise, Linearised, ModelError, Motion, PlanarPose, require};
+use super::{ByControl, ControlNoise, Linearised, ModelError, Motion, PlanarPose, require};
 use crate::{Noise, Rates, Real, wrap};
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
@@ -123,7 +123,7 @@ impl<T: Real> Motion for Ackermann<T> {
 
     fn linearise(&self, pose: &Self::Pose, control: &Self::Control, dt: T) -> Linearised<Vector3<T>> {
         let (sine, cosine) = pose.heading_rad.sin_cos();
-        let Centreline { speed, rate, d_speed, d_rate } = self.centreline(control);
+        let Centreline { speed, rate, .. } = self.centreline(control);
         let (across, along) = self.lever(sine, cosine);
         let (one, zero) = (T::ONE, T::ZERO);
         let transition = Matrix3::new(
@@ -137,14 +137,31 @@ impl<T: Real> Motion for Ackermann<T> {
             zero,
             one,
         );
+        let by_control = self.by_control(pose, control, dt);
+        let control_noise = self.noise.covariance([control.speed_mps, control.steering_rad], dt);
+        Linearised { transition, noise: control_noise.congruence(&by_control) }
+    }
+}
+
+impl<T: Real> ByControl for Ackermann<T> {
+    fn numbers(control: &AckermannControl<T>) -> [T; 2] {
+        [control.speed_mps, control.steering_rad]
+    }
+
+    fn control([speed_mps, steering_rad]: [T; 2]) -> AckermannControl<T> {
+        AckermannControl { speed_mps, steering_rad }
+    }
+
+    fn by_control(&self, pose: &PlanarPose<T>, control: &AckermannControl<T>, dt: T) -> SMatrix<T, 3, 2> {
+        let (sine, cosine) = pose.heading_rad.sin_cos();
+        let Centreline { d_speed, d_rate, .. } = self.centreline(control);
+        let (across, along) = self.lever(sine, cosine);
         let column = |d_speed: T, d_rate: T| {
             [dt * (d_speed * cosine - d_rate * across), dt * (d_speed * sine + d_rate * along), dt * d_rate]
         };
         let ([v, alpha], [v_rate, alpha_rate]) = (d_speed, d_rate);
         let ([xv, yv, hv], [xa, ya, ha]) = (column(v, v_rate), column(alpha, alpha_rate));
-        let by_control = SMatrix::<T, 3, 2>::new(xv, xa, yv, ya, hv, ha);
-        let control_noise = self.noise.covariance([control.speed_mps, control.steering_rad], dt);
-        Linearised { transition, noise: control_noise.congruence(&by_control) }
+        SMatrix::<T, 3, 2>::new(xv, xa, yv, ya, hv, ha)
     }
 }
 

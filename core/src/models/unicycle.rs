@@ -1,6 +1,6 @@
 //! A vehicle driven by speed and turn rate.
 
-use super::{ControlNoise, Linearised, ModelError, Motion, PlanarPose};
+use super::{ByControl, ControlNoise, Linearised, ModelError, Motion, PlanarPose};
 use crate::{Noise, Rates, Real, wrap};
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
@@ -128,14 +128,28 @@ impl<T: Real> Motion for Unicycle<T> {
     }
 
     fn linearise(&self, pose: &Self::Pose, control: &Self::Control, dt: T) -> Linearised<Vector3<T>> {
-        let Displacement { x, y, d_speed: [xv, yv], d_rate: [xw, yw] } =
-            self.displacement(pose.heading_rad, control, dt);
+        let Displacement { x, y, .. } = self.displacement(pose.heading_rad, control, dt);
         let (one, zero) = (T::ONE, T::ZERO);
         // Turning the start turns the whole displacement.
         let transition = Matrix3::new(one, zero, -y, zero, one, x, zero, zero, one);
-        let by_control = SMatrix::<T, 3, 2>::new(xv, xw, yv, yw, zero, dt);
+        let by_control = self.by_control(pose, control, dt);
         let control_noise = self.noise.covariance([control.speed_mps, control.rate_radps], dt);
         Linearised { transition, noise: control_noise.congruence(&by_control) }
+    }
+}
+
+impl<T: Real> ByControl for Unicycle<T> {
+    fn numbers(control: &UnicycleControl<T>) -> [T; 2] {
+        [control.speed_mps, control.rate_radps]
+    }
+
+    fn control([speed_mps, rate_radps]: [T; 2]) -> UnicycleControl<T> {
+        UnicycleControl { speed_mps, rate_radps }
+    }
+
+    fn by_control(&self, pose: &PlanarPose<T>, control: &UnicycleControl<T>, dt: T) -> SMatrix<T, 3, 2> {
+        let Displacement { d_speed: [xv, yv], d_rate: [xw, yw], .. } = self.displacement(pose.heading_rad, control, dt);
+        SMatrix::<T, 3, 2>::new(xv, xw, yv, yw, T::ZERO, dt)
     }
 }
 

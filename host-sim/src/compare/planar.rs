@@ -41,6 +41,9 @@ impl Lockstep for Planar {
         if !log.fixes.is_empty() {
             return Err(Refusal(NO_FIXES.into()));
         }
+        if settings.calibration.is_some() {
+            return Err(Refusal("calibration: the reference takes odometry as it is".into()));
+        }
         let references = joint_references_of(settings, &log.vehicle);
         let mut filter = joint_filter(settings, &log.vehicle, log.initial_pose, precision)?;
         joint::drive::<Self, _>(log, settings, &references, |&control| control, &mut *filter, progress)

@@ -84,6 +84,9 @@ impl Kind for Planar {
             Filter::Reference if !log.fixes.is_empty() => {
                 Err(Refusal("the reference takes no fixes of the pose; core, joint and ekf do".into()))
             }
+            Filter::Reference if settings.calibration.is_some() => {
+                Err(Refusal("calibration: the reference takes odometry as it is; --filter joint learns".into()))
+            }
             Filter::Reference => Ok(Box::new(ReferenceFilter::start(settings, &log.vehicle, log.initial_pose, seed))),
             Filter::Ekf(association) => Ok(Box::new(Ekf::start(log, association)?)),
         }

@@ -264,7 +264,17 @@ impl Settings {
         });
         let others = others.collect();
         let sensor_name = log.sensor_name.clone();
-        Self { filter, vehicle: vehicle(log), sensor, sensor_name, others, moving, joint, fixes: fixes(log) }
+        Self {
+            filter,
+            vehicle: vehicle(log),
+            sensor,
+            sensor_name,
+            others,
+            moving,
+            joint,
+            fixes: fixes(log),
+            calibration: None,
+        }
     }
 
     /// The settings a scenario is run with unless told otherwise: the recursion of the thesis and nothing beyond it, with what the

@@ -1,6 +1,6 @@
 //! What every field of the settings may be.
 
-use super::{FilterSettings, Settings};
+use super::{CalibrationSettings, FilterSettings, Settings};
 use crate::log::FixNoise;
 use std::borrow::Cow;
 
@@ -130,6 +130,25 @@ pub(super) const LIMITS: &[Limit<Settings>] = &[
     limit!(sensor.yaw_rad, "a turn to either side at most, rad", |x| x.abs() <= std::f64::consts::TAU),
 ];
 
+macro_rules! calibration_limit {
+    ($field:ident, $range:literal, $holds:expr) => {
+        Limit {
+            field: concat!("calibration.", stringify!($field)),
+            value: |calibration| calibration.$field,
+            range: $range,
+            holds: $holds,
+        }
+    };
+}
+
+/// Every number of what is to be learnt of the odometry.
+const CALIBRATION: &[Limit<CalibrationSettings>] = &[
+    calibration_limit!(speed_scale_sigma, "0 to 1", |x| (0.0..=1.0).contains(&x)),
+    calibration_limit!(turn_scale_sigma, "0 to 1", |x| (0.0..=1.0).contains(&x)),
+    calibration_limit!(turn_offset_sigma, "0 to 1 rad or rad/s", |x| (0.0..=1.0).contains(&x)),
+    calibration_limit!(lasts_s, "1 to 1e9 s", |x| (1.0..=1e9).contains(&x)),
+];
+
 /// Every number of fixes; what is not stated is in range.
 const FIXES: &[Limit<FixNoise>] = &[
     fix_limit!(position_sigma_m, "1e-6 to 1e6 m", |x| (1e-6..=1e6).contains(&x)),
@@ -194,6 +213,9 @@ impl Settings {
         LIMITS.iter().try_for_each(|limit| limit.check_in(self))?;
         if let Some(noise) = &self.fixes {
             FIXES.iter().try_for_each(|limit| limit.check_in(noise))?;
+        }
+        if let Some(calibration) = &self.calibration {
+            CALIBRATION.iter().try_for_each(|limit| limit.check_in(calibration))?;
         }
         let sensor = &self.sensor;
         let above = |field: &'static str, found, range, least| {

@@ -34,6 +34,8 @@ pub struct Settings {
     pub joint: JointSettings,
     /// Fixes of the pose, where the log has some.
     pub fixes: Option<FixNoise>,
+    /// What a joint map is to learn of the odometry, if anything.
+    pub calibration: Option<CalibrationSettings>,
 }
 
 /// The same as a settings file has it: one sensor is `[sensor]`, of several each is `[sensors.NAME]`.
@@ -48,19 +50,21 @@ struct InFile {
     joint: JointSettings,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     fixes: Option<FixNoise>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    calibration: Option<CalibrationSettings>,
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     sensors: BTreeMap<String, SensorSettings>,
 }
 
 impl From<Settings> for InFile {
     fn from(settings: Settings) -> Self {
-        let Settings { filter, vehicle, sensor, sensor_name, others, moving, joint, fixes } = settings;
+        let Settings { filter, vehicle, sensor, sensor_name, others, moving, joint, fixes, calibration } = settings;
         let (sensor, sensors) = if others.is_empty() {
             (Some(sensor), BTreeMap::new())
         } else {
             (None, std::iter::once((sensor_name, sensor)).chain(others).collect())
         };
-        Self { filter, vehicle, sensor, moving, joint, fixes, sensors }
+        Self { filter, vehicle, sensor, moving, joint, fixes, calibration, sensors }
     }
 }
 
@@ -68,14 +72,14 @@ impl TryFrom<InFile> for Settings {
     type Error = &'static str;
 
     fn try_from(file: InFile) -> Result<Self, &'static str> {
-        let InFile { filter, vehicle, sensor, moving, joint, fixes, sensors } = file;
+        let InFile { filter, vehicle, sensor, moving, joint, fixes, calibration, sensors } = file;
         let mut all = sensor.map(|sensor| (String::new(), sensor)).into_iter().chain(sensors);
         let (sensor_name, sensor) = all.next().ok_or("no sensor")?;
         let others: Vec<_> = all.collect();
         if sensor_name.is_empty() && !others.is_empty() {
             return Err("sensor: with several sensors each is [sensors.NAME]");
         }
-        Ok(Self { filter, vehicle, sensor, sensor_name, others, moving, joint, fixes })
+        Ok(Self { filter, vehicle, sensor, sensor_name, others, moving, joint, fixes, calibration })
     }
 }
 
@@ -218,6 +222,20 @@ pub struct VehicleSettings {
     pub turn_sigma_ratio: f64,
     /// How long an error lasts, s.
     pub noise_interval_s: f64,
+}
+
+/// `[calibration]`, of a joint map alone: see [`scphd::SelfCalibrating`]. Where it stands, `[vehicle]` is the noise that is left.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CalibrationSettings {
+    /// Standard deviation of the speed's scale error.
+    pub speed_scale_sigma: f64,
+    /// Standard deviation of the second control's scale error.
+    pub turn_scale_sigma: f64,
+    /// Standard deviation of the second control's offset: steering angle, rad, or turn rate, rad/s.
+    pub turn_offset_sigma: f64,
+    /// How long it takes until these have walked as far, s; 1e9: never.
+    pub lasts_s: f64,
 }
 
 /// `[sensor]`: see [`scphd::RangeBearing`] and [`scphd::RangeBearingWindow`].

@@ -5,8 +5,8 @@ use crate::dimensions::{Dimensions, Planar, Underwater};
 use crate::log::{FixNoise, PoseFix};
 use nalgebra::{Vector1, Vector2};
 use scphd::{
-    AuvPose, Fix, FixReport, HeadingFix, JointSlam, Motion, ObserveError, PlanarPose, Pose, PositionFix, Real, ScPhd,
-    ScalarOf, Vector,
+    AuvPose, Calibrated, CalibratedPose, Fix, FixReport, HeadingFix, JointSlam, Motion, ObserveError, PlanarPose, Pose,
+    PositionFix, Real, ScPhd, ScalarOf, Vector,
 };
 use std::convert::Infallible;
 use std::fmt::Debug;
@@ -14,7 +14,7 @@ use std::fmt::Debug;
 /// A filter of the core that takes any fix.
 pub(crate) trait Observes<P: Pose> {
     /// Takes it in, if it lies within its gate.
-    fn take<F: Fix<Pose = P>>(
+    fn take<F: Fix<Pose = P> + Copy>(
         &mut self,
         fix: &F,
         measured: &F::Measurement,
@@ -22,7 +22,7 @@ pub(crate) trait Observes<P: Pose> {
 }
 
 impl<M: Motion> Observes<M::Pose> for ScPhd<'_, M> {
-    fn take<F: Fix<Pose = M::Pose>>(
+    fn take<F: Fix<Pose = M::Pose> + Copy>(
         &mut self,
         fix: &F,
         measured: &F::Measurement,
@@ -32,7 +32,7 @@ impl<M: Motion> Observes<M::Pose> for ScPhd<'_, M> {
 }
 
 impl<M: Motion, Z: Vector<Scalar = ScalarOf<M::Pose>>> Observes<M::Pose> for JointSlam<'_, M, Z> {
-    fn take<F: Fix<Pose = M::Pose>>(
+    fn take<F: Fix<Pose = M::Pose> + Copy>(
         &mut self,
         fix: &F,
         measured: &F::Measurement,
@@ -93,6 +93,27 @@ impl<T: Real> Fixed<Planar> for PlanarPose<T> {
             }
         };
         Ok(report.map_err(refusal)?.accepted)
+    }
+}
+
+impl<T: Real> Fixed<Planar> for CalibratedPose<T> {
+    type Models = PlanarFixes<T>;
+
+    fn observe(filter: &mut impl Observes<Self>, models: &PlanarFixes<T>, fix: &PoseFix) -> Result<bool, Refusal> {
+        PlanarPose::observe(&mut OfVehicle(filter), models, fix)
+    }
+}
+
+/// A filter of a vehicle that learns what its odometry is off by, as one of its pose alone.
+struct OfVehicle<'f, F>(&'f mut F);
+
+impl<T: Real, O: Observes<CalibratedPose<T>>> Observes<PlanarPose<T>> for OfVehicle<'_, O> {
+    fn take<F: Fix<Pose = PlanarPose<T>> + Copy>(
+        &mut self,
+        fix: &F,
+        measured: &F::Measurement,
+    ) -> Result<FixReport<T>, ObserveError> {
+        self.0.take(&Calibrated(*fix), measured)
     }
 }
 

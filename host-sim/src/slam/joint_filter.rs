@@ -9,7 +9,9 @@ use super::models::{Models, feature_of, measured, pose_of};
 use crate::dimensions::Dimensions;
 use crate::record::{MapFeature, Usage};
 use crate::reference::joint;
-use scphd::{Detector, Implausible, JointConfig, JointSlam, MeasurementModel, Motion, Real, ScalarOf};
+use scphd::{
+    Detector, Implausible, JointConfig, JointSlam, MeasurementModel, Motion, Real, ScalarOf, Symmetric, TangentOf,
+};
 use std::convert::Infallible;
 
 /// A joint filter that shows its whole state, for lockstep with the reference.
@@ -35,7 +37,7 @@ struct JointFilter<D: Dimensions, M: Motion<Pose: Fixed<D>>, X: MeasurementModel
     maps: Option<Box<dyn InMap<M, X>>>,
 }
 
-/// The filter at the start of its log.
+/// The filter at the start of its log, with what is not known of its state there; everything is, unless said otherwise.
 ///
 /// # Errors
 /// The settings are out of range, and which.
@@ -44,13 +46,16 @@ pub(crate) fn start<D, M, X>(
     config: JointConfig<ScalarOf<M::Pose>>,
     mut state: Box<dyn JointRoom<M, X::Measurement>>,
     maps: Option<Box<dyn InMap<M, X>>>,
+    prior: Option<Symmetric<TangentOf<M::Pose>>>,
 ) -> Result<Box<dyn OpenJoint<D>>, Refusal>
 where
     D: Dimensions,
     M: Motion<Pose: Fixed<D>> + Copy + 'static,
     X: MeasurementModel<Pose = M::Pose> + Copy + 'static,
 {
-    state.filter(models.motion, config).map_err(refusal)?.reset(models.start).map_err(refusal)?;
+    let mut filter = state.filter(models.motion, config).map_err(refusal)?;
+    let begun = prior.map_or_else(|| filter.reset(models.start), |prior| filter.reset_within(models.start, &prior));
+    begun.map_err(refusal)?;
     let Models { motion, control, fixes, start, .. } = *models;
     let detectors = models.sensors.iter().map(|sensor| sensor.detector()).collect::<Result<_, _>>()?;
     Ok(Box::new(JointFilter { motion, control, detectors, fixes, config, state, start, maps }))
@@ -165,5 +170,5 @@ impl<D: Dimensions, M: Motion<Pose: Fixed<D>> + Copy, X: MeasurementModel<Pose =
 }
 
 fn only_in_the_plane() -> Refusal {
-    refusal("maps are saved and started in only in the plane")
+    refusal("maps are saved and started in only in the plane, without [calibration]")
 }

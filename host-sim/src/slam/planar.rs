@@ -11,12 +11,12 @@ use super::models::{Models, SensorModels};
 use super::planar_numbers::{PlanarNumbers, PlanarVehicle, SensorNumbers, planar_config};
 use crate::dimensions::Planar;
 use crate::log::Vehicle;
-use crate::settings::{JointSettings, SensorSettings, Settings};
+use crate::settings::{CalibrationSettings, JointSettings, SensorSettings, Settings};
 use nalgebra::Vector2;
 use scphd::{
-    Ackermann, AckermannControl, Dynamic, JointConfig, JointState, MapMemory, Motion, Mounting, Persistence,
-    PlanarPose, RangeBearing, RangeBearingWindow, Real, Sensing, State, Static, Unicycle, UnicycleControl,
-    UniformClutter, joint_numbers,
+    Ackermann, AckermannControl, ByControl, Calibrated, CalibratedPose, Dynamic, JointConfig, JointState, MapMemory,
+    Mounting, OdometryCorrection, OdometryPrior, Persistence, PlanarPose, RangeBearing, RangeBearingWindow, Real,
+    SelfCalibrating, Sensing, State, Static, Unicycle, UnicycleControl, UniformClutter, joint_numbers,
 };
 use std::fmt::Debug;
 
@@ -35,6 +35,9 @@ type HostState<T, const PARTICLES: usize, const CANDIDATES: usize, const PAGES: 
 type HostJointState<T> =
     JointState<PlanarPose<T>, Vector2<T>, FEATURES, { joint_numbers(3, 2, FEATURES) }, MEASUREMENTS>;
 
+type HostCalibratedState<T> =
+    JointState<CalibratedPose<T>, Vector2<T>, FEATURES, { joint_numbers(6, 2, FEATURES) }, MEASUREMENTS>;
+
 type PlanarSensing<T> = Sensing<RangeBearing<T>, RangeBearingWindow<T>, UniformClutter<T>>;
 type PlanarModels<T, M> = Models<Planar, M, PlanarSensing<T>>;
 
@@ -52,6 +55,9 @@ pub fn core_filter(
     precision: Precision,
     seed: u64,
 ) -> Result<Core, Refusal> {
+    if settings.calibration.is_some() {
+        return Err(refusal("calibration: particles do not learn what odometry is off by; --filter joint does"));
+    }
     let margin = settings.filter.interval_margin;
     match precision {
         Precision::F32 => with_models::<f32, _>(settings, margin, vehicle, initial_pose, StartCore { settings, seed }),
@@ -83,7 +89,7 @@ trait OverModels<T: Real> {
     /// What comes of it.
     type Output;
     /// Does it.
-    fn over<M: Motion<Pose = PlanarPose<T>> + Copy + Debug + 'static>(
+    fn over<M: ByControl<Pose = PlanarPose<T>> + Copy + Debug + 'static>(
         self,
         models: PlanarModels<T, M>,
     ) -> Result<Self::Output, Refusal>;
@@ -98,7 +104,7 @@ struct StartCore<'s> {
 impl<T: Real> OverModels<T> for StartCore<'_> {
     type Output = Core;
 
-    fn over<M: Motion<Pose = PlanarPose<T>> + Copy + Debug + 'static>(
+    fn over<M: ByControl<Pose = PlanarPose<T>> + Copy + Debug + 'static>(
         self,
         models: PlanarModels<T, M>,
     ) -> Result<Core, Refusal> {
@@ -120,13 +126,46 @@ struct StartJoint<'s> {
 impl<T: Real> OverModels<T> for StartJoint<'_> {
     type Output = Box<dyn OpenJoint<Planar>>;
 
-    fn over<M: Motion<Pose = PlanarPose<T>> + Copy + Debug + 'static>(
+    fn over<M: ByControl<Pose = PlanarPose<T>> + Copy + Debug + 'static>(
         self,
         models: PlanarModels<T, M>,
     ) -> Result<Self::Output, Refusal> {
         let config = joint_config(&self.settings.joint);
-        joint_of(&models, config, Box::new(HostJointState::<T>::new()), Some(Box::new(PlanarMap::<T>::new())))
+        if let Some(calibration) = &self.settings.calibration {
+            return joint_of_calibrated(models, config, calibration);
+        }
+        joint_of(&models, config, Box::new(HostJointState::<T>::new()), Some(Box::new(PlanarMap::<T>::new())), None)
     }
+}
+
+/// Starts the filter with a joint map that learns what the odometry is off by.
+fn joint_of_calibrated<T: Real, M: ByControl<Pose = PlanarPose<T>> + Copy + Debug + 'static>(
+    models: PlanarModels<T, M>,
+    config: JointConfig<T>,
+    calibration: &CalibrationSettings,
+) -> Result<Box<dyn OpenJoint<Planar>>, Refusal> {
+    let real = T::from_f64;
+    let sigma = OdometryCorrection {
+        speed_scale: real(calibration.speed_scale_sigma),
+        turn_scale: real(calibration.turn_scale_sigma),
+        turn_offset: real(calibration.turn_offset_sigma),
+    };
+    let Models { motion, sensors, fixes, online, start, control } = models;
+    let prior = OdometryPrior { sigma, lasts_s: real(calibration.lasts_s) };
+    let motion = SelfCalibrating::new(motion, prior).map_err(refusal)?;
+    let calibrated = |SensorModels { sensing, mounting, births }| {
+        let Sensing { sensor, field_of_view, clutter } = sensing;
+        SensorModels { sensing: Sensing { sensor: Calibrated(sensor), field_of_view, clutter }, mounting, births }
+    };
+    let models = Models {
+        motion,
+        sensors: sensors.into_iter().map(calibrated).collect(),
+        fixes,
+        online,
+        start: CalibratedPose::at(start),
+        control,
+    };
+    joint_of(&models, config, Box::new(HostCalibratedState::<T>::new()), None, Some(motion.prior()))
 }
 
 /// The tuning of the joint filter that the settings describe.
@@ -173,7 +212,7 @@ fn with_models<T: Real, W: OverModels<T>>(
     }
 }
 
-fn models<T: Real, M: Motion<Pose = PlanarPose<T>>>(
+fn models<T: Real, M: ByControl<Pose = PlanarPose<T>>>(
     settings: &Settings,
     numbers: &PlanarNumbers<T>,
     motion: M,

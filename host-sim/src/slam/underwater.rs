@@ -70,7 +70,7 @@ pub fn joint_filter(
 
 /// Most of what a stereo camera measures under water is clutter, which would fill the map.
 fn start_joint<T: Real>(log: &Log, settings: &Settings) -> Result<Box<dyn OpenJoint<Underwater>>, Refusal> {
-    joint_of(&models_of(log, settings)?, JointConfig::strict(), Box::new(HostJointState::<T>::new()), None)
+    joint_of(&models_of(log, settings)?, JointConfig::strict(), Box::new(HostJointState::<T>::new()), None, None)
 }
 
 fn models_of<T: Real>(log: &Log, settings: &Settings) -> Result<Models<Underwater, Auv<T>, AuvSensing<T>>, Refusal> {

@@ -34,6 +34,9 @@ pub fn write(log: &Log, settings: &Settings, seed: u64, scalar: Scalar, scans: u
         Event::Fix { fix: measured } => Ok(Entry::Fix(fix(&settings.fixes.unwrap_or_default(), measured)?)),
     });
     let entries: Vec<Entry<'_, Planar>> = others.chain(records).collect::<Result<_, Refusal>>()?;
+    if settings.calibration.is_some() {
+        return Err(Refusal("calibration: a stream has no vehicle that learns what its odometry is off by".into()));
+    }
     let Settings { sensor, moving, joint, .. } = settings;
     let first = detector(settings, sensor);
     let head = head(&settings.filter, seed, scalar);

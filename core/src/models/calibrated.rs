@@ -1,0 +1,92 @@
+//! Sensors and fixes of a vehicle that learns what its odometry is off by.
+
+use super::{CalibratedPose, ExpectedOf, Fix, InverseOf, ModelError, PlanarPose, Sensor};
+use crate::{Component, Linear, Matrix, Real, Symmetric, TangentOf, Vector};
+use nalgebra::Vector2;
+
+/// A sensor or a fix of a [`PlanarPose`] as one of a [`CalibratedPose`]: what the odometry is off by changes no measurement.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Calibrated<S>(pub S);
+
+/// ∂h/∂x with columns of zeros for the odometry.
+fn widened<T: Real, Z: Vector<Scalar = T>>(
+    by_vehicle: &Linear<Z, TangentOf<PlanarPose<T>>>,
+) -> Linear<Z, TangentOf<CalibratedPose<T>>> {
+    Matrix::with(|row, column| by_vehicle.at(row, column))
+}
+
+impl<T: Real, S: Sensor<Pose = PlanarPose<T>>> Sensor for Calibrated<S> {
+    type Pose = CalibratedPose<T>;
+    type Measurement = S::Measurement;
+    type Frame = S::Frame;
+
+    const SORTED_BY: usize = S::SORTED_BY;
+    const SORTED_BY_ANGLE: bool = S::SORTED_BY_ANGLE;
+    const SIFTED_BY: Option<usize> = S::SIFTED_BY;
+
+    fn check(&self) -> Result<(), ModelError> {
+        self.0.check()
+    }
+
+    fn frame(&self, pose: &CalibratedPose<T>) -> S::Frame {
+        self.0.frame(&pose.vehicle)
+    }
+
+    fn expect(&self, frame: &S::Frame, feature: &Vector2<T>) -> Option<ExpectedOf<S>> {
+        self.0.expect(frame, feature)
+    }
+
+    fn innovation(&self, measured: &S::Measurement, expected: &S::Measurement) -> S::Measurement {
+        self.0.innovation(measured, expected)
+    }
+
+    fn hides(&self, measured: &S::Measurement, expected: &S::Measurement) -> bool {
+        self.0.hides(measured, expected)
+    }
+
+    fn noise(&self) -> &Symmetric<S::Measurement> {
+        self.0.noise()
+    }
+
+    fn expected_birth(&self, frame: &S::Frame, index: usize) -> Option<Component<Vector2<T>>> {
+        self.0.expected_birth(frame, index)
+    }
+
+    fn invert(&self, frame: &S::Frame, measured: &S::Measurement) -> Option<InverseOf<S>> {
+        self.0.invert(frame, measured)
+    }
+
+    fn by_pose(
+        &self,
+        frame: &S::Frame,
+        feature: &Vector2<T>,
+        expected: &ExpectedOf<S>,
+    ) -> Linear<S::Measurement, TangentOf<CalibratedPose<T>>> {
+        widened::<T, S::Measurement>(&self.0.by_pose(frame, feature, expected))
+    }
+}
+
+impl<T: Real, F: Fix<Pose = PlanarPose<T>>> Fix for Calibrated<F> {
+    type Pose = CalibratedPose<T>;
+    type Measurement = F::Measurement;
+
+    fn expect(&self, pose: &CalibratedPose<T>) -> Option<F::Measurement> {
+        self.0.expect(&pose.vehicle)
+    }
+
+    fn by_pose(&self, pose: &CalibratedPose<T>) -> Linear<F::Measurement, TangentOf<CalibratedPose<T>>> {
+        widened::<T, F::Measurement>(&self.0.by_pose(&pose.vehicle))
+    }
+
+    fn innovation(&self, measured: &F::Measurement, expected: &F::Measurement) -> F::Measurement {
+        self.0.innovation(measured, expected)
+    }
+
+    fn noise(&self) -> &Symmetric<F::Measurement> {
+        self.0.noise()
+    }
+
+    fn gate(&self) -> T {
+        self.0.gate()
+    }
+}
