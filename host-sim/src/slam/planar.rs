@@ -6,7 +6,7 @@ use super::filter::Precision;
 use super::fixes::PlanarFixes;
 use super::in_map::PlanarMap;
 use super::joint_filter::{OpenJoint, start as joint_of};
-use super::joint_room::{FEATURES, MEASUREMENTS};
+use super::joint_room::{FEATURES, MEASUREMENTS, WithMovers};
 use super::models::{Models, SensorModels};
 use super::planar_numbers::{PlanarNumbers, PlanarVehicle, SensorNumbers, planar_config};
 use crate::dimensions::Planar;
@@ -14,8 +14,8 @@ use crate::log::Vehicle;
 use crate::settings::{JointSettings, SensorSettings, Settings};
 use nalgebra::Vector2;
 use scphd::{
-    Ackermann, AckermannControl, Dynamic, JointConfig, JointState, MapMemory, Motion, Mounting, Persistence,
-    PlanarPose, RangeBearing, RangeBearingWindow, Real, Sensing, State, Static, Unicycle, UnicycleControl,
+    Ackermann, AckermannControl, Dynamic, JointConfig, JointMovers, JointState, MapMemory, Motion, Mounting,
+    Persistence, PlanarPose, RangeBearing, RangeBearingWindow, Real, Sensing, State, Static, Unicycle, UnicycleControl,
     UniformClutter, joint_numbers,
 };
 use std::fmt::Debug;
@@ -69,9 +69,6 @@ pub fn joint_filter(
     initial_pose: [f64; 3],
     precision: Precision,
 ) -> Result<Box<dyn OpenJoint<Planar>>, Refusal> {
-    if settings.moving.birth_intensity > 0.0 {
-        return Err(refusal("moving.birth_intensity: a joint map has no moving features; --filter core has"));
-    }
     match precision {
         Precision::F32 => with_models::<f32, _>(settings, 1.0, vehicle, initial_pose, StartJoint { settings }),
         Precision::F64 => with_models::<f64, _>(settings, 1.0, vehicle, initial_pose, StartJoint { settings }),
@@ -125,7 +122,14 @@ impl<T: Real> OverModels<T> for StartJoint<'_> {
         models: PlanarModels<T, M>,
     ) -> Result<Self::Output, Refusal> {
         let config = joint_config(&self.settings.joint);
-        joint_of(&models, config, Box::new(HostJointState::<T>::new()), Some(Box::new(PlanarMap::<T>::new())))
+        let maps = Some(Box::new(PlanarMap::<T>::new()) as _);
+        let state = HostJointState::<T>::new();
+        if self.settings.moving.birth_intensity > 0.0 {
+            let room =
+                WithMovers::<M, _> { state, movers: JointMovers::new(), moving: planar_config(self.settings).moving };
+            return joint_of(&models, config, Box::new(room), maps);
+        }
+        joint_of(&models, config, Box::new(state), maps)
     }
 }
 
