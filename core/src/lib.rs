@@ -97,8 +97,8 @@ pub use filter::scphd::ScPhd;
 pub use filter::scrub::{Scrubbed, Scrubber};
 pub use filter::state::State;
 pub use joint::{
-    Archive, Archived, JointArchive, JointConfig, JointReport, JointSlam, JointState, NoArchive, Persistence,
-    joint_numbers,
+    Archive, Archived, JointArchive, JointConfig, JointMovers, JointReport, JointSlam, JointState, Movers, NoArchive,
+    NoMovers, Persistence, Tracked, joint_numbers,
 };
 pub use locate::{Located, Locator, LocatorConfig, LocatorReport, LocatorState};
 pub use map::component::{Component, Correction};

@@ -38,6 +38,9 @@ fn assert_agreement(name: &str, overall: &JointDifferences, scans: usize) {
         ("cross-covariance", overall.cross_covariance),
         ("existence", overall.existence),
         ("detections", overall.detections),
+        ("mover's weight", overall.mover_weight),
+        ("mover's mean", overall.mover_mean),
+        ("mover's covariance", overall.mover_covariance),
         ("position on its own way, m", overall.own_way_position_m),
         ("heading on its own way, rad", overall.own_way_heading_rad),
     ];
@@ -93,6 +96,17 @@ fn worlds() {
             (joint.in_sight_s, joint.hidden_s, joint.lifetime_s, joint.behind) = (20.0, 5.0, 1e3, 0.3);
         });
         assert_agreement(name, &comparison.overall, 200);
+    }
+}
+
+/// Others move among the landmarks, and whatever is born may do either.
+#[test]
+fn what_moves() {
+    for seed in [1, 4] {
+        let log = short("worlds-moving", seed, 200);
+        let overall = lockstep(&log, Precision::F64, |settings| settings.set_moving(true)).overall;
+        assert_agreement("worlds-moving", &overall, 200);
+        assert!(overall.movers > 200, "{seed}: only {} movers were compared", overall.movers);
     }
 }
 

@@ -4,9 +4,10 @@ use super::claims::Claim;
 use super::config::JointConfig;
 use super::covariance::{Blocks, sandwiched, symmetric};
 use super::exclusive::settle;
+use super::movers::Movers;
 use super::state::Memory;
 use crate::{
-    Clutter, FieldOfView, Linear, LnSum, Matrix, MeasurementModel, Pose, PositionOf, Real, Sensor, Symmetric,
+    Births, Clutter, FieldOfView, Linear, LnSum, Matrix, MeasurementModel, Pose, PositionOf, Real, Sensor, Symmetric,
     TangentOf, Vector,
 };
 
@@ -47,48 +48,55 @@ impl<T: Real, P: Pose<Scalar = T>, Y: Vector<Scalar = T>> Predicted<P, Y> {
 
 /// Fills in p_D of every feature in view and what explains every measurement; the features in view, and ln of the likelihood of the
 /// scan.
-pub(super) fn associate<T, X, Z>(
+pub(super) fn associate<T, X, Z, V>(
     models: &X,
-    ln_birth: T,
+    births: &Births<T>,
     config: &JointConfig<T>,
     memory: &mut Memory<'_, X::Pose, Z>,
+    movers: &mut V,
     measurements: &[X::Measurement],
 ) -> (usize, T)
 where
     T: Real,
     X: MeasurementModel<Pose: Pose<Scalar = T>>,
     Z: Vector<Scalar = T>,
+    V: Movers<X::Pose>,
 {
     let Memory { known, slots, joint, explained, .. } = memory;
     let sensor = models.sensor();
     let frame = sensor.frame(&known.pose);
+    let ln_birth = births.of_static.ln();
     for (slot, z) in explained.iter_mut().zip(measurements) {
         let ln_clutter = models.clutter().ln_intensity(z);
         // Written so that NaN is no clutter too.
         let ln_clutter = if ln_clutter < T::INFINITY { ln_clutter } else { T::NEG_INFINITY };
         let mut unexplained = LnSum::of(ln_clutter);
         unexplained.add(ln_birth);
+        if V::MOVE {
+            unexplained.add(births.of_moving.ln());
+        }
         slot.start(unexplained.ln());
+    }
+    let mut tracks = movers.tracks();
+    if let Some(tracks) = &mut tracks {
+        let slots = slots.get(..known.len).unwrap_or(&[]);
+        tracks.look(models, &frame, measurements, config.behind, slots);
     }
     let (mut in_view, mut ln_missed) = (0, T::ZERO);
     for (place, slot) in slots.iter_mut().enumerate().take(known.len) {
-        slot.detection = T::ZERO;
-        let Some(predicted) = Predicted::of(sensor, &frame, &slot.mean) else { continue };
-        let in_window = models.field_of_view().detection_probability(&frame, &slot.mean, &predicted.measurement);
-        // Written so that NaN is out of view.
-        if !(in_window > T::ZERO) {
-            continue;
-        }
-        let hidden = measurements.iter().any(|z| sensor.hides(z, &predicted.measurement));
-        let detection = if hidden { in_window * config.behind } else { in_window };
-        slot.detection = detection.at_most(T::ONE - T::EPSILON);
-        in_view += 1;
+        let seen = in_view_of(models, &frame, &slot.mean, measurements, config.behind);
+        slot.detection = seen.as_ref().map_or(T::ZERO, |&(_, detection)| detection);
+        in_view += usize::from(seen.is_some());
         let expected = slot.detection * slot.existence.in_sight;
-        if !(expected > T::ZERO) {
+        // What it may be instead, if it moves, may be detected too.
+        let neither = |beside: T| (T::ONE - expected - beside).at_least(T::EPSILON);
+        let beside = tracks.as_mut().map_or(T::ZERO, |tracks| tracks.beside(place, neither));
+        if !(expected + beside > T::ZERO) {
             continue;
         }
-        let ln_not_detected = (T::ONE - expected).ln();
+        let ln_not_detected = if beside > T::ZERO { neither(beside).ln() } else { (T::ONE - expected).ln() };
         ln_missed += ln_not_detected;
+        let Some((predicted, _)) = seen.filter(|_| expected > T::ZERO) else { continue };
         let covariance = predicted.innovation_covariance(&joint.blocks(place), sensor.noise());
         let Some(factor) = covariance.factor() else { continue };
         let ln_peak = expected.ln() - ln_not_detected + factor.ln_peak();
@@ -100,6 +108,33 @@ where
         }
     }
     let explained = explained.get_mut(..measurements.len()).unwrap_or(&mut []);
+    if let Some(tracks) = &mut tracks {
+        ln_missed += tracks.claim(models, &frame, measurements, config.gate, explained);
+    }
     let slots = slots.get_mut(..known.len).unwrap_or(&mut []);
-    (in_view, settle(slots, explained, ln_missed))
+    (in_view, settle::<T, X::Pose, V>(slots, explained, movers, ln_missed))
+}
+
+/// What is expected of a feature from there, and p_D; `None` where it is not in view.
+pub(super) fn in_view_of<T, X>(
+    models: &X,
+    frame: &X::Frame,
+    feature: &PositionOf<X::Pose>,
+    measurements: &[X::Measurement],
+    behind: T,
+) -> Option<(Predicted<X::Pose, X::Measurement>, T)>
+where
+    T: Real,
+    X: MeasurementModel<Pose: Pose<Scalar = T>>,
+{
+    let sensor = models.sensor();
+    let predicted = Predicted::of(sensor, frame, feature)?;
+    let in_window = models.field_of_view().detection_probability(frame, feature, &predicted.measurement);
+    // Written so that NaN is out of view.
+    if !(in_window > T::ZERO) {
+        return None;
+    }
+    let hidden = measurements.iter().any(|z| sensor.hides(z, &predicted.measurement));
+    let detection = if hidden { in_window * behind } else { in_window };
+    Some((predicted, detection.at_most(T::ONE - T::EPSILON)))
 }

@@ -4,31 +4,37 @@ use super::ambiguity::is_ambiguous;
 use super::associate::Predicted;
 use super::claims::{Explained, detected, shares};
 use super::covariance::{Common, RowsOf, symmetric};
+use super::movers::Movers;
+use super::place::settle_place;
 use super::report::Tally;
 use super::state::Memory;
+use super::track::beside;
 use crate::numerics::vector::{applied, product};
 use crate::report::watch::Recognised;
 use crate::{Linear, Matrix, Pose, PositionOf, Real, Sensor, TangentOf, Vector, Zero};
 
 /// A feature that has less than this share of all detections together says nothing of the pose.
-const LEAST_DETECTED: f64 = 0.02;
+pub(super) const LEAST_DETECTED: f64 = 0.02;
 
 /// Takes in the scan, feature by feature in the order of their places, each linearised at what the ones before have left; then
 /// whether each is there.
-pub(super) fn correct<T, S, Z>(
+pub(super) fn correct<T, S, Z, V>(
     sensor: &S,
     memory: &mut Memory<'_, S::Pose, Z>,
+    movers: &V,
     measurements: &[S::Measurement],
 ) -> Tally<T>
 where
     T: Real,
     S: Sensor<Pose: Pose<Scalar = T>>,
     Z: Vector<Scalar = T>,
+    V: Movers<S::Pose>,
 {
     let mut tally = Tally::NOTHING;
     for place in 0..memory.known.len {
         let Some(detection) = memory.slots.get(place).map(|slot| slot.detection) else { break };
-        if !(detection > T::ZERO) {
+        let beside = beside::<T, S::Pose, V, _>(movers, place, memory.explained, measurements);
+        if !(detection + beside.expected > T::ZERO) {
             continue;
         }
         let detected = detected(memory.explained, place, measurements);
@@ -38,11 +44,15 @@ where
         }
         if let Some(slot) = memory.slots.get_mut(place) {
             let before = slot.existence.in_sight;
-            slot.existence = slot.existence.scanned(detection, detected);
+            slot.existence = slot.existence.scanned(detection, detected, &beside);
             let given_up = detection * (before - slot.existence.in_sight);
             slot.detections += detected;
             let seen = Recognised { expected: detection * before, detected, given_up };
             tally.count(memory.known.watch.knows(slot.label), seen);
+            let there = slot.existence.total();
+            if beside.expected > T::ZERO && there > T::ZERO {
+                settle_place(sensor, memory, place, measurements, detected, T::ONE / there - T::ONE);
+            }
         }
     }
     tally
@@ -77,13 +87,14 @@ pub(super) struct Told<P: Pose, Y: Vector, Z: Vector> {
     pub(super) detected: Y::Scalar,
 }
 
-/// What a feature's shares tell, linearised at the means as they are; `None` where it cannot be measured from here or rounding
+/// What `times` a feature's shares tell, linearised at the means as they are; `None` where it cannot be measured from here or rounding
 /// has spoilt the covariance of its innovation.
 pub(super) fn tell<T, S, Z>(
     sensor: &S,
     memory: &mut Memory<'_, S::Pose, Z>,
     place: usize,
     measurements: &[S::Measurement],
+    times: T,
     tally: &mut Tally<T>,
 ) -> Option<Told<S::Pose, S::Measurement, Z>>
 where
@@ -105,7 +116,7 @@ where
     let mut squares: Linear<S::Measurement, S::Measurement> = Zero::ZERO;
     let (mut mean, mut detected) = (S::Measurement::ZERO, T::ZERO);
     for (share, z) in shares(explained, place, measurements) {
-        let innovation = sensor.innovation(z, &measurement);
+        let (share, innovation) = (share * times, sensor.innovation(z, &measurement));
         mean += innovation * share;
         squares = squares + outer(&innovation) * share;
         detected += share;
@@ -134,7 +145,7 @@ where
     S: Sensor<Pose: Pose<Scalar = T>>,
     Z: Vector<Scalar = T>,
 {
-    let Some(told) = tell(sensor, memory, place, measurements, tally) else { return false };
+    let Some(told) = tell(sensor, memory, place, measurements, T::ONE, tally) else { return false };
     let Told { pose, inverse, step, spread, detected } = told;
     // P⁺ = P − β K S Kᵀ + K (Σ s ν νᵀ − ν̄ ν̄ᵀ) Kᵀ = P + (P Hᵀ) B (P Hᵀ)ᵀ.
     let by = Matrix::with(|row, column| spread.at(row, column) - inverse.at(row, column) * detected);

@@ -6,8 +6,9 @@
 //! measurements the graph has no circle, and the shares are exact.
 
 use super::claims::{Claim, Explained};
+use super::movers::{MOVES, Movers, Tracks};
 use super::state::Slot;
-use crate::{Real, Vector};
+use crate::{Pose, PositionOf, Real};
 
 /// Rounds of messages. A graph without circles is done after as many as its longest path has features, and what lies farther off
 /// than this hardly matters.
@@ -21,31 +22,89 @@ const LN_ODDS_MAX: f64 = 40.0;
 
 /// Fills in every claim's share, and of every measurement the share that no feature has. Given Σ ln(1 − p_D v), that nothing was
 /// detected, ln of the likelihood of the scan, by Bethe's approximation: exact without circles.
-pub(super) fn settle<T: Real, D: Vector<Scalar = T>>(
-    slots: &mut [Slot<D>],
+///
+/// A mover and the static feature that it may be instead are one in this: their claims on a measurement are two ways of one cause.
+pub(super) fn settle<T: Real, P: Pose<Scalar = T>, V: Movers<P>>(
+    slots: &mut [Slot<PositionOf<P>>],
     explained: &mut [Explained<T>],
+    movers: &mut V,
     ln_missed: T,
 ) -> T {
     explained.iter_mut().for_each(weigh);
     for _ in 0..ROUNDS {
-        collect(slots, explained);
-        explained.iter_mut().for_each(answer);
+        collect::<T, P, V>(slots, explained, movers);
+        explained.iter_mut().for_each(|explained| answer::<T, P, V>(explained, movers));
     }
-    collect(slots, explained);
+    collect::<T, P, V>(slots, explained, movers);
     let ln_1p = |x: T| (T::ONE + x).ln();
     let mut ln_evidence = ln_missed;
     for explained in explained {
         let wanted = explained.claims().iter().fold(T::ZERO, |sum, claim| sum + message(claim));
         explained.unexplained = T::ONE / (T::ONE + wanted);
         ln_evidence += explained.ln_unexplained + ln_1p(wanted);
-        for claim in explained.claims_mut() {
-            let had = claim.odds * claim.answer;
-            claim.share = had / (T::ONE + claim.others + had);
-            ln_evidence -= ln_1p(message(claim) * claim.answer);
+        for place in 0..explained.claims().len() {
+            let of_all = |of: fn(&Claim<T>) -> T| of_cause::<T, P, V>(explained.claims(), movers, place, of);
+            let (had, wants) =
+                (of_all(|claim| claim.odds * claim.answer), of_all(|claim| message(claim) * claim.answer));
+            let is_first = is_first_of_cause::<T, P, V>(explained.claims(), movers, place);
+            let Some(claim) = explained.claims_mut().get_mut(place) else { break };
+            claim.share = claim.odds * claim.answer / (T::ONE + claim.others + had);
+            if is_first {
+                ln_evidence -= ln_1p(wants);
+            }
         }
         share_out(explained);
     }
-    slots.iter().fold(ln_evidence, |sum, slot| sum + ln_1p(slot.claimed))
+    let ln_evidence = slots.iter().fold(ln_evidence, |sum, slot| sum + ln_1p(slot.claimed));
+    movers.kept().iter().fold(ln_evidence, |sum, mover| sum + ln_1p(mover.claimed))
+}
+
+/// What a claimant is, whichever kind it is: of a mover, the static feature that it may be instead, if there is such a one.
+fn cause<P: Pose, V: Movers<P>>(movers: &V, claimant: u16) -> u16 {
+    if !V::MOVE || claimant & MOVES == 0 {
+        return claimant;
+    }
+    let mover = movers.kept().get(usize::from(claimant & !MOVES));
+    mover.and_then(|mover| mover.static_place()).unwrap_or(claimant)
+}
+
+/// Sums over the claims of the cause of one claim.
+fn of_cause<T: Real, P: Pose<Scalar = T>, V: Movers<P>>(
+    claims: &[Claim<T>],
+    movers: &V,
+    place: usize,
+    of: impl Fn(&Claim<T>) -> T,
+) -> T {
+    let Some(claim) = claims.get(place) else { return T::ZERO };
+    if !V::MOVE {
+        return of(claim);
+    }
+    let own = cause(movers, claim.feature);
+    claims.iter().filter(|other| cause(movers, other.feature) == own).fold(T::ZERO, |sum, other| sum + of(other))
+}
+
+/// Whether no claim before it is of the same cause.
+fn is_first_of_cause<T: Real, P: Pose<Scalar = T>, V: Movers<P>>(
+    claims: &[Claim<T>],
+    movers: &V,
+    place: usize,
+) -> bool {
+    let Some(claim) = claims.get(place).filter(|_| V::MOVE) else { return true };
+    let own = cause(movers, claim.feature);
+    !claims.iter().take(place).any(|other| cause(movers, other.feature) == own)
+}
+
+/// Where Σ a ν of a cause is summed.
+fn claimed<'c, T: Real, P: Pose<Scalar = T>, V: Movers<P>>(
+    slots: &'c mut [Slot<PositionOf<P>>],
+    tracks: &'c mut Option<Tracks<'_, P>>,
+    cause: u16,
+) -> Option<&'c mut T> {
+    if V::MOVE && cause & MOVES != 0 {
+        let mover = tracks.as_mut().and_then(|tracks| tracks.kept_mut().get_mut(usize::from(cause & !MOVES)));
+        return mover.map(|mover| &mut mover.claimed);
+    }
+    slots.get_mut(usize::from(cause)).map(|slot| &mut slot.claimed)
 }
 
 /// Scales shares that sum to more than the one measurement that there is: those of messages that have not settled. Each feature's sum to one
@@ -68,20 +127,48 @@ fn weigh<T: Real>(explained: &mut Explained<T>) {
     }
 }
 
-/// Σ a ν of every feature; and for every claim, that sum over the feature's other claims: those before it and those behind it, for
-/// in a difference they would be lost beside a large one.
-fn collect<T: Real, D: Vector<Scalar = T>>(slots: &mut [Slot<D>], explained: &mut [Explained<T>]) {
-    slots.iter_mut().for_each(|slot| slot.claimed = T::ZERO);
-    for claim in explained.iter_mut().flat_map(Explained::claims_mut) {
-        let Some(slot) = slots.get_mut(usize::from(claim.feature)) else { continue };
-        claim.others = slot.claimed;
-        slot.claimed += claim.odds * claim.answer;
+/// Σ a ν of every feature; and for every claim, that sum over what its cause claims of other measurements: those before it and those behind
+/// it, for in a difference they would be lost beside a large one.
+fn collect<T: Real, P: Pose<Scalar = T>, V: Movers<P>>(
+    slots: &mut [Slot<PositionOf<P>>],
+    explained: &mut [Explained<T>],
+    movers: &mut V,
+) {
+    forget_claimed::<T, P, V>(slots, movers);
+    for explained in explained.iter_mut() {
+        add_claimed::<T, P, V>(slots, explained, movers, |claim, before| claim.others = before);
     }
+    forget_claimed::<T, P, V>(slots, movers);
+    for explained in explained.iter_mut().rev() {
+        add_claimed::<T, P, V>(slots, explained, movers, |claim, behind| claim.others += behind);
+    }
+}
+
+fn forget_claimed<T: Real, P: Pose<Scalar = T>, V: Movers<P>>(slots: &mut [Slot<PositionOf<P>>], movers: &mut V) {
     slots.iter_mut().for_each(|slot| slot.claimed = T::ZERO);
-    for claim in explained.iter_mut().rev().flat_map(Explained::claims_mut) {
-        let Some(slot) = slots.get_mut(usize::from(claim.feature)) else { continue };
-        claim.others += slot.claimed;
-        slot.claimed += claim.odds * claim.answer;
+    if let Some(mut tracks) = movers.tracks() {
+        tracks.kept_mut().iter_mut().for_each(|mover| mover.claimed = T::ZERO);
+    }
+}
+
+/// Tells every claim of a measurement what its cause has claimed of others so far, then adds them to that.
+fn add_claimed<T: Real, P: Pose<Scalar = T>, V: Movers<P>>(
+    slots: &mut [Slot<PositionOf<P>>],
+    explained: &mut Explained<T>,
+    movers: &mut V,
+    tell: impl Fn(&mut Claim<T>, T),
+) {
+    for claim in explained.claims_mut() {
+        let cause = cause(movers, claim.feature);
+        if let Some(&mut so_far) = claimed::<T, P, V>(slots, &mut movers.tracks(), cause) {
+            tell(claim, so_far);
+        }
+    }
+    for claim in explained.claims() {
+        let cause = cause(movers, claim.feature);
+        if let Some(claimed) = claimed::<T, P, V>(slots, &mut movers.tracks(), cause) {
+            *claimed += claim.odds * claim.answer;
+        }
     }
 }
 
@@ -91,9 +178,12 @@ fn message<T: Real>(claim: &Claim<T>) -> T {
 }
 
 /// ν: what a measurement answers each feature, given the others that want it.
-fn answer<T: Real>(explained: &mut Explained<T>) {
+fn answer<T: Real, P: Pose<Scalar = T>, V: Movers<P>>(explained: &mut Explained<T>, movers: &V) {
     for place in 0..explained.claims().len() {
-        let others = explained.claims().iter().enumerate().filter(|&(other, _)| other != place);
+        let own = explained.claims().get(place).map_or(0, |claim| cause(movers, claim.feature));
+        let others = explained.claims().iter().enumerate();
+        let others =
+            others.filter(|&(other, claim)| other != place && (!V::MOVE || cause(movers, claim.feature) != own));
         let wanted = others.fold(T::ZERO, |sum, (_, claim)| sum + message(claim));
         if let Some(claim) = explained.claims_mut().get_mut(place) {
             claim.answer = T::ONE / (T::ONE + wanted);
@@ -105,12 +195,16 @@ fn answer<T: Real>(explained: &mut Explained<T>) {
 mod tests {
     use super::super::claims::{Claim, Explained};
     use super::super::existence::Existence;
+    use super::super::movers::NoMovers;
     use super::super::state::Slot;
-    use super::settle;
-    use crate::Noise;
+    use crate::{Noise, PlanarPose, Real};
     use nalgebra::Vector2;
     use std::vec;
     use std::vec::Vec;
+
+    fn settle<T: Real>(slots: &mut [Slot<Vector2<T>>], explained: &mut [Explained<T>], ln_missed: T) -> T {
+        super::settle::<T, PlanarPose<T>, _>(slots, explained, &mut NoMovers, ln_missed)
+    }
 
     /// Odds by feature and measurement, over clutter of one.
     fn settled(odds: &[&[f64]]) -> (Vec<Vec<f64>>, f64) {

@@ -46,6 +46,22 @@ impl<T: Real> Persistence<T> {
     }
 }
 
+/// What the same feature may be instead, if it moves, in a scan.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Beside<T> {
+    /// The probability that it is there, moves and is detected.
+    pub(super) expected: T,
+    /// And is not detected.
+    pub(super) left: T,
+    /// Its share of the detections.
+    pub(super) detected: T,
+}
+
+impl<T: Real> Beside<T> {
+    /// It stands, if it is there.
+    pub(super) const NOTHING: Self = Self { expected: T::ZERO, left: T::ZERO, detected: T::ZERO };
+}
+
 /// What becomes of landmarks in one step of time.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Passage<T> {
@@ -83,13 +99,13 @@ impl<T: Real> Existence<T> {
     }
 
     /// After a scan that expected to detect it with probability p_D where it is in sight, and in which it has, in all, that
-    /// share of the detections.
-    pub(super) fn scanned(self, detection: T, detected: T) -> Self {
+    /// share of the detections, beside what it may be instead.
+    pub(super) fn scanned(self, detection: T, detected: T, beside: &Beside<T>) -> Self {
         // Rounding may have taken the sum of both a little above one: what is left must not be less than they leave.
-        let left = self.in_sight * (T::ONE - detection) + self.hidden;
-        let not_detected = (T::ONE - self.in_sight * detection).at_least(left);
+        let left = self.in_sight * (T::ONE - detection) + self.hidden + beside.left;
+        let not_detected = (T::ONE - self.in_sight * detection - beside.expected).at_least(left);
         // Messages that have not settled leave shares that sum to a little more than one.
-        let missed = (T::ONE - detected).at_least(T::ZERO);
+        let missed = (T::ONE - detected - beside.detected).at_least(T::ZERO);
         if !(not_detected > T::ZERO) {
             return Self { in_sight: T::ONE, hidden: T::ZERO };
         }
@@ -101,15 +117,15 @@ impl<T: Real> Existence<T> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Existence, Persistence};
+    use super::{Beside, Existence, Persistence};
 
     #[test]
     fn without_hiding_it_is_the_bernoulli_update() {
         let before = Existence { in_sight: 0.8_f64, hidden: 0.0 };
-        let after = before.after(&Persistence::FOR_EVER.over(3.0)).scanned(0.7, 0.0);
+        let after = before.after(&Persistence::FOR_EVER.over(3.0)).scanned(0.7, 0.0, &Beside::NOTHING);
         assert!((after.total() - 0.8 * 0.3 / (1.0 - 0.8 * 0.7)).abs() < 1e-15);
         // A weight that is small falls as that of an intensity does.
-        let light = Existence { in_sight: 1e-6_f64, hidden: 0.0 }.scanned(0.7, 0.0);
+        let light = Existence { in_sight: 1e-6_f64, hidden: 0.0 }.scanned(0.7, 0.0, &Beside::NOTHING);
         assert!((light.in_sight / 3e-7 - 1.0).abs() < 1e-5);
     }
 
@@ -118,7 +134,7 @@ mod tests {
         let before = Existence { in_sight: 0.5_f64, hidden: 0.3 };
         let seen = 0.25;
         let evidence = 1.0 - 0.5 * 0.9;
-        let after = before.scanned(0.9, seen);
+        let after = before.scanned(0.9, seen, &Beside::NOTHING);
         assert!((after.in_sight - (seen + (1.0 - seen) * 0.5 * 0.1 / evidence)).abs() < 1e-15);
         assert!((after.hidden - (1.0 - seen) * 0.3 / evidence).abs() < 1e-15);
     }
@@ -131,7 +147,7 @@ mod tests {
             for detection in [0.3, 0.9, 1.0 - eps] {
                 for detected in [0.0, 0.5, 1.0, 1.0 + eps, 1.02] {
                     let before = Existence { in_sight: 1.0 - hidden + eps, hidden };
-                    let after = before.scanned(detection, detected);
+                    let after = before.scanned(detection, detected, &Beside::NOTHING);
                     assert!(
                         after.in_sight >= 0.0 && after.hidden >= 0.0,
                         "{before:?} {detection} {detected} {after:?}"

@@ -4,6 +4,7 @@ use super::archive::{Archive, Archived, JointArchive, NoArchive};
 use super::config::JointConfig;
 use super::covariance::{first, sandwiched};
 use super::existence::Existence;
+use super::movers::{JointMovers, MOVES, Movers, NoMovers, Tracked};
 use super::state::{JointState, Memory};
 use super::tidy::TENTATIVE;
 use crate::models::require;
@@ -13,13 +14,13 @@ use crate::particles::cursor::passed;
 use crate::report::watch::Watch;
 use crate::snapshot::visit::Walk;
 use crate::{
-    Component, ConfigError, Health, Linearised, Matrix, ModelError, Motion, Pose, PoseEstimate, PositionOf,
-    PredictError, PredictReport, Real, ResetError, ScalarOf, SetupError, Symmetric, TangentOf, Vector,
+    Component, ConfigError, Health, Linearised, Matrix, ModelError, Motion, MovingConfig, MovingOf, Pose, PoseEstimate,
+    PositionOf, PredictError, PredictReport, Real, ResetError, ScalarOf, SetupError, Symmetric, TangentOf, Vector,
 };
 
 /// SLAM with a joint map: motion and tuning over a [`JointState`]; the sensors are [detectors](crate::Detector), given with every scan.
 ///
-/// `M` is the motion, `Z` the widest measurement, `A` where features that are far away are kept, if anywhere.
+/// `M` is the motion, `Z` the widest measurement, `A` where features that are far away are kept, if anywhere, `V` what moves, if anything.
 ///
 /// ```
 /// use nalgebra::Vector2;
@@ -74,12 +75,33 @@ use crate::{
 /// assert_eq!(slam.held(), 0);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
+///
+/// Where others move about, [`JointMovers`] keep them out of the map:
+///
+/// ```
+/// # use nalgebra::Vector2;
+/// # use scphd::{ControlNoise, JointConfig, JointSlam, JointState, PlanarPose, Step, Unicycle, joint_numbers};
+/// use scphd::{JointMovers, MovingConfig};
+///
+/// # type Memory = JointState<PlanarPose<f32>, Vector2<f32>, 40, { joint_numbers(3, 2, 40) }, 16>;
+/// # let mut state = Box::new(Memory::new());
+/// # let motion = Unicycle::new(Step::Arc, ControlNoise::white(0.1, 0.02))?;
+/// // Up to 32 of them: 2.6 KB.
+/// let mut movers = JointMovers::<PlanarPose<f32>, 32>::new();
+/// let slam = JointSlam::new(motion, JointConfig::default(), &mut *state)?;
+/// let mut slam = slam.with_movers(&mut movers, MovingConfig::walkers())?;
+/// slam.reset(PlanarPose::new(0.0, 0.0, 0.0))?;
+/// // Position and velocity, of what the scans so far have shown to move.
+/// assert_eq!(slam.moving().count(), 0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug)]
-pub struct JointSlam<'s, M: Motion, Z: Vector, A = NoArchive> {
+pub struct JointSlam<'s, M: Motion, Z: Vector, A = NoArchive, V = NoMovers> {
     motion: M,
     pub(super) config: JointConfig<ScalarOf<M::Pose>>,
     pub(super) memory: Memory<'s, M::Pose, Z>,
     pub(super) archive: A,
+    pub(super) movers: V,
 }
 
 impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>> JointSlam<'s, M, Z> {
@@ -94,9 +116,11 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>> Join
     ) -> Result<Self, SetupError> {
         config.check()?;
         motion.check()?;
-        Ok(Self { motion, config, memory: state.memory(), archive: NoArchive })
+        Ok(Self { motion, config, memory: state.memory(), archive: NoArchive, movers: NoMovers })
     }
+}
 
+impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, V> JointSlam<'s, M, Z, NoArchive, V> {
     /// The same with an archive behind it, for a map larger than the state: features that are farther than `reach_m` from the vehicle
     /// leave the state for the archive where there is little room, and come back when they may be in view again. `reach_m` is how
     /// far the farthest-looking detector sees on the ground, m. The archive keeps what it holds, and goes with the state: both must be
@@ -108,14 +132,41 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>> Join
         self,
         archive: &'s mut JointArchive<M::Pose, CAPACITY>,
         reach_m: T,
-    ) -> Result<JointSlam<'s, M, Z, Archived<'s, M::Pose>>, SetupError> {
+    ) -> Result<JointSlam<'s, M, Z, Archived<'s, M::Pose>, V>, SetupError> {
         require(reach_m > T::ZERO && reach_m.is_finite(), "reach_m", "positive")?;
-        let Self { motion, config, memory, .. } = self;
-        Ok(JointSlam { motion, config, memory, archive: archive.archived(reach_m) })
+        let Self { motion, config, memory, movers, .. } = self;
+        Ok(JointSlam { motion, config, memory, archive: archive.archived(reach_m), movers })
     }
 }
 
-impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, A: Archive<M::Pose>> JointSlam<'_, M, Z, A> {
+impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, A> JointSlam<'s, M, Z, A> {
+    /// The same for a place where others move about: what is born may stand or move, and does either. What moves is kept apart from the map; it
+    /// takes the measurements that it causes from the static features, and says nothing of the pose. Of detectors, births that move count
+    /// ([`Births::of_moving`](crate::Births::of_moving)). The movers keep what they hold, and go with the state: both must be handed
+    /// in from the start, and whenever the filter is built anew.
+    ///
+    /// # Errors
+    /// The configuration is out of range, or the state has room for more than 32768 features.
+    pub fn with_movers<const CAPACITY: usize>(
+        self,
+        movers: &'s mut JointMovers<M::Pose, CAPACITY>,
+        moving: MovingConfig<T>,
+    ) -> Result<JointSlam<'s, M, Z, A, Tracked<'s, M::Pose>>, SetupError> {
+        moving.check()?;
+        let Self { motion, config, memory, archive, .. } = self;
+        require(memory.slots.len() <= usize::from(MOVES), "FEATURES", "at most 32768 beside movers")?;
+        Ok(JointSlam { motion, config, memory, archive, movers: movers.tracked(moving) })
+    }
+}
+
+impl<T, M, Z, A, V> JointSlam<'_, M, Z, A, V>
+where
+    T: Real,
+    M: Motion<Pose: Pose<Scalar = T>>,
+    Z: Vector<Scalar = T>,
+    A: Archive<M::Pose>,
+    V: Movers<M::Pose>,
+{
     /// The motion.
     #[must_use]
     pub fn motion(&self) -> &M {
@@ -155,6 +206,9 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, A: Archi
         if let Some(mut shelf) = self.archive.shelf() {
             shelf.clear();
         }
+        if let Some(mut tracks) = self.movers.tracks() {
+            tracks.clear();
+        }
         Ok(())
     }
 
@@ -191,6 +245,9 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, A: Archi
             if is_within_range(&moved.coordinates()) && within && finite {
                 joint.propagate(&transition, &grown, known.len);
                 known.pose = moved;
+                if let Some(mut tracks) = self.movers.tracks() {
+                    tracks.carried(&transition, &noise);
+                }
             } else {
                 rejected = 1;
             }
@@ -237,6 +294,23 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, A: Archi
             covariance: entry.covariance(),
         });
         near.chain(far)
+    }
+
+    /// The estimated features that move, position and velocity, where they are by now: those that are there and move with at least the
+    /// probability [`extraction_weight`](MovingConfig::extraction_weight). The weight is that probability, and the label that of the static feature that
+    /// it was taken for as well.
+    pub fn moving(&self) -> impl Iterator<Item = Component<MovingOf<M::Pose>>> + '_ {
+        let waited_s = self.memory.known.waited_s;
+        let config = self.movers.common().map(|(_, config)| config);
+        let movers = self.movers.kept().iter().zip(core::iter::repeat(config));
+        movers.filter_map(move |(mover, config)| {
+            let config = config.filter(|config| mover.weight() >= config.extraction_weight)?;
+            if waited_s > T::ZERO {
+                config.motion.advance::<PositionOf<M::Pose>>(&mover.component, waited_s)
+            } else {
+                Some(mover.component)
+            }
+        })
     }
 
     /// N̂: how many features there are, by their probabilities; of those in the archive, by what they were when they left the window.

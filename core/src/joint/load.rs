@@ -1,20 +1,29 @@
 //! Maps that are given from outside: one of an earlier drive, or a surveyed one.
 
+use super::archive::NoArchive;
 use super::existence::Existence;
 use super::filter::JointSlam;
+use super::movers::Movers;
 use super::state::{Memory, Slot};
 use crate::{Component, LoadMapError, Motion, Pose, PositionOf, Real, Vector};
 
 /// Detections that a loaded feature counts as having had: those of an established one.
 const DETECTIONS: f64 = 2.0;
 
-impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>> JointSlam<'_, M, Z> {
+impl<T, M, Z, V> JointSlam<'_, M, Z, NoArchive, V>
+where
+    T: Real,
+    M: Motion<Pose: Pose<Scalar = T>>,
+    Z: Vector<Scalar = T>,
+    V: Movers<M::Pose>,
+{
     /// The greatest label that a loaded feature may have.
     pub const GREATEST_LOADED_LABEL: u32 = u32::MAX / 2;
 
     /// Takes these features in the place of its own: the map of an earlier drive, or a surveyed one. They are known to their
     /// covariances, and independent of each other and of the pose, which stays as it is. The weight of each is the probability that it
-    /// is there. Labels are kept; of several features with one label the first keeps it, and the others get fresh ones.
+    /// is there. Labels are kept; of several features with one label the first keeps it, and the others get fresh ones. What moves is
+    /// forgotten.
     ///
     /// # Errors
     /// The filter has not been reset; a feature is not finite, beyond 1e8 m, heavier than a million or its covariance not positive
@@ -50,6 +59,9 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>> JointSla
         }
         (known.len, known.next_label) = (features.len(), next_label);
         known.watch.know_below(next_label);
+        if let Some(mut tracks) = self.movers.tracks() {
+            tracks.clear();
+        }
         Ok(())
     }
 }

@@ -4,19 +4,30 @@
 //! with their covariances, and with what the pose has come to have in common with them; only their gain is zero (Schmidt 1966).
 //! The error of a feature is then counted once, however often it is measured.
 
+use super::archive::NoArchive;
 use super::associate::associate;
 use super::claims::detected;
 use super::correct::{Told, says_of_the_pose, tell};
 use super::covariance::{Common, Joint, first, symmetric};
 use super::filter::JointSlam;
+use super::movers::Movers;
 use super::report::{JointReport, Tally};
 use super::state::Memory;
+use super::tidy::{Born, bear};
 use crate::numerics::vector::applied;
 use crate::report::watch::Recognised;
-use crate::{Detector, Linear, Matrix, MeasurementModel, Motion, Pose, Real, ScanError, Sensor, Vector};
+use crate::{
+    Births, Detector, Health, Linear, Matrix, MeasurementModel, Motion, Pose, Real, ScanError, Sensor, Vector,
+};
 
-impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>> JointSlam<'_, M, Z> {
-    /// Takes in one scan for the pose alone: no feature moves, is born, comes to be likelier or is dropped. In the place of
+impl<T, M, Z, V> JointSlam<'_, M, Z, NoArchive, V>
+where
+    T: Real,
+    M: Motion<Pose: Pose<Scalar = T>>,
+    Z: Vector<Scalar = T>,
+    V: Movers<M::Pose>,
+{
+    /// Takes in one scan for the pose alone: no static feature moves, is born, comes to be likelier or is dropped. In the place of
     /// [`scan`](Self::scan), with a map that was [loaded](Self::load_map) or is good enough. The pose is known as well as such a
     /// map lets it be: the errors of the features are counted once, however often they are measured.
     ///
@@ -28,9 +39,13 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>> JointSla
         measurements: &[X::Measurement],
     ) -> Result<JointReport<T>, ScanError> {
         let models = self.checked(detector, measurements)?;
-        let Self { config, memory, .. } = self;
+        let births = &detector.births;
+        let Self { config, memory, movers, .. } = self;
         memory.clamp();
-        let (in_view, ln_evidence) = associate(&models, detector.births.of_static.ln(), config, memory, measurements);
+        if let Some(mut tracks) = movers.tracks() {
+            tracks.advance(memory.known.waited_s, config.least_existence);
+        }
+        let (in_view, ln_evidence) = associate(&models, births, config, memory, movers, measurements);
         let mut tally = Tally::NOTHING;
         for place in 0..memory.known.len {
             let Some(&slot) = memory.slots.get(place).filter(|slot| slot.detection > T::ZERO) else { continue };
@@ -45,8 +60,17 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>> JointSla
             tally.count(memory.known.watch.knows(slot.label), seen);
         }
         tally.left_out += memory.joint.mend_pose(memory.known.len);
+        let (mut merged, mut born) = (0, Born::default());
+        if let Some(mut tracks) = movers.tracks() {
+            tracks.correct(models.sensor(), memory.known, memory.explained, measurements);
+            merged = tracks.tidy(config);
+            let births = Births { of_static: T::ZERO, ..*births };
+            born = bear(&models, &births, config, memory, movers, measurements);
+        }
         let report = tally.report(memory.known, measurements.len(), X::Measurement::DIMENSION);
-        Ok(JointReport { in_view, ln_evidence, ..report })
+        let Born { no_birth, lost, .. } = born;
+        let (movers, health) = (movers.kept().len(), report.health | Health::COMPONENTS_LOST.when(lost > 0));
+        Ok(JointReport { in_view, ln_evidence, merged, no_birth, lost, movers, health, ..report })
     }
 }
 
@@ -63,7 +87,7 @@ where
     S: Sensor<Pose: Pose<Scalar = T>>,
     Z: Vector<Scalar = T>,
 {
-    let Some(told) = tell(sensor, memory, place, measurements, tally) else { return false };
+    let Some(told) = tell(sensor, memory, place, measurements, T::ONE, tally) else { return false };
     let Told { pose, inverse, step, spread, detected } = told;
     let spread = symmetric::<S::Measurement>(&spread);
     if !(spread.is_finite() && step.as_slice().iter().all(|x| x.is_finite())) {

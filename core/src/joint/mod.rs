@@ -18,8 +18,12 @@ mod existence;
 mod filter;
 mod load;
 mod localise;
+mod movers;
+#[cfg(test)]
+mod movers_tests;
 mod observe;
 mod park;
+mod place;
 mod recall;
 mod relocate;
 mod report;
@@ -32,8 +36,11 @@ mod state;
 #[cfg(test)]
 mod tests;
 mod tidy;
+mod track;
 mod turn;
 mod walk;
+#[cfg(test)]
+mod walker_tests;
 #[cfg(test)]
 mod window_tests;
 #[cfg(any(test, feature = "flips"))]
@@ -44,5 +51,6 @@ pub use config::JointConfig;
 pub use covariance::joint_numbers;
 pub use existence::Persistence;
 pub use filter::JointSlam;
+pub use movers::{JointMovers, Movers, NoMovers, Tracked};
 pub use report::JointReport;
 pub use state::JointState;

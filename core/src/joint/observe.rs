@@ -3,12 +3,20 @@
 use super::archive::Archive;
 use super::covariance::Common;
 use super::filter::JointSlam;
+use super::movers::Movers;
 use super::state::Memory;
 use super::tidy::drop_spoilt;
 use crate::filter::observe::Explained;
 use crate::{Fix, FixReport, Linear, Matrix, Motion, ObserveError, Pose, PoseEstimate, Real, Vector};
 
-impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, A: Archive<M::Pose>> JointSlam<'_, M, Z, A> {
+impl<T, M, Z, A, V> JointSlam<'_, M, Z, A, V>
+where
+    T: Real,
+    M: Motion<Pose: Pose<Scalar = T>>,
+    Z: Vector<Scalar = T>,
+    A: Archive<M::Pose>,
+    V: Movers<M::Pose>,
+{
     /// Takes in a measurement of the pose itself, of at most as many dimensions as the state's `Z`, between any two steps: the Kalman
     /// update of pose and features. One that would take the pose out of range is left out.
     ///

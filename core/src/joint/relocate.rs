@@ -2,11 +2,19 @@
 
 use super::archive::Archive;
 use super::filter::JointSlam;
+use super::movers::Movers;
 use super::state::Memory;
 use crate::numerics::range::is_within_square;
 use crate::{Matrix, Motion, Pose, Real, ResetError, Symmetric, TangentOf, Vector, Zero};
 
-impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, A: Archive<M::Pose>> JointSlam<'_, M, Z, A> {
+impl<T, M, Z, A, V> JointSlam<'_, M, Z, A, V>
+where
+    T: Real,
+    M: Motion<Pose: Pose<Scalar = T>>,
+    Z: Vector<Scalar = T>,
+    A: Archive<M::Pose>,
+    V: Movers<M::Pose>,
+{
     /// [`reset`](Self::reset) to a pose that is known to a covariance.
     ///
     /// # Errors
@@ -22,7 +30,7 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, A: Archi
     }
 
     /// Puts the vehicle to this pose, known to a covariance and independent of the map, which stays as it is: for a vehicle that was
-    /// carried to another place of what it knows.
+    /// carried to another place of what it knows. What moves is forgotten: it was near the place where the vehicle is no longer.
     ///
     /// # Errors
     /// The pose or the covariance is out of range, or the filter has not been reset; the state is as it was.
@@ -37,6 +45,9 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, A: Archi
         known.pose = pose;
         known.watch.calm();
         joint.propagate(&Zero::ZERO, &covariance.to_matrix(), known.len);
+        if let Some(mut tracks) = self.movers.tracks() {
+            tracks.clear();
+        }
         Ok(())
     }
 
@@ -58,6 +69,9 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, A: Archi
         if is_within_square(&grown) {
             let identity = Matrix::with(|row, column| if row == column { T::ONE } else { T::ZERO });
             joint.propagate(&identity, &grown.to_matrix(), known.len);
+            if let Some(mut tracks) = self.movers.tracks() {
+                tracks.carried(&identity, covariance);
+            }
         }
         Ok(())
     }

@@ -33,6 +33,8 @@ pub struct JointReport<T> {
     pub recalled: usize,
     /// Features that the archive had no room for, or that went in their place.
     pub forgotten: usize,
+    /// Features after the scan that may move.
+    pub movers: usize,
     /// Features after the scan, without those in the archive.
     pub features: usize,
     /// ln of the likelihood of the scan given all before, up to a constant.
@@ -107,6 +109,7 @@ impl<T: Real> Tally<T> {
             parked: 0,
             recalled: 0,
             forgotten: 0,
+            movers: 0,
             features: known.len,
             ln_evidence: T::ZERO,
             expected_detections: self.all.expected,

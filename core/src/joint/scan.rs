@@ -4,6 +4,7 @@ use super::archive::Archive;
 use super::associate::associate;
 use super::correct::correct;
 use super::filter::JointSlam;
+use super::movers::Movers;
 use super::park::{Parked, park};
 use super::recall::visit;
 use super::report::JointReport;
@@ -11,9 +12,16 @@ use super::tidy::{bear, drop_spoilt, drop_unlikely, merge};
 use crate::models::OnVehicle;
 use crate::{Detector, Health, MeasurementModel, Motion, Pose, Real, ScanError, Sensor, Vector};
 
-impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, A: Archive<M::Pose>> JointSlam<'_, M, Z, A> {
+impl<T, M, Z, A, V> JointSlam<'_, M, Z, A, V>
+where
+    T: Real,
+    M: Motion<Pose: Pose<Scalar = T>>,
+    Z: Vector<Scalar = T>,
+    A: Archive<M::Pose>,
+    V: Movers<M::Pose>,
+{
     /// Takes in one scan of one of the vehicle's sensors, whose measurements have at most as many dimensions as the state's `Z`.
-    /// Of births that move a joint map knows nothing: all features stand still.
+    /// Of births that move it knows only [with movers](Self::with_movers): without, all features stand still.
     ///
     /// # Errors
     /// A measurement is not finite, there are more than the state holds, the detector is to [learn](Detector::learning), or the filter has
@@ -25,9 +33,12 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, A: Archi
     ) -> Result<JointReport<T>, ScanError> {
         let models = self.checked(detector, measurements)?;
         let sensor = models.sensor();
-        let ln_birth = detector.births.of_static.ln();
-        let Self { config, memory, archive, .. } = self;
+        let births = &detector.births;
+        let Self { config, memory, archive, movers, .. } = self;
         memory.clamp();
+        if let Some(mut tracks) = movers.tracks() {
+            tracks.advance(memory.known.waited_s, config.least_existence);
+        }
         let mut shelf = archive.shelf();
         let passage = config.persistence.over(memory.known.waited_s);
         memory.slots.iter_mut().take(memory.known.len).for_each(|slot| slot.existence = slot.existence.after(&passage));
@@ -35,18 +46,22 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, A: Archi
             shelf.pass(memory.known.waited_s);
             visit(shelf, &config.persistence, memory)
         });
-        let (in_view, ln_evidence) = associate(&models, ln_birth, config, memory, measurements);
+        let (in_view, ln_evidence) = associate(&models, births, config, memory, movers, measurements);
         let recalled = match (&mut trial, &mut shelf) {
             (Some(trial), Some(shelf)) => trial.judge(shelf, memory, measurements.len()),
             _ => 0,
         };
-        let tally = correct(sensor, memory, measurements);
+        let tally = correct(sensor, memory, movers, measurements);
+        let united = movers.tracks().map_or(0, |mut tracks| {
+            tracks.correct(sensor, memory.known, memory.explained, measurements);
+            tracks.tidy(config)
+        });
         if let Some(trial) = trial {
             trial.end(memory);
         }
         memory.follow();
         let first_label = memory.known.next_label;
-        let born = bear(&models, ln_birth, config, memory, measurements);
+        let born = bear(&models, births, config, memory, movers, measurements);
         let merged = merge(sensor, config, memory);
         let spoilt = drop_spoilt(memory);
         let dropped = drop_unlikely(config, memory, first_label);
@@ -58,12 +73,13 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, A: Archi
             births: born.births,
             no_birth: born.no_birth,
             dropped: dropped + parked.dropped,
-            merged,
+            merged: merged + united,
             lost: born.lost,
             spoilt: report.spoilt + spoilt + parked.spoilt,
             parked: parked.parked,
             recalled,
             forgotten: parked.forgotten,
+            movers: movers.kept().len(),
             health: report.health
                 | Health::COMPONENTS_LOST.when(born.lost + parked.forgotten > 0)
                 | Health::COVARIANCE_REPAIRED.when(spoilt + parked.spoilt > 0),

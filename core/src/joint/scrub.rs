@@ -4,9 +4,10 @@
 //! of the variances was, and that one breaks it with many. A feature at fault is dropped, which leaves the covariance of all others as
 //! it is. The pose cannot be dropped: its variances are raised, which only says that less is known.
 
-use super::archive::Archive;
+use super::archive::{Archive, Shelf};
 use super::covariance::{Joint, first};
 use super::filter::JointSlam;
+use super::movers::{Movers, Tracks};
 use super::state::{Memory, Slot};
 use crate::filter::scrub::{Scrubbed, Scrubber};
 use crate::numerics::range::is_within_range;
@@ -18,10 +19,17 @@ const ROUNDING: f64 = 1.05;
 /// The same of a probability.
 const GREATEST_PROBABILITY: f64 = 1.001;
 
-impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, A: Archive<M::Pose>> JointSlam<'_, M, Z, A> {
+impl<T, M, Z, A, V> JointSlam<'_, M, Z, A, V>
+where
+    T: Real,
+    M: Motion<Pose: Pose<Scalar = T>>,
+    Z: Vector<Scalar = T>,
+    A: Archive<M::Pose>,
+    V: Movers<M::Pose>,
+{
     /// Looks over `parts` parts of the state, and mends what is no state that the filter leaves, as
     /// [`ScPhd::scrub`](crate::ScPhd::scrub) does: for memory without error correction, between steps, as there is time. The pose with its
-    /// covariance is a part, every feature with its row of the joint covariance one, and every feature in the archive one. What is
+    /// covariance is a part, every feature with its row of the joint covariance one, and every feature in the archive and every mover one. What is
     /// sound is left as it is, to the bit. A feature of n takes some 2 n (3 + 2 n) comparisons in the worst case, in the plane 6 + 4 n
     /// where it is sound.
     ///
@@ -45,19 +53,34 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, A: Archi
         {
             return Err(Flaw::Cursor);
         }
-        let parts = parts.min(1 + memory.known.len + shelf.as_ref().map_or(0, |shelf| shelf.index.len));
+        let mut tracks = self.movers.tracks();
+        if let Some(tracks) = &mut tracks {
+            if tracks.common.len > tracks.movers.len() {
+                return Err(Flaw::Cursor);
+            }
+            scrubbed.widened |= tracks.mend_doubt(memory);
+        }
+        let behind = |shelf: &Option<Shelf<'_, M::Pose>>, tracks: &Option<Tracks<'_, M::Pose>>| {
+            let archived = shelf.as_ref().map_or(0, |shelf| shelf.index.len);
+            (archived, archived + tracks.as_ref().map_or(0, |tracks| tracks.common.len))
+        };
+        let parts = parts.min(1 + memory.known.len + behind(&shelf, &tracks).1);
         for _ in 0..parts {
             let features = memory.known.len;
             match scrubber.next {
                 0 => scrubbed.widened |= memory.mend_pose_block()?,
                 part if part <= features => scrubbed.features += memory.mend_feature(part - 1),
                 part => {
-                    let dropped = shelf.as_mut().is_some_and(|shelf| shelf.drop_unsound(part - 1 - features));
+                    let (archived, place) = (behind(&shelf, &tracks).0, part - 1 - features);
+                    let dropped = match place.checked_sub(archived) {
+                        None => shelf.as_mut().is_some_and(|shelf| shelf.drop_unsound(place)),
+                        Some(mover) => tracks.as_mut().is_some_and(|tracks| tracks.drop_unsound(mover)),
+                    };
                     scrubbed.features += usize::from(dropped);
                 }
             }
             scrubber.next += 1;
-            if scrubber.next > memory.known.len + shelf.as_ref().map_or(0, |shelf| shelf.index.len) {
+            if scrubber.next > memory.known.len + behind(&shelf, &tracks).1 {
                 (scrubber.next, scrubbed.round) = (0, true);
             }
         }
@@ -77,6 +100,10 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, A: Archi
         if let Some(index) = self.archive.index() {
             seal.count(index.len);
             seal.word(index.next_page);
+        }
+        if let Some((common, _)) = self.movers.common() {
+            seal.count(common.len);
+            common.doubt.as_lower().iter().for_each(|&number| seal.scalar(number));
         }
         seal.value()
     }
@@ -146,6 +173,18 @@ impl<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>> Memory<'_, P, Z> {
 
     fn detections(&self, place: usize) -> T {
         self.slots.get(place).map_or(T::ZERO, |slot| slot.detections)
+    }
+}
+
+impl<T: Real, P: Pose<Scalar = T>> Tracks<'_, P> {
+    /// Takes all that is unknown of the pose for unknown of the way since the last scan, where what is kept of that cannot be; whether it had
+    /// to.
+    fn mend_doubt<Z: Vector<Scalar = T>>(&mut self, memory: &Memory<'_, P, Z>) -> bool {
+        if self.common.is_sound() {
+            return false;
+        }
+        self.common.doubt = Symmetric::from_fn(|row, column| memory.joint.get(row, column));
+        true
     }
 }
 

@@ -2,12 +2,16 @@
 
 use super::archive::Archive;
 use super::filter::JointSlam;
-use super::walk::{audit_archive, fill_archive, walk_archive};
+use super::movers::Movers;
+use super::walk::{audit_archive, audit_movers, fill_archive, fill_movers, walk_archive, walk_movers};
 use crate::snapshot::frame::{Content, Head, Shape};
 use crate::snapshot::read::{Reader, checked, numbers};
 use crate::snapshot::visit::{Visit, Walk};
 use crate::snapshot::write::write;
 use crate::{Flaw, Motion, Pose, Real, RestoreError, SaveError, TangentOf, Vector};
+
+/// How far up in the third size of a head the number of movers is, and one more; 0 without movers.
+const MOVERS_AT: u32 = 16;
 
 /// What snapshots of such a filter have in common.
 fn shape<P: Pose>(kind: u32) -> Shape {
@@ -19,7 +23,14 @@ fn shape<P: Pose>(kind: u32) -> Shape {
     }
 }
 
-impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, A: Archive<M::Pose>> JointSlam<'_, M, Z, A> {
+impl<T, M, Z, A, V> JointSlam<'_, M, Z, A, V>
+where
+    T: Real,
+    M: Motion<Pose: Pose<Scalar = T>>,
+    Z: Vector<Scalar = T>,
+    A: Archive<M::Pose>,
+    V: Movers<M::Pose>,
+{
     /// Looks over everything that the filter knows: the pose, every feature, every number of the covariance. Linear in the state,
     /// and no part of a step.
     ///
@@ -29,6 +40,7 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, A: Archi
         if self.memory.known.started {
             self.memory.audit()?;
             audit_archive(self.archive.kept())?;
+            audit_movers(&self.movers)?;
         }
         Ok(())
     }
@@ -46,7 +58,9 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, A: Archi
         let [features, archived] =
             [memory.known.len, self.archive.kept().len()].map(|n| u32::try_from(n).unwrap_or(u32::MAX));
         let with_archive = u32::from(self.archive.index().is_some());
-        let head = Head { shape: shape::<M::Pose>(kind), flags: 0, len: 0, sizes: [features, archived, with_archive] };
+        let with_movers = if V::MOVE { 1 + self.movers.kept().len() as u32 } else { 0 };
+        let sizes = [features, archived, with_archive | with_movers << MOVERS_AT];
+        let head = Head { shape: shape::<M::Pose>(kind), flags: 0, len: 0, sizes };
         write(head, self, [&mut [], &mut []], sink)
     }
 
@@ -62,12 +76,16 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, A: Archi
     ) -> Result<usize, RestoreError<E>> {
         let memory = &mut self.memory;
         let head = checked(&mut source, shape::<M::Pose>(kind))?;
-        let [features, archived, with_archive] = head.sizes.map(|size| usize::try_from(size).unwrap_or(usize::MAX));
+        let [features, archived, others] = head.sizes.map(|size| usize::try_from(size).unwrap_or(usize::MAX));
+        let (with_archive, with_movers) = (others & ((1 << MOVERS_AT) - 1), others >> MOVERS_AT);
         RestoreError::check_room("features", features, memory.slots.len())?;
         let mut shelf = self.archive.shelf();
         let room = shelf.as_ref().map_or(0, |shelf| shelf.entries.len());
         RestoreError::check_room("archived features", archived, room)?;
         RestoreError::check_room("archives", with_archive, usize::from(shelf.is_some()))?;
+        let mut tracks = self.movers.tracks();
+        let room = tracks.as_ref().map_or(0, |tracks| 1 + tracks.movers.len());
+        RestoreError::check_room("movers", with_movers, room)?;
         let mut reader = Reader::behind(&head, &mut source);
         memory.fill(features, &mut reader);
         if let Some(shelf) = &mut shelf {
@@ -76,10 +94,17 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, A: Archi
                 fill_archive(shelf, archived, &mut reader);
             }
         }
+        if let Some(tracks) = &mut tracks {
+            tracks.clear();
+            if let Some(movers) = with_movers.checked_sub(1) {
+                fill_movers(tracks, movers, &mut reader);
+            }
+        }
         let kept = || shelf.as_ref().and_then(|shelf| shelf.entries.get(..shelf.index.len)).unwrap_or(&[]);
         let taken = reader.end().and_then(|()| {
             let sound = if memory.known.started { memory.audit() } else { Err(Flaw::Cursor) };
-            sound.and_then(|()| audit_archive(kept())).map_err(RestoreError::Flawed)
+            let sound = sound.and_then(|()| audit_archive(kept())).and_then(|()| audit_movers(&self.movers));
+            sound.map_err(RestoreError::Flawed)
         });
         if taken.is_err() {
             (memory.known.started, memory.known.len) = (false, 0);
@@ -88,14 +113,22 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, A: Archi
     }
 }
 
-/// The state, and the archive if there is one.
-impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, A: Archive<M::Pose>> Walk
-    for JointSlam<'_, M, Z, A>
+/// The state, and the archive and the movers if there are such.
+impl<T, M, Z, A, V> Walk for JointSlam<'_, M, Z, A, V>
+where
+    T: Real,
+    M: Motion<Pose: Pose<Scalar = T>>,
+    Z: Vector<Scalar = T>,
+    A: Archive<M::Pose>,
+    V: Movers<M::Pose>,
 {
     fn walk(&self, visit: &mut impl Visit) {
         self.memory.walk(visit);
         if let Some(index) = self.archive.index() {
             walk_archive(self.archive.kept(), index, visit);
+        }
+        if let Some((common, _)) = self.movers.common() {
+            walk_movers(self.movers.kept(), common, visit);
         }
     }
 }

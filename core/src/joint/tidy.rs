@@ -3,10 +3,11 @@
 use super::config::JointConfig;
 use super::covariance::{Common, first, symmetric};
 use super::existence::Existence;
+use super::movers::Movers;
 use super::state::{Memory, Slot};
 use crate::numerics::range::{is_within_range, is_within_square};
 use crate::numerics::vector::product;
-use crate::{FieldOfView, Linear, Matrix, MeasurementModel, Pose, PositionOf, Real, Sensor, TangentOf, Vector};
+use crate::{Births, FieldOfView, Linear, Matrix, MeasurementModel, Pose, PositionOf, Real, Sensor, TangentOf, Vector};
 
 /// Detections that a tentative feature has fewer of.
 pub(super) const TENTATIVE: f64 = 1.5;
@@ -23,25 +24,30 @@ pub(super) struct Born {
 }
 
 /// Adds a feature for every measurement that nothing explains well.
-pub(super) fn bear<T, X, Z>(
+pub(super) fn bear<T, X, Z, V>(
     models: &X,
-    ln_birth: T,
+    births: &Births<T>,
     config: &JointConfig<T>,
     memory: &mut Memory<'_, X::Pose, Z>,
+    movers: &mut V,
     measurements: &[X::Measurement],
 ) -> Born
 where
     T: Real,
     X: MeasurementModel<Pose: Pose<Scalar = T>>,
     Z: Vector<Scalar = T>,
+    V: Movers<X::Pose>,
 {
     let mut born = Born::default();
+    let (ln_birth, ln_moving) = (births.of_static.ln(), births.of_moving.ln());
     let frame = models.sensor().frame(&memory.known.pose);
     for (index, z) in measurements.iter().enumerate() {
         let Some(explained) = memory.explained.get(index) else { break };
         let unexplained = explained.unexplained;
-        let existence = (unexplained * (ln_birth - explained.ln_unexplained).exp()).at_most(T::ONE);
-        if !(unexplained >= config.birth_share && existence > T::ZERO) {
+        let born_of = |ln_birth: T| (unexplained * (ln_birth - explained.ln_unexplained).exp()).at_most(T::ONE);
+        let existence = born_of(ln_birth);
+        let moving = if V::MOVE { born_of(ln_moving) } else { T::ZERO };
+        if !(unexplained >= config.birth_share && existence + moving > T::ZERO) {
             continue;
         }
         let label = memory.known.next_label;
@@ -50,6 +56,12 @@ where
             born.no_birth += 1;
             continue;
         };
+        if let Some(mut tracks) = movers.tracks().filter(|_| moving > T::ZERO) {
+            born.lost += tracks.bear(label, moving, &mean, &own);
+        }
+        if !(existence > T::ZERO) {
+            continue;
+        }
         if memory.known.len == memory.slots.len() {
             born.lost += 1;
             let weakest = weakest(memory);

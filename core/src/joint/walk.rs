@@ -2,12 +2,13 @@
 
 use super::archive::{Entry, Index, Shelf};
 use super::existence::Existence;
+use super::movers::{Common, Mover, Movers, Tracks};
 use super::state::{Memory, Slot};
 use crate::numerics::range::is_within_range;
 use crate::report::watch::Watch;
 use crate::snapshot::read::Reader;
 use crate::snapshot::visit::Visit;
-use crate::{Flaw, Matrix, Pose, Real, Symmetric, Vector, Zero};
+use crate::{Component, Flaw, Matrix, Pose, Real, Symmetric, Vector, Zero};
 
 impl<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>> Memory<'_, P, Z> {
     /// Walks through the state.
@@ -129,6 +130,40 @@ where
 /// Looks over an archive: the first flaw, if any. Linear in it.
 pub(super) fn audit_archive<P: Pose>(entries: &[Entry<P>]) -> Result<(), Flaw> {
     if entries.iter().all(Entry::is_sound) { Ok(()) } else { Err(Flaw::Component) }
+}
+
+/// Walks through what moves.
+pub(super) fn walk_movers<P: Pose>(movers: &[Mover<P>], common: &Common<P>, visit: &mut impl Visit) {
+    common.doubt.as_lower().iter().for_each(|&number| visit.scalar(number));
+    for Mover { component: Component { label, ln_weight, mean, covariance, .. }, .. } in movers {
+        visit.word(*label);
+        visit.scalar(*ln_weight);
+        mean.as_slice().iter().chain(covariance.as_lower()).for_each(|&number| visit.scalar(number));
+    }
+}
+
+/// Fills the memory of what moves with what a walk through so many has written. What comes of it is to be audited.
+pub(super) fn fill_movers<T, P, S, E>(tracks: &mut Tracks<'_, P>, movers: usize, from: &mut Reader<'_, S, E>)
+where
+    T: Real,
+    P: Pose<Scalar = T>,
+    S: FnMut(usize, &mut [u8]) -> Result<(), E>,
+{
+    tracks.common.len = movers.min(tracks.movers.len());
+    tracks.common.doubt = Symmetric::from_fn(|_, _| from.scalar());
+    for mover in tracks.kept_mut() {
+        let (label, ln_weight, mean) = (from.word(), from.scalar(), from.vector());
+        let covariance = Symmetric::from_fn(|_, _| from.scalar());
+        *mover = Mover::new(Component { label, ln_weight, mean, covariance });
+    }
+}
+
+/// Looks over what moves: the first flaw, if any. Linear in it.
+pub(super) fn audit_movers<T: Real, P: Pose<Scalar = T>>(movers: &impl Movers<P>) -> Result<(), Flaw> {
+    if movers.common().is_some_and(|(common, _)| !common.is_sound()) {
+        return Err(Flaw::Pose);
+    }
+    if movers.kept().iter().all(Mover::is_sound) { Ok(()) } else { Err(Flaw::Component) }
 }
 
 /// The lower and the upper half.

@@ -5,6 +5,7 @@ use crate::map::workspace::{Entry, InView, Origin, Ranked, Workspace};
 use crate::numerics::links::{Linked, NONE};
 use crate::numerics::sort::shell_sort;
 use crate::{Component, Factor, Real, Vector};
+use core::borrow::Borrow;
 
 /// Merges and caps the components in view, which are pruned already; returns how many were merged away.
 pub(crate) fn merge_and_cap<T: Real, N: Vector<Scalar = T>>(
@@ -171,7 +172,7 @@ fn leader<T: Real, N: Vector<Scalar = T>>(
     merge_distance: T,
 ) -> u16 {
     let Some(Entry { component, .. }) = entries.get(index) else { return NONE };
-    let mut near = Near { component, factor: None, distance: merge_distance };
+    let mut near = Near::of(component, merge_distance);
     let mut first = (index, component);
     cells.reached_by(component, merge_distance, links, |place| {
         if let Some(Entry { component: other, origin }) = entries.get(place)
@@ -194,17 +195,21 @@ fn clearly_lighter<T: Real, N: Vector<Scalar = T>>(a: &Component<N>, b: &Compone
 }
 
 /// What lies within a squared Mahalanobis distance of a component.
-struct Near<'c, N: Vector> {
+pub(crate) struct Near<'c, N: Vector> {
     component: &'c Component<N>,
     /// That of the covariance, from the first time that it was needed.
     factor: Option<Option<Factor<N>>>,
     distance: N::Scalar,
 }
 
-impl<T: Real, N: Vector<Scalar = T>> Near<'_, N> {
+impl<'c, T: Real, N: Vector<Scalar = T>> Near<'c, N> {
+    pub(crate) fn of(component: &'c Component<N>, distance: T) -> Self {
+        Self { component, factor: None, distance }
+    }
+
     /// Whether `mean` does.
     #[inline]
-    fn holds(&mut self, mean: &N) -> bool {
+    pub(crate) fn holds(&mut self, mean: &N) -> bool {
         let Self { component, distance, .. } = *self;
         let difference = component.mean - *mean;
         // d² ≥ δ_k² / P_kk for every coordinate k, which settles nearly all pairs without a factorisation.
@@ -218,15 +223,16 @@ impl<T: Real, N: Vector<Scalar = T>> Near<'_, N> {
 
 /// One Gaussian with the mass, the mean and the spread of `head` and the others together; where that is beyond the range of
 /// the scalar, with the mean and the spread of `head`.
-pub(crate) fn moment_match<'e, T: Real, N: Vector<Scalar = T>>(
+pub(crate) fn moment_match<T: Real, N: Vector<Scalar = T>>(
     head: &Component<N>,
-    others: impl Iterator<Item = &'e Component<N>>,
+    others: impl Iterator<Item = impl Borrow<Component<N>>>,
 ) -> Component<N> {
     // Weights and means relative to the head keep single precision where the map is far from its origin.
     let mut mass = T::ONE;
     let mut offset = N::ZERO;
     let mut second_moment = head.covariance;
     for other in others {
+        let other = other.borrow();
         let weight = (other.ln_weight - head.ln_weight).exp();
         let difference = other.mean - head.mean;
         mass += weight;

@@ -101,6 +101,27 @@ impl<T: Real> MovingConfig<T> {
             extraction_weight: T::from_f64(0.5),
         }
     }
+
+    /// The first field that is out of range, if any.
+    pub(crate) fn check(&self) -> Result<(), ConfigError> {
+        let require = |holds, field, range| if holds { Ok(()) } else { Err(ConfigError { field, range }) };
+        require(
+            self.velocity_sigma_mps >= T::from_f64(1e-6) && self.velocity_sigma_mps <= T::from_f64(1e6),
+            "moving.velocity_sigma_mps",
+            "between 1e-6 and 1e6: beyond, its square leaves the range of single precision",
+        )?;
+        self.motion.check().map_err(|error| ConfigError { field: error.field, range: error.range })?;
+        require(
+            self.extraction_weight >= T::ZERO && self.extraction_weight <= T::ONE,
+            "moving.extraction_weight",
+            "between 0 and 1",
+        )?;
+        require(
+            self.spread_max_m > T::ZERO && self.spread_max_m.is_finite(),
+            "moving.spread_max_m",
+            "finite and positive",
+        )
+    }
 }
 
 /// Whether the crate has been built with what detectors learn while running.
@@ -219,23 +240,7 @@ impl<T: Real> Config<T> {
                 "above 0 and below 1",
             )?;
         }
-        let moving = &self.moving;
-        require(
-            moving.velocity_sigma_mps >= T::from_f64(1e-6) && moving.velocity_sigma_mps <= T::from_f64(1e6),
-            "moving.velocity_sigma_mps",
-            "between 1e-6 and 1e6: beyond, its square leaves the range of single precision",
-        )?;
-        moving.motion.check().map_err(|error| ConfigError { field: error.field, range: error.range })?;
-        require(
-            moving.extraction_weight >= zero && moving.extraction_weight <= one,
-            "moving.extraction_weight",
-            "between 0 and 1",
-        )?;
-        require(
-            moving.spread_max_m > zero && moving.spread_max_m.is_finite(),
-            "moving.spread_max_m",
-            "finite and positive",
-        )?;
+        self.moving.check()?;
         require(
             self.negligible > zero && self.negligible <= self.prune_weight,
             "negligible",

@@ -588,7 +588,7 @@ pub enum FilterName {
     RbSingle,
     /// The same with the likelihood of RB-PHD SLAM with several features at once.
     RbMulti,
-    /// One Gaussian over the pose and all features; static features only.
+    /// One Gaussian over the pose and all features; what moves, with --moving on, beside it.
     Joint,
     /// Brute force in double precision, slow.
     Reference,

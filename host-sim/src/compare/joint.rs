@@ -7,6 +7,7 @@ use crate::events::Event;
 use crate::kind::Kind;
 use crate::reference::joint::{Joint, Models, State};
 use crate::slam::{OpenJoint, Refusal};
+use nalgebra::DMatrix;
 use serde::Serialize;
 
 /// Largest differences between the joint filter and its reference, relative unless the name carries a unit.
@@ -42,9 +43,17 @@ pub struct JointDifferences {
     pub existence: f64,
     /// How often a feature was detected: the difference itself.
     pub detections: f64,
+    /// Probability that a mover is there: the difference itself.
+    pub mover_weight: f64,
+    /// Place and velocity of a mover, each as the mean of a feature is compared.
+    pub mover_mean: f64,
+    /// Covariance of a mover.
+    pub mover_covariance: f64,
     /// Features compared.
     pub features: usize,
-    /// Features of either that the other does not have: rounding decided otherwise what is born, merged or dropped.
+    /// Movers compared.
+    pub movers: usize,
+    /// Features and movers of either that the other does not have: rounding decided otherwise what is born, merged or dropped.
     pub unmatched: usize,
     /// Scans in which either had another number of features in view, or of measurements without an inverse.
     pub other_views: usize,
@@ -74,10 +83,14 @@ impl JointDifferences {
         larger(&mut self.cross_covariance, other.cross_covariance);
         larger(&mut self.existence, other.existence);
         larger(&mut self.detections, other.detections);
+        larger(&mut self.mover_weight, other.mover_weight);
+        larger(&mut self.mover_mean, other.mover_mean);
+        larger(&mut self.mover_covariance, other.mover_covariance);
         larger(&mut self.own_way_position_m, other.own_way_position_m);
         larger(&mut self.own_way_heading_rad, other.own_way_heading_rad);
         self.scans += other.scans;
         self.features += other.features;
+        self.movers += other.movers;
         self.unmatched += other.unmatched;
         self.other_views += other.other_views;
         self.capacity_events += other.capacity_events;
@@ -160,8 +173,8 @@ fn predicted(ours: &State, theirs: &State, dimension: usize) -> JointDifferences
     let (predicted_position_m, predicted_heading_rad) = apart(ours, theirs, dimension);
     // A prediction leaves every feature in its place.
     let same: Vec<usize> = (0..ours.covariance.nrows()).collect();
-    let predicted_covariance =
-        elements(ours, theirs, &same, &same).fold(0.0, |most, element| larger(most, element.off));
+    let of_all = elements(ours, theirs, &same, &same).fold(0.0, |most, element| larger(most, element.off));
+    let predicted_covariance = larger(of_all, scaled_difference(&ours.doubt, &theirs.doubt));
     let waited_s = (ours.waited_s - theirs.waited_s).abs();
     JointDifferences {
         predicted_position_m,
@@ -197,6 +210,38 @@ fn elements<'s>(
     })
 }
 
+/// The largest difference of two covariances' elements, each over the standard deviations of its row and column.
+fn scaled_difference(ours: &DMatrix<f64>, theirs: &DMatrix<f64>) -> f64 {
+    let of = |(index, (a, b)): (usize, (&f64, &f64))| {
+        let (row, column) = (index % theirs.nrows(), index / theirs.nrows());
+        let off = (a - b).abs();
+        if off == 0.0 { 0.0 } else { off / (theirs[(row, row)] * theirs[(column, column)]).sqrt() }
+    };
+    ours.iter().zip(theirs.iter()).enumerate().map(of).fold(0.0, larger)
+}
+
+/// Of what moves, after a scan.
+fn movers(ours: &State, theirs: &State, dimension: usize, differences: &mut JointDifferences) {
+    let before = differences.movers;
+    for mover in &ours.movers {
+        let Some(other) = theirs.movers.iter().find(|other| other.label == mover.label) else {
+            differences.unmatched += 1;
+            continue;
+        };
+        let relative = |from: usize| {
+            let off: Vec<f64> = (from..from + dimension).map(|k| mover.mean[k] - other.mean[k]).collect();
+            norm(&off) / norm(&other.mean.as_slice()[from..from + dimension]).max(1.0)
+        };
+        let of_mean = larger(relative(0), relative(dimension));
+        differences.mover_mean = larger(differences.mover_mean, of_mean);
+        let of_covariance = scaled_difference(&mover.covariance, &other.covariance);
+        differences.mover_covariance = larger(differences.mover_covariance, of_covariance);
+        differences.mover_weight = larger(differences.mover_weight, (mover.weight - other.weight).abs());
+        differences.movers += 1;
+    }
+    differences.unmatched += theirs.movers.len() - (differences.movers - before);
+}
+
 /// After a scan.
 fn differences(ours: &State, theirs: &State, dimension: usize) -> JointDifferences {
     let (estimated_position_m, estimated_heading_rad) = apart(ours, theirs, dimension);
@@ -222,6 +267,7 @@ fn differences(ours: &State, theirs: &State, dimension: usize) -> JointDifferenc
         differences.features += 1;
     }
     differences.unmatched += theirs.features.len() - differences.features;
+    movers(ours, theirs, dimension, &mut differences);
     for Element { row, column, off } in elements(ours, theirs, &of_ours, &of_theirs) {
         let of = |index: usize| index.checked_sub(pose).map(|behind| behind / dimension);
         let into = match (of(row), of(column)) {

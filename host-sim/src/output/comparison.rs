@@ -86,7 +86,7 @@ const FIELDS: [Field<Differences>; 18] = [
 ];
 
 /// The fields of [`JointDifferences`] in order.
-const JOINT_FIELDS: [Field<JointDifferences>; 21] = [
+const JOINT_FIELDS: [Field<JointDifferences>; 25] = [
     ("scans", "scans", |d| count(d.scans)),
     ("predicted_position_m", "predicted position (m)", |d| power(d.predicted_position_m)),
     ("predicted_heading_rad", "predicted heading (rad)", |d| power(d.predicted_heading_rad)),
@@ -102,7 +102,11 @@ const JOINT_FIELDS: [Field<JointDifferences>; 21] = [
     ("cross_covariance", "cross-covariance (relative)", |d| power(d.cross_covariance)),
     ("existence", "probability of a feature", |d| power(d.existence)),
     ("detections", "detections of a feature", |d| power(d.detections)),
+    ("mover_weight", "probability of a mover", |d| power(d.mover_weight)),
+    ("mover_mean", "mean of a mover (relative)", |d| power(d.mover_mean)),
+    ("mover_covariance", "covariance of a mover (relative)", |d| power(d.mover_covariance)),
     ("features", "features compared", |d| count(d.features)),
+    ("movers", "movers compared", |d| count(d.movers)),
     ("unmatched", "features unmatched", |d| count(d.unmatched)),
     ("other_views", "scans with other views", |d| count(d.other_views)),
     ("capacity_events", "scans short of room", |d| count(d.capacity_events)),

@@ -2,7 +2,7 @@
 
 use super::contract::{PoseAndCovariance, Refusal, ScanOutcome, Slam, left_out, no_sensor, refusal};
 use super::fixes::Fixed;
-use super::models::{Models, Referred, feature_of, full, measured, pose_of};
+use super::models::{Models, Referred, feature_of, full, measured, moving_of, pose_of};
 use super::stage_times::StageTimes;
 use crate::dimensions::{Coordinates, Dimensions};
 use crate::record::{MapFeature, MovingFeature, Usage};
@@ -218,13 +218,7 @@ impl<D: Dimensions, M: Motion<Pose: Fixed<D>> + Copy, X: MeasurementModel<Pose =
     fn moving(&mut self) -> Result<Vec<MovingFeature<D>>, Refusal> {
         let mut features = vec![Component::<MovingOf<M::Pose>>::ZERO; FEATURES];
         let estimate = self.with(0, |filter, _| filter.estimate_moving(&mut features))?;
-        let features = features.iter().take(estimate.features).map(|feature| MovingFeature {
-            id: feature.label,
-            weight: feature.ln_weight.exp().to_f64(),
-            position: D::Position::with(|k| feature.mean.at(k).to_f64()),
-            velocity: D::Position::with(|k| feature.mean.at(D::Position::COUNT + k).to_f64()),
-            covariance: D::Position::square(|row, column| feature.covariance.get(row, column).to_f64()),
-        });
+        let features = features.iter().take(estimate.features).map(moving_of);
         Ok(features.collect())
     }
 

@@ -5,8 +5,8 @@ use crate::dimensions::{Dimensions, Planar, Underwater};
 use crate::log::{FixNoise, PoseFix};
 use nalgebra::{Vector1, Vector2};
 use scphd::{
-    AuvPose, Calibrated, CalibratedPose, Fix, FixReport, HeadingFix, JointSlam, Motion, ObserveError, PlanarPose, Pose,
-    PositionFix, Real, ScPhd, ScalarOf, Vector,
+    AuvPose, Calibrated, CalibratedPose, Fix, FixReport, HeadingFix, JointSlam, Motion, Movers, NoArchive,
+    ObserveError, PlanarPose, Pose, PositionFix, Real, ScPhd, ScalarOf, Vector,
 };
 use std::convert::Infallible;
 use std::fmt::Debug;
@@ -31,7 +31,12 @@ impl<M: Motion> Observes<M::Pose> for ScPhd<'_, M> {
     }
 }
 
-impl<M: Motion, Z: Vector<Scalar = ScalarOf<M::Pose>>> Observes<M::Pose> for JointSlam<'_, M, Z> {
+impl<M, Z, V> Observes<M::Pose> for JointSlam<'_, M, Z, NoArchive, V>
+where
+    M: Motion,
+    Z: Vector<Scalar = ScalarOf<M::Pose>>,
+    V: Movers<M::Pose>,
+{
     fn take<F: Fix<Pose = M::Pose> + Copy>(
         &mut self,
         fix: &F,

@@ -5,7 +5,8 @@ use super::joint_room::FEATURES;
 use nalgebra::Vector2;
 use scphd::{
     Component, Detector, JointSlam, Locator, LocatorConfig, LocatorReport, LocatorState, MeasurementModel, Motion,
-    PlanarPose, Pose, Real, Vector, from_slice, into_slice, restore_map, save_map,
+    Movers, NoArchive, PlanarPose, Pose, PoseEstimate, PositionOf, Real, ScalarOf, Symmetric, TangentOf, Vector,
+    from_slice, into_slice, restore_map, save_map,
 };
 
 /// Places that are weighed against each other.
@@ -17,24 +18,65 @@ const KIND: u32 = 0;
 
 type Memory<T> = LocatorState<T, FEATURES, HYPOTHESES>;
 
-/// What a joint filter can do with maps of earlier drives.
-pub(crate) trait InMap<M: Motion, X: MeasurementModel<Pose = M::Pose>> {
-    /// Starts in a map: at a pose, or looking for it.
-    fn start(
+/// A joint filter, as far as maps of earlier drives go.
+pub(crate) trait Mapped<P: Pose> {
+    /// Starts at a pose that is known to a covariance, or for certain, in this map.
+    fn start_at(
         &mut self,
-        slam: &mut JointSlam<'_, M, X::Measurement>,
-        file: &[u8],
-        known: Option<M::Pose>,
+        pose: P,
+        covariance: Option<&Symmetric<TangentOf<P>>>,
+        map: &[Component<PositionOf<P>>],
     ) -> Result<(), Refusal>;
 
+    /// The estimated pose, once it is started.
+    fn here(&self) -> Option<PoseEstimate<P>>;
+
+    /// The estimated map.
+    fn map(&self) -> Vec<Component<PositionOf<P>>>;
+}
+
+impl<M, Z, V> Mapped<M::Pose> for JointSlam<'_, M, Z, NoArchive, V>
+where
+    M: Motion,
+    Z: Vector<Scalar = ScalarOf<M::Pose>>,
+    V: Movers<M::Pose>,
+{
+    fn start_at(
+        &mut self,
+        pose: M::Pose,
+        covariance: Option<&Symmetric<TangentOf<M::Pose>>>,
+        map: &[Component<PositionOf<M::Pose>>],
+    ) -> Result<(), Refusal> {
+        let started = match covariance {
+            Some(covariance) => self.reset_within(pose, covariance),
+            None => self.reset(pose),
+        };
+        started.map_err(refusal)?;
+        self.load_map(map).map_err(refusal)
+    }
+
+    fn here(&self) -> Option<PoseEstimate<M::Pose>> {
+        self.estimate_pose()
+    }
+
+    fn map(&self) -> Vec<Component<PositionOf<M::Pose>>> {
+        self.features().collect()
+    }
+}
+
+/// What a joint filter can do with maps of earlier drives.
+pub(crate) trait InMap<X: MeasurementModel> {
+    /// Starts in a map: at a pose, or looking for it.
+    fn start(&mut self, slam: &mut dyn Mapped<X::Pose>, file: &[u8], known: Option<X::Pose>) -> Result<(), Refusal>;
+
     /// After every scan: goes on with the search, and into the map where it has found the place.
-    fn look(&mut self, slam: &mut JointSlam<'_, M, X::Measurement>, detector: &Detector<X>) -> Result<(), Refusal>;
+    fn look(&mut self, slam: &mut dyn Mapped<X::Pose>, detector: &Detector<X>) -> Result<(), Refusal>;
 
     /// How the search went.
     fn search(&self) -> Option<Search>;
 
     /// The estimated map as bytes.
-    fn file(&self, slam: &JointSlam<'_, M, X::Measurement>) -> Result<Vec<u8>, Refusal>;
+    fn file(&self, slam: &dyn Mapped<X::Pose>) -> Result<Vec<u8>, Refusal>;
 }
 
 /// In the plane.
@@ -50,15 +92,10 @@ impl<T: Real> PlanarMap<T> {
     }
 }
 
-impl<T, M, X> InMap<M, X> for PlanarMap<T>
-where
-    T: Real,
-    M: Motion<Pose = PlanarPose<T>>,
-    X: MeasurementModel<Pose = PlanarPose<T>>,
-{
+impl<T: Real, X: MeasurementModel<Pose = PlanarPose<T>>> InMap<X> for PlanarMap<T> {
     fn start(
         &mut self,
-        slam: &mut JointSlam<'_, M, X::Measurement>,
+        slam: &mut dyn Mapped<PlanarPose<T>>,
         file: &[u8],
         known: Option<PlanarPose<T>>,
     ) -> Result<(), Refusal> {
@@ -67,22 +104,21 @@ where
         map.truncate(features);
         self.map = map;
         if let Some(pose) = known {
-            slam.reset(pose).map_err(refusal)?;
-            return slam.load_map(&self.map).map_err(refusal);
+            return slam.start_at(pose, None, &self.map);
         }
         let mut memory = Box::new(Memory::new());
         Locator::new(LocatorConfig::default(), &mut memory).map_err(refusal)?.load_map(&self.map).map_err(refusal)?;
         self.memory = Some(memory);
         self.search = Some(Search { scans: 0, found: None, elsewhere: 1.0 });
         // Until it is found, the vehicle maps in a frame of its own.
-        slam.reset(PlanarPose::ZERO).map_err(refusal)
+        slam.start_at(PlanarPose::ZERO, None, &[])
     }
 
-    fn look(&mut self, slam: &mut JointSlam<'_, M, X::Measurement>, detector: &Detector<X>) -> Result<(), Refusal> {
+    fn look(&mut self, slam: &mut dyn Mapped<PlanarPose<T>>, detector: &Detector<X>) -> Result<(), Refusal> {
         let (Some(memory), Some(search)) = (&mut self.memory, &mut self.search) else { return Ok(()) };
-        let estimate = slam.estimate_pose().ok_or_else(|| refusal("not started"))?;
+        let estimate = slam.here().ok_or_else(|| refusal("not started"))?;
         let mut locator = Locator::new(LocatorConfig::default(), &mut **memory).map_err(refusal)?;
-        let LocatorReport { found, elsewhere, .. } = locator.look(detector, &estimate, slam.features());
+        let LocatorReport { found, elsewhere, .. } = locator.look(detector, &estimate, slam.map().into_iter());
         search.scans += 1;
         search.elsewhere = elsewhere.to_f64();
         let Some(place) = found else { return Ok(()) };
@@ -93,18 +129,16 @@ where
             matched: place.matched,
         });
         self.memory = None;
-        slam.reset_within(place.pose.mean, &place.pose.covariance).map_err(refusal)?;
-        slam.load_map(&self.map).map_err(refusal)
+        slam.start_at(place.pose.mean, Some(&place.pose.covariance), &self.map)
     }
 
     fn search(&self) -> Option<Search> {
         self.search
     }
 
-    fn file(&self, slam: &JointSlam<'_, M, X::Measurement>) -> Result<Vec<u8>, Refusal> {
-        let features: Vec<_> = slam.features().collect();
+    fn file(&self, slam: &dyn Mapped<PlanarPose<T>>) -> Result<Vec<u8>, Refusal> {
         let mut bytes = vec![0; MAP_BYTES];
-        let len = save_map(KIND, features.into_iter(), into_slice(&mut bytes)).map_err(refusal)?;
+        let len = save_map(KIND, slam.map().into_iter(), into_slice(&mut bytes)).map_err(refusal)?;
         bytes.truncate(len);
         Ok(bytes)
     }

@@ -2,15 +2,16 @@
 
 use super::contract::{PoseAndCovariance, Refusal, ScanOutcome, Search, Slam, left_out, no_sensor, refusal};
 use super::fixes::Fixed;
-use super::in_map::InMap;
+use super::in_map::{InMap, Mapped};
 use super::joint_room::JointRoom;
 use super::joint_snapshot;
-use super::models::{Models, feature_of, measured, pose_of};
+use super::models::{Models, feature_of, measured, moving_of, pose_of};
 use crate::dimensions::Dimensions;
-use crate::record::{MapFeature, Usage};
+use crate::record::{MapFeature, MovingFeature, Usage};
 use crate::reference::joint;
 use scphd::{
-    Detector, Implausible, JointConfig, JointSlam, MeasurementModel, Motion, Real, ScalarOf, Symmetric, TangentOf,
+    Detector, Implausible, JointConfig, JointSlam, MeasurementModel, Motion, NoArchive, Real, ScalarOf, Symmetric,
+    TangentOf,
 };
 use std::convert::Infallible;
 
@@ -24,34 +25,44 @@ pub trait OpenJoint<D: Dimensions>: Slam<D> {
 }
 
 /// The joint filter of one log, with its state on the heap.
-struct JointFilter<D: Dimensions, M: Motion<Pose: Fixed<D>>, X: MeasurementModel<Pose = M::Pose>> {
+struct JointFilter<D: Dimensions, M: Motion<Pose: Fixed<D>>, X: MeasurementModel<Pose = M::Pose>, R> {
     motion: M,
     control: fn(D::Control) -> M::Control,
     /// Of every sensor.
     detectors: Vec<Detector<X>>,
     fixes: <M::Pose as Fixed<D>>::Models,
     config: JointConfig<ScalarOf<M::Pose>>,
-    state: Box<dyn JointRoom<M, X::Measurement>>,
+    state: Box<R>,
     start: M::Pose,
     /// Maps of earlier drives, where there is a way to have them.
-    maps: Option<Box<dyn InMap<M, X>>>,
+    maps: Option<Box<dyn InMap<X>>>,
 }
+
+/// The joint filter over a state of the kind `R`.
+type SlamOver<'s, M, X, R> = JointSlam<
+    's,
+    M,
+    <X as MeasurementModel>::Measurement,
+    NoArchive,
+    <R as JointRoom<M, <X as MeasurementModel>::Measurement>>::Moving<'s>,
+>;
 
 /// The filter at the start of its log, with what is not known of its state there; everything is, unless said otherwise.
 ///
 /// # Errors
 /// The settings are out of range, and which.
-pub(crate) fn start<D, M, X>(
+pub(crate) fn start<D, M, X, R>(
     models: &Models<D, M, X>,
     config: JointConfig<ScalarOf<M::Pose>>,
-    mut state: Box<dyn JointRoom<M, X::Measurement>>,
-    maps: Option<Box<dyn InMap<M, X>>>,
+    mut state: Box<R>,
+    maps: Option<Box<dyn InMap<X>>>,
     prior: Option<Symmetric<TangentOf<M::Pose>>>,
 ) -> Result<Box<dyn OpenJoint<D>>, Refusal>
 where
     D: Dimensions,
     M: Motion<Pose: Fixed<D>> + Copy + 'static,
     X: MeasurementModel<Pose = M::Pose> + Copy + 'static,
+    R: JointRoom<M, X::Measurement>,
 {
     let mut filter = state.filter(models.motion, config).map_err(refusal)?;
     let begun = prior.map_or_else(|| filter.reset(models.start), |prior| filter.reset_within(models.start, &prior));
@@ -61,31 +72,39 @@ where
     Ok(Box::new(JointFilter { motion, control, detectors, fixes, config, state, start, maps }))
 }
 
-impl<D: Dimensions, M: Motion<Pose: Fixed<D>> + Copy, X: MeasurementModel<Pose = M::Pose>> JointFilter<D, M, X> {
+impl<D, M, X, R> JointFilter<D, M, X, R>
+where
+    D: Dimensions,
+    M: Motion<Pose: Fixed<D>> + Copy,
+    X: MeasurementModel<Pose = M::Pose>,
+    R: JointRoom<M, X::Measurement>,
+{
     /// Works on the filter. A state goes on from where the last filter over it left off.
-    fn with<R>(
+    fn with<Y>(
         &mut self,
-        work: impl FnOnce(&mut JointSlam<'_, M, X::Measurement>, &[Detector<X>]) -> R,
-    ) -> Result<R, Refusal> {
+        work: impl for<'s> FnOnce(&mut SlamOver<'s, M, X, R>, &[Detector<X>]) -> Y,
+    ) -> Result<Y, Refusal> {
         let mut filter = self.state.filter(self.motion, self.config).map_err(refusal)?;
         Ok(work(&mut filter, &self.detectors))
     }
-}
 
-impl<D: Dimensions, M: Motion<Pose: Fixed<D>> + Copy, X: MeasurementModel<Pose = M::Pose>> JointFilter<D, M, X> {
     /// Works on the filter and its maps of earlier drives, if it can have any.
-    fn with_maps<R>(
+    fn with_maps<Y>(
         &mut self,
-        work: impl FnOnce(&mut dyn InMap<M, X>, &mut JointSlam<'_, M, X::Measurement>, &[Detector<X>]) -> Result<R, Refusal>,
-    ) -> Option<Result<R, Refusal>> {
+        work: impl FnOnce(&mut dyn InMap<X>, &mut dyn Mapped<M::Pose>, &[Detector<X>]) -> Result<Y, Refusal>,
+    ) -> Option<Result<Y, Refusal>> {
         let maps = self.maps.as_deref_mut()?;
         let filter = self.state.filter(self.motion, self.config).map_err(refusal);
         Some(filter.and_then(|mut filter| work(maps, &mut filter, &self.detectors)))
     }
 }
 
-impl<D: Dimensions, M: Motion<Pose: Fixed<D>> + Copy, X: MeasurementModel<Pose = M::Pose>> Slam<D>
-    for JointFilter<D, M, X>
+impl<D, M, X, R> Slam<D> for JointFilter<D, M, X, R>
+where
+    D: Dimensions,
+    M: Motion<Pose: Fixed<D>> + Copy,
+    X: MeasurementModel<Pose = M::Pose>,
+    R: JointRoom<M, X::Measurement>,
 {
     fn predict(&mut self, control: D::Control, dt_s: f64) -> Result<Option<Implausible>, Refusal> {
         let control = (self.control)(control);
@@ -128,6 +147,10 @@ impl<D: Dimensions, M: Motion<Pose: Fixed<D>> + Copy, X: MeasurementModel<Pose =
         })
     }
 
+    fn moving(&mut self) -> Result<Vec<MovingFeature<D>>, Refusal> {
+        self.with(|filter, _| filter.moving().map(|feature| moving_of(&feature)).collect())
+    }
+
     fn start_in(&mut self, file: &[u8], pose_is_known: bool) -> Result<(), Refusal> {
         let known = pose_is_known.then_some(self.start);
         if !pose_is_known {
@@ -154,8 +177,12 @@ impl<D: Dimensions, M: Motion<Pose: Fixed<D>> + Copy, X: MeasurementModel<Pose =
     }
 }
 
-impl<D: Dimensions, M: Motion<Pose: Fixed<D>> + Copy, X: MeasurementModel<Pose = M::Pose>> OpenJoint<D>
-    for JointFilter<D, M, X>
+impl<D, M, X, R> OpenJoint<D> for JointFilter<D, M, X, R>
+where
+    D: Dimensions,
+    M: Motion<Pose: Fixed<D>> + Copy,
+    X: MeasurementModel<Pose = M::Pose>,
+    R: JointRoom<M, X::Measurement>,
 {
     fn snapshot(&mut self) -> Result<joint::State, Refusal> {
         let mut bytes = Vec::new();

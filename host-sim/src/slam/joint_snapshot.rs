@@ -1,7 +1,7 @@
 //! A snapshot of the joint filter, in the reference's terms: `docs/snapshot.md` says what is where.
 
-use crate::reference::joint::{Feature, State};
-use nalgebra::DMatrix;
+use crate::reference::joint::{Feature, Mover, State};
+use nalgebra::{DMatrix, DVector};
 
 /// Bytes of the head and its check.
 const HEAD: usize = 36;
@@ -32,13 +32,27 @@ impl Reader<'_> {
     fn numbers(&mut self, count: usize) -> Vec<f64> {
         (0..count).map(|_| self.number()).collect()
     }
+
+    /// From its lower triangle.
+    fn symmetric(&mut self, rows: usize) -> DMatrix<f64> {
+        let mut matrix = DMatrix::zeros(rows, rows);
+        for row in 0..rows {
+            for column in 0..=row {
+                let number = self.number();
+                matrix[(row, column)] = number;
+                matrix[(column, row)] = number;
+            }
+        }
+        matrix
+    }
 }
 
 /// The state in a whole snapshot of a started filter.
 pub(super) fn read(bytes: &[u8]) -> State {
     let [uncertain, each, numbers] = [12, 13, 14].map(|at| usize::from(bytes[at]));
     let mut features = Reader { rest: &bytes[20..], scalar: 4 };
-    let count = features.word() as usize;
+    let [count, _archived, others] = [(); 3].map(|()| features.word());
+    let (count, movers) = (count as usize, others >> 16);
     let mut from = Reader { rest: &bytes[HEAD..], scalar: bytes[7] };
     let _started = from.word();
     let pose = from.numbers(numbers);
@@ -58,13 +72,14 @@ pub(super) fn read(bytes: &[u8]) -> State {
         let _moved = from.numbers(each);
     }
     let len = uncertain + each * count;
-    state.covariance = DMatrix::zeros(len, len);
-    for row in 0..len {
-        for column in 0..=row {
-            let number = from.number();
-            state.covariance[(row, column)] = number;
-            state.covariance[(column, row)] = number;
-        }
+    state.covariance = from.symmetric(len);
+    if movers > 0 {
+        state.doubt = from.symmetric(uncertain);
+    }
+    for _ in 1..movers {
+        let (label, weight) = (from.word(), from.number().exp());
+        let mean = DVector::from_vec(from.numbers(2 * each));
+        state.movers.push(Mover { label, weight, mean, covariance: from.symmetric(2 * each) });
     }
     state
 }

@@ -3,7 +3,7 @@
 use super::contract::{PoseAndCovariance, Refusal, refusal};
 use super::fixes::Fixed;
 use crate::dimensions::{Coordinates, Dimensions};
-use crate::record::MapFeature;
+use crate::record::{MapFeature, MovingFeature};
 use crate::reference::space;
 use scphd::{
     AuvPose, Births, Component, Detector, MeasurementModel, Motion, Mounting, Online, PlanarPose, Pose, PoseEstimate,
@@ -65,6 +65,17 @@ pub(super) fn feature_of<D: Dimensions, V: Vector>(feature: &Component<V>) -> Ma
         id: feature.label,
         weight: feature.ln_weight.exp().to_f64(),
         mean: D::Position::with(|k| feature.mean.at(k).to_f64()),
+        covariance: D::Position::square(|row, column| feature.covariance.get(row, column).to_f64()),
+    }
+}
+
+/// An estimated moving feature.
+pub(super) fn moving_of<D: Dimensions, V: Vector>(feature: &Component<V>) -> MovingFeature<D> {
+    MovingFeature {
+        id: feature.label,
+        weight: feature.ln_weight.exp().to_f64(),
+        position: D::Position::with(|k| feature.mean.at(k).to_f64()),
+        velocity: D::Position::with(|k| feature.mean.at(D::Position::COUNT + k).to_f64()),
         covariance: D::Position::square(|row, column| feature.covariance.get(row, column).to_f64()),
     }
 }

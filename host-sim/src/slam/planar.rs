@@ -3,10 +3,10 @@
 use super::contract::{Refusal, refusal};
 use super::core_filter::{Room, Transparent, start as core_of};
 use super::filter::Precision;
-use super::fixes::PlanarFixes;
-use super::in_map::PlanarMap;
+use super::fixes::{Fixed, PlanarFixes};
+use super::in_map::{InMap, PlanarMap};
 use super::joint_filter::{OpenJoint, start as joint_of};
-use super::joint_room::{FEATURES, MEASUREMENTS};
+use super::joint_room::{FEATURES, JointRoom, MEASUREMENTS, WithMovers};
 use super::models::{Models, SensorModels};
 use super::planar_numbers::{PlanarNumbers, PlanarVehicle, SensorNumbers, planar_config};
 use crate::dimensions::Planar;
@@ -14,9 +14,10 @@ use crate::log::Vehicle;
 use crate::settings::{CalibrationSettings, JointSettings, SensorSettings, Settings};
 use nalgebra::Vector2;
 use scphd::{
-    Ackermann, AckermannControl, ByControl, Calibrated, CalibratedPose, Dynamic, JointConfig, JointState, MapMemory,
-    Mounting, OdometryCorrection, OdometryPrior, Persistence, PlanarPose, RangeBearing, RangeBearingWindow, Real,
-    SelfCalibrating, Sensing, State, Static, Unicycle, UnicycleControl, UniformClutter, joint_numbers,
+    Ackermann, AckermannControl, ByControl, Calibrated, CalibratedPose, Dynamic, JointConfig, JointMovers, JointState,
+    MapMemory, MeasurementModel, Motion, Mounting, OdometryCorrection, OdometryPrior, Persistence, PlanarPose, Pose,
+    RangeBearing, RangeBearingWindow, Real, SelfCalibrating, Sensing, State, Static, Symmetric, TangentOf, Unicycle,
+    UnicycleControl, UniformClutter, joint_numbers,
 };
 use std::fmt::Debug;
 
@@ -75,9 +76,6 @@ pub fn joint_filter(
     initial_pose: [f64; 3],
     precision: Precision,
 ) -> Result<Box<dyn OpenJoint<Planar>>, Refusal> {
-    if settings.moving.birth_intensity > 0.0 {
-        return Err(refusal("moving.birth_intensity: a joint map has no moving features; --filter core has"));
-    }
     match precision {
         Precision::F32 => with_models::<f32, _>(settings, 1.0, vehicle, initial_pose, StartJoint { settings }),
         Precision::F64 => with_models::<f64, _>(settings, 1.0, vehicle, initial_pose, StartJoint { settings }),
@@ -130,18 +128,41 @@ impl<T: Real> OverModels<T> for StartJoint<'_> {
         self,
         models: PlanarModels<T, M>,
     ) -> Result<Self::Output, Refusal> {
-        let config = joint_config(&self.settings.joint);
         if let Some(calibration) = &self.settings.calibration {
-            return joint_of_calibrated(models, config, calibration);
+            return joint_of_calibrated(models, self.settings, calibration);
         }
-        joint_of(&models, config, Box::new(HostJointState::<T>::new()), Some(Box::new(PlanarMap::<T>::new())), None)
+        let maps = Some(Box::new(PlanarMap::<T>::new()) as _);
+        joint_over(&models, self.settings, HostJointState::<T>::new(), maps, None)
     }
+}
+
+/// Starts it over a state, with what moves beside it where there is to be any.
+fn joint_over<T, M, X, S>(
+    models: &Models<Planar, M, X>,
+    settings: &Settings,
+    state: S,
+    maps: Option<Box<dyn InMap<X>>>,
+    prior: Option<Symmetric<TangentOf<M::Pose>>>,
+) -> Result<Box<dyn OpenJoint<Planar>>, Refusal>
+where
+    T: Real,
+    M: Motion<Pose: Fixed<Planar> + Pose<Scalar = T>> + Copy + 'static,
+    X: MeasurementModel<Pose = M::Pose> + Copy + 'static,
+    S: JointRoom<M, X::Measurement>,
+    WithMovers<M, S>: JointRoom<M, X::Measurement>,
+{
+    let config = joint_config(&settings.joint);
+    if settings.moving.birth_intensity > 0.0 {
+        let room = WithMovers { state, movers: JointMovers::new(), moving: planar_config(settings).moving };
+        return joint_of(models, config, Box::new(room), maps, prior);
+    }
+    joint_of(models, config, Box::new(state), maps, prior)
 }
 
 /// Starts the filter with a joint map that learns what the odometry is off by.
 fn joint_of_calibrated<T: Real, M: ByControl<Pose = PlanarPose<T>> + Copy + Debug + 'static>(
     models: PlanarModels<T, M>,
-    config: JointConfig<T>,
+    settings: &Settings,
     calibration: &CalibrationSettings,
 ) -> Result<Box<dyn OpenJoint<Planar>>, Refusal> {
     let real = T::from_f64;
@@ -165,7 +186,7 @@ fn joint_of_calibrated<T: Real, M: ByControl<Pose = PlanarPose<T>> + Copy + Debu
         start: CalibratedPose::at(start),
         control,
     };
-    joint_of(&models, config, Box::new(HostCalibratedState::<T>::new()), None, Some(motion.prior()))
+    joint_over(&models, settings, HostCalibratedState::<T>::new(), None, Some(motion.prior()))
 }
 
 /// The tuning of the joint filter that the settings describe.

@@ -1,7 +1,7 @@
 //! The reference over a planar log: one with the models of each sensor, over one state.
 
 use super::contract::{PoseAndCovariance, Refusal, ScanOutcome, Slam, no_sensor};
-use super::joint_room::FEATURES;
+use super::joint_room::{FEATURES, MOVERS};
 use super::planar::joint_config;
 use crate::log::Vehicle;
 use crate::record::{MapFeature, MovingFeature};
@@ -101,8 +101,17 @@ pub(crate) fn joint_references_of(settings: &Settings, vehicle: &Vehicle) -> Vec
         let Reference { config, mut motion, mounting, sensor, field_of_view } = reference;
         motion.noise.interval_s = settings.vehicle.noise_interval_s;
         let clutter_intensity = config.clutter_intensity;
+        let moving = config.moving;
+        let moving = (moving.birth_intensity > 0.0).then_some(joint::Moving {
+            birth_intensity: moving.birth_intensity,
+            velocity_sigma_mps: moving.velocity_sigma_mps,
+            acceleration_psd: moving.acceleration_psd,
+            lifetime_s: moving.lifetime_s,
+            spread_max_m: moving.spread_max_m,
+            capacity: MOVERS,
+        });
         joint::Joint {
-            config: joint_config_of(&joint_config(&settings.joint), config.birth_intensity),
+            config: joint::Config { moving, ..joint_config_of(&joint_config(&settings.joint), config.birth_intensity) },
             models: joint::Planar { motion, mounting, sensor, field_of_view, clutter_intensity },
         }
     };
@@ -123,6 +132,7 @@ pub(crate) fn joint_config_of(config: &JointConfig<f64>, birth_intensity: f64) -
         least_tentative: config.least_tentative,
         merge_distance: config.merge_distance,
         capacity: FEATURES,
+        moving: None,
     }
 }
 

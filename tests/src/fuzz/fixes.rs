@@ -5,7 +5,7 @@ use super::worlds::{FeatureOf, MeasurementOf, World};
 use nalgebra::{Vector1, Vector2};
 use scphd::{
     Archive, AuvPose, BeaconFix, Fix, FixReport, HeadingFix, HeightFix, JointSlam, MeasurementModel, ModelError,
-    Motion, Mounting, ObserveError, PlanarPose, Pose, PositionFix, Real, ScPhd, ScalarOf, Sensor, Vector,
+    Motion, Mounting, Movers, ObserveError, PlanarPose, Pose, PositionFix, Real, ScPhd, ScalarOf, Sensor, Vector,
 };
 use std::fmt::{self, Debug, Formatter};
 
@@ -29,8 +29,12 @@ impl<M: Motion> Observer<M::Pose> for ScPhd<'_, M> {
     }
 }
 
-impl<M: Motion, Z: Vector<Scalar = ScalarOf<M::Pose>>, A: Archive<M::Pose>> Observer<M::Pose>
-    for JointSlam<'_, M, Z, A>
+impl<M, Z, A, V> Observer<M::Pose> for JointSlam<'_, M, Z, A, V>
+where
+    M: Motion,
+    Z: Vector<Scalar = ScalarOf<M::Pose>>,
+    A: Archive<M::Pose>,
+    V: Movers<M::Pose>,
 {
     fn take<F: Fix<Pose = M::Pose>>(
         &mut self,

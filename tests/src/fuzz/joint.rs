@@ -1,4 +1,5 @@
-//! A filter over a joint map from its first reset on, with two detectors, with an archive behind it or without.
+//! A filter over a joint map from its first reset on, with two detectors, with an archive behind it or without, and with what moves or
+//! without.
 
 use super::counts::count;
 use super::draw::Draw;
@@ -9,9 +10,10 @@ use super::worlds::{Car, Diver, FeatureOf, Listener, Models, ModelsOf, Rover, Tr
 use super::{Failure, Operations, Run, Watch};
 use nalgebra::{Vector2, Vector4};
 use scphd::{
-    Archive, Archived, Births, Component, Detector, JointArchive, JointConfig, JointReport, JointSlam, JointState,
-    LoadMapError, MeasurementModel, NoArchive, Persistence, Plausible, Pose, PoseEstimate, Real, RestoreError,
-    ScanError, Scrubber, SetupError, SliceEnd, Symmetric, Vector, from_slice, joint_numbers,
+    Archive, Archived, Births, Component, Detector, JointArchive, JointConfig, JointMovers, JointReport, JointSlam,
+    JointState, LoadMapError, MeasurementModel, Movers, MovingConfig, NoArchive, Persistence, Plausible, Pose,
+    PoseEstimate, Real, RestoreError, ScanError, Scrubber, SetupError, SliceEnd, Symmetric, Vector, from_slice,
+    joint_numbers,
 };
 use std::collections::BTreeSet;
 use std::fmt::Write;
@@ -59,7 +61,7 @@ type MotionOf<V> = <<V as Vehicle>::First as World>::Motion;
 type FirstOf<V> = <<V as Vehicle>::First as World>::Sensing;
 type SecondOf<V> = <<V as Vehicle>::Second as World>::Sensing;
 type FeatureIn<V> = FeatureOf<<V as Vehicle>::First>;
-type Slam<'s, V, A> = JointSlam<'s, MotionOf<V>, <V as Vehicle>::Widest, A>;
+type Slam<'s, V, A, W> = JointSlam<'s, MotionOf<V>, <V as Vehicle>::Widest, A, W>;
 
 /// What only a filter without an archive can do.
 pub(super) trait FromOutside<V: Vehicle> {
@@ -71,7 +73,7 @@ pub(super) trait FromOutside<V: Vehicle> {
     ) -> Option<Result<JointReport<V::Scalar>, ScanError>>;
 }
 
-impl<V: Vehicle> FromOutside<V> for Slam<'_, V, NoArchive> {
+impl<V: Vehicle, W: Movers<V::Pose>> FromOutside<V> for Slam<'_, V, NoArchive, W> {
     fn load(&mut self, map: &[Component<FeatureIn<V>>]) -> Option<Result<(), LoadMapError>> {
         Some(self.load_map(map))
     }
@@ -85,7 +87,7 @@ impl<V: Vehicle> FromOutside<V> for Slam<'_, V, NoArchive> {
     }
 }
 
-impl<'a, V: Vehicle> FromOutside<V> for Slam<'_, V, Archived<'a, V::Pose>> {
+impl<'a, V: Vehicle, W: Movers<V::Pose>> FromOutside<V> for Slam<'_, V, Archived<'a, V::Pose>, W> {
     fn load(&mut self, _: &[Component<FeatureIn<V>>]) -> Option<Result<(), LoadMapError>> {
         None
     }
@@ -127,7 +129,9 @@ pub(super) fn config<T: Real>(draw: &mut Draw) -> JointConfig<T> {
 /// A detector that is drawn, or what is said against it.
 fn detector<W: World>(draw: &mut Draw, sensing: W::Sensing) -> Result<Detector<W::Sensing>, SetupError> {
     let of_static = if draw.chance(0.1) { 0.0 } else { draw.magnitude(1e-6, 0.5) };
-    let births = Births::of_static(W::Scalar::from_f64(draw.spoilt(of_static)));
+    let of_static = W::Scalar::from_f64(draw.spoilt(of_static));
+    // Without movers such births are none.
+    let births = Births { of_static, of_moving: of_static * W::Scalar::from_f64(0.5) };
     let detector = Detector::new(sensing, births)?;
     Ok(if draw.chance(0.5) { detector.mounted(W::mounting(draw)?)? } else { detector })
 }
@@ -183,6 +187,8 @@ pub(super) fn run<V: Vehicle, const F: usize, const N: usize, const M: usize, co
 ) -> Result<(), Failure> {
     let mut state = Box::new(JointState::<V::Pose, V::Widest, F, N, M>::new());
     let mut archive = Box::new(JointArchive::<V::Pose, A>::new());
+    let mut movers = Box::new(JointMovers::<V::Pose, MOVERS>::new());
+    let moves = seeded.seed.is_multiple_of(2);
     let mut session = Session::<V> {
         features: F,
         archive: A,
@@ -225,13 +231,25 @@ pub(super) fn run<V: Vehicle, const F: usize, const N: usize, const M: usize, co
             }
             Ok(())
         };
-        if A == 0 {
-            let mut slam = slam;
-            go(&mut |session, eyes, draw, first| session.step(&mut slam, eyes, draw, first))?;
-        } else {
-            let slam = slam.with_archive(&mut archive, reach_m);
-            let mut slam = slam.map_err(|error| Failure { operation: 0, what: format!("{error}") })?;
-            go(&mut |session, eyes, draw, first| session.step(&mut slam, eyes, draw, first))?;
+        let fails = |error: SetupError| Failure { operation: 0, what: format!("{error}") };
+        match (A, moves) {
+            (0, false) => {
+                let mut slam = slam;
+                go(&mut |session, eyes, draw, first| session.step(&mut slam, eyes, draw, first))?;
+            }
+            (0, true) => {
+                let mut slam = slam.with_movers(&mut movers, MovingConfig::walkers()).map_err(fails)?;
+                go(&mut |session, eyes, draw, first| session.step(&mut slam, eyes, draw, first))?;
+            }
+            (_, false) => {
+                let mut slam = slam.with_archive(&mut archive, reach_m).map_err(fails)?;
+                go(&mut |session, eyes, draw, first| session.step(&mut slam, eyes, draw, first))?;
+            }
+            (_, true) => {
+                let slam = slam.with_movers(&mut movers, MovingConfig::walkers()).map_err(fails)?;
+                let mut slam = slam.with_archive(&mut archive, reach_m).map_err(fails)?;
+                go(&mut |session, eyes, draw, first| session.step(&mut slam, eyes, draw, first))?;
+            }
         }
     }
     Ok(())
@@ -258,15 +276,15 @@ fn covariance<T: Real, D: Vector<Scalar = T>>(draw: &mut Draw) -> Symmetric<D> {
 
 impl<T: Real, V: Vehicle<Scalar = T>> Session<V> {
     /// An operation, and a look at everything.
-    fn step<A: Archive<V::Pose>>(
+    fn step<A: Archive<V::Pose>, W: Movers<V::Pose>>(
         &mut self,
-        slam: &mut Slam<'_, V, A>,
+        slam: &mut Slam<'_, V, A, W>,
         eyes: &mut Eyes<V>,
         draw: &mut Draw,
         first: bool,
     ) -> Result<Next, String>
     where
-        for<'s> Slam<'s, V, A>: FromOutside<V>,
+        for<'s> Slam<'s, V, A, W>: FromOutside<V>,
     {
         // The first operation is a reset, now and then not.
         let kind = if first && draw.chance(0.95) { 0 } else { 3 + draw.below(197) };
@@ -318,9 +336,9 @@ impl<T: Real, V: Vehicle<Scalar = T>> Session<V> {
         let _ = self.told.write_fmt(what);
     }
 
-    fn set_pose<A: Archive<V::Pose>>(
+    fn set_pose<A: Archive<V::Pose>, W: Movers<V::Pose>>(
         &mut self,
-        slam: &mut Slam<'_, V, A>,
+        slam: &mut Slam<'_, V, A, W>,
         draw: &mut Draw,
         near: &V::Pose,
     ) -> Result<(), String> {
@@ -345,9 +363,9 @@ impl<T: Real, V: Vehicle<Scalar = T>> Session<V> {
         require(slam.digest() == before, || "a refused pose changed the state".into())
     }
 
-    fn predict<A: Archive<V::Pose>>(
+    fn predict<A: Archive<V::Pose>, W: Movers<V::Pose>>(
         &mut self,
-        slam: &mut Slam<'_, V, A>,
+        slam: &mut Slam<'_, V, A, W>,
         draw: &mut Draw,
         near: &V::Pose,
     ) -> Result<(), String> {
@@ -360,12 +378,12 @@ impl<T: Real, V: Vehicle<Scalar = T>> Session<V> {
         require(report.candidates == 1 && report.rejected <= 1, || format!("{report:?}"))
     }
 
-    fn scan<A: Archive<V::Pose>, Y: Vector<Scalar = T>>(
+    fn scan<A: Archive<V::Pose>, W: Movers<V::Pose>, Y: Vector<Scalar = T>>(
         &mut self,
         name: &'static str,
-        slam: &mut Slam<'_, V, A>,
+        slam: &mut Slam<'_, V, A, W>,
         measurements: &[Y],
-        scan: impl FnOnce(&mut Slam<'_, V, A>) -> Result<JointReport<T>, ScanError>,
+        scan: impl FnOnce(&mut Slam<'_, V, A, W>) -> Result<JointReport<T>, ScanError>,
     ) -> Result<(), String> {
         let (before, held) = (slam.digest(), slam.held());
         let outcome = scan(slam);
@@ -387,9 +405,9 @@ impl<T: Real, V: Vehicle<Scalar = T>> Session<V> {
         require(slam.held() <= grown, told)
     }
 
-    fn observe<A: Archive<V::Pose>>(
+    fn observe<A: Archive<V::Pose>, W: Movers<V::Pose>>(
         &mut self,
-        slam: &mut Slam<'_, V, A>,
+        slam: &mut Slam<'_, V, A, W>,
         eye: &Detector<FirstOf<V>>,
         draw: &mut Draw,
         near: &V::Pose,
@@ -404,14 +422,14 @@ impl<T: Real, V: Vehicle<Scalar = T>> Session<V> {
         }
     }
 
-    fn load_map<A: Archive<V::Pose>>(
+    fn load_map<A: Archive<V::Pose>, W: Movers<V::Pose>>(
         &mut self,
-        slam: &mut Slam<'_, V, A>,
+        slam: &mut Slam<'_, V, A, W>,
         draw: &mut Draw,
         near: &V::Pose,
     ) -> Result<(), String>
     where
-        for<'s> Slam<'s, V, A>: FromOutside<V>,
+        for<'s> Slam<'s, V, A, W>: FromOutside<V>,
     {
         let map: Vec<Component<FeatureIn<V>>> = (0..draw.below(self.features + 2))
             .map(|index| Component {
@@ -434,9 +452,9 @@ impl<T: Real, V: Vehicle<Scalar = T>> Session<V> {
         require(slam.digest() == before, || "a refused map changed the state".into())
     }
 
-    fn retune<A: Archive<V::Pose>>(
+    fn retune<A: Archive<V::Pose>, W: Movers<V::Pose>>(
         &mut self,
-        slam: &mut Slam<'_, V, A>,
+        slam: &mut Slam<'_, V, A, W>,
         eyes: &mut Eyes<V>,
         draw: &mut Draw,
     ) -> Result<(), String> {
@@ -461,7 +479,7 @@ impl<T: Real, V: Vehicle<Scalar = T>> Session<V> {
         require(slam.digest() == before, || "retuning changed the state".into())
     }
 
-    fn save<A: Archive<V::Pose>>(&mut self, slam: &Slam<'_, V, A>) -> Result<(), String> {
+    fn save<A: Archive<V::Pose>, W: Movers<V::Pose>>(&mut self, slam: &Slam<'_, V, A, W>) -> Result<(), String> {
         let mut bytes = Vec::new();
         let outcome = slam.save(KIND, |piece| {
             bytes.extend_from_slice(piece);
@@ -482,7 +500,11 @@ impl<T: Real, V: Vehicle<Scalar = T>> Session<V> {
     }
 
     /// Goes back to what was saved, or tries to with a part of it or another kind.
-    fn restore<A: Archive<V::Pose>>(&mut self, slam: &mut Slam<'_, V, A>, draw: &mut Draw) -> Result<(), String> {
+    fn restore<A: Archive<V::Pose>, W: Movers<V::Pose>>(
+        &mut self,
+        slam: &mut Slam<'_, V, A, W>,
+        draw: &mut Draw,
+    ) -> Result<(), String> {
         if self.saved.is_empty() {
             return Ok(());
         }
@@ -501,7 +523,11 @@ impl<T: Real, V: Vehicle<Scalar = T>> Session<V> {
         require(slam.digest() == if whole { *digest } else { before }, || "another state than was saved".into())
     }
 
-    fn scrub<A: Archive<V::Pose>>(&mut self, slam: &mut Slam<'_, V, A>, draw: &mut Draw) -> Result<(), String> {
+    fn scrub<A: Archive<V::Pose>, W: Movers<V::Pose>>(
+        &mut self,
+        slam: &mut Slam<'_, V, A, W>,
+        draw: &mut Draw,
+    ) -> Result<(), String> {
         let (before, seal) = (slam.digest(), slam.seal());
         let outcome = slam.scrub(&mut self.scrubber, 1 + draw.below(2 * self.features + 4));
         count("scrub", &outcome);
@@ -516,7 +542,7 @@ impl<T: Real, V: Vehicle<Scalar = T>> Session<V> {
         }
     }
 
-    fn estimate<A: Archive<V::Pose>>(&mut self, slam: &Slam<'_, V, A>) -> Result<(), String> {
+    fn estimate<A: Archive<V::Pose>, W: Movers<V::Pose>>(&mut self, slam: &Slam<'_, V, A, W>) -> Result<(), String> {
         self.tell(format_args!("estimate"));
         count::<_, ()>("estimate", &Ok(()));
         let mut labels = BTreeSet::new();
@@ -534,12 +560,17 @@ impl<T: Real, V: Vehicle<Scalar = T>> Session<V> {
     }
 
     /// Everything the filter knows.
-    fn check<A: Archive<V::Pose>>(&self, slam: &Slam<'_, V, A>) -> Result<(), String> {
+    fn check<A: Archive<V::Pose>, W: Movers<V::Pose>>(&self, slam: &Slam<'_, V, A, W>) -> Result<(), String> {
         slam.audit().map_err(|flaw| format!("{flaw}"))?;
         require(slam.held() <= self.features + self.archive, || format!("{} held", slam.held()))?;
         let Some(PoseEstimate { mean, covariance }) = slam.estimate_pose() else {
             return Ok(());
         };
+        for mover in slam.moving() {
+            let told = || format!("moving {mover:?}");
+            require(mover.mean.as_slice().iter().all(|x| x.is_finite()) && mover.covariance.is_finite(), told)?;
+            require(mover.ln_weight <= T::from_f64(PROBABLE.ln()), told)?;
+        }
         let expected = slam.expected_features();
         let most = T::from_usize(slam.held()) * T::from_f64(PROBABLE);
         require(sound(expected) && expected <= most, || format!("{expected} features of {}", slam.held()))?;
@@ -547,6 +578,8 @@ impl<T: Real, V: Vehicle<Scalar = T>> Session<V> {
     }
 }
 
+/// Features that may move, where any may.
+const MOVERS: usize = 6;
 /// How far a sum of probabilities may be above what it is of.
 const PROBABLE: f64 = 1.002;
 /// What tells the snapshots of these sessions.

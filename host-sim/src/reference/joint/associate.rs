@@ -1,8 +1,9 @@
 //! Who may have caused which measurement: the responsibilities of `docs/joint.md`, with every message written out.
 
+use super::Joint;
 use super::models::{Expected, Models};
+use super::movers::Sight;
 use super::state::State;
-use super::{Config, Joint};
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;
 
@@ -20,6 +21,16 @@ pub(super) struct Association {
     pub(super) detection: Vec<f64>,
     /// s_jz, by feature and measurement.
     pub(super) shares: DMatrix<f64>,
+    /// The probability that a feature is not detected, whether it stands or moves.
+    pub(super) not_detected: Vec<f64>,
+    /// The static feature that a mover may be instead.
+    pub(super) rivals: Vec<Option<usize>>,
+    /// p_D of every mover.
+    pub(super) mover_detection: Vec<f64>,
+    /// s_jz of movers.
+    pub(super) mover_shares: DMatrix<f64>,
+    /// The probability that a mover is not detected, whether it stands or moves.
+    pub(super) mover_not_detected: Vec<f64>,
     /// u_z.
     pub(super) unexplained: Vec<f64>,
     /// ln λ_z.
@@ -43,48 +54,103 @@ pub(super) fn squared(innovation: &DVector<f64>, inverse: &DMatrix<f64>) -> f64 
 
 impl<M: Models> Joint<M> {
     pub(super) fn associate(&self, state: &State, measurements: &[&[f64]]) -> Association {
-        let (n, m) = (state.features.len(), measurements.len());
-        let Config { gate, behind, birth_intensity, .. } = self.config;
-        let mut detection = vec![0.0; n];
-        // ln( p_D v N / (1 − p_D v) ) within the gate.
-        let mut ln_claims = DMatrix::from_element(n, m, f64::NEG_INFINITY);
-        let mut ln_evidence = 0.0;
-        for place in 0..n {
-            let Some(expected) = self.models.expected(&state.pose, &state.places[place]) else { continue };
+        let (n, k, m) = (state.features.len(), state.movers.len(), measurements.len());
+        let seen_of = |expected: &Expected| {
             let hidden = measurements.iter().any(|z| self.models.hides(z, &expected.measurement));
-            let p = expected.detection * if hidden { behind } else { 1.0 };
-            detection[place] = p.min(1.0 - f64::EPSILON);
-            let pv = detection[place] * state.features[place].in_sight;
-            if pv <= 0.0 {
-                continue;
-            }
-            ln_evidence += (1.0 - pv).ln();
-            let h = over_all(state, place, &expected);
-            let s = &h * &state.covariance * h.transpose() + self.models.noise();
-            let ln_peak = pv.ln() - (1.0 - pv).ln() - 0.5 * (s.determinant().ln() + s.nrows() as f64 * TAU.ln());
+            let p = expected.detection * if hidden { self.config.behind } else { 1.0 };
+            p.min(1.0 - f64::EPSILON)
+        };
+        let expected: Vec<Option<Expected>> =
+            state.places.iter().map(|place| self.models.expected(&state.pose, place)).collect();
+        let sights: Vec<Option<Sight>> = state.movers.iter().map(|mover| self.sight(state, mover)).collect();
+        let detection: Vec<f64> = expected.iter().map(|expected| expected.as_ref().map_or(0.0, seen_of)).collect();
+        let of_sight = |sight: &Option<Sight>| sight.as_ref().map_or(0.0, |sight| seen_of(&sight.expected));
+        let mover_detection: Vec<f64> = sights.iter().map(of_sight).collect();
+        let rivals: Vec<Option<usize>> = state
+            .movers
+            .iter()
+            .map(|mover| state.features.iter().position(|feature| feature.label == mover.label))
+            .collect();
+        // Causes: every static feature with the mover that it may be instead, then the other movers.
+        let cause_of_mover: Vec<usize> = (0..k).map(|mover| rivals[mover].unwrap_or(n + mover)).collect();
+        let mut not_detected = vec![1.0; n + k];
+        (0..n).for_each(|place| not_detected[place] -= detection[place] * state.features[place].in_sight);
+        (0..k).for_each(|mover| {
+            not_detected[cause_of_mover[mover]] -= mover_detection[mover] * state.movers[mover].weight
+        });
+
+        // ln( p_D v N / (1 − p_D v − p_D w) ) within the gate, of static features, then of movers.
+        let mut ln_claims = DMatrix::from_element(n + k, m, f64::NEG_INFINITY);
+        let mut claim = |row: usize, cause: usize, expected: &Expected, s: DMatrix<f64>, probability: f64| {
+            let ln_normal = -0.5 * (s.determinant().ln() + s.nrows() as f64 * TAU.ln());
+            let ln_peak = probability.ln() - f64::ln(not_detected[cause]) + ln_normal;
             let inverse = s.try_inverse().expect("R is positive definite");
             for (column, z) in measurements.iter().enumerate() {
                 let distance = squared(&self.models.innovation(z, &expected.measurement), &inverse);
-                if distance <= gate {
-                    ln_claims[(place, column)] = ln_peak - 0.5 * distance;
+                if distance <= self.config.gate {
+                    ln_claims[(row, column)] = ln_peak - 0.5 * distance;
                 }
             }
+        };
+        for (place, expected) in expected.iter().enumerate() {
+            let probability = detection[place] * state.features[place].in_sight;
+            if let Some(expected) = expected.as_ref().filter(|_| probability > 0.0) {
+                let h = over_all(state, place, expected);
+                let s = &h * &state.covariance * h.transpose() + self.models.noise();
+                claim(place, place, expected, s, probability);
+            }
         }
-        let ln_lambda = (self.models.clutter_intensity() + birth_intensity).ln();
+        for (place, sight) in sights.iter().enumerate() {
+            let mover = &state.movers[place];
+            let probability = mover_detection[place] * mover.weight;
+            if let Some(sight) = sight.as_ref().filter(|_| probability > 0.0) {
+                let s = sight.covariance(mover);
+                claim(n + place, cause_of_mover[place], &sight.expected, s, probability);
+            }
+        }
+
+        let of_moving = self.config.moving.map_or(0.0, |moving| moving.birth_intensity);
+        let ln_lambda = (self.models.clutter_intensity() + self.config.birth_intensity + of_moving).ln();
         let mut ln_lambdas = vec![ln_lambda; m];
-        let mut odds = DMatrix::zeros(n, m);
+        let mut odds = DMatrix::zeros(n + k, m);
         for (z, ln_lambda) in ln_lambdas.iter_mut().enumerate() {
-            let mut likeliest: Vec<usize> = (0..n).filter(|&j| ln_claims[(j, z)] > f64::NEG_INFINITY).collect();
+            let mut likeliest: Vec<usize> = (0..n + k).filter(|&j| ln_claims[(j, z)] > f64::NEG_INFINITY).collect();
             likeliest.sort_by(|&a, &b| ln_claims[(b, z)].total_cmp(&ln_claims[(a, z)]));
             likeliest.truncate(CLAIMS);
             let Some(&first) = likeliest.first() else { continue };
             *ln_lambda = ln_lambda.max(ln_claims[(first, z)] - LN_ODDS_MAX);
             likeliest.iter().for_each(|&j| odds[(j, z)] = (ln_claims[(j, z)] - *ln_lambda).exp());
         }
-        let settled = settle(&odds);
-        let ln_evidence = ln_evidence + settled.ln_evidence + ln_lambdas.iter().sum::<f64>();
-        let Settled { shares, unexplained, .. } = settled;
-        Association { detection, shares, unexplained, ln_lambda: ln_lambdas, ln_evidence }
+        // A cause claims as all kinds that it may be, and what it gets is shared out among them.
+        let mut of_causes = odds.clone();
+        (0..k).filter(|&mover| rivals[mover].is_some()).for_each(|mover| {
+            let own = odds.row(n + mover).clone_owned();
+            let mut cause = of_causes.row_mut(cause_of_mover[mover]);
+            cause += own;
+            of_causes.row_mut(n + mover).fill(0.0);
+        });
+        let settled = settle(&of_causes);
+        let part = |row: usize, cause: usize, z: usize| {
+            if odds[(row, z)] > 0.0 { settled.shares[(cause, z)] * odds[(row, z)] / of_causes[(cause, z)] } else { 0.0 }
+        };
+        let shares = DMatrix::from_fn(n, m, |place, z| part(place, place, z));
+        let mover_shares = DMatrix::from_fn(k, m, |mover, z| part(n + mover, cause_of_mover[mover], z));
+        let ln_missed: f64 = not_detected.iter().map(|none: &f64| none.ln()).sum();
+        let ln_evidence = ln_missed + settled.ln_evidence + ln_lambdas.iter().sum::<f64>();
+        let mover_not_detected = cause_of_mover.iter().map(|&cause| not_detected[cause]).collect();
+        not_detected.truncate(n);
+        Association {
+            detection,
+            shares,
+            not_detected,
+            rivals,
+            mover_detection,
+            mover_shares,
+            mover_not_detected,
+            unexplained: settled.unexplained,
+            ln_lambda: ln_lambdas,
+            ln_evidence,
+        }
     }
 }
 

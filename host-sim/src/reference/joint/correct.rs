@@ -21,8 +21,8 @@ impl<M: Models> Joint<M> {
     pub(super) fn correct(&self, state: &mut State, association: &Association, measurements: &[&[f64]]) -> Innovations {
         let mut innovations = Innovations::default();
         for place in 0..state.features.len() {
-            let detection = association.detection[place];
-            if detection <= 0.0 {
+            let not_detected = association.not_detected[place];
+            if association.detection[place] <= 0.0 && not_detected >= 1.0 {
                 continue;
             }
             let shares: Vec<f64> = association.shares.row(place).iter().copied().collect();
@@ -30,7 +30,17 @@ impl<M: Models> Joint<M> {
             if beta >= LEAST_DETECTED && !self.is_ambiguous(&shares, measurements) {
                 self.correct_by(state, place, &shares, measurements, &mut innovations);
             }
-            scanned(&mut state.features[place], detection, beta);
+            let rival = association.rivals.iter().position(|&rival| rival == Some(place));
+            let of_rival = rival.map_or(0.0, |rival| association.mover_shares.row(rival).sum());
+            scanned(&mut state.features[place], association.detection[place], beta, of_rival, not_detected);
+            let beside = rival.map_or(0.0, |rival| association.mover_detection[rival] * state.movers[rival].weight);
+            let there = state.features[place].total();
+            if beside > 0.0 && there > 0.0 {
+                let rest: Vec<f64> = shares.iter().map(|share| share * (1.0 / there - 1.0)).collect();
+                if rest.iter().sum::<f64>() >= LEAST_DETECTED && !self.is_ambiguous(&shares, measurements) {
+                    self.settle_place(state, place, &rest, measurements);
+                }
+            }
         }
         innovations
     }
@@ -78,6 +88,40 @@ impl<M: Models> Joint<M> {
         self.shift(state, &(gain * mean));
     }
 
+    /// The same update of one feature's place alone: what is not of the pose's share, though it is of the feature, if that stands.
+    fn settle_place(&self, state: &mut State, place: usize, shares: &[f64], measurements: &[&[f64]]) {
+        let Some(expected) = self.models.expected(&state.pose, &state.places[place]) else { return };
+        let h = over_all(state, place, &expected);
+        let common = &state.covariance * h.transpose();
+        let s = &h * &common + self.models.noise();
+        let inverse = s.try_inverse().expect("R is positive definite");
+        let mut mean = DVector::zeros(inverse.nrows());
+        let mut spread = DMatrix::zeros(inverse.nrows(), inverse.nrows());
+        for (&share, z) in shares.iter().zip(measurements) {
+            let innovation = self.models.innovation(z, &expected.measurement);
+            mean += share * &innovation;
+            spread += share * &innovation * innovation.transpose();
+        }
+        let learnt = &inverse * -shares.iter().sum::<f64>();
+        let open = &inverse * (spread - &mean * mean.transpose()) * &inverse;
+        let (at, each) = (state.first(place), M::FEATURE);
+        let of_all = &common * learnt * common.transpose();
+        let of_own = &common * open * common.transpose();
+        let own = at..at + each;
+        for (row, column) in (0..common.nrows()).flat_map(|row| (0..common.nrows()).map(move |column| (row, column))) {
+            let [by_row, by_column] = [row, column].map(|index| own.contains(&index));
+            if by_row || by_column {
+                state.covariance[(row, column)] += of_all[(row, column)];
+            }
+            if by_row && by_column {
+                state.covariance[(row, column)] += of_own[(row, column)];
+            }
+        }
+        let mut moved = common * inverse * mean;
+        (0..moved.len()).filter(|index| !own.contains(index)).for_each(|index| moved[index] = 0.0);
+        self.shift(state, &moved);
+    }
+
     /// Moves everything, and turns the covariance with it: P ← (I + c eᵀ) P (I + c eᵀ)ᵀ.
     pub(super) fn shift(&self, state: &mut State, moved: &DVector<f64>) {
         state.shift(moved);
@@ -108,13 +152,12 @@ impl<M: Models> Joint<M> {
     }
 }
 
-/// Existence by Bayes after a scan in which the feature has β of all detections.
-fn scanned(feature: &mut Feature, detection: f64, beta: f64) {
+/// Existence by Bayes after a scan in which the feature has β of all detections, and the mover that it may be instead others.
+fn scanned(feature: &mut Feature, detection: f64, beta: f64, of_rival: f64, not_detected: f64) {
     let Feature { in_sight: v, hidden: h, .. } = *feature;
-    let not_detected = 1.0 - detection * v;
     (feature.in_sight, feature.hidden) = if not_detected > 0.0 {
         // Loopy messages may leave shares that sum to more than one.
-        let missed = (1.0 - beta).max(0.0);
+        let missed = (1.0 - beta - of_rival).max(0.0);
         let in_sight = beta + missed * v * (1.0 - detection) / not_detected;
         (in_sight.min(1.0), missed * h / not_detected)
     } else {

@@ -8,6 +8,7 @@ mod associate;
 mod correct;
 mod dual;
 mod models;
+mod movers;
 mod planar;
 mod space;
 mod state;
@@ -16,6 +17,7 @@ mod tests;
 mod tidy;
 
 pub use models::{Expected, Inverse, Models, Moved};
+pub use movers::Mover;
 pub use planar::Planar;
 pub use state::{Feature, State};
 
@@ -43,6 +45,25 @@ pub struct Config {
     /// Greatest squared Mahalanobis distance of features that are one.
     pub merge_distance: f64,
     /// Greatest number of features.
+    pub capacity: usize,
+    /// What moves, if anything may.
+    pub moving: Option<Moving>,
+}
+
+/// Parameters of what moves.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Moving {
+    /// w_m.
+    pub birth_intensity: f64,
+    /// σ_v, of each coordinate of a newborn one's velocity, m/s.
+    pub velocity_sigma_mps: f64,
+    /// q, spectral density of the acceleration, m²/s³.
+    pub acceleration_psd: f64,
+    /// τ, mean lifetime, s.
+    pub lifetime_s: f64,
+    /// Greatest standard deviation of a coordinate of the position, m.
+    pub spread_max_m: f64,
+    /// Greatest number of movers.
     pub capacity: usize,
 }
 
@@ -92,18 +113,22 @@ impl<M: Models> Joint<M> {
         let columns = state.covariance.columns(0, M::POSE) * transition.transpose();
         state.covariance.columns_mut(0, M::POSE).copy_from(&columns);
         let mut own = state.covariance.view_mut((0, 0), (M::POSE, M::POSE));
-        own += noise;
+        own += &noise;
+        state.doubt = &transition * &state.doubt * transition.transpose() + noise;
     }
 
     /// Takes in a scan.
     pub fn scan(&self, state: &mut State, measurements: &[&[f64]]) -> Outcome {
+        self.advance(state);
         self.pass_time(state);
         let mut association = self.associate(state, measurements);
         let in_view = association.detection.iter().filter(|&&p| p > 0.0).count();
         let innovations = self.correct(state, &association, measurements);
+        self.correct_movers(state, &association, measurements);
+        let united = self.tidy_movers(state);
         let first_label = state.next_label;
         let [births, no_birth, lost] = self.bear(state, &mut association, measurements);
-        let merged = self.merge(state, &mut association.detection);
+        let merged = united + self.merge(state, &mut association.detection);
         let dropped = self.drop_unlikely(state, &mut association.detection, first_label);
         let dimension = self.models.noise().nrows() as f64;
         let innovation =

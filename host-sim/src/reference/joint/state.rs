@@ -33,6 +33,10 @@ pub struct State {
     pub covariance: DMatrix<f64>,
     /// Whether every feature is there.
     pub features: Vec<Feature>,
+    /// What may move.
+    pub movers: Vec<super::Mover>,
+    /// What the noise of the odometry has added to the covariance of the pose since the last scan.
+    pub doubt: DMatrix<f64>,
     /// Time since the last scan, s.
     pub waited_s: f64,
     /// The next feature's label.
@@ -43,7 +47,9 @@ impl State {
     /// At a pose with so many uncertain coordinates, certain of it, without a feature.
     pub fn new(pose: Vec<f64>, uncertain: usize) -> Self {
         let covariance = DMatrix::zeros(uncertain, uncertain);
-        Self { pose, places: Vec::new(), covariance, features: Vec::new(), waited_s: 0.0, next_label: 0 }
+        let doubt = covariance.clone();
+        let (places, features, movers) = (Vec::new(), Vec::new(), Vec::new());
+        Self { pose, places, covariance, features, movers, doubt, waited_s: 0.0, next_label: 0 }
     }
 
     /// The first coordinate of a feature, or how many there are before and in so many.

@@ -110,6 +110,7 @@ fn landmarks_are_found_and_clutter_goes() {
         least_tentative: 1e-3,
         merge_distance: 9.0,
         capacity: 40,
+        moving: None,
     };
     let joint = Joint { config, models: planar(Vehicle::UnicycleArc, [0.0; 3]) };
     let mut state = joint.initial(vec![0.0; 3]);

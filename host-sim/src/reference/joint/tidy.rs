@@ -14,12 +14,14 @@ const LIKELY: f64 = 0.5;
 impl<M: Models> Joint<M> {
     /// Adds a feature for every measurement that nothing explains well; how many could not be, for want of room or of an inverse.
     pub(super) fn bear(&self, state: &mut State, association: &mut Association, measurements: &[&[f64]]) -> [usize; 3] {
-        let Config { birth_share, birth_intensity, capacity, .. } = self.config;
+        let Config { birth_share, birth_intensity, capacity, moving, .. } = self.config;
         let (mut births, mut no_birth, mut lost) = (0, 0, 0);
         for (index, z) in measurements.iter().enumerate() {
             let unexplained = association.unexplained[index];
-            let v = (unexplained * birth_intensity / association.ln_lambda[index].exp()).min(1.0);
-            if unexplained < birth_share || v <= 0.0 {
+            let born_of = |intensity: f64| (unexplained * intensity / association.ln_lambda[index].exp()).min(1.0);
+            let v = born_of(birth_intensity);
+            let w = moving.map_or(0.0, |moving| born_of(moving.birth_intensity));
+            if unexplained < birth_share || v + w <= 0.0 {
                 continue;
             }
             let label = state.next_label;
@@ -31,6 +33,13 @@ impl<M: Models> Joint<M> {
                 no_birth += 1;
                 continue;
             };
+            let own = &inverse.by_measurement * self.models.noise() * inverse.by_measurement.transpose();
+            if w > 0.0 {
+                lost += self.bear_mover(state, label, w, &inverse.feature, &own);
+            }
+            if v <= 0.0 {
+                continue;
+            }
             if state.features.len() == capacity {
                 lost += 1;
                 let total = |place: &usize| state.features[*place].total();
@@ -40,7 +49,6 @@ impl<M: Models> Joint<M> {
                 association.detection.swap_remove(weakest);
             }
             let by_pose = -&inverse.by_measurement * expected.by_pose;
-            let own = &inverse.by_measurement * self.models.noise() * inverse.by_measurement.transpose();
             add(state, &inverse.feature, &by_pose, &own);
             state.features.push(Feature { label, in_sight: v, hidden: 0.0, detections: v });
             association.detection.push(0.0);

@@ -1,0 +1,86 @@
+//! The place of a feature that may move instead.
+//!
+//! What is measured tells the pose something only as far as the feature stands; but whether it does is told by how well what is measured
+//! agrees with where it would stand, if it does. So its place learns of all that it has caused if it is there and stands, and the pose, with
+//! all else, of its share alone: the rest of the measurement is taken in with a gain for the place only (Schmidt 1966).
+
+use super::ambiguity::is_ambiguous;
+use super::correct::{LEAST_DETECTED, Told, tell};
+use super::covariance::{Common, Joint, first, symmetric};
+use super::report::Tally;
+use super::state::Memory;
+use crate::numerics::range::is_within_range;
+use crate::numerics::vector::applied;
+use crate::{Linear, Matrix, Pose, Real, Sensor, Vector};
+
+/// Takes in, for a feature's place alone, what it has a share of but for `rest` times as much.
+pub(super) fn settle_place<T, S, Z>(
+    sensor: &S,
+    memory: &mut Memory<'_, S::Pose, Z>,
+    place: usize,
+    measurements: &[S::Measurement],
+    detected: T,
+    rest: T,
+) where
+    T: Real,
+    S: Sensor<Pose: Pose<Scalar = T>>,
+    Z: Vector<Scalar = T>,
+{
+    let much = detected * rest >= T::from_f64(LEAST_DETECTED) && rest < T::INFINITY;
+    if !much || is_ambiguous(sensor, memory.explained, place, measurements) {
+        return;
+    }
+    // Its place alone is to move, whatever the heading has to do with that.
+    memory.follow();
+    // The innovations have been counted.
+    let mut counted = Tally::NOTHING;
+    let told = tell(sensor, memory, place, measurements, rest, &mut counted);
+    let Some(Told { pose, inverse, step, spread, detected }) = told else { return };
+    let spread = symmetric::<S::Measurement>(&spread);
+    if !(spread.is_finite() && step.as_slice().iter().all(|x| x.is_finite())) {
+        return;
+    }
+    let Memory { known, slots, joint, common, .. } = memory;
+    let Some((slot, rows)) = slots.get_mut(place).zip(common.get(place).copied()) else { return };
+    // Among as many coordinates as the widest measurement has; the others are zero.
+    let learnt = Matrix::with(|row, column| -inverse.at(row, column) * detected);
+    let spread = Matrix::with(|row, column| spread.get(row, column));
+    let step = Z::with(|z| step.at(z));
+    let by = <S::Pose as Pose>::Position::with(|d| rows.as_ref().get(d).map_or(T::ZERO, |row| row.dot(&step)));
+    if !is_within_range(&(slot.mean + by)) {
+        return;
+    }
+    joint.tell_place::<Z>(place, &Common { pose, features: common }, &learnt, &spread, known.len);
+    slot.mean += by;
+    slot.moved += by;
+}
+
+impl<T: Real, P: Pose<Scalar = T>> Joint<'_, P> {
+    /// P_mm ← P_mm + (P Hᵀ)_m (L + V) (P Hᵀ)_mᵀ and P_m· ← P_m· + (P Hᵀ)_m L (P Hᵀ)_·ᵀ of one of so many features, with L = `learnt`, what is
+    /// known better, and V = `spread`, what not knowing the cause leaves open.
+    fn tell_place<Z: Vector<Scalar = T>>(
+        &mut self,
+        place: usize,
+        common: &Common<'_, P, Z>,
+        learnt: &Linear<Z, Z>,
+        spread: &Linear<Z, Z>,
+        features: usize,
+    ) {
+        let rounding = T::ONE + T::EPSILON * T::from_f64(4.0);
+        let Some(own) = common.features.get(place) else { return };
+        for (row, of_row) in own.as_ref().iter().enumerate() {
+            let (at, learnt) = (first::<P>(place) + row, applied::<Z, Z>(learnt, of_row));
+            let of_features = common.features.iter().take(features).flat_map(|rows| rows.as_ref());
+            for (other, of_other) in common.pose.as_ref().iter().chain(of_features).enumerate() {
+                if other < first::<P>(place) || other >= first::<P>(place + 1) {
+                    self.set(at, other, self.get(at, other) + learnt.dot(of_other));
+                }
+            }
+            let weighed = learnt + applied::<Z, Z>(spread, of_row);
+            for (column, of_column) in own.as_ref().iter().enumerate().take(row + 1) {
+                let told = self.get(at, first::<P>(place) + column) + weighed.dot(of_column);
+                self.set(at, first::<P>(place) + column, if row == column { told * rounding } else { told });
+            }
+        }
+    }
+}

@@ -1,0 +1,264 @@
+//! How what moves takes part in a scan: it claims measurements beside the static features, and is corrected by its shares.
+//!
+//! Every birth may stand or move: it is a static feature of the joint map and a mover of the same label, and at most one of the two. Which
+//! of them it is, the scans that follow tell; until then both claim measurements as one.
+
+use super::associate::{Predicted, in_view_of};
+use super::claims::{Claim, Explained, detected, shares};
+use super::config::JointConfig;
+use super::existence::Beside;
+use super::movers::{MOVES, Mover, Movers, NONE, Tracks};
+use super::state::{Known, Slot};
+use crate::map::reduce::{Near, heavier, moment_match};
+use crate::numerics::range::is_within_range;
+use crate::{
+    Component, Correction, Factor, Linear, Matrix, MeasurementModel, MovingOf, Pose, PositionOf, Real, Sensor,
+    Symmetric, TangentOf, Vector,
+};
+
+/// A measurement as a mover expects it.
+struct Sight<P: Pose, Y: Vector> {
+    predicted: Predicted<P, Y>,
+    /// R + Hx Q Hxᵀ with Q of the way since the last scan.
+    noise: Symmetric<Y>,
+    /// That of S = Hm P Hmᵀ + R + Hx Q Hxᵀ.
+    factor: Factor<Y>,
+}
+
+impl<T: Real, P: Pose<Scalar = T>, Y: Vector<Scalar = T>> Sight<P, Y> {
+    /// `None` where it cannot be measured, or rounding has spoilt its covariance.
+    fn of<S>(
+        sensor: &S,
+        frame: &S::Frame,
+        component: &Component<MovingOf<P>>,
+        doubt: &Symmetric<TangentOf<P>>,
+    ) -> Option<Self>
+    where
+        S: Sensor<Pose = P, Measurement = Y>,
+    {
+        let predicted = Predicted::of(sensor, frame, &component.position())?;
+        let noise = sensor.noise().plus(&doubt.congruence::<Y>(&predicted.by_pose));
+        let of_place = component.covariance.leading::<PositionOf<P>>().congruence::<Y>(&predicted.by_feature);
+        let factor = of_place.plus(&noise).factor()?;
+        Some(Self { predicted, noise, factor })
+    }
+}
+
+impl<T: Real, P: Pose<Scalar = T>> Tracks<'_, P> {
+    /// Moves all of them on by the time since the last scan, and drops what has become unlikely or spread out too far.
+    pub(super) fn advance(&mut self, waited_s: T, least: T) -> usize {
+        self.clamp();
+        let motion = self.config.motion;
+        if waited_s > T::ZERO {
+            for mover in self.kept_mut() {
+                match motion.advance::<PositionOf<P>>(&mover.component, waited_s) {
+                    Some(component) => mover.component = component,
+                    None => mover.component.ln_weight = T::NEG_INFINITY,
+                }
+            }
+        }
+        self.drop_unlikely(least)
+    }
+
+    /// Drops what is hardly there, spread out too far or out of range; how many.
+    fn drop_unlikely(&mut self, least: T) -> usize {
+        let spread = self.config.spread_max_m * self.config.spread_max_m;
+        self.retain(|mover| {
+            let Component { ln_weight, mean, covariance, .. } = &mover.component;
+            let near = (0..PositionOf::<P>::DIMENSION).all(|axis| covariance.get(axis, axis) <= spread);
+            near && is_within_range(mean) && ln_weight.is_finite() && mover.weight() >= least
+        })
+    }
+
+    /// Fills in p_D of every mover, and which static feature it may be instead.
+    pub(super) fn look<X: MeasurementModel<Pose = P>>(
+        &mut self,
+        models: &X,
+        frame: &X::Frame,
+        measurements: &[X::Measurement],
+        behind: T,
+        slots: &[Slot<PositionOf<P>>],
+    ) {
+        for mover in self.kept_mut() {
+            (mover.detection, mover.not_detected, mover.claimed, mover.rival) = (T::ZERO, T::ONE, T::ZERO, NONE);
+            let rival = slots.iter().position(|slot| slot.label == mover.component.label);
+            mover.rival = rival.map_or(NONE, |place| place as u16);
+            let seen = in_view_of(models, frame, &mover.component.position(), measurements, behind);
+            mover.detection = seen.map_or(T::ZERO, |(_, detection)| detection);
+            if rival.is_none() {
+                mover.not_detected = (T::ONE - mover.detection * mover.weight()).at_least(T::EPSILON);
+            }
+        }
+    }
+
+    /// Σ p_D w of what a static feature may be instead; and from then on, that the scan detects neither has the probability `of`
+    /// that sum.
+    pub(super) fn beside(&mut self, place: usize, of: impl Fn(T) -> T) -> T {
+        let mut rivals = self.kept_mut().iter_mut().filter(|mover| usize::from(mover.rival) == place);
+        let Some(mover) = rivals.next() else { return T::ZERO };
+        let expected = mover.detection * mover.weight();
+        mover.not_detected = of(expected);
+        expected
+    }
+
+    /// Claims measurements for all movers in view; Σ ln(1 − p_D w) of those that are nothing else.
+    pub(super) fn claim<X: MeasurementModel<Pose = P>>(
+        &mut self,
+        models: &X,
+        frame: &X::Frame,
+        measurements: &[X::Measurement],
+        gate: T,
+        explained: &mut [Explained<T>],
+    ) -> T {
+        let sensor = models.sensor();
+        let doubt = self.common.doubt;
+        let mut ln_missed = T::ZERO;
+        for (place, mover) in self.kept().iter().enumerate() {
+            let expected = mover.detection * mover.weight();
+            if !(expected > T::ZERO) {
+                continue;
+            }
+            let ln_not_detected = mover.not_detected.ln();
+            if mover.rival == NONE {
+                ln_missed += ln_not_detected;
+            }
+            let Some(sight) = Sight::of(sensor, frame, &mover.component, &doubt) else { continue };
+            let Sight { predicted, factor, .. } = sight;
+            let ln_peak = expected.ln() - ln_not_detected + factor.ln_peak();
+            for (explained, z) in explained.iter_mut().zip(measurements) {
+                let distance = factor.mahalanobis(&sensor.innovation(z, &predicted.measurement));
+                if distance <= gate {
+                    explained.claim(Claim::new(MOVES | place as u16, ln_peak - distance * T::from_f64(0.5)));
+                }
+            }
+        }
+        ln_missed
+    }
+
+    /// Takes in the scan: of every mover in view, one Gaussian of what the measurements that it has a share of, and that it was missed, make
+    /// of it; and how likely it is now.
+    pub(super) fn correct<S: Sensor<Pose = P>>(
+        &mut self,
+        sensor: &S,
+        known: &Known<P>,
+        explained: &[Explained<T>],
+        measurements: &[S::Measurement],
+    ) {
+        let frame = sensor.frame(&known.pose);
+        let doubt = self.common.doubt;
+        for (place, mover) in self.kept_mut().iter_mut().enumerate() {
+            if !(mover.not_detected < T::ONE) {
+                continue;
+            }
+            let own = usize::from(MOVES) | place;
+            let of_rival = detected(explained, usize::from(mover.rival), measurements);
+            let seen = detected(explained, own, measurements);
+            let missed = (T::ONE - seen - of_rival).at_least(T::ZERO) / mover.not_detected;
+            let ln_weight = (missed * mover.weight() * (T::ONE - mover.detection)).ln();
+            let unseen = Component { ln_weight, ..mover.component };
+            mover.component = corrected(sensor, &frame, &doubt, unseen, || shares(explained, own, measurements));
+            mover.component.ln_weight = (seen + ln_weight.exp()).at_most(T::ONE).ln();
+        }
+        self.common.doubt = Symmetric::ZERO;
+    }
+
+    /// Adds the mover that a measurement may be the first one of, at rest but for σ_v; how many went for want of room.
+    pub(super) fn bear(
+        &mut self,
+        label: u32,
+        weight: T,
+        position: &PositionOf<P>,
+        covariance: &Linear<PositionOf<P>, PositionOf<P>>,
+    ) -> usize {
+        let velocity = self.config.velocity_sigma_mps * self.config.velocity_sigma_mps;
+        let covariance =
+            Symmetric::<MovingOf<P>>::from_fn(|row, column| match (row < PositionOf::<P>::DIMENSION, row == column) {
+                (true, _) => covariance.at(row, column),
+                (false, true) => velocity,
+                (false, false) => T::ZERO,
+            });
+        let Some((covariance, _)) = covariance.kept_positive_definite() else { return 0 };
+        let mean = MovingOf::<P>::with(|row| position.at(row));
+        self.put(Component { label, ln_weight: weight.ln(), mean, covariance })
+    }
+
+    /// Makes one of every two that are at one place with one velocity, as each of them sees it, and drops what is hardly there; how many
+    /// were made one.
+    pub(super) fn tidy(&mut self, config: &JointConfig<T>) -> usize {
+        let mut united = 0;
+        let mut one = 0;
+        while one < self.common.len {
+            let mut other = one + 1;
+            while other < self.common.len {
+                let (Some(a), Some(b)) = (self.movers.get(one).copied(), self.movers.get(other).copied()) else {
+                    break;
+                };
+                let near =
+                    |a: &Mover<P>, b: &Mover<P>| Near::of(&a.component, config.merge_distance).holds(&b.component.mean);
+                if !(near(&a, &b) && near(&b, &a)) {
+                    other += 1;
+                    continue;
+                }
+                let (head, rest) = if heavier(&b.component, &a.component) { (b, a) } else { (a, b) };
+                let component = moment_match(&head.component, core::iter::once(rest.component));
+                let ln_weight = component.ln_weight.at_most(T::ZERO);
+                if let Some(slot) = self.movers.get_mut(one) {
+                    *slot = Mover { component: Component { ln_weight, ..component }, ..head };
+                }
+                self.drop_at(other);
+                united += 1;
+            }
+            one += 1;
+        }
+        self.drop_unlikely(config.least_existence);
+        united
+    }
+}
+
+/// One Gaussian with the mean and the spread of a mover as it is, with its weight, and of what each of its shares makes of it.
+fn corrected<'m, T, S, I>(
+    sensor: &S,
+    frame: &S::Frame,
+    doubt: &Symmetric<TangentOf<S::Pose>>,
+    unseen: Component<MovingOf<S::Pose>>,
+    shares: impl Fn() -> I,
+) -> Component<MovingOf<S::Pose>>
+where
+    T: Real,
+    S: Sensor<Pose: Pose<Scalar = T>>,
+    S::Measurement: 'm,
+    I: Iterator<Item = (T, &'m S::Measurement)>,
+{
+    let likeliest = shares().enumerate().fold(None, |most: Option<(usize, T)>, (place, (share, _))| match most {
+        Some((_, known)) if !(share > known) => most,
+        _ => Some((place, share)),
+    });
+    let Some((likeliest, _)) = likeliest else { return unseen };
+    let Some(sight) = Sight::of(sensor, frame, &unseen, doubt) else { return unseen };
+    let Sight { predicted, noise, factor } = sight;
+    let correction = Correction::new(&unseen.covariance, &predicted.by_feature, &noise, &factor);
+    let seen = |(share, z): (T, &S::Measurement)| {
+        correction.apply(&unseen, &sensor.innovation(z, &predicted.measurement), share.ln())
+    };
+    let Some(head) = shares().nth(likeliest).map(seen) else { return unseen };
+    if !(head.ln_weight > T::NEG_INFINITY) {
+        return unseen;
+    }
+    let others = shares().enumerate().filter(|&(place, _)| place != likeliest).map(|(_, share)| seen(share));
+    moment_match(&head, core::iter::once(unseen).chain(others))
+}
+
+/// What a static feature may be instead, after the scan.
+pub(super) fn beside<T, P, V, Y>(movers: &V, place: usize, explained: &[Explained<T>], measurements: &[Y]) -> Beside<T>
+where
+    T: Real,
+    P: Pose<Scalar = T>,
+    V: Movers<P>,
+{
+    let rival = movers.kept().iter().enumerate().find(|(_, mover)| usize::from(mover.rival) == place);
+    rival.map_or(Beside::NOTHING, |(own, mover)| Beside {
+        expected: mover.detection * mover.weight(),
+        left: (T::ONE - mover.detection) * mover.weight(),
+        detected: detected(explained, usize::from(MOVES) | own, measurements),
+    })
+}

@@ -1,0 +1,323 @@
+//! One that walks among landmarks: what it must not do to a joint map, and the life of what is kept of it.
+
+use super::movers::{Mover, Movers};
+use crate::*;
+use nalgebra::{Vector2, Vector4};
+use std::boxed::Box;
+use std::vec::Vec;
+
+type Pose64 = PlanarPose<f64>;
+type Moved<'s, M> = JointSlam<'s, M, Vector2<f64>, NoArchive, Tracked<'s, Pose64>>;
+type Lidar<T> = Detector<Sensing<RangeBearing<T>, RangeBearingWindow<T>, UniformClutter<T>>>;
+
+fn lidar<T: Real>(of_moving: f64) -> Lidar<T> {
+    let real = T::from_f64;
+    let window = RangeBearingWindow::full_circle(real(20.0), real(0.9)).unwrap();
+    let sensing = Sensing {
+        sensor: RangeBearing::new(real(0.1), real(0.01)).unwrap(),
+        field_of_view: window,
+        clutter: UniformClutter::of_scan(real(1.0), window.measure()).unwrap(),
+    };
+    Detector::new(sensing, Births { of_static: real(1e-3), of_moving: real(of_moving) }).unwrap()
+}
+
+const ROOM: usize = 48;
+type Car = JointState<Pose64, Vector2<f64>, ROOM, { joint_numbers(3, 2, ROOM) }, 32>;
+
+fn motion() -> Unicycle<f64> {
+    Unicycle::new(Step::Arc, ControlNoise::white(0.1, 0.05)).unwrap()
+}
+
+/// A vehicle on a circle of 8 m among twelve landmarks, and one that walks to and fro over the places of two of them.
+struct Place {
+    pose: Pose64,
+    draws: Noise,
+    t_s: f64,
+    walks: bool,
+}
+
+impl Place {
+    fn new(seed: u64, walks: bool) -> Self {
+        Self {
+            pose: PlanarPose::new(8.0, 0.0, core::f64::consts::FRAC_PI_2),
+            draws: Noise::seeded(seed),
+            t_s: 0.0,
+            walks,
+        }
+    }
+
+    fn landmark(k: usize) -> Vector2<f64> {
+        let angle = k as f64 * core::f64::consts::TAU / 12.0;
+        Vector2::new(angle.cos(), angle.sin()) * if k % 2 == 0 { 12.0 } else { 4.0 }
+    }
+
+    /// From landmark 3, at (0, 4), to landmark 9, at (0, −4), and beyond, in 12 s.
+    fn walker(&self) -> Vector2<f64> {
+        let phase = (self.t_s / 12.0).rem_euclid(2.0);
+        Vector2::new(0.0, 6.0 - 12.0 * if phase < 1.0 { phase } else { 2.0 - phase })
+    }
+
+    fn step(&mut self) -> (UnicycleControl<f64>, Vec<Vector2<f64>>) {
+        let real = Unicycle::new(Step::Arc, ControlNoise::NONE).unwrap();
+        self.pose = real.propagate(&self.pose, &UnicycleControl { speed_mps: 2.0, rate_radps: 0.25 }, 0.1);
+        self.t_s += 0.1;
+        let mut draw = || self.draws.normal::<f64>();
+        let odometry = UnicycleControl { speed_mps: 2.0 + 0.1 * draw(), rate_radps: 0.25 + 0.05 * draw() };
+        let mut seen = Vec::new();
+        let walker = self.walks.then(|| self.walker());
+        for at in (0..12).map(Self::landmark).chain(walker) {
+            let (dx, dy) = (at.x - self.pose.x_m, at.y - self.pose.y_m);
+            let noise = [0.1 * self.draws.normal::<f64>(), 0.01 * self.draws.normal::<f64>()];
+            if self.draws.uniform::<f64>() < 0.9 {
+                seen.push(Vector2::new(dx.hypot(dy) + noise[0], wrap(dy.atan2(dx) - self.pose.heading_rad + noise[1])));
+            }
+        }
+        let (range, turn) = (20.0 * self.draws.uniform::<f64>(), self.draws.uniform::<f64>());
+        seen.push(Vector2::new(range.max(0.1), wrap(core::f64::consts::TAU * turn)));
+        (odometry, seen)
+    }
+}
+
+/// Scans after which it counts how well the walker is known.
+const SETTLED: usize = 50;
+
+#[derive(Debug, Default)]
+struct Score {
+    /// Scans with an estimate within half a metre of the walker, and such scans in all.
+    found: usize,
+    scans: usize,
+    /// Estimated movers that are none.
+    wrong: usize,
+    /// Static features that the estimated map has too much, at the end.
+    ghosts: usize,
+    /// Greatest distance of an estimated landmark from where it stands, m.
+    off_m: f64,
+    /// Root mean square error of the pose, m.
+    pose_m: f64,
+}
+
+fn drive(seed: u64, walks: bool, of_moving: f64) -> Score {
+    let (mut state, mut movers) = (Box::new(Car::new()), JointMovers::<_, 32>::new());
+    let slam = JointSlam::new(motion(), JointConfig::default(), &mut *state).unwrap();
+    let mut slam = slam.with_movers(&mut movers, MovingConfig::walkers()).unwrap();
+    let mut place = Place::new(seed, walks);
+    slam.reset(place.pose).unwrap();
+    let (mut score, mut squares, scans) = (Score::default(), 0.0, 480);
+    for scan in 0..scans {
+        let (odometry, seen) = place.step();
+        slam.predict(&odometry, 0.1).unwrap();
+        slam.scan(&lidar(of_moving), &seen).unwrap();
+        squares += slam.estimate_pose().unwrap().mean.distance_m(&place.pose).powi(2);
+        if scan < SETTLED {
+            continue;
+        }
+        let near =
+            |mover: &Component<Vector4<f64>>| walks && (mover.position::<Vector2<f64>>() - place.walker()).norm() < 0.5;
+        score.found += usize::from(slam.moving().any(|mover| near(&mover)));
+        score.wrong += slam.moving().filter(|mover| !near(mover)).count();
+        score.scans += 1;
+    }
+    assert_eq!(slam.audit(), Ok(()));
+    score.pose_m = (squares / f64::from(scans as u32)).sqrt();
+    score.ghosts = slam.features().count().saturating_sub(12);
+    score.off_m = (0..12).fold(0.0, |most: f64, k| {
+        let distances = slam.features().map(|feature| (feature.mean - Place::landmark(k)).norm());
+        most.max(distances.fold(f64::INFINITY, f64::min))
+    });
+    score
+}
+
+#[test]
+fn who_walks_is_found_and_what_stands_stays_a_landmark() {
+    let (mut found, mut scans, mut wrong, mut ghosts) = (0, 0, 0, 0);
+    for seed in 0..6 {
+        let score = drive(seed, true, 5e-4);
+        // Over the places of two landmarks and back, twice.
+        assert!(score.off_m < 0.25 && score.pose_m < 0.15, "{seed}: {score:?}");
+        (found, scans, wrong) = (found + score.found, scans + score.scans, wrong + score.wrong);
+        ghosts += score.ghosts;
+    }
+    assert!(found * 10 > scans * 8, "{found} of {scans}");
+    // What stands may be taken for a slow walker at first.
+    assert!(wrong * 5 < scans, "{wrong} of {scans}");
+    assert!(ghosts <= 1, "{ghosts}");
+    // Without births that move the way of the walker is left in the map, or pulls at the landmarks that it passes.
+    let ghosts: usize = (0..6).map(|seed| drive(seed, true, 0.0).ghosts).sum();
+    assert!(ghosts >= 2, "{ghosts}: this shows nothing");
+}
+
+#[test]
+fn where_nothing_moves_the_map_is_what_it_was() {
+    let (mut wrong, mut scans, mut poses) = (0, 0, [0.0; 2]);
+    for seed in 10..18 {
+        let (with, without) = (drive(seed, false, 5e-4), drive(seed, false, 0.0));
+        assert_eq!((with.ghosts, without.ghosts), (0, 0), "{seed}");
+        assert!((with.off_m - without.off_m).abs() < 0.05, "{seed}: {with:?} {without:?}");
+        (wrong, scans) = (wrong + with.wrong, scans + with.scans);
+        poses = [poses[0] + with.pose_m, poses[1] + without.pose_m];
+    }
+    // Of twelve landmarks, at first.
+    assert!(wrong * 5 < scans, "{wrong} of {scans}");
+    assert!(poses[0] < 1.05 * poses[1], "{poses:?}");
+}
+
+/// With no births that move the filter with movers is the one without, to the bit.
+#[test]
+fn movers_that_are_never_born_change_nothing() {
+    let (mut state, mut alone, mut movers) = (Box::new(Car::new()), Box::new(Car::new()), JointMovers::<_, 8>::new());
+    let slam = JointSlam::new(motion(), JointConfig::default(), &mut *state).unwrap();
+    let mut slam = slam.with_movers(&mut movers, MovingConfig::walkers()).unwrap();
+    let mut alone = JointSlam::new(motion(), JointConfig::default(), &mut *alone).unwrap();
+    let mut place = Place::new(3, true);
+    slam.reset(place.pose).unwrap();
+    alone.reset(place.pose).unwrap();
+    for _ in 0..100 {
+        let (odometry, seen) = place.step();
+        slam.predict(&odometry, 0.1).unwrap();
+        alone.predict(&odometry, 0.1).unwrap();
+        let (a, b) = (slam.scan(&lidar(0.0), &seen).unwrap(), alone.scan(&lidar(0.0), &seen).unwrap());
+        assert_eq!(a, b);
+        assert_eq!(slam.estimate_pose(), alone.estimate_pose());
+    }
+}
+
+fn with_a_walker<R>(work: impl FnOnce(&mut Moved<'_, Unicycle<f64>>, &mut Place) -> R) -> R {
+    let (mut state, mut movers) = (Box::new(Car::new()), JointMovers::<_, 32>::new());
+    let slam = JointSlam::new(motion(), JointConfig::default(), &mut *state).unwrap();
+    let mut slam = slam.with_movers(&mut movers, MovingConfig::walkers()).unwrap();
+    let mut place = Place::new(1, true);
+    slam.reset(place.pose).unwrap();
+    for _ in 0..60 {
+        go(&mut slam, &mut place);
+    }
+    assert_eq!(slam.moving().count(), 1);
+    work(&mut slam, &mut place)
+}
+
+fn go(slam: &mut Moved<'_, Unicycle<f64>>, place: &mut Place) {
+    let (odometry, seen) = place.step();
+    slam.predict(&odometry, 0.1).unwrap();
+    slam.scan(&lidar(5e-4), &seen).unwrap();
+}
+
+#[test]
+fn a_snapshot_has_what_moves_and_the_filter_goes_on_to_the_bit() {
+    with_a_walker(|slam, place| {
+        slam.predict(&UnicycleControl { speed_mps: 1.0, rate_radps: 0.0 }, 0.05).unwrap();
+        let mut bytes = std::vec![0; 40_000];
+        let len = slam.save(7, into_slice(&mut bytes)).unwrap();
+        let bytes = &bytes[..len];
+        let (mut state, mut movers) = (Box::new(Car::new()), JointMovers::<_, 16>::new());
+        let other = JointSlam::new(motion(), JointConfig::default(), &mut *state).unwrap();
+        let mut other = other.with_movers(&mut movers, MovingConfig::walkers()).unwrap();
+        assert_eq!(other.restore(7, from_slice(bytes)), Ok(len));
+        assert_eq!((other.digest(), other.seal()), (slam.digest(), slam.seal()));
+        for _ in 0..40 {
+            let (odometry, seen) = place.step();
+            slam.predict(&odometry, 0.1).unwrap();
+            other.predict(&odometry, 0.1).unwrap();
+            assert_eq!(slam.scan(&lidar(5e-4), &seen), other.scan(&lidar(5e-4), &seen));
+            assert_eq!(other.digest(), slam.digest());
+        }
+        // One without movers, or with too little room, does not take it, and is as it was.
+        let mut state = Box::new(Car::new());
+        let mut without = JointSlam::new(motion(), JointConfig::default(), &mut *state).unwrap();
+        without.reset(PlanarPose::ZERO).unwrap();
+        let digest = without.digest();
+        let refused = without.restore(7, from_slice(bytes));
+        assert!(matches!(refused, Err(RestoreError::NoRoom { what: "movers", .. })), "{refused:?}");
+        assert_eq!(without.digest(), digest);
+        let mut plain = std::vec![0; 40_000];
+        let len = without.save(7, into_slice(&mut plain)).unwrap();
+        // The other way around nothing moves afterwards.
+        assert_eq!(other.restore(7, from_slice(&plain[..len])), Ok(len));
+        assert_eq!((other.moving().count(), other.movers.kept().len()), (0, 0));
+    });
+}
+
+#[test]
+fn what_is_set_from_outside_forgets_what_moves_or_doubts_it() {
+    let few = Symmetric::from_diagonal([0.01; 3]);
+    with_a_walker(|slam, _| {
+        let before = slam.moving().next();
+        slam.scatter(&few).unwrap();
+        assert_eq!(slam.moving().next(), before);
+        let (common, _) = slam.movers.common().unwrap();
+        assert!(common.doubt.get(0, 0) >= 0.01);
+        slam.relocate(PlanarPose::ZERO, &few).unwrap();
+        assert_eq!(slam.movers.kept().len(), 0);
+    });
+    with_a_walker(|slam, place| {
+        slam.reset(place.pose).unwrap();
+        assert_eq!(slam.movers.kept().len(), 0);
+    });
+    with_a_walker(|slam, _| {
+        let map: Vec<_> = slam.features().collect();
+        slam.load_map(&map).unwrap();
+        assert_eq!(slam.movers.kept().len(), 0);
+    });
+}
+
+#[test]
+fn localising_tracks_what_moves_and_leaves_the_map() {
+    with_a_walker(|slam, place| {
+        let map: Vec<_> = slam.features().collect();
+        slam.load_map(&map).unwrap();
+        let (mut found, scans) = (0, 60);
+        for scan in 0..scans + 10 {
+            let (odometry, seen) = place.step();
+            slam.predict(&odometry, 0.1).unwrap();
+            slam.localise(&lidar(5e-4), &seen).unwrap();
+            let near =
+                |mover: Component<Vector4<f64>>| (mover.position::<Vector2<f64>>() - place.walker()).norm() < 0.5;
+            found += usize::from(scan >= 10 && slam.moving().any(near));
+        }
+        assert!(found * 10 > scans * 8, "{found}");
+        let after: Vec<_> = slam.features().map(|feature| (feature.label, feature.mean)).collect();
+        assert_eq!(after, map.iter().map(|feature| (feature.label, feature.mean)).collect::<Vec<_>>());
+    });
+}
+
+#[test]
+fn memory_that_fails_is_mended() {
+    let damages: [fn(&mut Mover<Pose64>); 4] = [
+        |mover| mover.component.mean.x = f64::NAN,
+        |mover| mover.component.ln_weight = 3.0,
+        |mover| mover.component.ln_weight = f64::NEG_INFINITY,
+        |mover| mover.component.covariance = Symmetric::ZERO,
+    ];
+    for damage in damages {
+        with_a_walker(|slam, place| {
+            let (held, all) = (slam.movers.kept().len(), 1 + slam.held() + slam.movers.kept().len());
+            assert!(slam.scrub(&mut Scrubber::new(), all).unwrap().is_clean());
+            damage(&mut slam.movers.tracks().unwrap().kept_mut()[0]);
+            assert!(slam.audit().is_err());
+            let found = slam.scrub(&mut Scrubber::new(), all).unwrap();
+            assert_eq!((found.features, slam.movers.kept().len()), (1, held - 1));
+            assert_eq!(slam.audit(), Ok(()));
+            go(slam, place);
+        });
+    }
+    with_a_walker(|slam, place| {
+        slam.movers.tracks().unwrap().common.doubt = Symmetric::from_diagonal([f64::NAN; 3]);
+        assert_eq!(slam.audit(), Err(Flaw::Pose));
+        assert!(slam.scrub(&mut Scrubber::new(), 1).unwrap().widened);
+        assert_eq!(slam.audit(), Ok(()));
+        slam.movers.tracks().unwrap().common.len = 99;
+        assert_eq!(slam.scrub(&mut Scrubber::new(), 1), Err(Flaw::Cursor));
+        // A scan takes it as what there is room for.
+        go(slam, place);
+        assert!(slam.movers.kept().len() <= 32);
+    });
+}
+
+#[test]
+fn a_full_room_keeps_the_likeliest_and_says_so() {
+    let (mut state, mut movers) = (Box::new(Car::new()), JointMovers::<_, 2>::new());
+    let slam = JointSlam::new(motion(), JointConfig::default(), &mut *state).unwrap();
+    let mut slam = slam.with_movers(&mut movers, MovingConfig::walkers()).unwrap();
+    slam.reset(PlanarPose::ZERO).unwrap();
+    let scan: Vec<_> = (0..6).map(|k| Vector2::new(3.0 + f64::from(k), 0.5 * f64::from(k))).collect();
+    let report = slam.scan(&lidar(5e-4), &scan).unwrap();
+    assert!(report.movers == 2 && report.lost == 4 && report.health.contains(Health::COMPONENTS_LOST), "{report:?}");
+}

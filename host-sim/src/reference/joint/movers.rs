@@ -1,0 +1,202 @@
+//! What moves beside the joint map, as `docs/joint.md` has it.
+
+use super::associate::{Association, squared};
+use super::models::{Expected, Models};
+use super::state::State;
+use super::{Joint, Moving};
+use nalgebra::{DMatrix, DVector};
+
+/// A feature that may move.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Mover {
+    /// That of the static feature that it may be instead.
+    pub label: u32,
+    /// w, the probability that it is there and moves.
+    pub weight: f64,
+    /// Position and velocity.
+    pub mean: DVector<f64>,
+    /// Their covariance, given the pose of the last scan.
+    pub covariance: DMatrix<f64>,
+}
+
+impl Mover {
+    /// The coordinates of its position.
+    pub(super) fn position(&self) -> &[f64] {
+        &self.mean.as_slice()[..self.mean.len() / 2]
+    }
+
+    /// After `dt` seconds.
+    pub(crate) fn advance(&mut self, dt: f64, moving: &Moving) {
+        let (all, each) = (self.mean.len(), self.mean.len() / 2);
+        let of =
+            |block: [[f64; 2]; 2]| {
+                DMatrix::from_fn(all, all, |row, column| {
+                    if row % each == column % each { block[row / each][column / each] } else { 0.0 }
+                })
+            };
+        let f = of([[1.0, dt], [0.0, 1.0]]);
+        let cross = dt.powi(2) / 2.0;
+        self.mean = &f * &self.mean;
+        self.covariance = &f * &self.covariance * f.transpose()
+            + of([[dt.powi(3) / 3.0, cross], [cross, dt]]) * moving.acceleration_psd;
+        self.weight *= (-dt / moving.lifetime_s).exp();
+    }
+
+    /// H over position and velocity.
+    fn h(&self, expected: &Expected) -> DMatrix<f64> {
+        let mut h = DMatrix::zeros(expected.measurement.len(), self.mean.len());
+        h.columns_mut(0, expected.by_feature.ncols()).copy_from(&expected.by_feature);
+        h
+    }
+}
+
+/// A measurement as a mover expects it: H, and R with what is not known of the way since the last scan.
+pub(super) struct Sight {
+    pub(super) expected: Expected,
+    h: DMatrix<f64>,
+    noise: DMatrix<f64>,
+}
+
+impl Sight {
+    /// S.
+    pub(super) fn covariance(&self, mover: &Mover) -> DMatrix<f64> {
+        &self.h * &mover.covariance * self.h.transpose() + &self.noise
+    }
+}
+
+impl<M: Models> Joint<M> {
+    /// Moves all of them on, and drops what has become unlikely or spread out too far.
+    pub(super) fn advance(&self, state: &mut State) {
+        let Some(moving) = &self.config.moving else { return };
+        if state.waited_s > 0.0 {
+            state.movers.iter_mut().for_each(|mover| mover.advance(state.waited_s, moving));
+        }
+        self.drop_movers(state);
+    }
+
+    fn drop_movers(&self, state: &mut State) {
+        let Some(moving) = &self.config.moving else { return };
+        for place in (0..state.movers.len()).rev() {
+            let mover = &state.movers[place];
+            let near = (0..M::FEATURE).all(|k| mover.covariance[(k, k)] <= moving.spread_max_m.powi(2));
+            if !near || mover.weight < self.config.least_existence {
+                state.movers.swap_remove(place);
+            }
+        }
+    }
+
+    pub(super) fn sight(&self, state: &State, mover: &Mover) -> Option<Sight> {
+        let expected = self.models.expected(&state.pose, mover.position())?;
+        let noise = self.models.noise() + &expected.by_pose * &state.doubt * expected.by_pose.transpose();
+        Some(Sight { h: mover.h(&expected), noise, expected })
+    }
+
+    /// Takes in the scan: every mover becomes one Gaussian of all that it may have come to.
+    pub(super) fn correct_movers(&self, state: &mut State, association: &Association, measurements: &[&[f64]]) {
+        let mut movers = std::mem::take(&mut state.movers);
+        for (place, mover) in movers.iter_mut().enumerate() {
+            let not_detected = association.mover_not_detected[place];
+            if not_detected >= 1.0 {
+                continue;
+            }
+            let shares: Vec<f64> = association.mover_shares.row(place).iter().copied().collect();
+            let seen: f64 = shares.iter().sum();
+            let of_rival = association.rivals[place].map_or(0.0, |rival| association.shares.row(rival).sum());
+            let missed = (1.0 - seen - of_rival).max(0.0) / not_detected
+                * mover.weight
+                * (1.0 - association.mover_detection[place]);
+            if let Some(sight) = self.sight(state, mover).filter(|_| seen > 0.0) {
+                let gain = &mover.covariance
+                    * sight.h.transpose()
+                    * sight.covariance(mover).try_inverse().expect("R is positive definite");
+                let corrected = &mover.covariance - &gain * &sight.h * &mover.covariance;
+                let mut ways = vec![(missed, mover.mean.clone(), mover.covariance.clone())];
+                for (&share, z) in shares.iter().zip(measurements).filter(|&(&share, _)| share > 0.0) {
+                    let innovation = self.models.innovation(z, &sight.expected.measurement);
+                    ways.push((share, &mover.mean + &gain * innovation, corrected.clone()));
+                }
+                (mover.mean, mover.covariance) = moments(&ways);
+            }
+            mover.weight = (seen + missed).min(1.0);
+        }
+        state.movers = movers;
+        state.doubt.fill(0.0);
+    }
+
+    /// Makes one of every two at one place with one velocity, and drops what is hardly there; how many were made one.
+    pub(super) fn tidy_movers(&self, state: &mut State) -> usize {
+        let (mut united, mut one) = (0, 0);
+        while one < state.movers.len() {
+            let mut other = one + 1;
+            while other < state.movers.len() {
+                let (a, b) = (&state.movers[one], &state.movers[other]);
+                let apart = &a.mean - &b.mean;
+                let within = |mover: &Mover| {
+                    let inverse = mover.covariance.clone().try_inverse();
+                    inverse.is_some_and(|inverse| squared(&apart, &inverse) <= self.config.merge_distance)
+                };
+                if !(within(a) && within(b)) {
+                    other += 1;
+                    continue;
+                }
+                let step = |mover: &Mover| (mover.weight.ln() * 65_536.0 + 0.5).floor();
+                let first = step(b)
+                    .total_cmp(&step(a))
+                    .then_with(|| a.mean.as_slice().partial_cmp(b.mean.as_slice()).expect("numbers"));
+                let label = if first.is_gt() { b.label } else { a.label };
+                let ways = [a, b].map(|mover| (mover.weight, mover.mean.clone(), mover.covariance.clone()));
+                let (mean, covariance) = moments(&ways);
+                let weight = (a.weight + b.weight).min(1.0);
+                state.movers[one] = Mover { label, weight, mean, covariance };
+                state.movers.swap_remove(other);
+                united += 1;
+            }
+            one += 1;
+        }
+        self.drop_movers(state);
+        united
+    }
+
+    /// Adds what a measurement may be the first one of, if it moves; whether something went for want of room.
+    pub(super) fn bear_mover(
+        &self,
+        state: &mut State,
+        label: u32,
+        weight: f64,
+        place: &DVector<f64>,
+        own: &DMatrix<f64>,
+    ) -> usize {
+        let Some(moving) = &self.config.moving else { return 0 };
+        let each = place.len();
+        let mean = DVector::from_fn(2 * each, |k, _| if k < each { place[k] } else { 0.0 });
+        let velocity = moving.velocity_sigma_mps.powi(2);
+        let covariance =
+            DMatrix::from_fn(2 * each, 2 * each, |row, column| match (row < each && column < each, row == column) {
+                (true, _) => own[(row, column)],
+                (false, true) => velocity,
+                (false, false) => 0.0,
+            });
+        let born = Mover { label, weight, mean, covariance };
+        if state.movers.len() < moving.capacity {
+            state.movers.push(born);
+            return 0;
+        }
+        let weakest =
+            (0..state.movers.len()).min_by(|&a, &b| state.movers[a].weight.total_cmp(&state.movers[b].weight));
+        if let Some(weakest) = weakest.filter(|&place| state.movers[place].weight < weight) {
+            state.movers[weakest] = born;
+        }
+        1
+    }
+}
+
+/// Mean and covariance of a mixture of weights, means and covariances.
+fn moments(ways: &[(f64, DVector<f64>, DMatrix<f64>)]) -> (DVector<f64>, DMatrix<f64>) {
+    let all: f64 = ways.iter().map(|way| way.0).sum();
+    let mean = ways.iter().map(|(weight, mean, _)| mean * (weight / all)).sum::<DVector<f64>>();
+    let covariance = ways
+        .iter()
+        .map(|(weight, of, covariance)| (covariance + (of - &mean) * (of - &mean).transpose()) * (weight / all))
+        .sum::<DMatrix<f64>>();
+    (mean, covariance)
+}
