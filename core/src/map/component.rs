@@ -81,16 +81,7 @@ impl<T: Real, N: Vector<Scalar = T>, Z: Vector<Scalar = T>> Correction<N, Z> {
         }
         let gain: Linear<N, Z> =
             Matrix::with(|row, column| gain.as_ref().get(row).map_or(T::ZERO, |row| row.at(column)));
-        let residual: Linear<N, N> = Matrix::with(|row, column| {
-            let identity = if row == column { T::ONE } else { T::ZERO };
-            let seen = if column < D::DIMENSION {
-                (0..Z::DIMENSION).fold(T::ZERO, |sum, k| sum + gain.at(row, k) * h.at(k, column))
-            } else {
-                T::ZERO
-            };
-            identity - seen
-        });
-        let joseph = covariance.congruence::<N>(&residual).plus(&r.congruence::<N>(&gain));
+        let joseph = covariance.joseph::<D, Z>(&gain, h).plus(&r.congruence::<N>(&gain));
         match joseph.kept_positive_definite() {
             Some((covariance, repaired)) => Self { gain, covariance, repaired },
             None => Self { gain: Zero::ZERO, covariance: *covariance, repaired: true },

@@ -122,18 +122,40 @@ impl<T: Real, V: Vector<Scalar = T>> Symmetric<V> {
     #[inline]
     #[must_use]
     pub fn times_transpose<D: Vector<Scalar = T>, Z: Vector<Scalar = T>>(&self, h: &Linear<Z, D>) -> Linear<V, Z> {
-        let inner = |row, column| (0..D::DIMENSION).fold(T::ZERO, |sum, k| sum + self.get(row, k) * h.at(column, k));
-        Matrix::with(inner)
+        Matrix::with(|row, column| sum(D::DIMENSION, |k| self.get(row, k) * h.at(column, k)))
     }
 
     /// A P Aᵀ.
     #[inline]
     #[must_use]
     pub fn congruence<M: Vector<Scalar = T>>(&self, a: &Linear<M, V>) -> Symmetric<M> {
-        let all = || 0..V::DIMENSION;
         let product: Linear<M, V> =
-            Matrix::with(|row, column| all().fold(T::ZERO, |sum, k| sum + a.at(row, k) * self.get(k, column)));
-        Symmetric::from_fn(|row, column| all().fold(T::ZERO, |sum, k| sum + product.at(row, k) * a.at(column, k)))
+            Matrix::with(|row, column| sum(V::DIMENSION, |k| a.at(row, k) * self.get(k, column)));
+        Symmetric::from_fn(|row, column| sum(V::DIMENSION, |k| product.at(row, k) * a.at(column, k)))
+    }
+
+    /// (I − K H) P (I − K H)ᵀ for a measurement matrix H that sees the first coordinates: all other columns of I − K H are those
+    /// of I, so that no product with them need be taken.
+    #[inline]
+    #[must_use]
+    pub(crate) fn joseph<D: Vector<Scalar = T>, Z: Vector<Scalar = T>>(
+        &self,
+        gain: &Linear<V, Z>,
+        h: &Linear<Z, D>,
+    ) -> Self {
+        let (seen, one) = (D::DIMENSION, T::ONE);
+        let residual: Linear<V, D> = Matrix::with(|row, column| {
+            let identity = if row == column { one } else { T::ZERO };
+            identity - sum(Z::DIMENSION, |k| gain.at(row, k) * h.at(k, column))
+        });
+        let product: Linear<V, V> = Matrix::with(|row, column| {
+            let of_seen = sum(seen, |k| residual.at(row, k) * self.get(k, column));
+            if row < seen { of_seen } else { of_seen + self.get(row, column) }
+        });
+        Self::from_fn(|row, column| {
+            let of_seen = sum(seen, |k| product.at(row, k) * residual.at(column, k));
+            if column < seen { of_seen } else { of_seen + product.at(row, column) }
+        })
     }
 
     /// All elements finite.
@@ -358,6 +380,12 @@ impl<T: Real, V: Vector<Scalar = T>> Factor<V> {
 
 /// ln 2π.
 const LN_TAU: f64 = 1.837_877_066_409_345_3;
+
+/// The sum of so many terms, from the first one on.
+#[inline]
+fn sum<T: Real>(terms: usize, term: impl Fn(usize) -> T) -> T {
+    (1..terms).fold(term(0), |sum, k| sum + term(k))
+}
 
 /// The element at a place of the packed triangle; the loops over a generic dimension stay inside it, which the compiler
 /// cannot always see.

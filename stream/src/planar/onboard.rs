@@ -19,8 +19,10 @@ mod room {
     pub(super) const CANDIDATES: usize = 64;
     pub(super) const PAGES: usize = 192;
     pub(super) const MAP_PAGES: usize = 32;
+    pub(super) const VIEW: usize = 96;
     pub(super) const MOVING_PAGES: usize = 112;
-    pub(super) const MOVING_VIEW: usize = 128;
+    pub(super) const MOVING_MAP_PAGES: usize = 10;
+    pub(super) const MOVING_VIEW: usize = 72;
 }
 
 /// Room for informed particles, which do not need samples.
@@ -30,7 +32,9 @@ mod room {
     pub(super) const CANDIDATES: usize = 4;
     pub(super) const PAGES: usize = 176;
     pub(super) const MAP_PAGES: usize = 40;
+    pub(super) const VIEW: usize = 256;
     pub(super) const MOVING_PAGES: usize = 48;
+    pub(super) const MOVING_MAP_PAGES: usize = 16;
     pub(super) const MOVING_VIEW: usize = 160;
 }
 
@@ -41,15 +45,15 @@ mod room {
     pub(super) const CANDIDATES: usize = 64;
     pub(super) const PAGES: usize = 80;
     pub(super) const MAP_PAGES: usize = 8;
+    pub(super) const VIEW: usize = 96;
     pub(super) const MOVING_PAGES: usize = 24;
-    pub(super) const MOVING_VIEW: usize = 128;
+    pub(super) const MOVING_MAP_PAGES: usize = 10;
+    pub(super) const MOVING_VIEW: usize = 72;
 }
 
-use room::{CANDIDATES, MAP_PAGES, MOVING_PAGES, MOVING_VIEW, PAGES, PARTICLES};
-const MOVING_MAP_PAGES: usize = 16;
+use room::{CANDIDATES, MAP_PAGES, MOVING_MAP_PAGES, MOVING_PAGES, MOVING_VIEW, PAGES, PARTICLES, VIEW};
 /// Measurements that a scan can have.
 pub const MEASUREMENTS: usize = 64;
-const VIEW: usize = 256;
 /// Features of an estimated map.
 const FEATURES: usize = 128;
 
