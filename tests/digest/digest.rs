@@ -116,6 +116,7 @@ fn thesis() -> Settings {
         },
         joint: JointSettings { in_sight_s: 1e9, hidden_s: 10.0, lifetime_s: 1e9, behind: 1.0, merge_distance: 9.0 },
         fixes: None,
+        calibration: None,
     }
 }
 

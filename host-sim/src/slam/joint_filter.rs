@@ -64,9 +64,14 @@ where
     X: MeasurementModel<Pose = M::Pose> + Copy + 'static,
     R: JointRoom<M, X::Measurement>,
 {
-    let mut filter = state.filter(models.motion, config).map_err(refusal)?;
-    let begun = prior.map_or_else(|| filter.reset(models.start), |prior| filter.reset_within(models.start, &prior));
-    begun.map_err(refusal)?;
+    {
+        let mut filter = state.filter(models.motion, config).map_err(refusal)?;
+        match prior {
+            None => filter.reset(models.start),
+            Some(prior) => filter.reset_within(models.start, &prior),
+        }
+        .map_err(refusal)?;
+    }
     let Models { motion, control, fixes, start, .. } = *models;
     let detectors = models.sensors.iter().map(|sensor| sensor.detector()).collect::<Result<_, _>>()?;
     Ok(Box::new(JointFilter { motion, control, detectors, fixes, config, state, start, maps }))
