@@ -186,7 +186,7 @@ mod tests {
         let linearised = motion.linearise(&pose(), control, 0.2);
         for k in 0..6 {
             let at = |step: f64| {
-                let by = SVector::<f64, 6>::with(|row| if row == k { step } else { 0.0 });
+                let by = <SVector<f64, 6> as Vector>::with(|row| if row == k { step } else { 0.0 });
                 motion.propagate(&pose().displaced(&by), control, 0.2)
             };
             let slope = at(STEP).difference(&at(-STEP)) * (0.5 / STEP);
