@@ -114,13 +114,16 @@ impl<M: Models> Joint<M> {
         state.covariance.columns_mut(0, M::POSE).copy_from(&columns);
         let mut own = state.covariance.view_mut((0, 0), (M::POSE, M::POSE));
         own += &noise;
-        state.doubt = &transition * &state.doubt * transition.transpose() + noise;
+        if self.config.moving.is_some() {
+            state.doubt = &transition * &state.doubt * transition.transpose() + noise;
+        }
     }
 
     /// Takes in a scan.
     pub fn scan(&self, state: &mut State, measurements: &[&[f64]]) -> Outcome {
         self.advance(state);
         self.pass_time(state);
+        self.bound_movers(state);
         let mut association = self.associate(state, measurements);
         let in_view = association.detection.iter().filter(|&&p| p > 0.0).count();
         let innovations = self.correct(state, &association, measurements);

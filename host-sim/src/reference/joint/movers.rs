@@ -74,6 +74,15 @@ impl<M: Models> Joint<M> {
         self.drop_movers(state);
     }
 
+    /// A feature stands or moves: merging may have made both together more than one.
+    pub(super) fn bound_movers(&self, state: &mut State) {
+        for mover in &mut state.movers {
+            if let Some(rival) = state.features.iter().find(|feature| feature.label == mover.label) {
+                mover.weight = mover.weight.min((1.0 - rival.total()).max(0.0));
+            }
+        }
+    }
+
     fn drop_movers(&self, state: &mut State) {
         let Some(moving) = &self.config.moving else { return };
         for place in (0..state.movers.len()).rev() {
