@@ -7,8 +7,8 @@ use super::exclusive::settle;
 use super::movers::Movers;
 use super::state::Memory;
 use crate::{
-    Births, Clutter, FieldOfView, Linear, LnSum, Matrix, MeasurementModel, Pose, PositionOf, Real, Sensor, Symmetric,
-    TangentOf, Vector,
+    Births, Clutter, FieldOfView, Linear, LnSum, Matrix, MeasurementModel, Pose, PositionOf, Real, ScalarOf, Sensor,
+    Symmetric, TangentOf, Vector,
 };
 
 /// What is expected of a feature, and how the innovation depends on pose and feature.
@@ -115,6 +115,12 @@ where
     (in_view, settle::<T, X::Pose, V>(slots, explained, movers, ln_missed))
 }
 
+/// What is expected of a feature, and p_D.
+type Seen<X> = (
+    Predicted<<X as MeasurementModel>::Pose, <X as MeasurementModel>::Measurement>,
+    ScalarOf<<X as MeasurementModel>::Pose>,
+);
+
 /// What is expected of a feature from there, and p_D; `None` where it is not in view.
 pub(super) fn in_view_of<T, X>(
     models: &X,
@@ -122,7 +128,7 @@ pub(super) fn in_view_of<T, X>(
     feature: &PositionOf<X::Pose>,
     measurements: &[X::Measurement],
     behind: T,
-) -> Option<(Predicted<X::Pose, X::Measurement>, T)>
+) -> Option<Seen<X>>
 where
     T: Real,
     X: MeasurementModel<Pose: Pose<Scalar = T>>,
