@@ -48,7 +48,7 @@ impl Place {
 
     fn landmark(k: usize) -> Vector2<f64> {
         let angle = k as f64 * core::f64::consts::TAU / 12.0;
-        Vector2::new(angle.cos(), angle.sin()) * if k % 2 == 0 { 12.0 } else { 4.0 }
+        Vector2::new(angle.cos(), angle.sin()) * if k.is_multiple_of(2) { 12.0 } else { 4.0 }
     }
 
     /// From landmark 3, at (0, 4), to landmark 9, at (0, −4), and beyond, in 12 s.
