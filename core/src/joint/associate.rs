@@ -116,7 +116,7 @@ where
 }
 
 /// What is expected of a feature, and p_D.
-type InView<X> = (
+type Seen<X> = (
     Predicted<<X as MeasurementModel>::Pose, <X as MeasurementModel>::Measurement>,
     ScalarOf<<X as MeasurementModel>::Pose>,
 );
@@ -128,7 +128,7 @@ pub(super) fn in_view_of<T, X>(
     feature: &PositionOf<X::Pose>,
     measurements: &[X::Measurement],
     behind: T,
-) -> Option<InView<X>>
+) -> Option<Seen<X>>
 where
     T: Real,
     X: MeasurementModel<Pose: Pose<Scalar = T>>,

@@ -1,20 +1,15 @@
 //! The update of the joint Gaussian: feature by feature, with all measurements that it has a share of.
 
-use super::ambiguity::is_ambiguous;
-use super::associate::Predicted;
-use super::claims::{Explained, detected, shares};
-use super::covariance::{Common, RowsOf, symmetric};
+use super::claims::detected;
+use super::covariance::{Common, symmetric};
 use super::movers::Movers;
 use super::place::settle_place;
 use super::report::Tally;
 use super::state::Memory;
+use super::tell::{Told, says_of_the_pose, tell};
 use super::track::beside;
-use crate::numerics::vector::{applied, product};
 use crate::report::watch::Recognised;
-use crate::{Linear, Matrix, Pose, PositionOf, Real, Sensor, TangentOf, Vector, Zero};
-
-/// A feature that has less than this share of all detections together says nothing of the pose.
-pub(super) const LEAST_DETECTED: f64 = 0.02;
+use crate::{Matrix, Pose, Real, Sensor, Vector};
 
 /// Takes in the scan, feature by feature in the order of their places, each linearised at what the ones before have left; then
 /// whether each is there.
@@ -58,80 +53,6 @@ where
     tally
 }
 
-/// Whether anything is to be learnt from a feature with so much of all detections.
-pub(super) fn says_of_the_pose<T, S>(
-    sensor: &S,
-    explained: &[Explained<T>],
-    place: usize,
-    measurements: &[S::Measurement],
-    detected: T,
-) -> bool
-where
-    T: Real,
-    S: Sensor<Pose: Pose<Scalar = T>>,
-{
-    detected >= T::from_f64(LEAST_DETECTED) && !is_ambiguous(sensor, explained, place, measurements)
-}
-
-/// What one feature's shares of a scan tell.
-pub(super) struct Told<P: Pose, Y: Vector, Z: Vector> {
-    /// The rows of P Hᵀ that are the pose's; the features' are in the memory.
-    pub(super) pose: RowsOf<TangentOf<P>, Z>,
-    /// S⁻¹.
-    pub(super) inverse: Linear<Y, Y>,
-    /// S⁻¹ ν̄.
-    pub(super) step: Y,
-    /// S⁻¹ (Σ s ν νᵀ − ν̄ ν̄ᵀ) S⁻¹: what not knowing the cause leaves open.
-    pub(super) spread: Linear<Y, Y>,
-    /// Σ s.
-    pub(super) detected: Y::Scalar,
-}
-
-/// What `times` a feature's shares tell, linearised at the means as they are; `None` where it cannot be measured from here or rounding
-/// has spoilt the covariance of its innovation.
-pub(super) fn tell<T, S, Z>(
-    sensor: &S,
-    memory: &mut Memory<'_, S::Pose, Z>,
-    place: usize,
-    measurements: &[S::Measurement],
-    times: T,
-    tally: &mut Tally<T>,
-) -> Option<Told<S::Pose, S::Measurement, Z>>
-where
-    T: Real,
-    S: Sensor<Pose: Pose<Scalar = T>>,
-    Z: Vector<Scalar = T>,
-{
-    let Memory { known, slots, joint, common, explained, .. } = memory;
-    let slot = slots.get(place)?;
-    let Predicted { measurement, by_pose, by_feature } = Predicted::of(sensor, &sensor.frame(&known.pose), &slot.mean)?;
-    let by_pose = known.as_counted::<S::Measurement>(&by_pose, &by_feature, slot);
-    let mut common = Common::over(common);
-    joint.common::<S::Measurement, Z>(place, &by_pose, &by_feature, known.len, &mut common);
-    let own = common.features.get(place).map_or(&[][..], |rows| rows.as_ref());
-    let full = rows::<S::Measurement, TangentOf<S::Pose>, Z>(&by_pose, common.pose.as_ref())
-        + rows::<S::Measurement, PositionOf<S::Pose>, Z>(&by_feature, own);
-    let factor = symmetric::<S::Measurement>(&full).plus(sensor.noise()).factor()?;
-
-    let mut squares: Linear<S::Measurement, S::Measurement> = Zero::ZERO;
-    let (mut mean, mut detected) = (S::Measurement::ZERO, T::ZERO);
-    for (share, z) in shares(explained, place, measurements) {
-        let (share, innovation) = (share * times, sensor.innovation(z, &measurement));
-        mean += innovation * share;
-        squares = squares + outer(&innovation) * share;
-        detected += share;
-        tally.squares += share * factor.mahalanobis(&innovation);
-    }
-    tally.shares += detected;
-    let inverse = factor.inverse().to_matrix();
-    let of_mean = outer(&mean);
-    let open = Matrix::with(|row, column| squares.at(row, column) - of_mean.at(row, column));
-    let sandwich = product::<S::Measurement, S::Measurement, S::Measurement>;
-    let spread = sandwich(&sandwich(&inverse, &open), &inverse);
-    let step = applied::<S::Measurement, S::Measurement>(&inverse, &mean);
-    Some(Told { pose: common.pose, inverse, step, spread, detected })
-}
-
 /// Moves pose and features by one feature's shares; whether it could.
 fn move_by<T, S, Z>(
     sensor: &S,
@@ -163,20 +84,4 @@ where
     joint.add_product::<Z>(&Common { pose, features: common }, &by, known.len);
     memory.shift(&pose, &step);
     true
-}
-
-/// v vᵀ.
-fn outer<Y: Vector>(v: &Y) -> Linear<Y, Y> {
-    Matrix::with(|row, column| v.at(row) * v.at(column))
-}
-
-/// H times the rows of (P Hᵀ) of what it is by.
-fn rows<Y, N, Z>(h: &Linear<Y, N>, common: &[Z]) -> Linear<Y, Y>
-where
-    Y: Vector,
-    N: Vector<Scalar = Y::Scalar>,
-    Z: Vector<Scalar = Y::Scalar>,
-{
-    let rows = || common.iter().take(N::DIMENSION).enumerate();
-    Matrix::with(|row, column| rows().fold(Zero::ZERO, |sum, (k, of)| sum + h.at(row, k) * of.at(column)))
 }

@@ -105,9 +105,9 @@ pub struct JointSlam<'s, M: Motion, Z: Vector, A = NoArchive, V = NoMovers> {
 }
 
 /// A filter with an archive behind it.
-type InWindows<'s, M, Z, V> = JointSlam<'s, M, Z, Archived<'s, <M as Motion>::Pose>, V>;
-/// A filter with movers beside its map.
-type AmongMovers<'s, M, Z, A> = JointSlam<'s, M, Z, A, Tracked<'s, <M as Motion>::Pose>>;
+type WithArchive<'s, M, Z, V> = JointSlam<'s, M, Z, Archived<'s, <M as Motion>::Pose>, V>;
+/// A filter with movers beside it.
+type WithMovers<'s, M, Z, A> = JointSlam<'s, M, Z, A, Tracked<'s, <M as Motion>::Pose>>;
 
 impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>> JointSlam<'s, M, Z> {
     /// A filter over a state, which keeps what it holds: a fresh one must be [reset](Self::reset) first.
@@ -137,7 +137,7 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, V> J
         self,
         archive: &'s mut JointArchive<M::Pose, CAPACITY>,
         reach_m: T,
-    ) -> Result<InWindows<'s, M, Z, V>, SetupError> {
+    ) -> Result<WithArchive<'s, M, Z, V>, SetupError> {
         require(reach_m > T::ZERO && reach_m.is_finite(), "reach_m", "positive")?;
         let Self { motion, config, memory, movers, .. } = self;
         Ok(JointSlam { motion, config, memory, archive: archive.archived(reach_m), movers })
@@ -156,7 +156,7 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, A> J
         self,
         movers: &'s mut JointMovers<M::Pose, CAPACITY>,
         moving: MovingConfig<T>,
-    ) -> Result<AmongMovers<'s, M, Z, A>, SetupError> {
+    ) -> Result<WithMovers<'s, M, Z, A>, SetupError> {
         moving.check()?;
         let Self { motion, config, memory, archive, .. } = self;
         require(memory.slots.len() <= usize::from(MOVES), "FEATURES", "at most 32768 beside movers")?;

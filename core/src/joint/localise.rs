@@ -7,12 +7,12 @@
 use super::archive::NoArchive;
 use super::associate::associate;
 use super::claims::detected;
-use super::correct::{Told, says_of_the_pose, tell};
 use super::covariance::{Common, Joint, first, symmetric};
 use super::filter::JointSlam;
 use super::movers::Movers;
 use super::report::{JointReport, Tally};
 use super::state::Memory;
+use super::tell::{Told, says_of_the_pose, tell};
 use super::tidy::{Born, bear};
 use crate::numerics::vector::applied;
 use crate::report::watch::Recognised;

@@ -33,6 +33,7 @@ mod scrub;
 mod scrub_tests;
 mod snapshot;
 mod state;
+mod tell;
 #[cfg(test)]
 mod tests;
 mod tidy;

@@ -238,6 +238,11 @@ impl<T: Real, P: Pose<Scalar = T>> Tracks<'_, P> {
     /// Takes note of a step of the vehicle.
     pub(super) fn carried(&mut self, transition: &Linear<TangentOf<P>, TangentOf<P>>, noise: &Symmetric<TangentOf<P>>) {
         let doubt = self.common.doubt.congruence::<TangentOf<P>>(transition).plus(noise);
+        // Where steps are beyond all vehicles, rounding may leave less than nothing.
+        let doubt = Symmetric::from_fn(|row, column| {
+            let element = doubt.get(row, column);
+            if row == column { element.at_least(T::ZERO) } else { element }
+        });
         if is_within_square(&doubt) {
             self.common.doubt = doubt;
         }

@@ -5,10 +5,10 @@
 //! all else, of its share alone: the rest of the measurement is taken in with a gain for the place only (Schmidt 1966).
 
 use super::ambiguity::is_ambiguous;
-use super::correct::{LEAST_DETECTED, Told, tell};
 use super::covariance::{Common, Joint, first, symmetric};
 use super::report::Tally;
 use super::state::Memory;
+use super::tell::{LEAST_DETECTED, Told, tell};
 use crate::numerics::range::is_within_range;
 use crate::numerics::vector::applied;
 use crate::{Linear, Matrix, Pose, Real, Sensor, Vector};

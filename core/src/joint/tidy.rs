@@ -45,8 +45,9 @@ where
         let Some(explained) = memory.explained.get(index) else { break };
         let unexplained = explained.unexplained;
         let born_of = |ln_birth: T| (unexplained * (ln_birth - explained.ln_unexplained).exp()).at_most(T::ONE);
-        let existence = born_of(ln_birth);
-        let moving = if V::MOVE { born_of(ln_moving) } else { T::ZERO };
+        // Where nothing at all explains a measurement, no share of it is known, but that none is of births that there are none of.
+        let existence = if V::MOVE && births.of_static == T::ZERO { T::ZERO } else { born_of(ln_birth) };
+        let moving = if V::MOVE && births.of_moving > T::ZERO { born_of(ln_moving) } else { T::ZERO };
         if !(unexplained >= config.birth_share && existence + moving > T::ZERO) {
             continue;
         }
