@@ -40,7 +40,7 @@ impl Places {
 /// What a thread does in a launch: its place, the buffers, the scan, and after how many scans a digest is asked for.
 ///
 /// # Safety
-/// As of [`open`].
+/// The buffers must be what the launches before have left, and no two threads of a launch may have the same place.
 pub type Body = unsafe fn(usize, &Large, u32, u32);
 
 /// A launch: the name of its kernel, its threads and what each of them does.
@@ -169,7 +169,7 @@ pub unsafe fn open(place: usize, large: &Large, scan: u32, _digest_every: u32) {
 /// Moves what moves on one page.
 ///
 /// # Safety
-/// As of [`open`].
+/// What every stage is handed, as `open` is.
 pub unsafe fn drift(place: usize, large: &Large, _scan: u32, _digest_every: u32) {
     // SAFETY: the pages are lent, and each is that of one place.
     unsafe {
@@ -184,7 +184,7 @@ pub unsafe fn drift(place: usize, large: &Large, _scan: u32, _digest_every: u32)
 /// Draws candidates of an informed proposal, and lends their ln L.
 ///
 /// # Safety
-/// As of [`open`].
+/// What every stage is handed, as `open` is.
 pub unsafe fn propose(place: usize, large: &Large, _scan: u32, _digest_every: u32) {
     // SAFETY: no other thread runs, and the pages come back that `open` has lent.
     unsafe {
@@ -201,7 +201,7 @@ pub unsafe fn propose(place: usize, large: &Large, _scan: u32, _digest_every: u3
 /// Weighs one candidate.
 ///
 /// # Safety
-/// As of [`open`].
+/// What every stage is handed, as `open` is.
 pub unsafe fn weigh(place: usize, large: &Large, _scan: u32, _digest_every: u32) {
     // SAFETY: the ln L are lent, and each of them and of the sights is that of one place.
     unsafe {
@@ -218,7 +218,7 @@ pub unsafe fn weigh(place: usize, large: &Large, _scan: u32, _digest_every: u32)
 /// Selects the candidates that go on, and gives every draft one of them.
 ///
 /// # Safety
-/// As of [`open`].
+/// What every stage is handed, as `open` is.
 pub unsafe fn select(place: usize, large: &Large, _scan: u32, _digest_every: u32) {
     // SAFETY: no other thread runs; the ln L come back that `propose` has lent; there are as many drafts as particles.
     unsafe {
@@ -238,7 +238,7 @@ pub unsafe fn select(place: usize, large: &Large, _scan: u32, _digest_every: u32
 /// Updates the maps of one survivor.
 ///
 /// # Safety
-/// As of [`open`].
+/// What every stage is handed, as `open` is.
 pub unsafe fn make(place: usize, large: &Large, _scan: u32, _digest_every: u32) {
     // SAFETY: maps are only read; each draft and each sight is that of one place.
     unsafe {
@@ -254,7 +254,7 @@ pub unsafe fn make(place: usize, large: &Large, _scan: u32, _digest_every: u32) 
 /// Gives the updated maps pages, in the order of the survivors, and lends them.
 ///
 /// # Safety
-/// As of [`open`].
+/// What every stage is handed, as `open` is.
 pub unsafe fn store(place: usize, large: &Large, _scan: u32, _digest_every: u32) {
     // SAFETY: no other thread runs.
     unsafe {
@@ -273,7 +273,7 @@ pub unsafe fn store(place: usize, large: &Large, _scan: u32, _digest_every: u32)
 /// Writes the pages of one survivor's maps.
 ///
 /// # Safety
-/// As of [`open`].
+/// What every stage is handed, as `open` is.
 pub unsafe fn fill(place: usize, large: &Large, _scan: u32, _digest_every: u32) {
     // SAFETY: the pages are lent, and no two drafts have been given the same one; each draft is that of one place.
     unsafe {
@@ -301,7 +301,7 @@ pub unsafe fn fill(place: usize, large: &Large, _scan: u32, _digest_every: u32) 
 /// Ends the scan, and tells what is known then.
 ///
 /// # Safety
-/// As of [`open`].
+/// What every stage is handed, as `open` is.
 pub unsafe fn close(place: usize, large: &Large, scan: u32, digest_every: u32) {
     // SAFETY: no other thread runs; the pages come back that `store` has lent; what is between the launches of a scan ends with it, and
     // before the filter is looked at again. Where the run says that its outputs lie they do.
