@@ -1,6 +1,6 @@
 //! A vehicle that learns what its odometry is off by.
 
-use nalgebra::Vector2;
+use nalgebra::{Vector2, Vector6};
 use scphd::{
     Births, Calibrated, CalibratedPose, ControlNoise, Detector, JointConfig, JointSlam, Noise, OdometryCorrection,
     OdometryPrior, PlanarPose, RangeBearing, RangeBearingWindow, SelfCalibrating, Sensing, Step, Symmetric, Unicycle,
@@ -59,11 +59,18 @@ fn vehicle() -> Unicycle<f64> {
     Unicycle::new(Step::Arc, ControlNoise::white(0.02, 0.005)).unwrap()
 }
 
+/// RMSE of the position over the drive, where `step` takes in a control and a scan and tells where the vehicle is.
+fn rmse(drive: &Drive, mut step: impl FnMut(&UnicycleControl<f64>, &[Vector2<f64>]) -> PlanarPose<f64>) -> f64 {
+    let inputs = drive.controls.iter().zip(&drive.scans).zip(&drive.truth);
+    let squares = inputs.map(|((control, scan), [x, y, _])| {
+        let at = step(control, scan);
+        (at.x_m - x).powi(2) + (at.y_m - y).powi(2)
+    });
+    (squares.sum::<f64>() / SCANS as f64).sqrt()
+}
+
 /// RMSE of the position over the drive, and the last estimate.
-fn learning(
-    drive: &Drive,
-    sigma: OdometryCorrection<f64>,
-) -> (f64, CalibratedPose<f64>, Symmetric<nalgebra::Vector6<f64>>) {
+fn learning(drive: &Drive, sigma: OdometryCorrection<f64>) -> (f64, CalibratedPose<f64>, Symmetric<Vector6<f64>>) {
     let robot = SelfCalibrating::new(vehicle(), OdometryPrior { sigma, lasts_s: 1e9 }).unwrap();
     let (sensor, field_of_view, clutter) = sensing();
     let sensing = Sensing { sensor: Calibrated(sensor), field_of_view, clutter };
@@ -71,15 +78,13 @@ fn learning(
     let mut memory = Learning::new();
     let mut slam: JointSlam<'_, _, Vector2<f64>> = JointSlam::new(robot, JointConfig::default(), &mut memory).unwrap();
     slam.reset_within(CalibratedPose::at(PlanarPose::new(0.0, 0.0, 0.0)), &robot.prior()).unwrap();
-    let mut squares = 0.0;
-    for ((control, scan), [x, y, _]) in drive.controls.iter().zip(&drive.scans).zip(&drive.truth) {
+    let off_m = rmse(drive, |control, scan| {
         slam.predict(control, DT_S).unwrap();
         slam.scan(&eyes, scan).unwrap();
-        let at = slam.estimate_pose().unwrap().mean.vehicle;
-        squares += (at.x_m - x).powi(2) + (at.y_m - y).powi(2);
-    }
+        slam.estimate_pose().unwrap().mean.vehicle
+    });
     let estimate = slam.estimate_pose().unwrap();
-    ((squares / SCANS as f64).sqrt(), estimate.mean, estimate.covariance)
+    (off_m, estimate.mean, estimate.covariance)
 }
 
 fn plain(drive: &Drive) -> (f64, PlanarPose<f64>) {
@@ -89,14 +94,12 @@ fn plain(drive: &Drive) -> (f64, PlanarPose<f64>) {
     let mut slam: JointSlam<'_, _, Vector2<f64>> =
         JointSlam::new(vehicle(), JointConfig::default(), &mut memory).unwrap();
     slam.reset(PlanarPose::new(0.0, 0.0, 0.0)).unwrap();
-    let mut squares = 0.0;
-    for ((control, scan), [x, y, _]) in drive.controls.iter().zip(&drive.scans).zip(&drive.truth) {
+    let off_m = rmse(drive, |control, scan| {
         slam.predict(control, DT_S).unwrap();
         slam.scan(&eyes, scan).unwrap();
-        let at = slam.estimate_pose().unwrap().mean;
-        squares += (at.x_m - x).powi(2) + (at.y_m - y).powi(2);
-    }
-    ((squares / SCANS as f64).sqrt(), slam.estimate_pose().unwrap().mean)
+        slam.estimate_pose().unwrap().mean
+    });
+    (off_m, slam.estimate_pose().unwrap().mean)
 }
 
 const PRIOR: OdometryCorrection<f64> = OdometryCorrection { speed_scale: 0.05, turn_scale: 0.05, turn_offset: 0.02 };

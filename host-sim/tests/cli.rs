@@ -271,8 +271,13 @@ fn a_log_gets_a_joint_map_where_nothing_asks_for_what_it_has_not() {
         assert_eq!(filter(mixture).0, "scphd", "{mixture:?}");
     }
     fs::write(place.path("moving.toml"), "[moving]\nbirth_intensity = 0.01").unwrap();
-    let error = place.fails(&["replay", "log", "--settings", "moving.toml"]);
-    assert!(error.contains("moving.birth_intensity") && error.contains("--filter core"), "{error}");
+    assert_eq!(filter(&["--settings", "moving.toml"]), ("joint".into(), 1));
+    let learning =
+        "[calibration]\nspeed_scale_sigma = 0.05\nturn_scale_sigma = 0.05\nturn_offset_sigma = 0.02\nlasts_s = 1e9";
+    fs::write(place.path("learning.toml"), learning).unwrap();
+    assert_eq!(filter(&["--settings", "learning.toml"]), ("joint".into(), 1));
+    let error = place.fails(&["replay", "log", "--settings", "learning.toml", "--filter", "core"]);
+    assert!(error.contains("calibration") && error.contains("--filter joint"), "{error}");
 }
 
 #[test]

@@ -45,7 +45,7 @@ where
             let seen = Recognised { expected: detection * before, detected, given_up };
             tally.count(memory.known.watch.knows(slot.label), seen);
             let there = slot.existence.total();
-            if beside.expected > T::ZERO && there > T::ZERO {
+            if V::MOVE && beside.expected > T::ZERO && there > T::ZERO {
                 settle_place(sensor, memory, place, measurements, detected, T::ONE / there - T::ONE);
             }
         }

@@ -36,7 +36,7 @@ pub struct OdometryPrior<T> {
 ///
 /// ```
 /// use scphd::{
-///     Calibrated, CalibratedPose, ControlNoise, JointConfig, JointSlam, OdometryCorrection, OdometryPrior, PlanarPose, RangeBearing,
+///     Calibrated, CalibratedPose, ControlNoise, JointConfig, JointSlam, OdometryCorrection, OdometryPrior, PlanarPose, Pose, RangeBearing,
 ///     SelfCalibrating, Step, Unicycle, UnicycleControl, joint_memory,
 /// };
 /// use nalgebra::Vector2;

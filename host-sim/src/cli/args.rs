@@ -285,7 +285,7 @@ pub struct RunArgs {
     #[command(flatten)]
     pub seed: Seed,
     /// The filter [default: joint for logs and random worlds, unless --particles, --samples, --threads or
-    /// --moving ask for what only core has; otherwise core].
+    /// --moving on speak of core; otherwise core].
     #[arg(long, value_enum)]
     pub filter: Option<FilterName>,
     /// Number type of the filter [default: f32 for core, f64 for reference, which knows no other].
@@ -343,7 +343,7 @@ pub struct MonteCarloArgs {
     #[arg(long, allow_negative_numbers = true, value_parser = seed, default_value_t = 0)]
     pub seed: u64,
     /// The filters, separated by commas; they get the same inputs, and the first is compared with each other one [default:
-    /// joint in random worlds, unless --particles, --samples or --moving ask for what only core has; otherwise core].
+    /// joint in random worlds, unless --particles, --samples or --moving on speak of core; otherwise core].
     #[arg(long, value_enum, value_delimiter = ',')]
     pub filter: Vec<FilterName>,
     /// Number type of the filters [default: f32 for core, f64 for reference, which knows no other].

@@ -8,6 +8,7 @@ mod associate;
 mod correct;
 mod dual;
 mod models;
+mod mover;
 mod movers;
 mod planar;
 mod space;
@@ -17,7 +18,7 @@ mod tests;
 mod tidy;
 
 pub use models::{Expected, Inverse, Models, Moved};
-pub use movers::Mover;
+pub use mover::{Mover, Moving};
 pub use planar::Planar;
 pub use state::{Feature, State};
 
@@ -48,23 +49,6 @@ pub struct Config {
     pub capacity: usize,
     /// What moves, if anything may.
     pub moving: Option<Moving>,
-}
-
-/// Parameters of what moves.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Moving {
-    /// w_m.
-    pub birth_intensity: f64,
-    /// σ_v, of each coordinate of a newborn one's velocity, m/s.
-    pub velocity_sigma_mps: f64,
-    /// q, spectral density of the acceleration, m²/s³.
-    pub acceleration_psd: f64,
-    /// τ, mean lifetime, s.
-    pub lifetime_s: f64,
-    /// Greatest standard deviation of a coordinate of the position, m.
-    pub spread_max_m: f64,
-    /// Greatest number of movers.
-    pub capacity: usize,
 }
 
 /// What a scan did.

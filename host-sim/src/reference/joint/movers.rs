@@ -1,54 +1,11 @@
 //! What moves beside the joint map, as `docs/joint.md` has it.
 
+use super::Joint;
 use super::associate::{Association, squared};
 use super::models::{Expected, Models};
+use super::mover::Mover;
 use super::state::State;
-use super::{Joint, Moving};
 use nalgebra::{DMatrix, DVector};
-
-/// A feature that may move.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Mover {
-    /// That of the static feature that it may be instead.
-    pub label: u32,
-    /// w, the probability that it is there and moves.
-    pub weight: f64,
-    /// Position and velocity.
-    pub mean: DVector<f64>,
-    /// Their covariance, given the pose of the last scan.
-    pub covariance: DMatrix<f64>,
-}
-
-impl Mover {
-    /// The coordinates of its position.
-    pub(super) fn position(&self) -> &[f64] {
-        &self.mean.as_slice()[..self.mean.len() / 2]
-    }
-
-    /// After `dt` seconds.
-    pub(crate) fn advance(&mut self, dt: f64, moving: &Moving) {
-        let (all, each) = (self.mean.len(), self.mean.len() / 2);
-        let of =
-            |block: [[f64; 2]; 2]| {
-                DMatrix::from_fn(all, all, |row, column| {
-                    if row % each == column % each { block[row / each][column / each] } else { 0.0 }
-                })
-            };
-        let f = of([[1.0, dt], [0.0, 1.0]]);
-        let cross = dt.powi(2) / 2.0;
-        self.mean = &f * &self.mean;
-        self.covariance = &f * &self.covariance * f.transpose()
-            + of([[dt.powi(3) / 3.0, cross], [cross, dt]]) * moving.acceleration_psd;
-        self.weight *= (-dt / moving.lifetime_s).exp();
-    }
-
-    /// H over position and velocity.
-    fn h(&self, expected: &Expected) -> DMatrix<f64> {
-        let mut h = DMatrix::zeros(expected.measurement.len(), self.mean.len());
-        h.columns_mut(0, expected.by_feature.ncols()).copy_from(&expected.by_feature);
-        h
-    }
-}
 
 /// A measurement as a mover expects it: H, and R with what is not known of the way since the last scan.
 pub(super) struct Sight {

@@ -1,5 +1,6 @@
 //! What the joint filter knows, and how its places are filled and freed.
 
+use super::mover::Mover;
 use nalgebra::{DMatrix, DVector};
 
 /// One feature, but for where it is.
@@ -34,7 +35,7 @@ pub struct State {
     /// Whether every feature is there.
     pub features: Vec<Feature>,
     /// What may move.
-    pub movers: Vec<super::Mover>,
+    pub movers: Vec<Mover>,
     /// What the noise of the odometry has added to the covariance of the pose since the last scan.
     pub doubt: DMatrix<f64>,
     /// Time since the last scan, s.

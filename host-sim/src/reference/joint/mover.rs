@@ -1,0 +1,65 @@
+//! A feature that may move, and how it does.
+
+use super::models::Expected;
+use nalgebra::{DMatrix, DVector};
+
+/// Parameters of what moves.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Moving {
+    /// w_m.
+    pub birth_intensity: f64,
+    /// σ_v, of each coordinate of a newborn one's velocity, m/s.
+    pub velocity_sigma_mps: f64,
+    /// q, spectral density of the acceleration, m²/s³.
+    pub acceleration_psd: f64,
+    /// τ, mean lifetime, s.
+    pub lifetime_s: f64,
+    /// Greatest standard deviation of a coordinate of the position, m.
+    pub spread_max_m: f64,
+    /// Greatest number of movers.
+    pub capacity: usize,
+}
+
+/// A feature that may move.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Mover {
+    /// That of the static feature that it may be instead.
+    pub label: u32,
+    /// w, the probability that it is there and moves.
+    pub weight: f64,
+    /// Position and velocity.
+    pub mean: DVector<f64>,
+    /// Their covariance, given the pose of the last scan.
+    pub covariance: DMatrix<f64>,
+}
+
+impl Mover {
+    /// The coordinates of its position.
+    pub(super) fn position(&self) -> &[f64] {
+        &self.mean.as_slice()[..self.mean.len() / 2]
+    }
+
+    /// After `dt` seconds.
+    pub(crate) fn advance(&mut self, dt: f64, moving: &Moving) {
+        let (all, each) = (self.mean.len(), self.mean.len() / 2);
+        let of =
+            |block: [[f64; 2]; 2]| {
+                DMatrix::from_fn(all, all, |row, column| {
+                    if row % each == column % each { block[row / each][column / each] } else { 0.0 }
+                })
+            };
+        let f = of([[1.0, dt], [0.0, 1.0]]);
+        let cross = dt.powi(2) / 2.0;
+        self.mean = &f * &self.mean;
+        self.covariance = &f * &self.covariance * f.transpose()
+            + of([[dt.powi(3) / 3.0, cross], [cross, dt]]) * moving.acceleration_psd;
+        self.weight *= (-dt / moving.lifetime_s).exp();
+    }
+
+    /// H over position and velocity.
+    pub(super) fn h(&self, expected: &Expected) -> DMatrix<f64> {
+        let mut h = DMatrix::zeros(expected.measurement.len(), self.mean.len());
+        h.columns_mut(0, expected.by_feature.ncols()).copy_from(&expected.by_feature);
+        h
+    }
+}
