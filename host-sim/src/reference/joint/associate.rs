@@ -2,7 +2,7 @@
 
 use super::Joint;
 use super::models::{Expected, Models};
-use super::movers::Sight;
+use super::mover::Sight;
 use super::state::State;
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;

@@ -63,3 +63,17 @@ impl Mover {
         h
     }
 }
+
+/// A measurement as a mover expects it: H, and R with what is not known of the way since the last scan.
+pub(super) struct Sight {
+    pub(super) expected: Expected,
+    pub(super) h: DMatrix<f64>,
+    pub(super) noise: DMatrix<f64>,
+}
+
+impl Sight {
+    /// S.
+    pub(super) fn covariance(&self, mover: &Mover) -> DMatrix<f64> {
+        &self.h * &mover.covariance * self.h.transpose() + &self.noise
+    }
+}

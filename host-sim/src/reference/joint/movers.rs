@@ -2,24 +2,10 @@
 
 use super::Joint;
 use super::associate::{Association, squared};
-use super::models::{Expected, Models};
-use super::mover::Mover;
+use super::models::Models;
+use super::mover::{Mover, Sight};
 use super::state::State;
 use nalgebra::{DMatrix, DVector};
-
-/// A measurement as a mover expects it: H, and R with what is not known of the way since the last scan.
-pub(super) struct Sight {
-    pub(super) expected: Expected,
-    h: DMatrix<f64>,
-    noise: DMatrix<f64>,
-}
-
-impl Sight {
-    /// S.
-    pub(super) fn covariance(&self, mover: &Mover) -> DMatrix<f64> {
-        &self.h * &mover.covariance * self.h.transpose() + &self.noise
-    }
-}
 
 impl<M: Models> Joint<M> {
     /// Moves all of them on, and drops what has become unlikely or spread out too far.
