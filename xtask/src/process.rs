@@ -9,6 +9,9 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
+/// Lines of a complaint that an error quotes: those of a linker are long, and the last ones name what is wrong.
+const QUOTED: usize = 4;
+
 /// The top directory of the workspace.
 pub fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("xtask lies in a directory of the workspace")
@@ -46,6 +49,18 @@ pub fn command(program: impl AsRef<OsStr>) -> Command {
 pub fn run(command: &mut Command) -> Result<(), String> {
     let status = start(command)?.wait();
     judge(command, status.map_err(|error| error.to_string())?)
+}
+
+/// Like [`run`], but the error says what the program complained of, so that a summary tells it too.
+pub fn run_or_quote(command: &mut Command) -> Result<(), String> {
+    println!("$ {}", show(command));
+    let output = command.stdout(Stdio::inherit()).output().map_err(|error| format!("{}: {error}", show(command)))?;
+    let complaint = String::from_utf8_lossy(&output.stderr);
+    eprint!("{complaint}");
+    judge(command, output.status).map_err(|reason| {
+        let last: Vec<&str> = complaint.lines().rev().filter(|line| !line.trim().is_empty()).take(QUOTED).collect();
+        format!("{reason}: {}", last.into_iter().rev().collect::<Vec<_>>().join(" | "))
+    })
 }
 
 /// Does `work` with every item, as many at a time as there are cores, and returns what it gives in the order of the items.
@@ -175,6 +190,16 @@ mod tests {
         assert!(run(&mut command("false")).is_err());
         assert!(run_for(&mut command("true"), Duration::from_secs(30)).is_ok());
         assert!(run_for(&mut command("false"), Duration::from_secs(30)).is_err());
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn an_error_quotes_the_last_of_a_complaint() {
+        let mut complains = command("sh");
+        complains.args(["-c", "for line in 1 2 3 4 5 6; do echo $line >&2; echo >&2; done; exit 3"]);
+        let message = run_or_quote(&mut complains).unwrap_err();
+        assert!(message.ends_with("3 | 4 | 5 | 6"), "{message}");
+        assert!(run_or_quote(&mut command("true")).is_ok());
     }
 
     #[cfg(unix)]

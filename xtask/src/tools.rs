@@ -98,14 +98,28 @@ impl Tool {
     }
 }
 
+/// Whether a program does what it is wanted for, beyond saying its version.
+type Trial<'a> = &'a dyn Fn(&Tool) -> Result<(), String>;
+
 impl Wanted {
     /// The program, where it is installed or was unpacked before.
     pub fn find(&self) -> Option<Tool> {
-        let unpacked = || {
-            let tree = debian::unpacked(&self.bundle)?;
-            self.of(tree).ok()
-        };
-        Tool::probe(self.program.into(), None).ok().or_else(unpacked)
+        self.find_that(&|_| Ok(()))
+    }
+
+    /// The first of those that passes a trial.
+    fn find_that(&self, trial: Trial) -> Option<Tool> {
+        let installed = Tool::probe(self.program.into(), None).ok();
+        let unpacked = || debian::unpacked(&self.bundle).and_then(|tree| self.of(tree).ok());
+        installed.filter(|tool| self.passes(tool, trial)).or_else(|| unpacked().filter(|tool| self.passes(tool, trial)))
+    }
+
+    fn passes(&self, tool: &Tool, trial: Trial) -> bool {
+        let result = trial(tool);
+        if let Err(reason) = &result {
+            println!("the {} that is {} will not do: {reason}", self.program, tool.place());
+        }
+        result.is_ok()
     }
 
     fn of(&self, tree: Tree) -> Result<Tool, String> {
@@ -114,19 +128,24 @@ impl Wanted {
 
     /// The program; if it is not here, in the way that changes least of the machine: unpacked to a folder, or installed.
     pub fn obtain(&self) -> Result<Tool, Missing> {
-        if let Some(tool) = self.find() {
+        self.obtain_that(&|_| Ok(()))
+    }
+
+    /// The program that passes a trial: one that does not is as good as none, wherever it stands.
+    pub fn obtain_that(&self, trial: Trial) -> Result<Tool, Missing> {
+        if let Some(tool) = self.find_that(trial) {
             return Ok(tool);
         }
         println!("there is no {}", self.program);
-        let unpacked = debian::fetch(&self.bundle).and_then(|tree| self.of(tree));
+        let tried = |tool: Tool| trial(&tool).map(|()| tool);
+        let unpacked = debian::fetch(&self.bundle).and_then(|tree| self.of(tree)).and_then(tried);
         let installed = |reason: String| {
             println!("- Debian's packages, unpacked: {reason}");
-            install::packages(self.bundle.packages[0]).and_then(|()| Tool::probe(self.program.into(), None)).map_err(
-                |other| {
-                    println!("- installed: {other}");
-                    Missing(format!("no {}: {reason}; {other}", self.program))
-                },
-            )
+            let installed = install::packages(self.bundle.packages[0]);
+            installed.and_then(|()| Tool::probe(self.program.into(), None)).and_then(tried).map_err(|other| {
+                println!("- installed: {other}");
+                Missing(format!("no {}: {reason}; {other}", self.program))
+            })
         };
         unpacked.or_else(installed)
     }
@@ -141,6 +160,13 @@ mod tests {
         let shell = Wanted { program: "cargo", bundle: Bundle { name: "none", packages: &[], oldest: "0" } };
         let tool = shell.find().expect("cargo runs this test");
         assert!(tool.tree.is_none() && tool.version.starts_with("cargo "), "{tool:?}");
+    }
+
+    #[test]
+    fn a_program_that_fails_its_trial_is_as_good_as_none() {
+        let cargo = Wanted { program: "cargo", bundle: Bundle { name: "none", packages: &[], oldest: "0" } };
+        assert!(cargo.find_that(&|_| Err("it lacks a part".into())).is_none());
+        assert!(cargo.find_that(&|tool| process::read(tool.command().arg("--list")).map(|_| ())).is_some());
     }
 
     #[test]

@@ -1,11 +1,11 @@
 //! A C program on boards of QEMU, in the same states as on the host.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Duration;
 
 use crate::firmware::emulator;
-use crate::outcome::{Missing, Stop};
+use crate::outcome::Stop;
 use crate::process;
 use crate::tools::{ARM_GCC, Tool};
 
@@ -41,13 +41,21 @@ const PROCESSORS: [Processor; 2] = [
 ];
 
 /// Builds the program with the archive of each target, which `folder` knows, and runs it.
-pub fn check(folder: impl Fn(&str) -> Option<std::path::PathBuf>, inputs: &Path) -> Result<(), Stop> {
-    let (gcc, qemu) = (ARM_GCC.obtain()?, emulator::prepare()?);
+pub fn check(folder: impl Fn(&str) -> Option<PathBuf>, inputs: &Path) -> Result<(), Stop> {
+    let (gcc, qemu) = (ARM_GCC.obtain_that(&links)?, emulator::prepare()?);
     println!("{} ({})", gcc.version, gcc.place());
     for processor in &PROCESSORS {
         let dir = folder(processor.target).ok_or_else(|| format!("no archive for {}", processor.target))?;
         let program = dir.join("replay.elf");
-        process::run(&mut build(&gcc, processor, &dir, inputs, &program)?)?;
+        let scans = format!("-DREPLAY_SCANS={}", processor.scans);
+        let mut build = compile(&gcc, processor)?;
+        build.arg(format!("-DREPLAY_FILE=\"{}\"", inputs.display())).arg(scans);
+        build
+            .arg(capi().join("tests/c/replay.c"))
+            .arg(dir.join(super::archive::NAME))
+            .args(["-lm", "-o"])
+            .arg(&program);
+        process::run_or_quote(&mut build)?;
         let mut run = qemu.command();
         run.args(["-machine", processor.board, "-nographic", "-monitor", "none", "-serial", "none"]);
         run.args(["-semihosting-config", "enable=on,target=native", "-kernel"]).arg(&program);
@@ -56,14 +64,28 @@ pub fn check(folder: impl Fn(&str) -> Option<std::path::PathBuf>, inputs: &Path)
     Ok(())
 }
 
-fn build(gcc: &Tool, processor: &Processor, dir: &Path, inputs: &Path, program: &Path) -> Result<Command, Stop> {
-    let capi = process::root().join("capi");
+/// Fails where the compiler, or the C library that it goes with, is not whole for one of the processors.
+fn links(gcc: &Tool) -> Result<(), String> {
+    let folder = process::own_target_dir("capi-trial");
+    std::fs::create_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
+    for processor in &PROCESSORS {
+        let program = folder.join(format!("{}.elf", processor.board));
+        let mut build = compile(gcc, processor)?;
+        process::read(build.arg(capi().join("tests/c/trial.c")).args(["-lm", "-o"]).arg(program))?;
+    }
+    Ok(())
+}
+
+fn capi() -> PathBuf {
+    process::root().join("capi")
+}
+
+/// Compiles what starts a board; the program that it starts, and its libraries, are to be added.
+fn compile(gcc: &Tool, processor: &Processor) -> Result<Command, String> {
     let mut command = gcc.command();
     command.args(processor.flags).args(["-std=c11", "-O2", "-ffunction-sections", "-nostartfiles"]);
-    command.arg("-I").arg(capi.join("include")).arg("-I").arg(capi.join("tests/c"));
-    command.arg(format!("-DREPLAY_FILE=\"{}\"", inputs.display())).arg(format!("-DREPLAY_SCANS={}", processor.scans));
-    command.args(["replay.c", "board.c"].map(|source| capi.join("tests/c").join(source)));
-    command.arg("-T").arg(capi.join("tests/c/board.ld")).arg(format!("-Wl,--defsym=RAM_START={}", processor.ram));
+    command.arg("-I").arg(capi().join("include")).arg("-I").arg(capi().join("tests/c"));
+    command.arg("-T").arg(capi().join("tests/c/board.ld")).arg(format!("-Wl,--defsym=RAM_START={}", processor.ram));
     // What the C library lacks to say of its stack is nothing that a board has.
     command.args(["-Wl,--gc-sections", "-Wl,--no-warn-execstack"]);
     match gcc.tree() {
@@ -73,12 +95,12 @@ fn build(gcc: &Tool, processor: &Processor, dir: &Path, inputs: &Path, program: 
             let kind = process::read(gcc.command().args(processor.flags).arg("-print-multi-directory"))?;
             let library = tree.path("usr/lib/arm-none-eabi/newlib").join(kind);
             if !library.is_dir() {
-                return Err(Missing(format!("no C library in {}", library.display())).into());
+                return Err(format!("no C library in {}", library.display()));
             }
             command.arg("-isystem").arg(tree.path("usr/include/newlib")).arg("-B").arg(&library);
             command.arg("-L").arg(&library).arg(format!("--specs={}", library.join("rdimon.specs").display()))
         }
     };
-    command.arg(dir.join(super::archive::NAME)).args(["-lm", "-o"]).arg(program);
+    command.arg(capi().join("tests/c/board.c"));
     Ok(command)
 }
