@@ -18,6 +18,7 @@ pub(super) fn correct<T, S, Z, V>(
     memory: &mut Memory<'_, S::Pose, Z>,
     movers: &V,
     measurements: &[S::Measurement],
+    gate: T,
 ) -> Tally<T>
 where
     T: Real,
@@ -34,8 +35,8 @@ where
         }
         let detected = detected(memory.explained, place, measurements);
         let tells = says_of_the_pose(sensor, memory.explained, place, measurements, detected);
-        if tells && !move_by(sensor, memory, place, measurements, &mut tally) {
-            tally.left_out += 1;
+        if tells {
+            move_by(sensor, memory, place, measurements, gate, &mut tally);
         }
         if let Some(slot) = memory.slots.get_mut(place) {
             let before = slot.existence.in_sight;
@@ -46,42 +47,43 @@ where
             tally.count(memory.known.watch.knows(slot.label), seen);
             let there = slot.existence.total();
             if V::MOVE && beside.expected > T::ZERO && there > T::ZERO {
-                settle_place(sensor, memory, place, measurements, detected, T::ONE / there - T::ONE);
+                settle_place(sensor, memory, place, measurements, detected, T::ONE / there - T::ONE, gate);
             }
         }
     }
     tally
 }
 
-/// Moves pose and features by one feature's shares; whether it could.
+/// Moves pose and features by one feature's shares, where they can be.
 fn move_by<T, S, Z>(
     sensor: &S,
     memory: &mut Memory<'_, S::Pose, Z>,
     place: usize,
     measurements: &[S::Measurement],
+    gate: T,
     tally: &mut Tally<T>,
-) -> bool
-where
+) where
     T: Real,
     S: Sensor<Pose: Pose<Scalar = T>>,
     Z: Vector<Scalar = T>,
 {
-    let Some(told) = tell(sensor, memory, place, measurements, T::ONE, tally) else { return false };
+    let Some(told) = tell(sensor, memory, place, measurements, T::ONE, gate, tally) else { return };
     let Told { pose, inverse, step, spread, detected } = told;
     // P⁺ = P − β K S Kᵀ + K (Σ s ν νᵀ − ν̄ ν̄ᵀ) Kᵀ = P + (P Hᵀ) B (P Hᵀ)ᵀ.
     let by = Matrix::with(|row, column| spread.at(row, column) - inverse.at(row, column) * detected);
     let by = symmetric::<S::Measurement>(&by);
     if !(by.is_finite() && step.as_slice().iter().all(|x| x.is_finite())) {
-        return false;
+        tally.left_out += 1;
+        return;
     }
     let Memory { known, joint, common, .. } = memory;
     // Among as many coordinates as the widest measurement has; the others are zero.
     let by = Matrix::with(|row, column| by.get(row, column));
     let step = Z::with(|z| step.at(z));
     if !(joint.may_add::<Z>(&pose, &by) && known.may_move::<Z>(&pose, &step)) {
-        return false;
+        tally.left_out += 1;
+        return;
     }
     joint.add_product::<Z>(&Common { pose, features: common }, &by, known.len);
     memory.shift(&pose, &step);
-    true
 }

@@ -52,8 +52,8 @@ where
             let detected = detected(memory.explained, place, measurements);
             let sensor = models.sensor();
             let tells = says_of_the_pose(sensor, memory.explained, place, measurements, detected);
-            if tells && !move_pose_by(sensor, memory, place, measurements, &mut tally) {
-                tally.left_out += 1;
+            if tells {
+                move_pose_by(sensor, memory, place, measurements, config.gate, &mut tally);
             }
             // None is given up: the map stays.
             let seen = Recognised { expected: slot.detection * slot.existence.in_sight, detected, given_up: T::ZERO };
@@ -74,24 +74,25 @@ where
     }
 }
 
-/// Moves the pose by one feature's shares of the scan; whether it could.
+/// Moves the pose by one feature's shares of the scan, where it can be.
 fn move_pose_by<T, S, Z>(
     sensor: &S,
     memory: &mut Memory<'_, S::Pose, Z>,
     place: usize,
     measurements: &[S::Measurement],
+    gate: T,
     tally: &mut Tally<T>,
-) -> bool
-where
+) where
     T: Real,
     S: Sensor<Pose: Pose<Scalar = T>>,
     Z: Vector<Scalar = T>,
 {
-    let Some(told) = tell(sensor, memory, place, measurements, T::ONE, tally) else { return false };
+    let Some(told) = tell(sensor, memory, place, measurements, T::ONE, gate, tally) else { return };
     let Told { pose, inverse, step, spread, detected } = told;
     let spread = symmetric::<S::Measurement>(&spread);
     if !(spread.is_finite() && step.as_slice().iter().all(|x| x.is_finite())) {
-        return false;
+        tally.left_out += 1;
+        return;
     }
     let Memory { known, joint, common, .. } = memory;
     // Among as many coordinates as the widest measurement has; the others are zero.
@@ -99,11 +100,11 @@ where
     let spread = Matrix::with(|row, column| spread.get(row, column));
     let step = Z::with(|z| step.at(z));
     if !(joint.may_add::<Z>(&pose, &(learnt + spread)) && known.may_move::<Z>(&pose, &step)) {
-        return false;
+        tally.left_out += 1;
+        return;
     }
     joint.tell_pose::<Z>(&Common { pose, features: common }, &learnt, &spread, known.len);
     known.pose = known.moved_by::<Z>(&pose, &step);
-    true
 }
 
 impl<T: Real, P: Pose<Scalar = T>> Joint<'_, P> {

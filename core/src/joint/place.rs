@@ -21,6 +21,7 @@ pub(super) fn settle_place<T, S, Z>(
     measurements: &[S::Measurement],
     detected: T,
     rest: T,
+    gate: T,
 ) where
     T: Real,
     S: Sensor<Pose: Pose<Scalar = T>>,
@@ -34,7 +35,7 @@ pub(super) fn settle_place<T, S, Z>(
     memory.follow();
     // The innovations have been counted.
     let mut counted = Tally::NOTHING;
-    let told = tell(sensor, memory, place, measurements, rest, &mut counted);
+    let told = tell(sensor, memory, place, measurements, rest, gate, &mut counted);
     let Some(Told { pose, inverse, step, spread, detected }) = told else { return };
     let spread = symmetric::<S::Measurement>(&spread);
     if !(spread.is_finite() && step.as_slice().iter().all(|x| x.is_finite())) {

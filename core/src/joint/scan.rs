@@ -51,7 +51,7 @@ where
             (Some(trial), Some(shelf)) => trial.judge(shelf, memory, measurements.len()),
             _ => 0,
         };
-        let tally = correct(sensor, memory, movers, measurements);
+        let tally = correct(sensor, memory, movers, measurements, config.gate);
         let united = movers.tracks().map_or(0, |mut tracks| {
             tracks.correct(sensor, memory.known, memory.explained, measurements);
             tracks.tidy(config)

@@ -12,6 +12,10 @@ use crate::{Linear, Matrix, Pose, PositionOf, Real, Sensor, TangentOf, Vector, Z
 /// A feature that has less than this share of all detections together says nothing of the pose.
 pub(super) const LEAST_DETECTED: f64 = 0.02;
 
+/// A feature whose measurements lie further than this many gates from where the features before it have left pose and map says nothing in
+/// this scan: it was within the gate before them, so that one of both is wrong, and what is linear in small errors is no more.
+const GATES: f64 = 4.0;
+
 /// Whether anything is to be learnt from a feature with so much of all detections.
 pub(super) fn says_of_the_pose<T, S>(
     sensor: &S,
@@ -41,14 +45,15 @@ pub(super) struct Told<P: Pose, Y: Vector, Z: Vector> {
     pub(super) detected: Y::Scalar,
 }
 
-/// What `times` a feature's shares tell, linearised at the means as they are; `None` where it cannot be measured from here or rounding
-/// has spoilt the covariance of its innovation.
+/// What `times` a feature's shares tell, linearised at the means as they are; `None` where it cannot be measured from here, what was told before
+/// contradicts it, or rounding has spoilt the covariance of its innovation.
 pub(super) fn tell<T, S, Z>(
     sensor: &S,
     memory: &mut Memory<'_, S::Pose, Z>,
     place: usize,
     measurements: &[S::Measurement],
     times: T,
+    gate: T,
     tally: &mut Tally<T>,
 ) -> Option<Told<S::Pose, S::Measurement, Z>>
 where
@@ -65,18 +70,25 @@ where
     let own = common.features.get(place).map_or(&[][..], |rows| rows.as_ref());
     let full = rows::<S::Measurement, TangentOf<S::Pose>, Z>(&by_pose, common.pose.as_ref())
         + rows::<S::Measurement, PositionOf<S::Pose>, Z>(&by_feature, own);
-    let factor = symmetric::<S::Measurement>(&full).plus(sensor.noise()).factor()?;
+    let Some(factor) = symmetric::<S::Measurement>(&full).plus(sensor.noise()).factor() else {
+        tally.left_out += 1;
+        return None;
+    };
 
     let mut squares: Linear<S::Measurement, S::Measurement> = Zero::ZERO;
-    let (mut mean, mut detected) = (S::Measurement::ZERO, T::ZERO);
+    let (mut mean, mut detected, mut distance) = (S::Measurement::ZERO, T::ZERO, T::ZERO);
     for (share, z) in shares(explained, place, measurements) {
         let (share, innovation) = (share * times, sensor.innovation(z, &measurement));
         mean += innovation * share;
         squares = squares + outer(&innovation) * share;
         detected += share;
-        tally.squares += share * factor.mahalanobis(&innovation);
+        distance += share * factor.mahalanobis(&innovation);
     }
+    tally.squares += distance;
     tally.shares += detected;
+    if distance > T::from_f64(GATES) * gate * detected {
+        return None;
+    }
     let inverse = factor.inverse().to_matrix();
     let of_mean = outer(&mean);
     let open = Matrix::with(|row, column| squares.at(row, column) - of_mean.at(row, column));

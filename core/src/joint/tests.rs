@@ -102,6 +102,34 @@ fn with_known_association_and_all_linear_it_is_the_kalman_filter() {
     }
 }
 
+#[test]
+fn what_the_features_before_it_contradict_says_nothing() {
+    let sensing = Sensing {
+        sensor: Offset { noise: Symmetric::from_diagonal([0.09, 0.16]) },
+        field_of_view: Everywhere(0.999),
+        clutter: UniformClutter::of_scan(1e-60, 1.0).unwrap(),
+    };
+    let detector = Detector::new(sensing, Births::of_static(1e-16)).unwrap();
+    let told_by = |shifts: &[f64]| {
+        let mut state = Box::new(Linear::<4, { joint_numbers(3, 2, 4) }>::new());
+        let mut slam = JointSlam::new(Drift { sigmas: [0.5, 0.2] }, JointConfig::default(), &mut *state).unwrap();
+        slam.reset(PlanarPose::new(0.0, 0.0, 0.0)).unwrap();
+        let seen: Vec<Vector2<f64>> = LANDMARKS[..2].iter().map(|&landmark| Vector2::from(landmark)).collect();
+        (0..20).for_each(|_| drop(slam.scan(&detector, &seen).unwrap()));
+        slam.scatter(&Symmetric::from_diagonal([1.0, 1.0, 0.0])).unwrap();
+        let shifted: Vec<_> = seen.iter().zip(shifts).map(|(z, &by)| z + Vector2::new(by, 0.0)).collect();
+        let report = slam.scan(&detector, &shifted).unwrap();
+        (slam.estimate_pose().unwrap(), report)
+    };
+    let (alone, both) = (told_by(&[4.0]), told_by(&[4.0, -4.0]));
+    assert!((alone.0.mean.x_m + 4.0).abs() < 0.5, "{:?}", alone.0);
+    assert_eq!(both.0, alone.0);
+    assert!(both.1.innovation > 4.0 * alone.1.innovation, "{:?} {:?}", both.1, alone.1);
+    // Where they disagree by less, both are heard.
+    let (alone, both) = (told_by(&[1.0]), told_by(&[1.0, -1.0]));
+    assert!(both.0.mean.x_m > alone.0.mean.x_m + 0.5, "{:?} {:?}", both.0, alone.0);
+}
+
 type Car<T, const N: usize, const L: usize, const Z: usize> = JointState<PlanarPose<T>, Vector2<T>, N, L, Z>;
 type Lidar<T> = Detector<Sensing<RangeBearing<T>, RangeBearingWindow<T>, UniformClutter<T>>>;
 

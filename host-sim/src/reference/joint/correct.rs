@@ -9,6 +9,9 @@ use nalgebra::{DMatrix, DVector};
 /// A feature with less of all detections says nothing of the pose.
 const LEAST_DETECTED: f64 = 0.02;
 
+/// A feature whose measurements lie, in the mean, beyond so many gates by then says nothing.
+const GATES: f64 = 4.0;
+
 /// Sums behind the mean squared innovation.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Innovations {
@@ -75,14 +78,19 @@ impl<M: Models> Joint<M> {
         let gain = &state.covariance * h.transpose() * &inverse;
         let mut mean = DVector::zeros(s.nrows());
         let mut spread = DMatrix::zeros(s.nrows(), s.nrows());
+        let mut squares = 0.0;
         for (&share, z) in shares.iter().zip(measurements) {
             let innovation = self.models.innovation(z, &expected.measurement);
             mean += share * &innovation;
             spread += share * &innovation * innovation.transpose();
-            innovations.squares += share * squared(&innovation, &inverse);
+            squares += share * squared(&innovation, &inverse);
         }
         let beta: f64 = shares.iter().sum();
+        innovations.squares += squares;
         innovations.shares += beta;
+        if squares > GATES * self.config.gate * beta {
+            return;
+        }
         let within = spread - &mean * mean.transpose() - beta * s;
         state.covariance += &gain * within * gain.transpose();
         self.shift(state, &(gain * mean));
@@ -97,12 +105,18 @@ impl<M: Models> Joint<M> {
         let inverse = s.try_inverse().expect("R is positive definite");
         let mut mean = DVector::zeros(inverse.nrows());
         let mut spread = DMatrix::zeros(inverse.nrows(), inverse.nrows());
+        let mut squares = 0.0;
         for (&share, z) in shares.iter().zip(measurements) {
             let innovation = self.models.innovation(z, &expected.measurement);
             mean += share * &innovation;
             spread += share * &innovation * innovation.transpose();
+            squares += share * squared(&innovation, &inverse);
         }
-        let learnt = &inverse * -shares.iter().sum::<f64>();
+        let beta: f64 = shares.iter().sum();
+        if squares > GATES * self.config.gate * beta {
+            return;
+        }
+        let learnt = &inverse * -beta;
         let open = &inverse * (spread - &mean * mean.transpose()) * &inverse;
         let (at, each) = (state.first(place), M::FEATURE);
         let of_all = &common * learnt * common.transpose();
