@@ -8,7 +8,8 @@
 //! and is counted.
 //!
 //! A corrected pose jumps with every correction. [`SmoothOdometry`] keeps a pose that never does, for controllers, and
-//! the frame that takes it to the map, for planners.
+//! the frame that takes it to the map, for planners. [`OdometryWatch`] tells from the corrections that odometry is wrong
+//! in one direction: wheels that slip, a gyroscope with a bias.
 //!
 //! Nothing needs a heap, nothing panics, and every loop ends after as many rounds as inputs can wait. Times are whole
 //! nanoseconds in a `u64`; an [`Interval`] becomes seconds once.
@@ -92,6 +93,7 @@
 
 mod ahead;
 mod odometry;
+mod odometry_watch;
 mod queue;
 mod report;
 mod sequencer;
@@ -101,6 +103,7 @@ mod timeline;
 
 pub use ahead::Ahead;
 pub use odometry::{Correction, MapFromOdom, SmoothOdometry};
+pub use odometry_watch::{OdometryBias, OdometryWatch};
 pub use report::{Flags, PushError, Report};
 pub use sequencer::{Action, Sequencer};
 pub use settings::{Settings, SettingsError};

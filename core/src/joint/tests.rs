@@ -115,7 +115,9 @@ fn what_the_features_before_it_contradict_says_nothing() {
         let mut slam = JointSlam::new(Drift { sigmas: [0.5, 0.2] }, JointConfig::default(), &mut *state).unwrap();
         slam.reset(PlanarPose::new(0.0, 0.0, 0.0)).unwrap();
         let seen: Vec<Vector2<f64>> = LANDMARKS[..2].iter().map(|&landmark| Vector2::from(landmark)).collect();
-        (0..20).for_each(|_| drop(slam.scan(&detector, &seen).unwrap()));
+        for _ in 0..20 {
+            slam.scan(&detector, &seen).unwrap();
+        }
         slam.scatter(&Symmetric::from_diagonal([1.0, 1.0, 0.0])).unwrap();
         let shifted: Vec<_> = seen.iter().zip(shifts).map(|(z, &by)| z + Vector2::new(by, 0.0)).collect();
         let report = slam.scan(&detector, &shifted).unwrap();

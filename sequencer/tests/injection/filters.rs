@@ -34,6 +34,8 @@ pub trait Slam {
     fn pose(&self) -> PlanarPose<f32>;
 }
 
+/// Standard deviations of the odometry, m/√s and rad/√s.
+pub const ODOMETRY: [f32; 2] = [0.15, 0.05];
 const FEATURES: usize = 128;
 /// Bytes that a snapshot takes at most.
 const ROOM: usize = 200_000;
@@ -43,7 +45,8 @@ fn share(made: f32, expected: f32) -> f32 {
 }
 
 pub fn motion() -> Unicycle<f32> {
-    Unicycle::new(Step::Arc, ControlNoise::white(0.15, 0.05)).unwrap()
+    let [forward, turn] = ODOMETRY;
+    Unicycle::new(Step::Arc, ControlNoise::white(forward, turn)).unwrap()
 }
 
 pub fn lidar(setting: Setting) -> Detector<Lidar> {

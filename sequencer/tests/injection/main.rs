@@ -1,7 +1,7 @@
 //! Faults of sensors, wheels and clocks, on purpose: what the filters and the sequencer before them say of it, and whether the estimate comes
 //! back. A vehicle drives round a circle among landmarks; after a minute something is wrong for ten seconds.
 //!
-//! `cargo test -p scphd-sequencer --release --test injection -- --ignored --nocapture` prints the table for seeds from 720 on. Health and the
+//! `cargo test -p scphd-sequencer --release --test injection -- --ignored --nocapture` prints the table for seeds from 760 on. Health and the
 //! reactions were chosen on seeds below 10.
 
 mod fault;
@@ -42,6 +42,9 @@ const SETTINGS: Settings = Settings {
     ..Settings::DEFAULT
 };
 
+/// A time without controls after which a vehicle may be anywhere near.
+const LONG_S: f32 = 2.0;
+
 type Inputs = Sequencer<Control, Vec<Vector2<f32>>, 64, 32>;
 
 type New = fn(Setting, bool) -> Box<dyn Slam>;
@@ -51,6 +54,8 @@ const FILTERS: [(&str, New); 2] = [("joint", filters::joint), ("mixture", filter
 #[derive(Debug, Clone, Copy)]
 struct Said {
     health: Health,
+    /// Whether odometry is taken to be wrong in one direction.
+    biased: bool,
     clock: u16,
     off_m: f64,
 }
@@ -105,16 +110,19 @@ fn drive(new: New, fault: Fault, seed: u64) -> Vec<Said> {
                     let dt: f32 = dt.seconds();
                     health |= vehicle.predict(&control, dt);
                     vehicle.slam.scatter(&by(0.1 * dt, 0.03 * dt));
+                    if dt > LONG_S {
+                        vehicle.search();
+                    }
                 }
                 Action::Event(scan) => health |= vehicle.scan(scan),
             }
         }
         let clock = inputs.take_report().flags.bits();
         if clock & Flags::CLOCK_SET.bits() != 0 {
-            vehicle.slam.scatter(&by(3.0, 0.5));
+            vehicle.search();
         }
         let PlanarPose { x_m, y_m, .. } = vehicle.slam.pose();
-        said.push(Said { health, clock, off_m: world.distance(x_m, y_m) });
+        said.push(Said { health, biased: vehicle.biased, clock, off_m: world.distance(x_m, y_m) });
     }
     said
 }
@@ -130,6 +138,7 @@ struct Course {
     errors: [f64; 3],
     /// The conditions that came up.
     health: Health,
+    biased: bool,
     clock: u16,
 }
 
@@ -140,11 +149,11 @@ fn rms(said: &[Said]) -> f64 {
 fn course(said: &[Said], normal_m: f64, fault: Fault) -> Course {
     let settled = &said[SETTLED..BEFORE];
     let from = if fault == Fault::ShortMemory { 0 } else { BEFORE };
-    let mut usual = Health::GOOD;
+    let (mut usual, mut biased) = (Health::GOOD, false);
     if fault != Fault::ShortMemory {
-        settled.iter().for_each(|said| usual |= said.health);
+        settled.iter().for_each(|said| (usual, biased) = (usual | said.health, biased | said.biased));
     }
-    let unusual = |said: &Said| said.health.bits() & !usual.bits() != 0 || said.clock != 0;
+    let unusual = |said: &Said| said.health.bits() & !usual.bits() != 0 || said.biased && !biased || said.clock != 0;
     let with = &said[from..BEFORE + FAULT];
     let after = &said[BEFORE + FAULT..];
     let bad = after.iter().rposition(|said| said.off_m > 3.0 * normal_m);
@@ -155,6 +164,7 @@ fn course(said: &[Said], normal_m: f64, fault: Fault) -> Course {
         recovered: bad.map_or(Some(0), |bad| (bad + 1 < after.len()).then_some(bad + 1)),
         errors: [rms(settled), with.iter().fold(0.0, |most, said| most.max(said.off_m)), rms(&after[FAULT..])],
         health,
+        biased: with.iter().any(|said| said.biased),
         clock,
     }
 }
@@ -174,11 +184,12 @@ fn table(name: &str, new: New, fault: Fault, seeds: Range<u64>) -> Vec<Course> {
     let recovered = count(&|course| course.recovered.is_some_and(|scans| seconds(scans) <= 10.0));
     let mean = |k: usize| courses.iter().map(|course| course.errors[k]).sum::<f64>() / courses.len() as f64;
     let median = waits.get(courses.len() / 2).map_or("never".into(), |&scans| format!("{:.1} s", seconds(scans)));
+    let biased = count(&|course| course.biased);
     let (mut health, mut clock) = (Health::GOOD, 0);
     courses.iter().for_each(|course| (health, clock) = (health | course.health, clock | course.clock));
     println!(
         "{name:8} {fault:?}: flagged within 2 s {flagged} of {}, median {median}; recovered within 10 s {recovered}; \
-         error before {:.2}, with at most {:.2}, after {:.2} m; {health:?} clock {clock:#x}",
+         error before {:.2}, with at most {:.2}, after {:.2} m; {health:?} biased {biased} clock {clock:#x}",
         courses.len(),
         mean(0),
         mean(1),
@@ -191,18 +202,21 @@ fn table(name: &str, new: New, fault: Fault, seeds: Range<u64>) -> Vec<Course> {
 fn faults_are_told_and_the_estimate_comes_back() {
     let told = |course: &Course| course.flagged.is_some_and(|scans| scans <= 10);
     let back = |course: &Course| course.recovered.is_some_and(|scans| scans <= FAULT);
-    // A sensor with a bias, or a clock that stood, leaves some vehicles lost: docs/health.md has how many.
+    // A sensor with a bias leaves some vehicles lost: docs/health.md has how many.
     let faults = [
         (Fault::StuckScan, true),
         (Fault::RangeBias, false),
         (Fault::Clutter, true),
         (Fault::Blind, true),
         (Fault::NoScans, true),
-        (Fault::FrozenClock, false),
+        (Fault::FrozenClock, true),
+        (Fault::ClockJump, true),
+        (Fault::RateBias, true),
     ];
     for (fault, comes_back) in faults {
         let courses = table("joint", filters::joint, fault, 20..22);
         assert!(courses.iter().all(told), "{fault:?}: {courses:?}");
+        assert!(courses.iter().all(|course| course.biased == (fault == Fault::RateBias)), "{fault:?}: {courses:?}");
         assert!(!comes_back || courses.iter().all(back), "{fault:?}: {courses:?}");
     }
     for fault in [Fault::NoScans, Fault::Slip, Fault::StuckOdometry] {
@@ -211,14 +225,16 @@ fn faults_are_told_and_the_estimate_comes_back() {
     }
 }
 
-/// Prints the table. Eight drives of ten are told within two seconds, or never off by half a metre.
+/// Prints the table. Eight drives of ten are told within two seconds, if there is anything to tell: a pool that is too small is none
+/// until it is full.
 fn judge(seeds: &Range<u64>) {
     let mut untold = Vec::new();
     for fault in Fault::ALL {
         for (name, new) in FILTERS {
             let courses = table(name, new, fault, seeds.clone());
-            let told = |course: &&Course| course.flagged.is_some_and(|scans| scans <= 10) || course.errors[1] < 0.5;
-            if 10 * courses.iter().filter(told).count() < 8 * courses.len() {
+            let told = |course: &&Course| course.flagged.is_some_and(|scans| scans <= 10);
+            let full_later = fault == Fault::ShortMemory && name == "mixture";
+            if fault != Fault::None && !full_later && 10 * courses.iter().filter(told).count() < 8 * courses.len() {
                 untold.push((name, fault));
             }
         }
@@ -229,13 +245,13 @@ fn judge(seeds: &Range<u64>) {
 #[test]
 #[ignore = "minutes; the seeds of judgement"]
 fn the_table_on_the_seeds_of_judgement() {
-    judge(&(720..740));
+    judge(&(760..780));
 }
 
 #[test]
 #[ignore = "minutes; the seeds that were judged before"]
 fn the_table_on_seeds_that_were_judged_before() {
-    judge(&(700..720));
+    judge(&(700..760));
 }
 
 #[test]

@@ -1,9 +1,11 @@
 //! What a vehicle does about the conditions, as docs/health.md has it.
 
-use crate::filters::{Control, Slam};
+use crate::filters::{Control, ODOMETRY, Slam};
 use crate::seeker::Seeker;
+use crate::world::DT_S;
 use scphd::nalgebra::{Vector2, Vector3};
-use scphd::{Health, Symmetric};
+use scphd::{Health, PlanarPose, Symmetric};
+use scphd_sequencer::OdometryWatch;
 use std::collections::VecDeque;
 
 /// Conditions on which the pose is made less certain.
@@ -39,11 +41,23 @@ pub struct Vehicle {
     left_out: Option<usize>,
     /// Scans for which odometry is still doubted.
     doubtful: usize,
+    watch: OdometryWatch<PlanarPose<f32>>,
+    /// Whether odometry is wrong in one direction.
+    pub biased: bool,
 }
 
 impl Vehicle {
     pub fn new(slam: Box<dyn Slam>, seeker: Seeker) -> Self {
-        Self { slam, seeker, past: VecDeque::new(), scans: 0, left_out: None, doubtful: 0 }
+        Self {
+            slam,
+            seeker,
+            past: VecDeque::new(),
+            scans: 0,
+            left_out: None,
+            doubtful: 0,
+            watch: OdometryWatch::new(),
+            biased: false,
+        }
     }
 
     pub fn predict(&mut self, control: &Control, dt: f32) -> Health {
@@ -82,6 +96,13 @@ impl Vehicle {
         health
     }
 
+    /// Takes no scan for the truth until the place has been found in the map as it is now.
+    pub fn search(&mut self) {
+        self.seeker.begin(&self.slam.map());
+        self.past.clear();
+        self.left_out = Some(0);
+    }
+
     fn trusted(&mut self, measurements: &[Vector2<f32>]) -> Health {
         if self.scans.is_multiple_of(EVERY) {
             self.past.push_back((self.slam.save(), Vec::new()));
@@ -89,17 +110,18 @@ impl Vehicle {
                 self.past.pop_front();
             }
         }
+        let predicted = self.slam.pose();
         let (health, _) = self.slam.scan(measurements);
+        let [forward, turn] = ODOMETRY.map(|sigma| sigma * (DT_S as f32).sqrt());
+        self.biased = self.watch.scan(&predicted, &self.slam.pose(), &Vector3::new(forward, 0.0, turn)).is_suspected();
         if is(health, &DIVERGED)
             && let Some((snapshot, since)) = self.past.pop_front()
         {
             // Back to the map of before, by odometry to where the vehicle is, and without scans until they fit.
             self.slam.restore(&snapshot);
-            self.seeker.begin(&self.slam.map());
+            self.search();
             since.iter().for_each(|(control, dt)| _ = self.slam.predict(control, *dt));
-            self.past.clear();
-            self.left_out = Some(0);
-        } else if is(health, &DOUBTFUL) && !is(health, &DIM) {
+        } else if self.biased || is(health, &DOUBTFUL) && !is(health, &DIM) {
             self.doubtful = HELD;
         }
         if self.doubtful > 0 && self.left_out.is_none() && !is(health, &DIM) {
