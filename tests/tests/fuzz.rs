@@ -119,6 +119,11 @@ fn no_stream_makes_a_replay_panic_or_lie() {
 
 /// Under water, the noise of the velocity filter goes on as a head among the records says: a replay from the next snapshot on has it.
 #[test]
-fn a_session_that_once_failed_is_sound() {
-    with_roomy_stack(|| fuzz::replay(Target::Streams, 685, &[175]).unwrap_or_else(|failed| panic!("{failed}")));
+fn sessions_that_once_failed_are_sound() {
+    let failed = [(Target::Streams, 685, &[175][..]), (Target::Mixture, 10_072, &[102, 103, 110, 119, 120, 126])];
+    for (target, session, operations) in failed {
+        with_roomy_stack(move || {
+            fuzz::replay(target, session, operations).unwrap_or_else(|failed| panic!("{failed}"));
+        });
+    }
 }

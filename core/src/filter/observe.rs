@@ -1,7 +1,7 @@
 //! Fixes: the pose itself is measured, between any two steps.
 
 use crate::filter::state::Memory;
-use crate::numerics::range::is_within_range;
+use crate::numerics::range::{is_within_range, is_within_square};
 use crate::numerics::vector::{applied, product};
 use crate::particles::candidate::{effective_number, reweigh};
 use crate::{
@@ -128,7 +128,7 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
             });
             // Joseph's form: a sum of two terms that are positive semidefinite whatever rounding does.
             let joseph = pose_covariance.congruence::<K<M>>(&residual).plus(&fix.noise().congruence::<K<M>>(&gain));
-            if is_within_range(&corrected.coordinates()) && joseph.is_finite() {
+            if is_within_range(&corrected.coordinates()) && is_within_square(&joseph) {
                 (candidate.pose, *pose_covariance) = (corrected, joseph);
             }
         }
