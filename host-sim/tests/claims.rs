@@ -1,9 +1,8 @@
 //! What the documentation claims: every figure of `tests/expected/claims.toml` stands in its file, and the command that it is of
 //! gives it, within a factor of 1.2.
 //!
-//! Every test run does the part of the commands that takes little time. All of them:
-//! `cargo test -p scphd-sim --release --test claims -- --ignored`. With `SCPHD_WRITE_CLAIMS=1` the table of `docs/claims.md` is
-//! written anew.
+//! Every test run does the part of the commands that takes little time, `cargo xtask claims` all of them. With `SCPHD_WRITE_CLAIMS=1` the
+//! table of `docs/claims.md` is written anew.
 
 use serde::Deserialize;
 use serde_json::{Map, Value};
@@ -216,7 +215,7 @@ fn a_part_of_every_claim_holds() {
 }
 
 #[test]
-#[ignore = "takes long: cargo test -p scphd-sim --release --test claims -- --ignored"]
+#[ignore = "takes long: cargo xtask claims"]
 fn every_claim_holds() {
     check(true);
 }
@@ -249,8 +248,8 @@ fn table() -> String {
     for command in claims() {
         let part = match &command.quick {
             Some(quick) if *quick == command.run => "in every test run".to_owned(),
-            Some(quick) => format!("with `--ignored`; in every test run as `{quick}`"),
-            None => "with `--ignored`".to_owned(),
+            Some(quick) => format!("by `cargo xtask claims`; in every test run as `{quick}`"),
+            None => "by `cargo xtask claims`".to_owned(),
         };
         let _ = writeln!(
             text,
@@ -280,7 +279,7 @@ fn table() -> String {
             );
         }
         for says in &command.says {
-            let _ = writeln!(text, "| | {says} | | with `--ignored` only | README.md |");
+            let _ = writeln!(text, "| | {says} | | by `cargo xtask claims` only | README.md |");
         }
         text.push('\n');
     }

@@ -87,6 +87,11 @@ pub const OTHERS: &[Step] = &[
         run: bench::step,
     },
     Step {
+        name: "claims",
+        what: "every figure of the documentation by the whole of its command, of which `unit` does a part; takes long",
+        run: |_| claims(),
+    },
+    Step {
         name: "fuzz",
         what: "operations, snapshots, streams and log folders with hostile values, 20 million from seed 1, or `fuzz OPERATIONS SEED`",
         run: fuzz,
@@ -172,6 +177,12 @@ fn doc() -> Outcome {
     let others = [capi::doc(), python::doc(), web::doc()];
     let done = process::run(&mut cargo);
     others.into_iter().fold(done, |done, mut doc| done.and_then(|()| process::run(&mut doc))).into()
+}
+
+fn claims() -> Outcome {
+    let mut cargo = process::cargo();
+    cargo.args(["test", "--release", "--package", "scphd-sim", "--test", "claims", "--", "--ignored", "--nocapture"]);
+    process::run(&mut cargo).into()
 }
 
 /// The tests run the same programs for a shorter time. Of the operations one in a thousand is a log folder.

@@ -1,6 +1,7 @@
 //! The project of `docs/guide/embedding.md`, written down as it stands there and built.
 
 use super::board::REFERENCE;
+use super::workbench;
 use crate::outcome::Missing;
 use crate::process;
 use crate::toolchain::Toolchain;
@@ -27,8 +28,7 @@ fn files(chapter: &str) -> Vec<(&str, &str)> {
 
 /// Builds it for the reference board.
 pub fn build(toolchain: &Toolchain) -> Result<(), String> {
-    let target = process::own_target_dir(&format!("firmware-{}", toolchain.key()));
-    let project = target.join("guide");
+    let project = process::own_target_dir("guide");
     let write = |name: &str, text: &str| {
         let path = project.join(name);
         fs::create_dir_all(path.parent().unwrap_or(&project))
@@ -57,8 +57,9 @@ pub fn build(toolchain: &Toolchain) -> Result<(), String> {
     let mut flags: Vec<String> = REFERENCE.flags.iter().map(|&flag| flag.to_owned()).collect();
     flags.extend(toolchain.linker(&mut cargo).map_err(|Missing(reason)| reason)?);
     cargo.current_dir(&project).env("CARGO_ENCODED_RUSTFLAGS", flags.join("\x1f"));
-    cargo.args(["--quiet", "--release", "--offline", "--target", REFERENCE.target, "--target-dir"]).arg(&target);
-    process::run(&mut cargo).map_err(|error| format!("docs/guide/embedding.md: {error}"))
+    cargo.args(["--quiet", "--release", "--offline", "--target", REFERENCE.target, "--target-dir"]);
+    workbench::with(toolchain, |bench| process::run(cargo.arg(bench)))
+        .map_err(|error| format!("docs/guide/embedding.md: {error}"))
 }
 
 #[cfg(test)]

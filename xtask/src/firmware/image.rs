@@ -1,15 +1,15 @@
 //! Building the images, and what is in them.
 
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::Command;
-use std::sync::{Mutex, PoisonError};
 
 use object::{Object, ObjectSection, ObjectSymbol, SectionFlags, SectionKind, elf};
 
 use super::board::{Board, REFERENCE};
 use super::precision::Precision;
 use super::rig::Rig;
+use super::workbench;
 use crate::outcome::Missing;
 use crate::process;
 use crate::toolchain::Toolchain;
@@ -63,16 +63,16 @@ pub fn build_in(
     name: &str,
     extra: &Extra<'_>,
 ) -> Result<Image, String> {
-    // The next board's build leaves its image in the same place.
-    static PLACE: Mutex<()> = Mutex::new(());
-    let place = PLACE.lock().unwrap_or_else(PoisonError::into_inner);
-    process::run(&mut cargo(toolchain, board, folder, name, extra)?)?;
-    let dir = target_dir(toolchain);
-    let built = dir.join(board.target).join("release").join(name);
     let features = extra.features.iter().map(|feature| format!("-{feature}")).collect::<String>();
-    let path = dir.join(format!("{}-{name}{features}.elf", board.name));
-    fs::copy(&built, &path).map_err(|error| format!("{}: {error}", built.display()))?;
-    drop(place);
+    let path = images(toolchain)?.join(format!("{}-{name}{features}.elf", board.name));
+    workbench::with(toolchain, |bench| {
+        process::run(&mut cargo(toolchain, board, folder, name, extra, bench)?)?;
+        // The next board's build leaves its image in the same place. It comes to where images are kept whole: another build of the
+        // same may be there already, and running.
+        let (built, copy) = (bench.join(board.target).join("release").join(name), bench.join("built.elf"));
+        let kept = fs::copy(&built, &copy).and_then(|_| fs::rename(&copy, &path));
+        kept.map_err(|error| format!("{}: {error}", built.display()))
+    })?;
     let elf = fs::read(&path).map_err(|error| format!("{}: {error}", path.display()))?;
     let image = Image { path, elf };
     image.check_ram(board)?;
@@ -87,18 +87,31 @@ pub fn must_not_link(
     extra: &Extra<'_>,
     complaint: &str,
 ) -> Result<(), String> {
-    match process::read(&mut cargo(toolchain, board, FOLDER, name, extra)?) {
+    let built = workbench::with(toolchain, |bench| {
+        Ok::<_, String>(process::read(&mut cargo(toolchain, board, FOLDER, name, extra, bench)?))
+    })?;
+    match built {
         Err(reason) if reason.contains(complaint) => Ok(()),
         Err(reason) => Err(format!("{name} with {:?} failed for another reason: {reason}", extra.features)),
         Ok(_) => Err(format!("{name} for {} linked with {:?}", board.name, extra.features)),
     }
 }
 
-fn target_dir(toolchain: &Toolchain) -> PathBuf {
-    process::own_target_dir(&format!("firmware-{}", toolchain.key()))
+/// Where images are kept.
+fn images(toolchain: &Toolchain) -> Result<PathBuf, String> {
+    let folder = process::own_target_dir(&format!("images-{}", toolchain.key()));
+    fs::create_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
+    Ok(folder)
 }
 
-fn cargo(toolchain: &Toolchain, board: &Board, folder: &str, name: &str, extra: &Extra<'_>) -> Result<Command, String> {
+fn cargo(
+    toolchain: &Toolchain,
+    board: &Board,
+    folder: &str,
+    name: &str,
+    extra: &Extra<'_>,
+    bench: &Path,
+) -> Result<Command, String> {
     let libraries = if extra.features.is_empty() { "core" } else { "core,alloc" };
     let mut flags: Vec<String> = board.flags.iter().chain(extra.flags).map(|&flag| flag.to_owned()).collect();
     let mut cargo = toolchain.cargo_build(libraries);
@@ -111,7 +124,7 @@ fn cargo(toolchain: &Toolchain, board: &Board, folder: &str, name: &str, extra: 
         cargo.env("SCPHD_BOARD", board.name);
     }
     cargo.args(["--quiet", "--release", "--locked", "--bin", name, "--target", board.target, "--target-dir"]);
-    cargo.arg(target_dir(toolchain));
+    cargo.arg(bench);
     if !extra.features.is_empty() {
         cargo.arg("--features").arg(extra.features.join(","));
     }

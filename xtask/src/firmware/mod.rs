@@ -17,6 +17,7 @@ mod rtos;
 mod stack;
 pub mod streams;
 mod thumb;
+mod workbench;
 
 pub use digests::step as digests;
 pub use hil::step as hil;

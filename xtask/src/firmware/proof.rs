@@ -6,10 +6,11 @@ use super::guide;
 use super::hil;
 use super::image::{self, Extra, Image};
 use super::precision::Precision;
-use super::rig::{BLACK_BOXES, JOINT, PLANAR, UNDERWATER};
+use super::rig::{BLACK_BOXES, JOINT, PLANAR, Rig, UNDERWATER};
 use crate::noalloc;
 use crate::outcome::{Outcome, Stop};
-use crate::toolchain;
+use crate::process;
+use crate::toolchain::{self, Toolchain};
 
 /// The image whose panic handler calls a function that does not exist.
 pub const PROOF: &str = "proof";
@@ -26,52 +27,82 @@ pub fn step() -> Outcome {
     prove().into()
 }
 
+/// One part of the step: building something, and looking at it.
+type Check<'a> = Box<dyn Fn() -> Result<(), String> + Sync + 'a>;
+
 fn prove() -> Result<Outcome, Stop> {
-    let toolchain = toolchain::find()?;
+    let toolchain = &toolchain::find()?;
+    let mut checks: Vec<Check<'_>> = Vec::new();
+    for board in &EMULATED {
+        // One after the other: the second finds the libraries built for this processor.
+        checks.push(Box::new(move || {
+            Precision::ALL.into_iter().try_for_each(|precision| proves(toolchain, board, PLANAR, precision))
+        }));
+    }
     // The code for these is the same for every board with a processor of this kind.
-    let others = [(&REFERENCE, UNDERWATER, Precision::F32), (&REFERENCE, JOINT, Precision::F32)];
-    let boards = EMULATED.iter().chain([&REFERENCE]);
-    let plane = boards.flat_map(|board| Precision::ALL.map(|precision| (board, PLANAR, precision)));
-    for (board, rig, precision) in plane.chain(others) {
-        let features = &rig.proof_features(precision)[..];
-        let image = image::build(&toolchain, board, PROOF, &Extra { features, flags: &[] })
-            .map_err(|error| format!("a panic is reachable, or the image does not fit {}: {error}", board.name))?;
-        has_no_allocator(&image)?;
+    let of_reference =
+        [(PLANAR, Precision::F32), (PLANAR, Precision::F64), (UNDERWATER, Precision::F32), (JOINT, Precision::F32)];
+    for (rig, precision) in of_reference {
+        checks.push(Box::new(move || proves(toolchain, &REFERENCE, rig, precision)));
     }
     for features in BLACK_BOXES {
-        let image = image::build(&toolchain, &REFERENCE, PROOF, &Extra { features, flags: &[] })
-            .map_err(|error| format!("with {features:?} a panic is reachable, or the image does not fit: {error}"))?;
-        has_no_allocator(&image)?;
+        checks.push(Box::new(move || proves_with(toolchain, &REFERENCE, features)));
     }
     let images =
         [(PLANAR, Precision::F32), (PLANAR, Precision::F64), (JOINT, Precision::F32), (UNDERWATER, Precision::F32)];
     for (rig, precision) in images {
-        let name = rig.image(precision);
-        let image = image::build_replay(&toolchain, &REFERENCE, rig, precision)?;
-        has_no_allocator(&image)?;
-        println!("{name} fits {}: {:?}", REFERENCE.name, image.sizes()?);
+        checks.push(Box::new(move || {
+            fits(&rig.image(precision), &image::build_replay(toolchain, &REFERENCE, rig, precision)?)
+        }));
     }
     for features in [&[][..], &["joint"]] {
-        let image = image::build(&toolchain, &REFERENCE, hil::IMAGE, &Extra { features, flags: &[] })
-            .map_err(|error| format!("{} with {features:?}: {error}", hil::IMAGE))?;
-        has_no_allocator(&image)?;
-        println!("{} with {features:?} fits {}: {:?}", hil::IMAGE, REFERENCE.name, image.sizes()?);
+        checks.push(Box::new(move || {
+            let name = format!("{} with {features:?}", hil::IMAGE);
+            let image = image::build(toolchain, &REFERENCE, hil::IMAGE, &Extra { features, flags: &[] });
+            fits(&name, &image.map_err(|error| format!("{name}: {error}"))?)
+        }));
     }
-    guide::build(&toolchain)?;
-    let planted = |feature| Extra { features: feature, flags: &[] };
-    for (board, extra, complaint) in [
-        (&REFERENCE, planted(&["planted-panic"]), NO_FUNCTION),
-        (&REFERENCE, planted(&["planted-heap"]), NO_FUNCTION),
-        (&TOO_SMALL, planted(&[]), "will not fit in region 'RAM'"),
+    checks.push(Box::new(|| guide::build(toolchain)));
+    for (board, features, complaint) in [
+        (&REFERENCE, &["planted-panic"][..], NO_FUNCTION),
+        (&REFERENCE, &["planted-heap"], NO_FUNCTION),
+        (&TOO_SMALL, &[], "will not fit in region 'RAM'"),
     ] {
-        image::must_not_link(&toolchain, board, PROOF, &extra, complaint)?;
+        checks.push(Box::new(move || {
+            image::must_not_link(toolchain, board, PROOF, &Extra { features, flags: &[] }, complaint)
+        }));
     }
-    let heap = Extra { features: &["planted-heap"], flags: &[WITH_PANICS] };
-    match allocator_symbol(&image::build(&toolchain, &REFERENCE, PROOF, &heap)?)? {
-        Some(symbol) => println!("the planted heap shows as {symbol}"),
-        None => return Err("the check for an allocator does not see a planted heap".into()),
-    }
+    checks.push(Box::new(|| sees_a_heap(toolchain)));
+    process::side_by_side(&checks, |check| check())?.into_iter().collect::<Result<(), String>>()?;
     Ok(Outcome::Passed("no panic, no allocator, fits the reference board; each check fails where it should".into()))
+}
+
+/// What is linked of a rig's filter holds no panic and no allocator.
+fn proves(toolchain: &Toolchain, board: &Board, rig: Rig, precision: Precision) -> Result<(), String> {
+    proves_with(toolchain, board, &rig.proof_features(precision))
+}
+
+/// The same of an image with these features.
+fn proves_with(toolchain: &Toolchain, board: &Board, features: &[&str]) -> Result<(), String> {
+    let image = image::build(toolchain, board, PROOF, &Extra { features, flags: &[] }).map_err(|error| {
+        format!("with {features:?} a panic is reachable, or the image does not fit {}: {error}", board.name)
+    })?;
+    has_no_allocator(&image)
+}
+
+/// An image that was linked for the reference board has no allocator; prints what it takes.
+fn fits(name: &str, image: &Image) -> Result<(), String> {
+    has_no_allocator(image)?;
+    println!("{name} fits {}: {:?}", REFERENCE.name, image.sizes()?);
+    Ok(())
+}
+
+/// The check for an allocator sees one.
+fn sees_a_heap(toolchain: &Toolchain) -> Result<(), String> {
+    let heap = Extra { features: &["planted-heap"], flags: &[WITH_PANICS] };
+    let symbol = allocator_symbol(&image::build(toolchain, &REFERENCE, PROOF, &heap)?)?;
+    println!("the planted heap shows as {}", symbol.ok_or("the check for an allocator does not see a planted heap")?);
+    Ok(())
 }
 
 fn has_no_allocator(image: &Image) -> Result<(), String> {
