@@ -36,6 +36,8 @@ fn on_curve(name: &str, point: usize) -> Prepared {
 #[bench::map_10000(on_curve("map", 10_000))]
 #[bench::measurements_20(on_curve("measurements", 20))]
 #[bench::measurements_200(on_curve("measurements", 200))]
+#[bench::waiting_20(on_curve("waiting", 20))]
+#[bench::waiting_200(on_curve("waiting", 200))]
 #[bench::clutter_20(on_curve("clutter", 20))]
 fn steps((mut case, inputs): Prepared) -> Prepared {
     case.play(black_box(&inputs));

@@ -30,9 +30,10 @@ pub struct Curve {
 }
 
 /// The curves.
-pub const CURVES: [Curve; 4] = [
+pub const CURVES: [Curve; 5] = [
     Curve { name: "map", what: "features in the map", points: &[100, 300, 1000, 3000, 10_000], case: map },
     Curve { name: "measurements", what: "measurements a scan", points: &[5, 10, 20, 50, 100, 200], case: measurements },
+    Curve { name: "waiting", what: "measurements a scan, births wait", points: &[20, 50, 100, 200], case: waiting },
     Curve { name: "particles", what: "particles", points: &[8, 32, 128, 512, 1024], case: particles },
     Curve { name: "clutter", what: "false measurements a scan", points: &[0, 5, 20, 50, 100], case: clutter },
 ];
@@ -72,7 +73,7 @@ fn rfs_slam_like() -> Box<dyn Case> {
     };
     // A whole round and some more.
     let config = Config { prune_weight: RFS_SLAM_PRUNE_WEIGHT, ..config(200, 1) };
-    Box::new(Rig::<_, Still<200, 4096, 16>, NoMoving, 200, 200>::new(robot(), BIRTHS, config, world, &[], 320))
+    Box::new(Rig::new::<Still<200, 4096, 16>, NoMoving, 200, 200>(robot(), BIRTHS, config, world, &[], 320))
 }
 
 /// GM-PHD tracking: 20 targets, 20 false measurements a scan, from a place that is known.
@@ -99,7 +100,7 @@ fn gmphd_20_targets() -> Box<dyn Case> {
     let births = Births { of_static: 0.0, of_moving: 0.01 };
     let config = Config { prune_weight: 1e-5, moving, ..config(1, 1) };
     type Moving = MapMemory<Dynamic<Vector2<f32>>, 1, 128, 64, 1024>;
-    Box::new(Rig::<_, Still<1, 64, 32>, Moving, 1, 1>::new(KnownPose::new(), births, config, world, &[], 100))
+    Box::new(Rig::new::<Still<1, 64, 32>, Moving, 1, 1>(KnownPose::new(), births, config, world, &[], 100))
 }
 
 /// A map of `features`, of which 20 are in view wherever the vehicle is on its way, and the others never.
@@ -123,19 +124,21 @@ fn map(features: usize) -> Box<dyn Case> {
     let grid = (0..rows * rows).map(|k| [k % rows, k / rows].map(|place| (place as f64 - rows as f64 / 2.0) * APART_M));
     let beyond = grid.filter(|place| place[0].hypot(place[1]) > BEYOND_M);
     known.extend(beyond.take(features - IN_VIEW));
-    Box::new(Rig::<_, Still<32, 16_384, 2048>, NoMoving, 32, 64>::new(
-        robot(),
-        BIRTHS,
-        config(32, 2),
-        world,
-        &known,
-        20,
-    ))
+    Box::new(Rig::new::<Still<32, 16_384, 2048>, NoMoving, 32, 64>(robot(), BIRTHS, config(32, 2), world, &known, 20))
 }
 
 /// Twenty features in view, and as much clutter as makes up the measurements; of fewer than twenty, as many features are
 /// detected.
 fn measurements(measurements: usize) -> Box<dyn Case> {
+    in_clutter(measurements, config(32, 2))
+}
+
+/// The same by a filter that does not carry the births of the clutter from scan to scan.
+fn waiting(measurements: usize) -> Box<dyn Case> {
+    in_clutter(measurements, Config { births_wait: true, ..config(32, 2) })
+}
+
+fn in_clutter(measurements: usize, config: Config<f32>) -> Box<dyn Case> {
     const IN_VIEW: usize = 20;
     let world = World {
         landmarks: World::scattered(IN_VIEW, 16.0, 2.0, 6),
@@ -147,20 +150,20 @@ fn measurements(measurements: usize) -> Box<dyn Case> {
         clutter: Clutter::UpTo(measurements),
     };
     let known = world.landmarks.clone();
-    Box::new(Rig::<_, Still<32, 4096, 128>, NoMoving, 32, 64>::new(robot(), BIRTHS, config(32, 2), world, &known, 20))
+    Box::new(Rig::new::<Still<32, 4096, 128>, NoMoving, 32, 64>(robot(), BIRTHS, config, world, &known, 20))
 }
 
 /// 45 landmarks and the clutter of section 5.3.1, one sample a particle.
 fn particles(particles: usize) -> Box<dyn Case> {
     type Memory = Still<1024, 65_535, 128>;
     let config = config(particles, 1);
-    Box::new(Rig::<_, Memory, NoMoving, 1024, 1024>::new(robot(), BIRTHS, config, loop_of_5_3_1(20.0), &[], 100))
+    Box::new(Rig::new::<Memory, NoMoving, 1024, 1024>(robot(), BIRTHS, config, loop_of_5_3_1(20.0), &[], 100))
 }
 
 /// The same with 32 particles of two samples, for another clutter.
 fn clutter(mean: usize) -> Box<dyn Case> {
     let world = loop_of_5_3_1(mean as f64);
-    Box::new(Rig::<_, Still<32, 4096, 128>, NoMoving, 32, 64>::new(robot(), BIRTHS, config(32, 2), world, &[], 100))
+    Box::new(Rig::new::<Still<32, 4096, 128>, NoMoving, 32, 64>(robot(), BIRTHS, config(32, 2), world, &[], 100))
 }
 
 fn loop_of_5_3_1(clutter: f64) -> World {
@@ -217,7 +220,7 @@ mod tests {
                 println!("{} {point}: {found:?}", curve.name);
                 let expected = match curve.name {
                     "map" => found[1] >= point as f64,
-                    "measurements" => (found[0] - point as f64).abs() < 1.0,
+                    "measurements" | "waiting" => (found[0] - point as f64).abs() < 1.0,
                     _ => found[0] > 0.0,
                 };
                 assert!(expected, "{} {point}: {found:?}", curve.name);

@@ -4,13 +4,15 @@ use crate::world::{Course, Input, World};
 use nalgebra::Vector2;
 use scphd::{
     Births, Component, Config, Detector, DetectorMemory, Dynamic, KnownPose, MapStorage, Motion, PlanarPose, Probe,
-    RangeBearing, RangeBearingWindow, ScPhd, ScanReport, Sensing, State, Static, Symmetric, Unicycle, UnicycleControl,
-    UniformClutter,
+    RangeBearing, RangeBearingWindow, ScPhd, ScanReport, ScanRoom, Sensing, State, Static, Symmetric, Unicycle,
+    UnicycleControl, UniformClutter,
 };
 use scphd_sim::session::with_roomy_stack;
 
 /// Room for measurements.
 pub const MEASUREMENTS: usize = 256;
+/// Words of 64 of them that births can wait on: all.
+const WAITING: usize = MEASUREMENTS / 64;
 
 /// A motion model that a course can control.
 pub trait Drive: Motion<Pose = PlanarPose<f32>> + Copy + Send {
@@ -52,38 +54,35 @@ pub trait Case {
 
 type RigSensing = Sensing<RangeBearing<f32>, RangeBearingWindow<f32>, UniformClutter<f32>>;
 
-/// A filter in single precision, its memory on the heap.
+/// A filter in single precision. Its memory is on the heap and is never freed: a filter borrows it for as long as the program runs, as on
+/// board.
 #[derive(Debug)]
-pub struct Rig<M, S, V, const PARTICLES: usize, const CANDIDATES: usize> {
+pub struct Rig<M: Drive> {
     course: Course,
-    motion: M,
-    sensing: RigSensing,
-    births: Births<f32>,
-    config: Config<f32>,
-    state: Box<State<PlanarPose<f32>, PARTICLES, CANDIDATES, S, V>>,
-    scratch: Box<DetectorMemory<Vector2<f32>, MEASUREMENTS>>,
+    slam: ScPhd<'static, M>,
+    detector: Detector<RigSensing, ScanRoom<'static, Vector2<f32>>>,
     measurements: Vec<Vector2<f32>>,
 }
 
-impl<M, S, V, const PARTICLES: usize, const CANDIDATES: usize> Rig<M, S, V, PARTICLES, CANDIDATES>
-where
-    M: Drive,
-    S: MapStorage<Static<Vector2<f32>>> + Send,
-    V: MapStorage<Dynamic<Vector2<f32>>> + Send,
-{
-    /// A filter with models that fit the world, which starts with the map `known`, and has seen as many scans.
+impl<M: Drive> Rig<M> {
+    /// A filter with models that fit the world, which starts with the map `known`, and has seen as many scans. Its memory has maps of
+    /// the types `S` and `V`.
     ///
     /// # Panics
     /// The filter refuses the world.
     #[must_use]
-    pub fn new(
+    pub fn new<S, V, const PARTICLES: usize, const CANDIDATES: usize>(
         motion: M,
         births: Births<f32>,
         config: Config<f32>,
         world: World,
         known: &[[f64; 2]],
         scans: usize,
-    ) -> Self {
+    ) -> Self
+    where
+        S: MapStorage<Static<Vector2<f32>>> + Send + 'static,
+        V: MapStorage<Dynamic<Vector2<f32>>> + Send + 'static,
+    {
         let window =
             RangeBearingWindow::full_circle(world.range_max_m as f32, world.detection as f32).expect("the view");
         let noise = [World::RANGE_SIGMA_M, World::BEARING_SIGMA_RAD].map(|sigma| sigma as f32);
@@ -92,15 +91,16 @@ where
             field_of_view: window,
             clutter: UniformClutter::of_scan(world.clutter_mean() as f32, window.measure()).expect("the clutter"),
         };
-        let state = with_roomy_stack(|| Box::new(State::new())).expect("a thread");
+        type Memory<S, V, const N: usize, const C: usize> = State<PlanarPose<f32>, N, C, S, V, WAITING>;
+        let state = with_roomy_stack(|| Box::new(Memory::<S, V, PARTICLES, CANDIDATES>::new())).expect("a thread");
+        let scratch = Box::leak(Box::new(DetectorMemory::<_, MEASUREMENTS>::new()));
+        let mut slam = ScPhd::new(motion, config, Box::leak(state)).expect("a configuration that fits");
+        let detector = Detector::new(sensing, births).expect("models that fit").over(scratch);
         let course = Course::new(world, 1);
-        let start = pose(course.start());
-        let scratch = Box::new(DetectorMemory::new());
-        let mut rig = Self { course, motion, sensing, births, config, state, scratch, measurements: Vec::new() };
         let components: Vec<Component<Vector2<f32>>> = known.iter().enumerate().map(confirmed).collect();
-        let mut filter = rig.filter();
-        filter.reset(start, 1).expect("a finite pose");
-        filter.load_map(&components).expect("room for the map");
+        slam.reset(pose(course.start()), 1).expect("a finite pose");
+        slam.load_map(&components).expect("room for the map");
+        let mut rig = Self { course, slam, detector: detector.expect("scratch that fits"), measurements: Vec::new() };
         for _ in 0..scans {
             rig.prepare();
             rig.scan();
@@ -108,23 +108,16 @@ where
         rig
     }
 
-    fn filter(&mut self) -> ScPhd<'_, M> {
-        ScPhd::new(self.motion, self.config, &mut *self.state).expect("a configuration that fits")
-    }
-
     /// The scan that was prepared, watched by a probe.
     ///
     /// # Panics
     /// The filter refuses the scan.
     pub fn scan_with(&mut self, probe: &mut impl Probe) -> ScanReport<f32> {
-        let detector = Detector::new(self.sensing, self.births).expect("models that fit");
-        let mut detector = detector.over(&mut self.scratch).expect("scratch that fits");
-        let mut filter = ScPhd::new(self.motion, self.config, &mut *self.state).expect("a configuration that fits");
-        filter.scan_with(&mut detector, &self.measurements, probe).expect("a scan that fits")
+        self.slam.scan_with(&mut self.detector, &self.measurements, probe).expect("a scan that fits")
     }
 
     fn take(&mut self, input: &Input) {
-        self.filter().predict(&M::control(input), input.dt_s as f32).expect("a control");
+        self.slam.predict(&M::control(input), input.dt_s as f32).expect("a control");
         self.measurements.clear();
         self.measurements.extend(input.measurements.iter().map(|z| Vector2::from(z.map(|number| number as f32))));
     }
@@ -140,12 +133,7 @@ fn confirmed((index, place): (usize, &[f64; 2])) -> Component<Vector2<f32>> {
     }
 }
 
-impl<M, S, V, const PARTICLES: usize, const CANDIDATES: usize> Case for Rig<M, S, V, PARTICLES, CANDIDATES>
-where
-    M: Drive,
-    S: MapStorage<Static<Vector2<f32>>> + Send,
-    V: MapStorage<Dynamic<Vector2<f32>>> + Send,
-{
+impl<M: Drive> Case for Rig<M> {
     fn prepare(&mut self) {
         let input = self.course.advance();
         self.take(&input);
@@ -167,10 +155,9 @@ where
     }
 
     fn components(&mut self) -> [f64; 2] {
-        let particles = self.config.particles;
-        let filter = self.filter();
-        let still: usize = (0..particles).map(|particle| filter.map(particle).count()).sum();
-        let moving: usize = (0..particles).map(|particle| filter.moving_map(particle).count()).sum();
+        let (slam, particles) = (&self.slam, self.slam.particles());
+        let still: usize = (0..particles).map(|particle| slam.map(particle).count()).sum();
+        let moving: usize = (0..particles).map(|particle| slam.moving_map(particle).count()).sum();
         [still, moving].map(|components| components as f64 / particles as f64)
     }
 }

@@ -9,6 +9,7 @@
 /// | `pages` | pages of features, of all particles together; a page holds [`PAGE_LEN`](crate::PAGE_LEN) |
 /// | `pages_per_map` | pages of one particle's map |
 /// | `in_view` | components of one map in view, while it is updated |
+/// | `waiting` | measurements of a scan that births can wait on, up to 256 in steps of 64; 64 where it is left out |
 ///
 /// ```
 /// use scphd::{Ackermann, memory};
@@ -23,7 +24,7 @@
 /// }
 /// memory! {
 ///     type SmallMemory: Ackermann<f32> {
-///         particles: 4, samples: 1, features { pages: 64, pages_per_map: 16, in_view: 128 }
+///         particles: 4, samples: 1, features { pages: 64, pages_per_map: 16, in_view: 128 }, waiting: 128
 ///     }
 /// }
 /// static CAR: std::sync::Mutex<CarMemory> = std::sync::Mutex::new(CarMemory::new());
@@ -33,7 +34,8 @@
 macro_rules! memory {
     ($(#[$about:meta])* $public:vis type $name:ident: $motion:ty {
         particles: $particles:expr, samples: $samples:expr,
-        features { pages: $pages:expr, pages_per_map: $map_pages:expr, in_view: $view:expr $(,)? } $(,)?
+        features { pages: $pages:expr, pages_per_map: $map_pages:expr, in_view: $view:expr $(,)? }
+        $(, waiting: $waiting:expr)? $(,)?
     }) => {
         $(#[$about])*
         $public type $name = $crate::State<
@@ -47,12 +49,15 @@ macro_rules! memory {
                 { $map_pages },
                 { $view },
             >,
+            $crate::NoMoving,
+            $({ usize::div_ceil($waiting, 64) })?
         >;
     };
     ($(#[$about:meta])* $public:vis type $name:ident: $motion:ty {
         particles: $particles:expr, samples: $samples:expr,
         features { pages: $pages:expr, pages_per_map: $map_pages:expr, in_view: $view:expr $(,)? },
-        moving { pages: $moving_pages:expr, pages_per_map: $moving_map_pages:expr, in_view: $moving_view:expr $(,)? } $(,)?
+        moving { pages: $moving_pages:expr, pages_per_map: $moving_map_pages:expr, in_view: $moving_view:expr $(,)? }
+        $(, waiting: $waiting:expr)? $(,)?
     }) => {
         $(#[$about])*
         $public type $name = $crate::State<
@@ -73,6 +78,7 @@ macro_rules! memory {
                 { $moving_map_pages },
                 { $moving_view },
             >,
+            $({ usize::div_ceil($waiting, 64) })?
         >;
     };
 }

@@ -2,8 +2,8 @@
 
 use nalgebra::{Vector2, Vector3};
 use scphd::{
-    Bounds, Candidate, Component, DetectorMemory, LnSum, MapMemory, PAGE_LEN, PlanarPose, State, Static, Symmetric,
-    UpdateMemory,
+    Bounds, Candidate, Component, DetectorMemory, LnSum, MapMemory, NoMoving, PAGE_LEN, PlanarPose, State, Static,
+    Symmetric, UpdateMemory,
 };
 
 type Pose = PlanarPose<f32>;
@@ -80,6 +80,23 @@ fn every_capacity_costs_what_its_arrays_cost() {
     // The component, where it comes from, its rank, and its links in the lists of the reduction.
     let (origin, ranked, linked) = (2 * SCALAR, SCALAR + 2 * INDEX, 3 * INDEX);
     assert_eq!(bytes!(0, 0, 0, 0, 0, 8) - total, 8 * (COMPONENT + origin + ranked + linked), "view");
+}
+
+#[test]
+fn a_word_of_waiting_births_costs_what_its_documentation_says() {
+    type Of<const WAITING: usize> = State<
+        Pose,
+        PARTICLES,
+        CANDIDATES,
+        MapMemory<Static<Vector2<f32>>, PARTICLES, PAGES, MAP_PAGES, VIEW>,
+        NoMoving,
+        WAITING,
+    >;
+    // 64 measurements: four coordinates, what they would be without features, p_D w of both kinds. For every particle on which of them its
+    // births wait, and which of both kinds are met.
+    let word = 64 * 7 * SCALAR + PARTICLES * 3 * size_of::<u64>();
+    assert_eq!([size_of::<Of<2>>(), size_of::<Of<4>>()].map(|size| size - size_of::<Of<1>>()), [word, 3 * word]);
+    assert_eq!(64 * 7 * SCALAR, 1792);
 }
 
 /// Size of one draft of an [`UpdateMemory`] with these capacities more.

@@ -28,13 +28,13 @@ pub trait Capacities: sealed::Sealed {
     type MovingDraft: DraftStorage<Dynamic<Self::Position>>;
 }
 
-impl<P: Pose, const PARTICLES: usize, const CANDIDATES: usize, S, V> sealed::Sealed
-    for State<P, PARTICLES, CANDIDATES, S, V>
+impl<P: Pose, const PARTICLES: usize, const CANDIDATES: usize, S, V, const WAITING: usize> sealed::Sealed
+    for State<P, PARTICLES, CANDIDATES, S, V, WAITING>
 {
 }
 
-impl<P: Pose, const PARTICLES: usize, const CANDIDATES: usize, S, V> Capacities
-    for State<P, PARTICLES, CANDIDATES, S, V>
+impl<P: Pose, const PARTICLES: usize, const CANDIDATES: usize, S, V, const WAITING: usize> Capacities
+    for State<P, PARTICLES, CANDIDATES, S, V, WAITING>
 where
     S: MapStorage<Static<P::Position>>,
     V: MapStorage<Dynamic<P::Position>>,

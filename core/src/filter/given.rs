@@ -53,14 +53,14 @@ pub(crate) struct Beginning<T> {
     pub(crate) known_below: u32,
     /// ln of [`Config::confirmed_weight`].
     pub(crate) ln_confirmed: T,
-    /// Whether births that nothing explains wait for the next scan.
-    pub(crate) births_wait: bool,
+    /// On how many of the scan's measurements births that nothing explains wait for the next scan.
+    pub(crate) births_wait: usize,
 }
 
 impl<T: Real> Beginning<T> {
     /// Before the update.
     pub(crate) const NONE: Self =
-        Self { first_label: 0, most_births: 0, known_below: 0, ln_confirmed: T::ZERO, births_wait: false };
+        Self { first_label: 0, most_births: 0, known_below: 0, ln_confirmed: T::ZERO, births_wait: 0 };
 }
 
 /// What every survivor of a scan sees.

@@ -279,7 +279,7 @@ impl<'a, 's, T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P> + 'a> S
             moving_maps,
             weighs: self.grounds.lone,
             next_label: &mut cursor.next_label,
-            noted: waiting.noted,
+            noted: waiting.noted.reborrow(),
             tally: &mut self.tally,
         };
         (sights, update)
@@ -289,7 +289,7 @@ impl<'a, 's, T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P> + 'a> S
     fn tasks<'t>(&self, survivors: &'t [u16]) -> impl Iterator<Item = Task> + 't {
         let grounds = self.grounds;
         // A page for every particle that its births may enter by.
-        let reserved = if self.beginning.births_wait { grounds.particles } else { 0 };
+        let reserved = if self.beginning.births_wait > 0 { grounds.particles } else { 0 };
         let survivors = survivors.get(..grounds.particles).unwrap_or(&[]);
         tasks(survivors, self.tally.survivors, reserved, move |survivor| grounds.parent_of(usize::from(survivor)))
     }
@@ -385,7 +385,7 @@ impl<'a, 's, T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P> + 'a> S
         let particles = self.grounds.particles;
         self.parts().1.finish(particles);
         self.tally.entered(&self.entering);
-        if !self.beginning.births_wait {
+        if self.beginning.births_wait == 0 {
             return;
         }
         let Memory { candidates, survivors, pose_covariances, waiting, .. } = &mut *self.memory;

@@ -78,10 +78,10 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'s, M> {
     ///
     /// # Errors
     /// The motion or the configuration is out of range, or does not fit the state or what that holds.
-    pub fn new<const PARTICLES: usize, const CANDIDATES: usize, SM, VM>(
+    pub fn new<const PARTICLES: usize, const CANDIDATES: usize, SM, VM, const WAITING: usize>(
         motion: M,
         config: Config<T>,
-        state: &'s mut State<M::Pose, PARTICLES, CANDIDATES, SM, VM>,
+        state: &'s mut State<M::Pose, PARTICLES, CANDIDATES, SM, VM, WAITING>,
     ) -> Result<Self, SetupError>
     where
         SM: MapStorage<Static<PositionOf<M::Pose>>>,

@@ -1,7 +1,7 @@
 //! All memory of a filter.
 
 use crate::detection::maps::{DynamicMaps, StaticMaps};
-use crate::filter::waiting::memory::{Waiting, WaitingMemory};
+use crate::filter::waiting::memory::{MOST_WORDS, Waiting, WaitingMemory};
 use crate::map::{MapStorage, NoMoving};
 use crate::particles::candidate::Candidate;
 use crate::particles::cursor::Cursor;
@@ -19,6 +19,7 @@ use crate::{Config, Dynamic, Flaw, Pose, Proposal, Real, ScalarOf, SetupError, S
 /// | `CANDIDATES` | particles × samples, at least `PARTICLES` |
 /// | `S` | memory of the static features, a [`MapMemory`](crate::MapMemory) |
 /// | `V` | memory of the moving features, a [`MapMemory`](crate::MapMemory) or [`NoMoving`] |
+/// | `WAITING` | words of 64 measurements of a scan that births can wait on ([`Config::births_wait`](crate::Config::births_wait)), one to four |
 ///
 /// ```
 /// use nalgebra::Vector2;
@@ -31,7 +32,7 @@ use crate::{Config, Dynamic, Flaw, Pose, Proposal, Real, ScalarOf, SetupError, S
 /// assert!(size_of::<Memory>() < 128 * 1024);
 /// ```
 #[derive(Debug)]
-pub struct State<P: Pose, const PARTICLES: usize, const CANDIDATES: usize, S, V = NoMoving> {
+pub struct State<P: Pose, const PARTICLES: usize, const CANDIDATES: usize, S, V = NoMoving, const WAITING: usize = 1> {
     cursor: Cursor<P::Scalar>,
     pose_covariances: [Symmetric<P::Tangent>; PARTICLES],
     selected_covariances: [Symmetric<P::Tangent>; PARTICLES],
@@ -41,11 +42,11 @@ pub struct State<P: Pose, const PARTICLES: usize, const CANDIDATES: usize, S, V 
     survivors: [u16; PARTICLES],
     static_maps: S,
     moving_maps: V,
-    waiting: WaitingMemory<P, PARTICLES, CANDIDATES>,
+    waiting: WaitingMemory<P, PARTICLES, CANDIDATES, WAITING>,
 }
 
-impl<T: Real, P: Pose<Scalar = T>, const PARTICLES: usize, const CANDIDATES: usize, S, V>
-    State<P, PARTICLES, CANDIDATES, S, V>
+impl<T: Real, P: Pose<Scalar = T>, const PARTICLES: usize, const CANDIDATES: usize, S, V, const WAITING: usize>
+    State<P, PARTICLES, CANDIDATES, S, V, WAITING>
 where
     S: MapStorage<Static<P::Position>>,
     V: MapStorage<Dynamic<P::Position>>,
@@ -59,6 +60,7 @@ where
             assert!(PARTICLES >= 1, "a filter needs a particle");
             assert!(CANDIDATES >= PARTICLES, "CANDIDATES must be at least PARTICLES");
             assert!(CANDIDATES <= u16::MAX as usize, "candidates are counted in 16 bits");
+            assert!(WAITING >= 1 && WAITING <= MOST_WORDS, "births wait on one to four words of 64 measurements");
             assert!(S::PARTICLES >= PARTICLES, "every particle needs a static map");
             assert!(V::PARTICLES >= PARTICLES || V::PARTICLES == 0, "every particle needs a moving map, or none");
         }
@@ -99,7 +101,8 @@ where
     }
 }
 
-impl<P: Pose, const PARTICLES: usize, const CANDIDATES: usize, S, V> Default for State<P, PARTICLES, CANDIDATES, S, V>
+impl<P: Pose, const PARTICLES: usize, const CANDIDATES: usize, S, V, const WAITING: usize> Default
+    for State<P, PARTICLES, CANDIDATES, S, V, WAITING>
 where
     S: MapStorage<Static<P::Position>>,
     V: MapStorage<Dynamic<P::Position>>,

@@ -33,8 +33,8 @@ pub(crate) struct ScanView<'a, X: MeasurementModel> {
     pub(crate) first_label: u32,
     /// Landmarks with lesser labels are known.
     pub(crate) known_below: u32,
-    /// Whether births that nothing explains are noted, to [wait](crate::filter::waiting) for the next scan.
-    pub(crate) births_wait: bool,
+    /// On how many of the measurements births that nothing explains are noted, to [wait](crate::filter::waiting) for the next scan.
+    pub(crate) births_wait: usize,
 }
 
 impl<T: Real, X: MeasurementModel<Pose: Pose<Scalar = T>>> ScanView<'_, X> {
@@ -142,7 +142,7 @@ impl<T: Real, D: Place<Scalar = T>> Workspaces<'_, '_, D> {
         let ScanView { view, pose_covariance, scan, config, births, first_label, births_wait, .. } = scan_view;
         let (of_static, of_moving) = (&mut *self.of_static, &mut *self.of_moving);
         let (ln_static, ln_moving) = (births.of_static.ln(), births.of_moving.ln());
-        let waits = *births_wait && births_on == Measured::Unexplained;
+        let waiting = if births_on == Measured::Unexplained { *births_wait } else { 0 };
         for (index, (ln_normaliser, measurement)) in normalisers.each_ln().zip(scan.iter()).enumerate() {
             let ln_eta = measurement.ln_reference() - ln_normaliser;
             if measurement.is_explained(ln_eta) != (births_on == Measured::Explained) {
@@ -153,7 +153,7 @@ impl<T: Real, D: Place<Scalar = T>> Workspaces<'_, '_, D> {
             if ln_static.is_none() && ln_moving.is_none() {
                 continue;
             }
-            if waits && noted.note(index, [ln_static, ln_moving]) {
+            if index < waiting && noted.note(index, [ln_static, ln_moving]) {
                 tally.births += usize::from(ln_static.is_some()) + usize::from(ln_moving.is_some());
                 continue;
             }

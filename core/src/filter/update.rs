@@ -8,7 +8,7 @@ use crate::filter::store::store;
 use crate::filter::survivor::{ScanView, Workspaces};
 use crate::filter::tally::Tally;
 use crate::filter::task::Task;
-use crate::filter::waiting::memory::Noted;
+use crate::filter::waiting::memory::{Noted, Notes};
 use crate::map::{Maps, PageId};
 use crate::numerics::work;
 use crate::{Bounds, Dynamic, Feature, Likelihood, LnSum, MeasurementModel, Place, Pose, Probe, Real, Static};
@@ -23,7 +23,7 @@ pub(crate) struct Update<'a, 's, D: Place> {
     /// The first label that has not been given away.
     pub(crate) next_label: &'a mut u32,
     /// Where births are noted that are to wait, if they are.
-    pub(crate) noted: &'a mut [Noted<D::Scalar>],
+    pub(crate) noted: Notes<'a, D::Scalar>,
     pub(crate) tally: &'a mut Tally<D::Scalar>,
 }
 
@@ -56,11 +56,7 @@ impl<T: Real, D: Place<Scalar = T>> Update<'_, '_, D> {
     pub(crate) fn share(&mut self, task: &Task) {
         for twin in 1..task.copies {
             let Self { static_maps, moving_maps, .. } = self;
-            if let Some(&noted) = self.noted.get(task.particle)
-                && let Some(slot) = self.noted.get_mut(task.particle + twin)
-            {
-                *slot = noted;
-            }
+            self.noted.copy(task.particle, task.particle + twin);
             static_maps.table.share_updated(task.particle, task.particle + twin, &mut static_maps.pool);
             moving_maps.table.share_updated(task.particle, task.particle + twin, &mut moving_maps.pool);
         }
@@ -105,7 +101,7 @@ impl<T: Real, D: Place<Scalar = T>> Update<'_, '_, D> {
         let static_stored = store((table, pool), workspace, task, regained_static, bounds, tally);
         let Maps { table, pool, workspace } = &mut **moving_maps;
         let moving_stored = store((table, pool), workspace, task, regained_moving, bounds, tally);
-        self.note_stored(task.particle, noted, static_stored && moving_stored);
+        self.note_stored(task.particle, &noted, static_stored && moving_stored);
     }
 
     /// Stores a whole draft as [`one`](Self::one) stores what is in the workspaces of the maps. Its fresh labels begin with `first_fresh`.
@@ -125,14 +121,12 @@ impl<T: Real, D: Place<Scalar = T>> Update<'_, '_, D> {
         let static_stored = of_static.place((table, pool), task, regained_static, bounds, renaming, tally);
         let Maps { table, pool, .. } = &mut **moving_maps;
         let moving_stored = of_moving.place((table, pool), task, regained_moving, bounds, renaming, tally);
-        self.note_stored(task.particle, draft.noted, static_stored && moving_stored);
+        self.note_stored(task.particle, &draft.noted, static_stored && moving_stored);
     }
 
     /// Notes the births that wait, counts a particle's maps as stored or left as predicted, and what has been taken of the capacities.
-    fn note_stored(&mut self, particle: usize, noted: Noted<T>, stored: bool) {
-        if let Some(slot) = self.noted.get_mut(particle) {
-            *slot = noted;
-        }
+    fn note_stored(&mut self, particle: usize, noted: &Noted<T>, stored: bool) {
+        self.noted.set(particle, noted);
         let taken = [self.static_maps.taken(particle), self.moving_maps.taken(particle)];
         for (peak, (pages, map_pages)) in self.tally.peaks.iter_mut().zip(taken) {
             (peak.pages, peak.map_pages) = (peak.pages.max(pages), peak.map_pages.max(map_pages));

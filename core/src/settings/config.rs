@@ -53,7 +53,8 @@ pub struct Config<T> {
     /// Whether births on measurements that nothing explains wait as measurements until the next scan, and enter the maps only where that
     /// may have seen them again. Most of the components in view are such births of clutter; a filter that need not carry them takes a fifth fewer instructions (docs/performance.md).
     /// Left out are terms of η_z below [`prune_weight`](Self::prune_weight) times what explains the measurement without any feature. For filters of a single sensor: once
-    /// scans of a second one have come, births wait no longer. Only with the thesis's likelihood, and only births that weigh less than 0.1.
+    /// scans of a second one have come, births wait no longer. Only with the thesis's likelihood, only births that weigh less than 0.1, and only on
+    /// as many measurements of a scan as [`State`](crate::State) has room for, 64 unless its type says otherwise.
     pub births_wait: bool,
     /// What the vehicle can do; predictions beyond it are refused.
     pub plausible: Plausible<T>,

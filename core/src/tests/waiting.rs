@@ -1,7 +1,7 @@
 //! Births that wait: what the filter knows is what it knows without, in fewer components.
 
 use crate::numerics::flip::flip_one;
-use crate::tests::snapshots::world::{Eyes, Scratch, detector, lidar, motion, start, world};
+use crate::tests::snapshots::world::{Eyes, KIND, Scratch, detector, lidar, motion, saved, start, world};
 use crate::*;
 use nalgebra::Vector2;
 use std::boxed::Box;
@@ -141,6 +141,54 @@ fn drafts_let_them_wait_too() {
         assert_eq!(drafted.scan_on(&mut other_eyes, &step.scan, &Serial, drafts, &mut ()), report);
         assert_eq!(alone.digest(), drafted.digest());
     }
+}
+
+/// A clutter of a hundred measurements a scan: all of it waits where there is room for that, as far as the room goes elsewhere, and is known
+/// to a snapshot.
+#[test]
+fn as_many_wait_as_there_is_room_for() {
+    type Wide = State<PlanarPose<f32>, 16, 32, Still<f32>, Moving<f32>, 2>;
+    let window = RangeBearingWindow::full_circle(10.0, 0.9).unwrap();
+    let sensing = || Sensing { clutter: UniformClutter::of_scan(103.0, window.measure()).unwrap(), ..lidar::<f32>() };
+    let births = Births { of_static: 0.05, of_moving: 0.05 };
+    let mut scratch = [(); 3].map(|()| DetectorMemory::<Vector2<f32>, 128>::new());
+    let mut eyes = scratch.each_mut().map(|scratch| Detector::new(sensing(), births).unwrap().over(scratch).unwrap());
+    let (mut none, mut narrow) = (Box::new(Memory::<f32>::new()), Box::new(Memory::<f32>::new()));
+    let (mut wide, mut copy) = (Box::new(Wide::new()), Box::new(Wide::new()));
+    let mut slam = [
+        ScPhd::new(motion(), config(false), &mut *none).unwrap(),
+        ScPhd::new(motion(), config(true), &mut *narrow).unwrap(),
+        ScPhd::new(motion(), config(true), &mut *wide).unwrap(),
+    ];
+    slam.iter_mut().for_each(|slam| slam.reset(start(), 5).unwrap());
+    let (mut components, mut draws) = ([0; 3], Noise::seeded(9));
+    for (index, mut step) in world::<f32>(60).into_iter().enumerate() {
+        step.scan.extend((0..100).map(|_| {
+            let (range, bearing) = (draws.uniform::<f32>(), draws.uniform::<f32>());
+            Vector2::new(10.0 * range, core::f32::consts::PI * (2.0 * bearing - 1.0))
+        }));
+        for ((slam, eyes), components) in slam.iter_mut().zip(&mut eyes).zip(&mut components) {
+            slam.predict(&step.odometry, 0.1).unwrap();
+            let report = slam.scan(eyes, &step.scan).unwrap();
+            assert_eq!((report.lost, slam.audit()), (0, Ok(())), "scan {index}");
+            *components += slam.map(0).count() + slam.moving_map(0).count();
+        }
+        let [_, narrow, wide] = &mut slam;
+        let bytes = saved(|sink| wide.save(KIND, sink));
+        let mut again = ScPhd::new(motion(), config(true), &mut *copy).unwrap();
+        again.restore(KIND, from_slice(&bytes)).unwrap();
+        assert_eq!(again.digest(), wide.digest());
+        assert_eq!(saved(|sink| again.save(KIND, sink)), bytes);
+        if index == 0 {
+            assert!(narrow.restore(KIND, from_slice(&bytes)).is_err(), "no room for so many");
+            narrow.reset(start(), 5).unwrap();
+            narrow.scan(&mut eyes[1], &step.scan).unwrap();
+        }
+    }
+    let [at_once, some, all] = components;
+    assert!(5 * some < 4 * at_once && 4 * all < 3 * some, "{components:?}");
+    let [at_once, _, all] = slam.each_ref().map(|slam| slam.estimate_pose().unwrap().mean);
+    assert!(at_once.distance_m(&all) < 0.3, "{at_once:?} {all:?}");
 }
 
 /// With hardly a page they are lost, and counted, and pruning is tightened to leave them room; the state stays sound.

@@ -1,7 +1,7 @@
 //! What the figures of `cargo xtask bench` mean.
 
 /// Name and definition of every figure.
-pub const DEFINITIONS: [(&str, &str); 23] = [
+pub const DEFINITIONS: [(&str, &str); 24] = [
     (
         "rfs_slam_like_scan_us",
         "time of a scan on the host (here and below the median of criterion's samples), f32, one thread: 200 particles of one sample, 50 landmarks, 9.8 measurements a \
@@ -30,6 +30,10 @@ pub const DEFINITIONS: [(&str, &str); 23] = [
     (
         "measurement_growth_ratio",
         "time of a scan with 200 measurements over that with 20, of which 19 are of the 20 features in view; 32 x 2",
+    ),
+    (
+        "measurement_growth_waiting_ratio",
+        "the same by a filter whose births wait (`births_wait`), which has room for all of those measurements",
     ),
     (
         "reduction_share",

@@ -7,7 +7,7 @@ use crate::filter::newborn::Newborn;
 use crate::filter::state::Memory;
 use crate::filter::tally::Tally;
 use crate::filter::waiting::meet::{Step, compare};
-use crate::filter::waiting::memory::{Awaiting, Met, Waiting, bit, of_sensor};
+use crate::filter::waiting::memory::{Awaiting, Met, Waiting, is_marked, of_sensor};
 use crate::map::{Maps, PAGE_LEN, Page, PageId};
 use crate::numerics::work;
 use crate::{Births, Component, Config, Feature, MeasurementModel, Place, Pose, PositionOf, Real, Symmetric, Vector};
@@ -37,18 +37,18 @@ pub(crate) fn enter<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>>
     let Waiting { awaited, noted, birthplaces, missed, met, .. } = waiting;
     let awaited = awaited.get(..usize::from(len)).unwrap_or(&[]);
     let ln_floor = config.prune_weight.ln();
-    let particles = noted.iter().zip(birthplaces.iter()).zip(met.iter()).zip(missed.iter_mut());
-    for (particle, (((noted, birthplace), &[still, moving]), missed)) in particles.take(cursor.particles).enumerate() {
+    let particles = birthplaces.iter().zip(missed.iter_mut());
+    for (particle, (birthplace, missed)) in particles.take(cursor.particles).enumerate() {
+        let births = noted.births(particle);
         let view = views.from(&birthplace.pose);
         let mut static_map = Entry::new(static_maps, particle);
         let mut moving_map = Entry::new(moving_maps, particle);
         for (index, awaited) in awaited.iter().enumerate() {
             work::round();
-            let bit = bit(index);
-            if noted.births & bit == 0 {
+            if !is_marked(births, index) {
                 continue;
             }
-            let is_met = [still & bit != 0, moving & bit != 0];
+            let is_met = [0, 1].map(|kind| met.is_marked(particle, kind, index));
             for (&missed_of, _) in awaited.missed.iter().zip(is_met).filter(|&(_, is_met)| !is_met) {
                 *missed += missed_of;
             }
@@ -94,7 +94,7 @@ fn meet_all<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>>(
     let particle_of = |candidate: usize| candidate.checked_div(children).unwrap_or(0);
     let candidates = candidates.get(..cursor.candidates()).unwrap_or(&[]);
     let birthplaces = birthplaces.get(..cursor.particles).unwrap_or(&[]);
-    met.fill([0; 2]);
+    met.clear();
     let Some((birthplace, candidate)) = birthplaces.get(own).zip(candidates.get(own.saturating_mul(children))) else {
         return;
     };
@@ -107,19 +107,17 @@ fn meet_all<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>>(
     };
     let birth_view = views.from(&birthplace.pose);
     let ln_floor = config.prune_weight.ln();
-    let anywhere = noted.iter().fold(0, |births, noted| births | noted.births);
     for (index, awaited) in awaited.iter_mut().take(usize::from(awaiting.len)).enumerate() {
         work::round();
         awaited.missed = [T::ZERO; 2];
-        let bit = bit(index);
-        if anywhere & bit == 0 {
+        if !noted.is_anywhere(index) {
             continue;
         }
         let newborn =
             Newborn::of(&birth_view, uncertain(&birthplace.covariance), &awaited.measurement::<X::Measurement>());
         let [ln_still, ln_moving] = intensities.map(|ln_intensity| awaited.ln_weight(ln_intensity, ln_floor));
         let everybody =
-            |met: &mut [Met], kind| (0..cursor.particles).for_each(|particle| mark(met, particle, kind, bit));
+            |met: &mut Met<'_>, kind| (0..cursor.particles).for_each(|particle| met.mark(particle, kind, index));
         let Some(newborn) = newborn else {
             // What the own particle cannot see others may.
             (0..2).for_each(|kind| everybody(met, kind));
@@ -137,18 +135,11 @@ fn meet_all<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>>(
         });
         for (kind, (birth, slot)) in [still, moving].iter().zip(&mut awaited.missed).enumerate() {
             let Some(birth) = birth else { continue };
-            match step.meet(birth, scan, ln_floor, |candidate| mark(met, particle_of(candidate), kind, bit)) {
+            match step.meet(birth, scan, ln_floor, |candidate| met.mark(particle_of(candidate), kind, index)) {
                 Some(missed) => *slot = missed,
                 None => everybody(met, kind),
             }
         }
-    }
-}
-
-/// Notes a birth as met.
-fn mark(met: &mut [Met], particle: usize, kind: usize, bit: u64) {
-    if let Some(births) = met.get_mut(particle).and_then(|met| met.get_mut(kind)) {
-        *births |= bit;
     }
 }
 

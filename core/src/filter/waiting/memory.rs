@@ -5,7 +5,9 @@ use crate::numerics::fnv::Fnv;
 use crate::{Config, Likelihood, MeasurementModel, Pose, Real, ScalarOf, Sensor, Symmetric, TangentOf, Vector, Zero};
 
 /// Measurements of a scan that births can wait on: a bit of a word for each. Those on later ones do not wait.
-const MOST: usize = 64;
+const PER_WORD: usize = u64::BITS as usize;
+/// Words of them that a memory can have.
+pub(crate) const MOST_WORDS: usize = 4;
 /// Coordinates that such a measurement can have.
 const COORDINATES: usize = 4;
 /// A birth of this weight may be taken for a feature at once, and does not wait.
@@ -44,21 +46,21 @@ impl Awaiting {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Noted<T> {
     /// On which measurements.
-    pub(super) births: u64,
+    births: [u64; MOST_WORDS],
     /// Σ w of the static ones and of those that move.
-    pub(super) weights: [T; 2],
+    weights: [T; 2],
 }
 
 impl<T: Real> Noted<T> {
-    pub(crate) const NOTHING: Self = Self { births: 0, weights: [T::ZERO; 2] };
+    pub(crate) const NOTHING: Self = Self { births: [0; MOST_WORDS], weights: [T::ZERO; 2] };
 
     /// Notes births on a measurement, a static one and one that moves; `false` where they are not to wait.
     pub(crate) fn note(&mut self, index: usize, ln_weights: [Option<T>; 2]) -> bool {
         let ln_heavy = T::from_f64(HEAVY).ln();
-        if index >= MOST || ln_weights.iter().flatten().any(|&ln_weight| !(ln_weight < ln_heavy)) {
+        if ln_weights.iter().flatten().any(|&ln_weight| !(ln_weight < ln_heavy)) {
             return false;
         }
-        self.births |= bit(index);
+        mark(&mut self.births, index);
         for (sum, ln_weight) in self.weights.iter_mut().zip(ln_weights) {
             *sum += ln_weight.map_or(T::ZERO, Real::exp);
         }
@@ -66,13 +68,118 @@ impl<T: Real> Noted<T> {
     }
 }
 
-/// The bit of a measurement in a word of them; none of one that no birth waits on.
-pub(super) fn bit(index: usize) -> u64 {
-    u32::try_from(index).ok().and_then(|index| 1_u64.checked_shl(index)).unwrap_or(0)
+/// Sets the bit of a measurement.
+pub(super) fn mark(words: &mut [u64], index: usize) {
+    if let Some(word) = words.get_mut(index / PER_WORD) {
+        *word |= 1 << (index % PER_WORD);
+    }
 }
 
-/// The births of one particle that a scan may have seen again: static ones, and those that move.
-pub(super) type Met = [u64; 2];
+/// Whether the bit of a measurement is set.
+pub(super) fn is_marked(words: &[u64], index: usize) -> bool {
+    words.get(index / PER_WORD).is_some_and(|word| word & (1 << (index % PER_WORD)) != 0)
+}
+
+/// Whether no bit is set but those of the first so many measurements.
+pub(super) fn are_below(words: &[u64], measurements: usize) -> bool {
+    words.iter().enumerate().all(|(place, word)| {
+        let bits = measurements.saturating_sub(place * PER_WORD).min(PER_WORD);
+        word.checked_shr(bits as u32).unwrap_or(0) == 0
+    })
+}
+
+/// Words with a bit for each of so many measurements.
+pub(super) fn words_for(measurements: usize) -> usize {
+    measurements.div_ceil(PER_WORD)
+}
+
+/// The births of all particles that wait.
+#[derive(Debug)]
+pub(crate) struct Notes<'n, T> {
+    /// Of every particle so many words of them.
+    pub(super) words: usize,
+    pub(super) births: &'n mut [u64],
+    pub(super) weights: &'n mut [[T; 2]],
+}
+
+impl<T: Real> Notes<'_, T> {
+    /// The same, to be lent.
+    pub(crate) fn reborrow(&mut self) -> Notes<'_, T> {
+        Notes { words: self.words, births: self.births, weights: self.weights }
+    }
+
+    /// Notes those of a particle.
+    pub(crate) fn set(&mut self, particle: usize, noted: &Noted<T>) {
+        if let Some(weights) = self.weights.get_mut(particle) {
+            *weights = noted.weights;
+        }
+        for (slot, &word) in self.births_mut(particle).iter_mut().zip(&noted.births) {
+            *slot = word;
+        }
+    }
+
+    /// Gives those of a particle to another one too.
+    pub(crate) fn copy(&mut self, from: usize, to: usize) {
+        if let Some(&weights) = self.weights.get(from)
+            && let Some(slot) = self.weights.get_mut(to)
+        {
+            *slot = weights;
+        }
+        for word in 0..self.words {
+            let birth = self.births.get(from * self.words + word).copied();
+            if let Some((birth, slot)) = birth.zip(self.births.get_mut(to * self.words + word)) {
+                *slot = birth;
+            }
+        }
+    }
+
+    /// On which measurements those of a particle wait.
+    pub(super) fn births(&self, particle: usize) -> &[u64] {
+        self.births.get(particle * self.words..(particle + 1) * self.words).unwrap_or(&[])
+    }
+
+    /// Whether those of any particle wait on a measurement.
+    pub(super) fn is_anywhere(&self, index: usize) -> bool {
+        self.births.chunks(self.words.max(1)).any(|births| is_marked(births, index))
+    }
+
+    fn births_mut(&mut self, particle: usize) -> &mut [u64] {
+        self.births.get_mut(particle * self.words..(particle + 1) * self.words).unwrap_or(&mut [])
+    }
+
+    fn forget(&mut self) {
+        self.births.fill(0);
+        self.weights.fill([T::ZERO; 2]);
+    }
+}
+
+/// The births of all particles that a scan may have seen again.
+#[derive(Debug)]
+pub(crate) struct Met<'m> {
+    /// Of every particle so many words of static ones, and as many of those that move.
+    words: usize,
+    births: &'m mut [u64],
+}
+
+impl Met<'_> {
+    pub(super) fn clear(&mut self) {
+        self.births.fill(0);
+    }
+
+    fn start(&self, particle: usize, kind: usize) -> usize {
+        (2 * particle + kind) * self.words
+    }
+
+    pub(super) fn mark(&mut self, particle: usize, kind: usize, index: usize) {
+        let start = self.start(particle, kind);
+        mark(self.births.get_mut(start..start + self.words).unwrap_or(&mut []), index);
+    }
+
+    pub(super) fn is_marked(&self, particle: usize, kind: usize, index: usize) -> bool {
+        let start = self.start(particle, kind);
+        is_marked(self.births.get(start..start + self.words).unwrap_or(&[]), index)
+    }
+}
 
 /// From where a particle's births were seen.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -84,34 +191,45 @@ pub(crate) struct Birthplace<P: Pose> {
 
 /// Memory of the births of so many particles.
 #[derive(Debug)]
-pub(crate) struct WaitingMemory<P: Pose, const PARTICLES: usize, const CANDIDATES: usize> {
+pub(crate) struct WaitingMemory<P: Pose, const PARTICLES: usize, const CANDIDATES: usize, const WORDS: usize> {
     awaiting: Awaiting,
-    awaited: [Awaited<P::Scalar>; MOST],
-    noted: [Noted<P::Scalar>; PARTICLES],
+    awaited: [[Awaited<P::Scalar>; PER_WORD]; WORDS],
+    births: [[u64; WORDS]; PARTICLES],
+    weights: [[P::Scalar; 2]; PARTICLES],
     birthplaces: [Birthplace<P>; PARTICLES],
     missed: [P::Scalar; PARTICLES],
-    met: [Met; PARTICLES],
+    met: [[[u64; WORDS]; 2]; PARTICLES],
     steps: [TangentOf<P>; CANDIDATES],
 }
 
-impl<T: Real, P: Pose<Scalar = T>, const PARTICLES: usize, const CANDIDATES: usize>
-    WaitingMemory<P, PARTICLES, CANDIDATES>
+impl<T: Real, P: Pose<Scalar = T>, const PARTICLES: usize, const CANDIDATES: usize, const WORDS: usize>
+    WaitingMemory<P, PARTICLES, CANDIDATES, WORDS>
 {
     /// All zero: none waits.
     pub(crate) const ZERO: Self = Self {
         awaiting: Awaiting::NOTHING,
-        awaited: [Awaited { z: [T::ZERO; COORDINATES], ln_reference: T::ZERO, missed: [T::ZERO; 2] }; MOST],
-        noted: [Noted::NOTHING; PARTICLES],
+        awaited: [[Awaited { z: [T::ZERO; COORDINATES], ln_reference: T::ZERO, missed: [T::ZERO; 2] }; PER_WORD];
+            WORDS],
+        births: [[0; WORDS]; PARTICLES],
+        weights: [[T::ZERO; 2]; PARTICLES],
         birthplaces: [Birthplace { pose: P::ZERO, covariance: Symmetric::ZERO }; PARTICLES],
         missed: [T::ZERO; PARTICLES],
-        met: [[0; 2]; PARTICLES],
+        met: [[[0; WORDS]; 2]; PARTICLES],
         steps: [TangentOf::<P>::ZERO; CANDIDATES],
     };
 
     /// The births over this memory.
     pub(crate) fn view(&mut self) -> Waiting<'_, P> {
-        let Self { awaiting, awaited, noted, birthplaces, missed, met, steps } = self;
-        Waiting { awaiting, awaited, noted, birthplaces, missed, met, steps }
+        let Self { awaiting, awaited, births, weights, birthplaces, missed, met, steps } = self;
+        Waiting {
+            awaiting,
+            awaited: awaited.as_flattened_mut(),
+            noted: Notes { words: WORDS, births: births.as_flattened_mut(), weights },
+            birthplaces,
+            missed,
+            met: Met { words: WORDS, births: met.as_flattened_mut().as_flattened_mut() },
+            steps,
+        }
     }
 }
 
@@ -120,12 +238,12 @@ impl<T: Real, P: Pose<Scalar = T>, const PARTICLES: usize, const CANDIDATES: usi
 pub(crate) struct Waiting<'s, P: Pose> {
     pub(super) awaiting: &'s mut Awaiting,
     pub(super) awaited: &'s mut [Awaited<ScalarOf<P>>],
-    pub(crate) noted: &'s mut [Noted<ScalarOf<P>>],
+    pub(crate) noted: Notes<'s, ScalarOf<P>>,
     pub(super) birthplaces: &'s mut [Birthplace<P>],
     /// For every particle Σ p_D w of the births that this scan has missed.
     pub(crate) missed: &'s mut [ScalarOf<P>],
     /// Scratch: what every particle has met.
-    pub(super) met: &'s mut [Met],
+    pub(super) met: Met<'s>,
     /// Scratch: by how much the step of every candidate since its particle's birthplace differs from that of one of them.
     pub(super) steps: &'s mut [TangentOf<P>],
 }
@@ -140,36 +258,37 @@ impl<T: Real, P: Pose<Scalar = T>> Waiting<'_, P> {
     /// None waits.
     pub(crate) fn forget(&mut self) {
         self.awaiting.len = 0;
-        self.noted.fill(Noted::NOTHING);
+        self.noted.forget();
     }
 
     /// Of a particle, Σ w of the static births and of those that move.
     pub(crate) fn weights(&self, particle: usize) -> [T; 2] {
-        self.noted.get(particle).map_or([T::ZERO; 2], |noted| noted.weights)
+        self.noted.weights.get(particle).copied().unwrap_or([T::ZERO; 2])
     }
 
     /// Gets ready for the births of a scan whose first label is `first_label`, after those of the scan before [have entered](super::enter);
-    /// whether they are to wait.
+    /// on how many of its measurements they are to wait.
     pub(crate) fn await_scan<X: MeasurementModel<Pose = P>>(
         &mut self,
         config: &Config<T>,
         sensor: &impl Sensor<Pose = P, Measurement = X::Measurement>,
         scan: &Scan<'_, X::Measurement>,
         first_label: u32,
-    ) -> bool {
+    ) -> usize {
         // The other likelihoods know more of the map than how much of it was missed.
         let may_wait = config.births_wait
             && config.likelihood == Likelihood::SingleCluster
             && !self.awaiting.several
             && const { X::Measurement::DIMENSION <= COORDINATES };
         let first = scan.iter().next().and_then(|measurement| of_sensor(sensor, &measurement.z));
-        let Some(sensor) = first.filter(|_| may_wait) else { return false };
+        let Some(sensor) = first.filter(|_| may_wait) else { return 0 };
         for (slot, measurement) in self.awaited.iter_mut().zip(scan.iter()) {
             slot.z.iter_mut().zip(measurement.z.as_slice()).for_each(|(slot, &coordinate)| *slot = coordinate);
             slot.ln_reference = measurement.ln_reference();
         }
-        *self.awaiting = Awaiting { len: scan.len().min(MOST) as u16, first_label, sensor, ..*self.awaiting };
-        true
+        let len = scan.len().min(self.awaited.len());
+        *self.awaiting = Awaiting { len: len as u16, first_label, sensor, ..*self.awaiting };
+        len
     }
 
     /// Notes from where a particle has seen the scan.

@@ -1,6 +1,6 @@
 //! A walk through the births that wait, for digests and snapshots, and what is amiss with them.
 
-use crate::filter::waiting::memory::{Awaited, Awaiting, Birthplace, Noted, Waiting};
+use crate::filter::waiting::memory::{Awaited, Awaiting, Birthplace, Waiting, are_below, words_for};
 use crate::numerics::range::is_within_range;
 use crate::snapshot::read::Reader;
 use crate::snapshot::visit::Visit;
@@ -24,10 +24,13 @@ impl<T: Real, P: Pose<Scalar = T>> Waiting<'_, P> {
             awaited.z.iter().for_each(|&coordinate| visit.scalar(coordinate));
             visit.scalar(awaited.ln_reference);
         }
-        for (noted, birthplace) in self.noted.iter().zip(self.birthplaces.iter()).take(particles).filter(|_| len > 0) {
-            visit.word(noted.births as u32);
-            visit.word((noted.births >> 32) as u32);
-            noted.weights.iter().for_each(|&weight| visit.scalar(weight));
+        let words = words_for(usize::from(len));
+        for (particle, birthplace) in self.birthplaces.iter().take(particles).enumerate().filter(|_| len > 0) {
+            for births in self.noted.births(particle).iter().take(words) {
+                visit.word(*births as u32);
+                visit.word((births >> 32) as u32);
+            }
+            self.weights(particle).iter().for_each(|&weight| visit.scalar(weight));
             visit.pose(&birthplace.pose);
             birthplace.covariance.as_lower().iter().for_each(|&x| visit.scalar(x));
         }
@@ -46,11 +49,15 @@ impl<T: Real, P: Pose<Scalar = T>> Waiting<'_, P> {
             let z = core::array::from_fn(|_| from.scalar());
             *slot = Awaited { z, ln_reference: from.scalar(), missed: [T::ZERO; 2] };
         }
-        for (noted, birthplace) in
-            self.noted.iter_mut().zip(self.birthplaces.iter_mut()).take(particles).filter(|_| len > 0)
+        let words = words_for(len as usize);
+        let notes = self.noted.weights.iter_mut().zip(self.noted.births.chunks_mut(self.noted.words.max(1)));
+        for ((weights, births), birthplace) in
+            notes.zip(self.birthplaces.iter_mut()).take(particles).filter(|_| len > 0)
         {
-            let births = u64::from(from.word()) | u64::from(from.word()) << 32;
-            *noted = Noted { births, weights: core::array::from_fn(|_| from.scalar()) };
+            for births in births.iter_mut().take(words) {
+                *births = u64::from(from.word()) | u64::from(from.word()) << 32;
+            }
+            *weights = core::array::from_fn(|_| from.scalar());
             *birthplace = Birthplace { pose: from.pose(), covariance: Symmetric::from_fn(|_, _| from.scalar()) };
         }
     }
@@ -60,7 +67,7 @@ impl<T: Real, P: Pose<Scalar = T>> Waiting<'_, P> {
         let len = usize::from(self.awaiting.len);
         let awaited = self.awaited.get(..len);
         awaited.is_some_and(|awaited| awaited.iter().all(Awaited::is_sound))
-            && (0..particles.min(self.noted.len())).all(|particle| self.is_sound_for(particle))
+            && (0..particles.min(self.noted.weights.len())).all(|particle| self.is_sound_for(particle))
     }
 
     /// Leaves out what cannot be; whether there was such.
@@ -73,13 +80,14 @@ impl<T: Real, P: Pose<Scalar = T>> Waiting<'_, P> {
     }
 
     fn is_sound_for(&self, particle: usize) -> bool {
-        let Some((noted, birthplace)) = self.noted.get(particle).zip(self.birthplaces.get(particle)) else {
-            return false;
-        };
-        let beyond = noted.births.checked_shr(u32::from(self.awaiting.len)).unwrap_or(0);
-        beyond == 0
-            && noted.weights.iter().all(|&weight| weight >= T::ZERO && weight <= T::from_usize(self.awaited.len()))
-            && (noted.births == 0
+        let Some(birthplace) = self.birthplaces.get(particle) else { return false };
+        let (births, len) = (self.noted.births(particle), usize::from(self.awaiting.len));
+        are_below(births, len)
+            && self
+                .weights(particle)
+                .iter()
+                .all(|&weight| weight >= T::ZERO && weight <= T::from_usize(self.awaited.len()))
+            && (births.iter().all(|&word| word == 0)
                 || birthplace.pose.is_finite()
                     && is_within_range(&birthplace.pose.coordinates())
                     && birthplace.covariance.is_finite())
@@ -103,7 +111,7 @@ impl<T: Real, P: Pose<Scalar = T>> Waiting<'_, P> {
     pub(crate) fn documented(&self, particles: usize) -> [usize; 2] {
         let len = usize::from(self.awaiting.len);
         let particles = if len > 0 { particles } else { 0 };
-        if self.is_anything() { [5 + 2 * particles, 5 * len + 11 * particles] } else { [0; 2] }
+        if self.is_anything() { [5 + 2 * words_for(len) * particles, 5 * len + 11 * particles] } else { [0; 2] }
     }
 }
 
@@ -123,9 +131,10 @@ impl Waiting<'_, crate::PlanarPose<f32>> {
             each(part, Word::Real(&mut awaited.ln_reference));
         }
         let particles = if known > 0 { particles } else { 0 };
-        for (noted, birthplace) in self.noted.iter_mut().zip(self.birthplaces.iter_mut()).take(particles) {
-            each(part, Word::Wide(&mut noted.births));
-            noted.weights.iter_mut().for_each(|weight| each(part, Word::Real(weight)));
+        let notes = self.noted.weights.iter_mut().zip(self.noted.births.chunks_mut(self.noted.words.max(1)));
+        for ((weights, births), birthplace) in notes.zip(self.birthplaces.iter_mut()).take(particles) {
+            births.iter_mut().for_each(|word| each(part, Word::Wide(word)));
+            weights.iter_mut().for_each(|weight| each(part, Word::Real(weight)));
             let crate::PlanarPose { x_m, y_m, heading_rad } = &mut birthplace.pose;
             [x_m, y_m, heading_rad].into_iter().for_each(|number| each(part, Word::Real(number)));
             of_symmetric(part, &mut birthplace.covariance, each);
