@@ -7,7 +7,7 @@ use crate::filter::newborn::Newborn;
 use crate::filter::state::Memory;
 use crate::filter::tally::Tally;
 use crate::filter::waiting::meet::{Step, compare};
-use crate::filter::waiting::memory::{Awaiting, Met, Waiting, is_marked, of_sensor};
+use crate::filter::waiting::memory::{Awaiting, Met, PER_WORD, Waiting, of_sensor};
 use crate::map::{Maps, PAGE_LEN, Page, PageId};
 use crate::numerics::work;
 use crate::{Births, Component, Config, Feature, MeasurementModel, Place, Pose, PositionOf, Real, Symmetric, Vector};
@@ -39,41 +39,46 @@ pub(crate) fn enter<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>>
     let ln_floor = config.prune_weight.ln();
     let particles = birthplaces.iter().zip(missed.iter_mut());
     for (particle, (birthplace, missed)) in particles.take(cursor.particles).enumerate() {
-        let births = noted.births(particle);
         let view = views.from(&birthplace.pose);
         let mut static_map = Entry::new(static_maps, particle);
         let mut moving_map = Entry::new(moving_maps, particle);
-        for (index, awaited) in awaited.iter().enumerate() {
-            work::round();
-            if !is_marked(births, index) {
-                continue;
-            }
-            let is_met = [0, 1].map(|kind| met.is_marked(particle, kind, index));
-            for (&missed_of, _) in awaited.missed.iter().zip(is_met).filter(|&(_, is_met)| !is_met) {
-                *missed += missed_of;
-            }
-            let mut ln_weights = intensities.map(|ln_intensity| awaited.ln_weight(ln_intensity, ln_floor));
-            for (ln_weight, is_met) in ln_weights.iter_mut().zip(is_met) {
-                *ln_weight = ln_weight.filter(|_| is_met);
-            }
-            let [ln_still, ln_moving] = ln_weights;
-            if ln_still.is_none() && ln_moving.is_none() {
-                continue;
-            }
-            let newborn =
-                Newborn::of(&view, uncertain(&birthplace.covariance), &awaited.measurement::<X::Measurement>());
-            let Some(newborn) = newborn else {
-                tally.no_birth += 1;
-                continue;
-            };
-            tally.repaired += usize::from(newborn.repaired);
-            let label = first_label.wrapping_add(index as u32);
-            if let Some(ln_weight) = ln_still {
-                tally.lost += usize::from(!static_map.push(&newborn.still(label, ln_weight)));
-            }
-            if let Some(ln_weight) = ln_moving {
-                let component = newborn.moving(label, ln_weight, config.moving.velocity_sigma_mps);
-                tally.lost += usize::from(!moving_map.push(&component));
+        // Word by word, in which a bit is soon found.
+        let words = noted.births(particle).iter().zip(met.words(particle));
+        for (place, ((&births, met), awaited)) in words.zip(awaited.chunks(PER_WORD)).enumerate() {
+            for (within, awaited) in awaited.iter().enumerate() {
+                work::round();
+                let bit = 1 << within;
+                if births & bit == 0 {
+                    continue;
+                }
+                let is_met = met.map(|met| met & bit != 0);
+                let index = place * PER_WORD + within;
+                for (&missed_of, _) in awaited.missed.iter().zip(is_met).filter(|&(_, is_met)| !is_met) {
+                    *missed += missed_of;
+                }
+                let mut ln_weights = intensities.map(|ln_intensity| awaited.ln_weight(ln_intensity, ln_floor));
+                for (ln_weight, is_met) in ln_weights.iter_mut().zip(is_met) {
+                    *ln_weight = ln_weight.filter(|_| is_met);
+                }
+                let [ln_still, ln_moving] = ln_weights;
+                if ln_still.is_none() && ln_moving.is_none() {
+                    continue;
+                }
+                let newborn =
+                    Newborn::of(&view, uncertain(&birthplace.covariance), &awaited.measurement::<X::Measurement>());
+                let Some(newborn) = newborn else {
+                    tally.no_birth += 1;
+                    continue;
+                };
+                tally.repaired += usize::from(newborn.repaired);
+                let label = first_label.wrapping_add(index as u32);
+                if let Some(ln_weight) = ln_still {
+                    tally.lost += usize::from(!static_map.push(&newborn.still(label, ln_weight)));
+                }
+                if let Some(ln_weight) = ln_moving {
+                    let component = newborn.moving(label, ln_weight, config.moving.velocity_sigma_mps);
+                    tally.lost += usize::from(!moving_map.push(&component));
+                }
             }
         }
     }
@@ -113,11 +118,12 @@ fn meet_all<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>>(
         if !noted.is_anywhere(index) {
             continue;
         }
+        let (place, bit) = (index / PER_WORD, 1 << (index % PER_WORD));
         let newborn =
             Newborn::of(&birth_view, uncertain(&birthplace.covariance), &awaited.measurement::<X::Measurement>());
         let [ln_still, ln_moving] = intensities.map(|ln_intensity| awaited.ln_weight(ln_intensity, ln_floor));
         let everybody =
-            |met: &mut Met<'_>, kind| (0..cursor.particles).for_each(|particle| met.mark(particle, kind, index));
+            |met: &mut Met<'_>, kind| (0..cursor.particles).for_each(|particle| met.mark(particle, kind, place, bit));
         let Some(newborn) = newborn else {
             // What the own particle cannot see others may.
             (0..2).for_each(|kind| everybody(met, kind));
@@ -135,7 +141,7 @@ fn meet_all<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>>(
         });
         for (kind, (birth, slot)) in [still, moving].iter().zip(&mut awaited.missed).enumerate() {
             let Some(birth) = birth else { continue };
-            match step.meet(birth, scan, ln_floor, |candidate| met.mark(particle_of(candidate), kind, index)) {
+            match step.meet(birth, scan, ln_floor, |candidate| met.mark(particle_of(candidate), kind, place, bit)) {
                 Some(missed) => *slot = missed,
                 None => everybody(met, kind),
             }

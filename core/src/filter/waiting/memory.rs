@@ -5,7 +5,7 @@ use crate::numerics::fnv::Fnv;
 use crate::{Config, Likelihood, MeasurementModel, Pose, Real, ScalarOf, Sensor, Symmetric, TangentOf, Vector, Zero};
 
 /// Measurements of a scan that births can wait on: a bit of a word for each. Those on later ones do not wait.
-const PER_WORD: usize = u64::BITS as usize;
+pub(super) const PER_WORD: usize = u64::BITS as usize;
 /// Words of them that a memory can have.
 pub(crate) const MOST_WORDS: usize = 4;
 /// Coordinates that such a measurement can have.
@@ -69,14 +69,14 @@ impl<T: Real> Noted<T> {
 }
 
 /// Sets the bit of a measurement.
-pub(super) fn mark(words: &mut [u64], index: usize) {
+fn mark(words: &mut [u64], index: usize) {
     if let Some(word) = words.get_mut(index / PER_WORD) {
         *word |= 1 << (index % PER_WORD);
     }
 }
 
 /// Whether the bit of a measurement is set.
-pub(super) fn is_marked(words: &[u64], index: usize) -> bool {
+fn is_marked(words: &[u64], index: usize) -> bool {
     words.get(index / PER_WORD).is_some_and(|word| word & (1 << (index % PER_WORD)) != 0)
 }
 
@@ -170,14 +170,21 @@ impl Met<'_> {
         (2 * particle + kind) * self.words
     }
 
-    pub(super) fn mark(&mut self, particle: usize, kind: usize, index: usize) {
+    /// Sets a bit of the word at that place.
+    pub(super) fn mark(&mut self, particle: usize, kind: usize, place: usize, bit: u64) {
         let start = self.start(particle, kind);
-        mark(self.births.get_mut(start..start + self.words).unwrap_or(&mut []), index);
+        if let Some(word) = self.births.get_mut(start + place) {
+            *word |= bit;
+        }
     }
 
-    pub(super) fn is_marked(&self, particle: usize, kind: usize, index: usize) -> bool {
-        let start = self.start(particle, kind);
-        is_marked(self.births.get(start..start + self.words).unwrap_or(&[]), index)
+    /// Those of a particle, of either kind, word by word.
+    pub(super) fn words(&self, particle: usize) -> impl Iterator<Item = [u64; 2]> {
+        let of = |kind| {
+            let start = self.start(particle, kind);
+            self.births.get(start..start + self.words).unwrap_or(&[]).iter()
+        };
+        of(0).zip(of(1)).map(|(&still, &moving)| [still, moving])
     }
 }
 
