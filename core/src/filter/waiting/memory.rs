@@ -4,9 +4,9 @@ use crate::detection::scan::Scan;
 use crate::numerics::fnv::Fnv;
 use crate::{Config, Likelihood, MeasurementModel, Pose, Real, ScalarOf, Sensor, Symmetric, TangentOf, Vector, Zero};
 
-/// Measurements of a scan that births can wait on: a bit of a word for each. Those on later ones do not wait.
+/// Measurements of a scan that births can wait on, of which one word tells: a bit for each.
 pub(super) const PER_WORD: usize = u64::BITS as usize;
-/// Words of them that a memory can have.
+/// Words that a memory can have at most. Births on measurements beyond its words do not wait.
 pub(crate) const MOST_WORDS: usize = 4;
 /// Coordinates that such a measurement can have.
 const COORDINATES: usize = 4;

@@ -82,11 +82,9 @@ impl<T: Real, P: Pose<Scalar = T>> Waiting<'_, P> {
     fn is_sound_for(&self, particle: usize) -> bool {
         let Some(birthplace) = self.birthplaces.get(particle) else { return false };
         let (births, len) = (self.noted.births(particle), usize::from(self.awaiting.len));
+        let most = T::from_usize(self.awaited.len());
         are_below(births, len)
-            && self
-                .weights(particle)
-                .iter()
-                .all(|&weight| weight >= T::ZERO && weight <= T::from_usize(self.awaited.len()))
+            && self.weights(particle).iter().all(|&weight| weight >= T::ZERO && weight <= most)
             && (births.iter().all(|&word| word == 0)
                 || birthplace.pose.is_finite()
                     && is_within_range(&birthplace.pose.coordinates())
