@@ -110,6 +110,7 @@ mod tests {
             odometry: odometry.iter().map(|&t_s| Odometry { t_s, control: [t_s, -t_s] }).collect(),
             scans: scans.iter().map(|&t_s| Scan { t_s, detections: vec![], ..Scan::default() }).collect(),
             truth: vec![],
+            truth_sigma_m: 0.0,
             landmarks: vec![],
             moving: vec![],
         }

@@ -35,6 +35,9 @@ pub trait Kind: Dimensions {
     /// Its true trajectory in order of time; empty if unknown.
     fn truth(log: &Self::Log) -> &[TruePose<Self>];
 
+    /// Standard deviation of a coordinate of its positions, m.
+    fn truth_sigma_m(log: &Self::Log) -> f64;
+
     /// The true static landmarks that a map should have, m; empty if unknown.
     fn landmarks(log: &Self::Log) -> Vec<Self::Position>;
 

@@ -221,6 +221,8 @@ pub struct Log {
     pub fix_noise: FixNoise,
     /// True trajectory in order of time; empty if unknown.
     pub truth: Vec<TruePose>,
+    /// Standard deviation of a coordinate of its positions, m: 0 where it is exact.
+    pub truth_sigma_m: f64,
     /// True static landmarks, m; empty if unknown.
     pub landmarks: Vec<[f64; 2]>,
     /// True tracks of moving landmarks; empty if unknown.

@@ -38,6 +38,9 @@
 //! `simulated` or `real`, and nothing else; where there is neither key the log is real. With the key, `kind` is free text and
 //! decides nothing, as `source`, `note` and `truth` never do.
 //!
+//! `truth_sigma_m`, which may be left out, is the standard deviation of either coordinate of the positions in `truth.csv`, as of a satellite
+//! receiver. No estimate is better for it; but the squared error of a pose is then held against the covariance of both.
+//!
 //! All is in metres, seconds and radians. What can only be another unit is refused: `units.rs` has the bounds.
 
 mod error;
@@ -112,6 +115,7 @@ fn empty(head: Head) -> Result<Log, LogError> {
         fixes: Vec::new(),
         fix_noise: head.fix_noise.unwrap_or_default(),
         truth: Vec::new(),
+        truth_sigma_m: head.truth_sigma_m,
         landmarks: Vec::new(),
         moving: Vec::new(),
     })

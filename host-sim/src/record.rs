@@ -45,6 +45,8 @@ pub struct ScanRecord<D: Dimensions = Planar> {
     pub dead_reckoning: D::Reckoned,
     /// True position, where the truth covers this time.
     pub true_position: Option<D::Position>,
+    /// Standard deviation of each coordinate of that, m.
+    pub truth_sigma_m: f64,
     /// True heading, rad, where the truth has it.
     pub true_heading_rad: Option<f64>,
     /// Number of measurements.
@@ -112,6 +114,7 @@ impl ScanRecord {
             pose_covariance: [[0.0; 3]; 3],
             dead_reckoning: [0.0; 3],
             true_position: None,
+            truth_sigma_m: 0.0,
             true_heading_rad: None,
             measurements: 0,
             features_estimated: 0.0,

@@ -305,6 +305,7 @@ fn drive<K: Kind>(
                     pose_covariance,
                     dead_reckoning: dead_reckoning[index],
                     true_position: truth.map(|truth| truth.position),
+                    truth_sigma_m: K::truth_sigma_m(log),
                     true_heading_rad: truth.and_then(|truth| truth.heading_rad),
                     measurements: scan.detections.len(),
                     features_estimated,

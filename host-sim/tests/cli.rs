@@ -96,6 +96,27 @@ fn timeless(mut summary: Value) -> Value {
 }
 
 #[test]
+fn errors_are_held_against_the_covariance_of_the_truth_too() {
+    let place = Workplace::new();
+    let exact = place.replay(&[]);
+    let noisy = place.replay(&["--truth-sigma", "1"]);
+    let nees = |run: &Value| run["nees_median"].as_f64().unwrap();
+    assert!(nees(&noisy) < 0.1 * nees(&exact), "{} {}", nees(&noisy), nees(&exact));
+    assert_eq!((&noisy["digest"], &noisy["position_rmse_m"]), (&exact["digest"], &exact["position_rmse_m"]));
+    // The log may say so itself.
+    let head = fs::read_to_string(place.path("log/log.toml")).unwrap();
+    fs::write(place.path("log/log.toml"), format!("truth_sigma_m = 1\n{head}")).unwrap();
+    assert_eq!(place.replay(&[])["nees_median"], noisy["nees_median"]);
+    assert_eq!(place.replay(&["--truth-sigma", "0"])["nees_median"], exact["nees_median"]);
+    fs::remove_file(place.path("results/run.json")).unwrap();
+    let error = place.fails(&["replay", "log", "--truth-sigma", "-1"]);
+    assert!(error.contains("--truth-sigma"), "{error}");
+    fs::write(place.path("log/log.toml"), format!("truth_sigma_m = -1\n{head}")).unwrap();
+    let error = place.fails(&["replay", "log"]);
+    assert!(error.contains("truth_sigma_m: -1, expected 0 or more"), "{error}");
+}
+
+#[test]
 fn bad_logs_are_refused_by_file_row_and_column() {
     // File, text, its first occurrence replaced by, and what the message has to name.
     let cases: [(&str, &str, &str, &[&str]); 8] = [
@@ -276,8 +297,13 @@ fn a_log_gets_a_joint_map_where_nothing_asks_for_what_it_has_not() {
         "[calibration]\nspeed_scale_sigma = 0.05\nturn_scale_sigma = 0.05\nturn_offset_sigma = 0.02\nlasts_s = 1e9";
     fs::write(place.path("learning.toml"), learning).unwrap();
     assert_eq!(filter(&["--settings", "learning.toml"]), ("joint".into(), 1));
-    let error = place.fails(&["replay", "log", "--settings", "learning.toml", "--filter", "core"]);
-    assert!(error.contains("calibration") && error.contains("--filter joint"), "{error}");
+    assert_eq!(filter(&["--learn-odometry"]), ("joint".into(), 1));
+    for learning in [&["--settings", "learning.toml"][..], &["--learn-odometry"]] {
+        let error = place.fails(&[&["replay", "log", "--filter", "core"], learning].concat());
+        assert!(error.contains("calibration") && error.contains("--filter joint"), "{error}");
+    }
+    let error = place.fails(&["run", "girona-tank", "--learn-odometry"]);
+    assert!(error.contains("--learn-odometry: underwater"), "{error}");
 }
 
 #[test]
@@ -565,6 +591,16 @@ fn settings_say_where_they_are_from() {
     assert_eq!(origin(&["worlds"], "clutter_per_scan"), "scheme");
     assert!(origin(&["worlds"], "range_sigma_m").ends_with(", × 1.5 by the scheme"));
     assert_eq!(origin(&["survey", "--moving", "on", "--samples", "2"], "samples"), "command line, --samples");
+    let learning = ["worlds", "--learn-odometry"];
+    for (key, from) in [
+        ("lasts_s", "command line, --learn-odometry"),
+        ("range_sigma_m", "command line, --learn-odometry"),
+        ("range_edge_m", "scheme"),
+    ] {
+        assert_eq!(origin(&learning, key), from);
+    }
+    fs::write(place.path("noise.toml"), "[vehicle]\nturn_sigma = 0.02\n").unwrap();
+    assert_eq!(origin(&[&learning[..], &["--settings", "noise.toml"]].concat(), "turn_sigma"), "file noise.toml");
     fs::write(
         place.path("own.toml"),
         "learnt = [\"sensor.range_sigma_m\"]\n[sensor]\nrange_sigma_m = 0.3\nrange_edge_m = 1\n",

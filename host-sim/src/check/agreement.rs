@@ -176,6 +176,7 @@ fn without_tables(log: &Log) -> Log {
         fixes: Vec::new(),
         fix_noise: log.fix_noise,
         truth: Vec::new(),
+        truth_sigma_m: 0.0,
         landmarks: Vec::new(),
         moving: Vec::new(),
     }

@@ -40,6 +40,12 @@ fn count(text: &str) -> Result<usize, &'static str> {
     text.parse().map_err(|_| "must be a whole number and not negative")
 }
 
+/// A distance.
+fn distance(text: &str) -> Result<f64, &'static str> {
+    let distance = text.parse().ok().filter(|distance: &f64| distance.is_finite() && *distance >= 0.0);
+    distance.ok_or("must be a number and not negative")
+}
+
 /// A share of something, less than all of it.
 fn share(text: &str) -> Result<f64, &'static str> {
     let share = text.parse().ok().filter(|share| (0.0..1.0).contains(share));
@@ -82,6 +88,10 @@ pub enum Command {
         /// Folder of a log; several are run one after the other.
         #[arg(required = true, value_name = "DIR")]
         dirs: Vec<PathBuf>,
+        /// Standard deviation of either coordinate of the truth, m, as where that is a satellite receiver's: the covariance of the
+        /// estimate and of the truth together is what errors are held against. Overrides `truth_sigma_m` of the log. In the plane.
+        #[arg(long, value_name = "M", allow_negative_numbers = true, value_parser = distance)]
+        truth_sigma: Option<f64>,
         #[command(flatten)]
         run: RunArgs,
     },
@@ -558,6 +568,10 @@ pub struct Tuning {
     /// the scenarios of 5.3.1, otherwise off]. Overrides the settings file.
     #[arg(long, value_enum)]
     pub moving: Option<Switch>,
+    /// Lets a joint map in the plane learn scale and offset of the odometry while it runs, and takes less of it for noise: for
+    /// vehicles and sensors that are as good as their data sheets. The settings file overrides it.
+    #[arg(long)]
+    pub learn_odometry: bool,
     /// TOML file whose fields replace the defaults that follow from the log; any may be left out. `scphd-sim settings`
     /// prints all with their values; units are in the names, intensities are per m rad.
     #[arg(long, value_name = "FILE.toml")]

@@ -33,8 +33,11 @@ pub fn execute(cli: Cli) -> Result<(), Failure> {
     }
     match cli.command {
         None => main_job(cli.job),
-        Some(Command::Replay { dirs, run }) => {
-            let found = dirs.iter().map(|dir| Found::folder(dir)).collect::<Result<Vec<_>, _>>()?;
+        Some(Command::Replay { dirs, truth_sigma, run }) => {
+            let mut found = dirs.iter().map(|dir| Found::folder(dir)).collect::<Result<Vec<_>, _>>()?;
+            if let Some(sigma_m) = truth_sigma {
+                found.iter_mut().try_for_each(|found| found.take_truth_for(sigma_m))?;
+            }
             let names: Vec<String> = dirs.iter().map(|dir| dir.display().to_string()).collect();
             found.iter().for_each(Found::warn);
             either!(Sources::of(found)?, sources => runs(&sources, &names, run))

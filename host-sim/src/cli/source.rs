@@ -157,6 +157,17 @@ impl Found {
         }
     }
 
+    /// Takes the truth of a log for as uncertain as that.
+    pub fn take_truth_for(&mut self, sigma_m: f64) -> Result<(), Failure> {
+        match self {
+            Self::Planar(Source::Fixed(log)) => {
+                log.truth_sigma_m = sigma_m;
+                Ok(())
+            }
+            _ => Err(Failure::input("--truth-sigma: the truth of a log in space is taken as it is")),
+        }
+    }
+
     /// Tells what a quick check of a folder warns of.
     pub fn warn(&self) {
         either!(self, source => source.warn());
@@ -212,24 +223,30 @@ pub fn scenario<K: Offer>(name: &str, seed: u64) -> Result<K::Log, Failure> {
 
 /// Which settings a run had: the command that prints them.
 pub fn settings_command(source: &str, tuning: &Tuning) -> String {
-    let Tuning { particles, samples, moving, settings } = tuning;
+    let Tuning { particles, samples, moving, learn_odometry, settings } = tuning;
     let words = [
         particles.map(|particles| format!("--particles {particles}")),
         samples.map(|samples| format!("--samples {samples}")),
         moving.map(|moving| format!("--moving {}", if moving == Switch::On { "on" } else { "off" })),
+        learn_odometry.then(|| "--learn-odometry".to_owned()),
         settings.as_ref().map(|path| format!("--settings {}", path.display())),
     ];
     let words: String = words.into_iter().flatten().map(|word| format!(" {word}")).collect();
     format!("settings: those that `scphd-sim settings {source}{words}` prints")
 }
 
-/// `defaults`, then the settings file, then the command line; and where each setting is from, given where the defaults are from.
+/// `defaults`, with odometry that is learnt if that is asked for, then the settings file, then the command line; and where each setting is from, given where the defaults are from.
 pub fn tuned<K: Offer>(
-    defaults: K::Settings,
+    mut defaults: K::Settings,
     origins: &mut Origins,
     log: &K::Log,
     tuning: &Tuning,
 ) -> Result<K::Settings, Failure> {
+    if tuning.learn_odometry {
+        let before = defaults.clone();
+        K::learn_odometry(&mut defaults, log).map_err(|why| Failure::input(format_args!("--learn-odometry: {why}")))?;
+        origins.set_changed(&before, &defaults, &Origin::CommandLine("--learn-odometry"));
+    }
     let mut settings = match &tuning.settings {
         Some(path) => origins.with_file(path, |text| K::with_toml(&defaults, text))?,
         None => defaults,

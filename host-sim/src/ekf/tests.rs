@@ -29,6 +29,7 @@ fn log(simulated: bool) -> Log {
         odometry: Vec::new(),
         scans: vec![Scan { t_s: 0.0, sensor: 0, detections: vec![[1.0, 0.0]], labels: vec![-1] }],
         truth: Vec::new(),
+        truth_sigma_m: 0.0,
         landmarks: Vec::new(),
         moving: Vec::new(),
     }

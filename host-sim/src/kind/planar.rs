@@ -28,6 +28,10 @@ impl Kind for Planar {
         &log.truth
     }
 
+    fn truth_sigma_m(log: &Log) -> f64 {
+        log.truth_sigma_m
+    }
+
     fn landmarks(log: &Log) -> Vec<[f64; 2]> {
         log.landmarks.clone()
     }

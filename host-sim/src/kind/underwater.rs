@@ -33,6 +33,10 @@ impl Kind for Underwater {
         &log.truth
     }
 
+    fn truth_sigma_m(_log: &Log) -> f64 {
+        0.0
+    }
+
     fn landmarks(log: &Log) -> Vec<[f64; 3]> {
         log.stable().collect()
     }

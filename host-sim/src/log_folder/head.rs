@@ -13,6 +13,8 @@ pub(super) struct Head {
     pub(super) name: String,
     pub(super) simulated: bool,
     pub(super) initial_pose: [f64; 3],
+    /// 0 where nothing is said of it.
+    pub(super) truth_sigma_m: f64,
     pub(super) vehicle: Vehicle,
     /// In order of their names; the only one of `[sensor]` has none.
     pub(super) sensors: Vec<NamedSensor>,
@@ -67,13 +69,14 @@ impl Head {
         check_vehicle_keys(&vehicle, &vehicle_model, several)?;
         let initial_pose = top.pose("initial_pose")?;
         units::radians(initial_pose[2], WHOLE_TURN_RAD, || top.key("initial_pose"))?;
+        let truth_sigma_m = top.sigma("truth_sigma_m")?.unwrap_or(0.0);
         let (name, simulated) = (name(&top)?, simulated(&top)?);
         for (sensor, (_, section)) in sensors.iter_mut().zip(&sections) {
             sensor.nominal = section.nominal(&vehicle)?;
         }
         sensors.sort_by(|a, b| a.name.cmp(&b.name));
         let fix_noise = if table.contains_key("fixes") { Some(top.section("fixes")?.fix_noise()?) } else { None };
-        Ok(Self { name, simulated, initial_pose, vehicle: vehicle_model, sensors, fix_noise })
+        Ok(Self { name, simulated, initial_pose, truth_sigma_m, vehicle: vehicle_model, sensors, fix_noise })
     }
 
     /// Names of the two control columns in `odometry.csv`.
@@ -124,8 +127,20 @@ const BARE_ACKERMANN_KEYS: [&str; 7] = [
     "steering_sigma_rad",
 ];
 const BARE_UNICYCLE_KEYS: [&str; 3] = ["model", "speed_sigma_mps", "rate_sigma_radps"];
-const TOP_KEYS: [&str; 11] =
-    ["name", "kind", "simulated", "source", "note", "initial_pose", "truth", "vehicle", "sensor", "sensors", "fixes"];
+const TOP_KEYS: [&str; 12] = [
+    "name",
+    "kind",
+    "simulated",
+    "source",
+    "note",
+    "initial_pose",
+    "truth",
+    "truth_sigma_m",
+    "vehicle",
+    "sensor",
+    "sensors",
+    "fixes",
+];
 const SENSORS: &str = "range_bearing";
 const VEHICLES: &str = "ackermann, unicycle and unicycle_arc";
 

@@ -111,6 +111,7 @@ fn a_sound_folder() {
             Scan { t_s: 1.0, detections: vec![[2.0, -0.5], [3.0, 0.25]], ..Scan::default() },
         ],
         truth: vec![],
+        truth_sigma_m: 0.0,
         landmarks: vec![],
         moving: vec![],
     };
@@ -477,6 +478,7 @@ fn what_is_written_reads_back_bit_for_bit() {
         TruePose { t_s: -1.0, position: [third, 1e300], heading_rad: Some(third) },
         TruePose { t_s: 0.0, position: [0.0, 1.0], heading_rad: None },
     ];
+    log.truth_sigma_m = third;
     log.landmarks = vec![[third, -third]];
     log.moving = vec![MovingLandmark { subject: -3, t_s: third, position: [1.0, third] }];
     let folder = Folder::empty();

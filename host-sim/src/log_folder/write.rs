@@ -124,6 +124,7 @@ fn head(log: &Log) -> Table {
     if !log.truth.is_empty() {
         top.insert("truth".into(), if has_heading(log) { "pose" } else { "position" }.into());
     }
+    put(&mut top, "truth_sigma_m", Some(log.truth_sigma_m).filter(|&sigma_m| sigma_m > 0.0));
     if log.sensor_name.is_empty() {
         put_mounting(&mut vehicle, "sensor_", &log.sensor.mounting);
         top.insert("sensor".into(), Value::Table(sensor(&log.sensor, nominal)));

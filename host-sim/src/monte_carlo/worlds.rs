@@ -59,6 +59,8 @@ pub struct Standing {
     pub ratio_tenth: f64,
     /// Share of the worlds with less error than the yardstick.
     pub better_share: f64,
+    /// Share of the worlds with a ratio above 1.5.
+    pub above_one_and_a_half_share: f64,
     /// Share of the worlds with a ratio above 3.
     pub above_three_share: f64,
     /// Worlds in which it is worse than odometry alone.
@@ -100,6 +102,7 @@ pub fn standing(runs: &[WorldRun], filter: &str, yardstick: &str, worlds: &[&str
         ratio_median: median(&ratios)?,
         ratio_tenth: *ratios.get(ratios.len() * 9 / 10)?,
         better_share: share(ratios.iter().filter(|ratio| **ratio < 1.0).count()),
+        above_one_and_a_half_share: share(ratios.iter().filter(|ratio| **ratio > 1.5).count()),
         above_three_share: share(ratios.iter().filter(|ratio| **ratio > 3.0).count()),
         above_dead_reckoning: pairs.iter().filter(|(a, _)| a.position_rmse_m > a.dead_reckoning_rmse_m).count(),
         dead_reckoning_ratio_median: median(
@@ -159,14 +162,15 @@ pub fn write_json(path: &Path, standings: &[Standing]) -> Result<(), OutputError
 pub fn told(dimension: usize, standing: &Standing) -> String {
     let percent = |share: f64| 100.0 * share;
     format!(
-        "{} over {}, {} worlds: RMSE ratio median {:.2}, a tenth above {:.2}, above 3 in {:.1} %, better in {:.1} %; above dead \
-         reckoning in {}, {:.2} of its error in the median; RMSE median {:.3} m; NEES/{dimension} median {}, between 0.15 and 2 \
-         in {:.1} %",
+        "{} over {}, {} worlds: RMSE ratio median {:.2}, a tenth above {:.2}, above 1.5 in {:.1} %, above 3 in {:.1} %, better in {:.1} %; \
+         above dead reckoning in {}, {:.2} of its error in the median; RMSE median {:.3} m; NEES/{dimension} median {}, between \
+         0.15 and 2 in {:.1} %",
         standing.filter,
         standing.yardstick,
         standing.worlds,
         standing.ratio_median,
         standing.ratio_tenth,
+        percent(standing.above_one_and_a_half_share),
         percent(standing.above_three_share),
         percent(standing.better_share),
         standing.above_dead_reckoning,
@@ -209,6 +213,8 @@ mod tests {
             (standing.above_three_share - 1.0 / 3.0).abs() < 1e-12 && (standing.better_share - 1.0 / 3.0).abs() < 1e-12
         );
         assert!((standing.consistent_share - 2.0 / 3.0).abs() < 1e-12);
+        // A ratio of 1.5 is not above it.
+        assert!((standing.above_one_and_a_half_share - 1.0 / 3.0).abs() < 1e-12);
         let text = lines(3, &runs, &["scphd".into(), "ekf".into()], &worlds);
         assert_eq!(text.lines().count(), 5);
         assert!(text.lines().nth(2).unwrap().trim_end().ends_with("6.00"), "{text}");

@@ -37,6 +37,7 @@ fn empty_log() -> Log {
         odometry: vec![],
         scans: vec![],
         truth: vec![],
+        truth_sigma_m: 0.0,
         landmarks: vec![],
         moving: vec![],
     }

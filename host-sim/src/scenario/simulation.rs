@@ -140,6 +140,7 @@ impl Simulation {
             odometry,
             scans,
             truth,
+            truth_sigma_m: 0.0,
             landmarks: self.landmarks,
             moving,
         }

@@ -129,6 +129,7 @@ pub fn two_sensors(seed: u64) -> Log {
         fixes: Vec::new(),
         fix_noise: FixNoise::default(),
         truth,
+        truth_sigma_m: 0.0,
         landmarks,
         moving: Vec::new(),
     }

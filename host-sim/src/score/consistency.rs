@@ -98,11 +98,11 @@ fn is_within(mean_square: f64, freedom: usize) -> bool {
     chi_squared::is_within(mean_square * freedom as f64, freedom)
 }
 
-/// Squared error of the position of a scan over the filter's own covariance, by dimension; `None` where that is singular or the
-/// truth is not known.
+/// Squared error of the position of a scan over the filter's own covariance and that of the truth, by dimension; `None` where that
+/// is singular or the truth is not known.
 #[must_use]
 pub fn of_position<D: Dimensions>(scan: &ScanRecord<D>) -> Option<f64> {
-    squared(&position_error(scan)?, scan.pose_covariance.as_ref())
+    squared(&position_error(scan)?, &with_truth(scan))
 }
 
 /// The same of position and heading together.
@@ -110,7 +110,16 @@ pub fn of_position<D: Dimensions>(scan: &ScanRecord<D>) -> Option<f64> {
 pub fn of_pose<D: Dimensions>(scan: &ScanRecord<D>) -> Option<f64> {
     let mut error = position_error(scan)?;
     error.push(wrap(D::heading(&scan.pose) - scan.true_heading_rad?));
-    squared(&error, scan.pose_covariance.as_ref())
+    squared(&error, &with_truth(scan))
+}
+
+/// The covariance of estimate less truth.
+fn with_truth<D: Dimensions>(scan: &ScanRecord<D>) -> Vec<Vec<f64>> {
+    let mut covariance: Vec<Vec<f64>> = scan.pose_covariance.as_ref().iter().map(|row| row.as_ref().to_vec()).collect();
+    for coordinate in 0..D::Position::COUNT {
+        covariance[coordinate][coordinate] += scan.truth_sigma_m * scan.truth_sigma_m;
+    }
+    covariance
 }
 
 fn position_error<D: Dimensions>(scan: &ScanRecord<D>) -> Option<Vec<f64>> {
@@ -185,6 +194,8 @@ mod tests {
         let known = |scan: &ScanRecord| (of_position(scan).unwrap(), of_pose(scan));
         assert!((known(&here).0 - 0.5).abs() < 1e-15 && (known(&here).1.unwrap() - 1.0 / 3.0).abs() < 1e-12);
         assert_eq!(known(&there), (8.0, None));
+        // A truth that is as uncertain as the estimate halves it along x.
+        assert!((known(&ScanRecord { truth_sigma_m: 2.0, ..here.clone() }).0 - 0.25).abs() < 1e-15);
         let scans = [here, there, ScanRecord::at(1.0, [0.0; 3])];
         let positions = SquaredErrors::of_positions(&scans);
         // The upper bound of χ² is 7.38 of two degrees of freedom.

@@ -60,6 +60,7 @@ pub fn worst_case(particles: usize, samples: usize, measurements: usize) -> (Log
             .collect(),
         scans,
         truth: Vec::new(),
+        truth_sigma_m: 0.0,
         landmarks: Vec::new(),
         moving: Vec::new(),
     };

@@ -144,6 +144,7 @@ impl Draft {
             fixes: Vec::new(),
             fix_noise: FixNoise::default(),
             truth: Vec::new(),
+            truth_sigma_m: 0.0,
             landmarks: Vec::new(),
             moving: Vec::new(),
         }

@@ -93,6 +93,7 @@ fn of_plan(plan: &Plan, misbehaviour: Misbehaviour, seed: u64, name: &str, state
         odometry,
         scans,
         truth,
+        truth_sigma_m: 0.0,
         landmarks: plan.landmarks.clone(),
         moving: mover::tracks(&plan.movers, &times),
     }
