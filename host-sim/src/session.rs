@@ -352,6 +352,7 @@ fn summary<K: Kind>(
         seed,
         scans: scans.len() as u64,
         position_rmse_m: estimate.map(|score| score.position_rmse_m),
+        position_rmse_aligned_m: trajectory::aligned_rmse_m(scans),
         heading_rmse_deg: estimate.and_then(|score| score.heading_rmse_deg),
         dead_reckoning_rmse_m: dead_reckoning.map(|score| score.position_rmse_m),
         final_position_error_m: estimate.map(|score| score.final_position_error_m),

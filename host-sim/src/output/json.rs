@@ -48,6 +48,8 @@ pub struct Summary {
     pub scans: u64,
     /// Root mean square of the position error over the scans with truth, m.
     pub position_rmse_m: Option<f64>,
+    /// The same after the turn about the vertical and the shift of the whole trajectory that make it least, m.
+    pub position_rmse_aligned_m: Option<f64>,
     /// Root mean square of the error of the heading, in space the yaw, over the scans with truth, degrees.
     pub heading_rmse_deg: Option<f64>,
     /// Root mean square of the position error of odometry alone, m.
@@ -184,6 +186,7 @@ pub(crate) mod tests {
             seed: 1,
             scans: 300,
             position_rmse_m: Some(0.1 + 0.2),
+            position_rmse_aligned_m: Some(0.25),
             heading_rmse_deg: None,
             dead_reckoning_rmse_m: Some(12.5),
             final_position_error_m: Some(f64::NAN),

@@ -21,13 +21,14 @@ const STYLE: TableStyle = TableStyle::new()
 type Figure = (&'static str, fn(&Summary) -> String);
 
 /// The figures in the order of the rows.
-const FIGURES: [Figure; 33] = [
+const FIGURES: [Figure; 34] = [
     ("filter", |s| s.filter.clone()),
     ("precision", |s| s.precision.clone()),
     ("particles", |s| grouped(s.particles)),
     ("seed", |s| s.seed.to_string()),
     ("scans", |s| grouped(s.scans)),
     ("position RMSE (m)", |s| decimals(s.position_rmse_m, 3)),
+    ("  laid over the truth (m)", |s| decimals(s.position_rmse_aligned_m, 3)),
     ("heading RMSE (deg)", |s| decimals(s.heading_rmse_deg, 3)),
     ("dead reckoning RMSE (m)", |s| decimals(s.dead_reckoning_rmse_m, 3)),
     ("final position error (m)", |s| decimals(s.final_position_error_m, 3)),

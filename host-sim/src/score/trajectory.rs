@@ -3,6 +3,7 @@
 use crate::angle::wrap;
 use crate::dimensions::{Coordinates, Dimensions};
 use crate::record::ScanRecord;
+use crate::score::alignment::Motion;
 
 /// Errors of a trajectory.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -55,6 +56,21 @@ pub fn of_estimate<D: Dimensions>(scans: &[ScanRecord<D>]) -> Option<TrajectoryS
     score(covered(scans, |scan| scan.pose))
 }
 
+/// Root mean square distance, m, of the estimated positions to the true ones after the turn about the vertical and the shift that lay
+/// them best over each other: the absolute trajectory error of Sturm et al. 2012, which does not depend on where a log says that the
+/// vehicle starts. `None` where fewer than three scans have a true position: two points fit any two.
+#[must_use]
+pub fn aligned_rmse_m<D: Dimensions>(scans: &[ScanRecord<D>]) -> Option<f64> {
+    let position = |pose: D::Pose| D::Position::with(|k| pose.as_ref()[k]);
+    let pairs: Vec<_> = covered(scans, |scan| scan.pose).map(|(pose, truth, _)| (position(pose), truth)).collect();
+    let motion = Motion::fit(&pairs).filter(|_| pairs.len() > 2)?;
+    let squared = |(own, truth): &(D::Position, D::Position)| -> f64 {
+        let moved = motion.apply(*own);
+        moved.as_ref().iter().zip(truth.as_ref()).map(|(own, truth)| (own - truth) * (own - truth)).sum()
+    };
+    Some((pairs.iter().map(squared).sum::<f64>() / pairs.len() as f64).sqrt())
+}
+
 /// Score of odometry alone over the same scans.
 #[must_use]
 pub fn of_dead_reckoning<D: Dimensions>(scans: &[ScanRecord<D>]) -> Option<TrajectoryScore> {
@@ -93,6 +109,20 @@ mod tests {
         assert_eq!(s.final_position_error_m, 1.0);
         let d = of_dead_reckoning(&scans).unwrap();
         assert_eq!((d.position_rmse_m, d.final_position_error_m), (1.0, 0.0));
+    }
+
+    #[test]
+    fn a_turned_trajectory_is_as_good_as_the_one_it_was_made_of() {
+        let (s, c) = libm::sincos(0.4);
+        let truth = [[0.0, 0.0], [4.0, 1.0], [7.0, 5.0], [2.0, 9.0]];
+        let turned = |[x, y]: [f64; 2]| [c * x - s * y + 3.0, s * x + c * y - 2.0, 0.4];
+        let scans: Vec<_> = truth.iter().map(|&place| record(turned(place), Some(place), None)).collect();
+        assert!(aligned_rmse_m(&scans).unwrap() < 1e-12 && of_estimate(&scans).unwrap().position_rmse_m > 3.0);
+        assert_eq!(aligned_rmse_m(&scans[..2]), None);
+        // On a line the shift takes the mean of the errors: what is left of 0, 0, 3 is −1, −1, 2.
+        let line =
+            [(0.0, 0.0), (10.0, 0.0), (20.0, 3.0)].map(|(x, off)| record([x + off, 0.0, 0.0], Some([x, 0.0]), None));
+        assert!((aligned_rmse_m(&line).unwrap() - 2.0_f64.sqrt()).abs() < 1e-12);
     }
 
     #[test]
