@@ -235,7 +235,8 @@ pub fn settings_command(source: &str, tuning: &Tuning) -> String {
     format!("settings: those that `scphd-sim settings {source}{words}` prints")
 }
 
-/// `defaults`, with odometry that is learnt if that is asked for, then the settings file, then the command line; and where each setting is from, given where the defaults are from.
+/// `defaults`, with odometry that is learnt if that is asked for, then the settings file, then the command line; and where each
+/// setting is from, given where the defaults are from.
 pub fn tuned<K: Offer>(
     mut defaults: K::Settings,
     origins: &mut Origins,

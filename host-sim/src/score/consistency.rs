@@ -116,8 +116,8 @@ pub fn of_pose<D: Dimensions>(scan: &ScanRecord<D>) -> Option<f64> {
 /// The covariance of estimate less truth.
 fn with_truth<D: Dimensions>(scan: &ScanRecord<D>) -> Vec<Vec<f64>> {
     let mut covariance: Vec<Vec<f64>> = scan.pose_covariance.as_ref().iter().map(|row| row.as_ref().to_vec()).collect();
-    for coordinate in 0..D::Position::COUNT {
-        covariance[coordinate][coordinate] += scan.truth_sigma_m * scan.truth_sigma_m;
+    for (coordinate, row) in covariance.iter_mut().enumerate().take(D::Position::COUNT) {
+        row[coordinate] += scan.truth_sigma_m * scan.truth_sigma_m;
     }
     covariance
 }
