@@ -126,9 +126,9 @@ impl<T: Real, D: Vector<Scalar = T>, Z: Vector<Scalar = T>> Expectation<D, Z> {
         self.innovation_covariance.factor()
     }
 
-    /// The same with a further uncertainty of ẑ, independent of the feature's, added to S.
-    pub(crate) fn blurred(&self, by: &Symmetric<Z>) -> Self {
-        Self { innovation_covariance: self.innovation_covariance.plus(by), ..*self }
+    /// Adds a further uncertainty of ẑ, independent of the feature's, to S.
+    pub(crate) fn blur(&mut self, by: &Symmetric<Z>) {
+        self.innovation_covariance = self.innovation_covariance.plus(by);
     }
 
     /// The Kalman correction that any measurement of this component brings.
@@ -219,10 +219,11 @@ impl<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>> View<'_, X> {
         pose_covariance: Option<&Symmetric<P::Tangent>>,
         component: &Component<N>,
     ) -> Option<ExpectationOf<X>> {
-        let expectation = self.expect(component)?;
-        let Some(pose_covariance) = pose_covariance else { return Some(expectation) };
-        let blur = self.blur(pose_covariance, &component.position(), &expectation.expected());
-        Some(expectation.blurred(&blur))
+        let mut expectation = self.expect(component)?;
+        if let Some(pose_covariance) = pose_covariance {
+            expectation.blur(&self.blur(pose_covariance, &component.position(), &expectation.expected()));
+        }
+        Some(expectation)
     }
 
     /// Adds a component's terms to η_z. Not where every component of every candidate comes by, so that it may be small.
@@ -314,7 +315,7 @@ impl<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>> View<'_, X> {
 impl<'f, T: Real, Z: Vector<Scalar = T>> Match<'f, Z> {
     /// A measurement near what is expected; `None` where rounding has left S without a factor. Apart from the loop over the
     /// measurements, most of which do not come this far, so that the loop stays in the processor's registers.
-    #[inline(never)]
+    #[inline(always)]
     fn of(
         index: usize,
         innovation: Z,

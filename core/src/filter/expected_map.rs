@@ -36,7 +36,7 @@ impl<T: Real, F: Feature<Position: Vector<Scalar = T>>> Maps<'_, F> {
                             let other = entry.component;
                             entry.component = moment_match(&weighted, core::iter::once(&other));
                         }
-                        None => workspace.push(weighted, Origin::Missed),
+                        None => workspace.push(&weighted, Origin::Missed),
                     }
                 }
             }

@@ -164,11 +164,11 @@ impl<T: Real, D: Place<Scalar = T>> Workspaces<'_, '_, D> {
             tally.repaired += usize::from(newborn.repaired);
             let label = first_label.wrapping_add(index as u32);
             if let Some(ln_weight) = ln_static {
-                of_static.push(newborn.still(label, ln_weight), Origin::Born);
+                of_static.push(&newborn.still(label, ln_weight), Origin::Born);
                 tally.births += 1;
             }
             if let Some(ln_weight) = ln_moving {
-                of_moving.push(newborn.moving(label, ln_weight, config.moving.velocity_sigma_mps), Origin::Born);
+                of_moving.push(&newborn.moving(label, ln_weight, config.moving.velocity_sigma_mps), Origin::Born);
                 tally.births += 1;
             }
         }
@@ -195,11 +195,13 @@ impl<T: Real, N: Vector<Scalar = T>> Workspace<'_, N> {
         if let Some(pose_covariance) = pose_covariance {
             let blur =
                 view.blur(pose_covariance, &component.position::<PositionOf<X::Pose>>(), &expectation.expected());
-            expectation = expectation.blurred(&blur);
+            expectation.blur(&blur);
             noise = noise.plus(&blur);
         }
         let ln_weight = scan_view.ln_missed::<F>(component, expectation.detection.ln_missed);
-        self.push(Component { ln_weight, ..*component }, Origin::Missed);
+        if let Some(slot) = self.place(ln_weight) {
+            *slot = Entry { component: Component { ln_weight, ..*component }, origin: Origin::Missed };
+        }
         let mut correction = None;
         view.matches(&expectation, scan, |found| {
             if let Some(eta) = eta.get_mut(found.index) {
@@ -213,8 +215,10 @@ impl<T: Real, N: Vector<Scalar = T>> Workspace<'_, N> {
                     tally.repaired += usize::from(correction.repaired());
                     correction
                 });
-                let origin = Origin::Detected { measurement: found.index as u16, distance: found.distance };
-                self.push(correction.apply(component, &found.innovation, ln_bound), origin);
+                if let Some(slot) = self.place(ln_bound) {
+                    let origin = Origin::Detected { measurement: found.index as u16, distance: found.distance };
+                    *slot = Entry { component: correction.apply(component, &found.innovation, ln_bound), origin };
+                }
             }
         });
         Some((expectation.detection.probability, ln_weight))
@@ -254,7 +258,7 @@ impl<T: Real, N: Vector<Scalar = T>> Workspace<'_, N> {
                     }
                     in_view = true;
                 } else {
-                    self.push_outside(*component);
+                    self.push_outside(component);
                 }
             }
         }

@@ -1,6 +1,6 @@
 //! The part of a map that is near.
 
-use super::Maps;
+use super::{MapTable, Maps, Pool};
 use crate::{Bounds, Component, Feature, Place, Real};
 
 /// The components of a particle's map within `bounds`.
@@ -9,7 +9,16 @@ pub(crate) fn within<'m, F: Feature>(
     particle: usize,
     bounds: &'m Bounds<F::Position>,
 ) -> impl Iterator<Item = &'m Component<F::State>> {
-    let pages = maps.table.pages_near(particle, bounds).iter().filter_map(|&id| maps.pool.get(id));
+    on_pages_within((&maps.table, &maps.pool), particle, bounds)
+}
+
+/// The same, of a map of which the workspace is in other hands.
+pub(crate) fn on_pages_within<'m, F: Feature>(
+    (table, pool): (&'m MapTable<'_, F::Position>, &'m Pool<'_, F>),
+    particle: usize,
+    bounds: &'m Bounds<F::Position>,
+) -> impl Iterator<Item = &'m Component<F::State>> {
+    let pages = table.pages_near(particle, bounds).iter().filter_map(|&id| pool.get(id));
     let components = pages.filter(|page| page.bounds().meets(bounds)).flat_map(|page| page.components());
     components.filter(|component| bounds.holds(&component.position()))
 }

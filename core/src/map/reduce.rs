@@ -269,7 +269,7 @@ mod tests {
         let mut memory = Box::new(WorkspaceMemory::<Vector2<f64>, 32>::ZERO);
         let mut workspace = memory.view();
         workspace.clear(1e-6_f64.ln());
-        mixture.iter().for_each(|component| workspace.push(*component, Origin::Missed));
+        mixture.iter().for_each(|component| workspace.push(component, Origin::Missed));
         let merged = merge_and_cap(&mut workspace, merge_distance, cap);
         let left: Vec<_> = workspace.in_view().iter().map(|entry| entry.component).collect();
         assert!(merged + left.len() <= mixture.len());

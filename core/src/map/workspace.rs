@@ -3,7 +3,7 @@
 use crate::numerics::links::{Linked, NONE};
 use crate::numerics::sort::Buckets;
 use crate::numerics::work;
-use crate::{Component, Real, Vector};
+use crate::{Component, Real, Symmetric, Vector};
 
 /// Where a component of the updated map comes from (5.17).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -25,6 +25,21 @@ pub(crate) enum Origin<T> {
 pub(crate) struct Entry<N: Vector> {
     pub(crate) component: Component<N>,
     pub(crate) origin: Origin<N::Scalar>,
+}
+
+impl<T: Real, N: Vector<Scalar = T>> Entry<N> {
+    /// Makes it the same as another, number by number: compilers for small processors call a function for the whole.
+    #[inline]
+    fn copy_from(&mut self, other: &Self) {
+        let Component { label, ln_weight, mean, covariance } = &other.component;
+        self.component = Component {
+            label: *label,
+            ln_weight: *ln_weight,
+            mean: N::with(|row| mean.at(row)),
+            covariance: Symmetric::from_fn(|row, column| covariance.get(row, column)),
+        };
+        self.origin = other.origin;
+    }
 }
 
 /// An entry's place in some order.
@@ -136,6 +151,11 @@ impl<T: Real, N: Vector<Scalar = T>> Workspace<'_, N> {
         self.lost
     }
 
+    /// Whether it had less room than was asked for.
+    pub(crate) fn is_short(&self) -> bool {
+        self.tightened || self.lost > 0
+    }
+
     /// Mass of the components dropped for their weight.
     pub(crate) fn pruned_mass(&self) -> T {
         self.pruned_mass
@@ -191,12 +211,16 @@ impl<T: Real, N: Vector<Scalar = T>> Workspace<'_, N> {
         let capacity = self.entries.len();
         let mut kept = outside;
         for place in outside..self.outside {
-            let Some(entry) = self.entries.get(capacity.saturating_sub(place + 1)).copied() else { break };
+            // Those kept before lie behind it.
+            let Some((ahead, behind)) = self.entries.split_at_mut_checked(capacity.saturating_sub(place)) else {
+                break;
+            };
+            let Some(entry) = ahead.last() else { break };
             if keep(&entry.component) {
-                kept += 1;
-                if let Some(slot) = self.entries.get_mut(capacity.saturating_sub(kept)) {
-                    *slot = entry;
+                if let Some(slot) = (place - kept).checked_sub(1).and_then(|after| behind.get_mut(after)) {
+                    slot.copy_from(entry);
                 }
+                kept += 1;
             } else {
                 self.pruned_mass += entry.component.ln_weight.exp();
             }
@@ -204,30 +228,38 @@ impl<T: Real, N: Vector<Scalar = T>> Workspace<'_, N> {
         self.outside = kept;
     }
 
+    /// A place for a component in view of this weight, to be filled; none where it is below the floor, or finds no room.
+    #[inline(never)]
+    pub(crate) fn place(&mut self, ln_weight: T) -> Option<&mut Entry<N>> {
+        if !(ln_weight >= self.ln_floor) {
+            self.pruned_mass += ln_weight.exp();
+            return None;
+        }
+        if !self.make_room(ln_weight) {
+            return None;
+        }
+        let slot = self.entries.get_mut(self.in_view)?;
+        self.in_view += 1;
+        Some(slot)
+    }
+
     /// Adds a component in view, unless it is below the floor.
-    pub(crate) fn push(&mut self, component: Component<N>, origin: Origin<T>) {
-        if !(component.ln_weight >= self.ln_floor) {
-            self.pruned_mass += component.ln_weight.exp();
-            return;
-        }
-        if !self.make_room(component.ln_weight) {
-            return;
-        }
-        if let Some(slot) = self.entries.get_mut(self.in_view) {
-            *slot = Entry { component, origin };
-            self.in_view += 1;
+    #[inline]
+    pub(crate) fn push(&mut self, component: &Component<N>, origin: Origin<T>) {
+        if let Some(slot) = self.place(component.ln_weight) {
+            *slot = Entry { component: *component, origin };
         }
     }
 
     /// Adds a component that is not in view.
-    pub(crate) fn push_outside(&mut self, component: Component<N>) {
+    pub(crate) fn push_outside(&mut self, component: &Component<N>) {
         if !self.make_room(T::INFINITY) {
             return;
         }
         let from_back = self.outside + 1;
         let index = self.entries.len().checked_sub(from_back);
         if let Some(slot) = index.and_then(|index| self.entries.get_mut(index)) {
-            *slot = Entry { component, origin: Origin::Outside };
+            *slot = Entry { component: *component, origin: Origin::Outside };
             self.outside = from_back;
         }
     }
@@ -271,15 +303,13 @@ impl<T: Real, N: Vector<Scalar = T>> Workspace<'_, N> {
     pub(crate) fn retain(&mut self, mut keep: impl FnMut(&mut Entry<N>) -> bool) {
         let mut kept = 0;
         for index in 0..self.in_view {
-            let Some(entry) = self.entries.get_mut(index) else { break };
+            let Some((before, rest)) = self.entries.split_at_mut_checked(index) else { break };
+            let Some(entry) = rest.first_mut() else { break };
             if !keep(entry) {
                 continue;
             }
-            if kept < index {
-                let entry = *entry;
-                if let Some(slot) = self.entries.get_mut(kept) {
-                    *slot = entry;
-                }
+            if let Some(slot) = before.get_mut(kept) {
+                slot.copy_from(entry);
             }
             kept += 1;
         }

@@ -310,6 +310,15 @@ impl<T: Real, V: Vector<Scalar = T>> Factor<V> {
         (0..V::DIMENSION).fold(T::ZERO, |sum, k| sum + y.at(k) * y.at(k) / pivots[k])
     }
 
+    /// vᵀ S v.
+    #[inline]
+    #[must_use]
+    pub fn quadratic(&self, v: &V) -> T {
+        let (l, pivots) = (self.lower.as_ref(), self.pivots.as_ref());
+        let along = |k: usize| (k + 1..V::DIMENSION).fold(v.at(k), |sum, row| sum + l[at(row, k)] * v.at(row));
+        (0..V::DIMENSION).fold(T::ZERO, |sum, k| sum + pivots[k] * (along(k) * along(k)))
+    }
+
     /// S⁻¹ v.
     #[inline]
     #[must_use]

@@ -10,16 +10,16 @@ use crate::detection::maps::{DynamicMaps, StaticMaps};
 use crate::detection::scan::Scan;
 use crate::detection::seen::reset_eta;
 use crate::detection::view::{ExpectationOf, View, Views};
-use crate::map::workspace::{Entry, Origin};
-use crate::map::{Maps, within};
+use crate::map::workspace::{Entry, Origin, Workspace};
+use crate::map::{Maps, on_pages_within};
 use crate::numerics::range::{is_within_range, is_within_square};
 use crate::numerics::vector::{applied, product, transposed};
 use crate::particles::candidate::Candidate;
 use crate::particles::cursor::Cursor;
 use crate::particles::predict::split;
 use crate::{
-    Component, Factor, Informed, Linear, LnSum, MeasurementModel, Noise, Pose, Real, ScalarOf, Sensor, Symmetric,
-    TangentOf, Vector, Zero,
+    Bounds, Component, Factor, Feature, Informed, Linear, LnSum, MeasurementModel, Noise, Pose, Real, ScalarOf, Sensor,
+    Symmetric, TangentOf, Vector, Zero,
 };
 
 /// The Gaussian of one particle's ξ: N(ξ̂, Λ⁻¹).
@@ -47,6 +47,9 @@ impl<T: Real, K: Vector<Scalar = T>> Posterior<K> {
     }
 }
 
+/// A round that moved ξ̂ by no more than so many standard deviations of what it found is the last.
+const SETTLED: f64 = 0.3;
+
 fn identity<T: Real, K: Vector<Scalar = T>>() -> Symmetric<K> {
     Symmetric::from_fn(|row, column| if row == column { T::ONE } else { T::ZERO })
 }
@@ -59,7 +62,7 @@ pub(crate) struct Proposer<'a, 's, 'v, X: MeasurementModel> {
     /// What is seen from a pose.
     pub(crate) views: &'a Views<'v, X>,
     pub(crate) static_maps: &'a mut StaticMaps<'s, X::Pose>,
-    pub(crate) moving_maps: &'a DynamicMaps<'s, X::Pose>,
+    pub(crate) moving_maps: &'a mut DynamicMaps<'s, X::Pose>,
     pub(crate) scan: &'a Scan<'a, X::Measurement>,
     pub(crate) eta: &'a mut [LnSum<ScalarOf<X::Pose>>],
 }
@@ -67,7 +70,7 @@ pub(crate) struct Proposer<'a, 's, 'v, X: MeasurementModel> {
 impl<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>> Proposer<'_, '_, '_, X> {
     /// Replaces every particle by `samples` candidates, and sets for each ln p(ξ) − ln q(ξ), the part of its weight that
     /// corrects for where it was drawn. Of the covariances, what has not been drawn stays. Returns for how many particles more
-    /// components lie near measurements than the workspace holds: there the heavier ones steer, and of equal ones the first.
+    /// components lie near measurements than the workspaces hold: there the heavier ones claim and steer, and of equal ones the first.
     pub(crate) fn all(
         mut self,
         samples: usize,
@@ -87,7 +90,7 @@ impl<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>> Proposer<'_, '
             let Some(parent) = family.first().map(|candidate| candidate.pose) else { continue };
             let root = pose_covariance.root();
             let posterior = self.posterior(particle, &parent, &root);
-            crowded += usize::from(self.static_maps.workspace.tightened() || self.static_maps.workspace.lost() > 0);
+            crowded += usize::from(self.static_maps.workspace.is_short() || self.moving_maps.workspace.is_short());
             let Some(posterior) = posterior else { continue };
             let left =
                 posterior.covariance.congruence::<P::Tangent>(&root).scaled(T::ONE - self.informed.sampled_fraction);
@@ -119,89 +122,147 @@ impl<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>> Proposer<'_, '
         parent: &P,
         root: &Linear<P::Tangent, P::Tangent>,
     ) -> Option<Posterior<P::Tangent>> {
-        let ln_negligible = self.informed.min_responsibility.ln();
-        let views = Views { ln_negligible, ..*self.views };
+        let Self { informed, ln_floor, views, static_maps, moving_maps, scan, eta } = self;
+        let views = Views { ln_negligible: informed.min_responsibility.ln(), ..**views };
         let mut posterior = Posterior::prior()?;
-        let view = views.from(parent);
-        let bounds = view.bounds();
-        let Maps { table, pool, workspace } = &mut *self.static_maps;
-        workspace.clear(self.ln_floor);
-        let pages = table.pages_near(particle, &bounds).iter().filter_map(|&id| pool.get(id));
-        for component in pages.filter(|page| page.bounds().meets(&bounds)).flat_map(|page| page.components()) {
-            let Some(sighted) = Sighted::new(&view, component, root, &posterior.covariance) else { continue };
-            let mut near = false;
-            view.matches(&sighted.blurred, self.scan, |_| near = true);
-            if near {
-                workspace.push(*component, Origin::Missed);
-            }
-        }
-        if workspace.in_view().is_empty() {
+        let mut look = Look { view: views.from(parent), root, covariance: posterior.covariance, scan };
+        let bounds = look.view.bounds();
+        // The first round's claims: what has none is left out of the others.
+        reset_eta(eta, scan);
+        look.gather(static_maps, particle, &bounds, *ln_floor, eta);
+        if static_maps.workspace.in_view().is_empty() {
             return Some(posterior);
         }
-        for _ in 0..self.informed.rounds {
-            let view = views.from(&parent.displaced(&applied::<P::Tangent, P::Tangent>(root, &posterior.mean)));
-            reset_eta(self.eta, self.scan);
-            let components = || workspace.in_view().iter().map(|Entry { component, .. }| component);
-            for component in components() {
-                let Some(sighted) = Sighted::new(&view, component, root, &posterior.covariance) else { continue };
-                view.add_terms(&sighted.blurred, self.scan, self.eta);
+        look.gather(moving_maps, particle, &bounds, *ln_floor, eta);
+        for round in 0..informed.rounds {
+            if round > 0 {
+                let xi = applied::<P::Tangent, P::Tangent>(root, &posterior.mean);
+                look = Look { view: views.from(&parent.displaced(&xi)), covariance: posterior.covariance, ..look };
+                reset_eta(eta, scan);
+                look.claim(&static_maps.workspace, eta);
+                look.claim(&moving_maps.workspace, eta);
             }
-            // What moves claims its measurements, but does not steer.
-            for component in within(self.moving_maps, particle, &view.bounds()) {
-                let Some(sighted) = Sighted::new(&view, component, root, &posterior.covariance) else { continue };
-                view.add_terms(&sighted.blurred, self.scan, self.eta);
+            let components = static_maps.workspace.in_view().iter().map(|Entry { component, .. }| component);
+            let steered = look.steered(components, &posterior.mean, informed.min_responsibility, eta)?;
+            let moved = steered.mean - posterior.mean;
+            posterior = steered;
+            // Rounds converge quadratically. Also where the motion is NaN.
+            if !(posterior.information.quadratic(&moved) > T::from_f64(SETTLED * SETTLED)) {
+                break;
             }
-            let (mut information, mut pull) = (identity(), P::Tangent::ZERO);
-            for component in components() {
-                let Some(sighted) = Sighted::new(&view, component, root, &posterior.covariance) else { continue };
-                let (mut share_sum, mut innovation_sum) = (T::ZERO, X::Measurement::ZERO);
-                view.matches(&sighted.blurred, self.scan, |found| {
-                    let ln_eta = self.eta.get(found.index).map_or(T::INFINITY, LnSum::ln);
-                    let share = (found.ln_term - ln_eta).exp();
-                    if share >= self.informed.min_responsibility {
-                        share_sum += share;
-                        innovation_sum += found.innovation * share;
-                    }
-                });
-                if share_sum > T::ZERO
-                    && let Some(sharp) = sighted.sharp.innovation_factor()
-                {
-                    let slope = &sighted.slope;
-                    let back = transposed::<X::Measurement, P::Tangent>(slope);
-                    let told = sharp.inverse().congruence::<P::Tangent>(&back);
-                    information = information.plus(&told.scaled(share_sum));
-                    let expected = applied::<X::Measurement, P::Tangent>(slope, &posterior.mean);
-                    let residual = innovation_sum + expected * share_sum;
-                    pull += applied::<P::Tangent, X::Measurement>(&back, &sharp.solve(&residual));
-                }
-            }
-            posterior = Posterior::new(&information, &pull)?;
         }
         Some(posterior)
     }
 }
 
+/// A look at some components from a pose of which the covariance is known, in coordinates ξ.
+struct Look<'l, 'v, X: MeasurementModel> {
+    view: View<'v, X>,
+    /// A.
+    root: &'l Linear<TangentOf<X::Pose>, TangentOf<X::Pose>>,
+    /// Λ⁻¹.
+    covariance: Symmetric<TangentOf<X::Pose>>,
+    scan: &'l Scan<'l, X::Measurement>,
+}
+
+impl<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>> Look<'_, '_, X> {
+    /// What is expected of a component from the uncertain pose.
+    #[inline]
+    fn at<N: Vector<Scalar = T>>(&self, component: &Component<N>) -> Option<Sighted<X>> {
+        let mut blurred = self.view.expect(component)?;
+        let by_pose = self.view.sensor.by_pose(&self.view.frame, &component.position(), &blurred.expected());
+        let slope = product::<X::Measurement, P::Tangent, P::Tangent>(&by_pose, self.root);
+        let sharp = blurred.innovation_covariance;
+        blurred.blur(&self.covariance.congruence::<X::Measurement>(&slope));
+        Some(Sighted { sharp, blurred, slope })
+    }
+
+    /// Adds a component's terms to η_z; whether it has any.
+    #[inline(never)]
+    fn claims<N: Vector<Scalar = T>>(&self, component: &Component<N>, eta: &mut [LnSum<T>]) -> bool {
+        let mut any = false;
+        if let Some(Sighted { blurred, .. }) = &self.at(component) {
+            self.view.matches(blurred, self.scan, |found| {
+                any = true;
+                if let Some(eta) = eta.get_mut(found.index) {
+                    eta.add(found.ln_term);
+                }
+            });
+        }
+        any
+    }
+
+    /// Fills the workspace with the components of a map that claim a share of some measurement, and η_z with their terms.
+    fn gather<F: Feature<Position = P::Position>>(
+        &self,
+        maps: &mut Maps<'_, F>,
+        particle: usize,
+        bounds: &Bounds<P::Position>,
+        ln_floor: T,
+        eta: &mut [LnSum<T>],
+    ) {
+        let Maps { table, pool, workspace } = maps;
+        workspace.clear(ln_floor);
+        for component in on_pages_within((table, pool), particle, bounds) {
+            if self.claims(component, eta) {
+                workspace.push(component, Origin::Missed);
+            }
+        }
+    }
+
+    /// Adds the terms of the components in a workspace to η_z.
+    fn claim<N: Vector<Scalar = T>>(&self, workspace: &Workspace<'_, N>, eta: &mut [LnSum<T>]) {
+        for Entry { component, .. } in workspace.in_view() {
+            self.claims(component, eta);
+        }
+    }
+
+    /// The Gaussian that the components' shares of the measurements make of the prior. Shares are those of complete η_z; what explains
+    /// less than `least` of a measurement does not speak for it.
+    fn steered<'c>(
+        &self,
+        components: impl Iterator<Item = &'c Component<P::Position>>,
+        mean: &P::Tangent,
+        least: T,
+        eta: &[LnSum<T>],
+    ) -> Option<Posterior<P::Tangent>>
+    where
+        P::Position: 'c,
+    {
+        let (mut information, mut pull) = (identity(), P::Tangent::ZERO);
+        for component in components {
+            let Some(seen) = self.at(component) else { continue };
+            let (mut share_sum, mut innovation_sum) = (T::ZERO, X::Measurement::ZERO);
+            self.view.matches(&seen.blurred, self.scan, |found| {
+                let ln_eta = eta.get(found.index).map_or(T::INFINITY, LnSum::ln);
+                let share = (found.ln_term - ln_eta).exp();
+                if share >= least {
+                    share_sum += share;
+                    innovation_sum += found.innovation * share;
+                }
+            });
+            if share_sum > T::ZERO
+                && let Some(sharp) = seen.sharp.factor()
+            {
+                let slope = &seen.slope;
+                let back = transposed::<X::Measurement, P::Tangent>(slope);
+                let told = sharp.inverse().congruence::<P::Tangent>(&back);
+                information = information.plus(&told.scaled(share_sum));
+                let expected = applied::<X::Measurement, P::Tangent>(slope, mean);
+                let residual = innovation_sum + expected * share_sum;
+                pull += applied::<P::Tangent, X::Measurement>(&back, &sharp.solve(&residual));
+            }
+        }
+        Posterior::new(&information, &pull)
+    }
+}
+
 /// What is expected of a component from an uncertain pose.
 struct Sighted<X: MeasurementModel> {
-    /// From the pose itself.
-    sharp: ExpectationOf<X>,
+    /// S, from the pose itself.
+    sharp: Symmetric<X::Measurement>,
     /// With the uncertainty of the pose in S.
     blurred: ExpectationOf<X>,
     /// ∂h/∂ξ = ∂h/∂x A.
     slope: Linear<X::Measurement, TangentOf<X::Pose>>,
-}
-
-impl<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>> Sighted<X> {
-    fn new<N: Vector<Scalar = T>>(
-        view: &View<'_, X>,
-        component: &Component<N>,
-        root: &Linear<P::Tangent, P::Tangent>,
-        covariance: &Symmetric<P::Tangent>,
-    ) -> Option<Self> {
-        let sharp = view.expect(component)?;
-        let by_pose = view.sensor.by_pose(&view.frame, &component.position(), &sharp.expected());
-        let slope = product::<X::Measurement, P::Tangent, P::Tangent>(&by_pose, root);
-        let blurred = sharp.blurred(&covariance.congruence::<X::Measurement>(&slope));
-        Some(Self { sharp, blurred, slope })
-    }
 }
