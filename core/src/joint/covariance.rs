@@ -2,6 +2,7 @@
 //! one feature after the other.
 
 use crate::numerics::vector::{applied, product};
+use crate::numerics::work;
 use crate::{Linear, Matrix, Pose, PositionOf, Real, ScalarOf, Symmetric, TangentOf, Vector, Zero};
 
 /// Numbers in the lower triangle of the joint covariance of a pose of `pose` coordinates and `features` features of `dimension`
@@ -25,6 +26,33 @@ const fn row_start(row: usize) -> usize {
 #[derive(Debug)]
 pub(super) struct Joint<'s, P: Pose> {
     pub(super) numbers: &'s mut [ScalarOf<P>],
+}
+
+/// Adds to two rows of the triangle, of the same length, the products of what is weighed for each with what goes with every column.
+#[inline]
+fn add_columns<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
+    [of_upper, of_lower]: &[Z; 2],
+    common: &Common<'_, P, Z>,
+    (upper, lower): (&mut [T], &mut [T]),
+) {
+    let add = |((upper, lower), of_column): ((&mut T, &mut T), &Z)| {
+        *upper += of_upper.dot(of_column);
+        *lower += of_lower.dot(of_column);
+    };
+    let of_pose = P::Tangent::DIMENSION.min(upper.len());
+    let (pose_upper, upper) = upper.split_at_mut(of_pose);
+    let (pose_lower, lower) = lower.split_at_mut(of_pose.min(lower.len()));
+    pose_upper.iter_mut().zip(pose_lower).zip(common.pose.as_ref()).for_each(add);
+    let whole = upper.len() / P::Position::DIMENSION;
+    let (mut upper, mut lower) =
+        (upper.chunks_exact_mut(P::Position::DIMENSION), lower.chunks_exact_mut(P::Position::DIMENSION));
+    for ((upper, lower), columns) in upper.by_ref().zip(lower.by_ref()).zip(common.features.iter()) {
+        upper.iter_mut().zip(lower).zip(columns.as_ref()).for_each(add);
+    }
+    // Of the rows' own feature, the columns before their own.
+    if let Some(columns) = common.features.get(whole) {
+        upper.into_remainder().iter_mut().zip(lower.into_remainder()).zip(columns.as_ref()).for_each(add);
+    }
 }
 
 /// The covariances of a pose and one feature.
@@ -209,34 +237,63 @@ impl<T: Real, P: Pose<Scalar = T>> Joint<'_, P> {
         features: usize,
     ) {
         let rounding = T::ONE + T::EPSILON * T::from_f64(4.0);
-        let of_pose = common.pose.as_ref();
         let of_features = common.features.iter().take(features).flat_map(|rows| rows.as_ref());
-        for (row, of_row) in of_pose.iter().chain(of_features).enumerate() {
-            let weighed = applied::<Z, Z>(by, of_row);
-            let add = |(number, of_column): (&mut T, &Z)| *number += weighed.dot(of_column);
-            let start = row_start(row);
-            let Some(numbers) = self.numbers.get_mut(start..=start + row) else { return };
-            let (with_pose, with_features) = numbers.split_at_mut(numbers.len().min(Self::K));
-            with_pose.iter_mut().zip(of_pose).for_each(add);
-            for (numbers, rows) in with_features.chunks_mut(Self::D).zip(common.features.iter()) {
-                numbers.iter_mut().zip(rows.as_ref()).for_each(add);
-            }
-            if let Some(variance) = numbers.last_mut() {
+        let mut rows = common.pose.as_ref().iter().chain(of_features).enumerate();
+        // Two rows at a time, so that what goes with a column is fetched once for both; of an odd number, the first one is the shortest.
+        if first::<P>(features) % 2 == 1
+            && let Some(((_, of_row), variance)) = rows.next().zip(self.numbers.first_mut())
+        {
+            *variance = (*variance + applied::<Z, Z>(by, of_row).dot(of_row)) * rounding;
+        }
+        while let Some(((row, of_upper), (_, of_lower))) = rows.next().zip(rows.next()) {
+            work::round();
+            let numbers = self.numbers.get_mut(row_start(row)..row_start(row + 2));
+            let Some((upper, lower)) = numbers.and_then(|numbers| numbers.split_at_mut_checked(row + 1)) else {
+                return;
+            };
+            let weighed = [of_upper, of_lower].map(|of_row| applied::<Z, Z>(by, of_row));
+            let Some(before) = lower.get_mut(..=row) else { return };
+            add_columns(&weighed, common, (upper, before));
+            if let Some(variance) = upper.last_mut() {
                 *variance *= rounding;
+            }
+            if let Some(variance) = lower.last_mut() {
+                *variance = (*variance + weighed[1].dot(of_lower)) * rounding;
             }
         }
     }
 
-    /// P ← (I + c eᵀ) P (I + c eᵀ)ᵀ over so many features, with e the direction of the coordinate `heading` and c = `lever` of each
-    /// other coordinate (0 of the heading itself): what an uncertain heading means where things have been moved to.
-    pub(super) fn turn(&mut self, heading: usize, lever: impl Fn(usize) -> T, features: usize) {
+    /// P ← (I + c eᵀ) P (I + c eᵀ)ᵀ over so many features, with e the direction of the coordinate `heading` and c the `levers` of the
+    /// pose's other coordinates (0 of the heading itself) and of each feature's: what an uncertain heading means where things have been moved to.
+    pub(super) fn turn(
+        &mut self,
+        heading: usize,
+        (of_pose, of_feature): (&P::Tangent, impl Fn(usize) -> P::Position),
+        features: usize,
+    ) {
         let variance = self.get(heading, heading);
+        let lever = |row: usize| match row.checked_sub(Self::K) {
+            None => of_pose.at(row),
+            Some(behind) => of_feature(behind / Self::D).at(behind % Self::D),
+        };
         for row in (0..first::<P>(features)).filter(|&row| row != heading) {
             let (of_row, with_row) = (lever(row), self.get(row, heading));
-            for column in (0..=row).filter(|&column| column != heading) {
-                let (of_column, with_column) = (lever(column), self.get(column, heading));
-                let grown = of_row * (with_column + of_column * variance) + with_row * of_column;
-                self.set(row, column, self.get(row, column) + grown);
+            let grown =
+                |of_column: T, with_column: T| of_row * (with_column + of_column * variance) + with_row * of_column;
+            for column in (0..Self::K.min(row + 1)).filter(|&column| column != heading) {
+                let more = grown(of_pose.at(column), self.get(column, heading));
+                self.set(row, column, self.get(row, column) + more);
+            }
+            let Some((before, numbers)) = self.numbers.split_at_mut_checked(row_start(row)) else { return };
+            let with_features = numbers.get_mut(Self::K..=row).unwrap_or(&mut []);
+            // Where the covariances of the columns' coordinates with the heading are: one a row.
+            let (mut place, mut next) = (row_start(Self::K) + heading, Self::K + 1);
+            for (feature, numbers) in with_features.chunks_mut(Self::D).enumerate() {
+                let of_columns = of_feature(feature);
+                for (number, &of_column) in numbers.iter_mut().zip(of_columns.as_slice()) {
+                    *number += grown(of_column, before.get(place).copied().unwrap_or(with_row));
+                    (place, next) = (place + next, next + 1);
+                }
             }
         }
         for row in (0..first::<P>(features)).filter(|&row| row != heading) {

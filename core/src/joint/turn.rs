@@ -77,15 +77,13 @@ impl<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>> Memory<'_, P, Z> {
         if unmoved(&known.moved) && slots.iter().take(known.len).all(|slot| unmoved(slot.moved.as_slice())) {
             return;
         }
-        let dimension = P::Position::DIMENSION;
         let of = |moved: &[T], coordinate: usize| lever(moved).get(coordinate).copied().unwrap_or(T::ZERO);
-        let lever = |coordinate: usize| match coordinate.checked_sub(P::Tangent::DIMENSION) {
-            None => of(&known.moved, coordinate),
-            Some(behind) => {
-                slots.get(behind / dimension).map_or(T::ZERO, |slot| of(slot.moved.as_slice(), behind % dimension))
-            }
+        let of_pose = P::Tangent::with(|k| of(&known.moved, k));
+        let of_feature = |feature: usize| {
+            let moved = slots.get(feature).map_or(P::Position::ZERO, |slot| slot.moved);
+            P::Position::with(|d| of(moved.as_slice(), d))
         };
-        joint.turn(heading, lever, known.len);
+        joint.turn(heading, (&of_pose, of_feature), known.len);
         known.moved = [T::ZERO; 2];
         slots.iter_mut().take(known.len).for_each(|slot| slot.moved = Zero::ZERO);
     }

@@ -41,19 +41,21 @@ impl<T: Real> Axis<T> {
 }
 
 impl<T: Real> Cells<T> {
-    /// Lists the components of all cells in `links`, which must be as long as `entries`.
-    pub(crate) fn new<N: Vector<Scalar = T>>(entries: &[Entry<N>], links: &mut [Linked]) -> Self {
-        let axes = [0, 1].map(|axis| Axis::over(entries.iter().map(|entry| along(&entry.component, axis))));
-        let mut cells = Self { first: [[NONE; CELLS]; CELLS], axes };
+    /// Cells of nothing.
+    pub(crate) const EMPTY: Self =
+        Self { first: [[NONE; CELLS]; CELLS], axes: [Axis { low: T::ZERO, per_unit: T::ZERO }; 2] };
+
+    /// Lists the components of all cells in `links`, which must be as long as `entries`. Of empty cells.
+    pub(crate) fn fill<N: Vector<Scalar = T>>(&mut self, entries: &[Entry<N>], links: &mut [Linked]) {
+        self.axes = [0, 1].map(|axis| Axis::over(entries.iter().map(|entry| along(&entry.component, axis))));
         for (index, (entry, link)) in entries.iter().zip(links).enumerate() {
             *link = Linked { next: NONE, head: NONE, first_member: NONE };
-            let [row, column] = [0, 1].map(|axis| cells.axis(axis).cell(along(&entry.component, axis)));
-            if let Some(first) = cells.first.get_mut(row).and_then(|row| row.get_mut(column)) {
+            let [row, column] = [0, 1].map(|axis| self.axis(axis).cell(along(&entry.component, axis)));
+            if let Some(first) = self.first.get_mut(row).and_then(|row| row.get_mut(column)) {
                 link.next = *first;
                 *first = index as u16;
             }
         }
-        cells
     }
 
     #[inline]
@@ -131,7 +133,8 @@ mod tests {
                 })
                 .collect();
             let mut links = vec![Linked { next: 0, head: 0, first_member: 0 }; count];
-            let cells = Cells::new(&entries, &mut links);
+            let mut cells = Cells::EMPTY;
+            cells.fill(&entries, &mut links);
             for Entry { component, .. } in &entries {
                 let mut reached = Vec::new();
                 cells.reached_by(component, 4.0, &links, |place| reached.push(place));

@@ -107,7 +107,8 @@ fn merge_near<T: Real, N: Vector<Scalar = T>>(
     links: &mut [Linked],
     merge_distance: T,
 ) {
-    let cells = Cells::new(entries, links);
+    let mut cells = Cells::EMPTY;
+    cells.fill(entries, links);
     for index in 0..entries.len() {
         let leader = leader(index, entries, links, &cells, merge_distance);
         if let Some(link) = links.get_mut(index) {

@@ -47,6 +47,8 @@ pub struct RangeBearingLimits<T> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RangeBearingWindow<T> {
     limits: RangeBearingLimits<T>,
+    /// As far as this, m, p_D is that at the sensor: most features are, and cost one comparison. Negative for nowhere.
+    even_within_m: T,
 }
 
 impl<T: Real> RangeBearingLimits<T> {
@@ -96,7 +98,12 @@ impl<T: Real> RangeBearingWindow<T> {
     /// A limit is out of [range](RangeBearingLimits::check).
     pub fn new(limits: RangeBearingLimits<T>) -> Result<Self, ModelError> {
         limits.check()?;
-        Ok(Self { limits })
+        let is_even = limits.probability_far == limits.probability_near
+            && limits.range_min_m == T::ZERO
+            && limits.bearing_half_width_rad >= T::PI;
+        // A little less, for rounding.
+        let inner = (limits.range_max_m - limits.range_edge_m) * (T::ONE - T::from_f64(4.0) * T::EPSILON);
+        Ok(Self { limits, even_within_m: if is_even { inner } else { -T::ONE } })
     }
 
     /// A hard-edged full circle of this radius, m, with one probability of detection, as in (5.15).
@@ -139,6 +146,9 @@ impl<T: Real> FieldOfView<PlanarFrame<T>, Vector2<T>, Vector2<T>> for RangeBeari
     fn detection_probability(&self, _frame: &PlanarFrame<T>, _feature: &Vector2<T>, expected: &Vector2<T>) -> T {
         let [[range, bearing]] = expected.data.0;
         let limits = &self.limits;
+        if range <= self.even_within_m {
+            return limits.probability_near;
+        }
         let mut probability = limits.probability_near;
         if limits.probability_far != limits.probability_near {
             let far = (range / limits.range_max_m).at_most(T::ONE);
@@ -176,6 +186,21 @@ mod tests {
             &Vector2::zeros(),
             &Vector2::new(range, bearing),
         )
+    }
+
+    /// Up to the soft edge p_D is that at the sensor to the bit, as the product over all edges has it.
+    #[test]
+    fn it_is_even_where_no_edge_is_near() {
+        let limits = RangeBearingLimits { range_edge_m: 0.3, ..RangeBearingLimits::full_circle(15.0, 0.95) };
+        let even = RangeBearingWindow::new(limits).unwrap();
+        let without = RangeBearingWindow { limits, even_within_m: -1.0 };
+        assert!(even.even_within_m > 14.6);
+        for step in 0..4000 {
+            let range = 14.0 + 0.000_4 * f64::from(step);
+            assert_eq!(probability(&even, range, 1.0), probability(&without, range, 1.0), "{range}");
+        }
+        let ahead = RangeBearingWindow::new(RangeBearingLimits { bearing_half_width_rad: 1.0, ..limits }).unwrap();
+        assert_eq!((probability(&ahead, 3.0, 0.0), probability(&ahead, 3.0, 2.0)), (0.95, 0.0));
     }
 
     #[test]

@@ -422,6 +422,7 @@ mod tests {
         let x = factor.solve(&v);
         assert!((full * x - v).abs().max() < 1e-14);
         assert!((factor.mahalanobis(&v) - v.dot(&x)).abs() < 1e-14);
+        assert!((factor.quadratic(&v) - v.dot(&(full * v))).abs() < 1e-14);
         // By cofactors: 4 (3·2 − 0.2²) − 1 (1·2 − 0.2·(−0.5)) + (−0.5)(1·0.2 − 3·(−0.5)).
         let determinant: f64 = 4.0 * (6.0 - 0.04) - (2.0 + 0.1) - 0.5 * (0.2 + 1.5);
         assert!((factor.ln_determinant() - determinant.ln()).abs() < 1e-14);

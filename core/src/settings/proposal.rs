@@ -17,7 +17,8 @@ pub enum Proposal<T> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Informed<T> {
-    /// Linearisations, 1 to 16. Associations are decided anew in each, from the pose of the one before.
+    /// Linearisations at most, 1 to 16. Associations are decided anew in each, from the pose of the one before; one that moves the pose by no
+    /// more than 0.3 standard deviations of what it finds is the last.
     pub rounds: usize,
     /// Share of the Gaussian's covariance that the samples are drawn with; what is left stays with the particle, and is added to
     /// what the next motion brings. 1: samples of the posterior; 0: its mean, without drawing.

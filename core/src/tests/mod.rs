@@ -1,5 +1,5 @@
 //! Tests of the whole filter that look into its memory or ask its private steps: words that are flipped or miscounted (`faults`,
-//! `drafts`, `flips`, `prior`, `scrubbing`, `taken_over`), snapshots by their bytes, and how often a step goes round (`lying`, `smallest`). What a
+//! `drafts`, `flips`, `prior`, `scrubbing`, `taken_over`), snapshots by their bytes, and how often a step goes round (`lying`, `settled`, `smallest`). What a
 //! user can see of the filter is tested in `core/tests/filter`, with the models of `alone` and `linear`.
 
 pub(crate) mod alone;
@@ -10,6 +10,7 @@ pub(crate) mod linear;
 mod lying;
 mod prior;
 mod scrubbing;
+mod settled;
 mod smallest;
 mod snapshots;
 mod taken_over;

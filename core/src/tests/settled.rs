@@ -1,0 +1,60 @@
+//! How many rounds the informed proposal takes.
+
+use crate::tests::alone::{Alone, Models};
+use crate::tests::linear::{Drift, Offset};
+use crate::*;
+use core::sync::atomic::{AtomicUsize, Ordering};
+use nalgebra::Vector2;
+use std::boxed::Box;
+
+static LOOKS: AtomicUsize = AtomicUsize::new(0);
+
+/// The same p_D everywhere, asked for once a look.
+struct Counted;
+
+impl FieldOfView<Vector2<f64>, Vector2<f64>, Vector2<f64>> for Counted {
+    fn detection_probability(&self, _: &Vector2<f64>, _: &Vector2<f64>, _: &Vector2<f64>) -> f64 {
+        LOOKS.fetch_add(1, Ordering::Relaxed);
+        0.9
+    }
+    fn bounds(&self, _: &Vector2<f64>) -> Bounds<Vector2<f64>> {
+        Bounds::EVERYWHERE
+    }
+}
+
+/// Looks of one scan at two features, and the pose found.
+fn scanned(rounds: usize) -> (usize, Vector2<f64>) {
+    type Memory = State<PlanarPose<f64>, 1, 1, MapMemory<Static<Vector2<f64>>, 1, 8, 8, 32>>;
+    let models = Models {
+        motion: Drift { sigmas: [0.5, 0.2] },
+        sensor: Offset { noise: Symmetric::from_diagonal([0.09, 0.16]) },
+        field_of_view: Counted,
+        clutter: UniformClutter::of_scan(1e-12, 1.0).unwrap(),
+    };
+    let proposal = Proposal::Informed(Informed { rounds, sampled_fraction: 0.0, ..Informed::default() });
+    let config = Config { particles: 1, samples: 1, proposal, ..Config::default() };
+    let mut memory = Box::new(Memory::new());
+    let mut filter = Alone::new(models, Births::NONE, config, &mut memory).unwrap();
+    filter.reset(PlanarPose::new(1.0, -2.0, 0.0), 1).unwrap();
+    let feature = |label: u32, x: f64, y: f64| {
+        let covariance = Symmetric::from_diagonal([0.04, 0.04]);
+        Component { label, ln_weight: 0.7_f64.ln(), mean: Vector2::new(x, y), covariance }
+    };
+    filter.load_map(&[feature(0, 10.0, 5.0), feature(1, -8.0, 14.0)]).unwrap();
+    filter.predict(&Vector2::new(3.0, 1.0), 1.0).unwrap();
+    LOOKS.store(0, Ordering::Relaxed);
+    // From where a deviation of 0.9 of that of x is seen.
+    filter.scan(&[Vector2::new(5.6, 6.1), Vector2::new(-12.4, 15.1)]).unwrap();
+    let pose = filter.estimate_pose().unwrap().mean;
+    (LOOKS.load(Ordering::Relaxed), Vector2::new(pose.x_m, pose.y_m))
+}
+
+/// In a linear model the first round finds the pose, the second one finds that it has been found, and there is no third one. Each but
+/// the first looks at every feature twice.
+#[test]
+fn a_round_that_settles_is_the_last() {
+    let [(once, first), (twice, second), (often, last)] = [1, 2, 16].map(scanned);
+    assert_eq!((twice - once, often), (4, twice));
+    assert_eq!(second, last);
+    assert!((second - first).norm() < 0.01 && (first.x - 4.0).abs() > 0.2, "{first} {second}");
+}
