@@ -36,8 +36,10 @@ fn add_columns<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
     (upper, lower): (&mut [T], &mut [T]),
 ) {
     let add = |((upper, lower), of_column): ((&mut T, &mut T), &Z)| {
-        *upper += of_upper.dot(of_column);
-        *lower += of_lower.dot(of_column);
+        // Both before either is written, which for all that the compiler knows could change the column's part.
+        let (to_upper, to_lower) = (of_upper.dot(of_column), of_lower.dot(of_column));
+        *upper += to_upper;
+        *lower += to_lower;
     };
     let of_pose = P::Tangent::DIMENSION.min(upper.len());
     let (pose_upper, upper) = upper.split_at_mut(of_pose);
