@@ -110,6 +110,16 @@ impl<T: Real, P: Pose<Scalar = T>> Joint<'_, P> {
         self.numbers.get(row_start(row) + column).copied().unwrap_or(T::ZERO)
     }
 
+    /// The covariances of a coordinate with some that follow each other: mostly a piece of one row.
+    #[inline]
+    fn run<N: Vector<Scalar = T>>(&self, row: usize, column: usize) -> N {
+        let start = row_start(row) + column;
+        match self.numbers.get(start..start + N::DIMENSION) {
+            Some(run) if row + 1 >= column + N::DIMENSION => N::with(|k| run.get(k).copied().unwrap_or(T::ZERO)),
+            _ => N::with(|k| self.get(row, column + k)),
+        }
+    }
+
     pub(super) fn set(&mut self, row: usize, column: usize, value: T) {
         let (row, column) = if row >= column { (row, column) } else { (column, row) };
         if let Some(slot) = self.numbers.get_mut(row_start(row) + column) {
@@ -184,8 +194,7 @@ impl<T: Real, P: Pose<Scalar = T>> Joint<'_, P> {
     ) {
         let first = first::<P>(feature);
         into.fill(features, |coordinate| {
-            let pose = P::Tangent::with(|k| self.get(coordinate, k));
-            let own = P::Position::with(|d| self.get(coordinate, first + d));
+            let (pose, own) = (self.run::<P::Tangent>(coordinate, 0), self.run::<P::Position>(coordinate, first));
             let of_measurement = applied::<Y, P::Tangent>(by_pose, &pose) + applied::<Y, P::Position>(by_feature, &own);
             Z::with(|z| of_measurement.at(z))
         });
@@ -215,8 +224,7 @@ impl<T: Real, P: Pose<Scalar = T>> Joint<'_, P> {
         into: &mut Common<'_, P, Z>,
     ) {
         into.fill(features, |coordinate| {
-            let pose = P::Tangent::with(|k| self.get(coordinate, k));
-            let of_measurement = applied::<Y, P::Tangent>(by_pose, &pose);
+            let of_measurement = applied::<Y, P::Tangent>(by_pose, &self.run(coordinate, 0));
             Z::with(|z| of_measurement.at(z))
         });
     }
@@ -326,8 +334,7 @@ impl<T: Real, P: Pose<Scalar = T>> Joint<'_, P> {
     ) {
         let first = first::<P>(features);
         for column in 0..first {
-            let of = P::Tangent::with(|k| self.get(column, k));
-            let cross = applied::<P::Position, P::Tangent>(by_pose, &of);
+            let cross = applied::<P::Position, P::Tangent>(by_pose, &self.run(column, 0));
             (0..Self::D).for_each(|d| self.set(first + d, column, cross.at(d)));
         }
         let block = sandwiched::<P::Position, P::Tangent, P::Tangent>(by_pose, &self.pose(), by_pose) + *own;
