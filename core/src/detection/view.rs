@@ -313,8 +313,8 @@ impl<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>> View<'_, X> {
 }
 
 impl<'f, T: Real, Z: Vector<Scalar = T>> Match<'f, Z> {
-    /// A measurement near what is expected; `None` where rounding has left S without a factor. Apart from the loop over the
-    /// measurements, most of which do not come this far, so that the loop stays in the processor's registers.
+    /// A measurement near what is expected; `None` where rounding has left S without a factor. Written out in the loop over the
+    /// measurements: four of five looks come this far, and a call would pass all of it through memory.
     #[inline(always)]
     fn of(
         index: usize,
