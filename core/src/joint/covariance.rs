@@ -2,7 +2,6 @@
 //! one feature after the other.
 
 use crate::numerics::vector::{applied, product};
-use crate::numerics::work;
 use crate::{Linear, Matrix, Pose, PositionOf, Real, ScalarOf, Symmetric, TangentOf, Vector, Zero};
 
 /// Numbers in the lower triangle of the joint covariance of a pose of `pose` coordinates and `features` features of `dimension`
@@ -256,7 +255,6 @@ impl<T: Real, P: Pose<Scalar = T>> Joint<'_, P> {
             *variance = (*variance + applied::<Z, Z>(by, of_row).dot(of_row)) * rounding;
         }
         while let Some(((row, of_upper), (_, of_lower))) = rows.next().zip(rows.next()) {
-            work::round();
             let numbers = self.numbers.get_mut(row_start(row)..row_start(row + 2));
             let Some((upper, lower)) = numbers.and_then(|numbers| numbers.split_at_mut_checked(row + 1)) else {
                 return;
