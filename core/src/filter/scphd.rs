@@ -94,6 +94,48 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'s, M> {
         Ok(Self { motion, config, memory })
     }
 
+    /// Another filter over a state that one of this motion and configuration has just worked on: [`new`](Self::new) in constant
+    /// time, since it does not look the state over. For a program that keeps the state, and borrows a filter for every step.
+    ///
+    /// ```
+    /// # use nalgebra::Vector2;
+    /// # use scphd::{Config, ControlNoise, MapMemory, PlanarPose, ScPhd, SetupError, State, Static, Step, Unicycle, UnicycleControl};
+    /// type Memory = State<PlanarPose<f32>, 16, 16, MapMemory<Static<Vector2<f32>>, 16, 64, 8, 128>>;
+    /// struct Vehicle { motion: Unicycle<f32>, config: Config<f32>, state: Box<Memory> }
+    ///
+    /// impl Vehicle {
+    ///     fn filter(&mut self) -> Result<ScPhd<'_, Unicycle<f32>>, SetupError> {
+    ///         ScPhd::reborrow(self.motion, self.config, &mut self.state)
+    ///     }
+    /// }
+    ///
+    /// # let motion = Unicycle::new(Step::Arc, ControlNoise::white(0.1, 0.02))?;
+    /// # let config = Config { particles: 16, ..Config::default() };
+    /// # let mut vehicle = Vehicle { motion, config, state: Box::new(Memory::new()) };
+    /// vehicle.filter()?.reset(PlanarPose::new(0.0, 0.0, 0.0), 1)?;
+    /// vehicle.filter()?.predict(&UnicycleControl { speed_mps: 1.0, rate_radps: 0.0 }, 0.1)?;
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// The motion or the configuration is out of range, or does not fit the state, or not as many particles or samples as that holds. A
+    /// damaged state is not told from a sound one: `new` and [`audit`](Self::audit) tell.
+    pub fn reborrow<const PARTICLES: usize, const CANDIDATES: usize, SM, VM, const WAITING: usize>(
+        motion: M,
+        config: Config<T>,
+        state: &'s mut State<M::Pose, PARTICLES, CANDIDATES, SM, VM, WAITING>,
+    ) -> Result<Self, SetupError>
+    where
+        SM: MapStorage<Static<PositionOf<M::Pose>>>,
+        VM: MapStorage<Dynamic<PositionOf<M::Pose>>>,
+    {
+        check_capacities(&config, PARTICLES, CANDIDATES)?;
+        motion.check()?;
+        let memory = state.memory();
+        memory.check_held(&config, false)?;
+        Ok(Self { motion, config, memory })
+    }
+
     /// Whether this detector can serve this filter, so that a vehicle need not wait for its first scan to know.
     ///
     /// # Errors

@@ -54,6 +54,30 @@ struct Centreline<T> {
     d_rate: [T; 2],
 }
 
+/// How the map sees the car: its heading, and the lever arm of the sensor around the rear axle, rotated by it.
+struct Attitude<T> {
+    sine: T,
+    cosine: T,
+    /// Forward × heading.
+    across: T,
+    /// Left × heading.
+    along: T,
+}
+
+impl<T: Real> Attitude<T> {
+    /// Velocity of the sensor in x and y by those of centreline and turn.
+    fn velocity(&self, speed: T, rate: T) -> (T, T) {
+        (speed * self.cosine - rate * self.across, speed * self.sine + rate * self.along)
+    }
+
+    /// ∂f/∂u.
+    fn by_control(&self, centreline: &Centreline<T>, dt: T) -> SMatrix<T, 3, 2> {
+        let &Centreline { d_speed: [v, alpha], d_rate: [v_rate, alpha_rate], .. } = centreline;
+        let ((xv, yv), (xa, ya)) = (self.velocity(v, v_rate), self.velocity(alpha, alpha_rate));
+        SMatrix::<T, 3, 2>::new(dt * xv, dt * xa, dt * yv, dt * ya, dt * v_rate, dt * alpha_rate)
+    }
+}
+
 impl<T: Real> Ackermann<T> {
     /// The model of a vehicle.
     ///
@@ -82,10 +106,10 @@ impl<T: Real> Ackermann<T> {
         Centreline { speed, rate: speed * curvature, d_speed, d_rate }
     }
 
-    /// Lever arm of the sensor around the rear axle, rotated by the heading: forward × heading, left × heading.
-    fn lever(&self, sine: T, cosine: T) -> (T, T) {
+    fn attitude(&self, heading_rad: T) -> Attitude<T> {
+        let (sine, cosine) = heading_rad.sin_cos();
         let (a, b) = (self.geometry.sensor_forward_m, self.geometry.sensor_left_m);
-        (a * sine + b * cosine, a * cosine - b * sine)
+        Attitude { sine, cosine, across: a * sine + b * cosine, along: a * cosine - b * sine }
     }
 }
 
@@ -106,12 +130,11 @@ impl<T: Real> Motion for Ackermann<T> {
     }
 
     fn propagate(&self, pose: &Self::Pose, control: &Self::Control, dt: T) -> Self::Pose {
-        let (sine, cosine) = pose.heading_rad.sin_cos();
         let Centreline { speed, rate, .. } = self.centreline(control);
-        let (across, along) = self.lever(sine, cosine);
+        let (x_mps, y_mps) = self.attitude(pose.heading_rad).velocity(speed, rate);
         PlanarPose {
-            x_m: pose.x_m + dt * (speed * cosine - rate * across),
-            y_m: pose.y_m + dt * (speed * sine + rate * along),
+            x_m: pose.x_m + dt * x_mps,
+            y_m: pose.y_m + dt * y_mps,
             heading_rad: wrap(pose.heading_rad + dt * rate),
         }
     }
@@ -122,24 +145,13 @@ impl<T: Real> Motion for Ackermann<T> {
     }
 
     fn linearise(&self, pose: &Self::Pose, control: &Self::Control, dt: T) -> Linearised<Vector3<T>> {
-        let (sine, cosine) = pose.heading_rad.sin_cos();
-        let Centreline { speed, rate, .. } = self.centreline(control);
-        let (across, along) = self.lever(sine, cosine);
+        let (attitude, centreline) = (self.attitude(pose.heading_rad), self.centreline(control));
+        let (x_mps, y_mps) = attitude.velocity(centreline.speed, centreline.rate);
         let (one, zero) = (T::ONE, T::ZERO);
-        let transition = Matrix3::new(
-            one,
-            zero,
-            dt * (-speed * sine - rate * along),
-            zero,
-            one,
-            dt * (speed * cosine - rate * across),
-            zero,
-            zero,
-            one,
-        );
-        let by_control = self.by_control(pose, control, dt);
+        // Turning the start turns the velocity.
+        let transition = Matrix3::new(one, zero, dt * -y_mps, zero, one, dt * x_mps, zero, zero, one);
         let control_noise = self.noise.covariance([control.speed_mps, control.steering_rad], dt);
-        Linearised { transition, noise: control_noise.congruence(&by_control) }
+        Linearised { transition, noise: control_noise.congruence(&attitude.by_control(&centreline, dt)) }
     }
 }
 
@@ -153,15 +165,7 @@ impl<T: Real> ByControl for Ackermann<T> {
     }
 
     fn by_control(&self, pose: &PlanarPose<T>, control: &AckermannControl<T>, dt: T) -> SMatrix<T, 3, 2> {
-        let (sine, cosine) = pose.heading_rad.sin_cos();
-        let Centreline { d_speed, d_rate, .. } = self.centreline(control);
-        let (across, along) = self.lever(sine, cosine);
-        let column = |d_speed: T, d_rate: T| {
-            [dt * (d_speed * cosine - d_rate * across), dt * (d_speed * sine + d_rate * along), dt * d_rate]
-        };
-        let ([v, alpha], [v_rate, alpha_rate]) = (d_speed, d_rate);
-        let ([xv, yv, hv], [xa, ya, ha]) = (column(v, v_rate), column(alpha, alpha_rate));
-        SMatrix::<T, 3, 2>::new(xv, xa, yv, ya, hv, ha)
+        self.attitude(pose.heading_rad).by_control(&self.centreline(control), dt)
     }
 }
 

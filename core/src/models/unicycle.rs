@@ -49,6 +49,14 @@ struct Displacement<T> {
     d_rate: [T; 2],
 }
 
+impl<T: Real> Displacement<T> {
+    /// ∂f/∂u.
+    fn by_control(&self, dt: T) -> SMatrix<T, 3, 2> {
+        let &Self { d_speed: [xv, yv], d_rate: [xw, yw], .. } = self;
+        SMatrix::<T, 3, 2>::new(xv, xw, yv, yw, T::ZERO, dt)
+    }
+}
+
 /// Below half a turn of this, rad, the series of [`chord`] serves: its terms left out are below the rounding of double precision, and above it the
 /// differences of the closed form keep four digits in single precision.
 const SMALL_HALF_TURN_RAD: f64 = 0.05;
@@ -128,13 +136,13 @@ impl<T: Real> Motion for Unicycle<T> {
     }
 
     fn linearise(&self, pose: &Self::Pose, control: &Self::Control, dt: T) -> Linearised<Vector3<T>> {
-        let Displacement { x, y, .. } = self.displacement(pose.heading_rad, control, dt);
+        let displacement = self.displacement(pose.heading_rad, control, dt);
+        let Displacement { x, y, .. } = displacement;
         let (one, zero) = (T::ONE, T::ZERO);
         // Turning the start turns the whole displacement.
         let transition = Matrix3::new(one, zero, -y, zero, one, x, zero, zero, one);
-        let by_control = self.by_control(pose, control, dt);
         let control_noise = self.noise.covariance([control.speed_mps, control.rate_radps], dt);
-        Linearised { transition, noise: control_noise.congruence(&by_control) }
+        Linearised { transition, noise: control_noise.congruence(&displacement.by_control(dt)) }
     }
 }
 
@@ -148,8 +156,7 @@ impl<T: Real> ByControl for Unicycle<T> {
     }
 
     fn by_control(&self, pose: &PlanarPose<T>, control: &UnicycleControl<T>, dt: T) -> SMatrix<T, 3, 2> {
-        let Displacement { d_speed: [xv, yv], d_rate: [xw, yw], .. } = self.displacement(pose.heading_rad, control, dt);
-        SMatrix::<T, 3, 2>::new(xv, xw, yv, yw, T::ZERO, dt)
+        self.displacement(pose.heading_rad, control, dt).by_control(dt)
     }
 }
 

@@ -114,6 +114,35 @@ fn a_state_that_fits_goes_on_to_the_bit() {
     }
 }
 
+/// A program that keeps the state and borrows a filter for every step has the same bits, and is refused what does not fit.
+#[test]
+fn a_filter_borrowed_for_every_step_is_the_same() {
+    let Models { motion, sensor, field_of_view, clutter } = models();
+    let sensing = Sensing { sensor, field_of_view, clutter };
+    for config in [config(8, 2), informed(8, 2, 0.5)] {
+        let mut kept = worked(config, true);
+        let mut filter = Filter::new(models(), BIRTHS, config, &mut *kept).unwrap();
+        let mut state = worked(config, true);
+        let mut scratch = DetectorMemory::<Vector2<f64>, 8>::new();
+        let mut detector = Detector::new(sensing, BIRTHS).unwrap().over(&mut scratch).unwrap();
+        for _ in 0..5 {
+            filter.scan(&scan()).unwrap();
+            filter.predict(&AHEAD, 0.1).unwrap();
+            ScPhd::reborrow(motion, config, &mut *state).unwrap().scan(&mut detector, &scan()).unwrap();
+            ScPhd::reborrow(motion, config, &mut *state).unwrap().predict(&AHEAD, 0.1).unwrap();
+            let borrowed = ScPhd::reborrow(motion, config, &mut *state).unwrap().digest();
+            assert_eq!(borrowed, filter.digest());
+        }
+    }
+    let mut state = worked(config(8, 2), true);
+    let refusal = ScPhd::reborrow(motion, config(2, 8), &mut *state).err();
+    assert_eq!(refusal, Some(SetupError::HeldParticles { held: 8, configured: 2 }));
+    let refusal = ScPhd::reborrow(motion, config(8, 1), &mut *state).err();
+    assert_eq!(refusal, Some(SetupError::HeldSamples { held: 2, configured: 1 }));
+    let refusal = ScPhd::reborrow(motion, config(9, 1), &mut *state).err();
+    assert_eq!(refusal, Some(SetupError::TooManyParticles { particles: 9, capacity: 8 }));
+}
+
 /// Every kind of damage that a fault of the memory may do is found.
 #[test]
 fn a_damaged_state_is_refused() {

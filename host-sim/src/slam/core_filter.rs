@@ -27,7 +27,7 @@ const FEATURES: usize = 512 * scphd::PAGE_LEN;
 
 /// A state of whatever capacities.
 pub(crate) trait Room<M: Motion>: Debug {
-    /// The filter over it, which goes on from where the last one left off.
+    /// The filter over it, which goes on from where the last one left off. In constant time: it is borrowed for every step.
     fn filter(&mut self, motion: M, config: Config<ScalarOf<M::Pose>>) -> Result<ScPhd<'_, M>, SetupError>;
 
     /// Scratch for updates of its maps on several threads.
@@ -53,7 +53,7 @@ where
     V: MapStorage<Dynamic<PositionOf<M::Pose>>> + 'static,
 {
     fn filter(&mut self, motion: M, config: Config<ScalarOf<M::Pose>>) -> Result<ScPhd<'_, M>, SetupError> {
-        ScPhd::new(motion, config, self)
+        ScPhd::reborrow(motion, config, self)
     }
 
     fn update_memory(&self) -> Box<dyn UpdateRoom<PositionOf<M::Pose>>> {
