@@ -167,43 +167,92 @@ fn first_of<T: Real, N: Vector<Scalar = T>, I: Iterator<Item = Component<N>>>(
     least_weight: T,
     features: &mut [Component<N>],
 ) -> MapEstimate<T> {
-    let expected_features = map().fold(waiting, |sum, component| sum + component.ln_weight.exp());
-    let rounded = (expected_features + T::from_f64(0.5)).floor().to_i32();
     let ln_least = least_weight.ln();
-    let heavy_enough = || map().filter(|component| component.ln_weight >= ln_least);
+    let (expected_features, heavy_enough) = map().fold((waiting, 0), |(sum, count), component| {
+        (sum + component.ln_weight.exp(), count + usize::from(component.ln_weight >= ln_least))
+    });
+    let rounded = (expected_features + T::from_f64(0.5)).floor().to_i32();
     let expected = match extraction {
         Extraction::Heaviest | Extraction::Peaks => usize::try_from(rounded).unwrap_or(0),
         Extraction::Confirmed => usize::MAX,
     };
-    let wanted = heavy_enough().count().min(expected);
+    let wanted = expected.min(heavy_enough);
     let buffer = features.len().min(wanted);
     let features = features.get_mut(..buffer).unwrap_or(&mut []);
-    // Insertion into the sorted buffer: linear in the map for every feature at worst, without memory of its own.
+    // Insertion into the sorted buffer, without memory of its own.
     let mut held = 0;
-    for component in heavy_enough() {
+    for component in map().filter(|component| component.ln_weight >= ln_least) {
+        let peak = ln_peak(extraction, &component);
+        let place = features.get(..held).unwrap_or(&[]).partition_point(|slot| {
+            let of_slot = ln_peak(extraction, slot);
+            !(peak > of_slot || (peak == of_slot && heavier(&component, slot)))
+        });
+        held = (held + 1).min(buffer);
         let mut carried = component;
-        for (place, slot) in features.iter_mut().enumerate() {
-            if place == held {
-                *slot = carried;
-                held += 1;
-                break;
-            }
-            if comes_first(extraction, &carried, slot) {
-                core::mem::swap(&mut carried, slot);
-            }
-        }
+        features.iter_mut().take(held).skip(place).for_each(|slot| core::mem::swap(&mut carried, slot));
     }
     MapEstimate { expected_features, features: held, left_out: wanted - held }
 }
 
-/// Whether `a` is extracted before `b`.
-fn comes_first<T: Real, N: Vector<Scalar = T>>(extraction: Extraction, a: &Component<N>, b: &Component<N>) -> bool {
-    if extraction == Extraction::Heaviest {
-        return heavier(a, b);
+/// What components are extracted by, the greatest first, before their weight.
+fn ln_peak<T: Real, N: Vector<Scalar = T>>(extraction: Extraction, component: &Component<N>) -> T {
+    match extraction {
+        Extraction::Heaviest => T::ZERO,
+        Extraction::Peaks | Extraction::Confirmed => {
+            component.covariance.factor().map_or(T::NEG_INFINITY, |factor| component.ln_weight + factor.ln_peak())
+        }
     }
-    let ln_peak = |component: &Component<N>| {
-        component.covariance.factor().map_or(T::NEG_INFINITY, |factor| component.ln_weight + factor.ln_peak())
-    };
-    let (of_a, of_b) = (ln_peak(a), ln_peak(b));
-    of_a > of_b || (of_a == of_b && heavier(a, b))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{first_of, ln_peak};
+    use crate::settings::config::Extraction;
+    use crate::{Component, Noise, Symmetric};
+    use nalgebra::Vector2;
+    use std::vec::Vec;
+
+    fn mixture(len: usize) -> Vec<Component<Vector2<f32>>> {
+        let mut noise = Noise::seeded(5);
+        let mut uniform = || noise.uniform::<f32>();
+        (0..len)
+            .map(|label| Component {
+                label: label as u32,
+                // A few of the same weight each.
+                ln_weight: -(4.0 * uniform()).floor(),
+                mean: Vector2::new(uniform(), uniform()),
+                covariance: Symmetric::from_diagonal([0.1 + uniform(), 0.1 + uniform()]),
+            })
+            .collect()
+    }
+
+    /// What is written is the beginning of the whole mixture, sorted; what finds no room in the buffer is counted.
+    #[test]
+    fn the_first_of_the_order_are_extracted() {
+        let all = mixture(200);
+        for (extraction, least_weight) in
+            [(Extraction::Heaviest, 0.3), (Extraction::Peaks, 0.0), (Extraction::Confirmed, 0.1)]
+        {
+            let mut sorted: Vec<_> =
+                all.iter().filter(|component| component.ln_weight >= f32::ln(least_weight)).collect();
+            let key = |component: &Component<Vector2<f32>>| {
+                (-ln_peak(extraction, component), -component.ln_weight, component.mean.x)
+            };
+            sorted.sort_by(|a, b| key(a).partial_cmp(&key(b)).unwrap());
+            let total: f32 = all.iter().map(|component| component.ln_weight.exp()).sum();
+            let expected = if extraction == Extraction::Confirmed { usize::MAX } else { (total + 0.5) as usize };
+            let wanted = sorted.len().min(expected);
+            assert!(wanted > 40, "{wanted}");
+            for room in [0, 1, 17, wanted, 300] {
+                let mut features = std::vec![Component::ZERO; room];
+                let estimate = first_of(|| all.iter().copied(), 0.0, extraction, least_weight, &mut features);
+                assert_eq!((estimate.features, estimate.left_out), (wanted.min(room), wanted.saturating_sub(room)));
+                let labels = |component: &Component<Vector2<f32>>| component.label;
+                let extracted: Vec<u32> = features.iter().take(estimate.features).map(labels).collect();
+                let first: Vec<u32> =
+                    sorted.iter().take(estimate.features).map(|component| labels(component)).collect();
+                assert_eq!(extracted, first, "{extraction:?}, room for {room}");
+            }
+        }
+    }
 }
