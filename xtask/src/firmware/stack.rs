@@ -14,6 +14,9 @@ const INTERRUPT: &str = "SysTick";
 /// What the processor itself takes for an interrupt: 26 registers, and a word so that they begin at a multiple of eight.
 const INTERRUPT_FRAME: u32 = 4 * (26 + 1);
 
+/// NOP, with which compilers fill up to a whole word.
+const NO_OPERATION: u16 = 0xbf00;
+
 /// One function.
 #[derive(Debug, Default)]
 struct Function {
@@ -69,7 +72,9 @@ impl Image {
             let offset = (address - start) as usize;
             code.get(offset..offset + 2).map_or(0, |bytes| u16::from_le_bytes([bytes[0], bytes[1]]))
         };
-        let is_branch = |address: u32| {
+        // Branches stand at whole words; before them there may be an instruction that does nothing.
+        let is_table = |address: u32| {
+            let address = if half_word(address) == NO_OPERATION { address.next_multiple_of(4) } else { address };
             let (_, effect) = decode(address, half_word(address), half_word(address + 2));
             matches!(effect, Effect::GoesTo(_))
         };
@@ -93,7 +98,7 @@ impl Image {
                     Effect::GoesTo(target) if (address..end).contains(&target) => {}
                     Effect::GoesTo(target) => function.callees.push(target),
                     // The table is branches, which are read as they come.
-                    Effect::GoesByTable if is_branch(place + length) => {}
+                    Effect::GoesByTable if is_table(place + length) => {}
                     Effect::GoesByTable | Effect::GoesAnywhere => function.unknown = Some("calls through a pointer"),
                     Effect::SetsStack => function.unknown = Some("moves its stack by a variable"),
                 }
