@@ -1,6 +1,6 @@
 //! What a run leaves behind: one row a scan and the final map, for scores, tables and plots.
 
-use crate::dimensions::{Covariance, Dimensions, Planar, distance};
+use crate::dimensions::{Coordinates, Covariance, Dimensions, Planar, distance};
 use crate::score::map_error::MapError;
 use crate::score::moving::ScanMatch;
 
@@ -86,6 +86,15 @@ impl<D: Dimensions> ScanRecord<D> {
     #[must_use]
     pub fn position_error_m(&self) -> Option<f64> {
         Some(distance(&self.true_position?, &self.pose))
+    }
+
+    /// The root of the mean square distance from the truth that the filter expects, by the covariance of the estimate and the noise of the
+    /// truth, m.
+    #[must_use]
+    pub fn expected_error_m(&self) -> f64 {
+        let variances = self.pose_covariance.as_ref().iter().enumerate().take(D::Position::COUNT);
+        let of_truth = self.truth_sigma_m * self.truth_sigma_m;
+        variances.map(|(k, row)| row.as_ref()[k] + of_truth).sum::<f64>().sqrt()
     }
 
     /// The distance of dead reckoning from the truth, m, where that is known.

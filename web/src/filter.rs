@@ -70,7 +70,7 @@ pub(crate) fn filter(memory: &mut Memory, particles: usize) -> Result<Filter<'_>
         extraction_weight: 0.3,
         ..Config::blind(particles, 1)
     };
-    ScPhd::new(motion, config, memory).map_err(|_| Refused)
+    ScPhd::reborrow(motion, config, memory).map_err(|_| Refused)
 }
 
 type Models = Sensing<RangeBearing<f32>, RangeBearingWindow<f32>, UniformClutter<f32>>;

@@ -94,8 +94,8 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'s, M> {
         Ok(Self { motion, config, memory })
     }
 
-    /// Another filter over a state that one of this motion and configuration has just worked on: [`new`](Self::new) in constant
-    /// time, since it does not look the state over. For a program that keeps the state, and borrows a filter for every step.
+    /// Another filter over a state that one of this motion and configuration has just worked on: [`new`](Self::new) without looking the
+    /// maps over, so that it takes no longer the more they hold. For a program that keeps the state, and borrows a filter for every step.
     ///
     /// ```
     /// # use nalgebra::Vector2;
@@ -118,8 +118,8 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'s, M> {
     /// ```
     ///
     /// # Errors
-    /// The motion or the configuration is out of range, or does not fit the state, or not as many particles or samples as that holds. A
-    /// damaged state is not told from a sound one: `new` and [`audit`](Self::audit) tell.
+    /// The motion or the configuration is out of range, or does not fit the state or what that holds. A damaged state is not told from a
+    /// sound one: `new` and [`audit`](Self::audit) tell.
     pub fn reborrow<const PARTICLES: usize, const CANDIDATES: usize, SM, VM, const WAITING: usize>(
         motion: M,
         config: Config<T>,
@@ -132,7 +132,7 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'s, M> {
         check_capacities(&config, PARTICLES, CANDIDATES)?;
         motion.check()?;
         let memory = state.memory();
-        memory.check_held(&config, false)?;
+        memory.check_held(&config)?;
         Ok(Self { motion, config, memory })
     }
 
@@ -284,7 +284,7 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'s, M> {
     ///
     /// # Errors
     /// A measurement is not finite, there are more than the detector has room for, its births move and the state has no moving
-    /// maps, or the filter has not been reset; the state is as it was.
+    /// maps, the covariance of the sensor's noise is not positive definite, or the filter has not been reset; the state is as it was.
     pub fn scan<X: MeasurementModel<Pose = M::Pose>>(
         &mut self,
         detector: &mut Detector<X, ScanRoom<'_, X::Measurement>>,
@@ -351,7 +351,7 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'s, M> {
         Ok(())
     }
 
-    /// Goes on with another tuning, between any two steps.
+    /// Goes on with another tuning, between any two steps. Looks the whole state over, as [`new`](Self::new) does.
     ///
     /// # Errors
     /// It is out of range, or does not fit the state or what that holds, as for [`new`](Self::new); the filter keeps the one it had.

@@ -162,18 +162,18 @@ pub(crate) struct Memory<'s, P: Pose> {
 impl<T: Real, P: Pose<Scalar = T>> Memory<'_, P> {
     /// Whether a filter of this configuration, which fits the memory, can go on from what an earlier one has left in it.
     pub(crate) fn check(&mut self, config: &Config<T>) -> Result<(), SetupError> {
-        let pose_covariances = self.pose_covariances.get(..self.cursor.particles).unwrap_or(&[]);
-        let has_covariances = pose_covariances.iter().any(|pose_covariance| *pose_covariance != Symmetric::ZERO);
-        self.check_held(config, has_covariances)?;
+        self.check_held(config)?;
         self.audit().map_err(SetupError::HeldDamaged)
     }
 
-    /// The same by what is counted alone, given whether poses are uncertain in themselves.
-    pub(crate) fn check_held(&self, config: &Config<T>, has_covariances: bool) -> Result<(), SetupError> {
+    /// The same of a state that is known to be sound.
+    pub(crate) fn check_held(&self, config: &Config<T>) -> Result<(), SetupError> {
         let Cursor { particles, children, predicted, .. } = *self.cursor;
         if particles == 0 {
             return Ok(());
         }
+        let pose_covariances = self.pose_covariances.get(..particles).unwrap_or(&[]);
+        let has_covariances = pose_covariances.iter().any(|pose_covariance| *pose_covariance != Symmetric::ZERO);
         Held { particles, children, predicted, has_covariances }.check(config)
     }
 

@@ -145,11 +145,11 @@ impl<T: Real, P: Pose<Scalar = T>> Common<P> {
 
 impl<T: Real, P: Pose<Scalar = T>> Mover<P> {
     pub(super) const ZERO: Self =
-        Self { component: Component::ZERO, detection: T::ZERO, not_detected: T::ZERO, claimed: T::ZERO, rival: NONE };
+        Self { component: Component::ZERO, detection: T::ZERO, not_detected: T::ZERO, claimed: T::ZERO, rival: 0 };
 
     /// Of a component, not yet looked at.
     pub(super) fn new(component: Component<MovingOf<P>>) -> Self {
-        Self { component, ..Self::ZERO }
+        Self { component, rival: NONE, ..Self::ZERO }
     }
 
     /// The static feature that it may be instead.

@@ -14,8 +14,7 @@ pub trait Motion {
     /// The control input u, such as odometry.
     type Control: Copy;
 
-    /// The parameter that the model cannot work with, if any: asked by [`ScPhd::new`](crate::ScPhd::new) and
-    /// [`ScPhd::retune`](crate::ScPhd::retune).
+    /// The parameter that the model cannot work with, if any: asked wherever a filter is made with the model, or goes on with it.
     ///
     /// # Errors
     /// Names the parameter and its range. None unless the model says otherwise.

@@ -229,11 +229,12 @@ impl core::error::Error for PredictError {}
 pub enum ScanError {
     /// The state holds no particles: it has not been reset yet.
     NotStarted,
-    /// The scan has more measurements than the state holds; the caller chooses which to leave out.
+    /// The scan has more measurements than there is room for, in the detector's memory or in that of a joint map; the caller chooses which
+    /// to leave out.
     TooManyMeasurements {
         /// Measurements in the scan.
         measurements: usize,
-        /// Measurements the state holds.
+        /// Measurements there is room for.
         capacity: usize,
     },
     /// A measurement is not finite.

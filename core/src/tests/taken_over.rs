@@ -139,6 +139,9 @@ fn a_filter_borrowed_for_every_step_is_the_same() {
     assert_eq!(refusal, Some(SetupError::HeldParticles { held: 8, configured: 2 }));
     let refusal = ScPhd::reborrow(motion, config(8, 1), &mut *state).err();
     assert_eq!(refusal, Some(SetupError::HeldSamples { held: 2, configured: 1 }));
+    let mut uncertain = worked(informed(8, 1, 1.0), true);
+    let refusal = ScPhd::reborrow(motion, config(8, 1), &mut *uncertain).err();
+    assert_eq!(refusal, Some(SetupError::HeldCovariance));
     let refusal = ScPhd::reborrow(motion, config(9, 1), &mut *state).err();
     assert_eq!(refusal, Some(SetupError::TooManyParticles { particles: 9, capacity: 8 }));
 }

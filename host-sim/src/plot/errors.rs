@@ -17,7 +17,7 @@ const STRETCH: [f64; 2] = [2.5, 3.5];
 /// The picture of errors, number of features and effective number of particles of `runs` over the log of that name.
 ///
 /// Position error: distance of estimate and truth at the scans with truth, under the filter's own 2σ, where
-/// σ² = `P_xx` + `P_yy`, in space + `P_zz`, is the mean square distance it expects. Heading error: signed, with ±2σ; only where the
+/// σ² = `P_xx` + `P_yy`, in space + `P_zz`, is the mean square distance it expects, with that of the truth's own noise. Heading error: signed, with ±2σ; only where the
 /// truth has a heading. Dead reckoning may leave the frame; its label then says how far it went.
 pub fn figure<D: Dimensions>(name: &str, runs: &[(&str, &Record<D>)]) -> Figure {
     let start_s =
@@ -54,10 +54,7 @@ fn curve<D: Dimensions>(
 
 /// Position error of every run and of dead reckoning, m.
 fn position_chart<D: Dimensions>(runs: &[(&str, &Record<D>)], start_s: f64) -> Chart {
-    let band = |scan: &ScanRecord<D>| {
-        let variances = scan.pose_covariance.as_ref().iter().enumerate().take(D::Position::COUNT);
-        [0.0, 2.0 * variances.map(|(k, row)| row.as_ref()[k]).sum::<f64>().sqrt()]
-    };
+    let band = |scan: &ScanRecord<D>| [0.0, 2.0 * scan.expected_error_m()];
     let (error, reckoned) = (ScanRecord::position_error_m, ScanRecord::dead_reckoning_error_m);
     let series = Series::new(runs, start_s, error, reckoned, band);
     let largest = series.largest();

@@ -127,7 +127,7 @@ impl<'a> Data<'a> {
              estimated pose; otherwise as unexplained: false or new. A feature is missed where it is expected in view and no detection lies \
              within that gate. The filter itself makes no such decisions."
                 .to_owned(),
-            "Ellipses hold 95 % by the filter's own covariance. 2 σ of the position is twice the root of the sum of its variances; the error lies under it \
+            "Ellipses hold 95 % by the filter's own covariance. 2 σ of the position is twice the root of the sum of its variances, with those of a truth that has noise of its own; the error lies under it \
              nearly always where the filter knows how wrong it is."
                 .to_owned(),
         ];
@@ -182,7 +182,7 @@ impl Series {
             scans.clone().map(|(_, scan)| of(scan)).collect()
         }
         let n = D::Position::COUNT;
-        let variance = |scan: &ScanRecord<D>, k: usize| scan.pose_covariance.as_ref()[k].as_ref()[k];
+        let heading_variance = |scan: &ScanRecord<D>| scan.pose_covariance.as_ref()[n].as_ref()[n];
         let stage = |stage: usize| scans.clone().map(|(place, _)| Some((*stages_us.get(place)?)?[stage])).collect();
         let heading_error =
             |scan: &ScanRecord<D>| Some(wrap(D::heading(&scan.pose) - scan.true_heading_rad?).abs().to_degrees());
@@ -193,10 +193,10 @@ impl Series {
             truth: list(&scans, |scan| scan.true_position.map(|place| place.as_ref().to_vec())),
             dead_reckoning: list(&scans, |scan| scan.dead_reckoning.as_ref()[..n].to_vec()),
             position_error_m: list(&scans, ScanRecord::position_error_m),
-            position_2sigma_m: list(&scans, |scan| 2.0 * (0..n).map(|k| variance(scan, k)).sum::<f64>().sqrt()),
+            position_2sigma_m: list(&scans, |scan| 2.0 * scan.expected_error_m()),
             dead_reckoning_error_m: list(&scans, ScanRecord::dead_reckoning_error_m),
             heading_error_deg: list(&scans, heading_error),
-            heading_2sigma_deg: list(&scans, |scan| 2.0 * variance(scan, n).sqrt().to_degrees()),
+            heading_2sigma_deg: list(&scans, |scan| 2.0 * heading_variance(scan).sqrt().to_degrees()),
             ospa_m: list(&scans, |scan| scan.map_error.map(|error| error.far.distance)),
             n_eff: list(&scans, |scan| scan.n_eff),
             features_estimated: list(&scans, |scan| scan.features_estimated),

@@ -195,7 +195,9 @@ mod tests {
         assert!((known(&here).0 - 0.5).abs() < 1e-15 && (known(&here).1.unwrap() - 1.0 / 3.0).abs() < 1e-12);
         assert_eq!(known(&there), (8.0, None));
         // A truth that is as uncertain as the estimate halves it along x.
-        assert!((known(&ScanRecord { truth_sigma_m: 2.0, ..here.clone() }).0 - 0.25).abs() < 1e-15);
+        let uncertain = ScanRecord { truth_sigma_m: 2.0, ..here.clone() };
+        assert!((known(&uncertain).0 - 0.25).abs() < 1e-15);
+        assert_eq!((here.expected_error_m(), uncertain.expected_error_m()), (5.0_f64.sqrt(), 13.0_f64.sqrt()));
         let scans = [here, there, ScanRecord::at(1.0, [0.0; 3])];
         let positions = SquaredErrors::of_positions(&scans);
         // The upper bound of χ² is 7.38 of two degrees of freedom.

@@ -22,12 +22,10 @@ const MEASUREMENTS: usize = 256;
 const WORKERS: usize = 16;
 /// Survivors whose maps are updated before they are stored in order: some for each of a few threads, too.
 const DRAFTS: usize = 32;
-/// Components of one map that an estimate has room for: those of the largest.
-const FEATURES: usize = 512 * scphd::PAGE_LEN;
 
 /// A state of whatever capacities.
 pub(crate) trait Room<M: Motion>: Debug {
-    /// The filter over it, which goes on from where the last one left off. In constant time: it is borrowed for every step.
+    /// The filter over it, which goes on from where the last one left off. It is borrowed for every step.
     fn filter(&mut self, motion: M, config: Config<ScalarOf<M::Pose>>) -> Result<ScPhd<'_, M>, SetupError>;
 
     /// Scratch for updates of its maps on several threads.
@@ -202,7 +200,8 @@ impl<D: Dimensions, M: Motion<Pose: Fixed<D>> + Copy, X: MeasurementModel<Pose =
     }
 
     fn map(&mut self) -> Result<(f64, Vec<MapFeature<D>>), Refusal> {
-        let mut features = vec![Component::<PositionOf<M::Pose>>::ZERO; FEATURES];
+        let held = self.with(0, |filter, _| filter.map(filter.heaviest()).count())?;
+        let mut features = vec![Component::<PositionOf<M::Pose>>::ZERO; held];
         let sensors = self.scratch.len();
         let mut estimate = |sensor| self.with(sensor, |filter, detector| filter.estimate_map(detector, &mut features));
         // What is confirmed is so as one detector sees it: as that does to which most is.
@@ -216,7 +215,8 @@ impl<D: Dimensions, M: Motion<Pose: Fixed<D>> + Copy, X: MeasurementModel<Pose =
     }
 
     fn moving(&mut self) -> Result<Vec<MovingFeature<D>>, Refusal> {
-        let mut features = vec![Component::<MovingOf<M::Pose>>::ZERO; FEATURES];
+        let held = self.with(0, |filter, _| filter.moving_map(filter.heaviest()).count())?;
+        let mut features = vec![Component::<MovingOf<M::Pose>>::ZERO; held];
         let estimate = self.with(0, |filter, _| filter.estimate_moving(&mut features))?;
         let features = features.iter().take(estimate.features).map(moving_of);
         Ok(features.collect())
