@@ -6,7 +6,7 @@ use crate::ekf::Ekf;
 use crate::events::{Event, events};
 use crate::log::{Log, MovingLandmark, Scan, TruePose};
 use crate::settings::{FileProblem, FilterSettings, OutOfRange, SensorSettings, Settings};
-use crate::slam::{Filter, ReferenceFilter, Refusal, Slam, core_filter, joint_filter};
+use crate::slam::{Filter, ReferenceFilter, Refusal, Slam, core_filter, joint_filter, started_nearby};
 use crate::truth::window::Window;
 use crate::vehicle;
 
@@ -83,8 +83,12 @@ impl Kind for Planar {
 
     fn slam(filter: Filter, log: &Log, settings: &Settings, seed: u64) -> Result<Box<dyn Slam>, Refusal> {
         match filter {
-            Filter::Core(precision) => Ok(core_filter(settings, &log.vehicle, log.initial_pose, precision, seed)?),
-            Filter::Joint(precision) => Ok(joint_filter(settings, &log.vehicle, log.initial_pose, precision)?),
+            Filter::Core(precision) => started_nearby(precision, log.initial_pose, |initial_pose| {
+                Ok(core_filter(settings, &log.vehicle, initial_pose, precision, seed)?)
+            }),
+            Filter::Joint(precision) => started_nearby(precision, log.initial_pose, |initial_pose| {
+                Ok(joint_filter(settings, &log.vehicle, initial_pose, precision)?)
+            }),
             Filter::Reference if !log.fixes.is_empty() => {
                 Err(Refusal("the reference takes no fixes of the pose; core, joint and ekf do".into()))
             }
