@@ -1,7 +1,7 @@
 //! What the commands do.
 
 use super::args::{Cli, Command, MainJob, RunArgs, Tuning};
-use super::failure::{Failure, be_quiet, print, warn_of_errors, warning};
+use super::failure::{Failure, be_quiet, note_innovations, print, warn_of_errors, warning};
 use super::folder::export;
 use super::maps::{Maps, told};
 use super::offer::Offer;
@@ -198,6 +198,7 @@ fn report<D: Dimensions>(outputs: &Outputs, sessions: &[Session<D>]) -> Result<(
     }
     sessions.iter().for_each(warn_of_rows);
     summaries.iter().for_each(|summary| warn_of_errors(std::slice::from_ref(summary)));
+    summaries.iter().for_each(note_innovations);
     Ok(())
 }
 

@@ -135,6 +135,26 @@ pub fn warn_of_errors(runs: &[Summary]) {
     ));
 }
 
+/// Tells, on stderr, where a run's innovations are far from what the settings lead one to expect, which needs no truth to be seen.
+pub fn note_innovations(run: &Summary) {
+    if let Some(text) = run.nis_mean.and_then(about_innovations) {
+        notice(format_args!("note: {} by {} {}: {text}", run.log, run.filter, run.precision));
+    }
+}
+
+/// What a mean NIS by dimension says of the noise, where that is half of what was taken, or less, or more by 1.4.
+fn about_innovations(nis_mean: f64) -> Option<String> {
+    let times = nis_mean.sqrt();
+    let advice = if nis_mean < 0.25 {
+        "measurements scatter less than the settings say, or odometry does; state less noise, above all where landmarks are few"
+    } else if nis_mean > 2.0 {
+        "measurements scatter more than the settings say, or odometry does; state more noise, or learn it (`tune`)"
+    } else {
+        return None;
+    };
+    Some(format!("innovations are {times:.2} times what is expected of them (NIS/dim {nis_mean:.2}): {advice}"))
+}
+
 /// Whether nothing is to be told but warnings and errors.
 static QUIET: AtomicBool = AtomicBool::new(false);
 
@@ -159,4 +179,20 @@ pub fn notice(text: impl Display) {
 pub fn warning(text: impl Display) {
     // A word that nobody hears changes nothing.
     let _ = writeln!(io::stderr(), "{text}");
+}
+
+#[cfg(test)]
+mod tests {
+    use super::about_innovations;
+
+    #[test]
+    fn noise_that_is_far_off_is_told() {
+        assert!([0.25, 0.44, 1.0, 2.0].iter().all(|&nis| about_innovations(nis).is_none()));
+        let text = about_innovations(0.16).unwrap();
+        assert!(
+            text.starts_with("innovations are 0.40 times what is expected of them (NIS/dim 0.16): ")
+                && text.contains("less noise")
+        );
+        assert!(about_innovations(2.7).unwrap().contains("more noise"));
+    }
 }
