@@ -58,6 +58,20 @@ impl Place {
     }
 
     /// Changes every number of a column.
+    /// Ranges, and what the head says of them, in another unit.
+    fn ranges(&self, times: f64) {
+        self.column("detections.csv", "range_m", |x| x * times);
+        self.change("log.toml", |text| {
+            let row = |line: &str| match line.split_once(" = ") {
+                Some((key, value)) if key.starts_with("range_") => {
+                    format!("{key} = {:?}\n", times * value.parse::<f64>().unwrap())
+                }
+                _ => format!("{line}\n"),
+            };
+            text.lines().map(row).collect()
+        });
+    }
+
     fn column(&self, file: &str, name: &str, change: impl Fn(f64) -> f64) {
         self.change(file, |text| {
             let mut lines = text.lines();
@@ -301,13 +315,16 @@ fn damaged_logs_of_a_car() {
 #[test]
 fn damaged_logs_of_a_robot_without_truth() {
     use Severity::{Error, Warning};
-    let cases: [Case; 9] = [
+    let cases: [Case; 12] = [
         (
             "turn rates in degrees",
             |p| p.column("odometry.csv", "omega_radps", |x| x * TO_DEGREES),
             Warning,
             "turn-unit",
         ),
+        ("ranges in mm", |p| p.ranges(1000.0), Warning, "range-unit"),
+        ("ranges in cm", |p| p.ranges(100.0), Warning, "range-unit"),
+        ("ranges in feet", |p| p.ranges(3.28084), Warning, "range-unit"),
         ("turn rates to the right", |p| p.column("odometry.csv", "omega_radps", |x| -x), Warning, "mirrored"),
         ("bearings to the right", |p| p.column("detections.csv", "bearing_rad", |x| -x), Warning, "mirrored"),
         ("speeds in km/h", |p| p.column("odometry.csv", "v_mps", |x| x * 3.6), Warning, "speed-unit"),
@@ -327,7 +344,7 @@ fn damaged_logs_of_a_robot_without_truth() {
     ];
     all_are_found(Place::robot_without_truth, &cases);
     let place = Place::robot_without_truth();
-    cases[8].1(&place);
+    cases[11].1(&place);
     let report = place.check();
     let advice: Vec<&str> = report.findings.iter().map(|one| one.advice.as_str()).collect();
     assert!(
