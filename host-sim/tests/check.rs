@@ -74,6 +74,17 @@ impl Place {
         });
     }
 
+    /// Writes a cell anew; the header is line 0.
+    fn cell(&self, file: &str, line: usize, column: usize, cell: &str) {
+        self.change(file, |text| {
+            let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
+            let mut cells: Vec<&str> = lines[line].split(',').collect();
+            cells[column] = cell;
+            lines[line] = cells.join(",");
+            lines.join("\n") + "\n"
+        });
+    }
+
     /// Changes the times of every file.
     fn times(&self, change: impl Fn(f64) -> f64 + Copy) {
         for file in ["odometry.csv", "scans.csv", "truth.csv", "moving.csv", "fixes.csv"] {
@@ -296,6 +307,26 @@ fn damaged_logs_of_a_car() {
         ("no detections", |p| fs::remove_file(p.log().join("detections.csv")).unwrap(), Error, "file-missing"),
     ];
     all_are_found(Place::car, &cases);
+}
+
+#[test]
+fn a_spike_of_the_odometry_is_named_by_its_row_and_nothing_else_is_told_of_it() {
+    let cases = [(1, "1000"), (1, "1e5"), (1, "-32768"), (1, "1e30"), (2, "1e8")];
+    for (truth, column, cell) in [true, false].iter().flat_map(|truth| cases.map(|(at, cell)| (*truth, at, cell))) {
+        let place = Place::of(&scenario::by_name("worlds", 900_002).unwrap());
+        if !truth {
+            fs::remove_file(place.log().join("truth.csv")).unwrap();
+        }
+        place.cell("odometry.csv", 77, column, cell);
+        let report = place.check();
+        assert_eq!(found(&report), [(Severity::Warning, "odometry-spike")], "{cell}: {:?}", report.findings);
+        assert!(report.findings.iter().any(|one| one.place == "odometry.csv, row 78"), "{:?}", report.findings);
+    }
+    // Defaults are not made of it either.
+    let place = Place::of(&scenario::by_name("worlds", 900_002).unwrap());
+    place.cell("odometry.csv", 77, 1, "1e5");
+    let replayed = place.run(&["replay", "log"]);
+    assert!(replayed.status.success(), "{replayed:?}");
 }
 
 #[test]
