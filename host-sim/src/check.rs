@@ -8,6 +8,7 @@
 mod advice;
 mod agreement;
 mod clock;
+mod detections;
 mod facts;
 mod files;
 mod finding;
@@ -174,6 +175,7 @@ pub fn log_of<K: Checked>(log: &K::Log) -> (Facts, Vec<Finding>) {
     let Detail { motion, reach_m, simulated, out_of_view, mut findings } = K::in_detail(log);
     let mut facts = Facts { detections_out_of_view: out_of_view, ..Facts::of::<K>(log, &motion) };
     clock::look_over::<K>(log, &motion, reach_m, &mut findings);
+    detections::look_over::<K>(log, &mut findings);
     way::speeds(&motion, simulated, &mut findings);
     let is_spiked = spike::look_over(&motion, &mut findings);
     facts.way_m = way::driven(&motion, K::scans(log).last().map_or(f64::NEG_INFINITY, |scan| scan.t_s));

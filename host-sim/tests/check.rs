@@ -170,7 +170,7 @@ const TO_DEGREES: f64 = 180.0 / std::f64::consts::PI;
 #[test]
 fn damaged_logs_of_a_car() {
     use Severity::{Error, Warning};
-    let cases: [Case; 26] = [
+    let cases: [Case; 27] = [
         ("steering in degrees", |p| p.column("odometry.csv", "steering_rad", |x| x * TO_DEGREES), Error, "angle-unit"),
         ("bearings in degrees", |p| p.column("detections.csv", "bearing_rad", |x| x * TO_DEGREES), Error, "angle-unit"),
         ("times in milliseconds", |p| p.times(|t| t * 1e3), Error, "time-unit"),
@@ -305,6 +305,7 @@ fn damaged_logs_of_a_car() {
             "column-missing",
         ),
         ("no detections", |p| fs::remove_file(p.log().join("detections.csv")).unwrap(), Error, "file-missing"),
+        ("a range beyond single precision", |p| p.cell("detections.csv", 77, 1, "1e300"), Error, "unreadable"),
     ];
     all_are_found(Place::car, &cases);
 }
@@ -327,6 +328,35 @@ fn a_spike_of_the_odometry_is_named_by_its_row_and_nothing_else_is_told_of_it() 
     place.cell("odometry.csv", 77, 1, "1e5");
     let replayed = place.run(&["replay", "log"]);
     assert!(replayed.status.success(), "{replayed:?}");
+}
+
+/// The check knows how many detections of a scan a replay has room for.
+#[test]
+fn a_scan_with_more_detections_than_there_is_room_for_is_named_before_the_replay_refuses_it() {
+    for (count, fits) in [(256, true), (257, false)] {
+        let place = Place::car();
+        place.change("detections.csv", |text| {
+            let row = |k: usize| {
+                format!(
+                    "3,{},0.1{}\n",
+                    1.0 + 0.05 * k as f64,
+                    ",-1".repeat(text.lines().next().unwrap().matches(',').count() - 2)
+                )
+            };
+            let header = text.lines().next().unwrap();
+            std::iter::once(format!("{header}\n")).chain((0..count).map(row)).collect()
+        });
+        let report = place.check();
+        let crowded = report.findings.iter().find(|one| one.code == "scan-crowded");
+        assert_eq!(crowded.is_none(), fits, "{:?}", report.findings);
+        assert!(crowded.is_none_or(|one| one.what.starts_with("scan 3, ") && one.what.contains("257 detections")));
+        for filter in ["joint", "core"] {
+            let replayed = place.run(&["replay", "log", "--filter", filter, "--particles", "2"]);
+            assert_eq!(replayed.status.success(), fits, "{replayed:?}");
+        }
+        let replayed = place.run(&["replay", "log", "--filter", "ekf"]);
+        assert!(replayed.status.success(), "{replayed:?}");
+    }
 }
 
 #[test]

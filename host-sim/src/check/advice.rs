@@ -66,6 +66,7 @@ fn advice(error: &LogError) -> String {
         Problem::NoSuchScan(_) => "write every scan that has detections into scans.csv",
         Problem::NotText => "save the file as UTF-8",
         Problem::Fields { .. } => "write points, not commas, in numbers, and as many fields as the header has",
+        Problem::TooLarge(_) => "leave the detection out: no sensor measures that",
         Problem::NotFinite(_) => "write a number with a point; leave out rows that have none",
         Problem::NegativeRange(_) => "leave the detection out",
         Problem::Unknown { .. } | Problem::Unused { .. } => "mend the name of the key, or leave it out",

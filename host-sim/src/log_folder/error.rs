@@ -60,6 +60,8 @@ pub enum Problem {
     },
     /// Not a number, or infinite or NaN.
     NotFinite(String),
+    /// A number (finite) that single precision, in which filters count, does not hold.
+    TooLarge(f64),
     /// Not a whole number.
     NotWhole(String),
     /// A key has a value of another type.
@@ -233,6 +235,9 @@ impl fmt::Display for Problem {
                 write!(f, "wrong number of fields: {found}, the header has {expected}")
             }
             Self::NotFinite(text) => write!(f, "not a finite number: '{}'", Excerpt(text)),
+            Self::TooLarge(number) => {
+                write!(f, "{number:e}, expected a number of single precision, in which filters count: at most 3.4e38")
+            }
             Self::NotWhole(text) => write!(f, "not a whole number: '{}'", Excerpt(text)),
             Self::Type { found, expected } => write!(f, "not {expected} but {}", Excerpt(found)),
             Self::Limits { found, expected } => write!(f, "{found}, expected {expected}"),

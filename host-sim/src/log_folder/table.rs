@@ -131,6 +131,13 @@ impl Row<'_> {
         }
     }
 
+    /// A number that single precision holds: filters count in it, too.
+    pub(super) fn single(&self, column: &Column) -> Result<f64, LogError> {
+        let number = self.number(column)?;
+        let holds = (number as f32).is_finite();
+        if holds { Ok(number) } else { Err(self.cell(column.name).error(Problem::TooLarge(number))) }
+    }
+
     /// A finite number, or nothing if the cell is empty.
     pub(super) fn number_if_any(&self, column: &Column) -> Result<Option<f64>, LogError> {
         if self.fields[column.index].is_empty() { Ok(None) } else { self.number(column).map(Some) }
