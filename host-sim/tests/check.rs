@@ -170,7 +170,7 @@ const TO_DEGREES: f64 = 180.0 / std::f64::consts::PI;
 #[test]
 fn damaged_logs_of_a_car() {
     use Severity::{Error, Warning};
-    let cases: [Case; 27] = [
+    let cases: [Case; 29] = [
         ("steering in degrees", |p| p.column("odometry.csv", "steering_rad", |x| x * TO_DEGREES), Error, "angle-unit"),
         ("bearings in degrees", |p| p.column("detections.csv", "bearing_rad", |x| x * TO_DEGREES), Error, "angle-unit"),
         ("times in milliseconds", |p| p.times(|t| t * 1e3), Error, "time-unit"),
@@ -305,6 +305,13 @@ fn damaged_logs_of_a_car() {
             "column-missing",
         ),
         ("no detections", |p| fs::remove_file(p.log().join("detections.csv")).unwrap(), Error, "file-missing"),
+        ("an empty file", |p| p.change("detections.csv", |_| String::new()), Error, "file-empty"),
+        (
+            "nothing but a header",
+            |p| p.change("detections.csv", |text| text.lines().next().unwrap().to_owned() + "\n"),
+            Warning,
+            "no-detections",
+        ),
         ("a range beyond single precision", |p| p.cell("detections.csv", 77, 1, "1e300"), Error, "unreadable"),
     ];
     all_are_found(Place::car, &cases);
@@ -328,6 +335,19 @@ fn a_spike_of_the_odometry_is_named_by_its_row_and_nothing_else_is_told_of_it() 
     place.cell("odometry.csv", 77, 1, "1e5");
     let replayed = place.run(&["replay", "log"]);
     assert!(replayed.status.success(), "{replayed:?}");
+}
+
+#[test]
+fn a_table_without_rows_is_not_called_missing() {
+    let place = Place::car();
+    place.change("truth.csv", |text| text.lines().next().unwrap().to_owned() + "\n");
+    let report = place.check();
+    let [note] = &report.findings[..] else { panic!("{:?}", report.findings) };
+    assert_eq!((note.code, note.what.contains("missing")), ("no-truth", false), "{note:?}");
+    // A stereo log starts at its first row.
+    let place = Place::stereo();
+    place.change("truth.csv", |text| text.lines().next().unwrap().to_owned() + "\n");
+    assert_eq!(found(&place.check()), [(Severity::Error, "file-empty")]);
 }
 
 /// The check knows how many detections of a scan a replay has room for.

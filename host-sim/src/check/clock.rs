@@ -167,7 +167,7 @@ fn coverage<K: Kind>(log: &K::Log, motion: &[Motion], findings: &mut Findings) {
         [] => findings.note(
             "no-truth",
             "truth.csv",
-            "missing: nothing tells how good the estimate or the odometry is".to_owned(),
+            "no true place is known: nothing tells how good the estimate or the odometry is".to_owned(),
             "nothing, if there is none; with t_s,x_m,y_m of a few places errors and dead reckoning are told",
         ),
         [first, ..] if known == 0 => findings.warn(

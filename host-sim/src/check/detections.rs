@@ -1,4 +1,4 @@
-//! Scans with more detections than filters have room for.
+//! How many detections there are: none at all, or more in a scan than filters have room for.
 
 use super::finding::{Findings, Severity, short};
 use crate::kind::Kind;
@@ -8,6 +8,14 @@ const ROOM: usize = 256;
 
 pub(super) fn look_over<K: Kind>(log: &K::Log, findings: &mut Findings) {
     let scans = K::scans(log);
+    if scans.iter().all(|scan| scan.detections.is_empty()) {
+        findings.warn(
+            "no-detections",
+            "detections.csv",
+            format!("no detection in any of {} scans", scans.len()),
+            "write the detections: without any the estimate is dead reckoning, and the map stays empty",
+        );
+    }
     let crowded = || scans.iter().enumerate().filter(|(_, scan)| scan.detections.len() > ROOM);
     if let Some((index, scan)) = crowded().next() {
         findings.add(

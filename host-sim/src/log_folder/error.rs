@@ -43,6 +43,8 @@ impl Place {
 pub enum Problem {
     /// A folder, file, column or key is not there.
     Missing,
+    /// A file, or a table that needs rows, has nothing in it.
+    Empty,
     /// The file cannot be read.
     Unreadable(io::Error),
     /// The file is not UTF-8.
@@ -227,6 +229,7 @@ impl fmt::Display for Problem {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Missing => write!(f, "missing"),
+            Self::Empty => write!(f, "empty"),
             Self::Unreadable(error) => write!(f, "cannot be read: {error}"),
             Self::NotText => write!(f, "not UTF-8 text"),
             Self::Syntax(what) => write!(f, "{}", Excerpt(what)),

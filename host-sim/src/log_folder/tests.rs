@@ -154,7 +154,9 @@ fn what_is_missing_is_named() {
     }
     let message = with("odometry.csv", "t_s,v_mps,steering_rad\n");
     assert_eq!(message, "odometry.csv, row 1, column speed_mps: missing");
-    assert_eq!(with("scans.csv", ""), "scans.csv, row 1, column scan: missing");
+    for file in ["log.toml", "odometry.csv", "scans.csv", "detections.csv", "truth.csv"] {
+        assert_eq!(with(file, "\u{feff}\n"), format!("{file}: empty"));
+    }
     assert_eq!(with("scans.csv", "scan,t_s\n"), "scans.csv: no scans");
     assert_eq!(with("truth.csv", "t_s,x_m\n"), "truth.csv, row 1, column y_m: missing");
     let message = with("scans.csv", "scan,t_s,t_s\n");
