@@ -170,7 +170,7 @@ const TO_DEGREES: f64 = 180.0 / std::f64::consts::PI;
 #[test]
 fn damaged_logs_of_a_car() {
     use Severity::{Error, Warning};
-    let cases: [Case; 29] = [
+    let cases: [Case; 31] = [
         ("steering in degrees", |p| p.column("odometry.csv", "steering_rad", |x| x * TO_DEGREES), Error, "angle-unit"),
         ("bearings in degrees", |p| p.column("detections.csv", "bearing_rad", |x| x * TO_DEGREES), Error, "angle-unit"),
         ("times in milliseconds", |p| p.times(|t| t * 1e3), Error, "time-unit"),
@@ -313,6 +313,18 @@ fn damaged_logs_of_a_car() {
             "no-detections",
         ),
         ("a range beyond single precision", |p| p.cell("detections.csv", 77, 1, "1e300"), Error, "unreadable"),
+        (
+            "every row of odometry three times",
+            |p| {
+                p.change("odometry.csv", |text| {
+                    let (header, rows) = text.split_once('\n').unwrap();
+                    rows.lines().fold(format!("{header}\n"), |all, row| all + &format!("{row}\n").repeat(3))
+                })
+            },
+            Warning,
+            "time-unit",
+        ),
+        ("a single time of all scans", |p| p.column("scans.csv", "t_s", |_| 5.0), Warning, "time-unit"),
     ];
     all_are_found(Place::car, &cases);
 }
