@@ -8,10 +8,12 @@
 mod advice;
 mod agreement;
 mod clock;
+mod detections;
 mod facts;
 mod files;
 mod finding;
 mod space;
+mod spike;
 mod view;
 mod way;
 
@@ -173,12 +175,19 @@ pub fn log_of<K: Checked>(log: &K::Log) -> (Facts, Vec<Finding>) {
     let Detail { motion, reach_m, simulated, out_of_view, mut findings } = K::in_detail(log);
     let mut facts = Facts { detections_out_of_view: out_of_view, ..Facts::of::<K>(log, &motion) };
     clock::look_over::<K>(log, &motion, reach_m, &mut findings);
+    detections::look_over::<K>(log, &mut findings);
     way::speeds(&motion, simulated, &mut findings);
+    let is_spiked = spike::look_over(&motion, &mut findings);
     facts.way_m = way::driven(&motion, K::scans(log).last().map_or(f64::NEG_INFINITY, |scan| scan.t_s));
     way::whole_turns::<K>(log, &mut findings);
     // Settings that fit a log never make its odometry unreadable; if so, the replay itself says it.
     if let Ok(reckoned) = K::dead_reckoning(log, &K::settings(log)) {
-        facts.dead_reckoning_rmse_m = way::beside_truth::<K>(log, &reckoned, reach_m, facts.way_m, &mut findings);
+        let mut beside = Findings::default();
+        facts.dead_reckoning_rmse_m = way::beside_truth::<K>(log, &reckoned, reach_m, facts.way_m, &mut beside);
+        // A spike carries dead reckoning away: units and signs cannot be told from it before that is mended.
+        if !is_spiked {
+            findings.0.extend(beside.0);
+        }
     }
     (facts, findings.0)
 }

@@ -7,6 +7,9 @@ use crate::events::{Event, events};
 use crate::log::{Log, Vehicle};
 use libm::{cos, sin, tan};
 
+/// No vehicle that maps landmarks is faster, m/s: 360 km/h.
+pub(crate) const FASTEST_MPS: f64 = 100.0;
+
 /// Turn (rad) of one step below which the exact arc is replaced by its chord; see `docs/recursion.md`.
 const STRAIGHT_RAD: f64 = 1e-4;
 

@@ -88,6 +88,17 @@ impl Place {
         });
     }
 
+    /// Writes a cell anew; the header is line 0.
+    fn cell(&self, file: &str, line: usize, column: usize, cell: &str) {
+        self.change(file, |text| {
+            let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
+            let mut cells: Vec<&str> = lines[line].split(',').collect();
+            cells[column] = cell;
+            lines[line] = cells.join(",");
+            lines.join("\n") + "\n"
+        });
+    }
+
     /// Changes the times of every file.
     fn times(&self, change: impl Fn(f64) -> f64 + Copy) {
         for file in ["odometry.csv", "scans.csv", "truth.csv", "moving.csv", "fixes.csv"] {
@@ -173,7 +184,7 @@ const TO_DEGREES: f64 = 180.0 / std::f64::consts::PI;
 #[test]
 fn damaged_logs_of_a_car() {
     use Severity::{Error, Warning};
-    let cases: [Case; 26] = [
+    let cases: [Case; 31] = [
         ("steering in degrees", |p| p.column("odometry.csv", "steering_rad", |x| x * TO_DEGREES), Error, "angle-unit"),
         ("bearings in degrees", |p| p.column("detections.csv", "bearing_rad", |x| x * TO_DEGREES), Error, "angle-unit"),
         ("times in milliseconds", |p| p.times(|t| t * 1e3), Error, "time-unit"),
@@ -308,8 +319,90 @@ fn damaged_logs_of_a_car() {
             "column-missing",
         ),
         ("no detections", |p| fs::remove_file(p.log().join("detections.csv")).unwrap(), Error, "file-missing"),
+        ("an empty file", |p| p.change("detections.csv", |_| String::new()), Error, "file-empty"),
+        (
+            "nothing but a header",
+            |p| p.change("detections.csv", |text| text.lines().next().unwrap().to_owned() + "\n"),
+            Warning,
+            "no-detections",
+        ),
+        ("a range beyond single precision", |p| p.cell("detections.csv", 77, 1, "1e300"), Error, "unreadable"),
+        (
+            "every row of odometry three times",
+            |p| {
+                p.change("odometry.csv", |text| {
+                    let (header, rows) = text.split_once('\n').unwrap();
+                    rows.lines().fold(format!("{header}\n"), |all, row| all + &format!("{row}\n").repeat(3))
+                })
+            },
+            Warning,
+            "time-unit",
+        ),
+        ("a single time of all scans", |p| p.column("scans.csv", "t_s", |_| 5.0), Warning, "time-unit"),
     ];
     all_are_found(Place::car, &cases);
+}
+
+#[test]
+fn a_spike_of_the_odometry_is_named_by_its_row_and_nothing_else_is_told_of_it() {
+    let cases = [(1, "1000"), (1, "1e5"), (1, "-32768"), (1, "1e30"), (2, "1e8")];
+    for (truth, column, cell) in [true, false].iter().flat_map(|truth| cases.map(|(at, cell)| (*truth, at, cell))) {
+        let place = Place::of(&scenario::by_name("worlds", 900_002).unwrap());
+        if !truth {
+            fs::remove_file(place.log().join("truth.csv")).unwrap();
+        }
+        place.cell("odometry.csv", 77, column, cell);
+        let report = place.check();
+        assert_eq!(found(&report), [(Severity::Warning, "odometry-spike")], "{cell}: {:?}", report.findings);
+        assert!(report.findings.iter().any(|one| one.place == "odometry.csv, row 78"), "{:?}", report.findings);
+    }
+    // Defaults are not made of it either.
+    let place = Place::of(&scenario::by_name("worlds", 900_002).unwrap());
+    place.cell("odometry.csv", 77, 1, "1e5");
+    let replayed = place.run(&["replay", "log"]);
+    assert!(replayed.status.success(), "{replayed:?}");
+}
+
+#[test]
+fn a_table_without_rows_is_not_called_missing() {
+    let place = Place::car();
+    place.change("truth.csv", |text| text.lines().next().unwrap().to_owned() + "\n");
+    let report = place.check();
+    let [note] = &report.findings[..] else { panic!("{:?}", report.findings) };
+    assert_eq!((note.code, note.what.contains("missing")), ("no-truth", false), "{note:?}");
+    // A stereo log starts at its first row.
+    let place = Place::stereo();
+    place.change("truth.csv", |text| text.lines().next().unwrap().to_owned() + "\n");
+    assert_eq!(found(&place.check()), [(Severity::Error, "file-empty")]);
+}
+
+/// The check knows how many detections of a scan a replay has room for.
+#[test]
+fn a_scan_with_more_detections_than_there_is_room_for_is_named_before_the_replay_refuses_it() {
+    for (count, fits) in [(256, true), (257, false)] {
+        let place = Place::car();
+        place.change("detections.csv", |text| {
+            let row = |k: usize| {
+                format!(
+                    "3,{},0.1{}\n",
+                    1.0 + 0.05 * k as f64,
+                    ",-1".repeat(text.lines().next().unwrap().matches(',').count() - 2)
+                )
+            };
+            let header = text.lines().next().unwrap();
+            std::iter::once(format!("{header}\n")).chain((0..count).map(row)).collect()
+        });
+        let report = place.check();
+        let crowded = report.findings.iter().find(|one| one.code == "scan-crowded");
+        assert_eq!(crowded.is_none(), fits, "{:?}", report.findings);
+        assert!(crowded.is_none_or(|one| one.what.starts_with("scan 3, ") && one.what.contains("257 detections")));
+        for filter in ["joint", "core"] {
+            let replayed = place.run(&["replay", "log", "--filter", filter, "--particles", "2"]);
+            assert_eq!(replayed.status.success(), fits, "{replayed:?}");
+        }
+        let replayed = place.run(&["replay", "log", "--filter", "ekf"]);
+        assert!(replayed.status.success(), "{replayed:?}");
+    }
 }
 
 #[test]

@@ -3,6 +3,9 @@
 use super::finding::{Finding, Findings, Severity};
 use crate::log_folder::{LogError, Place, Problem};
 
+/// What to do about a file without anything in it.
+pub(super) const EMPTY: &str = "write its rows, or of a file that may be absent take the file away; scphd-sim export survey DIR writes a log to look at";
+
 /// Adds why the folder cannot be read, unless its files have told that already.
 pub(super) fn refusal(error: &LogError, findings: &mut Findings) {
     let place = error.place.to_string();
@@ -20,6 +23,7 @@ pub(super) fn refusal(error: &LogError, findings: &mut Findings) {
 fn code(error: &LogError) -> &'static str {
     match &error.problem {
         Problem::Missing => "missing",
+        Problem::Empty => "file-empty",
         Problem::FarApart { .. } => "time-unit",
         Problem::NotRadians { .. } => "angle-unit",
         Problem::OutOfReach { .. } => "range-unit",
@@ -41,6 +45,7 @@ fn advice(error: &LogError) -> String {
             Place::Key(_) => "write the key; scphd-sim export survey DIR writes a log.toml to look at",
             _ => "write it; scphd-sim export survey DIR writes a log to look at",
         },
+        Problem::Empty => EMPTY,
         Problem::FarApart { unit, .. } => match *unit {
             "milliseconds" => "divide all times, of every file, by 1e3",
             "microseconds" => "divide all times, of every file, by 1e6",
@@ -66,6 +71,7 @@ fn advice(error: &LogError) -> String {
         Problem::NoSuchScan(_) => "write every scan that has detections into scans.csv",
         Problem::NotText => "save the file as UTF-8",
         Problem::Fields { .. } => "write points, not commas, in numbers, and as many fields as the header has",
+        Problem::TooLarge(_) => "leave the detection out: no sensor measures that",
         Problem::NotFinite(_) => "write a number with a point; leave out rows that have none",
         Problem::NegativeRange(_) => "leave the detection out",
         Problem::Unknown { .. } | Problem::Unused { .. } => "mend the name of the key, or leave it out",

@@ -3,6 +3,8 @@
 use super::finding::{Findings, Motion, percent, quantile, short};
 use crate::dimensions::Coordinates;
 use crate::kind::Kind;
+use crate::log::Scan;
+use std::collections::HashMap;
 
 /// No clock of odometry or of a landmark detector is faster than 10 kHz: below, times are in minutes, hours or days.
 const LEAST_INTERVAL_S: f64 = 1e-4;
@@ -38,20 +40,37 @@ fn steps(motion: &[Motion]) -> impl Iterator<Item = (&Motion, f64)> {
     motion.windows(2).map(|pair| (&pair[0], pair[1].t_s - pair[0].t_s))
 }
 
+/// Times from each scan to the next of the same sensor: two sensors may see at the same time, one cannot.
+fn between_scans<K: Kind>(log: &K::Log) -> Vec<f64> {
+    let mut last: HashMap<usize, f64> = HashMap::new();
+    let interval = |scan: &Scan<K>| last.insert(scan.sensor, scan.t_s).map(|before_s| scan.t_s - before_s);
+    K::scans(log).iter().filter_map(interval).collect()
+}
+
+/// Rows that follow each other faster than any clock ticks.
+fn time_unit(place: &str, median_s: f64, findings: &mut Findings) {
+    let (what, advice) = if median_s == 0.0 {
+        (
+            "half of the rows or more have the time of the row before".to_owned(),
+            "write each row once and with its own time, in seconds with decimals: nothing moves between equal times",
+        )
+    } else {
+        (
+            format!("rows are {} s apart in the median, faster than 10 kHz", short(median_s)),
+            "times are in seconds: these may be minutes, hours or days; multiply by 60, 3600 or 86400",
+        )
+    };
+    findings.warn("time-unit", place, what, advice);
+}
+
 fn rates<K: Kind>(log: &K::Log, motion: &[Motion], reach_m: f64, findings: &mut Findings) {
-    let intervals = |times: Vec<f64>| quantile(times.windows(2).map(|pair| pair[1] - pair[0]).collect(), 0.5);
     let scans = K::scans(log);
-    for (place, median_s) in [
-        ("odometry.csv, column t_s", intervals(motion.iter().map(|row| row.t_s).collect())),
-        ("scans.csv, column t_s", intervals(scans.iter().map(|scan| scan.t_s).collect())),
+    for (place, intervals_s) in [
+        ("odometry.csv, column t_s", steps(motion).map(|(_, dt_s)| dt_s).collect()),
+        ("scans.csv, column t_s", between_scans::<K>(log)),
     ] {
-        if let Some(median_s) = median_s.filter(|median_s| *median_s > 0.0 && *median_s < LEAST_INTERVAL_S) {
-            findings.warn(
-                "time-unit",
-                place,
-                format!("rows are {} s apart in the median, faster than 10 kHz", short(median_s)),
-                "times are in seconds: these may be minutes, hours or days; multiply by 60, 3600 or 86400",
-            );
+        if let Some(median_s) = quantile(intervals_s, 0.5).filter(|median_s| *median_s < LEAST_INTERVAL_S) {
+            time_unit(place, median_s, findings);
         }
     }
     if let Some(turn) = quantile(steps(motion).map(|(row, dt_s)| (row.turn_radps * dt_s).abs()).collect(), 0.95)
@@ -167,7 +186,7 @@ fn coverage<K: Kind>(log: &K::Log, motion: &[Motion], findings: &mut Findings) {
         [] => findings.note(
             "no-truth",
             "truth.csv",
-            "missing: nothing tells how good the estimate or the odometry is".to_owned(),
+            "no true place is known: nothing tells how good the estimate or the odometry is".to_owned(),
             "nothing, if there is none; with t_s,x_m,y_m of a few places errors and dead reckoning are told",
         ),
         [first, ..] if known == 0 => findings.warn(

@@ -1,5 +1,6 @@
 //! The files as they are written: marks, line ends, columns. What is read all the same is a note, what is not an error.
 
+use super::advice;
 use super::finding::{Finding, Findings, Severity};
 use crate::log_folder::has_camera;
 use std::fs;
@@ -69,6 +70,10 @@ fn written(file: &'static str, bytes: &[u8], findings: &mut Findings) -> Option<
         Some(rest) => (true, rest.to_owned()),
         None => (false, text),
     };
+    if text.trim().is_empty() {
+        findings.add(Severity::Error, "file-empty", file, "empty".to_owned(), advice::EMPTY);
+        return None;
+    }
     let windows = text.contains("\r\n");
     if mark || windows {
         let what = match (mark, windows) {

@@ -5,11 +5,12 @@ use crate::angle::wrap;
 use crate::dimensions::{Coordinates, distance};
 use crate::kind::Kind;
 use crate::truth;
+use crate::vehicle::FASTEST_MPS;
 use std::f64::consts::PI;
 
-/// No vehicle that maps landmarks is faster: 360 km/h.
-const SPEED_MPS: f64 = 100.0;
-/// Nor turns faster than once in a second for long,
+/// No vehicle that maps landmarks is faster,
+pub(super) const SPEED_MPS: f64 = FASTEST_MPS;
+/// nor turns faster than once in a second for long,
 const TURN_RADPS: f64 = 2.0 * PI;
 /// nor stays on the ground beyond the acceleration of gravity across its way; a simulated one may.
 const ACROSS_MPS2: f64 = 9.81;
@@ -48,14 +49,16 @@ pub(super) fn driven(motion: &[Motion], until_s: f64) -> Option<f64> {
     motion.iter().any(|row| row.speed_mps.is_some()).then(|| ways.sum())
 }
 
+/// What most rows stay under, of those that say more than 0.
+pub(super) fn most(motion: &[Motion], of: impl Fn(&Motion) -> f64) -> f64 {
+    quantile(motion.iter().map(of).filter(|number| *number > 0.0).collect(), MOST_ROWS).unwrap_or(0.0)
+}
+
 /// What no vehicle can do.
 pub(super) fn speeds(motion: &[Motion], simulated: bool, findings: &mut Findings) {
-    let most = |of: &dyn Fn(&Motion) -> Option<f64>| {
-        quantile(motion.iter().filter_map(of).filter(|number| *number > 0.0).collect(), MOST_ROWS).unwrap_or(0.0)
-    };
-    let speed = most(&|row| row.speed_mps);
-    let turn = most(&|row| Some(row.turn_radps.abs()));
-    let across = most(&|row| row.speed_mps.map(|speed| speed * row.turn_radps.abs()));
+    let speed = most(motion, |row| row.speed_mps.unwrap_or(0.0));
+    let turn = most(motion, |row| row.turn_radps.abs());
+    let across = most(motion, |row| row.speed_mps.unwrap_or(0.0) * row.turn_radps.abs());
     if speed > SPEED_MPS {
         findings.warn(
             "speed-unit",

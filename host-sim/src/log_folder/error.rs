@@ -43,6 +43,8 @@ impl Place {
 pub enum Problem {
     /// A folder, file, column or key is not there.
     Missing,
+    /// A file, or a table that needs rows, has nothing in it.
+    Empty,
     /// The file cannot be read.
     Unreadable(io::Error),
     /// The file is not UTF-8.
@@ -60,6 +62,8 @@ pub enum Problem {
     },
     /// Not a number, or infinite or NaN.
     NotFinite(String),
+    /// A number (finite) that single precision, in which filters count, does not hold.
+    TooLarge(f64),
     /// Not a whole number.
     NotWhole(String),
     /// A key has a value of another type.
@@ -225,6 +229,7 @@ impl fmt::Display for Problem {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Missing => write!(f, "missing"),
+            Self::Empty => write!(f, "empty"),
             Self::Unreadable(error) => write!(f, "cannot be read: {error}"),
             Self::NotText => write!(f, "not UTF-8 text"),
             Self::Syntax(what) => write!(f, "{}", Excerpt(what)),
@@ -233,6 +238,9 @@ impl fmt::Display for Problem {
                 write!(f, "wrong number of fields: {found}, the header has {expected}")
             }
             Self::NotFinite(text) => write!(f, "not a finite number: '{}'", Excerpt(text)),
+            Self::TooLarge(number) => {
+                write!(f, "{number:e}, expected a number of single precision, in which filters count: at most 3.4e38")
+            }
             Self::NotWhole(text) => write!(f, "not a whole number: '{}'", Excerpt(text)),
             Self::Type { found, expected } => write!(f, "not {expected} but {}", Excerpt(found)),
             Self::Limits { found, expected } => write!(f, "{found}, expected {expected}"),

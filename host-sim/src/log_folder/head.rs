@@ -316,8 +316,9 @@ impl<'a> Section<'a> {
     /// The noise that this section of a sensor states, and that of the vehicle.
     fn nominal(&self, vehicle: &Section) -> Result<Nominal, LogError> {
         Ok(Nominal {
-            range_sigma_m: self.limited("range_sigma_m", "0 to 1000 m", |s| (0.0..=1e3).contains(&s))?,
-            bearing_sigma_rad: self.limited("bearing_sigma_rad", "0 to 3 rad", |s| (0.0..=3.0).contains(&s))?,
+            // As in settings: a measurement without noise has a density that no filter can weigh.
+            range_sigma_m: self.limited("range_sigma_m", "1e-6 to 1000 m", |s| (1e-6..=1e3).contains(&s))?,
+            bearing_sigma_rad: self.limited("bearing_sigma_rad", "1e-6 to 3 rad", |s| (1e-6..=3.0).contains(&s))?,
             speed_sigma_mps: vehicle.limited("speed_sigma_mps", "0 to 1000 m/s", |s| (0.0..=1e3).contains(&s))?,
             rate_sigma_radps: vehicle.limited("rate_sigma_radps", "0 to 100 rad/s", |s| (0.0..=1e2).contains(&s))?,
             steering_sigma_rad: vehicle.limited("steering_sigma_rad", "0 to 3 rad", |s| (0.0..=3.0).contains(&s))?,

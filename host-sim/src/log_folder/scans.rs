@@ -73,7 +73,7 @@ pub(super) fn each_detection<const N: usize>(
         current = index;
         let mut measured = [0.0; N];
         for (number, column) in measured.iter_mut().zip(&columns) {
-            *number = row.number(column)?;
+            *number = row.single(column)?;
         }
         let label = label.as_ref().map(|label| row.integer(label)).transpose()?;
         add(index, &row, measured, label)?;

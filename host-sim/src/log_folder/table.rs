@@ -26,11 +26,14 @@ pub(super) struct Row<'a> {
     fields: &'a StringRecord,
 }
 
-/// The text of a file without its byte order mark, or `None` if it is not there.
+/// The text of a file without its byte order mark, or `None` if it is not there; a file without text is an error.
 pub(super) fn text(dir: &Path, file: &'static str) -> Result<Option<String>, LogError> {
     match fs::read(dir.join(file)) {
         Ok(bytes) => match String::from_utf8(bytes) {
-            Ok(text) => Ok(Some(text.strip_prefix('\u{feff}').map(str::to_owned).unwrap_or(text))),
+            Ok(text) => {
+                let text = text.strip_prefix('\u{feff}').map(str::to_owned).unwrap_or(text);
+                if text.trim().is_empty() { Err(Place::File(file).error(Problem::Empty)) } else { Ok(Some(text)) }
+            }
             Err(_) => Err(Place::File(file).error(Problem::NotText)),
         },
         Err(error) if error.kind() == NotFound => Ok(None),
@@ -129,6 +132,13 @@ impl Row<'_> {
             Ok(number) if number.is_finite() => Ok(number),
             _ => Err(self.cell(column.name).error(Problem::NotFinite(text.to_owned()))),
         }
+    }
+
+    /// A number that single precision holds: filters count in it, too.
+    pub(super) fn single(&self, column: &Column) -> Result<f64, LogError> {
+        let number = self.number(column)?;
+        let holds = (number as f32).is_finite();
+        if holds { Ok(number) } else { Err(self.cell(column.name).error(Problem::TooLarge(number))) }
     }
 
     /// A finite number, or nothing if the cell is empty.

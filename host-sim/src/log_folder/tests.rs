@@ -154,7 +154,9 @@ fn what_is_missing_is_named() {
     }
     let message = with("odometry.csv", "t_s,v_mps,steering_rad\n");
     assert_eq!(message, "odometry.csv, row 1, column speed_mps: missing");
-    assert_eq!(with("scans.csv", ""), "scans.csv, row 1, column scan: missing");
+    for file in ["log.toml", "odometry.csv", "scans.csv", "detections.csv", "truth.csv"] {
+        assert_eq!(with(file, "\u{feff}\n"), format!("{file}: empty"));
+    }
     assert_eq!(with("scans.csv", "scan,t_s\n"), "scans.csv: no scans");
     assert_eq!(with("truth.csv", "t_s,x_m\n"), "truth.csv, row 1, column y_m: missing");
     let message = with("scans.csv", "scan,t_s,t_s\n");
@@ -248,7 +250,11 @@ fn the_head_is_checked() {
     let message = with_head("range_sigma_m = 0.1", "detection_probability = 1.5");
     assert_eq!(message, "log.toml, key sensor.detection_probability: 1.5, expected more than 0 and at most 1");
     let message = with_head("range_sigma_m = 0.1", "range_sigma_m = -1");
-    assert_eq!(message, "log.toml, key sensor.range_sigma_m: -1, expected 0 to 1000 m");
+    assert_eq!(message, "log.toml, key sensor.range_sigma_m: -1, expected 1e-6 to 1000 m");
+    let message = with_head("range_sigma_m = 0.1", "range_sigma_m = 0");
+    assert_eq!(message, "log.toml, key sensor.range_sigma_m: 0, expected 1e-6 to 1000 m");
+    let message = with_head("range_sigma_m = 0.1", "bearing_sigma_rad = 0.0");
+    assert_eq!(message, "log.toml, key sensor.bearing_sigma_rad: 0, expected 1e-6 to 3 rad");
     let message = with_head("wheelbase_m = 2.83", "wheelbase_m = 2.83\nspeed_sigm_mps = 1.0");
     assert!(message.starts_with("log.toml, key vehicle.speed_sigm_mps: unknown, there are model, "), "{message}");
 }
@@ -465,7 +471,7 @@ fn what_is_written_reads_back_bit_for_bit() {
     log.sensor.range_min_m = 0.1 + 0.2;
     log.nominal = Nominal {
         range_sigma_m: Some(third),
-        bearing_sigma_rad: Some(1e-7),
+        bearing_sigma_rad: Some(third * 1e-5),
         speed_sigma_mps: Some(0.0),
         rate_sigma_radps: Some(2e-20),
         steering_sigma_rad: None,

@@ -69,7 +69,7 @@ pub fn read_underwater(dir: &Path) -> Result<Log, LogError> {
     let (truth, tilts) = truth(dir, &rig)?;
     let (rows, stamps) = instruments(dir, &truth, &tilts, &rig, rate)?;
     let start = truth.first().and_then(|row| Some((row, row.heading_rad?)));
-    let (start, start_yaw_rad) = start.ok_or_else(|| Place::File("truth.csv").error(Problem::Missing))?;
+    let (start, start_yaw_rad) = start.ok_or_else(|| Place::File("truth.csv").error(Problem::Empty))?;
     let (scans, scan_stamps) = frames(dir)?;
     units::common_clock(&stamps, &scan_stamps)?;
     let speeds = rows.iter().map(|row| row.velocity_mps.map_or(0.0, |velocity| Vector3::from(velocity).norm()));
@@ -251,7 +251,7 @@ fn instruments(
         let [vx, vy, vz] = velocity.each_ref().map(|column| row.number(column));
         let [wx, wy, wz] = rates.each_ref().map(|column| row.number(column));
         let at = truth.partition_point(|true_row| true_row.t_s <= t_s).saturating_sub(1);
-        let tilt = *tilts.get(at).ok_or_else(|| Place::File("truth.csv").error(Problem::Missing))?;
+        let tilt = *tilts.get(at).ok_or_else(|| Place::File("truth.csv").error(Problem::Empty))?;
         let (velocity, rates) = (rig.turn * Vector3::new(vx?, vy?, vz?), rig.turn * Vector3::new(wx?, wy?, wz?));
         rows.push(Row { t_s, velocity, rates, tilt });
         stamps.push(Stamp { place: row.cell("t_s"), t_s });

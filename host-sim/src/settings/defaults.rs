@@ -11,6 +11,7 @@ use super::{
 };
 use crate::log::{FixNoise, Log, Nominal, Odometry, Sensor, Vehicle};
 use crate::scenario::{is_of_thesis, thesis_run};
+use crate::vehicle::FASTEST_MPS;
 use std::f64::consts::PI;
 
 /// Samples M of every particle a prediction: one, because drawing more is paid for as more particles would be.
@@ -359,10 +360,11 @@ fn memory(sensor: &SensorSettings) -> &'static Memory {
     if near < SPARSE_CLUTTER { &SPARSE } else { &DENSE }
 }
 
-/// Root mean square of the vehicle's own speed over the time of its odometry, m/s, if it moves at all.
+/// Root mean square of the vehicle's own speed over the time of its odometry, m/s, if it moves at all. Rows that no vehicle drives
+/// do not count: one of them would make all that moves faster than anything that does.
 fn speed_mps(odometry: &[Odometry]) -> Option<f64> {
     let (mut way, mut time) = (0.0, 0.0);
-    for rows in odometry.windows(2) {
+    for rows in odometry.windows(2).filter(|rows| rows[0].control[0].abs() <= FASTEST_MPS) {
         let dt_s = rows[1].t_s - rows[0].t_s;
         way += rows[0].control[0] * rows[0].control[0] * dt_s;
         time += dt_s;
@@ -508,6 +510,10 @@ mod tests {
         let moving = Settings::for_log(&log).moving;
         assert!((moving.velocity_sigma_mps - 0.03).abs() < 1e-12 && (moving.acceleration_psd - 9e-5).abs() < 1e-12);
         assert_eq!(Settings::for_log(&log).check(), Ok(()));
+        // One absurd row does not count.
+        log.odometry[3].control[0] = 1e5;
+        let spiked = Settings::for_log(&log);
+        assert!((spiked.moving.velocity_sigma_mps - 0.03).abs() < 1e-12 && spiked.check() == Ok(()));
         log.odometry.truncate(1);
         walkers(Settings::for_log(&log).moving);
     }

@@ -1,0 +1,35 @@
+//! How many detections there are: none at all, or more in a scan than filters have room for.
+
+use super::finding::{Findings, Severity, short};
+use crate::kind::Kind;
+
+/// Detections in a scan that the filters of the simulator have room for; all but the plain EKF refuse a scan with more.
+const ROOM: usize = 256;
+
+pub(super) fn look_over<K: Kind>(log: &K::Log, findings: &mut Findings) {
+    let scans = K::scans(log);
+    if scans.iter().all(|scan| scan.detections.is_empty()) {
+        findings.warn(
+            "no-detections",
+            "detections.csv",
+            format!("no detection in any of {} scans", scans.len()),
+            "write the detections: without any the estimate is dead reckoning, and the map stays empty",
+        );
+    }
+    let crowded = || scans.iter().enumerate().filter(|(_, scan)| scan.detections.len() > ROOM);
+    if let Some((index, scan)) = crowded().next() {
+        findings.add(
+            Severity::Error,
+            "scan-crowded",
+            "detections.csv",
+            format!(
+                "scan {index}, counted from 0, at {} s has {} detections; {} of {} scans have more than {ROOM}, for which there is no room",
+                short(scan.t_s),
+                scan.detections.len(),
+                crowded().count(),
+                scans.len()
+            ),
+            "write one detection a landmark, not all points of a laser; of more than that leave out the weakest",
+        );
+    }
+}
