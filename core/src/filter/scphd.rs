@@ -87,11 +87,9 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'s, M> {
         SM: MapStorage<Static<PositionOf<M::Pose>>>,
         VM: MapStorage<Dynamic<PositionOf<M::Pose>>>,
     {
-        check_capacities(&config, PARTICLES, CANDIDATES)?;
-        motion.check()?;
-        let mut memory = state.memory();
-        memory.check(&config)?;
-        Ok(Self { motion, config, memory })
+        let mut filter = Self::reborrow(motion, config, state)?;
+        filter.audit().map_err(SetupError::HeldDamaged)?;
+        Ok(filter)
     }
 
     /// Another filter over a state that one of this motion and configuration has just worked on: [`new`](Self::new) without looking the

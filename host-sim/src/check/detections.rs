@@ -2,9 +2,7 @@
 
 use super::finding::{Findings, Severity, short};
 use crate::kind::Kind;
-
-/// Detections in a scan that the filters of the simulator have room for; all but the plain EKF refuse a scan with more.
-const ROOM: usize = 256;
+use crate::slam::MEASUREMENTS;
 
 pub(super) fn look_over<K: Kind>(log: &K::Log, findings: &mut Findings) {
     let scans = K::scans(log);
@@ -16,14 +14,14 @@ pub(super) fn look_over<K: Kind>(log: &K::Log, findings: &mut Findings) {
             "write the detections: without any the estimate is dead reckoning, and the map stays empty",
         );
     }
-    let crowded = || scans.iter().enumerate().filter(|(_, scan)| scan.detections.len() > ROOM);
+    let crowded = || scans.iter().enumerate().filter(|(_, scan)| scan.detections.len() > MEASUREMENTS);
     if let Some((index, scan)) = crowded().next() {
         findings.add(
             Severity::Error,
             "scan-crowded",
             "detections.csv",
             format!(
-                "scan {index}, counted from 0, at {} s has {} detections; {} of {} scans have more than {ROOM}, for which there is no room",
+                "scan {index}, counted from 0, at {} s has {} detections; {} of {} scans have more than {MEASUREMENTS}, for which there is no room",
                 short(scan.t_s),
                 scan.detections.len(),
                 crowded().count(),

@@ -1,5 +1,6 @@
 //! The fixed-capacity filter over a log.
 
+use super::MEASUREMENTS;
 use super::contract::{PoseAndCovariance, Refusal, ScanOutcome, Slam, left_out, no_sensor, refusal};
 use super::fixes::Fixed;
 use super::models::{Models, Referred, feature_of, full, measured, moving_of, pose_of};
@@ -16,8 +17,6 @@ use scphd::{
 use std::fmt::Debug;
 use std::marker::PhantomData;
 
-/// Measurements in a scan that every host state has room for.
-const MEASUREMENTS: usize = 256;
 /// Jobs that weighing and updates are divided into: some for each of a few threads, so that none waits long for another.
 const WORKERS: usize = 16;
 /// Survivors whose maps are updated before they are stored in order: some for each of a few threads, too.

@@ -6,9 +6,8 @@ use scphd::{
 };
 use std::fmt::Debug;
 
-/// Features and measurements in a scan that the host's state has room for.
+/// Features that the host's state has room for.
 pub(super) const FEATURES: usize = 1024;
-pub(super) const MEASUREMENTS: usize = 256;
 /// Features that may move.
 pub(super) const MOVERS: usize = 256;
 

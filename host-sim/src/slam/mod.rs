@@ -18,6 +18,9 @@ mod reference_filter;
 mod stage_times;
 mod underwater;
 
+/// Measurements in a scan that every filter of the host has room for, but for the EKF.
+pub(crate) const MEASUREMENTS: usize = 256;
+
 pub(crate) use contract::refusal;
 pub use contract::{FoundPlace, PoseAndCovariance, Refusal, ScanOutcome, Search, Slam};
 pub use core_filter::{Snapshot, Transparent};

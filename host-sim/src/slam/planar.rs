@@ -1,12 +1,13 @@
 //! The filters of the core over a planar log.
 
+use super::MEASUREMENTS;
 use super::contract::{Refusal, refusal};
 use super::core_filter::{Room, Transparent, start as core_of};
 use super::filter::Precision;
 use super::fixes::{Fixed, PlanarFixes};
 use super::in_map::{InMap, PlanarMap};
 use super::joint_filter::{OpenJoint, start as joint_of};
-use super::joint_room::{FEATURES, JointRoom, MEASUREMENTS, WithMovers};
+use super::joint_room::{FEATURES, JointRoom, WithMovers};
 use super::models::{Models, SensorModels};
 use super::planar_numbers::{PlanarNumbers, PlanarVehicle, SensorNumbers, planar_config};
 use crate::dimensions::Planar;

@@ -1,11 +1,12 @@
 //! The filters of the core over an underwater log.
 
+use super::MEASUREMENTS;
 use super::config::{config_of, online_of};
 use super::contract::{Refusal, refusal};
 use super::core_filter::{Room, Transparent, start as core_of};
 use super::filter::Precision;
 use super::joint_filter::{OpenJoint, start as joint_of};
-use super::joint_room::{FEATURES, MEASUREMENTS};
+use super::joint_room::FEATURES;
 use super::models::{Models, SensorModels};
 use crate::dimensions::Underwater;
 use crate::reference::space;
