@@ -43,10 +43,16 @@ impl Modules {
         if own.is_file() {
             return Ok((Ptx::from_binary(read(&own)?), own));
         }
-        let text = self.folder.join(Self::TEXT);
-        let said = String::from_utf8(read(&text)?).ok().filter(|said| !said.contains('\0'));
-        let said = said.ok_or_else(|| DeviceError::Module { path: text.clone(), why: "is no text".into() })?;
-        Ok((Ptx::from_src(said), text))
+        let (said, path) = self.text()?;
+        Ok((Ptx::from_src(said), path))
+    }
+
+    /// The module as text, and its path.
+    pub(crate) fn text(&self) -> Result<(String, PathBuf), DeviceError> {
+        let path = self.folder.join(Self::TEXT);
+        let said = String::from_utf8(read(&path)?).ok().filter(|said| !said.contains('\0'));
+        let said = said.ok_or_else(|| DeviceError::Module { path: path.clone(), why: "is no text".into() })?;
+        Ok((said, path))
     }
 }
 
@@ -141,8 +147,14 @@ fn told_bytes<const THINGS: usize>(
     let mut numbers = vec![0_u64; THINGS + 1];
     stream.memcpy_dtoh(&said, &mut numbers).map_err(refused(doing))?;
     stream.synchronize().map_err(refused(doing))?;
+    bytes_of_buffers(&numbers)
+}
+
+/// Bytes of things, from what a kernel has said of them and of their alignment.
+pub(crate) fn bytes_of_buffers<const THINGS: usize>(numbers: &[u64]) -> Result<[usize; THINGS], DeviceError> {
     let bytes: [usize; THINGS] = std::array::from_fn(|thing| usize::try_from(numbers[thing]).unwrap_or(0));
     if bytes.contains(&0) || numbers[THINGS] > ALIGNMENT {
+        let doing = "asking the module for the bytes of its buffers";
         return Err(DeviceError::Driver { doing, why: format!("{numbers:?}") });
     }
     Ok(bytes)

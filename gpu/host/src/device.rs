@@ -99,6 +99,11 @@ pub trait Device {
     /// # Errors
     /// The device does not work.
     fn run_large(&mut self, batch: &Batch, digest_every: u32) -> Result<Outcome, DeviceError>;
+
+    /// What else it has to say of the last batch.
+    fn report(&self) -> Option<String> {
+        None
+    }
 }
 
 /// The first scans of every launch, and how many there are in each.

@@ -12,6 +12,7 @@ mod device;
 
 mod cuda;
 mod emulated;
+mod interpreted;
 mod played;
 
 mod source;
@@ -26,6 +27,7 @@ pub use check::{Checked, Difference, digests_of_host, drive_on_host};
 pub use cuda::{Cuda, Modules};
 pub use device::{Device, DeviceError, Launches, Outcome};
 pub use emulated::Emulated;
+pub use interpreted::{Execution, Interpreted};
 pub use large::{LargeRun, large};
 pub use played::Played;
 pub use setup::setup_of;

@@ -2,8 +2,8 @@
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use scphd_gpu::{
-    Checked, Cuda, Device, DeviceError, Difference, Emulated, LargeRun, Launches, Modules, Source, Tuning,
-    drive_on_host, large, study, time,
+    Checked, Cuda, Device, DeviceError, Difference, Emulated, Execution, Interpreted, LargeRun, Launches, Modules,
+    Source, Tuning, drive_on_host, large, study, time,
 };
 use scphd_sim::monte_carlo::overview;
 use std::error::Error;
@@ -145,6 +145,12 @@ struct DeviceArgs {
     /// Scans of a launch; all unless said otherwise. A card that has a display ends a launch that takes seconds.
     #[arg(long, value_name = "K", default_value_t = 0)]
     scans_a_launch: u32,
+    /// Threads that go together where the module is executed on the host; 1 is the fastest there, and cards have 32.
+    #[arg(long, value_name = "K", default_value_t = 32)]
+    warp: u32,
+    /// Where the module is executed on the host, two threads at one place, one of them to write, are an error. Takes 17 times the memory.
+    #[arg(long)]
+    watch: bool,
     /// Threads of the host that stand for those of a device; one a core unless said otherwise.
     #[arg(long, value_name = "K")]
     threads: Option<usize>,
@@ -156,6 +162,8 @@ enum DeviceName {
     Cuda,
     /// The same threads on the host.
     Emulated,
+    /// The module itself on the host, instruction by instruction, with counts of them.
+    Ptx,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -180,6 +188,10 @@ impl DeviceArgs {
         Ok(match self.device {
             DeviceName::Cuda => Box::new(Cuda::open(&Modules::of(&self.modules), self.card, self.block)?),
             DeviceName::Emulated => Box::new(Emulated::new(self.threads)),
+            DeviceName::Ptx => {
+                let execution = Execution { block: self.block, warp: self.warp, watch: self.watch };
+                Box::new(Interpreted::open(&Modules::of(&self.modules), execution)?)
+            }
         })
     }
 
@@ -233,6 +245,7 @@ fn run(command: Command) -> Result<(), Box<dyn Error>> {
             let mut device = on.open()?;
             let seeds: Vec<u64> = (1..=runs).collect();
             let checked = Checked::of(&mut *device, &source, &seeds, scans, on.scans_a_launch)?;
+            println!("{}", device.report().unwrap_or_default());
             report(&scenario, device.name(), &checked)
         }
         Command::Device { on } => {
@@ -275,6 +288,7 @@ fn run(command: Command) -> Result<(), Box<dyn Error>> {
 fn check_large(device: &mut dyn Device, source: &Source, seed: u64, scans: usize) -> Result<(), Box<dyn Error>> {
     let batch = large(source, seed, scans)?;
     let found = LargeRun::on(device, &batch, 1)?;
+    println!("{}", device.report().unwrap_or_default());
     let host = LargeRun::alone(&batch, 1)?;
     if let Some(Difference { scan, host, device, .. }) = found.difference(&host, seed) {
         return Err(format!("scan {scan}: {host:016x} on the host, {device:016x} on the device").into());

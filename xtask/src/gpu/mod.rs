@@ -1,6 +1,7 @@
-//! The filter on a GPU: the kernels' bodies tested on the host, the module built, looked through and assembled, and run where there
-//! is a card.
+//! The filter on a GPU: the kernels' bodies tested on the host, the module built, looked through, assembled and executed on the host,
+//! and run where there is a card.
 
+mod executed;
 mod module;
 mod ptxas;
 
@@ -42,7 +43,7 @@ fn cargo(command: &str) -> Command {
 pub const TARGETS: [&str; 1] = [TARGET];
 
 fn check() -> Result<Outcome, Stop> {
-    process::run(cargo("test").args(["--package", "scphd-gpu-kernels"]))?;
+    process::run(cargo("test").args(["--package", "scphd-gpu-kernels", "--package", "scphd-ptx"]))?;
     let toolchain = toolchain::find_for(&TARGETS)?;
     let text = module::build(&toolchain)?;
     let lines = module::look_through(&text)?;
@@ -51,11 +52,15 @@ fn check() -> Result<Outcome, Stop> {
     );
     let folder = process::own_target_dir("gpu").join("modules");
     let file = module::write(&folder, &text)?;
+    let executed = executed::check(&folder, cargo)?;
     let summary = match ptxas::Ptxas::obtain() {
         Ok(ptxas) => ptxas.assemble(&file, &folder)?,
-        Err(reason) => return Ok(Outcome::Partly(format!("{lines} lines of PTX; NOT RUN: ptxas, {}", reason.0))),
+        Err(reason) => {
+            return Ok(Outcome::Partly(format!("{lines} lines of PTX, {executed}; NOT RUN: ptxas, {}", reason.0)));
+        }
     };
     println!("{summary}");
+    let summary = format!("{executed}; {summary}");
     match on_card(&folder)? {
         Ok(said) => Ok(Outcome::Passed(format!("{summary}; {said}"))),
         Err(reason) => Ok(Outcome::Partly(format!("{summary}; NOT RUN: {reason}"))),

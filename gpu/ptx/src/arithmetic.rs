@@ -1,0 +1,187 @@
+//! What an instruction makes of its operands.
+//!
+//! A register is a `u64` of which the lowest bits count: an instruction reads as many as its type has, and leaves zeros above them.
+
+mod single;
+mod whole;
+
+/// A function of so many operands.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Function {
+    One(fn(u64) -> u64),
+    Two(fn(u64, u64) -> u64),
+    Three(fn(u64, u64, u64) -> u64),
+}
+
+impl Function {
+    /// The one of a mnemonic, if it is known.
+    pub(crate) fn of(mnemonic: &str) -> Option<Self> {
+        let (name, kinds) = mnemonic.split_once('.')?;
+        // A hint for the assembler: all threads of a warp agree.
+        let kinds = kinds.strip_prefix("uni.").unwrap_or(kinds);
+        if name == "cvta" {
+            // Addresses of all spaces are those of the one space.
+            return Some(Self::One(whole::same::<u64>));
+        }
+        if let Some(kind) = kinds.strip_suffix("f32") {
+            return single::function(name, kind.trim_end_matches('.'));
+        }
+        if name == "cvt" {
+            let (to, from) = kinds.split_once('.')?;
+            return single::conversion(kinds).or_else(|| whole::conversion(to, from));
+        }
+        whole::function(name, kinds)
+    }
+}
+
+/// A predicate is 0 or 1.
+fn predicate(holds: bool) -> u64 {
+    u64::from(holds)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Function;
+
+    /// The value of a mnemonic's function.
+    fn value(mnemonic: &str, of: &[u64]) -> u64 {
+        match (Function::of(mnemonic).unwrap_or_else(|| panic!("{mnemonic}")), of) {
+            (Function::One(f), &[a]) => f(a),
+            (Function::Two(f), &[a, b]) => f(a, b),
+            (Function::Three(f), &[a, b, c]) => f(a, b, c),
+            (function, _) => panic!("{mnemonic}: {function:?}"),
+        }
+    }
+
+    /// The bits of a number.
+    fn bits(x: f32) -> u64 {
+        x.to_bits().into()
+    }
+
+    #[test]
+    fn whole_numbers_wrap_in_their_own_width() {
+        assert_eq!(value("add.s16", &[0xffff, 2]), 1);
+        assert_eq!(value("sub.s32", &[0, 1]), 0xffff_ffff);
+        assert_eq!(value("add.u64", &[u64::MAX, 2]), 1);
+        assert_eq!(value("mul.lo.s32", &[0xffff_ffff, 3]), 0xffff_fffd);
+        assert_eq!(value("mad.lo.s64", &[2, 3, u64::MAX]), 5);
+        assert_eq!(value("neg.s32", &[1]), 0xffff_ffff);
+        // What is above the width of an operand does not count.
+        assert_eq!(value("add.s32", &[0xff_0000_0001, 1]), 2);
+    }
+
+    #[test]
+    fn products_have_a_high_and_a_wide_form() {
+        assert_eq!(value("mul.hi.u64", &[1 << 63, 6]), 3);
+        assert_eq!(value("mul.hi.u32", &[0xffff_ffff, 0xffff_ffff]), 0xffff_fffe);
+        assert_eq!(value("mul.wide.u32", &[0xffff_ffff, 2]), 0x1_ffff_fffe);
+        assert_eq!(value("mul.wide.s32", &[0xffff_ffff, 2]), u64::MAX - 1);
+        assert_eq!(value("mul.wide.u16", &[0xffff, 2]), 0x1_fffe);
+    }
+
+    #[test]
+    fn order_depends_on_the_sign() {
+        assert_eq!(value("min.u16", &[5, 0xfffe]), 5);
+        assert_eq!(value("max.s32", &[0xffff_ffff, 0]), 0);
+        assert_eq!(value("max.u32", &[0xffff_ffff, 0]), 0xffff_ffff);
+        assert_eq!(value("setp.gt.s32", &[0xffff_ffff, 0]), 0);
+        assert_eq!(value("setp.gt.u32", &[0xffff_ffff, 0]), 1);
+        assert_eq!(value("setp.ne.b16", &[0x1_0000, 0]), 0);
+        assert_eq!(value("div.u32", &[7, 2]), 3);
+        assert_eq!(value("rem.u64", &[7, 4]), 3);
+        assert_eq!(value("div.u32", &[7, 0]), 0xffff_ffff);
+    }
+
+    #[test]
+    fn a_shift_by_more_than_the_width_leaves_nothing() {
+        assert_eq!(value("shl.b32", &[1, 31]), 1 << 31);
+        assert_eq!(value("shl.b32", &[1, 32]), 0);
+        assert_eq!(value("shr.u64", &[u64::MAX, 64]), 0);
+        assert_eq!(value("shr.s32", &[0x8000_0000, 40]), 0xffff_ffff);
+        assert_eq!(value("shr.u32", &[0x8000_0000, 31]), 1);
+        assert_eq!(value("shl.b16", &[0xff, 12]), 0xf000);
+        assert_eq!(value("shf.l.wrap.b32", &[0x8000_0001, 0x8000_0001, 1]), 3);
+        assert_eq!(value("shf.l.wrap.b32", &[0xdead_beef, 0x1234_5678, 32]), 0x1234_5678);
+        assert_eq!(value("shf.r.wrap.b32", &[0x8000_0001, 0x8000_0001, 1]), 0xc000_0000);
+    }
+
+    #[test]
+    fn fields_and_bytes() {
+        assert_eq!(value("bfe.u32", &[0x1234_5678, 8, 12]), 0x456);
+        assert_eq!(value("bfe.u32", &[0xffff_ffff, 31, 8]), 1);
+        assert_eq!(value("bfe.u64", &[0x00ab_cd00, 8, 8]), 0xcd);
+        assert_eq!(value("bfe.u32", &[0xffff_ffff, 0, 0]), 0);
+        assert_eq!(value("prmt.b32", &[0x4433_2211, 0, 0x123]), 0x1122_3344);
+        assert_eq!(value("prmt.b32", &[0x4433_2281, 0x8877_6655, 0x48f0]), 0x55ff_ff81);
+        assert_eq!(value("popc.b32", &[0xf0f0_0001]), 9);
+        assert_eq!(value("clz.b32", &[1]), 31);
+        assert_eq!(value("not.b16", &[0xff]), 0xff00);
+        assert_eq!(value("not.pred", &[1]), 0);
+    }
+
+    #[test]
+    fn conversions_of_whole_numbers() {
+        assert_eq!(value("cvt.u64.u16", &[0xab_ffff]), 0xffff);
+        assert_eq!(value("cvt.u16.u64", &[0x1_0002]), 2);
+        assert_eq!(value("cvt.s64.s32", &[0xffff_ffff]), u64::MAX);
+        assert_eq!(value("cvt.s32.s8", &[0x80]), 0xffff_ff80);
+    }
+
+    #[test]
+    fn single_precision_rounds_to_nearest_and_keeps_what_is_subnormal() {
+        assert_eq!(value("add.rn.f32", &[bits(1.0), bits(f32::EPSILON / 2.0)]), bits(1.0));
+        assert_eq!(value("mul.rn.f32", &[bits(f32::MIN_POSITIVE), bits(0.5)]), bits(f32::MIN_POSITIVE / 2.0));
+        assert_eq!(value("div.rn.f32", &[bits(1.0), bits(3.0)]), bits(1.0 / 3.0));
+        assert_eq!(value("rcp.rn.f32", &[bits(3.0)]), bits(1.0 / 3.0));
+        assert_eq!(value("sqrt.rn.f32", &[bits(2.0)]), bits(core::f32::consts::SQRT_2));
+        assert_eq!(value("neg.f32", &[bits(0.0)]), bits(-0.0));
+        assert_eq!(value("copysign.f32", &[bits(-1.0), bits(3.0)]), bits(-3.0));
+        assert_eq!(value("min.f32", &[bits(0.0), bits(-0.0)]), bits(-0.0));
+        assert_eq!(value("max.f32", &[bits(-0.0), bits(0.0)]), bits(0.0));
+        assert_eq!(value("max.f32", &[bits(f32::NAN), bits(1.0)]), bits(1.0));
+    }
+
+    #[test]
+    fn comparisons_say_what_they_make_of_nan() {
+        let nan = bits(f32::NAN);
+        for (name, of_nan, of_equal) in [
+            ("eq", 0, 1),
+            ("ne", 0, 0),
+            ("lt", 0, 0),
+            ("le", 0, 1),
+            ("gt", 0, 0),
+            ("ge", 0, 1),
+            ("equ", 1, 1),
+            ("neu", 1, 0),
+            ("ltu", 1, 0),
+            ("leu", 1, 1),
+            ("gtu", 1, 0),
+            ("geu", 1, 1),
+            ("num", 0, 1),
+            ("nan", 1, 0),
+        ] {
+            let mnemonic = format!("setp.{name}.f32");
+            assert_eq!(value(&mnemonic, &[nan, bits(1.0)]), of_nan, "{name}");
+            assert_eq!(value(&mnemonic, &[bits(-0.0), bits(0.0)]), of_equal, "{name}");
+        }
+    }
+
+    #[test]
+    fn conversions_of_single_precision() {
+        assert_eq!(value("cvt.rzi.s32.f32", &[bits(-1.9)]), 0xffff_ffff);
+        assert_eq!(value("cvt.rzi.s32.f32", &[bits(f32::NAN)]), 0);
+        assert_eq!(value("cvt.rzi.u32.f32", &[bits(1e20)]), 0xffff_ffff);
+        assert_eq!(value("cvt.rn.f32.s32", &[0xffff_ffff]), bits(-1.0));
+        assert_eq!(value("cvt.rn.f32.u32", &[0xffff_ffff]), bits(4_294_967_296.0));
+        assert_eq!(value("cvt.rn.f32.u64", &[1 << 40]), bits(1_099_511_627_776.0));
+    }
+
+    #[test]
+    fn what_is_not_known_is_not_guessed() {
+        for mnemonic in
+            ["fma.rn.f32", "add.f32", "add.rn.ftz.f32", "div.full.f32", "add.f64", "setp.eq.and.b32", "bar.sync"]
+        {
+            assert!(Function::of(mnemonic).is_none(), "{mnemonic}");
+        }
+    }
+}

@@ -1,0 +1,118 @@
+//! Where threads that have parted come together again: the first instruction that all ways to the end go through, as compilers for
+//! such devices place it (immediate post-dominators; K. D. Cooper, T. J. Harvey and K. Kennedy, A Simple, Fast Dominance Algorithm, 2001).
+
+use crate::instruction::{Action, Instruction};
+
+/// Fills in where the threads of every branch meet; the number of instructions is the end.
+pub(crate) fn find_meetings(instructions: &mut [Instruction]) {
+    let meetings = post_dominators(&successors(instructions));
+    for (instruction, found) in instructions.iter_mut().zip(meetings) {
+        if let Action::Branch { meet, .. } | Action::Switch { meet, .. } = &mut instruction.action {
+            *meet = found;
+        }
+    }
+}
+
+/// Where control goes from each of the instructions; the number of them is the end.
+fn successors(instructions: &[Instruction]) -> Vec<Vec<usize>> {
+    let end = instructions.len();
+    let each = instructions.iter().enumerate().map(|(at, Instruction { guard, action, .. })| {
+        let mut all = match action {
+            Action::Branch { to, .. } => vec![*to],
+            Action::Switch { to, .. } => to.to_vec(),
+            Action::Return => vec![end],
+            _ => vec![at + 1],
+        };
+        if guard.is_some() && !all.contains(&(at + 1)) {
+            all.push(at + 1);
+        }
+        all
+    });
+    each.collect()
+}
+
+/// The immediate post-dominator of each.
+fn post_dominators(successors: &[Vec<usize>]) -> Vec<usize> {
+    let end = successors.len();
+    let mut predecessors = vec![Vec::new(); end + 1];
+    for (at, all) in successors.iter().enumerate() {
+        for &to in all {
+            predecessors[to].push(at);
+        }
+    }
+    // Numbers in the order in which a search from the end leaves them; the end is left last.
+    let mut number = vec![usize::MAX; end + 1];
+    let mut order = Vec::with_capacity(end + 1);
+    let mut seen = vec![false; end + 1];
+    let mut open = vec![(end, 0)];
+    seen[end] = true;
+    while let Some((at, next)) = open.last_mut() {
+        match predecessors[*at].get(*next) {
+            Some(&from) => {
+                *next += 1;
+                if !seen[from] {
+                    seen[from] = true;
+                    open.push((from, 0));
+                }
+            }
+            None => {
+                number[*at] = order.len();
+                order.push(*at);
+                open.pop();
+            }
+        }
+    }
+    let mut found = vec![usize::MAX; end + 1];
+    found[end] = end;
+    let mut changed = true;
+    while changed {
+        changed = false;
+        for &at in order.iter().rev().skip(1) {
+            let known = successors[at].iter().copied().filter(|&to| found[to] != usize::MAX);
+            let meet = known.reduce(|mut one, mut other| {
+                while one != other {
+                    while number[one] < number[other] {
+                        one = found[one];
+                    }
+                    while number[other] < number[one] {
+                        other = found[other];
+                    }
+                }
+                one
+            });
+            if let Some(meet) = meet
+                && found[at] != meet
+            {
+                found[at] = meet;
+                changed = true;
+            }
+        }
+    }
+    found.truncate(end);
+    // From an endless loop no way leads to the end.
+    found.iter().map(|&meet| meet.min(end)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::post_dominators;
+
+    #[test]
+    fn the_ways_of_a_branch_meet_behind_it() {
+        // 0 branches to 1 and 3; 1, 2 and 3 lead to 4, which returns.
+        assert_eq!(post_dominators(&[vec![1, 3], vec![2], vec![4], vec![4], vec![5]]), [4, 2, 4, 4, 5]);
+    }
+
+    #[test]
+    fn a_loop_meets_where_it_is_left() {
+        // 1 is the head of a loop of 1, 2, 3, which is left to 4; 2 may skip 3.
+        assert_eq!(post_dominators(&[vec![1], vec![4, 2], vec![3, 1], vec![1], vec![5]]), [1, 4, 1, 1, 5]);
+    }
+
+    #[test]
+    fn ways_that_return_meet_at_the_end() {
+        assert_eq!(post_dominators(&[vec![1, 2], vec![3], vec![3]]), [3, 3, 3]);
+        // An endless loop.
+        assert_eq!(post_dominators(&[vec![1, 2], vec![1], vec![3]]), [2, 3, 3]);
+    }
+}

@@ -1,0 +1,63 @@
+//! Executes PTX on a host, in the subset of it that the compiler makes of scphd's kernels.
+//!
+//! [`Module::read`] takes the text of a module, [`Memory`] has the buffers, and [`Module::launch`] runs a grid of threads over them, in warps
+//! whose threads go together until they [diverge](Counts). What the text leaves to a device is not here: registers and cycles, shared
+//! memory and barriers, which the kernels have not. An instruction that is not known is an error when the module is read.
+//!
+//! Every access is checked as a device would not do: it must lie within one buffer, at a multiple of its size, and in the space that the
+//! instruction names. With [`Memory::watch`] two threads of a launch that use the same place, one of them to write, are an error too.
+//!
+//! Meaning of the instructions: NVIDIA, Parallel Thread Execution ISA, version 9.0.
+//!
+//! ```
+//! use scphd_ptx::{Grid, Memory, Module};
+//!
+//! let text = "
+//!     .version 7.0
+//!     .target sm_80
+//!     .address_size 64
+//!     .visible .entry twice(.param .u64 numbers)
+//!     {
+//!         .reg .b32 %r<3>;
+//!         .reg .b64 %rd<4>;
+//!         ld.param.b64 %rd1, [numbers];
+//!         mov.u32 %r1, %tid.x;
+//!         mul.wide.u32 %rd2, %r1, 4;
+//!         add.s64 %rd3, %rd1, %rd2;
+//!         ld.global.b32 %r2, [%rd3];
+//!         shl.b32 %r2, %r2, 1;
+//!         st.global.b32 [%rd3], %r2;
+//!         ret;
+//!     }";
+//! let mut memory = Memory::new();
+//! let module = Module::read(text, &mut memory)?;
+//! let numbers = memory.allocate(&[1, 0, 0, 0, 21, 0, 0, 0]);
+//! let counts = module.launch("twice", Grid { blocks: 1, block: 2, warp: 32 }, &[numbers], &mut memory)?;
+//! assert_eq!(memory.bytes(numbers)?, [2, 0, 0, 0, 42, 0, 0, 0]);
+//! assert_eq!((counts.warp_instructions, counts.instructions), (8, 16));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+#![forbid(unsafe_code)]
+#![deny(missing_docs)]
+
+mod arithmetic;
+mod token;
+
+mod memory;
+mod races;
+
+mod instruction;
+mod registers;
+
+mod decode;
+mod flow;
+mod function;
+
+mod module;
+
+mod counts;
+mod warp;
+
+pub use counts::Counts;
+pub use memory::{AccessError, Memory};
+pub use module::{Grid, LaunchError, Module, ReadError};

@@ -1,0 +1,197 @@
+//! Buffers, as a device has them.
+
+use crate::races::{Touched, Who};
+
+/// A buffer begins at every multiple of this; the first place of all is nobody's.
+const SPACING: u32 = 40;
+/// Where the memory of a thread alone begins, its stack.
+pub(crate) const LOCAL: u64 = 0xffff << SPACING;
+
+/// An access that a device might not refuse, but that is wrong.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum AccessError {
+    /// There is no buffer, or it ends before.
+    #[error("{bytes} bytes at {address:#x} are not within a buffer")]
+    Outside {
+        /// The first byte.
+        address: u64,
+        /// How many.
+        bytes: usize,
+    },
+    /// The address is no multiple of the size.
+    #[error("{bytes} bytes at {address:#x} are not aligned")]
+    Unaligned {
+        /// The first byte.
+        address: u64,
+        /// How many.
+        bytes: usize,
+    },
+    /// The instruction is for the other space.
+    #[error("{address:#x} is not in the space that the instruction names")]
+    Space {
+        /// The first byte.
+        address: u64,
+    },
+    /// Another thread of the launch has written there, or read what is written now.
+    #[error("{bytes} bytes at {address:#x} are used by two threads of a launch")]
+    Race {
+        /// The first byte.
+        address: u64,
+        /// How many.
+        bytes: usize,
+    },
+}
+
+/// What an instruction says of where an address is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Space {
+    Any,
+    Global,
+    Local,
+}
+
+impl Space {
+    /// Whether the address is the thread's own memory.
+    pub(crate) fn is_local(self, address: u64) -> Result<bool, AccessError> {
+        let local = address >= LOCAL;
+        match (self, local) {
+            (Self::Global, true) | (Self::Local, false) => Err(AccessError::Space { address }),
+            _ => Ok(local),
+        }
+    }
+}
+
+#[derive(Debug, Clone)]
+struct Buffer {
+    bytes: Vec<u8>,
+    touched: Option<Touched>,
+}
+
+/// All buffers. An address is a number, as on a device.
+#[derive(Debug, Clone, Default)]
+pub struct Memory {
+    buffers: Vec<Buffer>,
+    watched: bool,
+    launches: u32,
+}
+
+impl Memory {
+    /// None.
+    #[must_use]
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// From now on, two threads of a launch that use the same byte of a buffer made later, one of them to write it, are an error. That
+    /// takes 16 bytes for each.
+    pub fn watch(&mut self) {
+        self.watched = true;
+    }
+
+    /// A buffer with these bytes; its address.
+    pub fn allocate(&mut self, bytes: &[u8]) -> u64 {
+        self.allocate_owned(bytes.to_vec())
+    }
+
+    /// A buffer of so many zeros.
+    pub fn allocate_zeros(&mut self, bytes: usize) -> u64 {
+        self.allocate_owned(vec![0; bytes])
+    }
+
+    fn allocate_owned(&mut self, bytes: Vec<u8>) -> u64 {
+        let touched = self.watched.then(|| Touched::new(bytes.len()));
+        self.buffers.push(Buffer { bytes, touched });
+        (self.buffers.len() as u64) << SPACING
+    }
+
+    /// All bytes of the buffer of that address.
+    ///
+    /// # Errors
+    /// There is none.
+    pub fn bytes(&self, address: u64) -> Result<&[u8], AccessError> {
+        let found = buffer_of(address).and_then(|index| self.buffers.get(index));
+        found.map(|buffer| &buffer.bytes[..]).ok_or(AccessError::Outside { address, bytes: 0 })
+    }
+
+    /// A launch begins.
+    pub(crate) fn begin_launch(&mut self) {
+        self.launches += 1;
+    }
+
+    fn who(&self, thread: u32) -> Who {
+        Who { launch: self.launches, thread }
+    }
+
+    pub(crate) fn read(&mut self, address: u64, bytes: usize, thread: u32) -> Result<u64, AccessError> {
+        let who = self.who(thread);
+        let (buffer, at) = place(&mut self.buffers, address, bytes)?;
+        if buffer.touched.as_mut().is_some_and(|touched| !touched.may_read(at, bytes, who)) {
+            return Err(AccessError::Race { address, bytes });
+        }
+        Ok(number(&buffer.bytes[at..at + bytes]))
+    }
+
+    pub(crate) fn write(&mut self, address: u64, bytes: usize, value: u64, thread: u32) -> Result<(), AccessError> {
+        let who = self.who(thread);
+        let (buffer, at) = place(&mut self.buffers, address, bytes)?;
+        if buffer.touched.as_mut().is_some_and(|touched| !touched.may_write(at, bytes, who)) {
+            return Err(AccessError::Race { address, bytes });
+        }
+        put(&mut buffer.bytes[at..at + bytes], value);
+        Ok(())
+    }
+
+    /// Changes what is there, as nobody else can in between; what was there.
+    pub(crate) fn change(
+        &mut self,
+        address: u64,
+        bytes: usize,
+        function: impl FnOnce(u64) -> u64,
+    ) -> Result<u64, AccessError> {
+        let (buffer, at) = place(&mut self.buffers, address, bytes)?;
+        let there = &mut buffer.bytes[at..at + bytes];
+        let old = number(there);
+        put(there, function(old));
+        Ok(old)
+    }
+}
+
+fn buffer_of(address: u64) -> Option<usize> {
+    usize::try_from(address >> SPACING).ok()?.checked_sub(1)
+}
+
+fn place(buffers: &mut [Buffer], address: u64, bytes: usize) -> Result<(&mut Buffer, usize), AccessError> {
+    let outside = AccessError::Outside { address, bytes };
+    let buffer = buffer_of(address).and_then(|index| buffers.get_mut(index)).ok_or(outside)?;
+    let at = (address & ((1 << SPACING) - 1)) as usize;
+    check(at, address, bytes, buffer.bytes.len())?;
+    Ok((buffer, at))
+}
+
+/// Whether so many bytes are there, and aligned.
+pub(crate) fn check(at: usize, address: u64, bytes: usize, end: usize) -> Result<(), AccessError> {
+    if at > end || bytes > end - at {
+        return Err(AccessError::Outside { address, bytes });
+    }
+    if !at.is_multiple_of(bytes) {
+        return Err(AccessError::Unaligned { address, bytes });
+    }
+    Ok(())
+}
+
+/// Up to eight bytes as a number, the lowest first.
+pub(crate) fn number(bytes: &[u8]) -> u64 {
+    match *bytes {
+        [a] => a.into(),
+        [a, b] => u16::from_le_bytes([a, b]).into(),
+        [a, b, c, d] => u32::from_le_bytes([a, b, c, d]).into(),
+        [a, b, c, d, e, f, g, h] => u64::from_le_bytes([a, b, c, d, e, f, g, h]),
+        _ => bytes.iter().rev().fold(0, |value, &byte| value << 8 | u64::from(byte)),
+    }
+}
+
+pub(crate) fn put(bytes: &mut [u8], value: u64) {
+    let len = bytes.len();
+    bytes.copy_from_slice(&value.to_le_bytes()[..len]);
+}

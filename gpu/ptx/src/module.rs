@@ -1,0 +1,276 @@
+//! A module, and its launches.
+
+use crate::counts::Counts;
+use crate::decode::{Names, bytes_of, decode};
+use crate::function::{Code, Declared, Header, Signature};
+use crate::memory::{AccessError, Memory};
+use crate::token::{Token, tokens};
+use crate::warp::{Place, Warp};
+use std::collections::HashMap;
+
+/// Why a text is no module that can be executed.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("line {line} of the module: {what}")]
+pub struct ReadError {
+    /// The line, from 1.
+    pub line: usize,
+    /// What is wrong with it.
+    pub what: String,
+}
+
+/// Why a launch has failed.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum LaunchError {
+    /// The module has no such kernel.
+    #[error("no kernel {0}")]
+    NoKernel(String),
+    /// The kernel takes another number of them.
+    #[error("the kernel takes {takes} arguments, not {given}")]
+    Arguments {
+        /// As many.
+        takes: usize,
+        /// Not so many.
+        given: usize,
+    },
+    /// A grid without threads, or a warp of 0 or more than 32.
+    #[error("a grid of {0:?}")]
+    Grid(Grid),
+    /// An access of a thread.
+    #[error("line {line} of the module, thread {thread}: {error}")]
+    Access {
+        /// The line of the instruction.
+        line: usize,
+        /// The thread, from 0, over all blocks.
+        thread: u32,
+        /// What is wrong with it.
+        error: AccessError,
+    },
+    /// A switch over more than there is.
+    #[error("line {line} of the module: nowhere to go for {index}")]
+    Switch {
+        /// The line of the instruction.
+        line: usize,
+        /// What it was to switch by.
+        index: u64,
+    },
+    /// Calls have gone deeper than a thread has memory for.
+    #[error("line {line} of the module: calls go too deep")]
+    TooDeep {
+        /// The line of the call.
+        line: usize,
+    },
+}
+
+/// How many threads a launch is of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Grid {
+    /// Number of blocks.
+    pub blocks: u32,
+    /// Threads of each.
+    pub block: u32,
+    /// Threads that go together, up to 32, as many as cards have. With one, nobody waits for anybody, and this host is done soonest.
+    pub warp: u32,
+}
+
+/// A module whose text has been read.
+#[derive(Debug, Clone)]
+pub struct Module {
+    functions: Vec<Code>,
+    kernels: HashMap<String, usize>,
+}
+
+impl Module {
+    /// Reads a text, and lays its variables into the memory that its launches are to have.
+    ///
+    /// # Errors
+    /// There is something in it that is not known here.
+    pub fn read(text: &str, memory: &mut Memory) -> Result<Self, ReadError> {
+        let tokens = tokens(text);
+        let Parts { headers, variables } = parts(&tokens, memory)?;
+        let mut functions: HashMap<&str, (usize, Signature<'_>)> = HashMap::new();
+        let mut bodies = Vec::new();
+        for header in &headers {
+            if let Some(body) = header.body {
+                functions.insert(header.name, (bodies.len(), header.signature.clone()));
+                bodies.push((header, body));
+            }
+        }
+        let names = Names { functions: &functions, variables: &variables };
+        let decoded = bodies.into_iter().map(|(header, body)| decode(header, body, &names));
+        let functions = decoded.collect::<Result<Vec<_>, _>>()?;
+        let kernels = functions.iter().enumerate().filter(|(_, code)| code.is_kernel);
+        let kernels = kernels.map(|(number, code)| (code.name.clone(), number)).collect();
+        Ok(Self { functions, kernels })
+    }
+
+    /// The names of the kernels, sorted.
+    #[must_use]
+    pub fn kernels(&self) -> Vec<&str> {
+        let mut names: Vec<&str> = self.kernels.keys().map(String::as_str).collect();
+        names.sort_unstable();
+        names
+    }
+
+    /// Runs a kernel with these arguments, each in the lowest bits of a number: all threads of a grid, warp by warp, in order.
+    ///
+    /// # Errors
+    /// There is no such kernel for such arguments, or a thread has done what it must not.
+    pub fn launch(
+        &self,
+        kernel: &str,
+        grid: Grid,
+        arguments: &[u64],
+        memory: &mut Memory,
+    ) -> Result<Counts, LaunchError> {
+        let Grid { blocks, block, warp } = grid;
+        let number = *self.kernels.get(kernel).ok_or_else(|| LaunchError::NoKernel(kernel.to_owned()))?;
+        let takes = self.functions[number].taken.len();
+        if takes != arguments.len() {
+            return Err(LaunchError::Arguments { takes, given: arguments.len() });
+        }
+        if blocks.checked_mul(block).is_none_or(|threads| threads == 0) || !(1..=32).contains(&warp) {
+            return Err(LaunchError::Grid(grid));
+        }
+        memory.begin_launch();
+        let mut counts = Counts::default();
+        let mut threads = Warp::new(&self.functions, memory, warp);
+        for block_number in 0..blocks {
+            for first in (0..block).step_by(warp as usize) {
+                let place = Place { blocks, block: block_number, block_threads: block, first };
+                let of_warp = threads.run(number, place, arguments)?;
+                counts =
+                    Counts { longest_warp: counts.longest_warp.max(of_warp.warp_instructions), ..counts.and(of_warp) };
+            }
+        }
+        Ok(counts)
+    }
+}
+
+/// What a text is made of.
+struct Parts<'t> {
+    headers: Vec<Header<'t>>,
+    variables: HashMap<&'t str, u64>,
+}
+
+fn parts<'t>(tokens: &'t [Token<'t>], memory: &mut Memory) -> Result<Parts<'t>, ReadError> {
+    let mut found = Parts { headers: Vec::new(), variables: HashMap::new() };
+    let mut at = 0;
+    while let Some(&Token { text, line }) = tokens.get(at) {
+        match text {
+            ".version" | ".target" | ".address_size" => at += 2,
+            ".visible" | ".weak" | ".extern" | "," => at += 1,
+            ".func" | ".entry" => {
+                let (header, end) = header(tokens, at, text == ".entry")?;
+                found.headers.push(header);
+                at = end;
+            }
+            ".global" | ".const" => {
+                let length = tokens[at..].iter().position(|token| token.text == ";");
+                let length = length.ok_or_else(|| ReadError { line, what: "no end".into() })?;
+                let (name, bytes) = variable(&tokens[at..at + length])?;
+                found.variables.insert(name, memory.allocate(&bytes));
+                at += length + 1;
+            }
+            _ => return Err(ReadError { line, what: format!("`{text}` is not known") }),
+        }
+    }
+    Ok(found)
+}
+
+/// A function from its name to its end, and where that is.
+fn header<'t>(tokens: &'t [Token<'t>], at: usize, is_kernel: bool) -> Result<(Header<'t>, usize), ReadError> {
+    let line = tokens[at].line;
+    let wrong = |what: &str| ReadError { line, what: what.to_owned() };
+    let sign = |at: usize| tokens.get(at).map_or("", |token| token.text);
+    let mut next = at + 1;
+    let mut signature = Signature::default();
+    if sign(next) == "(" {
+        let end = matching(tokens, next)?;
+        signature.returned = all_declared(&tokens[next + 1..end])?;
+        next = end + 1;
+    }
+    let name = tokens.get(next).ok_or_else(|| wrong("a function without a name"))?.text;
+    next += 1;
+    if sign(next) == "(" {
+        let end = matching(tokens, next)?;
+        signature.taken = all_declared(&tokens[next + 1..end])?;
+        next = end + 1;
+    }
+    // What it may say of itself, as `.noreturn`.
+    while sign(next).starts_with('.') {
+        next += 1;
+    }
+    let (body, end) = match sign(next) {
+        ";" => (None, next + 1),
+        "{" => {
+            let end = matching(tokens, next)?;
+            (Some(&tokens[next + 1..end]), end + 1)
+        }
+        _ => return Err(wrong("a function without a body")),
+    };
+    Ok((Header { name, is_kernel, signature, body }, end))
+}
+
+fn all_declared<'t>(tokens: &'t [Token<'t>]) -> Result<Vec<Declared<'t>>, ReadError> {
+    tokens.split(|token| token.text == ",").filter(|part| !part.is_empty()).map(declared).collect()
+}
+
+/// `.param .align 16 .b8 name[8]`: name and bytes.
+pub(crate) fn declared<'t>(tokens: &'t [Token<'t>]) -> Result<Declared<'t>, ReadError> {
+    let line = tokens.first().map_or(0, |token| token.line);
+    let wrong = |what: &str| ReadError { line, what: what.to_owned() };
+    let mut each = None;
+    let mut name = None;
+    let mut count = 1;
+    let mut words = tokens.iter().map(|token| token.text);
+    while let Some(word) = words.next() {
+        match word {
+            ".align" => drop(words.next()),
+            "[" => {
+                let said = words.next().and_then(|count| count.parse::<usize>().ok());
+                count = said.ok_or_else(|| wrong("no number of elements"))?;
+            }
+            "]" => {}
+            "=" => break,
+            _ if word.starts_with('.') => each = each.or(bytes_of(&word[1..])),
+            _ => name = Some(word),
+        }
+    }
+    match (name, each) {
+        (Some(name), Some(each)) => Ok(Declared { name, bytes: each * count }),
+        _ => Err(wrong("no name or no type")),
+    }
+}
+
+/// A variable of the module: its name and its bytes.
+fn variable<'t>(tokens: &'t [Token<'t>]) -> Result<(&'t str, Vec<u8>), ReadError> {
+    let Declared { name, bytes } = declared(tokens)?;
+    let mut value = vec![0; bytes];
+    let given = tokens.iter().position(|token| token.text == "=").map_or(&[][..], |sign| &tokens[sign + 1..]);
+    let numbers = given.iter().filter(|token| !["{", "}", ","].contains(&token.text));
+    for (place, token) in numbers.enumerate() {
+        let number = token.text.parse::<u8>().ok();
+        match (value.get_mut(place), number) {
+            (Some(byte), Some(number)) => *byte = number,
+            _ => return Err(ReadError { line: token.line, what: format!("`{}` is no byte of {name}", token.text) }),
+        }
+    }
+    Ok((name, value))
+}
+
+/// Where the bracket at this place is closed.
+pub(crate) fn matching(tokens: &[Token<'_>], at: usize) -> Result<usize, ReadError> {
+    let mut depth = 0;
+    for (place, token) in tokens.iter().enumerate().skip(at) {
+        match token.text {
+            "(" | "{" => depth += 1,
+            ")" | "}" => depth -= 1,
+            _ => {}
+        }
+        if depth == 0 {
+            return Ok(place);
+        }
+    }
+    Err(ReadError { line: tokens[at].line, what: "a bracket that is not closed".into() })
+}

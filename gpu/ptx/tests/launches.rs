@@ -1,0 +1,245 @@
+//! Launches of small kernels whose outcome and counts can be told by hand.
+
+use scphd_ptx::{AccessError, Counts, Grid, LaunchError, Memory, Module};
+
+/// A module with these kernels and functions.
+fn module(text: &str, memory: &mut Memory) -> Module {
+    Module::read(&format!(".version 7.0\n.target sm_80\n.address_size 64\n{text}"), memory).unwrap()
+}
+
+/// A kernel of one pointer; `%rd1` is where the number of the thread lies, `%r1` its place, `%rd2` the pointer.
+fn kernel(body: &str) -> String {
+    format!(
+        ".visible .entry k(.param .u64 .ptr .align 1 k_0) {{
+            .reg .pred %p<4>; .reg .b32 %r<9>; .reg .b64 %rd<9>;
+            ld.param.b64 %rd2, [k_0];
+            mov.u32 %r2, %ctaid.x; mov.u32 %r3, %ntid.x; mov.u32 %r4, %tid.x;
+            mad.lo.s32 %r1, %r2, %r3, %r4;
+            mul.wide.u32 %rd3, %r1, 4;
+            add.s64 %rd1, %rd2, %rd3;
+            {body}
+        }}"
+    )
+}
+
+/// Instructions of [`kernel`] before its body.
+const BEFORE: u64 = 7;
+
+fn grid(threads: u32) -> Grid {
+    Grid { blocks: 1, block: threads, warp: 32 }
+}
+
+fn numbers(memory: &Memory, at: u64) -> Vec<u32> {
+    let bytes = memory.bytes(at).unwrap().chunks_exact(4);
+    bytes.map(|bytes| u32::from_le_bytes(bytes.try_into().unwrap())).collect()
+}
+
+/// What the kernel leaves in as many numbers as threads, and its counts.
+fn run(text: &str, grid: Grid) -> (Vec<u32>, Counts) {
+    let mut memory = Memory::new();
+    memory.watch();
+    let module = module(text, &mut memory);
+    let at = memory.allocate_zeros(4 * (grid.blocks * grid.block) as usize);
+    let counts = module.launch("k", grid, &[at], &mut memory).unwrap();
+    (numbers(&memory, at), counts)
+}
+
+fn refused(text: &str, grid: Grid, bytes: usize) -> LaunchError {
+    let mut memory = Memory::new();
+    memory.watch();
+    let module = module(text, &mut memory);
+    let at = memory.allocate_zeros(bytes);
+    module.launch("k", grid, &[at], &mut memory).unwrap_err()
+}
+
+#[test]
+fn a_grid_has_every_thread_once() {
+    let text = kernel("add.s32 %r5, %r1, 100; st.global.b32 [%rd1], %r5; ret;");
+    let expected: Vec<u32> = (100..250).collect();
+    let (found, counts) = run(&text, Grid { blocks: 3, block: 50, warp: 32 });
+    assert_eq!(found, expected);
+    // Three blocks, each with a whole warp and one of 18 threads.
+    assert_eq!(counts.warp_instructions, 6 * (BEFORE + 3));
+    assert_eq!(counts.instructions, 150 * (BEFORE + 3));
+    assert_eq!(counts.longest_warp, BEFORE + 3);
+    // 128 and 72 bytes, which begin at 0, 128, 200, 328, 400 and 528.
+    assert_eq!((counts.accesses, counts.sectors), (6, 4 + 3 + 5 + 3 + 5 + 3));
+    let (found, alone) = run(&text, Grid { blocks: 3, block: 50, warp: 1 });
+    assert_eq!((found, alone.instructions), (expected, counts.instructions));
+    assert_eq!(alone.warp_instructions, alone.instructions);
+}
+
+#[test]
+fn threads_that_part_take_both_ways_and_meet_again() {
+    let text = kernel(
+        "and.b32 %r5, %r1, 1; setp.ne.b32 %p1, %r5, 0;
+         @%p1 bra $odd;
+         mov.b32 %r6, 7; add.s32 %r6, %r6, %r1; bra.uni $both;
+         $odd: mul.lo.s32 %r6, %r1, 3;
+         $both: st.global.b32 [%rd1], %r6; ret;",
+    );
+    let (found, counts) = run(&text, grid(32));
+    assert!(found.iter().zip(0..).all(|(&value, place)| value == if place % 2 == 1 { 3 * place } else { 7 + place }));
+    // The way of even threads is 3 instructions, the other 1; they meet for the last two.
+    assert_eq!(counts.warp_instructions, BEFORE + 3 + 3 + 1 + 2);
+    assert_eq!(counts.instructions, 32 * (BEFORE + 3 + 2) + 16 * (3 + 1));
+}
+
+#[test]
+fn a_loop_takes_as_long_as_its_longest_thread() {
+    let text = kernel(
+        "mov.b32 %r5, 0;
+         $more: setp.ge.u32 %p1, %r5, %r1;
+         @%p1 bra $done;
+         add.s32 %r5, %r5, 1; bra.uni $more;
+         $done: st.global.b32 [%rd1], %r5; ret;",
+    );
+    let (found, counts) = run(&text, grid(20));
+    assert_eq!(found, (0..20).collect::<Vec<u32>>());
+    assert_eq!(counts.warp_instructions, BEFORE + 1 + 4 * 19 + 2 + 2);
+    let of_loops: u64 = (0..20).map(|place| 4 * place + 2).sum();
+    assert_eq!(counts.instructions, 20 * (BEFORE + 1 + 2) + of_loops);
+}
+
+#[test]
+fn threads_that_return_are_waited_for_by_nobody() {
+    let text = kernel(
+        "setp.lt.u32 %p1, %r1, 8; @%p1 bra $on; ret;
+         $on: st.global.b32 [%rd1], 5; ret;",
+    );
+    let (found, counts) = run(&text, grid(12));
+    assert_eq!(found, [5, 5, 5, 5, 5, 5, 5, 5, 0, 0, 0, 0]);
+    assert_eq!(counts.warp_instructions, BEFORE + 2 + 1 + 2);
+    // The same by a guard.
+    let text = kernel("setp.lt.u32 %p1, %r1, 8; @!%p1 ret; st.global.b32 [%rd1], 5; ret;");
+    assert_eq!(run(&text, grid(12)).0, found);
+}
+
+#[test]
+fn a_switch_parts_into_as_many_ways_as_there_are() {
+    let text = kernel(
+        "and.b32 %r5, %r1, 3;
+         $list: .branchtargets $zero, $other, $two, $other;
+         brx.idx %r5, $list;
+         $zero: mov.b32 %r6, 10; bra.uni $all;
+         $two: mov.b32 %r6, 12; bra.uni $all;
+         $other: mov.b32 %r6, 99;
+         $all: st.global.b32 [%rd1], %r6; ret;",
+    );
+    let (found, counts) = run(&text, grid(8));
+    assert_eq!(found, [10, 99, 12, 99, 10, 99, 12, 99]);
+    assert_eq!(counts.warp_instructions, BEFORE + 2 + 2 + 2 + 1 + 2);
+    let beyond = kernel("$list: .branchtargets $a; brx.idx %r1, $list; $a: ret;");
+    assert!(matches!(refused(&beyond, grid(2), 8), LaunchError::Switch { index: 1, .. }));
+}
+
+/// n! modulo 2^32, by a function that calls itself, with its argument in memory of its own.
+const FACTORIAL: &str = "
+    .func (.param .b32 func_retval0) factorial(.param .b32 factorial_0);
+    .func (.param .b32 func_retval0) factorial(.param .b32 factorial_0)
+    {
+        .local .align 8 .b8 __local_depot0[20];
+        .reg .b64 %SP; .reg .b64 %SPL; .reg .pred %p<2>; .reg .b32 %r<6>; .reg .b64 %rd<2>;
+        mov.b64 %SPL, __local_depot0;
+        cvta.local.u64 %SP, %SPL;
+        ld.param.b32 %r1, [factorial_0];
+        st.local.b32 [%SPL+16], %r1;
+        setp.lt.u32 %p1, %r1, 2;
+        mov.b32 %r5, 1;
+        @%p1 bra $end;
+        add.s32 %r2, %r1, -1;
+        { // callseq 0, 0
+        .param .b32 param0;
+        st.param.b32 [param0], %r2;
+        .param .b32 retval0;
+        call.uni (retval0), factorial, (param0);
+        ld.param.b32 %r3, [retval0];
+        } // callseq 0
+        ld.b32 %r4, [%SP+16];
+        mul.lo.s32 %r5, %r3, %r4;
+        $end: st.param.b32 [func_retval0], %r5;
+        ret;
+    }";
+
+#[test]
+fn functions_have_parameters_and_memory_of_their_own() {
+    let body = "{ .param .b32 param0; .param .b32 retval0; st.param.b32 [param0], %r1;
+          call.uni (retval0), factorial, (param0); ld.param.b32 %r5, [retval0]; }
+        st.global.b32 [%rd1], %r5; ret;";
+    let (found, counts) = run(&(FACTORIAL.to_owned() + &kernel(body)), grid(13));
+    assert_eq!(found, [1, 1, 2, 6, 24, 120, 720, 5040, 40320, 362_880, 3_628_800, 39_916_800, 479_001_600]);
+    // Twelve calls of 20 bytes, each at a multiple of 16.
+    assert_eq!(counts.deepest_stack, 12 * 32);
+    let too_deep = FACTORIAL.to_owned() + &kernel(&body.replace("[param0], %r1", "[param0], 100000"));
+    assert!(matches!(refused(&too_deep, grid(1), 4), LaunchError::TooDeep { .. }));
+}
+
+#[test]
+fn vectors_halves_and_variables() {
+    let text = format!(
+        ".global .align 4 .b8 table[12] = {{1, 0, 0, 0, 2, 1}};{}",
+        kernel(
+            "mov.b64 %rd4, table; cvta.global.u64 %rd5, %rd4;
+             ld.v2.b32 {%r5, %r6}, [%rd5];
+             mov.b64 %rd6, {%r6, %r5};
+             { .reg .b32 tmp; mov.b64 {tmp, %r7}, %rd6; }
+             add.s32 %r7, %r7, %r6;
+             st.b32 [%rd1], %r7; ret;"
+        )
+    );
+    assert_eq!(run(&text, grid(1)).0, [258 + 1]);
+}
+
+#[test]
+fn accesses_that_are_wrong_are_refused() {
+    let of = |body: &str| match refused(&kernel(body), grid(4), 12) {
+        LaunchError::Access { thread, error, .. } => (thread, error),
+        error => panic!("{error}"),
+    };
+    assert!(matches!(of("st.global.b32 [%rd1], 5; ret;"), (3, AccessError::Outside { bytes: 4, .. })));
+    assert!(matches!(of("ld.b32 %r5, [%rd1+2]; ret;"), (0, AccessError::Unaligned { .. })));
+    assert!(matches!(of("ld.v2.b32 {%r5, %r6}, [%rd2+4]; ret;"), (0, AccessError::Unaligned { bytes: 8, .. })));
+    assert!(matches!(of("ld.local.b32 %r5, [%rd1]; ret;"), (0, AccessError::Space { .. })));
+    assert!(matches!(of("mov.b64 %rd4, 0; ld.b32 %r5, [%rd4]; ret;"), (0, AccessError::Outside { address: 0, .. })));
+}
+
+#[test]
+fn two_threads_at_one_place_are_refused_where_one_writes() {
+    let of = |body: &str| refused(&kernel(body), grid(4), 16);
+    let race = |error| matches!(error, LaunchError::Access { error: AccessError::Race { .. }, .. });
+    assert!(race(of("st.global.b32 [%rd2], 5; ret;")));
+    assert!(race(of("ld.b32 %r5, [%rd2]; setp.eq.b32 %p1, %r1, 0; @%p1 st.b32 [%rd2], 1; ret;")));
+    // All may read one place, and change it in one go.
+    let (found, _) = run(&kernel("atom.max.u32 %r5, [%rd2], %r1; ret;"), grid(4));
+    assert_eq!(found, [3, 0, 0, 0]);
+}
+
+#[test]
+fn what_cannot_be_launched_is_refused() {
+    let mut memory = Memory::new();
+    let module = module(&kernel("ret;"), &mut memory);
+    assert_eq!(module.kernels(), ["k"]);
+    let mut launch =
+        |name: &str, grid, arguments: &[u64]| module.launch(name, grid, arguments, &mut memory).unwrap_err();
+    assert!(matches!(launch("other", grid(1), &[0]), LaunchError::NoKernel(_)));
+    assert!(matches!(launch("k", grid(1), &[]), LaunchError::Arguments { takes: 1, given: 0 }));
+    assert!(matches!(launch("k", grid(0), &[0]), LaunchError::Grid(_)));
+    assert!(matches!(launch("k", Grid { warp: 33, ..grid(1) }, &[0]), LaunchError::Grid(_)));
+}
+
+#[test]
+fn what_is_not_known_is_refused_with_its_line() {
+    for (body, line, what) in [
+        ("fma.rn.f32 %r5, %r5, %r5, %r5;\nret;", 12, "fma.rn.f32"),
+        ("bra $nowhere;", 12, "$nowhere"),
+        ("mov.b32 %r99, 1;", 12, "%r99"),
+        ("mov.b32 %r1, somewhere;", 12, "somewhere"),
+        ("{ call.uni missing, (); }", 12, "missing"),
+        ("ld.global.f64x %rd1, [%rd2];", 12, "f64x"),
+    ] {
+        let text = format!(".version 7.0\n.target sm_80\n.address_size 64\n\n{}", kernel(body));
+        let error = Module::read(&text, &mut Memory::new()).unwrap_err();
+        assert_eq!(error.line, line, "{error}");
+        assert!(error.what.contains(what), "{error}");
+    }
+}
