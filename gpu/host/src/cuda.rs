@@ -79,17 +79,28 @@ pub struct Cuda {
     large: [Vec<Kernel>; 2],
     /// Bytes of what its buffers are made of: room, sight, desk, draft.
     large_bytes: [usize; 4],
-    /// Threads of a block.
-    block: u32,
+    /// Threads of a block, where it is said.
+    block: Option<u32>,
+    /// Warps of `runs` that the card holds at once.
+    warps: u32,
     name: String,
 }
 
+/// Threads of a block of a large filter, unless said otherwise: a warp.
+const BLOCK: u32 = 32;
+
+/// Threads of a block so that every run is in the card at once in as many blocks as it has room for. A warp of fewer threads, whose ways
+/// part less, is done earlier, and a launch lasts as long as its longest warp.
+fn threads_a_block(runs: usize, warps: u32) -> u32 {
+    (runs as u32).div_ceil(warps.max(1)).clamp(1, BLOCK)
+}
+
 impl Cuda {
-    /// The card of that number, with so many threads a block.
+    /// The card of that number, with so many threads a block, or as many as suit it.
     ///
     /// # Errors
     /// There is no driver or no such card, or the module cannot be loaded.
-    pub fn open(modules: &Modules, card: usize, block: u32) -> Result<Self, DeviceError> {
+    pub fn open(modules: &Modules, card: usize, block: Option<u32>) -> Result<Self, DeviceError> {
         // SAFETY: it loads the driver's library, whose initialisation is the system's business, and lets go of it.
         if !unsafe { sys::is_culib_present() } {
             return Err(DeviceError::NoDriver);
@@ -105,10 +116,19 @@ impl Cuda {
         let kernels = [kernels(&START)?, kernels(&STAGES)?];
         let stream = context.default_stream();
         let card = context.name().map_err(refused("asking for the name of the card"))?;
-        let name = format!("{card}, sm_{}{}, {}, {block} threads a block", kind.0, kind.1, path.display());
+        let multiprocessors = context
+            .attribute(sys::CUdevice_attribute::CU_DEVICE_ATTRIBUTE_MULTIPROCESSOR_COUNT)
+            .map_err(refused("asking for the card's multiprocessors"))?;
+        let warps = runs.occupancy_max_active_blocks_per_multiprocessor(BLOCK, 0, None);
+        let warps = warps.map_err(refused("asking how many warps a multiprocessor holds"))?;
+        let warps = warps * multiprocessors.unsigned_abs();
+        let block = block.map(|block| block.max(1));
+        let threads = block.map_or_else(|| "as many as suit".to_owned(), |block| block.to_string());
+        let name =
+            format!("{card}, sm_{}{}, {warps} warps, {}, {threads} threads a block", kind.0, kind.1, path.display());
         let [slot_bytes] = told_bytes(&stream, &slot)?;
         let large_bytes = told_bytes(&stream, &large)?;
-        Ok(Self { context, stream, runs, slot_bytes, large: kernels, large_bytes, block: block.max(1), name })
+        Ok(Self { context, stream, runs, slot_bytes, large: kernels, large_bytes, block, warps, name })
     }
 
     /// A buffer with these things in it; the driver has no empty ones.
@@ -196,7 +216,8 @@ impl Device for Cuda {
         let doing = "running the kernel";
         self.stream.synchronize().map_err(refused(doing))?;
         let threads = batch.runs.len() as u32;
-        let grid = grid(batch.runs.len(), self.block);
+        let block = self.block.unwrap_or_else(|| threads_a_block(batch.runs.len(), self.warps));
+        let grid = grid(batch.runs.len(), block);
         let started = Instant::now();
         for (first_scan, take_scans) in spans(batch.most_scans(), launches) {
             let mut launch = self.stream.launch_builder(&self.runs);
@@ -247,7 +268,7 @@ impl Device for Cuda {
         let doing = "running the kernels of a large filter";
         self.stream.synchronize().map_err(refused(doing))?;
         let launch = |(kernel, places): &Kernel, scan: u32| {
-            let block = if *places == Places::One { 1 } else { self.block };
+            let block = if *places == Places::One { 1 } else { self.block.unwrap_or(BLOCK) };
             let mut launch = self.stream.launch_builder(kernel);
             launch.arg(&large).arg(&scan).arg(&digest_every);
             // SAFETY: these are the arguments of the kernel, in its order, and the buffers, which outlive the launches, are those of a batch
@@ -298,8 +319,15 @@ mod tests {
     }
 
     #[test]
+    fn runs_are_spread_over_the_warps_of_the_card() {
+        let of = |runs| threads_a_block(runs, 1056);
+        assert_eq!([1, 1056, 1057, 10_000, 33_792, 1_000_000].map(of), [1, 1, 2, 10, 32, 32]);
+        assert_eq!(threads_a_block(5, 0), 5);
+    }
+
+    #[test]
     fn without_a_driver_it_says_so() {
-        let error = Cuda::open(&Modules::of("nowhere"), 0, 32).map(drop);
+        let error = Cuda::open(&Modules::of("nowhere"), 0, None).map(drop);
         // With one, there is no module.
         let said = error.unwrap_err().to_string();
         assert!(["no CUDA driver", "no CUDA device", "nowhere"].iter().any(|what| said.contains(what)), "{said}");

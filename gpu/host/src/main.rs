@@ -139,9 +139,9 @@ struct DeviceArgs {
     /// Number of the card.
     #[arg(long, default_value_t = 0)]
     card: usize,
-    /// Threads of a block.
-    #[arg(long, default_value_t = 32)]
-    block: u32,
+    /// Threads of a block; 32 for a large filter, and for many runs as few as let all of them be in the card at once, unless said otherwise.
+    #[arg(long, value_name = "K", value_parser = clap::value_parser!(u32).range(1..=1024))]
+    block: Option<u32>,
     /// Scans of a launch; all unless said otherwise. A card that has a display ends a launch that takes seconds.
     #[arg(long, value_name = "K", default_value_t = 0)]
     scans_a_launch: u32,
@@ -189,7 +189,7 @@ impl DeviceArgs {
             DeviceName::Cuda => Box::new(Cuda::open(&Modules::of(&self.modules), self.card, self.block)?),
             DeviceName::Emulated => Box::new(Emulated::new(self.threads)),
             DeviceName::Ptx => {
-                let execution = Execution { block: self.block, warp: self.warp, watch: self.watch };
+                let execution = Execution { block: self.block.unwrap_or(32), warp: self.warp, watch: self.watch };
                 Box::new(Interpreted::open(&Modules::of(&self.modules), execution)?)
             }
         })
