@@ -92,6 +92,8 @@ pub use filter::executor::{Executor, Serial};
 pub use filter::extract::{MapEstimate, PoseEstimate};
 pub use filter::observe::FixReport;
 #[doc(hidden)]
+pub use filter::sampling::Samples;
+#[doc(hidden)]
 pub use filter::scanning::{AllPages, Scanning};
 pub use filter::scphd::ScPhd;
 pub use filter::scrub::{Scrubbed, Scrubber};

@@ -15,6 +15,7 @@ pub(crate) mod newborn;
 pub(crate) mod observe;
 pub(crate) mod relocate;
 mod restore;
+pub(crate) mod sampling;
 mod save;
 pub(crate) mod scanning;
 pub(crate) mod scphd;

@@ -257,8 +257,22 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'s, M> {
         dt: T,
         probe: &mut impl Probe,
     ) -> Result<PredictReport, PredictError> {
-        self.memory.clamp();
+        self.check_prediction(control, dt)?;
         let Memory { cursor, pose_covariances, candidates, .. } = &mut self.memory;
+        let motion = &self.motion;
+        probe.enter(Stage::Predict);
+        let predicted = match self.config.proposal {
+            Proposal::Blind => predict(motion, self.config.samples, cursor, candidates, control, dt),
+            Proposal::Informed(_) => predict_gaussians(motion, cursor, candidates, pose_covariances, control, dt),
+        };
+        probe.leave(Stage::Predict);
+        predicted
+    }
+
+    /// Whether a prediction can be taken in; one that is refused is counted.
+    pub(crate) fn check_prediction(&mut self, control: &M::Control, dt: T) -> Result<(), PredictError> {
+        self.memory.clamp();
+        let Memory { cursor, candidates, .. } = &mut self.memory;
         let (motion, plausible) = (&self.motion, &self.config.plausible);
         if cursor.noise.is_none() {
             return Err(PredictError::NotStarted);
@@ -271,13 +285,7 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'s, M> {
             }
             return Err(refusal);
         }
-        probe.enter(Stage::Predict);
-        let predicted = match self.config.proposal {
-            Proposal::Blind => predict(motion, self.config.samples, cursor, candidates, control, dt),
-            Proposal::Informed(_) => predict_gaussians(motion, cursor, candidates, pose_covariances, control, dt),
-        };
-        probe.leave(Stage::Predict);
-        predicted
+        Ok(())
     }
 
     /// Takes in one scan of one of the vehicle's sensors: weighs every candidate, selects the particles that go on and updates

@@ -58,7 +58,8 @@ pub(crate) fn propose<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P
     noise: &mut Noise,
 ) -> usize {
     let Memory { cursor, pose_covariances, candidates, ln_likelihoods, static_maps, moving_maps, .. } = memory;
-    ln_likelihoods.iter_mut().for_each(|ln_correction| *ln_correction = T::ZERO);
+    let most = cursor.particles.saturating_mul(config.samples.max(cursor.children));
+    ln_likelihoods.iter_mut().take(most).for_each(|ln_correction| *ln_correction = T::ZERO);
     match config.proposal {
         Proposal::Informed(informed) if cursor.predicted || informed.sampled_fraction < T::ONE => {
             let ln_floor = config.prune_weight.ln();
@@ -127,7 +128,8 @@ pub(crate) fn adopt<T: Real, P: Pose<Scalar = T>>(
         let parent = grounds.parent_of(usize::from(survivor));
         *slot = pose_covariances.get(parent).copied().unwrap_or(Symmetric::ZERO);
     }
-    pose_covariances.iter_mut().zip(selected_covariances.iter()).for_each(|(slot, chosen)| *slot = *chosen);
+    let chosen = selected_covariances.iter().take(grounds.particles);
+    pose_covariances.iter_mut().zip(chosen).for_each(|(slot, chosen)| *slot = *chosen);
     cursor.noise = Some(noise);
     cursor.children = 1;
     cursor.predicted = false;

@@ -299,17 +299,18 @@ impl<T: Real, D: Vector<Scalar = T>> MapTable<'_, D> {
 /// The update of a scan, map by map: [`begin`](Self::begin), [`let_go`](Self::let_go) of the maps without a survivor,
 /// [`take_on`](Self::take_on) the others in ascending order, [`finish`](Self::finish).
 impl<T: Real, D: Vector<Scalar = T>> MapTable<'_, D> {
-    /// Finds the rows that none of the first `parents` maps has.
+    /// Finds the rows that none of the first `parents` maps has, among as many: with their own, maps need no more.
     pub(crate) fn begin(&mut self, parents: usize) {
         // The rows of updated maps are not known yet; their memory holds which rows are taken.
-        self.next_row_of.fill(u16::MAX);
+        let all_taken = self.next_row_of.get_mut(..parents).unwrap_or(&mut []);
+        all_taken.fill(u16::MAX);
         for &row in self.row_of.iter().take(parents) {
-            if let Some(taken) = self.next_row_of.get_mut(usize::from(row)) {
+            if let Some(taken) = all_taken.get_mut(usize::from(row)) {
                 *taken = row;
             }
         }
         self.free_len = 0;
-        let not_taken = self.next_row_of.iter().enumerate().filter(|&(row, &taken)| usize::from(taken) != row);
+        let not_taken = all_taken.iter().enumerate().filter(|&(row, &taken)| usize::from(taken) != row);
         for ((row, _), slot) in not_taken.zip(self.free.iter_mut()) {
             *slot = row as u16;
             self.free_len += 1;

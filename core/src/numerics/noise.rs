@@ -40,6 +40,13 @@ impl Noise {
         Self { stream: Xoshiro128PlusPlus::from_seed(bytes) }
     }
 
+    /// Goes on as if so many numbers had been drawn.
+    pub fn skip(&mut self, numbers: usize) {
+        for _ in 0..numbers {
+            self.stream.next_u32();
+        }
+    }
+
     /// A uniform number in [0, 1): 24 random bits, exact in both precisions.
     pub fn uniform<T: Real>(&mut self) -> T {
         let bits = (self.stream.next_u32() >> 8) as i32;
@@ -162,6 +169,15 @@ mod tests {
             let single: f32 = inverse_normal(k);
             assert!((f64::from(single) - x).abs() <= 2e-6 * (1.0 + x.abs()), "{k}: {single} {x}");
         }
+    }
+
+    #[test]
+    fn what_is_skipped_is_what_would_have_been_drawn() {
+        let mut noise = Noise::seeded(3);
+        let mut other = noise.clone();
+        let _: [f32; 5] = core::array::from_fn(|k| if k % 2 == 0 { noise.normal() } else { noise.uniform() });
+        other.skip(5);
+        assert_eq!(other, noise);
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use crate::numerics::range::{is_within_range, is_within_square};
 use crate::particles::candidate::Candidate;
 use crate::particles::cursor::Cursor;
-use crate::{Health, Linearised, Motion, Pose, PredictError, PredictReport, Real, Symmetric, TangentOf};
+use crate::{Health, Linearised, Motion, Noise, Pose, PredictError, PredictReport, Real, Symmetric, TangentOf};
 
 /// Splits every particle into `samples` candidates in the first prediction after a scan, then moves every candidate
 /// with its own noise. A step of no length moves nothing and draws nothing. The moving features wait for the scan.
@@ -18,23 +18,45 @@ pub(crate) fn predict<T: Real, M: Motion<Pose: Pose<Scalar = T>>>(
     let Some(mut noise) = cursor.noise.clone() else { return Err(PredictError::NotStarted) };
     let mut rejected = 0;
     if dt > T::ZERO {
-        if !cursor.predicted {
-            split(candidates, cursor.particles, samples);
-            cursor.children = samples;
-            cursor.predicted = true;
-        }
+        begin(samples, cursor, candidates, dt);
         for candidate in candidates.iter_mut().take(cursor.candidates()) {
-            let moved = motion.sample(&candidate.pose, control, dt, &mut noise);
-            if is_within_range(&moved.coordinates()) {
-                candidate.pose = moved;
-            } else {
-                rejected += 1;
-            }
+            rejected += usize::from(!sample(motion, candidate, control, dt, &mut noise));
         }
         cursor.noise = Some(noise);
-        cursor.wait(dt);
     }
     Ok(report(cursor, rejected))
+}
+
+/// Gets ready for the samples of a step of some length: the first one after a scan splits every particle into so many candidates (5.13).
+pub(crate) fn begin<T: Real, P: Pose<Scalar = T>>(
+    samples: usize,
+    cursor: &mut Cursor<T>,
+    candidates: &mut [Candidate<P>],
+    dt: T,
+) {
+    if !cursor.predicted {
+        split(candidates, cursor.particles, samples);
+        cursor.children = samples;
+        cursor.predicted = true;
+    }
+    cursor.wait(dt);
+}
+
+/// Moves one candidate with noise of its own (5.12); `false` where it stays, for it would be moved out of range.
+#[inline]
+pub(crate) fn sample<T: Real, M: Motion<Pose: Pose<Scalar = T>>>(
+    motion: &M,
+    candidate: &mut Candidate<M::Pose>,
+    control: &M::Control,
+    dt: T,
+    noise: &mut Noise,
+) -> bool {
+    let moved = motion.sample(&candidate.pose, control, dt, noise);
+    let stays_in_range = is_within_range(&moved.coordinates());
+    if stays_in_range {
+        candidate.pose = moved;
+    }
+    stays_in_range
 }
 
 /// Moves every particle without noise and lets the covariance of its pose grow, x ← f(x, u), P ← F P Fᵀ + Q: what the

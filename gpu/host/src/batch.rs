@@ -105,6 +105,12 @@ impl Batch {
         self.runs.first().map_or(0, |run| run.setup.particles)
     }
 
+    /// Number of predictions before a scan of the first run.
+    #[must_use]
+    pub fn predictions_before(&self, scan: u32) -> u32 {
+        self.scans.get(scan as usize).map_or(0, |scan| scan.predictions)
+    }
+
     /// The greatest number of scans of a run.
     #[must_use]
     pub fn most_scans(&self) -> u32 {

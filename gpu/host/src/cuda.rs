@@ -7,7 +7,7 @@ use cudarc::driver::{
     CudaContext, CudaFunction, CudaSlice, CudaStream, DevicePtr, DriverError, LaunchConfig, PushKernelArg, sys,
 };
 use cudarc::nvrtc::Ptx;
-use scphd_gpu_kernels::{Places, STAGES, START, Stage};
+use scphd_gpu_kernels::{PREDICT, Places, STAGES, START, Stage};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
@@ -75,8 +75,8 @@ pub struct Cuda {
     stream: Arc<CudaStream>,
     runs: CudaFunction,
     slot_bytes: usize,
-    /// The launches that start a large filter, and those of its scans.
-    large: [Vec<Kernel>; 2],
+    /// The launches that start a large filter, those of its predictions, and those of its scans.
+    large: [Vec<Kernel>; 3],
     /// Bytes of what its buffers are made of: room, sight, desk, draft.
     large_bytes: [usize; 4],
     /// Threads of a block, where it is said.
@@ -113,7 +113,7 @@ impl Cuda {
         let (runs, slot, large) = (function("scphd_runs")?, function("scphd_slot")?, function("scphd_large_bytes")?);
         let kernel = |&(name, places, _): &Stage| Ok::<Kernel, DeviceError>((function(name)?, places));
         let kernels = |stages: &[Stage]| stages.iter().map(kernel).collect::<Result<_, _>>();
-        let kernels = [kernels(&START)?, kernels(&STAGES)?];
+        let kernels = [kernels(&START)?, kernels(&PREDICT)?, kernels(&STAGES)?];
         let stream = context.default_stream();
         let card = context.name().map_err(refused("asking for the name of the card"))?;
         let multiprocessors = context
@@ -276,14 +276,15 @@ impl Device for Cuda {
             // nothing.
             unsafe { launch.launch(grid(places.count(particles, samples), block)) }.map_err(refused(doing))
         };
-        let [start, stages] = &self.large;
+        let [start, predict, stages] = &self.large;
         for kernel in start {
             launch(kernel, 0)?;
         }
         self.stream.synchronize().map_err(refused(doing))?;
         let started = Instant::now();
         for scan in 0..run.scans {
-            for kernel in stages {
+            let predictions = (0..batch.predictions_before(scan)).flat_map(|_| predict);
+            for kernel in predictions.chain(stages) {
                 launch(kernel, scan)?;
             }
         }

@@ -3,7 +3,8 @@
 use crate::batch::Batch;
 use crate::device::{Device, DeviceError, Launches, Outcome, spans};
 use scphd_gpu_kernels::{
-    Inputs, Large, LargeSlot, Launch, Outputs, Room, STAGES, START, Slot, Span, Stage, follow, large_bytes, thread,
+    Inputs, Large, LargeSlot, Launch, Outputs, PREDICT, Room, STAGES, START, Slot, Span, Stage, follow, large_bytes,
+    thread,
 };
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread::{Builder, available_parallelism, scope};
@@ -121,6 +122,9 @@ impl Device for Emulated {
         START.iter().try_for_each(|stage| launch(stage, 0))?;
         let started = Instant::now();
         for scan in 0..run.scans {
+            for _ in 0..batch.predictions_before(scan) {
+                PREDICT.iter().try_for_each(|stage| launch(stage, scan))?;
+            }
             STAGES.iter().try_for_each(|stage| launch(stage, scan))?;
         }
         outcome.launched_s = started.elapsed().as_secs_f64();

@@ -70,6 +70,8 @@ macro_rules! launches {
 launches! {
     scphd_large_start: large::start,
     scphd_large_desks: large::desks,
+    scphd_large_predict: large::predict,
+    scphd_large_sample: large::sample,
     scphd_large_open: large::open,
     scphd_large_drift: large::drift,
     scphd_large_propose: large::propose,

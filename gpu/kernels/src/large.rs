@@ -3,13 +3,15 @@
 //! The stages are those of [`scphd::Scanning`]. What weighs a candidate, or updates the map of a survivor, is a thread; what goes on from
 //! one to the next is one thread for all, so that everything stays where it is.
 
-use crate::buffer::{Feature, Mover, Status};
-use crate::room::{Between, DraftOf, DraftPlace, LARGE_PAGES, Large};
-use crate::run::{Inputs, Outputs, Span, over, predict, tell};
+use crate::buffer::{Feature, Mover, Prediction, Status};
+use crate::motion::Vehicle;
+use crate::room::{Between, DraftOf, DraftPlace, LARGE_PAGES, Large, Predicting, TOGETHER};
+use crate::run::{Filter, Inputs, Outputs, Span, before, over, tell};
 use crate::thread::whole;
 use core::mem::MaybeUninit;
 use core::slice::{from_raw_parts, from_raw_parts_mut};
 use core::sync::atomic::Ordering;
+use scphd::Samples;
 
 /// How many threads a launch is of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -49,6 +51,10 @@ pub type Stage = (&'static str, Places, Body);
 /// The launches that start a filter.
 pub const START: [Stage; 2] =
     [("scphd_large_start", Places::One, start), ("scphd_large_desks", Places::Particles, desks)];
+
+/// The launches of every prediction before a scan.
+pub const PREDICT: [Stage; 2] =
+    [("scphd_large_predict", Places::One, predict), ("scphd_large_sample", Places::Candidates, sample)];
 
 /// The launches of a scan, in order.
 pub const STAGES: [Stage; 9] = [
@@ -131,12 +137,83 @@ pub unsafe fn desks(place: usize, large: &Large, _scan: u32, _digest_every: u32)
     }
 }
 
-/// Takes in the predictions before a scan, sorts its measurements, and lends the pages.
+/// Begins the next of the predictions before a scan, lends the candidates, and finds where in the random stream their numbers are.
+///
+/// # Safety
+/// As of [`open`].
+pub unsafe fn predict(place: usize, large: &Large, scan: u32, _digest_every: u32) {
+    // SAFETY: no other thread runs; `start` has made filter and detector.
+    unsafe {
+        if place > 0 || !goes_on(large) {
+            return;
+        }
+        let filter = (*large.room).filter.assume_init_mut();
+        let predicting = &mut (*large.room).prediction;
+        give_candidates_back(filter, predicting);
+        let taken = whole(predicting.taken);
+        predicting.taken += 1;
+        let begun = before(inputs(large), whole(scan))
+            .and_then(|(predictions, _)| predictions.get(taken).ok_or(Status::BUFFERS))
+            .and_then(|Prediction { control, dt_s }| {
+                filter.begin_predict(control, *dt_s).map_err(|_| Status::PREDICTION)
+            });
+        match begun {
+            Ok(Some(Samples { candidates, in_use, mut noise })) => {
+                for (first, stream) in (0..in_use).step_by(TOGETHER).zip(&mut predicting.streams) {
+                    *stream = MaybeUninit::new(noise.clone());
+                    noise.skip((in_use - first).min(TOGETHER) * Vehicle::NUMBERS);
+                }
+                predicting.after = MaybeUninit::new(noise);
+                predicting.candidates = (candidates.as_mut_ptr(), candidates.len());
+                predicting.in_use = in_use;
+            }
+            Ok(None) => {}
+            Err(code) => (*large.status).code = code,
+        }
+    }
+}
+
+/// Moves one candidate (5.12).
+///
+/// # Safety
+/// What every stage is handed, as `open` is.
+pub unsafe fn sample(place: usize, large: &Large, scan: u32, _digest_every: u32) {
+    // SAFETY: the candidates are lent, and each is that of one place.
+    unsafe {
+        if !goes_on(large) {
+            return;
+        }
+        let Predicting { taken, candidates: (candidates, len), in_use, streams, .. } = &(*large.room).prediction;
+        if place < (*in_use).min(*len)
+            && let Ok((predictions, _)) = before(inputs(large), whole(scan))
+            && let Some(Prediction { control, dt_s }) = predictions.get(whole(taken.wrapping_sub(1)))
+            && let Some(stream) = streams.get(place / TOGETHER)
+        {
+            let mut noise = stream.assume_init_ref().clone();
+            noise.skip(place % TOGETHER * Vehicle::NUMBERS);
+            let filter = (*large.room).filter.assume_init_ref();
+            filter.sample(&mut *candidates.add(place), control, *dt_s, &mut noise);
+        }
+    }
+}
+
+/// The candidates come back, if they were lent.
+unsafe fn give_candidates_back(filter: &mut Filter<'static>, predicting: &mut Predicting) {
+    let Predicting { candidates: (candidates, len), in_use, after, .. } = predicting;
+    if *len > 0 {
+        // SAFETY: this is the slice that was lent, and nobody else has it any more; what is behind the last one was set as it was lent.
+        let (candidates, noise) = unsafe { (from_raw_parts_mut(*candidates, *len), after.assume_init_ref().clone()) };
+        filter.end_predict(Samples { candidates, in_use: *in_use, noise });
+        (*len, *in_use) = (0, 0);
+    }
+}
+
+/// Sorts the measurements of a scan, and lends the pages.
 ///
 /// # Safety
 /// Every pointer of the buffers is aligned and leads to as many values as the run and its particles and samples say, which live and stay
-/// where they are until the last launch has ended. The launches come in the order of [`START`] and [`STAGES`], each with a thread for every
-/// place, once, and ends before the next begins.
+/// where they are until the last launch has ended. The launches come in the order of [`START`], and for every scan of [`PREDICT`], as many
+/// times as there are predictions before it, and [`STAGES`], each with a thread for every place, once, and ends before the next begins.
 pub unsafe fn open(place: usize, large: &Large, scan: u32, _digest_every: u32) {
     // SAFETY: no other thread runs; `start` has made filter and detector.
     unsafe {
@@ -146,8 +223,11 @@ pub unsafe fn open(place: usize, large: &Large, scan: u32, _digest_every: u32) {
         let room = large.room;
         let filter = (*room).filter.assume_init_mut();
         let detector = (*room).detector.assume_init_mut();
-        let begun = predict(inputs(large), whole(scan), filter)
-            .and_then(|measurements| filter.begin_scan(detector, measurements).map_err(|_| Status::SCAN));
+        let predicting = &mut (*room).prediction;
+        give_candidates_back(filter, predicting);
+        predicting.taken = 0;
+        let begun = before(inputs(large), whole(scan))
+            .and_then(|(_, measurements)| filter.begin_scan(detector, measurements).map_err(|_| Status::SCAN));
         match begun {
             Ok((mut scanning, eta)) => {
                 scanning.enter();

@@ -28,7 +28,7 @@ mod room;
 mod kernel;
 
 pub use buffer::{Feature, Mover, Prediction, Run, Scan, ScanResult, Status};
-pub use large::{Body, Places, STAGES, START, Stage};
+pub use large::{Body, PREDICT, Places, STAGES, START, Stage};
 pub use room::{Desk, DraftPlace, LARGE_PARTICLES, Large, LargeSlot, Room, Sight, large_bytes};
 pub use run::{Inputs, Outputs, Span, follow};
 pub use setup::{MOUNTED, Setup, extraction, likelihood, vehicle};

@@ -14,6 +14,11 @@ pub(crate) enum Vehicle {
     Robot(Unicycle<f32>),
 }
 
+impl Vehicle {
+    /// Numbers of the random stream that a sample of either costs: one for the speed, and one for the turn.
+    pub(crate) const NUMBERS: usize = 2;
+}
+
 /// Does the same with either, each with its own control.
 macro_rules! either {
     ($vehicle:expr, $control:expr, $motion:ident, $own:ident => $done:expr) => {{
@@ -60,5 +65,26 @@ impl Motion for Vehicle {
 
     fn linearise(&self, pose: &PlanarPose<f32>, control: &[f32; 2], dt: f32) -> Linearised<TangentOf<PlanarPose<f32>>> {
         either!(self, control, motion, control => motion.linearise(pose, control, dt))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Vehicle;
+    use scphd::{Ackermann, AckermannGeometry, ControlNoise, Motion, Noise, PlanarPose, Step, Unicycle};
+
+    #[test]
+    fn a_sample_costs_as_many_numbers_as_said() {
+        let noise = ControlNoise::white(0.1, 0.02);
+        let geometry =
+            AckermannGeometry { wheelbase_m: 2.0, encoder_offset_m: 0.0, sensor_forward_m: 0.0, sensor_left_m: 0.0 };
+        let car = Vehicle::Car(Ackermann::new(geometry, noise).unwrap());
+        let robot = Vehicle::Robot(Unicycle::new(Step::Arc, noise).unwrap());
+        for vehicle in [car, robot] {
+            let (mut drawn, mut skipped) = (Noise::seeded(3), Noise::seeded(3));
+            vehicle.sample(&PlanarPose::new(0.0, 0.0, 0.0), &[1.0, 0.1], 0.1, &mut drawn);
+            skipped.skip(Vehicle::NUMBERS);
+            assert_eq!(drawn, skipped);
+        }
     }
 }

@@ -3,11 +3,13 @@
 use crate::buffer::{Feature, Mover, Prediction, Run, Scan, ScanResult, Status};
 use crate::run::{Filter, Sighted};
 use crate::setup::Models;
-use crate::slot::{MEASUREMENTS, SlotOf};
+use crate::slot::{MEASUREMENTS, SAMPLES, SlotOf};
 use core::mem::MaybeUninit;
 use core::sync::atomic::AtomicU32;
 use nalgebra::Vector2;
-use scphd::{Draft, Dynamic, LnSum, Page, Scanning, Static, Unicycle, UpdateMemory, memory};
+use scphd::{
+    Candidate, Draft, Dynamic, LnSum, Noise, Page, PlanarPose, Scanning, Static, Unicycle, UpdateMemory, memory,
+};
 
 /// Room for particles of a large filter.
 pub const LARGE_PARTICLES: usize = 16_384;
@@ -33,8 +35,26 @@ pub struct Room {
     pub(crate) filter: MaybeUninit<Filter<'static>>,
     pub(crate) detector: MaybeUninit<Sighted<'static>>,
     pub(crate) between: MaybeUninit<Between>,
+    pub(crate) prediction: Predicting,
     /// The greatest |V| of the candidates that have been weighed.
     pub(crate) in_view: AtomicU32,
+}
+
+/// Candidates that start from one place of the random stream.
+pub(crate) const TOGETHER: usize = 32;
+
+/// The prediction that is being taken in. It begins as zeros.
+#[derive(Debug)]
+pub(crate) struct Predicting {
+    /// How many have been since the last scan, this one included.
+    pub(crate) taken: u32,
+    /// The memory of all candidates, while that is lent, and how many of them are to move.
+    pub(crate) candidates: (*mut Candidate<PlanarPose<f32>>, usize),
+    pub(crate) in_use: usize,
+    /// The random stream as it is for the first of every so many candidates.
+    pub(crate) streams: [MaybeUninit<Noise>; (LARGE_PARTICLES * SAMPLES).div_ceil(TOGETHER)],
+    /// The same behind the last one.
+    pub(crate) after: MaybeUninit<Noise>,
 }
 
 /// What there is between the launches of one scan.

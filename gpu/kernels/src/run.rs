@@ -158,18 +158,20 @@ pub(crate) fn tell(
 }
 
 /// Takes in the predictions before a scan; returns its measurements.
-pub(crate) fn predict<'i>(
-    inputs: Inputs<'i>,
-    place: usize,
-    filter: &mut Filter<'_>,
-) -> Result<&'i [Vector2<f32>], u32> {
-    let scan = inputs.scans.get(place).ok_or(Status::BUFFERS)?;
-    let predictions = part(inputs.predictions, scan.first_prediction, scan.predictions).ok_or(Status::BUFFERS)?;
-    let measurements = part(inputs.measurements, scan.first_measurement, scan.measurements).ok_or(Status::BUFFERS)?;
+fn predict<'i>(inputs: Inputs<'i>, place: usize, filter: &mut Filter<'_>) -> Result<&'i [Vector2<f32>], u32> {
+    let (predictions, measurements) = before(inputs, place)?;
     for Prediction { control, dt_s } in predictions {
         filter.predict(control, *dt_s).map_err(|_| Status::PREDICTION)?;
     }
     Ok(measurements)
+}
+
+/// The predictions before a scan, and its measurements.
+pub(crate) fn before<'i>(inputs: Inputs<'i>, place: usize) -> Result<(&'i [Prediction], &'i [Vector2<f32>]), u32> {
+    let scan = inputs.scans.get(place).ok_or(Status::BUFFERS)?;
+    let predictions = part(inputs.predictions, scan.first_prediction, scan.predictions).ok_or(Status::BUFFERS)?;
+    let measurements = part(inputs.measurements, scan.first_measurement, scan.measurements).ok_or(Status::BUFFERS)?;
+    Ok((predictions, measurements))
 }
 
 /// So many from a place on; `None` where there are not as many.

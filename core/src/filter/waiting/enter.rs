@@ -23,7 +23,7 @@ pub(crate) fn enter<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>>
     memory: &mut Memory<'_, P>,
     tally: &mut Tally<T>,
 ) {
-    memory.waiting.missed.fill(T::ZERO);
+    memory.waiting.missed.iter_mut().take(memory.cursor.particles).for_each(|missed| *missed = T::ZERO);
     let Awaiting { len, first_label, sensor, .. } = *memory.waiting.awaiting;
     let Some(first) = memory.waiting.awaited.first().filter(|_| len > 0) else { return };
     if of_sensor(views.sensor, &first.measurement()) != Some(sensor) {
