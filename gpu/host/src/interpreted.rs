@@ -4,7 +4,7 @@ use crate::batch::Batch;
 use crate::cuda::{Modules, bytes_of_buffers};
 use crate::device::{Device, DeviceError, Launches, Outcome, spans};
 use bytemuck::Pod;
-use scphd_gpu_kernels::{Places, STAGES, START};
+use scphd_gpu_kernels::{PREDICT, Places, STAGES, START};
 use scphd_ptx::{AccessError, Counts, Grid, LaunchError, Memory, Module};
 use std::fmt::Write as _;
 use std::time::Instant;
@@ -192,7 +192,8 @@ impl Device for Interpreted {
         self.taken.clear();
         let started = Instant::now();
         for scan in 0..run.scans {
-            for (kernel, places, _) in STAGES {
+            let predictions = (0..batch.predictions_before(scan)).flat_map(|_| PREDICT);
+            for (kernel, places, _) in predictions.chain(STAGES) {
                 launch(self, kernel, places, scan)?;
             }
         }
