@@ -5,6 +5,7 @@ use super::config::JointConfig;
 use super::covariance::{Blocks, sandwiched, symmetric};
 use super::exclusive::settle;
 use super::movers::Movers;
+use super::reunite::{looseness, set_aside};
 use super::state::Memory;
 use crate::{
     Births, Clutter, FieldOfView, Linear, LnSum, Matrix, MeasurementModel, Pose, PositionOf, Real, ScalarOf, Sensor,
@@ -46,8 +47,19 @@ impl<T: Real, P: Pose<Scalar = T>, Y: Vector<Scalar = T>> Predicted<P, Y> {
     }
 }
 
-/// Fills in p_D of every feature in view and what explains every measurement; the features in view, and ln of the likelihood of the
-/// scan.
+/// What is in view of a scan, and how likely it is.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Associated<T> {
+    /// Features in view.
+    pub(super) in_view: usize,
+    /// Others that were set aside.
+    pub(super) loose: usize,
+    /// ln of the likelihood of the scan.
+    pub(super) ln_evidence: T,
+}
+
+/// Fills in p_D of every feature in view and what explains every measurement. Of the first `window` features, those that are known much
+/// worse than others are set aside.
 pub(super) fn associate<T, X, Z, V>(
     models: &X,
     births: &Births<T>,
@@ -55,7 +67,8 @@ pub(super) fn associate<T, X, Z, V>(
     memory: &mut Memory<'_, X::Pose, Z>,
     movers: &mut V,
     measurements: &[X::Measurement],
-) -> (usize, T)
+    window: usize,
+) -> Associated<T>
 where
     T: Real,
     X: MeasurementModel<Pose: Pose<Scalar = T>>,
@@ -82,9 +95,10 @@ where
         let slots = slots.get(..known.len).unwrap_or(&[]);
         tracks.look(models, &frame, measurements, config.behind, slots);
     }
-    let (mut in_view, mut ln_missed) = (0, T::ZERO);
+    let (mut in_view, mut ln_missed, mut ln_highest) = (0, T::ZERO, T::NEG_INFINITY);
     for (place, slot) in slots.iter_mut().enumerate().take(known.len) {
         let seen = in_view_of(models, &frame, &slot.mean, measurements, config.behind);
+        slot.claimed = T::INFINITY;
         slot.detection = seen.as_ref().map_or(T::ZERO, |&(_, detection)| detection);
         in_view += usize::from(seen.is_some());
         let expected = slot.detection * slot.existence.in_sight;
@@ -99,6 +113,10 @@ where
         let Some((predicted, _)) = seen.filter(|_| expected > T::ZERO) else { continue };
         let covariance = predicted.innovation_covariance(&joint.blocks(place), sensor.noise());
         let Some(factor) = covariance.factor() else { continue };
+        ln_highest = ln_highest.at_least(factor.ln_peak());
+        if place < window {
+            slot.claimed = looseness(slot, factor.ln_peak(), beside > T::ZERO);
+        }
         let ln_peak = expected.ln() - ln_not_detected + factor.ln_peak();
         for (explained, z) in explained.iter_mut().zip(measurements) {
             let distance = factor.mahalanobis(&sensor.innovation(z, &predicted.measurement));
@@ -108,11 +126,14 @@ where
         }
     }
     let explained = explained.get_mut(..measurements.len()).unwrap_or(&mut []);
+    let slots = slots.get_mut(..known.len).unwrap_or(&mut []);
+    let (loose, ln_loose) = set_aside(slots, explained, ln_highest, X::Measurement::DIMENSION);
+    ln_missed -= ln_loose;
     if let Some(tracks) = &mut tracks {
         ln_missed += tracks.claim(models, &frame, measurements, config.gate, explained);
     }
-    let slots = slots.get_mut(..known.len).unwrap_or(&mut []);
-    (in_view, settle::<T, X::Pose, V>(slots, explained, movers, ln_missed))
+    let ln_evidence = settle::<T, X::Pose, V>(slots, explained, movers, ln_missed);
+    Associated { in_view: in_view - loose, loose, ln_evidence }
 }
 
 /// What is expected of a feature, and p_D.

@@ -82,6 +82,19 @@ impl<T: Real> Explained<T> {
         }
     }
 
+    /// Takes the claims of some features back.
+    pub(super) fn take_back(&mut self, of: impl Fn(u16) -> bool) {
+        let mut kept = 0;
+        for place in 0..self.len {
+            let Some(claim) = self.claims.get(place).copied().filter(|claim| !of(claim.feature)) else { continue };
+            if let Some(slot) = self.claims.get_mut(kept) {
+                *slot = claim;
+            }
+            kept += 1;
+        }
+        self.len = kept;
+    }
+
     fn weakest_first(&mut self) {
         let mut weakest = (0, T::INFINITY);
         for (place, claim) in self.claims.iter().enumerate() {

@@ -5,7 +5,7 @@
 //! The error of a feature is then counted once, however often it is measured.
 
 use super::archive::NoArchive;
-use super::associate::associate;
+use super::associate::{Associated, associate};
 use super::claims::detected;
 use super::covariance::{Common, Joint, first, symmetric};
 use super::filter::JointSlam;
@@ -45,7 +45,9 @@ where
         if let Some(mut tracks) = movers.tracks() {
             tracks.advance(memory.known.waited_s, config.least_existence);
         }
-        let (in_view, ln_evidence) = associate(&models, births, config, memory, movers, measurements);
+        // Nothing is born that they could be known from later.
+        let Associated { in_view, ln_evidence, .. } =
+            associate(&models, births, config, memory, movers, measurements, 0);
         let mut tally = Tally::NOTHING;
         for place in 0..memory.known.len {
             let Some(&slot) = memory.slots.get(place).filter(|slot| slot.detection > T::ZERO) else { continue };

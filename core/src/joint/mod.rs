@@ -27,6 +27,7 @@ mod place;
 mod recall;
 mod relocate;
 mod report;
+mod reunite;
 mod scan;
 mod scrub;
 #[cfg(test)]

@@ -11,7 +11,7 @@ use crate::{Health, Pose, Real};
 pub struct JointReport<T> {
     /// Measurements in the scan.
     pub measurements: usize,
-    /// Features in view before the scan.
+    /// Features in view before the scan, but for those that are known much worse than what is at hand: they have no part in it.
     pub in_view: usize,
     /// Predictions refused since the scan before.
     pub refused: usize,

@@ -1,13 +1,14 @@
 //! The update with a scan, stage by stage.
 
 use super::archive::Archive;
-use super::associate::associate;
+use super::associate::{Associated, associate};
 use super::correct::correct;
 use super::filter::JointSlam;
 use super::movers::Movers;
 use super::park::{Parked, park};
 use super::recall::visit;
 use super::report::JointReport;
+use super::reunite::reunite;
 use super::tidy::{bear, drop_spoilt, drop_unlikely, merge};
 use crate::models::OnVehicle;
 use crate::{Detector, Health, MeasurementModel, Motion, Pose, Real, ScanError, Sensor, Vector};
@@ -42,11 +43,13 @@ where
         let mut shelf = archive.shelf();
         let passage = config.persistence.over(memory.known.waited_s);
         memory.slots.iter_mut().take(memory.known.len).for_each(|slot| slot.existence = slot.existence.after(&passage));
+        let window = memory.known.len;
         let mut trial = shelf.as_mut().map(|shelf| {
             shelf.pass(memory.known.waited_s);
             visit(shelf, &config.persistence, memory)
         });
-        let (in_view, ln_evidence) = associate(&models, births, config, memory, movers, measurements);
+        let Associated { in_view, loose, ln_evidence } =
+            associate(&models, births, config, memory, movers, measurements, window);
         let recalled = match (&mut trial, &mut shelf) {
             (Some(trial), Some(shelf)) => trial.judge(shelf, memory, measurements.len()),
             _ => 0,
@@ -62,7 +65,10 @@ where
         memory.follow();
         let first_label = memory.known.next_label;
         let born = bear(&models, births, config, memory, movers, measurements);
-        let merged = merge(sensor, config, memory);
+        let mut merged = merge(sensor, config, memory);
+        if loose > 0 {
+            merged += reunite(config, memory);
+        }
         let spoilt = drop_spoilt(memory);
         let dropped = drop_unlikely(config, memory, first_label);
         let parked = shelf.as_mut().map_or_else(Parked::default, |shelf| park(shelf, memory));

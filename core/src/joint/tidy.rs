@@ -4,6 +4,7 @@ use super::config::JointConfig;
 use super::covariance::{Common, first, symmetric};
 use super::existence::Existence;
 use super::movers::Movers;
+use super::reunite::between;
 use super::state::{Memory, Slot};
 use crate::numerics::range::{is_within_range, is_within_square};
 use crate::numerics::vector::product;
@@ -200,21 +201,14 @@ fn is_established<T: Real, D: Vector<Scalar = T>>(slot: &Slot<D>) -> bool {
 }
 
 /// Makes `other` one with `one`, if their covariances let them be; whether it did.
-fn join<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
+pub(super) fn join<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
     config: &JointConfig<T>,
     memory: &mut Memory<'_, P, Z>,
     one: usize,
     other: usize,
 ) -> bool {
     let (Some(a), Some(b)) = (memory.slots.get(one).copied(), memory.slots.get(other).copied()) else { return false };
-    let (of_a, of_b) = (memory.joint.between(one, one), memory.joint.between(other, other));
-    let cross = memory.joint.between(one, other);
-    // Rounding may have taken the last of what two features differ by.
-    let both = of_a + of_b;
-    let rounding = both * (T::EPSILON * T::from_f64(64.0));
-    let apart = Matrix::with(|row, column| {
-        both.at(row, column) - cross.at(row, column) - cross.at(column, row) + rounding.at(row, column)
-    });
+    let apart = between(memory, one, other);
     let Some(factor) = symmetric::<P::Position>(&apart).factor() else { return false };
     if !(factor.mahalanobis(&(b.mean - a.mean)) <= config.merge_distance) {
         return false;

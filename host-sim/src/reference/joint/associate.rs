@@ -11,13 +11,19 @@ use std::f64::consts::TAU;
 const CLAIMS: usize = 4;
 /// Rounds of messages.
 const ROUNDS: usize = 8;
+/// What is known so many times worse than what is known best, a coordinate of the measurement, is loose.
+const LOOSE: f64 = 5.0;
+/// What was detected less often is tentative.
+const TWICE: f64 = 1.5;
 /// ln of the largest odds.
 const LN_ODDS_MAX: f64 = 40.0;
 
 /// What a scan says of the features, and the features of a scan.
 #[derive(Debug, Clone)]
 pub(super) struct Association {
-    /// p_D of every feature, 0 out of view.
+    /// Features that were set aside.
+    pub(super) loose: usize,
+    /// p_D of every feature, 0 out of view and of what was set aside.
     pub(super) detection: Vec<f64>,
     /// s_jz, by feature and measurement.
     pub(super) shares: DMatrix<f64>,
@@ -63,7 +69,7 @@ impl<M: Models> Joint<M> {
         let expected: Vec<Option<Expected>> =
             state.places.iter().map(|place| self.models.expected(&state.pose, place)).collect();
         let sights: Vec<Option<Sight>> = state.movers.iter().map(|mover| self.sight(state, mover)).collect();
-        let detection: Vec<f64> = expected.iter().map(|expected| expected.as_ref().map_or(0.0, seen_of)).collect();
+        let mut detection: Vec<f64> = expected.iter().map(|expected| expected.as_ref().map_or(0.0, seen_of)).collect();
         let of_sight = |sight: &Option<Sight>| sight.as_ref().map_or(0.0, |sight| seen_of(&sight.expected));
         let mover_detection: Vec<f64> = sights.iter().map(of_sight).collect();
         let rivals: Vec<Option<usize>> = state
@@ -71,6 +77,10 @@ impl<M: Models> Joint<M> {
             .iter()
             .map(|mover| state.features.iter().position(|feature| feature.label == mover.label))
             .collect();
+        let loose = self.loose(state, &expected, &detection, &mover_detection, &rivals);
+        // They take the places of weaker claims all the same.
+        let asked = detection.clone();
+        loose.iter().for_each(|&place| detection[place] = 0.0);
         // Causes: every static feature with the mover that it may be instead, then the other movers.
         let cause_of_mover: Vec<usize> = (0..k).map(|mover| rivals[mover].unwrap_or(n + mover)).collect();
         let mut not_detected = vec![1.0; n + k];
@@ -81,9 +91,9 @@ impl<M: Models> Joint<M> {
 
         // ln( p_D v N / (1 − p_D v − p_D w) ) within the gate, of static features, then of movers.
         let mut ln_claims = DMatrix::from_element(n + k, m, f64::NEG_INFINITY);
-        let mut claim = |row: usize, cause: usize, expected: &Expected, s: DMatrix<f64>, probability: f64| {
+        let mut claim = |row: usize, none: f64, expected: &Expected, s: DMatrix<f64>, probability: f64| {
             let ln_normal = -0.5 * (s.determinant().ln() + s.nrows() as f64 * TAU.ln());
-            let ln_peak = probability.ln() - f64::ln(not_detected[cause]) + ln_normal;
+            let ln_peak = probability.ln() - none.ln() + ln_normal;
             let inverse = s.try_inverse().expect("R is positive definite");
             for (column, z) in measurements.iter().enumerate() {
                 let distance = squared(&self.models.innovation(z, &expected.measurement), &inverse);
@@ -93,11 +103,12 @@ impl<M: Models> Joint<M> {
             }
         };
         for (place, expected) in expected.iter().enumerate() {
-            let probability = detection[place] * state.features[place].in_sight;
+            let probability = asked[place] * state.features[place].in_sight;
+            let none = if detection[place] > 0.0 { not_detected[place] } else { 1.0 - probability };
             if let Some(expected) = expected.as_ref().filter(|_| probability > 0.0) {
                 let h = over_all(state, place, expected);
                 let s = &h * &state.covariance * h.transpose() + self.models.noise();
-                claim(place, place, expected, s, probability);
+                claim(place, none, expected, s, probability);
             }
         }
         for (place, sight) in sights.iter().enumerate() {
@@ -105,7 +116,7 @@ impl<M: Models> Joint<M> {
             let probability = mover_detection[place] * mover.weight;
             if let Some(sight) = sight.as_ref().filter(|_| probability > 0.0) {
                 let s = sight.covariance(mover);
-                claim(n + place, cause_of_mover[place], &sight.expected, s, probability);
+                claim(n + place, not_detected[cause_of_mover[place]], &sight.expected, s, probability);
             }
         }
 
@@ -114,9 +125,16 @@ impl<M: Models> Joint<M> {
         let mut ln_lambdas = vec![ln_lambda; m];
         let mut odds = DMatrix::zeros(n + k, m);
         for (z, ln_lambda) in ln_lambdas.iter_mut().enumerate() {
-            let mut likeliest: Vec<usize> = (0..n + k).filter(|&j| ln_claims[(j, z)] > f64::NEG_INFINITY).collect();
-            likeliest.sort_by(|&a, &b| ln_claims[(b, z)].total_cmp(&ln_claims[(a, z)]));
-            likeliest.truncate(CLAIMS);
+            let most = |of: &mut Vec<usize>| {
+                of.sort_by(|&a, &b| ln_claims[(b, z)].total_cmp(&ln_claims[(a, z)]));
+                of.truncate(CLAIMS);
+            };
+            let claims = |row: &usize| ln_claims[(*row, z)] > f64::NEG_INFINITY;
+            let mut likeliest: Vec<usize> = (0..n).filter(claims).collect();
+            most(&mut likeliest);
+            likeliest.retain(|place| !loose.contains(place));
+            likeliest.extend((n..n + k).filter(claims));
+            most(&mut likeliest);
             let Some(&first) = likeliest.first() else { continue };
             *ln_lambda = ln_lambda.max(ln_claims[(first, z)] - LN_ODDS_MAX);
             likeliest.iter().for_each(|&j| odds[(j, z)] = (ln_claims[(j, z)] - *ln_lambda).exp());
@@ -140,6 +158,7 @@ impl<M: Models> Joint<M> {
         let mover_not_detected = cause_of_mover.iter().map(|&cause| not_detected[cause]).collect();
         not_detected.truncate(n);
         Association {
+            loose: loose.len(),
             detection,
             shares,
             not_detected,
@@ -151,6 +170,37 @@ impl<M: Models> Joint<M> {
             ln_lambda: ln_lambdas,
             ln_evidence,
         }
+    }
+}
+
+impl<M: Models> Joint<M> {
+    /// Features detected twice whose innovation is loose beside the most certain one, but for those that may move.
+    fn loose(
+        &self,
+        state: &State,
+        expected: &[Option<Expected>],
+        detection: &[f64],
+        mover_detection: &[f64],
+        rivals: &[Option<usize>],
+    ) -> Vec<usize> {
+        let claims: Vec<(usize, f64)> = (0..state.features.len())
+            .filter(|&place| detection[place] * state.features[place].in_sight > 0.0)
+            .filter_map(|place| {
+                let h = over_all(state, place, expected[place].as_ref()?);
+                let s = &h * &state.covariance * h.transpose() + self.models.noise();
+                Some((place, s.determinant().sqrt()))
+            })
+            .collect();
+        let least = claims.iter().map(|&(_, size)| size).fold(f64::INFINITY, f64::min);
+        let may_move = |place: usize| {
+            let of = |mover: &usize| rivals[*mover] == Some(place);
+            (0..rivals.len()).filter(of).any(|mover| mover_detection[mover] * state.movers[mover].weight > 0.0)
+        };
+        let greatest = least * LOOSE.powi(self.models.noise().nrows() as i32);
+        let is_loose = |&&(place, size): &&(usize, f64)| {
+            size > greatest && state.features[place].detections >= TWICE && !may_move(place)
+        };
+        claims.iter().filter(is_loose).map(|&(place, _)| place).collect()
     }
 }
 

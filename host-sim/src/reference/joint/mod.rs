@@ -11,6 +11,7 @@ mod models;
 mod mover;
 mod movers;
 mod planar;
+mod reunite;
 mod space;
 mod state;
 #[cfg(test)]
@@ -115,7 +116,10 @@ impl<M: Models> Joint<M> {
         let united = self.tidy_movers(state);
         let first_label = state.next_label;
         let [births, no_birth, lost] = self.bear(state, &mut association, measurements);
-        let merged = united + self.merge(state, &mut association.detection);
+        let mut merged = united + self.merge(state, &mut association.detection);
+        if association.loose > 0 {
+            merged += self.reunite(state, &mut association.detection);
+        }
         let dropped = self.drop_unlikely(state, &mut association.detection, first_label);
         let dimension = self.models.noise().nrows() as f64;
         let innovation =

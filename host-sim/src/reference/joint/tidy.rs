@@ -89,7 +89,7 @@ impl<M: Models> Joint<M> {
     }
 
     /// Takes in m_one = m_other, if their covariances let it be; whether they did.
-    fn join(&self, state: &mut State, one: usize, other: usize) -> bool {
+    pub(super) fn join(&self, state: &mut State, one: usize, other: usize) -> bool {
         let each = M::FEATURE;
         let mut h = DMatrix::zeros(each, state.covariance.nrows());
         for k in 0..each {
@@ -133,7 +133,7 @@ impl<M: Models> Joint<M> {
     }
 }
 
-fn place_of(state: &State, place: usize) -> DVector<f64> {
+pub(super) fn place_of(state: &State, place: usize) -> DVector<f64> {
     DVector::from_column_slice(&state.places[place])
 }
 

@@ -1,0 +1,123 @@
+//! What was seen anew and is what had been known all along, by how the features around it fit.
+
+use super::Joint;
+use super::associate::squared;
+use super::models::Models;
+use super::state::State;
+use super::tidy::place_of;
+use nalgebra::{DMatrix, DVector};
+use std::f64::consts::TAU;
+
+/// What was detected less often is not laid over anything.
+const SEEN: f64 = 3.0;
+/// Nor is what is less likely there.
+const LIKELY: f64 = 0.5;
+/// Share of what is around one that was known and was known too.
+const KNOWN: f64 = 0.5;
+/// Probability above which two are one.
+const SURE: f64 = 0.99;
+/// Features that one may be.
+const CHOICES: usize = 8;
+/// Features that each around it may be then.
+const NEIGHBOURS: usize = 3;
+
+impl<M: Models> Joint<M> {
+    /// Makes the feature in view that was detected most often one with what it surely is; how many were.
+    pub(super) fn reunite(&self, state: &mut State, detection: &mut Vec<f64>) -> usize {
+        let Some((one, other)) = self.found(state, detection) else { return 0 };
+        if !self.join(state, one, other) {
+            return 0;
+        }
+        state.drop_feature(other);
+        detection.swap_remove(other);
+        1
+    }
+
+    fn found(&self, state: &State, detection: &[f64]) -> Option<(usize, usize)> {
+        let known: Vec<usize> = (0..state.features.len()).filter(|&place| is_known(state, place)).collect();
+        let in_view: Vec<usize> = known.iter().copied().filter(|&place| detection[place] > 0.0).collect();
+        let detections = |place: usize| state.features[place].detections;
+        let one = *in_view.iter().rev().max_by(|a, b| detections(**a).total_cmp(&detections(**b)))?;
+        let side = |d: usize| {
+            let of_all = || known.iter().map(|&place| state.places[place][d]);
+            of_all().fold(f64::NEG_INFINITY, f64::max) - of_all().fold(f64::INFINITY, f64::min)
+        };
+        let density = known.len() as f64 / (0..M::FEATURE).map(side).product::<f64>();
+        if !density.is_finite() {
+            return None;
+        }
+        let mut choices: Vec<(usize, f64)> = known
+            .iter()
+            .filter(|&&other| other != one)
+            .map(|&other| {
+                let h = self.difference(state, one, other);
+                let inverse = (&h * &state.covariance * h.transpose()).try_inverse().expect("two places");
+                (other, squared(&(place_of(state, other) - place_of(state, one)), &inverse))
+            })
+            .filter(|&(_, distance)| distance <= self.config.merge_distance)
+            .collect();
+        choices.sort_by(|a, b| a.1.total_cmp(&b.1));
+        choices.truncate(CHOICES);
+        let evidence: Vec<(usize, f64)> = choices
+            .iter()
+            .map(|&(other, _)| (other, self.evidence(state, &known, &in_view, [one, other], density)))
+            .collect();
+        let all = 1.0 + evidence.iter().map(|&(_, of_one)| of_one).sum::<f64>();
+        let (other, most) = evidence.into_iter().rev().max_by(|a, b| a.1.total_cmp(&b.1))?;
+        (most / all >= SURE).then_some((one, other))
+    }
+
+    /// H of how far the second place is from the first.
+    fn difference(&self, state: &State, one: usize, other: usize) -> DMatrix<f64> {
+        let mut h = DMatrix::zeros(M::FEATURE, state.covariance.nrows());
+        for d in 0..M::FEATURE {
+            h[(d, state.first(one) + d)] = -1.0;
+            h[(d, state.first(other) + d)] = 1.0;
+        }
+        h
+    }
+
+    /// How much likelier all is if these two are one than if nothing in view had been known.
+    fn evidence(
+        &self,
+        state: &State,
+        known: &[usize],
+        in_view: &[usize],
+        [one, other]: [usize; 2],
+        density: f64,
+    ) -> f64 {
+        // The whole state, given that the two are one.
+        let h = self.difference(state, one, other);
+        let apart = place_of(state, other) - place_of(state, one);
+        let c = &h * &state.covariance * h.transpose();
+        let gain = &state.covariance * h.transpose() * c.clone().try_inverse().expect("two places");
+        let covariance = &state.covariance - &gain * &c * gain.transpose();
+        let moved = -&gain * &apart;
+        let place = |of: usize| place_of(state, of) + moved.rows(state.first(of), M::FEATURE);
+        let is_another = |of: &usize| *of != one && *of != other;
+        let mut evidence = KNOWN * state.features[other].total() * normal(&apart, &c) / density;
+        for &around in in_view.iter().filter(|of| is_another(of)) {
+            let apart = |of: usize| place(of) - place(around);
+            let mut near: Vec<usize> = known.iter().copied().filter(|of| is_another(of) && *of != around).collect();
+            near.sort_by(|&a, &b| apart(a).norm_squared().total_cmp(&apart(b).norm_squared()));
+            near.truncate(NEIGHBOURS);
+            let fits = near.iter().map(|&of| {
+                let h = self.difference(state, around, of);
+                state.features[of].total() * normal(&apart(of), &(&h * &covariance * h.transpose())) / density
+            });
+            evidence *= 1.0 - KNOWN + KNOWN * fits.sum::<f64>();
+        }
+        evidence
+    }
+}
+
+fn is_known(state: &State, place: usize) -> bool {
+    let feature = state.features[place];
+    feature.detections >= SEEN && feature.total() >= LIKELY
+}
+
+/// N(x; 0, S).
+fn normal(x: &DVector<f64>, s: &DMatrix<f64>) -> f64 {
+    let inverse = s.clone().try_inverse().expect("two places");
+    (-0.5 * squared(x, &inverse)).exp() / (TAU.powi(x.len() as i32) * s.determinant()).sqrt()
+}
