@@ -39,6 +39,7 @@
 //! | `snapshot/` | the state as bytes |
 //! | `filter/` | the memory, the steps, and all that can be asked of a filter |
 //! | `joint/` | the filter with a joint map |
+//! | `fixes/` | whether fixes that are refused are wrong, or the filter |
 //! | `locate/` | where the vehicle is in a map of an earlier drive |
 //!
 //! `filter/step.rs` is one scan from top to bottom: propose poses, weigh, select, learn, update, reduce. `joint/` is the filter with a
@@ -71,6 +72,7 @@ extern crate std;
 
 mod detection;
 mod filter;
+mod fixes;
 mod joint;
 mod locate;
 mod map;
@@ -98,6 +100,7 @@ pub use filter::scanning::{AllPages, Scanning};
 pub use filter::scphd::ScPhd;
 pub use filter::scrub::{Scrubbed, Scrubber};
 pub use filter::state::State;
+pub use fixes::{FixRule, HeadingWatch, PositionWatch};
 pub use joint::{
     Archive, Archived, JointArchive, JointConfig, JointMovers, JointReport, JointSlam, JointState, Movers, NoArchive,
     NoMovers, Persistence, Tracked, joint_numbers,

@@ -8,7 +8,7 @@ use crate::dimensions::Dimensions;
 use crate::events::Event;
 use crate::log::{MovingLandmark, Scan, TruePose};
 use crate::settings::{FileProblem, FilterSettings, OutOfRange};
-use crate::slam::{Filter, Refusal, Slam};
+use crate::slam::{Filter, Refusal, Slam, WatchesFixes};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::fmt::Debug;
@@ -90,6 +90,12 @@ pub trait Kind: Dimensions {
         settings: &Self::Settings,
         seed: u64,
     ) -> Result<Box<dyn Slam<Self>>, Refusal>;
+
+    /// What watches the fixes that a filter refuses.
+    ///
+    /// # Errors
+    /// Their noise is out of range.
+    fn fix_watch(settings: &Self::Settings) -> Result<Box<dyn WatchesFixes<Self>>, Refusal>;
 
     /// The recursion's part of the settings.
     fn recursion(settings: &Self::Settings) -> &FilterSettings;

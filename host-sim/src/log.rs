@@ -5,7 +5,9 @@
 use crate::angle::wrap;
 pub use crate::dimensions::PoseFix;
 use crate::dimensions::{Dimensions, Planar};
+use scphd::FixRule;
 use serde::{Deserialize, Serialize};
+use std::f64::consts::PI;
 
 /// Motion model and geometry, from the `[vehicle]` section of `log.toml`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -40,6 +42,17 @@ pub struct Sensor {
     pub bearing_max_rad: f64,
     /// Where the sensor sits, seen from where the vehicle's pose is.
     pub mounting: Mounting,
+}
+
+impl Sensor {
+    /// Whether a place at this range, m, and bearing, rad, lies in the window.
+    #[must_use]
+    pub fn sees(&self, range_m: f64, bearing_rad: f64) -> bool {
+        let half_rad = 0.5 * (self.bearing_max_rad - self.bearing_min_rad);
+        let middle_rad = 0.5 * (self.bearing_max_rad + self.bearing_min_rad);
+        (self.range_min_m..=self.range_max_m).contains(&range_m)
+            && (half_rad >= PI || wrap(bearing_rad - middle_rad).abs() <= half_rad)
+    }
 }
 
 /// Where a sensor sits on its vehicle.
@@ -170,15 +183,37 @@ pub struct FixNoise {
     /// Standard deviation of a heading, rad.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub heading_sigma_rad: Option<f64>,
-    /// A squared Mahalanobis distance: what lies farther from what the filter expects is left out. Nothing is where this is not said.
+    /// A squared Mahalanobis distance: what lies farther from what the filter expects is left out; [`USUAL_GATE`](Self::USUAL_GATE) where this is not said.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub gate: Option<f64>,
+    /// For how long fixes are left out before those that agree with each other are taken for right, and the filter for wrong, s;
+    /// [`scphd::FixRule`]'s where this is not said.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub patience_s: Option<f64>,
     /// How far ahead of where the vehicle's pose is the antenna sits, m.
     #[serde(default)]
     pub forward_m: f64,
     /// How far to its left, m.
     #[serde(default)]
     pub left_m: f64,
+}
+
+impl FixNoise {
+    /// Five standard deviations, as PX4's EKF2 and ArduPilot's EKF3 have by default.
+    pub const USUAL_GATE: f64 = 25.0;
+
+    /// The gate, also where it is not said.
+    #[must_use]
+    pub fn gate(&self) -> f64 {
+        self.gate.unwrap_or(Self::USUAL_GATE)
+    }
+
+    /// When fixes that are left out are right after all.
+    #[must_use]
+    pub fn rule(&self) -> FixRule<f64> {
+        let usual = FixRule::default();
+        FixRule { patience_s: self.patience_s.unwrap_or(usual.patience_s), ..usual }
+    }
 }
 
 /// A sensor beside the first.

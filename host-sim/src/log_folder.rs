@@ -31,8 +31,8 @@
 //! `fixes.csv` has measurements of the pose itself, as of a satellite receiver and a compass: the place of an antenna in the frame of
 //! the map, and the heading from its x axis to its y axis. `[fixes]` says how good they are: `position_sigma_m` along either axis and
 //! `heading_sigma_rad`, each needed where there are such fixes. `forward_m` and `left_m` say where the antenna sits, as of a sensor. With
-//! `gate`, a fix whose squared Mahalanobis distance from what the filter expects is greater is left out, and counted; without it all
-//! are taken in. A fix comes before a scan of the same time. None may come before the odometry.
+//! `gate`, 25 where it is not said, a fix whose squared Mahalanobis distance from what the filter expects is greater is left out, and counted;
+//! after `patience_s`, 7 where it is not said, fixes that agree with each other are taken for right. A fix comes before a scan of the same time. None may come before the odometry.
 //!
 //! `simulated = true` says that the stated noise is exact. In logs without this key the first word of `kind`, up to a comma, says so:
 //! `simulated` or `real`, and nothing else; where there is neither key the log is real. With the key, `kind` is free text and

@@ -12,7 +12,7 @@ use crate::score::final_map::FinalMap;
 use crate::score::map_error::MapError;
 use crate::score::moving::{MovingScore, MovingTally};
 use crate::score::trajectory;
-use crate::slam::{Refusal, Search, Slam};
+use crate::slam::{Refusal, Search, Slam, Taken};
 use crate::tally::{HealthCounts, ScanTimes};
 use crate::threads::Threads;
 use crate::truth;
@@ -49,6 +49,7 @@ pub struct Session<D: Dimensions = Planar> {
 struct FixCounts {
     shown: u64,
     left_out: u64,
+    relocations: u64,
 }
 
 /// A row of the odometry that no vehicle follows.
@@ -129,6 +130,8 @@ pub struct MapUse<'m> {
     pub locate: bool,
     /// Whether the map at the end is asked for.
     pub save: bool,
+    /// Whether only the map at the end is compared with the truth: where no table and no plot shows the others, that is time saved.
+    pub last_error_alone: bool,
 }
 
 /// What a run with maps leaves beside its session.
@@ -165,7 +168,7 @@ pub fn run_in_map<K: Kind>(
             // A filter that has none says so before the run.
             slam.map_file().map_err(SessionError::Map)?;
         }
-        let session = follow(log, settings, (filter, seed), &mut *slam, film, progress)?;
+        let session = follow(log, settings, (filter, seed), &mut *slam, film, maps.last_error_alone, progress)?;
         let file = if maps.save { Some(slam.map_file().map_err(SessionError::Map)?) } else { None };
         Ok((session, MapOutcome { file, search: slam.search() }))
     };
@@ -183,7 +186,7 @@ pub fn run_of<K: Kind>(
     filter: Filter,
     seed: u64,
 ) -> Result<Session<K>, SessionError> {
-    follow(log, settings, (filter, seed), slam, None, &mut |_| {})
+    follow(log, settings, (filter, seed), slam, None, false, &mut |_| {})
 }
 
 /// A whole log and what is said of it.
@@ -193,9 +196,10 @@ fn follow<K: Kind>(
     (filter, seed): (Filter, u64),
     slam: &mut dyn Slam<K>,
     film: Option<&mut Film<K>>,
+    last_error_alone: bool,
     progress: &mut (dyn FnMut(usize) + Send),
 ) -> Result<Session<K>, SessionError> {
-    let run = drive(log, settings, slam, film, progress)?;
+    let run = drive(log, settings, slam, film, last_error_alone, progress)?;
     let summary = summary(log, settings, filter, seed, &run, slam);
     let Run { record, health, left_out, moving, .. } = run;
     Ok(Session { record, summary, moving, health, left_out })
@@ -230,12 +234,14 @@ fn drive<K: Kind>(
     settings: &K::Settings,
     slam: &mut dyn Slam<K>,
     mut film: Option<&mut Film<K>>,
+    last_error_alone: bool,
     progress: &mut (dyn FnMut(usize) + Send),
 ) -> Result<Run<K>, SessionError> {
     let mut map_truth: MapTruth<'_, K> = MapTruth::new(log, settings);
     let view = K::view(log, settings);
     let mut tally = MovingTally::default();
     let dead_reckoning = K::dead_reckoning(log, settings).map_err(SessionError::Start)?;
+    let mut watch = K::fix_watch(settings).map_err(SessionError::Start)?;
     let all = K::scans(log);
     let mut scans = Vec::with_capacity(all.len());
     let mut map: Vec<MapFeature<K>> = Vec::new();
@@ -250,6 +256,7 @@ fn drive<K: Kind>(
         };
         match event {
             Event::Predict { row, control, dt_s } => {
+                watch.wait(dt_s);
                 let implausible = slam.predict(control, dt_s).map_err(refused("the prediction"))?;
                 // A row that scans divide is left out once.
                 if let Some(what) = implausible
@@ -260,7 +267,9 @@ fn drive<K: Kind>(
             }
             Event::Fix { fix } => {
                 fixes.shown += 1;
-                fixes.left_out += u64::from(!slam.observe(&fix).map_err(refused("the fix"))?);
+                let taken = watch.show(slam, &fix).map_err(refused("the fix"))?;
+                fixes.left_out += u64::from(taken != Taken::In);
+                fixes.relocations += u64::from(taken == Taken::Relocated);
             }
             Event::Scan { index } => {
                 let scan = &all[index];
@@ -282,7 +291,8 @@ fn drive<K: Kind>(
                 let true_map = map_truth.at(scan.t_s, truth.as_ref());
                 let known = true_map.as_ref();
                 let landmarks = known.filter(|_| map_truth.knows_landmarks());
-                let compared = (index + 1).is_multiple_of(K::SCANS_A_MAP_ERROR) || index + 1 == all.len();
+                let is_due = !last_error_alone && (index + 1).is_multiple_of(K::SCANS_A_MAP_ERROR);
+                let compared = is_due || index + 1 == all.len();
                 let mut estimated: Vec<K::Position> = moving.iter().map(|feature| feature.position).collect();
                 let movers =
                     known.filter(|_| map_truth.knows_movers()).map(|true_map| tally.scan(&true_map.movers, &estimated));
@@ -388,6 +398,7 @@ fn summary<K: Kind>(
         ),
         fixes: run.fixes.shown,
         fixes_left_out: run.fixes.left_out,
+        fix_relocations: run.fixes.relocations,
         settings: json::settings(settings),
     }
 }

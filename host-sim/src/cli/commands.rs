@@ -123,7 +123,9 @@ fn single<K: Offer>(source: &Source<K>, name: &str, args: RunArgs) -> Result<(),
     let file = maps.read()?;
     let (filter, seed) = (choice.filter, args.seed.seed);
     let progress = progress_of::<K>(log, &settings, filter);
-    let (start, mut at) = (maps.to_use(file.as_deref()), |scans| progress.at(scans));
+    // Tables, plots and pages show the error of the map over time.
+    let last_error_alone = outputs.out.is_none() && html.is_none();
+    let (start, mut at) = (maps.to_use(file.as_deref(), last_error_alone), |scans| progress.at(scans));
     let mut film = html.or(mcap).map(|_| Film::of(K::scans(log).len()));
     let (session, outcome) =
         session::run_in_map::<K>(&threads, log, &settings, filter, seed, start, film.as_mut(), &mut at)?;
@@ -193,10 +195,15 @@ fn report<D: Dimensions>(outputs: &Outputs, sessions: &[Session<D>]) -> Result<(
         report_health(outputs, &session.summary, &session.health)?;
     }
     for summary in summaries.iter().filter(|summary| summary.fixes > 0) {
-        let Summary { fixes, fixes_left_out, .. } = summary;
-        outputs.print(&format!("fixes, {}: {fixes} shown, {fixes_left_out} beyond the gate", label(summary)))?;
+        let Summary { fixes, fixes_left_out, fix_relocations, .. } = summary;
+        let back = match fix_relocations {
+            0 => String::new(),
+            times => format!("; where they agreed with each other the filter was put to them, {times} times"),
+        };
+        outputs.print(&format!("fixes, {}: {fixes} shown, {fixes_left_out} beyond the gate{back}", label(summary)))?;
     }
     sessions.iter().for_each(warn_of_rows);
+    summaries.iter().for_each(warn_of_fixes);
     summaries.iter().for_each(|summary| warn_of_errors(std::slice::from_ref(summary)));
     summaries.iter().for_each(note_innovations);
     Ok(())
@@ -208,6 +215,18 @@ fn warn_of_rows<D: Dimensions>(session: &Session<D>) {
         let rest = if more.is_empty() { String::new() } else { format!("; and {} more", more.len()) };
         let label = label(&session.summary);
         warning(format_args!("warning: {label}: row {} of the odometry ({t_s} s) left out: {what}{rest}", row + 1));
+    }
+}
+
+/// Says so where more fixes are left out than outliers are usual.
+fn warn_of_fixes(summary: &Summary) {
+    let Summary { fixes, fixes_left_out, .. } = summary;
+    if *fixes_left_out > 1 && fixes_left_out * 10 > *fixes {
+        let label = label(summary);
+        warning(format_args!(
+            "warning: {label}: {fixes_left_out} of {fixes} fixes lie beyond the gate and are left out; check their frame and clock, \
+             position_sigma_m and initial_pose; a greater `gate` in [fixes] takes more in, inf all"
+        ));
     }
 }
 

@@ -28,8 +28,8 @@ impl Maps {
     }
 
     /// The same for a session.
-    pub fn to_use<'m>(&self, file: Option<&'m [u8]>) -> MapUse<'m> {
-        MapUse { file, locate: self.locate, save: self.save.is_some() }
+    pub fn to_use<'m>(&self, file: Option<&'m [u8]>, last_error_alone: bool) -> MapUse<'m> {
+        MapUse { file, locate: self.locate, save: self.save.is_some(), last_error_alone }
     }
 
     /// Writes the map at the end, where asked for.

@@ -272,11 +272,23 @@ impl Slam for Ekf {
         let noise = Matrix2::new(first * first, 0.0, 0.0, second * second);
         let expected = jacobian * self.covariance.block([0, 1, 2]) * jacobian.transpose() + noise;
         let Some(information) = expected.try_inverse() else { return Ok(false) };
-        if !(innovation.dot(&(information * innovation)) <= self.fixes.gate.unwrap_or(f64::INFINITY)) {
+        if !(innovation.dot(&(information * innovation)) <= self.fixes.gate()) {
             return Ok(false);
         }
         self.correct([0, 1, 2], &jacobian, &information, &innovation);
         Ok(true)
+    }
+
+    fn relocate(&mut self, pose: &[f64; 3], covariance: &[[f64; 3]; 3]) -> Result<(), Refusal> {
+        self.state[..POSE].copy_from_slice(pose);
+        for row in 0..POSE {
+            // What it had in common with the map is over.
+            (0..self.covariance.side()).for_each(|column| self.covariance.set(row, column, 0.0));
+        }
+        for (row, column) in [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)] {
+            self.covariance.set(row, column, covariance[row][column]);
+        }
+        Ok(())
     }
 
     fn scan(&mut self, sensor: usize, detections: &[[f64; 2]]) -> Result<ScanOutcome, Refusal> {

@@ -122,4 +122,7 @@ fn a_fix_is_the_kalman_update_of_the_pose_and_may_be_gated() {
     assert!((pose[0] - (1.0 + 0.6 * before / (before + r))).abs() < 1e-9, "{pose:?}");
     assert!((covariance[0][0] - before * r / (before + r)).abs() < 1e-9, "{covariance:?}");
     assert!(ekf.observe(&PoseFix::Heading(0.1)).is_err(), "its noise is not stated");
+    let covariance = [[0.25, 0.01, 0.0], [0.01, 0.16, 0.0], [0.0, 0.0, 0.04]];
+    ekf.relocate(&[7.0, 8.0, 0.5], &covariance).unwrap();
+    assert_eq!(ekf.pose().unwrap(), ([7.0, 8.0, 0.5], covariance));
 }

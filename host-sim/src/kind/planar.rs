@@ -6,7 +6,9 @@ use crate::ekf::Ekf;
 use crate::events::{Event, events};
 use crate::log::{Log, MovingLandmark, Scan, TruePose};
 use crate::settings::{FileProblem, FilterSettings, OutOfRange, SensorSettings, Settings};
-use crate::slam::{Filter, ReferenceFilter, Refusal, Slam, core_filter, joint_filter, started_nearby};
+use crate::slam::{
+    Filter, PlanarWatch, ReferenceFilter, Refusal, Slam, WatchesFixes, core_filter, joint_filter, started_nearby,
+};
 use crate::truth::window::Window;
 use crate::vehicle;
 
@@ -98,6 +100,10 @@ impl Kind for Planar {
             Filter::Reference => Ok(Box::new(ReferenceFilter::start(settings, &log.vehicle, log.initial_pose, seed))),
             Filter::Ekf(association) => Ok(Box::new(Ekf::start(log, association)?)),
         }
+    }
+
+    fn fix_watch(settings: &Settings) -> Result<Box<dyn WatchesFixes<Self>>, Refusal> {
+        Ok(Box::new(PlanarWatch::of(&settings.fixes.unwrap_or_default())?))
     }
 
     fn recursion(settings: &Settings) -> &FilterSettings {

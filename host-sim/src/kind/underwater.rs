@@ -5,7 +5,9 @@ use crate::dimensions::Underwater;
 use crate::events::Event;
 use crate::log::{MovingLandmark, Scan, TruePose};
 use crate::settings::{FileProblem, FilterSettings, OutOfRange};
-use crate::slam::{Filter, Refusal, Slam, refusal, underwater_core_filter, underwater_joint_filter};
+use crate::slam::{
+    Filter, NoFixes, Refusal, Slam, WatchesFixes, refusal, underwater_core_filter, underwater_joint_filter,
+};
 use crate::underwater::log::{Instruments, Log};
 use crate::underwater::models::models;
 use crate::underwater::settings::Settings;
@@ -154,6 +156,10 @@ impl Kind for Underwater {
             Filter::Reference => Err(Refusal("in space the reference runs in lockstep only: scphd-sim compare".into())),
             Filter::Ekf(_) => Err(Refusal("the EKF is of the plane alone".into())),
         }
+    }
+
+    fn fix_watch(_settings: &Settings) -> Result<Box<dyn WatchesFixes<Self>>, Refusal> {
+        Ok(Box::new(NoFixes))
     }
 
     fn recursion(settings: &Settings) -> &FilterSettings {

@@ -103,7 +103,7 @@ const MOUNTED_SENSOR_KEYS: &[&str] = &[
     "left_m",
     "yaw_rad",
 ];
-const FIX_KEYS: [&str; 5] = ["position_sigma_m", "heading_sigma_rad", "gate", "forward_m", "left_m"];
+const FIX_KEYS: [&str; 6] = ["position_sigma_m", "heading_sigma_rad", "gate", "patience_s", "forward_m", "left_m"];
 const ACKERMANN_KEYS: [&str; 8] = [
     "model",
     "wheelbase_m",
@@ -336,6 +336,7 @@ impl<'a> Section<'a> {
             position_sigma_m: self.limited("position_sigma_m", "1e-3 to 1000 m", |s| (1e-3..=1e3).contains(&s))?,
             heading_sigma_rad: self.limited("heading_sigma_rad", "1e-4 to 3 rad", |s| (1e-4..=3.0).contains(&s))?,
             gate: self.limited("gate", "more than 0", |gate| gate > 0.0)?,
+            patience_s: self.limited("patience_s", "0 or more", |patience_s| patience_s >= 0.0)?,
             forward_m,
             left_m,
         })

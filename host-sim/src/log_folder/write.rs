@@ -144,6 +144,7 @@ fn head(log: &Log) -> Table {
         put(&mut fixes, "position_sigma_m", noise.position_sigma_m);
         put(&mut fixes, "heading_sigma_rad", noise.heading_sigma_rad);
         put(&mut fixes, "gate", noise.gate);
+        put(&mut fixes, "patience_s", noise.patience_s);
         put_mounting(&mut fixes, "", &Mounting { forward_m: noise.forward_m, left_m: noise.left_m, yaw_rad: 0.0 });
         top.insert("fixes".into(), Value::Table(fixes));
     }

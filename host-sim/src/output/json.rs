@@ -120,6 +120,8 @@ pub struct Summary {
     pub fixes: u64,
     /// Those of them that it left out, for they lay beyond the gate.
     pub fixes_left_out: u64,
+    /// How often the filter was put where fixes that it had left out say that it is.
+    pub fix_relocations: u64,
     /// All settings of the run, by section and name as in a settings file.
     pub settings: Value,
 }
@@ -219,6 +221,7 @@ pub(crate) mod tests {
             worse_than_dead_reckoning: Some(false),
             fixes: 6,
             fixes_left_out: 1,
+            fix_relocations: 0,
             settings: serde_json::json!({ "filter": { "samples": 2 } }),
         }
     }

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::ekf::Association;
-use crate::log::{Log, Mounting, NamedSensor, Nominal, PoseFix, Scan, Sensor};
+use crate::log::{Fix, FixNoise, Log, Mounting, NamedSensor, Nominal, PoseFix, Scan, Sensor};
 use crate::log_folder;
 use crate::scenario;
 use crate::settings::Settings;
@@ -93,7 +93,7 @@ fn fixes_are_counted_and_one_far_off_is_left_out() {
     log.scans.truncate(250);
     let Some(PoseFix::Position(second)) = log.fixes.get_mut(1).map(|fix| &mut fix.measured) else { panic!() };
     second[0] += 50.0;
-    log.fix_noise.gate = Some(25.0);
+    assert_eq!(log.fix_noise.gate, None, "five standard deviations where nothing is said");
     for filter in [Filter::Joint(Precision::F32), Filter::Core(Precision::F32), EKF] {
         let summary = run::<Planar>(&log, &informed(&log), filter, 1, &mut |_| ()).unwrap().summary;
         assert_eq!((summary.fixes, summary.fixes_left_out), (2, 1), "{filter:?}");
@@ -103,6 +103,53 @@ fn fixes_are_counted_and_one_far_off_is_left_out() {
     }
     let refused = run::<Planar>(&log, &informed(&log), Filter::Reference, 1, &mut |_| ()).unwrap_err().to_string();
     assert!(refused.contains("the reference takes no fixes"), "{refused}");
+}
+
+/// A drive whose start is wrong by 30 m and half a radian, with a fix of 0.5 m a second; nothing is drawn.
+fn wrong_start() -> Log {
+    let mut log = scenario::survey(2);
+    log.fixes.clear();
+    for (second, truth) in log.truth.iter().filter(|truth| truth.t_s % 1.0 < 0.05).enumerate().skip(1) {
+        let off = if second % 2 == 0 { 0.3 } else { -0.3 };
+        let place = truth.position.map(|at| at + off);
+        log.fixes.push(Fix { t_s: truth.t_s, measured: PoseFix::Position(place) });
+    }
+    log.fix_noise = FixNoise { position_sigma_m: Some(0.5), ..FixNoise::default() };
+    let [x, y, heading] = log.initial_pose;
+    log.initial_pose = [x - 30.0, y + 3.0, heading + 0.5];
+    log
+}
+
+#[test]
+fn a_filter_that_is_wrong_is_put_to_fixes_that_agree_and_only_if_it_may_be() {
+    let mut log = wrong_start();
+    for filter in [Filter::Joint(Precision::F32), Filter::Core(Precision::F32), EKF] {
+        log.fix_noise.patience_s = None;
+        let back = run::<Planar>(&log, &informed(&log), filter, 1, &mut |_| ()).unwrap().summary;
+        println!("{filter:?}: {} of {} left out, {:?} m", back.fixes_left_out, back.fixes, back.final_position_error_m);
+        assert!(back.fix_relocations >= 1 && back.fixes_left_out >= 5, "{filter:?}: {back:?}");
+        log.fix_noise.patience_s = Some(f64::INFINITY);
+        let lost = run::<Planar>(&log, &informed(&log), filter, 1, &mut |_| ()).unwrap().summary;
+        assert_eq!(lost.fix_relocations, 0, "{filter:?}");
+        assert!(lost.final_position_error_m > back.final_position_error_m, "{filter:?}");
+    }
+}
+
+#[test]
+fn positions_that_do_not_agree_put_no_filter_anywhere() {
+    let mut log = wrong_start();
+    log.initial_pose = scenario::survey(2).initial_pose;
+    // A receiver that repeats its last place for 20 s, 300 m off.
+    let held = log.fixes[20].measured;
+    let PoseFix::Position([x, y]) = held else { panic!() };
+    log.fixes[20..40].iter_mut().for_each(|fix| fix.measured = PoseFix::Position([x + 300.0, y]));
+    for filter in [Filter::Joint(Precision::F32), Filter::Core(Precision::F32), EKF] {
+        let summary = run::<Planar>(&log, &informed(&log), filter, 1, &mut |_| ()).unwrap().summary;
+        assert!(summary.fixes_left_out >= 20 && summary.fix_relocations == 0, "{filter:?}: {summary:?}");
+        // Nearest neighbours are lost in clutter, fixes or not.
+        let most_m = if filter == EKF { 3.0 } else { 1.0 };
+        assert!(summary.position_rmse_m.unwrap() < most_m, "{filter:?}: {:?}", summary.position_rmse_m);
+    }
 }
 
 /// Where nothing is seen at all, fixes are all there is: they hold what odometry alone loses.

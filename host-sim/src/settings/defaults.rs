@@ -399,6 +399,8 @@ fn fixes(log: &Log) -> Option<FixNoise> {
     (!log.fixes.is_empty()).then(|| FixNoise {
         position_sigma_m: with_margin(position_sigma_m),
         heading_sigma_rad: with_margin(heading_sigma_rad),
+        gate: Some(log.fix_noise.gate()),
+        patience_s: Some(log.fix_noise.rule().patience_s),
         ..log.fix_noise
     })
 }

@@ -154,6 +154,7 @@ const FIXES: &[Limit<FixNoise>] = &[
     fix_limit!(position_sigma_m, "1e-6 to 1e6 m", |x| (1e-6..=1e6).contains(&x)),
     fix_limit!(heading_sigma_rad, "1e-6 to 3 rad", |x| (1e-6..=3.0).contains(&x)),
     fix_limit!(gate, "more than 0", |x| x > 0.0),
+    fix_limit!(patience_s, "0 or more", |x| x >= 0.0),
     Limit { field: "fixes.forward_m", value: |noise| noise.forward_m, range: ARM, holds: |x| x.abs() <= 1e3 },
     Limit { field: "fixes.left_m", value: |noise| noise.left_m, range: ARM, holds: |x| x.abs() <= 1e3 },
 ];

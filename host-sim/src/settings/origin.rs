@@ -161,6 +161,7 @@ fn stated(log: &Log) -> Vec<(String, Origin)> {
     if !log.fixes.is_empty() {
         let noise = &log.fix_noise;
         add(noise.gate.is_some(), "fixes", &["gate"]);
+        add(noise.patience_s.is_some(), "fixes", &["patience_s"]);
         add((noise.forward_m, noise.left_m) != (0.0, 0.0), "fixes", &["forward_m", "left_m"]);
         noises.push(("fixes.position_sigma_m".into(), noise.position_sigma_m));
         noises.push(("fixes.heading_sigma_rad".into(), noise.heading_sigma_rad));

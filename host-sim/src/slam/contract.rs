@@ -22,6 +22,14 @@ pub trait Slam<D: Dimensions = Planar> {
         Err(refusal("it takes no fixes of the pose; core, joint and ekf do"))
     }
 
+    /// Puts the vehicle to a pose that fixes have told, with its covariance; the map stays as it is.
+    ///
+    /// # Errors
+    /// The filter refused, and says why; one that does not know fixes always does.
+    fn relocate(&mut self, _pose: &D::Pose, _covariance: &Covariance<D::Pose>) -> Result<(), Refusal> {
+        Err(refusal("it takes no fixes of the pose; core, joint and ekf do"))
+    }
+
     /// Takes in a scan of the sensor of this number.
     ///
     /// # Errors

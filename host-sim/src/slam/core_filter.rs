@@ -5,7 +5,7 @@ use super::contract::{PoseAndCovariance, Refusal, ScanOutcome, Slam, left_out, n
 use super::fixes::Fixed;
 use super::models::{Models, Referred, feature_of, full, measured, moving_of, pose_of};
 use super::stage_times::StageTimes;
-use crate::dimensions::{Coordinates, Dimensions};
+use crate::dimensions::{Coordinates, Covariance, Dimensions};
 use crate::record::{MapFeature, MovingFeature, Usage};
 use crate::reference::{self, Candidate, Draws};
 use crate::threads::Threads;
@@ -168,6 +168,10 @@ impl<D: Dimensions, M: Motion<Pose: Fixed<D>> + Copy, X: MeasurementModel<Pose =
     fn observe(&mut self, fix: &D::Fix) -> Result<bool, Refusal> {
         let models = self.models.fixes;
         self.with(0, |filter, _| M::Pose::observe(filter, &models, fix))?
+    }
+
+    fn relocate(&mut self, pose: &D::Pose, covariance: &Covariance<D::Pose>) -> Result<(), Refusal> {
+        self.with(0, |filter, _| M::Pose::relocate(filter, pose, covariance))?
     }
 
     fn scan(&mut self, sensor: usize, detections: &[D::Measurement]) -> Result<ScanOutcome, Refusal> {

@@ -1,12 +1,12 @@
 //! Fixes of a log as the core takes them.
 
 use super::contract::{Refusal, refusal};
-use crate::dimensions::{Dimensions, Planar, Underwater};
+use crate::dimensions::{Covariance, Dimensions, Planar, Underwater};
 use crate::log::{FixNoise, PoseFix};
 use nalgebra::{Vector1, Vector2};
 use scphd::{
     AuvPose, Calibrated, CalibratedPose, Fix, FixReport, HeadingFix, JointSlam, Motion, Movers, NoArchive,
-    ObserveError, PlanarPose, Pose, PositionFix, Real, ScPhd, ScalarOf, Vector,
+    ObserveError, PlanarPose, Pose, PoseEstimate, PositionFix, Real, ScPhd, ScalarOf, Symmetric, Vector,
 };
 use std::convert::Infallible;
 use std::fmt::Debug;
@@ -19,6 +19,20 @@ pub(crate) trait Observes<P: Pose> {
         fix: &F,
         measured: &F::Measurement,
     ) -> Result<FixReport<ScalarOf<P>>, ObserveError>;
+
+    /// Puts the vehicle where what is known of its state already makes it, with a covariance.
+    fn put(&mut self, place: impl FnOnce(PoseEstimate<P>) -> PoseEstimate<P>) -> Result<(), Refusal>;
+}
+
+/// What relocates a filter that knows its own estimate.
+macro_rules! put {
+    () => {
+        fn put(&mut self, place: impl FnOnce(PoseEstimate<M::Pose>) -> PoseEstimate<M::Pose>) -> Result<(), Refusal> {
+            let now = self.estimate_pose().ok_or_else(|| refusal("not started"))?;
+            let PoseEstimate { mean, covariance } = place(now);
+            self.relocate(mean, &covariance).map_err(refusal)
+        }
+    };
 }
 
 impl<M: Motion> Observes<M::Pose> for ScPhd<'_, M> {
@@ -29,6 +43,8 @@ impl<M: Motion> Observes<M::Pose> for ScPhd<'_, M> {
     ) -> Result<FixReport<ScalarOf<M::Pose>>, ObserveError> {
         self.observe(fix, measured)
     }
+
+    put!();
 }
 
 impl<M, Z, V> Observes<M::Pose> for JointSlam<'_, M, Z, NoArchive, V>
@@ -44,6 +60,8 @@ where
     ) -> Result<FixReport<ScalarOf<M::Pose>>, ObserveError> {
         self.observe(fix, measured)
     }
+
+    put!();
 }
 
 /// A pose of which logs of this kind have fixes.
@@ -53,6 +71,13 @@ pub(crate) trait Fixed<D: Dimensions>: Pose {
 
     /// Shows a fix to a filter: whether it was within its gate.
     fn observe(filter: &mut impl Observes<Self>, models: &Self::Models, fix: &D::Fix) -> Result<bool, Refusal>;
+
+    /// Puts a filter where its fixes say that it is.
+    fn relocate(
+        filter: &mut impl Observes<Self>,
+        pose: &D::Pose,
+        covariance: &Covariance<D::Pose>,
+    ) -> Result<(), Refusal>;
 }
 
 /// The models of what a log in the plane has fixes of.
@@ -66,7 +91,7 @@ impl<T: Real> PlanarFixes<T> {
     /// Of this noise.
     pub(crate) fn of(noise: &FixNoise) -> Result<Self, Refusal> {
         let real = T::from_f64;
-        let gate = noise.gate.map_or(Real::INFINITY, real);
+        let gate = real(noise.gate());
         let position = |sigma_m| {
             let fix = PositionFix::new(real(sigma_m))?.gated(gate)?;
             if (noise.forward_m, noise.left_m) == (0.0, 0.0) {
@@ -99,6 +124,16 @@ impl<T: Real> Fixed<Planar> for PlanarPose<T> {
         };
         Ok(report.map_err(refusal)?.accepted)
     }
+
+    fn relocate(
+        filter: &mut impl Observes<Self>,
+        [x, y, heading]: &[f64; 3],
+        covariance: &[[f64; 3]; 3],
+    ) -> Result<(), Refusal> {
+        let mean = Self::new(T::from_f64(*x), T::from_f64(*y), T::from_f64(*heading));
+        let covariance = Symmetric::from_fn(|row, column| T::from_f64(covariance[row][column]));
+        filter.put(|_| PoseEstimate { mean, covariance })
+    }
 }
 
 impl<T: Real> Fixed<Planar> for CalibratedPose<T> {
@@ -106,6 +141,10 @@ impl<T: Real> Fixed<Planar> for CalibratedPose<T> {
 
     fn observe(filter: &mut impl Observes<Self>, models: &PlanarFixes<T>, fix: &PoseFix) -> Result<bool, Refusal> {
         PlanarPose::observe(&mut OfVehicle(filter), models, fix)
+    }
+
+    fn relocate(filter: &mut impl Observes<Self>, pose: &[f64; 3], covariance: &[[f64; 3]; 3]) -> Result<(), Refusal> {
+        PlanarPose::relocate(&mut OfVehicle(filter), pose, covariance)
     }
 }
 
@@ -120,6 +159,23 @@ impl<T: Real, O: Observes<CalibratedPose<T>>> Observes<PlanarPose<T>> for OfVehi
     ) -> Result<FixReport<T>, ObserveError> {
         self.0.take(&Calibrated(*fix), measured)
     }
+
+    /// What the odometry is off by stays as it is, and as well known.
+    fn put(
+        &mut self,
+        place: impl FnOnce(PoseEstimate<PlanarPose<T>>) -> PoseEstimate<PlanarPose<T>>,
+    ) -> Result<(), Refusal> {
+        self.0.put(|PoseEstimate { mean, covariance }| {
+            let PoseEstimate { mean: vehicle, covariance: of_vehicle } =
+                place(PoseEstimate { mean: mean.vehicle, covariance: covariance.leading() });
+            let covariance = Symmetric::from_fn(|row, column| match (row < 3, column < 3) {
+                (true, true) => of_vehicle.get(row, column),
+                (false, false) => covariance.get(row, column),
+                _ => T::ZERO,
+            });
+            PoseEstimate { mean: CalibratedPose { vehicle, ..mean }, covariance }
+        })
+    }
 }
 
 impl<T: Real> Fixed<Underwater> for AuvPose<T> {
@@ -127,5 +183,13 @@ impl<T: Real> Fixed<Underwater> for AuvPose<T> {
 
     fn observe(_filter: &mut impl Observes<Self>, _models: &(), fix: &Infallible) -> Result<bool, Refusal> {
         match *fix {}
+    }
+
+    fn relocate(
+        _filter: &mut impl Observes<Self>,
+        _pose: &<Underwater as Dimensions>::Pose,
+        _covariance: &Covariance<<Underwater as Dimensions>::Pose>,
+    ) -> Result<(), Refusal> {
+        Err(refusal("under water there are no fixes"))
     }
 }

@@ -6,7 +6,7 @@ use super::in_map::{InMap, Mapped};
 use super::joint_room::JointRoom;
 use super::joint_snapshot;
 use super::models::{Models, feature_of, measured, moving_of, pose_of};
-use crate::dimensions::Dimensions;
+use crate::dimensions::{Covariance, Dimensions};
 use crate::record::{MapFeature, MovingFeature, Usage};
 use crate::reference::joint;
 use scphd::{
@@ -119,6 +119,10 @@ where
     fn observe(&mut self, fix: &D::Fix) -> Result<bool, Refusal> {
         let models = self.fixes;
         self.with(|filter, _| M::Pose::observe(filter, &models, fix))?
+    }
+
+    fn relocate(&mut self, pose: &D::Pose, covariance: &Covariance<D::Pose>) -> Result<(), Refusal> {
+        self.with(|filter, _| M::Pose::relocate(filter, pose, covariance))?
     }
 
     fn scan(&mut self, sensor: usize, detections: &[D::Measurement]) -> Result<ScanOutcome, Refusal> {

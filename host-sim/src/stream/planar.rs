@@ -72,7 +72,7 @@ pub fn write(log: &Log, settings: &Settings, seed: u64, scalar: Scalar, scans: u
 /// A fix of this noise.
 fn fix(noise: &FixNoise, measured: PoseFix) -> Result<Fix, Refusal> {
     let unstated = |what| refusal(format_args!("fixes.{what}: not stated"));
-    let gate = noise.gate.unwrap_or(f64::INFINITY);
+    let gate = noise.gate();
     Ok(match measured {
         PoseFix::Position(place_m) => Fix::Position {
             place_m,

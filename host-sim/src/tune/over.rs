@@ -46,6 +46,7 @@ pub(super) fn over<K: Kind>(
     mut tell: impl FnMut(Step<'_, K>),
 ) -> Result<(), SessionError> {
     let mut slam = K::slam(filter, log, settings, seed).map_err(SessionError::Start)?;
+    let mut watch = K::fix_watch(settings).map_err(SessionError::Start)?;
     let (all, mut scan) = (K::scans(log), 0);
     for event in K::events(log, settings).map_err(SessionError::Start)? {
         if scan >= scans {
@@ -54,12 +55,13 @@ pub(super) fn over<K: Kind>(
         let refused = |step| move |refusal| SessionError::Step { scan, t_s: all[scan].t_s, step, refusal };
         match event {
             Event::Predict { control, dt_s, .. } => {
+                watch.wait(dt_s);
                 if slam.predict(control, dt_s).map_err(refused("the prediction"))?.is_none() {
                     tell(Step::Moved { scan, control: &control, dt_s });
                 }
             }
             Event::Fix { fix } => {
-                slam.observe(&fix).map_err(refused("the fix"))?;
+                watch.show(&mut *slam, &fix).map_err(refused("the fix"))?;
             }
             Event::Scan { index } => {
                 let before = slam.pose().map_err(refused("the pose"))?;

@@ -255,7 +255,7 @@ def _detector(section: dict[str, float], recursion: dict[str, Any], moving: dict
 
 def _fixes(noise: dict[str, float]) -> tuple[PositionFix | None, HeadingFix | None]:
     position, heading = noise.get("position_sigma_m"), noise.get("heading_sigma_rad")
-    gate = noise.get("gate")
+    gate = noise.get("gate", 25.0)
     antenna = {"antenna_forward_m": noise.get("forward_m", 0.0), "antenna_left_m": noise.get("left_m", 0.0)}
     return (
         None if position is None else PositionFix(sigma_m=position, gate=gate, **antenna),

@@ -88,6 +88,7 @@ fn what_is_wrong_with_sensors_and_fixes_is_named() {
         ("heading_sigma_rad = 0.1", "heading_sigma_rad = 5", "key fixes.heading_sigma_rad: 5, expected"),
         ("heading_sigma_rad = 0.1", "yaw_rad = 0.1", "key fixes.yaw_rad: unknown"),
         ("heading_sigma_rad = 0.1", "gate = 0", "key fixes.gate: 0, expected more than 0"),
+        ("heading_sigma_rad = 0.1", "patience_s = -1", "key fixes.patience_s: -1, expected 0 or more"),
         (fixes, "", "key fixes: missing: it says how good"),
     ] {
         assert!(head.contains(piece), "{piece}");

@@ -1,0 +1,188 @@
+//! Positions that a filter in the plane refuses.
+
+use super::FixRule;
+use super::refused_way::RefusedWay;
+use super::waited::Waited;
+use crate::{Fix, ModelError, PlanarPose, PoseEstimate, PositionFix, Real};
+use nalgebra::Vector2;
+
+/// Tells from positions of one receiver whether those that lie beyond their gate are wrong, or the filter is.
+///
+/// A fix that lies beyond its gate is left out. Where it is the filter that is wrong (a wrong start, wheels that slipped, a loop that was closed
+/// falsely), no later fix lies within the gate either, and the filter would never come back. So the places where the filter expected the
+/// antenna are held against those that were measured, from the first fix that was refused on. After the time and the number
+/// of the [rule](FixRule) they are laid over each other by a turn and a shift, and the filter is wrong if they fit: to three times the noise of the
+/// fixes, after a scale between ½ and 2, which odometry may be off by. The pose that was laid over is where the vehicle is. A turn counts where
+/// the way is long enough to tell it to 0.1 rad; a vehicle that stood keeps its heading. Where they do not fit, as those of a receiver among
+/// houses or of one that repeats its last place, all are forgotten, and the next one begins anew. So does any fix that is taken in.
+///
+/// A number of sums, whatever the rate of the fixes.
+///
+/// ```
+/// use scphd::{FixRule, PlanarPose, PoseEstimate, PositionFix, PositionWatch, Symmetric};
+/// use nalgebra::Vector2;
+///
+/// let gps = PositionFix::new(0.5_f32)?.gated(25.0)?; // five standard deviations
+/// let mut watch = PositionWatch::new(FixRule::default())?;
+/// // At 2 m/s along x, but 30 m beside where the filter takes the vehicle to be.
+/// let back = (0..8).find_map(|second| {
+///     let (x, certain) = (2.0 * second as f32, Symmetric::from_diagonal([0.01; 3]));
+///     let estimate = PoseEstimate { mean: PlanarPose::new(x, 0.0, 0.0), covariance: certain };
+///     watch.refused(&gps, &Vector2::new(x, 30.0), &estimate, 1.0)
+/// });
+/// // After 7 s: slam.relocate(back.mean, &back.covariance)
+/// let back = back.unwrap();
+/// assert!((back.mean.y_m - 30.0).abs() < 1e-3 && back.mean.heading_rad.abs() < 1e-3);
+/// # Ok::<(), scphd::ModelError>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PositionWatch<T> {
+    rule: FixRule<T>,
+    waited: Waited<T>,
+    way: RefusedWay<T>,
+}
+
+impl<T: Real> PositionWatch<T> {
+    /// By this rule.
+    ///
+    /// # Errors
+    /// A number of the rule is out of range, and which.
+    pub fn new(rule: FixRule<T>) -> Result<Self, ModelError> {
+        Ok(Self { rule: rule.check()?, waited: Waited::NONE, way: RefusedWay::NONE })
+    }
+
+    /// A fix was taken in: what was refused before was wrong.
+    pub fn accepted(&mut self) {
+        (self.waited, self.way) = (Waited::NONE, RefusedWay::NONE);
+    }
+
+    /// A fix was refused: of this receiver, with the estimate of the filter at its time, and the time since the receiver's fix before, s. Where the
+    /// filter is to be taken for wrong, the pose to relocate it to, with its covariance; all is forgotten then. A fix that is
+    /// no number is passed over.
+    pub fn refused(
+        &mut self,
+        fix: &PositionFix<T>,
+        measured: &Vector2<T>,
+        estimate: &PoseEstimate<PlanarPose<T>>,
+        elapsed_s: T,
+    ) -> Option<PoseEstimate<PlanarPose<T>>> {
+        let expected = fix.expect(&estimate.mean)?;
+        if !expected.iter().chain(measured.iter()).all(|number| number.is_finite()) {
+            return None;
+        }
+        self.waited.refuse(elapsed_s);
+        self.way.add([expected.x, expected.y], [measured.x, measured.y]);
+        if !self.waited.is_over(&self.rule) {
+            return None;
+        }
+        let back = self.way.laid_over(fix.noise().get(0, 0).sqrt(), estimate);
+        self.accepted();
+        back
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Pose, Symmetric};
+
+    fn estimate(pose: PlanarPose<f64>) -> PoseEstimate<PlanarPose<f64>> {
+        PoseEstimate { mean: pose, covariance: Symmetric::from_diagonal([0.01, 0.01, 0.0004]) }
+    }
+
+    /// A vehicle on a circle of 20 m at 2 m/s, seen once a second.
+    fn driven(second: u32) -> PlanarPose<f64> {
+        let angle = 0.1 * f64::from(second);
+        PlanarPose::new(20.0 * angle.sin(), 20.0 * (1.0 - angle.cos()), angle)
+    }
+
+    fn told(
+        fix: &PositionFix<f64>,
+        seconds: u32,
+        pose: impl Fn(u32) -> PlanarPose<f64>,
+        measured: impl Fn(u32) -> Vector2<f64>,
+    ) -> Option<(u32, PoseEstimate<PlanarPose<f64>>)> {
+        let mut watch = PositionWatch::new(FixRule::default()).unwrap();
+        (0..seconds).find_map(|second| {
+            watch.refused(fix, &measured(second), &estimate(pose(second)), 1.0).map(|back| (second, back))
+        })
+    }
+
+    #[test]
+    fn a_way_that_is_turned_and_shifted_is_laid_over_the_fixes() {
+        let fix = PositionFix::new(0.3).unwrap().mounted(0.7, -0.2).unwrap();
+        let (turn, shift) = (0.8_f64, Vector2::new(1400.0, -3.0));
+        let truly = |pose: PlanarPose<f64>| {
+            let (s, c) = turn.sin_cos();
+            PlanarPose::new(
+                c * pose.x_m - s * pose.y_m + shift.x,
+                s * pose.x_m + c * pose.y_m + shift.y,
+                pose.heading_rad + turn,
+            )
+        };
+        let (when, back) = told(&fix, 20, driven, |second| fix.expect(&truly(driven(second))).unwrap()).unwrap();
+        // 7 s after the first.
+        assert_eq!(when, 7);
+        assert!(back.mean.difference(&truly(driven(7))).norm() < 1e-9, "{back:?}");
+        // Σ |p − p̄|² of the antenna's places gives the variance of the turn.
+        let places: std::vec::Vec<_> = (0..8).map(|second| fix.expect(&driven(second)).unwrap()).collect();
+        let middle = places.iter().sum::<Vector2<f64>>() / 8.0;
+        let spread: f64 = places.iter().map(|place| (place - middle).norm_squared()).sum();
+        assert!((back.covariance.get(2, 2) - 0.09 / spread).abs() < 1e-12, "{back:?}");
+        let arm = nalgebra::Rotation2::new(turn) * (Vector2::new(driven(7).x_m, driven(7).y_m) - middle);
+        assert!((back.covariance.get(0, 0) - 0.09 - arm.y * arm.y * 0.09 / spread).abs() < 1e-9, "{back:?}");
+    }
+
+    #[test]
+    fn a_vehicle_at_rest_keeps_its_heading() {
+        let fix = PositionFix::new(0.5).unwrap();
+        let at = PlanarPose::new(1.0, 2.0, 0.5);
+        let (_, back) = told(&fix, 20, |_| at, |_| Vector2::new(40.0, -7.0)).unwrap();
+        assert!(back.mean.difference(&PlanarPose::new(40.0, -7.0, 0.5)).norm() < 1e-12, "{back:?}");
+        let variances = [0, 1, 2].map(|k| back.covariance.get(k, k));
+        assert!((variances[0] - 0.25).abs() < 1e-12 && variances[2] == 0.0004, "{back:?}");
+    }
+
+    #[test]
+    fn fixes_that_do_not_agree_are_never_right() {
+        let fix = PositionFix::new(0.5).unwrap();
+        // A receiver that repeats its last place while the vehicle goes on; one that jumps; one that goes ten times as fast.
+        assert_eq!(told(&fix, 60, driven, |_| Vector2::new(500.0, 0.0)), None);
+        assert_eq!(told(&fix, 60, driven, |second| Vector2::new(f64::from(second * 37 % 11) * 20.0, 300.0)), None);
+        let fast = |second| Vector2::new(500.0 + 10.0 * driven(second).x_m, 10.0 * driven(second).y_m);
+        assert_eq!(told(&fix, 60, driven, fast), None);
+        // What is wrong by less than the seven seconds takes is passed over.
+        assert_eq!(told(&fix, 7, driven, |second| fix.expect(&driven(second)).unwrap().add_scalar(50.0)), None);
+        assert_eq!(told(&fix, 60, driven, |_| Vector2::new(f64::NAN, 0.0)), None);
+    }
+
+    #[test]
+    fn one_that_is_taken_in_ends_the_row_and_few_are_not_enough() {
+        let fix = PositionFix::new(0.5).unwrap();
+        let mut watch = PositionWatch::new(FixRule::default()).unwrap();
+        let refused = |watch: &mut PositionWatch<f64>, second: u32, elapsed_s| {
+            let off = fix.expect(&driven(second)).unwrap().add_scalar(50.0);
+            watch.refused(&fix, &off, &estimate(driven(second)), elapsed_s)
+        };
+        for second in 0..100 {
+            assert_eq!(refused(&mut watch, second, 1.0), None);
+            if second % 6 == 5 {
+                watch.accepted();
+            }
+        }
+        watch.accepted();
+        // One in 10 s: four are not enough, however long they take; times that are none count as none.
+        for second in 0..4 {
+            assert_eq!(refused(&mut watch, second, 10.0), None);
+        }
+        assert!(refused(&mut watch, 4, f64::NAN).is_some());
+    }
+
+    #[test]
+    fn rules_are_checked() {
+        assert_eq!(PositionWatch::new(FixRule { patience_s: f64::NAN, fewest: 5 }).unwrap_err().field, "patience_s");
+        assert_eq!(PositionWatch::new(FixRule { patience_s: 1.0_f32, fewest: 2 }).unwrap_err().field, "fewest");
+        let for_ever = FixRule { patience_s: f64::INFINITY, ..FixRule::default() };
+        assert!(PositionWatch::new(for_ever).is_ok());
+    }
+}

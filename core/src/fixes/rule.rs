@@ -1,0 +1,34 @@
+//! When the filter is taken to be wrong.
+
+use crate::models::require;
+use crate::{ModelError, Real};
+
+/// When fixes that lie beyond their gate are right after all, and the filter is wrong: none has been taken in for a while, several were
+/// refused in a row, and they agree with each other.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct FixRule<T> {
+    /// So long is waited from the first fix that was refused, s. 7 by default, as PX4's EKF2 waits. Infinite: for ever.
+    pub patience_s: T,
+    /// So many have to be refused in a row, 3 to 1000. 5 by default.
+    pub fewest: u16,
+}
+
+impl<T: Real> Default for FixRule<T> {
+    fn default() -> Self {
+        Self { patience_s: T::from_f64(7.0), fewest: 5 }
+    }
+}
+
+impl<T: Real> FixRule<T> {
+    /// The number that is out of range, if any.
+    pub(super) fn check(self) -> Result<Self, ModelError> {
+        require(self.patience_s >= T::ZERO, "patience_s", "0 or more")?;
+        require((3..=1000).contains(&self.fewest), "fewest", "3 to 1000")?;
+        Ok(self)
+    }
+}
+
+/// Fixes that agree with each other may be this many times as far from their line as their noise says: it is more than a data
+/// sheet says, and odometry has its own.
+pub(super) const LOOSE: f64 = 3.0;
