@@ -12,6 +12,9 @@ mod detections;
 mod facts;
 mod files;
 mod finding;
+mod fixes;
+mod shift;
+mod sight;
 mod space;
 mod spike;
 mod view;
@@ -116,6 +119,7 @@ impl Checked for Planar {
         let out_of_view = view::planar(log, &mut findings);
         agreement::planar(log, &mut findings);
         let reach_m = log.sensors().map(|(_, sensor, _)| sensor.range_max_m).fold(0.0, f64::max);
+        fixes::planar(log, reach_m, &mut findings);
         Detail { motion: motion.collect(), reach_m, simulated: log.simulated, out_of_view, findings }
     }
 }
@@ -177,7 +181,11 @@ pub fn log_of<K: Checked>(log: &K::Log) -> (Facts, Vec<Finding>) {
     clock::look_over::<K>(log, &motion, reach_m, &mut findings);
     detections::look_over::<K>(log, &mut findings);
     way::speeds(&motion, simulated, &mut findings);
-    let is_spiked = spike::look_over(&motion, &mut findings);
+    let is_spiked = spike::look_over(&motion, reach_m, &mut findings);
+    if is_spiked {
+        // A spike carries the vehicle away in one scan's time: clocks cannot be told before it is mended.
+        findings.0.retain(|finding| finding.code != "clock-shift");
+    }
     facts.way_m = way::driven(&motion, K::scans(log).last().map_or(f64::NEG_INFINITY, |scan| scan.t_s));
     way::whole_turns::<K>(log, &mut findings);
     // Settings that fit a log never make its odometry unreadable; if so, the replay itself says it.

@@ -71,6 +71,35 @@ pub fn dead_reckoning(log: &Log) -> Vec<[f64; 3]> {
     poses
 }
 
+/// The way by odometry alone, at any time.
+pub(crate) struct Way<'a> {
+    log: &'a Log,
+    /// The pose at every row.
+    poses: Vec<[f64; 3]>,
+}
+
+impl<'a> Way<'a> {
+    pub(crate) fn of(log: &'a Log) -> Self {
+        let mut poses = Vec::with_capacity(log.odometry.len());
+        let mut pose = log.initial_pose;
+        for (place, row) in log.odometry.iter().enumerate() {
+            if let Some(before) = place.checked_sub(1).map(|before| &log.odometry[before]) {
+                pose = log.vehicle.step(pose, before.control, row.t_s - before.t_s);
+            }
+            poses.push(pose);
+        }
+        Self { log, poses }
+    }
+
+    /// The vehicle stands before the first row, and goes on as the last says after it.
+    pub(crate) fn at(&self, t_s: f64) -> [f64; 3] {
+        let rows = self.log.odometry.partition_point(|row| row.t_s <= t_s);
+        let Some(place) = rows.checked_sub(1) else { return self.log.initial_pose };
+        let row = &self.log.odometry[place];
+        self.log.vehicle.step(self.poses[place], row.control, t_s - row.t_s)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -363,6 +363,109 @@ fn a_spike_of_the_odometry_is_named_by_its_row_and_nothing_else_is_told_of_it() 
     assert!(replayed.status.success(), "{replayed:?}");
 }
 
+/// Worlds 900 020 to 900 025: three times the greatest usual speed in one row, without truth.
+#[test]
+fn a_small_spike_is_named_by_its_row_too() {
+    for seed in 900_020..900_026 {
+        let mut log = scenario::by_name("worlds", seed).unwrap();
+        log.truth.clear();
+        let place = Place::of(&log);
+        let usual = log.odometry.iter().map(|row| row.control[0].abs()).fold(0.0, f64::max);
+        place.cell("odometry.csv", 120, 1, &format!("{}", 3.0 * usual));
+        let report = place.check();
+        let spikes: Vec<_> = report.findings.iter().filter(|one| one.code == "odometry-spike").collect();
+        let [spike] = spikes[..] else { panic!("world {seed}: {:?}", report.findings) };
+        assert_eq!(spike.place, "odometry.csv, row 121", "world {seed}: {spike:?}");
+    }
+}
+
+/// Worlds 900 020 to 900 025, without truth: scans a second late and a second early.
+#[test]
+fn scans_of_another_clock_are_told_by_how_much() {
+    for seed in 900_020..900_026 {
+        let mut log = scenario::by_name("worlds", seed).unwrap();
+        log.truth.clear();
+        for (shift_s, told) in [(1.0, "1.00 s earlier"), (-1.0, "1.00 s later")] {
+            let place = Place::of(&log);
+            place.column("scans.csv", "t_s", |t_s| t_s + shift_s);
+            let report = place.check();
+            let shift = report.findings.iter().find(|one| one.code == "clock-shift");
+            assert!(shift.is_some_and(|one| one.what.contains(told)), "world {seed}: {:?}", report.findings);
+        }
+    }
+}
+
+/// World 900 002 with a position of 0.5 m a second, damaged as those of receivers are.
+#[test]
+fn positions_are_held_against_odometry() {
+    use scphd_sim::log::{Fix, FixNoise, PoseFix};
+    let mut log = scenario::by_name("worlds", 900_002).unwrap();
+    let begin_s = log.odometry[0].t_s;
+    let mut next_s = begin_s;
+    for (place, row) in log.truth.iter().enumerate().filter(|(_, row)| row.t_s > begin_s) {
+        if row.t_s >= next_s {
+            next_s += 1.0;
+            let off = [0.5, -0.3, 0.1, -0.4, 0.2][place % 5];
+            log.fixes.push(Fix {
+                t_s: row.t_s,
+                measured: PoseFix::Position([row.position[0] + off, row.position[1] - off]),
+            });
+        }
+    }
+    log.fix_noise = FixNoise { position_sigma_m: Some(0.5), ..FixNoise::default() };
+    assert_eq!(found(&Place::of(&log).check()), []);
+    let each = |change: fn([f64; 2]) -> [f64; 2]| {
+        let mut log = log.clone();
+        for fix in &mut log.fixes {
+            let PoseFix::Position(place) = &mut fix.measured else { continue };
+            *place = change(*place);
+        }
+        Place::of(&log)
+    };
+    let codes = |place: &Place| found(&place.check()).into_iter().map(|(_, code)| code).collect::<Vec<_>>();
+    assert_eq!(codes(&each(|[x, y]| [1000.0 * x, 1000.0 * y])), ["fix-unit"]);
+    assert_eq!(codes(&each(|[x, y]| [48.0 + y / 111_000.0, 11.0 + x / 74_000.0])), ["fix-unit"]);
+    assert_eq!(codes(&each(|[x, y]| [y, x])), ["fix-axes"]);
+    assert_eq!(codes(&each(|[x, y]| [x + 500_000.0, y + 5_500_000.0])), ["fix-frame"]);
+    let mut sure = log.clone();
+    sure.fix_noise.position_sigma_m = Some(0.02);
+    assert_eq!(codes(&Place::of(&sure)), ["fix-noise"]);
+    let mut held = log.clone();
+    held.fixes = log.fixes.iter().flat_map(|fix| [*fix, *fix]).collect();
+    assert_eq!(codes(&Place::of(&held)), ["fixes-doubled"]);
+}
+
+/// Worlds 900 020 to 900 025, without truth.
+#[test]
+fn bearings_from_an_axis_of_the_map_are_told() {
+    let mut told = 0;
+    for seed in 900_020..900_026 {
+        let mut log = scenario::by_name("worlds", seed).unwrap();
+        let truth = std::mem::take(&mut log.truth);
+        for scan in &mut log.scans {
+            let row = truth.partition_point(|row| row.t_s <= scan.t_s).saturating_sub(1);
+            let heading = truth[row].heading_rad.unwrap();
+            for [_, bearing] in &mut scan.detections {
+                *bearing = libm::remainder(*bearing + heading, std::f64::consts::TAU);
+            }
+        }
+        log.sensor.bearing_min_rad = -std::f64::consts::PI;
+        log.sensor.bearing_max_rad = std::f64::consts::PI;
+        let codes: Vec<_> = found(&Place::of(&log).check()).into_iter().map(|(_, code)| code).collect();
+        assert!(!codes.is_empty(), "world {seed}");
+        told += usize::from(codes.contains(&"bearing-frame"));
+    }
+    // In one of them such bearings agree as well with turn rates of another unit.
+    assert_eq!(told, 5);
+}
+
+#[test]
+fn a_comment_above_the_header_is_told_once() {
+    let place = Place::car();
+    place.change("odometry.csv", |text| format!("# of my logger\n{text}"));
+    assert_eq!(found(&place.check()), [(Severity::Error, "comment")]);
+}
+
 #[test]
 fn a_table_without_rows_is_not_called_missing() {
     let place = Place::car();

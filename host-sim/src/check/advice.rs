@@ -9,9 +9,11 @@ pub(super) const EMPTY: &str = "write its rows, or of a file that may be absent 
 /// Adds why the folder cannot be read, unless its files have told that already.
 pub(super) fn refusal(error: &LogError, findings: &mut Findings) {
     let place = error.place.to_string();
+    let file = |place: &str| place.split(',').next().map(str::to_owned);
     let told = |finding: &Finding| {
         finding.severity == Severity::Error
-            && (finding.place == place || (finding.code == "separator" && place.starts_with(&finding.place)))
+            && (finding.place == place
+                || (matches!(finding.code, "separator" | "comment") && file(&place) == file(&finding.place)))
     };
     let encoding = |finding: &Finding| finding.code == "encoding" && finding.place == place;
     if findings.0.iter().any(|finding| told(finding) || encoding(finding)) {
@@ -73,7 +75,9 @@ fn advice(error: &LogError) -> String {
         Problem::Fields { .. } => "write points, not commas, in numbers, and as many fields as the header has",
         Problem::TooLarge(_) => "leave the detection out: no sensor measures that",
         Problem::NotFinite(_) => "write a number with a point; leave out rows that have none",
-        Problem::NegativeRange(_) => "leave the detection out",
+        Problem::NegativeRange(_) => {
+            "leave the detection out; if many are negative, the columns are exchanged, or hold x and y instead of range and bearing"
+        }
         Problem::Unknown { .. } | Problem::Unused { .. } => "mend the name of the key, or leave it out",
         _ => "mend it, and check again",
     };

@@ -5,9 +5,12 @@
 //! means.
 
 use super::finding::{Findings, percent};
+use super::shift;
+use super::sight::Sight;
 use crate::angle::wrap;
-use crate::log::{Log, Mounting, Nominal, Sensor};
+use crate::log::{Log, Odometry, Scan};
 use crate::vehicle;
+use std::borrow::Cow;
 use std::f64::consts::{FRAC_PI_2, PI};
 
 /// A later scan is the first at which the vehicle has driven this share of the reach or turned by this angle: far beyond noise.
@@ -19,15 +22,13 @@ const MIRROR_RAD: f64 = 0.1;
 const PATIENCE_S: f64 = 10.0;
 /// Pairs of scans that are looked at, spread over the log.
 const PAIRS: usize = 2000;
-/// Gate in standard deviations.
-const GATE: f64 = 3.0;
 /// Another reading has to bring this many times the agreement, over so many detections, and beyond chance by so many standard deviations.
 const TIMES: f64 = 1.5;
 const DETECTIONS: usize = 100;
 const SIGNIFICANT: f64 = 6.0;
 
 /// Another way to read a log.
-struct Reading {
+pub(super) struct Reading {
     code: &'static str,
     place: &'static str,
     what: &'static str,
@@ -35,9 +36,11 @@ struct Reading {
     speed: f64,
     turn: f64,
     /// Metres in a unit of range.
-    range: f64,
-    mirrored: bool,
-    yaw_rad: f64,
+    pub(super) range: f64,
+    pub(super) mirrored: bool,
+    pub(super) yaw_rad: f64,
+    /// Bearings count from an axis of the map.
+    pub(super) absolute: bool,
     told_by: ToldBy,
 }
 
@@ -50,7 +53,7 @@ enum ToldBy {
     MotionAsRead,
 }
 
-const AS_WRITTEN: Reading = Reading {
+pub(super) const AS_WRITTEN: Reading = Reading {
     code: "",
     place: "",
     what: "",
@@ -60,6 +63,7 @@ const AS_WRITTEN: Reading = Reading {
     range: 1.0,
     mirrored: false,
     yaw_rad: 0.0,
+    absolute: false,
     told_by: ToldBy::Motion,
 };
 
@@ -69,7 +73,7 @@ const fn ranges(range: f64, what: &'static str, advice: &'static str) -> Reading
     Reading { code: "range-unit", place, what, advice, range, told_by: ToldBy::MotionAsRead, ..AS_WRITTEN }
 }
 
-const OTHERS: [Reading; 10] = [
+const OTHERS: [Reading; 12] = [
     // Bearings and turns of the other sign are the same world in a mirror: scans cannot tell which of both it is.
     Reading {
         code: "mirrored",
@@ -77,6 +81,25 @@ const OTHERS: [Reading; 10] = [
         what: "their bearings are taken to grow to the right, or the odometry's turns",
         advice: "bearings grow to the left, and steering angles and turn rates are positive to the left: change the sign of the one \
                  that is not",
+        mirrored: true,
+        told_by: ToldBy::Turns,
+        ..AS_WRITTEN
+    },
+    Reading {
+        code: "bearing-frame",
+        place: "detections.csv, column bearing_rad",
+        what: "bearings are taken to count from an axis of the map",
+        advice: "a bearing counts from straight ahead of the sensor, to the left: take the vehicle's heading off",
+        absolute: true,
+        told_by: ToldBy::Turns,
+        ..AS_WRITTEN
+    },
+    Reading {
+        code: "bearing-frame",
+        place: "detections.csv, column bearing_rad",
+        what: "bearings are taken to be a compass's, from an axis of the map to the right",
+        advice: "a bearing counts from straight ahead of the sensor, to the left: take it from the vehicle's heading as a compass has it",
+        absolute: true,
         mirrored: true,
         told_by: ToldBy::Turns,
         ..AS_WRITTEN
@@ -161,9 +184,9 @@ pub(super) fn planar(log: &Log, findings: &mut Findings) {
     let written = [&moved, &turned].map(|pairs| agreement(log, &poses, pairs, &AS_WRITTEN));
     let read = OTHERS.iter().map(|other| {
         let poses_as_read = if (other.speed, other.turn) == (1.0, 1.0) {
-            poses.clone()
+            Cow::Borrowed(&poses)
         } else {
-            vehicle::dead_reckoning(&changed(log, other))
+            Cow::Owned(vehicle::dead_reckoning(&changed(log, other)))
         };
         match other.told_by {
             ToldBy::Motion => (other, written[0], agreement(log, &poses_as_read, &moved, other)),
@@ -182,31 +205,29 @@ pub(super) fn planar(log: &Log, findings: &mut Findings) {
             && read.share() - written.share() > SIGNIFICANT * chance
     };
     let best = read.filter(better).max_by(|a, b| a.2.share().total_cmp(&b.2.share()));
-    if let Some((other, written, read)) = best {
-        findings.warn(
-            other.code,
-            other.place,
-            format!(
-                "carried along by the odometry, {} of the detections fall on later ones, but {} if {}",
-                percent(written.share()),
-                percent(read.share()),
-                other.what
-            ),
-            other.advice,
-        );
+    let shift = shift::best(log, &poses, &moved);
+    if let Some(shift) = shift.filter(|shift| best.as_ref().is_none_or(|(_, _, read)| shift.share() > read.share())) {
+        shift.tell(findings);
+        return;
     }
+    let Some((other, written, read)) = best else { return };
+    findings.warn(
+        other.code,
+        other.place,
+        format!(
+            "carried along by the odometry, {} of the detections fall on later ones, but {} if {}",
+            percent(written.share()),
+            percent(read.share()),
+            other.what
+        ),
+        other.advice,
+    );
 }
 
-/// The log with its odometry read in another way.
+/// The log with its odometry read in another way, and of its scans the times alone.
 fn changed(log: &Log, reading: &Reading) -> Log {
-    let mut log = Log { scans: log.scans.clone(), odometry: log.odometry.clone(), ..without_tables(log) };
-    for row in &mut log.odometry {
-        row.control = [row.control[0] * reading.speed, row.control[1] * reading.turn];
-    }
-    log
-}
-
-fn without_tables(log: &Log) -> Log {
+    let as_read =
+        |row: &Odometry| Odometry { control: [row.control[0] * reading.speed, row.control[1] * reading.turn], ..*row };
     Log {
         name: String::new(),
         initial_pose: log.initial_pose,
@@ -216,8 +237,8 @@ fn without_tables(log: &Log) -> Log {
         nominal: log.nominal,
         others: Vec::new(),
         simulated: log.simulated,
-        odometry: Vec::new(),
-        scans: Vec::new(),
+        odometry: log.odometry.iter().map(as_read).collect(),
+        scans: log.scans.iter().map(|scan| Scan { t_s: scan.t_s, ..Scan::default() }).collect(),
         fixes: Vec::new(),
         fix_noise: log.fix_noise,
         truth: Vec::new(),
@@ -249,42 +270,15 @@ fn pairs(log: &Log, poses: &[[f64; 3]], range: f64) -> Vec<[usize; 2]> {
 }
 
 fn agreement(log: &Log, poses: &[[f64; 3]], pairs: &[[usize; 2]], reading: &Reading) -> Met {
-    let sensors: Vec<(&Sensor, &Nominal)> = log.sensors().map(|(_, sensor, nominal)| (sensor, nominal)).collect();
+    let sight = Sight::of(log, reading);
     let mut met = Met::default();
     for [from, to] in pairs {
-        let (sensor, nominal) = sensors[log.scans[*from].sensor];
-        let mounting = Mounting { yaw_rad: sensor.mounting.yaw_rad + reading.yaw_rad, ..sensor.mounting };
-        let seats = [from, to].map(|place| mounting.seat(poses[*place]));
-        // Without noise no two detections would agree.
-        let stated = |sigma: Option<f64>| sigma.filter(|sigma| *sigma > 0.0);
-        let (range_sigma_m, bearing_sigma_rad) = (stated(nominal.range_sigma_m), stated(nominal.bearing_sigma_rad));
-        let [sigma_m, sigma_rad] = Nominal { range_sigma_m, bearing_sigma_rad, ..*nominal }.sigmas(sensor);
-        let (unit_m, sigma_m) = (reading.range, reading.range * sigma_m);
-        let sign = if reading.mirrored { -1.0 } else { 1.0 };
-        for [range_m, bearing_rad] in &log.scans[*from].detections {
-            let angle = seats[0][2] + sign * bearing_rad;
-            let range_m = unit_m * range_m;
-            let (x, y) = (seats[0][0] + range_m * libm::cos(angle), seats[0][1] + range_m * libm::sin(angle));
-            let (x, y) = (x - seats[1][0], y - seats[1][1]);
-            let (range_m, bearing_rad) = (libm::hypot(x, y), sign * wrap(libm::atan2(y, x) - seats[1][2]));
-            if !in_view(sensor, range_m / unit_m, bearing_rad) {
-                continue;
-            }
+        let scan = &log.scans[*from];
+        for &detection in &scan.detections {
+            let Some(carried) = sight.carried(scan.sensor, [poses[*from], poses[*to]], detection) else { continue };
             met.carried += 1;
-            // The difference of two measurements has twice their variance.
-            let near = |other: &&[f64; 2]| {
-                let off = [(unit_m * other[0] - range_m) / sigma_m, wrap(other[1] - bearing_rad) / sigma_rad];
-                off[0] * off[0] + off[1] * off[1] < 2.0 * GATE * GATE
-            };
-            met.met += usize::from(log.scans[*to].detections.iter().find(near).is_some());
+            met.met += usize::from(sight.meets(&log.scans[*to], carried));
         }
     }
     met
-}
-
-fn in_view(sensor: &Sensor, range_m: f64, bearing_rad: f64) -> bool {
-    let half_rad = 0.5 * (sensor.bearing_max_rad - sensor.bearing_min_rad);
-    let middle_rad = 0.5 * (sensor.bearing_max_rad + sensor.bearing_min_rad);
-    (sensor.range_min_m..=sensor.range_max_m).contains(&range_m)
-        && (half_rad >= PI || wrap(bearing_rad - middle_rad).abs() <= half_rad)
 }

@@ -125,6 +125,16 @@ fn columns(file: &'static str, text: &str, wanted: &[&'static str], findings: &m
         );
         return;
     }
+    if header.trim_start().starts_with(['#', '%']) {
+        findings.add(
+            Severity::Error,
+            "comment",
+            format!("{file}, row 1"),
+            "a comment, not the names of the columns".to_owned(),
+            "take comments away: the first row names the columns, all others are numbers",
+        );
+        return;
+    }
     let there: Vec<&str> = header.split(',').map(|name| name.trim().trim_matches('"')).collect();
     for name in wanted.iter().filter(|name| !there.contains(*name)) {
         // The same quantity under another name: what is before the unit is the same.
