@@ -41,7 +41,7 @@ enum Limit {
 pub fn check(modules: &Path, cargo: impl Fn(&str) -> Command) -> Result<String, String> {
     for Check { words, limit } in CHECKS {
         let mut command = cargo("run");
-        command.arg("--").args(words).args(["--device", "ptx", "--modules"]).arg(modules);
+        command.args(["--release", "--"]).args(words).args(["--device", "ptx", "--modules"]).arg(modules);
         let said = process::read(&mut command)?;
         println!("{said}");
         limit.hold(&said)?;
