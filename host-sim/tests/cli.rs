@@ -224,7 +224,7 @@ fn a_replay_leaves_its_figures_tables_and_plots() {
     let text = fs::read_to_string(place.path("results/run.json")).unwrap();
     // Those of the object itself are indented by two.
     let keys: Vec<&str> = text.lines().filter_map(|line| line.strip_prefix("  \"")?.split('"').next()).collect();
-    assert_eq!((keys.len(), keys[0]), (42, "format"));
+    assert_eq!((keys.len(), keys[0]), (43, "format"));
     let summary: Value = serde_json::from_str(&text).unwrap();
     assert_eq!((&summary["particles"], &summary["settings"]["filter"]["particles"]), (&4.into(), &4.into()));
     assert_eq!((&summary["seed"], &summary["scans"]), (&1.into(), &41.into()));
