@@ -13,6 +13,7 @@ mod facts;
 mod files;
 mod finding;
 mod fixes;
+mod reading;
 mod shift;
 mod sight;
 mod space;

@@ -9,7 +9,7 @@ use super::claims::Explained;
 use super::config::JointConfig;
 use super::covariance::symmetric;
 use super::state::{Memory, Slot};
-use super::tidy::{TENTATIVE, join};
+use super::tidy::{TENTATIVE, between, join};
 use crate::numerics::vector::{applied, product};
 use crate::{Linear, LnSum, Matrix, Pose, PositionOf, Real, Vector};
 
@@ -226,21 +226,6 @@ fn moved_apart<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
         row.map_or(T::ZERO, |row| row.at(0))
     };
     P::Position::with(|d| at(other, d) - at(one, d))
-}
-
-/// The covariance of the difference of two features, with what rounding may have taken of it.
-pub(super) fn between<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
-    memory: &Memory<'_, P, Z>,
-    one: usize,
-    other: usize,
-) -> Linear<P::Position, P::Position> {
-    let (of_one, of_other) = (memory.joint.between(one, one), memory.joint.between(other, other));
-    let cross = memory.joint.between(one, other);
-    let both = of_one + of_other;
-    let rounding = both * (T::EPSILON * T::from_f64(64.0));
-    Matrix::with(|row, column| {
-        both.at(row, column) - cross.at(row, column) - cross.at(column, row) + rounding.at(row, column)
-    })
 }
 
 /// The nearest of some places, nearest first; of equally near ones the first.

@@ -4,7 +4,6 @@ use super::config::JointConfig;
 use super::covariance::{Common, first, symmetric};
 use super::existence::Existence;
 use super::movers::Movers;
-use super::reunite::between;
 use super::state::{Memory, Slot};
 use crate::numerics::range::{is_within_range, is_within_square};
 use crate::numerics::vector::product;
@@ -198,6 +197,21 @@ where
 /// Whether a feature is in view, was detected twice, and is rather there than not.
 fn is_established<T: Real, D: Vector<Scalar = T>>(slot: &Slot<D>) -> bool {
     slot.detection > T::ZERO && slot.detections >= T::from_f64(TENTATIVE) && slot.existence.total() >= T::from_f64(0.5)
+}
+
+/// The covariance of the difference of two features, with what rounding may have taken of it.
+pub(super) fn between<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
+    memory: &Memory<'_, P, Z>,
+    one: usize,
+    other: usize,
+) -> Linear<P::Position, P::Position> {
+    let (of_one, of_other) = (memory.joint.between(one, one), memory.joint.between(other, other));
+    let cross = memory.joint.between(one, other);
+    let both = of_one + of_other;
+    let rounding = both * (T::EPSILON * T::from_f64(64.0));
+    Matrix::with(|row, column| {
+        both.at(row, column) - cross.at(row, column) - cross.at(column, row) + rounding.at(row, column)
+    })
 }
 
 /// Makes `other` one with `one`, if their covariances let them be; whether it did.

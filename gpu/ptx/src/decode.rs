@@ -1,11 +1,12 @@
 //! From the words of a function's body to what is executed.
 
 use crate::arithmetic::Function;
+use crate::declared::{bytes_of, declared, matching};
+use crate::errors::ReadError;
 use crate::flow::find_meetings;
 use crate::function::{Code, Declared, Header, Signature, aligned};
 use crate::instruction::{Action, Address, Guard, Instruction, Operand, Parameter, Register, Special};
 use crate::memory::Space;
-use crate::module::{ReadError, declared, matching};
 use crate::registers::Registers;
 use crate::token::Token;
 use std::collections::HashMap;
@@ -449,17 +450,6 @@ impl<'t> Decoder<'_, 't> {
         }
         Ok(())
     }
-}
-
-/// Bytes of a type.
-pub(crate) fn bytes_of(kind: &str) -> Option<usize> {
-    Some(match kind.trim_start_matches(['b', 'u', 's', 'f']) {
-        "8" => 1,
-        "16" => 2,
-        "32" => 4,
-        "64" => 8,
-        _ => return None,
-    })
 }
 
 /// The words in brackets of a call, and the name between or before them.

@@ -46,9 +46,12 @@ mod token;
 mod memory;
 mod races;
 
+mod errors;
+
 mod instruction;
 mod registers;
 
+mod declared;
 mod decode;
 mod flow;
 mod function;
@@ -59,5 +62,6 @@ mod counts;
 mod warp;
 
 pub use counts::Counts;
+pub use errors::{Grid, LaunchError, ReadError};
 pub use memory::{AccessError, Memory};
-pub use module::{Grid, LaunchError, Module, ReadError};
+pub use module::Module;

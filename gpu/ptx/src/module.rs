@@ -1,77 +1,14 @@
 //! A module, and its launches.
 
 use crate::counts::Counts;
-use crate::decode::{Names, bytes_of, decode};
+use crate::declared::{declared, matching};
+use crate::decode::{Names, decode};
+use crate::errors::{Grid, LaunchError, ReadError};
 use crate::function::{Code, Declared, Header, Signature};
-use crate::memory::{AccessError, Memory};
+use crate::memory::Memory;
 use crate::token::{Token, tokens};
 use crate::warp::{Place, Warp};
 use std::collections::HashMap;
-
-/// Why a text is no module that can be executed.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("line {line} of the module: {what}")]
-pub struct ReadError {
-    /// The line, from 1.
-    pub line: usize,
-    /// What is wrong with it.
-    pub what: String,
-}
-
-/// Why a launch has failed.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[non_exhaustive]
-pub enum LaunchError {
-    /// The module has no such kernel.
-    #[error("no kernel {0}")]
-    NoKernel(String),
-    /// The kernel takes another number of them.
-    #[error("the kernel takes {takes} arguments, not {given}")]
-    Arguments {
-        /// As many.
-        takes: usize,
-        /// Not so many.
-        given: usize,
-    },
-    /// A grid without threads, or a warp of 0 or more than 32.
-    #[error("a grid of {0:?}")]
-    Grid(Grid),
-    /// An access of a thread.
-    #[error("line {line} of the module, thread {thread}: {error}")]
-    Access {
-        /// The line of the instruction.
-        line: usize,
-        /// The thread, from 0, over all blocks.
-        thread: u32,
-        /// What is wrong with it.
-        error: AccessError,
-    },
-    /// A switch over more than there is.
-    #[error("line {line} of the module: nowhere to go for {index}")]
-    Switch {
-        /// The line of the instruction.
-        line: usize,
-        /// What it was to switch by.
-        index: u64,
-    },
-    /// Calls have gone deeper than a thread has memory for.
-    #[error("line {line} of the module: calls go too deep")]
-    TooDeep {
-        /// The line of the call.
-        line: usize,
-    },
-}
-
-/// How many threads a launch is of.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Grid {
-    /// Number of blocks.
-    pub blocks: u32,
-    /// Threads of each.
-    pub block: u32,
-    /// Threads that go together, up to 32, as many as cards have. With one, nobody waits for anybody, and this host is done soonest.
-    pub warp: u32,
-}
 
 /// A module whose text has been read.
 #[derive(Debug, Clone)]
@@ -216,33 +153,6 @@ fn all_declared<'t>(tokens: &'t [Token<'t>]) -> Result<Vec<Declared<'t>>, ReadEr
     tokens.split(|token| token.text == ",").filter(|part| !part.is_empty()).map(declared).collect()
 }
 
-/// `.param .align 16 .b8 name[8]`: name and bytes.
-pub(crate) fn declared<'t>(tokens: &'t [Token<'t>]) -> Result<Declared<'t>, ReadError> {
-    let line = tokens.first().map_or(0, |token| token.line);
-    let wrong = |what: &str| ReadError { line, what: what.to_owned() };
-    let mut each = None;
-    let mut name = None;
-    let mut count = 1;
-    let mut words = tokens.iter().map(|token| token.text);
-    while let Some(word) = words.next() {
-        match word {
-            ".align" => drop(words.next()),
-            "[" => {
-                let said = words.next().and_then(|count| count.parse::<usize>().ok());
-                count = said.ok_or_else(|| wrong("no number of elements"))?;
-            }
-            "]" => {}
-            "=" => break,
-            _ if word.starts_with('.') => each = each.or(bytes_of(&word[1..])),
-            _ => name = Some(word),
-        }
-    }
-    match (name, each) {
-        (Some(name), Some(each)) => Ok(Declared { name, bytes: each * count }),
-        _ => Err(wrong("no name or no type")),
-    }
-}
-
 /// A variable of the module: its name and its bytes.
 fn variable<'t>(tokens: &'t [Token<'t>]) -> Result<(&'t str, Vec<u8>), ReadError> {
     let Declared { name, bytes } = declared(tokens)?;
@@ -257,20 +167,4 @@ fn variable<'t>(tokens: &'t [Token<'t>]) -> Result<(&'t str, Vec<u8>), ReadError
         }
     }
     Ok((name, value))
-}
-
-/// Where the bracket at this place is closed.
-pub(crate) fn matching(tokens: &[Token<'_>], at: usize) -> Result<usize, ReadError> {
-    let mut depth = 0;
-    for (place, token) in tokens.iter().enumerate().skip(at) {
-        match token.text {
-            "(" | "{" => depth += 1,
-            ")" | "}" => depth -= 1,
-            _ => {}
-        }
-        if depth == 0 {
-            return Ok(place);
-        }
-    }
-    Err(ReadError { line: tokens[at].line, what: "a bracket that is not closed".into() })
 }

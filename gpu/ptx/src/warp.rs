@@ -2,10 +2,10 @@
 
 use crate::arithmetic::Function;
 use crate::counts::Counts;
+use crate::errors::LaunchError;
 use crate::function::Code;
 use crate::instruction::{Action, Address, Guard, Instruction, Operand, Parameter, Register, Special};
 use crate::memory::{AccessError, LOCAL, Memory, Space, check, number, put};
-use crate::module::LaunchError;
 
 /// Threads, a bit each.
 type Mask = u32;

@@ -5,6 +5,7 @@
 //! means.
 
 use super::finding::{Findings, percent};
+use super::reading::{AS_WRITTEN, OTHERS, Reading, ToldBy};
 use super::shift;
 use super::sight::Sight;
 use crate::angle::wrap;
@@ -26,141 +27,6 @@ const PAIRS: usize = 2000;
 const TIMES: f64 = 1.5;
 const DETECTIONS: usize = 100;
 const SIGNIFICANT: f64 = 6.0;
-
-/// Another way to read a log.
-pub(super) struct Reading {
-    code: &'static str,
-    place: &'static str,
-    what: &'static str,
-    advice: &'static str,
-    speed: f64,
-    turn: f64,
-    /// Metres in a unit of range.
-    pub(super) range: f64,
-    pub(super) mirrored: bool,
-    pub(super) yaw_rad: f64,
-    /// Bearings count from an axis of the map.
-    pub(super) absolute: bool,
-    told_by: ToldBy,
-}
-
-/// Pairs of scans that tell a reading from what is written.
-#[derive(Clone, Copy, PartialEq)]
-enum ToldBy {
-    Motion,
-    Turns,
-    /// Motion as it is beside ranges of that unit: beside those that are written the vehicle hardly moves.
-    MotionAsRead,
-}
-
-pub(super) const AS_WRITTEN: Reading = Reading {
-    code: "",
-    place: "",
-    what: "",
-    advice: "",
-    speed: 1.0,
-    turn: 1.0,
-    range: 1.0,
-    mirrored: false,
-    yaw_rad: 0.0,
-    absolute: false,
-    told_by: ToldBy::Motion,
-};
-
-/// Ranges, and what the head says of them, in another unit.
-const fn ranges(range: f64, what: &'static str, advice: &'static str) -> Reading {
-    let place = "detections.csv, column range_m, and log.toml, section sensor";
-    Reading { code: "range-unit", place, what, advice, range, told_by: ToldBy::MotionAsRead, ..AS_WRITTEN }
-}
-
-const OTHERS: [Reading; 12] = [
-    // Bearings and turns of the other sign are the same world in a mirror: scans cannot tell which of both it is.
-    Reading {
-        code: "mirrored",
-        place: "detections.csv, column bearing_rad",
-        what: "their bearings are taken to grow to the right, or the odometry's turns",
-        advice: "bearings grow to the left, and steering angles and turn rates are positive to the left: change the sign of the one \
-                 that is not",
-        mirrored: true,
-        told_by: ToldBy::Turns,
-        ..AS_WRITTEN
-    },
-    Reading {
-        code: "bearing-frame",
-        place: "detections.csv, column bearing_rad",
-        what: "bearings are taken to count from an axis of the map",
-        advice: "a bearing counts from straight ahead of the sensor, to the left: take the vehicle's heading off",
-        absolute: true,
-        told_by: ToldBy::Turns,
-        ..AS_WRITTEN
-    },
-    Reading {
-        code: "bearing-frame",
-        place: "detections.csv, column bearing_rad",
-        what: "bearings are taken to be a compass's, from an axis of the map to the right",
-        advice: "a bearing counts from straight ahead of the sensor, to the left: take it from the vehicle's heading as a compass has it",
-        absolute: true,
-        mirrored: true,
-        told_by: ToldBy::Turns,
-        ..AS_WRITTEN
-    },
-    ranges(0.001, "ranges, range_max_m and range_sigma_m are taken as mm", "all three are in metres: divide by 1000"),
-    ranges(0.01, "ranges, range_max_m and range_sigma_m are taken as cm", "all three are in metres: divide by 100"),
-    ranges(
-        0.3048,
-        "ranges, range_max_m and range_sigma_m are taken as feet",
-        "all three are in metres: multiply by 0.3048",
-    ),
-    Reading {
-        code: "turn-unit",
-        place: "odometry.csv",
-        what: "the odometry's turns are taken as degrees",
-        advice: "turn rates are in radians a second, steering angles in radians: multiply by 0.0174533",
-        turn: PI / 180.0,
-        ..AS_WRITTEN
-    },
-    Reading {
-        code: "speed-unit",
-        place: "odometry.csv",
-        what: "speeds are taken as km/h",
-        advice: "speeds are in metres a second: divide by 3.6",
-        speed: 1.0 / 3.6,
-        ..AS_WRITTEN
-    },
-    Reading {
-        code: "speed-unit",
-        place: "odometry.csv",
-        what: "speeds are taken as cm/s",
-        advice: "speeds are in metres a second: divide by 100",
-        speed: 0.01,
-        ..AS_WRITTEN
-    },
-    Reading {
-        code: "sensor-yaw",
-        place: "log.toml, section sensor",
-        what: "the sensor is taken to look to the left",
-        advice: "bearing 0 is straight ahead of the sensor: say sensor_yaw_rad = 1.5708, or change the bearings",
-        yaw_rad: FRAC_PI_2,
-        ..AS_WRITTEN
-    },
-    Reading {
-        code: "sensor-yaw",
-        place: "log.toml, section sensor",
-        what: "the sensor is taken to look to the right",
-        advice: "bearing 0 is straight ahead of the sensor: say sensor_yaw_rad = -1.5708, or change the bearings",
-        yaw_rad: -FRAC_PI_2,
-        ..AS_WRITTEN
-    },
-    Reading {
-        code: "sensor-yaw",
-        place: "log.toml, section sensor",
-        what: "the sensor is taken to look back",
-        advice: "bearing 0 is straight ahead of the sensor: say sensor_yaw_rad = 3.1416, or change the bearings; or change the sign of \
-                 the speeds",
-        yaw_rad: PI,
-        ..AS_WRITTEN
-    },
-];
 
 /// Detections that were carried into the view of a later scan, and those of them that met one.
 #[derive(Debug, Clone, Copy, Default)]

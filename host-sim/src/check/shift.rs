@@ -4,8 +4,8 @@
 //! that at times which are earlier or later by a trial shift. A detection counts where the two put it to places farther apart than
 //! gates reach: then a later detection is near one of them at most.
 
-use super::agreement::AS_WRITTEN;
 use super::finding::{Findings, percent, short};
+use super::reading::AS_WRITTEN;
 use super::sight::Sight;
 use crate::log::Log;
 use crate::vehicle::Way;

@@ -1,6 +1,6 @@
 //! What a detection of one scan should be in another.
 
-use super::agreement::Reading;
+use super::reading::Reading;
 use crate::angle::wrap;
 use crate::log::{Log, Mounting, Nominal, Scan, Sensor};
 

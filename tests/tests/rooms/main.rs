@@ -40,6 +40,7 @@ const CRATES: [(&str, usize); 17] = [
     ("web", 12),
     ("gpu/kernels", 10),
     ("gpu/host", 15),
+    ("gpu/ptx", 20),
     ("firmware", 4),
     ("firmware/rtos", 4),
 ];
