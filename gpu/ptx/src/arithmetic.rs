@@ -2,50 +2,38 @@
 //!
 //! A register is a `u64` of which the lowest bits count: an instruction reads as many as its type has, and leaves zeros above them.
 
+mod function;
 mod single;
 mod whole;
 
-/// A function of so many operands.
-#[derive(Debug, Clone, Copy)]
-pub(crate) enum Function {
-    One(fn(u64) -> u64),
-    Two(fn(u64, u64) -> u64),
-    Three(fn(u64, u64, u64) -> u64),
-}
+pub(crate) use function::Function;
 
-impl Function {
-    /// The one of a mnemonic, if it is known.
-    pub(crate) fn of(mnemonic: &str) -> Option<Self> {
-        let (name, kinds) = mnemonic.split_once('.')?;
-        // A hint for the assembler: all threads of a warp agree.
-        let kinds = kinds.strip_prefix("uni.").unwrap_or(kinds);
-        if name == "cvta" {
-            // Addresses of all spaces are those of the one space.
-            return Some(Self::One(whole::same::<u64>));
-        }
-        if let Some(kind) = kinds.strip_suffix("f32") {
-            return single::function(name, kind.trim_end_matches('.'));
-        }
-        if name == "cvt" {
-            let (to, from) = kinds.split_once('.')?;
-            return single::conversion(kinds).or_else(|| whole::conversion(to, from));
-        }
-        whole::function(name, kinds)
+/// What the mnemonic of an instruction stands for, if it is known.
+pub(crate) fn function_of(mnemonic: &str) -> Option<Function> {
+    let (name, kinds) = mnemonic.split_once('.')?;
+    // A hint for the assembler: all threads of a warp agree.
+    let kinds = kinds.strip_prefix("uni.").unwrap_or(kinds);
+    if name == "cvta" {
+        // Addresses of all spaces are those of the one space.
+        return Some(Function::One(whole::same::<u64>));
     }
-}
-
-/// A predicate is 0 or 1.
-fn predicate(holds: bool) -> u64 {
-    u64::from(holds)
+    if let Some(kind) = kinds.strip_suffix("f32") {
+        return single::function(name, kind.trim_end_matches('.'));
+    }
+    if name == "cvt" {
+        let (to, from) = kinds.split_once('.')?;
+        return single::conversion(kinds).or_else(|| whole::conversion(to, from));
+    }
+    whole::function(name, kinds)
 }
 
 #[cfg(test)]
 mod tests {
-    use super::Function;
+    use super::{Function, function_of};
 
     /// The value of a mnemonic's function.
     fn value(mnemonic: &str, of: &[u64]) -> u64 {
-        match (Function::of(mnemonic).unwrap_or_else(|| panic!("{mnemonic}")), of) {
+        match (function_of(mnemonic).unwrap_or_else(|| panic!("{mnemonic}")), of) {
             (Function::One(f), &[a]) => f(a),
             (Function::Two(f), &[a, b]) => f(a, b),
             (Function::Three(f), &[a, b, c]) => f(a, b, c),
@@ -181,7 +169,7 @@ mod tests {
         for mnemonic in
             ["fma.rn.f32", "add.f32", "add.rn.ftz.f32", "div.full.f32", "add.f64", "setp.eq.and.b32", "bar.sync"]
         {
-            assert!(Function::of(mnemonic).is_none(), "{mnemonic}");
+            assert!(function_of(mnemonic).is_none(), "{mnemonic}");
         }
     }
 }

@@ -1,6 +1,6 @@
 //! From the words of a function's body to what is executed.
 
-use crate::arithmetic::Function;
+use crate::arithmetic::{Function, function_of};
 use crate::declared::{bytes_of, declared, matching};
 use crate::errors::ReadError;
 use crate::flow::find_meetings;
@@ -249,7 +249,7 @@ impl<'t> Decoder<'_, 't> {
     }
 
     fn compute(&mut self, mnemonic: &str) -> Result<Action, ReadError> {
-        let function = Function::of(mnemonic).ok_or_else(|| self.wrong(format!("`{mnemonic}` is not known")))?;
+        let function = function_of(mnemonic).ok_or_else(|| self.wrong(format!("`{mnemonic}` is not known")))?;
         let to = self.register()?;
         let operands = match function {
             Function::One(_) => 1,
@@ -330,7 +330,7 @@ impl<'t> Decoder<'_, 't> {
         let kept = kinds.split('.').filter(|part| !["global", "relaxed", "sys", "gpu"].contains(part));
         let mnemonic = kept.collect::<Vec<_>>().join(".");
         let bytes = self.bytes(mnemonic.rsplit('.').next().unwrap_or_default())?;
-        let Some(Function::Two(function)) = Function::of(&mnemonic) else {
+        let Some(Function::Two(function)) = function_of(&mnemonic) else {
             return Err(self.wrong(format!("`atom.{kinds}` is not known")));
         };
         let to = self.register()?;

@@ -12,7 +12,6 @@ use crate::angle::wrap;
 use crate::log::{Log, Odometry, Scan};
 use crate::vehicle;
 use std::borrow::Cow;
-use std::f64::consts::{FRAC_PI_2, PI};
 
 /// A later scan is the first at which the vehicle has driven this share of the reach or turned by this angle: far beyond noise.
 const WAY_REACH: f64 = 0.1;

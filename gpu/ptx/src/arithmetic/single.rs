@@ -1,6 +1,6 @@
 //! Single precision, as of IEEE 754: the host's own.
 
-use super::{Function, predicate};
+use super::function::{Function, predicate};
 use Function::{One, Three, Two};
 
 fn of(register: u64) -> f32 {

@@ -1,6 +1,6 @@
 //! Whole numbers.
 
-use super::{Function, predicate};
+use super::function::{Function, predicate};
 use Function::{One, Three, Two};
 
 /// A whole number in the lowest bits of a register.
