@@ -1,7 +1,7 @@
 //! A device of CUDA: driver, module and memory, all looked for at run time.
 
 use crate::batch::Batch;
-use crate::device::{Device, DeviceError, Launches, Outcome, spans};
+use crate::device::{Device, DeviceError, Launches, Outcome, of_scan, spans};
 use bytemuck::Pod;
 use cudarc::driver::{
     CudaContext, CudaFunction, CudaSlice, CudaStream, DevicePtr, DriverError, LaunchConfig, PushKernelArg, sys,
@@ -283,8 +283,7 @@ impl Device for Cuda {
         self.stream.synchronize().map_err(refused(doing))?;
         let started = Instant::now();
         for scan in 0..run.scans {
-            let predictions = (0..batch.predictions_before(scan)).flat_map(|_| predict);
-            for kernel in predictions.chain(stages) {
+            for kernel in of_scan(batch, scan, [predict, stages]) {
                 launch(kernel, scan)?;
             }
         }

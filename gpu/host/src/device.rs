@@ -106,6 +106,11 @@ pub trait Device {
     }
 }
 
+/// What is launched for a scan of a large filter, in order: `predict` for every prediction before it, then `stages`.
+pub(crate) fn of_scan<'s, S>(batch: &Batch, scan: u32, [predict, stages]: [&'s [S]; 2]) -> impl Iterator<Item = &'s S> {
+    (0..batch.predictions_before(scan)).flat_map(move |_| predict).chain(stages)
+}
+
 /// The first scans of every launch, and how many there are in each.
 pub(crate) fn spans(most_scans: u32, launches: Launches) -> impl Iterator<Item = (u32, u32)> {
     let each = if launches.scans == 0 { most_scans.max(1) } else { launches.scans };

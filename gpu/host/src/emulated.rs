@@ -1,7 +1,7 @@
 //! The threads of a batch on the host: the same bodies, over the same places, in the same buffers.
 
 use crate::batch::Batch;
-use crate::device::{Device, DeviceError, Launches, Outcome, spans};
+use crate::device::{Device, DeviceError, Launches, Outcome, of_scan, spans};
 use scphd_gpu_kernels::{
     Inputs, Large, LargeSlot, Launch, Outputs, PREDICT, Room, STAGES, START, Slot, Span, Stage, follow, large_bytes,
     thread,
@@ -122,10 +122,7 @@ impl Device for Emulated {
         START.iter().try_for_each(|stage| launch(stage, 0))?;
         let started = Instant::now();
         for scan in 0..run.scans {
-            for _ in 0..batch.predictions_before(scan) {
-                PREDICT.iter().try_for_each(|stage| launch(stage, scan))?;
-            }
-            STAGES.iter().try_for_each(|stage| launch(stage, scan))?;
+            of_scan(batch, scan, [&PREDICT, &STAGES]).try_for_each(|stage| launch(stage, scan))?;
         }
         outcome.launched_s = started.elapsed().as_secs_f64();
         Ok(outcome)

@@ -2,7 +2,7 @@
 
 use crate::batch::Batch;
 use crate::cuda::{Modules, bytes_of_buffers};
-use crate::device::{Device, DeviceError, Launches, Outcome, spans};
+use crate::device::{Device, DeviceError, Launches, Outcome, of_scan, spans};
 use bytemuck::Pod;
 use scphd_gpu_kernels::{PREDICT, Places, STAGES, START};
 use scphd_ptx::{AccessError, Counts, Grid, LaunchError, Memory, Module};
@@ -192,8 +192,7 @@ impl Device for Interpreted {
         self.taken.clear();
         let started = Instant::now();
         for scan in 0..run.scans {
-            let predictions = (0..batch.predictions_before(scan)).flat_map(|_| PREDICT);
-            for (kernel, places, _) in predictions.chain(STAGES) {
+            for &(kernel, places, _) in of_scan(batch, scan, [&PREDICT, &STAGES]) {
                 launch(self, kernel, places, scan)?;
             }
         }

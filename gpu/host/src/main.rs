@@ -245,7 +245,7 @@ fn run(command: Command) -> Result<(), Box<dyn Error>> {
             let mut device = on.open()?;
             let seeds: Vec<u64> = (1..=runs).collect();
             let checked = Checked::of(&mut *device, &source, &seeds, scans, on.scans_a_launch)?;
-            println!("{}", device.report().unwrap_or_default());
+            device.report().into_iter().for_each(|report| println!("{report}"));
             report(&scenario, device.name(), &checked)
         }
         Command::Device { on } => {
@@ -288,7 +288,7 @@ fn run(command: Command) -> Result<(), Box<dyn Error>> {
 fn check_large(device: &mut dyn Device, source: &Source, seed: u64, scans: usize) -> Result<(), Box<dyn Error>> {
     let batch = large(source, seed, scans)?;
     let found = LargeRun::on(device, &batch, 1)?;
-    println!("{}", device.report().unwrap_or_default());
+    device.report().into_iter().for_each(|report| println!("{report}"));
     let host = LargeRun::alone(&batch, 1)?;
     if let Some(Difference { scan, host, device, .. }) = found.difference(&host, seed) {
         return Err(format!("scan {scan}: {host:016x} on the host, {device:016x} on the device").into());

@@ -182,13 +182,9 @@ pub(crate) fn check(at: usize, address: u64, bytes: usize, end: usize) -> Result
 
 /// Up to eight bytes as a number, the lowest first.
 pub(crate) fn number(bytes: &[u8]) -> u64 {
-    match *bytes {
-        [a] => a.into(),
-        [a, b] => u16::from_le_bytes([a, b]).into(),
-        [a, b, c, d] => u32::from_le_bytes([a, b, c, d]).into(),
-        [a, b, c, d, e, f, g, h] => u64::from_le_bytes([a, b, c, d, e, f, g, h]),
-        _ => bytes.iter().rev().fold(0, |value, &byte| value << 8 | u64::from(byte)),
-    }
+    let mut all = [0; 8];
+    all[..bytes.len()].copy_from_slice(bytes);
+    u64::from_le_bytes(all)
 }
 
 pub(crate) fn put(bytes: &mut [u8], value: u64) {

@@ -93,28 +93,45 @@ pub(super) fn best(log: &Log, poses: &[[f64; 3]], pairs: &[[usize; 2]]) -> Optio
     let sight = Sight::of(log, &AS_WRITTEN);
     let step = pairs.len().div_ceil(PAIRS).max(1);
     let pairs: Vec<[usize; 2]> = pairs.iter().step_by(step).copied().collect();
+    let pairs: Vec<Pair> = pairs.iter().map(|&pair| Pair::of(log, &sight, poses, pair)).collect();
     let trials = TRIALS_S.into_iter().flat_map(|trial_s| [trial_s, -trial_s]);
-    let shifts = trials.map(|seconds| Shift { seconds, told: told(log, &way, &sight, &pairs, poses, seconds) });
+    let shifts = trials.map(|seconds| Shift { seconds, told: told(log, &way, &sight, &pairs, seconds) });
     let gain = |shift: &Shift| shift.told.shifted - shift.told.as_written;
     let best = shifts.filter(|shift| shift.told.is_for_shift()).max_by_key(gain)?;
     (best.seconds.abs() < BEYOND_S).then_some(best)
 }
 
-fn told(log: &Log, way: &Way<'_>, sight: &Sight<'_>, pairs: &[[usize; 2]], poses: &[[f64; 3]], shift_s: f64) -> Told {
+/// Two scans, and what the times as they are written make of the detections of the first.
+struct Pair {
+    places: [usize; 2],
+    /// Those that are in view of the second then: as detected, as carried there, and whether that meets one.
+    carried: Vec<([f64; 2], [f64; 2], bool)>,
+}
+
+impl Pair {
+    fn of(log: &Log, sight: &Sight<'_>, poses: &[[f64; 3]], [from, to]: [usize; 2]) -> Self {
+        let (first, second) = (&log.scans[from], &log.scans[to]);
+        let carried = first.detections.iter().filter_map(|&detection| {
+            let written = sight.carried(first.sensor, [poses[from], poses[to]], detection)?;
+            Some((detection, written, sight.meets(second, written)))
+        });
+        Self { places: [from, to], carried: carried.collect() }
+    }
+}
+
+fn told(log: &Log, way: &Way<'_>, sight: &Sight<'_>, pairs: &[Pair], shift_s: f64) -> Told {
     let mut told = Told::default();
-    for &[from, to] in pairs {
-        let written = [poses[from], poses[to]];
-        let shifted = [from, to].map(|place| way.at(log.scans[place].t_s + shift_s));
-        for &detection in &log.scans[from].detections {
-            let carried = [written, shifted].map(|poses| sight.carried(log.scans[from].sensor, poses, detection));
-            let [Some(written), Some(shifted)] = carried else { continue };
-            let is_met = usize::from(sight.meets(&log.scans[to], written));
+    for Pair { places, carried } in pairs {
+        let [from, to] = *places;
+        let poses = places.map(|place| way.at(log.scans[place].t_s + shift_s));
+        for &(detection, written, is_met) in carried {
+            let Some(shifted) = sight.carried(log.scans[from].sensor, poses, detection) else { continue };
             if !sight.are_apart(log.scans[from].sensor, written, shifted) {
-                (told.alike, told.alike_met) = (told.alike + 1, told.alike_met + is_met);
+                (told.alike, told.alike_met) = (told.alike + 1, told.alike_met + usize::from(is_met));
                 continue;
             }
             told.all += 1;
-            told.as_written += is_met;
+            told.as_written += usize::from(is_met);
             told.shifted += usize::from(sight.meets(&log.scans[to], shifted));
         }
     }

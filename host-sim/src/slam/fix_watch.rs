@@ -1,6 +1,7 @@
 //! Fixes that a filter refuses: left out, until they are taken for right and the filter for wrong.
 
 use super::contract::{Refusal, Slam, refusal};
+use super::fixes::PlanarFixes;
 use crate::dimensions::{Dimensions, Planar, Underwater};
 use crate::log::{FixNoise, PoseFix};
 use nalgebra::{Vector1, Vector2};
@@ -48,18 +49,27 @@ pub(crate) struct PlanarWatch {
 impl PlanarWatch {
     /// Over fixes of this noise.
     pub(crate) fn of(noise: &FixNoise) -> Result<Self, Refusal> {
-        let position = |sigma_m| {
-            let fix = PositionFix::new(sigma_m)?.mounted(noise.forward_m, noise.left_m)?;
-            Ok(Watched { fix, watch: PositionWatch::new(noise.rule())?, elapsed_s: 0.0 })
-        };
-        let heading = |sigma_rad| {
-            Ok(Watched { fix: HeadingFix::new(sigma_rad)?, watch: HeadingWatch::new(noise.rule())?, elapsed_s: 0.0 })
-        };
-        let wrong = |error: scphd::ModelError| refusal(error);
+        let PlanarFixes { position, heading } = PlanarFixes::of(noise)?;
+        let of_position = PositionWatch::new(noise.rule()).map_err(refusal)?;
+        let of_heading = HeadingWatch::new(noise.rule()).map_err(refusal)?;
         Ok(Self {
-            position: noise.position_sigma_m.map(position).transpose().map_err(wrong)?,
-            heading: noise.heading_sigma_rad.map(heading).transpose().map_err(wrong)?,
+            position: position.map(|fix| Watched { fix, watch: of_position, elapsed_s: 0.0 }),
+            heading: heading.map(|fix| Watched { fix, watch: of_heading, elapsed_s: 0.0 }),
         })
+    }
+
+    /// A fix of this kind was taken in.
+    fn accepted(&mut self, fix: &PoseFix) {
+        match fix {
+            PoseFix::Position(_) => self.position.iter_mut().for_each(|watched| {
+                watched.watch.accepted();
+                watched.elapsed_s = 0.0;
+            }),
+            PoseFix::Heading(_) => self.heading.iter_mut().for_each(|watched| {
+                watched.watch.accepted();
+                watched.elapsed_s = 0.0;
+            }),
+        }
     }
 }
 
@@ -70,29 +80,20 @@ impl WatchesFixes<Planar> for PlanarWatch {
     }
 
     fn show(&mut self, slam: &mut dyn Slam, fix: &PoseFix) -> Result<Taken, Refusal> {
-        let is_in = slam.observe(fix)?;
-        let estimate = if is_in { None } else { Some(estimate(slam)?) };
+        if slam.observe(fix)? {
+            self.accepted(fix);
+            return Ok(Taken::In);
+        }
+        let estimate = estimate(slam)?;
         let back = match fix {
             PoseFix::Position(place) => self.position.as_mut().and_then(|Watched { fix, watch, elapsed_s }| {
-                let elapsed_s = std::mem::take(elapsed_s);
-                let Some(estimate) = estimate else {
-                    watch.accepted();
-                    return None;
-                };
-                watch.refused(fix, &Vector2::from(*place), &estimate, elapsed_s)
+                watch.refused(fix, &Vector2::from(*place), &estimate, std::mem::take(elapsed_s))
             }),
             PoseFix::Heading(heading) => self.heading.as_mut().and_then(|Watched { fix, watch, elapsed_s }| {
-                let elapsed_s = std::mem::take(elapsed_s);
-                let Some(estimate) = estimate else {
-                    watch.accepted();
-                    return None;
-                };
-                watch.refused(fix, &Vector1::new(*heading), &estimate, elapsed_s)
+                watch.refused(fix, &Vector1::new(*heading), &estimate, std::mem::take(elapsed_s))
             }),
         };
-        let Some(PoseEstimate { mean, covariance }) = back else {
-            return Ok(if is_in { Taken::In } else { Taken::LeftOut });
-        };
+        let Some(PoseEstimate { mean, covariance }) = back else { return Ok(Taken::LeftOut) };
         let covariance = std::array::from_fn(|row| std::array::from_fn(|column| covariance.get(row, column)));
         slam.relocate(&[mean.x_m, mean.y_m, mean.heading_rad], &covariance)?;
         Ok(Taken::Relocated)

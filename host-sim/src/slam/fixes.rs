@@ -83,8 +83,8 @@ pub(crate) trait Fixed<D: Dimensions>: Pose {
 /// The models of what a log in the plane has fixes of.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct PlanarFixes<T: Real> {
-    position: Option<PositionFix<T>>,
-    heading: Option<HeadingFix<PlanarPose<T>>>,
+    pub(super) position: Option<PositionFix<T>>,
+    pub(super) heading: Option<HeadingFix<PlanarPose<T>>>,
 }
 
 impl<T: Real> PlanarFixes<T> {
