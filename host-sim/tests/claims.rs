@@ -1,12 +1,10 @@
 //! What the documentation claims: every figure of `tests/expected/claims.toml` stands in its file, and the command that it is of
 //! gives it, within a factor of 1.2.
 //!
-//! Every test run does the part of the commands that takes little time, `cargo xtask claims` all of them. With `SCPHD_WRITE_CLAIMS=1` the
-//! table of `docs/claims.md` is written anew.
+//! Every test run does the part of the commands that takes little time, `cargo xtask claims` all of them.
 
 use serde::Deserialize;
 use serde_json::{Map, Value};
-use std::fmt::Write as _;
 use std::fs;
 use std::path::PathBuf;
 use std::process::Command as Process;
@@ -20,10 +18,6 @@ const MARGIN: f64 = 1.2;
 const SIGMAS: f64 = 2.0;
 
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
-const DOCUMENT: &str = "docs/claims.md";
-/// The lines around the table that is made of the data.
-const MARKS: [&str; 2] =
-    ["<!-- the table below is made by host-sim/tests/claims.rs -->", "<!-- the table above is made -->"];
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -53,7 +47,6 @@ struct Claim {
     figure: String,
     #[serde(default = "one")]
     scale: f64,
-    unit: Option<String>,
     #[serde(default = "readme")]
     file: String,
     text: String,
@@ -228,67 +221,6 @@ fn every_figure_stands_where_it_is_claimed() {
         assert!(words(&claim.text).contains(&claim.figure), "{claim:?}");
         assert!(words(&read(&claim.file)).contains(&words(&claim.text)), "{} has no {:?}", claim.file, claim.text);
     }
-}
-
-#[test]
-fn the_table_of_the_document_is_that_of_the_data() {
-    let document = read(DOCUMENT);
-    let (head, rest) = document.split_once(MARKS[0]).expect("the first mark");
-    let (_, foot) = rest.split_once(MARKS[1]).expect("the second mark");
-    let made = format!("{head}{}\n\n{}\n{}{foot}", MARKS[0], table(), MARKS[1]);
-    if std::env::var_os("SCPHD_WRITE_CLAIMS").is_some() {
-        fs::write(PathBuf::from(ROOT).join(DOCUMENT), &made).unwrap();
-    }
-    assert_eq!(read(DOCUMENT), made, "SCPHD_WRITE_CLAIMS=1 writes it anew");
-}
-
-/// The claims by command.
-fn table() -> String {
-    let mut text = String::new();
-    for command in claims() {
-        let part = match &command.quick {
-            Some(quick) if *quick == command.run => "in every test run".to_owned(),
-            Some(quick) => format!("by `cargo xtask claims`; in every test run as `{quick}`"),
-            None => "by `cargo xtask claims`".to_owned(),
-        };
-        let _ = writeln!(
-            text,
-            "`scphd-sim {}`, checked {part}:\n\n| key | claim | bound | of fewer runs | where |\n|---|---|---|---|---|",
-            command.run
-        );
-        for claim in &command.claim {
-            let of: Vec<String> = claim.of.iter().map(|(key, value)| format!(", {key} {value}")).collect();
-            let over = match claim.over {
-                Over::Mean => "",
-                Over::Rms => ", RMS",
-                Over::Greatest => ", greatest",
-            };
-            let sign = if claim.least { "≥" } else { "≤" };
-            let fewer = match (claim.spread > 0.0, claim.least) {
-                (true, false) => format!("+ 2 × {} / √runs", claim.spread),
-                (true, true) => format!("− 2 × {} / √runs", claim.spread),
-                (false, _) => "the same".into(),
-            };
-            let unit = claim.unit.as_deref().map_or(String::new(), |unit| format!(" {unit}"));
-            let bound = number(claim.bound());
-            let of = of.concat().replace('"', "");
-            let _ = writeln!(
-                text,
-                "| `{}`{of}{over} | {}{unit} | {sign} {bound}{unit} | {fewer} | {} |",
-                claim.key, claim.figure, claim.file
-            );
-        }
-        for says in &command.says {
-            let _ = writeln!(text, "| | {says} | | by `cargo xtask claims` only | README.md |");
-        }
-        text.push('\n');
-    }
-    text
-}
-
-/// Three digits.
-fn number(value: f64) -> String {
-    if value.abs() < 1e-2 { format!("{value:.2e}") } else { format!("{}", (value * 1e3).round() / 1e3) }
 }
 
 #[test]
