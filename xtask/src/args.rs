@@ -2,8 +2,10 @@
 
 use crate::bench;
 use crate::capi;
+use crate::changed;
 use crate::debian;
 use crate::options::Options;
+use crate::quick;
 use crate::steps::{OTHERS, STEPS, Step};
 use crate::toolchain;
 
@@ -31,7 +33,17 @@ pub fn parse(words: &[String]) -> Result<Request, String> {
                 let bench = chosen.iter().any(|step| step.name == "bench");
                 return Ok(Request::Help(if bench { usage() + "\n" + &bench::definitions() + "\n" } else { usage() }));
             }
-            "test" => chosen.extend(STEPS),
+            "test" => {
+                let which = words.clone().next().map(String::as_str);
+                if matches!(which, Some("--all" | "--changed")) {
+                    words.next();
+                }
+                match which {
+                    Some("--all") => chosen.extend(STEPS),
+                    Some("--changed") => chosen.extend(changed::steps()?),
+                    _ => chosen.extend(quick::STEPS),
+                }
+            }
             "install-c" if !options.place.prefix.as_os_str().is_empty() => {
                 return Err("install-c can be asked for once".into());
             }
@@ -51,7 +63,7 @@ pub fn parse(words: &[String]) -> Result<Request, String> {
             "--all" if chosen.last().is_some_and(|step| ["logs", "python"].contains(&step.name)) => {
                 options.studies = true
             }
-            name => match STEPS.iter().chain(OTHERS).find(|step| step.name == name) {
+            name => match STEPS.iter().chain(quick::STEPS).chain(OTHERS).find(|step| step.name == name) {
                 Some(step) => chosen.push(step),
                 None => return Err(format!("unknown command `{name}`")),
             },
@@ -67,12 +79,11 @@ pub fn parse(words: &[String]) -> Result<Request, String> {
 /// The text of `cargo xtask help`.
 pub fn usage() -> String {
     let mut text = String::from("Usage: cargo xtask <command>... [--strict] [--json FILE]\n\nCommands:\n");
-    let mut line = |name: &str, what: &str| text.push_str(&format!("  {name:<9}{what}\n"));
-    line("test", "every step below up to `msrv`, in this order; goes on after a failure");
-    for step in STEPS {
-        line(step.name, step.what);
-    }
-    for step in OTHERS {
+    let mut line = |name: &str, what: &str| text.push_str(&format!("  {name:<11}{what}\n"));
+    line("test", "that it works here, in minutes: the five steps from `libraries` on; goes on after a failure");
+    line("  --all", "everything: the steps from `fmt` to `msrv`");
+    line("  --changed", "what the change since the last commit can have touched");
+    for step in quick::STEPS.iter().chain(STEPS).chain(OTHERS) {
         line(step.name, step.what);
     }
     line("doctor", "says which of the programs that steps need are here; changes nothing");
@@ -106,9 +117,12 @@ mod tests {
     }
 
     #[test]
-    fn test_is_every_step() {
-        let all: Vec<&str> = STEPS.iter().map(|step| step.name).collect();
-        assert_eq!(names(&["test"]), Some(all));
+    fn test_is_quick_unless_all_is_asked_for() {
+        let of = |steps: &[Step]| Some(steps.iter().map(|step| step.name).collect::<Vec<_>>());
+        assert_eq!(names(&["test"]), of(quick::STEPS));
+        assert_eq!(names(&["test", "--strict"]), of(quick::STEPS));
+        assert_eq!(names(&["test", "--all"]), of(STEPS));
+        assert_eq!(names(&["test", "--changed"]).map(|names| names[..2].to_vec()), Some(vec!["fmt", "packages"]));
     }
 
     #[test]
@@ -190,7 +204,7 @@ mod tests {
     fn help_names_every_step() {
         assert!(matches!(parse(&["help".into()]), Ok(Request::Help(text)) if text == usage()));
         let text = usage();
-        assert!(STEPS.iter().chain(OTHERS).all(|step| text.contains(step.name)));
+        assert!(STEPS.iter().chain(quick::STEPS).chain(OTHERS).all(|step| text.contains(step.name)));
         let Ok(Request::Help(text)) = parse(&["bench".into(), "--help".into()]) else { panic!("no help") };
         assert!(text.contains("rfs_slam_like_scan_us"));
         assert!(text.contains(toolchain::CHOICE_VARIABLE));

@@ -37,7 +37,7 @@ pub fn report() -> String {
         Err(reason) => format!("installing it yourself ({reason})"),
     };
     text += "; targets of the active toolchain by rustup, where it has a network.\n\
-             What cannot be had is skipped, and the summary of `cargo xtask test` counts it; with --strict that is a failure.\n";
+             What cannot be had is skipped, and the summary of `cargo xtask test --all` counts it; with --strict that is a failure.\n";
     text
 }
 

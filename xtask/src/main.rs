@@ -1,9 +1,10 @@
-//! The project's own commands: `cargo xtask test` is what a developer runs before a commit and what CI runs.
+//! The project's own commands: `cargo xtask test` is what a developer runs before a commit, `cargo xtask test --all` what CI runs.
 
 mod args;
 mod bench;
 mod budget;
 mod capi;
+mod changed;
 mod debian;
 mod doctor;
 mod firmware;
@@ -18,6 +19,7 @@ mod outcome;
 mod package;
 mod process;
 mod python;
+mod quick;
 mod steps;
 mod target;
 mod toolchain;

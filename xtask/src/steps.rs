@@ -1,4 +1,4 @@
-//! The steps of `cargo xtask test` and how they are run: all of them, even after a failure, then a summary.
+//! The steps of `cargo xtask test --all`, and how steps are run: all of them, even after a failure, then a summary.
 
 use std::time::{Duration, Instant};
 
@@ -25,7 +25,7 @@ pub struct Step {
     pub name: &'static str,
     /// What it checks, for the headline and the help.
     pub what: &'static str,
-    run: fn(&Options) -> Outcome,
+    pub run: fn(&Options) -> Outcome,
 }
 
 /// Cheapest first, so that the common slips show early.
@@ -167,7 +167,7 @@ fn verdict(name: &str, outcome: &Outcome, elapsed: Duration) -> String {
 }
 
 fn line(word: &str, name: &str, elapsed: Duration, note: &str) -> String {
-    let line = format!("{word:<8}{name:<9}{:>7.1} s  {note}", elapsed.as_secs_f64());
+    let line = format!("{word:<8}{name:<10}{:>7.1} s  {note}", elapsed.as_secs_f64());
     line.trim_end().to_owned()
 }
 
@@ -219,6 +219,7 @@ fn digest() -> Outcome {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::quick;
 
     const FAILS: Step = Step { name: "fails", what: "", run: |_| Outcome::Failed("on purpose".into()) };
     const SKIPS: Step = Step { name: "skips", what: "", run: |_| Outcome::Skipped("on purpose".into()) };
@@ -255,9 +256,9 @@ mod tests {
 
     #[test]
     fn names_are_unique() {
-        let mut names: Vec<&str> = STEPS.iter().map(|step| step.name).collect();
+        let mut names: Vec<&str> = STEPS.iter().chain(OTHERS).chain(quick::STEPS).map(|step| step.name).collect();
         names.sort_unstable();
         names.dedup();
-        assert_eq!(names.len(), STEPS.len());
+        assert_eq!(names.len(), STEPS.len() + OTHERS.len() + quick::STEPS.len());
     }
 }

@@ -18,26 +18,67 @@ pub fn step() -> Outcome {
     test().into()
 }
 
-fn test() -> Result<Outcome, Stop> {
+/// The targets of the quick run: what a library tests of itself, filter and reference in lockstep, and the digests.
+pub const QUICK: [&str; 7] = ["--lib", "--test", "lockstep", "--test", "lockstep_joint", "--test", "digest"];
+
+/// What the quick run leaves to the whole one: studies on a GPU, and measurements.
+const LEFT_OUT: [&str; 10] = [
+    "--exclude",
+    "scphd-gpu",
+    "--exclude",
+    "scphd-gpu-kernels",
+    "--exclude",
+    "scphd-ptx",
+    "--exclude",
+    "scphd-benches",
+    "--exclude",
+    "scphd-shared-data",
+];
+
+/// The tests of the libraries.
+pub fn quick() -> Result<Outcome, Stop> {
+    counted(|list| {
+        let mut cargo = process::cargo();
+        cargo.args(["test", "--no-fail-fast"]).args(PACKAGES).args(LEFT_OUT).args(QUICK);
+        process::run(cargo.env(scphd_shared_data::SKIPPED, list))
+    })
+}
+
+/// The examples of the library and of the guide.
+pub fn examples() -> Result<Outcome, Stop> {
+    let mut cargo = process::cargo();
+    cargo.args(["test", "--doc", "--package", "scphd", "--package", "scphd-tests", "--features", "scphd/embedded-hal"]);
+    process::run(&mut cargo)?;
+    Ok(Outcome::Passed(String::new()))
+}
+
+/// Does the tests, and counts those that had nothing to test with.
+fn counted(tests: impl FnOnce(&Path) -> Result<(), String>) -> Result<Outcome, Stop> {
     let list = process::own_target_dir("skipped-tests.txt");
     fresh(&list).map_err(|error| format!("{}: {error}", list.display()))?;
-    let mut cargo = process::cargo();
-    // Not with defmt: a test program has no logger to link with.
-    cargo.args(["test", "--no-fail-fast"]).args(PACKAGES);
-    process::run(cargo.env(scphd_shared_data::SKIPPED, &list))?;
-    let mut own = process::cargo();
-    own.args(["test", "--package", "xtask", "--profile", "dev"]);
-    process::run(own.env(scphd_shared_data::SKIPPED, &list))?;
-    // The other room of the filter on board, which streams fill in other ways.
-    let crowded = ["test", "--package", "scphd-stream", "--features", "few-particles", "--test", "crowded"];
-    process::run(process::cargo().args(crowded))?;
-    process::run(&mut web::test())?;
+    tests(&list)?;
     let text = fs::read_to_string(&list).map_err(|error| format!("{}: {error}", list.display()))?;
     let skipped = tests_in(&text);
     for test in &skipped {
         println!("skipped: {test}");
     }
     Ok(judge(skipped.len()))
+}
+
+fn test() -> Result<Outcome, Stop> {
+    counted(|list| {
+        let mut cargo = process::cargo();
+        // Not with defmt: a test program has no logger to link with.
+        cargo.args(["test", "--no-fail-fast"]).args(PACKAGES);
+        process::run(cargo.env(scphd_shared_data::SKIPPED, list))?;
+        let mut own = process::cargo();
+        own.args(["test", "--package", "xtask", "--profile", "dev"]);
+        process::run(own.env(scphd_shared_data::SKIPPED, list))?;
+        // The other room of the filter on board, which streams fill in other ways.
+        let crowded = ["test", "--package", "scphd-stream", "--features", "few-particles", "--test", "crowded"];
+        process::run(process::cargo().args(crowded))?;
+        process::run(&mut web::test())
+    })
 }
 
 /// An empty file: what an earlier run has left does not count.

@@ -1,6 +1,6 @@
 //! The step `firmware`: after every scan the boards are in the same state as the host, bit for bit.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use super::board::EMULATED;
 use super::emulator;
@@ -78,7 +78,10 @@ fn compare() -> Result<Outcome, Stop> {
             Ok(one(failed.map(|reason| format!("bits that flip: {reason}"))))
         }),
         Box::new(|| driven_by_a_timer(qemu, toolchain).map(one)),
-        Box::new(|| several_sensors(qemu, toolchain).map(one)),
+        Box::new(|| {
+            let stream = streams::make(SURVEY, Precision::F32)?;
+            several_sensors(qemu, toolchain, &stream).map(one)
+        }),
     ]);
     // Most of them keep one core busy for most of their time.
     for found in process::side_by_side(&checks, |check| check())? {
@@ -141,16 +144,26 @@ fn logs() -> (Vec<String>, Vec<String>) {
     (names(here), names(missing))
 }
 
+/// The example of a robot on one board, beside the host. `stream` is loaded into its memory, and not read.
+pub fn robot(stream: &Path) -> Result<Outcome, Stop> {
+    let qemu = emulator::prepare()?;
+    let toolchain = toolchain::find()?;
+    match several_sensors(&qemu, &toolchain, stream)? {
+        Some(difference) => Err(difference.into()),
+        None => Ok(Outcome::Passed(EMULATED[0].name.into())),
+    }
+}
+
 /// The example of a robot with two detectors and fixes ends in the same states, of the mixture and of the joint map, on a board as on the
 /// host.
-fn several_sensors(qemu: &Tool, toolchain: &Toolchain) -> Result<Option<String>, String> {
+fn several_sensors(qemu: &Tool, toolchain: &Toolchain, stream: &Path) -> Result<Option<String>, String> {
     let [board, ..] = &EMULATED;
     let mut example = process::cargo();
     let host =
         process::read(example.args(["run", "--quiet", "--release", "--package", "scphd", "--example", "robot"]))?;
     let image = image::build(toolchain, board, "robot", &Extra::default())?;
     // It has its inputs in itself, and takes no notice of the stream.
-    let lines = emulator::run(qemu, board, &image, &streams::make(SURVEY, Precision::F32)?)?;
+    let lines = emulator::run(qemu, board, &image, stream)?;
     let end = lines.last().map_or("", String::as_str);
     // The first of them, of the mixture, and what follows it, of the joint map.
     let digests = |text: &str| {

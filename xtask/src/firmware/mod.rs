@@ -19,7 +19,7 @@ pub mod streams;
 mod thumb;
 mod workbench;
 
-pub use digests::step as digests;
+pub use digests::{robot, step as digests};
 pub use hil::step as hil;
 pub use proof::{PROOF, step as proof};
 pub use rtos::step as rtos;

@@ -1,0 +1,180 @@
+//! `cargo xtask test --changed`: the tests that what was changed since the last commit can have touched.
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+use serde::Deserialize;
+
+use crate::lint;
+use crate::outcome::{Outcome, Stop};
+use crate::process;
+use crate::quick;
+use crate::steps::Step;
+use crate::unit;
+
+/// Formatting, and the tests of packages that were changed or depend on these.
+const STEPS: [Step; 2] = [
+    Step { name: "fmt", what: "formatting of every package", run: |_| lint::fmt() },
+    Step {
+        name: "packages",
+        what: "all tests of changed packages, the quick ones of packages that depend on these",
+        run: |_| test().into(),
+    },
+];
+
+/// A package of the workspace.
+#[derive(Debug, Deserialize)]
+struct Package {
+    name: String,
+    manifest_path: PathBuf,
+    dependencies: Vec<Dependency>,
+}
+
+#[derive(Debug, Deserialize)]
+struct Dependency {
+    path: Option<PathBuf>,
+}
+
+#[derive(Debug, Deserialize)]
+struct Metadata {
+    packages: Vec<Package>,
+}
+
+impl Package {
+    fn folder(&self) -> &Path {
+        self.manifest_path.parent().unwrap_or(Path::new(""))
+    }
+}
+
+/// What was changed.
+struct Change {
+    /// Packages with a changed file.
+    own: BTreeSet<String>,
+    /// Those and all that depend on them.
+    all: BTreeSet<String>,
+    /// Folders at the top with a changed file.
+    tops: BTreeSet<String>,
+}
+
+impl Change {
+    fn read() -> Result<Self, String> {
+        let git = |words: &[&str]| process::read(process::command("git").args(words));
+        let changed =
+            git(&["diff", "--name-only", "HEAD"])? + "\n" + &git(&["ls-files", "--others", "--exclude-standard"])?;
+        let metadata = process::read(process::cargo().args(["metadata", "--no-deps", "--format-version", "1"]))?;
+        let Metadata { packages } =
+            serde_json::from_str(&metadata).map_err(|error| format!("cargo metadata: {error}"))?;
+        let files: Vec<&str> = changed.lines().filter(|line| !line.is_empty()).collect();
+        Ok(Self::of(&files, &packages, process::root()))
+    }
+
+    fn of(files: &[&str], packages: &[Package], root: &Path) -> Self {
+        let mut own = BTreeSet::new();
+        for file in files {
+            let path = root.join(file);
+            let owner = packages
+                .iter()
+                .filter(|package| path.starts_with(package.folder()))
+                .max_by_key(|package| package.folder().as_os_str().len());
+            match owner {
+                Some(package) => drop(own.insert(package.name.clone())),
+                // The manifest of the workspace concerns all of them, a page those that compile or compare what it says.
+                None if file.starts_with("Cargo.") || file.starts_with(".cargo/") => {
+                    own.extend(packages.iter().map(|package| package.name.clone()));
+                }
+                None if file.ends_with(".md") => {
+                    own.extend(["scphd", "scphd-sim", "scphd-tests"].map(str::to_owned));
+                }
+                None => {}
+            }
+        }
+        let mut all = own.clone();
+        while let Some(package) = packages.iter().find(|package| {
+            let depends = |dependency: &Dependency| {
+                let path = dependency.path.as_deref();
+                packages.iter().any(|other| Some(other.folder()) == path && all.contains(&other.name))
+            };
+            !all.contains(&package.name) && package.dependencies.iter().any(depends)
+        }) {
+            all.insert(package.name.clone());
+        }
+        let tops = files.iter().filter_map(|file| file.split_once('/')).map(|(top, _)| top.to_owned()).collect();
+        Self { own, all, tops }
+    }
+
+    /// Whether a step of the quick run can have been touched.
+    fn touches(&self, step: &str) -> bool {
+        let of_core = self.all.contains("scphd");
+        let folder = match step {
+            "c" => "capi",
+            "wheel" => "python",
+            "board" => "firmware",
+            "examples" => "docs",
+            _ => return false,
+        };
+        of_core || self.tops.contains(folder)
+    }
+}
+
+/// The steps that the change since the last commit can have touched.
+pub fn steps() -> Result<Vec<&'static Step>, String> {
+    let change = Change::read()?;
+    Ok(STEPS.iter().chain(quick::STEPS.iter().filter(|step| change.touches(step.name))).collect())
+}
+
+fn test() -> Result<Outcome, Stop> {
+    let Change { own, all, .. } = Change::read()?;
+    let rest: BTreeSet<String> = all.difference(&own).cloned().collect();
+    for (packages, targets) in [(&own, &[][..]), (&rest, &unit::QUICK[..])] {
+        if !packages.is_empty() {
+            let mut cargo = process::cargo();
+            cargo.args(["test", "--no-fail-fast"]).args(packages.iter().flat_map(|name| ["--package", name]));
+            process::run(cargo.args(targets))?;
+        }
+    }
+    let names = |packages: BTreeSet<String>| packages.into_iter().collect::<Vec<_>>().join(", ");
+    Ok(Outcome::Passed(if own.is_empty() { "no package was changed".into() } else { names(own) }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn package(name: &str, folder: &str, needs: &[&str]) -> Package {
+        let dependencies = needs.iter().map(|path| Dependency { path: Some(format!("/top/{path}").into()) }).collect();
+        Package { name: name.into(), manifest_path: format!("/top/{folder}/Cargo.toml").into(), dependencies }
+    }
+
+    fn of(files: &[&str]) -> (Vec<String>, Vec<String>, Change) {
+        let packages = [
+            package("scphd", "core", &[]),
+            package("scphd-stream", "stream", &["core"]),
+            package("scphd-sim", "host-sim", &["core", "stream"]),
+            package("scphd-tests", "tests", &["host-sim"]),
+            package("scphd-digest", "tests/digest", &["host-sim"]),
+            package("scphd-ros", "ros", &[]),
+        ];
+        let change = Change::of(files, &packages, Path::new("/top"));
+        (change.own.iter().cloned().collect(), change.all.iter().cloned().collect(), change)
+    }
+
+    #[test]
+    fn what_depends_on_a_changed_package_is_touched() {
+        let (own, all, change) = of(&["stream/src/lib.rs"]);
+        assert_eq!(own, ["scphd-stream"]);
+        assert_eq!(all, ["scphd-digest", "scphd-sim", "scphd-stream", "scphd-tests"]);
+        assert!(!change.touches("c") && !change.touches("wheel"));
+        let (own, all, change) = of(&["core/src/lib.rs"]);
+        assert_eq!((own.len(), all.len()), (1, 5));
+        assert!(["c", "wheel", "board", "examples"].iter().all(|step| change.touches(step)));
+    }
+
+    #[test]
+    fn the_innermost_package_owns_a_file_and_pages_belong_to_what_reads_them() {
+        assert_eq!(of(&["tests/digest/digest.rs"]).0, ["scphd-digest"]);
+        assert_eq!(of(&["README.md"]).0, ["scphd", "scphd-sim", "scphd-tests"]);
+        assert_eq!(of(&["Cargo.lock"]).0.len(), 6);
+        assert!(of(&["capi/src/lib.rs"]).2.touches("c") && of(&["capi/src/lib.rs"]).0.is_empty());
+        assert!(of(&[]).1.is_empty());
+    }
+}
