@@ -42,13 +42,12 @@
 //! | `fixes/` | whether fixes that are refused are wrong, or the filter |
 //! | `locate/` | where the vehicle is in a map of an earlier drive |
 //!
-//! `filter/step.rs` is one scan from top to bottom: propose poses, weigh, select, learn, update, reduce. `joint/` is the filter with a
+//! `filter/step.rs` is one scan from top to bottom: propose poses, weigh, select, update, reduce. `joint/` is the filter with a
 //! joint map, `navigation/` what an underwater vehicle knows of its velocity. The recursion with all its choices is written out in
 //! `docs/recursion.md`.
 //!
 //! # Features
 //!
-//! * `adaptive`: p_D and clutter learnt while running ([`Detector::learning`]). Without it that is refused, and takes no flash.
 //! * `defmt`: `Format` for configuration, reports, health and errors.
 //! * `embedded-hal`: `StagePins`, a probe of the stages over output pins.
 //! * `flips`: [`ScPhd`] and [`JointSlam`] flip a bit of their own state (`flip_bit`), for tests of failing memory on a board.
@@ -87,7 +86,6 @@ mod snapshot;
 #[cfg(test)]
 mod tests;
 
-pub use detection::online::Online;
 pub use filter::detector::{Births, Detector, DetectorMemory, ScanRoom};
 pub use filter::draft::{Capacities, Draft, UpdateMemory};
 pub use filter::executor::{Executor, Serial};

@@ -263,7 +263,7 @@ fn an_exported_scenario_replays_as_it_runs() {
     let place = Workplace::new();
     // A scenario runs the recursion of the thesis by default, a log what goes beyond it too.
     let few = "[filter]\nparticles = 2\nproposal = \"informed\"\nunconfirmed_weight = 0.5\nextraction = \"peaks\"\n\
-        detection_memory = 100\n[sensor]\nclutter_per_scan = 25\n";
+        [sensor]\nclutter_per_scan = 25\n";
     fs::write(place.path("few.toml"), few).unwrap();
     let tuned = ["--settings", "few.toml", "--seed", "5", "--json", "run.json"];
     let summary = || -> Value { serde_json::from_slice(&fs::read(place.path("run.json")).unwrap()).unwrap() };

@@ -6,7 +6,7 @@ use crate::mounting::Mounting;
 use nalgebra::{Vector1, Vector2};
 use pyo3::prelude::*;
 use scphd::{
-    Births, ConfigError, Detector, DetectorMemory, MeasurementModel, ModelError, Online, PlanarPose, PolarBirths,
+    Births, Detector, DetectorMemory, MeasurementModel, ModelError, PlanarPose, PolarBirths,
     PolarGrid, RangeBearingLimits, RangeBearingWindow, ScanRoom, Sensing, UniformClutter, Vector,
 };
 use std::f32::consts::{PI, TAU};
@@ -24,7 +24,6 @@ pub struct Parts<X, Z: Vector> {
     sensing: X,
     births: Births<f32>,
     mounting: Option<scphd::Mounting<f32>>,
-    online: Online<f32>,
     room: Box<DetectorMemory<Z, MEASUREMENTS>>,
 }
 
@@ -33,11 +32,9 @@ where
     X: MeasurementModel<Pose = PlanarPose<f32>, Measurement = Z> + Copy,
     Z: Vector<Scalar = f32>,
 {
-    fn new(sensing: X, births: Births<f32>, mounting: Option<&Mounting>, learning: [f32; 2]) -> PyResult<Self> {
+    fn new(sensing: X, births: Births<f32>, mounting: Option<&Mounting>) -> PyResult<Self> {
         let mounting = mounting.and_then(Mounting::seat);
-        let [detection_memory, clutter_memory] = learning;
-        let online = Online { detection_memory, clutter_memory };
-        let mut parts = Self { sensing, births, mounting, online, room: Box::new(DetectorMemory::new()) };
+        let mut parts = Self { sensing, births, mounting, room: Box::new(DetectorMemory::new()) };
         parts.over()?;
         Ok(parts)
     }
@@ -54,11 +51,7 @@ where
 
     /// The detector over its memory, for a mixture.
     pub fn over(&mut self) -> PyResult<Detector<X, ScanRoom<'_, Z>>> {
-        let names =
-            [("online.detection_memory", "detection_memory_scans"), ("online.clutter_memory", "clutter_memory_scans")];
-        let detector = self.detector()?.learning(self.online);
-        let detector = detector.map_err(|ConfigError { field, range, .. }| renamed(field, range, &names))?;
-        detector.over(&mut self.room).map_err(Refusal::raised)
+        self.detector()?.over(&mut self.room).map_err(Refusal::raised)
     }
 }
 
@@ -96,8 +89,6 @@ pub fn blind() -> Result<Detector<Polar>, ModelError> {
 ///     scans of a full circle, none that moves.
 /// mounting : Mounting, optional
 ///     Where it sits; left out: where the pose is.
-/// detection_memory_scans, clutter_memory_scans : float
-///     In a `Filter`, the probability of detection and the clutter are learnt while running, over about so many scans; 0: they are not.
 #[pyclass(module = "scphd")]
 pub struct RangeBearing(pub Parts<Polar, Vector2<f32>>);
 
@@ -106,8 +97,7 @@ impl RangeBearing {
     #[new]
     #[pyo3(signature = (*, range_sigma_m, bearing_sigma_rad, range_max_m, range_min_m=0.0, range_edge_m=0.0,
                         bearing_center_rad=0.0, bearing_half_width_rad=PI, bearing_edge_rad=0.0, probability=0.9,
-                        probability_far=None, clutter_per_scan=1.0, births_still=None, births_moving=0.0, mounting=None,
-                        detection_memory_scans=0.0, clutter_memory_scans=0.0))]
+                        probability_far=None, clutter_per_scan=1.0, births_still=None, births_moving=0.0, mounting=None))]
     #[expect(clippy::too_many_arguments, reason = "keywords of Python")]
     fn new(
         range_sigma_m: f32,
@@ -124,10 +114,7 @@ impl RangeBearing {
         births_still: Option<f32>,
         births_moving: f32,
         mounting: Option<&Bound<'_, Mounting>>,
-        detection_memory_scans: f32,
-        clutter_memory_scans: f32,
     ) -> PyResult<Self> {
-        let learning = [detection_memory_scans, clutter_memory_scans];
         let limits = RangeBearingLimits {
             range_min_m,
             range_max_m,
@@ -145,12 +132,7 @@ impl RangeBearing {
         };
         let sensing = sensing().map_err(|error| of_model(error, &[("probability_near", "probability")]))?;
         let births = Births { of_static: births_still.unwrap_or(0.1 / (range_max_m * TAU)), of_moving: births_moving };
-        Parts::new(sensing, births, mounting.map(Bound::get), learning).map(Self)
-    }
-
-    /// A hash of what was learnt, which goes on with the digest of the filter; that itself where nothing is learnt.
-    fn digest(&mut self, of_filter: u64) -> PyResult<u64> {
-        Ok(self.0.over()?.digest(of_filter))
+        Parts::new(sensing, births, mounting.map(Bound::get)).map(Self)
     }
 }
 
@@ -163,7 +145,7 @@ impl RangeBearing {
 /// bearing_sigma_rad : float
 ///     Standard deviation of the noise, rad.
 /// range_max_m, range_min_m, range_edge_m, bearing_center_rad, bearing_half_width_rad, bearing_edge_rad, probability, \
-/// probability_far, clutter_per_scan, mounting, detection_memory_scans, clutter_memory_scans
+/// probability_far, clutter_per_scan, mounting
 ///     As of a `RangeBearing`.
 /// births_nearest_m, births_farthest_m : float, optional
 ///     First and last ring of the grid, m; left out: a tenth of the greatest range, and all of it.
@@ -180,8 +162,7 @@ impl BearingOnly {
     #[pyo3(signature = (*, bearing_sigma_rad, range_max_m, range_min_m=0.0, range_edge_m=0.0, bearing_center_rad=0.0,
                         bearing_half_width_rad=PI, bearing_edge_rad=0.0, probability=0.9, probability_far=None,
                         clutter_per_scan=1.0, births_nearest_m=None, births_farthest_m=None, births_rings=4,
-                        births_sectors=24, births_weight=0.001, mounting=None,
-                        detection_memory_scans=0.0, clutter_memory_scans=0.0))]
+                        births_sectors=24, births_weight=0.001, mounting=None))]
     #[expect(clippy::too_many_arguments, reason = "keywords of Python")]
     fn new(
         bearing_sigma_rad: f32,
@@ -200,10 +181,7 @@ impl BearingOnly {
         births_sectors: u16,
         births_weight: f32,
         mounting: Option<&Bound<'_, Mounting>>,
-        detection_memory_scans: f32,
-        clutter_memory_scans: f32,
     ) -> PyResult<Self> {
-        let learning = [detection_memory_scans, clutter_memory_scans];
         let limits = RangeBearingLimits {
             range_min_m,
             range_max_m,
@@ -237,12 +215,7 @@ impl BearingOnly {
             ("weight", "births_weight"),
         ];
         let sensing = sensing().map_err(|error| of_model(error, &names))?;
-        Parts::new(sensing, Births::NONE, mounting.map(Bound::get), learning).map(Self)
-    }
-
-    /// As of a `RangeBearing`.
-    fn digest(&mut self, of_filter: u64) -> PyResult<u64> {
-        Ok(self.0.over()?.digest(of_filter))
+        Parts::new(sensing, Births::NONE, mounting.map(Bound::get)).map(Self)
     }
 }
 

@@ -29,8 +29,8 @@ FILES = {
 }
 SETTINGS = {
     "filter": {
-        "particles": 4, "samples": 1, "birth_intensity": 0.002, "resample_threshold": 0.5, "detection_memory": 50.0,
-        "clutter_memory": 0.0, "prune_weight": 1e-3, "confirming_detections": 1.0, "unconfirmed_weight": 0.5,
+        "particles": 4, "samples": 1, "birth_intensity": 0.002, "resample_threshold": 0.5,
+        "prune_weight": 1e-3, "confirming_detections": 1.0, "unconfirmed_weight": 0.5,
         "confirmed_weight": 0.0, "merge_distance": 4.0, "max_components": 1000, "extraction": "peaks",
         "extraction_weight": 0.0, "proposal": "informed", "proposal_rounds": 3, "proposal_sampled_fraction": 0.2,
         "proposal_min_responsibility": 0.02, "interval_margin": 2.0, "births_wait": False, "likelihood": "single-cluster",

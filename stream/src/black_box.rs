@@ -118,9 +118,7 @@ impl<'m, T: Real, X: MeasurementModel<Pose: Pose<Scalar = T>>, const MEASUREMENT
         if let Some(known) = &mut self.detector {
             known.adopt(detector);
         } else if let Some(room) = self.room.take() {
-            let mut detector = detector.over(room)?;
-            detector.forget();
-            self.detector = Some(detector);
+            self.detector = Some(detector.over(room)?);
         }
         Ok(())
     }
@@ -140,13 +138,6 @@ type Seated<'m, X> = Detector<X, ScanRoom<'m, <X as MeasurementModel>::Measureme
 impl<'m, G: Modelled<T>, T: Real, const MEASUREMENTS: usize, const OTHERS: usize>
     BlackBoxFilter<'m, G, T, MEASUREMENTS, OTHERS>
 {
-    fn detector(&mut self, which: Which<G>) -> Option<&mut Seated<'m, G::Sensing>> {
-        match which.beyond_first() {
-            None => Some(&mut self.first.detector),
-            Some(place) => self.others.get_mut(place)?.detector.as_mut(),
-        }
-    }
-
     fn set(&mut self, which: Which<G>, models: &G::Sensor) -> Result<(), Refusal> {
         let slot = which.beyond_first().and_then(|place| self.others.get_mut(place)).ok_or(Refusal::NotAboard)?;
         let detector = G::other(models)?;
@@ -175,13 +166,6 @@ impl<'m, G: Modelled<T>, T: Real, const MEASUREMENTS: usize, const OTHERS: usize
         G::steer(&mut self.first.helm, header)?;
         self.first.detector.adopt(detector);
         Ok(())
-    }
-
-    /// The detectors there are.
-    fn known(&self) -> impl Iterator<Item = Which<G>> + use<'_, 'm, G, T, MEASUREMENTS, OTHERS> {
-        let others = self.others.iter().map(|other| other.detector.is_some());
-        let known = (0..).zip(core::iter::once(true).chain(others)).filter(|&(_, known)| known);
-        known.filter_map(|(number, _)| Which::number(number))
     }
 }
 
@@ -218,10 +202,6 @@ where
         match record {
             Record::Fix(fix) => G::observe(&mut self.first.filter, &fix.get().ok_or(Refusal::NotAboard)?),
             Record::Detector(which, models) => self.set(*which, &models.get()),
-            Record::Forget(which) => {
-                self.detector(*which).ok_or(Refusal::NotAboard)?.forget();
-                Ok(())
-            }
             Record::Place(place) => self.place(place),
             Record::Map(features) => {
                 let count = loaded(features.clone(), self.first.features)?;
@@ -237,14 +217,6 @@ where
     fn restore(&mut self, snapshot: &Snapshot<'_, G>) -> Result<(), Refusal> {
         for (which, models) in snapshot.detectors() {
             self.set(which, &models.get())?;
-        }
-        for which in (0..G::DETECTORS).filter_map(Which::number) {
-            let Some(detector) = self.detector(which) else { continue };
-            detector.forget();
-            let part = Part::Detector(which);
-            if let Some(source) = snapshot.part(part) {
-                detector.restore(snapshot.user_kind(part), source).map_err(unrestored)?;
-            }
         }
         if let Some(source) = snapshot.part(Part::Navigator) {
             self.first.helm.restore(snapshot.user_kind(Part::Navigator), source).map_err(unrestored)?;
@@ -262,8 +234,7 @@ where
     }
 
     fn digest(&self) -> u64 {
-        let others = self.others.iter().filter_map(|other| other.detector.as_ref());
-        others.fold(self.first.digest(), |digest, detector| detector.digest(digest))
+        self.first.digest()
     }
 }
 
@@ -274,20 +245,11 @@ where
     Self: Filter<G>,
 {
     fn save<E, F: FnMut(&[u8]) -> Result<(), E>>(&mut self, log: &mut Writer<G, F>) -> Result<(), SaveError<E>> {
-        let mut parts = [Part::Filter; 6];
-        let of_helm = G::Helm::HAS_STATE.then_some(Part::Navigator);
-        let all = core::iter::once(Part::Filter).chain(self.known().map(Part::Detector)).chain(of_helm);
-        let mut len = 0;
-        for (slot, part) in parts.iter_mut().zip(all) {
-            *slot = part;
-            len += 1;
-        }
-        let parts = parts.get(..len).unwrap_or(&[]);
+        let parts = if G::Helm::HAS_STATE { &[Part::Filter, Part::Navigator][..] } else { &[Part::Filter] };
         log.snapshot(parts, self.digest()).map_err(SaveError::Sink)?;
         for &part in parts {
             log.save(part, |sink| match part {
                 Part::Filter => self.first.filter.save(KIND, sink),
-                Part::Detector(which) => self.detector(which).map_or(Ok(0), |detector| detector.save(KIND, sink)),
                 Part::Navigator => self.first.helm.save(KIND, sink),
             })?;
         }

@@ -3,7 +3,7 @@
 /// The first bytes of every stream.
 pub(crate) const MAGIC: [u8; 8] = *b"SCPHDLOG";
 /// The version this code reads and writes.
-pub(crate) const VERSION: u16 = 5;
+pub(crate) const VERSION: u16 = 6;
 /// Bytes before the numbers: magic, version, length, choices, counts, seed, what the stream goes on from.
 pub(crate) const FRONT: usize = 72;
 

@@ -69,10 +69,6 @@ numbers! {
         proposal_sampled_fraction: f64,
         /// Least share of a measurement with which a component steers the informed proposal.
         proposal_min_responsibility: f64,
-        /// Scans that what is learnt of p_D while running lasts for; 0: nothing is.
-        detection_memory: f64,
-        /// Scans that what is learnt of clutter while running lasts for; 0: nothing is.
-        clutter_memory: f64,
         /// By how much longer than the vehicle's own odometry errors those of a mixture are taken to last; 0 counts as 1.
         interval_margin: f64,
     }
@@ -398,31 +394,31 @@ mod tests {
     fn what_is_written_is_read() {
         comes_back(planar());
         comes_back(numbered::<Underwater>(Auv));
-        assert_eq!((planar().models.start_x_m, planar().scan_interval_s), (100.5, 151.5));
+        assert_eq!((planar().models.start_x_m, planar().scan_interval_s), (100.5, 149.5));
         let underwater = numbered::<Underwater>(Auv);
-        assert_eq!((underwater.models.start_m[0], underwater.scan_interval_s), (100.5, 180.5));
+        assert_eq!((underwater.models.start_m[0], underwater.scan_interval_s), (100.5, 178.5));
     }
 
     /// The places of the documented layout, by hand.
     #[test]
     fn the_layout_is_the_documented_one() {
         let bytes = encoded(&planar());
-        assert_eq!(bytes.len(), 492);
-        assert_eq!(&bytes[..12], b"SCPHDLOG\x05\x00\xec\x01");
+        assert_eq!(bytes.len(), 476);
+        assert_eq!(&bytes[..12], b"SCPHDLOG\x06\x00\xdc\x01");
         assert_eq!(bytes[12..20], [4, 2, 2, 0, 1, 1, 1, 1]);
         assert_eq!(bytes[20..24], [1, 0, 0, 0]);
         assert_eq!(bytes[40..44], [6, 0, 0, 0]);
         assert_eq!(bytes[44..52], [8, 7, 6, 5, 4, 3, 2, 1]);
         assert_eq!(bytes[52..72], [7, 0, 0, 0, 8, 0, 0, 0, 9, 0, 0, 0, 0, 0, 0, 0, 10, 0, 0, 0]);
         assert_eq!(bytes[72..80], 100.5_f64.to_le_bytes());
-        assert_eq!(bytes[480..488], 151.5_f64.to_le_bytes());
+        assert_eq!(bytes[464..472], 149.5_f64.to_le_bytes());
         let head = Head::take::<Planar>(&mut Bytes(&bytes)).unwrap();
         assert_eq!((head.before, head.mark()), (10, Some(Mark { scans: 7, parts: 8, digest: 9 })));
         let bytes = encoded(&numbered::<Underwater>(Auv));
-        assert_eq!(bytes.len(), 724);
-        assert_eq!(bytes[10..14], [0xd4, 0x02, 4, 3]);
+        assert_eq!(bytes.len(), 708);
+        assert_eq!(bytes[10..14], [0xc4, 0x02, 4, 3]);
         assert_eq!(bytes[72..80], 100.5_f64.to_le_bytes());
-        assert_eq!(bytes[712..720], 180.5_f64.to_le_bytes());
+        assert_eq!(bytes[696..704], 178.5_f64.to_le_bytes());
     }
 
     #[test]

@@ -9,9 +9,9 @@ use core::fmt;
 use core::marker::PhantomData;
 use scphd::{
     Births, Component, Config, ConfigError, ConstantVelocity, Detector, DetectorMemory, Extraction, Informed,
-    Likelihood, LoadMapError, MeasurementModel, ModelError, Motion, MovingConfig, ObserveError, Online, Pose,
-    PositionOf, PredictError, PredictReport, Probe, Proposal, Real, ResetError, RestoreError, SaveError, ScPhd,
-    ScanError, ScanReport, ScanRoom, SetupError, Vector,
+    Likelihood, LoadMapError, MeasurementModel, ModelError, Motion, MovingConfig, ObserveError, Pose, PositionOf,
+    PredictError, PredictReport, Probe, Proposal, Real, ResetError, RestoreError, SaveError, ScPhd, ScanError,
+    ScanReport, ScanRoom, SetupError, Vector,
 };
 
 /// A filter on board that streams of a kind can be fed to, with numbers of this type.
@@ -204,7 +204,7 @@ where
     }
 
     fn digest(&self) -> u64 {
-        self.detector.digest(self.filter.digest())
+        self.filter.digest()
     }
 }
 
@@ -468,14 +468,6 @@ pub(crate) fn births<K: Kind, T: Real>(header: &Header<K>) -> Births<T> {
     Births {
         of_static: T::from_f64(header.recursion.birth_intensity),
         of_moving: T::from_f64(header.moving.birth_intensity),
-    }
-}
-
-/// What a head says is learnt.
-pub(crate) fn online<K: Kind, T: Real>(header: &Header<K>) -> Online<T> {
-    Online {
-        detection_memory: T::from_f64(header.recursion.detection_memory),
-        clutter_memory: T::from_f64(header.recursion.clutter_memory),
     }
 }
 

@@ -16,7 +16,6 @@ pub(crate) const SCAN: u8 = 2;
 pub(crate) const END: u8 = 3;
 pub(crate) const FIX: u8 = 4;
 pub(crate) const DETECTOR: u8 = 5;
-pub(crate) const FORGET: u8 = 6;
 pub(crate) const PLACE: u8 = 7;
 pub(crate) const MAP: u8 = 8;
 pub(crate) const SLICE: u8 = 9;
@@ -35,8 +34,6 @@ pub enum Record<'a, K: Kind> {
     Fix(Shown<'a, K>),
     /// A detector beyond the first is there, or goes on with these models.
     Detector(Which<K>, Later<'a, K::Sensor>),
-    /// What a detector has learnt is forgotten.
-    Forget(Which<K>),
     /// The pose was set from outside.
     Place(Place<'a, K>),
     /// A map was loaded.
@@ -76,21 +73,18 @@ impl<K: Kind> Which<K> {
 
 /// A part of a snapshot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Part<K> {
+pub enum Part {
     /// The filter.
     Filter,
-    /// What is learnt of a detector.
-    Detector(Which<K>),
     /// The small filter of the velocity, of a vehicle under water.
     Navigator,
 }
 
-impl<K: Kind> Part<K> {
+impl Part {
     /// The byte that stands for it, which is also its bit among the parts of a snapshot.
     pub(crate) fn code(self) -> u8 {
         match self {
             Self::Filter => 0,
-            Self::Detector(which) => 1 + which.number,
             Self::Navigator => 16,
         }
     }
@@ -347,7 +341,6 @@ impl<'a> Records<'a> {
             }
             FIX => Record::Fix(Shown { parts, bytes, kind: PhantomData }),
             DETECTOR => Record::Detector(which?, Later { bytes, numbers: PhantomData }),
-            FORGET => Record::Forget(which?),
             PLACE => {
                 let how = *How::ALL.get(usize::from(parts)).ok_or(unknown)?;
                 Record::Place(Place { how, bytes, kind: PhantomData })
@@ -368,7 +361,6 @@ fn length<K: Kind>(kind: u8, parts: u8, count: u16, scalar: Scalar) -> Option<us
         (END, 0, 0) => Some(0),
         (FIX, parts, 1) => Some(8 * K::Fix::count(parts)?),
         (DETECTOR, 1.., 1) if is_one(parts) => Some(8 * K::Sensor::COUNT),
-        (FORGET, _, 0) if is_one(parts) => Some(0),
         (PLACE, 0..=3, 1) => Some(8 * (K::Full::COUNT + K::Covariance::COUNT) + 8),
         (MAP, 0, _) => Some(8 * K::Feature::COUNT * many),
         (SLICE, 0..=31, _) => Some(many),

@@ -39,7 +39,7 @@ impl<'a, K: Kind> Snapshot<'a, K> {
 
     /// The bytes of a part of it, as [`scphd::ScPhd::restore`] asks for them; `None` where it has no such part.
     #[must_use]
-    pub fn part(&self, part: Part<K>) -> Option<impl FnMut(usize, &mut [u8]) -> Result<(), StreamError> + use<'a, K>> {
+    pub fn part(&self, part: Part) -> Option<impl FnMut(usize, &mut [u8]) -> Result<(), StreamError> + use<'a, K>> {
         if self.mark.parts & part.bit() == 0 {
             return None;
         }
@@ -49,7 +49,7 @@ impl<'a, K: Kind> Snapshot<'a, K> {
 
     /// The number that the user has given a part, to tell vehicles and tunings apart; 0 where it cannot be read.
     #[must_use]
-    pub fn user_kind(&self, part: Part<K>) -> u32 {
+    pub fn user_kind(&self, part: Part) -> u32 {
         let mut kind = [0; 4];
         let read = self.part(part).map(|mut source| source(8, &mut kind));
         if read == Some(Ok(())) { u32::from_le_bytes(kind) } else { 0 }
@@ -89,7 +89,7 @@ struct Slices<'a> {
 }
 
 impl<'a> Slices<'a> {
-    fn of<K: Kind>(records: Records<'a>, part: Part<K>) -> Self {
+    fn of(records: Records<'a>, part: Part) -> Self {
         Self::new(records, part.code())
     }
 

@@ -4,9 +4,7 @@ use crate::bytes::Checked;
 use crate::front::{Begins, Mark};
 use crate::kind::{Input, Kind};
 use crate::numbers::Numbers;
-use crate::record::{
-    DETECTOR, END, FIX, FORGET, How, LOCALISING, MAP, PLACE, PREDICT, Part, Raw, Record, SCAN, SLICE, Which,
-};
+use crate::record::{DETECTOR, END, FIX, How, LOCALISING, MAP, PLACE, PREDICT, Part, Raw, Record, SCAN, SLICE, Which};
 use crate::{Header, Scalar};
 use scphd::{Component, Pose, Real, SaveError, Symmetric, TangentOf, Vector};
 
@@ -173,14 +171,6 @@ impl<K: Kind, E, F: FnMut(&[u8]) -> Result<(), E>> Writer<K, F> {
         self.head()
     }
 
-    /// Records that what a detector has learnt is forgotten.
-    ///
-    /// # Errors
-    /// Those of the sink.
-    pub fn forget(&mut self, which: Which<K>) -> Result<(), E> {
-        self.numbers([FORGET, which.get()], 0, Scalar::F64, |_| ())
-    }
-
     /// Records that the pose is set from outside. A reset has a seed; nothing but [`How::Scatter`] has a pose, nothing but
     /// [`How::Reset`] a covariance: what is not asked for may be anything.
     ///
@@ -229,7 +219,7 @@ impl<K: Kind, E, F: FnMut(&[u8]) -> Result<(), E>> Writer<K, F> {
     ///
     /// # Errors
     /// Those of the sink.
-    pub fn snapshot(&mut self, parts: &[Part<K>], digest: u64) -> Result<(), E> {
+    pub fn snapshot(&mut self, parts: &[Part], digest: u64) -> Result<(), E> {
         let parts = parts.iter().fold(0, |bits, part| bits | part.bit());
         self.header.begins = Begins::Snapshot(Mark { scans: self.scans, parts, digest });
         self.head()?;
@@ -245,7 +235,7 @@ impl<K: Kind, E, F: FnMut(&[u8]) -> Result<(), E>> Writer<K, F> {
     ///
     /// # Errors
     /// Those of the sink.
-    pub fn slice(&mut self, part: Part<K>, bytes: &[u8]) -> Result<(), E> {
+    pub fn slice(&mut self, part: Part, bytes: &[u8]) -> Result<(), E> {
         let count = u16::try_from(bytes.len()).unwrap_or(u16::MAX);
         self.whole([SLICE, part.code()], count, bytes.get(..usize::from(count)).unwrap_or(bytes))
     }
@@ -268,7 +258,7 @@ impl<K: Kind, E, F: FnMut(&[u8]) -> Result<(), E>> Writer<K, F> {
     /// Those of the sink, and of what saves.
     pub fn save(
         &mut self,
-        part: Part<K>,
+        part: Part,
         save: impl FnOnce(&mut dyn FnMut(&[u8]) -> Result<(), E>) -> Result<usize, SaveError<E>>,
     ) -> Result<usize, SaveError<E>> {
         let (mut buffer, mut len) = ([0; SLICE_BYTES], 0);

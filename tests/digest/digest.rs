@@ -40,8 +40,6 @@ fn cases() -> [Case; 3] {
         extraction: Extraction::Confirmed,
         proposal: Proposal::Informed,
         proposal_sampled_fraction: 0.2,
-        detection_memory: 100.0,
-        clutter_memory: 100.0,
         ..options.filter
     };
     options.moving.birth_intensity = 0.005;
@@ -78,8 +76,6 @@ fn thesis() -> Settings {
             proposal_min_responsibility: 0.01,
             interval_margin: 1.0,
             births_wait: false,
-            detection_memory: 0.0,
-            clutter_memory: 0.0,
             likelihood: Likelihood::SingleCluster,
         },
         vehicle: VehicleSettings {

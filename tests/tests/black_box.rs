@@ -102,7 +102,6 @@ fn with_room(mut log: Log, scans: usize, particles: usize, samples: usize) -> (L
     log.scans.truncate(scans);
     let mut settings = Settings::for_log(&log);
     (settings.filter.particles, settings.filter.samples) = (particles, samples);
-    settings.filter.detection_memory = 0.0;
     (log, settings)
 }
 
@@ -116,8 +115,7 @@ fn cut_at_every_50th_scan_the_mixture_ends_alike() {
         let (log, settings) = with_room(scenario::survey(1), 201, 32, 2);
         let single = plain(&log, &settings, Scalar::F32).with_snapshots(Recorded::Mixture, Scalar::F32, 50).unwrap();
         ends_alike_from_every_snapshot::<BlackBox, f32>(&single.bytes, 50);
-        let (log, mut settings) = with_room(scenario::by_name("thesis-dynamic", 1).unwrap(), 301, 16, 2);
-        settings.filter.detection_memory = 30.0;
+        let (log, settings) = with_room(scenario::by_name("thesis-dynamic", 1).unwrap(), 301, 16, 2);
         let moving = plain(&log, &settings, Scalar::F64).with_snapshots(Recorded::Mixture, Scalar::F64, 50).unwrap();
         ends_alike_from_every_snapshot::<BlackBox, f64>(&moving.bytes, 50);
     });
@@ -298,7 +296,6 @@ fn with_everything(of: &Stream, localising: bool) -> Vec<u8> {
                             log.retune(&retuned)?;
                         }
                         22 => log.place(How::Scatter, &PlanarPose::<f32>::ZERO, &doubt, 0)?,
-                        24 => log.forget(Which::FIRST)?,
                         26 => log.scan(&[[f64::NAN, 0.0]])?,
                         28 if localising => log.localise(second, &measurements)?,
                         30 => log.fix(&planar::Fix::Beacon {
@@ -326,8 +323,7 @@ fn with_everything(of: &Stream, localising: bool) -> Vec<u8> {
 #[test]
 fn every_input_that_changes_the_state_is_replayed() {
     with_roomy_stack(|| {
-        let (log, mut settings) = with_room(scenario::survey(1), 40, 32, 2);
-        settings.filter.detection_memory = 0.0;
+        let (log, settings) = with_room(scenario::survey(1), 40, 32, 2);
         let of = plain(&log, &settings, Scalar::F32);
         let mixture = recorded::<BlackBox, f32>(&with_everything(&of, false), 5);
         let told = ends_alike_from_every_snapshot::<BlackBox, f32>(&mixture, 5);

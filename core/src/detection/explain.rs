@@ -1,9 +1,8 @@
 //! The particle likelihood, the one part in which SC-PHD and RB-PHD SLAM differ (5.3.2).
 
-use crate::detection::online::scaled;
 use crate::detection::scan::Scan;
 use crate::detection::seen::Seen;
-use crate::detection::view::View;
+use crate::detection::view::{View, below_one};
 use crate::numerics::ln_sum::ln_product;
 use crate::{FieldOfView, Likelihood, LnSum, MeasurementModel, Pose, PositionOf, Real, Sensor};
 
@@ -45,7 +44,7 @@ fn single_feature<'e, T: Real, X: MeasurementModel<Pose: Pose<Scalar = T>>>(
     if !(detection > T::ZERO) {
         return None;
     }
-    let detection = scaled(detection, view.detection_scale);
+    let detection = below_one(detection);
     let noise = view.sensor.noise().factor()?;
     let (ln_missed, ln_detected) = ((T::ONE - detection).ln(), detection.ln());
     let (mut for_it, mut made_of_it) = (LnSum::of(ln_missed), LnSum::of(ln_missed));

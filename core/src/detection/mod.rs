@@ -2,12 +2,10 @@
 
 pub(crate) mod confirmed;
 pub(crate) mod explain;
-pub(crate) mod learn;
 pub(crate) mod maps;
 #[cfg(feature = "multi-feature")]
 pub(crate) mod multi_feature;
 pub(crate) mod normalise;
-pub(crate) mod online;
 pub(crate) mod scan;
 pub(crate) mod seen;
 pub(crate) mod view;

@@ -62,11 +62,10 @@ impl<'s, T: Real, Z: Vector<Scalar = T>> Scan<'s, Z> {
         memory: &'s mut [Measurement<Z>],
         measured: &[Z],
         clutter: &impl Clutter<Z>,
-        clutter_scale: T,
         birth_intensity: T,
     ) -> Self {
         let key = |measurement: &Measurement<Z>| measurement.z.at(S::SORTED_BY);
-        let (ln_birth, ln_scale) = (birth_intensity.ln(), clutter_scale.ln());
+        let ln_birth = birth_intensity.ln();
         let mut ln_least_unexplained = T::INFINITY;
         let mut len = 0;
         for &z in measured {
@@ -76,7 +75,7 @@ impl<'s, T: Real, Z: Vector<Scalar = T>> Scan<'s, Z> {
             {
                 *angle = wrap(*angle);
             }
-            let ln_clutter = clutter.ln_intensity(&z) + ln_scale;
+            let ln_clutter = clutter.ln_intensity(&z);
             // An intensity that no clutter has is that of none. Written so that NaN is none too.
             let ln_clutter = if ln_clutter < T::INFINITY { ln_clutter } else { T::NEG_INFINITY };
             let mut unexplained = LnSum::of(ln_clutter);

@@ -1,10 +1,9 @@
 //! The map as one candidate pose sees it: what to expect of every component, and which measurements it meets.
 
-use crate::detection::online::scaled;
 use crate::detection::scan::Scan;
 use crate::numerics::work;
 use crate::{
-    Bounds, Component, Correction, Expected, ExpectedOf, Factor, FieldOfView, Linear, LnSum, MeasurementModel, Pose,
+    Bounds, Component, Correction, Expected, ExpectedOf, Factor, FieldOfView, Linear, MeasurementModel, Pose,
     PositionOf, Real, ScalarOf, Sensor, Symmetric, Vector, Zero,
 };
 use core::cell::Cell;
@@ -15,8 +14,6 @@ pub(crate) struct View<'a, X: MeasurementModel> {
     pub(crate) sensor: &'a X::Sensor,
     pub(crate) field_of_view: &'a X::FieldOfView,
     pub(crate) frame: X::Frame,
-    /// What p_D is multiplied by.
-    pub(crate) detection_scale: ScalarOf<X::Pose>,
     /// ln of [`Config::negligible`](crate::Config::negligible).
     pub(crate) ln_negligible: ScalarOf<X::Pose>,
     /// ln N(0; 0, R), which bounds ln N(ẑ; ẑ, S) from above: S is R and something more.
@@ -33,7 +30,6 @@ pub(crate) struct View<'a, X: MeasurementModel> {
 pub(crate) struct Views<'a, X: MeasurementModel> {
     pub(crate) sensor: &'a X::Sensor,
     pub(crate) field_of_view: &'a X::FieldOfView,
-    pub(crate) detection_scale: ScalarOf<X::Pose>,
     pub(crate) ln_negligible: ScalarOf<X::Pose>,
     pub(crate) ln_sharpest: ScalarOf<X::Pose>,
     pub(crate) most_births: usize,
@@ -43,19 +39,24 @@ impl<'a, X: MeasurementModel> Views<'a, X> {
     /// The view from a pose.
     #[inline]
     pub(crate) fn from(&self, pose: &X::Pose) -> View<'a, X> {
-        let &Self { sensor, field_of_view, detection_scale, ln_negligible, ln_sharpest, most_births } = self;
+        let &Self { sensor, field_of_view, ln_negligible, ln_sharpest, most_births } = self;
         View {
             sensor,
             field_of_view,
             frame: sensor.frame(pose),
-            detection_scale,
             ln_negligible,
             ln_sharpest,
             most_births,
             missed: <ScalarOf<X::Pose> as Zero>::ZERO,
-            last_detection: Cell::new(Detection::of(ScalarOf::<X::Pose>::ONE, detection_scale)),
+            last_detection: Cell::new(Detection::of(ScalarOf::<X::Pose>::ONE)),
         }
     }
+}
+
+/// p_D, but less than 1: at 1 a missed component would weigh nothing, and its logarithm be −∞.
+#[inline]
+pub(crate) fn below_one<T: Real>(detection: T) -> T {
+    detection.at_most(T::ONE - T::EPSILON)
 }
 
 /// A probability of detection and its logarithms.
@@ -72,9 +73,9 @@ pub(crate) struct Detection<T> {
 }
 
 impl<T: Real> Detection<T> {
-    /// The model's probability, times what was learnt, and its logarithms.
-    pub(crate) fn of(modelled: T, scale: T) -> Self {
-        let probability = scaled(modelled, scale);
+    /// The model's probability and its logarithms.
+    pub(crate) fn of(modelled: T) -> Self {
+        let probability = below_one(modelled);
         Self { probability, modelled, ln_detected: probability.ln(), ln_missed: (T::ONE - probability).ln() }
     }
 }
@@ -197,7 +198,7 @@ impl<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>> View<'_, X> {
             return None;
         }
         if self.last_detection.get().modelled != p_d {
-            self.last_detection.set(Detection::of(p_d, self.detection_scale));
+            self.last_detection.set(Detection::of(p_d));
         }
         let detection = self.last_detection.get();
         let position_covariance = component.covariance.leading::<P::Position>();
@@ -224,21 +225,6 @@ impl<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>> View<'_, X> {
             expectation.blur(&self.blur(pose_covariance, &component.position(), &expectation.expected()));
         }
         Some(expectation)
-    }
-
-    /// Adds a component's terms to η_z. Not where every component of every candidate comes by, so that it may be small.
-    #[inline(never)]
-    pub(crate) fn add_terms(
-        &self,
-        expectation: &ExpectationOf<X>,
-        scan: &Scan<'_, X::Measurement>,
-        eta: &mut [LnSum<T>],
-    ) {
-        self.matches(expectation, scan, |found| {
-            if let Some(eta) = eta.get_mut(found.index) {
-                eta.add(found.ln_term);
-            }
-        });
     }
 
     /// Calls `found` for every measurement whose term in η_z is not negligible, in the order of the scan; around a circle, in that

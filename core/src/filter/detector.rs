@@ -1,14 +1,8 @@
 //! A sensor on the vehicle: its models, where it sits, what it gives birth to, and the scratch of its scans.
 
-use crate::detection::online::Learnt;
 use crate::detection::scan::Measurement;
 use crate::models::{OnVehicle, require};
-use crate::numerics::fnv::Fnv;
-use crate::settings::config::ADAPTIVE;
-use crate::snapshot::visit::Walk;
-use crate::{
-    ConfigError, Flaw, LnSum, MeasurementModel, ModelError, Mounting, Online, Pose, Real, ScalarOf, SetupError, Vector,
-};
+use crate::{LnSum, MeasurementModel, ModelError, Mounting, Pose, Real, ScalarOf, SetupError, Vector};
 
 /// What every measurement of a sensor may be the first one of: intensities in measurement space, in the same unit as the clutter's κ,
 /// 1/(m·rad) for range and bearing. κ = w_b means that a measurement which nothing explains is a new feature with probability ½.
@@ -22,7 +16,7 @@ pub struct Births<T> {
 }
 
 impl<T: Real> Births<T> {
-    /// None: the sensor sees what is known, and learns of nothing new.
+    /// None: the sensor sees what is known, and nothing new.
     pub const NONE: Self = Self { of_static: T::ZERO, of_moving: T::ZERO };
 
     /// Static features, with this intensity, and none that move.
@@ -71,7 +65,6 @@ pub struct Detector<X: MeasurementModel, R = ()> {
     pub(crate) sensing: X,
     pub(crate) mounting: Option<Mounting<ScalarOf<X::Pose>>>,
     pub(crate) births: Births<ScalarOf<X::Pose>>,
-    pub(crate) online: Online<ScalarOf<X::Pose>>,
     pub(crate) room: R,
 }
 
@@ -83,22 +76,16 @@ impl<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>> Detector<X> {
     pub fn new(sensing: X, births: Births<T>) -> Result<Self, ModelError> {
         sensing.check()?;
         births.check()?;
-        Ok(Self { sensing, mounting: None, births, online: Online::NONE, room: () })
+        Ok(Self { sensing, mounting: None, births, room: () })
     }
 
-    /// The same with scratch for scans of so many measurements, where what was learnt is kept.
-    ///
-    /// # Errors
-    /// What an earlier detector has left there is out of range: its memory was damaged.
+    /// The same with scratch for scans of so many measurements.
     pub fn over<const MEASUREMENTS: usize, const WORKERS: usize>(
         self,
         memory: &mut DetectorMemory<X::Measurement, MEASUREMENTS, WORKERS>,
     ) -> Result<Detector<X, ScanRoom<'_, X::Measurement>>, SetupError> {
-        if !memory.learnt.is_in_range() {
-            return Err(SetupError::HeldDamaged(Flaw::Cursor));
-        }
-        let Self { sensing, mounting, births, online, .. } = self;
-        Ok(Detector { sensing, mounting, births, online, room: memory.room() })
+        let Self { sensing, mounting, births, .. } = self;
+        Ok(Detector { sensing, mounting, births, room: memory.room() })
     }
 }
 
@@ -112,18 +99,6 @@ impl<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>, R> Detector<X,
         Ok(Self { mounting: Some(mounting), ..self })
     }
 
-    /// The same sensor, of which p_D or κ are learnt while running.
-    ///
-    /// # Errors
-    /// A field is out of range, or the crate was built without the feature `adaptive`.
-    pub fn learning(self, online: Online<T>) -> Result<Self, ConfigError> {
-        if !ADAPTIVE && online.learns() {
-            return Err(ConfigError { field: "online", range: "left alone without the feature `adaptive`" });
-        }
-        online.check()?;
-        Ok(Self { online, ..self })
-    }
-
     /// Goes on with other models, between any two scans: noise may be retuned in flight.
     ///
     /// # Errors
@@ -134,11 +109,11 @@ impl<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>, R> Detector<X,
         Ok(())
     }
 
-    /// Goes on as another detector, between any two scans: with its models, where it sits, what it gives birth to and what of it is
-    /// learnt. The room, and what was learnt so far, stay.
+    /// Goes on as another detector, between any two scans: with its models, where it sits and what it gives birth to.
+    /// The room stays.
     pub fn adopt(&mut self, other: Detector<X>) {
-        let Detector { sensing, mounting, births, online, room: () } = other;
-        (self.sensing, self.mounting, self.births, self.online) = (sensing, mounting, births, online);
+        let Detector { sensing, mounting, births, room: () } = other;
+        (self.sensing, self.mounting, self.births) = (sensing, mounting, births);
     }
 
     /// The models.
@@ -171,32 +146,14 @@ impl<X: MeasurementModel> Detector<X, ScanRoom<'_, X::Measurement>> {
     pub fn capacity(&self) -> usize {
         self.room.measurements.len()
     }
-
-    /// Forgets what was learnt.
-    pub fn forget(&mut self) {
-        *self.room.learnt = Learnt::ZERO;
-    }
-
-    /// A hash of what was learnt, which goes on with the digest of the filter: `filter.digest()` for a single detector that learns
-    /// nothing.
-    #[must_use]
-    pub fn digest(&self, of_filter: u64) -> u64 {
-        if !self.online.learns() {
-            return of_filter;
-        }
-        let mut digest = Fnv::after(of_filter);
-        self.room.learnt.walk(&mut digest);
-        digest.value()
-    }
 }
 
-/// The memory of one detector: the scratch of its scans, and what is learnt of it.
+/// The memory of one detector: the scratch of its scans.
 ///
 /// `MEASUREMENTS` of dimension `Z` in a scan; weighing and updates are divided into `WORKERS` jobs, each with scratch of its own, for an
 /// [`Executor`](crate::Executor). All zero, and meant to be a `static`, like [`State`](crate::State).
 #[derive(Debug)]
 pub struct DetectorMemory<Z: Vector, const MEASUREMENTS: usize, const WORKERS: usize = 1> {
-    learnt: Learnt<Z::Scalar>,
     measurements: [Measurement<Z>; MEASUREMENTS],
     eta: [[LnSum<Z::Scalar>; MEASUREMENTS]; WORKERS],
     most_in_view: [u16; WORKERS],
@@ -212,7 +169,6 @@ impl<Z: Vector, const MEASUREMENTS: usize, const WORKERS: usize> DetectorMemory<
             assert!(WORKERS >= 1, "weighing needs a worker");
         }
         Self {
-            learnt: Learnt::ZERO,
             measurements: [Measurement::ZERO; MEASUREMENTS],
             eta: [[LnSum::ZERO; MEASUREMENTS]; WORKERS],
             most_in_view: [0; WORKERS],
@@ -221,7 +177,6 @@ impl<Z: Vector, const MEASUREMENTS: usize, const WORKERS: usize> DetectorMemory<
 
     fn room(&mut self) -> ScanRoom<'_, Z> {
         ScanRoom {
-            learnt: &mut self.learnt,
             measurements: &mut self.measurements,
             eta: self.eta.as_flattened_mut(),
             most_in_view: &mut self.most_in_view,
@@ -238,7 +193,6 @@ impl<Z: Vector, const MEASUREMENTS: usize, const WORKERS: usize> Default for Det
 /// A [`DetectorMemory`] of whatever capacity, borrowed.
 #[derive(Debug)]
 pub struct ScanRoom<'m, Z: Vector> {
-    pub(crate) learnt: &'m mut Learnt<Z::Scalar>,
     pub(crate) measurements: &'m mut [Measurement<Z>],
     /// Scratch of all workers, one after the other.
     pub(crate) eta: &'m mut [LnSum<Z::Scalar>],

@@ -7,8 +7,7 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
     /// A hash of the complete state: every pose, weight and component to the last bit, and the random stream.
     ///
     /// The same inputs give the same digest on every machine, at every optimisation level. It does not depend on where
-    /// in the pool a page lies, but on everything that decides how the filter goes on. What is learnt of a sensor stands in the
-    /// [digest of its detector](crate::Detector::digest).
+    /// in the pool a page lies, but on everything that decides how the filter goes on.
     #[must_use]
     pub fn digest(&self) -> u64 {
         let mut digest = Fnv::EMPTY;

@@ -6,22 +6,18 @@ use crate::filter::stages::Grounds;
 use crate::filter::survivor::ScanView;
 use crate::models::{Mounted, MountedView, OnVehicle};
 use crate::particles::candidate::Candidate;
-use crate::{Births, Config, MeasurementModel, Online, Pose, Real, ScalarOf, Symmetric, TangentOf};
+use crate::{Births, Config, MeasurementModel, Pose, Real, ScalarOf, Symmetric, TangentOf};
 
 /// What is known of a scan before any of its stages, and does not change in them.
 pub(crate) struct Given<'a, X: MeasurementModel> {
     pub(crate) config: &'a Config<ScalarOf<X::Pose>>,
     pub(crate) births: &'a Births<ScalarOf<X::Pose>>,
-    pub(crate) online: &'a Online<ScalarOf<X::Pose>>,
     pub(crate) sensor: Mounted<'a, X::Sensor>,
     pub(crate) field_of_view: MountedView<'a, X::FieldOfView>,
-    /// False measurements a scan, or zero.
-    pub(crate) clutter_per_scan: ScalarOf<X::Pose>,
     pub(crate) scan: Scan<'a, X::Measurement>,
     /// Measurements as they came.
     pub(crate) measured: usize,
     /// As in [`Views`].
-    pub(crate) detection_scale: ScalarOf<X::Pose>,
     pub(crate) ln_negligible: ScalarOf<X::Pose>,
     pub(crate) ln_sharpest: ScalarOf<X::Pose>,
     pub(crate) most_births: usize,
@@ -34,7 +30,6 @@ impl<'a, T: Real, X: MeasurementModel<Pose: Pose<Scalar = T>> + 'a> Given<'a, X>
         Views {
             sensor: &self.sensor,
             field_of_view: &self.field_of_view,
-            detection_scale: self.detection_scale,
             ln_negligible: self.ln_negligible,
             ln_sharpest: self.ln_sharpest,
             most_births: self.most_births,

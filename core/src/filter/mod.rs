@@ -3,7 +3,6 @@
 pub(crate) mod audit;
 mod audit_maps;
 pub(crate) mod detector;
-mod detector_snapshot;
 pub(crate) mod digest;
 pub(crate) mod draft;
 pub(crate) mod drift;

@@ -15,7 +15,7 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
     ///
     /// `source` is asked for the bytes from some place on, at most 64 at once: all of them twice. The first time they are checked,
     /// and nothing is changed before all of them have been; the second time they are taken. Returns how many there were: what stands
-    /// behind them does not matter, and may be the snapshot of a detector.
+    /// behind them does not matter.
     ///
     /// # Errors
     /// It is no snapshot, of another version, another kind of vehicle, another filter, damaged or cut off, or it fits neither memory nor

@@ -17,7 +17,7 @@ pub(super) const HAS_WAITING: u8 = 8;
 impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
     /// Writes down all that decides how the filter goes on, for [`restore`](Self::restore): poses, weights, maps, the random stream
     /// and the time waited. The sink gets the bytes in slices of at most 64. `kind` tells vehicles apart whose snapshots are not
-    /// to be mixed up; detectors that learn have [snapshots of their own](crate::Detector::save).
+    /// to be mixed up.
     ///
     /// Takes time in proportion to the state, and is no part of a step. The counts of who holds which page are borrowed as scratch, and
     /// put back, as an [audit](Self::audit) does; the state is the same afterwards. Returns the number of bytes. `docs/snapshot.md` has

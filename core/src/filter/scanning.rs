@@ -1,6 +1,5 @@
 //! One scan between its stages.
 
-use crate::detection::online::Learnt;
 use crate::detection::scan::Scan;
 use crate::detection::view::View;
 use crate::detection::weigh::weigh;
@@ -8,7 +7,7 @@ use crate::filter::draft::Draft;
 use crate::filter::drift::{drift, drift_on, step};
 use crate::filter::executor::shares;
 use crate::filter::given::{Beginning, Given, Sights};
-use crate::filter::stages::{Grounds, Outcome, Weighing, adopt, explained, learn, propose, report};
+use crate::filter::stages::{Grounds, Outcome, Weighing, adopt, explained, propose, report};
 use crate::filter::state::Memory;
 use crate::filter::tally::Tally;
 use crate::filter::task::{Task, runs, tasks};
@@ -18,9 +17,8 @@ use crate::map::Page;
 use crate::models::OnVehicle;
 use crate::particles::candidate::{effective_number, reweigh};
 use crate::particles::select::{Selection, Weighed, select};
-use crate::settings::config::ADAPTIVE;
 use crate::{
-    Clutter, Config, Detector, Dynamic, Executor, LnSum, MeasurementModel, Noise, Place, Pose, PositionOf, Probe, Real,
+    Config, Detector, Dynamic, Executor, LnSum, MeasurementModel, Noise, Place, Pose, PositionOf, Probe, Real,
     ScalarOf, ScanError, ScanReport, ScanRoom, Sensor, Static, Symmetric,
 };
 
@@ -31,7 +29,6 @@ use crate::{
 pub struct Scanning<'a, 's, X: MeasurementModel> {
     given: Given<'a, X>,
     memory: &'a mut Memory<'s, X::Pose>,
-    learnt: &'a mut Learnt<ScalarOf<X::Pose>>,
     noise: Noise,
     /// What births have counted that had waited.
     entering: Tally<ScalarOf<X::Pose>>,
@@ -66,23 +63,19 @@ impl<'a, 's, T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P> + 'a> S
         detector: &'a mut Detector<X, ScanRoom<'m, X::Measurement>>,
         measured: &[X::Measurement],
     ) -> Result<Begun<'a, 's, X>, ScanError> {
-        let Detector { sensing, mounting, births, online, room } = detector;
-        let ScanRoom { learnt, measurements, eta, most_in_view } = room;
+        let Detector { sensing, mounting, births, room } = detector;
+        let ScanRoom { measurements, eta, most_in_view } = room;
         let Some(noise) = memory.cursor.noise.clone() else { return Err(ScanError::NotStarted) };
         let OnVehicle { sensor, field_of_view, clutter } = OnVehicle::of(&*sensing, *mounting);
         let Some(noise_factor) = sensor.noise().factor() else { return Err(ScanError::SensorNoise) };
-        let clutter_scale = learnt.clutter_scale(online);
-        let scan = Scan::sort::<X::Sensor>(measurements, measured, clutter, clutter_scale, births.total());
+        let scan = Scan::sort::<X::Sensor>(measurements, measured, clutter, births.total());
         let given = Given {
             config,
             births,
-            online,
             sensor,
             field_of_view,
-            clutter_per_scan: clutter.per_scan(),
             scan,
             measured: measured.len(),
-            detection_scale: learnt.detection_scale(online),
             ln_negligible: config.negligible.ln(),
             ln_sharpest: noise_factor.ln_peak(),
             most_births: memory.static_maps.workspace.capacity(),
@@ -91,7 +84,6 @@ impl<'a, 's, T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P> + 'a> S
             given,
             grounds: Grounds::of(config, memory.cursor),
             memory,
-            learnt,
             noise,
             entering: Tally::new(),
             crowded: 0,
@@ -206,18 +198,6 @@ impl<'a, 's, T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P> + 'a> S
         let candidates = candidates.get(..self.grounds.candidates()).unwrap_or(&[]);
         let weighed = Weighed { candidates, particles, children, n_eff: self.weighing.n_eff };
         self.selection = select(&weighed, self.given.config, &mut self.noise, survivors, selected);
-    }
-
-    /// Learns how often features are detected, and how much clutter there is, as the heaviest particle sees it.
-    pub fn learn(&mut self, eta: &mut [LnSum<T>]) {
-        let Given { config, online, scan, clutter_per_scan, .. } = &self.given;
-        if ADAPTIVE
-            && online.learns()
-            && let Some(shown) =
-                learn(config, &self.grounds, &self.given.views(), scan, self.memory, self.selection.heaviest, eta)
-        {
-            self.learnt.learn(&shown, *clutter_per_scan, online);
-        }
     }
 
     /// Begins the update of the survivors' maps (5.17–5.22): gives labels to the scan, frees the maps that nobody goes on with, and finds
@@ -401,13 +381,12 @@ impl<'a, 's, T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P> + 'a> S
 
     /// The selected candidates are the particles.
     pub fn finish(self) -> ScanReport<T> {
-        let Self { given, memory, learnt, noise, crowded, grounds, weighing, selection, tally, .. } = self;
+        let Self { given, memory, noise, crowded, grounds, weighing, selection, tally, .. } = self;
         let weighing = weighing.completed(&grounds, &tally, memory.ln_likelihoods);
         let cursor = &mut *memory.cursor;
         let watched = cursor.watch.scanned(&tally.recognised(), given.measured, cursor.waited_s, cursor.next_label);
         let refused = adopt(&grounds, &selection, memory, noise);
-        let scales = [learnt.detection_scale(given.online), learnt.clutter_scale(given.online)];
-        let outcome = Outcome { grounds, weighing, selection, tally, crowded, refused, watched, scales };
+        let outcome = Outcome { grounds, weighing, selection, tally, crowded, refused, watched };
         report::<P, X::Measurement>(&outcome, memory, given.measured)
     }
 }

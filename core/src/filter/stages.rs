@@ -1,7 +1,5 @@
 //! The stages of a scan that are the filter's own: what each is given, and what comes of it.
 
-use crate::detection::learn::seen;
-use crate::detection::online::Shown;
 use crate::detection::scan::Scan;
 use crate::detection::view::Views;
 use crate::filter::state::Memory;
@@ -97,23 +95,6 @@ impl<T: Real> Weighing<T> {
     }
 }
 
-/// What the scan shows the heaviest of the survivors of detections and of clutter.
-pub(crate) fn learn<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>>(
-    config: &Config<T>,
-    grounds: &Grounds,
-    views: &Views<'_, X>,
-    scan: &Scan<'_, X::Measurement>,
-    memory: &Memory<'_, P>,
-    heaviest: usize,
-    eta: &mut [LnSum<T>],
-) -> Option<Shown<T>> {
-    let survivor = memory.survivors.get(heaviest).copied().map(usize::from)?;
-    let (candidate, parent) = (memory.candidates.get(survivor)?, grounds.parent_of(survivor));
-    let pose_covariance = if grounds.blurs { memory.pose_covariances.get(parent) } else { None };
-    let maps = (&memory.static_maps, &memory.moving_maps, parent);
-    Some(seen(&views.from(&candidate.pose), pose_covariance, maps, scan, config.confirming_detections, eta))
-}
-
 /// Makes the selected candidates the particles, and gets ready for the next prediction. Returns how many predictions were refused
 /// before this scan.
 pub(crate) fn adopt<T: Real, P: Pose<Scalar = T>>(
@@ -152,8 +133,6 @@ pub(crate) struct Outcome<T> {
     pub(crate) refused: usize,
     /// Whether the vehicle is where it is taken to be.
     pub(crate) watched: Health,
-    /// The factors of p_D and κ from the next scan on.
-    pub(crate) scales: [T; 2],
 }
 
 /// What the caller is told.
@@ -163,7 +142,7 @@ pub(crate) fn report<P: Pose, Z: Vector>(
     measured: usize,
 ) -> ScanReport<ScalarOf<P>> {
     let real = ScalarOf::<P>::from_f64;
-    let Outcome { grounds, weighing, selection, tally, crowded, refused, watched, scales } = outcome;
+    let Outcome { grounds, weighing, selection, tally, crowded, refused, watched } = outcome;
     let Weighing { ln_evidence, n_eff, in_view } = *weighing;
     let innovation = tally.mean_innovation(Z::DIMENSION);
     let [expected_detections, detections] = tally.mean_detections();
@@ -202,8 +181,6 @@ pub(crate) fn report<P: Pose, Z: Vector>(
         pages: memory.static_maps.pool.capacity(),
         moving_pages_used: memory.moving_maps.pages_used(),
         moving_pages: memory.moving_maps.pool.capacity(),
-        detection_scale: scales[0],
-        clutter_scale: scales[1],
         expected_detections,
         detections,
         innovation,

@@ -1,4 +1,4 @@
-//! One scan, from top to bottom: predict, propose, weigh, select, learn, update, adopt, report.
+//! One scan, from top to bottom: predict, propose, weigh, select, update, adopt, report.
 
 use crate::filter::scanning::Scanning;
 use crate::{
@@ -37,7 +37,6 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'s, M> {
         scanning.select();
         probe.leave(Stage::Resample);
         probe.enter(Stage::Update);
-        scanning.learn(eta);
         scanning.begin_update();
         if DRAFTS && drafts.len() > 1 && !scanning.is_lone() {
             scanning.update_on(eta, (executor, workers), drafts, probe);

@@ -108,9 +108,6 @@ where
         if !self.memory.known.started {
             return Err(ScanError::NotStarted);
         }
-        if detector.online.learns() {
-            return Err(ScanError::Learning);
-        }
         ScanError::check(measurements, self.memory.explained.len())?;
         let models = detector.on_vehicle();
         if models.sensor().noise().factor().is_none() {

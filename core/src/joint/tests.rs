@@ -255,25 +255,6 @@ fn both_precisions_agree_and_a_full_state_goes_on() {
 
 const PERSISTENCE: Persistence<f64> = Persistence { in_sight_s: 20.0, hidden_s: 10.0, lifetime_s: 1e4 };
 
-#[cfg(feature = "adaptive")]
-#[test]
-fn a_detector_that_is_to_learn_is_refused() {
-    let sensing = Sensing {
-        sensor: Offset { noise: Symmetric::from_diagonal([0.09, 0.16]) },
-        field_of_view: Everywhere(0.9),
-        clutter: UniformClutter::of_scan(1.0, 100.0).unwrap(),
-    };
-    let detector = Detector::new(sensing, Births::of_static(1e-3)).unwrap();
-    let mut state = Box::new(Linear::<4, { joint_numbers(3, 2, 4) }>::new());
-    let mut slam = JointSlam::new(Drift { sigmas: [0.5, 0.2] }, JointConfig::default(), &mut *state).unwrap();
-    slam.reset(PlanarPose::ZERO).unwrap();
-    assert!(slam.scan(&detector, &[Vector2::new(1.0, 2.0)]).is_ok());
-    let digest = slam.digest();
-    let learning = detector.learning(Online { detection_memory: 50.0, clutter_memory: 0.0 }).unwrap();
-    assert_eq!(slam.scan(&learning, &[Vector2::new(1.0, 2.0)]), Err(ScanError::Learning));
-    assert_eq!(slam.digest(), digest);
-}
-
 /// Lets a landmark be seen for 60 s, then be missing for 3 s, then come back or not; whether the map has it, under the same label,
 /// before, at the end of the 3 s, and a second later.
 fn missing_for_a_while(seed: u64, comes_back: bool) -> [bool; 3] {

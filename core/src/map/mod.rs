@@ -16,7 +16,9 @@ pub use draft::{DraftMemory, DraftStorage, MapDraft};
 pub use feature::{Dynamic, Feature, Static};
 pub(crate) use memory::Maps;
 pub use memory::{MapMemory, MapStorage, NoMoving};
-pub(crate) use near::{look_within, on_pages_within, within};
+#[cfg(feature = "multi-feature")]
+pub(crate) use near::within;
+pub(crate) use near::{look_within, on_pages_within};
 pub use page::{PAGE_LEN, Page};
 pub use pool::PageId;
 pub(crate) use pool::{Pool, PoolMemory};

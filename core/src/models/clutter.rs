@@ -24,7 +24,7 @@ pub trait Clutter<Z: Vector> {
 }
 
 /// Whether this may be a number of false measurements to expect: sums of it over all scans to come stay finite.
-pub(crate) fn is_rate<T: Real>(per_scan: T) -> bool {
+fn is_rate<T: Real>(per_scan: T) -> bool {
     per_scan >= T::ZERO && per_scan <= T::from_f64(1e9)
 }
 

@@ -34,7 +34,6 @@ pub use auv_pose::{AuvPose, BodyFrame, rotation};
 pub use bearing_only::{BearingOnly, BirthIntensity, PolarBirths, PolarGrid};
 pub use calibrated::Calibrated;
 pub use calibrated_pose::{CalibratedPose, OdometryCorrection};
-pub(crate) use clutter::is_rate;
 pub use clutter::{Clutter, UniformClutter};
 pub use constant_velocity::ConstantVelocity;
 pub use control_noise::ControlNoise;

@@ -9,11 +9,6 @@ impl Fnv {
     /// Of nothing.
     pub(crate) const EMPTY: Self = Self(0xcbf2_9ce4_8422_2325);
 
-    /// Goes on from another one's value.
-    pub(crate) fn after(value: u64) -> Self {
-        Self(value)
-    }
-
     /// Of all that was taken in.
     pub(crate) fn value(&self) -> u64 {
         self.0

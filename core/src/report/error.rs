@@ -246,8 +246,6 @@ pub enum ScanError {
     SensorNoise,
     /// The detector gives birth to features that move, and the state has no memory for them.
     NoRoomForMoving,
-    /// The detector is to learn while running, which a joint map does not.
-    Learning,
 }
 
 impl ScanError {
@@ -272,7 +270,6 @@ impl fmt::Display for ScanError {
             Self::NonFinite { index } => write!(f, "measurement {index} is not finite"),
             Self::NoRoomForMoving => f.write_str("births.of_moving is above 0, but the state has no moving maps"),
             Self::SensorNoise => f.write_str("the covariance of the sensor's noise is not positive definite"),
-            Self::Learning => f.write_str("the detector is to learn while running, which a joint map does not"),
         }
     }
 }
@@ -345,7 +342,7 @@ impl fmt::Display for Implausible {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum Flaw {
-    /// A count, a time or a number that was learnt is out of range.
+    /// A count, a time or a number of the watch is out of range.
     Cursor,
     /// A pose is beyond every range, or its covariance not finite.
     Pose,
@@ -362,7 +359,7 @@ pub enum Flaw {
 impl fmt::Display for Flaw {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Self::Cursor => "a count, a time or a number that was learnt is out of range",
+            Self::Cursor => "a count, a time or a number of the watch is out of range",
             Self::Pose => "a pose is beyond every range",
             Self::Weights => "the weights do not sum to one",
             Self::Waiting => "births that wait are out of range",

@@ -86,10 +86,6 @@ pub struct ScanReport<T> {
     pub moving_pages_used: usize,
     /// Pages for moving features in all.
     pub moving_pages: usize,
-    /// What the model's p_D is multiplied by from the next scan on; 1 where it is not [learnt](crate::Online).
-    pub detection_scale: T,
-    /// The same of κ.
-    pub clutter_scale: T,
     /// Detections to be expected of the features in view, static and moving, in the mean over the maps updated: Σ p_D w.
     pub expected_detections: T,
     /// Measurements that the features in view explain, likewise: Σ p_D w N(z; ẑ, S)/η_z. Far less than expected of a map that is well known,

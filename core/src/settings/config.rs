@@ -125,9 +125,6 @@ impl<T: Real> MovingConfig<T> {
     }
 }
 
-/// Whether the crate has been built with what detectors learn while running.
-pub(crate) const ADAPTIVE: bool = cfg!(feature = "adaptive");
-
 impl<T: Real> Config<T> {
     /// A few particles that take the scan in before they are drawn, each a Gaussian: for sensors whose scan tells where the vehicle is
     /// among its features. Nothing is drawn from the Gaussian, so that the same inputs give the same way whatever the seed is.

@@ -161,11 +161,6 @@ fn run<
         for clutter in [0.0, 3.0] {
             state.clear();
             let mut filter = Filter::new(models(clutter), births, config, &mut *state).unwrap();
-            #[cfg(feature = "adaptive")]
-            {
-                let online = Online { detection_memory: 1.0, clutter_memory: 1.0 };
-                filter.detector = filter.detector.learning(online).unwrap();
-            }
             filter.reset(PlanarPose::ZERO, 7).unwrap();
             filter.load_map(&ring(MP * PAGE_LEN)).unwrap();
             for step in 0..6 {

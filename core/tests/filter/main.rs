@@ -7,8 +7,6 @@ mod in_space;
 mod informed;
 #[path = "../../src/tests/linear.rs"]
 mod linear;
-#[cfg(feature = "adaptive")]
-mod mismatch;
 mod movers;
 mod observing;
 mod oracles;

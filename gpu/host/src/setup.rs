@@ -10,7 +10,7 @@ use scphd_sim::slam::{PlanarNumbers, PlanarVehicle};
 /// # Errors
 /// The kernels have no room or no code for such a filter, and for what of it.
 pub fn setup_of(numbers: &PlanarNumbers<f32>, room: [usize; 2]) -> Result<Setup, Unfit> {
-    let PlanarNumbers { vehicle, noise, sensors, online, config, start } = numbers;
+    let PlanarNumbers { vehicle, noise, sensors, config, start } = numbers;
     let [sensor] = &sensors[..] else { return Err(Unfit(format!("{} sensors; there may be one", sensors.len()))) };
     let limits = sensor.limits;
     Ok(Setup {
@@ -35,8 +35,6 @@ pub fn setup_of(numbers: &PlanarNumbers<f32>, room: [usize; 2]) -> Result<Setup,
         mounting: sensor.mounting.unwrap_or_default(),
         births_of_static: sensor.births.of_static,
         births_of_moving: sensor.births.of_moving,
-        detection_memory: online.detection_memory,
-        clutter_memory: online.clutter_memory,
         ..of_config(config, room, of_vehicle(vehicle)?)?
     })
 }

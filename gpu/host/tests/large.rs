@@ -46,9 +46,8 @@ fn more_particles_than_pages_for_their_maps_have_them_too() {
 }
 
 #[test]
-fn informed_particles_and_learnt_detection_have_them_too() {
-    let text =
-        "[filter]\nproposal = \"informed\"\nproposal_sampled_fraction = 0.2\ndetection_memory = 50.0\n".to_owned();
+fn informed_particles_have_them_too() {
+    let text = "[filter]\nproposal = \"informed\"\nproposal_sampled_fraction = 0.2\n".to_owned();
     let tuning = Tuning { particles: Some(16), settings: Some(text), ..Tuning::default() };
     let source = Source::new("survey", tuning).unwrap();
     same_digests(&large(&source, SEED, 60).unwrap(), 60);

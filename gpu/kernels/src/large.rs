@@ -302,14 +302,12 @@ pub unsafe fn weigh(place: usize, large: &Large, _scan: u32, _digest_every: u32)
 pub unsafe fn select(place: usize, large: &Large, _scan: u32, _digest_every: u32) {
     // SAFETY: no other thread runs; the ln L come back that `propose` has lent; there are as many drafts as particles.
     unsafe {
-        let Some(Between { scanning, eta, ln_likelihoods: (ln_likelihoods, len), drafts, .. }) = alone(place, large)
-        else {
+        let Some(Between { scanning, ln_likelihoods: (ln_likelihoods, len), drafts, .. }) = alone(place, large) else {
             return;
         };
         let in_view = (*large.room).in_view.load(Ordering::Relaxed);
         scanning.weighed(from_raw_parts_mut(*ln_likelihoods, *len), whole(in_view));
         scanning.select();
-        scanning.learn(eta);
         scanning.begin_update();
         *drafts = scanning.assign(all_drafts(large, whole((*large.run).setup.particles)));
     }

@@ -141,7 +141,7 @@ pub(crate) fn tell(
     let estimate = filter.estimate_pose().ok_or(Status::SCAN)?;
     *result = of_report(report, &estimate);
     if digest {
-        result.digest = detector.digest(filter.digest());
+        result.digest = filter.digest();
     }
     let map = filter.estimate_map(detector, features);
     let moving = filter.estimate_moving(movers);

@@ -4,7 +4,7 @@ use crate::motion::Vehicle;
 use bytemuck::{Pod, Zeroable};
 use scphd::{
     Ackermann, AckermannGeometry, Births, Config, ConstantVelocity, ControlNoise, Detector, Extraction, Informed,
-    Likelihood, Mounting, MovingConfig, Online, PlanarPose, Plausible, Proposal, RangeBearing, RangeBearingLimits,
+    Likelihood, Mounting, MovingConfig, PlanarPose, Plausible, Proposal, RangeBearing, RangeBearingLimits,
     RangeBearingWindow, Sensing, Step, Unicycle, UniformClutter,
 };
 
@@ -76,8 +76,6 @@ pub struct Setup {
     pub mounting: [f32; 3],
     pub births_of_static: f32,
     pub births_of_moving: f32,
-    pub detection_memory: f32,
-    pub clutter_memory: f32,
     pub particles: u32,
     pub samples: u32,
     /// Linearisations of the informed proposal; 0 is the blind one.
@@ -174,8 +172,7 @@ impl Setup {
             clutter: UniformClutter::of_scan(self.clutter_per_scan, field_of_view.measure()).ok()?,
         };
         let births = Births { of_static: self.births_of_static, of_moving: self.births_of_moving };
-        let online = Online { detection_memory: self.detection_memory, clutter_memory: self.clutter_memory };
-        let detector = Detector::new(sensing, births).ok()?.learning(online).ok()?;
+        let detector = Detector::new(sensing, births).ok()?;
         if self.is_mounted != MOUNTED {
             return Some(detector);
         }

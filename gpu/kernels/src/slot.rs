@@ -24,7 +24,7 @@ memory! {
     }
 }
 
-/// The scratch of its sensor, and what is learnt of that.
+/// The scratch of its sensor.
 pub(crate) type Scratch = DetectorMemory<Vector2<f32>, MEASUREMENTS>;
 
 /// All that one filter works in, over a state `M`. It begins as zeros, and nothing of it is on a thread's stack.

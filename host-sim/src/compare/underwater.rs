@@ -202,7 +202,7 @@ mod tests {
         let log = short(1);
         for change in [
             (|filter| filter.proposal = Proposal::Informed) as fn(&mut FilterSettings),
-            |filter| filter.detection_memory = 10.0,
+            |filter| filter.unconfirmed_weight = 0.5,
             |filter| filter.likelihood = Likelihood::RbEmpty,
         ] {
             let mut settings = Settings::for_log(&log);

@@ -37,14 +37,11 @@ struct Memory {
     extraction_weight: f64,
     /// Share of the informed proposal's covariance that is drawn.
     drawn: f64,
-    /// Scans that what is learnt of p_D lasts for.
-    detection_memory: f64,
 }
 
 /// Dense clutter: weights alone tell. A component is dropped at about what a false measurement leaves behind after one miss (at
 /// p_D = 0.95): a lighter one says less than the next measurement does, and they were most of the map. What has been seen but
-/// once and leaves the view lighter than half a feature was clutter; components within two standard deviations are one. Particles
-/// are rarely where the vehicle is, so that they see less of their maps than the sensor does: how much is learnt.
+/// once and leaves the view lighter than half a feature was clutter; components within two standard deviations are one.
 const DENSE: Memory = Memory {
     particles: 100,
     clutter_over_birth: 20.0,
@@ -56,7 +53,6 @@ const DENSE: Memory = Memory {
     extraction: Extraction::Peaks,
     extraction_weight: 0.0,
     drawn: 0.2,
-    detection_memory: 100.0,
 };
 
 /// Sparse clutter: what leaves the view and is not better known than from three measurements is forgotten, whatever it weighs;
@@ -74,7 +70,6 @@ const SPARSE: Memory = Memory {
     extraction: Extraction::Confirmed,
     extraction_weight: 0.08,
     drawn: 0.0,
-    detection_memory: 0.0,
 };
 
 /// w_m / w_b: most of what turns up stands still.
@@ -214,15 +209,10 @@ impl FilterSettings {
     /// # Errors
     /// Says what would have to be otherwise.
     pub(crate) fn check_reference_has_all(&self) -> Result<(), String> {
-        let beyond = [
-            ("unconfirmed_weight", self.unconfirmed_weight),
-            ("detection_memory", self.detection_memory),
-            ("clutter_memory", self.clutter_memory),
-        ];
-        let beyond = beyond.iter().find(|(_, value)| *value > 0.0).map(|(field, _)| format!("filter.{field} = 0"));
+        let forgets = || Some("filter.unconfirmed_weight = 0".to_owned()).filter(|_| self.unconfirmed_weight > 0.0);
         let waits = || Some("filter.births_wait = false".to_owned()).filter(|_| self.births_wait);
         let blind = || Some("filter.proposal = \"blind\"".to_owned()).filter(|_| self.proposal != Proposal::Blind);
-        blind().or(beyond).or_else(waits).map_or(Ok(()), |needed| {
+        blind().or_else(forgets).or_else(waits).map_or(Ok(()), |needed| {
             Err(format!("the reference is the recursion of the thesis alone; compare with {needed}"))
         })
     }
@@ -247,8 +237,6 @@ impl Settings {
             samples: SAMPLES,
             birth_intensity,
             resample_threshold: RESAMPLE_THRESHOLD,
-            detection_memory: memory.detection_memory,
-            clutter_memory: 0.0,
             prune_weight: memory.prune_weight,
             unconfirmed_weight: of(memory.unconfirmed_weight, UNSTATED.unconfirmed_weight),
             confirming_detections: memory.confirming_detections,
@@ -324,8 +312,6 @@ impl Settings {
     /// Leaves out what goes beyond the recursion of the thesis, and so has no counterpart in the reference.
     pub fn restrict_to_reference(&mut self) {
         self.filter.proposal = Proposal::Blind;
-        self.filter.detection_memory = 0.0;
-        self.filter.clutter_memory = 0.0;
         self.filter.unconfirmed_weight = 0.0;
         self.filter.confirmed_weight = 0.0;
         self.filter.extraction = Extraction::Heaviest;
@@ -460,7 +446,6 @@ mod tests {
         let mut log = scenario::survey(1);
         let dense = Settings::for_log(&log).filter;
         assert_eq!((dense.confirmed_weight, dense.merge_distance, dense.extraction), (0.0, 4.0, Extraction::Peaks));
-        assert!(dense.detection_memory > 0.0);
         // κ 9π σ_r σ_b of 20 false measurements a scan is 0.0131.
         log.nominal.clutter_per_scan = Some(20.0 * 0.0049 / 0.0131);
         let sparse = Settings::for_log(&log).filter;
@@ -469,7 +454,6 @@ mod tests {
         let mut thesis = Settings::for_log(&log);
         thesis.restrict_to_reference();
         assert_eq!((thesis.filter.confirmed_weight, thesis.filter.extraction_weight), (0.0, 0.0));
-        assert_eq!((thesis.filter.detection_memory, sparse.detection_memory), (0.0, 0.0));
     }
 
     #[test]

@@ -79,8 +79,6 @@ pub(super) const FILTER: &[Limit<FilterSettings>] = &[
     limit!(filter.samples, "1 to 1024", |x| (1.0..=1024.0).contains(&x)),
     limit!(filter.birth_intensity, "0 to 1e6", |x| (0.0..=1e6).contains(&x)),
     limit!(filter.resample_threshold, "0 to 1", |x| (0.0..=1.0).contains(&x)),
-    limit!(filter.detection_memory, "0, or 1 to 1e6 scans", |x| x == 0.0 || (1.0..=1e6).contains(&x)),
-    limit!(filter.clutter_memory, "0, or 1 to 1e6 scans", |x| x == 0.0 || (1.0..=1e6).contains(&x)),
     limit!(filter.confirming_detections, "1 to 1000", |x| (1.0..=1e3).contains(&x)),
     limit!(filter.confirmed_weight, "0 to 1", |x| (0.0..=1.0).contains(&x)),
     limit!(filter.unconfirmed_weight, "0 to 1", |x| (0.0..=1.0).contains(&x)),

@@ -102,10 +102,6 @@ pub struct FilterSettings {
     pub birth_intensity: f64,
     /// Resample below this N_eff / N.
     pub resample_threshold: f64,
-    /// Scans that what is learnt of p_D while running lasts for; 0: nothing is.
-    pub detection_memory: f64,
-    /// Scans that what is learnt of clutter while running lasts for; 0: nothing is.
-    pub clutter_memory: f64,
     /// Drop components below this weight.
     pub prune_weight: f64,
     /// A component is confirmed where it is better known than from this many measurements.

@@ -1,15 +1,7 @@
 //! From settings to the core's configuration.
 
 use crate::settings::{self, FilterSettings};
-use scphd::{Config, Extraction, Informed, Likelihood, Online, Proposal, Real};
-
-/// What the settings let a detector learn.
-pub(crate) fn online_of<T: Real>(filter: &FilterSettings) -> Online<T> {
-    Online {
-        detection_memory: T::from_f64(filter.detection_memory),
-        clutter_memory: T::from_f64(filter.clutter_memory),
-    }
-}
+use scphd::{Config, Extraction, Informed, Likelihood, Proposal, Real};
 
 /// The recursion that the settings describe, for static features.
 pub(crate) fn config_of<T: Real>(filter: &FilterSettings) -> Config<T> {

@@ -150,8 +150,7 @@ impl<D: Dimensions, M: Motion<Pose: Fixed<D>> + Copy, X: MeasurementModel<Pose =
         let (Some(sensor), Some(scratch)) = (self.models.sensors.get(sensor), self.scratch.get_mut(sensor)) else {
             return Err(no_sensor(sensor));
         };
-        let detector = sensor.detector()?.learning(self.models.online).map_err(refusal)?;
-        let mut detector = detector.over(scratch).map_err(refusal)?;
+        let mut detector = sensor.detector()?.over(scratch).map_err(refusal)?;
         let mut filter = self.state.filter(self.models.motion, self.config).map_err(refusal)?;
         Ok(work(&mut filter, &mut detector))
     }
@@ -236,11 +235,7 @@ impl<D: Dimensions, M: Motion<Pose: Fixed<D>> + Copy, X: MeasurementModel<Pose =
     }
 
     fn digest(&mut self) -> Option<u64> {
-        let mut digest = self.with(0, |filter, _| filter.digest()).ok()?;
-        for sensor in 0..self.scratch.len() {
-            digest = self.with(sensor, |_, detector| detector.digest(digest)).ok()?;
-        }
-        Some(digest)
+        self.with(0, |filter, _| filter.digest()).ok()
     }
 
     fn work_on(&mut self, threads: &Threads) {

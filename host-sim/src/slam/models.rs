@@ -6,16 +6,15 @@ use crate::dimensions::{Coordinates, Dimensions};
 use crate::record::{MapFeature, MovingFeature};
 use crate::reference::space;
 use scphd::{
-    AuvPose, Births, Component, Detector, MeasurementModel, Motion, Mounting, Online, PlanarPose, Pose, PoseEstimate,
-    Real, ScalarOf, Symmetric, Vector,
+    AuvPose, Births, Component, Detector, MeasurementModel, Motion, Mounting, PlanarPose, Pose, PoseEstimate, Real,
+    ScalarOf, Symmetric, Vector,
 };
 
-/// How a vehicle moves, what its sensors see, what is learnt, and where it starts.
+/// How a vehicle moves, what its sensors see, and where it starts.
 pub(crate) struct Models<D: Dimensions, M: Motion<Pose: Fixed<D>>, X: MeasurementModel<Pose = M::Pose>> {
     pub(crate) motion: M,
     pub(crate) sensors: Vec<SensorModels<X>>,
     pub(crate) fixes: <M::Pose as Fixed<D>>::Models,
-    pub(crate) online: Online<ScalarOf<M::Pose>>,
     pub(crate) start: M::Pose,
     /// The motion's control of the log's.
     pub(crate) control: fn(D::Control) -> M::Control,

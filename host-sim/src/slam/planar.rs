@@ -172,7 +172,7 @@ fn joint_of_calibrated<T: Real, M: ByControl<Pose = PlanarPose<T>> + Copy + Debu
         turn_scale: real(calibration.turn_scale_sigma),
         turn_offset: real(calibration.turn_offset_sigma),
     };
-    let Models { motion, sensors, fixes, online, start, control } = models;
+    let Models { motion, sensors, fixes, start, control } = models;
     let prior = OdometryPrior { sigma, lasts_s: real(calibration.lasts_s) };
     let motion = SelfCalibrating::new(motion, prior).map_err(refusal)?;
     let calibrated = |SensorModels { sensing, mounting, births }| {
@@ -183,7 +183,6 @@ fn joint_of_calibrated<T: Real, M: ByControl<Pose = PlanarPose<T>> + Copy + Debu
         motion,
         sensors: sensors.into_iter().map(calibrated).collect(),
         fixes,
-        online,
         start: CalibratedPose::at(start),
         control,
     };
@@ -244,7 +243,6 @@ fn models<T: Real, M: ByControl<Pose = PlanarPose<T>>>(
         motion,
         sensors: numbers.sensors.iter().map(sensor_models).collect::<Result<_, _>>()?,
         fixes: PlanarFixes::of(&settings.fixes.unwrap_or_default())?,
-        online: numbers.online,
         start: numbers.start,
         control,
     })

@@ -1,11 +1,11 @@
 //! What the settings of a planar log say, as the core's own numbers, before any model is made of them.
 
-use super::config::{config_of, online_of};
+use super::config::config_of;
 use crate::log::{self, Vehicle};
 use crate::settings::{SensorSettings, Settings};
 use scphd::{
-    AckermannGeometry, Births, Config, ConstantVelocity, ControlNoise, MovingConfig, Online, PlanarPose,
-    RangeBearingLimits, Real, Step,
+    AckermannGeometry, Births, Config, ConstantVelocity, ControlNoise, MovingConfig, PlanarPose, RangeBearingLimits,
+    Real, Step,
 };
 
 /// Models and tuning of a filter in the plane, in its scalar.
@@ -17,8 +17,6 @@ pub struct PlanarNumbers<T> {
     pub noise: ControlNoise<T>,
     /// Every sensor.
     pub sensors: Vec<SensorNumbers<T>>,
-    /// What is learnt of them.
-    pub online: Online<T>,
     /// The recursion.
     pub config: Config<T>,
     /// The pose at the start.
@@ -77,7 +75,6 @@ impl<T: Real> PlanarNumbers<T> {
                 interval_s: real(settings.vehicle.noise_interval_s * interval_margin),
             },
             sensors: settings.sensors().map(|sensor| sensor_of(settings, sensor)).collect(),
-            online: online_of(&settings.filter),
             config: planar_config(settings),
             start: PlanarPose::new(x, y, heading),
         }

@@ -1,7 +1,7 @@
 //! The filters of the core over an underwater log.
 
 use super::MEASUREMENTS;
-use super::config::{config_of, online_of};
+use super::config::config_of;
 use super::contract::{Refusal, refusal};
 use super::core_filter::{Room, Transparent, start as core_of};
 use super::filter::Precision;
@@ -85,7 +85,6 @@ fn models_of<T: Real>(log: &Log, settings: &Settings) -> Result<Models<Underwate
             births: Births::of_static(T::from_f64(settings.filter.birth_intensity)),
         }],
         fixes: (),
-        online: online_of(&settings.filter),
         start: numbers.start(),
         control: |control: AuvControl<f64>| control.rounded(),
     })

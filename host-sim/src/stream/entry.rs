@@ -114,8 +114,6 @@ pub(super) fn head<K: Kind>(filter: &FilterSettings, seed: u64, scalar: Scalar) 
             proposal_rounds: f64::from(count(filter.proposal_rounds)),
             proposal_sampled_fraction: filter.proposal_sampled_fraction,
             proposal_min_responsibility: filter.proposal_min_responsibility,
-            detection_memory: filter.detection_memory,
-            clutter_memory: filter.clutter_memory,
             interval_margin: filter.interval_margin,
         },
         ..Header::EMPTY

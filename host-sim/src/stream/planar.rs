@@ -107,8 +107,6 @@ fn detector(settings: &Settings, sensor: &SensorSettings) -> planar::Sensor {
         clutter_per_scan: sensor.clutter_per_scan,
         birth_intensity: sensor.birth_factor * settings.filter.birth_intensity,
         moving_birth_intensity: sensor.birth_factor * settings.moving.birth_intensity,
-        detection_memory: settings.filter.detection_memory,
-        clutter_memory: settings.filter.clutter_memory,
     }
 }
 

@@ -70,8 +70,6 @@ pub fn worst_case(particles: usize, samples: usize, measurements: usize) -> (Log
     settings.filter.birth_intensity = 1.0;
     settings.filter.resample_threshold = 0.0;
     settings.filter.prune_weight = 1e-6;
-    // Firmware is built without what adapts.
-    settings.filter.detection_memory = 0.0;
     settings.filter.merge_distance = 0.0;
     settings.filter.max_components = 65_536;
     settings.sensor.range_edge_m = 0.0;
@@ -98,8 +96,6 @@ pub fn worst_case_joint(measurements: usize) -> (Log, Settings) {
     settings.filter.particles = 1;
     settings.filter.samples = 1;
     settings.filter.birth_intensity = 1.0;
-    // Firmware is built without what adapts.
-    settings.filter.detection_memory = 0.0;
     settings.sensor.range_edge_m = 0.0;
     (log, settings)
 }

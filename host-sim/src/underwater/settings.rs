@@ -116,8 +116,6 @@ impl Settings {
                 proposal_sampled_fraction: 1.0,
                 proposal_min_responsibility: 0.05,
                 interval_margin: 1.0,
-                detection_memory: 0.0,
-                clutter_memory: 0.0,
                 likelihood: Likelihood::SingleCluster,
             },
             vehicle: VehicleSettings {

@@ -102,10 +102,7 @@ class RangeBearing:
         births_still: float | None = None,
         births_moving: float = 0.0,
         mounting: Mounting | None = None,
-        detection_memory_scans: float = 0.0,
-        clutter_memory_scans: float = 0.0,
     ) -> RangeBearing: ...
-    def digest(self, of_filter: int) -> int: ...
 
 @final
 class BearingOnly:
@@ -128,10 +125,7 @@ class BearingOnly:
         births_sectors: int = 24,
         births_weight: float = 0.001,
         mounting: Mounting | None = None,
-        detection_memory_scans: float = 0.0,
-        clutter_memory_scans: float = 0.0,
     ) -> BearingOnly: ...
-    def digest(self, of_filter: int) -> int: ...
 
 @final
 class PositionFix:

@@ -86,7 +86,7 @@ class Run:
     ln_evidence: float  #: of all scans
     refused: int  #: rows of the odometry that no vehicle follows, which were left out
     map: Map  #: at the end
-    digest: int  #: of the final state, with what a mixture has learnt of its detectors
+    digest: int  #: of the final state
 
 
 @dataclass
@@ -186,9 +186,6 @@ class Log:
                 health.append(report.health.names)
                 ln_evidence += report.ln_evidence
         digest = slam.digest()
-        if kind == "mixture":
-            for detector in detectors.values():
-                digest = detector.digest(digest)
         return Run(
             np.array(times), np.array(poses), np.array(covariances), health, ln_evidence, refused, slam.map(), digest
         )
@@ -246,8 +243,6 @@ def _detector(section: dict[str, float], recursion: dict[str, Any], moving: dict
         probability_far=section["detection_far"],
         births_still=factor * recursion["birth_intensity"],
         births_moving=factor * moving["birth_intensity"],
-        detection_memory_scans=recursion["detection_memory"],
-        clutter_memory_scans=recursion["clutter_memory"],
         mounting=Mounting(forward_m=section["forward_m"], left_m=section["left_m"], yaw_rad=section["yaw_rad"]),
         **{key: section[key] for key in same.split()},
     )

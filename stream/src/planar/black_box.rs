@@ -1,7 +1,7 @@
 //! The filters of a planar vehicle that take in all that a black box holds.
 
 use super::joint::{self, FEATURES, OnboardJoint, PlanarJoint};
-use super::onboard::{self, Direct, Drive, MEASUREMENTS, PlanarSensing, detector, margin, motion, online};
+use super::onboard::{self, Direct, Drive, MEASUREMENTS, PlanarSensing, detector, margin, motion};
 use super::{Fix, Odometry, Planar, Sensor};
 use crate::black_box::{
     BlackBoxFilter, KIND, Modelled, Observes, Other, Saves, loaded, placed, unreadable, unrestored,
@@ -43,7 +43,7 @@ impl<T: Real> Modelled<T> for Planar {
     }
 
     fn other(sensor: &Sensor) -> Result<Detector<PlanarSensing<T>>, Refusal> {
-        Ok(detector(sensor)?.learning(online(sensor))?)
+        Ok(detector(sensor)?)
     }
 
     fn observe(filter: &mut impl Observes<PlanarPose<T>>, fix: &Fix) -> Result<(), Refusal> {
@@ -70,8 +70,7 @@ impl<T: Real> Aboard<T> for BlackBox {
     {
         let Memory { aboard, others } = memory;
         aboard.state.clear();
-        let mut first = <Planar as Aboard<T>>::start(header, aboard)?;
-        first.detector.forget();
+        let first = <Planar as Aboard<T>>::start(header, aboard)?;
         Ok(BlackBoxFilter { first, others: others.each_mut().map(Other::in_room) })
     }
 }
@@ -184,8 +183,6 @@ impl<T: Real> Filter<Planar> for BlackBoxJointFilter<'_, T> {
                 self.first.filter.load_map(self.features.get(..count).unwrap_or(&[])).map_err(Refusal::Map)
             }
             Record::Head(head) => self.retune(&head.decode().map_err(unreadable)?),
-            // Nothing is learnt of its detectors.
-            Record::Forget(_) => Ok(()),
             Record::Predict(_) | Record::Scan(_) => Err(Refusal::NotAboard),
         }
     }

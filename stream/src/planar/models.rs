@@ -63,7 +63,7 @@ numbers! {
 }
 
 numbers! {
-    /// A detector: where it sits, its noise and field of view, what it gives birth to and what of it is learnt.
+    /// A detector: where it sits, its noise and field of view, and what it gives birth to.
     Sensor {
         /// How far ahead of where the pose is it sits, m.
         mounted_forward_m: f64,
@@ -97,10 +97,6 @@ numbers! {
         birth_intensity: f64,
         /// w_m of moving features, 1/(m·rad).
         moving_birth_intensity: f64,
-        /// Scans that what is learnt of p_D while running lasts for; 0: nothing is.
-        detection_memory: f64,
-        /// Scans that what is learnt of clutter while running lasts for; 0: nothing is.
-        clutter_memory: f64,
     }
 }
 
@@ -116,8 +112,6 @@ macro_rules! in_both {
                     $($field: models.$field,)+
                     birth_intensity: recursion.birth_intensity,
                     moving_birth_intensity: moving.birth_intensity,
-                    detection_memory: recursion.detection_memory,
-                    clutter_memory: recursion.clutter_memory,
                 }
             }
         }

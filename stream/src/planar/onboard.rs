@@ -7,7 +7,7 @@ use core::marker::PhantomData;
 use nalgebra::{Vector2, Vector3};
 use scphd::{
     Ackermann, AckermannControl, AckermannGeometry, Births, ControlNoise, Detector, DetectorMemory, Dynamic,
-    Linearised, MapMemory, ModelError, Motion, Mounting, Noise, Online, PlanarPose, PredictError, RangeBearing,
+    Linearised, MapMemory, ModelError, Motion, Mounting, Noise, PlanarPose, PredictError, RangeBearing,
     RangeBearingLimits, RangeBearingWindow, Real, ScPhd, Sensing, State, Static, Step, Unicycle, UnicycleControl,
     UniformClutter,
 };
@@ -139,8 +139,7 @@ impl<T: Real> Aboard<T> for Planar {
     {
         let onboard::Memory { state, scratch, measurements, features } = memory;
         let mut filter = ScPhd::new(motion(header, margin(header))?, config(header), state)?;
-        let sensor = Sensor::first(header);
-        let detector = detector(&sensor)?.learning(online(&sensor))?.over(scratch)?;
+        let detector = detector(&Sensor::first(header))?.over(scratch)?;
         filter.check(&detector)?;
         filter.reset(start(header), header.seed)?;
         Ok(Onboard { filter, detector, helm: Direct, kind: PhantomData, measurements, features })
@@ -247,7 +246,7 @@ pub(super) fn start<T: Real>(header: &Header<Planar>) -> PlanarPose<T> {
 
 pub(super) type PlanarSensing<T> = Sensing<RangeBearing<T>, RangeBearingWindow<T>, UniformClutter<T>>;
 
-/// A detector that learns nothing, where its sensor sits.
+/// A detector, where its sensor sits.
 pub(super) fn detector<T: Real>(sensor: &Sensor) -> Result<Detector<PlanarSensing<T>>, ModelError> {
     let births = Births {
         of_static: T::from_f64(sensor.birth_intensity),
@@ -257,14 +256,6 @@ pub(super) fn detector<T: Real>(sensor: &Sensor) -> Result<Detector<PlanarSensin
     match mounting(sensor)? {
         Some(mounting) => detector.mounted(mounting),
         None => Ok(detector),
-    }
-}
-
-/// What is learnt of it.
-pub(super) fn online<T: Real>(sensor: &Sensor) -> Online<T> {
-    Online {
-        detection_memory: T::from_f64(sensor.detection_memory),
-        clutter_memory: T::from_f64(sensor.clutter_memory),
     }
 }
 

@@ -4,7 +4,7 @@ use super::onboard::{MEASUREMENTS, Memory};
 use super::{AuvModels, Fix, Underwater};
 use crate::black_box::{BlackBoxFilter, Modelled, Observes};
 use crate::header::Header;
-use crate::onboard::{Aboard, Capacities, RamPart, Refusal, births, online};
+use crate::onboard::{Aboard, Capacities, RamPart, Refusal, births};
 use scphd::{
     Auv, AuvPose, Detector, ModelError, Navigator, Real, Sensing, StereoCamera, StereoFrustum, UniformClutter,
 };
@@ -31,7 +31,7 @@ impl<T: Real> Modelled<T> for Underwater {
 
     fn first(header: &Header<Self>) -> Result<Detector<StereoSensing<T>>, Refusal> {
         let AuvModels { sensing, .. } = header.models.of_filter()?;
-        Ok(Detector::new(sensing, births(header))?.learning(online(header))?)
+        Ok(Detector::new(sensing, births(header))?)
     }
 
     fn other(_sensor: &[f64; 0]) -> Result<Detector<StereoSensing<T>>, Refusal> {
@@ -60,8 +60,7 @@ impl<T: Real> Aboard<T> for BlackBox {
         T: 'm,
     {
         memory.state.clear();
-        let mut first = <Underwater as Aboard<T>>::start(header, memory)?;
-        first.detector.forget();
+        let first = <Underwater as Aboard<T>>::start(header, memory)?;
         Ok(BlackBoxFilter { first, others: [] })
     }
 }

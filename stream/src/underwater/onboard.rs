@@ -3,7 +3,7 @@
 use super::AuvModels;
 use super::{Navigation, Underwater};
 use crate::Header;
-use crate::onboard::{self, Aboard, Capacities, Helm, Onboard, Ram, RamPart, Refusal, births, config, online};
+use crate::onboard::{self, Aboard, Capacities, Helm, Onboard, Ram, RamPart, Refusal, births, config};
 use core::marker::PhantomData;
 use nalgebra::{Vector3, Vector4};
 use scphd::{
@@ -87,7 +87,7 @@ impl<T: Real> Aboard<T> for Underwater {
         let onboard::Memory { state, scratch, measurements, features } = memory;
         let AuvModels { motion, sensing } = header.models.of_filter()?;
         let mut filter = ScPhd::new(motion, config(header), state)?;
-        let detector = Detector::new(sensing, births(header))?.learning(online(header))?.over(scratch)?;
+        let detector = Detector::new(sensing, births(header))?.over(scratch)?;
         filter.check(&detector)?;
         filter.reset(header.models.start(), header.seed)?;
         Ok(Onboard { filter, detector, helm: header.models.navigator()?, kind: PhantomData, measurements, features })

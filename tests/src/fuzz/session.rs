@@ -5,12 +5,12 @@ use super::counts::count;
 use super::draw::Draw;
 use super::fixes::{Placed, observe};
 use super::scans::seen;
-use super::tuning::{Room, births, config, online};
+use super::tuning::{Room, births, config};
 use super::worlds::{FeatureOf, MeasurementOf, Models, ModelsOf, World};
 use super::{Failure, Operations, Watch};
 use scphd::{
     Births, Component, Config, Detector, DetectorMemory, Draft, Dynamic, Executor, MapEstimate, MapStorage,
-    MeasurementModel, Mounting, Online, Pose, PoseEstimate, Real, RestoreError, ScPhd, ScanReport, ScanRoom, Scrubber,
+    MeasurementModel, Mounting, Pose, PoseEstimate, Real, RestoreError, ScPhd, ScanReport, ScanRoom, Scrubber,
     SetupError, SliceEnd, State, Static, Symmetric, TangentOf, UpdateMemory, Vector, from_slice,
 };
 use std::collections::BTreeSet;
@@ -64,7 +64,7 @@ struct Filter<'s, W: World> {
 
 impl<W: World> Filter<'_, W> {
     fn digest(&self) -> u64 {
-        self.eye.digest(self.slam.digest())
+        self.slam.digest()
     }
 }
 
@@ -73,7 +73,6 @@ struct Design<W: World> {
     models: ModelsOf<W>,
     mounting: Option<Mounting<W::Scalar>>,
     births: Births<W::Scalar>,
-    online: Online<W::Scalar>,
     tuning: Config<W::Scalar>,
 }
 
@@ -83,14 +82,14 @@ impl<W: World> Design<W> {
         let tuning = config(draw, room);
         let models = W::models(draw)?;
         let mounting = if draw.chance(0.5) { Some(W::mounting(draw)?) } else { None };
-        let design = Self { models, mounting, births: births(draw, room), online: online(draw), tuning };
+        let design = Self { models, mounting, births: births(draw, room), tuning };
         design.tuning.check()?;
         design.detector()?;
         Ok(design)
     }
 
     fn detector(&self) -> Result<Eye<W, ()>, SetupError> {
-        let detector = Detector::new(self.models.sensing, self.births)?.learning(self.online)?;
+        let detector = Detector::new(self.models.sensing, self.births)?;
         Ok(match self.mounting {
             Some(mounting) => detector.mounted(mounting)?,
             None => detector,
@@ -123,9 +122,8 @@ struct Session<W: World> {
     room: Room,
     /// What may be seen again.
     landmarks: Vec<FeatureOf<W>>,
-    /// What was saved, of the filter and of its detector, and the digest of the filter, if that means the same still: of poses with
-    /// covariances it has these.
-    saved: Option<([Vec<u8>; 2], Option<u64>)>,
+    /// What was saved, and the digest of the filter, if that means the same still: of poses with covariances it has these.
+    saved: Option<(Vec<u8>, Option<u64>)>,
     scrubber: Scrubber,
     /// What the last operation was.
     told: String,
@@ -204,9 +202,9 @@ pub(super) fn run<
                 let (motion, sensing) = (*filter.slam.motion(), *filter.eye.sensing());
                 let models = Models { motion, sensing };
                 let (mounting, births) = (filter.eye.mounting().copied(), births(&mut draw, room));
-                let (online, tuning) = (online(&mut draw), config(&mut draw, room));
-                session.saved = session.saved.take().map(|(parts, _)| (parts, None));
-                next = Some(Design { models, mounting, births, online, tuning });
+                let tuning = config(&mut draw, room);
+                session.saved = session.saved.take().map(|(bytes, _)| (bytes, None));
+                next = Some(Design { models, mounting, births, tuning });
                 break;
             }
         }
@@ -379,35 +377,31 @@ impl<T: Real, W: World<Scalar = T, Pose: Placed>> Session<W> {
     }
 
     fn save(&mut self, filter: &mut Filter<'_, W>) -> Result<(), String> {
-        let mut parts = [Vec::new(), Vec::new()];
-        let [of_filter, of_eye] = &mut parts;
-        let outcome = filter.slam.save(KIND, into_vec(of_filter));
+        let mut bytes = Vec::new();
+        let outcome = filter.slam.save(KIND, into_vec(&mut bytes));
         count("save", &outcome);
         self.tell(format_args!("save: {outcome:?}"));
         if let Err(error) = outcome {
             let started = !filter.slam.candidates().is_empty();
             return require(!started, || format!("a sound state is not saved: {error}"));
         }
-        let outcome = filter.eye.save(KIND, into_vec(of_eye));
-        count("save a detector", &outcome);
-        require(outcome.is_ok(), || format!("what was learnt is not saved: {outcome:?}"))?;
-        self.saved = Some((parts, Some(filter.slam.digest())));
+        self.saved = Some((bytes, Some(filter.slam.digest())));
         Ok(())
     }
 
     /// Goes back to what was saved, or tries to with a part of it or another kind.
     fn restore(&mut self, filter: &mut Filter<'_, W>, draw: &mut Draw) -> Result<(), String> {
-        let Some(([of_filter, of_eye], saved)) = self.saved.clone() else { return Ok(()) };
+        let Some((bytes, saved)) = self.saved.clone() else { return Ok(()) };
         let before = filter.digest();
         let (cut, kind) = match draw.below(6) {
-            0 => (draw.below(of_filter.len()), KIND),
-            1 => (of_filter.len(), KIND + 1),
-            _ => (of_filter.len(), KIND),
+            0 => (draw.below(bytes.len()), KIND),
+            1 => (bytes.len(), KIND + 1),
+            _ => (bytes.len(), KIND),
         };
-        let whole = cut == of_filter.len() && kind == KIND;
-        let outcome = filter.slam.restore(kind, from_slice(&of_filter[..cut]));
+        let whole = cut == bytes.len() && kind == KIND;
+        let outcome = filter.slam.restore(kind, from_slice(&bytes[..cut]));
         count("restore", &outcome);
-        self.tell(format_args!("restore {cut} of {} bytes: {outcome:?}", of_filter.len()));
+        self.tell(format_args!("restore {cut} of {} bytes: {outcome:?}", bytes.len()));
         match outcome {
             // Another configuration may have been set since.
             Err(RestoreError::Setup(_)) => require(filter.digest() == before, || "refused, and not as before".into()),
@@ -418,10 +412,7 @@ impl<T: Real, W: World<Scalar = T, Pose: Placed>> Session<W> {
             Ok(_) => {
                 require(whole, || "a snapshot was taken that is none".into())?;
                 let same = saved.is_none_or(|saved| filter.slam.digest() == saved);
-                require(same, || "another state than was saved".into())?;
-                let outcome = filter.eye.restore(KIND, from_slice(&of_eye));
-                count("restore a detector", &outcome);
-                require(outcome.is_ok(), || format!("what was learnt is refused: {outcome:?}"))
+                require(same, || "another state than was saved".into())
             }
         }
     }
@@ -510,7 +501,6 @@ fn sound_report<T: Real>(report: &ScanReport<T>) -> Result<(), String> {
     let finite = |number: T| number >= T::ZERO && number.is_finite();
     require(report.ln_evidence < T::INFINITY, told)?;
     require(finite(report.pruned_mass) && finite(report.innovation), told)?;
-    require(finite(report.detection_scale) && finite(report.clutter_scale), told)?;
     let candidates = T::from_usize(report.candidates);
     let most = candidates * (T::ONE + T::from_f64(1e-3));
     require(report.n_eff >= T::from_f64(0.999) && report.n_eff <= most, told)?;

@@ -10,8 +10,8 @@ use crc::{CRC_32_ISO_HDLC, Crc};
 use nalgebra::{Vector2, Vector3};
 use scphd::{
     Births, Component, Config, Detector, DetectorMemory, Dynamic, Instruments, JointArchive, JointConfig, JointSlam,
-    JointState, MapMemory, Navigator, Online, PlanarPose, Reading, Real, RestoreError, ScPhd, Scrubber, Sensor,
-    SliceEnd, State, Static, Symmetric, VelocityNoise, from_slice, joint_numbers, restore_map, save_map,
+    JointState, MapMemory, Navigator, PlanarPose, Reading, Real, RestoreError, ScPhd, Scrubber, Sensor, SliceEnd,
+    State, Static, Symmetric, VelocityNoise, from_slice, joint_numbers, restore_map, save_map,
 };
 use std::panic::{self, AssertUnwindSafe};
 
@@ -245,56 +245,6 @@ impl<T: Real, const F: usize, const NUMBERS: usize, const ARCHIVE: usize> Joint<
     }
 }
 
-/// What a detector has learnt.
-struct Learnt<T>(std::marker::PhantomData<T>);
-
-impl<T: Real> Kind for Learnt<T> {
-    fn save(draw: &mut Draw) -> Vec<u8> {
-        Self::over(draw, |eyes, _| bytes_of(|sink| eyes.save(KIND, sink)).expect("a sound state is saved"))
-    }
-
-    fn restore(draw: &mut Draw, bytes: &[u8], source: &Source) -> Result<(), String> {
-        Self::over(draw, |eyes, slam| {
-            let before = eyes.digest(0);
-            let outcome = eyes.restore(KIND, source.over(bytes));
-            count("detector", &outcome);
-            if outcome.is_err() {
-                return require(eyes.digest(0) == before, || format!("{outcome:?} changed what was learnt"));
-            }
-            let scan = slam.scan(eyes, &[Vector2::new(T::from_f64(3.0), T::ZERO)]);
-            let report = scan.map_err(|error| error.to_string())?;
-            let usable = |scale: T| scale >= T::ZERO && scale.is_finite();
-            require(usable(report.detection_scale) && usable(report.clutter_scale), || format!("{report:?}"))?;
-            bytes_of(|sink| eyes.save(KIND, sink)).map(drop).map_err(|error| format!("not saved again: {error}"))
-        })
-    }
-}
-
-type Learning<'s, T> = Detector<<Rover<T> as World>::Sensing, scphd::ScanRoom<'s, Vector2<T>>>;
-
-impl<T: Real> Learnt<T> {
-    /// A detector that has learnt of two scans.
-    fn over<R>(
-        draw: &mut Draw,
-        work: impl FnOnce(&mut Learning<'_, T>, &mut ScPhd<'_, <Rover<T> as World>::Motion>) -> R,
-    ) -> R {
-        let sensing = robot::<T>().sensing;
-        let mut state = Box::new(State::<PlanarPose<T>, 1, 1, MapMemory<Static<Vector2<T>>, 1, 4, 4, 24>>::new());
-        let mut slam = ScPhd::new(robot::<T>().motion, Config::blind(1, 1), &mut *state).expect("it fits");
-        slam.reset(PlanarPose::ZERO_HERE, 1).expect("a pose");
-        let mut scratch = DetectorMemory::<Vector2<T>, 16>::new();
-        let learns = Online { detection_memory: T::from_f64(20.0), clutter_memory: T::from_f64(20.0) };
-        let eyes = Detector::new(sensing, Births::of_static(T::from_f64(0.01))).map(|eyes| eyes.learning(learns));
-        let eyes = eyes.expect("models").expect("memories");
-        let mut eyes = eyes.over(&mut scratch).expect("room");
-        for _ in 0..2 {
-            let scan = seen(draw, &PlanarPose::ZERO_HERE, &sensing);
-            slam.scan(&mut eyes, &scan).expect("a scan");
-        }
-        work(&mut eyes, &mut slam)
-    }
-}
-
 /// The features of a map.
 struct Map<T, const ROOM: usize>(std::marker::PhantomData<T>);
 
@@ -431,7 +381,7 @@ type Save = fn(&mut Draw) -> Vec<u8>;
 type Restore = fn(&mut Draw, &[u8], &Source) -> Result<(), String>;
 
 /// The kinds there are; of the same content in other capacities and scalars too.
-const KINDS: [(&str, Save, Restore); 15] = {
+const KINDS: [(&str, Save, Restore); 13] = {
     const fn of<K: Kind>(name: &'static str) -> (&'static str, Save, Restore) {
         (name, K::save, K::restore)
     }
@@ -444,8 +394,6 @@ const KINDS: [(&str, Save, Restore); 15] = {
         of::<Joint<f32, 2, { joint_numbers(3, 2, 2) }, 0>>("joint map of two"),
         of::<Joint<f32, 4, { joint_numbers(3, 2, 4) }, 6>>("joint map with an archive"),
         of::<Joint<f64, 5, { joint_numbers(3, 2, 5) }, 6>>("joint map in double precision"),
-        of::<Learnt<f32>>("detector"),
-        of::<Learnt<f64>>("detector in double precision"),
         of::<Map<f32, 8>>("map"),
         of::<Map<f64, 4>>("map in double precision"),
         of::<Beside<f32>>("navigator"),

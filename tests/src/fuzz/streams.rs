@@ -131,9 +131,6 @@ fn header<K: Kind>(draw: &mut Draw, models: K::Models, scalar: Scalar) -> Header
     recursion.proposal_sampled_fraction = draw.even(0.0, 1.0);
     recursion.proposal_min_responsibility = 1e-3;
     if draw.chance(0.3) {
-        (recursion.detection_memory, recursion.clutter_memory) = (30.0, 30.0);
-    }
-    if draw.chance(0.3) {
         moving.birth_intensity = 1e-3;
         (moving.velocity_sigma_mps, moving.acceleration_psd, moving.lifetime_s) = (1.0, 0.1, 20.0);
         (moving.spread_max_m, moving.extraction_weight) = (5.0, 0.5);
@@ -208,7 +205,6 @@ fn drive<T: Real>(draw: &mut Draw) -> Vec<u8> {
                 }
                 4 | 5 => log.scan_of(which, &scan)?,
                 6 => log.localise(which, &scan)?,
-                7 => log.forget(which)?,
                 8 => {
                     let mut retuned = header;
                     retuned.models = spoilt(draw, &header.models);
@@ -289,7 +285,6 @@ fn dive<T: Real>(draw: &mut Draw) -> Vec<u8> {
                 })
                 .collect();
             match draw.below(12) {
-                0 => log.forget(Which::FIRST)?,
                 1 => log.scan(&frame)?,
                 2 => {
                     let mut retuned = header;

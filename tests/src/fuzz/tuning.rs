@@ -2,7 +2,7 @@
 
 use super::draw::Draw;
 use scphd::{
-    Births, Config, ConstantVelocity, Extraction, Informed, Likelihood, MovingConfig, Online, Plausible, Proposal, Real,
+    Births, Config, ConstantVelocity, Extraction, Informed, Likelihood, MovingConfig, Plausible, Proposal, Real,
 };
 
 /// All of them.
@@ -54,14 +54,6 @@ pub fn births<T: Real>(draw: &mut Draw, room: Room) -> Births<T> {
         of_static: if draw.chance(0.1) { T::ZERO } else { number(draw.magnitude(1e-6, 0.5)) },
         of_moving: if room.moving && draw.chance(0.5) { number(draw.magnitude(1e-6, 0.1)) } else { T::ZERO },
     }
-}
-
-/// What a detector learns, likewise.
-pub fn online<T: Real>(draw: &mut Draw) -> Online<T> {
-    if draw.chance(0.7) {
-        return Online::NONE;
-    }
-    Online { detection_memory: draw.real(2.0, 100.0), clutter_memory: draw.real(2.0, 100.0) }
 }
 
 fn informed<T: Real>(draw: &mut Draw) -> Informed<T> {

@@ -1,6 +1,6 @@
 //! The joint map; and that neither filter takes what is another's.
 
-use super::world::{KIND, Scratch, detector, lidar, motion, saved, start, world};
+use super::world::{KIND, lidar, motion, saved, start, world};
 use crate::*;
 use nalgebra::Vector2;
 use std::boxed::Box;
@@ -78,7 +78,6 @@ fn a_joint_map_that_does_not_fit_is_left_alone() {
     let mut state = Box::new(State::<PlanarPose<f32>, 4, 4, MapMemory<Static<Vector2<f32>>, 4, 8, 4, 32>>::new());
     let mut mixture = ScPhd::new(motion(), Config::blind(4, 1), &mut *state).unwrap();
     assert_eq!(mixture.restore(KIND, from_slice(&bytes)), Err(RestoreError::Content));
-    let mut scratch = Scratch::new();
-    let other = detector::<f32>(&mut scratch, false);
-    assert_eq!(little.restore(KIND, from_slice(&saved(|sink| other.save(KIND, sink)))), Err(RestoreError::Content));
+    mixture.reset(start(), 1).unwrap();
+    assert_eq!(little.restore(KIND, from_slice(&saved(|sink| mixture.save(KIND, sink)))), Err(RestoreError::Content));
 }
