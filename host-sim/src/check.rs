@@ -107,13 +107,13 @@ impl Checked for Planar {
     }
 
     fn in_detail(log: &Log) -> Detail {
-        let turn = |[speed, second]: [f64; 2]| match log.vehicle {
+        let turn = |[speed, second, _]: [f64; 3]| match log.vehicle {
             Vehicle::Ackermann { wheelbase_m, .. } => speed * libm::tan(second) / wheelbase_m,
-            Vehicle::Unicycle | Vehicle::UnicycleArc => second,
+            Vehicle::Unicycle | Vehicle::UnicycleArc | Vehicle::Holonomic => second,
         };
         let motion = log.odometry.iter().map(|row| Motion {
             t_s: row.t_s,
-            speed_mps: Some(row.control[0].abs()),
+            speed_mps: Some(row.speed_mps().abs()),
             turn_radps: turn(row.control),
         });
         let mut findings = Findings::default();

@@ -98,8 +98,8 @@ impl Dimensions for Planar {
     type Reckoned = [f64; 3];
     /// Range m, bearing rad.
     type Measurement = [f64; 2];
-    /// Speed m/s, then steering angle rad or turn rate rad/s.
-    type Control = [f64; 2];
+    /// Speed m/s, then steering angle rad or turn rate rad/s, then speed to the left m/s.
+    type Control = [f64; 3];
     type Fix = PoseFix;
 
     const POSE: &'static [(&'static str, &'static str)] = &[("x", "m"), ("y", "m"), ("heading", "rad")];

@@ -10,7 +10,7 @@ pub enum Event<D: Dimensions = Planar> {
     Predict {
         /// The place of the odometry row in force in the log.
         row: usize,
-        /// What moved it: in the plane the odometry row in force, speed (m/s), then steering angle (rad) or turn rate (rad/s).
+        /// What moved it: in the plane the odometry row in force, speed (m/s), then steering angle (rad) or turn rate (rad/s), then speed to the left (m/s).
         control: D::Control,
         /// For how long, s; more than 0.
         dt_s: f64,
@@ -107,7 +107,7 @@ mod tests {
             fix_noise: FixNoise::default(),
             nominal: Nominal::default(),
             simulated: true,
-            odometry: odometry.iter().map(|&t_s| Odometry { t_s, control: [t_s, -t_s] }).collect(),
+            odometry: odometry.iter().map(|&t_s| Odometry { t_s, control: [t_s, -t_s, 0.0] }).collect(),
             scans: scans.iter().map(|&t_s| Scan { t_s, detections: vec![], ..Scan::default() }).collect(),
             truth: vec![],
             truth_sigma_m: 0.0,
@@ -118,7 +118,7 @@ mod tests {
 
     /// A predict by the row of that place, at `row_s`.
     fn moved((row, row_s): (usize, f64), dt_s: f64) -> Event {
-        Event::Predict { row, control: [row_s, -row_s], dt_s }
+        Event::Predict { row, control: [row_s, -row_s, 0.0], dt_s }
     }
 
     fn scan(index: usize) -> Event {
@@ -159,8 +159,8 @@ mod tests {
         let expected = [scan(0), scan(1), moved((0, 0.0), 1.0), scan(2)];
         assert_eq!(all(&[0.0], &[0.0, 0.0, 1.0]), expected);
         let mut twice = log(&[0.0, 0.0], &[1.0]);
-        twice.odometry[1].control = [7.0, 8.0];
-        let expected = [Event::Predict { row: 1, control: [7.0, 8.0], dt_s: 1.0 }, scan(0)];
+        twice.odometry[1].control = [7.0, 8.0, 0.0];
+        let expected = [Event::Predict { row: 1, control: [7.0, 8.0, 0.0], dt_s: 1.0 }, scan(0)];
         assert_eq!(events(&twice).collect::<Vec<_>>(), expected);
     }
 

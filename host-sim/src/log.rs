@@ -27,6 +27,8 @@ pub enum Vehicle {
     Unicycle,
     /// Exact arc; controls are speed and turn rate.
     UnicycleArc,
+    /// Ahead, aside and turning at once, exact arc; controls are speed ahead, turn rate and speed to the left.
+    Holonomic,
 }
 
 /// Range-bearing sensor window, from the `[sensor]` section of `log.toml`.
@@ -94,7 +96,7 @@ pub struct Nominal {
     pub bearing_sigma_rad: Option<f64>,
     /// Standard deviation of the speed, m/s, one draw a sample.
     pub speed_sigma_mps: Option<f64>,
-    /// Standard deviation of the turn rate, rad/s, one draw a sample (unicycles).
+    /// Standard deviation of the turn rate, rad/s, one draw a sample (all but Ackermann).
     pub rate_sigma_radps: Option<f64>,
     /// Standard deviation of the steering angle, rad, one draw a sample (Ackermann).
     pub steering_sigma_rad: Option<f64>,
@@ -124,8 +126,17 @@ impl Nominal {
 pub struct Odometry {
     /// Time, s.
     pub t_s: f64,
-    /// Speed (m/s), then steering angle (rad, Ackermann) or turn rate (rad/s, unicycles).
-    pub control: [f64; 2],
+    /// Speed (m/s), then steering angle (rad, Ackermann) or turn rate (rad/s, all others), then speed to the left (m/s, 0 of what cannot).
+    pub control: [f64; 3],
+}
+
+impl Odometry {
+    /// Speed over ground, m/s, below zero in reverse.
+    #[must_use]
+    pub fn speed_mps(&self) -> f64 {
+        let [ahead, _, left] = self.control;
+        if left == 0.0 { ahead } else { libm::hypot(ahead, left) }
+    }
 }
 
 /// One scan of the sensor, possibly empty.

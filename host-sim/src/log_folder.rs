@@ -3,7 +3,7 @@
 //! | file | content |
 //! |---|---|
 //! | `log.toml` | name, whether it is simulated, initial pose, `[vehicle]` and `[sensor]`, or several `[[sensors]]`, with what is known of their noise; `[fixes]` |
-//! | `odometry.csv` | `t_s` and the controls: `speed_mps,steering_rad` (Ackermann) or `v_mps,omega_radps` (unicycles) |
+//! | `odometry.csv` | `t_s` and the controls: `speed_mps,steering_rad` (Ackermann) or `v_mps,omega_radps` (unicycles) or `vx_mps,vy_mps,omega_radps` (holonomic) |
 //! | `scans.csv` | `scan,t_s`, one row a scan; with several sensors `sensor`, the name of the one that took it |
 //! | `detections.csv` | `scan,range_m,bearing_rad`, one row a detection; optional: `label_landmark` or `label_subject` |
 //! | `fixes.csv` | optional: `t_s` and `x_m,y_m` or `heading_rad` or both, one row a fix of the pose; cells may be empty |
@@ -19,7 +19,7 @@
 //! Keys of `log.toml` are all looked at: one that is not known, or that the vehicle's model has no use for, is an error.
 //!
 //! `[vehicle]` says where the sensor sits. Of an Ackermann vehicle the pose is its sensor's, `sensor_forward_m` ahead of the rear axle and
-//! `sensor_left_m` to the left of the centreline (5.25). Of a unicycle it is its axle's, and both keys, which may be left out, say where
+//! `sensor_left_m` to the left of the centreline (5.25). Of the others it is its axle's, or where it turns, and both keys, which may be left out, say where
 //! the sensor sits from there. `sensor_yaw_rad`, which may be left out too, is how any sensor is turned to the left.
 //!
 //! Several sensors are sections `[[sensors]]` in place of `[sensor]`: the same keys, a `name` of letters, digits, dashes and underscores,
@@ -80,9 +80,9 @@ pub fn read(dir: &Path) -> Result<Log, LogError> {
     let (odometry, rows) = odometry(dir, &head)?;
     let (scans, stamps) = scans(dir, &head)?;
     units::common_clock(&rows, &stamps)?;
-    let speeds = odometry.iter().map(|row| row.control[0]);
+    let speeds = odometry.iter().map(Odometry::speed_mps);
     let reach_m = head.sensors.iter().map(|sensor| sensor.sensor.range_max_m).fold(0.0, f64::max);
-    units::way(&rows, speeds, &stamps, reach_m, head.control_columns()[0])?;
+    units::way(&rows, speeds, &stamps, reach_m, head.control_columns().0[0])?;
     let fixes = fixes(dir, &head, odometry.first(), scans.last())?;
     let (truth, landmarks, moving) = (truth(dir)?, landmarks(dir)?, moving(dir)?);
     Ok(Log { odometry, scans, fixes, truth, landmarks, moving, ..empty(head)? })
@@ -123,14 +123,16 @@ fn empty(head: Head) -> Result<Log, LogError> {
 
 fn odometry(dir: &Path, head: &Head) -> Result<(Vec<Odometry>, Vec<Stamp>), LogError> {
     let table = Table::read(dir, "odometry.csv")?;
-    let names = head.control_columns();
+    let (names, left) = head.control_columns();
     let time = table.column("t_s")?;
     let (first, second) = (table.column(names[0])?, table.column(names[1])?);
+    let left = left.map(|name| table.column(name)).transpose()?;
     let (mut clock, mut steering) = (Clock::new(), Angles::steering());
     let (mut odometry, mut stamps) = (Vec::new(), Vec::new());
     for row in table.rows() {
         let t_s = clock.tick(&row, row.number(&time)?)?;
-        let control = [row.number(&first)?, row.number(&second)?];
+        let aside = left.as_ref().map_or(Ok(0.0), |column| row.number(column))?;
+        let control = [row.number(&first)?, row.number(&second)?, aside];
         if matches!(head.vehicle, Vehicle::Ackermann { .. }) {
             steering.add(control[1], || row.cell(names[1]));
         }

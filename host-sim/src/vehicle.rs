@@ -1,4 +1,4 @@
-//! Motion of the three vehicles in f64, for dead reckoning and for simulating.
+//! Motion of the vehicles in f64, for dead reckoning and for simulating.
 //!
 //! Sines and cosines are those of `libm`, so that a simulated log is the same on every machine.
 
@@ -17,14 +17,14 @@ impl Vehicle {
     /// The pose after `dt_s` seconds of `control` from `pose` (x m, y m, heading rad), without noise.
     ///
     /// `control` is encoder speed (m/s) and steering angle (rad) for the Ackermann vehicle (5.25–5.27, sign of
-    /// the x row corrected), speed (m/s) and turn rate (rad/s) for the unicycles. The heading comes back in
-    /// (−π, π].
+    /// the x row corrected), speed (m/s) and turn rate (rad/s) for the unicycles, and of a holonomic vehicle speed to the left (m/s)
+    /// behind them. The heading comes back in (−π, π].
     #[must_use]
-    pub fn step(&self, pose: [f64; 3], control: [f64; 2], dt_s: f64) -> [f64; 3] {
+    pub fn step(&self, pose: [f64; 3], control: [f64; 3], dt_s: f64) -> [f64; 3] {
         let [x, y, heading] = pose;
         match *self {
             Self::Ackermann { wheelbase_m, encoder_offset_m, sensor_forward_m: a, sensor_left_m: b } => {
-                let [encoder_speed, steering] = control;
+                let [encoder_speed, steering, _] = control;
                 let slope = tan(steering);
                 let speed = encoder_speed / (1.0 - slope * encoder_offset_m / wheelbase_m);
                 let rate = speed / wheelbase_m * slope;
@@ -36,11 +36,11 @@ impl Vehicle {
                 ]
             }
             Self::Unicycle => {
-                let [speed, rate] = control;
+                let [speed, rate, _] = control;
                 [x + dt_s * speed * cos(heading), y + dt_s * speed * sin(heading), wrap(heading + dt_s * rate)]
             }
             Self::UnicycleArc => {
-                let [speed, rate] = control;
+                let [speed, rate, _] = control;
                 let turn = rate * dt_s;
                 let end = heading + turn;
                 let (dx, dy) = if turn.abs() < STRAIGHT_RAD {
@@ -51,6 +51,13 @@ impl Vehicle {
                     (radius * (sin(end) - sin(heading)), radius * (cos(heading) - cos(end)))
                 };
                 [x + dx, y + dy, wrap(end)]
+            }
+            Self::Holonomic => {
+                let [ahead, rate, left] = control;
+                // What is driven to the left is an arc too, of a vehicle turned by a right angle.
+                let arc = |speed, heading| Self::UnicycleArc.step([0.0, 0.0, heading], [speed, rate, 0.0], dt_s);
+                let ([dx, dy, _], [to_left, back, _]) = (arc(ahead, heading), arc(left, heading));
+                [x + dx - back, y + dy + to_left, wrap(heading + rate * dt_s)]
             }
         }
     }
@@ -118,8 +125,8 @@ mod tests {
 
     #[test]
     fn all_vehicles_go_straight() {
-        for vehicle in [CAR, Vehicle::Unicycle, Vehicle::UnicycleArc] {
-            let pose = vehicle.step([1.0, 2.0, FRAC_PI_2], [3.0, 0.0], 0.5);
+        for vehicle in [CAR, Vehicle::Unicycle, Vehicle::UnicycleArc, Vehicle::Holonomic] {
+            let pose = vehicle.step([1.0, 2.0, FRAC_PI_2], [3.0, 0.0, 0.0], 0.5);
             close(pose, [1.0, 3.5, FRAC_PI_2], 1e-15);
         }
     }
@@ -127,19 +134,19 @@ mod tests {
     #[test]
     fn the_exact_arc_closes_its_circle_in_one_and_in_many_steps() {
         let start = [1.0, 2.0, 0.3];
-        close(Vehicle::UnicycleArc.step(start, [2.0, 0.5], 4.0 * PI), start, 1e-14);
-        let half = Vehicle::UnicycleArc.step([0.0; 3], [2.0, 0.5], 2.0 * PI);
+        close(Vehicle::UnicycleArc.step(start, [2.0, 0.5, 0.0], 4.0 * PI), start, 1e-14);
+        let half = Vehicle::UnicycleArc.step([0.0; 3], [2.0, 0.5, 0.0], 2.0 * PI);
         close(half, [0.0, 8.0, PI], 1e-14);
         let mut pose = start;
         for _ in 0..1000 {
-            pose = Vehicle::UnicycleArc.step(pose, [2.0, 0.5], 4.0 * PI / 1000.0);
+            pose = Vehicle::UnicycleArc.step(pose, [2.0, 0.5, 0.0], 4.0 * PI / 1000.0);
         }
         close(pose, start, 1e-11);
     }
 
     #[test]
     fn the_chord_takes_over_without_a_jump() {
-        let at = |turn: f64| Vehicle::UnicycleArc.step([0.0, 0.0, 1.0], [10.0, turn], 1.0);
+        let at = |turn: f64| Vehicle::UnicycleArc.step([0.0, 0.0, 1.0], [10.0, turn, 0.0], 1.0);
         close(at(0.999_999 * STRAIGHT_RAD), at(1.000_001 * STRAIGHT_RAD), 1e-8);
         // The chord is longer than the arc's by (ω dt)²/24 of itself.
         let turn = 0.999 * STRAIGHT_RAD;
@@ -158,15 +165,30 @@ mod tests {
         assert!((speed - rate * 0.76 - encoder_speed).abs() < 1e-12);
         let sensor =
             |x: f64, y: f64, h: f64| [x + 3.78 * h.cos() - 0.5 * h.sin(), y + 3.78 * h.sin() + 0.5 * h.cos(), h];
-        let axle = Vehicle::UnicycleArc.step([0.0, 0.0, heading], [speed, rate], dt);
-        let moved = CAR.step(sensor(0.0, 0.0, heading), [encoder_speed, steering], dt);
+        let axle = Vehicle::UnicycleArc.step([0.0, 0.0, heading], [speed, rate, 0.0], dt);
+        let moved = CAR.step(sensor(0.0, 0.0, heading), [encoder_speed, steering, 0.0], dt);
         // Euler against the exact motion: they differ by O(dt²).
         close(moved, sensor(axle[0], axle[1], axle[2]), 5.0 * dt * dt);
     }
 
+    /// In small straight steps.
+    #[test]
+    fn a_holonomic_vehicle_goes_any_way_while_it_turns() {
+        let (control, steps) = ([1.5, 0.8, -0.7], 20_000);
+        let whole = Vehicle::Holonomic.step([1.0, 2.0, 0.3], control, 2.0);
+        let (mut x, mut y, mut heading, dt) = (1.0, 2.0, 0.3_f64, 2.0 / f64::from(steps));
+        for _ in 0..steps {
+            let (s, c) = (heading + 0.5 * dt * control[1]).sin_cos();
+            x += dt * (control[0] * c - control[2] * s);
+            y += dt * (control[0] * s + control[2] * c);
+            heading += dt * control[1];
+        }
+        close(whole, [x, y, heading], 1e-8);
+    }
+
     #[test]
     fn the_heading_wraps() {
-        let pose = Vehicle::Unicycle.step([0.0, 0.0, 3.0], [0.0, 1.0], 1.0);
+        let pose = Vehicle::Unicycle.step([0.0, 0.0, 3.0], [0.0, 1.0, 0.0], 1.0);
         close(pose, [0.0, 0.0, 4.0 - 2.0 * PI], 1e-15);
     }
 

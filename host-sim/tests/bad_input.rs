@@ -211,7 +211,7 @@ fn an_estimate_worse_than_dead_reckoning_is_told() {
     log.truth.truncate(41);
     log.odometry.truncate(82);
     for (place, row) in log.odometry.iter_mut().enumerate() {
-        row.control = [3.0, if place < 80 { 0.0 } else { row.control[1] }];
+        row.control = [3.0, if place < 80 { 0.0 } else { row.control[1] }, 0.0];
     }
     log_folder::write(&log, &place.path("exact")).unwrap();
     fs::write(

@@ -157,7 +157,7 @@ fn a_radar_and_its_seat_are_found() {
     }
     let log = log_folder::read(&place.path("log")).unwrap();
     assert_eq!((log.name.as_str(), log.odometry.len(), log.scans.len()), ("drive", 30, 30));
-    assert_eq!((log.odometry[7].t_s, log.odometry[7].control), (0.7, [1.0, 0.25]));
+    assert_eq!((log.odometry[7].t_s, log.odometry[7].control), (0.7, [1.0, 0.25, 0.0]));
     let [[range, bearing], [level, _]] = log.scans[29].detections[..] else { panic!("{log:?}") };
     assert_eq!((range, bearing), (5.0, 0.5));
     assert!((level - 8.0 * 0.5_f64.cos()).abs() < 1e-6);
@@ -262,7 +262,7 @@ fn cars_need_a_head_and_poses_make_velocities() {
     log_folder::write(&scenario::survey(1), &place.path("like")).unwrap();
     let head = place.path("like/log.toml");
     let head = head.to_str().unwrap();
-    for (file, control) in [("car.mcap", [2.0, 0.125]), ("joints.mcap", [2.5, 0.1])] {
+    for (file, control) in [("car.mcap", [2.0, 0.125, 0.0]), ("joints.mcap", [2.5, 0.1, 0.0])] {
         place.succeeds(&["import", file, "--out", file.trim_end_matches(".mcap"), "--head", head]);
         let log = log_folder::read(&place.path(file.trim_end_matches(".mcap"))).unwrap();
         assert_eq!((log.odometry[3].control, log.vehicle), (control, scenario::survey(1).vehicle));
@@ -279,7 +279,7 @@ fn cars_need_a_head_and_poses_make_velocities() {
     let told = place.succeeds(&["import", "poses.mcap", "--out", "poses"]);
     assert!(told.contains("made of its poses"), "{told}");
     let log = log_folder::read(&place.path("poses")).unwrap();
-    assert!((log.odometry[3].control[0] - 5.0).abs() < 1e-6 && log.odometry[25].control == [0.0; 2]);
+    assert!((log.odometry[3].control[0] - 5.0).abs() < 1e-6 && log.odometry[25].control == [0.0; 3]);
 }
 
 #[test]
@@ -461,7 +461,7 @@ fn the_files_of_victoria_park_are_read() {
     let told = place.succeeds(&["import", "park", "--out", "log"]);
     assert!(told.contains("80 rows of odometry, 8 scans"), "{told}");
     let log = log_folder::read(&place.path("log")).unwrap();
-    assert_eq!((log.odometry[1].t_s, log.odometry[1].control), (21.965, [1.5, -0.003]));
+    assert_eq!((log.odometry[1].t_s, log.odometry[1].control), (21.965, [1.5, -0.003, 0.0]));
     let thick = 8.0 * 3.0 * std::f64::consts::PI / 360.0;
     for scan in &log.scans {
         let [[range, bearing]] = scan.detections[..] else { panic!("{scan:?}") };
@@ -516,7 +516,7 @@ heading = { column = "h", unit = "deg" }
     place.succeeds(&["import", "map.toml", "--out", "log"]);
     let log = log_folder::read(&place.path("log")).unwrap();
     assert_eq!((log.name.as_str(), log.odometry[3].t_s), ("mine", 1.3));
-    let [speed, rate] = log.odometry[3].control;
+    let [speed, rate, _] = log.odometry[3].control;
     assert!((speed - 1.0).abs() < 1e-12 && (rate + std::f64::consts::FRAC_PI_2).abs() < 1e-12);
     // Ten rows of each second are one scan, and 50 scans are listed, most of them empty.
     assert_eq!((log.scans.len(), log.scans.iter().filter(|scan| scan.detections.len() == 10).count()), (55, 5));

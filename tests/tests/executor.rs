@@ -114,7 +114,7 @@ where
         for event in events(log) {
             match event {
                 Event::Predict { control, dt_s, .. } => {
-                    let [speed_mps, steering_rad] = control.map(T::from_f64);
+                    let [speed_mps, steering_rad, _] = control.map(T::from_f64);
                     filter.predict(&AckermannControl { speed_mps, steering_rad }, T::from_f64(dt_s)).unwrap();
                 }
                 Event::Scan { index } => {

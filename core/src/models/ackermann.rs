@@ -1,6 +1,8 @@
 //! A car with a wheel encoder and a steering angle (5.25–5.27).
 
-use super::{ByControl, ControlNoise, Linearised, ModelError, Motion, PlanarPose, require};
+use super::{
+    ByOdometry, ControlNoise, Linearised, ModelError, Motion, OdometryCorrection, PlanarPose, of_two, require,
+};
 use crate::{Noise, Rates, Real, wrap};
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
@@ -155,17 +157,21 @@ impl<T: Real> Motion for Ackermann<T> {
     }
 }
 
-impl<T: Real> ByControl for Ackermann<T> {
-    fn numbers(control: &AckermannControl<T>) -> [T; 2] {
-        [control.speed_mps, control.steering_rad]
-    }
-
-    fn control([speed_mps, steering_rad]: [T; 2]) -> AckermannControl<T> {
+impl<T: Real> ByOdometry for Ackermann<T> {
+    fn corrected(control: &Self::Control, odometry: &OdometryCorrection<T>) -> Self::Control {
+        let [speed_mps, steering_rad] = odometry.corrected([control.speed_mps, control.steering_rad]);
         AckermannControl { speed_mps, steering_rad }
     }
 
-    fn by_control(&self, pose: &PlanarPose<T>, control: &AckermannControl<T>, dt: T) -> SMatrix<T, 3, 2> {
-        self.attitude(pose.heading_rad).by_control(&self.centreline(control), dt)
+    fn by_odometry(
+        &self,
+        pose: &PlanarPose<T>,
+        control: &Self::Control,
+        corrected: &Self::Control,
+        dt: T,
+    ) -> Matrix3<T> {
+        let by_control = self.attitude(pose.heading_rad).by_control(&self.centreline(corrected), dt);
+        by_control * of_two([control.speed_mps, control.steering_rad])
     }
 }
 

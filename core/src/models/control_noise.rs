@@ -49,7 +49,7 @@ impl<T: Real> ControlNoise<T> {
     }
 
     /// Standard deviations of one draw, for controls of this size.
-    fn sigmas(&self, [speed, turn]: [T; 2], dt: T) -> [T; 2] {
+    pub(super) fn sigmas(&self, [speed, turn]: [T; 2], dt: T) -> [T; 2] {
         let raise = if self.interval_s > dt && dt > T::ZERO { (self.interval_s / dt).sqrt() } else { T::ONE };
         let sigma = |constant: T, ratio: T, control: T| {
             let share = ratio * control;

@@ -2,23 +2,26 @@
 
 use super::{CalibratedPose, Linearised, ModelError, Motion, OdometryCorrection, PlanarPose, ScalarOf, require};
 use crate::{Matrix, Noise, Rates, Real, Symmetric};
-use nalgebra::{Matrix3x2, SMatrix, SVector};
+use nalgebra::{Matrix2x3, Matrix3, SVector};
 
-/// A planar vehicle of two controls, whose pose can be derived by them: what [`SelfCalibrating`] needs of it.
-pub trait ByControl: Motion {
-    /// The two numbers of a control: speed, m/s, and turn rate, rad/s, or steering angle, rad.
-    fn numbers(control: &Self::Control) -> [ScalarOf<Self::Pose>; 2];
+/// A planar vehicle whose pose can be derived by what its odometry is off by: what [`SelfCalibrating`] needs of it.
+pub trait ByOdometry: Motion {
+    /// The control as it should have been told.
+    fn corrected(control: &Self::Control, odometry: &OdometryCorrection<ScalarOf<Self::Pose>>) -> Self::Control;
 
-    /// The control of two numbers.
-    fn control(numbers: [ScalarOf<Self::Pose>; 2]) -> Self::Control;
-
-    /// ∂f/∂u: x, y and heading by both numbers.
-    fn by_control(
+    /// x, y and heading of f(x, u) by `speed_scale`, `turn_scale` and `turn_offset`, at this correction of the control.
+    fn by_odometry(
         &self,
         pose: &Self::Pose,
         control: &Self::Control,
+        corrected: &Self::Control,
         dt: ScalarOf<Self::Pose>,
-    ) -> Matrix3x2<ScalarOf<Self::Pose>>;
+    ) -> Matrix3<ScalarOf<Self::Pose>>;
+}
+
+/// Speed and turn of a vehicle of these two controls by what its odometry is off by.
+pub(super) fn of_two<T: Real>([speed, turn]: [T; 2]) -> Matrix2x3<T> {
+    Matrix2x3::new(speed, T::ZERO, T::ZERO, T::ZERO, turn, T::ONE)
 }
 
 /// How well a vehicle's odometry is known before it drives, and how constant it is.
@@ -63,7 +66,7 @@ pub struct SelfCalibrating<M, T> {
     prior: OdometryPrior<T>,
 }
 
-impl<T: Real, M: ByControl<Pose = PlanarPose<T>>> SelfCalibrating<M, T> {
+impl<T: Real, M: ByOdometry<Pose = PlanarPose<T>>> SelfCalibrating<M, T> {
     /// A vehicle with this prior.
     ///
     /// # Errors
@@ -93,11 +96,11 @@ impl<T: Real, M: ByControl<Pose = PlanarPose<T>>> SelfCalibrating<M, T> {
     }
 
     fn corrected(&self, pose: &CalibratedPose<T>, control: &M::Control) -> M::Control {
-        M::control(pose.odometry.corrected(M::numbers(control)))
+        M::corrected(control, &pose.odometry)
     }
 }
 
-impl<T: Real, M: ByControl<Pose = PlanarPose<T>>> Motion for SelfCalibrating<M, T> {
+impl<T: Real, M: ByOdometry<Pose = PlanarPose<T>>> Motion for SelfCalibrating<M, T> {
     type Pose = CalibratedPose<T>;
     type Control = M::Control;
 
@@ -133,12 +136,10 @@ impl<T: Real, M: ByControl<Pose = PlanarPose<T>>> Motion for SelfCalibrating<M, 
     }
 
     fn linearise(&self, pose: &CalibratedPose<T>, control: &M::Control, dt: T) -> Linearised<SVector<T, 6>> {
-        let [speed, turn] = M::numbers(control);
-        let control = self.corrected(pose, control);
-        let Linearised { transition, noise } = self.vehicle.linearise(&pose.vehicle, &control, dt);
-        let by_control = self.vehicle.by_control(&pose.vehicle, &control, dt);
+        let corrected = self.corrected(pose, control);
+        let Linearised { transition, noise } = self.vehicle.linearise(&pose.vehicle, &corrected, dt);
+        let by_odometry = self.vehicle.by_odometry(&pose.vehicle, control, &corrected, dt);
         let (one, zero) = (T::ONE, T::ZERO);
-        let by_odometry = by_control * SMatrix::<T, 2, 3>::new(speed, zero, zero, zero, turn, one);
         let at = |row: usize, column: usize| match (row < 3, column < 3) {
             (true, true) => Matrix::at(&transition, row, column),
             (true, false) => Matrix::at(&by_odometry, row, column - 3),
@@ -166,8 +167,8 @@ mod tests {
     use super::{OdometryPrior, SelfCalibrating};
     use crate::models::testing::off_by;
     use crate::{
-        Ackermann, AckermannControl, AckermannGeometry, CalibratedPose, ControlNoise, Matrix, Motion, Noise,
-        OdometryCorrection, PlanarPose, Pose, Step, Unicycle, UnicycleControl, Vector,
+        Ackermann, AckermannControl, AckermannGeometry, CalibratedPose, ControlNoise, Holonomic, HolonomicControl,
+        Matrix, Motion, Noise, OdometryCorrection, PlanarPose, Pose, Step, Unicycle, UnicycleControl, Vector,
     };
     use nalgebra::SVector;
 
@@ -204,6 +205,8 @@ mod tests {
             AckermannGeometry { wheelbase_m: 2.8, encoder_offset_m: 0.7, sensor_forward_m: 3.0, sensor_left_m: 0.5 };
         let car = SelfCalibrating::new(Ackermann::new(geometry, noise).unwrap(), PRIOR).unwrap();
         check(&car, &AckermannControl { speed_mps: 4.0, steering_rad: 0.3 });
+        let mecanum = SelfCalibrating::new(Holonomic::new(noise).unwrap(), PRIOR).unwrap();
+        check(&mecanum, &HolonomicControl { forward_mps: 0.9, left_mps: -1.2, rate_radps: 0.4 });
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! Checks shared by the tests of the models.
 
 use crate::{AuvPose, Matrix, Motion, PlanarPose, Pose, Sensor, Symmetric, Vector};
-use nalgebra::{SMatrix, Vector2, Vector3, Vector5};
+use nalgebra::{SMatrix, SVector, Vector3, Vector5};
 
 /// That measurements are sifted by a coordinate that is no angle: its innovation is the difference, also past a turn.
 pub(super) fn check_sifting<S: Sensor<Pose: Pose<Scalar = f64>>>(sensor: &S, measured: &S::Measurement) {
@@ -48,17 +48,19 @@ where
     }
 }
 
-/// F and Q of a planar motion model against central differences at one pose and control.
-pub(super) fn check_linearised<M: Motion<Pose = PlanarPose<f64>>>(
+/// F and Q of a planar motion model of `N` controls against central differences at one pose and control.
+pub(super) fn check_linearised<M: Motion<Pose = PlanarPose<f64>>, const N: usize>(
     motion: &M,
     pose: &PlanarPose<f64>,
-    control: [f64; 2],
-    as_control: impl Fn([f64; 2]) -> M::Control,
-    control_covariance: Symmetric<Vector2<f64>>,
+    control: [f64; N],
+    as_control: impl Fn([f64; N]) -> M::Control,
+    control_covariance: Symmetric<SVector<f64, N>>,
     dt: f64,
-) {
+) where
+    SVector<f64, N>: Vector<Scalar = f64>,
+{
     let step = 1e-6;
-    let moved = |pose: [f64; 3], control: [f64; 2]| {
+    let moved = |pose: [f64; 3], control: [f64; N]| {
         motion.propagate(&PlanarPose::new(pose[0], pose[1], pose[2]), &as_control(control), dt)
     };
     let coordinates = [pose.x_m, pose.y_m, pose.heading_rad];
@@ -75,14 +77,15 @@ pub(super) fn check_linearised<M: Motion<Pose = PlanarPose<f64>>>(
         let error = (column - linearised.transition.column(k)).norm();
         assert!(error < 1e-7, "∂f/∂x, column {k} at {pose:?}, {control:?}: off by {error}");
     }
-    let by_control = SMatrix::<f64, 3, 2>::from_columns(&[0, 1].map(|k| {
+    let by_control = SMatrix::<f64, 3, N>::from_columns(&core::array::from_fn::<_, N, _>(|k| {
         slope(&|h| {
             let mut c = control;
             c[k] += h;
             moved(coordinates, c)
         })
     }));
-    let noise = control_covariance.congruence::<Vector3<f64>>(&by_control).to_matrix();
+    let covariance = SMatrix::<f64, N, N>::from_fn(|row, column| control_covariance.get(row, column));
+    let noise = by_control * covariance * by_control.transpose();
     let error = (noise - linearised.noise.to_matrix()).norm();
     assert!(error < 1e-8, "Q at {pose:?}, {control:?}: off by {error}");
 }

@@ -1,6 +1,6 @@
 //! A vehicle driven by speed and turn rate.
 
-use super::{ByControl, ControlNoise, Linearised, ModelError, Motion, PlanarPose};
+use super::{ByOdometry, ControlNoise, Linearised, ModelError, Motion, OdometryCorrection, PlanarPose, of_two};
 use crate::{Noise, Rates, Real, wrap};
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
@@ -62,7 +62,7 @@ impl<T: Real> Displacement<T> {
 const SMALL_HALF_TURN_RAD: f64 = 0.05;
 
 /// sin(a)/a and its derivative: how much shorter the chord is than the arc that turns by 2a.
-fn chord<T: Real>(a: T) -> (T, T) {
+pub(super) fn chord<T: Real>(a: T) -> (T, T) {
     let of = T::from_f64;
     if a.abs() < of(SMALL_HALF_TURN_RAD) {
         let q = a * a;
@@ -146,17 +146,21 @@ impl<T: Real> Motion for Unicycle<T> {
     }
 }
 
-impl<T: Real> ByControl for Unicycle<T> {
-    fn numbers(control: &UnicycleControl<T>) -> [T; 2] {
-        [control.speed_mps, control.rate_radps]
-    }
-
-    fn control([speed_mps, rate_radps]: [T; 2]) -> UnicycleControl<T> {
+impl<T: Real> ByOdometry for Unicycle<T> {
+    fn corrected(control: &Self::Control, odometry: &OdometryCorrection<T>) -> Self::Control {
+        let [speed_mps, rate_radps] = odometry.corrected([control.speed_mps, control.rate_radps]);
         UnicycleControl { speed_mps, rate_radps }
     }
 
-    fn by_control(&self, pose: &PlanarPose<T>, control: &UnicycleControl<T>, dt: T) -> SMatrix<T, 3, 2> {
-        self.displacement(pose.heading_rad, control, dt).by_control(dt)
+    fn by_odometry(
+        &self,
+        pose: &PlanarPose<T>,
+        control: &Self::Control,
+        corrected: &Self::Control,
+        dt: T,
+    ) -> Matrix3<T> {
+        let by_control = self.displacement(pose.heading_rad, corrected, dt).by_control(dt);
+        by_control * of_two([control.speed_mps, control.rate_radps])
     }
 }
 

@@ -56,8 +56,8 @@ impl Batch {
         let mut since = 0;
         for event in events(log) {
             match event {
-                Event::Predict { control, dt_s, .. } => {
-                    self.predictions.push(Prediction { control: control.map(|x| x as f32), dt_s: dt_s as f32 });
+                Event::Predict { control: [speed, turn, _], dt_s, .. } => {
+                    self.predictions.push(Prediction { control: [speed as f32, turn as f32], dt_s: dt_s as f32 });
                 }
                 Event::Fix { .. } => return Err(Unfit("fixes of the pose".into())),
                 Event::Scan { index } => {

@@ -65,7 +65,7 @@ fn square<const N: usize>(triangle: &[f32]) -> [[f64; N]; N] {
 }
 
 impl Slam<Planar> for Played<'_> {
-    fn predict(&mut self, _control: [f64; 2], _dt_s: f64) -> Result<Option<Implausible>, Refusal> {
+    fn predict(&mut self, _control: [f64; 3], _dt_s: f64) -> Result<Option<Implausible>, Refusal> {
         Ok(None)
     }
 

@@ -53,6 +53,7 @@ fn of_vehicle(moves: &PlanarVehicle<f32>) -> Result<Setup, Unfit> {
         },
         PlanarVehicle::Unicycle(Step::Euler) => Setup { vehicle: vehicle::UNICYCLE, ..nothing },
         PlanarVehicle::Unicycle(Step::Arc) => Setup { vehicle: vehicle::UNICYCLE_ARC, ..nothing },
+        PlanarVehicle::Holonomic => return Err(Unfit("a holonomic vehicle".into())),
         PlanarVehicle::Unicycle(other) => return Err(Unfit(format!("the step {other:?} of a unicycle"))),
     })
 }

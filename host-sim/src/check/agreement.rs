@@ -91,8 +91,10 @@ pub(super) fn planar(log: &Log, findings: &mut Findings) {
 
 /// The log with its odometry read in another way, and of its scans the times alone.
 fn changed(log: &Log, reading: &Reading) -> Log {
-    let as_read =
-        |row: &Odometry| Odometry { control: [row.control[0] * reading.speed, row.control[1] * reading.turn], ..*row };
+    let as_read = |row: &Odometry| {
+        let [ahead, turn, left] = row.control;
+        Odometry { control: [ahead * reading.speed, turn * reading.turn, left * reading.speed], ..*row }
+    };
     Log {
         name: String::new(),
         initial_pose: log.initial_pose,

@@ -96,6 +96,7 @@ fn wanted(dir: &Path, file: &str, head: Option<&Table>) -> Vec<&'static str> {
         ("odometry.csv", false) => match model {
             Some("ackermann") => vec!["t_s", "speed_mps", "steering_rad"],
             Some("unicycle" | "unicycle_arc") => vec!["t_s", "v_mps", "omega_radps"],
+            Some("holonomic") => vec!["t_s", "vx_mps", "vy_mps", "omega_radps"],
             _ => vec!["t_s"],
         },
         ("scans.csv", _) if several => vec!["scan", "t_s", "sensor"],

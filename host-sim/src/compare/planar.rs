@@ -8,7 +8,7 @@ use crate::settings::Settings;
 use crate::slam::{Precision, Refusal, core_filter, joint_filter, joint_references_of, references_of};
 
 impl Comparable<Planar, 2, 4> for Reference {
-    fn control(control: &[f64; 2]) -> [f64; 2] {
+    fn control(control: &[f64; 3]) -> [f64; 3] {
         *control
     }
 

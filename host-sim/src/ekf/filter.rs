@@ -8,7 +8,7 @@ use crate::log::{FixNoise, Log, Mounting, PoseFix, Vehicle};
 use crate::record::MapFeature;
 use crate::slam::contract::{PoseAndCovariance, Refusal, ScanOutcome, Slam, no_sensor};
 use libm::{atan2, cos, sin};
-use nalgebra::{Matrix2, Matrix2x3, Matrix3, Matrix3x2, RowVector2, SMatrix, Vector2, Vector3};
+use nalgebra::{Matrix2, Matrix2x3, Matrix3, RowVector2, SMatrix, Vector2, Vector3};
 use scphd::Implausible;
 use std::collections::BTreeSet;
 
@@ -220,7 +220,7 @@ fn static_labels(log: &Log) -> Option<Vec<Vec<Option<i64>>>> {
 }
 
 impl Slam for Ekf {
-    fn predict(&mut self, control: [f64; 2], dt_s: f64) -> Result<Option<Implausible>, Refusal> {
+    fn predict(&mut self, control: [f64; 3], dt_s: f64) -> Result<Option<Implausible>, Refusal> {
         let pose = self.pose_mean();
         let step = |pose, control| self.vehicle.step(pose, control, dt_s);
         let slope = |[x, y, h]: [f64; POSE], [x0, y0, h0]: [f64; POSE]| {
@@ -231,11 +231,11 @@ impl Slam for Ekf {
             let nudge = |by| std::array::from_fn(|k| nudged(pose[k], k, at, by));
             slope(step(nudge(STEP), control), step(nudge(-STEP), control))
         }));
-        let by_control = Matrix3x2::from_columns(&[0, 1].map(|at| {
+        let by_control = Matrix3::from_columns(&[0, 1, 2].map(|at| {
             let nudge = |by| std::array::from_fn(|k| nudged(control[k], k, at, by));
             slope(step(pose, nudge(STEP)), step(pose, nudge(-STEP)))
         }));
-        let variances = Matrix2::from_diagonal(&self.odometry.variances(control, dt_s));
+        let variances = Matrix3::from_diagonal(&self.odometry.variances(control, dt_s));
         let moved = step(pose, control);
         self.state[..POSE].copy_from_slice(&moved);
         let before = self.covariance.block([0, 1, 2]);

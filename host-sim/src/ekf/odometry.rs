@@ -1,19 +1,20 @@
 //! How far odometry is trusted.
 
 use crate::log::{Log, Vehicle};
-use nalgebra::Vector2;
+use nalgebra::Vector3;
 
-/// Standard deviations of the two controls where a log does not state them: a constant (m/s; rad or rad/s), a share, and how
+/// Standard deviations of speed and turn where a log does not state them: a constant (m/s; rad or rad/s), a share, and how
 /// long an error lasts, s. Round numbers, from no log.
 const UNSTATED_CONSTANT: f64 = 0.02;
 const UNSTATED_SHARE: f64 = 0.1;
 const UNSTATED_LASTS_S: f64 = 0.5;
 
-/// Noise of the two controls.
+/// Noise of the controls.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct OdometryNoise {
     speed: Option<f64>,
     turn: Option<f64>,
+    moves_aside: bool,
 }
 
 impl OdometryNoise {
@@ -22,17 +23,19 @@ impl OdometryNoise {
         let nominal = &log.nominal;
         let turn = match log.vehicle {
             Vehicle::Ackermann { .. } => nominal.steering_sigma_rad,
-            Vehicle::Unicycle | Vehicle::UnicycleArc => nominal.rate_sigma_radps,
+            Vehicle::Unicycle | Vehicle::UnicycleArc | Vehicle::Holonomic => nominal.rate_sigma_radps,
         };
-        Self { speed: nominal.speed_sigma_mps, turn }
+        Self { speed: nominal.speed_sigma_mps, turn, moves_aside: log.vehicle == Vehicle::Holonomic }
     }
 
     /// Variances of the controls over `dt_s`. An error that lasts longer than the step adds up over the steps as if it were
     /// larger by the ratio of the two.
-    pub(super) fn variances(&self, control: [f64; 2], dt_s: f64) -> Vector2<f64> {
+    pub(super) fn variances(&self, control: [f64; 3], dt_s: f64) -> Vector3<f64> {
         let lasting = (UNSTATED_LASTS_S / dt_s).max(1.0);
         let unstated = |control: f64| lasting * (UNSTATED_CONSTANT + UNSTATED_SHARE * control.abs()).powi(2);
         let variance = |stated: Option<f64>, control| stated.map_or_else(|| unstated(control), |sigma| sigma * sigma);
-        Vector2::new(variance(self.speed, control[0]), variance(self.turn, control[1]))
+        let [ahead, turn, left] = control;
+        let of_speed = variance(self.speed, ahead.hypot(left));
+        Vector3::new(of_speed, variance(self.turn, turn), if self.moves_aside { of_speed } else { 0.0 })
     }
 }

@@ -44,7 +44,7 @@ fn on_a_line_it_is_the_kalman_filter() {
     let (q, r) = (0.2_f64.powi(2), 0.1_f64.powi(2));
     for step in 0..20_u32 {
         if step > 0 {
-            ekf.predict([0.3, 0.0], 1.0).unwrap();
+            ekf.predict([0.3, 0.0, 0.0], 1.0).unwrap();
             x += 0.3;
             pxx += q;
         }
@@ -113,7 +113,7 @@ fn a_fix_is_the_kalman_update_of_the_pose_and_may_be_gated() {
     let mut log = log(true);
     log.fix_noise = FixNoise { position_sigma_m: Some(0.5), forward_m: 2.0, gate: Some(9.0), ..FixNoise::default() };
     let mut ekf = Ekf::start(&log, Association::NearestNeighbour).unwrap();
-    ekf.predict([1.0, 0.0], 1.0).unwrap();
+    ekf.predict([1.0, 0.0, 0.0], 1.0).unwrap();
     let (before, r) = (0.2_f64.powi(2), 0.5_f64.powi(2));
     assert_eq!(ekf.observe(&PoseFix::Position([8.0, 0.0])), Ok(false));
     assert_eq!(ekf.pose().unwrap().0[0], 1.0);

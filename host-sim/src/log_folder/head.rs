@@ -22,11 +22,12 @@ pub(super) struct Head {
     pub(super) fix_noise: Option<FixNoise>,
 }
 
-/// Names of a vehicle's two control columns in `odometry.csv`.
-pub(super) fn control_columns(vehicle: &Vehicle) -> [&'static str; 2] {
+/// Names of a vehicle's control columns in `odometry.csv`: those of the first two controls, and of the third where it has one.
+pub(super) fn control_columns(vehicle: &Vehicle) -> ([&'static str; 2], Option<&'static str>) {
     match vehicle {
-        Vehicle::Ackermann { .. } => ["speed_mps", "steering_rad"],
-        Vehicle::Unicycle | Vehicle::UnicycleArc => ["v_mps", "omega_radps"],
+        Vehicle::Ackermann { .. } => (["speed_mps", "steering_rad"], None),
+        Vehicle::Unicycle | Vehicle::UnicycleArc => (["v_mps", "omega_radps"], None),
+        Vehicle::Holonomic => (["vx_mps", "omega_radps"], Some("vy_mps")),
     }
 }
 
@@ -79,8 +80,8 @@ impl Head {
         Ok(Self { name, simulated, initial_pose, truth_sigma_m, vehicle: vehicle_model, sensors, fix_noise })
     }
 
-    /// Names of the two control columns in `odometry.csv`.
-    pub(super) fn control_columns(&self) -> [&'static str; 2] {
+    /// Names of the control columns in `odometry.csv`.
+    pub(super) fn control_columns(&self) -> ([&'static str; 2], Option<&'static str>) {
         control_columns(&self.vehicle)
     }
 }
@@ -142,7 +143,7 @@ const TOP_KEYS: [&str; 12] = [
     "fixes",
 ];
 const SENSORS: &str = "range_bearing";
-const VEHICLES: &str = "ackermann, unicycle and unicycle_arc";
+const VEHICLES: &str = "ackermann, unicycle, unicycle_arc and holonomic";
 
 fn sensor(section: &Section) -> Result<Sensor, LogError> {
     let model = section.string("model")?;
@@ -183,6 +184,7 @@ fn vehicle(section: &Section) -> Result<Vehicle, LogError> {
         }
         "unicycle" => Ok(Vehicle::Unicycle),
         "unicycle_arc" => Ok(Vehicle::UnicycleArc),
+        "holonomic" => Ok(Vehicle::Holonomic),
         other => {
             let found = other.to_owned();
             Err(section.key("model").error(Problem::Unsupported { found, supported: VEHICLES }))
@@ -190,13 +192,13 @@ fn vehicle(section: &Section) -> Result<Vehicle, LogError> {
     }
 }
 
-/// Where the sensor sits: of an Ackermann vehicle the pose is the sensor's, so that only its angle counts here; of a unicycle it is the
-/// axle's.
+/// Where the sensor sits: of an Ackermann vehicle the pose is the sensor's, so that only its angle counts here; of all others it is
+/// where the vehicle turns.
 fn mounting(section: &Section, vehicle: &Vehicle) -> Result<Mounting, LogError> {
     let at_sensor = section.mounting("sensor_")?;
     match vehicle {
         Vehicle::Ackermann { .. } => Ok(Mounting { yaw_rad: at_sensor.yaw_rad, ..Mounting::NONE }),
-        Vehicle::Unicycle | Vehicle::UnicycleArc => Ok(at_sensor),
+        Vehicle::Unicycle | Vehicle::UnicycleArc | Vehicle::Holonomic => Ok(at_sensor),
     }
 }
 
@@ -206,9 +208,11 @@ fn check_vehicle_keys(section: &Section, vehicle: &Vehicle, several: bool) -> Re
         Vehicle::Ackermann { .. } if several => ("ackermann", &BARE_ACKERMANN_KEYS),
         Vehicle::Unicycle if several => ("unicycle", &BARE_UNICYCLE_KEYS),
         Vehicle::UnicycleArc if several => ("unicycle_arc", &BARE_UNICYCLE_KEYS),
+        Vehicle::Holonomic if several => ("holonomic", &BARE_UNICYCLE_KEYS),
         Vehicle::Ackermann { .. } => ("ackermann", &ACKERMANN_KEYS),
         Vehicle::Unicycle => ("unicycle", &UNICYCLE_KEYS),
         Vehicle::UnicycleArc => ("unicycle_arc", &UNICYCLE_KEYS),
+        Vehicle::Holonomic => ("holonomic", &UNICYCLE_KEYS),
     };
     let Some(key) = section.stranger(known) else { return Ok(()) };
     let of_another = ACKERMANN_KEYS.contains(&key) || UNICYCLE_KEYS.contains(&key);

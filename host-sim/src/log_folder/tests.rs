@@ -81,7 +81,7 @@ fn with_head(piece: &str, other: &str) -> String {
 #[test]
 fn a_sound_folder() {
     let log = read(&Folder::sound().0).unwrap();
-    let row = |t_s, speed, steering| Odometry { t_s, control: [speed, steering] };
+    let row = |t_s, speed, steering| Odometry { t_s, control: [speed, steering, 0.0] };
     let expected = Log {
         name: "test".into(),
         initial_pose: [1.0, 2.5, -0.5],
@@ -449,8 +449,7 @@ fn what_messages_show_of_a_file_is_short_and_printable() {
 #[test]
 fn models_that_are_not_supported_are_named() {
     let message = with_head("\"ackermann\"", "\"hovercraft\"");
-    let expected =
-        "log.toml, key vehicle.model: 'hovercraft' is not supported yet, only ackermann, unicycle and unicycle_arc";
+    let expected = "log.toml, key vehicle.model: 'hovercraft' is not supported yet, only ackermann, unicycle, unicycle_arc and holonomic";
     assert_eq!(message, expected);
     let message = with_head("\"range_bearing\"", "\"stereo\"");
     assert_eq!(message, "log.toml, key sensor.model: 'stereo' is not supported yet, only range_bearing");
@@ -478,7 +477,7 @@ fn what_is_written_reads_back_bit_for_bit() {
         detection_probability: Some(1.0),
         clutter_per_scan: Some(20.0),
     };
-    log.odometry[1].control = [-third * 1e-9, f64::MAX];
+    log.odometry[1].control = [-third * 1e-9, f64::MAX, 0.0];
     log.scans[2].detections[0] = [-third, f64::MIN_POSITIVE / 8.0];
     log.truth = vec![
         TruePose { t_s: -1.0, position: [third, 1e300], heading_rad: Some(third) },
@@ -494,6 +493,17 @@ fn what_is_written_reads_back_bit_for_bit() {
     let again = write(&log, &folder.0).unwrap_err();
     assert_eq!(again.kind(), std::io::ErrorKind::AlreadyExists);
 
+    log.vehicle = Vehicle::Holonomic;
+    log.odometry[1].control[2] = -third;
+    let folder = Folder::empty();
+    write(&log, &folder.0).unwrap();
+    let text = fs::read_to_string(folder.0.join("odometry.csv")).unwrap();
+    assert!(text.starts_with("t_s,vx_mps,vy_mps,omega_radps\n"), "{text}");
+    assert_eq!(read(&folder.0).unwrap(), log);
+    fs::write(folder.0.join("odometry.csv"), text.replace("vy_mps", "left")).unwrap();
+    assert!(read(&folder.0).unwrap_err().to_string().contains("vy_mps"));
+
+    log.odometry[1].control[2] = 0.0;
     log.vehicle = Vehicle::Unicycle;
     log.truth.remove(0);
     let folder = Folder::empty();

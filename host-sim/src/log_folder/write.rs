@@ -22,9 +22,13 @@ pub fn write(log: &Log, dir: &Path) -> io::Result<()> {
     }
     fs::write(dir.join("log.toml"), head_text(log))?;
 
-    let [first, second] = control_columns(&log.vehicle);
-    let rows = log.odometry.iter().map(|row| vec![row.t_s, row.control[0], row.control[1]]);
-    table(&dir.join("odometry.csv"), &format!("t_s,{first},{second}"), rows)?;
+    let ([first, second], left) = control_columns(&log.vehicle);
+    let columns = if let Some(left) = left { vec![first, left, second] } else { vec![first, second] };
+    let rows = log.odometry.iter().map(|row| {
+        let [speed, turn, aside] = row.control;
+        if left.is_some() { vec![row.t_s, speed, aside, turn] } else { vec![row.t_s, speed, turn] }
+    });
+    table(&dir.join("odometry.csv"), &format!("t_s,{}", columns.join(",")), rows)?;
     let names: Vec<&str> = log.sensors().map(|(name, ..)| name).collect();
     let named = !log.sensor_name.is_empty();
     let rows = log.scans.iter().enumerate().map(|(k, scan)| {
@@ -112,6 +116,7 @@ fn head(log: &Log) -> Table {
         }
         Vehicle::Unicycle => ("unicycle", ("rate_sigma_radps", nominal.rate_sigma_radps)),
         Vehicle::UnicycleArc => ("unicycle_arc", ("rate_sigma_radps", nominal.rate_sigma_radps)),
+        Vehicle::Holonomic => ("holonomic", ("rate_sigma_radps", nominal.rate_sigma_radps)),
     };
     vehicle.insert("model".into(), model.into());
     put(&mut vehicle, "speed_sigma_mps", nominal.speed_sigma_mps);

@@ -153,8 +153,8 @@ impl Reference {
 impl Recursion<2, 4> for Reference {
     /// x m, y m, heading rad.
     type Pose = [f64; 3];
-    /// Speed in m/s, then steering angle in rad or turn rate in rad/s.
-    type Control = [f64; 2];
+    /// Speed in m/s, then steering angle in rad or turn rate in rad/s, then speed to the left in m/s.
+    type Control = [f64; 3];
     /// Range m, bearing rad.
     type Measurement = Vector;
 
@@ -162,7 +162,7 @@ impl Recursion<2, 4> for Reference {
         &self.config
     }
 
-    fn moved(&self, pose: &[f64; 3], control: &[f64; 2], dt: f64, draws: &mut dyn Draws) -> [f64; 3] {
+    fn moved(&self, pose: &[f64; 3], control: &[f64; 3], dt: f64, draws: &mut dyn Draws) -> [f64; 3] {
         self.motion.sample(*pose, control, dt, draws)
     }
 

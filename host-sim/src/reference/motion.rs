@@ -41,21 +41,25 @@ pub struct Motion {
 
 impl Motion {
     /// Draws one sample of the transition (5.12): two normal numbers, first for the speed, then for
-    /// the steering angle or turn rate. Pose in m, m, rad; `dt` in s, above 0.
-    pub fn sample(&self, pose: [f64; 3], control: &[f64; 2], dt: f64, draws: &mut dyn Draws) -> [f64; 3] {
+    /// the steering angle or turn rate; of a holonomic vehicle another between them, for the speed to the left.
+    /// Pose in m, m, rad; `dt` in s, above 0.
+    pub fn sample(&self, pose: [f64; 3], control: &[f64; 3], dt: f64, draws: &mut dyn Draws) -> [f64; 3] {
         let scale = self.noise.scale(dt);
         let ControlNoise { speed_sigma_mps, second_sigma, speed_ratio, second_ratio, .. } = self.noise;
-        let speed = control[0] + speed_sigma_mps.hypot(speed_ratio * control[0]) * scale * draws.normal();
+        let of_speed = speed_sigma_mps.hypot(speed_ratio * control[0].hypot(control[2])) * scale;
+        let speed = control[0] + of_speed * draws.normal();
+        let aside = self.vehicle == Vehicle::Holonomic;
+        let left = if aside { control[2] + of_speed * draws.normal() } else { 0.0 };
         let second = control[1] + second_sigma.hypot(second_ratio * control[1]) * scale * draws.normal();
-        self.step(pose, &[speed, second], dt)
+        self.step(pose, &[speed, second, left], dt)
     }
 
     /// Moves a pose (m, m, rad) by a control without noise for `dt` seconds (5.25–5.27, the sign of
     /// the x row corrected).
-    pub fn step(&self, pose: [f64; 3], control: &[f64; 2], dt: f64) -> [f64; 3] {
+    pub fn step(&self, pose: [f64; 3], control: &[f64; 3], dt: f64) -> [f64; 3] {
         let [x, y, heading] = pose;
         let (sin, cos) = heading.sin_cos();
-        let [speed, second] = *control;
+        let [speed, second, left] = *control;
         let (dx, dy, turn) = match self.vehicle {
             Vehicle::Ackermann { wheelbase_m, encoder_offset_m, sensor_forward_m: a, sensor_left_m: b } => {
                 let centre_speed = speed / (1.0 - second.tan() * encoder_offset_m / wheelbase_m);
@@ -78,6 +82,13 @@ impl Motion {
                     (radius * (end.sin() - sin), radius * (cos - end.cos()))
                 };
                 (dx, dy, turn)
+            }
+            Vehicle::Holonomic => {
+                // The chord of the arc, sin(a)/a as long as the way, in the mean direction.
+                let half = second * dt / 2.0;
+                let share = if half == 0.0 { 1.0 } else { half.sin() / half };
+                let (s, c) = (heading + half).sin_cos();
+                (dt * share * (speed * c - left * s), dt * share * (speed * s + left * c), second * dt)
             }
         };
         [x + dx, y + dy, wrap(heading + turn)]
@@ -119,7 +130,7 @@ mod tests {
         let axle = [pose[0] - a * cos + b * sin, pose[1] - a * sin - b * cos];
         let centre = [axle[0] - radius * sin, axle[1] + radius * cos];
         let distance = |p: [f64; 3]| f64::hypot(p[0] - centre[0], p[1] - centre[1]);
-        let moved = car.step(pose, &[2.0, steering], dt);
+        let moved = car.step(pose, &[2.0, steering, 0.0], dt);
         assert!((distance(moved) - distance(pose)).abs() < 1e-11);
         // Every point turns at the same rate; the encoder rolls on a circle smaller by its offset.
         let rate = 2.0 / (radius - offset);
@@ -133,18 +144,18 @@ mod tests {
         let arc = motion(Vehicle::UnicycleArc);
         let mut pose = [1.0, 2.0, 0.3];
         for _ in 0..4 {
-            pose = arc.step(pose, &[3.0, FRAC_PI_2], 1.0);
+            pose = arc.step(pose, &[3.0, FRAC_PI_2, 0.0], 1.0);
         }
         close(pose, [1.0, 2.0, 0.3], 1e-12);
-        let below = arc.step([0.0; 3], &[5.0, 0.999_999e-4], 1.0);
-        let above = arc.step([0.0; 3], &[5.0, 1.000_001e-4], 1.0);
+        let below = arc.step([0.0; 3], &[5.0, 0.999_999e-4, 0.0], 1.0);
+        let above = arc.step([0.0; 3], &[5.0, 1.000_001e-4, 0.0], 1.0);
         close(below, above, 1e-8);
-        close(arc.step([0.0; 3], &[2.0, 0.0], 0.5), [1.0, 0.0, 0.0], 1e-15);
+        close(arc.step([0.0; 3], &[2.0, 0.0, 0.0], 0.5), [1.0, 0.0, 0.0], 1e-15);
     }
 
     #[test]
     fn euler_step_uses_the_old_heading_and_wraps_the_new() {
-        let moved = motion(Vehicle::Unicycle).step([0.0, 0.0, PI - 0.1], &[1.0, 0.4], 0.5);
+        let moved = motion(Vehicle::Unicycle).step([0.0, 0.0, PI - 0.1], &[1.0, 0.4, 0.0], 0.5);
         close(moved, [0.5 * (PI - 0.1).cos(), 0.5 * (PI - 0.1).sin(), -PI + 0.1], 1e-14);
     }
 
@@ -168,7 +179,7 @@ mod tests {
                 .map(|_| {
                     let mut pose = [0.0; 3];
                     for _ in 0..steps {
-                        pose = walk.sample(pose, &[0.0, 0.0], 1.0 / f64::from(steps), &mut draws);
+                        pose = walk.sample(pose, &[0.0, 0.0, 0.0], 1.0 / f64::from(steps), &mut draws);
                     }
                     pose[0] * pose[0]
                 })

@@ -69,7 +69,7 @@ fn no_time_no_change_no_draw() {
     let (reference, mut draws) = (reference(), OwnDraws::new(1));
     let mut state = reference.initial([1.0, 2.0, 3.0]);
     let before = state.clone();
-    reference.predict(&mut state, &[1.0, 0.0], 0.0, &mut draws);
+    reference.predict(&mut state, &[1.0, 0.0, 0.0], 0.0, &mut draws);
     assert_eq!(state, before);
     assert_eq!(draws.uniform(), OwnDraws::new(1).uniform());
 }
@@ -78,10 +78,10 @@ fn no_time_no_change_no_draw() {
 fn first_prediction_makes_the_candidates_and_later_ones_move_them() {
     let (reference, mut draws) = (reference(), OwnDraws::new(1));
     let mut state = reference.initial([0.0; 3]);
-    reference.predict(&mut state, &[1.0, 0.0], 0.1, &mut draws);
+    reference.predict(&mut state, &[1.0, 0.0, 0.0], 0.1, &mut draws);
     let first = state.candidates.clone().expect("candidates");
     assert_eq!(first.len(), 6);
-    reference.predict(&mut state, &[1.0, 0.0], 0.1, &mut draws);
+    reference.predict(&mut state, &[1.0, 0.0, 0.0], 0.1, &mut draws);
     let second = state.candidates.clone().expect("candidates");
     assert_eq!(second.len(), 6);
     let mut again = OwnDraws::new(1);
@@ -93,7 +93,7 @@ fn first_prediction_makes_the_candidates_and_later_ones_move_them() {
         assert!((before.ln_weight - (1.0 / 6.0f64).ln()).abs() < 1e-15);
     }
     for (before, after) in first.iter().zip(&second) {
-        let moved = reference.motion.sample(before.pose, &[1.0, 0.0], 0.1, &mut again);
+        let moved = reference.motion.sample(before.pose, &[1.0, 0.0, 0.0], 0.1, &mut again);
         assert_eq!(after.pose, moved);
         assert_eq!(after.ln_weight, before.ln_weight);
     }
@@ -279,7 +279,7 @@ fn estimated_map_is_that_of_the_heaviest_survivor() {
         ln_weights: vec![-(3f64.ln()); 3],
     };
     for (survivors, heaviest) in [([1, 2, 5], 1), ([1, 3, 4], 0), ([0, 3, 5], 2)] {
-        reference.predict(&mut state, &[0.0, 0.0], 0.1, &mut OwnDraws::new(1));
+        reference.predict(&mut state, &[0.0, 0.0, 0.0], 0.1, &mut OwnDraws::new(1));
         reference.update(&mut state, &[], &weighing, &of(survivors));
         assert_eq!(state.heaviest, heaviest);
     }
@@ -306,7 +306,7 @@ fn moving_features_wait_for_the_scan_and_take_its_step_at_once() {
     state.particles[0].moving = vec![feature];
     let mut draws = OwnDraws::new(1);
     for dt in [0.25, 0.0, 0.5] {
-        reference.predict(&mut state, &[0.0, 0.0], dt, &mut draws);
+        reference.predict(&mut state, &[0.0, 0.0, 0.0], dt, &mut draws);
     }
     assert_eq!(state.waited_s, 0.75);
     assert_eq!(state.particles[0].moving, [feature]);
@@ -364,8 +364,8 @@ fn ten_scans_tell_what_moves_from_what_stands_still() {
     let mut draws = OwnDraws::new(1);
     for _ in 0..12 {
         walker = [walker[0] + dt * velocity[0], walker[1] + dt * velocity[1]];
-        reference.predict(&mut state, &[0.0, 0.0], dt / 2.0, &mut draws);
-        reference.predict(&mut state, &[0.0, 0.0], dt / 2.0, &mut draws);
+        reference.predict(&mut state, &[0.0, 0.0, 0.0], dt / 2.0, &mut draws);
+        reference.predict(&mut state, &[0.0, 0.0, 0.0], dt / 2.0, &mut draws);
         let scan = [walker, post].map(|place| SENSOR.predicted(place, [0.0; 3]).expect("not at the sensor").0);
         reference.scan(&mut state, &scan, &mut draws);
     }
@@ -414,8 +414,8 @@ fn run_alone_finds_the_map_and_corrects_the_odometry() {
     let (mut world, mut draws) = (OwnDraws::new(2), OwnDraws::new(3));
     let mut state = reference.initial([0.0; 3]);
     let (mut truth, mut dead_reckoning) = ([0.0; 3], [0.0; 3]);
-    let control = [1.0, 0.2];
-    let read = [control[0] + odometry_bias[0], control[1] + odometry_bias[1]];
+    let control = [1.0, 0.2, 0.0];
+    let read = [control[0] + odometry_bias[0], control[1] + odometry_bias[1], 0.0];
     for _ in 0..200 {
         truth = vehicle.step(truth, &control, 0.2);
         dead_reckoning = vehicle.step(dead_reckoning, &read, 0.2);

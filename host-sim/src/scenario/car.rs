@@ -32,8 +32,8 @@ pub(super) fn control(speed_mps: f64, curvature: f64) -> [f64; 2] {
 pub(super) fn drive(controls: &[[f64; 2]]) -> Vec<[f64; 3]> {
     let mut path = vec![[0.0; 3]];
     let mut pose = path[0];
-    for &control in controls {
-        pose = CAR.step(pose, control, 1.0 / ROWS_PER_SECOND);
+    for &[speed, steering] in controls {
+        pose = CAR.step(pose, [speed, steering, 0.0], 1.0 / ROWS_PER_SECOND);
         path.push(pose);
     }
     path

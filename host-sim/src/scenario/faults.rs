@@ -84,7 +84,7 @@ impl Fault {
                 of_detections(log, during, |[range, bearing]| [range, wrap(bearing + PI / 18.0)]);
             }
             Self::Slip => log.odometry[rows].iter_mut().for_each(|row| row.control[0] *= 2.0),
-            Self::StuckOdometry => log.odometry[rows].iter_mut().for_each(|row| row.control = [0.0; 2]),
+            Self::StuckOdometry => log.odometry[rows].iter_mut().for_each(|row| row.control = [0.0; 3]),
             Self::NoScans => drop(log.scans.drain(during)),
         }
     }
@@ -151,11 +151,11 @@ mod tests {
         // Of the wheels.
         let [slip, standing] = [Fault::Slip, Fault::StuckOdometry].map(of);
         for (row, (says, right)) in log.odometry.iter().zip(&right.odometry).enumerate() {
-            let [speed, steering] = right.control;
+            let [speed, steering, _] = right.control;
             let expected = match row / ROWS_PER_SCAN {
-                scan if slip.contains(&scan) => [2.0 * speed, steering],
-                scan if standing.contains(&scan) => [0.0; 2],
-                _ => [speed, steering],
+                scan if slip.contains(&scan) => [2.0 * speed, steering, 0.0],
+                scan if standing.contains(&scan) => [0.0; 3],
+                _ => [speed, steering, 0.0],
             };
             assert_eq!(says.control, expected, "{row}");
         }

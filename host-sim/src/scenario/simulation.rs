@@ -89,6 +89,7 @@ impl Simulation {
                 control: [
                     speed + imperfection.speed_sigma_mps * noise.normal(),
                     steering + imperfection.steering_sigma_rad * noise.normal(),
+                    0.0,
                 ],
             })
             .collect();

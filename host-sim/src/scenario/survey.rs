@@ -104,7 +104,8 @@ mod tests {
     fn without_the_noise_dead_reckoning_is_the_truth() {
         let mut log = survey(0);
         for (row, odometry) in log.odometry.iter_mut().enumerate() {
-            odometry.control = control(row);
+            let [speed, steering] = control(row);
+            odometry.control = [speed, steering, 0.0];
         }
         for (pose, truth) in dead_reckoning(&log).iter().zip(&log.truth) {
             assert!((pose[0] - truth.position[0]).hypot(pose[1] - truth.position[1]) < 1e-9);

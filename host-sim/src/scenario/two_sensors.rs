@@ -104,7 +104,7 @@ pub fn two_sensors(seed: u64) -> Log {
     let time = |row: usize| row as f64 / ROWS_PER_SECOND;
     let odometry = controls.iter().enumerate().map(|(row, [speed, steering])| Odometry {
         t_s: time(row),
-        control: [speed + SPEED_SIGMA_MPS * noise.normal(), steering + STEERING_SIGMA_RAD * noise.normal()],
+        control: [speed + SPEED_SIGMA_MPS * noise.normal(), steering + STEERING_SIGMA_RAD * noise.normal(), 0.0],
     });
     let odometry = odometry.collect();
     let (mut scans, mut truth) = (Vec::new(), Vec::new());

@@ -21,7 +21,7 @@ struct Oracle {
 }
 
 impl Slam for Oracle {
-    fn predict(&mut self, _: [f64; 2], _: f64) -> Result<Option<Implausible>, Refusal> {
+    fn predict(&mut self, _: [f64; 3], _: f64) -> Result<Option<Implausible>, Refusal> {
         Ok(None)
     }
 

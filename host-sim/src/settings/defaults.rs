@@ -350,9 +350,9 @@ fn memory(sensor: &SensorSettings) -> &'static Memory {
 /// do not count: one of them would make all that moves faster than anything that does.
 fn speed_mps(odometry: &[Odometry]) -> Option<f64> {
     let (mut way, mut time) = (0.0, 0.0);
-    for rows in odometry.windows(2).filter(|rows| rows[0].control[0].abs() <= FASTEST_MPS) {
+    for rows in odometry.windows(2).filter(|rows| rows[0].speed_mps().abs() <= FASTEST_MPS) {
         let dt_s = rows[1].t_s - rows[0].t_s;
-        way += rows[0].control[0] * rows[0].control[0] * dt_s;
+        way += rows[0].speed_mps() * rows[0].speed_mps() * dt_s;
         time += dt_s;
     }
     Some(way / time).filter(|square| square.is_finite()).map(f64::sqrt).filter(|&speed| speed >= LEAST_SPEED_MPS)
@@ -363,7 +363,7 @@ fn vehicle(log: &Log, speed: (f64, f64), turn: (f64, f64)) -> VehicleSettings {
     let nominal = &log.nominal;
     let stated_turn = match log.vehicle {
         Vehicle::Ackermann { .. } => nominal.steering_sigma_rad,
-        Vehicle::Unicycle | Vehicle::UnicycleArc => nominal.rate_sigma_radps,
+        Vehicle::Unicycle | Vehicle::UnicycleArc | Vehicle::Holonomic => nominal.rate_sigma_radps,
     };
     // Stated noise is white, one draw a row, only where it was simulated so.
     let white = log.simulated && nominal.speed_sigma_mps.is_some() && stated_turn.is_some();

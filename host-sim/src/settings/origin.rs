@@ -141,7 +141,7 @@ fn stated(log: &Log) -> Vec<(String, Origin)> {
     };
     let turn = match log.vehicle {
         Vehicle::Ackermann { .. } => nominal.steering_sigma_rad,
-        Vehicle::Unicycle | Vehicle::UnicycleArc => nominal.rate_sigma_radps,
+        Vehicle::Unicycle | Vehicle::UnicycleArc | Vehicle::Holonomic => nominal.rate_sigma_radps,
     };
     let speed = nominal.speed_sigma_mps.is_some();
     add(speed, "vehicle", &["speed_sigma_mps", "speed_sigma_ratio"]);

@@ -153,8 +153,8 @@ mod tests {
         let mut state = reference.initial(vec![8.0, 0.0, 1.5]);
         let (mut draws, mut truth, mut lost) = (Noise::seeded(5), [8.0, 0.0, 1.5], 0);
         for _ in 0..200 {
-            truth = reference.models.motion.step(truth, &[2.0, 0.25], 0.1);
-            let control = [2.0 + 0.1 * draws.normal::<f64>(), 0.25 + 0.05 * draws.normal::<f64>()];
+            truth = reference.models.motion.step(truth, &[2.0, 0.25, 0.0], 0.1);
+            let control = [2.0 + 0.1 * draws.normal::<f64>(), 0.25 + 0.05 * draws.normal::<f64>(), 0.0];
             slam.predict(&UnicycleControl { speed_mps: control[0], rate_radps: control[1] }, 0.1).unwrap();
             reference.predict(&mut state, &control, 0.1);
             let mut scan = Vec::new();

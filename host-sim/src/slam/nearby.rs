@@ -70,7 +70,7 @@ struct Nearby {
 }
 
 impl Slam for Nearby {
-    fn predict(&mut self, control: [f64; 2], dt_s: f64) -> Result<Option<Implausible>, Refusal> {
+    fn predict(&mut self, control: [f64; 3], dt_s: f64) -> Result<Option<Implausible>, Refusal> {
         self.filter.predict(control, dt_s)
     }
 

@@ -15,10 +15,10 @@ use crate::log::Vehicle;
 use crate::settings::{CalibrationSettings, JointSettings, SensorSettings, Settings};
 use nalgebra::Vector2;
 use scphd::{
-    Ackermann, AckermannControl, ByControl, Calibrated, CalibratedPose, Dynamic, JointConfig, JointMovers, JointState,
-    MapMemory, MeasurementModel, Motion, Mounting, OdometryCorrection, OdometryPrior, Persistence, PlanarPose, Pose,
-    RangeBearing, RangeBearingWindow, Real, SelfCalibrating, Sensing, State, Static, Symmetric, TangentOf, Unicycle,
-    UnicycleControl, UniformClutter, joint_numbers,
+    Ackermann, AckermannControl, ByOdometry, Calibrated, CalibratedPose, Dynamic, Holonomic, HolonomicControl,
+    JointConfig, JointMovers, JointState, MapMemory, MeasurementModel, Motion, Mounting, OdometryCorrection,
+    OdometryPrior, Persistence, PlanarPose, Pose, RangeBearing, RangeBearingWindow, Real, SelfCalibrating, Sensing,
+    State, Static, Symmetric, TangentOf, Unicycle, UnicycleControl, UniformClutter, joint_numbers,
 };
 use std::fmt::Debug;
 
@@ -88,7 +88,7 @@ trait OverModels<T: Real> {
     /// What comes of it.
     type Output;
     /// Does it.
-    fn over<M: ByControl<Pose = PlanarPose<T>> + Copy + Debug + 'static>(
+    fn over<M: ByOdometry<Pose = PlanarPose<T>> + Copy + Debug + 'static>(
         self,
         models: PlanarModels<T, M>,
     ) -> Result<Self::Output, Refusal>;
@@ -103,7 +103,7 @@ struct StartCore<'s> {
 impl<T: Real> OverModels<T> for StartCore<'_> {
     type Output = Core;
 
-    fn over<M: ByControl<Pose = PlanarPose<T>> + Copy + Debug + 'static>(
+    fn over<M: ByOdometry<Pose = PlanarPose<T>> + Copy + Debug + 'static>(
         self,
         models: PlanarModels<T, M>,
     ) -> Result<Core, Refusal> {
@@ -125,7 +125,7 @@ struct StartJoint<'s> {
 impl<T: Real> OverModels<T> for StartJoint<'_> {
     type Output = Box<dyn OpenJoint<Planar>>;
 
-    fn over<M: ByControl<Pose = PlanarPose<T>> + Copy + Debug + 'static>(
+    fn over<M: ByOdometry<Pose = PlanarPose<T>> + Copy + Debug + 'static>(
         self,
         models: PlanarModels<T, M>,
     ) -> Result<Self::Output, Refusal> {
@@ -161,7 +161,7 @@ where
 }
 
 /// Starts the filter with a joint map that learns what the odometry is off by.
-fn joint_of_calibrated<T: Real, M: ByControl<Pose = PlanarPose<T>> + Copy + Debug + 'static>(
+fn joint_of_calibrated<T: Real, M: ByOdometry<Pose = PlanarPose<T>> + Copy + Debug + 'static>(
     models: PlanarModels<T, M>,
     settings: &Settings,
     calibration: &CalibrationSettings,
@@ -215,7 +215,7 @@ fn with_models<T: Real, W: OverModels<T>>(
     let numbers = PlanarNumbers::<T>::with_margin(settings, interval_margin, vehicle, initial_pose);
     match numbers.vehicle {
         PlanarVehicle::Ackermann(geometry) => {
-            let control = |[speed, steering]: [f64; 2]| AckermannControl {
+            let control = |[speed, steering, _]: [f64; 3]| AckermannControl {
                 speed_mps: T::from_f64(speed),
                 steering_rad: T::from_f64(steering),
             };
@@ -223,21 +223,30 @@ fn with_models<T: Real, W: OverModels<T>>(
             work.over(models(settings, &numbers, motion, control)?)
         }
         PlanarVehicle::Unicycle(step) => {
-            let control = |[speed, rate]: [f64; 2]| UnicycleControl {
+            let control = |[speed, rate, _]: [f64; 3]| UnicycleControl {
                 speed_mps: T::from_f64(speed),
                 rate_radps: T::from_f64(rate),
             };
             let motion = Unicycle::new(step, numbers.noise).map_err(refusal)?;
             work.over(models(settings, &numbers, motion, control)?)
         }
+        PlanarVehicle::Holonomic => {
+            let control = |[ahead, rate, left]: [f64; 3]| HolonomicControl {
+                forward_mps: T::from_f64(ahead),
+                left_mps: T::from_f64(left),
+                rate_radps: T::from_f64(rate),
+            };
+            let motion = Holonomic::new(numbers.noise).map_err(refusal)?;
+            work.over(models(settings, &numbers, motion, control)?)
+        }
     }
 }
 
-fn models<T: Real, M: ByControl<Pose = PlanarPose<T>>>(
+fn models<T: Real, M: ByOdometry<Pose = PlanarPose<T>>>(
     settings: &Settings,
     numbers: &PlanarNumbers<T>,
     motion: M,
-    control: fn([f64; 2]) -> M::Control,
+    control: fn([f64; 3]) -> M::Control,
 ) -> Result<PlanarModels<T, M>, Refusal> {
     Ok(Models {
         motion,

@@ -30,6 +30,8 @@ pub enum PlanarVehicle<T> {
     Ackermann(AckermannGeometry<T>),
     /// A unicycle or a differential drive.
     Unicycle(Step),
+    /// What also moves to the side.
+    Holonomic,
 }
 
 /// One sensor.
@@ -93,6 +95,7 @@ fn vehicle_of<T: Real>(vehicle: &Vehicle) -> PlanarVehicle<T> {
         }
         Vehicle::Unicycle => PlanarVehicle::Unicycle(Step::Euler),
         Vehicle::UnicycleArc => PlanarVehicle::Unicycle(Step::Arc),
+        Vehicle::Holonomic => PlanarVehicle::Holonomic,
     }
 }
 

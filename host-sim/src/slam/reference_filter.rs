@@ -137,7 +137,7 @@ pub(crate) fn joint_config_of(config: &JointConfig<f64>, birth_intensity: f64) -
 }
 
 impl Slam for ReferenceFilter {
-    fn predict(&mut self, control: [f64; 2], dt_s: f64) -> Result<Option<scphd::Implausible>, Refusal> {
+    fn predict(&mut self, control: [f64; 3], dt_s: f64) -> Result<Option<scphd::Implausible>, Refusal> {
         self.references[0].predict(&mut self.state, &control, dt_s, &mut self.draws);
         Ok(None)
     }
@@ -212,11 +212,11 @@ mod tests {
         let mut filter = ReferenceFilter::start(&settings, &Vehicle::Unicycle, [0.0; 3], 1);
         // Straight ahead and away at 1 m/s.
         for k in 0..14 {
-            filter.predict([0.0, 0.0], 0.5).unwrap();
+            filter.predict([0.0, 0.0, 0.0], 0.5).unwrap();
             filter.scan(0, &[[3.0 + 0.5 * f64::from(k), 0.0]]).unwrap();
         }
         let before = filter.moving().unwrap();
-        filter.predict([0.0, 0.0], 0.5).unwrap();
+        filter.predict([0.0, 0.0, 0.0], 0.5).unwrap();
         let after = filter.moving().unwrap();
         assert_eq!((before.len(), after.len()), (1, 1));
         let speed = before[0].velocity[0].hypot(before[0].velocity[1]);

@@ -29,7 +29,9 @@ pub fn write(log: &Log, settings: &Settings, seed: u64, scalar: Scalar, scans: u
         open
     });
     let records = kept.map(|event| match event {
-        Event::Predict { control, dt_s, .. } => Ok(Entry::Predict(Odometry { control, dt_s })),
+        Event::Predict { control: [speed, turn, _], dt_s, .. } => {
+            Ok(Entry::Predict(Odometry { control: [speed, turn], dt_s }))
+        }
         Event::Scan { index } => Ok(Entry::Scan(which(log.scans[index].sensor)?, &log.scans[index].detections)),
         Event::Fix { fix: measured } => Ok(Entry::Fix(fix(&settings.fixes.unwrap_or_default(), measured)?)),
     });
@@ -45,6 +47,7 @@ pub fn write(log: &Log, settings: &Settings, seed: u64, scalar: Scalar, scans: u
             Vehicle::Ackermann { .. } => planar::Vehicle::Ackermann,
             Vehicle::Unicycle => planar::Vehicle::Unicycle,
             Vehicle::UnicycleArc => planar::Vehicle::UnicycleArc,
+            Vehicle::Holonomic => return Err(Refusal("vehicle: a stream has no holonomic one".into())),
         },
         models: models(log, settings, &first),
         moving: Moving {

@@ -56,7 +56,7 @@ pub fn worst_case(particles: usize, samples: usize, measurements: usize) -> (Log
         },
         simulated: true,
         odometry: (0..2 * SCANS)
-            .map(|k| Odometry { t_s: k as f64 / (2.0 * SCANS_PER_SECOND), control: [0.1, 0.3] })
+            .map(|k| Odometry { t_s: k as f64 / (2.0 * SCANS_PER_SECOND), control: [0.1, 0.3, 0.0] })
             .collect(),
         scans,
         truth: Vec::new(),
@@ -88,7 +88,7 @@ pub fn worst_case_joint(measurements: usize) -> (Log, Settings) {
     let (mut log, _) = worst_case(1, 1, measurements);
     let seen = log.scans.first().map(|scan| scan.detections.clone()).unwrap_or_default();
     log.scans.iter_mut().for_each(|scan| scan.detections.clone_from(&seen));
-    log.odometry.iter_mut().for_each(|row| row.control = [0.0; 2]);
+    log.odometry.iter_mut().for_each(|row| row.control = [0.0; 3]);
     log.nominal.range_sigma_m = Some(2.0);
     log.nominal.bearing_sigma_rad = Some(0.2);
     log.nominal.detection_probability = Some(0.9);

@@ -48,9 +48,10 @@ impl Learn for Planar {
         settings.sensor.range_max_m
     }
 
-    fn added(log: &Log, settings: &Settings, control: &[f64; 2], dt_s: f64) -> Added {
+    fn added(log: &Log, settings: &Settings, control: &[f64; 3], dt_s: f64) -> Added {
         let noise = &settings.vehicle;
-        let &[speed, turn] = control;
+        let &[ahead, turn, left] = control;
+        let speed = ahead.hypot(left).copysign(ahead);
         // An error that lasts for a while adds up over it.
         let lasting = dt_s * dt_s.max(noise.noise_interval_s * settings.filter.interval_margin);
         let variance = |constant: f64, ratio: f64, value: f64| constant.powi(2) + (ratio * value).powi(2);
@@ -61,7 +62,7 @@ impl Learn for Planar {
             Vehicle::Ackermann { wheelbase_m, .. } => {
                 [turn.tan() / wheelbase_m, speed / (wheelbase_m * turn.cos().powi(2))]
             }
-            Vehicle::Unicycle | Vehicle::UnicycleArc => [0.0, 1.0],
+            Vehicle::Unicycle | Vehicle::UnicycleArc | Vehicle::Holonomic => [0.0, 1.0],
         };
         Added { along: of_speed, turned: [of_speed * by_speed * by_speed, of_turn * by_turn * by_turn] }
     }

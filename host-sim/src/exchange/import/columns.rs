@@ -231,7 +231,7 @@ pub fn read(map: &Path, head: Option<Log>) -> Result<Imported, ImportError> {
     let Moves { time, speed, turn, .. } = &columns.odometry;
     let (time, speed, turn) = (time.find(&table)?, speed.find(&table)?, turn.find(&table)?);
     for row in table.rows() {
-        odometry.push(Odometry { t_s: time.of(&row)?, control: [speed.of(&row)?, turn.of(&row)?] });
+        odometry.push(Odometry { t_s: time.of(&row)?, control: [speed.of(&row)?, turn.of(&row)?, 0.0] });
     }
     let seen = seen(&columns.detections, folder)?;
     let mut empty = Vec::new();

@@ -51,7 +51,7 @@ pub fn read(dir: &Path, robot: u32, head: Option<Log>) -> Result<Imported, Impor
     let odometry = open(&of(robot, "Odometry"))?;
     let mut rows = Vec::new();
     for row in odometry.rows() {
-        rows.push(Odometry { t_s: row.number(0)?, control: [row.number(1)?, row.number(2)?] });
+        rows.push(Odometry { t_s: row.number(0)?, control: [row.number(1)?, row.number(2)?, 0.0] });
     }
     let first_s = rows.first().map_or(0.0, |row| row.t_s);
     // Seconds since 1970 lose digits: they are counted from the whole second before the first row.

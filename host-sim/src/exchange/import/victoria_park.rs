@@ -54,7 +54,7 @@ pub fn read(dir: &Path, head: Option<Log>) -> Result<Imported, ImportError> {
     let (time, [speed, steering]) = file.columns("time", ["speed", "steering"])?;
     let rows = time.iter().zip(speed).zip(steering);
     let odometry: Vec<Odometry> =
-        rows.map(|((ms, speed), steering)| Odometry { t_s: ms / 1e3, control: [*speed, *steering] }).collect();
+        rows.map(|((ms, speed), steering)| Odometry { t_s: ms / 1e3, control: [*speed, *steering, 0.0] }).collect();
 
     let file: File = open("aa3_lsr2.mat")?;
     let times = &file.matrix("TLsr")?.numbers;

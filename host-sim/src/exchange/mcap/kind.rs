@@ -101,7 +101,9 @@ impl Exported for Planar {
     fn topics<W: Write + Seek>(log: &Log, file: &mut Writer<W>) -> Result<(), WriteError> {
         match log.vehicle {
             Vehicle::Ackermann { .. } => file.topic::<JointState>(topic::INPUT_WHEELS, false)?,
-            Vehicle::Unicycle | Vehicle::UnicycleArc => file.topic::<Odometry>(topic::INPUT_ODOMETRY, false)?,
+            Vehicle::Unicycle | Vehicle::UnicycleArc | Vehicle::Holonomic => {
+                file.topic::<Odometry>(topic::INPUT_ODOMETRY, false)?
+            }
         }
         if log.fixes.is_empty() {
             return Ok(());
@@ -113,7 +115,7 @@ impl Exported for Planar {
         let Some(row) = log.odometry.get(index) else {
             return fix(log, index - log.odometry.len(), at, file);
         };
-        let [speed, turn] = row.control;
+        let [speed, turn, left] = row.control;
         if let Vehicle::Ackermann { .. } = log.vehicle {
             let state = JointState {
                 header: Header::new(at, BASE),
@@ -124,7 +126,7 @@ impl Exported for Planar {
             };
             return file.write(topic::INPUT_WHEELS, at, &state);
         }
-        let linear = Vector3 { x: speed, ..Vector3::default() };
+        let linear = Vector3 { x: speed, y: left, ..Vector3::default() };
         let twist = Twist { linear, angular: Vector3 { z: turn, ..Vector3::default() } };
         let mut odometry = Odometry {
             header: Header::new(at, ODOM),

@@ -28,17 +28,17 @@ pub struct Planar {
     pub clutter_intensity: f64,
 }
 
-/// Pose, then two numbers more.
-type Number = Dual<5>;
+/// Pose, then three numbers more: the control, or a place or a measurement of two.
+type Number = Dual<6>;
 
-/// Rows of derivatives by the pose, and by the two numbers.
+/// Rows of derivatives by the pose, and by the three numbers.
 fn derivatives<const R: usize>(of: &[Number; R]) -> (DMatrix<f64>, DMatrix<f64>) {
     let part = |from: usize, count: usize| DMatrix::from_fn(R, count, |row, column| of[row].by[from + column]);
-    (part(0, 3), part(3, 2))
+    (part(0, 3), part(3, 3))
 }
 
 impl Planar {
-    fn step(&self, [x, y, heading, speed, second]: [Number; 5], dt: f64) -> [Number; 3] {
+    fn step(&self, [x, y, heading, speed, second, left]: [Number; 6], dt: f64) -> [Number; 3] {
         let ahead = |distance: Number, direction: Number| (distance * direction.cos(), distance * direction.sin());
         let ((dx, dy), turn) = match self.motion.vehicle {
             Vehicle::Ackermann { wheelbase_m, encoder_offset_m, sensor_forward_m, sensor_left_m } => {
@@ -59,6 +59,14 @@ impl Planar {
                 let share = if series { Number::constant(1.0) - half * half * (1.0 / 6.0) } else { half.sinc() };
                 (ahead(speed * dt * share, heading + half), turn)
             }
+            Vehicle::Holonomic => {
+                let (turn, half) = (second * dt, second * (dt / 2.0));
+                let series = turn.value.abs() < SERIES_RAD;
+                let share = if series { Number::constant(1.0) - half * half * (1.0 / 6.0) } else { half.sinc() };
+                let along = heading + half;
+                let (east, north) = (along.cos() * share * dt, along.sin() * share * dt);
+                ((speed * east - left * north, speed * north + left * east), turn)
+            }
         };
         [x + dx, y + dy, heading + turn]
     }
@@ -72,29 +80,31 @@ impl Planar {
 }
 
 impl Models for Planar {
-    /// Speed in m/s, then steering angle in rad or turn rate in rad/s.
-    type Control = [f64; 2];
+    /// Speed in m/s, then steering angle in rad or turn rate in rad/s, then speed to the left in m/s.
+    type Control = [f64; 3];
 
     const POSE: usize = 3;
     const FEATURE: usize = 2;
 
-    fn moved(&self, pose: &[f64], control: &[f64; 2], dt: f64) -> Moved {
-        let end = self.step(Dual::variables([pose[0], pose[1], pose[2], control[0], control[1]]), dt);
+    fn moved(&self, pose: &[f64], control: &[f64; 3], dt: f64) -> Moved {
+        let end = self.step(Dual::variables([pose[0], pose[1], pose[2], control[0], control[1], control[2]]), dt);
         let (transition, by_control) = derivatives(&end);
         let ControlNoise { speed_sigma_mps, second_sigma, speed_ratio, second_ratio, interval_s } = self.motion.noise;
         // An error that lasts for longer than a step is as much as a larger one of every step.
         let lasting = if interval_s > dt { interval_s / dt } else { 1.0 };
         let variance = |sigma: f64, ratio: f64, control: f64| lasting * (sigma.powi(2) + (ratio * control).powi(2));
+        let of_speed = variance(speed_sigma_mps, speed_ratio, control[0].hypot(control[2]));
         let variances = DVector::from_vec(vec![
-            variance(speed_sigma_mps, speed_ratio, control[0]),
+            of_speed,
             variance(second_sigma, second_ratio, control[1]),
+            if self.motion.vehicle == Vehicle::Holonomic { of_speed } else { 0.0 },
         ]);
         let noise = &by_control * DMatrix::from_diagonal(&variances) * by_control.transpose();
         Moved { pose: end.map(|number| number.value).to_vec(), transition, noise }
     }
 
     fn expected(&self, pose: &[f64], feature: &[f64]) -> Option<Expected> {
-        let [x, y, heading, east, north] = Dual::variables([pose[0], pose[1], pose[2], feature[0], feature[1]]);
+        let [x, y, heading, east, north, _] = Dual::variables([pose[0], pose[1], pose[2], feature[0], feature[1], 0.0]);
         let [x, y, heading] = self.seat([x, y, heading]);
         let (dx, dy) = (east - x, north - y);
         let range = (dx * dx + dy * dy).sqrt();
@@ -103,6 +113,7 @@ impl Models for Planar {
         }
         let bearing = dy.atan2(dx) - heading;
         let (by_pose, by_feature) = derivatives(&[range, bearing]);
+        let by_feature = by_feature.columns(0, 2).into_owned();
         let seat = [x, y, heading].map(|number| number.value);
         Some(Expected {
             measurement: DVector::from_vec(vec![range.value, wrap(bearing.value)]),
@@ -116,12 +127,13 @@ impl Models for Planar {
         if measurement[0].is_nan() || measurement[0] <= 0.0 {
             return None;
         }
-        let [x, y, heading, range, bearing] =
-            Dual::variables([pose[0], pose[1], pose[2], measurement[0], measurement[1]]);
+        let [x, y, heading, range, bearing, _] =
+            Dual::variables([pose[0], pose[1], pose[2], measurement[0], measurement[1], 0.0]);
         let [x, y, heading] = self.seat([x, y, heading]);
         let direction = heading + bearing;
         let feature = [x + range * direction.cos(), y + range * direction.sin()];
         let (_, by_measurement) = derivatives(&feature);
+        let by_measurement = by_measurement.columns(0, 2).into_owned();
         Some(Inverse { feature: DVector::from_vec(feature.map(|number| number.value).to_vec()), by_measurement })
     }
 

@@ -32,10 +32,11 @@ pub(super) fn planar(vehicle: Vehicle, mounting: [f64; 3]) -> Planar {
 fn it_moves_as_the_other_reference_does() {
     let car =
         Vehicle::Ackermann { wheelbase_m: 2.83, encoder_offset_m: 0.76, sensor_forward_m: 3.78, sensor_left_m: 0.5 };
-    for vehicle in [car, Vehicle::Unicycle, Vehicle::UnicycleArc] {
+    for vehicle in [car, Vehicle::Unicycle, Vehicle::UnicycleArc, Vehicle::Holonomic] {
         let models = planar(vehicle, [0.0; 3]);
+        let left = if vehicle == Vehicle::Holonomic { -1.2 } else { 0.0 };
         for second in [-0.5, -1e-5, 0.0, 3e-3, 0.4] {
-            let (pose, control) = ([4.0, -1.0, 0.7], [2.0, second]);
+            let (pose, control) = ([4.0, -1.0, 0.7], [2.0, second, left]);
             let moved = models.moved(&pose, &control, 0.4);
             let other = models.motion.step(pose, &control, 0.4);
             (0..3).for_each(|k| assert!((moved.pose[k] - other[k]).abs() < 1e-9, "{vehicle:?} {second}: {moved:?}"));
@@ -115,7 +116,7 @@ fn landmarks_are_found_and_clutter_goes() {
     let joint = Joint { config, models: planar(Vehicle::UnicycleArc, [0.0; 3]) };
     let mut state = joint.initial(vec![0.0; 3]);
     for step in 0..20 {
-        joint.predict(&mut state, &[1.0, 0.0], 0.1);
+        joint.predict(&mut state, &[1.0, 0.0, 0.0], 0.1);
         let along = 0.1 * f64::from(step + 1);
         let elsewhere = [4.0 + 0.5 * f64::from(step), -2.0 + 0.3 * f64::from(step)];
         joint.scan(&mut state, &[&[along.hypot(5.0), 5.0_f64.atan2(-along)], &elsewhere]);

@@ -162,7 +162,7 @@ impl Plan {
             let curvature = (4.0 * error / (0.2 * self.extent_m)).clamp(-sharpest, sharpest);
             let control = self.control(speed, curvature);
             self.controls.push(control);
-            pose = self.vehicle.step(pose, control, 1.0 / ROWS_PER_SECOND);
+            pose = self.vehicle.step(pose, [control[0], control[1], 0.0], 1.0 / ROWS_PER_SECOND);
         }
     }
 
@@ -172,7 +172,7 @@ impl Plan {
             Vehicle::Ackermann { wheelbase_m, encoder_offset_m, .. } => {
                 [speed * (1.0 - curvature * encoder_offset_m), atan(wheelbase_m * curvature)]
             }
-            Vehicle::Unicycle | Vehicle::UnicycleArc => [speed, speed * curvature],
+            Vehicle::Unicycle | Vehicle::UnicycleArc | Vehicle::Holonomic => [speed, speed * curvature],
         }
     }
 
@@ -209,8 +209,8 @@ impl Plan {
     pub fn path(&self) -> Vec<[f64; 3]> {
         let mut pose = self.start;
         let mut path = vec![pose];
-        for &control in &self.controls {
-            pose = self.vehicle.step(pose, control, 1.0 / ROWS_PER_SECOND);
+        for &[speed, turn] in &self.controls {
+            pose = self.vehicle.step(pose, [speed, turn, 0.0], 1.0 / ROWS_PER_SECOND);
             path.push(pose);
         }
         path

@@ -27,6 +27,7 @@ pub(super) fn odometry(plan: &Plan, misbehaviour: Misbehaviour, seed: u64) -> Ve
         let control = [
             speed * scale[0] * slipped + plan.speed_sigma_mps * white.normal(),
             turn * scale[1] + offset + plan.turn_sigma * white.normal(),
+            0.0,
         ];
         Odometry { t_s: plan.time(row), control }
     });

@@ -103,7 +103,10 @@ impl Motion {
         if greatest(|sample| sample.sideways_mps) > SIDEWAYS * greatest(|sample| sample.control[0]) {
             told.push("the vehicle moves sideways, which no vehicle model here does: that is left out".to_owned());
         }
-        let row = |(ns, sample): &(u64, Sample)| Row { t_s: seconds(*ns), control: sample.control };
+        let row = |(ns, sample): &(u64, Sample)| {
+            let [speed, turn] = sample.control;
+            Row { t_s: seconds(*ns), control: [speed, turn, 0.0] }
+        };
         Ok((self.rows.iter().map(row).collect(), told))
     }
 }
@@ -127,7 +130,7 @@ fn of_poses(poses: &[(f64, [f64; 3])]) -> Vec<Row> {
         let chord = dx * libm::cos(middle) + dy * libm::sin(middle);
         let half = 0.5 * turn;
         let arc = if half.abs() < 1e-6 { chord } else { chord * half / libm::sin(half) };
-        (dt_s > 0.0).then(|| Row { t_s, control: [arc / dt_s, turn / dt_s] })
+        (dt_s > 0.0).then(|| Row { t_s, control: [arc / dt_s, turn / dt_s, 0.0] })
     };
     poses.windows(2).filter_map(row).collect()
 }
@@ -143,9 +146,9 @@ mod tests {
             [(0.0, [0.0, 0.0, 3.0]), (0.5, [-1.0, 0.3, -3.0]), (1.0, [-1.2, 0.25, -2.9]), (2.0, [-1.2, 0.25, -2.9])];
         let rows = of_poses(&poses);
         assert_eq!(rows.len(), 3);
-        let driven = Vehicle::UnicycleArc.step([0.0, 0.0, 0.0], [2.0, 0.5], 0.4);
+        let driven = Vehicle::UnicycleArc.step([0.0, 0.0, 0.0], [2.0, 0.5, 0.0], 0.4);
         let [row] = of_poses(&[(1.0, [0.0; 3]), (1.4, driven)])[..] else { panic!("one row") };
         assert!((row.control[0] - 2.0).abs() < 1e-12 && (row.control[1] - 0.5).abs() < 1e-12, "{row:?}");
-        assert_eq!(rows[2].control, [0.0; 2]);
+        assert_eq!(rows[2].control, [0.0; 3]);
     }
 }
