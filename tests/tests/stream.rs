@@ -91,6 +91,22 @@ fn a_replay_ends_where_the_session_ends() {
     }
 }
 
+/// Rows beyond the limits of a vehicle that take it nowhere far in their time: only speed and turn rate tell.
+#[test]
+fn a_row_that_no_vehicle_drives_is_left_out_on_board_as_in_the_session() {
+    for [speed, turn] in [[400.0, 0.0], [-400.0, 0.1]] {
+        let (mut log, settings) = short_log();
+        log.odometry[7].control = [speed, turn];
+        let filter = |filter| session::run::<dimensions::Planar>(&log, &settings, filter, SEED, &mut |_| ()).unwrap();
+        let bytes = stream::write(&log, &settings, SEED, Scalar::F32, usize::MAX).unwrap().bytes;
+        let core = filter(Filter::Core(Precision::F32)).summary.digest;
+        assert_eq!(replayed::<f32>(&bytes, u32::MAX).unwrap().all.last().copied(), core, "{speed} m/s");
+        let joint = filter(Filter::Joint(Precision::F32)).summary.digest;
+        let replayed = replayed_as::<PlanarJoint, f32>(&bytes, u32::MAX).unwrap();
+        assert_eq!(replayed.all.last().copied(), joint, "{speed} m/s");
+    }
+}
+
 #[test]
 fn a_dive_ends_where_its_session_ends() {
     let (mut log, settings) = short_dive();

@@ -1,7 +1,7 @@
 //! A vehicle of one's own: a robot on four mecanum wheels, which moves ahead and aside and turns, all at once.
 
 use nalgebra::{Matrix3, Vector3};
-use scphd::{Linearised, ModelError, Motion, Noise, PlanarPose, Real, Symmetric, wrap};
+use scphd::{Linearised, ModelError, Motion, Noise, PlanarPose, Rates, Real, Symmetric, wrap};
 
 /// Errors of ahead, aside and turn, as shares of what the wheels say. Rollers slip more aside than ahead.
 #[derive(Debug, Clone, Copy)]
@@ -29,6 +29,10 @@ impl Motion for Mecanum {
 
     fn admits(&self, control: &Vector3<f32>) -> bool {
         control.iter().all(|number| number.is_finite())
+    }
+
+    fn rates(&self, control: &Vector3<f32>) -> Rates<f32> {
+        Rates { speed_mps: Real::sqrt(control[0] * control[0] + control[1] * control[1]), turn_radps: control[2].abs() }
     }
 
     fn propagate(&self, pose: &Self::Pose, control: &Vector3<f32>, dt: f32) -> Self::Pose {

@@ -1,6 +1,6 @@
 //! A sensor whose pose is known: turns the filter into a GM-PHD tracker (section 4.2).
 
-use super::{Linearised, Motion, Pose};
+use super::{Linearised, Motion, Pose, Rates};
 use crate::{Noise, ScalarOf, Symmetric, TangentOf, Zero};
 use core::marker::PhantomData;
 
@@ -37,6 +37,10 @@ impl<P: Pose> Motion for KnownPose<P> {
 
     fn admits(&self, control: &P) -> bool {
         control.is_finite()
+    }
+
+    fn rates(&self, _control: &P) -> Rates<ScalarOf<P>> {
+        Rates::NONE
     }
 
     fn propagate(&self, _pose: &P, control: &P, _dt: ScalarOf<P>) -> P {

@@ -26,11 +26,9 @@ pub trait Motion {
     fn admits(&self, control: &Self::Control) -> bool;
 
     /// How fast the vehicle goes and turns under this control, to be held against the limits of
-    /// [`Plausible`](crate::Plausible). Nothing is known unless said otherwise: then only how far a step takes the vehicle is
+    /// [`Plausible`](crate::Plausible). Of a control that says nothing of speeds [`Rates::NONE`]: then only the length of a step is
     /// limited.
-    fn rates(&self, _control: &Self::Control) -> Rates<ScalarOf<Self::Pose>> {
-        Rates::NONE
-    }
+    fn rates(&self, control: &Self::Control) -> Rates<ScalarOf<Self::Pose>>;
 
     /// The pose after `dt` seconds without noise, f(x, u).
     fn propagate(&self, pose: &Self::Pose, control: &Self::Control, dt: ScalarOf<Self::Pose>) -> Self::Pose;

@@ -1,6 +1,6 @@
 //! The models of a sensor where it sits on its vehicle.
 
-use super::{ExpectedOf, FieldOfView, InverseOf, Mounting, Pose, Sensor};
+use super::{ExpectedOf, FieldOfView, InverseOf, ModelError, Mounting, Pose, Sensor};
 use crate::numerics::vector::applied;
 use crate::{Bounds, Component, Linear, Matrix, PositionOf, ScalarOf, Symmetric, TangentOf, Vector};
 
@@ -54,6 +54,10 @@ impl<S: Sensor> Sensor for Mounted<'_, S> {
     const SORTED_BY_ANGLE: bool = S::SORTED_BY_ANGLE;
     const SIFTED_BY: Option<usize> = S::SIFTED_BY;
 
+    fn check(&self) -> Result<(), ModelError> {
+        self.sensor.check()
+    }
+
     #[inline]
     fn frame(&self, pose: &S::Pose) -> Self::Frame {
         match &self.mounting {
@@ -104,6 +108,10 @@ impl<S: Sensor> Sensor for Mounted<'_, S> {
 }
 
 impl<F, K, D: Vector, Z: Vector, V: FieldOfView<F, D, Z>> FieldOfView<MountedFrame<F, K>, D, Z> for MountedView<'_, V> {
+    fn check(&self) -> Result<(), ModelError> {
+        self.field_of_view.check()
+    }
+
     #[inline(always)]
     fn detection_probability(&self, frame: &MountedFrame<F, K>, feature: &D, expected: &Z) -> D::Scalar {
         self.field_of_view.detection_probability(&frame.frame, feature, expected)

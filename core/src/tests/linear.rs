@@ -1,6 +1,6 @@
 //! Models in which all is linear and Gaussian, for tests against closed forms.
 
-use crate::{Bounds, Expected, FieldOfView, Inverse, Linearised, Motion, Noise, PlanarPose, Sensor, Symmetric};
+use crate::{Bounds, Expected, FieldOfView, Inverse, Linearised, Motion, Noise, PlanarPose, Rates, Sensor, Symmetric};
 use nalgebra::{Matrix2, Matrix2x3, Matrix3, Vector2, Vector3};
 
 /// A vehicle that is moved by what it is told, with noise in x and y: linear and Gaussian.
@@ -15,6 +15,9 @@ impl Motion for Drift {
 
     fn admits(&self, _: &Vector2<f64>) -> bool {
         true
+    }
+    fn rates(&self, _: &Vector2<f64>) -> Rates<f64> {
+        Rates::NONE
     }
     fn propagate(&self, pose: &PlanarPose<f64>, control: &Vector2<f64>, dt: f64) -> PlanarPose<f64> {
         PlanarPose { x_m: pose.x_m + control.x * dt, y_m: pose.y_m + control.y * dt, ..*pose }

@@ -83,6 +83,9 @@ impl Motion for &Liar {
     fn admits(&self, _: &Vector2<f64>) -> bool {
         true
     }
+    fn rates(&self, _: &Vector2<f64>) -> Rates<f64> {
+        Rates::NONE
+    }
     fn propagate(&self, pose: &PlanarPose<f64>, control: &Vector2<f64>, dt: f64) -> PlanarPose<f64> {
         PlanarPose { x_m: self.says(Lie::Pose, pose.x_m + control.x * dt), ..*pose }
     }

@@ -438,6 +438,9 @@ fn the_expected_map_spreads_with_the_poses() {
         fn admits(&self, _: &f64) -> bool {
             true
         }
+        fn rates(&self, _: &f64) -> Rates<f64> {
+            Rates::NONE
+        }
         fn propagate(&self, pose: &PlanarPose<f64>, _: &f64, _: f64) -> PlanarPose<f64> {
             *pose
         }

@@ -8,8 +8,8 @@ use nalgebra::{Vector2, Vector3};
 use scphd::{
     Ackermann, AckermannControl, AckermannGeometry, Births, ControlNoise, Detector, DetectorMemory, Dynamic,
     Linearised, MapMemory, ModelError, Motion, Mounting, Noise, PlanarPose, PredictError, RangeBearing,
-    RangeBearingLimits, RangeBearingWindow, Real, ScPhd, Sensing, State, Static, Step, Unicycle, UnicycleControl,
-    UniformClutter,
+    RangeBearingLimits, RangeBearingWindow, Rates, Real, ScPhd, Sensing, State, Static, Step, Unicycle,
+    UnicycleControl, UniformClutter,
 };
 
 /// Room for the particles of section 5.3.1.
@@ -177,10 +177,24 @@ impl<T: Real> Motion for Drive<T> {
     type Pose = PlanarPose<T>;
     type Control = [T; 2];
 
+    fn check(&self) -> Result<(), ModelError> {
+        match self {
+            Self::Ackermann(car) => car.check(),
+            Self::Unicycle(robot) => robot.check(),
+        }
+    }
+
     fn admits(&self, control: &[T; 2]) -> bool {
         match self {
             Self::Ackermann(car) => car.admits(&ackermann(*control)),
             Self::Unicycle(robot) => robot.admits(&unicycle(*control)),
+        }
+    }
+
+    fn rates(&self, control: &[T; 2]) -> Rates<T> {
+        match self {
+            Self::Ackermann(car) => car.rates(&ackermann(*control)),
+            Self::Unicycle(robot) => robot.rates(&unicycle(*control)),
         }
     }
 
