@@ -27,7 +27,6 @@ void drive(void) {
 
     scphd_joint_config config = {.struct_size = sizeof config};
     scphd_joint_defaults(&config);
-    config.vehicle.speed_sigma_ratio = config.vehicle.turn_sigma_ratio = 0.1f;
     scphd_joint *slam;
     scphd_joint_start(SCPHD_ABI_VERSION, SCPHD_SET_JOINT_40, slam_memory, sizeof slam_memory, &config, NULL, &slam);
     scphd_joint_reset(slam, 0.0f, 0.0f, 0.0f);

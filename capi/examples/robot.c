@@ -45,9 +45,6 @@ static scphd_joint *start_slam(void) {
     reason.struct_size = sizeof reason;
     check(scphd_joint_defaults(&config));
     config.vehicle.kind = SCPHD_VEHICLE_ROBOT;
-    config.vehicle.speed_sigma_ratio = 0.1f;
-    config.vehicle.turn_sigma_ratio = 0.1f;
-    config.vehicle.noise_interval_s = 0.5f;
     scphd_status status = scphd_joint_start(SCPHD_ABI_VERSION, SCPHD_SET_JOINT_40, slam_memory, sizeof slam_memory, &config,
                                             &reason, &slam);
     if (status == SCPHD_STATUS_OUT_OF_RANGE) {

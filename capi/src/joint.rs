@@ -62,7 +62,7 @@ impl scphd_joint_config {
     fn of(config: &JointConfig<f32>) -> Self {
         Self {
             struct_size: size_of::<Self>() as u32,
-            vehicle: scphd_vehicle::DEFAULT,
+            vehicle: scphd_vehicle::wheeled(),
             birth_share: config.birth_share,
             gate: config.gate,
             in_sight_s: config.persistence.in_sight_s,

@@ -40,7 +40,7 @@ pub struct scphd_plane_config {
 fn fill(mut config: Out<scphd_plane_config>, of: Config<f32>) -> scphd_status {
     scphd_status::of(config.get().map(|config| {
         let struct_size = config.struct_size;
-        *config = scphd_plane_config { struct_size, vehicle: scphd_vehicle::DEFAULT, tuning: scphd_tuning::of(&of) };
+        *config = scphd_plane_config { struct_size, vehicle: scphd_vehicle::wheeled(), tuning: scphd_tuning::of(&of) };
     }))
 }
 

@@ -46,13 +46,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         AckermannGeometry { wheelbase_m: 2.8, encoder_offset_m: 0.0, sensor_forward_m: 0.0, sensor_left_m: 0.0 };
     let mut state = Box::new(Memory::new());
     // Odometry whose errors last: wheels that are worn, a steering angle that is off.
-    let noise = ControlNoise {
-        speed_sigma_ratio: 0.1,
-        turn_sigma_ratio: 0.1,
-        interval_s: 0.5,
-        ..ControlNoise::white(0.1, 0.01)
-    };
-    let car = Ackermann::new(geometry, noise)?;
+    let car = Ackermann::new(geometry, ControlNoise::wheeled())?;
     let mut slam = ScPhd::new(car, Config::informed(4), &mut *state)?;
     slam.reset(PlanarPose::ZERO, 1)?;
 

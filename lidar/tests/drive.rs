@@ -75,7 +75,7 @@ fn drive(seed: u64, takes_motion_out: bool, damage: f64) -> [f64; 4] {
         clutter: UniformClutter::of_scan(CLUTTER, view.measure()).unwrap(),
     };
     let detector = Detector::new(sensing, Births::of_static(0.1 / view.measure())).unwrap();
-    let noise = ControlNoise { speed_sigma_ratio: 0.1, turn_sigma_ratio: 0.1, interval_s: 0.5, ..ControlNoise::NONE };
+    let noise = ControlNoise::wheeled();
     let mut memory = Box::new(Map::new());
     let mut slam =
         JointSlam::new(Unicycle::new(Step::Arc, noise).unwrap(), JointConfig::default(), &mut memory).unwrap();

@@ -9,7 +9,17 @@ use scphd::{
     UnicycleControl,
 };
 
+/// Odometry is never exact, and a filter that takes it to be follows it blindly.
+fn some_noise(noise: &ControlNoise<f32>) -> PyResult<()> {
+    if noise.is_none() {
+        return Err(SettingError::new_err("odometry without any noise: a sigma or a ratio must be above zero"));
+    }
+    Ok(())
+}
+
 /// A robot that turns in place: its control is its speed (m/s) and its turn rate (rad/s, to the left).
+///
+/// Without arguments it has the noise of a wheeled vehicle that nobody has measured.
 ///
 /// Parameters
 /// ----------
@@ -17,9 +27,9 @@ use scphd::{
 ///     Standard deviation of the speed, m/s.
 /// speed_sigma_ratio : float
 ///     The same as a share of the speed; adds in quadrature.
-/// turn_rate_sigma_radps : float
+/// turn_sigma : float
 ///     Standard deviation of the turn rate, rad/s.
-/// turn_rate_sigma_ratio : float
+/// turn_sigma_ratio : float
 ///     The same as a share of it; adds in quadrature.
 /// noise_interval_s : float
 ///     How long an error lasts, s; 0: it is drawn anew in every prediction.
@@ -31,13 +41,13 @@ pub struct Unicycle(scphd::Unicycle<f32>);
 #[pymethods]
 impl Unicycle {
     #[new]
-    #[pyo3(signature = (*, speed_sigma_mps=0.0, speed_sigma_ratio=0.0, turn_rate_sigma_radps=0.0, turn_rate_sigma_ratio=0.0,
-                        noise_interval_s=0.0, step="arc"))]
+    #[pyo3(signature = (*, speed_sigma_mps=0.02, speed_sigma_ratio=0.1, turn_sigma=0.02, turn_sigma_ratio=0.1,
+                        noise_interval_s=0.5, step="arc"))]
     fn new(
         speed_sigma_mps: f32,
         speed_sigma_ratio: f32,
-        turn_rate_sigma_radps: f32,
-        turn_rate_sigma_ratio: f32,
+        turn_sigma: f32,
+        turn_sigma_ratio: f32,
         noise_interval_s: f32,
         step: &str,
     ) -> PyResult<Self> {
@@ -49,15 +59,12 @@ impl Unicycle {
         let noise = ControlNoise {
             speed_sigma_mps,
             speed_sigma_ratio,
-            turn_sigma: turn_rate_sigma_radps,
-            turn_sigma_ratio: turn_rate_sigma_ratio,
+            turn_sigma,
+            turn_sigma_ratio,
             interval_s: noise_interval_s,
         };
-        let names = [
-            ("turn_sigma", "turn_rate_sigma_radps"),
-            ("turn_sigma_ratio", "turn_rate_sigma_ratio"),
-            ("interval_s", "noise_interval_s"),
-        ];
+        let names = [("interval_s", "noise_interval_s")];
+        some_noise(&noise)?;
         scphd::Unicycle::new(step, noise).map(Self).map_err(|error| of_model(error, &names))
     }
 }
@@ -76,9 +83,9 @@ impl Unicycle {
 ///     Standard deviation of the speed, m/s.
 /// speed_sigma_ratio : float
 ///     The same as a share of the speed; adds in quadrature.
-/// steering_sigma_rad : float
+/// turn_sigma : float
 ///     Standard deviation of the steering angle, rad.
-/// steering_sigma_ratio : float
+/// turn_sigma_ratio : float
 ///     The same as a share of it; adds in quadrature.
 /// noise_interval_s : float
 ///     How long an error lasts, s; 0: it is drawn anew in every prediction.
@@ -88,8 +95,8 @@ pub struct Ackermann(scphd::Ackermann<f32>);
 #[pymethods]
 impl Ackermann {
     #[new]
-    #[pyo3(signature = (*, wheelbase_m, encoder_offset_m=0.0, pose_forward_m=0.0, pose_left_m=0.0, speed_sigma_mps=0.0,
-                        speed_sigma_ratio=0.0, steering_sigma_rad=0.0, steering_sigma_ratio=0.0, noise_interval_s=0.0))]
+    #[pyo3(signature = (*, wheelbase_m, encoder_offset_m=0.0, pose_forward_m=0.0, pose_left_m=0.0, speed_sigma_mps=0.02,
+                        speed_sigma_ratio=0.1, turn_sigma=0.02, turn_sigma_ratio=0.1, noise_interval_s=0.5))]
     #[expect(clippy::too_many_arguments, reason = "keywords of Python")]
     fn new(
         wheelbase_m: f32,
@@ -98,8 +105,8 @@ impl Ackermann {
         pose_left_m: f32,
         speed_sigma_mps: f32,
         speed_sigma_ratio: f32,
-        steering_sigma_rad: f32,
-        steering_sigma_ratio: f32,
+        turn_sigma: f32,
+        turn_sigma_ratio: f32,
         noise_interval_s: f32,
     ) -> PyResult<Self> {
         let geometry = AckermannGeometry {
@@ -111,17 +118,16 @@ impl Ackermann {
         let noise = ControlNoise {
             speed_sigma_mps,
             speed_sigma_ratio,
-            turn_sigma: steering_sigma_rad,
-            turn_sigma_ratio: steering_sigma_ratio,
+            turn_sigma,
+            turn_sigma_ratio,
             interval_s: noise_interval_s,
         };
         let names = [
             ("sensor_forward_m", "pose_forward_m"),
             ("sensor_left_m", "pose_left_m"),
-            ("turn_sigma", "steering_sigma_rad"),
-            ("turn_sigma_ratio", "steering_sigma_ratio"),
             ("interval_s", "noise_interval_s"),
         ];
+        some_noise(&noise)?;
         scphd::Ackermann::new(geometry, noise).map(Self).map_err(|error| of_model(error, &names))
     }
 }

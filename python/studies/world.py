@@ -55,7 +55,7 @@ def drive(seed, scans=400):
 def models(odometry_sigma_ratio=0.25, clutter_per_scan=CLUTTER_PER_SCAN):
     """The robot and its lidar, as the filter takes them."""
     robot = scphd.Unicycle(
-        speed_sigma_ratio=odometry_sigma_ratio, turn_rate_sigma_ratio=odometry_sigma_ratio, noise_interval_s=1.0
+        speed_sigma_ratio=odometry_sigma_ratio, turn_sigma_ratio=odometry_sigma_ratio, noise_interval_s=1.0
     )
     lidar = scphd.RangeBearing(
         range_sigma_m=RANGE_SIGMA_M, bearing_sigma_rad=BEARING_SIGMA_RAD, range_max_m=RANGE_MAX_M,

@@ -13,7 +13,7 @@ def lidar():
 
 @pytest.fixture
 def robot():
-    return scphd.Unicycle(speed_sigma_ratio=0.1, turn_rate_sigma_ratio=0.1)
+    return scphd.Unicycle()
 
 
 @pytest.fixture(params=["mixture", "joint"])

@@ -8,7 +8,6 @@ import pytest
 
 import scphd
 
-SPEEDS = {"speed_sigma_ratio": 0.1, "turn_rate_sigma_ratio": 0.1, "noise_interval_s": 0.5}
 SEAT = scphd.Mounting(forward_m=0.22, yaw_rad=0.5)
 BACK = scphd.Mounting(forward_m=-0.3, left_m=0.1, yaw_rad=3.0)
 
@@ -40,7 +39,7 @@ def detectors():
 
 
 def filters():
-    robot = scphd.Unicycle(**SPEEDS)
+    robot = scphd.Unicycle()
     sets = ["PLANE_32X2", "PLANE_INFORMED_4_MOVING", "JOINT_40"]
     blind = scphd.Filter(robot, proposal="blind", particles=32, samples=2, memory=sets[0])
     informed = scphd.Filter(robot, proposal="informed", particles=4, prune_weight=1e-3, memory=sets[1])

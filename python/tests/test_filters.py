@@ -115,7 +115,7 @@ def test_a_tracker():
 
 def test_health_has_names(lidar):
     """A robot that is carried away looks for what it knows, and sees something else."""
-    slam = scphd.JointFilter(scphd.Unicycle(speed_sigma_mps=0.05, turn_rate_sigma_radps=0.02))
+    slam = scphd.JointFilter(scphd.Unicycle(speed_sigma_mps=0.05, turn_sigma=0.02))
     slam.reset()
     draws = np.random.default_rng(1)
     known = [(4.0, 0.3), (6.0, -1.0), (5.0, 2.0), (7.0, -2.5)]

@@ -116,9 +116,7 @@ impl<'m> Filters<'m> {
     /// # Errors
     /// None: what is configured is in range.
     pub fn new(memory: &'m mut Memory) -> Result<Self, Box<dyn Error>> {
-        let noise =
-            ControlNoise { speed_sigma_ratio: 0.1, turn_sigma_ratio: 0.1, interval_s: 0.5, ..ControlNoise::NONE };
-        let motion = Unicycle::new(Step::Arc, noise)?;
+        let motion = Unicycle::new(Step::Arc, ControlNoise::wheeled())?;
         let births = Births { of_static: 0.002, of_moving: 0.001 };
         let lidar = Detector::new(polar(12.0, 2.0, [0.05, 0.01], 2.0)?, births)?;
         let radar = Detector::new(polar(20.0, 0.8, [0.2, 0.03], 1.0)?, Births::of_static(0.003))?;

@@ -35,9 +35,6 @@ static void start_filters(void) {
     scphd_plane_config plane;
     plane.struct_size = sizeof plane;
     OK(scphd_plane_blind(&plane, 32, 2));
-    plane.vehicle.speed_sigma_ratio = 0.1f;
-    plane.vehicle.turn_sigma_ratio = 0.1f;
-    plane.vehicle.noise_interval_s = 0.5f;
     const scphd_vehicle robot = plane.vehicle;
     OK(scphd_plane_start(SCPHD_ABI_VERSION, SCPHD_SET_PLANE_32X2, blind_memory, sizeof blind_memory, &plane, NULL, &blind));
     OK(scphd_plane_reset(blind, 5.0f, 0.0f, 1.5f, 7));

@@ -83,7 +83,7 @@ pub fn drive(memory: &mut Memory) -> Result<Outcome, SetupError> {
     let mut radar = RADAR.detector(seats[1])?.over(&mut memory.radar)?;
     let gps = PositionFix::new(0.3)?.gated(25.0)?;
     let config = Config { prune_weight: 1e-3, ..Config::informed(4) };
-    let noise = ControlNoise { speed_sigma_ratio: 0.1, turn_sigma_ratio: 0.1, interval_s: 0.5, ..ControlNoise::NONE };
+    let noise = ControlNoise::wheeled();
     let mut mixture = ScPhd::new(Unicycle::new(Step::Arc, noise)?, config, &mut memory.mixture)?;
     let mut joint = JointSlam::new(Unicycle::new(Step::Arc, noise)?, JointConfig::default(), &mut memory.joint)?;
     let (mut truth, mut draws) = (PlanarPose::new(5.0, 0.0, 0.5 * f32::PI), Noise::seeded(5));

@@ -12,6 +12,7 @@ use super::{
 use crate::log::{FixNoise, Log, Nominal, Odometry, Sensor, Vehicle};
 use crate::scenario::{is_of_thesis, thesis_run};
 use crate::vehicle::FASTEST_MPS;
+use scphd::ControlNoise;
 use std::f64::consts::PI;
 
 /// Samples M of every particle a prediction: one, because drawing more is paid for as more particles would be.
@@ -104,13 +105,6 @@ const BIRTHS_PER_SCAN: f64 = 0.1;
 
 /// What is taken for granted where a log does not say.
 struct Unstated {
-    /// Standard deviation of the speed: constant, m/s (an encoder's last digit), and share (tyres, slip, a worn wheel).
-    speed: (f64, f64),
-    /// Standard deviation of steering (rad) or turn rate (rad/s): constant (an offset), and share.
-    turn: (f64, f64),
-    /// How long an odometry error lasts, s. Scale and offset last for ever, slip for a moment; errors drawn anew with every row
-    /// would average themselves away.
-    interval_s: f64,
     /// Noise over what a data sheet states: it speaks of one good measurement. The width of a trunk, a time stamp, a scan that
     /// takes a while, one return in fifty that is far off, and what features of one map have in common and do not know of
     /// each other come on top.
@@ -149,9 +143,6 @@ struct Unstated {
 pub(super) const DATA_SHEET_MARGIN: f64 = UNSTATED.noise_margin;
 
 const UNSTATED: Unstated = Unstated {
-    speed: (0.02, 0.1),
-    turn: (0.02, 0.1),
-    interval_s: 0.5,
     noise_margin: 1.5,
     detection: 0.7,
     edge_sigmas: 3.0,
@@ -278,9 +269,14 @@ impl Settings {
         });
         let others = others.collect();
         let sensor_name = log.sensor_name.clone();
+        let wheeled = ControlNoise::<f64>::wheeled();
         Self {
             filter,
-            vehicle: vehicle(log, UNSTATED.speed, UNSTATED.turn),
+            vehicle: vehicle(
+                log,
+                (wheeled.speed_sigma_mps, wheeled.speed_sigma_ratio),
+                (wheeled.turn_sigma, wheeled.turn_sigma_ratio),
+            ),
             sensor,
             sensor_name,
             others,
@@ -373,7 +369,7 @@ fn vehicle(log: &Log, speed: (f64, f64), turn: (f64, f64)) -> VehicleSettings {
         speed_sigma_ratio: share(nominal.speed_sigma_mps, speed.1),
         turn_sigma: stated_turn.unwrap_or(turn.0),
         turn_sigma_ratio: share(stated_turn, turn.1),
-        noise_interval_s: if white { 0.0 } else { UNSTATED.interval_s },
+        noise_interval_s: if white { 0.0 } else { ControlNoise::<f64>::wheeled().interval_s },
     }
 }
 

@@ -5,8 +5,7 @@ filter: `Filter`, the thesis's mixture, or `JointFilter`, one Gaussian over pose
 
 >>> import scphd
 >>> lidar = scphd.RangeBearing(range_sigma_m=0.1, bearing_sigma_rad=0.01, range_max_m=20.0)
->>> robot = scphd.Unicycle(speed_sigma_ratio=0.1, turn_rate_sigma_ratio=0.1)
->>> slam = scphd.JointFilter(robot)
+>>> slam = scphd.JointFilter(scphd.Unicycle())
 >>> slam.reset(0.0, 0.0, 0.0)
 >>> _ = slam.predict((1.0, 0.0), 0.1)            # speed m/s, turn rate rad/s; s
 >>> report = slam.scan(lidar, [(5.0, 0.3)])      # range m, bearing rad

@@ -51,11 +51,11 @@ class Unicycle:
     def __new__(
         cls,
         *,
-        speed_sigma_mps: float = 0.0,
-        speed_sigma_ratio: float = 0.0,
-        turn_rate_sigma_radps: float = 0.0,
-        turn_rate_sigma_ratio: float = 0.0,
-        noise_interval_s: float = 0.0,
+        speed_sigma_mps: float = 0.02,
+        speed_sigma_ratio: float = 0.1,
+        turn_sigma: float = 0.02,
+        turn_sigma_ratio: float = 0.1,
+        noise_interval_s: float = 0.5,
         step: Literal["arc", "euler"] = "arc",
     ) -> Unicycle: ...
 
@@ -68,11 +68,11 @@ class Ackermann:
         encoder_offset_m: float = 0.0,
         pose_forward_m: float = 0.0,
         pose_left_m: float = 0.0,
-        speed_sigma_mps: float = 0.0,
-        speed_sigma_ratio: float = 0.0,
-        steering_sigma_rad: float = 0.0,
-        steering_sigma_ratio: float = 0.0,
-        noise_interval_s: float = 0.0,
+        speed_sigma_mps: float = 0.02,
+        speed_sigma_ratio: float = 0.1,
+        turn_sigma: float = 0.02,
+        turn_sigma_ratio: float = 0.1,
+        noise_interval_s: float = 0.5,
     ) -> Ackermann: ...
 
 @final

@@ -191,7 +191,7 @@ class Log:
         )
 
     def _vehicle(self, noise: dict[str, float], margin: float) -> Unicycle | Ackermann:
-        known = {key: noise[key] for key in ("speed_sigma_mps", "speed_sigma_ratio")}
+        known = {key: noise[key] for key in ("speed_sigma_mps", "speed_sigma_ratio", "turn_sigma", "turn_sigma_ratio")}
         known["noise_interval_s"] = noise["noise_interval_s"] * margin
         model = self.vehicle["model"]
         if model == "ackermann":
@@ -200,14 +200,10 @@ class Log:
                 encoder_offset_m=self.vehicle.get("encoder_offset_m", 0.0),
                 pose_forward_m=self.vehicle.get("sensor_forward_m", 0.0),
                 pose_left_m=self.vehicle.get("sensor_left_m", 0.0),
-                steering_sigma_rad=noise["turn_sigma"],
-                steering_sigma_ratio=noise["turn_sigma_ratio"],
                 **known,
             )
         step: Literal["arc", "euler"] = "arc" if model == "unicycle_arc" else "euler"
-        return Unicycle(
-            turn_rate_sigma_radps=noise["turn_sigma"], turn_rate_sigma_ratio=noise["turn_sigma_ratio"], step=step, **known
-        )
+        return Unicycle(step=step, **known)
 
 
 def _mixture(vehicle: Unicycle | Ackermann, recursion: dict[str, Any], moving: dict[str, float]) -> Filter:

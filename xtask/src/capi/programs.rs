@@ -85,6 +85,7 @@ pub fn check(archive: &Path, inputs: &Path, dir: &Path) -> Result<(), String> {
     c.compile("examples/loop.c", dir)?;
     process::run(&mut process::command(program("tests/c/misuse.c")?))?;
     process::run(&mut process::command(program("examples/robot.c")?))?;
+    process::run(&mut process::command(program("tests/c/worn_wheels.c")?))?;
     process::run(process::command(program("tests/c/replay.c")?).arg(inputs))?;
     beside_another(&c, archive, dir)
 }
