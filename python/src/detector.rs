@@ -6,8 +6,8 @@ use crate::mounting::Mounting;
 use nalgebra::{Vector1, Vector2};
 use pyo3::prelude::*;
 use scphd::{
-    Births, Detector, DetectorMemory, MeasurementModel, ModelError, PlanarPose, PolarBirths,
-    PolarGrid, RangeBearingLimits, RangeBearingWindow, ScanRoom, Sensing, UniformClutter, Vector,
+    Births, Detector, DetectorMemory, MeasurementModel, ModelError, PlanarPose, PolarBirths, PolarGrid,
+    RangeBearingLimits, RangeBearingWindow, ScanRoom, Sensing, UniformClutter, Vector,
 };
 use std::f32::consts::{PI, TAU};
 
