@@ -51,6 +51,13 @@ impl<X, const N: usize> Queue<X, N> {
         self.entries.retain(|entry| entry.key != key);
     }
 
+    /// Drops all later than this time, and returns how many those were.
+    pub(crate) fn forget_after(&mut self, time: u64) -> usize {
+        let before = self.entries.len();
+        self.entries.retain(|entry| entry.key.time <= time);
+        before.saturating_sub(self.entries.len())
+    }
+
     pub(crate) fn len(&self) -> usize {
         self.entries.len()
     }

@@ -28,7 +28,7 @@ impl Flags {
     /// For longer than [`gap_ns`](crate::Settings::gap_ns) there was no control.
     pub const GAP: Self = Self(1 << 4);
     /// A stamp, or the time of a tick, was ahead of the newest time by more than [`jump_ns`](crate::Settings::jump_ns):
-    /// it was refused, unless it was believed.
+    /// it was refused, unless it was believed. Or it was ahead by more than the window, and the next input contradicted it: it was dropped.
     pub const JUMP_FORWARD: Self = Self(1 << 5);
     /// A stamp was behind the newest time by more than [`jump_ns`](crate::Settings::jump_ns): it was refused, unless it
     /// was believed.

@@ -154,8 +154,12 @@ impl<C: Copy, E, const CONTROLS: usize, const EVENTS: usize> Sequencer<C, E, CON
             return Err(PushError::NotStarted);
         }
         self.forget_handed();
-        let time = self.timeline.input(time_ns, &self.settings, &mut self.report)?;
-        Ok(Key { time, source, number })
+        let time = self.timeline.input(time_ns, &self.settings, &mut self.report);
+        if let Some(after) = self.timeline.take_contradicted() {
+            let dropped = self.controls.forget_after(after) + self.events.forget_after(after);
+            (0..dropped).for_each(|_| self.report.raise(Flags::JUMP_FORWARD));
+        }
+        Ok(Key { time: time?, source, number })
     }
 
     fn accounted(&mut self, taken: Result<(), PushError>, if_full: Flags) -> Result<(), PushError> {

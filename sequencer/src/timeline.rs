@@ -16,7 +16,19 @@ pub(crate) struct Timeline {
     /// Inputs since the newest, none of them newer.
     unmoved: u32,
     jumped: Jumped,
+    /// The latest time of inputs that are ahead of the newest time by more than the window. They move the time on once a second input or
+    /// a tick agrees; where an input contradicts them, their stamps were wrong.
+    lead: Option<Lead>,
+    /// Inputs after this time were contradicted, and must not be handed out.
+    contradicted: Option<u64>,
     tick_behind: bool,
+}
+
+/// A time that is ahead of the newest by more than the window, and its stamp.
+#[derive(Debug, Clone, Copy)]
+struct Lead {
+    time: u64,
+    stamp: u64,
 }
 
 /// Inputs in a row from beyond a jump of the clock.
@@ -45,6 +57,8 @@ impl Timeline {
             closed: 0,
             unmoved: 0,
             jumped: Jumped::NONE,
+            lead: None,
+            contradicted: None,
             tick_behind: false,
         }
     }
@@ -63,6 +77,11 @@ impl Timeline {
         }
         self.jumped = Jumped::NONE;
         let time = self.time_of(stamp);
+        if let Some(time) = time
+            && !self.is_agreed(time, stamp, settings)
+        {
+            return Ok(time);
+        }
         if time.is_none_or(|time| time <= self.newest_input) {
             self.unmoved = self.unmoved.saturating_add(1);
             if self.unmoved == settings.frozen_inputs {
@@ -78,6 +97,33 @@ impl Timeline {
         }
         self.reach(time, stamp, settings);
         Ok(time)
+    }
+
+    /// Whether this time moves the newest time on: not the first that is ahead of it by more than the window, which would make all others
+    /// late if its stamp is wrong.
+    fn is_agreed(&mut self, time: u64, stamp: u64, settings: &Settings) -> bool {
+        let reach = self.newest.saturating_add(settings.window_ns);
+        match self.lead.take() {
+            // Later than the window behind the one ahead: either is wrong, and this one is where all others were.
+            Some(lead) if time.saturating_add(settings.window_ns) < lead.time => {
+                self.contradicted = Some(reach.max(time));
+            }
+            Some(lead) => {
+                self.newest_input = self.newest_input.max(lead.time.min(time));
+                self.reach(lead.time, lead.stamp, settings);
+                return true;
+            }
+            None => (),
+        }
+        if time > reach {
+            self.lead = Some(Lead { time, stamp });
+        }
+        time <= reach
+    }
+
+    /// After which time inputs that wait were contradicted, once.
+    pub(crate) fn take_contradicted(&mut self) -> Option<u64> {
+        self.contradicted.take()
     }
 
     /// Counts an input from beyond a jump. Whether there are enough to believe in the clock.
@@ -112,10 +158,20 @@ impl Timeline {
             (self.newest, self.newest_stamp) = (time, stamp);
             self.closed = self.closed.max(time.saturating_sub(settings.window_ns));
         }
+        // The clock is there, or nearly.
+        let reach = self.newest.saturating_add(settings.window_ns);
+        if let Some(lead) = self.lead.filter(|lead| lead.time <= reach) {
+            self.lead = None;
+            self.newest_input = self.newest_input.max(lead.time);
+            self.reach(lead.time, lead.stamp, settings);
+        }
     }
 
     /// Nothing that has come needs to wait any longer.
     pub(crate) fn close(&mut self) {
+        if let Some(Lead { time, stamp }) = self.lead.take() {
+            (self.newest, self.newest_stamp) = (time, stamp);
+        }
         self.closed = self.newest.saturating_add(1);
     }
 

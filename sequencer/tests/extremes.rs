@@ -3,7 +3,7 @@
 use proptest::collection::vec;
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
-use scphd_sequencer::{Action, Sequencer, Settings, Stamp};
+use scphd_sequencer::{Action, Flags, Sequencer, Settings, Stamp};
 
 #[derive(Debug, Clone)]
 enum Call {
@@ -85,6 +85,8 @@ fn nothing_panics_gets_lost_or_goes_back() {
         let mut account = Account::default();
         let _refused = inputs.start(settings, start, 0);
         for call in calls {
+            let (waited, before) = (inputs.waiting().1, account.events[0]);
+            let pushes = matches!(call, Call::Control(_) | Call::Event(_));
             match call {
                 Call::Control(stamp) => _ = inputs.push_control(stamp, 1),
                 Call::Event(stamp) => account.events[0] += u32::from(inputs.push_event(stamp, 7).is_ok()),
@@ -101,6 +103,12 @@ fn nothing_panics_gets_lost_or_goes_back() {
                         account = Account::default();
                     }
                 }
+            }
+            // What waited is only ever dropped by an input that contradicts it, and is counted then.
+            if pushes {
+                let dropped = waited as u32 + account.events[0] - before - inputs.waiting().1 as u32;
+                prop_assert!(dropped <= inputs.report().count(Flags::JUMP_FORWARD));
+                account.events[1] += dropped;
             }
             // As many controls as wait, and the one in force.
             prop_assert!(inputs.ahead(start).count() <= 4);

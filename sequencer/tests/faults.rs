@@ -102,9 +102,9 @@ fn full_queues_refuse_and_go_on() {
         assert_eq!(inputs.push_control(at(0, ms), 'a'), expected);
     }
     // What finds no room has moved the time on all the same.
-    assert_eq!(inputs.push_event(at(1, 70), "refused"), Err(PushError::Full));
+    assert_eq!(inputs.push_event(at(1, 64), "refused"), Err(PushError::Full));
     assert_eq!(drained(&mut inputs), "010 event a1 event a1 event a1");
-    assert_eq!(inputs.push_event(at(1, 71), "again"), Ok(()));
+    assert_eq!(inputs.push_event(at(1, 65), "again"), Ok(()));
     only(&inputs, &[(Flags::EVENTS_FULL, 2), (Flags::CONTROLS_FULL, 1)]);
 }
 
@@ -259,4 +259,51 @@ fn what_waits_tells_where_the_vehicle_is_now() {
     assert!(Inputs::new().ahead(5).next().is_none());
     // One nanosecond is a time like any other.
     assert_eq!(inputs.ahead(START + 20 * MS + 1).next(), Some(('a', Interval::of_ns(1))));
+}
+
+/// One stamp far ahead costs its own input, not all others until the time has come there.
+#[test]
+fn a_stamp_of_the_future_silences_nobody() {
+    for ticks in [false, true] {
+        for ahead_ms in [150, 500, 900] {
+            let mut inputs = started();
+            let (mut refused, mut predicted_ms, mut scans) = (0, 0, 0);
+            for ms in (20..5000).step_by(20) {
+                refused += usize::from(inputs.push_control(at(0, ms), 'a').is_err());
+                if ms % 100 == 0 {
+                    let stamp = if ms == 2000 { ms + ahead_ms } else { ms };
+                    refused += usize::from(inputs.push_event(at(1, stamp), "scan").is_err());
+                }
+                if ticks {
+                    inputs.tick(START + ms * MS);
+                }
+                while let Some(action) = inputs.next_action() {
+                    match action {
+                        Action::Predict { dt, .. } => predicted_ms += dt.ns() / MS,
+                        Action::Gap { .. } => panic!("no control was missing"),
+                        Action::Event(_) => scans += 1,
+                    }
+                }
+            }
+            assert_eq!(refused, 0, "{ahead_ms} ms ahead, ticks {ticks}");
+            assert!(predicted_ms > 4900, "{predicted_ms}");
+            assert_eq!(
+                (scans, inputs.report().count(Flags::JUMP_FORWARD)),
+                (48, 1),
+                "{ahead_ms} ms ahead, ticks {ticks}"
+            );
+        }
+    }
+}
+
+/// After a silence the first input is ahead by more than the window, and right.
+#[test]
+fn after_a_silence_nothing_is_lost() {
+    let mut inputs = started();
+    inputs.push_control(at(0, 20), 'a').unwrap();
+    inputs.push_event(at(1, 900), "first").unwrap();
+    assert_eq!(inputs.push_control(at(0, 910), 'b'), Ok(()));
+    inputs.push_control(at(0, 955), 'c').unwrap();
+    assert_eq!(drained(&mut inputs), "020 a300 ?a580 first");
+    only(&inputs, &[(Flags::GAP, 1)]);
 }
