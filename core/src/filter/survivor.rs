@@ -45,20 +45,17 @@ impl<T: Real, X: MeasurementModel<Pose: Pose<Scalar = T>>> ScanView<'_, X> {
         is_confirmed(self.view.sensor, &self.view.frame, self.pose_covariance.as_ref(), component, detections)
     }
 
-    /// ln of the weight of a component in view that was not detected.
+    /// ln of the weight that is to be left of a component in view, if misses would leave less and it is confirmed.
     #[inline]
-    fn ln_missed<F: Feature<Position = PositionOf<X::Pose>>>(
+    fn ln_remembered<F: Feature<Position = PositionOf<X::Pose>>>(
         &self,
         component: &Component<F::State>,
         ln_missed: T,
-    ) -> T {
-        let ln_weight = component.ln_weight + ln_missed;
-        // What moves may have gone.
-        if F::MOVES {
-            return ln_weight;
-        }
+    ) -> Option<T> {
         let ln_least = self.ln_confirmed.at_most(component.ln_weight);
-        if ln_weight < ln_least && self.confirms(component) { ln_least } else { ln_weight }
+        // What moves may have gone.
+        let falls_below = !F::MOVES && ln_missed < ln_least;
+        (falls_below && self.confirms(component)).then_some(ln_least)
     }
 }
 
@@ -176,8 +173,7 @@ impl<T: Real, D: Place<Scalar = T>> Workspaces<'_, '_, D> {
 }
 
 impl<T: Real, N: Vector<Scalar = T>> Workspace<'_, N> {
-    /// Adds what becomes of one component, and its terms to η_z. Returns p_D and ln of the weight that is left of a miss; `None`
-    /// where it is out of view.
+    /// Adds what becomes of one component, and its terms to η_z. Returns p_D and ln of w (1 − p_D); `None` where it is out of view.
     pub(crate) fn look_at<F, X>(
         &mut self,
         component: &Component<N>,
@@ -198,9 +194,14 @@ impl<T: Real, N: Vector<Scalar = T>> Workspace<'_, N> {
             expectation.blur(&blur);
             noise = noise.plus(&blur);
         }
-        let ln_weight = scan_view.ln_missed::<F>(component, expectation.detection.ln_missed);
+        let ln_missed = component.ln_weight + expectation.detection.ln_missed;
+        let (ln_weight, origin) = match scan_view.ln_remembered::<F>(component, ln_missed) {
+            // No more than that, whatever its detections will weigh.
+            Some(ln_least) => (ln_least, Origin::Remembered { ln_missed }),
+            None => (ln_missed, Origin::Missed),
+        };
         if let Some(slot) = self.place(ln_weight) {
-            *slot = Entry { component: Component { ln_weight, ..*component }, origin: Origin::Missed };
+            *slot = Entry { component: Component { ln_weight, ..*component }, origin };
         }
         let mut correction = None;
         view.matches(&expectation, scan, |found| {
@@ -221,7 +222,7 @@ impl<T: Real, N: Vector<Scalar = T>> Workspace<'_, N> {
                 }
             }
         });
-        Some((expectation.detection.probability, ln_weight))
+        Some((expectation.detection.probability, ln_missed))
     }
 
     /// Adds what becomes of the components of a page, and its others as they are where any is in view; whether one is, so that
@@ -272,6 +273,38 @@ impl<T: Real, N: Vector<Scalar = T>> Workspace<'_, N> {
         in_view
     }
 
+    /// Takes down what was to be left of confirmed components by what their detections weigh, but not below w (1 − p_D), and tells
+    /// how much more is left of known ones than was counted.
+    fn settle_remembered(&mut self, normalisers: &Normalisers<'_, T>, known_below: u32, account: &mut impl Account<T>) {
+        let mut rest = self.in_view_mut();
+        while let Some((entry, after)) = rest.split_first_mut() {
+            work::round();
+            rest = after;
+            let Origin::Remembered { ln_missed } = entry.origin else { continue };
+            entry.origin = Origin::Missed;
+            let label = entry.component.label;
+            let mut detected = T::ZERO;
+            for Entry { component, origin } in rest.iter() {
+                match *origin {
+                    Origin::Detected { measurement, .. } if component.label == label => {
+                        detected += (component.ln_weight + normalisers.ln(usize::from(measurement))).exp();
+                    }
+                    _ => break,
+                }
+            }
+            let (least, missed) = (entry.component.ln_weight.exp(), ln_missed.exp());
+            let mut left = least;
+            // Of what nothing has detected, to the bit what is to be left.
+            if detected > T::ZERO {
+                left = (least - detected).at_least(missed);
+                entry.component.ln_weight = if left > missed { left.ln() } else { ln_missed };
+            }
+            if label < known_below {
+                account.known(T::ZERO, T::ZERO, left - missed);
+            }
+        }
+    }
+
     /// Normalises the detections, which divides them by η_z, and prunes (5.18).
     fn weigh_detections<F: Feature<State = N>>(
         &mut self,
@@ -279,6 +312,7 @@ impl<T: Real, N: Vector<Scalar = T>> Workspace<'_, N> {
         known_below: u32,
         account: &mut impl Account<T>,
     ) {
+        self.settle_remembered(normalisers, known_below, account);
         self.retain(|Entry { component, origin }| {
             if let Origin::Detected { measurement, distance } = *origin {
                 component.ln_weight += normalisers.ln(usize::from(measurement));

@@ -12,6 +12,8 @@ pub(crate) enum Origin<T> {
     Outside,
     /// In view and missed.
     Missed,
+    /// The same of a confirmed one: what misses leave of it is known once its detections are, which follow. ln of w (1 − p_D).
+    Remembered { ln_missed: T },
     /// Detected by the measurement at this place of the scan, at this squared Mahalanobis distance.
     Detected { measurement: u16, distance: T },
     /// Born from a measurement.

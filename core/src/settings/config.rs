@@ -32,7 +32,7 @@ pub struct Config<T> {
     /// A component that leaves the view is forgotten if it is lighter than this and not confirmed: most of those were born
     /// from clutter, and nothing would ever miss them. Zero: all are kept, as the thesis has it.
     pub unconfirmed_weight: T,
-    /// Misses take a confirmed static component no further down than to this weight. The intensity remembers no more than the
+    /// Misses take a confirmed static component no further down than to this weight, its detections included. The intensity remembers no more than the
     /// last few scans, so that a feature seen a hundred times dies of four misses in a row, as at the rim of the view, where
     /// pose and map are not known well enough to tell whether it is in view at all. Zero: it does, as the thesis has it.
     pub confirmed_weight: T,

@@ -11,6 +11,7 @@ mod movers;
 mod observing;
 mod oracles;
 mod peaks;
+mod standing;
 mod unconfirmed;
 
 // For `crate::*`, by which tests in the library say the same.

@@ -18,7 +18,9 @@ pub(super) fn persisting<const N: usize>(
 ) -> Vec<Component<N>> {
     let missed = view.in_view.iter().map(|j| {
         let faded = j.prior.weight() * (1.0 - j.detection_probability);
-        let least = remembering.weight.min(j.prior.weight());
+        let explaining = ln_eta.iter().enumerate().filter(|(_, eta)| **eta > f64::NEG_INFINITY);
+        let detected: f64 = explaining.map(|(z, eta)| (j.ln_detection(z) - eta).exp()).sum();
+        let least = remembering.weight.min(j.prior.weight()) - detected;
         if faded < least && is_confirmed(j, remembering.detections) {
             Component { ln_weight: least.ln(), ..j.prior }
         } else {
@@ -230,6 +232,21 @@ mod tests {
         for (weight, measurements, after) in [(0.8, 4, 0.2), (0.8, 3, 0.8 * left), (0.1, 4, 0.1), (0.1, 3, 0.1 * left)]
         {
             assert!((missed(weight, measurements) - after).abs() < 1e-15, "{weight} {measurements}");
+        }
+    }
+
+    #[test]
+    fn what_is_detected_is_not_remembered_beside() {
+        let remembering = Remembering { detections: 3.0, weight: 0.2 };
+        let covariance = scaled(0.25, &SENSOR.inverse([5.0, 0.0], POSE).unwrap().1);
+        let before = Component { covariance, ..feature(0.8, 5.0) };
+        // The second one is so far off that it explains a part of the measurement alone.
+        for (z, hardly) in [([5.0, 0.0], false), ([5.95, 0.0], true)] {
+            let sight = sight(&[before], &[], &[z], UNEXPLAINED);
+            let after = persisting(&sight.still, &sight.ln_eta, remembering);
+            let (left, detected) = (0.8 * (1.0 - WIDE_VIEW.p_near), after[1].weight());
+            assert_eq!(0.2 - detected > left, hardly, "{detected}");
+            assert!((after[0].weight() - left.max(0.2 - detected)).abs() < 1e-14);
         }
     }
 
