@@ -17,6 +17,8 @@ pub(crate) struct Given<'a, X: MeasurementModel> {
     pub(crate) scan: Scan<'a, X::Measurement>,
     /// Measurements as they came.
     pub(crate) measured: usize,
+    /// False measurements that the detector states, or zero.
+    pub(crate) clutter_per_scan: ScalarOf<X::Pose>,
     /// As in [`Views`].
     pub(crate) ln_negligible: ScalarOf<X::Pose>,
     pub(crate) ln_sharpest: ScalarOf<X::Pose>,

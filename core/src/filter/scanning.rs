@@ -18,7 +18,7 @@ use crate::models::OnVehicle;
 use crate::particles::candidate::{effective_number, reweigh};
 use crate::particles::select::{Selection, Weighed, select};
 use crate::{
-    Config, Detector, Dynamic, Executor, LnSum, MeasurementModel, Noise, Place, Pose, PositionOf, Probe, Real,
+    Clutter, Config, Detector, Dynamic, Executor, LnSum, MeasurementModel, Noise, Place, Pose, PositionOf, Probe, Real,
     ScalarOf, ScanError, ScanReport, ScanRoom, Sensor, Static, Symmetric,
 };
 
@@ -76,6 +76,7 @@ impl<'a, 's, T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P> + 'a> S
             field_of_view,
             scan,
             measured: measured.len(),
+            clutter_per_scan: clutter.per_scan(),
             ln_negligible: config.negligible.ln(),
             ln_sharpest: noise_factor.ln_peak(),
             most_births: memory.static_maps.workspace.capacity(),
@@ -384,7 +385,12 @@ impl<'a, 's, T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P> + 'a> S
         let Self { given, memory, noise, crowded, grounds, weighing, selection, tally, .. } = self;
         let weighing = weighing.completed(&grounds, &tally, memory.ln_likelihoods);
         let cursor = &mut *memory.cursor;
-        let watched = cursor.watch.scanned(&tally.recognised(), given.measured, cursor.waited_s, cursor.next_label);
+        let watched = cursor.watch.scanned(
+            &tally.recognised(),
+            (given.measured, given.clutter_per_scan),
+            cursor.waited_s,
+            cursor.next_label,
+        );
         let refused = adopt(&grounds, &selection, memory, noise);
         let outcome = Outcome { grounds, weighing, selection, tally, crowded, refused, watched };
         report::<P, X::Measurement>(&outcome, memory, given.measured)

@@ -17,7 +17,7 @@ use super::tidy::{Born, bear};
 use crate::numerics::vector::applied;
 use crate::report::watch::Recognised;
 use crate::{
-    Births, Detector, Health, Linear, Matrix, MeasurementModel, Motion, Pose, Real, ScanError, Sensor, Vector,
+    Births, Clutter, Detector, Health, Linear, Matrix, MeasurementModel, Motion, Pose, Real, ScanError, Sensor, Vector,
 };
 
 impl<T, M, Z, V> JointSlam<'_, M, Z, NoArchive, V>
@@ -69,7 +69,8 @@ where
             let births = Births { of_static: T::ZERO, ..*births };
             born = bear(&models, &births, config, memory, movers, measurements);
         }
-        let report = tally.report(memory.known, measurements.len(), X::Measurement::DIMENSION);
+        let report =
+            tally.report(memory.known, (measurements.len(), models.clutter().per_scan()), X::Measurement::DIMENSION);
         let Born { no_birth, lost, .. } = born;
         let (movers, health) = (movers.kept().len(), report.health | Health::COMPONENTS_LOST.when(lost > 0));
         Ok(JointReport { in_view, ln_evidence, merged, no_birth, lost, movers, health, ..report })

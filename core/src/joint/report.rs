@@ -80,14 +80,14 @@ impl<T: Real> Tally<T> {
         }
     }
 
-    /// Ends a scan of so many measurements of a dimension: the report without births and what goes, which the caller adds.
+    /// Ends a scan of so many measurements of a dimension, of which the detector states so many to be false: the report without births and what goes, which the caller adds.
     pub(super) fn report<P: Pose<Scalar = T>>(
         &self,
         known: &mut Known<P>,
-        measurements: usize,
+        (measurements, stated): (usize, T),
         dimension: usize,
     ) -> JointReport<T> {
-        let watched = known.watch.scanned(&self.known, measurements, known.waited_s, known.next_label);
+        let watched = known.watch.scanned(&self.known, (measurements, stated), known.waited_s, known.next_label);
         let refused = core::mem::take(&mut known.refused);
         known.waited_s = T::ZERO;
         let innovation =

@@ -11,7 +11,7 @@ use super::report::JointReport;
 use super::reunite::reunite;
 use super::tidy::{bear, drop_spoilt, drop_unlikely, merge};
 use crate::models::OnVehicle;
-use crate::{Detector, Health, MeasurementModel, Motion, Pose, Real, ScanError, Sensor, Vector};
+use crate::{Clutter, Detector, Health, MeasurementModel, Motion, Pose, Real, ScanError, Sensor, Vector};
 
 impl<T, M, Z, A, V> JointSlam<'_, M, Z, A, V>
 where
@@ -72,7 +72,8 @@ where
         let spoilt = drop_spoilt(memory);
         let dropped = drop_unlikely(config, memory, first_label);
         let parked = shelf.as_mut().map_or_else(Parked::default, |shelf| park(shelf, memory));
-        let report = tally.report(memory.known, measurements.len(), X::Measurement::DIMENSION);
+        let report =
+            tally.report(memory.known, (measurements.len(), models.clutter().per_scan()), X::Measurement::DIMENSION);
         Ok(JointReport {
             in_view,
             ln_evidence,

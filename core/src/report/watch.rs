@@ -83,6 +83,8 @@ pub(crate) struct Watch<T> {
     pub(crate) usually_missed: T,
     /// How many measurements nothing known usually explains.
     pub(crate) usually_new: T,
+    /// How many false ones of them the detectors usually state: λ, in the mean over the same scans.
+    pub(crate) usually_stated: T,
     /// The usual time between scans, s.
     pub(crate) usually_waited_s: T,
     /// Scans so far; stops at a number that does not matter.
@@ -100,6 +102,7 @@ impl<T: Real> Watch<T> {
         given_up: T::ZERO,
         usually_missed: T::ZERO,
         usually_new: T::ZERO,
+        usually_stated: T::ZERO,
         usually_waited_s: T::ZERO,
         scans: 0,
         known_below: 0,
@@ -127,11 +130,12 @@ impl<T: Real> Watch<T> {
         Health::INPUT_LOST.when(self.scans > 0 && waited_s > usual.at_least(T::from_f64(WAITED_S)))
     }
 
-    /// Takes in what a scan of so many measurements has shown, after a time, s; the next landmark gets this label.
+    /// Takes in what a scan of so many measurements has shown, of which the detector states so many to be false, after a time, s; the
+    /// next landmark gets this label.
     pub(crate) fn scanned(
         &mut self,
         seen: &Recognised<T>,
-        measurements: usize,
+        (measurements, stated): (usize, T),
         waited_s: T,
         next_label: u32,
     ) -> Health {
@@ -140,21 +144,23 @@ impl<T: Real> Watch<T> {
         }
         let expected = seen.expected + self.given_up;
         let new = (T::from_usize(measurements) - seen.detected).at_least(T::ZERO);
+        let stated = if stated >= T::ZERO && stated.is_finite() { stated } else { T::ZERO };
+        let usually_new = self.usually_new_of(stated);
         let (lost, suspected) = (T::from_f64(LN_LOST), T::from_f64(LN_SUSPECTED));
         let usual = (expected * (T::ONE - self.usually_missed) - T::from_f64(MISSED_IN_A_ROW)).at_least(T::ZERO);
         if usual == T::ZERO && !self.lost {
             self.doubt *= T::from_f64(1.0 - 1.0 / DOUBT_SCANS);
         }
-        let step = self.step(usual, seen.detected, new);
+        let step = Self::step(usual, usually_new, seen.detected, new);
         self.doubt = (self.doubt + step).at_least(T::ZERO).at_most(lost + lost);
         self.lost = self.doubt >= lost || self.lost && self.doubt > T::ZERO;
 
         let faded = self.given_up * T::from_f64(1.0 - 1.0 / GIVEN_UP_SCANS);
         self.given_up = (faded + seen.given_up).at_least(T::ZERO);
-        let crowded = self.is_crowded(new);
+        let crowded = self.is_crowded(usually_new, new);
         self.scans = self.scans.saturating_add(1);
         if self.doubt < T::from_f64(DOUBT_USUAL) {
-            self.learn(expected, seen.detected, new, waited_s);
+            self.learn((expected, seen.detected), (new, stated), waited_s);
             if self.scans.is_multiple_of(KNOWN_SCANS) {
                 (self.known_below, self.next_known_below) = (self.next_known_below, next_label);
             }
@@ -165,29 +171,36 @@ impl<T: Real> Watch<T> {
             | Health::DETECTIONS_LOW.when(self.usually_missed > T::from_f64(MISSED_SHARE))
     }
 
+    /// How many measurements of a detector that states so many false ones nothing known usually explains: as many more or less than
+    /// stated as of all detectors. With one detector, that is what is usual.
+    fn usually_new_of(&self, stated: T) -> T {
+        (self.usually_new + (stated - self.usually_stated)).at_least(T::ZERO)
+    }
+
     /// Whether so many measurements that nothing known explains are far more than usual. Not before that is known.
-    fn is_crowded(&self, new: T) -> bool {
-        let deviations = (self.usually_new + T::ONE).sqrt() * T::from_f64(CLUTTER_DEVIATIONS);
-        self.scans >= USUAL_SCANS && new > self.usually_new + deviations + T::from_f64(CLUTTER_MORE)
+    fn is_crowded(&self, usually_new: T, new: T) -> bool {
+        let deviations = (usually_new + T::ONE).sqrt() * T::from_f64(CLUTTER_DEVIATIONS);
+        self.scans >= USUAL_SCANS && new > usually_new + deviations + T::from_f64(CLUTTER_MORE)
     }
 
     /// ln of the likelihood ratio of a scan.
-    fn step(&self, usual: T, detected: T, new: T) -> T {
+    fn step(usual: T, usually_new: T, detected: T, new: T) -> T {
         let real = T::from_f64;
         // A share d of a detection lies between 0 and 1, and so E[exp(θ d)] ≤ 1 − (1 − exp θ) E[d] ≤ exp(−(1 − exp θ) E[d]), θ < 0.
         let ln_by_chance = real(LN_BY_CHANCE);
         let by_detections = ln_by_chance * detected + (T::ONE - ln_by_chance.exp()) * real(STILL_DETECTED) * usual;
         // Poisson, at the greatest rate that is usual.
-        let rate = self.usually_new + real(SPARE_MEASUREMENTS);
+        let rate = usually_new + real(SPARE_MEASUREMENTS);
         let more = usual * real(SEEN_ELSEWHERE);
         let by_new = new * (T::ONE + more / rate).ln() - more;
         by_detections.at_most(by_new)
     }
 
     /// Learns what is usual.
-    fn learn(&mut self, expected: T, detected: T, new: T, waited_s: T) {
+    fn learn(&mut self, (expected, detected): (T, T), (new, stated): (T, T), waited_s: T) {
         let rate = T::ONE / T::from_f64(f64::from(self.scans.min(USUAL_SCANS)));
         self.usually_new += (new - self.usually_new) * rate;
+        self.usually_stated += (stated - self.usually_stated) * rate;
         self.usually_waited_s += (waited_s - self.usually_waited_s) * rate;
         if expected > T::ONE {
             let missed = (T::ONE - detected / expected).at_least(T::ZERO);
@@ -197,8 +210,8 @@ impl<T: Real> Watch<T> {
 
     /// Whether every number is one that a scan can leave. One that is not was damaged, and the watch starts afresh.
     fn is_sound(&self) -> bool {
-        let Self { doubt, given_up, usually_missed, usually_new, usually_waited_s, .. } = *self;
-        let numbers = [doubt, given_up, usually_missed, usually_new, usually_waited_s];
+        let Self { doubt, given_up, usually_missed, usually_new, usually_stated, usually_waited_s, .. } = *self;
+        let numbers = [doubt, given_up, usually_missed, usually_new, usually_stated, usually_waited_s];
         numbers.iter().all(|&number| number >= T::ZERO && number.is_finite()) && usually_missed <= T::ONE
     }
 }
@@ -206,7 +219,7 @@ impl<T: Real> Watch<T> {
 #[cfg(test)]
 mod tests {
     use super::{LN_LOST, Recognised, STILL_DETECTED, Watch};
-    use crate::Health;
+    use crate::{Health, Noise};
 
     /// Ten landmarks of p_D 0.9 are known, and two measurements a scan are new.
     fn used_to_ten() -> Watch<f64> {
@@ -218,20 +231,19 @@ mod tests {
     }
 
     fn scan(watch: &mut Watch<f64>, expected: f64, detected: f64, measurements: usize) -> Health {
-        watch.scanned(&Recognised { expected, detected, given_up: 0.0 }, measurements, 0.1, 7)
+        watch.scanned(&Recognised { expected, detected, given_up: 0.0 }, (measurements, 0.0), 0.1, 7)
     }
 
     #[test]
     fn here_the_likelihood_ratio_is_one_in_the_mean_at_most() {
         for (usual, new_rate) in [(2.0_f64, 0.0), (4.5, 2.0), (9.0, 20.0), (30.0, 5.0)] {
-            let watch = Watch { usually_new: new_rate, ..Watch::<f64>::ZERO };
             // At least two thirds of the usual detections, of as many landmarks as there may be, whatever else is measured.
             for landmarks in [5, 20, 60].into_iter().filter(|&landmarks| f64::from(landmarks) >= usual) {
                 let p = STILL_DETECTED * usual / f64::from(landmarks);
                 for (p, new) in [(p, 0.0), (p, 300.0), (1.4 * p, 300.0)] {
                     let (mut chance, mut mean) = ((1.0 - p).powi(landmarks), 0.0);
                     for detected in 0..=landmarks {
-                        mean += chance * watch.step(usual, f64::from(detected), new).exp();
+                        mean += chance * Watch::<f64>::step(usual, new_rate, f64::from(detected), new).exp();
                         chance *= f64::from(landmarks - detected) / f64::from(detected + 1) * p / (1.0 - p);
                     }
                     assert!(mean <= 1.0 + 1e-12, "{usual} {landmarks} {p} {new}: {mean}");
@@ -241,7 +253,7 @@ mod tests {
             for rate in [new_rate, 0.5 * new_rate] {
                 let (mut chance, mut mean) = ((-rate).exp(), 0.0);
                 for new in 0..200_u32 {
-                    mean += chance * watch.step(usual, 0.0, f64::from(new)).exp();
+                    mean += chance * Watch::<f64>::step(usual, new_rate, 0.0, f64::from(new)).exp();
                     chance *= rate / f64::from(new + 1);
                 }
                 assert!(mean <= 1.0 + 1e-12, "{usual} {rate}: {mean}");
@@ -299,11 +311,41 @@ mod tests {
         assert!(scan(&mut fresh, 0.0, 0.0, 60).is_good());
     }
 
+    /// Two sensors by turns, each with as many false measurements as it states: neither is crowded, a burst of either is, and who is
+    /// lost is told by the one that sees clearly, however much the other one measures.
+    #[test]
+    fn every_detector_is_held_against_what_it_states() {
+        for crowd in [20.0, 30.0, 60.0, 100.0, 150.0_f64] {
+            let mut watch = Watch::<f64>::ZERO;
+            let mut noise = Noise::seeded(5);
+            let mut turn = |watch: &mut Watch<f64>, stated: f64, detected: f64, more: f64| {
+                // Poisson, near enough.
+                let clutter = (stated + stated.sqrt() * noise.normal::<f64>()).max(0.0).round() + more;
+                let seen = Recognised { expected: 9.0, detected, given_up: 0.0 };
+                watch.scanned(&seen, ((detected + clutter) as usize, stated), 0.1, 7)
+            };
+            for scan in 0..2000 {
+                let health = turn(&mut watch, if scan % 2 == 0 { 1.0 } else { crowd }, 9.0, 0.0);
+                assert!(health.is_good(), "{crowd}: {health:?} in scan {scan}");
+            }
+            for stated in [1.0, crowd] {
+                let more = 10.0 * (stated + 1.0).sqrt();
+                assert_eq!(turn(&mut watch, stated, 9.0, more), Health::CLUTTER_HIGH, "{crowd} {stated}");
+            }
+            let lost = |scan: usize,
+                        watch: &mut Watch<f64>,
+                        turn: &mut dyn FnMut(&mut Watch<f64>, f64, f64, f64) -> Health| {
+                turn(watch, if scan % 2 == 0 { 1.0 } else { crowd }, 0.0, 9.0).contains(Health::LOST)
+            };
+            assert!((0..20).any(|scan| lost(scan, &mut watch, &mut turn)), "{crowd}: {watch:?}");
+        }
+    }
+
     #[test]
     fn what_was_given_up_is_still_expected_for_a_while() {
         let mut watch = used_to_ten();
         let gone = Recognised { expected: 9.0, detected: 0.0, given_up: 8.0 };
-        watch.scanned(&gone, 11, 0.1, 7);
+        watch.scanned(&gone, (11, 0.0), 0.1, 7);
         assert!((0..6).any(|_| scan(&mut watch, 0.0, 0.0, 11) == Health::LOST), "{watch:?}");
         assert!(watch.doubt <= 2.0 * LN_LOST);
     }
@@ -313,7 +355,7 @@ mod tests {
         let mut watch = Watch::<f64>::ZERO;
         let mut known_since = None;
         for label in 0..40 {
-            watch.scanned(&Recognised::NOTHING, 1, 0.1, label + 1);
+            watch.scanned(&Recognised::NOTHING, (1, 0.0), 0.1, label + 1);
             if watch.knows(0) {
                 known_since = known_since.or(Some(label));
             }
@@ -322,7 +364,8 @@ mod tests {
         // Not those that the vehicle comes to know while there is doubt.
         watch.doubt = 5.0;
         let below = watch.known_below;
-        (0..40).for_each(|_| _ = watch.scanned(&Recognised { expected: 9.0, ..Recognised::NOTHING }, 9, 0.1, 99));
+        (0..40)
+            .for_each(|_| _ = watch.scanned(&Recognised { expected: 9.0, ..Recognised::NOTHING }, (9, 0.0), 0.1, 99));
         assert_eq!(watch.known_below, below);
     }
 

@@ -11,12 +11,13 @@ impl Watch<f32> {
             given_up,
             usually_missed,
             usually_new,
+            usually_stated,
             usually_waited_s,
             scans,
             known_below,
             next_known_below,
         } = self;
-        for number in [doubt, given_up, usually_missed, usually_new, usually_waited_s] {
+        for number in [doubt, given_up, usually_missed, usually_new, usually_stated, usually_waited_s] {
             each("watch", Word::Real(number));
         }
         each("watch", Word::Truth(lost));

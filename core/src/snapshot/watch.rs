@@ -8,11 +8,11 @@ use crate::snapshot::visit::Visit;
 impl<T: Real> Watch<T> {
     /// Walks through what it knows.
     pub(crate) fn walk(&self, visit: &mut impl Visit) {
-        let Self { doubt, lost, given_up, usually_missed, usually_new, usually_waited_s, .. } = *self;
+        let Self { doubt, lost, given_up, usually_missed, usually_new, usually_stated, usually_waited_s, .. } = *self;
         for word in [u32::from(lost), self.scans, self.known_below, self.next_known_below] {
             visit.beside(word);
         }
-        for number in [doubt, given_up, usually_missed, usually_new, usually_waited_s] {
+        for number in [doubt, given_up, usually_missed, usually_new, usually_stated, usually_waited_s] {
             visit.beside_scalar(number);
         }
     }
@@ -23,7 +23,8 @@ impl<T: Real> Watch<T> {
         S: FnMut(usize, &mut [u8]) -> Result<(), E>,
     {
         let [lost, scans, known_below, next_known_below] = core::array::from_fn(|_| from.word());
-        let [doubt, given_up, usually_missed, usually_new, usually_waited_s] = core::array::from_fn(|_| from.scalar());
+        let [doubt, given_up, usually_missed, usually_new, usually_stated, usually_waited_s] =
+            core::array::from_fn(|_| from.scalar());
         let lost = lost != 0;
         Self {
             doubt,
@@ -31,6 +32,7 @@ impl<T: Real> Watch<T> {
             given_up,
             usually_missed,
             usually_new,
+            usually_stated,
             usually_waited_s,
             scans,
             known_below,

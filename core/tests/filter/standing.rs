@@ -127,3 +127,33 @@ fn ten_landmarks_are_ten_and_a_twentieth_that_is_missing_is_no_condition() {
         assert!(low > 150, "seed {seed}: {low} of 200 scans");
     }
 }
+
+/// Two sensors by turns, with as much clutter as each states: nothing is crowded; and a vehicle that was turned is told it is lost by the
+/// one that sees clearly, however crowded the other one is.
+#[test]
+fn a_crowded_sensor_beside_a_clear_one_neither_alarms_nor_hides_that_the_vehicle_is_lost() {
+    type Roomy = State<PlanarPose<f64>, 1, 1, MapMemory<Static<Vector2<f64>>, 1, 96, 96, 640>>;
+    for (crowd, seed) in [30.0, 100.0].into_iter().flat_map(|crowd| (1..=5).map(move |seed| (crowd, seed))) {
+        let worlds = [RIGHT, World { clutter: crowd, ..RIGHT }];
+        let mut memory = Box::new(Roomy::new());
+        let mut slam = ScPhd::new(KnownPose::new(), remembering(0.0), &mut *memory).unwrap();
+        slam.reset(PlanarPose::new(0.0, 0.0, 0.0), 1).unwrap();
+        let mut scratch = [(); 2].map(|()| Box::new(DetectorMemory::<Vector2<f64>, 256>::new()));
+        let [clear, crowded] = &mut scratch;
+        let detector = |world: &World| Detector::new(world.sensing(), world.births()).unwrap();
+        let mut detectors = [detector(&worlds[0]).over(clear).unwrap(), detector(&worlds[1]).over(crowded).unwrap()];
+        let mut noise = Noise::seeded(seed);
+        for scan in 0..400 {
+            let which = scan % 2;
+            let report = slam.scan(&mut detectors[which], &worlds[which].scan(0.0, &mut noise)).unwrap();
+            let alarms = Health::CLUTTER_HIGH | Health::LOST | Health::DIVERGENCE_SUSPECTED;
+            assert!(report.health.bits() & alarms.bits() == 0, "{crowd} {seed}, scan {scan}: {:?}", report.health);
+        }
+        let lost = (0..20).any(|scan| {
+            let which = scan % 2;
+            let report = slam.scan(&mut detectors[which], &worlds[which].scan(2.0, &mut noise)).unwrap();
+            report.health.contains(Health::LOST)
+        });
+        assert!(lost, "{crowd} {seed}");
+    }
+}
