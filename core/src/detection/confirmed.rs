@@ -10,26 +10,27 @@ fn middle<T: Real>(detections: T) -> T {
 
 /// Whether a component is better known than from `detections` measurements taken from here, by a pose of that covariance,
 /// which blurs them. One measurement leaves H P Hᵀ = R, k leave R/k; the determinant of S = H P Hᵀ + R is compared with what
-/// lies between k and k + 1.
+/// lies between k and k + 1. `None` where that cannot be told, for the sensor expects nothing from there: who forgets and who extracts
+/// are then on opposite safe sides.
 pub(crate) fn is_confirmed<T: Real, S: Sensor<Pose: Pose<Scalar = T>>, N: Vector<Scalar = T>>(
     sensor: &S,
     frame: &S::Frame,
     pose_covariance: Option<&Symmetric<TangentOf<S::Pose>>>,
     component: &Component<N>,
     detections: T,
-) -> bool {
+) -> Option<bool> {
     let position = component.position::<PositionOf<S::Pose>>();
-    let Some(expected) = sensor.expect(frame, &position) else { return true };
+    let expected = sensor.expect(frame, &position)?;
     let mut noise = *sensor.noise();
     if let Some(pose_covariance) = pose_covariance {
         noise = noise.plus(&pose_covariance.congruence::<S::Measurement>(&sensor.by_pose(frame, &position, &expected)));
     }
     let known = component.covariance.leading::<PositionOf<S::Pose>>();
     let innovation = known.congruence::<S::Measurement>(&expected.jacobian).plus(&noise);
-    let (Some(innovation), Some(noise)) = (innovation.factor(), noise.factor()) else { return true };
+    let (innovation, noise) = (innovation.factor()?, noise.factor()?);
     let known_dimensions = PositionOf::<S::Pose>::DIMENSION.min(S::Measurement::DIMENSION);
     let bound = (0..known_dimensions).fold(noise.determinant(), |det, _| det * middle(detections));
-    innovation.determinant() < bound
+    Some(innovation.determinant() < bound)
 }
 
 #[cfg(test)]
@@ -52,7 +53,8 @@ mod tests {
                 for k in 1..6_u32 {
                     let covariance = noise.congruence(&inverse.jacobian).scaled(1.0 / f64::from(k));
                     let component = Component { mean: inverse.feature, covariance, ..Component::ZERO };
-                    let confirmed = |by: u32| is_confirmed(&sensor, &frame, pose_covariance, &component, f64::from(by));
+                    let confirmed =
+                        |by: u32| is_confirmed(&sensor, &frame, pose_covariance, &component, f64::from(by)).unwrap();
                     assert!(!confirmed(k) && (k == 1 || confirmed(k - 1)), "{z:?} {k}");
                 }
             }

@@ -140,7 +140,8 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
 }
 
 /// Whether a static component may be an estimated feature, whatever it weighs: where the extraction asks for it, if it is
-/// confirmed as seen from the heaviest particle's pose.
+/// confirmed as seen from the heaviest particle's pose, or, where the sensor expects nothing of it from there, from that pose turned
+/// round: what lies behind a camera is judged as if that looked back. Where neither tells, it is not.
 fn admits<'d, T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>, R>(
     detector: &'d Detector<X, R>,
     memory: &Memory<'_, P>,
@@ -150,11 +151,15 @@ fn admits<'d, T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>, R>(
     let asked = config.extraction == Extraction::Confirmed;
     let candidate = memory.candidates().get(heaviest * memory.cursor.children).filter(|_| asked);
     let sensor = detector.on_vehicle().sensor;
-    let frame = candidate.map(|candidate| sensor.frame(&candidate.pose));
+    let frames = candidate.map(|candidate| {
+        let half_a_turn = P::Tangent::with(|k| if P::HEADING == Some(k) { T::PI } else { T::ZERO });
+        [candidate.pose, candidate.pose.displaced(&half_a_turn)].map(|pose| sensor.frame(&pose))
+    });
     let pose_covariance = memory.pose_covariances.get(heaviest).copied();
     let detections = config.confirming_detections;
     move |component| {
-        frame.as_ref().is_none_or(|frame| is_confirmed(&sensor, frame, pose_covariance.as_ref(), component, detections))
+        let from = |frame| is_confirmed(&sensor, frame, pose_covariance.as_ref(), component, detections);
+        frames.as_ref().is_none_or(|frames| frames.iter().find_map(from).unwrap_or(false))
     }
 }
 

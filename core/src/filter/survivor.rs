@@ -38,11 +38,13 @@ pub(crate) struct ScanView<'a, X: MeasurementModel> {
 }
 
 impl<T: Real, X: MeasurementModel<Pose: Pose<Scalar = T>>> ScanView<'_, X> {
-    /// Whether a component is better known than from the few measurements that confirm it. Seldom asked, and not small.
+    /// Whether a component is better known than from the few measurements that confirm it, and is kept for that. Seldom asked, and not
+    /// small. What cannot be told from here is not given up from here.
     #[inline(never)]
     fn confirms<N: Vector<Scalar = T>>(&self, component: &Component<N>) -> bool {
         let detections = self.config.confirming_detections;
         is_confirmed(self.view.sensor, &self.view.frame, self.pose_covariance.as_ref(), component, detections)
+            .unwrap_or(true)
     }
 
     /// ln of the weight that is to be left of a component in view, if misses would leave less and it is confirmed.

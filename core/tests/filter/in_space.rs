@@ -224,3 +224,18 @@ fn a_snapshot_before_a_frame_has_roll_and_pitch() {
         }
     }
 }
+
+/// A camera looks down from 2 m: it expects nothing of what lies above it, and cannot confirm that. A good landmark in view is confirmed.
+#[test]
+fn what_the_camera_cannot_expect_is_not_confirmed_by_it() {
+    for (height, sigma, features) in [(0.3, 10.0, 0), (2.5, 10.0, 0), (3.5, 10.0, 0), (0.3, 1e-3, 1)] {
+        let config = Config { extraction: Extraction::Confirmed, confirming_detections: 3.0, ..Config::default() };
+        let mut memory = Box::new(State::<AuvPose<f64>, 1, 1, Still<1>>::new());
+        let mut filter = Filter::new(models(), births(0.0), Config { particles: 1, ..config }, &mut *memory).unwrap();
+        filter.reset(AuvPose { z_m: 2.0, ..AuvPose::ZERO }, 1).unwrap();
+        let covariance = Symmetric::from_diagonal([sigma * sigma; 3]);
+        let mean = Vector3::new(0.1, 0.1, height);
+        filter.load_map(&[Component { label: 1, ln_weight: 0.01_f64.ln(), mean, covariance }]).unwrap();
+        assert_eq!(filter.estimate_map(&mut [Component::ZERO; 2]).features, features, "{height} {sigma}");
+    }
+}
