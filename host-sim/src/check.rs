@@ -13,11 +13,17 @@ mod facts;
 mod files;
 mod finding;
 mod fixes;
+mod headings;
+mod jumps;
 mod reading;
+mod returns;
+mod reverse;
 mod shift;
 mod sight;
 mod space;
+mod spells;
 mod spike;
+mod still;
 mod view;
 mod way;
 
@@ -26,6 +32,7 @@ pub use finding::{Finding, Severity};
 
 use finding::{Findings, Motion};
 
+use crate::angle::wrap;
 use crate::dimensions::{Planar, Underwater};
 use crate::kind::Kind;
 use crate::log::{Log, Vehicle};
@@ -75,11 +82,21 @@ pub trait Checked: Kind {
     /// Reads a folder.
     ///
     /// # Errors
-    /// The first thing wrong with the folder.
-    fn read(dir: &Path) -> Result<Self::Log, LogError>;
+    /// What is wrong with the folder, one thing at least.
+    fn read(dir: &Path) -> Result<Self::Log, Vec<LogError>>;
 
     /// Settings that fit the log.
     fn settings(log: &Self::Log) -> Self::Settings;
+
+    /// Mends what is plain before a run, and says what was done.
+    fn mend(_log: &mut Self::Log) -> Vec<String> {
+        Vec::new()
+    }
+
+    /// Names rows of the truth that are none, and gives back the log without them, if there are any.
+    fn truth_only(_log: &Self::Log, _findings: &mut Vec<Finding>) -> Option<Self::Log> {
+        None
+    }
 
     #[doc(hidden)]
     fn in_detail(log: &Self::Log) -> Detail;
@@ -98,12 +115,41 @@ pub struct Detail {
 }
 
 impl Checked for Planar {
-    fn read(dir: &Path) -> Result<Log, LogError> {
-        log_folder::read(dir)
+    fn read(dir: &Path) -> Result<Log, Vec<LogError>> {
+        log_folder::read_or_all(dir)
     }
 
     fn settings(log: &Log) -> Settings {
         Settings::for_log(log)
+    }
+
+    fn mend(log: &mut Log) -> Vec<String> {
+        let mut done = Vec::new();
+        let found = jumps::false_truth(log);
+        if !found.is_empty() {
+            done.push(format!("truth.csv: {} of {} rows are not scored [truth-jumps]", found.len(), log.truth.len()));
+            *log = jumps::without(log, &found);
+        }
+        if let Some(off_rad) = headings::start_off(log) {
+            let [_, _, heading] = &mut log.initial_pose;
+            let turned = wrap(*heading + off_rad);
+            done.push(format!(
+                "the heading at the start is {turned:.3} rad by the first positions of fixes.csv, not {heading:.3} [start-heading]"
+            ));
+            *heading = turned;
+        }
+        done
+    }
+
+    fn truth_only(log: &Log, findings: &mut Vec<Finding>) -> Option<Log> {
+        let found = jumps::false_truth(log);
+        if found.is_empty() {
+            return None;
+        }
+        let mut named = Findings::default();
+        jumps::truth(log, &found, &mut named);
+        findings.extend(named.0);
+        Some(jumps::without(log, &found))
     }
 
     fn in_detail(log: &Log) -> Detail {
@@ -117,17 +163,22 @@ impl Checked for Planar {
             turn_radps: turn(row.control),
         });
         let mut findings = Findings::default();
+        headings::truth(log, &mut findings);
         let out_of_view = view::planar(log, &mut findings);
+        returns::look_over(log, &mut findings);
         agreement::planar(log, &mut findings);
         let reach_m = log.sensors().map(|(_, sensor, _)| sensor.range_max_m).fold(0.0, f64::max);
         fixes::planar(log, reach_m, &mut findings);
+        jumps::fixes(log, &mut findings);
+        headings::fixes(log, &mut findings);
+        headings::start(log, &mut findings);
         Detail { motion: motion.collect(), reach_m, simulated: log.simulated, out_of_view, findings }
     }
 }
 
 impl Checked for Underwater {
-    fn read(dir: &Path) -> Result<underwater::log::Log, LogError> {
-        log_folder::read_underwater(dir)
+    fn read(dir: &Path) -> Result<underwater::log::Log, Vec<LogError>> {
+        log_folder::read_underwater(dir).map_err(|error| vec![error])
     }
 
     fn settings(log: &underwater::log::Log) -> underwater::settings::Settings {
@@ -162,8 +213,8 @@ fn folder_of<K: Checked>(dir: &Path) -> Report {
             findings.0.extend(more);
             finished(K::name(&log).to_owned(), Some(facts), findings)
         }
-        Err(error) => {
-            advice::refusal(&error, &mut findings);
+        Err(errors) => {
+            errors.iter().for_each(|error| advice::refusal(error, &mut findings));
             finished(dir.display().to_string(), None, findings)
         }
     }
@@ -177,6 +228,15 @@ fn finished(log: String, facts: Option<Facts>, mut findings: Findings) -> Report
 /// Checks what a log says: the part that runs before every replay.
 #[must_use]
 pub fn log_of<K: Checked>(log: &K::Log) -> (Facts, Vec<Finding>) {
+    let mut named = Vec::new();
+    let sound = K::truth_only(log, &mut named);
+    let (facts, findings) = sound_log_of::<K>(sound.as_ref().unwrap_or(log));
+    named.extend(findings);
+    (facts, named)
+}
+
+/// The same where no row of the truth is false.
+fn sound_log_of<K: Checked>(log: &K::Log) -> (Facts, Vec<Finding>) {
     let Detail { motion, reach_m, simulated, out_of_view, mut findings } = K::in_detail(log);
     let mut facts = Facts { detections_out_of_view: out_of_view, ..Facts::of::<K>(log, &motion) };
     clock::look_over::<K>(log, &motion, reach_m, &mut findings);

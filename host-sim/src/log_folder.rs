@@ -34,7 +34,12 @@
 //! `gate`, 25 where it is not said, a fix whose squared Mahalanobis distance from what the filter expects is greater is left out, and counted;
 //! after `patience_s`, 7 where it is not said, fixes that agree with each other are taken for right. A fix comes before a scan of the same time. None may come before the odometry.
 //!
-//! `simulated = true` says that the stated noise is exact. In logs without this key the first word of `kind`, up to a comma, says so:
+//! `no_return_m` of a sensor is the range that it writes where nothing came back; such detections are left out. Sections `[[sensor.exclude]]`, of
+//! one of several sensors `[[sensors.exclude]]`, are parts of its view in which it sees its own vehicle: `range_min_m`, `range_max_m`,
+//! `bearing_min_rad` and `bearing_max_rad`, as far as they are not those of the view. What it detects there is left out. A part that is all bearings of the nearest or
+//! farthest ranges, or all ranges at an edge, is taken off the view too; of any other the filter expects that something hides what is there.
+//!
+//! `simulated = true` says that the stated noise is exact. In logs without this key the first word of `kind` says so:
 //! `simulated` or `real`, and nothing else; where there is neither key the log is real. With the key, `kind` is free text and
 //! decides nothing, as `source`, `note` and `truth` never do.
 //!
@@ -56,6 +61,7 @@ pub use underwater::{has_camera, read_underwater};
 pub use write::{head_text as head, write};
 
 use crate::log::{Fix, Log, MovingLandmark, Odometry, PoseFix, Scan, TruePose, Vehicle};
+use error::Faults;
 use head::Head;
 use scans::{Clock, each_detection, scan_times};
 use std::collections::HashMap;
@@ -65,27 +71,57 @@ use units::{Angles, ODOMETRY_INTERVAL_S, Stamp, WHOLE_TURN_RAD};
 
 /// Reads a folder.
 ///
-/// Numbers come as they are written; nothing is sorted, cut or corrected. Scans are numbered anew from 0
+/// Numbers come as they are written; nothing is sorted or corrected, and only detections that `log.toml` excludes are left out. Scans are numbered anew from 0
 /// where the folder leaves numbers out, as folders without their empty scans do. An empty cell in the
 /// column `heading_rad` of `truth.csv` is an unknown heading.
 ///
 /// # Errors
 ///
-/// The first thing wrong with the folder and where it is: see [`Problem`].
-pub fn read(dir: &Path) -> Result<Log, LogError> {
+/// Everything that is found wrong with the folder, and where it is, one thing at least: see [`Problem`]. Of a table that is its first row that
+/// cannot be read.
+pub fn read_or_all(dir: &Path) -> Result<Log, Vec<LogError>> {
     if !dir.is_dir() {
-        return Err(Place::Folder(dir.to_path_buf()).error(Problem::Missing));
+        return Err(vec![Place::Folder(dir.to_path_buf()).error(Problem::Missing)]);
     }
-    let head = Head::read(dir)?;
-    let (odometry, rows) = odometry(dir, &head)?;
-    let (scans, stamps) = scans(dir, &head)?;
-    units::common_clock(&rows, &stamps)?;
+    let (head, mut faults) = match Head::read(dir) {
+        Ok(head) => (Some(head), Faults::default()),
+        Err(errors) => (None, Faults(errors)),
+    };
+    let rows = head.as_ref().and_then(|head| rows(dir, head, &mut faults));
+    let (truth, landmarks, moving) = (faults.take(truth(dir)), faults.take(landmarks(dir)), faults.take(moving(dir)));
+    match (head, rows, truth, landmarks, moving) {
+        (Some(head), Some((odometry, scans, fixes)), Some(truth), Some(landmarks), Some(moving)) => {
+            let empty = empty(head).map_err(|error| vec![error])?;
+            Ok(Log { odometry, scans, fixes, truth, landmarks, moving, ..empty })
+        }
+        _ => Err(faults.0),
+    }
+}
+
+/// [`read_or_all`], and of what is wrong the first thing.
+///
+/// # Errors
+///
+/// As for [`read_or_all`].
+pub fn read(dir: &Path) -> Result<Log, LogError> {
+    read_or_all(dir).map_err(first)
+}
+
+fn first(errors: Vec<LogError>) -> LogError {
+    let unknown = || Place::File("log.toml").error(Problem::Missing);
+    errors.into_iter().next().unwrap_or_else(unknown)
+}
+
+/// What depends on the head; `None` only with a fault.
+fn rows(dir: &Path, head: &Head, faults: &mut Faults) -> Option<(Vec<Odometry>, Vec<Scan>, Vec<Fix>)> {
+    let (odometry, scans) = (faults.take(odometry(dir, head)), faults.take(scans(dir, head)));
+    let ((odometry, rows), (scans, stamps)) = odometry.zip(scans)?;
+    faults.take(units::common_clock(&rows, &stamps))?;
     let speeds = odometry.iter().map(Odometry::speed_mps);
     let reach_m = head.sensors.iter().map(|sensor| sensor.sensor.range_max_m).fold(0.0, f64::max);
-    units::way(&rows, speeds, &stamps, reach_m, head.control_columns().0[0])?;
-    let fixes = fixes(dir, &head, odometry.first(), scans.last())?;
-    let (truth, landmarks, moving) = (truth(dir)?, landmarks(dir)?, moving(dir)?);
-    Ok(Log { odometry, scans, fixes, truth, landmarks, moving, ..empty(head)? })
+    faults.take(units::way(&rows, speeds, &stamps, reach_m, head.control_columns().0[0]))?;
+    let fixes = faults.take(fixes(dir, head, odometry.first(), scans.last()))?;
+    Some((odometry, scans, fixes))
 }
 
 /// A log of what the text of a `log.toml` says, without any row.
@@ -94,7 +130,11 @@ pub fn read(dir: &Path) -> Result<Log, LogError> {
 ///
 /// As for [`read`].
 pub fn of_head(text: &str) -> Result<Log, LogError> {
-    empty(Head::of(text)?)
+    let head = Head::of(text).map_err(first)?;
+    if let Some(key) = head.key_of_folders() {
+        return Err(key.error(Problem::OfFolders));
+    }
+    empty(head)
 }
 
 fn empty(head: Head) -> Result<Log, LogError> {
@@ -153,6 +193,9 @@ fn scans(dir: &Path, head: &Head) -> Result<(Vec<Scan>, Vec<Stamp>), LogError> {
     let mut bearings = Angles::bearings();
     let mut ranges = vec![Vec::new(); head.sensors.len()];
     each_detection(dir, &numbers, ["range_m", "bearing_rad"], |index, row, [range_m, bearing], label| {
+        if head.dropped[scans[index].sensor].holds([range_m, bearing]) {
+            return Ok(());
+        }
         // Simulations add noise to short ranges and keep what comes out.
         if range_m < 0.0 && !head.simulated {
             return Err(row.cell("range_m").error(Problem::NegativeRange(range_m)));

@@ -25,7 +25,11 @@ pub(super) enum ToldBy {
     Motion,
     Turns,
     /// Motion as it is beside ranges of that unit: beside those that are written the vehicle hardly moves.
-    MotionAsRead,
+    MotionBesideRange,
+    /// Ways, or turns, that are motion when they are read so. Odometry with an offset turns where the vehicle does not, and less of it
+    /// is better in any unit; but only in the right one it turns where the vehicle does.
+    WayAsRead,
+    TurnsAsRead,
 }
 
 pub(super) const AS_WRITTEN: Reading = Reading {
@@ -42,10 +46,24 @@ pub(super) const AS_WRITTEN: Reading = Reading {
     told_by: ToldBy::Motion,
 };
 
+/// Everything stands still in the view.
+pub(super) const STANDS: Reading = Reading {
+    code: "detection-frame",
+    place: "detections.csv",
+    what: "the vehicle is taken to stand",
+    advice: "range and bearing are seen from the sensor; these seem to be seen from a place that stands still, as the origin of the map or of the \
+             odometry is: take them into the sensor's frame. If they are right, the odometry is not that of this vehicle, or its wheels \
+             turned in the air",
+    ..AS_WRITTEN
+};
+
+/// Speeds of the other sign.
+pub(super) const BACKWARDS: Reading = Reading { speed: -1.0, ..AS_WRITTEN };
+
 /// Ranges, and what the head says of them, in another unit.
 const fn ranges(range: f64, what: &'static str, advice: &'static str) -> Reading {
     let place = "detections.csv, column range_m, and log.toml, section sensor";
-    Reading { code: "range-unit", place, what, advice, range, told_by: ToldBy::MotionAsRead, ..AS_WRITTEN }
+    Reading { code: "range-unit", place, what, advice, range, told_by: ToldBy::MotionBesideRange, ..AS_WRITTEN }
 }
 
 /// All others that are tried.
@@ -93,6 +111,7 @@ pub(super) const OTHERS: [Reading; 12] = [
         what: "the odometry's turns are taken as degrees",
         advice: "turn rates are in radians a second, steering angles in radians: multiply by 0.0174533",
         turn: PI / 180.0,
+        told_by: ToldBy::TurnsAsRead,
         ..AS_WRITTEN
     },
     Reading {
@@ -101,6 +120,7 @@ pub(super) const OTHERS: [Reading; 12] = [
         what: "speeds are taken as km/h",
         advice: "speeds are in metres a second: divide by 3.6",
         speed: 1.0 / 3.6,
+        told_by: ToldBy::WayAsRead,
         ..AS_WRITTEN
     },
     Reading {
@@ -109,6 +129,7 @@ pub(super) const OTHERS: [Reading; 12] = [
         what: "speeds are taken as cm/s",
         advice: "speeds are in metres a second: divide by 100",
         speed: 0.01,
+        told_by: ToldBy::WayAsRead,
         ..AS_WRITTEN
     },
     Reading {

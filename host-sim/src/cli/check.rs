@@ -39,7 +39,9 @@ pub fn warn<K: check::Checked>(log: &K::Log) {
 }
 
 fn told(dir: &Path, report: &Report) -> String {
-    let mut lines = vec![format!("{} ({})", report.log, dir.display())];
+    let folder = dir.display().to_string();
+    // A log whose name cannot be read has that of its folder.
+    let mut lines = vec![if report.log == folder { folder } else { format!("{} ({folder})", report.log) }];
     lines.extend(report.facts.iter().flat_map(figures));
     for Finding { severity, code, place, what, advice } in &report.findings {
         lines.push(format!("{}: {place}: {what} [{code}]", severity.name()));

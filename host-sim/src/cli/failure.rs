@@ -38,12 +38,18 @@ impl Failure {
         Self::input(format_args!("{said} (see --help)"))
     }
 
-    /// A log folder that cannot be read.
-    pub fn of_log(dir: &Path, error: &LogError) -> Self {
-        match error.place {
+    /// A log folder that cannot be read: the first reason.
+    pub fn of_log(dir: &Path, errors: &[LogError]) -> Self {
+        let folder = dir.display();
+        match errors {
             // It names itself.
-            Place::Folder(_) => Self::input(error),
-            _ => Self::input(format_args!("{}: {error}", dir.display())),
+            [error @ LogError { place: Place::Folder(_), .. }] => Self::input(error),
+            [error] => Self::input(format_args!("{folder}: {error}")),
+            [error, more @ ..] => Self::input(format_args!(
+                "{folder}: {error}; and {} more, which scphd-sim check {folder} names",
+                more.len()
+            )),
+            [] => Self::input(format_args!("{folder}: cannot be read")),
         }
     }
 

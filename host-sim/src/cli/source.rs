@@ -6,7 +6,7 @@
 
 use super::args::{Switch, Tuning};
 use super::check;
-use super::failure::Failure;
+use super::failure::{Failure, warning};
 use super::offer::Offer;
 use scphd_sim::dimensions::{Planar, Underwater};
 use scphd_sim::kind::Kind;
@@ -39,7 +39,9 @@ impl<K: Offer> Source<K> {
 
     /// The log of a folder.
     pub fn folder(dir: &Path) -> Result<Self, Failure> {
-        let log = K::read(dir).map_err(|error| Failure::of_log(dir, &error))?;
+        let mut log = K::read(dir).map_err(|errors| Failure::of_log(dir, &errors))?;
+        let done = K::mend(&mut log);
+        done.iter().for_each(|what| warning(format_args!("warning: {}: {what}", K::name(&log))));
         Ok(Self::Fixed(Box::new(log)))
     }
 

@@ -37,6 +37,17 @@ impl Place {
     }
 }
 
+/// Everything that is found wrong, in the order in which it is found.
+#[derive(Debug, Default)]
+pub(super) struct Faults(pub(super) Vec<LogError>);
+
+impl Faults {
+    /// What was read; `None` where it could not be.
+    pub(super) fn take<T>(&mut self, read: Result<T, LogError>) -> Option<T> {
+        read.map_err(|error| self.0.push(error)).ok()
+    }
+}
+
 /// What is wrong.
 #[derive(Debug)]
 #[non_exhaustive]
@@ -99,6 +110,8 @@ pub enum Problem {
         /// The keys of the section for it.
         known: &'static [&'static str],
     },
+    /// A key that only a folder, with its detections, has a use for.
+    OfFolders,
     /// A `kind` that says neither real nor simulated.
     Kind(String),
     /// A name that no line, file or drawing can hold.
@@ -134,7 +147,7 @@ pub enum Problem {
         found: f64,
         /// The greatest there may be.
         most: f64,
-        /// Whether they would be plausible in degrees.
+        /// Whether they are so great that they can only be degrees.
         degrees: bool,
     },
     /// Most ranges are far beyond what the sensor is said to reach.
@@ -235,7 +248,8 @@ impl fmt::Display for Problem {
             Self::Syntax(what) => write!(f, "{}", Excerpt(what)),
             Self::Twice => write!(f, "named twice in the header"),
             Self::Fields { found, expected } => {
-                write!(f, "wrong number of fields: {found}, the header has {expected}")
+                let commas = if found > expected { ": commas in numbers?" } else { "" };
+                write!(f, "wrong number of fields: {found}, the header has {expected}{commas}")
             }
             Self::NotFinite(text) => write!(f, "not a finite number: '{}'", Excerpt(text)),
             Self::TooLarge(number) => {
@@ -250,6 +264,9 @@ impl fmt::Display for Problem {
             Self::Unknown { known } => write!(f, "unknown, there are {}", known.join(", ")),
             Self::Unused { model, known } => {
                 write!(f, "not a key of the model {model}, which has {}", known.join(", "))
+            }
+            Self::OfFolders => {
+                write!(f, "detections are left out when a folder is read: write the key into its log.toml")
             }
             Self::Kind(found) => write!(
                 f,
@@ -295,7 +312,8 @@ impl fmt::Display for Problem {
                 rounded(*median_s)
             ),
             Self::NotRadians { found, most, degrees } => {
-                let advice = if *degrees { "these look like degrees" } else { "take whole turns off" };
+                let advice =
+                    if *degrees { "these look like degrees" } else { "take whole turns off, unless these are degrees" };
                 write!(f, "{found}, expected -{most:.4} to {most:.4}: angles are in radians, {advice}")
             }
             Self::OutOfReach { median_m, most_m } => write!(

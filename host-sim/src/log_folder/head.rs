@@ -1,6 +1,6 @@
 //! `log.toml`.
 
-use super::error::{LogError, NAME_CHARS, Place, Problem, SENSOR_NAME_CHARS};
+use super::error::{Faults, LogError, NAME_CHARS, Place, Problem, SENSOR_NAME_CHARS};
 use super::table::text;
 use super::units::{self, WHOLE_TURN_RAD};
 use crate::log::{FixNoise, Mounting, NamedSensor, Nominal, Sensor, Vehicle};
@@ -18,8 +18,32 @@ pub(super) struct Head {
     pub(super) vehicle: Vehicle,
     /// In order of their names; the only one of `[sensor]` has none.
     pub(super) sensors: Vec<NamedSensor>,
+    /// Of each of them, which of its detections are none.
+    pub(super) dropped: Vec<Dropped>,
     /// `None` where there is no `[fixes]`.
     pub(super) fix_noise: Option<FixNoise>,
+}
+
+/// Detections of a sensor that are left out when a folder is read.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Dropped {
+    /// The range that says that nothing came back, m.
+    no_return_m: Option<f64>,
+    /// Parts of the view in which the sensor sees its own vehicle.
+    zones: Vec<Sensor>,
+}
+
+impl Dropped {
+    /// Whether this detection is left out.
+    pub(super) fn holds(&self, [range_m, bearing_rad]: [f64; 2]) -> bool {
+        // Numbers that went through single precision keep seven digits.
+        let is_none = |none_m: f64| (range_m - none_m).abs() <= 1e-6 * none_m.abs();
+        self.no_return_m.is_some_and(is_none) || self.zones.iter().any(|zone| zone.sees(range_m, bearing_rad))
+    }
+
+    fn is_empty(&self) -> bool {
+        self.no_return_m.is_none() && self.zones.is_empty()
+    }
 }
 
 /// Names of a vehicle's control columns in `odometry.csv`: those of the first two controls, and of the third where it has one.
@@ -38,46 +62,92 @@ pub(super) struct Section<'a> {
 }
 
 impl Head {
-    pub(super) fn read(dir: &Path) -> Result<Self, LogError> {
+    pub(super) fn read(dir: &Path) -> Result<Self, Vec<LogError>> {
         let file = "log.toml";
-        Self::of(&text(dir, file)?.ok_or_else(|| Place::File(file).error(Problem::Missing))?)
+        let missing = || Place::File(file).error(Problem::Missing);
+        let text = text(dir, file).and_then(|text| text.ok_or_else(missing)).map_err(|error| vec![error])?;
+        Self::of(&text)
     }
 
-    /// What a text says.
-    pub(super) fn of(text: &str) -> Result<Self, LogError> {
-        let table: Table = text.parse().map_err(|error| syntax(text, &error))?;
-        let top = Section { name: "".into(), table: &table };
+    /// What a text says, or everything that is wrong with it.
+    pub(super) fn of(text: &str) -> Result<Self, Vec<LogError>> {
+        let table: Table = text.parse().map_err(|error| vec![syntax(text, &error)])?;
+        let mut faults = Faults::default();
+        Self::of_table(&table, &mut faults).filter(|_| faults.0.is_empty()).ok_or(faults.0)
+    }
+
+    /// `None` only with a fault.
+    fn of_table(table: &Table, faults: &mut Faults) -> Option<Self> {
+        let top = Section { name: "".into(), table };
         // The sensor first: logs of other sensors lack other things as well, which is not what to report.
         let several = table.contains_key("sensors");
         if table.contains_key("camera") && !table.contains_key("sensor") && !several {
             let found = String::from("camera");
-            return Err(top.key("camera").error(Problem::Unsupported { found, supported: SENSORS }));
+            let problem = Problem::Unsupported { found, supported: SENSORS };
+            return faults.take(Err(top.key("camera").error(problem)));
         }
-        let sections = if several { top.sensors()? } else { vec![(String::new(), top.section("sensor")?)] };
-        let vehicle = top.section("vehicle")?;
-        let vehicle_model = self::vehicle(&vehicle)?;
+        let sections =
+            if several { top.sensors() } else { top.section("sensor").map(|one| vec![(String::new(), one)]) };
+        let sections = faults.take(sections)?;
+        let vehicle = faults.take(top.section("vehicle"))?;
+        let vehicle_model = faults.take(self::vehicle(&vehicle));
         let mut sensors = Vec::new();
         for (name, section) in &sections {
-            let mounting = if several { section.mounting("")? } else { mounting(&vehicle, &vehicle_model)? };
-            let sensor = Sensor { mounting, ..sensor(section)? };
-            sensors.push(NamedSensor { name: name.clone(), sensor, nominal: Nominal::default() });
+            let mounting = match &vehicle_model {
+                Some(_) if several => faults.take(section.mounting("")),
+                Some(model) => faults.take(mounting(&vehicle, model)),
+                None => None,
+            };
+            let sensor = faults.take(sensor(section)).zip(mounting);
+            let dropped = faults.take(section.dropped());
+            // Sections of other models have other keys, which is not what to report of them.
+            let is_known = sensor.is_some();
+            let nominal = if is_known { faults.take(section.nominal(&vehicle)) } else { None };
+            if is_known {
+                faults.take(section.has_only(if several { MOUNTED_SENSOR_KEYS } else { SENSOR_KEYS }));
+            }
+            if let (Some((mut sensor, mounting)), Some(dropped), Some(nominal)) = (sensor, dropped, nominal) {
+                sensor.mounting = mounting;
+                dropped.zones.iter().for_each(|zone| narrow(&mut sensor, zone));
+                sensors.push((NamedSensor { name: name.clone(), sensor, nominal }, dropped));
+            }
         }
-        // Only then: sections of other models have other keys.
-        top.has_only(&TOP_KEYS)?;
-        for (_, section) in &sections {
-            section.has_only(if several { MOUNTED_SENSOR_KEYS } else { SENSOR_KEYS })?;
+        faults.take(top.has_only(&TOP_KEYS));
+        if let Some(model) = &vehicle_model {
+            faults.take(check_vehicle_keys(&vehicle, model, several));
         }
-        check_vehicle_keys(&vehicle, &vehicle_model, several)?;
-        let initial_pose = top.pose("initial_pose")?;
-        units::radians(initial_pose[2], WHOLE_TURN_RAD, || top.key("initial_pose"))?;
-        let truth_sigma_m = top.sigma("truth_sigma_m")?.unwrap_or(0.0);
-        let (name, simulated) = (name(&top)?, simulated(&top)?);
-        for (sensor, (_, section)) in sensors.iter_mut().zip(&sections) {
-            sensor.nominal = section.nominal(&vehicle)?;
+        let initial_pose = faults.take(top.pose("initial_pose"));
+        if let Some(pose) = initial_pose {
+            faults.take(units::radians(pose[2], WHOLE_TURN_RAD, || top.key("initial_pose")));
         }
-        sensors.sort_by(|a, b| a.name.cmp(&b.name));
-        let fix_noise = if table.contains_key("fixes") { Some(top.section("fixes")?.fix_noise()?) } else { None };
-        Ok(Self { name, simulated, initial_pose, truth_sigma_m, vehicle: vehicle_model, sensors, fix_noise })
+        let truth_sigma_m = faults.take(top.sigma("truth_sigma_m"));
+        let (name, simulated) = (faults.take(name(&top)), faults.take(simulated(&top)));
+        let fix_noise = if table.contains_key("fixes") {
+            faults.take(top.section("fixes").and_then(|section| section.fix_noise())).map(Some)
+        } else {
+            Some(None)
+        };
+        sensors.sort_by(|a, b| a.0.name.cmp(&b.0.name));
+        let (sensors, dropped) = sensors.into_iter().unzip();
+        Some(Self {
+            name: name?,
+            simulated: simulated?,
+            initial_pose: initial_pose?,
+            truth_sigma_m: truth_sigma_m?.unwrap_or(0.0),
+            vehicle: vehicle_model?,
+            sensors,
+            dropped,
+            fix_noise: fix_noise?,
+        })
+    }
+
+    /// A key that only a folder has a use for, whose detections are read with it.
+    pub(super) fn key_of_folders(&self) -> Option<Place> {
+        let of = self.sensors.iter().zip(&self.dropped).find(|(_, dropped)| !dropped.is_empty());
+        of.map(|(sensor, dropped)| {
+            let section = if sensor.name.is_empty() { "sensor".into() } else { format!("sensors.{}", sensor.name) };
+            Place::Key(format!("{section}.{}", if dropped.zones.is_empty() { "no_return_m" } else { "exclude" }))
+        })
     }
 
     /// Names of the control columns in `odometry.csv`.
@@ -87,7 +157,7 @@ impl Head {
 }
 
 /// Of the only sensor; where it sits is then a matter of the vehicle.
-const SENSOR_KEYS: &[&str] = MOUNTED_SENSOR_KEYS.split_at(9).0;
+const SENSOR_KEYS: &[&str] = MOUNTED_SENSOR_KEYS.split_at(11).0;
 /// Of one of several sensors.
 const MOUNTED_SENSOR_KEYS: &[&str] = &[
     "model",
@@ -99,11 +169,15 @@ const MOUNTED_SENSOR_KEYS: &[&str] = &[
     "bearing_sigma_rad",
     "detection_probability",
     "clutter_per_scan",
+    "no_return_m",
+    "exclude",
     "name",
     "forward_m",
     "left_m",
     "yaw_rad",
 ];
+/// Of a part of its view that is left out.
+const ZONE_KEYS: [&str; 4] = ["range_min_m", "range_max_m", "bearing_min_rad", "bearing_max_rad"];
 const FIX_KEYS: [&str; 6] = ["position_sigma_m", "heading_sigma_rad", "gate", "patience_s", "forward_m", "left_m"];
 const ACKERMANN_KEYS: [&str; 8] = [
     "model",
@@ -170,6 +244,24 @@ fn sensor(section: &Section) -> Result<Sensor, LogError> {
     Ok(sensor)
 }
 
+/// Takes a zone off the view where the rest is a view as well: all bearings of the nearest or farthest ranges, or all ranges at an edge.
+fn narrow(sensor: &mut Sensor, zone: &Sensor) {
+    let all_ranges = zone.range_min_m <= sensor.range_min_m && zone.range_max_m >= sensor.range_max_m;
+    let all_bearings = zone.bearing_min_rad <= sensor.bearing_min_rad && zone.bearing_max_rad >= sensor.bearing_max_rad;
+    let within = |at: f64, [least, most]: [f64; 2]| at > least && at < most;
+    let ranges = [sensor.range_min_m, sensor.range_max_m];
+    let bearings = [sensor.bearing_min_rad, sensor.bearing_max_rad];
+    if all_bearings && zone.range_min_m <= ranges[0] && within(zone.range_max_m, ranges) {
+        sensor.range_min_m = zone.range_max_m;
+    } else if all_bearings && zone.range_max_m >= ranges[1] && within(zone.range_min_m, ranges) {
+        sensor.range_max_m = zone.range_min_m;
+    } else if all_ranges && zone.bearing_min_rad <= bearings[0] && within(zone.bearing_max_rad, bearings) {
+        sensor.bearing_min_rad = zone.bearing_max_rad;
+    } else if all_ranges && zone.bearing_max_rad >= bearings[1] && within(zone.bearing_min_rad, bearings) {
+        sensor.bearing_max_rad = zone.bearing_min_rad;
+    }
+}
+
 fn vehicle(section: &Section) -> Result<Vehicle, LogError> {
     match section.string("model")? {
         "ackermann" => {
@@ -232,7 +324,7 @@ pub(super) fn name(top: &Section) -> Result<String, LogError> {
     }
 }
 
-/// Whether the log is of a simulation: `simulated`, or, in logs without that key, the first word of `kind`, up to a comma. Without
+/// Whether the log is of a simulation: `simulated`, or, in logs without that key, the first word of `kind`. Without
 /// either it is real.
 pub(super) fn simulated(top: &Section) -> Result<bool, LogError> {
     for text in ["kind", "source", "note", "truth"] {
@@ -244,7 +336,7 @@ pub(super) fn simulated(top: &Section) -> Result<bool, LogError> {
         return top.boolean("simulated");
     }
     let Some(kind) = top.table.get("kind").and_then(Value::as_str) else { return Ok(false) };
-    match kind.split(',').next().map(str::trim) {
+    match kind.split(|c: char| !c.is_alphanumeric()).next() {
         Some("simulated") => Ok(true),
         Some("real") => Ok(false),
         _ => Err(top.key("kind").error(Problem::Kind(kind.to_owned()))),
@@ -315,6 +407,39 @@ impl<'a> Section<'a> {
         let yaw_rad = self.limited(&yaw, "a finite angle", |_| true)?.unwrap_or(0.0);
         units::radians(yaw_rad, WHOLE_TURN_RAD, || self.key(&yaw))?;
         Ok(Mounting { forward_m: offset("forward_m")?, left_m: offset("left_m")?, yaw_rad })
+    }
+
+    /// `no_return_m` and `[[sensor.exclude]]`.
+    fn dropped(&self) -> Result<Dropped, LogError> {
+        let no_return_m = self.limited("no_return_m", "a number of metres", |_| true)?;
+        let Some(value) = self.table.get("exclude") else { return Ok(Dropped { no_return_m, zones: Vec::new() }) };
+        let list = value.as_array().ok_or_else(|| self.ill_typed("exclude", value, "a list of sections"))?;
+        let zone = |(place, value): (usize, &'a Value)| {
+            let name = format!("{}.exclude[{}]", self.name, place + 1);
+            let table = value.as_table().ok_or_else(|| self.ill_typed("exclude", value, "a list of sections"))?;
+            Section { name: name.into(), table }.zone()
+        };
+        let zones = list.iter().enumerate().map(zone).collect::<Result<_, _>>()?;
+        Ok(Dropped { no_return_m, zones })
+    }
+
+    /// A part of a view; an edge that is not said is that of the view.
+    fn zone(&self) -> Result<Sensor, LogError> {
+        self.has_only(&ZONE_KEYS)?;
+        let edge = |key: &str, unsaid: f64| if self.table.contains_key(key) { self.number(key) } else { Ok(unsaid) };
+        let zone = Sensor {
+            range_min_m: edge("range_min_m", 0.0)?,
+            range_max_m: edge("range_max_m", f64::INFINITY)?,
+            bearing_min_rad: edge("bearing_min_rad", -WHOLE_TURN_RAD)?,
+            bearing_max_rad: edge("bearing_max_rad", WHOLE_TURN_RAD)?,
+            mounting: Mounting::NONE,
+        };
+        for (key, bearing) in [("bearing_min_rad", zone.bearing_min_rad), ("bearing_max_rad", zone.bearing_max_rad)] {
+            units::radians(bearing, WHOLE_TURN_RAD, || self.key(key))?;
+        }
+        self.check("range_max_m", zone.range_max_m, "more than range_min_m", |r| r > zone.range_min_m)?;
+        self.check("bearing_max_rad", zone.bearing_max_rad, "more than bearing_min_rad", |b| b > zone.bearing_min_rad)?;
+        Ok(zone)
     }
 
     /// The noise that this section of a sensor states, and that of the vehicle.

@@ -23,6 +23,8 @@ const SLACK_RAD: f64 = 1e-3;
 pub(super) const HALF_TURN_RAD: f64 = PI + SLACK_RAD;
 /// Greatest edge of a view and heading, rad.
 pub(super) const WHOLE_TURN_RAD: f64 = 2.0 * PI + SLACK_RAD;
+/// Headings that are counted on beyond a whole turn are seldom beyond two; degrees are.
+const COUNTED_RAD: f64 = 4.0 * PI;
 /// Greatest median from one row of odometry to the next, s.
 pub(super) const ODOMETRY_INTERVAL_S: f64 = 5.0;
 /// Greatest median from one scan to the next, s.
@@ -47,7 +49,7 @@ pub(super) fn radians(found: f64, most: f64, place: impl FnOnce() -> Place) -> R
     if found.abs() <= most {
         return Ok(());
     }
-    Err(place().error(Problem::NotRadians { found, most, degrees: found.abs() > WHOLE_TURN_RAD }))
+    Err(place().error(Problem::NotRadians { found, most, degrees: found.abs() > COUNTED_RAD }))
 }
 
 /// Bearings or steering angles of a table. One in degrees may be small; the greatest of all tells.
@@ -76,7 +78,7 @@ impl Angles {
     pub(super) fn check(self) -> Result<(), LogError> {
         let Self { most, greatest, first } = self;
         first.map_or(Ok(()), |(place, found)| {
-            Err(place.error(Problem::NotRadians { found, most, degrees: greatest > WHOLE_TURN_RAD }))
+            Err(place.error(Problem::NotRadians { found, most, degrees: greatest > COUNTED_RAD }))
         })
     }
 }

@@ -1,0 +1,462 @@
+//! What a check finds in simulated worlds that were damaged as loggers, receivers and vehicles do it, and that it finds nothing in the same worlds as they are.
+//!
+//! Thresholds were chosen on the worlds 300 to 319 and the recorded logs.
+
+use libm::{atan2, cos, hypot, sin};
+use scphd_sim::angle::wrap;
+use scphd_sim::check::{self, Severity};
+use scphd_sim::dimensions::Planar;
+use scphd_sim::log::{Fix, FixNoise, Log, Odometry, PoseFix, Scan, TruePose, Vehicle};
+use scphd_sim::noise::Noise;
+use scphd_sim::{log_folder, scenario, truth};
+use std::f64::consts::{FRAC_PI_2, PI};
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+use tempfile::TempDir;
+
+const SEEDS: std::ops::Range<u64> = 900_100..900_108;
+
+fn world(seed: u64) -> Log {
+    scenario::by_name("worlds", seed).unwrap()
+}
+
+/// The codes of the warnings.
+fn found(log: &Log) -> Vec<&'static str> {
+    let (_, findings) = check::log_of::<Planar>(log);
+    findings.iter().filter(|one| one.severity > Severity::Note).map(|one| one.code).collect()
+}
+
+fn end_s(log: &Log) -> f64 {
+    log.scans.last().unwrap().t_s
+}
+
+/// A drive of a world, the same backwards, and again. Noise is not the same twice.
+fn there_and_back(seed: u64) -> Log {
+    let (mut log, mut noise) = (world(seed), Noise::new(seed));
+    let turn_s = 0.4 * end_s(&log);
+    let rows: Vec<Odometry> = log.odometry.iter().filter(|row| row.t_s <= turn_s).copied().collect();
+    let scans: Vec<Scan> = log.scans.iter().filter(|scan| scan.t_s < turn_s).cloned().collect();
+    let steers = matches!(log.vehicle, Vehicle::Ackermann { .. });
+    let back = (0..rows.len()).rev().map(|row| {
+        let until_s = rows.get(row + 1).map_or(turn_s, |next| next.t_s);
+        let [speed, turn, _] = rows[row].control;
+        Odometry { t_s: 2.0 * turn_s - until_s, control: [-speed, if steers { turn } else { -turn }, 0.0] }
+    });
+    let again = rows.iter().map(|row| Odometry { t_s: row.t_s + 2.0 * turn_s, ..*row });
+    log.odometry = rows.iter().copied().chain(back).chain(again).collect();
+    let [range_sigma, bearing_sigma] = [log.nominal.range_sigma_m.unwrap(), log.nominal.bearing_sigma_rad.unwrap()];
+    let mut at = |scan: &Scan, t_s: f64| {
+        let moved = |[range, bearing]: &[f64; 2]| {
+            [range + 0.3 * range_sigma * noise.normal(), wrap(bearing + 0.3 * bearing_sigma * noise.normal())]
+        };
+        Scan { t_s, detections: scan.detections.iter().map(moved).collect(), ..scan.clone() }
+    };
+    let back: Vec<Scan> = scans.iter().rev().map(|scan| at(scan, 2.0 * turn_s - scan.t_s)).collect();
+    let again: Vec<Scan> = scans.iter().skip(1).map(|scan| at(scan, scan.t_s + 2.0 * turn_s)).collect();
+    log.scans = scans.into_iter().chain(back).chain(again).collect();
+    log.truth.clear();
+    log
+}
+
+/// Positions and headings of the truth, with noise, every second.
+fn with_fixes(seed: u64, positions: bool, heading: Option<fn(f64) -> f64>) -> Log {
+    let (mut log, mut noise) = (world(seed), Noise::new(seed));
+    let sigma_m = 0.02 * log.sensor.range_max_m;
+    log.fix_noise = FixNoise { position_sigma_m: Some(sigma_m), heading_sigma_rad: Some(0.03), ..FixNoise::default() };
+    for second in 1..end_s(&log) as u32 {
+        let t_s = f64::from(second);
+        let pose = truth::at(&log.truth, t_s).unwrap();
+        let measured = pose.position.map(|one| one + sigma_m * noise.normal());
+        let turned = pose.heading_rad.unwrap() + 0.03 * noise.normal();
+        if positions {
+            log.fixes.push(Fix { t_s, measured: PoseFix::Position(measured) });
+        }
+        if let Some(heading) = heading {
+            log.fixes.push(Fix { t_s, measured: PoseFix::Heading(wrap(heading(turned))) });
+        }
+    }
+    log
+}
+
+fn set_truth(log: &mut Log, from_s: f64, lasts_s: f64, row: impl Fn(&mut TruePose)) {
+    log.truth.iter_mut().filter(|one| (from_s..from_s + lasts_s).contains(&one.t_s)).for_each(row);
+}
+
+fn in_own_body(log: &mut Log, seed: u64) -> [[f64; 2]; 2] {
+    let mut noise = Noise::new(seed);
+    let [range_sigma, bearing_sigma] = [log.nominal.range_sigma_m.unwrap(), log.nominal.bearing_sigma_rad.unwrap()];
+    let parts = [[0.15 * log.sensor.range_max_m, 0.9], [0.2 * log.sensor.range_max_m, -0.7]];
+    for scan in &mut log.scans {
+        for [range, bearing] in parts {
+            if noise.happens(0.9) {
+                let seen = [range + 0.5 * range_sigma * noise.normal(), bearing + 0.5 * bearing_sigma * noise.normal()];
+                scan.detections.push(seen);
+                scan.labels.push(-1);
+            }
+        }
+    }
+    parts
+}
+
+#[test]
+fn worlds_as_they_are_have_no_findings() {
+    for seed in SEEDS {
+        for name in ["worlds", "worlds-exact", "worlds-mounted", "worlds-moving"] {
+            let mut log = scenario::by_name(name, seed).unwrap();
+            assert_eq!(found(&log), [""; 0], "{name} {seed}");
+            log.truth.clear();
+            assert_eq!(found(&log), [""; 0], "{name} {seed} without truth");
+        }
+        assert_eq!(found(&there_and_back(seed)), [""; 0], "reversing, {seed}");
+        assert_eq!(found(&with_fixes(seed, true, Some(|heading| heading))), [""; 0], "fixes, {seed}");
+        assert_eq!(found(&with_fixes(seed, false, Some(|heading| heading))), [""; 0], "headings, {seed}");
+    }
+}
+
+/// Wheels of 2 % different size on a robot of 30 cm turn it by up to so much.
+#[test]
+fn an_offset_of_the_turns_is_a_note_and_no_unit() {
+    for seed in SEEDS {
+        for offset in [0.03, -0.05] {
+            let mut log = world(seed);
+            let scale = if matches!(log.vehicle, Vehicle::Ackermann { .. }) { 0.3 } else { 1.0 };
+            log.odometry.iter_mut().for_each(|row| row.control[1] += scale * offset);
+            log.truth.clear();
+            assert_eq!(found(&log), [""; 0], "{seed} {offset}");
+        }
+    }
+}
+
+/// What is done to a world, and which finding it has to have, and no other.
+type Damage = (&'static str, fn(u64) -> Log, &'static str);
+
+#[test]
+fn what_was_done_to_a_world_is_found_and_nothing_else() {
+    let cases: [Damage; 22] = [
+        (
+            "parts of the vehicle in view",
+            |seed| {
+                let mut log = world(seed);
+                in_own_body(&mut log, seed);
+                log
+            },
+            "fixed-in-view",
+        ),
+        (
+            "speed without a sign",
+            |seed| {
+                let mut log = there_and_back(seed);
+                log.odometry.iter_mut().for_each(|row| row.control[0] = row.control[0].abs());
+                log
+            },
+            "speed-unsigned",
+        ),
+        (
+            "30 s of empty scans",
+            |seed| {
+                let mut log = world(seed);
+                let from_s = 0.4 * end_s(&log);
+                for scan in log.scans.iter_mut().filter(|scan| (from_s..from_s + 30.0).contains(&scan.t_s)) {
+                    scan.detections.clear();
+                    scan.labels.clear();
+                }
+                log
+            },
+            "scans-empty",
+        ),
+        (
+            "odometry that stands",
+            |seed| {
+                let mut log = world(seed);
+                let from_s = 0.4 * end_s(&log);
+                let rows = log.odometry.iter_mut().filter(|row| (from_s..from_s + 12.0).contains(&row.t_s));
+                rows.for_each(|row| row.control = [0.0; 3]);
+                log.truth.clear();
+                log
+            },
+            "odometry-stands",
+        ),
+        (
+            "detections in the frame of the map",
+            |seed| {
+                let mut log = world(seed);
+                for scan in &mut log.scans {
+                    let Some(pose) = truth::at(&log.truth, scan.t_s) else { continue };
+                    let ([x, y], heading) = (pose.position, pose.heading_rad.unwrap());
+                    for seen in &mut scan.detections {
+                        let angle = heading + seen[1];
+                        let place = [x + seen[0] * cos(angle), y + seen[0] * sin(angle)];
+                        *seen = [hypot(place[0], place[1]), atan2(place[1], place[0])];
+                    }
+                }
+                // So that none is out of view.
+                log.sensor.range_max_m *= 4.0;
+                (log.sensor.bearing_min_rad, log.sensor.bearing_max_rad) = (-PI, PI);
+                log
+            },
+            "detection-frame",
+        ),
+        (
+            "no return as the greatest range",
+            |seed| {
+                let (mut log, mut noise) = (world(seed), Noise::new(seed));
+                let [least, most] = [log.sensor.bearing_min_rad, log.sensor.bearing_max_rad];
+                for scan in &mut log.scans {
+                    for _ in 0..4 {
+                        scan.detections.push([0.998 * log.sensor.range_max_m, noise.between(least, most)]);
+                        scan.labels.push(-1);
+                    }
+                }
+                log
+            },
+            "no-return",
+        ),
+        (
+            "zero rows at the start of the truth",
+            |seed| {
+                let mut log = world(seed);
+                set_truth(&mut log, 0.0, 12.0, |row| (row.position, row.heading_rad) = ([0.0; 2], Some(0.0)));
+                log
+            },
+            "truth-jumps",
+        ),
+        (
+            "truth that stands still and jumps",
+            |seed| {
+                let mut log = world(seed);
+                let from_s = 0.4 * end_s(&log);
+                let held = truth::at(&log.truth, from_s).unwrap();
+                set_truth(&mut log, from_s, 15.0, |row| {
+                    (row.position, row.heading_rad) = (held.position, held.heading_rad)
+                });
+                log
+            },
+            "truth-jumps",
+        ),
+        (
+            "truth that is elsewhere for 10 s",
+            |seed| {
+                let mut log = world(seed);
+                let (from_s, off_m) = (0.4 * end_s(&log), 0.5 * log.sensor.range_max_m);
+                set_truth(&mut log, from_s, 10.0, |row| row.position[0] += off_m);
+                log
+            },
+            "truth-jumps",
+        ),
+        ("truth as of a compass", |seed| headed(seed, |heading| FRAC_PI_2 - heading), "truth-heading"),
+        ("truth clockwise", |seed| headed(seed, |heading| -heading), "truth-heading"),
+        ("truth from another axis", |seed| headed(seed, |heading| heading + FRAC_PI_2), "truth-heading"),
+        ("truth with a declination", |seed| headed(seed, |heading| heading - 0.2), "truth-heading"),
+        ("headings of a compass", |seed| with_fixes(seed, false, Some(|heading| FRAC_PI_2 - heading)), "fix-heading"),
+        ("headings clockwise", |seed| with_fixes(seed, false, Some(|heading| -heading)), "fix-heading"),
+        (
+            "headings from another axis",
+            |seed| with_fixes(seed, false, Some(|heading| heading - FRAC_PI_2)),
+            "fix-heading",
+        ),
+        ("positions and a compass", |seed| with_fixes(seed, true, Some(|heading| FRAC_PI_2 - heading)), "fix-heading"),
+        ("positions and a declination", |seed| with_fixes(seed, true, Some(|heading| heading + 0.2)), "fix-heading"),
+        (
+            "positions elsewhere for 12 s",
+            |seed| {
+                let mut log = with_fixes(seed, true, None);
+                let (from_s, off_m) = (0.4 * end_s(&log), 0.6 * log.sensor.range_max_m);
+                for fix in log.fixes.iter_mut().filter(|fix| (from_s..from_s + 12.0).contains(&fix.t_s)) {
+                    if let PoseFix::Position(position) = &mut fix.measured {
+                        position[1] += off_m;
+                    }
+                }
+                log
+            },
+            "fix-jump",
+        ),
+        ("the start turned round, with positions", |seed| turned(seed, PI), "start-heading"),
+        ("the start turned, with positions", |seed| turned(seed, -0.8), "start-heading"),
+        (
+            "two vehicles in turn",
+            |seed| {
+                let (mut log, other) = (world(seed), world(seed + 1000));
+                let scale = log.sensor.range_max_m / other.sensor.range_max_m;
+                let [least, most] = [log.sensor.bearing_min_rad, log.sensor.bearing_max_rad];
+                let seen = |[range, bearing]: &[f64; 2]| [scale * range, bearing.clamp(least, most)];
+                log.scans.extend(other.scans.iter().map(|scan| Scan {
+                    t_s: scan.t_s + 0.013,
+                    detections: scan.detections.iter().map(seen).collect(),
+                    ..Scan::default()
+                }));
+                log.scans.sort_by(|a, b| a.t_s.total_cmp(&b.t_s));
+                let end_s = log.odometry.last().unwrap().t_s;
+                log.scans.retain(|scan| scan.t_s <= end_s);
+                log.truth.clear();
+                log
+            },
+            "scans-mixed",
+        ),
+    ];
+    let mut missed = Vec::new();
+    for (name, damaged, code) in cases {
+        for seed in SEEDS {
+            let found = found(&damaged(seed));
+            if found != [code] {
+                missed.push(format!("{name}, {seed}: {found:?}"));
+            }
+        }
+    }
+    assert!(missed.is_empty(), "{missed:#?}");
+}
+
+fn headed(seed: u64, heading: fn(f64) -> f64) -> Log {
+    let mut log = world(seed);
+    log.truth.iter_mut().for_each(|row| row.heading_rad = row.heading_rad.map(|right| wrap(heading(right))));
+    log
+}
+
+fn turned(seed: u64, by_rad: f64) -> Log {
+    let mut log = with_fixes(seed, true, None);
+    log.initial_pose[2] = wrap(log.initial_pose[2] + by_rad);
+    log.truth.clear();
+    log
+}
+
+/// Part of what is told of a vehicle ahead and of a vehicle that was carried depends on how much there is to see: found in most worlds.
+#[test]
+fn vehicles_ahead_and_vehicles_that_were_carried_are_found_in_most_worlds() {
+    let (mut ahead, mut carried) = (0, 0);
+    for seed in SEEDS {
+        let (mut log, mut noise) = (world(seed), Noise::new(seed));
+        let range_m = 0.4 * log.sensor.range_max_m;
+        let [range_sigma, bearing_sigma] = [log.nominal.range_sigma_m.unwrap(), log.nominal.bearing_sigma_rad.unwrap()];
+        for scan in &mut log.scans {
+            let (range, bearing) = (range_m * (1.0 + 0.15 * sin(0.2 * scan.t_s)), 0.2 * sin(0.15 * scan.t_s));
+            scan.detections.push([range + range_sigma * noise.normal(), bearing + bearing_sigma * noise.normal()]);
+            scan.labels.push(-1);
+        }
+        ahead += usize::from(found(&log) == ["moves-along"]);
+        // As if the logger had been off while the vehicle was carried.
+        let mut log = world(seed);
+        let (from_s, lasts_s) = (0.4 * end_s(&log), 15.0);
+        let at = |t_s: f64| if t_s < from_s { Some(t_s) } else { (t_s > from_s + lasts_s).then(|| t_s - lasts_s) };
+        log.odometry = log.odometry.iter().filter_map(|row| Some(Odometry { t_s: at(row.t_s)?, ..*row })).collect();
+        log.scans = log.scans.iter().filter_map(|scan| Some(Scan { t_s: at(scan.t_s)?, ..scan.clone() })).collect();
+        log.truth.clear();
+        carried += usize::from(found(&log) == ["carried-away"]);
+    }
+    assert!(ahead >= 6 && carried >= 6, "{ahead} {carried}");
+}
+
+fn run(dir: &Path, args: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_scphd-sim")).args(args).current_dir(dir).output().unwrap()
+}
+
+/// Position RMSE, m, of a replay, and what it said on stderr.
+fn replayed(dir: &Path, filter: &str) -> (f64, String) {
+    let output = run(dir, &["replay", "log", "--filter", filter, "--json", "-"]);
+    assert!(output.status.success(), "{output:?}");
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    (json["position_rmse_m"].as_f64().unwrap(), String::from_utf8(output.stderr).unwrap())
+}
+
+#[test]
+fn what_check_proposes_leaves_the_vehicle_and_what_did_not_return_out() {
+    let place = TempDir::new().unwrap();
+    let dir = place.path().join("log");
+    let mut log = world(900_102);
+    let clean = log.scans.clone();
+    let [one, other] = in_own_body(&mut log, 1);
+    let none_m = 0.998 * log.sensor.range_max_m;
+    log.scans[3].detections.push([none_m, 0.1]);
+    log.scans[3].labels.push(-1);
+    log_folder::write(&log, &dir).unwrap();
+    let head = fs::read_to_string(dir.join("log.toml")).unwrap();
+    let zone = |[range, bearing]: [f64; 2]| {
+        format!(
+            "[[sensor.exclude]]\nrange_min_m = {:?}\nrange_max_m = {:?}\nbearing_min_rad = {:?}\nbearing_max_rad = {:?}\n",
+            range - 0.03 * log.sensor.range_max_m,
+            range + 0.03 * log.sensor.range_max_m,
+            bearing - 0.08,
+            bearing + 0.08
+        )
+    };
+    let (section, key) = ("[sensor]\n", format!("[sensor]\nno_return_m = {none_m:?}\n"));
+    assert!(head.contains(section), "{head}");
+    let head = format!("{}\n{}{}", head.replace(section, &key), zone(one), zone(other));
+    fs::write(dir.join("log.toml"), &head).unwrap();
+    let read = log_folder::read(&dir).unwrap();
+    assert_eq!(read.sensor, log.sensor);
+    let count = |scans: &[Scan]| scans.iter().map(|scan| scan.detections.len()).sum::<usize>();
+    let (all, left) = (count(&clean), count(&read.scans));
+    // Nearly all that is there without them, and no label too many.
+    assert!(left <= all + 10 && left as f64 > 0.95 * all as f64, "{left} {all}");
+    assert!(read.scans.iter().all(|scan| scan.labels.len() == scan.detections.len()));
+    assert_eq!(found(&read), [""; 0]);
+    // A head of another log has no detections that could be left out.
+    let refused = log_folder::of_head(&head).unwrap_err().to_string();
+    assert_eq!(
+        refused,
+        "log.toml, key sensor.exclude: detections are left out when a folder is read: write the key into its log.toml"
+    );
+    // All ranges at an edge of the view are taken off the view.
+    let edge = format!("{head}[[sensor.exclude]]\nbearing_max_rad = {:?}\n", read.sensor.bearing_min_rad + 0.3);
+    fs::write(dir.join("log.toml"), edge).unwrap();
+    let narrow = log_folder::read(&dir).unwrap();
+    assert!((narrow.sensor.bearing_min_rad - read.sensor.bearing_min_rad - 0.3).abs() < 1e-12);
+}
+
+#[test]
+fn a_replay_scores_no_false_rows_and_starts_where_positions_say() {
+    let place = TempDir::new().unwrap();
+    let mut log = world(900_103);
+    set_truth(&mut log, 60.0, 15.0, |row| (row.position, row.heading_rad) = ([0.0; 2], Some(0.0)));
+    log_folder::write(&log, &place.path().join("log")).unwrap();
+    let (rmse_m, said) = replayed(place.path(), "ekf");
+    assert!(rmse_m < 0.05 * log.sensor.range_max_m, "{rmse_m}");
+    assert!(said.contains("rows are not scored [truth-jumps]"), "{said}");
+
+    let place = TempDir::new().unwrap();
+    let mut log = with_fixes(900_104, true, None);
+    log.initial_pose[2] = wrap(log.initial_pose[2] + PI);
+    log_folder::write(&log, &place.path().join("log")).unwrap();
+    let (rmse_m, said) = replayed(place.path(), "ekf");
+    assert!(rmse_m < 0.05 * log.sensor.range_max_m, "{rmse_m}");
+    assert!(said.contains("by the first positions of fixes.csv") && said.contains("[start-heading]"), "{said}");
+}
+
+#[test]
+fn everything_that_is_wrong_is_told_at_once() {
+    let place = TempDir::new().unwrap();
+    let dir = place.path().join("log");
+    log_folder::write(&world(900_105), &dir).unwrap();
+    let change = |file: &str, change: &dyn Fn(&str) -> String| {
+        let text = fs::read_to_string(dir.join(file)).unwrap();
+        fs::write(dir.join(file), change(&text)).unwrap();
+    };
+    change("log.toml", &|text| {
+        let at = text.find("initial_pose = ").unwrap();
+        let end = at + text[at..].find('\n').unwrap();
+        format!("kind = \"real: of a yard\"\n{}initial_pose = [0.0, 0.0, 6.29]{}", &text[..at], &text[end..])
+            .replace("simulated = false\n", "")
+            .replace("[vehicle]\n", "[vehicle]\nsensor_forwards_m = 1.0\n")
+            .replace("[sensor]\n", "[sensor]\nrange_sigma = 1.0\n")
+    });
+    // Commas in numbers, and the line ends of Windows.
+    change("truth.csv", &|text| {
+        let row = |(line, text): (usize, &str)| if line == 7 { text.replace('.', ",") } else { text.to_owned() };
+        text.lines().enumerate().map(|line| row(line) + "\r\n").collect()
+    });
+    let report = check::folder(&dir);
+    let told: Vec<String> = report.findings.iter().map(|one| format!("{}: {}", one.place, one.what)).collect();
+    for part in [
+        "log.toml, key vehicle.sensor_forwards_m: unknown",
+        "log.toml, key sensor.range_sigma: unknown",
+        "log.toml, key initial_pose: 6.29, expected -6.2842 to 6.2842: angles are in radians, take whole turns off",
+        "truth.csv, row 8: wrong number of fields: 8, the header has 4: commas in numbers?",
+    ] {
+        assert!(told.iter().any(|one| one.starts_with(part)), "{part}: {told:#?}");
+    }
+    assert!(told.iter().all(|one| !one.contains("kind")), "{told:#?}");
+    let checked = String::from_utf8(run(place.path(), &["check", "log"]).stdout).unwrap();
+    assert!(checked.starts_with("log\n"), "{checked}");
+    let replay = String::from_utf8(run(place.path(), &["replay", "log"]).stderr).unwrap();
+    assert!(replay.contains("; and 3 more, which scphd-sim check log names"), "{replay}");
+}
