@@ -10,7 +10,7 @@ pub(super) const PAGE: usize = 8;
 /// Up to `CAPACITY` features of a joint map that are far from the vehicle, for a [`JointSlam`](super::JointSlam) over a map that is larger
 /// than its room: [`with_archive`](super::JointSlam::with_archive).
 ///
-/// A feature in the plane takes 72 bytes in single precision. Meant to be a `static`: a fresh one is all zero.
+/// A feature in the plane takes 76 bytes in single precision. Meant to be a `static`: a fresh one is all zero.
 #[derive(Debug)]
 pub struct JointArchive<P: Pose, const CAPACITY: usize> {
     index: Index,
@@ -159,7 +159,8 @@ impl<T: Real, P: Pose<Scalar = T>> Entry<P> {
 
     /// Whether it is what a filter may have put there.
     pub(super) fn is_sound(&self) -> bool {
-        let numbers = [self.existence.in_sight, self.existence.hidden, self.detections];
+        let Existence { in_sight, hidden, absent } = self.existence;
+        let numbers = [in_sight, hidden, absent, self.detections];
         is_within_range(&self.mean)
             && self.common.as_slice().iter().all(|x| x.is_finite())
             && self.own.is_finite()

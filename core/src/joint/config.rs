@@ -3,7 +3,7 @@
 use super::Persistence;
 use crate::{ConfigError, Plausible, Real};
 
-/// Tuning of a [`JointSlam`](super::JointSlam).
+/// Tuning of a [`JointSlam`](super::JointSlam). The default is what the simulator takes for a recorded log that says nothing of landmarks.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct JointConfig<T> {
@@ -11,10 +11,10 @@ pub struct JointConfig<T> {
     pub birth_share: T,
     /// A squared Mahalanobis distance: a measurement farther off says nothing of a feature.
     pub gate: T,
-    /// How landmarks hide and vanish.
+    /// How landmarks hide and vanish: by default as [posts](Persistence::posts) do.
     pub persistence: Persistence<T>,
     /// The share of p_D that is left where a nearer detection stands before a feature
-    /// ([`Sensor::hides`](crate::Sensor::hides)).
+    /// ([`Sensor::hides`](crate::Sensor::hides)): posts are narrow, and do not hide all.
     pub behind: T,
     /// A feature is dropped where the probability that it is there falls below this.
     pub least_existence: T,
@@ -22,7 +22,7 @@ pub struct JointConfig<T> {
     /// detection of a landmark ties it to where the vehicle was then, and a miss or two need not make an end of that. See
     /// [`strict`](Self::strict).
     pub least_tentative: T,
-    /// A feature is part of the estimated map if it is there and in sight with at least this probability, and was detected twice.
+    /// A feature is part of the estimated map if it is there, in sight or hidden, with at least this probability, and was detected twice.
     pub extraction_existence: T,
     /// A squared Mahalanobis distance: two features closer than this to each other, and nearer than one measurement could tell,
     /// are one.
@@ -37,8 +37,8 @@ impl<T: Real> Default for JointConfig<T> {
         Self {
             birth_share: real(0.3),
             gate: real(25.0),
-            persistence: Persistence::FOR_EVER,
-            behind: T::ONE,
+            persistence: Persistence::posts(),
+            behind: real(0.3),
             least_existence: real(1e-3),
             least_tentative: real(1e-3),
             extraction_existence: real(0.5),

@@ -18,8 +18,18 @@ pub struct Persistence<T> {
 }
 
 impl<T: Real> Persistence<T> {
-    /// Nothing hides and nothing vanishes: every detection that is missed is missed by chance.
+    /// Nothing hides and nothing vanishes: every detection that is missed is missed by chance, and what is missed some ten times in a row was
+    /// never there.
     pub const FOR_EVER: Self = Self { in_sight_s: T::INFINITY, hidden_s: T::ONE, lifetime_s: T::INFINITY };
+
+    /// Posts, trees and the like, where people and cars pass, leaves move, and not every beam hits: hidden for 10 s after 20 s in sight, and
+    /// taken away after some hours. Random worlds do not tell one time in sight from another; where landmarks hide for long, a short one takes
+    /// them for gone.
+    #[must_use]
+    pub fn posts() -> Self {
+        let of = T::from_f64;
+        Self { in_sight_s: of(20.0), hidden_s: of(10.0), lifetime_s: of(1e4) }
+    }
 
     /// The field that is out of range, if any.
     pub(super) fn check(&self) -> Result<(), ConfigError> {
@@ -38,10 +48,16 @@ impl<T: Real> Persistence<T> {
     pub(super) fn over(&self, dt: T) -> Passage<T> {
         let (hide, show) = (T::ONE / self.in_sight_s, T::ONE / self.hidden_s);
         let both = hide + show;
+        let survives = (-(dt / self.lifetime_s)).exp();
+        // 1 − exp(−x) without the loss of digits of small x (Kahan): what rounds exp(−x) rounds its logarithm too.
+        let lived = -survives.ln();
+        let vanishes =
+            if lived > T::ZERO { (T::ONE - survives) * (dt / self.lifetime_s / lived) } else { dt / self.lifetime_s };
         Passage {
             hidden_share: if both > T::ZERO { hide / both } else { T::ZERO },
             kept: (-(both * dt)).exp(),
-            survives: (-(dt / self.lifetime_s)).exp(),
+            survives,
+            vanishes: vanishes.at_most(T::ONE),
         }
     }
 }
@@ -71,19 +87,33 @@ pub(super) struct Passage<T> {
     kept: T,
     /// Probability that it is not taken away.
     survives: T,
+    /// Probability that it is: 1 − `survives`, which single precision would round to 0 in a scan of a long life.
+    vanishes: T,
 }
 
-/// The probability that a landmark is there.
+/// The least probability that a landmark is not there: whatever has been seen of it, no model is surer than that.
+const LEAST_ABSENT: f64 = 1e-12;
+
+/// The probability that a landmark is there, and that it is not; the sum is 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Existence<T> {
-    /// And in sight.
+    /// It is there and in sight.
     pub(super) in_sight: T,
-    /// And hidden.
+    /// It is there and hidden.
     pub(super) hidden: T,
+    /// It is not there, or moves. Kept beside the other two, because one minus their sum would be rounded to 0 after a few detections, and
+    /// what has gone away would then stay for ever.
+    pub(super) absent: T,
 }
 
 impl<T: Real> Existence<T> {
-    pub(super) const NONE: Self = Self { in_sight: T::ZERO, hidden: T::ZERO };
+    pub(super) const NONE: Self = Self { in_sight: T::ZERO, hidden: T::ZERO, absent: T::ONE };
+
+    /// It is in sight with this probability, or not there.
+    pub(super) fn of(in_sight: T) -> Self {
+        let absent = (T::ONE - in_sight).at_least(T::from_f64(LEAST_ABSENT));
+        Self { in_sight, hidden: T::ZERO, absent }
+    }
 
     /// That it is there at all.
     pub(super) fn total(self) -> T {
@@ -94,49 +124,58 @@ impl<T: Real> Existence<T> {
     pub(super) fn after(self, passage: &Passage<T>) -> Self {
         let total = self.total();
         let settled = total * passage.hidden_share;
-        let hidden = settled + (self.hidden - settled) * passage.kept;
-        Self { in_sight: (total - hidden) * passage.survives, hidden: hidden * passage.survives }
+        let hidden = (settled + (self.hidden - settled) * passage.kept) * passage.survives;
+        let (there, absent) = (total * passage.survives, self.absent + total * passage.vanishes);
+        // Kept at one, which rounding would leave in the course of a million scans.
+        let all = there + absent;
+        Self { in_sight: (there - hidden).at_least(T::ZERO) / all, hidden: hidden / all, absent: absent / all }
     }
 
     /// After a scan that expected to detect it with probability p_D where it is in sight, and in which it has, in all, that
     /// share of the detections, beside what it may be instead.
     pub(super) fn scanned(self, detection: T, detected: T, beside: &Beside<T>) -> Self {
-        // Rounding may have taken the sum of both a little above one: what is left must not be less than they leave.
-        let left = self.in_sight * (T::ONE - detection) + self.hidden + beside.left;
-        let not_detected = (T::ONE - self.in_sight * detection - beside.expected).at_least(left);
+        let in_sight = self.in_sight * (T::ONE - detection);
+        let gone = (self.absent - beside.expected - beside.left).at_least(T::ZERO);
+        // 1 − p_D v − p_D w, as a sum of what is not negative: a difference would lose what is left beside a landmark that is sure.
+        let not_detected = in_sight + self.hidden + gone + beside.left;
         // Messages that have not settled leave shares that sum to a little more than one.
         let missed = (T::ONE - detected - beside.detected).at_least(T::ZERO);
         if !(not_detected > T::ZERO) {
-            return Self { in_sight: T::ONE, hidden: T::ZERO };
+            return Self::of(T::ONE);
         }
         let share = missed / not_detected;
-        let in_sight = detected + share * self.in_sight * (T::ONE - detection);
-        Self { in_sight: in_sight.at_most(T::ONE), hidden: share * self.hidden }
+        Self {
+            in_sight: (detected + share * in_sight).at_most(T::ONE),
+            hidden: share * self.hidden,
+            absent: (beside.detected + share * (gone + beside.left)).at_least(T::from_f64(LEAST_ABSENT)),
+        }
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::{Beside, Existence, Persistence};
+    use crate::Real;
 
     #[test]
     fn without_hiding_it_is_the_bernoulli_update() {
-        let before = Existence { in_sight: 0.8_f64, hidden: 0.0 };
+        let before = Existence::of(0.8_f64);
         let after = before.after(&Persistence::FOR_EVER.over(3.0)).scanned(0.7, 0.0, &Beside::NOTHING);
         assert!((after.total() - 0.8 * 0.3 / (1.0 - 0.8 * 0.7)).abs() < 1e-15);
         // A weight that is small falls as that of an intensity does.
-        let light = Existence { in_sight: 1e-6_f64, hidden: 0.0 }.scanned(0.7, 0.0, &Beside::NOTHING);
+        let light = Existence::of(1e-6_f64).scanned(0.7, 0.0, &Beside::NOTHING);
         assert!((light.in_sight / 3e-7 - 1.0).abs() < 1e-5);
     }
 
     #[test]
     fn bayes_over_three_hypotheses() {
-        let before = Existence { in_sight: 0.5_f64, hidden: 0.3 };
+        let before = Existence { in_sight: 0.5_f64, hidden: 0.3, absent: 0.2 };
         let seen = 0.25;
         let evidence = 1.0 - 0.5 * 0.9;
         let after = before.scanned(0.9, seen, &Beside::NOTHING);
         assert!((after.in_sight - (seen + (1.0 - seen) * 0.5 * 0.1 / evidence)).abs() < 1e-15);
         assert!((after.hidden - (1.0 - seen) * 0.3 / evidence).abs() < 1e-15);
+        assert!((after.absent - (1.0 - seen) * 0.2 / evidence).abs() < 1e-15);
     }
 
     /// Shares that sum to more than one, and probabilities that rounding has taken above it, leave a probability.
@@ -146,7 +185,7 @@ mod tests {
         for hidden in [0.0, 1e-12, eps, 0.25, 0.5 + eps] {
             for detection in [0.3, 0.9, 1.0 - eps] {
                 for detected in [0.0, 0.5, 1.0, 1.0 + eps, 1.02] {
-                    let before = Existence { in_sight: 1.0 - hidden + eps, hidden };
+                    let before = Existence { in_sight: 1.0 - hidden + eps, hidden, absent: eps };
                     let after = before.scanned(detection, detected, &Beside::NOTHING);
                     assert!(
                         after.in_sight >= 0.0 && after.hidden >= 0.0,
@@ -161,11 +200,58 @@ mod tests {
     #[test]
     fn time_is_taken_in_one_step_as_in_many() {
         let chain = Persistence { in_sight_s: 20.0_f64, hidden_s: 2.0, lifetime_s: 300.0 };
-        let start = Existence { in_sight: 0.9, hidden: 0.05 };
+        let start = Existence { in_sight: 0.9, hidden: 0.05, absent: 0.05 };
         let at_once = start.after(&chain.over(5.0));
         let in_steps = (0..50).fold(start, |now, _| now.after(&chain.over(0.1)));
         assert!((at_once.in_sight - in_steps.in_sight).abs() < 1e-12);
         assert!((at_once.hidden - in_steps.hidden).abs() < 1e-12);
         assert!((at_once.total() - 0.95 * (-5.0_f64 / 300.0).exp()).abs() < 1e-12);
+        assert!((at_once.total() + at_once.absent - 1.0).abs() < 1e-12);
+    }
+
+    /// Three years of life, at 10 Hz: a scan takes 1e-9 of it.
+    #[test]
+    fn a_long_life_ends_in_single_precision_too() {
+        fn an_hour<T: Real>() -> f64 {
+            let chain = Persistence { lifetime_s: T::from_f64(1e8), ..Persistence::FOR_EVER }.over(T::from_f64(0.1));
+            let there = (0..36_000).fold(Existence::of(T::ONE), |now, _| now.after(&chain));
+            there.absent.to_f64()
+        }
+        let exact = -(-3600.0_f64 / 1e8).exp_m1();
+        assert!((an_hour::<f64>() / exact - 1.0).abs() < 1e-6, "{}", an_hour::<f64>());
+        assert!((an_hour::<f32>() / exact - 1.0).abs() < 5e-3, "{}", an_hour::<f32>());
+    }
+
+    /// What has been detected for however long goes after as few misses as its model takes for impossible.
+    #[test]
+    fn what_is_missed_goes_however_sure_it_was() {
+        fn misses<T: Real>(chain: Persistence<T>, detection: f64) -> usize {
+            let (passage, detection) = (chain.over(T::from_f64(0.1)), T::from_f64(detection));
+            let mut now = Existence::of(T::ONE);
+            for _ in 0..1000 {
+                now = now.after(&passage).scanned(detection, T::ONE, &Beside::NOTHING);
+            }
+            (0..2000)
+                .take_while(|_| {
+                    now = now.after(&passage).scanned(detection, T::ZERO, &Beside::NOTHING);
+                    now.total() >= T::from_f64(1e-3)
+                })
+                .count()
+        }
+        for detection in [0.5, 0.9, 1.0 - 1e-6] {
+            // Where nothing hides: 10⁻¹² of absence against 10³ of presence.
+            let expected = (1e-15_f64.ln() / (1.0 - detection).ln()).floor();
+            let [single, double] = [
+                misses::<f32>(Persistence::FOR_EVER, detection) as f64,
+                misses::<f64>(Persistence::FOR_EVER, detection) as f64,
+            ];
+            assert!((single - expected).abs() <= 1.0 && (double - expected).abs() <= 1.0, "{single} {double}");
+            // What may hide stays for tens of seconds, for as long in both precisions.
+            let [single, double] = [
+                misses(Persistence { in_sight_s: 20.0_f32, hidden_s: 10.0, lifetime_s: 1e4 }, detection) as f64,
+                misses(Persistence { in_sight_s: 20.0_f64, hidden_s: 10.0, lifetime_s: 1e4 }, detection) as f64,
+            ];
+            assert!((single / double - 1.0).abs() < 0.02 && (300.0..1900.0).contains(&double), "{single} {double}");
+        }
     }
 }

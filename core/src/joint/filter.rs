@@ -66,7 +66,7 @@ use crate::{
 /// # type Memory = JointState<PlanarPose<f32>, Vector2<f32>, 40, { joint_numbers(3, 2, 40) }, 16>;
 /// # let mut state = Box::new(Memory::new());
 /// # let motion = Unicycle::new(Step::Arc, ControlNoise::white(0.1, 0.02))?;
-/// // A thousand features: 72 KB.
+/// // A thousand features: 76 KB.
 /// let mut archive = Box::new(JointArchive::<PlanarPose<f32>, 1000>::new());
 /// let slam = JointSlam::new(motion, JointConfig::default(), &mut *state)?;
 /// // The detectors see 15 m far.
@@ -276,15 +276,15 @@ where
         })
     }
 
-    /// The estimated features: those that are there and in sight with at least the probability `extraction_existence`, and were
-    /// detected twice. The weight is the probability that it is there at all. One that is missed for a while is hidden or gone:
-    /// it leaves the estimate, and is remembered until it is found again or hardly there any more. Those in the archive are among
-    /// them, as they were when they left the window.
+    /// The estimated features: those that are there, in sight or hidden, with at least the probability `extraction_existence`, and were
+    /// detected twice. The weight is that probability. One that is missed is first taken for hidden, and stays; only as time goes by it is
+    /// taken for gone: it leaves the estimate, and is remembered until it is found again or hardly there any more. Those in the archive are
+    /// among them, as they were when they left the window.
     pub fn features(&self) -> impl Iterator<Item = Component<PositionOf<M::Pose>>> + '_ {
         let Memory { known, slots, joint, .. } = &self.memory;
         let twice = T::from_f64(TENTATIVE);
         let least = self.config.extraction_existence;
-        let is_part = move |existence: Existence<T>, detections| existence.in_sight >= least && detections >= twice;
+        let is_part = move |existence: Existence<T>, detections| existence.total() >= least && detections >= twice;
         let near = slots.iter().enumerate().take(known.len).filter_map(move |(place, slot)| {
             let first = first::<M::Pose>(place);
             is_part(slot.existence, slot.detections).then(|| Component {

@@ -51,7 +51,7 @@ where
                 label = next_label;
                 next_label = next_label.wrapping_add(1);
             }
-            let existence = Existence { in_sight: feature.ln_weight.exp().at_most(T::ONE), hidden: T::ZERO };
+            let existence = Existence::of(feature.ln_weight.exp().at_most(T::ONE));
             let detections = T::from_f64(DETECTIONS);
             *slot = Slot { label, mean: feature.mean, existence, detections, ..Slot::ZERO };
             joint.put_alone(place);

@@ -125,7 +125,8 @@ fn whether_it_stands_or_moves_is_bayes() {
     let (clutter, births, p) = (2e-3, [4e-3, 3e-3], 0.8);
     let detector = linear(p, clutter, births[0], births[1]);
     let (mut state, mut movers) = (Box::new(State::<4, { joint_numbers(3, 2, 4) }>::new()), JointMovers::<_, 8>::new());
-    let slam = JointSlam::new(Drift { sigmas: [0.0; 2] }, JointConfig::default(), &mut *state).unwrap();
+    let config = JointConfig { persistence: Persistence::FOR_EVER, ..JointConfig::default() };
+    let slam = JointSlam::new(Drift { sigmas: [0.0; 2] }, config, &mut *state).unwrap();
     let mut slam = slam.with_movers(&mut movers, MOVING).unwrap();
     slam.reset(PlanarPose::ZERO).unwrap();
     let first = Vector2::new(3.0, 4.0);

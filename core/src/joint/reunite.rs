@@ -290,7 +290,7 @@ mod tests {
             let slot = &mut memory.slots[place];
             slot.label = place as u32;
             slot.mean = if is_new { old - Vector2::from(apart[of]) } else { old };
-            slot.existence = Existence { in_sight: 0.8, hidden: 0.0 };
+            slot.existence = Existence::of(0.8);
             slot.detections = if place == 3 { 9.0 } else { 5.0 };
             slot.detection = if is_new { 0.9 } else { 0.0 };
         }

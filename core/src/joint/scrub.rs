@@ -191,7 +191,9 @@ impl<T: Real, P: Pose<Scalar = T>> Tracks<'_, P> {
 impl<T: Real, D: Vector<Scalar = T>> Slot<D> {
     /// Whether probabilities are such, and every number may be one.
     fn is_sound(&self) -> bool {
-        self.may_be() && self.existence.total() <= T::from_f64(GREATEST_PROBABILITY)
+        let all = self.existence.total() + self.existence.absent;
+        let greatest = T::from_f64(GREATEST_PROBABILITY);
+        self.may_be() && all <= greatest && all * greatest >= T::ONE
     }
 }
 

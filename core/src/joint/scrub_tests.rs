@@ -78,9 +78,10 @@ fn mended(damage: impl Fn(&mut Slam<'_>)) -> (Scrubbed, f32) {
 
 #[test]
 fn a_feature_that_cannot_be_is_dropped_and_the_others_stay() {
-    let damages: [fn(&mut Slam<'_>); 5] = [
+    let damages: [fn(&mut Slam<'_>); 6] = [
         |slam| slam.memory.slots[3].mean.x = f32::NAN,
         |slam| slam.memory.slots[3].existence.in_sight = 2.0,
+        |slam| slam.memory.slots[3].existence.in_sight = 0.5,
         |slam| slam.memory.joint.set(9, 9, -1.0),
         // A variance far too small is at odds with all others, a covariance with one.
         |slam| slam.memory.joint.set(9, 9, 1e-12),

@@ -73,7 +73,7 @@ where
         }
         let place = memory.known.len;
         let Some(slot) = memory.slots.get_mut(place) else { break };
-        let existence = Existence { in_sight: existence, hidden: T::ZERO };
+        let existence = Existence::of(existence);
         *slot = Slot { label, mean, existence, detections: existence.in_sight, ..Slot::ZERO };
         memory.joint.add(&by_pose, &own, place);
         memory.known.len += 1;

@@ -85,8 +85,7 @@ impl<T: Real, P: Pose<Scalar = T>> Tracks<'_, P> {
             mover.rival = rival.map_or(NONE, |place| place as u16);
             if let Some(slot) = rival.and_then(|place| slots.get(place)) {
                 // Merging may have made them more than one feature together.
-                let most = (T::ONE - slot.existence.total()).at_least(T::ZERO);
-                mover.component.ln_weight = mover.component.ln_weight.at_most(most.ln());
+                mover.component.ln_weight = mover.component.ln_weight.at_most(slot.existence.absent.ln());
             }
             let seen = in_view_of(models, frame, &mover.component.position(), measurements, behind);
             mover.detection = seen.map_or(T::ZERO, |(_, detection)| detection);

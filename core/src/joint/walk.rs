@@ -18,8 +18,8 @@ impl<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>> Memory<'_, P, Z> {
         for slot in slots.iter().take(known.len) {
             visit.word(slot.label);
             slot.mean.as_slice().iter().for_each(|&coordinate| visit.scalar(coordinate));
-            let numbers = [slot.existence.in_sight, slot.existence.hidden, slot.detections];
-            numbers.into_iter().for_each(|number| visit.scalar(number));
+            let Existence { in_sight, hidden, absent } = slot.existence;
+            [in_sight, hidden, absent, slot.detections].into_iter().for_each(|number| visit.scalar(number));
             slot.moved.as_slice().iter().for_each(|&by| visit.beside_scalar(by));
         }
         joint.used(known.len).iter().for_each(|&number| visit.scalar(number));
@@ -53,7 +53,7 @@ impl<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>> Memory<'_, P, Z> {
         known.moved = core::array::from_fn(|_| from.scalar());
         for slot in slots.iter_mut().take(known.len) {
             let (label, mean) = (from.word(), from.vector());
-            let existence = Existence { in_sight: from.scalar(), hidden: from.scalar() };
+            let existence = Existence { in_sight: from.scalar(), hidden: from.scalar(), absent: from.scalar() };
             *slot = Slot { label, mean, existence, detections: from.scalar(), moved: from.vector(), ..Slot::ZERO };
         }
         joint.used_mut(known.len).iter_mut().for_each(|number| *number = from.scalar());
@@ -78,8 +78,8 @@ impl<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>> Memory<'_, P, Z> {
 impl<T: Real, D: Vector<Scalar = T>> Slot<D> {
     /// Whether every number may be one.
     pub(super) fn may_be(&self) -> bool {
-        let Existence { in_sight, hidden } = self.existence;
-        let numbers = [in_sight, hidden, self.detections];
+        let Existence { in_sight, hidden, absent } = self.existence;
+        let numbers = [in_sight, hidden, absent, self.detections];
         is_within_range(&self.mean)
             && self.moved.as_slice().iter().all(|by| by.is_finite())
             && numbers.iter().all(|&number| number >= T::ZERO && number.is_finite())
@@ -97,8 +97,8 @@ pub(super) fn walk_archive<P: Pose>(entries: &[Entry<P>], index: &Index, visit: 
         halves(entry.since_us).into_iter().for_each(|half| visit.word(half));
         let (mean, common, own) = (entry.mean.as_slice(), entry.common.as_slice(), entry.own.as_lower());
         mean.iter().chain(common).chain(own).for_each(|&number| visit.scalar(number));
-        let numbers = [entry.existence.in_sight, entry.existence.hidden, entry.detections];
-        numbers.into_iter().for_each(|number| visit.scalar(number));
+        let Existence { in_sight, hidden, absent } = entry.existence;
+        [in_sight, hidden, absent, entry.detections].into_iter().for_each(|number| visit.scalar(number));
     }
 }
 
@@ -122,7 +122,7 @@ where
         columns.as_mut().iter_mut().for_each(|column| *column = from.vector());
         let common = Matrix::with(|row, column| columns.as_ref().get(column).map_or(T::ZERO, |column| column.at(row)));
         let own = Symmetric::from_fn(|_, _| from.scalar());
-        let existence = Existence { in_sight: from.scalar(), hidden: from.scalar() };
+        let existence = Existence { in_sight: from.scalar(), hidden: from.scalar(), absent: from.scalar() };
         *entry = Entry { label, page, mean, common, own, existence, detections: from.scalar(), since_us };
     }
 }

@@ -140,7 +140,8 @@ fn with_window<T: Real>(seeds: core::ops::Range<u64>) -> Score {
     let mut score = Score::default();
     for seed in seeds {
         let (mut state, mut archive) = (Box::new(Window::<T>::new()), Box::new(JointArchive::<_, 300>::new()));
-        let slam = JointSlam::new(motion(), JointConfig::default(), &mut *state).unwrap();
+        let config = JointConfig { persistence: Persistence::FOR_EVER, behind: T::ONE, ..JointConfig::default() };
+        let slam = JointSlam::new(motion(), config, &mut *state).unwrap();
         score.take(&mut slam.with_archive(&mut archive, T::from_f64(REACH_M)).unwrap(), &mut World::new(seed));
     }
     score
@@ -178,7 +179,7 @@ fn a_window_beside_room_for_everything_and_beside_none() {
 
 /// A feature far away.
 fn far_away(label: u32) -> Entry<PlanarPose<f32>> {
-    let existence = existence::Existence { in_sight: 1.0, hidden: 0.0 };
+    let existence = existence::Existence::of(1.0);
     let mean = Vector2::new(1000.0 + label as f32, -500.0);
     Entry { label, page: label / 8, mean, existence, detections: 9.0, ..Entry::ZERO }
 }
@@ -288,7 +289,7 @@ fn a_full_archive_forgets_the_least_certain() {
     let mut archived = archive.archived(1.0);
     let mut shelf = archived.shelf().unwrap();
     let of = |label: u32, in_sight: f32| {
-        let existence = existence::Existence { in_sight, hidden: 0.0 };
+        let existence = existence::Existence::of(in_sight);
         Entry { existence, ..far_away(label) }
     };
     let gone = [of(1, 0.9), of(2, 0.5), of(3, 0.8), of(4, 0.7), of(5, 0.6)].map(|entry| shelf.put(entry));

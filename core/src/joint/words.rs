@@ -1,6 +1,7 @@
 //! What a memory fault may change of a joint map: all that is kept between steps, and the scratch beside it.
 
 use super::claims::Explained;
+use super::existence::Existence;
 use super::filter::JointSlam;
 use super::state::{Known, Memory, Slot};
 use crate::numerics::flip::{Each, Word, flip_one};
@@ -30,7 +31,8 @@ impl<M: Motion<Pose = PlanarPose<f32>>> JointSlam<'_, M, Vector2<f32>> {
             each("feature", Word::Long(label));
             let [x, y] = &mut mean.data.0[0];
             let [moved_x, moved_y] = &mut moved.data.0[0];
-            for number in [x, y, moved_x, moved_y, &mut existence.in_sight, &mut existence.hidden, detections] {
+            let Existence { in_sight, hidden, absent } = existence;
+            for number in [x, y, moved_x, moved_y, in_sight, hidden, absent, detections] {
                 each("feature", Word::Real(number));
             }
             [detection, claimed].into_iter().for_each(|number| each("scratch", Word::Real(number)));

@@ -12,7 +12,7 @@ use super::{
 use crate::log::{FixNoise, Log, Nominal, Odometry, Sensor, Vehicle};
 use crate::scenario::{is_of_thesis, thesis_run};
 use crate::vehicle::FASTEST_MPS;
-use scphd::ControlNoise;
+use scphd::{ControlNoise, JointConfig};
 use std::f64::consts::PI;
 
 /// Samples M of every particle a prediction: one, because drawing more is paid for as more particles would be.
@@ -95,8 +95,6 @@ const LEAST_SHARE: f64 = 0.02;
 const INTERVAL_MARGIN: f64 = 2.0;
 /// A time that no log lasts for, s: in a simulation nothing hides a landmark or takes it away.
 const NEVER_S: f64 = 1e9;
-/// Established features of a joint map within three standard deviations are one.
-const JOINT_MERGE_DISTANCE: f64 = 9.0;
 /// Components in view. No view of the published logs needs half of it; it bounds the time of a scan gone wrong.
 const MAX_COMPONENTS: usize = 1000;
 
@@ -128,15 +126,6 @@ struct Unstated {
     particles: usize,
     /// Share of the informed proposal's covariance that is drawn.
     drawn: f64,
-    /// Mean time that a landmark stays in sight, s: people and cars pass, leaves move, a post is not always hit. The random
-    /// worlds do not tell one time from another; where landmarks hide for long, a short one takes them for gone.
-    in_sight_s: f64,
-    /// Mean time that it stays hidden, s.
-    hidden_s: f64,
-    /// Mean time until a landmark is taken away, s: some hours.
-    lifetime_s: f64,
-    /// Share of p_D that is left behind a nearer detection: posts are narrow, and do not hide all.
-    behind: f64,
 }
 
 /// [`Unstated::noise_margin`].
@@ -153,10 +142,6 @@ const UNSTATED: Unstated = Unstated {
     mover_speed_share: 0.5,
     particles: 16,
     drawn: 0.05,
-    in_sight_s: 20.0,
-    hidden_s: 10.0,
-    lifetime_s: 1e4,
-    behind: 0.3,
 };
 
 /// What is taken for granted where a joint map learns what odometry is off by, and the log does not say.
@@ -255,12 +240,13 @@ impl Settings {
             spread_max_m: MOVING_SPREAD_MAX_M,
             extraction_weight: MOVING_EXTRACTION_WEIGHT,
         };
+        let JointConfig { persistence, behind, merge_distance, .. } = JointConfig::<f64>::default();
         let joint = JointSettings {
-            in_sight_s: of(NEVER_S, UNSTATED.in_sight_s),
-            hidden_s: UNSTATED.hidden_s,
-            lifetime_s: of(NEVER_S, UNSTATED.lifetime_s),
-            behind: of(1.0, UNSTATED.behind),
-            merge_distance: JOINT_MERGE_DISTANCE,
+            in_sight_s: of(NEVER_S, persistence.in_sight_s),
+            hidden_s: persistence.hidden_s,
+            lifetime_s: of(NEVER_S, persistence.lifetime_s),
+            behind: of(1.0, behind),
+            merge_distance,
         };
         let others = log.others.iter().map(|other| {
             let of = self::sensor(log.simulated, &other.sensor, &other.nominal);

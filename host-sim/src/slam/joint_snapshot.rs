@@ -67,8 +67,8 @@ pub(super) fn read(bytes: &[u8]) -> State {
     for _ in 0..count {
         let label = from.word();
         state.places.push(from.numbers(each));
-        let [in_sight, hidden, detections] = [(); 3].map(|()| from.number());
-        state.features.push(Feature { label, in_sight, hidden, detections });
+        let [in_sight, hidden, absent, detections] = [(); 4].map(|()| from.number());
+        state.features.push(Feature { label, in_sight, hidden, absent, detections });
         let _moved = from.numbers(each);
     }
     let len = uncertain + each * count;

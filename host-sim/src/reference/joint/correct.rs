@@ -3,6 +3,7 @@
 use super::associate::{Association, over_all, squared};
 use super::models::Models;
 use super::state::{Feature, State};
+use super::tidy::LEAST_ABSENT;
 use super::{Config, Joint};
 use nalgebra::{DMatrix, DVector};
 
@@ -35,8 +36,10 @@ impl<M: Models> Joint<M> {
             }
             let rival = association.rivals.iter().position(|&rival| rival == Some(place));
             let of_rival = rival.map_or(0.0, |rival| association.mover_shares.row(rival).sum());
-            scanned(&mut state.features[place], association.detection[place], beta, of_rival, not_detected);
-            let beside = rival.map_or(0.0, |rival| association.mover_detection[rival] * state.movers[rival].weight);
+            let [weight, seen] =
+                rival.map_or([0.0; 2], |rival| [state.movers[rival].weight, association.mover_detection[rival]]);
+            let beside = seen * weight;
+            scanned(&mut state.features[place], association.detection[place], beta, [weight, seen, of_rival]);
             let there = state.features[place].total();
             if beside > 0.0 && there > 0.0 {
                 let rest: Vec<f64> = shares.iter().map(|share| share * (1.0 / there - 1.0)).collect();
@@ -159,23 +162,25 @@ impl<M: Models> Joint<M> {
         for feature in &mut state.features {
             let (total, settled) = (feature.total(), feature.total() * a / (a + b));
             let hidden = settled + (feature.hidden - settled) * (-(a + b) * dt).exp();
-            feature.hidden = hidden * (-c * dt).exp();
-            feature.in_sight = (total - hidden) * (-c * dt).exp();
+            let absent = feature.absent - total * (-c * dt).exp_m1();
+            let all = total * (-c * dt).exp() + absent;
+            feature.hidden = hidden * (-c * dt).exp() / all;
+            feature.in_sight = (total - hidden) * (-c * dt).exp() / all;
+            feature.absent = absent / all;
         }
         state.waited_s = 0.0;
     }
 }
 
-/// Existence by Bayes after a scan in which the feature has β of all detections, and the mover that it may be instead others.
-fn scanned(feature: &mut Feature, detection: f64, beta: f64, of_rival: f64, not_detected: f64) {
-    let Feature { in_sight: v, hidden: h, .. } = *feature;
-    (feature.in_sight, feature.hidden) = if not_detected > 0.0 {
-        // Loopy messages may leave shares that sum to more than one.
-        let missed = (1.0 - beta - of_rival).max(0.0);
-        let in_sight = beta + missed * v * (1.0 - detection) / not_detected;
-        (in_sight.min(1.0), missed * h / not_detected)
-    } else {
-        (1.0, 0.0)
-    };
+/// Existence by Bayes after a scan in which the feature has β of all detections, and the mover that it may be instead has w, p_D and its own.
+fn scanned(feature: &mut Feature, detection: f64, beta: f64, [weight, seen, of_rival]: [f64; 3]) {
+    let Feature { in_sight: v, hidden: h, absent: g, .. } = *feature;
+    let elsewhere = (g - weight).max(0.0) + weight * (1.0 - seen);
+    let not_detected = elsewhere + h + v * (1.0 - detection);
+    // Loopy messages may leave shares that sum to more than one.
+    let missed = (1.0 - beta - of_rival).max(0.0) / not_detected;
+    feature.in_sight = (beta + missed * v * (1.0 - detection)).min(1.0);
+    feature.hidden = missed * h;
+    feature.absent = (of_rival + missed * elsewhere).max(LEAST_ABSENT);
     feature.detections += beta;
 }

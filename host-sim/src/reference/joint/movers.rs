@@ -21,7 +21,7 @@ impl<M: Models> Joint<M> {
     pub(super) fn bound_movers(&self, state: &mut State) {
         for mover in &mut state.movers {
             if let Some(rival) = state.features.iter().find(|feature| feature.label == mover.label) {
-                mover.weight = mover.weight.min((1.0 - rival.total()).max(0.0));
+                mover.weight = mover.weight.min(rival.absent);
             }
         }
     }

@@ -12,6 +12,8 @@ pub struct Feature {
     pub in_sight: f64,
     /// h, the probability that it is there and hidden.
     pub hidden: f64,
+    /// g = 1 − v − h, the probability that it is not there, or moves.
+    pub absent: f64,
     /// How often it was detected.
     pub detections: f64,
 }

@@ -8,6 +8,8 @@ use nalgebra::{DMatrix, DVector};
 
 /// What was detected less often is tentative.
 const TWICE: f64 = 1.5;
+/// What has been seen is absent with this probability at least.
+pub(super) const LEAST_ABSENT: f64 = 1e-12;
 /// What is less likely there is not merged.
 const LIKELY: f64 = 0.5;
 
@@ -50,7 +52,13 @@ impl<M: Models> Joint<M> {
             }
             let by_pose = -&inverse.by_measurement * expected.by_pose;
             add(state, &inverse.feature, &by_pose, &own);
-            state.features.push(Feature { label, in_sight: v, hidden: 0.0, detections: v });
+            state.features.push(Feature {
+                label,
+                in_sight: v,
+                hidden: 0.0,
+                absent: (1.0 - v).max(LEAST_ABSENT),
+                detections: v,
+            });
             association.detection.push(0.0);
             births += 1;
         }
