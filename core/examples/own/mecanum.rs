@@ -1,7 +1,7 @@
 //! A vehicle of one's own: a robot on four mecanum wheels, which moves ahead and aside and turns, all at once.
 
 use nalgebra::{Matrix3, Vector3};
-use scphd::{Linearised, ModelError, Motion, Noise, PlanarPose, Rates, Real, Symmetric, wrap};
+use scphd::{Linearised, ModelError, Motion, Noise, PlanarPose, Pose, Rates, Real, Symmetric, wrap};
 
 /// Errors of ahead, aside and turn, as shares of what the wheels say. Rollers slip more aside than ahead.
 #[derive(Debug, Clone, Copy)]
@@ -10,10 +10,17 @@ pub struct Mecanum {
 }
 
 impl Mecanum {
-    /// Standard deviations of the control. An error lasts for half a second, however often the wheels are read.
+    /// Standard deviations of the control. An error lasts for half a second, however often the wheels are read: a random walk of the pose.
     fn sigmas(&self, control: &Vector3<f32>, dt: f32) -> [f32; 3] {
-        let raise = Real::sqrt((0.5 / dt).max(1.0));
+        let raise = Real::sqrt(0.5 / dt);
         core::array::from_fn(|k| raise * (0.02 + (self.shares[k] * control[k]).abs()))
+    }
+
+    /// ∂f/∂u of a step that ends at `moved`.
+    fn by_control(pose: &PlanarPose<f32>, moved: &PlanarPose<f32>, control: &Vector3<f32>, dt: f32) -> Matrix3<f32> {
+        let (dx, dy) = (moved.x_m - pose.x_m, moved.y_m - pose.y_m);
+        let (s, c) = Real::sin_cos(pose.heading_rad + 0.5 * control[2] * dt);
+        Matrix3::new(c, -s, -0.5 * dy, s, c, 0.5 * dx, 0.0, 0.0, 1.0) * dt
     }
 }
 
@@ -44,15 +51,16 @@ impl Motion for Mecanum {
     }
 
     fn sample(&self, pose: &Self::Pose, control: &Vector3<f32>, dt: f32, noise: &mut Noise) -> Self::Pose {
+        // So large an error is no control that a robot could have: it is added where it takes the robot to.
         let errors = self.sigmas(control, dt).map(|sigma| sigma * noise.normal::<f32>());
-        self.propagate(pose, &(control + Vector3::from(errors)), dt)
+        let moved = self.propagate(pose, control, dt);
+        moved.displaced(&(Self::by_control(pose, &moved, control, dt) * Vector3::from(errors)))
     }
 
     fn linearise(&self, pose: &Self::Pose, control: &Vector3<f32>, dt: f32) -> Linearised<Vector3<f32>> {
         let moved = self.propagate(pose, control, dt);
         let (dx, dy) = (moved.x_m - pose.x_m, moved.y_m - pose.y_m);
-        let (s, c) = Real::sin_cos(pose.heading_rad + 0.5 * control[2] * dt);
-        let by_control = Matrix3::new(c, -s, -0.5 * dy, s, c, 0.5 * dx, 0.0, 0.0, 1.0) * dt;
+        let by_control = Self::by_control(pose, &moved, control, dt);
         let of_control = Symmetric::<Vector3<f32>>::from_diagonal(self.sigmas(control, dt).map(|sigma| sigma * sigma));
         // To turn the start is to turn the way.
         let transition = Matrix3::new(1.0, 0.0, -dy, 0.0, 1.0, dx, 0.0, 0.0, 1.0);

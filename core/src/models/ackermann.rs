@@ -142,8 +142,10 @@ impl<T: Real> Motion for Ackermann<T> {
     }
 
     fn sample(&self, pose: &Self::Pose, control: &Self::Control, dt: T, noise: &mut Noise) -> Self::Pose {
-        let [speed_mps, steering_rad] = self.noise.perturb([control.speed_mps, control.steering_rad], dt, noise);
-        self.propagate(pose, &AckermannControl { speed_mps, steering_rad }, dt)
+        let moved =
+            |[speed_mps, steering_rad]: [T; 2]| self.propagate(pose, &AckermannControl { speed_mps, steering_rad }, dt);
+        let by_control = || self.attitude(pose.heading_rad).by_control(&self.centreline(control), dt);
+        self.noise.sample([control.speed_mps, control.steering_rad], dt, noise, moved, by_control)
     }
 
     fn linearise(&self, pose: &Self::Pose, control: &Self::Control, dt: T) -> Linearised<Vector3<T>> {
@@ -179,7 +181,8 @@ impl<T: Real> ByOdometry for Ackermann<T> {
 mod tests {
     use super::{Ackermann, AckermannControl, AckermannGeometry};
     use crate::models::testing::check_linearised;
-    use crate::{ControlNoise, Motion, PlanarPose};
+    use crate::{ControlNoise, Motion, Noise, PlanarPose, Pose};
+    use nalgebra::Matrix3;
 
     fn victoria_park(noise: ControlNoise<f64>) -> Ackermann<f64> {
         let geometry =
@@ -224,6 +227,32 @@ mod tests {
                         noise.covariance([speed, steering], 0.05),
                         0.05,
                     );
+                }
+            }
+        }
+    }
+
+    /// Whatever the interval is to the step: a raised error of the steering never meets the poles of the tangent.
+    #[test]
+    fn samples_of_errors_that_last_scatter_as_linearised() {
+        let runs = 20_000;
+        for (interval_s, dt) in [(1.0, 0.025), (3.0, 0.025), (0.5, 1.0)] {
+            let noise = ControlNoise { interval_s, speed_sigma_ratio: 0.1, ..ControlNoise::white(0.1, 0.05) };
+            let car = victoria_park(noise);
+            for steering_rad in [-0.5, 0.0, 0.3, 0.5] {
+                let control = AckermannControl { speed_mps: 5.0, steering_rad };
+                let pose = PlanarPose::new(3.0, -2.0, 0.7);
+                let mean = car.propagate(&pose, &control, dt);
+                let expected = car.linearise(&pose, &control, dt).noise.to_matrix();
+                let (mut draws, mut covariance) = (Noise::seeded(7), Matrix3::zeros());
+                for _ in 0..runs {
+                    let off = car.sample(&pose, &control, dt, &mut draws).difference(&mean);
+                    covariance += off * off.transpose() / f64::from(runs);
+                }
+                for (row, column) in (0..3).flat_map(|row| (0..3).map(move |column| (row, column))) {
+                    let scale = (expected[(row, row)] * expected[(column, column)]).sqrt();
+                    let error = (covariance[(row, column)] - expected[(row, column)]).abs();
+                    assert!(error < 0.05 * scale, "{interval_s} {dt} {steering_rad}: {covariance} {expected}");
                 }
             }
         }

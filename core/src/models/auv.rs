@@ -83,8 +83,8 @@ impl<T: Real> Auv<T> {
     /// A vehicle whose angular acceleration about the vertical has this standard deviation, rad/s², one draw a step.
     ///
     /// Errors of a filtered velocity last: for twice the velocity filter's own time constant they are as good as the
-    /// same. A step shorter than `interval_s` draws with a standard deviation raised by √(interval/dt), which spreads the
-    /// positions as far as an error held over the interval would, whatever the rate. Zero: one independent draw a step.
+    /// same. A step draws with a standard deviation multiplied by √(interval/dt), which spreads the
+    /// positions as far as errors held over the interval would, whatever the rate. Zero: one independent draw a step.
     ///
     /// # Errors
     /// Both must be finite, the first positive, the second not negative.
@@ -100,7 +100,7 @@ impl<T: Real> Auv<T> {
         let turned: Matrix3<T> = rotation(pose.roll_rad, pose.pitch_rad, pose.yaw_rad);
         let moved = turned * (control.velocity_mps * dt);
 
-        let raise = if self.interval_s > dt && dt > T::ZERO { self.interval_s / dt } else { T::ONE };
+        let raise = if self.interval_s > T::ZERO && dt > T::ZERO { self.interval_s / dt } else { T::ONE };
         let mut covariance = control.velocity_covariance.congruence(&turned).scaled(dt * dt * raise);
         let mut position = pose.position() + moved;
         let mut gain = Vector3::zeros();

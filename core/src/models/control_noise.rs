@@ -1,15 +1,17 @@
 //! Noise of a planar vehicle's two controls.
 
-use super::{ModelError, require};
-use crate::{Noise, Real, Symmetric};
+use super::{ModelError, Pose, TangentOf, require};
+use crate::numerics::vector::applied;
+use crate::{Linear, Noise, Real, Symmetric, Vector};
 use nalgebra::Vector2;
 
 /// Zero-mean Gaussian noise on a speed and on a second control (steering angle or turn rate), section 5.3.1.
 ///
 /// Odometry errors of real vehicles persist (scale, offset, slip); noise drawn anew for every sample averages
-/// itself away the faster the odometry comes. `interval_s` says for how long an error lasts: a prediction that
-/// is shorter draws with a standard deviation raised by √(interval/dt), which spreads the poses exactly as far
-/// as an error held over the interval would, whatever the rate of the odometry.
+/// itself away the faster the odometry comes. `interval_s` says for how long an error lasts: a prediction draws
+/// with a standard deviation multiplied by √(interval/dt), which spreads the poses exactly as far as errors held
+/// over the interval each would, whatever the rate of the odometry. What is drawn so is an error of the displacement,
+/// and is added as one: as a control it may be far beyond what a vehicle can have.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ControlNoise<T> {
     /// Standard deviation of the speed, m/s, whatever the speed is.
@@ -70,9 +72,14 @@ impl<T: Real> ControlNoise<T> {
         require(usable(self.interval_s), "interval_s", "finite and not negative")
     }
 
+    /// Whether errors last for longer than a prediction.
+    pub(super) fn lasts(&self) -> bool {
+        self.interval_s > T::ZERO
+    }
+
     /// Standard deviations of one draw, for controls of this size.
     pub(super) fn sigmas(&self, [speed, turn]: [T; 2], dt: T) -> [T; 2] {
-        let raise = if self.interval_s > dt && dt > T::ZERO { (self.interval_s / dt).sqrt() } else { T::ONE };
+        let raise = if self.lasts() && dt > T::ZERO { (self.interval_s / dt).sqrt() } else { T::ONE };
         let sigma = |constant: T, ratio: T, control: T| {
             let share = ratio * control;
             (constant * constant + share * share).sqrt() * raise
@@ -83,14 +90,22 @@ impl<T: Real> ControlNoise<T> {
         ]
     }
 
-    /// Both controls with errors drawn for one prediction over `dt` seconds: for [`Motion::sample`](crate::Motion::sample) of a model of
-    /// one's own.
+    /// A draw from the transition density of a prediction over `dt` seconds: for [`Motion::sample`](crate::Motion::sample) of a model of
+    /// one's own. `moved` is f(x, u) of both controls, `by_control` its derivative ∂f/∂u at these.
+    ///
+    /// Errors that last are added to the pose, f(x, u) ⊕ (∂f/∂u) n, as [`covariance`](Self::covariance) has them. Where `interval_s` is 0
+    /// they are errors of the controls, f(x, u + n), and `by_control` is not asked.
     #[must_use]
-    pub fn perturb(&self, control: [T; 2], dt: T, noise: &mut Noise) -> [T; 2] {
-        let ([speed, turn], [speed_sigma, turn_sigma]) = (control, self.sigmas(control, dt));
-        let speed_error = speed_sigma * noise.normal();
-        let turn_error = turn_sigma * noise.normal();
-        [speed + speed_error, turn + turn_error]
+    pub fn sample<P: Pose<Scalar = T>>(
+        &self,
+        control: [T; 2],
+        dt: T,
+        noise: &mut Noise,
+        moved: impl FnOnce([T; 2]) -> P,
+        by_control: impl FnOnce() -> Linear<TangentOf<P>, Vector2<T>>,
+    ) -> P {
+        let (control, sigmas) = (Vector2::from(control), Vector2::from(self.sigmas(control, dt)));
+        drawn(self.lasts(), control, &sigmas, noise, |control| moved(control.into()), by_control)
     }
 
     /// Covariance Σ_u of one draw: for [`Motion::linearise`](crate::Motion::linearise) of a model of one's own.
@@ -100,29 +115,48 @@ impl<T: Real> ControlNoise<T> {
     }
 }
 
+/// A draw with errors of these standard deviations, added to the pose where they last, otherwise to the control.
+pub(super) fn drawn<P: Pose, C: Vector<Scalar = P::Scalar>>(
+    lasts: bool,
+    control: C,
+    sigmas: &C,
+    noise: &mut Noise,
+    moved: impl FnOnce(C) -> P,
+    by_control: impl FnOnce() -> Linear<P::Tangent, C>,
+) -> P {
+    let errors = C::with(|k| sigmas.at(k) * noise.normal::<P::Scalar>());
+    if lasts {
+        moved(control).displaced(&applied::<P::Tangent, C>(&by_control(), &errors))
+    } else {
+        moved(control + errors)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::ControlNoise;
-    use crate::Noise;
+    use crate::{Motion, Noise, PlanarPose, Step, Unicycle, UnicycleControl};
 
-    /// The random walk of the speed error's integral after `seconds`, over many draws.
-    fn variance_after(noise: &ControlNoise<f64>, dt: f64, seconds: f64) -> f64 {
+    /// How far a vehicle that stands has come after `seconds`: standard deviation over many draws.
+    fn spread_after(noise: ControlNoise<f64>, dt: f64, seconds: f64) -> f64 {
         let mut stream = Noise::seeded(3);
-        let steps = (seconds / dt).round() as usize;
-        let runs = 2000;
-        let sum: f64 = (0..runs)
-            .map(|_| (0..steps).map(|_| noise.perturb([0.0, 0.0], dt, &mut stream)[0] * dt).sum::<f64>().powi(2))
-            .sum();
+        let robot = Unicycle::new(Step::Euler, noise).unwrap();
+        let (steps, runs) = ((seconds / dt).round() as usize, 2000);
+        let stands = UnicycleControl { speed_mps: 0.0, rate_radps: 0.0 };
+        let start = PlanarPose::new(0.0, 0.0, 0.0);
+        let mut driven = || (0..steps).fold(start, |pose, _| robot.sample(&pose, &stands, dt, &mut stream)).x_m;
+        let sum: f64 = (0..runs).map(|_| driven().powi(2)).sum();
         (sum / f64::from(runs)).sqrt()
     }
 
+    /// By longer predictions than the error lasts, too.
     #[test]
-    fn variance_does_not_hang_on_the_rate() {
+    fn spread_does_not_hang_on_the_rate() {
         let noise = ControlNoise { interval_s: 0.4, ..ControlNoise::white(0.5, 0.0) };
         // Five independent errors of 0.5 m/s held for 0.4 s each.
         let expected = 0.5 * 0.4 * 5.0_f64.sqrt();
-        for dt in [0.025, 0.1, 0.4] {
-            let measured = variance_after(&noise, dt, 2.0);
+        for dt in [0.025, 0.1, 0.4, 1.0, 2.0] {
+            let measured = spread_after(noise, dt, 2.0);
             assert!((measured / expected - 1.0).abs() < 0.08, "dt {dt}: {measured} against {expected}");
         }
     }

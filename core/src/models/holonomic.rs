@@ -1,5 +1,6 @@
 //! A vehicle that moves ahead and aside and turns, all at once.
 
+use super::control_noise::drawn;
 use super::unicycle::chord;
 use super::{ByOdometry, ControlNoise, Linearised, ModelError, Motion, OdometryCorrection, PlanarPose};
 use crate::{Noise, Rates, Real, Symmetric, wrap};
@@ -115,14 +116,14 @@ impl<T: Real> Motion for Holonomic<T> {
     }
 
     fn sample(&self, pose: &Self::Pose, control: &Self::Control, dt: T, noise: &mut Noise) -> Self::Pose {
-        let [forward, left, rate] = self.sigmas(control, dt).map(|sigma| sigma * noise.normal());
-        let &HolonomicControl { forward_mps, left_mps, rate_radps } = control;
-        let drawn = HolonomicControl {
-            forward_mps: forward_mps + forward,
-            left_mps: left_mps + left,
-            rate_radps: rate_radps + rate,
+        let moved = |numbers: Vector3<T>| {
+            let [[forward_mps, left_mps, rate_radps]] = numbers.data.0;
+            self.propagate(pose, &HolonomicControl { forward_mps, left_mps, rate_radps }, dt)
         };
-        self.propagate(pose, &drawn, dt)
+        let by_control = || Displacement::of(pose.heading_rad, control, dt).by_control(dt);
+        let told = Vector3::new(control.forward_mps, control.left_mps, control.rate_radps);
+        let sigmas = Vector3::from(self.sigmas(control, dt));
+        drawn(self.noise.lasts(), told, &sigmas, noise, moved, by_control)
     }
 
     fn linearise(&self, pose: &Self::Pose, control: &Self::Control, dt: T) -> Linearised<Vector3<T>> {

@@ -131,8 +131,10 @@ impl<T: Real> Motion for Unicycle<T> {
     }
 
     fn sample(&self, pose: &Self::Pose, control: &Self::Control, dt: T, noise: &mut Noise) -> Self::Pose {
-        let [speed_mps, rate_radps] = self.noise.perturb([control.speed_mps, control.rate_radps], dt, noise);
-        self.propagate(pose, &UnicycleControl { speed_mps, rate_radps }, dt)
+        let moved =
+            |[speed_mps, rate_radps]: [T; 2]| self.propagate(pose, &UnicycleControl { speed_mps, rate_radps }, dt);
+        let by_control = || self.displacement(pose.heading_rad, control, dt).by_control(dt);
+        self.noise.sample([control.speed_mps, control.rate_radps], dt, noise, moved, by_control)
     }
 
     fn linearise(&self, pose: &Self::Pose, control: &Self::Control, dt: T) -> Linearised<Vector3<T>> {

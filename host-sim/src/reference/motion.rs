@@ -23,10 +23,10 @@ pub struct ControlNoise {
 }
 
 impl ControlNoise {
-    /// What one draw's standard deviation is multiplied with: √(τ/dt) for τ > dt, so that a random
-    /// walk in steps of `dt` spreads as far as an error that stays constant over τ.
+    /// What one draw's standard deviation is multiplied with: √(τ/dt) for τ > 0, so that a random
+    /// walk in steps of `dt` spreads as far as errors that stay constant over τ each.
     fn scale(&self, dt: f64) -> f64 {
-        if self.interval_s > dt { (self.interval_s / dt).sqrt() } else { 1.0 }
+        if self.interval_s > 0.0 { (self.interval_s / dt).sqrt() } else { 1.0 }
     }
 }
 
@@ -51,7 +51,31 @@ impl Motion {
         let aside = self.vehicle == Vehicle::Holonomic;
         let left = if aside { control[2] + of_speed * draws.normal() } else { 0.0 };
         let second = control[1] + second_sigma.hypot(second_ratio * control[1]) * scale * draws.normal();
+        if self.noise.interval_s > 0.0 {
+            let errors = [speed - control[0], second - control[1], left - control[2]];
+            return self.displaced(pose, control, errors, dt);
+        }
         self.step(pose, &[speed, second, left], dt)
+    }
+
+    /// Where errors of a control take a pose to first order: an error that lasts is one of the displacement. By central differences,
+    /// whose own error is far below any noise.
+    fn displaced(&self, pose: [f64; 3], control: &[f64; 3], errors: [f64; 3], dt: f64) -> [f64; 3] {
+        const STEP: f64 = 1e-5;
+        let mut end = self.step(pose, control, dt);
+        for (k, error) in errors.into_iter().enumerate() {
+            let nudged = |by: f64| {
+                let mut control = *control;
+                control[k] += by;
+                self.step(pose, &control, dt)
+            };
+            let (ahead, behind) = (nudged(STEP), nudged(-STEP));
+            for row in 0..3 {
+                let change = ahead[row] - behind[row];
+                end[row] += error * if row == 2 { wrap(change) } else { change } / (2.0 * STEP);
+            }
+        }
+        [end[0], end[1], wrap(end[2])]
     }
 
     /// Moves a pose (m, m, rad) by a control without noise for `dt` seconds (5.25–5.27, the sign of

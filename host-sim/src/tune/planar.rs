@@ -53,7 +53,8 @@ impl Learn for Planar {
         let &[ahead, turn, left] = control;
         let speed = ahead.hypot(left).copysign(ahead);
         // An error that lasts for a while adds up over it.
-        let lasting = dt_s * dt_s.max(noise.noise_interval_s * settings.filter.interval_margin);
+        let lasts_s = noise.noise_interval_s * settings.filter.interval_margin;
+        let lasting = dt_s * if lasts_s > 0.0 { lasts_s } else { dt_s };
         let variance = |constant: f64, ratio: f64, value: f64| constant.powi(2) + (ratio * value).powi(2);
         let of_speed = variance(noise.speed_sigma_mps, noise.speed_sigma_ratio, speed) * lasting;
         let of_turn = variance(noise.turn_sigma, noise.turn_sigma_ratio, turn) * lasting;

@@ -62,7 +62,9 @@ impl Learn for Underwater {
         let read = control.yaw_rate_radps.map_or(f64::INFINITY, |reading| reading.sigma.powi(2));
         let rate = if read.is_finite() { free * read / (free + read) } else { free };
         Added {
-            along: velocity[(0, 0)] * dt_s * dt_s.max(noise.velocity_interval_s),
+            along: velocity[(0, 0)]
+                * dt_s
+                * if noise.velocity_interval_s > 0.0 { noise.velocity_interval_s } else { dt_s },
             turned: [0.0, rate * dt_s * dt_s],
         }
     }

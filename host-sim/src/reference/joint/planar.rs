@@ -90,8 +90,8 @@ impl Models for Planar {
         let end = self.step(Dual::variables([pose[0], pose[1], pose[2], control[0], control[1], control[2]]), dt);
         let (transition, by_control) = derivatives(&end);
         let ControlNoise { speed_sigma_mps, second_sigma, speed_ratio, second_ratio, interval_s } = self.motion.noise;
-        // An error that lasts for longer than a step is as much as a larger one of every step.
-        let lasting = if interval_s > dt { interval_s / dt } else { 1.0 };
+        // Errors that last are a random walk, whatever the step is.
+        let lasting = if interval_s > 0.0 { interval_s / dt } else { 1.0 };
         let variance = |sigma: f64, ratio: f64, control: f64| lasting * (sigma.powi(2) + (ratio * control).powi(2));
         let of_speed = variance(speed_sigma_mps, speed_ratio, control[0].hypot(control[2]));
         let variances = DVector::from_vec(vec![
