@@ -245,7 +245,7 @@ fn sound_log_of<K: Checked>(log: &K::Log) -> (Facts, Vec<Finding>) {
     let is_spiked = spike::look_over(&motion, reach_m, &mut findings);
     if is_spiked {
         // A spike carries the vehicle away in one scan's time: clocks cannot be told before it is mended.
-        findings.0.retain(|finding| finding.code != "clock-shift");
+        findings.0.retain(|finding| !matches!(finding.code, "clock-shift" | "carried-away"));
     }
     facts.way_m = way::driven(&motion, K::scans(log).last().map_or(f64::NEG_INFINITY, |scan| scan.t_s));
     way::whole_turns::<K>(log, &mut findings);
