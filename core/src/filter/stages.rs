@@ -153,7 +153,7 @@ pub(crate) fn report<P: Pose, Z: Vector>(
         | Health::MAP_NOT_UPDATED.when(tally.kept > 0)
         | Health::COMPONENTS_LOST.when(tally.lost > 0)
         | Health::COVARIANCE_REPAIRED.when(tally.repaired > 0)
-        | Health::INNOVATION_HIGH.when(innovation > real(2.0))
+        | Health::of_innovation(innovation, detections * ScalarOf::<P>::from_usize(Z::DIMENSION))
         | Health::PREDICTION_REFUSED.when(*refused > 0)
         | *watched;
     ScanReport {

@@ -51,9 +51,6 @@ pub struct JointReport<T> {
     pub health: Health,
 }
 
-/// Mean squared innovations above this are a condition.
-const INNOVATION_HIGH: f64 = 2.0;
-
 /// What is summed over the features in view.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Tally<T> {
@@ -90,10 +87,10 @@ impl<T: Real> Tally<T> {
         let watched = known.watch.scanned(&self.known, (measurements, stated), known.waited_s, known.next_label);
         let refused = core::mem::take(&mut known.refused);
         known.waited_s = T::ZERO;
-        let innovation =
-            if self.shares > T::ZERO { self.squares / (self.shares * T::from_usize(dimension)) } else { T::ZERO };
+        let numbers = self.shares * T::from_usize(dimension);
+        let innovation = if numbers > T::ZERO { self.squares / numbers } else { T::ZERO };
         let health = Health::COVARIANCE_REPAIRED.when(self.left_out > 0)
-            | Health::INNOVATION_HIGH.when(innovation > T::from_f64(INNOVATION_HIGH))
+            | Health::of_innovation(innovation, numbers)
             | Health::PREDICTION_REFUSED.when(refused > 0)
             | watched;
         JointReport {

@@ -1,5 +1,6 @@
 //! Health flags: what an autopilot may want to act on.
 
+use crate::Real;
 use core::fmt;
 use core::ops::{BitOr, BitOrAssign};
 
@@ -13,6 +14,10 @@ use core::ops::{BitOr, BitOrAssign};
 /// ```
 #[derive(Clone, Copy, PartialEq, Eq, Default)]
 pub struct Health(u16);
+
+/// Mean squared innovations above this are a condition, where they are beyond what is expected by so many standard deviations.
+const INNOVATION_HIGH: f64 = 2.0;
+const INNOVATION_DEVIATIONS: f64 = 4.5;
 
 impl Health {
     /// Nothing to report.
@@ -35,8 +40,8 @@ impl Health {
     pub const COVARIANCE_REPAIRED: Self = Self(1 << 5);
     /// Some candidate's pose left the range of the scalar in the prediction; it stayed where it was.
     pub const POSE_REJECTED: Self = Self(1 << 6);
-    /// The mean squared innovation of the detections is more than twice what their covariances say: the noise is set
-    /// too low, or the vehicle is not where the filter thinks.
+    /// The mean squared innovation of the detections is more than twice what their covariances say, and of few detections more than
+    /// four and a half standard deviations beyond it: the noise is set too low, or the vehicle is not where the filter thinks.
     pub const INNOVATION_HIGH: Self = Self(1 << 7);
     /// Predictions since the scan before were refused: the vehicle has moved, and the filter does not know how.
     pub const PREDICTION_REFUSED: Self = Self(1 << 8);
@@ -100,6 +105,15 @@ impl Health {
     /// This condition where it holds, otherwise the empty set.
     pub(crate) fn when(self, holds: bool) -> Self {
         if holds { self } else { Self::GOOD }
+    }
+
+    /// The condition of innovations of this mean square over so many coordinates of detections: such a mean is that of χ² by its degrees
+    /// of freedom, of variance 2 over their number.
+    pub(crate) fn of_innovation<T: Real>(mean: T, coordinates: T) -> Self {
+        let real = T::from_f64;
+        let bound = T::ONE + real(INNOVATION_DEVIATIONS) * (real(2.0) / coordinates).sqrt();
+        // Written so that nothing detected, and NaN, is none.
+        Self::INNOVATION_HIGH.when(mean > bound.at_least(real(INNOVATION_HIGH)))
     }
 }
 

@@ -157,3 +157,34 @@ fn a_crowded_sensor_beside_a_clear_one_neither_alarms_nor_hides_that_the_vehicle
         assert!(lost, "{crowd} {seed}");
     }
 }
+
+/// Shares of scans with INNOVATION_HIGH, of a mixture and of a joint map.
+fn high_innovations(world: World, seed: u64) -> [f64; 2] {
+    const SCANS: usize = 1000;
+    let mut high = [0; 2];
+    scans(world, 0.0, seed, SCANS, |_, report| high[0] += usize::from(report.health.contains(Health::INNOVATION_HIGH)));
+    let mut memory = Box::new(JointMemory::new());
+    let mut joint = JointSlam::new(KnownPose::new(), JointConfig::default(), &mut *memory).unwrap();
+    joint.reset(PlanarPose::new(0.0, 0.0, 0.0)).unwrap();
+    let detector = Detector::new(world.sensing(), world.births()).unwrap();
+    let mut noise = Noise::seeded(seed);
+    for scan in 0..SCANS + 100 {
+        let report = joint.scan(&detector, &world.scan(0.0, &mut noise)).unwrap();
+        high[1] += usize::from(scan >= 100 && report.health.contains(Health::INNOVATION_HIGH));
+    }
+    high.map(|high| high as f64 / SCANS as f64)
+}
+
+#[test]
+fn few_innovations_are_large_by_chance_and_noise_that_is_stated_too_low_is_told() {
+    for (landmarks, told) in [(1, 0.05), (2, 0.1), (4, 0.2), (10, 0.5)] {
+        let mean = |world: World| {
+            let [first, second] = [1, 2].map(|seed| high_innovations(world, seed));
+            [0, 1].map(|filter| 0.5 * (first[filter] + second[filter]))
+        };
+        let right = mean(World { landmarks, ..RIGHT });
+        assert!(right.iter().all(|&share| share < 0.01), "{landmarks} landmarks: {right:?}");
+        let wrong = mean(World { landmarks, noisier: 2.0, ..RIGHT });
+        assert!(wrong.iter().all(|&share| share > told), "{landmarks} landmarks: {wrong:?}");
+    }
+}
