@@ -46,7 +46,7 @@ pub(crate) struct Beginning<T> {
     pub(crate) first_label: u32,
     /// Births that the sensor expects of any survivor: as many as there are labels for.
     pub(crate) most_births: usize,
-    /// Landmarks with lesser labels are known.
+    /// Landmarks are [known](crate::report::watch::is_known) that have no label from this one on.
     pub(crate) known_below: u32,
     /// ln of [`Config::confirmed_weight`].
     pub(crate) ln_confirmed: T,

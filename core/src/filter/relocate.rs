@@ -8,6 +8,10 @@ use crate::{Motion, Pose, Proposal, Real, ResetError, ScPhd, Symmetric, TangentO
 impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
     /// [`reset`](Self::reset) to a pose that is known to a covariance, in the coordinates of [`Pose::difference`].
     ///
+    /// The maps are those of the particles' own poses: within some ten scans the filter is as sure of its place among them as of one
+    /// that it knows, and of where that lies in the world it has forgotten that it did not know. Fixes come before the first scan, or
+    /// are not [gated](crate::PositionFix::gated); [`JointSlam`](crate::JointSlam) keeps what pose and map have in common.
+    ///
     /// # Errors
     /// As for `reset`, or the covariance is not finite or a variance negative; the state is as it was.
     pub fn reset_within(

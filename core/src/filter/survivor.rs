@@ -12,6 +12,7 @@ use crate::map::Page;
 use crate::map::reduce::{heavier, merge_and_cap};
 use crate::map::workspace::{Entry, Origin, Workspace};
 use crate::numerics::work;
+use crate::report::watch::is_known;
 use crate::{
     Births, Bounds, Component, Config, Dynamic, Feature, LnSum, MeasurementModel, Place, Pose, PositionOf, Probe, Real,
     ScalarOf, Sensor, Stage, Static, Symmetric, TangentOf, Vector,
@@ -31,7 +32,7 @@ pub(crate) struct ScanView<'a, X: MeasurementModel> {
     pub(crate) ln_confirmed: ScalarOf<X::Pose>,
     /// The label of the scan's first measurement; after the last one come the births that did not wait for one.
     pub(crate) first_label: u32,
-    /// Landmarks with lesser labels are known.
+    /// Landmarks are [known](is_known) that have no label from this one on.
     pub(crate) known_below: u32,
     /// On how many of the measurements births that nothing explains are noted, to [wait](crate::filter::waiting) for the next scan.
     pub(crate) births_wait: usize,
@@ -107,9 +108,9 @@ impl<T: Real, D: Place<Scalar = T>> Workspaces<'_, '_, D> {
         account: &mut impl Account<T>,
         probe: &mut impl Probe,
     ) {
-        let (config, known_below) = (scan_view.config, scan_view.known_below);
-        self.of_static.weigh_detections::<Static<D>>(normalisers, known_below, account);
-        self.of_moving.weigh_detections::<Dynamic<D>>(normalisers, known_below, account);
+        let (config, known) = (scan_view.config, (scan_view.known_below, scan_view.first_label));
+        self.of_static.weigh_detections::<Static<D>>(normalisers, known, account);
+        self.of_moving.weigh_detections::<Dynamic<D>>(normalisers, known, account);
         let tally = account.tally();
         *noted = Noted::NOTHING;
         self.give_birth(scan_view, normalisers, Measured::Explained, noted, tally);
@@ -256,7 +257,7 @@ impl<T: Real, N: Vector<Scalar = T>> Workspace<'_, N> {
                         self.look_at::<F, X>(component, scan_view, eta, account.tally())
                 {
                     seen.add(probability, weight);
-                    if !F::MOVES && component.label < scan_view.known_below {
+                    if !F::MOVES && is_known(component.label, scan_view.known_below, scan_view.first_label) {
                         account.known(weight, probability * weight, ln_missed.exp());
                     }
                     in_view = true;
@@ -277,7 +278,12 @@ impl<T: Real, N: Vector<Scalar = T>> Workspace<'_, N> {
 
     /// Takes down what was to be left of confirmed components by what their detections weigh, but not below w (1 − p_D), and tells
     /// how much more is left of known ones than was counted.
-    fn settle_remembered(&mut self, normalisers: &Normalisers<'_, T>, known_below: u32, account: &mut impl Account<T>) {
+    fn settle_remembered(
+        &mut self,
+        normalisers: &Normalisers<'_, T>,
+        (known_below, first_label): (u32, u32),
+        account: &mut impl Account<T>,
+    ) {
         let mut rest = self.in_view_mut();
         while let Some((entry, after)) = rest.split_first_mut() {
             work::round();
@@ -301,7 +307,7 @@ impl<T: Real, N: Vector<Scalar = T>> Workspace<'_, N> {
                 left = (least - detected).at_least(missed);
                 entry.component.ln_weight = if left > missed { left.ln() } else { ln_missed };
             }
-            if label < known_below {
+            if is_known(label, known_below, first_label) {
                 account.known(T::ZERO, T::ZERO, left - missed);
             }
         }
@@ -311,14 +317,15 @@ impl<T: Real, N: Vector<Scalar = T>> Workspace<'_, N> {
     fn weigh_detections<F: Feature<State = N>>(
         &mut self,
         normalisers: &Normalisers<'_, T>,
-        known_below: u32,
+        known: (u32, u32),
         account: &mut impl Account<T>,
     ) {
-        self.settle_remembered(normalisers, known_below, account);
+        self.settle_remembered(normalisers, known, account);
+        let (known_below, first_label) = known;
         self.retain(|Entry { component, origin }| {
             if let Origin::Detected { measurement, distance } = *origin {
                 component.ln_weight += normalisers.ln(usize::from(measurement));
-                let is_known = !F::MOVES && component.label < known_below;
+                let is_known = !F::MOVES && is_known(component.label, known_below, first_label);
                 account.detected(component.ln_weight.exp(), distance, is_known);
             }
             true

@@ -44,7 +44,7 @@ where
             let given_up = detection * (before - slot.existence.in_sight);
             slot.detections += detected;
             let seen = Recognised { expected: detection * before, detected, given_up };
-            tally.count(memory.known.watch.knows(slot.label), seen);
+            tally.count(memory.known.watch.knows(slot.label, memory.known.next_label), seen);
             let there = slot.existence.total();
             if V::MOVE && beside.expected > T::ZERO && there > T::ZERO {
                 settle_place(sensor, memory, place, measurements, detected, T::ONE / there - T::ONE, gate);

@@ -59,7 +59,7 @@ where
             }
             // None is given up: the map stays.
             let seen = Recognised { expected: slot.detection * slot.existence.in_sight, detected, given_up: T::ZERO };
-            tally.count(memory.known.watch.knows(slot.label), seen);
+            tally.count(memory.known.watch.knows(slot.label, memory.known.next_label), seen);
         }
         tally.left_out += memory.joint.mend_pose(memory.known.len);
         let (mut merged, mut born) = (0, Born::default());

@@ -79,7 +79,8 @@ impl<T: Real> PositionFix<T> {
         Ok(Self { antenna: Some(Mounting::in_plane(forward_m, left_m, T::ZERO)?), ..self })
     }
 
-    /// With a gate: a squared Mahalanobis distance beyond which a fix is an outlier.
+    /// With a gate: a squared Mahalanobis distance beyond which a fix is an outlier. For filters whose covariance may be fused: that of
+    /// [`ScPhd`](crate::ScPhd) forgets within some ten scans how uncertain its start was, and fixes that are right lie beyond the gate.
     ///
     /// # Errors
     /// It must be above 0.

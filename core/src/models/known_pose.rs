@@ -8,6 +8,9 @@ use core::marker::PhantomData;
 ///
 /// With one particle and this motion the filter is the Gaussian-mixture PHD filter of section 4.2.
 ///
+/// A prediction of no time changes nothing, whatever pose it gives: the pose of a vehicle that was carried elsewhere at once is told by
+/// [`relocate`](crate::ScPhd::relocate).
+///
 /// ```
 /// use scphd::{KnownPose, PlanarPose};
 ///

@@ -70,6 +70,12 @@ impl<T: Real> Recognised<T> {
     }
 }
 
+/// Whether a label is none of those given away from `known_below` on up to `next_label`. Labels run in a circle: after 2³² of them come the
+/// small ones again.
+pub(crate) fn is_known(label: u32, known_below: u32, next_label: u32) -> bool {
+    label.wrapping_sub(known_below) >= next_label.wrapping_sub(known_below)
+}
+
 /// What is usual, and how much speaks against it. All zero before the first scan.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Watch<T> {
@@ -89,7 +95,7 @@ pub(crate) struct Watch<T> {
     pub(crate) usually_waited_s: T,
     /// Scans so far; stops at a number that does not matter.
     pub(crate) scans: u32,
-    /// Landmarks with lesser labels are known.
+    /// Landmarks are known that have no label from this one on.
     pub(crate) known_below: u32,
     /// The same from the next time on.
     pub(crate) next_known_below: u32,
@@ -109,9 +115,9 @@ impl<T: Real> Watch<T> {
         next_known_below: 0,
     };
 
-    /// Whether the landmark of this label is known.
-    pub(crate) fn knows(&self, label: u32) -> bool {
-        label < self.known_below
+    /// Whether the landmark of this label is known, where the next one gets `next_label`.
+    pub(crate) fn knows(&self, label: u32, next_label: u32) -> bool {
+        is_known(label, self.known_below, next_label)
     }
 
     /// All landmarks with lesser labels are known from now on.
@@ -356,7 +362,7 @@ mod tests {
         let mut known_since = None;
         for label in 0..40 {
             watch.scanned(&Recognised::NOTHING, (1, 0.0), 0.1, label + 1);
-            if watch.knows(0) {
+            if watch.knows(0, label + 1) {
                 known_since = known_since.or(Some(label));
             }
         }
@@ -367,6 +373,21 @@ mod tests {
         (0..40)
             .for_each(|_| _ = watch.scanned(&Recognised { expected: 9.0, ..Recognised::NOTHING }, (9, 0.0), 0.1, 99));
         assert_eq!(watch.known_below, below);
+    }
+
+    #[test]
+    fn landmarks_are_known_after_labels_have_begun_again() {
+        let born = u32::MAX - 500;
+        let mut watch = Watch::<f64>::ZERO;
+        watch.know_below(born);
+        for scan in 1..=100 {
+            // Twenty a scan: labels begin again after 25.
+            let next_label = born.wrapping_add(20 * scan);
+            watch.scanned(&Recognised::NOTHING, (20, 0.0), 0.1, next_label);
+            assert!(watch.knows(born.wrapping_sub(1), next_label), "one that was loaded, in scan {scan}");
+            assert_eq!(watch.knows(born, next_label), scan >= 16, "scan {scan}");
+            assert!(!watch.knows(next_label.wrapping_sub(1), next_label), "scan {scan}");
+        }
     }
 
     #[test]

@@ -23,7 +23,7 @@ pub struct Config<T> {
     pub proposal: Proposal<T>,
     /// How the scan weighs a particle.
     pub likelihood: Likelihood,
-    /// Resample when N_eff / N falls below this.
+    /// Resample when N_eff falls below this share of the candidates, N·M after a prediction.
     pub resample_threshold: T,
     /// Components below this weight are dropped (Vo & Ma 2006, table II: T).
     pub prune_weight: T,
@@ -111,7 +111,14 @@ impl<T: Real> MovingConfig<T> {
             "moving.velocity_sigma_mps",
             "between 1e-6 and 1e6: beyond, its square leaves the range of single precision",
         )?;
-        self.motion.check().map_err(|error| ConfigError { field: error.field, range: error.range })?;
+        self.motion.check().map_err(|error| {
+            let field = match error.field {
+                "acceleration_psd" => "moving.motion.acceleration_psd",
+                "lifetime_s" => "moving.motion.lifetime_s",
+                other => other,
+            };
+            ConfigError { field, range: error.range }
+        })?;
         require(
             self.extraction_weight >= T::ZERO && self.extraction_weight <= T::ONE,
             "moving.extraction_weight",
@@ -229,7 +236,7 @@ impl<T: Real> Config<T> {
             require((1..=16).contains(&informed.rounds), "proposal.rounds", "1 to 16")?;
             require(
                 informed.sampled_fraction >= zero && informed.sampled_fraction <= one,
-                "proposal.drawn",
+                "proposal.sampled_fraction",
                 "between 0 and 1",
             )?;
             require(
