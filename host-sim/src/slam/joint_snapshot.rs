@@ -60,9 +60,9 @@ pub(super) fn read(bytes: &[u8]) -> State {
     state.waited_s = from.number();
     state.next_label = from.word();
     let _refused = from.word();
-    // The watch: four words and five numbers.
+    // The watch: four words and six numbers.
     let _counts: [u32; 4] = std::array::from_fn(|_| from.word());
-    let _watch = from.numbers(5);
+    let _watch = from.numbers(6);
     let _moved = from.numbers(2);
     for _ in 0..count {
         let label = from.word();
