@@ -96,7 +96,7 @@ fn a_replay_ends_where_the_session_ends() {
 fn a_row_that_no_vehicle_drives_is_left_out_on_board_as_in_the_session() {
     let drive = |speed: f64| {
         let (mut log, settings) = short_log();
-        log.odometry[7].control = [speed, 0.0];
+        log.odometry[7].control = [speed, 0.0, 0.0];
         let bytes = stream::write(&log, &settings, SEED, Scalar::F32, usize::MAX).unwrap().bytes;
         let core = Filter::Core(Precision::F32);
         let session = session::run::<dimensions::Planar>(&log, &settings, core, SEED, &mut |_| ()).unwrap();

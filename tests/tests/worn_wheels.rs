@@ -33,7 +33,7 @@ fn drive(seed: u64) -> Log {
         let t_s = row as f64 * DT_S;
         let control = UnicycleControl { speed_mps: 0.8, rate_radps: 0.8 / 6.0 };
         let read = [control.speed_mps, control.rate_radps].map(|x| (1.0 + WORN) * x + 0.01 * draws.normal::<f64>());
-        odometry.push(Odometry { t_s, control: read });
+        odometry.push(Odometry { t_s, control: [read[0], read[1], 0.0] });
         pose = exact.propagate(&pose, &control, DT_S);
         if row % 5 != 4 {
             continue;
@@ -90,7 +90,7 @@ fn by_the_library(log: &Log) -> Result<[f64; 2], Box<dyn std::error::Error>> {
     let (mut squares, mut nees) = (0.0, 0.0);
     for (scan, (rows, truth)) in log.scans.iter().zip(log.odometry.chunks(5).zip(&log.truth)) {
         for row in rows {
-            let [speed_mps, rate_radps] = row.control.map(|x| x as f32);
+            let [speed_mps, rate_radps, _] = row.control.map(|x| x as f32);
             slam.predict(&UnicycleControl { speed_mps, rate_radps }, DT_S as f32)?;
         }
         let detections: Vec<_> = scan.detections.iter().map(|z| Vector2::from(z.map(|x| x as f32))).collect();
