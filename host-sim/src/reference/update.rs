@@ -242,7 +242,8 @@ mod tests {
         let before = Component { covariance, ..feature(0.8, 5.0) };
         // The second one is so far off that it explains a part of the measurement alone.
         for (z, hardly) in [([5.0, 0.0], false), ([5.95, 0.0], true)] {
-            let sight = sight(&[before], &[], &[z], UNEXPLAINED);
+            let (map, scan) = ([before], [z]);
+            let sight = sight(&map, &[], &scan, UNEXPLAINED);
             let after = persisting(&sight.still, &sight.ln_eta, remembering);
             let (left, detected) = (0.8 * (1.0 - WIDE_VIEW.p_near), after[1].weight());
             assert_eq!(0.2 - detected > left, hardly, "{detected}");
