@@ -6,6 +6,7 @@ use crate::angle::wrap;
 use crate::events::{Event, events};
 use crate::log::{Log, Vehicle};
 use libm::{cos, sin, tan};
+use scphd::{Implausible, Plausible};
 
 /// No vehicle that maps landmarks is faster, m/s: 360 km/h.
 pub(crate) const FASTEST_MPS: f64 = 100.0;
@@ -59,6 +60,33 @@ impl Vehicle {
                 let ([dx, dy, _], [to_left, back, _]) = (arc(ahead, heading), arc(left, heading));
                 [x + dx - back, y + dy + to_left, wrap(heading + rate * dt_s)]
             }
+        }
+    }
+}
+
+impl Vehicle {
+    /// What of a row of odometry no vehicle does, by the limits that all filters have by default; `None` where there is nothing.
+    pub(crate) fn implausible(&self, control: [f64; 3], dt_s: f64) -> Option<Implausible> {
+        let limits = Plausible::<f64>::default();
+        let [speed, turn] = match *self {
+            Self::Ackermann { wheelbase_m, encoder_offset_m, .. } => {
+                let [encoder_speed, steering, _] = control;
+                let slope = tan(steering);
+                let speed = encoder_speed / (1.0 - slope * encoder_offset_m / wheelbase_m);
+                [speed, speed / wheelbase_m * slope]
+            }
+            Self::Unicycle | Self::UnicycleArc => [control[0], control[1]],
+            Self::Holonomic => [libm::hypot(control[0], control[2]), control[1]],
+        };
+        // Written so that NaN is implausible.
+        if !(dt_s <= limits.step_max_s) {
+            Some(Implausible::Step)
+        } else if !(speed.abs() <= limits.speed_max_mps) {
+            Some(Implausible::Speed)
+        } else if !(turn.abs() <= limits.turn_rate_max_radps) {
+            Some(Implausible::TurnRate)
+        } else {
+            None
         }
     }
 }

@@ -2,6 +2,7 @@
 
 use super::association::{Association, CLEANING_SCANS, FEWEST_SIGHTS, GATE, NEW, PROBATION_SCANS};
 use super::covariance::Covariance;
+use super::labels;
 use super::odometry::OdometryNoise;
 use crate::angle::wrap;
 use crate::log::{FixNoise, Log, Mounting, PoseFix, Vehicle};
@@ -10,7 +11,6 @@ use crate::slam::contract::{PoseAndCovariance, Refusal, ScanOutcome, Slam, no_se
 use libm::{atan2, cos, sin};
 use nalgebra::{Matrix2, Matrix2x3, Matrix3, RowVector2, SMatrix, Vector2, Vector3};
 use scphd::Implausible;
-use std::collections::BTreeSet;
 
 /// A user who does not trust a data sheet takes its standard deviations this much larger.
 const DISTRUST: f64 = 1.5;
@@ -73,7 +73,7 @@ impl Ekf {
     pub fn start(log: &Log, association: Association) -> Result<Self, Refusal> {
         let labels = match association {
             Association::NearestNeighbour => Vec::new(),
-            Association::Known => static_labels(log).ok_or_else(|| {
+            Association::Known => labels::of(log).ok_or_else(|| {
                 Refusal("the log has no label_landmark or label_subject column to tell the associations from".into())
             })?,
         };
@@ -210,17 +210,12 @@ fn entries<const N: usize>(matrix: &SMatrix<f64, N, N>) -> [[f64; N]; N] {
     std::array::from_fn(|row| std::array::from_fn(|column| matrix[(row, column)]))
 }
 
-/// The label of every detection that is of a static landmark; `None` where the log has no labels.
-fn static_labels(log: &Log) -> Option<Vec<Vec<Option<i64>>>> {
-    let moving: BTreeSet<i64> = log.moving.iter().map(|row| row.subject).collect();
-    let known = |label: &i64| *label >= 0 && !moving.contains(label);
-    let of_scan = |labels: &[i64]| labels.iter().map(|label| Some(*label).filter(known)).collect();
-    let labelled = log.scans.iter().any(|scan| !scan.labels.is_empty());
-    labelled.then(|| log.scans.iter().map(|scan| of_scan(&scan.labels)).collect())
-}
-
 impl Slam for Ekf {
     fn predict(&mut self, control: [f64; 3], dt_s: f64) -> Result<Option<Implausible>, Refusal> {
+        // What the other filters leave out is left out here, too.
+        if let Some(what) = self.vehicle.implausible(control, dt_s) {
+            return Ok(Some(what));
+        }
         let pose = self.pose_mean();
         let step = |pose, control| self.vehicle.step(pose, control, dt_s);
         let slope = |[x, y, h]: [f64; POSE], [x0, y0, h0]: [f64; POSE]| {
@@ -289,6 +284,13 @@ impl Slam for Ekf {
             self.covariance.set(row, column, covariance[row][column]);
         }
         Ok(())
+    }
+
+    fn restart(&mut self, pose: &[f64; 3], covariance: &[[f64; 3]; 3]) -> Result<(), Refusal> {
+        self.state.truncate(POSE);
+        self.covariance = Covariance::zero(POSE);
+        self.landmarks.clear();
+        self.relocate(pose, covariance)
     }
 
     fn scan(&mut self, sensor: usize, detections: &[[f64; 2]]) -> Result<ScanOutcome, Refusal> {

@@ -8,6 +8,7 @@
 pub mod association;
 mod covariance;
 mod filter;
+mod labels;
 mod odometry;
 #[cfg(test)]
 mod tests;

@@ -126,3 +126,43 @@ fn a_fix_is_the_kalman_update_of_the_pose_and_may_be_gated() {
     ekf.relocate(&[7.0, 8.0, 0.5], &covariance).unwrap();
     assert_eq!(ekf.pose().unwrap(), ([7.0, 8.0, 0.5], covariance));
 }
+
+/// As the other filters leave them out: one row of garbage must not decide which of them is better.
+#[test]
+fn odometry_that_no_vehicle_drives_is_left_out() {
+    let mut ekf = Ekf::start(&log(true), Association::NearestNeighbour).unwrap();
+    let garbage = [[400.0, 0.0, 0.0], [0.3, 100.0, 0.0], [f64::NAN, 0.0, 0.0]];
+    for control in garbage {
+        assert!(ekf.predict(control, 0.1).unwrap().is_some(), "{control:?}");
+    }
+    assert!(ekf.predict([0.3, 0.0, 0.0], 301.0).unwrap().is_some());
+    assert_eq!(ekf.pose().unwrap(), ([0.0; 3], [[0.0; 3]; 3]));
+    assert_eq!(ekf.predict([0.3, 0.0, 0.0], 1.0).unwrap(), None);
+}
+
+/// Ten scans from poses of the truth, of a post with label 4, of what drives past with label 7, and once of another thing called 4.
+#[test]
+fn what_the_truth_knows_to_move_is_no_landmark_of_a_known_association() {
+    let mut log = log(true);
+    let places = |k: u32| {
+        let drives = 2.0 + 0.4 * f64::from(k);
+        let post = if k == 6 { [8.0, 1.0] } else { [5.0, 0.0] };
+        vec![post, [drives, 0.8]]
+    };
+    log.scans =
+        (0..10).map(|k| Scan { t_s: f64::from(k), sensor: 0, detections: places(k), labels: vec![4, 7] }).collect();
+    let row = |t_s| crate::log::TruePose { t_s, position: [0.0; 2], heading_rad: Some(0.0) };
+    log.truth = (0..=10).map(|k| row(f64::from(k))).collect();
+    let run = |log: &Log| {
+        let mut ekf = Ekf::start(log, Association::Known).unwrap();
+        log.scans.iter().for_each(|scan| _ = ekf.scan(0, &scan.detections).unwrap());
+        ekf
+    };
+    let mut told = run(&log);
+    assert_eq!(told.landmarks(), 1);
+    let (_, map) = told.map().unwrap();
+    assert!((map[0].mean[0] - 5.0).abs() < 1e-9 && map[0].mean[1].abs() < 1e-9, "{map:?}");
+    // Without a truth there is nothing to tell it from.
+    log.truth.clear();
+    assert_eq!(run(&log).landmarks(), 2);
+}
