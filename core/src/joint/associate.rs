@@ -54,6 +54,8 @@ pub(super) struct Associated<T> {
     pub(super) in_view: usize,
     /// Others that were set aside.
     pub(super) loose: usize,
+    /// Detections to be expected of these.
+    pub(super) aside: T,
     /// ln of the likelihood of the scan.
     pub(super) ln_evidence: T,
 }
@@ -133,7 +135,9 @@ where
         ln_missed += tracks.claim(models, &frame, measurements, config.gate, explained);
     }
     let ln_evidence = settle::<T, X::Pose, V>(slots, explained, movers, ln_missed);
-    Associated { in_view: in_view - loose, loose, ln_evidence }
+    // Σ −ln(1 − p_D v) is Σ p_D v where that is small, and no landmark is detected more than once.
+    let aside = (-ln_loose).at_most(T::from_usize(loose));
+    Associated { in_view: in_view - loose, loose, aside, ln_evidence }
 }
 
 /// What is expected of a feature, and p_D.

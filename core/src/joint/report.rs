@@ -59,6 +59,8 @@ pub(super) struct Tally<T> {
     pub(super) shares: T,
     /// Corrections left out because rounding had spoilt the covariance of their innovation.
     pub(super) left_out: usize,
+    /// Detections to be expected of features in view that had no part in the scan.
+    pub(super) aside: T,
     /// What became of all features in view.
     all: Recognised<T>,
     /// What became of those that the watch knows.
@@ -66,8 +68,14 @@ pub(super) struct Tally<T> {
 }
 
 impl<T: Real> Tally<T> {
-    pub(super) const NOTHING: Self =
-        Self { squares: T::ZERO, shares: T::ZERO, left_out: 0, all: Recognised::NOTHING, known: Recognised::NOTHING };
+    pub(super) const NOTHING: Self = Self {
+        squares: T::ZERO,
+        shares: T::ZERO,
+        left_out: 0,
+        aside: T::ZERO,
+        all: Recognised::NOTHING,
+        known: Recognised::NOTHING,
+    };
 
     /// Counts a feature in view.
     pub(super) fn count(&mut self, is_known: bool, feature: Recognised<T>) {
@@ -84,6 +92,7 @@ impl<T: Real> Tally<T> {
         (measurements, stated): (usize, T),
         dimension: usize,
     ) -> JointReport<T> {
+        known.watch.set_aside(self.aside, measurements);
         let watched = known.watch.scanned(&self.known, (measurements, stated), known.waited_s, known.next_label);
         let refused = core::mem::take(&mut known.refused);
         known.waited_s = T::ZERO;

@@ -48,13 +48,14 @@ where
             shelf.pass(memory.known.waited_s);
             visit(shelf, &config.persistence, memory)
         });
-        let Associated { in_view, loose, ln_evidence } =
+        let Associated { in_view, loose, aside, ln_evidence } =
             associate(&models, births, config, memory, movers, measurements, window);
         let recalled = match (&mut trial, &mut shelf) {
             (Some(trial), Some(shelf)) => trial.judge(shelf, memory, measurements.len()),
             _ => 0,
         };
-        let tally = correct(sensor, memory, movers, measurements, config.gate);
+        let mut tally = correct(sensor, memory, movers, measurements, config.gate);
+        tally.aside = aside;
         let united = movers.tracks().map_or(0, |mut tracks| {
             tracks.correct(sensor, memory.known, memory.explained, measurements);
             tracks.tidy(config)

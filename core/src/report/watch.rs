@@ -24,8 +24,9 @@ const SPARE_MEASUREMENTS: f64 = 0.5;
 const LN_LOST: f64 = 9.210_340_371_976_184;
 /// ln 10²: a hundred scans at most.
 const LN_SUSPECTED: f64 = 4.605_170_185_988_092;
-/// Known landmarks are those born before this many scans, or twice as many.
-const KNOWN_SCANS: u32 = 8;
+/// Known landmarks are those born before this many scans, or twice as many: long enough for the doubt to grow, where the vehicle is lost and
+/// maps what it takes for another place.
+const KNOWN_SCANS: u32 = 32;
 /// Scans over which what is usual is learnt.
 const USUAL_SCANS: u32 = 32;
 /// Below this doubt all is as usual.
@@ -34,6 +35,11 @@ const DOUBT_USUAL: f64 = 1.0;
 const DOUBT_SCANS: f64 = 64.0;
 /// The same of landmarks that were given up for being missed: by then they would have left the view.
 const GIVEN_UP_SCANS: f64 = 20.0;
+/// A scan without a measurement is of a sensor that sees nothing, where so many detections were to be expected.
+const BLIND: f64 = 3.0;
+/// So many landmarks in view that had no part in a scan are a doubt, and this much of one.
+const ASIDE: f64 = 1.5;
+const ASIDE_DOUBT: f64 = 0.2;
 /// Measurements that nothing known explains are far more than usual beyond so many standard deviations of their number, and so many more.
 const CLUTTER_DEVIATIONS: f64 = 5.0;
 const CLUTTER_MORE: f64 = 3.0;
@@ -136,6 +142,15 @@ impl<T: Real> Watch<T> {
         Health::INPUT_LOST.when(self.scans > 0 && waited_s > usual.at_least(T::from_f64(WAITED_S)))
     }
 
+    /// Landmarks in view, of which so many detections are to be expected, have no part in a scan of so many measurements: the pose is known too
+    /// badly to tell which measurement is of which of them. Until the vehicle has found its place among them, the doubt grows.
+    pub(crate) fn set_aside(&mut self, expected: T, measurements: usize) {
+        let enough = T::from_f64(ASIDE);
+        if expected >= enough && T::from_usize(measurements) >= enough {
+            self.doubt += T::from_f64(ASIDE_DOUBT);
+        }
+    }
+
     /// Takes in what a scan of so many measurements has shown, of which the detector states so many to be false, after a time, s; the
     /// next landmark gets this label.
     pub(crate) fn scanned(
@@ -154,6 +169,7 @@ impl<T: Real> Watch<T> {
         let usually_new = self.usually_new_of(stated);
         let (lost, suspected) = (T::from_f64(LN_LOST), T::from_f64(LN_SUSPECTED));
         let usual = (expected * (T::ONE - self.usually_missed) - T::from_f64(MISSED_IN_A_ROW)).at_least(T::ZERO);
+        let blind = measurements == 0 && expected >= T::from_f64(BLIND);
         if usual == T::ZERO && !self.lost {
             self.doubt *= T::from_f64(1.0 - 1.0 / DOUBT_SCANS);
         }
@@ -161,11 +177,13 @@ impl<T: Real> Watch<T> {
         self.doubt = (self.doubt + step).at_least(T::ZERO).at_most(lost + lost);
         self.lost = self.doubt >= lost || self.lost && self.doubt > T::ZERO;
 
-        let faded = self.given_up * T::from_f64(1.0 - 1.0 / GIVEN_UP_SCANS);
-        self.given_up = (faded + seen.given_up).at_least(T::ZERO);
+        let faded = self.given_up * T::from_f64(1.0 - 1.0 / GIVEN_UP_SCANS) + seen.given_up;
+        // What is missed while nothing is seen is expected as soon as something is.
+        self.given_up = faded.at_least(if blind { self.given_up } else { T::ZERO });
         let crowded = self.is_crowded(usually_new, new);
         self.scans = self.scans.saturating_add(1);
-        if self.doubt < T::from_f64(DOUBT_USUAL) {
+        // A sensor that sees nothing shows nothing of what is usual.
+        if self.doubt < T::from_f64(DOUBT_USUAL) && !blind {
             self.learn((expected, seen.detected), (new, stated), waited_s);
             if self.scans.is_multiple_of(KNOWN_SCANS) {
                 (self.known_below, self.next_known_below) = (self.next_known_below, next_label);
@@ -174,7 +192,7 @@ impl<T: Real> Watch<T> {
         Health::LOST.when(self.lost)
             | Health::DIVERGENCE_SUSPECTED.when(!self.lost && self.doubt >= suspected)
             | Health::CLUTTER_HIGH.when(crowded)
-            | Health::DETECTIONS_LOW.when(self.usually_missed > T::from_f64(MISSED_SHARE))
+            | Health::DETECTIONS_LOW.when(blind || self.usually_missed > T::from_f64(MISSED_SHARE))
     }
 
     /// How many measurements of a detector that states so many false ones nothing known usually explains: as many more or less than
@@ -356,17 +374,59 @@ mod tests {
         assert!(watch.doubt <= 2.0 * LN_LOST);
     }
 
+    /// A sensor that saw nothing for a minute, and then what nothing known explains.
+    #[test]
+    fn what_was_missed_while_nothing_was_seen_is_expected_when_something_is() {
+        let mut watch = used_to_ten();
+        let mut expected = 9.0;
+        for _ in 0..600 {
+            let seen = Recognised { expected, detected: 0.0, given_up: 0.2 * expected };
+            // Detections are low, and no more than that.
+            assert_eq!(watch.scanned(&seen, (0, 0.0), 0.1, 7), Health::DETECTIONS_LOW);
+            expected *= 0.8;
+        }
+        assert!(watch.given_up > 5.0 && watch.given_up < 9.0, "{watch:?}");
+        assert!((0..6).any(|_| scan(&mut watch, 0.0, 0.0, 11) == Health::LOST), "{watch:?}");
+        // What comes back where it was is found again.
+        let mut watch = used_to_ten();
+        (0..600).for_each(|_| {
+            _ = watch.scanned(&Recognised { expected: 9.0, detected: 0.0, given_up: 0.0 }, (0, 0.0), 0.1, 7)
+        });
+        assert!(scan(&mut watch, 9.0, 9.0, 11).is_good());
+    }
+
+    /// A place that is not found among landmarks that are in view, for a pose that is known too badly.
+    #[test]
+    fn landmarks_that_have_no_part_for_long_are_a_doubt() {
+        let mut watch = used_to_ten();
+        let mut aside = |expected, measurements, scans| -> std::vec::Vec<Health> {
+            let one = |_| {
+                watch.set_aside(expected, measurements);
+                scan(&mut watch, 0.0, 0.0, measurements)
+            };
+            (0..scans).map(one).collect()
+        };
+        // One alone, or none that is measured.
+        assert!(aside(0.9, 11, 400).iter().all(|health| !health.contains(Health::LOST)));
+        assert!(aside(9.0, 1, 400).iter().all(|health| !health.contains(Health::LOST)));
+        let healths = aside(5.0, 11, 120);
+        let told = |what: Health| healths.iter().position(|health| health.contains(what));
+        assert!(matches!(told(Health::DIVERGENCE_SUSPECTED), Some(20..40)), "{healths:?}");
+        assert!(matches!(told(Health::LOST), Some(60..100)), "{healths:?}");
+        assert!((0..5).any(|_| scan(&mut watch, 9.0, 9.0, 11).is_good()));
+    }
+
     #[test]
     fn landmarks_are_known_for_having_been_there_for_a_while() {
         let mut watch = Watch::<f64>::ZERO;
         let mut known_since = None;
-        for label in 0..40 {
+        for label in 0..90 {
             watch.scanned(&Recognised::NOTHING, (1, 0.0), 0.1, label + 1);
             if watch.knows(0, label + 1) {
                 known_since = known_since.or(Some(label));
             }
         }
-        assert_eq!(known_since, Some(15));
+        assert_eq!(known_since, Some(63));
         // Not those that the vehicle comes to know while there is doubt.
         watch.doubt = 5.0;
         let below = watch.known_below;
