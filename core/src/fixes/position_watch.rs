@@ -6,6 +6,9 @@ use super::waited::Waited;
 use crate::{Fix, ModelError, PlanarPose, PoseEstimate, PositionFix, Real};
 use nalgebra::Vector2;
 
+/// A vehicle that moves slowly is given so many times the time, until its way tells the turn.
+const PATIENCE_OF_THE_SLOW: f64 = 4.0;
+
 /// Tells from positions of one receiver whether those that lie beyond their gate are wrong, or the filter is.
 ///
 /// A fix that lies beyond its gate is left out. Where it is the filter that is wrong (a wrong start, wheels that slipped, a loop that was closed
@@ -13,7 +16,7 @@ use nalgebra::Vector2;
 /// antenna are held against those that were measured, from the first fix that was refused on. After the time and the number
 /// of the [rule](FixRule) they are laid over each other by a turn and a shift, and the filter is wrong if they fit: to three times the noise of the
 /// fixes, after a scale between ½ and 2, which odometry may be off by. The pose that was laid over is where the vehicle is. A turn counts where
-/// the way is long enough to tell it to 0.1 rad; a vehicle that stood keeps its heading. Where they do not fit, as those of a receiver among
+/// the way is long enough to tell it to 0.1 rad, for which a slow vehicle is given four times the time; one that stood keeps its heading. Where they do not fit, as those of a receiver among
 /// houses or of one that repeats its last place, all are forgotten, and the next one begins anew. So does any fix that is taken in.
 ///
 /// A number of sums, whatever the rate of the fixes.
@@ -75,7 +78,12 @@ impl<T: Real> PositionWatch<T> {
         if !self.waited.is_over(&self.rule) {
             return None;
         }
-        let back = self.way.laid_over(fix.noise().get(0, 0).sqrt(), estimate);
+        let sigma_m = fix.noise().get(0, 0).sqrt();
+        let longest_s = self.rule.patience_s * T::from_f64(PATIENCE_OF_THE_SLOW);
+        if self.waited.lasted_s < longest_s && self.way.tells_soon(sigma_m) {
+            return None;
+        }
+        let back = self.way.laid_over(sigma_m, estimate);
         self.accepted();
         back
     }
@@ -141,6 +149,18 @@ mod tests {
         assert!(back.mean.difference(&PlanarPose::new(40.0, -7.0, 0.5)).norm() < 1e-12, "{back:?}");
         let variances = [0, 1, 2].map(|k| back.covariance.get(k, k));
         assert!((variances[0] - 0.25).abs() < 1e-12 && variances[2] == 0.0004, "{back:?}");
+    }
+
+    /// At half a metre a second a way of 7 s tells no turn to fixes of 1.5 m. To keep the heading then would be to come back as wrong as before.
+    #[test]
+    fn a_slow_vehicle_is_waited_for_until_its_way_tells_the_turn() {
+        let fix = PositionFix::new(1.5).unwrap();
+        let slow = |second: u32| PlanarPose::new(0.5 * f64::from(second), 0.0, 0.0);
+        let truly = |second: u32| Vector2::new(-0.5 * f64::from(second), 20.0);
+        let (when, back) = told(&fix, 60, slow, truly).unwrap();
+        assert!((15..=28).contains(&when), "{when}");
+        let right = PlanarPose::new(-0.5 * f64::from(when), 20.0, core::f64::consts::PI);
+        assert!(back.mean.difference(&right).norm() < 1e-6, "{back:?}");
     }
 
     #[test]

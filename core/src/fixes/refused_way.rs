@@ -5,6 +5,8 @@ use crate::{PlanarPose, PoseEstimate, Real, Symmetric, wrap};
 
 /// A turn that the fixes tell to less than this is taken from them, rad; below it the filter's heading is the better one.
 const TOLD_RAD: f64 = 0.1;
+/// A vehicle moves where its places scatter by more than this, in standard deviations of a fix.
+const MOVES: f64 = 0.3;
 /// Wheels slip and scales are off by tenths; a way that is half or twice as long is not the vehicle's.
 const SCALE: f64 = 2.0;
 
@@ -40,6 +42,15 @@ impl<T: Real> RefusedWay<T> {
         (*of_p, *of_q) = (*of_p + dot(p, p), *of_q + dot(q, q));
         let [along, across] = &mut self.products;
         (*along, *across) = (*along + dot(p, q), *across + cross(p, q));
+    }
+
+    /// Whether the filter takes the vehicle to move, but not far enough yet for the turn to be told by fixes of this noise, m.
+    pub(super) fn tells_soon(&self, sigma_m: T) -> bool {
+        let variance = sigma_m * sigma_m;
+        let [p, _] = self.sums.map(|sum| sum.map(|sum| sum / self.count));
+        let of_p = self.squares.first().map_or(T::ZERO, |&squares| squares - self.count * dot(p, p));
+        let is_told = of_p * T::from_f64(TOLD_RAD * TOLD_RAD) > variance;
+        !is_told && of_p > self.count * variance * T::from_f64(MOVES * MOVES)
     }
 
     /// The pose after the turn and shift, of three pairs or more; `None` where no turn and shift lays one way over the other.

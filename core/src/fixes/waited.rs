@@ -9,7 +9,7 @@ pub(super) struct Waited<T> {
     /// How many; stops at a number that does not matter.
     pub(super) refused: u16,
     /// From the first to the last, s.
-    lasted_s: T,
+    pub(super) lasted_s: T,
 }
 
 impl<T: Real> Waited<T> {

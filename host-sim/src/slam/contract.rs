@@ -30,6 +30,14 @@ pub trait Slam<D: Dimensions = Planar> {
         Err(refusal("it takes no fixes of the pose; core, joint and ekf do"))
     }
 
+    /// Starts anew at a pose that fixes have told, with its covariance and without a map: what was mapped lies in a wrong frame.
+    ///
+    /// # Errors
+    /// As for [`relocate`](Self::relocate).
+    fn restart(&mut self, _pose: &D::Pose, _covariance: &Covariance<D::Pose>) -> Result<(), Refusal> {
+        Err(refusal("it takes no fixes of the pose; core, joint and ekf do"))
+    }
+
     /// Takes in a scan of the sensor of this number.
     ///
     /// # Errors

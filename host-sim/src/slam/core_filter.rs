@@ -2,7 +2,7 @@
 
 use super::MEASUREMENTS;
 use super::contract::{PoseAndCovariance, Refusal, ScanOutcome, Slam, left_out, no_sensor, refusal};
-use super::fixes::Fixed;
+use super::fixes::{Fixed, Map};
 use super::models::{Models, Referred, feature_of, full, measured, moving_of, pose_of};
 use super::stage_times::StageTimes;
 use crate::dimensions::{Coordinates, Covariance, Dimensions};
@@ -170,7 +170,11 @@ impl<D: Dimensions, M: Motion<Pose: Fixed<D>> + Copy, X: MeasurementModel<Pose =
     }
 
     fn relocate(&mut self, pose: &D::Pose, covariance: &Covariance<D::Pose>) -> Result<(), Refusal> {
-        self.with(0, |filter, _| M::Pose::relocate(filter, pose, covariance))?
+        self.with(0, |filter, _| M::Pose::relocate(filter, Map::Kept, pose, covariance))?
+    }
+
+    fn restart(&mut self, pose: &D::Pose, covariance: &Covariance<D::Pose>) -> Result<(), Refusal> {
+        self.with(0, |filter, _| M::Pose::relocate(filter, Map::Dropped, pose, covariance))?
     }
 
     fn scan(&mut self, sensor: usize, detections: &[D::Measurement]) -> Result<ScanOutcome, Refusal> {

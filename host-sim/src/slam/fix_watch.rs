@@ -5,7 +5,7 @@ use super::fixes::PlanarFixes;
 use crate::dimensions::{Dimensions, Planar, Underwater};
 use crate::log::{FixNoise, PoseFix};
 use nalgebra::{Vector1, Vector2};
-use scphd::{HeadingFix, HeadingWatch, PlanarPose, PoseEstimate, PositionFix, PositionWatch, Symmetric};
+use scphd::{Fix, HeadingFix, HeadingWatch, PlanarPose, PoseEstimate, PositionFix, PositionWatch, Symmetric};
 use std::convert::Infallible;
 
 /// What became of a fix.
@@ -39,9 +39,16 @@ struct Watched<F, W> {
     elapsed_s: f64,
 }
 
+/// Fixes that were taken in over a way of so many standard deviations of theirs have told in which frame the filter is. On a shorter way those of
+/// a filter that took a wrong heading for its first lie within the gate, too.
+const TOLD_SIGMAS: f64 = 30.0;
+
 /// Of a vehicle in the plane.
 #[derive(Debug)]
 pub(crate) struct PlanarWatch {
+    /// The first position that was taken in, m, and how far another one was from it, in standard deviations.
+    taken_in: Option<[f64; 2]>,
+    told_sigmas: f64,
     position: Option<Watched<PositionFix<f64>, PositionWatch<f64>>>,
     heading: Option<Watched<HeadingFix<PlanarPose<f64>>, HeadingWatch<f64>>>,
 }
@@ -53,6 +60,8 @@ impl PlanarWatch {
         let of_position = PositionWatch::new(noise.rule()).map_err(refusal)?;
         let of_heading = HeadingWatch::new(noise.rule()).map_err(refusal)?;
         Ok(Self {
+            taken_in: None,
+            told_sigmas: 0.0,
             position: position.map(|fix| Watched { fix, watch: of_position, elapsed_s: 0.0 }),
             heading: heading.map(|fix| Watched { fix, watch: of_heading, elapsed_s: 0.0 }),
         })
@@ -61,10 +70,16 @@ impl PlanarWatch {
     /// A fix of this kind was taken in.
     fn accepted(&mut self, fix: &PoseFix) {
         match fix {
-            PoseFix::Position(_) => self.position.iter_mut().for_each(|watched| {
-                watched.watch.accepted();
-                watched.elapsed_s = 0.0;
-            }),
+            PoseFix::Position(place) => {
+                let first = *self.taken_in.get_or_insert(*place);
+                self.position.iter_mut().for_each(|watched| {
+                    let apart = Vector2::from(*place) - Vector2::from(first);
+                    let sigmas = (apart.norm_squared() / watched.fix.noise().get(0, 0)).sqrt();
+                    self.told_sigmas = self.told_sigmas.max(sigmas);
+                    watched.watch.accepted();
+                    watched.elapsed_s = 0.0;
+                });
+            }
             PoseFix::Heading(_) => self.heading.iter_mut().for_each(|watched| {
                 watched.watch.accepted();
                 watched.elapsed_s = 0.0;
@@ -95,7 +110,14 @@ impl WatchesFixes<Planar> for PlanarWatch {
         };
         let Some(PoseEstimate { mean, covariance }) = back else { return Ok(Taken::LeftOut) };
         let covariance = std::array::from_fn(|row| std::array::from_fn(|column| covariance.get(row, column)));
-        slam.relocate(&[mean.x_m, mean.y_m, mean.heading_rad], &covariance)?;
+        let pose = [mean.x_m, mean.y_m, mean.heading_rad];
+        if self.told_sigmas < TOLD_SIGMAS {
+            // The fixes never agreed with the filter: it started wrong, and what it has mapped since lies where it is not.
+            (self.taken_in, self.told_sigmas) = (None, 0.0);
+            slam.restart(&pose, &covariance)?;
+        } else {
+            slam.relocate(&pose, &covariance)?;
+        }
         Ok(Taken::Relocated)
     }
 }
@@ -116,4 +138,52 @@ fn estimate(slam: &mut dyn Slam) -> Result<PoseEstimate<PlanarPose<f64>>, Refusa
     let ([x_m, y_m, heading_rad], covariance) = slam.pose()?;
     let covariance = Symmetric::from_fn(|row, column| covariance[row][column]);
     Ok(PoseEstimate { mean: PlanarPose { x_m, y_m, heading_rad }, covariance })
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::dimensions::Planar;
+    use crate::ekf::Association;
+    use crate::log::{Fix, FixNoise, PoseFix};
+    use crate::scenario;
+    use crate::session;
+    use crate::settings::Settings;
+    use crate::slam::{Filter, Precision};
+
+    /// A drive with positions once a second, whose head states another heading than the vehicle starts with.
+    #[test]
+    fn a_wrong_heading_at_the_start_is_found_from_positions() {
+        for error_rad in [0.5, 1.0, 2.0, std::f64::consts::PI] {
+            let mut log = scenario::by_name("worlds", 12).unwrap();
+            log.scans.retain(|scan| scan.t_s < 100.0);
+            log.odometry.retain(|row| row.t_s < 100.0);
+            log.initial_pose[2] = crate::angle::wrap(log.initial_pose[2] + error_rad);
+            let mut next_s = 0.0;
+            for row in &log.truth {
+                if row.t_s >= next_s {
+                    log.fixes.push(Fix { t_s: row.t_s, measured: PoseFix::Position(row.position) });
+                    next_s = row.t_s + 1.0;
+                }
+            }
+            log.fixes.retain(|fix| fix.t_s < 100.0);
+            log.fix_noise = FixNoise { position_sigma_m: Some(1.0), ..FixNoise::default() };
+            for filter in [
+                Filter::Joint(Precision::F32),
+                Filter::Core(Precision::F32),
+                Filter::Ekf(Association::NearestNeighbour),
+            ] {
+                let mut settings = Settings::for_log(&log);
+                settings.filter.particles = 2;
+                let session = session::run::<Planar>(&log, &settings, filter, 1, &mut |_| ()).unwrap();
+                let late = session.record.scans.iter().filter(|scan| scan.t_s > 60.0);
+                let errors = late.filter_map(|scan| {
+                    let [x, y] = scan.true_position?;
+                    Some(libm::hypot(scan.pose[0] - x, scan.pose[1] - y))
+                });
+                let worst = errors.fold(0.0, f64::max);
+                assert!(worst < 2.5, "{filter:?}, {error_rad} rad: {worst} m");
+                assert!(session.summary.fix_relocations > 0, "{filter:?}, {error_rad} rad");
+            }
+        }
+    }
 }

@@ -11,6 +11,15 @@ use scphd::{
 use std::convert::Infallible;
 use std::fmt::Debug;
 
+/// What becomes of the map of a filter that is put somewhere.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Map {
+    /// It stays as it is.
+    Kept,
+    /// It is forgotten.
+    Dropped,
+}
+
 /// A filter of the core that takes any fix.
 pub(crate) trait Observes<P: Pose> {
     /// Takes it in, if it lies within its gate.
@@ -20,20 +29,31 @@ pub(crate) trait Observes<P: Pose> {
         measured: &F::Measurement,
     ) -> Result<FixReport<ScalarOf<P>>, ObserveError>;
 
-    /// Puts the vehicle where what is known of its state already makes it, with a covariance.
-    fn put(&mut self, place: impl FnOnce(PoseEstimate<P>) -> PoseEstimate<P>) -> Result<(), Refusal>;
+    /// Puts the vehicle where what is known of its state already makes it, with a covariance; in its map, or without one.
+    fn put(&mut self, map: Map, place: impl FnOnce(PoseEstimate<P>) -> PoseEstimate<P>) -> Result<(), Refusal>;
 }
 
 /// What relocates a filter that knows its own estimate.
 macro_rules! put {
-    () => {
-        fn put(&mut self, place: impl FnOnce(PoseEstimate<M::Pose>) -> PoseEstimate<M::Pose>) -> Result<(), Refusal> {
+    ($($seed:expr)?) => {
+        fn put(
+            &mut self,
+            map: Map,
+            place: impl FnOnce(PoseEstimate<M::Pose>) -> PoseEstimate<M::Pose>,
+        ) -> Result<(), Refusal> {
             let now = self.estimate_pose().ok_or_else(|| refusal("not started"))?;
             let PoseEstimate { mean, covariance } = place(now);
-            self.relocate(mean, &covariance).map_err(refusal)
+            match map {
+                Map::Kept => self.relocate(mean, &covariance),
+                Map::Dropped => self.reset_within(mean, &covariance $(, $seed)?),
+            }
+            .map_err(refusal)
         }
     };
 }
+
+/// A filter that starts anew in the middle of a log draws other numbers than it did at its start, the same in every run.
+const RESTART_SEED: u64 = 0x5ca7_7e12;
 
 impl<M: Motion> Observes<M::Pose> for ScPhd<'_, M> {
     fn take<F: Fix<Pose = M::Pose> + Copy>(
@@ -44,7 +64,7 @@ impl<M: Motion> Observes<M::Pose> for ScPhd<'_, M> {
         self.observe(fix, measured)
     }
 
-    put!();
+    put!(RESTART_SEED);
 }
 
 impl<M, Z, V> Observes<M::Pose> for JointSlam<'_, M, Z, NoArchive, V>
@@ -75,6 +95,7 @@ pub(crate) trait Fixed<D: Dimensions>: Pose {
     /// Puts a filter where its fixes say that it is.
     fn relocate(
         filter: &mut impl Observes<Self>,
+        map: Map,
         pose: &D::Pose,
         covariance: &Covariance<D::Pose>,
     ) -> Result<(), Refusal>;
@@ -127,12 +148,13 @@ impl<T: Real> Fixed<Planar> for PlanarPose<T> {
 
     fn relocate(
         filter: &mut impl Observes<Self>,
+        map: Map,
         [x, y, heading]: &[f64; 3],
         covariance: &[[f64; 3]; 3],
     ) -> Result<(), Refusal> {
         let mean = Self::new(T::from_f64(*x), T::from_f64(*y), T::from_f64(*heading));
         let covariance = Symmetric::from_fn(|row, column| T::from_f64(covariance[row][column]));
-        filter.put(|_| PoseEstimate { mean, covariance })
+        filter.put(map, |_| PoseEstimate { mean, covariance })
     }
 }
 
@@ -143,8 +165,13 @@ impl<T: Real> Fixed<Planar> for CalibratedPose<T> {
         PlanarPose::observe(&mut OfVehicle(filter), models, fix)
     }
 
-    fn relocate(filter: &mut impl Observes<Self>, pose: &[f64; 3], covariance: &[[f64; 3]; 3]) -> Result<(), Refusal> {
-        PlanarPose::relocate(&mut OfVehicle(filter), pose, covariance)
+    fn relocate(
+        filter: &mut impl Observes<Self>,
+        map: Map,
+        pose: &[f64; 3],
+        covariance: &[[f64; 3]; 3],
+    ) -> Result<(), Refusal> {
+        PlanarPose::relocate(&mut OfVehicle(filter), map, pose, covariance)
     }
 }
 
@@ -163,9 +190,10 @@ impl<T: Real, O: Observes<CalibratedPose<T>>> Observes<PlanarPose<T>> for OfVehi
     /// What the odometry is off by stays as it is, and as well known.
     fn put(
         &mut self,
+        map: Map,
         place: impl FnOnce(PoseEstimate<PlanarPose<T>>) -> PoseEstimate<PlanarPose<T>>,
     ) -> Result<(), Refusal> {
-        self.0.put(|PoseEstimate { mean, covariance }| {
+        self.0.put(map, |PoseEstimate { mean, covariance }| {
             let PoseEstimate { mean: vehicle, covariance: of_vehicle } =
                 place(PoseEstimate { mean: mean.vehicle, covariance: covariance.leading() });
             let covariance = Symmetric::from_fn(|row, column| match (row < 3, column < 3) {
@@ -187,6 +215,7 @@ impl<T: Real> Fixed<Underwater> for AuvPose<T> {
 
     fn relocate(
         _filter: &mut impl Observes<Self>,
+        _map: Map,
         _pose: &<Underwater as Dimensions>::Pose,
         _covariance: &Covariance<<Underwater as Dimensions>::Pose>,
     ) -> Result<(), Refusal> {

@@ -1,7 +1,7 @@
 //! The filter with a joint map over a log.
 
 use super::contract::{PoseAndCovariance, Refusal, ScanOutcome, Search, Slam, left_out, no_sensor, refusal};
-use super::fixes::Fixed;
+use super::fixes::{Fixed, Map};
 use super::in_map::{InMap, Mapped};
 use super::joint_room::JointRoom;
 use super::joint_snapshot;
@@ -122,7 +122,11 @@ where
     }
 
     fn relocate(&mut self, pose: &D::Pose, covariance: &Covariance<D::Pose>) -> Result<(), Refusal> {
-        self.with(|filter, _| M::Pose::relocate(filter, pose, covariance))?
+        self.with(|filter, _| M::Pose::relocate(filter, Map::Kept, pose, covariance))?
+    }
+
+    fn restart(&mut self, pose: &D::Pose, covariance: &Covariance<D::Pose>) -> Result<(), Refusal> {
+        self.with(|filter, _| M::Pose::relocate(filter, Map::Dropped, pose, covariance))?
     }
 
     fn scan(&mut self, sensor: usize, detections: &[D::Measurement]) -> Result<ScanOutcome, Refusal> {

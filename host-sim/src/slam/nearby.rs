@@ -86,6 +86,10 @@ impl Slam for Nearby {
         self.filter.relocate(&self.origin.local_pose(*pose), covariance)
     }
 
+    fn restart(&mut self, pose: &[f64; 3], covariance: &[[f64; 3]; 3]) -> Result<(), Refusal> {
+        self.filter.restart(&self.origin.local_pose(*pose), covariance)
+    }
+
     fn scan(&mut self, sensor: usize, detections: &[[f64; 2]]) -> Result<ScanOutcome, Refusal> {
         self.filter.scan(sensor, detections)
     }
