@@ -287,7 +287,6 @@ fn a_log_gets_a_joint_map_where_nothing_asks_for_what_it_has_not() {
         (run["filter"].as_str().unwrap().to_owned(), run["particles"].as_u64().unwrap())
     };
     assert_eq!(filter(&[]), ("joint".into(), 1));
-    assert_eq!(filter(&["--filter", "joint", "--particles", "4"]), ("joint".into(), 1));
     for mixture in [&["--particles", "2"][..], &["--filter", "core"], &["--moving", "on"], &["--threads", "2"]] {
         assert_eq!(filter(mixture).0, "scphd", "{mixture:?}");
     }
@@ -297,13 +296,73 @@ fn a_log_gets_a_joint_map_where_nothing_asks_for_what_it_has_not() {
         "[calibration]\nspeed_scale_sigma = 0.05\nturn_scale_sigma = 0.05\nturn_offset_sigma = 0.02\nlasts_s = 1e9";
     fs::write(place.path("learning.toml"), learning).unwrap();
     assert_eq!(filter(&["--settings", "learning.toml"]), ("joint".into(), 1));
-    assert_eq!(filter(&["--learn-odometry"]), ("joint".into(), 1));
-    for learning in [&["--settings", "learning.toml"][..], &["--learn-odometry"]] {
-        let error = place.fails(&[&["replay", "log", "--filter", "core"], learning].concat());
-        assert!(error.contains("calibration") && error.contains("--filter joint"), "{error}");
+    let error = place.fails(&["replay", "log", "--filter", "core", "--settings", "learning.toml"]);
+    assert!(error.contains("learning.toml: calibration.") && error.contains("by joint"), "{error}");
+}
+
+/// Every option, and a setting of every section, with every filter: it is used, or refused by its name. Nothing is ignored.
+#[test]
+fn what_a_filter_does_not_use_is_refused_by_name() {
+    let place = Workplace::new();
+    let files = [
+        ("filter.prune_weight", "[filter]\nprune_weight = 0.004", "core reference"),
+        ("filter.proposal_rounds", "[filter]\nproposal_rounds = 2", "core"),
+        ("filter.birth_intensity", "[filter]\nbirth_intensity = 0.02", "core joint reference"),
+        ("vehicle.turn_sigma", "[vehicle]\nturn_sigma = 0.3", "core joint reference"),
+        ("sensor.range_sigma_m", "[sensor]\nrange_sigma_m = 0.7", "core joint reference"),
+        ("moving.birth_intensity", "[moving]\nbirth_intensity = 0.01", "core joint reference"),
+        ("joint.behind", "[joint]\nbehind = 0.5", "joint"),
+        ("filter.likelihood", "[filter]\nlikelihood = \"rb-multi\"", "core reference"),
+    ];
+    let options: [(&[&str], &str); 6] = [
+        (&["--particles", "3"], "core rb-empty reference"),
+        (&["--samples", "2"], "core rb-empty reference"),
+        (&["--threads", "2"], "core rb-empty"),
+        (&["--moving", "on"], "core rb-empty joint reference"),
+        (&["--moving", "off"], "core rb-empty joint reference ekf"),
+        (&["--save-map", "kept.map"], "joint"),
+    ];
+    for filter in ["core", "rb-empty", "joint", "reference", "ekf"] {
+        let check = |args: &[&str], what: &str, users: &str| {
+            let args = [&["replay", "log", "--filter", filter], args].concat();
+            if users.split(' ').any(|user| user == filter) {
+                place.succeeds(&args);
+            } else {
+                let error = place.fails(&args);
+                assert!(error.contains(what) && error.contains("not used by --filter"), "{filter} {what}: {error}");
+            }
+        };
+        for (args, users) in options {
+            check(args, args[0], users);
+        }
+        for (field, text, users) in files {
+            fs::write(place.path("one.toml"), text).unwrap();
+            let users =
+                if field == "filter.likelihood" { users.to_owned() } else { users.replace("core", "core rb-empty") };
+            check(&["--settings", "one.toml"], field, &users);
+        }
     }
-    let error = place.fails(&["run", "girona-tank", "--learn-odometry"]);
-    assert!(error.contains("--learn-odometry: underwater"), "{error}");
+    // A file with all settings as they are asks for nothing.
+    let all = place.succeeds(&["settings", "log"]);
+    assert!(all.contains("for --filter core, reference alone"), "{all}");
+    fs::write(place.path("all.toml"), all).unwrap();
+    for filter in ["core", "joint", "ekf"] {
+        place.succeeds(&["replay", "log", "--filter", filter, "--settings", "all.toml"]);
+    }
+    // Of several filters one is enough.
+    fs::write(place.path("one.toml"), files[3].1).unwrap();
+    place.succeeds(&[
+        "monte-carlo",
+        "log",
+        "--filter",
+        "joint,ekf",
+        "--settings",
+        "one.toml",
+        "--runs",
+        "1",
+        "--moving",
+        "off",
+    ]);
 }
 
 #[test]
@@ -586,21 +645,13 @@ fn settings_say_where_they_are_from() {
         line.split_once("  # ").unwrap().1.to_owned()
     };
     assert_eq!(origin(&["survey"], "range_sigma_m"), "stated");
-    assert_eq!(origin(&["survey"], "merge_distance"), "scheme");
+    assert_eq!(origin(&["survey"], "merge_distance"), "default");
     assert_eq!(origin(&["survey"], "proposal"), "experiment of the thesis");
-    assert_eq!(origin(&["worlds"], "clutter_per_scan"), "scheme");
-    assert!(origin(&["worlds"], "range_sigma_m").ends_with(", × 1.5 by the scheme"));
+    assert_eq!(origin(&["worlds"], "clutter_per_scan"), "default");
+    assert!(origin(&["worlds"], "range_sigma_m").ends_with(", × 1.5 by default"));
     assert_eq!(origin(&["survey", "--moving", "on", "--samples", "2"], "samples"), "command line, --samples");
-    let learning = ["worlds", "--learn-odometry"];
-    for (key, from) in [
-        ("lasts_s", "command line, --learn-odometry"),
-        ("range_sigma_m", "command line, --learn-odometry"),
-        ("range_edge_m", "scheme"),
-    ] {
-        assert_eq!(origin(&learning, key), from);
-    }
     fs::write(place.path("noise.toml"), "[vehicle]\nturn_sigma = 0.02\n").unwrap();
-    assert_eq!(origin(&[&learning[..], &["--settings", "noise.toml"]].concat(), "turn_sigma"), "file noise.toml");
+    assert_eq!(origin(&["worlds", "--settings", "noise.toml"], "turn_sigma"), "file noise.toml");
     fs::write(
         place.path("own.toml"),
         "learnt = [\"sensor.range_sigma_m\"]\n[sensor]\nrange_sigma_m = 0.3\nrange_edge_m = 1\n",

@@ -8,7 +8,7 @@ use scphd_sim::hil::Port;
 use scphd_sim::kind::Kind;
 use scphd_sim::monte_carlo::Shard;
 use scphd_sim::session::Filter;
-use scphd_sim::settings::Likelihood;
+use scphd_sim::settings::{Likelihood, is_used_by};
 use scphd_sim::slam::Precision;
 use scphd_sim::threads::Threads;
 use std::ops::RangeInclusive;
@@ -568,10 +568,6 @@ pub struct Tuning {
     /// the scenarios of 5.3.1, otherwise off]. Overrides the settings file.
     #[arg(long, value_enum)]
     pub moving: Option<Switch>,
-    /// Lets a joint map in the plane learn scale and offset of the odometry while it runs, and takes less of it for noise: for
-    /// vehicles and sensors that are as good as their data sheets. The settings file overrides it.
-    #[arg(long)]
-    pub learn_odometry: bool,
     /// TOML file whose fields replace the defaults that follow from the log; any may be left out. `scphd-sim settings`
     /// prints all with their values; units are in the names, intensities are per m rad.
     #[arg(long, value_name = "FILE.toml")]
@@ -644,6 +640,17 @@ pub enum ComparedPrecision {
     Both,
 }
 
+impl ComparedFilter {
+    /// The same as another command names it.
+    pub fn choice(self) -> Choice {
+        let filter = match self {
+            Self::Core => Filter::Core(Precision::F32),
+            Self::Joint => Filter::Joint(Precision::F32),
+        };
+        Choice { filter, likelihood: None }
+    }
+}
+
 impl ComparedPrecision {
     /// The precisions to compare, in the order of the columns.
     pub fn each(self) -> &'static [Precision] {
@@ -691,11 +698,37 @@ impl Choice {
         Ok(Self { filter, likelihood })
     }
 
+    /// Its name on the command line.
+    pub fn name(&self) -> &'static str {
+        match (self.filter, self.likelihood) {
+            (Filter::Core(_), None) => "core",
+            (filter, likelihood) => filter.name(likelihood.unwrap_or(Likelihood::SingleCluster)),
+        }
+    }
+
+    /// Whether it uses a setting or an option. One whose name says the likelihood is told it by nothing else.
+    pub fn uses(&self, what: &str) -> bool {
+        is_used_by(self.filter, what) && !(self.likelihood.is_some() && what == "filter.likelihood")
+    }
+
     /// The settings it works with.
     pub fn settings<K: Kind>(&self, mut settings: K::Settings) -> K::Settings {
         let recursion = K::recursion_mut(&mut settings);
         recursion.likelihood = self.likelihood.unwrap_or(recursion.likelihood);
         settings
+    }
+}
+
+impl Tuning {
+    /// The options that are given, but for the settings file.
+    pub fn options(&self) -> Vec<&'static str> {
+        let given = [
+            (self.particles.is_some(), "--particles"),
+            (self.samples.is_some(), "--samples"),
+            (self.moving == Some(Switch::On), "--moving on"),
+            (self.moving == Some(Switch::Off), "--moving off"),
+        ];
+        given.into_iter().filter(|(given, _)| *given).map(|(_, option)| option).collect()
     }
 }
 
@@ -733,11 +766,18 @@ impl RunArgs {
 
     /// The threads asked for.
     pub fn threads(&self) -> Result<Threads, Failure> {
-        let alone = [FilterName::Joint, FilterName::Reference, FilterName::Ekf, FilterName::EkfKnown];
-        if self.threads > 1 && self.filter.is_some_and(|filter| alone.contains(&filter)) {
-            return Err(Failure::input("--threads: for the core filter only"));
-        }
         Ok(Threads::new(self.threads.into())?)
+    }
+
+    /// The options beside [`Tuning`] that are given, and not used by all filters.
+    pub fn options(&self) -> Vec<&'static str> {
+        let given = [
+            (self.threads > 1, "--threads"),
+            (self.save_map.is_some(), "--save-map"),
+            (self.map.is_some(), "--map"),
+            (self.locate, "--locate"),
+        ];
+        given.into_iter().filter(|(given, _)| *given).map(|(_, option)| option).collect()
     }
 }
 

@@ -1,13 +1,13 @@
 //! What the commands do.
 
-use super::args::{Cli, Command, MainJob, RunArgs, Tuning};
+use super::args::{Choice, Cli, Command, FilterName, MainJob, RunArgs, Tuning};
 use super::failure::{Failure, be_quiet, note_innovations, print, warn_of_errors, warning};
 use super::folder::export;
 use super::maps::{Maps, told};
 use super::offer::Offer;
 use super::outputs::{Outputs, check_file, label, write_file};
 use super::progress::Progress;
-use super::source::{Found, OfKind, Source, Sources, all_scenarios, either, scenario, settings_command};
+use super::source::{Found, OfKind, Source, Sources, all_scenarios, either, scenario, settings_command, used};
 use super::{check, compare, diff, figure, hil, import, monte_carlo, recording, repeat, stream, tune, worlds};
 use clap::CommandFactory;
 use scphd::Health;
@@ -87,9 +87,11 @@ pub fn execute(cli: Cli) -> Result<(), Failure> {
 fn settings<K: Offer>(source: &Source<K>, tuning: &Tuning) -> Result<(), Failure> {
     let log = &*source.log(0)?;
     let mut origins = source.origins(log);
-    let settings = source.tuned_from(&mut origins, log, tuning)?;
-    let text = origins.annotated(&settings)?;
-    print(text.trim_end())
+    let settings = source.tuned_from(&mut origins, log, tuning, &[])?;
+    let choice = Choice::of(FilterName::usual(source.is_joint_usual(), tuning, 1), None).map_err(Failure::input)?;
+    let text = origins.annotated(&settings, Some(choice.filter))?;
+    let about = "# After each value: where it is from. stated: the log or scenario says it; default: taken where the log does not say.";
+    print(&format!("{about}\n{}", text.trim_end()))
 }
 
 fn list_scenarios() -> Result<(), Failure> {
@@ -112,7 +114,8 @@ fn single<K: Offer>(source: &Source<K>, name: &str, args: RunArgs) -> Result<(),
     let choice = args.filter(source.is_joint_usual()).map_err(Failure::input)?;
     let threads = args.threads()?;
     let mut origins = source.origins(log);
-    let settings = choice.settings::<K>(source.tuned_from(&mut origins, log, &args.tuning)?);
+    args.options().into_iter().try_for_each(|option| used(&[choice], option, ""))?;
+    let settings = choice.settings::<K>(source.tuned_from(&mut origins, log, &args.tuning, &[choice])?);
     let outputs = Outputs { json: args.json, out: args.out };
     outputs.check()?;
     let html = args.html.as_deref();
@@ -132,7 +135,7 @@ fn single<K: Offer>(source: &Source<K>, name: &str, args: RunArgs) -> Result<(),
     drop(progress);
     outputs.write_one::<K>(log, &session)?;
     if let Some(film) = &film {
-        let text = origins.annotated(&settings)?;
+        let text = origins.annotated(&settings, Some(filter))?;
         if let Some(path) = html {
             write_file("--html", path, page::<K>(log, &settings, &session, film, &text).as_bytes())?;
         }
@@ -155,7 +158,9 @@ fn main_job(job: MainJob) -> Result<(), Failure> {
     let source = Source::<Planar>::scenario(MAIN_SCENARIO.to_owned(), job.scenario_seed.scenario_seed)?;
     let log = source.log(seed)?;
     let mut origins = source.origins(&log);
-    let settings = source.tuned_from(&mut origins, &log, &job.tuning)?;
+    let choices = [FilterName::Core, FilterName::Reference].map(|name| Choice::of(name, None));
+    let choices = choices.into_iter().collect::<Result<Vec<_>, _>>().map_err(Failure::input)?;
+    let settings = source.tuned_from(&mut origins, &log, &job.tuning, &choices)?;
     let page_file = job.out.join(MAIN_PAGE);
     let outputs = Outputs { json: job.json, out: Some(job.out) };
     outputs.check()?;
@@ -167,7 +172,7 @@ fn main_job(job: MainJob) -> Result<(), Failure> {
     };
     let mut film = Film::of(log.scans.len());
     let (ours, _) = run(Filter::Core(Precision::F32), Some(&mut film))?;
-    let text = origins.annotated(&settings)?;
+    let text = origins.annotated(&settings, None)?;
     let page = page::<Planar>(&log, &settings, &ours, &film, &text);
     let (reference, _) = run(Filter::Reference, None)?;
     let sessions = [ours, reference];
@@ -187,10 +192,19 @@ fn progress_of<K: Kind>(log: &K::Log, settings: &K::Settings, filter: Filter) ->
     Progress::new(name, K::scans(log).len())
 }
 
+/// What to make of the rows on innovations.
+const ABOUT_INNOVATIONS: &str = "\
+innovations: how far detections lie from where they were expected, beside the standard deviations in the settings. NIS/dim is 1 where these are right, \
+less where they are too large (noise is taken 1.5 times as large as a log states it: 0.45 is usual), more where they are too small; either way fewer \
+scans lie within 95 % of χ².";
+
 /// The table and, below it, what the fixed-capacity filter reported.
 fn report<D: Dimensions>(outputs: &Outputs, sessions: &[Session<D>]) -> Result<(), Failure> {
     let summaries: Vec<_> = sessions.iter().map(|session| session.summary.clone()).collect();
     outputs.print(&table::render(&summaries))?;
+    if summaries.iter().any(|summary| summary.nis_mean.is_some()) {
+        outputs.print(ABOUT_INNOVATIONS)?;
+    }
     for session in sessions.iter().filter(|session| session.summary.digest.is_some()) {
         report_health(outputs, &session.summary, &session.health)?;
     }

@@ -28,9 +28,9 @@ pub fn compare<K: Offer>(source: &Source<K>, args: CompareArgs) -> Result<(), Fa
             let mut defaults = K::of_reference(&log);
             let recursion = K::recursion_mut(&mut defaults);
             (recursion.particles, recursion.samples) = (PARTICLES, SAMPLES);
-            tuned::<K>(defaults, &mut Origins::default(), &log, &args.tuning)?
+            tuned::<K>(defaults, &mut Origins::default(), &log, &args.tuning, &[filter.choice()])?
         }
-        ComparedFilter::Joint => source.tuned(&log, &args.tuning)?,
+        ComparedFilter::Joint => source.tuned(&log, &args.tuning, &[filter.choice()])?,
     };
     let outputs = Outputs { json: args.json, out: args.out };
     outputs.check()?;

@@ -49,6 +49,11 @@ impl Contender {
         Ok(all)
     }
 
+    /// The filter, as the command line names it.
+    pub fn choice(&self) -> Choice {
+        self.choice
+    }
+
     /// The filter.
     pub fn filter(&self) -> Filter {
         self.choice.filter

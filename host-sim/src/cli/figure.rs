@@ -1,6 +1,6 @@
 //! The figures of the thesis as commands.
 
-use super::args::{Choice, FigureArgs, FilterName};
+use super::args::{Choice, ComparedFilter, FigureArgs, FilterName};
 use super::contender::Contender;
 use super::failure::{Failure, notice, print};
 use super::monte_carlo::{Extent, Inputs, plan, run};
@@ -68,7 +68,7 @@ pub fn figure(args: FigureArgs) -> Result<(), Failure> {
         "5.9" => {
             let source = Source::<Planar>::scenario("thesis-compare".into(), Some(args.seed))?;
             let log = source.log(args.seed)?;
-            let settings = source.tuned(&log, &args.tuning)?;
+            let settings = source.tuned(&log, &args.tuning, &[ComparedFilter::Core.choice()])?;
             let weighed = densities::weigh(&log, &settings, &UPDATE, args.seed)
                 .ok_or_else(|| Failure::Internal("the scenario ends before the update".into()))?;
             vec![("5.9", densities::figure(&log, &UPDATE, &weighed))]
@@ -99,7 +99,7 @@ fn write(out: PathBuf, figures: &[(&str, Figure)]) -> Result<(), Failure> {
 fn single(name: &str, args: &FigureArgs) -> Result<(Log, Settings, session::Session), Failure> {
     let source = Source::<Planar>::scenario(name.to_owned(), Some(args.seed))?;
     let log = source.log(args.seed)?.into_owned();
-    let settings = source.tuned(&log, &args.tuning)?;
+    let settings = source.tuned(&log, &args.tuning, &[ComparedFilter::Core.choice()])?;
     let choice = Choice::of(FilterName::Core, None).map_err(Failure::input)?;
     let progress = Progress::new(name.to_owned(), log.scans.len());
     let session = session::run::<Planar>(&log, &settings, choice.filter, args.seed, &mut |scans| progress.at(scans))?;
@@ -110,7 +110,7 @@ fn single(name: &str, args: &FigureArgs) -> Result<(Log, Settings, session::Sess
 fn in_space<'n>(number: &'n str, args: &FigureArgs) -> Result<Vec<(&'n str, Figure)>, Failure> {
     let source = Source::<Underwater>::scenario("girona-tank".into(), Some(args.seed))?;
     let log = source.log(args.seed)?;
-    let settings = source.tuned(&log, &args.tuning)?;
+    let settings = source.tuned(&log, &args.tuning, &[ComparedFilter::Core.choice()])?;
     let mut runs = Vec::new();
     for name in [FilterName::Core, FilterName::RbSingle] {
         let choice = Choice::of(name, None).map_err(Failure::input)?;

@@ -32,7 +32,7 @@ pub fn hil(args: &HilArgs) -> Result<(), Failure> {
     };
     let seed = args.seed.seed;
     let log = source.log(seed)?;
-    let settings = source.tuned(&log, &args.tuning)?;
+    let settings = source.tuned(&log, &args.tuning, &[args.filter.choice()])?;
     let scans = args.scans.unwrap_or(usize::MAX);
     let stream = stream::write(&log, &settings, seed, Scalar::F32, scans).map_err(Failure::input)?;
     let filter = match args.filter {

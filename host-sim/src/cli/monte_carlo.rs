@@ -45,9 +45,10 @@ impl<K: Offer> Inputs<K> {
         Ok(names.collect::<Result<Vec<_>, Failure>>()?.join(", "))
     }
 
-    fn settings(&self, job: &Job, tuning: &Tuning) -> Result<K::Settings, Failure> {
+    fn settings(&self, job: &Job, tuning: &Tuning, contenders: &[Contender]) -> Result<K::Settings, Failure> {
         let source = self.source(job.input);
-        source.tuned(&*source.log(job.scenario_seed)?, tuning)
+        let choices: Vec<_> = contenders.iter().map(Contender::choice).collect();
+        source.tuned(&*source.log(job.scenario_seed)?, tuning, &choices)
     }
 }
 
@@ -114,10 +115,10 @@ pub fn plan<K: Offer>(
         settings: String::new(),
         variants: Vec::new(),
     };
-    let first = inputs.settings(&plan.job(0), tuning)?;
+    let first = inputs.settings(&plan.job(0), tuning, contenders)?;
     // Settings that are bad for one of several logs show before any is run.
     for input in 1..inputs.sets().unwrap_or(1) {
-        let settings = inputs.settings(&plan.job(input * (runs / input_sets)), tuning)?;
+        let settings = inputs.settings(&plan.job(input * (runs / input_sets)), tuning, contenders)?;
         contenders.iter().try_for_each(|contender| contender.settings::<K>(settings.clone()).map(drop))?;
     }
     let all =
@@ -158,7 +159,7 @@ pub fn run<K: Offer>(
     let one = |job: &Job, filter: usize| -> Result<RunResult, Failure> {
         let contender = &contenders[filter];
         let log = inputs.source(job.input).log(job.scenario_seed)?;
-        let settings = contender.settings::<K>(inputs.settings(job, tuning)?)?;
+        let settings = contender.settings::<K>(inputs.settings(job, tuning, contenders)?)?;
         let mut advance = |_| progress.at(done.fetch_add(1, Ordering::Relaxed) + 1);
         let session = session::run::<K>(&log, &settings, contender.filter(), job.filter_seed, &mut advance)?;
         let result = RunResult::of(job, K::recursion(&settings).samples, session);

@@ -33,9 +33,6 @@ pub trait Offer: Lockstep + Learn + Checked + Exported {
     /// Lets features move, or takes them all for static.
     fn set_moving(settings: &mut Self::Settings, moving: bool) -> Result<(), &'static str>;
 
-    /// Lets a joint map learn what the odometry of `log` is off by.
-    fn learn_odometry(settings: &mut Self::Settings, log: &Self::Log) -> Result<(), &'static str>;
-
     /// The log as a stream for a vehicle computer.
     fn stream(
         log: &Self::Log,
@@ -79,11 +76,6 @@ impl Offer for Planar {
 
     fn set_moving(settings: &mut Settings, moving: bool) -> Result<(), &'static str> {
         settings.set_moving(moving);
-        Ok(())
-    }
-
-    fn learn_odometry(settings: &mut Settings, log: &Log) -> Result<(), &'static str> {
-        settings.learn_odometry(log);
         Ok(())
     }
 
@@ -134,13 +126,6 @@ impl Offer for Underwater {
 
     fn set_moving(_settings: &mut underwater::settings::Settings, moving: bool) -> Result<(), &'static str> {
         if moving { Err("underwater runs take everything for static") } else { Ok(()) }
-    }
-
-    fn learn_odometry(
-        _settings: &mut underwater::settings::Settings,
-        _log: &underwater::log::Log,
-    ) -> Result<(), &'static str> {
-        Err("underwater the instruments are taken as they are")
     }
 
     fn stream(

@@ -5,7 +5,7 @@ use super::failure::{Failure, warn_of_errors};
 use super::offer::Offer;
 use super::outputs::Outputs;
 use super::progress::Progress;
-use super::source::Source;
+use super::source::{Source, used};
 use scphd_sim::dimensions::Coordinates;
 use scphd_sim::output::json::{self, Summary};
 use scphd_sim::output::repeats;
@@ -18,6 +18,7 @@ use std::thread;
 pub fn repeat<K: Offer>(sources: &[Source<K>], args: RunArgs) -> Result<(), Failure> {
     let choice = args.filter(sources.iter().all(Source::is_joint_usual)).map_err(Failure::input)?;
     let threads = args.threads()?;
+    args.options().into_iter().try_for_each(|option| used(&[choice], option, ""))?;
     if args.out.is_some() {
         return Err(Failure::input("--out: for a single run only, not with several logs or --repeat"));
     }
@@ -38,7 +39,7 @@ pub fn repeat<K: Offer>(sources: &[Source<K>], args: RunArgs) -> Result<(), Fail
     let mut name = String::new();
     for source in sources {
         let log = source.log(args.seed.seed)?;
-        let settings = choice.settings::<K>(source.tuned(&log, &args.tuning)?);
+        let settings = choice.settings::<K>(source.tuned(&log, &args.tuning, &[choice])?);
         name = format!("{} {}", choice.filter.name(K::recursion(&settings).likelihood), choice.filter.precision());
         scans += K::scans(&log).len() * args.repeat as usize;
     }
@@ -49,7 +50,7 @@ pub fn repeat<K: Offer>(sources: &[Source<K>], args: RunArgs) -> Result<(), Fail
         sources.iter().flat_map(|source| seeds.clone().map(move |seed| (source, seed))).collect();
     let summaries = in_parallel(&runs, args.jobs.into(), |&(source, seed)| {
         let log = source.log(seed)?;
-        let settings = choice.settings::<K>(source.tuned(&log, &args.tuning)?);
+        let settings = choice.settings::<K>(source.tuned(&log, &args.tuning, &[choice])?);
         let mut advance = |_| progress.at(done.fetch_add(1, Ordering::Relaxed) + 1);
         Ok(session::run_on::<K>(&threads, &log, &settings, choice.filter, seed, &mut advance)?.summary)
     })?;

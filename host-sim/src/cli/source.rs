@@ -4,14 +4,14 @@
 //! a command does depends on its words and not on what lies in the working directory; `./NAME` is always a folder. `run` and `export`
 //! take scenarios alone, `replay` folders alone.
 
-use super::args::{Switch, Tuning};
+use super::args::{Choice, Switch, Tuning};
 use super::check;
 use super::failure::{Failure, warning};
 use super::offer::Offer;
 use scphd_sim::dimensions::{Planar, Underwater};
 use scphd_sim::kind::Kind;
 use scphd_sim::log_folder;
-use scphd_sim::settings::{Origin, Origins, OutOfRange};
+use scphd_sim::settings::{Origin, Origins, OutOfRange, changed, users_of};
 use std::borrow::Cow;
 use std::path::Path;
 
@@ -65,14 +65,20 @@ impl<K: Offer> Source<K> {
         K::origins(self.name(), log)
     }
 
-    /// The defaults, then the settings file, then the command line.
-    pub fn tuned(&self, log: &K::Log, tuning: &Tuning) -> Result<K::Settings, Failure> {
-        self.tuned_from(&mut Origins::default(), log, tuning)
+    /// The defaults, then the settings file, then the command line, for these filters.
+    pub fn tuned(&self, log: &K::Log, tuning: &Tuning, filters: &[Choice]) -> Result<K::Settings, Failure> {
+        self.tuned_from(&mut Origins::default(), log, tuning, filters)
     }
 
     /// [`tuned`](Self::tuned), and where each setting is from, given where the defaults are from.
-    pub fn tuned_from(&self, origins: &mut Origins, log: &K::Log, tuning: &Tuning) -> Result<K::Settings, Failure> {
-        tuned::<K>(K::defaults(self.name(), log), origins, log, tuning)
+    pub fn tuned_from(
+        &self,
+        origins: &mut Origins,
+        log: &K::Log,
+        tuning: &Tuning,
+        filters: &[Choice],
+    ) -> Result<K::Settings, Failure> {
+        tuned::<K>(K::defaults(self.name(), log), origins, log, tuning, filters)
     }
 
     /// Whether the filter with a joint map is the usual one here.
@@ -225,33 +231,36 @@ pub fn scenario<K: Offer>(name: &str, seed: u64) -> Result<K::Log, Failure> {
 
 /// Which settings a run had: the command that prints them.
 pub fn settings_command(source: &str, tuning: &Tuning) -> String {
-    let Tuning { particles, samples, moving, learn_odometry, settings } = tuning;
+    let Tuning { particles, samples, moving, settings } = tuning;
     let words = [
         particles.map(|particles| format!("--particles {particles}")),
         samples.map(|samples| format!("--samples {samples}")),
         moving.map(|moving| format!("--moving {}", if moving == Switch::On { "on" } else { "off" })),
-        learn_odometry.then(|| "--learn-odometry".to_owned()),
         settings.as_ref().map(|path| format!("--settings {}", path.display())),
     ];
     let words: String = words.into_iter().flatten().map(|word| format!(" {word}")).collect();
     format!("settings: those that `scphd-sim settings {source}{words}` prints")
 }
 
-/// `defaults`, with odometry that is learnt if that is asked for, then the settings file, then the command line; and where each
-/// setting is from, given where the defaults are from.
+/// `defaults`, then the settings file, then the command line; and where each
+/// setting is from, given where the defaults are from. What is asked for and used by none of `filters` is refused; where no filter is named, all
+/// is taken.
 pub fn tuned<K: Offer>(
-    mut defaults: K::Settings,
+    defaults: K::Settings,
     origins: &mut Origins,
     log: &K::Log,
     tuning: &Tuning,
+    filters: &[Choice],
 ) -> Result<K::Settings, Failure> {
-    if tuning.learn_odometry {
-        let before = defaults.clone();
-        K::learn_odometry(&mut defaults, log).map_err(|why| Failure::input(format_args!("--learn-odometry: {why}")))?;
-        origins.set_changed(&before, &defaults, &Origin::CommandLine("--learn-odometry"));
-    }
+    tuning.options().into_iter().try_for_each(|option| used(filters, option, ""))?;
     let mut settings = match &tuning.settings {
-        Some(path) => origins.with_file(path, |text| K::with_toml(&defaults, text))?,
+        Some(path) => {
+            let settings = origins.with_file(path, |text| K::with_toml(&defaults, text))?;
+            let asked_for = changed(&defaults, &settings);
+            let file = format!("{}: ", path.display());
+            asked_for.iter().try_for_each(|field| used(filters, field, &file))?;
+            settings
+        }
         None => defaults,
     };
     let given = [
@@ -271,6 +280,16 @@ pub fn tuned<K: Offer>(
     }
     K::check(log, &settings).map_err(|error| out_of_range(&error, tuning))?;
     Ok(settings)
+}
+
+/// Whether any of these filters uses a setting or an option, which is from the file or place of that name.
+pub fn used(filters: &[Choice], what: &str, place: &str) -> Result<(), Failure> {
+    if filters.is_empty() || filters.iter().any(|choice| choice.uses(what)) {
+        return Ok(());
+    }
+    let names: Vec<&str> = filters.iter().map(Choice::name).collect();
+    let (names, users) = (names.join(", "), users_of(what));
+    Err(Failure::input(format_args!("{place}{what}: not used by --filter {names}, but by {users}; leave it out")))
 }
 
 /// A setting that is out of range, by the argument that sets it if that is given.

@@ -35,7 +35,7 @@ pub fn stream(args: StreamArgs) -> Result<(), Failure> {
         } else {
             worst_case(particles.unwrap_or(PARTICLES), samples.unwrap_or(SAMPLES), MEASUREMENTS)
         };
-        let settings = tuned::<Planar>(defaults, &mut Origins::default(), &log, &args.tuning)?;
+        let settings = tuned::<Planar>(defaults, &mut Origins::default(), &log, &args.tuning, &[])?;
         let stream = Planar::stream(&log, &settings, seed, scalar, scans).map_err(Failure::input)?;
         recorded::<Planar>(stream, &args, scalar)?
     } else {
@@ -57,7 +57,7 @@ pub fn stream(args: StreamArgs) -> Result<(), Failure> {
 /// The stream of a log or scenario.
 fn of<K: Offer>(source: &Source<K>, args: &StreamArgs, scalar: Scalar, scans: usize) -> Result<Stream, Failure> {
     let log = source.log(args.seed.seed)?;
-    let settings = source.tuned(&log, &args.tuning)?;
+    let settings = source.tuned(&log, &args.tuning, &[])?;
     let stream = K::stream(&log, &settings, args.seed.seed, scalar, scans).map_err(Failure::input)?;
     recorded::<K>(stream, args, scalar)
 }

@@ -45,7 +45,7 @@ fn single<K: Offer>(source: &Source<K>, args: &TuneArgs, choice: Choice) -> Resu
     if let Some(path) = &args.out {
         let proposed = &tuned.outcome.settings;
         origins.set_changed(&settings, proposed, &Origin::Learnt);
-        let text = origins.annotated(proposed)?;
+        let text = origins.annotated(proposed, None)?;
         write_file("--out", path, text.as_bytes())?;
         notice(format_args!("settings are in {}", path.display()));
     }
@@ -75,7 +75,7 @@ type Outcome<K> = (<K as Kind>::Settings, Origins, Tuned<<K as Kind>::Settings>)
 
 fn one<K: Offer>(source: &Source<K>, log: &K::Log, args: &TuneArgs, choice: Choice) -> Result<Outcome<K>, Failure> {
     let mut origins = source.origins(log);
-    let settings = choice.settings::<K>(source.tuned_from(&mut origins, log, &args.tuning)?);
+    let settings = choice.settings::<K>(source.tuned_from(&mut origins, log, &args.tuning, &[choice])?);
     let time = |scan: Option<&Scan<K>>| scan.map_or(0.0, |scan| scan.t_s);
     let duration_s = time(K::scans(log).last()) - time(K::scans(log).first());
     let until_s = args.until.unwrap_or(0.5 * duration_s);
@@ -92,6 +92,7 @@ fn one<K: Offer>(source: &Source<K>, log: &K::Log, args: &TuneArgs, choice: Choi
     drop(progress);
     let tuned = tuned.map_err(|error| match error {
         TuneError::Session(error) => error.into(),
+        TuneError::Unfit(why) => Failure::input(format_args!("{}: {why}", K::name(log))),
         TuneError::EmptyPart => Failure::input(format_args!("--from, --until: {error}")),
         error => Failure::Internal(error.to_string()),
     })?;

@@ -47,7 +47,8 @@ pub fn study<K: Offer>(name: &str, args: MonteCarloArgs) -> Result<(), Failure> 
     let seeds: Vec<u64> = (args.seed..end).collect();
     // Settings that make no sense show before any world is run.
     let first = &*source.log(args.seed)?;
-    let first = source.tuned(first, &args.tuning)?;
+    let choices: Vec<_> = contenders.iter().map(Contender::choice).collect();
+    let first = source.tuned(first, &args.tuning, &choices)?;
     let name = |contender: &Contender| Ok(contender.name::<K>(&contender.settings::<K>(first.clone())?));
     let names = distinct(contenders.iter().map(name).collect::<Result<Vec<_>, Failure>>()?)?;
     let journal = args.out.as_deref().map(Journal::open).transpose()?;
@@ -60,7 +61,7 @@ pub fn study<K: Offer>(name: &str, args: MonteCarloArgs) -> Result<(), Failure> 
     let runs = in_parallel(&jobs, threads, |&(seed, place)| {
         let (contender, name) = (&contenders[place], &names[place]);
         let log = &*source.log(seed)?;
-        let settings = contender.settings::<K>(source.tuned(log, &args.tuning)?)?;
+        let settings = contender.settings::<K>(source.tuned(log, &args.tuning, &choices)?)?;
         let fingerprint = fingerprint(&toml::to_string(&settings)?);
         let known = journal.as_ref().and_then(|journal| journal.find(K::name(log), name, &fingerprint));
         let run = match known {

@@ -6,8 +6,8 @@
 //! sheet states the white part of it alone, so that it is taken with a margin.
 
 use super::{
-    CalibrationSettings, Extraction, FilterSettings, JointSettings, Likelihood, MovingSettings, Proposal,
-    SensorSettings, Settings, VehicleSettings,
+    Extraction, FilterSettings, JointSettings, Likelihood, MovingSettings, Proposal, SensorSettings, Settings,
+    VehicleSettings,
 };
 use crate::log::{FixNoise, Log, Nominal, Odometry, Sensor, Vehicle};
 use crate::scenario::{is_of_thesis, thesis_run};
@@ -144,31 +144,6 @@ const UNSTATED: Unstated = Unstated {
     drawn: 0.05,
 };
 
-/// What is taken for granted where a joint map learns what odometry is off by, and the log does not say.
-struct Learning {
-    /// As [`Unstated::speed`]: what is left of it.
-    speed: (f64, f64),
-    /// As [`Unstated::turn`].
-    turn: (f64, f64),
-    /// As [`Unstated::noise_margin`]: the pose no longer drags the map along, so that less comes on top of the noise.
-    noise_margin: f64,
-    /// What there is to be learnt.
-    odometry: CalibrationSettings,
-}
-
-/// Chosen on the random worlds of the seeds 100 to 199, 300 to 399 and 500 to 599 (docs/studies.md).
-const LEARNING: Learning = Learning {
-    speed: (0.01, 0.05),
-    turn: (0.01, 0.05),
-    noise_margin: 1.1,
-    odometry: CalibrationSettings {
-        speed_scale_sigma: 0.03,
-        turn_scale_sigma: 0.03,
-        turn_offset_sigma: 0.01,
-        lasts_s: 300.0,
-    },
-};
-
 /// Half width of a soft edge in standard deviations of its coordinate: noise and pose decide whether a feature this near
 /// to the rim is seen. The wider the edge, the more weight a feature loses every time it leaves the view.
 const EDGE_SIGMAS: f64 = 1.0;
@@ -255,14 +230,9 @@ impl Settings {
         });
         let others = others.collect();
         let sensor_name = log.sensor_name.clone();
-        let wheeled = ControlNoise::<f64>::wheeled();
         Self {
             filter,
-            vehicle: vehicle(
-                log,
-                (wheeled.speed_sigma_mps, wheeled.speed_sigma_ratio),
-                (wheeled.turn_sigma, wheeled.turn_sigma_ratio),
-            ),
+            vehicle: vehicle(log),
             sensor,
             sensor_name,
             others,
@@ -301,20 +271,6 @@ impl Settings {
         self.filter.births_wait = false;
     }
 
-    /// Lets a joint map learn what odometry is off by. What `log` does not state of the noise is less then.
-    pub fn learn_odometry(&mut self, log: &Log) {
-        self.calibration = Some(LEARNING.odometry);
-        self.vehicle = vehicle(log, LEARNING.speed, LEARNING.turn);
-        if !log.simulated {
-            let factor = LEARNING.noise_margin / UNSTATED.noise_margin;
-            let others = self.others.iter_mut().map(|(_, sensor)| sensor);
-            for sensor in std::iter::once(&mut self.sensor).chain(others) {
-                sensor.range_sigma_m = (factor * sensor.range_sigma_m).max(LEAST_RANGE_SIGMA_M);
-                sensor.bearing_sigma_rad = (factor * sensor.bearing_sigma_rad).max(LEAST_BEARING_SIGMA_RAD);
-            }
-        }
-    }
-
     /// Lets features move, or takes them all for static.
     pub fn set_moving(&mut self, moving: bool) {
         self.moving.birth_intensity = if moving { MOVING_BIRTH_SHARE * self.filter.birth_intensity } else { 0.0 };
@@ -340,9 +296,9 @@ fn speed_mps(odometry: &[Odometry]) -> Option<f64> {
     Some(way / time).filter(|square| square.is_finite()).map(f64::sqrt).filter(|&speed| speed >= LEAST_SPEED_MPS)
 }
 
-/// The noise that the log states, `speed` and `turn` where it does not: constant and share.
-fn vehicle(log: &Log, speed: (f64, f64), turn: (f64, f64)) -> VehicleSettings {
-    let nominal = &log.nominal;
+/// The noise that the log states, or what is taken for granted where it does not: constant and share.
+fn vehicle(log: &Log) -> VehicleSettings {
+    let (nominal, wheeled) = (&log.nominal, ControlNoise::<f64>::wheeled());
     let stated_turn = match log.vehicle {
         Vehicle::Ackermann { .. } => nominal.steering_sigma_rad,
         Vehicle::Unicycle | Vehicle::UnicycleArc | Vehicle::Holonomic => nominal.rate_sigma_radps,
@@ -351,10 +307,10 @@ fn vehicle(log: &Log, speed: (f64, f64), turn: (f64, f64)) -> VehicleSettings {
     let white = log.simulated && nominal.speed_sigma_mps.is_some() && stated_turn.is_some();
     let share = |stated: Option<f64>, share| if stated.is_some() { 0.0 } else { share };
     VehicleSettings {
-        speed_sigma_mps: nominal.speed_sigma_mps.unwrap_or(speed.0),
-        speed_sigma_ratio: share(nominal.speed_sigma_mps, speed.1),
-        turn_sigma: stated_turn.unwrap_or(turn.0),
-        turn_sigma_ratio: share(stated_turn, turn.1),
+        speed_sigma_mps: nominal.speed_sigma_mps.unwrap_or(wheeled.speed_sigma_mps),
+        speed_sigma_ratio: share(nominal.speed_sigma_mps, wheeled.speed_sigma_ratio),
+        turn_sigma: stated_turn.unwrap_or(wheeled.turn_sigma),
+        turn_sigma_ratio: share(stated_turn, wheeled.turn_sigma_ratio),
         noise_interval_s: if white { 0.0 } else { ControlNoise::<f64>::wheeled().interval_s },
     }
 }
@@ -495,28 +451,6 @@ mod tests {
         assert_eq!((settings.vehicle.speed_sigma_mps, settings.vehicle.speed_sigma_ratio), (1.0, 0.0));
         // Its errors last all the same: that they are white is what a simulation says.
         assert_eq!(settings.vehicle.noise_interval_s, 0.5);
-    }
-
-    #[test]
-    fn who_learns_what_odometry_is_off_by_takes_less_of_it_for_noise() {
-        let mut log = scenario::survey(1);
-        log.simulated = false;
-        log.nominal = Nominal { range_sigma_m: Some(0.4), bearing_sigma_rad: Some(0.02), ..Default::default() };
-        let scheme = Settings::for_log(&log);
-        let mut learning = scheme.clone();
-        learning.learn_odometry(&log);
-        assert_eq!(learning.check(), Ok(()));
-        assert!((learning.sensor.range_sigma_m - 0.44).abs() < 1e-12);
-        assert!((learning.sensor.bearing_sigma_rad - 0.022).abs() < 1e-12);
-        assert!(learning.vehicle.turn_sigma < scheme.vehicle.turn_sigma && learning.calibration.is_some());
-        // What is stated is used as stated, of the odometry and, where it is simulated, of the sensor.
-        log.simulated = true;
-        log.nominal = scenario::survey(1).nominal;
-        let stated = Settings::for_log(&log);
-        let mut learning = stated.clone();
-        learning.learn_odometry(&log);
-        learning.calibration = None;
-        assert_eq!(learning, stated);
     }
 
     #[test]

@@ -5,10 +5,12 @@ pub(crate) mod defaults;
 pub(crate) mod file;
 mod limits;
 mod origin;
+mod used;
 
 pub use file::{FileError, FileProblem};
 pub use limits::OutOfRange;
-pub use origin::{Origin, Origins};
+pub use origin::{Origin, Origins, changed};
+pub use used::{is_used_by, users_of};
 
 use crate::log::{FixNoise, Mounting};
 use serde::{Deserialize, Serialize};

@@ -3,7 +3,9 @@
 use super::Settings;
 use super::defaults::DATA_SHEET_MARGIN;
 use super::file::{self, FileError, FileProblem, LEARNT, lookup};
+use super::used::{is_used_by, users_of};
 use crate::log::{Log, Mounting, Vehicle};
+use crate::slam::Filter;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fmt;
@@ -33,8 +35,8 @@ impl fmt::Display for Origin {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Stated => f.write_str("stated"),
-            Self::WithMargin(stated) => write!(f, "stated {stated}, × {DATA_SHEET_MARGIN} by the scheme"),
-            Self::Scheme => f.write_str("scheme"),
+            Self::WithMargin(stated) => write!(f, "stated {stated}, × {DATA_SHEET_MARGIN} by default"),
+            Self::Scheme => f.write_str("default"),
             Self::Experiment => f.write_str("experiment of the thesis"),
             Self::File(path) => write!(f, "file {path}"),
             Self::CommandLine(option) => write!(f, "command line, {option}"),
@@ -70,12 +72,7 @@ impl Origins {
 
     /// The fields in which `then` is not what `before` was have this origin.
     pub fn set_changed<S: Serialize>(&mut self, before: &S, then: &S, origin: &Origin) {
-        let (before, then) = (table(before), table(then));
-        for (field, value) in fields(&then) {
-            if lookup(&before, &field) != Some(value) {
-                self.set(&field, origin.clone());
-            }
-        }
+        changed(before, then).iter().for_each(|field| self.set(field, origin.clone()));
     }
 
     /// What `with` makes of the settings file at `path`, whose fields are from there from now on, or learnt where it says so.
@@ -106,11 +103,11 @@ impl Origins {
     }
 
     /// The settings as a TOML file, each line with where its value is from. Read back it is the same settings, and knows which of
-    /// them were learnt.
+    /// them were learnt. Where a filter is named, what it does not use says so.
     ///
     /// # Errors
     /// A count beyond what TOML can hold, which no settings within the limits have.
-    pub fn annotated<S: Serialize>(&self, settings: &S) -> Result<String, toml::ser::Error> {
+    pub fn annotated<S: Serialize>(&self, settings: &S, filter: Option<Filter>) -> Result<String, toml::ser::Error> {
         let plain = toml::to_string(settings)?;
         let mut text = String::new();
         let learnt = self.0.iter().filter(|(_, origin)| **origin == Origin::Learnt).map(|(field, _)| field.clone());
@@ -122,9 +119,13 @@ impl Origins {
         let mut section = "";
         for line in plain.lines() {
             section = line.strip_prefix('[').and_then(|line| line.strip_suffix(']')).unwrap_or(section);
-            let origin = line.split_once(" = ").and_then(|(key, _)| self.get(&format!("{section}.{key}")));
-            match origin {
-                Some(origin) => text += &format!("{line:width$}  # {origin}\n"),
+            let field = line.split_once(" = ").map(|(key, _)| format!("{section}.{key}"));
+            let unused = |field: &str| filter.filter(|&filter| !is_used_by(filter, field));
+            match field.and_then(|field| Some((self.get(&field)?, unused(&field), field))) {
+                Some((origin, Some(_), field)) => {
+                    text += &format!("{line:width$}  # {origin}; for --filter {} alone\n", users_of(&field));
+                }
+                Some((origin, None, _)) => text += &format!("{line:width$}  # {origin}\n"),
                 None => text += &format!("{line}\n"),
             }
         }
@@ -171,6 +172,19 @@ fn stated(log: &Log) -> Vec<(String, Origin)> {
     stated
 }
 
+/// The fields, as `section.key`, in which `then` is not what `before` was.
+pub fn changed<S: Serialize>(before: &S, then: &S) -> Vec<String> {
+    let (before, then) = (table(before), table(then));
+    let is_other = |(field, value): &(String, &Value)| lookup(&before, field) != Some(value);
+    fields(&then).into_iter().filter(is_other).map(|(field, _)| field).collect()
+}
+
+/// All of its fields, as `section.key`.
+#[cfg(test)]
+pub(super) fn leaves<S: Serialize>(settings: &S) -> Vec<String> {
+    fields(&table(settings)).into_iter().map(|(field, _)| field).collect()
+}
+
 fn table<S: Serialize>(settings: &S) -> Table {
     Table::try_from(settings).unwrap_or_default()
 }
@@ -208,17 +222,17 @@ mod tests {
     fn every_line_says_where_its_value_is_from() {
         let log = data_sheet();
         let settings = Settings::for_log(&log);
-        let text = Origins::of_log(&log).annotated(&settings).unwrap();
+        let text = Origins::of_log(&log).annotated(&settings, None).unwrap();
         let plain = settings.to_toml().unwrap();
         let settings_in = |text: &str, mark: &str| text.lines().filter(|line| line.contains(mark)).count();
         assert_eq!(settings_in(&text, "  # "), settings_in(&plain, " = "));
         let of = lines(&text);
-        assert_eq!(of["range_sigma_m"], "stated 0.1, × 1.5 by the scheme");
-        assert_eq!(of["bearing_sigma_rad"], "scheme");
-        assert_eq!((&*of["range_max_m"], &*of["range_min_m"]), ("stated", "scheme"));
+        assert_eq!(of["range_sigma_m"], "stated 0.1, × 1.5 by default");
+        assert_eq!(of["bearing_sigma_rad"], "default");
+        assert_eq!((&*of["range_max_m"], &*of["range_min_m"]), ("stated", "default"));
         assert_eq!(
             (&*of["detection_far"], &*of["clutter_per_scan"], &*of["particles"]),
-            ("stated", "scheme", "scheme")
+            ("stated", "default", "default")
         );
         assert_eq!(Settings::for_log(&scenario::survey(2)).with_toml(&text).unwrap(), settings);
     }
@@ -265,7 +279,7 @@ mod tests {
         let before = settings.clone();
         settings.sensor.range_sigma_m = 0.22;
         origins.set_changed(&before, &settings, &Origin::Learnt);
-        let text = origins.annotated(&settings).unwrap();
+        let text = origins.annotated(&settings, None).unwrap();
         assert!(text.starts_with("learnt = [\"sensor.range_sigma_m\"]\n"), "{text}");
         assert_eq!(lines(&text)["particles"], "command line, --particles");
         let folder = tempfile::tempdir().unwrap();

@@ -38,6 +38,11 @@ pub trait Learn: Kind {
     /// Whether the log is simulated, so that its noise is all that there is.
     fn is_simulated(log: &Self::Log) -> bool;
 
+    /// Why nothing can be learnt from a log, where its measurements are not what a filter takes them for.
+    fn unfit(_log: &Self::Log) -> Option<String> {
+        None
+    }
+
     /// Whether a field of the odometry noise decides on anything in this log.
     fn decides(_log: &Self::Log, _field: &str) -> bool {
         true

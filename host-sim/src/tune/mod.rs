@@ -49,6 +49,9 @@ pub enum TuneError {
     /// One of the two parts of the log is empty.
     #[error("there must be scans to learn from and others to judge by")]
     EmptyPart,
+    /// The measurements are not what a filter takes them for.
+    #[error("{0}")]
+    Unfit(String),
     /// The filter cannot run with the settings as they are.
     #[error(transparent)]
     Session(#[from] SessionError),
@@ -79,6 +82,9 @@ pub fn tune<K: Learn>(
 ) -> Result<Tuned<K::Settings>, TuneError> {
     if plan.learn.is_empty() || plan.learn.len() >= K::scans(log).len() {
         return Err(TuneError::EmptyPart);
+    }
+    if let Some(why) = K::unfit(log) {
+        return Err(TuneError::Unfit(why));
     }
     let said = innovations::innovations::<K>(log, settings, plan, progress)?;
     let candidates = candidates::candidates::<K>(log, settings, &said);

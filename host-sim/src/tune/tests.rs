@@ -250,3 +250,18 @@ fn in_space_too_what_loses_on_the_rest_is_refused() {
     assert_eq!((tuned.outcome.proposed(), &tuned.outcome.settings), (None, &settings));
     assert!(tuned.said.iter().any(|said| said.to.is_some()), "{:#?}", tuned.said);
 }
+
+/// What a sensor writes where nothing came back is no measurement, and what is learnt from it no noise.
+#[test]
+fn a_log_with_ranges_of_no_return_is_refused() {
+    let mut log = scenario::survey(3);
+    let settings = Settings::for_log(&log);
+    log.scans.iter_mut().for_each(|scan| scan.detections.push([14.96, 0.3]));
+    let refused = tune::<Planar>(&log, &settings, &plan(&log, 1), &|| ()).unwrap_err();
+    assert!(matches!(&refused, TuneError::Unfit(why) if why.contains("14.96")), "{refused}");
+    // A sensor with few digits repeats many ranges.
+    let mut coarse = scenario::survey(3);
+    let round = |[range, _]: &mut [f64; 2]| *range = (*range).round();
+    coarse.scans.iter_mut().for_each(|scan| scan.detections.iter_mut().for_each(round));
+    assert_eq!(super::planar::no_returns(&coarse), None);
+}
