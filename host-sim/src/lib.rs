@@ -18,6 +18,7 @@
 //! The program itself is in `cli`: a command is dispatched on the kind of vehicle in one place.
 
 pub mod angle;
+pub mod calendar;
 pub mod check;
 pub mod compare;
 pub mod difference;

@@ -541,3 +541,431 @@ heading = { column = "h", unit = "deg" }
         assert!(error.contains(expected), "{expected}: {error}");
     }
 }
+
+/// Posts around a square of 16 m.
+fn posts() -> Vec<[f64; 2]> {
+    (0..16)
+        .map(|k| f64::from(k))
+        .map(|k| [9.0 * (0.7 * k).cos() + 2.0 * (2.9 * k).sin(), 9.0 * (0.7 * k).sin() + 4.0])
+        .collect()
+}
+
+/// A robot among posts: where it is at a tenth of a second, and its speed and turn rate from there on.
+struct Drive {
+    poses: Vec<[f64; 3]>,
+    controls: Vec<[f64; 3]>,
+}
+
+impl Drive {
+    /// A minute of curves at 1 m/s.
+    fn new() -> Self {
+        let mut drive = Self { poses: vec![[0.0; 3]], controls: Vec::new() };
+        for k in 0..600 {
+            let control = [1.0, 0.25 + 0.3 * (0.05 * f64::from(k)).sin(), 0.0];
+            let pose = scphd_sim::log::Vehicle::UnicycleArc.step(drive.poses[k as usize], control, 0.1);
+            drive.poses.push(pose);
+            drive.controls.push(control);
+        }
+        drive
+    }
+
+    /// Posts within 12 m of the robot, in its axes: ahead, left, up.
+    fn seen(&self, k: u32) -> Vec<[f64; 3]> {
+        let [x, y, heading] = self.poses[k as usize];
+        let (s, c) = heading.sin_cos();
+        let body = |[px, py]: [f64; 2]| [c * (px - x) + s * (py - y), -s * (px - x) + c * (py - y), 0.4];
+        posts().into_iter().map(body).filter(|[ahead, left, _]| ahead.hypot(*left) < 12.0).collect()
+    }
+
+    fn odometry(&self, k: u32) -> Odometry {
+        let [x, y, heading] = self.poses[k as usize];
+        let [speed, rate, _] = self.controls[k as usize];
+        let mut message = Odometry { header: header(k, "odom"), child_frame_id: "base".into(), ..Odometry::default() };
+        (message.twist.twist.linear.x, message.twist.twist.angular.z) = (speed, rate);
+        (message.pose.pose.position.x, message.pose.pose.position.y) = (x, y);
+        message.pose.pose.orientation = Quaternion::of_yaw(heading);
+        message
+    }
+
+    fn array(&self, k: u32, frame: &str, axes: impl Fn([f64; 3]) -> [f64; 3]) -> PoseArray {
+        let mut array = PoseArray { header: header(k, frame), ..PoseArray::default() };
+        for place in self.seen(k) {
+            let mut pose = scphd_ros::messages::Pose::default();
+            let at = &mut pose.position;
+            [at.x, at.y, at.z] = axes(place);
+            array.poses.push(pose);
+        }
+        array
+    }
+
+    /// A recording of every message of some topics.
+    fn recording(&self, topics: &[&dyn Fn(&mut Writer<Cursor<Vec<u8>>>, u32)]) -> Vec<u8> {
+        let mut writer = Writer::new(Cursor::new(Vec::new()), "test").unwrap();
+        (0..600).for_each(|k| topics.iter().for_each(|topic| topic(&mut writer, k)));
+        writer.finish().unwrap().into_inner()
+    }
+
+    /// With odometry and detections as they should be, but of this odometry.
+    fn with_odometry(&self, change: impl Fn(u32, &mut Odometry)) -> Vec<u8> {
+        self.recording(&[
+            &|writer, k| {
+                let mut message = self.odometry(k);
+                change(k, &mut message);
+                writer.write("/odom", stamp(k), &message).unwrap();
+            },
+            &|writer, k| writer.write("/landmarks", stamp(k), &self.array(k, "base", |place| place)).unwrap(),
+        ])
+    }
+
+    /// With these detections.
+    fn with_detections(&self, links: &[TransformStamped], of: impl Fn(u32) -> PoseArray) -> Vec<u8> {
+        self.recording(&[
+            &|writer, k| writer.write("/odom", stamp(k), &self.odometry(k)).unwrap(),
+            &|writer, k| writer.write("/landmarks", stamp(k), &of(k)).unwrap(),
+            &|writer, k| {
+                if k == 0 {
+                    writer.write("/tf_static", stamp(k), &TFMessage { transforms: links.to_vec() }).unwrap();
+                }
+            },
+        ])
+    }
+
+    /// Every detection of a log is where a post is, seen from where the robot was.
+    fn fits(&self, log: &Log, name: &str) {
+        assert_eq!(log.scans.len(), 600, "{name}");
+        for (k, scan) in log.scans.iter().enumerate() {
+            let seen = self.seen(k as u32);
+            assert_eq!(scan.detections.len(), seen.len(), "{name}");
+            for ([range, bearing], [ahead, left, _]) in scan.detections.iter().zip(seen) {
+                let angle = bearing + log.sensor.mounting.yaw_rad;
+                let off = [range * angle.cos() - ahead, range * angle.sin() - left];
+                assert!(off[0].hypot(off[1]) < 1e-6, "{name}, scan {k}: {off:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_twist_that_contradicts_its_poses_is_made_of_them() {
+    let (place, drive) = (Place::new(), Drive::new());
+    let cases: [(&str, &dyn Fn(u32, &mut Odometry)); 4] = [
+        ("", &|_, _| {}),
+        ("no velocities", &|k, message| {
+            message.twist.twist.linear.x = 1e-12 * f64::from(k % 3);
+            message.twist.twist.angular.z = 1e-13;
+        }),
+        ("axes of the odometry's frame", &|k, message| {
+            let (s, c) = drive.poses[k as usize][2].sin_cos();
+            (message.twist.twist.linear.x, message.twist.twist.linear.y) = (c, s);
+        }),
+        ("no turn rate", &|_, message| message.twist.twist.angular.z = 0.0),
+    ];
+    for (k, (words, change)) in cases.iter().enumerate() {
+        place.write("a.mcap", &drive.with_odometry(change));
+        let told = place.succeeds(&["import", "a.mcap", "--out", &k.to_string()]);
+        assert_eq!(told.contains("made of its poses"), !words.is_empty(), "{words}: {told}");
+        assert!(told.contains(words) && !told.contains("warning"), "{words}: {told}");
+        let log = log_folder::read(&place.path(&k.to_string())).unwrap();
+        for (row, control) in log.odometry.iter().zip(&drive.controls) {
+            let off = [0, 1, 2].map(|k| (row.control[k] - control[k]).abs());
+            assert!(off.iter().all(|off| *off < 1e-6), "{words}: {row:?}");
+        }
+    }
+}
+
+#[test]
+fn points_come_to_the_vehicle_whatever_frame_they_are_in() {
+    let (place, drive) = (Place::new(), Drive::new());
+    let link = |parent: &str, child: &str, rotation| {
+        let mut link =
+            TransformStamped { child_frame_id: child.into(), header: header(0, parent), ..Default::default() };
+        link.transform.rotation = rotation;
+        link
+    };
+    let over = Quaternion { x: 1.0, y: 0.0, z: 0.0, w: 0.0 };
+    let image = Quaternion { x: -0.5, y: 0.5, z: -0.5, w: 0.5 };
+    let upside_down = |k| drive.array(k, "/lidar", |[x, y, z]| [x, -y, -z]);
+    let camera = |k| drive.array(k, "camera", |[x, y, z]| [-y, -z, x]);
+    let in_odom = |frame: &'static str, shift: f64| {
+        let drive = &drive;
+        move |k: u32| {
+            let [x, y, heading] = drive.poses[k as usize];
+            let (s, c) = heading.sin_cos();
+            drive.array(k, frame, |[a, l, up]| [x + c * a - s * l + shift, y + s * a + c * l, up])
+        }
+    };
+    let mut map = link("map", "odom", Quaternion::default());
+    map.transform.translation.x = 7.0;
+    let cases: [(&str, &str, Vec<u8>); 4] = [
+        ("upside down", "whole rotation", drive.with_detections(&[link("/base", "lidar", over)], upside_down)),
+        ("camera", "whole rotation", drive.with_detections(&[link("base", "/camera", image)], camera)),
+        ("odom", "pose of the odometry", drive.with_detections(&[], in_odom("odom", 0.0))),
+        ("map", "pose of the odometry", drive.with_detections(&[map], in_odom("/map", 7.0))),
+    ];
+    for (name, words, bytes) in cases {
+        place.write("a.mcap", &bytes);
+        let told = place.succeeds(&["import", "a.mcap", "--out", name]);
+        assert!(told.contains(words) && !told.contains("warning"), "{name}: {told}");
+        drive.fits(&log_folder::read(&place.path(name)).unwrap(), name);
+    }
+    place.write("a.mcap", &drive.with_detections(&[], in_odom("map", 7.0)));
+    let error = place.fails(&["import", "a.mcap", "--out", "no"]);
+    assert!(
+        error.contains("detections are in the frame 'map'") && error.contains("neither /tf nor /tf_static"),
+        "{error}"
+    );
+}
+
+#[test]
+fn stamps_that_go_back_divide_a_recording() {
+    let (place, drive) = (Place::new(), Drive::new());
+    // The clock of the computer is set back by three seconds.
+    let set_back = |k: u32| stamp(if k < 300 { k } else { k - 30 });
+    let bytes = drive.recording(&[
+        &|writer, k| {
+            let mut message = drive.odometry(k);
+            message.header.stamp = set_back(k);
+            writer.write("/odom", set_back(k), &message).unwrap();
+        },
+        &|writer, k| {
+            let mut message = drive.array(k, "base", |place| place);
+            message.header.stamp = set_back(k);
+            writer.write("/landmarks", set_back(k), &message).unwrap();
+        },
+    ]);
+    place.write("a.mcap", &bytes);
+    let error = place.fails(&["import", "a.mcap", "--out", "no"]);
+    for words in [
+        "/odom by 2.900 s back at message 301 (from 2023-11-14 22:13:49.900 UTC to 2023-11-14 22:13:47 UTC)",
+        "/landmarks by 2.900 s back at message 301",
+        "--part N takes one of the 2 parts, which last 29.9 s, 29.9 s",
+    ] {
+        assert!(error.contains(words), "{words}: {error}");
+    }
+    assert!(!error.contains("--clock") && !place.path("no").exists(), "{error}");
+    for part in ["1", "2"] {
+        let told = place.succeeds(&["import", "a.mcap", "--out", part, "--part", part]);
+        assert!(told.contains(&format!("part {part} of 2 is taken")), "{told}");
+        let log = log_folder::read(&place.path(part)).unwrap();
+        assert_eq!((log.odometry.len(), log.scans.len()), (300, 300));
+        let first = 300 * (part.parse::<usize>().unwrap() - 1);
+        assert_eq!(log.odometry[0].control, drive.controls[first]);
+    }
+    assert!(place.fails(&["import", "a.mcap", "--out", "no", "--part", "3"]).contains("into 2 parts"));
+    place.write("good.mcap", &drive.with_odometry(|_, _| {}));
+    let told = place.succeeds(&["import", "good.mcap", "--out", "good"]);
+    assert!(told.contains("counted from 1700000000 s on (2023-11-14 22:13:20 UTC)"), "{told}");
+}
+
+/// A degree to the north is 111.2 km here, a degree to the east 74.4 km.
+fn fix_at(k: u32, [x, y]: [f64; 2]) -> NavSatFix {
+    let mut fix = NavSatFix { header: header(k, "gps"), latitude: 48.0, longitude: 11.0, ..NavSatFix::default() };
+    fix.latitude += y / 111_200.0;
+    fix.longitude += x / 74_629.0;
+    fix.position_covariance_type = 2;
+    (fix.position_covariance[0], fix.position_covariance[4]) = (0.04, 0.04);
+    fix
+}
+
+#[test]
+fn places_that_are_none_are_no_origin() {
+    let (place, drive) = (Place::new(), Drive::new());
+    let recording = |fix: &dyn Fn(u32) -> NavSatFix, truth: bool| {
+        drive.recording(&[
+            &|writer, k| writer.write("/odom", stamp(k), &drive.odometry(k)).unwrap(),
+            &|writer, k| writer.write("/landmarks", stamp(k), &drive.array(k, "base", |place| place)).unwrap(),
+            &|writer, k| {
+                if k % 5 == 0 {
+                    writer.write("/gps/fix", stamp(k), &fix(k)).unwrap();
+                }
+            },
+            &|writer, k| {
+                let mut pose = PoseStamped { header: header(k, "map"), ..PoseStamped::default() };
+                let [x, y, heading] = drive.poses[k as usize];
+                (pose.pose.position.x, pose.pose.position.y) = (x, y);
+                pose.pose.orientation = Quaternion::of_yaw(heading);
+                if truth {
+                    writer.write("/ground_truth", stamp(k), &pose).unwrap();
+                }
+            },
+        ])
+    };
+    let at = |k: u32| [drive.poses[k as usize][0], drive.poses[k as usize][1]];
+    let near = |log: &Log, pose: &dyn Fn([f64; 2]) -> [f64; 2]| {
+        for fix in &log.fixes {
+            let PoseFix::Position([x, y]) = fix.measured else { panic!("a place") };
+            let right = pose(at((fix.t_s * 10.0).round() as u32));
+            assert!((x - right[0]).hypot(y - right[1]) < 0.1, "{fix:?} {right:?}");
+        }
+    };
+    let cases: [(&str, &str, &dyn Fn(u32) -> NavSatFix, usize); 4] = [
+        (
+            "zero",
+            "20 fixes at 0°, 0° are left out",
+            &|k| {
+                if k < 100 { NavSatFix { latitude: 0.0, longitude: 0.0, ..fix_at(k, at(k)) } } else { fix_at(k, at(k)) }
+            },
+            100,
+        ),
+        (
+            "far",
+            "by 5",
+            &|k| if k < 20 { NavSatFix { longitude: 90.0, ..fix_at(k, at(k)) } } else { fix_at(k, at(k)) },
+            116,
+        ),
+        (
+            "late",
+            "20 fixes without a place",
+            &|k| {
+                let mut fix = fix_at(k, at(k));
+                if k < 100 {
+                    (fix.status.status, fix.latitude) = (-1, f64::NAN);
+                }
+                fix
+            },
+            100,
+        ),
+        (
+            "turned",
+            "the fixes are turned by -0.5",
+            &|k| {
+                let ([x, y], (s, c)) = (at(k), 0.5_f64.sin_cos());
+                fix_at(k, [c * x - s * y, s * x + c * y])
+            },
+            120,
+        ),
+    ];
+    for (name, words, fix, count) in cases {
+        place.write("a.mcap", &recording(fix, true));
+        let told = place.succeeds(&["import", "a.mcap", "--out", name]);
+        assert!(told.contains(words) && told.contains("lie on the true positions"), "{name}: {told}");
+        let log = log_folder::read(&place.path(name)).unwrap();
+        assert_eq!(log.fixes.len(), count, "{name}");
+        near(&log, &|place| place);
+        assert!(log.initial_pose[0].abs() < 1e-9 && log.initial_pose[2].abs() < 1e-9);
+    }
+    // Without a truth the way by odometry tells where the vehicle starts in the frame of the fixes.
+    place.write(
+        "a.mcap",
+        &recording(
+            &|k| {
+                let mut fix = fix_at(k, [-at(k)[1], at(k)[0]]);
+                fix.status.status = if k < 100 { -1 } else { 0 };
+                fix
+            },
+            false,
+        ),
+    );
+    let told = place.succeeds(&["import", "a.mcap", "--out", "start"]);
+    assert!(told.contains("the vehicle starts at"), "{told}");
+    let log = log_folder::read(&place.path("start")).unwrap();
+    let [x, y, heading] = log.initial_pose;
+    assert!((heading - std::f64::consts::FRAC_PI_2).abs() < 0.01, "{:?}", log.initial_pose);
+    near(&log, &|[px, py]| [x - py, y + px]);
+}
+
+#[test]
+fn folders_of_bags_and_compressed_recordings_are_read() {
+    let (place, drive) = (Place::new(), Drive::new());
+    let whole = drive.with_odometry(|_, _| {});
+    let part = |from: u32, to: u32| {
+        drive.recording(&[&|writer, k| {
+            if (from..to).contains(&k) {
+                writer.write("/odom", stamp(k), &drive.odometry(k)).unwrap();
+                writer.write("/landmarks", stamp(k), &drive.array(k, "base", |place| place)).unwrap();
+            }
+        }])
+    };
+    place.write("whole.mcap", &whole);
+    place.succeeds(&["import", "whole.mcap", "--out", "log"]);
+    let right = log_folder::read(&place.path("log")).unwrap();
+    fs::create_dir(place.path("bag")).unwrap();
+    place.write("bag/bag_10.mcap", &part(400, 600));
+    place.write("bag/bag_9.mcap", &part(0, 400));
+    place.succeeds(&["import", "bag", "--out", "by_numbers"]);
+    let list =
+        "rosbag2_bagfile_information:\n  relative_file_paths:\n    - bag/bag_9.mcap\n    - bag_10.mcap\n  duration:\n";
+    place.write("bag/metadata.yaml", list.as_bytes());
+    place.succeeds(&["import", "bag", "--out", "listed"]);
+    for name in ["by_numbers", "listed"] {
+        let log = log_folder::read(&place.path(name)).unwrap();
+        assert_eq!(Log { name: right.name.clone(), ..log }, right, "{name}");
+    }
+    place.write("bag/metadata.yaml", list.replace("bag_9", "bag_8").as_bytes());
+    assert!(
+        place
+            .fails(&["import", "bag", "--out", "no"])
+            .contains("bag_8.mcap: metadata.yaml lists it, but it is not there")
+    );
+    place.write("a.db3", b"SQLite format 3\0and more");
+    place.write("a.bag", b"#ROSBAG V2.0\nand more");
+    for (name, words) in [("a.db3", "a recording in SQLite"), ("a.bag", "a recording of ROS 1")] {
+        let error = place.fails(&["import", name, "--out", "no"]);
+        assert!(error.contains(words) && error.contains("rosbags-convert"), "{error}");
+    }
+}
+
+#[test]
+fn bearings_and_ranges_that_are_none_are_mended_or_named() {
+    let (place, drive) = (Place::new(), Drive::new());
+    // Azimuths from 0 on, and rays without a return written as 30 m.
+    let rays = |k: u32| {
+        let seen = drive.seen(k);
+        let rays = seen
+            .iter()
+            .map(|[ahead, left, _]| [ahead.hypot(*left), left.atan2(*ahead).rem_euclid(std::f64::consts::TAU)]);
+        let nothing = (0..4).map(|ray| [30.0, 1.5 * f64::from(ray) + 0.01 * f64::from(k % 100)]);
+        let points = rays.chain(nothing).map(|[range, azimuth]| ([range, azimuth], []));
+        cloud(header(k, "base"), ["range", "azimuth"], [], points)
+    };
+    let bytes = drive
+        .recording(&[&|writer, k| writer.write("/odom", stamp(k), &drive.odometry(k)).unwrap(), &|writer, k| {
+            writer.write("/landmarks", stamp(k), &rays(k)).unwrap()
+        }]);
+    place.write("a.mcap", &bytes);
+    let told = place.succeeds(&["import", "a.mcap", "--out", "named"]);
+    assert!(told.contains("have bearings beyond half a turn") && told.contains("2400 of "), "{told}");
+    assert!(told.contains("--range-below 29.997"), "{told}");
+    let told = place.succeeds(&["import", "a.mcap", "--out", "log", "--range-below", "29.997"]);
+    assert!(told.contains("2400 detections are left out whose range is not below 29.997 m"), "{told}");
+    let log = log_folder::read(&place.path("log")).unwrap();
+    assert!(
+        log.scans
+            .iter()
+            .flat_map(|scan| &scan.detections)
+            .all(|[range, bearing]| *range < 12.0 && bearing.abs() <= std::f64::consts::PI)
+    );
+}
+
+#[test]
+fn tables_of_windows_and_of_other_languages_are_read() {
+    let place = Place::new();
+    let odometry = |wrong: &str| -> String {
+        let row = |k: i32| format!("{},{};1,5;{}\r\n", k / 10, k % 10, if k == 48 { wrong } else { "0,1" });
+        "t;v;w\r\n".to_owned() + &(0..100).map(row).collect::<String>()
+    };
+    let seen: String = (0..90).map(|k| format!("{}\t{},5\t-0,25\r\n", k / 10, 4 + k % 3)).collect();
+    place.write("d.csv", format!("t\tr\tb\r\n{seen}").as_bytes());
+    let map = "[odometry]\nfile = \"o.csv\"\ntime = \"t\"\nspeed = \"v\"\nturn = \"w\"\n[detections]\nfile = \"d.csv\"\n\
+               time = \"t\"\nrange = \"r\"\nbearing = \"b\"\n";
+    place.write("map.toml", map.as_bytes());
+    place.write("o.csv", odometry("0,1").as_bytes());
+    let told = place.succeeds(&["import", "map.toml", "--out", "log"]);
+    assert!(told.contains("o.csv: numbers have decimal commas") && told.contains("d.csv: numbers"), "{told}");
+    let log = log_folder::read(&place.path("log")).unwrap();
+    assert_eq!(
+        (log.odometry[12].t_s, log.odometry[12].control, log.scans[0].detections[1]),
+        (1.2, [1.5, 0.1, 0.0], [5.5, -0.25])
+    );
+    place.write("o.csv", odometry("abc").as_bytes());
+    let error = place.fails(&["import", "map.toml", "--out", "no"]);
+    assert!(error.contains("o.csv, line 50, column w: not a finite number: 'abc'"), "{error}");
+    place.write("o.csv", odometry("0,1").replacen("5,0;", "3,0;", 1).as_bytes());
+    let error = place.fails(&["import", "map.toml", "--out", "no"]);
+    assert!(error.contains("o.csv, line 52, column t: time goes back by 1.900 s"), "{error}");
+    place.write("map.toml", map.replace("speed", "sped").replace("range", "rage").as_bytes());
+    let error = place.fails(&["import", "map.toml", "--out", "no"]);
+    for words in ["no key 'sped'", "no key 'rage'", "missing field `speed`"] {
+        assert!(error.contains(words), "{words}: {error}");
+    }
+}

@@ -11,7 +11,7 @@
 //! | `cdr.rs` | bytes of a message |
 //! | `messages/` | one family of messages each |
 //! | `cloud.rs` | the numbers in a `PointCloud2` |
-//! | `write.rs`, `read.rs` | MCAP files; `unpack.rs`: compressed ones |
+//! | `write.rs`, `read.rs` | MCAP files; `unpack.rs`: compressed chunks, messages and files |
 //!
 //! What is damaged, torn off or of another type is an error that says where; nothing panics.
 
@@ -29,4 +29,5 @@ pub use cloud::{Cloud, CloudError, cloud};
 pub use definition::{Definition, Message, full_text};
 pub use read::{Channel, ReadError, ReadProblem, Reader, Record};
 pub use time::{Duration, Time, TimeError};
+pub use unpack::unpacked;
 pub use write::{WriteError, Writer};

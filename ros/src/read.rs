@@ -2,7 +2,7 @@
 
 use crate::cdr::{CdrError, decode};
 use crate::definition::Message;
-use crate::unpack::{LIMIT, unpack};
+use crate::unpack::{self, LIMIT, unpack};
 use mcap::records::{self, ChunkHeader, op};
 use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use std::collections::BTreeMap;
@@ -276,7 +276,7 @@ impl<R: Read> Reader<R> {
 }
 
 impl Channel {
-    /// The message of these bytes.
+    /// The message of these bytes, which may be compressed with zstd or lz4 on their own.
     ///
     /// # Errors
     /// The channel has other messages or another encoding, or the bytes are none.
@@ -288,6 +288,6 @@ impl Channel {
         if self.kind != M::DEFINITION.name {
             return Err(CdrError::Content(format!("messages are {}, not {}", self.kind, M::DEFINITION.name)));
         }
-        decode(data)
+        decode(&unpack::message(data).map_err(CdrError::Content)?)
     }
 }

@@ -1,8 +1,8 @@
 //! Files are written and read; what is damaged is an error that says where, never a panic.
 
 use scphd_ros::messages::{Header, PointCloud2, PoseStamped};
-use scphd_ros::{Channel, ReadError, ReadProblem, Reader, Record, Time, Writer, cloud, encode};
-use std::io::Cursor;
+use scphd_ros::{Channel, ReadError, ReadProblem, Reader, Record, Time, Writer, cloud, encode, unpacked};
+use std::io::{Cursor, Read, Write};
 
 fn pose(k: u32) -> (Time, PoseStamped) {
     let at = Time { sec: 7, nanosec: k };
@@ -148,7 +148,7 @@ fn zstd(inside: &[u8]) -> Vec<u8> {
 
 fn lz4(inside: &[u8]) -> Vec<u8> {
     let mut packed = lz4_flex::frame::FrameEncoder::new(Vec::new());
-    std::io::Write::write_all(&mut packed, inside).unwrap();
+    packed.write_all(inside).unwrap();
     packed.finish().unwrap()
 }
 
@@ -190,4 +190,41 @@ fn a_chunk_that_is_not_what_it_says_is_refused() {
             let _ = read(&bytes);
         }
     }
+}
+
+/// Two frames of Zstandard, and one between them that is skipped.
+fn frames(bytes: &[u8]) -> Vec<u8> {
+    let (first, second) = bytes.split_at(bytes.len() / 2);
+    [zstd(first), vec![0x50, 0x2a, 0x4d, 0x18, 3, 0, 0, 0, 1, 2, 3], zstd(second)].concat()
+}
+
+#[test]
+fn whole_files_are_unpacked() {
+    let whole = file(5_000);
+    for (name, packed) in [("plain", whole.clone()), ("zstd", frames(&whole)), ("lz4", lz4(&whole)), ("", vec![])] {
+        let mut read = Vec::new();
+        unpacked(Cursor::new(packed.clone())).unwrap().read_to_end(&mut read).unwrap();
+        assert!(read == if name.is_empty() { &[][..] } else { &whole }, "{name}");
+        if name == "zstd" {
+            // What is torn off in a frame ends in an error, never in a shorter file.
+            let torn = |length: usize| unpacked(Cursor::new(packed[..length].to_vec()))?.read_to_end(&mut Vec::new());
+            let first = zstd(&whole[..whole.len() / 2]).len();
+            assert!((4..first).step_by(first / 100).all(|length| torn(length).is_err()));
+        }
+    }
+}
+
+#[test]
+fn messages_that_are_compressed_one_by_one_are_read() {
+    let (at, message) = pose(7);
+    let bytes = encode(&message).unwrap();
+    let kind = "geometry_msgs/msg/PoseStamped".to_owned();
+    let channel = Channel { topic: "/pose".into(), kind, encoding: "cdr".into() };
+    for packed in [bytes.clone(), frames(&bytes), lz4(&bytes)] {
+        assert_eq!(channel.decode::<PoseStamped>(&packed).unwrap(), message, "{at:?}");
+    }
+    let mut torn = zstd(&bytes);
+    torn.truncate(20);
+    let error = channel.decode::<PoseStamped>(&torn).unwrap_err().to_string();
+    assert!(error.contains("a compressed message cannot be unpacked"), "{error}");
 }

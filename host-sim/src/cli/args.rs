@@ -212,7 +212,7 @@ pub struct CheckArgs {
 
 #[derive(Debug, Args)]
 pub struct ImportArgs {
-    /// The recording.
+    /// The recording: an MCAP file, a folder of `ros2 bag record`, a map of the columns of tables (.toml), or a folder of a data set.
     pub source: PathBuf,
     /// Folder to write; it is made, or has to be empty.
     #[arg(long, value_name = "DIR")]
@@ -239,6 +239,12 @@ pub struct ImportArgs {
     /// Of a file that is torn off or damaged, takes what lies before.
     #[arg(long)]
     pub partial: bool,
+    /// Of a recording whose stamps go back, which part to take, from 1 on.
+    #[arg(long, value_name = "N")]
+    pub part: Option<usize>,
+    /// Leaves out detections whose range is not less: sensors write their greatest range, or more, where nothing came back.
+    #[arg(long, value_name = "METRES")]
+    pub range_below: Option<f64>,
     /// Which robot of MRCLAM.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = value_parser!(u32).range(1..=5))]
     pub robot: u32,

@@ -34,25 +34,30 @@ fn read(args: &ImportArgs) -> Result<Imported, Failure> {
     let head = head.transpose()?;
     let source = &args.source;
     let is_map = source.extension().is_some_and(|extension| extension == "toml");
-    if !source.is_dir() && !is_map {
+    let is_data_set = mrclam::is(source) || victoria_park::is(source);
+    if !is_map && !is_data_set && (!source.is_dir() || recording::is_bag(source)) {
         return recording::read(source, &options(args, head)).map_err(|error| Failure::input(plain(error)));
     }
     let named = [&args.odometry, &args.fixes, &args.truth].iter().any(|name| name.is_some());
-    if named || !args.detections.is_empty() || args.partial {
-        return Err(Failure::input("--odometry, --detections, --fixes, --truth and --partial: of MCAP files alone"));
+    if named || !args.detections.is_empty() || args.partial || args.part.is_some() {
+        return Err(Failure::input(
+            "--odometry, --detections, --fixes, --truth, --partial and --part: of MCAP files alone",
+        ));
     }
     let head = head.map(|(place, text)| {
         log_folder::of_head(&text).map_err(|error| Failure::input(format_args!("--head {place}: {error}")))
     });
     let head = head.transpose()?;
     let read = if is_map {
-        columns::read(source, head)
+        columns::read(source, head, args.range_below)
+    } else if args.range_below.is_some() {
+        return Err(Failure::input("--range-below: of MCAP files and tables alone"));
     } else if mrclam::is(source) {
         mrclam::read(source, args.robot, head)
     } else if victoria_park::is(source) {
         victoria_park::read(source, head)
     } else {
-        let what = "neither the files of MRCLAM (RobotN_Odometry.dat) nor of Victoria Park (aa3_dr.mat)";
+        let what = "neither the files of MRCLAM (RobotN_Odometry.dat) nor of Victoria Park (aa3_dr.mat) nor a recording (.mcap)";
         return Err(Failure::input(format_args!("{}: {what}", source.display())));
     };
     read.map_err(|error| Failure::input(plain(error)))
@@ -80,5 +85,7 @@ fn options(args: &ImportArgs, head: Option<(String, String)>) -> recording::Opti
             ClockName::Log => recording::Clock::Log,
         },
         partial: args.partial,
+        part: args.part,
+        range_below_m: args.range_below,
     }
 }

@@ -298,6 +298,8 @@ fn a_simulation_says_so_by_one_key() {
         ("kind = \"simulated\"", true),
         ("kind = \"simulated, noise by hand\"", true),
         ("kind = \"real, outdoor\"", false),
+        ("kind = \"real: a yard\"", false),
+        ("kind = \"simulated; by hand\"", true),
         ("", false),
     ] {
         assert_eq!(simulated(kind), Ok(expected), "{kind}");

@@ -1,8 +1,9 @@
 //! Text tables of any kind, by a file that says which column is what; docs/logs.md describes it.
 
 use super::scans::{Seen, scans};
-use super::text::{Row, Text, Writing};
+use super::text::{Delimiter, Row, Text, Writing};
 use super::{Draft, ImportError, Imported};
+use crate::calendar;
 use crate::log::{Fix, Log, Odometry, PoseFix, TruePose};
 use serde::Deserialize;
 use std::fs;
@@ -110,21 +111,19 @@ const KEYS: [(&str, &[&str]); 6] = [
 ];
 const KEYS_OF_ALL: [&str; 3] = ["file", "delimiter", "header"];
 
-/// A key that no section has would be a slip of the pen that leaves something out unseen.
-fn known(place: &Path, text: &str) -> Result<(), ImportError> {
+/// Keys that no section has: each would be a slip of the pen that leaves something out unseen.
+fn known(text: &str) -> Vec<String> {
     let table: toml::Table = text.parse().unwrap_or_default();
+    let mut strangers = Vec::new();
     for (section, keys) in KEYS {
         let inside = table.get(section).and_then(toml::Value::as_table);
-        let stranger = inside
-            .into_iter()
-            .flat_map(toml::Table::keys)
-            .find(|key| !keys.contains(&key.as_str()) && !KEYS_OF_ALL.contains(&key.as_str()));
-        if let Some(key) = stranger {
+        let known = |key: &&String| keys.contains(&key.as_str()) || KEYS_OF_ALL.contains(&key.as_str());
+        for key in inside.into_iter().flat_map(toml::Table::keys).filter(|key| !known(key)) {
             let all = [keys, &KEYS_OF_ALL].concat().join(", ");
-            return Err(ImportError::at(place.display(), format_args!("[{section}] has no key '{key}', but {all}")));
+            strangers.push(format!("[{section}] has no key '{key}', but {all}"));
         }
     }
-    Ok(())
+    strangers
 }
 
 /// Units, and what one is in metres, seconds and radians.
@@ -199,13 +198,17 @@ impl Source {
     fn read(&self, folder: &Path) -> Result<Text, ImportError> {
         let path = folder.join(&self.file);
         let delimiter = match self.delimiter.as_deref() {
-            None => Some(b','),
-            Some("space") => None,
+            None => Delimiter::Guessed,
+            Some("space") => Delimiter::Space,
+            Some("tab") => Delimiter::Byte(b'\t'),
             Some(text) => match text.as_bytes() {
-                [byte] => Some(*byte),
+                [byte] => Delimiter::Byte(*byte),
                 _ => {
                     let place = format!("delimiter '{text}'");
-                    return Err(ImportError::at(place, "a single character, or \"space\" for any white space"));
+                    return Err(ImportError::at(
+                        place,
+                        "a single character, or \"tab\", or \"space\" for any white space",
+                    ));
                 }
             },
         };
@@ -213,27 +216,49 @@ impl Source {
     }
 }
 
-/// Reads the tables that `map` names. What `head` says of vehicle and sensor counts, where there is one.
+/// Reads the tables that `map` names. What `head` says of vehicle and sensor counts, where there is one; detections whose range is not less
+/// than `range_below_m` are left out.
 ///
 /// # Errors
 /// A file or column is missing, or a cell has no number: see [`ImportError`].
-pub fn read(map: &Path, head: Option<Log>) -> Result<Imported, ImportError> {
+pub fn read(map: &Path, head: Option<Log>, range_below_m: Option<f64>) -> Result<Imported, ImportError> {
     let text = fs::read_to_string(map).map_err(|error| ImportError::io(map, error))?;
     let named = |error: toml::de::Error| {
         let what = error.message().split_whitespace().collect::<Vec<_>>().join(" ");
         ImportError::at(map.display(), what)
     };
-    let columns: Map = toml::from_str(&text).map_err(named)?;
-    known(map, &text)?;
+    let strangers = known(&text);
+    // What is missing may be what is written wrongly.
+    let columns: Result<Map, _> = toml::from_str(&text);
+    let columns = match (columns, &strangers[..]) {
+        (Ok(columns), []) => columns,
+        (Err(error), []) => return Err(named(error)),
+        (Ok(_), _) => return Err(ImportError::at(map.display(), strangers.join("; "))),
+        (Err(error), _) => {
+            let what = format!("{}; {}", strangers.join("; "), error.message());
+            return Err(ImportError::at(map.display(), what.split_whitespace().collect::<Vec<_>>().join(" ")));
+        }
+    };
     let folder = map.parent().unwrap_or(Path::new(""));
     let mut odometry = Vec::new();
     let table = columns.odometry.source.read(folder)?;
     let Moves { time, speed, turn, .. } = &columns.odometry;
     let (time, speed, turn) = (time.find(&table)?, speed.find(&table)?, turn.find(&table)?);
+    let mut told = Vec::new();
     for row in table.rows() {
-        odometry.push(Odometry { t_s: time.of(&row)?, control: [speed.of(&row)?, turn.of(&row)?, 0.0] });
+        let t_s = time.of(&row)?;
+        if let Some(before) = odometry.last().map(|row: &Odometry| row.t_s).filter(|before| t_s < *before) {
+            let (back_s, before) = (before - t_s, calendar::shown(before));
+            let what = format!(
+                "time goes back by {back_s:.3} s, from {before} to {}: rows of both times do not belong together",
+                calendar::shown(t_s)
+            );
+            return Err(row.error(time.place, what));
+        }
+        odometry.push(Odometry { t_s, control: [speed.of(&row)?, turn.of(&row)?, 0.0] });
     }
-    let seen = seen(&columns.detections, folder)?;
+    table.tell(&mut told);
+    let seen = seen(&columns.detections, folder, &mut told)?;
     let mut empty = Vec::new();
     if let Some(Times { source, time }) = &columns.scans {
         let table = source.read(folder)?;
@@ -241,11 +266,11 @@ pub fn read(map: &Path, head: Option<Log>) -> Result<Imported, ImportError> {
         empty = table.rows().map(|row| time.of(&row)).collect::<Result<Vec<f64>, _>>()?;
     }
     let mut truth: Vec<TruePose> = Vec::new();
-    each(columns.truth.as_ref(), folder, "truth", |t_s, place, heading_rad| {
+    each(columns.truth.as_ref(), folder, "truth", &mut told, |t_s, place, heading_rad| {
         truth.extend(place.map(|position| TruePose { t_s, position, heading_rad }));
     })?;
     let mut fixes = Vec::new();
-    each(columns.fixes.as_ref(), folder, "fixes", |t_s, place, heading_rad| {
+    each(columns.fixes.as_ref(), folder, "fixes", &mut told, |t_s, place, heading_rad| {
         let place = place.map(PoseFix::Position);
         fixes.extend(place.into_iter().chain(heading_rad.map(PoseFix::Heading)).map(|measured| Fix { t_s, measured }));
     })?;
@@ -258,17 +283,16 @@ pub fn read(map: &Path, head: Option<Log>) -> Result<Imported, ImportError> {
         let (x, y) = (x.find(&table)?, y.find(&table)?);
         landmarks = table.rows().map(|row| Ok([x.of(&row)?, y.of(&row)?])).collect::<Result<Vec<_>, ImportError>>()?;
     }
-    let told = vec![format!("{} rows of odometry, {} detections", odometry.len(), seen.len())];
+    told.push(format!("{} rows of odometry, {} detections", odometry.len(), seen.len()));
     let initial_pose = truth.first().map(|row| [row.position[0], row.position[1], row.heading_rad.unwrap_or(0.0)]);
     let scans = scans(seen, &empty);
     let name = columns.name.unwrap_or_else(|| "log".to_owned());
     let sensors = vec![(String::new(), None)];
-    let draft =
-        Draft { name, head, sensors, initial_pose, odometry, scans, fixes, truth, landmarks, told, ..Draft::default() };
-    draft.finish()
+    let places = Draft { initial_pose, fixes, truth, landmarks, ..Draft::default() };
+    Draft { name, head, sensors, odometry, scans, told, range_below_m, ..places }.finish()
 }
 
-fn seen(columns: &Sees, folder: &Path) -> Result<Vec<Seen>, ImportError> {
+fn seen(columns: &Sees, folder: &Path, told: &mut Vec<String>) -> Result<Vec<Seen>, ImportError> {
     let table = columns.source.read(folder)?;
     let time = columns.time.find(&table)?;
     let find = |column: &Option<Column>| column.as_ref().map(|column| column.find(&table)).transpose();
@@ -289,6 +313,7 @@ fn seen(columns: &Sees, folder: &Path) -> Result<Vec<Seen>, ImportError> {
         let label = label.as_ref().map(|label| label.of(&row)).transpose()?.map(|label| label as i64);
         seen.push((time.of(&row)?, detection, label));
     }
+    table.tell(told);
     Ok(seen)
 }
 
@@ -297,6 +322,7 @@ fn each(
     columns: Option<&Places>,
     folder: &Path,
     section: &str,
+    told: &mut Vec<String>,
     mut show: impl FnMut(f64, Option<[f64; 2]>, Option<f64>),
 ) -> Result<(), ImportError> {
     let Some(Places { source, time, x, y, heading }) = columns else { return Ok(()) };
@@ -319,5 +345,6 @@ fn each(
         };
         show(time.of(&row)?, place, heading_rad);
     }
+    table.tell(told);
     Ok(())
 }

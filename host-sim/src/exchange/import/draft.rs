@@ -1,6 +1,7 @@
 //! What is read of a recording, and the log that it makes.
 
 use super::{ImportError, Imported};
+use crate::calendar;
 use crate::log::{
     Fix, FixNoise, Log, Mounting, MovingLandmark, NamedSensor, Nominal, Odometry, Scan, Sensor, TruePose, Vehicle,
 };
@@ -19,6 +20,8 @@ pub struct Draft {
     /// Names of the sensors in the order in which scans count them, and where they sit where that is known; one without a name where it
     /// is the only one.
     pub sensors: Vec<(String, Option<Mounting>)>,
+    /// Whether the vehicle moves to the side, where there is no head.
+    pub aside: bool,
     /// Pose at the start, where it is known: x m, y m, heading rad.
     pub initial_pose: Option<[f64; 3]>,
     /// Rows of odometry.
@@ -35,6 +38,8 @@ pub struct Draft {
     pub landmarks: Vec<[f64; 2]>,
     /// True tracks of what moves.
     pub moving: Vec<MovingLandmark>,
+    /// Detections whose range, m, is not less are left out.
+    pub range_below_m: Option<f64>,
     /// What has to be told.
     pub told: Vec<String>,
 }
@@ -45,10 +50,12 @@ impl Draft {
     /// # Errors
     /// The head has other sensors.
     pub fn finish(mut self) -> Result<Imported, ImportError> {
-        self.odometry.sort_by(|a, b| a.t_s.total_cmp(&b.t_s));
-        self.scans.sort_by(|a, b| a.t_s.total_cmp(&b.t_s));
-        self.truth.sort_by(|a, b| a.t_s.total_cmp(&b.t_s));
-        self.fixes.sort_by(|a, b| a.t_s.total_cmp(&b.t_s));
+        let Self { odometry, scans, truth, fixes, told, .. } = &mut self;
+        told.extend(sort("odometry", odometry, |row| row.t_s));
+        told.extend(sort("scans", scans, |scan| scan.t_s));
+        told.extend(sort("true poses", truth, |row| row.t_s));
+        told.extend(sort("fixes", fixes, |fix| fix.t_s));
+        self.clean(self.head.as_ref().is_some_and(|head| head.simulated));
         if let Some(first) = self.odometry.first() {
             let before = self.fixes.len();
             self.fixes.retain(|fix| fix.t_s >= first.t_s);
@@ -133,7 +140,7 @@ impl Draft {
         Log {
             name: self.name.clone(),
             initial_pose: self.initial_pose.unwrap_or_default(),
-            vehicle: Vehicle::UnicycleArc,
+            vehicle: if self.aside { Vehicle::Holonomic } else { Vehicle::UnicycleArc },
             sensor: first.sensor,
             sensor_name: first.name,
             nominal: first.nominal,
@@ -149,4 +156,20 @@ impl Draft {
             moving: Vec::new(),
         }
     }
+}
+
+/// Puts rows in order of time, and tells where they are not.
+fn sort<T>(name: &str, rows: &mut [T], t_s: impl Fn(&T) -> f64) -> Option<String> {
+    let back = |pair: &[T]| t_s(&pair[1]) < t_s(&pair[0]);
+    let count = rows.windows(2).filter(|pair| back(pair)).count();
+    let first = rows.windows(2).position(back)?;
+    let (from, to) = (t_s(&rows[first]), t_s(&rows[first + 1]));
+    rows.sort_by(|a, b| t_s(a).total_cmp(&t_s(b)));
+    Some(format!(
+        "warning: {name}: time goes back {count} times, first by {:.3} s from {} to {} at row {}: the rows are put in order of time",
+        from - to,
+        calendar::shown(from),
+        calendar::shown(to),
+        first + 2
+    ))
 }

@@ -2,13 +2,14 @@
 //!
 //! | file or folder | |
 //! |---|---|
-//! | `draft.rs` | what is read, and the log that it makes |
+//! | `draft.rs`, `clean.rs` | what is read, what of it is no detection, and the log that it makes |
 //! | `recording/` | MCAP files with messages of ROS 2 |
 //! | `text.rs`, `scans.rs` | tables in text files, and detections of them |
 //! | `columns.rs` | tables of any kind, by a map of their columns |
 //! | `mrclam.rs` | the original files of MRCLAM |
 //! | `matlab.rs`, `victoria_park.rs` | the original files of Victoria Park |
 
+mod clean;
 pub mod columns;
 mod draft;
 mod matlab;

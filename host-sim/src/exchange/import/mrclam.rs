@@ -12,18 +12,17 @@
 //! Subjects 1 to 5 are robots, 6 to 20 landmarks.
 
 use super::scans::{Seen, scans};
-use super::text::{Text, Writing};
+use super::text::{Delimiter, Text, Writing};
 use super::{Draft, ImportError, Imported};
 use crate::log::{Log, MovingLandmark, Odometry, TruePose};
-use crate::log_folder;
-use crate::truth;
+use crate::{calendar, log_folder, truth};
 use std::collections::HashMap;
 use std::path::Path;
 
 /// The robots of a dataset.
 pub const ROBOTS: std::ops::RangeInclusive<u32> = 1..=5;
 
-const WRITING: Writing = Writing { delimiter: None, header: false };
+const WRITING: Writing = Writing { delimiter: Delimiter::Space, header: false };
 
 /// Robot and camera; the noise is that of the detections in dataset 6 beside the truth, over three robots.
 const HEAD: &str = "name = \"UTIAS MRCLAM\"\ninitial_pose = [0.0, 0.0, 0.0]\n\n[vehicle]\nmodel = \"unicycle\"\n\n[sensor]\n\
@@ -100,7 +99,8 @@ pub fn read(dir: &Path, robot: u32, head: Option<Log>) -> Result<Imported, Impor
     }
     let mut told = vec![format!("robot {robot}: {} rows of odometry, {} detections", rows.len(), seen.len())];
     if zero_s > 0.0 {
-        told.push(format!("times are counted from {zero_s} s on"));
+        let date = calendar::utc(zero_s).map_or_else(String::new, |date| format!(" ({date})"));
+        told.push(format!("times are counted from {zero_s} s on{date}"));
     }
     if unknown > 0 {
         told.push(format!("{unknown} detections have a barcode that Barcodes.dat does not have: their label is -1"));

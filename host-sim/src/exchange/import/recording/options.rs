@@ -27,4 +27,8 @@ pub struct Options {
     pub clock: Clock,
     /// Whether what lies before a damage is taken.
     pub partial: bool,
+    /// Which part is taken of a recording whose stamps go back, from 1 on.
+    pub part: Option<usize>,
+    /// Detections whose range, m, is not less are left out.
+    pub range_below_m: Option<f64>,
 }

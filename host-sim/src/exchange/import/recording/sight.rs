@@ -1,4 +1,4 @@
-//! Detections of messages, as range (m) and bearing (rad).
+//! Detections of messages, as they are in the frame of their message.
 
 use super::told::Told;
 use crate::exchange::import::ImportError;
@@ -10,42 +10,44 @@ use scphd_ros::{Cloud, Time};
 pub(super) struct Sight {
     pub(super) stamp: Time,
     pub(super) frame: String,
-    pub(super) detections: Vec<[f64; 2]>,
+    pub(super) seen: Vec<Seen>,
     pub(super) labels: Vec<i64>,
     /// Points that are nowhere.
     pub(super) left_out: usize,
 }
 
-/// Whether a frame's axes are those of an image: z ahead, x to the right.
-pub(super) fn is_optical(frame: &str) -> bool {
-    frame.ends_with("_optical_frame") || frame.ends_with("_optical")
+/// A detection.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Seen {
+    /// A place, m.
+    Place([f64; 3]),
+    /// Range, m, bearing to the left and elevation, rad.
+    Ray([f64; 3]),
+}
+
+/// The name of a frame; those of ROS 1 began with a slash.
+pub(super) fn frame(name: &str) -> &str {
+    name.trim_start_matches('/')
 }
 
 impl Sight {
-    fn new(stamp: Time, frame: &str) -> Self {
-        Self { stamp, frame: frame.to_owned(), detections: Vec::new(), labels: Vec::new(), left_out: 0 }
+    fn new(stamp: Time, name: &str) -> Self {
+        Self { stamp, frame: frame(name).to_owned(), seen: Vec::new(), labels: Vec::new(), left_out: 0 }
     }
 
-    /// A place in the sensor's frame, seen from above.
-    fn place(&mut self, [x, y, z]: [f64; 3]) {
-        let (ahead, left) = if is_optical(&self.frame) { (z, -x) } else { (x, y) };
-        self.seen(ahead.hypot(left), left.atan2(ahead));
+    /// A place, which counts if it is one.
+    fn place(&mut self, place: [f64; 3]) {
+        let somewhere = place.iter().all(|number| number.is_finite()) && place != [0.0; 3];
+        self.told(Seen::Place(place), somewhere);
     }
 
-    fn seen(&mut self, range: f64, bearing: f64) {
-        // What has no range has no bearing.
-        self.told(range, bearing, range > 0.0);
-    }
-
-    /// A range and a bearing, which count if they are numbers and `kept`; whether they do.
-    fn told(&mut self, range: f64, bearing: f64, kept: bool) -> bool {
-        let kept = kept && range.is_finite() && bearing.is_finite();
+    /// A detection, which counts if it is kept.
+    fn told(&mut self, seen: Seen, kept: bool) {
         if kept {
-            self.detections.push([range, bearing]);
+            self.seen.push(seen);
         } else {
             self.left_out += 1;
         }
-        kept
     }
 }
 
@@ -56,9 +58,9 @@ pub(super) fn of(told: &Told) -> Result<Sight, ImportError> {
             let message: RadarScan = told.decode()?;
             let mut sight = Sight::new(message.header.stamp, &message.header.frame_id);
             for seen in &message.returns {
-                // The way over ground.
-                let level = f64::from(seen.range) * f64::from(seen.elevation).cos();
-                sight.seen(level, f64::from(seen.azimuth));
+                let ray = [seen.range, seen.azimuth, seen.elevation].map(f64::from);
+                // What has no range has no bearing.
+                sight.told(Seen::Ray(ray), ray.iter().all(|number| number.is_finite()) && ray[0] > 0.0);
             }
             Ok(sight)
         }
@@ -91,10 +93,13 @@ fn cloud(told: &Told) -> Result<Sight, ImportError> {
         found => found,
     };
     if let (Some(range), Some(bearing)) = (column("range")?, bearing) {
-        let label = column("label")?;
+        let (elevation, label) = (column("elevation")?, column("label")?);
         for point in 0..cloud.points() {
+            let elevation = elevation.map_or(0.0, |elevation| cloud.number(point, elevation));
+            let ray = [cloud.number(point, range), cloud.number(point, bearing), elevation];
+            let kept = ray.iter().all(|number| number.is_finite());
             // Simulated noise may make a short range negative.
-            let kept = sight.told(cloud.number(point, range), cloud.number(point, bearing), true);
+            sight.told(Seen::Ray(ray), kept);
             // A whole number in double precision; what is none counts as unknown.
             let label = label.map(|label| cloud.number(point, label));
             sight.labels.extend(label.filter(|_| kept).map(|label| if label.is_finite() { label as i64 } else { -1 }));
