@@ -6,6 +6,7 @@ use crate::*;
 use nalgebra::Vector2;
 
 type Memory = State<PlanarPose<f64>, 1, 1, MapMemory<Static<Vector2<f64>>, 1, 64, 64, 256>>;
+type JointMemory = JointState<PlanarPose<f64>, Vector2<f64>, 40, { joint_numbers(3, 2, 40) }, 64>;
 type Sees = Sensing<RangeBearing<f64>, RangeBearingWindow<f64>, UniformClutter<f64>>;
 
 const SIGMAS: [f64; 2] = [0.1, 0.01];
