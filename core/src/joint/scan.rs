@@ -89,6 +89,7 @@ where
             forgotten: parked.forgotten,
             movers: movers.kept().len(),
             health: report.health
+                | Health::UNEXPLAINED_SCAN.when(!ln_evidence.is_finite())
                 | Health::COMPONENTS_LOST.when(born.lost + parked.forgotten > 0)
                 | Health::COVARIANCE_REPAIRED.when(spoilt + parked.spoilt > 0),
             ..report

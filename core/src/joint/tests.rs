@@ -428,3 +428,41 @@ fn what_is_rarely_born_is_found_all_the_same() {
     assert_eq!(features.len(), 1, "{features:?}");
     assert!((features[0].mean - Vector2::new(7.0 * 0.5_f64.cos(), 7.0 * 0.5_f64.sin())).norm() < 0.2);
 }
+
+#[test]
+fn nothing_is_born_where_neither_clutter_nor_births_are_expected() {
+    let Sensing { sensor, field_of_view, .. } = *lidar::<f32>().sensing();
+    let clutter = UniformClutter::of_scan(0.0, field_of_view.measure()).unwrap();
+    let detector = Detector::new(Sensing { sensor, field_of_view, clutter }, Births::NONE).unwrap();
+    let mut state = Box::new(Car::<f32, 4, { joint_numbers(3, 2, 4) }, 4>::new());
+    let mut slam = JointSlam::new(motion(), JointConfig::default(), &mut *state).unwrap();
+    slam.reset(PlanarPose::new(0.0, 0.0, 0.0)).unwrap();
+    let report = slam.scan(&detector, &[Vector2::new(7.0, 0.5)]).unwrap();
+    assert_eq!((report.births, slam.features().count()), (0, 0));
+    assert!(report.health.contains(Health::UNEXPLAINED_SCAN));
+}
+
+/// The labels of a map may be any, and births count on from the greatest.
+#[test]
+fn what_was_loaded_goes_whatever_its_label_is() {
+    let place = |label: u32, x: f32| Component {
+        label,
+        ln_weight: -0.01,
+        mean: Vector2::new(x, 1.0),
+        covariance: Symmetric::from_diagonal([0.01, 0.01]),
+    };
+    let last = CarSlam::<f32>::GREATEST_LOADED_LABEL;
+    for other in [10, last] {
+        let mut state = Box::new(Car::<f32, 8, { joint_numbers(3, 2, 8) }, 4>::new());
+        let mut slam = JointSlam::new(motion(), JointConfig::default(), &mut *state).unwrap();
+        slam.reset(PlanarPose::new(0.0, 0.0, 0.0)).unwrap();
+        slam.load_map(&[place(0, 5.0), place(other, -5.0)]).unwrap();
+        for scan in 0..200 {
+            slam.predict(&UnicycleControl { speed_mps: 0.0, rate_radps: 0.0 }, 0.1).unwrap();
+            let new = Vector2::new(8.0 + 0.05 * scan as f32, 2.0);
+            slam.scan(&lidar(), &[new]).unwrap();
+        }
+        let slots = slam.memory.slots.iter().take(slam.memory.known.len);
+        assert!(slots.into_iter().all(|slot| slot.label != 0 && slot.label != other), "{other}");
+    }
+}

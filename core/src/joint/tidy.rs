@@ -46,7 +46,7 @@ where
         let unexplained = explained.unexplained;
         let born_of = |ln_birth: T| (unexplained * (ln_birth - explained.ln_unexplained).exp()).at_most(T::ONE);
         // Where nothing at all explains a measurement, no share of it is known, but that none is of births that there are none of.
-        let existence = if V::MOVE && births.of_static == T::ZERO { T::ZERO } else { born_of(ln_birth) };
+        let existence = if births.of_static == T::ZERO { T::ZERO } else { born_of(ln_birth) };
         let moving = if V::MOVE && births.of_moving > T::ZERO { born_of(ln_moving) } else { T::ZERO };
         if !(unexplained >= config.birth_share && existence + moving > T::ZERO) {
             continue;
@@ -138,8 +138,8 @@ pub(super) fn drop_unlikely<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>
     let mut dropped = 0;
     for place in (0..memory.known.len).rev() {
         let Some(slot) = memory.slots.get(place) else { continue };
-        // Labels wrap around.
-        if slot.label.wrapping_sub(first_label) < u32::MAX / 2 {
+        // Labels wrap around, and loaded ones may be any.
+        if slot.label.wrapping_sub(first_label) < memory.known.next_label.wrapping_sub(first_label) {
             continue;
         }
         let tentative = slot.detections < T::from_f64(TENTATIVE) && slot.detection > T::ZERO;

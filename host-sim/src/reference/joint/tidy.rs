@@ -20,7 +20,9 @@ impl<M: Models> Joint<M> {
         let (mut births, mut no_birth, mut lost) = (0, 0, 0);
         for (index, z) in measurements.iter().enumerate() {
             let unexplained = association.unexplained[index];
-            let born_of = |intensity: f64| (unexplained * intensity / association.ln_lambda[index].exp()).min(1.0);
+            // 0 of 0 is not a share.
+            let of = |intensity: f64| (unexplained * intensity / association.ln_lambda[index].exp()).min(1.0);
+            let born_of = |intensity: f64| if intensity == 0.0 { 0.0 } else { of(intensity) };
             let v = born_of(birth_intensity);
             let w = moving.map_or(0.0, |moving| born_of(moving.birth_intensity));
             if unexplained < birth_share || v + w <= 0.0 {
@@ -128,7 +130,7 @@ impl<M: Models> Joint<M> {
         let mut dropped = 0;
         for place in (0..state.features.len()).rev() {
             let feature = state.features[place];
-            let is_new = feature.label.wrapping_sub(first_label) < u32::MAX / 2;
+            let is_new = feature.label.wrapping_sub(first_label) < state.next_label.wrapping_sub(first_label);
             let tentative = feature.detections < TWICE && detection[place] > 0.0;
             let least = if tentative { least_tentative.max(least_existence) } else { least_existence };
             if !is_new && feature.total() < least {
