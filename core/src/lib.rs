@@ -120,6 +120,7 @@ pub use numerics::symmetric::{Factor, Symmetric};
 pub use numerics::vector::{Array, Linear, Matrix, Place, Vector};
 pub use numerics::zero::Zero;
 pub use particles::candidate::Candidate;
+pub use report::any_error::Error;
 pub use report::config_error::ConfigError;
 pub use report::error::{
     Flaw, Implausible, LoadMapError, ObserveError, PredictError, ResetError, ScanError, SetupError,

@@ -1,5 +1,6 @@
 //! What comes back: reports, health, errors, and who watches a scan.
 
+pub(crate) mod any_error;
 pub(crate) mod config_error;
 pub(crate) mod error;
 pub(crate) mod health;
