@@ -4,6 +4,7 @@ use nalgebra::Vector2;
 use scphd::{Ackermann, DetectorMemory, KnownPose, PlanarPose, Unicycle, joint_memory, memory};
 
 joint_memory! { type Hall: Unicycle<f32> { measurement: Vector2<f32>, features: 40, measurements: 32 } }
+joint_memory! { type Court: Unicycle<f32> { measurement: Vector2<f32>, features: 64, measurements: 32 } }
 joint_memory! { type Yard: Unicycle<f32> { measurement: Vector2<f32>, features: 100, measurements: 32 } }
 memory! {
     type Few: Unicycle<f32> { particles: 4, samples: 1, features { pages: 128, pages_per_map: 32, in_view: 256 } }
@@ -33,6 +34,7 @@ fn the_table_says_how_much_they_take() {
     let page = include_str!("../../docs/choosing.md");
     let memories = [
         ("Hall", size_of::<Hall>()),
+        ("Court", size_of::<Court>()),
         ("Yard", size_of::<Yard>()),
         ("Few", size_of::<Few>()),
         ("FewAndMoving", size_of::<FewAndMoving>()),

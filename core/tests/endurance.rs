@@ -5,9 +5,9 @@
 
 use nalgebra::Vector2;
 use scphd::{
-    Births, Config, ControlNoise, Detector, DetectorMemory, JointConfig, JointSlam, Noise, PlanarPose, Pose,
-    PositionFix, RangeBearing, RangeBearingWindow, ScPhd, Sensing, Step, Unicycle, UnicycleControl, UniformClutter,
-    joint_memory, memory, wrap,
+    Births, Config, ControlNoise, Detector, DetectorMemory, JointConfig, JointSlam, Noise, Persistence, PlanarPose,
+    Pose, PositionFix, RangeBearing, RangeBearingWindow, ScPhd, Sensing, Step, Unicycle, UnicycleControl,
+    UniformClutter, joint_memory, memory, wrap,
 };
 use std::f64::consts::TAU;
 use std::time::Instant;
@@ -163,9 +163,11 @@ fn drive(filter: Filter, seed: u64, parts: usize, scans: usize) -> Vec<Part> {
             (off(&world, slam.estimate_pose().unwrap().mean), report.pages_used)
         }))
     } else {
+        // Nothing hides anything here, so that what is held is what there is and a little clutter.
+        let config = JointConfig { persistence: Persistence::FOR_EVER, behind: 1.0, ..JointConfig::default() };
         let mut state = Box::new(JointMemory::new());
         let eyes = Detector::new(sensing, births).unwrap();
-        let mut slam = JointSlam::new(motion, JointConfig::default(), &mut *state).unwrap();
+        let mut slam = JointSlam::new(motion, config, &mut *state).unwrap();
         slam.reset(PlanarPose::ZERO).unwrap();
         part(Box::new(|| {
             slam.predict(&world.go(), DT_S as f32).unwrap();

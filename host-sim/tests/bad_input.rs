@@ -226,7 +226,6 @@ fn an_estimate_worse_than_dead_reckoning_is_told() {
         told.starts_with("warning: survey by scphd f32: the estimate is worse than dead reckoning (seed 1: "),
         "{told}"
     );
-    assert_eq!(told.lines().count(), 1, "{told}");
     let json = |file: &str| -> Value { serde_json::from_slice(&fs::read(place.path(file)).unwrap()).unwrap() };
     assert_eq!(json("run.json")["worse_than_dead_reckoning"], true);
     let output = place.succeeds(&[&args[..], &["--repeat", "2"]].concat());

@@ -452,9 +452,10 @@ fn what_was_loaded_goes_whatever_its_label_is() {
         covariance: Symmetric::from_diagonal([0.01, 0.01]),
     };
     let last = CarSlam::<f32>::GREATEST_LOADED_LABEL;
+    let config = JointConfig { persistence: Persistence::FOR_EVER, behind: 1.0, ..JointConfig::default() };
     for other in [10, last] {
         let mut state = Box::new(Car::<f32, 8, { joint_numbers(3, 2, 8) }, 4>::new());
-        let mut slam = JointSlam::new(motion(), JointConfig::default(), &mut *state).unwrap();
+        let mut slam = JointSlam::new(motion(), config, &mut *state).unwrap();
         slam.reset(PlanarPose::new(0.0, 0.0, 0.0)).unwrap();
         slam.load_map(&[place(0, 5.0), place(other, -5.0)]).unwrap();
         for scan in 0..200 {

@@ -11,6 +11,8 @@ use crate::{Births, FieldOfView, Linear, Matrix, MeasurementModel, Pose, Positio
 
 /// Detections that a tentative feature has fewer of.
 pub(super) const TENTATIVE: f64 = 1.5;
+/// What is there with a lower probability is no loss: what was clutter stays for a while as what may be hidden.
+const HARDLY_THERE: f64 = 0.01;
 
 /// What births did.
 #[derive(Debug, Clone, Copy, Default)]
@@ -64,11 +66,15 @@ where
             continue;
         }
         if memory.known.len == memory.slots.len() {
-            born.lost += 1;
-            let weakest = weakest(memory);
-            match weakest {
-                Some((place, total)) if total < existence => memory.drop_feature(place),
-                _ => continue,
+            match weakest(memory) {
+                Some((place, total)) if total < existence => {
+                    born.lost += usize::from(total >= T::from_f64(HARDLY_THERE));
+                    memory.drop_feature(place);
+                }
+                _ => {
+                    born.lost += 1;
+                    continue;
+                }
             }
         }
         let place = memory.known.len;

@@ -445,7 +445,7 @@ mod tests {
             let next_label = born.wrapping_add(20 * scan);
             watch.scanned(&Recognised::NOTHING, (20, 0.0), 0.1, next_label);
             assert!(watch.knows(born.wrapping_sub(1), next_label), "one that was loaded, in scan {scan}");
-            assert_eq!(watch.knows(born, next_label), scan >= 16, "scan {scan}");
+            assert_eq!(watch.knows(born, next_label), scan >= 64, "scan {scan}");
             assert!(!watch.knows(next_label.wrapping_sub(1), next_label), "scan {scan}");
         }
     }

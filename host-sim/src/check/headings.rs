@@ -31,7 +31,8 @@ const START_RAD: f64 = 0.5;
 const START_PIECES: usize = 6;
 
 /// The headings that positions tell: where odometry says that the vehicle moved by its own axes, they say in which direction of the map.
-fn told(log: &Log, positions: &[(f64, [f64; 2])], sigma_m: f64) -> Vec<(f64, f64)> {
+/// `turns` is −1 for odometry whose turns have the other sign.
+fn told(log: &Log, positions: &[(f64, [f64; 2])], sigma_m: f64, turns: f64) -> Vec<(f64, f64)> {
     let reach_m = log.sensors().map(|(_, sensor, _)| sensor.range_max_m).fold(0.0, f64::max);
     let (way, least_m) = (Way::of(log), (PIECE_REACH * reach_m).max(PIECE_SIGMAS * sigma_m));
     let mut told = Vec::new();
@@ -45,7 +46,7 @@ fn told(log: &Log, positions: &[(f64, [f64; 2])], sigma_m: f64) -> Vec<(f64, f64
         } else if libm::hypot(x, y) >= least_m {
             if (0.5..=2.0).contains(&(driven_m / libm::hypot(x, y))) {
                 let own = wrap(libm::atan2(b[1] - a[1], b[0] - a[0]) - a[2]);
-                told.push((from.0, wrap(libm::atan2(y, x) - own)));
+                told.push((from.0, wrap(libm::atan2(y, x) - turns * own)));
             }
             from = to;
         }
@@ -122,10 +123,14 @@ impl Convention {
 /// The headings of the truth beside its positions.
 pub(super) fn truth(log: &Log, findings: &mut Findings) {
     let positions: Vec<(f64, [f64; 2])> = log.truth.iter().map(|row| (row.t_s, row.position)).collect();
-    let told = told(log, &positions, log.truth_sigma_m);
     let written = |t_s: f64| crate::truth::at(&log.truth, t_s)?.heading_rad;
-    let pairs: Vec<(f64, f64)> = told.iter().filter_map(|(t_s, right)| Some((written(*t_s)?, *right))).collect();
-    if let Some(convention) = Convention::of(&pairs) {
+    let convention = |turns: f64| {
+        let told = told(log, &positions, log.truth_sigma_m, turns);
+        let pairs: Vec<(f64, f64)> = told.iter().filter_map(|(t_s, right)| Some((written(*t_s)?, *right))).collect();
+        Convention::of(&pairs)
+    };
+    // Where turns of the other sign would explain it, the odometry is to be mended, and not the truth.
+    if let (Some(convention), Some(_)) = (convention(1.0), convention(-1.0)) {
         convention.tell("truth.csv, column heading_rad", "truth-heading", findings);
     }
 }
@@ -145,7 +150,7 @@ pub(super) fn fixes(log: &Log, findings: &mut Findings) {
     }
     let way = Way::of(log);
     let place = "fixes.csv, column heading_rad";
-    let told = told(log, &positions(log), log.fix_noise.position_sigma_m.unwrap_or(0.0));
+    let told = told(log, &positions(log), log.fix_noise.position_sigma_m.unwrap_or(0.0), 1.0);
     // The heading at the time of a piece: the last one, turned on by the odometry.
     let at = |t_s: f64| {
         let (then_s, heading) = *headings.get(headings.partition_point(|one| one.0 <= t_s).checked_sub(1)?)?;

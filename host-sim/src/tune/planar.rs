@@ -13,7 +13,7 @@ use std::f64::consts::PI;
 /// More than this share of all detections has one range to the last digit, …
 const REPEATED_SHARE: f64 = 0.02;
 /// … as large as any but for so much of it, and so many times as often as any other range: a sensor with few digits repeats many.
-const GREATEST_SHARE: f64 = 0.98;
+const GREATEST_SHARE: f64 = 0.95;
 const OFTENER: usize = 10;
 
 /// The range that stands for no return, if there is one: it, m, how many detections have it, and how many there are.

@@ -10,6 +10,8 @@ use nalgebra::{DMatrix, DVector};
 const TWICE: f64 = 1.5;
 /// What has been seen is absent with this probability at least.
 pub(super) const LEAST_ABSENT: f64 = 1e-12;
+/// What is there with a lower probability is no loss.
+const HARDLY_THERE: f64 = 0.01;
 /// What is less likely there is not merged.
 const LIKELY: f64 = 0.5;
 
@@ -45,10 +47,13 @@ impl<M: Models> Joint<M> {
                 continue;
             }
             if state.features.len() == capacity {
-                lost += 1;
                 let total = |place: &usize| state.features[*place].total();
                 let weakest = (0..capacity).min_by(|a, b| total(a).total_cmp(&total(b)));
-                let Some(weakest) = weakest.filter(|place| total(place) < v) else { continue };
+                let Some(weakest) = weakest.filter(|place| total(place) < v) else {
+                    lost += 1;
+                    continue;
+                };
+                lost += usize::from(total(&weakest) >= HARDLY_THERE);
                 state.drop_feature(weakest);
                 association.detection.swap_remove(weakest);
             }
