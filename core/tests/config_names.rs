@@ -22,12 +22,11 @@ fn numbers(config: &impl Debug) -> BTreeSet<String> {
     found
 }
 
+/// A number's name, and what spoils it.
+type Spoil<C> = (&'static str, fn(&mut C));
+
 /// Spoils one number after the other, and holds the name in the error against it.
-fn names_all<C: Clone + Debug>(
-    config: &C,
-    check: impl Fn(&C) -> Result<(), ConfigError>,
-    spoil: &[(&str, fn(&mut C))],
-) {
+fn names_all<C: Clone + Debug>(config: &C, check: impl Fn(&C) -> Result<(), ConfigError>, spoil: &[Spoil<C>]) {
     assert_eq!(check(config), Ok(()));
     for (name, spoil) in spoil {
         let mut spoilt = config.clone();

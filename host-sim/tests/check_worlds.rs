@@ -336,7 +336,11 @@ fn vehicles_ahead_and_vehicles_that_were_carried_are_found_in_most_worlds() {
         // As if the logger had been off while the vehicle was carried.
         let mut log = world(seed);
         let (from_s, lasts_s) = (0.4 * end_s(&log), 15.0);
-        let at = |t_s: f64| if t_s < from_s { Some(t_s) } else { (t_s > from_s + lasts_s).then(|| t_s - lasts_s) };
+        let at = |t_s: f64| match t_s {
+            _ if t_s < from_s => Some(t_s),
+            _ if t_s > from_s + lasts_s => Some(t_s - lasts_s),
+            _ => None,
+        };
         log.odometry = log.odometry.iter().filter_map(|row| Some(Odometry { t_s: at(row.t_s)?, ..*row })).collect();
         log.scans = log.scans.iter().filter_map(|scan| Some(Scan { t_s: at(scan.t_s)?, ..scan.clone() })).collect();
         log.truth.clear();

@@ -542,10 +542,15 @@ heading = { column = "h", unit = "deg" }
     }
 }
 
+/// Writes a topic's message of that number.
+type Topic<'a> = &'a dyn Fn(&mut Writer<Cursor<Vec<u8>>>, u32);
+/// Changes a message of that number.
+type Change<'a, M> = &'a dyn Fn(u32, &mut M);
+
 /// Posts around a square of 16 m.
 fn posts() -> Vec<[f64; 2]> {
     (0..16)
-        .map(|k| f64::from(k))
+        .map(f64::from)
         .map(|k| [9.0 * (0.7 * k).cos() + 2.0 * (2.9 * k).sin(), 9.0 * (0.7 * k).sin() + 4.0])
         .collect()
 }
@@ -599,7 +604,7 @@ impl Drive {
     }
 
     /// A recording of every message of some topics.
-    fn recording(&self, topics: &[&dyn Fn(&mut Writer<Cursor<Vec<u8>>>, u32)]) -> Vec<u8> {
+    fn recording(&self, topics: &[Topic]) -> Vec<u8> {
         let mut writer = Writer::new(Cursor::new(Vec::new()), "test").unwrap();
         (0..600).for_each(|k| topics.iter().for_each(|topic| topic(&mut writer, k)));
         writer.finish().unwrap().into_inner()
@@ -648,7 +653,7 @@ impl Drive {
 #[test]
 fn a_twist_that_contradicts_its_poses_is_made_of_them() {
     let (place, drive) = (Place::new(), Drive::new());
-    let cases: [(&str, &dyn Fn(u32, &mut Odometry)); 4] = [
+    let cases: [(&str, Change<Odometry>); 4] = [
         ("", &|_, _| {}),
         ("no velocities", &|k, message| {
             message.twist.twist.linear.x = 1e-12 * f64::from(k % 3);
@@ -798,7 +803,8 @@ fn places_that_are_none_are_no_origin() {
             assert!((x - right[0]).hypot(y - right[1]) < 0.1, "{fix:?} {right:?}");
         }
     };
-    let cases: [(&str, &str, &dyn Fn(u32) -> NavSatFix, usize); 4] = [
+    type Fix<'a> = &'a dyn Fn(u32) -> NavSatFix;
+    let cases: [(&str, &str, Fix, usize); 4] = [
         (
             "zero",
             "20 fixes at 0°, 0° are left out",

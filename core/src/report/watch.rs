@@ -348,20 +348,17 @@ mod tests {
                 let seen = Recognised { expected: 9.0, detected, given_up: 0.0 };
                 watch.scanned(&seen, ((detected + clutter) as usize, stated), 0.1, 7)
             };
+            let stated = |scan: usize| if scan.is_multiple_of(2) { 1.0 } else { crowd };
             for scan in 0..2000 {
-                let health = turn(&mut watch, if scan % 2 == 0 { 1.0 } else { crowd }, 9.0, 0.0);
+                let health = turn(&mut watch, stated(scan), 9.0, 0.0);
                 assert!(health.is_good(), "{crowd}: {health:?} in scan {scan}");
             }
             for stated in [1.0, crowd] {
                 let more = 10.0 * (stated + 1.0).sqrt();
                 assert_eq!(turn(&mut watch, stated, 9.0, more), Health::CLUTTER_HIGH, "{crowd} {stated}");
             }
-            let lost = |scan: usize,
-                        watch: &mut Watch<f64>,
-                        turn: &mut dyn FnMut(&mut Watch<f64>, f64, f64, f64) -> Health| {
-                turn(watch, if scan % 2 == 0 { 1.0 } else { crowd }, 0.0, 9.0).contains(Health::LOST)
-            };
-            assert!((0..20).any(|scan| lost(scan, &mut watch, &mut turn)), "{crowd}: {watch:?}");
+            let lost = (0..20).any(|scan| turn(&mut watch, stated(scan), 0.0, 9.0).contains(Health::LOST));
+            assert!(lost, "{crowd}: {watch:?}");
         }
     }
 

@@ -21,7 +21,7 @@ pub(super) fn look_over(log: &Log, findings: &mut Findings) {
         let all: usize = counts.values().sum();
         let mut counts: Vec<(usize, f64)> =
             counts.into_iter().map(|(bits, count)| (count, f64::from_bits(bits))).collect();
-        counts.sort_by(|a, b| b.0.cmp(&a.0));
+        counts.sort_by_key(|(count, _)| std::cmp::Reverse(*count));
         let [(count, range_m), (second, _), ..] = counts[..] else { continue };
         let share = count as f64 / all as f64;
         if count < REPEATED || share < SHARE || count < TIMES * second {

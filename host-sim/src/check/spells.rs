@@ -125,10 +125,10 @@ impl OfSensor<'_> {
             let first = around.saturating_sub(2 * NEXT);
             let last = (around + 2 * NEXT + 1).min(table.len());
             let mut met = Met::default();
-            for from in first..last {
-                for next in 0..NEXT {
+            for (from, row) in table.iter().enumerate().take(last).skip(first) {
+                for (next, pair) in row.iter().enumerate() {
                     if of(from, from + next + 1) {
-                        met = met.and(table[from][next]);
+                        met = met.and(*pair);
                     }
                 }
             }

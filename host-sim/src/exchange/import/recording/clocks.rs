@@ -173,8 +173,9 @@ impl Topic {
 
     fn steps(&self, cuts: &Cuts) -> Vec<String> {
         let step = |at: &usize| {
-            let latest = self.messages[..*at].iter().enumerate().filter(|(k, _)| !cuts.alone.contains(k));
-            let (from, to) = (latest.last().map_or(0, |(_, message)| message.ns), self.messages[*at].ns);
+            let mut earlier = self.messages[..*at].iter().enumerate().rev();
+            let latest = earlier.find(|(k, _)| !cuts.alone.contains(k));
+            let (from, to) = (latest.map_or(0, |(_, message)| message.ns), self.messages[*at].ns);
             let way = if to < from { "back" } else { "ahead" };
             let seconds = |ns: u64| ns as f64 / 1e9;
             format!(

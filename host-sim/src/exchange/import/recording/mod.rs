@@ -395,7 +395,7 @@ impl<'c> Gathered<'c> {
         if view.is_tilted() {
             told.push(format!("{topic}: {frame} is turned by more than about the vertical: points are carried through the whole rotation"));
         }
-        Ok(Axes::OfSensor(if several { view.from_pose() } else { view }))
+        Ok(Axes::OfSensor(if several { view.relative_to_pose() } else { view }))
     }
 
     /// Whether a frame stands still while the vehicle moves.

@@ -166,7 +166,7 @@ impl View {
     }
 
     /// The same seen from where the vehicle's pose is.
-    pub(super) fn from_pose(self) -> Self {
+    pub(super) fn relative_to_pose(self) -> Self {
         let Mounting { forward_m, left_m, yaw_rad } = self.mounting;
         let turn = Rotation3::from_axis_angle(&Vector3::z_axis(), yaw_rad) * self.turn.unwrap_or_default();
         Self { mounting: Mounting::NONE, turn: Some(turn), origin: Vector3::new(forward_m, left_m, 0.0) }
@@ -294,7 +294,7 @@ mod tests {
                 let angle = view.mounting.yaw_rad + bearing;
                 let found = [view.mounting.forward_m + range * angle.cos(), view.mounting.left_m + range * angle.sin()];
                 assert!((found[0] - 3.0).abs() < 1e-9 && (found[1] - 1.0).abs() < 1e-9, "{name}: {found:?}");
-                let [range, bearing] = view.from_pose().see(seen);
+                let [range, bearing] = view.relative_to_pose().see(seen);
                 assert!(
                     (range - 10.0_f64.sqrt()).abs() < 1e-9 && (bearing - 1.0_f64.atan2(3.0)).abs() < 1e-9,
                     "{name}"

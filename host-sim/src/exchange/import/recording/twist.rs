@@ -174,6 +174,9 @@ impl Differ {
     }
 }
 
+/// How a sample is read: the speeds along x and y, m/s, and the turn rate, rad/s.
+type Reading<'a> = &'a dyn Fn(usize, &Sample) -> ([f64; 2], f64);
+
 fn verdict(samples: &[(f64, Sample)], poses: &[(f64, [f64; 3])]) -> Verdict {
     let steps: Vec<(f64, Moved)> =
         poses.windows(2).map(|pair| (pair[1].0 - pair[0].0, between(pair[0].1, pair[1].1))).collect();
@@ -186,7 +189,7 @@ fn verdict(samples: &[(f64, Sample)], poses: &[(f64, [f64; 3])]) -> Verdict {
         return Verdict::Twist(format!("{jumped} of {} steps of the poses are jumps", steps.len()));
     }
     // Both motions over pieces without a jump; the twist as it is, and read in other ways.
-    let told = |of: &dyn Fn(usize, &Sample) -> ([f64; 2], f64)| -> Vec<[Moved; 2]> {
+    let told = |of: Reading| -> Vec<[Moved; 2]> {
         let mut pieces = Vec::new();
         let (mut lasts_s, mut broken, mut piece) = (0.0, false, [[0.0; 3]; 2]);
         for (k, (dt_s, step)) in steps.iter().enumerate() {
@@ -331,6 +334,8 @@ mod tests {
         (0..2400).map(row).collect()
     }
 
+    type Change<'a> = &'a dyn Fn(usize, &mut Sample);
+
     fn changed(change: impl Fn(usize, &mut Sample)) -> (Vec<Row>, Vec<String>) {
         let mut samples = drive();
         samples.iter_mut().enumerate().for_each(|(k, (_, sample))| change(k, sample));
@@ -344,7 +349,7 @@ mod tests {
         let (right, told) = changed(|_, _| {});
         assert!(told.is_empty() && right.len() == 2400, "{told:?}");
         let noise = |k: usize| (k as f64 * 12.9898).sin();
-        let cases: [(&str, &dyn Fn(usize, &mut Sample)); 9] = [
+        let cases: [(&str, Change); 9] = [
             ("no velocities", &|_, sample| sample.control = [0.0; 3]),
             ("no velocities", &|k, sample| sample.control = [1e-12 * noise(k), 1e-13 * noise(k + 1), 0.0]),
             ("lost the sign", &|_, sample| sample.control[0] = sample.control[0].abs()),
@@ -380,7 +385,7 @@ mod tests {
     #[test]
     fn poses_that_are_none_of_a_vehicle_do_not_count() {
         let noise = |k: usize| 0.2 * (k as f64 * 12.9898).sin();
-        let kept: [(&str, &dyn Fn(usize, &mut Sample)); 6] = [
+        let kept: [(&str, Change); 6] = [
             // Noise, wheels that are worn by a tenth, a correction now and then: both tell the same.
             ("", &|k, sample| {
                 sample.control[0] += noise(k);
