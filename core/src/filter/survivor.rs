@@ -276,14 +276,15 @@ impl<T: Real, N: Vector<Scalar = T>> Workspace<'_, N> {
         in_view
     }
 
-    /// Takes down what was to be left of confirmed components by what their detections weigh, but not below w (1 − p_D), and tells
-    /// how much more is left of known ones than was counted.
+    /// Takes down what was to be left of confirmed components by what their detections weigh, those apart that are to be pruned, but not
+    /// below w (1 − p_D), and tells how much more is left of known ones than was counted.
     fn settle_remembered(
         &mut self,
         normalisers: &Normalisers<'_, T>,
         (known_below, first_label): (u32, u32),
         account: &mut impl Account<T>,
     ) {
+        let ln_floor = self.ln_floor();
         let mut rest = self.in_view_mut();
         while let Some((entry, after)) = rest.split_first_mut() {
             work::round();
@@ -295,7 +296,10 @@ impl<T: Real, N: Vector<Scalar = T>> Workspace<'_, N> {
             for Entry { component, origin } in rest.iter() {
                 match *origin {
                     Origin::Detected { measurement, .. } if component.label == label => {
-                        detected += (component.ln_weight + normalisers.ln(usize::from(measurement))).exp();
+                        let ln_weight = component.ln_weight + normalisers.ln(usize::from(measurement));
+                        if ln_weight >= ln_floor {
+                            detected += ln_weight.exp();
+                        }
                     }
                     _ => break,
                 }

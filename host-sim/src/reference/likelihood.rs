@@ -260,8 +260,8 @@ mod tests {
     /// RB-PHD SLAM's likelihood with features by its definition: the likelihood of the scan for the map of these, which
     /// enumerates what each may have caused, times v⁻(m)/v(m) of all with e^(N̂ − N̂⁻), from the mixtures themselves.
     fn by_definition<S: Sensor>(sight: &Sight<'_, S>, prior: &[Component], born_mass: f64, map: &[Vector]) -> f64 {
-        let posterior = persisting(&sight.still, &sight.ln_eta, Remembering::NOTHING);
-        let moving = persisting(&sight.moving, &sight.ln_eta, Remembering::NOTHING);
+        let posterior = persisting(&sight.still, &sight.ln_eta, Remembering::NOTHING, 0.0);
+        let moving = persisting(&sight.moving, &sight.ln_eta, Remembering::NOTHING, 0.0);
         let mass = |mixture: &[Component]| mixture.iter().map(Component::weight).sum::<f64>();
         let gained = mass(&posterior) - mass(prior) + moving.iter().map(Component::weight).sum::<f64>()
             - sight.moving.in_view.iter().map(|j| j.prior.weight()).sum::<f64>()

@@ -194,9 +194,9 @@ impl Recursion<2, 4> for Reference {
         let moving_births = born(birth_intensity).set_in_motion(velocity_sigma_mps);
 
         let Sight { still, moving, ln_eta, .. } = sight;
-        let persisting = update::persisting(&still, &ln_eta, self.config.remembering);
+        let persisting = update::persisting(&still, &ln_eta, self.config.remembering, self.config.prune_weight);
         // What moves may have gone.
-        let moving_persisting = update::persisting(&moving, &ln_eta, Remembering::NOTHING);
+        let moving_persisting = update::persisting(&moving, &ln_eta, Remembering::NOTHING, self.config.prune_weight);
         (
             update::after_scan(still.out_of_view, persisting, births, &self.config),
             update::after_scan(moving.out_of_view, moving_persisting, moving_births, &self.config),

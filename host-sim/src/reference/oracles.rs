@@ -78,7 +78,7 @@ fn updated<S: Sensor>(case: &Value, measurements: &[Vector], sensor: &S) -> (Vec
     let config = Config { clutter_intensity: number(&case["clutter_density"]), birth_intensity: 0.0, ..CONFIG };
     let view = everywhere(number(&case["pd"]));
     let sight = Sight::new([0.0; 3], &prior, &[], measurements, sensor, &view, &config);
-    let mut posterior = update::persisting(&sight.still, &sight.ln_eta, Remembering::NOTHING);
+    let mut posterior = update::persisting(&sight.still, &sight.ln_eta, Remembering::NOTHING, 0.0);
     posterior.rotate_left(prior.len());
     (posterior, ln_likelihood(Likelihood::SingleCluster, &sight))
 }

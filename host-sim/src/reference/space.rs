@@ -282,7 +282,7 @@ impl Recursion<3, 6> for Space {
     ) -> (Vec<Component<3>>, Vec<Component<6>>) {
         let seen = self.seen(pose, map, measurements);
         let ln_eta = self.ln_eta(&seen.in_view, measurements.len());
-        let persisting = persisting(&seen, &ln_eta, self.config.remembering);
+        let persisting = persisting(&seen, &ln_eta, self.config.remembering, self.config.prune_weight);
         let places = measurements.iter().map(|&measured| self.born(pose, measured));
         let births = born_at(places, &ln_eta, self.ln_unexplained(), self.config.birth_intensity);
         (after_scan(seen.out_of_view, persisting, births, &self.config), Vec::new())

@@ -15,11 +15,14 @@ pub(super) fn persisting<const N: usize>(
     view: &PreUpdate<N>,
     ln_eta: &[f64],
     remembering: Remembering,
+    prune_weight: f64,
 ) -> Vec<Component<N>> {
     let missed = view.in_view.iter().map(|j| {
         let faded = j.prior.weight() * (1.0 - j.detection_probability);
         let explaining = ln_eta.iter().enumerate().filter(|(_, eta)| **eta > f64::NEG_INFINITY);
-        let detected: f64 = explaining.map(|(z, eta)| (j.ln_detection(z) - eta).exp()).sum();
+        let weights = explaining.map(|(z, eta)| (j.ln_detection(z) - eta).exp());
+        // What is to be pruned explains nothing.
+        let detected: f64 = weights.filter(|weight| *weight >= prune_weight).sum();
         let least = remembering.weight.min(j.prior.weight()) - detected;
         if faded < least && is_confirmed(j, remembering.detections) {
             Component { ln_weight: least.ln(), ..j.prior }
@@ -225,7 +228,7 @@ mod tests {
             let covariance = SENSOR.inverse([5.0, 0.0], POSE).unwrap().1;
             let covariance = scaled(1.0 / f64::from(measurements), &covariance);
             let before = Component { covariance, ..feature(weight, 5.0) };
-            persisting(&sight(&[before], &[], &[], UNEXPLAINED).still, &[], remembering)[0].weight()
+            persisting(&sight(&[before], &[], &[], UNEXPLAINED).still, &[], remembering, 0.0)[0].weight()
         };
         let left = 1.0 - WIDE_VIEW.p_near;
         assert!(0.8 * left < 0.2, "a miss takes it below what is remembered");
@@ -244,7 +247,7 @@ mod tests {
         for (z, hardly) in [([5.0, 0.0], false), ([5.95, 0.0], true)] {
             let (map, scan) = ([before], [z]);
             let sight = sight(&map, &[], &scan, UNEXPLAINED);
-            let after = persisting(&sight.still, &sight.ln_eta, remembering);
+            let after = persisting(&sight.still, &sight.ln_eta, remembering, 0.0);
             let (left, detected) = (0.8 * (1.0 - WIDE_VIEW.p_near), after[1].weight());
             assert_eq!(0.2 - detected > left, hardly, "{detected}");
             assert!((after[0].weight() - left.max(0.2 - detected)).abs() < 1e-14);

@@ -12,21 +12,22 @@ use std::f64::consts::PI;
 
 /// More than this share of all detections has one range to the last digit, …
 const REPEATED_SHARE: f64 = 0.02;
-/// … as large as any but for so much of it, and so many times as often as any other range: a sensor with few digits repeats many.
-const GREATEST_SHARE: f64 = 0.95;
+/// … so many times as often as any other range, as a sensor with few digits repeats many, …
 const OFTENER: usize = 10;
+/// … and no more than this share of the detections lies further off.
+const BEYOND_SHARE: f64 = 0.02;
 
 /// The range that stands for no return, if there is one: it, m, how many detections have it, and how many there are.
 pub(super) fn no_returns(log: &Log) -> Option<(f64, usize, usize)> {
     let mut ranges: Vec<f64> =
         log.scans.iter().flat_map(|scan| scan.detections.iter().map(|[range, _]| *range)).collect();
     ranges.sort_by(f64::total_cmp);
-    let greatest = *ranges.last()?;
     let mut counts: Vec<(f64, usize)> = ranges.chunk_by(|a, b| a == b).map(|same| (same[0], same.len())).collect();
     counts.sort_by_key(|&(_, count)| std::cmp::Reverse(count));
     let (&(range_m, count), next) = (counts.first()?, counts.get(1).map_or(0, |&(_, count)| count));
     let stands_out = count as f64 > REPEATED_SHARE * ranges.len() as f64 && count >= OFTENER * next.max(1);
-    (stands_out && range_m >= GREATEST_SHARE * greatest).then_some((range_m, count, ranges.len()))
+    let beyond = ranges.len() - ranges.partition_point(|range| *range <= range_m);
+    (stands_out && beyond as f64 <= BEYOND_SHARE * ranges.len() as f64).then_some((range_m, count, ranges.len()))
 }
 
 impl Learn for Planar {
