@@ -332,7 +332,8 @@ typedef struct scphd_sonar_config {
   struct scphd_mounting mounting;
 } scphd_sonar_config;
 
-// A vehicle in the plane, and the noise of its odometry.
+// A vehicle in the plane, and the noise of its odometry. The defaults are those of a wheeled vehicle whose noise nobody has measured:
+// 0.02 m/s and 10 %, 0.02 rad/s (or rad) and 10 %, for half a second. Without any noise it is refused.
 typedef struct scphd_vehicle {
   // `SCPHD_VEHICLE_CAR` or `SCPHD_VEHICLE_ROBOT`.
   uint32_t kind;

@@ -120,11 +120,11 @@ def test_health_has_names(lidar):
     draws = np.random.default_rng(1)
     known = [(4.0, 0.3), (6.0, -1.0), (5.0, 2.0), (7.0, -2.5)]
     other = [(9.0, 1.3), (3.0, -0.4), (11.0, -2.0), (2.0, 2.9)]
-    for step in range(70):
+    for step in range(110):
         slam.predict((0.0, 0.0), 0.1)
-        places = known if step < 40 else other
+        places = known if step < 80 else other
         health = slam.scan(lidar, places + draws.normal(0.0, [0.05, 0.01], (4, 2))).health
-        assert ("LOST" in health) <= (step > 40)
+        assert ("LOST" in health) <= (step > 80)
     assert health.names == ["LOST"] and health.bits == 1024 and not health.is_good and repr(health) == "Health(LOST)"
     assert health == slam.report().health and "DEGENERATE" not in health
     with pytest.raises(scphd.InputError, match="no condition 'HUNGRY'"):

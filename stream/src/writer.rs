@@ -213,9 +213,9 @@ impl<K: Kind, E, F: FnMut(&[u8]) -> Result<(), E>> Writer<K, F> {
         })
     }
 
-    /// Begins a snapshot of the state as it is after the last record: a replay may begin here. `digest` is that of the filter, taken on
-    /// through its detectors in their order, as [`scphd::Detector::digest`] does. The bytes of these parts follow, at once by
-    /// [`save`](Self::save) or in slices with other records between them. One that is never finished is passed over by readers.
+    /// Begins a snapshot of the state as it is after the last record: a replay may begin here. `digest` is that of the filter. Its
+    /// bytes follow, at once by [`save`](Self::save) or in slices with other records between them. One that is never finished is passed over by
+    /// readers.
     ///
     /// # Errors
     /// Those of the sink.

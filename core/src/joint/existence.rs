@@ -107,7 +107,8 @@ pub(super) struct Existence<T> {
 }
 
 impl<T: Real> Existence<T> {
-    pub(super) const NONE: Self = Self { in_sight: T::ZERO, hidden: T::ZERO, absent: T::ONE };
+    /// Of a slot that is not in use. All zeros, so that a static state takes no flash.
+    pub(super) const NONE: Self = Self { in_sight: T::ZERO, hidden: T::ZERO, absent: T::ZERO };
 
     /// It is in sight with this probability, or not there.
     pub(super) fn of(in_sight: T) -> Self {

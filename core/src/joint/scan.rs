@@ -25,8 +25,8 @@ where
     /// Of births that move it knows only [with movers](Self::with_movers): without, all features stand still.
     ///
     /// # Errors
-    /// A measurement is not finite, there are more than the state holds, the detector is to [learn](Detector::learning), the covariance of the
-    /// sensor's noise is not positive definite, or the filter has not been reset; the state is as it was.
+    /// A measurement is not finite, there are more than the state holds, the covariance of the sensor's noise is not positive
+    /// definite, or the filter has not been reset; the state is as it was.
     pub fn scan<X: MeasurementModel<Pose = M::Pose>, R>(
         &mut self,
         detector: &Detector<X, R>,
