@@ -467,3 +467,25 @@ fn what_was_loaded_goes_whatever_its_label_is() {
         assert!(slots.into_iter().all(|slot| slot.label != 0 && slot.label != other), "{other}");
     }
 }
+
+#[test]
+fn who_is_carried_away_soon_after_the_start_is_told() {
+    let carried = |known_scans: usize| {
+        let mut draws = Noise::seeded(1);
+        type State = JointState<PlanarPose<f64>, Vector2<f64>, 40, { joint_numbers(3, 2, 40) }, 16>;
+        let mut state = Box::new(State::new());
+        let mut slam = JointSlam::new(motion(), JointConfig::default(), &mut *state).unwrap();
+        slam.reset(PlanarPose::new(0.0, 0.0, 0.0)).unwrap();
+        let known = [[4.0, 0.3], [6.0, -1.0], [5.0, 2.0], [7.0, -2.5]];
+        let other = [[9.0, 1.3], [3.0, -0.4], [11.0, -2.0], [2.0, 2.9]];
+        let mut scan = |places: [[f64; 2]; 4]| {
+            slam.predict(&UnicycleControl { speed_mps: 0.0, rate_radps: 0.0 }, 0.1).unwrap();
+            let noisy = places
+                .map(|[range, bearing]| [range + 0.1 * draws.normal::<f64>(), bearing + 0.01 * draws.normal::<f64>()]);
+            slam.scan(&lidar(), &noisy.map(Vector2::from)).unwrap().health
+        };
+        let before = (0..known_scans).map(|_| scan(known)).all(|health| !health.contains(Health::LOST));
+        before && (0..20).any(|_| scan(other).contains(Health::LOST))
+    };
+    assert!([70, 80, 100, 400].into_iter().all(carried));
+}

@@ -29,6 +29,8 @@ const LN_SUSPECTED: f64 = 4.605_170_185_988_092;
 const KNOWN_SCANS: u32 = 32;
 /// Scans over which what is usual is learnt.
 const USUAL_SCANS: u32 = 32;
+/// The least number of scans that a mean is over which begins anew.
+const RESTART_SCANS: u32 = 4;
 /// Below this doubt all is as usual.
 const DOUBT_USUAL: f64 = 1.0;
 /// Scans after which 1/e is left of a doubt while nothing known is expected.
@@ -222,7 +224,10 @@ impl<T: Real> Watch<T> {
 
     /// Learns what is usual.
     fn learn(&mut self, (expected, detected): (T, T), (new, stated): (T, T), waited_s: T) {
-        let rate = T::ONE / T::from_f64(f64::from(self.scans.min(USUAL_SCANS)));
+        // Until the first landmarks are known, every measurement is new: what is usual is learnt afresh from then on.
+        let since_known = self.scans.saturating_sub(2 * KNOWN_SCANS);
+        let over = if since_known > 0 { since_known.max(RESTART_SCANS) } else { self.scans };
+        let rate = T::ONE / T::from_f64(f64::from(over.min(USUAL_SCANS)));
         self.usually_new += (new - self.usually_new) * rate;
         self.usually_stated += (stated - self.usually_stated) * rate;
         self.usually_waited_s += (waited_s - self.usually_waited_s) * rate;
