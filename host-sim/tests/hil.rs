@@ -69,9 +69,13 @@ fn target<A: Aboard<f32, Kind = Planar> + 'static>(connections: usize) -> Socket
 
 fn hil(port: &str, more: &[&str]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_scphd-sim"));
-    command.args(["hil", "thesis-dynamic", "--samples", "2", "--port", port]);
-    if !more.contains(&"--particles") {
-        command.args(["--particles", "8"]);
+    command.args(["hil", "thesis-dynamic", "--port", port]);
+    // A joint map has no particles.
+    if !more.contains(&"joint") {
+        command.args(["--samples", "2"]);
+        if !more.contains(&"--particles") {
+            command.args(["--particles", "8"]);
+        }
     }
     command.args(more).output().unwrap()
 }

@@ -47,8 +47,8 @@ fn what_is_no_map_is_refused() {
     let cases: [(&[&str], &str); 6] = [
         (&["run", "survey", "--filter", "joint", "--map", "nowhere.map"], "nowhere.map"),
         (&["run", "survey", "--filter", "joint", "--map", "no.map"], "the map of another drive"),
-        (&["run", "survey", "--filter", "core", "--map", "no.map"], "only a joint map"),
-        (&["run", "survey", "--filter", "core", "--save-map", "a.map"], "only a joint map"),
+        (&["run", "survey", "--filter", "core", "--map", "no.map"], "not used by --filter core, but by joint"),
+        (&["run", "survey", "--filter", "core", "--save-map", "a.map"], "not used by --filter core, but by joint"),
         (&["run", "survey", "--locate"], "--map"),
         (&["run", "survey", "--filter", "joint", "--repeat", "2", "--save-map", "a.map"], "single run"),
     ];
