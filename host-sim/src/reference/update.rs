@@ -214,7 +214,7 @@ mod tests {
     #[test]
     fn missed_feature_keeps_place_and_loses_weight() {
         let before = feature(0.8, 5.0);
-        let after = persisting(&sight(&[before], &[], &[], UNEXPLAINED).still, &[], Remembering::NOTHING);
+        let after = persisting(&sight(&[before], &[], &[], UNEXPLAINED).still, &[], Remembering::NOTHING, 0.0);
         assert_eq!(after.len(), 1);
         assert!((after[0].weight() - 0.8 * (1.0 - WIDE_VIEW.p_near)).abs() < 1e-15);
         assert_eq!((after[0].mean, after[0].covariance), (before.mean, before.covariance));
@@ -260,8 +260,8 @@ mod tests {
         let map = [feature(0.8, 5.0), feature(0.3, 5.6)];
         let sight = sight(&map, &[moving(0.5, 5.2)], &measurements, UNEXPLAINED);
         let (still, moving) = (
-            persisting(&sight.still, &sight.ln_eta, Remembering::NOTHING),
-            persisting(&sight.moving, &sight.ln_eta, Remembering::NOTHING),
+            persisting(&sight.still, &sight.ln_eta, Remembering::NOTHING, 0.0),
+            persisting(&sight.moving, &sight.ln_eta, Remembering::NOTHING, 0.0),
         );
         assert_eq!((still.len(), moving.len()), (8, 4));
         for (z, eta) in sight.ln_eta.iter().enumerate() {
@@ -276,8 +276,8 @@ mod tests {
         // Position and velocity are independent, so what is measured is the same for both.
         let measurements = [[5.1, 0.02]];
         let sight = sight(&[feature(0.5, 5.0)], &[moving(0.5, 5.0)], &measurements, UNEXPLAINED);
-        let still = persisting(&sight.still, &sight.ln_eta, Remembering::NOTHING)[1];
-        let moving = persisting(&sight.moving, &sight.ln_eta, Remembering::NOTHING)[1];
+        let still = persisting(&sight.still, &sight.ln_eta, Remembering::NOTHING, 0.0)[1];
+        let moving = persisting(&sight.moving, &sight.ln_eta, Remembering::NOTHING, 0.0)[1];
         assert!((still.ln_weight - moving.ln_weight).abs() < 1e-14);
         for k in 0..2 {
             assert!((still.mean[k] - moving.mean[k]).abs() < 1e-14);
@@ -296,7 +296,7 @@ mod tests {
         }
         let measurements = [[5.3, -0.03]];
         let sight = sight(&[], &[before], &measurements, UNEXPLAINED);
-        let after = persisting(&sight.moving, &sight.ln_eta, Remembering::NOTHING)[1];
+        let after = persisting(&sight.moving, &sight.ln_eta, Remembering::NOTHING, 0.0)[1];
         let shift = [after.mean[0] - before.mean[0], after.mean[1] - before.mean[1]];
         // P_pp⁻¹ of [[0.2, 0.05], [0.05, 0.1]] by hand: 1/0.0175 [[0.1, −0.05], [−0.05, 0.2]].
         let velocity =
@@ -312,7 +312,7 @@ mod tests {
         let measurements = [[5.0, 0.0]];
         let weightless = feature(0.0, 5.0);
         let sight = sight(&[weightless], &[], &measurements, 0.0);
-        assert_eq!(persisting(&sight.still, &sight.ln_eta, Remembering::NOTHING), [weightless]);
+        assert_eq!(persisting(&sight.still, &sight.ln_eta, Remembering::NOTHING, 0.0), [weightless]);
         assert_eq!(born(&sight, &WIDE_VIEW, 0.0), NONE);
     }
 
