@@ -388,22 +388,27 @@ fn what_tune_proposes_can_be_replayed() {
 }
 
 #[test]
-fn the_job_without_a_command_compares_filter_and_reference() {
+fn the_job_without_a_command_shows_the_recommended_filter_first() {
     let place = Workplace::new();
-    let printed = place.succeeds(&["--particles", "2", "--json", "results/both.json"]);
+    let printed = place.succeeds(&["--particles", "2", "--json", "results/all.json"]);
     assert!(printed.contains("reference"), "{printed}");
-    assert_eq!(
-        names(&place.path("out")),
-        ["error.png", "error.svg", "reference-f64", "report.html", "scphd-f32", "trajectory.png", "trajectory.svg"]
-    );
-    for folder in ["out/reference-f64", "out/scphd-f32"] {
-        assert_eq!(names(&place.path(folder)), ["estimate.tum", "map.csv", "moving.csv", "scans.csv", "truth.tum"]);
+    let folders = ["ekf-f64", "joint-f32", "reference-f64", "scphd-f32"];
+    let plots = ["error.png", "error.svg", "report.html", "trajectory.png", "trajectory.svg"];
+    let mut all = [&folders[..], &plots].concat();
+    all.sort_unstable();
+    assert_eq!(names(&place.path("out")), all);
+    for folder in folders {
+        let folder = place.path("out").join(folder);
+        assert_eq!(names(&folder), ["estimate.tum", "map.csv", "moving.csv", "scans.csv", "truth.tum"]);
     }
-    let list: Value = serde_json::from_slice(&fs::read(place.path("results/both.json")).unwrap()).unwrap();
+    let list: Value = serde_json::from_slice(&fs::read(place.path("results/all.json")).unwrap()).unwrap();
     let list = list.as_array().unwrap();
-    assert_eq!(list.len(), 2);
-    assert_eq!((&list[0]["filter"], &list[1]["filter"]), (&"scphd".into(), &"reference".into()));
-    assert_eq!(list[0]["dead_reckoning_rmse_m"], list[1]["dead_reckoning_rmse_m"]);
+    let filters: Vec<&Value> = list.iter().map(|run| &run["filter"]).collect();
+    assert_eq!(filters, ["joint", "scphd", "ekf", "reference"]);
+    assert!(list.iter().all(|run| run["dead_reckoning_rmse_m"] == list[0]["dead_reckoning_rmse_m"]));
+    // 95 % of a right estimate's errors lie within the region that it states.
+    let within = list[0]["nees_within_95"].as_f64().unwrap();
+    assert!(within >= 0.9, "{within}");
 }
 
 #[test]

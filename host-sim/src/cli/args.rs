@@ -286,10 +286,10 @@ pub struct MainJob {
     pub seed: Seed,
     #[command(flatten)]
     pub scenario_seed: ScenarioSeed,
-    /// Writes the figures of both runs to FILE as a JSON list of two objects.
+    /// Writes the figures of the runs to FILE as a JSON list of objects.
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
-    /// Folder for plots, the fixed-capacity filter's run as a page for a browser (report.html) and, in a folder for each filter, CSV tables.
+    /// Folder for plots, the joint map's run as a page for a browser (report.html) and, in a folder for each filter, CSV tables.
     #[arg(long, value_name = "DIR", default_value = "out")]
     pub out: PathBuf,
 }

@@ -18,13 +18,14 @@ use scphd_sim::output::json::Summary;
 use scphd_sim::output::table;
 use scphd_sim::report::page;
 use scphd_sim::session::{self, Filter, LeftOut, MapUse, Session, condition_name};
-use scphd_sim::slam::Precision;
 use scphd_sim::threads::Threads;
 use std::fs;
 use std::path::Path;
 
 /// The scenario of the job without a command.
 const MAIN_SCENARIO: &str = "survey";
+/// Its filters, the recommended one first.
+const MAIN_FILTERS: [FilterName; 4] = [FilterName::Joint, FilterName::Core, FilterName::Ekf, FilterName::Reference];
 
 /// Does what was asked for.
 pub fn execute(cli: Cli) -> Result<(), Failure> {
@@ -158,7 +159,7 @@ fn main_job(job: MainJob) -> Result<(), Failure> {
     let source = Source::<Planar>::scenario(MAIN_SCENARIO.to_owned(), job.scenario_seed.scenario_seed)?;
     let log = source.log(seed)?;
     let mut origins = source.origins(&log);
-    let choices = [FilterName::Core, FilterName::Reference].map(|name| Choice::of(name, None));
+    let choices = MAIN_FILTERS.map(|name| Choice::of(name, None));
     let choices = choices.into_iter().collect::<Result<Vec<_>, _>>().map_err(Failure::input)?;
     let settings = source.tuned_from(&mut origins, &log, &job.tuning, &choices)?;
     let page_file = job.out.join(MAIN_PAGE);
@@ -171,15 +172,18 @@ fn main_job(job: MainJob) -> Result<(), Failure> {
         session::run_in_map::<Planar>(&threads, &log, &settings, filter, seed, MapUse::default(), film, &mut at)
     };
     let mut film = Film::of(log.scans.len());
-    let (ours, _) = run(Filter::Core(Precision::F32), Some(&mut film))?;
+    let mut sessions = Vec::with_capacity(choices.len());
+    for choice in &choices {
+        let (session, _) = run(choice.filter, sessions.is_empty().then_some(&mut film))?;
+        sessions.push(session);
+    }
     let text = origins.annotated(&settings, None)?;
-    let page = page::<Planar>(&log, &settings, &ours, &film, &text);
-    let (reference, _) = run(Filter::Reference, None)?;
-    let sessions = [ours, reference];
+    let page = page::<Planar>(&log, &settings, &sessions[0], &film, &text);
     outputs.write_all::<Planar>(&log, &sessions)?;
     write_file("--out", &page_file, page.as_bytes())?;
     outputs.print(&format!(
-        "{} particles by the fixed-capacity filter (scphd, f32) and by the brute-force reference (f64):",
+        "the joint map (recommended), the thesis's filter with {} particles (scphd), an EKF with nearest-neighbour association, and the independent \
+         reference of the thesis's filter (f64):",
         settings.filter.particles
     ))?;
     report(&outputs, &sessions)?;
