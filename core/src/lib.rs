@@ -1,27 +1,32 @@
-//! Single-cluster PHD SLAM in fixed memory.
+//! Landmark SLAM in fixed memory: a filter with a joint map, and the single-cluster PHD filter.
 //!
-//! Where is the vehicle, and what is around it? This crate answers with the single-cluster PHD filter of C. S. Lee's
-//! thesis (*SLAM using Single Cluster PHD Filters*, Girona 2014): particles for the vehicle (the parent process), and
-//! for every particle a Gaussian mixture for the map (the daughter process). Features are a random finite set: there is
-//! no data association to get wrong, and clutter and missed detections are part of the model.
+//! Where is the vehicle, and which landmarks are around it? Two filters answer, from odometry and detections without labels, some of them
+//! false:
+//!
+//! * [`JointSlam`], recommended: one Gaussian over the pose and all landmarks, with probabilistic data association and existence
+//!   probabilities;
+//! * [`ScPhd`], the filter of C. S. Lee's thesis (*SLAM using Single Cluster PHD Filters*, Girona 2014): particles for the vehicle (the
+//!   parent process), and for every particle a Gaussian mixture for the map (the daughter process). Landmarks are a random finite set, which
+//!   needs no data association.
 //!
 //! It is written for vehicle computers:
 //!
-//! * `no_std`, no heap, no `unsafe`. Everything lives in one [`State`], whose size is known before the build;
+//! * `no_std`, no heap, no `unsafe`. Everything lives in one [`JointState`] or [`State`], whose size is known before the build;
 //! * nothing panics: bad input is an error that leaves the state as it was, want of room is handled in a defined order
-//!   and reported in the [`ScanReport`];
-//! * the same inputs give the same bits on every machine ([`ScPhd::digest`]): a vehicle's log replays on a desk.
+//!   and reported in the [`JointReport`] or [`ScanReport`];
+//! * the same inputs give the same bits on every machine ([`JointSlam::digest`]): a vehicle's log replays on a desk.
 //!
 //! # How to use it
 //!
-//! Choose how the vehicle moves ([`Motion`]), a tuning ([`Config`]) and capacities ([`memory!`]), and put a [`ScPhd`] over them. Every
-//! sensor on the vehicle is a [`Detector`]: its models ([`Sensor`], [`FieldOfView`], [`Clutter`]; some come with the crate), where it
-//! sits ([`Mounting`]) and what it gives birth to. Then [`predict`](ScPhd::predict) with every odometry sample,
-//! [`scan`](ScPhd::scan) with every scan of any detector, [`observe`](ScPhd::observe) with every measurement of the pose itself ([`Fix`]),
-//! and read [`estimate_pose`](ScPhd::estimate_pose) and [`estimate_map`](ScPhd::estimate_map). [`ScPhd`] has a complete example, and
-//! `examples/` has a robot with a lidar, two radars on a car, satellite fixes, and tracking.
+//! Choose how the vehicle moves ([`Motion`]), a tuning ([`JointConfig`]) and capacities ([`joint_memory!`]), and put a [`JointSlam`] over
+//! them. Every sensor on the vehicle is a [`Detector`]: its models ([`Sensor`], [`FieldOfView`], [`Clutter`]; some come with the crate),
+//! where it sits ([`Mounting`]) and how landmarks are initiated ([`Births`]). Then [`predict`](JointSlam::predict) with every odometry
+//! sample, [`scan`](JointSlam::scan) with every scan of any detector, [`observe`](JointSlam::observe) with every measurement of the pose
+//! itself ([`Fix`]), and read [`estimate_pose`](JointSlam::estimate_pose) and the map. [`JointSlam`] has a complete example. A [`ScPhd`] is
+//! used the same way, with [`Config`] and [`memory!`]. `examples/` has a robot with a lidar, two radars on a car, satellite fixes, and
+//! tracking.
 //!
-//! With one particle and [`KnownPose`] it is a Gaussian-mixture PHD filter for tracking from a known place.
+//! With one particle and [`KnownPose`] a [`ScPhd`] is a Gaussian-mixture PHD filter for tracking from a known place.
 //!
 //! # Where things are
 //!
