@@ -736,6 +736,10 @@ scphd_status scphd_release(void *memory,
 // How much memory a set needs, bytes: `SCPHD_SIZE_...` of its name. 0 for a set that is not known.
 size_t scphd_memory_size(uint32_t set);
 
+// The name of the lowest of some conditions, as in docs/health.md: ask for one bit after the other. GOOD where there is none. The text
+// lasts as long as the program.
+const char *scphd_health_text(uint32_t health);
+
 // A sensor that sees all around, as far as this, m, and with this probability of detection, in [0, 1): one false measurement a scan,
 // one in ten scans of a feature that is new, none that moves, seated where the pose is. The standard deviations of its noise are left 0,
 // which is out of range: set them.

@@ -1,6 +1,7 @@
 //! What a step did, in numbers of 32 bits.
 
 use crate::pointer::Versioned;
+use core::ffi::{CStr, c_char};
 use scphd::{JointReport, PredictReport, ScanReport};
 
 /// No candidate explained the scan: the vehicle is lost, or the intensities of clutter and births are both zero.
@@ -186,6 +187,37 @@ impl From<JointReport<f32>> for scphd_joint_report {
     }
 }
 
+/// The names of the conditions, in the order of their bits.
+const NAMES: [&CStr; 15] = [
+    c"UNEXPLAINED_SCAN",
+    c"DEGENERATE",
+    c"PRUNING_TIGHTENED",
+    c"MAP_NOT_UPDATED",
+    c"COMPONENTS_LOST",
+    c"COVARIANCE_REPAIRED",
+    c"POSE_REJECTED",
+    c"INNOVATION_HIGH",
+    c"PREDICTION_REFUSED",
+    c"DIVERGENCE_SUSPECTED",
+    c"LOST",
+    c"INPUT_LOST",
+    c"STATE_REPAIRED",
+    c"CLUTTER_HIGH",
+    c"DETECTIONS_LOW",
+];
+
+/// The name of the lowest of some conditions, as in docs/health.md: ask for one bit after the other. GOOD where there is none. The text
+/// lasts as long as the program.
+#[unsafe(no_mangle)]
+pub extern "C" fn scphd_health_text(health: u32) -> *const c_char {
+    name_of(health).as_ptr()
+}
+
+fn name_of(health: u32) -> &'static CStr {
+    let none = if health == 0 { c"GOOD" } else { c"not a condition of this library" };
+    NAMES.get(health.trailing_zeros() as usize).copied().unwrap_or(none)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -212,5 +244,8 @@ mod tests {
         ];
         assert!(of_c.iter().all(|(bit, condition)| *bit == u32::from(condition.bits())));
         assert_eq!(of_c.len(), Health::all().count());
+        for (bit, condition) in of_c {
+            assert_eq!(std::format!("{{{:?}}}", name_of(bit).to_str().unwrap()), std::format!("{condition:?}"));
+        }
     }
 }

@@ -11,12 +11,14 @@ pub(crate) struct Timeline {
     newest_stamp: u64,
     /// The time of the newest input.
     newest_input: u64,
+    /// How long after the one before that came.
+    spacing: u64,
     /// Whatever is before this time has come, or comes too late.
     closed: u64,
     /// Inputs since the newest, none of them newer.
     unmoved: u32,
     jumped: Jumped,
-    /// The latest time of inputs that are ahead of the newest time by more than the window. They move the time on once a second input or
+    /// The latest time of inputs that are ahead of the newest time by more than is [believed](Self::believed). They move the time on once a second input or
     /// a tick agrees; where an input contradicts them, their stamps were wrong.
     lead: Option<Lead>,
     /// Inputs after this time were contradicted, and must not be handed out.
@@ -24,7 +26,7 @@ pub(crate) struct Timeline {
     tick_behind: bool,
 }
 
-/// A time that is ahead of the newest by more than the window, and its stamp.
+/// A time that is ahead of the newest by more than is believed of one input, and its stamp.
 #[derive(Debug, Clone, Copy)]
 struct Lead {
     time: u64,
@@ -54,6 +56,7 @@ impl Timeline {
             newest: 0,
             newest_stamp: stamp,
             newest_input: 0,
+            spacing: 0,
             closed: 0,
             unmoved: 0,
             jumped: Jumped::NONE,
@@ -93,23 +96,24 @@ impl Timeline {
             return Err(PushError::Late);
         };
         if time > self.newest_input {
-            (self.newest_input, self.unmoved) = (time, 0);
+            self.unmoved = 0;
+            self.came(time);
         }
         self.reach(time, stamp, settings);
         Ok(time)
     }
 
-    /// Whether this time moves the newest time on: not the first that is ahead of it by more than the window, which would make all others
-    /// late if its stamp is wrong.
+    /// Whether this time moves the newest time on: not the first that is ahead of it by more than is believed of one, which would make all
+    /// others late if its stamp is wrong.
     fn is_agreed(&mut self, time: u64, stamp: u64, settings: &Settings) -> bool {
-        let reach = self.newest.saturating_add(settings.window_ns);
+        let reach = self.believed(settings);
         match self.lead.take() {
             // Later than the window behind the one ahead: either is wrong, and this one is where all others were.
             Some(lead) if time.saturating_add(settings.window_ns) < lead.time => {
                 self.contradicted = Some(reach.max(time));
             }
             Some(lead) => {
-                self.newest_input = self.newest_input.max(lead.time.min(time));
+                self.came(lead.time.min(time));
                 self.reach(lead.time, lead.stamp, settings);
                 return true;
             }
@@ -119,6 +123,20 @@ impl Timeline {
             self.lead = Some(Lead { time, stamp });
         }
         time <= reach
+    }
+
+    /// An input of this time has come.
+    fn came(&mut self, time: u64) {
+        if time > self.newest_input {
+            self.spacing = time - self.newest_input;
+            self.newest_input = time;
+        }
+    }
+
+    /// Up to which time a single input moves the newest time on: one may come as late as the window, and another one be missing in between.
+    fn believed(&self, settings: &Settings) -> u64 {
+        let spacing = self.spacing.min(settings.gap_ns);
+        self.newest.saturating_add(settings.window_ns).saturating_add(spacing.saturating_mul(2))
     }
 
     /// After which time inputs that wait were contradicted, once.
@@ -159,10 +177,10 @@ impl Timeline {
             self.closed = self.closed.max(time.saturating_sub(settings.window_ns));
         }
         // The clock is there, or nearly.
-        let reach = self.newest.saturating_add(settings.window_ns);
+        let reach = self.believed(settings);
         if let Some(lead) = self.lead.filter(|lead| lead.time <= reach) {
             self.lead = None;
-            self.newest_input = self.newest_input.max(lead.time);
+            self.came(lead.time);
             self.reach(lead.time, lead.stamp, settings);
         }
     }

@@ -92,7 +92,6 @@ fn no_bytes_make_a_filter_unsound() {
             ("joint map", "ok"),
             ("joint map", "NoRoom"),
             ("joint map", "Flawed Component"),
-            ("detector", "ok"),
             ("map", "Flawed Component"),
             ("navigator", "Flawed Pose"),
             ("mixture under water", "ok"),

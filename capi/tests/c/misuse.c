@@ -256,6 +256,9 @@ static void texts(void) {
     for (int status = -5; status < 200; status++) {
         HOLDS(scphd_error_text(status)[0] != '\0');
     }
+    HOLDS(strcmp(scphd_health_text(0), "GOOD") == 0);
+    HOLDS(strcmp(scphd_health_text(SCPHD_HEALTH_LOST | SCPHD_HEALTH_CLUTTER_HIGH), "LOST") == 0);
+    HOLDS(strncmp(scphd_health_text(1u << 31), "not", 3) == 0);
 }
 
 int main(void) {

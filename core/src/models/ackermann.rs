@@ -1,8 +1,6 @@
 //! A car with a wheel encoder and a steering angle (5.25–5.27).
 
-use super::{
-    ByOdometry, ControlNoise, Linearised, ModelError, Motion, OdometryCorrection, PlanarPose, of_two, require,
-};
+use super::{ByOdometry, ControlNoise, Linearised, ModelError, Motion, OdometryCorrection, PlanarPose, require};
 use crate::{Noise, Rates, Real, wrap};
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
@@ -173,7 +171,7 @@ impl<T: Real> ByOdometry for Ackermann<T> {
         dt: T,
     ) -> Matrix3<T> {
         let by_control = self.attitude(pose.heading_rad).by_control(&self.centreline(corrected), dt);
-        by_control * of_two([control.speed_mps, control.steering_rad])
+        by_control * OdometryCorrection::by_itself([control.speed_mps, control.steering_rad])
     }
 }
 

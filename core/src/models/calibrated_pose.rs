@@ -2,7 +2,7 @@
 
 use super::{ModelError, Mounting, PlanarPose, Pose};
 use crate::{Real, Vector};
-use nalgebra::{SVector, Vector2};
+use nalgebra::{Matrix2x3, SVector, Vector2};
 
 /// What is to be added to the two controls of a planar vehicle (speed v, second control ω or α) so that they are right:
 /// v ← (1 + `speed_scale`) v, ω ← (1 + `turn_scale`) ω + `turn_offset`. All zero: the odometry is right as it is.
@@ -25,6 +25,11 @@ impl<T: Real> OdometryCorrection<T> {
     #[must_use]
     pub fn corrected(&self, [speed, turn]: [T; 2]) -> [T; 2] {
         [speed + self.speed_scale * speed, turn + self.turn_scale * turn + self.turn_offset]
+    }
+
+    /// The derivative of [`corrected`](Self::corrected) by these three numbers.
+    pub(super) fn by_itself([speed, turn]: [T; 2]) -> Matrix2x3<T> {
+        Matrix2x3::new(speed, T::ZERO, T::ZERO, T::ZERO, turn, T::ONE)
     }
 
     fn numbers(&self) -> [T; 3] {

@@ -48,7 +48,6 @@ pub use mounting::Mounting;
 pub use pose::{MovingOf, PlanarPose, Pose, PositionOf, ScalarOf, TangentOf};
 pub use range_bearing::{PlanarFrame, RangeBearing};
 pub use range_bearing_window::{RangeBearingLimits, RangeBearingWindow};
-use self_calibrating::of_two;
 pub use self_calibrating::{ByOdometry, OdometryPrior, SelfCalibrating};
 pub(crate) use sensing::OnVehicle;
 pub use sensing::{MeasurementModel, Sensing};

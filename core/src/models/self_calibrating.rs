@@ -2,7 +2,7 @@
 
 use super::{CalibratedPose, Linearised, ModelError, Motion, OdometryCorrection, PlanarPose, ScalarOf, require};
 use crate::{Matrix, Noise, Rates, Real, Symmetric};
-use nalgebra::{Matrix2x3, Matrix3, SVector};
+use nalgebra::{Matrix3, SVector};
 
 /// A planar vehicle whose pose can be derived by what its odometry is off by: what [`SelfCalibrating`] needs of it.
 pub trait ByOdometry: Motion {
@@ -17,11 +17,6 @@ pub trait ByOdometry: Motion {
         corrected: &Self::Control,
         dt: ScalarOf<Self::Pose>,
     ) -> Matrix3<ScalarOf<Self::Pose>>;
-}
-
-/// Speed and turn of a vehicle of these two controls by what its odometry is off by.
-pub(super) fn of_two<T: Real>([speed, turn]: [T; 2]) -> Matrix2x3<T> {
-    Matrix2x3::new(speed, T::ZERO, T::ZERO, T::ZERO, turn, T::ONE)
 }
 
 /// How well a vehicle's odometry is known before it drives, and how constant it is.

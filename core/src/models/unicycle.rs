@@ -1,6 +1,6 @@
 //! A vehicle driven by speed and turn rate.
 
-use super::{ByOdometry, ControlNoise, Linearised, ModelError, Motion, OdometryCorrection, PlanarPose, of_two};
+use super::{ByOdometry, ControlNoise, Linearised, ModelError, Motion, OdometryCorrection, PlanarPose};
 use crate::{Noise, Rates, Real, wrap};
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
@@ -162,7 +162,7 @@ impl<T: Real> ByOdometry for Unicycle<T> {
         dt: T,
     ) -> Matrix3<T> {
         let by_control = self.displacement(pose.heading_rad, corrected, dt).by_control(dt);
-        by_control * of_two([control.speed_mps, control.rate_radps])
+        by_control * OdometryCorrection::by_itself([control.speed_mps, control.rate_radps])
     }
 }
 

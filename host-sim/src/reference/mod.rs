@@ -54,7 +54,7 @@
 //! let mut draws = OwnDraws::new(1);
 //! let mut state = reference.initial([0.0; 3]);
 //! for _ in 0..5 {
-//!     reference.predict(&mut state, &[1.0, 0.0], 0.1, &mut draws);
+//!     reference.predict(&mut state, &[1.0, 0.0, 0.0], 0.1, &mut draws);
 //!     reference.scan(&mut state, &[[5.0, 0.3]], &mut draws);
 //! }
 //! assert_eq!(reference.estimate(&state).features.len(), 1);

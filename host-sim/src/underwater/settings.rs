@@ -131,7 +131,7 @@ impl Settings {
             camera,
         };
         settings.filter.birth_intensity = settings.clutter_intensity(log) / CLUTTER_OVER_BIRTH;
-        settings.vehicle.velocity_interval_s = 2.0 * settings.velocity_time_constant_s(log);
+        settings.vehicle.velocity_interval_s = settings.velocity_error_lasts_s(log);
         settings
     }
 
@@ -147,15 +147,16 @@ impl Settings {
         settings
     }
 
-    /// Time constant of the filter of the velocities, s: σ √Δ / q, where a velocity with the noise σ is measured every Δ and changes by q √t.
-    /// So long its error lasts; [`scphd::Auv::new`] is told twice that.
-    fn velocity_time_constant_s(&self, log: &Log) -> f64 {
+    /// How long an error of the velocity lasts, s, as [`scphd::Auv::new`] is told: twice the time constant of their filter, σ √Δ / q, where a
+    /// velocity with the noise σ is measured every Δ and changes by q √t; and Δ at least, for which a measurement is used.
+    fn velocity_error_lasts_s(&self, log: &Log) -> f64 {
         let measured = || log.instruments.iter().filter(|row| row.velocity_mps.is_some()).map(|row| row.t_s);
         let mut intervals: Vec<f64> = measured().zip(measured().skip(1)).map(|(from, to)| to - from).collect();
         intervals.sort_by(f64::total_cmp);
         let interval_s = intervals.get(intervals.len() / 2).copied().unwrap_or(0.0);
         let vehicle = &self.vehicle;
-        vehicle.velocity_sigma_mps * libm::sqrt(interval_s) / vehicle.velocity_walk_mps_rts
+        let time_constant_s = vehicle.velocity_sigma_mps * libm::sqrt(interval_s) / vehicle.velocity_walk_mps_rts;
+        (2.0 * time_constant_s).max(interval_s)
     }
 
     /// Disparities at the ends of the range of depths, px, the least first.
