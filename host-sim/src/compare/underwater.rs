@@ -8,12 +8,12 @@ use crate::reference::space::{self, Space};
 use crate::reference::{Config, MovingConfig, Remembering};
 use crate::settings::Likelihood;
 use crate::slam::{
-    Precision, Refusal, full, joint_config_of, underwater_core_filter as core_filter,
+    Precision, Refusal, full, joint_config_of, underwater_core_filter as core_filter, underwater_joint_config,
     underwater_joint_filter as joint_filter,
 };
 use crate::underwater::log::Log;
 use crate::underwater::settings::Settings;
-use scphd::{AuvControl, JointConfig, Reading};
+use scphd::{AuvControl, Reading};
 
 impl Comparable<Underwater, 3, 6> for Space {
     fn control(control: &AuvControl<f64>) -> space::Control {
@@ -56,7 +56,7 @@ impl Lockstep for Underwater {
         progress: &mut dyn FnMut(usize),
     ) -> Result<JointComparison, Refusal> {
         let models = reference_of(log, settings);
-        let config = joint_config_of(&JointConfig::strict(), settings.filter.birth_intensity);
+        let config = joint_config_of(&underwater_joint_config(), settings.filter.birth_intensity);
         let reference = joint::Joint { config, models };
         let mut filter = joint_filter(log, settings, precision)?;
         drive_joint::<Self, _>(

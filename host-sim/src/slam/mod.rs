@@ -37,4 +37,5 @@ pub use planar_numbers::{PlanarNumbers, PlanarVehicle, SensorNumbers};
 pub use reference_filter::{ReferenceFilter, reference_of};
 pub(crate) use reference_filter::{joint_config_of, joint_references_of, references_of};
 pub use stage_times::STAGES;
+pub(crate) use underwater::joint_config as underwater_joint_config;
 pub use underwater::{core_filter as underwater_core_filter, joint_filter as underwater_joint_filter};

@@ -15,8 +15,8 @@ use crate::underwater::models::models;
 use crate::underwater::settings::Settings;
 use nalgebra::{Vector3, Vector4};
 use scphd::{
-    Auv, AuvControl, AuvPose, Births, JointConfig, JointState, MapMemory, NoMoving, Real, Sensing, State, Static,
-    StereoCamera, StereoFrustum, UniformClutter, joint_numbers,
+    Auv, AuvControl, AuvPose, Births, JointConfig, JointState, MapMemory, NoMoving, Persistence, Real, Sensing, State,
+    Static, StereoCamera, StereoFrustum, UniformClutter, joint_numbers,
 };
 use scphd_stream::underwater::AuvModels;
 
@@ -69,9 +69,14 @@ pub fn joint_filter(
     }
 }
 
-/// Most of what a stereo camera measures under water is clutter, which would fill the map.
+/// Most of what a stereo camera measures under water is clutter, which would fill the map. What was there stays there, in sight: a feature
+/// that is missed was not matched, and the next one behind it is seen all the same.
+pub(crate) fn joint_config<T: Real>() -> JointConfig<T> {
+    JointConfig { persistence: Persistence::FOR_EVER, behind: T::ONE, ..JointConfig::strict() }
+}
+
 fn start_joint<T: Real>(log: &Log, settings: &Settings) -> Result<Box<dyn OpenJoint<Underwater>>, Refusal> {
-    joint_of(&models_of(log, settings)?, JointConfig::strict(), Box::new(HostJointState::<T>::new()), None, None)
+    joint_of(&models_of(log, settings)?, joint_config(), Box::new(HostJointState::<T>::new()), None, None)
 }
 
 fn models_of<T: Real>(log: &Log, settings: &Settings) -> Result<Models<Underwater, Auv<T>, AuvSensing<T>>, Refusal> {
