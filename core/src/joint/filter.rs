@@ -11,6 +11,7 @@ use crate::models::require;
 use crate::numerics::fnv::Fnv;
 use crate::numerics::range::{is_within_range, is_within_square};
 use crate::particles::cursor::passed;
+use crate::particles::short::{at_origin, short_beyond, summed};
 use crate::report::watch::Watch;
 use crate::snapshot::visit::Walk;
 use crate::{
@@ -209,6 +210,7 @@ where
         ResetError::check_pose(&pose)?;
         let known = &mut *self.memory.known;
         (known.started, known.pose, known.moved, known.len) = (true, pose, [T::ZERO; 2], 0);
+        known.remainder = [T::ZERO; 2];
         (known.waited_s, known.refused, known.next_label, known.watch) = (T::ZERO, 0, 0, Watch::ZERO);
         self.memory.joint.clear();
         if let Some(mut shelf) = self.archive.shelf() {
@@ -240,8 +242,12 @@ where
         }
         let mut rejected = 0;
         if dt > T::ZERO {
-            let moved = motion.propagate(&known.pose, control, dt);
-            let Linearised { transition, noise } = motion.linearise(&known.pose, control, dt);
+            let near = at_origin(&known.pose, short_beyond(motion, control, dt));
+            let from = near.as_ref().unwrap_or(&known.pose);
+            let step = motion.propagate(from, control, dt);
+            let Linearised { transition, noise } = motion.linearise(from, control, dt);
+            let (moved, remainder) =
+                if near.is_some() { summed(&known.pose, &known.remainder, &step) } else { (step, known.remainder) };
             let carried = sandwiched::<TangentOf<M::Pose>, TangentOf<M::Pose>, TangentOf<M::Pose>>(
                 &transition,
                 &joint.pose(),
@@ -252,7 +258,7 @@ where
             let finite = transition.as_slice().iter().all(|x| x.is_finite());
             if is_within_range(&moved.coordinates()) && within && finite {
                 joint.propagate(&transition, &grown, known.len);
-                known.pose = moved;
+                (known.pose, known.remainder) = (moved, remainder);
                 if let Some(mut tracks) = self.movers.tracks() {
                     tracks.carried(&transition, &noise);
                 }

@@ -3,6 +3,7 @@
 use crate::numerics::range::{is_within_range, is_within_square};
 use crate::particles::candidate::Candidate;
 use crate::particles::cursor::Cursor;
+use crate::particles::short::{at_origin, short_beyond, summed};
 use crate::{Health, Linearised, Motion, Noise, Pose, PredictError, PredictReport, Real, Symmetric, TangentOf};
 
 /// Splits every particle into `samples` candidates in the first prediction after a scan, then moves every candidate
@@ -19,8 +20,9 @@ pub(crate) fn predict<T: Real, M: Motion<Pose: Pose<Scalar = T>>>(
     let mut rejected = 0;
     if dt > T::ZERO {
         begin(samples, cursor, candidates, dt);
+        let short_beyond = short_beyond(motion, control, dt);
         for candidate in candidates.iter_mut().take(cursor.candidates()) {
-            rejected += usize::from(!sample(motion, candidate, control, dt, &mut noise));
+            rejected += usize::from(!sample(motion, candidate, control, dt, short_beyond, &mut noise));
         }
         cursor.noise = Some(noise);
     }
@@ -42,19 +44,24 @@ pub(crate) fn begin<T: Real, P: Pose<Scalar = T>>(
     cursor.wait(dt);
 }
 
-/// Moves one candidate with noise of its own (5.12); `false` where it stays, for it would be moved out of range.
+/// Moves one candidate with noise of its own (5.12); `false` where it stays, for it would be moved out of range. So far
+/// from the origin its steps are [short](crate::particles::short).
 #[inline]
 pub(crate) fn sample<T: Real, M: Motion<Pose: Pose<Scalar = T>>>(
     motion: &M,
     candidate: &mut Candidate<M::Pose>,
     control: &M::Control,
     dt: T,
+    short_beyond: T,
     noise: &mut Noise,
 ) -> bool {
-    let moved = motion.sample(&candidate.pose, control, dt, noise);
+    let Candidate { pose, remainder, .. } = candidate;
+    let near = at_origin(pose, short_beyond);
+    let step = motion.sample(near.as_ref().unwrap_or(pose), control, dt, noise);
+    let (moved, left) = if near.is_some() { summed(pose, remainder, &step) } else { (step, *remainder) };
     let stays_in_range = is_within_range(&moved.coordinates());
     if stays_in_range {
-        candidate.pose = moved;
+        (*pose, *remainder) = (moved, left);
     }
     stays_in_range
 }
@@ -74,13 +81,18 @@ pub(crate) fn predict_gaussians<T: Real, M: Motion<Pose: Pose<Scalar = T>>>(
     }
     let mut rejected = 0;
     if dt > T::ZERO {
+        let short_beyond = short_beyond(motion, control, dt);
         for (particle, pose_covariance) in particles.iter_mut().zip(pose_covariances.iter_mut()).take(cursor.particles)
         {
-            let moved = motion.propagate(&particle.pose, control, dt);
-            let Linearised { transition, noise } = motion.linearise(&particle.pose, control, dt);
+            let Candidate { pose, remainder, .. } = particle;
+            let near = at_origin(pose, short_beyond);
+            let from = near.as_ref().unwrap_or(pose);
+            let step = motion.propagate(from, control, dt);
+            let Linearised { transition, noise } = motion.linearise(from, control, dt);
+            let (moved, left) = if near.is_some() { summed(pose, remainder, &step) } else { (step, *remainder) };
             let grown = pose_covariance.congruence::<TangentOf<M::Pose>>(&transition).plus(&noise);
             if is_within_range(&moved.coordinates()) && is_within_square(&grown) {
-                particle.pose = moved;
+                (*pose, *remainder) = (moved, left);
                 *pose_covariance = grown;
             } else {
                 rejected += 1;
@@ -107,7 +119,7 @@ pub(crate) fn split<T: Real, P: Pose<Scalar = T>>(candidates: &mut [Candidate<P>
         let Some(&parent) = candidates.get(particle) else { continue };
         let first = particle * samples;
         for child in candidates.iter_mut().skip(first).take(samples) {
-            *child = Candidate { pose: parent.pose, ln_weight: parent.ln_weight - ln_samples };
+            *child = Candidate { ln_weight: parent.ln_weight - ln_samples, ..parent };
         }
     }
 }
