@@ -11,7 +11,7 @@ use crate::models::require;
 use crate::numerics::fnv::Fnv;
 use crate::numerics::range::{is_within_range, is_within_square};
 use crate::particles::cursor::passed;
-use crate::particles::short::{at_origin, short_beyond, summed};
+use crate::particles::short::{is_short, propagated, short_beyond};
 use crate::report::watch::Watch;
 use crate::snapshot::visit::Walk;
 use crate::{
@@ -242,12 +242,13 @@ where
         }
         let mut rejected = 0;
         if dt > T::ZERO {
-            let near = at_origin(&known.pose, short_beyond(motion, control, dt));
-            let from = near.as_ref().unwrap_or(&known.pose);
-            let step = motion.propagate(from, control, dt);
-            let Linearised { transition, noise } = motion.linearise(from, control, dt);
-            let (moved, remainder) =
-                if near.is_some() { summed(&known.pose, &known.remainder, &step) } else { (step, known.remainder) };
+            let mut left = known.remainder;
+            let (moved, Linearised { transition, noise }) = if is_short(&known.pose, short_beyond(motion, control, dt))
+            {
+                propagated(motion, &known.pose, &mut left, control, dt)
+            } else {
+                (motion.propagate(&known.pose, control, dt), motion.linearise(&known.pose, control, dt))
+            };
             let carried = sandwiched::<TangentOf<M::Pose>, TangentOf<M::Pose>, TangentOf<M::Pose>>(
                 &transition,
                 &joint.pose(),
@@ -258,7 +259,8 @@ where
             let finite = transition.as_slice().iter().all(|x| x.is_finite());
             if is_within_range(&moved.coordinates()) && within && finite {
                 joint.propagate(&transition, &grown, known.len);
-                (known.pose, known.remainder) = (moved, remainder);
+                known.pose = moved;
+                known.remainder = left;
                 if let Some(mut tracks) = self.movers.tracks() {
                     tracks.carried(&transition, &noise);
                 }

@@ -3,7 +3,7 @@
 use crate::numerics::range::{is_within_range, is_within_square};
 use crate::particles::candidate::Candidate;
 use crate::particles::cursor::Cursor;
-use crate::particles::short::{at_origin, short_beyond, summed};
+use crate::particles::short::{at_origin, is_short, propagated, short_beyond, summed};
 use crate::{Health, Linearised, Motion, Noise, Pose, PredictError, PredictReport, Real, Symmetric, TangentOf};
 
 /// Splits every particle into `samples` candidates in the first prediction after a scan, then moves every candidate
@@ -56,9 +56,10 @@ pub(crate) fn sample<T: Real, M: Motion<Pose: Pose<Scalar = T>>>(
     noise: &mut Noise,
 ) -> bool {
     let Candidate { pose, remainder, .. } = candidate;
-    let near = at_origin(pose, short_beyond);
+    // One call of the motion for both, for it is large.
+    let near = is_short(pose, short_beyond).then(|| at_origin(pose));
     let step = motion.sample(near.as_ref().unwrap_or(pose), control, dt, noise);
-    let (moved, left) = if near.is_some() { summed(pose, remainder, &step) } else { (step, *remainder) };
+    let (moved, left) = if near.is_some() { summed(pose, *remainder, &step) } else { (step, *remainder) };
     let stays_in_range = is_within_range(&moved.coordinates());
     if stays_in_range {
         (*pose, *remainder) = (moved, left);
@@ -85,14 +86,16 @@ pub(crate) fn predict_gaussians<T: Real, M: Motion<Pose: Pose<Scalar = T>>>(
         for (particle, pose_covariance) in particles.iter_mut().zip(pose_covariances.iter_mut()).take(cursor.particles)
         {
             let Candidate { pose, remainder, .. } = particle;
-            let near = at_origin(pose, short_beyond);
-            let from = near.as_ref().unwrap_or(pose);
-            let step = motion.propagate(from, control, dt);
-            let Linearised { transition, noise } = motion.linearise(from, control, dt);
-            let (moved, left) = if near.is_some() { summed(pose, remainder, &step) } else { (step, *remainder) };
+            let mut left = *remainder;
+            let (moved, Linearised { transition, noise }) = if is_short(pose, short_beyond) {
+                propagated(motion, pose, &mut left, control, dt)
+            } else {
+                (motion.propagate(pose, control, dt), motion.linearise(pose, control, dt))
+            };
             let grown = pose_covariance.congruence::<TangentOf<M::Pose>>(&transition).plus(&noise);
             if is_within_range(&moved.coordinates()) && is_within_square(&grown) {
-                (*pose, *remainder) = (moved, left);
+                *pose = moved;
+                *remainder = left;
                 *pose_covariance = grown;
             } else {
                 rejected += 1;
