@@ -133,6 +133,8 @@ impl Motion for Vehicle {
     type Pose = PlanarPose<f32>;
     type Control = VehicleControl;
 
+    const TRANSLATION_INVARIANT: bool = true;
+
     fn admits(&self, control: &VehicleControl) -> bool {
         match (self, control) {
             (Self::Car(car), VehicleControl::Car(control)) => car.admits(control),

@@ -217,6 +217,9 @@ impl Motion for Vehicle {
     type Pose = PlanarPose<f32>;
     type Control = Control;
 
+    /// So are a robot and a car; a known pose has no speed, so that no step of it is short.
+    const TRANSLATION_INVARIANT: bool = true;
+
     fn admits(&self, control: &Control) -> bool {
         each!(self, control, |motion, control| motion.admits(control), else false)
     }

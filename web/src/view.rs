@@ -73,7 +73,7 @@ impl View {
         self.put(&[candidates.len(), features.found(), movers.found()].map(count));
         self.put(&[scan.measurements().len(), world.landmarks.len(), world.walkers.len()].map(count));
         self.put(&[count(report.pages_used), count(report.pages), RANGE_M, f32::from(report.health.bits())]);
-        for Candidate { pose, ln_weight } in candidates {
+        for Candidate { pose, ln_weight, .. } in candidates {
             self.put(&[pose.x_m, pose.y_m, pose.heading_rad, Real::exp(*ln_weight)]);
         }
         for feature in features.iter() {

@@ -40,7 +40,7 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
         (cursor.children, cursor.predicted, cursor.weighed) = (1, false, 0);
         let ln_weight = -T::from_usize(cursor.particles).ln();
         for candidate in candidates.iter_mut().take(cursor.particles) {
-            (candidate.pose, candidate.ln_weight) = (pose, ln_weight);
+            *candidate = crate::Candidate::new(pose, ln_weight);
         }
         pose_covariances.iter_mut().for_each(|pose_covariance| *pose_covariance = Symmetric::ZERO);
         self.scatter(covariance)

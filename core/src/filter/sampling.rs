@@ -2,6 +2,7 @@
 
 use crate::filter::state::Memory;
 use crate::particles::predict::{begin, sample};
+use crate::particles::short::short_beyond;
 use crate::{Candidate, Motion, Noise, Pose, PredictError, Proposal, Real, ScPhd};
 
 /// What the samples of a prediction are drawn with, until they are [given back](ScPhd::end_predict): there are no candidates meanwhile.
@@ -35,7 +36,7 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'s, M> {
     /// Moves one of the candidates (5.12), with the numbers of the stream that are its own.
     #[doc(hidden)]
     pub fn sample(&self, candidate: &mut Candidate<M::Pose>, control: &M::Control, dt: T, noise: &mut Noise) {
-        sample(&self.motion, candidate, control, dt, noise);
+        sample(&self.motion, candidate, control, dt, short_beyond(&self.motion, control, dt), noise);
     }
 
     /// Takes the candidates back, with the stream as it is behind the last one's numbers.

@@ -177,7 +177,7 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'s, M> {
         cursor.noise = Some(Noise::seeded(seed));
         cursor.watch = Watch::ZERO;
         let ln_weight = -T::from_usize(cursor.particles).ln();
-        candidates.iter_mut().take(cursor.particles).for_each(|slot| *slot = Candidate { pose, ln_weight });
+        candidates.iter_mut().take(cursor.particles).for_each(|slot| *slot = Candidate::new(pose, ln_weight));
         pose_covariances.iter_mut().for_each(|pose_covariance| *pose_covariance = Symmetric::ZERO);
         static_maps.clear();
         moving_maps.clear();

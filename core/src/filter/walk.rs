@@ -16,6 +16,7 @@ impl<T: Real, P: Pose<Scalar = T>> Memory<'_, P> {
         for candidate in self.candidates() {
             visit.scalar(candidate.ln_weight);
             visit.pose(&candidate.pose);
+            visit.remainder(&candidate.remainder);
         }
         if informed {
             for pose_covariance in self.pose_covariances.iter().take(self.cursor.particles) {
@@ -71,7 +72,11 @@ impl<T: Real, P: Pose<Scalar = T>> Memory<'_, P> {
         stream.as_chunks_mut().0.iter_mut().for_each(|word| *word = from.word().to_be_bytes());
         cursor.noise = Some(Noise::from_bytes(stream));
         for slot in self.candidates.iter_mut().take(cursor.candidates()) {
-            *slot = Candidate { ln_weight: from.scalar(), pose: from.pose() };
+            *slot = Candidate {
+                ln_weight: from.scalar(),
+                pose: from.pose(),
+                remainder: core::array::from_fn(|_| from.scalar()),
+            };
         }
         for pose_covariance in self.pose_covariances.iter_mut().take(particles).filter(|_| informed) {
             *pose_covariance = Symmetric::from_fn(|_, _| from.scalar());

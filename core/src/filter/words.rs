@@ -58,6 +58,7 @@ impl<M: Motion<Pose = PlanarPose<f32>>> ScPhd<'_, M> {
         for candidate in candidates.iter_mut().take(held) {
             let PlanarPose { x_m, y_m, heading_rad } = &mut candidate.pose;
             [x_m, y_m, heading_rad].into_iter().for_each(|number| each("pose", Word::Real(number)));
+            candidate.remainder.iter_mut().for_each(|number| each("pose", Word::Real(number)));
             each("weight", Word::Real(&mut candidate.ln_weight));
         }
         for pose_covariance in pose_covariances.iter_mut().take(particles) {

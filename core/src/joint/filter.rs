@@ -11,6 +11,7 @@ use crate::models::require;
 use crate::numerics::fnv::Fnv;
 use crate::numerics::range::{is_within_range, is_within_square};
 use crate::particles::cursor::passed;
+use crate::particles::short::{is_short, propagated, short_beyond};
 use crate::report::watch::Watch;
 use crate::snapshot::visit::Walk;
 use crate::{
@@ -209,6 +210,7 @@ where
         ResetError::check_pose(&pose)?;
         let known = &mut *self.memory.known;
         (known.started, known.pose, known.moved, known.len) = (true, pose, [T::ZERO; 2], 0);
+        known.remainder = [T::ZERO; 2];
         (known.waited_s, known.refused, known.next_label, known.watch) = (T::ZERO, 0, 0, Watch::ZERO);
         self.memory.joint.clear();
         if let Some(mut shelf) = self.archive.shelf() {
@@ -240,8 +242,13 @@ where
         }
         let mut rejected = 0;
         if dt > T::ZERO {
-            let moved = motion.propagate(&known.pose, control, dt);
-            let Linearised { transition, noise } = motion.linearise(&known.pose, control, dt);
+            let mut left = known.remainder;
+            let (moved, Linearised { transition, noise }) = if is_short(&known.pose, short_beyond(motion, control, dt))
+            {
+                propagated(motion, &known.pose, &mut left, control, dt)
+            } else {
+                (motion.propagate(&known.pose, control, dt), motion.linearise(&known.pose, control, dt))
+            };
             let carried = sandwiched::<TangentOf<M::Pose>, TangentOf<M::Pose>, TangentOf<M::Pose>>(
                 &transition,
                 &joint.pose(),
@@ -253,6 +260,7 @@ where
             if is_within_range(&moved.coordinates()) && within && finite {
                 joint.propagate(&transition, &grown, known.len);
                 known.pose = moved;
+                known.remainder = left;
                 if let Some(mut tracks) = self.movers.tracks() {
                     tracks.carried(&transition, &noise);
                 }

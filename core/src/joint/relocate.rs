@@ -42,7 +42,7 @@ where
         if !known.started {
             return Err(ResetError::NotStarted);
         }
-        known.pose = pose;
+        (known.pose, known.remainder) = (pose, [T::ZERO; 2]);
         known.watch.calm();
         joint.propagate(&Zero::ZERO, &covariance.to_matrix(), known.len);
         if let Some(mut tracks) = self.movers.tracks() {

@@ -44,6 +44,8 @@ pub struct JointState<P: Pose, Z: Vector, const FEATURES: usize, const NUMBERS: 
 pub(super) struct Known<P: Pose> {
     pub(super) started: bool,
     pub(super) pose: P,
+    /// What rounding took from its x and y in the last [short](crate::particles::short) step, m.
+    pub(super) remainder: [ScalarOf<P>; 2],
     /// How far corrections have moved it on the ground since the covariance was last turned, m.
     pub(super) moved: [ScalarOf<P>; 2],
     /// Features there are.
@@ -85,6 +87,7 @@ where
         let known = Known {
             started: false,
             pose: P::ZERO,
+            remainder: [T::ZERO; 2],
             moved: [T::ZERO; 2],
             len: 0,
             waited_s: T::ZERO,

@@ -30,6 +30,7 @@ impl<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>> Memory<'_, P, Z> {
         let known = &*self.known;
         visit.word(u32::from(known.started));
         visit.pose(&known.pose);
+        visit.remainder(&known.remainder);
         visit.scalar(known.waited_s);
         visit.word(known.next_label);
         visit.beside(u32::try_from(known.refused).unwrap_or(u32::MAX));
@@ -46,6 +47,7 @@ impl<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>> Memory<'_, P, Z> {
         known.len = features.min(slots.len());
         known.started = from.word() != 0;
         known.pose = from.pose();
+        known.remainder = core::array::from_fn(|_| from.scalar());
         known.waited_s = from.scalar();
         known.next_label = from.word();
         known.refused = from.word() as usize;

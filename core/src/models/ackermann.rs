@@ -117,6 +117,8 @@ impl<T: Real> Motion for Ackermann<T> {
     type Pose = PlanarPose<T>;
     type Control = AckermannControl<T>;
 
+    const TRANSLATION_INVARIANT: bool = true;
+
     fn admits(&self, control: &Self::Control) -> bool {
         let quarter_turn = T::PI * T::from_f64(0.5);
         control.speed_mps.is_finite()

@@ -159,6 +159,8 @@ impl<T: Real> Motion for Auv<T> {
     type Pose = AuvPose<T>;
     type Control = AuvControl<T>;
 
+    const TRANSLATION_INVARIANT: bool = true;
+
     fn admits(&self, control: &Self::Control) -> bool {
         let usable = |reading: Option<Reading<T>>| {
             reading.is_none_or(|r| r.value.is_finite() && r.sigma > T::ZERO && r.sigma.is_finite())

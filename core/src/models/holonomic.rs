@@ -98,6 +98,8 @@ impl<T: Real> Motion for Holonomic<T> {
     type Pose = PlanarPose<T>;
     type Control = HolonomicControl<T>;
 
+    const TRANSLATION_INVARIANT: bool = true;
+
     fn admits(&self, control: &Self::Control) -> bool {
         speed(control).is_finite() && control.rate_radps.is_finite()
     }

@@ -14,6 +14,12 @@ pub trait Motion {
     /// The control input u, such as odometry.
     type Control: Copy;
 
+    /// Whether a step is the same from wherever it begins: x and y change by as much at the origin as at any other place, by
+    /// [`propagate`](Self::propagate) and by [`sample`](Self::sample), and so does [`linearise`](Self::linearise). With `true` steps that are short beside
+    /// the spacing of the numbers that say where the vehicle is, far from the origin or at a high rate, add up without loss; the speed is
+    /// what [`rates`](Self::rates) say. Not for a motion that knows places, such as a current.
+    const TRANSLATION_INVARIANT: bool = false;
+
     /// The parameter that the model cannot work with, if any: asked wherever a filter is made with the model, or goes on with it.
     ///
     /// # Errors

@@ -99,6 +99,8 @@ impl<T: Real, M: ByOdometry<Pose = PlanarPose<T>>> Motion for SelfCalibrating<M,
     type Pose = CalibratedPose<T>;
     type Control = M::Control;
 
+    const TRANSLATION_INVARIANT: bool = M::TRANSLATION_INVARIANT;
+
     fn check(&self) -> Result<(), ModelError> {
         self.vehicle.check()
     }

@@ -113,6 +113,8 @@ impl<T: Real> Motion for Unicycle<T> {
     type Pose = PlanarPose<T>;
     type Control = UnicycleControl<T>;
 
+    const TRANSLATION_INVARIANT: bool = true;
+
     fn admits(&self, control: &Self::Control) -> bool {
         control.speed_mps.is_finite() && control.rate_radps.is_finite()
     }

@@ -11,11 +11,18 @@ pub struct Candidate<P: Pose> {
     pub pose: P,
     /// ln ζ.
     pub ln_weight: P::Scalar,
+    /// What rounding took from x and y in the last [short](crate::particles::short) step, m.
+    pub(crate) remainder: [P::Scalar; 2],
 }
 
 impl<P: Pose> Candidate<P> {
     /// All zero; a placeholder for unused memory.
-    pub(crate) const ZERO: Self = Self { pose: P::ZERO, ln_weight: P::Scalar::ZERO };
+    pub(crate) const ZERO: Self = Self { pose: P::ZERO, ln_weight: P::Scalar::ZERO, remainder: [P::Scalar::ZERO; 2] };
+
+    /// One at this pose, of this weight.
+    pub(crate) fn new(pose: P, ln_weight: P::Scalar) -> Self {
+        Self { pose, ln_weight, ..Self::ZERO }
+    }
 }
 
 /// Σ ζ: one, but for rounding.
@@ -78,7 +85,7 @@ mod tests {
     fn weights_sum_to_one_however_little_explains_the_scan() {
         for ln_likelihood in [-3.0_f32, -150.0, -1500.3, -40_000.7, 1e6] {
             let mut candidates: Vec<Candidate<PlanarPose<f32>>> =
-                (0..16).map(|_| Candidate { pose: PlanarPose::ZERO, ln_weight: -(16.0_f32.ln()) }).collect();
+                (0..16).map(|_| Candidate::new(PlanarPose::ZERO, -(16.0_f32.ln()))).collect();
             let ln_likelihoods: Vec<f32> = (0..16).map(|k| ln_likelihood * (1.0 + 1e-5 * k as f32)).collect();
             assert!(reweigh(&mut candidates, &ln_likelihoods).is_finite());
             let total = total_weight(&candidates);

@@ -6,3 +6,4 @@ pub(crate) mod predict;
 pub(crate) mod propose;
 pub(crate) mod resample;
 pub(crate) mod select;
+pub(crate) mod short;

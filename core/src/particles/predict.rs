@@ -3,6 +3,7 @@
 use crate::numerics::range::{is_within_range, is_within_square};
 use crate::particles::candidate::Candidate;
 use crate::particles::cursor::Cursor;
+use crate::particles::short::{at_origin, is_short, propagated, short_beyond, summed};
 use crate::{Health, Linearised, Motion, Noise, Pose, PredictError, PredictReport, Real, Symmetric, TangentOf};
 
 /// Splits every particle into `samples` candidates in the first prediction after a scan, then moves every candidate
@@ -19,8 +20,9 @@ pub(crate) fn predict<T: Real, M: Motion<Pose: Pose<Scalar = T>>>(
     let mut rejected = 0;
     if dt > T::ZERO {
         begin(samples, cursor, candidates, dt);
+        let short_beyond = short_beyond(motion, control, dt);
         for candidate in candidates.iter_mut().take(cursor.candidates()) {
-            rejected += usize::from(!sample(motion, candidate, control, dt, &mut noise));
+            rejected += usize::from(!sample(motion, candidate, control, dt, short_beyond, &mut noise));
         }
         cursor.noise = Some(noise);
     }
@@ -42,19 +44,25 @@ pub(crate) fn begin<T: Real, P: Pose<Scalar = T>>(
     cursor.wait(dt);
 }
 
-/// Moves one candidate with noise of its own (5.12); `false` where it stays, for it would be moved out of range.
+/// Moves one candidate with noise of its own (5.12); `false` where it stays, for it would be moved out of range. So far
+/// from the origin its steps are [short](crate::particles::short).
 #[inline]
 pub(crate) fn sample<T: Real, M: Motion<Pose: Pose<Scalar = T>>>(
     motion: &M,
     candidate: &mut Candidate<M::Pose>,
     control: &M::Control,
     dt: T,
+    short_beyond: T,
     noise: &mut Noise,
 ) -> bool {
-    let moved = motion.sample(&candidate.pose, control, dt, noise);
+    let Candidate { pose, remainder, .. } = candidate;
+    // One call of the motion for both, for it is large.
+    let near = is_short(pose, short_beyond).then(|| at_origin(pose));
+    let step = motion.sample(near.as_ref().unwrap_or(pose), control, dt, noise);
+    let (moved, left) = if near.is_some() { summed(pose, *remainder, &step) } else { (step, *remainder) };
     let stays_in_range = is_within_range(&moved.coordinates());
     if stays_in_range {
-        candidate.pose = moved;
+        (*pose, *remainder) = (moved, left);
     }
     stays_in_range
 }
@@ -74,13 +82,20 @@ pub(crate) fn predict_gaussians<T: Real, M: Motion<Pose: Pose<Scalar = T>>>(
     }
     let mut rejected = 0;
     if dt > T::ZERO {
+        let short_beyond = short_beyond(motion, control, dt);
         for (particle, pose_covariance) in particles.iter_mut().zip(pose_covariances.iter_mut()).take(cursor.particles)
         {
-            let moved = motion.propagate(&particle.pose, control, dt);
-            let Linearised { transition, noise } = motion.linearise(&particle.pose, control, dt);
+            let Candidate { pose, remainder, .. } = particle;
+            let mut left = *remainder;
+            let (moved, Linearised { transition, noise }) = if is_short(pose, short_beyond) {
+                propagated(motion, pose, &mut left, control, dt)
+            } else {
+                (motion.propagate(pose, control, dt), motion.linearise(pose, control, dt))
+            };
             let grown = pose_covariance.congruence::<TangentOf<M::Pose>>(&transition).plus(&noise);
             if is_within_range(&moved.coordinates()) && is_within_square(&grown) {
-                particle.pose = moved;
+                *pose = moved;
+                *remainder = left;
                 *pose_covariance = grown;
             } else {
                 rejected += 1;
@@ -107,7 +122,7 @@ pub(crate) fn split<T: Real, P: Pose<Scalar = T>>(candidates: &mut [Candidate<P>
         let Some(&parent) = candidates.get(particle) else { continue };
         let first = particle * samples;
         for child in candidates.iter_mut().skip(first).take(samples) {
-            *child = Candidate { pose: parent.pose, ln_weight: parent.ln_weight - ln_samples };
+            *child = Candidate { ln_weight: parent.ln_weight - ln_samples, ..parent };
         }
     }
 }

@@ -11,7 +11,7 @@ pub(crate) type Check = Digest<'static, u32, Table<1>>;
 /// The first four bytes.
 const MAGIC: [u8; 4] = *b"SCPH";
 /// What is written, and all that is read.
-const VERSION: u16 = 3;
+const VERSION: u16 = 4;
 /// Words of the head before its check.
 pub(crate) const WORDS: usize = 8;
 /// Bytes of the head and its check.

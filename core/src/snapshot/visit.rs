@@ -19,6 +19,12 @@ pub(crate) trait Visit {
     fn beside(&mut self, _word: u32) {}
     /// A number that no digest has.
     fn beside_scalar<T: Real>(&mut self, _number: T) {}
+    /// What rounding took from x and y. A digest has it only where it is not zero, which it is unless steps are short.
+    fn remainder<T: Real>(&mut self, remainder: &[T; 2]) {
+        for &number in remainder {
+            if number == T::ZERO { self.beside_scalar(number) } else { self.scalar(number) }
+        }
+    }
     /// A page of so many components, of features that move or stand still. Whether to walk through them.
     fn page(&mut self, _moves: bool, _id: PageId, _components: usize) -> bool {
         true

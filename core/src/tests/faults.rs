@@ -227,7 +227,7 @@ fn the_mean_pose_is_right_far_from_the_origin_and_in_an_unlikely_scan() {
         let report = filter.scan(&random_scan(&mut number, 64)).unwrap();
         ln_least = ln_least.min(report.ln_evidence);
         let (mut total, mut sum) = (0.0, Vector2::zeros());
-        for Candidate { pose, ln_weight } in filter.candidates() {
+        for Candidate { pose, ln_weight, .. } in filter.candidates() {
             let weight = f64::from(*ln_weight).exp();
             total += weight;
             sum += Vector2::new(f64::from(pose.x_m), f64::from(pose.y_m)) * weight;

@@ -11,6 +11,7 @@ mod movers;
 mod observing;
 mod oracles;
 mod peaks;
+mod short_steps;
 mod standing;
 mod unconfirmed;
 

@@ -40,6 +40,8 @@ impl Motion for Vehicle {
     type Pose = PlanarPose<f32>;
     type Control = [f32; 2];
 
+    const TRANSLATION_INVARIANT: bool = true;
+
     fn check(&self) -> Result<(), ModelError> {
         match self {
             Self::Car(motion) => motion.check(),

@@ -56,6 +56,7 @@ pub(super) fn read(bytes: &[u8]) -> State {
     let mut from = Reader { rest: &bytes[HEAD..], scalar: bytes[7] };
     let _started = from.word();
     let pose = from.numbers(numbers);
+    let _remainder = from.numbers(2);
     let mut state = State::new(pose, uncertain);
     state.waited_s = from.number();
     state.next_label = from.word();

@@ -177,6 +177,8 @@ impl<T: Real> Motion for Drive<T> {
     type Pose = PlanarPose<T>;
     type Control = [T; 2];
 
+    const TRANSLATION_INVARIANT: bool = true;
+
     fn check(&self) -> Result<(), ModelError> {
         match self {
             Self::Ackermann(car) => car.check(),

@@ -37,7 +37,7 @@ fn documented<T: Real>(slam: &mut ScPhd<'_, Unicycle<T>>) -> usize {
     // Head, check and cursor; candidates; particles; components. Words, and scalars, which are one or two of them.
     let words = 24 + if has_moving { 6 } else { 4 } * particles + pages + components + moving_components;
     let a_particle = if has_moving { 8 } else { 4 } + if informed { 6 } else { 0 };
-    let scalars = 7 + 4 * candidates + a_particle * particles + 6 * components + 15 * moving_components;
+    let scalars = 7 + 6 * candidates + a_particle * particles + 6 * components + 15 * moving_components;
     let [waiting_words, waiting_scalars] = slam.memory.waiting.documented(particles);
     4 * (words + waiting_words) + size_of::<T>() * (scalars + waiting_scalars)
 }

@@ -1,0 +1,118 @@
+//! Steps that are short beside the spacing of the numbers that say where the vehicle is.
+//!
+//! 5 km from the origin numbers of single precision are half a millimetre apart. A vehicle at 0.04 m/s whose odometry comes at 200 Hz moves by less
+//! than half of that in a step, which is rounded away, every time: it stands. One that is not much faster moves too far or not far enough,
+//! for like steps are rounded alike. Such a step is therefore taken at the origin, where it has all its digits, and what rounding takes
+//! from the sum is kept and added to the next one (compensated summation: Kahan 1965).
+
+use crate::{Linearised, Motion, Pose, Real, ScalarOf, TangentOf, Vector, Zero};
+
+/// A step of fewer spacings than this is short: a longer one is wrong by less than a 250th of its length.
+const SPACINGS: f64 = 128.0;
+
+/// How far from the origin the steps of this control are short, m. Infinite where the vehicle stands, or moves in one place otherwise
+/// than in another.
+pub(crate) fn short_beyond<T: Real, M: Motion<Pose: Pose<Scalar = T>>>(motion: &M, control: &M::Control, dt: T) -> T {
+    if !M::TRANSLATION_INVARIANT || M::Pose::HEADING.is_none() {
+        return T::INFINITY;
+    }
+    let step = motion.rates(control).speed_mps * dt;
+    if step > T::ZERO { step / (T::EPSILON * T::from_f64(SPACINGS)) } else { T::INFINITY }
+}
+
+/// Whether a step that is short beyond so far from the origin is so here.
+#[inline]
+pub(crate) fn is_short<T: Real, P: Pose<Scalar = T>>(pose: &P, short_beyond: T) -> bool {
+    let [x, y, _] = pose.on_ground();
+    x.abs() > short_beyond || y.abs() > short_beyond
+}
+
+/// Where a short step takes the pose without noise, and the motion linearised there.
+#[cold]
+#[inline(never)]
+pub(crate) fn propagated<M: Motion>(
+    motion: &M,
+    pose: &M::Pose,
+    remainder: &mut [ScalarOf<M::Pose>; 2],
+    control: &M::Control,
+    dt: ScalarOf<M::Pose>,
+) -> (M::Pose, Linearised<TangentOf<M::Pose>>) {
+    let near = at_origin(pose);
+    let (moved, left) = summed(pose, *remainder, &motion.propagate(&near, control, dt));
+    *remainder = left;
+    (moved, motion.linearise(&near, control, dt))
+}
+
+/// The pose moved to the origin.
+pub(crate) fn at_origin<T: Real, P: Pose<Scalar = T>>(pose: &P) -> P {
+    let [x, y, _] = pose.on_ground();
+    pose.displaced(&on_ground::<P>([-x, -y]))
+}
+
+/// Where the pose comes to by a `step` that has been taken at the origin, with what rounding took from x and y so far; and what it takes now.
+pub(crate) fn summed<T: Real, P: Pose<Scalar = T>>(pose: &P, [of_x, of_y]: [T; 2], step: &P) -> (P, [T; 2]) {
+    let [x, y, _] = pose.on_ground();
+    let short = step.displaced(&on_ground::<P>([held(of_x, x), held(of_y, y)]));
+    let moved = short.displaced(&on_ground::<P>([x, y]));
+    let ([dx, dy, _], [to_x, to_y, _]) = (short.on_ground(), moved.on_ground());
+    (moved, [rounded_off(x, dx, to_x), rounded_off(y, dy, to_y)])
+}
+
+/// A difference of poses in x and y alone, which are the first coordinates wherever there is a heading.
+fn on_ground<P: Pose>(by: [P::Scalar; 2]) -> TangentOf<P> {
+    Vector::with(|k| by.get(k).copied().unwrap_or(P::Scalar::ZERO))
+}
+
+/// A remainder as it is, if it can be one of a sum that is not far from here; otherwise nothing, be it that the vehicle has long been elsewhere or that a bit has
+/// flipped.
+fn held<T: Real>(remainder: T, at: T) -> T {
+    if remainder.abs() <= T::EPSILON * at.abs() { remainder } else { T::ZERO }
+}
+
+/// What `sum`, which is a + b rounded, lacks of it, without error (Knuth's two-sum).
+fn rounded_off<T: Real>(a: T, b: T, sum: T) -> T {
+    let of_b = sum - a;
+    (a - (sum - of_b)) + (b - of_b)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{is_short, short_beyond, summed};
+    use crate::{ControlNoise, KnownPose, PlanarPose, Pose, Step, Unicycle, UnicycleControl};
+
+    /// Of any two numbers, with the least of them the greatest that is rounded away.
+    #[test]
+    fn nothing_is_lost_of_a_sum() {
+        for (at, by) in
+            [(5000.0_f32, 2e-4_f32), (-5000.0, 0.3), (32_768.0, -1.9e-3), (0.1, 7.0), (1e8, 4.0), (0.0, 0.0)]
+        {
+            let (pose, step) = (PlanarPose::new(at, -at, 0.3), PlanarPose::new(by, by, 0.4));
+            let (moved, [x, y]) = summed(&pose, [0.0; 2], &step);
+            let wide = |number: f32| f64::from(number);
+            assert_eq!(wide(moved.x_m) + wide(x), wide(at) + wide(by), "{at} and {by}");
+            assert_eq!(wide(moved.y_m) + wide(y), wide(by) - wide(at), "{at} and {by}");
+            assert_eq!(moved.heading_rad, 0.4);
+        }
+    }
+
+    #[test]
+    fn what_cannot_be_a_remainder_is_none() {
+        let pose = PlanarPose::new(5000.0_f32, 0.0, 0.0);
+        for remainder in [[f32::NAN; 2], [f32::INFINITY; 2], [1e-3, 1e-9]] {
+            let (moved, _) = summed(&pose, remainder, &PlanarPose::new(0.25, 0.25, 0.0));
+            assert_eq!(moved, PlanarPose::new(5000.25, 0.25, 0.0), "{remainder:?}");
+        }
+    }
+
+    /// Of a vehicle that stands, or whose pose comes with the control.
+    #[test]
+    fn no_step_is_short_whose_length_is_not_known() {
+        let far = PlanarPose::new(1e7_f32, 0.0, 0.0);
+        let known = short_beyond(&KnownPose::new(), &far, 0.1);
+        let robot = Unicycle::new(Step::Arc, ControlNoise::NONE).unwrap();
+        let [stands, moves] =
+            [0.0, 0.04].map(|speed_mps| short_beyond(&robot, &UnicycleControl { speed_mps, rate_radps: 0.0 }, 0.005));
+        assert!(!is_short(&far, known) && !is_short(&far, stands));
+        assert!(is_short(&far, moves) && !is_short(&PlanarPose::<f32>::ZERO, moves));
+    }
+}
