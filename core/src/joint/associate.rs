@@ -5,7 +5,7 @@ use super::config::JointConfig;
 use super::covariance::{Blocks, sandwiched, symmetric};
 use super::exclusive::settle;
 use super::movers::Movers;
-use super::reunite::{looseness, set_aside};
+use super::reunite::{least_of, set_aside};
 use super::state::Memory;
 use crate::{
     Births, Clutter, FieldOfView, Linear, LnSum, Matrix, MeasurementModel, Pose, PositionOf, Real, ScalarOf, Sensor,
@@ -97,6 +97,11 @@ where
         let slots = slots.get(..known.len).unwrap_or(&[]);
         tracks.look(models, &frame, measurements, config.behind, slots);
     }
+    // Of what was born of the last scan a measurement has twice its noise, and what the way since then has added. Nothing is to wait for
+    // what cannot be born.
+    let may_be_born = births.of_static > T::ZERO && known.len < slots.len();
+    let newborn = sensor.noise().plus(sensor.noise());
+    let ln_newborn = newborn.factor().filter(|_| may_be_born).map_or(T::NEG_INFINITY, |factor| factor.ln_peak());
     let (mut in_view, mut ln_missed, mut ln_highest) = (0, T::ZERO, T::NEG_INFINITY);
     for (place, slot) in slots.iter_mut().enumerate().take(known.len) {
         let seen = in_view_of(models, &frame, &slot.mean, measurements, config.behind);
@@ -117,7 +122,14 @@ where
         let Some(factor) = covariance.factor() else { continue };
         ln_highest = ln_highest.at_least(factor.ln_peak());
         if place < window {
-            slot.claimed = looseness(slot, factor.ln_peak(), beside > T::ZERO);
+            // What might move instead makes its claims.
+            slot.claimed = if beside > T::ZERO { T::INFINITY } else { factor.ln_peak() };
+            if slot.claimed < least_of::<X::Measurement>(ln_newborn) {
+                let here = known.walked.congruence::<X::Measurement>(&predicted.by_pose).plus(&newborn);
+                if here.factor().is_some_and(|factor| slot.claimed < least_of::<X::Measurement>(factor.ln_peak())) {
+                    slot.claimed = T::NEG_INFINITY;
+                }
+            }
         }
         let ln_peak = expected.ln() - ln_not_detected + factor.ln_peak();
         for (explained, z) in explained.iter_mut().zip(measurements) {
@@ -129,7 +141,7 @@ where
     }
     let explained = explained.get_mut(..measurements.len()).unwrap_or(&mut []);
     let slots = slots.get_mut(..known.len).unwrap_or(&mut []);
-    let (loose, ln_loose) = set_aside(slots, explained, ln_highest, X::Measurement::DIMENSION);
+    let (loose, ln_loose) = set_aside(slots, explained, least_of::<X::Measurement>(ln_highest));
     ln_missed -= ln_loose;
     if let Some(tracks) = &mut tracks {
         ln_missed += tracks.claim(models, &frame, measurements, config.gate, explained);

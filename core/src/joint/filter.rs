@@ -2,7 +2,7 @@
 
 use super::archive::{Archive, Archived, JointArchive, NoArchive};
 use super::config::JointConfig;
-use super::covariance::{first, sandwiched};
+use super::covariance::{first, sandwiched, symmetric};
 use super::existence::Existence;
 use super::movers::{JointMovers, MOVES, Movers, NoMovers, Tracked};
 use super::state::{JointState, Memory};
@@ -212,6 +212,7 @@ where
         (known.started, known.pose, known.moved, known.len) = (true, pose, [T::ZERO; 2], 0);
         known.remainder = [T::ZERO; 2];
         (known.waited_s, known.refused, known.next_label, known.watch) = (T::ZERO, 0, 0, Watch::ZERO);
+        known.walked = Symmetric::ZERO;
         self.memory.joint.clear();
         if let Some(mut shelf) = self.archive.shelf() {
             shelf.clear();
@@ -261,6 +262,15 @@ where
                 joint.propagate(&transition, &grown, known.len);
                 known.pose = moved;
                 known.remainder = left;
+                let walked = sandwiched::<TangentOf<M::Pose>, TangentOf<M::Pose>, TangentOf<M::Pose>>(
+                    &transition,
+                    &known.walked.to_matrix(),
+                    &transition,
+                );
+                let walked = symmetric::<TangentOf<M::Pose>>(&walked).plus(&noise);
+                if is_within_square(&walked) {
+                    known.walked = walked;
+                }
                 if let Some(mut tracks) = self.movers.tracks() {
                     tracks.carried(&transition, &noise);
                 }

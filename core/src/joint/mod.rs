@@ -7,6 +7,7 @@
 //! `docs/joint.md` has the equations.
 
 mod ambiguity;
+mod apart;
 mod archive;
 mod associate;
 mod claims;

@@ -2,7 +2,7 @@
 
 use super::state::Known;
 use crate::report::watch::Recognised;
-use crate::{Health, Pose, Real};
+use crate::{Health, Pose, Real, Symmetric};
 
 /// What a scan of a [`JointSlam`](super::JointSlam) did.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -96,6 +96,7 @@ impl<T: Real> Tally<T> {
         let watched = known.watch.scanned(&self.known, (measurements, stated), known.waited_s, known.next_label);
         let refused = core::mem::take(&mut known.refused);
         known.waited_s = T::ZERO;
+        known.walked = Symmetric::ZERO;
         let numbers = self.shares * T::from_usize(dimension);
         let innovation = if numbers > T::ZERO { self.squares / numbers } else { T::ZERO };
         let health = Health::COVARIANCE_REPAIRED.when(self.left_out > 0)

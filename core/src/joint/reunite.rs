@@ -5,17 +5,18 @@
 //! ([`set_aside`]), and what is seen then is born anew. The new features are known well among themselves, and are laid over the old
 //! ones as a whole ([`reunite`]).
 
+use super::apart::{Apart, Closed};
 use super::claims::Explained;
 use super::config::JointConfig;
-use super::covariance::symmetric;
+use super::covariance::{first, symmetric};
 use super::state::{Memory, Slot};
-use super::tidy::{TENTATIVE, between, join};
-use crate::numerics::vector::{applied, product};
+use super::tidy::join;
+use crate::numerics::vector::{applied, product, transposed};
 use crate::{Linear, LnSum, Matrix, Pose, PositionOf, Real, Vector};
 
 /// A feature is loose where the innovation that is expected of it is as many times less certain, a coordinate, than the most certain
 /// one of the scan.
-const LOOSE: f64 = 5.0;
+const LOOSE: f64 = 3.0;
 /// What is to be laid over something else was detected as often.
 const SEEN: f64 = 3.0;
 /// Of the features seen around one that had been known, this share had been known too.
@@ -26,23 +27,21 @@ const SURE: f64 = 0.99;
 const CHOICES: usize = 8;
 /// Features that another one around it may then be, at most: the nearest.
 const NEIGHBOURS: usize = 3;
+/// Features that are tried, at most: those detected most often. What stands there new is often the first of them, and is nothing else.
+const SEEDS: usize = 6;
 
-/// Of a feature whose innovation covariance has this peak, how it counts for [`set_aside`]: what is tentative, or might move
-/// instead, makes its claims.
-pub(super) fn looseness<D: Vector>(slot: &Slot<D>, ln_peak: D::Scalar, may_move: bool) -> D::Scalar {
-    let settled = slot.detections >= D::Scalar::from_f64(TENTATIVE) && !may_move;
-    if settled { ln_peak } else { D::Scalar::INFINITY }
+/// The peak below which the innovation of a feature is loose beside one of that peak.
+pub(super) fn least_of<Y: Vector>(ln_peak: Y::Scalar) -> Y::Scalar {
+    ln_peak - Y::Scalar::from_f64(LOOSE).ln() * Y::Scalar::from_usize(Y::DIMENSION)
 }
 
-/// Takes the claims of loose features back: of those whose `claimed`, by [`looseness`], is far below the peak of the most certain
-/// innovation. They count as out of view. How many there are, and Σ ln(1 − p_D v) over them.
+/// Takes the claims of loose features back: of those whose `claimed`, the peak of their innovation, is below `least`. They count as out of view. How
+/// many there are, and Σ ln(1 − p_D v) over them.
 pub(super) fn set_aside<T: Real, D: Vector<Scalar = T>>(
     slots: &mut [Slot<D>],
     explained: &mut [Explained<T>],
-    ln_highest: T,
-    dimension: usize,
+    least: T,
 ) -> (usize, T) {
-    let least = ln_highest - T::from_f64(LOOSE).ln() * T::from_usize(dimension);
     let (mut loose, mut ln_missed) = (0, T::ZERO);
     for slot in slots.iter().filter(|slot| slot.claimed < least) {
         loose += 1;
@@ -56,13 +55,27 @@ pub(super) fn set_aside<T: Real, D: Vector<Scalar = T>>(
     (loose, ln_missed)
 }
 
-/// Makes one feature in view one with another that it is, if that is sure by how those around it fit; how many were.
+/// Makes a feature in view one with another that it is, if that is sure by how those around it fit: of the most often detected ones, the
+/// one that most speaks for; how many were.
 pub(super) fn reunite<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
     config: &JointConfig<T>,
     memory: &mut Memory<'_, P, Z>,
 ) -> usize {
-    let found = anchor(memory).and_then(|one| Some((one, what_it_is(config, memory, one)?)));
-    usize::from(found.is_some_and(|(one, other)| join(config, memory, one, other)))
+    let mut seeds = Nearest::<T, SEEDS>::NONE;
+    for (place, slot) in memory.slots.iter().enumerate().take(memory.known.len) {
+        if slot.detection > T::ZERO && is_known(slot) {
+            seeds.take(place, -slot.detections);
+        }
+    }
+    let mut best: Option<([usize; 2], T)> = None;
+    for one in seeds.places() {
+        if let Some((other, ln_evidence)) = what_it_is(config, memory, one)
+            && best.is_none_or(|(_, most)| ln_evidence > most)
+        {
+            best = Some(([one, other], ln_evidence));
+        }
+    }
+    usize::from(best.is_some_and(|([one, other], _)| join(config, memory, one, other)))
 }
 
 /// Whether a feature has been seen often enough, and is rather there than not.
@@ -70,43 +83,30 @@ fn is_known<D: Vector>(slot: &Slot<D>) -> bool {
     slot.detections >= D::Scalar::from_f64(SEEN) && slot.existence.total() >= D::Scalar::from_f64(0.5)
 }
 
-/// The feature in view that was detected most often.
-fn anchor<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(memory: &Memory<'_, P, Z>) -> Option<usize> {
-    let slots = memory.slots.iter().enumerate().take(memory.known.len);
-    let in_view = slots.filter(|(_, slot)| slot.detection > T::ZERO && is_known(slot));
-    let most = in_view.fold(None, |most: Option<(usize, T)>, (place, slot)| match most {
-        Some((_, detections)) if !(slot.detections > detections) => most,
-        _ => Some((place, slot.detections)),
-    });
-    most.map(|(place, _)| place)
-}
-
-/// Which other feature one is, if that is sure.
+/// Which other feature one is, if that is sure, and ln of what speaks for it.
 fn what_it_is<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
     config: &JointConfig<T>,
     memory: &mut Memory<'_, P, Z>,
     one: usize,
-) -> Option<usize> {
+) -> Option<(usize, T)> {
     let ln_density = ln_density(memory)?;
     let mut choices = Nearest::<T, CHOICES>::NONE;
     for other in (0..memory.known.len).filter(|&other| other != one) {
-        if let Some(pair) = Pair::of(memory, one, other)
-            && pair.distance <= config.merge_distance
-        {
-            choices.take(other, pair.distance);
+        if let Some(pair) = Pair::of(memory, one, other, config.merge_distance) {
+            choices.take(other, pair.closed.distance);
         }
     }
     // That it is none of them has the evidence 1.
     let (mut all, mut best) = (LnSum::of(T::ZERO), None);
     for other in choices.places() {
-        let Some(pair) = Pair::of(memory, one, other) else { continue };
+        let Some(pair) = Pair::of(memory, one, other, config.merge_distance) else { continue };
         let ln_evidence = pair.ln_evidence(memory, ln_density);
         all.add(ln_evidence);
         if best.is_none_or(|(_, most)| ln_evidence > most) {
             best = Some((other, ln_evidence));
         }
     }
-    best.filter(|&(_, ln_evidence)| ln_evidence - all.ln() >= T::from_f64(SURE).ln()).map(|(other, _)| other)
+    best.filter(|&(_, ln_evidence)| ln_evidence - all.ln() >= T::from_f64(SURE).ln())
 }
 
 /// ln of how many known features there are in a unit of space: of the box around them.
@@ -124,34 +124,26 @@ fn ln_density<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(memory: &Memo
 
 /// Two features that may be one.
 struct Pair<P: Pose> {
-    one: usize,
-    other: usize,
-    /// C⁻¹ of their difference δ.
+    apart: Apart<P>,
+    /// C⁻¹.
     inverse: Linear<PositionOf<P>, PositionOf<P>>,
-    /// C⁻¹ δ.
-    step: PositionOf<P>,
-    /// δᵀ C⁻¹ δ.
-    distance: P::Scalar,
-    /// ln v + ln N(δ; 0, C).
+    closed: Closed<PositionOf<P>>,
+    /// ln v + ln N(y; 0, C).
     ln_alone: P::Scalar,
 }
 
 impl<T: Real, P: Pose<Scalar = T>> Pair<P> {
-    /// Both are known, and their difference has a covariance.
-    fn of<Z: Vector<Scalar = T>>(memory: &Memory<'_, P, Z>, one: usize, other: usize) -> Option<Self> {
-        let (a, b) = (memory.slots.get(one)?, memory.slots.get(other).filter(|slot| is_known(slot))?);
-        let apart = b.mean - a.mean;
-        let factor = symmetric::<P::Position>(&between(memory, one, other)).factor()?;
-        let inverse = factor.inverse().to_matrix();
-        let distance = factor.mahalanobis(&apart);
-        Some(Self {
-            one,
-            other,
-            inverse,
-            step: applied::<P::Position, P::Position>(&inverse, &apart),
-            distance,
-            ln_alone: b.existence.total().ln() + factor.ln_peak() - distance * T::from_f64(0.5),
-        })
+    /// Both are known, and within a squared Mahalanobis distance of each other.
+    fn of<Z: Vector<Scalar = T>>(memory: &Memory<'_, P, Z>, one: usize, other: usize, within: T) -> Option<Self> {
+        let existence = memory.slots.get(other).filter(|slot| is_known(slot))?.existence.total();
+        let apart = Apart::of(memory, [one, other]).filter(|apart| !apart.is_beyond(within))?;
+        let factor = apart.factor()?;
+        let closed = Closed::of::<P>(&apart.difference, &factor, &apart.heading);
+        if !(closed.distance <= within) {
+            return None;
+        }
+        let ln_alone = existence.ln() + factor.ln_peak() - closed.distance * T::from_f64(0.5);
+        Some(Self { apart, inverse: factor.inverse().to_matrix(), closed, ln_alone })
     }
 
     /// ln of how much likelier the features are as they are, if these two are one: than if nothing seen now had been known.
@@ -160,7 +152,8 @@ impl<T: Real, P: Pose<Scalar = T>> Pair<P> {
         // Where all features would be then.
         for place in 0..memory.known.len {
             let Some(slot) = memory.slots.get(place).filter(|slot| is_known(slot)) else { continue };
-            let moved = slot.mean - applied::<P::Position, P::Position>(&self.with(memory, place), &self.step);
+            let by: P::Position = self.closed.moves(&memory.joint, &self.apart, first::<P>(place));
+            let moved = slot.mean + by;
             let Some(rows) = memory.common.get_mut(place) else { break };
             for (d, row) in rows.as_mut().iter_mut().enumerate() {
                 *row = Z::with(|z| if z == 0 { moved.at(d) } else { T::ZERO });
@@ -189,28 +182,23 @@ impl<T: Real, P: Pose<Scalar = T>> Pair<P> {
 
     /// Whether a feature is known and neither of these.
     fn is_another<Z: Vector<Scalar = T>>(&self, memory: &Memory<'_, P, Z>, place: usize) -> bool {
-        place != self.one && place != self.other && memory.slots.get(place).is_some_and(is_known)
-    }
-
-    /// What a feature has in common with the difference of the two.
-    fn with<Z: Vector<Scalar = T>>(&self, memory: &Memory<'_, P, Z>, place: usize) -> Linear<P::Position, P::Position> {
-        let (of_one, of_other) = (memory.joint.between(place, self.one), memory.joint.between(place, self.other));
-        Matrix::with(|row, column| of_other.at(row, column) - of_one.at(row, column))
+        !self.apart.places.contains(&place) && memory.slots.get(place).is_some_and(is_known)
     }
 
     /// ln( v N / density ) of the difference of two more, if these are one.
     fn ln_fit<Z: Vector<Scalar = T>>(&self, memory: &Memory<'_, P, Z>, one: usize, other: usize, ln_density: T) -> T {
-        let with = |place| self.with(memory, place);
-        let (of_one, of_other) = (with(one), with(other));
-        let with: Linear<P::Position, P::Position> = Matrix::with(|r, c| of_other.at(r, c) - of_one.at(r, c));
-        let told = product::<P::Position, P::Position, P::Position>(&with, &self.inverse);
-        let told = product::<P::Position, P::Position, P::Position>(&told, &Matrix::with(|r, c| with.at(c, r)));
-        let own = between(memory, one, other);
+        let Some(apart) = Apart::of(memory, [one, other]) else { return T::NEG_INFINITY };
+        let with = self.apart.with_other(&memory.joint, &apart);
+        let gain = product::<P::Position, P::Position, P::Position>(&with, &self.inverse);
+        let told =
+            product::<P::Position, P::Position, P::Position>(&gain, &transposed::<P::Position, P::Position>(&with));
+        let own = &apart.covariance;
         let left = symmetric::<P::Position>(&Matrix::with(|r, c| own.at(r, c) - told.at(r, c)));
+        let heading = apart.heading - applied::<P::Position, P::Position>(&gain, &self.apart.heading);
         let existence = memory.slots.get(other).map_or(T::ZERO, |slot| slot.existence.total());
         left.factor().map_or(T::NEG_INFINITY, |factor| {
-            let distance = factor.mahalanobis(&moved_apart(memory, one, other));
-            existence.ln() + factor.ln_peak() - distance * T::from_f64(0.5) - ln_density
+            let closed = Closed::of::<P>(&moved_apart(memory, one, other), &factor, &heading);
+            existence.ln() + factor.ln_peak() - closed.distance * T::from_f64(0.5) - ln_density
         })
     }
 }
@@ -313,9 +301,9 @@ mod tests {
         let mut state = map(apart);
         let mut memory = state.memory();
         let (ln_density, of_old) = (-3.0, 0.8_f64.ln());
-        let pair = Pair::of(&memory, 3, 0).unwrap();
+        let pair = Pair::of(&memory, 3, 0, 9.0).unwrap();
         let one = COMMON + 2.0 * OWN;
-        assert!((pair.distance - 1.25 / one).abs() < 1e-9);
+        assert!((pair.closed.distance - 1.25 / one).abs() < 1e-9);
         let found = pair.ln_evidence(&mut memory, ln_density);
         let mut ln_evidence = KNOWN.ln() + of_old + ln_normal(apart[0], one) - ln_density;
         // Of each new one the old ones, and the other new one, given that the first new one is the first old one.

@@ -121,7 +121,7 @@ impl<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>> Memory<'_, P, Z> {
         if known.len > self.slots.len() || !(known.waited_s >= T::ZERO && known.waited_s.is_finite()) {
             return Err(Flaw::Cursor);
         }
-        let moved = known.moved.iter().all(|by| by.is_finite());
+        let moved = known.moved.iter().chain(known.walked.as_lower()).all(|number| number.is_finite());
         let pose = known.pose.is_finite() && is_within_range(&known.pose.coordinates());
         if moved && pose { Ok(()) } else { Err(Flaw::Pose) }
     }

@@ -4,7 +4,7 @@ use super::claims::Explained;
 use super::covariance::{Joint, RowsOf, joint_numbers};
 use super::existence::Existence;
 use crate::report::watch::Watch;
-use crate::{Pose, PositionOf, Real, ScalarOf, Vector, Zero};
+use crate::{Pose, PositionOf, Real, ScalarOf, Symmetric, TangentOf, Vector, Zero};
 
 /// One feature of a joint map.
 #[derive(Debug, Clone, Copy)]
@@ -52,6 +52,8 @@ pub(super) struct Known<P: Pose> {
     pub(super) len: usize,
     /// Summed dt since the last scan, s.
     pub(super) waited_s: ScalarOf<P>,
+    /// What the noise of the steps since the last scan has added to the covariance of the pose.
+    pub(super) walked: Symmetric<TangentOf<P>>,
     /// Predictions refused since the last scan.
     pub(super) refused: usize,
     pub(super) next_label: u32,
@@ -91,6 +93,7 @@ where
             moved: [T::ZERO; 2],
             len: 0,
             waited_s: T::ZERO,
+            walked: Symmetric::ZERO,
             refused: 0,
             next_label: 0,
             watch: Watch::ZERO,

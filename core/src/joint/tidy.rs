@@ -1,7 +1,8 @@
 //! Features come, go, and turn out to be one.
 
+use super::apart::{Apart, Closed};
 use super::config::JointConfig;
-use super::covariance::{Common, first, symmetric};
+use super::covariance::{Common, first};
 use super::existence::Existence;
 use super::movers::Movers;
 use super::state::{Memory, Slot};
@@ -205,21 +206,6 @@ fn is_established<T: Real, D: Vector<Scalar = T>>(slot: &Slot<D>) -> bool {
     slot.detection > T::ZERO && slot.detections >= T::from_f64(TENTATIVE) && slot.existence.total() >= T::from_f64(0.5)
 }
 
-/// The covariance of the difference of two features, with what rounding may have taken of it.
-pub(super) fn between<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
-    memory: &Memory<'_, P, Z>,
-    one: usize,
-    other: usize,
-) -> Linear<P::Position, P::Position> {
-    let (of_one, of_other) = (memory.joint.between(one, one), memory.joint.between(other, other));
-    let cross = memory.joint.between(one, other);
-    let both = of_one + of_other;
-    let rounding = both * (T::EPSILON * T::from_f64(64.0));
-    Matrix::with(|row, column| {
-        both.at(row, column) - cross.at(row, column) - cross.at(column, row) + rounding.at(row, column)
-    })
-}
-
 /// Makes `other` one with `one`, if their covariances let them be; whether it did.
 pub(super) fn join<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
     config: &JointConfig<T>,
@@ -228,15 +214,25 @@ pub(super) fn join<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
     other: usize,
 ) -> bool {
     let (Some(a), Some(b)) = (memory.slots.get(one).copied(), memory.slots.get(other).copied()) else { return false };
-    let apart = between(memory, one, other);
-    let Some(factor) = symmetric::<P::Position>(&apart).factor() else { return false };
-    if !(factor.mahalanobis(&(b.mean - a.mean)) <= config.merge_distance) {
+    let Some(apart) = Apart::of(memory, [one, other]) else { return false };
+    let Some(factor) = apart.factor() else { return false };
+    let closed = Closed::of::<P>(&apart.difference, &factor, &apart.heading);
+    if !(closed.distance <= config.merge_distance) {
         return false;
     }
+    let Memory { known, slots, joint, .. } = memory;
+    let by: P::Tangent = closed.moves(joint, &apart, 0);
+    known.pose = known.pose.displaced(&by);
+    known.moved.iter_mut().zip(by.as_slice()).for_each(|(moved, &by)| *moved += by);
+    for (place, slot) in slots.iter_mut().enumerate().take(known.len) {
+        let by: P::Position = closed.moves(joint, &apart, first::<P>(place));
+        slot.mean += by;
+        slot.moved += by;
+    }
+    memory.follow();
     for coordinate in 0..P::Position::DIMENSION {
         tie(memory, [one, other], coordinate);
     }
-    memory.follow();
     if let Some(slot) = memory.slots.get_mut(one) {
         let (likelier, other) = if a.existence.total() >= b.existence.total() { (a, b) } else { (b, a) };
         slot.existence = likelier.existence;
@@ -247,18 +243,15 @@ pub(super) fn join<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
     true
 }
 
-/// Takes in that coordinate `of` of two features is the same. All of them are one measurement: what the ones before have moved turns with
-/// the map only afterwards.
+/// Takes in that coordinate `of` of two features is the same, which are where they are taken to be already.
 fn tie<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
     memory: &mut Memory<'_, P, Z>,
     places: [usize; 2],
     of: usize,
 ) {
-    let Memory { known, slots, joint, common, .. } = memory;
+    let Memory { known, joint, common, .. } = memory;
     let features = known.len;
-    let [at_one, at_other] = places.map(|place| slots.get(place).map_or(T::ZERO, |slot| slot.mean.at(of)));
     let [first, second] = places.map(|place| first::<P>(place) + of);
-    let difference = at_other - at_one;
     // One coordinate of the measurement space carries it.
     let along = |value: T| Z::with(|z| if z == 0 { value } else { T::ZERO });
     let of_row = |row: usize| along(joint.get(row, first) - joint.get(row, second));
@@ -269,9 +262,6 @@ fn tie<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
     }
     let mut common = Common::over(common);
     common.fill(features, of_row);
-    let step = along(difference / variance);
     let by = Matrix::with(|r, c| if r == 0 && c == 0 { -T::ONE / variance } else { T::ZERO });
     joint.add_product::<Z>(&common, &by, features);
-    let pose = common.pose;
-    memory.displace(&pose, &step, T::ZERO);
 }

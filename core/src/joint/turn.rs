@@ -52,11 +52,6 @@ impl<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>> Memory<'_, P, Z> {
     /// Moves pose and features by their rows of P Hᵀ, times `step`: of a measurement of which all was taken in at once.
     pub(super) fn shift(&mut self, pose: &RowsOf<P::Tangent, Z>, step: &Z) {
         let turn = turn_of::<P, Z>(pose, step);
-        self.displace(pose, step, turn);
-    }
-
-    /// The same with a given δθ: 0 for a piece of a measurement that is taken in piece by piece, each from where all stood before the first.
-    pub(super) fn displace(&mut self, pose: &RowsOf<P::Tangent, Z>, step: &Z, turn: T) {
         let Self { known, slots, common, .. } = self;
         let by = known.step_of(pose, step, turn);
         known.pose = known.pose.displaced(&by);
@@ -90,7 +85,7 @@ impl<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>> Memory<'_, P, Z> {
 }
 
 /// ê × Δ of the unit vector upwards: its first two coordinates, the third one is 0.
-fn lever<T: Real>(moved: &[T]) -> [T; 2] {
+pub(super) fn lever<T: Real>(moved: &[T]) -> [T; 2] {
     match *moved {
         [x, y, ..] => [-y, x],
         _ => [T::ZERO; 2],

@@ -35,7 +35,7 @@ impl<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>> Memory<'_, P, Z> {
         visit.word(known.next_label);
         visit.beside(u32::try_from(known.refused).unwrap_or(u32::MAX));
         known.watch.walk(visit);
-        known.moved.iter().for_each(|&by| visit.beside_scalar(by));
+        known.moved.iter().chain(known.walked.as_lower()).for_each(|&number| visit.beside_scalar(number));
     }
 
     /// Fills the state with what a walk through so many features has written. What comes of it is to be audited.
@@ -53,6 +53,7 @@ impl<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>> Memory<'_, P, Z> {
         known.refused = from.word() as usize;
         known.watch = Watch::next(from);
         known.moved = core::array::from_fn(|_| from.scalar());
+        known.walked = Symmetric::from_fn(|_, _| from.scalar());
         for slot in slots.iter_mut().take(known.len) {
             let (label, mean) = (from.word(), from.vector());
             let existence = Existence { in_sight: from.scalar(), hidden: from.scalar(), absent: from.scalar() };
@@ -69,7 +70,10 @@ impl<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>> Memory<'_, P, Z> {
             return Err(Flaw::Cursor);
         }
         let finite = |numbers: &[T]| numbers.iter().all(|number| number.is_finite());
-        let pose = known.pose.is_finite() && is_within_range(&known.pose.coordinates()) && finite(&known.moved);
+        let pose = known.pose.is_finite()
+            && is_within_range(&known.pose.coordinates())
+            && finite(&known.moved)
+            && finite(known.walked.as_lower());
         if !(pose && finite(joint.used(0))) {
             return Err(Flaw::Pose);
         }

@@ -16,11 +16,12 @@ impl<M: Motion<Pose = PlanarPose<f32>>> JointSlam<'_, M, Vector2<f32>> {
 
     fn words(&mut self, each: &mut Each<'_>) {
         let Memory { known, slots, joint, common, explained } = &mut self.memory;
-        let Known { started, pose, remainder, moved, len, waited_s, refused, next_label, watch } = &mut **known;
+        let Known { started, pose, remainder, moved, len, waited_s, walked, refused, next_label, watch } = &mut **known;
         each("counts", Word::Truth(started));
         let PlanarPose { x_m, y_m, heading_rad } = pose;
         [x_m, y_m, heading_rad].into_iter().for_each(|number| each("pose", Word::Real(number)));
-        remainder.iter_mut().chain(moved).for_each(|number| each("pose", Word::Real(number)));
+        let two = remainder.iter_mut().chain(moved);
+        two.chain(walked.as_lower_mut()).for_each(|number| each("pose", Word::Real(number)));
         each("counts", Word::Real(waited_s));
         let features = (*len).min(slots.len());
         [len, refused].into_iter().for_each(|count| each("counts", Word::Count(count)));

@@ -85,6 +85,12 @@ impl<T: Real, V: Vector<Scalar = T>> Symmetric<V> {
         self.lower.as_ref()
     }
 
+    /// The same, to be changed.
+    #[cfg(any(test, feature = "flips"))]
+    pub(crate) fn as_lower_mut(&mut self) -> &mut [T] {
+        self.lower.as_mut()
+    }
+
     /// All its elements.
     #[must_use]
     pub fn to_matrix(&self) -> Linear<V, V> {

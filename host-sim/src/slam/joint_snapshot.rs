@@ -65,6 +65,7 @@ pub(super) fn read(bytes: &[u8]) -> State {
     let _counts: [u32; 4] = std::array::from_fn(|_| from.word());
     let _watch = from.numbers(6);
     let _moved = from.numbers(2);
+    state.doubt = from.symmetric(uncertain);
     for _ in 0..count {
         let label = from.word();
         state.places.push(from.numbers(each));

@@ -25,7 +25,7 @@ fn joint_goes_on<T: Real>() -> usize {
     for inputs in world::<T>(300).chunks(50) {
         let bytes = saved(|sink| unbroken.save(KIND, sink));
         let n = unbroken.held();
-        let scalars = 14 + 8 * n + (3 + 2 * n) * (4 + 2 * n) / 2;
+        let scalars = 20 + 8 * n + (3 + 2 * n) * (4 + 2 * n) / 2;
         assert_eq!(bytes.len(), 4 * (17 + n) + size_of::<T>() * scalars, "as docs/snapshot.md has it");
         longest = longest.max(bytes.len());
         let (mut same, mut another) = (Box::new(Roomy::<T>::new()), Box::new(Roomier::<T>::new()));

@@ -12,9 +12,7 @@ const CLAIMS: usize = 4;
 /// Rounds of messages.
 const ROUNDS: usize = 8;
 /// What is known so many times worse than what is known best, a coordinate of the measurement, is loose.
-const LOOSE: f64 = 5.0;
-/// What was detected less often is tentative.
-const TWICE: f64 = 1.5;
+const LOOSE: f64 = 3.0;
 /// ln of the largest odds.
 const LN_ODDS_MAX: f64 = 40.0;
 
@@ -174,7 +172,8 @@ impl<M: Models> Joint<M> {
 }
 
 impl<M: Models> Joint<M> {
-    /// Features detected twice whose innovation is loose beside the most certain one, but for those that may move.
+    /// Features whose innovation is loose beside the most certain one, or what one born of the last scan would have, but for those that
+    /// may move.
     fn loose(
         &self,
         state: &State,
@@ -183,23 +182,27 @@ impl<M: Models> Joint<M> {
         mover_detection: &[f64],
         rivals: &[Option<usize>],
     ) -> Vec<usize> {
-        let claims: Vec<(usize, f64)> = (0..state.features.len())
+        let may_be_born = self.config.birth_intensity > 0.0 && state.features.len() < self.config.capacity;
+        let claims: Vec<(usize, [f64; 2])> = (0..state.features.len())
             .filter(|&place| detection[place] * state.features[place].in_sight > 0.0)
             .filter_map(|place| {
-                let h = over_all(state, place, expected[place].as_ref()?);
+                let expected = expected[place].as_ref()?;
+                let h = over_all(state, place, expected);
                 let s = &h * &state.covariance * h.transpose() + self.models.noise();
-                Some((place, s.determinant().sqrt()))
+                let walked = &expected.by_pose * &state.doubt * expected.by_pose.transpose();
+                let newborn =
+                    if may_be_born { (walked + self.models.noise() * 2.0).determinant().sqrt() } else { f64::INFINITY };
+                Some((place, [s.determinant().sqrt(), newborn]))
             })
             .collect();
-        let least = claims.iter().map(|&(_, size)| size).fold(f64::INFINITY, f64::min);
+        let least = claims.iter().map(|&(_, [size, _])| size).fold(f64::INFINITY, f64::min);
         let may_move = |place: usize| {
             let of = |mover: &usize| rivals[*mover] == Some(place);
             (0..rivals.len()).filter(of).any(|mover| mover_detection[mover] * state.movers[mover].weight > 0.0)
         };
-        let greatest = least * LOOSE.powi(self.models.noise().nrows() as i32);
-        let is_loose = |&&(place, size): &&(usize, f64)| {
-            size > greatest && state.features[place].detections >= TWICE && !may_move(place)
-        };
+        let times = LOOSE.powi(self.models.noise().nrows() as i32);
+        let is_loose =
+            |&&(place, [size, newborn]): &&(usize, [f64; 2])| size > least.min(newborn) * times && !may_move(place);
         claims.iter().filter(is_loose).map(|&(place, _)| place).collect()
     }
 }

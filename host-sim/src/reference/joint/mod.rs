@@ -4,6 +4,7 @@
 //! It shares nothing with the filter but that page. What the filter does against rounding and against numbers beyond all maps has
 //! no counterpart.
 
+mod apart;
 mod associate;
 mod correct;
 mod dual;
@@ -99,9 +100,7 @@ impl<M: Models> Joint<M> {
         state.covariance.columns_mut(0, M::POSE).copy_from(&columns);
         let mut own = state.covariance.view_mut((0, 0), (M::POSE, M::POSE));
         own += &noise;
-        if self.config.moving.is_some() {
-            state.doubt = &transition * &state.doubt * transition.transpose() + noise;
-        }
+        state.doubt = &transition * &state.doubt * transition.transpose() + noise;
     }
 
     /// Takes in a scan.

@@ -1,11 +1,10 @@
 //! What was seen anew and is what had been known all along, by how the features around it fit.
 
 use super::Joint;
-use super::associate::squared;
+use super::apart::{Apart, Closed};
 use super::models::Models;
 use super::state::State;
 use super::tidy::place_of;
-use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;
 
 /// What was detected less often is not laid over anything.
@@ -20,9 +19,11 @@ const SURE: f64 = 0.99;
 const CHOICES: usize = 8;
 /// Features that each around it may be then.
 const NEIGHBOURS: usize = 3;
+/// Features that are tried.
+const SEEDS: usize = 6;
 
 impl<M: Models> Joint<M> {
-    /// Makes the feature in view that was detected most often one with what it surely is; how many were.
+    /// Makes one of the features in view that were detected most often one with what it surely is; how many were.
     pub(super) fn reunite(&self, state: &mut State, detection: &mut Vec<f64>) -> usize {
         let Some((one, other)) = self.found(state, detection) else { return 0 };
         if !self.join(state, one, other) {
@@ -36,8 +37,6 @@ impl<M: Models> Joint<M> {
     fn found(&self, state: &State, detection: &[f64]) -> Option<(usize, usize)> {
         let known: Vec<usize> = (0..state.features.len()).filter(|&place| is_known(state, place)).collect();
         let in_view: Vec<usize> = known.iter().copied().filter(|&place| detection[place] > 0.0).collect();
-        let detections = |place: usize| state.features[place].detections;
-        let one = *in_view.iter().rev().max_by(|a, b| detections(**a).total_cmp(&detections(**b)))?;
         let side = |d: usize| {
             let of_all = || known.iter().map(|&place| state.places[place][d]);
             of_all().fold(f64::NEG_INFINITY, f64::max) - of_all().fold(f64::INFINITY, f64::min)
@@ -46,13 +45,34 @@ impl<M: Models> Joint<M> {
         if !density.is_finite() {
             return None;
         }
+        let mut seeds = in_view.clone();
+        let detections = |place: usize| state.features[place].detections;
+        seeds.sort_by(|&a, &b| detections(b).total_cmp(&detections(a)));
+        seeds.truncate(SEEDS);
+        let of_each = seeds.iter().filter_map(|&one| {
+            let (other, evidence) = self.what_it_is(state, &known, &in_view, one, density)?;
+            Some((one, other, evidence))
+        });
+        let found: Vec<(usize, usize, f64)> = of_each.collect();
+        let (one, other, _) = found.into_iter().rev().max_by(|a, b| a.2.total_cmp(&b.2))?;
+        Some((one, other))
+    }
+
+    /// What a feature surely is, and what speaks for it.
+    fn what_it_is(
+        &self,
+        state: &State,
+        known: &[usize],
+        in_view: &[usize],
+        one: usize,
+        density: f64,
+    ) -> Option<(usize, f64)> {
         let mut choices: Vec<(usize, f64)> = known
             .iter()
             .filter(|&&other| other != one)
-            .map(|&other| {
-                let h = self.difference(state, one, other);
-                let inverse = (&h * &state.covariance * h.transpose()).try_inverse().expect("two places");
-                (other, squared(&(place_of(state, other) - place_of(state, one)), &inverse))
+            .filter_map(|&other| {
+                let apart = Apart::of::<M>(state, one, other);
+                Some((other, apart.closed(&apart.difference, &state.covariance)?.distance))
             })
             .filter(|&(_, distance)| distance <= self.config.merge_distance)
             .collect();
@@ -60,21 +80,11 @@ impl<M: Models> Joint<M> {
         choices.truncate(CHOICES);
         let evidence: Vec<(usize, f64)> = choices
             .iter()
-            .map(|&(other, _)| (other, self.evidence(state, &known, &in_view, [one, other], density)))
+            .map(|&(other, _)| (other, self.evidence(state, known, in_view, [one, other], density)))
             .collect();
         let all = 1.0 + evidence.iter().map(|&(_, of_one)| of_one).sum::<f64>();
         let (other, most) = evidence.into_iter().rev().max_by(|a, b| a.1.total_cmp(&b.1))?;
-        (most / all >= SURE).then_some((one, other))
-    }
-
-    /// H of how far the second place is from the first.
-    fn difference(&self, state: &State, one: usize, other: usize) -> DMatrix<f64> {
-        let mut h = DMatrix::zeros(M::FEATURE, state.covariance.nrows());
-        for d in 0..M::FEATURE {
-            h[(d, state.first(one) + d)] = -1.0;
-            h[(d, state.first(other) + d)] = 1.0;
-        }
-        h
+        (most / all >= SURE).then_some((other, most))
     }
 
     /// How much likelier all is if these two are one than if nothing in view had been known.
@@ -87,23 +97,23 @@ impl<M: Models> Joint<M> {
         density: f64,
     ) -> f64 {
         // The whole state, given that the two are one.
-        let h = self.difference(state, one, other);
-        let apart = place_of(state, other) - place_of(state, one);
-        let c = &h * &state.covariance * h.transpose();
-        let gain = &state.covariance * h.transpose() * c.clone().try_inverse().expect("two places");
-        let covariance = &state.covariance - &gain * &c * gain.transpose();
-        let moved = -&gain * &apart;
+        let apart = Apart::of::<M>(state, one, other);
+        let closed = apart.closed(&apart.difference, &state.covariance).expect("two places");
+        let inverse = closed.covariance.clone().try_inverse().expect("it was factored");
+        let gain = &state.covariance * apart.h.transpose() * inverse;
+        let covariance = &state.covariance - &gain * &closed.covariance * gain.transpose();
+        let moved = closed.moved(state, &apart);
         let place = |of: usize| place_of(state, of) + moved.rows(state.first(of), M::FEATURE);
         let is_another = |of: &usize| *of != one && *of != other;
-        let mut evidence = KNOWN * state.features[other].total() * normal(&apart, &c) / density;
+        let mut evidence = KNOWN * state.features[other].total() * normal(&closed) / density;
         for &around in in_view.iter().filter(|of| is_another(of)) {
             let apart = |of: usize| place(of) - place(around);
             let mut near: Vec<usize> = known.iter().copied().filter(|of| is_another(of) && *of != around).collect();
             near.sort_by(|&a, &b| apart(a).norm_squared().total_cmp(&apart(b).norm_squared()));
             near.truncate(NEIGHBOURS);
             let fits = near.iter().map(|&of| {
-                let h = self.difference(state, around, of);
-                state.features[of].total() * normal(&apart(of), &(&h * &covariance * h.transpose())) / density
+                let closed = Apart::of::<M>(state, around, of).closed(&apart(of), &covariance);
+                state.features[of].total() * closed.as_ref().map_or(0.0, normal) / density
             });
             evidence *= 1.0 - KNOWN + KNOWN * fits.sum::<f64>();
         }
@@ -116,8 +126,8 @@ fn is_known(state: &State, place: usize) -> bool {
     feature.detections >= SEEN && feature.total() >= LIKELY
 }
 
-/// N(x; 0, S).
-fn normal(x: &DVector<f64>, s: &DMatrix<f64>) -> f64 {
-    let inverse = s.clone().try_inverse().expect("two places");
-    (-0.5 * squared(x, &inverse)).exp() / (TAU.powi(x.len() as i32) * s.determinant()).sqrt()
+/// N(y; 0, C).
+fn normal(closed: &Closed) -> f64 {
+    let Closed { off, covariance, distance, .. } = closed;
+    (-0.5 * distance).exp() / (TAU.powi(off.len() as i32) * covariance.determinant()).sqrt()
 }

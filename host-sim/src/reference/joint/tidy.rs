@@ -1,5 +1,6 @@
 //! Features come, turn out to be one, and go.
 
+use super::apart::Apart;
 use super::associate::{Association, squared};
 use super::models::Models;
 use super::state::{Feature, State};
@@ -105,23 +106,20 @@ impl<M: Models> Joint<M> {
 
     /// Takes in m_one = m_other, if their covariances let it be; whether they did.
     pub(super) fn join(&self, state: &mut State, one: usize, other: usize) -> bool {
-        let each = M::FEATURE;
-        let mut h = DMatrix::zeros(each, state.covariance.nrows());
-        for k in 0..each {
-            h[(k, state.first(one) + k)] = 1.0;
-            h[(k, state.first(other) + k)] = -1.0;
-        }
-        let s = &h * &state.covariance * h.transpose();
-        let apart = place_of(state, other) - place_of(state, one);
-        let Some(factor) = s.clone().cholesky() else { return false };
-        let inverse = factor.inverse();
+        let apart = Apart::of::<M>(state, one, other);
+        let Some(closed) = apart.closed(&apart.difference, &state.covariance) else { return false };
         // NaN is not near.
-        if squared(&apart, &inverse).partial_cmp(&self.config.merge_distance).is_none_or(|order| order.is_gt()) {
+        if closed.distance.partial_cmp(&self.config.merge_distance).is_none_or(|order| order.is_gt()) {
             return false;
         }
-        let gain = &state.covariance * h.transpose() * inverse;
+        let moved = closed.moved(state, &apart);
+        self.shift(state, &moved);
+        // Of the places moved to, the two are one whatever turns.
+        let h = Apart::straight::<M>(state, one, other);
+        let s = &h * &state.covariance * h.transpose();
+        let Some(factor) = s.clone().cholesky() else { return false };
+        let gain = &state.covariance * h.transpose() * factor.inverse();
         state.covariance -= &gain * s * gain.transpose();
-        self.shift(state, &(gain * apart));
         let (a, b) = (state.features[one], state.features[other]);
         let likelier = if a.total() >= b.total() { a } else { b };
         let label = if a.detections >= b.detections { a.label } else { b.label };
