@@ -47,7 +47,8 @@ pub fn quick() -> Result<Outcome, Stop> {
 /// The examples of the library and of the guide.
 pub fn examples() -> Result<Outcome, Stop> {
     let mut cargo = process::cargo();
-    cargo.args(["test", "--doc", "--package", "scphd", "--package", "scphd-tests", "--features", "scphd/embedded-hal"]);
+    // The packages of the libraries' tests: with others, dependencies have other features and are built anew.
+    cargo.args(["test", "--doc"]).args(PACKAGES).args(LEFT_OUT);
     process::run(&mut cargo)?;
     Ok(Outcome::Passed(String::new()))
 }

@@ -2,7 +2,6 @@
 
 use super::models::Models;
 use super::state::State;
-use super::tidy::place_of;
 use nalgebra::{DMatrix, DVector};
 
 /// Rounds of finding the turn.
@@ -98,4 +97,8 @@ fn mean_turn(turn: f64, dimension: usize) -> DMatrix<f64> {
     let mut mean = DMatrix::identity(dimension, dimension);
     (mean[(0, 0)], mean[(0, 1)], mean[(1, 0)], mean[(1, 1)]) = (along, -across, across, along);
     mean
+}
+
+pub(super) fn place_of(state: &State, place: usize) -> DVector<f64> {
+    DVector::from_column_slice(&state.places[place])
 }

@@ -1,10 +1,9 @@
 //! What was seen anew and is what had been known all along, by how the features around it fit.
 
 use super::Joint;
-use super::apart::{Apart, Closed};
+use super::apart::{Apart, Closed, place_of};
 use super::models::Models;
 use super::state::State;
-use super::tidy::place_of;
 use std::f64::consts::TAU;
 
 /// What was detected less often is not laid over anything.

@@ -1,6 +1,6 @@
 //! Features come, turn out to be one, and go.
 
-use super::apart::Apart;
+use super::apart::{Apart, place_of};
 use super::associate::{Association, squared};
 use super::models::Models;
 use super::state::{Feature, State};
@@ -144,10 +144,6 @@ impl<M: Models> Joint<M> {
         }
         dropped
     }
-}
-
-pub(super) fn place_of(state: &State, place: usize) -> DVector<f64> {
-    DVector::from_column_slice(&state.places[place])
 }
 
 fn is_established(state: &State, detection: &[f64], place: usize) -> bool {
