@@ -1,7 +1,7 @@
 //! Sensors that detect features.
 
 use crate::array::{line, rows};
-use crate::error::{Refusal, of_model, renamed};
+use crate::error::{Refusal, of_model};
 use crate::mounting::Mounting;
 use nalgebra::{Vector1, Vector2};
 use pyo3::prelude::*;

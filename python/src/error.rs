@@ -87,7 +87,7 @@ pub fn not_started() -> PyErr {
 }
 
 /// A field is out of range, which Python may call by another name.
-pub fn renamed(field: &str, range: &str, names: &[(&str, &str)]) -> PyErr {
+fn renamed(field: &str, range: &str, names: &[(&str, &str)]) -> PyErr {
     let name = names.iter().find(|(of_library, _)| *of_library == field).map_or(field, |(_, name)| name);
     SettingError::new_err(format!("{name} must be {range}"))
 }
