@@ -30,6 +30,7 @@ pub mod figure;
 pub mod film;
 pub mod hil;
 pub mod kind;
+mod lines;
 pub mod log;
 pub mod log_folder;
 mod meaning;

@@ -1,7 +1,8 @@
 //! A CSV file whose cells know where they are.
 
 use super::error::{LogError, Place, Problem};
-use csv::{ErrorKind, Position, ReaderBuilder, StringRecord, Trim};
+use crate::lines::Lines;
+use csv::{ErrorKind, ReaderBuilder, StringRecord, Trim};
 use std::fs;
 use std::io::ErrorKind::NotFound;
 use std::path::Path;
@@ -41,33 +42,6 @@ pub(super) fn text(dir: &Path, file: &'static str) -> Result<Option<String>, Log
     }
 }
 
-/// Line numbers of the records of a text, asked for in order.
-///
-/// The reader's own leave out line ends that it has not come by yet when a record starts: blank lines and the
-/// second half of the line ends of Windows.
-struct Lines<'a> {
-    bytes: &'a [u8],
-    at: usize,
-    line: u64,
-}
-
-impl<'a> Lines<'a> {
-    fn new(text: &'a str) -> Self {
-        Self { bytes: text.as_bytes(), at: 0, line: 1 }
-    }
-
-    fn of(&mut self, record: &Position) -> u64 {
-        let mut start = record.byte() as usize;
-        while matches!(self.bytes.get(start), Some(b'\r' | b'\n')) {
-            start += 1;
-        }
-        let passed = self.bytes.get(self.at..start).unwrap_or_default();
-        self.line += passed.iter().filter(|byte| **byte == b'\n').count() as u64;
-        self.at = start;
-        self.line
-    }
-}
-
 impl Table {
     /// Reads a file that must be there.
     pub(super) fn read(dir: &Path, file: &'static str) -> Result<Self, LogError> {
@@ -83,15 +57,15 @@ impl Table {
         let fail = |error: csv::Error| match error.kind() {
             ErrorKind::UnequalLengths { pos: Some(pos), expected_len, len } => {
                 let problem = Problem::Fields { found: *len, expected: *expected_len };
-                Place::Row(file, Lines::new(&text).of(pos)).error(problem)
+                Place::Row(file, Lines::of(&text, None).at(pos.byte())).error(problem)
             }
             _ => Place::File(file).error(Problem::Syntax(error.to_string())),
         };
         let header = reader.headers().map_err(fail)?.clone();
-        let (mut rows, mut lines) = (Vec::new(), Lines::new(&text));
+        let (mut rows, mut lines) = (Vec::new(), Lines::of(&text, None));
         for record in reader.records() {
             let record = record.map_err(fail)?;
-            let line = record.position().map_or(0, |position| lines.of(position));
+            let line = record.position().map_or(0, |position| lines.at(position.byte()));
             rows.push((line, record));
         }
         Ok(Some(Self { file, header, rows }))

@@ -1,6 +1,7 @@
 //! Tables in text files: cells of rows, with the place of each for errors.
 
 use super::ImportError;
+use crate::lines::Lines;
 use std::cell::Cell;
 use std::fs;
 use std::path::Path;
@@ -105,50 +106,23 @@ impl Text {
     }
 }
 
+/// What a line of comment begins with.
+const COMMENT: Option<u8> = Some(b'#');
+
 fn delimited(file: &str, content: &str, delimiter: u8) -> Result<Vec<(u64, Vec<String>)>, ImportError> {
     let mut reader = csv::ReaderBuilder::new();
-    reader.has_headers(false).delimiter(delimiter).comment(Some(b'#')).flexible(true).trim(csv::Trim::All);
-    let mut lines = Lines::of(content);
+    reader.has_headers(false).delimiter(delimiter).comment(COMMENT).flexible(true).trim(csv::Trim::All);
+    let mut lines = Lines::of(content, COMMENT);
     let mut rows = Vec::new();
     for row in reader.from_reader(content.as_bytes()).into_records() {
         let row = row.map_err(|error| ImportError::at(file, error))?;
-        let line = row.position().map_or(0, |position| lines.at(position.byte() as usize));
+        let line = row.position().map_or(0, |position| lines.at(position.byte()));
         // A line of delimiters alone, as spreadsheets leave them, is empty.
         if row.iter().any(|cell| !cell.is_empty()) {
             rows.push((line, row.iter().map(str::to_owned).collect()));
         }
     }
     Ok(rows)
-}
-
-/// Line numbers of records, asked for in order: the reader's own leave out ends of lines that it has not come by yet where a record
-/// starts (the second half of those of Windows, blank lines), and lines of remarks.
-struct Lines<'a> {
-    bytes: &'a [u8],
-    at: usize,
-    line: u64,
-}
-
-impl<'a> Lines<'a> {
-    fn of(text: &'a str) -> Self {
-        Self { bytes: text.as_bytes(), at: 0, line: 1 }
-    }
-
-    /// The line of the record that is found from this byte on.
-    fn at(&mut self, byte: usize) -> u64 {
-        let mut start = byte;
-        loop {
-            match self.bytes.get(start) {
-                Some(b'\r' | b'\n') => start += 1,
-                Some(b'#') => start += self.bytes[start..].iter().take_while(|byte| **byte != b'\n').count(),
-                _ => break,
-            }
-        }
-        let passed = self.bytes.get(self.at..start).unwrap_or_default();
-        self.line += passed.iter().filter(|byte| **byte == b'\n').count() as u64;
-        self.at = start;
-        self.line
-    }
 }
 
 impl Row<'_> {
