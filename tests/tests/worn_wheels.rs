@@ -1,5 +1,5 @@
 //! A robot whose wheels are 2 % smaller than it takes them to be, set up with the words of the documents and the numbers of a data sheet:
-//! by the library, and by a replay of the log. `capi/tests/c/worn_wheels.c` and `python/tests/test_worn_wheels.py` have the same robot.
+//! by the library, and by a replay of the log. `bindings/capi/tests/c/worn_wheels.c` and `bindings/python/tests/test_worn_wheels.py` have the same robot.
 
 use nalgebra::Vector2;
 use scphd::*;

@@ -52,8 +52,8 @@ struct Change {
     own: BTreeSet<String>,
     /// Those and all that depend on them.
     all: BTreeSet<String>,
-    /// Folders at the top with a changed file.
-    tops: BTreeSet<String>,
+    /// The changed files.
+    files: Vec<String>,
 }
 
 impl Change {
@@ -98,21 +98,20 @@ impl Change {
         }) {
             all.insert(package.name.clone());
         }
-        let tops = files.iter().filter_map(|file| file.split_once('/')).map(|(top, _)| top.to_owned()).collect();
-        Self { own, all, tops }
+        Self { own, all, files: files.iter().map(|file| (*file).to_owned()).collect() }
     }
 
     /// Whether a step of the quick run can have been touched.
     fn touches(&self, step: &str) -> bool {
         let of_core = self.all.contains("scphd");
         let folder = match step {
-            "c" => "capi",
-            "wheel" => "python",
-            "board" => "firmware",
-            "examples" => "docs",
+            "c" => "bindings/capi/",
+            "wheel" => "bindings/python/",
+            "board" => "firmware/",
+            "examples" => "docs/",
             _ => return false,
         };
-        of_core || self.tops.contains(folder)
+        of_core || self.files.iter().any(|file| file.starts_with(folder))
     }
 }
 
@@ -148,8 +147,8 @@ mod tests {
     fn of(files: &[&str]) -> (Vec<String>, Vec<String>, Change) {
         let packages = [
             package("scphd", "core", &[]),
-            package("scphd-stream", "stream", &["core"]),
-            package("scphd-sim", "host-sim", &["core", "stream"]),
+            package("scphd-stream", "onboard/stream", &["core"]),
+            package("scphd-sim", "host-sim", &["core", "onboard/stream"]),
             package("scphd-tests", "tests", &["host-sim"]),
             package("scphd-digest", "tests/digest", &["host-sim"]),
             package("scphd-ros", "ros", &[]),
@@ -160,7 +159,7 @@ mod tests {
 
     #[test]
     fn what_depends_on_a_changed_package_is_touched() {
-        let (own, all, change) = of(&["stream/src/lib.rs"]);
+        let (own, all, change) = of(&["onboard/stream/src/lib.rs"]);
         assert_eq!(own, ["scphd-stream"]);
         assert_eq!(all, ["scphd-digest", "scphd-sim", "scphd-stream", "scphd-tests"]);
         assert!(!change.touches("c") && !change.touches("wheel"));
@@ -174,7 +173,7 @@ mod tests {
         assert_eq!(of(&["tests/digest/digest.rs"]).0, ["scphd-digest"]);
         assert_eq!(of(&["README.md"]).0, ["scphd", "scphd-sim", "scphd-tests"]);
         assert_eq!(of(&["Cargo.lock"]).0.len(), 6);
-        assert!(of(&["capi/src/lib.rs"]).2.touches("c") && of(&["capi/src/lib.rs"]).0.is_empty());
+        assert!(of(&["bindings/capi/src/lib.rs"]).2.touches("c") && of(&["bindings/capi/src/lib.rs"]).0.is_empty());
         assert!(of(&[]).1.is_empty());
     }
 }

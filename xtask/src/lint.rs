@@ -27,9 +27,9 @@ pub fn need_clippy() -> Result<(), Missing> {
 pub fn fmt() -> Outcome {
     let firmware = ["fmt", "--manifest-path", "firmware/Cargo.toml", "--", "--check"];
     let rtos = ["fmt", "--manifest-path", "firmware/rtos/Cargo.toml", "--", "--check"];
-    let capi = ["fmt", "--all", "--manifest-path", "capi/Cargo.toml", "--", "--check"];
-    let python = ["fmt", "--manifest-path", "python/Cargo.toml", "--", "--check"];
-    let web = ["fmt", "--manifest-path", "web/Cargo.toml", "--", "--check"];
+    let capi = ["fmt", "--all", "--manifest-path", "bindings/capi/Cargo.toml", "--", "--check"];
+    let python = ["fmt", "--manifest-path", "bindings/python/Cargo.toml", "--", "--check"];
+    let web = ["fmt", "--manifest-path", "bindings/web/Cargo.toml", "--", "--check"];
     let workspace = ["fmt", "--all", "--check"];
     let check = || -> Result<(), Stop> {
         need("fmt")?;

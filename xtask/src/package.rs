@@ -9,11 +9,11 @@ use crate::process;
 /// Name and folder of each crate that is a library for others.
 const LIBRARIES: [(&str, &str); 6] = [
     ("scphd", "core"),
-    ("scphd-stream", "stream"),
-    ("scphd-link", "link"),
-    ("scphd-lidar", "lidar"),
-    ("scphd-sequencer", "sequencer"),
-    ("scphd-store", "store"),
+    ("scphd-stream", "onboard/stream"),
+    ("scphd-link", "onboard/link"),
+    ("scphd-lidar", "onboard/lidar"),
+    ("scphd-sequencer", "onboard/sequencer"),
+    ("scphd-store", "onboard/store"),
 ];
 
 /// What every package has.
@@ -79,7 +79,7 @@ pub fn deny() -> Outcome {
         cargo.args(["deny", "--manifest-path", manifest, "--config"]).arg(process::root().join("deny.toml"));
         process::run(cargo.args(["check", "bans", "licenses", "sources"]))
     };
-    ["Cargo.toml", "capi/Cargo.toml", "firmware/Cargo.toml", "firmware/rtos/Cargo.toml"]
+    ["Cargo.toml", "bindings/capi/Cargo.toml", "firmware/Cargo.toml", "firmware/rtos/Cargo.toml"]
         .into_iter()
         .try_for_each(check)
         .into()

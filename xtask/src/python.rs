@@ -25,7 +25,7 @@ pub fn step(studies: bool) -> Outcome {
 /// cargo, in the workspace of the package, for what asks no Python for anything.
 fn cargo(command: &str) -> Command {
     let mut cargo = process::cargo();
-    cargo.args([command, "--quiet", "--locked", "--manifest-path", "python/Cargo.toml", "--target-dir"]);
+    cargo.args([command, "--quiet", "--locked", "--manifest-path", "bindings/python/Cargo.toml", "--target-dir"]);
     cargo.arg(process::own_target_dir("python-lint"));
     cargo.env("PYO3_NO_PYTHON", "1").env("PYO3_BUILD_EXTENSION_MODULE", "1");
     cargo
@@ -62,10 +62,10 @@ fn check(studies: bool) -> Result<Outcome, Stop> {
     environment.equip(&NEEDED)?;
     let stream = capi::stream()?;
     environment.install()?;
-    environment.test("python/tests", ("SCPHD_DRIVE", &stream))?;
+    environment.test("bindings/python/tests", ("SCPHD_DRIVE", &stream))?;
     if studies {
         environment.equip(&STUDIES)?;
-        environment.test("python/studies", ("SCPHD_SIM", &simulator()?))?;
+        environment.test("bindings/python/studies", ("SCPHD_SIM", &simulator()?))?;
     }
     Ok(Outcome::Passed(format!("Python {version}")))
 }
@@ -160,7 +160,7 @@ impl Environment {
     /// Builds the wheel and installs it, as a user does, but with the packages that are here.
     fn install(&self) -> Result<(), String> {
         let mut pip = self.pip();
-        pip.args(["--no-deps", "--no-build-isolation", "--force-reinstall", "./python"]);
+        pip.args(["--no-deps", "--no-build-isolation", "--force-reinstall", "./bindings/python"]);
         // maturin is found where the environment has it.
         let path = std::env::var_os("PATH").unwrap_or_default();
         let first = [self.folder.join("bin")].into_iter().chain(std::env::split_paths(&path));
@@ -172,7 +172,17 @@ impl Environment {
     /// Runs the tests of a folder, with a file that they ask for by a variable.
     fn test(&self, folder: &str, (variable, file): (&str, &Path)) -> Result<(), String> {
         let mut pytest = self.python();
-        pytest.args(["-m", "pytest", "-q", "-rs", "-p", "no:cacheprovider", "-c", "python/pyproject.toml", folder]);
+        pytest.args([
+            "-m",
+            "pytest",
+            "-q",
+            "-rs",
+            "-p",
+            "no:cacheprovider",
+            "-c",
+            "bindings/python/pyproject.toml",
+            folder,
+        ]);
         process::run(pytest.env(variable, file))
     }
 }

@@ -73,7 +73,7 @@ pub const STEPS: &[Step] = &[
     Step { name: "budget", what: "flash, RAM, stack and instructions are within budgets.toml", run: budget::step },
     Step {
         name: "counts",
-        what: "instructions on the host, by callgrind, are those of benches/counts.toml",
+        what: "instructions on the host, by callgrind, are those of tests/benches/counts.toml",
         run: |_| bench::counts(),
     },
     Step { name: "msrv", what: "nothing needs a newer Rust than the oldest supported", run: |_| msrv::step() },

@@ -35,7 +35,7 @@ pub fn step() -> Outcome {
 /// cargo, in the workspace of the page.
 fn cargo(command: &str) -> Command {
     let mut cargo = process::cargo();
-    cargo.args([command, "--quiet", "--locked", "--manifest-path", "web/Cargo.toml", "--target-dir"]);
+    cargo.args([command, "--quiet", "--locked", "--manifest-path", "bindings/web/Cargo.toml", "--target-dir"]);
     cargo.arg(process::own_target_dir("web-host"));
     cargo
 }
@@ -99,7 +99,7 @@ fn build(toolchain: &Toolchain) -> Result<Vec<u8>, Stop> {
         flags = vec![format!("-Clinker={}", linker.display()), "-Clinker-flavor=wasm-ld".into()];
     }
     cargo.env("CARGO_ENCODED_RUSTFLAGS", flags.join("\x1f"));
-    cargo.args(["--quiet", "--release", "--locked", "--manifest-path", "web/Cargo.toml", "--lib"]);
+    cargo.args(["--quiet", "--release", "--locked", "--manifest-path", "bindings/web/Cargo.toml", "--lib"]);
     cargo.args(["--features", "module", "--crate-type", "cdylib", "--target", TARGET, "--target-dir"]).arg(&dir);
     process::run(&mut cargo)?;
     let path = dir.join(TARGET).join("release/scphd_web.wasm");
@@ -108,7 +108,7 @@ fn build(toolchain: &Toolchain) -> Result<Vec<u8>, Stop> {
 
 /// Writes the page, all in one file.
 fn write(module: &[u8]) -> Result<PathBuf, String> {
-    let folder = process::root().join("web/page");
+    let folder = process::root().join("bindings/web/page");
     let read = |name: &str| {
         let path = folder.join(name);
         fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()))
@@ -117,7 +117,7 @@ fn write(module: &[u8]) -> Result<PathBuf, String> {
     for (name, part) in [("style", style), ("script", script), ("module", STANDARD.encode(module))] {
         let mark = format!("{{{{{name}}}}}");
         if page.matches(&mark).count() != 1 {
-            return Err(format!("web/page/index.html has not one {mark}"));
+            return Err(format!("bindings/web/page/index.html has not one {mark}"));
         }
         page = page.replace(&mark, part.trim_end());
     }

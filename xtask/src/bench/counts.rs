@@ -14,7 +14,7 @@ use crate::toolchain;
 use crate::tools::{Tool, VALGRIND};
 
 /// The committed counts.
-const FILE: &str = "benches/counts.toml";
+const FILE: &str = "tests/benches/counts.toml";
 /// What stands above them.
 const HEAD: &str = "\
 # Instructions of a step, a motion and a scan, on the host; `cargo xtask counts` compares them, and rewrites them where

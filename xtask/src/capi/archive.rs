@@ -43,7 +43,7 @@ pub fn make(builder: &Builder<'_>, functions: &BTreeSet<String>) -> Result<PathB
         Builder::Bare(toolchain, target) => (toolchain.cargo_rustc("core"), *target),
     };
     let dir = process::own_target_dir(&format!("capi-{target}"));
-    cargo.args(["--quiet", "--release", "--locked", "--manifest-path", "capi/Cargo.toml", "--lib"]);
+    cargo.args(["--quiet", "--release", "--locked", "--manifest-path", "bindings/capi/Cargo.toml", "--lib"]);
     cargo.args(["--features", "archive", "--crate-type", "staticlib", "--target", target, "--target-dir"]).arg(&dir);
     process::run(&mut cargo)?;
     let built = dir.join(target).join("release/libscphd_capi.a");

@@ -77,7 +77,7 @@ fn links(gcc: &Tool) -> Result<(), String> {
 }
 
 fn capi() -> PathBuf {
-    process::root().join("capi")
+    process::root().join("bindings/capi")
 }
 
 /// Compiles what starts a board; the program that it starts, and its libraries, are to be added.

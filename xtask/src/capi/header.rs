@@ -9,7 +9,7 @@ use crate::process;
 
 /// Where it is.
 pub fn path() -> PathBuf {
-    process::root().join("capi/include/scphd.h")
+    process::root().join("bindings/capi/include/scphd.h")
 }
 
 /// What is there.
@@ -41,7 +41,7 @@ pub fn check() -> Result<(), String> {
     if text == self::text()? {
         Ok(())
     } else {
-        Err("capi/include/scphd.h is not what the crate makes; SCPHD_BLESS=1 writes it".into())
+        Err("bindings/capi/include/scphd.h is not what the crate makes; SCPHD_BLESS=1 writes it".into())
     }
 }
 

@@ -114,7 +114,7 @@ fn zephyr_kconfig(target: Option<&str>) -> String {
 pub fn check(archive: &Path, c: &Compiler, dir: &Path) -> Result<(), String> {
     let prefix = dir.join("installed");
     write(&prefix, archive, None)?;
-    let source = process::root().join("capi/examples/robot.c");
+    let source = process::root().join("bindings/capi/examples/robot.c");
     match process::read(process::command("pkg-config").arg("--version")) {
         Err(_) => println!("no pkg-config: its file was not tried"),
         Ok(_) => {
@@ -134,7 +134,7 @@ pub fn check(archive: &Path, c: &Compiler, dir: &Path) -> Result<(), String> {
             for (name, found_by) in [("cmake", "CMAKE_PREFIX_PATH"), ("zephyr", "ZEPHYR_EXTRA_MODULES")] {
                 let build = dir.join(format!("by-{name}"));
                 let mut configure = cmake.command();
-                configure.arg("-S").arg(process::root().join("capi/tests").join(name)).arg("-B").arg(&build);
+                configure.arg("-S").arg(process::root().join("bindings/capi/tests").join(name)).arg("-B").arg(&build);
                 configure.arg(format!("-D{found_by}={}", prefix.display()));
                 process::run(&mut configure)?;
                 process::run(cmake.command().arg("--build").arg(&build))?;

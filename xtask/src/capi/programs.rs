@@ -57,7 +57,7 @@ impl Compiler {
     }
 
     fn command(&self, source: &str) -> Command {
-        let capi = process::root().join("capi");
+        let capi = process::root().join("bindings/capi");
         let mut command = self.plain();
         command.args(["-O1", "-g"]).args(WARNINGS);
         command.arg("-I").arg(capi.join("include")).arg("-I").arg(capi.join("tests/c"));
@@ -102,7 +102,7 @@ fn beside_another(c: &Compiler, archive: &Path, dir: &Path) -> Result<(), String
     let (other, copy) = (dir.join("libother.a"), dir.join("libcopy.a"));
     let mut rustc = process::command(noalloc::rustc());
     rustc.args(["--edition", "2024", "--crate-type", "staticlib", "-Cpanic=abort", "-Copt-level=1", "-Clto=fat"]);
-    process::run(rustc.arg("-o").arg(&other).arg(process::root().join("capi/tests/c/other.rs")))?;
+    process::run(rustc.arg("-o").arg(&other).arg(process::root().join("bindings/capi/tests/c/other.rs")))?;
     std::fs::copy(archive, &copy).map_err(|error| format!("{}: {error}", copy.display()))?;
     let (whole, end) = (Path::new("-Wl,--whole-archive"), Path::new("-Wl,--no-whole-archive"));
     let program = c.build("tests/c/beside.c", &[whole, archive, end, &other, &copy], dir)?;
@@ -128,7 +128,7 @@ mod tests {
     #[test]
     fn the_page_shows_what_is_compiled() {
         let read = |path: &str| std::fs::read_to_string(process::root().join(path)).unwrap();
-        let (page, example) = (read("docs/c.md"), read("capi/examples/loop.c"));
+        let (page, example) = (read("docs/c.md"), read("bindings/capi/examples/loop.c"));
         let (_, after) = page.split_once("```c\n").unwrap();
         let (shown, _) = after.split_once("```").unwrap();
         let compiled: Vec<&str> = example.lines().map(str::trim).collect();

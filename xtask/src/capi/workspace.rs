@@ -16,6 +16,8 @@ pub fn tools_dir() -> PathBuf {
 /// cargo, in the workspace of the C interface.
 pub fn cargo(builds: &str) -> Command {
     let mut cargo = process::cargo();
-    cargo.args([builds, "--quiet", "--locked", "--manifest-path", "capi/Cargo.toml", "--target-dir"]).arg(tools_dir());
+    cargo
+        .args([builds, "--quiet", "--locked", "--manifest-path", "bindings/capi/Cargo.toml", "--target-dir"])
+        .arg(tools_dir());
     cargo
 }

@@ -8,7 +8,7 @@ mod fault;
 mod filters;
 mod seeker;
 mod vehicle;
-#[path = "../../../core/tests/lost/world.rs"]
+#[path = "../../../../core/tests/lost/world.rs"]
 #[allow(dead_code)]
 mod world;
 

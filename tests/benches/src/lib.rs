@@ -1,0 +1,10 @@
+//! What is measured, apart from how: filters in worlds that go on for ever, for the benches of time (`tests/benches/time.rs`), of
+//! instructions (`tests/benches/instructions.rs`), and for the figures and curves of `cargo xtask bench`.
+
+pub mod cases;
+pub mod figure;
+mod rig;
+mod world;
+
+pub use rig::{Case, Rig};
+pub use world::{Clutter, Course, Input, World};
