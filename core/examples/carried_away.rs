@@ -2,10 +2,12 @@
 //! asks, and goes on from where it is told to be, with the map it has.
 
 use nalgebra::Vector2;
-use scphd::{
-    Births, ControlNoise, Detector, Health, JointConfig, JointSlam, Motion, Noise, PlanarPose, Pose, RangeBearing,
-    RangeBearingWindow, Sensing, Sensor, Step, Symmetric, Unicycle, UnicycleControl, UniformClutter, joint_memory,
+use scphd::models::{
+    ControlNoise, Motion, PlanarPose, Pose, RangeBearing, RangeBearingWindow, Sensing, Sensor, Step, Unicycle,
+    UnicycleControl, UniformClutter,
 };
+use scphd::numerics::{Noise, Symmetric};
+use scphd::{Births, Detector, Health, JointConfig, JointSlam, joint_memory};
 
 joint_memory! {
     type Memory: Unicycle<f32> { measurement: Vector2<f32>, features: 40, measurements: 32 }

@@ -2,10 +2,9 @@
 //! pose between predictions, to a filter with a joint map.
 
 use nalgebra::{Vector1, Vector2};
-use scphd::{
-    ControlNoise, HeadingFix, JointConfig, JointSlam, Motion, Noise, PlanarPose, Pose, PositionFix, Step, Unicycle,
-    UnicycleControl, joint_memory,
-};
+use scphd::models::{ControlNoise, HeadingFix, Motion, PlanarPose, Pose, PositionFix, Step, Unicycle, UnicycleControl};
+use scphd::numerics::Noise;
+use scphd::{JointConfig, JointSlam, joint_memory};
 
 joint_memory! {
     type Memory: Unicycle<f64> { measurement: Vector2<f64>, features: 40, measurements: 32 }

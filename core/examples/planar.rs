@@ -2,10 +2,12 @@
 
 use core::f32::consts::PI;
 use nalgebra::Vector2;
-use scphd::{
-    Births, Component, Config, ControlNoise, Detector, DetectorMemory, Motion, Noise, PlanarPose, RangeBearing,
-    RangeBearingWindow, ScPhd, Sensing, Step, Unicycle, UnicycleControl, UniformClutter, memory, wrap,
+use scphd::models::{
+    ControlNoise, Motion, PlanarPose, RangeBearing, RangeBearingWindow, Sensing, Step, Unicycle, UnicycleControl,
+    UniformClutter,
 };
+use scphd::numerics::{Noise, wrap};
+use scphd::{Births, Component, Config, Detector, DetectorMemory, ScPhd, memory};
 
 memory! {
     type Memory: Unicycle<f32> {

@@ -3,10 +3,10 @@
 
 use core::f32::consts::PI;
 use nalgebra::{Vector2, Vector4};
-use scphd::{
-    Births, Component, Config, Detector, DetectorMemory, KnownPose, MovingConfig, Noise, PlanarPose, Pose,
-    RangeBearing, RangeBearingWindow, ScPhd, Sensing, UniformClutter, memory,
-};
+use scphd::models::{KnownPose, PlanarPose, Pose, RangeBearing, RangeBearingWindow, Sensing, UniformClutter};
+use scphd::numerics::Noise;
+use scphd::settings::MovingConfig;
+use scphd::{Births, Component, Config, Detector, DetectorMemory, ScPhd, memory};
 
 memory! {
     type Memory: KnownPose<PlanarPose<f32>> {

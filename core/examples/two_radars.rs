@@ -2,11 +2,12 @@
 //! mounting of its own, and every scan says whose it is.
 
 use nalgebra::Vector2;
-use scphd::{
-    Ackermann, AckermannControl, AckermannGeometry, Births, Config, ControlNoise, Detector, DetectorMemory, Motion,
-    Mounting, Noise, PlanarPose, Pose, RangeBearing, RangeBearingLimits, RangeBearingWindow, ScPhd, Sensing,
-    UniformClutter, memory, wrap,
+use scphd::models::{
+    Ackermann, AckermannControl, AckermannGeometry, ControlNoise, Motion, Mounting, PlanarPose, Pose, RangeBearing,
+    RangeBearingLimits, RangeBearingWindow, Sensing, UniformClutter,
 };
+use scphd::numerics::{Noise, wrap};
+use scphd::{Births, Config, Detector, DetectorMemory, ScPhd, memory};
 use std::f64::consts::PI;
 
 memory! {
@@ -18,7 +19,12 @@ memory! {
 type Radar = Detector<Sensing<RangeBearing<f64>, RangeBearingWindow<f64>, UniformClutter<f64>>>;
 
 /// A radar with this noise, that sees so far and so far aside, where it is mounted.
-fn radar(sigmas: [f64; 2], range_m: f64, half_width_rad: f64, seat: Mounting<f64>) -> Result<Radar, scphd::ModelError> {
+fn radar(
+    sigmas: [f64; 2],
+    range_m: f64,
+    half_width_rad: f64,
+    seat: Mounting<f64>,
+) -> Result<Radar, scphd::models::ModelError> {
     let view = RangeBearingWindow::new(RangeBearingLimits {
         bearing_half_width_rad: half_width_rad,
         range_edge_m: 3.0 * sigmas[0],

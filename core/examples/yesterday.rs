@@ -2,11 +2,14 @@
 //! goes on in it.
 
 use nalgebra::{SVector, Vector2};
-use scphd::{
-    Births, Component, ControlNoise, Detector, JointConfig, JointSlam, Locator, LocatorConfig, LocatorState, Motion,
-    Noise, PlanarPose, Pose, RangeBearing, RangeBearingWindow, Sensing, Step, Unicycle, UnicycleControl,
-    UniformClutter, from_slice, into_slice, joint_memory, restore_map, save_map, wrap,
+use scphd::locate::{Locator, LocatorConfig, LocatorState};
+use scphd::models::{
+    ControlNoise, Motion, PlanarPose, Pose, RangeBearing, RangeBearingWindow, Sensing, Step, Unicycle, UnicycleControl,
+    UniformClutter,
 };
+use scphd::numerics::{Noise, wrap};
+use scphd::snapshot::{from_slice, into_slice, restore_map, save_map};
+use scphd::{Births, Component, Detector, JointConfig, JointSlam, joint_memory};
 
 joint_memory! {
     type Memory: Unicycle<f32> { measurement: Vector2<f32>, features: 64, measurements: 32 }

@@ -76,69 +76,79 @@ extern crate std;
 
 mod detection;
 mod filter;
-mod fixes;
+pub mod fixes;
 mod joint;
-mod locate;
+pub mod locate;
 mod map;
 mod memory;
-mod models;
-mod navigation;
-mod numerics;
+pub mod models;
+pub mod navigation;
+pub mod numerics;
 mod particles;
 mod report;
-mod settings;
-mod snapshot;
+pub mod settings;
+pub mod snapshot;
 #[cfg(test)]
 mod tests;
 
-pub use filter::detector::{Births, Detector, DetectorMemory, ScanRoom};
-pub use filter::draft::{Capacities, Draft, UpdateMemory};
-pub use filter::executor::{Executor, Serial};
+pub use filter::detector::{Births, Detector, DetectorMemory};
 pub use filter::extract::{MapEstimate, PoseEstimate};
 pub use filter::observe::FixReport;
-#[doc(hidden)]
-pub use filter::sampling::Samples;
-#[doc(hidden)]
-pub use filter::scanning::{AllPages, Scanning};
 pub use filter::scphd::ScPhd;
-pub use filter::scrub::{Scrubbed, Scrubber};
 pub use filter::state::State;
-pub use fixes::{FixRule, HeadingWatch, PositionWatch};
-pub use joint::{
-    Archive, Archived, JointArchive, JointConfig, JointMovers, JointReport, JointSlam, JointState, Movers, NoArchive,
-    NoMovers, Persistence, Tracked, joint_numbers,
-};
-pub use locate::{Located, Locator, LocatorConfig, LocatorReport, LocatorState};
-pub use map::component::{Component, Correction};
-pub use map::{Dynamic, Feature, MapMemory, MapStorage, NoMoving, PAGE_LEN, Static};
-#[doc(hidden)]
-pub use map::{Page, PageId};
-pub use models::*;
-pub use nalgebra;
-pub use navigation::{DeadReckoning, Instruments, Navigator, Outcome, VelocityFilter, VelocityNoise};
-pub use numerics::angle::wrap;
-pub use numerics::bounds::Bounds;
-pub use numerics::ln_sum::LnSum;
-pub use numerics::noise::Noise;
+pub use joint::{JointConfig, JointReport, JointSlam, JointState};
+pub use map::component::Component;
 pub use numerics::real::Real;
-pub use numerics::symmetric::{Factor, Symmetric};
-pub use numerics::vector::{Array, Linear, Matrix, Place, Vector};
-pub use numerics::zero::Zero;
-pub use particles::candidate::Candidate;
-pub use report::any_error::Error;
-pub use report::config_error::ConfigError;
-pub use report::error::{
-    Flaw, Implausible, LoadMapError, ObserveError, PredictError, ResetError, ScanError, SetupError,
-};
 pub use report::health::Health;
-#[cfg(feature = "embedded-hal")]
-pub use report::probe::StagePins;
-#[cfg(feature = "defmt")]
-pub use report::probe::StageTrace;
-pub use report::probe::{Probe, Stage};
-pub use report::reports::{Peak, PredictReport, ScanReport};
-pub use settings::config::{Config, Extraction, MovingConfig};
-pub use settings::likelihood::Likelihood;
-pub use settings::plausible::Plausible;
-pub use settings::proposal::{Informed, Proposal};
-pub use snapshot::{RestoreError, SaveError, SliceEnd, from_slice, into_slice, restore_map, save_map};
+pub use report::reports::{PredictReport, ScanReport};
+pub use settings::config::Config;
+
+/// What operations return where they fail; the state is then as it was.
+pub mod errors {
+    pub use crate::report::any_error::Error;
+    pub use crate::report::config_error::ConfigError;
+    pub use crate::report::error::{
+        Flaw, Implausible, LoadMapError, ObserveError, PredictError, ResetError, ScanError, SetupError,
+    };
+}
+
+/// Observers of the stages of a scan, and the search for bits that flipped in the state's memory.
+pub mod diagnostics {
+    pub use crate::filter::scrub::{Scrubbed, Scrubber};
+    #[cfg(feature = "embedded-hal")]
+    pub use crate::report::probe::StagePins;
+    #[cfg(feature = "defmt")]
+    pub use crate::report::probe::StageTrace;
+    pub use crate::report::probe::{Probe, Stage};
+    pub use crate::report::reports::Peak;
+}
+
+/// The parts that [`memory!`] and [`joint_memory!`] name, and the threads that share an update.
+pub mod storage {
+    pub use crate::filter::detector::ScanRoom;
+    pub use crate::filter::draft::{Capacities, Draft, UpdateMemory};
+    pub use crate::filter::executor::{Executor, Serial};
+    #[doc(hidden)]
+    pub use crate::filter::sampling::Samples;
+    #[doc(hidden)]
+    pub use crate::filter::scanning::{AllPages, Scanning};
+    pub use crate::joint::{
+        Archive, Archived, JointArchive, JointMovers, Movers, NoArchive, NoMovers, Tracked, joint_numbers,
+    };
+    pub use crate::map::component::Correction;
+    pub use crate::map::{Dynamic, Feature, MapMemory, MapStorage, NoMoving, PAGE_LEN, Static};
+    #[doc(hidden)]
+    pub use crate::map::{Page, PageId};
+    pub use crate::particles::candidate::Candidate;
+}
+
+// What the files of the library import by its name alone.
+pub(crate) use diagnostics::*;
+pub(crate) use errors::*;
+pub(crate) use models::*;
+pub(crate) use numerics::*;
+pub(crate) use settings::*;
+pub(crate) use snapshot::{RestoreError, SaveError};
+pub(crate) use storage::*;
+#[cfg(test)]
+use {locate::*, navigation::*, snapshot::*};

@@ -12,7 +12,8 @@
 /// | `waiting` | measurements of a scan that births can wait on, up to 256 in steps of 64; 64 where it is left out |
 ///
 /// ```
-/// use scphd::{Ackermann, memory};
+/// use scphd::models::Ackermann;
+/// use scphd::memory;
 ///
 /// memory! {
 ///     /// All that the car's filter knows.
@@ -39,17 +40,17 @@ macro_rules! memory {
     }) => {
         $(#[$about])*
         $public type $name = $crate::State<
-            <$motion as $crate::Motion>::Pose,
+            <$motion as $crate::models::Motion>::Pose,
             { $particles },
             { $particles * $samples },
-            $crate::MapMemory<
-                $crate::Static<$crate::PositionOf<<$motion as $crate::Motion>::Pose>>,
+            $crate::storage::MapMemory<
+                $crate::storage::Static<$crate::models::PositionOf<<$motion as $crate::models::Motion>::Pose>>,
                 { $particles },
                 { $pages },
                 { $map_pages },
                 { $view },
             >,
-            $crate::NoMoving,
+            $crate::storage::NoMoving,
             $({ usize::div_ceil($waiting, 64) })?
         >;
     };
@@ -61,18 +62,18 @@ macro_rules! memory {
     }) => {
         $(#[$about])*
         $public type $name = $crate::State<
-            <$motion as $crate::Motion>::Pose,
+            <$motion as $crate::models::Motion>::Pose,
             { $particles },
             { $particles * $samples },
-            $crate::MapMemory<
-                $crate::Static<$crate::PositionOf<<$motion as $crate::Motion>::Pose>>,
+            $crate::storage::MapMemory<
+                $crate::storage::Static<$crate::models::PositionOf<<$motion as $crate::models::Motion>::Pose>>,
                 { $particles },
                 { $pages },
                 { $map_pages },
                 { $view },
             >,
-            $crate::MapMemory<
-                $crate::Dynamic<$crate::PositionOf<<$motion as $crate::Motion>::Pose>>,
+            $crate::storage::MapMemory<
+                $crate::storage::Dynamic<$crate::models::PositionOf<<$motion as $crate::models::Motion>::Pose>>,
                 { $particles },
                 { $moving_pages },
                 { $moving_map_pages },
@@ -88,7 +89,8 @@ macro_rules! memory {
 ///
 /// ```
 /// use nalgebra::Vector2;
-/// use scphd::{Unicycle, joint_memory};
+/// use scphd::models::Unicycle;
+/// use scphd::joint_memory;
 ///
 /// joint_memory! {
 ///     /// One Gaussian over the robot and up to 40 landmarks.
@@ -103,13 +105,13 @@ macro_rules! joint_memory {
     }) => {
         $(#[$about])*
         $public type $name = $crate::JointState<
-            <$motion as $crate::Motion>::Pose,
+            <$motion as $crate::models::Motion>::Pose,
             $measurement,
             { $features },
             {
-                $crate::joint_numbers(
-                    <$crate::TangentOf<<$motion as $crate::Motion>::Pose> as $crate::Vector>::DIMENSION,
-                    <$crate::PositionOf<<$motion as $crate::Motion>::Pose> as $crate::Vector>::DIMENSION,
+                $crate::storage::joint_numbers(
+                    <$crate::models::TangentOf<<$motion as $crate::models::Motion>::Pose> as $crate::numerics::Vector>::DIMENSION,
+                    <$crate::models::PositionOf<<$motion as $crate::models::Motion>::Pose> as $crate::numerics::Vector>::DIMENSION,
                     $features,
                 )
             },

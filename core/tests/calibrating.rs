@@ -1,11 +1,12 @@
 //! A vehicle that learns what its odometry is off by.
 
 use nalgebra::{Vector2, Vector6};
-use scphd::{
-    Births, Calibrated, CalibratedPose, ControlNoise, Detector, JointConfig, JointSlam, Noise, OdometryCorrection,
-    OdometryPrior, PlanarPose, RangeBearing, RangeBearingWindow, SelfCalibrating, Sensing, Step, Symmetric, Unicycle,
-    UnicycleControl, UniformClutter, joint_memory, wrap,
+use scphd::models::{
+    Calibrated, CalibratedPose, ControlNoise, OdometryCorrection, OdometryPrior, PlanarPose, RangeBearing,
+    RangeBearingWindow, SelfCalibrating, Sensing, Step, Unicycle, UnicycleControl, UniformClutter,
 };
+use scphd::numerics::{Noise, Symmetric, wrap};
+use scphd::{Births, Detector, JointConfig, JointSlam, joint_memory};
 
 const DT_S: f64 = 0.1;
 const SCANS: usize = 1200;

@@ -1,7 +1,8 @@
 //! The memories of docs/choosing.md take what it says.
 
 use nalgebra::Vector2;
-use scphd::{Ackermann, DetectorMemory, KnownPose, PlanarPose, Unicycle, joint_memory, memory};
+use scphd::models::{Ackermann, KnownPose, PlanarPose, Unicycle};
+use scphd::{DetectorMemory, joint_memory, memory};
 
 joint_memory! { type Hall: Unicycle<f32> { measurement: Vector2<f32>, features: 40, measurements: 32 } }
 joint_memory! { type Court: Unicycle<f32> { measurement: Vector2<f32>, features: 64, measurements: 32 } }

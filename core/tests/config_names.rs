@@ -1,6 +1,9 @@
 //! The names in a `ConfigError` are those of the fields, of every number that a configuration has.
 
-use scphd::{Config, ConfigError, JointConfig, LocatorConfig, MovingConfig, Proposal};
+use scphd::errors::ConfigError;
+use scphd::locate::LocatorConfig;
+use scphd::settings::{MovingConfig, Proposal};
+use scphd::{Config, JointConfig};
 use std::collections::BTreeSet;
 use std::fmt::Debug;
 
@@ -39,7 +42,7 @@ fn names_all<C: Clone + Debug>(config: &C, check: impl Fn(&C) -> Result<(), Conf
 
 #[test]
 fn of_the_mixture() {
-    fn informed(config: &mut Config<f64>) -> &mut scphd::Informed<f64> {
+    fn informed(config: &mut Config<f64>) -> &mut scphd::settings::Informed<f64> {
         let Proposal::Informed(informed) = &mut config.proposal else { panic!("not informed") };
         informed
     }

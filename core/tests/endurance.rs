@@ -4,11 +4,13 @@
 //! tests drive a quarter of an hour.
 
 use nalgebra::Vector2;
-use scphd::{
-    Births, Config, ControlNoise, Detector, DetectorMemory, JointConfig, JointSlam, Noise, Persistence, PlanarPose,
-    Pose, PositionFix, RangeBearing, RangeBearingWindow, ScPhd, Sensing, Step, Unicycle, UnicycleControl,
-    UniformClutter, joint_memory, memory, wrap,
+use scphd::models::{
+    ControlNoise, PlanarPose, Pose, PositionFix, RangeBearing, RangeBearingWindow, Sensing, Step, Unicycle,
+    UnicycleControl, UniformClutter,
 };
+use scphd::numerics::{Noise, wrap};
+use scphd::settings::Persistence;
+use scphd::{Births, Config, Detector, DetectorMemory, JointConfig, JointSlam, ScPhd, joint_memory, memory};
 use std::f64::consts::TAU;
 use std::time::Instant;
 

@@ -1,11 +1,14 @@
 //! Numbers that no instrument says, where filters and locators once took them: found by the fuzzer.
 
 use nalgebra::Vector2;
-use scphd::{
-    Births, Component, ControlNoise, Detector, JointConfig, JointSlam, Locator, LocatorConfig, LocatorState,
-    PlanarPose, Pose, PoseEstimate, PositionFix, RangeBearing, RangeBearingWindow, ResetError, Sensing, Step,
-    Symmetric, Unicycle, UniformClutter, joint_memory,
+use scphd::errors::ResetError;
+use scphd::locate::{Locator, LocatorConfig, LocatorState};
+use scphd::models::{
+    ControlNoise, PlanarPose, Pose, PositionFix, RangeBearing, RangeBearingWindow, Sensing, Step, Unicycle,
+    UniformClutter,
 };
+use scphd::numerics::Symmetric;
+use scphd::{Births, Component, Detector, JointConfig, JointSlam, PoseEstimate, joint_memory};
 
 joint_memory! { type Memory: Unicycle<f32> { measurement: Vector2<f32>, features: 4, measurements: 4 } }
 

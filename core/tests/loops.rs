@@ -3,6 +3,9 @@
 //! `cargo test -p scphd --release --test loops -- --ignored --nocapture` prints the figures of `docs/joint.md`.
 
 use nalgebra::Vector2;
+use scphd::models::*;
+use scphd::numerics::*;
+use scphd::storage::*;
 use scphd::*;
 use std::ops::Range;
 

@@ -1,7 +1,7 @@
 //! Tells over defmt what a replay does, scan by scan.
 
 use crate::clock::Clock;
-use scphd::{Probe, Stage};
+use scphd::diagnostics::{Probe, Stage};
 use scphd_stream::{Monitor, ScanCost, Seen};
 
 /// The exit code of a program that failed, as QEMU passes it on.

@@ -1,6 +1,6 @@
 //! How many numbers the places, poses and measurements of a kind of vehicle have: what records, scores and tables are written for.
 
-use scphd::AuvControl;
+use scphd::models::AuvControl;
 use std::convert::Infallible;
 use std::fmt::Debug;
 

@@ -5,7 +5,7 @@
 use crate::angle::wrap;
 pub use crate::dimensions::PoseFix;
 use crate::dimensions::{Dimensions, Planar};
-use scphd::FixRule;
+use scphd::fixes::FixRule;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
@@ -198,7 +198,7 @@ pub struct FixNoise {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub gate: Option<f64>,
     /// For how long fixes are left out before those that agree with each other are taken for right, and the filter for wrong, s;
-    /// [`scphd::FixRule`]'s where this is not said.
+    /// [`scphd::fixes::FixRule`]'s where this is not said.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub patience_s: Option<f64>,
     /// How far ahead of where the vehicle's pose is the antenna sits, m.

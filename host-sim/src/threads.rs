@@ -31,10 +31,10 @@ impl Threads {
     }
 }
 
-impl scphd::Executor for Threads {
+impl scphd::storage::Executor for Threads {
     fn run<J: Send>(&self, jobs: impl Iterator<Item = J> + Send, work: impl Fn(J) + Sync) {
         match &self.0 {
-            None => scphd::Serial.run(jobs, work),
+            None => scphd::storage::Serial.run(jobs, work),
             // Whoever is free takes the next job: the caller at once, the others as they come.
             Some(pool) => {
                 let jobs = Mutex::new(jobs);
@@ -69,7 +69,7 @@ fn stay_awake_while(is_idle: impl Fn() -> bool) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use scphd::Executor;
+    use scphd::storage::Executor;
 
     /// Asserts that a round does every job once.
     fn round(threads: &Threads) {

@@ -6,7 +6,8 @@ use crate::angle::wrap;
 use crate::events::{Event, events};
 use crate::log::{Log, Vehicle};
 use libm::{cos, sin, tan};
-use scphd::{Implausible, Plausible};
+use scphd::errors::Implausible;
+use scphd::settings::Plausible;
 
 /// No vehicle that maps landmarks is faster, m/s: 360 km/h.
 pub(crate) const FASTEST_MPS: f64 = 100.0;

@@ -1,7 +1,9 @@
 //! A black box replayed from any of its snapshots ends in the state in which the whole of it ends, to the bit.
 
 use nalgebra::Vector2;
-use scphd::{Component, PlanarPose, Pose, Real, Symmetric};
+use scphd::models::{PlanarPose, Pose};
+use scphd::numerics::Symmetric;
+use scphd::{Component, Real};
 use scphd_sim::log::{Fix, Log, Mounting, NamedSensor, PoseFix, Scan, Sensor};
 use scphd_sim::session::{self, Filter};
 use scphd_sim::settings::Settings;

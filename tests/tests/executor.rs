@@ -1,11 +1,14 @@
 //! The filter's state does not depend on who weighs the candidates and updates the maps, nor on how many jobs that is divided into.
 
 use nalgebra::Vector2;
-use scphd::{
-    Ackermann, AckermannControl, AckermannGeometry, Births, Config, ControlNoise, Detector, DetectorMemory, Dynamic,
-    Executor, Informed, MapMemory, MapStorage, NoMoving, PlanarPose, Probe, Proposal, RangeBearing, RangeBearingWindow,
-    Real, ScPhd, ScanReport, Sensing, Serial, Stage, State, Static, UniformClutter, UpdateMemory,
+use scphd::diagnostics::{Probe, Stage};
+use scphd::models::{
+    Ackermann, AckermannControl, AckermannGeometry, ControlNoise, PlanarPose, RangeBearing, RangeBearingWindow,
+    Sensing, UniformClutter,
 };
+use scphd::settings::{Informed, Proposal};
+use scphd::storage::{Dynamic, Executor, MapMemory, MapStorage, NoMoving, Serial, Static, UpdateMemory};
+use scphd::{Births, Config, Detector, DetectorMemory, Real, ScPhd, ScanReport, State};
 use scphd_sim::events::{Event, events};
 use scphd_sim::log::{Log, Vehicle};
 use scphd_sim::scenario;
@@ -248,7 +251,7 @@ fn drafts_of_other_capacities_are_of_no_use_and_do_no_harm() {
         let mut state = Box::new(Mine::new());
         let mut scratch = Box::new(DetectorMemory::<Vector2<f32>, 64, 2>::new());
         let mut radar = Detector::new(far_sighted(), Births::of_static(0.01)).unwrap().over(&mut scratch).unwrap();
-        let mut filter = ScPhd::new(scphd::KnownPose::new(), config(4, 1), &mut *state).unwrap();
+        let mut filter = ScPhd::new(scphd::models::KnownPose::new(), config(4, 1), &mut *state).unwrap();
         let here = PlanarPose::new(0.0, 0.0, 0.0);
         filter.reset(here, 1).unwrap();
         // More around the vehicle than the least of them have room for.
@@ -302,7 +305,7 @@ fn a_probe_is_told_of_the_stages_of_the_calling_core() {
     let mut updates = Box::new(UpdateMemory::<Memory, 2>::new());
     let mut scratch = Box::new(DetectorMemory::<Vector2<f32>, 64, 2>::new());
     let mut radar = Detector::new(far_sighted(), Births::of_static(0.01)).unwrap().over(&mut scratch).unwrap();
-    let mut filter = ScPhd::new(scphd::KnownPose::new(), config(4, 1), &mut *state).unwrap();
+    let mut filter = ScPhd::new(scphd::models::KnownPose::new(), config(4, 1), &mut *state).unwrap();
     let here = PlanarPose::new(0.0, 0.0, 0.0);
     filter.reset(here, 1).unwrap();
     let scan = [Vector2::new(5.0, 0.3)];

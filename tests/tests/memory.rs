@@ -1,10 +1,10 @@
 //! What a state costs in RAM: the total for a vehicle, and the price of each capacity.
 
 use nalgebra::{Vector2, Vector3};
-use scphd::{
-    Bounds, Candidate, Component, DetectorMemory, LnSum, MapMemory, NoMoving, PAGE_LEN, PlanarPose, State, Static,
-    Symmetric, UpdateMemory,
-};
+use scphd::models::PlanarPose;
+use scphd::numerics::{Bounds, LnSum, Symmetric};
+use scphd::storage::{Candidate, MapMemory, NoMoving, PAGE_LEN, Static, UpdateMemory};
+use scphd::{Component, DetectorMemory, State};
 
 type Pose = PlanarPose<f32>;
 

@@ -2,6 +2,8 @@
 //! by the library, and by a replay of the log. `bindings/capi/tests/c/worn_wheels.c` and `bindings/python/tests/test_worn_wheels.py` have the same robot.
 
 use nalgebra::Vector2;
+use scphd::models::*;
+use scphd::numerics::*;
 use scphd::*;
 use scphd_sim::dimensions::Planar;
 use scphd_sim::log::{self, Log, Nominal, Odometry, Scan, Sensor, TruePose};

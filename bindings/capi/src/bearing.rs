@@ -8,10 +8,9 @@ use crate::reason::Reason;
 use crate::sets::in_bearing;
 use crate::{scphd_mounting, scphd_reason, scphd_status, scphd_window, version};
 use nalgebra::Vector1;
-use scphd::{
-    BearingOnly, Births, Detector, ModelError, PolarBirths, PolarGrid, RangeBearingWindow, ScanRoom, Sensing,
-    UniformClutter,
-};
+use scphd::models::{BearingOnly, ModelError, PolarBirths, PolarGrid, RangeBearingWindow, Sensing, UniformClutter};
+use scphd::storage::ScanRoom;
+use scphd::{Births, Detector};
 
 /// A detector of bearings alone, in its memory. Only a mixture takes its scans.
 #[derive(Debug)]

@@ -2,7 +2,8 @@
 
 use crate::reason::Reason;
 use crate::{scphd_mounting, scphd_status};
-use scphd::{Births, Detector, MeasurementModel, Pose, ScalarOf};
+use scphd::models::{MeasurementModel, Pose, ScalarOf};
+use scphd::{Births, Detector};
 
 /// What a detector is made of, beside its memory.
 pub(crate) struct Parts<'a, X: MeasurementModel> {

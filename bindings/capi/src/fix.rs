@@ -1,7 +1,8 @@
 //! Fixes: the pose itself is measured.
 
 use crate::pointer::Versioned;
-use scphd::{FixReport, HeadingFix, HeightFix, ModelError, Pose, PositionFix};
+use scphd::FixReport;
+use scphd::models::{HeadingFix, HeightFix, ModelError, Pose, PositionFix};
 
 /// How a fix is measured.
 #[repr(C)]

@@ -13,7 +13,9 @@ use crate::{
     version,
 };
 use nalgebra::{Vector1, Vector2};
-use scphd::{AckermannControl, JointConfig, JointSlam, Persistence, PlanarPose, UnicycleControl};
+use scphd::models::{AckermannControl, PlanarPose, UnicycleControl};
+use scphd::settings::Persistence;
+use scphd::{JointConfig, JointSlam};
 
 /// A joint map, in its memory.
 #[derive(Debug)]

@@ -5,7 +5,8 @@ use crate::report::count;
 use crate::scphd_status;
 use core::mem::MaybeUninit;
 use nalgebra::{Vector2, Vector3, Vector4};
-use scphd::{Component, MapEstimate, Vector};
+use scphd::numerics::Vector;
+use scphd::{Component, MapEstimate};
 
 /// A feature in the plane.
 #[repr(C)]

@@ -11,7 +11,10 @@ use core::mem::MaybeUninit;
 use core::ops::{Deref, DerefMut};
 use core::ptr::{addr_of, addr_of_mut};
 use core::sync::atomic::{AtomicU32, Ordering};
-use scphd::{DetectorMemory, JointState, MapStorage, Pose, State, Vector};
+use scphd::models::Pose;
+use scphd::numerics::Vector;
+use scphd::storage::MapStorage;
+use scphd::{DetectorMemory, JointState, State};
 
 /// A handle works here.
 const STARTED: u32 = 0x5c9b_d001;
@@ -27,8 +30,8 @@ pub unsafe trait Zeroed: 'static {}
 // SAFETY: numbers, and an `Option` whose `None` is zero; `tests::states_begin_as_zeros` holds them to it.
 unsafe impl<P: Pose + 'static, const N: usize, const C: usize, S: 'static, V: 'static> Zeroed for State<P, N, C, S, V>
 where
-    S: MapStorage<scphd::Static<P::Position>>,
-    V: MapStorage<scphd::Dynamic<P::Position>>,
+    S: MapStorage<scphd::storage::Static<P::Position>>,
+    V: MapStorage<scphd::storage::Dynamic<P::Position>>,
 {
 }
 // SAFETY: as above.
@@ -206,7 +209,8 @@ mod tests {
     use crate::vehicle::Vehicle;
     use crate::{scphd_joint, scphd_status};
     use core::mem::MaybeUninit;
-    use scphd::{ControlNoise, JointConfig, JointSlam, Step, Unicycle};
+    use scphd::models::{ControlNoise, Step, Unicycle};
+    use scphd::{JointConfig, JointSlam};
 
     /// The bytes of a state in a `static`, with what is between its fields.
     fn is_zero<S>(state: &MaybeUninit<S>) -> bool {

@@ -2,7 +2,7 @@
 
 use crate::reason::Reason;
 use crate::scphd_status;
-use scphd::Mounting;
+use scphd::models::Mounting;
 
 /// Where a sensor sits on its vehicle and how it is turned: from where the pose is, x ahead, y to the left, z upwards; roll first, then
 /// pitch, then yaw. In the plane up, roll and pitch must be 0.

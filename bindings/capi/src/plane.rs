@@ -12,7 +12,8 @@ use crate::{
     scphd_scan_report, scphd_status, scphd_tuning, scphd_vehicle, version,
 };
 use nalgebra::{Vector1, Vector2};
-use scphd::{AckermannControl, Config, PlanarPose, ScPhd, UnicycleControl};
+use scphd::models::{AckermannControl, PlanarPose, UnicycleControl};
+use scphd::{Config, ScPhd};
 
 /// A mixture in the plane, in its memory.
 #[derive(Debug)]

@@ -2,7 +2,8 @@
 
 use crate::pointer::Versioned;
 use core::array::from_fn;
-use scphd::{AuvPose, PlanarPose, PoseEstimate};
+use scphd::PoseEstimate;
+use scphd::models::{AuvPose, PlanarPose};
 
 /// A pose in the plane and how well it is known.
 #[repr(C)]

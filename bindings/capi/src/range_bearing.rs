@@ -8,10 +8,9 @@ use crate::reason::Reason;
 use crate::sets::in_range_bearing;
 use crate::{scphd_mounting, scphd_reason, scphd_status, version};
 use nalgebra::Vector2;
-use scphd::{
-    Births, Detector, ModelError, RangeBearing, RangeBearingLimits, RangeBearingWindow, ScanRoom, Sensing,
-    UniformClutter,
-};
+use scphd::models::{ModelError, RangeBearing, RangeBearingLimits, RangeBearingWindow, Sensing, UniformClutter};
+use scphd::storage::ScanRoom;
+use scphd::{Births, Detector};
 
 /// A detector of range and bearing, in its memory.
 #[derive(Debug)]

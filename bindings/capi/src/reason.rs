@@ -3,7 +3,8 @@
 use crate::pointer::Out;
 use crate::scphd_status;
 use core::ffi::c_char;
-use scphd::{ConfigError, ModelError, SetupError};
+use scphd::errors::{ConfigError, SetupError};
+use scphd::models::ModelError;
 
 /// Bytes of the text, with the zero at its end.
 const TEXT: usize = 124;

@@ -6,7 +6,8 @@
 /// The memories of the sets.
 pub(crate) mod memories {
     use nalgebra::{Vector1, Vector2, Vector3};
-    use scphd::{Auv, DetectorMemory, Unicycle, joint_memory, memory};
+    use scphd::models::{Auv, Unicycle};
+    use scphd::{DetectorMemory, joint_memory, memory};
 
     memory! {
         pub(crate) type Plane32x2: Unicycle<f32> {

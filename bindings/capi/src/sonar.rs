@@ -8,9 +8,9 @@ use crate::reason::Reason;
 use crate::sets::in_sonar;
 use crate::{scphd_mounting, scphd_reason, scphd_status, version};
 use nalgebra::Vector3;
-use scphd::{
-    Births, Detector, ModelError, RangeBearingElevation, ScanRoom, Sensing, SonarLimits, SonarWindow, UniformClutter,
-};
+use scphd::models::{ModelError, RangeBearingElevation, Sensing, SonarLimits, SonarWindow, UniformClutter};
+use scphd::storage::ScanRoom;
+use scphd::{Births, Detector};
 
 /// A detector of range, bearing and elevation, in its memory.
 #[derive(Debug)]

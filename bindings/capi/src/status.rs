@@ -1,7 +1,7 @@
 //! How a call ended.
 
 use core::ffi::{CStr, c_char};
-use scphd::{ObserveError, PredictError, ResetError, ScanError, SetupError};
+use scphd::errors::{ObserveError, PredictError, ResetError, ScanError, SetupError};
 
 /// How a call ended. What is refused leaves the filter as it was, but for the time of a prediction: see `scphd_plane_predict_car`.
 #[repr(i32)]

@@ -2,7 +2,9 @@
 
 use crate::reason::Reason;
 use crate::{scphd_plausible, scphd_status};
-use scphd::{Config, ConstantVelocity, Extraction, Informed, MovingConfig, Proposal};
+use scphd::Config;
+use scphd::models::ConstantVelocity;
+use scphd::settings::{Extraction, Informed, MovingConfig, Proposal};
 
 /// Samples are drawn from the motion.
 pub const SCPHD_PROPOSAL_BLIND: u32 = 1;

@@ -3,10 +3,12 @@
 use crate::reason::Reason;
 use crate::scphd_status;
 use nalgebra::Vector3;
-use scphd::{
-    Ackermann, AckermannControl, AckermannGeometry, ControlNoise, Linearised, ModelError, Motion, Noise, PlanarPose,
-    Plausible, Rates, Step, Unicycle, UnicycleControl,
+use scphd::models::{
+    Ackermann, AckermannControl, AckermannGeometry, ControlNoise, Linearised, ModelError, Motion, PlanarPose, Rates,
+    Step, Unicycle, UnicycleControl,
 };
+use scphd::numerics::Noise;
+use scphd::settings::Plausible;
 
 /// A car: speed of a wheel's encoder and steering angle (5.25-5.27).
 pub const SCPHD_VEHICLE_CAR: u32 = 1;
@@ -171,7 +173,7 @@ impl Motion for Vehicle {
         match (self, control) {
             (Self::Car(car), VehicleControl::Car(control)) => car.linearise(pose, control, dt),
             (Self::Robot(robot), VehicleControl::Robot(control)) => robot.linearise(pose, control, dt),
-            _ => Linearised { transition: nalgebra::Matrix3::identity(), noise: scphd::Symmetric::ZERO },
+            _ => Linearised { transition: nalgebra::Matrix3::identity(), noise: scphd::numerics::Symmetric::ZERO },
         }
     }
 }

@@ -10,7 +10,9 @@ use crate::{
     scphd_scan_report, scphd_sonar, scphd_sonar_detector, scphd_status, scphd_tuning, scphd_water_pose, sonar, version,
 };
 use nalgebra::{Vector1, Vector3};
-use scphd::{Auv, AuvControl, AuvPose, Config, Reading, ScPhd, Symmetric};
+use scphd::models::{Auv, AuvControl, AuvPose, Reading};
+use scphd::numerics::Symmetric;
+use scphd::{Config, ScPhd};
 
 /// A mixture under water, in its memory.
 #[derive(Debug)]

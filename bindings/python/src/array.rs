@@ -4,7 +4,7 @@ use crate::error::InputError;
 use nalgebra::SVector;
 use numpy::{AllowTypeChange, PyArray1, PyArray2, PyArrayLikeDyn, PyArrayMethods};
 use pyo3::prelude::*;
-use scphd::{Symmetric, Vector};
+use scphd::numerics::{Symmetric, Vector};
 
 /// All numbers of what NumPy can make an array of, in single precision, with its shape.
 fn numbers(what: &str, of: &Bound<'_, PyAny>) -> PyResult<(Vec<usize>, Vec<f32>)> {

@@ -5,25 +5,29 @@ use crate::error::{Refusal, of_model};
 use crate::mounting::Mounting;
 use nalgebra::{Vector1, Vector2};
 use pyo3::prelude::*;
-use scphd::{
-    Births, Detector, DetectorMemory, MeasurementModel, ModelError, PlanarPose, PolarBirths, PolarGrid,
-    RangeBearingLimits, RangeBearingWindow, ScanRoom, Sensing, UniformClutter, Vector,
+use scphd::models::{
+    MeasurementModel, ModelError, PlanarPose, PolarBirths, PolarGrid, RangeBearingLimits, RangeBearingWindow, Sensing,
+    UniformClutter,
 };
+use scphd::numerics::Vector;
+use scphd::storage::ScanRoom;
+use scphd::{Births, Detector, DetectorMemory};
 use std::f32::consts::{PI, TAU};
 
 /// The most measurements of a scan.
 const MEASUREMENTS: usize = 1024;
 
 /// Models of range and bearing.
-pub type Polar = Sensing<scphd::RangeBearing<f32>, RangeBearingWindow<f32>, UniformClutter<f32>>;
+pub type Polar = Sensing<scphd::models::RangeBearing<f32>, RangeBearingWindow<f32>, UniformClutter<f32>>;
 /// Models of bearings.
-pub type Direction = Sensing<scphd::BearingOnly<f32, PolarBirths<f32>>, RangeBearingWindow<f32>, UniformClutter<f32>>;
+pub type Direction =
+    Sensing<scphd::models::BearingOnly<f32, PolarBirths<f32>>, RangeBearingWindow<f32>, UniformClutter<f32>>;
 
 /// What a detector is made of: it is put together for a scan, over its memory.
 pub struct Parts<X, Z: Vector> {
     sensing: X,
     births: Births<f32>,
-    mounting: Option<scphd::Mounting<f32>>,
+    mounting: Option<scphd::models::Mounting<f32>>,
     room: Box<DetectorMemory<Z, MEASUREMENTS>>,
 }
 
@@ -59,7 +63,7 @@ where
 pub fn blind() -> Result<Detector<Polar>, ModelError> {
     let window = RangeBearingWindow::full_circle(1.0, 0.0)?;
     let clutter = UniformClutter::of_scan(0.0, 1.0)?;
-    let sensing = Sensing { sensor: scphd::RangeBearing::new(1.0, 1.0)?, field_of_view: window, clutter };
+    let sensing = Sensing { sensor: scphd::models::RangeBearing::new(1.0, 1.0)?, field_of_view: window, clutter };
     Detector::new(sensing, Births::NONE)
 }
 
@@ -128,7 +132,11 @@ impl RangeBearing {
         let sensing = || {
             let field_of_view = RangeBearingWindow::new(limits)?;
             let clutter = UniformClutter::of_scan(clutter_per_scan, field_of_view.measure())?;
-            Ok(Sensing { sensor: scphd::RangeBearing::new(range_sigma_m, bearing_sigma_rad)?, field_of_view, clutter })
+            Ok(Sensing {
+                sensor: scphd::models::RangeBearing::new(range_sigma_m, bearing_sigma_rad)?,
+                field_of_view,
+                clutter,
+            })
         };
         let sensing = sensing().map_err(|error| of_model(error, &[("probability_near", "probability")]))?;
         let births = Births { of_static: births_still.unwrap_or(0.1 / (range_max_m * TAU)), of_moving: births_moving };
@@ -203,7 +211,7 @@ impl BearingOnly {
             let field_of_view = RangeBearingWindow::new(limits)?;
             let half_width_rad = bearing_half_width_rad.min(PI);
             let clutter = UniformClutter::of_scan(clutter_per_scan, half_width_rad + half_width_rad)?;
-            let sensor = scphd::BearingOnly::new(bearing_sigma_rad, PolarBirths::new(grid)?)?;
+            let sensor = scphd::models::BearingOnly::new(bearing_sigma_rad, PolarBirths::new(grid)?)?;
             Ok(Sensing { sensor, field_of_view, clutter })
         };
         let names = [

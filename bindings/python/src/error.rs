@@ -3,9 +3,9 @@
 use pyo3::exceptions::{PyRuntimeError, PyTypeError, PyValueError};
 use pyo3::types::{PyAnyMethods, PyTypeMethods};
 use pyo3::{Bound, PyAny, PyErr, create_exception};
-use scphd::{
-    ConfigError, ModelError, ObserveError, PredictError, ResetError, RestoreError, SaveError, ScanError, SetupError,
-};
+use scphd::errors::{ConfigError, ObserveError, PredictError, ResetError, ScanError, SetupError};
+use scphd::models::ModelError;
+use scphd::snapshot::{RestoreError, SaveError};
 use std::fmt::Display;
 
 create_exception!(scphd, SettingError, PyValueError, "A setting is out of range, or does not fit the memory.");

@@ -4,7 +4,9 @@ use crate::array::square;
 use nalgebra::{Vector2, Vector4};
 use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods};
 use pyo3::prelude::*;
-use scphd::{Component, MapEstimate, PlanarPose, PoseEstimate, Real, Vector};
+use scphd::models::PlanarPose;
+use scphd::numerics::Vector;
+use scphd::{Component, MapEstimate, PoseEstimate, Real};
 
 /// Where the vehicle is, and how well that is known.
 #[pyclass(frozen, module = "scphd")]

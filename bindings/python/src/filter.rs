@@ -10,7 +10,9 @@ use crate::tuning;
 use crate::vehicle::Vehicle;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
-use scphd::{Detector, PlanarPose, from_slice};
+use scphd::Detector;
+use scphd::models::PlanarPose;
+use scphd::snapshot::from_slice;
 use std::convert::Infallible;
 use std::sync::Mutex;
 

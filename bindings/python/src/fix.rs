@@ -4,7 +4,7 @@ use crate::array::row;
 use crate::error::{InputError, of_model, wrong_type};
 use nalgebra::{Vector1, Vector2};
 use pyo3::prelude::*;
-use scphd::PlanarPose;
+use scphd::models::PlanarPose;
 
 /// A receiver that measures the position (x, y m) of its antenna.
 ///
@@ -17,7 +17,7 @@ use scphd::PlanarPose;
 /// antenna_forward_m, antenna_left_m : float
 ///     Where the antenna is, seen from the pose, m.
 #[pyclass(frozen, module = "scphd")]
-pub struct PositionFix(scphd::PositionFix<f32>);
+pub struct PositionFix(scphd::models::PositionFix<f32>);
 
 #[pymethods]
 impl PositionFix {
@@ -25,7 +25,7 @@ impl PositionFix {
     #[pyo3(signature = (*, sigma_m, gate=None, antenna_forward_m=0.0, antenna_left_m=0.0))]
     fn new(sigma_m: f32, gate: Option<f32>, antenna_forward_m: f32, antenna_left_m: f32) -> PyResult<Self> {
         let fix = || {
-            let fix = scphd::PositionFix::new(sigma_m)?.gated(gate.unwrap_or(f32::INFINITY))?;
+            let fix = scphd::models::PositionFix::new(sigma_m)?.gated(gate.unwrap_or(f32::INFINITY))?;
             let at_the_pose = [antenna_forward_m, antenna_left_m] == [0.0; 2];
             if at_the_pose { Ok(fix) } else { fix.mounted(antenna_forward_m, antenna_left_m) }
         };
@@ -43,14 +43,14 @@ impl PositionFix {
 /// gate : float, optional
 ///     As of a `PositionFix`.
 #[pyclass(frozen, module = "scphd")]
-pub struct HeadingFix(scphd::HeadingFix<PlanarPose<f32>>);
+pub struct HeadingFix(scphd::models::HeadingFix<PlanarPose<f32>>);
 
 #[pymethods]
 impl HeadingFix {
     #[new]
     #[pyo3(signature = (*, sigma_rad, gate=None))]
     fn new(sigma_rad: f32, gate: Option<f32>) -> PyResult<Self> {
-        let fix = scphd::HeadingFix::new(sigma_rad).and_then(|fix| fix.gated(gate.unwrap_or(f32::INFINITY)));
+        let fix = scphd::models::HeadingFix::new(sigma_rad).and_then(|fix| fix.gated(gate.unwrap_or(f32::INFINITY)));
         fix.map(Self).map_err(|error| of_model(error, &[]))
     }
 }
@@ -58,9 +58,9 @@ impl HeadingFix {
 /// A fix with what it has measured.
 pub enum Measured {
     /// A position, m.
-    Position(scphd::PositionFix<f32>, Vector2<f32>),
+    Position(scphd::models::PositionFix<f32>, Vector2<f32>),
     /// A heading, rad.
-    Heading(scphd::HeadingFix<PlanarPose<f32>>, Vector1<f32>),
+    Heading(scphd::models::HeadingFix<PlanarPose<f32>>, Vector1<f32>),
 }
 
 impl Measured {

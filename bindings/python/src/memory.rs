@@ -5,16 +5,16 @@ use crate::vehicle::Vehicle;
 use nalgebra::Vector2;
 use pyo3::PyResult;
 use pyo3::exceptions::PyRuntimeError;
-use scphd::{
-    Config, Dynamic, JointConfig, JointSlam, JointState, MapStorage, PlanarPose, ScPhd, SetupError, State, Static,
-    joint_memory, memory,
-};
+use scphd::errors::SetupError;
+use scphd::models::PlanarPose;
+use scphd::storage::{Dynamic, MapStorage, Static};
+use scphd::{Config, JointConfig, JointSlam, JointState, ScPhd, State, joint_memory, memory};
 use self_cell::{MutBorrow, self_cell};
 
 /// Sets of capacities. Those of the C interface have its names, and a filter does in them what it does there, even where room runs short.
 mod sets {
     use super::{Vector2, joint_memory, memory};
-    use scphd::Unicycle;
+    use scphd::models::Unicycle;
 
     memory! {
         pub type Desk: Unicycle<f32> {

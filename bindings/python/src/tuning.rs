@@ -4,7 +4,8 @@ use crate::error::SettingError;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use scphd::{Config, Extraction, Informed, JointConfig, Plausible, Proposal};
+use scphd::settings::{Extraction, Informed, Plausible, Proposal};
+use scphd::{Config, JointConfig};
 
 /// A number in the place of a setting.
 fn number<'py, T>(name: &str, value: &Bound<'py, PyAny>) -> PyResult<T>

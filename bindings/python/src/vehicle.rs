@@ -4,10 +4,10 @@ use crate::array::row;
 use crate::error::{SettingError, of_model, wrong_type};
 use nalgebra::{Matrix3, Vector3};
 use pyo3::prelude::*;
-use scphd::{
-    AckermannControl, AckermannGeometry, ControlNoise, Linearised, Motion, Noise, PlanarPose, Rates, Step, Symmetric,
-    UnicycleControl,
+use scphd::models::{
+    AckermannControl, AckermannGeometry, ControlNoise, Linearised, Motion, PlanarPose, Rates, Step, UnicycleControl,
 };
+use scphd::numerics::{Noise, Symmetric};
 
 /// Odometry is never exact, and a filter that takes it to be follows it blindly.
 fn some_noise(noise: &ControlNoise<f32>) -> PyResult<()> {
@@ -36,7 +36,7 @@ fn some_noise(noise: &ControlNoise<f32>) -> PyResult<()> {
 /// step : str
 ///     'arc': it goes along the exact arc. 'euler': straight ahead, and turns then.
 #[pyclass(frozen, module = "scphd")]
-pub struct Unicycle(scphd::Unicycle<f32>);
+pub struct Unicycle(scphd::models::Unicycle<f32>);
 
 #[pymethods]
 impl Unicycle {
@@ -65,7 +65,7 @@ impl Unicycle {
         };
         let names = [("interval_s", "noise_interval_s")];
         some_noise(&noise)?;
-        scphd::Unicycle::new(step, noise).map(Self).map_err(|error| of_model(error, &names))
+        scphd::models::Unicycle::new(step, noise).map(Self).map_err(|error| of_model(error, &names))
     }
 }
 
@@ -90,7 +90,7 @@ impl Unicycle {
 /// noise_interval_s : float
 ///     How long an error lasts, s; 0: it is drawn anew in every prediction.
 #[pyclass(frozen, module = "scphd")]
-pub struct Ackermann(scphd::Ackermann<f32>);
+pub struct Ackermann(scphd::models::Ackermann<f32>);
 
 #[pymethods]
 impl Ackermann {
@@ -128,7 +128,7 @@ impl Ackermann {
             ("interval_s", "noise_interval_s"),
         ];
         some_noise(&noise)?;
-        scphd::Ackermann::new(geometry, noise).map(Self).map_err(|error| of_model(error, &names))
+        scphd::models::Ackermann::new(geometry, noise).map(Self).map_err(|error| of_model(error, &names))
     }
 }
 
@@ -149,11 +149,11 @@ impl KnownPose {
 #[derive(Debug, Clone, Copy)]
 pub enum Vehicle {
     /// A robot.
-    Robot(scphd::Unicycle<f32>),
+    Robot(scphd::models::Unicycle<f32>),
     /// A car.
-    Car(scphd::Ackermann<f32>),
+    Car(scphd::models::Ackermann<f32>),
     /// One whose pose is known.
-    Known(scphd::KnownPose<PlanarPose<f32>>),
+    Known(scphd::models::KnownPose<PlanarPose<f32>>),
 }
 
 /// The control of any of them.
@@ -177,7 +177,7 @@ impl Vehicle {
             return Ok(Self::Car(car.get().0));
         }
         if object.cast::<KnownPose>().is_ok() {
-            return Ok(Self::Known(scphd::KnownPose::new()));
+            return Ok(Self::Known(scphd::models::KnownPose::new()));
         }
         Err(wrong_type("vehicle", "a Unicycle, an Ackermann or a KnownPose", object))
     }

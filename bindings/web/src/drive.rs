@@ -1,6 +1,8 @@
 //! Who drives: whoever looks at the page, or a figure of eight.
 
-use scphd::{PlanarPose, Real, UnicycleControl, wrap};
+use scphd::Real;
+use scphd::models::{PlanarPose, UnicycleControl};
+use scphd::numerics::wrap;
 
 /// Corners of the figure.
 const CORNERS: u16 = 16;

@@ -2,10 +2,13 @@
 
 use crate::sensor::{MEASUREMENTS, RANGE_M, SIGMAS, Surroundings};
 use nalgebra::{Vector2, Vector4};
-use scphd::{
-    Births, Component, Config, ControlNoise, DetectorMemory, Extraction, ModelError, RangeBearing, RangeBearingLimits,
-    RangeBearingWindow, ScPhd, Sensing, Step, Unicycle, UniformClutter, Vector, memory,
+use scphd::models::{
+    ControlNoise, ModelError, RangeBearing, RangeBearingLimits, RangeBearingWindow, Sensing, Step, Unicycle,
+    UniformClutter,
 };
+use scphd::numerics::Vector;
+use scphd::settings::Extraction;
+use scphd::{Births, Component, Config, DetectorMemory, ScPhd, memory};
 
 /// Room for particles.
 pub const PARTICLES: usize = 64;

@@ -2,7 +2,8 @@
 
 use crate::world::{World, distance_m};
 use nalgebra::Vector2;
-use scphd::{Noise, Real, wrap};
+use scphd::Real;
+use scphd::numerics::{Noise, wrap};
 
 /// Room for measurements of a scan.
 pub const MEASUREMENTS: usize = 96;

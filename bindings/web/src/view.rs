@@ -3,7 +3,10 @@
 use crate::filter::{Features, Filter, Movers};
 use crate::sensor::{RANGE_M, Scan, Source};
 use crate::world::{INTERVAL_S, World};
-use scphd::{Candidate, PlanarPose, Pose, Real, ScanReport, Symmetric};
+use scphd::models::{PlanarPose, Pose};
+use scphd::numerics::Symmetric;
+use scphd::storage::Candidate;
+use scphd::{Real, ScanReport};
 
 /// Numbers of the head:
 ///

@@ -1,7 +1,9 @@
 //! The world that is driven through: landmarks, walkers, the vehicle and its odometry.
 
 use crate::drive::{Autopilot, Wish};
-use scphd::{ControlNoise, Motion, Noise, PlanarPose, Real, Step, Unicycle, UnicycleControl};
+use scphd::Real;
+use scphd::models::{ControlNoise, Motion, PlanarPose, Step, Unicycle, UnicycleControl};
+use scphd::numerics::Noise;
 
 /// From one scan to the next, s.
 pub const INTERVAL_S: f32 = 0.05;
@@ -102,7 +104,7 @@ impl World {
     ///
     /// # Errors
     /// None; the model's own.
-    pub(crate) fn exact() -> Result<Unicycle<f32>, scphd::ModelError> {
+    pub(crate) fn exact() -> Result<Unicycle<f32>, scphd::models::ModelError> {
         Unicycle::new(Step::Arc, ControlNoise::NONE)
     }
 }

@@ -7,10 +7,9 @@ mod reflectors;
 use mecanum::Mecanum;
 use nalgebra::{Vector2, Vector3};
 use reflectors::{Scanner, Square};
-use scphd::{
-    Births, Config, Detector, DetectorMemory, JointConfig, JointSlam, Motion, Noise, PlanarPose, Pose, ScPhd, Sensing,
-    Sensor, Symmetric, UniformClutter, joint_memory, memory,
-};
+use scphd::models::{Motion, PlanarPose, Pose, Sensing, Sensor, UniformClutter};
+use scphd::numerics::{Noise, Symmetric};
+use scphd::{Births, Config, Detector, DetectorMemory, JointConfig, JointSlam, ScPhd, joint_memory, memory};
 
 memory! {
     type Mixture: Mecanum { particles: 4, samples: 1, features { pages: 96, pages_per_map: 24, in_view: 256 } }

@@ -1,7 +1,9 @@
 //! A vehicle of one's own: a robot on four mecanum wheels, which moves ahead and aside and turns, all at once.
 
 use nalgebra::{Matrix3, Vector3};
-use scphd::{Linearised, ModelError, Motion, Noise, PlanarPose, Pose, Rates, Real, Symmetric, wrap};
+use scphd::Real;
+use scphd::models::{Linearised, ModelError, Motion, PlanarPose, Pose, Rates};
+use scphd::numerics::{Noise, Symmetric, wrap};
 
 /// Errors of ahead, aside and turn, as shares of what the wheels say. Rollers slip more aside than ahead.
 #[derive(Debug, Clone, Copy)]

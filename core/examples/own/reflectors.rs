@@ -1,9 +1,8 @@
 //! A sensor of one's own: a scanner that tells where reflectors are, ahead (m) and to the left (m) of itself, in a square before it.
 
 use nalgebra::{Matrix2, Matrix2x3, Vector2};
-use scphd::{
-    Bounds, Expected, ExpectedOf, FieldOfView, Inverse, InverseOf, PlanarFrame, PlanarPose, Sensor, Symmetric,
-};
+use scphd::models::{Expected, ExpectedOf, FieldOfView, Inverse, InverseOf, PlanarFrame, PlanarPose, Sensor};
+use scphd::numerics::{Bounds, Symmetric};
 
 /// What it measures, with noise of this covariance.
 #[derive(Debug, Clone, Copy)]

@@ -2,11 +2,13 @@
 //! wheels that are worn. Without std, so that a board runs the same.
 
 use nalgebra::Vector2;
-use scphd::{
-    Births, Config, ControlNoise, Detector, DetectorMemory, JointConfig, JointSlam, ModelError, Motion, Mounting,
-    Noise, PlanarPose, Pose, PositionFix, RangeBearing, RangeBearingLimits, RangeBearingWindow, Real, ScPhd, Sensing,
-    SetupError, Step, Unicycle, UnicycleControl, UniformClutter, joint_memory, memory, wrap,
+use scphd::errors::SetupError;
+use scphd::models::{
+    ControlNoise, ModelError, Motion, Mounting, PlanarPose, Pose, PositionFix, RangeBearing, RangeBearingLimits,
+    RangeBearingWindow, Sensing, Step, Unicycle, UnicycleControl, UniformClutter,
 };
+use scphd::numerics::{Noise, wrap};
+use scphd::{Births, Config, Detector, DetectorMemory, JointConfig, JointSlam, Real, ScPhd, joint_memory, memory};
 
 memory! {
     type Mixture: Unicycle<f32> { particles: 4, samples: 1, features { pages: 96, pages_per_map: 24, in_view: 256 } }

@@ -44,7 +44,8 @@ impl<T: Real> Births<T> {
 ///
 /// ```
 /// use nalgebra::Vector2;
-/// use scphd::{Births, Detector, DetectorMemory, Mounting, RangeBearing, RangeBearingWindow, Sensing, UniformClutter};
+/// use scphd::models::{Mounting, RangeBearing, RangeBearingWindow, Sensing, UniformClutter};
+/// use scphd::{Births, Detector, DetectorMemory};
 ///
 /// // On a vehicle a static: room for 64 measurements of dimension 2.
 /// let mut memory = DetectorMemory::<Vector2<f32>, 64>::new();

@@ -9,7 +9,7 @@ use crate::{LnSum, Real};
 /// executor.
 ///
 /// ```
-/// use scphd::Executor;
+/// use scphd::storage::Executor;
 ///
 /// /// Two threads; on a microcontroller the second core stands for the second one.
 /// struct TwoCores;
@@ -27,10 +27,11 @@ use crate::{LnSum, Real};
 ///     }
 /// }
 /// # use nalgebra::Vector2;
-/// # use scphd::{
-/// #     Births, Config, ControlNoise, Detector, DetectorMemory, MapMemory, PlanarPose, RangeBearing, RangeBearingWindow,
-/// #     ScPhd, Sensing, State, Static, Step, Unicycle, UniformClutter, UpdateMemory,
+/// # use scphd::models::{
+/// #     ControlNoise, PlanarPose, RangeBearing, RangeBearingWindow, Sensing, Step, Unicycle, UniformClutter,
 /// # };
+/// # use scphd::storage::{MapMemory, Static, UpdateMemory};
+/// # use scphd::{Births, Config, Detector, DetectorMemory, ScPhd, State};
 ///
 /// type Memory = State<PlanarPose<f32>, 16, 16, MapMemory<Static<Vector2<f32>>, 16, 64, 8, 128>>;
 /// // The last parameter: scratch for so many jobs at a time.

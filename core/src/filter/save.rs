@@ -24,7 +24,9 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
     /// the format.
     ///
     /// ```
-    /// use scphd::{Config, ControlNoise, PlanarPose, ScPhd, Step, Unicycle, UnicycleControl, from_slice, into_slice, memory};
+    /// use scphd::models::{ControlNoise, PlanarPose, Step, Unicycle, UnicycleControl};
+    /// use scphd::snapshot::{from_slice, into_slice};
+    /// use scphd::{Config, ScPhd, memory};
     ///
     /// memory! {
     ///     type Memory: Unicycle<f32> { particles: 4, samples: 1, features { pages: 16, pages_per_map: 4, in_view: 32 } }

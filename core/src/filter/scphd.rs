@@ -20,10 +20,12 @@ use crate::{
 ///
 /// ```
 /// use nalgebra::Vector2;
-/// use scphd::{
-///     Births, Config, ControlNoise, Detector, DetectorMemory, MapMemory, PlanarPose, RangeBearing, RangeBearingWindow,
-///     ScPhd, Sensing, State, Static, Step, Unicycle, UnicycleControl, UniformClutter,
+/// use scphd::models::{
+///     ControlNoise, PlanarPose, RangeBearing, RangeBearingWindow, Sensing, Step, Unicycle, UnicycleControl,
+///     UniformClutter,
 /// };
+/// use scphd::storage::{MapMemory, Static};
+/// use scphd::{Births, Config, Detector, DetectorMemory, ScPhd, State};
 ///
 /// // On a vehicle these are statics; here the test owns them.
 /// // 16 particles of one sample each; 64 pages of static features, 8 to a map, 128 in view.
@@ -97,7 +99,10 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'s, M> {
     ///
     /// ```
     /// # use nalgebra::Vector2;
-    /// # use scphd::{Config, ControlNoise, MapMemory, PlanarPose, ScPhd, SetupError, State, Static, Step, Unicycle, UnicycleControl};
+    /// # use scphd::errors::SetupError;
+    /// # use scphd::models::{ControlNoise, PlanarPose, Step, Unicycle, UnicycleControl};
+    /// # use scphd::storage::{MapMemory, Static};
+    /// # use scphd::{Config, ScPhd, State};
     /// type Memory = State<PlanarPose<f32>, 16, 16, MapMemory<Static<Vector2<f32>>, 16, 64, 8, 128>>;
     /// struct Vehicle { motion: Unicycle<f32>, config: Config<f32>, state: Box<Memory> }
     ///

@@ -74,8 +74,9 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
     /// [snapshot](Self::save).
     ///
     /// ```
-    /// # use scphd::{Config, ControlNoise, PlanarPose, ScPhd, Step, Unicycle, memory};
-    /// use scphd::Scrubber;
+    /// # use scphd::models::{ControlNoise, PlanarPose, Step, Unicycle};
+    /// # use scphd::{Config, ScPhd, memory};
+    /// use scphd::diagnostics::Scrubber;
     /// # memory! {
     /// #     type Memory: Unicycle<f32> { particles: 4, samples: 1, features { pages: 16, pages_per_map: 4, in_view: 32 } }
     /// # }

@@ -23,7 +23,9 @@ use crate::{Config, Dynamic, Flaw, Pose, Proposal, Real, ScalarOf, SetupError, S
 ///
 /// ```
 /// use nalgebra::Vector2;
-/// use scphd::{Dynamic, MapMemory, PlanarPose, State, Static};
+/// use scphd::models::PlanarPose;
+/// use scphd::storage::{Dynamic, MapMemory, Static};
+/// use scphd::State;
 ///
 /// type Still = MapMemory<Static<Vector2<f32>>, 32, 240, 16, 256>;
 /// type Moving = MapMemory<Dynamic<Vector2<f32>>, 32, 48, 8, 128>;

@@ -13,7 +13,10 @@ impl<M: Motion<Pose = PlanarPose<f32>>> ScPhd<'_, M> {
     /// same seed flips the same ones everywhere.
     ///
     /// ```
-    /// # use scphd::{Config, ControlNoise, Noise, PlanarPose, ScPhd, Scrubber, Step, Unicycle, memory};
+    /// # use scphd::diagnostics::Scrubber;
+    /// # use scphd::models::{ControlNoise, PlanarPose, Step, Unicycle};
+    /// # use scphd::numerics::Noise;
+    /// # use scphd::{Config, ScPhd, memory};
     /// # memory! {
     /// #     type Memory: Unicycle<f32> { particles: 4, samples: 1, features { pages: 16, pages_per_map: 4, in_view: 32 } }
     /// # }

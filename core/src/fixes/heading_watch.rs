@@ -6,11 +6,14 @@ use super::waited::Waited;
 use crate::{Fix, HeadingFix, ModelError, PlanarPose, PoseEstimate, Real, Symmetric, wrap};
 use nalgebra::Vector1;
 
-/// Tells from headings of one compass whether those that lie beyond their gate are wrong, or the filter is: as [`PositionWatch`](crate::PositionWatch)
+/// Tells from headings of one compass whether those that lie beyond their gate are wrong, or the filter is: as [`PositionWatch`](crate::fixes::PositionWatch)
 /// does of positions. Headings agree where they differ from the filter's by the same angle, to three times their noise.
 ///
 /// ```
-/// use scphd::{FixRule, HeadingFix, HeadingWatch, PlanarPose, PoseEstimate, Symmetric};
+/// use scphd::fixes::{FixRule, HeadingWatch};
+/// use scphd::models::{HeadingFix, PlanarPose};
+/// use scphd::numerics::Symmetric;
+/// use scphd::PoseEstimate;
 /// use nalgebra::Vector1;
 ///
 /// let compass = HeadingFix::new(0.05_f32)?.gated(25.0)?;
@@ -18,7 +21,7 @@ use nalgebra::Vector1;
 /// let estimate = PoseEstimate { mean: PlanarPose::new(3.0, 4.0, 0.5), covariance: Symmetric::from_diagonal([0.01; 3]) };
 /// let back = (0..8).find_map(|_| watch.refused(&compass, &Vector1::new(2.0), &estimate, 1.0)).unwrap();
 /// assert!((back.mean.heading_rad - 2.0).abs() < 1e-6 && back.mean.x_m == 3.0);
-/// # Ok::<(), scphd::ModelError>(())
+/// # Ok::<(), scphd::models::ModelError>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HeadingWatch<T> {
@@ -44,7 +47,7 @@ impl<T: Real> HeadingWatch<T> {
         (self.waited, self.sums) = (Waited::NONE, [T::ZERO; 2]);
     }
 
-    /// A heading was refused; all as of [`PositionWatch::refused`](crate::PositionWatch::refused). The position stays what it was.
+    /// A heading was refused; all as of [`PositionWatch::refused`](crate::fixes::PositionWatch::refused). The position stays what it was.
     pub fn refused(
         &mut self,
         fix: &HeadingFix<PlanarPose<T>>,

@@ -22,7 +22,10 @@ const PATIENCE_OF_THE_SLOW: f64 = 4.0;
 /// A number of sums, whatever the rate of the fixes.
 ///
 /// ```
-/// use scphd::{FixRule, PlanarPose, PoseEstimate, PositionFix, PositionWatch, Symmetric};
+/// use scphd::fixes::{FixRule, PositionWatch};
+/// use scphd::models::{PlanarPose, PositionFix};
+/// use scphd::numerics::Symmetric;
+/// use scphd::PoseEstimate;
 /// use nalgebra::Vector2;
 ///
 /// let gps = PositionFix::new(0.5_f32)?.gated(25.0)?; // five standard deviations
@@ -36,7 +39,7 @@ const PATIENCE_OF_THE_SLOW: f64 = 4.0;
 /// // After 7 s: slam.relocate(back.mean, &back.covariance)
 /// let back = back.unwrap();
 /// assert!((back.mean.y_m - 30.0).abs() < 1e-3 && back.mean.heading_rad.abs() < 1e-3);
-/// # Ok::<(), scphd::ModelError>(())
+/// # Ok::<(), scphd::models::ModelError>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PositionWatch<T> {

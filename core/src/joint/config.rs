@@ -50,7 +50,7 @@ impl<T: Real> Default for JointConfig<T> {
 
 impl<T: Real> JointConfig<T> {
     /// The default, but that what is missed goes sooner, and what was detected once and is missed goes at once: where clutter is so dense that
-    /// it would fill the map, and for the map that a [`Locator`](crate::Locator) lays over another one.
+    /// it would fill the map, and for the map that a [`Locator`](crate::locate::Locator) lays over another one.
     #[must_use]
     pub fn strict() -> Self {
         Self { least_existence: T::from_f64(0.01), least_tentative: T::from_f64(0.1), ..Self::default() }

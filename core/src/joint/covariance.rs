@@ -9,7 +9,7 @@ use crate::{Linear, Matrix, Pose, PositionOf, Real, ScalarOf, Symmetric, Tangent
 ///
 /// ```
 /// // Forty features in the plane: 83 coordinates, 3486 numbers, 14 KB in single precision.
-/// assert_eq!(scphd::joint_numbers(3, 2, 40), 3486);
+/// assert_eq!(scphd::storage::joint_numbers(3, 2, 40), 3486);
 /// ```
 #[must_use]
 pub const fn joint_numbers(pose: usize, dimension: usize, features: usize) -> usize {

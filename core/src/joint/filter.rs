@@ -25,10 +25,12 @@ use crate::{
 ///
 /// ```
 /// use nalgebra::Vector2;
-/// use scphd::{
-///     Births, ControlNoise, Detector, JointConfig, JointSlam, JointState, PlanarPose, RangeBearing, RangeBearingWindow,
-///     Sensing, Step, Unicycle, UnicycleControl, UniformClutter, joint_numbers,
+/// use scphd::models::{
+///     ControlNoise, PlanarPose, RangeBearing, RangeBearingWindow, Sensing, Step, Unicycle, UnicycleControl,
+///     UniformClutter,
 /// };
+/// use scphd::storage::joint_numbers;
+/// use scphd::{Births, Detector, JointConfig, JointSlam, JointState};
 ///
 /// // Up to 40 features, 16 measurements a scan: 20 KB.
 /// type Memory = JointState<PlanarPose<f32>, Vector2<f32>, 40, { joint_numbers(3, 2, 40) }, 16>;
@@ -61,8 +63,10 @@ use crate::{
 ///
 /// ```
 /// # use nalgebra::Vector2;
-/// # use scphd::{ControlNoise, JointConfig, JointSlam, JointState, PlanarPose, Step, Unicycle, joint_numbers};
-/// use scphd::JointArchive;
+/// # use scphd::models::{ControlNoise, PlanarPose, Step, Unicycle};
+/// # use scphd::storage::joint_numbers;
+/// # use scphd::{JointConfig, JointSlam, JointState};
+/// use scphd::storage::JointArchive;
 ///
 /// # type Memory = JointState<PlanarPose<f32>, Vector2<f32>, 40, { joint_numbers(3, 2, 40) }, 16>;
 /// # let mut state = Box::new(Memory::new());
@@ -81,8 +85,11 @@ use crate::{
 ///
 /// ```
 /// # use nalgebra::Vector2;
-/// # use scphd::{ControlNoise, JointConfig, JointSlam, JointState, PlanarPose, Step, Unicycle, joint_numbers};
-/// use scphd::{JointMovers, MovingConfig};
+/// # use scphd::models::{ControlNoise, PlanarPose, Step, Unicycle};
+/// # use scphd::storage::joint_numbers;
+/// # use scphd::{JointConfig, JointSlam, JointState};
+/// use scphd::settings::MovingConfig;
+/// use scphd::storage::JointMovers;
 ///
 /// # type Memory = JointState<PlanarPose<f32>, Vector2<f32>, 40, { joint_numbers(3, 2, 40) }, 16>;
 /// # let mut state = Box::new(Memory::new());

@@ -29,7 +29,7 @@ pub struct AckermannControl<T> {
 /// The motion model of (5.25)–(5.27), with the sign of the x row corrected.
 ///
 /// ```
-/// use scphd::{Ackermann, AckermannControl, AckermannGeometry, ControlNoise, Motion, PlanarPose};
+/// use scphd::models::{Ackermann, AckermannControl, AckermannGeometry, ControlNoise, Motion, PlanarPose};
 ///
 /// let geometry = AckermannGeometry {
 ///     wheelbase_m: 2.83, encoder_offset_m: 0.76, sensor_forward_m: 3.78, sensor_left_m: 0.5,
@@ -38,7 +38,7 @@ pub struct AckermannControl<T> {
 /// let ahead = AckermannControl { speed_mps: 2.0, steering_rad: 0.0 };
 /// let pose = car.propagate(&PlanarPose::new(0.0, 0.0, 0.0), &ahead, 0.5_f32);
 /// assert_eq!(pose, PlanarPose::new(1.0, 0.0, 0.0));
-/// # Ok::<(), scphd::ModelError>(())
+/// # Ok::<(), scphd::models::ModelError>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ackermann<T> {

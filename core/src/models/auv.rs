@@ -16,7 +16,7 @@ pub struct Reading<T> {
 /// What moves the vehicle from one step to the next.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AuvControl<T: Real> {
-    /// Velocity along the vehicle's own axes, m/s, as the [`VelocityFilter`](crate::VelocityFilter) has it.
+    /// Velocity along the vehicle's own axes, m/s, as the [`VelocityFilter`](crate::navigation::VelocityFilter) has it.
     pub velocity_mps: Vector3<T>,
     /// Its covariance, m²/s².
     pub velocity_covariance: Symmetric<Vector3<T>>,

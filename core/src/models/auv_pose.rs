@@ -9,7 +9,7 @@ use nalgebra::{Matrix3, SMatrix, SVector, Vector3, Vector5};
 ///
 /// The vehicle's whole state has twelve dimensions: position, velocity, three angles and their rates. Particles for all of
 /// them would be too many. What the vehicle measures well is taken out: roll, pitch and their rates are trusted as the
-/// inertial unit has them, and the velocity is estimated apart, by the [`VelocityFilter`](crate::VelocityFilter), for it hardly
+/// inertial unit has them, and the velocity is estimated apart, by the [`VelocityFilter`](crate::navigation::VelocityFilter), for it hardly
 /// hangs on where the vehicle is. Five coordinates are left to the particles. Roll and pitch only travel with the pose,
 /// as the last control set them: they are the same in all particles and no part of its coordinates.
 #[derive(Debug, Clone, Copy, PartialEq)]

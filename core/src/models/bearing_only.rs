@@ -18,7 +18,7 @@ pub trait BirthIntensity<F, D: Vector>: Debug + Sync {
 /// its components stay is for the bearings from other places to decide.
 ///
 /// ```
-/// use scphd::{BearingOnly, PlanarPose, PolarBirths, PolarGrid, Sensor};
+/// use scphd::models::{BearingOnly, PlanarPose, PolarBirths, PolarGrid, Sensor};
 /// use nalgebra::Vector2;
 ///
 /// let grid = PolarGrid { nearest_m: 2.0_f32, farthest_m: 20.0, rings: 4, sectors: 24, weight: 0.001 };
@@ -27,7 +27,7 @@ pub trait BirthIntensity<F, D: Vector>: Debug + Sync {
 /// let seen = camera.expect(&frame, &Vector2::new(1.0, 2.0)).unwrap();
 /// assert_eq!(seen.measurement[0], core::f32::consts::FRAC_PI_2);
 /// assert!(camera.invert(&frame, &seen.measurement).is_none());
-/// # Ok::<(), scphd::ModelError>(())
+/// # Ok::<(), scphd::models::ModelError>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BearingOnly<T: Real, B> {

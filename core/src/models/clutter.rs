@@ -31,13 +31,13 @@ fn is_rate<T: Real>(per_scan: T) -> bool {
 /// The same intensity everywhere in the window.
 ///
 /// ```
-/// use scphd::{RangeBearingWindow, UniformClutter};
+/// use scphd::models::{RangeBearingWindow, UniformClutter};
 ///
 /// let window = RangeBearingWindow::full_circle(15.0_f64, 0.95)?;
 /// let clutter = UniformClutter::of_scan(20.0, window.measure())?;
 /// let kappa = 20.0 / (15.0 * core::f64::consts::TAU);
 /// assert!((clutter.intensity() - kappa).abs() < 1e-15);
-/// # Ok::<(), scphd::ModelError>(())
+/// # Ok::<(), scphd::models::ModelError>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct UniformClutter<T> {

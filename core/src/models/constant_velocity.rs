@@ -10,7 +10,9 @@ use crate::{Component, Place, Real, Symmetric, Vector};
 ///
 /// ```
 /// use nalgebra::{Vector2, Vector4};
-/// use scphd::{Component, ConstantVelocity, Symmetric};
+/// use scphd::models::ConstantVelocity;
+/// use scphd::numerics::Symmetric;
+/// use scphd::Component;
 ///
 /// let motion = ConstantVelocity { acceleration_psd: 0.1_f64, lifetime_s: 100.0 };
 /// let walker = Component {

@@ -45,14 +45,14 @@ fn gate<T: Real>(gate: T) -> Result<T, ModelError> {
 /// frame.
 ///
 /// ```
-/// use scphd::{Fix, PlanarPose, PositionFix};
+/// use scphd::models::{Fix, PlanarPose, PositionFix};
 /// use nalgebra::Vector2;
 ///
 /// // 0.5 m, the antenna half a metre behind the axle.
 /// let gps = PositionFix::new(0.5)?.mounted(-0.5, 0.0)?;
 /// let expected = gps.expect(&PlanarPose::new(3.0, 4.0, 0.0)).unwrap();
 /// assert_eq!(expected, Vector2::new(2.5, 4.0));
-/// # Ok::<(), scphd::ModelError>(())
+/// # Ok::<(), scphd::models::ModelError>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PositionFix<T: Real> {
@@ -125,11 +125,11 @@ impl<T: Real> Fix for PositionFix<T> {
 /// [one](Pose::HEADING).
 ///
 /// ```
-/// use scphd::{Fix, HeadingFix, PlanarPose};
+/// use scphd::models::{Fix, HeadingFix, PlanarPose};
 ///
 /// let compass = HeadingFix::<PlanarPose<f64>>::new(0.05)?;
 /// assert_eq!(compass.expect(&PlanarPose::new(3.0, 4.0, 0.5)).unwrap().x, 0.5);
-/// # Ok::<(), scphd::ModelError>(())
+/// # Ok::<(), scphd::models::ModelError>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HeadingFix<P: Pose> {

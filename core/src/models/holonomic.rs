@@ -24,13 +24,13 @@ pub struct HolonomicControl<T> {
 /// which way the axes of the vehicle's frame point.
 ///
 /// ```
-/// use scphd::{ControlNoise, Holonomic, HolonomicControl, Motion, PlanarPose};
+/// use scphd::models::{ControlNoise, Holonomic, HolonomicControl, Motion, PlanarPose};
 ///
 /// let robot = Holonomic::new(ControlNoise::NONE)?;
 /// let aside = HolonomicControl { forward_mps: 0.0, left_mps: 2.0, rate_radps: 0.0 };
 /// let pose = robot.propagate(&PlanarPose::new(1.0, 0.0, 0.0), &aside, 0.5_f32);
 /// assert_eq!(pose, PlanarPose::new(1.0, 1.0, 0.0));
-/// # Ok::<(), scphd::ModelError>(())
+/// # Ok::<(), scphd::models::ModelError>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Holonomic<T> {

@@ -12,7 +12,7 @@ use core::marker::PhantomData;
 /// [`relocate`](crate::ScPhd::relocate).
 ///
 /// ```
-/// use scphd::{KnownPose, PlanarPose};
+/// use scphd::models::{KnownPose, PlanarPose};
 ///
 /// let mast = KnownPose::<PlanarPose<f32>>::new();
 /// # let _ = mast;

@@ -7,14 +7,14 @@ use crate::Real;
 /// upwards, origin where the pose is) to the sensor's own. Roll comes first, then pitch, then yaw.
 ///
 /// ```
-/// use scphd::{Mounting, PlanarPose, Pose};
+/// use scphd::models::{Mounting, PlanarPose, Pose};
 ///
 /// // A lidar 0.22 m ahead of the axle, turned by 30° to the left.
 /// let mounting = Mounting::in_plane(0.22, 0.0, 30_f64.to_radians())?;
 /// let (seat, _) = PlanarPose::new(1.0, 2.0, 0.0).mounted(&mounting);
 /// assert_eq!((seat.x_m, seat.y_m), (1.22, 2.0));
 /// assert!((seat.heading_rad - 30_f64.to_radians()).abs() < 1e-15);
-/// # Ok::<(), scphd::ModelError>(())
+/// # Ok::<(), scphd::models::ModelError>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]

@@ -10,14 +10,14 @@ const HIDING_SIGMAS: f64 = 3.0;
 /// A sensor that measures range (m) and bearing (rad, 0 ahead, growing to the left) of a feature in the plane.
 ///
 /// ```
-/// use scphd::{PlanarPose, RangeBearing, Sensor};
+/// use scphd::models::{PlanarPose, RangeBearing, Sensor};
 /// use nalgebra::Vector2;
 ///
 /// let laser = RangeBearing::new(0.25_f32, 0.01)?;
 /// let frame = laser.frame(&PlanarPose::new(1.0, 0.0, 0.0));
 /// let seen = laser.expect(&frame, &Vector2::new(1.0, 2.0)).unwrap();
 /// assert_eq!(seen.measurement, Vector2::new(2.0, core::f32::consts::FRAC_PI_2));
-/// # Ok::<(), scphd::ModelError>(())
+/// # Ok::<(), scphd::models::ModelError>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RangeBearing<T: Real> {

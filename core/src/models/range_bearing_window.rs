@@ -11,7 +11,7 @@ use nalgebra::Vector2;
 /// edge would let an error of the pose delete a feature at the rim that is believed seen and is not.
 ///
 /// ```
-/// use scphd::{RangeBearingLimits, RangeBearingWindow};
+/// use scphd::models::{RangeBearingLimits, RangeBearingWindow};
 ///
 /// let ahead = RangeBearingLimits {
 ///     range_edge_m: 1.0,

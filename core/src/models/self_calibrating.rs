@@ -33,10 +33,11 @@ pub struct OdometryPrior<T> {
 /// is left: slip, and what comes and goes. Sensors and fixes are those of a [`PlanarPose`] in a [`Calibrated`](super::Calibrated).
 ///
 /// ```
-/// use scphd::{
-///     Calibrated, CalibratedPose, ControlNoise, JointConfig, JointSlam, OdometryCorrection, OdometryPrior, PlanarPose, Pose, RangeBearing,
-///     SelfCalibrating, Step, Unicycle, UnicycleControl, joint_memory,
+/// use scphd::models::{
+///     Calibrated, CalibratedPose, ControlNoise, OdometryCorrection, OdometryPrior, PlanarPose, Pose, RangeBearing,
+///     SelfCalibrating, Step, Unicycle, UnicycleControl,
 /// };
+/// use scphd::{JointConfig, JointSlam, joint_memory};
 /// use nalgebra::Vector2;
 ///
 /// joint_memory! { type Memory: SelfCalibrating<Unicycle<f64>, f64> { measurement: Vector2<f64>, features: 20, measurements: 16 } }

@@ -10,14 +10,14 @@ use nalgebra::{Matrix3, SMatrix, SVector, Vector1, Vector2, Vector3};
 /// feature in space, in the vehicle's frame.
 ///
 /// ```
-/// use scphd::{AuvPose, RangeBearingElevation, Sensor};
+/// use scphd::models::{AuvPose, RangeBearingElevation, Sensor};
 /// use nalgebra::Vector3;
 ///
 /// let sonar = RangeBearingElevation::new(0.05_f64, 0.02, 0.02)?;
 /// let frame = sonar.frame(&AuvPose::new(1.0, 0.0, -2.0, 0.0));
 /// let seen = sonar.expect(&frame, &Vector3::new(1.0, 3.0, -2.0)).unwrap();
 /// assert_eq!(seen.measurement, Vector3::new(3.0, core::f64::consts::FRAC_PI_2, 0.0));
-/// # Ok::<(), scphd::ModelError>(())
+/// # Ok::<(), scphd::models::ModelError>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RangeBearingElevation<T: Real> {

@@ -13,7 +13,7 @@ use nalgebra::{Matrix2x3, Matrix3, Matrix4x3, SMatrix, SVector, Vector1, Vector3
 ///
 /// ```
 /// use nalgebra::{Matrix3, Vector3, Vector4};
-/// use scphd::{AuvPose, Sensor, StereoCamera, pixel_noise, projection};
+/// use scphd::models::{AuvPose, Sensor, StereoCamera, pixel_noise, projection};
 ///
 /// // Looking down, with the top of the image ahead and a baseline of 0.2 m to the vehicle's right.
 /// let calibration = Matrix3::new(890.0_f64, 0.0, 400.0, 0.0, 890.0, 300.0, 0.0, 0.0, 1.0);
@@ -27,7 +27,7 @@ use nalgebra::{Matrix2x3, Matrix3, Matrix4x3, SMatrix, SVector, Vector1, Vector3
 /// assert!((seen.measurement - Vector4::new(444.5, 300.0, 355.5, 300.0)).norm() < 1e-9);
 /// let back = camera.invert(&frame, &seen.measurement).unwrap();
 /// assert!(back.feature.norm() < 1e-9);
-/// # Ok::<(), scphd::ModelError>(())
+/// # Ok::<(), scphd::models::ModelError>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StereoCamera<T: Real> {

@@ -26,14 +26,14 @@ pub struct UnicycleControl<T> {
 /// A vehicle that moves along its heading and turns in place.
 ///
 /// ```
-/// use scphd::{ControlNoise, Motion, PlanarPose, Step, Unicycle, UnicycleControl};
+/// use scphd::models::{ControlNoise, Motion, PlanarPose, Step, Unicycle, UnicycleControl};
 ///
 /// let robot = Unicycle::new(Step::Arc, ControlNoise::NONE)?;
 /// let quarter = core::f64::consts::FRAC_PI_2;
 /// let turn = UnicycleControl { speed_mps: quarter, rate_radps: quarter };
 /// let pose = robot.propagate(&PlanarPose::new(0.0, 0.0, 0.0), &turn, 1.0);
 /// assert!((pose.x_m - 1.0).abs() < 1e-15 && (pose.y_m - 1.0).abs() < 1e-15);
-/// # Ok::<(), scphd::ModelError>(())
+/// # Ok::<(), scphd::models::ModelError>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Unicycle<T> {

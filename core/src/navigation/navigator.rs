@@ -24,7 +24,8 @@ pub struct Instruments<T> {
 /// that ends there.
 ///
 /// ```
-/// use scphd::{Instruments, Navigator, Reading, VelocityNoise};
+/// use scphd::models::Reading;
+/// use scphd::navigation::{Instruments, Navigator, VelocityNoise};
 ///
 /// let noise = VelocityNoise {
 ///     walk_mps_rts: 0.1_f64,

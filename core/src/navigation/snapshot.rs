@@ -19,8 +19,8 @@ impl<T: Real> Navigator<T> {
     /// Writes down all that decides how it goes on, as [`ScPhd::save`](crate::ScPhd::save) does of the filter: some hundred bytes.
     ///
     /// ```
-    /// # use scphd::{Navigator, VelocityNoise};
-    /// use scphd::{from_slice, into_slice};
+    /// # use scphd::navigation::{Navigator, VelocityNoise};
+    /// use scphd::snapshot::{from_slice, into_slice};
     ///
     /// # let noise = VelocityNoise {
     /// #     walk_mps_rts: 0.1_f64, dvl_sigma_mps: 0.1, z_sigma_m: 0.02, gate_sigmas: 4.0, outliers_believed: 5,

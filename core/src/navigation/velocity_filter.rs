@@ -85,7 +85,7 @@ impl Outliers {
 ///
 /// ```
 /// use nalgebra::Vector3;
-/// use scphd::{Outcome, VelocityFilter, VelocityNoise};
+/// use scphd::navigation::{Outcome, VelocityFilter, VelocityNoise};
 ///
 /// let noise = VelocityNoise {
 ///     walk_mps_rts: 0.1_f32,
@@ -101,7 +101,7 @@ impl Outliers {
 /// }
 /// assert_eq!(filter.dvl(&Vector3::new(5.0, 0.0, 0.0)), Outcome::Rejected);
 /// assert!((filter.velocity_mps().x - 0.3).abs() < 0.01);
-/// # Ok::<(), scphd::ModelError>(())
+/// # Ok::<(), scphd::models::ModelError>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct VelocityFilter<T: Real> {

@@ -5,9 +5,9 @@ use crate::Real;
 /// The angle in (−π, π] that differs from `angle_rad` by whole turns.
 ///
 /// ```
-/// let a = scphd::wrap(3.5_f64);
+/// let a = scphd::numerics::wrap(3.5_f64);
 /// assert!((a - (3.5 - core::f64::consts::TAU)).abs() < 1e-15);
-/// assert_eq!(scphd::wrap(0.25_f32), 0.25);
+/// assert_eq!(scphd::numerics::wrap(0.25_f32), 0.25);
 /// ```
 #[inline]
 #[must_use]

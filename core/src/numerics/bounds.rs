@@ -5,7 +5,7 @@ use crate::{Real, Vector};
 /// An axis-aligned box in map coordinates, m.
 ///
 /// ```
-/// use scphd::Bounds;
+/// use scphd::numerics::Bounds;
 /// use nalgebra::Vector2;
 ///
 /// let mut page = Bounds::<Vector2<f32>>::EMPTY;

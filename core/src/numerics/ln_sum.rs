@@ -7,7 +7,7 @@ use crate::Real;
 /// The sum is held relative to its greatest term, which needs one exponential a term and one logarithm at the end.
 ///
 /// ```
-/// use scphd::LnSum;
+/// use scphd::numerics::LnSum;
 ///
 /// let mut sum = LnSum::EMPTY;
 /// sum.add(-1000.0_f32);

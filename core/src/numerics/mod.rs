@@ -18,3 +18,12 @@ pub(crate) mod symmetric;
 pub(crate) mod vector;
 pub(crate) mod work;
 pub(crate) mod zero;
+
+pub use angle::wrap;
+pub use bounds::Bounds;
+pub use ln_sum::LnSum;
+pub use nalgebra;
+pub use noise::Noise;
+pub use symmetric::{Factor, Symmetric};
+pub use vector::{Array, Linear, Matrix, Place, Vector};
+pub use zero::Zero;

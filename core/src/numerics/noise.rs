@@ -11,7 +11,7 @@ use rand_xoshiro::Xoshiro128PlusPlus;
 /// filter with the same seed see the same noise up to rounding.
 ///
 /// ```
-/// use scphd::Noise;
+/// use scphd::numerics::Noise;
 ///
 /// let mut coarse = Noise::seeded(7);
 /// let mut fine = coarse.clone();

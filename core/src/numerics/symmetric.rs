@@ -17,7 +17,7 @@ const fn at(row: usize, column: usize) -> usize {
 ///
 /// ```
 /// use nalgebra::Vector2;
-/// use scphd::Symmetric;
+/// use scphd::numerics::Symmetric;
 ///
 /// let p = Symmetric::<Vector2<f64>>::from_fn(|row, column| if row == column { 2.0 } else { 0.5 });
 /// assert_eq!(p.get(0, 1), p.get(1, 0));

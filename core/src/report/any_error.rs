@@ -7,9 +7,9 @@ use core::fmt;
 /// Why any operation of a filter was refused, so that `?` serves for all of them in one function.
 ///
 /// ```
-/// use scphd::{ControlNoise, PositionFix, RangeBearing, Step, Unicycle};
+/// use scphd::models::{ControlNoise, PositionFix, RangeBearing, Step, Unicycle};
 ///
-/// fn models() -> Result<(Unicycle<f32>, RangeBearing<f32>, PositionFix<f32>), scphd::Error> {
+/// fn models() -> Result<(Unicycle<f32>, RangeBearing<f32>, PositionFix<f32>), scphd::errors::Error> {
 ///     Ok((Unicycle::new(Step::Arc, ControlNoise::wheeled())?, RangeBearing::new(0.05, 0.01)?, PositionFix::new(0.5)?))
 /// }
 /// assert!(models().is_ok());

@@ -137,7 +137,8 @@ impl<T: Real> Config<T> {
     /// among its features. Nothing is drawn from the Gaussian, so that the same inputs give the same way whatever the seed is.
     ///
     /// ```
-    /// use scphd::{Config, Proposal};
+    /// use scphd::settings::Proposal;
+    /// use scphd::Config;
     ///
     /// let config = Config::<f32>::informed(4);
     /// assert!(matches!(config.proposal, Proposal::Informed(_)) && config.check().is_ok());

@@ -4,3 +4,9 @@ pub(crate) mod config;
 pub(crate) mod likelihood;
 pub(crate) mod plausible;
 pub(crate) mod proposal;
+
+pub use crate::joint::Persistence;
+pub use config::{Extraction, MovingConfig};
+pub use likelihood::Likelihood;
+pub use plausible::Plausible;
+pub use proposal::{Informed, Proposal};

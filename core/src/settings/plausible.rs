@@ -9,7 +9,8 @@ use crate::{ConfigError, Implausible, Motion, Pose, PredictError, Rates, Real};
 /// vehicle's own limits, with some room, stop more. Infinite: no limit.
 ///
 /// ```
-/// use scphd::{Config, Plausible};
+/// use scphd::settings::Plausible;
+/// use scphd::Config;
 ///
 /// // A rover of at most 2 m/s.
 /// let plausible = Plausible { speed_max_mps: 4.0_f32, ..Plausible::default() };

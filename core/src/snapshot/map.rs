@@ -19,7 +19,9 @@ fn shape<D: Vector>(kind: u32) -> Shape {
 ///
 /// ```
 /// use nalgebra::Vector2;
-/// use scphd::{Component, Symmetric, from_slice, into_slice, restore_map, save_map};
+/// use scphd::numerics::Symmetric;
+/// use scphd::snapshot::{from_slice, into_slice, restore_map, save_map};
+/// use scphd::Component;
 ///
 /// let post = Component {
 ///     mean: Vector2::new(4.0_f32, 1.0),

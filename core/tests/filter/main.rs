@@ -16,4 +16,11 @@ mod standing;
 mod unconfirmed;
 
 // For `crate::*`, by which tests in the library say the same.
+use scphd::diagnostics::*;
+use scphd::errors::*;
+use scphd::models::*;
+use scphd::numerics::*;
+use scphd::settings::*;
+use scphd::snapshot::*;
+use scphd::storage::*;
 use scphd::*;

@@ -7,10 +7,11 @@ mod reports;
 mod world;
 
 use nalgebra::Vector2;
-use scphd::{
-    Births, Config, ControlNoise, Detector, DetectorMemory, Health, JointConfig, JointSlam, Persistence, PlanarPose,
-    Pose, RangeBearing, ScPhd, Sensing, Step, Unicycle, UnicycleControl, UniformClutter, joint_memory, memory,
+use scphd::models::{
+    ControlNoise, PlanarPose, Pose, RangeBearing, Sensing, Step, Unicycle, UnicycleControl, UniformClutter,
 };
+use scphd::settings::Persistence;
+use scphd::{Births, Config, Detector, DetectorMemory, Health, JointConfig, JointSlam, ScPhd, joint_memory, memory};
 use std::ops::Range;
 use world::{DT_S, Setting, Trouble, World};
 

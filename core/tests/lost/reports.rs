@@ -3,11 +3,13 @@
 use super::world::{DT_S, Setting, Trouble, World};
 use super::{JointMemory, MEASUREMENTS, Mixture};
 use nalgebra::Vector2;
-use scphd::{
-    Births, Config, ControlNoise, Detector, DetectorMemory, Health, JointConfig, JointSlam, PlanarPose, Pose,
-    RangeBearing, RangeBearingWindow, ScPhd, Sensing, Step, Symmetric, Unicycle, UnicycleControl, UniformClutter,
-    from_slice, into_slice,
+use scphd::models::{
+    ControlNoise, PlanarPose, Pose, RangeBearing, RangeBearingWindow, Sensing, Step, Unicycle, UnicycleControl,
+    UniformClutter,
 };
+use scphd::numerics::Symmetric;
+use scphd::snapshot::{from_slice, into_slice};
+use scphd::{Births, Config, Detector, DetectorMemory, Health, JointConfig, JointSlam, ScPhd};
 
 const DT: f32 = DT_S as f32;
 

@@ -1,7 +1,9 @@
 //! Worlds to be carried away in, and worlds full of trouble.
 
-use scphd::nalgebra::Vector2;
-use scphd::{Component, Noise, RangeBearingLimits, RangeBearingWindow, Symmetric};
+use scphd::Component;
+use scphd::models::{RangeBearingLimits, RangeBearingWindow};
+use scphd::numerics::nalgebra::Vector2;
+use scphd::numerics::{Noise, Symmetric};
 use std::f64::consts::{PI, TAU};
 
 /// Time between scans, s.

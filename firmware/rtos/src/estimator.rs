@@ -4,7 +4,7 @@ use crate::drive::{SCAN_DELAY_NS, Sample, Scan};
 use crate::leds::Led;
 use crate::tally::TALLY;
 use defmt_semihosting as _;
-use scphd::StagePins;
+use scphd::diagnostics::StagePins;
 use scphd_firmware::{board, report};
 use scphd_sequencer::{Action, Sequencer, Settings, Stamp};
 use scphd_stream::planar::{Memory, Odometry, Planar};

@@ -3,7 +3,7 @@
 
 use core::convert::Infallible;
 use embedded_hal::digital::{ErrorType, OutputPin};
-use scphd::Stage;
+use scphd::diagnostics::Stage;
 
 /// The lights' register of the system controller.
 const LIGHTS: *mut u32 = 0x4002_f004 as *mut u32;

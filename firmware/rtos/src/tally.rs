@@ -2,7 +2,7 @@
 
 use crate::leds;
 use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
-use scphd::Stage;
+use scphd::diagnostics::Stage;
 
 /// Counts that any task may read.
 #[derive(Debug)]

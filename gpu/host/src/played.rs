@@ -2,7 +2,8 @@
 
 use crate::batch::Batch;
 use crate::device::Outcome;
-use scphd::{Health, Implausible, Real};
+use scphd::errors::Implausible;
+use scphd::{Health, Real};
 use scphd_gpu_kernels::{Feature, Mover, Run, ScanResult, Status};
 use scphd_sim::dimensions::{Coordinates, Planar};
 use scphd_sim::record::{MapFeature, MovingFeature, Usage};

@@ -1,7 +1,9 @@
 //! Models and tuning of a planar log as the plain numbers of a run.
 
 use crate::unfit::Unfit;
-use scphd::{Config, Extraction, Informed, Likelihood, Proposal, Step};
+use scphd::Config;
+use scphd::models::Step;
+use scphd::settings::{Extraction, Informed, Likelihood, Proposal};
 use scphd_gpu_kernels::{MOUNTED, Setup, extraction, likelihood, vehicle};
 use scphd_sim::slam::{PlanarNumbers, PlanarVehicle};
 

@@ -1,6 +1,6 @@
 //! One large filter, a scan as a sequence of launches: what each thread does in each of them.
 //!
-//! The stages are those of [`scphd::Scanning`]. What weighs a candidate, or updates the map of a survivor, is a thread; what goes on from
+//! The stages are those of [`scphd::storage::Scanning`]. What weighs a candidate, or updates the map of a survivor, is a thread; what goes on from
 //! one to the next is one thread for all, so that everything stays where it is.
 
 use crate::buffer::{Feature, Mover, Prediction, Status};
@@ -11,7 +11,7 @@ use crate::thread::whole;
 use core::mem::MaybeUninit;
 use core::slice::{from_raw_parts, from_raw_parts_mut};
 use core::sync::atomic::Ordering;
-use scphd::Samples;
+use scphd::storage::Samples;
 
 /// How many threads a launch is of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,9 +1,10 @@
 //! Any vehicle in the plane as one motion, so that a module has one kernel for all.
 
-use scphd::{
-    Ackermann, AckermannControl, Linearised, ModelError, Motion, Noise, PlanarPose, Rates, TangentOf, Unicycle,
+use scphd::models::{
+    Ackermann, AckermannControl, Linearised, ModelError, Motion, PlanarPose, Rates, TangentOf, Unicycle,
     UnicycleControl,
 };
+use scphd::numerics::Noise;
 
 /// How the vehicle of a run moves.
 #[derive(Debug, Clone, Copy)]
@@ -73,7 +74,8 @@ impl Motion for Vehicle {
 #[cfg(test)]
 mod tests {
     use super::Vehicle;
-    use scphd::{Ackermann, AckermannGeometry, ControlNoise, Motion, Noise, PlanarPose, Step, Unicycle};
+    use scphd::models::{Ackermann, AckermannGeometry, ControlNoise, Motion, PlanarPose, Step, Unicycle};
+    use scphd::numerics::Noise;
 
     #[test]
     fn a_sample_costs_as_many_numbers_as_said() {

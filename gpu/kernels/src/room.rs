@@ -7,9 +7,10 @@ use crate::slot::{MEASUREMENTS, SAMPLES, SlotOf};
 use core::mem::MaybeUninit;
 use core::sync::atomic::AtomicU32;
 use nalgebra::Vector2;
-use scphd::{
-    Candidate, Draft, Dynamic, LnSum, Noise, Page, PlanarPose, Scanning, Static, Unicycle, UpdateMemory, memory,
-};
+use scphd::memory;
+use scphd::models::{PlanarPose, Unicycle};
+use scphd::numerics::{LnSum, Noise};
+use scphd::storage::{Candidate, Draft, Dynamic, Page, Scanning, Static, UpdateMemory};
 
 /// Room for particles of a large filter.
 pub const LARGE_PARTICLES: usize = 16_384;

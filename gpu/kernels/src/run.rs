@@ -5,10 +5,10 @@ use crate::motion::Vehicle;
 use crate::setup::{Made, Models};
 use crate::slot::{FEATURES, MOVERS, SlotOf};
 use nalgebra::{Vector2, Vector4};
-use scphd::{
-    Component, Detector, Dynamic, MapStorage, PlanarPose, PoseEstimate, ScPhd, ScanReport, ScanRoom, State, Static,
-    Symmetric, Vector,
-};
+use scphd::models::PlanarPose;
+use scphd::numerics::{Symmetric, Vector};
+use scphd::storage::{Dynamic, MapStorage, ScanRoom, Static};
+use scphd::{Component, Detector, PoseEstimate, ScPhd, ScanReport, State};
 
 /// What a run takes in.
 #[derive(Debug, Clone, Copy)]

@@ -2,39 +2,40 @@
 
 use crate::motion::Vehicle;
 use bytemuck::{Pod, Zeroable};
-use scphd::{
-    Ackermann, AckermannGeometry, Births, Config, ConstantVelocity, ControlNoise, Detector, Extraction, Informed,
-    Likelihood, Mounting, MovingConfig, PlanarPose, Plausible, Proposal, RangeBearing, RangeBearingLimits,
-    RangeBearingWindow, Sensing, Step, Unicycle, UniformClutter,
+use scphd::models::{
+    Ackermann, AckermannGeometry, ConstantVelocity, ControlNoise, Mounting, PlanarPose, RangeBearing,
+    RangeBearingLimits, RangeBearingWindow, Sensing, Step, Unicycle, UniformClutter,
 };
+use scphd::settings::{Extraction, Informed, Likelihood, MovingConfig, Plausible, Proposal};
+use scphd::{Births, Config, Detector};
 
 /// Values of [`Setup::vehicle`].
 pub mod vehicle {
-    /// A car: [`scphd::Ackermann`].
+    /// A car: [`scphd::models::Ackermann`].
     pub const ACKERMANN: u32 = 0;
-    /// [`scphd::Unicycle`] with [`scphd::Step::Euler`].
+    /// [`scphd::models::Unicycle`] with [`scphd::models::Step::Euler`].
     pub const UNICYCLE: u32 = 1;
-    /// [`scphd::Unicycle`] with [`scphd::Step::Arc`].
+    /// [`scphd::models::Unicycle`] with [`scphd::models::Step::Arc`].
     pub const UNICYCLE_ARC: u32 = 2;
 }
 
 /// Values of [`Setup::likelihood`].
 pub mod likelihood {
-    /// [`scphd::Likelihood::SingleCluster`].
+    /// [`scphd::settings::Likelihood::SingleCluster`].
     pub const SINGLE_CLUSTER: u32 = 0;
-    /// [`scphd::Likelihood::EmptyMap`].
+    /// [`scphd::settings::Likelihood::EmptyMap`].
     pub const EMPTY_MAP: u32 = 1;
-    /// [`scphd::Likelihood::SingleFeature`].
+    /// [`scphd::settings::Likelihood::SingleFeature`].
     pub const SINGLE_FEATURE: u32 = 2;
 }
 
 /// Values of [`Setup::extraction`].
 pub mod extraction {
-    /// [`scphd::Extraction::Heaviest`].
+    /// [`scphd::settings::Extraction::Heaviest`].
     pub const HEAVIEST: u32 = 0;
-    /// [`scphd::Extraction::Peaks`].
+    /// [`scphd::settings::Extraction::Peaks`].
     pub const PEAKS: u32 = 1;
-    /// [`scphd::Extraction::Confirmed`].
+    /// [`scphd::settings::Extraction::Confirmed`].
     pub const CONFIRMED: u32 = 2;
 }
 

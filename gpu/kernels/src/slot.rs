@@ -2,7 +2,9 @@
 
 use core::mem::MaybeUninit;
 use nalgebra::{Vector2, Vector4};
-use scphd::{Component, DetectorMemory, Noise, Unicycle, memory};
+use scphd::models::Unicycle;
+use scphd::numerics::Noise;
+use scphd::{Component, DetectorMemory, memory};
 
 /// Room for particles.
 pub const PARTICLES: usize = 32;

@@ -2,7 +2,7 @@
 
 use super::finding::{Findings, Motion, quantile, short};
 use super::way::{SPEED_MPS, most};
-use scphd::Plausible;
+use scphd::settings::Plausible;
 
 /// A row stands out from both of its neighbours by this many times what 99 % of the steps from row to row stay under, and by more than
 /// what 99 % of the rows say. Of normal noise that is fifteen standard deviations of a step; real vehicles brake and start over several

@@ -13,7 +13,7 @@ use crate::slam::{
 };
 use crate::underwater::log::Log;
 use crate::underwater::settings::Settings;
-use scphd::{AuvControl, Reading};
+use scphd::models::{AuvControl, Reading};
 
 impl Comparable<Underwater, 3, 6> for Space {
     fn control(control: &AuvControl<f64>) -> space::Control {

@@ -10,7 +10,7 @@ use crate::record::MapFeature;
 use crate::slam::contract::{PoseAndCovariance, Refusal, ScanOutcome, Slam, no_sensor};
 use libm::{atan2, cos, sin};
 use nalgebra::{Matrix2, Matrix2x3, Matrix3, RowVector2, SMatrix, Vector2, Vector3};
-use scphd::Implausible;
+use scphd::errors::Implausible;
 
 /// A user who does not trust a data sheet takes its standard deviations this much larger.
 const DISTRUST: f64 = 1.5;

@@ -13,7 +13,8 @@ use crate::underwater::models::models;
 use crate::underwater::settings::Settings;
 use crate::underwater::timeline::{Step, Timeline};
 use nalgebra::{Matrix3, SMatrix, Vector3, Vector4};
-use scphd::{DeadReckoning, rotation};
+use scphd::models::rotation;
+use scphd::navigation::DeadReckoning;
 use scphd_stream::Helm;
 
 impl Kind for Underwater {

@@ -27,7 +27,7 @@ use crate::dimensions::Underwater;
 use crate::log::{Scan, TruePose};
 use crate::underwater::log::{Camera, Instruments, Landmark, Log, Nominal};
 use nalgebra::{Matrix3, Vector3};
-use scphd::{projection, rotation};
+use scphd::models::{projection, rotation};
 use std::path::Path;
 use toml::Table;
 

@@ -94,7 +94,7 @@ mod tests {
 
     #[test]
     fn as_many_fall_between_as_should() {
-        let mut noise = scphd::Noise::seeded(5);
+        let mut noise = scphd::numerics::Noise::seeded(5);
         let [low, high] = bounds(3.0);
         let runs = 20_000;
         let within = (0..runs)

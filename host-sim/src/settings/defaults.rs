@@ -12,7 +12,8 @@ use super::{
 use crate::log::{FixNoise, Log, Nominal, Odometry, Sensor, Vehicle};
 use crate::scenario::{is_of_thesis, thesis_run};
 use crate::vehicle::FASTEST_MPS;
-use scphd::{ControlNoise, JointConfig};
+use scphd::JointConfig;
+use scphd::models::ControlNoise;
 use std::f64::consts::PI;
 
 /// Samples M of every particle a prediction: one, because drawing more is paid for as more particles would be.

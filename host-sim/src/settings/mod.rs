@@ -136,7 +136,7 @@ pub struct FilterSettings {
     pub likelihood: Likelihood,
 }
 
-/// Where poses are drawn from: see [`scphd::Proposal`].
+/// Where poses are drawn from: see [`scphd::settings::Proposal`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Proposal {
@@ -146,7 +146,7 @@ pub enum Proposal {
     Informed,
 }
 
-/// Which components are the estimated features: see [`scphd::Extraction`].
+/// Which components are the estimated features: see [`scphd::settings::Extraction`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Extraction {
@@ -206,7 +206,7 @@ pub struct JointSettings {
     pub merge_distance: f64,
 }
 
-/// `[vehicle]`: see [`scphd::ControlNoise`].
+/// `[vehicle]`: see [`scphd::models::ControlNoise`].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct VehicleSettings {
@@ -222,7 +222,7 @@ pub struct VehicleSettings {
     pub noise_interval_s: f64,
 }
 
-/// `[calibration]`, of a joint map alone: see [`scphd::SelfCalibrating`]. Where it stands, `[vehicle]` is the noise that is left.
+/// `[calibration]`, of a joint map alone: see [`scphd::models::SelfCalibrating`]. Where it stands, `[vehicle]` is the noise that is left.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CalibrationSettings {
@@ -236,7 +236,7 @@ pub struct CalibrationSettings {
     pub lasts_s: f64,
 }
 
-/// `[sensor]`: see [`scphd::RangeBearing`] and [`scphd::RangeBearingWindow`].
+/// `[sensor]`: see [`scphd::models::RangeBearing`] and [`scphd::models::RangeBearingWindow`].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SensorSettings {

@@ -1,7 +1,8 @@
 //! From settings to the core's configuration.
 
 use crate::settings::{self, FilterSettings};
-use scphd::{Config, Extraction, Informed, Likelihood, Proposal, Real};
+use scphd::settings::{Extraction, Informed, Likelihood, Proposal};
+use scphd::{Config, Real};
 
 /// The recursion that the settings describe, for static features.
 pub(crate) fn config_of<T: Real>(filter: &FilterSettings) -> Config<T> {

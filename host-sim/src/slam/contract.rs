@@ -4,7 +4,8 @@ use super::stage_times::STAGES;
 use crate::dimensions::{Covariance, Dimensions, Planar};
 use crate::record::{MapFeature, MovingFeature, Usage};
 use crate::threads::Threads;
-use scphd::{Implausible, PredictError, PredictReport};
+use scphd::PredictReport;
+use scphd::errors::{Implausible, PredictError};
 
 /// A filter that a log can be fed to.
 pub trait Slam<D: Dimensions = Planar> {

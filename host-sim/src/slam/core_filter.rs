@@ -9,11 +9,11 @@ use crate::dimensions::{Coordinates, Covariance, Dimensions};
 use crate::record::{MapFeature, MovingFeature, Usage};
 use crate::reference::{self, Candidate, Draws};
 use crate::threads::Threads;
-use scphd::{
-    Capacities, Component, Config, DetectorMemory, Draft, Dynamic, Implausible, MapStorage, MeasurementModel, Motion,
-    MovingOf, Noise, Place, Pose, PositionOf, Real, ScPhd, ScalarOf, ScanRoom, SetupError, State, Static, UpdateMemory,
-    Vector,
-};
+use scphd::errors::{Implausible, SetupError};
+use scphd::models::{MeasurementModel, Motion, MovingOf, Pose, PositionOf, ScalarOf};
+use scphd::numerics::{Noise, Place, Vector};
+use scphd::storage::{Capacities, Draft, Dynamic, MapStorage, ScanRoom, Static, UpdateMemory};
+use scphd::{Component, Config, DetectorMemory, Real, ScPhd, State};
 use std::fmt::Debug;
 use std::marker::PhantomData;
 

@@ -5,7 +5,10 @@ use super::fixes::PlanarFixes;
 use crate::dimensions::{Dimensions, Planar, Underwater};
 use crate::log::{FixNoise, PoseFix};
 use nalgebra::{Vector1, Vector2};
-use scphd::{Fix, HeadingFix, HeadingWatch, PlanarPose, PoseEstimate, PositionFix, PositionWatch, Symmetric};
+use scphd::PoseEstimate;
+use scphd::fixes::{HeadingWatch, PositionWatch};
+use scphd::models::{Fix, HeadingFix, PlanarPose, PositionFix};
+use scphd::numerics::Symmetric;
 use std::convert::Infallible;
 
 /// What became of a fix.

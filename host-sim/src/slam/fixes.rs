@@ -4,10 +4,13 @@ use super::contract::{Refusal, refusal};
 use crate::dimensions::{Covariance, Dimensions, Planar, Underwater};
 use crate::log::{FixNoise, PoseFix};
 use nalgebra::{Vector1, Vector2};
-use scphd::{
-    AuvPose, Calibrated, CalibratedPose, Fix, FixReport, HeadingFix, JointSlam, Motion, Movers, NoArchive,
-    ObserveError, PlanarPose, Pose, PoseEstimate, PositionFix, Real, ScPhd, ScalarOf, Symmetric, Vector,
+use scphd::errors::ObserveError;
+use scphd::models::{
+    AuvPose, Calibrated, CalibratedPose, Fix, HeadingFix, Motion, PlanarPose, Pose, PositionFix, ScalarOf,
 };
+use scphd::numerics::{Symmetric, Vector};
+use scphd::storage::{Movers, NoArchive};
+use scphd::{FixReport, JointSlam, PoseEstimate, Real, ScPhd};
 use std::convert::Infallible;
 use std::fmt::Debug;
 

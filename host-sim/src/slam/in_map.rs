@@ -3,11 +3,12 @@
 use super::contract::{FoundPlace, Refusal, Search, refusal};
 use super::joint_room::FEATURES;
 use nalgebra::Vector2;
-use scphd::{
-    Component, Detector, JointSlam, Locator, LocatorConfig, LocatorReport, LocatorState, MeasurementModel, Motion,
-    Movers, NoArchive, PlanarPose, Pose, PoseEstimate, PositionOf, Real, ScalarOf, Symmetric, TangentOf, Vector,
-    from_slice, into_slice, restore_map, save_map,
-};
+use scphd::locate::{Locator, LocatorConfig, LocatorReport, LocatorState};
+use scphd::models::{MeasurementModel, Motion, PlanarPose, Pose, PositionOf, ScalarOf, TangentOf};
+use scphd::numerics::{Symmetric, Vector};
+use scphd::snapshot::{from_slice, into_slice, restore_map, save_map};
+use scphd::storage::{Movers, NoArchive};
+use scphd::{Component, Detector, JointSlam, PoseEstimate, Real};
 
 /// Places that are weighed against each other.
 const HYPOTHESES: usize = 32;

@@ -9,10 +9,11 @@ use super::models::{Models, feature_of, measured, moving_of, pose_of};
 use crate::dimensions::{Covariance, Dimensions};
 use crate::record::{MapFeature, MovingFeature, Usage};
 use crate::reference::joint;
-use scphd::{
-    Detector, Implausible, JointConfig, JointSlam, MeasurementModel, Motion, NoArchive, Real, ScalarOf, Symmetric,
-    TangentOf,
-};
+use scphd::errors::Implausible;
+use scphd::models::{MeasurementModel, Motion, ScalarOf, TangentOf};
+use scphd::numerics::Symmetric;
+use scphd::storage::NoArchive;
+use scphd::{Detector, JointConfig, JointSlam, Real};
 use std::convert::Infallible;
 
 /// A joint filter that shows its whole state, for lockstep with the reference.

@@ -1,9 +1,11 @@
 //! Memory of a joint filter on the host.
 
-use scphd::{
-    JointConfig, JointMovers, JointSlam, JointState, Motion, Movers, MovingConfig, NoArchive, NoMovers, ScalarOf,
-    SetupError, Tracked, Vector,
-};
+use scphd::errors::SetupError;
+use scphd::models::{Motion, ScalarOf};
+use scphd::numerics::Vector;
+use scphd::settings::MovingConfig;
+use scphd::storage::{JointMovers, Movers, NoArchive, NoMovers, Tracked};
+use scphd::{JointConfig, JointSlam, JointState};
 use std::fmt::Debug;
 
 /// Features that the host's state has room for.

@@ -93,11 +93,14 @@ mod tests {
     use crate::reference::joint::{Config, Joint, Planar};
     use crate::reference::{self, FieldOfView};
     use nalgebra::Vector2;
-    use scphd::{
-        Births, Component, ControlNoise, Detector, JointConfig, JointSlam, JointState, Noise, Persistence, PlanarPose,
-        RangeBearing, RangeBearingWindow, Sensing, Step, Unicycle, UnicycleControl, UniformClutter, joint_numbers,
-        wrap,
+    use scphd::models::{
+        ControlNoise, PlanarPose, RangeBearing, RangeBearingWindow, Sensing, Step, Unicycle, UnicycleControl,
+        UniformClutter,
     };
+    use scphd::numerics::{Noise, wrap};
+    use scphd::settings::Persistence;
+    use scphd::storage::joint_numbers;
+    use scphd::{Births, Component, Detector, JointConfig, JointSlam, JointState};
     use std::convert::Infallible;
 
     const ROOM: usize = 6;

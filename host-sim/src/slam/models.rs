@@ -5,10 +5,9 @@ use super::fixes::Fixed;
 use crate::dimensions::{Coordinates, Dimensions};
 use crate::record::{MapFeature, MovingFeature};
 use crate::reference::space;
-use scphd::{
-    AuvPose, Births, Component, Detector, MeasurementModel, Motion, Mounting, PlanarPose, Pose, PoseEstimate, Real,
-    ScalarOf, Symmetric, Vector,
-};
+use scphd::models::{AuvPose, MeasurementModel, Motion, Mounting, PlanarPose, Pose, ScalarOf};
+use scphd::numerics::{Symmetric, Vector};
+use scphd::{Births, Component, Detector, PoseEstimate, Real};
 
 /// How a vehicle moves, what its sensors see, and where it starts.
 pub(crate) struct Models<D: Dimensions, M: Motion<Pose: Fixed<D>>, X: MeasurementModel<Pose = M::Pose>> {

@@ -8,7 +8,7 @@ use super::filter::Precision;
 use crate::dimensions::PoseFix;
 use crate::record::{MapFeature, MovingFeature};
 use crate::threads::Threads;
-use scphd::Implausible;
+use scphd::errors::Implausible;
 
 /// A log that begins so far out along either axis, m, is run in coordinates of its own: from here on single precision rounds to tenths of a
 /// millimetre, which a filter that adds small steps to large numbers would come to feel.

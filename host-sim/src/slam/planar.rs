@@ -14,12 +14,15 @@ use crate::dimensions::Planar;
 use crate::log::Vehicle;
 use crate::settings::{CalibrationSettings, JointSettings, SensorSettings, Settings};
 use nalgebra::Vector2;
-use scphd::{
-    Ackermann, AckermannControl, ByOdometry, Calibrated, CalibratedPose, Dynamic, Holonomic, HolonomicControl,
-    JointConfig, JointMovers, JointState, MapMemory, MeasurementModel, Motion, Mounting, OdometryCorrection,
-    OdometryPrior, Persistence, PlanarPose, Pose, RangeBearing, RangeBearingWindow, Real, SelfCalibrating, Sensing,
-    State, Static, Symmetric, TangentOf, Unicycle, UnicycleControl, UniformClutter, joint_numbers,
+use scphd::models::{
+    Ackermann, AckermannControl, ByOdometry, Calibrated, CalibratedPose, Holonomic, HolonomicControl, MeasurementModel,
+    Motion, Mounting, OdometryCorrection, OdometryPrior, PlanarPose, Pose, RangeBearing, RangeBearingWindow,
+    SelfCalibrating, Sensing, TangentOf, Unicycle, UnicycleControl, UniformClutter,
 };
+use scphd::numerics::Symmetric;
+use scphd::settings::Persistence;
+use scphd::storage::{Dynamic, JointMovers, MapMemory, Static, joint_numbers};
+use scphd::{JointConfig, JointState, Real, State};
 use std::fmt::Debug;
 
 /// Components of one map in an update that every host state has room for.

@@ -3,10 +3,9 @@
 use super::config::config_of;
 use crate::log::{self, Vehicle};
 use crate::settings::{SensorSettings, Settings};
-use scphd::{
-    AckermannGeometry, Births, Config, ConstantVelocity, ControlNoise, MovingConfig, PlanarPose, RangeBearingLimits,
-    Real, Step,
-};
+use scphd::models::{AckermannGeometry, ConstantVelocity, ControlNoise, PlanarPose, RangeBearingLimits, Step};
+use scphd::settings::MovingConfig;
+use scphd::{Births, Config, Real};
 
 /// Models and tuning of a filter in the plane, in its scalar.
 #[derive(Debug, Clone, PartialEq)]

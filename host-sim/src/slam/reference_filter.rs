@@ -137,7 +137,7 @@ pub(crate) fn joint_config_of(config: &JointConfig<f64>, birth_intensity: f64) -
 }
 
 impl Slam for ReferenceFilter {
-    fn predict(&mut self, control: [f64; 3], dt_s: f64) -> Result<Option<scphd::Implausible>, Refusal> {
+    fn predict(&mut self, control: [f64; 3], dt_s: f64) -> Result<Option<scphd::errors::Implausible>, Refusal> {
         self.references[0].predict(&mut self.state, &control, dt_s, &mut self.draws);
         Ok(None)
     }

@@ -1,6 +1,6 @@
 //! How long each stage of a scan took, by the clock of this machine: the filter itself has none.
 
-use scphd::{Probe, Stage};
+use scphd::diagnostics::{Probe, Stage};
 use std::time::Instant;
 
 /// The stages in the order of [`Stage::ALL`].

@@ -14,10 +14,10 @@ use crate::underwater::log::Log;
 use crate::underwater::models::models;
 use crate::underwater::settings::Settings;
 use nalgebra::{Vector3, Vector4};
-use scphd::{
-    Auv, AuvControl, AuvPose, Births, JointConfig, JointState, MapMemory, NoMoving, Persistence, Real, Sensing, State,
-    Static, StereoCamera, StereoFrustum, UniformClutter, joint_numbers,
-};
+use scphd::models::{Auv, AuvControl, AuvPose, Sensing, StereoCamera, StereoFrustum, UniformClutter};
+use scphd::settings::Persistence;
+use scphd::storage::{MapMemory, NoMoving, Static, joint_numbers};
+use scphd::{Births, JointConfig, JointState, Real, State};
 use scphd_stream::underwater::AuvModels;
 
 /// Components of one map in an update that every state has room for.

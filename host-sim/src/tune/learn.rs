@@ -4,7 +4,8 @@ use crate::dimensions::Dimensions;
 use crate::kind::Kind;
 use crate::slam::Refusal;
 use nalgebra::{DMatrix, DVector};
-use scphd::{Linear, Matrix, PositionOf, Sensor, Vector};
+use scphd::models::{PositionOf, Sensor};
+use scphd::numerics::{Linear, Matrix, Vector};
 
 /// Settings that have one factor in common, and the coordinates of a measurement that it is found from.
 #[derive(Debug, Clone, Copy)]
@@ -123,7 +124,7 @@ fn full<R: Vector<Scalar = f64>, C: Vector<Scalar = f64>>(matrix: &Linear<R, C>)
     DMatrix::from_fn(R::DIMENSION, C::DIMENSION, |row, column| matrix.at(row, column))
 }
 
-impl<D: Dimensions, S: Sensor<Measurement: Vector<Scalar = f64>, Pose: scphd::Pose<Scalar = f64>>> Eye<D>
+impl<D: Dimensions, S: Sensor<Measurement: Vector<Scalar = f64>, Pose: scphd::models::Pose<Scalar = f64>>> Eye<D>
     for CoreEye<'_, D, S>
 {
     fn expect(&self, scan: usize, pose: &D::Pose, place: &D::Position) -> Option<Expected<D>> {
@@ -131,7 +132,8 @@ impl<D: Dimensions, S: Sensor<Measurement: Vector<Scalar = f64>, Pose: scphd::Po
         let frame = self.sensor.frame(&seat);
         let place = vector::<PositionOf<S::Pose>>(place.as_ref());
         let seen = self.sensor.expect(&frame, &place)?;
-        let by_seat = full::<S::Measurement, scphd::TangentOf<S::Pose>>(&self.sensor.by_pose(&frame, &place, &seen));
+        let by_seat =
+            full::<S::Measurement, scphd::models::TangentOf<S::Pose>>(&self.sensor.by_pose(&frame, &place, &seen));
         Some(Expected {
             measurement: coordinates(seen.measurement.as_slice()),
             by_place: full::<S::Measurement, PositionOf<S::Pose>>(&seen.jacobian),

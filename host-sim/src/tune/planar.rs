@@ -7,7 +7,7 @@ use crate::log::{Log, Vehicle};
 use crate::settings::{SensorSettings, Settings};
 use crate::slam::{Refusal, range_bearing};
 use nalgebra::DMatrix;
-use scphd::PlanarPose;
+use scphd::models::PlanarPose;
 use std::f64::consts::PI;
 
 /// More than this share of all detections has one range to the last digit, …

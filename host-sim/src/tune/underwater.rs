@@ -11,7 +11,7 @@ use crate::underwater::log::{Camera, Log};
 use crate::underwater::models::models;
 use crate::underwater::settings::Settings;
 use nalgebra::{Matrix3, Vector3};
-use scphd::{AuvControl, AuvPose, rotation};
+use scphd::models::{AuvControl, AuvPose, rotation};
 
 impl Learn for Underwater {
     const ODOMETRY: [&'static [&'static str]; 2] = [

@@ -16,7 +16,7 @@ pub struct Settings {
     pub camera: CameraSettings,
 }
 
-/// `[vehicle]`: see [`scphd::Auv`] and [`scphd::VelocityNoise`].
+/// `[vehicle]`: see [`scphd::models::Auv`] and [`scphd::navigation::VelocityNoise`].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct VehicleSettings {
@@ -38,7 +38,7 @@ pub struct VehicleSettings {
     pub yaw_rate_sigma_radps: f64,
 }
 
-/// `[camera]`: see [`scphd::StereoCamera`] and [`scphd::StereoFrustum`].
+/// `[camera]`: see [`scphd::models::StereoCamera`] and [`scphd::models::StereoFrustum`].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CameraSettings {
@@ -147,7 +147,7 @@ impl Settings {
         settings
     }
 
-    /// How long an error of the velocity lasts, s, as [`scphd::Auv::new`] is told: twice the time constant of their filter, σ √Δ / q, where a
+    /// How long an error of the velocity lasts, s, as [`scphd::models::Auv::new`] is told: twice the time constant of their filter, σ √Δ / q, where a
     /// velocity with the noise σ is measured every Δ and changes by q √t; and Δ at least, for which a measurement is used.
     fn velocity_error_lasts_s(&self, log: &Log) -> f64 {
         let measured = || log.instruments.iter().filter(|row| row.velocity_mps.is_some()).map(|row| row.t_s);

@@ -18,7 +18,7 @@ use crate::angle::wrap;
 use crate::log::{Scan, TruePose};
 use crate::noise::Noise;
 use nalgebra::{Matrix3, Vector3};
-use scphd::{projection, rotation};
+use scphd::models::{projection, rotation};
 use std::f64::consts::PI;
 
 /// Side of the tank, m.

@@ -1,7 +1,7 @@
 //! What a vehicle's computer is told, in the order in which it is.
 
 use super::log::{Instruments, Log};
-use scphd::Reading;
+use scphd::models::Reading;
 use scphd_stream::underwater::Navigation;
 
 /// How far a log's instruments have been read.
@@ -53,7 +53,7 @@ impl<'a> Timeline<'a> {
     fn step(&mut self, t_s: f64, row: Option<&'a Instruments>) -> Step<'a> {
         let dt_s = t_s - self.now_s;
         self.now_s = t_s;
-        let instruments = row.map(|row| scphd::Instruments {
+        let instruments = row.map(|row| scphd::navigation::Instruments {
             roll_rad: row.roll_rad,
             pitch_rad: row.pitch_rad,
             yaw_rate_radps: Reading {

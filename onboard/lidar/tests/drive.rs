@@ -4,10 +4,11 @@
 mod world;
 
 use nalgebra::Vector2;
-use scphd::{
-    Births, ControlNoise, Detector, JointConfig, JointSlam, PlanarPose, RangeBearing, RangeBearingLimits,
-    RangeBearingWindow, Sensing, Step, Unicycle, UnicycleControl, UniformClutter, joint_memory,
+use scphd::models::{
+    ControlNoise, PlanarPose, RangeBearing, RangeBearingLimits, RangeBearingWindow, Sensing, Step, Unicycle,
+    UnicycleControl, UniformClutter,
 };
+use scphd::{Births, Detector, JointConfig, JointSlam, joint_memory};
 use scphd_lidar::{Assembler, PostFinder, PostSettings, Receiver, Resolution};
 use world::{Draws, Lidar, World};
 
@@ -99,7 +100,7 @@ fn drive(seed: u64, takes_motion_out: bool, damage: f64) -> [f64; 4] {
         let dt = (lidar.time_s - moved_s) as f32;
         moved_s = lidar.time_s;
         slam.predict(&control, dt).unwrap();
-        told = scphd::Motion::propagate(&exact, &told, &control, dt);
+        told = scphd::models::Motion::propagate(&exact, &told, &control, dt);
         let Some(revolution) = revolution else { continue };
         let (speed, rate) = if takes_motion_out { (control.speed_mps, control.rate_radps) } else { (0.0, 0.0) };
         let found = finder.find::<32, _>(revolution);

@@ -2,11 +2,13 @@
 //! is; stamped when they were measured, they are not. Beside the filter, a pose for the controller that never jumps.
 
 use heapless::Vec as List;
-use scphd::nalgebra::Vector2;
-use scphd::{
-    Births, ControlNoise, Detector, JointConfig, JointSlam, Motion, Noise, PlanarPose, Pose, RangeBearing,
-    RangeBearingWindow, Sensing, Step, Unicycle, UnicycleControl, UniformClutter, joint_memory, wrap,
+use scphd::models::{
+    ControlNoise, Motion, PlanarPose, Pose, RangeBearing, RangeBearingWindow, Sensing, Step, Unicycle, UnicycleControl,
+    UniformClutter,
 };
+use scphd::numerics::nalgebra::Vector2;
+use scphd::numerics::{Noise, wrap};
+use scphd::{Births, Detector, JointConfig, JointSlam, joint_memory};
 use scphd_sequencer::{Action, Flags, Sequencer, Settings, SmoothOdometry, Stamp};
 
 joint_memory! { type Memory: Unicycle<f32> { measurement: Vector2<f32>, features: 24, measurements: 16 } }

@@ -16,11 +16,12 @@
 //!
 //! ```
 //! use heapless::Vec;
-//! use scphd::nalgebra::Vector2;
-//! use scphd::{
-//!     Births, Config, ControlNoise, Detector, DetectorMemory, PlanarPose, PositionFix, RangeBearing,
-//!     RangeBearingWindow, ScPhd, Sensing, Step, Unicycle, UnicycleControl, UniformClutter, memory,
+//! use scphd::numerics::nalgebra::Vector2;
+//! use scphd::models::{
+//!     ControlNoise, PlanarPose, PositionFix, RangeBearing, RangeBearingWindow, Sensing, Step, Unicycle,
+//!     UnicycleControl, UniformClutter,
 //! };
+//! use scphd::{Births, Config, Detector, DetectorMemory, ScPhd, memory};
 //! use scphd_sequencer::{Action, Sequencer, Settings, Stamp};
 //!
 //! /// All that happens on this vehicle, beside its odometry.

@@ -1,12 +1,15 @@
 //! A pose that never jumps, and the frame that takes it to the map.
 
-use scphd::{Motion, Pose, PositionOf, PredictError, Real, ResetError, ScalarOf, TangentOf, Vector, Zero, wrap};
+use scphd::Real;
+use scphd::errors::{PredictError, ResetError};
+use scphd::models::{Motion, Pose, PositionOf, ScalarOf, TangentOf};
+use scphd::numerics::{Vector, Zero, wrap};
 
 /// Where the frame of the odometry lies in the map: map_T_odom = map pose ∘ odometry pose⁻¹, a turn about the vertical
 /// and a shift.
 ///
 /// Of a pose the coordinates of its place change, which come first, and its [heading](Pose::HEADING): x, y and heading
-/// of a [`PlanarPose`](scphd::PlanarPose); x, y, z and yaw of an [`AuvPose`](scphd::AuvPose), whose roll and pitch are
+/// of a [`PlanarPose`](scphd::models::PlanarPose); x, y, z and yaw of an [`AuvPose`](scphd::models::AuvPose), whose roll and pitch are
 /// the same in either frame, as its instruments tell them, and whose yaw rate is of no frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MapFromOdom<P: Pose> {
@@ -86,7 +89,7 @@ pub struct Correction<T> {
 /// [`Sequencer::ahead`](crate::Sequencer::ahead) has the controls from there on until now.
 ///
 /// ```
-/// use scphd::{ControlNoise, PlanarPose, Pose, Step, Unicycle, UnicycleControl};
+/// use scphd::models::{ControlNoise, PlanarPose, Pose, Step, Unicycle, UnicycleControl};
 /// use scphd_sequencer::SmoothOdometry;
 ///
 /// let motion = Unicycle::new(Step::Arc, ControlNoise::NONE)?;

@@ -1,6 +1,8 @@
 //! Whether odometry is wrong in one direction, scan after scan.
 
-use scphd::{Pose, Real, ScalarOf, TangentOf, Vector, Zero};
+use scphd::Real;
+use scphd::models::{Pose, ScalarOf, TangentOf};
+use scphd::numerics::{Vector, Zero};
 
 /// The weight of the newest correction in the mean of the recent ones: half of that mean is of the last three scans.
 const NEWEST: f64 = 0.2;
@@ -22,7 +24,7 @@ const SUSPECTED: f64 = 5.5;
 /// What a sum is at most, so that it is soon over when the bias is.
 const MOST_SUMMED: f64 = 10.0;
 
-/// What the corrections of late say of the odometry, along the vehicle's own axes: for a [`PlanarPose`](scphd::PlanarPose) forward, left and
+/// What the corrections of late say of the odometry, along the vehicle's own axes: for a [`PlanarPose`](scphd::models::PlanarPose) forward, left and
 /// heading.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct OdometryBias<V: Vector> {
@@ -50,8 +52,8 @@ impl<V: Vector> OdometryBias<V> {
 /// while nothing is suspected, from means of corrections, so that it counts too if corrections are not independent.
 ///
 /// ```
-/// use scphd::PlanarPose;
-/// use scphd::nalgebra::Vector3;
+/// use scphd::models::PlanarPose;
+/// use scphd::numerics::nalgebra::Vector3;
 /// use scphd_sequencer::OdometryWatch;
 ///
 /// let mut watch = OdometryWatch::<PlanarPose<f32>>::new();

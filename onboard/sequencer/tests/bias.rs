@@ -1,7 +1,8 @@
 //! Odometry that is wrong in one direction is told, and odometry that is not is left alone.
 
-use scphd::nalgebra::Vector3;
-use scphd::{AuvPose, Noise, PlanarPose, Pose, Vector};
+use scphd::models::{AuvPose, PlanarPose, Pose};
+use scphd::numerics::nalgebra::Vector3;
+use scphd::numerics::{Noise, Vector};
 use scphd_sequencer::OdometryWatch;
 
 const SIGMAS: Vector3<f64> = Vector3::new(0.07, 0.0, 0.02);

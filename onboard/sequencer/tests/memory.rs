@@ -1,8 +1,8 @@
 //! What the queues take: the figures of `docs/time.md`, on a desk.
 
 use heapless::Vec;
-use scphd::nalgebra::Vector2;
-use scphd::{AuvPose, PlanarPose, UnicycleControl};
+use scphd::models::{AuvPose, PlanarPose, UnicycleControl};
+use scphd::numerics::nalgebra::Vector2;
 use scphd_sequencer::{Sequencer, SmoothOdometry};
 
 #[allow(dead_code, reason = "only its size counts")]

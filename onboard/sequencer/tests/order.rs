@@ -5,7 +5,7 @@ mod world;
 use proptest::collection::vec;
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
-use scphd::Pose;
+use scphd::models::Pose;
 use scphd_sequencer::{Flags, Interval, Stamp};
 use world::{Input, MS, Outcome, SETTINGS, STANDING, START_NS, STEPS, filtered, log, sequenced, truth_at};
 

@@ -1,10 +1,13 @@
 //! The odometry never jumps, and takes all that the corrections say to the map.
 
-use scphd::nalgebra::Vector3;
-use scphd::{
-    Auv, AuvControl, AuvPose, ControlNoise, Motion, Noise, PlanarPose, Pose, PredictError, Reading, Real, ResetError,
-    Step, Symmetric, Unicycle, UnicycleControl, rotation, wrap,
+use scphd::Real;
+use scphd::errors::{PredictError, ResetError};
+use scphd::models::{
+    Auv, AuvControl, AuvPose, ControlNoise, Motion, PlanarPose, Pose, Reading, Step, Unicycle, UnicycleControl,
+    rotation,
 };
+use scphd::numerics::nalgebra::Vector3;
+use scphd::numerics::{Noise, Symmetric, wrap};
 use scphd_sequencer::{MapFromOdom, SmoothOdometry};
 
 fn drawn<T: Real>(draws: &mut Noise, sigma: f64) -> T {

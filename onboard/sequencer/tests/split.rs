@@ -1,6 +1,6 @@
 //! What a prediction that is split at a scan does, beside the whole one.
 
-use scphd::{
+use scphd::models::{
     Ackermann, AckermannControl, AckermannGeometry, ControlNoise, Motion, PlanarPose, Pose, Step, Unicycle,
     UnicycleControl,
 };

@@ -1,7 +1,9 @@
 //! A vehicle whose odometry tells of the time before its stamp: rows of instruments are events like the frames, and a
 //! navigator makes controls of them.
 
-use scphd::{Auv, AuvPose, Instruments, Motion, Navigator, Noise, Pose, Reading, VelocityNoise};
+use scphd::models::{Auv, AuvPose, Motion, Pose, Reading};
+use scphd::navigation::{Instruments, Navigator, VelocityNoise};
+use scphd::numerics::Noise;
 use scphd_sequencer::{Action, Flags, Interval, Sequencer, Settings, Stamp};
 
 const MS: u64 = 1_000_000;

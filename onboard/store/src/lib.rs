@@ -9,7 +9,8 @@
 //!
 //! ```
 //! use embassy_futures::block_on;
-//! use scphd::{Config, ControlNoise, PlanarPose, ScPhd, Step, Unicycle, memory};
+//! use scphd::models::{ControlNoise, PlanarPose, Step, Unicycle};
+//! use scphd::{Config, ScPhd, memory};
 //! use scphd_store::Store;
 //! # mod flash {
 //! #     include!("../tests/common/flash.rs");

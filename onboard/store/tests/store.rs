@@ -6,10 +6,12 @@ mod flash;
 use embassy_futures::block_on;
 use flash::{Chip, PowerLost};
 use nalgebra::Vector2;
-use scphd::{
-    Births, Config, ControlNoise, Detector, DetectorMemory, PlanarPose, RangeBearing, RangeBearingWindow, RestoreError,
-    ScPhd, Sensing, Step, Unicycle, UnicycleControl, UniformClutter, memory,
+use scphd::models::{
+    ControlNoise, PlanarPose, RangeBearing, RangeBearingWindow, Sensing, Step, Unicycle, UnicycleControl,
+    UniformClutter,
 };
+use scphd::snapshot::RestoreError;
+use scphd::{Births, Config, Detector, DetectorMemory, ScPhd, memory};
 use scphd_store::{Snapshot, Store, StoreError};
 
 type Small = Chip<4, 256, 12>;

@@ -5,11 +5,14 @@
 //!     cargo run -p scphd-stream --example black_box
 
 use nalgebra::Vector2;
-use scphd::{
-    Births, ControlNoise, Detector, JointConfig, JointSlam, Mounting, Noise, Persistence, PlanarPose, PositionFix,
-    RangeBearing, RangeBearingLimits, RangeBearingWindow, Sensing, Step, Unicycle, UnicycleControl, UniformClutter,
-    into_slice, joint_memory, wrap,
+use scphd::models::{
+    ControlNoise, Mounting, PlanarPose, PositionFix, RangeBearing, RangeBearingLimits, RangeBearingWindow, Sensing,
+    Step, Unicycle, UnicycleControl, UniformClutter,
 };
+use scphd::numerics::{Noise, wrap};
+use scphd::settings::Persistence;
+use scphd::snapshot::into_slice;
+use scphd::{Births, Detector, JointConfig, JointSlam, joint_memory};
 use scphd_stream::planar::{BlackBoxJoint, Fix, Models, Odometry, Planar, Sensor, Vehicle};
 use scphd_stream::{
     Aboard, Header, Joint, Monitor, Numbers, Part, Recursion, Scalar, ScanCost, Seen, Which, Writer,
@@ -57,7 +60,7 @@ type Lidar = Sensing<RangeBearing<f32>, RangeBearingWindow<f32>, UniformClutter<
 type Driven = (Vec<u8>, Vec<(u32, u64)>);
 
 /// A detector of the robot, of the same numbers.
-fn detector(sensor: &Sensor) -> Result<Detector<Lidar>, scphd::ModelError> {
+fn detector(sensor: &Sensor) -> Result<Detector<Lidar>, scphd::models::ModelError> {
     let single = |number: f64| number as f32;
     let field_of_view = RangeBearingWindow::new(RangeBearingLimits {
         range_min_m: single(sensor.range_min_m),
@@ -191,7 +194,7 @@ fn drive() -> Result<Driven, Box<dyn std::error::Error>> {
     let exact = Unicycle::new(Step::Arc, ControlNoise::NONE)?;
     for scan in 0..SCANS {
         let control = UnicycleControl { speed_mps: 1.0_f32, rate_radps: 0.25 };
-        truth = scphd::Motion::propagate(&exact, &truth, &control, DT_S);
+        truth = scphd::models::Motion::propagate(&exact, &truth, &control, DT_S);
         let control = UnicycleControl { speed_mps: control.speed_mps + 0.1 * draws.normal::<f32>(), ..control };
         // First into the box, then into the filter: what was refused is in the box, too.
         let of_box = [control.speed_mps, control.rate_radps].map(f64::from);

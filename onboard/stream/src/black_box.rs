@@ -8,10 +8,13 @@ use crate::record::{How, Measurements, Part, Place, Record, Which};
 use crate::snapshot::Snapshot;
 use crate::writer::Writer;
 use core::fmt::Debug;
-use scphd::{
-    Component, Detector, DetectorMemory, Fix, JointSlam, MeasurementModel, ModelError, Motion, Pose, Probe, Real,
-    RestoreError, SaveError, ScPhd, ScalarOf, ScanError, ScanRoom, Symmetric, TangentOf, Vector,
-};
+use scphd::diagnostics::Probe;
+use scphd::errors::ScanError;
+use scphd::models::{Fix, MeasurementModel, ModelError, Motion, Pose, ScalarOf, TangentOf};
+use scphd::numerics::{Symmetric, Vector};
+use scphd::snapshot::{RestoreError, SaveError};
+use scphd::storage::ScanRoom;
+use scphd::{Component, Detector, DetectorMemory, JointSlam, Real, ScPhd};
 
 /// What tells snapshots of filters aboard from those of other users; readers take any.
 pub(crate) const KIND: u32 = 0;
@@ -88,7 +91,7 @@ pub(crate) fn loaded<T: Real, D: Vector<Scalar = T>, N: AsRef<[f64]>>(
     let count = features.len();
     if count > slots.len() {
         let (components, capacity) = (count, slots.len());
-        return Err(Refusal::Map(scphd::LoadMapError::TooManyComponents { components, capacity }));
+        return Err(Refusal::Map(scphd::errors::LoadMapError::TooManyComponents { components, capacity }));
     }
     for (slot, feature) in slots.iter_mut().zip(features) {
         let mut numbers = feature.as_ref().iter();

@@ -5,7 +5,9 @@ use crate::onboard::{Aboard, Filter, Refusal};
 use crate::reader::Reader;
 use crate::record::Record;
 use crate::replay::{Monitor, ReplayError, start};
-use scphd::{Flaw, Noise, Scrubbed, Scrubber};
+use scphd::diagnostics::{Scrubbed, Scrubber};
+use scphd::errors::Flaw;
+use scphd::numerics::Noise;
 
 /// Scans before the first bit flips.
 const WARM: u32 = 60;

@@ -20,7 +20,7 @@ pub trait Kind: Copy + Debug + PartialEq {
     type Fix: Input;
     /// The models of a detector beyond the first, which is that of the head.
     type Sensor: Numbers + Debug + PartialEq;
-    /// All numbers of a pose, as [`scphd::Pose::to_numbers`] has them.
+    /// All numbers of a pose, as [`scphd::models::Pose::to_numbers`] has them.
     type Full: Numbers + Debug + AsRef<[f64]> + AsMut<[f64]>;
     /// Lower triangle of the covariance of a pose, row after row.
     type Covariance: Numbers + Debug + AsRef<[f64]> + AsMut<[f64]>;

@@ -7,12 +7,14 @@ use crate::record::{Measurements, Record};
 use crate::snapshot::Snapshot;
 use core::fmt;
 use core::marker::PhantomData;
-use scphd::{
-    Births, Component, Config, ConfigError, ConstantVelocity, Detector, DetectorMemory, Extraction, Informed,
-    Likelihood, LoadMapError, MeasurementModel, ModelError, Motion, MovingConfig, ObserveError, Pose, PositionOf,
-    PredictError, PredictReport, Probe, Proposal, Real, ResetError, RestoreError, SaveError, ScPhd, ScanError,
-    ScanReport, ScanRoom, SetupError, Vector,
-};
+use scphd::diagnostics::Probe;
+use scphd::errors::{ConfigError, LoadMapError, ObserveError, PredictError, ResetError, ScanError, SetupError};
+use scphd::models::{ConstantVelocity, MeasurementModel, ModelError, Motion, Pose, PositionOf};
+use scphd::numerics::Vector;
+use scphd::settings::{Extraction, Informed, Likelihood, MovingConfig, Proposal};
+use scphd::snapshot::{RestoreError, SaveError};
+use scphd::storage::ScanRoom;
+use scphd::{Births, Component, Config, Detector, DetectorMemory, PredictReport, Real, ScPhd, ScanReport};
 
 /// A filter on board that streams of a kind can be fed to, with numbers of this type.
 pub trait Aboard<T: Real> {

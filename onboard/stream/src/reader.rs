@@ -85,7 +85,8 @@ mod tests {
     use crate::planar::{Odometry, Planar};
     use crate::underwater::{Navigation, Underwater};
     use crate::{Scalar, Writer};
-    use scphd::{Instruments, Reading};
+    use scphd::models::Reading;
+    use scphd::navigation::Instruments;
     use std::vec;
     use std::vec::Vec;
 

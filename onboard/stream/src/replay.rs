@@ -3,7 +3,8 @@
 use crate::numbers::Numbers;
 use crate::{Aboard, Filter, Kind, Reader, Record, Refusal, Seen, StreamError};
 use core::fmt;
-use scphd::{Probe, Real};
+use scphd::Real;
+use scphd::diagnostics::Probe;
 
 /// Watches a replay: keeps the time, and is told of every scan.
 pub trait Monitor {

@@ -5,7 +5,8 @@ use crate::record::Record;
 use crate::replay::{ReplayError, start};
 use crate::{Aboard, Filter, Reader, Refusal, Writer};
 use core::fmt;
-use scphd::{Real, SaveError};
+use scphd::Real;
+use scphd::snapshot::SaveError;
 
 /// Why a stream was not recorded once more.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

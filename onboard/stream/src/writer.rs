@@ -6,7 +6,10 @@ use crate::kind::{Input, Kind};
 use crate::numbers::Numbers;
 use crate::record::{DETECTOR, END, FIX, How, LOCALISING, MAP, PLACE, PREDICT, Part, Raw, Record, SCAN, SLICE, Which};
 use crate::{Header, Scalar};
-use scphd::{Component, Pose, Real, SaveError, Symmetric, TangentOf, Vector};
+use scphd::models::{Pose, TangentOf};
+use scphd::numerics::{Symmetric, Vector};
+use scphd::snapshot::SaveError;
+use scphd::{Component, Real};
 
 /// Detectors that a writer remembers the models of, for the heads of snapshots, beyond the first.
 pub(crate) const OTHERS: usize = 3;
@@ -36,8 +39,11 @@ const SLICE_BYTES: usize = 256;
 ///
 /// ```
 /// use nalgebra::Vector2;
-/// use scphd::{Births, ControlNoise, Detector, JointConfig, JointSlam, PlanarPose, RangeBearing, RangeBearingWindow, Sensing};
-/// use scphd::{Step, Unicycle, UnicycleControl, UniformClutter, into_slice, joint_memory};
+/// use scphd::models::{ControlNoise, PlanarPose, RangeBearing, RangeBearingWindow, Sensing};
+/// use scphd::{Births, Detector, JointConfig, JointSlam};
+/// use scphd::models::{Step, Unicycle, UnicycleControl, UniformClutter};
+/// use scphd::snapshot::into_slice;
+/// use scphd::joint_memory;
 /// use scphd_stream::planar::{Odometry, Planar};
 /// use scphd_stream::{Header, Part, Writer};
 ///
@@ -243,10 +249,10 @@ impl<K: Kind, E, F: FnMut(&[u8]) -> Result<(), E>> Writer<K, F> {
     /// Records a part of a snapshot as it is saved: in slices of 256 bytes, all at once.
     ///
     /// ```no_run
-    /// # fn example<K: scphd_stream::Kind, M: scphd::Motion<Pose: scphd::Pose<Scalar = f32>>>(
+    /// # fn example<K: scphd_stream::Kind, M: scphd::models::Motion<Pose: scphd::models::Pose<Scalar = f32>>>(
     /// #     log: &mut scphd_stream::Writer<K, impl FnMut(&[u8]) -> Result<(), ()>>,
     /// #     slam: &mut scphd::ScPhd<'_, M>,
-    /// # ) -> Result<(), scphd::SaveError<()>> {
+    /// # ) -> Result<(), scphd::snapshot::SaveError<()>> {
     /// # use scphd_stream::Part;
     /// # const KIND: u32 = 7;
     /// log.save(Part::Filter, |sink| slam.save(KIND, sink))?;

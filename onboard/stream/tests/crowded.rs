@@ -2,7 +2,9 @@
 //! to their end, and the scans say what was left out. Whoever does not come to an end fails after a minute.
 
 use nalgebra::Vector3;
-use scphd::{AuvPose, Health, Instruments, Reading, Sensor};
+use scphd::Health;
+use scphd::models::{AuvPose, Reading, Sensor};
+use scphd::navigation::Instruments;
 use scphd_stream::planar::{Odometry, Planar, Vehicle};
 use scphd_stream::underwater::{Navigation, Underwater};
 use scphd_stream::{

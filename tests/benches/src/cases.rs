@@ -3,10 +3,10 @@
 use crate::rig::{Case, Rig};
 use crate::world::{Clutter, World};
 use nalgebra::Vector2;
-use scphd::{
-    Births, Config, ConstantVelocity, ControlNoise, Dynamic, KnownPose, MapMemory, MovingConfig, NoMoving, Static,
-    Step, Unicycle,
-};
+use scphd::models::{ConstantVelocity, ControlNoise, KnownPose, Step, Unicycle};
+use scphd::settings::MovingConfig;
+use scphd::storage::{Dynamic, MapMemory, NoMoving, Static};
+use scphd::{Births, Config};
 use scphd_sim::noise::Noise;
 use std::f64::consts::TAU;
 

@@ -2,11 +2,13 @@
 
 use crate::world::{Course, Input, World};
 use nalgebra::Vector2;
-use scphd::{
-    Births, Component, Config, Detector, DetectorMemory, Dynamic, KnownPose, MapStorage, Motion, PlanarPose, Probe,
-    RangeBearing, RangeBearingWindow, ScPhd, ScanReport, ScanRoom, Sensing, State, Static, Symmetric, Unicycle,
-    UnicycleControl, UniformClutter,
+use scphd::diagnostics::Probe;
+use scphd::models::{
+    KnownPose, Motion, PlanarPose, RangeBearing, RangeBearingWindow, Sensing, Unicycle, UnicycleControl, UniformClutter,
 };
+use scphd::numerics::Symmetric;
+use scphd::storage::{Dynamic, MapStorage, ScanRoom, Static};
+use scphd::{Births, Component, Config, Detector, DetectorMemory, ScPhd, ScanReport, State};
 use scphd_sim::session::with_roomy_stack;
 
 /// Room for measurements.

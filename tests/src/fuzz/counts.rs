@@ -35,7 +35,7 @@ fn named(error: &impl Debug) -> String {
 #[cfg(test)]
 mod tests {
     use super::{count, take};
-    use scphd::{Implausible, PredictError, ScanError};
+    use scphd::errors::{Implausible, PredictError, ScanError};
 
     #[test]
     fn outcomes_are_told_apart_by_their_names() {

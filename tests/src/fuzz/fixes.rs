@@ -3,10 +3,14 @@
 use super::draw::Draw;
 use super::worlds::{FeatureOf, MeasurementOf, World};
 use nalgebra::{Vector1, Vector2};
-use scphd::{
-    Archive, AuvPose, BeaconFix, Fix, FixReport, HeadingFix, HeightFix, JointSlam, MeasurementModel, ModelError,
-    Motion, Mounting, Movers, ObserveError, PlanarPose, Pose, PositionFix, Real, ScPhd, ScalarOf, Sensor, Vector,
+use scphd::errors::ObserveError;
+use scphd::models::{
+    AuvPose, BeaconFix, Fix, HeadingFix, HeightFix, MeasurementModel, ModelError, Motion, Mounting, PlanarPose, Pose,
+    PositionFix, ScalarOf, Sensor,
 };
+use scphd::numerics::Vector;
+use scphd::storage::{Archive, Movers};
+use scphd::{FixReport, JointSlam, Real, ScPhd};
 use std::fmt::{self, Debug, Formatter};
 
 /// A filter that is told its pose.

@@ -9,12 +9,14 @@ use super::session::Seeded;
 use super::worlds::{Car, Diver, FeatureOf, Listener, Models, ModelsOf, Rover, Tracker, World};
 use super::{Failure, Operations, Run, Watch};
 use nalgebra::{Vector2, Vector4};
-use scphd::{
-    Archive, Archived, Births, Component, Detector, JointArchive, JointConfig, JointMovers, JointReport, JointSlam,
-    JointState, LoadMapError, MeasurementModel, Movers, MovingConfig, NoArchive, Persistence, Plausible, Pose,
-    PoseEstimate, Real, RestoreError, ScanError, Scrubber, SetupError, SliceEnd, Symmetric, Vector, from_slice,
-    joint_numbers,
-};
+use scphd::diagnostics::Scrubber;
+use scphd::errors::{LoadMapError, ScanError, SetupError};
+use scphd::models::{MeasurementModel, Pose};
+use scphd::numerics::{Symmetric, Vector};
+use scphd::settings::{MovingConfig, Persistence, Plausible};
+use scphd::snapshot::{RestoreError, SliceEnd, from_slice};
+use scphd::storage::{Archive, Archived, JointArchive, JointMovers, Movers, NoArchive, joint_numbers};
+use scphd::{Births, Component, Detector, JointConfig, JointReport, JointSlam, JointState, PoseEstimate, Real};
 use std::collections::BTreeSet;
 use std::fmt::Write;
 use std::marker::PhantomData;

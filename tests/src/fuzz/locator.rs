@@ -6,10 +6,11 @@ use super::session::Seeded;
 use super::worlds::{Rover, World};
 use super::{Failure, Operations, Run, Watch};
 use nalgebra::Vector2;
-use scphd::{
-    Births, Component, ConfigError, Detector, Locator, LocatorConfig, LocatorReport, LocatorState, Mounting,
-    PlanarPose, Pose, PoseEstimate, Real, Symmetric, wrap,
-};
+use scphd::errors::ConfigError;
+use scphd::locate::{Locator, LocatorConfig, LocatorReport, LocatorState};
+use scphd::models::{Mounting, PlanarPose, Pose};
+use scphd::numerics::{Symmetric, wrap};
+use scphd::{Births, Component, Detector, PoseEstimate, Real};
 use std::fmt::Write;
 
 type Landmark<T> = Component<Vector2<T>>;

@@ -17,7 +17,7 @@ mod streams;
 mod tuning;
 mod worlds;
 
-use scphd::{Dynamic, MapMemory, NoMoving, Static};
+use scphd::storage::{Dynamic, MapMemory, NoMoving, Static};
 use session::Seeded;
 use std::fmt;
 use std::panic::{self, AssertUnwindSafe};

@@ -2,7 +2,9 @@
 
 use super::draw::Draw;
 use super::worlds::{FeatureOf, MeasurementOf, World};
-use scphd::{Detector, MeasurementModel, Pose, Real, Sensor, Vector};
+use scphd::models::{MeasurementModel, Pose, Sensor};
+use scphd::numerics::Vector;
+use scphd::{Detector, Real};
 
 /// What a detector sees from a pose of the landmarks, and what is not there; at most one more than there is room for.
 pub(super) fn seen<W: World, R>(

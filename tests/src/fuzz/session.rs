@@ -8,10 +8,14 @@ use super::scans::seen;
 use super::tuning::{Room, births, config};
 use super::worlds::{FeatureOf, MeasurementOf, Models, ModelsOf, World};
 use super::{Failure, Operations, Watch};
+use scphd::diagnostics::Scrubber;
+use scphd::errors::SetupError;
+use scphd::models::{MeasurementModel, Mounting, Pose, TangentOf};
+use scphd::numerics::{Symmetric, Vector};
+use scphd::snapshot::{RestoreError, SliceEnd, from_slice};
+use scphd::storage::{Draft, Dynamic, Executor, MapStorage, ScanRoom, Static, UpdateMemory};
 use scphd::{
-    Births, Component, Config, Detector, DetectorMemory, Draft, Dynamic, Executor, MapEstimate, MapStorage,
-    MeasurementModel, Mounting, Pose, PoseEstimate, Real, RestoreError, ScPhd, ScanReport, ScanRoom, Scrubber,
-    SetupError, SliceEnd, State, Static, Symmetric, TangentOf, UpdateMemory, Vector, from_slice,
+    Births, Component, Config, Detector, DetectorMemory, MapEstimate, PoseEstimate, Real, ScPhd, ScanReport, State,
 };
 use std::collections::BTreeSet;
 use std::fmt::Write;

@@ -8,10 +8,14 @@ use super::worlds::{Diver, Models, Rover, World};
 use super::{Failure, Operations, Run, Watch};
 use crc::{CRC_32_ISO_HDLC, Crc};
 use nalgebra::{Vector2, Vector3};
+use scphd::diagnostics::Scrubber;
+use scphd::models::{PlanarPose, Reading, Sensor};
+use scphd::navigation::{Instruments, Navigator, VelocityNoise};
+use scphd::numerics::Symmetric;
+use scphd::snapshot::{RestoreError, SliceEnd, from_slice, restore_map, save_map};
+use scphd::storage::{Dynamic, JointArchive, MapMemory, Static, joint_numbers};
 use scphd::{
-    Births, Component, Config, Detector, DetectorMemory, Dynamic, Instruments, JointArchive, JointConfig, JointSlam,
-    JointState, MapMemory, Navigator, PlanarPose, Reading, Real, RestoreError, ScPhd, Scrubber, Sensor, SliceEnd,
-    State, Static, Symmetric, VelocityNoise, from_slice, joint_numbers, restore_map, save_map,
+    Births, Component, Config, Detector, DetectorMemory, JointConfig, JointSlam, JointState, Real, ScPhd, State,
 };
 use std::panic::{self, AssertUnwindSafe};
 
@@ -177,7 +181,7 @@ trait Zero {
 }
 
 impl<T: Real> Zero for PlanarPose<T> {
-    const ZERO_HERE: Self = <Self as scphd::Pose>::ZERO;
+    const ZERO_HERE: Self = <Self as scphd::models::Pose>::ZERO;
 }
 
 /// A joint map, with an archive where that has room.
@@ -221,7 +225,8 @@ impl<T: Real, const F: usize, const NUMBERS: usize, const ARCHIVE: usize> Kind f
     }
 }
 
-type Window<'s, T> = JointSlam<'s, <Rover<T> as World>::Motion, Vector2<T>, scphd::Archived<'s, PlanarPose<T>>>;
+type Window<'s, T> =
+    JointSlam<'s, <Rover<T> as World>::Motion, Vector2<T>, scphd::storage::Archived<'s, PlanarPose<T>>>;
 
 impl<T: Real, const F: usize, const NUMBERS: usize, const ARCHIVE: usize> Joint<T, F, NUMBERS, ARCHIVE> {
     fn over<R>(work: impl FnOnce(&mut Window<'_, T>) -> R) -> R {
@@ -328,14 +333,14 @@ impl<T: Real> Beside<T> {
 /// A filter under water, whose poses have more numbers.
 struct Dive;
 
-type DiveState = State<scphd::AuvPose<f32>, 2, 2, MapMemory<Static<Vector3<f32>>, 2, 6, 4, 24>>;
+type DiveState = State<scphd::models::AuvPose<f32>, 2, 2, MapMemory<Static<Vector3<f32>>, 2, 6, 4, 24>>;
 
 impl Kind for Dive {
     fn save(draw: &mut Draw) -> Vec<u8> {
         let mut state = Box::new(DiveState::new());
         let models = Self::models();
         let mut slam = ScPhd::new(models.motion, Config::informed(2), &mut *state).expect("it fits");
-        slam.reset(scphd::AuvPose::new(1.0, 2.0, -3.0, 0.4), draw.word()).expect("a pose");
+        slam.reset(scphd::models::AuvPose::new(1.0, 2.0, -3.0, 0.4), draw.word()).expect("a pose");
         for _ in 0..3 {
             let at = slam.candidates()[0].pose;
             let _ = slam.predict(&Diver::<f32>::control(draw, &at), 0.1);

@@ -6,7 +6,10 @@ use super::draw::Draw;
 use super::session::Seeded;
 use super::{Failure, Operations, Run, Watch};
 use nalgebra::Vector2;
-use scphd::{Component, Instruments, PlanarPose, Reading, Real, Symmetric};
+use scphd::models::{PlanarPose, Reading};
+use scphd::navigation::Instruments;
+use scphd::numerics::Symmetric;
+use scphd::{Component, Real};
 use scphd_stream::planar::{self, BlackBox, BlackBoxJoint, Odometry, Planar, PlanarJoint};
 use scphd_stream::underwater::{self, Navigation, Underwater};
 use scphd_stream::{

@@ -1,9 +1,9 @@
 //! Configurations for the fuzzer: every proposal, likelihood and option.
 
 use super::draw::Draw;
-use scphd::{
-    Births, Config, ConstantVelocity, Extraction, Informed, Likelihood, MovingConfig, Plausible, Proposal, Real,
-};
+use scphd::models::ConstantVelocity;
+use scphd::settings::{Extraction, Informed, Likelihood, MovingConfig, Plausible, Proposal};
+use scphd::{Births, Config, Real};
 
 /// All of them.
 const LIKELIHOODS: [Likelihood; 4] =

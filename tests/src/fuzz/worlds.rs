@@ -2,13 +2,14 @@
 
 use super::draw::Draw;
 use nalgebra::{Matrix3, Vector1, Vector2, Vector3, Vector4};
-use scphd::{
+use scphd::Real;
+use scphd::models::{
     Ackermann, AckermannControl, AckermannGeometry, Auv, AuvControl, AuvPose, BearingOnly, ControlNoise, FrustumLimits,
     KnownPose, MeasurementModel, ModelError, Motion, Mounting, PlanarPose, PolarBirths, PolarGrid, Pose, PositionOf,
-    RangeBearing, RangeBearingElevation, RangeBearingLimits, RangeBearingWindow, Reading, Real, Sensing, SonarLimits,
-    SonarWindow, Step, StereoCamera, StereoFrustum, Symmetric, Unicycle, UnicycleControl, UniformClutter, pixel_noise,
-    projection,
+    RangeBearing, RangeBearingElevation, RangeBearingLimits, RangeBearingWindow, Reading, Sensing, SonarLimits,
+    SonarWindow, Step, StereoCamera, StereoFrustum, Unicycle, UnicycleControl, UniformClutter, pixel_noise, projection,
 };
+use scphd::numerics::Symmetric;
 use std::fmt::Debug;
 use std::marker::PhantomData;
 

@@ -2,12 +2,14 @@
 
 use crate::Event;
 use nalgebra::{Vector1, Vector2, Vector3};
-use scphd::{
-    Auv, AuvControl, AuvPose, BearingOnly, Births, Config, ControlNoise, Detector, DetectorMemory, HeadingFix,
-    HeightFix, JointConfig, JointSlam, Mounting, PlanarPose, PolarBirths, PolarGrid, PositionFix, RangeBearing,
-    RangeBearingElevation, RangeBearingLimits, RangeBearingWindow, Reading, Real, ScPhd, ScanRoom, Sensing,
-    SonarLimits, SonarWindow, Step, Symmetric, Unicycle, UnicycleControl, UniformClutter, joint_memory, memory,
+use scphd::models::{
+    Auv, AuvControl, AuvPose, BearingOnly, ControlNoise, HeadingFix, HeightFix, Mounting, PlanarPose, PolarBirths,
+    PolarGrid, PositionFix, RangeBearing, RangeBearingElevation, RangeBearingLimits, RangeBearingWindow, Reading,
+    Sensing, SonarLimits, SonarWindow, Step, Unicycle, UnicycleControl, UniformClutter,
 };
+use scphd::numerics::Symmetric;
+use scphd::storage::ScanRoom;
+use scphd::{Births, Config, Detector, DetectorMemory, JointConfig, JointSlam, Real, ScPhd, joint_memory, memory};
 use std::error::Error;
 
 memory! {

@@ -1,7 +1,9 @@
 //! What there is to measure.
 
 use crate::Event;
-use scphd::{AuvPose, BodyFrame, Mounting, Noise, PlanarPose, Pose, Real, wrap};
+use scphd::Real;
+use scphd::models::{AuvPose, BodyFrame, Mounting, PlanarPose, Pose};
+use scphd::numerics::{Noise, wrap};
 
 /// Scans of the lidar; there are fewer of the others.
 pub const SCANS: usize = 300;

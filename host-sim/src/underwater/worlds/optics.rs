@@ -2,7 +2,7 @@
 
 use crate::underwater::stereo::{self, Projections};
 use nalgebra::{Matrix3, Vector3};
-use scphd::projection;
+use scphd::models::projection;
 
 /// A rectified pair of cameras, one beside the other, fixed to the vehicle.
 #[derive(Debug, Clone, PartialEq)]

@@ -4,7 +4,7 @@ use crate::angle::wrap;
 use crate::noise::Noise;
 use libm::{atan2, cos, sin};
 use nalgebra::{Matrix3, Vector3};
-use scphd::rotation;
+use scphd::models::rotation;
 use std::f64::consts::PI;
 
 /// A state of the true vehicle.

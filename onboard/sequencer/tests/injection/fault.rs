@@ -1,7 +1,7 @@
 //! What goes wrong with a sensor, a wheel or a clock.
 
-use scphd::nalgebra::Vector2;
-use scphd::{Noise, wrap};
+use scphd::numerics::nalgebra::Vector2;
+use scphd::numerics::{Noise, wrap};
 use std::f32::consts::PI;
 
 /// What is wrong for ten seconds.

@@ -2,7 +2,11 @@
 
 use crate::MEASUREMENTS;
 use crate::world::Setting;
-use scphd::nalgebra::{Vector2, Vector3};
+use scphd::models::*;
+use scphd::numerics::nalgebra::{Vector2, Vector3};
+use scphd::numerics::*;
+use scphd::snapshot::*;
+use scphd::storage::*;
 use scphd::*;
 
 pub type Control = UnicycleControl<f32>;

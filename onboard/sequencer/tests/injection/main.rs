@@ -14,8 +14,10 @@ mod world;
 
 use fault::Fault;
 use filters::{Control, Slam};
-use scphd::nalgebra::Vector2;
-use scphd::{Health, Noise, PlanarPose};
+use scphd::Health;
+use scphd::models::PlanarPose;
+use scphd::numerics::Noise;
+use scphd::numerics::nalgebra::Vector2;
 use scphd_sequencer::{Action, Flags, Sequencer, Settings, Stamp};
 use std::ops::Range;
 use vehicle::{Vehicle, by};

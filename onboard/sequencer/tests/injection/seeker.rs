@@ -4,7 +4,9 @@ use crate::MEASUREMENTS;
 use crate::filters::{Control, lidar, motion};
 use crate::vehicle::by;
 use crate::world::Setting;
-use scphd::nalgebra::Vector2;
+use scphd::locate::*;
+use scphd::models::*;
+use scphd::numerics::nalgebra::Vector2;
 use scphd::*;
 
 type Feature = Component<Vector2<f32>>;

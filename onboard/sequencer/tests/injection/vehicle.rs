@@ -3,8 +3,10 @@
 use crate::filters::{Control, ODOMETRY, Slam};
 use crate::seeker::Seeker;
 use crate::world::DT_S;
-use scphd::nalgebra::{Vector2, Vector3};
-use scphd::{Health, PlanarPose, Symmetric};
+use scphd::Health;
+use scphd::models::PlanarPose;
+use scphd::numerics::Symmetric;
+use scphd::numerics::nalgebra::{Vector2, Vector3};
 use scphd_sequencer::OdometryWatch;
 use std::collections::VecDeque;
 

@@ -1,12 +1,13 @@
 //! A robot that drives a circle, with a lidar, a radar and a satellite receiver, as a log of stamped inputs.
 
 use heapless::Vec as List;
-use scphd::nalgebra::Vector2;
-use scphd::{
-    Births, Config, ControlNoise, Detector, DetectorMemory, JointConfig, JointSlam, Motion, Noise, PlanarPose,
-    PositionFix, RangeBearing, RangeBearingWindow, Real, ScPhd, Sensing, Unicycle, UnicycleControl, UniformClutter,
-    joint_memory, memory, wrap,
+use scphd::models::{
+    ControlNoise, Motion, PlanarPose, PositionFix, RangeBearing, RangeBearingWindow, Sensing, Unicycle,
+    UnicycleControl, UniformClutter,
 };
+use scphd::numerics::nalgebra::Vector2;
+use scphd::numerics::{Noise, wrap};
+use scphd::{Births, Config, Detector, DetectorMemory, JointConfig, JointSlam, Real, ScPhd, joint_memory, memory};
 use scphd_sequencer::{Action, Report, Sequencer, Settings, Stamp};
 
 pub type Scan = List<Vector2<f32>, 24>;
@@ -44,7 +45,7 @@ memory! {
 joint_memory! { type Map: Unicycle<f32> { measurement: Vector2<f32>, features: 24, measurements: 24 } }
 
 pub fn truth_at(ms: u64) -> PlanarPose<f32> {
-    let exact = Unicycle::new(scphd::Step::Arc, ControlNoise::NONE).unwrap();
+    let exact = Unicycle::new(scphd::models::Step::Arc, ControlNoise::NONE).unwrap();
     exact.propagate(&PlanarPose::new(0.0, 0.0, 0.0), &TRUTH, ms as f32 / 1000.0)
 }
 
@@ -109,7 +110,7 @@ pub struct Outcome {
 pub fn filtered(feed: impl FnOnce(&mut dyn Feed)) -> Outcome {
     type Eye<'r> = Detector<
         Sensing<RangeBearing<f32>, RangeBearingWindow<f32>, UniformClutter<f32>>,
-        scphd::ScanRoom<'r, Vector2<f32>>,
+        scphd::storage::ScanRoom<'r, Vector2<f32>>,
     >;
     struct Both<'s> {
         mixture: ScPhd<'s, Unicycle<f32>>,
@@ -144,7 +145,7 @@ pub fn filtered(feed: impl FnOnce(&mut dyn Feed)) -> Outcome {
     let (mut of_lidar, mut of_radar) = (DetectorMemory::<_, 24>::new(), DetectorMemory::<_, 24>::new());
     let motion = || {
         let noise = ControlNoise { interval_s: 0.1, ..ControlNoise::white(0.1, 0.05) };
-        Unicycle::new(scphd::Step::Arc, noise).unwrap()
+        Unicycle::new(scphd::models::Step::Arc, noise).unwrap()
     };
     let mut both = Both {
         mixture: ScPhd::new(motion(), Config::informed(4), &mut *still).unwrap(),

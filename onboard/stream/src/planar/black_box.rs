@@ -12,7 +12,10 @@ use crate::record::{How, Measurements, Part, Place, Record, Which};
 use crate::snapshot::Snapshot;
 use crate::writer::{OTHERS, Writer};
 use nalgebra::Vector2;
-use scphd::{Component, Detector, DetectorMemory, PlanarPose, Probe, Real, SaveError, Stage};
+use scphd::diagnostics::{Probe, Stage};
+use scphd::models::PlanarPose;
+use scphd::snapshot::SaveError;
+use scphd::{Component, Detector, DetectorMemory, Real};
 
 /// The filter with a mixture a particle, for black boxes of vehicles in the plane: four detectors, fixes, and all else.
 #[derive(Debug, Clone, Copy)]
@@ -30,11 +33,11 @@ impl<T: Real> Modelled<T> for Planar {
     type Helm = Direct;
     type Sensing = PlanarSensing<T>;
 
-    fn motion(header: &Header<Self>) -> Result<Drive<T>, scphd::ModelError> {
+    fn motion(header: &Header<Self>) -> Result<Drive<T>, scphd::models::ModelError> {
         motion(header, margin(header))
     }
 
-    fn steer(_helm: &mut Direct, _header: &Header<Self>) -> Result<(), scphd::ModelError> {
+    fn steer(_helm: &mut Direct, _header: &Header<Self>) -> Result<(), scphd::models::ModelError> {
         Ok(())
     }
 

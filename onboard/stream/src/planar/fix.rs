@@ -7,7 +7,8 @@ use crate::kind::Input;
 use crate::numbers::Numbers;
 use crate::onboard::Refusal;
 use nalgebra::{Vector1, Vector2};
-use scphd::{BeaconFix, HeadingFix, PlanarPose, PositionFix, RangeBearing, Real};
+use scphd::Real;
+use scphd::models::{BeaconFix, HeadingFix, PlanarPose, PositionFix, RangeBearing};
 
 /// A measurement of the pose itself, and how good it is, in double precision in every stream.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -6,7 +6,11 @@ use super::onboard::{Direct, Drive};
 use crate::black_box::KIND;
 use crate::flips::Failing;
 use crate::onboard::{Onboard, Refusal};
-use scphd::{Flaw, MeasurementModel, Noise, PlanarPose, Scrubbed, Scrubber, from_slice, into_slice};
+use scphd::diagnostics::{Scrubbed, Scrubber};
+use scphd::errors::Flaw;
+use scphd::models::{MeasurementModel, PlanarPose};
+use scphd::numerics::Noise;
+use scphd::snapshot::{from_slice, into_slice};
 
 /// All of a filter, which is there as `filter`.
 macro_rules! failing {

@@ -6,10 +6,11 @@ use crate::header::Header;
 use crate::onboard::{Aboard, Capacities, Filter, Helm, Ram, RamPart, Refusal, Scan, Seen, lower, moved};
 use crate::record::Measurements;
 use nalgebra::Vector2;
-use scphd::{
-    Detector, JointConfig, JointReport, JointSlam, JointState, Persistence, PlanarPose, Pose, Probe, Real, Stage,
-    joint_numbers,
-};
+use scphd::diagnostics::{Probe, Stage};
+use scphd::models::{PlanarPose, Pose};
+use scphd::settings::Persistence;
+use scphd::storage::joint_numbers;
+use scphd::{Detector, JointConfig, JointReport, JointSlam, JointState, Real};
 
 /// Features of the joint map.
 pub(super) const FEATURES: usize = if cfg!(feature = "small-pools") { 16 } else { 64 };

@@ -5,12 +5,15 @@ use crate::Header;
 use crate::onboard::{self, Aboard, Capacities, Helm, Onboard, Ram, RamPart, Refusal, config};
 use core::marker::PhantomData;
 use nalgebra::{Vector2, Vector3};
-use scphd::{
-    Ackermann, AckermannControl, AckermannGeometry, Births, ControlNoise, Detector, DetectorMemory, Dynamic,
-    Linearised, MapMemory, ModelError, Motion, Mounting, Noise, PlanarPose, PredictError, RangeBearing,
-    RangeBearingLimits, RangeBearingWindow, Rates, Real, ScPhd, Sensing, State, Static, Step, Unicycle,
-    UnicycleControl, UniformClutter,
+use scphd::errors::PredictError;
+use scphd::models::{
+    Ackermann, AckermannControl, AckermannGeometry, ControlNoise, Linearised, ModelError, Motion, Mounting, PlanarPose,
+    RangeBearing, RangeBearingLimits, RangeBearingWindow, Rates, Sensing, Step, Unicycle, UnicycleControl,
+    UniformClutter,
 };
+use scphd::numerics::Noise;
+use scphd::storage::{Dynamic, MapMemory, Static};
+use scphd::{Births, Detector, DetectorMemory, Real, ScPhd, State};
 
 /// Room for the particles of section 5.3.1.
 #[cfg(not(any(feature = "few-particles", feature = "small-pools")))]
@@ -127,8 +130,8 @@ impl<T: Real> Aboard<T> for Planar {
     const CAPACITIES: Capacities = Capacities {
         candidates: CANDIDATES,
         particles: PARTICLES,
-        components: (MAP_PAGES + MOVING_MAP_PAGES) * scphd::PAGE_LEN,
-        components_in_all: (PAGES + MOVING_PAGES) * scphd::PAGE_LEN,
+        components: (MAP_PAGES + MOVING_MAP_PAGES) * scphd::storage::PAGE_LEN,
+        components_in_all: (PAGES + MOVING_PAGES) * scphd::storage::PAGE_LEN,
         measurements: MEASUREMENTS,
     };
     const RAM_PARTS: [RamPart; 6] = ram::<T>().parts();

@@ -5,9 +5,9 @@ use super::{AuvModels, Fix, Underwater};
 use crate::black_box::{BlackBoxFilter, Modelled, Observes};
 use crate::header::Header;
 use crate::onboard::{Aboard, Capacities, RamPart, Refusal, births};
-use scphd::{
-    Auv, AuvPose, Detector, ModelError, Navigator, Real, Sensing, StereoCamera, StereoFrustum, UniformClutter,
-};
+use scphd::models::{Auv, AuvPose, ModelError, Sensing, StereoCamera, StereoFrustum, UniformClutter};
+use scphd::navigation::Navigator;
+use scphd::{Detector, Real};
 
 /// The filter with a mixture a particle, for black boxes of vehicles under water: one detector, fixes, and all else.
 #[derive(Debug, Clone, Copy)]

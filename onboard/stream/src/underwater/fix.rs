@@ -6,7 +6,8 @@ use crate::kind::Input;
 use crate::numbers::Numbers;
 use crate::onboard::Refusal;
 use nalgebra::Vector1;
-use scphd::{AuvPose, HeadingFix, HeightFix, Real};
+use scphd::Real;
+use scphd::models::{AuvPose, HeadingFix, HeightFix};
 
 /// A measurement of the pose itself, and how good it is, in double precision in every stream.
 #[derive(Debug, Clone, Copy, PartialEq)]

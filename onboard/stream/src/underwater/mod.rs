@@ -13,7 +13,8 @@ pub use onboard::{MEASUREMENTS, Memory};
 use crate::kind::{Input, Kind};
 use crate::numbers::Numbers;
 use crate::scalar::Scalar;
-use scphd::{Instruments, Reading};
+use scphd::models::Reading;
+use scphd::navigation::Instruments;
 
 /// The kind of these streams.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

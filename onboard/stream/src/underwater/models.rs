@@ -2,10 +2,11 @@
 
 use crate::numbers::numbers;
 use nalgebra::SMatrix;
-use scphd::{
-    Auv, AuvPose, FrustumLimits, ModelError, Navigator, Real, Sensing, StereoCamera, StereoFrustum, UniformClutter,
-    VelocityNoise, pixel_noise,
+use scphd::Real;
+use scphd::models::{
+    Auv, AuvPose, FrustumLimits, ModelError, Sensing, StereoCamera, StereoFrustum, UniformClutter, pixel_noise,
 };
+use scphd::navigation::{Navigator, VelocityNoise};
 
 numbers! {
     /// Start, noise of vehicle and instruments, and camera of an underwater vehicle.

@@ -6,10 +6,12 @@ use crate::Header;
 use crate::onboard::{self, Aboard, Capacities, Helm, Onboard, Ram, RamPart, Refusal, births, config};
 use core::marker::PhantomData;
 use nalgebra::{Vector3, Vector4};
-use scphd::{
-    Auv, AuvControl, AuvPose, Detector, DetectorMemory, MapMemory, Navigator, NoMoving, PredictError, Real,
-    RestoreError, SaveError, ScPhd, Sensing, State, Static, StereoCamera, StereoFrustum, UniformClutter,
-};
+use scphd::errors::PredictError;
+use scphd::models::{Auv, AuvControl, AuvPose, Sensing, StereoCamera, StereoFrustum, UniformClutter};
+use scphd::navigation::Navigator;
+use scphd::snapshot::{RestoreError, SaveError};
+use scphd::storage::{MapMemory, NoMoving, Static};
+use scphd::{Detector, DetectorMemory, Real, ScPhd, State};
 
 const PARTICLES: usize = 64;
 const CANDIDATES: usize = 64;
@@ -74,8 +76,8 @@ impl<T: Real> Aboard<T> for Underwater {
     const CAPACITIES: Capacities = Capacities {
         candidates: CANDIDATES,
         particles: PARTICLES,
-        components: MAP_PAGES * scphd::PAGE_LEN,
-        components_in_all: PAGES * scphd::PAGE_LEN,
+        components: MAP_PAGES * scphd::storage::PAGE_LEN,
+        components_in_all: PAGES * scphd::storage::PAGE_LEN,
         measurements: MEASUREMENTS,
     };
     const RAM_PARTS: [RamPart; 6] = ram::<T>().parts();
