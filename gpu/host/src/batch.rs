@@ -105,10 +105,33 @@ impl Batch {
         self.runs.first().map_or(0, |run| run.setup.particles)
     }
 
-    /// Number of predictions before a scan of the first run.
+    /// Whether its one run is of a large filter.
+    #[must_use]
+    pub fn is_large(&self) -> bool {
+        self.room[0] > PARTICLES
+    }
+
+    /// The most particles of a run, and samples of each.
+    #[must_use]
+    pub fn most(&self) -> [usize; 2] {
+        let most = |of: fn(&Run) -> u32| self.runs.iter().map(of).max().unwrap_or(0) as usize;
+        [most(|run| run.setup.particles), most(|run| run.setup.samples)]
+    }
+
+    /// The most predictions before a scan.
     #[must_use]
     pub fn predictions_before(&self, scan: u32) -> u32 {
-        self.scans.get(scan as usize).map_or(0, |scan| scan.predictions)
+        let of = |run: &Run| {
+            let place = (scan < run.scans).then_some((run.first_scan + scan) as usize);
+            place.and_then(|place| self.scans.get(place)).map_or(0, |scan| scan.predictions)
+        };
+        self.runs.iter().map(of).max().unwrap_or(0)
+    }
+
+    /// Filters, the most particles of one, and samples of each.
+    pub(crate) fn counts(&self) -> [u64; 3] {
+        let [particles, samples] = self.most();
+        [self.runs.len(), particles, samples].map(|count| count as u64)
     }
 
     /// The greatest number of scans of a run.
@@ -127,7 +150,7 @@ impl Batch {
         ]
     }
 
-    /// Bytes of inputs and outputs, without the slots.
+    /// Bytes of inputs and outputs.
     #[must_use]
     pub fn bytes(&self) -> usize {
         let [features, movers] = self.rooms();

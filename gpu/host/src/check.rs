@@ -1,7 +1,7 @@
 //! Whether a device's filter has the state of the host's after every scan.
 
 use crate::batch::Batch;
-use crate::device::{Device, Launches};
+use crate::device::Device;
 use crate::source::{FILTER, Source};
 use crate::study::{StudyError, played};
 use scphd_gpu_kernels::Status;
@@ -109,13 +109,7 @@ impl Checked {
     ///
     /// # Errors
     /// A run is not for the kernels, has stopped, or the device does not work.
-    pub fn of(
-        device: &mut dyn Device,
-        source: &Source,
-        seeds: &[u64],
-        most_scans: usize,
-        scans_a_launch: u32,
-    ) -> Result<Self, StudyError> {
+    pub fn of(device: &mut dyn Device, source: &Source, seeds: &[u64], most_scans: usize) -> Result<Self, StudyError> {
         let (mut batch, mut hosts) = (Batch::default(), Vec::new());
         for (run, &seed) in seeds.iter().enumerate() {
             let mut log = source.log(seed)?;
@@ -125,7 +119,7 @@ impl Checked {
             let of_host = digests_of_host(&log, &settings, seed, most_scans);
             hosts.push(of_host.map_err(|why| StudyError::Session { run, why })?.0);
         }
-        let outcome = device.run(&batch, Launches { digest_every: 1, scans: scans_a_launch })?;
+        let outcome = device.run(&batch, 1)?;
         let mut checked = Self {
             digests: 0,
             differences: Vec::new(),

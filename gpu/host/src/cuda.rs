@@ -1,13 +1,14 @@
 //! A device of CUDA: driver, module and memory, all looked for at run time.
 
 use crate::batch::Batch;
-use crate::device::{Device, DeviceError, Launches, Outcome, of_scan, spans};
+use crate::device::{Device, DeviceError, Launch, Outcome, buffers, of_scan};
 use bytemuck::Pod;
 use cudarc::driver::{
-    CudaContext, CudaFunction, CudaSlice, CudaStream, DevicePtr, DriverError, LaunchConfig, PushKernelArg, sys,
+    CudaContext, CudaFunction, CudaModule, CudaSlice, CudaStream, DevicePtr, DriverError, LaunchConfig, PushKernelArg,
+    sys,
 };
 use cudarc::nvrtc::Ptx;
-use scphd_gpu_kernels::{PREDICT, Places, STAGES, START, Stage};
+use scphd_gpu_kernels::{LargeMemory, Memory, Size};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
@@ -65,42 +66,44 @@ fn refused(doing: &'static str) -> impl Fn(DriverError) -> DeviceError {
     move |DriverError(code)| DeviceError::Driver { doing, why: format!("{code:?}") }
 }
 
-/// A kernel of a large filter, and how many threads it is launched with.
-type Kernel = (CudaFunction, Places);
+/// The launches of filters of one size.
+#[derive(Debug)]
+struct Kernels {
+    /// Those that start the filters, those of a prediction, and those of a scan.
+    launches: [Vec<(CudaFunction, Launch)>; 3],
+    /// Bytes of what the buffers are made of: room, sight, desk, draft, stream.
+    sizes: [usize; 5],
+}
+
+impl Kernels {
+    fn load<M: Size>(module: &Arc<CudaModule>, stream: &Arc<CudaStream>) -> Result<Self, DeviceError> {
+        let function = |name: &str| module.load_function(name).map_err(refused("looking for a kernel"));
+        let load = |launch: Launch| Ok((function(&launch.kernel)?, launch));
+        let [starting, predicting, scanning] =
+            Launch::all::<M>().map(|launches| launches.into_iter().map(load).collect::<Result<Vec<_>, DeviceError>>());
+        let sizes = told_bytes(stream, &function(&Launch::bytes::<M>())?)?;
+        Ok(Self { launches: [starting?, predicting?, scanning?], sizes })
+    }
+}
 
 /// One card with the module in it.
 #[derive(Debug)]
 pub struct Cuda {
     context: Arc<CudaContext>,
     stream: Arc<CudaStream>,
-    runs: CudaFunction,
-    slot_bytes: usize,
-    /// The launches that start a large filter, those of its predictions, and those of its scans.
-    large: [Vec<Kernel>; 3],
-    /// Bytes of what its buffers are made of: room, sight, desk, draft.
-    large_bytes: [usize; 4],
-    /// Threads of a block, where it is said.
-    block: Option<u32>,
-    /// Warps of `runs` that the card holds at once.
-    warps: u32,
+    /// Those of many filters, and of a large one.
+    kernels: [Kernels; 2],
+    /// Threads of a block.
+    block: u32,
     name: String,
 }
 
-/// Threads of a block of a large filter, unless said otherwise: a warp.
-const BLOCK: u32 = 32;
-
-/// Threads of a block so that every run is in the card at once in as many blocks as it has room for. A warp of fewer threads, whose ways
-/// part less, is done earlier, and a launch lasts as long as its longest warp.
-fn threads_a_block(runs: usize, warps: u32) -> u32 {
-    (runs as u32).div_ceil(warps.max(1)).clamp(1, BLOCK)
-}
-
 impl Cuda {
-    /// The card of that number, with so many threads a block, or as many as suit it.
+    /// The card of that number, with so many threads a block.
     ///
     /// # Errors
     /// There is no driver or no such card, or the module cannot be loaded.
-    pub fn open(modules: &Modules, card: usize, block: Option<u32>) -> Result<Self, DeviceError> {
+    pub fn open(modules: &Modules, card: usize, block: u32) -> Result<Self, DeviceError> {
         // SAFETY: it loads the driver's library, whose initialisation is the system's business, and lets go of it.
         if !unsafe { sys::is_culib_present() } {
             return Err(DeviceError::NoDriver);
@@ -108,27 +111,17 @@ impl Cuda {
         let context = CudaContext::new(card).map_err(|DriverError(code)| DeviceError::NoDevice(format!("{code:?}")))?;
         let kind = context.compute_capability().map_err(refused("asking for the kind of the card"))?;
         let (module, path) = modules.read(kind)?;
-        let loaded = context.load_module(module).map_err(refused("loading the module"))?;
-        let function = |name| loaded.load_function(name).map_err(refused("looking for a kernel"));
-        let (runs, slot, large) = (function("scphd_runs")?, function("scphd_slot")?, function("scphd_large_bytes")?);
-        let kernel = |&(name, places, _): &Stage| Ok::<Kernel, DeviceError>((function(name)?, places));
-        let kernels = |stages: &[Stage]| stages.iter().map(kernel).collect::<Result<_, _>>();
-        let kernels = [kernels(&START)?, kernels(&PREDICT)?, kernels(&STAGES)?];
+        let module = context.load_module(module).map_err(refused("loading the module"))?;
         let stream = context.default_stream();
         let card = context.name().map_err(refused("asking for the name of the card"))?;
-        let multiprocessors = context
-            .attribute(sys::CUdevice_attribute::CU_DEVICE_ATTRIBUTE_MULTIPROCESSOR_COUNT)
-            .map_err(refused("asking for the card's multiprocessors"))?;
-        let warps = runs.occupancy_max_active_blocks_per_multiprocessor(BLOCK, 0, None);
-        let warps = warps.map_err(refused("asking how many warps a multiprocessor holds"))?;
-        let warps = warps * multiprocessors.unsigned_abs();
-        let block = block.map(|block| block.max(1));
-        let threads = block.map_or_else(|| "as many as suit".to_owned(), |block| block.to_string());
-        let name =
-            format!("{card}, sm_{}{}, {warps} warps, {}, {threads} threads a block", kind.0, kind.1, path.display());
-        let [slot_bytes] = told_bytes(&stream, &slot)?;
-        let large_bytes = told_bytes(&stream, &large)?;
-        Ok(Self { context, stream, runs, slot_bytes, large: kernels, large_bytes, block, warps, name })
+        let name = format!("{card}, sm_{}{}, {}, {block} threads a block", kind.0, kind.1, path.display());
+        let kernels = [Kernels::load::<Memory>(&module, &stream)?, Kernels::load::<LargeMemory>(&module, &stream)?];
+        Ok(Self { context, stream, kernels, block, name })
+    }
+
+    fn kernels(&self, batch: &Batch) -> &Kernels {
+        let [many, large] = &self.kernels;
+        if batch.is_large() { large } else { many }
     }
 
     /// A buffer with these things in it; the driver has no empty ones.
@@ -154,26 +147,23 @@ impl Cuda {
 
 /// Bytes of what buffers are made of, as the module's compiler has laid it out, which need not be what the host's has made of it. A
 /// kernel writes them, and what all of it must be aligned to.
-fn told_bytes<const THINGS: usize>(
-    stream: &Arc<CudaStream>,
-    kernel: &CudaFunction,
-) -> Result<[usize; THINGS], DeviceError> {
+fn told_bytes(stream: &Arc<CudaStream>, kernel: &CudaFunction) -> Result<[usize; 5], DeviceError> {
     let doing = "asking the module for the bytes of its buffers";
-    let mut said: CudaSlice<u64> = stream.alloc_zeros(THINGS + 1).map_err(refused(doing))?;
+    let mut said: CudaSlice<u64> = stream.alloc_zeros(6).map_err(refused(doing))?;
     let mut launch = stream.launch_builder(kernel);
     launch.arg(&mut said);
     // SAFETY: the kernel takes a pointer to so many numbers, and there they are.
     unsafe { launch.launch(grid(1, 1)) }.map_err(refused(doing))?;
-    let mut numbers = vec![0_u64; THINGS + 1];
+    let mut numbers = vec![0_u64; 6];
     stream.memcpy_dtoh(&said, &mut numbers).map_err(refused(doing))?;
     stream.synchronize().map_err(refused(doing))?;
     bytes_of_buffers(&numbers)
 }
 
 /// Bytes of things, from what a kernel has said of them and of their alignment.
-pub(crate) fn bytes_of_buffers<const THINGS: usize>(numbers: &[u64]) -> Result<[usize; THINGS], DeviceError> {
-    let bytes: [usize; THINGS] = std::array::from_fn(|thing| usize::try_from(numbers[thing]).unwrap_or(0));
-    if bytes.contains(&0) || numbers[THINGS] > ALIGNMENT {
+pub(crate) fn bytes_of_buffers(numbers: &[u64]) -> Result<[usize; 5], DeviceError> {
+    let bytes: [usize; 5] = std::array::from_fn(|thing| usize::try_from(numbers[thing]).unwrap_or(0));
+    if bytes.contains(&0) || numbers[5] > ALIGNMENT {
         let doing = "asking the module for the bytes of its buffers";
         return Err(DeviceError::Driver { doing, why: format!("{numbers:?}") });
     }
@@ -191,101 +181,53 @@ impl Device for Cuda {
         &self.name
     }
 
-    fn slot_bytes(&self) -> usize {
-        self.slot_bytes
+    fn run_bytes(&self, batch: &Batch) -> usize {
+        buffers(batch, self.kernels(batch).sizes).iter().sum::<usize>() / batch.runs.len().max(1)
     }
 
-    /// As many as fit into three quarters of the memory that is free: the stacks of all threads that the card can hold at once take
-    /// theirs when the kernel is launched.
+    /// As many as fit into nine tenths of the memory that is free: the stacks of all threads that the card can hold at once take theirs when a
+    /// kernel is launched.
     fn resident(&self, bytes_a_run: usize) -> Result<usize, DeviceError> {
         let (free, _) = self.context.mem_get_info().map_err(refused("asking for free memory"))?;
-        Ok((free / 4 * 3 / (self.slot_bytes + bytes_a_run)).max(1))
+        Ok((free / 10 * 9 / bytes_a_run.max(1)).max(1))
     }
 
-    fn run(&mut self, batch: &Batch, launches: Launches) -> Result<Outcome, DeviceError> {
+    fn run(&mut self, batch: &Batch, digest_every: u32) -> Result<Outcome, DeviceError> {
         let mut outcome = Outcome::untouched(batch);
-        let runs = self.upload(&batch.runs)?;
-        let scans = self.upload(&batch.scans)?;
-        let predictions = self.upload(&batch.predictions)?;
-        let measurements = self.upload(&batch.measurements)?;
-        let mut slots = self.zeros(batch.runs.len() * self.slot_bytes)?;
-        let mut statuses = self.zeros(size_of_val(&outcome.statuses[..]))?;
-        let mut results = self.zeros(size_of_val(&outcome.results[..]))?;
-        let mut features = self.zeros(size_of_val(&outcome.features[..]))?;
-        let mut movers = self.zeros(size_of_val(&outcome.movers[..]))?;
-        let doing = "running the kernel";
-        self.stream.synchronize().map_err(refused(doing))?;
-        let threads = batch.runs.len() as u32;
-        let block = self.block.unwrap_or_else(|| threads_a_block(batch.runs.len(), self.warps));
-        let grid = grid(batch.runs.len(), block);
-        let started = Instant::now();
-        for (first_scan, take_scans) in spans(batch.most_scans(), launches) {
-            let mut launch = self.stream.launch_builder(&self.runs);
-            launch.arg(&runs).arg(&scans).arg(&predictions).arg(&measurements);
-            launch.arg(&mut slots).arg(&mut statuses).arg(&mut results).arg(&mut features).arg(&mut movers);
-            launch.arg(&threads).arg(&first_scan).arg(&take_scans).arg(&launches.digest_every);
-            // SAFETY: these are the arguments of the kernel, in its order; the buffers are those of a batch, and have room for what its
-            // runs say; threads beyond the last run do nothing.
-            unsafe { launch.launch(grid) }.map_err(refused(doing))?;
-            self.stream.synchronize().map_err(refused(doing))?;
-        }
-        outcome.launched_s = started.elapsed().as_secs_f64();
-        self.download(&statuses, &mut outcome.statuses)?;
-        self.download(&results, &mut outcome.results)?;
-        self.download(&features, &mut outcome.features)?;
-        self.download(&movers, &mut outcome.movers)?;
-        self.stream.synchronize().map_err(refused("copying from the card"))?;
-        Ok(outcome)
-    }
-
-    fn run_large(&mut self, batch: &Batch, digest_every: u32) -> Result<Outcome, DeviceError> {
-        let mut outcome = Outcome::untouched(batch);
-        let Some(run) = batch.runs.first() else { return Ok(outcome) };
-        let [particles, samples] = [run.setup.particles, run.setup.samples].map(|count| count as usize);
-        let [room, sight, desk, draft] = self.large_bytes;
+        let Kernels { launches: [starting, predicting, scanning], sizes } = self.kernels(batch);
         let inputs = [
             self.upload(&batch.runs)?,
             self.upload(&batch.scans)?,
             self.upload(&batch.predictions)?,
             self.upload(&batch.measurements)?,
         ];
-        let scratch = [
-            self.zeros(room)?,
-            self.zeros(sight * particles * samples)?,
-            self.zeros(desk * particles)?,
-            self.zeros(draft * particles)?,
-        ];
+        let scratch =
+            buffers(batch, *sizes).into_iter().map(|bytes| self.zeros(bytes)).collect::<Result<Vec<_>, _>>()?;
         let outputs = [
             self.zeros(size_of_val(&outcome.statuses[..]))?,
             self.zeros(size_of_val(&outcome.results[..]))?,
             self.zeros(size_of_val(&outcome.features[..]))?,
             self.zeros(size_of_val(&outcome.movers[..]))?,
         ];
-        // The addresses of the buffers, in the order of `Large`.
-        let buffers = inputs.iter().chain(&scratch).chain(&outputs);
-        let addresses: Vec<u64> = buffers.map(|buffer| buffer.device_ptr(&self.stream).0).collect();
-        let large = self.upload(&addresses)?;
-        let doing = "running the kernels of a large filter";
+        // The addresses of the buffers, and counts, in the order of `Filters`.
+        let addresses = inputs.iter().chain(&scratch).chain(&outputs).map(|buffer| buffer.device_ptr(&self.stream).0);
+        let filters = self.upload(&addresses.chain(batch.counts()).collect::<Vec<u64>>())?;
+        let doing = "running the kernels";
         self.stream.synchronize().map_err(refused(doing))?;
-        let launch = |(kernel, places): &Kernel, scan: u32| {
-            let block = if *places == Places::One { 1 } else { self.block.unwrap_or(BLOCK) };
+        let launch = |(kernel, launch): &(CudaFunction, Launch), scan: u32| {
+            let threads = launch.threads(batch);
+            let block = if threads == 1 { 1 } else { self.block };
             let mut launch = self.stream.launch_builder(kernel);
-            launch.arg(&large).arg(&scan).arg(&digest_every);
-            // SAFETY: these are the arguments of the kernel, in its order, and the buffers, which outlive the launches, are those of a batch
-            // with this run; room and desks are zeros. Launches of one stream come one after the other; threads beyond the last place do
-            // nothing.
-            unsafe { launch.launch(grid(places.count(particles, samples), block)) }.map_err(refused(doing))
+            launch.arg(&filters).arg(&scan).arg(&digest_every);
+            // SAFETY: these are the arguments of the kernel, in its order, and the buffers, which outlive the launches, are those of a batch and
+            // its runs; rooms and desks are zeros. Launches of one stream come one after the other; threads beyond the last place do nothing.
+            unsafe { launch.launch(grid(threads, block)) }.map(drop).map_err(refused(doing))
         };
-        let [start, predict, stages] = &self.large;
-        for kernel in start {
-            launch(kernel, 0)?;
-        }
+        starting.iter().try_for_each(|kernel| launch(kernel, 0))?;
         self.stream.synchronize().map_err(refused(doing))?;
         let started = Instant::now();
-        for scan in 0..run.scans {
-            for kernel in of_scan(batch, scan, [predict, stages]) {
-                launch(kernel, scan)?;
-            }
+        for scan in 0..batch.most_scans() {
+            of_scan(batch, scan, [predicting, scanning]).try_for_each(|kernel| launch(kernel, scan))?;
         }
         self.stream.synchronize().map_err(refused(doing))?;
         outcome.launched_s = started.elapsed().as_secs_f64();
@@ -319,15 +261,8 @@ mod tests {
     }
 
     #[test]
-    fn runs_are_spread_over_the_warps_of_the_card() {
-        let of = |runs| threads_a_block(runs, 1056);
-        assert_eq!([1, 1056, 1057, 10_000, 33_792, 1_000_000].map(of), [1, 1, 2, 10, 32, 32]);
-        assert_eq!(threads_a_block(5, 0), 5);
-    }
-
-    #[test]
     fn without_a_driver_it_says_so() {
-        let error = Cuda::open(&Modules::of("nowhere"), 0, None).map(drop);
+        let error = Cuda::open(&Modules::of("nowhere"), 0, 32).map(drop);
         // With one, there is no module.
         let said = error.unwrap_err().to_string();
         assert!(["no CUDA driver", "no CUDA device", "nowhere"].iter().any(|what| said.contains(what)), "{said}");

@@ -2,17 +2,8 @@
 
 use crate::batch::Batch;
 use bytemuck::Zeroable;
-use scphd_gpu_kernels::{Feature, Mover, ScanResult, Status};
+use scphd_gpu_kernels::{Feature, Mover, Places, ScanResult, Size, Stage, Status, streams};
 use std::path::PathBuf;
-
-/// How a batch is launched.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Launches {
-    /// Digests after every so many scans, and after the last; 0: after the last alone.
-    pub digest_every: u32,
-    /// Scans of a launch; 0: all, so that the host has no part in a run. A display's card ends launches of more than some seconds.
-    pub scans: u32,
-}
 
 /// What a batch leaves.
 #[derive(Debug, Clone)]
@@ -79,26 +70,20 @@ pub trait Device {
     /// What it is.
     fn name(&self) -> &str;
 
-    /// Bytes of a slot.
-    fn slot_bytes(&self) -> usize;
+    /// Bytes that a run of the batch takes, without inputs and results.
+    fn run_bytes(&self, batch: &Batch) -> usize;
 
-    /// How many runs it has memory for at once, if each takes so many bytes beside its slot.
+    /// How many runs it has memory for at once, if each takes so many bytes.
     ///
     /// # Errors
     /// It cannot tell.
     fn resident(&self, bytes_a_run: usize) -> Result<usize, DeviceError>;
 
-    /// Takes every run of the batch through its scans.
+    /// Takes every run of the batch through its scans, launch by launch; with a digest after every so many scans, and after the last.
     ///
     /// # Errors
     /// The device does not work.
-    fn run(&mut self, batch: &Batch, launches: Launches) -> Result<Outcome, DeviceError>;
-
-    /// Takes one large filter, the batch's first run, through its scans, launch by launch; with a digest after every so many of them.
-    ///
-    /// # Errors
-    /// The device does not work.
-    fn run_large(&mut self, batch: &Batch, digest_every: u32) -> Result<Outcome, DeviceError>;
+    fn run(&mut self, batch: &Batch, digest_every: u32) -> Result<Outcome, DeviceError>;
 
     /// What else it has to say of the last batch.
     fn report(&self) -> Option<String> {
@@ -106,26 +91,50 @@ pub trait Device {
     }
 }
 
-/// What is launched for a scan of a large filter, in order: `predict` for every prediction before it, then `stages`.
-pub(crate) fn of_scan<'s, S>(batch: &Batch, scan: u32, [predict, stages]: [&'s [S]; 2]) -> impl Iterator<Item = &'s S> {
-    (0..batch.predictions_before(scan)).flat_map(move |_| predict).chain(stages)
+/// Bytes of all rooms, sights, desks, drafts and streams of a batch, each of so many bytes.
+pub(crate) fn buffers(batch: &Batch, [room, sight, desk, draft, stream]: [usize; 5]) -> [usize; 5] {
+    let (filters, [particles, samples]) = (batch.runs.len(), batch.most());
+    let candidates = particles * samples;
+    [room, sight * candidates, desk * particles, draft * particles, stream * streams(candidates)]
+        .map(|each| each * filters)
 }
 
-/// The first scans of every launch, and how many there are in each.
-pub(crate) fn spans(most_scans: u32, launches: Launches) -> impl Iterator<Item = (u32, u32)> {
-    let each = if launches.scans == 0 { most_scans.max(1) } else { launches.scans };
-    (0..most_scans).step_by(each as usize).map(move |first| (first, each))
+/// What is launched for a scan of a batch, in order: `predicting` for every prediction before it, then `scanning`.
+pub(crate) fn of_scan<'s, S>(
+    batch: &Batch,
+    scan: u32,
+    [predicting, scanning]: [&'s [S]; 2],
+) -> impl Iterator<Item = &'s S> {
+    (0..batch.predictions_before(scan)).flat_map(move |_| predicting).chain(scanning)
 }
 
-#[cfg(test)]
-mod tests {
-    use super::{Launches, spans};
+/// A kernel by its name, and how many threads it is launched with.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Launch {
+    pub(crate) kernel: String,
+    places: Places,
+    moving_pages: usize,
+}
 
-    #[test]
-    fn launches_cover_all_scans() {
-        let of = |most, scans| spans(most, Launches { scans, digest_every: 0 }).collect::<Vec<_>>();
-        assert_eq!(of(300, 0), [(0, 300)]);
-        assert_eq!(of(300, 128), [(0, 128), (128, 128), (256, 128)]);
-        assert_eq!(of(0, 0), []);
+impl Launch {
+    fn of<M: Size>(stage: &Stage<M>) -> Self {
+        Self { kernel: format!("{}_{}", M::NAME, stage.name), places: stage.places, moving_pages: M::MOVING_PAGES }
+    }
+
+    /// Those that start filters of a size, those of a prediction, and those of a scan.
+    pub(crate) fn all<M: Size>() -> [Vec<Self>; 3] {
+        [&Stage::<M>::STARTING[..], &Stage::PREDICTING, &Stage::SCANNING]
+            .map(|stages| stages.iter().map(Self::of).collect())
+    }
+
+    /// The kernel that tells the bytes of the buffers of filters of a size.
+    pub(crate) fn bytes<M: Size>() -> String {
+        format!("{}_bytes", M::NAME)
+    }
+
+    /// Threads for a batch.
+    pub(crate) fn threads(&self, batch: &Batch) -> usize {
+        let [particles, samples] = batch.most();
+        batch.runs.len() * self.places.count(self.moving_pages, particles, samples)
     }
 }

@@ -1,19 +1,16 @@
 //! The threads of a batch on the host: the same bodies, over the same places, in the same buffers.
 
 use crate::batch::Batch;
-use crate::device::{Device, DeviceError, Launches, Outcome, of_scan, spans};
+use crate::device::{Device, DeviceError, Outcome, buffers, of_scan};
 use scphd_gpu_kernels::{
-    Inputs, Large, LargeSlot, Launch, Outputs, PREDICT, Room, STAGES, START, Slot, Span, Stage, follow, large_bytes,
-    thread,
+    Filters, Inputs, LargeMemory, Memory, Outputs, Places, Room, Size, Slot, Stage, bytes, follow,
 };
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread::{Builder, available_parallelism, scope};
 use std::time::Instant;
 
-/// Slots are made of these, which are as much aligned.
+/// Buffers are made of these, which are as much aligned.
 type Word = u64;
-const _: () = assert!(align_of::<Slot>() <= align_of::<Word>() && size_of::<Slot>().is_multiple_of(size_of::<Word>()));
-const _: () = assert!(align_of::<Room>() <= align_of::<Word>());
 
 /// Runs at once, whatever there is of them: a host has no other limit than what it takes to hold them.
 const RESIDENT: usize = 64;
@@ -44,9 +41,9 @@ struct Shared<L>(L);
 // SAFETY: every place is taken by one thread, and what places have in common is only read.
 unsafe impl<L> Sync for Shared<L> {}
 
-/// Memory of so many things of so many bytes; all zero, as the memory of a device is set to be.
-fn zeros(bytes: u64, count: usize) -> Vec<Word> {
-    vec![0; (bytes as usize * count).div_ceil(size_of::<Word>())]
+/// Memory of so many bytes; all zero, as the memory of a device is set to be.
+fn zeros(bytes: usize) -> Vec<Word> {
+    vec![0; bytes.div_ceil(size_of::<Word>())]
 }
 
 impl Device for Emulated {
@@ -54,75 +51,66 @@ impl Device for Emulated {
         &self.name
     }
 
-    fn slot_bytes(&self) -> usize {
-        size_of::<Slot>()
+    fn run_bytes(&self, batch: &Batch) -> usize {
+        let bytes = if batch.is_large() { sizes::<LargeMemory>() } else { sizes::<Memory>() };
+        buffers(batch, bytes).iter().sum::<usize>() / batch.runs.len().max(1)
     }
 
     fn resident(&self, _bytes_a_run: usize) -> Result<usize, DeviceError> {
         Ok(RESIDENT)
     }
 
-    fn run(&mut self, batch: &Batch, launches: Launches) -> Result<Outcome, DeviceError> {
-        let mut outcome = Outcome::untouched(batch);
-        let mut slots = zeros(size_of::<Slot>() as u64, batch.runs.len());
-        let started = Instant::now();
-        for (first_scan, take_scans) in spans(batch.most_scans(), launches) {
-            let launch = Launch {
-                runs: batch.runs.as_ptr(),
-                scans: batch.scans.as_ptr(),
-                predictions: batch.predictions.as_ptr(),
-                measurements: batch.measurements.as_ptr().cast(),
-                slots: slots.as_mut_ptr().cast(),
-                statuses: outcome.statuses.as_mut_ptr(),
-                results: outcome.results.as_mut_ptr(),
-                features: outcome.features.as_mut_ptr(),
-                movers: outcome.movers.as_mut_ptr(),
-                threads: batch.runs.len() as u32,
-                first_scan,
-                take_scans,
-                digest_every: launches.digest_every,
-            };
-            let (threads, shared) = (batch.runs.len(), Shared(launch));
-            // SAFETY: the buffers are those of a batch, whose runs have places of their own; each place comes once.
-            self.places(threads, 1, |place| unsafe { thread(place, &shared.get()) })?;
+    fn run(&mut self, batch: &Batch, digest_every: u32) -> Result<Outcome, DeviceError> {
+        if batch.is_large() {
+            self.run_of::<LargeMemory>(batch, digest_every)
+        } else {
+            self.run_of::<Memory>(batch, digest_every)
         }
-        outcome.launched_s = started.elapsed().as_secs_f64();
-        Ok(outcome)
     }
+}
 
-    fn run_large(&mut self, batch: &Batch, digest_every: u32) -> Result<Outcome, DeviceError> {
+/// Bytes of what the buffers are made of.
+fn sizes<M: Size>() -> [usize; 5] {
+    let [room, sight, desk, draft, stream, _] = bytes::<M>();
+    [room, sight, desk, draft, stream].map(|bytes| bytes as usize)
+}
+
+impl Emulated {
+    fn run_of<M: Size>(&mut self, batch: &Batch, digest_every: u32) -> Result<Outcome, DeviceError> {
+        const { assert!(align_of::<Room<M>>() <= align_of::<Word>()) };
         let mut outcome = Outcome::untouched(batch);
-        let Some(run) = batch.runs.first() else { return Ok(outcome) };
-        let [particles, samples] = [run.setup.particles, run.setup.samples].map(|count| count as usize);
-        let [room, sight, desk, draft, _] = large_bytes();
-        let mut room = zeros(room, 1);
-        let mut sights = zeros(sight, particles * samples);
-        let mut desks = zeros(desk, particles);
-        let mut drafts = zeros(draft, particles);
-        let shared = Shared(Large {
-            run,
+        let [particles, samples] = batch.most();
+        let [mut rooms, mut sights, mut desks, mut drafts, mut streams] = buffers(batch, sizes::<M>()).map(zeros);
+        let filters = Filters::<M> {
+            runs: batch.runs.as_ptr(),
             scans: batch.scans.as_ptr(),
             predictions: batch.predictions.as_ptr(),
             measurements: batch.measurements.as_ptr().cast(),
-            room: room.as_mut_ptr().cast(),
+            rooms: rooms.as_mut_ptr().cast(),
             sights: sights.as_mut_ptr().cast(),
             desks: desks.as_mut_ptr().cast(),
             drafts: drafts.as_mut_ptr().cast(),
-            status: outcome.statuses.as_mut_ptr(),
+            streams: streams.as_mut_ptr().cast(),
+            statuses: outcome.statuses.as_mut_ptr(),
             results: outcome.results.as_mut_ptr(),
             features: outcome.features.as_mut_ptr(),
             movers: outcome.movers.as_mut_ptr(),
-        });
-        let launch = |&(_, places, body): &Stage, scan| {
-            // SAFETY: the buffers are those of a batch with this run, and what else it asks for, as zeros; they stay where they are. The
-            // launches come in order, each with every place once, and this returns when it has ended.
-            let body = |place| unsafe { body(place, &shared.get(), scan, digest_every) };
-            self.places(places.count(particles, samples), PLACES, body)
+            count: batch.runs.len() as u64,
+            particles: particles as u64,
+            samples: samples as u64,
         };
-        START.iter().try_for_each(|stage| launch(stage, 0))?;
+        let shared = Shared(filters);
+        let launch = |stage: &Stage<M>, scan| {
+            let threads = batch.runs.len() * stage.places.count(M::MOVING_PAGES, particles, samples);
+            // SAFETY: the buffers are those of a batch, and what else its runs ask for, as zeros; they stay where they are. The launches come
+            // in order, each with every place once, and this returns when it has ended.
+            let body = |place| unsafe { stage.run(place, &shared.get(), scan, digest_every) };
+            self.places(threads, if stage.places == Places::One { 1 } else { PLACES }, body)
+        };
+        Stage::STARTING.iter().try_for_each(|stage| launch(stage, 0))?;
         let started = Instant::now();
-        for scan in 0..run.scans {
-            of_scan(batch, scan, [&PREDICT, &STAGES]).try_for_each(|stage| launch(stage, scan))?;
+        for scan in 0..batch.most_scans() {
+            of_scan(batch, scan, [&Stage::PREDICTING, &Stage::SCANNING]).try_for_each(|stage| launch(stage, scan))?;
         }
         outcome.launched_s = started.elapsed().as_secs_f64();
         Ok(outcome)
@@ -163,16 +151,15 @@ impl Emulated {
 pub(crate) fn alone(batch: &Batch, digest_every: u32) -> Outcome {
     let mut outcome = Outcome::untouched(batch);
     let Some(run) = batch.runs.first() else { return outcome };
-    let mut memory = zeros(size_of::<LargeSlot>() as u64, 1);
+    let mut memory = zeros(size_of::<Slot<LargeMemory>>());
     // SAFETY: it is as large and as much aligned, and zeros are a value of it, as `slot.rs` of the kernels holds all slots to.
-    let slot = unsafe { &mut *memory.as_mut_ptr().cast::<LargeSlot>() };
+    let slot = unsafe { &mut *memory.as_mut_ptr().cast::<Slot<LargeMemory>>() };
     let measurements: Vec<_> = batch.measurements.iter().map(|&z| z.into()).collect();
     let inputs = Inputs { run, scans: &batch.scans, predictions: &batch.predictions, measurements: &measurements };
     let Outcome { statuses, results, features, movers, .. } = &mut outcome;
     let mut outputs = Outputs { results, features, movers };
     let started = Instant::now();
-    let span = Span { first: 0, scans: batch.scans.len(), digest_every: digest_every as usize };
-    let status = follow(inputs, slot, &mut outputs, span);
+    let status = follow(inputs, slot, &mut outputs, digest_every as usize);
     statuses.fill(status);
     outcome.launched_s = started.elapsed().as_secs_f64();
     outcome

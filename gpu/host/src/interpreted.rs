@@ -2,10 +2,10 @@
 
 use crate::batch::Batch;
 use crate::cuda::{Modules, bytes_of_buffers};
-use crate::device::{Device, DeviceError, Launches, Outcome, of_scan, spans};
+use crate::device::{Device, DeviceError, Launch, Outcome, buffers, of_scan};
 use bytemuck::Pod;
-use scphd_gpu_kernels::{PREDICT, Places, STAGES, START};
-use scphd_ptx::{AccessError, Counts, Grid, LaunchError, Memory, Module};
+use scphd_gpu_kernels::{LargeMemory, Memory};
+use scphd_ptx::{AccessError, Counts, Grid, LaunchError, Module};
 use std::fmt::Write as _;
 use std::time::Instant;
 
@@ -28,14 +28,13 @@ pub struct Execution {
 pub struct Interpreted {
     module: Module,
     /// Memory with the variables of the module, and nothing else yet.
-    fresh: Memory,
+    fresh: scphd_ptx::Memory,
     execution: Execution,
-    slot_bytes: usize,
-    /// Bytes of what the buffers of a large filter are made of: room, sight, desk, draft.
-    large_bytes: [usize; 4],
+    /// Bytes of what the buffers are made of, of many filters and of a large one: room, sight, desk, draft, stream.
+    sizes: [[usize; 5]; 2],
     name: String,
     /// Of every kernel, over all launches of the last run.
-    taken: Vec<(&'static str, Counts)>,
+    taken: Vec<(String, Counts)>,
 }
 
 impl Interpreted {
@@ -45,7 +44,7 @@ impl Interpreted {
     /// There is none, or it has something in it that is not known.
     pub fn open(modules: &Modules, execution: Execution) -> Result<Self, DeviceError> {
         let (text, path) = modules.text()?;
-        let mut fresh = Memory::new();
+        let mut fresh = scphd_ptx::Memory::new();
         if execution.watch {
             fresh.watch();
         }
@@ -53,16 +52,15 @@ impl Interpreted {
         let module = module.map_err(|error| DeviceError::Module { path: path.clone(), why: error.to_string() })?;
         let Execution { block, warp, .. } = execution;
         let name = format!("interpreted, {}, {block} threads a block, {warp} a warp", path.display());
-        let mut new = Self { module, fresh, execution, slot_bytes: 0, large_bytes: [0; 4], name, taken: Vec::new() };
-        [new.slot_bytes] = new.told_bytes("scphd_slot")?;
-        new.large_bytes = new.told_bytes("scphd_large_bytes")?;
+        let mut new = Self { module, fresh, execution, sizes: [[0; 5]; 2], name, taken: Vec::new() };
+        new.sizes = [new.told_bytes(&Launch::bytes::<Memory>())?, new.told_bytes(&Launch::bytes::<LargeMemory>())?];
         Ok(new)
     }
 
     /// What a kernel writes of the bytes of its buffers.
-    fn told_bytes<const THINGS: usize>(&self, kernel: &str) -> Result<[usize; THINGS], DeviceError> {
+    fn told_bytes(&self, kernel: &str) -> Result<[usize; 5], DeviceError> {
         let mut memory = self.fresh.clone();
-        let said = memory.allocate_zeros(8 * (THINGS + 1));
+        let said = memory.allocate_zeros(8 * 6);
         self.module.launch(kernel, Grid { blocks: 1, block: 1, warp: 1 }, &[said], &mut memory).map_err(stopped)?;
         let bytes = memory.bytes(said).map_err(no_buffer)?;
         let numbers: Vec<u64> = bytemuck::pod_collect_to_vec(bytes);
@@ -72,18 +70,19 @@ impl Interpreted {
     /// Launches a kernel, and counts what it takes.
     fn launch(
         &mut self,
-        kernel: &'static str,
-        threads: usize,
+        launch: &Launch,
+        batch: &Batch,
         arguments: &[u64],
-        memory: &mut Memory,
+        memory: &mut scphd_ptx::Memory,
     ) -> Result<(), DeviceError> {
         let Execution { block, warp, .. } = self.execution;
+        let threads = launch.threads(batch);
         let block = if threads == 1 { 1 } else { block };
         let grid = Grid { blocks: (threads as u32).div_ceil(block).max(1), block, warp };
-        let counts = self.module.launch(kernel, grid, arguments, memory).map_err(stopped)?;
-        match self.taken.iter_mut().find(|(known, _)| *known == kernel) {
+        let counts = self.module.launch(&launch.kernel, grid, arguments, memory).map_err(stopped)?;
+        match self.taken.iter_mut().find(|(known, _)| *known == launch.kernel) {
             Some((_, of_kernel)) => *of_kernel = of_kernel.and(counts),
-            None => self.taken.push((kernel, counts)),
+            None => self.taken.push((launch.kernel.clone(), counts)),
         }
         Ok(())
     }
@@ -97,18 +96,18 @@ fn no_buffer(error: AccessError) -> DeviceError {
     DeviceError::Driver { doing: "looking at a buffer", why: error.to_string() }
 }
 
-fn upload<T: Pod>(memory: &mut Memory, things: &[T]) -> u64 {
+fn upload<T: Pod>(memory: &mut scphd_ptx::Memory, things: &[T]) -> u64 {
     memory.allocate(bytemuck::cast_slice(things))
 }
 
-fn download<T: Pod>(memory: &Memory, from: u64, to: &mut [T]) -> Result<(), DeviceError> {
+fn download<T: Pod>(memory: &scphd_ptx::Memory, from: u64, to: &mut [T]) -> Result<(), DeviceError> {
     let bytes: &mut [u8] = bytemuck::cast_slice_mut(to);
     bytes.copy_from_slice(memory.bytes(from).map_err(no_buffer)?);
     Ok(())
 }
 
 /// Where the results of a run lie: statuses, results, features, movers.
-fn outputs(memory: &mut Memory, outcome: &Outcome) -> [u64; 4] {
+fn outputs(memory: &mut scphd_ptx::Memory, outcome: &Outcome) -> [u64; 4] {
     let Outcome { statuses, results, features, movers, .. } = outcome;
     let bytes =
         [size_of_val(&statuses[..]), size_of_val(&results[..]), size_of_val(&features[..]), size_of_val(&movers[..])];
@@ -116,7 +115,7 @@ fn outputs(memory: &mut Memory, outcome: &Outcome) -> [u64; 4] {
 }
 
 fn collect(
-    memory: &Memory,
+    memory: &scphd_ptx::Memory,
     [statuses, results, features, movers]: [u64; 4],
     outcome: &mut Outcome,
 ) -> Result<(), DeviceError> {
@@ -131,15 +130,15 @@ impl Device for Interpreted {
         &self.name
     }
 
-    fn slot_bytes(&self) -> usize {
-        self.slot_bytes
+    fn run_bytes(&self, batch: &Batch) -> usize {
+        buffers(batch, self.sizes[usize::from(batch.is_large())]).iter().sum::<usize>() / batch.runs.len().max(1)
     }
 
     fn resident(&self, _bytes_a_run: usize) -> Result<usize, DeviceError> {
         Ok(RESIDENT)
     }
 
-    fn run(&mut self, batch: &Batch, launches: Launches) -> Result<Outcome, DeviceError> {
+    fn run(&mut self, batch: &Batch, digest_every: u32) -> Result<Outcome, DeviceError> {
         let mut outcome = Outcome::untouched(batch);
         let mut memory = self.fresh.clone();
         self.taken.clear();
@@ -149,51 +148,24 @@ impl Device for Interpreted {
             upload(&mut memory, &batch.predictions),
             upload(&mut memory, &batch.measurements),
         ];
-        let slots = memory.allocate_zeros(batch.runs.len() * self.slot_bytes);
+        let scratch =
+            buffers(batch, self.sizes[usize::from(batch.is_large())]).map(|bytes| memory.allocate_zeros(bytes));
         let outputs = outputs(&mut memory, &outcome);
-        let started = Instant::now();
-        for (first_scan, take_scans) in spans(batch.most_scans(), launches) {
-            let numbers = [batch.runs.len() as u32, first_scan, take_scans, launches.digest_every].map(u64::from);
-            let arguments = [&inputs[..], &[slots], &outputs, &numbers].concat();
-            self.launch("scphd_runs", batch.runs.len(), &arguments, &mut memory)?;
-        }
-        outcome.launched_s = started.elapsed().as_secs_f64();
-        collect(&memory, outputs, &mut outcome)?;
-        Ok(outcome)
-    }
-
-    fn run_large(&mut self, batch: &Batch, digest_every: u32) -> Result<Outcome, DeviceError> {
-        let mut outcome = Outcome::untouched(batch);
-        let Some(run) = batch.runs.first() else { return Ok(outcome) };
-        let mut memory = self.fresh.clone();
-        self.taken.clear();
-        let [particles, samples] = [run.setup.particles, run.setup.samples].map(|count| count as usize);
-        let [room, sight, desk, draft] = self.large_bytes;
-        let outputs = outputs(&mut memory, &outcome);
-        // The addresses of the buffers, in the order of `Large`.
-        let addresses = [
-            upload(&mut memory, &batch.runs),
-            upload(&mut memory, &batch.scans),
-            upload(&mut memory, &batch.predictions),
-            upload(&mut memory, &batch.measurements),
-            memory.allocate_zeros(room),
-            memory.allocate_zeros(sight * particles * samples),
-            memory.allocate_zeros(desk * particles),
-            memory.allocate_zeros(draft * particles),
-        ];
-        let large = upload(&mut memory, &[&addresses[..], &outputs].concat());
-        let mut launch = |device: &mut Self, kernel, places: Places, scan| {
-            let arguments = [large, u64::from(scan), u64::from(digest_every)];
-            device.launch(kernel, places.count(particles, samples), &arguments, &mut memory)
+        // In the order of `Filters`.
+        let filters = upload(&mut memory, &[&inputs[..], &scratch, &outputs, &batch.counts()].concat());
+        let [starting, predicting, scanning] =
+            if batch.is_large() { Launch::all::<LargeMemory>() } else { Launch::all::<Memory>() };
+        let mut launch = |device: &mut Self, launch: &Launch, scan: u32| {
+            device.launch(launch, batch, &[filters, u64::from(scan), u64::from(digest_every)], &mut memory)
         };
-        for (kernel, places, _) in START {
-            launch(self, kernel, places, 0)?;
+        for of_start in &starting {
+            launch(self, of_start, 0)?;
         }
         self.taken.clear();
         let started = Instant::now();
-        for scan in 0..run.scans {
-            for &(kernel, places, _) in of_scan(batch, scan, [&PREDICT, &STAGES]) {
-                launch(self, kernel, places, scan)?;
+        for scan in 0..batch.most_scans() {
+            for of_scan in of_scan(batch, scan, [&predicting[..], &scanning]) {
+                launch(self, of_scan, scan)?;
             }
         }
         outcome.launched_s = started.elapsed().as_secs_f64();

@@ -6,10 +6,8 @@ use crate::device::{Device, Outcome};
 use crate::emulated::alone;
 use crate::source::Source;
 use crate::study::{Short, StudyError};
-use scphd_gpu_kernels::{LARGE_PARTICLES, ScanResult, Status};
+use scphd_gpu_kernels::{LARGE_PARTICLES, SAMPLES, ScanResult, Status};
 
-/// Samples of each particle that a large filter has room for.
-const SAMPLES: usize = 2;
 
 /// The inputs of a large filter: one run of so many scans.
 ///
@@ -39,7 +37,7 @@ impl LargeRun {
     /// # Errors
     /// The run has stopped, or the device does not work.
     pub fn on(device: &mut dyn Device, batch: &Batch, digest_every: u32) -> Result<Self, StudyError> {
-        Self::of(device.run_large(batch, digest_every)?)
+        Self::of(device.run(batch, digest_every)?)
     }
 
     /// By the library's own scan, on one core, over a state of the same capacities.

@@ -25,7 +25,7 @@ mod large;
 pub use batch::{Batch, MOVERS_A_SCAN, SPARE_FEATURES};
 pub use check::{Checked, Difference, digests_of_host, drive_on_host};
 pub use cuda::{Cuda, Modules};
-pub use device::{Device, DeviceError, Launches, Outcome};
+pub use device::{Device, DeviceError, Outcome};
 pub use emulated::Emulated;
 pub use interpreted::{Execution, Interpreted};
 pub use large::{LargeRun, large};

@@ -1,9 +1,9 @@
-//! `scphd-gpu`: a Monte Carlo study with every run a thread of a GPU, or one large filter there; or the same threads on the host.
+//! `scphd-gpu`: a Monte Carlo study with all runs at once on a GPU, or one large filter there; or the same threads on the host.
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use scphd_gpu::{
-    Checked, Cuda, Device, DeviceError, Difference, Emulated, Execution, Interpreted, LargeRun, Launches, Modules,
-    Source, Tuning, drive_on_host, large, study, time,
+    Checked, Cuda, Device, DeviceError, Difference, Emulated, Execution, Interpreted, LargeRun, Modules, Source,
+    Tuning, drive_on_host, large, study, time,
 };
 use scphd_sim::monte_carlo::overview;
 use std::error::Error;
@@ -13,7 +13,7 @@ use std::process::ExitCode;
 /// The exit code where there is no driver or no card.
 const NO_DEVICE: u8 = 3;
 
-/// Runs many filters at once, one a thread, each over a whole scenario; or one large filter.
+/// Runs many filters at once, each over a whole scenario; or one large filter.
 #[derive(Debug, Parser)]
 #[command(name = "scphd-gpu", version, max_term_width = 100)]
 struct Cli {
@@ -139,12 +139,9 @@ struct DeviceArgs {
     /// Number of the card.
     #[arg(long, default_value_t = 0)]
     card: usize,
-    /// Threads of a block; 32 for a large filter, and for many runs as few as let all of them be in the card at once, unless said otherwise.
-    #[arg(long, value_name = "K", value_parser = clap::value_parser!(u32).range(1..=1024))]
-    block: Option<u32>,
-    /// Scans of a launch; all unless said otherwise. A card that has a display ends a launch that takes seconds.
-    #[arg(long, value_name = "K", default_value_t = 0)]
-    scans_a_launch: u32,
+    /// Threads of a block.
+    #[arg(long, value_name = "K", default_value_t = 32, value_parser = clap::value_parser!(u32).range(1..=1024))]
+    block: u32,
     /// Threads that go together where the module is executed on the host; 1 is the fastest there, and cards have 32.
     #[arg(long, value_name = "K", default_value_t = 32)]
     warp: u32,
@@ -189,14 +186,10 @@ impl DeviceArgs {
             DeviceName::Cuda => Box::new(Cuda::open(&Modules::of(&self.modules), self.card, self.block)?),
             DeviceName::Emulated => Box::new(Emulated::new(self.threads)),
             DeviceName::Ptx => {
-                let execution = Execution { block: self.block.unwrap_or(32), warp: self.warp, watch: self.watch };
+                let execution = Execution { block: self.block, warp: self.warp, watch: self.watch };
                 Box::new(Interpreted::open(&Modules::of(&self.modules), execution)?)
             }
         })
-    }
-
-    fn launches(&self) -> Launches {
-        Launches { scans: self.scans_a_launch, digest_every: 0 }
     }
 }
 
@@ -219,17 +212,16 @@ fn run(command: Command) -> Result<(), Box<dyn Error>> {
             let source = tuning.source(&scenario)?;
             let plan = source.plan(runs, input_sets, seed)?;
             let mut device = on.open()?;
-            let done = study(&mut *device, &source, &plan, resident, on.launches())?;
+            let done = study(&mut *device, &source, &plan, resident)?;
             if let Some(path) = json {
                 overview::write_json(&path, &done.study)?;
             }
             println!("{}", overview::render(&done.study));
             println!(
-                "{}: {runs} runs, {} at once, in {:.3} s; a run takes {} bytes, and {} of inputs and results",
+                "{}: {runs} runs, {} at once, in {:.3} s; a run takes {} bytes",
                 device.name(),
                 done.took.resident,
                 done.took.launched_s,
-                device.slot_bytes(),
                 done.took.bytes_a_run
             );
             if done.short.runs > 0 {
@@ -244,20 +236,20 @@ fn run(command: Command) -> Result<(), Box<dyn Error>> {
             let source = tuning.source(&scenario)?;
             let mut device = on.open()?;
             let seeds: Vec<u64> = (1..=runs).collect();
-            let checked = Checked::of(&mut *device, &source, &seeds, scans, on.scans_a_launch)?;
+            let checked = Checked::of(&mut *device, &source, &seeds, scans)?;
             device.report().into_iter().for_each(|report| println!("{report}"));
             report(&scenario, device.name(), &checked)
         }
         Command::Device { on } => {
             let device = on.open()?;
-            println!("{}, {} bytes a run", device.name(), device.slot_bytes());
+            println!("{}", device.name());
             Ok(())
         }
         Command::Time { scenario, runs, tuning, on } => {
             let source = tuning.source(&scenario)?;
             let plan = source.plan(runs, Some(runs), 1)?;
             let mut device = on.open()?;
-            let took = time(&mut *device, &source, &plan, None, on.launches())?;
+            let took = time(&mut *device, &source, &plan, None)?;
             let log = source.log(1)?;
             let host_s = drive_on_host(&log, &source.settings(&log)?, 1)?;
             let each_s = took.launched_s / runs as f64;

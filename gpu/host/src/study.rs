@@ -1,7 +1,7 @@
 //! A Monte Carlo study on a device: batches of runs, then the simulator's scores of each.
 
 use crate::batch::Batch;
-use crate::device::{Device, DeviceError, Launches, Outcome};
+use crate::device::{Device, DeviceError, Outcome};
 use crate::played::Played;
 use crate::source::{FILTER, Source, SourceError};
 use crate::unfit::Unfit;
@@ -61,13 +61,13 @@ pub struct Studied {
 pub struct Took {
     /// Runs at once.
     pub resident: usize,
-    /// Bytes of inputs and results of the first run, beside its slot.
+    /// Bytes of a run on the device, inputs and results among them.
     pub bytes_a_run: usize,
     /// Wall time of all launches, s.
     pub launched_s: f64,
 }
 
-/// Where the memory of a slot was too small.
+/// Where the memory of a filter was too small.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Short {
     /// Runs with such a scan.
@@ -102,10 +102,9 @@ pub fn study(
     source: &Source,
     plan: &Plan,
     resident: Option<usize>,
-    launches: Launches,
 ) -> Result<Studied, StudyError> {
     let (mut results, mut short) = (Vec::with_capacity(plan.runs), Short::default());
-    let took = run_all(device, source, plan, resident, launches, |played, log, settings, job| {
+    let took = run_all(device, source, plan, resident, |played, log, settings, job| {
         short.add(&played);
         results.push(scored(played, log, settings, job)?);
         Ok(())
@@ -122,9 +121,8 @@ pub fn time(
     source: &Source,
     plan: &Plan,
     resident: Option<usize>,
-    launches: Launches,
 ) -> Result<Took, StudyError> {
-    run_all(device, source, plan, resident, launches, |_, _, _, _| Ok(()))
+    run_all(device, source, plan, resident, |_, _, _, _| Ok(()))
 }
 
 fn run_all(
@@ -132,7 +130,6 @@ fn run_all(
     source: &Source,
     plan: &Plan,
     resident: Option<usize>,
-    launches: Launches,
     mut each: impl FnMut(Played<'_>, &Log, &Settings, &Job) -> Result<(), StudyError>,
 ) -> Result<Took, StudyError> {
     let jobs = plan.jobs(None);
@@ -141,7 +138,7 @@ fn run_all(
         let log = source.log(job.scenario_seed)?;
         first.push(&log, &source.settings(&log)?, job.filter_seed)?;
     }
-    let bytes_a_run = first.bytes();
+    let bytes_a_run = first.bytes() + device.run_bytes(&first);
     let resident = match resident {
         Some(resident) => resident.max(1),
         None => device.resident(bytes_a_run)?.min(jobs.len().max(1)),
@@ -156,10 +153,10 @@ fn run_all(
             batch.push(&log, &settings, job.filter_seed)?;
             inputs.push((log, settings));
         }
-        let outcome = device.run(&batch, launches)?;
+        let outcome = device.run(&batch, 0)?;
         took.launched_s += outcome.launched_s;
         for (place, (job, (log, settings))) in jobs.iter().zip(&inputs).enumerate() {
-            each(played(&batch, &outcome, place, job.run, device.slot_bytes())?, log, settings, job)?;
+            each(played(&batch, &outcome, place, job.run, device.run_bytes(&batch))?, log, settings, job)?;
         }
     }
     Ok(took)

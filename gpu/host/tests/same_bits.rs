@@ -1,6 +1,6 @@
 //! The kernels' bodies, on the host, have the state and the results of `scphd-sim`'s own filter, bit for bit.
 
-use scphd_gpu::{Batch, Checked, Device, Emulated, Launches, Source, Tuning, study};
+use scphd_gpu::{Batch, Checked, Device, Emulated, Source, Tuning, study};
 use scphd_gpu_kernels::Status;
 use scphd_sim::dimensions::Planar;
 use scphd_sim::monte_carlo::{RunResult, overview};
@@ -15,34 +15,29 @@ fn source(scenario: &str, particles: Option<usize>) -> Source {
 }
 
 /// Every run has the host's digest after each scan.
-fn same_digests(source: &Source, seeds: &[u64], scans_a_launch: u32) -> Checked {
-    let checked = Checked::of(&mut Emulated::new(None), source, seeds, SCANS, scans_a_launch).unwrap();
+fn same_digests(source: &Source, seeds: &[u64]) -> Checked {
+    let checked = Checked::of(&mut Emulated::new(None), source, seeds, SCANS).unwrap();
     assert_eq!(checked.differences, []);
     checked
 }
 
 #[test]
 fn thesis_dynamic_has_the_digests_of_the_host() {
-    let checked = same_digests(&source("thesis-dynamic", None), &[1, 2, 3], 0);
+    let checked = same_digests(&source("thesis-dynamic", None), &[1, 2, 3]);
     assert_eq!(checked.digests, 3 * SCANS);
     assert!(checked.peak_pages.iter().all(|&pages| pages > 0), "{checked:?}");
 }
 
 #[test]
 fn survey_has_the_digests_of_the_host() {
-    let checked = same_digests(&source("survey", Some(32)), &[1, 2, 3], 0);
+    let checked = same_digests(&source("survey", Some(32)), &[1, 2, 3]);
     assert_eq!(checked.digests, 3 * SCANS);
 }
 
 #[test]
 fn other_vehicles_and_tunings_have_the_digests_of_the_host() {
-    assert!(same_digests(&source("thesis-compare", Some(32)), &[5], 0).digests > 100);
-    assert!(same_digests(&source("worlds-exact", Some(4)), &[900_001], 0).digests > 100);
-}
-
-#[test]
-fn launches_of_some_scans_go_on_where_the_last_has_stopped() {
-    assert_eq!(same_digests(&source("thesis-dynamic", None), &[4, 5], 77).digests, 2 * SCANS);
+    assert!(same_digests(&source("thesis-compare", Some(32)), &[5]).digests > 100);
+    assert!(same_digests(&source("worlds-exact", Some(4)), &[900_001]).digests > 100);
 }
 
 /// `scphd-sim`'s own run, without what was timed.
@@ -57,7 +52,7 @@ fn plain(source: &Source, job: &scphd_sim::monte_carlo::Job) -> RunResult {
 fn same_results(scenario: &str, particles: Option<usize>, runs: usize, resident: usize) {
     let source = source(scenario, particles);
     let plan = source.plan(runs, None, 7).unwrap();
-    let done = study(&mut Emulated::new(None), &source, &plan, Some(resident), Launches::default()).unwrap();
+    let done = study(&mut Emulated::new(None), &source, &plan, Some(resident)).unwrap();
     assert_eq!(done.study.results.len(), runs);
     assert_eq!(done.short.runs, 0, "{:?}", done.short);
     let expected: Vec<RunResult> = plan.jobs(None).iter().map(|job| plain(&source, job)).collect();
@@ -101,7 +96,7 @@ fn a_run_that_cannot_go_on_stops_with_a_code_and_leaves_the_others_alone() {
         log.scans.truncate(12);
         batch.push(&log, &settings, seed).unwrap();
     }
-    let whole = Emulated::new(Some(2)).run(&batch, Launches::default()).unwrap();
+    let whole = Emulated::new(Some(2)).run(&batch, 0).unwrap();
     assert!(whole.statuses.iter().all(|status| *status == Status { code: Status::DONE, scans: 12 }));
     let mut bad = batch.clone();
     bad.runs[0].setup.range_sigma_m = f32::NAN;
@@ -110,7 +105,7 @@ fn a_run_that_cannot_go_on_stops_with_a_code_and_leaves_the_others_alone() {
     let measurement = bad.runs[2].first_measurement + bad.scans[bad.runs[2].first_scan as usize + 3].first_measurement;
     bad.measurements[measurement as usize][0] = f32::NAN;
     bad.runs[3].features = 1;
-    let outcome = Emulated::new(Some(2)).run(&bad, Launches { digest_every: 0, scans: 4 }).unwrap();
+    let outcome = Emulated::new(Some(2)).run(&bad, 0).unwrap();
     let statuses: Vec<[u32; 2]> = outcome.statuses.iter().map(|status| [status.code, status.scans]).collect();
     assert_eq!(statuses[..3], [[Status::SETUP, 0], [Status::PREDICTION, 5], [Status::SCAN, 3]]);
     assert_eq!(statuses[3][0], Status::FEATURES);

@@ -1,10 +1,8 @@
-//! scphd on a GPU: one run of the filter for each thread, over a whole scenario; or one large filter, of which every thread weighs a
-//! candidate and updates a map.
+//! scphd on a GPU: many filters at once, or one large filter, a scan as a sequence of launches.
 //!
-//! What a thread does is an ordinary function, [`thread`](thread()) or one of the [stages](STAGES) of a scan, that gets its place as a
-//! number. `kernel.rs` has the entry points of the device, which call it, and the panic handler; it is compiled for the target
-//! `nvptx64-nvidia-cuda` alone. On a host the same function is called for the same places, over the same buffers. `docs/gpu.md` says how
-//! buffers are laid out and what it costs.
+//! What a thread does is an ordinary function, a [stage](Stage) of a scan, that gets its place as a number. `kernel.rs` has the entry points of
+//! the device, which call it, and the panic handler; it is compiled for the target `nvptx64-nvidia-cuda` alone. On a host the same function is
+//! called for the same places, over the same buffers. `docs/gpu.md` says how buffers are laid out and what it costs.
 #![cfg_attr(not(test), no_std)]
 #![cfg_attr(target_arch = "nvptx64", feature(abi_ptx, stdarch_nvptx))]
 #![deny(missing_docs)]
@@ -16,21 +14,22 @@
 mod buffer;
 mod motion;
 mod setup;
+mod size;
 mod slot;
 
 mod run;
-mod thread;
 
-mod large;
 mod room;
+mod stages;
 
 #[cfg(target_arch = "nvptx64")]
 mod kernel;
 
 pub use buffer::{Feature, Mover, Prediction, Run, Scan, ScanResult, Status};
-pub use large::{Body, PREDICT, Places, STAGES, START, Stage};
-pub use room::{Desk, DraftPlace, LARGE_PARTICLES, Large, LargeSlot, Room, Sight, large_bytes};
-pub use run::{Inputs, Outputs, Span, follow};
+pub use motion::Vehicle;
+pub use room::{Desk, DraftPlace, Filters, Group, Room, Sight, StreamPlace, bytes, streams};
+pub use run::{Inputs, Outputs, follow};
 pub use setup::{MOUNTED, Setup, extraction, likelihood, vehicle};
-pub use slot::{FEATURES, MEASUREMENTS, MOVERS, PARTICLES, SAMPLES, Slot, SlotOf};
-pub use thread::{Launch, thread};
+pub use size::{LARGE_PARTICLES, LargeMemory, Memory, PARTICLES, SAMPLES, Size};
+pub use slot::{FEATURES, MEASUREMENTS, MOVERS, Slot};
+pub use stages::{Places, Stage};

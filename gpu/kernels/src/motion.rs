@@ -8,7 +8,7 @@ use scphd::numerics::Noise;
 
 /// How the vehicle of a run moves.
 #[derive(Debug, Clone, Copy)]
-pub(crate) enum Vehicle {
+pub enum Vehicle {
     /// Controls are encoder speed, m/s, and steering angle, rad.
     Car(Ackermann<f32>),
     /// Controls are speed, m/s, and turn rate, rad/s.

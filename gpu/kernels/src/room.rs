@@ -1,38 +1,21 @@
-//! The device memory of one large filter.
+//! The device memory of a filter, and where that of all filters of a launch lies.
 
 use crate::buffer::{Feature, Mover, Prediction, Run, Scan, ScanResult, Status};
 use crate::run::{Filter, Sighted};
 use crate::setup::Models;
-use crate::slot::{MEASUREMENTS, SAMPLES, SlotOf};
+use crate::size::Size;
+use crate::slot::{MEASUREMENTS, Slot};
 use core::mem::MaybeUninit;
 use core::sync::atomic::AtomicU32;
 use nalgebra::Vector2;
-use scphd::memory;
-use scphd::models::{PlanarPose, Unicycle};
+use scphd::models::PlanarPose;
 use scphd::numerics::{LnSum, Noise};
 use scphd::storage::{Candidate, Draft, Dynamic, Page, Scanning, Static, UpdateMemory};
 
-/// Room for particles of a large filter.
-pub const LARGE_PARTICLES: usize = 16_384;
-/// Pages of moving features of all its maps, and as many of static ones: the most that can be counted.
-pub const LARGE_PAGES: usize = 65_535;
-
-memory! {
-    /// What a large filter knows: maps as large as those of a slot.
-    pub type LargeMemory: Unicycle<f32> {
-        particles: LARGE_PARTICLES, samples: 2,
-        features { pages: LARGE_PAGES, pages_per_map: 64, in_view: 768 },
-        moving { pages: LARGE_PAGES, pages_per_map: 48, in_view: 384 },
-    }
-}
-
-/// All that a large filter knows, with the scratch of its sensor and room for estimates.
-pub type LargeSlot = SlotOf<LargeMemory>;
-
 /// A filter and the scan that it is taking in, as they stay from launch to launch.
 #[derive(Debug)]
-pub struct Room {
-    pub(crate) slot: LargeSlot,
+pub struct Room<M> {
+    pub(crate) slot: Slot<M>,
     pub(crate) filter: MaybeUninit<Filter<'static>>,
     pub(crate) detector: MaybeUninit<Sighted<'static>>,
     pub(crate) between: MaybeUninit<Between>,
@@ -42,7 +25,7 @@ pub struct Room {
 }
 
 /// Candidates that start from one place of the random stream.
-pub(crate) const TOGETHER: usize = 32;
+pub const TOGETHER: usize = 32;
 
 /// The prediction that is being taken in. It begins as zeros.
 #[derive(Debug)]
@@ -52,9 +35,7 @@ pub(crate) struct Predicting {
     /// The memory of all candidates, while that is lent, and how many of them are to move.
     pub(crate) candidates: (*mut Candidate<PlanarPose<f32>>, usize),
     pub(crate) in_use: usize,
-    /// The random stream as it is for the first of every so many candidates.
-    pub(crate) streams: [MaybeUninit<Noise>; (LARGE_PARTICLES * SAMPLES).div_ceil(TOGETHER)],
-    /// The same behind the last one.
+    /// The random stream behind the last of them.
     pub(crate) after: MaybeUninit<Noise>,
 }
 
@@ -80,8 +61,8 @@ pub struct Sight {
 
 /// Memory for the update of one survivor's maps.
 #[derive(Debug)]
-pub struct Desk {
-    pub(crate) memory: UpdateMemory<LargeMemory, 1>,
+pub struct Desk<M: Size> {
+    pub(crate) memory: UpdateMemory<M, 1>,
 }
 
 /// The update of one survivor's maps.
@@ -93,40 +74,101 @@ pub struct DraftPlace {
     pub(crate) draft: MaybeUninit<DraftOf>,
 }
 
-/// The buffers of one large filter, in the memory of whoever runs its kernels; with one run.
-#[derive(Debug, Clone, Copy)]
+/// The random stream as it is for the first of every so many candidates.
+#[derive(Debug)]
+pub struct StreamPlace {
+    pub(crate) stream: MaybeUninit<Noise>,
+}
+
+/// The buffers of all filters of a launch, in the memory of whoever runs its kernels. What there is of a filter lies beside that of the next,
+/// with room for as many particles and samples as the largest has.
+#[derive(Debug)]
 #[repr(C)]
-pub struct Large {
-    /// The run.
-    pub run: *const Run,
-    /// Its scans.
+pub struct Filters<M: Size> {
+    /// The runs, one a filter.
+    pub runs: *const Run,
+    /// The scans of all runs.
     pub scans: *const Scan,
-    /// Its predictions.
+    /// The predictions of all runs.
     pub predictions: *const Prediction,
-    /// Its measurements.
+    /// The measurements of all runs.
     pub measurements: *const Vector2<f32>,
-    /// The filter, which begins as zeros.
-    pub room: *mut Room,
+    /// The filters, which begin as zeros.
+    pub rooms: *mut Room<M>,
     /// One for every candidate.
     pub sights: *mut Sight,
     /// One for every particle, which begins as zeros.
-    pub desks: *mut Desk,
+    pub desks: *mut Desk<M>,
     /// One for every particle.
     pub drafts: *mut DraftPlace,
-    /// How the run stands.
-    pub status: *mut Status,
+    /// One for every [so many](TOGETHER) candidates.
+    pub streams: *mut StreamPlace,
+    /// How every run stands.
+    pub statuses: *mut Status,
     /// A result for every scan.
     pub results: *mut ScanResult,
-    /// Room for the estimated features of all scans.
+    /// Room for the estimated features of all runs.
     pub features: *mut Feature,
-    /// Room for the estimated moving features of all scans.
+    /// Room for the estimated moving features of all runs.
     pub movers: *mut Mover,
+    /// Number of filters.
+    pub count: u64,
+    /// The most particles of a filter.
+    pub particles: u64,
+    /// The most samples of a particle.
+    pub samples: u64,
 }
 
-/// Bytes of what a large filter's buffers are made of, room, sight, desk and draft, and what all of them are aligned to at most.
+impl<M: Size> Clone for Filters<M> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<M: Size> Copy for Filters<M> {}
+
+/// What belongs to one filter of a launch.
+#[derive(Debug)]
+pub struct Group<M: Size> {
+    pub(crate) run: *const Run,
+    pub(crate) scans: *const Scan,
+    pub(crate) predictions: *const Prediction,
+    pub(crate) measurements: *const Vector2<f32>,
+    pub(crate) room: *mut Room<M>,
+    pub(crate) sights: *mut Sight,
+    pub(crate) desks: *mut Desk<M>,
+    pub(crate) drafts: *mut DraftPlace,
+    pub(crate) streams: *mut StreamPlace,
+    pub(crate) status: *mut Status,
+    pub(crate) results: *mut ScanResult,
+    pub(crate) features: *mut Feature,
+    pub(crate) movers: *mut Mover,
+}
+
+/// Places of the random stream that a filter of so many candidates keeps.
 #[must_use]
-pub fn large_bytes() -> [u64; 5] {
-    let alignments = [align_of::<Room>(), align_of::<Sight>(), align_of::<Desk>(), align_of::<DraftPlace>()];
+pub const fn streams(candidates: usize) -> usize {
+    candidates.div_ceil(TOGETHER)
+}
+
+/// Bytes of what the buffers of filters are made of, room, sight, desk, draft and stream, and what all of them are aligned to at most.
+#[must_use]
+pub fn bytes<M: Size>() -> [u64; 6] {
+    let alignments = [
+        align_of::<Room<M>>(),
+        align_of::<Sight>(),
+        align_of::<Desk<M>>(),
+        align_of::<DraftPlace>(),
+        align_of::<StreamPlace>(),
+    ];
     let alignment = alignments.into_iter().fold(1, usize::max);
-    [size_of::<Room>(), size_of::<Sight>(), size_of::<Desk>(), size_of::<DraftPlace>(), alignment].map(|x| x as u64)
+    let sizes = [
+        size_of::<Room<M>>(),
+        size_of::<Sight>(),
+        size_of::<Desk<M>>(),
+        size_of::<DraftPlace>(),
+        size_of::<StreamPlace>(),
+    ];
+    let [room, sight, desk, draft, stream] = sizes;
+    [room, sight, desk, draft, stream, alignment].map(|x| x as u64)
 }

@@ -1,14 +1,15 @@
-//! One run: a filter over the scans of a scenario, from wherever the last launch left off.
+//! One run: a filter over the scans of a scenario, from start to end.
 
 use crate::buffer::{Feature, Mover, Prediction, Run, Scan, ScanResult, Status};
 use crate::motion::Vehicle;
 use crate::setup::{Made, Models};
-use crate::slot::{FEATURES, MOVERS, SlotOf};
+use crate::size::Size;
+use crate::slot::{FEATURES, MOVERS, Slot};
 use nalgebra::{Vector2, Vector4};
 use scphd::models::PlanarPose;
 use scphd::numerics::{Symmetric, Vector};
-use scphd::storage::{Dynamic, MapStorage, ScanRoom, Static};
-use scphd::{Component, Detector, PoseEstimate, ScPhd, ScanReport, State};
+use scphd::storage::ScanRoom;
+use scphd::{Component, Detector, PoseEstimate, ScPhd, ScanReport};
 
 /// What a run takes in.
 #[derive(Debug, Clone, Copy)]
@@ -34,36 +35,20 @@ pub struct Outputs<'a> {
     pub movers: &'a mut [Mover],
 }
 
-/// Which scans, and after which of them a digest is asked for.
-#[derive(Debug, Clone, Copy)]
-pub struct Span {
-    /// The first scan. Where it is that of the run, the filter is started.
-    pub first: usize,
-    /// So many at most.
-    pub scans: usize,
-    /// After every so many scans of the run, and after its last; 0: after its last alone.
-    pub digest_every: usize,
+/// Whether a digest is asked for after so many scans: after every so many, and after the last; 0: after the last alone.
+pub(crate) fn asks_for_digest(every: usize, taken: usize, last: bool) -> bool {
+    last || taken.checked_rem(every) == Some(0)
 }
 
-impl Span {
-    pub(crate) fn asks_for_digest(self, taken: usize, last: bool) -> bool {
-        last || taken.checked_rem(self.digest_every) == Some(0)
-    }
-}
-
-/// Takes in the scans of a span. Where it is the first, the filter is started; otherwise it goes on from what the slot holds.
-pub fn follow<const N: usize, const C: usize, S, V>(
+/// Takes a run through its scans by the library's own scan: what one core does that has nothing to share.
+pub fn follow<M: Size>(
     inputs: Inputs<'_>,
-    slot: &mut SlotOf<State<PlanarPose<f32>, N, C, S, V>>,
+    slot: &mut Slot<M>,
     outputs: &mut Outputs<'_>,
-    span: Span,
-) -> Status
-where
-    S: MapStorage<Static<Vector2<f32>>>,
-    V: MapStorage<Dynamic<Vector2<f32>>>,
-{
-    let mut taken = span.first.min(inputs.scans.len());
-    let code = match scans(inputs, slot, outputs, span, &mut taken) {
+    digest_every: usize,
+) -> Status {
+    let mut taken = 0;
+    let code = match scans(inputs, slot, outputs, digest_every, &mut taken) {
         Ok(()) => Status::DONE,
         Err(code) => code,
     };
@@ -77,45 +62,31 @@ pub(crate) type Sighted<'s> = Detector<Models, ScanRoom<'s, Vector2<f32>>>;
 /// Room for the estimates of one scan.
 pub(crate) type Lists<'s> = (&'s mut [Component<Vector2<f32>>; FEATURES], &'s mut [Component<Vector4<f32>>; MOVERS]);
 
-/// Filter and sensor over a slot, and room for estimates. Where the slot is not to go on from what it holds, they are started.
-pub(crate) fn over<'s, const N: usize, const C: usize, S, V>(
-    run: &Run,
-    slot: &'s mut SlotOf<State<PlanarPose<f32>, N, C, S, V>>,
-    goes_on: bool,
-) -> Result<(Filter<'s>, Sighted<'s>, Lists<'s>), u32>
-where
-    S: MapStorage<Static<Vector2<f32>>>,
-    V: MapStorage<Dynamic<Vector2<f32>>>,
-{
-    let SlotOf { memory, scratch, features, movers } = slot;
+/// Filter and sensor over a slot, and room for estimates. They are started.
+pub(crate) fn over<'s, M: Size>(run: &Run, slot: &'s mut Slot<M>) -> Result<(Filter<'s>, Sighted<'s>, Lists<'s>), u32> {
+    let Slot { memory, scratch, features, movers } = slot;
     let refused = Status::SETUP;
     let Made { vehicle, config, detector, start } = run.setup.make().ok_or(refused)?;
-    let mut filter = ScPhd::new(vehicle, config, memory).map_err(|_| refused)?;
+    let mut filter = memory.filter(vehicle, config).map_err(|_| refused)?;
     let detector = detector.over(scratch).map_err(|_| refused)?;
-    if !goes_on {
-        filter.check(&detector).map_err(|_| refused)?;
-        filter.reset(start, run.seed()).map_err(|_| refused)?;
-    }
+    filter.check(&detector).map_err(|_| refused)?;
+    filter.reset(start, run.seed()).map_err(|_| refused)?;
     Ok((filter, detector, (features, movers)))
 }
 
-fn scans<const N: usize, const C: usize, S, V>(
+fn scans<M: Size>(
     inputs: Inputs<'_>,
-    slot: &mut SlotOf<State<PlanarPose<f32>, N, C, S, V>>,
+    slot: &mut Slot<M>,
     outputs: &mut Outputs<'_>,
-    span: Span,
+    digest_every: usize,
     taken: &mut usize,
-) -> Result<(), u32>
-where
-    S: MapStorage<Static<Vector2<f32>>>,
-    V: MapStorage<Dynamic<Vector2<f32>>>,
-{
-    let (mut filter, mut detector, (features, movers)) = over(inputs.run, slot, span.first != 0)?;
-    for place in (span.first..inputs.scans.len()).take(span.scans) {
+) -> Result<(), u32> {
+    let (mut filter, mut detector, (features, movers)) = over(inputs.run, slot)?;
+    for place in 0..inputs.scans.len() {
         let measurements = predict(inputs, place, &mut filter)?;
         let report = filter.scan(&mut detector, measurements).map_err(|_| Status::SCAN)?;
         let is_last = place + 1 == inputs.scans.len();
-        let digest = span.asks_for_digest(place + 1, is_last);
+        let digest = asks_for_digest(digest_every, place + 1, is_last);
         tell(&filter, &detector, &report, (&mut *features, &mut *movers), outputs, place, digest)?;
         *taken += 1;
     }

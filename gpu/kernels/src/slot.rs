@@ -1,15 +1,11 @@
 //! The device memory of one filter.
 
+use crate::size::Size;
 use core::mem::MaybeUninit;
 use nalgebra::{Vector2, Vector4};
-use scphd::models::Unicycle;
 use scphd::numerics::Noise;
-use scphd::{Component, DetectorMemory, memory};
+use scphd::{Component, DetectorMemory};
 
-/// Room for particles.
-pub const PARTICLES: usize = 32;
-/// Room for samples of each.
-pub const SAMPLES: usize = 2;
 /// Room for measurements of a scan.
 pub const MEASUREMENTS: usize = 128;
 /// Room for estimated features of a scan.
@@ -17,36 +13,24 @@ pub const FEATURES: usize = 192;
 /// Room for estimated moving features of a scan.
 pub const MOVERS: usize = 64;
 
-memory! {
-    /// What a filter knows, whatever moves its vehicle: a state is of a pose, and all vehicles in the plane have the same.
-    pub type Memory: Unicycle<f32> {
-        particles: PARTICLES, samples: SAMPLES,
-        features { pages: 640, pages_per_map: 64, in_view: 768 },
-        moving { pages: 448, pages_per_map: 48, in_view: 384 },
-    }
-}
-
 /// The scratch of its sensor.
 pub(crate) type Scratch = DetectorMemory<Vector2<f32>, MEASUREMENTS>;
 
-/// All that one filter works in, over a state `M`. It begins as zeros, and nothing of it is on a thread's stack.
+/// All that one filter works in. It begins as zeros, and nothing of it is on a thread's stack.
 #[derive(Debug)]
-pub struct SlotOf<M> {
+pub struct Slot<M> {
     pub(crate) memory: M,
     pub(crate) scratch: Scratch,
     pub(crate) features: [Component<Vector2<f32>>; FEATURES],
     pub(crate) movers: [Component<Vector4<f32>>; MOVERS],
 }
 
-/// All that one of many filters works in.
-pub type Slot = SlotOf<Memory>;
-
-impl Slot {
+impl<M: Size> Slot<M> {
     /// Empty, all zero.
     #[must_use]
     pub const fn new() -> Self {
         Self {
-            memory: Memory::new(),
+            memory: M::EMPTY,
             scratch: Scratch::new(),
             features: [Component::ZERO; FEATURES],
             movers: [Component::ZERO; MOVERS],
@@ -54,7 +38,7 @@ impl Slot {
     }
 }
 
-impl Default for Slot {
+impl<M: Size> Default for Slot<M> {
     fn default() -> Self {
         Self::new()
     }
@@ -70,6 +54,9 @@ const _: () = {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::size::Memory;
+
+    type Slot = super::Slot<Memory>;
 
     #[test]
     fn zeros_are_a_new_slot() {
