@@ -8,7 +8,7 @@ import numpy as np
 
 import scphd
 
-GUIDE = pathlib.Path(__file__).parents[2] / "docs" / "python.md"
+GUIDE = pathlib.Path(__file__).parents[3] / "docs" / "python.md"
 
 
 def test_the_example_of_the_package():
