@@ -3,7 +3,7 @@
 use crate::detection::normalise::Normalisers;
 use crate::detection::seen::{Seen, reset_eta};
 use crate::filter::survivor::{ScanView, Workspaces};
-use crate::filter::tally::{Account, Tally};
+use crate::filter::tally::Tally;
 use crate::filter::task::Task;
 use crate::filter::waiting::memory::Noted;
 use crate::map::workspace::Workspace;
@@ -107,8 +107,6 @@ pub struct Draft<'w, D: Place> {
     pub(crate) bounds: Bounds<D>,
     /// What its update counts.
     pub(crate) tally: Tally<D::Scalar>,
-    /// How many of the terms are of known landmarks, and how many of detections.
-    terms: [usize; 2],
     /// Births that wait.
     pub(crate) noted: Noted<D::Scalar>,
     /// Fresh labels, from the one on that the draft was [made](Self::make) with.
@@ -127,7 +125,6 @@ impl<'w, T: Real, D: Place<Scalar = T>> Draft<'w, D> {
             task: Task::NONE,
             bounds: Bounds::EMPTY,
             tally: Tally::new(),
-            terms: [0; 2],
             noted: Noted::NOTHING,
             labels: 0,
             renaming: Renaming::NONE,
@@ -155,34 +152,31 @@ impl<'w, T: Real, D: Place<Scalar = T>> Draft<'w, D> {
         eta: &mut [LnSum<T>],
         first_fresh: u32,
     ) {
-        let Self { of_static, of_moving, task, bounds, tally, terms, noted, labels, is_whole, .. } = self;
+        let Self { of_static, of_moving, task, bounds, tally, noted, labels, is_whole, .. } = self;
         *bounds = scan_view.bounds;
         *tally = Tally::new();
-        let memory = [&mut *of_static.terms, &mut *of_moving.terms];
-        let mut account = Deferred { tally, memory, known: 0, detected: 0 };
         let workspaces = (&mut of_static.workspace, &mut of_moving.workspace);
         reset_eta(eta, scan_view.scan);
         let mut seen = Seen::beside(scan_view.view.missed);
         let parent = task.parent;
         of_static.aside_len =
-            collect(workspaces.0, of_static.aside, static_maps, parent, scan_view, eta, &mut seen, &mut account);
+            collect(workspaces.0, of_static.aside, static_maps, parent, scan_view, eta, &mut seen, tally);
         let mut both = Workspaces { of_static: workspaces.0, of_moving: workspaces.1 };
-        both.look_at_births(scan_view, eta, &mut seen, account.tally());
+        both.look_at_births(scan_view, eta, &mut seen, tally);
         of_moving.aside_len =
-            collect(both.of_moving, of_moving.aside, moving_maps, parent, scan_view, eta, &mut seen, &mut account);
-        account.tally.expected_detections = seen.expected_detections;
+            collect(both.of_moving, of_moving.aside, moving_maps, parent, scan_view, eta, &mut seen, tally);
+        tally.expected_detections = seen.expected_detections;
         // Labels run in a circle: an old one may be among those that are fresh now.
         let most_fresh = both.of_static.capacity() + both.of_moving.capacity();
         let is_fresh = |label: u32| (label.wrapping_sub(first_fresh) as usize) < most_fresh;
         let clash = both.of_static.labels().chain(both.of_moving.labels()).any(is_fresh);
         let mut next_label = first_fresh;
         let normalisers = Normalisers::of(eta, scan_view.scan);
-        both.complete(scan_view, &normalisers, &mut next_label, noted, &mut account, &mut ());
+        both.complete(scan_view, &normalisers, &mut next_label, noted, tally, &mut ());
         *labels = next_label.wrapping_sub(first_fresh);
-        *terms = [account.known, account.detected];
         of_static.write(bounds);
         of_moving.write(bounds);
-        *is_whole = !clash && terms.iter().sum::<usize>() <= of_static.terms.len() + of_moving.terms.len();
+        *is_whole = !clash;
     }
 
     /// Writes to the pages that it [has been given](MapDraft::place) what belongs there: nothing where it was not stored as it is.
@@ -194,19 +188,6 @@ impl<'w, T: Real, D: Place<Scalar = T>> Draft<'w, D> {
     ) {
         self.of_static.fill(&self.renaming, write_static);
         self.of_moving.fill(&self.renaming, write_moving);
-    }
-
-    /// Adds to the counts of the scan what this update has counted.
-    pub(crate) fn settle(&self, tally: &mut Tally<T>) {
-        tally.add(&self.tally);
-        let [known, detected] = self.terms;
-        let mut terms = self.of_static.terms.iter().chain(self.of_moving.terms.iter()).copied();
-        for [weight, expected, missed] in terms.by_ref().take(known) {
-            tally.known(weight, expected, missed);
-        }
-        for [weight, distance, is_known] in terms.take(detected) {
-            tally.detected(weight, distance, is_known > T::ZERO);
-        }
     }
 }
 
@@ -221,7 +202,7 @@ fn collect<T: Real, F, X>(
     scan_view: &ScanView<'_, X>,
     eta: &mut [LnSum<T>],
     seen: &mut Seen<F::Position>,
-    account: &mut impl Account<T>,
+    tally: &mut Tally<T>,
 ) -> usize
 where
     F: Feature<Position: Place<Scalar = T>>,
@@ -232,7 +213,7 @@ where
     let mut replaced = 0;
     for id in maps.table.pages_to_update(parent, &scan_view.bounds, &maps.pool) {
         if let Some(page) = maps.pool.get(id)
-            && workspace.look_at_page::<F, X>(page, scan_view, ln_unconfirmed, eta, seen, account)
+            && workspace.look_at_page::<F, X>(page, scan_view, ln_unconfirmed, eta, seen, tally)
             && let Some(slot) = aside.get_mut(replaced)
         {
             *slot = id;
@@ -240,46 +221,4 @@ where
         }
     }
     replaced
-}
-
-/// The account of a draft: the terms of sums wait for their turn, those of known landmarks first, as they come.
-struct Deferred<'a, T> {
-    tally: &'a mut Tally<T>,
-    /// Where there is no room for all terms, the draft is not whole.
-    memory: [&'a mut [[T; 3]]; 2],
-    known: usize,
-    detected: usize,
-}
-
-impl<T: Real> Deferred<'_, T> {
-    fn put_off(&mut self, term: [T; 3]) {
-        let place = self.known + self.detected;
-        let [first, second] = &mut self.memory;
-        let slot = match place.checked_sub(first.len()) {
-            None => first.get_mut(place),
-            Some(place) => second.get_mut(place),
-        };
-        if let Some(slot) = slot {
-            *slot = term;
-        }
-    }
-}
-
-impl<T: Real> Account<T> for Deferred<'_, T> {
-    #[inline]
-    fn tally(&mut self) -> &mut Tally<T> {
-        self.tally
-    }
-
-    #[inline]
-    fn known(&mut self, weight: T, expected: T, missed: T) {
-        self.put_off([weight, expected, missed]);
-        self.known += 1;
-    }
-
-    #[inline]
-    fn detected(&mut self, weight: T, distance: T, is_known: bool) {
-        self.put_off([weight, distance, if is_known { T::ONE } else { T::ZERO }]);
-        self.detected += 1;
-    }
 }

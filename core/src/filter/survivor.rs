@@ -6,7 +6,7 @@ use crate::detection::scan::Scan;
 use crate::detection::seen::Seen;
 use crate::detection::view::View;
 use crate::filter::newborn::Newborn;
-use crate::filter::tally::{Account, Tally};
+use crate::filter::tally::Tally;
 use crate::filter::waiting::memory::Noted;
 use crate::map::Page;
 use crate::map::reduce::{heavier, merge_and_cap};
@@ -105,13 +105,12 @@ impl<T: Real, D: Place<Scalar = T>> Workspaces<'_, '_, D> {
         normalisers: &Normalisers<'_, T>,
         next_label: &mut u32,
         noted: &mut Noted<T>,
-        account: &mut impl Account<T>,
+        tally: &mut Tally<T>,
         probe: &mut impl Probe,
     ) {
         let (config, known) = (scan_view.config, (scan_view.known_below, scan_view.first_label));
-        self.of_static.weigh_detections::<Static<D>>(normalisers, known, account);
-        self.of_moving.weigh_detections::<Dynamic<D>>(normalisers, known, account);
-        let tally = account.tally();
+        self.of_static.weigh_detections::<Static<D>>(normalisers, known, tally);
+        self.of_moving.weigh_detections::<Dynamic<D>>(normalisers, known, tally);
         *noted = Noted::NOTHING;
         self.give_birth(scan_view, normalisers, Measured::Explained, noted, tally);
         probe.enter(Stage::Reduce);
@@ -238,7 +237,7 @@ impl<T: Real, N: Vector<Scalar = T>> Workspace<'_, N> {
         ln_unconfirmed: T,
         eta: &mut [LnSum<T>],
         seen: &mut Seen<F::Position>,
-        account: &mut impl Account<T>,
+        tally: &mut Tally<T>,
     ) -> bool
     where
         F: Feature<State = N, Position = PositionOf<X::Pose>>,
@@ -252,13 +251,10 @@ impl<T: Real, N: Vector<Scalar = T>> Workspace<'_, N> {
             let within = bounds.covers(page.bounds());
             for (component, weight) in page.weighted() {
                 let near = within || bounds.holds(&component.position());
-                if near
-                    && let Some((probability, ln_missed)) =
-                        self.look_at::<F, X>(component, scan_view, eta, account.tally())
-                {
+                if near && let Some((probability, ln_missed)) = self.look_at::<F, X>(component, scan_view, eta, tally) {
                     seen.add(probability, weight);
                     if !F::MOVES && is_known(component.label, scan_view.known_below, scan_view.first_label) {
-                        account.known(weight, probability * weight, ln_missed.exp());
+                        tally.known(weight, probability * weight, ln_missed.exp());
                     }
                     in_view = true;
                 } else {
@@ -282,7 +278,7 @@ impl<T: Real, N: Vector<Scalar = T>> Workspace<'_, N> {
         &mut self,
         normalisers: &Normalisers<'_, T>,
         (known_below, first_label): (u32, u32),
-        account: &mut impl Account<T>,
+        tally: &mut Tally<T>,
     ) {
         let ln_floor = self.ln_floor();
         let mut rest = self.in_view_mut();
@@ -312,7 +308,7 @@ impl<T: Real, N: Vector<Scalar = T>> Workspace<'_, N> {
                 entry.component.ln_weight = if left > missed { left.ln() } else { ln_missed };
             }
             if is_known(label, known_below, first_label) {
-                account.known(T::ZERO, T::ZERO, left - missed);
+                tally.known(T::ZERO, T::ZERO, left - missed);
             }
         }
     }
@@ -322,15 +318,15 @@ impl<T: Real, N: Vector<Scalar = T>> Workspace<'_, N> {
         &mut self,
         normalisers: &Normalisers<'_, T>,
         known: (u32, u32),
-        account: &mut impl Account<T>,
+        tally: &mut Tally<T>,
     ) {
-        self.settle_remembered(normalisers, known, account);
+        self.settle_remembered(normalisers, known, tally);
         let (known_below, first_label) = known;
         self.retain(|Entry { component, origin }| {
             if let Origin::Detected { measurement, distance } = *origin {
                 component.ln_weight += normalisers.ln(usize::from(measurement));
                 let is_known = !F::MOVES && is_known(component.label, known_below, first_label);
-                account.detected(component.ln_weight.exp(), distance, is_known);
+                tally.detected(component.ln_weight.exp(), distance, is_known);
             }
             true
         });

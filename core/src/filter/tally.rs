@@ -77,16 +77,40 @@ impl<T: Real> Tally<T> {
         }
     }
 
-    /// Adds what another survivor's update has counted, but for the sums over components, whose terms come
-    /// [one by one](Account).
+    /// Adds what the update of one survivor has counted. Sums over its components are its own first, so that survivors can be updated one
+    /// after the other or at the same time, to the same bits.
     pub(crate) fn add(&mut self, other: &Self) {
         self.merged += other.merged;
         self.births += other.births;
         self.repaired += other.repaired;
         self.no_birth += other.no_birth;
+        self.innovation.0 += other.innovation.0;
+        self.innovation.1 += other.innovation.1;
         self.expected_detections += other.expected_detections;
+        self.known.weight += other.known.weight;
+        self.known.expected += other.known.expected;
+        self.known.missed += other.known.missed;
+        self.known.detected += other.known.detected;
         for (peak, other) in self.peaks.iter_mut().zip(&other.peaks) {
             peak.in_view = peak.in_view.max(other.in_view);
+        }
+    }
+
+    /// A known landmark in view: w and p_D w before the scan, and w of it missed.
+    #[inline(always)]
+    pub(crate) fn known(&mut self, weight: T, expected: T, missed: T) {
+        self.known.weight += weight;
+        self.known.expected += expected;
+        self.known.missed += missed;
+    }
+
+    /// A detection kept: its weight, its squared Mahalanobis distance, and whether it is one of a known landmark.
+    #[inline(always)]
+    pub(crate) fn detected(&mut self, weight: T, distance: T, is_known: bool) {
+        self.innovation.0 += weight * distance;
+        self.innovation.1 += weight;
+        if is_known {
+            self.known.detected += weight;
         }
     }
 
@@ -115,41 +139,5 @@ impl<T: Real> Tally<T> {
     pub(crate) fn mean_innovation(&self, dimension: usize) -> T {
         let (sum, weight) = self.innovation;
         if weight > T::ZERO { sum / (weight * T::from_usize(dimension)) } else { T::ZERO }
-    }
-}
-
-/// What the update of one survivor counts on. Sums over components are of terms whose order decides the last bit: they are added
-/// at once, or, where several survivors are updated at a time, later in the order of the survivors.
-pub(crate) trait Account<T> {
-    /// All that is counted, or summed for a map as a whole.
-    fn tally(&mut self) -> &mut Tally<T>;
-
-    /// A known landmark in view: w and p_D w before the scan, and w of it missed.
-    fn known(&mut self, weight: T, expected: T, missed: T);
-
-    /// A detection kept: its weight, its squared Mahalanobis distance, and whether it is one of a known landmark.
-    fn detected(&mut self, weight: T, distance: T, is_known: bool);
-}
-
-impl<T: Real> Account<T> for Tally<T> {
-    #[inline(always)]
-    fn tally(&mut self) -> &mut Self {
-        self
-    }
-
-    #[inline(always)]
-    fn known(&mut self, weight: T, expected: T, missed: T) {
-        self.known.weight += weight;
-        self.known.expected += expected;
-        self.known.missed += missed;
-    }
-
-    #[inline(always)]
-    fn detected(&mut self, weight: T, distance: T, is_known: bool) {
-        self.innovation.0 += weight * distance;
-        self.innovation.1 += weight;
-        if is_known {
-            self.known.detected += weight;
-        }
     }
 }

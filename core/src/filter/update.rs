@@ -77,8 +77,9 @@ impl<T: Real, D: Place<Scalar = T>> Update<'_, '_, D> {
         eta: &mut [LnSum<T>],
         probe: &mut impl Probe,
     ) {
-        let Self { static_maps, moving_maps, tally, .. } = self;
-        let tally = &mut **tally;
+        let Self { static_maps, moving_maps, .. } = self;
+        let mut own = Tally::new();
+        let tally = &mut own;
         reset_eta(eta, scan_view.scan);
         let mut seen = Seen::beside(scan_view.view.missed);
         let regained_static = static_maps.collect(task, scan_view, eta, &mut seen, tally);
@@ -88,12 +89,14 @@ impl<T: Real, D: Place<Scalar = T>> Update<'_, '_, D> {
         tally.expected_detections += seen.expected_detections;
         if self.weighs {
             let ln_likelihood = ln_likelihood(Likelihood::SingleCluster, &scan_view.view, &seen, scan_view.scan, eta);
-            tally.last = Weighed { ln_likelihood, in_view: seen.in_view };
+            self.tally.last = Weighed { ln_likelihood, in_view: seen.in_view };
         }
         let normalisers = Normalisers::of(eta, scan_view.scan);
         let mut both = Workspaces { of_static: &mut static_maps.workspace, of_moving: &mut moving_maps.workspace };
         let mut noted = Noted::NOTHING;
         both.complete(scan_view, &normalisers, self.next_label, &mut noted, tally, probe);
+        let tally = &mut *self.tally;
+        tally.add(&own);
         static_maps.workspace.count(tally);
         moving_maps.workspace.count(tally);
         let bounds = &scan_view.bounds;
@@ -108,7 +111,7 @@ impl<T: Real, D: Place<Scalar = T>> Update<'_, '_, D> {
     pub(crate) fn store_draft(&mut self, draft: &mut Draft<'_, D>, first_fresh: u32) {
         let Self { static_maps, moving_maps, next_label, tally, .. } = self;
         let tally = &mut **tally;
-        draft.settle(tally);
+        tally.add(&draft.tally);
         // As many fresh labels have been given away before, that the draft knew nothing of.
         draft.renaming = Renaming { first_fresh, fresh: draft.labels, given: next_label.wrapping_sub(first_fresh) };
         **next_label = next_label.wrapping_add(draft.labels);

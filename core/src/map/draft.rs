@@ -2,7 +2,7 @@
 
 use super::{Feature, MapTable, Page, PageId};
 use crate::map::workspace::{Workspace, WorkspaceMemory};
-use crate::{Place, Real, Vector};
+use crate::{Place, Real};
 use core::fmt::Debug;
 
 /// Memory of a draft, as large as the maps of one kind of features want it.
@@ -21,18 +21,13 @@ pub struct DraftMemory<F: Feature, const MAP_PAGES: usize, const VIEW: usize> {
     workspace: WorkspaceMemory<F::State, VIEW>,
     aside: [PageId; MAP_PAGES],
     pages: [Page<F>; MAP_PAGES],
-    terms: [[<F::Position as Vector>::Scalar; 3]; VIEW],
 }
 
 impl<T: Real, F: Feature<Position: Place<Scalar = T>>, const MAP_PAGES: usize, const VIEW: usize> DraftStorage<F>
     for DraftMemory<F, MAP_PAGES, VIEW>
 {
-    const ZERO: Self = Self {
-        workspace: WorkspaceMemory::ZERO,
-        aside: [PageId::ZERO; MAP_PAGES],
-        pages: [Page::ZERO; MAP_PAGES],
-        terms: [[T::ZERO; 3]; VIEW],
-    };
+    const ZERO: Self =
+        Self { workspace: WorkspaceMemory::ZERO, aside: [PageId::ZERO; MAP_PAGES], pages: [Page::ZERO; MAP_PAGES] };
 
     fn draft(&mut self) -> MapDraft<'_, F> {
         MapDraft {
@@ -42,7 +37,6 @@ impl<T: Real, F: Feature<Position: Place<Scalar = T>>, const MAP_PAGES: usize, c
             placed_len: 0,
             pages: &mut self.pages,
             pages_len: 0,
-            terms: &mut self.terms,
         }
     }
 }
@@ -60,22 +54,12 @@ pub struct MapDraft<'w, F: Feature> {
     /// The components as they are written to pages where there is room for all: the first `pages_len`, or more than there are.
     pub(crate) pages: &'w mut [Page<F>],
     pub(crate) pages_len: usize,
-    /// Scratch for the terms of sums over components.
-    pub(crate) terms: &'w mut [[<F::Position as Vector>::Scalar; 3]],
 }
 
 impl<F: Feature> MapDraft<'_, F> {
     /// A draft of no map.
     pub(crate) fn none() -> Self {
-        Self {
-            workspace: Workspace::none(),
-            aside: &mut [],
-            aside_len: 0,
-            placed_len: 0,
-            pages: &mut [],
-            pages_len: 0,
-            terms: &mut [],
-        }
+        Self { workspace: Workspace::none(), aside: &mut [], aside_len: 0, placed_len: 0, pages: &mut [], pages_len: 0 }
     }
 
     /// Whether it is as large as maps in this table and this workspace need.

@@ -40,9 +40,13 @@ impl<T: Real> ConstantVelocity<T> {
     /// # Errors
     /// The density must be finite and positive, the lifetime positive.
     pub fn check(&self) -> Result<(), ModelError> {
-        let (psd, lifetime) = (self.acceleration_psd, self.lifetime_s);
-        require(psd > T::ZERO && psd.is_finite(), "acceleration_psd", "finite and positive")?;
-        require(lifetime > T::ZERO, "lifetime_s", "positive")
+        self.check_as(["acceleration_psd", "lifetime_s"])
+    }
+
+    /// The same, with the names that the fields have where this is a part of a configuration.
+    pub(crate) fn check_as(&self, [psd, lifetime]: [&'static str; 2]) -> Result<(), ModelError> {
+        require(self.acceleration_psd > T::ZERO && self.acceleration_psd.is_finite(), psd, "finite and positive")?;
+        require(self.lifetime_s > T::ZERO, lifetime, "positive")
     }
 
     /// The component of a feature at positions `D` after `dt` seconds. `None` where it leaves the range of the scalar.

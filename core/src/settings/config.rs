@@ -1,6 +1,6 @@
 //! What a user tunes.
 
-use crate::{ConfigError, ConstantVelocity, Informed, Likelihood, Plausible, Proposal, Real};
+use crate::{ConfigError, ConstantVelocity, Informed, Likelihood, ModelError, Plausible, Proposal, Real};
 
 /// Tuning of the recursion; the models carry their own parameters.
 ///
@@ -111,14 +111,8 @@ impl<T: Real> MovingConfig<T> {
             "moving.velocity_sigma_mps",
             "between 1e-6 and 1e6: beyond, its square leaves the range of single precision",
         )?;
-        self.motion.check().map_err(|error| {
-            let field = match error.field {
-                "acceleration_psd" => "moving.motion.acceleration_psd",
-                "lifetime_s" => "moving.motion.lifetime_s",
-                other => other,
-            };
-            ConfigError { field, range: error.range }
-        })?;
+        let names = ["moving.motion.acceleration_psd", "moving.motion.lifetime_s"];
+        self.motion.check_as(names).map_err(|ModelError { field, range }| ConfigError { field, range })?;
         require(
             self.extraction_weight >= T::ZERO && self.extraction_weight <= T::ONE,
             "moving.extraction_weight",

@@ -8,7 +8,6 @@ use crate::source::Source;
 use crate::study::{Short, StudyError};
 use scphd_gpu_kernels::{LARGE_PARTICLES, SAMPLES, ScanResult, Status};
 
-
 /// The inputs of a large filter: one run of so many scans.
 ///
 /// # Errors
