@@ -20,14 +20,14 @@ fn scan(step: usize) -> Vec<Vector2<f32>> {
     let heading = 0.02 * step as f32;
     let (x, y) = (10.0 * heading.sin(), 10.0 - 10.0 * heading.cos());
     let landmarks = (0..12).map(|k| {
-        let angle = 0.5236 * k as f32;
+        let angle = core::f32::consts::FRAC_PI_6 * k as f32;
         (14.0 * angle.sin(), 10.0 - 14.0 * angle.cos())
     });
     let mut seen: Vec<Vector2<f32>> = landmarks
         .map(|(u, v)| Vector2::new((u - x).hypot(v - y), scphd::numerics::wrap((v - y).atan2(u - x) - heading)))
         .filter(|z| z.x < 12.0)
         .collect();
-    if step % 5 == 0 {
+    if step.is_multiple_of(5) {
         seen.push(Vector2::new(3.0 + 0.1 * step as f32, -1.0));
     }
     seen
