@@ -71,7 +71,7 @@ use crate::{
 /// # type Memory = JointState<PlanarPose<f32>, Vector2<f32>, 40, { joint_numbers(3, 2, 40) }, 16>;
 /// # let mut state = Box::new(Memory::new());
 /// # let motion = Unicycle::new(Step::Arc, ControlNoise::white(0.1, 0.02))?;
-/// // A thousand features: 76 KB.
+/// // A thousand features: 344 KB.
 /// let mut archive = Box::new(JointArchive::<PlanarPose<f32>, 1000>::new());
 /// let slam = JointSlam::new(motion, JointConfig::default(), &mut *state)?;
 /// // The detectors see 15 m far.

@@ -11,12 +11,15 @@ mod apart;
 mod archive;
 mod associate;
 mod claims;
+mod conditioning;
 mod config;
 mod correct;
 mod covariance;
 mod exclusive;
 mod existence;
 mod filter;
+#[cfg(test)]
+mod laps_tests;
 mod load;
 mod localise;
 mod movers;

@@ -1,13 +1,23 @@
 //! What the vehicle has left behind leaves the window for the archive.
 
-use super::archive::{Entry, PAGE, Shelf};
-use super::covariance::{first, symmetric};
+use super::archive::{ANCHORS, Anchor, Entry, PAGE, Shelf, Split};
+use super::conditioning::Conditioning;
+use super::covariance::{Joint, first};
 use super::state::{Memory, Slot};
 use super::tidy::TENTATIVE;
 use crate::{Linear, Matrix, Pose, PositionOf, Real, Symmetric, TangentOf, Vector, Zero};
 
 /// Only what is farther off than this many times the vehicle sees may go.
 const BEYOND: f64 = 1.25;
+
+/// A window has room for one anchor in so many features.
+const WINDOW_PER_ANCHOR: usize = 3;
+
+/// Free places of the window below which anchors go.
+const SPARE: usize = 2;
+
+/// Anchors within reach of a page that are enough.
+const NEAR_ANCHORS: usize = 4;
 
 /// What parking did.
 #[derive(Debug, Clone, Copy, Default)]
@@ -51,7 +61,7 @@ pub(super) fn park<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
     }
     for place in (0..memory.known.len).rev() {
         let Some(slot) = memory.slots.get(place) else { continue };
-        if slot.detections < T::from_f64(TENTATIVE) && beyond(slot) {
+        if slot.detections < T::from_f64(TENTATIVE) && !slot.is_anchor && beyond(slot) {
             memory.drop_feature(place);
             parked.dropped += 1;
         }
@@ -61,37 +71,130 @@ pub(super) fn park<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
             break;
         }
         let far = |slot: &Slot<P::Position>| squared_m([x, y], &slot.mean);
-        let Some(mut seed) = most(memory, |slot| beyond(slot).then(|| far(slot))) else { break };
+        // Where nothing else may go, anchors go.
+        let others = memory.slots.iter().take(memory.known.len).any(|slot| beyond(slot) && !slot.is_anchor);
+        if !others && window - memory.known.len.min(window) >= SPARE {
+            break;
+        }
+        let is_free = |slot: &Slot<P::Position>| beyond(slot) && !(others && slot.is_anchor);
+        let Some(seed) = most(memory, |_, slot| is_free(slot).then(|| far(slot))) else { break };
         let Some(mean) = memory.slots.get(seed).map(|slot| slot.mean) else { break };
-        let frame = Frame::of(memory, seed);
-        let name = shelf.index.next_page;
-        shelf.index.next_page = name.wrapping_add(1);
         let around = [mean.at(0), mean.at(1)];
+        let within = |slot: &Slot<P::Position>| {
+            let squared = squared_m(around, &slot.mean);
+            (squared < shelf.reach_m * shelf.reach_m).then_some(-squared)
+        };
+        if let Some(slot) = memory.slots.get_mut(seed) {
+            slot.is_anchor = false;
+        }
+        let anchors =
+            anchors(memory, seed, within, |slot| squared_m(around, &slot.mean), shelf.reach_m * T::from_f64(3.0));
+        let mut members = [seed; PAGE];
+        let mut count = 1;
         for _ in 1..page {
-            let near = |slot: &Slot<P::Position>| {
-                let squared = squared_m(around, &slot.mean);
-                let other = slot.label != memory.slots.get(seed).map_or(0, |seed| seed.label);
-                (other && beyond(slot) && squared < shelf.reach_m * shelf.reach_m).then_some(-squared)
+            let chosen = members.get(..count).unwrap_or(&[]);
+            let near = |place: usize, slot: &Slot<P::Position>| {
+                let other = is_free(slot) && !chosen.contains(&place) && !anchors.places().contains(&place);
+                within(slot).filter(|_| other)
             };
             let Some(place) = most(memory, near) else { break };
-            put(shelf, memory, place, &frame, seed, name, &mut parked);
-            if seed == memory.known.len {
-                seed = place;
+            if let Some(slot) = members.get_mut(count) {
+                *slot = place;
             }
+            count += 1;
         }
-        put(shelf, memory, seed, &frame, seed, name, &mut parked);
+        let members = members.get_mut(..count).unwrap_or(&mut []);
+        let name = shelf.index.next_page;
+        shelf.index.next_page = name.wrapping_add(1);
+        let page = Leaving::of(memory, seed, anchors.places());
+        members.iter().for_each(|&place| page.put(shelf, memory, place, name, &mut parked));
+        members.sort_unstable();
+        members.iter().rev().for_each(|&place| memory.drop_feature(place));
     }
     parked
+}
+
+/// Places of the window.
+struct Chosen {
+    places: [usize; ANCHORS],
+    len: usize,
+}
+
+impl Chosen {
+    fn places(&self) -> &[usize] {
+        self.places.get(..self.len).unwrap_or(&[])
+    }
+
+    fn add(&mut self, place: usize) {
+        if let Some(slot) = self.places.get_mut(self.len) {
+            *slot = place;
+            self.len += 1;
+        }
+    }
+}
+
+/// The anchors of a page around a feature: those that there are nearest to it. Where few are within reach, as long as the window has room for more,
+/// what is known best there becomes one.
+fn anchors<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
+    memory: &mut Memory<'_, P, Z>,
+    seed: usize,
+    within: impl Fn(&Slot<P::Position>) -> Option<T>,
+    distance: impl Fn(&Slot<P::Position>) -> T,
+    far: T,
+) -> Chosen {
+    let known = || memory.slots.iter().take(memory.known.len);
+    let room = (memory.slots.len() / WINDOW_PER_ANCHOR).saturating_sub(known().filter(|slot| slot.is_anchor).count());
+    let near = known().filter(|slot| slot.is_anchor && within(slot).is_some()).count();
+    for _ in 0..NEAR_ANCHORS.saturating_sub(near).min(room) {
+        let place = most(memory, |place, slot| {
+            let other = place != seed && !slot.is_anchor && slot.existence.total() >= T::from_f64(0.5);
+            within(slot).filter(|_| other && slot.detections >= T::from_f64(TENTATIVE)).map(|_| slot.detections)
+        });
+        let Some(slot) = place.and_then(|place| memory.slots.get_mut(place)) else { break };
+        slot.is_anchor = true;
+    }
+    let mut chosen = Chosen { places: [0; ANCHORS], len: 0 };
+    for _ in 0..ANCHORS {
+        let other = |place: usize, slot: &Slot<P::Position>| slot.is_anchor && !chosen.places().contains(&place);
+        let place = most(memory, |place, slot| other(place, slot).then(|| -distance(slot)));
+        let Some(place) = place else { break };
+        let is_near = memory.slots.get(place).is_some_and(|slot| distance(slot) <= far * far);
+        if chosen.len == 0 && !is_near {
+            break;
+        }
+        chosen.add(place);
+    }
+    chosen
+}
+
+/// Marks the features of the window that pages are conditioned on.
+pub(super) fn mark_anchors<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
+    shelf: &Shelf<'_, P>,
+    memory: &mut Memory<'_, P, Z>,
+) {
+    let slots = memory.slots.get_mut(..memory.known.len).unwrap_or(&mut []);
+    slots.iter_mut().for_each(|slot| slot.is_anchor = false);
+    let mut last = None;
+    for entry in shelf.entries.iter().take(shelf.index.len) {
+        // The features of a page have the same anchors, and mostly follow each other.
+        if last.replace(entry.page) == Some(entry.page) {
+            continue;
+        }
+        for anchor in entry.anchors() {
+            let of = slots.iter_mut().filter(|slot| slot.label == anchor.label);
+            of.for_each(|slot| slot.is_anchor = true);
+        }
+    }
 }
 
 /// The feature with the most of something.
 fn most<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
     memory: &Memory<'_, P, Z>,
-    of: impl Fn(&Slot<P::Position>) -> Option<T>,
+    of: impl Fn(usize, &Slot<P::Position>) -> Option<T>,
 ) -> Option<usize> {
     let mut best = None;
     for (place, slot) in memory.slots.iter().take(memory.known.len).enumerate() {
-        if let Some(value) = of(slot)
+        if let Some(value) = of(place, slot)
             && best.is_none_or(|(_, known)| value > known)
         {
             best = Some((place, value));
@@ -100,60 +203,92 @@ fn most<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
     best.map(|(place, _)| place)
 }
 
-/// What a page has in common.
-struct Frame<P: Pose> {
-    /// A root of its covariance.
+/// A page that leaves the window.
+struct Leaving<P: Pose> {
+    anchors: [Anchor<P>; ANCHORS],
+    anchored: usize,
+    given: Common<P>,
+    alone: Common<P>,
+}
+
+/// What a page has in common: its seed's position and the heading, given some features.
+struct Common<P: Pose> {
+    given: Conditioning<P>,
+    seed: usize,
+    /// A root of their covariance.
     root: Linear<TangentOf<P>, TangentOf<P>>,
 }
 
-impl<T: Real, P: Pose<Scalar = T>> Frame<P> {
+impl<T: Real, P: Pose<Scalar = T>> Common<P> {
+    fn of(joint: &Joint<'_, P>, seed: usize, places: &[usize]) -> Self {
+        let given = Conditioning::on(joint, places);
+        let own = |row, column| given.covariance(joint, Self::row(seed, row), Self::row(seed, column));
+        let root = Symmetric::<TangentOf<P>>::from_fn(own).root();
+        Self { given, seed, root }
+    }
+
     /// The rows of the joint covariance that make it up.
     fn row(seed: usize, k: usize) -> usize {
         if k < P::Position::DIMENSION { first::<P>(seed) + k } else { k }
     }
 
-    fn of<Z: Vector<Scalar = T>>(memory: &Memory<'_, P, Z>, seed: usize) -> Self {
-        let own = |row, column| memory.joint.get(Self::row(seed, row), Self::row(seed, column));
-        Self { root: Symmetric::<TangentOf<P>>::from_fn(own).root() }
+    /// The covariance of a feature; `None` where rounding has spoilt it.
+    fn split(&self, joint: &Joint<'_, P>, place: usize) -> Option<Split<P>> {
+        let (given, at) = (&self.given, first::<P>(place));
+        let mut rows = <PositionOf<P> as Vector>::Array::<TangentOf<P>>::ZERO;
+        for (d, row) in rows.as_mut().iter_mut().enumerate() {
+            let with = TangentOf::<P>::with(|k| given.covariance(joint, at + d, Self::row(self.seed, k)));
+            *row = whitened::<T, TangentOf<P>>(&self.root, &with);
+        }
+        let common: Linear<PositionOf<P>, TangentOf<P>> =
+            Matrix::with(|d, k| rows.as_ref().get(d).map_or(T::ZERO, |row| row.at(k)));
+        let rounding = T::EPSILON * T::from_f64(64.0);
+        let own = Symmetric::<PositionOf<P>>::from_fn(|row, column| {
+            let shared =
+                (0..TangentOf::<P>::DIMENSION).fold(T::ZERO, |sum, k| sum + common.at(row, k) * common.at(column, k));
+            let least = if row == column { joint.get(at + row, at + row) * rounding } else { T::ZERO };
+            given.covariance(joint, at + row, at + column) - shared + least
+        });
+        let (own, _) = own.kept_positive_definite()?;
+        Some(Split { common, own })
     }
 }
 
-/// Puts a feature into the archive.
-fn put<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
-    shelf: &mut Shelf<'_, P>,
-    memory: &mut Memory<'_, P, Z>,
-    place: usize,
-    frame: &Frame<P>,
-    seed: usize,
-    page: u32,
-    parked: &mut Parked,
-) {
-    let Some(slot) = memory.slots.get(place).copied() else { return };
-    let at = first::<P>(place);
-    let mut rows = <PositionOf<P> as Vector>::Array::<TangentOf<P>>::ZERO;
-    for (d, row) in rows.as_mut().iter_mut().enumerate() {
-        let with = TangentOf::<P>::with(|k| memory.joint.get(at + d, Frame::<P>::row(seed, k)));
-        *row = whitened::<T, TangentOf<P>>(&frame.root, &with);
+impl<T: Real, P: Pose<Scalar = T>> Leaving<P> {
+    fn of<Z: Vector<Scalar = T>>(memory: &Memory<'_, P, Z>, seed: usize, places: &[usize]) -> Self {
+        let mut anchors = Entry::<P>::ZERO.anchors;
+        let of_places = places.iter().filter_map(|&place| memory.slots.get(place));
+        let of_places = anchors.iter_mut().zip(of_places).map(|(anchor, slot)| {
+            (anchor.label, anchor.mean) = (slot.label, slot.mean);
+        });
+        let anchored = of_places.count();
+        let [given, alone] = [places, &[]].map(|places| Common::of(&memory.joint, seed, places));
+        Self { anchors, anchored, given, alone }
     }
-    let common: Linear<PositionOf<P>, TangentOf<P>> =
-        Matrix::with(|d, k| rows.as_ref().get(d).map_or(T::ZERO, |row| row.at(k)));
-    let full = memory.joint.between(place, place);
-    let rounding = T::EPSILON * T::from_f64(64.0);
-    let own: Linear<PositionOf<P>, PositionOf<P>> = Matrix::with(|row, column| {
-        let shared =
-            (0..TangentOf::<P>::DIMENSION).fold(T::ZERO, |sum, k| sum + common.at(row, k) * common.at(column, k));
-        full.at(row, column) - shared + if row == column { full.at(row, row) * rounding } else { T::ZERO }
-    });
-    memory.drop_feature(place);
-    let sound = symmetric::<PositionOf<P>>(&own).kept_positive_definite();
-    let Some((own, _)) = sound else {
-        parked.spoilt += 1;
-        return;
-    };
-    let Slot { label, mean, existence, detections, .. } = slot;
-    let since_us = shelf.index.clock_us;
-    parked.forgotten += shelf.put(Entry { label, page, mean, common, own, existence, detections, since_us });
-    parked.parked += 1;
+
+    /// Puts one of its features into the archive.
+    fn put<Z: Vector<Scalar = T>>(
+        &self,
+        shelf: &mut Shelf<'_, P>,
+        memory: &Memory<'_, P, Z>,
+        place: usize,
+        page: u32,
+        parked: &mut Parked,
+    ) {
+        let joint = &memory.joint;
+        let Some(slot) = memory.slots.get(place).copied() else { return };
+        let (Some(given), Some(alone)) = (self.given.split(joint, place), self.alone.split(joint, place)) else {
+            parked.spoilt += 1;
+            return;
+        };
+        let mut anchors = self.anchors;
+        self.given.given.fill(joint, place, anchors.get_mut(..self.anchored).unwrap_or(&mut []));
+        let Slot { label, mean, existence, detections, .. } = slot;
+        let (since_us, anchored) = (shelf.index.clock_us, self.anchored);
+        let entry = Entry { label, page, mean, alone, anchored, anchors, given, existence, detections, since_us };
+        parked.forgotten += shelf.put(entry);
+        parked.parked += 1;
+    }
 }
 
 /// L⁻¹ v for a [root](Symmetric::root), whose columns of zeros give zero.

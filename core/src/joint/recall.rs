@@ -1,11 +1,12 @@
 //! What comes near again leaves the archive for the window.
 
-use super::archive::{PAGE, Shelf};
+use super::archive::{Entry, PAGE, Shelf};
 use super::covariance::{Joint, first};
 use super::existence::Persistence;
 use super::park::{squared_m, whitened};
 use super::state::{Memory, Slot};
-use crate::{Linear, Matrix, Pose, Real, Symmetric, TangentOf, Vector, Zero};
+use crate::numerics::vector::applied;
+use crate::{Linear, Matrix, Pose, PositionOf, Real, Symmetric, TangentOf, Vector, Zero};
 
 /// ω of covariance intersection: the pose becomes uncertain by a factor 1/ω, and what a page has in common by 1/(1 − ω). Chosen on
 /// worlds that the tests do not have.
@@ -64,10 +65,9 @@ pub(super) fn visit<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
                 let (label, mean, detections) = (entry.label, entry.mean, entry.detections);
                 *slot = Slot { label, mean, existence, detections, ..Slot::ZERO };
             }
-            memory.joint.put_alone(place);
+            visit.put(shelf, memory, entry, place);
             memory.known.len += 1;
         }
-        visit.share(shelf, memory, T::ONE);
         if let Some(slot) = trial.visits.get_mut(trial.count) {
             *slot = visit;
             trial.count += 1;
@@ -77,36 +77,30 @@ pub(super) fn visit<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
 }
 
 impl Trial {
-    /// Takes the pages that the scan of so many measurements has seen into the window for good; how many features.
+    /// Takes the pages that the scan of so many measurements has seen into the window for good, and sends the others away: how many features came, and
+    /// whether a page went.
     pub(super) fn judge<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
         &mut self,
         shelf: &mut Shelf<'_, P>,
         memory: &mut Memory<'_, P, Z>,
         measurements: usize,
-    ) -> usize {
-        let mut recalled = 0;
+    ) -> (usize, bool) {
+        let (mut recalled, mut refused) = (0, false);
         for visit in self.visits.iter_mut().take(self.count) {
             visit.seen = visit.is_seen(memory, measurements);
+            refused |= !visit.seen;
             if visit.seen {
                 visit.admit(shelf, memory);
                 recalled += visit.count;
-            } else {
-                // Nothing is to be learnt of it.
-                let slots = memory.slots.iter_mut().skip(visit.before).take(visit.count);
-                slots.for_each(|slot| slot.detection = T::ZERO);
             }
+        }
+        for visit in self.visits.iter().take(self.count).rev().filter(|visit| !visit.seen) {
+            (visit.before..visit.before + visit.count).rev().for_each(|place| memory.drop_feature(place));
         }
         for visit in self.visits.iter().take(self.count).filter(|visit| visit.seen) {
             shelf.take_page(visit.page);
         }
-        recalled
-    }
-
-    /// Sends the others away.
-    pub(super) fn end<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(&self, memory: &mut Memory<'_, P, Z>) {
-        for visit in self.visits.iter().take(self.count).rev().filter(|visit| !visit.seen) {
-            (visit.before..visit.before + visit.count).rev().for_each(|place| memory.drop_feature(place));
-        }
+        (recalled, refused)
     }
 }
 
@@ -127,35 +121,78 @@ impl Visit {
         seen >= expected.at_least(T::ONE) * half
     }
 
-    /// What page and pose have in common is not known: both are made as uncertain as it takes for that not to matter.
+    /// The pages whose anchors are all in the window have their covariances with everything. What another page and the pose have in common is not
+    /// known: both are made as uncertain as it takes for that not to matter.
     fn admit<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
         &self,
         shelf: &Shelf<'_, P>,
         memory: &mut Memory<'_, P, Z>,
     ) {
+        let entries = || self.entries.iter().take(self.count).filter_map(|&at| shelf.entries.get(at));
+        if entries().next().is_none_or(|entry| !entry.anchors().is_empty() && is_anchored(entry, memory, self.before)) {
+            return;
+        }
         let share = T::from_f64(SHARE);
         memory.joint.doubt_pose(T::ONE / share, memory.known.len);
-        self.share(shelf, memory, T::ONE / (T::ONE - share));
-    }
-
-    /// Sets the covariances within the page: f A_i A_jᵀ, and R_i of each feature with itself.
-    fn share<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
-        &self,
-        shelf: &Shelf<'_, P>,
-        memory: &mut Memory<'_, P, Z>,
-        factor: T,
-    ) {
-        for (one, &at_one) in self.entries.iter().take(self.count).enumerate() {
-            for (other, &at_other) in self.entries.iter().take(one + 1).enumerate() {
-                let (Some(a), Some(b)) = (shelf.entries.get(at_one), shelf.entries.get(at_other)) else { return };
+        let factor = T::ONE / (T::ONE - share);
+        for (one, a) in entries().enumerate() {
+            for (other, b) in entries().take(one + 1).enumerate() {
                 memory.joint.put_block(self.before + one, self.before + other, |row, column| {
-                    let shared = (0..P::Tangent::DIMENSION)
-                        .fold(T::ZERO, |sum, k| sum + a.common.at(row, k) * b.common.at(column, k));
-                    shared * factor + if one == other { a.own.get(row, column) } else { T::ZERO }
+                    let own = if one == other { a.alone.own.get(row, column) } else { T::ZERO };
+                    a.alone.with(&b.alone, false, row, column) * factor + own
                 });
             }
         }
     }
+
+    /// Sets the covariances of a feature of the page with all that there is before it.
+    fn put<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
+        &self,
+        shelf: &Shelf<'_, P>,
+        memory: &mut Memory<'_, P, Z>,
+        entry: &Entry<P>,
+        place: usize,
+    ) {
+        let anchored = !entry.anchors().is_empty() && is_anchored(entry, memory, self.before);
+        if anchored {
+            let known = memory.slots.get(..self.before).unwrap_or(&[]);
+            let mut moved = PositionOf::<P>::ZERO;
+            let of = entry.anchors().iter().filter_map(|anchor| {
+                known.iter().position(|slot| slot.label == anchor.label).map(|place| (place, anchor.gain))
+            });
+            memory.joint.add_of(of, place);
+            for anchor in entry.anchors() {
+                if let Some(slot) = known.iter().find(|slot| slot.label == anchor.label) {
+                    moved += applied::<PositionOf<P>, PositionOf<P>>(&anchor.gain, &(slot.mean - anchor.mean));
+                }
+            }
+            if let Some(slot) = memory.slots.get_mut(place) {
+                slot.mean += moved;
+            }
+        } else {
+            memory.joint.put_alone(place);
+        }
+        for (other, &at) in (self.before..=place).zip(&self.entries) {
+            let Some(of) = shelf.entries.get(at) else { break };
+            memory.joint.add_block(place, other, |row, column| {
+                if anchored {
+                    entry.given.with(&of.given, other == place, row, column)
+                } else {
+                    entry.alone.with(&of.alone, other == place, row, column)
+                }
+            });
+        }
+    }
+}
+
+/// Whether all anchors of a page are among the first features of the window.
+fn is_anchored<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
+    entry: &Entry<P>,
+    memory: &Memory<'_, P, Z>,
+    window: usize,
+) -> bool {
+    let is_known = |label: u32| memory.slots.iter().take(window).any(|slot| slot.label == label);
+    entry.anchors().iter().all(|anchor| is_known(anchor.label))
 }
 
 /// The next page in turn, from behind `first` on, that has a feature in reach, and comes after the `last` one of this scan.

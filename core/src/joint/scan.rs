@@ -5,7 +5,7 @@ use super::associate::{Associated, associate};
 use super::correct::correct;
 use super::filter::JointSlam;
 use super::movers::Movers;
-use super::park::{Parked, park};
+use super::park::{Parked, mark_anchors, park};
 use super::recall::visit;
 use super::report::JointReport;
 use super::reunite::reunite;
@@ -48,21 +48,22 @@ where
             shelf.pass(memory.known.waited_s);
             visit(shelf, &config.persistence, memory)
         });
-        let Associated { in_view, loose, aside, ln_evidence } =
-            associate(&models, births, config, memory, movers, measurements, window);
-        let recalled = match (&mut trial, &mut shelf) {
+        let mut associated = associate(&models, births, config, memory, movers, measurements, window);
+        let (recalled, refused) = match (&mut trial, &mut shelf) {
             (Some(trial), Some(shelf)) => trial.judge(shelf, memory, measurements.len()),
-            _ => 0,
+            _ => (0, false),
         };
+        if refused {
+            // What the features of a page that was refused have claimed is free for others.
+            associated = associate(&models, births, config, memory, movers, measurements, window);
+        }
+        let Associated { in_view, loose, aside, ln_evidence } = associated;
         let mut tally = correct(sensor, memory, movers, measurements, config.gate);
         tally.aside = aside;
         let united = movers.tracks().map_or(0, |mut tracks| {
             tracks.correct(sensor, memory.known, memory.explained, measurements);
             tracks.tidy(config)
         });
-        if let Some(trial) = trial {
-            trial.end(memory);
-        }
         memory.follow();
         let first_label = memory.known.next_label;
         let born = bear(&models, births, config, memory, movers, measurements);
@@ -72,7 +73,13 @@ where
         }
         let spoilt = drop_spoilt(memory);
         let dropped = drop_unlikely(config, memory, first_label);
-        let parked = shelf.as_mut().map_or_else(Parked::default, |shelf| park(shelf, memory));
+        let parked = shelf.as_mut().map_or_else(Parked::default, |shelf| {
+            let parked = park(shelf, memory);
+            if recalled + parked.parked > 0 {
+                mark_anchors(shelf, memory);
+            }
+            parked
+        });
         let report =
             tally.report(memory.known, (measurements.len(), models.clutter().per_scan()), X::Measurement::DIMENSION);
         Ok(JointReport {

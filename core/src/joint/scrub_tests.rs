@@ -1,6 +1,6 @@
 //! Memory that fails under a joint map: what is found is mended, and what is sound is left.
 
-use super::archive::Entry;
+use super::archive::{Entry, Split};
 use crate::*;
 use nalgebra::Vector2;
 use std::boxed::Box;
@@ -164,7 +164,8 @@ fn the_archive_is_looked_at_too() {
     let slam = Slam::new(motion, JointConfig::default(), &mut state).unwrap();
     let mut slam = slam.with_archive(&mut archive, 20.0).unwrap();
     slam.reset(PlanarPose::ZERO).unwrap();
-    let entry = |x: f32| Entry { mean: Vector2::new(x, 0.0), own: Symmetric::from_diagonal([0.01; 2]), ..Entry::ZERO };
+    let known = Split { own: Symmetric::from_diagonal([0.01; 2]), ..Split::ZERO };
+    let entry = |x: f32| Entry { mean: Vector2::new(x, 0.0), alone: known, given: known, ..Entry::ZERO };
     let mut shelf = Archive::shelf(&mut slam.archive).unwrap();
     [100.0, f32::NAN, 200.0].into_iter().for_each(|x| _ = shelf.put(entry(x)));
     let scrubbed = slam.scrub(&mut Scrubber::new(), 4).unwrap();

@@ -3,6 +3,7 @@
 use super::archive::Archive;
 use super::filter::JointSlam;
 use super::movers::Movers;
+use super::park::mark_anchors;
 use super::walk::{audit_archive, audit_movers, fill_archive, fill_movers, walk_archive, walk_movers};
 use crate::snapshot::frame::{Content, Head, Shape};
 use crate::snapshot::read::{Reader, checked, numbers};
@@ -92,6 +93,7 @@ where
             shelf.clear();
             if with_archive > 0 {
                 fill_archive(shelf, archived, &mut reader);
+                mark_anchors(shelf, memory);
             }
         }
         if let Some(tracks) = &mut tracks {

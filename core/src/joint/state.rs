@@ -21,6 +21,8 @@ pub(super) struct Slot<D: Vector> {
     pub(super) detections: D::Scalar,
     /// p_D in the scan at hand, 0 out of view.
     pub(super) detection: D::Scalar,
+    /// Whether pages of the archive are conditioned on it.
+    pub(super) is_anchor: bool,
     /// Σ a ν over the measurements of the scan at hand that it may have caused.
     pub(super) claimed: D::Scalar,
 }
@@ -158,6 +160,7 @@ impl<T: Real, D: Vector<Scalar = T>> Slot<D> {
         existence: Existence::NONE,
         detections: T::ZERO,
         detection: T::ZERO,
+        is_anchor: false,
         claimed: T::ZERO,
     };
 }

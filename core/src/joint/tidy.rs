@@ -237,7 +237,10 @@ pub(super) fn join<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
         let (likelier, other) = if a.existence.total() >= b.existence.total() { (a, b) } else { (b, a) };
         slot.existence = likelier.existence;
         slot.detections = likelier.detections + other.detections;
-        slot.label = if a.detections >= b.detections { a.label } else { b.label };
+        // Pages of the archive know their anchors by their labels.
+        let of_first = if a.is_anchor == b.is_anchor { a.detections >= b.detections } else { a.is_anchor };
+        slot.label = if of_first { a.label } else { b.label };
+        slot.is_anchor = a.is_anchor || b.is_anchor;
     }
     memory.drop_feature(other);
     true

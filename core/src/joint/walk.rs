@@ -1,6 +1,6 @@
 //! A walk through all that decides how the joint filter goes on, and the way back from what a snapshot has of it.
 
-use super::archive::{Entry, Index, Shelf};
+use super::archive::{Anchor, Entry, Index, Shelf, Split};
 use super::existence::Existence;
 use super::movers::{Common, Mover, Movers, Tracks};
 use super::state::{Memory, Slot};
@@ -8,7 +8,7 @@ use crate::numerics::range::is_within_range;
 use crate::report::watch::Watch;
 use crate::snapshot::read::Reader;
 use crate::snapshot::visit::Visit;
-use crate::{Component, Flaw, Matrix, Pose, Real, Symmetric, Vector, Zero};
+use crate::{Component, Flaw, Linear, Matrix, Pose, Real, Symmetric, Vector, Zero};
 
 impl<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>> Memory<'_, P, Z> {
     /// Walks through the state.
@@ -101,8 +101,15 @@ pub(super) fn walk_archive<P: Pose>(entries: &[Entry<P>], index: &Index, visit: 
         visit.word(entry.label);
         visit.word(entry.page);
         halves(entry.since_us).into_iter().for_each(|half| visit.word(half));
-        let (mean, common, own) = (entry.mean.as_slice(), entry.common.as_slice(), entry.own.as_lower());
-        mean.iter().chain(common).chain(own).for_each(|&number| visit.scalar(number));
+        entry.mean.as_slice().iter().for_each(|&coordinate| visit.scalar(coordinate));
+        for Split { common, own } in [&entry.alone, &entry.given] {
+            common.as_slice().iter().chain(own.as_lower()).for_each(|&number| visit.scalar(number));
+        }
+        visit.word(entry.anchored as u32);
+        for Anchor { label, mean, gain } in entry.anchors() {
+            visit.word(*label);
+            mean.as_slice().iter().chain(gain.as_slice()).for_each(|&number| visit.scalar(number));
+        }
         let Existence { in_sight, hidden, absent } = entry.existence;
         [in_sight, hidden, absent, entry.detections].into_iter().for_each(|number| visit.scalar(number));
     }
@@ -123,14 +130,28 @@ where
         let (label, page) = (from.word(), from.word());
         let since_us = whole([from.word(), from.word()]);
         let mean = from.vector();
-        // Column by column, as they lie.
-        let mut columns = <P::Tangent as Vector>::Array::<P::Position>::ZERO;
-        columns.as_mut().iter_mut().for_each(|column| *column = from.vector());
-        let common = Matrix::with(|row, column| columns.as_ref().get(column).map_or(T::ZERO, |column| column.at(row)));
-        let own = Symmetric::from_fn(|_, _| from.scalar());
+        let mut split = || {
+            let common = by_columns::<P::Tangent, P::Position>(|| from.vector());
+            Split { common, own: Symmetric::from_fn(|_, _| from.scalar()) }
+        };
+        let (alone, given) = (split(), split());
+        let anchored = from.word() as usize;
+        let mut anchors = Entry::<P>::ZERO.anchors;
+        for anchor in anchors.iter_mut().take(anchored) {
+            let (label, mean) = (from.word(), from.vector());
+            *anchor = Anchor { label, mean, gain: by_columns::<P::Position, P::Position>(|| from.vector()) };
+        }
         let existence = Existence { in_sight: from.scalar(), hidden: from.scalar(), absent: from.scalar() };
-        *entry = Entry { label, page, mean, common, own, existence, detections: from.scalar(), since_us };
+        let detections = from.scalar();
+        *entry = Entry { label, page, mean, alone, anchored, anchors, given, existence, detections, since_us };
     }
+}
+
+/// A matrix column by column, as it lies.
+fn by_columns<C: Vector, R: Vector<Scalar = C::Scalar>>(mut next: impl FnMut() -> R) -> Linear<R, C> {
+    let mut columns = C::Array::<R>::ZERO;
+    columns.as_mut().iter_mut().for_each(|column| *column = next());
+    Matrix::with(|row, column| columns.as_ref().get(column).map_or(R::Scalar::ZERO, |column| column.at(row)))
 }
 
 /// Looks over an archive: the first flaw, if any. Linear in it.

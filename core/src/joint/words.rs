@@ -28,8 +28,9 @@ impl<M: Motion<Pose = PlanarPose<f32>>> JointSlam<'_, M, Vector2<f32>> {
         each("counts", Word::Long(next_label));
         watch.words(each);
         for slot in slots.iter_mut().take(features) {
-            let Slot { label, mean, moved, existence, detections, detection, claimed } = slot;
+            let Slot { label, mean, moved, existence, detections, detection, is_anchor, claimed } = slot;
             each("feature", Word::Long(label));
+            each("feature", Word::Truth(is_anchor));
             let [x, y] = &mut mean.data.0[0];
             let [moved_x, moved_y] = &mut moved.data.0[0];
             let Existence { in_sight, hidden, absent } = existence;
