@@ -76,7 +76,7 @@ pub struct Anchor<P: Pose> {
 
 /// A borrowed archive of whatever capacity.
 #[derive(Debug)]
-pub struct Shelf<'s, P: Pose> {
+pub struct ArchiveView<'s, P: Pose> {
     pub(super) index: &'s mut Index,
     pub(super) entries: &'s mut [Entry<P>],
     /// How far the vehicle sees, m.
@@ -91,7 +91,7 @@ mod sealed {
 pub trait Archive<P: Pose>: sealed::Sealed {
     /// To be changed, if there is one.
     #[doc(hidden)]
-    fn shelf(&mut self) -> Option<Shelf<'_, P>>;
+    fn view(&mut self) -> Option<ArchiveView<'_, P>>;
     /// The features that are in it.
     #[doc(hidden)]
     fn kept(&self) -> &[Entry<P>];
@@ -106,12 +106,12 @@ pub struct NoArchive;
 
 /// A borrowed [`JointArchive`].
 #[derive(Debug)]
-pub struct Archived<'s, P: Pose>(Shelf<'s, P>);
+pub struct Archived<'s, P: Pose>(ArchiveView<'s, P>);
 
 impl sealed::Sealed for NoArchive {}
 
 impl<P: Pose> Archive<P> for NoArchive {
-    fn shelf(&mut self) -> Option<Shelf<'_, P>> {
+    fn view(&mut self) -> Option<ArchiveView<'_, P>> {
         None
     }
 
@@ -127,9 +127,9 @@ impl<P: Pose> Archive<P> for NoArchive {
 impl<P: Pose> sealed::Sealed for Archived<'_, P> {}
 
 impl<P: Pose> Archive<P> for Archived<'_, P> {
-    fn shelf(&mut self) -> Option<Shelf<'_, P>> {
-        let Self(Shelf { index, entries, reach_m }) = self;
-        Some(Shelf { index, entries, reach_m: *reach_m })
+    fn view(&mut self) -> Option<ArchiveView<'_, P>> {
+        let Self(ArchiveView { index, entries, reach_m }) = self;
+        Some(ArchiveView { index, entries, reach_m: *reach_m })
     }
 
     fn kept(&self) -> &[Entry<P>] {
@@ -149,7 +149,7 @@ impl<P: Pose, const CAPACITY: usize> JointArchive<P, CAPACITY> {
     }
 
     pub(super) fn archived(&mut self, reach_m: ScalarOf<P>) -> Archived<'_, P> {
-        Archived(Shelf { index: &mut self.index, entries: &mut self.entries, reach_m })
+        Archived(ArchiveView { index: &mut self.index, entries: &mut self.entries, reach_m })
     }
 }
 
@@ -223,7 +223,7 @@ impl<T: Real, P: Pose<Scalar = T>> Anchor<P> {
     }
 }
 
-impl<T: Real, P: Pose<Scalar = T>> Shelf<'_, P> {
+impl<T: Real, P: Pose<Scalar = T>> ArchiveView<'_, P> {
     /// Forgets everything.
     pub(super) fn clear(&mut self) {
         *self.index = Index { len: 0, next_page: 0, tried: 0, clock_us: 0 };

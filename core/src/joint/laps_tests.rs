@@ -133,13 +133,13 @@ fn a_page_that_is_refused_gives_its_measurements_back() {
     slam.reset(PlanarPose::ZERO).unwrap();
     {
         use super::archive::{Archive, Entry, Split};
-        let mut shelf = slam.archive.shelf().unwrap();
-        shelf.index.next_page = 1;
+        let mut view = slam.archive.view().unwrap();
+        view.index.next_page = 1;
         for label in 0..8 {
             let known = Split { own: Symmetric::from_diagonal([0.01; 2]), ..Split::ZERO };
             let mean = Vector2::new(5.0, label as f64 - 4.0);
             let existence = existence::Existence::of(1.0);
-            shelf.put(Entry { label, mean, alone: known, given: known, existence, detections: 9.0, ..Entry::ZERO });
+            view.put(Entry { label, mean, alone: known, given: known, existence, detections: 9.0, ..Entry::ZERO });
         }
     }
     slam.memory.known.next_label = 8;

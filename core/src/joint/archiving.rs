@@ -1,10 +1,10 @@
-//! What the vehicle has left behind leaves the window for the archive.
+//! Archiving of distant landmarks: they leave the window for the archive in submaps (pages).
 
-use super::archive::{ANCHORS, Anchor, Entry, PAGE, Shelf, Split};
+use super::archive::{ANCHORS, Anchor, ArchiveView, Entry, PAGE, Split};
 use super::conditioning::Conditioning;
 use super::covariance::{Joint, first};
-use super::state::{Memory, Slot};
-use super::tidy::TENTATIVE;
+use super::map_management::TENTATIVE;
+use super::state::{Landmark, Memory};
 use crate::{Linear, Matrix, Pose, PositionOf, Real, Symmetric, TangentOf, Vector, Zero};
 
 /// Only what is farther off than this many times the vehicle sees may go.
@@ -19,9 +19,9 @@ const SPARE: usize = 2;
 /// Anchors within reach of a page that are enough.
 const NEAR_ANCHORS: usize = 4;
 
-/// What parking did.
+/// What archiving did.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Parked {
+pub(super) struct Archiving {
     /// Features that went into the archive.
     pub(super) parked: usize,
     /// Features that the archive has no room for: those, or others in their place.
@@ -45,22 +45,22 @@ pub(super) fn squared_m<T: Real, D: Vector<Scalar = T>>(from: [T; 2], mean: &D) 
 }
 
 /// Makes room where there is little: first of what was seen once and is far away, then by pages of what is farthest.
-pub(super) fn park<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
-    shelf: &mut Shelf<'_, P>,
+pub(super) fn archive_distant<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
+    view: &mut ArchiveView<'_, P>,
     memory: &mut Memory<'_, P, Z>,
-) -> Parked {
-    let mut parked = Parked::default();
-    let window = memory.slots.len();
+) -> Archiving {
+    let mut parked = Archiving::default();
+    let window = memory.landmarks.len();
     let page = page_len(window);
     let little = |memory: &Memory<'_, P, Z>| window - memory.known.len.min(window) < 2 * page;
-    let beyond_m = shelf.reach_m * T::from_f64(BEYOND);
+    let beyond_m = view.reach_m * T::from_f64(BEYOND);
     let [x, y, _] = memory.known.pose.on_ground();
-    let beyond = |slot: &Slot<P::Position>| squared_m([x, y], &slot.mean) > beyond_m * beyond_m;
+    let beyond = |slot: &Landmark<P::Position>| squared_m([x, y], &slot.mean) > beyond_m * beyond_m;
     if !little(memory) {
         return parked;
     }
     for place in (0..memory.known.len).rev() {
-        let Some(slot) = memory.slots.get(place) else { continue };
+        let Some(slot) = memory.landmarks.get(place) else { continue };
         if slot.detections < T::from_f64(TENTATIVE) && !slot.is_anchor && beyond(slot) {
             memory.drop_feature(place);
             parked.dropped += 1;
@@ -70,30 +70,30 @@ pub(super) fn park<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
         if !little(memory) {
             break;
         }
-        let far = |slot: &Slot<P::Position>| squared_m([x, y], &slot.mean);
+        let far = |slot: &Landmark<P::Position>| squared_m([x, y], &slot.mean);
         // Where nothing else may go, anchors go.
-        let others = memory.slots.iter().take(memory.known.len).any(|slot| beyond(slot) && !slot.is_anchor);
+        let others = memory.landmarks.iter().take(memory.known.len).any(|slot| beyond(slot) && !slot.is_anchor);
         if !others && window - memory.known.len.min(window) >= SPARE {
             break;
         }
-        let is_free = |slot: &Slot<P::Position>| beyond(slot) && !(others && slot.is_anchor);
+        let is_free = |slot: &Landmark<P::Position>| beyond(slot) && !(others && slot.is_anchor);
         let Some(seed) = most(memory, |_, slot| is_free(slot).then(|| far(slot))) else { break };
-        let Some(mean) = memory.slots.get(seed).map(|slot| slot.mean) else { break };
+        let Some(mean) = memory.landmarks.get(seed).map(|slot| slot.mean) else { break };
         let around = [mean.at(0), mean.at(1)];
-        let within = |slot: &Slot<P::Position>| {
+        let within = |slot: &Landmark<P::Position>| {
             let squared = squared_m(around, &slot.mean);
-            (squared < shelf.reach_m * shelf.reach_m).then_some(-squared)
+            (squared < view.reach_m * view.reach_m).then_some(-squared)
         };
-        if let Some(slot) = memory.slots.get_mut(seed) {
+        if let Some(slot) = memory.landmarks.get_mut(seed) {
             slot.is_anchor = false;
         }
         let anchors =
-            anchors(memory, seed, within, |slot| squared_m(around, &slot.mean), shelf.reach_m * T::from_f64(3.0));
+            anchors(memory, seed, within, |slot| squared_m(around, &slot.mean), view.reach_m * T::from_f64(3.0));
         let mut members = [seed; PAGE];
         let mut count = 1;
         for _ in 1..page {
             let chosen = members.get(..count).unwrap_or(&[]);
-            let near = |place: usize, slot: &Slot<P::Position>| {
+            let near = |place: usize, slot: &Landmark<P::Position>| {
                 let other = is_free(slot) && !chosen.contains(&place) && !anchors.places().contains(&place);
                 within(slot).filter(|_| other)
             };
@@ -104,10 +104,10 @@ pub(super) fn park<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
             count += 1;
         }
         let members = members.get_mut(..count).unwrap_or(&mut []);
-        let name = shelf.index.next_page;
-        shelf.index.next_page = name.wrapping_add(1);
+        let name = view.index.next_page;
+        view.index.next_page = name.wrapping_add(1);
         let page = Leaving::of(memory, seed, anchors.places());
-        members.iter().for_each(|&place| page.put(shelf, memory, place, name, &mut parked));
+        members.iter().for_each(|&place| page.put(view, memory, place, name, &mut parked));
         members.sort_unstable();
         members.iter().rev().for_each(|&place| memory.drop_feature(place));
     }
@@ -138,27 +138,28 @@ impl Chosen {
 fn anchors<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
     memory: &mut Memory<'_, P, Z>,
     seed: usize,
-    within: impl Fn(&Slot<P::Position>) -> Option<T>,
-    distance: impl Fn(&Slot<P::Position>) -> T,
+    within: impl Fn(&Landmark<P::Position>) -> Option<T>,
+    distance: impl Fn(&Landmark<P::Position>) -> T,
     far: T,
 ) -> Chosen {
-    let known = || memory.slots.iter().take(memory.known.len);
-    let room = (memory.slots.len() / WINDOW_PER_ANCHOR).saturating_sub(known().filter(|slot| slot.is_anchor).count());
+    let known = || memory.landmarks.iter().take(memory.known.len);
+    let room =
+        (memory.landmarks.len() / WINDOW_PER_ANCHOR).saturating_sub(known().filter(|slot| slot.is_anchor).count());
     let near = known().filter(|slot| slot.is_anchor && within(slot).is_some()).count();
     for _ in 0..NEAR_ANCHORS.saturating_sub(near).min(room) {
         let place = most(memory, |place, slot| {
             let other = place != seed && !slot.is_anchor && slot.existence.total() >= T::from_f64(0.5);
             within(slot).filter(|_| other && slot.detections >= T::from_f64(TENTATIVE)).map(|_| slot.detections)
         });
-        let Some(slot) = place.and_then(|place| memory.slots.get_mut(place)) else { break };
+        let Some(slot) = place.and_then(|place| memory.landmarks.get_mut(place)) else { break };
         slot.is_anchor = true;
     }
     let mut chosen = Chosen { places: [0; ANCHORS], len: 0 };
     for _ in 0..ANCHORS {
-        let other = |place: usize, slot: &Slot<P::Position>| slot.is_anchor && !chosen.places().contains(&place);
+        let other = |place: usize, slot: &Landmark<P::Position>| slot.is_anchor && !chosen.places().contains(&place);
         let place = most(memory, |place, slot| other(place, slot).then(|| -distance(slot)));
         let Some(place) = place else { break };
-        let is_near = memory.slots.get(place).is_some_and(|slot| distance(slot) <= far * far);
+        let is_near = memory.landmarks.get(place).is_some_and(|slot| distance(slot) <= far * far);
         if chosen.len == 0 && !is_near {
             break;
         }
@@ -169,19 +170,19 @@ fn anchors<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
 
 /// Marks the features of the window that pages are conditioned on.
 pub(super) fn mark_anchors<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
-    shelf: &Shelf<'_, P>,
+    view: &ArchiveView<'_, P>,
     memory: &mut Memory<'_, P, Z>,
 ) {
-    let slots = memory.slots.get_mut(..memory.known.len).unwrap_or(&mut []);
-    slots.iter_mut().for_each(|slot| slot.is_anchor = false);
+    let landmarks = memory.landmarks.get_mut(..memory.known.len).unwrap_or(&mut []);
+    landmarks.iter_mut().for_each(|slot| slot.is_anchor = false);
     let mut last = None;
-    for entry in shelf.entries.iter().take(shelf.index.len) {
+    for entry in view.entries.iter().take(view.index.len) {
         // The features of a page have the same anchors, and mostly follow each other.
         if last.replace(entry.page) == Some(entry.page) {
             continue;
         }
         for anchor in entry.anchors() {
-            let of = slots.iter_mut().filter(|slot| slot.label == anchor.label);
+            let of = landmarks.iter_mut().filter(|slot| slot.label == anchor.label);
             of.for_each(|slot| slot.is_anchor = true);
         }
     }
@@ -190,10 +191,10 @@ pub(super) fn mark_anchors<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
 /// The feature with the most of something.
 fn most<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
     memory: &Memory<'_, P, Z>,
-    of: impl Fn(usize, &Slot<P::Position>) -> Option<T>,
+    of: impl Fn(usize, &Landmark<P::Position>) -> Option<T>,
 ) -> Option<usize> {
     let mut best = None;
-    for (place, slot) in memory.slots.iter().take(memory.known.len).enumerate() {
+    for (place, slot) in memory.landmarks.iter().take(memory.known.len).enumerate() {
         if let Some(value) = of(place, slot)
             && best.is_none_or(|(_, known)| value > known)
         {
@@ -257,7 +258,7 @@ impl<T: Real, P: Pose<Scalar = T>> Common<P> {
 impl<T: Real, P: Pose<Scalar = T>> Leaving<P> {
     fn of<Z: Vector<Scalar = T>>(memory: &Memory<'_, P, Z>, seed: usize, places: &[usize]) -> Self {
         let mut anchors = Entry::<P>::ZERO.anchors;
-        let of_places = places.iter().filter_map(|&place| memory.slots.get(place));
+        let of_places = places.iter().filter_map(|&place| memory.landmarks.get(place));
         let of_places = anchors.iter_mut().zip(of_places).map(|(anchor, slot)| {
             (anchor.label, anchor.mean) = (slot.label, slot.mean);
         });
@@ -269,24 +270,24 @@ impl<T: Real, P: Pose<Scalar = T>> Leaving<P> {
     /// Puts one of its features into the archive.
     fn put<Z: Vector<Scalar = T>>(
         &self,
-        shelf: &mut Shelf<'_, P>,
+        view: &mut ArchiveView<'_, P>,
         memory: &Memory<'_, P, Z>,
         place: usize,
         page: u32,
-        parked: &mut Parked,
+        parked: &mut Archiving,
     ) {
         let joint = &memory.joint;
-        let Some(slot) = memory.slots.get(place).copied() else { return };
+        let Some(slot) = memory.landmarks.get(place).copied() else { return };
         let (Some(given), Some(alone)) = (self.given.split(joint, place), self.alone.split(joint, place)) else {
             parked.spoilt += 1;
             return;
         };
         let mut anchors = self.anchors;
         self.given.given.fill(joint, place, anchors.get_mut(..self.anchored).unwrap_or(&mut []));
-        let Slot { label, mean, existence, detections, .. } = slot;
-        let (since_us, anchored) = (shelf.index.clock_us, self.anchored);
+        let Landmark { label, mean, existence, detections, .. } = slot;
+        let (since_us, anchored) = (view.index.clock_us, self.anchored);
         let entry = Entry { label, page, mean, alone, anchored, anchors, given, existence, detections, since_us };
-        parked.forgotten += shelf.put(entry);
+        parked.forgotten += view.put(entry);
         parked.parked += 1;
     }
 }
