@@ -4,16 +4,18 @@ use super::{
     Ackermann, AckermannControl, ByOdometry, Holonomic, HolonomicControl, Linearised, ModelError, Motion,
     OdometryCorrection, PlanarPose, Unicycle, UnicycleControl,
 };
-use crate::{Noise, Rates, Real};
+use crate::{Noise, Rates, Real, Symmetric};
 use nalgebra::{Matrix3, Vector3};
 
 /// A vehicle in the plane whose kind is chosen at run time, such as by a file of settings: a filter with it is compiled once for all kinds.
 ///
 /// ```
-/// use scphd::models::{ControlNoise, Motion, PlanarControl, PlanarMotion, PlanarPose, Step, Unicycle};
+/// use scphd::models::{
+///     ControlNoise, Motion, PlanarControl, PlanarMotion, PlanarPose, Step, Unicycle, UnicycleControl,
+/// };
 ///
 /// let robot = PlanarMotion::Unicycle(Unicycle::new(Step::Arc, ControlNoise::NONE)?);
-/// let ahead = PlanarControl { speed_mps: 2.0, turn: 0.0, left_mps: 0.0 };
+/// let ahead = PlanarControl::Unicycle(UnicycleControl { speed_mps: 2.0, rate_radps: 0.0 });
 /// assert_eq!(robot.propagate(&PlanarPose::new(1.0, 0.0, 0.0), &ahead, 0.5_f32), PlanarPose::new(2.0, 0.0, 0.0));
 /// # Ok::<(), scphd::models::ModelError>(())
 /// ```
@@ -27,47 +29,25 @@ pub enum PlanarMotion<T> {
     Holonomic(Holonomic<T>),
 }
 
-/// The control of a [`PlanarMotion`].
+/// The control of a [`PlanarMotion`]; of another kind than the motion's it is refused.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PlanarControl<T> {
-    /// Speed ahead, m/s.
-    pub speed_mps: T,
-    /// Steering angle of a car, rad; turn rate of the others, rad/s.
-    pub turn: T,
-    /// Speed to the left, m/s; counts for [`Holonomic`] alone.
-    pub left_mps: T,
+pub enum PlanarControl<T> {
+    /// Of a car.
+    Ackermann(AckermannControl<T>),
+    /// Of a robot.
+    Unicycle(UnicycleControl<T>),
+    /// Of a vehicle that moves sideways too.
+    Holonomic(HolonomicControl<T>),
 }
 
-impl<T: Copy> PlanarControl<T> {
-    fn of_car(&self) -> AckermannControl<T> {
-        AckermannControl { speed_mps: self.speed_mps, steering_rad: self.turn }
-    }
-
-    fn of_robot(&self) -> UnicycleControl<T> {
-        UnicycleControl { speed_mps: self.speed_mps, rate_radps: self.turn }
-    }
-
-    fn of_holonomic(&self) -> HolonomicControl<T> {
-        HolonomicControl { forward_mps: self.speed_mps, left_mps: self.left_mps, rate_radps: self.turn }
-    }
-}
-
-/// Does the same with any kind, each with its own control.
+/// Does the same with a motion of any kind and a control of the same kind; `$other` where it is of another one.
 macro_rules! each {
-    ($motion:expr, $control:expr, $vehicle:ident, $own:ident => $done:expr) => {
-        match $motion {
-            PlanarMotion::Ackermann($vehicle) => {
-                let $own = &$control.of_car();
-                $done
-            }
-            PlanarMotion::Unicycle($vehicle) => {
-                let $own = &$control.of_robot();
-                $done
-            }
-            PlanarMotion::Holonomic($vehicle) => {
-                let $own = &$control.of_holonomic();
-                $done
-            }
+    ($motion:expr, $control:expr, |$vehicle:ident, $own:ident| $done:expr, else $other:expr) => {
+        match ($motion, $control) {
+            (Self::Ackermann($vehicle), PlanarControl::Ackermann($own)) => $done,
+            (Self::Unicycle($vehicle), PlanarControl::Unicycle($own)) => $done,
+            (Self::Holonomic($vehicle), PlanarControl::Holonomic($own)) => $done,
+            _ => $other,
         }
     };
 }
@@ -87,40 +67,48 @@ impl<T: Real> Motion for PlanarMotion<T> {
     }
 
     fn admits(&self, control: &Self::Control) -> bool {
-        each!(self, control, vehicle, own => vehicle.admits(own))
+        each!(self, control, |vehicle, own| vehicle.admits(own), else false)
     }
 
     fn rates(&self, control: &Self::Control) -> Rates<T> {
-        each!(self, control, vehicle, own => vehicle.rates(own))
+        each!(self, control, |vehicle, own| vehicle.rates(own), else Rates::NONE)
     }
 
     fn propagate(&self, pose: &Self::Pose, control: &Self::Control, dt: T) -> Self::Pose {
-        each!(self, control, vehicle, own => vehicle.propagate(pose, own, dt))
+        each!(self, control, |vehicle, own| vehicle.propagate(pose, own, dt), else *pose)
     }
 
     fn sample(&self, pose: &Self::Pose, control: &Self::Control, dt: T, noise: &mut Noise) -> Self::Pose {
-        each!(self, control, vehicle, own => vehicle.sample(pose, own, dt, noise))
+        each!(self, control, |vehicle, own| vehicle.sample(pose, own, dt, noise), else *pose)
     }
 
     fn linearise(&self, pose: &Self::Pose, control: &Self::Control, dt: T) -> Linearised<Vector3<T>> {
-        each!(self, control, vehicle, own => vehicle.linearise(pose, own, dt))
+        each!(self, control, |vehicle, own| vehicle.linearise(pose, own, dt),
+            else Linearised { transition: Matrix3::identity(), noise: Symmetric::ZERO })
     }
 }
 
 impl<T: Real> ByOdometry for PlanarMotion<T> {
     fn corrected(control: &Self::Control, odometry: &OdometryCorrection<T>) -> Self::Control {
-        let [speed_mps, turn] = odometry.corrected([control.speed_mps, control.turn]);
-        let [left_mps, _] = odometry.corrected([control.left_mps, T::ZERO]);
-        PlanarControl { speed_mps, turn, left_mps }
+        match control {
+            PlanarControl::Ackermann(own) => PlanarControl::Ackermann(Ackermann::corrected(own, odometry)),
+            PlanarControl::Unicycle(own) => PlanarControl::Unicycle(Unicycle::corrected(own, odometry)),
+            PlanarControl::Holonomic(own) => PlanarControl::Holonomic(Holonomic::corrected(own, odometry)),
+        }
     }
 
     fn by_odometry(&self, pose: &Self::Pose, control: &Self::Control, corrected: &Self::Control, dt: T) -> Matrix3<T> {
-        match self {
-            Self::Ackermann(car) => car.by_odometry(pose, &control.of_car(), &corrected.of_car(), dt),
-            Self::Unicycle(robot) => robot.by_odometry(pose, &control.of_robot(), &corrected.of_robot(), dt),
-            Self::Holonomic(vehicle) => {
-                vehicle.by_odometry(pose, &control.of_holonomic(), &corrected.of_holonomic(), dt)
+        match (self, control, corrected) {
+            (Self::Ackermann(car), PlanarControl::Ackermann(control), PlanarControl::Ackermann(corrected)) => {
+                car.by_odometry(pose, control, corrected, dt)
             }
+            (Self::Unicycle(robot), PlanarControl::Unicycle(control), PlanarControl::Unicycle(corrected)) => {
+                robot.by_odometry(pose, control, corrected, dt)
+            }
+            (Self::Holonomic(vehicle), PlanarControl::Holonomic(control), PlanarControl::Holonomic(corrected)) => {
+                vehicle.by_odometry(pose, control, corrected, dt)
+            }
+            _ => Matrix3::zeros(),
         }
     }
 }
@@ -129,33 +117,45 @@ impl<T: Real> ByOdometry for PlanarMotion<T> {
 mod tests {
     use super::{PlanarControl, PlanarMotion};
     use crate::{
-        Ackermann, AckermannGeometry, ByOdometry, ControlNoise, Holonomic, Motion, Noise, OdometryCorrection,
-        PlanarPose, Step, Unicycle,
+        Ackermann, AckermannControl, AckermannGeometry, ByOdometry, ControlNoise, Holonomic, HolonomicControl, Motion,
+        Noise, OdometryCorrection, PlanarPose, Rates, Step, Unicycle, UnicycleControl,
     };
 
-    const CONTROL: PlanarControl<f64> = PlanarControl { speed_mps: 1.7, turn: 0.3, left_mps: -0.4 };
+    const CAR: AckermannControl<f64> = AckermannControl { speed_mps: 1.7, steering_rad: 0.3 };
+    const ROBOT: UnicycleControl<f64> = UnicycleControl { speed_mps: 1.7, rate_radps: 0.3 };
+    const SIDEWAYS: HolonomicControl<f64> = HolonomicControl { forward_mps: 1.7, left_mps: -0.4, rate_radps: 0.3 };
+    const CONTROLS: [PlanarControl<f64>; 3] =
+        [PlanarControl::Ackermann(CAR), PlanarControl::Unicycle(ROBOT), PlanarControl::Holonomic(SIDEWAYS)];
     const CORRECTION: OdometryCorrection<f64> =
         OdometryCorrection { speed_scale: 0.03, turn_scale: -0.02, turn_offset: 0.01 };
 
-    /// Every answer is that of the vehicle itself.
-    fn is_as<M: ByOdometry<Pose = PlanarPose<f64>>>(any: PlanarMotion<f64>, own: M, control: M::Control)
-    where
-        M::Control: PartialEq + core::fmt::Debug,
-    {
+    /// Every answer is that of the vehicle itself, and controls of other kinds are refused and move nothing.
+    fn is_as<M: ByOdometry<Pose = PlanarPose<f64>>>(
+        any: PlanarMotion<f64>,
+        own: M,
+        control: M::Control,
+        wrap: fn(M::Control) -> PlanarControl<f64>,
+    ) {
         let pose = PlanarPose::new(3.0, -2.0, 0.7);
+        let of_any = wrap(control);
         assert_eq!(any.check(), own.check());
-        assert_eq!(any.admits(&CONTROL), own.admits(&control));
-        assert!(!any.admits(&PlanarControl { speed_mps: f64::NAN, ..CONTROL }));
-        assert_eq!(any.rates(&CONTROL), own.rates(&control));
-        assert_eq!(any.propagate(&pose, &CONTROL, 0.2), own.propagate(&pose, &control, 0.2));
+        assert!(any.admits(&of_any));
+        assert_eq!(any.rates(&of_any), own.rates(&control));
+        assert_eq!(any.propagate(&pose, &of_any, 0.2), own.propagate(&pose, &control, 0.2));
         let mut draws = [Noise::seeded(3), Noise::seeded(3)];
         let [one, other] = &mut draws;
-        assert_eq!(any.sample(&pose, &CONTROL, 0.2, one), own.sample(&pose, &control, 0.2, other));
-        assert_eq!(any.linearise(&pose, &CONTROL, 0.2), own.linearise(&pose, &control, 0.2));
-        let corrected = (PlanarMotion::corrected(&CONTROL, &CORRECTION), M::corrected(&control, &CORRECTION));
-        let by = any.by_odometry(&pose, &CONTROL, &corrected.0, 0.2);
-        assert_eq!(by, own.by_odometry(&pose, &control, &corrected.1, 0.2));
-        assert_eq!(any.propagate(&pose, &corrected.0, 0.2), own.propagate(&pose, &corrected.1, 0.2));
+        assert_eq!(any.sample(&pose, &of_any, 0.2, one), own.sample(&pose, &control, 0.2, other));
+        assert_eq!(any.linearise(&pose, &of_any, 0.2), own.linearise(&pose, &control, 0.2));
+        let corrected = M::corrected(&control, &CORRECTION);
+        assert_eq!(PlanarMotion::corrected(&of_any, &CORRECTION), wrap(corrected));
+        let by = any.by_odometry(&pose, &of_any, &wrap(corrected), 0.2);
+        assert_eq!(by, own.by_odometry(&pose, &control, &corrected, 0.2));
+        for wrong in CONTROLS.iter().filter(|other| core::mem::discriminant(*other) != core::mem::discriminant(&of_any))
+        {
+            assert!(!any.admits(wrong));
+            assert_eq!(any.rates(wrong), Rates::NONE);
+            assert_eq!(any.propagate(&pose, wrong, 0.2), pose);
+        }
     }
 
     #[test]
@@ -164,10 +164,10 @@ mod tests {
         let geometry =
             AckermannGeometry { wheelbase_m: 2.8, encoder_offset_m: 0.7, sensor_forward_m: 1.0, sensor_left_m: 0.2 };
         let car = Ackermann::new(geometry, noise).unwrap();
-        is_as(PlanarMotion::Ackermann(car), car, CONTROL.of_car());
+        is_as(PlanarMotion::Ackermann(car), car, CAR, PlanarControl::Ackermann);
         let robot = Unicycle::new(Step::Arc, noise).unwrap();
-        is_as(PlanarMotion::Unicycle(robot), robot, CONTROL.of_robot());
+        is_as(PlanarMotion::Unicycle(robot), robot, ROBOT, PlanarControl::Unicycle);
         let vehicle = Holonomic::new(noise).unwrap();
-        is_as(PlanarMotion::Holonomic(vehicle), vehicle, CONTROL.of_holonomic());
+        is_as(PlanarMotion::Holonomic(vehicle), vehicle, SIDEWAYS, PlanarControl::Holonomic);
     }
 }

@@ -15,9 +15,9 @@ use crate::log::Vehicle;
 use crate::settings::{CalibrationSettings, JointSettings, SensorSettings, Settings};
 use nalgebra::Vector2;
 use scphd::models::{
-    Ackermann, Calibrated, CalibratedPose, Holonomic, MeasurementModel, Motion, Mounting, OdometryCorrection,
-    OdometryPrior, PlanarControl, PlanarMotion, PlanarPose, Pose, RangeBearing, RangeBearingWindow, SelfCalibrating,
-    Sensing, TangentOf, Unicycle, UniformClutter,
+    Ackermann, AckermannControl, Calibrated, CalibratedPose, Holonomic, HolonomicControl, MeasurementModel, Motion,
+    Mounting, OdometryCorrection, OdometryPrior, PlanarControl, PlanarMotion, PlanarPose, Pose, RangeBearing,
+    RangeBearingWindow, SelfCalibrating, Sensing, TangentOf, Unicycle, UnicycleControl, UniformClutter,
 };
 use scphd::numerics::Symmetric;
 use scphd::settings::Persistence;
@@ -184,22 +184,32 @@ fn models<T: Real>(
     initial_pose: [f64; 3],
 ) -> Result<PlanarModels<T>, Refusal> {
     let numbers = PlanarNumbers::<T>::with_margin(settings, interval_margin, vehicle, initial_pose);
-    let motion = match numbers.vehicle {
+    let (motion, control): (_, fn([f64; 3]) -> PlanarControl<T>) = match numbers.vehicle {
         PlanarVehicle::Ackermann(geometry) => {
-            PlanarMotion::Ackermann(Ackermann::new(geometry, numbers.noise).map_err(refusal)?)
+            (PlanarMotion::Ackermann(Ackermann::new(geometry, numbers.noise).map_err(refusal)?), |control| {
+                let [speed_mps, steering_rad, _] = control.map(T::from_f64);
+                PlanarControl::Ackermann(AckermannControl { speed_mps, steering_rad })
+            })
         }
-        PlanarVehicle::Unicycle(step) => PlanarMotion::Unicycle(Unicycle::new(step, numbers.noise).map_err(refusal)?),
-        PlanarVehicle::Holonomic => PlanarMotion::Holonomic(Holonomic::new(numbers.noise).map_err(refusal)?),
+        PlanarVehicle::Unicycle(step) => {
+            (PlanarMotion::Unicycle(Unicycle::new(step, numbers.noise).map_err(refusal)?), |control| {
+                let [speed_mps, rate_radps, _] = control.map(T::from_f64);
+                PlanarControl::Unicycle(UnicycleControl { speed_mps, rate_radps })
+            })
+        }
+        PlanarVehicle::Holonomic => {
+            (PlanarMotion::Holonomic(Holonomic::new(numbers.noise).map_err(refusal)?), |control| {
+                let [forward_mps, rate_radps, left_mps] = control.map(T::from_f64);
+                PlanarControl::Holonomic(HolonomicControl { forward_mps, left_mps, rate_radps })
+            })
+        }
     };
     Ok(Models {
         motion,
         sensors: numbers.sensors.iter().map(sensor_models).collect::<Result<_, _>>()?,
         fixes: PlanarFixes::of(&settings.fixes.unwrap_or_default())?,
         start: numbers.start,
-        control: |control| {
-            let [speed_mps, turn, left_mps] = control.map(T::from_f64);
-            PlanarControl { speed_mps, turn, left_mps }
-        },
+        control,
     })
 }
 

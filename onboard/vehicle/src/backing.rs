@@ -137,7 +137,7 @@ macro_rules! mixture_backing {
         }
 
         const _: () = {
-            $crate::scphd::memory! { pub type State: $crate::Drive<$scalar> { $($capacities)* } }
+            $crate::scphd::memory! { pub type State: $crate::scphd::models::PlanarMotion<$scalar> { $($capacities)* } }
 
             impl $crate::MixtureState for $name {
                 type State = State;

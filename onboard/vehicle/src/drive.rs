@@ -1,12 +1,10 @@
 //! How a vehicle moves: each motion in the plane as one.
 
-use nalgebra::{Matrix3, Vector3};
 use scphd::Real;
 use scphd::models::{
-    Ackermann, AckermannControl, AckermannGeometry, ByOdometry, ControlNoise, Holonomic, HolonomicControl, Linearised,
-    ModelError, Motion, OdometryCorrection, PlanarPose, Rates, Step, Unicycle, UnicycleControl,
+    Ackermann, AckermannControl, AckermannGeometry, ControlNoise, Holonomic, HolonomicControl, ModelError,
+    PlanarControl, PlanarMotion, Step, Unicycle, UnicycleControl,
 };
-use scphd::numerics::Noise;
 
 /// The motions that there are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -46,29 +44,6 @@ pub struct Control<T> {
 impl<T: Real> Control<T> {
     /// A vehicle that stands.
     pub const STILL: Self = Self { speed_mps: T::ZERO, left_mps: T::ZERO, turn: T::ZERO };
-
-    fn ackermann(&self) -> AckermannControl<T> {
-        AckermannControl { speed_mps: self.speed_mps, steering_rad: self.turn }
-    }
-
-    fn unicycle(&self) -> UnicycleControl<T> {
-        UnicycleControl { speed_mps: self.speed_mps, rate_radps: self.turn }
-    }
-
-    fn holonomic(&self) -> HolonomicControl<T> {
-        HolonomicControl { forward_mps: self.speed_mps, left_mps: self.left_mps, rate_radps: self.turn }
-    }
-}
-
-/// The motion of any vehicle.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Drive<T> {
-    /// Of a car.
-    Ackermann(Ackermann<T>),
-    /// Of a robot that turns in place.
-    Unicycle(Unicycle<T>),
-    /// Of one that moves aside.
-    Holonomic(Holonomic<T>),
 }
 
 impl<T: Real> Vehicle<T> {
@@ -76,77 +51,28 @@ impl<T: Real> Vehicle<T> {
     ///
     /// # Errors
     /// A length or a noise is out of range.
-    pub fn drive(&self) -> Result<Drive<T>, ModelError> {
+    pub fn drive(&self) -> Result<PlanarMotion<T>, ModelError> {
         Ok(match self.kind {
-            VehicleKind::Ackermann => Drive::Ackermann(Ackermann::new(self.geometry, self.noise)?),
-            VehicleKind::Unicycle => Drive::Unicycle(Unicycle::new(Step::Arc, self.noise)?),
-            VehicleKind::UnicycleEuler => Drive::Unicycle(Unicycle::new(Step::Euler, self.noise)?),
-            VehicleKind::Holonomic => Drive::Holonomic(Holonomic::new(self.noise)?),
+            VehicleKind::Ackermann => PlanarMotion::Ackermann(Ackermann::new(self.geometry, self.noise)?),
+            VehicleKind::Unicycle => PlanarMotion::Unicycle(Unicycle::new(Step::Arc, self.noise)?),
+            VehicleKind::UnicycleEuler => PlanarMotion::Unicycle(Unicycle::new(Step::Euler, self.noise)?),
+            VehicleKind::Holonomic => PlanarMotion::Holonomic(Holonomic::new(self.noise)?),
         })
     }
 }
 
-/// Hands a call to the motion that it is, with the control in its own type.
-macro_rules! each {
-    ($drive:expr, $control:expr, |$motion:ident, $own:ident| $call:expr) => {
-        match $drive {
-            Drive::Ackermann($motion) => {
-                let $own = &$control.ackermann();
-                $call
-            }
-            Drive::Unicycle($motion) => {
-                let $own = &$control.unicycle();
-                $call
-            }
-            Drive::Holonomic($motion) => {
-                let $own = &$control.holonomic();
-                $call
-            }
-        }
-    };
-}
-
-impl<T: Real> Motion for Drive<T> {
-    type Pose = PlanarPose<T>;
-    type Control = Control<T>;
-
-    const TRANSLATION_INVARIANT: bool = true;
-
-    fn admits(&self, control: &Control<T>) -> bool {
-        let aside = matches!(self, Self::Holonomic(_)) || control.left_mps == T::ZERO;
-        aside && each!(self, control, |motion, own| motion.admits(own))
-    }
-
-    fn rates(&self, control: &Control<T>) -> Rates<T> {
-        each!(self, control, |motion, own| motion.rates(own))
-    }
-
-    fn propagate(&self, pose: &PlanarPose<T>, control: &Control<T>, dt: T) -> PlanarPose<T> {
-        each!(self, control, |motion, own| motion.propagate(pose, own, dt))
-    }
-
-    fn sample(&self, pose: &PlanarPose<T>, control: &Control<T>, dt: T, noise: &mut Noise) -> PlanarPose<T> {
-        each!(self, control, |motion, own| motion.sample(pose, own, dt, noise))
-    }
-
-    fn linearise(&self, pose: &PlanarPose<T>, control: &Control<T>, dt: T) -> Linearised<Vector3<T>> {
-        each!(self, control, |motion, own| motion.linearise(pose, own, dt))
-    }
-}
-
-impl<T: Real> ByOdometry for Drive<T> {
-    /// Of a vehicle that moves aside the size of the wheels scales both speeds, as [`Holonomic`] has it.
-    fn corrected(control: &Control<T>, odometry: &OdometryCorrection<T>) -> Control<T> {
-        let HolonomicControl { forward_mps, left_mps, rate_radps } =
-            Holonomic::corrected(&control.holonomic(), odometry);
-        Control { speed_mps: forward_mps, left_mps, turn: rate_radps }
-    }
-
-    fn by_odometry(&self, pose: &PlanarPose<T>, control: &Control<T>, corrected: &Control<T>, dt: T) -> Matrix3<T> {
+impl VehicleKind {
+    /// A control as the motion takes it. One that moves a vehicle sideways which cannot is of another kind than its motion, which refuses it.
+    pub(crate) fn control<T: Real>(self, control: &Control<T>) -> PlanarControl<T> {
+        let &Control { speed_mps, left_mps, turn } = control;
         match self {
-            Self::Ackermann(car) => car.by_odometry(pose, &control.ackermann(), &corrected.ackermann(), dt),
-            Self::Unicycle(robot) => robot.by_odometry(pose, &control.unicycle(), &corrected.unicycle(), dt),
-            Self::Holonomic(robot) => robot.by_odometry(pose, &control.holonomic(), &corrected.holonomic(), dt),
+            Self::Ackermann if left_mps == T::ZERO => {
+                PlanarControl::Ackermann(AckermannControl { speed_mps, steering_rad: turn })
+            }
+            Self::Unicycle | Self::UnicycleEuler if left_mps == T::ZERO => {
+                PlanarControl::Unicycle(UnicycleControl { speed_mps, rate_radps: turn })
+            }
+            _ => PlanarControl::Holonomic(HolonomicControl { forward_mps: speed_mps, left_mps, rate_radps: turn }),
         }
     }
 }

@@ -3,7 +3,7 @@
 use crate::slam::described;
 use crate::{
     Control, Description, Filter, Fixes, JointFilter, Measurements, PlanarState, Refused, SENSORS, Scanned, Sensor,
-    SensorModel, Slam, Start, StartError, Watched,
+    SensorModel, Slam, Start, StartError, VehicleKind, Watched,
 };
 use nalgebra::{Vector1, Vector2, Vector3};
 use scphd::errors::{Flaw, LoadMapError, ObserveError, PredictError, ResetError, ScanError, SetupError};
@@ -53,6 +53,7 @@ macro_rules! each_without_archive {
 #[derive(Debug)]
 pub struct Joint<'m, P: PlanarState> {
     held: Held<'m, P>,
+    kind: VehicleKind,
     sensors: [Option<Sensor<ScalarOf<P>>>; SENSORS],
     fixes: Fixes<ScalarOf<P>>,
 }
@@ -105,7 +106,7 @@ impl<'m, T: Real, P: PlanarState<Scalar = T>> Joint<'m, P> {
                 Held::Both(alone.with_archive(archive, reach_m)?.with_movers(movers, moving)?)
             }
         };
-        Ok(Self { held, sensors: description.sensors, fixes: Fixes::of(description)? })
+        Ok(Self { held, kind: description.vehicle.kind, sensors: description.sensors, fixes: Fixes::of(description)? })
     }
 
     fn sensor(&self, sensor: usize) -> Result<Sensor<T>, Refused<ScanError>> {
@@ -160,6 +161,7 @@ impl<T: Real, P: PlanarState<Scalar = T>> Slam<T> for Joint<'_, P> {
 
     fn predict(&mut self, control: Control<T>, dt_s: T) -> Result<PredictReport, PredictError> {
         self.fixes.wait(dt_s);
+        let control = self.kind.control(&control);
         each!(&mut self.held, |slam| slam.predict(&control, dt_s))
     }
 
@@ -233,7 +235,7 @@ impl<T: Real, P: PlanarState<Scalar = T>> Slam<T> for Joint<'_, P> {
             slam.configure(joint.config).map_err(SetupError::from)?;
             slam.retune(motion)?;
         });
-        (self.sensors, self.fixes) = (description.sensors, fixes);
+        (self.kind, self.sensors, self.fixes) = (description.vehicle.kind, description.sensors, fixes);
         Ok(())
     }
 

@@ -47,7 +47,7 @@ mod slam;
 pub use backing::MixtureState;
 pub use backing::{Backing, Rooms};
 pub use description::{Description, Filter, JointFilter, SENSORS, Start};
-pub use drive::{Control, Drive, Vehicle, VehicleKind};
+pub use drive::{Control, Vehicle, VehicleKind};
 pub use error::{Invalid, Refused, StartError};
 pub use field::{Field, Range};
 pub use fixes::{FixSpec, Fixes, Watched};

@@ -2,12 +2,12 @@
 
 use crate::slam::described;
 use crate::{
-    Control, Description, Drive, Filter, Fixes, Measurements, Refused, Rooms, SENSORS, Scanned, Sensor, SensorModel,
-    Slam, Start, StartError, Watched,
+    Control, Description, Filter, Fixes, Measurements, Refused, Rooms, SENSORS, Scanned, Sensor, SensorModel, Slam,
+    Start, StartError, VehicleKind, Watched,
 };
 use nalgebra::{Vector1, Vector2, Vector3};
 use scphd::errors::{Flaw, LoadMapError, ObserveError, PredictError, ResetError, ScanError};
-use scphd::models::{MovingOf, OdometryCorrection, PlanarPose};
+use scphd::models::{MovingOf, OdometryCorrection, PlanarMotion, PlanarPose};
 use scphd::numerics::Symmetric;
 use scphd::snapshot::{RestoreError, SaveError};
 use scphd::{Component, Config, FixReport, MapEstimate, PoseEstimate, PredictReport, Real, ScPhd};
@@ -15,8 +15,9 @@ use scphd::{Component, Config, FixReport, MapEstimate, PoseEstimate, PredictRepo
 /// A mixture over its memory, with the sensors and fixes of its description.
 #[derive(Debug)]
 pub struct Mixture<'m, T: Real, const MEASUREMENTS: usize> {
-    filter: ScPhd<'m, Drive<T>>,
+    filter: ScPhd<'m, PlanarMotion<T>>,
     rooms: &'m mut Rooms<T, MEASUREMENTS>,
+    kind: VehicleKind,
     sensors: [Option<Sensor<T>>; SENSORS],
     fixes: Fixes<T>,
 }
@@ -25,7 +26,7 @@ pub struct Mixture<'m, T: Real, const MEASUREMENTS: usize> {
 ///
 /// # Errors
 /// It is out of range, or of a joint map.
-pub(crate) fn parts<T: Real>(description: &Description<T>) -> Result<(Config<T>, Drive<T>), StartError> {
+pub(crate) fn parts<T: Real>(description: &Description<T>) -> Result<(Config<T>, PlanarMotion<T>), StartError> {
     description.check()?;
     let Filter::Mixture(config) = description.filter else { return Err(StartError::NoRoom { part: "joint" }) };
     Ok((config, description.vehicle.drive()?))
@@ -39,15 +40,21 @@ impl<'m, T: Real, const MEASUREMENTS: usize> Mixture<'m, T, MEASUREMENTS> {
     pub fn start(
         description: &Description<T>,
         rooms: &'m mut Rooms<T, MEASUREMENTS>,
-        filter: impl FnOnce(Drive<T>, Config<T>) -> Result<ScPhd<'m, Drive<T>>, scphd::errors::SetupError>,
+        filter: impl FnOnce(PlanarMotion<T>, Config<T>) -> Result<ScPhd<'m, PlanarMotion<T>>, scphd::errors::SetupError>,
     ) -> Result<Self, StartError> {
         let (config, drive) = parts(description)?;
         let filter = filter(drive, config)?;
         Self::check_sensors(&filter, description)?;
-        Ok(Self { filter, rooms, sensors: description.sensors, fixes: Fixes::of(description)? })
+        Ok(Self {
+            filter,
+            rooms,
+            kind: description.vehicle.kind,
+            sensors: description.sensors,
+            fixes: Fixes::of(description)?,
+        })
     }
 
-    fn check_sensors(filter: &ScPhd<'m, Drive<T>>, description: &Description<T>) -> Result<(), StartError> {
+    fn check_sensors(filter: &ScPhd<'m, PlanarMotion<T>>, description: &Description<T>) -> Result<(), StartError> {
         for sensor in description.sensors.iter().flatten() {
             match sensor.model {
                 SensorModel::RangeBearing => filter.check(&sensor.polar::<PlanarPose<T>>()?)?,
@@ -85,7 +92,7 @@ impl<T: Real, const MEASUREMENTS: usize> Slam<T> for Mixture<'_, T, MEASUREMENTS
 
     fn predict(&mut self, control: Control<T>, dt_s: T) -> Result<PredictReport, PredictError> {
         self.fixes.wait(dt_s);
-        self.filter.predict(&control, dt_s)
+        self.filter.predict(&self.kind.control(&control), dt_s)
     }
 
     fn scan(&mut self, sensor: usize, measurements: Measurements<'_, T>) -> Result<Scanned<T>, Refused<ScanError>> {
@@ -160,7 +167,7 @@ impl<T: Real, const MEASUREMENTS: usize> Slam<T> for Mixture<'_, T, MEASUREMENTS
         Self::check_sensors(&self.filter, description)?;
         self.filter.configure(config)?;
         self.filter.retune(drive)?;
-        (self.sensors, self.fixes) = (description.sensors, fixes);
+        (self.kind, self.sensors, self.fixes) = (description.vehicle.kind, description.sensors, fixes);
         Ok(())
     }
 

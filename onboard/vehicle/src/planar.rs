@@ -1,10 +1,9 @@
 //! The states of a vehicle in the plane: a pose, or a pose and what the odometry is off by.
 
-use crate::Drive;
 use nalgebra::{SVector, Vector2, Vector3};
 use scphd::models::{
-    Calibrated, CalibratedPose, Fix, ModelError, Motion, OdometryCorrection, OdometryPrior, PlanarPose, Pose, ScalarOf,
-    SelfCalibrating, Sensor, TangentOf,
+    Calibrated, CalibratedPose, Fix, ModelError, Motion, OdometryCorrection, OdometryPrior, PlanarControl,
+    PlanarMotion, PlanarPose, Pose, ScalarOf, SelfCalibrating, Sensor, TangentOf,
 };
 use scphd::numerics::Symmetric;
 use scphd::{PoseEstimate, Real};
@@ -12,7 +11,7 @@ use scphd::{PoseEstimate, Real};
 /// A state of a vehicle in the plane: [`PlanarPose`], or [`CalibratedPose`] for one that learns what its odometry is off by.
 pub trait PlanarState: Pose<Position = Vector2<ScalarOf<Self>>> {
     /// The motion of such a state.
-    type Moves: Motion<Pose = Self, Control = crate::Control<ScalarOf<Self>>> + core::fmt::Debug;
+    type Moves: Motion<Pose = Self, Control = PlanarControl<ScalarOf<Self>>> + core::fmt::Debug;
     /// A sensor of a planar pose as one of such a state.
     type Seen<S: Sensor<Pose = PlanarPose<ScalarOf<Self>>>>: Sensor<Pose = Self, Measurement = S::Measurement, Frame = S::Frame>;
     /// A fix of a planar pose as one of such a state.
@@ -27,7 +26,7 @@ pub trait PlanarState: Pose<Position = Vector2<ScalarOf<Self>>> {
     /// # Errors
     /// The prior is out of range.
     fn moves(
-        drive: Drive<ScalarOf<Self>>,
+        drive: PlanarMotion<ScalarOf<Self>>,
         prior: Option<OdometryPrior<ScalarOf<Self>>>,
     ) -> Result<Option<Self::Moves>, ModelError>;
     /// The pose of it, and what the odometry is off by.
@@ -51,7 +50,7 @@ pub trait PlanarState: Pose<Position = Vector2<ScalarOf<Self>>> {
 }
 
 impl<T: Real> PlanarState for PlanarPose<T> {
-    type Moves = Drive<T>;
+    type Moves = PlanarMotion<T>;
     type Seen<S: Sensor<Pose = Self>> = S;
     type Fixed<F: Fix<Pose = Self>> = F;
 
@@ -63,7 +62,7 @@ impl<T: Real> PlanarState for PlanarPose<T> {
         fix
     }
 
-    fn moves(drive: Drive<T>, prior: Option<OdometryPrior<T>>) -> Result<Option<Drive<T>>, ModelError> {
+    fn moves(drive: PlanarMotion<T>, prior: Option<OdometryPrior<T>>) -> Result<Option<PlanarMotion<T>>, ModelError> {
         Ok(prior.is_none().then_some(drive))
     }
 
@@ -71,7 +70,7 @@ impl<T: Real> PlanarState for PlanarPose<T> {
         (*self, None)
     }
 
-    fn start(_: &Drive<T>, pose: Self, covariance: &Symmetric<Vector3<T>>) -> (Self, Symmetric<Vector3<T>>) {
+    fn start(_: &PlanarMotion<T>, pose: Self, covariance: &Symmetric<Vector3<T>>) -> (Self, Symmetric<Vector3<T>>) {
         (pose, *covariance)
     }
 
@@ -98,7 +97,7 @@ fn joined<T: Real>(pose: &Symmetric<Vector3<T>>, odometry: &Symmetric<SVector<T,
 }
 
 impl<T: Real> PlanarState for CalibratedPose<T> {
-    type Moves = SelfCalibrating<Drive<T>, T>;
+    type Moves = SelfCalibrating<PlanarMotion<T>, T>;
     type Seen<S: Sensor<Pose = PlanarPose<T>>> = Calibrated<S>;
     type Fixed<F: Fix<Pose = PlanarPose<T>>> = Calibrated<F>;
 
@@ -110,7 +109,7 @@ impl<T: Real> PlanarState for CalibratedPose<T> {
         Calibrated(fix)
     }
 
-    fn moves(drive: Drive<T>, prior: Option<OdometryPrior<T>>) -> Result<Option<Self::Moves>, ModelError> {
+    fn moves(drive: PlanarMotion<T>, prior: Option<OdometryPrior<T>>) -> Result<Option<Self::Moves>, ModelError> {
         prior.map(|prior| SelfCalibrating::new(drive, prior)).transpose()
     }
 
