@@ -27,7 +27,7 @@ mod kernel;
 
 pub use buffer::{Feature, Mover, Prediction, Run, Scan, ScanResult, Status};
 pub use motion::Vehicle;
-pub use room::{Desk, DraftPlace, Filters, Group, Room, Sight, StreamPlace, bytes, streams};
+pub use room::{Desk, DraftPlace, Filters, Group, Room, Sight, StreamPlace, TOGETHER, bytes, streams};
 pub use run::{Inputs, Outputs, follow};
 pub use setup::{MOUNTED, Setup, extraction, likelihood, vehicle};
 pub use size::{LARGE_PARTICLES, LargeMemory, Memory, PARTICLES, SAMPLES, Size};

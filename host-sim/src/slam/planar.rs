@@ -43,6 +43,9 @@ type HostCalibratedState<T> =
     JointState<CalibratedPose<T>, Vector2<T>, FEATURES, { joint_numbers(6, 2, FEATURES) }, MEASUREMENTS>;
 
 type PlanarSensing<T> = Sensing<RangeBearing<T>, RangeBearingWindow<T>, UniformClutter<T>>;
+/// A row of odometry as a control.
+type Steered<T> = fn([f64; 3]) -> PlanarControl<T>;
+
 type PlanarModels<T> = Models<Planar, PlanarMotion<T>, PlanarSensing<T>>;
 
 /// The fixed-capacity filter in the plane.
@@ -184,7 +187,7 @@ fn models<T: Real>(
     initial_pose: [f64; 3],
 ) -> Result<PlanarModels<T>, Refusal> {
     let numbers = PlanarNumbers::<T>::with_margin(settings, interval_margin, vehicle, initial_pose);
-    let (motion, control): (_, fn([f64; 3]) -> PlanarControl<T>) = match numbers.vehicle {
+    let (motion, control): (_, Steered<T>) = match numbers.vehicle {
         PlanarVehicle::Ackermann(geometry) => {
             (PlanarMotion::Ackermann(Ackermann::new(geometry, numbers.noise).map_err(refusal)?), |control| {
                 let [speed_mps, steering_rad, _] = control.map(T::from_f64);
