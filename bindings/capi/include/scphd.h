@@ -125,6 +125,9 @@
 // A robot that turns in place: speed and turn rate, along exact arcs.
 #define SCPHD_VEHICLE_ROBOT 2
 
+// A vehicle that moves sideways too, on mecanum wheels or legs: speed ahead and to the left, and turn rate, along exact arcs.
+#define SCPHD_VEHICLE_HOLONOMIC 3
+
 // How a call ended. What is refused leaves the filter as it was, but for the time of a prediction: see `scphd_plane_predict_car`.
 enum scphd_status
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
@@ -335,7 +338,7 @@ typedef struct scphd_sonar_config {
 // A vehicle in the plane, and the noise of its odometry. The defaults are those of a wheeled vehicle whose noise nobody has measured:
 // 0.02 m/s and 10 %, 0.02 rad/s (or rad) and 10 %, for half a second. Without any noise it is refused.
 typedef struct scphd_vehicle {
-  // `SCPHD_VEHICLE_CAR` or `SCPHD_VEHICLE_ROBOT`.
+  // `SCPHD_VEHICLE_CAR`, `SCPHD_VEHICLE_ROBOT` or `SCPHD_VEHICLE_HOLONOMIC`.
   uint32_t kind;
   // Of a car: wheelbase L, m.
   float wheelbase_m;
@@ -349,7 +352,7 @@ typedef struct scphd_vehicle {
   float speed_sigma_mps;
   // The same as a share of the speed; adds in quadrature.
   float speed_sigma_ratio;
-  // Standard deviation of a car's steering angle, rad, or of a robot's turn rate, rad/s.
+  // Standard deviation of a car's steering angle, rad, or of the others' turn rate, rad/s.
   float turn_sigma;
   // The same as a share of it; adds in quadrature.
   float turn_sigma_ratio;
@@ -841,6 +844,15 @@ scphd_status scphd_plane_predict_robot(scphd_plane *filter,
                                        float dt_s,
                                        scphd_predict_report *report);
 
+// Moves a vehicle that moves sideways too for `dt_s` seconds: speeds ahead and to the left, turn rate to the left. As
+// `scphd_plane_predict_car`.
+scphd_status scphd_plane_predict_holonomic(scphd_plane *filter,
+                                           float forward_mps,
+                                           float left_mps,
+                                           float rate_radps,
+                                           float dt_s,
+                                           scphd_predict_report *report);
+
 // Takes in a scan of range and bearing. The report may be null; so may the measurements, where there are none.
 scphd_status scphd_plane_scan_range_bearing(scphd_plane *filter,
                                             scphd_range_bearing_detector *detector,
@@ -924,6 +936,15 @@ scphd_status scphd_joint_predict_robot(scphd_joint *filter,
                                        float rate_radps,
                                        float dt_s,
                                        scphd_predict_report *report);
+
+// Moves a vehicle that moves sideways too for `dt_s` seconds: speeds ahead and to the left, turn rate to the left. As
+// `scphd_plane_predict_car`.
+scphd_status scphd_joint_predict_holonomic(scphd_joint *filter,
+                                           float forward_mps,
+                                           float left_mps,
+                                           float rate_radps,
+                                           float dt_s,
+                                           scphd_predict_report *report);
 
 // Takes in a scan of range and bearing. The report may be null; so may the measurements, where there are none.
 scphd_status scphd_joint_scan_range_bearing(scphd_joint *filter,
