@@ -138,8 +138,12 @@ pub mod storage {
     pub use crate::map::component::Correction;
     pub use crate::map::{Dynamic, Feature, MapMemory, MapStorage, NoMoving, PAGE_LEN, Static};
     #[doc(hidden)]
-    pub use crate::map::{Page, PageId};
+    pub use crate::filter::together::{COUNTS, Lent, TERMS};
+    #[doc(hidden)]
+    pub use crate::map::{Lists, Page, PageId, Row};
     pub use crate::particles::candidate::Candidate;
+    #[doc(hidden)]
+    pub use crate::particles::candidate::{PART, PartSums};
 }
 
 // What the files of the library import by its name alone.

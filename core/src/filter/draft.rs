@@ -173,6 +173,8 @@ impl<'w, T: Real, D: Place<Scalar = T>> Draft<'w, D> {
         let mut next_label = first_fresh;
         let normalisers = Normalisers::of(eta, scan_view.scan);
         both.complete(scan_view, &normalisers, &mut next_label, noted, tally, &mut ());
+        both.of_static.count(tally);
+        both.of_moving.count(tally);
         *labels = next_label.wrapping_sub(first_fresh);
         of_static.write(bounds);
         of_moving.write(bounds);
