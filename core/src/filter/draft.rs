@@ -48,8 +48,8 @@ where
 ///
 /// `M` is the [`State`] whose maps they are. There are `DRAFTS` of them: one for each core at least, and better some, for the maps of
 /// that many survivors are updated before they are stored in order, and the cores wait for the last of them. Each has room for the
-/// pages of one map and for the components that an update may touch: in single precision 276 bytes for every page of static features and 62
-/// for every component, of moving ones 564 and 98. Nothing is kept in it from scan to scan.
+/// pages of one map and for the components that an update may touch: in single precision 276 bytes for every page of static features and 50
+/// for every component, of moving ones 564 and 86. Nothing is kept in it from scan to scan.
 #[derive(Debug)]
 pub struct UpdateMemory<M: Capacities, const DRAFTS: usize> {
     drafts: [(M::StaticDraft, M::MovingDraft); DRAFTS],

@@ -96,14 +96,16 @@ pub struct Cuda {
     /// Threads of a block.
     block: u32,
     name: String,
+    /// The wall time of every kernel over all launches of the last batch, s, where that is asked for.
+    times: Option<Vec<(String, f64)>>,
 }
 
 impl Cuda {
-    /// The card of that number, with so many threads a block.
+    /// The card of that number, with so many threads a block. For a profile, the host waits for every launch and notes its time.
     ///
     /// # Errors
     /// There is no driver or no such card, or the module cannot be loaded.
-    pub fn open(modules: &Modules, card: usize, block: u32) -> Result<Self, DeviceError> {
+    pub fn open(modules: &Modules, card: usize, block: u32, profile: bool) -> Result<Self, DeviceError> {
         // SAFETY: it loads the driver's library, whose initialisation is the system's business, and lets go of it.
         if !unsafe { sys::is_culib_present() } {
             return Err(DeviceError::NoDriver);
@@ -116,7 +118,7 @@ impl Cuda {
         let card = context.name().map_err(refused("asking for the name of the card"))?;
         let name = format!("{card}, sm_{}{}, {}, {block} threads a block", kind.0, kind.1, path.display());
         let kernels = [Kernels::load::<Memory>(&module, &stream)?, Kernels::load::<LargeMemory>(&module, &stream)?];
-        Ok(Self { context, stream, kernels, block, name })
+        Ok(Self { context, stream, kernels, block, name, times: profile.then(Vec::new) })
     }
 
     fn kernels(&self, batch: &Batch) -> &Kernels {
@@ -214,14 +216,21 @@ impl Device for Cuda {
         let filters = self.upload(&addresses.chain(batch.counts()).collect::<Vec<u64>>())?;
         let doing = "running the kernels";
         self.stream.synchronize().map_err(refused(doing))?;
-        let launch = |(kernel, launch): &(CudaFunction, Launch), scan: u32| {
+        let mut times = self.times.as_ref().map(|_| Vec::new());
+        let mut launch = |(kernel, launch): &(CudaFunction, Launch), scan: u32| {
             let threads = launch.threads(batch);
             let block = if threads == 1 { 1 } else { self.block };
-            let mut launch = self.stream.launch_builder(kernel);
-            launch.arg(&filters).arg(&scan).arg(&digest_every);
+            let mut call = self.stream.launch_builder(kernel);
+            call.arg(&filters).arg(&scan).arg(&digest_every);
+            let begun = Instant::now();
             // SAFETY: these are the arguments of the kernel, in its order, and the buffers, which outlive the launches, are those of a batch and
             // its runs; rooms and desks are zeros. Launches of one stream come one after the other; threads beyond the last place do nothing.
-            unsafe { launch.launch(grid(threads, block)) }.map(drop).map_err(refused(doing))
+            unsafe { call.launch(grid(threads, block)) }.map_err(refused(doing))?;
+            if let Some(times) = &mut times {
+                self.stream.synchronize().map_err(refused(doing))?;
+                note(times, &launch.kernel, begun.elapsed().as_secs_f64());
+            }
+            Ok(())
         };
         starting.iter().try_for_each(|kernel| launch(kernel, 0))?;
         self.stream.synchronize().map_err(refused(doing))?;
@@ -231,6 +240,7 @@ impl Device for Cuda {
         }
         self.stream.synchronize().map_err(refused(doing))?;
         outcome.launched_s = started.elapsed().as_secs_f64();
+        self.times = times;
         let [statuses, results, features, movers] = &outputs;
         self.download(statuses, &mut outcome.statuses)?;
         self.download(results, &mut outcome.results)?;
@@ -238,6 +248,23 @@ impl Device for Cuda {
         self.download(movers, &mut outcome.movers)?;
         self.stream.synchronize().map_err(refused("copying from the card"))?;
         Ok(outcome)
+    }
+
+    fn report(&self) -> Option<String> {
+        let times = self.times.as_ref()?;
+        let all: f64 = times.iter().map(|(_, seconds)| seconds).sum();
+        let line = |(kernel, seconds): &(String, f64)| {
+            format!("{kernel:<24}{seconds:>10.4} s {:>5.1} %", 100.0 * seconds / all)
+        };
+        Some(times.iter().map(line).collect::<Vec<_>>().join("\n"))
+    }
+}
+
+/// Adds to the time of a kernel.
+fn note(times: &mut Vec<(String, f64)>, kernel: &str, seconds: f64) {
+    match times.iter_mut().find(|(known, _)| known == kernel) {
+        Some((_, sum)) => *sum += seconds,
+        None => times.push((kernel.to_owned(), seconds)),
     }
 }
 
@@ -262,7 +289,7 @@ mod tests {
 
     #[test]
     fn without_a_driver_it_says_so() {
-        let error = Cuda::open(&Modules::of("nowhere"), 0, 32).map(drop);
+        let error = Cuda::open(&Modules::of("nowhere"), 0, 32, false).map(drop);
         // With one, there is no module.
         let said = error.unwrap_err().to_string();
         assert!(["no CUDA driver", "no CUDA device", "nowhere"].iter().any(|what| said.contains(what)), "{said}");

@@ -142,6 +142,9 @@ struct DeviceArgs {
     /// Threads of a block.
     #[arg(long, value_name = "K", default_value_t = 32, value_parser = clap::value_parser!(u32).range(1..=1024))]
     block: u32,
+    /// On a card, waits for every launch and prints the time of every kernel; all together takes longer then.
+    #[arg(long)]
+    profile: bool,
     /// Threads that go together where the module is executed on the host; 1 is the fastest there, and cards have 32.
     #[arg(long, value_name = "K", default_value_t = 32)]
     warp: u32,
@@ -183,7 +186,7 @@ impl TuningArgs {
 impl DeviceArgs {
     fn open(&self) -> Result<Box<dyn Device>, Box<dyn Error>> {
         Ok(match self.device {
-            DeviceName::Cuda => Box::new(Cuda::open(&Modules::of(&self.modules), self.card, self.block)?),
+            DeviceName::Cuda => Box::new(Cuda::open(&Modules::of(&self.modules), self.card, self.block, self.profile)?),
             DeviceName::Emulated => Box::new(Emulated::new(self.threads)),
             DeviceName::Ptx => {
                 let execution = Execution { block: self.block, warp: self.warp, watch: self.watch };
@@ -252,6 +255,7 @@ fn run(command: Command) -> Result<(), Box<dyn Error>> {
             let took = time(&mut *device, &source, &plan, None)?;
             let log = source.log(1)?;
             let host_s = drive_on_host(&log, &source.settings(&log)?, 1)?;
+            device.report().into_iter().for_each(|report| println!("{report}"));
             let each_s = took.launched_s / runs as f64;
             println!(
                 "{scenario}: {runs} runs of {} scans, {} at once, in {:.3} s on {}: {:.3} ms a run; \
@@ -310,6 +314,7 @@ fn time_large(
         tuning.particles = Some(particles);
         let batch = large(&tuning.source(scenario)?, 1, scans)?;
         let found = LargeRun::on(device, &batch, 0)?;
+        device.report().into_iter().for_each(|report| println!("{report}"));
         let host = LargeRun::alone(&batch, 0)?;
         if let Some(Difference { host, device, .. }) = found.difference(&host, 1) {
             return Err(format!("{particles} particles: {host:016x} on the host, {device:016x} on the device").into());

@@ -23,7 +23,7 @@ const LARGE: [&str; 2] = ["64", "4096"];
 /// The scenario of large filters.
 const LARGE_SCENARIO: &str = "thesis-dynamic";
 /// Runs that are timed.
-const TIMED_RUNS: &str = "4096";
+const TIMED_RUNS: &str = "10000";
 /// Scenarios, each with its words for the command line.
 const SCENARIOS: [&[&str]; 2] = [&["thesis-dynamic"], &["survey", "--particles", "32"]];
 

@@ -1,0 +1,25 @@
+#!/usr/bin/env bash
+# What a card is asked, in some minutes: digests beside the host's, then times beside one core of its host and by kernel.
+# `gpu/card.sh FOLDER [LOG]`: FOLDER has the program `scphd-gpu` and a module of `cargo xtask gpu` (target/release/scphd-gpu and
+# target/xtask/gpu/modules/scphd-sm_90.cubin, or scphd.ptx), so that it can be carried to a machine with neither Rust nor the sources.
+set -euo pipefail
+folder=$1
+log=${2:-$folder/card.log}
+
+ask() {
+    echo "\$ scphd-gpu $*"
+    timeout -k 5 90 "$folder/scphd-gpu" "$@" --device cuda --modules "$folder"
+}
+
+{
+    ask device
+    ask check thesis-dynamic --runs 16 --scans 100
+    ask check survey --particles 32 --runs 8 --scans 60
+    ask large-check thesis-dynamic --particles 64 --scans 60
+    ask large-check thesis-dynamic --particles 4096 --scans 4
+    ask time thesis-dynamic --runs 256
+    ask time thesis-dynamic --runs 10000
+    ask time thesis-dynamic --runs 4096 --profile
+    ask large-time thesis-dynamic --scans 8 --most 4096
+    ask large-time thesis-compare --scans 20 --most 4096 --profile
+} 2>&1 | tee "$log"
