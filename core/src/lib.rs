@@ -132,13 +132,13 @@ pub mod storage {
     pub use crate::filter::sampling::Samples;
     #[doc(hidden)]
     pub use crate::filter::scanning::{AllPages, Scanning};
+    #[doc(hidden)]
+    pub use crate::filter::together::{COUNTS, Lent, TERMS};
     pub use crate::joint::{
         Archive, Archived, JointArchive, JointMovers, Movers, NoArchive, NoMovers, Tracked, joint_numbers,
     };
     pub use crate::map::component::Correction;
     pub use crate::map::{Dynamic, Feature, MapMemory, MapStorage, NoMoving, PAGE_LEN, Static};
-    #[doc(hidden)]
-    pub use crate::filter::together::{COUNTS, Lent, TERMS};
     #[doc(hidden)]
     pub use crate::map::{Lists, Page, PageId, Row};
     pub use crate::particles::candidate::Candidate;

@@ -108,12 +108,7 @@ pub(crate) fn take_selected<T: Real, P: Pose<Scalar = T>>(grounds: &Grounds, mem
 }
 
 /// Gets ready for the next prediction. Returns how many predictions were refused before this scan.
-pub(crate) fn adopt<T: Real>(
-    grounds: &Grounds,
-    selection: &Selection,
-    cursor: &mut Cursor<T>,
-    noise: Noise,
-) -> usize {
+pub(crate) fn adopt<T: Real>(grounds: &Grounds, selection: &Selection, cursor: &mut Cursor<T>, noise: Noise) -> usize {
     cursor.noise = Some(noise);
     cursor.children = 1;
     cursor.predicted = false;

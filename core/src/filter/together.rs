@@ -179,12 +179,9 @@ impl<'a, 's, T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P> + 'a> S
     }
 
     /// Gives a draft the task of the survivor of that number among those that differ, which is that of the particle first.
-    pub fn assign_one(
-        &self,
-        draft: &mut Draft<'_, PositionOf<P>>,
-        (number, particle): (usize, usize),
-    ) {
-        let mut alike = self.memory.survivors.iter().skip(particle).take(self.grounds.particles.saturating_sub(particle));
+    pub fn assign_one(&self, draft: &mut Draft<'_, PositionOf<P>>, (number, particle): (usize, usize)) {
+        let mut alike =
+            self.memory.survivors.iter().skip(particle).take(self.grounds.particles.saturating_sub(particle));
         let Some(&survivor) = alike.next() else { return };
         let parent = self.grounds.parent_of(usize::from(survivor));
         let (mut copies, mut last_child) = (1, true);
@@ -323,10 +320,7 @@ impl<T: Real, D: Place<Scalar = T>> Draft<'_, D> {
     /// Pages that either map takes, and that it gives back as their only holder.
     #[must_use]
     pub fn pages(&self) -> [[usize; 2]; 2] {
-        [
-            [self.of_static.pages_len, self.of_static.regained],
-            [self.of_moving.pages_len, self.of_moving.regained],
-        ]
+        [[self.of_static.pages_len, self.of_static.regained], [self.of_moving.pages_len, self.of_moving.regained]]
     }
 
     /// The pages of the updated maps.

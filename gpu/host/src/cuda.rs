@@ -71,8 +71,8 @@ fn refused(doing: &'static str) -> impl Fn(DriverError) -> DeviceError {
 struct Kernels {
     /// Those that start the filters, those of a prediction, and those of a scan.
     launches: [Vec<(CudaFunction, Launch)>; 3],
-    /// Bytes of what the buffers are made of: room, sight, desk, draft, stream.
-    sizes: [usize; 5],
+    /// Bytes of what the buffers are made of: room, sight, desk, draft, stream, part.
+    sizes: [usize; 6],
 }
 
 impl Kernels {
@@ -149,23 +149,23 @@ impl Cuda {
 
 /// Bytes of what buffers are made of, as the module's compiler has laid it out, which need not be what the host's has made of it. A
 /// kernel writes them, and what all of it must be aligned to.
-fn told_bytes(stream: &Arc<CudaStream>, kernel: &CudaFunction) -> Result<[usize; 5], DeviceError> {
+fn told_bytes(stream: &Arc<CudaStream>, kernel: &CudaFunction) -> Result<[usize; 6], DeviceError> {
     let doing = "asking the module for the bytes of its buffers";
-    let mut said: CudaSlice<u64> = stream.alloc_zeros(6).map_err(refused(doing))?;
+    let mut said: CudaSlice<u64> = stream.alloc_zeros(7).map_err(refused(doing))?;
     let mut launch = stream.launch_builder(kernel);
     launch.arg(&mut said);
     // SAFETY: the kernel takes a pointer to so many numbers, and there they are.
     unsafe { launch.launch(grid(1, 1)) }.map_err(refused(doing))?;
-    let mut numbers = vec![0_u64; 6];
+    let mut numbers = vec![0_u64; 7];
     stream.memcpy_dtoh(&said, &mut numbers).map_err(refused(doing))?;
     stream.synchronize().map_err(refused(doing))?;
     bytes_of_buffers(&numbers)
 }
 
 /// Bytes of things, from what a kernel has said of them and of their alignment.
-pub(crate) fn bytes_of_buffers(numbers: &[u64]) -> Result<[usize; 5], DeviceError> {
-    let bytes: [usize; 5] = std::array::from_fn(|thing| usize::try_from(numbers[thing]).unwrap_or(0));
-    if bytes.contains(&0) || numbers[5] > ALIGNMENT {
+pub(crate) fn bytes_of_buffers(numbers: &[u64]) -> Result<[usize; 6], DeviceError> {
+    let bytes: [usize; 6] = std::array::from_fn(|thing| usize::try_from(numbers[thing]).unwrap_or(0));
+    if bytes.contains(&0) || numbers[6] > ALIGNMENT {
         let doing = "asking the module for the bytes of its buffers";
         return Err(DeviceError::Driver { doing, why: format!("{numbers:?}") });
     }

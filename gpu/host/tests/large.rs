@@ -1,7 +1,7 @@
 //! One large filter, launch by launch on the host, has the state of the library's own scan, bit for bit.
 
-use scphd_gpu_kernels::ScanResult;
 use scphd_gpu::{Batch, Emulated, LargeRun, Source, Tuning, digests_of_host, large};
+use scphd_gpu_kernels::ScanResult;
 
 const SEED: u64 = 3;
 

@@ -368,7 +368,8 @@ unsafe fn sample<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_eve
         if !goes_on(group, scan) {
             return;
         }
-        let Predicting { taken, candidates: (candidates, len), particles, in_use, splits, .. } = &(*group.room).prediction;
+        let Predicting { taken, candidates: (candidates, len), particles, in_use, splits, .. } =
+            &(*group.room).prediction;
         if place < (*in_use).min(*len)
             && let Ok((predictions, _)) = before(inputs(group), whole(scan))
             && let Some(Prediction { control, dt_s }) = predictions.get(whole(taken.wrapping_sub(1)))
