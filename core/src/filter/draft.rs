@@ -182,8 +182,7 @@ impl<'w, T: Real, D: Place<Scalar = T>> Draft<'w, D> {
     }
 
     /// Writes to the pages that it [has been given](MapDraft::place) what belongs there: nothing where it was not stored as it is.
-    #[doc(hidden)]
-    pub fn fill(
+    pub(crate) fn fill(
         &mut self,
         write_static: impl FnMut(PageId, &Page<Static<D>>),
         write_moving: impl FnMut(PageId, &Page<Dynamic<D>>),

@@ -13,7 +13,7 @@ use crate::numerics::work;
 use crate::particles::candidate::{Candidate, PartSums, ln_products, ln_rest, multiply, sum_up};
 use crate::particles::resample::{one_child, position};
 use crate::{
-    Dynamic, LnSum, MeasurementModel, Noise, PageId, Place, Pose, PositionOf, Real, ScalarOf, ScanReport, Static,
+    Dynamic, LnSum, MeasurementModel, Noise, Page, PageId, Place, Pose, PositionOf, Real, ScalarOf, ScanReport, Static,
     Symmetric, TangentOf,
 };
 
@@ -33,6 +33,9 @@ pub struct Lent<'s, P: Pose> {
     /// The same of those that go on.
     pub selected_covariances: &'s mut [Symmetric<TangentOf<P>>],
 }
+
+/// Pages that were taken, and what belongs there.
+pub type Placed<'d, F> = (&'d [PageId], &'d [Page<F>]);
 
 /// The sums that the updates of maps have, for each of them and for all.
 pub const TERMS: usize = 8;
@@ -357,6 +360,18 @@ impl<T: Real, D: Place<Scalar = T>> Draft<'_, D> {
         self.renaming = Renaming { first_fresh, fresh: self.labels, given };
         self.of_static.take(take_static);
         self.of_moving.take(take_moving);
+    }
+
+    /// Makes the fresh labels those that are its own.
+    pub fn rename(&mut self) {
+        self.of_static.rename(&self.renaming);
+        self.of_moving.rename(&self.renaming);
+    }
+
+    /// The pages that were taken, and what belongs there.
+    #[must_use]
+    pub fn placed(&self) -> (Placed<'_, Static<D>>, Placed<'_, Dynamic<D>>) {
+        (self.of_static.placed(), self.of_moving.placed())
     }
 
     /// Writes the list of the pages of the updated maps.

@@ -18,7 +18,7 @@ pub struct Outcome {
     pub features: Vec<Feature>,
     /// The estimated moving features of all runs.
     pub movers: Vec<Mover>,
-    /// Wall time of all launches, without copies, s.
+    /// Wall time of all launches but those of digests, without copies, s.
     pub launched_s: f64,
 }
 
@@ -132,9 +132,9 @@ impl Launch {
         Self { kernel: format!("{}_{}", M::NAME, stage.name), count: Places::count::<M>, places: stage.places }
     }
 
-    /// Those that start filters of a size, those of a prediction, and those of a scan.
-    pub(crate) fn all<M: Size>() -> [Vec<Self>; 3] {
-        [&Stage::<M>::STARTING[..], &Stage::PREDICTING, &Stage::SCANNING]
+    /// Those that start filters of a size, those of a prediction, those of a scan, and that of a digest.
+    pub(crate) fn all<M: Size>() -> [Vec<Self>; 4] {
+        [&Stage::<M>::STARTING[..], &Stage::PREDICTING, &Stage::SCANNING, &[Stage::DIGEST]]
             .map(|stages| stages.iter().map(Self::of).collect())
     }
 

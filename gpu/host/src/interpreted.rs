@@ -153,7 +153,7 @@ impl Device for Interpreted {
         let outputs = outputs(&mut memory, &outcome);
         // In the order of `Filters`.
         let filters = upload(&mut memory, &[&inputs[..], &scratch, &outputs, &batch.counts()].concat());
-        let [starting, predicting, scanning] =
+        let [starting, predicting, scanning, digest] =
             if batch.is_large() { Launch::all::<LargeMemory>() } else { Launch::all::<Memory>() };
         let mut launch = |device: &mut Self, launch: &Launch, scan: u32| {
             device.launch(launch, batch, &[filters, u64::from(scan), u64::from(digest_every)], &mut memory)
@@ -166,6 +166,9 @@ impl Device for Interpreted {
         for scan in 0..batch.most_scans() {
             for of_scan in of_scan(batch, scan, [&predicting[..], &scanning]) {
                 launch(self, of_scan, scan)?;
+            }
+            if batch.asks_for_digest(scan, digest_every) {
+                digest.iter().try_for_each(|digest| launch(self, digest, scan))?;
             }
         }
         outcome.launched_s = started.elapsed().as_secs_f64();

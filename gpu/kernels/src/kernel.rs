@@ -63,6 +63,7 @@ kernels! {
     scphd_many_judge: JUDGE,
     scphd_many_commit: COMMIT,
     scphd_many_list: LIST,
+    scphd_many_take: TAKE,
     scphd_many_fill: FILL,
     scphd_many_share: SHARE,
     scphd_many_sum: SUM,
@@ -71,6 +72,7 @@ kernels! {
     scphd_many_spread: SPREAD,
     scphd_many_sum_spread: SUM_SPREAD,
     scphd_many_close: CLOSE,
+    scphd_many_digest: DIGEST,
 }
 
 kernels! {
@@ -100,6 +102,7 @@ kernels! {
     scphd_large_judge: JUDGE,
     scphd_large_commit: COMMIT,
     scphd_large_list: LIST,
+    scphd_large_take: TAKE,
     scphd_large_fill: FILL,
     scphd_large_share: SHARE,
     scphd_large_sum: SUM,
@@ -108,6 +111,7 @@ kernels! {
     scphd_large_spread: SPREAD,
     scphd_large_sum_spread: SUM_SPREAD,
     scphd_large_close: CLOSE,
+    scphd_large_digest: DIGEST,
 }
 
 unsafe extern "C" {

@@ -93,6 +93,11 @@ impl<T> Many<T> {
         unsafe { from_raw_parts_mut(self.first.as_ptr().add(first), most.min(self.len - first)) }
     }
 
+    /// Where one of them is.
+    pub(crate) fn at(self, place: usize) -> Option<*mut T> {
+        (place < self.len).then(|| self.first.as_ptr().wrapping_add(place))
+    }
+
     /// One of them, for the one thread that has this.
     pub(crate) unsafe fn one<'r>(self, place: usize) -> Option<&'r mut T> {
         // SAFETY: there is such a one; the rest is the caller's word.

@@ -36,7 +36,8 @@ pub struct Outputs<'a> {
 }
 
 /// Whether a digest is asked for after so many scans: after every so many, and after the last; 0: after the last alone.
-pub(crate) fn asks_for_digest(every: usize, taken: usize, last: bool) -> bool {
+#[must_use]
+pub fn asks_for_digest(every: usize, taken: usize, last: bool) -> bool {
     last || taken.checked_rem(every) == Some(0)
 }
 

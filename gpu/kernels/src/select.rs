@@ -3,7 +3,6 @@
 //! Every function is the body of a [`Stage`](crate::Stage), under whose safety it stands: what is lent out is written by the one thread whose
 //! place it is, or read by all.
 
-use crate::motion::Vehicle;
 use crate::room::{Group, Lending, PartPlace, StreamPlace, TOGETHER, parts};
 use crate::size::Size;
 use crate::stages::{alone, between, draft, whole};
@@ -11,8 +10,6 @@ use core::mem::MaybeUninit;
 use core::slice::{from_raw_parts, from_raw_parts_mut};
 use core::sync::atomic::Ordering;
 use scphd::storage::{PART, PartSums};
-
-const _: () = assert!(Vehicle::NUMBERS > 0);
 
 /// The parts of so many things, for one thread.
 unsafe fn all_parts<'r, M: Size>(group: &Group<M>, things: usize) -> &'r mut [PartPlace] {

@@ -35,6 +35,8 @@ pub enum Places {
     CandidateParts,
     /// The same of particles.
     ParticleParts,
+    /// So many for every particle as write pages together.
+    Lanes,
     /// One for every column of numbers that are summed.
     Columns,
 }
@@ -52,6 +54,7 @@ impl Places {
             }
             Self::Candidates => particles * samples,
             Self::Particles => particles,
+            Self::Lanes => particles * store::LANES,
             Self::CandidateParts => parts(particles * samples),
             Self::ParticleParts => parts(particles),
             Self::Columns => COLUMNS,
@@ -128,8 +131,10 @@ impl<M: Size> Stage<M> {
     pub const COMMIT: Self = Self::new("commit", Places::One, store::commit);
     /// Lists the free pages.
     pub const LIST: Self = Self::new("list", Places::PageParts, store::list);
-    /// Writes the pages of the updated maps.
-    pub const FILL: Self = Self::new("fill", Places::Particles, store::fill);
+    /// Takes pages and labels for the drafts.
+    pub const TAKE: Self = Self::new("take", Places::Particles, store::take);
+    /// Writes the pages.
+    pub const FILL: Self = Self::new("fill", Places::Lanes, store::fill);
     /// Gives every particle the list of its pages, and its candidate the particle's place.
     pub const SHARE: Self = Self::new("share", Places::Particles, store::share);
     /// Sums over drafts and particles.
@@ -144,13 +149,15 @@ impl<M: Size> Stage<M> {
     pub const SUM_SPREAD: Self = Self::new("sum_spread", Places::Columns, tell::sum_spread);
     /// Estimates and report.
     pub const CLOSE: Self = Self::new("close", Places::One, tell::close);
+    /// The digest of the state after a scan, where it is asked for.
+    pub const DIGEST: Self = Self::new("digest", Places::One, tell::digest);
 
     /// The launches that start the filters.
     pub const STARTING: [Self; 2] = [Self::START, Self::DESKS];
     /// The launches of every prediction before a scan.
     pub const PREDICTING: [Self; 2] = [Self::PREDICT, Self::SAMPLE];
     /// The launches of a scan, in order.
-    pub const SCANNING: [Self; 29] = [
+    pub const SCANNING: [Self; 30] = [
         Self::OPEN,
         Self::DRIFT,
         Self::PROPOSE,
@@ -172,6 +179,7 @@ impl<M: Size> Stage<M> {
         Self::JUDGE,
         Self::COMMIT,
         Self::LIST,
+        Self::TAKE,
         Self::FILL,
         Self::SHARE,
         Self::SUM,
@@ -188,7 +196,7 @@ impl<M: Size> Stage<M> {
     /// Every pointer of the buffers is aligned and leads to as many values as the filters, runs, particles and samples say, which live and stay
     /// where they are until the last launch has ended; rooms and desks begin as zeros. The launches come in the order of
     /// [`STARTING`](Self::STARTING), and for every scan of [`PREDICTING`](Self::PREDICTING), as many times as there are predictions before it
-    /// in any run, and [`SCANNING`](Self::SCANNING), each with a thread for every place, once, and ends before the next begins.
+    /// in any run, [`SCANNING`](Self::SCANNING) and, where it is asked for, [`DIGEST`](Self::DIGEST), each with a thread for every place, once, and ends before the next begins.
     #[inline(always)]
     pub unsafe fn run(&self, place: usize, filters: &Filters<M>, scan: u32, digest_every: u32) {
         let each = self.places.count::<M>(filters.particles as usize, filters.samples as usize);

@@ -3,12 +3,14 @@
 //! Every function is the body of a [`Stage`](crate::Stage), under whose safety it stands: what is lent out is written by the one thread whose
 //! place it is, or read by all.
 
-use crate::room::{Between, DraftOf, Group, Lending, Listed, Many, PAGES_TOGETHER, PartPlace, page_parts};
+use crate::room::{Between, COLUMNS, DraftOf, Group, Lending, Listed, Many, PAGES_TOGETHER, PartPlace, page_parts};
 use crate::size::Size;
 use crate::stages::{all_drafts, alone, between, draft, whole};
+use core::mem::MaybeUninit;
 use core::ops::Range;
+use core::ptr;
 use core::sync::atomic::Ordering;
-use scphd::storage::{COUNTS, PART, PageId};
+use scphd::storage::{COUNTS, Feature, PART, Page, PageId, Placed};
 
 /// Updates the maps of one survivor.
 pub(crate) unsafe fn make<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
@@ -225,9 +227,9 @@ pub(crate) unsafe fn list<M: Size>(place: usize, group: &Group<M>, scan: u32, _d
     }
 }
 
-/// Takes pages for one draft, and writes them.
-pub(crate) unsafe fn fill<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
-    // SAFETY: the pages are lent, and no two drafts have been given the same one; each draft is that of one place.
+/// Takes pages and labels for one draft.
+pub(crate) unsafe fn take<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
+    // SAFETY: the lists are lent, and no two drafts are given the same page; each draft is that of one place.
     unsafe {
         let Some(between) = between(group, scan) else { return };
         if place >= between.drafts {
@@ -255,18 +257,38 @@ pub(crate) unsafe fn fill<M: Size>(place: usize, group: &Group<M>, scan: u32, _d
             };
             draft.take(between.first_fresh, noted(1), next(0), next(1));
         }
-        draft.fill(
-            |id, page| {
-                if let Some(slot) = between.pages.one(id.index()) {
-                    slot.copy_from(page);
-                }
-            },
-            |id, page| {
-                if let Some(slot) = between.moving_pages.one(id.index()) {
-                    slot.copy_from(page);
-                }
-            },
-        );
+        draft.rename();
+    }
+}
+
+/// Threads that write the pages of a draft together, word by word.
+pub(crate) const LANES: usize = 32;
+
+/// Writes the pages of one draft, together with other threads.
+pub(crate) unsafe fn fill<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
+    // SAFETY: the pages are lent, and no two drafts have been given the same one; each word is that of one place.
+    unsafe {
+        let Some(between) = between(group, scan) else { return };
+        let (number, lane) = (place / LANES, place % LANES);
+        if number < between.drafts {
+            let (of_static, of_moving) = (*group.drafts.add(number)).draft.assume_init_ref().placed();
+            copy_all(of_static, between.pages, lane);
+            copy_all(of_moving, between.moving_pages, lane);
+        }
+    }
+}
+
+/// Writes to pages every so manieth word of what belongs there, from that one on.
+unsafe fn copy_all<F: Feature>((ids, pages): Placed<'_, F>, to: Many<Page<F>>, lane: usize) {
+    const { assert!(size_of::<Page<F>>().is_multiple_of(size_of::<u32>())) };
+    for (id, page) in ids.iter().zip(pages) {
+        if let Some(to) = to.at(id.index()) {
+            let (from, to) = (ptr::from_ref(page).cast::<MaybeUninit<u32>>(), to.cast::<MaybeUninit<u32>>());
+            for word in (lane..size_of::<Page<F>>() / size_of::<u32>()).step_by(LANES) {
+                // SAFETY: both have as many words, and nobody else writes this one.
+                unsafe { to.add(word).write(from.add(word).read()) };
+            }
+        }
     }
 }
 
@@ -297,8 +319,7 @@ pub(crate) unsafe fn share<M: Size>(place: usize, group: &Group<M>, scan: u32, _
             && let Some(selected) = lent.selected.all().get(place)
         {
             *candidate = *selected;
-            *group.columns.add((crate::room::COLUMNS - 1) * group.stride + place) =
-                scphd::Real::exp(candidate.ln_weight);
+            *group.columns.add((COLUMNS - 1) * group.stride + place) = scphd::Real::exp(candidate.ln_weight);
         }
         if let Some(covariance) = lent.pose_covariances.one(place)
             && let Some(selected) = lent.selected_covariances.all().get(place)

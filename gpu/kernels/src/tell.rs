@@ -6,7 +6,7 @@ use crate::buffer::{Feature, Mover, Status};
 use crate::room::{Between, COLUMNS, Group};
 use crate::run::{Outputs, asks_for_digest, tell};
 use crate::size::Size;
-use crate::stages::{alone, between, give_pages_back, whole};
+use crate::stages::{alone, between, give_pages_back, goes_on, whole};
 use core::array::from_fn;
 use core::slice::{from_raw_parts, from_raw_parts_mut};
 use core::sync::atomic::Ordering;
@@ -21,7 +21,7 @@ const CENTRE: usize = 4;
 /// Columns of the terms of its covariance, row by row of the lower triangle.
 const SPREAD: [(usize, usize); 6] = [(0, 0), (1, 0), (1, 1), (2, 0), (2, 1), (2, 2)];
 /// Numbers that are read before they are summed.
-const READ: usize = 8;
+const READ: usize = 32;
 
 /// Sums so many numbers of a column in order.
 unsafe fn sum_column<M: Size>(place: usize, group: &Group<M>, count: usize, between: &Between) {
@@ -125,7 +125,7 @@ pub(crate) unsafe fn sum_spread<M: Size>(place: usize, group: &Group<M>, scan: u
 }
 
 /// Ends the scan, and tells what is known then.
-pub(crate) unsafe fn close<M: Size>(place: usize, group: &Group<M>, scan: u32, digest_every: u32) {
+pub(crate) unsafe fn close<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
     // SAFETY: no other thread runs; what is lent comes back; what is between the launches of a scan ends with it, and before the filter is
     // looked at again. Where the run says that its outputs lie they do.
     unsafe {
@@ -161,16 +161,28 @@ pub(crate) unsafe fn close<M: Size>(place: usize, group: &Group<M>, scan: u32, d
             features: from_raw_parts_mut::<Feature>(group.features, whole(run.features)),
             movers: from_raw_parts_mut::<Mover>(group.movers, whole(run.movers)),
         };
-        let taken = whole(scan) + 1;
-        let digest = asks_for_digest(whole(digest_every), taken, taken == whole(run.scans));
         let filter = (*room).filter.assume_init_ref();
         let detector = (*room).detector.assume_init_ref();
         let lists = (&mut (*room).slot.features, &mut (*room).slot.movers);
         let estimate = matches!(filter.config().proposal, Proposal::Blind).then_some(estimate);
-        let told = tell(filter, detector, &report, lists, &mut outputs, whole(scan), (digest, estimate));
+        let told = tell(filter, detector, &report, lists, &mut outputs, whole(scan), (false, estimate));
         *group.status = match told {
             Ok(()) => Status { code: Status::DONE, scans: scan + 1 },
             Err(code) => Status { code, scans: scan },
         };
+    }
+}
+
+/// The digest of the state, where it is asked for after this scan.
+pub(crate) unsafe fn digest<M: Size>(place: usize, group: &Group<M>, scan: u32, digest_every: u32) {
+    // SAFETY: no other thread runs; there is a result for every scan.
+    unsafe {
+        let taken = scan.saturating_add(1);
+        if place == 0
+            && goes_on(group, scan)
+            && asks_for_digest(whole(digest_every), whole(taken), taken == (*group.run).scans)
+        {
+            (*group.results.add(whole(scan))).digest = (*group.room).filter.assume_init_ref().digest();
+        }
     }
 }
