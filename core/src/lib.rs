@@ -133,7 +133,7 @@ pub mod storage {
     #[doc(hidden)]
     pub use crate::filter::scanning::{AllPages, Scanning};
     #[doc(hidden)]
-    pub use crate::filter::together::{COUNTS, Lent, Placed, TERMS};
+    pub use crate::filter::together::{AllLists, COUNTS, Lent, Placed, TERMS};
     pub use crate::joint::{
         Archive, Archived, JointArchive, JointMovers, Movers, NoArchive, NoMovers, Tracked, joint_numbers,
     };

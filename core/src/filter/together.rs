@@ -34,6 +34,9 @@ pub struct Lent<'s, P: Pose> {
     pub selected_covariances: &'s mut [Symmetric<TangentOf<P>>],
 }
 
+/// The lists of the pages of all static maps, and of all moving ones.
+pub type AllLists<'s, D> = (Lists<'s, Static<D>>, Lists<'s, Dynamic<D>>);
+
 /// Pages that were taken, and what belongs there.
 pub type Placed<'d, F> = (&'d [PageId], &'d [Page<F>]);
 
@@ -238,14 +241,14 @@ impl<'a, 's, T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P> + 'a> S
     }
 
     /// Hands over the lists of the pages of all maps, and of those that are free.
-    pub fn lend_lists(&mut self) -> (Lists<'s, Static<PositionOf<P>>>, Lists<'s, Dynamic<PositionOf<P>>>) {
+    pub fn lend_lists(&mut self) -> AllLists<'s, PositionOf<P>> {
         (self.memory.static_maps.lend_lists(), self.memory.moving_maps.lend_lists())
     }
 
     /// Takes them back, with so many free pages of either kind.
     pub fn give_lists_back(
         &mut self,
-        (of_static, of_moving): (Lists<'s, Static<PositionOf<P>>>, Lists<'s, Dynamic<PositionOf<P>>>),
+        (of_static, of_moving): AllLists<'s, PositionOf<P>>,
         [free, free_moving]: [usize; 2],
     ) {
         self.memory.static_maps.give_lists_back(of_static, free);
