@@ -7,13 +7,14 @@ use crate::outcome::{Outcome, Stop};
 use crate::process;
 
 /// Name and folder of each crate that is a library for others.
-const LIBRARIES: [(&str, &str); 6] = [
+const LIBRARIES: [(&str, &str); 7] = [
     ("scphd", "core"),
     ("scphd-stream", "onboard/stream"),
     ("scphd-link", "onboard/link"),
     ("scphd-lidar", "onboard/lidar"),
     ("scphd-sequencer", "onboard/sequencer"),
     ("scphd-store", "onboard/store"),
+    ("scphd-vehicle", "onboard/vehicle"),
 ];
 
 /// What every package has.

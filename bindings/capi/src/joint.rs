@@ -6,14 +6,13 @@ use crate::memory::{Entry, Memory, hand_out};
 use crate::pointer::{Bytes, Handed, In, Out, tell};
 use crate::reason::Reason;
 use crate::sets::in_joint;
-use crate::vehicle::{Vehicle, VehicleControl};
 use crate::{
     scphd_feature, scphd_fix, scphd_fix_report, scphd_joint_report, scphd_map, scphd_plane_pose, scphd_plausible,
     scphd_predict_report, scphd_range_bearing, scphd_range_bearing_detector, scphd_reason, scphd_status, scphd_vehicle,
     version,
 };
 use nalgebra::{Vector1, Vector2};
-use scphd::models::{AckermannControl, PlanarPose, UnicycleControl};
+use scphd::models::{AckermannControl, HolonomicControl, PlanarControl, PlanarMotion, PlanarPose, UnicycleControl};
 use scphd::settings::Persistence;
 use scphd::{JointConfig, JointSlam};
 
@@ -24,7 +23,7 @@ pub struct scphd_joint {
 }
 
 impl Handle for scphd_joint {
-    type Inner = JointSlam<'static, Vehicle, Vector2<f32>>;
+    type Inner = JointSlam<'static, PlanarMotion<f32>, Vector2<f32>>;
     const KIND: u32 = 2;
 }
 
@@ -171,7 +170,7 @@ pub extern "C" fn scphd_joint_reset(
 
 fn predict(
     mut filter: Handed<scphd_joint>,
-    control: VehicleControl,
+    control: PlanarControl<f32>,
     dt_s: f32,
     mut report: Out<scphd_predict_report>,
 ) -> scphd_status {
@@ -193,7 +192,7 @@ pub extern "C" fn scphd_joint_predict_car(
     dt_s: f32,
     report: Out<scphd_predict_report>,
 ) -> scphd_status {
-    predict(filter, VehicleControl::Car(AckermannControl { speed_mps, steering_rad }), dt_s, report)
+    predict(filter, PlanarControl::Ackermann(AckermannControl { speed_mps, steering_rad }), dt_s, report)
 }
 
 /// As `scphd_plane_predict_robot`.
@@ -205,7 +204,21 @@ pub extern "C" fn scphd_joint_predict_robot(
     dt_s: f32,
     report: Out<scphd_predict_report>,
 ) -> scphd_status {
-    predict(filter, VehicleControl::Robot(UnicycleControl { speed_mps, rate_radps }), dt_s, report)
+    predict(filter, PlanarControl::Unicycle(UnicycleControl { speed_mps, rate_radps }), dt_s, report)
+}
+
+/// Moves a vehicle that moves sideways too for `dt_s` seconds: speeds ahead and to the left, turn rate to the left. As
+/// `scphd_plane_predict_car`.
+#[unsafe(no_mangle)]
+pub extern "C" fn scphd_joint_predict_holonomic(
+    filter: Handed<scphd_joint>,
+    forward_mps: f32,
+    left_mps: f32,
+    rate_radps: f32,
+    dt_s: f32,
+    report: Out<scphd_predict_report>,
+) -> scphd_status {
+    predict(filter, PlanarControl::Holonomic(HolonomicControl { forward_mps, left_mps, rate_radps }), dt_s, report)
 }
 
 /// Takes in a scan of range and bearing. The report may be null; so may the measurements, where there are none.

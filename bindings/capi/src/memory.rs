@@ -206,10 +206,9 @@ mod tests {
     use super::{Entry, Memory, scphd_release};
     use crate::pointer::{Bytes, Handed};
     use crate::sets::memories;
-    use crate::vehicle::Vehicle;
     use crate::{scphd_joint, scphd_status};
     use core::mem::MaybeUninit;
-    use scphd::models::{ControlNoise, Step, Unicycle};
+    use scphd::models::{ControlNoise, PlanarMotion, Step, Unicycle};
     use scphd::{JointConfig, JointSlam};
 
     /// The bytes of a state in a `static`, with what is between its fields.
@@ -227,7 +226,7 @@ mod tests {
         let set = 201;
         let begin = |entry| {
             let memory = Memory::of::<scphd_joint>(bytes, 20_480, set, entry)?;
-            let motion = Vehicle::Robot(Unicycle::new(Step::Arc, ControlNoise::NONE).unwrap());
+            let motion = PlanarMotion::Unicycle(Unicycle::new(Step::Arc, ControlNoise::NONE).unwrap());
             memory.make::<scphd_joint, memories::Joint40>(|state| {
                 JointSlam::new(motion, JointConfig::default(), state).map_err(scphd_status::from)
             })

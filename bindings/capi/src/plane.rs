@@ -5,14 +5,13 @@ use crate::memory::{Entry, Memory, hand_out};
 use crate::pointer::{Bytes, Handed, In, Out, tell};
 use crate::reason::Reason;
 use crate::sets::in_plane;
-use crate::vehicle::{Vehicle, VehicleControl};
 use crate::{
     map, range_bearing, scphd_bearing_detector, scphd_feature, scphd_fix, scphd_fix_report, scphd_map, scphd_mover,
     scphd_plane_pose, scphd_predict_report, scphd_range_bearing, scphd_range_bearing_detector, scphd_reason,
     scphd_scan_report, scphd_status, scphd_tuning, scphd_vehicle, version,
 };
 use nalgebra::{Vector1, Vector2};
-use scphd::models::{AckermannControl, PlanarPose, UnicycleControl};
+use scphd::models::{AckermannControl, HolonomicControl, PlanarControl, PlanarMotion, PlanarPose, UnicycleControl};
 use scphd::{Config, ScPhd};
 
 /// A mixture in the plane, in its memory.
@@ -22,7 +21,7 @@ pub struct scphd_plane {
 }
 
 impl Handle for scphd_plane {
-    type Inner = ScPhd<'static, Vehicle>;
+    type Inner = ScPhd<'static, PlanarMotion<f32>>;
     const KIND: u32 = 1;
 }
 
@@ -129,7 +128,7 @@ pub extern "C" fn scphd_plane_reset(
 
 fn predict(
     mut filter: Handed<scphd_plane>,
-    control: VehicleControl,
+    control: PlanarControl<f32>,
     dt_s: f32,
     mut report: Out<scphd_predict_report>,
 ) -> scphd_status {
@@ -152,7 +151,7 @@ pub extern "C" fn scphd_plane_predict_car(
     dt_s: f32,
     report: Out<scphd_predict_report>,
 ) -> scphd_status {
-    predict(filter, VehicleControl::Car(AckermannControl { speed_mps, steering_rad }), dt_s, report)
+    predict(filter, PlanarControl::Ackermann(AckermannControl { speed_mps, steering_rad }), dt_s, report)
 }
 
 /// Moves a robot for `dt_s` seconds: speed, turn rate to the left. As `scphd_plane_predict_car`.
@@ -164,7 +163,21 @@ pub extern "C" fn scphd_plane_predict_robot(
     dt_s: f32,
     report: Out<scphd_predict_report>,
 ) -> scphd_status {
-    predict(filter, VehicleControl::Robot(UnicycleControl { speed_mps, rate_radps }), dt_s, report)
+    predict(filter, PlanarControl::Unicycle(UnicycleControl { speed_mps, rate_radps }), dt_s, report)
+}
+
+/// Moves a vehicle that moves sideways too for `dt_s` seconds: speeds ahead and to the left, turn rate to the left. As
+/// `scphd_plane_predict_car`.
+#[unsafe(no_mangle)]
+pub extern "C" fn scphd_plane_predict_holonomic(
+    filter: Handed<scphd_plane>,
+    forward_mps: f32,
+    left_mps: f32,
+    rate_radps: f32,
+    dt_s: f32,
+    report: Out<scphd_predict_report>,
+) -> scphd_status {
+    predict(filter, PlanarControl::Holonomic(HolonomicControl { forward_mps, left_mps, rate_radps }), dt_s, report)
 }
 
 /// Takes in a scan of range and bearing. The report may be null; so may the measurements, where there are none.

@@ -1,26 +1,23 @@
-//! Vehicles in the plane: a car or a robot, as one motion.
+//! Vehicles in the plane: a car, a robot, or one that moves sideways too.
 
 use crate::reason::Reason;
 use crate::scphd_status;
-use nalgebra::Vector3;
-use scphd::models::{
-    Ackermann, AckermannControl, AckermannGeometry, ControlNoise, Linearised, ModelError, Motion, PlanarPose, Rates,
-    Step, Unicycle, UnicycleControl,
-};
-use scphd::numerics::Noise;
+use scphd::models::{Ackermann, AckermannGeometry, ControlNoise, Holonomic, PlanarMotion, Step, Unicycle};
 use scphd::settings::Plausible;
 
 /// A car: speed of a wheel's encoder and steering angle (5.25-5.27).
 pub const SCPHD_VEHICLE_CAR: u32 = 1;
 /// A robot that turns in place: speed and turn rate, along exact arcs.
 pub const SCPHD_VEHICLE_ROBOT: u32 = 2;
+/// A vehicle that moves sideways too, on mecanum wheels or legs: speed ahead and to the left, and turn rate, along exact arcs.
+pub const SCPHD_VEHICLE_HOLONOMIC: u32 = 3;
 
 /// A vehicle in the plane, and the noise of its odometry. The defaults are those of a wheeled vehicle whose noise nobody has measured:
 /// 0.02 m/s and 10 %, 0.02 rad/s (or rad) and 10 %, for half a second. Without any noise it is refused.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct scphd_vehicle {
-    /// `SCPHD_VEHICLE_CAR` or `SCPHD_VEHICLE_ROBOT`.
+    /// `SCPHD_VEHICLE_CAR`, `SCPHD_VEHICLE_ROBOT` or `SCPHD_VEHICLE_HOLONOMIC`.
     pub kind: u32,
     /// Of a car: wheelbase L, m.
     pub wheelbase_m: f32,
@@ -34,7 +31,7 @@ pub struct scphd_vehicle {
     pub speed_sigma_mps: f32,
     /// The same as a share of the speed; adds in quadrature.
     pub speed_sigma_ratio: f32,
-    /// Standard deviation of a car's steering angle, rad, or of a robot's turn rate, rad/s.
+    /// Standard deviation of a car's steering angle, rad, or of the others' turn rate, rad/s.
     pub turn_sigma: f32,
     /// The same as a share of it; adds in quadrature.
     pub turn_sigma_ratio: f32,
@@ -87,7 +84,7 @@ impl scphd_vehicle {
         }
     }
 
-    pub(crate) fn motion(&self, reason: &mut Reason<'_>) -> Result<Vehicle, scphd_status> {
+    pub(crate) fn motion(&self, reason: &mut Reason<'_>) -> Result<PlanarMotion<f32>, scphd_status> {
         let noise = ControlNoise {
             speed_sigma_mps: self.speed_sigma_mps,
             speed_sigma_ratio: self.speed_sigma_ratio,
@@ -104,76 +101,12 @@ impl scphd_vehicle {
             sensor_forward_m: self.pose_forward_m,
             sensor_left_m: self.pose_left_m,
         };
-        let motion: Result<Vehicle, ModelError> = match self.kind {
-            SCPHD_VEHICLE_CAR => Ackermann::new(geometry, noise).map(Vehicle::Car),
-            SCPHD_VEHICLE_ROBOT => Unicycle::new(Step::Arc, noise).map(Vehicle::Robot),
+        let motion = match self.kind {
+            SCPHD_VEHICLE_CAR => Ackermann::new(geometry, noise).map(PlanarMotion::Ackermann),
+            SCPHD_VEHICLE_ROBOT => Unicycle::new(Step::Arc, noise).map(PlanarMotion::Unicycle),
+            SCPHD_VEHICLE_HOLONOMIC => Holonomic::new(noise).map(PlanarMotion::Holonomic),
             _ => return Err(reason.field("vehicle.kind", "one of SCPHD_VEHICLE_...")),
         };
         motion.map_err(|error| reason.model(error))
-    }
-}
-
-/// Either vehicle.
-#[derive(Debug, Clone, Copy)]
-pub enum Vehicle {
-    /// A car.
-    Car(Ackermann<f32>),
-    /// A robot.
-    Robot(Unicycle<f32>),
-}
-
-/// The control of either vehicle.
-#[derive(Debug, Clone, Copy)]
-pub enum VehicleControl {
-    /// Of a car.
-    Car(AckermannControl<f32>),
-    /// Of a robot.
-    Robot(UnicycleControl<f32>),
-}
-
-impl Motion for Vehicle {
-    type Pose = PlanarPose<f32>;
-    type Control = VehicleControl;
-
-    const TRANSLATION_INVARIANT: bool = true;
-
-    fn admits(&self, control: &VehicleControl) -> bool {
-        match (self, control) {
-            (Self::Car(car), VehicleControl::Car(control)) => car.admits(control),
-            (Self::Robot(robot), VehicleControl::Robot(control)) => robot.admits(control),
-            _ => false,
-        }
-    }
-
-    fn rates(&self, control: &VehicleControl) -> Rates<f32> {
-        match (self, control) {
-            (Self::Car(car), VehicleControl::Car(control)) => car.rates(control),
-            (Self::Robot(robot), VehicleControl::Robot(control)) => robot.rates(control),
-            _ => Rates::NONE,
-        }
-    }
-
-    fn propagate(&self, pose: &PlanarPose<f32>, control: &VehicleControl, dt: f32) -> PlanarPose<f32> {
-        match (self, control) {
-            (Self::Car(car), VehicleControl::Car(control)) => car.propagate(pose, control, dt),
-            (Self::Robot(robot), VehicleControl::Robot(control)) => robot.propagate(pose, control, dt),
-            _ => *pose,
-        }
-    }
-
-    fn sample(&self, pose: &PlanarPose<f32>, control: &VehicleControl, dt: f32, noise: &mut Noise) -> PlanarPose<f32> {
-        match (self, control) {
-            (Self::Car(car), VehicleControl::Car(control)) => car.sample(pose, control, dt, noise),
-            (Self::Robot(robot), VehicleControl::Robot(control)) => robot.sample(pose, control, dt, noise),
-            _ => *pose,
-        }
-    }
-
-    fn linearise(&self, pose: &PlanarPose<f32>, control: &VehicleControl, dt: f32) -> Linearised<Vector3<f32>> {
-        match (self, control) {
-            (Self::Car(car), VehicleControl::Car(control)) => car.linearise(pose, control, dt),
-            (Self::Robot(robot), VehicleControl::Robot(control)) => robot.linearise(pose, control, dt),
-            _ => Linearised { transition: nalgebra::Matrix3::identity(), noise: scphd::numerics::Symmetric::ZERO },
-        }
     }
 }

@@ -23,7 +23,7 @@ use std::sync::Mutex;
 ///
 /// Parameters
 /// ----------
-/// vehicle : Unicycle, Ackermann or KnownPose
+/// vehicle : Unicycle, Ackermann, Holonomic or KnownPose
 ///     How it moves.
 /// proposal : str
 ///     'informed': a few particles that take the scan in before they are drawn, for sensors whose scan tells where the vehicle is
@@ -122,7 +122,7 @@ impl Filter {
     /// Parameters
     /// ----------
     /// control : array_like, shape (2,) or (3,)
-    ///     Of a Unicycle (speed m/s, turn rate rad/s), of an Ackermann (speed m/s, steering angle rad), of a KnownPose the pose at the
+    ///     Of a Unicycle (speed m/s, turn rate rad/s), of an Ackermann (speed m/s, steering angle rad), of a Holonomic (ahead m/s, left m/s, turn rate rad/s), of a KnownPose the pose at the
     ///     end (x m, y m, heading rad).
     /// dt_s : float
     ///     s.

@@ -22,7 +22,7 @@ use std::sync::Mutex;
 ///
 /// Parameters
 /// ----------
-/// vehicle : Unicycle, Ackermann or KnownPose
+/// vehicle : Unicycle, Ackermann, Holonomic or KnownPose
 ///     How it moves.
 /// memory : str
 ///     How much room there is: 'DESK' (512 features, scans of 256 measurements), or as much as a set of the C interface has:

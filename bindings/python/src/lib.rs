@@ -46,5 +46,5 @@ mod _native {
     #[pymodule_export]
     use crate::report::{FixReport, Health, JointReport, PredictReport, ScanReport};
     #[pymodule_export]
-    use crate::vehicle::{Ackermann, KnownPose, Unicycle};
+    use crate::vehicle::{Ackermann, Holonomic, KnownPose, Unicycle};
 }

@@ -5,7 +5,8 @@ use crate::error::{SettingError, of_model, wrong_type};
 use nalgebra::{Matrix3, Vector3};
 use pyo3::prelude::*;
 use scphd::models::{
-    AckermannControl, AckermannGeometry, ControlNoise, Linearised, Motion, PlanarPose, Rates, Step, UnicycleControl,
+    AckermannControl, AckermannGeometry, ControlNoise, HolonomicControl, Linearised, Motion, PlanarControl,
+    PlanarMotion, PlanarPose, Rates, Step, UnicycleControl,
 };
 use scphd::numerics::{Noise, Symmetric};
 
@@ -132,6 +133,49 @@ impl Ackermann {
     }
 }
 
+/// A vehicle that moves sideways too, on mecanum wheels or legs: its control is its speed ahead and to the left (m/s) and its turn rate
+/// (rad/s, to the left).
+///
+/// Parameters
+/// ----------
+/// speed_sigma_mps : float
+///     Standard deviation of the speed, m/s, the same in both directions.
+/// speed_sigma_ratio : float
+///     The same as a share of the speed over ground; adds in quadrature.
+/// turn_sigma : float
+///     Standard deviation of the turn rate, rad/s.
+/// turn_sigma_ratio : float
+///     The same as a share of it; adds in quadrature.
+/// noise_interval_s : float
+///     How long an error lasts, s; 0: it is drawn anew in every prediction.
+#[pyclass(frozen, module = "scphd")]
+pub struct Holonomic(scphd::models::Holonomic<f32>);
+
+#[pymethods]
+impl Holonomic {
+    #[new]
+    #[pyo3(signature = (*, speed_sigma_mps=0.02, speed_sigma_ratio=0.1, turn_sigma=0.02, turn_sigma_ratio=0.1,
+                        noise_interval_s=0.5))]
+    fn new(
+        speed_sigma_mps: f32,
+        speed_sigma_ratio: f32,
+        turn_sigma: f32,
+        turn_sigma_ratio: f32,
+        noise_interval_s: f32,
+    ) -> PyResult<Self> {
+        let noise = ControlNoise {
+            speed_sigma_mps,
+            speed_sigma_ratio,
+            turn_sigma,
+            turn_sigma_ratio,
+            interval_s: noise_interval_s,
+        };
+        some_noise(&noise)?;
+        let names = [("interval_s", "noise_interval_s")];
+        scphd::models::Holonomic::new(noise).map(Self).map_err(|error| of_model(error, &names))
+    }
+}
+
 /// A vehicle whose pose is known: its control is the pose (x m, y m, heading rad) at the end of the step. With one particle a
 /// `Filter` over it is a Gaussian-mixture PHD filter, for tracking from a known place.
 #[pyclass(frozen, module = "scphd")]
@@ -148,10 +192,8 @@ impl KnownPose {
 /// Any of them.
 #[derive(Debug, Clone, Copy)]
 pub enum Vehicle {
-    /// A robot.
-    Robot(scphd::models::Unicycle<f32>),
-    /// A car.
-    Car(scphd::models::Ackermann<f32>),
+    /// One that moves by its odometry.
+    Driven(PlanarMotion<f32>),
     /// One whose pose is known.
     Known(scphd::models::KnownPose<PlanarPose<f32>>),
 }
@@ -159,10 +201,8 @@ pub enum Vehicle {
 /// The control of any of them.
 #[derive(Debug, Clone, Copy)]
 pub enum Control {
-    /// Of a robot.
-    Robot(UnicycleControl<f32>),
-    /// Of a car.
-    Car(AckermannControl<f32>),
+    /// Of one that moves by its odometry.
+    Driven(PlanarControl<f32>),
     /// Of one whose pose is known.
     Known(PlanarPose<f32>),
 }
@@ -171,27 +211,35 @@ impl Vehicle {
     /// What an object of Python is.
     pub fn of(object: &Bound<'_, PyAny>) -> PyResult<Self> {
         if let Ok(robot) = object.cast::<Unicycle>() {
-            return Ok(Self::Robot(robot.get().0));
+            return Ok(Self::Driven(PlanarMotion::Unicycle(robot.get().0)));
         }
         if let Ok(car) = object.cast::<Ackermann>() {
-            return Ok(Self::Car(car.get().0));
+            return Ok(Self::Driven(PlanarMotion::Ackermann(car.get().0)));
+        }
+        if let Ok(vehicle) = object.cast::<Holonomic>() {
+            return Ok(Self::Driven(PlanarMotion::Holonomic(vehicle.get().0)));
         }
         if object.cast::<KnownPose>().is_ok() {
             return Ok(Self::Known(scphd::models::KnownPose::new()));
         }
-        Err(wrong_type("vehicle", "a Unicycle, an Ackermann or a KnownPose", object))
+        Err(wrong_type("vehicle", "a Unicycle, an Ackermann, a Holonomic or a KnownPose", object))
     }
 
     /// The control that an array stands for.
     pub fn control(&self, array: &Bound<'_, PyAny>) -> PyResult<Control> {
         Ok(match self {
-            Self::Robot(_) => {
+            Self::Driven(PlanarMotion::Unicycle(_)) => {
                 let [speed_mps, rate_radps] = row("control (speed_mps, turn_rate_radps)", array)?;
-                Control::Robot(UnicycleControl { speed_mps, rate_radps })
+                Control::Driven(PlanarControl::Unicycle(UnicycleControl { speed_mps, rate_radps }))
             }
-            Self::Car(_) => {
+            Self::Driven(PlanarMotion::Ackermann(_)) => {
                 let [speed_mps, steering_rad] = row("control (speed_mps, steering_rad)", array)?;
-                Control::Car(AckermannControl { speed_mps, steering_rad })
+                Control::Driven(PlanarControl::Ackermann(AckermannControl { speed_mps, steering_rad }))
+            }
+            Self::Driven(PlanarMotion::Holonomic(_)) => {
+                let [forward_mps, left_mps, rate_radps] =
+                    row("control (forward_mps, left_mps, turn_rate_radps)", array)?;
+                Control::Driven(PlanarControl::Holonomic(HolonomicControl { forward_mps, left_mps, rate_radps }))
             }
             Self::Known(_) => {
                 let [x_m, y_m, heading_rad] = row("control (x_m, y_m, heading_rad)", array)?;
@@ -205,8 +253,7 @@ impl Vehicle {
 macro_rules! each {
     ($vehicle:expr, $control:expr, |$motion:ident, $of_kind:ident| $done:expr, else $other:expr) => {
         match ($vehicle, $control) {
-            (Self::Robot($motion), Control::Robot($of_kind)) => $done,
-            (Self::Car($motion), Control::Car($of_kind)) => $done,
+            (Self::Driven($motion), Control::Driven($of_kind)) => $done,
             (Self::Known($motion), Control::Known($of_kind)) => $done,
             _ => $other,
         }
@@ -217,7 +264,7 @@ impl Motion for Vehicle {
     type Pose = PlanarPose<f32>;
     type Control = Control;
 
-    /// So are a robot and a car; a known pose has no speed, so that no step of it is short.
+    /// So are the others; a known pose has no speed, so that no step of it is short.
     const TRANSLATION_INVARIANT: bool = true;
 
     fn admits(&self, control: &Control) -> bool {

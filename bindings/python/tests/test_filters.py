@@ -61,6 +61,16 @@ def test_a_robot_goes_along_an_arc(slam):
     assert slam.estimate().mean == pytest.approx([2.0, 3.0, np.pi / 2], abs=1e-5)
 
 
+def test_a_vehicle_that_moves_sideways():
+    slam = scphd.JointFilter(scphd.Holonomic())
+    slam.reset(0.0, 0.0, np.pi / 2)
+    for _ in range(10):
+        slam.predict((1.0, 2.0, 0.0), 0.1)
+    assert slam.estimate().mean == pytest.approx([-2.0, 1.0, np.pi / 2], abs=1e-4)
+    with pytest.raises(ValueError):
+        slam.predict((1.0, 2.0), 0.1)
+
+
 def test_fixes(slam):
     slam.reset(seed=1) if isinstance(slam, scphd.Filter) else slam.reset()
     for _ in range(20):

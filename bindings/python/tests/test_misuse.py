@@ -41,7 +41,7 @@ SENSOR = {"range_sigma_m": 0.1, "bearing_sigma_rad": 0.01, "range_max_m": 10.0}
         (lambda: scphd.PositionFix(sigma_m=1.0, gate=0.0), scphd.SettingError, "gate must be above 0"),
         (lambda: scphd.PositionFix(sigma_m=1.0, antenna_left_m=NAN), scphd.SettingError, "antenna_left_m must be"),
         (lambda: scphd.HeadingFix(sigma_rad=NAN), scphd.SettingError, "sigma_rad must be"),
-        (lambda: scphd.Filter(None), TypeError, "vehicle must be a Unicycle, an Ackermann or a KnownPose, not NoneType"),
+        (lambda: scphd.Filter(None), TypeError, "vehicle must be a Unicycle, an Ackermann, a Holonomic or a KnownPose, not NoneType"),
         (lambda: scphd.Filter(scphd.Unicycle(), memory="HUGE"), scphd.SettingError, "memory must be one of DESK, "),
         (lambda: scphd.Filter(scphd.Unicycle(), proposal="lucky"), scphd.SettingError, "proposal must be 'blind' or 'informed'"),
         (lambda: scphd.Filter(scphd.Unicycle(), particles=0), scphd.SettingError, "particles must be at least 1"),

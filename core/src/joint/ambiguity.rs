@@ -1,6 +1,6 @@
 //! Whether a feature's measurements can be told from each other.
 
-use super::claims::{Explained, shares};
+use super::associations::{AssociationRow, shares};
 use crate::{Pose, Real, Sensor, Zero};
 
 /// No measurement has as much of a feature's detections.
@@ -13,7 +13,7 @@ const APART: f64 = 9.0;
 /// time without a detection, many landmarks are within the gate of each.
 pub(super) fn is_ambiguous<T, S>(
     sensor: &S,
-    explained: &[Explained<T>],
+    explained: &[AssociationRow<T>],
     place: usize,
     measurements: &[S::Measurement],
 ) -> bool
@@ -46,7 +46,7 @@ where
 
 #[cfg(test)]
 mod tests {
-    use super::super::claims::{Claim, Explained};
+    use super::super::associations::{Association, AssociationRow};
     use super::is_ambiguous;
     use crate::RangeBearing;
     use nalgebra::Vector2;
@@ -56,11 +56,11 @@ mod tests {
     fn ambiguous(measurements: &[([f64; 2], f64)]) -> bool {
         let sensor = RangeBearing::new(0.1, 0.01).unwrap();
         let z: Vec<Vector2<f64>> = measurements.iter().map(|&(z, _)| Vector2::from(z)).collect();
-        let explained: Vec<Explained<f64>> = measurements
+        let explained: Vec<AssociationRow<f64>> = measurements
             .iter()
             .map(|&(_, share)| {
-                let mut explained = Explained::ZERO;
-                explained.claim(Claim { share, ..Claim::new(3, 0.0) });
+                let mut explained = AssociationRow::ZERO;
+                explained.associate(Association { share, ..Association::new(3, 0.0) });
                 explained
             })
             .collect();

@@ -7,10 +7,13 @@ use crate::{Linear, Matrix, Pose, PositionOf, Real, ScalarOf, Symmetric, Tangent
 /// Features that go into the archive together, at most.
 pub(super) const PAGE: usize = 8;
 
+/// Landmarks of the window that a page is conditioned on, at most.
+pub(super) const ANCHORS: usize = 8;
+
 /// Up to `CAPACITY` features of a joint map that are far from the vehicle, for a [`JointSlam`](super::JointSlam) over a map that is larger
 /// than its room: [`with_archive`](super::JointSlam::with_archive).
 ///
-/// A feature in the plane takes 76 bytes in single precision. Meant to be a `static`: a fresh one is all zero.
+/// A feature in the plane takes 344 bytes in single precision. Meant to be a `static`: a fresh one is all zero.
 #[derive(Debug)]
 pub struct JointArchive<P: Pose, const CAPACITY: usize> {
     index: Index,
@@ -30,25 +33,50 @@ pub struct Index {
     pub(super) clock_us: u64,
 }
 
-/// An archived feature: m = mean + A u + e, with u ~ N(0, I) shared by all of its page, and e ~ N(0, R) its own.
+/// An archived feature, given the anchors s of its page: m = mean + Σ_k G_k (s_k − s̄_k) + A u + e, with u ~ N(0, I) shared by all of its page, and
+/// e ~ N(0, R) its own.
 #[derive(Debug, Clone, Copy)]
 pub struct Entry<P: Pose> {
     pub(super) label: u32,
     pub(super) page: u32,
+    /// Where it was when it left the window.
     pub(super) mean: PositionOf<P>,
-    /// A.
-    pub(super) common: Linear<PositionOf<P>, TangentOf<P>>,
-    /// R.
-    pub(super) own: Symmetric<PositionOf<P>>,
+    /// Its covariance at that time, as A and R without the anchors.
+    pub(super) alone: Split<P>,
+    /// Anchors that its page has.
+    pub(super) anchored: usize,
+    /// Those of them that there are.
+    pub(super) anchors: [Anchor<P>; ANCHORS],
+    /// The same given the anchors; without anchors as it was.
+    pub(super) given: Split<P>,
     pub(super) existence: Existence<ScalarOf<P>>,
     pub(super) detections: ScalarOf<P>,
     /// When it came.
     pub(super) since_us: u64,
 }
 
+/// A covariance within a page: A_i A_jᵀ of two features, and R_i more of one with itself.
+#[derive(Debug, Clone, Copy)]
+pub struct Split<P: Pose> {
+    /// A.
+    pub(super) common: Linear<PositionOf<P>, TangentOf<P>>,
+    /// R.
+    pub(super) own: Symmetric<PositionOf<P>>,
+}
+
+/// A landmark that stays in the window as long as the archive has pages that are conditioned on it.
+#[derive(Debug, Clone, Copy)]
+pub struct Anchor<P: Pose> {
+    pub(super) label: u32,
+    /// s̄, where it was when the page left the window.
+    pub(super) mean: PositionOf<P>,
+    /// G.
+    pub(super) gain: Linear<PositionOf<P>, PositionOf<P>>,
+}
+
 /// A borrowed archive of whatever capacity.
 #[derive(Debug)]
-pub struct Shelf<'s, P: Pose> {
+pub struct ArchiveView<'s, P: Pose> {
     pub(super) index: &'s mut Index,
     pub(super) entries: &'s mut [Entry<P>],
     /// How far the vehicle sees, m.
@@ -63,7 +91,7 @@ mod sealed {
 pub trait Archive<P: Pose>: sealed::Sealed {
     /// To be changed, if there is one.
     #[doc(hidden)]
-    fn shelf(&mut self) -> Option<Shelf<'_, P>>;
+    fn view(&mut self) -> Option<ArchiveView<'_, P>>;
     /// The features that are in it.
     #[doc(hidden)]
     fn kept(&self) -> &[Entry<P>];
@@ -78,12 +106,12 @@ pub struct NoArchive;
 
 /// A borrowed [`JointArchive`].
 #[derive(Debug)]
-pub struct Archived<'s, P: Pose>(Shelf<'s, P>);
+pub struct Archived<'s, P: Pose>(ArchiveView<'s, P>);
 
 impl sealed::Sealed for NoArchive {}
 
 impl<P: Pose> Archive<P> for NoArchive {
-    fn shelf(&mut self) -> Option<Shelf<'_, P>> {
+    fn view(&mut self) -> Option<ArchiveView<'_, P>> {
         None
     }
 
@@ -99,9 +127,9 @@ impl<P: Pose> Archive<P> for NoArchive {
 impl<P: Pose> sealed::Sealed for Archived<'_, P> {}
 
 impl<P: Pose> Archive<P> for Archived<'_, P> {
-    fn shelf(&mut self) -> Option<Shelf<'_, P>> {
-        let Self(Shelf { index, entries, reach_m }) = self;
-        Some(Shelf { index, entries, reach_m: *reach_m })
+    fn view(&mut self) -> Option<ArchiveView<'_, P>> {
+        let Self(ArchiveView { index, entries, reach_m }) = self;
+        Some(ArchiveView { index, entries, reach_m: *reach_m })
     }
 
     fn kept(&self) -> &[Entry<P>] {
@@ -121,7 +149,7 @@ impl<P: Pose, const CAPACITY: usize> JointArchive<P, CAPACITY> {
     }
 
     pub(super) fn archived(&mut self, reach_m: ScalarOf<P>) -> Archived<'_, P> {
-        Archived(Shelf { index: &mut self.index, entries: &mut self.entries, reach_m })
+        Archived(ArchiveView { index: &mut self.index, entries: &mut self.entries, reach_m })
     }
 }
 
@@ -136,25 +164,29 @@ impl<T: Real, P: Pose<Scalar = T>> Entry<P> {
         label: 0,
         page: 0,
         mean: <PositionOf<P> as Zero>::ZERO,
-        common: Zero::ZERO,
-        own: Symmetric::ZERO,
+        alone: Split::ZERO,
+        anchored: 0,
+        anchors: [Anchor { label: 0, mean: <PositionOf<P> as Zero>::ZERO, gain: Zero::ZERO }; ANCHORS],
+        given: Split::ZERO,
         existence: Existence::NONE,
         detections: T::ZERO,
         since_us: 0,
     };
 
-    /// tr A Aᵀ.
-    fn common_variance(&self) -> T {
-        self.common.as_slice().iter().fold(T::ZERO, |sum, &x| sum + x * x)
+    /// The anchors of its page.
+    pub(super) fn anchors(&self) -> &[Anchor<P>] {
+        self.anchors.get(..self.anchored).unwrap_or(&[])
     }
 
-    /// A Aᵀ + R.
+    /// Its covariance when it left the window.
     pub(super) fn covariance(&self) -> Symmetric<PositionOf<P>> {
-        Symmetric::from_fn(|row, column| {
-            let shared = (0..TangentOf::<P>::DIMENSION)
-                .fold(T::ZERO, |sum, k| sum + self.common.at(row, k) * self.common.at(column, k));
-            shared + self.own.get(row, column)
-        })
+        Symmetric::from_fn(|row, column| self.alone.with(&self.alone, true, row, column))
+    }
+
+    /// The trace of that.
+    fn variance(&self) -> T {
+        let covariance = self.covariance();
+        (0..PositionOf::<P>::DIMENSION).fold(T::ZERO, |sum, k| sum + covariance.get(k, k))
     }
 
     /// Whether it is what a filter may have put there.
@@ -162,13 +194,36 @@ impl<T: Real, P: Pose<Scalar = T>> Entry<P> {
         let Existence { in_sight, hidden, absent } = self.existence;
         let numbers = [in_sight, hidden, absent, self.detections];
         is_within_range(&self.mean)
-            && self.common.as_slice().iter().all(|x| x.is_finite())
-            && self.own.is_finite()
+            && self.alone.is_finite()
+            && self.given.is_finite()
+            && self.anchored <= ANCHORS
+            && self.anchors().iter().all(Anchor::is_sound)
             && numbers.iter().all(|&number| number >= T::ZERO && number.is_finite())
     }
 }
 
-impl<T: Real, P: Pose<Scalar = T>> Shelf<'_, P> {
+impl<T: Real, P: Pose<Scalar = T>> Split<P> {
+    pub(super) const ZERO: Self = Self { common: Zero::ZERO, own: Symmetric::ZERO };
+
+    /// An element of the block of two features of a page.
+    pub(super) fn with(&self, other: &Self, is_same: bool, row: usize, column: usize) -> T {
+        let shared = (0..TangentOf::<P>::DIMENSION)
+            .fold(T::ZERO, |sum, k| sum + self.common.at(row, k) * other.common.at(column, k));
+        shared + if is_same { self.own.get(row, column) } else { T::ZERO }
+    }
+
+    fn is_finite(&self) -> bool {
+        self.common.as_slice().iter().all(|x| x.is_finite()) && self.own.is_finite()
+    }
+}
+
+impl<T: Real, P: Pose<Scalar = T>> Anchor<P> {
+    fn is_sound(&self) -> bool {
+        is_within_range(&self.mean) && self.gain.as_slice().iter().all(|x| x.is_finite())
+    }
+}
+
+impl<T: Real, P: Pose<Scalar = T>> ArchiveView<'_, P> {
     /// Forgets everything.
     pub(super) fn clear(&mut self) {
         *self.index = Index { len: 0, next_page: 0, tried: 0, clock_us: 0 };
@@ -188,7 +243,7 @@ impl<T: Real, P: Pose<Scalar = T>> Shelf<'_, P> {
             self.index.len += 1;
             return 0;
         }
-        let certainty = |entry: &Entry<P>| (entry.existence.total(), -entry.common_variance());
+        let certainty = |entry: &Entry<P>| (entry.existence.total(), -entry.variance());
         let mut least = (certainty(&entry), None);
         for (place, entry) in self.entries.iter().enumerate() {
             let of = certainty(entry);
@@ -208,7 +263,7 @@ impl<T: Real, P: Pose<Scalar = T>> Shelf<'_, P> {
     pub(super) fn drop_unsound(&mut self, place: usize) -> bool {
         let known = self.entries.get(..self.index.len).unwrap_or(&[]);
         let (Some(entry), Some(&last)) = (known.get(place), known.last()) else { return false };
-        if entry.is_sound() && entry.own.factor().is_some() {
+        if entry.is_sound() && entry.given.own.factor().is_some() && entry.alone.own.factor().is_some() {
             return false;
         }
         self.index.len -= 1;

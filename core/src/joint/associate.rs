@@ -1,11 +1,12 @@
-//! Who may have caused which measurement, by how much: the responsibilities s_jz.
+//! Gating: which landmarks may have caused which measurement, and with what likelihood. The association probabilities s_jz follow by
+//! [loopy belief propagation](super::data_association).
 
-use super::claims::Claim;
+use super::associations::Association;
 use super::config::JointConfig;
 use super::covariance::{Blocks, sandwiched, symmetric};
-use super::exclusive::settle;
+use super::data_association::marginals;
+use super::loop_closure::{exclude_weakly_determined, least_of};
 use super::movers::Movers;
-use super::reunite::{least_of, set_aside};
 use super::state::Memory;
 use crate::{
     Births, Clutter, FieldOfView, Linear, LnSum, Matrix, MeasurementModel, Pose, PositionOf, Real, ScalarOf, Sensor,
@@ -53,7 +54,7 @@ pub(super) struct Associated<T> {
     /// Features in view.
     pub(super) in_view: usize,
     /// Others that were set aside.
-    pub(super) loose: usize,
+    pub(super) weak: usize,
     /// Detections to be expected of these.
     pub(super) aside: T,
     /// ln of the likelihood of the scan.
@@ -77,7 +78,7 @@ where
     Z: Vector<Scalar = T>,
     V: Movers<X::Pose>,
 {
-    let Memory { known, slots, joint, explained, .. } = memory;
+    let Memory { known, landmarks, joint, explained, .. } = memory;
     let sensor = models.sensor();
     let frame = sensor.frame(&known.pose);
     let ln_birth = births.of_static.ln();
@@ -94,16 +95,16 @@ where
     }
     let mut tracks = movers.tracks();
     if let Some(tracks) = &mut tracks {
-        let slots = slots.get(..known.len).unwrap_or(&[]);
-        tracks.look(models, &frame, measurements, config.behind, slots);
+        let landmarks = landmarks.get(..known.len).unwrap_or(&[]);
+        tracks.look(models, &frame, measurements, config.behind, landmarks);
     }
     // Of what was born of the last scan a measurement has twice its noise, and what the way since then has added. Nothing is to wait for
     // what cannot be born.
-    let may_be_born = births.of_static > T::ZERO && known.len < slots.len();
+    let may_be_born = births.of_static > T::ZERO && known.len < landmarks.len();
     let newborn = sensor.noise().plus(sensor.noise());
     let ln_newborn = newborn.factor().filter(|_| may_be_born).map_or(T::NEG_INFINITY, |factor| factor.ln_peak());
     let (mut in_view, mut ln_missed, mut ln_highest) = (0, T::ZERO, T::NEG_INFINITY);
-    for (place, slot) in slots.iter_mut().enumerate().take(known.len) {
+    for (place, slot) in landmarks.iter_mut().enumerate().take(known.len) {
         let seen = in_view_of(models, &frame, &slot.mean, measurements, config.behind);
         slot.claimed = T::INFINITY;
         slot.detection = seen.as_ref().map_or(T::ZERO, |&(_, detection)| detection);
@@ -122,7 +123,7 @@ where
         let Some(factor) = covariance.factor() else { continue };
         ln_highest = ln_highest.at_least(factor.ln_peak());
         if place < window {
-            // What might move instead makes its claims.
+            // A landmark that may be a moving object instead keeps its associations.
             slot.claimed = if beside > T::ZERO { T::INFINITY } else { factor.ln_peak() };
             if slot.claimed < least_of::<X::Measurement>(ln_newborn) {
                 let here = known.walked.congruence::<X::Measurement>(&predicted.by_pose).plus(&newborn);
@@ -135,21 +136,21 @@ where
         for (explained, z) in explained.iter_mut().zip(measurements) {
             let distance = factor.mahalanobis(&sensor.innovation(z, &predicted.measurement));
             if distance <= config.gate {
-                explained.claim(Claim::new(place as u16, ln_peak - distance * T::from_f64(0.5)));
+                explained.associate(Association::new(place as u16, ln_peak - distance * T::from_f64(0.5)));
             }
         }
     }
     let explained = explained.get_mut(..measurements.len()).unwrap_or(&mut []);
-    let slots = slots.get_mut(..known.len).unwrap_or(&mut []);
-    let (loose, ln_loose) = set_aside(slots, explained, least_of::<X::Measurement>(ln_highest));
+    let landmarks = landmarks.get_mut(..known.len).unwrap_or(&mut []);
+    let (weak, ln_loose) = exclude_weakly_determined(landmarks, explained, least_of::<X::Measurement>(ln_highest));
     ln_missed -= ln_loose;
     if let Some(tracks) = &mut tracks {
-        ln_missed += tracks.claim(models, &frame, measurements, config.gate, explained);
+        ln_missed += tracks.associate(models, &frame, measurements, config.gate, explained);
     }
-    let ln_evidence = settle::<T, X::Pose, V>(slots, explained, movers, ln_missed);
+    let ln_evidence = marginals::<T, X::Pose, V>(landmarks, explained, movers, ln_missed);
     // Σ −ln(1 − p_D v) is Σ p_D v where that is small, and no landmark is detected more than once.
-    let aside = (-ln_loose).at_most(T::from_usize(loose));
-    Associated { in_view: in_view - loose, loose, aside, ln_evidence }
+    let aside = (-ln_loose).at_most(T::from_usize(weak));
+    Associated { in_view: in_view - weak, weak, aside, ln_evidence }
 }
 
 /// What is expected of a feature, and p_D.

@@ -1,12 +1,12 @@
 //! The update of the joint Gaussian: feature by feature, with all measurements that it has a share of.
 
-use super::claims::detected;
+use super::associations::detected;
 use super::covariance::{Common, symmetric};
+use super::innovation_statistics::{InnovationStatistics, innovation_statistics, is_informative_for_pose};
 use super::movers::Movers;
 use super::place::settle_place;
 use super::report::Tally;
 use super::state::Memory;
-use super::tell::{Told, says_of_the_pose, tell};
 use super::track::beside;
 use crate::report::watch::Recognised;
 use crate::{Matrix, Pose, Real, Sensor, Vector};
@@ -28,17 +28,17 @@ where
 {
     let mut tally = Tally::NOTHING;
     for place in 0..memory.known.len {
-        let Some(detection) = memory.slots.get(place).map(|slot| slot.detection) else { break };
+        let Some(detection) = memory.landmarks.get(place).map(|slot| slot.detection) else { break };
         let beside = beside::<T, S::Pose, V, _>(movers, place, memory.explained, measurements);
         if !(detection + beside.expected > T::ZERO) {
             continue;
         }
         let detected = detected(memory.explained, place, measurements);
-        let tells = says_of_the_pose(sensor, memory.explained, place, measurements, detected);
+        let tells = is_informative_for_pose(sensor, memory.explained, place, measurements, detected);
         if tells {
             move_by(sensor, memory, place, measurements, gate, &mut tally);
         }
-        if let Some(slot) = memory.slots.get_mut(place) {
+        if let Some(slot) = memory.landmarks.get_mut(place) {
             let before = slot.existence.in_sight;
             slot.existence = slot.existence.scanned(detection, detected, &beside);
             let given_up = detection * (before - slot.existence.in_sight);
@@ -67,8 +67,10 @@ fn move_by<T, S, Z>(
     S: Sensor<Pose: Pose<Scalar = T>>,
     Z: Vector<Scalar = T>,
 {
-    let Some(told) = tell(sensor, memory, place, measurements, T::ONE, gate, tally) else { return };
-    let Told { pose, inverse, step, spread, detected } = told;
+    let Some(statistics) = innovation_statistics(sensor, memory, place, measurements, T::ONE, gate, tally) else {
+        return;
+    };
+    let InnovationStatistics { pose, inverse, step, spread, detected } = statistics;
     // P⁺ = P − β K S Kᵀ + K (Σ s ν νᵀ − ν̄ ν̄ᵀ) Kᵀ = P + (P Hᵀ) B (P Hᵀ)ᵀ.
     let by = Matrix::with(|row, column| spread.at(row, column) - inverse.at(row, column) * detected);
     let by = symmetric::<S::Measurement>(&by);
@@ -85,5 +87,5 @@ fn move_by<T, S, Z>(
         return;
     }
     joint.add_product::<Z>(&Common { pose, features: common }, &by, known.len);
-    memory.shift(&pose, &step);
+    memory.inject_correction(&pose, &step);
 }

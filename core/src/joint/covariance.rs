@@ -207,6 +207,41 @@ impl<T: Real, P: Pose<Scalar = T>> Joint<'_, P> {
         }
     }
 
+    /// Adds a feature behind so many: m = Σ_k G_k s_k of features s_k, by their places, so far without a part of its own.
+    pub(super) fn add_of(
+        &mut self,
+        of: impl Iterator<Item = (usize, Linear<P::Position, P::Position>)> + Clone,
+        features: usize,
+    ) {
+        let first = first::<P>(features);
+        for column in 0..first {
+            let mut cross = P::Position::ZERO;
+            for (place, gain) in of.clone() {
+                cross += applied::<P::Position, P::Position>(&gain, &self.run(column, self::first::<P>(place)));
+            }
+            (0..Self::D).for_each(|d| self.set(first + d, column, cross.at(d)));
+        }
+        for row in 0..Self::D {
+            let mut own = P::Position::ZERO;
+            for (place, gain) in of.clone() {
+                own += applied::<P::Position, P::Position>(&gain, &self.run(first + row, self::first::<P>(place)));
+            }
+            (0..=row).for_each(|column| self.set(first + row, first + column, own.at(column)));
+        }
+    }
+
+    /// Adds to the covariance of a feature with another, or with itself.
+    pub(super) fn add_block(&mut self, one: usize, other: usize, of: impl Fn(usize, usize) -> T) {
+        let (first_of_one, first_of_other) = (first::<P>(one), first::<P>(other));
+        for row in 0..Self::D {
+            let columns = if one == other { row + 1 } else { Self::D };
+            for column in 0..columns {
+                let (at, with) = (first_of_one + row, first_of_other + column);
+                self.set(at, with, self.get(at, with) + of(row, column));
+            }
+        }
+    }
+
     /// Sets the covariance of a feature with another, or with itself.
     pub(super) fn put_block(&mut self, one: usize, other: usize, of: impl Fn(usize, usize) -> T) {
         let (one, other) = (first::<P>(one), first::<P>(other));

@@ -4,9 +4,9 @@ use super::archive::{Archive, Archived, JointArchive, NoArchive};
 use super::config::JointConfig;
 use super::covariance::{first, sandwiched, symmetric};
 use super::existence::Existence;
+use super::map_management::TENTATIVE;
 use super::movers::{JointMovers, MOVES, Movers, NoMovers, Tracked};
 use super::state::{JointState, Memory};
-use super::tidy::TENTATIVE;
 use crate::models::require;
 use crate::numerics::fnv::Fnv;
 use crate::numerics::range::{is_within_range, is_within_square};
@@ -71,7 +71,7 @@ use crate::{
 /// # type Memory = JointState<PlanarPose<f32>, Vector2<f32>, 40, { joint_numbers(3, 2, 40) }, 16>;
 /// # let mut state = Box::new(Memory::new());
 /// # let motion = Unicycle::new(Step::Arc, ControlNoise::white(0.1, 0.02))?;
-/// // A thousand features: 76 KB.
+/// // A thousand features: 344 KB.
 /// let mut archive = Box::new(JointArchive::<PlanarPose<f32>, 1000>::new());
 /// let slam = JointSlam::new(motion, JointConfig::default(), &mut *state)?;
 /// // The detectors see 15 m far.
@@ -167,7 +167,7 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, A> J
     ) -> Result<WithMovers<'s, M, Z, A>, SetupError> {
         moving.check()?;
         let Self { motion, config, memory, archive, .. } = self;
-        require(memory.slots.len() <= usize::from(MOVES), "FEATURES", "at most 32768 beside movers")?;
+        require(memory.landmarks.len() <= usize::from(MOVES), "FEATURES", "at most 32768 beside movers")?;
         Ok(JointSlam { motion, config, memory, archive, movers: movers.tracked(moving) })
     }
 }
@@ -221,8 +221,8 @@ where
         (known.waited_s, known.refused, known.next_label, known.watch) = (T::ZERO, 0, 0, Watch::ZERO);
         known.walked = Symmetric::ZERO;
         self.memory.joint.clear();
-        if let Some(mut shelf) = self.archive.shelf() {
-            shelf.clear();
+        if let Some(mut view) = self.archive.view() {
+            view.clear();
         }
         if let Some(mut tracks) = self.movers.tracks() {
             tracks.clear();
@@ -306,11 +306,11 @@ where
     /// taken for gone: it leaves the estimate, and is remembered until it is found again or hardly there any more. Those in the archive are
     /// among them, as they were when they left the window.
     pub fn features(&self) -> impl Iterator<Item = Component<PositionOf<M::Pose>>> + '_ {
-        let Memory { known, slots, joint, .. } = &self.memory;
+        let Memory { known, landmarks, joint, .. } = &self.memory;
         let twice = T::from_f64(TENTATIVE);
         let least = self.config.extraction_existence;
         let is_part = move |existence: Existence<T>, detections| existence.total() >= least && detections >= twice;
-        let near = slots.iter().enumerate().take(known.len).filter_map(move |(place, slot)| {
+        let near = landmarks.iter().enumerate().take(known.len).filter_map(move |(place, slot)| {
             let first = first::<M::Pose>(place);
             is_part(slot.existence, slot.detections).then(|| Component {
                 label: slot.label,
@@ -349,7 +349,7 @@ where
     /// N̂: how many features there are, by their probabilities; of those in the archive, by what they were when they left the window.
     #[must_use]
     pub fn expected_features(&self) -> T {
-        let near = self.memory.slots.iter().take(self.memory.known.len).map(|slot| slot.existence);
+        let near = self.memory.landmarks.iter().take(self.memory.known.len).map(|slot| slot.existence);
         let far = self.archive.kept().iter().map(|entry| entry.existence);
         near.chain(far).fold(T::ZERO, |sum, existence| sum + existence.total())
     }
@@ -371,7 +371,7 @@ where
     /// The probability that the feature with this label is there; `None` where there is no such one.
     #[must_use]
     pub fn existence(&self, label: u32) -> Option<T> {
-        let near = self.memory.slots.iter().take(self.memory.known.len).map(|slot| (slot.label, slot.existence));
+        let near = self.memory.landmarks.iter().take(self.memory.known.len).map(|slot| (slot.label, slot.existence));
         let far = self.archive.kept().iter().map(|entry| (entry.label, entry.existence));
         near.chain(far).find(|&(of, _)| of == label).map(|(_, existence)| existence.total())
     }

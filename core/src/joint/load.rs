@@ -4,7 +4,7 @@ use super::archive::NoArchive;
 use super::existence::Existence;
 use super::filter::JointSlam;
 use super::movers::Movers;
-use super::state::{Memory, Slot};
+use super::state::{Landmark, Memory};
 use crate::{Component, LoadMapError, Motion, Pose, PositionOf, Real, Vector};
 
 /// Detections that a loaded feature counts as having had: those of an established one.
@@ -29,12 +29,12 @@ where
     /// The filter has not been reset; a feature is not finite, beyond 1e8 m, heavier than a million or its covariance not positive
     /// definite; its label is too great; or there are more than the state holds. The state is as it was.
     pub fn load_map(&mut self, features: &[Component<PositionOf<M::Pose>>]) -> Result<(), LoadMapError> {
-        let Memory { known, slots, joint, .. } = &mut self.memory;
+        let Memory { known, landmarks, joint, .. } = &mut self.memory;
         if !known.started {
             return Err(LoadMapError::NotStarted);
         }
-        if features.len() > slots.len() {
-            return Err(LoadMapError::TooManyComponents { components: features.len(), capacity: slots.len() });
+        if features.len() > landmarks.len() {
+            return Err(LoadMapError::TooManyComponents { components: features.len(), capacity: landmarks.len() });
         }
         if let Some(index) = features.iter().position(|feature| !feature.is_usable()) {
             return Err(LoadMapError::Component { index });
@@ -44,7 +44,7 @@ where
         }
         let greatest = features.iter().map(|feature| feature.label).max();
         let mut next_label = known.next_label.max(greatest.map_or(0, |label| label.saturating_add(1)));
-        for (place, (feature, slot)) in features.iter().zip(slots.iter_mut()).enumerate() {
+        for (place, (feature, slot)) in features.iter().zip(landmarks.iter_mut()).enumerate() {
             let mut label = feature.label;
             // Compares at most half as many pairs as the square of the capacity.
             if features.iter().take(place).any(|before| before.label == label) {
@@ -53,7 +53,7 @@ where
             }
             let existence = Existence::of(feature.ln_weight.exp().at_most(T::ONE));
             let detections = T::from_f64(DETECTIONS);
-            *slot = Slot { label, mean: feature.mean, existence, detections, ..Slot::ZERO };
+            *slot = Landmark { label, mean: feature.mean, existence, detections, ..Landmark::ZERO };
             joint.put_alone(place);
             joint.put_block(place, place, |row, column| feature.covariance.get(row, column));
         }

@@ -6,14 +6,14 @@
 
 use super::archive::NoArchive;
 use super::associate::{Associated, associate};
-use super::claims::detected;
+use super::associations::detected;
 use super::covariance::{Common, Joint, first, symmetric};
 use super::filter::JointSlam;
+use super::innovation_statistics::{InnovationStatistics, innovation_statistics, is_informative_for_pose};
+use super::map_management::{Initiated, initiate};
 use super::movers::Movers;
 use super::report::{JointReport, Tally};
 use super::state::Memory;
-use super::tell::{Told, says_of_the_pose, tell};
-use super::tidy::{Born, bear};
 use crate::numerics::vector::applied;
 use crate::report::watch::Recognised;
 use crate::{
@@ -50,10 +50,10 @@ where
             associate(&models, births, config, memory, movers, measurements, 0);
         let mut tally = Tally::NOTHING;
         for place in 0..memory.known.len {
-            let Some(&slot) = memory.slots.get(place).filter(|slot| slot.detection > T::ZERO) else { continue };
+            let Some(&slot) = memory.landmarks.get(place).filter(|slot| slot.detection > T::ZERO) else { continue };
             let detected = detected(memory.explained, place, measurements);
             let sensor = models.sensor();
-            let tells = says_of_the_pose(sensor, memory.explained, place, measurements, detected);
+            let tells = is_informative_for_pose(sensor, memory.explained, place, measurements, detected);
             if tells {
                 move_pose_by(sensor, memory, place, measurements, config.gate, &mut tally);
             }
@@ -62,16 +62,16 @@ where
             tally.count(memory.known.watch.knows(slot.label, memory.known.next_label), seen);
         }
         tally.left_out += memory.joint.mend_pose(memory.known.len);
-        let (mut merged, mut born) = (0, Born::default());
+        let (mut merged, mut born) = (0, Initiated::default());
         if let Some(mut tracks) = movers.tracks() {
             tracks.correct(models.sensor(), memory.known, memory.explained, measurements);
             merged = tracks.tidy(config);
             let births = Births { of_static: T::ZERO, ..*births };
-            born = bear(&models, &births, config, memory, movers, measurements);
+            born = initiate(&models, &births, config, memory, movers, measurements);
         }
         let report =
             tally.report(memory.known, (measurements.len(), models.clutter().per_scan()), X::Measurement::DIMENSION);
-        let Born { no_birth, lost, .. } = born;
+        let Initiated { no_birth, lost, .. } = born;
         let (movers, health) = (movers.kept().len(), report.health | Health::COMPONENTS_LOST.when(lost > 0));
         Ok(JointReport { in_view, ln_evidence, merged, no_birth, lost, movers, health, ..report })
     }
@@ -90,8 +90,10 @@ fn move_pose_by<T, S, Z>(
     S: Sensor<Pose: Pose<Scalar = T>>,
     Z: Vector<Scalar = T>,
 {
-    let Some(told) = tell(sensor, memory, place, measurements, T::ONE, gate, tally) else { return };
-    let Told { pose, inverse, step, spread, detected } = told;
+    let Some(statistics) = innovation_statistics(sensor, memory, place, measurements, T::ONE, gate, tally) else {
+        return;
+    };
+    let InnovationStatistics { pose, inverse, step, spread, detected } = statistics;
     let spread = symmetric::<S::Measurement>(&spread);
     if !(spread.is_finite() && step.as_slice().iter().all(|x| x.is_finite())) {
         tally.left_out += 1;
@@ -125,8 +127,8 @@ impl<T: Real, P: Pose<Scalar = T>> Joint<'_, P> {
         for (row, of_row) in of_pose.iter().enumerate() {
             let weighed = applied::<Z, Z>(learnt, of_row) + applied::<Z, Z>(spread, of_row);
             for (column, of_column) in of_pose.iter().enumerate().take(row + 1) {
-                let told = self.get(row, column) + weighed.dot(of_column);
-                self.set(row, column, if row == column { told * rounding } else { told });
+                let statistics = self.get(row, column) + weighed.dot(of_column);
+                self.set(row, column, if row == column { statistics * rounding } else { statistics });
             }
         }
         for (feature, rows) in common.features.iter().enumerate().take(features) {

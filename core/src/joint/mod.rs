@@ -7,40 +7,43 @@
 //! `docs/joint.md` has the equations.
 
 mod ambiguity;
-mod apart;
 mod archive;
+mod archiving;
 mod associate;
-mod claims;
+mod associations;
+mod conditioning;
 mod config;
 mod correct;
 mod covariance;
-mod exclusive;
+mod data_association;
+mod difference;
 mod existence;
 mod filter;
+mod innovation_statistics;
+mod invariant_error;
+#[cfg(test)]
+mod laps_tests;
 mod load;
 mod localise;
+mod loop_closure;
+mod map_management;
 mod movers;
 #[cfg(test)]
 mod movers_tests;
 mod observe;
-mod park;
 mod place;
-mod recall;
+mod reactivation;
 mod relocate;
 mod report;
-mod reunite;
 mod scan;
 mod scrub;
 #[cfg(test)]
 mod scrub_tests;
 mod snapshot;
 mod state;
-mod tell;
 #[cfg(test)]
 mod tests;
-mod tidy;
 mod track;
-mod turn;
 mod walk;
 #[cfg(test)]
 mod walker_tests;

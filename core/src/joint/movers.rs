@@ -20,7 +20,7 @@ pub struct Common<P: Pose> {
     pub(super) len: usize,
     /// What the noise of the odometry has added to the covariance of the pose since the last scan: as much is not known of where the
     /// vehicle is, seen from where it saw them last.
-    pub(super) doubt: Symmetric<TangentOf<P>>,
+    pub(super) process_noise: Symmetric<TangentOf<P>>,
 }
 
 /// A feature that may move.
@@ -41,7 +41,7 @@ pub struct Mover<P: Pose> {
 
 /// No place.
 pub(super) const NONE: u16 = u16::MAX;
-/// Movers are told from static features by this bit of the number by which they claim measurements.
+/// This bit of the number in an association tells a moving track from a static landmark.
 pub(super) const MOVES: u16 = 1 << 15;
 
 /// Borrowed movers, however many there is room for.
@@ -122,7 +122,7 @@ impl<P: Pose, const CAPACITY: usize> JointMovers<P, CAPACITY> {
     #[must_use]
     pub const fn new() -> Self {
         const { assert!(CAPACITY < MOVES as usize, "at most 32767 movers") };
-        Self { index: Common { len: 0, doubt: Symmetric::ZERO }, movers: [Mover::ZERO; CAPACITY] }
+        Self { index: Common { len: 0, process_noise: Symmetric::ZERO }, movers: [Mover::ZERO; CAPACITY] }
     }
 
     pub(super) fn tracked(&mut self, config: MovingConfig<ScalarOf<P>>) -> Tracked<'_, P> {
@@ -139,7 +139,8 @@ impl<P: Pose, const CAPACITY: usize> Default for JointMovers<P, CAPACITY> {
 impl<T: Real, P: Pose<Scalar = T>> Common<P> {
     /// Whether it may be a covariance.
     pub(super) fn is_sound(&self) -> bool {
-        is_within_square(&self.doubt) && (0..TangentOf::<P>::DIMENSION).all(|k| self.doubt.get(k, k) >= T::ZERO)
+        is_within_square(&self.process_noise)
+            && (0..TangentOf::<P>::DIMENSION).all(|k| self.process_noise.get(k, k) >= T::ZERO)
     }
 }
 
@@ -174,7 +175,7 @@ const LN_GREATEST: f64 = 1e-3;
 impl<T: Real, P: Pose<Scalar = T>> Tracks<'_, P> {
     /// Forgets all of them.
     pub(super) fn clear(&mut self) {
-        *self.common = Common { len: 0, doubt: Symmetric::ZERO };
+        *self.common = Common { len: 0, process_noise: Symmetric::ZERO };
     }
 
     /// Takes a count that no room is for as what there is room for.
@@ -237,14 +238,14 @@ impl<T: Real, P: Pose<Scalar = T>> Tracks<'_, P> {
 
     /// Takes note of a step of the vehicle.
     pub(super) fn carried(&mut self, transition: &Linear<TangentOf<P>, TangentOf<P>>, noise: &Symmetric<TangentOf<P>>) {
-        let doubt = self.common.doubt.congruence::<TangentOf<P>>(transition).plus(noise);
+        let process_noise = self.common.process_noise.congruence::<TangentOf<P>>(transition).plus(noise);
         // Where steps are beyond all vehicles, rounding may leave less than nothing.
-        let doubt = Symmetric::from_fn(|row, column| {
-            let element = doubt.get(row, column);
+        let process_noise = Symmetric::from_fn(|row, column| {
+            let element = process_noise.get(row, column);
             if row == column { element.at_least(T::ZERO) } else { element }
         });
-        if is_within_square(&doubt) {
-            self.common.doubt = doubt;
+        if is_within_square(&process_noise) {
+            self.common.process_noise = process_noise;
         }
     }
 

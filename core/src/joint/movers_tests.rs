@@ -1,9 +1,9 @@
 //! What moves beside a joint map, against closed forms.
 
-use super::claims::{Claim, Explained};
-use super::exclusive::settle;
+use super::associations::{Association, AssociationRow};
+use super::data_association::marginals;
 use super::movers::{MOVES, Movers};
-use super::state::Slot;
+use super::state::Landmark;
 use crate::tests::linear::{Drift, Everywhere, Offset};
 use crate::*;
 use nalgebra::{Matrix2, Matrix4, SMatrix, Vector2, Vector4};
@@ -111,7 +111,7 @@ fn one_mover_and_a_vehicle_that_knows_its_way_or_not_is_the_kalman_filter() {
 
 /// The static feature and the mover of a single birth: (v, w).
 fn kinds<M: Motion<Pose = Pose64>>(slam: &Moved<'_, M>) -> (f64, f64) {
-    let of_static = slam.memory.slots.iter().take(slam.memory.known.len).map(|slot| slot.existence.total());
+    let of_static = slam.memory.landmarks.iter().take(slam.memory.known.len).map(|slot| slot.existence.total());
     (of_static.sum(), slam.movers.kept().iter().map(|mover| mover.weight()).sum())
 }
 
@@ -133,11 +133,11 @@ fn whether_it_stands_or_moves_is_bayes() {
     let lambda = clutter + births[0] + births[1];
     slam.scan(&detector, &[first]).unwrap();
     let (mut v, mut w) = (births[0] / lambda, births[1] / lambda);
-    let told = |slam: &Moved<'_, Drift>, v: f64, w: f64| {
+    let statistics = |slam: &Moved<'_, Drift>, v: f64, w: f64| {
         let (ours_v, ours_w) = kinds(slam);
         assert!((ours_v - v).abs() < 1e-12 && (ours_w - w).abs() < 1e-12, "{ours_v} {v}, {ours_w} {w}");
     };
-    told(&slam, v, w);
+    statistics(&slam, v, w);
     // A second later, 0.8 m off: it may have moved, or be one measurement and clutter; or it stands, and the noise was large.
     let dt = 1.0;
     slam.predict(&Vector2::zeros(), dt).unwrap();
@@ -155,7 +155,7 @@ fn whether_it_stands_or_moves_is_bayes() {
     assert!(unexplained < 0.3, "{unexplained}: a birth would be counted too");
     let after = |detected: f64, before: f64| (detected + (1.0 - p) * before * lambda) / all;
     (v, w) = (after(stands, v), after(moves, w));
-    told(&slam, v, w);
+    statistics(&slam, v, w);
     // The mover is one Gaussian of both ways to have come about.
     let gain = mover * H.transpose() * (H * mover * H.transpose() + r).try_inverse().unwrap();
     let share = moves / (moves + (1.0 - p) * w_before(births[1] / lambda, dt) * lambda);
@@ -169,19 +169,19 @@ fn whether_it_stands_or_moves_is_bayes() {
     // A miss.
     slam.scan(&detector, &[]).unwrap();
     let missed = 1.0 - p * (v + w);
-    told(&slam, v * (1.0 - p) / missed, w * (1.0 - p) / missed);
+    statistics(&slam, v * (1.0 - p) / missed, w * (1.0 - p) / missed);
 }
 
 fn w_before(w: f64, dt: f64) -> f64 {
     w * (-dt / MOVING.motion.lifetime_s).exp()
 }
 
-/// A mover and the static feature that it may be instead claim measurements as one feature whose odds are their sum.
+/// A mover and the static feature that it may be instead association measurements as one feature whose odds are their sum.
 #[test]
 fn two_kinds_of_one_feature_are_one_cause() {
     let (of_static, of_moving, other) = ([5.0_f64, 0.3], [2.0_f64, 4.0], [0.7_f64, 3.0]);
-    let mut explained = [Explained::ZERO; 2];
-    let mut slots = [Slot::<Vector2<f64>>::ZERO; 2];
+    let mut explained = [AssociationRow::ZERO; 2];
+    let mut landmarks = [Landmark::<Vector2<f64>>::ZERO; 2];
     let mut movers = JointMovers::<Pose64, 2>::new();
     let mut tracked = movers.tracked(MOVING);
     let mut tracks = tracked.tracks().unwrap();
@@ -189,22 +189,26 @@ fn two_kinds_of_one_feature_are_one_cause() {
     tracks.kept_mut()[0].rival = 0;
     for (z, explained) in explained.iter_mut().enumerate() {
         explained.start(0.0);
-        let claims = [(0, of_static[z]), (MOVES, of_moving[z]), (1, other[z])];
-        claims.into_iter().for_each(|(who, odds)| explained.claim(Claim::new(who, odds.ln())));
+        let associations = [(0, of_static[z]), (MOVES, of_moving[z]), (1, other[z])];
+        associations.into_iter().for_each(|(who, odds)| explained.associate(Association::new(who, odds.ln())));
     }
-    let ln_evidence = settle::<f64, Pose64, _>(&mut slots, &mut explained, &mut tracked, 0.0);
-    let mut alone = [Explained::ZERO; 2];
-    let mut two = [Slot::<Vector2<f64>>::ZERO; 2];
+    let ln_evidence = marginals::<f64, Pose64, _>(&mut landmarks, &mut explained, &mut tracked, 0.0);
+    let mut alone = [AssociationRow::ZERO; 2];
+    let mut two = [Landmark::<Vector2<f64>>::ZERO; 2];
     for (z, explained) in alone.iter_mut().enumerate() {
         explained.start(0.0);
-        let claims = [(0, of_static[z] + of_moving[z]), (1, other[z])];
-        claims.into_iter().for_each(|(who, odds)| explained.claim(Claim::new(who, odds.ln())));
+        let associations = [(0, of_static[z] + of_moving[z]), (1, other[z])];
+        associations.into_iter().for_each(|(who, odds)| explained.associate(Association::new(who, odds.ln())));
     }
-    let expected = settle::<f64, Pose64, _>(&mut two, &mut alone, &mut NoMovers, 0.0);
+    let expected = marginals::<f64, Pose64, _>(&mut two, &mut alone, &mut NoMovers, 0.0);
     assert!((ln_evidence - expected).abs() < 1e-12, "{ln_evidence} {expected}");
     for z in 0..2 {
-        let share = |explained: &Explained<f64>, who: u16| {
-            explained.claims().iter().find(|claim| claim.feature == who).map_or(0.0, |claim| claim.share)
+        let share = |explained: &AssociationRow<f64>, who: u16| {
+            explained
+                .associations()
+                .iter()
+                .find(|association| association.feature == who)
+                .map_or(0.0, |association| association.share)
         };
         let all = of_static[z] + of_moving[z];
         let one = share(&alone[z], 0);

@@ -3,9 +3,9 @@
 use super::archive::Archive;
 use super::covariance::Common;
 use super::filter::JointSlam;
+use super::map_management::drop_spoilt;
 use super::movers::Movers;
 use super::state::Memory;
-use super::tidy::drop_spoilt;
 use crate::filter::observe::Explained;
 use crate::{Fix, FixReport, Linear, Matrix, Motion, ObserveError, Pose, PoseEstimate, Real, Vector};
 
@@ -55,8 +55,8 @@ where
             return Ok(FixReport::left_out(explained.distance, T::ONE));
         }
         joint.add_product::<Z>(&common, &by, known.len);
-        self.memory.shift(&pose, &step);
-        self.memory.follow();
+        self.memory.inject_correction(&pose, &step);
+        self.memory.reset_error_frame();
         // A feature may have been taken farther than the pose.
         drop_spoilt(&mut self.memory);
         let Explained { distance, ln_likelihood, .. } = explained;

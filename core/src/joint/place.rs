@@ -6,9 +6,9 @@
 
 use super::ambiguity::is_ambiguous;
 use super::covariance::{Common, Joint, first, symmetric};
+use super::innovation_statistics::{InnovationStatistics, LEAST_DETECTED, innovation_statistics};
 use super::report::Tally;
 use super::state::Memory;
-use super::tell::{LEAST_DETECTED, Told, tell};
 use crate::numerics::range::is_within_range;
 use crate::numerics::vector::applied;
 use crate::{Linear, Matrix, Pose, Real, Sensor, Vector};
@@ -32,17 +32,17 @@ pub(super) fn settle_place<T, S, Z>(
         return;
     }
     // Its place alone is to move, whatever the heading has to do with that.
-    memory.follow();
+    memory.reset_error_frame();
     // The innovations have been counted.
     let mut counted = Tally::NOTHING;
-    let told = tell(sensor, memory, place, measurements, rest, gate, &mut counted);
-    let Some(Told { pose, inverse, step, spread, detected }) = told else { return };
+    let statistics = innovation_statistics(sensor, memory, place, measurements, rest, gate, &mut counted);
+    let Some(InnovationStatistics { pose, inverse, step, spread, detected }) = statistics else { return };
     let spread = symmetric::<S::Measurement>(&spread);
     if !(spread.is_finite() && step.as_slice().iter().all(|x| x.is_finite())) {
         return;
     }
-    let Memory { known, slots, joint, common, .. } = memory;
-    let Some((slot, rows)) = slots.get_mut(place).zip(common.get(place).copied()) else { return };
+    let Memory { known, landmarks, joint, common, .. } = memory;
+    let Some((slot, rows)) = landmarks.get_mut(place).zip(common.get(place).copied()) else { return };
     // Among as many coordinates as the widest measurement has; the others are zero.
     let learnt = Matrix::with(|row, column| -inverse.at(row, column) * detected);
     let spread = Matrix::with(|row, column| spread.get(row, column));
@@ -79,8 +79,12 @@ impl<T: Real, P: Pose<Scalar = T>> Joint<'_, P> {
             }
             let weighed = learnt + applied::<Z, Z>(spread, of_row);
             for (column, of_column) in own.as_ref().iter().enumerate().take(row + 1) {
-                let told = self.get(at, first::<P>(place) + column) + weighed.dot(of_column);
-                self.set(at, first::<P>(place) + column, if row == column { told * rounding } else { told });
+                let statistics = self.get(at, first::<P>(place) + column) + weighed.dot(of_column);
+                self.set(
+                    at,
+                    first::<P>(place) + column,
+                    if row == column { statistics * rounding } else { statistics },
+                );
             }
         }
     }

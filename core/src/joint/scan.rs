@@ -1,15 +1,15 @@
 //! The update with a scan, stage by stage.
 
 use super::archive::Archive;
+use super::archiving::{Archiving, archive_distant, mark_anchors};
 use super::associate::{Associated, associate};
 use super::correct::correct;
 use super::filter::JointSlam;
+use super::loop_closure::close_loop;
+use super::map_management::{drop_spoilt, drop_unlikely, initiate, merge};
 use super::movers::Movers;
-use super::park::{Parked, park};
-use super::recall::visit;
+use super::reactivation::propose;
 use super::report::JointReport;
-use super::reunite::reunite;
-use super::tidy::{bear, drop_spoilt, drop_unlikely, merge};
 use crate::models::OnVehicle;
 use crate::{Clutter, Detector, Health, MeasurementModel, Motion, Pose, Real, ScanError, Sensor, Vector};
 
@@ -40,39 +40,50 @@ where
         if let Some(mut tracks) = movers.tracks() {
             tracks.advance(memory.known.waited_s, config.least_existence);
         }
-        let mut shelf = archive.shelf();
+        let mut view = archive.view();
         let passage = config.persistence.over(memory.known.waited_s);
-        memory.slots.iter_mut().take(memory.known.len).for_each(|slot| slot.existence = slot.existence.after(&passage));
+        memory
+            .landmarks
+            .iter_mut()
+            .take(memory.known.len)
+            .for_each(|slot| slot.existence = slot.existence.after(&passage));
         let window = memory.known.len;
-        let mut trial = shelf.as_mut().map(|shelf| {
-            shelf.pass(memory.known.waited_s);
-            visit(shelf, &config.persistence, memory)
+        let mut candidates = view.as_mut().map(|view| {
+            view.pass(memory.known.waited_s);
+            propose(view, &config.persistence, memory)
         });
-        let Associated { in_view, loose, aside, ln_evidence } =
-            associate(&models, births, config, memory, movers, measurements, window);
-        let recalled = match (&mut trial, &mut shelf) {
-            (Some(trial), Some(shelf)) => trial.judge(shelf, memory, measurements.len()),
-            _ => 0,
+        let mut associated = associate(&models, births, config, memory, movers, measurements, window);
+        let (recalled, refused) = match (&mut candidates, &mut view) {
+            (Some(candidates), Some(view)) => candidates.accept(view, memory, measurements.len()),
+            _ => (0, false),
         };
+        if refused {
+            // What the features of a page that was refused have claimed is free for others.
+            associated = associate(&models, births, config, memory, movers, measurements, window);
+        }
+        let Associated { in_view, weak, aside, ln_evidence } = associated;
         let mut tally = correct(sensor, memory, movers, measurements, config.gate);
         tally.aside = aside;
         let united = movers.tracks().map_or(0, |mut tracks| {
             tracks.correct(sensor, memory.known, memory.explained, measurements);
             tracks.tidy(config)
         });
-        if let Some(trial) = trial {
-            trial.end(memory);
-        }
-        memory.follow();
+        memory.reset_error_frame();
         let first_label = memory.known.next_label;
-        let born = bear(&models, births, config, memory, movers, measurements);
+        let born = initiate(&models, births, config, memory, movers, measurements);
         let mut merged = merge(sensor, config, memory);
-        if loose > 0 {
-            merged += reunite(config, memory);
+        if weak > 0 {
+            merged += close_loop(config, memory);
         }
         let spoilt = drop_spoilt(memory);
         let dropped = drop_unlikely(config, memory, first_label);
-        let parked = shelf.as_mut().map_or_else(Parked::default, |shelf| park(shelf, memory));
+        let parked = view.as_mut().map_or_else(Archiving::default, |view| {
+            let parked = archive_distant(view, memory);
+            if recalled + parked.parked > 0 {
+                mark_anchors(view, memory);
+            }
+            parked
+        });
         let report =
             tally.report(memory.known, (measurements.len(), models.clutter().per_scan()), X::Measurement::DIMENSION);
         Ok(JointReport {

@@ -4,11 +4,11 @@
 //! of the variances was, and that one breaks it with many. A feature at fault is dropped, which leaves the covariance of all others as
 //! it is. The pose cannot be dropped: its variances are raised, which only says that less is known.
 
-use super::archive::{Archive, Shelf};
+use super::archive::{Archive, ArchiveView};
 use super::covariance::{Joint, first};
 use super::filter::JointSlam;
 use super::movers::{Movers, Tracks};
-use super::state::{Memory, Slot};
+use super::state::{Landmark, Memory};
 use crate::filter::scrub::{Scrubbed, Scrubber};
 use crate::numerics::range::is_within_range;
 use crate::snapshot::visit::{Sealing, Visit};
@@ -47,9 +47,9 @@ where
             return Ok(scrubbed);
         }
         memory.check_known()?;
-        let mut shelf = self.archive.shelf();
-        if let Some(shelf) = &shelf
-            && shelf.index.len > shelf.entries.len()
+        let mut view = self.archive.view();
+        if let Some(view) = &view
+            && view.index.len > view.entries.len()
         {
             return Err(Flaw::Cursor);
         }
@@ -60,27 +60,27 @@ where
             }
             scrubbed.widened |= tracks.mend_doubt(memory);
         }
-        let behind = |shelf: &Option<Shelf<'_, M::Pose>>, tracks: &Option<Tracks<'_, M::Pose>>| {
-            let archived = shelf.as_ref().map_or(0, |shelf| shelf.index.len);
+        let behind = |view: &Option<ArchiveView<'_, M::Pose>>, tracks: &Option<Tracks<'_, M::Pose>>| {
+            let archived = view.as_ref().map_or(0, |view| view.index.len);
             (archived, archived + tracks.as_ref().map_or(0, |tracks| tracks.common.len))
         };
-        let parts = parts.min(1 + memory.known.len + behind(&shelf, &tracks).1);
+        let parts = parts.min(1 + memory.known.len + behind(&view, &tracks).1);
         for _ in 0..parts {
             let features = memory.known.len;
             match scrubber.next {
                 0 => scrubbed.widened |= memory.mend_pose_block()?,
                 part if part <= features => scrubbed.features += memory.mend_feature(part - 1),
                 part => {
-                    let (archived, place) = (behind(&shelf, &tracks).0, part - 1 - features);
+                    let (archived, place) = (behind(&view, &tracks).0, part - 1 - features);
                     let dropped = match place.checked_sub(archived) {
-                        None => shelf.as_mut().is_some_and(|shelf| shelf.drop_unsound(place)),
+                        None => view.as_mut().is_some_and(|view| view.drop_unsound(place)),
                         Some(mover) => tracks.as_mut().is_some_and(|tracks| tracks.drop_unsound(mover)),
                     };
                     scrubbed.features += usize::from(dropped);
                 }
             }
             scrubber.next += 1;
-            if scrubber.next > memory.known.len + behind(&shelf, &tracks).1 {
+            if scrubber.next > memory.known.len + behind(&view, &tracks).1 {
                 (scrubber.next, scrubbed.round) = (0, true);
             }
         }
@@ -103,7 +103,7 @@ where
         }
         if let Some((common, _)) = self.movers.common() {
             seal.count(common.len);
-            common.doubt.as_lower().iter().for_each(|&number| seal.scalar(number));
+            common.process_noise.as_lower().iter().for_each(|&number| seal.scalar(number));
         }
         seal.value()
     }
@@ -112,13 +112,13 @@ where
 impl<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>> Memory<'_, P, Z> {
     /// Takes a count of features that no room is for as what there is room for: a step must end, whatever has become of memory.
     pub(super) fn clamp(&mut self) {
-        self.known.len = self.known.len.min(self.slots.len());
+        self.known.len = self.known.len.min(self.landmarks.len());
     }
 
     /// Whether counts, times and the pose may be such.
     fn check_known(&self) -> Result<(), Flaw> {
         let known = &*self.known;
-        if known.len > self.slots.len() || !(known.waited_s >= T::ZERO && known.waited_s.is_finite()) {
+        if known.len > self.landmarks.len() || !(known.waited_s >= T::ZERO && known.waited_s.is_finite()) {
             return Err(Flaw::Cursor);
         }
         let moved = known.moved.iter().chain(known.walked.as_lower()).all(|number| number.is_finite());
@@ -139,7 +139,7 @@ impl<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>> Memory<'_, P, Z> {
 
     /// Drops a feature that cannot be, or those with which it has more in common than can be; how many.
     fn mend_feature(&mut self, place: usize) -> usize {
-        let sound = self.slots.get(place).is_some_and(Slot::is_sound) && self.joint.block_is_sound(place);
+        let sound = self.landmarks.get(place).is_some_and(Landmark::is_sound) && self.joint.block_is_sound(place);
         if !sound {
             self.drop_feature(place);
             return 1;
@@ -172,7 +172,7 @@ impl<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>> Memory<'_, P, Z> {
     }
 
     fn detections(&self, place: usize) -> T {
-        self.slots.get(place).map_or(T::ZERO, |slot| slot.detections)
+        self.landmarks.get(place).map_or(T::ZERO, |slot| slot.detections)
     }
 }
 
@@ -183,12 +183,12 @@ impl<T: Real, P: Pose<Scalar = T>> Tracks<'_, P> {
         if self.common.is_sound() {
             return false;
         }
-        self.common.doubt = Symmetric::from_fn(|row, column| memory.joint.get(row, column));
+        self.common.process_noise = Symmetric::from_fn(|row, column| memory.joint.get(row, column));
         true
     }
 }
 
-impl<T: Real, D: Vector<Scalar = T>> Slot<D> {
+impl<T: Real, D: Vector<Scalar = T>> Landmark<D> {
     /// Whether probabilities are such, and every number may be one.
     fn is_sound(&self) -> bool {
         let all = self.existence.total() + self.existence.absent;

@@ -1,6 +1,6 @@
 //! Memory that fails under a joint map: what is found is mended, and what is sound is left.
 
-use super::archive::Entry;
+use super::archive::{Entry, Split};
 use crate::*;
 use nalgebra::Vector2;
 use std::boxed::Box;
@@ -79,9 +79,9 @@ fn mended(damage: impl Fn(&mut Slam<'_>)) -> (Scrubbed, f32) {
 #[test]
 fn a_feature_that_cannot_be_is_dropped_and_the_others_stay() {
     let damages: [fn(&mut Slam<'_>); 6] = [
-        |slam| slam.memory.slots[3].mean.x = f32::NAN,
-        |slam| slam.memory.slots[3].existence.in_sight = 2.0,
-        |slam| slam.memory.slots[3].existence.in_sight = 0.5,
+        |slam| slam.memory.landmarks[3].mean.x = f32::NAN,
+        |slam| slam.memory.landmarks[3].existence.in_sight = 2.0,
+        |slam| slam.memory.landmarks[3].existence.in_sight = 0.5,
         |slam| slam.memory.joint.set(9, 9, -1.0),
         // A variance far too small is at odds with all others, a covariance with one.
         |slam| slam.memory.joint.set(9, 9, 1e-12),
@@ -164,12 +164,13 @@ fn the_archive_is_looked_at_too() {
     let slam = Slam::new(motion, JointConfig::default(), &mut state).unwrap();
     let mut slam = slam.with_archive(&mut archive, 20.0).unwrap();
     slam.reset(PlanarPose::ZERO).unwrap();
-    let entry = |x: f32| Entry { mean: Vector2::new(x, 0.0), own: Symmetric::from_diagonal([0.01; 2]), ..Entry::ZERO };
-    let mut shelf = Archive::shelf(&mut slam.archive).unwrap();
-    [100.0, f32::NAN, 200.0].into_iter().for_each(|x| _ = shelf.put(entry(x)));
+    let known = Split { own: Symmetric::from_diagonal([0.01; 2]), ..Split::ZERO };
+    let entry = |x: f32| Entry { mean: Vector2::new(x, 0.0), alone: known, given: known, ..Entry::ZERO };
+    let mut view = Archive::view(&mut slam.archive).unwrap();
+    [100.0, f32::NAN, 200.0].into_iter().for_each(|x| _ = view.put(entry(x)));
     let scrubbed = slam.scrub(&mut Scrubber::new(), 4).unwrap();
     assert_eq!((scrubbed.features, slam.held()), (1, 2));
-    let shelf = Archive::shelf(&mut slam.archive).unwrap();
-    shelf.index.len = 9;
+    let view = Archive::view(&mut slam.archive).unwrap();
+    view.index.len = 9;
     assert_eq!(slam.scrub(&mut Scrubber::new(), 4), Err(Flaw::Cursor));
 }

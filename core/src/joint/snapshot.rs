@@ -1,6 +1,7 @@
 //! Snapshots of the joint filter.
 
 use super::archive::Archive;
+use super::archiving::mark_anchors;
 use super::filter::JointSlam;
 use super::movers::Movers;
 use super::walk::{audit_archive, audit_movers, fill_archive, fill_movers, walk_archive, walk_movers};
@@ -78,20 +79,21 @@ where
         let head = checked(&mut source, shape::<M::Pose>(kind))?;
         let [features, archived, others] = head.sizes.map(|size| usize::try_from(size).unwrap_or(usize::MAX));
         let (with_archive, with_movers) = (others & ((1 << MOVERS_AT) - 1), others >> MOVERS_AT);
-        RestoreError::check_room("features", features, memory.slots.len())?;
-        let mut shelf = self.archive.shelf();
-        let room = shelf.as_ref().map_or(0, |shelf| shelf.entries.len());
+        RestoreError::check_room("features", features, memory.landmarks.len())?;
+        let mut view = self.archive.view();
+        let room = view.as_ref().map_or(0, |view| view.entries.len());
         RestoreError::check_room("archived features", archived, room)?;
-        RestoreError::check_room("archives", with_archive, usize::from(shelf.is_some()))?;
+        RestoreError::check_room("archives", with_archive, usize::from(view.is_some()))?;
         let mut tracks = self.movers.tracks();
         let room = tracks.as_ref().map_or(0, |tracks| 1 + tracks.movers.len());
         RestoreError::check_room("movers", with_movers, room)?;
         let mut reader = Reader::behind(&head, &mut source);
         memory.fill(features, &mut reader);
-        if let Some(shelf) = &mut shelf {
-            shelf.clear();
+        if let Some(view) = &mut view {
+            view.clear();
             if with_archive > 0 {
-                fill_archive(shelf, archived, &mut reader);
+                fill_archive(view, archived, &mut reader);
+                mark_anchors(view, memory);
             }
         }
         if let Some(tracks) = &mut tracks {
@@ -100,7 +102,7 @@ where
                 fill_movers(tracks, movers, &mut reader);
             }
         }
-        let kept = || shelf.as_ref().and_then(|shelf| shelf.entries.get(..shelf.index.len)).unwrap_or(&[]);
+        let kept = || view.as_ref().and_then(|view| view.entries.get(..view.index.len)).unwrap_or(&[]);
         let taken = reader.end().and_then(|()| {
             let sound = if memory.known.started { memory.audit() } else { Err(Flaw::Cursor) };
             let sound = sound.and_then(|()| audit_archive(kept())).and_then(|()| audit_movers(&self.movers));

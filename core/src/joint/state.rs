@@ -1,6 +1,6 @@
 //! Everything that the joint filter knows, in memory of a size that its type tells.
 
-use super::claims::Explained;
+use super::associations::AssociationRow;
 use super::covariance::{Joint, RowsOf, joint_numbers};
 use super::existence::Existence;
 use crate::report::watch::Watch;
@@ -8,7 +8,7 @@ use crate::{Pose, PositionOf, Real, ScalarOf, Symmetric, TangentOf, Vector, Zero
 
 /// One feature of a joint map.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Slot<D: Vector> {
+pub(super) struct Landmark<D: Vector> {
     /// Names the feature.
     pub(super) label: u32,
     /// Where it is, m.
@@ -21,6 +21,8 @@ pub(super) struct Slot<D: Vector> {
     pub(super) detections: D::Scalar,
     /// p_D in the scan at hand, 0 out of view.
     pub(super) detection: D::Scalar,
+    /// Whether pages of the archive are conditioned on it.
+    pub(super) is_anchor: bool,
     /// Σ a ν over the measurements of the scan at hand that it may have caused.
     pub(super) claimed: D::Scalar,
 }
@@ -33,10 +35,10 @@ pub(super) struct Slot<D: Vector> {
 #[derive(Debug)]
 pub struct JointState<P: Pose, Z: Vector, const FEATURES: usize, const NUMBERS: usize, const MEASUREMENTS: usize> {
     known: Known<P>,
-    slots: [Slot<PositionOf<P>>; FEATURES],
+    landmarks: [Landmark<PositionOf<P>>; FEATURES],
     covariance: [ScalarOf<P>; NUMBERS],
     common: [RowsOf<PositionOf<P>, Z>; FEATURES],
-    explained: [Explained<ScalarOf<P>>; MEASUREMENTS],
+    explained: [AssociationRow<ScalarOf<P>>; MEASUREMENTS],
 }
 
 /// What is not an array.
@@ -65,10 +67,10 @@ pub(super) struct Known<P: Pose> {
 #[derive(Debug)]
 pub(super) struct Memory<'s, P: Pose, Z: Vector> {
     pub(super) known: &'s mut Known<P>,
-    pub(super) slots: &'s mut [Slot<PositionOf<P>>],
+    pub(super) landmarks: &'s mut [Landmark<PositionOf<P>>],
     pub(super) joint: Joint<'s, P>,
     pub(super) common: &'s mut [RowsOf<PositionOf<P>, Z>],
-    pub(super) explained: &'s mut [Explained<ScalarOf<P>>],
+    pub(super) explained: &'s mut [AssociationRow<ScalarOf<P>>],
 }
 
 impl<T, P, Z, const FEATURES: usize, const NUMBERS: usize, const MEASUREMENTS: usize>
@@ -100,10 +102,10 @@ where
         };
         Self {
             known,
-            slots: [Slot::ZERO; FEATURES],
+            landmarks: [Landmark::ZERO; FEATURES],
             covariance: [T::ZERO; NUMBERS],
             common: [Zero::ZERO; FEATURES],
-            explained: [Explained::ZERO; MEASUREMENTS],
+            explained: [AssociationRow::ZERO; MEASUREMENTS],
         }
     }
 
@@ -116,7 +118,7 @@ where
     pub(super) fn memory(&mut self) -> Memory<'_, P, Z> {
         Memory {
             known: &mut self.known,
-            slots: &mut self.slots,
+            landmarks: &mut self.landmarks,
             joint: Joint { numbers: &mut self.covariance },
             common: &mut self.common,
             explained: &mut self.explained,
@@ -141,8 +143,8 @@ impl<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>> Memory<'_, P, Z> {
     pub(super) fn drop_feature(&mut self, place: usize) {
         let last = self.known.len.saturating_sub(1);
         self.joint.replace_by_last(place, self.known.len);
-        if let Some(slot) = self.slots.get(last).copied()
-            && let Some(dropped) = self.slots.get_mut(place)
+        if let Some(slot) = self.landmarks.get(last).copied()
+            && let Some(dropped) = self.landmarks.get_mut(place)
         {
             *dropped = slot;
         }
@@ -150,7 +152,7 @@ impl<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>> Memory<'_, P, Z> {
     }
 }
 
-impl<T: Real, D: Vector<Scalar = T>> Slot<D> {
+impl<T: Real, D: Vector<Scalar = T>> Landmark<D> {
     pub(super) const ZERO: Self = Self {
         label: 0,
         mean: D::ZERO,
@@ -158,6 +160,7 @@ impl<T: Real, D: Vector<Scalar = T>> Slot<D> {
         existence: Existence::NONE,
         detections: T::ZERO,
         detection: T::ZERO,
+        is_anchor: false,
         claimed: T::ZERO,
     };
 }

@@ -92,7 +92,7 @@ fn with_known_association_and_all_linear_it_is_the_kalman_filter() {
         assert_eq!(slam.held(), (n - 2) / 2);
         // Places, and all that they have in common with each other and with the pose; the heading stands between.
         let with_heading = |index: usize| if index < 2 { index } else { index + 1 };
-        for (at, off) in (2..n).map(|at| (at, slam.memory.slots[(at - 2) / 2].mean[at % 2] - x[at])) {
+        for (at, off) in (2..n).map(|at| (at, slam.memory.landmarks[(at - 2) / 2].mean[at % 2] - x[at])) {
             assert!(off.abs() < 1e-9, "{step}, {at}: {off}");
         }
         for (row, column) in (0..n).flat_map(|row| (0..n).map(move |column| (row, column))) {
@@ -319,7 +319,7 @@ fn whatever_comes_the_state_stays_finite_and_definite() {
             assert!(pose.mean.is_finite() && pose.covariance.is_finite(), "{pose:?}");
             assert!((0..3).all(|k| pose.covariance.get(k, k) >= 0.0), "{pose:?}");
             for place in 0..slam.memory.known.len {
-                let slot = slam.memory.slots[place];
+                let slot = slam.memory.landmarks[place];
                 let total = slot.existence.total();
                 assert!(slot.mean.iter().all(|x| x.is_finite()) && (0.0..=1.0 + 1e-5).contains(&total), "{slot:?}");
                 let first = 3 + 2 * place;
@@ -463,8 +463,8 @@ fn what_was_loaded_goes_whatever_its_label_is() {
             let new = Vector2::new(8.0 + 0.05 * scan as f32, 2.0);
             slam.scan(&lidar(), &[new]).unwrap();
         }
-        let slots = slam.memory.slots.iter().take(slam.memory.known.len);
-        assert!(slots.into_iter().all(|slot| slot.label != 0 && slot.label != other), "{other}");
+        let landmarks = slam.memory.landmarks.iter().take(slam.memory.known.len);
+        assert!(landmarks.into_iter().all(|slot| slot.label != 0 && slot.label != other), "{other}");
     }
 }
 

@@ -1,14 +1,14 @@
-//! How what moves takes part in a scan: it claims measurements beside the static features, and is corrected by its shares.
+//! How what moves takes part in a scan: moving tracks are associated with measurements beside the static landmarks, and corrected.
 //!
 //! Every birth may stand or move: it is a static feature of the joint map and a mover of the same label, and at most one of the two. Which
-//! of them it is, the scans that follow tell; until then both claim measurements as one.
+//! of them it is, the scans that follow tell; until then both are associated with measurements as one object.
 
 use super::associate::{Predicted, in_view_of};
-use super::claims::{Claim, Explained, detected, shares};
+use super::associations::{Association, AssociationRow, detected, shares};
 use super::config::JointConfig;
 use super::existence::Beside;
 use super::movers::{MOVES, Mover, Movers, NONE, Tracks};
-use super::state::{Known, Slot};
+use super::state::{Known, Landmark};
 use crate::map::reduce::{Near, heavier, moment_match};
 use crate::numerics::range::is_within_range;
 use crate::{
@@ -31,13 +31,13 @@ impl<T: Real, P: Pose<Scalar = T>, Y: Vector<Scalar = T>> Sight<P, Y> {
         sensor: &S,
         frame: &S::Frame,
         component: &Component<MovingOf<P>>,
-        doubt: &Symmetric<TangentOf<P>>,
+        process_noise: &Symmetric<TangentOf<P>>,
     ) -> Option<Self>
     where
         S: Sensor<Pose = P, Measurement = Y>,
     {
         let predicted = Predicted::of(sensor, frame, &component.position())?;
-        let noise = sensor.noise().plus(&doubt.congruence::<Y>(&predicted.by_pose));
+        let noise = sensor.noise().plus(&process_noise.congruence::<Y>(&predicted.by_pose));
         let of_place = component.covariance.leading::<PositionOf<P>>().congruence::<Y>(&predicted.by_feature);
         let factor = of_place.plus(&noise).factor()?;
         Some(Self { predicted, noise, factor })
@@ -77,13 +77,13 @@ impl<T: Real, P: Pose<Scalar = T>> Tracks<'_, P> {
         frame: &X::Frame,
         measurements: &[X::Measurement],
         behind: T,
-        slots: &[Slot<PositionOf<P>>],
+        landmarks: &[Landmark<PositionOf<P>>],
     ) {
         for mover in self.kept_mut() {
             (mover.detection, mover.not_detected, mover.claimed, mover.rival) = (T::ZERO, T::ONE, T::ZERO, NONE);
-            let rival = slots.iter().position(|slot| slot.label == mover.component.label);
+            let rival = landmarks.iter().position(|slot| slot.label == mover.component.label);
             mover.rival = rival.map_or(NONE, |place| place as u16);
-            if let Some(slot) = rival.and_then(|place| slots.get(place)) {
+            if let Some(slot) = rival.and_then(|place| landmarks.get(place)) {
                 // Merging may have made them more than one feature together.
                 mover.component.ln_weight = mover.component.ln_weight.at_most(slot.existence.absent.ln());
             }
@@ -106,16 +106,16 @@ impl<T: Real, P: Pose<Scalar = T>> Tracks<'_, P> {
     }
 
     /// Claims measurements for all movers in view; Σ ln(1 − p_D w) of those that are nothing else.
-    pub(super) fn claim<X: MeasurementModel<Pose = P>>(
+    pub(super) fn associate<X: MeasurementModel<Pose = P>>(
         &mut self,
         models: &X,
         frame: &X::Frame,
         measurements: &[X::Measurement],
         gate: T,
-        explained: &mut [Explained<T>],
+        explained: &mut [AssociationRow<T>],
     ) -> T {
         let sensor = models.sensor();
-        let doubt = self.common.doubt;
+        let process_noise = self.common.process_noise;
         let mut ln_missed = T::ZERO;
         for (place, mover) in self.kept().iter().enumerate() {
             let expected = mover.detection * mover.weight();
@@ -126,13 +126,13 @@ impl<T: Real, P: Pose<Scalar = T>> Tracks<'_, P> {
             if mover.rival == NONE {
                 ln_missed += ln_not_detected;
             }
-            let Some(sight) = Sight::of(sensor, frame, &mover.component, &doubt) else { continue };
+            let Some(sight) = Sight::of(sensor, frame, &mover.component, &process_noise) else { continue };
             let Sight { predicted, factor, .. } = sight;
             let ln_peak = expected.ln() - ln_not_detected + factor.ln_peak();
             for (explained, z) in explained.iter_mut().zip(measurements) {
                 let distance = factor.mahalanobis(&sensor.innovation(z, &predicted.measurement));
                 if distance <= gate {
-                    explained.claim(Claim::new(MOVES | place as u16, ln_peak - distance * T::from_f64(0.5)));
+                    explained.associate(Association::new(MOVES | place as u16, ln_peak - distance * T::from_f64(0.5)));
                 }
             }
         }
@@ -145,11 +145,11 @@ impl<T: Real, P: Pose<Scalar = T>> Tracks<'_, P> {
         &mut self,
         sensor: &S,
         known: &Known<P>,
-        explained: &[Explained<T>],
+        explained: &[AssociationRow<T>],
         measurements: &[S::Measurement],
     ) {
         let frame = sensor.frame(&known.pose);
-        let doubt = self.common.doubt;
+        let process_noise = self.common.process_noise;
         for (place, mover) in self.kept_mut().iter_mut().enumerate() {
             if !(mover.not_detected < T::ONE) {
                 continue;
@@ -160,14 +160,15 @@ impl<T: Real, P: Pose<Scalar = T>> Tracks<'_, P> {
             let missed = (T::ONE - seen - of_rival).at_least(T::ZERO) / mover.not_detected;
             let ln_weight = (missed * mover.weight() * (T::ONE - mover.detection)).ln();
             let unseen = Component { ln_weight, ..mover.component };
-            mover.component = corrected(sensor, &frame, &doubt, unseen, || shares(explained, own, measurements));
+            mover.component =
+                corrected(sensor, &frame, &process_noise, unseen, || shares(explained, own, measurements));
             mover.component.ln_weight = (seen + ln_weight.exp()).at_most(T::ONE).ln();
         }
-        self.common.doubt = Symmetric::ZERO;
+        self.common.process_noise = Symmetric::ZERO;
     }
 
     /// Adds the mover that a measurement may be the first one of, at rest but for σ_v; how many went for want of room.
-    pub(super) fn bear(
+    pub(super) fn initiate(
         &mut self,
         label: u32,
         weight: T,
@@ -223,7 +224,7 @@ impl<T: Real, P: Pose<Scalar = T>> Tracks<'_, P> {
 fn corrected<'m, T, S, I>(
     sensor: &S,
     frame: &S::Frame,
-    doubt: &Symmetric<TangentOf<S::Pose>>,
+    process_noise: &Symmetric<TangentOf<S::Pose>>,
     unseen: Component<MovingOf<S::Pose>>,
     shares: impl Fn() -> I,
 ) -> Component<MovingOf<S::Pose>>
@@ -238,7 +239,7 @@ where
         _ => Some((place, share)),
     });
     let Some((likeliest, _)) = likeliest else { return unseen };
-    let Some(sight) = Sight::of(sensor, frame, &unseen, doubt) else { return unseen };
+    let Some(sight) = Sight::of(sensor, frame, &unseen, process_noise) else { return unseen };
     let Sight { predicted, noise, factor } = sight;
     let correction = Correction::new(&unseen.covariance, &predicted.by_feature, &noise, &factor);
     let seen = |(share, z): (T, &S::Measurement)| {
@@ -253,7 +254,12 @@ where
 }
 
 /// What a static feature may be instead, after the scan.
-pub(super) fn beside<T, P, V, Y>(movers: &V, place: usize, explained: &[Explained<T>], measurements: &[Y]) -> Beside<T>
+pub(super) fn beside<T, P, V, Y>(
+    movers: &V,
+    place: usize,
+    explained: &[AssociationRow<T>],
+    measurements: &[Y],
+) -> Beside<T>
 where
     T: Real,
     P: Pose<Scalar = T>,

@@ -1,21 +1,21 @@
 //! A walk through all that decides how the joint filter goes on, and the way back from what a snapshot has of it.
 
-use super::archive::{Entry, Index, Shelf};
+use super::archive::{Anchor, ArchiveView, Entry, Index, Split};
 use super::existence::Existence;
 use super::movers::{Common, Mover, Movers, Tracks};
-use super::state::{Memory, Slot};
+use super::state::{Landmark, Memory};
 use crate::numerics::range::is_within_range;
 use crate::report::watch::Watch;
 use crate::snapshot::read::Reader;
 use crate::snapshot::visit::Visit;
-use crate::{Component, Flaw, Matrix, Pose, Real, Symmetric, Vector, Zero};
+use crate::{Component, Flaw, Linear, Matrix, Pose, Real, Symmetric, Vector, Zero};
 
 impl<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>> Memory<'_, P, Z> {
     /// Walks through the state.
     pub(super) fn walk(&self, visit: &mut impl Visit) {
-        let Self { known, slots, joint, .. } = self;
+        let Self { known, landmarks, joint, .. } = self;
         self.walk_known(visit);
-        for slot in slots.iter().take(known.len) {
+        for slot in landmarks.iter().take(known.len) {
             visit.word(slot.label);
             slot.mean.as_slice().iter().for_each(|&coordinate| visit.scalar(coordinate));
             let Existence { in_sight, hidden, absent } = slot.existence;
@@ -43,8 +43,8 @@ impl<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>> Memory<'_, P, Z> {
     where
         S: FnMut(usize, &mut [u8]) -> Result<(), E>,
     {
-        let Self { known, slots, joint, .. } = self;
-        known.len = features.min(slots.len());
+        let Self { known, landmarks, joint, .. } = self;
+        known.len = features.min(landmarks.len());
         known.started = from.word() != 0;
         known.pose = from.pose();
         known.remainder = core::array::from_fn(|_| from.scalar());
@@ -54,18 +54,19 @@ impl<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>> Memory<'_, P, Z> {
         known.watch = Watch::next(from);
         known.moved = core::array::from_fn(|_| from.scalar());
         known.walked = Symmetric::from_fn(|_, _| from.scalar());
-        for slot in slots.iter_mut().take(known.len) {
+        for slot in landmarks.iter_mut().take(known.len) {
             let (label, mean) = (from.word(), from.vector());
             let existence = Existence { in_sight: from.scalar(), hidden: from.scalar(), absent: from.scalar() };
-            *slot = Slot { label, mean, existence, detections: from.scalar(), moved: from.vector(), ..Slot::ZERO };
+            *slot =
+                Landmark { label, mean, existence, detections: from.scalar(), moved: from.vector(), ..Landmark::ZERO };
         }
         joint.used_mut(known.len).iter_mut().for_each(|number| *number = from.scalar());
     }
 
     /// Looks over everything: the first flaw, if any. Linear in the state.
     pub(super) fn audit(&self) -> Result<(), Flaw> {
-        let Self { known, slots, joint, .. } = self;
-        let slots = slots.get(..known.len).ok_or(Flaw::Cursor)?;
+        let Self { known, landmarks, joint, .. } = self;
+        let landmarks = landmarks.get(..known.len).ok_or(Flaw::Cursor)?;
         if !(known.waited_s >= T::ZERO && known.waited_s.is_finite()) {
             return Err(Flaw::Cursor);
         }
@@ -77,11 +78,15 @@ impl<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>> Memory<'_, P, Z> {
         if !(pose && finite(joint.used(0))) {
             return Err(Flaw::Pose);
         }
-        if slots.iter().all(Slot::may_be) && finite(joint.used(known.len)) { Ok(()) } else { Err(Flaw::Component) }
+        if landmarks.iter().all(Landmark::may_be) && finite(joint.used(known.len)) {
+            Ok(())
+        } else {
+            Err(Flaw::Component)
+        }
     }
 }
 
-impl<T: Real, D: Vector<Scalar = T>> Slot<D> {
+impl<T: Real, D: Vector<Scalar = T>> Landmark<D> {
     /// Whether every number may be one.
     pub(super) fn may_be(&self) -> bool {
         let Existence { in_sight, hidden, absent } = self.existence;
@@ -101,21 +106,28 @@ pub(super) fn walk_archive<P: Pose>(entries: &[Entry<P>], index: &Index, visit: 
         visit.word(entry.label);
         visit.word(entry.page);
         halves(entry.since_us).into_iter().for_each(|half| visit.word(half));
-        let (mean, common, own) = (entry.mean.as_slice(), entry.common.as_slice(), entry.own.as_lower());
-        mean.iter().chain(common).chain(own).for_each(|&number| visit.scalar(number));
+        entry.mean.as_slice().iter().for_each(|&coordinate| visit.scalar(coordinate));
+        for Split { common, own } in [&entry.alone, &entry.given] {
+            common.as_slice().iter().chain(own.as_lower()).for_each(|&number| visit.scalar(number));
+        }
+        visit.word(entry.anchored as u32);
+        for Anchor { label, mean, gain } in entry.anchors() {
+            visit.word(*label);
+            mean.as_slice().iter().chain(gain.as_slice()).for_each(|&number| visit.scalar(number));
+        }
         let Existence { in_sight, hidden, absent } = entry.existence;
         [in_sight, hidden, absent, entry.detections].into_iter().for_each(|number| visit.scalar(number));
     }
 }
 
 /// Fills an archive with what a walk through so many features has written. What comes of it is to be audited.
-pub(super) fn fill_archive<T, P, S, E>(shelf: &mut Shelf<'_, P>, features: usize, from: &mut Reader<'_, S, E>)
+pub(super) fn fill_archive<T, P, S, E>(view: &mut ArchiveView<'_, P>, features: usize, from: &mut Reader<'_, S, E>)
 where
     T: Real,
     P: Pose<Scalar = T>,
     S: FnMut(usize, &mut [u8]) -> Result<(), E>,
 {
-    let Shelf { index, entries, .. } = shelf;
+    let ArchiveView { index, entries, .. } = view;
     index.len = features.min(entries.len());
     (index.next_page, index.tried) = (from.word(), from.word());
     index.clock_us = whole([from.word(), from.word()]);
@@ -123,14 +135,28 @@ where
         let (label, page) = (from.word(), from.word());
         let since_us = whole([from.word(), from.word()]);
         let mean = from.vector();
-        // Column by column, as they lie.
-        let mut columns = <P::Tangent as Vector>::Array::<P::Position>::ZERO;
-        columns.as_mut().iter_mut().for_each(|column| *column = from.vector());
-        let common = Matrix::with(|row, column| columns.as_ref().get(column).map_or(T::ZERO, |column| column.at(row)));
-        let own = Symmetric::from_fn(|_, _| from.scalar());
+        let mut split = || {
+            let common = by_columns::<P::Tangent, P::Position>(|| from.vector());
+            Split { common, own: Symmetric::from_fn(|_, _| from.scalar()) }
+        };
+        let (alone, given) = (split(), split());
+        let anchored = from.word() as usize;
+        let mut anchors = Entry::<P>::ZERO.anchors;
+        for anchor in anchors.iter_mut().take(anchored) {
+            let (label, mean) = (from.word(), from.vector());
+            *anchor = Anchor { label, mean, gain: by_columns::<P::Position, P::Position>(|| from.vector()) };
+        }
         let existence = Existence { in_sight: from.scalar(), hidden: from.scalar(), absent: from.scalar() };
-        *entry = Entry { label, page, mean, common, own, existence, detections: from.scalar(), since_us };
+        let detections = from.scalar();
+        *entry = Entry { label, page, mean, alone, anchored, anchors, given, existence, detections, since_us };
     }
+}
+
+/// A matrix column by column, as it lies.
+fn by_columns<C: Vector, R: Vector<Scalar = C::Scalar>>(mut next: impl FnMut() -> R) -> Linear<R, C> {
+    let mut columns = C::Array::<R>::ZERO;
+    columns.as_mut().iter_mut().for_each(|column| *column = next());
+    Matrix::with(|row, column| columns.as_ref().get(column).map_or(R::Scalar::ZERO, |column| column.at(row)))
 }
 
 /// Looks over an archive: the first flaw, if any. Linear in it.
@@ -140,7 +166,7 @@ pub(super) fn audit_archive<P: Pose>(entries: &[Entry<P>]) -> Result<(), Flaw> {
 
 /// Walks through what moves.
 pub(super) fn walk_movers<P: Pose>(movers: &[Mover<P>], common: &Common<P>, visit: &mut impl Visit) {
-    common.doubt.as_lower().iter().for_each(|&number| visit.scalar(number));
+    common.process_noise.as_lower().iter().for_each(|&number| visit.scalar(number));
     for Mover { component: Component { label, ln_weight, mean, covariance, .. }, .. } in movers {
         visit.word(*label);
         visit.scalar(*ln_weight);
@@ -156,7 +182,7 @@ where
     S: FnMut(usize, &mut [u8]) -> Result<(), E>,
 {
     tracks.common.len = movers.min(tracks.movers.len());
-    tracks.common.doubt = Symmetric::from_fn(|_, _| from.scalar());
+    tracks.common.process_noise = Symmetric::from_fn(|_, _| from.scalar());
     for mover in tracks.kept_mut() {
         let (label, ln_weight, mean) = (from.word(), from.scalar(), from.vector());
         let covariance = Symmetric::from_fn(|_, _| from.scalar());

@@ -243,7 +243,7 @@ fn what_is_set_from_outside_forgets_what_moves_or_doubts_it() {
         slam.scatter(&few).unwrap();
         assert_eq!(slam.moving().next(), before);
         let (common, _) = slam.movers.common().unwrap();
-        assert!(common.doubt.get(0, 0) >= 0.01);
+        assert!(common.process_noise.get(0, 0) >= 0.01);
         slam.relocate(PlanarPose::ZERO, &few).unwrap();
         assert_eq!(slam.movers.kept().len(), 0);
     });
@@ -299,7 +299,7 @@ fn memory_that_fails_is_mended() {
         });
     }
     with_a_walker(|slam, place| {
-        slam.movers.tracks().unwrap().common.doubt = Symmetric::from_diagonal([f64::NAN; 3]);
+        slam.movers.tracks().unwrap().common.process_noise = Symmetric::from_diagonal([f64::NAN; 3]);
         assert_eq!(slam.audit(), Err(Flaw::Pose));
         assert!(slam.scrub(&mut Scrubber::new(), 1).unwrap().widened);
         assert_eq!(slam.audit(), Ok(()));

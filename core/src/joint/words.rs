@@ -1,9 +1,9 @@
 //! What a memory fault may change of a joint map: all that is kept between steps, and the scratch beside it.
 
-use super::claims::Explained;
+use super::associations::AssociationRow;
 use super::existence::Existence;
 use super::filter::JointSlam;
-use super::state::{Known, Memory, Slot};
+use super::state::{Known, Landmark, Memory};
 use crate::numerics::flip::{Each, Word, flip_one};
 use crate::{Motion, Noise, PlanarPose};
 use nalgebra::Vector2;
@@ -15,7 +15,7 @@ impl<M: Motion<Pose = PlanarPose<f32>>> JointSlam<'_, M, Vector2<f32>> {
     }
 
     fn words(&mut self, each: &mut Each<'_>) {
-        let Memory { known, slots, joint, common, explained } = &mut self.memory;
+        let Memory { known, landmarks, joint, common, explained } = &mut self.memory;
         let Known { started, pose, remainder, moved, len, waited_s, walked, refused, next_label, watch } = &mut **known;
         each("counts", Word::Truth(started));
         let PlanarPose { x_m, y_m, heading_rad } = pose;
@@ -23,13 +23,14 @@ impl<M: Motion<Pose = PlanarPose<f32>>> JointSlam<'_, M, Vector2<f32>> {
         let two = remainder.iter_mut().chain(moved);
         two.chain(walked.as_lower_mut()).for_each(|number| each("pose", Word::Real(number)));
         each("counts", Word::Real(waited_s));
-        let features = (*len).min(slots.len());
+        let features = (*len).min(landmarks.len());
         [len, refused].into_iter().for_each(|count| each("counts", Word::Count(count)));
         each("counts", Word::Long(next_label));
         watch.words(each);
-        for slot in slots.iter_mut().take(features) {
-            let Slot { label, mean, moved, existence, detections, detection, claimed } = slot;
+        for slot in landmarks.iter_mut().take(features) {
+            let Landmark { label, mean, moved, existence, detections, detection, is_anchor, claimed } = slot;
             each("feature", Word::Long(label));
+            each("feature", Word::Truth(is_anchor));
             let [x, y] = &mut mean.data.0[0];
             let [moved_x, moved_y] = &mut moved.data.0[0];
             let Existence { in_sight, hidden, absent } = existence;
@@ -49,16 +50,20 @@ impl<M: Motion<Pose = PlanarPose<f32>>> JointSlam<'_, M, Vector2<f32>> {
     }
 }
 
-impl Explained<f32> {
+impl AssociationRow<f32> {
     fn words(&mut self, each: &mut Each<'_>) {
         let (first, len) = self.parts();
         first.into_iter().for_each(|number| each("scratch", Word::Real(number)));
         each("scratch", Word::Count(len));
-        for claim in self.claims_mut() {
-            each("scratch", Word::Short(&mut claim.feature));
-            for number in
-                [&mut claim.ln_likelihood, &mut claim.odds, &mut claim.answer, &mut claim.others, &mut claim.share]
-            {
+        for association in self.associations_mut() {
+            each("scratch", Word::Short(&mut association.feature));
+            for number in [
+                &mut association.ln_likelihood,
+                &mut association.odds,
+                &mut association.nu,
+                &mut association.cavity_sum,
+                &mut association.share,
+            ] {
                 each("scratch", Word::Real(number));
             }
         }

@@ -30,7 +30,9 @@ mod kernel;
 
 pub use buffer::{Feature, Mover, Prediction, Run, Scan, ScanResult, Status};
 pub use motion::Vehicle;
-pub use room::{Desk, DraftPlace, Filters, Group, PartPlace, Room, Sight, StreamPlace, bytes, parts, streams, words};
+pub use room::{
+    Desk, DraftPlace, Filters, Group, PartPlace, Room, Sight, StreamPlace, TOGETHER, bytes, parts, streams, words,
+};
 pub use run::{Inputs, Outputs, asks_for_digest, follow};
 pub use setup::{MOUNTED, Setup, extraction, likelihood, vehicle};
 pub use size::{LARGE_PARTICLES, LargeMemory, Memory, PARTICLES, SAMPLES, Size};

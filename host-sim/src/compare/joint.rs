@@ -174,7 +174,7 @@ fn predicted(ours: &State, theirs: &State, dimension: usize) -> JointDifferences
     // A prediction leaves every feature in its place.
     let same: Vec<usize> = (0..ours.covariance.nrows()).collect();
     let of_all = elements(ours, theirs, &same, &same).fold(0.0, |most, element| larger(most, element.off));
-    let predicted_covariance = larger(of_all, scaled_difference(&ours.doubt, &theirs.doubt));
+    let predicted_covariance = larger(of_all, scaled_difference(&ours.process_noise, &theirs.process_noise));
     let waited_s = (ours.waited_s - theirs.waited_s).abs();
     JointDifferences {
         predicted_position_m,

@@ -65,7 +65,7 @@ pub(super) fn read(bytes: &[u8]) -> State {
     let _counts: [u32; 4] = std::array::from_fn(|_| from.word());
     let _watch = from.numbers(6);
     let _moved = from.numbers(2);
-    state.doubt = from.symmetric(uncertain);
+    state.process_noise = from.symmetric(uncertain);
     for _ in 0..count {
         let label = from.word();
         state.places.push(from.numbers(each));
@@ -76,7 +76,7 @@ pub(super) fn read(bytes: &[u8]) -> State {
     let len = uncertain + each * count;
     state.covariance = from.symmetric(len);
     if movers > 0 {
-        state.doubt = from.symmetric(uncertain);
+        state.process_noise = from.symmetric(uncertain);
     }
     for _ in 1..movers {
         let (label, weight) = (from.word(), from.number().exp());

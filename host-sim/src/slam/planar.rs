@@ -15,15 +15,14 @@ use crate::log::Vehicle;
 use crate::settings::{CalibrationSettings, JointSettings, SensorSettings, Settings};
 use nalgebra::Vector2;
 use scphd::models::{
-    Ackermann, AckermannControl, ByOdometry, Calibrated, CalibratedPose, Holonomic, HolonomicControl, MeasurementModel,
-    Motion, Mounting, OdometryCorrection, OdometryPrior, PlanarPose, Pose, RangeBearing, RangeBearingWindow,
-    SelfCalibrating, Sensing, TangentOf, Unicycle, UnicycleControl, UniformClutter,
+    Ackermann, AckermannControl, Calibrated, CalibratedPose, Holonomic, HolonomicControl, MeasurementModel, Motion,
+    Mounting, OdometryCorrection, OdometryPrior, PlanarControl, PlanarMotion, PlanarPose, Pose, RangeBearing,
+    RangeBearingWindow, SelfCalibrating, Sensing, TangentOf, Unicycle, UnicycleControl, UniformClutter,
 };
 use scphd::numerics::Symmetric;
 use scphd::settings::Persistence;
 use scphd::storage::{Dynamic, JointMovers, MapMemory, Static, joint_numbers};
 use scphd::{JointConfig, JointState, Real, State};
-use std::fmt::Debug;
 
 /// Components of one map in an update that every host state has room for.
 const VIEW: usize = 4096;
@@ -44,7 +43,10 @@ type HostCalibratedState<T> =
     JointState<CalibratedPose<T>, Vector2<T>, FEATURES, { joint_numbers(6, 2, FEATURES) }, MEASUREMENTS>;
 
 type PlanarSensing<T> = Sensing<RangeBearing<T>, RangeBearingWindow<T>, UniformClutter<T>>;
-type PlanarModels<T, M> = Models<Planar, M, PlanarSensing<T>>;
+/// A row of odometry as a control.
+type Steered<T> = fn([f64; 3]) -> PlanarControl<T>;
+
+type PlanarModels<T> = Models<Planar, PlanarMotion<T>, PlanarSensing<T>>;
 
 /// The fixed-capacity filter in the plane.
 type Core = Box<dyn Transparent<Planar, [f64; 3], 2, 4>>;
@@ -65,8 +67,8 @@ pub fn core_filter(
     }
     let margin = settings.filter.interval_margin;
     match precision {
-        Precision::F32 => with_models::<f32, _>(settings, margin, vehicle, initial_pose, StartCore { settings, seed }),
-        Precision::F64 => with_models::<f64, _>(settings, margin, vehicle, initial_pose, StartCore { settings, seed }),
+        Precision::F32 => core_of_models(models::<f32>(settings, margin, vehicle, initial_pose)?, settings, seed),
+        Precision::F64 => core_of_models(models::<f64>(settings, margin, vehicle, initial_pose)?, settings, seed),
     }
 }
 
@@ -81,63 +83,33 @@ pub fn joint_filter(
     precision: Precision,
 ) -> Result<Box<dyn OpenJoint<Planar>>, Refusal> {
     match precision {
-        Precision::F32 => with_models::<f32, _>(settings, 1.0, vehicle, initial_pose, StartJoint { settings }),
-        Precision::F64 => with_models::<f64, _>(settings, 1.0, vehicle, initial_pose, StartJoint { settings }),
+        Precision::F32 => joint_of_models(models::<f32>(settings, 1.0, vehicle, initial_pose)?, settings),
+        Precision::F64 => joint_of_models(models::<f64>(settings, 1.0, vehicle, initial_pose)?, settings),
     }
 }
 
-/// What is to be done with the models of a planar log, whichever motion they have.
-trait OverModels<T: Real> {
-    /// What comes of it.
-    type Output;
-    /// Does it.
-    fn over<M: ByOdometry<Pose = PlanarPose<T>> + Copy + Debug + 'static>(
-        self,
-        models: PlanarModels<T, M>,
-    ) -> Result<Self::Output, Refusal>;
-}
-
 /// Starts the filter with a mixture a particle.
-struct StartCore<'s> {
-    settings: &'s Settings,
-    seed: u64,
-}
-
-impl<T: Real> OverModels<T> for StartCore<'_> {
-    type Output = Core;
-
-    fn over<M: ByOdometry<Pose = PlanarPose<T>> + Copy + Debug + 'static>(
-        self,
-        models: PlanarModels<T, M>,
-    ) -> Result<Core, Refusal> {
-        let filter = &self.settings.filter;
-        let state: Box<dyn Room<M>> = match (filter.particles, filter.particles.saturating_mul(filter.samples)) {
+fn core_of_models<T: Real>(models: PlanarModels<T>, settings: &Settings, seed: u64) -> Result<Core, Refusal> {
+    let filter = &settings.filter;
+    let state: Box<dyn Room<PlanarMotion<T>>> =
+        match (filter.particles, filter.particles.saturating_mul(filter.samples)) {
             (..=32, ..=64) => Box::new(HostState::<T, 32, 64, 16_384, 512>::new()),
             (..=128, ..=256) => Box::new(HostState::<T, 128, 256, 16_384, 256>::new()),
             _ => Box::new(HostState::<T, 1024, 2048, 65_535, 512>::new()),
         };
-        core_of(models, planar_config(self.settings), state, self.seed)
-    }
+    core_of(models, planar_config(settings), state, seed)
 }
 
 /// Starts the filter with a joint map.
-struct StartJoint<'s> {
-    settings: &'s Settings,
-}
-
-impl<T: Real> OverModels<T> for StartJoint<'_> {
-    type Output = Box<dyn OpenJoint<Planar>>;
-
-    fn over<M: ByOdometry<Pose = PlanarPose<T>> + Copy + Debug + 'static>(
-        self,
-        models: PlanarModels<T, M>,
-    ) -> Result<Self::Output, Refusal> {
-        if let Some(calibration) = &self.settings.calibration {
-            return joint_of_calibrated(models, self.settings, calibration);
-        }
-        let maps = Some(Box::new(PlanarMap::<T>::new()) as _);
-        joint_over(&models, self.settings, HostJointState::<T>::new(), maps, None)
+fn joint_of_models<T: Real>(
+    models: PlanarModels<T>,
+    settings: &Settings,
+) -> Result<Box<dyn OpenJoint<Planar>>, Refusal> {
+    if let Some(calibration) = &settings.calibration {
+        return joint_of_calibrated(models, settings, calibration);
     }
+    let maps = Some(Box::new(PlanarMap::<T>::new()) as _);
+    joint_over(&models, settings, HostJointState::<T>::new(), maps, None)
 }
 
 /// Starts it over a state, with what moves beside it where there is to be any.
@@ -164,8 +136,8 @@ where
 }
 
 /// Starts the filter with a joint map that learns what the odometry is off by.
-fn joint_of_calibrated<T: Real, M: ByOdometry<Pose = PlanarPose<T>> + Copy + Debug + 'static>(
-    models: PlanarModels<T, M>,
+fn joint_of_calibrated<T: Real>(
+    models: PlanarModels<T>,
     settings: &Settings,
     calibration: &CalibrationSettings,
 ) -> Result<Box<dyn OpenJoint<Planar>>, Refusal> {
@@ -207,50 +179,34 @@ pub(super) fn joint_config<T: Real>(joint: &JointSettings) -> JointConfig<T> {
     }
 }
 
-/// Makes the models of these settings for a vehicle, whose odometry errors last so many times as long, and goes on with them.
-fn with_models<T: Real, W: OverModels<T>>(
+/// The models of these settings for a vehicle, whose odometry errors last so many times as long.
+fn models<T: Real>(
     settings: &Settings,
     interval_margin: f64,
     vehicle: &Vehicle,
     initial_pose: [f64; 3],
-    work: W,
-) -> Result<W::Output, Refusal> {
+) -> Result<PlanarModels<T>, Refusal> {
     let numbers = PlanarNumbers::<T>::with_margin(settings, interval_margin, vehicle, initial_pose);
-    match numbers.vehicle {
+    let (motion, control): (_, Steered<T>) = match numbers.vehicle {
         PlanarVehicle::Ackermann(geometry) => {
-            let control = |[speed, steering, _]: [f64; 3]| AckermannControl {
-                speed_mps: T::from_f64(speed),
-                steering_rad: T::from_f64(steering),
-            };
-            let motion = Ackermann::new(geometry, numbers.noise).map_err(refusal)?;
-            work.over(models(settings, &numbers, motion, control)?)
+            (PlanarMotion::Ackermann(Ackermann::new(geometry, numbers.noise).map_err(refusal)?), |control| {
+                let [speed_mps, steering_rad, _] = control.map(T::from_f64);
+                PlanarControl::Ackermann(AckermannControl { speed_mps, steering_rad })
+            })
         }
         PlanarVehicle::Unicycle(step) => {
-            let control = |[speed, rate, _]: [f64; 3]| UnicycleControl {
-                speed_mps: T::from_f64(speed),
-                rate_radps: T::from_f64(rate),
-            };
-            let motion = Unicycle::new(step, numbers.noise).map_err(refusal)?;
-            work.over(models(settings, &numbers, motion, control)?)
+            (PlanarMotion::Unicycle(Unicycle::new(step, numbers.noise).map_err(refusal)?), |control| {
+                let [speed_mps, rate_radps, _] = control.map(T::from_f64);
+                PlanarControl::Unicycle(UnicycleControl { speed_mps, rate_radps })
+            })
         }
         PlanarVehicle::Holonomic => {
-            let control = |[ahead, rate, left]: [f64; 3]| HolonomicControl {
-                forward_mps: T::from_f64(ahead),
-                left_mps: T::from_f64(left),
-                rate_radps: T::from_f64(rate),
-            };
-            let motion = Holonomic::new(numbers.noise).map_err(refusal)?;
-            work.over(models(settings, &numbers, motion, control)?)
+            (PlanarMotion::Holonomic(Holonomic::new(numbers.noise).map_err(refusal)?), |control| {
+                let [forward_mps, rate_radps, left_mps] = control.map(T::from_f64);
+                PlanarControl::Holonomic(HolonomicControl { forward_mps, left_mps, rate_radps })
+            })
         }
-    }
-}
-
-fn models<T: Real, M: ByOdometry<Pose = PlanarPose<T>>>(
-    settings: &Settings,
-    numbers: &PlanarNumbers<T>,
-    motion: M,
-    control: fn([f64; 3]) -> M::Control,
-) -> Result<PlanarModels<T, M>, Refusal> {
+    };
     Ok(Models {
         motion,
         sensors: numbers.sensors.iter().map(sensor_models).collect::<Result<_, _>>()?,

@@ -153,9 +153,10 @@ static void handles(void) {
     IS(scphd_plane_predict_robot(filter, 1.0f, 0.0f, -0.1f, NULL), SCPHD_STATUS_BAD_TIME_STEP);
     IS(scphd_plane_predict_robot(filter, 400.0f, 0.0f, 0.1f, NULL), SCPHD_STATUS_IMPLAUSIBLE);
     IS(scphd_plane_predict_car(filter, 1.0f, 0.0f, 0.1f, NULL), SCPHD_STATUS_BAD_CONTROL);
+    IS(scphd_plane_predict_holonomic(filter, 1.0f, 0.0f, 0.0f, 0.1f, NULL), SCPHD_STATUS_BAD_CONTROL);
     report.struct_size = sizeof report;
     OK(scphd_plane_scan_range_bearing(filter, eye, seen, 1, &report));
-    HOLDS(report.refused == 4 && (report.health & SCPHD_HEALTH_PREDICTION_REFUSED) != 0);
+    HOLDS(report.refused == 5 && (report.health & SCPHD_HEALTH_PREDICTION_REFUSED) != 0);
     OK(scphd_plane_scan_range_bearing(filter, eye, NULL, 0, &report));
 
     /* Features that move need a set with room for them. */
@@ -238,6 +239,18 @@ static void resuming(void) {
     OK(scphd_joint_resume(SCPHD_ABI_VERSION, SCPHD_SET_JOINT_40, joint_memory, sizeof joint_memory, &joint, NULL, &map_of_all));
     OK(scphd_joint_estimate_map(map_of_all, NULL, 0, &map));
     HOLDS(map.left_out == 1);
+
+    /* A vehicle that moves sideways too. */
+    joint.vehicle.kind = SCPHD_VEHICLE_HOLONOMIC;
+    OK(scphd_release(joint_memory, sizeof joint_memory));
+    OK(scphd_joint_start(SCPHD_ABI_VERSION, SCPHD_SET_JOINT_40, joint_memory, sizeof joint_memory, &joint, NULL, &map_of_all));
+    OK(scphd_joint_reset(map_of_all, 0.0f, 0.0f, 0.0f));
+    OK(scphd_joint_predict_holonomic(map_of_all, 1.0f, 2.0f, 0.0f, 0.5f, NULL));
+    IS(scphd_joint_predict_robot(map_of_all, 1.0f, 0.0f, 0.5f, NULL), SCPHD_STATUS_BAD_CONTROL);
+    scphd_plane_pose sideways;
+    sideways.struct_size = sizeof sideways;
+    OK(scphd_joint_estimate_pose(map_of_all, &sideways));
+    HOLDS(fabsf(sideways.x_m - 0.5f) < 1e-5f && fabsf(sideways.y_m - 1.0f) < 1e-5f);
 }
 
 /* A set for each filter, in memory that ends where the set does: what writes beyond is seen by valgrind. */

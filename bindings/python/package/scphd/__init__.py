@@ -1,6 +1,6 @@
 """Single-cluster PHD SLAM: the filter of the firmware, bit for bit, with NumPy in and out.
 
-A vehicle (`Unicycle`, `Ackermann`, `KnownPose`), its detectors (`RangeBearing`, `BearingOnly`, each where a `Mounting` puts it) and a
+A vehicle (`Unicycle`, `Ackermann`, `Holonomic`, `KnownPose`), its detectors (`RangeBearing`, `BearingOnly`, each where a `Mounting` puts it) and a
 filter: `Filter`, the thesis's mixture, or `JointFilter`, one Gaussian over pose and map.
 
 >>> import scphd
@@ -25,6 +25,7 @@ from ._native import (
     FixReport,
     HeadingFix,
     Health,
+    Holonomic,
     InputError,
     JointFilter,
     JointReport,
@@ -50,6 +51,7 @@ __all__ = [
     "FixReport",
     "HeadingFix",
     "Health",
+    "Holonomic",
     "InputError",
     "JointFilter",
     "JointReport",

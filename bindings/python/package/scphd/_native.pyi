@@ -76,6 +76,18 @@ class Ackermann:
     ) -> Ackermann: ...
 
 @final
+class Holonomic:
+    def __new__(
+        cls,
+        *,
+        speed_sigma_mps: float = 0.02,
+        speed_sigma_ratio: float = 0.1,
+        turn_sigma: float = 0.02,
+        turn_sigma_ratio: float = 0.1,
+        noise_interval_s: float = 0.5,
+    ) -> Holonomic: ...
+
+@final
 class KnownPose:
     def __new__(cls) -> KnownPose: ...
 
@@ -298,7 +310,7 @@ class Movers:
 class Filter:
     def __new__(
         cls,
-        vehicle: Unicycle | Ackermann | KnownPose,
+        vehicle: Unicycle | Ackermann | Holonomic | KnownPose,
         *,
         proposal: Literal["informed", "blind"] = "informed",
         particles: int = 4,
@@ -322,7 +334,7 @@ class Filter:
 class JointFilter:
     def __new__(
         cls,
-        vehicle: Unicycle | Ackermann | KnownPose,
+        vehicle: Unicycle | Ackermann | Holonomic | KnownPose,
         *,
         memory: Literal["DESK", "JOINT_40", "JOINT_100"] = "DESK",
         **settings: Unpack[_JointSettings],

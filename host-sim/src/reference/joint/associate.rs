@@ -8,11 +8,11 @@ use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;
 
 /// Features that share a measurement, at most.
-const CLAIMS: usize = 4;
+const ASSOCIATIONS: usize = 4;
 /// Rounds of messages.
 const ROUNDS: usize = 8;
-/// What is known so many times worse than what is known best, a coordinate of the measurement, is loose.
-const LOOSE: f64 = 3.0;
+/// What is known so many times worse than what is known best, a coordinate of the measurement, is weak.
+const WEAK_RATIO: f64 = 3.0;
 /// ln of the largest odds.
 const LN_ODDS_MAX: f64 = 40.0;
 
@@ -20,7 +20,7 @@ const LN_ODDS_MAX: f64 = 40.0;
 #[derive(Debug, Clone)]
 pub(super) struct Association {
     /// Features that were set aside.
-    pub(super) loose: usize,
+    pub(super) weak: usize,
     /// p_D of every feature, 0 out of view and of what was set aside.
     pub(super) detection: Vec<f64>,
     /// s_jz, by feature and measurement.
@@ -75,10 +75,10 @@ impl<M: Models> Joint<M> {
             .iter()
             .map(|mover| state.features.iter().position(|feature| feature.label == mover.label))
             .collect();
-        let loose = self.loose(state, &expected, &detection, &mover_detection, &rivals);
+        let weak = self.weak(state, &expected, &detection, &mover_detection, &rivals);
         // They take the places of weaker claims all the same.
         let asked = detection.clone();
-        loose.iter().for_each(|&place| detection[place] = 0.0);
+        weak.iter().for_each(|&place| detection[place] = 0.0);
         // Causes: every static feature with the mover that it may be instead, then the other movers.
         let cause_of_mover: Vec<usize> = (0..k).map(|mover| rivals[mover].unwrap_or(n + mover)).collect();
         let mut not_detected = vec![1.0; n + k];
@@ -125,12 +125,12 @@ impl<M: Models> Joint<M> {
         for (z, ln_lambda) in ln_lambdas.iter_mut().enumerate() {
             let most = |of: &mut Vec<usize>| {
                 of.sort_by(|&a, &b| ln_claims[(b, z)].total_cmp(&ln_claims[(a, z)]));
-                of.truncate(CLAIMS);
+                of.truncate(ASSOCIATIONS);
             };
             let claims = |row: &usize| ln_claims[(*row, z)] > f64::NEG_INFINITY;
             let mut likeliest: Vec<usize> = (0..n).filter(claims).collect();
             most(&mut likeliest);
-            likeliest.retain(|place| !loose.contains(place));
+            likeliest.retain(|place| !weak.contains(place));
             likeliest.extend((n..n + k).filter(claims));
             most(&mut likeliest);
             let Some(&first) = likeliest.first() else { continue };
@@ -145,7 +145,7 @@ impl<M: Models> Joint<M> {
             cause += own;
             of_causes.row_mut(n + mover).fill(0.0);
         });
-        let settled = settle(&of_causes);
+        let settled = marginals(&of_causes);
         let part = |row: usize, cause: usize, z: usize| {
             if odds[(row, z)] > 0.0 { settled.shares[(cause, z)] * odds[(row, z)] / of_causes[(cause, z)] } else { 0.0 }
         };
@@ -156,7 +156,7 @@ impl<M: Models> Joint<M> {
         let mover_not_detected = cause_of_mover.iter().map(|&cause| not_detected[cause]).collect();
         not_detected.truncate(n);
         Association {
-            loose: loose.len(),
+            weak: weak.len(),
             detection,
             shares,
             not_detected,
@@ -172,9 +172,9 @@ impl<M: Models> Joint<M> {
 }
 
 impl<M: Models> Joint<M> {
-    /// Features whose innovation is loose beside the most certain one, or what one born of the last scan would have, but for those that
+    /// Features whose innovation is weak beside the most certain one, or what one born of the last scan would have, but for those that
     /// may move.
-    fn loose(
+    fn weak(
         &self,
         state: &State,
         expected: &[Option<Expected>],
@@ -189,7 +189,7 @@ impl<M: Models> Joint<M> {
                 let expected = expected[place].as_ref()?;
                 let h = over_all(state, place, expected);
                 let s = &h * &state.covariance * h.transpose() + self.models.noise();
-                let walked = &expected.by_pose * &state.doubt * expected.by_pose.transpose();
+                let walked = &expected.by_pose * &state.process_noise * expected.by_pose.transpose();
                 let newborn =
                     if may_be_born { (walked + self.models.noise() * 2.0).determinant().sqrt() } else { f64::INFINITY };
                 Some((place, [s.determinant().sqrt(), newborn]))
@@ -200,7 +200,7 @@ impl<M: Models> Joint<M> {
             let of = |mover: &usize| rivals[*mover] == Some(place);
             (0..rivals.len()).filter(of).any(|mover| mover_detection[mover] * state.movers[mover].weight > 0.0)
         };
-        let times = LOOSE.powi(self.models.noise().nrows() as i32);
+        let times = WEAK_RATIO.powi(self.models.noise().nrows() as i32);
         let is_loose =
             |&&(place, [size, newborn]): &&(usize, [f64; 2])| size > least.min(newborn) * times && !may_move(place);
         claims.iter().filter(is_loose).map(|&(place, _)| place).collect()
@@ -211,7 +211,7 @@ impl<M: Models> Joint<M> {
 const SETTLED: f64 = 1.001;
 
 /// Odds after the messages.
-struct Settled {
+struct Marginals {
     shares: DMatrix<f64>,
     unexplained: Vec<f64>,
     /// Without the parts of what is missed and of clutter.
@@ -219,7 +219,7 @@ struct Settled {
 }
 
 /// Belief propagation over odds a_jz by feature and measurement.
-fn settle(a: &DMatrix<f64>) -> Settled {
+fn marginals(a: &DMatrix<f64>) -> Marginals {
     let (n, m) = a.shape();
     // Σ over the others of a row or column, each time anew.
     let but = |count: usize, skipped: usize, term: &dyn Fn(usize) -> f64| -> f64 {
@@ -247,7 +247,7 @@ fn settle(a: &DMatrix<f64>) -> Settled {
             of_measurement /= all;
         }
     }
-    Settled {
+    Marginals {
         shares,
         unexplained: by_measurement.iter().map(|sum| 1.0 / sum).collect(),
         ln_evidence: ln_sum(&by_feature) + ln_sum(&by_measurement) - pairs,
@@ -282,7 +282,7 @@ mod tests {
         let star = DMatrix::from_row_slice(3, 1, &[3.0, 4.0, 0.1]);
         let apart = DMatrix::from_row_slice(2, 2, &[5.0, 0.0, 0.0, 0.2]);
         for odds in [chain, star, apart] {
-            let (settled, (ln_sum, shares)) = (settle(&odds), enumerated(&odds));
+            let (settled, (ln_sum, shares)) = (marginals(&odds), enumerated(&odds));
             assert!((settled.ln_evidence - ln_sum).abs() < 1e-12, "{odds}");
             assert!((settled.shares - shares).norm() < 1e-12, "{odds}");
         }

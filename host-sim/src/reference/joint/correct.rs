@@ -1,9 +1,9 @@
 //! Corrections by what features have a share of, and what they mean for the heading.
 
 use super::associate::{Association, over_all, squared};
+use super::map_management::LEAST_ABSENT;
 use super::models::Models;
 use super::state::{Feature, State};
-use super::tidy::LEAST_ABSENT;
 use super::{Config, Joint};
 use nalgebra::{DMatrix, DVector};
 
@@ -96,7 +96,7 @@ impl<M: Models> Joint<M> {
         }
         let within = spread - &mean * mean.transpose() - beta * s;
         state.covariance += &gain * within * gain.transpose();
-        self.shift(state, &(gain * mean));
+        self.inject_correction(state, &(gain * mean));
     }
 
     /// The same update of one feature's place alone: what is not of the pose's share, though it is of the feature, if that stands.
@@ -136,12 +136,12 @@ impl<M: Models> Joint<M> {
         }
         let mut moved = common * inverse * mean;
         (0..moved.len()).filter(|index| !own.contains(index)).for_each(|index| moved[index] = 0.0);
-        self.shift(state, &moved);
+        self.inject_correction(state, &moved);
     }
 
     /// Moves everything, and turns the covariance with it: P ← (I + c eᵀ) P (I + c eᵀ)ᵀ.
-    pub(super) fn shift(&self, state: &mut State, moved: &DVector<f64>) {
-        state.shift(moved);
+    pub(super) fn inject_correction(&self, state: &mut State, moved: &DVector<f64>) {
+        state.inject_correction(moved);
         let mut c = DVector::zeros(moved.len());
         let firsts = (0..state.places.len()).map(|place| state.first(place));
         for first in std::iter::once(0).chain(firsts) {

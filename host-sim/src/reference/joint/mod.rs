@@ -4,20 +4,20 @@
 //! It shares nothing with the filter but that page. What the filter does against rounding and against numbers beyond all maps has
 //! no counterpart.
 
-mod apart;
 mod associate;
 mod correct;
+mod difference;
 mod dual;
+mod loop_closure;
+mod map_management;
 mod models;
 mod mover;
 mod movers;
 mod planar;
-mod reunite;
 mod space;
 mod state;
 #[cfg(test)]
 mod tests;
-mod tidy;
 
 pub use models::{Expected, Inverse, Models, Moved};
 pub use mover::{Mover, Moving};
@@ -100,7 +100,7 @@ impl<M: Models> Joint<M> {
         state.covariance.columns_mut(0, M::POSE).copy_from(&columns);
         let mut own = state.covariance.view_mut((0, 0), (M::POSE, M::POSE));
         own += &noise;
-        state.doubt = &transition * &state.doubt * transition.transpose() + noise;
+        state.process_noise = &transition * &state.process_noise * transition.transpose() + noise;
     }
 
     /// Takes in a scan.
@@ -112,12 +112,12 @@ impl<M: Models> Joint<M> {
         let in_view = association.detection.iter().filter(|&&p| p > 0.0).count();
         let innovations = self.correct(state, &association, measurements);
         self.correct_movers(state, &association, measurements);
-        let united = self.tidy_movers(state);
+        let united = self.manage_tracks(state);
         let first_label = state.next_label;
-        let [births, no_birth, lost] = self.bear(state, &mut association, measurements);
+        let [births, no_birth, lost] = self.initiate(state, &mut association, measurements);
         let mut merged = united + self.merge(state, &mut association.detection);
-        if association.loose > 0 {
-            merged += self.reunite(state, &mut association.detection);
+        if association.weak > 0 {
+            merged += self.close_loop(state, &mut association.detection);
         }
         let dropped = self.drop_unlikely(state, &mut association.detection, first_label);
         let dimension = self.models.noise().nrows() as f64;

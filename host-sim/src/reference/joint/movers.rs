@@ -39,7 +39,7 @@ impl<M: Models> Joint<M> {
 
     pub(super) fn sight(&self, state: &State, mover: &Mover) -> Option<Sight> {
         let expected = self.models.expected(&state.pose, mover.position())?;
-        let noise = self.models.noise() + &expected.by_pose * &state.doubt * expected.by_pose.transpose();
+        let noise = self.models.noise() + &expected.by_pose * &state.process_noise * expected.by_pose.transpose();
         Some(Sight { h: mover.h(&expected), noise, expected })
     }
 
@@ -72,11 +72,11 @@ impl<M: Models> Joint<M> {
             mover.weight = (seen + missed).min(1.0);
         }
         state.movers = movers;
-        state.doubt.fill(0.0);
+        state.process_noise.fill(0.0);
     }
 
     /// Makes one of every two at one place with one velocity, and drops what is hardly there; how many were made one.
-    pub(super) fn tidy_movers(&self, state: &mut State) -> usize {
+    pub(super) fn manage_tracks(&self, state: &mut State) -> usize {
         let (mut united, mut one) = (0, 0);
         while one < state.movers.len() {
             let mut other = one + 1;
@@ -110,7 +110,7 @@ impl<M: Models> Joint<M> {
     }
 
     /// Adds what a measurement may be the first one of, if it moves; whether something went for want of room.
-    pub(super) fn bear_mover(
+    pub(super) fn initiate_track(
         &self,
         state: &mut State,
         label: u32,

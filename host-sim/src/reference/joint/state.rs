@@ -39,7 +39,7 @@ pub struct State {
     /// What may move.
     pub movers: Vec<Mover>,
     /// What the noise of the odometry has added to the covariance of the pose since the last scan.
-    pub doubt: DMatrix<f64>,
+    pub process_noise: DMatrix<f64>,
     /// Time since the last scan, s.
     pub waited_s: f64,
     /// The next feature's label.
@@ -50,9 +50,9 @@ impl State {
     /// At a pose with so many uncertain coordinates, certain of it, without a feature.
     pub fn new(pose: Vec<f64>, uncertain: usize) -> Self {
         let covariance = DMatrix::zeros(uncertain, uncertain);
-        let doubt = covariance.clone();
+        let process_noise = covariance.clone();
         let (places, features, movers) = (Vec::new(), Vec::new(), Vec::new());
-        Self { pose, places, covariance, features, movers, doubt, waited_s: 0.0, next_label: 0 }
+        Self { pose, places, covariance, features, movers, process_noise, waited_s: 0.0, next_label: 0 }
     }
 
     /// The first coordinate of a feature, or how many there are before and in so many.
@@ -67,7 +67,7 @@ impl State {
     }
 
     /// Moves everything.
-    pub(super) fn shift(&mut self, by: &DVector<f64>) {
+    pub(super) fn inject_correction(&mut self, by: &DVector<f64>) {
         let uncertain = self.uncertain();
         self.pose.iter_mut().zip(by.iter()).take(uncertain).for_each(|(coordinate, by)| *coordinate += by);
         let coordinates = self.places.iter_mut().flatten();

@@ -1,22 +1,22 @@
-//! What was seen anew, found to be what had been known all along: by how the features around it fit.
+//! Loop closure: finds landmarks that were initiated twice, and merges them, by the joint consistency of the landmarks around them.
 //!
 //! After a way without landmarks the pose is so uncertain that a measurement may be of many features, and taking it for the wrong one
-//! cannot be undone. So it is not decided by single measurements: what is known much worse than what is at hand makes no claim
-//! ([`set_aside`]), and what is seen then is born anew. The new features are known well among themselves, and are laid over the old
-//! ones as a whole ([`reunite`]).
+//! cannot be undone. So it is not decided by single measurements: a landmark that is determined much worse than others in view is excluded from the association
+//! ([`exclude_weakly_determined`]), and new landmarks are initiated in its place. The new landmarks are well determined relative to each other, and are
+//! matched to the old ones as a whole ([`close_loop`]).
 
-use super::apart::{Apart, Closed};
-use super::claims::Explained;
+use super::associations::AssociationRow;
 use super::config::JointConfig;
 use super::covariance::{first, symmetric};
-use super::state::{Memory, Slot};
-use super::tidy::join;
+use super::difference::{Closed, Difference};
+use super::map_management::fuse;
+use super::state::{Landmark, Memory};
 use crate::numerics::vector::{applied, product, transposed};
 use crate::{Linear, LnSum, Matrix, Pose, PositionOf, Real, Vector};
 
-/// A feature is loose where the innovation that is expected of it is as many times less certain, a coordinate, than the most certain
+/// A landmark is weakly determined where the standard deviation of its innovation is as many times larger, a coordinate, than the smallest
 /// one of the scan.
-const LOOSE: f64 = 3.0;
+const WEAK_RATIO: f64 = 3.0;
 /// What is to be laid over something else was detected as often.
 const SEEN: f64 = 3.0;
 /// Of the features seen around one that had been known, this share had been known too.
@@ -30,61 +30,61 @@ const NEIGHBOURS: usize = 3;
 /// Features that are tried, at most: those detected most often. What stands there new is often the first of them, and is nothing else.
 const SEEDS: usize = 6;
 
-/// The peak below which the innovation of a feature is loose beside one of that peak.
+/// The peak of the innovation's density below which a landmark is weakly determined, beside one of that peak.
 pub(super) fn least_of<Y: Vector>(ln_peak: Y::Scalar) -> Y::Scalar {
-    ln_peak - Y::Scalar::from_f64(LOOSE).ln() * Y::Scalar::from_usize(Y::DIMENSION)
+    ln_peak - Y::Scalar::from_f64(WEAK_RATIO).ln() * Y::Scalar::from_usize(Y::DIMENSION)
 }
 
-/// Takes the claims of loose features back: of those whose `claimed`, the peak of their innovation, is below `least`. They count as out of view. How
+/// Removes the associations of weakly determined landmarks: of those whose `claimed`, the peak of their innovation, is below `least`. They count as out of view. How
 /// many there are, and Σ ln(1 − p_D v) over them.
-pub(super) fn set_aside<T: Real, D: Vector<Scalar = T>>(
-    slots: &mut [Slot<D>],
-    explained: &mut [Explained<T>],
+pub(super) fn exclude_weakly_determined<T: Real, D: Vector<Scalar = T>>(
+    landmarks: &mut [Landmark<D>],
+    explained: &mut [AssociationRow<T>],
     least: T,
 ) -> (usize, T) {
-    let (mut loose, mut ln_missed) = (0, T::ZERO);
-    for slot in slots.iter().filter(|slot| slot.claimed < least) {
-        loose += 1;
+    let (mut weak, mut ln_missed) = (0, T::ZERO);
+    for slot in landmarks.iter().filter(|slot| slot.claimed < least) {
+        weak += 1;
         ln_missed += (T::ONE - slot.detection * slot.existence.in_sight).ln();
     }
-    if loose > 0 {
-        let is_loose = |place: u16| slots.get(usize::from(place)).is_some_and(|slot| slot.claimed < least);
-        explained.iter_mut().for_each(|explained| explained.take_back(is_loose));
-        slots.iter_mut().filter(|slot| slot.claimed < least).for_each(|slot| slot.detection = T::ZERO);
+    if weak > 0 {
+        let is_weak = |place: u16| landmarks.get(usize::from(place)).is_some_and(|slot| slot.claimed < least);
+        explained.iter_mut().for_each(|explained| explained.retract(is_weak));
+        landmarks.iter_mut().filter(|slot| slot.claimed < least).for_each(|slot| slot.detection = T::ZERO);
     }
-    (loose, ln_missed)
+    (weak, ln_missed)
 }
 
 /// Makes a feature in view one with another that it is, if that is sure by how those around it fit: of the most often detected ones, the
 /// one that most speaks for; how many were.
-pub(super) fn reunite<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
+pub(super) fn close_loop<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
     config: &JointConfig<T>,
     memory: &mut Memory<'_, P, Z>,
 ) -> usize {
     let mut seeds = Nearest::<T, SEEDS>::NONE;
-    for (place, slot) in memory.slots.iter().enumerate().take(memory.known.len) {
+    for (place, slot) in memory.landmarks.iter().enumerate().take(memory.known.len) {
         if slot.detection > T::ZERO && is_known(slot) {
             seeds.take(place, -slot.detections);
         }
     }
     let mut best: Option<([usize; 2], T)> = None;
     for one in seeds.places() {
-        if let Some((other, ln_evidence)) = what_it_is(config, memory, one)
+        if let Some((other, ln_evidence)) = match_of(config, memory, one)
             && best.is_none_or(|(_, most)| ln_evidence > most)
         {
             best = Some(([one, other], ln_evidence));
         }
     }
-    usize::from(best.is_some_and(|([one, other], _)| join(config, memory, one, other)))
+    usize::from(best.is_some_and(|([one, other], _)| fuse(config, memory, one, other)))
 }
 
 /// Whether a feature has been seen often enough, and is rather there than not.
-fn is_known<D: Vector>(slot: &Slot<D>) -> bool {
+fn is_known<D: Vector>(slot: &Landmark<D>) -> bool {
     slot.detections >= D::Scalar::from_f64(SEEN) && slot.existence.total() >= D::Scalar::from_f64(0.5)
 }
 
 /// Which other feature one is, if that is sure, and ln of what speaks for it.
-fn what_it_is<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
+fn match_of<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
     config: &JointConfig<T>,
     memory: &mut Memory<'_, P, Z>,
     one: usize,
@@ -111,7 +111,7 @@ fn what_it_is<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
 
 /// ln of how many known features there are in a unit of space: of the box around them.
 fn ln_density<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(memory: &Memory<'_, P, Z>) -> Option<T> {
-    let known = || memory.slots.iter().take(memory.known.len).filter(|slot| is_known(slot)).map(|slot| &slot.mean);
+    let known = || memory.landmarks.iter().take(memory.known.len).filter(|slot| is_known(slot)).map(|slot| &slot.mean);
     let mut ln_density = T::from_usize(known().count()).ln();
     for d in 0..PositionOf::<P>::DIMENSION {
         let ends = |(least, most): (T, T), mean: &P::Position| (least.at_most(mean.at(d)), most.at_least(mean.at(d)));
@@ -124,7 +124,7 @@ fn ln_density<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(memory: &Memo
 
 /// Two features that may be one.
 struct Pair<P: Pose> {
-    apart: Apart<P>,
+    apart: Difference<P>,
     /// C⁻¹.
     inverse: Linear<PositionOf<P>, PositionOf<P>>,
     closed: Closed<PositionOf<P>>,
@@ -135,8 +135,8 @@ struct Pair<P: Pose> {
 impl<T: Real, P: Pose<Scalar = T>> Pair<P> {
     /// Both are known, and within a squared Mahalanobis distance of each other.
     fn of<Z: Vector<Scalar = T>>(memory: &Memory<'_, P, Z>, one: usize, other: usize, within: T) -> Option<Self> {
-        let existence = memory.slots.get(other).filter(|slot| is_known(slot))?.existence.total();
-        let apart = Apart::of(memory, [one, other]).filter(|apart| !apart.is_beyond(within))?;
+        let existence = memory.landmarks.get(other).filter(|slot| is_known(slot))?.existence.total();
+        let apart = Difference::of(memory, [one, other]).filter(|apart| !apart.is_beyond(within))?;
         let factor = apart.factor()?;
         let closed = Closed::of::<P>(&apart.difference, &factor, &apart.heading);
         if !(closed.distance <= within) {
@@ -151,7 +151,7 @@ impl<T: Real, P: Pose<Scalar = T>> Pair<P> {
         let (ln_known, known) = (T::from_f64(KNOWN).ln(), T::from_f64(KNOWN));
         // Where all features would be then.
         for place in 0..memory.known.len {
-            let Some(slot) = memory.slots.get(place).filter(|slot| is_known(slot)) else { continue };
+            let Some(slot) = memory.landmarks.get(place).filter(|slot| is_known(slot)) else { continue };
             let by: P::Position = self.closed.moves(&memory.joint, &self.apart, first::<P>(place));
             let moved = slot.mean + by;
             let Some(rows) = memory.common.get_mut(place) else { break };
@@ -161,7 +161,7 @@ impl<T: Real, P: Pose<Scalar = T>> Pair<P> {
         }
         let mut ln_evidence = ln_known + self.ln_alone - ln_density;
         for around in (0..memory.known.len).filter(|&around| self.is_another(memory, around)) {
-            if !memory.slots.get(around).is_some_and(|slot| slot.detection > T::ZERO) {
+            if !memory.landmarks.get(around).is_some_and(|slot| slot.detection > T::ZERO) {
                 continue;
             }
             let mut near = Nearest::<T, NEIGHBOURS>::NONE;
@@ -182,20 +182,20 @@ impl<T: Real, P: Pose<Scalar = T>> Pair<P> {
 
     /// Whether a feature is known and neither of these.
     fn is_another<Z: Vector<Scalar = T>>(&self, memory: &Memory<'_, P, Z>, place: usize) -> bool {
-        !self.apart.places.contains(&place) && memory.slots.get(place).is_some_and(is_known)
+        !self.apart.places.contains(&place) && memory.landmarks.get(place).is_some_and(is_known)
     }
 
     /// ln( v N / density ) of the difference of two more, if these are one.
     fn ln_fit<Z: Vector<Scalar = T>>(&self, memory: &Memory<'_, P, Z>, one: usize, other: usize, ln_density: T) -> T {
-        let Some(apart) = Apart::of(memory, [one, other]) else { return T::NEG_INFINITY };
+        let Some(apart) = Difference::of(memory, [one, other]) else { return T::NEG_INFINITY };
         let with = self.apart.with_other(&memory.joint, &apart);
         let gain = product::<P::Position, P::Position, P::Position>(&with, &self.inverse);
-        let told =
+        let statistics =
             product::<P::Position, P::Position, P::Position>(&gain, &transposed::<P::Position, P::Position>(&with));
         let own = &apart.covariance;
-        let left = symmetric::<P::Position>(&Matrix::with(|r, c| own.at(r, c) - told.at(r, c)));
+        let left = symmetric::<P::Position>(&Matrix::with(|r, c| own.at(r, c) - statistics.at(r, c)));
         let heading = apart.heading - applied::<P::Position, P::Position>(&gain, &self.apart.heading);
-        let existence = memory.slots.get(other).map_or(T::ZERO, |slot| slot.existence.total());
+        let existence = memory.landmarks.get(other).map_or(T::ZERO, |slot| slot.existence.total());
         left.factor().map_or(T::NEG_INFINITY, |factor| {
             let closed = Closed::of::<P>(&moved_apart(memory, one, other), &factor, &heading);
             existence.ln() + factor.ln_peak() - closed.distance * T::from_f64(0.5) - ln_density
@@ -252,7 +252,7 @@ impl<T: Real, const N: usize> Nearest<T, N> {
 mod tests {
     use super::super::existence::Existence;
     use super::super::{JointConfig, JointSlam, JointState, joint_numbers};
-    use super::{KNOWN, Nearest, Pair, reunite};
+    use super::{KNOWN, Nearest, Pair, close_loop};
     use crate::*;
     use nalgebra::Vector2;
     use std::boxed::Box;
@@ -275,7 +275,7 @@ mod tests {
         for place in 0..6 {
             let (of, is_new) = (place % 3, place >= 3);
             let old = Vector2::from(OLD[of]);
-            let slot = &mut memory.slots[place];
+            let slot = &mut memory.landmarks[place];
             slot.label = place as u32;
             slot.mean = if is_new { old - Vector2::from(apart[of]) } else { old };
             slot.existence = Existence::of(0.8);
@@ -330,7 +330,7 @@ mod tests {
     fn what_fits_as_a_whole_is_made_one_and_what_does_not_is_left() {
         let merged = |apart, config: &JointConfig<f64>| {
             let mut state = map(apart);
-            let merged = reunite(config, &mut state.memory());
+            let merged = close_loop(config, &mut state.memory());
             (merged, state.memory().known.len)
         };
         let fits = [[1.0, -0.5], [1.1, -0.4], [0.9, -0.6]];

@@ -1,24 +1,24 @@
-//! The coordinates of the covariance.
+//! The invariant error state, in which the covariance is kept.
 //!
 //! What turns vehicle and map together about the origin, by a small δθ, moves what is at p by δθ × p, and no measurement tells it. So the
 //! covariance must keep its share of that, from wherever a place is taken to be: an error e of a place that corrections have moved by Δ is
 //! counted as ξ = e − δθ × Δ, with δθ the error of the heading. Without this every update tells some heading that nothing measured (Huang,
 //! Mourikis & Roumeliotis 2010); with it the errors are those of the invariant filter (Barrau & Bonnabel 2015). Within a scan
-//! Δ is remembered beside every place, and derivatives and corrections are translated; at its end [`follow`](Memory::follow) makes the
+//! Δ is remembered beside every place, and derivatives and corrections are translated; at its end [`reset_error_frame`](Memory::reset_error_frame) makes the
 //! covariance one of errors as they are, with Δ = 0.
 
 use super::covariance::RowsOf;
-use super::state::{Known, Memory, Slot};
+use super::state::{Known, Landmark, Memory};
 use crate::numerics::range::is_within_range;
 use crate::{Linear, Matrix, Pose, PositionOf, Real, TangentOf, Vector, Zero};
 
 impl<T: Real, P: Pose<Scalar = T>> Known<P> {
     /// ∂h/∂ξ of the pose, of Hx = ∂h/∂x and Hm = ∂h/∂m: the heading's column is Hx + Hx (ê × Δx) + Hm (ê × Δm), the others stay.
-    pub(super) fn as_counted<Y: Vector<Scalar = T>>(
+    pub(super) fn in_invariant_error<Y: Vector<Scalar = T>>(
         &self,
         by_pose: &Linear<Y, TangentOf<P>>,
         by_feature: &Linear<Y, PositionOf<P>>,
-        slot: &Slot<PositionOf<P>>,
+        slot: &Landmark<PositionOf<P>>,
     ) -> Linear<Y, TangentOf<P>> {
         let Some(heading) = P::HEADING else { return *by_pose };
         let (of_pose, of_feature) = (lever(&self.moved), lever(slot.moved.as_slice()));
@@ -50,13 +50,13 @@ impl<T: Real, P: Pose<Scalar = T>> Known<P> {
 
 impl<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>> Memory<'_, P, Z> {
     /// Moves pose and features by their rows of P Hᵀ, times `step`: of a measurement of which all was taken in at once.
-    pub(super) fn shift(&mut self, pose: &RowsOf<P::Tangent, Z>, step: &Z) {
+    pub(super) fn inject_correction(&mut self, pose: &RowsOf<P::Tangent, Z>, step: &Z) {
         let turn = turn_of::<P, Z>(pose, step);
-        let Self { known, slots, common, .. } = self;
+        let Self { known, landmarks, common, .. } = self;
         let by = known.step_of(pose, step, turn);
         known.pose = known.pose.displaced(&by);
         known.moved.iter_mut().zip(by.as_slice()).for_each(|(moved, &by)| *moved += by);
-        for (slot, rows) in slots.iter_mut().take(known.len).zip(common.iter()) {
+        for (slot, rows) in landmarks.iter_mut().take(known.len).zip(common.iter()) {
             let counted = P::Position::with(|d| rows.as_ref().get(d).map_or(T::ZERO, |row| row.dot(step)));
             let by = turned(counted, turn, slot.moved.as_slice());
             slot.mean += by;
@@ -65,22 +65,22 @@ impl<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>> Memory<'_, P, Z> {
     }
 
     /// Makes the covariance one of errors as they are, where corrections have moved pose and features.
-    pub(super) fn follow(&mut self) {
-        let Self { known, slots, joint, .. } = self;
+    pub(super) fn reset_error_frame(&mut self) {
+        let Self { known, landmarks, joint, .. } = self;
         let Some(heading) = P::HEADING else { return };
         let unmoved = |moved: &[T]| moved.iter().all(|&by| by == T::ZERO);
-        if unmoved(&known.moved) && slots.iter().take(known.len).all(|slot| unmoved(slot.moved.as_slice())) {
+        if unmoved(&known.moved) && landmarks.iter().take(known.len).all(|slot| unmoved(slot.moved.as_slice())) {
             return;
         }
         let of = |moved: &[T], coordinate: usize| lever(moved).get(coordinate).copied().unwrap_or(T::ZERO);
         let of_pose = P::Tangent::with(|k| of(&known.moved, k));
         let of_feature = |feature: usize| {
-            let moved = slots.get(feature).map_or(P::Position::ZERO, |slot| slot.moved);
+            let moved = landmarks.get(feature).map_or(P::Position::ZERO, |slot| slot.moved);
             P::Position::with(|d| of(moved.as_slice(), d))
         };
         joint.turn(heading, (&of_pose, of_feature), known.len);
         known.moved = [T::ZERO; 2];
-        slots.iter_mut().take(known.len).for_each(|slot| slot.moved = Zero::ZERO);
+        landmarks.iter_mut().take(known.len).for_each(|slot| slot.moved = Zero::ZERO);
     }
 }
 
@@ -107,7 +107,7 @@ fn turned<T: Real, V: Vector<Scalar = T>>(counted: V, turn: T, moved: &[T]) -> V
 #[cfg(test)]
 mod tests {
     use super::super::associate::Predicted;
-    use super::super::state::{JointState, Slot};
+    use super::super::state::{JointState, Landmark};
     use super::lever;
     use crate::*;
     use nalgebra::Vector2;
@@ -122,11 +122,11 @@ mod tests {
         memory.known.pose = PlanarPose::new(at[0] + by[0], at[1] + by[1], 0.6);
         memory.known.moved = by;
         let mean = Vector2::from(feature_at) + Vector2::from(feature_by);
-        let slot = Slot { mean, moved: Vector2::from(feature_by), ..Slot::ZERO };
+        let slot = Landmark { mean, moved: Vector2::from(feature_by), ..Landmark::ZERO };
         let sensor = RangeBearing::new(0.1, 0.01).unwrap();
         let frame = sensor.frame(&memory.known.pose);
         let Predicted { by_pose, by_feature, .. } = Predicted::of(&sensor, &frame, &slot.mean).unwrap();
-        let counted = memory.known.as_counted::<Vector2<f64>>(&by_pose, &by_feature, &slot);
+        let counted = memory.known.in_invariant_error::<Vector2<f64>>(&by_pose, &by_feature, &slot);
         // Of the errors as they are counted, a turn is δθ and δθ × p at the places from before.
         let (turn, feature_turn) = (lever(&at), lever(&feature_at));
         for row in 0..2 {

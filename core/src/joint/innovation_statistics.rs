@@ -1,8 +1,8 @@
-//! What one feature's shares of a scan tell, before anything is moved by it.
+//! The innovation statistics of one landmark in a scan: the terms of its probabilistic data association update.
 
 use super::ambiguity::is_ambiguous;
 use super::associate::Predicted;
-use super::claims::{Explained, shares};
+use super::associations::{AssociationRow, shares};
 use super::covariance::{Common, RowsOf, symmetric};
 use super::report::Tally;
 use super::state::Memory;
@@ -16,10 +16,10 @@ pub(super) const LEAST_DETECTED: f64 = 0.02;
 /// this scan: it was within the gate before them, so that one of both is wrong, and what is linear in small errors is no more.
 const GATES: f64 = 4.0;
 
-/// Whether anything is to be learnt from a feature with so much of all detections.
-pub(super) fn says_of_the_pose<T, S>(
+/// Whether the pose is corrected by a landmark with so much of all detections.
+pub(super) fn is_informative_for_pose<T, S>(
     sensor: &S,
-    explained: &[Explained<T>],
+    explained: &[AssociationRow<T>],
     place: usize,
     measurements: &[S::Measurement],
     detected: T,
@@ -31,8 +31,8 @@ where
     detected >= T::from_f64(LEAST_DETECTED) && !is_ambiguous(sensor, explained, place, measurements)
 }
 
-/// What one feature's shares of a scan tell.
-pub(super) struct Told<P: Pose, Y: Vector, Z: Vector> {
+/// The terms of the update by one landmark.
+pub(super) struct InnovationStatistics<P: Pose, Y: Vector, Z: Vector> {
     /// The rows of P Hᵀ that are the pose's; the features' are in the memory.
     pub(super) pose: RowsOf<TangentOf<P>, Z>,
     /// S⁻¹.
@@ -45,9 +45,9 @@ pub(super) struct Told<P: Pose, Y: Vector, Z: Vector> {
     pub(super) detected: Y::Scalar,
 }
 
-/// What `times` a feature's shares tell, linearised at the means as they are; `None` where it cannot be measured from here, what was told before
+/// What `times` a feature's shares tell, linearised at the means as they are; `None` where it cannot be measured from here, what was taken in before
 /// contradicts it, or rounding has spoilt the covariance of its innovation.
-pub(super) fn tell<T, S, Z>(
+pub(super) fn innovation_statistics<T, S, Z>(
     sensor: &S,
     memory: &mut Memory<'_, S::Pose, Z>,
     place: usize,
@@ -55,16 +55,16 @@ pub(super) fn tell<T, S, Z>(
     times: T,
     gate: T,
     tally: &mut Tally<T>,
-) -> Option<Told<S::Pose, S::Measurement, Z>>
+) -> Option<InnovationStatistics<S::Pose, S::Measurement, Z>>
 where
     T: Real,
     S: Sensor<Pose: Pose<Scalar = T>>,
     Z: Vector<Scalar = T>,
 {
-    let Memory { known, slots, joint, common, explained, .. } = memory;
-    let slot = slots.get(place)?;
+    let Memory { known, landmarks, joint, common, explained, .. } = memory;
+    let slot = landmarks.get(place)?;
     let Predicted { measurement, by_pose, by_feature } = Predicted::of(sensor, &sensor.frame(&known.pose), &slot.mean)?;
-    let by_pose = known.as_counted::<S::Measurement>(&by_pose, &by_feature, slot);
+    let by_pose = known.in_invariant_error::<S::Measurement>(&by_pose, &by_feature, slot);
     let mut common = Common::over(common);
     joint.common::<S::Measurement, Z>(place, &by_pose, &by_feature, known.len, &mut common);
     let own = common.features.get(place).map_or(&[][..], |rows| rows.as_ref());
@@ -95,7 +95,7 @@ where
     let sandwich = product::<S::Measurement, S::Measurement, S::Measurement>;
     let spread = sandwich(&sandwich(&inverse, &open), &inverse);
     let step = applied::<S::Measurement, S::Measurement>(&inverse, &mean);
-    Some(Told { pose: common.pose, inverse, step, spread, detected })
+    Some(InnovationStatistics { pose: common.pose, inverse, step, spread, detected })
 }
 
 /// v vᵀ.

@@ -1,7 +1,7 @@
-//! Features come, turn out to be one, and go.
+//! Map management: landmarks are initiated, merged and pruned.
 
-use super::apart::{Apart, place_of};
 use super::associate::{Association, squared};
+use super::difference::{Difference, place_of};
 use super::models::Models;
 use super::state::{Feature, State};
 use super::{Config, Joint};
@@ -18,7 +18,12 @@ const LIKELY: f64 = 0.5;
 
 impl<M: Models> Joint<M> {
     /// Adds a feature for every measurement that nothing explains well; how many could not be, for want of room or of an inverse.
-    pub(super) fn bear(&self, state: &mut State, association: &mut Association, measurements: &[&[f64]]) -> [usize; 3] {
+    pub(super) fn initiate(
+        &self,
+        state: &mut State,
+        association: &mut Association,
+        measurements: &[&[f64]],
+    ) -> [usize; 3] {
         let Config { birth_share, birth_intensity, capacity, moving, .. } = self.config;
         let (mut births, mut no_birth, mut lost) = (0, 0, 0);
         for (index, z) in measurements.iter().enumerate() {
@@ -42,7 +47,7 @@ impl<M: Models> Joint<M> {
             };
             let own = &inverse.by_measurement * self.models.noise() * inverse.by_measurement.transpose();
             if w > 0.0 {
-                lost += self.bear_mover(state, label, w, &inverse.feature, &own);
+                lost += self.initiate_track(state, label, w, &inverse.feature, &own);
             }
             if v <= 0.0 {
                 continue;
@@ -84,7 +89,7 @@ impl<M: Models> Joint<M> {
             while let Some(alone) = alone.as_ref().and_then(Option::as_ref).filter(|_| other < state.features.len()) {
                 let near = is_established(state, detection, other)
                     && squared(&(place_of(state, other) - &mean), alone) <= self.config.merge_distance;
-                if near && self.join(state, one, other) {
+                if near && self.fuse(state, one, other) {
                     state.drop_feature(other);
                     detection.swap_remove(other);
                     merged += 1;
@@ -105,17 +110,17 @@ impl<M: Models> Joint<M> {
     }
 
     /// Takes in m_one = m_other, if their covariances let it be; whether they did.
-    pub(super) fn join(&self, state: &mut State, one: usize, other: usize) -> bool {
-        let apart = Apart::of::<M>(state, one, other);
+    pub(super) fn fuse(&self, state: &mut State, one: usize, other: usize) -> bool {
+        let apart = Difference::of::<M>(state, one, other);
         let Some(closed) = apart.closed(&apart.difference, &state.covariance) else { return false };
         // NaN is not near.
         if closed.distance.partial_cmp(&self.config.merge_distance).is_none_or(|order| order.is_gt()) {
             return false;
         }
         let moved = closed.moved(state, &apart);
-        self.shift(state, &moved);
+        self.inject_correction(state, &moved);
         // Of the places moved to, the two are one whatever turns.
-        let h = Apart::straight::<M>(state, one, other);
+        let h = Difference::straight::<M>(state, one, other);
         let s = &h * &state.covariance * h.transpose();
         let Some(factor) = s.clone().cholesky() else { return false };
         let gain = &state.covariance * h.transpose() * factor.inverse();

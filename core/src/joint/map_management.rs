@@ -1,11 +1,11 @@
-//! Features come, go, and turn out to be one.
+//! Map management: landmarks are initiated, merged and pruned.
 
-use super::apart::{Apart, Closed};
 use super::config::JointConfig;
 use super::covariance::{Common, first};
+use super::difference::{Closed, Difference};
 use super::existence::Existence;
 use super::movers::Movers;
-use super::state::{Memory, Slot};
+use super::state::{Landmark, Memory};
 use crate::numerics::range::{is_within_range, is_within_square};
 use crate::numerics::vector::product;
 use crate::{Births, FieldOfView, Linear, Matrix, MeasurementModel, Pose, PositionOf, Real, Sensor, TangentOf, Vector};
@@ -17,7 +17,7 @@ const HARDLY_THERE: f64 = 0.01;
 
 /// What births did.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Born {
+pub(super) struct Initiated {
     /// New features.
     pub(super) births: usize,
     /// Measurements that could not give birth: no inverse, or out of view.
@@ -27,21 +27,21 @@ pub(super) struct Born {
 }
 
 /// Adds a feature for every measurement that nothing explains well.
-pub(super) fn bear<T, X, Z, V>(
+pub(super) fn initiate<T, X, Z, V>(
     models: &X,
     births: &Births<T>,
     config: &JointConfig<T>,
     memory: &mut Memory<'_, X::Pose, Z>,
     movers: &mut V,
     measurements: &[X::Measurement],
-) -> Born
+) -> Initiated
 where
     T: Real,
     X: MeasurementModel<Pose: Pose<Scalar = T>>,
     Z: Vector<Scalar = T>,
     V: Movers<X::Pose>,
 {
-    let mut born = Born::default();
+    let mut born = Initiated::default();
     let (ln_birth, ln_moving) = (births.of_static.ln(), births.of_moving.ln());
     let frame = models.sensor().frame(&memory.known.pose);
     for (index, z) in measurements.iter().enumerate() {
@@ -61,12 +61,12 @@ where
             continue;
         };
         if let Some(mut tracks) = movers.tracks().filter(|_| moving > T::ZERO) {
-            born.lost += tracks.bear(label, moving, &mean, &own);
+            born.lost += tracks.initiate(label, moving, &mean, &own);
         }
         if !(existence > T::ZERO) {
             continue;
         }
-        if memory.known.len == memory.slots.len() {
+        if memory.known.len == memory.landmarks.len() {
             match weakest(memory) {
                 Some((place, total)) if total < existence => {
                     born.lost += usize::from(total >= T::from_f64(HARDLY_THERE));
@@ -79,9 +79,9 @@ where
             }
         }
         let place = memory.known.len;
-        let Some(slot) = memory.slots.get_mut(place) else { break };
+        let Some(slot) = memory.landmarks.get_mut(place) else { break };
         let existence = Existence::of(existence);
-        *slot = Slot { label, mean, existence, detections: existence.in_sight, ..Slot::ZERO };
+        *slot = Landmark { label, mean, existence, detections: existence.in_sight, ..Landmark::ZERO };
         memory.joint.add(&by_pose, &own, place);
         memory.known.len += 1;
         born.births += 1;
@@ -113,7 +113,7 @@ where
 
 /// The feature that is there with the least probability.
 fn weakest<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(memory: &Memory<'_, P, Z>) -> Option<(usize, T)> {
-    let totals = memory.slots.iter().take(memory.known.len).map(|slot| slot.existence.total()).enumerate();
+    let totals = memory.landmarks.iter().take(memory.known.len).map(|slot| slot.existence.total()).enumerate();
     totals.fold(None, |least, (place, total)| match least {
         Some((_, known)) if !(total < known) => least,
         _ => Some((place, total)),
@@ -126,7 +126,7 @@ pub(super) fn drop_spoilt<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(m
     for place in (0..memory.known.len).rev() {
         let (first, behind) = (first::<P>(place), first::<P>(place + 1));
         let usable = |variance: T| variance > T::ZERO && variance < T::INFINITY;
-        let sound = memory.slots.get(place).is_some_and(|slot| is_within_range(&slot.mean))
+        let sound = memory.landmarks.get(place).is_some_and(|slot| is_within_range(&slot.mean))
             && (first..behind).all(|coordinate| usable(memory.joint.get(coordinate, coordinate)));
         if !sound {
             memory.drop_feature(place);
@@ -144,7 +144,7 @@ pub(super) fn drop_unlikely<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>
 ) -> usize {
     let mut dropped = 0;
     for place in (0..memory.known.len).rev() {
-        let Some(slot) = memory.slots.get(place) else { continue };
+        let Some(slot) = memory.landmarks.get(place) else { continue };
         // Labels wrap around, and loaded ones may be any.
         if slot.label.wrapping_sub(first_label) < memory.known.next_label.wrapping_sub(first_label) {
             continue;
@@ -173,7 +173,7 @@ where
     let frame = sensor.frame(&memory.known.pose);
     let mut one = 0;
     while one < memory.known.len {
-        let Some(slot) = memory.slots.get(one) else { break };
+        let Some(slot) = memory.landmarks.get(one) else { break };
         // What one measurement from here would tell of its place.
         let alone = if is_established(slot) {
             let expected = sensor.expect(&frame, &slot.mean);
@@ -186,10 +186,10 @@ where
             let mean = slot.mean;
             let mut other = one + 1;
             while other < memory.known.len {
-                let near = memory.slots.get(other).is_some_and(|slot| {
+                let near = memory.landmarks.get(other).is_some_and(|slot| {
                     is_established(slot) && alone.mahalanobis(&(slot.mean - mean)) <= config.merge_distance
                 });
-                if near && join(config, memory, one, other) {
+                if near && fuse(config, memory, one, other) {
                     merged += 1;
                 } else {
                     other += 1;
@@ -202,49 +202,54 @@ where
 }
 
 /// Whether a feature is in view, was detected twice, and is rather there than not.
-fn is_established<T: Real, D: Vector<Scalar = T>>(slot: &Slot<D>) -> bool {
+fn is_established<T: Real, D: Vector<Scalar = T>>(slot: &Landmark<D>) -> bool {
     slot.detection > T::ZERO && slot.detections >= T::from_f64(TENTATIVE) && slot.existence.total() >= T::from_f64(0.5)
 }
 
 /// Makes `other` one with `one`, if their covariances let them be; whether it did.
-pub(super) fn join<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
+pub(super) fn fuse<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
     config: &JointConfig<T>,
     memory: &mut Memory<'_, P, Z>,
     one: usize,
     other: usize,
 ) -> bool {
-    let (Some(a), Some(b)) = (memory.slots.get(one).copied(), memory.slots.get(other).copied()) else { return false };
-    let Some(apart) = Apart::of(memory, [one, other]) else { return false };
+    let (Some(a), Some(b)) = (memory.landmarks.get(one).copied(), memory.landmarks.get(other).copied()) else {
+        return false;
+    };
+    let Some(apart) = Difference::of(memory, [one, other]) else { return false };
     let Some(factor) = apart.factor() else { return false };
     let closed = Closed::of::<P>(&apart.difference, &factor, &apart.heading);
     if !(closed.distance <= config.merge_distance) {
         return false;
     }
-    let Memory { known, slots, joint, .. } = memory;
+    let Memory { known, landmarks, joint, .. } = memory;
     let by: P::Tangent = closed.moves(joint, &apart, 0);
     known.pose = known.pose.displaced(&by);
     known.moved.iter_mut().zip(by.as_slice()).for_each(|(moved, &by)| *moved += by);
-    for (place, slot) in slots.iter_mut().enumerate().take(known.len) {
+    for (place, slot) in landmarks.iter_mut().enumerate().take(known.len) {
         let by: P::Position = closed.moves(joint, &apart, first::<P>(place));
         slot.mean += by;
         slot.moved += by;
     }
-    memory.follow();
+    memory.reset_error_frame();
     for coordinate in 0..P::Position::DIMENSION {
-        tie(memory, [one, other], coordinate);
+        constrain_equal(memory, [one, other], coordinate);
     }
-    if let Some(slot) = memory.slots.get_mut(one) {
+    if let Some(slot) = memory.landmarks.get_mut(one) {
         let (likelier, other) = if a.existence.total() >= b.existence.total() { (a, b) } else { (b, a) };
         slot.existence = likelier.existence;
         slot.detections = likelier.detections + other.detections;
-        slot.label = if a.detections >= b.detections { a.label } else { b.label };
+        // Pages of the archive know their anchors by their labels.
+        let of_first = if a.is_anchor == b.is_anchor { a.detections >= b.detections } else { a.is_anchor };
+        slot.label = if of_first { a.label } else { b.label };
+        slot.is_anchor = a.is_anchor || b.is_anchor;
     }
     memory.drop_feature(other);
     true
 }
 
 /// Takes in that coordinate `of` of two features is the same, which are where they are taken to be already.
-fn tie<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
+fn constrain_equal<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
     memory: &mut Memory<'_, P, Z>,
     places: [usize; 2],
     of: usize,

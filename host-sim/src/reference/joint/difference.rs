@@ -10,7 +10,7 @@ const ROUNDS: usize = 8;
 const SMALL_RAD: f64 = 1e-5;
 
 /// How far the second of two features is from the first.
-pub(super) struct Apart {
+pub(super) struct Difference {
     /// δ.
     pub(super) difference: DVector<f64>,
     /// H of e_b − e_a − δθ ê × δ over all coordinates.
@@ -31,7 +31,7 @@ pub(super) struct Closed {
     turn: f64,
 }
 
-impl Apart {
+impl Difference {
     pub(super) fn of<M: Models>(state: &State, one: usize, other: usize) -> Self {
         let difference = place_of(state, other) - place_of(state, one);
         let (mut h, heading) = (Self::straight::<M>(state, one, other), M::FEATURE);
@@ -73,7 +73,7 @@ impl Apart {
 
 impl Closed {
     /// By how much everything moves.
-    pub(super) fn moved(&self, state: &State, apart: &Apart) -> DVector<f64> {
+    pub(super) fn moved(&self, state: &State, apart: &Difference) -> DVector<f64> {
         let inverse = self.covariance.clone().try_inverse().expect("it was factored");
         let mut moved = -&state.covariance * apart.h.transpose() * inverse * &self.off;
         let by_turn = mean_turn(self.turn, 2);

@@ -1,7 +1,7 @@
-//! What was seen anew and is what had been known all along, by how the features around it fit.
+//! Loop closure: finds landmarks that were initiated twice, by the joint consistency of the landmarks around them.
 
 use super::Joint;
-use super::apart::{Apart, Closed, place_of};
+use super::difference::{Closed, Difference, place_of};
 use super::models::Models;
 use super::state::State;
 use std::f64::consts::TAU;
@@ -23,9 +23,9 @@ const SEEDS: usize = 6;
 
 impl<M: Models> Joint<M> {
     /// Makes one of the features in view that were detected most often one with what it surely is; how many were.
-    pub(super) fn reunite(&self, state: &mut State, detection: &mut Vec<f64>) -> usize {
+    pub(super) fn close_loop(&self, state: &mut State, detection: &mut Vec<f64>) -> usize {
         let Some((one, other)) = self.found(state, detection) else { return 0 };
-        if !self.join(state, one, other) {
+        if !self.fuse(state, one, other) {
             return 0;
         }
         state.drop_feature(other);
@@ -70,7 +70,7 @@ impl<M: Models> Joint<M> {
             .iter()
             .filter(|&&other| other != one)
             .filter_map(|&other| {
-                let apart = Apart::of::<M>(state, one, other);
+                let apart = Difference::of::<M>(state, one, other);
                 Some((other, apart.closed(&apart.difference, &state.covariance)?.distance))
             })
             .filter(|&(_, distance)| distance <= self.config.merge_distance)
@@ -96,7 +96,7 @@ impl<M: Models> Joint<M> {
         density: f64,
     ) -> f64 {
         // The whole state, given that the two are one.
-        let apart = Apart::of::<M>(state, one, other);
+        let apart = Difference::of::<M>(state, one, other);
         let closed = apart.closed(&apart.difference, &state.covariance).expect("two places");
         let inverse = closed.covariance.clone().try_inverse().expect("it was factored");
         let gain = &state.covariance * apart.h.transpose() * inverse;
@@ -111,7 +111,7 @@ impl<M: Models> Joint<M> {
             near.sort_by(|&a, &b| apart(a).norm_squared().total_cmp(&apart(b).norm_squared()));
             near.truncate(NEIGHBOURS);
             let fits = near.iter().map(|&of| {
-                let closed = Apart::of::<M>(state, around, of).closed(&apart(of), &covariance);
+                let closed = Difference::of::<M>(state, around, of).closed(&apart(of), &covariance);
                 state.features[of].total() * closed.as_ref().map_or(0.0, normal) / density
             });
             evidence *= 1.0 - KNOWN + KNOWN * fits.sum::<f64>();

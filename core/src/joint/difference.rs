@@ -6,15 +6,15 @@
 //! δ of two features that are one in the end, e_b − e_a − δθ ê × δ.
 
 use super::covariance::{Joint, first, symmetric};
+use super::invariant_error::lever;
 use super::state::Memory;
-use super::turn::lever;
 use crate::{Factor, Linear, Matrix, Pose, PositionOf, Real, Vector, Zero};
 
 /// Rounds of finding by how much a step turns that itself depends on the turn.
 const ROUNDS: usize = 8;
 
 /// How far two features are apart.
-pub(super) struct Apart<P: Pose> {
+pub(super) struct Difference<P: Pose> {
     pub(super) places: [usize; 2],
     /// ê × δ of the difference δ; 0 without a heading.
     across: PositionOf<P>,
@@ -26,10 +26,10 @@ pub(super) struct Apart<P: Pose> {
     pub(super) heading: PositionOf<P>,
 }
 
-impl<T: Real, P: Pose<Scalar = T>> Apart<P> {
+impl<T: Real, P: Pose<Scalar = T>> Difference<P> {
     /// Of two features that there are.
     pub(super) fn of<Z: Vector<Scalar = T>>(memory: &Memory<'_, P, Z>, [one, other]: [usize; 2]) -> Option<Self> {
-        let difference = memory.slots.get(other)?.mean - memory.slots.get(one)?.mean;
+        let difference = memory.landmarks.get(other)?.mean - memory.landmarks.get(one)?.mean;
         let (of_one, of_other) = (memory.joint.between(one, one), memory.joint.between(other, other));
         let (cross, both) = (memory.joint.between(one, other), of_one + of_other);
         let rounding = both * (T::EPSILON * T::from_f64(64.0));
@@ -112,7 +112,7 @@ impl<T: Real, D: Vector<Scalar = T>> Closed<D> {
     pub(super) fn moves<P: Pose<Scalar = T, Position = D>, V: Vector<Scalar = T>>(
         &self,
         joint: &Joint<'_, P>,
-        apart: &Apart<P>,
+        apart: &Difference<P>,
         first: usize,
     ) -> V {
         bent(self.turn, &V::with(|k| -apart.with_row(joint, first + k).dot(&self.step)))

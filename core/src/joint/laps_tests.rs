@@ -1,0 +1,158 @@
+//! Twenty-four laps of one course: an archive must not count what it knows again in every lap.
+
+use super::*;
+use crate::*;
+use nalgebra::Vector2;
+use std::boxed::Box;
+use std::vec::Vec;
+
+type Room<const N: usize, const L: usize> = JointState<PlanarPose<f64>, Vector2<f64>, N, L, 40>;
+type Window = Room<40, { joint_numbers(3, 2, 40) }>;
+type Wide = Room<70, { joint_numbers(3, 2, 70) }>;
+
+/// Laps that are taken together.
+const GROUP: usize = 3;
+const GROUPS: usize = 8;
+const REACH_M: f64 = 12.0;
+const DT_S: f64 = 0.1;
+const SPEED_MPS: f64 = 2.0;
+const STRAIGHT_M: f64 = 80.0;
+const RADIUS_M: f64 = 3.0;
+/// Standard deviations of the odometry, m/√s and rad/√s, and of the sensor, m and rad.
+const ODOMETRY: [f64; 2] = [0.05, 0.01];
+const SENSOR: [f64; 2] = [0.1, 0.02];
+
+/// Of every group of laps, the mean of NEES/3 with an archive, and of the ratio of its variance of the position to that with room for everything.
+fn run(seed: u64) -> [[f64; 2]; GROUPS] {
+    let mut draws = Noise::seeded(77 + seed);
+    let mut landmarks: Vec<[f64; 2]> = Vec::new();
+    while landmarks.len() < 40 {
+        let [x, y] =
+            [(STRAIGHT_M + 24.0, -12.0), (22.0, -8.0)].map(|(size, from)| from + size * draws.uniform::<f64>());
+        if landmarks.iter().all(|[other_x, other_y]| (x - other_x).hypot(y - other_y) > 1.5) {
+            landmarks.push([x, y]);
+        }
+    }
+    let window = RangeBearingWindow::full_circle(REACH_M, 0.9).unwrap();
+    let sensing = Sensing {
+        sensor: RangeBearing::new(SENSOR[0], SENSOR[1]).unwrap(),
+        field_of_view: window,
+        clutter: UniformClutter::of_scan(0.5, window.measure()).unwrap(),
+    };
+    let lidar = Detector::new(sensing, Births::of_static(1e-3)).unwrap();
+    let noise = ControlNoise::white(ODOMETRY[0], ODOMETRY[1]);
+    let motion = Unicycle::new(Step::Arc, noise).unwrap();
+    let real = Unicycle::new(Step::Arc, ControlNoise::NONE).unwrap();
+    let (mut state, mut wide) = (Box::new(Window::new()), Box::new(Wide::new()));
+    let mut archive = Box::new(JointArchive::<_, 400>::new());
+    let slam = JointSlam::new(motion, JointConfig::default(), &mut *state).unwrap();
+    let mut slam = slam.with_archive(&mut archive, REACH_M).unwrap();
+    let mut all = JointSlam::new(motion, JointConfig::default(), &mut *wide).unwrap();
+    let mut pose = PlanarPose::new(0.0, 0.0, 0.0);
+    slam.reset(pose).unwrap();
+    all.reset(pose).unwrap();
+    let straight = (STRAIGHT_M / (SPEED_MPS * DT_S)) as usize;
+    let bend = (core::f64::consts::PI * RADIUS_M / (SPEED_MPS * DT_S)).round() as usize;
+    let lap = 2 * (straight + bend);
+    let mut figures = [[0.0; 2]; GROUPS];
+    for step in 0..GROUPS * GROUP * lap {
+        let is_straight = step % (straight + bend) < straight;
+        let rate_radps = if is_straight { 0.0 } else { core::f64::consts::PI / (bend as f64 * DT_S) };
+        let control = UnicycleControl { speed_mps: SPEED_MPS, rate_radps };
+        pose = real.propagate(&pose, &control, DT_S);
+        let spread = noise.covariance([SPEED_MPS, rate_radps], DT_S);
+        let odometry = UnicycleControl {
+            speed_mps: SPEED_MPS + spread.get(0, 0).sqrt() * draws.normal::<f64>(),
+            rate_radps: rate_radps + spread.get(1, 1).sqrt() * draws.normal::<f64>(),
+        };
+        slam.predict(&odometry, DT_S).unwrap();
+        all.predict(&odometry, DT_S).unwrap();
+        if step % 2 == 0 {
+            let mut seen = Vec::new();
+            for [x, y] in &landmarks {
+                let (dx, dy) = (x - pose.x_m, y - pose.y_m);
+                let off = [SENSOR[0] * draws.normal::<f64>(), SENSOR[1] * draws.normal::<f64>()];
+                let range = dx.hypot(dy);
+                if draws.uniform::<f64>() < 0.9 && range < REACH_M && range > 0.5 {
+                    seen.push(Vector2::new(range + off[0], wrap(dy.atan2(dx) - pose.heading_rad + off[1])));
+                }
+            }
+            if draws.uniform::<f64>() < 0.4 {
+                let (range, turn) = (REACH_M * draws.uniform::<f64>(), draws.uniform::<f64>());
+                seen.push(Vector2::new(range, core::f64::consts::TAU * (turn - 0.5)));
+            }
+            slam.scan(&lidar, &seen).unwrap();
+            all.scan(&lidar, &seen).unwrap();
+        }
+        let [ours, best] = [slam.estimate_pose(), all.estimate_pose()].map(Option::unwrap);
+        let off = nalgebra::Vector3::new(
+            ours.mean.x_m - pose.x_m,
+            ours.mean.y_m - pose.y_m,
+            wrap(ours.mean.heading_rad - pose.heading_rad),
+        );
+        let [of_ours, of_best] = [&ours, &best].map(|pose| pose.covariance.get(0, 0) + pose.covariance.get(1, 1));
+        // Within a micrometre, for the first steps.
+        let certain = ours.covariance.plus(&Symmetric::from_diagonal([1e-12; 3]));
+        let [nees, ratio] = &mut figures[step / (GROUP * lap)];
+        *nees += certain.factor().unwrap().mahalanobis(&off) / 3.0 / (GROUP * lap) as f64;
+        *ratio += of_ours / of_best / (GROUP * lap) as f64;
+    }
+    figures
+}
+
+#[test]
+fn what_the_archive_knows_counts_once_in_twenty_four_laps() {
+    let runs: Vec<_> = (0..8).map(run).collect();
+    let figures = core::array::from_fn::<_, GROUPS, _>(|group| {
+        [0, 1].map(|which| {
+            let mut of_runs: Vec<f64> = runs.iter().map(|run| run[group][which]).collect();
+            of_runs.sort_by(f64::total_cmp);
+            f64::midpoint(of_runs[3], of_runs[4])
+        })
+    });
+    std::println!("NEES and ratio of variances, three laps at a time: {figures:.2?}");
+    for [nees, ratio] in figures {
+        assert!((0.7..1.5).contains(&nees) && (0.8..1.3).contains(&ratio), "{figures:.2?}");
+    }
+}
+
+/// A page that comes near, of which one landmark is left: what that causes is not lost.
+#[test]
+fn a_page_that_is_refused_gives_its_measurements_back() {
+    let window = RangeBearingWindow::full_circle(REACH_M, 0.9).unwrap();
+    let sensing = Sensing {
+        sensor: RangeBearing::new(SENSOR[0], SENSOR[1]).unwrap(),
+        field_of_view: window,
+        clutter: UniformClutter::of_scan(0.5, window.measure()).unwrap(),
+    };
+    let lidar = Detector::new(sensing, Births::of_static(1e-3)).unwrap();
+    let (mut state, mut archive) = (Box::new(Window::new()), Box::new(JointArchive::<_, 8>::new()));
+    let motion = Unicycle::new(Step::Arc, ControlNoise::white(0.1, 0.02)).unwrap();
+    let slam = JointSlam::new(motion, JointConfig::default(), &mut *state).unwrap();
+    let mut slam = slam.with_archive(&mut archive, REACH_M).unwrap();
+    slam.reset(PlanarPose::ZERO).unwrap();
+    {
+        use super::archive::{Archive, Entry, Split};
+        let mut view = slam.archive.view().unwrap();
+        view.index.next_page = 1;
+        for label in 0..8 {
+            let known = Split { own: Symmetric::from_diagonal([0.01; 2]), ..Split::ZERO };
+            let mean = Vector2::new(5.0, label as f64 - 4.0);
+            let existence = existence::Existence::of(1.0);
+            view.put(Entry { label, mean, alone: known, given: known, existence, detections: 9.0, ..Entry::ZERO });
+        }
+    }
+    slam.memory.known.next_label = 8;
+    let mut detections = 0.0;
+    for _ in 0..50 {
+        let report = slam.scan(&lidar, &[Vector2::new(5.0, 0.0)]).unwrap();
+        assert_eq!(report.recalled, 0);
+        detections += report.detections;
+    }
+    assert!(detections > 45.0, "{detections} of 50");
+}
+
+#[test]
+fn the_memory_of_an_archived_feature_is_as_documented() {
+    assert!(size_of::<archive::Entry<PlanarPose<f32>>>() == 344, "{}", size_of::<archive::Entry<PlanarPose<f32>>>());
+}

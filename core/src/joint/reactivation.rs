@@ -1,0 +1,253 @@
+//! Re-activation of submaps: pages of the archive that may be in view are candidates, and the scan decides which of them join the window.
+
+use super::archive::{ArchiveView, Entry, PAGE};
+use super::archiving::{squared_m, whitened};
+use super::covariance::{Joint, first};
+use super::existence::Persistence;
+use super::state::{Landmark, Memory};
+use crate::numerics::vector::applied;
+use crate::{Linear, Matrix, Pose, PositionOf, Real, Symmetric, TangentOf, Vector, Zero};
+
+/// ω of covariance intersection: the pose becomes uncertain by a factor 1/ω, and what a page has in common by 1/(1 − ω). Chosen on
+/// worlds that the tests do not have.
+const SHARE: f64 = 0.95;
+
+/// Pages on trial in one scan, at most.
+const CANDIDATES: usize = 2;
+
+/// Pages of the archive in the window, for the scan to tell whether the vehicle sees them.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Candidates {
+    candidates: [Candidate; CANDIDATES],
+    count: usize,
+}
+
+/// A candidate page.
+#[derive(Debug, Clone, Copy)]
+struct Candidate {
+    page: u32,
+    /// Where its features are in the archive.
+    entries: [usize; PAGE],
+    count: usize,
+    /// Features of the window before them.
+    before: usize,
+    /// Whether the scan has seen something of it.
+    seen: bool,
+}
+
+/// Puts pages that the vehicle may see behind the window's features, as far as there is room for them: independent of everything but
+/// themselves.
+pub(super) fn propose<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
+    view: &mut ArchiveView<'_, P>,
+    persistence: &Persistence<T>,
+    memory: &mut Memory<'_, P, Z>,
+) -> Candidates {
+    let none = Candidate { page: 0, entries: [0; PAGE], count: 0, before: 0, seen: false };
+    let mut found = Candidates { candidates: [none; CANDIDATES], count: 0 };
+    let window = memory.landmarks.len();
+    let (first, mut last) = (view.index.tried, None);
+    for _ in 0..CANDIDATES {
+        let Some(page) = next(view, &memory.known.pose, first, last) else { break };
+        last = Some(page);
+        let members = view.entries.iter().take(view.index.len).enumerate().filter(|(_, entry)| entry.page == page);
+        let mut candidate = Candidate { page, before: memory.known.len, ..none };
+        candidate.count = candidate.entries.iter_mut().zip(members).map(|(slot, (place, _))| *slot = place).count();
+        view.index.tried = page;
+        if candidate.before + candidate.count > window {
+            continue;
+        }
+        for &at in candidate.entries.iter().take(candidate.count) {
+            let Some(entry) = view.entries.get(at) else { break };
+            let place = memory.known.len;
+            let passed_s = T::from_f64(view.index.clock_us.saturating_sub(entry.since_us) as f64 * 1e-6);
+            if let Some(slot) = memory.landmarks.get_mut(place) {
+                let existence = entry.existence.after(&persistence.over(passed_s));
+                let (label, mean, detections) = (entry.label, entry.mean, entry.detections);
+                *slot = Landmark { label, mean, existence, detections, ..Landmark::ZERO };
+            }
+            candidate.put(view, memory, entry, place);
+            memory.known.len += 1;
+        }
+        if let Some(slot) = found.candidates.get_mut(found.count) {
+            *slot = candidate;
+            found.count += 1;
+        }
+    }
+    found
+}
+
+impl Candidates {
+    /// Takes the pages that the scan of so many measurements has seen into the window for good, and sends the others away: how many features came, and
+    /// whether a page went.
+    pub(super) fn accept<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
+        &mut self,
+        view: &mut ArchiveView<'_, P>,
+        memory: &mut Memory<'_, P, Z>,
+        measurements: usize,
+    ) -> (usize, bool) {
+        let (mut recalled, mut refused) = (0, false);
+        for candidate in self.candidates.iter_mut().take(self.count) {
+            candidate.seen = candidate.is_seen(memory, measurements);
+            refused |= !candidate.seen;
+            if candidate.seen {
+                candidate.insert(view, memory);
+                recalled += candidate.count;
+            }
+        }
+        for candidate in self.candidates.iter().take(self.count).rev().filter(|candidate| !candidate.seen) {
+            (candidate.before..candidate.before + candidate.count).rev().for_each(|place| memory.drop_feature(place));
+        }
+        for candidate in self.candidates.iter().take(self.count).filter(|candidate| candidate.seen) {
+            view.take_page(candidate.page);
+        }
+        (recalled, refused)
+    }
+}
+
+impl Candidate {
+    /// Whether its features have half the detections that were expected of them, and half a detection in all.
+    fn is_seen<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
+        &self,
+        memory: &Memory<'_, P, Z>,
+        measurements: usize,
+    ) -> bool {
+        let places = self.before..self.before + self.count;
+        let associations = memory.explained.iter().take(measurements).flat_map(|explained| explained.associations());
+        let shares = associations
+            .filter(|association| places.contains(&usize::from(association.feature)))
+            .map(|association| association.share);
+        let seen = shares.fold(T::ZERO, |sum, share| sum + share);
+        let members = memory.landmarks.iter().skip(self.before).take(self.count);
+        let expected = members.fold(T::ZERO, |sum, slot| sum + slot.detection * slot.existence.in_sight);
+        let half = T::from_f64(0.5);
+        seen >= expected.at_least(T::ONE) * half
+    }
+
+    /// The pages whose anchors are all in the window have their covariances with everything. What another page and the pose have in common is not
+    /// known: both are made as uncertain as it takes for that not to matter.
+    fn insert<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
+        &self,
+        view: &ArchiveView<'_, P>,
+        memory: &mut Memory<'_, P, Z>,
+    ) {
+        let entries = || self.entries.iter().take(self.count).filter_map(|&at| view.entries.get(at));
+        if entries().next().is_none_or(|entry| !entry.anchors().is_empty() && is_anchored(entry, memory, self.before)) {
+            return;
+        }
+        let share = T::from_f64(SHARE);
+        memory.joint.inflate_pose(T::ONE / share, memory.known.len);
+        let factor = T::ONE / (T::ONE - share);
+        for (one, a) in entries().enumerate() {
+            for (other, b) in entries().take(one + 1).enumerate() {
+                memory.joint.put_block(self.before + one, self.before + other, |row, column| {
+                    let own = if one == other { a.alone.own.get(row, column) } else { T::ZERO };
+                    a.alone.with(&b.alone, false, row, column) * factor + own
+                });
+            }
+        }
+    }
+
+    /// Sets the covariances of a feature of the page with all that there is before it.
+    fn put<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
+        &self,
+        view: &ArchiveView<'_, P>,
+        memory: &mut Memory<'_, P, Z>,
+        entry: &Entry<P>,
+        place: usize,
+    ) {
+        let anchored = !entry.anchors().is_empty() && is_anchored(entry, memory, self.before);
+        if anchored {
+            let known = memory.landmarks.get(..self.before).unwrap_or(&[]);
+            let mut moved = PositionOf::<P>::ZERO;
+            let of = entry.anchors().iter().filter_map(|anchor| {
+                known.iter().position(|slot| slot.label == anchor.label).map(|place| (place, anchor.gain))
+            });
+            memory.joint.add_of(of, place);
+            for anchor in entry.anchors() {
+                if let Some(slot) = known.iter().find(|slot| slot.label == anchor.label) {
+                    moved += applied::<PositionOf<P>, PositionOf<P>>(&anchor.gain, &(slot.mean - anchor.mean));
+                }
+            }
+            if let Some(slot) = memory.landmarks.get_mut(place) {
+                slot.mean += moved;
+            }
+        } else {
+            memory.joint.put_alone(place);
+        }
+        for (other, &at) in (self.before..=place).zip(&self.entries) {
+            let Some(of) = view.entries.get(at) else { break };
+            memory.joint.add_block(place, other, |row, column| {
+                if anchored {
+                    entry.given.with(&of.given, other == place, row, column)
+                } else {
+                    entry.alone.with(&of.alone, other == place, row, column)
+                }
+            });
+        }
+    }
+}
+
+/// Whether all anchors of a page are among the first features of the window.
+fn is_anchored<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
+    entry: &Entry<P>,
+    memory: &Memory<'_, P, Z>,
+    window: usize,
+) -> bool {
+    let is_known = |label: u32| memory.landmarks.iter().take(window).any(|slot| slot.label == label);
+    entry.anchors().iter().all(|anchor| is_known(anchor.label))
+}
+
+/// The next page in turn, from behind `first` on, that has a feature in reach, and comes after the `last` one of this scan.
+fn next<T: Real, P: Pose<Scalar = T>>(
+    view: &ArchiveView<'_, P>,
+    pose: &P,
+    first: u32,
+    last: Option<u32>,
+) -> Option<u32> {
+    let [x, y, _] = pose.on_ground();
+    let reach = view.reach_m * view.reach_m;
+    let turn = |page: u32| page.wrapping_sub(first.wrapping_add(1));
+    let mut best: Option<u32> = None;
+    for entry in view.entries.iter().take(view.index.len) {
+        let later = last.is_none_or(|last| turn(entry.page) > turn(last));
+        if later && squared_m([x, y], &entry.mean) <= reach && best.is_none_or(|best| turn(entry.page) < turn(best)) {
+            best = Some(entry.page);
+        }
+    }
+    best
+}
+
+impl<T: Real, P: Pose<Scalar = T>> Joint<'_, P> {
+    /// Makes the pose more uncertain by a factor, and with it what the features have in common with it, and nothing else:
+    /// P ← P + (factor − 1) P_·x P_xx⁻¹ P_x·.
+    pub(super) fn inflate_pose(&mut self, factor: T, features: usize) {
+        let root = Symmetric::<TangentOf<P>>::from_fn(|row, column| self.get(row, column)).root();
+        let with_pose = |joint: &Self, row: usize| TangentOf::<P>::with(|k| joint.get(row, k));
+        let (pose, all) = (P::Tangent::DIMENSION, first::<P>(features));
+        for row in pose..all {
+            let explained =
+                back_substituted::<T, P::Tangent>(&root, &whitened::<T, P::Tangent>(&root, &with_pose(self, row)));
+            for column in pose..=row {
+                let grown = explained.dot(&with_pose(self, column)) * (factor - T::ONE);
+                self.set(row, column, self.get(row, column) + grown);
+            }
+        }
+        for row in 0..all {
+            (0..pose.min(row + 1)).for_each(|column| self.set(row, column, self.get(row, column) * factor));
+        }
+    }
+}
+
+/// L⁻ᵀ y for a [root](Symmetric::root), whose columns of zeros give zero.
+fn back_substituted<T: Real, V: Vector<Scalar = T>>(root: &Linear<V, V>, y: &V) -> V {
+    let mut w: V = Zero::ZERO;
+    for k in (0..V::DIMENSION).rev() {
+        let rest = (k + 1..V::DIMENSION).fold(y.at(k), |rest, j| rest - root.at(j, k) * w.at(j));
+        if let Some(slot) = w.as_mut_slice().get_mut(k)
+            && root.at(k, k) > T::ZERO
+        {
+            *slot = rest / root.at(k, k);
+        }
+    }
+    w
+}

@@ -1,0 +1,119 @@
+//! Measurements of the pose itself, and the watches over them.
+
+use crate::Description;
+use nalgebra::{Vector1, Vector2};
+use scphd::fixes::{FixRule, HeadingWatch, PositionWatch};
+use scphd::models::{HeadingFix, ModelError, PlanarPose, PositionFix};
+use scphd::{FixReport, PoseEstimate, Real};
+
+/// A kind of fixes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FixSpec<T> {
+    /// Standard deviation, m or rad.
+    pub sigma: T,
+    /// Of positions: how far ahead of the pose and how far to its left the antenna is, m.
+    pub antenna_m: [T; 2],
+    /// A squared Mahalanobis distance beyond which a fix is an outlier; infinite: none is.
+    pub gate: T,
+    /// When fixes that are refused are right, and the filter is wrong; `None`: they are never watched.
+    pub watch: Option<FixRule<T>>,
+}
+
+impl<T: Real> FixSpec<T> {
+    /// Fixes with this standard deviation, m or rad, of which none is an outlier.
+    #[must_use]
+    pub fn of_sigma(sigma: T) -> Self {
+        Self { sigma, antenna_m: [T::ZERO; 2], gate: T::INFINITY, watch: None }
+    }
+}
+
+/// What a fix did.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Watched<T> {
+    /// What the filter says.
+    pub report: FixReport<T>,
+    /// Whether the watch has moved the vehicle to where the fixes say.
+    pub relocated: bool,
+}
+
+/// A kind of fixes: its model, its watch, and the time since the last one, s.
+type Kind<F, W, T> = (F, Option<W>, T);
+
+/// The fixes of a vehicle as models, with their watches and the time since the last of each.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Fixes<T: Real> {
+    position: Option<Kind<PositionFix<T>, PositionWatch<T>, T>>,
+    heading: Option<Kind<HeadingFix<PlanarPose<T>>, HeadingWatch<T>, T>>,
+}
+
+impl<T: Real> Fixes<T> {
+    /// Those of a description.
+    ///
+    /// # Errors
+    /// A number is out of range.
+    pub fn of(description: &Description<T>) -> Result<Self, ModelError> {
+        let position = description.position.map(|spec| {
+            let [forward_m, left_m] = spec.antenna_m;
+            let fix = PositionFix::new(spec.sigma)?;
+            let fix = if spec.antenna_m == [T::ZERO; 2] { fix } else { fix.mounted(forward_m, left_m)? };
+            let fix = if spec.gate < T::INFINITY { fix.gated(spec.gate)? } else { fix };
+            Ok((fix, spec.watch.map(PositionWatch::new).transpose()?, T::ZERO))
+        });
+        let heading = description.heading.map(|spec| {
+            let fix = HeadingFix::new(spec.sigma)?;
+            let fix = if spec.gate < T::INFINITY { fix.gated(spec.gate)? } else { fix };
+            Ok((fix, spec.watch.map(HeadingWatch::new).transpose()?, T::ZERO))
+        });
+        Ok(Self { position: position.transpose()?, heading: heading.transpose()? })
+    }
+
+    /// So much time has passed, s.
+    pub(crate) fn wait(&mut self, dt_s: T) {
+        if dt_s >= T::ZERO && dt_s.is_finite() {
+            self.position.iter_mut().for_each(|(_, _, elapsed)| *elapsed += dt_s);
+            self.heading.iter_mut().for_each(|(_, _, elapsed)| *elapsed += dt_s);
+        }
+    }
+
+    pub(crate) fn position(&self) -> Option<PositionFix<T>> {
+        self.position.map(|(fix, _, _)| fix)
+    }
+
+    pub(crate) fn heading(&self) -> Option<HeadingFix<PlanarPose<T>>> {
+        self.heading.map(|(fix, _, _)| fix)
+    }
+
+    /// Tells the watch what became of a position: where the filter is to be put, if it is wrong.
+    pub(crate) fn saw_position(
+        &mut self,
+        measured: &Vector2<T>,
+        accepted: bool,
+        estimate: &PoseEstimate<PlanarPose<T>>,
+    ) -> Option<PoseEstimate<PlanarPose<T>>> {
+        let (fix, watch, elapsed) = self.position.as_mut()?;
+        let since = core::mem::replace(elapsed, T::ZERO);
+        let watch = watch.as_mut()?;
+        if accepted {
+            watch.accepted();
+            return None;
+        }
+        watch.refused(fix, measured, estimate, since)
+    }
+
+    /// The same of a heading.
+    pub(crate) fn saw_heading(
+        &mut self,
+        measured: &Vector1<T>,
+        accepted: bool,
+        estimate: &PoseEstimate<PlanarPose<T>>,
+    ) -> Option<PoseEstimate<PlanarPose<T>>> {
+        let (fix, watch, elapsed) = self.heading.as_mut()?;
+        let since = core::mem::replace(elapsed, T::ZERO);
+        let watch = watch.as_mut()?;
+        if accepted {
+            watch.accepted();
+            return None;
+        }
+        watch.refused(fix, measured, estimate, since)
+    }
+}

@@ -1,0 +1,239 @@
+//! A filter that is assembled from a description is the one that is put together by hand, to the last bit.
+
+use nalgebra::{Vector1, Vector2};
+use scphd::models::{
+    Calibrated, CalibratedPose, ControlNoise, OdometryCorrection, OdometryPrior, PlanarPose, RangeBearing,
+    RangeBearingWindow, SelfCalibrating, Sensing, Step, Unicycle, UnicycleControl, UniformClutter,
+};
+use scphd::settings::MovingConfig;
+use scphd::storage::JointMovers;
+use scphd::{Births, Config, Detector, DetectorMemory, JointConfig, JointSlam, ScPhd, joint_memory, memory};
+use scphd_vehicle::sets::{Joint40, Joint40Archive, Joint60Learning, Joint60Movers, MixtureInformed4};
+use scphd_vehicle::{
+    Backing, Control, Description, Filter, FixSpec, Measurements, Refused, Sensor, SensorModel, Slam, StartError,
+};
+
+const SCANS: usize = 60;
+
+/// Landmarks around a circle, as a robot on it sees them, with something false now and then.
+fn scan(step: usize) -> Vec<Vector2<f32>> {
+    let heading = 0.02 * step as f32;
+    let (x, y) = (10.0 * heading.sin(), 10.0 - 10.0 * heading.cos());
+    let landmarks = (0..12).map(|k| {
+        let angle = core::f32::consts::FRAC_PI_6 * k as f32;
+        (14.0 * angle.sin(), 10.0 - 14.0 * angle.cos())
+    });
+    let mut seen: Vec<Vector2<f32>> = landmarks
+        .map(|(u, v)| Vector2::new((u - x).hypot(v - y), scphd::numerics::wrap((v - y).atan2(u - x) - heading)))
+        .filter(|z| z.x < 12.0)
+        .collect();
+    if step.is_multiple_of(5) {
+        seen.push(Vector2::new(3.0 + 0.1 * step as f32, -1.0));
+    }
+    seen
+}
+
+fn described() -> Description<f32> {
+    let mut robot = Description::robot();
+    let mut lidar = Sensor::range_bearing(12.0, 0.9, [0.2, 0.02]);
+    lidar.births = Births { of_static: 1e-3, of_moving: 0.0 };
+    lidar.seat_m = [0.3, 0.0];
+    robot.sensors[1] = Some(lidar);
+    robot
+}
+
+fn sensing<S>(sensor: S) -> Sensing<S, RangeBearingWindow<f32>, UniformClutter<f32>> {
+    let field_of_view = RangeBearingWindow::full_circle(12.0, 0.9).unwrap();
+    let clutter = UniformClutter::of_scan(1.0, field_of_view.measure()).unwrap();
+    Sensing { sensor, field_of_view, clutter }
+}
+
+fn lidar() -> RangeBearing<f32> {
+    RangeBearing::new(0.2, 0.02).unwrap()
+}
+
+fn seat() -> scphd::models::Mounting<f32> {
+    scphd::models::Mounting::in_plane(0.3, 0.0, 0.0).unwrap()
+}
+
+fn births(of_moving: f32) -> Births<f32> {
+    Births { of_static: 1e-3, of_moving }
+}
+
+fn unicycle() -> Unicycle<f32> {
+    Unicycle::new(Step::Arc, ControlNoise::wheeled()).unwrap()
+}
+
+/// The digests after every scan.
+fn digests(slam: &mut impl Slam<f32>, description: &Description<f32>) -> Vec<u64> {
+    slam.reset(&description.start).unwrap();
+    (0..SCANS)
+        .map(|step| {
+            slam.predict(Control { speed_mps: 2.0, turn: 0.2, ..Control::STILL }, 0.1).unwrap();
+            slam.scan(1, Measurements::RangeBearing(&scan(step))).unwrap();
+            slam.digest()
+        })
+        .collect()
+}
+
+const BY_HAND: UnicycleControl<f32> = UnicycleControl { speed_mps: 2.0, rate_radps: 0.2 };
+
+#[test]
+fn a_joint_map() {
+    joint_memory! { type Memory: Unicycle<f32> { measurement: Vector2<f32>, features: 40, measurements: 32 } }
+    let mut state = Box::new(Memory::new());
+    let mut slam = JointSlam::new(unicycle(), JointConfig::default(), &mut state).unwrap();
+    slam.reset(PlanarPose::new(0.0, 0.0, 0.0)).unwrap();
+    let detector = Detector::new(sensing(lidar()), births(0.0)).unwrap().mounted(seat()).unwrap();
+    let expected: Vec<u64> = (0..SCANS)
+        .map(|step| {
+            slam.predict(&BY_HAND, 0.1).unwrap();
+            slam.scan(&detector, &scan(step)).unwrap();
+            slam.digest()
+        })
+        .collect();
+    let mut memory = Box::new(Joint40::new());
+    assert_eq!(digests(&mut memory.start(&described()).unwrap(), &described()), expected);
+}
+
+#[test]
+fn a_joint_map_with_movers() {
+    joint_memory! { type Memory: Unicycle<f32> { measurement: Vector2<f32>, features: 60, measurements: 32 } }
+    let (mut state, mut movers) = (Box::new(Memory::new()), JointMovers::<PlanarPose<f32>, 16>::new());
+    let slam = JointSlam::new(unicycle(), JointConfig::strict(), &mut *state).unwrap();
+    let mut slam = slam.with_movers(&mut movers, MovingConfig::walkers()).unwrap();
+    slam.reset(PlanarPose::new(0.0, 0.0, 0.0)).unwrap();
+    let detector = Detector::new(sensing(lidar()), births(1e-4)).unwrap().mounted(seat()).unwrap();
+    let expected: Vec<u64> = (0..SCANS)
+        .map(|step| {
+            slam.predict(&BY_HAND, 0.1).unwrap();
+            slam.scan(&detector, &scan(step)).unwrap();
+            slam.digest()
+        })
+        .collect();
+    let mut robot = described();
+    let Filter::Joint(joint) = &mut robot.filter else { panic!() };
+    (joint.config, joint.movers) = (JointConfig::strict(), Some(MovingConfig::walkers()));
+    robot.sensors[1].as_mut().unwrap().births = births(1e-4);
+    let mut memory = Box::new(Joint60Movers::new());
+    assert_eq!(digests(&mut memory.start(&robot).unwrap(), &robot), expected);
+}
+
+#[test]
+fn a_joint_map_that_learns_its_odometry() {
+    let sigma = OdometryCorrection { speed_scale: 0.05, turn_scale: 0.05, turn_offset: 0.02 };
+    let prior = OdometryPrior { sigma, lasts_s: 3600.0 };
+    let motion = SelfCalibrating::new(unicycle(), prior).unwrap();
+    joint_memory! {
+        type Memory: SelfCalibrating<Unicycle<f32>, f32> { measurement: Vector2<f32>, features: 60, measurements: 32 }
+    }
+    let mut state = Box::new(Memory::new());
+    let mut slam = JointSlam::new(motion, JointConfig::default(), &mut state).unwrap();
+    slam.reset_within(CalibratedPose::at(PlanarPose::new(0.0, 0.0, 0.0)), &motion.prior()).unwrap();
+    let detector = Detector::new(sensing(Calibrated(lidar())), births(0.0)).unwrap().mounted(seat()).unwrap();
+    let expected: Vec<u64> = (0..SCANS)
+        .map(|step| {
+            slam.predict(&BY_HAND, 0.1).unwrap();
+            slam.scan(&detector, &scan(step)).unwrap();
+            slam.digest()
+        })
+        .collect();
+    let mut robot = described();
+    let Filter::Joint(joint) = &mut robot.filter else { panic!() };
+    joint.odometry = Some(prior);
+    let mut memory = Box::new(Joint60Learning::new());
+    let mut slam = memory.start(&robot).unwrap();
+    assert_eq!(digests(&mut slam, &robot), expected);
+    assert!(slam.odometry().is_some());
+}
+
+#[test]
+fn a_mixture() {
+    memory! {
+        type Memory: Unicycle<f32> {
+            particles: 4, samples: 1, features { pages: 128, pages_per_map: 32, in_view: 256 },
+        }
+    }
+    let (mut state, mut room) = (Box::new(Memory::new()), DetectorMemory::<Vector2<f32>, 64>::new());
+    let mut filter = ScPhd::new(unicycle(), Config::informed(4), &mut state).unwrap();
+    filter.reset(PlanarPose::new(0.0, 0.0, 0.0), 1).unwrap();
+    let detector = Detector::new(sensing(lidar()), births(0.0)).unwrap().mounted(seat()).unwrap();
+    let mut detector = detector.over(&mut room).unwrap();
+    let expected: Vec<u64> = (0..SCANS)
+        .map(|step| {
+            filter.predict(&BY_HAND, 0.1).unwrap();
+            filter.scan(&mut detector, &scan(step)).unwrap();
+            filter.digest()
+        })
+        .collect();
+    let robot = Description { filter: Filter::Mixture(Config::informed(4)), ..described() };
+    let mut memory = Box::new(MixtureInformed4::new());
+    assert_eq!(digests(&mut memory.start(&robot).unwrap(), &robot), expected);
+}
+
+#[test]
+fn a_snapshot_goes_on_to_the_bit_with_movers_and_an_archive() {
+    let mut robot = described();
+    let Filter::Joint(joint) = &mut robot.filter else { panic!() };
+    (joint.movers, joint.archive_reach_m) = (Some(MovingConfig::walkers()), Some(12.0));
+    let (mut memory, mut other) = (Box::new(Joint40Archive::new()), Box::new(Joint40Archive::new()));
+    let (mut slam, mut restored) = (memory.start(&robot).unwrap(), other.start(&robot).unwrap());
+    digests(&mut slam, &robot);
+    let mut bytes = Vec::new();
+    let put = |part: &[u8]| {
+        bytes.extend_from_slice(part);
+        Ok::<(), ()>(())
+    };
+    slam.save(7, put).unwrap();
+    let take = |from: usize, part: &mut [u8]| {
+        part.copy_from_slice(bytes.get(from..from + part.len()).ok_or(())?);
+        Ok::<(), ()>(())
+    };
+    restored.restore(7, take).unwrap();
+    for slam in [&mut slam, &mut restored] {
+        slam.predict(Control { speed_mps: 2.0, turn: 0.2, ..Control::STILL }, 0.1).unwrap();
+        slam.scan(1, Measurements::RangeBearing(&scan(SCANS))).unwrap();
+    }
+    assert_eq!(slam.digest(), restored.digest());
+    assert_eq!(slam.load_map(&[]), Err(Refused::NotPossible));
+}
+
+#[test]
+fn a_watch_moves_a_vehicle_that_is_elsewhere() {
+    let mut robot = described();
+    robot.position = Some(FixSpec { gate: 25.0, watch: Some(Default::default()), ..FixSpec::of_sigma(0.5) });
+    let mut memory = Box::new(Joint40::new());
+    let mut slam = memory.start(&robot).unwrap();
+    slam.reset(&robot.start).unwrap();
+    let relocated = (1..12).any(|second| {
+        for _ in 0..10 {
+            slam.predict(Control { speed_mps: 2.0, ..Control::STILL }, 0.1).unwrap();
+        }
+        slam.observe_position(2.0 * second as f32, 30.0).unwrap().relocated
+    });
+    assert!(relocated && (slam.pose().unwrap().mean.y_m - 30.0).abs() < 1.0);
+    assert_eq!(slam.observe_heading(0.0), Err(Refused::NotDescribed));
+}
+
+#[test]
+fn what_a_memory_or_a_filter_is_not_for_is_refused() {
+    let no_room = |error, part| assert_eq!(error, StartError::NoRoom { part });
+    let mut robot = described();
+    let Filter::Joint(joint) = &mut robot.filter else { panic!() };
+    joint.movers = Some(MovingConfig::walkers());
+    no_room(Joint40::new().start(&robot).unwrap_err(), "joint.movers");
+    no_room(Joint60Learning::new().start(&described()).unwrap_err(), "joint.odometry");
+    no_room(MixtureInformed4::new().start(&described()).unwrap_err(), "joint");
+    let mut bearings = described();
+    bearings.sensors[0] = Some(Sensor { model: SensorModel::Bearing, ..bearings.sensors[1].unwrap() });
+    no_room(Joint40::new().start(&bearings).unwrap_err(), "sensor.model of bearings");
+    bearings.filter = Filter::Mixture(Config::informed(4));
+    let mut memory = Box::new(MixtureInformed4::new());
+    let mut slam = memory.start(&bearings).unwrap();
+    slam.reset(&bearings.start).unwrap();
+    slam.predict(Control::STILL, 0.1).unwrap();
+    slam.scan(0, Measurements::Bearing(&[Vector1::new(0.3)])).unwrap();
+    assert_eq!(slam.scan(1, Measurements::Bearing(&[])).unwrap_err(), Refused::NotDescribed);
+    assert_eq!(slam.scan(2, Measurements::Bearing(&[])).unwrap_err(), Refused::NotDescribed);
+    assert!(slam.predict(Control { left_mps: 1.0, ..Control::STILL }, 0.1).is_err());
+}
