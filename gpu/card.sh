@@ -20,6 +20,6 @@ ask() {
     ask time thesis-dynamic --runs 256
     ask time thesis-dynamic --runs 10000
     ask time thesis-dynamic --runs 4096 --profile
-    ask large-time thesis-dynamic --scans 8 --most 4096
-    ask large-time thesis-compare --scans 20 --most 4096 --profile
+    ask large-time thesis-dynamic --scans 16 --most 4096
+    ask large-time thesis-dynamic --scans 16 --least 4096 --most 4096 --profile
 } 2>&1 | tee "$log"

@@ -132,14 +132,18 @@ pub mod storage {
     pub use crate::filter::sampling::Samples;
     #[doc(hidden)]
     pub use crate::filter::scanning::{AllPages, Scanning};
+    #[doc(hidden)]
+    pub use crate::filter::together::{AllLists, COUNTS, Lent, Placed, TERMS};
     pub use crate::joint::{
         Archive, Archived, JointArchive, JointMovers, Movers, NoArchive, NoMovers, Tracked, joint_numbers,
     };
     pub use crate::map::component::Correction;
     pub use crate::map::{Dynamic, Feature, MapMemory, MapStorage, NoMoving, PAGE_LEN, Static};
     #[doc(hidden)]
-    pub use crate::map::{Page, PageId};
+    pub use crate::map::{Lists, Page, PageId, Row};
     pub use crate::particles::candidate::Candidate;
+    #[doc(hidden)]
+    pub use crate::particles::candidate::{PART, PartSums};
 }
 
 // What the files of the library import by its name alone.

@@ -173,6 +173,8 @@ impl<'w, T: Real, D: Place<Scalar = T>> Draft<'w, D> {
         let mut next_label = first_fresh;
         let normalisers = Normalisers::of(eta, scan_view.scan);
         both.complete(scan_view, &normalisers, &mut next_label, noted, tally, &mut ());
+        both.of_static.count(tally);
+        both.of_moving.count(tally);
         *labels = next_label.wrapping_sub(first_fresh);
         of_static.write(bounds);
         of_moving.write(bounds);
@@ -180,8 +182,7 @@ impl<'w, T: Real, D: Place<Scalar = T>> Draft<'w, D> {
     }
 
     /// Writes to the pages that it [has been given](MapDraft::place) what belongs there: nothing where it was not stored as it is.
-    #[doc(hidden)]
-    pub fn fill(
+    pub(crate) fn fill(
         &mut self,
         write_static: impl FnMut(PageId, &Page<Static<D>>),
         write_moving: impl FnMut(PageId, &Page<Dynamic<D>>),

@@ -26,6 +26,7 @@ mod store;
 mod survivor;
 pub(crate) mod tally;
 mod task;
+pub(crate) mod together;
 pub(crate) mod update;
 pub(crate) mod waiting;
 mod walk;

@@ -1,7 +1,7 @@
 //! A prediction whose candidates are moved one by one, by any number of threads.
 
 use crate::filter::state::Memory;
-use crate::particles::predict::{begin, sample};
+use crate::particles::predict::{child_of, sample};
 use crate::particles::short::short_beyond;
 use crate::{Candidate, Motion, Noise, Pose, PredictError, Proposal, Real, ScPhd};
 
@@ -12,6 +12,10 @@ pub struct Samples<'s, P: Pose> {
     pub candidates: &'s mut [Candidate<P>],
     /// So many of them, from the first on, are to move, one after the other along the stream.
     pub in_use: usize,
+    /// The particles.
+    pub selected: &'s mut [Candidate<P>],
+    /// Whether each candidate is to be made a [child](ScPhd::child_of) of its particle first.
+    pub splits: bool,
     /// The random stream, from the first one's numbers on.
     pub noise: Noise,
 }
@@ -27,10 +31,27 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'s, M> {
             return self.predict(control, dt).map(|_| None);
         }
         self.check_prediction(control, dt)?;
-        let Memory { cursor, candidates, .. } = &mut self.memory;
+        let Memory { cursor, candidates, selected, .. } = &mut self.memory;
         let Some(noise) = cursor.noise.clone() else { return Err(PredictError::NotStarted) };
-        begin(self.config.samples, cursor, candidates, dt);
-        Ok(Some(Samples { in_use: cursor.candidates(), candidates: core::mem::take(candidates), noise }))
+        let splits = !cursor.predicted;
+        if splits {
+            // A scan leaves the particles among the selected ones, too.
+            if cursor.weighed == 0 {
+                let particles = candidates.iter().take(cursor.particles);
+                selected.iter_mut().zip(particles).for_each(|(slot, particle)| *slot = *particle);
+            }
+            cursor.children = self.config.samples;
+            cursor.predicted = true;
+        }
+        cursor.wait(dt);
+        let (candidates, selected) = (core::mem::take(candidates), core::mem::take(selected));
+        Ok(Some(Samples { in_use: cursor.candidates(), candidates, selected, splits, noise }))
+    }
+
+    /// One of the candidates that a particle is split into (5.13).
+    #[doc(hidden)]
+    pub fn child_of(&self, particle: &Candidate<M::Pose>) -> Candidate<M::Pose> {
+        child_of(particle, T::from_usize(self.config.samples).ln())
     }
 
     /// Moves one of the candidates (5.12), with the numbers of the stream that are its own.
@@ -43,6 +64,7 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'s, M> {
     #[doc(hidden)]
     pub fn end_predict(&mut self, samples: Samples<'s, M::Pose>) {
         self.memory.candidates = samples.candidates;
+        self.memory.selected = samples.selected;
         self.memory.cursor.noise = Some(samples.noise);
     }
 }

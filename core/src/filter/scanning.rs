@@ -7,7 +7,7 @@ use crate::filter::draft::Draft;
 use crate::filter::drift::{drift, drift_on, step};
 use crate::filter::executor::shares;
 use crate::filter::given::{Beginning, Given, Sights};
-use crate::filter::stages::{Grounds, Outcome, Weighing, adopt, explained, propose, report};
+use crate::filter::stages::{Grounds, Outcome, Weighing, adopt, explained, propose, report, take_selected};
 use crate::filter::state::Memory;
 use crate::filter::tally::Tally;
 use crate::filter::task::{Task, runs, tasks};
@@ -27,19 +27,19 @@ use crate::{
 /// [`ScPhd::scan`](crate::ScPhd::scan) goes through them from top to bottom, in the order of the methods; a GPU does so launch by launch,
 /// with the scan kept in its memory. What takes `&self` is for any number of threads at once.
 pub struct Scanning<'a, 's, X: MeasurementModel> {
-    given: Given<'a, X>,
-    memory: &'a mut Memory<'s, X::Pose>,
-    noise: Noise,
+    pub(crate) given: Given<'a, X>,
+    pub(crate) memory: &'a mut Memory<'s, X::Pose>,
+    pub(crate) noise: Noise,
     /// What births have counted that had waited.
-    entering: Tally<ScalarOf<X::Pose>>,
+    pub(crate) entering: Tally<ScalarOf<X::Pose>>,
     /// Particles for whose proposal the workspace was too small.
     crowded: usize,
-    grounds: Grounds,
-    weighing: Weighing<ScalarOf<X::Pose>>,
-    selection: Selection,
-    beginning: Beginning<ScalarOf<X::Pose>>,
+    pub(crate) grounds: Grounds,
+    pub(crate) weighing: Weighing<ScalarOf<X::Pose>>,
+    pub(crate) selection: Selection,
+    pub(crate) beginning: Beginning<ScalarOf<X::Pose>>,
     /// What the updates have counted.
-    tally: Tally<ScalarOf<X::Pose>>,
+    pub(crate) tally: Tally<ScalarOf<X::Pose>>,
 }
 
 /// A scan with scratch for η, and for |V| of every worker.
@@ -204,6 +204,14 @@ impl<'a, 's, T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P> + 'a> S
     /// Begins the update of the survivors' maps (5.17–5.22): gives labels to the scan, frees the maps that nobody goes on with, and finds
     /// out what all survivors see.
     pub fn begin_update(&mut self) {
+        let all = self.memory.survivors.get(..self.grounds.particles).unwrap_or(&[]);
+        self.open_update(runs(all).count());
+        self.free_unneeded();
+    }
+
+    /// Gives labels to the scan, and finds out what all survivors see, of whom so many differ.
+    pub(crate) fn open_update(&mut self, distinct: usize) {
+        self.tally.survivors = distinct;
         let Given { config, sensor, scan, .. } = &self.given;
         let Memory { cursor, waiting, .. } = &mut *self.memory;
         let first_label = cursor.next_label;
@@ -220,10 +228,13 @@ impl<'a, 's, T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P> + 'a> S
         self.beginning.most_births = most_births;
         self.tally.lost += usize::from(more);
         self.memory.cursor.next_label = first_label.wrapping_add((measurements + most_births) as u32);
+    }
+
+    /// Frees the maps that nobody goes on with.
+    pub(crate) fn free_unneeded(&mut self) {
         let grounds = self.grounds;
         let survivors = core::mem::take(&mut self.memory.survivors);
         let all = survivors.get(..grounds.particles).unwrap_or(&[]);
-        self.tally.survivors = runs(all).count();
         let alive = all.iter().map(|&survivor| grounds.parent_of(usize::from(survivor)));
         self.parts().1.begin(grounds.particles, alive);
         self.memory.survivors = survivors;
@@ -266,11 +277,14 @@ impl<'a, 's, T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P> + 'a> S
         (sights, update)
     }
 
+    /// Pages that are left free: one for every particle that its births may enter by.
+    pub(crate) fn reserved(&self) -> usize {
+        if self.beginning.births_wait > 0 { self.grounds.particles } else { 0 }
+    }
+
     /// One task for each of the survivors that differ.
     fn tasks<'t>(&self, survivors: &'t [u16]) -> impl Iterator<Item = Task> + 't {
-        let grounds = self.grounds;
-        // A page for every particle that its births may enter by.
-        let reserved = if self.beginning.births_wait > 0 { grounds.particles } else { 0 };
+        let (grounds, reserved) = (self.grounds, self.reserved());
         let survivors = survivors.get(..grounds.particles).unwrap_or(&[]);
         tasks(survivors, self.tally.survivors, reserved, move |survivor| grounds.parent_of(usize::from(survivor)))
     }
@@ -382,6 +396,12 @@ impl<'a, 's, T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P> + 'a> S
 
     /// The selected candidates are the particles.
     pub fn finish(self) -> ScanReport<T> {
+        take_selected(&self.grounds, self.memory);
+        self.end()
+    }
+
+    /// The same once their memory is that of the particles.
+    pub(crate) fn end(self) -> ScanReport<T> {
         let Self { given, memory, noise, crowded, grounds, weighing, selection, tally, .. } = self;
         let weighing = weighing.completed(&grounds, &tally, memory.ln_likelihoods);
         let cursor = &mut *memory.cursor;
@@ -391,7 +411,7 @@ impl<'a, 's, T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P> + 'a> S
             cursor.waited_s,
             cursor.next_label,
         );
-        let refused = adopt(&grounds, &selection, memory, noise);
+        let refused = adopt(&grounds, &selection, memory.cursor, noise);
         let outcome = Outcome { grounds, weighing, selection, tally, crowded, refused, watched };
         report::<P, X::Measurement>(&outcome, memory, given.measured)
     }

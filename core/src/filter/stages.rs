@@ -95,15 +95,9 @@ impl<T: Real> Weighing<T> {
     }
 }
 
-/// Makes the selected candidates the particles, and gets ready for the next prediction. Returns how many predictions were refused
-/// before this scan.
-pub(crate) fn adopt<T: Real, P: Pose<Scalar = T>>(
-    grounds: &Grounds,
-    selection: &Selection,
-    memory: &mut Memory<'_, P>,
-    noise: Noise,
-) -> usize {
-    let Memory { cursor, pose_covariances, selected_covariances, candidates, selected, survivors, .. } = memory;
+/// Makes the selected candidates the particles.
+pub(crate) fn take_selected<T: Real, P: Pose<Scalar = T>>(grounds: &Grounds, memory: &mut Memory<'_, P>) {
+    let Memory { pose_covariances, selected_covariances, candidates, selected, survivors, .. } = memory;
     candidates.iter_mut().zip(selected.iter()).take(grounds.particles).for_each(|(slot, chosen)| *slot = *chosen);
     for (slot, &survivor) in selected_covariances.iter_mut().zip(survivors.iter()).take(grounds.particles) {
         let parent = grounds.parent_of(usize::from(survivor));
@@ -111,6 +105,10 @@ pub(crate) fn adopt<T: Real, P: Pose<Scalar = T>>(
     }
     let chosen = selected_covariances.iter().take(grounds.particles);
     pose_covariances.iter_mut().zip(chosen).for_each(|(slot, chosen)| *slot = *chosen);
+}
+
+/// Gets ready for the next prediction. Returns how many predictions were refused before this scan.
+pub(crate) fn adopt<T: Real>(grounds: &Grounds, selection: &Selection, cursor: &mut Cursor<T>, noise: Noise) -> usize {
     cursor.noise = Some(noise);
     cursor.children = 1;
     cursor.predicted = false;

@@ -96,10 +96,21 @@ impl<T: Real, F: Feature<Position: Place<Scalar = T>>> MapDraft<'_, F> {
 
     /// Writes the pages to those that were taken for them.
     pub(crate) fn fill(&mut self, renaming: &Renaming, mut write: impl FnMut(PageId, &Page<F>)) {
-        for (page, &id) in self.pages.iter_mut().zip(self.aside.iter()).take(self.placed_len) {
+        self.rename(renaming);
+        let (ids, pages) = self.placed();
+        ids.iter().zip(pages).for_each(|(&id, page)| write(id, page));
+    }
+
+    /// Makes the fresh labels those that are its own.
+    pub(crate) fn rename(&mut self, renaming: &Renaming) {
+        for page in self.pages.iter_mut().take(self.placed_len) {
             page.labels_mut().for_each(|label| renaming.apply(label));
-            write(id, page);
         }
+    }
+
+    /// The pages that were taken, and what belongs there.
+    pub(crate) fn placed(&self) -> (&[PageId], &[Page<F>]) {
+        (self.aside.get(..self.placed_len).unwrap_or(&[]), self.pages)
     }
 }
 

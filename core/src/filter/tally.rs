@@ -80,6 +80,9 @@ impl<T: Real> Tally<T> {
     /// Adds what the update of one survivor has counted. Sums over its components are its own first, so that survivors can be updated one
     /// after the other or at the same time, to the same bits.
     pub(crate) fn add(&mut self, other: &Self) {
+        self.pruned_mass += other.pruned_mass;
+        self.tightened += other.tightened;
+        self.lost += other.lost;
         self.merged += other.merged;
         self.births += other.births;
         self.repaired += other.repaired;

@@ -95,10 +95,10 @@ impl<T: Real, D: Place<Scalar = T>> Update<'_, '_, D> {
         let mut both = Workspaces { of_static: &mut static_maps.workspace, of_moving: &mut moving_maps.workspace };
         let mut noted = Noted::NOTHING;
         both.complete(scan_view, &normalisers, self.next_label, &mut noted, tally, probe);
-        let tally = &mut *self.tally;
-        tally.add(&own);
         static_maps.workspace.count(tally);
         moving_maps.workspace.count(tally);
+        let tally = &mut *self.tally;
+        tally.add(&own);
         let bounds = &scan_view.bounds;
         let Maps { table, pool, workspace } = &mut **static_maps;
         let static_stored = store((table, pool), workspace, task, regained_static, bounds, tally);
@@ -118,8 +118,6 @@ impl<T: Real, D: Place<Scalar = T>> Update<'_, '_, D> {
         let Draft { of_static, of_moving, task, bounds, renaming, .. } = draft;
         let regained_static = static_maps.put_aside(task, bounds, of_static.aside());
         let regained_moving = moving_maps.put_aside(task, bounds, of_moving.aside());
-        of_static.workspace.count(tally);
-        of_moving.workspace.count(tally);
         let Maps { table, pool, .. } = &mut **static_maps;
         let static_stored = of_static.place((table, pool), task, regained_static, bounds, renaming, tally);
         let Maps { table, pool, .. } = &mut **moving_maps;

@@ -1,8 +1,9 @@
 //! The updated map of one survivor before it is stored, for those who update several at a time.
 
-use super::{Feature, MapTable, Page, PageId};
+use super::table::MARGIN;
+use super::{Feature, MapTable, Maps, Page, PageId, Row};
 use crate::map::workspace::{Workspace, WorkspaceMemory};
-use crate::{Place, Real};
+use crate::{Bounds, Place, Real};
 use core::fmt::Debug;
 
 /// Memory of a draft, as large as the maps of one kind of features want it.
@@ -20,14 +21,19 @@ pub trait DraftStorage<F: Feature>: Debug + Send {
 pub struct DraftMemory<F: Feature, const MAP_PAGES: usize, const VIEW: usize> {
     workspace: WorkspaceMemory<F::State, VIEW>,
     aside: [PageId; MAP_PAGES],
+    row: [PageId; MAP_PAGES],
     pages: [Page<F>; MAP_PAGES],
 }
 
 impl<T: Real, F: Feature<Position: Place<Scalar = T>>, const MAP_PAGES: usize, const VIEW: usize> DraftStorage<F>
     for DraftMemory<F, MAP_PAGES, VIEW>
 {
-    const ZERO: Self =
-        Self { workspace: WorkspaceMemory::ZERO, aside: [PageId::ZERO; MAP_PAGES], pages: [Page::ZERO; MAP_PAGES] };
+    const ZERO: Self = Self {
+        workspace: WorkspaceMemory::ZERO,
+        aside: [PageId::ZERO; MAP_PAGES],
+        row: [PageId::ZERO; MAP_PAGES],
+        pages: [Page::ZERO; MAP_PAGES],
+    };
 
     fn draft(&mut self) -> MapDraft<'_, F> {
         MapDraft {
@@ -37,6 +43,10 @@ impl<T: Real, F: Feature<Position: Place<Scalar = T>>, const MAP_PAGES: usize, c
             placed_len: 0,
             pages: &mut self.pages,
             pages_len: 0,
+            row: &mut self.row,
+            row_len: 0,
+            head: Row::EMPTY,
+            regained: 0,
         }
     }
 }
@@ -54,12 +64,29 @@ pub struct MapDraft<'w, F: Feature> {
     /// The components as they are written to pages where there is room for all: the first `pages_len`, or more than there are.
     pub(crate) pages: &'w mut [Page<F>],
     pub(crate) pages_len: usize,
+    /// The pages of the updated map, the first `row_len`, and what else there is to know of them, where many drafts are stored at a time.
+    row: &'w mut [PageId],
+    pub(crate) row_len: usize,
+    head: Row<F::Position>,
+    /// Pages aside that nobody else holds, as far as is known without the drafts before.
+    pub(crate) regained: usize,
 }
 
-impl<F: Feature> MapDraft<'_, F> {
+impl<T: Real, F: Feature<Position: Place<Scalar = T>>> MapDraft<'_, F> {
     /// A draft of no map.
     pub(crate) fn none() -> Self {
-        Self { workspace: Workspace::none(), aside: &mut [], aside_len: 0, placed_len: 0, pages: &mut [], pages_len: 0 }
+        Self {
+            workspace: Workspace::none(),
+            aside: &mut [],
+            aside_len: 0,
+            placed_len: 0,
+            pages: &mut [],
+            pages_len: 0,
+            row: &mut [],
+            row_len: 0,
+            head: Row::EMPTY,
+            regained: 0,
+        }
     }
 
     /// Whether it is as large as maps in this table and this workspace need.
@@ -70,5 +97,76 @@ impl<F: Feature> MapDraft<'_, F> {
     /// The pages aside.
     pub(crate) fn aside(&self) -> &[PageId] {
         self.aside.get(..self.aside_len).unwrap_or(&[])
+    }
+
+    /// Finds the pages that the updated map keeps of the parent's, in the order in which it would have them if it was stored by itself.
+    pub(crate) fn line_up(
+        &mut self,
+        maps: &Maps<'_, F>,
+        parent: usize,
+        only_child: bool,
+        bounds: &Bounds<F::Position>,
+    ) {
+        let Maps { table, pool, .. } = maps;
+        let pages = table.pages(parent);
+        let (known_far, known_vicinity) = table.far(parent);
+        // What moves does not stay where it was sorted out.
+        let sorted_anew = !F::MOVES && !known_vicinity.covers(bounds);
+        let vicinity = if sorted_anew { bounds.grown(T::from_f64(MARGIN)) } else { known_vicinity };
+        let first_near = if sorted_anew { 0 } else { known_far };
+        let is_far = |id: PageId| sorted_anew && pool.get(id).is_some_and(|page| !page.bounds().meets(&vicinity));
+        let Self { aside, aside_len, row, row_len, regained, .. } = self;
+        (*row_len, *regained) = (0, 0);
+        let mut keep = |id: PageId| {
+            if let Some(slot) = row.get_mut(*row_len) {
+                *slot = id;
+                *row_len += 1;
+            }
+            *row_len
+        };
+        let known = pages.get(..first_near).unwrap_or(&[]).iter();
+        let far = known.chain(pages.iter().filter(|&&id| is_far(id))).fold(0, |_, &id| keep(id));
+        let mut replaced = aside.iter().take(*aside_len).peekable();
+        for &id in pages.get(first_near..).unwrap_or(&[]) {
+            if is_far(id) {
+                continue;
+            }
+            if replaced.next_if_eq(&&id).is_none() {
+                keep(id);
+            } else if only_child {
+                *regained += usize::from(pool.references(id) == 1);
+            }
+        }
+        self.head = Row { len: self.row_len as u16, far: far as u16, vicinity };
+    }
+
+    /// The pages of the updated map.
+    pub(crate) fn row(&self) -> &[PageId] {
+        self.row.get(..self.row_len).unwrap_or(&[])
+    }
+
+    /// Whether the updated map has room for the pages that are to come.
+    pub(crate) fn fits_row(&self) -> bool {
+        self.pages_len <= self.pages.len() && self.row_len + self.pages_len <= self.row.len()
+    }
+
+    /// Takes pages for those that are written.
+    pub(crate) fn take(&mut self, mut next: impl FnMut(usize) -> Option<PageId>) {
+        for (place, slot) in self.aside.iter_mut().enumerate().take(self.pages_len) {
+            let Some(id) = next(place) else { break };
+            *slot = id;
+            self.placed_len += 1;
+            if let Some(slot) = self.row.get_mut(self.row_len) {
+                *slot = id;
+                self.row_len += 1;
+            }
+        }
+        self.head.len = self.row_len as u16;
+    }
+
+    /// Writes the list of its pages.
+    pub(crate) fn write_row(&self, ids: &mut [PageId], head: &mut Row<F::Position>) {
+        ids.iter_mut().zip(self.row()).for_each(|(slot, &id)| *slot = id);
+        *head = self.head;
     }
 }

@@ -3,6 +3,7 @@
 pub(crate) mod component;
 mod draft;
 mod feature;
+mod lists;
 mod memory;
 mod near;
 pub(crate) mod neighbours;
@@ -14,6 +15,7 @@ pub(crate) mod workspace;
 
 pub use draft::{DraftMemory, DraftStorage, MapDraft};
 pub use feature::{Dynamic, Feature, Static};
+pub use lists::Lists;
 pub(crate) use memory::Maps;
 pub use memory::{MapMemory, MapStorage, NoMoving};
 #[cfg(feature = "multi-feature")]
@@ -22,4 +24,5 @@ pub(crate) use near::{look_within, on_pages_within};
 pub use page::{PAGE_LEN, Page};
 pub use pool::PageId;
 pub(crate) use pool::{Pool, PoolMemory};
+pub use table::Row;
 pub(crate) use table::{MapTable, MapTableMemory};

@@ -11,6 +11,12 @@ impl PageId {
     /// A placeholder for unused memory.
     pub(crate) const ZERO: Self = Self(0);
 
+    /// The page of that place.
+    #[must_use]
+    pub fn of(index: u16) -> Self {
+        Self(index)
+    }
+
     /// Its place among the pages of the pool.
     #[must_use]
     pub fn index(self) -> usize {
@@ -141,6 +147,17 @@ impl<'s, F: Feature> Pool<'s, F> {
     /// Takes the pages back.
     pub(crate) fn give_pages_back(&mut self, pages: &'s mut [Page<F>]) {
         self.pages = pages;
+    }
+
+    /// Hands over the counts of the pages and the list of those that are free.
+    pub(crate) fn lend_lists(&mut self) -> (&'s mut [u16], &'s mut [PageId]) {
+        (core::mem::take(&mut self.references), core::mem::take(&mut self.free))
+    }
+
+    /// Takes them back; so many pages are free.
+    pub(crate) fn give_lists_back(&mut self, references: &'s mut [u16], free: &'s mut [PageId], free_pages: usize) {
+        *self.free_len = free_pages.min(free.len()) as u16;
+        (self.references, self.free) = (references, free);
     }
 
     /// Takes a free page, with one reference, for the caller to fill; `None` when the pool is full.

@@ -9,24 +9,24 @@ use crate::{Bounds, Feature, Real, Vector};
 
 /// The box beyond which pages are sorted out is larger than the view by this share of its extent on every side: the vehicle
 /// can move so far before they are sorted again, and what is looked at page by page stays within twice the view.
-const MARGIN: f64 = 0.25;
+pub(super) const MARGIN: f64 = 0.25;
 
 /// What there is to know of a row beside its pages.
 #[derive(Debug, Clone, Copy)]
-struct Row<D> {
+pub struct Row<D> {
     /// Pages in the row.
-    len: u16,
+    pub(super) len: u16,
     /// Pages at its beginning that do not meet `vicinity`.
-    far: u16,
+    pub(super) far: u16,
     /// A box around the last view that pages were sorted for.
-    vicinity: Bounds<D>,
+    pub(super) vicinity: Bounds<D>,
 }
 
 impl<T: Real, D: Vector<Scalar = T>> Row<D> {
     /// All zero; a placeholder for unused memory.
     const ZERO: Self = Self { len: 0, far: 0, vicinity: Bounds::ZERO };
     /// No page.
-    const EMPTY: Self = Self { len: 0, far: 0, vicinity: Bounds::EMPTY };
+    pub(super) const EMPTY: Self = Self { len: 0, far: 0, vicinity: Bounds::EMPTY };
 }
 
 /// Memory of the page lists of PARTICLES maps, each of up to `MAP_PAGES` pages.
@@ -85,6 +85,22 @@ pub struct MapTable<'s, D: Vector> {
     aside: &'s mut [PageId],
     aside_len: usize,
     map_pages: usize,
+}
+
+/// The rows of a table: pages, what else there is to know of each, the row of every map, and the pages that one can have.
+pub(super) type Rows<'s, D> = (&'s mut [PageId], &'s mut [Row<D>], &'s mut [u16], usize);
+
+impl<'s, D: Vector> MapTable<'s, D> {
+    /// Hands the rows over, until they are given back.
+    pub(super) fn lend(&mut self) -> Rows<'s, D> {
+        use core::mem::take;
+        (take(&mut self.ids), take(&mut self.rows), take(&mut self.row_of), self.map_pages)
+    }
+
+    /// Takes them back.
+    pub(super) fn give_back(&mut self, ids: &'s mut [PageId], rows: &'s mut [Row<D>], row_of: &'s mut [u16]) {
+        (self.ids, self.rows, self.row_of) = (ids, rows, row_of);
+    }
 }
 
 impl<T: Real, D: Vector<Scalar = T>> MapTable<'_, D> {

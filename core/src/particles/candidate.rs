@@ -44,23 +44,47 @@ pub(crate) fn moments<T: Real, P: Pose<Scalar = T>>(
     (mean, covariance)
 }
 
+/// Sums over the weights of candidates are of so many at a time first, and then of these: several threads can form them, to the same bits.
+pub const PART: usize = 64;
+
 /// Multiplies the weights by the likelihoods and scales them to a sum of one (5.23); returns the logarithm of what the
 /// sum was. Where it is zero or not a number, the weights stay and the result is −∞.
 pub(crate) fn reweigh<T: Real, P: Pose<Scalar = T>>(candidates: &mut [Candidate<P>], ln_likelihoods: &[T]) -> T {
-    let products = candidates.iter().zip(ln_likelihoods).map(|(candidate, &ln_l)| candidate.ln_weight + ln_l);
-    let total = ln_sum(products);
+    let of_parts = candidates.chunks(PART).zip(ln_likelihoods.chunks(PART));
+    let total = ln_sum(of_parts.map(|(part, ln_likelihoods)| ln_products(part, ln_likelihoods)));
     if !total.is_finite() {
         return T::NEG_INFINITY;
     }
-    for (candidate, &ln_likelihood) in candidates.iter_mut().zip(ln_likelihoods) {
-        candidate.ln_weight += ln_likelihood - total;
-    }
-    // A sum far from zero has few digits behind the point, and all weights are wrong by what it lacks.
-    let rest = ln_sum(candidates.iter().map(|candidate| candidate.ln_weight));
-    if rest.abs() > T::EPSILON * T::from_f64(TOLERATED_ROUNDINGS) {
+    let of_parts = candidates.chunks_mut(PART).zip(ln_likelihoods.chunks(PART));
+    let rest = ln_rest(of_parts.map(|(part, ln_likelihoods)| multiply(part, ln_likelihoods, total)));
+    if let Some(rest) = rest {
         candidates.iter_mut().for_each(|candidate| candidate.ln_weight -= rest);
     }
     total
+}
+
+/// ln Σ ζ L of some candidates.
+pub(crate) fn ln_products<T: Real, P: Pose<Scalar = T>>(candidates: &[Candidate<P>], ln_likelihoods: &[T]) -> T {
+    ln_sum(candidates.iter().zip(ln_likelihoods).map(|(candidate, &ln_l)| candidate.ln_weight + ln_l))
+}
+
+/// Multiplies the weights of some candidates by the likelihoods, and divides by the total of all; ln Σ ζ is then that.
+pub(crate) fn multiply<T: Real, P: Pose<Scalar = T>>(
+    candidates: &mut [Candidate<P>],
+    ln_likelihoods: &[T],
+    ln_total: T,
+) -> T {
+    for (candidate, &ln_likelihood) in candidates.iter_mut().zip(ln_likelihoods) {
+        candidate.ln_weight += ln_likelihood - ln_total;
+    }
+    ln_sum(candidates.iter().map(|candidate| candidate.ln_weight))
+}
+
+/// What all weights are still to be divided by, from ln Σ ζ of every part: a sum far from zero has few digits behind the point, and all
+/// weights are wrong by what it lacks.
+pub(crate) fn ln_rest<T: Real>(of_parts: impl Iterator<Item = T>) -> Option<T> {
+    let rest = ln_sum(of_parts);
+    (rest.abs() > T::EPSILON * T::from_f64(TOLERATED_ROUNDINGS)).then_some(rest)
 }
 
 /// How far ln Σ ζ may be from zero, in units of the last place of one: 9.5e-6 in single precision, as sums up to 256 leave it.
@@ -68,11 +92,46 @@ const TOLERATED_ROUNDINGS: f64 = 80.0;
 
 /// N_eff = 1 / Σ ζ², for normalised weights.
 pub(crate) fn effective_number<T: Real, P: Pose<Scalar = T>>(candidates: &[Candidate<P>]) -> T {
-    let sum = candidates.iter().fold(T::ZERO, |sum, candidate| {
+    T::ONE / candidates.chunks(PART).fold(T::ZERO, |sum, part| sum + squares(part))
+}
+
+/// Σ ζ² of some candidates.
+fn squares<T: Real, P: Pose<Scalar = T>>(candidates: &[Candidate<P>]) -> T {
+    candidates.iter().fold(T::ZERO, |sum, candidate| {
         let weight = candidate.ln_weight.exp();
         sum + weight * weight
-    });
-    T::ONE / sum
+    })
+}
+
+/// The weights of some candidates, summed.
+#[derive(Debug, Clone, Copy)]
+pub struct PartSums<T> {
+    /// Σ ζ².
+    pub squares: T,
+    /// Σ ζ.
+    pub weight: T,
+    /// The last that weighs anything.
+    pub last: Option<usize>,
+}
+
+/// Divides the weights of some candidates, and sums them up; writes what is reached with each of them.
+pub(crate) fn sum_up<T: Real, P: Pose<Scalar = T>>(
+    candidates: &mut [Candidate<P>],
+    rest: T,
+    cumulated: &mut [T],
+) -> PartSums<T> {
+    let mut sums = PartSums { squares: T::ZERO, weight: T::ZERO, last: None };
+    for (place, (candidate, cumulated)) in candidates.iter_mut().zip(cumulated).enumerate() {
+        candidate.ln_weight -= rest;
+        let weight = candidate.ln_weight.exp();
+        sums.squares += weight * weight;
+        if weight > T::ZERO {
+            sums.weight += weight;
+            sums.last = Some(place);
+        }
+        *cumulated = sums.weight;
+    }
+    sums
 }
 
 #[cfg(test)]

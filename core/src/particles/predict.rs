@@ -122,7 +122,12 @@ pub(crate) fn split<T: Real, P: Pose<Scalar = T>>(candidates: &mut [Candidate<P>
         let Some(&parent) = candidates.get(particle) else { continue };
         let first = particle * samples;
         for child in candidates.iter_mut().skip(first).take(samples) {
-            *child = Candidate { ln_weight: parent.ln_weight - ln_samples, ..parent };
+            *child = child_of(&parent, ln_samples);
         }
     }
+}
+
+/// One of as many candidates of a particle.
+pub(crate) fn child_of<T: Real, P: Pose<Scalar = T>>(parent: &Candidate<P>, ln_samples: T) -> Candidate<P> {
+    Candidate { ln_weight: parent.ln_weight - ln_samples, ..*parent }
 }

@@ -2,7 +2,7 @@
 
 use crate::numerics::ln_sum::ln_sum;
 use crate::numerics::work;
-use crate::particles::candidate::Candidate;
+use crate::particles::candidate::{Candidate, PART};
 use crate::{Pose, Real};
 
 /// Systematic resampling (Arulampalam et al. 2002, algorithm 2): one uniform number, positions (i + u)/N, each takes the
@@ -11,17 +11,26 @@ use crate::{Pose, Real};
 pub(crate) fn systematic<T: Real>(weights: impl Iterator<Item = T>, uniform: T, survivors: &mut [u16]) {
     let count = T::from_usize(survivors.len());
     let mut weights = weights.enumerate().filter(|&(_, weight)| weight > T::ZERO);
-    let (mut index, mut cumulated) = (0, T::ZERO);
+    // The sum of the parts before, and of this one so far.
+    let (mut index, mut before, mut within) = (0, T::ZERO, T::ZERO);
     for (place, survivor) in survivors.iter_mut().enumerate() {
-        let position = (T::from_usize(place) + uniform) / count;
-        while cumulated <= position {
+        let position = position(place, uniform, count);
+        while before + within <= position {
             work::round();
             let Some((next, weight)) = weights.next() else { break };
+            if next / PART != index / PART {
+                (before, within) = (before + within, T::ZERO);
+            }
             index = next;
-            cumulated += weight;
+            within += weight;
         }
         *survivor = index as u16;
     }
+}
+
+/// The position of one of so many survivors.
+pub(crate) fn position<T: Real>(place: usize, uniform: T, count: T) -> T {
+    (T::from_usize(place) + uniform) / count
 }
 
 /// One of a particle's children, drawn in proportion to weight with a uniform number; returns its place among them and ln

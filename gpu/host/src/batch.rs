@@ -2,7 +2,9 @@
 
 use crate::setup::setup_of;
 use crate::unfit::Unfit;
-use scphd_gpu_kernels::{Feature, MEASUREMENTS, Mover, PARTICLES, Prediction, Run, SAMPLES, Scan, ScanResult, Status};
+use scphd_gpu_kernels::{
+    Feature, MEASUREMENTS, Mover, PARTICLES, Prediction, Run, SAMPLES, Scan, ScanResult, Status, asks_for_digest,
+};
 use scphd_sim::events::{Event, events};
 use scphd_sim::log::Log;
 use scphd_sim::settings::Settings;
@@ -126,6 +128,12 @@ impl Batch {
             place.and_then(|place| self.scans.get(place)).map_or(0, |scan| scan.predictions)
         };
         self.runs.iter().map(of).max().unwrap_or(0)
+    }
+
+    /// Whether a digest is asked for after that scan of any run: after every so many, and after the last.
+    pub(crate) fn asks_for_digest(&self, scan: u32, every: u32) -> bool {
+        let taken = scan as usize + 1;
+        self.runs.iter().any(|run| asks_for_digest(every as usize, taken, taken == run.scans as usize))
     }
 
     /// Filters, the most particles of one, and samples of each.

@@ -16,6 +16,11 @@ use std::time::Instant;
 /// What the driver aligns its memory to at least, bytes.
 const ALIGNMENT: u64 = 256;
 
+/// Warps that a multiprocessor of a card executes at a time.
+const SCHEDULERS: usize = 4;
+/// Threads of a block at least, where there are as many.
+const FEWEST: usize = 8;
+
 /// The modules that `cargo xtask gpu` makes.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Modules {
@@ -69,20 +74,20 @@ fn refused(doing: &'static str) -> impl Fn(DriverError) -> DeviceError {
 /// The launches of filters of one size.
 #[derive(Debug)]
 struct Kernels {
-    /// Those that start the filters, those of a prediction, and those of a scan.
-    launches: [Vec<(CudaFunction, Launch)>; 3],
-    /// Bytes of what the buffers are made of: room, sight, desk, draft, stream.
-    sizes: [usize; 5],
+    /// Those that start the filters, those of a prediction, those of a scan, and that of a digest.
+    launches: [Vec<(CudaFunction, Launch)>; 4],
+    /// Bytes of what the buffers are made of: room, sight, desk, draft, stream, part.
+    sizes: [usize; 6],
 }
 
 impl Kernels {
     fn load<M: Size>(module: &Arc<CudaModule>, stream: &Arc<CudaStream>) -> Result<Self, DeviceError> {
         let function = |name: &str| module.load_function(name).map_err(refused("looking for a kernel"));
         let load = |launch: Launch| Ok((function(&launch.kernel)?, launch));
-        let [starting, predicting, scanning] =
+        let [starting, predicting, scanning, digest] =
             Launch::all::<M>().map(|launches| launches.into_iter().map(load).collect::<Result<Vec<_>, DeviceError>>());
         let sizes = told_bytes(stream, &function(&Launch::bytes::<M>())?)?;
-        Ok(Self { launches: [starting?, predicting?, scanning?], sizes })
+        Ok(Self { launches: [starting?, predicting?, scanning?, digest?], sizes })
     }
 }
 
@@ -93,8 +98,9 @@ pub struct Cuda {
     stream: Arc<CudaStream>,
     /// Those of many filters, and of a large one.
     kernels: [Kernels; 2],
-    /// Threads of a block.
+    /// Threads of a block at most, and blocks that a launch is to have at least, if it can.
     block: u32,
+    blocks: usize,
     name: String,
     /// The wall time of every kernel over all launches of the last batch, s, where that is asked for.
     times: Option<Vec<(String, f64)>>,
@@ -115,10 +121,20 @@ impl Cuda {
         let (module, path) = modules.read(kind)?;
         let module = context.load_module(module).map_err(refused("loading the module"))?;
         let stream = context.default_stream();
+        let doing = refused("asking for the multiprocessors of the card");
+        let count = sys::CUdevice_attribute::CU_DEVICE_ATTRIBUTE_MULTIPROCESSOR_COUNT;
+        let blocks = SCHEDULERS * usize::try_from(context.attribute(count).map_err(doing)?).unwrap_or(1);
         let card = context.name().map_err(refused("asking for the name of the card"))?;
-        let name = format!("{card}, sm_{}{}, {}, {block} threads a block", kind.0, kind.1, path.display());
+        let name = format!("{card}, sm_{}{}, {}, at most {block} threads a block", kind.0, kind.1, path.display());
         let kernels = [Kernels::load::<Memory>(&module, &stream)?, Kernels::load::<LargeMemory>(&module, &stream)?];
-        Ok(Self { context, stream, kernels, block, name, times: profile.then(Vec::new) })
+        Ok(Self { context, stream, kernels, block, blocks, name, times: profile.then(Vec::new) })
+    }
+
+    /// Threads of a block of a launch: fewer where there are not enough for all schedulers of the card, for threads of a block wait for each
+    /// other where they take different paths.
+    fn block_of(&self, threads: usize) -> u32 {
+        let few = (threads / self.blocks).next_power_of_two().max(FEWEST);
+        u32::try_from(few).unwrap_or(self.block).min(self.block).min(threads.max(1) as u32)
     }
 
     fn kernels(&self, batch: &Batch) -> &Kernels {
@@ -149,23 +165,23 @@ impl Cuda {
 
 /// Bytes of what buffers are made of, as the module's compiler has laid it out, which need not be what the host's has made of it. A
 /// kernel writes them, and what all of it must be aligned to.
-fn told_bytes(stream: &Arc<CudaStream>, kernel: &CudaFunction) -> Result<[usize; 5], DeviceError> {
+fn told_bytes(stream: &Arc<CudaStream>, kernel: &CudaFunction) -> Result<[usize; 6], DeviceError> {
     let doing = "asking the module for the bytes of its buffers";
-    let mut said: CudaSlice<u64> = stream.alloc_zeros(6).map_err(refused(doing))?;
+    let mut said: CudaSlice<u64> = stream.alloc_zeros(7).map_err(refused(doing))?;
     let mut launch = stream.launch_builder(kernel);
     launch.arg(&mut said);
     // SAFETY: the kernel takes a pointer to so many numbers, and there they are.
     unsafe { launch.launch(grid(1, 1)) }.map_err(refused(doing))?;
-    let mut numbers = vec![0_u64; 6];
+    let mut numbers = vec![0_u64; 7];
     stream.memcpy_dtoh(&said, &mut numbers).map_err(refused(doing))?;
     stream.synchronize().map_err(refused(doing))?;
     bytes_of_buffers(&numbers)
 }
 
 /// Bytes of things, from what a kernel has said of them and of their alignment.
-pub(crate) fn bytes_of_buffers(numbers: &[u64]) -> Result<[usize; 5], DeviceError> {
-    let bytes: [usize; 5] = std::array::from_fn(|thing| usize::try_from(numbers[thing]).unwrap_or(0));
-    if bytes.contains(&0) || numbers[5] > ALIGNMENT {
+pub(crate) fn bytes_of_buffers(numbers: &[u64]) -> Result<[usize; 6], DeviceError> {
+    let bytes: [usize; 6] = std::array::from_fn(|thing| usize::try_from(numbers[thing]).unwrap_or(0));
+    if bytes.contains(&0) || numbers[6] > ALIGNMENT {
         let doing = "asking the module for the bytes of its buffers";
         return Err(DeviceError::Driver { doing, why: format!("{numbers:?}") });
     }
@@ -196,7 +212,7 @@ impl Device for Cuda {
 
     fn run(&mut self, batch: &Batch, digest_every: u32) -> Result<Outcome, DeviceError> {
         let mut outcome = Outcome::untouched(batch);
-        let Kernels { launches: [starting, predicting, scanning], sizes } = self.kernels(batch);
+        let Kernels { launches: [starting, predicting, scanning, digest], sizes } = self.kernels(batch);
         let inputs = [
             self.upload(&batch.runs)?,
             self.upload(&batch.scans)?,
@@ -219,7 +235,7 @@ impl Device for Cuda {
         let mut times = self.times.as_ref().map(|_| Vec::new());
         let mut launch = |(kernel, launch): &(CudaFunction, Launch), scan: u32| {
             let threads = launch.threads(batch);
-            let block = if threads == 1 { 1 } else { self.block };
+            let block = self.block_of(threads);
             let mut call = self.stream.launch_builder(kernel);
             call.arg(&filters).arg(&scan).arg(&digest_every);
             let begun = Instant::now();
@@ -234,12 +250,19 @@ impl Device for Cuda {
         };
         starting.iter().try_for_each(|kernel| launch(kernel, 0))?;
         self.stream.synchronize().map_err(refused(doing))?;
-        let started = Instant::now();
+        let (started, mut digests_s) = (Instant::now(), 0.0);
         for scan in 0..batch.most_scans() {
             of_scan(batch, scan, [predicting, scanning]).try_for_each(|kernel| launch(kernel, scan))?;
+            if batch.asks_for_digest(scan, digest_every) {
+                self.stream.synchronize().map_err(refused(doing))?;
+                let begun = Instant::now();
+                digest.iter().try_for_each(|kernel| launch(kernel, scan))?;
+                self.stream.synchronize().map_err(refused(doing))?;
+                digests_s += begun.elapsed().as_secs_f64();
+            }
         }
         self.stream.synchronize().map_err(refused(doing))?;
-        outcome.launched_s = started.elapsed().as_secs_f64();
+        outcome.launched_s = started.elapsed().as_secs_f64() - digests_s;
         self.times = times;
         let [statuses, results, features, movers] = &outputs;
         self.download(statuses, &mut outcome.statuses)?;

@@ -2,7 +2,9 @@
 
 use crate::batch::Batch;
 use bytemuck::Zeroable;
-use scphd_gpu_kernels::{Feature, Mover, Places, ScanResult, Size, Stage, Status, streams};
+use scphd_gpu_kernels::{
+    Feature, LargeMemory, Memory, Mover, Places, ScanResult, Size, Stage, Status, parts, streams, words,
+};
 use std::path::PathBuf;
 
 /// What a batch leaves.
@@ -16,7 +18,7 @@ pub struct Outcome {
     pub features: Vec<Feature>,
     /// The estimated moving features of all runs.
     pub movers: Vec<Mover>,
-    /// Wall time of all launches, without copies, s.
+    /// Wall time of all launches but those of digests, without copies, s.
     pub launched_s: f64,
 }
 
@@ -91,12 +93,21 @@ pub trait Device {
     }
 }
 
-/// Bytes of all rooms, sights, desks, drafts and streams of a batch, each of so many bytes.
-pub(crate) fn buffers(batch: &Batch, [room, sight, desk, draft, stream]: [usize; 5]) -> [usize; 5] {
+/// Bytes of all rooms, sights, desks, drafts, streams and parts of a batch, each of so many bytes, and of all words.
+pub(crate) fn buffers(batch: &Batch, [room, sight, desk, draft, stream, part]: [usize; 6]) -> [usize; 7] {
     let (filters, [particles, samples]) = (batch.runs.len(), batch.most());
     let candidates = particles * samples;
-    [room, sight * candidates, desk * particles, draft * particles, stream * streams(candidates)]
-        .map(|each| each * filters)
+    let words = if batch.is_large() { words::<LargeMemory> } else { words::<Memory> };
+    [
+        room,
+        sight * candidates,
+        desk * particles,
+        draft * particles,
+        stream * streams(candidates),
+        part * parts(candidates),
+        size_of::<u32>() * words(particles, samples),
+    ]
+    .map(|each| each * filters)
 }
 
 /// What is launched for a scan of a batch, in order: `predicting` for every prediction before it, then `scanning`.
@@ -109,21 +120,21 @@ pub(crate) fn of_scan<'s, S>(
 }
 
 /// A kernel by its name, and how many threads it is launched with.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone)]
 pub(crate) struct Launch {
     pub(crate) kernel: String,
+    count: fn(Places, usize, usize) -> usize,
     places: Places,
-    moving_pages: usize,
 }
 
 impl Launch {
     fn of<M: Size>(stage: &Stage<M>) -> Self {
-        Self { kernel: format!("{}_{}", M::NAME, stage.name), places: stage.places, moving_pages: M::MOVING_PAGES }
+        Self { kernel: format!("{}_{}", M::NAME, stage.name), count: Places::count::<M>, places: stage.places }
     }
 
-    /// Those that start filters of a size, those of a prediction, and those of a scan.
-    pub(crate) fn all<M: Size>() -> [Vec<Self>; 3] {
-        [&Stage::<M>::STARTING[..], &Stage::PREDICTING, &Stage::SCANNING]
+    /// Those that start filters of a size, those of a prediction, those of a scan, and that of a digest.
+    pub(crate) fn all<M: Size>() -> [Vec<Self>; 4] {
+        [&Stage::<M>::STARTING[..], &Stage::PREDICTING, &Stage::SCANNING, &[Stage::DIGEST]]
             .map(|stages| stages.iter().map(Self::of).collect())
     }
 
@@ -135,6 +146,6 @@ impl Launch {
     /// Threads for a batch.
     pub(crate) fn threads(&self, batch: &Batch) -> usize {
         let [particles, samples] = batch.most();
-        batch.runs.len() * self.places.count(self.moving_pages, particles, samples)
+        batch.runs.len() * (self.count)(self.places, particles, samples)
     }
 }

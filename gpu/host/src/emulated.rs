@@ -70,9 +70,9 @@ impl Device for Emulated {
 }
 
 /// Bytes of what the buffers are made of.
-fn sizes<M: Size>() -> [usize; 5] {
-    let [room, sight, desk, draft, stream, _] = bytes::<M>();
-    [room, sight, desk, draft, stream].map(|bytes| bytes as usize)
+fn sizes<M: Size>() -> [usize; 6] {
+    let [room, sight, desk, draft, stream, part, _] = bytes::<M>();
+    [room, sight, desk, draft, stream, part].map(|bytes| bytes as usize)
 }
 
 impl Emulated {
@@ -80,7 +80,8 @@ impl Emulated {
         const { assert!(align_of::<Room<M>>() <= align_of::<Word>()) };
         let mut outcome = Outcome::untouched(batch);
         let [particles, samples] = batch.most();
-        let [mut rooms, mut sights, mut desks, mut drafts, mut streams] = buffers(batch, sizes::<M>()).map(zeros);
+        let [mut rooms, mut sights, mut desks, mut drafts, mut streams, mut parts, mut words] =
+            buffers(batch, sizes::<M>()).map(zeros);
         let filters = Filters::<M> {
             runs: batch.runs.as_ptr(),
             scans: batch.scans.as_ptr(),
@@ -91,6 +92,8 @@ impl Emulated {
             desks: desks.as_mut_ptr().cast(),
             drafts: drafts.as_mut_ptr().cast(),
             streams: streams.as_mut_ptr().cast(),
+            parts: parts.as_mut_ptr().cast(),
+            words: words.as_mut_ptr().cast(),
             statuses: outcome.statuses.as_mut_ptr(),
             results: outcome.results.as_mut_ptr(),
             features: outcome.features.as_mut_ptr(),
@@ -101,18 +104,23 @@ impl Emulated {
         };
         let shared = Shared(filters);
         let launch = |stage: &Stage<M>, scan| {
-            let threads = batch.runs.len() * stage.places.count(M::MOVING_PAGES, particles, samples);
+            let threads = batch.runs.len() * stage.places.count::<M>(particles, samples);
             // SAFETY: the buffers are those of a batch, and what else its runs ask for, as zeros; they stay where they are. The launches come
             // in order, each with every place once, and this returns when it has ended.
             let body = |place| unsafe { stage.run(place, &shared.get(), scan, digest_every) };
             self.places(threads, if stage.places == Places::One { 1 } else { PLACES }, body)
         };
         Stage::STARTING.iter().try_for_each(|stage| launch(stage, 0))?;
-        let started = Instant::now();
+        let (started, mut digests_s) = (Instant::now(), 0.0);
         for scan in 0..batch.most_scans() {
             of_scan(batch, scan, [&Stage::PREDICTING, &Stage::SCANNING]).try_for_each(|stage| launch(stage, scan))?;
+            if batch.asks_for_digest(scan, digest_every) {
+                let begun = Instant::now();
+                launch(&Stage::DIGEST, scan)?;
+                digests_s += begun.elapsed().as_secs_f64();
+            }
         }
-        outcome.launched_s = started.elapsed().as_secs_f64();
+        outcome.launched_s = started.elapsed().as_secs_f64() - digests_s;
         Ok(outcome)
     }
 }

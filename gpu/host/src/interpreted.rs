@@ -31,7 +31,7 @@ pub struct Interpreted {
     fresh: scphd_ptx::Memory,
     execution: Execution,
     /// Bytes of what the buffers are made of, of many filters and of a large one: room, sight, desk, draft, stream.
-    sizes: [[usize; 5]; 2],
+    sizes: [[usize; 6]; 2],
     name: String,
     /// Of every kernel, over all launches of the last run.
     taken: Vec<(String, Counts)>,
@@ -52,15 +52,15 @@ impl Interpreted {
         let module = module.map_err(|error| DeviceError::Module { path: path.clone(), why: error.to_string() })?;
         let Execution { block, warp, .. } = execution;
         let name = format!("interpreted, {}, {block} threads a block, {warp} a warp", path.display());
-        let mut new = Self { module, fresh, execution, sizes: [[0; 5]; 2], name, taken: Vec::new() };
+        let mut new = Self { module, fresh, execution, sizes: [[0; 6]; 2], name, taken: Vec::new() };
         new.sizes = [new.told_bytes(&Launch::bytes::<Memory>())?, new.told_bytes(&Launch::bytes::<LargeMemory>())?];
         Ok(new)
     }
 
     /// What a kernel writes of the bytes of its buffers.
-    fn told_bytes(&self, kernel: &str) -> Result<[usize; 5], DeviceError> {
+    fn told_bytes(&self, kernel: &str) -> Result<[usize; 6], DeviceError> {
         let mut memory = self.fresh.clone();
-        let said = memory.allocate_zeros(8 * 6);
+        let said = memory.allocate_zeros(8 * 7);
         self.module.launch(kernel, Grid { blocks: 1, block: 1, warp: 1 }, &[said], &mut memory).map_err(stopped)?;
         let bytes = memory.bytes(said).map_err(no_buffer)?;
         let numbers: Vec<u64> = bytemuck::pod_collect_to_vec(bytes);
@@ -153,7 +153,7 @@ impl Device for Interpreted {
         let outputs = outputs(&mut memory, &outcome);
         // In the order of `Filters`.
         let filters = upload(&mut memory, &[&inputs[..], &scratch, &outputs, &batch.counts()].concat());
-        let [starting, predicting, scanning] =
+        let [starting, predicting, scanning, digest] =
             if batch.is_large() { Launch::all::<LargeMemory>() } else { Launch::all::<Memory>() };
         let mut launch = |device: &mut Self, launch: &Launch, scan: u32| {
             device.launch(launch, batch, &[filters, u64::from(scan), u64::from(digest_every)], &mut memory)
@@ -166,6 +166,9 @@ impl Device for Interpreted {
         for scan in 0..batch.most_scans() {
             for of_scan in of_scan(batch, scan, [&predicting[..], &scanning]) {
                 launch(self, of_scan, scan)?;
+            }
+            if batch.asks_for_digest(scan, digest_every) {
+                digest.iter().try_for_each(|digest| launch(self, digest, scan))?;
             }
         }
         outcome.launched_s = started.elapsed().as_secs_f64();

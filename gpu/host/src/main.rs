@@ -7,6 +7,8 @@ use scphd_gpu::{
 };
 use scphd_sim::monte_carlo::overview;
 use std::error::Error;
+use std::iter::successors;
+use std::ops::RangeInclusive;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -50,7 +52,7 @@ enum Command {
     },
     /// Compares the state after every scan with the host's, bit for bit.
     Check {
-        /// Name of the scenario.
+        /// Name of the scenario, or the folder of a recorded log.
         scenario: String,
         /// Number of runs, with seeds from 1 on.
         #[arg(long, default_value_t = 4)]
@@ -70,7 +72,7 @@ enum Command {
     },
     /// Times so many runs of a scenario, without digests, beside one run on one core of the host.
     Time {
-        /// Name of the scenario.
+        /// Name of the scenario, or the folder of a recorded log.
         scenario: String,
         /// Number of runs.
         #[arg(long, default_value_t = 1024)]
@@ -82,7 +84,7 @@ enum Command {
     },
     /// Compares the state of one large filter after every scan with that of the library's own scan, bit for bit.
     LargeCheck {
-        /// Name of the scenario.
+        /// Name of the scenario, or the folder of a recorded log.
         scenario: String,
         /// Scans.
         #[arg(long, default_value_t = 300)]
@@ -97,11 +99,14 @@ enum Command {
     },
     /// Times one large filter of 32 particles, twice as many and so on, beside one core of the host.
     LargeTime {
-        /// Name of the scenario.
+        /// Name of the scenario, or the folder of a recorded log.
         scenario: String,
         /// Scans of each filter.
         #[arg(long, default_value_t = 30)]
         scans: usize,
+        /// The fewest particles.
+        #[arg(long, value_name = "N", default_value_t = 32)]
+        least: usize,
         /// The most particles.
         #[arg(long, value_name = "N", default_value_t = 16_384)]
         most: usize,
@@ -139,7 +144,7 @@ struct DeviceArgs {
     /// Number of the card.
     #[arg(long, default_value_t = 0)]
     card: usize,
-    /// Threads of a block.
+    /// Threads of a block at most.
     #[arg(long, value_name = "K", default_value_t = 32, value_parser = clap::value_parser!(u32).range(1..=1024))]
     block: u32,
     /// On a card, waits for every launch and prints the time of every kernel; all together takes longer then.
@@ -274,8 +279,8 @@ fn run(command: Command) -> Result<(), Box<dyn Error>> {
             let source = tuning.source(&scenario)?;
             check_large(&mut *on.open()?, &source, seed, scans)
         }
-        Command::LargeTime { scenario, scans, most, tuning, on } => {
-            time_large(&mut *on.open()?, &scenario, tuning, scans, most)
+        Command::LargeTime { scenario, scans, least, most, tuning, on } => {
+            time_large(&mut *on.open()?, &scenario, tuning, scans, least..=most)
         }
     }
 }
@@ -306,11 +311,12 @@ fn time_large(
     scenario: &str,
     mut tuning: TuningArgs,
     scans: usize,
-    most: usize,
+    range: RangeInclusive<usize>,
 ) -> Result<(), Box<dyn Error>> {
     println!("{scenario}, {scans} scans with their predictions, on {}", device.name());
     println!("particles   device ms   one core ms   times   short of room");
-    for particles in (5..).map(|power| 1 << power).take_while(|&particles| particles <= most) {
+    for particles in successors(Some(*range.start()), |particles| Some(2 * particles)).take_while(|n| range.contains(n))
+    {
         tuning.particles = Some(particles);
         let batch = large(&tuning.source(scenario)?, 1, scans)?;
         let found = LargeRun::on(device, &batch, 0)?;

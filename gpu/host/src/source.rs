@@ -1,12 +1,14 @@
-//! Where the logs of a study come from: a scenario, made anew for every seed, and its settings.
+//! Where the logs of a study come from: a scenario, made anew for every seed, or a recorded log; and the settings.
 
 use scphd_sim::log::Log;
+use scphd_sim::log_folder;
 use scphd_sim::monte_carlo::Plan;
 use scphd_sim::output::json::Format;
 use scphd_sim::scenario::{SCENARIOS, by_name, thesis_run};
 use scphd_sim::session::Filter;
 use scphd_sim::settings::Settings;
 use scphd_sim::slam::Precision;
+use std::path::Path;
 
 /// The filter of a study.
 pub(crate) const FILTER: Filter = Filter::Core(Precision::F32);
@@ -24,7 +26,7 @@ pub struct Tuning {
     pub settings: Option<String>,
 }
 
-/// A scenario and its settings.
+/// A scenario, or the folder of a recorded log, and the settings.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Source {
     scenario: String,
@@ -37,24 +39,32 @@ pub struct Source {
 pub struct SourceError(String);
 
 impl Source {
-    /// That scenario with that tuning.
+    /// That scenario, or the log in that folder, with that tuning.
     ///
     /// # Errors
-    /// There is no such scenario, or its settings are out of range.
+    /// There is no such scenario or log, or its settings are out of range.
     pub fn new(scenario: &str, tuning: Tuning) -> Result<Self, SourceError> {
         let source = Self { scenario: scenario.into(), tuning };
         source.settings(&source.log(0)?)?;
         Ok(source)
     }
 
-    /// The log of that seed.
+    /// The log of that seed; a recorded one is the same for all.
     ///
     /// # Errors
-    /// There is no such scenario.
+    /// There is no such scenario, or the log is flawed.
     pub fn log(&self, seed: u64) -> Result<Log, SourceError> {
+        if let Some(folder) = self.folder() {
+            return log_folder::read(folder).map_err(|error| SourceError(error.to_string()));
+        }
         let known = || SCENARIOS.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", ");
         by_name(&self.scenario, seed)
             .ok_or_else(|| SourceError(format!("no scenario '{}', there are {}", self.scenario, known())))
+    }
+
+    /// The folder of a recorded log, if that is what was named.
+    fn folder(&self) -> Option<&Path> {
+        Some(Path::new(&self.scenario)).filter(|path| path.is_dir())
     }
 
     /// The settings of a log of it: those of the scenario, then the file, then what was said.
@@ -63,7 +73,10 @@ impl Source {
     /// They are out of range.
     pub fn settings(&self, log: &Log) -> Result<Settings, SourceError> {
         let Tuning { particles, samples, moving, settings: file } = &self.tuning;
-        let mut settings = Settings::for_scenario(&self.scenario, log);
+        let mut settings = match self.folder() {
+            Some(_) => Settings::for_log(log),
+            None => Settings::for_scenario(&self.scenario, log),
+        };
         if let Some(text) = file {
             settings = settings.with_toml(text).map_err(|problem| SourceError(format!("settings: {problem}")))?;
         }

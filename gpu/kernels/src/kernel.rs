@@ -27,7 +27,7 @@ macro_rules! kernels {
 
         #[doc = "Writes the bytes of the buffers.\n\n# Safety\nThe pointer leads to as many numbers."]
         #[unsafe(no_mangle)]
-        pub unsafe extern "ptx-kernel" fn $bytes(to: *mut [u64; 6]) {
+        pub unsafe extern "ptx-kernel" fn $bytes(to: *mut [u64; 7]) {
             if place() == 0 {
                 // SAFETY: the caller's word, and one thread alone writes.
                 unsafe { to.write(bytes::<$size>()) };
@@ -46,11 +46,33 @@ kernels! {
     scphd_many_drift: DRIFT,
     scphd_many_propose: PROPOSE,
     scphd_many_weigh: WEIGH,
-    scphd_many_select: SELECT,
+    scphd_many_products: PRODUCTS,
+    scphd_many_evidence: EVIDENCE,
+    scphd_many_multiply: MULTIPLY,
+    scphd_many_rest: REST,
+    scphd_many_cumulate: CUMULATE,
+    scphd_many_decide: DECIDE,
+    scphd_many_draw: DRAW,
+    scphd_many_runs: RUNS,
+    scphd_many_settle: SETTLE,
+    scphd_many_assign: ASSIGN,
     scphd_many_make: MAKE,
-    scphd_many_store: STORE,
+    scphd_many_claim: CLAIM,
+    scphd_many_unheld: UNHELD,
+    scphd_many_add_up: ADD_UP,
+    scphd_many_judge: JUDGE,
+    scphd_many_commit: COMMIT,
+    scphd_many_list: LIST,
+    scphd_many_take: TAKE,
     scphd_many_fill: FILL,
+    scphd_many_share: SHARE,
+    scphd_many_sum: SUM,
+    scphd_many_centre: CENTRE,
+    scphd_many_sum_centre: SUM_CENTRE,
+    scphd_many_spread: SPREAD,
+    scphd_many_sum_spread: SUM_SPREAD,
     scphd_many_close: CLOSE,
+    scphd_many_digest: DIGEST,
 }
 
 kernels! {
@@ -63,11 +85,33 @@ kernels! {
     scphd_large_drift: DRIFT,
     scphd_large_propose: PROPOSE,
     scphd_large_weigh: WEIGH,
-    scphd_large_select: SELECT,
+    scphd_large_products: PRODUCTS,
+    scphd_large_evidence: EVIDENCE,
+    scphd_large_multiply: MULTIPLY,
+    scphd_large_rest: REST,
+    scphd_large_cumulate: CUMULATE,
+    scphd_large_decide: DECIDE,
+    scphd_large_draw: DRAW,
+    scphd_large_runs: RUNS,
+    scphd_large_settle: SETTLE,
+    scphd_large_assign: ASSIGN,
     scphd_large_make: MAKE,
-    scphd_large_store: STORE,
+    scphd_large_claim: CLAIM,
+    scphd_large_unheld: UNHELD,
+    scphd_large_add_up: ADD_UP,
+    scphd_large_judge: JUDGE,
+    scphd_large_commit: COMMIT,
+    scphd_large_list: LIST,
+    scphd_large_take: TAKE,
     scphd_large_fill: FILL,
+    scphd_large_share: SHARE,
+    scphd_large_sum: SUM,
+    scphd_large_centre: CENTRE,
+    scphd_large_sum_centre: SUM_CENTRE,
+    scphd_large_spread: SPREAD,
+    scphd_large_sum_spread: SUM_SPREAD,
     scphd_large_close: CLOSE,
+    scphd_large_digest: DIGEST,
 }
 
 unsafe extern "C" {

@@ -20,15 +20,20 @@ mod slot;
 mod run;
 
 mod room;
+mod select;
 mod stages;
+mod store;
+mod tell;
 
 #[cfg(target_arch = "nvptx64")]
 mod kernel;
 
 pub use buffer::{Feature, Mover, Prediction, Run, Scan, ScanResult, Status};
 pub use motion::Vehicle;
-pub use room::{Desk, DraftPlace, Filters, Group, Room, Sight, StreamPlace, TOGETHER, bytes, streams};
-pub use run::{Inputs, Outputs, follow};
+pub use room::{
+    Desk, DraftPlace, Filters, Group, PartPlace, Room, Sight, StreamPlace, TOGETHER, bytes, parts, streams, words,
+};
+pub use run::{Inputs, Outputs, asks_for_digest, follow};
 pub use setup::{MOUNTED, Setup, extraction, likelihood, vehicle};
 pub use size::{LARGE_PARTICLES, LargeMemory, Memory, PARTICLES, SAMPLES, Size};
 pub use slot::{FEATURES, MEASUREMENTS, MOVERS, Slot};

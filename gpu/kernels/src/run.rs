@@ -36,7 +36,8 @@ pub struct Outputs<'a> {
 }
 
 /// Whether a digest is asked for after so many scans: after every so many, and after the last; 0: after the last alone.
-pub(crate) fn asks_for_digest(every: usize, taken: usize, last: bool) -> bool {
+#[must_use]
+pub fn asks_for_digest(every: usize, taken: usize, last: bool) -> bool {
     last || taken.checked_rem(every) == Some(0)
 }
 
@@ -87,13 +88,13 @@ fn scans<M: Size>(
         let report = filter.scan(&mut detector, measurements).map_err(|_| Status::SCAN)?;
         let is_last = place + 1 == inputs.scans.len();
         let digest = asks_for_digest(digest_every, place + 1, is_last);
-        tell(&filter, &detector, &report, (&mut *features, &mut *movers), outputs, place, digest)?;
+        tell(&filter, &detector, &report, (&mut *features, &mut *movers), outputs, place, (digest, None))?;
         *taken += 1;
     }
     Ok(())
 }
 
-/// Writes what is known after the scan of that place; the lists of earlier scans stay where they are.
+/// Writes what is known after the scan of that place, with the pose if it is estimated already; the lists of earlier scans stay where they are.
 pub(crate) fn tell(
     filter: &Filter<'_>,
     detector: &Sighted<'_>,
@@ -101,7 +102,7 @@ pub(crate) fn tell(
     (features, movers): Lists<'_>,
     outputs: &mut Outputs<'_>,
     place: usize,
-    digest: bool,
+    (digest, estimate): (bool, Option<PoseEstimate<PlanarPose<f32>>>),
 ) -> Result<(), u32> {
     let Outputs { results, features: all_features, movers: all_movers } = outputs;
     let before = place.checked_sub(1).and_then(|before| results.get(before)).copied();
@@ -109,7 +110,7 @@ pub(crate) fn tell(
         [result.first_feature.saturating_add(result.features), result.first_mover.saturating_add(result.movers)]
     });
     let result = results.get_mut(place).ok_or(Status::BUFFERS)?;
-    let estimate = filter.estimate_pose().ok_or(Status::SCAN)?;
+    let estimate = estimate.or_else(|| filter.estimate_pose()).ok_or(Status::SCAN)?;
     *result = of_report(report, &estimate);
     if digest {
         result.digest = filter.digest();

@@ -16,14 +16,16 @@ pub const LARGE_PARTICLES: usize = 16_384;
 pub const SAMPLES: usize = 2;
 /// Pages of moving features of all maps of a large filter, and as many of static ones: the most that can be counted.
 const LARGE_PAGES: usize = 65_535;
-/// Pages of moving features of all maps of one of many filters.
+/// Pages of static features of all maps of one of many filters.
+const PAGES: usize = 640;
+/// Pages of moving features, likewise.
 const MOVING_PAGES: usize = 448;
 
 memory! {
     /// What one of many filters knows, whatever moves its vehicle: a state is of a pose, and all vehicles in the plane have the same.
     pub type Memory: Unicycle<f32> {
         particles: PARTICLES, samples: SAMPLES,
-        features { pages: 640, pages_per_map: 64, in_view: 768 },
+        features { pages: PAGES, pages_per_map: 64, in_view: 768 },
         moving { pages: MOVING_PAGES, pages_per_map: 48, in_view: 384 },
     }
 }
@@ -43,6 +45,8 @@ pub trait Size: Capacities<Position = Vector2<f32>> + Debug + Sized + 'static {
     const NAME: &'static str;
     /// Particles that it has room for.
     const PARTICLES: usize;
+    /// Pages of static features.
+    const PAGES: usize;
     /// Pages of moving features.
     const MOVING_PAGES: usize;
     /// All zero.
@@ -58,6 +62,7 @@ pub trait Size: Capacities<Position = Vector2<f32>> + Debug + Sized + 'static {
 impl Size for Memory {
     const NAME: &'static str = "scphd_many";
     const PARTICLES: usize = PARTICLES;
+    const PAGES: usize = PAGES;
     const MOVING_PAGES: usize = MOVING_PAGES;
     const EMPTY: Self = Self::new();
 
@@ -69,6 +74,7 @@ impl Size for Memory {
 impl Size for LargeMemory {
     const NAME: &'static str = "scphd_large";
     const PARTICLES: usize = LARGE_PARTICLES;
+    const PAGES: usize = LARGE_PAGES;
     const MOVING_PAGES: usize = LARGE_PAGES;
     const EMPTY: Self = Self::new();
 

@@ -4,45 +4,67 @@
 //! one to the next is one thread for a filter, so that everything stays where it is. A launch is of one stage, whatever the number of filters,
 //! so that all threads of a device execute the same code.
 
-use crate::buffer::{Feature, Mover, Prediction, Run, Status};
+use crate::buffer::{Prediction, Run, Status};
 use crate::motion::Vehicle;
-use crate::room::{Between, DraftOf, DraftPlace, Filters, Group, Predicting, StreamPlace, TOGETHER, streams};
-use crate::run::{Filter, Inputs, Outputs, asks_for_digest, before, over, tell};
+use crate::room::{
+    Between, COLUMNS, DraftOf, DraftPlace, Filters, Group, Lending, Listed, Many, Predicting, StreamPlace, TOGETHER,
+    WHOLES, page_parts, parts, streams, words,
+};
+use crate::run::{Filter, Inputs, before, over};
 use crate::size::Size;
+use crate::{select, store, tell};
 use core::mem::MaybeUninit;
 use core::slice::{from_raw_parts, from_raw_parts_mut};
-use core::sync::atomic::Ordering;
-use scphd::storage::Samples;
+use core::sync::atomic::{AtomicU32, Ordering};
+use scphd::storage::{COUNTS, Samples};
 
 /// How many threads a launch is of, for each filter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Places {
     /// One.
     One,
-    /// One for every page of moving features.
-    MovingPages,
+    /// One for every page.
+    Pages,
+    /// One for every few hundred pages.
+    PageParts,
     /// One for every candidate.
     Candidates,
     /// One for every particle.
     Particles,
+    /// One for every few dozens of candidates.
+    CandidateParts,
+    /// The same of particles.
+    ParticleParts,
+    /// So many for every particle as write pages together.
+    Lanes,
+    /// One for every column of numbers that are summed.
+    Columns,
 }
 
 impl Places {
-    /// How many that is.
+    /// How many that is for a filter of a size with so many particles and samples.
     #[must_use]
-    pub const fn count(self, moving_pages: usize, particles: usize, samples: usize) -> usize {
+    pub const fn count<M: Size>(self, particles: usize, samples: usize) -> usize {
         match self {
             Self::One => 1,
-            Self::MovingPages => moving_pages,
+            Self::Pages => M::PAGES + M::MOVING_PAGES,
+            Self::PageParts => {
+                let [of_static, of_moving] = page_parts::<M>();
+                of_static + of_moving
+            }
             Self::Candidates => particles * samples,
             Self::Particles => particles,
+            Self::Lanes => particles * store::LANES,
+            Self::CandidateParts => parts(particles * samples),
+            Self::ParticleParts => parts(particles),
+            Self::Columns => COLUMNS,
         }
     }
 }
 
 /// What a thread does in a launch: its place among those of its filter, the filter's buffers, the scan, and after how many scans a digest is
 /// asked for.
-type Body<M> = unsafe fn(usize, &Group<M>, u32, u32);
+pub(crate) type Body<M> = unsafe fn(usize, &Group<M>, u32, u32);
 
 /// A launch.
 #[derive(Debug, Clone, Copy)]
@@ -69,37 +91,102 @@ impl<M: Size> Stage<M> {
     pub const SAMPLE: Self = Self::new("sample", Places::Candidates, sample);
     /// Sorts the measurements.
     pub const OPEN: Self = Self::new("open", Places::One, open);
-    /// Moves the moving features (5.14).
-    pub const DRIFT: Self = Self::new("drift", Places::MovingPages, drift);
+    /// Moves the moving features (5.14), and counts no page as held.
+    pub const DRIFT: Self = Self::new("drift", Places::Pages, drift);
     /// Draws candidates of an informed proposal.
     pub const PROPOSE: Self = Self::new("propose", Places::One, propose);
     /// Weighs the candidates (4.52).
     pub const WEIGH: Self = Self::new("weigh", Places::Candidates, weigh);
-    /// Selects the survivors (5.23).
-    pub const SELECT: Self = Self::new("select", Places::One, select);
-    /// Updates their maps (5.17–5.22), each in a draft.
-    pub const MAKE: Self = Self::new("make", Places::Particles, make);
-    /// Gives the drafts pages.
-    pub const STORE: Self = Self::new("store", Places::One, store);
+    /// Sums ζ L over parts of the candidates.
+    pub const PRODUCTS: Self = Self::new("products", Places::CandidateParts, select::products);
+    /// Sums these.
+    pub const EVIDENCE: Self = Self::new("evidence", Places::One, select::evidence);
+    /// Multiplies the weights by the likelihoods (5.23).
+    pub const MULTIPLY: Self = Self::new("multiply", Places::CandidateParts, select::multiply);
+    /// Finds what they are still to be divided by.
+    pub const REST: Self = Self::new("rest", Places::One, select::rest);
+    /// Divides them by that, and cumulates them in parts.
+    pub const CUMULATE: Self = Self::new("cumulate", Places::CandidateParts, select::cumulate);
+    /// Decides whether all particles are drawn anew.
+    pub const DECIDE: Self = Self::new("decide", Places::One, select::decide);
+    /// Draws the survivors (5.2.2).
+    pub const DRAW: Self = Self::new("draw", Places::Particles, select::draw);
+    /// Counts those that differ, and finds the heaviest, in parts.
+    pub const RUNS: Self = Self::new("runs", Places::ParticleParts, select::runs);
+    /// Begins the update of the survivors' maps.
+    pub const SETTLE: Self = Self::new("settle", Places::One, select::settle);
+    /// Gives every survivor that differs a draft.
+    pub const ASSIGN: Self = Self::new("assign", Places::ParticleParts, select::assign);
+    /// Updates their maps (5.17–5.22), each in its draft.
+    pub const MAKE: Self = Self::new("make", Places::Particles, store::make);
+    /// Sums the labels and pages that drafts take, in parts.
+    pub const CLAIM: Self = Self::new("claim", Places::ParticleParts, store::claim);
+    /// Counts the pages that no map holds any more, in parts.
+    pub const UNHELD: Self = Self::new("unheld", Places::PageParts, store::unheld);
+    /// Adds up these sums.
+    pub const ADD_UP: Self = Self::new("add_up", Places::One, store::add_up);
+    /// Finds the places of every draft's labels and pages, and whether there are enough pages.
+    pub const JUDGE: Self = Self::new("judge", Places::ParticleParts, store::judge);
+    /// Lends the lists of pages; where there are not enough, stores the drafts one after the other.
+    pub const COMMIT: Self = Self::new("commit", Places::One, store::commit);
+    /// Lists the free pages.
+    pub const LIST: Self = Self::new("list", Places::PageParts, store::list);
+    /// Takes pages and labels for the drafts.
+    pub const TAKE: Self = Self::new("take", Places::Particles, store::take);
     /// Writes the pages.
-    pub const FILL: Self = Self::new("fill", Places::Particles, fill);
+    pub const FILL: Self = Self::new("fill", Places::Lanes, store::fill);
+    /// Gives every particle the list of its pages, and its candidate the particle's place.
+    pub const SHARE: Self = Self::new("share", Places::Particles, store::share);
+    /// Sums over drafts and particles.
+    pub const SUM: Self = Self::new("sum", Places::Columns, tell::sum);
+    /// The terms of the mean pose.
+    pub const CENTRE: Self = Self::new("centre", Places::Particles, tell::centre);
+    /// Sums them.
+    pub const SUM_CENTRE: Self = Self::new("sum_centre", Places::Columns, tell::sum_centre);
+    /// The terms of its covariance.
+    pub const SPREAD: Self = Self::new("spread", Places::Particles, tell::spread);
+    /// Sums them.
+    pub const SUM_SPREAD: Self = Self::new("sum_spread", Places::Columns, tell::sum_spread);
     /// Estimates and report.
-    pub const CLOSE: Self = Self::new("close", Places::One, close);
+    pub const CLOSE: Self = Self::new("close", Places::One, tell::close);
+    /// The digest of the state after a scan, where it is asked for.
+    pub const DIGEST: Self = Self::new("digest", Places::One, tell::digest);
 
     /// The launches that start the filters.
     pub const STARTING: [Self; 2] = [Self::START, Self::DESKS];
     /// The launches of every prediction before a scan.
     pub const PREDICTING: [Self; 2] = [Self::PREDICT, Self::SAMPLE];
     /// The launches of a scan, in order.
-    pub const SCANNING: [Self; 9] = [
+    pub const SCANNING: [Self; 30] = [
         Self::OPEN,
         Self::DRIFT,
         Self::PROPOSE,
         Self::WEIGH,
-        Self::SELECT,
+        Self::PRODUCTS,
+        Self::EVIDENCE,
+        Self::MULTIPLY,
+        Self::REST,
+        Self::CUMULATE,
+        Self::DECIDE,
+        Self::DRAW,
+        Self::RUNS,
+        Self::SETTLE,
+        Self::ASSIGN,
         Self::MAKE,
-        Self::STORE,
+        Self::CLAIM,
+        Self::UNHELD,
+        Self::ADD_UP,
+        Self::JUDGE,
+        Self::COMMIT,
+        Self::LIST,
+        Self::TAKE,
         Self::FILL,
+        Self::SHARE,
+        Self::SUM,
+        Self::CENTRE,
+        Self::SUM_CENTRE,
+        Self::SPREAD,
+        Self::SUM_SPREAD,
         Self::CLOSE,
     ];
 
@@ -109,10 +196,10 @@ impl<M: Size> Stage<M> {
     /// Every pointer of the buffers is aligned and leads to as many values as the filters, runs, particles and samples say, which live and stay
     /// where they are until the last launch has ended; rooms and desks begin as zeros. The launches come in the order of
     /// [`STARTING`](Self::STARTING), and for every scan of [`PREDICTING`](Self::PREDICTING), as many times as there are predictions before it
-    /// in any run, and [`SCANNING`](Self::SCANNING), each with a thread for every place, once, and ends before the next begins.
+    /// in any run, [`SCANNING`](Self::SCANNING) and, where it is asked for, [`DIGEST`](Self::DIGEST), each with a thread for every place, once, and ends before the next begins.
     #[inline(always)]
     pub unsafe fn run(&self, place: usize, filters: &Filters<M>, scan: u32, digest_every: u32) {
-        let each = self.places.count(M::MOVING_PAGES, filters.particles as usize, filters.samples as usize);
+        let each = self.places.count::<M>(filters.particles as usize, filters.samples as usize);
         // Both fit into 32 bits, in which a device divides much faster.
         let (filter, place) = ((place as u32).checked_div(each as u32), (place as u32).checked_rem(each as u32));
         if let (Some(filter), Some(place)) = (filter, place)
@@ -131,9 +218,14 @@ impl<M: Size> Filters<M> {
     /// There is such a filter, and every pointer leads to as many values as there are filters, particles and samples, and as the runs say.
     unsafe fn group(&self, filter: usize) -> Group<M> {
         let particles = self.particles as usize;
-        let candidates = particles * self.samples as usize;
+        let samples = self.samples as usize;
+        let candidates = particles * samples;
         // SAFETY: the caller's word.
         unsafe {
+            let cumulated = self.words.add(filter * words::<M>(particles, samples));
+            let columns = cumulated.add(candidates);
+            let wholes = columns.add(COLUMNS * particles);
+            let held = wholes.add(WHOLES * particles);
             let run = self.runs.add(filter);
             let at = |first: fn(&Run) -> u32| first(&*run) as usize;
             Group {
@@ -146,6 +238,13 @@ impl<M: Size> Filters<M> {
                 desks: self.desks.add(filter * particles),
                 drafts: self.drafts.add(filter * particles),
                 streams: self.streams.add(filter * streams(candidates)),
+                parts: self.parts.add(filter * parts(candidates)),
+                cumulated: cumulated.cast(),
+                stride: particles,
+                columns: columns.cast(),
+                wholes,
+                held: held.cast(),
+                firsts: held.add(M::PAGES + M::MOVING_PAGES),
                 status: self.statuses.add(filter),
                 results: self.results.add(at(|run| run.first_scan)),
                 features: self.features.add(at(|run| run.first_feature)),
@@ -156,24 +255,24 @@ impl<M: Size> Filters<M> {
 }
 
 /// A number of things on a machine that has at least 32 bits.
-fn whole(number: u32) -> usize {
+pub(crate) fn whole(number: u32) -> usize {
     number as usize
 }
 
 /// What is between the launches of a scan; nothing where the run has stopped.
-unsafe fn between<'r, M: Size>(group: &Group<M>, scan: u32) -> Option<&'r Between> {
+pub(crate) unsafe fn between<'r, M: Size>(group: &Group<M>, scan: u32) -> Option<&'r Between> {
     // SAFETY: `open` has put it there where it did not stop the run.
     unsafe { goes_on(group, scan).then(|| (*group.room).between.assume_init_ref()) }
 }
 
 /// The same for the one thread of its launch.
-unsafe fn alone<'r, M: Size>(place: usize, group: &Group<M>, scan: u32) -> Option<&'r mut Between> {
+pub(crate) unsafe fn alone<'r, M: Size>(place: usize, group: &Group<M>, scan: u32) -> Option<&'r mut Between> {
     // SAFETY: as of `between`, and no other thread looks at it.
     unsafe { (place == 0 && goes_on(group, scan)).then(|| (*group.room).between.assume_init_mut()) }
 }
 
 /// Whether the run has not stopped and has such a scan.
-unsafe fn goes_on<M: Size>(group: &Group<M>, scan: u32) -> bool {
+pub(crate) unsafe fn goes_on<M: Size>(group: &Group<M>, scan: u32) -> bool {
     // SAFETY: there is a status, which only the one thread of a launch writes, and a run, which nobody does.
     unsafe { (*group.status).code == Status::DONE && scan < (*group.run).scans }
 }
@@ -250,14 +349,16 @@ unsafe fn predict<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_ev
             filter.begin_predict(control, *dt_s).map_err(|_| Status::PREDICTION)
         });
         match begun {
-            Ok(Some(Samples { candidates, in_use, mut noise })) => {
+            Ok(Some(Samples { candidates, in_use, selected, splits, mut noise })) => {
                 for (place, first) in (0..in_use).step_by(TOGETHER).enumerate() {
                     *group.streams.add(place) = StreamPlace { stream: MaybeUninit::new(noise.clone()) };
                     noise.skip((in_use - first).min(TOGETHER) * Vehicle::NUMBERS);
                 }
                 predicting.after = MaybeUninit::new(noise);
                 predicting.candidates = (candidates.as_mut_ptr(), candidates.len());
+                predicting.particles = (selected.as_mut_ptr(), selected.len());
                 predicting.in_use = in_use;
+                predicting.splits = splits;
             }
             Ok(None) => {}
             Err(code) => (*group.status).code = code,
@@ -275,7 +376,8 @@ unsafe fn sample<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_eve
         if !goes_on(group, scan) {
             return;
         }
-        let Predicting { taken, candidates: (candidates, len), in_use, .. } = &(*group.room).prediction;
+        let Predicting { taken, candidates: (candidates, len), particles, in_use, splits, .. } =
+            &(*group.room).prediction;
         if place < (*in_use).min(*len)
             && let Ok((predictions, _)) = before(inputs(group), whole(scan))
             && let Some(Prediction { control, dt_s }) = predictions.get(whole(taken.wrapping_sub(1)))
@@ -283,18 +385,26 @@ unsafe fn sample<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_eve
             let mut noise = (*group.streams.add(place / TOGETHER)).stream.assume_init_ref().clone();
             noise.skip(place % TOGETHER * Vehicle::NUMBERS);
             let filter = (*group.room).filter.assume_init_ref();
-            filter.sample(&mut *candidates.add(place), control, *dt_s, &mut noise);
+            let candidate = &mut *candidates.add(place);
+            let parent = place / whole((*group.run).setup.samples).max(1);
+            if *splits && parent < particles.1 {
+                *candidate = filter.child_of(&*particles.0.add(parent));
+            }
+            filter.sample(candidate, control, *dt_s, &mut noise);
         }
     }
 }
 
 /// The candidates come back, if they were lent.
 unsafe fn give_candidates_back(filter: &mut Filter<'static>, predicting: &mut Predicting) {
-    let Predicting { candidates: (candidates, len), in_use, after, .. } = predicting;
+    let Predicting { candidates: (candidates, len), particles, in_use, splits, after, .. } = predicting;
     if *len > 0 {
-        // SAFETY: this is the slice that was lent, and nobody else has it any more; what is behind the last one was set as it was lent.
-        let (candidates, noise) = unsafe { (from_raw_parts_mut(*candidates, *len), after.assume_init_ref().clone()) };
-        filter.end_predict(Samples { candidates, in_use: *in_use, noise });
+        // SAFETY: these are the slices that were lent, and nobody else has them any more; what is behind the last one was set as they were lent.
+        let (candidates, selected, noise) = unsafe {
+            let selected = from_raw_parts_mut(particles.0, particles.1);
+            (from_raw_parts_mut(*candidates, *len), selected, after.assume_init_ref().clone())
+        };
+        filter.end_predict(Samples { candidates, in_use: *in_use, selected, splits: *splits, noise });
         (*len, *in_use) = (0, 0);
     }
 }
@@ -324,10 +434,22 @@ unsafe fn open<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every
                 (*room).between = MaybeUninit::new(Between {
                     scanning,
                     eta,
-                    ln_likelihoods: (core::ptr::null_mut(), 0),
-                    pages: (pages.as_mut_ptr(), pages.len()),
-                    moving_pages: (moving_pages.as_mut_ptr(), moving_pages.len()),
+                    pages: Many::of(pages),
+                    moving_pages: Many::of(moving_pages),
+                    lent: Lending::NONE,
+                    rest: 0.0,
+                    uniform: None,
+                    last: 0,
                     drafts: 0,
+                    first_fresh: 0,
+                    labels: 0,
+                    free: [0; 2],
+                    wanted: [0; 2],
+                    lists: [Listed::NONE; 2],
+                    in_turn: false,
+                    crowded: AtomicU32::new(0),
+                    counts: [const { AtomicU32::new(0) }; COUNTS + 4],
+                    sums: [const { AtomicU32::new(0) }; COLUMNS],
                 });
             }
             Err(code) => (*group.status).code = code,
@@ -340,12 +462,14 @@ unsafe fn open<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every
 /// # Safety
 /// As of [`Stage::run`].
 unsafe fn drift<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
-    // SAFETY: the pages are lent, and each is that of one place.
+    // SAFETY: the pages are lent, and each is that of one place, as is each count.
     unsafe {
-        if let Some(Between { scanning, moving_pages: (pages, len), .. }) = between(group, scan)
-            && place < *len
-        {
-            scanning.drift_page(place, &mut *pages.add(place));
+        let Some(Between { scanning, moving_pages, .. }) = between(group, scan) else { return };
+        if place < M::PAGES + M::MOVING_PAGES {
+            (*group.held.add(place)).store(0, Ordering::Relaxed);
+        }
+        if let Some(page) = moving_pages.one(place) {
+            scanning.drift_page(place, page);
         }
     }
 }
@@ -359,10 +483,9 @@ unsafe fn propose<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_ev
     unsafe {
         let Some(between) = alone(place, group, scan) else { return };
         give_pages_back(between);
-        let Between { scanning, eta, ln_likelihoods, .. } = between;
+        let Between { scanning, eta, lent, .. } = between;
         scanning.propose(eta);
-        let lent = scanning.lend_ln_likelihoods();
-        *ln_likelihoods = (lent.as_mut_ptr(), lent.len());
+        lent.ln_likelihoods = Many::of(scanning.lend_ln_likelihoods());
         (*group.room).in_view.store(0, Ordering::Relaxed);
     }
 }
@@ -374,146 +497,33 @@ unsafe fn propose<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_ev
 unsafe fn weigh<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
     // SAFETY: the ln L are lent, and each of them and of the sights is that of one place.
     unsafe {
-        if let Some(Between { scanning, ln_likelihoods: (ln_likelihoods, len), .. }) = between(group, scan)
-            && place < scanning.candidates().min(*len)
+        if let Some(Between { scanning, lent, .. }) = between(group, scan)
+            && place < scanning.candidates()
+            && let Some(ln_likelihood) = lent.ln_likelihoods.one(place)
         {
-            let eta = &mut (*group.sights.add(place)).eta;
-            let in_view = scanning.weigh(place, &mut *ln_likelihoods.add(place), eta);
+            let in_view = scanning.weigh(place, ln_likelihood, &mut (*group.sights.add(place)).eta);
             (*group.room).in_view.fetch_max(u32::try_from(in_view).unwrap_or(u32::MAX), Ordering::Relaxed);
         }
     }
 }
 
-/// Selects the candidates that go on, and gives every draft one of them.
-///
-/// # Safety
-/// As of [`Stage::run`].
-unsafe fn select<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
-    // SAFETY: no other thread runs; the ln L come back that `propose` has lent; there are as many drafts as particles.
-    unsafe {
-        let Some(Between { scanning, ln_likelihoods: (ln_likelihoods, len), drafts, .. }) = alone(place, group, scan)
-        else {
-            return;
-        };
-        let in_view = (*group.room).in_view.load(Ordering::Relaxed);
-        scanning.weighed(from_raw_parts_mut(*ln_likelihoods, *len), whole(in_view));
-        scanning.select();
-        scanning.begin_update();
-        *drafts = scanning.assign(all_drafts(group, whole((*group.run).setup.particles)));
-    }
-}
-
-/// Updates the maps of one survivor.
-///
-/// # Safety
-/// As of [`Stage::run`].
-unsafe fn make<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
-    // SAFETY: maps are only read; each draft and each sight is that of one place.
-    unsafe {
-        if let Some(Between { scanning, drafts, .. }) = between(group, scan)
-            && place < *drafts
-        {
-            let draft = (*group.drafts.add(place)).draft.assume_init_mut();
-            scanning.make(draft, &mut (*group.sights.add(place)).eta);
-        }
-    }
-}
-
-/// Gives the updated maps pages, in the order of the survivors, and lends them.
-///
-/// # Safety
-/// As of [`Stage::run`].
-unsafe fn store<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
-    // SAFETY: no other thread runs.
-    unsafe {
-        let Some(Between { scanning, eta, pages, moving_pages, drafts, .. }) = alone(place, group, scan) else {
-            return;
-        };
-        let first_fresh = scanning.next_label();
-        for draft in all_drafts(group, *drafts) {
-            scanning.store(draft, first_fresh, eta, &mut ());
-        }
-        scanning.end_update();
-        let (lent, lent_moving) = scanning.lend_pages();
-        *pages = (lent.as_mut_ptr(), lent.len());
-        *moving_pages = (lent_moving.as_mut_ptr(), lent_moving.len());
-    }
-}
-
-/// Writes the pages of one survivor's maps.
-///
-/// # Safety
-/// As of [`Stage::run`].
-unsafe fn fill<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
-    // SAFETY: the pages are lent, and no two drafts have been given the same one; each draft is that of one place.
-    unsafe {
-        if let Some(&Between { drafts, pages: (pages, len), moving_pages: (moving_pages, moving_len), .. }) =
-            between(group, scan)
-            && place < drafts
-        {
-            let draft = (*group.drafts.add(place)).draft.assume_init_mut();
-            draft.fill(
-                |id, page| {
-                    if id.index() < len {
-                        (*pages.add(id.index())).copy_from(page);
-                    }
-                },
-                |id, page| {
-                    if id.index() < moving_len {
-                        (*moving_pages.add(id.index())).copy_from(page);
-                    }
-                },
-            );
-        }
-    }
-}
-
-/// Ends the scan, and tells what is known then.
-///
-/// # Safety
-/// As of [`Stage::run`].
-unsafe fn close<M: Size>(place: usize, group: &Group<M>, scan: u32, digest_every: u32) {
-    // SAFETY: no other thread runs; the pages come back that `store` has lent; what is between the launches of a scan ends with it, and
-    // before the filter is looked at again. Where the run says that its outputs lie they do.
-    unsafe {
-        let Some(between) = alone(place, group, scan) else { return };
-        give_pages_back(between);
-        let room = group.room;
-        let Between { scanning, .. } = (*room).between.assume_init_read();
-        let report = scanning.finish();
-        let run = &*group.run;
-        let mut outputs = Outputs {
-            results: from_raw_parts_mut(group.results, whole(run.scans)),
-            features: from_raw_parts_mut::<Feature>(group.features, whole(run.features)),
-            movers: from_raw_parts_mut::<Mover>(group.movers, whole(run.movers)),
-        };
-        let taken = whole(scan) + 1;
-        let digest = asks_for_digest(whole(digest_every), taken, taken == whole(run.scans));
-        let filter = (*room).filter.assume_init_ref();
-        let detector = (*room).detector.assume_init_ref();
-        let lists = (&mut (*room).slot.features, &mut (*room).slot.movers);
-        let told = tell(filter, detector, &report, lists, &mut outputs, whole(scan), digest);
-        *group.status = match told {
-            Ok(()) => Status { code: Status::DONE, scans: scan + 1 },
-            Err(code) => Status { code, scans: scan },
-        };
-    }
-}
-
 /// The pages come back that were lent.
-unsafe fn give_pages_back(between: &mut Between) {
-    let Between { scanning, pages: (pages, len), moving_pages: (moving_pages, moving_len), .. } = between;
+pub(crate) unsafe fn give_pages_back(between: &mut Between) {
+    let Between { scanning, pages, moving_pages, .. } = between;
     // SAFETY: these are the slices that were lent, and nobody else has them any more.
-    unsafe {
-        let pages = from_raw_parts_mut(*pages, *len);
-        scanning.give_pages_back((pages, from_raw_parts_mut(*moving_pages, *moving_len)));
-    }
+    unsafe { scanning.give_pages_back((pages.back(), moving_pages.back())) };
 }
 
 /// So many drafts, for one thread.
-unsafe fn all_drafts<'r, M: Size>(group: &Group<M>, count: usize) -> &'r mut [DraftOf] {
+pub(crate) unsafe fn all_drafts<'r, M: Size>(group: &Group<M>, count: usize) -> &'r mut [DraftOf] {
     // SAFETY: `desks` has made as many as there are particles, and a place is a draft and nothing else.
     unsafe { from_raw_parts_mut(group.drafts.cast(), count) }
+}
+
+/// One draft, for the thread that has it.
+pub(crate) unsafe fn draft<'r, M: Size>(group: &Group<M>, place: usize) -> &'r mut DraftOf {
+    // SAFETY: `desks` has made it.
+    unsafe { (*group.drafts.add(place)).draft.assume_init_mut() }
 }
 
 // A place for a draft is no larger than a draft.

@@ -7,14 +7,14 @@ use crate::process;
 
 /// What is executed: the words of the program, and what it may take.
 const CHECKS: [Check; 4] = [
-    Check { words: &["check", "thesis-dynamic", "--runs", "32", "--scans", "10"], limit: Limit::Warps(162_000_000) },
+    Check { words: &["check", "thesis-dynamic", "--runs", "32", "--scans", "10"], limit: Limit::Warps(156_000_000) },
     Check {
         words: &["check", "survey", "--particles", "32", "--runs", "2", "--scans", "40", "--warp", "1"],
         limit: Limit::None,
     },
     Check {
         words: &["large-check", "thesis-dynamic", "--particles", "64", "--scans", "20", "--watch"],
-        limit: Limit::Longest(41_600_000),
+        limit: Limit::Longest(37_300_000),
     },
     Check {
         words: &["large-check", "thesis-dynamic", "--particles", "1024", "--scans", "2", "--watch"],

@@ -1,0 +1,389 @@
+//! What is one after the other in a scan on a core, divided among any number of threads: for a GPU.
+//!
+//! Threads write what is [lent](Scanning::lend_particles) out to them, each in a place of its own, and read the rest. All sums have the order of
+//! [`ScPhd::scan`](crate::ScPhd::scan), so that the bits are its own.
+
+use crate::filter::draft::{Draft, Renaming};
+use crate::filter::scanning::Scanning;
+use crate::filter::stages::Weighing;
+use crate::filter::task::Task;
+use crate::map::{Lists, Row};
+use crate::numerics::ln_sum::ln_sum;
+use crate::numerics::work;
+use crate::particles::candidate::{Candidate, PartSums, ln_products, ln_rest, multiply, sum_up};
+use crate::particles::resample::{one_child, position};
+use crate::{
+    Dynamic, LnSum, MeasurementModel, Noise, Page, PageId, Place, Pose, PositionOf, Real, ScalarOf, ScanReport, Static,
+    Symmetric, TangentOf,
+};
+
+/// What there is of every candidate and of every particle.
+#[derive(Debug)]
+pub struct Lent<'s, P: Pose> {
+    /// The candidates.
+    pub candidates: &'s mut [Candidate<P>],
+    /// Their ln L.
+    pub ln_likelihoods: &'s mut [ScalarOf<P>],
+    /// The candidates that go on, one a particle.
+    pub selected: &'s mut [Candidate<P>],
+    /// Their numbers.
+    pub survivors: &'s mut [u16],
+    /// The covariance of every particle's pose.
+    pub pose_covariances: &'s mut [Symmetric<TangentOf<P>>],
+    /// The same of those that go on.
+    pub selected_covariances: &'s mut [Symmetric<TangentOf<P>>],
+}
+
+/// The lists of the pages of all static maps, and of all moving ones.
+pub type AllLists<'s, D> = (Lists<'s, Static<D>>, Lists<'s, Dynamic<D>>);
+
+/// Pages that were taken, and what belongs there.
+pub type Placed<'d, F> = (&'d [PageId], &'d [Page<F>]);
+
+/// The sums that the updates of maps have, for each of them and for all.
+pub const TERMS: usize = 8;
+/// What they count.
+pub const COUNTS: usize = 6;
+
+impl<'a, 's, T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P> + 'a> Scanning<'a, 's, X> {
+    /// Hands over what there is of candidates and particles, but for the ln L where they are [lent](Self::lend_ln_likelihoods) already.
+    pub fn lend_particles(&mut self) -> Lent<'s, P> {
+        use core::mem::take;
+        let memory = &mut *self.memory;
+        Lent {
+            candidates: take(&mut memory.candidates),
+            ln_likelihoods: take(&mut memory.ln_likelihoods),
+            selected: take(&mut memory.selected),
+            survivors: take(&mut memory.survivors),
+            pose_covariances: take(&mut memory.pose_covariances),
+            selected_covariances: take(&mut memory.selected_covariances),
+        }
+    }
+
+    /// Takes it back.
+    pub fn give_particles_back(&mut self, lent: Lent<'s, P>) {
+        let memory = &mut *self.memory;
+        memory.candidates = lent.candidates;
+        memory.ln_likelihoods = lent.ln_likelihoods;
+        memory.selected = lent.selected;
+        memory.survivors = lent.survivors;
+        memory.pose_covariances = lent.pose_covariances;
+        memory.selected_covariances = lent.selected_covariances;
+    }
+
+    /// Number of particles, and of candidates of each.
+    #[must_use]
+    pub fn particles(&self) -> [usize; 2] {
+        [self.grounds.particles, self.grounds.children]
+    }
+
+    /// ln Σ ζ L of some candidates, from the first one on, of which these are the ln L.
+    #[must_use]
+    pub fn ln_products(&self, first: usize, ln_likelihoods: &[T]) -> T {
+        ln_products(self.memory.candidates.get(first..).unwrap_or(&[]), ln_likelihoods)
+    }
+
+    /// Notes the evidence, from that of all parts (5.23), and the greatest |V| of all candidates.
+    pub fn weigh_up(&mut self, ln_parts: impl Iterator<Item = T>, in_view: usize) {
+        let total = ln_sum(ln_parts);
+        let ln_evidence = if total.is_finite() { total } else { T::NEG_INFINITY };
+        self.weighing = Weighing { ln_evidence, in_view, ..Weighing::NONE };
+    }
+
+    /// Multiplies the weights of some candidates by their likelihoods; ln Σ ζ of these.
+    pub fn multiply(&self, candidates: &mut [Candidate<P>], ln_likelihoods: &[T]) -> T {
+        let ln_evidence = self.weighing.ln_evidence;
+        if ln_evidence.is_finite() { multiply(candidates, ln_likelihoods, ln_evidence) } else { T::ZERO }
+    }
+
+    /// What all weights are still to be divided by, in the log domain.
+    pub fn rest(&self, ln_parts: impl Iterator<Item = T>) -> T {
+        let rest = if self.weighing.ln_evidence.is_finite() { ln_rest(ln_parts) } else { None };
+        rest.unwrap_or(T::ZERO)
+    }
+
+    /// Divides the weights of some candidates by it, sums them up and writes what is reached with each.
+    pub fn sum_up(&self, candidates: &mut [Candidate<P>], rest: T, cumulated: &mut [T]) -> PartSums<T> {
+        sum_up(candidates, rest, cumulated)
+    }
+
+    /// Whether all particles are drawn anew, from Σ ζ² of all parts: the number that they are drawn with.
+    pub fn decide(&mut self, squares: impl Iterator<Item = T>) -> Option<T> {
+        let n_eff = T::ONE / squares.fold(T::ZERO, |sum, of_part| sum + of_part);
+        self.weighing.n_eff = n_eff;
+        self.selection.resampled =
+            n_eff < self.given.config.resample_threshold * T::from_usize(self.grounds.candidates());
+        self.selection.resampled.then(|| self.noise.uniform())
+    }
+
+    /// The random stream.
+    pub fn noise(&mut self) -> &mut Noise {
+        &mut self.noise
+    }
+
+    /// The candidate that a particle goes on with where all are drawn anew: the first with which the sum of the weights, `reached`, is above
+    /// its position, or the last that weighs anything.
+    pub fn draw(
+        &self,
+        place: usize,
+        uniform: T,
+        candidates: &[Candidate<P>],
+        reached: impl Fn(usize) -> T,
+        last: usize,
+    ) -> Option<(u16, Candidate<P>)> {
+        let particles = T::from_usize(self.grounds.particles);
+        let position = position(place, uniform, particles);
+        let (mut low, mut high) = (0, self.grounds.candidates());
+        while low < high {
+            work::round();
+            let middle = low + (high - low) / 2;
+            if reached(middle) > position {
+                high = middle;
+            } else {
+                low = middle + 1;
+            }
+        }
+        let index = if low < self.grounds.candidates() { low } else { last };
+        let candidate = *candidates.get(index)?;
+        Some((index as u16, Candidate { ln_weight: -particles.ln(), ..candidate }))
+    }
+
+    /// The one that it goes on with otherwise, among its own, drawn with the next number of the stream where there are several.
+    pub fn draw_own(
+        &self,
+        place: usize,
+        candidates: &[Candidate<P>],
+        noise: Option<&mut Noise>,
+    ) -> Option<(u16, Candidate<P>)> {
+        let first = place * self.grounds.children;
+        let members = candidates.get(first..first + self.grounds.children)?;
+        let (child, ln_weight) = match (members, noise) {
+            ([only], _) => (0, only.ln_weight),
+            (_, noise) => one_child(members, noise?.uniform()),
+        };
+        let index = first + child;
+        Some((index as u16, Candidate { ln_weight, ..*candidates.get(index)? }))
+    }
+
+    /// The particle that a candidate comes from.
+    #[must_use]
+    pub fn parent_of(&self, candidate: usize) -> usize {
+        self.grounds.parent_of(candidate)
+    }
+
+    /// The candidates that the particles go on with, by their numbers.
+    #[must_use]
+    pub fn survivors(&self) -> &[u16] {
+        self.memory.survivors.get(..self.grounds.particles).unwrap_or(&[])
+    }
+
+    /// The candidates that go on are known, the heaviest of them and how many differ: begins the update, but for the maps that nobody goes on
+    /// with.
+    pub fn selected(&mut self, heaviest: usize, distinct: usize) {
+        self.selection.heaviest = heaviest;
+        self.open_update(distinct);
+    }
+
+    /// Gives a draft the task of the survivor of that number among those that differ, which is that of the particle first.
+    pub fn assign_one(&self, draft: &mut Draft<'_, PositionOf<P>>, (number, particle): (usize, usize)) {
+        let mut alike =
+            self.memory.survivors.iter().skip(particle).take(self.grounds.particles.saturating_sub(particle));
+        let Some(&survivor) = alike.next() else { return };
+        let parent = self.grounds.parent_of(usize::from(survivor));
+        let (mut copies, mut last_child) = (1, true);
+        for &other in alike {
+            work::round();
+            if other != survivor {
+                last_child = self.grounds.parent_of(usize::from(other)) != parent;
+                break;
+            }
+            copies += 1;
+        }
+        let remaining = self.tally.survivors.saturating_sub(number);
+        let reserved = self.reserved();
+        draft.begin(Task { survivor, parent, particle, copies, last_child, remaining, reserved });
+    }
+
+    /// Finds the pages that the updated maps of a draft keep, which is [made](Self::make).
+    pub fn line_up(&self, draft: &mut Draft<'_, PositionOf<P>>) {
+        let Draft { of_static, of_moving, task, bounds, .. } = draft;
+        let only_child = task.last_child && self.is_first_child(task);
+        of_static.line_up(&self.memory.static_maps, task.parent, only_child, bounds);
+        of_moving.line_up(&self.memory.moving_maps, task.parent, only_child, bounds);
+    }
+
+    /// Whether no survivor before has the same parent.
+    fn is_first_child(&self, task: &Task) -> bool {
+        let before = task.particle.checked_sub(1).and_then(|before| self.memory.survivors.get(before));
+        before.is_none_or(|&before| self.grounds.parent_of(usize::from(before)) != task.parent)
+    }
+
+    /// Free pages of either kind.
+    #[must_use]
+    pub fn free_pages(&self) -> [usize; 2] {
+        [self.memory.static_maps.pool.free(), self.memory.moving_maps.pool.free()]
+    }
+
+    /// Whether drafts can be stored at the same time at all.
+    #[must_use]
+    pub fn stores_together(&self) -> bool {
+        self.beginning.births_wait == 0 && !self.grounds.lone
+    }
+
+    /// Stores all drafts one after the other, and [ends](Self::end_update) the update.
+    pub fn store_in_turn(&mut self, drafts: &mut [Draft<'_, PositionOf<P>>], eta: &mut [LnSum<T>]) {
+        self.free_unneeded();
+        let first_fresh = self.next_label();
+        for draft in drafts {
+            self.store(draft, first_fresh, eta, &mut ());
+        }
+        self.end_update();
+    }
+
+    /// Hands over the lists of the pages of all maps, and of those that are free.
+    pub fn lend_lists(&mut self) -> AllLists<'s, PositionOf<P>> {
+        (self.memory.static_maps.lend_lists(), self.memory.moving_maps.lend_lists())
+    }
+
+    /// Takes them back, with so many free pages of either kind.
+    pub fn give_lists_back(
+        &mut self,
+        (of_static, of_moving): AllLists<'s, PositionOf<P>>,
+        [free, free_moving]: [usize; 2],
+    ) {
+        self.memory.static_maps.give_lists_back(of_static, free);
+        self.memory.moving_maps.give_lists_back(of_moving, free_moving);
+    }
+
+    /// Adds what all drafts have summed, counted, and used at most: of each kind of maps components in view and pages; and how many fresh labels
+    /// they have given.
+    pub fn count(&mut self, terms: [T; TERMS], counts: [usize; COUNTS], peaks: [[usize; 2]; 2], labels: u32) {
+        let [pruned, innovation, weight, expected, known, known_expected, missed, detected] = terms;
+        let tally = &mut self.tally;
+        tally.pruned_mass = pruned;
+        tally.innovation = (innovation, weight);
+        tally.expected_detections = expected;
+        (tally.known.weight, tally.known.expected) = (known, known_expected);
+        (tally.known.missed, tally.known.detected) = (missed, detected);
+        let [merged, births, repaired, no_birth, tightened, lost] = counts;
+        (tally.merged, tally.births, tally.repaired, tally.no_birth) = (merged, births, repaired, no_birth);
+        tally.tightened += tightened;
+        tally.lost += lost;
+        tally.updated = tally.survivors;
+        let used = [self.memory.static_maps.pages_used(), self.memory.moving_maps.pages_used()];
+        for ((peak, [in_view, map_pages]), used) in tally.peaks.iter_mut().zip(peaks).zip(used) {
+            (peak.in_view, peak.map_pages, peak.pages) = (in_view, map_pages, used);
+        }
+        tally.entered(&self.entering);
+        let next = &mut self.memory.cursor.next_label;
+        *next = next.wrapping_add(labels);
+    }
+
+    /// [`finish`](Self::finish), of candidates that have been moved to their places.
+    pub fn finish_adopted(self) -> ScanReport<T> {
+        self.end()
+    }
+}
+
+impl<T: Real, D: Place<Scalar = T>> Draft<'_, D> {
+    /// The particle that gets the updated maps, and how many share them.
+    #[must_use]
+    pub fn particles(&self) -> [usize; 2] {
+        [self.task.particle, self.task.copies]
+    }
+
+    /// What is summed over the components, in the order of [`Scanning::count`].
+    #[must_use]
+    pub fn terms(&self) -> [T; TERMS] {
+        let tally = &self.tally;
+        let ((innovation, weight), known) = (tally.innovation, tally.known);
+        [
+            tally.pruned_mass,
+            innovation,
+            weight,
+            tally.expected_detections,
+            known.weight,
+            known.expected,
+            known.missed,
+            known.detected,
+        ]
+    }
+
+    /// What is counted, and the most components in view of either kind of maps.
+    #[must_use]
+    pub fn counts(&self) -> ([usize; COUNTS], [usize; 2]) {
+        let tally = &self.tally;
+        let counts = [tally.merged, tally.births, tally.repaired, tally.no_birth, tally.tightened, tally.lost];
+        (counts, tally.peaks.map(|peak| peak.in_view))
+    }
+
+    /// Number of fresh labels.
+    #[must_use]
+    pub fn labels(&self) -> u32 {
+        self.labels
+    }
+
+    /// Pages that either map takes, and that it gives back as their only holder.
+    #[must_use]
+    pub fn pages(&self) -> [[usize; 2]; 2] {
+        [[self.of_static.pages_len, self.of_static.regained], [self.of_moving.pages_len, self.of_moving.regained]]
+    }
+
+    /// The pages of the updated maps.
+    #[must_use]
+    pub fn map_pages(&self) -> [usize; 2] {
+        [self.of_static.row_len, self.of_moving.row_len]
+    }
+
+    /// Maps that are still to be updated when this one is.
+    #[must_use]
+    pub fn remaining(&self) -> usize {
+        self.task.remaining
+    }
+
+    /// Whether all of it is there and fits into a map, if there are pages.
+    #[must_use]
+    pub fn is_ready(&self) -> bool {
+        self.is_whole && self.of_static.fits_row() && self.of_moving.fits_row()
+    }
+
+    /// Pages that the maps keep.
+    pub fn kept(&self) -> (&[PageId], &[PageId]) {
+        (self.of_static.row(), self.of_moving.row())
+    }
+
+    /// Takes pages for the updated maps, where so many fresh labels have been given before.
+    pub fn take(
+        &mut self,
+        first_fresh: u32,
+        given: u32,
+        take_static: impl FnMut(usize) -> Option<PageId>,
+        take_moving: impl FnMut(usize) -> Option<PageId>,
+    ) {
+        self.renaming = Renaming { first_fresh, fresh: self.labels, given };
+        self.of_static.take(take_static);
+        self.of_moving.take(take_moving);
+    }
+
+    /// Makes the fresh labels those that are its own.
+    pub fn rename(&mut self) {
+        self.of_static.rename(&self.renaming);
+        self.of_moving.rename(&self.renaming);
+    }
+
+    /// The pages that were taken, and what belongs there.
+    #[must_use]
+    pub fn placed(&self) -> (Placed<'_, Static<D>>, Placed<'_, Dynamic<D>>) {
+        (self.of_static.placed(), self.of_moving.placed())
+    }
+
+    /// Writes the list of the pages of the updated maps.
+    pub fn write_rows(
+        &self,
+        (ids, head): (&mut [PageId], &mut Row<D>),
+        (moving_ids, moving_head): (&mut [PageId], &mut Row<D>),
+    ) {
+        self.of_static.write_row(ids, head);
+        self.of_moving.write_row(moving_ids, moving_head);
+    }
+}

@@ -1,0 +1,36 @@
+//! Which pages maps hold, as lists that several threads write at a time: for a GPU.
+
+use super::{Feature, Maps, PageId, Row};
+
+/// The lists of the pages of all maps of one kind of features, and those of the pool.
+#[derive(Debug)]
+pub struct Lists<'s, F: Feature> {
+    /// The pages of every row, [`map_pages`](Self::map_pages) places each.
+    pub ids: &'s mut [PageId],
+    /// What else there is to know of every row.
+    pub rows: &'s mut [Row<F::Position>],
+    /// The row of every map.
+    pub row_of: &'s mut [u16],
+    /// The maps that hold every page.
+    pub references: &'s mut [u16],
+    /// The free pages.
+    pub free: &'s mut [PageId],
+    /// Pages that a map can have.
+    pub map_pages: usize,
+}
+
+impl<'s, F: Feature> Maps<'s, F> {
+    /// Hands the lists over, until they are given back.
+    pub(crate) fn lend_lists(&mut self) -> Lists<'s, F> {
+        let (ids, rows, row_of, map_pages) = self.table.lend();
+        let (references, free) = self.pool.lend_lists();
+        Lists { ids, rows, row_of, references, free, map_pages }
+    }
+
+    /// Takes them back; so many pages are free.
+    pub(crate) fn give_lists_back(&mut self, lists: Lists<'s, F>, free_pages: usize) {
+        let Lists { ids, rows, row_of, references, free, .. } = lists;
+        self.table.give_back(ids, rows, row_of);
+        self.pool.give_lists_back(references, free, free_pages);
+    }
+}

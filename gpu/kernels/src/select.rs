@@ -1,0 +1,227 @@
+//! The stages from the weighed candidates to the drafts of their maps: sums in parts, and parts one after the other.
+//!
+//! Every function is the body of a [`Stage`](crate::Stage), under whose safety it stands: what is lent out is written by the one thread whose
+//! place it is, or read by all.
+
+use crate::room::{Group, Lending, PartPlace, StreamPlace, TOGETHER, parts};
+use crate::size::Size;
+use crate::stages::{alone, between, draft, whole};
+use core::mem::MaybeUninit;
+use core::slice::{from_raw_parts, from_raw_parts_mut};
+use core::sync::atomic::Ordering;
+use scphd::storage::{PART, PartSums};
+
+/// The parts of so many things, for one thread.
+unsafe fn all_parts<'r, M: Size>(group: &Group<M>, things: usize) -> &'r mut [PartPlace] {
+    // SAFETY: there are as many.
+    unsafe { from_raw_parts_mut(group.parts, parts(things)) }
+}
+
+/// ln Σ ζ L of a part.
+pub(crate) unsafe fn products<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
+    // SAFETY: ln L are read.
+    unsafe {
+        let Some(between) = between(group, scan) else { return };
+        let (first, candidates) = (place * PART, between.scanning.candidates());
+        if first < candidates {
+            let ln_likelihoods = between.lent.ln_likelihoods.all();
+            let of_part = ln_likelihoods.get(first..candidates.min(first + PART)).unwrap_or(&[]);
+            (*group.parts.add(place)).ln = between.scanning.ln_products(first, of_part);
+        }
+    }
+}
+
+/// The evidence; lends what there is of candidates and particles.
+pub(crate) unsafe fn evidence<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
+    // SAFETY: no other thread runs.
+    unsafe {
+        let Some(between) = alone(place, group, scan) else { return };
+        let in_view = (*group.room).in_view.load(Ordering::Relaxed);
+        let scanning = &mut between.scanning;
+        let all = all_parts(group, scanning.candidates());
+        scanning.weigh_up(all.iter().map(|part| part.ln), whole(in_view));
+        let ln_likelihoods = between.lent.ln_likelihoods;
+        between.lent = Lending { ln_likelihoods, ..Lending::of(scanning.lend_particles()) };
+    }
+}
+
+/// Multiplies the weights of a part by the likelihoods.
+pub(crate) unsafe fn multiply<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
+    // SAFETY: the candidates of a part are its thread's.
+    unsafe {
+        let Some(between) = between(group, scan) else { return };
+        let (first, candidates) = (place * PART, between.scanning.candidates());
+        if first < candidates {
+            let most = PART.min(candidates - first);
+            let ln_likelihoods = between.lent.ln_likelihoods.some(first, most);
+            (*group.parts.add(place)).ln =
+                between.scanning.multiply(between.lent.candidates.some(first, most), ln_likelihoods);
+        }
+    }
+}
+
+/// What the weights are still to be divided by.
+pub(crate) unsafe fn rest<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
+    // SAFETY: no other thread runs.
+    unsafe {
+        let Some(between) = alone(place, group, scan) else { return };
+        let all = all_parts(group, between.scanning.candidates());
+        between.rest = between.scanning.rest(all.iter().map(|part| part.ln));
+    }
+}
+
+/// Divides the weights of a part, and cumulates them.
+pub(crate) unsafe fn cumulate<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
+    // SAFETY: the candidates of a part are its thread's, and so is what is cumulated.
+    unsafe {
+        let Some(between) = between(group, scan) else { return };
+        let (first, candidates) = (place * PART, between.scanning.candidates());
+        if first < candidates {
+            let most = PART.min(candidates - first);
+            let cumulated = from_raw_parts_mut(group.cumulated.add(first), most);
+            let of_part = between.lent.candidates.some(first, most);
+            let PartSums { squares, weight, last } = between.scanning.sum_up(of_part, between.rest, cumulated);
+            let part = &mut *group.parts.add(place);
+            (part.squares, part.weight) = (squares, weight);
+            part.last = last.map_or(0, |last| (first + last) as u32 + 1);
+        }
+    }
+}
+
+/// Whether all particles are drawn anew, and with which numbers of the random stream.
+pub(crate) unsafe fn decide<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
+    // SAFETY: no other thread runs.
+    unsafe {
+        let Some(between) = alone(place, group, scan) else { return };
+        let scanning = &mut between.scanning;
+        let all = all_parts(group, scanning.candidates());
+        let (mut before, mut last) = (0.0, 0);
+        for part in all.iter_mut() {
+            part.before = before;
+            before += part.weight;
+            last = last.max(part.last);
+        }
+        between.last = whole(last.saturating_sub(1));
+        between.uniform = scanning.decide(all.iter().map(|part| part.squares));
+        let [particles, children] = scanning.particles();
+        if between.uniform.is_none() && children > 1 {
+            let noise = scanning.noise();
+            for (place, first) in (0..particles).step_by(TOGETHER).enumerate() {
+                *group.streams.add(place) = StreamPlace { stream: MaybeUninit::new(noise.clone()) };
+                noise.skip((particles - first).min(TOGETHER));
+            }
+        }
+    }
+}
+
+/// The candidate that a particle goes on with.
+pub(crate) unsafe fn draw<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
+    // SAFETY: candidates are read, and what is selected is written in the place of its thread.
+    unsafe {
+        let Some(between) = between(group, scan) else { return };
+        let scanning = &between.scanning;
+        let [particles, children] = scanning.particles();
+        if place >= particles {
+            return;
+        }
+        let candidates = between.lent.candidates.all();
+        let drawn = if let Some(uniform) = between.uniform {
+            let cumulated = from_raw_parts(group.cumulated, scanning.candidates());
+            let all = all_parts(group, scanning.candidates());
+            let reached = |candidate: usize| {
+                let before = all.get(candidate / PART).map_or(0.0, |part| part.before);
+                before + cumulated.get(candidate).copied().unwrap_or(0.0)
+            };
+            scanning.draw(place, uniform, candidates, reached, between.last)
+        } else if children > 1 {
+            let mut noise = (*group.streams.add(place / TOGETHER)).stream.assume_init_ref().clone();
+            noise.skip(place % TOGETHER);
+            scanning.draw_own(place, candidates, Some(&mut noise))
+        } else {
+            scanning.draw_own(place, candidates, None)
+        };
+        let lent = &between.lent;
+        if let Some((survivor, candidate)) = drawn
+            && let Some(slot) = lent.survivors.one(place)
+            && let Some(selected) = lent.selected.one(place)
+        {
+            (*slot, *selected) = (survivor, candidate);
+            let parent = scanning.parent_of(usize::from(survivor));
+            if let Some(selected) = lent.selected_covariances.one(place)
+                && let Some(covariance) = lent.pose_covariances.all().get(parent)
+            {
+                *selected = *covariance;
+            }
+        }
+    }
+}
+
+/// Counts the survivors of a part that are not the one before, and finds the heaviest.
+pub(crate) unsafe fn runs<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
+    // SAFETY: all is read but for the part's own.
+    unsafe {
+        let Some(between) = between(group, scan) else { return };
+        let [particles, _] = between.scanning.particles();
+        let (candidates, survivors) = (between.lent.candidates.all(), between.lent.survivors.all());
+        let first = place * PART;
+        if first >= particles {
+            return;
+        }
+        let part = &mut *group.parts.add(place);
+        (part.heads, part.heaviest, part.heaviest_ln_weight) = (0, 0, f32::NEG_INFINITY);
+        let mut before = first.checked_sub(1).and_then(|before| survivors.get(before));
+        for (particle, survivor) in survivors.iter().enumerate().take(particles).skip(first).take(PART) {
+            part.heads += u32::from(before != Some(survivor));
+            before = Some(survivor);
+            if let Some(candidate) = candidates.get(usize::from(*survivor))
+                && candidate.ln_weight > part.heaviest_ln_weight
+            {
+                (part.heaviest, part.heaviest_ln_weight) = (particle as u32, candidate.ln_weight);
+            }
+        }
+    }
+}
+
+/// Begins the update.
+pub(crate) unsafe fn settle<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
+    // SAFETY: no other thread runs; what `evidence` has lent comes back.
+    unsafe {
+        let Some(between) = alone(place, group, scan) else { return };
+        let [particles, _] = between.scanning.particles();
+        let (mut heaviest, mut ln_weight, mut distinct) = (0, f32::NEG_INFINITY, 0);
+        for part in all_parts(group, particles) {
+            if part.heaviest_ln_weight > ln_weight {
+                (heaviest, ln_weight) = (part.heaviest, part.heaviest_ln_weight);
+            }
+            (part.heads, distinct) = (distinct, distinct + part.heads);
+        }
+        between.scanning.give_particles_back(between.lent.back());
+        between.lent = Lending::NONE;
+        between.scanning.selected(whole(heaviest), whole(distinct));
+        between.first_fresh = between.scanning.next_label();
+        between.drafts = whole(distinct).min(whole((*group.run).setup.particles));
+    }
+}
+
+/// Gives the survivors of a part that differ their drafts, and notes of all particles which they have.
+pub(crate) unsafe fn assign<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
+    // SAFETY: each draft is that of one survivor, and each note of one particle.
+    unsafe {
+        let Some(between) = between(group, scan) else { return };
+        let survivors = between.scanning.survivors();
+        let first = place * PART;
+        if first >= survivors.len() {
+            return;
+        }
+        let mut next = whole((*group.parts.add(place)).heads);
+        let mut before = first.checked_sub(1).and_then(|before| survivors.get(before));
+        for (particle, survivor) in survivors.iter().enumerate().skip(first).take(PART) {
+            if before != Some(survivor) && next < between.drafts {
+                between.scanning.assign_one(draft(group, next), (next, particle));
+                next += 1;
+            }
+            before = Some(survivor);
+            *group.wholes.add(particle) = next.saturating_sub(1) as u32;
+        }
+    }
+}

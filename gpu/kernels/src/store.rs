@@ -1,0 +1,330 @@
+//! The stages that update the maps of the survivors and give them pages: sums in parts, and parts one after the other.
+//!
+//! Every function is the body of a [`Stage`](crate::Stage), under whose safety it stands: what is lent out is written by the one thread whose
+//! place it is, or read by all.
+
+use crate::room::{Between, COLUMNS, DraftOf, Group, Lending, Listed, Many, PAGES_TOGETHER, PartPlace, page_parts};
+use crate::size::Size;
+use crate::stages::{all_drafts, alone, between, draft, whole};
+use core::mem::MaybeUninit;
+use core::ops::Range;
+use core::ptr;
+use core::sync::atomic::Ordering;
+use scphd::storage::{COUNTS, Feature, PART, Page, PageId, Placed};
+
+/// Updates the maps of one survivor.
+pub(crate) unsafe fn make<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
+    // SAFETY: maps are only read; each draft and each sight is that of one place, and so are its numbers.
+    unsafe {
+        let Some(between) = between(group, scan) else { return };
+        if place >= between.drafts {
+            return;
+        }
+        let draft = draft(group, place);
+        between.scanning.make(draft, &mut (*group.sights.add(place)).eta);
+        between.scanning.line_up(draft);
+        let [_, copies] = draft.particles();
+        let (kept, kept_moving) = draft.kept();
+        let moving = kept_moving.iter().map(|id| M::PAGES + id.index());
+        for page in kept.iter().map(|id| id.index()).chain(moving) {
+            if page < M::PAGES + M::MOVING_PAGES {
+                (*group.held.add(page)).fetch_add(copies as u32, Ordering::Relaxed);
+            }
+        }
+        for (column, term) in draft.terms().into_iter().enumerate() {
+            *group.columns.add(column * group.stride + place) = term;
+        }
+        let (counts, in_view) = draft.counts();
+        let (sums, most) = between.counts.split_at(COUNTS);
+        for (sum, count) in sums.iter().zip(counts).filter(|(_, count)| *count > 0) {
+            sum.fetch_add(count as u32, Ordering::Relaxed);
+        }
+        let pages = draft.map_pages().into_iter().zip(draft.pages()).map(|(kept, [taken, _])| kept + taken);
+        for (most, count) in most.iter().zip(in_view.into_iter().chain(pages)) {
+            most.fetch_max(count as u32, Ordering::Relaxed);
+        }
+    }
+}
+
+/// The drafts of a part.
+fn of_part(place: usize, between: &Between) -> Range<usize> {
+    let first = (place * PART).min(between.drafts);
+    first..(first + PART).min(between.drafts)
+}
+
+/// Sums what the drafts of a part take.
+pub(crate) unsafe fn claim<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
+    // SAFETY: drafts are read, and the sums are the part's own.
+    unsafe {
+        let Some(between) = between(group, scan) else { return };
+        let mut sum = Claimed::NOTHING;
+        for number in of_part(place, between) {
+            let draft = draft(group, number);
+            if !draft.is_ready() {
+                between.crowded.store(1, Ordering::Relaxed);
+            }
+            sum.add(draft);
+        }
+        sum.write(&mut *group.parts.add(place));
+    }
+}
+
+/// What some drafts take.
+#[derive(Debug, Clone, Copy)]
+struct Claimed {
+    labels: u32,
+    pages: [u32; 2],
+    regained: [u32; 2],
+}
+
+impl Claimed {
+    const NOTHING: Self = Self { labels: 0, pages: [0; 2], regained: [0; 2] };
+
+    fn of(part: &PartPlace) -> Self {
+        Self { labels: part.labels, pages: part.pages, regained: part.regained }
+    }
+
+    fn write(self, part: &mut PartPlace) {
+        (part.labels, part.pages, part.regained) = (self.labels, self.pages, self.regained);
+    }
+
+    fn add(&mut self, draft: &DraftOf) {
+        let [[pages, regained], [moving, moving_regained]] = draft.pages();
+        self.plus(Self {
+            labels: draft.labels(),
+            pages: [pages as u32, moving as u32],
+            regained: [regained as u32, moving_regained as u32],
+        });
+    }
+
+    fn plus(&mut self, other: Self) {
+        self.labels = self.labels.wrapping_add(other.labels);
+        let pairs = self.pages.iter_mut().chain(&mut self.regained).zip(other.pages.iter().chain(&other.regained));
+        pairs.for_each(|(sum, other)| *sum = sum.saturating_add(*other));
+    }
+}
+
+/// The pages of a part, counted from the first static one, and whether they are moving ones.
+fn pages_of_part<M: Size>(place: usize) -> (Range<usize>, bool) {
+    let [of_static, _] = page_parts::<M>();
+    match place.checked_sub(of_static) {
+        None => (place * PAGES_TOGETHER..M::PAGES.min((place + 1) * PAGES_TOGETHER), false),
+        Some(part) => {
+            let first = (part * PAGES_TOGETHER).min(M::MOVING_PAGES);
+            let end = M::MOVING_PAGES.min((part + 1) * PAGES_TOGETHER);
+            (M::PAGES + first..M::PAGES + end, true)
+        }
+    }
+}
+
+/// Counts the pages of a part that no updated map holds.
+pub(crate) unsafe fn unheld<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
+    // SAFETY: counts are read, and the sum is the part's own.
+    unsafe {
+        if between(group, scan).is_some() {
+            let (pages, _) = pages_of_part::<M>(place);
+            let free = pages.filter(|&page| (*group.held.add(page)).load(Ordering::Relaxed) == 0).count();
+            *group.firsts.add(place) = free as u32;
+        }
+    }
+}
+
+/// What the parts before every part take, and the pages that are free.
+pub(crate) unsafe fn add_up<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
+    // SAFETY: no other thread runs.
+    unsafe {
+        let Some(between) = alone(place, group, scan) else { return };
+        let mut sum = Claimed::NOTHING;
+        for part in 0..between.drafts.div_ceil(PART) {
+            let part = &mut *group.parts.add(part);
+            let own = Claimed::of(part);
+            sum.write(part);
+            sum.plus(own);
+        }
+        between.labels = sum.labels;
+        between.wanted = sum.pages.map(whole);
+        let mut first = 0;
+        for (parts, free) in page_parts::<M>().into_iter().zip(&mut between.free) {
+            let mut before = 0;
+            for part in first..first + parts {
+                let of_part = &mut *group.firsts.add(part);
+                (*of_part, before) = (before, before + *of_part);
+            }
+            first += parts;
+            *free = whole(before);
+        }
+    }
+}
+
+/// Finds where the labels and pages of the drafts of a part begin, and whether each would find as many pages if they were stored one after the
+/// other.
+pub(crate) unsafe fn judge<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
+    // SAFETY: drafts are read, and the places are their own.
+    unsafe {
+        let Some(between) = between(group, scan) else { return };
+        let mut before = Claimed::of(&*group.parts.add(place));
+        let free = between.scanning.free_pages();
+        for number in of_part(place, between) {
+            let draft = draft(group, number);
+            *group.wholes.add(group.stride + number) = before.labels;
+            let kinds = free.into_iter().zip(draft.pages()).zip(before.pages.into_iter().zip(before.regained));
+            for (kind, ((free, [pages, regained]), (taken, given_back))) in kinds.enumerate() {
+                *group.wholes.add((2 + kind) * group.stride + number) = taken;
+                // As many are free then at least, and as many of them are this one's.
+                let left = (free + whole(given_back)).saturating_sub(whole(taken));
+                let share = left.checked_div(draft.remaining()).unwrap_or(0) + regained;
+                if pages > share {
+                    between.crowded.store(1, Ordering::Relaxed);
+                }
+            }
+            before.add(draft);
+        }
+    }
+}
+
+/// Lends the lists of pages, or stores the drafts one after the other.
+pub(crate) unsafe fn commit<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
+    // SAFETY: no other thread runs.
+    unsafe {
+        let Some(between) = alone(place, group, scan) else { return };
+        let scanning = &mut between.scanning;
+        let enough = between.wanted.iter().zip(&between.free).all(|(wanted, free)| wanted <= free);
+        between.in_turn = !(enough && scanning.stores_together()) || between.crowded.load(Ordering::Relaxed) != 0;
+        if between.in_turn {
+            scanning.store_in_turn(all_drafts(group, between.drafts), between.eta);
+        } else {
+            let (of_static, of_moving) = scanning.lend_lists();
+            between.lists = [Listed::of(of_static), Listed::of(of_moving)];
+        }
+        let (pages, moving_pages) = scanning.lend_pages();
+        (between.pages, between.moving_pages) = (Many::of(pages), Many::of(moving_pages));
+        between.lent = Lending::of(scanning.lend_particles());
+    }
+}
+
+/// Lists the free pages of a part, and notes how many maps hold the others.
+pub(crate) unsafe fn list<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
+    // SAFETY: the lists are lent, and each place is that of one part.
+    unsafe {
+        let Some(Between { lists, in_turn: false, .. }) = between(group, scan) else { return };
+        let (pages, is_moving) = pages_of_part::<M>(place);
+        let [of_static, of_moving] = lists;
+        let (lists, first) = if is_moving { (of_moving, M::PAGES) } else { (of_static, 0) };
+        let mut next = whole(*group.firsts.add(place));
+        for page in pages {
+            let held = (*group.held.add(page)).load(Ordering::Relaxed);
+            let page = page - first;
+            if let Some(references) = lists.references.one(page) {
+                *references = held.min(u32::from(u16::MAX)) as u16;
+            }
+            if held == 0
+                && let Some(free) = lists.free.one(next)
+            {
+                *free = PageId::of(page as u16);
+                next += 1;
+            }
+        }
+    }
+}
+
+/// Takes pages and labels for one draft.
+pub(crate) unsafe fn take<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
+    // SAFETY: the lists are lent, and no two drafts are given the same page; each draft is that of one place.
+    unsafe {
+        let Some(between) = between(group, scan) else { return };
+        if place >= between.drafts {
+            return;
+        }
+        let draft = draft(group, place);
+        if !between.in_turn {
+            let [_, copies] = draft.particles();
+            let noted = |column: usize| *group.wholes.add(column * group.stride + place);
+            let next = |kind: usize| {
+                let (lists, free) = if kind == 0 {
+                    (between.lists.first(), between.free.first())
+                } else {
+                    (between.lists.last(), between.free.last())
+                };
+                let before = whole(noted(2 + kind));
+                move |number: usize| {
+                    // The last one freed is the first one taken.
+                    let last = free?.checked_sub(1 + before + number)?;
+                    let lists = lists?;
+                    let id = *lists.free.all().get(last)?;
+                    *lists.references.one(id.index())? = copies.min(usize::from(u16::MAX)) as u16;
+                    Some(id)
+                }
+            };
+            draft.take(between.first_fresh, noted(1), next(0), next(1));
+        }
+        draft.rename();
+    }
+}
+
+/// Threads that write the pages of a draft together, word by word.
+pub(crate) const LANES: usize = 32;
+
+/// Writes the pages of one draft, together with other threads.
+pub(crate) unsafe fn fill<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
+    // SAFETY: the pages are lent, and no two drafts have been given the same one; each word is that of one place.
+    unsafe {
+        let Some(between) = between(group, scan) else { return };
+        let (number, lane) = (place / LANES, place % LANES);
+        if number < between.drafts {
+            let (of_static, of_moving) = (*group.drafts.add(number)).draft.assume_init_ref().placed();
+            copy_all(of_static, between.pages, lane);
+            copy_all(of_moving, between.moving_pages, lane);
+        }
+    }
+}
+
+/// Writes to pages every so manieth word of what belongs there, from that one on.
+unsafe fn copy_all<F: Feature>((ids, pages): Placed<'_, F>, to: Many<Page<F>>, lane: usize) {
+    const { assert!(size_of::<Page<F>>().is_multiple_of(size_of::<u32>())) };
+    for (id, page) in ids.iter().zip(pages) {
+        if let Some(to) = to.at(id.index()) {
+            let (from, to) = (ptr::from_ref(page).cast::<MaybeUninit<u32>>(), to.cast::<MaybeUninit<u32>>());
+            for word in (lane..size_of::<Page<F>>() / size_of::<u32>()).step_by(LANES) {
+                // SAFETY: both have as many words, and nobody else writes this one.
+                unsafe { to.add(word).write(from.add(word).read()) };
+            }
+        }
+    }
+}
+
+/// Gives one particle the list of its pages, and makes the candidate that it goes on with the particle.
+pub(crate) unsafe fn share<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
+    // SAFETY: rows and candidates are lent, and each is that of one place.
+    unsafe {
+        let Some(between) = between(group, scan) else { return };
+        let [particles, _] = between.scanning.particles();
+        if place >= particles {
+            return;
+        }
+        if !between.in_turn {
+            let [of_static, of_moving] = &between.lists;
+            let rows = |lists: &Listed| lists.ids.some(place * lists.map_pages, lists.map_pages);
+            if let Some(head) = of_static.rows.one(place)
+                && let Some(moving_head) = of_moving.rows.one(place)
+            {
+                let draft = draft(group, whole(*group.wholes.add(place)));
+                draft.write_rows((rows(of_static), head), (rows(of_moving), moving_head));
+            }
+            for row in [of_static, of_moving].into_iter().filter_map(|lists| lists.row_of.one(place)) {
+                *row = place as u16;
+            }
+        }
+        let lent = &between.lent;
+        if let Some(candidate) = lent.candidates.one(place)
+            && let Some(selected) = lent.selected.all().get(place)
+        {
+            *candidate = *selected;
+            *group.columns.add((COLUMNS - 1) * group.stride + place) = scphd::Real::exp(candidate.ln_weight);
+        }
+        if let Some(covariance) = lent.pose_covariances.one(place)
+            && let Some(selected) = lent.selected_covariances.all().get(place)
+        {
+            *covariance = *selected;
+        }
+    }
+}

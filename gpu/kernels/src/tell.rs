@@ -1,0 +1,188 @@
+//! The stages that tell what a scan has come to: sums over particles in their order, each by one thread.
+//!
+//! Every function is the body of a [`Stage`](crate::Stage), under whose safety it stands.
+
+use crate::buffer::{Feature, Mover, Status};
+use crate::room::{Between, COLUMNS, Group};
+use crate::run::{Outputs, asks_for_digest, tell};
+use crate::size::Size;
+use crate::stages::{alone, between, give_pages_back, goes_on, whole};
+use core::array::from_fn;
+use core::slice::{from_raw_parts, from_raw_parts_mut};
+use core::sync::atomic::Ordering;
+use scphd::models::{PlanarPose, Pose};
+use scphd::numerics::Symmetric;
+use scphd::settings::Proposal;
+use scphd::storage::{COUNTS, TERMS};
+use scphd::{PoseEstimate, Real};
+
+/// Columns of the terms of the mean pose: x, y, sine and cosine.
+const CENTRE: usize = 4;
+/// Columns of the terms of its covariance, row by row of the lower triangle.
+const SPREAD: [(usize, usize); 6] = [(0, 0), (1, 0), (1, 1), (2, 0), (2, 1), (2, 2)];
+/// Numbers that are read before they are summed.
+const READ: usize = 32;
+
+/// Sums so many numbers of a column in order.
+unsafe fn sum_column<M: Size>(place: usize, group: &Group<M>, count: usize, between: &Between) {
+    // SAFETY: nobody writes the columns, and there are as many numbers.
+    let column = unsafe { from_raw_parts(group.columns.add(place * group.stride), count.min(group.stride)) };
+    let (some, rest) = column.as_chunks::<READ>();
+    let sum = some.iter().fold(0.0, |sum, numbers| numbers.iter().fold(sum, |sum, number| sum + number));
+    let sum: f32 = rest.iter().fold(sum, |sum, number| sum + number);
+    if let Some(slot) = between.sums.get(place) {
+        slot.store(sum.to_bits(), Ordering::Relaxed);
+    }
+}
+
+/// The sum of a column.
+fn summed(between: &Between, column: usize) -> f32 {
+    f32::from_bits(between.sums.get(column).map_or(0, |sum| sum.load(Ordering::Relaxed)))
+}
+
+/// Sums what the drafts sum up, and the weights of the particles.
+pub(crate) unsafe fn sum<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
+    // SAFETY: as of the stage.
+    unsafe {
+        let Some(between) = between(group, scan) else { return };
+        let [particles, _] = between.scanning.particles();
+        sum_column(place, group, if place < TERMS { between.drafts } else { particles }, between);
+    }
+}
+
+/// The terms of one particle for the mean pose.
+pub(crate) unsafe fn centre<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
+    // SAFETY: the particles are lent, and the terms are the place's own.
+    unsafe {
+        let Some(between) = between(group, scan) else { return };
+        let [particles, _] = between.scanning.particles();
+        let Some(particle) = between.lent.candidates.all().get(place).filter(|_| place < particles) else { return };
+        if place == 0 {
+            // The sums of the columns that the terms come into.
+            for (column, kept) in (*group.room).kept.iter().enumerate() {
+                kept.store(summed(between, column).to_bits(), Ordering::Relaxed);
+            }
+        }
+        let weight = Real::exp(particle.ln_weight) / summed(between, TERMS);
+        let (sine, cosine) = Real::sin_cos(particle.pose.heading_rad);
+        let terms = [weight * particle.pose.x_m, weight * particle.pose.y_m, weight * sine, weight * cosine];
+        for (column, term) in terms.into_iter().enumerate() {
+            *group.columns.add(column * group.stride + place) = term;
+        }
+    }
+}
+
+/// Sums the terms of the mean pose.
+pub(crate) unsafe fn sum_centre<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
+    // SAFETY: as of the stage.
+    unsafe {
+        let Some(between) = between(group, scan) else { return };
+        if place < CENTRE {
+            let [particles, _] = between.scanning.particles();
+            sum_column(place, group, particles, between);
+        }
+    }
+}
+
+/// The mean pose.
+fn mean(between: &Between) -> PlanarPose<f32> {
+    let [x, y, sine, cosine] = from_fn::<_, CENTRE, _>(|column| summed(between, column));
+    PlanarPose::new(x, y, Real::atan2(sine, cosine))
+}
+
+/// The terms of one particle for the covariance of the pose.
+pub(crate) unsafe fn spread<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
+    // SAFETY: the particles are lent, and the terms are the place's own.
+    unsafe {
+        let Some(between) = between(group, scan) else { return };
+        let [particles, _] = between.scanning.particles();
+        let Some(particle) = between.lent.candidates.all().get(place).filter(|_| place < particles) else { return };
+        let mean = mean(between);
+        if place == 0 {
+            for (kept, number) in (*group.room).centre.iter().zip([mean.x_m, mean.y_m, mean.heading_rad]) {
+                kept.store(number.to_bits(), Ordering::Relaxed);
+            }
+        }
+        let weight = Real::exp(particle.ln_weight) / summed(between, TERMS);
+        let mut term = Symmetric::ZERO;
+        term.add_outer(weight, &particle.pose.difference(&mean));
+        for (column, (row, of_row)) in SPREAD.into_iter().enumerate() {
+            *group.columns.add(column * group.stride + place) = term.get(row, of_row);
+        }
+    }
+}
+
+/// Sums the terms of the covariance.
+pub(crate) unsafe fn sum_spread<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
+    // SAFETY: as of the stage.
+    unsafe {
+        let Some(between) = between(group, scan) else { return };
+        if place < SPREAD.len() {
+            let [particles, _] = between.scanning.particles();
+            sum_column(place, group, particles, between);
+        }
+    }
+}
+
+/// Ends the scan, and tells what is known then.
+pub(crate) unsafe fn close<M: Size>(place: usize, group: &Group<M>, scan: u32, _digest_every: u32) {
+    // SAFETY: no other thread runs; what is lent comes back; what is between the launches of a scan ends with it, and before the filter is
+    // looked at again. Where the run says that its outputs lie they do.
+    unsafe {
+        let Some(between) = alone(place, group, scan) else { return };
+        give_pages_back(between);
+        between.scanning.give_particles_back(between.lent.back());
+        let room = group.room;
+        let read = |kept: &core::sync::atomic::AtomicU32| kept.load(Ordering::Relaxed);
+        if !between.in_turn {
+            let [of_static, of_moving] = between.lists;
+            let free = from_fn(|kind| {
+                let of = |both: &[usize; 2]| both.get(kind).copied().unwrap_or(0);
+                of(&between.free).saturating_sub(of(&between.wanted))
+            });
+            between.scanning.give_lists_back((of_static.back(), of_moving.back()), free);
+            let number = |place: usize| whole(between.counts.get(place).map_or(0, read));
+            let peaks = from_fn(|kind| [number(COUNTS + kind), number(COUNTS + 2 + kind)]);
+            let terms = from_fn(|column| f32::from_bits((*room).kept.get(column).map_or(0, read)));
+            between.scanning.count(terms, from_fn(number), peaks, between.labels);
+        }
+        let [x, y, heading] = (*room).centre.each_ref().map(|number| f32::from_bits(read(number)));
+        let covariance = Symmetric::from_fn(|row, column| {
+            let at = SPREAD.iter().position(|&place| place == (row.max(column), row.min(column)));
+            let element = summed(between, at.unwrap_or(COLUMNS));
+            if row == column { Real::at_least(element, 0.0) } else { element }
+        });
+        let estimate = PoseEstimate { mean: PlanarPose::new(x, y, heading), covariance };
+        let Between { scanning, .. } = (*room).between.assume_init_read();
+        let report = scanning.finish_adopted();
+        let run = &*group.run;
+        let mut outputs = Outputs {
+            results: from_raw_parts_mut(group.results, whole(run.scans)),
+            features: from_raw_parts_mut::<Feature>(group.features, whole(run.features)),
+            movers: from_raw_parts_mut::<Mover>(group.movers, whole(run.movers)),
+        };
+        let filter = (*room).filter.assume_init_ref();
+        let detector = (*room).detector.assume_init_ref();
+        let lists = (&mut (*room).slot.features, &mut (*room).slot.movers);
+        let estimate = matches!(filter.config().proposal, Proposal::Blind).then_some(estimate);
+        let told = tell(filter, detector, &report, lists, &mut outputs, whole(scan), (false, estimate));
+        *group.status = match told {
+            Ok(()) => Status { code: Status::DONE, scans: scan + 1 },
+            Err(code) => Status { code, scans: scan },
+        };
+    }
+}
+
+/// The digest of the state, where it is asked for after this scan.
+pub(crate) unsafe fn digest<M: Size>(place: usize, group: &Group<M>, scan: u32, digest_every: u32) {
+    // SAFETY: no other thread runs; there is a result for every scan.
+    unsafe {
+        let taken = scan.saturating_add(1);
+        if place == 0
+            && goes_on(group, scan)
+            && asks_for_digest(whole(digest_every), whole(taken), taken == (*group.run).scans)
+        {
+            (*group.results.add(whole(scan))).digest = (*group.room).filter.assume_init_ref().digest();
+        }
+    }
+}
