@@ -21,7 +21,8 @@ pub struct Samples<'s, P: Pose> {
 }
 
 impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'s, M> {
-    /// [`predict`](Self::predict) but for the samples, which are lent; `None` where none is drawn.
+    /// [`predict`](Self::predict) but for the samples, which are lent; `None` where none is drawn. Since the last scan nothing but predictions
+    /// may have changed the particles.
     ///
     /// # Errors
     /// As for `predict`.

@@ -6,6 +6,7 @@
 use crate::filter::draft::{Draft, Renaming};
 use crate::filter::scanning::Scanning;
 use crate::filter::stages::Weighing;
+use crate::filter::state::Memory;
 use crate::filter::task::Task;
 use crate::map::{Lists, Row};
 use crate::numerics::ln_sum::ln_sum;
@@ -208,8 +209,9 @@ impl<'a, 's, T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P> + 'a> S
     pub fn line_up(&self, draft: &mut Draft<'_, PositionOf<P>>) {
         let Draft { of_static, of_moving, task, bounds, .. } = draft;
         let only_child = task.last_child && self.is_first_child(task);
-        of_static.line_up(&self.memory.static_maps, task.parent, only_child, bounds);
-        of_moving.line_up(&self.memory.moving_maps, task.parent, only_child, bounds);
+        let Memory { static_maps, moving_maps, .. } = &*self.memory;
+        of_static.line_up((&static_maps.table, &static_maps.pool), task.parent, only_child, bounds);
+        of_moving.line_up((&moving_maps.table, &moving_maps.pool), task.parent, only_child, bounds);
     }
 
     /// Whether no survivor before has the same parent.

@@ -1,7 +1,7 @@
 //! The updated map of one survivor before it is stored, for those who update several at a time.
 
 use super::table::MARGIN;
-use super::{Feature, MapTable, Maps, Page, PageId, Row};
+use super::{Feature, MapTable, Page, PageId, Pool, Row};
 use crate::map::workspace::{Workspace, WorkspaceMemory};
 use crate::{Bounds, Place, Real};
 use core::fmt::Debug;
@@ -102,12 +102,11 @@ impl<T: Real, F: Feature<Position: Place<Scalar = T>>> MapDraft<'_, F> {
     /// Finds the pages that the updated map keeps of the parent's, in the order in which it would have them if it was stored by itself.
     pub(crate) fn line_up(
         &mut self,
-        maps: &Maps<'_, F>,
+        (table, pool): (&MapTable<'_, F::Position>, &Pool<'_, F>),
         parent: usize,
         only_child: bool,
         bounds: &Bounds<F::Position>,
     ) {
-        let Maps { table, pool, .. } = maps;
         let pages = table.pages(parent);
         let (known_far, known_vicinity) = table.far(parent);
         // What moves does not stay where it was sorted out.

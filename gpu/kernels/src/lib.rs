@@ -19,6 +19,7 @@ mod slot;
 
 mod run;
 
+mod group;
 mod room;
 mod select;
 mod stages;

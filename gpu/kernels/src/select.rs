@@ -3,9 +3,9 @@
 //! Every function is the body of a [`Stage`](crate::Stage), under whose safety it stands: what is lent out is written by the one thread whose
 //! place it is, or read by all.
 
+use crate::group::{alone, between, draft, whole};
 use crate::room::{Group, Lending, PartPlace, StreamPlace, TOGETHER, parts};
 use crate::size::Size;
-use crate::stages::{alone, between, draft, whole};
 use core::mem::MaybeUninit;
 use core::slice::{from_raw_parts, from_raw_parts_mut};
 use core::sync::atomic::Ordering;

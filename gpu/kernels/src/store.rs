@@ -3,9 +3,9 @@
 //! Every function is the body of a [`Stage`](crate::Stage), under whose safety it stands: what is lent out is written by the one thread whose
 //! place it is, or read by all.
 
+use crate::group::{all_drafts, alone, between, draft, whole};
 use crate::room::{Between, COLUMNS, DraftOf, Group, Lending, Listed, Many, PAGES_TOGETHER, PartPlace, page_parts};
 use crate::size::Size;
-use crate::stages::{all_drafts, alone, between, draft, whole};
 use core::mem::MaybeUninit;
 use core::ops::Range;
 use core::ptr;

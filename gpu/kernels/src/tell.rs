@@ -3,10 +3,10 @@
 //! Every function is the body of a [`Stage`](crate::Stage), under whose safety it stands.
 
 use crate::buffer::{Feature, Mover, Status};
+use crate::group::{alone, between, give_pages_back, goes_on, whole};
 use crate::room::{Between, COLUMNS, Group};
 use crate::run::{Outputs, asks_for_digest, tell};
 use crate::size::Size;
-use crate::stages::{alone, between, give_pages_back, goes_on, whole};
 use core::array::from_fn;
 use core::slice::{from_raw_parts, from_raw_parts_mut};
 use core::sync::atomic::Ordering;
