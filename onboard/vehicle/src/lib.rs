@@ -34,6 +34,7 @@ mod description;
 mod drive;
 mod error;
 mod field;
+mod fix_spec;
 mod fixes;
 mod joint;
 mod list;
@@ -41,6 +42,7 @@ mod mixture;
 mod planar;
 mod sensor;
 pub mod sets;
+mod settings;
 mod slam;
 
 #[doc(hidden)]
@@ -50,7 +52,8 @@ pub use description::{Description, Filter, JointFilter, SENSORS, Start};
 pub use drive::{Control, Vehicle, VehicleKind};
 pub use error::{Invalid, Refused, StartError};
 pub use field::{Field, Range};
-pub use fixes::{FixSpec, Fixes, Watched};
+pub use fix_spec::FixSpec;
+pub use fixes::{Fixes, Watched};
 pub use joint::Joint;
 pub use mixture::Mixture;
 pub use planar::PlanarState;
