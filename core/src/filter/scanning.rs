@@ -397,11 +397,11 @@ impl<'a, 's, T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P> + 'a> S
     /// The selected candidates are the particles.
     pub fn finish(self) -> ScanReport<T> {
         take_selected(&self.grounds, self.memory);
-        self.end()
+        self.finish_adopted()
     }
 
-    /// The same once their memory is that of the particles.
-    pub(crate) fn end(self) -> ScanReport<T> {
+    /// The same of candidates that have been moved to their places.
+    pub fn finish_adopted(self) -> ScanReport<T> {
         let Self { given, memory, noise, crowded, grounds, weighing, selection, tally, .. } = self;
         let weighing = weighing.completed(&grounds, &tally, memory.ln_likelihoods);
         let cursor = &mut *memory.cursor;

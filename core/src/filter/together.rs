@@ -14,8 +14,8 @@ use crate::numerics::work;
 use crate::particles::candidate::{Candidate, PartSums, ln_products, ln_rest, multiply, sum_up};
 use crate::particles::resample::{one_child, position};
 use crate::{
-    Dynamic, LnSum, MeasurementModel, Noise, Page, PageId, Place, Pose, PositionOf, Real, ScalarOf, ScanReport, Static,
-    Symmetric, TangentOf,
+    Dynamic, LnSum, MeasurementModel, Noise, Page, PageId, Place, Pose, PositionOf, Real, ScalarOf, Static, Symmetric,
+    TangentOf,
 };
 
 /// What there is of every candidate and of every particle.
@@ -279,11 +279,6 @@ impl<'a, 's, T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P> + 'a> S
         tally.entered(&self.entering);
         let next = &mut self.memory.cursor.next_label;
         *next = next.wrapping_add(labels);
-    }
-
-    /// [`finish`](Self::finish), of candidates that have been moved to their places.
-    pub fn finish_adopted(self) -> ScanReport<T> {
-        self.end()
     }
 }
 

@@ -1,6 +1,6 @@
 //! A joint map as it is described.
 
-use crate::slam::described;
+use crate::slam::{described, watched};
 use crate::{
     Control, Description, Filter, Fixes, JointFilter, Measurements, PlanarState, Refused, SENSORS, Scanned, Sensor,
     SensorModel, Slam, Start, StartError, VehicleKind, Watched,
@@ -11,7 +11,7 @@ use scphd::models::{MovingOf, OdometryCorrection, PlanarPose, ScalarOf};
 use scphd::numerics::Symmetric;
 use scphd::snapshot::{RestoreError, SaveError};
 use scphd::storage::{Archived, JointArchive, JointMovers, NoArchive, NoMovers, Tracked};
-use scphd::{Component, FixReport, JointSlam, JointState, MapEstimate, PoseEstimate, PredictReport, Real};
+use scphd::{Component, JointSlam, JointState, MapEstimate, PoseEstimate, PredictReport, Real};
 
 /// A joint map with or without an archive `A` and movers `V`.
 type Map<'m, P, A, V> = JointSlam<'m, <P as PlanarState>::Moves, Vector2<ScalarOf<P>>, A, V>;
@@ -116,12 +116,6 @@ impl<'m, T: Real, P: PlanarState<Scalar = T>> Joint<'m, P> {
     fn estimate(&self) -> Option<PoseEstimate<P>> {
         each!(&self.held, |slam| slam.estimate_pose())
     }
-
-    /// Has a watch move the vehicle to where the fixes say.
-    fn watched(&mut self, report: FixReport<T>, to: Option<PoseEstimate<PlanarPose<T>>>) -> Watched<T> {
-        let relocated = to.is_some_and(|to| self.relocate(to.mean, &to.covariance).is_ok());
-        Watched { report, relocated }
-    }
 }
 
 /// Writes what there is room for: how many were written, and how many left out.
@@ -185,7 +179,7 @@ impl<T: Real, P: PlanarState<Scalar = T>> Slam<T> for Joint<'_, P> {
         let (before, measured) = (self.pose(), Vector2::new(x_m, y_m));
         let report = each!(&mut self.held, |slam| slam.observe(&fix, &measured)).map_err(Refused::Filter)?;
         let to = before.and_then(|before| self.fixes.saw_position(&measured, report.accepted, &before));
-        Ok(self.watched(report, to))
+        Ok(watched(self, report, to))
     }
 
     fn observe_heading(&mut self, heading_rad: T) -> Result<Watched<T>, Refused<ObserveError>> {
@@ -193,7 +187,7 @@ impl<T: Real, P: PlanarState<Scalar = T>> Slam<T> for Joint<'_, P> {
         let (before, measured) = (self.pose(), Vector1::new(heading_rad));
         let report = each!(&mut self.held, |slam| slam.observe(&fix, &measured)).map_err(Refused::Filter)?;
         let to = before.and_then(|before| self.fixes.saw_heading(&measured, report.accepted, &before));
-        Ok(self.watched(report, to))
+        Ok(watched(self, report, to))
     }
 
     fn pose(&self) -> Option<PoseEstimate<PlanarPose<T>>> {

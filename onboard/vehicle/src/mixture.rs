@@ -1,6 +1,6 @@
 //! A mixture as it is described.
 
-use crate::slam::described;
+use crate::slam::{described, watched};
 use crate::{
     Control, Description, Filter, Fixes, Measurements, Refused, Rooms, SENSORS, Scanned, Sensor, SensorModel, Slam,
     Start, StartError, VehicleKind, Watched,
@@ -10,7 +10,7 @@ use scphd::errors::{Flaw, LoadMapError, ObserveError, PredictError, ResetError, 
 use scphd::models::{MovingOf, OdometryCorrection, PlanarMotion, PlanarPose};
 use scphd::numerics::Symmetric;
 use scphd::snapshot::{RestoreError, SaveError};
-use scphd::{Component, Config, FixReport, MapEstimate, PoseEstimate, PredictReport, Real, ScPhd};
+use scphd::{Component, Config, MapEstimate, PoseEstimate, PredictReport, Real, ScPhd};
 
 /// A mixture over its memory, with the sensors and fixes of its description.
 #[derive(Debug)]
@@ -62,11 +62,6 @@ impl<'m, T: Real, const MEASUREMENTS: usize> Mixture<'m, T, MEASUREMENTS> {
             }
         }
         Ok(())
-    }
-
-    fn watched(&mut self, report: FixReport<T>, to: Option<PoseEstimate<PlanarPose<T>>>) -> Watched<T> {
-        let relocated = to.is_some_and(|to| self.relocate(to.mean, &to.covariance).is_ok());
-        Watched { report, relocated }
     }
 }
 
@@ -123,7 +118,7 @@ impl<T: Real, const MEASUREMENTS: usize> Slam<T> for Mixture<'_, T, MEASUREMENTS
         let (before, measured) = (self.pose(), Vector2::new(x_m, y_m));
         let report = self.filter.observe(&fix, &measured).map_err(Refused::Filter)?;
         let to = before.and_then(|before| self.fixes.saw_position(&measured, report.accepted, &before));
-        Ok(self.watched(report, to))
+        Ok(watched(self, report, to))
     }
 
     fn observe_heading(&mut self, heading_rad: T) -> Result<Watched<T>, Refused<ObserveError>> {
@@ -131,7 +126,7 @@ impl<T: Real, const MEASUREMENTS: usize> Slam<T> for Mixture<'_, T, MEASUREMENTS
         let (before, measured) = (self.pose(), Vector1::new(heading_rad));
         let report = self.filter.observe(&fix, &measured).map_err(Refused::Filter)?;
         let to = before.and_then(|before| self.fixes.saw_heading(&measured, report.accepted, &before));
-        Ok(self.watched(report, to))
+        Ok(watched(self, report, to))
     }
 
     fn pose(&self) -> Option<PoseEstimate<PlanarPose<T>>> {

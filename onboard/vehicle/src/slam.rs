@@ -6,7 +6,7 @@ use scphd::errors::{Flaw, LoadMapError, ObserveError, PredictError, ResetError, 
 use scphd::models::{MovingOf, OdometryCorrection, PlanarPose};
 use scphd::numerics::Symmetric;
 use scphd::snapshot::{RestoreError, SaveError};
-use scphd::{Component, Health, JointReport, MapEstimate, PoseEstimate, PredictReport, Real, ScanReport};
+use scphd::{Component, FixReport, Health, JointReport, MapEstimate, PoseEstimate, PredictReport, Real, ScanReport};
 
 /// What a scan did.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -140,4 +140,14 @@ pub trait Slam<T: Real> {
 /// Whether the fix that is asked for is described.
 pub(crate) fn described<F>(fix: Option<F>) -> Result<F, Refused<ObserveError>> {
     fix.ok_or(Refused::NotDescribed)
+}
+
+/// Has a watch move the vehicle to where the fixes say.
+pub(crate) fn watched<T: Real>(
+    slam: &mut impl Slam<T>,
+    report: FixReport<T>,
+    to: Option<PoseEstimate<PlanarPose<T>>>,
+) -> Watched<T> {
+    let relocated = to.is_some_and(|to| slam.relocate(to.mean, &to.covariance).is_ok());
+    Watched { report, relocated }
 }
