@@ -14,6 +14,7 @@ use crate::events::Event;
 use crate::kind::Kind;
 use crate::log::Scan;
 use crate::reference::{Component, Particle, Recursion, Selection, State, Weighing};
+use crate::settings::Likelihood;
 use crate::slam::{Precision, Refusal, Snapshot, Transparent};
 use differences::{NO_FIXES, distance, larger, norm, relative};
 
@@ -48,7 +49,7 @@ pub trait Lockstep: Kind {
 ///
 /// # Errors
 /// The filter refuses the settings or a step, and says why; or they ask for what the reference does not have: a proposal
-/// that is not blind, or forgetting or remembering by what was confirmed.
+/// that is not blind, or forgetting or remembering by what was confirmed; or for another likelihood than the filter's.
 pub fn compare<K: Lockstep>(
     log: &K::Log,
     settings: &K::Settings,
@@ -57,6 +58,9 @@ pub fn compare<K: Lockstep>(
     mut progress: impl FnMut(usize),
 ) -> Result<Comparison, Refusal> {
     K::recursion(settings).check_reference_has_all().map_err(Refusal)?;
+    if K::recursion(settings).likelihood != Likelihood::SingleCluster {
+        return Err(Refusal("the filter has the single-cluster likelihood alone".into()));
+    }
     K::lockstep(log, settings, precision, seed, &mut progress)
 }
 

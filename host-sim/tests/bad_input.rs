@@ -377,8 +377,8 @@ fn studies_of_stereo_logs_work() {
     };
     let one = with("one.json", &[]);
     assert_eq!((&one["runs"], &one["filter"]), (&1.into(), &"scphd".into()));
-    let both = with("both.json", &["stereo", "--runs", "4", "--filter", "core,rb-single"]);
-    assert_eq!((&both[0]["runs"], &both[1]["filter"]), (&4.into(), &"rb-single".into()));
+    let both = with("both.json", &["stereo", "--runs", "4", "--filter", "core,joint"]);
+    assert_eq!((&both[0]["runs"], &both[1]["filter"]), (&4.into(), &"joint".into()));
     // A single run is the first of a study.
     place.succeeds(&["replay", "stereo", "--particles", "3", "--seed", "0", "--json", "run.json"]);
     let run: Value = serde_json::from_slice(&fs::read(place.path("run.json")).unwrap()).unwrap();

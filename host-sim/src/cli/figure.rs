@@ -106,25 +106,19 @@ fn single(name: &str, args: &FigureArgs) -> Result<(Log, Settings, session::Sess
     Ok((log, settings, session))
 }
 
-/// One of the figures 7.5 to 7.7: SC-PHD and RB-PHD SLAM over the same survey.
+/// One of the figures 7.5 to 7.7.
 fn in_space<'n>(number: &'n str, args: &FigureArgs) -> Result<Vec<(&'n str, Figure)>, Failure> {
     let source = Source::<Underwater>::scenario("girona-tank".into(), Some(args.seed))?;
     let log = source.log(args.seed)?;
     let settings = source.tuned(&log, &args.tuning, &[ComparedFilter::Core.choice()])?;
-    let mut runs = Vec::new();
-    for name in [FilterName::Core, FilterName::RbSingle] {
-        let choice = Choice::of(name, None).map_err(Failure::input)?;
-        let settings = choice.settings::<Underwater>(settings.clone());
-        let label = choice.filter.name(settings.filter.likelihood);
-        let progress = Progress::new(label.into(), log.scans.len());
-        let mut at = |scans| progress.at(scans);
-        let session = session::run::<Underwater>(&log, &settings, choice.filter, args.seed, &mut at)?;
-        runs.push((label, session.record));
-    }
-    let runs: Vec<_> = runs.iter().map(|(label, record)| (*label, record)).collect();
+    let filter = ComparedFilter::Core.choice().filter;
+    let label = filter.name(settings.filter.likelihood);
+    let progress = Progress::new(label.into(), log.scans.len());
+    let session = session::run::<Underwater>(&log, &settings, filter, args.seed, &mut |scans| progress.at(scans))?;
+    let runs = [(label, &session.record)];
     Ok(match number {
         "7.5" => {
-            let section = figure::plan_and_section(&log, &runs[..1]);
+            let section = figure::plan_and_section(&log, &runs);
             vec![("7.5", figure::trajectories(&log, &runs)), ("7.5-section", section)]
         }
         "7.6" => vec![("7.6", figure::space_maps(&log, &runs))],

@@ -6,7 +6,6 @@ use crate::dimensions::Underwater;
 use crate::reference::joint;
 use crate::reference::space::{self, Space};
 use crate::reference::{Config, MovingConfig, Remembering};
-use crate::settings::Likelihood;
 use crate::slam::{
     Precision, Refusal, full, joint_config_of, underwater_core_filter as core_filter, underwater_joint_config,
     underwater_joint_filter as joint_filter,
@@ -41,9 +40,6 @@ impl Lockstep for Underwater {
         seed: u64,
         progress: &mut dyn FnMut(usize),
     ) -> Result<Comparison, Refusal> {
-        if settings.filter.likelihood != Likelihood::SingleCluster {
-            return Err(Refusal("in space the reference has the single-cluster likelihood alone".into()));
-        }
         let space = reference_of(log, settings);
         let mut filter = core_filter(log, settings, precision, seed)?;
         drive(log, settings, std::slice::from_ref(&space), &mut *filter, progress)
@@ -203,7 +199,7 @@ mod tests {
         for change in [
             (|filter| filter.proposal = Proposal::Informed) as fn(&mut FilterSettings),
             |filter| filter.unconfirmed_weight = 0.5,
-            |filter| filter.likelihood = Likelihood::RbEmpty,
+            |filter| filter.likelihood = crate::settings::Likelihood::RbEmpty,
         ] {
             let mut settings = Settings::for_log(&log);
             change(&mut settings.filter);

@@ -21,12 +21,9 @@ pub const FIGURES: &[(&str, &str)] = &[
     ("5.7", "thesis-compare: landmarks, trajectory, dead reckoning and cumulative measurements"),
     ("5.8", "thesis-compare: pose and map error of SC-PHD and RB-PHD SLAM, 50 runs"),
     ("5.9", "thesis-compare: smoothed particle densities of one update by either likelihood"),
-    (
-        "7.5",
-        "girona-tank: trajectories of SC-PHD and RB-PHD SLAM beside dead reckoning and the truth; plan and section",
-    ),
-    ("7.6", "girona-tank: features of SC-PHD and RB-PHD SLAM over the true ones"),
-    ("7.7", "girona-tank: squared position error of SC-PHD and RB-PHD SLAM"),
+    ("7.5", "girona-tank: trajectory beside dead reckoning and the truth; plan and section"),
+    ("7.6", "girona-tank: features over the true ones"),
+    ("7.7", "girona-tank: squared position error"),
 ];
 
 #[cfg(test)]

@@ -9,7 +9,6 @@ use crate::output::{OutputError, table};
 use crate::score::moving::MovingScore;
 use crate::session::Filter;
 use crate::settings::Likelihood;
-use crate::slam::Precision;
 use serde::Serialize;
 use serde_json::Value;
 use std::path::Path;
@@ -145,10 +144,10 @@ pub fn write_json(path: &Path, study: &Study) -> Result<(), OutputError> {
     }
 }
 
-/// The likelihood that a filter of that [name](Filter::name) has; `None` for the reference, which takes that of the settings.
+/// The likelihood that a filter of that [name](Filter::name) has; `None` for all but the reference.
 fn likelihood_of(filter: &str) -> Option<Likelihood> {
     let all = [Likelihood::SingleCluster, Likelihood::RbEmpty, Likelihood::RbSingle, Likelihood::RbMulti];
-    all.into_iter().find(|&likelihood| Filter::Core(Precision::F64).name(likelihood) == filter)
+    all.into_iter().find(|&likelihood| Filter::Reference.name(likelihood) == filter)
 }
 
 /// Standard deviations over runs of the mean over a run; unknown for less than two runs.

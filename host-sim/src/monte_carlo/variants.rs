@@ -11,7 +11,7 @@
 //! [[variant]]
 //! name = "blind"
 //! filter = "rb-single"
-//! set.filter = { proposal = "blind", particles = 100 }
+//! set.filter = { particles = 100 }
 //! ```
 
 use super::worlds::WorldRun;

@@ -33,6 +33,8 @@ const USES: &[(&str, &[Family])] = &[
     ("filter.proposal_sampled_fraction", &[Core]),
     ("filter.proposal_min_responsibility", &[Core]),
     ("filter.births_wait", &[Core]),
+    // The other likelihoods of section 5.3.2 are for comparison alone.
+    ("filter.likelihood", &[Reference]),
     ("filter.", &[Core, Reference]),
     ("joint.", &[Joint]),
     ("calibration.", &[Joint]),

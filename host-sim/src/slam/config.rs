@@ -1,7 +1,7 @@
 //! From settings to the core's configuration.
 
 use crate::settings::{self, FilterSettings};
-use scphd::settings::{Extraction, Informed, Likelihood, Proposal};
+use scphd::settings::{Extraction, Informed, Proposal};
 use scphd::{Config, Real};
 
 /// The recursion that the settings describe, for static features.
@@ -22,12 +22,6 @@ pub(crate) fn config_of<T: Real>(filter: &FilterSettings) -> Config<T> {
                 sampled_fraction: real(filter.proposal_sampled_fraction),
                 min_responsibility: real(filter.proposal_min_responsibility),
             }),
-        },
-        likelihood: match filter.likelihood {
-            settings::Likelihood::SingleCluster => Likelihood::SingleCluster,
-            settings::Likelihood::RbEmpty => Likelihood::EmptyMap,
-            settings::Likelihood::RbSingle => Likelihood::SingleFeature,
-            settings::Likelihood::RbMulti => Likelihood::MultiFeature,
         },
         merge_distance: real(filter.merge_distance),
         max_components: filter.max_components,

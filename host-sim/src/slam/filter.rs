@@ -26,17 +26,17 @@ pub enum Filter {
 }
 
 impl Filter {
-    /// Its name in tables and files, with this particle likelihood: `scphd`, `rb-empty`, `rb-single`, `rb-multi`,
-    /// `joint`, `reference`, `ekf` or `ekf-known`.
+    /// Its name in tables and files: `scphd`, `joint`, `ekf` or `ekf-known`, or that of the reference with this particle likelihood:
+    /// `reference`, `rb-empty`, `rb-single` or `rb-multi`.
     #[must_use]
     pub fn name(self, likelihood: Likelihood) -> &'static str {
         match (self, likelihood) {
-            (Self::Core(_), Likelihood::SingleCluster) => "scphd",
-            (Self::Core(_), Likelihood::RbEmpty) => "rb-empty",
-            (Self::Core(_), Likelihood::RbSingle) => "rb-single",
-            (Self::Core(_), Likelihood::RbMulti) => "rb-multi",
+            (Self::Core(_), _) => "scphd",
             (Self::Joint(_), _) => "joint",
-            (Self::Reference, _) => "reference",
+            (Self::Reference, Likelihood::SingleCluster) => "reference",
+            (Self::Reference, Likelihood::RbEmpty) => "rb-empty",
+            (Self::Reference, Likelihood::RbSingle) => "rb-single",
+            (Self::Reference, Likelihood::RbMulti) => "rb-multi",
             (Self::Ekf(Association::NearestNeighbour), _) => "ekf",
             (Self::Ekf(Association::Known), _) => "ekf-known",
         }

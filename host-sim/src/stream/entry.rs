@@ -1,7 +1,7 @@
 //! Records and head of a stream, whatever the vehicle.
 
 use crate::settings::{self, FilterSettings};
-use scphd_stream::{Extraction, Header, Kind, Likelihood, Proposal, Recursion, Scalar, Which, Writer};
+use scphd_stream::{Extraction, Header, Kind, Proposal, Recursion, Scalar, Which, Writer};
 use std::convert::Infallible;
 
 /// What a log was written into.
@@ -82,12 +82,6 @@ pub(super) fn scan_interval_s(times_s: impl Iterator<Item = f64>) -> f64 {
 pub(super) fn head<K: Kind>(filter: &FilterSettings, seed: u64, scalar: Scalar) -> Header<K> {
     Header {
         scalar,
-        likelihood: match filter.likelihood {
-            settings::Likelihood::SingleCluster => Likelihood::SingleCluster,
-            settings::Likelihood::RbEmpty => Likelihood::RbEmpty,
-            settings::Likelihood::RbSingle => Likelihood::RbSingle,
-            settings::Likelihood::RbMulti => Likelihood::RbMulti,
-        },
         proposal: match filter.proposal {
             settings::Proposal::Blind => Proposal::Blind,
             settings::Proposal::Informed => Proposal::Informed,
