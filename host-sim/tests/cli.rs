@@ -1,7 +1,8 @@
 //! The program as its users see it: exit codes, messages, files.
 
-use scphd_sim::log::Log;
-use scphd_sim::{log_folder, scenario};
+use scphd_log::log::Log;
+use scphd_log::log_folder;
+use scphd_worlds::scenario;
 use serde_json::Value;
 use std::fs;
 use std::path::{Path, PathBuf};

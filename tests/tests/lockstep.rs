@@ -1,12 +1,13 @@
 //! The filter against the reference, step by step: with equal numbers they must compute the same.
 
-use scphd_sim::compare::{Comparison, Differences, compare};
-use scphd_sim::dimensions::Planar;
-use scphd_sim::log::{Log, Vehicle};
-use scphd_sim::settings::{Proposal, Settings};
-use scphd_sim::slam::Precision;
-use scphd_sim::{log_folder, scenario};
+use scphd_filters::settings::{Proposal, Settings};
+use scphd_filters::slam::Precision;
+use scphd_log::dimensions::Planar;
+use scphd_log::log::{Log, Vehicle};
+use scphd_log::log_folder;
+use scphd_run::compare::{Comparison, Differences, compare};
 use scphd_tests::{data_folder, with_roomy_stack};
+use scphd_worlds::scenario;
 
 /// What double precision may lose in one step, relative or in m and rad. Rounding alone is some 1e-13; a formula
 /// that differs at all is far above.

@@ -4,8 +4,8 @@ use crate::unfit::Unfit;
 use scphd::Config;
 use scphd::models::Step;
 use scphd::settings::{Extraction, Informed, Proposal};
+use scphd_filters::slam::{PlanarNumbers, PlanarVehicle};
 use scphd_gpu_kernels::{MOUNTED, Setup, extraction, vehicle};
-use scphd_sim::slam::{PlanarNumbers, PlanarVehicle};
 
 /// The numbers of a run, of a filter of at most so many particles, and samples of each.
 ///

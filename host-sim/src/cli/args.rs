@@ -3,14 +3,14 @@
 use super::failure::Failure;
 use clap::{Args, Parser, Subcommand, ValueEnum, value_parser};
 use clap_complete::Shell;
-use scphd_sim::ekf::Association;
-use scphd_sim::hil::Port;
-use scphd_sim::kind::Kind;
-use scphd_sim::monte_carlo::Shard;
-use scphd_sim::session::Filter;
-use scphd_sim::settings::{Likelihood, is_used_by};
-use scphd_sim::slam::Precision;
-use scphd_sim::threads::Threads;
+use scphd_boards::hil::Port;
+use scphd_filters::ekf::Association;
+use scphd_filters::kind::Kind;
+use scphd_filters::settings::{Likelihood, is_used_by};
+use scphd_filters::slam::Precision;
+use scphd_filters::threads::Threads;
+use scphd_run::monte_carlo::Shard;
+use scphd_run::session::Filter;
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
 

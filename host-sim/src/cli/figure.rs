@@ -7,15 +7,16 @@ use super::monte_carlo::{Extent, Inputs, plan, run};
 use super::outputs::{Outputs, make, print_beside};
 use super::progress::Progress;
 use super::source::{Source, scenario};
-use scphd_sim::dimensions::{Planar, Underwater};
-use scphd_sim::figure::densities::{self, Moment};
-use scphd_sim::figure::{self, FIGURES};
-use scphd_sim::log::Log;
-use scphd_sim::monte_carlo::{Job, RunResult, Study, overview};
-use scphd_sim::plot::Figure;
-use scphd_sim::point_process;
-use scphd_sim::session;
-use scphd_sim::settings::Settings;
+use scphd_filters::settings::Settings;
+use scphd_log::dimensions::{Planar, Underwater};
+use scphd_log::log::Log;
+use scphd_run::monte_carlo::{Job, RunResult, Study};
+use scphd_run::session;
+use scphd_view::figure::densities::{self, Moment};
+use scphd_view::figure::{self, FIGURES};
+use scphd_view::output::overview;
+use scphd_view::plot::Figure;
+use scphd_view::point_process;
 use std::path::PathBuf;
 
 /// The update of figure 5.9: 12 s into the drive, in the first curve of the second lobe, 200 particles with 20 children.
