@@ -3,8 +3,9 @@
 use super::chart::Chart;
 use super::draw::{Anchor, LABEL_SIZE_PX, Panel, TICK_SIZE_PX, legend, legend_height, text};
 use super::error::PlotError;
+use super::font::text_width;
 use super::polyline::Rect;
-use super::raster::{png, text_width};
+use super::raster::png;
 use scphd_score::results::sink;
 use std::path::{Path, PathBuf};
 use svg::Document;

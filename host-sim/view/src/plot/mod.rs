@@ -27,6 +27,7 @@ mod draw;
 mod error;
 pub mod errors;
 pub mod figure;
+mod font;
 mod polyline;
 mod raster;
 pub mod study;
