@@ -17,8 +17,8 @@ use scphd_stream::{
     Which, Writer, find_snapshot, find_whole_snapshot, recover, rerecord,
 };
 use scphd_tests::with_roomy_stack;
-use scphd_worlds::underwater::tank;
 use scphd_worlds::scenario;
+use scphd_worlds::underwater::tank;
 use std::f64::consts::{FRAC_PI_2, PI};
 
 const SEED: u64 = 5;

@@ -282,7 +282,8 @@ impl<T: Real, P: Pose<Scalar = T>> Waiting<'_, P> {
         scan: &Scan<'_, X::Measurement>,
         first_label: u32,
     ) -> usize {
-        let may_wait = config.births_wait && !self.awaiting.several && const { X::Measurement::DIMENSION <= COORDINATES };
+        let may_wait =
+            config.births_wait && !self.awaiting.several && const { X::Measurement::DIMENSION <= COORDINATES };
         let first = scan.iter().next().and_then(|measurement| of_sensor(sensor, &measurement.z));
         let Some(sensor) = first.filter(|_| may_wait) else { return 0 };
         for (slot, measurement) in self.awaited.iter_mut().zip(scan.iter()) {

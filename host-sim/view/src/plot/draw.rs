@@ -2,8 +2,8 @@
 
 use super::axis::{Interval, equalised};
 use super::chart::{Chart, Colour, Gaussian, Mark, Shape};
-use super::polyline::{Rect, append, polyline, thinned_runs};
 use super::font::{outlines, text_width};
+use super::polyline::{Rect, append, polyline, thinned_runs};
 use svg::Node;
 use svg::node::element::{Circle, ClipPath, Ellipse, Group, Line, Path, Rectangle};
 

@@ -108,7 +108,9 @@ mod tests {
         assert_eq!(minus.matches(['M', 'L']).count(), 4, "{minus}");
         let numbers: Vec<f64> = minus.split(['M', 'L', 'Z', ' ']).filter_map(|number| number.parse().ok()).collect();
         let (xs, ys): (Vec<f64>, Vec<f64>) = numbers.chunks(2).map(|point| (point[0], point[1])).unzip();
-        let range = |values: &[f64]| (values.iter().copied().fold(f64::MAX, f64::min), values.iter().copied().fold(f64::MIN, f64::max));
+        let range = |values: &[f64]| {
+            (values.iter().copied().fold(f64::MAX, f64::min), values.iter().copied().fold(f64::MIN, f64::max))
+        };
         assert_eq!(range(&xs), (317.0, 1599.0), "{minus}");
         assert!(range(&ys).1 < 50.0, "{minus}");
         assert_eq!(outlines(" ", [0.0, 0.0], 20.0), "");
