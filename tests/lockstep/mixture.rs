@@ -6,7 +6,8 @@ use scphd_log::dimensions::Planar;
 use scphd_log::log::{Log, Vehicle};
 use scphd_log::log_folder;
 use scphd_run::compare::{Comparison, Differences, compare};
-use scphd_tests::{data_folder, with_roomy_stack};
+use scphd_run::session::with_roomy_stack;
+use scphd_shared_data::find as data_folder;
 use scphd_worlds::scenario;
 
 /// What double precision may lose in one step, relative or in m and rad. Rounding alone is some 1e-13; a formula
@@ -35,7 +36,7 @@ fn lockstep_with(
     settings.filter.samples = samples;
     settings.restrict_to_reference();
     change(&mut settings);
-    with_roomy_stack(|| compare::<Planar>(log, &settings, precision, SEED, |_| ())).expect("no step is refused")
+    with_roomy_stack(|| compare::<Planar>(log, &settings, precision, SEED, |_| ())).expect("a thread").expect("no step is refused")
 }
 
 fn assert_agreement(name: &str, overall: &Differences, scans: usize) {
@@ -156,6 +157,6 @@ fn an_informed_proposal_has_no_counterpart() {
     let log = scenario::by_name("survey", SEED).expect("a built-in scenario");
     let mut settings = Settings::for_log(&log);
     settings.filter.proposal = Proposal::Informed;
-    let refusal = with_roomy_stack(|| compare::<Planar>(&log, &settings, Precision::F64, SEED, |_| ())).unwrap_err();
+    let refusal = with_roomy_stack(|| compare::<Planar>(&log, &settings, Precision::F64, SEED, |_| ())).expect("a thread").unwrap_err();
     assert!(refusal.to_string().contains("blind"), "{refusal}");
 }

@@ -6,7 +6,8 @@ use scphd_log::dimensions::Planar;
 use scphd_log::log::{Log, Vehicle};
 use scphd_log::log_folder;
 use scphd_run::compare::{JointComparison, JointDifferences, compare_joint};
-use scphd_tests::{data_folder, with_roomy_stack};
+use scphd_run::session::with_roomy_stack;
+use scphd_shared_data::find as data_folder;
 use scphd_worlds::scenario;
 
 /// What double precision may lose in one step, and over all the steps of a log. Rounding alone is some 1e-13; a formula that
@@ -20,7 +21,7 @@ const F32_OWN_WAY_BOUND_M: f64 = 5e-3;
 fn lockstep(log: &Log, precision: Precision, change: impl FnOnce(&mut Settings)) -> JointComparison {
     let mut settings = Settings::for_log(log);
     change(&mut settings);
-    with_roomy_stack(|| compare_joint::<Planar>(log, &settings, precision, |_| ())).expect("no step is refused")
+    with_roomy_stack(|| compare_joint::<Planar>(log, &settings, precision, |_| ())).expect("a thread").expect("no step is refused")
 }
 
 fn assert_agreement(name: &str, overall: &JointDifferences, scans: usize) {
