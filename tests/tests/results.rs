@@ -17,12 +17,16 @@ use std::path::{Path, PathBuf};
 
 const FILTER: Filter = Filter::Core(Precision::F32);
 
-/// The names in the first column of the table below the heading that begins so.
+/// The names below the heading that begins so: those between fences, or in the first column of a table.
 fn documented(heading: &str) -> Vec<String> {
     let text = fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/results.md")).unwrap();
     let section = text.split("\n## ").find(|section| section.starts_with(heading));
-    let rows = section.unwrap_or_else(|| panic!("no section {heading}")).lines();
-    rows.filter_map(|row| Some(row.strip_prefix("| `")?.split_once('`')?.0.to_owned())).collect()
+    let section = section.unwrap_or_else(|| panic!("no section {heading}"));
+    if let Some((list, _)) = section.split_once("```text\n").and_then(|(_, rest)| rest.split_once("\n```")) {
+        return list.split([',', '\n']).filter(|name| !name.is_empty()).map(str::to_owned).collect();
+    }
+    let cell = |row: &str| Some(row.strip_prefix("| `")?.split_once('`')?.0.to_owned());
+    section.lines().filter_map(cell).collect()
 }
 
 /// The columns of a table.
