@@ -21,12 +21,22 @@ use std::path::{Path, PathBuf};
 
 const FILTER: Filter = Filter::Core(Precision::F32);
 
-/// The names in the first column of the table below the heading that begins so.
+/// The names below the heading that begins so: those between fences, or in the first column of a table.
 fn documented(heading: &str) -> Vec<String> {
     let text = fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/results.md")).unwrap();
     let section = text.split("\n## ").find(|section| section.starts_with(heading));
-    let rows = section.unwrap_or_else(|| panic!("no section {heading}")).lines();
-    rows.filter_map(|row| Some(row.strip_prefix("| `")?.split_once('`')?.0.to_owned())).collect()
+    let section = section.unwrap_or_else(|| panic!("no section {heading}"));
+    if let Some((list, _)) = section.split_once("```text\n").and_then(|(_, rest)| rest.split_once("\n```")) {
+        return list.split([',', '\n']).filter(|name| !name.is_empty()).map(str::to_owned).collect();
+    }
+    let cell = |row: &str| Some(row.strip_prefix("| `")?.split_once('`')?.0.to_owned());
+    section.lines().filter_map(cell).collect()
+}
+
+/// The columns of the table of a comparison: the time, and the keys from `scans` to before `settings`.
+fn columns_of(heading: &str) -> Vec<String> {
+    let keys = documented(heading).into_iter().skip_while(|key| key != "scans").take_while(|key| key != "settings");
+    std::iter::once("t_s".to_owned()).chain(keys).collect()
 }
 
 /// The columns of a table.
@@ -182,7 +192,7 @@ fn a_comparison() {
     assert_eq!(keys(&folder.path("compare.json"), 2), documented("A comparison of filter and reference"));
     let rows = log.scans.iter().map(|scan| scan.t_s).zip(found.scans);
     comparison::write_csv(&folder.path("compare-f64.csv"), rows).unwrap();
-    assert_eq!(columns(&folder.path("compare-f64.csv")), documented("`compare-f32.csv` and `compare-f64.csv`\n"));
+    assert_eq!(columns(&folder.path("compare-f64.csv")), columns_of("A comparison of filter and reference"));
 }
 
 #[test]
@@ -216,5 +226,5 @@ fn a_comparison_of_joint_maps() {
     let rows = log.scans.iter().map(|scan| scan.t_s).zip(found.scans);
     comparison::write_csv(&folder.path("compare-f64.csv"), rows).unwrap();
     let columns = columns(&folder.path("compare-f64.csv"));
-    assert_eq!(columns, documented("`compare-f32.csv` and `compare-f64.csv` of joint maps"));
+    assert_eq!(columns, columns_of("A comparison of the joint filter and its reference"));
 }
