@@ -66,14 +66,16 @@ impl<T: Real> JointConfig<T> {
         if let Some((_, field)) = amounts.into_iter().find(|&(amount, _)| !(amount >= T::ZERO && amount.is_finite())) {
             return Err(ConfigError { field, range: "finite and not negative" });
         }
-        let shares = [
+        let probabilities = [
             (self.birth_share, "birth_share"),
             (self.behind, "behind"),
             (self.least_existence, "least_existence"),
             (self.least_tentative, "least_tentative"),
             (self.extraction_existence, "extraction_existence"),
         ];
-        if let Some((_, field)) = shares.into_iter().find(|&(share, _)| !(share >= T::ZERO && share <= T::ONE)) {
+        if let Some((_, field)) =
+            probabilities.into_iter().find(|&(probability, _)| !(probability >= T::ZERO && probability <= T::ONE))
+        {
             return Err(ConfigError { field, range: "between 0 and 1" });
         }
         self.persistence.check()?;

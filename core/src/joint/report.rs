@@ -1,6 +1,6 @@
 //! What a scan did, and what is summed for it.
 
-use super::state::Known;
+use super::state::Header;
 use crate::report::watch::Recognised;
 use crate::{Health, Pose, Real, Symmetric};
 
@@ -56,11 +56,11 @@ pub struct JointReport<T> {
 pub(super) struct Tally<T> {
     /// Σ s νᵀ S⁻¹ ν, and Σ s.
     pub(super) squares: T,
-    pub(super) shares: T,
+    pub(super) probabilities: T,
     /// Corrections left out because rounding had spoilt the covariance of their innovation.
     pub(super) left_out: usize,
     /// Detections to be expected of features in view that had no part in the scan.
-    pub(super) aside: T,
+    pub(super) expected_of_weak: T,
     /// What became of all features in view.
     all: Recognised<T>,
     /// What became of those that the watch knows.
@@ -70,9 +70,9 @@ pub(super) struct Tally<T> {
 impl<T: Real> Tally<T> {
     pub(super) const NOTHING: Self = Self {
         squares: T::ZERO,
-        shares: T::ZERO,
+        probabilities: T::ZERO,
         left_out: 0,
-        aside: T::ZERO,
+        expected_of_weak: T::ZERO,
         all: Recognised::NOTHING,
         known: Recognised::NOTHING,
     };
@@ -88,16 +88,16 @@ impl<T: Real> Tally<T> {
     /// Ends a scan of so many measurements of a dimension, of which the detector states so many to be false: the report without births and what goes, which the caller adds.
     pub(super) fn report<P: Pose<Scalar = T>>(
         &self,
-        known: &mut Known<P>,
+        header: &mut Header<P>,
         (measurements, stated): (usize, T),
         dimension: usize,
     ) -> JointReport<T> {
-        known.watch.set_aside(self.aside, measurements);
-        let watched = known.watch.scanned(&self.known, (measurements, stated), known.waited_s, known.next_label);
-        let refused = core::mem::take(&mut known.refused);
-        known.waited_s = T::ZERO;
-        known.walked = Symmetric::ZERO;
-        let numbers = self.shares * T::from_usize(dimension);
+        header.watch.exclude_expected(self.expected_of_weak, measurements);
+        let watched = header.watch.scanned(&self.known, (measurements, stated), header.waited_s, header.next_label);
+        let refused = core::mem::take(&mut header.refused);
+        header.waited_s = T::ZERO;
+        header.motion_noise = Symmetric::ZERO;
+        let numbers = self.probabilities * T::from_usize(dimension);
         let innovation = if numbers > T::ZERO { self.squares / numbers } else { T::ZERO };
         let health = Health::COVARIANCE_REPAIRED.when(self.left_out > 0)
             | Health::of_innovation(innovation, numbers)
@@ -117,7 +117,7 @@ impl<T: Real> Tally<T> {
             recalled: 0,
             forgotten: 0,
             movers: 0,
-            features: known.len,
+            features: header.len,
             ln_evidence: T::ZERO,
             expected_detections: self.all.expected,
             detections: self.all.detected,

@@ -131,7 +131,7 @@ impl Score {
         let mean = |of: &[f64]| of.iter().sum::<f64>() / of.len() as f64;
         let (rmse, mean) = (mean(&self.squares).sqrt(), mean(&self.nees));
         self.nees.sort_by(f64::total_cmp);
-        let at = |share: usize| self.nees[self.nees.len() * share / 100];
+        let at = |probability: usize| self.nees[self.nees.len() * probability / 100];
         [rmse, at(50), mean, at(95)]
     }
 }
@@ -181,7 +181,7 @@ fn a_window_beside_room_for_everything_and_beside_none() {
 fn far_away(label: u32) -> Entry<PlanarPose<f32>> {
     let existence = existence::Existence::of(1.0);
     let mean = Vector2::new(1000.0 + label as f32, -500.0);
-    Entry { label, page: label / 8, mean, existence, detections: 9.0, ..Entry::ZERO }
+    Entry { label, submap: label / 8, mean, existence, detections: 9.0, ..Entry::ZERO }
 }
 
 #[test]
@@ -198,7 +198,7 @@ fn the_time_of_a_scan_does_not_depend_on_the_map() {
             slam.reset(worlds[0].start()).unwrap();
             let mut view = slam.archive.view().unwrap();
             // Under names of their own.
-            view.index.next_page = 1_000;
+            view.index.next_submap = 1_000;
             (0..features).for_each(|label| assert_eq!(view.put(far_away(label)), 0));
             slams.push(slam);
         }
@@ -244,13 +244,13 @@ fn what_was_left_behind_has_its_name_when_it_is_found_again() {
         let kept: Vec<_> = slam.archive.kept().iter().map(|entry: &Entry<PlanarPose<f64>>| entry.label).collect();
         early.iter().filter(|&label| kept.contains(label)).count()
     };
-    let anchors = slam.memory.landmarks.iter().take(slam.memory.known.len).filter(|slot| slot.is_anchor);
-    let anchors = anchors.filter(|slot| early.contains(&slot.label)).count();
+    let anchors = slam.memory.landmarks.iter().take(slam.memory.header.len).filter(|landmark| landmark.is_anchor);
+    let anchors = anchors.filter(|landmark| early.contains(&landmark.label)).count();
     assert!(early.len() >= 10 && archived(&slam) > 5, "{anchors} of {early:?}");
     assert!((archived(&slam) + anchors) * 10 >= early.len() * 8, "{early:?}");
     let in_map = slam.features().filter(|feature| early.contains(&feature.label)).count();
     assert!(in_map + 1 >= early.len() && early.iter().all(|&label| slam.existence(label).is_some()));
-    assert_eq!(slam.held(), slam.memory.known.len + slam.archive.kept().len());
+    assert_eq!(slam.held(), slam.memory.header.len + slam.archive.kept().len());
     // And after the whole round they are in the window again, by the same names.
     drive(&mut slam, 240);
     let found = early.iter().filter(|&&label| slam.existence(label).is_some()).count();
@@ -271,11 +271,11 @@ fn a_page_is_tried_once_in_a_scan() {
     slam.reset(PlanarPose::new(0.0, 0.0, 0.0)).unwrap();
     let places = [[4.0, 1.0], [5.0, -2.0], [6.5, 3.0]];
     let mut view = slam.archive.view().unwrap();
-    view.index.next_page = 1;
+    view.index.next_submap = 1;
     for (label, place) in (0..).zip(places) {
         let known = Split { own: Symmetric::from_diagonal([0.01; 2]), ..Split::ZERO };
         let mean = Vector2::from(place);
-        view.put(Entry { label, page: 0, mean, alone: known, given: known, ..far_away(label) });
+        view.put(Entry { label, submap: 0, mean, alone: known, given: known, ..far_away(label) });
     }
     // Nothing is seen of it, twice; then all of it.
     for _ in 0..2 {
@@ -292,8 +292,8 @@ fn a_full_archive_forgets_the_least_certain() {
     let mut archive = Box::new(JointArchive::<PlanarPose<f32>, 3>::new());
     let mut archived = archive.archived(1.0);
     let mut view = archived.view().unwrap();
-    let of = |label: u32, in_sight: f32| {
-        let existence = existence::Existence::of(in_sight);
+    let of = |label: u32, visible: f32| {
+        let existence = existence::Existence::of(visible);
         Entry { existence, ..far_away(label) }
     };
     let gone = [of(1, 0.9), of(2, 0.5), of(3, 0.8), of(4, 0.7), of(5, 0.6)].map(|entry| view.put(entry));

@@ -146,7 +146,7 @@ impl<T: Real> Watch<T> {
 
     /// Landmarks in view, of which so many detections are to be expected, have no part in a scan of so many measurements: the pose is known too
     /// badly to tell which measurement is of which of them. Until the vehicle has found its place among them, the doubt grows.
-    pub(crate) fn set_aside(&mut self, expected: T, measurements: usize) {
+    pub(crate) fn exclude_expected(&mut self, expected: T, measurements: usize) {
         let enough = T::from_f64(ASIDE);
         if expected >= enough && T::from_usize(measurements) >= enough {
             self.doubt += T::from_f64(ASIDE_DOUBT);
@@ -403,7 +403,7 @@ mod tests {
         let mut watch = used_to_ten();
         let mut aside = |expected, measurements, scans| -> std::vec::Vec<Health> {
             let one = |_| {
-                watch.set_aside(expected, measurements);
+                watch.exclude_expected(expected, measurements);
                 scan(&mut watch, 0.0, 0.0, measurements)
             };
             (0..scans).map(one).collect()
