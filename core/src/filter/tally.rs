@@ -117,8 +117,8 @@ impl<T: Real> Tally<T> {
         }
     }
 
-    /// Adds what births have counted that entered before the update.
-    pub(crate) fn entered(&mut self, other: &Self) {
+    /// Adds the counts of delayed births, which entered the maps before the update.
+    pub(crate) fn add_delayed_births(&mut self, other: &Self) {
         self.lost += other.lost;
         self.repaired += other.repaired;
         self.no_birth += other.no_birth;

@@ -48,21 +48,21 @@ impl<T: Real, P: Pose<Scalar = T>, Y: Vector<Scalar = T>> Predicted<P, Y> {
     }
 }
 
-/// What is in view of a scan, and how likely it is.
+/// Results of the data association of a scan.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Associated<T> {
     /// Features in view.
     pub(super) in_view: usize,
-    /// Others that were set aside.
+    /// Landmarks that were excluded because they are weakly determined.
     pub(super) weak: usize,
-    /// Detections to be expected of these.
+    /// Expected detections of the excluded landmarks.
     pub(super) expected_of_weak: T,
     /// ln of the likelihood of the scan.
     pub(super) ln_evidence: T,
 }
 
-/// Fills in p_D of every feature in view and what explains every measurement. Of the first `window` features, those that are known much
-/// worse than others are set aside.
+/// Computes p_D of every landmark, and the associations of every measurement. Weakly determined landmarks among the first `window` are
+/// excluded.
 pub(super) fn associate<T, X, Z, V>(
     models: &X,
     births: &Births<T>,
@@ -86,20 +86,20 @@ where
         let ln_clutter = models.clutter().ln_intensity(z);
         // Written so that NaN is no clutter too.
         let ln_clutter = if ln_clutter < T::INFINITY { ln_clutter } else { T::NEG_INFINITY };
-        let mut no_feature_probability = LnSum::of(ln_clutter);
-        no_feature_probability.add(ln_birth);
+        let mut lambda = LnSum::of(ln_clutter);
+        lambda.add(ln_birth);
         if V::MOVE {
-            no_feature_probability.add(births.of_moving.ln());
+            lambda.add(births.of_moving.ln());
         }
-        row.start(no_feature_probability.ln());
+        row.start(lambda.ln());
     }
     let mut tracks = movers.tracks();
     if let Some(tracks) = &mut tracks {
         let landmarks = landmarks.get(..header.len).unwrap_or(&[]);
         tracks.look(models, &frame, measurements, config.behind, landmarks);
     }
-    // Of what was born of the last scan a measurement has twice its noise, and what the way since then has added. Nothing is to wait for
-    // what cannot be born.
+    // The innovation of a landmark that the last scan initiated would have the covariance 2 R + Hx W Hxᵀ. It does not count if no landmark
+    // can be initiated.
     let may_be_born = births.of_static > T::ZERO && header.len < landmarks.len();
     let newborn = sensor.noise().plus(sensor.noise());
     let ln_newborn = newborn.factor().filter(|_| may_be_born).map_or(T::NEG_INFINITY, |factor| factor.ln_peak());

@@ -1,8 +1,8 @@
-//! The place of a feature that may move instead.
+//! Second correction of a static landmark that may be a moving object instead.
 //!
-//! What is measured tells the pose something only as far as the feature stands; but whether it does is told by how well what is measured
-//! agrees with where it would stand, if it does. So its place learns of all that it has caused if it is there and stands, and the pose, with
-//! all else, of its share alone: the rest of the measurement is taken in with a gain for the place only (Schmidt 1966).
+//! Pose and map are corrected with the association probabilities s of the static hypothesis. The position of the landmark itself is
+//! conditional on that hypothesis, so that it is corrected with the greater weights s/e, e the probability of the hypothesis: the remaining
+//! weights s (1/e − 1) are applied with a gain for this position only (Schmidt 1966).
 
 use super::ambiguity::is_ambiguous;
 use super::covariance::{Common, Joint, first, symmetric};
@@ -13,7 +13,7 @@ use crate::numerics::range::is_within_range;
 use crate::numerics::vector::applied;
 use crate::{Linear, Matrix, Pose, Real, Sensor, Vector};
 
-/// Takes in, for a feature's place alone, what it has a share of but for `rest` times as much.
+/// Corrects the position of a landmark, and nothing else, with `rest` times its association probabilities.
 pub(super) fn correct_position<T, S, Z>(
     sensor: &S,
     memory: &mut Memory<'_, S::Pose, Z>,
@@ -31,9 +31,9 @@ pub(super) fn correct_position<T, S, Z>(
     if !much || is_ambiguous(sensor, memory.association_table, index, measurements) {
         return;
     }
-    // Its place alone is to move, whatever the heading has to do with that.
+    // Only this position may change, so that the error frame must be the present one.
     memory.reset_error_frame();
-    // The innovations have been counted.
+    // The first correction has counted the innovations.
     let mut counted = Tally::NOTHING;
     let statistics = innovation_statistics(sensor, memory, index, measurements, rest, gate, &mut counted);
     let Some(InnovationStatistics { pose, inverse, step, spread, detected }) = statistics else { return };
