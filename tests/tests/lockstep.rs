@@ -1,12 +1,13 @@
 //! The filter against the reference, step by step: with equal numbers they must compute the same.
 
-use scphd_sim::compare::{Comparison, Differences, compare};
-use scphd_sim::dimensions::Planar;
-use scphd_sim::log::{Log, Vehicle};
-use scphd_sim::settings::{Likelihood, Proposal, Settings};
-use scphd_sim::slam::Precision;
-use scphd_sim::{log_folder, scenario};
+use scphd_filters::settings::{Proposal, Settings};
+use scphd_filters::slam::Precision;
+use scphd_log::dimensions::Planar;
+use scphd_log::log::{Log, Vehicle};
+use scphd_log::log_folder;
+use scphd_run::compare::{Comparison, Differences, compare};
 use scphd_tests::{data_folder, with_roomy_stack};
+use scphd_worlds::scenario;
 
 /// What double precision may lose in one step, relative or in m and rad. Rounding alone is some 1e-13; a formula
 /// that differs at all is far above.
@@ -132,20 +133,6 @@ fn mounted_sensor() {
         (sensor.forward_m, sensor.left_m, sensor.yaw_rad) = (-1.3, 0.4, 2.6);
     });
     assert_agreement("survey", &comparison.overall, log.scans.len());
-}
-
-/// The other likelihoods, over an excerpt with moving features.
-#[test]
-fn replaceable_parts() {
-    let mut log = scenario::by_name("thesis-dynamic", SEED).expect("a built-in scenario");
-    log.scans.truncate(60);
-    for likelihood in [Likelihood::RbEmpty, Likelihood::RbSingle, Likelihood::RbMulti] {
-        let comparison = lockstep_with(&log, 8, 2, Precision::F64, |settings| {
-            settings.moving.birth_intensity = settings.filter.birth_intensity;
-            settings.filter.likelihood = likelihood;
-        });
-        assert_agreement(&format!("{likelihood:?}"), &comparison.overall, log.scans.len());
-    }
 }
 
 #[test]

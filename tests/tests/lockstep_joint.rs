@@ -1,12 +1,13 @@
 //! The joint filter against its reference, step by step: with equal numbers they must compute the same.
 
-use scphd_sim::compare::{JointComparison, JointDifferences, compare_joint};
-use scphd_sim::dimensions::Planar;
-use scphd_sim::log::{Log, Vehicle};
-use scphd_sim::settings::Settings;
-use scphd_sim::slam::Precision;
-use scphd_sim::{log_folder, scenario};
+use scphd_filters::settings::Settings;
+use scphd_filters::slam::Precision;
+use scphd_log::dimensions::Planar;
+use scphd_log::log::{Log, Vehicle};
+use scphd_log::log_folder;
+use scphd_run::compare::{JointComparison, JointDifferences, compare_joint};
 use scphd_tests::{data_folder, with_roomy_stack};
+use scphd_worlds::scenario;
 
 /// What double precision may lose in one step, and over all the steps of a log. Rounding alone is some 1e-13; a formula that
 /// differs at all is far above.

@@ -1,17 +1,21 @@
 //! What the program writes has the keys and columns of `docs/results.md`, all of them and in that order.
 
-use scphd_sim::difference::{Difference, Written};
-use scphd_sim::dimensions::{Planar, Underwater};
-use scphd_sim::monte_carlo::worlds::{self, WorldRun};
-use scphd_sim::monte_carlo::{Job, Plan, RunResult, Study, overview};
-use scphd_sim::output::comparison::{self, Compared};
-use scphd_sim::output::json::{self, Format};
-use scphd_sim::output::{self, csv, studies};
-use scphd_sim::session::{self, Filter, Session};
-use scphd_sim::settings::Settings;
-use scphd_sim::slam::Precision;
-use scphd_sim::{check, compare, log_folder, scenario, underwater};
+use scphd_check as check;
+use scphd_filters::settings::Settings;
+use scphd_filters::slam::Precision;
+use scphd_log::dimensions::{Planar, Underwater};
+use scphd_log::log_folder;
+use scphd_run::compare;
+use scphd_run::monte_carlo::worlds::{self, WorldRun};
+use scphd_run::monte_carlo::{Job, Plan, RunResult, Study, overview};
+use scphd_run::session::{self, Filter, Session};
+use scphd_score::results::json::{self, Format};
 use scphd_tests::with_roomy_stack;
+use scphd_view::difference::{Difference, Written};
+use scphd_view::output::comparison::Compared;
+use scphd_view::output::{self, comparison};
+use scphd_view::output::{csv, studies};
+use scphd_worlds::{scenario, underwater};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -75,7 +79,7 @@ impl Drop for Folder {
     }
 }
 
-fn short_survey() -> (scphd_sim::log::Log, Settings) {
+fn short_survey() -> (scphd_log::log::Log, Settings) {
     let mut log = scenario::survey(1);
     log.scans.truncate(9);
     let mut settings = Settings::for_log(&log);
@@ -106,7 +110,7 @@ fn a_run_in_space() {
     let folder = Folder::new("space");
     let mut log = underwater::by_name("girona-tank", 1).unwrap();
     log.scans.truncate(60);
-    let mut settings = underwater::settings::Settings::for_log(&log);
+    let mut settings = scphd_filters::underwater::settings::Settings::for_log(&log);
     settings.filter.particles = 8;
     let session = session::run::<Underwater>(&log, &settings, FILTER, 1, &mut |_| ()).unwrap();
     json::write_summary(&folder.path("run.json"), &session.summary).unwrap();

@@ -83,7 +83,7 @@ impl Change {
                     own.extend(packages.iter().map(|package| package.name.clone()));
                 }
                 None if file.ends_with(".md") => {
-                    own.extend(["scphd", "scphd-sim", "scphd-tests"].map(str::to_owned));
+                    own.extend(["scphd", "scphd-sim", "scphd-tests", "scphd-view"].map(str::to_owned));
                 }
                 None => {}
             }
@@ -151,7 +151,7 @@ mod tests {
             package("scphd-sim", "host-sim", &["core", "onboard/stream"]),
             package("scphd-tests", "tests", &["host-sim"]),
             package("scphd-digest", "tests/digest", &["host-sim"]),
-            package("scphd-ros", "ros", &[]),
+            package("scphd-ros", "host-sim/ros", &[]),
         ];
         let change = Change::of(files, &packages, Path::new("/top"));
         (change.own.iter().cloned().collect(), change.all.iter().cloned().collect(), change)
@@ -171,7 +171,7 @@ mod tests {
     #[test]
     fn the_innermost_package_owns_a_file_and_pages_belong_to_what_reads_them() {
         assert_eq!(of(&["tests/digest/digest.rs"]).0, ["scphd-digest"]);
-        assert_eq!(of(&["README.md"]).0, ["scphd", "scphd-sim", "scphd-tests"]);
+        assert_eq!(of(&["README.md"]).0, ["scphd", "scphd-sim", "scphd-tests", "scphd-view"]);
         assert_eq!(of(&["Cargo.lock"]).0.len(), 6);
         assert!(of(&["bindings/capi/src/lib.rs"]).2.touches("c") && of(&["bindings/capi/src/lib.rs"]).0.is_empty());
         assert!(of(&[]).1.is_empty());
