@@ -21,7 +21,9 @@ const F32_OWN_WAY_BOUND_M: f64 = 5e-3;
 fn lockstep(log: &Log, precision: Precision, change: impl FnOnce(&mut Settings)) -> JointComparison {
     let mut settings = Settings::for_log(log);
     change(&mut settings);
-    with_roomy_stack(|| compare_joint::<Planar>(log, &settings, precision, |_| ())).expect("a thread").expect("no step is refused")
+    with_roomy_stack(|| compare_joint::<Planar>(log, &settings, precision, |_| ()))
+        .expect("a thread")
+        .expect("no step is refused")
 }
 
 fn assert_agreement(name: &str, overall: &JointDifferences, scans: usize) {

@@ -36,7 +36,9 @@ fn lockstep_with(
     settings.filter.samples = samples;
     settings.restrict_to_reference();
     change(&mut settings);
-    with_roomy_stack(|| compare::<Planar>(log, &settings, precision, SEED, |_| ())).expect("a thread").expect("no step is refused")
+    with_roomy_stack(|| compare::<Planar>(log, &settings, precision, SEED, |_| ()))
+        .expect("a thread")
+        .expect("no step is refused")
 }
 
 fn assert_agreement(name: &str, overall: &Differences, scans: usize) {
@@ -157,6 +159,8 @@ fn an_informed_proposal_has_no_counterpart() {
     let log = scenario::by_name("survey", SEED).expect("a built-in scenario");
     let mut settings = Settings::for_log(&log);
     settings.filter.proposal = Proposal::Informed;
-    let refusal = with_roomy_stack(|| compare::<Planar>(&log, &settings, Precision::F64, SEED, |_| ())).expect("a thread").unwrap_err();
+    let refusal = with_roomy_stack(|| compare::<Planar>(&log, &settings, Precision::F64, SEED, |_| ()))
+        .expect("a thread")
+        .unwrap_err();
     assert!(refusal.to_string().contains("blind"), "{refusal}");
 }

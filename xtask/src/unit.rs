@@ -51,9 +51,8 @@ const QUICK: [&str; 24] = [
 pub const WHOLE_RUNS: [&str; 2] = ["scphd-digest", "scphd-lockstep"];
 
 /// Of these packages the tests of each library, and those of the last three, which are nothing but tests.
-const QUICK_TARGETS: [&str; 11] = [
-    "--lib", "--test", "mixture", "--test", "joint", "--test", "digest", "--test", "links", "--test", "safety",
-];
+const QUICK_TARGETS: [&str; 11] =
+    ["--lib", "--test", "mixture", "--test", "joint", "--test", "digest", "--test", "links", "--test", "safety"];
 
 /// The tests of the libraries.
 pub fn quick() -> Result<Outcome, Stop> {
