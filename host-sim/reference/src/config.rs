@@ -1,7 +1,21 @@
 //! Parameters of the recursion, and what a scan did.
 
 use super::resample::Selection;
-use crate::Likelihood;
+use serde::{Deserialize, Serialize};
+
+/// The particle likelihood: see `docs/recursion.md`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Likelihood {
+    /// Single cluster (4.52).
+    SingleCluster,
+    /// RB-PHD with the empty map.
+    RbEmpty,
+    /// RB-PHD with a single feature.
+    RbSingle,
+    /// RB-PHD with several features.
+    RbMulti,
+}
 
 /// Parameters of the recursion.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -87,12 +87,11 @@ mod oracles;
 #[cfg(test)]
 mod tests;
 
-pub use config::{Config, MovingConfig, Remembering, ScanOutcome, Weighing};
+pub use config::{Config, Likelihood, MovingConfig, Remembering, ScanOutcome, Weighing};
 pub use draws::{Draws, OwnDraws};
 pub use extract::Estimate;
 pub use field_of_view::FieldOfView;
 pub use gaussian::{Component, Matrix, Vector};
-pub use likelihood::Likelihood;
 pub use motion::{ControlNoise, Motion};
 pub use recursion::Recursion;
 pub use resample::Selection;

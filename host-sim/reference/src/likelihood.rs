@@ -1,27 +1,13 @@
 //! The particle likelihood: the one part in which single-cluster PHD SLAM and RB-PHD SLAM differ.
 
 use super::algebra::{inverse, quadratic};
+use super::config::Likelihood;
 use super::gaussian::{Vector, ln_density};
 use super::log_domain::log_sum_exp;
 use super::pre_update::{InView, PreUpdate};
 use super::reduce::heaviest_first;
 use super::sensor::Sensor;
 use super::sight::Sight;
-use serde::{Deserialize, Serialize};
-
-/// The particle likelihood: see `docs/recursion.md`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Likelihood {
-    /// Single cluster (4.52).
-    SingleCluster,
-    /// RB-PHD with the empty map.
-    RbEmpty,
-    /// RB-PHD with a single feature.
-    RbSingle,
-    /// RB-PHD with several features.
-    RbMulti,
-}
 
 /// ln L of a pose. The clutter rate λ, which is the same for every pose, is left out.
 pub(super) fn ln_likelihood<S: Sensor>(kind: Likelihood, sight: &Sight<'_, S>) -> f64 {

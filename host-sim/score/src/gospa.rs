@@ -29,7 +29,7 @@ pub struct Gospa {
 /// If points differ in dimension.
 ///
 /// ```
-/// use crate::{cutoff::Cutoff, gospa::gospa};
+/// use scphd_score::{cutoff::Cutoff, gospa::gospa};
 ///
 /// let d = gospa(&[[3.0, 4.0], [90.0, 0.0]], &[[0.0, 0.0]], &Cutoff::new(1.0, 10.0));
 /// assert_eq!((d.localization, d.missed, d.spurious, d.distance), (5.0, 0.0, 5.0, 10.0));

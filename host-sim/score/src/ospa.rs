@@ -20,7 +20,7 @@ pub struct Ospa {
 /// If points differ in dimension.
 ///
 /// ```
-/// use crate::{cutoff::Cutoff, ospa::ospa};
+/// use scphd_score::{cutoff::Cutoff, ospa::ospa};
 ///
 /// let d = ospa(&[[0.0, 0.0]], &[[3.0, 4.0], [90.0, 0.0]], &Cutoff::new(1.0, 10.0));
 /// assert_eq!((d.localization, d.cardinality, d.distance), (2.5, 5.0, 7.5));

@@ -1,4 +1,4 @@
-//! A snapshot of the joint filter, in the reference's terms: `docs/snapshot.md` says what is where.
+//! A snapshot of the joint filter, in the terms of the reference. `core/src/joint/walk.rs` has the order of its values.
 
 use nalgebra::{DMatrix, DVector};
 use scphd_reference::joint::{Feature, Mover, State};

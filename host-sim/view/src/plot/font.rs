@@ -103,9 +103,9 @@ mod tests {
 
     #[test]
     fn a_letter_stands_on_its_baseline() {
-        // The bar of DejaVu's minus has four corners: it is as wide as the font says, and above the baseline.
+        // The bar of DejaVu's minus goes around four corners: it is as wide as the font says, and above the baseline.
         let minus = outlines("−", [100.0, 50.0], 2048.0);
-        assert_eq!(minus.matches(['M', 'L']).count(), 4, "{minus}");
+        assert_eq!(minus.matches(['M', 'L']).count(), 5, "{minus}");
         let numbers: Vec<f64> = minus.split(['M', 'L', 'Z', ' ']).filter_map(|number| number.parse().ok()).collect();
         let (xs, ys): (Vec<f64>, Vec<f64>) = numbers.chunks(2).map(|point| (point[0], point[1])).unzip();
         let range = |values: &[f64]| {

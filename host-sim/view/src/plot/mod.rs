@@ -4,7 +4,7 @@
 //! two pictures of a log and its runs; other figures are built from the same parts:
 //!
 //! ```
-//! use crate::plot::{Chart, Colour, Figure, Mark};
+//! use scphd_view::plot::{Chart, Colour, Figure, Mark};
 //!
 //! let mean: Vec<[f64; 2]> = (0..50).map(|i| [f64::from(i), f64::from(i).sqrt()]).collect();
 //! let band = mean.iter().map(|&[x, y]| [x, y - 0.5, y + 0.5]).collect();

@@ -10,7 +10,7 @@
 //!
 //! ```
 //! use scphd_log::noise::Noise;
-//! use crate::point_process::{Border, Matern, Poisson, Rectangle, cluster, poisson};
+//! use scphd_view::point_process::{Border, Matern, Poisson, Rectangle, cluster, poisson};
 //!
 //! let region = Rectangle::new([-100.0, 100.0], [-100.0, 100.0])?;
 //! let mut noise = Noise::new(1);
@@ -20,7 +20,7 @@
 //! let matern = Matern::new(region, Poisson::new(5.0)?, 20.0, Poisson::new(20.0)?, Border::Clipped)?;
 //! let clusters = matern.simulate(&mut noise);
 //! assert!(cluster::points(&clusters).all(|point| region.contains(point)));
-//! # Ok::<(), crate::point_process::ProcessError>(())
+//! # Ok::<(), scphd_view::point_process::ProcessError>(())
 //! ```
 
 pub mod cardinality;
