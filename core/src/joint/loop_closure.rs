@@ -282,13 +282,13 @@ mod tests {
     type Room<T, const N: usize, const L: usize> = JointState<PlanarPose<T>, Vector2<T>, N, L, 16>;
     type Six = Room<f64, 6, { joint_numbers(3, 2, 6) }>;
 
-    /// How much all new features are displaced in common, and each by itself: variances of either coordinate, m².
+    /// Variances of each coordinate, m²: of the common displacement of all new landmarks, and of each landmark's own error.
     const COMMON: f64 = 4.0;
     const OWN: f64 = 0.01;
-    /// Three old ones.
+    /// Positions of the old landmarks, m.
     const OLD: [[f64; 2]; 3] = [[0.0, 0.0], [30.0, 0.0], [0.0, 50.0]];
 
-    /// Three old features, not in view, and three new ones, whose differences from the old ones are these.
+    /// Three old landmarks out of view, and three new ones in view. `apart` has the differences of the old ones from the new ones.
     fn map(apart: [[f64; 2]; 3]) -> Box<Six> {
         let mut state = Box::new(Six::new());
         let memory = state.memory();
@@ -327,7 +327,7 @@ mod tests {
         assert!((pair.fusion.distance - 1.25 / one).abs() < 1e-9);
         let found = pair.ln_evidence(&mut memory, ln_density);
         let mut ln_evidence = OLD_FRACTION.ln() + of_old + ln_normal(apart[0], one) - ln_density;
-        // Of each new one the old ones, and the other new one, given that the first new one is the first old one.
+        // For each other new landmark: its differences from the old ones and from the other new one, given the first match.
         let left = one - COMMON * COMMON / one;
         let moved = |[x, y]: [f64; 2]| {
             let probability = COMMON / one;
@@ -348,7 +348,7 @@ mod tests {
     }
 
     #[test]
-    fn what_fits_as_a_whole_is_made_one_and_what_does_not_is_left() {
+    fn a_pair_is_fused_only_if_the_other_landmarks_fit() {
         let merged = |apart, config: &JointConfig<f64>| {
             let mut state = map(apart);
             let merged = close_loop(config, &mut state.memory());
@@ -357,9 +357,9 @@ mod tests {
         let fits = [[1.0, -0.5], [1.1, -0.4], [0.9, -0.6]];
         let config = JointConfig::default();
         assert_eq!(merged(fits, &config), (1, 5));
-        // None of the others is where it would have to be.
+        // The other new landmarks do not fit.
         assert_eq!(merged([[1.0, -0.5], [-1.0, 2.5], [-0.9, -2.6]], &config), (0, 6));
-        // Too far away for what is known of both.
+        // Beyond the covariance of the difference.
         assert_eq!(merged(fits.map(|[x, y]| [x + 9.0, y]), &config), (0, 6));
         assert_eq!(merged(fits, &JointConfig { merge_distance: 0.0, ..config }), (0, 6));
     }

@@ -127,7 +127,7 @@ fn least_likely<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(memory: &Me
 pub(super) fn drop_degenerate<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T>>(
     memory: &mut Memory<'_, P, Z>,
 ) -> usize {
-    let mut spoilt = memory.joint.repair_pose(memory.header.len);
+    let mut invalid = memory.joint.repair_pose(memory.header.len);
     for index in (0..memory.header.len).rev() {
         let (first, behind) = (first::<P>(index), first::<P>(index + 1));
         let usable = |variance: T| variance > T::ZERO && variance < T::INFINITY;
@@ -135,10 +135,10 @@ pub(super) fn drop_degenerate<T: Real, P: Pose<Scalar = T>, Z: Vector<Scalar = T
             && (first..behind).all(|coordinate| usable(memory.joint.get(coordinate, coordinate)));
         if !sound {
             memory.drop_feature(index);
-            spoilt += 1;
+            invalid += 1;
         }
     }
-    spoilt
+    invalid
 }
 
 /// Drops landmarks with a low probability of existence, except those of this scan, whose labels begin with `first_label`.

@@ -62,7 +62,8 @@ fn an_oracle_is_off_by_what_it_lies() {
     let mut oracle = Oracle { log: log.clone(), scans: 0, refuse: usize::MAX };
     let mut told = Vec::new();
     let run =
-        process_log::<Planar>(&log, &Settings::for_log(&log), &mut oracle, None, false, &mut |done| told.push(done)).unwrap();
+        process_log::<Planar>(&log, &Settings::for_log(&log), &mut oracle, None, false, &mut |done| told.push(done))
+            .unwrap();
     assert_eq!(told, (1..=20).collect::<Vec<_>>());
     assert_eq!(run.health, [(Health::DEGENERATE, 1)]);
     let summary = summary(&log, &Settings::for_log(&log), Filter::Reference, 3, &run, &mut oracle);
