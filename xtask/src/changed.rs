@@ -123,10 +123,12 @@ pub fn steps() -> Result<Vec<&'static Step>, String> {
 
 fn test() -> Result<Outcome, Stop> {
     let Change { own, all, .. } = Change::read()?;
-    // Of what depends on the change, those whole that are nothing but tests of a whole run, and the library of each other.
+    // Of what depends on the change, those whole that are nothing but tests of a whole run; of each other what it tests of itself, a
+    // library or, without one, a program.
     let whole = |name: &&String| own.contains(*name) || unit::WHOLE_RUNS.contains(&name.as_str());
     let (whole, rest): (Vec<&String>, Vec<&String>) = all.iter().partition(whole);
-    for (packages, targets) in [(whole, &[][..]), (rest, &["--lib"][..])] {
+    let (programs, libraries): (Vec<&String>, Vec<&String>) = rest.into_iter().partition(|name| *name == "scphd-sim");
+    for (packages, targets) in [(whole, &[][..]), (libraries, &["--lib"][..]), (programs, &["--bins"][..])] {
         if !packages.is_empty() {
             let mut cargo = process::cargo();
             cargo.args(["test", "--no-fail-fast"]).args(packages.into_iter().flat_map(|name| ["--package", name]));

@@ -48,11 +48,11 @@
 
 /* Detector of range and bearing: scans of 128 measurements. */
 #define SCPHD_SET_RANGE_BEARING_128 402
-#define SCPHD_SIZE_RANGE_BEARING_128 3328
+#define SCPHD_SIZE_RANGE_BEARING_128 2816
 
 /* Detector of bearings alone: scans of 64 measurements. */
 #define SCPHD_SET_BEARING_64 501
-#define SCPHD_SIZE_BEARING_64 1536
+#define SCPHD_SIZE_BEARING_64 1280
 
 /* Detector of range, bearing and elevation: scans of 64 measurements. */
 #define SCPHD_SET_SONAR_64 601

@@ -106,11 +106,11 @@ macro_rules! table {
                 /// Detector of range and bearing: scans of 32 measurements.
                 RANGE_BEARING_32 = 401, 1_024 bytes of RangeBearing32;
                 /// Detector of range and bearing: scans of 128 measurements.
-                RANGE_BEARING_128 = 402, 3_328 bytes of RangeBearing128;
+                RANGE_BEARING_128 = 402, 2_816 bytes of RangeBearing128;
             }
             in_bearing, scphd_bearing_detector {
                 /// Detector of bearings alone: scans of 64 measurements.
-                BEARING_64 = 501, 1_536 bytes of Bearing64;
+                BEARING_64 = 501, 1_280 bytes of Bearing64;
             }
             in_sonar, scphd_sonar_detector {
                 /// Detector of range, bearing and elevation: scans of 64 measurements.

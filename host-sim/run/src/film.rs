@@ -1,4 +1,4 @@
-//! What a page ([`mod@scphd_view::report`]) and an MCAP file ([`scphd_exchange`]) need of a run beside its record.
+//! What a page in a browser and an MCAP file need of a run beside its record.
 
 use scphd::Health;
 use scphd_filters::slam::{STAGES, ScanOutcome};

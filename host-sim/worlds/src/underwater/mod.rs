@@ -1,5 +1,5 @@
-//! Chapter 7: an underwater vehicle with a stereo camera, in three dimensions: its logs ([`log`], [`tank`], [`worlds`]), its settings, and what its
-//! instruments say when.
+//! Chapter 7: an underwater vehicle with a stereo camera, in three dimensions: a tank as in the thesis ([`tank`]), and random worlds
+//! ([`worlds`]).
 
 mod stereo;
 pub mod tank;
