@@ -88,7 +88,7 @@ where
         let ln_clutter = if ln_clutter < T::INFINITY { ln_clutter } else { T::NEG_INFINITY };
         let mut lambda = LnSum::of(ln_clutter);
         lambda.add(ln_birth);
-        if V::MOVE {
+        if movers.are_tracked() {
             lambda.add(births.of_moving.ln());
         }
         row.start(lambda.ln());

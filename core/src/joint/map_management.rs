@@ -52,7 +52,8 @@ where
             |ln_birth: T| (no_feature_probability * (ln_birth - row.ln_lambda).exp()).at_most(T::ONE);
         // If λ is zero the quotient w_b/λ is undefined; without births the landmark's probability of existence is zero.
         let existence = if births.of_static == T::ZERO { T::ZERO } else { birth_probability(ln_birth) };
-        let moving = if V::MOVE && births.of_moving > T::ZERO { birth_probability(ln_moving) } else { T::ZERO };
+        let moving =
+            if movers.are_tracked() && births.of_moving > T::ZERO { birth_probability(ln_moving) } else { T::ZERO };
         if !(no_feature_probability >= config.birth_share && existence + moving > T::ZERO) {
             continue;
         }
