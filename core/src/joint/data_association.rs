@@ -100,7 +100,7 @@ fn is_first_of_origin<T: Real, P: Pose<Scalar = T>, V: Movers<P>>(
 }
 
 /// The memory in which Σ a ν of an origin is summed.
-fn message_sum<'c, T: Real, P: Pose<Scalar = T>, V: Movers<P>>(
+fn message_sum<'c, T: Real, P: Pose<Scalar = T>>(
     landmarks: &'c mut [Landmark<PositionOf<P>>],
     tracks: &'c mut Option<Tracks<'_, P>>,
     origin: u16,
@@ -169,13 +169,13 @@ fn add_messages<T: Real, P: Pose<Scalar = T>, V: Movers<P>>(
 ) {
     for association in row.associations_mut() {
         let origin = origin(movers, association.feature);
-        if let Some(&mut so_far) = message_sum::<T, P, V>(landmarks, &mut movers.tracks(), origin) {
+        if let Some(&mut so_far) = message_sum(landmarks, &mut movers.tracks(), origin) {
             set(association, so_far);
         }
     }
     for association in row.associations() {
         let origin = origin(movers, association.feature);
-        if let Some(sum) = message_sum::<T, P, V>(landmarks, &mut movers.tracks(), origin) {
+        if let Some(sum) = message_sum(landmarks, &mut movers.tracks(), origin) {
             *sum += association.odds * association.nu;
         }
     }

@@ -16,7 +16,8 @@ pub(super) const MOVERS: usize = 256;
 /// A joint state, and the moving objects beside it, if there may be any.
 pub(super) struct JointRoom<M: Motion, Z: Vector<Scalar = ScalarOf<M::Pose>>, const NUMBERS: usize> {
     state: JointState<M::Pose, Z, FEATURES, NUMBERS, MEASUREMENTS>,
-    movers: Option<(JointMovers<M::Pose, MOVERS>, MovingConfig<ScalarOf<M::Pose>>)>,
+    movers: Option<JointMovers<M::Pose, MOVERS>>,
+    moving: Option<MovingConfig<ScalarOf<M::Pose>>>,
 }
 
 /// The filter over it.
@@ -25,7 +26,7 @@ pub(super) type Joint<'s, M, Z> = JointSlam<'s, M, Z, NoArchive, Option<Tracked<
 impl<M: Motion, Z: Vector<Scalar = ScalarOf<M::Pose>>, const NUMBERS: usize> JointRoom<M, Z, NUMBERS> {
     /// Room without moving objects, or with such as move in this way.
     pub(super) fn new(moving: Option<MovingConfig<ScalarOf<M::Pose>>>) -> Self {
-        Self { state: JointState::new(), movers: moving.map(|moving| (JointMovers::new(), moving)) }
+        Self { state: JointState::new(), movers: moving.map(|_| JointMovers::new()), moving }
     }
 
     /// The filter over it, which goes on from where the last one left off.
@@ -34,7 +35,7 @@ impl<M: Motion, Z: Vector<Scalar = ScalarOf<M::Pose>>, const NUMBERS: usize> Joi
         motion: M,
         config: JointConfig<ScalarOf<M::Pose>>,
     ) -> Result<Joint<'_, M, Z>, SetupError> {
-        let movers = self.movers.as_mut().map(|(movers, moving)| (movers, *moving));
+        let movers = self.movers.as_mut().zip(self.moving);
         JointSlam::new(motion, config, &mut self.state)?.with_movers_if(movers)
     }
 }
