@@ -314,3 +314,26 @@ pub(super) fn whitened<T: Real, V: Vector<Scalar = T>>(root: &Linear<V, V>, v: &
     }
     y
 }
+
+#[cfg(test)]
+mod tests {
+    use super::Common;
+    use crate::{JointState, PlanarPose, joint_numbers};
+    use nalgebra::Vector2;
+
+    /// What rounding adds to a feature's covariance is a share of its own variance, and not of another feature's.
+    #[test]
+    fn rounding_is_relative_to_the_own_variance() {
+        let mut state = JointState::<PlanarPose<f32>, Vector2<f32>, 3, { joint_numbers(3, 2, 3) }, 8>::new();
+        let memory = state.memory();
+        let mut joint = memory.joint;
+        let variances = [0.01, 0.01, 0.001, 0.02, 0.02, 1e6, 1e6, 0.01, 0.03];
+        for (row, variance) in variances.into_iter().enumerate() {
+            (0..=row).for_each(|column| joint.set(row, column, if column == row { variance } else { 0.0 }));
+        }
+        let split = Common::of(&joint, 0, &[0]).split(&joint, 2).unwrap();
+        for (k, variance) in [0.01, 0.03].into_iter().enumerate() {
+            assert!((split.own.get(k, k) / variance - 1.0).abs() < 1e-4, "{:?}", split.own);
+        }
+    }
+}
