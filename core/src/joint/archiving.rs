@@ -25,7 +25,7 @@ pub(super) struct Archiving {
     /// Features that went into the archive.
     pub(super) archived: usize,
     /// Features that the archive has no room for: those, or others in their place.
-    pub(super) forgotten: usize,
+    pub(super) evicted: usize,
     /// Features that were hardly there and far away.
     pub(super) dropped: usize,
     /// Features whose covariance rounding had spoilt.
@@ -296,7 +296,7 @@ impl<T: Real, P: Pose<Scalar = T>> Leaving<P> {
         let Landmark { label, mean, existence, detections, .. } = landmark;
         let (since_us, anchored) = (view.index.clock_us, self.anchored);
         let entry = Entry { label, submap, mean, alone, anchored, anchors, given, existence, detections, since_us };
-        archived.forgotten += view.put(entry);
+        archived.evicted += view.put(entry);
         archived.archived += 1;
     }
 }

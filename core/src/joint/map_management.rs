@@ -27,7 +27,7 @@ pub(super) struct Initiated {
     pub(super) lost: usize,
 }
 
-/// Initiates a landmark from every measurement that no landmark caused with a probability of at least `birth_share`.
+/// Initiates a landmark from every measurement that no landmark caused with a probability of at least `birth_probability_min`.
 pub(super) fn initiate<T, X, Z, V>(
     models: &X,
     births: &Births<T>,
@@ -54,7 +54,7 @@ where
         let existence = if births.of_static == T::ZERO { T::ZERO } else { birth_probability(ln_birth) };
         let moving =
             if movers.are_tracked() && births.of_moving > T::ZERO { birth_probability(ln_moving) } else { T::ZERO };
-        if !(no_feature_probability >= config.birth_share && existence + moving > T::ZERO) {
+        if !(no_feature_probability >= config.birth_probability_min && existence + moving > T::ZERO) {
             continue;
         }
         let label = memory.header.next_label;

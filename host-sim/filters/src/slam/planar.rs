@@ -156,11 +156,11 @@ pub(super) fn joint_config<T: Real>(joint: &JointSettings) -> JointConfig<T> {
     JointConfig {
         merge_distance: real(joint.merge_distance),
         persistence: Persistence {
-            in_sight_s: real(joint.in_sight_s),
-            hidden_s: real(joint.hidden_s),
+            visible_s: real(joint.visible_s),
+            occluded_s: real(joint.occluded_s),
             lifetime_s: real(joint.lifetime_s),
         },
-        behind: real(joint.behind),
+        occlusion_factor: real(joint.occlusion_factor),
         ..JointConfig::default()
     }
 }

@@ -70,7 +70,7 @@ pub fn joint_filter(
 /// Most of what a stereo camera measures under water is clutter, which would fill the map. What was there stays there, in sight: a feature
 /// that is missed was not matched, and the next one behind it is seen all the same.
 pub fn joint_config<T: Real>() -> JointConfig<T> {
-    JointConfig { persistence: Persistence::FOR_EVER, behind: T::ONE, ..JointConfig::strict() }
+    JointConfig { persistence: Persistence::FOR_EVER, occlusion_factor: T::ONE, ..JointConfig::strict() }
 }
 
 fn start_joint<T: Real>(log: &Log, settings: &Settings) -> Result<Box<dyn OpenJoint<Underwater>>, Refusal> {
