@@ -1,7 +1,7 @@
 //! Landmark SLAM in fixed memory: a filter with a joint map, and the single-cluster PHD filter.
 //!
-//! Where is the vehicle, and which landmarks are around it? Two filters answer, from odometry and detections without labels, some of them
-//! false:
+//! The filters estimate the pose of a vehicle and a map of the landmarks around it. Their inputs are odometry and detections; a
+//! detection does not say which landmark caused it, and may be false (clutter). There are two filters:
 //!
 //! * [`JointSlam`], recommended: one Gaussian over the pose and all landmarks, with probabilistic data association and existence
 //!   probabilities;
@@ -11,57 +11,58 @@
 //!
 //! It is written for vehicle computers:
 //!
-//! * `no_std`, no heap, no `unsafe`. Everything lives in one [`JointState`] or [`State`], whose size is known before the build;
-//! * nothing panics: bad input is an error that leaves the state as it was, want of room is handled in a defined order
-//!   and reported in the [`JointReport`] or [`ScanReport`];
-//! * the same inputs give the same bits on every machine ([`JointSlam::digest`]): a vehicle's log replays on a desk.
+//! * `no_std`, no heap, no `unsafe`. All data is in one [`JointState`] or [`State`], whose size is known at compile time;
+//! * no panics: invalid input returns an error and leaves the state unchanged. If a capacity is exhausted, data is discarded in a
+//!   defined order, which the [`JointReport`] or [`ScanReport`] shows;
+//! * the same inputs give the same bits on every machine ([`JointSlam::digest`]), so that a log of a vehicle can be replayed on a
+//!   desk computer.
 //!
 //! # How to use it
 //!
-//! Choose how the vehicle moves ([`Motion`]), a tuning ([`JointConfig`]) and capacities ([`joint_memory!`]), and put a [`JointSlam`] over
-//! them. Every sensor on the vehicle is a [`Detector`]: its models ([`Sensor`], [`FieldOfView`], [`Clutter`]; some come with the crate),
-//! where it sits ([`Mounting`]) and how landmarks are initiated ([`Births`]). Then [`predict`](JointSlam::predict) with every odometry
-//! sample, [`scan`](JointSlam::scan) with every scan of any detector, [`observe`](JointSlam::observe) with every measurement of the pose
-//! itself ([`Fix`]), and read [`estimate_pose`](JointSlam::estimate_pose) and the map. [`JointSlam`] has a complete example. A [`ScPhd`] is
-//! used the same way, with [`Config`] and [`memory!`]. `examples/` has a robot with a lidar, two radars on a car, satellite fixes, and
-//! tracking.
+//! Choose the motion model ([`Motion`]), the tuning ([`JointConfig`]) and the capacities ([`joint_memory!`]), and construct a
+//! [`JointSlam`] from them. Every sensor on the vehicle is a [`Detector`]: its models ([`Sensor`], [`FieldOfView`], [`Clutter`];
+//! the crate has several of each), its mounting on the vehicle ([`Mounting`]) and the initiation of landmarks ([`Births`]). Call
+//! [`predict`](JointSlam::predict) with every odometry sample, [`scan`](JointSlam::scan) with every scan of any detector, and
+//! [`observe`](JointSlam::observe) with every measurement of the pose itself ([`Fix`]); read
+//! [`estimate_pose`](JointSlam::estimate_pose) and the map. [`JointSlam`] has a complete example. A [`ScPhd`] is used in the same
+//! way, with [`Config`] and [`memory!`]. `examples/` has a robot with a lidar, two radars on a car, satellite fixes, and tracking.
 //!
-//! With one particle and [`KnownPose`] a [`ScPhd`] is a Gaussian-mixture PHD filter for tracking from a known place.
+//! With one particle and [`KnownPose`] a [`ScPhd`] is a Gaussian-mixture PHD filter, which tracks objects from a known pose.
 //!
-//! # Where things are
+//! # Structure of the source
 //!
-//! Every folder depends on those before it alone:
+//! Every folder depends only on those above it:
 //!
-//! | folder | what is in it |
+//! | folder | content |
 //! |---|---|
 //! | `numerics/` | scalars, vectors, symmetric matrices, random numbers, sums of logarithms |
-//! | `map/` | components, the copy-on-write pages that hold them, the scratch of an update, reduction |
-//! | `models/` | poses, motions, sensors, views, clutter, mountings, fixes |
+//! | `map/` | Gaussian components, the copy-on-write pages that store them, working memory of an update, mixture reduction |
+//! | `models/` | poses, motion models, sensors, fields of view, clutter, mountings, fixes |
 //! | `report/` | errors, health, reports, probes |
-//! | `settings/` | what a user tunes |
-//! | `detection/` | a scan as one pose sees its map: what to expect, what it meets, how well it is explained |
-//! | `particles/` | candidates, prediction, proposals, selection |
+//! | `settings/` | the tuning |
+//! | `detection/` | a scan and the map of one particle: predicted detections, association, likelihood of the scan |
+//! | `particles/` | candidate poses, prediction, proposals, resampling |
 //! | `snapshot/` | the state as bytes |
-//! | `filter/` | the memory, the steps, and all that can be asked of a filter |
+//! | `filter/` | the memory, the steps and the queries of a [`ScPhd`] |
 //! | `joint/` | the filter with a joint map |
-//! | `fixes/` | whether fixes that are refused are wrong, or the filter |
-//! | `locate/` | where the vehicle is in a map of an earlier drive |
+//! | `fixes/` | monitors of rejected fixes: are the fixes wrong, or has the filter diverged? |
+//! | `locate/` | global localisation in the map of an earlier drive |
 //!
-//! `filter/step.rs` is one scan from top to bottom: propose poses, weigh, select, update, reduce. `joint/` is the filter with a
-//! joint map, `navigation/` what an underwater vehicle knows of its velocity. The recursion with all its choices is written out in
-//! `docs/recursion.md`.
+//! `filter/step.rs` is one scan from top to bottom: propose poses, weight, resample, update, reduce. `navigation/` estimates the
+//! velocity of an underwater vehicle. `docs/recursion.md` has the complete recursion with its design decisions.
 //!
 //! # Features
 //!
 //! * `defmt`: `Format` for configuration, reports, health and errors.
 //! * `embedded-hal`: `StagePins`, a probe of the stages over output pins.
-//! * `flips`: [`ScPhd`] and [`JointSlam`] flip a bit of their own state (`flip_bit`), for tests of failing memory on a board.
+//! * `flips`: [`ScPhd`] and [`JointSlam`] can flip a bit of their own state (`flip_bit`), to test memory faults on a board.
 //!
 //! # When memory runs short
 //!
-//! A map's update first tightens its pruning, in factors of four up to half a feature, then leaves out births, then
-//! leaves the map as it was predicted; confirmed features are given up last, and only where the scratch of one update
-//! (`VIEW`) itself is too small. Every step down is counted in the [`ScanReport`] and raises a flag in [`Health`].
+//! If the map of a [`ScPhd`] has too little memory for an update, the update first raises its pruning threshold in factors of four,
+//! up to a weight of half a feature; then it leaves out the births; then it keeps the predicted map without the update. Confirmed
+//! features are discarded last, and only if the working memory of one update (`VIEW`) is too small. The [`ScanReport`] counts each
+//! of these steps, and each sets a flag in [`Health`].
 #![no_std]
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]

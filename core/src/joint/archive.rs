@@ -1,4 +1,4 @@
-//! The features that are beyond the window: what is kept of each, and where.
+//! The archive of features outside the window, and what it stores of each.
 
 use super::existence::Existence;
 use crate::numerics::range::is_within_range;
@@ -10,17 +10,17 @@ pub(super) const SUBMAP_LEN: usize = 8;
 /// Landmarks of the window that a page is conditioned on, at most.
 pub(super) const ANCHORS: usize = 8;
 
-/// Up to `CAPACITY` features of a joint map that are far from the vehicle, for a [`JointSlam`](super::JointSlam) over a map that is larger
-/// than its room: [`with_archive`](super::JointSlam::with_archive).
+/// An archive of up to `CAPACITY` distant features, for a [`JointSlam`](super::JointSlam) whose map has more features than its
+/// state can store: [`with_archive`](super::JointSlam::with_archive).
 ///
-/// A feature in the plane takes 344 bytes in single precision. Meant to be a `static`: a fresh one is all zero.
+/// A feature in the plane takes 344 bytes in single precision. Meant to be a `static`: a new archive is all zero.
 #[derive(Debug)]
 pub struct JointArchive<P: Pose, const CAPACITY: usize> {
     index: Index,
     entries: [Entry<P>; CAPACITY],
 }
 
-/// What an archive knows beside its features.
+/// The data of an archive beside its features.
 #[derive(Debug, Clone, Copy)]
 pub struct Index {
     /// Features there are.
@@ -64,7 +64,7 @@ pub struct Split<P: Pose> {
     pub(super) own: Symmetric<PositionOf<P>>,
 }
 
-/// A landmark that stays in the window as long as the archive has pages that are conditioned on it.
+/// A landmark that remains in the window as long as the archive has pages that are conditioned on it.
 #[derive(Debug, Clone, Copy)]
 pub struct Anchor<P: Pose> {
     pub(super) label: u32,
@@ -74,7 +74,7 @@ pub struct Anchor<P: Pose> {
     pub(super) gain: Linear<PositionOf<P>, PositionOf<P>>,
 }
 
-/// A borrowed archive of whatever capacity.
+/// A borrowed archive of any capacity.
 #[derive(Debug)]
 pub struct ArchiveView<'s, P: Pose> {
     pub(super) index: &'s mut Index,
@@ -87,20 +87,20 @@ mod sealed {
     pub trait Sealed {}
 }
 
-/// Where a joint filter puts the features that are far away: [`NoArchive`], or an [`Archived`].
+/// Whether a joint filter archives distant features: [`NoArchive`] or [`Archived`].
 pub trait Archive<P: Pose>: sealed::Sealed {
-    /// To be changed, if there is one.
+    /// The archive, mutable, if there is one.
     #[doc(hidden)]
     fn view(&mut self) -> Option<ArchiveView<'_, P>>;
-    /// The features that are in it.
+    /// The archived features.
     #[doc(hidden)]
     fn kept(&self) -> &[Entry<P>];
-    /// What it knows beside them, if there is one.
+    /// The data beside the features, if there is an archive.
     #[doc(hidden)]
     fn index(&self) -> Option<&Index>;
 }
 
-/// All features are in the window: what finds no room is lost.
+/// No archive: features are discarded if the state is full.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct NoArchive;
 
@@ -142,7 +142,7 @@ impl<P: Pose> Archive<P> for Archived<'_, P> {
 }
 
 impl<P: Pose, const CAPACITY: usize> JointArchive<P, CAPACITY> {
-    /// An empty one.
+    /// An empty archive.
     #[must_use]
     pub const fn new() -> Self {
         Self { index: Index { len: 0, next_submap: 0, tried: 0, clock_us: 0 }, entries: [Entry::ZERO; CAPACITY] }

@@ -1,4 +1,4 @@
-//! The filter over a joint map.
+//! The filter with a joint map.
 
 use super::archive::{Archive, Archived, JointArchive, NoArchive};
 use super::config::JointConfig;
@@ -19,9 +19,11 @@ use crate::{
     PositionOf, PredictError, PredictReport, Real, ResetError, ScalarOf, SetupError, Symmetric, TangentOf, Vector,
 };
 
-/// SLAM with a joint map: motion and tuning over a [`JointState`]; the sensors are [detectors](crate::Detector), given with every scan.
+/// SLAM with a joint map: a motion model and a tuning, with the estimate in a [`JointState`]. The sensors are
+/// [detectors](crate::Detector), which are passed with every scan.
 ///
-/// `M` is the motion, `Z` the widest measurement, `A` where features that are far away are kept, if anywhere, `V` what moves, if anything.
+/// `M` is the motion model, `Z` the measurement with the most dimensions, `A` the archive of distant features, if there is one, `V`
+/// the tracks of moving objects, if there are any.
 ///
 /// ```
 /// use nalgebra::Vector2;
@@ -59,7 +61,7 @@ use crate::{
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 ///
-/// For a map that is larger than the state, a [`JointArchive`] keeps the features that are far away:
+/// If the map has more features than the state can store, a [`JointArchive`] stores the distant ones:
 ///
 /// ```
 /// # use nalgebra::Vector2;
@@ -81,7 +83,7 @@ use crate::{
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 ///
-/// Where others move about, [`JointMovers`] keep them out of the map:
+/// Where people or vehicles move in the field of view, [`JointMovers`] track them and keep them out of the map:
 ///
 /// ```
 /// # use nalgebra::Vector2;
@@ -112,15 +114,15 @@ pub struct JointSlam<'s, M: Motion, Z: Vector, A = NoArchive, V = NoMovers> {
     pub(super) movers: V,
 }
 
-/// A filter with an archive behind it.
+/// A filter with an archive.
 type WithArchive<'s, M, Z, V> = JointSlam<'s, M, Z, Archived<'s, <M as Motion>::Pose>, V>;
-/// A filter with movers beside it.
+/// A filter with tracks of moving objects.
 type WithMovers<'s, M, Z, A> = JointSlam<'s, M, Z, A, Tracked<'s, <M as Motion>::Pose>>;
-/// A filter that may have movers beside it.
+/// A filter that may have tracks of moving objects.
 type WithMoversIf<'s, M, Z, A> = JointSlam<'s, M, Z, A, Option<Tracked<'s, <M as Motion>::Pose>>>;
 
 impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>> JointSlam<'s, M, Z> {
-    /// A filter over a state, which keeps what it holds: a fresh one must be [reset](Self::reset) first.
+    /// A filter that continues with the content of `state`; a new state must be [reset](Self::reset) first.
     ///
     /// # Errors
     /// The motion or the configuration is out of range.
@@ -136,10 +138,10 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>> Join
 }
 
 impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, V> JointSlam<'s, M, Z, NoArchive, V> {
-    /// The same with an archive behind it, for a map larger than the state: features that are farther than `reach_m` from the vehicle
-    /// leave the state for the archive where there is little room, and come back when they may be in view again. `reach_m` is how
-    /// far the farthest-looking detector sees on the ground, m. The archive keeps what it holds, and goes with the state: both must be
-    /// handed in from the start, and whenever the filter is built anew.
+    /// This filter with an archive, for a map with more features than the state can store: if the state has little free memory,
+    /// features farther than `reach_m` from the vehicle are moved to the archive, and moved back when they may be in view again.
+    /// `reach_m` is the greatest horizontal range of all detectors, m. The archive belongs to the state: pass both from the start,
+    /// and again whenever the filter is constructed anew.
     ///
     /// # Errors
     /// The reach is not finite or not positive.
@@ -155,10 +157,11 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, V> J
 }
 
 impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, A> JointSlam<'s, M, Z, A> {
-    /// The same for a place where others move about: what is born may stand or move, and does either. What moves is kept apart from the map; it
-    /// takes the measurements that it causes from the static features, and says nothing of the pose. Of detectors, births that move count
-    /// ([`Births::of_moving`](crate::Births::of_moving)). The movers keep what they hold, and go with the state: both must be handed
-    /// in from the start, and whenever the filter is built anew.
+    /// This filter with tracks of moving objects. A new feature may be static or moving, and both hypotheses are kept until the
+    /// scans decide. Moving objects are not part of the map: measurements that they cause are not associated with static features,
+    /// and do not correct the pose. Detectors need a birth intensity of moving objects
+    /// ([`Births::of_moving`](crate::Births::of_moving)). The movers belong to the state: pass both from the start, and again
+    /// whenever the filter is constructed anew.
     ///
     /// # Errors
     /// The configuration is out of range, or the state has room for more than 32768 features.
@@ -171,10 +174,11 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, A> J
         self.beside(movers.tracked(moving))
     }
 
-    /// [`with_movers`](Self::with_movers) where there are movers, for a program that knows only when it runs whether anything moves.
+    /// [`with_movers`](Self::with_movers) if `movers` is `Some`, for a program that decides at run time whether to track moving
+    /// objects.
     ///
     /// # Errors
-    /// As there.
+    /// As for [`with_movers`](Self::with_movers).
     pub fn with_movers_if<const CAPACITY: usize>(
         self,
         movers: Option<(&'s mut JointMovers<M::Pose, CAPACITY>, MovingConfig<T>)>,
@@ -198,39 +202,39 @@ where
     A: Archive<M::Pose>,
     V: Movers<M::Pose>,
 {
-    /// The motion.
+    /// The motion model.
     #[must_use]
     pub fn motion(&self) -> &M {
         &self.motion
     }
 
-    /// Goes on with another motion, between any two steps: noise may be retuned in flight.
+    /// Replaces the motion model, for example to tune its noise during operation. Allowed between any two steps.
     ///
     /// # Errors
-    /// It is out of range; the filter keeps the one it had.
+    /// The model is out of range; the filter keeps the previous one.
     pub fn retune(&mut self, motion: M) -> Result<(), ModelError> {
         motion.check()?;
         self.motion = motion;
         Ok(())
     }
 
-    /// Goes on with another tuning, between any two steps.
+    /// Replaces the tuning. Allowed between any two steps.
     ///
     /// # Errors
-    /// It is out of range; the filter keeps the one it had.
+    /// The tuning is out of range; the filter keeps the previous one.
     pub fn configure(&mut self, config: JointConfig<T>) -> Result<(), ConfigError> {
         config.check()?;
         self.config = config;
         Ok(())
     }
 
-    /// Starts, or starts again: at `pose`, certain of it, without a feature.
+    /// Starts or restarts the filter at `pose`, with zero covariance and an empty map.
     ///
-    /// In single precision two places a hundredth of a millimetre apart are told from each other 100 m from the origin, a millimetre 10 km from it and half
-    /// a metre at the northings of a survey grid: give poses and fixes relative to a place nearby.
+    /// In single precision, coordinates have a resolution of about 0.01 mm at 100 m from the origin, 1 mm at 10 km, and 0.5 m at
+    /// the northings of a survey grid: give poses and fixes relative to a nearby origin.
     ///
     /// # Errors
-    /// The pose is not finite, or a coordinate above 1e8; the state is as it was.
+    /// The pose is not finite, or a coordinate is above 1e8; the state is unchanged.
     pub fn reset(&mut self, pose: M::Pose) -> Result<(), ResetError> {
         ResetError::check_pose(&pose)?;
         let header = &mut *self.memory.header;
@@ -248,7 +252,7 @@ where
         Ok(())
     }
 
-    /// Moves the vehicle for `dt` seconds under `control`.
+    /// Predicts the pose of the vehicle after `dt` seconds under `control`.
     ///
     /// # Errors
     /// As for [`ScPhd::predict`](crate::ScPhd::predict).
@@ -309,7 +313,7 @@ where
         Ok(PredictReport { candidates: 1, rejected, refused: header.refused, health })
     }
 
-    /// The pose and its covariance; `None` before the first reset.
+    /// The mean pose and its covariance; `None` before the first reset.
     #[must_use]
     pub fn estimate_pose(&self) -> Option<PoseEstimate<M::Pose>> {
         let Memory { header, joint, .. } = &self.memory;
@@ -319,10 +323,11 @@ where
         })
     }
 
-    /// The estimated features: those that are there, in sight or hidden, with at least the probability `extraction_existence`, and were
-    /// detected twice. The weight is that probability. One that is missed is first taken for hidden, and stays; only as time goes by it is
-    /// taken for gone: it leaves the estimate, and is remembered until it is found again or hardly there any more. Those in the archive are
-    /// among them, as they were when they left the window.
+    /// The estimated map: the features whose existence probability, visible or occluded, is at least `extraction_existence`, and
+    /// which were detected at least twice. The weight of a component is this probability. A missed feature is first assumed to be
+    /// occluded and remains in the map; its existence probability then decreases with time, until the feature leaves the estimate
+    /// and finally, if it is not detected again, the state. Features in the archive are included, as they were when they were
+    /// archived.
     pub fn features(&self) -> impl Iterator<Item = Component<PositionOf<M::Pose>>> + '_ {
         let Memory { header, landmarks, joint, .. } = &self.memory;
         let twice = T::from_f64(TENTATIVE_BELOW);
@@ -347,9 +352,9 @@ where
         near.chain(far)
     }
 
-    /// The estimated features that move, position and velocity, where they are by now: those that are there and move with at least the
-    /// probability [`extraction_weight`](MovingConfig::extraction_weight). The weight is that probability, and the label that of the static feature that
-    /// it was taken for as well.
+    /// The estimated moving objects, with position and velocity predicted to the present: those that exist and move with a
+    /// probability of at least [`extraction_weight`](MovingConfig::extraction_weight). The weight of a component is this
+    /// probability. Its label is that of the static feature that is the alternative hypothesis for the same object.
     pub fn moving(&self) -> impl Iterator<Item = Component<MovingOf<M::Pose>>> + '_ {
         let waited_s = self.memory.header.waited_s;
         let config = self.movers.common().map(|(_, config)| config);
@@ -364,7 +369,8 @@ where
         })
     }
 
-    /// N̂: how many features there are, by their probabilities; of those in the archive, by what they were when they left the window.
+    /// N̂: the expected number of features, the sum of their existence probabilities; for features in the archive, as they were
+    /// when they were archived.
     #[must_use]
     pub fn expected_features(&self) -> T {
         let near = self.memory.landmarks.iter().take(self.memory.header.len).map(|landmark| landmark.existence);
@@ -372,7 +378,7 @@ where
         near.chain(far).fold(T::ZERO, |sum, existence| sum + existence.total())
     }
 
-    /// A hash of all that the filter knows: equal on every machine that was fed the same.
+    /// A hash of the complete filter state: equal on every machine that processed the same inputs.
     #[must_use]
     pub fn digest(&self) -> u64 {
         let mut hash = Fnv::EMPTY;
@@ -380,13 +386,13 @@ where
         hash.value()
     }
 
-    /// How many features the state holds, likely ones or not, with those in the archive.
+    /// Number of features in the state and in the archive, whatever their existence probability.
     #[must_use]
     pub fn held(&self) -> usize {
         self.memory.header.len + self.archive.kept().len()
     }
 
-    /// The probability that the feature with this label is there; `None` where there is no such one.
+    /// The existence probability of the feature with this label; `None` if there is no such feature.
     #[must_use]
     pub fn existence(&self, label: u32) -> Option<T> {
         let near = self

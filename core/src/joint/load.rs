@@ -1,4 +1,4 @@
-//! Maps that are given from outside: one of an earlier drive, or a surveyed one.
+//! Loading a map: one of an earlier drive, or a surveyed one.
 
 use super::archive::NoArchive;
 use super::existence::Existence;
@@ -7,7 +7,7 @@ use super::movers::Movers;
 use super::state::{Landmark, Memory};
 use crate::{Component, LoadMapError, Motion, Pose, PositionOf, Real, Vector};
 
-/// Detections that a loaded feature counts as having had: those of an established one.
+/// Number of detections that is assumed for a loaded feature: that of an established feature.
 const DETECTIONS: f64 = 2.0;
 
 impl<T, M, Z, V> JointSlam<'_, M, Z, NoArchive, V>
@@ -20,14 +20,14 @@ where
     /// The greatest label that a loaded feature may have.
     pub const GREATEST_LOADED_LABEL: u32 = u32::MAX / 2;
 
-    /// Takes these features in the place of its own: the map of an earlier drive, or a surveyed one. They are known to their
-    /// covariances, and independent of each other and of the pose, which stays as it is. The weight of each is the probability that it
-    /// is there. Labels are kept; of several features with one label the first keeps it, and the others get fresh ones. What moves is
-    /// forgotten.
+    /// Replaces the map by these features, from an earlier drive or a survey. Their errors have the given covariances and are
+    /// independent of each other and of the pose, which is unchanged. The weight of a feature is its existence probability. Labels
+    /// are kept; if several features have the same label, the first keeps it and the others get new ones. Tracks of moving objects
+    /// are removed.
     ///
     /// # Errors
-    /// The filter has not been reset; a feature is not finite, beyond 1e8 m, heavier than a million or its covariance not positive
-    /// definite; its label is too great; or there are more than the state holds. The state is as it was.
+    /// The filter has not been reset; a feature is not finite, beyond 1e8 m, heavier than a million, or its covariance is not
+    /// positive definite; its label is too great; or there are more features than the state can store. The state is unchanged.
     pub fn load_map(&mut self, features: &[Component<PositionOf<M::Pose>>]) -> Result<(), LoadMapError> {
         let Memory { header, landmarks, joint, .. } = &mut self.memory;
         if !header.started {

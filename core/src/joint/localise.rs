@@ -1,8 +1,8 @@
-//! Localisation in a map that is not to be changed.
+//! Localisation in a map that is not changed.
 //!
-//! The map is uncertain, and what it is wrong by does not change from scan to scan. So its features stay in the joint Gaussian
-//! with their covariances, and with what the pose has come to have in common with them; only their gain is zero (Schmidt 1966).
-//! The error of a feature is then counted once, however often it is measured.
+//! The map has errors, which stay the same from scan to scan. The features therefore remain in the joint Gaussian with their
+//! covariances and their cross-covariances with the pose; only their gain is zero (Schmidt 1966). The error of a feature is thus
+//! counted once, however often it is measured.
 
 use super::archive::NoArchive;
 use super::associate::{Associated, associate};
@@ -27,12 +27,13 @@ where
     Z: Vector<Scalar = T>,
     V: Movers<M::Pose>,
 {
-    /// Takes in one scan for the pose alone: no static feature moves, is born, comes to be likelier or is dropped. In the place of
-    /// [`scan`](Self::scan), with a map that was [loaded](Self::load_map) or is good enough. The pose is known as well as such a
-    /// map lets it be: the errors of the features are counted once, however often they are measured.
+    /// Updates only the pose with one scan: static features are not corrected, initiated or removed, and their existence
+    /// probabilities are unchanged. Use it instead of [`scan`](Self::scan) with a map that was [loaded](Self::load_map) or is good
+    /// enough. The covariance of the pose includes the errors of the map, which are counted once, however often the features are
+    /// measured.
     ///
     /// # Errors
-    /// As for `scan`; the state is as it was.
+    /// As for `scan`; the state is unchanged.
     pub fn localise<X: MeasurementModel<Pose = M::Pose>, R>(
         &mut self,
         detector: &Detector<X, R>,
@@ -80,7 +81,7 @@ where
     }
 }
 
-/// Moves the pose by one feature's shares of the scan, where it can be.
+/// Corrects the pose with the measurements associated with one feature, if the result is valid.
 fn move_pose_by<T, S, Z>(
     sensor: &S,
     memory: &mut Memory<'_, S::Pose, Z>,

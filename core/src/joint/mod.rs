@@ -1,10 +1,10 @@
-//! Joint maps: one Gaussian over the pose and all features, with everything that they have in common.
+//! Joint maps: one Gaussian over the pose and all features, with their cross-covariances.
 //!
-//! The mixture of a [`ScPhd`](crate::ScPhd) particle takes its features for independent given the pose, and a particle is a
-//! sample of the pose. Where few particles must do, what the features have in common is lost, and with it the
-//! covariance of the estimate. Here it is kept. Association stays as soft as in the recursion: clutter, births and
-//! all features in view share every measurement by its likelihood under each, and whether a feature is there is a probability.
-//! `docs/joint.md` has the equations.
+//! A particle of a [`ScPhd`](crate::ScPhd) is a sample of the pose, and its map is a mixture whose features are independent given
+//! the pose. With few particles, the correlations between features are therefore lost, and with them the covariance of the
+//! estimate. The joint Gaussian keeps them. Data association is probabilistic as in the recursion of the [`ScPhd`](crate::ScPhd):
+//! every measurement is shared between clutter, births and all features in view in proportion to its likelihood under each, and
+//! every feature has an existence probability. `docs/joint.md` has the equations.
 
 mod ambiguity;
 mod archive;

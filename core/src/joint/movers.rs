@@ -1,19 +1,19 @@
-//! What moves beside a joint map: what is kept of it, and where.
+//! Storage of moving-object tracks.
 
 use crate::numerics::range::is_within_square;
 use crate::settings::config::MovingConfig;
 use crate::{Component, Linear, MovingOf, Pose, Real, ScalarOf, Symmetric, TangentOf, Vector};
 
-/// Up to `CAPACITY` features that may move, beside a joint map: for [`with_movers`](super::JointSlam::with_movers).
+/// Storage of up to `CAPACITY` moving-object tracks beside a joint map: for [`with_movers`](super::JointSlam::with_movers).
 ///
-/// One in the plane takes 80 bytes in single precision. Meant to be a `static`: a fresh one is all zero.
+/// A track in the plane takes 80 bytes in single precision. Meant to be a `static`: a new one is all zero.
 #[derive(Debug)]
 pub struct JointMovers<P: Pose, const CAPACITY: usize> {
     index: Common<P>,
     movers: [Mover<P>; CAPACITY],
 }
 
-/// What movers have in common.
+/// The data that all tracks share.
 #[derive(Debug, Clone, Copy)]
 pub struct Common<P: Pose> {
     /// How many there are.
@@ -23,7 +23,7 @@ pub struct Common<P: Pose> {
     pub(super) process_noise: Symmetric<TangentOf<P>>,
 }
 
-/// A feature that may move.
+/// A moving-object track.
 #[derive(Debug, Clone, Copy)]
 pub struct Mover<P: Pose> {
     /// How likely it is that it is there and moves; where it is and how it moves, given the pose of the last scan. The label is that of the static
@@ -44,7 +44,7 @@ pub(super) const NONE: u16 = u16::MAX;
 /// This bit of the number in an association tells a moving track from a static landmark.
 pub(super) const MOVES: u16 = 1 << 15;
 
-/// Borrowed movers, however many there is room for.
+/// Borrowed tracks, of any capacity.
 #[derive(Debug)]
 pub struct Tracks<'s, P: Pose> {
     pub(super) common: &'s mut Common<P>,
@@ -56,23 +56,23 @@ mod sealed {
     pub trait Sealed {}
 }
 
-/// What a joint filter does of features that move: [`NoMovers`], or [`Tracked`].
+/// Whether a joint filter tracks moving objects: [`NoMovers`] or [`Tracked`].
 pub trait Movers<P: Pose>: sealed::Sealed {
-    /// Whether it does anything of them.
+    /// Whether moving objects are tracked.
     #[doc(hidden)]
     fn are_tracked(&self) -> bool;
-    /// All of them, to be changed, if it does.
+    /// The tracks, mutable, if there are any.
     #[doc(hidden)]
     fn tracks(&mut self) -> Option<Tracks<'_, P>>;
-    /// Those there are.
+    /// The tracks in use.
     #[doc(hidden)]
     fn kept(&self) -> &[Mover<P>];
-    /// What they have in common, and how they move, if it does anything of them.
+    /// The shared data and the motion of the tracks, if moving objects are tracked.
     #[doc(hidden)]
     fn common(&self) -> Option<(&Common<P>, &MovingConfig<ScalarOf<P>>)>;
 }
 
-/// All features are taken for static.
+/// No tracks: all features are static.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct NoMovers;
 
@@ -123,7 +123,7 @@ impl<P: Pose> Movers<P> for Tracked<'_, P> {
 
 impl<V: sealed::Sealed> sealed::Sealed for Option<V> {}
 
-/// For a program that knows only when it runs whether there are moving objects.
+/// For a program that decides at run time whether to track moving objects.
 impl<P: Pose, V: Movers<P>> Movers<P> for Option<V> {
     fn are_tracked(&self) -> bool {
         self.as_ref().is_some_and(V::are_tracked)
@@ -143,7 +143,7 @@ impl<P: Pose, V: Movers<P>> Movers<P> for Option<V> {
 }
 
 impl<P: Pose, const CAPACITY: usize> JointMovers<P, CAPACITY> {
-    /// None yet.
+    /// No tracks.
     #[must_use]
     pub const fn new() -> Self {
         const { assert!(CAPACITY < MOVES as usize, "at most 32767 movers") };

@@ -1,4 +1,4 @@
-//! Fixes of the pose: with a joint map everything learns of them.
+//! Fixes, measurements of the pose itself: with a joint map they correct the features too.
 
 use super::archive::Archive;
 use super::covariance::Common;
@@ -17,11 +17,11 @@ where
     A: Archive<M::Pose>,
     V: Movers<M::Pose>,
 {
-    /// Takes in a measurement of the pose itself, of at most as many dimensions as the state's `Z`, between any two steps: the Kalman
-    /// update of pose and features. One that would take the pose out of range is left out.
+    /// Corrects pose and features with a measurement of the pose itself (Kalman update), between any two steps. It may have at most
+    /// as many dimensions as the state's `Z`. A correction that would move the pose out of range is left out.
     ///
     /// # Errors
-    /// The measurement is not finite, its noise not positive definite, or the filter has not been reset; the state is as it was.
+    /// The measurement is not finite, its noise is not positive definite, or the filter has not been reset; the state is unchanged.
     pub fn observe<F: Fix<Pose = M::Pose>>(
         &mut self,
         fix: &F,

@@ -1,4 +1,4 @@
-//! Poses that are set from outside, as of the mixture.
+//! Setting the pose from outside: reset, relocation and additional uncertainty.
 
 use super::archive::Archive;
 use super::filter::JointSlam;
@@ -15,10 +15,10 @@ where
     A: Archive<M::Pose>,
     V: Movers<M::Pose>,
 {
-    /// [`reset`](Self::reset) to a pose that is known to a covariance.
+    /// [`reset`](Self::reset) with a covariance of the pose.
     ///
     /// # Errors
-    /// As for `reset`, or the covariance is not finite or a variance negative; the state is as it was.
+    /// As for `reset`, or the covariance is not finite or a variance is negative; the state is unchanged.
     pub fn reset_within(
         &mut self,
         pose: M::Pose,
@@ -29,11 +29,11 @@ where
         self.scatter(covariance)
     }
 
-    /// Puts the vehicle to this pose, known to a covariance and independent of the map, which stays as it is: for a vehicle that was
-    /// carried to another place of what it knows. What moves is forgotten: it was near the place where the vehicle is no longer.
+    /// Sets the pose and its covariance, independent of the map, which is unchanged: for a vehicle that was carried to another
+    /// place in its map. Tracks of moving objects are removed, because they were near the previous pose.
     ///
     /// # Errors
-    /// The pose or the covariance is out of range, or the filter has not been reset; the state is as it was.
+    /// The pose or the covariance is out of range, or the filter has not been reset; the state is unchanged.
     pub fn relocate(&mut self, pose: M::Pose, covariance: &Symmetric<TangentOf<M::Pose>>) -> Result<(), ResetError> {
         ResetError::check_pose(&pose)?;
         ResetError::check_covariance(covariance)?;
@@ -51,10 +51,10 @@ where
         Ok(())
     }
 
-    /// Makes the pose uncertain by a further covariance, for a vehicle that has reason to doubt it.
+    /// Adds a covariance to that of the pose, for a vehicle that has reason to doubt its pose.
     ///
     /// # Errors
-    /// The covariance is not finite or a variance negative, or the filter has not been reset; the state is as it was.
+    /// The covariance is not finite or a variance is negative, or the filter has not been reset; the state is unchanged.
     pub fn scatter(&mut self, covariance: &Symmetric<TangentOf<M::Pose>>) -> Result<(), ResetError> {
         ResetError::check_covariance(covariance)?;
         self.memory.clamp();

@@ -1,10 +1,10 @@
-//! What a scan did, and what is summed for it.
+//! The report of a scan, and the sums it is computed from.
 
 use super::state::Header;
 use crate::report::watch::Recognised;
 use crate::{Health, Pose, Real, Symmetric};
 
-/// What a scan of a [`JointSlam`](super::JointSlam) did.
+/// Result of a scan of a [`JointSlam`](super::JointSlam).
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
@@ -39,7 +39,7 @@ pub struct JointReport<T> {
     pub features: usize,
     /// ln of the likelihood of the scan given all before, up to a constant.
     pub ln_evidence: T,
-    /// Detections to be expected of the features in view: Σ p_D v.
+    /// Expected number of detections of the features in view: Σ p_D v, with v the probability that a feature exists and is visible.
     pub expected_detections: T,
     /// Expected number of measurements that come from features in view: the sum of their association probabilities. If it is far below
     /// `expected_detections` in scan after scan in a well-known map, the estimated pose is wrong.
@@ -47,7 +47,7 @@ pub struct JointReport<T> {
     /// Normalised innovation squared per dimension of the measurement: the mean of νᵀ S⁻¹ ν, weighted with the association
     /// probabilities. About 1 in a consistent filter, 0 without detections.
     pub innovation: T,
-    /// Conditions.
+    /// Warnings.
     pub health: Health,
 }
 

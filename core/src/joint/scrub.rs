@@ -1,8 +1,8 @@
-//! Memory scrubbing of a joint map: the state looked over in slices between steps, and what memory faults have left of it mended.
+//! Memory scrubbing of a joint map: a check of the state in slices between steps, which repairs damage by memory faults.
 //!
-//! No covariance is greater than its two variances allow: Cauchy and Schwarz say |P_ab|² ≤ P_aa P_bb. A number that breaks this was damaged, or one
-//! of the variances was, and that one breaks it with many. A feature at fault is dropped, which leaves the covariance of all others as
-//! it is. The pose cannot be dropped: its variances are raised, which only says that less is known.
+//! Every covariance is limited by its two variances: |P_ab|² ≤ P_aa P_bb (Cauchy and Schwarz). If one number breaks this, either it
+//! was damaged or one of the two variances; a damaged variance breaks it with many numbers. A damaged feature is removed, which
+//! leaves the covariances of all others unchanged. The pose cannot be removed: its variances are increased, which is conservative.
 
 use super::archive::{Archive, ArchiveView};
 use super::covariance::{Joint, first};
@@ -27,18 +27,18 @@ where
     A: Archive<M::Pose>,
     V: Movers<M::Pose>,
 {
-    /// Looks over `parts` parts of the state, and mends what is no state that the filter leaves, as
-    /// [`ScPhd::scrub`](crate::ScPhd::scrub) does: for memory without error correction, between steps, as there is time. The pose with its
-    /// covariance is a part, every feature with its row of the joint covariance one, and every feature in the archive and every mover one. What is
-    /// sound is left as it is, to the bit. A feature of n takes some 2 n (3 + 2 n) comparisons in the worst case, in the plane 6 + 4 n
-    /// where it is sound.
+    /// Checks `parts` parts of the state and repairs values that the filter cannot have produced, as
+    /// [`ScPhd::scrub`](crate::ScPhd::scrub) does: for memory without error correction, between steps, when there is time. One part
+    /// is the pose with its covariance, or a feature with its row of the joint covariance, or an archived feature, or a mover.
+    /// Valid data is unchanged to the bit. With n features, one feature takes about 2 n (3 + 2 n) comparisons in the worst case,
+    /// and in the plane 6 + 4 n if it is valid.
     ///
-    /// A feature that cannot be is dropped, and is born again where it is seen again. A variance of the pose that its covariances do not
-    /// allow is raised to what they do. What has been changed to something that might be is not found; for that, compare
+    /// An invalid feature is removed, and is initiated again when it is detected again. A variance of the pose that contradicts its
+    /// covariances is increased until it agrees. A value that was changed to another valid value is not found; to find it, compare
     /// [seals](Self::seal) or [digests](Self::digest), or go back to a [snapshot](Self::save).
     ///
     /// # Errors
-    /// What cannot be mended: counts or times that cannot be, or a pose beyond every range. [Restore](Self::restore) a snapshot, or
+    /// Damage that cannot be repaired: invalid counts or times, or a pose out of range. [Restore](Self::restore) a snapshot, or
     /// [reset](Self::reset).
     pub fn scrub(&mut self, scrubber: &mut Scrubber, parts: usize) -> Result<Scrubbed, Flaw> {
         let memory = &mut self.memory;
@@ -87,9 +87,9 @@ where
         Ok(scrubbed)
     }
 
-    /// A hash of the pose with its covariance, the counts, the time waited, the next label and what the watch knows: all that is small and
-    /// vital. A vehicle that takes it after a step and finds another before the next one knows that memory has failed in between, where no
-    /// scrubbing could tell.
+    /// A hash of the data that is small and vital: the pose with its covariance, the counts, the time since the last scan, the next
+    /// label and the divergence monitor. If a vehicle computes it after a step and gets another value before the next step, memory
+    /// has failed in between, even where scrubbing cannot find it.
     #[must_use]
     pub fn seal(&self) -> u64 {
         let mut seal = Sealing::EMPTY;

@@ -32,11 +32,12 @@ where
     A: Archive<M::Pose>,
     V: Movers<M::Pose>,
 {
-    /// Looks over everything that the filter knows: the pose, every feature, every number of the covariance. Linear in the state,
-    /// and no part of a step.
+    /// Checks the complete filter state: the pose, every feature, every number of the covariance. The cost is linear in the size of
+    /// the state; no step calls it.
     ///
     /// # Errors
-    /// The first flaw that was found. A variance that rounding has spoilt is none: the next scan mends it, or drops the feature.
+    /// The first flaw that is found. A variance that rounding has made invalid is not a flaw: the next scan repairs it or removes
+    /// the feature.
     pub fn audit(&self) -> Result<(), Flaw> {
         if self.memory.header.started {
             self.memory.audit()?;
@@ -46,10 +47,10 @@ where
         Ok(())
     }
 
-    /// Writes down all that decides how the filter goes on, as [`ScPhd::save`](crate::ScPhd::save) does.
+    /// Writes a snapshot of the filter, as [`ScPhd::save`](crate::ScPhd::save) does.
     ///
     /// # Errors
-    /// The filter has not been reset, the state is damaged, or the sink takes no more; the state is as it was.
+    /// The filter has not been reset, the state is damaged, or the sink returns an error; the state is unchanged.
     pub fn save<E>(&self, kind: u32, sink: impl FnMut(&[u8]) -> Result<(), E>) -> Result<usize, SaveError<E>> {
         let memory = &self.memory;
         if !memory.header.started {
@@ -65,11 +66,13 @@ where
         write(head, self, [&mut [], &mut []], sink)
     }
 
-    /// Goes on from a [snapshot](Self::save), as if nothing had been, as [`ScPhd::restore`](crate::ScPhd::restore) does.
+    /// Continues from a [snapshot](Self::save), with the same bits as the filter that wrote it, as
+    /// [`ScPhd::restore`](crate::ScPhd::restore) does.
     ///
     /// # Errors
-    /// As for that: whatever the first look at the bytes finds leaves the state as it was. If the source gives something else the
-    /// second time, or a snapshot whose checks agree was not written by a filter, the filter is not started.
+    /// As for [`ScPhd::restore`](crate::ScPhd::restore): an error that is found in the first pass over the bytes leaves the state
+    /// unchanged. If the source gives other bytes in the second pass, or a snapshot with correct checksums was not written by a
+    /// filter, the filter is left not started.
     pub fn restore<E>(
         &mut self,
         kind: u32,
@@ -115,7 +118,7 @@ where
     }
 }
 
-/// The state, and the archive and the movers if there are such.
+/// The state, and the archive and the movers if there are any.
 impl<T, M, Z, A, V> Walk for JointSlam<'_, M, Z, A, V>
 where
     T: Real,

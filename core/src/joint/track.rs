@@ -1,7 +1,7 @@
-//! How what moves takes part in a scan: moving tracks are associated with measurements beside the static landmarks, and corrected.
+//! Moving-object tracks in a scan: they are associated with measurements beside the static landmarks, and corrected.
 //!
-//! Every birth may stand or move: it is a static feature of the joint map and a mover of the same label, and at most one of the two. Which
-//! of them it is, the scans that follow tell; until then both are associated with measurements as one object.
+//! Every birth may be static or moving: it is both a static feature of the joint map and a mover with the same label, of which at
+//! most one exists. Later scans decide which; until then both are associated with measurements as one object.
 
 use super::associate::{Predicted, in_view_of};
 use super::associations::{Association, AssociationRow, detected, probabilities};

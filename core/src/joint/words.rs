@@ -1,4 +1,4 @@
-//! What a memory fault may change of a joint map: all that is kept between steps, and the scratch beside it.
+//! Fault injection into a joint map: all data that is kept between steps, and the working memory.
 
 use super::associations::AssociationRow;
 use super::existence::Existence;
@@ -9,7 +9,8 @@ use crate::{Motion, Noise, PlanarPose};
 use nalgebra::Vector2;
 
 impl<M: Motion<Pose = PlanarPose<f32>>> JointSlam<'_, M, Vector2<f32>> {
-    /// Flips one bit of all that is kept between steps and of the scratch beside it, as [`ScPhd::flip_bit`](crate::ScPhd::flip_bit) does.
+    /// Flips one bit of the data that is kept between steps or of the working memory, as
+    /// [`ScPhd::flip_bit`](crate::ScPhd::flip_bit) does.
     pub fn flip_bit(&mut self, draws: &mut Noise) -> (&'static str, usize) {
         flip_one(|each| self.words(each), draws)
     }
