@@ -1,4 +1,4 @@
-//! The whole state looked over: what a vehicle may do while it stands still, and every test.
+//! A check of the complete state, for tests and for vehicles that stand still.
 
 use crate::filter::state::Memory;
 use crate::numerics::range::is_within_range;
@@ -9,12 +9,12 @@ use crate::{Flaw, Motion, Pose, Real, ScPhd, Symmetric};
 const TOLERATED_ROUNDINGS: f64 = 1000.0;
 
 impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
-    /// Looks over everything that the filter knows: poses and weights, every component of every map, and who holds which page.
-    /// The state is the same afterwards. Linear in the state, and no part of a step: for tests, and for vehicles that want to
-    /// know whether their memory is sound.
+    /// Checks the complete filter state: poses and weights, every component of every map, and the reference counts of all pages.
+    /// The state is the same afterwards. The cost is linear in the size of the state; no step calls it. For tests, and for vehicles
+    /// that check their memory.
     ///
     /// # Errors
-    /// The first flaw that was found.
+    /// The first flaw that is found.
     pub fn audit(&mut self) -> Result<(), Flaw> {
         self.memory.audit()
     }

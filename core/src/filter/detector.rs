@@ -1,25 +1,25 @@
-//! A sensor on the vehicle: its models, where it sits, what it gives birth to, and the scratch of its scans.
+//! A sensor on the vehicle: its models, its mounting, its birth intensities, and the working memory of its scans.
 
 use crate::detection::scan::Measurement;
 use crate::models::{OnVehicle, require};
 use crate::{LnSum, MeasurementModel, ModelError, Mounting, Pose, Real, ScalarOf, SetupError, Vector};
 
-/// What every measurement of a sensor may be the first one of: intensities in measurement space, in the same unit as the clutter's κ,
-/// 1/(m·rad) for range and bearing. κ = w_b means that a measurement which nothing explains is a new feature with probability ½.
+/// Birth intensities of a sensor in measurement space, in the unit of the clutter intensity κ: 1/(m·rad) for range and bearing.
+/// With κ = w_b, a measurement that comes from no known feature is a new feature with probability ½.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Births<T> {
-    /// w_b of static features (5.9).
+    /// Birth intensity w_b of static features (5.9).
     pub of_static: T,
-    /// w_b of features that move (5.19).
+    /// Birth intensity w_b of moving features (5.19).
     pub of_moving: T,
 }
 
 impl<T: Real> Births<T> {
-    /// None: the sensor sees what is known, and nothing new.
+    /// No births: the sensor detects only features that are already in the map.
     pub const NONE: Self = Self { of_static: T::ZERO, of_moving: T::ZERO };
 
-    /// Static features, with this intensity, and none that move.
+    /// Births of static features only, with this intensity.
     #[must_use]
     pub const fn of_static(intensity: T) -> Self {
         Self { of_static: intensity, of_moving: T::ZERO }
@@ -37,10 +37,10 @@ impl<T: Real> Births<T> {
     }
 }
 
-/// A sensor on the vehicle, as the filters ask for it with every scan: any number of them, of any kind, may serve one filter.
+/// A sensor on the vehicle, which is passed to a filter with every scan. One filter can use any number of detectors, of any type.
 ///
-/// [`JointSlam`](crate::JointSlam) works with the detector alone; [`ScPhd`](crate::ScPhd) needs one
-/// [over](Self::over) a [`DetectorMemory`], the scratch of its scans.
+/// [`JointSlam`](crate::JointSlam) needs only the detector; [`ScPhd`](crate::ScPhd) needs it [with](Self::over) a
+/// [`DetectorMemory`], the working memory of its scans.
 ///
 /// ```
 /// use nalgebra::Vector2;
@@ -70,7 +70,7 @@ pub struct Detector<X: MeasurementModel, R = ()> {
 }
 
 impl<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>> Detector<X> {
-    /// A sensor whose pose is the vehicle's.
+    /// A sensor without a mounting: its pose is that of the vehicle.
     ///
     /// # Errors
     /// A model or an intensity is out of range.
@@ -80,7 +80,7 @@ impl<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>> Detector<X> {
         Ok(Self { sensing, mounting: None, births, room: () })
     }
 
-    /// The same with scratch for scans of so many measurements.
+    /// This detector with working memory for scans of up to `MEASUREMENTS` measurements.
     pub fn over<const MEASUREMENTS: usize, const WORKERS: usize>(
         self,
         memory: &mut DetectorMemory<X::Measurement, MEASUREMENTS, WORKERS>,
@@ -91,27 +91,27 @@ impl<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>> Detector<X> {
 }
 
 impl<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>, R> Detector<X, R> {
-    /// The same sensor, mounted there.
+    /// This detector with a mounting on the vehicle.
     ///
     /// # Errors
-    /// Such a vehicle has no such places.
+    /// The mounting does not fit the pose of the vehicle.
     pub fn mounted(self, mounting: Mounting<T>) -> Result<Self, ModelError> {
         P::check_mounting(&mounting)?;
         Ok(Self { mounting: Some(mounting), ..self })
     }
 
-    /// Goes on with other models, between any two scans: noise may be retuned in flight.
+    /// Replaces the models, for example to tune the noise during operation. Allowed between any two scans.
     ///
     /// # Errors
-    /// A model is out of range; the detector keeps those that it had.
+    /// A model is out of range; the detector keeps the previous ones.
     pub fn retune(&mut self, sensing: X) -> Result<(), ModelError> {
         sensing.check()?;
         self.sensing = sensing;
         Ok(())
     }
 
-    /// Goes on as another detector, between any two scans: with its models, where it sits and what it gives birth to.
-    /// The room stays.
+    /// Takes over the models, the mounting and the birth intensities of another detector, and keeps the working memory. Allowed
+    /// between any two scans.
     pub fn adopt(&mut self, other: Detector<X>) {
         let Detector { sensing, mounting, births, room: () } = other;
         (self.sensing, self.mounting, self.births) = (sensing, mounting, births);
@@ -123,7 +123,7 @@ impl<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>, R> Detector<X,
         &self.sensing
     }
 
-    /// Where the sensor sits; `None` where its pose is the vehicle's.
+    /// The mounting of the sensor; `None` if its pose is that of the vehicle.
     #[must_use]
     pub fn mounting(&self) -> Option<&Mounting<T>> {
         self.mounting.as_ref()
@@ -142,17 +142,18 @@ impl<T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P>, R> Detector<X,
 }
 
 impl<X: MeasurementModel> Detector<X, ScanRoom<'_, X::Measurement>> {
-    /// The most measurements that a scan may have.
+    /// Maximum number of measurements of a scan.
     #[must_use]
     pub fn capacity(&self) -> usize {
         self.room.measurements.len()
     }
 }
 
-/// The memory of one detector: the scratch of its scans.
+/// Working memory for the scans of one detector.
 ///
-/// `MEASUREMENTS` of dimension `Z` in a scan; weighing and updates are divided into `WORKERS` jobs, each with scratch of its own, for an
-/// [`Executor`](crate::Executor). All zero, and meant to be a `static`, like [`State`](crate::State).
+/// A scan has up to `MEASUREMENTS` measurements of dimension `Z`. Weighting and updates are divided into `WORKERS` jobs for an
+/// [`Executor`](crate::Executor), each with working memory of its own. All zero, and meant to be a `static`, like
+/// [`State`](crate::State).
 #[derive(Debug)]
 pub struct DetectorMemory<Z: Vector, const MEASUREMENTS: usize, const WORKERS: usize = 1> {
     measurements: [Measurement<Z>; MEASUREMENTS],
@@ -161,7 +162,7 @@ pub struct DetectorMemory<Z: Vector, const MEASUREMENTS: usize, const WORKERS: u
 }
 
 impl<Z: Vector, const MEASUREMENTS: usize, const WORKERS: usize> DetectorMemory<Z, MEASUREMENTS, WORKERS> {
-    /// Empty. Capacities that cannot work do not compile.
+    /// An empty memory. Invalid capacities do not compile.
     #[must_use]
     pub const fn new() -> Self {
         const {
@@ -191,7 +192,7 @@ impl<Z: Vector, const MEASUREMENTS: usize, const WORKERS: usize> Default for Det
     }
 }
 
-/// A [`DetectorMemory`] of whatever capacity, borrowed.
+/// A borrowed [`DetectorMemory`] of any capacity.
 #[derive(Debug)]
 pub struct ScanRoom<'m, Z: Vector> {
     pub(crate) measurements: &'m mut [Measurement<Z>],

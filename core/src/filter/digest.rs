@@ -1,4 +1,4 @@
-//! A digest of everything the filter knows.
+//! A hash of the complete filter state.
 
 use crate::numerics::fnv::Fnv;
 use crate::{Motion, Pose, Proposal, Real, ScPhd};
@@ -6,8 +6,8 @@ use crate::{Motion, Pose, Proposal, Real, ScPhd};
 impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
     /// A hash of the complete state: every pose, weight and component to the last bit, and the random stream.
     ///
-    /// The same inputs give the same digest on every machine, at every optimisation level. It does not depend on where
-    /// in the pool a page lies, but on everything that decides how the filter goes on.
+    /// The same inputs give the same digest on every machine, at every optimisation level. The digest depends on all data that
+    /// influences later results, and not on the order of the pages in the pool.
     #[must_use]
     pub fn digest(&self) -> u64 {
         let mut digest = Fnv::EMPTY;

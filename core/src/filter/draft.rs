@@ -1,4 +1,4 @@
-//! Updated maps before they are stored: what several cores work on at a time.
+//! Drafts: updated maps before they are stored, on which several cores work at the same time.
 
 use crate::detection::normalise::Normalisers;
 use crate::detection::seen::{Seen, reset_eta};
@@ -15,9 +15,9 @@ mod sealed {
     pub trait Sealed {}
 }
 
-/// The capacities of a [`State`], by which [`UpdateMemory`] has its own.
+/// The capacities of a [`State`], from which [`UpdateMemory`] takes its own.
 pub trait Capacities: sealed::Sealed {
-    /// Where features are.
+    /// Position of a feature.
     #[doc(hidden)]
     type Position: Place;
     /// Memory of the draft of a static map.
@@ -44,25 +44,25 @@ where
     type MovingDraft = V::Draft;
 }
 
-/// Scratch for the update of several maps at a time, on several cores: for [`ScPhd::scan_on`](crate::ScPhd::scan_on).
+/// Working memory to update several maps at the same time, on several cores: for [`ScPhd::scan_on`](crate::ScPhd::scan_on).
 ///
-/// `M` is the [`State`] whose maps they are. There are `DRAFTS` of them: one for each core at least, and better some, for the maps of
-/// that many survivors are updated before they are stored in order, and the cores wait for the last of them. Each has room for the
-/// pages of one map and for the components that an update may touch: in single precision 276 bytes for every page of static features and 50
-/// for every component, of moving ones 564 and 86. Nothing is kept in it from scan to scan.
+/// `M` is the [`State`] that has the maps. `DRAFTS` is at least the number of cores, better several times that: as many survivors
+/// are updated before their maps are stored in order, and the cores wait for the last of them. Each draft has memory for the pages
+/// of one map and for the components that an update may change: in single precision 276 bytes for every page of static features and
+/// 50 for every component, 564 and 86 for moving features. No data is kept from scan to scan.
 #[derive(Debug)]
 pub struct UpdateMemory<M: Capacities, const DRAFTS: usize> {
     drafts: [(M::StaticDraft, M::MovingDraft); DRAFTS],
 }
 
 impl<M: Capacities, const DRAFTS: usize> UpdateMemory<M, DRAFTS> {
-    /// All zero, and meant to be a `static`, like [`State`].
+    /// An empty memory, all zero and meant to be a `static`, like [`State`].
     #[must_use]
     pub const fn new() -> Self {
         Self { drafts: [const { (M::StaticDraft::ZERO, M::MovingDraft::ZERO) }; DRAFTS] }
     }
 
-    /// The drafts over this memory.
+    /// The drafts in this memory.
     pub fn drafts(&mut self) -> [Draft<'_, M::Position>; DRAFTS] {
         self.drafts.each_mut().map(|(of_static, of_moving)| Draft::over(of_static.draft(), of_moving.draft()))
     }
@@ -96,7 +96,7 @@ impl Renaming {
     }
 }
 
-/// The updated maps of one survivor, before they are stored; of an [`UpdateMemory`].
+/// The updated maps of one survivor before they are stored; part of an [`UpdateMemory`].
 #[derive(Debug)]
 pub struct Draft<'w, D: Place> {
     pub(crate) of_static: MapDraft<'w, Static<D>>,

@@ -1,12 +1,10 @@
-//! Where candidates are weighed and maps updated: on one core, or on several.
+//! Execution of independent jobs, the weighting of candidates and the update of maps, on one core or several.
 
 use crate::{LnSum, Real};
 
-/// Does jobs that do not depend on each other: one after the other ([`Serial`]), by the threads of a pool on the host, by
-/// both cores of a microcontroller.
+/// Executes independent jobs: in sequence ([`Serial`]), by a thread pool on the host, or by both cores of a microcontroller.
 ///
-/// Which core does a job, and in what order, changes nothing: the filter's state is the same to the last bit whatever the
-/// executor.
+/// The result does not depend on the core or the order of a job: every executor gives the same state, to the last bit.
 ///
 /// ```
 /// use scphd::storage::Executor;
@@ -56,14 +54,14 @@ use crate::{LnSum, Real};
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub trait Executor {
-    /// Calls `work` for every job, once, in any order and on any core, and returns when all calls have.
+    /// Calls `work` exactly once for every job, in any order and on any core, and returns when all calls have returned.
     ///
-    /// A job that is left out leaves a part of the moving features where they were, or a part of the candidates as likely as they were
-    /// before the scan; one of the updates leaves its maps to the calling core, and the state is the same.
+    /// If a job is left out, some moving features are not predicted, or some candidates keep the weight they had before the scan;
+    /// if it is a map update, the calling core does it instead, and the state is the same.
     fn run<J: Send>(&self, jobs: impl Iterator<Item = J> + Send, work: impl Fn(J) + Sync);
 }
 
-/// One job after the other, here.
+/// Executes all jobs in sequence on the calling core.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Serial;
 

@@ -1,4 +1,4 @@
-//! The expected map over all particles (5.2.7 mentions it).
+//! The expected map over all particles (see 5.2.7).
 
 use crate::map::Maps;
 use crate::map::reduce::{merge_and_cap, moment_match};

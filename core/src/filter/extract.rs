@@ -19,20 +19,20 @@ pub struct PoseEstimate<P: Pose> {
     pub covariance: Symmetric<TangentOf<P>>,
 }
 
-/// The estimated map, beside the features written to the caller's buffer.
+/// Result of a map extraction; the features themselves are in the caller's buffer.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MapEstimate<T> {
     /// N̂ = Σ w: the expected number of features.
     pub expected_features: T,
-    /// Features written: the first round(N̂) components in the order of the extraction, or as many as there are; or all that
-    /// are confirmed.
+    /// Features written: the first round(N̂) components in the order of the extraction, or fewer if the map has fewer; or all
+    /// confirmed components.
     pub features: usize,
     /// Features left out because the buffer was too small for them.
     pub left_out: usize,
 }
 
 impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
-    /// Mean and covariance of the vehicle's pose over all candidates; `None` before the first reset.
+    /// Mean and covariance of the pose of the vehicle over all candidates; `None` before the first reset.
     #[must_use]
     pub fn estimate_pose(&self) -> Option<PoseEstimate<M::Pose>> {
         let candidates = self.candidates();
@@ -60,27 +60,27 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
         self.memory.static_maps.of(particle)
     }
 
-    /// The components of one particle's moving map, in no particular order, as they were at the last scan.
+    /// The components of one particle's moving map, in no particular order, at the time of the last scan.
     pub fn moving_map(&self, particle: usize) -> impl Iterator<Item = &Component<MovingOf<M::Pose>>> {
         self.memory.moving_maps.of(particle)
     }
 
-    /// Time since the last scan, s: the sum of the predictions that the moving features wait to be moved by.
+    /// Time since the last scan, s: the sum of the predictions since then, by which the moving features are still to be predicted.
     #[must_use]
     pub fn waited_s(&self) -> T {
         self.memory.cursor.waited_s
     }
 
-    /// The particle whose map is the estimate: the one that continues the heaviest candidate of the last scan.
+    /// The particle whose map is the estimate: the one that continues the candidate with the greatest weight in the last scan.
     #[must_use]
     pub fn heaviest(&self) -> usize {
         self.memory.cursor.heaviest
     }
 
-    /// Writes the round(N̂) first components of the heaviest particle's static map, in the order of
-    /// [`extraction`](crate::Config::extraction) and of those that weigh at least
-    /// [`extraction_weight`](crate::Config::extraction_weight), to `features`. Where the extraction is of what is
-    /// [confirmed](Extraction::Confirmed), it is so as this detector sees it.
+    /// Writes the estimated map to `features`: the first round(N̂) components of the static map of the [heaviest](Self::heaviest)
+    /// particle in the order of [`extraction`](crate::Config::extraction), without those whose weight is below
+    /// [`extraction_weight`](crate::Config::extraction_weight). If the extraction is [`Confirmed`](Extraction::Confirmed), the
+    /// detection model of `detector` decides which components are confirmed.
     pub fn estimate_map<X: MeasurementModel<Pose = M::Pose>, R>(
         &self,
         detector: &Detector<X, R>,
@@ -93,9 +93,9 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
         first_of(map, waiting, config.extraction, config.extraction_weight, features)
     }
 
-    /// The same for the static map that is expected over all particles, Σ_i ζ_i v_i, so that the covariances hold the
-    /// uncertainty of the pose too. Components of one label are one feature; the rest is left to the
-    /// [`merge_distance`](crate::Config::merge_distance). Works in the scratch of the update, whose capacity bounds it.
+    /// [`estimate_map`](Self::estimate_map) for the static map expected over all particles, Σ_i ζ_i v_i: its covariances include
+    /// the uncertainty of the pose. Components with the same label are one feature; other components are merged by
+    /// [`merge_distance`](crate::Config::merge_distance). It uses the working memory of the update, whose capacity limits it.
     pub fn estimate_expected_map<X: MeasurementModel<Pose = M::Pose>, R>(
         &mut self,
         detector: &Detector<X, R>,
@@ -118,7 +118,8 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
         first_of(map, waiting, config.extraction, config.extraction_weight, features)
     }
 
-    /// The same for the moving features of the heaviest particle, (position, velocity), where they are by now.
+    /// [`estimate_map`](Self::estimate_map) for the moving features of the heaviest particle: (position, velocity), predicted to
+    /// the present.
     pub fn estimate_moving(&self, features: &mut [Component<MovingOf<M::Pose>>]) -> MapEstimate<T> {
         let (motion, waited_s) = (&self.config.moving.motion, self.waited_s());
         let now = |component: &Component<MovingOf<M::Pose>>| {

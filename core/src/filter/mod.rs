@@ -1,4 +1,4 @@
-//! The filter: its memory, its steps and what can be asked of it.
+//! The single-cluster PHD filter: its memory, its steps and its queries.
 
 pub(crate) mod audit;
 mod audit_maps;

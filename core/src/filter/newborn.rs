@@ -1,4 +1,4 @@
-//! What a measurement is the first one of (5.9, 5.10).
+//! The birth intensity of a measurement (5.9, 5.10).
 
 use crate::detection::view::View;
 use crate::numerics::range::is_within_range;

@@ -1,4 +1,4 @@
-//! Fixes: the pose itself is measured, between any two steps.
+//! Fixes: measurements of the pose itself, between any two steps.
 
 use crate::filter::state::Memory;
 use crate::numerics::range::{is_within_range, is_within_square};
@@ -8,18 +8,18 @@ use crate::{
     Fix, Linear, Matrix, Motion, ObserveError, Pose, PoseEstimate, Real, ScPhd, ScalarOf, Symmetric, TangentOf, Vector,
 };
 
-/// What a fix did.
+/// Result of a fix.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub struct FixReport<T> {
-    /// Whether it was taken in: within its gate, and of something that can be measured from where the vehicle is.
+    /// Whether the fix was used: it was within its gate, and could be predicted from the pose of the vehicle.
     pub accepted: bool,
-    /// Its squared Mahalanobis distance from what the filter expected, νᵀ S⁻¹ ν.
+    /// Squared Mahalanobis distance of the innovation, νᵀ S⁻¹ ν.
     pub distance: T,
-    /// ln of the likelihood of the fix given all before; 0 where it was not taken in.
+    /// ln of the likelihood of the fix given all previous inputs; 0 if it was not used.
     pub ln_evidence: T,
-    /// Effective number of candidates after it.
+    /// Effective number of candidates after the fix.
     pub n_eff: T,
 }
 
@@ -82,13 +82,13 @@ impl<T: Real, F: Fix<Pose: Pose<Scalar = T>>> FixInnovation<F> {
 type K<M> = TangentOf<<M as Motion>::Pose>;
 
 impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
-    /// Takes in a measurement of the pose itself, between any two steps. Every candidate is weighed by it; one whose pose is uncertain
-    /// in itself, as the informed proposal leaves it, is corrected as a Kalman filter does. The maps stay as they are: a mixture does not
-    /// know what its features have in common with the pose's error, a [joint map](crate::JointSlam::observe) does. Particles are
-    /// resampled in the next scan, if it takes that.
+    /// Updates the candidates with a measurement of the pose itself, between any two steps. The weight of every candidate is
+    /// multiplied by the likelihood of the fix; a candidate that has a covariance (informed proposal) is corrected by a Kalman
+    /// update. The maps are unchanged: the mixture does not contain the correlation of its features with the pose, which a [joint
+    /// map](crate::JointSlam::observe) does. If resampling is necessary, the next scan does it.
     ///
     /// # Errors
-    /// The measurement is not finite, its noise not positive definite, or the filter has not been reset; the state is as it was.
+    /// The measurement is not finite, its noise is not positive definite, or the filter has not been reset; the state is unchanged.
     pub fn observe<F: Fix<Pose = M::Pose>>(
         &mut self,
         fix: &F,

@@ -1,4 +1,4 @@
-//! Poses that are set from outside: uncertain starts, a vehicle that was carried elsewhere, doubt.
+//! Setting the pose from outside: reset with a covariance, relocation, and additional uncertainty.
 
 use crate::filter::state::Memory;
 use crate::numerics::range::{is_within_range, is_within_square};
@@ -6,14 +6,14 @@ use crate::numerics::vector::applied;
 use crate::{Motion, Pose, Proposal, Real, ResetError, ScPhd, Symmetric, TangentOf, Vector};
 
 impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
-    /// [`reset`](Self::reset) to a pose that is known to a covariance, in the coordinates of [`Pose::difference`].
+    /// [`reset`](Self::reset) with a covariance of the pose, in the coordinates of [`Pose::difference`].
     ///
-    /// The maps are those of the particles' own poses: within some ten scans the filter is as sure of its place among them as of one
-    /// that it knows, and of where that lies in the world it has forgotten that it did not know. Fixes come before the first scan, or
-    /// are not [gated](crate::PositionFix::gated); [`JointSlam`](crate::JointSlam) keeps what pose and map have in common.
+    /// The map of each particle is relative to the pose of that particle. Within about ten scans, resampling leaves particles with
+    /// similar poses, and the initial uncertainty of the pose in the world is lost. Therefore give fixes before the first scan, or
+    /// do not [gate](crate::PositionFix::gated) them. [`JointSlam`](crate::JointSlam) keeps the correlation of pose and map.
     ///
     /// # Errors
-    /// As for `reset`, or the covariance is not finite or a variance negative; the state is as it was.
+    /// As for `reset`, or the covariance is not finite or a variance is negative; the state is unchanged.
     pub fn reset_within(
         &mut self,
         pose: M::Pose,
@@ -25,11 +25,11 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
         self.scatter(covariance)
     }
 
-    /// Puts every particle to this pose, known to a covariance, with the same weight, and keeps their maps: for a vehicle that was
-    /// carried to another place of what it knows. The random stream goes on.
+    /// Sets the pose of every particle, with a covariance and equal weights, and keeps the maps: for a vehicle that was carried to
+    /// another place in its map. The random stream continues.
     ///
     /// # Errors
-    /// The pose or the covariance is out of range, or the filter has not been reset; the state is as it was.
+    /// The pose or the covariance is out of range, or the filter has not been reset; the state is unchanged.
     pub fn relocate(&mut self, pose: M::Pose, covariance: &Symmetric<TangentOf<M::Pose>>) -> Result<(), ResetError> {
         ResetError::check_pose(&pose)?;
         ResetError::check_covariance(covariance)?;
@@ -46,11 +46,11 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
         self.scatter(covariance)
     }
 
-    /// Makes the pose uncertain by a further covariance, for a vehicle that has reason to doubt it: blind candidates are each moved by a
-    /// sample, the covariances of an informed filter grow.
+    /// Adds a covariance to that of the pose, for a vehicle that has reason to doubt its pose: with the blind proposal each
+    /// candidate is displaced by a random sample, with the informed proposal the covariances grow.
     ///
     /// # Errors
-    /// The covariance is not finite or a variance negative, or the filter has not been reset; the state is as it was.
+    /// The covariance is not finite or a variance is negative, or the filter has not been reset; the state is unchanged.
     pub fn scatter(&mut self, covariance: &Symmetric<TangentOf<M::Pose>>) -> Result<(), ResetError> {
         ResetError::check_covariance(covariance)?;
         self.memory.clamp();

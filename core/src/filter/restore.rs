@@ -1,4 +1,4 @@
-//! The way back from a snapshot.
+//! Restoring a snapshot.
 
 use crate::filter::save::{HAS_MOVING, HAS_WAITING, INFORMED, PREDICTED, shape};
 use crate::filter::state::{Held, Memory};
@@ -8,19 +8,18 @@ use crate::snapshot::read::{Reader, checked};
 use crate::{Flaw, Motion, Pose, Real, RestoreError, ScPhd, SetupError, Symmetric};
 
 impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
-    /// Goes on from a [snapshot](Self::save), as if nothing had been: the same inputs give the same bits. The memory may be of another
-    /// capacity, as long as the snapshot fits; with another one, or another tuning, the filter goes on from the same state to
-    /// other bits where capacity or tuning matter. [`ln_likelihoods`](Self::ln_likelihoods) and [`survivors`](Self::survivors) are
-    /// empty until the next scan.
+    /// Continues from a [snapshot](Self::save), with the same bits as the filter that wrote it. The memory may have another
+    /// capacity if the snapshot fits in it; with another capacity or tuning, later results differ where they depend on these.
+    /// [`ln_likelihoods`](Self::ln_likelihoods) and [`survivors`](Self::survivors) are empty until the next scan.
     ///
-    /// `source` is asked for the bytes from some place on, at most 64 at once: all of them twice. The first time they are checked,
-    /// and nothing is changed before all of them have been; the second time they are taken. Returns how many there were: what stands
-    /// behind them does not matter.
+    /// `source` is called with an offset and returns at most 64 bytes from there. All bytes are read twice: the first pass checks
+    /// them and changes nothing, the second restores them. Returns the number of bytes; bytes behind the snapshot are ignored.
     ///
     /// # Errors
-    /// It is no snapshot, of another version, another kind of vehicle, another filter, damaged or cut off, or it fits neither memory nor
-    /// configuration: the state is as it was. If the source gives something else the second time, or a snapshot whose checks agree
-    /// was not written by a filter, the state may be lost: then there are no [particles](Self::particles), as before a reset.
+    /// The bytes are not a snapshot, or one of another version, another type of vehicle or another filter; they are damaged or
+    /// truncated; or they do not fit the memory or the configuration: the state is unchanged. If the source returns other bytes in
+    /// the second pass, or a snapshot with correct checksums was not written by a filter, the state may be lost: then there are no
+    /// [particles](Self::particles), as before a reset.
     pub fn restore<E>(
         &mut self,
         kind: u32,

@@ -1,28 +1,28 @@
-//! A prediction whose candidates are moved one by one, by any number of threads.
+//! A prediction whose candidates are sampled one by one, by any number of threads.
 
 use crate::filter::state::Memory;
 use crate::particles::predict::{child_of, sample};
 use crate::particles::short::short_beyond;
 use crate::{Candidate, Motion, Noise, Pose, PredictError, Proposal, Real, ScPhd};
 
-/// What the samples of a prediction are drawn with, until they are [given back](ScPhd::end_predict): there are no candidates meanwhile.
+/// The data of a prediction that is in progress. Until it is [returned](ScPhd::end_predict) the filter has no candidates.
 #[derive(Debug)]
 pub struct Samples<'s, P: Pose> {
     /// The memory of all candidates.
     pub candidates: &'s mut [Candidate<P>],
-    /// So many of them, from the first on, are to move, one after the other along the stream.
+    /// Number of candidates to sample, from the first on, in the order of the random stream.
     pub in_use: usize,
     /// The particles.
     pub selected: &'s mut [Candidate<P>],
-    /// Whether each candidate is to be made a [child](ScPhd::child_of) of its particle first.
+    /// Whether each candidate must first be made a [child](ScPhd::child_of) of its particle.
     pub splits: bool,
-    /// The random stream, from the first one's numbers on.
+    /// The random stream at the numbers of the first candidate.
     pub noise: Noise,
 }
 
 impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'s, M> {
-    /// [`predict`](Self::predict) but for the samples, which are lent; `None` where none is drawn. Since the last scan nothing but predictions
-    /// may have changed the particles.
+    /// [`predict`](Self::predict) without the sampling, which the caller does; `None` if there is nothing to sample. Since the last
+    /// scan, only predictions may have changed the particles.
     ///
     /// # Errors
     /// As for `predict`.
@@ -55,13 +55,13 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'s, M> {
         child_of(particle, T::from_usize(self.config.samples).ln())
     }
 
-    /// Moves one of the candidates (5.12), with the numbers of the stream that are its own.
+    /// Samples the motion of one candidate (5.12), with its own numbers of the random stream.
     #[doc(hidden)]
     pub fn sample(&self, candidate: &mut Candidate<M::Pose>, control: &M::Control, dt: T, noise: &mut Noise) {
         sample(&self.motion, candidate, control, dt, short_beyond(&self.motion, control, dt), noise);
     }
 
-    /// Takes the candidates back, with the stream as it is behind the last one's numbers.
+    /// Takes the candidates back, with the random stream behind the numbers of the last one.
     #[doc(hidden)]
     pub fn end_predict(&mut self, samples: Samples<'s, M::Pose>) {
         self.memory.candidates = samples.candidates;

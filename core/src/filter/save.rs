@@ -1,4 +1,4 @@
-//! A snapshot of the filter.
+//! Saving a snapshot of the filter.
 
 use crate::filter::state::{Held, Memory};
 use crate::map::Maps;
@@ -15,13 +15,13 @@ pub(super) const HAS_MOVING: u8 = 4;
 pub(super) const HAS_WAITING: u8 = 8;
 
 impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
-    /// Writes down all that decides how the filter goes on, for [`restore`](Self::restore): poses, weights, maps, the random stream
-    /// and the time waited. The sink gets the bytes in slices of at most 64. `kind` tells vehicles apart whose snapshots are not
-    /// to be mixed up.
+    /// Writes a snapshot for [`restore`](Self::restore): all data that influences later results, which are poses, weights, maps,
+    /// the random stream and the time since the last scan. The sink gets the bytes in slices of at most 64. `kind` identifies the
+    /// type of vehicle, so that a snapshot of another type is refused.
     ///
-    /// Takes time in proportion to the state, and is no part of a step. The counts of who holds which page are borrowed as scratch, and
-    /// put back, as an [audit](Self::audit) does; the state is the same afterwards. Returns the number of bytes. `docs/snapshot.md` has
-    /// the format.
+    /// The cost is linear in the size of the state; no step calls it. The reference counts of the pages are used as working memory
+    /// and then restored, as in an [audit](Self::audit); the state is the same afterwards. Returns the number of bytes.
+    /// `docs/snapshot.md` has the format.
     ///
     /// ```
     /// use scphd::models::{ControlNoise, PlanarPose, Step, Unicycle, UnicycleControl};
@@ -51,7 +51,7 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
     /// ```
     ///
     /// # Errors
-    /// The filter has not been reset, the state is damaged, or the sink takes no more; the state is as it was.
+    /// The filter has not been reset, the state is damaged, or the sink returns an error; the state is unchanged.
     pub fn save<E>(&mut self, kind: u32, sink: impl FnMut(&[u8]) -> Result<(), E>) -> Result<usize, SaveError<E>> {
         let informed = matches!(self.config.proposal, Proposal::Informed(_));
         let memory = &mut self.memory;

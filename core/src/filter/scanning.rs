@@ -34,7 +34,7 @@ pub struct Scanning<'a, 's, X: MeasurementModel> {
     pub(crate) noise: Noise,
     /// Counts of the births that the last scan had delayed.
     pub(crate) delayed_births: Tally<ScalarOf<X::Pose>>,
-    /// Number of particles for whose proposal the workspace was too small.
+    /// Number of particles whose proposal had too little working memory.
     crowded: usize,
     pub(crate) layout: ParticleLayout,
     pub(crate) weighing: Weighing<ScalarOf<X::Pose>>,

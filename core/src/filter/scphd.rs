@@ -1,4 +1,4 @@
-//! The filter: models and tuning over a state.
+//! The single-cluster PHD filter: models and tuning, working on a borrowed state.
 
 use crate::filter::state::Memory;
 use crate::particles::candidate::Candidate;
@@ -12,11 +12,10 @@ use crate::{
 
 /// The single-cluster PHD SLAM filter.
 ///
-/// Holds the vehicle's motion and the tuning, and borrows a [`State`], which may be of any capacity. Its sensors are
-/// [detectors](Detector), given with every scan. A scan is read from top to bottom in [`ScPhd::scan`]: weigh, normalise, select,
-/// update, reduce.
+/// Owns the motion model and the tuning, and borrows a [`State`] of any capacity. Its sensors are [detectors](Detector), which are
+/// passed with every scan. [`ScPhd::scan`] has the stages of a scan: weight, normalise, resample, update, reduce.
 ///
-/// `M` is the motion.
+/// `M` is the motion model.
 ///
 /// ```
 /// use nalgebra::Vector2;
@@ -71,15 +70,15 @@ pub struct ScPhd<'s, M: Motion> {
 }
 
 impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'s, M> {
-    /// The greatest label of a loaded feature: as many again are left for features that are born.
+    /// The greatest label of a loaded feature: half of all labels are left for births.
     pub const GREATEST_LOADED_LABEL: u32 = u32::MAX / 2;
 
-    /// A filter over a state, which keeps what it holds: a fresh state must be [reset](Self::reset) first, one that a
-    /// filter worked on before goes on from there, which takes the configuration to have as many particles, and between a
-    /// prediction and its scan as many samples. Where it has others, [`State::clear`] comes first.
+    /// A filter that continues with the content of `state`. A new state must be [reset](Self::reset) first. If another filter used
+    /// the state before, the configuration must have the same number of particles, and between a prediction and its scan the same
+    /// number of samples; otherwise call [`State::clear`] first.
     ///
     /// # Errors
-    /// The motion or the configuration is out of range, or does not fit the state or what that holds.
+    /// The motion or the configuration is out of range, or does not fit the capacities of the state or its content.
     pub fn new<const PARTICLES: usize, const CANDIDATES: usize, SM, VM, const WAITING: usize>(
         motion: M,
         config: Config<T>,
@@ -94,8 +93,8 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'s, M> {
         Ok(filter)
     }
 
-    /// Another filter over a state that one of this motion and configuration has just worked on: [`new`](Self::new) without looking the
-    /// maps over, so that it takes no longer the more they hold. For a program that keeps the state, and borrows a filter for every step.
+    /// A filter for a state that was last used with the same motion and configuration: [`new`](Self::new) without the check of the
+    /// maps, whose cost grows with the maps. For a program that stores the state and borrows a filter for every step.
     ///
     /// ```
     /// # use nalgebra::Vector2;
@@ -121,8 +120,8 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'s, M> {
     /// ```
     ///
     /// # Errors
-    /// The motion or the configuration is out of range, or does not fit the state or what that holds. A damaged state is not told from a
-    /// sound one: `new` and [`audit`](Self::audit) tell.
+    /// The motion or the configuration is out of range, or does not fit the capacities of the state or its content. A damaged state
+    /// is not detected; `new` and [`audit`](Self::audit) detect it.
     pub fn reborrow<const PARTICLES: usize, const CANDIDATES: usize, SM, VM, const WAITING: usize>(
         motion: M,
         config: Config<T>,
@@ -139,10 +138,11 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'s, M> {
         Ok(Self { motion, config, memory })
     }
 
-    /// Whether this detector can serve this filter, so that a vehicle need not wait for its first scan to know.
+    /// Checks that this filter can process scans of this detector, so that an error is known before the first scan.
     ///
     /// # Errors
-    /// Its births move and the state has no moving maps, or its birth intensity has more components than an update has room for.
+    /// It has a birth intensity of moving features and the state has no moving maps, or its birth intensity has more components
+    /// than an update has memory for.
     pub fn check<X: MeasurementModel<Pose = M::Pose>, R>(&self, detector: &Detector<X, R>) -> Result<(), SetupError> {
         if !self.has_room_for(&detector.births) {
             return Err(SetupError::NoRoomForMoving);
@@ -160,14 +160,14 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'s, M> {
         births.of_moving == T::ZERO || self.memory.moving_maps.pool.capacity() > 0
     }
 
-    /// Starts, or starts again: every particle at `pose` with the same weight and an empty map, and the random stream
-    /// of `seed`.
+    /// Starts or restarts the filter: every particle is at `pose` with the same weight and an empty map, and the random stream is
+    /// that of `seed`.
     ///
-    /// In single precision two places a hundredth of a millimetre apart are told from each other 100 m from the origin, a millimetre 10 km from it and half
-    /// a metre at the northings of a survey grid: give poses and fixes relative to a place nearby.
+    /// In single precision, coordinates have a resolution of about 0.01 mm at 100 m from the origin, 1 mm at 10 km, and 0.5 m at
+    /// the northings of a survey grid: give poses and fixes relative to a nearby origin.
     ///
     /// # Errors
-    /// The pose is not finite, or a coordinate above 1e8; the state is as it was.
+    /// The pose is not finite, or a coordinate is above 1e8; the state is unchanged.
     pub fn reset(&mut self, pose: M::Pose, seed: u64) -> Result<(), ResetError> {
         ResetError::check_pose(&pose)?;
         let Memory { cursor, pose_covariances, candidates, static_maps, moving_maps, waiting, .. } = &mut self.memory;
@@ -190,13 +190,13 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'s, M> {
         Ok(())
     }
 
-    /// Gives every particle this map instead of its own static one: a surveyed map to start from, or the objects a tracker is to
-    /// take over. All particles share its pages. Labels are kept; of several components with one label the first keeps it, and
-    /// the others get fresh ones. Neighbours should stand next to each other, so that a page spans little.
+    /// Replaces the static map of every particle by this map, for example a surveyed map, or objects that a tracker continues. All
+    /// particles share its pages. Labels are kept; if several components have the same label, the first keeps it and the others get
+    /// new ones. Sort neighbouring components together, so that each page covers a small area.
     ///
     /// # Errors
-    /// A component is not finite, beyond 1e8 m or heavier than a million features, its covariance not positive definite, or its
-    /// label too great; or the map does not fit. The state is as it was.
+    /// A component is not finite, beyond 1e8 m, or heavier than a million features; its covariance is not positive definite; its
+    /// label is too great; or the map is too large. The state is unchanged.
     pub fn load_map(&mut self, components: &[Component<PositionOf<M::Pose>>]) -> Result<(), LoadMapError> {
         let Memory { cursor, static_maps, waiting, .. } = &mut self.memory;
         let (maps, pool) = (&mut static_maps.table, &mut static_maps.pool);
@@ -239,20 +239,20 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'s, M> {
         Ok(())
     }
 
-    /// Moves the vehicle for `dt` seconds under `control`: draws M samples of every particle in the first prediction
-    /// after a scan (5.12, 5.13), and moves every sample on in later ones. Static features stay where they are; moving ones
-    /// are moved when the next scan comes, by all the steps at once.
+    /// Predicts the pose after `dt` seconds under `control`: the first prediction after a scan draws M samples of every particle
+    /// (5.12, 5.13), later ones propagate every sample. Static features do not move; moving features are predicted at the next
+    /// scan, over the total time since the last one.
     ///
     /// # Errors
-    /// The control is not admissible, `dt` negative or not finite, either of them [implausible](crate::Plausible), or the
-    /// filter not reset. Poses, maps and random stream are as they were. Moving features wait for the time that has passed, unless
-    /// it is `dt` itself that was refused, and the next report has the refusal in its count and its health: a vehicle that
-    /// misses a row of its odometry goes on without, or bridges it with a control of its own before it asks.
+    /// The control is not admissible, `dt` is negative or not finite, one of them is [implausible](crate::Plausible), or the filter
+    /// has not been reset. Poses, maps and random stream are unchanged. If only the control was refused, `dt` still counts as
+    /// elapsed time for the moving features. The next report shows the refusal in its count and its health. A vehicle that loses an
+    /// odometry sample can continue without it, or predict with a substitute control.
     pub fn predict(&mut self, control: &M::Control, dt: T) -> Result<PredictReport, PredictError> {
         self.predict_with(control, dt, &mut ())
     }
 
-    /// [`predict`](Self::predict), watched by a probe.
+    /// [`predict`](Self::predict) with a probe.
     ///
     /// # Errors
     /// As for `predict`.
@@ -293,12 +293,13 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'s, M> {
         Ok(())
     }
 
-    /// Takes in one scan of one of the vehicle's sensors: weighs every candidate, selects the particles that go on and updates
-    /// their maps (4.49–4.52, 5.17–5.24).
+    /// Updates the filter with one scan of one of the vehicle's sensors: computes the weight of every candidate, resamples, and
+    /// updates the maps of the selected particles (4.49–4.52, 5.17–5.24).
     ///
     /// # Errors
-    /// A measurement is not finite, there are more than the detector has room for, its births move and the state has no moving
-    /// maps, the covariance of the sensor's noise is not positive definite, or the filter has not been reset; the state is as it was.
+    /// A measurement is not finite, there are more measurements than the detector has memory for, the detector has moving births
+    /// and the state has no moving maps, the covariance of the sensor's noise is not positive definite, or the filter has not been
+    /// reset. The state is unchanged.
     pub fn scan<X: MeasurementModel<Pose = M::Pose>>(
         &mut self,
         detector: &mut Detector<X, ScanRoom<'_, X::Measurement>>,
@@ -307,7 +308,7 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'s, M> {
         self.scan_with(detector, measurements, &mut ())
     }
 
-    /// [`scan`](Self::scan), watched by a probe that is told where each stage begins and ends.
+    /// [`scan`](Self::scan) with a probe, which is called at the begin and the end of each stage.
     ///
     /// # Errors
     /// As for `scan`.
@@ -321,14 +322,14 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'s, M> {
         self.step::<X, false>(detector, measurements, &Serial, &mut [], probe)
     }
 
-    /// [`scan_with`](Self::scan_with), with the candidates weighed and the maps updated by an executor: on several cores, if it has
-    /// them.
+    /// [`scan_with`](Self::scan_with) with an executor, which weights the candidates and updates the maps, on several cores if it
+    /// has them.
     ///
-    /// Both are divided into as many jobs as the [`DetectorMemory`](crate::DetectorMemory) has workers. As many maps are updated at a time as
-    /// there are drafts of an [`UpdateMemory`](crate::UpdateMemory) for this kind of state; with fewer than two, `&mut []` for none, weighing
-    /// alone is divided. The result does not depend on any of that.
+    /// Both are divided into as many jobs as the [`DetectorMemory`](crate::DetectorMemory) has workers. The number of maps that are
+    /// updated at the same time is the number of drafts of an [`UpdateMemory`](crate::UpdateMemory) for this type of state; with
+    /// fewer than two (`&mut []` for none), only the weighting is divided. The result does not depend on any of these numbers.
     ///
-    /// The probe is told on the calling core: what drafts are reduced is in [`Stage::Update`].
+    /// The probe is called on the calling core; the reduction of drafts is part of [`Stage::Update`].
     ///
     /// # Errors
     /// As for `scan`.
@@ -355,20 +356,21 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'s, M> {
         if self.has_room_for(&detector.births) { Ok(()) } else { Err(ScanError::NoRoomForMoving) }
     }
 
-    /// Goes on with another motion, between any two steps: noise may be retuned in flight.
+    /// Replaces the motion model, for example to tune its noise during operation. Allowed between any two steps.
     ///
     /// # Errors
-    /// It is out of range; the filter keeps the one it had.
+    /// The model is out of range; the filter keeps the previous one.
     pub fn retune(&mut self, motion: M) -> Result<(), ModelError> {
         motion.check()?;
         self.motion = motion;
         Ok(())
     }
 
-    /// Goes on with another tuning, between any two steps. Looks the whole state over, as [`new`](Self::new) does.
+    /// Replaces the tuning. Allowed between any two steps. Checks the complete state, as [`new`](Self::new) does.
     ///
     /// # Errors
-    /// It is out of range, or does not fit the state or what that holds, as for [`new`](Self::new); the filter keeps the one it had.
+    /// The tuning is out of range, or does not fit the capacities of the state or its content, as for [`new`](Self::new); the
+    /// filter keeps the previous one.
     pub fn configure(&mut self, config: Config<T>) -> Result<(), SetupError> {
         check_capacities(&config, self.memory.pose_covariances.len(), self.memory.candidates.len())?;
         self.memory.check(&config)?;
@@ -376,7 +378,7 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'s, M> {
         Ok(())
     }
 
-    /// The motion.
+    /// The motion model.
     #[must_use]
     pub fn motion(&self) -> &M {
         &self.motion
@@ -388,26 +390,26 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'s, M> {
         &self.config
     }
 
-    /// The random stream as it stands; `None` before the first reset.
+    /// The random stream in its present state; `None` before the first reset.
     #[must_use]
     pub fn noise(&self) -> Option<&Noise> {
         self.memory.cursor.noise.as_ref()
     }
 
-    /// ln L of every candidate that the last scan weighed, in the order of the candidates before it (4.52).
+    /// ln L of every candidate of the last scan, in the order that the candidates had before the scan (4.52).
     #[must_use]
     pub fn ln_likelihoods(&self) -> &[T] {
         self.memory.ln_likelihoods.get(..self.memory.cursor.weighed).unwrap_or(&[])
     }
 
-    /// For every particle the index of the candidate of the last scan that it continues.
+    /// For every particle, the index of the candidate of the last scan that it continues.
     #[must_use]
     pub fn survivors(&self) -> &[u16] {
         let particles = if self.memory.cursor.weighed > 0 { self.memory.cursor.particles } else { 0 };
         self.memory.survivors.get(..particles).unwrap_or(&[])
     }
 
-    /// Particles in use: as many as configured, or as the last resampling has left.
+    /// Number of particles in use: the configured number, or fewer after resampling.
     #[must_use]
     pub fn particles(&self) -> usize {
         self.memory.cursor.particles

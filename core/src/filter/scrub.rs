@@ -1,4 +1,4 @@
-//! Memory scrubbing: the state looked over in slices between steps, and what memory faults have left of it mended.
+//! Memory scrubbing: a check of the state in slices between steps, which repairs damage by memory faults.
 
 use crate::filter::state::Memory;
 use crate::numerics::ln_sum::ln_sum;
@@ -7,7 +7,7 @@ use crate::particles::candidate::Candidate;
 use crate::snapshot::visit::Sealing;
 use crate::{Flaw, Health, Motion, Pose, Proposal, Real, ScPhd, Symmetric};
 
-/// Where [`ScPhd::scrub`] or [`JointSlam::scrub`](crate::JointSlam::scrub) goes on.
+/// Position at which [`ScPhd::scrub`] or [`JointSlam::scrub`](crate::JointSlam::scrub) continues.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Scrubber {
@@ -17,47 +17,48 @@ pub struct Scrubber {
 }
 
 impl Scrubber {
-    /// From the beginning.
+    /// A scrubber that starts at the first part.
     #[must_use]
     pub const fn new() -> Self {
         Self { next: 0 }
     }
 }
 
-/// What a scrubbing has found and mended.
+/// Damage that a call of `scrub` has found and repaired.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub struct Scrubbed {
-    /// Candidates that were isolated: they stand where the heaviest one does, with a weight that does not count, until a
-    /// resampling leaves them out.
+    /// Candidates that were isolated: they get the pose of the heaviest candidate and a negligible weight, until resampling removes
+    /// them.
     pub isolated: usize,
-    /// Whether the weights did not sum to one, and were scaled.
+    /// Whether the weights did not sum to one and were normalised.
     pub rescaled: bool,
-    /// Kinds of maps, static or moving, of which lists or counts of pages were put right. A page that could not be told is left out.
+    /// Kinds of maps, static or moving, whose page lists or reference counts were repaired. A page that cannot be assigned to a
+    /// list is left out.
     pub lists: usize,
-    /// Pages of which components were dropped, or their weights or box worked out again.
+    /// Pages of which components were removed, or weights or bounding box were recomputed.
     pub pages: usize,
-    /// Features of a joint map that were dropped.
+    /// Features of a joint map that were removed.
     pub features: usize,
-    /// Whether the pose of a joint map was made less certain.
+    /// Whether the covariance of the pose of a joint map was increased.
     pub widened: bool,
-    /// Whether births that wait for the next scan were dropped.
+    /// Whether births that were delayed until the next scan were removed.
     pub waiting: bool,
-    /// Whether everything has been looked at since the round before.
+    /// Whether the scrubber has finished a round: all parts were checked since the end of the previous round.
     pub round: bool,
 }
 
 impl Scrubbed {
-    /// Whether nothing was wrong.
+    /// Whether no damage was found.
     #[must_use]
     pub fn is_clean(&self) -> bool {
         let Self { isolated, rescaled, lists, pages, features, widened, waiting, round: _ } = *self;
         isolated == 0 && !rescaled && lists == 0 && pages == 0 && features == 0 && !widened && !waiting
     }
 
-    /// [`Health::STATE_REPAIRED`] where something was wrong: for a vehicle that keeps the conditions of a scan and of the scrubbing after
-    /// it in one field.
+    /// [`Health::STATE_REPAIRED`] if damage was found: for a vehicle that stores the health of a scan and of the following
+    /// scrubbing in one field.
     #[must_use]
     pub fn health(&self) -> Health {
         Health::STATE_REPAIRED.when(!self.is_clean())
@@ -65,13 +66,13 @@ impl Scrubbed {
 }
 
 impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
-    /// Looks over `parts` parts of the state, and mends what is no state that the filter leaves: for memory without error correction, between
-    /// steps, as there is time. The particles are a part, the lists of pages with their counts another, and every page one. What is sound
-    /// is left as it is, to the bit.
+    /// Checks `parts` parts of the state and repairs values that the filter cannot have produced: for memory without error
+    /// correction, between steps, when there is time. The particles are one part, the page lists with their reference counts
+    /// another, and every page one more. Valid data is unchanged to the bit.
     ///
-    /// A damaged particle is isolated, a damaged component dropped from all maps that share its page. What has been changed to something
-    /// that might be, such as a bit low in a mean, is not found; for that, compare [digests](Self::digest) or go back to a
-    /// [snapshot](Self::save).
+    /// A damaged particle is isolated; a damaged component is removed from all maps that share its page. A value that was changed
+    /// to another valid value, for example by a flip of a low bit of a mean, is not found; to find it, compare
+    /// [digests](Self::digest) or go back to a [snapshot](Self::save).
     ///
     /// ```
     /// # use scphd::models::{ControlNoise, PlanarPose, Step, Unicycle};
@@ -94,8 +95,8 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
     /// ```
     ///
     /// # Errors
-    /// What cannot be mended: counts or times that cannot be, no sound pose at all, or no weight. [Restore](Self::restore) a snapshot, or
-    /// [reset](Self::reset).
+    /// Damage that cannot be repaired: invalid counts or times, no valid pose, or no weight. [Restore](Self::restore) a snapshot,
+    /// or [reset](Self::reset).
     pub fn scrub(&mut self, scrubber: &mut Scrubber, parts: usize) -> Result<Scrubbed, Flaw> {
         let informed = matches!(self.config.proposal, Proposal::Informed(_));
         let memory = &mut self.memory;
@@ -131,9 +132,9 @@ impl<T: Real, M: Motion<Pose: Pose<Scalar = T>>> ScPhd<'_, M> {
         Ok(scrubbed)
     }
 
-    /// A hash of the counts, the time waited, the next label, the random stream and what the watch knows: all that is small and vital. A
-    /// vehicle that takes it after a step and finds another before the next one knows that memory has failed in between, where no scrubbing could
-    /// tell.
+    /// A hash of the data that is small and vital: the counts, the time since the last scan, the next label, the random stream and
+    /// the divergence monitor. If a vehicle computes it after a step and gets another value before the next step, memory has failed
+    /// in between, even where scrubbing cannot find it.
     #[must_use]
     pub fn seal(&self) -> u64 {
         let cursor = &*self.memory.cursor;

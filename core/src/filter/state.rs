@@ -7,19 +7,19 @@ use crate::particles::candidate::Candidate;
 use crate::particles::cursor::Cursor;
 use crate::{Config, Dynamic, Flaw, Pose, Proposal, Real, ScalarOf, SetupError, Static, Symmetric, TangentOf};
 
-/// All memory of a filter: what it knows and its scratch, with every capacity in the type.
+/// All memory of a filter: its estimate and its working memory, with every capacity in the type.
 ///
-/// `size_of` this type is the RAM a filter takes. It belongs into a `static`: [`State::new`] is all zero and costs no
-/// flash, and nothing of it ever crosses the stack.
+/// `size_of` this type is the RAM of a filter. It is meant to be a `static`: [`State::new`] is all zero and takes no flash, and the
+/// state is never copied through the stack.
 ///
 /// | parameter | meaning |
 /// |---|---|
 /// | `P` | pose |
-/// | `PARTICLES` | particles |
+/// | `PARTICLES` | maximum number of particles |
 /// | `CANDIDATES` | particles × samples, at least `PARTICLES` |
 /// | `S` | memory of the static features, a [`MapMemory`](crate::MapMemory) |
 /// | `V` | memory of the moving features, a [`MapMemory`](crate::MapMemory) or [`NoMoving`] |
-/// | `WAITING` | words of 64 measurements of a scan that births can wait on ([`Config::births_wait`](crate::Config::births_wait)), one to four |
+/// | `WAITING` | 64-bit words, one to four, with one bit for each measurement of a scan whose birth can be delayed ([`Config::births_wait`](crate::Config::births_wait)) |
 ///
 /// ```
 /// use nalgebra::Vector2;
@@ -55,7 +55,7 @@ where
 {
     /// An empty state, all zero, to be started by [`ScPhd::reset`](crate::ScPhd::reset).
     ///
-    /// Capacities that cannot work do not compile.
+    /// Invalid capacities do not compile.
     #[must_use]
     pub const fn new() -> Self {
         const {
@@ -80,8 +80,8 @@ where
         }
     }
 
-    /// Forgets what a filter has left here, so that a filter of any configuration can be started on it. The maps are emptied when
-    /// that is [reset](crate::ScPhd::reset).
+    /// Marks the state as empty, so that a filter with any configuration can be started on it. Its [reset](crate::ScPhd::reset)
+    /// then empties the maps.
     pub fn clear(&mut self) {
         self.cursor = Cursor::ZERO;
     }

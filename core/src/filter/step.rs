@@ -1,4 +1,4 @@
-//! One scan update of the PHD filter: predict, propose, weigh (compute likelihoods), select (resample), update the maps, report.
+//! One scan update of the PHD filter: predict, propose, weight (compute likelihoods), resample, update the maps, report.
 
 use crate::filter::scanning::Scanning;
 use crate::{

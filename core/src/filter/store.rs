@@ -1,4 +1,4 @@
-//! Updated maps made to fit, and written to pages.
+//! Storing updated maps: pruning until they fit, and writing to pages.
 
 use crate::filter::draft::Renaming;
 use crate::filter::tally::Tally;

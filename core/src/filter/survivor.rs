@@ -1,4 +1,4 @@
-//! What one survivor makes of the scan: its map looked at, corrected, given births and reduced (5.17–5.22).
+//! The map update of one survivor: components in view, correction, births and reduction (5.17–5.22).
 
 use crate::detection::confirmed::is_confirmed;
 use crate::detection::normalise::Normalisers;

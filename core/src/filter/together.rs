@@ -1,7 +1,7 @@
-//! What is one after the other in a scan on a core, divided among any number of threads: for a GPU.
+//! The sequential parts of a scan, divided among any number of threads: for a GPU.
 //!
-//! Threads write what is [lent](Scanning::lend_particles) out to them, each in a place of its own, and read the rest. All sums have the order of
-//! [`ScPhd::scan`](crate::ScPhd::scan), so that the bits are its own.
+//! Each thread writes its own elements of the [lent](Scanning::lend_particles) arrays, and reads the others. All sums have the
+//! order of [`ScPhd::scan`](crate::ScPhd::scan), so that the results have the same bits.
 
 use crate::filter::draft::{Draft, Renaming};
 use crate::filter::scanning::Scanning;
@@ -18,36 +18,36 @@ use crate::{
     TangentOf,
 };
 
-/// What there is of every candidate and of every particle.
+/// The arrays of all candidates and particles.
 #[derive(Debug)]
 pub struct Lent<'s, P: Pose> {
     /// The candidates.
     pub candidates: &'s mut [Candidate<P>],
     /// Their ln L.
     pub ln_likelihoods: &'s mut [ScalarOf<P>],
-    /// The candidates that go on, one a particle.
+    /// The selected candidates, one for each particle.
     pub selected: &'s mut [Candidate<P>],
-    /// Their numbers.
+    /// Their indices.
     pub survivors: &'s mut [u16],
     /// The covariance of every particle's pose.
     pub pose_covariances: &'s mut [Symmetric<TangentOf<P>>],
-    /// The same of those that go on.
+    /// The covariances of the selected candidates.
     pub selected_covariances: &'s mut [Symmetric<TangentOf<P>>],
 }
 
 /// The lists of the pages of all static maps, and of all moving ones.
 pub type AllLists<'s, D> = (Lists<'s, Static<D>>, Lists<'s, Dynamic<D>>);
 
-/// Pages that were taken, and what belongs there.
+/// Pages that were allocated, and their content.
 pub type Placed<'d, F> = (&'d [PageId], &'d [Page<F>]);
 
-/// The sums that the updates of maps have, for each of them and for all.
+/// Number of sums over a map update.
 pub const TERMS: usize = 8;
-/// What they count.
+/// Number of counts of a map update.
 pub const COUNTS: usize = 6;
 
 impl<'a, 's, T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P> + 'a> Scanning<'a, 's, X> {
-    /// Hands over what there is of candidates and particles, but for the ln L where they are [lent](Self::lend_ln_likelihoods) already.
+    /// Hands over the arrays of candidates and particles, without the ln L if they are [lent](Self::lend_ln_likelihoods) already.
     pub fn lend_particles(&mut self) -> Lent<'s, P> {
         use core::mem::take;
         let memory = &mut *self.memory;
@@ -61,7 +61,7 @@ impl<'a, 's, T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P> + 'a> S
         }
     }
 
-    /// Takes it back.
+    /// Takes the arrays back.
     pub fn give_particles_back(&mut self, lent: Lent<'s, P>) {
         let memory = &mut *self.memory;
         memory.candidates = lent.candidates;
@@ -72,43 +72,43 @@ impl<'a, 's, T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P> + 'a> S
         memory.selected_covariances = lent.selected_covariances;
     }
 
-    /// Number of particles, and of candidates of each.
+    /// Number of particles, and number of candidates of each.
     #[must_use]
     pub fn particles(&self) -> [usize; 2] {
         [self.layout.particles, self.layout.children]
     }
 
-    /// ln Σ ζ L of some candidates, from the first one on, of which these are the ln L.
+    /// ln Σ ζ L over a range of candidates that begins at `first`, with these ln L.
     #[must_use]
     pub fn ln_products(&self, first: usize, ln_likelihoods: &[T]) -> T {
         ln_products(self.memory.candidates.get(first..).unwrap_or(&[]), ln_likelihoods)
     }
 
-    /// Notes the evidence, from that of all parts (5.23), and the greatest |V| of all candidates.
+    /// Stores the evidence, the sum over all parts (5.23), and the greatest |V| of all candidates.
     pub fn weigh_up(&mut self, ln_parts: impl Iterator<Item = T>, in_view: usize) {
         let total = ln_sum(ln_parts);
         let ln_evidence = if total.is_finite() { total } else { T::NEG_INFINITY };
         self.weighing = Weighing { ln_evidence, in_view, ..Weighing::NONE };
     }
 
-    /// Multiplies the weights of some candidates by their likelihoods; ln Σ ζ of these.
+    /// Multiplies the weights of a range of candidates by their likelihoods. Returns ln Σ ζ over the range.
     pub fn multiply(&self, candidates: &mut [Candidate<P>], ln_likelihoods: &[T]) -> T {
         let ln_evidence = self.weighing.ln_evidence;
         if ln_evidence.is_finite() { multiply(candidates, ln_likelihoods, ln_evidence) } else { T::ZERO }
     }
 
-    /// What all weights are still to be divided by, in the log domain.
+    /// ln of the remaining normalisation constant of all weights.
     pub fn rest(&self, ln_parts: impl Iterator<Item = T>) -> T {
         let rest = if self.weighing.ln_evidence.is_finite() { ln_rest(ln_parts) } else { None };
         rest.unwrap_or(T::ZERO)
     }
 
-    /// Divides the weights of some candidates by it, sums them up and writes what is reached with each.
+    /// Divides the weights of a range of candidates by `rest`, and writes their cumulative sums.
     pub fn sum_up(&self, candidates: &mut [Candidate<P>], rest: T, cumulated: &mut [T]) -> PartSums<T> {
         sum_up(candidates, rest, cumulated)
     }
 
-    /// Whether all particles are drawn anew, from Σ ζ² of all parts: the number that they are drawn with.
+    /// Decides from Σ ζ² of all parts whether to resample. Returns the uniform random number of the systematic resampling if so.
     pub fn decide(&mut self, squares: impl Iterator<Item = T>) -> Option<T> {
         let n_eff = T::ONE / squares.fold(T::ZERO, |sum, of_part| sum + of_part);
         self.weighing.n_eff = n_eff;
@@ -122,8 +122,8 @@ impl<'a, 's, T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P> + 'a> S
         &mut self.noise
     }
 
-    /// The candidate that a particle goes on with where all are drawn anew: the first with which the sum of the weights, `reached`, is above
-    /// its position, or the last that weighs anything.
+    /// The candidate that a particle continues after resampling: the first whose cumulative weight, `reached`, exceeds the position
+    /// of the particle, or the last with a weight above 0.
     pub fn draw(
         &self,
         place: usize,
@@ -149,7 +149,8 @@ impl<'a, 's, T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P> + 'a> S
         Some((index as u16, Candidate { ln_weight: -particles.ln(), ..candidate }))
     }
 
-    /// The one that it goes on with otherwise, among its own, drawn with the next number of the stream where there are several.
+    /// The candidate that a particle continues without resampling: one of its own, drawn with the next random number if it has
+    /// several.
     pub fn draw_own(
         &self,
         place: usize,
@@ -172,20 +173,20 @@ impl<'a, 's, T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P> + 'a> S
         self.layout.parent_of(candidate)
     }
 
-    /// The candidates that the particles go on with, by their numbers.
+    /// The indices of the candidates that the particles continue.
     #[must_use]
     pub fn survivors(&self) -> &[u16] {
         self.memory.survivors.get(..self.layout.particles).unwrap_or(&[])
     }
 
-    /// The candidates that go on are known, the heaviest of them and how many differ: begins the update, but for the maps that nobody goes on
-    /// with.
+    /// Begins the update after the selection, with the heaviest of the selected candidates and the number of distinct ones. Maps
+    /// without a survivor are not freed yet.
     pub fn selected(&mut self, heaviest: usize, distinct: usize) {
         self.selection.heaviest = heaviest;
         self.open_update(distinct);
     }
 
-    /// Gives a draft the task of the survivor of that number among those that differ, which is that of the particle first.
+    /// Assigns to a draft the task of the distinct survivor `number`, whose first copy is `particle`.
     pub fn assign_one(&self, draft: &mut Draft<'_, PositionOf<P>>, (number, particle): (usize, usize)) {
         let mut alike =
             self.memory.survivors.iter().skip(particle).take(self.layout.particles.saturating_sub(particle));
@@ -205,7 +206,7 @@ impl<'a, 's, T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P> + 'a> S
         draft.begin(Task { survivor, parent, particle, copies, last_child, remaining, reserved });
     }
 
-    /// Finds the pages that the updated maps of a draft keep, which is [made](Self::make).
+    /// Finds the pages that the updated maps of a [made](Self::make) draft keep.
     pub fn line_up(&self, draft: &mut Draft<'_, PositionOf<P>>) {
         let Draft { of_static, of_moving, task, bounds, .. } = draft;
         let only_child = task.last_child && self.is_first_child(task);
@@ -226,7 +227,7 @@ impl<'a, 's, T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P> + 'a> S
         [self.memory.static_maps.pool.free(), self.memory.moving_maps.pool.free()]
     }
 
-    /// Whether drafts can be stored at the same time at all.
+    /// Whether drafts can be stored in parallel.
     #[must_use]
     pub fn stores_together(&self) -> bool {
         self.update_context.births_wait == 0 && !self.layout.single_candidate
@@ -242,12 +243,12 @@ impl<'a, 's, T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P> + 'a> S
         self.end_update();
     }
 
-    /// Hands over the lists of the pages of all maps, and of those that are free.
+    /// Hands over the page lists of all maps, and the lists of free pages.
     pub fn lend_lists(&mut self) -> AllLists<'s, PositionOf<P>> {
         (self.memory.static_maps.lend_lists(), self.memory.moving_maps.lend_lists())
     }
 
-    /// Takes them back, with so many free pages of either kind.
+    /// Takes the lists back, with the number of free pages of either kind.
     pub fn give_lists_back(
         &mut self,
         (of_static, of_moving): AllLists<'s, PositionOf<P>>,
@@ -257,8 +258,8 @@ impl<'a, 's, T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P> + 'a> S
         self.memory.moving_maps.give_lists_back(of_moving, free_moving);
     }
 
-    /// Adds what all drafts have summed, counted, and used at most: of each kind of maps components in view and pages; and how many fresh labels
-    /// they have given.
+    /// Adds the sums, counts and peaks of all drafts: for each kind of maps components in view and pages; and the number of new
+    /// labels.
     pub fn count(&mut self, terms: [T; TERMS], counts: [usize; COUNTS], peaks: [[usize; 2]; 2], labels: u32) {
         let [pruned, innovation, weight, expected, known, known_expected, missed, detected] = terms;
         let tally = &mut self.tally;
@@ -283,13 +284,13 @@ impl<'a, 's, T: Real, P: Pose<Scalar = T>, X: MeasurementModel<Pose = P> + 'a> S
 }
 
 impl<T: Real, D: Place<Scalar = T>> Draft<'_, D> {
-    /// The particle that gets the updated maps, and how many share them.
+    /// The particle that gets the updated maps, and the number of particles that share them.
     #[must_use]
     pub fn particles(&self) -> [usize; 2] {
         [self.task.particle, self.task.copies]
     }
 
-    /// What is summed over the components, in the order of [`Scanning::count`].
+    /// The sums over the components, in the order of [`Scanning::count`].
     #[must_use]
     pub fn terms(&self) -> [T; TERMS] {
         let tally = &self.tally;
@@ -306,7 +307,7 @@ impl<T: Real, D: Place<Scalar = T>> Draft<'_, D> {
         ]
     }
 
-    /// What is counted, and the most components in view of either kind of maps.
+    /// The counts, and the most components in view of either kind of maps.
     #[must_use]
     pub fn counts(&self) -> ([usize; COUNTS], [usize; 2]) {
         let tally = &self.tally;
@@ -314,13 +315,13 @@ impl<T: Real, D: Place<Scalar = T>> Draft<'_, D> {
         (counts, tally.peaks.map(|peak| peak.in_view))
     }
 
-    /// Number of fresh labels.
+    /// Number of new labels.
     #[must_use]
     pub fn labels(&self) -> u32 {
         self.labels
     }
 
-    /// Pages that either map takes, and that it gives back as their only holder.
+    /// For either map, the number of pages it allocates, and of pages it frees as their only owner.
     #[must_use]
     pub fn pages(&self) -> [[usize; 2]; 2] {
         [[self.of_static.pages_len, self.of_static.regained], [self.of_moving.pages_len, self.of_moving.regained]]
@@ -332,24 +333,25 @@ impl<T: Real, D: Place<Scalar = T>> Draft<'_, D> {
         [self.of_static.row_len, self.of_moving.row_len]
     }
 
-    /// Maps that are still to be updated when this one is.
+    /// Number of maps that are still to be updated at this one.
     #[must_use]
     pub fn remaining(&self) -> usize {
         self.task.remaining
     }
 
-    /// Whether all of it is there and fits into a map, if there are pages.
+    /// Whether the update is complete and fits into a map, if there are enough pages.
     #[must_use]
     pub fn is_ready(&self) -> bool {
         self.is_whole && self.of_static.fits_row() && self.of_moving.fits_row()
     }
 
-    /// Pages that the maps keep.
+    /// Pages that the maps reuse.
     pub fn kept(&self) -> (&[PageId], &[PageId]) {
         (self.of_static.row(), self.of_moving.row())
     }
 
-    /// Takes pages for the updated maps, where so many fresh labels have been given before.
+    /// Allocates pages for the updated maps, and sets where their new labels begin: `label_offset` new labels of previous drafts
+    /// come first.
     pub fn take(
         &mut self,
         first_fresh: u32,
@@ -362,19 +364,19 @@ impl<T: Real, D: Place<Scalar = T>> Draft<'_, D> {
         self.of_moving.take(take_moving);
     }
 
-    /// Makes the fresh labels those that are its own.
+    /// Assigns the final values to the new labels.
     pub fn rename(&mut self) {
         self.of_static.rename(&self.renaming);
         self.of_moving.rename(&self.renaming);
     }
 
-    /// The pages that were taken, and what belongs there.
+    /// The allocated pages, and their content.
     #[must_use]
     pub fn placed(&self) -> (Placed<'_, Static<D>>, Placed<'_, Dynamic<D>>) {
         (self.of_static.placed(), self.of_moving.placed())
     }
 
-    /// Writes the list of the pages of the updated maps.
+    /// Writes the page lists of the updated maps.
     pub fn write_rows(
         &self,
         (ids, head): (&mut [PageId], &mut Row<D>),

@@ -27,10 +27,10 @@ pub(crate) struct Update<'a, 's, D: Place> {
     pub(crate) tally: &'a mut Tally<D::Scalar>,
 }
 
-/// Every particle gets the updated map of the survivor it continues, and the maps without one are freed.
+/// Map updates: every particle gets the updated map of the survivor it continues; maps without a survivor are freed.
 ///
-/// Copies of one survivor share its map. A parent's last child takes its map over, so that without a
-/// resampling every map is rewritten in its own place, and what it does not see is not touched.
+/// Copies of one survivor share its map. The last child of a parent reuses the parent's map, so that without resampling every map
+/// is updated in place, and components out of view are not copied.
 impl<T: Real, D: Place<Scalar = T>> Update<'_, '_, D> {
     /// Frees the maps of those of the `parents` that are not among the ones `alive`, which come in ascending order.
     pub(crate) fn begin(&mut self, parents: usize, alive: impl Iterator<Item = usize>) {

@@ -1,4 +1,4 @@
-//! A walk through all that decides how the filter goes on, and the way back from what a snapshot has of it.
+//! Traversal of all data that influences later results, for digests and snapshots, and restoring it from a snapshot.
 
 use crate::filter::state::Memory;
 use crate::map::{Maps, PAGE_LEN, PageId};

@@ -1,4 +1,4 @@
-//! What a memory fault may change of a filter with static features: all that is kept between steps.
+//! Fault injection into a filter with static features: all data that is kept between steps.
 
 use super::scphd::ScPhd;
 use crate::filter::state::Memory;
@@ -8,9 +8,9 @@ use crate::particles::cursor::Cursor;
 use crate::{Motion, Noise, PlanarPose};
 
 impl<M: Motion<Pose = PlanarPose<f32>>> ScPhd<'_, M> {
-    /// Flips one bit of all that is kept between steps, moving features left out, each with the same chance: what it is part of, and which one of
-    /// its word. For tests of failing memory on a board or a desk, with the feature `flips`; the bits are drawn from `draws`, so that the
-    /// same seed flips the same ones everywhere.
+    /// Flips one bit of the data that is kept between steps, without moving features; every bit has the same probability. Returns
+    /// the name of the data and the index of the bit in its word. For tests of memory faults on a board or a desk computer, with
+    /// the feature `flips`; `draws` selects the bit, so that the same seed flips the same bits everywhere.
     ///
     /// ```
     /// # use scphd::diagnostics::Scrubber;

@@ -1,4 +1,4 @@
-//! Which of the births that wait a scan may have seen again.
+//! Association of delayed births with the measurements of the next scan.
 
 use crate::detection::scan::Scan;
 use crate::detection::view::View;

@@ -1,4 +1,4 @@
-//! What is kept of births that wait.
+//! Storage of delayed births.
 
 use crate::detection::scan::Scan;
 use crate::numerics::fnv::Fnv;

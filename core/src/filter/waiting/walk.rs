@@ -1,4 +1,4 @@
-//! A walk through the births that wait, for digests and snapshots, and what is amiss with them.
+//! Traversal of the delayed births, for digests and snapshots, and their validity check.
 
 use crate::filter::waiting::memory::{Awaited, Awaiting, Birthplace, Waiting, are_below, words_for};
 use crate::numerics::range::is_within_range;
