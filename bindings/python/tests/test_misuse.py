@@ -90,7 +90,7 @@ def test_before_reset(slam, lidar):
         ("predict", ((1.0, 0.0), NAN), scphd.InputError, "time step"),
         ("predict", ((1.0, 0.0), -0.1), scphd.InputError, "time step"),
         ("predict", ((1.0, 0.0), None), TypeError, None),
-        ("predict", ((400.0, 0.0), 0.1), scphd.InputError, "no vehicle is so fast"),
+        ("predict", ((400.0, 0.0), 0.1), scphd.InputError, "faster than speed_max_mps"),
         ("observe", (scphd.PositionFix(sigma_m=1.0), (1.0,)), scphd.InputError, "shape"),
         ("observe", (scphd.PositionFix(sigma_m=1.0), (1.0, NAN)), scphd.InputError, "not finite"),
         ("observe", (scphd.PositionFix(sigma_m=1.0), None), scphd.InputError, "shape"),

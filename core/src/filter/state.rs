@@ -19,7 +19,7 @@ use crate::{Config, Dynamic, Flaw, Pose, Proposal, Real, ScalarOf, SetupError, S
 /// | `CANDIDATES` | particles × samples, at least `PARTICLES` |
 /// | `S` | memory of the static features, a [`MapMemory`](crate::MapMemory) |
 /// | `V` | memory of the moving features, a [`MapMemory`](crate::MapMemory) or [`NoMoving`] |
-/// | `WAITING` | 64-bit words, one to four, with one bit for each measurement of a scan whose birth can be delayed ([`Config::births_wait`](crate::Config::births_wait)) |
+/// | `WAITING` | 1 to 4 words of 64 measurements each, whose births can [wait](crate::Config::births_wait) for the next scan |
 ///
 /// ```
 /// use nalgebra::Vector2;

@@ -1,10 +1,10 @@
-//! One error for a function that does several operations.
+//! One error type for a function that calls several operations.
 
 use super::error::{LoadMapError, ObserveError, PredictError, ResetError, ScanError, SetupError};
 use crate::{ConfigError, ModelError};
 use core::fmt;
 
-/// Why any operation of a filter was refused, so that `?` serves for all of them in one function.
+/// An error of any operation of a filter, so that one function can use `?` for all of them.
 ///
 /// ```
 /// use scphd::models::{ControlNoise, PositionFix, RangeBearing, Step, Unicycle};
@@ -18,17 +18,17 @@ use core::fmt;
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum Error {
-    /// Of a model, a configuration or a filter that is set up.
+    /// Error of a model, of a configuration, or of the construction of a filter.
     Setup(SetupError),
-    /// Of a reset, a relocation or an inflated covariance.
+    /// Error of a reset, a relocation or an inflation of the covariance.
     Reset(ResetError),
-    /// Of a map that is loaded.
+    /// Error of loading a map.
     LoadMap(LoadMapError),
-    /// Of a prediction.
+    /// Error of a prediction.
     Predict(PredictError),
-    /// Of a scan.
+    /// Error of a scan.
     Scan(ScanError),
-    /// Of a measurement of the pose.
+    /// Error of a fix.
     Observe(ObserveError),
 }
 

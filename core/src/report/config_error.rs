@@ -1,13 +1,13 @@
-//! Why a tuning is refused.
+//! Error of a tuning.
 
 /// A field of the [`Config`](crate::Config) is out of range.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub struct ConfigError {
-    /// The field's name.
+    /// Name of the field.
     pub field: &'static str,
-    /// What it must be.
+    /// Its valid range.
     pub range: &'static str,
 }
 

@@ -1,57 +1,57 @@
-//! Why an operation was refused. Whatever is refused leaves the state as it was; but of a prediction the time has passed all
-//! the same, and the reports tell of it.
+//! Errors of the operations. An operation that returns an error leaves the state unchanged, with one exception: the time of a
+//! refused prediction counts as elapsed, and the reports show the refusal.
 
 use crate::numerics::range::{is_within_range, is_within_square};
 use crate::{ConfigError, Fix, ModelError, Pose, Real, Symmetric, Vector};
 use core::fmt;
 
-/// Why a filter cannot be set up.
+/// Errors of the construction of a filter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum SetupError {
     /// A field of the configuration is out of range.
     Config(ConfigError),
-    /// More particles are configured than the state holds.
+    /// More particles are configured than the state has memory for.
     TooManyParticles {
-        /// Particles configured.
+        /// Configured number of particles.
         particles: usize,
-        /// Particles the state holds.
+        /// Capacity of the state.
         capacity: usize,
     },
-    /// More candidates (particles × samples) are configured than the state holds.
+    /// More candidates (particles × samples) are configured than the state has memory for.
     TooManyCandidates {
-        /// Candidates configured.
+        /// Configured number of candidates.
         candidates: usize,
-        /// Candidates the state holds.
+        /// Capacity of the state.
         capacity: usize,
     },
-    /// Features that move are born, and the state has no memory for them.
+    /// A detector has moving births, and the state has no memory for moving features.
     NoRoomForMoving,
-    /// A parameter of a model is not one the model can work with.
+    /// A parameter of a model is out of range.
     Model(ModelError),
-    /// The sensor's birth intensity has more components than an update has room for (`VIEW` of the static maps).
+    /// The sensor's birth intensity has more components than an update has memory for (`VIEW` of the static maps).
     TooManyBirths {
-        /// Components there is room for.
+        /// Capacity of an update, in components.
         capacity: usize,
     },
-    /// The state holds particles of an earlier filter, of another number than is configured.
+    /// The state has particles of an earlier filter, and their number is not the configured one.
     HeldParticles {
-        /// Particles the state holds.
+        /// Particles in the state.
         held: usize,
-        /// Particles configured.
+        /// Configured number of particles.
         configured: usize,
     },
-    /// The state holds the samples of a prediction whose scan has not come yet, of another number than is configured.
+    /// The state has samples of a prediction whose scan has not come yet, and their number is not the configured one.
     HeldSamples {
-        /// Samples the state holds of every particle.
+        /// Samples per particle in the state.
         held: usize,
-        /// Samples that the configuration asks for.
+        /// Configured number of samples per particle.
         configured: usize,
     },
-    /// The state holds particles whose poses are uncertain in themselves, from which only the informed proposal can go on.
+    /// The particles in the state have covariances, which only the informed proposal supports.
     HeldCovariance,
-    /// What an earlier filter has left in the state does not fit together: its memory was damaged.
+    /// The content of the state, left by an earlier filter, is inconsistent: its memory was damaged.
     HeldDamaged(Flaw),
 }
 
@@ -68,19 +68,16 @@ impl fmt::Display for SetupError {
             Self::NoRoomForMoving => f.write_str("births.of_moving is above 0, but the state has no moving maps"),
             Self::Model(error) => error.fmt(f),
             Self::TooManyBirths { capacity } => {
-                write!(f, "the sensor's birth intensity has more components than a state for {capacity} in view holds")
+                write!(f, "the sensor's birth intensity has more than {capacity} components, the capacity of an update")
             }
             Self::HeldParticles { held, configured } => {
-                write!(f, "the state holds {held} particles, and {configured} are configured; clear it first")
+                write!(f, "the state has {held} particles, but {configured} are configured; clear it first")
             }
             Self::HeldSamples { held, configured } => {
-                write!(
-                    f,
-                    "the state holds {held} samples a particle, and the next scan is to have {configured}; clear it first"
-                )
+                write!(f, "the state has {held} samples per particle, but {configured} are configured; clear it first")
             }
             Self::HeldCovariance => f.write_str(
-                "the state's poses are uncertain, which the informed proposal alone goes on from; clear it first",
+                "the poses in the state have covariances, which only the informed proposal supports; clear it first",
             ),
             Self::HeldDamaged(flaw) => write!(f, "the state is damaged: {flaw}; clear it first"),
         }
@@ -101,16 +98,17 @@ impl From<ConfigError> for SetupError {
     }
 }
 
-/// Why the filter cannot start.
+/// Errors of setting the pose.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum ResetError {
-    /// The pose is not finite, or a coordinate above 1e8.
+    /// The pose is not finite, or a coordinate is above 1e8.
     NonFinitePose,
-    /// The covariance is not finite, a variance negative, or two coordinates have more in common than their variances allow.
+    /// The covariance is not finite, a variance is negative, or the covariance of two coordinates is greater than their variances
+    /// allow.
     Covariance,
-    /// There is nothing to go on from: the filter has not been reset yet.
+    /// The filter has not been reset yet.
     NotStarted,
 }
 
@@ -138,8 +136,8 @@ impl ResetError {
 impl fmt::Display for ResetError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Self::NonFinitePose => "the pose is not finite, or a coordinate above 1e8",
-            Self::Covariance => "the covariance is not finite, or not one",
+            Self::NonFinitePose => "the pose is not finite, or a coordinate is above 1e8",
+            Self::Covariance => "the covariance is not finite, a variance is negative, or a correlation is beyond ±1",
             Self::NotStarted => "the filter has not been reset yet",
         })
     }
@@ -147,29 +145,29 @@ impl fmt::Display for ResetError {
 
 impl core::error::Error for ResetError {}
 
-/// Why a map cannot be loaded.
+/// Errors of loading a map.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum LoadMapError {
-    /// The state holds no particles: it has not been reset yet.
+    /// The filter has not been reset yet.
     NotStarted,
-    /// A component is not finite, farther from the origin than 1e8 m, heavier than a million features, or its covariance not
-    /// positive definite.
+    /// A component is not finite, is farther from the origin than 1e8 m or heavier than a million features, or its covariance is
+    /// not positive definite.
     Component {
-        /// Its place in the map.
+        /// Its index in the map.
         index: usize,
     },
     /// A component's label is above [`ScPhd::GREATEST_LOADED_LABEL`](crate::ScPhd::GREATEST_LOADED_LABEL).
     Tag {
-        /// Its place in the map.
+        /// Its index in the map.
         index: usize,
     },
-    /// The map has more components than the state holds.
+    /// The map has more components than the state has memory for.
     TooManyComponents {
         /// Components in the map.
         components: usize,
-        /// Components the state holds.
+        /// Capacity of the state.
         capacity: usize,
     },
 }
@@ -181,7 +179,7 @@ impl fmt::Display for LoadMapError {
             Self::Component { index } => {
                 write!(
                     f,
-                    "component {index} is not finite, too far away or too heavy, or its covariance not positive definite"
+                    "component {index} is not finite, too far away or too heavy, or its covariance is not positive definite"
                 )
             }
             Self::Tag { index } => write!(f, "component {index} has a label that is too great"),
@@ -194,18 +192,18 @@ impl fmt::Display for LoadMapError {
 
 impl core::error::Error for LoadMapError {}
 
-/// Why a prediction was refused.
+/// Errors of a prediction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum PredictError {
-    /// The state holds no particles: it has not been reset yet.
+    /// The filter has not been reset yet.
     NotStarted,
     /// The time step is negative or not finite.
     TimeStep,
-    /// The motion model does not admit the control.
+    /// The control is not finite or outside the domain of the motion model.
     Control,
-    /// It is beyond the limits of [`Plausible`](crate::Plausible).
+    /// The motion is beyond the limits of [`Plausible`](crate::Plausible).
     Implausible(Implausible),
 }
 
@@ -222,29 +220,29 @@ impl fmt::Display for PredictError {
 
 impl core::error::Error for PredictError {}
 
-/// Why a scan was refused.
+/// Errors of a scan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum ScanError {
-    /// The state holds no particles: it has not been reset yet.
+    /// The filter has not been reset yet.
     NotStarted,
-    /// The scan has more measurements than there is room for, in the detector's memory or in that of a joint map; the caller chooses which
+    /// The scan has more measurements than the memory of the detector, or of the joint map, has room for. The caller decides which
     /// to leave out.
     TooManyMeasurements {
         /// Measurements in the scan.
         measurements: usize,
-        /// Measurements there is room for.
+        /// Capacity of the memory.
         capacity: usize,
     },
     /// A measurement is not finite.
     NonFinite {
-        /// Its place in the scan.
+        /// Its index in the scan.
         index: usize,
     },
     /// The covariance of the sensor's noise is not positive definite.
     SensorNoise,
-    /// The detector gives birth to features that move, and the state has no memory for them.
+    /// The detector has moving births, and the state has no memory for moving features.
     NoRoomForMoving,
 }
 
@@ -276,12 +274,12 @@ impl fmt::Display for ScanError {
 
 impl core::error::Error for ScanError {}
 
-/// Why a fix was refused.
+/// Errors of a fix.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum ObserveError {
-    /// The state holds no pose: it has not been reset yet.
+    /// The filter has not been reset yet.
     NotStarted,
     /// The measurement is not finite.
     NonFinite,
@@ -311,60 +309,60 @@ impl fmt::Display for ObserveError {
 
 impl core::error::Error for ObserveError {}
 
-/// What of a prediction no vehicle does.
+/// Which limit of [`Plausible`](crate::Plausible) a prediction exceeds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum Implausible {
-    /// It takes longer than [`Plausible::step_max_s`](crate::Plausible::step_max_s).
+    /// The time step is longer than [`Plausible::step_max_s`](crate::Plausible::step_max_s).
     Step,
     /// The vehicle would be faster than [`Plausible::speed_max_mps`](crate::Plausible::speed_max_mps).
     Speed,
     /// The vehicle would turn faster than [`Plausible::turn_rate_max_radps`](crate::Plausible::turn_rate_max_radps).
     TurnRate,
-    /// The vehicle would come farther than [`Plausible::jump_max_m`](crate::Plausible::jump_max_m).
+    /// The vehicle would move farther than [`Plausible::jump_max_m`](crate::Plausible::jump_max_m) in one step.
     Jump,
 }
 
 impl fmt::Display for Implausible {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Self::Step => "no step takes so long",
-            Self::Speed => "no vehicle is so fast",
-            Self::TurnRate => "no vehicle turns so fast",
-            Self::Jump => "no vehicle comes so far in one step",
+            Self::Step => "the time step is longer than step_max_s",
+            Self::Speed => "the vehicle would be faster than speed_max_mps",
+            Self::TurnRate => "the vehicle would turn faster than turn_rate_max_radps",
+            Self::Jump => "the vehicle would move farther than jump_max_m in one step",
         })
     }
 }
 
-/// What is wrong with a state. The filter makes none of it; memory that was damaged may show it.
+/// Inconsistencies of a state. The filter itself produces none of them; damaged memory can.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum Flaw {
-    /// A count, a time or a number of the watch is out of range.
+    /// A count, a time or a value of the divergence monitor is out of range.
     Cursor,
-    /// A pose is beyond every range, or its covariance not finite.
+    /// A pose is out of range, or its covariance is not finite.
     Pose,
     /// The weights do not sum to one.
     Weights,
-    /// What is kept of births that wait for the next scan cannot be.
+    /// The data of the delayed births is invalid.
     Waiting,
-    /// The lists of pages and the counts of who holds them do not agree.
+    /// The page lists and the reference counts of the pages do not agree.
     Pages,
-    /// A component is not finite, not positive definite, or not where its page says.
+    /// A component is not finite, not positive definite, or outside the bounding box of its page.
     Component,
 }
 
 impl fmt::Display for Flaw {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Self::Cursor => "a count, a time or a number of the watch is out of range",
-            Self::Pose => "a pose is beyond every range",
+            Self::Cursor => "a count, a time or a value of the divergence monitor is out of range",
+            Self::Pose => "a pose is out of range",
             Self::Weights => "the weights do not sum to one",
-            Self::Waiting => "births that wait are out of range",
-            Self::Pages => "pages and the counts of their holders do not agree",
-            Self::Component => "a component is not finite, not positive definite or out of place",
+            Self::Waiting => "the delayed births are invalid",
+            Self::Pages => "the page lists and the reference counts do not agree",
+            Self::Component => "a component is not finite, not positive definite or outside the box of its page",
         })
     }
 }

@@ -1,10 +1,10 @@
-//! Health flags: what an autopilot may want to act on.
+//! Health flags: warnings that an autopilot can react to.
 
 use crate::Real;
 use core::fmt;
 use core::ops::{BitOr, BitOrAssign};
 
-/// A set of conditions, each with one cause.
+/// A set of warnings, each with one cause.
 ///
 /// ```
 /// use scphd::Health;
@@ -20,45 +20,47 @@ const INNOVATION_HIGH: f64 = 2.0;
 const INNOVATION_DEVIATIONS: f64 = 4.5;
 
 impl Health {
-    /// Nothing to report.
+    /// No warning.
     pub const GOOD: Self = Self(0);
-    /// No candidate explained the scan at all (every weight times likelihood was zero): the weights were left as they
-    /// were. The vehicle is lost, or the clutter and birth intensities are both zero.
+    /// No candidate explains the scan: every product of weight and likelihood is zero. The weights are unchanged. The vehicle is
+    /// lost, or clutter and birth intensities are both zero.
     pub const UNEXPLAINED_SCAN: Self = Self(1);
-    /// The weight of all candidates but one was negligible (`N_eff` below 1.5, with more than one candidate): the pose
-    /// hangs on a single sample.
+    /// The weight of all candidates but one is negligible (`N_eff` below 1.5, with more than one candidate): the estimated pose
+    /// depends on a single sample.
     pub const DEGENERATE: Self = Self(1 << 1);
-    /// Some map had so little room (workspace, page list or pool) that components above `prune_weight` were dropped, or left
-    /// aside by the informed proposal.
+    /// A map had so little memory (workspace, page list or pool) that components above `prune_weight` were removed, or that the
+    /// informed proposal left some out.
     pub const PRUNING_TIGHTENED: Self = Self(1 << 2);
-    /// Some map was left as predicted, because not even its confirmed features found room in its page list or the pool.
+    /// A map remains as predicted, because not even its confirmed features fit into its page list or the pool.
     pub const MAP_NOT_UPDATED: Self = Self(1 << 3);
-    /// Components were lost that no tightening of the pruning could make room for.
+    /// Components were discarded because there was no memory for them even with the highest pruning threshold.
     pub const COMPONENTS_LOST: Self = Self(1 << 4);
-    /// Rounding had made some covariance indefinite; it was repaired by adding as little as
-    /// possible to its diagonal. A feature born next to the sensor, much longer than wide, is the usual case.
+    /// Rounding errors made a covariance indefinite; it was repaired by adding the least possible amount to its diagonal. The usual
+    /// case is a feature that was initiated near the sensor, whose uncertainty ellipse is much longer than wide.
     pub const COVARIANCE_REPAIRED: Self = Self(1 << 5);
-    /// Some candidate's pose left the range of the scalar in the prediction; it stayed where it was.
+    /// The predicted pose of a candidate was out of the range of the scalar; the candidate was not moved.
     pub const POSE_REJECTED: Self = Self(1 << 6);
-    /// The mean squared innovation of the detections is more than twice what their covariances say, and of few detections more than
-    /// four and a half standard deviations beyond it: the noise is set too low, or the vehicle is not where the filter thinks.
+    /// The mean squared innovation of the detections is more than twice the value expected from their covariances; for few
+    /// detections, it is also more than four and a half standard deviations above it. The noise is set too low, or the estimated
+    /// pose is wrong.
     pub const INNOVATION_HIGH: Self = Self(1 << 7);
-    /// Predictions since the scan before were refused: the vehicle has moved, and the filter does not know how.
+    /// Predictions since the last scan were refused: the vehicle has moved, and the filter does not know how.
     pub const PREDICTION_REFUSED: Self = Self(1 << 8);
-    /// Known landmarks are missed, and measurements come from elsewhere, for so long that it is no chance any more: odds of a
-    /// hundred to one that the vehicle is not where it is taken to be.
+    /// Known landmarks are missed, and other measurements appear, for longer than chance explains: the odds are a hundred to one
+    /// that the estimated pose is wrong.
     pub const DIVERGENCE_SUSPECTED: Self = Self(1 << 9);
-    /// The same beyond doubt, with odds of ten thousand to one. It stays until the pose is set (`relocate`, `reset`) or made uncertain
-    /// (`scatter`), or until what was known is detected again where it is expected.
+    /// As [`DIVERGENCE_SUSPECTED`](Self::DIVERGENCE_SUSPECTED), with odds of ten thousand to one. The flag stays set until the pose
+    /// is set (`relocate`, `reset`) or made uncertain (`scatter`), or until known landmarks are detected again where they are
+    /// expected.
     pub const LOST: Self = Self(1 << 10);
-    /// Predictions have gone on for eight times as long as it usually takes for a scan to come, and for a second at least.
+    /// There has been no scan for eight times the usual interval and for at least a second, while predictions continue.
     pub const INPUT_LOST: Self = Self(1 << 11);
-    /// A scrubbing has found what memory faults had left, and mended it: [`Scrubbed::health`](crate::Scrubbed::health).
+    /// Memory scrubbing found and repaired damage: [`Scrubbed::health`](crate::Scrubbed::health).
     pub const STATE_REPAIRED: Self = Self(1 << 12);
-    /// Far more is measured than usual that nothing known explains: a burst of clutter, or a place that is all new.
+    /// Far more measurements than usual come from no known landmark: a burst of clutter, or an area that is not mapped yet.
     pub const CLUTTER_HIGH: Self = Self(1 << 13);
-    /// Of late a fifth of the detections to be expected of known landmarks is missing: the view is blocked, the sensor is failing, or p_D
-    /// is set too high.
+    /// Recently a fifth of the expected detections of known landmarks is missing: the view is blocked, the sensor is failing, or
+    /// p_D is set too high.
     pub const DETECTIONS_LOW: Self = Self(1 << 14);
 
     const NAMES: [(Self, &'static str); 15] = [
@@ -79,24 +81,24 @@ impl Health {
         (Self::DETECTIONS_LOW, "DETECTIONS_LOW"),
     ];
 
-    /// Every condition there is, in the order of the bits.
+    /// All warnings, in the order of the bits.
     pub fn all() -> impl Iterator<Item = Self> {
         Self::NAMES.iter().map(|(condition, _)| *condition)
     }
 
-    /// No condition at all.
+    /// Whether there is no warning.
     #[must_use]
     pub fn is_good(self) -> bool {
         self == Self::GOOD
     }
 
-    /// Whether every condition of `other` holds.
+    /// Whether all warnings of `other` are set.
     #[must_use]
     pub fn contains(self, other: Self) -> bool {
         self.0 & other.0 == other.0
     }
 
-    /// The set as bits, for a telemetry field. A condition keeps its bit from release to release.
+    /// The set as bits, for a telemetry field. The bit of a warning is the same in every release.
     #[must_use]
     pub fn bits(self) -> u16 {
         self.0

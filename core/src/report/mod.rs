@@ -1,4 +1,4 @@
-//! What comes back: reports, health, errors, and who watches a scan.
+//! Output of the operations: reports, health, errors, and probes of a scan.
 
 pub(crate) mod any_error;
 pub(crate) mod config_error;

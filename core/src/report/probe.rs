@@ -1,35 +1,34 @@
-//! Watching a filter from outside as it goes from stage to stage of a step.
+//! Probes, which observe the stages of a step from outside.
 
-/// A stage of the recursion, in the order in which a step goes through them.
+/// The stages of the recursion, in the order of a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum Stage {
-    /// The vehicle and the moving features move (5.12–5.14).
+    /// Prediction of the vehicle and of the moving features (5.12–5.14).
     Predict,
-    /// Every candidate is weighed (4.52), but for a lone one, which the update weighs.
+    /// Weighting of every candidate (4.52); if there is only one, the update computes its weight.
     Weigh,
-    /// Back to one candidate a particle (5.2.2).
+    /// Resampling to one candidate per particle (5.2.2).
     Resample,
-    /// The survivors' maps are updated (5.17–5.22).
+    /// Update of the survivors' maps (5.17–5.22).
     Update,
-    /// Components are pruned and merged (5.2.6), on the calling core.
+    /// Pruning and merging of components (5.2.6), on the calling core.
     Reduce,
 }
 
 impl Stage {
-    /// All of them.
+    /// All stages.
     pub const ALL: [Self; 5] = [Self::Predict, Self::Weigh, Self::Resample, Self::Update, Self::Reduce];
 }
 
-/// Is told when a stage begins and when it ends; a stage that begins inside another one (reduction, inside the update)
-/// ends before that.
+/// Is called when a stage begins and when it ends. A stage within another one (reduction, within the update) ends before it.
 ///
-/// The filter's state does not depend on what a probe does. `()` does nothing.
+/// A probe has no effect on the state of the filter. `()` does nothing.
 pub trait Probe {
-    /// A stage begins.
+    /// Called at the begin of a stage.
     fn enter(&mut self, stage: Stage);
-    /// The stage ends.
+    /// Called at the end of a stage.
     fn leave(&mut self, stage: Stage);
 }
 
@@ -51,7 +50,7 @@ impl<Q: Probe + ?Sized> Probe for &mut Q {
     }
 }
 
-/// Two probes at once, the first told first.
+/// Two probes, called one after the other.
 impl<A: Probe, B: Probe> Probe for (A, B) {
     #[inline]
     fn enter(&mut self, stage: Stage) {
@@ -65,9 +64,9 @@ impl<A: Probe, B: Probe> Probe for (A, B) {
     }
 }
 
-/// Shows the stages on output pins, for a logic analyser: a stage's pin is high while the stage lasts.
+/// Shows the stages on output pins, for a logic analyser: the pin of a stage is high during the stage.
 ///
-/// Pins may refuse; a refusal is counted and otherwise ignored, for a filter must not stop because a wire does.
+/// Errors of the pins are counted and otherwise ignored, because they must not stop the filter.
 #[cfg(feature = "embedded-hal")]
 #[derive(Debug)]
 pub struct StagePins<P> {
@@ -77,19 +76,19 @@ pub struct StagePins<P> {
 
 #[cfg(feature = "embedded-hal")]
 impl<P: embedded_hal::digital::OutputPin> StagePins<P> {
-    /// A probe over the pins of predict, weigh, resample, update and reduce, in this order; all are set low.
+    /// A probe with the pins of predict, weight, resample, update and reduce, in this order; all are set low.
     pub fn new(pins: [P; 5]) -> Self {
         let mut probe = Self { pins, refused: 0 };
         Stage::ALL.into_iter().for_each(|stage| probe.leave(stage));
         probe
     }
 
-    /// How often a pin has refused to change.
+    /// Number of pin errors.
     pub fn refused(&self) -> u32 {
         self.refused
     }
 
-    /// The pins.
+    /// Returns the pins.
     pub fn release(self) -> [P; 5] {
         self.pins
     }

@@ -1,23 +1,23 @@
-//! What a step did.
+//! Reports of the steps.
 
 use crate::Health;
 
-/// What a prediction did.
+/// Result of a prediction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub struct PredictReport {
     /// Candidates after the prediction: N·M.
     pub candidates: usize,
-    /// Candidates whose pose left the range of the scalar; they stayed where they were.
+    /// Candidates whose predicted pose was out of the range of the scalar; they were not moved.
     pub rejected: usize,
-    /// Predictions refused since the last scan.
+    /// Predictions that were refused since the last scan.
     pub refused: usize,
-    /// Conditions.
+    /// Warnings.
     pub health: Health,
 }
 
-/// The most that a scan has taken of the capacities of the maps of one kind, at any moment: each must be at least that.
+/// Greatest use of the map capacities of one kind during a scan: each capacity must be at least this.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
@@ -30,70 +30,71 @@ pub struct Peak {
     pub in_view: usize,
 }
 
-/// What a scan did. Counts over maps are sums over the maps of all distinct survivors; a map is one particle's of both kinds.
+/// Result of a scan of a [`ScPhd`](crate::ScPhd). Counts over maps are sums over all distinct survivors, whose static and moving
+/// maps count as one map.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub struct ScanReport<T> {
     /// Measurements in the scan.
     pub measurements: usize,
-    /// Measurements that could not give birth, because they have no inverse or one that is out of view.
+    /// Measurements that could not become a component, because they have no inverse or one that is out of view.
     pub no_birth: usize,
-    /// Predictions refused since the scan before.
+    /// Predictions that were refused since the last scan.
     pub refused: usize,
-    /// Candidates weighed.
+    /// Candidates that were weighted.
     pub candidates: usize,
-    /// Greatest number of components in view of a candidate.
+    /// Greatest number of components in view of any candidate.
     pub in_view: usize,
-    /// ln Σ ζ L: the logarithm of the scan's likelihood given all before, up to a constant; −∞ where no candidate
-    /// explains it.
+    /// ln Σ ζ L: ln of the likelihood of the scan given all previous inputs, up to a constant; −∞ if no candidate explains the
+    /// scan.
     pub ln_evidence: T,
-    /// `N_eff` of the candidates before any resampling.
+    /// `N_eff` of the candidates before resampling.
     pub n_eff: T,
     /// Whether the particles were resampled.
     pub resampled: bool,
-    /// Particles that go on.
+    /// Particles after the scan.
     pub particles: usize,
-    /// Distinct candidates among the survivors.
+    /// Distinct selected candidates.
     pub survivors: usize,
-    /// Maps written.
+    /// Maps that were updated.
     pub maps_updated: usize,
-    /// Components born and kept, before merging.
+    /// New components, before merging.
     pub births: usize,
-    /// Components merged into another.
+    /// Components that were merged into another one.
     pub merged: usize,
-    /// Mass of the components dropped for their weight. Detections that are ruled out without being computed are not
-    /// counted; each weighs less than `prune_weight`.
+    /// Sum of the weights of pruned components, without detection terms that were excluded before they were computed; each of those
+    /// weighs less than `prune_weight`.
     pub pruned_mass: T,
-    /// Maps that lacked room, for which pruning was tightened; and those of which the informed proposal could take the heaviest
-    /// components alone.
+    /// Maps whose pruning threshold was raised because of too little memory, and maps of which the informed proposal could use only
+    /// the heaviest components.
     pub tightened: usize,
-    /// Maps left as predicted for want of room.
+    /// Maps that remain as predicted because of too little memory.
     pub not_updated: usize,
-    /// Components that found no room.
+    /// Components that were discarded because of too little memory.
     pub lost: usize,
-    /// Covariances repaired.
+    /// Covariances that were repaired.
     pub repaired: usize,
-    /// The most that the scan has taken of the capacities for static features.
+    /// Greatest use of the capacities for static features.
     pub peak: Peak,
-    /// The same for moving features.
+    /// Greatest use of the capacities for moving features.
     pub moving_peak: Peak,
     /// Pages of static features in use after the scan.
     pub pages_used: usize,
-    /// Pages for static features in all.
+    /// Total number of pages for static features.
     pub pages: usize,
     /// Pages of moving features in use after the scan.
     pub moving_pages_used: usize,
-    /// Pages for moving features in all.
+    /// Total number of pages for moving features.
     pub moving_pages: usize,
-    /// Detections to be expected of the features in view, static and moving, in the mean over the maps updated: Σ p_D w.
+    /// Expected number of detections of the features in view, static and moving, as the mean over the updated maps: Σ p_D w.
     pub expected_detections: T,
-    /// Measurements that the features in view explain, likewise: Σ p_D w N(z; ẑ, S)/η_z. Far less than expected of a map that is well known,
-    /// scan after scan, says that the vehicle is not where it is taken to be.
+    /// Expected number of measurements that come from features in view, as the mean over the updated maps: Σ p_D w N(z; ẑ, S)/η_z.
+    /// If it is far below `expected_detections` in scan after scan in a well-known map, the estimated pose is wrong.
     pub detections: T,
-    /// Mean of vᵀ S⁻¹ v over the detections, by weight, per dimension of the measurement; about 1 for a consistent
-    /// filter; 0 where nothing was detected.
+    /// Normalised innovation squared per dimension of the measurement: the mean of vᵀ S⁻¹ v, weighted with the detection terms.
+    /// About 1 in a consistent filter, 0 without detections.
     pub innovation: T,
-    /// Conditions.
+    /// Warnings.
     pub health: Health,
 }

@@ -1,10 +1,11 @@
-//! A watch over the estimate: whether the vehicle is where it is taken to be, and whether its sensors still speak.
+//! Monitor of filter divergence: is the estimated pose wrong, or do sensors fail?
 //!
-//! A cumulative sum (Page 1954) of logarithms of likelihood ratios, "lost" against "here". Here means either of two things. What has been known
-//! for a while is detected at two thirds of its usual rate at least, whatever else is measured: a burst of clutter, or a third of all landmarks hidden in
-//! a row. Or what nothing known explains comes at its usual rate, whatever is detected: a view that is blocked, or one that shows nothing known. Lost
-//! means that what is known is detected by chance, and that its measurements come from elsewhere. The smaller of the two logarithms is taken, so
-//! that under either E[exp(step)] ≤ 1, whichever of them holds at which scan, and a sum of h is reached once in exp(h) scans at most.
+//! A CUSUM test (Page 1954) with log-likelihood ratios of the hypotheses "lost" and "here". "Here" is one of two cases. Either the
+//! landmarks that have been known for a while are detected at two thirds of their usual rate or more, whatever else is measured:
+//! this covers a burst of clutter, or a third of all landmarks occluded for some time. Or measurements from no known landmark come
+//! at their usual rate, whatever is detected: this covers a blocked view, or one without known landmarks. "Lost" means that known
+//! landmarks are detected only by chance, and that their measurements appear elsewhere. The smaller of the two log ratios is taken,
+//! so that E[exp(step)] ≤ 1 in both cases, whichever holds at each scan, and the sum reaches h at most once in exp(h) scans.
 
 use crate::{Health, Real};
 

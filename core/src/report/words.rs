@@ -1,4 +1,4 @@
-//! What a memory fault may change of the watch.
+//! Fault injection into the divergence monitor.
 
 use super::watch::Watch;
 use crate::numerics::flip::{Each, Word};

@@ -1,8 +1,8 @@
-//! What a user tunes.
+//! The tuning of a filter.
 
 use crate::{ConfigError, ConstantVelocity, Informed, ModelError, Plausible, Proposal, Real};
 
-/// Tuning of the recursion; the models carry their own parameters.
+/// Tuning of the recursion of a [`ScPhd`](crate::ScPhd); the models have their own parameters.
 ///
 /// ```
 /// use scphd::Config;
@@ -15,82 +15,87 @@ use crate::{ConfigError, ConstantVelocity, Informed, ModelError, Plausible, Prop
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Config<T> {
-    /// N, particles kept between scans (5.7).
+    /// N, the number of particles after a scan (5.7).
     pub particles: usize,
-    /// M, samples drawn from every particle by a prediction (5.12).
+    /// M, the number of samples that a prediction draws from every particle (5.12).
     pub samples: usize,
-    /// Where the samples are drawn from.
+    /// Proposal density of the samples.
     pub proposal: Proposal<T>,
-    /// Resample when N_eff falls below this share of the candidates, N·M after a prediction.
+    /// Resampling threshold: resample if N_eff is below this fraction of the number of candidates, which is N·M after a prediction.
     pub resample_threshold: T,
-    /// Components below this weight are dropped (Vo & Ma 2006, table II: T).
+    /// Pruning threshold: components with a smaller weight are removed (Vo & Ma 2006, table II: T).
     pub prune_weight: T,
-    /// k: a component is confirmed where it is better known than k measurements taken from the present pose would make it.
+    /// k: a component is confirmed if its covariance is smaller than k measurements from the present pose would give.
     pub confirming_detections: T,
-    /// A component that leaves the view is forgotten if it is lighter than this and not confirmed: most of those were born
-    /// from clutter, and nothing would ever miss them. Zero: all are kept, as the thesis has it.
+    /// A component that leaves the field of view is removed if its weight is below this and it is not confirmed: most such
+    /// components come from clutter, and out of view no missed detection would ever remove them. Zero: all are kept, as in the
+    /// thesis.
     pub unconfirmed_weight: T,
-    /// Misses take a confirmed static component no further down than to this weight, its detections included. The intensity remembers no more than the
-    /// last few scans, so that a feature seen a hundred times dies of four misses in a row, as at the rim of the view, where
-    /// pose and map are not known well enough to tell whether it is in view at all. Zero: it does, as the thesis has it.
+    /// Missed detections reduce the weight of a confirmed static component, including its detection terms, at most to this value.
+    /// Without this limit the weight depends only on the last few scans: a feature that was detected a hundred times is removed
+    /// after four consecutive misses, for example at the edge of the field of view, if the errors of pose and map leave open
+    /// whether it is in view. Zero: no limit, as in the thesis.
     pub confirmed_weight: T,
-    /// Squared Mahalanobis distance within which components are merged (Vo & Ma 2006, table II: U).
+    /// Merging threshold: components are merged within this squared Mahalanobis distance (Vo & Ma 2006, table II: U).
     pub merge_distance: T,
-    /// Greatest number of components that a reduction leaves in view, of each kind (Vo & Ma 2006, table II: J_max); births that wait
-    /// for the next one are not counted.
+    /// Maximum number of components in view after the reduction, for each kind (Vo & Ma 2006, table II: J_max), without the births
+    /// that are delayed until the next scan.
     pub max_components: usize,
-    /// Which components are the estimated features.
+    /// Which components are extracted as estimated features.
     pub extraction: Extraction,
-    /// Least weight of an estimated static feature. Zero: round(N̂) components, whatever they weigh (5.2.7).
+    /// Minimum weight of an estimated static feature. Zero: round(N̂) components of any weight (5.2.7).
     pub extraction_weight: T,
-    /// Features that move.
+    /// Tuning of moving features.
     pub moving: MovingConfig<T>,
-    /// A term of η_z (4.51) below this fraction of what explains the measurement without any feature is left out.
-    /// At the default, the precision of the scalar, leaving it out does not change the sum.
+    /// A term of η_z (4.51) is left out if it is below this fraction of the clutter and birth terms of the measurement. The default
+    /// is the precision of the scalar, so that the sum does not change.
     pub negligible: T,
-    /// Whether births on measurements that nothing explains wait as measurements until the next scan, and enter the maps only where that
-    /// may have seen them again. Most of the components in view are such births of clutter; a filter that need not carry them takes a fifth fewer instructions (docs/performance.md).
-    /// Left out are terms of η_z below [`prune_weight`](Self::prune_weight) times what explains the measurement without any feature. For filters of a single sensor: once
-    /// scans of a second one have come, births wait no longer. Only with the thesis's likelihood, only births that weigh less than 0.1, and only on
-    /// as many measurements of a scan as [`State`](crate::State) has room for, 64 unless its type says otherwise.
+    /// Whether births are delayed: a measurement that comes from no known feature is stored until the next scan, and becomes a
+    /// component only if that scan may have detected it again. Most components in view are births from clutter; without them a
+    /// filter takes a fifth fewer instructions (docs/performance.md). In exchange, terms of η_z below
+    /// [`prune_weight`](Self::prune_weight) times the clutter and birth terms of the measurement are left out. For filters with a
+    /// single sensor: after scans of a second sensor, births are no longer delayed. Only births with a weight below 0.1 are
+    /// delayed, and only as many measurements of a scan as [`State`](crate::State) has memory for: 64, unless its type says
+    /// otherwise.
     pub births_wait: bool,
-    /// What the vehicle can do; predictions beyond it are refused.
+    /// Limits of the motion; predictions beyond them are refused.
     pub plausible: Plausible<T>,
 }
 
-/// Which of a map's components are the estimated features: round(N̂) of them unless said otherwise.
+/// Which components of a map are the estimated features. There are round(N̂) of them, except for [`Confirmed`](Self::Confirmed).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Extraction {
-    /// The heaviest (5.2.7).
+    /// The components with the greatest weights (5.2.7).
     #[default]
     Heaviest,
-    /// Those of the highest peaks of the intensity, w (2π)^{−D/2} |P|^{−1/2}. A feature seen many times that the last scan has
-    /// missed is light, but its peak is high; two false measurements that happened to agree are heavy and flat.
+    /// The components with the highest peaks of the intensity, w (2π)^{−D/2} |P|^{−1/2}. A feature that was detected many times and
+    /// missed in the last scan has a small weight but a high peak; two false measurements that agree by chance have a great weight
+    /// but a large covariance.
     Peaks,
-    /// All that are [confirmed](Config::confirming_detections) as seen from the present pose, highest peaks first, whatever N̂
-    /// is: where features are light for having been missed of late, N̂ falls short of their number.
+    /// All [confirmed](Config::confirming_detections) components, as seen from the present pose, highest peaks first, whatever N̂
+    /// is: after missed detections the weights are small, and N̂ is less than the number of features.
     Confirmed,
 }
 
-/// The part of the tuning that is about features that move.
+/// Tuning of moving features.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct MovingConfig<T> {
-    /// Standard deviation of each coordinate of a new feature's velocity around zero, m/s.
+    /// Standard deviation of each coordinate of a new feature's velocity, whose mean is zero, m/s.
     pub velocity_sigma_mps: T,
-    /// How moving features move.
+    /// Motion model of moving features.
     pub motion: ConstantVelocity<T>,
-    /// A component whose position is more uncertain than this, as a standard deviation along any axis, m, is forgotten. It
-    /// bounds what becomes of features that move out of view.
+    /// A component is removed if the standard deviation of its position along any axis exceeds this, m. It limits how long moving
+    /// features out of view are predicted.
     pub spread_max_m: T,
-    /// Least weight of an estimated moving feature. What clutter begets moves as well as it stands, and is told apart by
-    /// its weight alone.
+    /// Minimum weight of an estimated moving feature. Components that come from clutter may move or be static; only their small
+    /// weight distinguishes them.
     pub extraction_weight: T,
 }
 
 impl<T: Real> MovingConfig<T> {
-    /// Moving features as fast as people.
+    /// Moving features with the speed of people.
     #[must_use]
     pub fn walkers() -> Self {
         Self {
@@ -125,8 +130,9 @@ impl<T: Real> MovingConfig<T> {
 }
 
 impl<T: Real> Config<T> {
-    /// A few particles that take the scan in before they are drawn, each a Gaussian: for sensors whose scan tells where the vehicle is
-    /// among its features. Nothing is drawn from the Gaussian, so that the same inputs give the same way whatever the seed is.
+    /// Few particles with the informed proposal: each is a Gaussian that is updated with the scan before sampling. For sensors
+    /// whose scan determines the pose of the vehicle among its features. The samples are the means of the Gaussians, without
+    /// randomness, so that the estimate does not depend on the seed.
     ///
     /// ```
     /// use scphd::settings::Proposal;
@@ -141,8 +147,8 @@ impl<T: Real> Config<T> {
         Self { particles, proposal, ..Self::default() }
     }
 
-    /// Many particles, each with so many samples of the motion, that the scan chooses among, as the thesis has it: for sensors whose
-    /// scan leaves several places open, such as bearings alone, and for poses that may lie anywhere.
+    /// Many particles with the blind proposal: each draws `samples` samples of the motion, which the scan then weights, as in the
+    /// thesis. For sensors whose scan leaves the pose ambiguous, such as bearings only, and for multimodal densities of the pose.
     ///
     /// ```
     /// use scphd::Config;
@@ -154,7 +160,7 @@ impl<T: Real> Config<T> {
         Self { particles, samples, ..Self::default() }
     }
 
-    /// One particle that is certain of its pose: tracking from a known place, with [`KnownPose`](crate::KnownPose).
+    /// One particle with a known pose: tracking with [`KnownPose`](crate::KnownPose).
     #[must_use]
     pub fn tracking() -> Self {
         Self::blind(1, 1)
@@ -187,7 +193,7 @@ impl<T: Real> Default for Config<T> {
 }
 
 impl<T: Real> Config<T> {
-    /// The first field that is out of range, if any.
+    /// Checks all fields, and returns the first that is out of range.
     ///
     /// # Errors
     /// Names the field and its range. NaN is out of every range.

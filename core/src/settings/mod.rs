@@ -1,4 +1,4 @@
-//! What a user tunes.
+//! The tuning of the filters.
 
 pub(crate) mod config;
 pub(crate) mod plausible;

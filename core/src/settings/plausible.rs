@@ -1,12 +1,12 @@
-//! What no vehicle does: input beyond it is taken for garbage.
+//! Limits of the motion of a vehicle: input beyond them is refused as invalid.
 
 use crate::{ConfigError, Implausible, Motion, Pose, PredictError, Rates, Real};
 
-/// What a vehicle can do. A prediction beyond it is refused: one garbage row of odometry, finite as it may be, would take all
-/// particles where no scan brings them back from.
+/// Limits of the motion in a prediction. A prediction beyond them is refused: a single invalid odometry sample, even if finite,
+/// would move all particles so far that no scan could correct them.
 ///
-/// The defaults are beyond what any vehicle with a sensor does, and stop what comes of a damaged byte or a wrong unit. A
-/// vehicle's own limits, with some room, stop more. Infinite: no limit.
+/// The defaults are beyond the abilities of any vehicle with a sensor, and detect damaged bytes and wrong units. The limits of the
+/// actual vehicle, with some margin, detect more. Infinite: no limit.
 ///
 /// ```
 /// use scphd::settings::Plausible;
@@ -19,16 +19,15 @@ use crate::{ConfigError, Implausible, Motion, Pose, PredictError, Rates, Real};
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Plausible<T> {
-    /// Longest step, s. 300 by default: the longest gap in the odometry of published logs is 128 s, and a time that has been
-    /// read in milliseconds is a thousand times too long.
+    /// Longest time step, s. 300 by default: the longest gap in the odometry of published logs is 128 s, and a time in milliseconds
+    /// that is read as seconds is a thousand times too long.
     pub step_max_s: T,
-    /// Greatest speed, m/s. 340 by default, that of sound.
+    /// Greatest speed, m/s. 340 by default, the speed of sound.
     pub speed_max_mps: T,
-    /// Greatest turn rate, rad/s. 70 by default: gyroscopes of vehicles end there or below (4000 °/s).
+    /// Greatest turn rate, rad/s. 70 by default: vehicle gyroscopes measure at most this (4000 °/s).
     pub turn_rate_max_radps: T,
-    /// Greatest distance that a step takes the vehicle, m, whatever the model makes of the control. 100 km by default: 300 s
-    /// at the greatest speed. It bounds models that do not know their [speed](Motion::rates), and poses or depths that a control
-    /// carries.
+    /// Greatest distance that the vehicle moves in one step, m, computed from the poses. 100 km by default: 300 s at the greatest
+    /// speed. It limits models whose [speed](Motion::rates) is unknown, and poses or depths that are part of a control.
     pub jump_max_m: T,
 }
 
@@ -44,7 +43,7 @@ impl<T: Real> Default for Plausible<T> {
 }
 
 impl<T: Real> Plausible<T> {
-    /// Everything finite is plausible.
+    /// No limits: everything finite is plausible.
     pub const ANYTHING: Self = Self {
         step_max_s: T::INFINITY,
         speed_max_mps: T::INFINITY,

@@ -1,15 +1,15 @@
-//! Where samples are drawn from.
+//! Proposal densities.
 
 use crate::Real;
 
-/// Where a particle's samples are drawn from.
+/// Proposal density from which the samples of a particle are drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Proposal<T> {
-    /// From the transition density, by every prediction (5.12).
+    /// Blind (bootstrap) proposal: every prediction draws from the transition density (5.12).
     #[default]
     Blind,
-    /// From a Gaussian that the scan has been taken into, by every scan.
+    /// Informed proposal: every scan draws from a Gaussian that was updated with this scan.
     Informed(Informed<T>),
 }
 
@@ -17,13 +17,14 @@ pub enum Proposal<T> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Informed<T> {
-    /// Linearisations at most, 1 to 16. Associations are decided anew in each, from the pose of the one before; one that moves the pose by no
-    /// more than 0.3 standard deviations of what it finds is the last.
+    /// Maximum number of linearisations, 1 to 16. Each decides the associations anew, from the pose of the previous one; iteration
+    /// stops when the pose moves by at most 0.3 standard deviations of the result.
     pub rounds: usize,
-    /// Share of the Gaussian's covariance that the samples are drawn with; what is left stays with the particle, and is added to
-    /// what the next motion brings. 1: samples of the posterior; 0: its mean, without drawing.
+    /// Fraction of the Gaussian's covariance with which the samples are drawn; the rest remains the covariance of the particle and
+    /// is added to that of the next motion. 1: samples of the posterior; 0: its mean, without sampling.
     pub sampled_fraction: T,
-    /// A component speaks for a measurement if its responsibility for it, the share of it that it explains, is at least this.
+    /// Minimum association probability (responsibility) of a component and a measurement for the measurement to correct the pose
+    /// through this component.
     pub min_responsibility: T,
 }
 
