@@ -4,7 +4,7 @@ use super::{ByOdometry, ControlNoise, Linearised, ModelError, Motion, OdometryCo
 use crate::{Noise, Rates, Real, wrap};
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
-/// Geometry of an Ackermann vehicle whose sensor, not its axle, is located by the pose.
+/// Geometry of an Ackermann vehicle. The pose is that of its sensor, not of its axle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AckermannGeometry<T> {
     /// Wheelbase L, m.
@@ -17,12 +17,12 @@ pub struct AckermannGeometry<T> {
     pub sensor_left_m: T,
 }
 
-/// Speed of the encoder's wheel and steering angle.
+/// Control: speed of the wheel with the encoder, and steering angle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AckermannControl<T> {
-    /// v_e, m/s.
+    /// Wheel speed v_e, m/s.
     pub speed_mps: T,
-    /// α, rad, |α| < π/2.
+    /// Steering angle α, rad, |α| < π/2.
     pub steering_rad: T,
 }
 
@@ -79,10 +79,10 @@ impl<T: Real> Attitude<T> {
 }
 
 impl<T: Real> Ackermann<T> {
-    /// The model of a vehicle.
+    /// A motion model with this geometry and noise.
     ///
     /// # Errors
-    /// The wheelbase must be positive, every other length and every noise figure finite, noise not negative.
+    /// The wheelbase must be positive, every other length and every noise parameter finite, noise not negative.
     pub fn new(geometry: AckermannGeometry<T>, noise: ControlNoise<T>) -> Result<Self, ModelError> {
         let AckermannGeometry { wheelbase_m, encoder_offset_m, sensor_forward_m, sensor_left_m } = geometry;
         require(wheelbase_m > T::ZERO && wheelbase_m.is_finite(), "wheelbase_m", "finite and positive")?;

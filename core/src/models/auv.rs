@@ -4,25 +4,25 @@ use super::{AuvPose, Linearised, ModelError, Motion, require, rotation};
 use crate::{Noise, Rates, Real, Symmetric, wrap};
 use nalgebra::{Matrix3, SMatrix, Vector3, Vector5};
 
-/// A number that an instrument reads, with its uncertainty.
+/// Reading of an instrument, with its standard deviation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reading<T> {
-    /// What it reads.
+    /// The value.
     pub value: T,
     /// Standard deviation of its error, above zero.
     pub sigma: T,
 }
 
-/// What moves the vehicle from one step to the next.
+/// The control of a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AuvControl<T: Real> {
-    /// Velocity along the vehicle's own axes, m/s, as the [`VelocityFilter`](crate::navigation::VelocityFilter) has it.
+    /// Velocity along the vehicle's axes, m/s, as estimated by the [`VelocityFilter`](crate::navigation::VelocityFilter).
     pub velocity_mps: Vector3<T>,
     /// Its covariance, m²/s².
     pub velocity_covariance: Symmetric<Vector3<T>>,
-    /// Roll φ at the end of the step, rad: trusted.
+    /// Roll φ at the end of the step, rad, assumed exact.
     pub roll_rad: T,
-    /// Pitch ψ at the end of the step, rad: trusted.
+    /// Pitch ψ at the end of the step, rad, assumed exact.
     pub pitch_rad: T,
     /// Mean yaw rate during the step, rad/s, if there is a gyroscope.
     pub yaw_rate_radps: Option<Reading<T>>,
@@ -31,7 +31,7 @@ pub struct AuvControl<T: Real> {
 }
 
 impl<T: Real> AuvControl<T> {
-    /// The same in another precision.
+    /// The control converted to another precision.
     #[must_use]
     pub fn rounded<U: Real>(&self) -> AuvControl<U> {
         let round = |number: T| U::from_f64(number.to_f64());
@@ -47,18 +47,17 @@ impl<T: Real> AuvControl<T> {
     }
 }
 
-/// The motion of (7.1): the vehicle keeps the velocity it is told, and turns with a yaw rate that a random angular
-/// acceleration n_θ changes.
+/// The motion model (7.1): the vehicle has the given velocity, and a yaw rate that a random angular acceleration n_θ changes.
 ///
-/// Where the inertial unit reads a yaw rate, n_θ is drawn given the reading, and the yaw advances with the new rate, which is
-/// that of the whole step: θ + (θ̇ + n_θ Δt) Δt. Where a pressure sensor reads the depth, so is the error
-/// of the velocity. Without either reading this is (7.1) to the letter. Readings are part of the control: particles are spread
-/// by what the readings leave open, and are not weighed by them.
+/// With a yaw rate from the inertial unit, n_θ is drawn given this reading, and the yaw is advanced with the new rate, which is the
+/// mean rate of the step: θ + (θ̇ + n_θ Δt) Δt. With a depth from a pressure sensor, the velocity error is drawn given the depth.
+/// Without either reading this is exactly (7.1). The readings are part of the control: they determine the density from which
+/// particles are drawn, and not the weights of the particles.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Auv<T> {
     /// Standard deviation of n_θ, constant during a step, rad/s².
     yaw_acceleration_sigma_radps2: T,
-    /// How long an error of the velocity lasts, s; see [`Auv::new`].
+    /// Correlation time of a velocity error, s; see [`Auv::new`].
     interval_s: T,
 }
 
@@ -80,11 +79,11 @@ struct StepOf<T: Real> {
 }
 
 impl<T: Real> Auv<T> {
-    /// A vehicle whose angular acceleration about the vertical has this standard deviation, rad/s², one draw a step.
+    /// A vehicle with this standard deviation of the yaw acceleration, rad/s², drawn once per step.
     ///
-    /// Errors of a filtered velocity last: for twice the velocity filter's own time constant they are as good as the
-    /// same. A step draws with a standard deviation multiplied by √(interval/dt), which spreads the
-    /// positions as far as errors held over the interval would, whatever the rate. Zero: one independent draw a step.
+    /// Errors of a filtered velocity are correlated in time: over twice the time constant of the velocity filter they are almost
+    /// constant. Each step therefore multiplies the standard deviation by √(interval/dt), so that the positions spread as with
+    /// errors that are constant over the interval, at any rate of steps. Zero: one independent draw per step.
     ///
     /// # Errors
     /// Both must be finite, the first positive, the second not negative.

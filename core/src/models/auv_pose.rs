@@ -1,17 +1,16 @@
-//! The parent state of an underwater vehicle, and the frame that it turns the map into.
+//! The vehicle state (parent state) of an underwater vehicle, and its body frame.
 
 use super::{Mounting, Pose};
 use crate::{Real, wrap};
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3, Vector5};
 
-/// Position, yaw and yaw rate of a vehicle in space: (x, y, z, θ, θ̇) of section 7.2.2, with the roll and pitch of its
-/// inertial unit.
+/// Position, yaw and yaw rate of a vehicle in space: (x, y, z, θ, θ̇) of section 7.2.2, with roll and pitch from its inertial unit.
 ///
-/// The vehicle's whole state has twelve dimensions: position, velocity, three angles and their rates. Particles for all of
-/// them would be too many. What the vehicle measures well is taken out: roll, pitch and their rates are trusted as the
-/// inertial unit has them, and the velocity is estimated apart, by the [`VelocityFilter`](crate::navigation::VelocityFilter), for it hardly
-/// hangs on where the vehicle is. Five coordinates are left to the particles. Roll and pitch only travel with the pose,
-/// as the last control set them: they are the same in all particles and no part of its coordinates.
+/// The complete state of the vehicle has twelve dimensions, too many for particles: position, velocity, three angles and their
+/// rates. Quantities that are measured well are therefore not sampled: roll, pitch and their rates are taken from the inertial
+/// unit, and the velocity is estimated separately by the [`VelocityFilter`](crate::navigation::VelocityFilter), because it hardly
+/// depends on the position. The particles sample the five other coordinates. Roll and pitch are stored with the pose as the last
+/// control set them: they are the same in all particles, and are not among its coordinates.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AuvPose<T> {
     /// x, m.
@@ -31,7 +30,7 @@ pub struct AuvPose<T> {
 }
 
 impl<T: Real> AuvPose<T> {
-    /// A level vehicle at rest, from a position (m) and a yaw (rad).
+    /// The pose of a level vehicle at rest, from its position (m) and yaw (rad).
     #[must_use]
     pub const fn new(x_m: T, y_m: T, z_m: T, yaw_rad: T) -> Self {
         Self { x_m, y_m, z_m, yaw_rad, yaw_rate_radps: T::ZERO, roll_rad: T::ZERO, pitch_rad: T::ZERO }
@@ -139,8 +138,8 @@ impl<T: Real> Pose for AuvPose<T> {
     }
 }
 
-/// R(φ, ψ, θ): turns directions of the vehicle (x ahead, y to the left, z upwards) into those of the map; roll first, then
-/// pitch, then yaw.
+/// Rotation matrix R(φ, ψ, θ) from the body frame (x ahead, y to the left, z upwards) to the map frame; roll first, then pitch,
+/// then yaw.
 #[must_use]
 pub fn rotation<T: Real>(roll_rad: T, pitch_rad: T, yaw_rad: T) -> Matrix3<T> {
     let ((sr, cr), (sp, cp), (sy, cy)) = (roll_rad.sin_cos(), pitch_rad.sin_cos(), yaw_rad.sin_cos());
@@ -168,12 +167,12 @@ fn angles<T: Real>(rotation: &Matrix3<T>) -> [T; 3] {
     [roll, pitch, yaw]
 }
 
-/// The vehicle's own frame: where its origin is, and how it is turned.
+/// The body frame of a vehicle: its origin and rotation in the map.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BodyFrame<T: Real> {
     /// Position T_k, m.
     pub position: Vector3<T>,
-    /// R(φ, ψ, θ), from the vehicle's directions to the map's.
+    /// R(φ, ψ, θ), from body to map directions.
     pub rotation: Matrix3<T>,
 }
 
@@ -184,23 +183,23 @@ impl<T: Real> BodyFrame<T> {
         Self { position: pose.position(), rotation: rotation(pose.roll_rad, pose.pitch_rad, pose.yaw_rad) }
     }
 
-    /// A point of the map as the vehicle sees it: Rᵀ (m − T). (7.4) prints −T without the rotation.
+    /// Transforms a point from the map to the body frame: Rᵀ (m − T). (7.4) has −T without the rotation.
     #[inline]
     #[must_use]
     pub fn to_body(&self, point: &Vector3<T>) -> Vector3<T> {
         self.rotation.tr_mul(&(point - self.position))
     }
 
-    /// A point in the vehicle's frame as a point of the map: T + R p, as in (7.5).
+    /// Transforms a point from the body to the map frame: T + R p, as in (7.5).
     #[inline]
     #[must_use]
     pub fn to_map(&self, point: &Vector3<T>) -> Vector3<T> {
         self.position + self.rotation * point
     }
 
-    /// ∂h/∂x of any sensor fixed to the vehicle, from its H = ∂h/∂m: to move the vehicle is to move the feature the other
-    /// way in its frame, and to turn the vehicle about the vertical is to turn the feature the other way around it. The
-    /// yaw rate is not seen.
+    /// ∂h/∂x of any sensor fixed to the vehicle, from H = ∂h/∂m: a translation of the vehicle has the effect of the opposite
+    /// translation of the feature, and a rotation about the vertical that of the opposite rotation of the feature. The yaw rate has
+    /// no effect.
     #[inline]
     #[must_use]
     pub fn by_pose<const Z: usize>(&self, by_feature: &SMatrix<T, Z, 3>, feature: &SVector<T, 3>) -> SMatrix<T, Z, 5> {

@@ -1,21 +1,21 @@
-//! Bearing alone, in the plane: a measurement that cannot be inverted (5.2.1).
+//! Bearing-only sensor in the plane, whose measurement cannot be inverted (5.2.1).
 
 use super::{Expected, FieldOfView, Inverse, ModelError, PlanarFrame, PlanarPose, RangeBearingWindow, Sensor, require};
 use crate::{Bounds, Component, Real, Symmetric, Vector, wrap};
 use core::fmt::Debug;
 use nalgebra::{RowVector2, SMatrix, SVector, Vector1, Vector2};
 
-/// A birth intensity that does not wait for measurements, as the user knows where features appear (5.2.1): a Gaussian
-/// mixture over static features, which may move with the sensor's frame.
+/// A birth intensity that does not depend on the measurements, for areas where features are known to appear (5.2.1): a Gaussian
+/// mixture of static features, which may move with the sensor frame.
 pub trait BirthIntensity<F, D: Vector>: Debug + Sync {
-    /// The component of that index, in map coordinates; `None` past the last. Labels do not matter.
+    /// The component with this index, in map coordinates; `None` behind the last. Labels have no effect.
     fn component(&self, frame: &F, index: usize) -> Option<Component<D>>;
 }
 
-/// A sensor that measures the bearing of a feature in the plane and nothing else (rad, 0 ahead, growing to the left).
+/// A sensor that measures only the bearing of a feature in the plane (rad, 0 ahead, positive to the left).
 ///
-/// One bearing has no inverse, so features are born from the birth intensity `B` instead of from measurements; which of
-/// its components stay is for the bearings from other places to decide.
+/// One bearing has no inverse. Features are therefore born from the birth intensity `B`, not from measurements; bearings from other
+/// poses then decide which of its components remain.
 ///
 /// ```
 /// use scphd::models::{BearingOnly, PlanarPose, PolarBirths, PolarGrid, Sensor};
@@ -36,7 +36,7 @@ pub struct BearingOnly<T: Real, B> {
 }
 
 impl<T: Real, B> BearingOnly<T, B> {
-    /// A sensor with noise of this standard deviation, rad.
+    /// A sensor with this standard deviation of the noise, rad.
     ///
     /// # Errors
     /// It must lie between 1e-6 and 10.
@@ -102,7 +102,7 @@ impl<T: Real, B: BirthIntensity<PlanarFrame<T>, Vector2<T>>> Sensor for BearingO
     }
 }
 
-/// The same window for a sensor that does not measure the range it depends on.
+/// The window for a sensor that does not measure the range on which p_D depends.
 impl<T: Real> FieldOfView<PlanarFrame<T>, Vector2<T>, Vector1<T>> for RangeBearingWindow<T> {
     fn detection_probability(&self, frame: &PlanarFrame<T>, feature: &SVector<T, 2>, expected: &SVector<T, 1>) -> T {
         let [[bearing]] = expected.data.0;
@@ -121,7 +121,7 @@ impl<T: Real> FieldOfView<PlanarFrame<T>, Vector2<T>, Vector1<T>> for RangeBeari
     }
 }
 
-/// Rings around a sensor, whose distance grows by the same factor from one to the next, and sectors in each.
+/// A polar grid around a sensor: rings, each farther than the previous one by the same factor, divided into sectors.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PolarGrid<T> {
     /// Range of the innermost ring, m; above zero.
@@ -132,12 +132,12 @@ pub struct PolarGrid<T> {
     pub rings: u16,
     /// Number of components in a ring.
     pub sectors: u16,
-    /// Weight of every component: features that appear there between two scans.
+    /// Weight of every component: the expected number of features that appear there between two scans.
     pub weight: T,
 }
 
-/// Births all around the sensor, with a component in every place of a [`PolarGrid`] that has been checked, each of which spans the
-/// same share of its range: what one knows who knows nothing but how far the sensor sees.
+/// Birth intensity all around the sensor: one component for every cell of a checked [`PolarGrid`], with a size proportional to its
+/// range. For a prior that knows only the range of the sensor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PolarBirths<T> {
     grid: PolarGrid<T>,
@@ -151,7 +151,7 @@ pub(super) fn check_ranges<T: Real>(nearest_m: T, farthest_m: T) -> Result<(), M
 }
 
 impl<T: Real> PolarBirths<T> {
-    /// Births in the places of this grid.
+    /// The birth intensity of this grid.
     ///
     /// # Errors
     /// 1e-9 m ≤ nearest < farthest ≤ 1e9 m; at least two rings and one sector; a weight between 0 and 1e6.

@@ -1,10 +1,10 @@
-//! Sensors and fixes of a vehicle that learns what its odometry is off by.
+//! Sensors and fixes of a vehicle with online odometry calibration.
 
 use super::{CalibratedPose, ExpectedOf, Fix, InverseOf, ModelError, PlanarPose, Sensor};
 use crate::{Component, Linear, Matrix, Real, Symmetric, TangentOf, Vector};
 use nalgebra::Vector2;
 
-/// A sensor or a fix of a [`PlanarPose`] as one of a [`CalibratedPose`]: what the odometry is off by changes no measurement.
+/// A sensor or a fix of a [`PlanarPose`] as one of a [`CalibratedPose`]: the odometry correction has no effect on measurements.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Calibrated<S>(pub S);
 

@@ -1,27 +1,28 @@
-//! A planar pose together with what the odometry is off by.
+//! A planar pose with the parameters of the odometry calibration.
 
 use super::{ModelError, Mounting, PlanarPose, Pose};
 use crate::{Real, Vector};
 use nalgebra::{Matrix2x3, SVector, Vector2};
 
-/// What is to be added to the two controls of a planar vehicle (speed v, second control ω or α) so that they are right:
-/// v ← (1 + `speed_scale`) v, ω ← (1 + `turn_scale`) ω + `turn_offset`. All zero: the odometry is right as it is.
+/// Scale and offset errors of the two controls of a planar vehicle (speed v, second control ω or α). The corrected controls are v ←
+/// (1 + `speed_scale`) v, ω ← (1 + `turn_scale`) ω + `turn_offset`. All zero: no correction.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct OdometryCorrection<T> {
-    /// Of the speed, as a share of it: another size of the wheels.
+    /// Relative correction of the speed, for example for worn wheels.
     pub speed_scale: T,
-    /// Of the second control, as a share of it: another track width, another ratio of the steering.
+    /// Relative correction of the second control, for example for another track width or steering ratio.
     pub turn_scale: T,
-    /// Of the second control: turn rate, rad/s, or steering angle, rad. A gyroscope's bias, a wheel that is not straight.
+    /// Offset of the second control: turn rate, rad/s, or steering angle, rad. For example the bias of a gyroscope, or a wheel that
+    /// is not straight.
     pub turn_offset: T,
 }
 
 impl<T: Real> OdometryCorrection<T> {
-    /// None.
+    /// No correction.
     pub const NONE: Self = Self { speed_scale: T::ZERO, turn_scale: T::ZERO, turn_offset: T::ZERO };
 
-    /// Both controls as they should have been.
+    /// The corrected controls.
     #[must_use]
     pub fn corrected(&self, [speed, turn]: [T; 2]) -> [T; 2] {
         [speed + self.speed_scale * speed, turn + self.turn_scale * turn + self.turn_offset]
@@ -37,18 +38,18 @@ impl<T: Real> OdometryCorrection<T> {
     }
 }
 
-/// Position, heading, and what the odometry is off by: the state of a [`SelfCalibrating`](super::SelfCalibrating) vehicle. Coordinates are x, y,
-/// heading, then those of the correction in their order.
+/// Position, heading and odometry correction: the state of a [`SelfCalibrating`](super::SelfCalibrating) vehicle. Coordinates are
+/// x, y, heading, then those of the correction in their order.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CalibratedPose<T> {
-    /// Where the vehicle is.
+    /// Pose of the vehicle.
     pub vehicle: PlanarPose<T>,
-    /// What its odometry is to be corrected by.
+    /// Correction of its odometry.
     pub odometry: OdometryCorrection<T>,
 }
 
 impl<T: Real> CalibratedPose<T> {
-    /// A pose of a vehicle whose odometry is taken to be right.
+    /// A pose without odometry correction.
     #[must_use]
     pub const fn at(vehicle: PlanarPose<T>) -> Self {
         Self { vehicle, odometry: OdometryCorrection::NONE }

@@ -1,23 +1,23 @@
-//! What the sensor measures though nothing is there.
+//! Clutter: false measurements of a sensor.
 
 use super::{ModelError, require};
 use crate::{Real, Vector, Zero};
 
-/// The intensity κ(z) of false measurements (4.51).
+/// The intensity κ(z) of clutter (4.51).
 pub trait Clutter<Z: Vector> {
-    /// The parameter that the model cannot work with, if any: asked by [`Detector::new`](crate::Detector::new) and
-    /// [`Detector::retune`](crate::Detector::retune).
+    /// Checks the parameters of the model. [`Detector::new`](crate::Detector::new) and
+    /// [`Detector::retune`](crate::Detector::retune) call it.
     ///
     /// # Errors
-    /// Names the parameter and its range. None unless the model says otherwise.
+    /// Names the first parameter out of range, and its range. No errors by default.
     fn check(&self) -> Result<(), ModelError> {
         Ok(())
     }
 
-    /// ln κ(z), κ per unit of measurement space (1/(m·rad) for range and bearing); −∞ for none.
+    /// ln κ(z), with κ per unit of measurement space (1/(m·rad) for range and bearing); −∞ for no clutter.
     fn ln_intensity(&self, measurement: &Z) -> Z::Scalar;
 
-    /// λ, the number of false measurements to expect of a scan; zero where that is not known.
+    /// λ, the expected number of false measurements per scan; zero if unknown.
     fn per_scan(&self) -> Z::Scalar {
         Z::Scalar::ZERO
     }
@@ -28,7 +28,7 @@ fn is_rate<T: Real>(per_scan: T) -> bool {
     per_scan >= T::ZERO && per_scan <= T::from_f64(1e9)
 }
 
-/// The same intensity everywhere in the window.
+/// Uniform clutter: the same intensity everywhere in the window.
 ///
 /// ```
 /// use scphd::models::{RangeBearingWindow, UniformClutter};
@@ -46,7 +46,7 @@ pub struct UniformClutter<T> {
 }
 
 impl<T: Real> UniformClutter<T> {
-    /// λ false measurements a scan, spread evenly over a window of this measure in measurement space
+    /// λ false measurements per scan, uniform over a window of this measure in measurement space
     /// ([`RangeBearingWindow::measure`](super::RangeBearingWindow::measure), m·rad).
     ///
     /// # Errors

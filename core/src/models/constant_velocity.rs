@@ -1,12 +1,11 @@
-//! How moving features move (5.14): with constant velocity, but for a white acceleration.
+//! Motion of moving features (5.14): constant velocity with white acceleration noise.
 
 use super::{ModelError, require};
 use crate::{Component, Place, Real, Symmetric, Vector};
 
-/// Constant velocity under white acceleration, and a mean lifetime.
+/// Constant-velocity model with white acceleration noise and a mean lifetime.
 ///
-/// Two steps one after the other are exactly one step of their summed length, so that steps may be put off and taken as
-/// one.
+/// Two steps have exactly the same result as one step of the total length, so that steps can be accumulated and applied at once.
 ///
 /// ```
 /// use nalgebra::{Vector2, Vector4};
@@ -27,15 +26,15 @@ use crate::{Component, Place, Real, Symmetric, Vector};
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ConstantVelocity<T> {
-    /// q, spectral density of the acceleration along each axis, m²/s³: after a time t the velocity's standard deviation
-    /// has grown to √(q t), that of the position to √(q t³/3).
+    /// q, spectral density of the acceleration along each axis, m²/s³: after a time t the standard deviation of the velocity has
+    /// grown to √(q t), and that of the position to √(q t³/3).
     pub acceleration_psd: T,
-    /// τ, mean lifetime, s: the probability of survival of (5.14) is exp(−dt/τ). Infinite: nothing ever vanishes.
+    /// τ, mean lifetime, s: the probability of survival of (5.14) is exp(−dt/τ). Infinite: features never vanish.
     pub lifetime_s: T,
 }
 
 impl<T: Real> ConstantVelocity<T> {
-    /// The field that is out of range, if any.
+    /// Checks all fields, and returns the first that is out of range.
     ///
     /// # Errors
     /// The density must be finite and positive, the lifetime positive.
@@ -49,7 +48,7 @@ impl<T: Real> ConstantVelocity<T> {
         require(self.lifetime_s > T::ZERO, lifetime, "positive")
     }
 
-    /// The component of a feature at positions `D` after `dt` seconds. `None` where it leaves the range of the scalar.
+    /// The component predicted by `dt` seconds, of a feature with positions `D`. `None` if it leaves the range of the scalar.
     #[must_use]
     pub fn advance<D: Place<Scalar = T>>(
         &self,

@@ -1,45 +1,45 @@
-//! Noise of a planar vehicle's two controls.
+//! Noise of the two controls of a planar vehicle.
 
 use super::{ModelError, Pose, TangentOf, require};
 use crate::numerics::vector::applied;
 use crate::{Linear, Noise, Real, Symmetric, Vector};
 use nalgebra::Vector2;
 
-/// Zero-mean Gaussian noise on a speed and on a second control (steering angle or turn rate), section 5.3.1.
+/// Zero-mean Gaussian noise of a speed and of a second control (steering angle or turn rate), section 5.3.1.
 ///
-/// Odometry errors of real vehicles persist (scale, offset, slip); noise drawn anew for every sample averages
-/// itself away the faster the odometry comes. `interval_s` says for how long an error lasts: a prediction draws
-/// with a standard deviation multiplied by √(interval/dt), which spreads the poses exactly as far as errors held
-/// over the interval each would, whatever the rate of the odometry. What is drawn so is an error of the displacement,
-/// and is added as one: as a control it may be far beyond what a vehicle can have.
+/// Odometry errors of real vehicles (scale, offset, slip) are correlated in time; noise that is drawn independently for every
+/// sample averages out, the faster the higher the rate of the odometry. `interval_s` is the correlation time: a prediction
+/// multiplies the standard deviation by √(interval/dt), so that the poses spread exactly as with errors that are constant over each
+/// interval, at any rate. The drawn value is an error of the displacement and is added to it, because as a control it may be far
+/// beyond the limits of the vehicle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ControlNoise<T> {
-    /// Standard deviation of the speed, m/s, whatever the speed is.
+    /// Standard deviation of the speed, m/s, independent of the speed.
     pub speed_sigma_mps: T,
-    /// Standard deviation of the speed as a share of it: scale error and slip. Adds in quadrature.
+    /// Standard deviation of the speed relative to the speed: scale error and slip. Adds in quadrature.
     pub speed_sigma_ratio: T,
-    /// Standard deviation of the second control, whatever it is: steering angle, rad, or turn rate, rad/s.
+    /// Standard deviation of the second control, independent of its value: steering angle, rad, or turn rate, rad/s.
     pub turn_sigma: T,
-    /// Standard deviation of the second control as a share of it. Adds in quadrature.
+    /// Standard deviation of the second control relative to its value. Adds in quadrature.
     pub turn_sigma_ratio: T,
-    /// How long an error lasts, s. Zero: one independent draw a prediction, as the thesis has it.
+    /// Correlation time of an error, s. Zero: one independent draw per prediction, as in the thesis.
     pub interval_s: T,
 }
 
 impl<T: Real> ControlNoise<T> {
-    /// No noise at all.
+    /// No noise.
     pub const NONE: Self = Self::white(T::ZERO, T::ZERO);
 
-    /// Independent noise of constant standard deviations, one draw a prediction, as the thesis has it: of the speed, m/s,
-    /// and of the second control (steering angle, rad, or turn rate, rad/s).
+    /// White noise with constant standard deviations, one draw per prediction, as in the thesis: of the speed, m/s, and of the
+    /// second control (steering angle, rad, or turn rate, rad/s).
     #[must_use]
     pub const fn white(speed_sigma_mps: T, turn_sigma: T) -> Self {
         Self { speed_sigma_mps, speed_sigma_ratio: T::ZERO, turn_sigma, turn_sigma_ratio: T::ZERO, interval_s: T::ZERO }
     }
 
-    /// The preset for a wheeled vehicle whose noise nobody has measured: 0.02 m/s and 10 % of the speed, 0.02 rad/s (or rad of steering) and
-    /// 10 % of it, each for half a second. The constant parts matter on straight ways, where the share of a turn rate near zero is
-    /// nothing. The simulator, C and Python start from the same numbers.
+    /// Preset for a wheeled vehicle whose noise is unknown: 0.02 m/s and 10 % of the speed, 0.02 rad/s (or rad of steering) and 10
+    /// % of it, each with a correlation time of half a second. The constant parts matter on straight paths, where the relative
+    /// noise of a turn rate near zero vanishes. The simulator, C and Python have the same defaults.
     #[must_use]
     pub fn wheeled() -> Self {
         let of = T::from_f64;
@@ -51,7 +51,7 @@ impl<T: Real> ControlNoise<T> {
         }
     }
 
-    /// Whether there is no noise at all: the pose then follows the odometry blindly.
+    /// Whether there is no noise: the predicted pose is then that of the odometry.
     #[must_use]
     pub fn is_none(&self) -> bool {
         [self.speed_sigma_mps, self.speed_sigma_ratio, self.turn_sigma, self.turn_sigma_ratio]
@@ -59,7 +59,7 @@ impl<T: Real> ControlNoise<T> {
             .all(|&sigma| sigma == T::ZERO)
     }
 
-    /// The field that is out of range, if any.
+    /// Checks all fields, and returns the first that is out of range.
     ///
     /// # Errors
     /// Every field must be finite and not negative.
@@ -90,11 +90,11 @@ impl<T: Real> ControlNoise<T> {
         ]
     }
 
-    /// A draw from the transition density of a prediction over `dt` seconds: for [`Motion::sample`](crate::Motion::sample) of a model of
-    /// one's own. `moved` is f(x, u) of both controls, `by_control` its derivative ∂f/∂u at these.
+    /// Draws from the transition density of a prediction over `dt` seconds: for [`Motion::sample`](crate::Motion::sample) of a
+    /// user's model. `moved` is f(x, u) for given controls, `by_control` its derivative ∂f/∂u there.
     ///
-    /// Errors that last are added to the pose, f(x, u) ⊕ (∂f/∂u) n, as [`covariance`](Self::covariance) has them. Where `interval_s` is 0
-    /// they are errors of the controls, f(x, u + n), and `by_control` is not asked.
+    /// Correlated errors are added to the pose, f(x, u) ⊕ (∂f/∂u) n, with [`covariance`](Self::covariance). If `interval_s` is 0,
+    /// errors are added to the controls, f(x, u + n), and `by_control` is not called.
     #[must_use]
     pub fn sample<P: Pose<Scalar = T>>(
         &self,
@@ -108,7 +108,7 @@ impl<T: Real> ControlNoise<T> {
         drawn(self.lasts(), control, &sigmas, noise, |control| moved(control.into()), by_control)
     }
 
-    /// Covariance Σ_u of one draw: for [`Motion::linearise`](crate::Motion::linearise) of a model of one's own.
+    /// Covariance Σ_u of one draw: for [`Motion::linearise`](crate::Motion::linearise) of a user's model.
     #[must_use]
     pub fn covariance(&self, control: [T; 2], dt: T) -> Symmetric<Vector2<T>> {
         Symmetric::from_diagonal(self.sigmas(control, dt).map(|sigma| sigma * sigma))

@@ -1,32 +1,32 @@
-//! Where the sensor sees: p_D(m | x) (section 5.2.3).
+//! Field of view of a sensor: p_D(m | x) (section 5.2.3).
 
 use super::ModelError;
 use crate::{Bounds, Vector};
 
 /// The probability of detection of a feature from a pose, p_D(m | x) of (5.15).
 ///
-/// `F` is the frame of the sensor ([`Sensor::Frame`](super::Sensor::Frame)), `D` where a feature is, `Z` what is measured of it.
-/// Several cores may ask it at the same time.
+/// `F` is the frame of the sensor ([`Sensor::Frame`](super::Sensor::Frame)), `D` the position of a feature, `Z` its measurement.
+/// Several cores may call it at the same time.
 pub trait FieldOfView<F, D: Vector, Z: Vector>: Sync {
-    /// The parameter that the model cannot work with, if any: asked by [`Detector::new`](crate::Detector::new) and
-    /// [`Detector::retune`](crate::Detector::retune).
+    /// Checks the parameters of the model. [`Detector::new`](crate::Detector::new) and
+    /// [`Detector::retune`](crate::Detector::retune) call it.
     ///
     /// # Errors
-    /// Names the parameter and its range. None unless the model says otherwise.
+    /// Names the first parameter out of range, and its range. No errors by default.
     fn check(&self) -> Result<(), ModelError> {
         Ok(())
     }
 
-    /// p_D of a feature at `feature`, whose expected measurement is `expected`: in [0, 1); zero outside the view.
+    /// p_D of a feature at `feature`, whose predicted measurement is `expected`: in [0, 1); zero out of view.
     fn detection_probability(&self, frame: &F, feature: &D, expected: &Z) -> D::Scalar;
 
-    /// Whether p_D may be above zero there, by a test that takes less than what is to be expected of a feature: never `false`
-    /// where it is. Most of what is out of view, but in the box around it, is passed over by it.
+    /// A cheap test of the position, without a predicted measurement: `false` only if p_D is zero. It excludes most features that
+    /// are out of view but in the bounding box of the view.
     #[inline]
     fn may_see(&self, _frame: &F, _feature: &D) -> bool {
         true
     }
 
-    /// A box that holds every position with p_D > 0.
+    /// A box that contains all positions with p_D > 0.
     fn bounds(&self, frame: &F) -> Bounds<D>;
 }

@@ -4,16 +4,16 @@ use super::{AuvPose, ModelError, Mounted, Mounting, PlanarPose, Pose, Sensor, re
 use crate::{Linear, Matrix, PositionOf, Real, ScalarOf, Symmetric, TangentOf, Vector, Zero, wrap};
 use nalgebra::{Matrix2x3, RowVector5, Vector1, Vector2};
 
-/// A measurement of the vehicle's pose, from something whose place in the map's frame is known: z = h(x) + v.
+/// A measurement of the vehicle's pose in the frame of the map: z = h(x) + v.
 ///
 /// An implementation must be a pure function of its arguments, and take its transcendental functions from [`Real`].
 pub trait Fix {
     /// The vehicle state.
     type Pose: Pose;
-    /// What is measured of it.
+    /// The measurement.
     type Measurement: Vector<Scalar = ScalarOf<Self::Pose>>;
 
-    /// ẑ = h(x); `None` where it cannot be measured from there.
+    /// Predicted measurement ẑ = h(x); `None` if there is none from this pose.
     fn expect(&self, pose: &Self::Pose) -> Option<Self::Measurement>;
 
     /// ∂h/∂x, in the coordinates of [`Pose::difference`].
@@ -25,7 +25,7 @@ pub trait Fix {
     /// R, the covariance of the measurement noise.
     fn noise(&self) -> &Symmetric<Self::Measurement>;
 
-    /// A squared Mahalanobis distance: what lies farther from what the filter expects is left out, as an outlier. Infinite: nothing is.
+    /// Gate: a squared Mahalanobis distance. A fix whose innovation is beyond it is rejected as an outlier. Infinite: no gate.
     fn gate(&self) -> ScalarOf<Self::Pose> {
         Real::INFINITY
     }
@@ -41,8 +41,7 @@ fn gate<T: Real>(gate: T) -> Result<T, ModelError> {
     Ok(gate)
 }
 
-/// The position of an antenna in the plane (x, y m), such as from a satellite receiver whose fixes have been turned into the map's
-/// frame.
+/// The position of an antenna in the plane (x, y m), for example from a satellite receiver, transformed to the map frame.
 ///
 /// ```
 /// use scphd::models::{Fix, PlanarPose, PositionFix};
@@ -62,7 +61,7 @@ pub struct PositionFix<T: Real> {
 }
 
 impl<T: Real> PositionFix<T> {
-    /// With the same noise, m, along either axis, the antenna where the vehicle's pose is.
+    /// A fix with the same standard deviation of the noise, m, along both axes; the antenna is at the origin of the vehicle.
     ///
     /// # Errors
     /// The noise must lie between 1e-6 and 1e6 m.
@@ -71,7 +70,7 @@ impl<T: Real> PositionFix<T> {
         Ok(Self { noise: Symmetric::from_diagonal([variance; 2]), antenna: None, gate: T::INFINITY })
     }
 
-    /// With the antenna so far ahead and to the left of where the pose is, m.
+    /// This fix with a lever arm: the antenna is this far ahead and to the left of the vehicle's origin, m.
     ///
     /// # Errors
     /// As for [`Mounting::in_plane`].
@@ -79,8 +78,9 @@ impl<T: Real> PositionFix<T> {
         Ok(Self { antenna: Some(Mounting::in_plane(forward_m, left_m, T::ZERO)?), ..self })
     }
 
-    /// With a gate: a squared Mahalanobis distance beyond which a fix is an outlier. For filters whose covariance may be fused: that of
-    /// [`ScPhd`](crate::ScPhd) forgets within some ten scans how uncertain its start was, and fixes that are right lie beyond the gate.
+    /// This fix with a gate: a squared Mahalanobis distance beyond which a fix is rejected as an outlier. For filters with a
+    /// consistent covariance: a [`ScPhd`](crate::ScPhd) loses its initial uncertainty within about ten scans, so that the gate then
+    /// rejects correct fixes.
     ///
     /// # Errors
     /// It must be above 0.
@@ -121,8 +121,8 @@ impl<T: Real> Fix for PositionFix<T> {
     }
 }
 
-/// The heading (rad, from the map's x axis towards its y axis), such as from a compass, of any vehicle whose pose has
-/// [one](Pose::HEADING).
+/// The heading (rad, from the map's x axis towards its y axis), for example from a compass, for any pose that has a
+/// [heading](Pose::HEADING).
 ///
 /// ```
 /// use scphd::models::{Fix, HeadingFix, PlanarPose};
@@ -138,7 +138,7 @@ pub struct HeadingFix<P: Pose> {
 }
 
 impl<P: Pose> HeadingFix<P> {
-    /// With this noise, rad.
+    /// A fix with this standard deviation of the noise, rad.
     ///
     /// # Errors
     /// It must lie between 1e-6 and 1e6 rad.
@@ -146,7 +146,7 @@ impl<P: Pose> HeadingFix<P> {
         Ok(Self { noise: Symmetric::from_diagonal([variance(sigma_rad, "sigma_rad")?]), gate: Real::INFINITY })
     }
 
-    /// With a gate: a squared Mahalanobis distance beyond which a fix is an outlier.
+    /// This fix with a gate: a squared Mahalanobis distance beyond which a fix is rejected as an outlier.
     ///
     /// # Errors
     /// It must be above 0.
@@ -181,7 +181,7 @@ impl<P: Pose> Fix for HeadingFix<P> {
     }
 }
 
-/// The height z (m, upwards) of an underwater vehicle, from a pressure sensor: minus its depth.
+/// The height z (m, upwards) of an underwater vehicle, which is minus its depth, from a pressure sensor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HeightFix<T: Real> {
     noise: Symmetric<Vector1<T>>,
@@ -189,7 +189,7 @@ pub struct HeightFix<T: Real> {
 }
 
 impl<T: Real> HeightFix<T> {
-    /// With this noise, m.
+    /// A fix with this standard deviation of the noise, m.
     ///
     /// # Errors
     /// It must lie between 1e-6 and 1e6 m.
@@ -197,7 +197,7 @@ impl<T: Real> HeightFix<T> {
         Ok(Self { noise: Symmetric::from_diagonal([variance(sigma_m, "sigma_m")?]), gate: T::INFINITY })
     }
 
-    /// With a gate: a squared Mahalanobis distance beyond which a fix is an outlier.
+    /// This fix with a gate: a squared Mahalanobis distance beyond which a fix is rejected as an outlier.
     ///
     /// # Errors
     /// It must be above 0.
@@ -231,16 +231,16 @@ impl<T: Real> Fix for HeightFix<T> {
     }
 }
 
-/// A beacon: a landmark with a name, at a known place, that a sensor measures without doubt which it is.
+/// A beacon: an identified landmark at a known position, so that its measurement needs no data association.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BeaconFix<S: Sensor> {
-    /// What it is measured with.
+    /// The sensor that measures it.
     pub sensor: S,
-    /// Where that sits; `None` where the pose is.
+    /// The mounting of the sensor; `None` if its pose is that of the vehicle.
     pub mounting: Option<Mounting<ScalarOf<S::Pose>>>,
-    /// Where it stands, m.
+    /// Position of the beacon, m.
     pub place: PositionOf<S::Pose>,
-    /// A squared Mahalanobis distance beyond which a measurement of it is an outlier.
+    /// Gate: a squared Mahalanobis distance beyond which a measurement is rejected as an outlier.
     pub gate: ScalarOf<S::Pose>,
 }
 

@@ -1,4 +1,4 @@
-//! A vehicle that moves ahead and aside and turns, all at once.
+//! A vehicle that moves forwards and sideways and turns at the same time.
 
 use super::control_noise::drawn;
 use super::unicycle::chord;
@@ -6,7 +6,7 @@ use super::{ByOdometry, ControlNoise, Linearised, ModelError, Motion, OdometryCo
 use crate::{Noise, Rates, Real, Symmetric, wrap};
 use nalgebra::{Matrix3, Vector3};
 
-/// Velocity in the vehicle's own frame, and turn rate: `linear.x`, `linear.y` and `angular.z` of a ROS twist.
+/// Velocity in the body frame, and turn rate: `linear.x`, `linear.y` and `angular.z` of a ROS twist.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HolonomicControl<T> {
     /// v_x, ahead, m/s.
@@ -17,11 +17,11 @@ pub struct HolonomicControl<T> {
     pub rate_radps: T,
 }
 
-/// A vehicle that moves in any direction, whatever its heading is, and turns at the same time: on mecanum or omnidirectional wheels, on
-/// legs, or in the air. It moves along the exact arc of a constant control.
+/// A vehicle that moves in any direction independently of its heading and turns at the same time: on mecanum or omnidirectional
+/// wheels, on legs, or in the air. It moves along the exact arc of a constant control.
 ///
-/// Noise of the speed is the same in both directions, and its share is one of the speed over ground √(v_x² + v_y²): it does not depend on
-/// which way the axes of the vehicle's frame point.
+/// The noise of the speed is the same in both directions, and its relative part refers to the speed over ground √(v_x² + v_y²), so
+/// that the noise does not depend on the direction of the body axes.
 ///
 /// ```
 /// use scphd::models::{ControlNoise, Holonomic, HolonomicControl, Motion, PlanarPose};
@@ -74,10 +74,10 @@ impl<T: Real> Displacement<T> {
 }
 
 impl<T: Real> Holonomic<T> {
-    /// The model of a vehicle: noise of the speed, in either direction, and of the turn rate.
+    /// A motion model with this noise of the speed, in both directions, and of the turn rate.
     ///
     /// # Errors
-    /// Every noise figure must be finite and not negative.
+    /// Every noise parameter must be finite and not negative.
     pub fn new(noise: ControlNoise<T>) -> Result<Self, ModelError> {
         noise.check()?;
         Ok(Self { noise })

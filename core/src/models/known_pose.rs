@@ -1,15 +1,14 @@
-//! A sensor whose pose is known: turns the filter into a GM-PHD tracker (section 4.2).
+//! A sensor with a known pose, with which the filter is a GM-PHD tracker (section 4.2).
 
 use super::{Linearised, Motion, Pose, Rates};
 use crate::{Noise, ScalarOf, Symmetric, TangentOf, Zero};
 use core::marker::PhantomData;
 
-/// A vehicle whose pose at the end of every prediction is given as its control.
+/// A vehicle whose pose at the end of every prediction is given as the control.
 ///
 /// With one particle and this motion the filter is the Gaussian-mixture PHD filter of section 4.2.
 ///
-/// A prediction of no time changes nothing, whatever pose it gives: the pose of a vehicle that was carried elsewhere at once is told by
-/// [`relocate`](crate::ScPhd::relocate).
+/// A prediction with `dt` = 0 does not change the pose; to move the sensor in zero time, use [`relocate`](crate::ScPhd::relocate).
 ///
 /// ```
 /// use scphd::models::{KnownPose, PlanarPose};
@@ -21,7 +20,7 @@ use core::marker::PhantomData;
 pub struct KnownPose<P>(PhantomData<P>);
 
 impl<P> KnownPose<P> {
-    /// A vehicle with this kind of pose.
+    /// A vehicle with this type of pose.
     #[must_use]
     pub const fn new() -> Self {
         Self(PhantomData)

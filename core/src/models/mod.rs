@@ -1,4 +1,4 @@
-//! Models of the vehicle and its sensor: the traits a user may implement, and the models that come with the crate.
+//! Models of the vehicle and its sensors: the traits that a user can implement, and the models of the crate.
 
 mod ackermann;
 mod auv;
@@ -61,19 +61,19 @@ pub use stereo_camera::{StereoCamera, StereoFrame, pixel_noise, projection};
 pub use stereo_frustum::{FrustumLimits, StereoFrustum};
 pub use unicycle::{Step, Unicycle, UnicycleControl};
 
-/// A parameter of a model is not one the model can work with.
+/// A parameter of a model is out of range.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub struct ModelError {
-    /// The parameter, by the name of its field.
+    /// The parameter, as the name of its field.
     pub field: &'static str,
-    /// What it must be.
+    /// Its valid range.
     pub range: &'static str,
 }
 
 impl ModelError {
-    /// The error of a model of one's own, from its `check`: the parameter, and what it must be.
+    /// The error for the `check` of a user's model: the parameter and its valid range.
     #[must_use]
     pub const fn new(field: &'static str, range: &'static str) -> Self {
         Self { field, range }

@@ -3,43 +3,42 @@
 use super::ModelError;
 use crate::{Linear, Noise, Pose, Real, ScalarOf, Symmetric, TangentOf, Vector};
 
-/// How the vehicle moves: the transition density π(x_k | x_{k−1}, u_k) of (4.47).
+/// The motion model: the transition density π(x_k | x_{k−1}, u_k) of (4.47).
 ///
-/// An implementation must be a pure function of its arguments:
-/// the same pose, control, time step and random numbers must give the same bits. A pose that it returns and that is not finite, or a
-/// transition or noise that is not, is taken for the pose as it was, and counted as rejected.
+/// An implementation must be a pure function of its arguments: the same pose, control, time step and random numbers must give the
+/// same bits. If it returns a pose, transition or noise that is not finite, the pose is unchanged and counted as rejected.
 pub trait Motion {
     /// The vehicle state.
     type Pose: Pose;
     /// The control input u, such as odometry.
     type Control: Copy;
 
-    /// Whether a step is the same from wherever it begins: x and y change by as much at the origin as at any other place, by
-    /// [`propagate`](Self::propagate) and by [`sample`](Self::sample), and so does [`linearise`](Self::linearise). With `true` steps that are short beside
-    /// the spacing of the numbers that say where the vehicle is, far from the origin or at a high rate, add up without loss; the speed is
-    /// what [`rates`](Self::rates) say. Not for a motion that knows places, such as a current.
+    /// Whether a step does not depend on the position: [`propagate`](Self::propagate), [`sample`](Self::sample) and
+    /// [`linearise`](Self::linearise) give the same changes of x and y at the origin and at any other position. With `true`, steps
+    /// that are shorter than the resolution of the coordinates (far from the origin, or at a high rate) are accumulated without
+    /// loss, with the speed from [`rates`](Self::rates). `false` for a motion that depends on the position, for example with a map
+    /// of currents.
     const TRANSLATION_INVARIANT: bool = false;
 
-    /// The parameter that the model cannot work with, if any: asked wherever a filter is made with the model, or goes on with it.
+    /// Checks the parameters of the model. It is called when a filter is constructed with the model or gets it as a replacement.
     ///
     /// # Errors
-    /// Names the parameter and its range. None unless the model says otherwise.
+    /// Names the first parameter out of range, and its range. No errors by default.
     fn check(&self) -> Result<(), ModelError> {
         Ok(())
     }
 
-    /// Whether the model can work with this control: every number finite and inside the model's domain.
+    /// Whether the control is valid: every number finite and inside the domain of the model.
     fn admits(&self, control: &Self::Control) -> bool;
 
-    /// How fast the vehicle goes and turns under this control, to be held against the limits of
-    /// [`Plausible`](crate::Plausible). Of a control that says nothing of speeds [`Rates::NONE`]: then only the length of a step is
-    /// limited.
+    /// Speed and turn rate of the vehicle under this control, for comparison with the limits of [`Plausible`](crate::Plausible).
+    /// [`Rates::NONE`] if the control has no speeds: then only the length of a step is limited.
     fn rates(&self, control: &Self::Control) -> Rates<ScalarOf<Self::Pose>>;
 
     /// The pose after `dt` seconds without noise, f(x, u).
     fn propagate(&self, pose: &Self::Pose, control: &Self::Control, dt: ScalarOf<Self::Pose>) -> Self::Pose;
 
-    /// A draw from the transition density (5.12).
+    /// Draws from the transition density (5.12).
     fn sample(
         &self,
         pose: &Self::Pose,
@@ -66,7 +65,7 @@ pub struct Linearised<K: Vector> {
     pub noise: Symmetric<K>,
 }
 
-/// How fast a control says that the vehicle goes and turns, neither below zero.
+/// Speed and turn rate under a control, both not negative.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rates<T> {
     /// Speed, m/s.
@@ -76,6 +75,6 @@ pub struct Rates<T> {
 }
 
 impl<T: Real> Rates<T> {
-    /// Those of a control that says nothing of speeds.
+    /// The rates of a control that has no speeds.
     pub const NONE: Self = Self { speed_mps: T::ZERO, turn_radps: T::ZERO };
 }

@@ -1,4 +1,4 @@
-//! The models of a sensor where it sits on its vehicle.
+//! The models of a sensor with its mounting on the vehicle.
 
 use super::{ExpectedOf, FieldOfView, InverseOf, ModelError, Mounting, Pose, Sensor};
 use crate::numerics::vector::applied;

@@ -1,10 +1,10 @@
-//! Where a sensor sits on its vehicle.
+//! Mounting of a sensor (extrinsic parameters).
 
 use super::{ModelError, require};
 use crate::Real;
 
-/// Where a sensor sits on its vehicle, and how it is turned: the rigid motion from the vehicle's frame (x ahead, y to the left, z
-/// upwards, origin where the pose is) to the sensor's own. Roll comes first, then pitch, then yaw.
+/// Mounting of a sensor: the rigid transform from the vehicle's frame (x ahead, y to the left, z upwards, origin at the pose) to
+/// the sensor's frame. Rotations in the order roll, pitch, yaw.
 ///
 /// ```
 /// use scphd::models::{Mounting, PlanarPose, Pose};
@@ -31,18 +31,18 @@ pub struct Mounting<T> {
 const FARTHEST_M: f64 = 1e4;
 
 impl<T: Real> Mounting<T> {
-    /// In the plane: so far ahead and to the left of the vehicle's origin, m, and turned to the left by this angle, rad.
+    /// Mounting in the plane: position ahead and to the left of the vehicle's origin, m, and rotation to the left, rad.
     ///
     /// # Errors
-    /// A length is not finite or above 10 km, the angle not within ±2π.
+    /// A length is not finite or above 10 km, or the angle is not within ±2π.
     pub fn in_plane(forward_m: T, left_m: T, yaw_rad: T) -> Result<Self, ModelError> {
         Self::in_space([forward_m, left_m, T::ZERO], [T::ZERO, T::ZERO, yaw_rad])
     }
 
-    /// In space: so far ahead, to the left and upwards, m, and turned by this roll, pitch and yaw, rad.
+    /// Mounting in space: position ahead, to the left and upwards, m, and roll, pitch and yaw, rad.
     ///
     /// # Errors
-    /// A length is not finite or above 10 km, an angle not within ±2π.
+    /// A length is not finite or above 10 km, or an angle is not within ±2π.
     pub fn in_space(
         [forward_m, left_m, up_m]: [T; 3],
         [roll_rad, pitch_rad, yaw_rad]: [T; 3],
@@ -57,7 +57,7 @@ impl<T: Real> Mounting<T> {
         Ok(Self { forward_m, left_m, up_m, roll_rad, pitch_rad, yaw_rad })
     }
 
-    /// Ahead, to the left, upwards, m.
+    /// Position ahead, to the left and upwards, m.
     #[must_use]
     pub fn position_m(&self) -> [T; 3] {
         [self.forward_m, self.left_m, self.up_m]

@@ -1,4 +1,4 @@
-//! Any vehicle in the plane as one motion, where its kind is known at run time.
+//! A motion model in the plane whose type is chosen at run time.
 
 use super::{
     Ackermann, AckermannControl, ByOdometry, Holonomic, HolonomicControl, Linearised, ModelError, Motion,
@@ -7,7 +7,8 @@ use super::{
 use crate::{Noise, Rates, Real, Symmetric};
 use nalgebra::{Matrix3, Vector3};
 
-/// A vehicle in the plane whose kind is chosen at run time, such as by a file of settings: a filter with it is compiled once for all kinds.
+/// A vehicle in the plane whose type is chosen at run time, for example by a settings file: a filter with it is compiled once for
+/// all types.
 ///
 /// ```
 /// use scphd::models::{
@@ -21,22 +22,22 @@ use nalgebra::{Matrix3, Vector3};
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum PlanarMotion<T> {
-    /// A car: speed of the encoder's wheel and steering angle.
+    /// A car: speed of the wheel with the encoder, and steering angle.
     Ackermann(Ackermann<T>),
     /// A robot: speed and turn rate.
     Unicycle(Unicycle<T>),
-    /// A vehicle that moves sideways too: speed ahead and to the left, and turn rate.
+    /// A holonomic vehicle: speed ahead and to the left, and turn rate.
     Holonomic(Holonomic<T>),
 }
 
-/// The control of a [`PlanarMotion`]; of another kind than the motion's it is refused.
+/// The control of a [`PlanarMotion`]. A control of another type than that of the motion is refused.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum PlanarControl<T> {
-    /// Of a car.
+    /// Control of a car.
     Ackermann(AckermannControl<T>),
-    /// Of a robot.
+    /// Control of a robot.
     Unicycle(UnicycleControl<T>),
-    /// Of a vehicle that moves sideways too.
+    /// Control of a holonomic vehicle.
     Holonomic(HolonomicControl<T>),
 }
 

@@ -1,78 +1,80 @@
-//! The parent state: where the vehicle is.
+//! The vehicle state (parent state).
 
 use super::{ModelError, Mounting, require};
 use crate::{Place, Real, Vector, wrap};
 use core::fmt::Debug;
 use nalgebra::{Vector2, Vector3};
 
-/// The scalar of a vehicle's state.
+/// The scalar type of a vehicle state.
 pub type ScalarOf<P> = <P as Pose>::Scalar;
-/// The difference of two states of a vehicle.
+/// The difference of two vehicle states (tangent space).
 pub type TangentOf<P> = <P as Pose>::Tangent;
-/// Where a feature is, in the map of a vehicle.
+/// The position of a feature in the map of a vehicle.
 pub type PositionOf<P> = <P as Pose>::Position;
-/// Where a feature is and how it moves, in the map of a vehicle.
+/// Position and velocity of a feature in the map of a vehicle.
 pub type MovingOf<P> = <PositionOf<P> as Place>::Moving;
 
 /// A vehicle state, X in the thesis (5.1).
 pub trait Pose: Copy + PartialEq + Debug + Send + Sync {
     /// `f32` or `f64`.
     type Scalar: Real;
-    /// The difference of two states: a coordinate for each degree of freedom.
+    /// The difference of two states: one coordinate for each degree of freedom.
     type Tangent: Vector<Scalar = Self::Scalar>;
-    /// Where a feature of the map is.
+    /// The position of a feature in the map.
     type Position: Place<Scalar = Self::Scalar>;
 
     /// All zero.
     const ZERO: Self;
 
-    /// Which coordinate is the heading, if one is; the first two are then x and y, and so are those of features. Who turns vehicle
-    /// and map together changes no measurement: a joint map needs to know, or else learns a heading that nothing told it.
+    /// Index of the heading coordinate, if there is one; the first two coordinates are then x and y, as for features. A rotation of
+    /// vehicle and map together does not change any measurement (the heading is unobservable). A joint map must know this
+    /// coordinate, because otherwise linearisation errors would reduce the variance of the heading without information.
     const HEADING: Option<usize> = None;
 
     /// The coordinates, for checks and digests.
     fn coordinates(&self) -> Self::Tangent;
 
-    /// All the numbers that the pose consists of, one after the other, for a [snapshot](crate::ScPhd::save): always as many, and
-    /// none that [`of_numbers`](Self::of_numbers) can do without.
+    /// All numbers of the pose in sequence, for a [snapshot](crate::ScPhd::save): always the same count, and all that
+    /// [`of_numbers`](Self::of_numbers) needs.
     fn to_numbers(&self, take: impl FnMut(Self::Scalar));
 
-    /// The pose of these numbers, in the order of [`to_numbers`](Self::to_numbers): the same to the bit.
+    /// The pose from these numbers, in the order of [`to_numbers`](Self::to_numbers), equal to the bit.
     fn of_numbers(next: impl FnMut() -> Self::Scalar) -> Self;
 
     /// The difference `self` ⊖ `from` in the tangent space, angles wrapped.
     fn difference(&self, from: &Self) -> Self::Tangent;
 
-    /// The pose at this difference from `self`: what [`Self::difference`] takes away, angles wrapped.
+    /// The pose displaced by `by`, `self` ⊕ `by`: the inverse of [`Self::difference`], angles wrapped.
     #[must_use]
     fn displaced(&self, by: &Self::Tangent) -> Self;
 
     /// The weighted mean of poses with weights that sum to one; angles by their circular mean.
     fn mean(weighted: impl Iterator<Item = (Self::Scalar, Self)>) -> Self;
 
-    /// x and y, m, and heading, rad, whatever else there is: where the vehicle is on the ground.
+    /// Position and heading on the ground: x and y, m, and heading, rad.
     fn on_ground(&self) -> [Self::Scalar; 3];
 
-    /// How far apart two poses are, m; angles do not count.
+    /// Distance of two poses, m, without angles.
     fn distance_m(&self, from: &Self) -> Self::Scalar {
         let ([x, y, _], [from_x, from_y, _]) = (self.on_ground(), from.on_ground());
         let (dx, dy) = (x - from_x, y - from_y);
         (dx * dx + dy * dy).sqrt()
     }
 
-    /// The parameter of a mounting that a sensor on such a vehicle cannot have, if any.
+    /// Checks that a sensor on this type of vehicle can have this mounting.
     ///
     /// # Errors
-    /// Names the parameter and its range. None unless the pose says otherwise.
+    /// Names the first parameter out of range, and its range. No errors by default.
     fn check_mounting(_mounting: &Mounting<Self::Scalar>) -> Result<(), ModelError> {
         Ok(())
     }
 
-    /// The pose of a sensor that is mounted so, and its derivative by the vehicle's [heading](Self::HEADING), in the coordinates of
-    /// [`difference`](Self::difference). With all other coordinates of the vehicle it changes as that itself does.
+    /// The pose of a sensor with this mounting, and its derivative with respect to the vehicle's [heading](Self::HEADING), in the
+    /// coordinates of [`difference`](Self::difference). The derivatives with respect to all other coordinates are those of the
+    /// identity.
     fn mounted(&self, mounting: &Mounting<Self::Scalar>) -> (Self, Self::Tangent);
 
-    /// Every coordinate finite.
+    /// Whether every coordinate is finite.
     fn is_finite(&self) -> bool {
         self.coordinates().as_slice().iter().all(|coordinate| coordinate.is_finite())
     }

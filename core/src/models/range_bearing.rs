@@ -8,7 +8,7 @@ use nalgebra::{Matrix2, SMatrix, SVector, Vector2};
 /// bearing in direction.
 const OCCLUSION_SIGMAS: f64 = 3.0;
 
-/// A sensor that measures range (m) and bearing (rad, 0 ahead, growing to the left) of a feature in the plane.
+/// A sensor that measures range (m) and bearing (rad, 0 ahead, positive to the left) of a feature in the plane.
 ///
 /// ```
 /// use scphd::models::{PlanarPose, RangeBearing, Sensor};
@@ -25,7 +25,7 @@ pub struct RangeBearing<T: Real> {
     noise: Symmetric<Vector2<T>>,
 }
 
-/// A planar pose with its heading's sine and cosine.
+/// A planar pose with the sine and cosine of its heading.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PlanarFrame<T> {
     /// Position, m.

@@ -1,14 +1,14 @@
-//! A window in range and bearing (section 5.2.3).
+//! Field of view in range and bearing (section 5.2.3).
 
 use super::{FieldOfView, ModelError, PlanarFrame, require};
 use crate::{Bounds, Real, wrap};
 use nalgebra::Vector2;
 
-/// The part of the plane that a sensor detects features in, by range and bearing.
+/// Limits of the field of view of a sensor in the plane, in range and bearing.
 ///
-/// p_D falls linearly with range from `probability_near` at the sensor to `probability_far` at the greatest range, and
-/// to zero over a cubic ramp of half width `range_edge_m` or `bearing_edge_rad` around every edge of the window: a hard
-/// edge would let an error of the pose delete a feature at the rim that is believed seen and is not.
+/// p_D falls linearly with range from `probability_near` at the sensor to `probability_far` at the greatest range. At every edge of
+/// the window it falls to zero over a cubic ramp of half width `range_edge_m` or `bearing_edge_rad`. With a hard edge, a pose error
+/// could delete a feature near the edge that is in view according to the estimate but not in reality.
 ///
 /// ```
 /// use scphd::models::{RangeBearingLimits, RangeBearingWindow};
@@ -33,7 +33,7 @@ pub struct RangeBearingLimits<T> {
     pub range_edge_m: T,
     /// Middle of the window, rad.
     pub bearing_center_rad: T,
-    /// Half width of the window, rad; π or more for a full circle.
+    /// Half width of the window in bearing, rad; π or more for a full circle.
     pub bearing_half_width_rad: T,
     /// Half width of the soft edge at either side, rad.
     pub bearing_edge_rad: T,
@@ -43,16 +43,17 @@ pub struct RangeBearingLimits<T> {
     pub probability_far: T,
 }
 
-/// A window in range and bearing with soft edges: [`RangeBearingLimits`] that have been checked.
+/// A field of view in range and bearing with soft edges: checked [`RangeBearingLimits`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RangeBearingWindow<T> {
     limits: RangeBearingLimits<T>,
-    /// As far as this, m, p_D is that at the sensor: most features are, and cost one comparison. Negative for nowhere.
+    /// Up to this range, m, p_D is that at the sensor. Most features are within it, and cost only one comparison. Negative: no such
+    /// range.
     even_within_m: T,
 }
 
 impl<T: Real> RangeBearingLimits<T> {
-    /// A hard-edged full circle with one probability of detection, as in (5.15).
+    /// A full circle with hard edges and a constant probability of detection, as in (5.15).
     #[must_use]
     pub fn full_circle(range_max_m: T, probability: T) -> Self {
         Self {
@@ -67,11 +68,11 @@ impl<T: Real> RangeBearingLimits<T> {
         }
     }
 
-    /// The field that is out of range, if any.
+    /// Checks all fields, and returns the first that is out of range.
     ///
     /// # Errors
-    /// Ranges must be finite with 0 ≤ min < max, edges finite and not negative, the half width positive, and both
-    /// probabilities in [0, 1): a sensor that never misses would leave features of weight zero.
+    /// Ranges must be finite with 0 ≤ min < max, edges finite and not negative, the half width positive, and both probabilities in
+    /// [0, 1): with p_D = 1, a missed detection would give a weight of zero.
     pub fn check(&self) -> Result<(), ModelError> {
         let zero = T::ZERO;
         let edge = |x: T| x >= zero && x.is_finite();
@@ -92,7 +93,7 @@ impl<T: Real> RangeBearingLimits<T> {
 }
 
 impl<T: Real> RangeBearingWindow<T> {
-    /// The window of these limits.
+    /// The field of view with these limits.
     ///
     /// # Errors
     /// A limit is out of [range](RangeBearingLimits::check).
@@ -106,7 +107,7 @@ impl<T: Real> RangeBearingWindow<T> {
         Ok(Self { limits, even_within_m: if is_even { inner } else { -T::ONE } })
     }
 
-    /// A hard-edged full circle of this radius, m, with one probability of detection, as in (5.15).
+    /// A full circle of this radius, m, with hard edges and a constant probability of detection, as in (5.15).
     ///
     /// # Errors
     /// The range must be finite and positive, the probability in [0, 1).
@@ -120,7 +121,7 @@ impl<T: Real> RangeBearingWindow<T> {
         &self.limits
     }
 
-    /// Range × bearing measure of the window, m·rad: what uniform clutter is uniform over.
+    /// Measure of the window in range × bearing, m·rad: the domain of uniform clutter.
     #[must_use]
     pub fn measure(&self) -> T {
         let half_width = self.limits.bearing_half_width_rad.at_most(T::PI);

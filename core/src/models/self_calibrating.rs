@@ -1,15 +1,16 @@
-//! A planar vehicle that learns what its odometry is off by.
+//! A planar vehicle with online calibration of its odometry.
 
 use super::{CalibratedPose, Linearised, ModelError, Motion, OdometryCorrection, PlanarPose, ScalarOf, require};
 use crate::{Matrix, Noise, Rates, Real, Symmetric};
 use nalgebra::{Matrix3, SVector};
 
-/// A planar vehicle whose pose can be derived by what its odometry is off by: what [`SelfCalibrating`] needs of it.
+/// A planar motion model with derivatives with respect to the odometry correction, as [`SelfCalibrating`] needs it.
 pub trait ByOdometry: Motion {
-    /// The control as it should have been told.
+    /// The corrected control.
     fn corrected(control: &Self::Control, odometry: &OdometryCorrection<ScalarOf<Self::Pose>>) -> Self::Control;
 
-    /// x, y and heading of f(x, u) by `speed_scale`, `turn_scale` and `turn_offset`, at this correction of the control.
+    /// Derivatives of x, y and heading of f(x, u) with respect to `speed_scale`, `turn_scale` and `turn_offset`, at this correction
+    /// of the control.
     fn by_odometry(
         &self,
         pose: &Self::Pose,
@@ -19,18 +20,20 @@ pub trait ByOdometry: Motion {
     ) -> Matrix3<ScalarOf<Self::Pose>>;
 }
 
-/// How well a vehicle's odometry is known before it drives, and how constant it is.
+/// Prior of the odometry correction, and how constant it is.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct OdometryPrior<T> {
-    /// Standard deviations of what it is off by, at the start.
+    /// Initial standard deviations of the correction.
     pub sigma: OdometryCorrection<T>,
-    /// How long it takes until what it is off by has walked as far as that, s: infinite for what never changes.
+    /// Time in which the random walk of the correction reaches the standard deviation `sigma`, s; infinite for a constant
+    /// correction.
     pub lasts_s: T,
 }
 
-/// A planar vehicle that learns what its odometry is off by while it drives: `M` with corrected controls. Scale and offset are coordinates of
-/// its state, constant but for a slow walk; a joint map ([`JointSlam`](crate::JointSlam)) learns them with all else. The noise of `M` is what
-/// is left: slip, and what comes and goes. Sensors and fixes are those of a [`PlanarPose`] in a [`Calibrated`](super::Calibrated).
+/// A planar vehicle with online calibration of its odometry: `M` with corrected controls. Scales and offset are coordinates of the
+/// state, which follow a slow random walk; a joint map ([`JointSlam`](crate::JointSlam)) estimates them together with pose and
+/// features. The noise of `M` is that of the remaining errors, for example slip. Sensors and fixes are those of a [`PlanarPose`] in
+/// a [`Calibrated`](super::Calibrated).
 ///
 /// ```
 /// use scphd::models::{
@@ -76,7 +79,7 @@ impl<T: Real, M: ByOdometry<Pose = PlanarPose<T>>> SelfCalibrating<M, T> {
         Ok(Self { vehicle, prior })
     }
 
-    /// The covariance to start with (`reset_within`): of the odometry as in the prior, of the pose none.
+    /// Initial covariance for `reset_within`: that of the prior for the odometry correction, zero for the pose.
     #[must_use]
     pub fn prior(&self) -> Symmetric<SVector<T, 6>> {
         let OdometryCorrection { speed_scale, turn_scale, turn_offset } = self.prior.sigma;

@@ -1,31 +1,31 @@
-//! All that is modelled of one kind of sensor: what it measures, where it sees, what it takes for a feature.
+//! The models of a sensor: measurement, field of view and clutter.
 
 use super::{Clutter, FieldOfView, ModelError, Mounted, MountedFrame, MountedView, Mounting, Pose, Sensor, require};
 use crate::{PositionOf, ScalarOf, TangentOf, Vector};
 
-/// The models of one kind of sensor, as one type: what [`Sensing`] is to generic code.
+/// The models of one sensor as one type: the trait of [`Sensing`], for generic code.
 pub trait MeasurementModel {
     /// The vehicle state.
     type Pose: Pose;
-    /// What is measured of a feature.
+    /// A measurement of a feature.
     type Measurement: Vector<Scalar = ScalarOf<Self::Pose>>;
-    /// The sensor at a pose.
+    /// The frame of the sensor at a pose.
     type Frame;
-    /// What is measured of a feature, and with what noise.
+    /// The sensor model: predicted measurement of a feature, and its noise.
     type Sensor: Sensor<Pose = Self::Pose, Measurement = Self::Measurement, Frame = Self::Frame>;
-    /// Where features are detected, and with what probability.
+    /// The field of view: probability of detection of a feature.
     type FieldOfView: FieldOfView<Self::Frame, PositionOf<Self::Pose>, Self::Measurement>;
-    /// What is measured where there is no feature.
+    /// The clutter model: intensity of false measurements.
     type Clutter: Clutter<Self::Measurement>;
 
-    /// What is measured of a feature, and with what noise.
+    /// The sensor model.
     fn sensor(&self) -> &Self::Sensor;
-    /// Where features are detected, and with what probability.
+    /// The field of view.
     fn field_of_view(&self) -> &Self::FieldOfView;
-    /// What is measured where there is no feature.
+    /// The clutter model.
     fn clutter(&self) -> &Self::Clutter;
 
-    /// The parameter that one of them cannot work with, if any.
+    /// Checks the parameters of all models.
     ///
     /// # Errors
     /// Names the parameter and its range.
@@ -39,27 +39,27 @@ pub trait MeasurementModel {
 
 /// The models of one sensor.
 ///
-/// Models that come with the crate are checked where they are made. Those of a user are asked by
-/// [`Detector::new`](crate::Detector::new) and [`Detector::retune`](crate::Detector::retune) whether they can be worked with (`check` of each
-/// trait). Whatever they return later, no weight and no stored feature becomes NaN of it, and no loop goes on for ever:
+/// The models of the crate are checked when they are constructed. The models of a user are checked by
+/// [`Detector::new`](crate::Detector::new) and [`Detector::retune`](crate::Detector::retune) (`check` of each trait). Invalid
+/// values that they return later never make a weight or a stored feature NaN, and never cause an endless loop:
 ///
-/// | returned | taken for |
+/// | returned value | treated as |
 /// |---|---|
 /// | p_D of 1 or more | 1 less a rounding error |
 /// | p_D not above zero, NaN | out of view |
 /// | ln κ that is NaN or +∞ | no clutter |
-/// | an expected measurement, a Jacobian, an innovation that is not finite | a feature that meets no measurement |
+/// | a predicted measurement, a Jacobian, an innovation that is not finite | a feature without association to any measurement |
 /// | an inverse that is not finite | a measurement without birth |
-/// | a component of the birth intensity that is not finite or not positive definite | none |
-/// | more of those than `VIEW` of the static maps | none, and counted as lost |
+/// | a component of the birth intensity that is not finite or not positive definite | no component |
+/// | more of those than `VIEW` of the static maps | no component, counted as lost |
 /// | a covariance of the measurement noise that is not positive definite | [`ScanError::SensorNoise`](crate::ScanError::SensorNoise) |
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sensing<S, V, C> {
-    /// What is measured: h, its inverse and their noise.
+    /// The sensor model: h, its inverse and their noise.
     pub sensor: S,
-    /// Where the sensor sees: p_D(m | x).
+    /// The field of view: p_D(m | x).
     pub field_of_view: V,
-    /// What it measures though nothing is there: κ(z).
+    /// The clutter model: κ(z).
     pub clutter: C,
 }
 

@@ -1,4 +1,4 @@
-//! Sonars in space: range, bearing and elevation, and what is left where one of them is not measured.
+//! Sonars in space: range, bearing and elevation, range only, and direction only.
 
 use super::bearing_only::check_ranges;
 use super::range_bearing_window::ramp;
@@ -6,7 +6,7 @@ use super::{AuvPose, BirthIntensity, BodyFrame, Expected, FieldOfView, Inverse, 
 use crate::{Bounds, Component, Real, Symmetric, Vector, wrap};
 use nalgebra::{Matrix3, SMatrix, SVector, Vector1, Vector2, Vector3};
 
-/// A sensor that measures range (m), bearing (rad, 0 ahead, growing to the left) and elevation (rad, growing upwards) of a
+/// A sensor that measures range (m), bearing (rad, 0 ahead, positive to the left) and elevation (rad, positive upwards) of a
 /// feature in space, in the vehicle's frame.
 ///
 /// ```
@@ -24,18 +24,18 @@ pub struct RangeBearingElevation<T: Real> {
     noise: Symmetric<Vector3<T>>,
 }
 
-/// A sensor that measures the range (m) of a feature in space and nothing else, as an acoustic beacon's transponder does.
+/// A sensor that measures only the range (m) of a feature in space, for example with an acoustic transponder.
 ///
-/// One range has no inverse, so features are born from the birth intensity `B` (5.2.1).
+/// One range has no inverse; features are therefore born from the birth intensity `B` (5.2.1).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RangeOnly<T: Real, B> {
     noise: Symmetric<Vector1<T>>,
     births: B,
 }
 
-/// A sensor that measures bearing and elevation (rad) of a feature in space, as a single camera or a hydrophone array does.
+/// A sensor that measures bearing and elevation (rad) of a feature in space, for example a single camera or a hydrophone array.
 ///
-/// A direction has no inverse, so features are born from the birth intensity `B` (5.2.1).
+/// A direction has no inverse; features are therefore born from the birth intensity `B` (5.2.1).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BearingElevation<T: Real, B> {
     noise: Symmetric<Vector2<T>>,
@@ -63,7 +63,7 @@ impl<T: Real> RangeBearingElevation<T> {
 }
 
 impl<T: Real, B> RangeOnly<T, B> {
-    /// A sensor with noise of this standard deviation, m.
+    /// A sensor with this standard deviation of the noise, m.
     ///
     /// # Errors
     /// It must lie between 1e-6 and 1e6.
@@ -270,34 +270,33 @@ impl<T: Real, B: BirthIntensity<BodyFrame<T>, Vector3<T>>> Sensor for BearingEle
     }
 }
 
-/// The part of space that a sonar detects features in, by range, bearing and elevation.
+/// Limits of the field of view of a sonar in range, bearing and elevation.
 ///
-/// p_D is the same everywhere in it and falls to zero over a cubic ramp of half width `range_edge_m` or `angle_edge_rad` around
-/// its rim.
+/// p_D is constant inside, and falls to zero over a cubic ramp of half width `range_edge_m` or `angle_edge_rad` at the edges.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SonarLimits<T> {
     /// Greatest range, m.
     pub range_max_m: T,
-    /// Half width of the soft edge at it, m.
+    /// Half width of the soft edge at the greatest range, m.
     pub range_edge_m: T,
-    /// Half width of the window in bearing, ahead, rad; π or more for all around.
+    /// Half width of the field of view in bearing, centred ahead, rad; π or more for all around.
     pub bearing_half_width_rad: T,
-    /// Half width of the window in elevation, rad; π/2 or more for everything.
+    /// Half width of the field of view in elevation, rad; π/2 or more for all elevations.
     pub elevation_half_width_rad: T,
     /// Half width of the soft edges in bearing and elevation, rad.
     pub angle_edge_rad: T,
-    /// p_D.
+    /// Probability of detection p_D inside the field of view.
     pub probability: T,
 }
 
-/// Where a sonar sees in space, for any of the sonars: [`SonarLimits`] that have been checked.
+/// Field of view of any of the sonars: checked [`SonarLimits`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SonarWindow<T> {
     limits: SonarLimits<T>,
 }
 
 impl<T: Real> SonarLimits<T> {
-    /// The field that is out of range, if any.
+    /// Checks all fields, and returns the first that is out of range.
     ///
     /// # Errors
     /// The range must be finite and positive, half widths positive, edges finite and not negative, and the probability
@@ -315,7 +314,7 @@ impl<T: Real> SonarLimits<T> {
 }
 
 impl<T: Real> SonarWindow<T> {
-    /// The window of these limits.
+    /// The field of view with these limits.
     ///
     /// # Errors
     /// A limit is out of [range](SonarLimits::check).
@@ -356,7 +355,7 @@ impl<T: Real, Z: Vector<Scalar = T>> FieldOfView<BodyFrame<T>, Vector3<T>, Z> fo
     }
 }
 
-/// Shells around a sensor, whose distance grows by the same factor from one to the next, and directions in each.
+/// A spherical grid around a sensor: shells, each farther than the previous one by the same factor, divided into directions.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SphericalGrid<T> {
     /// Range of the innermost shell, m; above zero.
@@ -367,19 +366,19 @@ pub struct SphericalGrid<T> {
     pub shells: u16,
     /// Number of directions in a shell, spread evenly along a spiral from straight down to straight up.
     pub directions: u16,
-    /// Weight of every component: features that appear there between two scans.
+    /// Weight of every component: the expected number of features that appear there between two scans.
     pub weight: T,
 }
 
-/// Births all around the sensor, with a component in every place of a [`SphericalGrid`] that has been checked, each of which spans
-/// the same share of its range: what one knows who knows nothing but how far the sensor sees.
+/// Birth intensity all around the sensor: one component for every cell of a checked [`SphericalGrid`], with a size proportional to
+/// its range. For a prior that knows only the range of the sensor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SphericalBirths<T> {
     grid: SphericalGrid<T>,
 }
 
 impl<T: Real> SphericalBirths<T> {
-    /// Births in the places of this grid.
+    /// The birth intensity of this grid.
     ///
     /// # Errors
     /// 1e-9 m ≤ nearest < farthest ≤ 1e9 m; at least two shells and one direction; a weight between 0 and 1e6.

@@ -1,15 +1,15 @@
-//! A stereo camera: a feature in space as four pixel coordinates (7.2–7.5).
+//! A stereo camera: a feature in space is measured as four pixel coordinates (7.2–7.5).
 
 use super::{AuvPose, BodyFrame, Expected, Inverse, ModelError, Sensor, require};
 use crate::{Real, Symmetric};
 use nalgebra::{Matrix2x3, Matrix3, Matrix4x3, SMatrix, SVector, Vector1, Vector3, Vector4};
 
-/// A rectified stereo camera fixed to the vehicle, that measures (u_l, v_l, u_r, v_r): column and row of a keypoint in the left and
+/// A rectified stereo camera fixed to the vehicle. It measures (u_l, v_l, u_r, v_r): column and row of a keypoint in the left and
 /// in the right image, px.
 ///
-/// Each camera is a 3 × 4 projection matrix that takes a point in the vehicle's frame (x ahead, y to the left, z upwards, m) to
-/// homogeneous pixels (7.4); where and how it is mounted is part of it: P = K C [I | −c] with its calibration K, its
-/// place c and the rotation C from the vehicle's directions to those of the image (x right, y down, z into the scene).
+/// Each camera is a 3 × 4 projection matrix from a point in the vehicle's frame (x ahead, y to the left, z upwards, m) to
+/// homogeneous pixels (7.4). The matrix includes the mounting: P = K C [I | −c] with the calibration K, the position c and the
+/// rotation C from the vehicle's axes to those of the image (x right, y down, z into the scene).
 ///
 /// ```
 /// use nalgebra::{Matrix3, Vector3, Vector4};
@@ -48,9 +48,9 @@ struct Camera<T: Real> {
     shift: Vector3<T>,
 }
 
-/// R of pixels whose noise has these standard deviations, px: of (u_l, v_l, u_r, v_r) each on its own, and of the columns and the rows of
-/// both images in common. What images have in common (the time they were taken at, the attitude of the camera) moves a feature and leaves
-/// its disparity alone.
+/// Covariance R of pixel noise with these standard deviations, px: independent noise of each of (u_l, v_l, u_r, v_r), and noise of
+/// columns and rows that is common to both images. Common noise (from the time of the images, or the attitude of the camera) shifts
+/// a feature and does not change its disparity.
 #[must_use]
 pub fn pixel_noise<T: Real>(own_px: [T; 4], common_px: [T; 2]) -> Symmetric<Vector4<T>> {
     let [columns, rows] = common_px.map(|sigma| sigma * sigma);
@@ -66,8 +66,8 @@ pub fn pixel_noise<T: Real>(own_px: [T; 4], common_px: [T; 2]) -> Symmetric<Vect
     })
 }
 
-/// A projection matrix P = K C [I | −c] from a calibration K, the rotation C from the vehicle's directions to those of the image
-/// (x right, y down, z into the scene) and the place c of the camera in the vehicle's frame, m.
+/// A projection matrix P = K C [I | −c] from a calibration K, the rotation C from the vehicle's axes to those of the image (x
+/// right, y down, z into the scene), and the position c of the camera in the vehicle's frame, m.
 #[must_use]
 pub fn projection<T: Real>(calibration: &Matrix3<T>, rotation: &Matrix3<T>, place_m: &Vector3<T>) -> SMatrix<T, 3, 4> {
     let turn = calibration * rotation;
@@ -83,14 +83,14 @@ const LEAST_DEPTH_M: f64 = 1e-3;
 pub struct StereoFrame<T: Real> {
     /// The vehicle's frame.
     pub body: BodyFrame<T>,
-    /// A Rᵀ of the left and of the right camera: from the map's directions to homogeneous pixels.
+    /// A Rᵀ of the left and of the right camera: from map directions to homogeneous pixels.
     left: Matrix3<T>,
     right: Matrix3<T>,
     left_shift: Vector3<T>,
 }
 
 impl<T: Real> StereoFrame<T> {
-    /// Depth of a point before the left camera, m.
+    /// Depth of a point in front of the left camera, m.
     #[inline]
     #[must_use]
     pub fn depth(&self, point: &Vector3<T>) -> T {
@@ -155,14 +155,14 @@ fn stacked<T: Real>(upper: &Matrix2x3<T>, lower: &Matrix2x3<T>) -> Matrix4x3<T> 
 
 impl<T: Real> StereoCamera<T> {
     /// A camera with these projection matrices, covariance R of the noise of (u_l, v_l, u_r, v_r), px², and epipolar gate.
-    /// [`pixel_noise`] makes the covariance of what both images have on their own and in common.
+    /// [`pixel_noise`] computes R from the independent and the common noise of both images.
     ///
-    /// The gate bounds the squared length, in standard deviations, of what no point in space can explain of a measurement:
-    /// in rectified images (v_l − v_r)² over its variance. A pair beyond it is a mismatch, and gives no feature.
+    /// The epipolar gate limits the squared normalised part of a measurement that no point in space can cause: in rectified images
+    /// (v_l − v_r)² divided by its variance. A pair beyond the gate is a mismatch, and gives no feature.
     ///
     /// # Errors
-    /// The matrices must be finite, with a left 3 × 3 part that is not singular, the noise positive definite, with variances between 1e-6 and
-    /// 1e6 px², the gate positive.
+    /// The matrices must be finite, with a left 3 × 3 part that is not singular; the noise positive definite, with variances
+    /// between 1e-6 and 1e6 px²; the gate positive.
     pub fn new(
         left: SMatrix<T, 3, 4>,
         right: SMatrix<T, 3, 4>,

@@ -1,34 +1,34 @@
-//! Where a stereo camera sees: what both images show, neither too near nor too far.
+//! Field of view of a stereo camera: visible in both images, and within a range of depths.
 
 use super::range_bearing_window::ramp;
 use super::{FieldOfView, ModelError, StereoCamera, StereoFrame, require};
 use crate::{Bounds, Real};
 use nalgebra::{SVector, Vector3, Vector4};
 
-/// The part of space that a stereo camera detects features in.
+/// Limits of the field of view of a stereo camera.
 ///
-/// p_D is the same everywhere in it (section 7.2.3) and falls to zero over a cubic ramp of half width `edge_px` around the rim
-/// of either image, and `depth_edge_m` around the least and the greatest depth: a hard edge would let an error of the pose delete
-/// a feature that is believed seen and is not.
+/// p_D is constant inside (section 7.2.3), and falls to zero over a cubic ramp of half width `edge_px` at the edges of either
+/// image, and `depth_edge_m` at the least and the greatest depth. With a hard edge, a pose error could delete a feature that is in
+/// view according to the estimate but not in reality.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FrustumLimits<T> {
-    /// Width of the images, px: columns run from 0 to it.
+    /// Width of the images, px: columns are 0 to `width_px`.
     pub width_px: T,
-    /// Height of the images, px: rows run from 0 to it.
+    /// Height of the images, px: rows are 0 to `height_px`.
     pub height_px: T,
     /// Half width of the soft edge around the images, px.
     pub edge_px: T,
-    /// Least depth before the left camera, m.
+    /// Least depth in front of the left camera, m.
     pub near_m: T,
-    /// Greatest depth before the left camera, m.
+    /// Greatest depth in front of the left camera, m.
     pub far_m: T,
     /// Half width of the soft edge at either depth, m.
     pub depth_edge_m: T,
-    /// p_D.
+    /// Probability of detection p_D inside the field of view.
     pub probability: T,
 }
 
-/// The view frustum of a stereo camera: [`FrustumLimits`] over a [`StereoCamera`].
+/// The view frustum of a stereo camera: checked [`FrustumLimits`] of a [`StereoCamera`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StereoFrustum<T: Real> {
     limits: FrustumLimits<T>,
@@ -37,7 +37,7 @@ pub struct StereoFrustum<T: Real> {
 }
 
 impl<T: Real> FrustumLimits<T> {
-    /// The field that is out of range, if any.
+    /// Checks all fields, and returns the first that is out of range.
     ///
     /// # Errors
     /// Sizes must be finite and positive, edges finite and not negative, 0 < near − edge, near < far, and the
@@ -82,9 +82,9 @@ impl<T: Real> StereoFrustum<T> {
         &self.limits
     }
 
-    /// Measure of the pairs of keypoints that a matcher may report, px⁴: what uniform clutter is uniform over. A pair is
-    /// anywhere in the left image, with a disparity from `disparity_min_px` to `disparity_max_px`, and rows that differ by up to
-    /// `row_tolerance_px` either way.
+    /// Measure of the pairs of keypoints that a matcher can report, px⁴: the domain of uniform clutter. A pair has any position in
+    /// the left image, a disparity from `disparity_min_px` to `disparity_max_px`, and rows that differ by at most
+    /// `row_tolerance_px` in either direction.
     #[must_use]
     pub fn measure(&self, disparity_min_px: T, disparity_max_px: T, row_tolerance_px: T) -> T {
         let rows = row_tolerance_px + row_tolerance_px;

@@ -1,14 +1,14 @@
-//! A vehicle driven by speed and turn rate.
+//! A vehicle controlled by speed and turn rate.
 
 use super::{ByOdometry, ControlNoise, Linearised, ModelError, Motion, OdometryCorrection, PlanarPose};
 use crate::{Noise, Rates, Real, wrap};
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
-/// How a [`Unicycle`] integrates its controls over one step.
+/// Integration of the controls of a [`Unicycle`] over one step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Step {
-    /// Straight along the heading at the start of the step, then turn.
+    /// Straight along the heading at the start of the step, then a turn.
     Euler,
     /// Along the exact arc.
     Arc,
@@ -23,7 +23,7 @@ pub struct UnicycleControl<T> {
     pub rate_radps: T,
 }
 
-/// A vehicle that moves along its heading and turns in place.
+/// A vehicle that moves along its heading and can turn in place.
 ///
 /// ```
 /// use scphd::models::{ControlNoise, Motion, PlanarPose, Step, Unicycle, UnicycleControl};
@@ -77,10 +77,10 @@ pub(super) fn chord<T: Real>(a: T) -> (T, T) {
 }
 
 impl<T: Real> Unicycle<T> {
-    /// The model of a vehicle.
+    /// A motion model with this integration and noise.
     ///
     /// # Errors
-    /// Every noise figure must be finite and not negative.
+    /// Every noise parameter must be finite and not negative.
     pub fn new(step: Step, noise: ControlNoise<T>) -> Result<Self, ModelError> {
         noise.check()?;
         Ok(Self { step, noise })
