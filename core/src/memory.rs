@@ -1,15 +1,16 @@
-//! The memory of a filter, with its capacities by name.
+//! Macros for the memory of a filter, with named capacities.
 
-/// Names the memory of a [`ScPhd`](crate::ScPhd): a [`State`](crate::State) for the poses of a motion, with every capacity by its name.
+/// Defines the type of the memory of a [`ScPhd`](crate::ScPhd): a [`State`](crate::State) for a motion model, with named
+/// capacities.
 ///
 /// | name | meaning |
 /// |---|---|
-/// | `particles` | particles |
-/// | `samples` | samples of a particle between a prediction and its scan |
-/// | `pages` | pages of features, of all particles together; a page holds [`PAGE_LEN`](crate::PAGE_LEN) |
-/// | `pages_per_map` | pages of one particle's map |
-/// | `in_view` | components of one map in view, while it is updated |
-/// | `waiting` | measurements of a scan that births can wait on, up to 256 in steps of 64; 64 where it is left out |
+/// | `particles` | maximum number of particles |
+/// | `samples` | samples per particle between a prediction and its scan |
+/// | `pages` | total number of pages of all particles' maps; a page has [`PAGE_LEN`](crate::PAGE_LEN) components |
+/// | `pages_per_map` | maximum number of pages of one particle's map |
+/// | `in_view` | maximum number of components of one map in view during an update |
+/// | `waiting` | number of measurements of a scan whose births can be delayed, up to 256 in steps of 64; 64 by default |
 ///
 /// ```
 /// use scphd::models::Ackermann;
@@ -84,8 +85,8 @@ macro_rules! memory {
     };
 }
 
-/// Names the memory of a [`JointSlam`](crate::JointSlam): a [`JointState`](crate::JointState) for the poses of a motion, with every
-/// capacity by its name. `measurement` is the widest one of the vehicle's sensors.
+/// Defines the type of the memory of a [`JointSlam`](crate::JointSlam): a [`JointState`](crate::JointState) for a motion model,
+/// with named capacities. `measurement` is the measurement with the most dimensions of all sensors of the vehicle.
 ///
 /// ```
 /// use nalgebra::Vector2;

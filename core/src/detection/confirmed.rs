@@ -1,4 +1,4 @@
-//! Which features are confirmed: better known than the first few measurements of them could have made them.
+//! Confirmation of features: their covariance is smaller than the first few measurements alone can make it.
 
 use crate::{Component, Pose, PositionOf, Real, Sensor, Symmetric, TangentOf, Vector};
 

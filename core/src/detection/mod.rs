@@ -1,4 +1,4 @@
-//! The scan as one pose sees it.
+//! A scan and a map, as seen from one pose.
 
 pub(crate) mod confirmed;
 pub(crate) mod explain;

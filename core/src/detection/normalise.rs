@@ -1,4 +1,4 @@
-//! What divides the weights of detections and births by η_z.
+//! Division of the weights of detections and births by η_z.
 
 use crate::detection::scan::Scan;
 use crate::{LnSum, Real, Vector};

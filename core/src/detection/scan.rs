@@ -1,4 +1,4 @@
-//! The measurements of one scan, sorted so that a component meets only those near it.
+//! The measurements of one scan, sorted so that a component is compared only with those near it.
 
 use crate::numerics::work;
 use crate::{Clutter, LnSum, Real, Sensor, Vector, wrap};

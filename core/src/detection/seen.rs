@@ -1,4 +1,4 @@
-//! What one candidate sees of its map.
+//! The components of its map that one candidate has in view.
 
 use crate::detection::scan::Scan;
 use crate::{LnSum, Real, Vector};

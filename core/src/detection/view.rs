@@ -1,4 +1,4 @@
-//! The map as one candidate pose sees it: what to expect of every component, and which measurements it meets.
+//! The map as seen from one candidate pose: predicted measurements of components, and the measurements within their gates.
 
 use crate::detection::scan::Scan;
 use crate::numerics::work;

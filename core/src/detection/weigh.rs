@@ -1,4 +1,4 @@
-//! Weighing: how well a candidate pose explains the scan (4.51, 4.52).
+//! Weighting: the likelihood of the scan given a candidate pose (4.51, 4.52).
 
 use crate::detection::explain::ln_likelihood;
 use crate::detection::maps::{DynamicMaps, StaticMaps};

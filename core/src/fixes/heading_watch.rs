@@ -1,4 +1,4 @@
-//! Headings that a filter in the plane refuses.
+//! Monitor of rejected headings, for a filter in the plane.
 
 use super::FixRule;
 use super::rule::LOOSE;
@@ -6,8 +6,9 @@ use super::waited::Waited;
 use crate::{Fix, HeadingFix, ModelError, PlanarPose, PoseEstimate, Real, Symmetric, wrap};
 use nalgebra::Vector1;
 
-/// Tells from headings of one compass whether those that lie beyond their gate are wrong, or the filter is: as [`PositionWatch`](crate::fixes::PositionWatch)
-/// does of positions. Headings agree where they differ from the filter's by the same angle, to three times their noise.
+/// Decides, from headings of one compass that are rejected by their gate, whether the headings are wrong or the filter has
+/// diverged: as [`PositionWatch`](crate::fixes::PositionWatch) does for positions. Headings agree with each other if they differ
+/// from those of the filter by the same angle, within three standard deviations of their noise.
 ///
 /// ```
 /// use scphd::fixes::{FixRule, HeadingWatch};
@@ -27,27 +28,28 @@ use nalgebra::Vector1;
 pub struct HeadingWatch<T> {
     rule: FixRule<T>,
     waited: Waited<T>,
-    /// Difference of the first from what was expected, rad.
+    /// Innovation of the first rejected heading, rad.
     first: T,
-    /// Σ and Σ² of the differences from that.
+    /// Σ and Σ² of the differences from the first innovation.
     sums: [T; 2],
 }
 
 impl<T: Real> HeadingWatch<T> {
-    /// By this rule.
+    /// A monitor with this rule.
     ///
     /// # Errors
-    /// A number of the rule is out of range, and which.
+    /// Names the parameter of the rule that is out of range.
     pub fn new(rule: FixRule<T>) -> Result<Self, ModelError> {
         Ok(Self { rule: rule.check()?, waited: Waited::NONE, first: T::ZERO, sums: [T::ZERO; 2] })
     }
 
-    /// A heading was taken in: what was refused before was wrong.
+    /// To be called when a heading was accepted: the headings rejected before were wrong.
     pub fn accepted(&mut self) {
         (self.waited, self.sums) = (Waited::NONE, [T::ZERO; 2]);
     }
 
-    /// A heading was refused; all as of [`PositionWatch::refused`](crate::fixes::PositionWatch::refused). The position stays what it was.
+    /// To be called when a heading was rejected, with arguments and result as for
+    /// [`PositionWatch::refused`](crate::fixes::PositionWatch::refused). The position in the result is that of the estimate.
     pub fn refused(
         &mut self,
         fix: &HeadingFix<PlanarPose<T>>,

@@ -1,4 +1,4 @@
-//! Fixes that are refused again and again: whether they are wrong, or the filter is.
+//! Monitors of fixes that are rejected repeatedly: are the fixes wrong, or has the filter diverged?
 
 mod heading_watch;
 mod position_watch;

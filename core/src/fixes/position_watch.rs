@@ -1,4 +1,4 @@
-//! Positions that a filter in the plane refuses.
+//! Monitor of rejected positions, for a filter in the plane.
 
 use super::FixRule;
 use super::refused_way::RefusedWay;
@@ -9,17 +9,18 @@ use nalgebra::Vector2;
 /// A vehicle that moves slowly is given so many times the time, until its way tells the turn.
 const PATIENCE_OF_THE_SLOW: f64 = 4.0;
 
-/// Tells from positions of one receiver whether those that lie beyond their gate are wrong, or the filter is.
+/// Decides, from positions of one receiver that are rejected by their gate, whether the fixes are wrong or the filter has diverged.
 ///
-/// A fix that lies beyond its gate is left out. Where it is the filter that is wrong (a wrong start, wheels that slipped, a loop that was closed
-/// falsely), no later fix lies within the gate either, and the filter would never come back. So the places where the filter expected the
-/// antenna are held against those that were measured, from the first fix that was refused on. After the time and the number
-/// of the [rule](FixRule) they are laid over each other by a turn and a shift, and the filter is wrong if they fit: to three times the noise of the
-/// fixes, after a scale between ½ and 2, which odometry may be off by. The pose that was laid over is where the vehicle is. A turn counts where
-/// the way is long enough to tell it to 0.1 rad, for which a slow vehicle is given four times the time; one that stood keeps its heading. Where they do not fit, as those of a receiver among
-/// houses or of one that repeats its last place, all are forgotten, and the next one begins anew. So does any fix that is taken in.
+/// A fix beyond its gate is rejected. If the filter has diverged (a wrong start, wheel slip, a false loop closure), all later fixes
+/// are rejected too, and the filter would never recover. From the first rejected fix on, the monitor therefore stores sums over the
+/// predicted and the measured positions of the antenna. After the time and the number of the [rule](FixRule) it aligns the two
+/// paths by a rotation and a translation. If the residuals are within three standard deviations of the fixes, after a change of
+/// scale between ½ and 2 because odometry may have a scale error, the filter is wrong, and the aligned pose is that of the vehicle.
+/// The rotation is used if the path is long enough to determine it to 0.1 rad, for which a slow vehicle gets four times the time; a
+/// vehicle that stands still keeps its heading. If the paths do not fit, as for a receiver with multipath between buildings or one
+/// that repeats its last position, the sums are reset, and the next rejected fix begins anew. An accepted fix also resets them.
 ///
-/// A number of sums, whatever the rate of the fixes.
+/// The memory is a fixed number of sums, at any rate of fixes.
 ///
 /// ```
 /// use scphd::fixes::{FixRule, PositionWatch};
@@ -49,22 +50,22 @@ pub struct PositionWatch<T> {
 }
 
 impl<T: Real> PositionWatch<T> {
-    /// By this rule.
+    /// A monitor with this rule.
     ///
     /// # Errors
-    /// A number of the rule is out of range, and which.
+    /// Names the parameter of the rule that is out of range.
     pub fn new(rule: FixRule<T>) -> Result<Self, ModelError> {
         Ok(Self { rule: rule.check()?, waited: Waited::NONE, way: RefusedWay::NONE })
     }
 
-    /// A fix was taken in: what was refused before was wrong.
+    /// To be called when a fix was accepted: the fixes rejected before were wrong.
     pub fn accepted(&mut self) {
         (self.waited, self.way) = (Waited::NONE, RefusedWay::NONE);
     }
 
-    /// A fix was refused: of this receiver, with the estimate of the filter at its time, and the time since the receiver's fix before, s. Where the
-    /// filter is to be taken for wrong, the pose to relocate it to, with its covariance; all is forgotten then. A fix that is
-    /// no number is passed over.
+    /// To be called when a fix of this receiver was rejected, with the estimate of the filter at its time, and the time since the
+    /// previous fix of the receiver, s. If the filter has diverged, returns the pose and covariance for `relocate`, and resets the
+    /// monitor. A fix that is not finite is ignored.
     pub fn refused(
         &mut self,
         fix: &PositionFix<T>,

@@ -1,4 +1,4 @@
-//! The turn and shift that lays the way of a filter over the fixes it refused.
+//! Rigid alignment of the filter's path with the rejected fixes.
 
 use super::rule::LOOSE;
 use crate::{PlanarPose, PoseEstimate, Real, Symmetric, wrap};

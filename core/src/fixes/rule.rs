@@ -1,16 +1,17 @@
-//! When the filter is taken to be wrong.
+//! The rule by which a filter is considered diverged.
 
 use crate::models::require;
 use crate::{ModelError, Real};
 
-/// When fixes that lie beyond their gate are right after all, and the filter is wrong: none has been taken in for a while, several were
-/// refused in a row, and they agree with each other.
+/// When the filter has diverged and the rejected fixes are right: no fix was accepted for some time, several were rejected in a
+/// row, and they agree with each other.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct FixRule<T> {
-    /// So long is waited from the first fix that was refused, s. 7 by default, as PX4's EKF2 waits. Infinite: for ever.
+    /// Minimum time since the first rejected fix, s. 7 by default, as in PX4's EKF2. Infinite: the filter is never considered
+    /// diverged.
     pub patience_s: T,
-    /// So many have to be refused in a row, 3 to 1000. 5 by default.
+    /// Minimum number of fixes rejected in a row, 3 to 1000. 5 by default.
     pub fewest: u16,
 }
 

@@ -1,4 +1,4 @@
-//! How long a row of refused fixes has lasted.
+//! Number and duration of the fixes rejected in a row.
 
 use super::FixRule;
 use crate::Real;

@@ -2,30 +2,32 @@
 
 use crate::{ConfigError, Real};
 
-/// What a [`Locator`](super::Locator) expects of places and maps.
+/// Tuning of a [`Locator`](super::Locator): prior probabilities and acceptance thresholds.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct LocatorConfig<T> {
-    /// The probability, before anything is seen, that the vehicle is somewhere that the map does not have.
+    /// Prior probability that the vehicle is outside the area of the map.
     pub elsewhere: T,
-    /// The probability that a feature of the map is still there, and can be seen.
+    /// Probability that a feature of the map still exists and is visible.
     pub remains: T,
-    /// Landmarks that the map does not have, in a place that it has: how dense, as a share of how dense landmarks are.
+    /// Density of landmarks that are not in the map, inside the mapped area, relative to the density of landmarks in the map.
     pub new_share: T,
-    /// What covariances of either map are multiplied by: errors within a map are not independent, and these are taken for it.
+    /// Factor on the covariances of both maps. It accounts for the correlation of errors within a map, because the covariances are
+    /// treated as independent.
     pub inflation: T,
-    /// A squared Mahalanobis distance: a landmark farther off is another one.
+    /// Gate of the association of landmarks: a squared Mahalanobis distance.
     pub gate: T,
-    /// The vehicle is found where the probability is at least this.
+    /// Minimum probability of a pose to be accepted.
     pub sure: T,
-    /// Landmarks that must be those of the map, at least: two tell a place, and the others that it is one.
+    /// Minimum number of landmarks associated with the map: two determine the pose, the others confirm it.
     pub least_matched: usize,
-    /// The share of the landmarks that were found that must be the map's: what overlaps less is as likely chance.
+    /// Minimum fraction of the vehicle's landmarks that are associated with the map. With a smaller overlap, a match by chance is
+    /// as probable.
     pub least_share: T,
-    /// Pairs of landmarks that are laid over others in one scan, at most.
+    /// Maximum number of trial alignments (two landmarks with two of the map) per scan.
     pub trials: usize,
-    /// Pairs of landmarks that must have been laid over all others before the vehicle is found: that something else explains as much
-    /// would have been seen.
+    /// Minimum number of pairs of landmarks that were compared with all pairs of the map before a pose is accepted, so that an
+    /// alternative pose that explains the landmarks as well would have been found.
     pub searched: usize,
 }
 
@@ -48,11 +50,10 @@ impl<T: Real> Default for LocatorConfig<T> {
 }
 
 impl<T: Real> LocatorConfig<T> {
-    /// The field that is out of range, if any.
+    /// Checks all fields, and returns the first that is out of range.
     ///
     /// # Errors
-    /// Probabilities and shares must be between 0 and 1 and neither, `inflation` and `gate` finite and positive, counts
-    /// positive.
+    /// Probabilities and fractions must be strictly between 0 and 1, `inflation` and `gate` finite and positive, counts positive.
     pub fn check(&self) -> Result<(), ConfigError> {
         let shares = [
             (self.elsewhere, "elsewhere"),

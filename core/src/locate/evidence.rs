@@ -1,4 +1,4 @@
-//! How much likelier it is that the vehicle is there than that it is elsewhere.
+//! The likelihood of a pose in the map, relative to the hypothesis that the vehicle is elsewhere.
 
 use super::config::LocatorConfig;
 use super::laying::Laying;

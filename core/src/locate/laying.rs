@@ -1,4 +1,4 @@
-//! A map laid over another: the rigid motion between them, and how well it is known.
+//! Alignment of two maps: the rigid transform between them, and its covariance.
 
 use crate::{Component, Matrix, PlanarPose, Pose, Real, Symmetric, Zero};
 use nalgebra::{Vector2, Vector3};

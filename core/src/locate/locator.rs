@@ -10,44 +10,44 @@ use crate::{
 };
 use nalgebra::Vector2;
 
-/// A place where the vehicle may be.
+/// A hypothesis of the vehicle's pose in the map.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Located<T: Real> {
     /// The pose in the map, and its covariance.
     pub pose: PoseEstimate<PlanarPose<T>>,
-    /// The probability that it is there.
+    /// Its probability.
     pub probability: T,
-    /// Landmarks that it has found and the map has.
+    /// Landmarks of the vehicle that are associated with landmarks of the map.
     pub matched: usize,
 }
 
-/// What a locator knows after a scan.
+/// Result of a scan of a locator.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct LocatorReport<T: Real> {
-    /// Where the vehicle is, if that is sure.
+    /// The accepted pose of the vehicle, if there is one.
     pub found: Option<Located<T>>,
-    /// The likeliest place, however unlikely.
+    /// The most probable pose, however improbable.
     pub likeliest: Option<Located<T>>,
-    /// The probability that it is somewhere else: where the map has nothing, or where nobody has looked yet.
+    /// The probability that the vehicle is elsewhere: outside the map, or at a pose that was not tried yet.
     pub elsewhere: T,
-    /// Places that it may be at.
+    /// Number of pose hypotheses.
     pub hypotheses: usize,
-    /// Landmarks that it has found.
+    /// Landmarks detected by the vehicle.
     pub landmarks: usize,
-    /// Landmarks for which there was no room.
+    /// Landmarks that were left out because the memory is full.
     pub left_out: usize,
-    /// Pairs of landmarks laid over pairs of the map in this scan.
+    /// Trial alignments in this scan: pairs of landmarks with pairs of the map.
     pub trials: usize,
-    /// Pairs of landmarks that have been laid over all pairs of the map.
+    /// Pairs of landmarks that have been compared with all pairs of the map.
     pub searched: usize,
 }
 
-/// Finds the vehicle in a map, in the plane.
+/// Global localisation: finds the pose of the vehicle in a map, in the plane.
 ///
-/// The vehicle maps as ever, from a pose that is anything: in a frame of its own. After every scan the locator is told the pose and the
-/// landmarks in that frame, and lays them over the map. Where one place explains them, and no other does, the vehicle is
-/// found.
+/// The vehicle maps as usual, starting at an arbitrary pose: in a frame of its own. After every scan the locator gets the pose and
+/// the landmarks in that frame and aligns them with the map. When one pose explains the landmarks and no other does, it is
+/// accepted.
 #[derive(Debug)]
 pub struct Locator<'s, T: Real> {
     config: LocatorConfig<T>,
@@ -55,7 +55,7 @@ pub struct Locator<'s, T: Real> {
 }
 
 impl<'s, T: Real> Locator<'s, T> {
-    /// A locator over a state, which keeps what it holds: a fresh one must be given a [map](Self::load_map) first.
+    /// A locator that continues with the content of `state`; a new state needs a [map](Self::load_map) first.
     ///
     /// # Errors
     /// A field of the configuration is out of range.
@@ -67,11 +67,11 @@ impl<'s, T: Real> Locator<'s, T> {
         Ok(Self { config, memory: state.memory() })
     }
 
-    /// Takes this map, and starts to look. The weight of a feature is the probability that it is there.
+    /// Loads a map and starts the search. The weight of a feature is its existence probability.
     ///
     /// # Errors
-    /// A feature is not finite, beyond 1e8 m, heavier than a million or its covariance not positive definite; or there are more than the
-    /// state holds. The locator is as it was.
+    /// A feature is not finite, beyond 1e8 m, or heavier than a million, or its covariance is not positive definite; or there are
+    /// more features than the state has memory for. The locator is unchanged.
     pub fn load_map(&mut self, features: &[Component<Vector2<T>>]) -> Result<(), LoadMapError> {
         let Memory { known, map, .. } = &mut self.memory;
         if features.len() > map.len() {
@@ -95,15 +95,16 @@ impl<'s, T: Real> Locator<'s, T> {
         Ok(())
     }
 
-    /// Starts to look again: the vehicle's own frame is another one.
+    /// Restarts the search, after the frame of the vehicle has changed.
     pub fn restart(&mut self) {
         self.memory.restart();
     }
 
-    /// After every scan: the vehicle's pose and the landmarks that it has found, both in its own frame, and the detector of the scan.
-    /// Landmarks should have been detected twice, and be rather there than not:
-    /// [`JointSlam::features`](crate::JointSlam::features), or what [`ScPhd::estimate_map`](crate::ScPhd::estimate_map) writes.
-    /// Those that are not finite, or for which there is no room, are left out; with a pose that is not finite nothing is found.
+    /// To be called after every scan, with the pose of the vehicle and the landmarks it has mapped, both in its own frame, and the
+    /// detector of the scan. Landmarks should have been detected twice, with an existence probability above ½:
+    /// [`JointSlam::features`](crate::JointSlam::features), or those written by
+    /// [`ScPhd::estimate_map`](crate::ScPhd::estimate_map). Landmarks that are not finite or exceed the memory are left out; if the
+    /// pose is not finite, nothing is found.
     pub fn look<X: MeasurementModel<Pose = PlanarPose<T>>, R>(
         &mut self,
         detector: &Detector<X, R>,

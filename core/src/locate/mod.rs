@@ -1,8 +1,8 @@
-//! Where is the vehicle in a map of an earlier drive? The vehicle maps from where it stands, in a frame of its own, and the
-//! landmarks that it finds are laid over those of the map. `docs/locate.md` has the equations.
+//! Global localisation in the map of an earlier drive. The vehicle maps in a frame of its own, from where it starts, and its
+//! landmarks are aligned with those of the map. `docs/locate.md` has the equations.
 //!
-//! A landmark speaks once, however often it was detected: scans that show the same ones again say nothing new of where the
-//! vehicle is, and a vehicle that is somewhere else would see them as often.
+//! Each landmark counts once, however often it was detected: repeated scans of the same landmarks have no new information on the
+//! pose, because a vehicle elsewhere would detect its landmarks as often.
 
 mod config;
 mod evidence;

@@ -1,4 +1,4 @@
-//! Which landmark of the map each landmark that the vehicle has found is, under a laying.
+//! Association of the vehicle's landmarks with those of the map, for a given alignment.
 
 use super::laying::Laying;
 use super::state::{Memory, NONE};

@@ -1,4 +1,4 @@
-//! Looking for places: two landmarks that the vehicle has found are laid over every two of the map that are as far apart.
+//! Search for pose hypotheses: two landmarks of the vehicle are aligned with every two of the map that have the same distance.
 
 use super::config::LocatorConfig;
 use super::laying::{Landmark, Laying};

@@ -1,4 +1,4 @@
-//! Everything that a locator knows, in memory of a size that its type tells.
+//! The state of a locator, in memory of a fixed size.
 
 use super::laying::{Landmark, Laying};
 use super::views::Views;
@@ -32,8 +32,8 @@ pub(super) struct Sweep<T: Real> {
     pub(super) done: usize,
 }
 
-/// The memory of a [`Locator`](super::Locator): for maps of up to `FEATURES` landmarks, and as many that the vehicle finds, and
-/// `HYPOTHESES` places where it may be. All zero, and meant to be a `static`.
+/// Memory of a [`Locator`](super::Locator): for maps of up to `FEATURES` landmarks, as many landmarks of the vehicle, and
+/// `HYPOTHESES` pose hypotheses. All zero, and meant to be a `static`.
 #[derive(Debug)]
 pub struct LocatorState<T: Real, const FEATURES: usize, const HYPOTHESES: usize> {
     known: Known<T>,
@@ -76,7 +76,7 @@ pub(super) struct Memory<'s, T: Real> {
 }
 
 impl<T: Real, const FEATURES: usize, const HYPOTHESES: usize> LocatorState<T, FEATURES, HYPOTHESES> {
-    /// Without a map. Capacities that cannot work do not compile.
+    /// A state without a map. Invalid capacities do not compile.
     #[must_use]
     pub const fn new() -> Self {
         const {

@@ -1,4 +1,4 @@
-//! From where the vehicle has looked since it began to look for its place.
+//! The poses from which the vehicle has scanned since the search began.
 
 use crate::{PlanarPose, Pose, Real};
 

@@ -1,4 +1,4 @@
-//! One component of an intensity: a weighted Gaussian, and its Kalman update.
+//! A component of an intensity: a weighted Gaussian, and its Kalman update.
 
 use crate::numerics::range::is_within_range;
 use crate::numerics::vector::applied;
@@ -9,19 +9,19 @@ const LN_HEAVIEST: f64 = 13.815_510_557_964_274;
 
 /// A component w N(m, P) of a Gaussian mixture (5.8), with the logarithm of its weight.
 ///
-/// The weight is the expected number of features that the component stands for. The state of a static feature is its position, that of
-/// a moving one its position and velocity.
+/// The weight is the expected number of features of the component. The state of a static feature is its position, that of a moving
+/// one its position and velocity.
 ///
-/// `T` is the scalar of `N`, and never named: a field whose type is a projection breaks the compiler (1.95) where a closure takes the
-/// rest of a captured component, `Component { label, ..known }`.
+/// `T` is the scalar of `N`, and never given: a field whose type is a projection makes the compiler (1.95) fail where a closure
+/// uses the rest of a captured component, `Component { label, ..known }`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Component<N: Vector, T = <N as Vector>::Scalar> {
-    /// Names the feature from scan to scan: no two components of one kind in one map have the same. It tells from which
-    /// measurement the feature was born, and is the same in all particles.
+    /// Identity of the feature from scan to scan, unique in one map among components of one kind. The label identifies the
+    /// measurement from which the feature was born, and is the same in all particles.
     pub label: u32,
     /// ln w.
     pub ln_weight: T,
-    /// m: the position, m; of a moving feature then its velocity, m/s.
+    /// m: position, m; for a moving feature followed by its velocity, m/s.
     pub mean: N,
     /// P, in the squares of those units.
     pub covariance: Symmetric<N>,
@@ -48,24 +48,24 @@ impl<T: Real, N: Vector<Scalar = T>> Component<N> {
     }
 }
 
-/// The Kalman correction of one component (5.20–5.22). It does not hang on the measurement's value, so it is
-/// computed once per component and applied to every measurement that meets it.
+/// The Kalman correction of one component (5.20–5.22). It does not depend on the value of the measurement, so it is computed once
+/// per component and applied to every measurement in its gate.
 #[derive(Debug, Clone, Copy)]
 pub struct Correction<N: Vector, Z: Vector> {
     /// K.
     gain: Linear<N, Z>,
     /// P⁺, positive definite.
     covariance: Symmetric<N>,
-    /// Whether rounding had to be repaired to keep it so.
+    /// Whether rounding errors had to be repaired to keep it positive definite.
     repaired: bool,
 }
 
 impl<T: Real, N: Vector<Scalar = T>, Z: Vector<Scalar = T>> Correction<N, Z> {
-    /// K = P Hᵀ S⁻¹ and P⁺ = (I − K H) P (I − K H)ᵀ + K R Kᵀ: the Joseph form, a sum of two positive
-    /// semidefinite terms whatever K is, so that rounding in single precision cannot turn P⁺ indefinite the way
-    /// it can in (I − K H) P. Where the range of the scalar leaves nothing of it, the correction corrects nothing.
+    /// K = P Hᵀ S⁻¹ and P⁺ = (I − K H) P (I − K H)ᵀ + K R Kᵀ: the Joseph form, a sum of two positive semidefinite terms for any K,
+    /// so that rounding in single precision cannot make P⁺ indefinite as it can (I − K H) P. If the result is out of the range of
+    /// the scalar, the correction has no effect.
     ///
-    /// `h` sees the first coordinates; `factor` is that of S = H P Hᵀ + R.
+    /// `h` applies to the first coordinates; `factor` is that of S = H P Hᵀ + R.
     #[inline]
     #[must_use]
     pub fn new<D: Vector<Scalar = T>>(

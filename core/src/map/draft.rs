@@ -1,4 +1,4 @@
-//! The updated map of one survivor before it is stored, for those who update several at a time.
+//! The updated map of one survivor before it is stored, for updates of several maps at a time.
 
 use super::table::MARGIN;
 use super::{Feature, MapTable, Page, PageId, Pool, Row};
@@ -6,7 +6,7 @@ use crate::map::workspace::{Workspace, WorkspaceMemory};
 use crate::{Bounds, Place, Real};
 use core::fmt::Debug;
 
-/// Memory of a draft, as large as the maps of one kind of features want it.
+/// Memory of a draft, sized for the maps of one kind of features.
 pub trait DraftStorage<F: Feature>: Debug + Send {
     /// All zero.
     const ZERO: Self;
@@ -16,7 +16,7 @@ pub trait DraftStorage<F: Feature>: Debug + Send {
     fn draft(&mut self) -> MapDraft<'_, F>;
 }
 
-/// Memory of the draft of a map of up to `MAP_PAGES` pages, of which VIEW components are in view.
+/// Memory of the draft of a map of up to `MAP_PAGES` pages, with up to `VIEW` components in view.
 #[derive(Debug)]
 pub struct DraftMemory<F: Feature, const MAP_PAGES: usize, const VIEW: usize> {
     workspace: WorkspaceMemory<F::State, VIEW>,
@@ -64,7 +64,7 @@ pub struct MapDraft<'w, F: Feature> {
     /// The components as they are written to pages where there is room for all: the first `pages_len`, or more than there are.
     pub(crate) pages: &'w mut [Page<F>],
     pub(crate) pages_len: usize,
-    /// The pages of the updated map, the first `row_len`, and what else there is to know of them, where many drafts are stored at a time.
+    /// The pages of the updated map, the first `row_len`, and the data for storing several drafts at the same time.
     row: &'w mut [PageId],
     pub(crate) row_len: usize,
     head: Row<F::Position>,

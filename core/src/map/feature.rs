@@ -1,4 +1,4 @@
-//! What kinds of features there are: such as stand still, and such as move.
+//! The kinds of features: static and moving.
 
 use crate::{Place, Vector};
 use core::fmt::Debug;
@@ -10,20 +10,20 @@ mod sealed {
 
 /// A kind of features: [`Static`] or [`Dynamic`].
 pub trait Feature: sealed::Sealed + Debug {
-    /// Where one is.
+    /// Position of a feature.
     type Position: Place;
-    /// What is estimated of one.
+    /// Estimated state of a feature.
     type State: Vector<Scalar = <Self::Position as Vector>::Scalar>;
 
-    /// Whether they move on between scans.
+    /// Whether features of this kind move between scans.
     const MOVES: bool;
 }
 
-/// Features that stand still, with positions `D`, such as `Vector2<f32>`: their state is the position.
+/// Static features with positions `D`, for example `Vector2<f32>`: their state is the position.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Static<D>(PhantomData<D>);
 
-/// Features that move, with positions `D`: their state is position and velocity (5.19).
+/// Moving features with positions `D`: their state is position and velocity (5.19).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Dynamic<D>(PhantomData<D>);
 

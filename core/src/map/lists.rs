@@ -1,21 +1,21 @@
-//! Which pages maps hold, as lists that several threads write at a time: for a GPU.
+//! The page lists of the maps, which several threads write at the same time: for a GPU.
 
 use super::{Feature, Maps, PageId, Row};
 
-/// The lists of the pages of all maps of one kind of features, and those of the pool.
+/// The page lists of all maps of one kind of features, and those of the pool.
 #[derive(Debug)]
 pub struct Lists<'s, F: Feature> {
-    /// The pages of every row, [`map_pages`](Self::map_pages) places each.
+    /// The pages of every row, [`map_pages`](Self::map_pages) elements each.
     pub ids: &'s mut [PageId],
-    /// What else there is to know of every row.
+    /// The other data of every row.
     pub rows: &'s mut [Row<F::Position>],
     /// The row of every map.
     pub row_of: &'s mut [u16],
-    /// The maps that hold every page.
+    /// The reference count of every page.
     pub references: &'s mut [u16],
     /// The free pages.
     pub free: &'s mut [PageId],
-    /// Pages that a map can have.
+    /// Capacity of a map, in pages.
     pub map_pages: usize,
 }
 

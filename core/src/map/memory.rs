@@ -9,11 +9,11 @@ mod sealed {
     pub trait Sealed {}
 }
 
-/// Memory for the maps of one kind of features, static or moving, of every particle: [`MapMemory`], or [`NoMoving`].
+/// Memory of the maps of one kind of features, static or moving, of all particles: [`MapMemory`] or [`NoMoving`].
 pub trait MapStorage<F: Feature>: sealed::Sealed + Debug {
     /// All zero.
     const ZERO: Self;
-    /// Particles it has maps for.
+    /// Capacity, in particles.
     const PARTICLES: usize;
     /// Memory of the draft of one such map.
     #[doc(hidden)]
@@ -24,15 +24,15 @@ pub trait MapStorage<F: Feature>: sealed::Sealed + Debug {
     fn maps(&mut self) -> Maps<'_, F>;
 }
 
-/// Memory for the maps of one kind of features, with every capacity in the type.
+/// Memory of the maps of one kind of features, with every capacity in the type.
 ///
 /// | parameter | meaning |
 /// |---|---|
 /// | `F` | the kind of features: [`Static`](crate::Static) or [`Dynamic`](crate::Dynamic), with their positions |
-/// | `PARTICLES` | particles |
-/// | `PAGES` | pages of [`PAGE_LEN`](crate::PAGE_LEN) components in the pool that all maps share |
-/// | `MAP_PAGES` | pages one map can have |
-/// | `VIEW` | components of one map that the update of a scan may touch, before reduction |
+/// | `PARTICLES` | maximum number of particles |
+/// | `PAGES` | total number of pages in the pool that all maps share, with [`PAGE_LEN`](crate::PAGE_LEN) components each |
+/// | `MAP_PAGES` | maximum number of pages of one map |
+/// | `VIEW` | maximum number of components of one map in the update of a scan, before reduction |
 #[derive(Debug)]
 pub struct MapMemory<F: Feature, const PARTICLES: usize, const PAGES: usize, const MAP_PAGES: usize, const VIEW: usize>
 {
@@ -63,7 +63,7 @@ impl<F: Feature, const PARTICLES: usize, const PAGES: usize, const MAP_PAGES: us
     }
 }
 
-/// No memory at all, for a filter that takes everything for static.
+/// No memory for moving features, for a filter in which all features are static.
 #[derive(Debug)]
 pub struct NoMoving {
     free_len: u16,
@@ -89,7 +89,7 @@ impl<F: Feature> DraftStorage<F> for NoMoving {
     }
 }
 
-/// The maps of all particles, of one kind of features: page lists, the pages, and the scratch of one map's update.
+/// The maps of all particles, of one kind of features: page lists, pages, and the working memory of the update of one map.
 #[derive(Debug)]
 pub struct Maps<'s, F: Feature> {
     pub(crate) table: MapTable<'s, F::Position>,

@@ -1,4 +1,4 @@
-//! The daughter process in memory: copy-on-write pages of components in one pool, and a list of pages for every particle.
+//! Storage of the maps (daughter process): copy-on-write pages of components in one pool, and a list of pages for every particle.
 
 pub(crate) mod component;
 mod draft;

@@ -1,4 +1,4 @@
-//! The part of a map that is near.
+//! The part of a map near the vehicle.
 
 use super::{MapTable, Maps, Pool};
 use crate::{Bounds, Component, Feature, Place, Real};

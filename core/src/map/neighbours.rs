@@ -1,4 +1,4 @@
-//! Neighbours among the components in view: cells over the first two axes, each with a list of what lies in it.
+//! Neighbour search among the components in view: a grid over the first two axes, with a list of components for each cell.
 
 use crate::map::workspace::Entry;
 use crate::numerics::links::{Linked, NONE};

@@ -1,15 +1,15 @@
-//! A page: a few components that lie near each other, and the box they lie in.
+//! A page: a few neighbouring components and their bounding box.
 
 use crate::{Bounds, Component, Feature, Real, Vector};
 
-/// Components in one page. A page is what is shared, copied and passed over as one.
+/// Components in one page. A page is shared, copied and skipped as a whole.
 pub const PAGE_LEN: usize = 8;
 
-/// Up to [`PAGE_LEN`] components and the box of their positions.
+/// Up to [`PAGE_LEN`] components and the bounding box of their positions.
 #[derive(Debug, Clone, Copy)]
 pub struct Page<F: Feature> {
     components: [Component<F::State>; PAGE_LEN],
-    /// w of every component: an exponential, which every candidate would have to take again.
+    /// w of every component, stored so that the exponential is not computed for every candidate.
     weights: [<F::State as Vector>::Scalar; PAGE_LEN],
     bounds: Bounds<F::Position>,
     len: u16,
@@ -73,7 +73,7 @@ impl<T: Real, F: Feature<Position: Vector<Scalar = T>>> Page<F> {
         components.for_each(|component| self.push(component));
     }
 
-    /// Makes it a copy of another page.
+    /// Makes this page a copy of another one.
     pub fn copy_from(&mut self, other: &Self) {
         let Self { components, weights, bounds, len } = self;
         (*components, *weights, *bounds, *len) = (other.components, other.weights, other.bounds, other.len);

@@ -11,13 +11,13 @@ impl PageId {
     /// A placeholder for unused memory.
     pub(crate) const ZERO: Self = Self(0);
 
-    /// The page of that place.
+    /// The page with this index.
     #[must_use]
     pub fn of(index: u16) -> Self {
         Self(index)
     }
 
-    /// Its place among the pages of the pool.
+    /// Its index among the pages of the pool.
     #[must_use]
     pub fn index(self) -> usize {
         usize::from(self.0)
@@ -55,7 +55,7 @@ impl<F: Feature, const PAGES: usize> PoolMemory<F, PAGES> {
     }
 }
 
-/// A pool of pages, whatever its capacity.
+/// A pool of pages of any capacity.
 #[derive(Debug)]
 pub struct Pool<'s, F: Feature> {
     pages: &'s mut [Page<F>],

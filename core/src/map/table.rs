@@ -1,8 +1,8 @@
-//! For every particle the list of the pages that make up its map.
+//! For every particle, the list of the pages of its map.
 //!
-//! A list is kept in a row, and an update rewrites it where it is: pages that it does not see stay in their places, so that
-//! they cost nothing. The first pages of a row lie beyond a box around what was in view when they were sorted out
-//! last; whoever looks from within that box passes over all of them at once.
+//! A list is stored in a row, and an update rewrites it in place: pages out of view stay where they are, at no cost. The first
+//! pages of a row are outside a box around the field of view at the time when they were last sorted; an update whose field of view
+//! is inside that box skips all of them at once.
 
 use super::{PageId, Pool};
 use crate::{Bounds, Feature, Real, Vector};
@@ -11,7 +11,7 @@ use crate::{Bounds, Feature, Real, Vector};
 /// can move so far before they are sorted again, and what is looked at page by page stays within twice the view.
 pub(super) const MARGIN: f64 = 0.25;
 
-/// What there is to know of a row beside its pages.
+/// The data of a row beside its pages.
 #[derive(Debug, Clone, Copy)]
 pub struct Row<D> {
     /// Pages in the row.
@@ -69,7 +69,7 @@ impl<T: Real, D: Vector<Scalar = T>, const PARTICLES: usize, const MAP_PAGES: us
     }
 }
 
-/// Page lists, whatever their capacity.
+/// Page lists of any capacity.
 #[derive(Debug)]
 pub struct MapTable<'s, D: Vector> {
     ids: &'s mut [PageId],

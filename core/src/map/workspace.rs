@@ -1,4 +1,4 @@
-//! Scratch for the update of one map: the components in view after the update, before they are written back.
+//! Working memory for the update of one map: the components in view after the update, before they are stored.
 
 use crate::numerics::links::{Linked, NONE};
 use crate::numerics::sort::Buckets;

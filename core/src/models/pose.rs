@@ -70,8 +70,8 @@ pub trait Pose: Copy + PartialEq + Debug + Send + Sync {
     }
 
     /// The pose of a sensor with this mounting, and its derivative with respect to the vehicle's [heading](Self::HEADING), in the
-    /// coordinates of [`difference`](Self::difference). The derivatives with respect to all other coordinates are those of the
-    /// identity.
+    /// coordinates of [`difference`](Self::difference). When any other coordinate of the vehicle changes, the sensor's pose changes
+    /// by the same amount.
     fn mounted(&self, mounting: &Mounting<Self::Scalar>) -> (Self, Self::Tangent);
 
     /// Whether every coordinate is finite.

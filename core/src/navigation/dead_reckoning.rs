@@ -1,4 +1,4 @@
-//! Where the vehicle would be without a map: the baseline of chapter 7.
+//! Dead reckoning without a map: the baseline of chapter 7.
 
 use super::kalman::Kalman;
 use super::velocity_filter::Outliers;
@@ -7,11 +7,11 @@ use crate::models::{ModelError, require};
 use crate::{Real, Symmetric, rotation};
 use nalgebra::{Matrix1x6, Matrix3x6, Matrix6, Vector1, Vector3, Vector6};
 
-/// Navigation by velocity log, pressure sensor and inertial unit alone (section 7.2.4): a Kalman filter over position and velocity
-/// along the vehicle's own axes.
+/// Dead reckoning with velocity log, pressure sensor and inertial unit (section 7.2.4): a Kalman filter of the position and of the
+/// velocity along the vehicle's axes.
 ///
-/// The inertial unit is trusted completely, yaw included: whatever it gets wrong, the position gets wrong too, and its
-/// covariance knows nothing of it.
+/// The attitude of the inertial unit, yaw included, is assumed exact: its errors cause errors of the position that the covariance
+/// does not contain.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DeadReckoning<T: Real> {
     noise: VelocityNoise<T>,
@@ -22,7 +22,7 @@ pub struct DeadReckoning<T: Real> {
 }
 
 impl<T: Real> DeadReckoning<T> {
-    /// Starts at a position known exactly, m.
+    /// Starts at an exactly known position, m.
     ///
     /// # Errors
     /// The noise is out of range, or the position not finite.
@@ -36,7 +36,7 @@ impl<T: Real> DeadReckoning<T> {
         Ok(Self { noise, state: Kalman { mean, covariance }, outliers, z_outliers })
     }
 
-    /// Moves on by `dt` seconds in this attitude, rad.
+    /// Predicts by `dt` seconds with this attitude, rad.
     pub fn predict(&mut self, roll_rad: T, pitch_rad: T, yaw_rad: T, dt: T) {
         let mut transition = Matrix6::identity();
         transition.fixed_view_mut::<3, 3>(0, 3).copy_from(&(rotation(roll_rad, pitch_rad, yaw_rad) * dt));
@@ -44,7 +44,7 @@ impl<T: Real> DeadReckoning<T> {
         self.state.predict(&transition, &Symmetric::from_diagonal([zero, zero, zero, walk, walk, walk]));
     }
 
-    /// Takes in the velocity that the Doppler log measured, along the vehicle's own axes, m/s.
+    /// Updates with the velocity from the Doppler log, along the vehicle's axes, m/s.
     pub fn dvl(&mut self, velocity_mps: &Vector3<T>) -> Outcome {
         let variance = self.noise.dvl_sigma_mps * self.noise.dvl_sigma_mps;
         let h = Matrix3x6::from_fn(|row, column| if column == row + 3 { T::ONE } else { T::ZERO });
@@ -63,7 +63,7 @@ impl<T: Real> DeadReckoning<T> {
         outcome
     }
 
-    /// Takes in z as the pressure sensor has it, m.
+    /// Updates with z from the pressure sensor, m.
     pub fn z(&mut self, z_m: T) -> Outcome {
         let variance = self.noise.z_sigma_m * self.noise.z_sigma_m;
         let h = Matrix1x6::from_fn(|_, column| if column == 2 { T::ONE } else { T::ZERO });
@@ -89,7 +89,7 @@ impl<T: Real> DeadReckoning<T> {
         Vector3::new(x, y, z)
     }
 
-    /// Its covariance, m², by the velocities alone.
+    /// Covariance of the position, m², from the errors of the velocity only.
     #[must_use]
     pub fn covariance(&self) -> Symmetric<Vector3<T>> {
         self.state.covariance.leading()

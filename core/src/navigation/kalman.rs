@@ -1,15 +1,15 @@
-//! A linear Kalman filter of few states, whose measurements are gated.
+//! A linear Kalman filter with few states and gated measurements.
 
 use crate::numerics::vector::applied;
 use crate::{Component, Correction, Linear, Real, Symmetric, Vector};
 
-/// What became of a measurement.
+/// Result of a measurement.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Outcome {
-    /// It was taken in.
+    /// The measurement was used.
     Accepted,
-    /// It lies too far from what was expected, or is not finite; the state is as it was.
+    /// The measurement is beyond its gate or not finite; the state is unchanged.
     Rejected,
 }
 

@@ -1,4 +1,4 @@
-//! What is estimated apart from the particles: the vehicle's own velocity, and where it would be without a map.
+//! Navigation filters beside the particles: the velocity of the vehicle, and dead reckoning without a map.
 
 mod dead_reckoning;
 mod kalman;

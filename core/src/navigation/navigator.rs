@@ -1,27 +1,27 @@
-//! From what the instruments say to what moves the particles.
+//! From the readings of the instruments to the control of the particles.
 
 use super::{VelocityFilter, VelocityNoise};
 use crate::models::{AuvControl, ModelError, Reading, require};
 use crate::{PredictError, Real};
 use nalgebra::Vector3;
 
-/// What the instruments of an underwater vehicle said at one time.
+/// Readings of the instruments of an underwater vehicle at one time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Instruments<T> {
-    /// Roll φ, rad, by the inertial unit.
+    /// Roll φ, rad, from the inertial unit.
     pub roll_rad: T,
-    /// Pitch ψ, rad, by the inertial unit.
+    /// Pitch ψ, rad, from the inertial unit.
     pub pitch_rad: T,
-    /// Yaw rate from here on, rad/s, by the inertial unit's gyroscope.
+    /// Yaw rate from this time on, rad/s, from the gyroscope of the inertial unit.
     pub yaw_rate_radps: Reading<T>,
-    /// Velocity along the vehicle's own axes, m/s, by the Doppler log, where it has measured one.
+    /// Velocity along the vehicle's axes, m/s, from the Doppler log, if it has a measurement.
     pub velocity_mps: Option<[T; 3]>,
-    /// z, m, by the pressure sensor, where it has measured one.
+    /// z, m, from the pressure sensor, if it has a measurement.
     pub z_m: Option<T>,
 }
 
-/// The [`VelocityFilter`] with the readings around it: makes of each row of the instruments the [`AuvControl`] of the step
-/// that ends there.
+/// A [`VelocityFilter`] with the latest readings of the instruments: computes, from each set of readings, the [`AuvControl`] of the
+/// step that ends at its time.
 ///
 /// ```
 /// use scphd::models::Reading;
@@ -68,23 +68,22 @@ impl<T: Real> Navigator<T> {
         Ok(Self { velocity, z_sigma_m, roll_rad, pitch_rad, yaw_rate_radps: None })
     }
 
-    /// Goes on with other noise of the velocity and the instruments, between any two rows.
+    /// Replaces the noise of the velocity and of the instruments. Allowed between any two sets of readings.
     ///
     /// # Errors
-    /// It is out of range; the navigator keeps what it had.
+    /// The noise is out of range; the navigator keeps the previous one.
     pub fn retune(&mut self, noise: VelocityNoise<T>) -> Result<(), ModelError> {
         self.velocity.retune(noise)?;
         self.z_sigma_m = noise.z_sigma_m;
         Ok(())
     }
 
-    /// The control of the `dt` seconds up to this row of the instruments, `None` where no time has passed; then takes the row
-    /// in.
+    /// The control of the `dt` seconds before these readings, `None` if `dt` is zero; then updates with the readings.
     ///
-    /// A Doppler log or pressure sensor that says what is not finite says nothing.
+    /// A reading of the Doppler log or pressure sensor that is not finite is ignored.
     ///
     /// # Errors
-    /// `dt` is negative or not finite, or roll, pitch or yaw rate not finite; nothing has changed.
+    /// `dt` is negative or not finite, or roll, pitch or yaw rate is not finite; the navigator is unchanged.
     pub fn instruments(&mut self, row: &Instruments<T>, dt: T) -> Result<Option<AuvControl<T>>, PredictError> {
         let Instruments { roll_rad, pitch_rad, yaw_rate_radps, velocity_mps, z_m } = *row;
         let angles = [roll_rad, pitch_rad, yaw_rate_radps.value, yaw_rate_radps.sigma];
@@ -104,10 +103,10 @@ impl<T: Real> Navigator<T> {
         Ok(control)
     }
 
-    /// The control of `dt` seconds after which the instruments have said nothing new, `None` where no time has passed.
+    /// The control of `dt` seconds without new readings, `None` if `dt` is zero.
     ///
     /// # Errors
-    /// `dt` is negative or not finite; nothing has changed.
+    /// `dt` is negative or not finite; the navigator is unchanged.
     pub fn onward(&mut self, dt: T) -> Result<Option<AuvControl<T>>, PredictError> {
         self.step([self.roll_rad, self.pitch_rad], None, dt)
     }

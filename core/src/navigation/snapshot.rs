@@ -1,4 +1,4 @@
-//! Snapshots of what runs beside the particles.
+//! Snapshots of the navigator.
 
 use super::Navigator;
 use super::kalman::Kalman;
@@ -16,7 +16,7 @@ fn shape<T: Real>(kind: u32) -> Shape {
 }
 
 impl<T: Real> Navigator<T> {
-    /// Writes down all that decides how it goes on, as [`ScPhd::save`](crate::ScPhd::save) does of the filter: some hundred bytes.
+    /// Writes a snapshot of about a hundred bytes, as [`ScPhd::save`](crate::ScPhd::save) does for the filter.
     ///
     /// ```
     /// # use scphd::navigation::{Navigator, VelocityNoise};
@@ -36,7 +36,7 @@ impl<T: Real> Navigator<T> {
     /// ```
     ///
     /// # Errors
-    /// The state is damaged, or the sink takes no more.
+    /// The state is damaged, or the sink returns an error.
     pub fn save<E>(&self, kind: u32, sink: impl FnMut(&[u8]) -> Result<(), E>) -> Result<usize, SaveError<E>> {
         if !self.is_sound() {
             return Err(SaveError::Damaged(Flaw::Pose));
@@ -45,10 +45,10 @@ impl<T: Real> Navigator<T> {
         write(head, self, [&mut [], &mut []], sink)
     }
 
-    /// Goes on from what was [saved](Self::save), with the noise that it was made with.
+    /// Continues from a [snapshot](Self::save), with the noise of this navigator.
     ///
     /// # Errors
-    /// It is no snapshot of a navigator, damaged or cut off; everything stays as it was.
+    /// The bytes are not a snapshot of a navigator, or they are damaged or truncated; the navigator is unchanged.
     pub fn restore<E>(
         &mut self,
         kind: u32,
@@ -84,7 +84,7 @@ impl<T: Real> Navigator<T> {
     }
 }
 
-/// All that changes under way.
+/// The state that changes during operation.
 impl<T: Real> Walk for Navigator<T> {
     fn walk(&self, visit: &mut impl Visit) {
         let state = &self.velocity.state;

@@ -1,4 +1,4 @@
-//! The vehicle's velocity from its Doppler log and its pressure sensor (section 7.2.2).
+//! Velocity of the vehicle from its Doppler log and its pressure sensor (section 7.2.2).
 
 use super::Outcome;
 use super::kalman::Kalman;
@@ -6,24 +6,24 @@ use crate::models::{ModelError, require, rotation};
 use crate::{Real, Symmetric, Vector};
 use nalgebra::{Matrix1x4, Matrix3x4, Matrix4, Vector1, Vector3, Vector4};
 
-/// Noise of the vehicle's velocity and of the instruments that measure it.
+/// Process noise of the velocity, and noise of the instruments.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct VelocityNoise<T> {
-    /// How much each velocity changes at random, (m/s)/√s.
+    /// Random walk of each velocity component, (m/s)/√s.
     pub walk_mps_rts: T,
-    /// Standard deviation of each velocity from the Doppler log, m/s.
+    /// Standard deviation of each velocity component from the Doppler log, m/s.
     pub dvl_sigma_mps: T,
     /// Standard deviation of z from the pressure sensor, m.
     pub z_sigma_m: T,
-    /// Readings farther from what is expected than this many standard deviations (as a vector) are outliers.
+    /// Gate: readings with a Mahalanobis distance above this number of standard deviations are rejected as outliers.
     pub gate_sigmas: T,
-    /// Outliers in a row after which the log, or the pressure sensor, is believed again: then it is the filter that has gone
-    /// astray.
+    /// Number of consecutive outliers after which the Doppler log or the pressure sensor is accepted again, because the filter must
+    /// have diverged.
     pub outliers_believed: u16,
 }
 
 impl<T: Real> VelocityNoise<T> {
-    /// The field that is out of range, if any.
+    /// Checks all fields, and returns the first that is out of range.
     ///
     /// # Errors
     /// All must be finite and positive.
@@ -75,13 +75,13 @@ impl Outliers {
     }
 }
 
-/// The small filter beside the particles: the velocity along the vehicle's own axes as a random walk, measured by a Doppler
-/// velocity log, and its z, measured by a pressure sensor.
+/// Kalman filter of the velocity along the vehicle's axes, a random walk that a Doppler velocity log measures, and of z, which a
+/// pressure sensor measures.
 ///
-/// The state is (v_x, v_y, v_z, z): the vertical velocity in the map, which roll and pitch turn out of the vehicle's, moves z,
-/// so that a pressure sensor alone holds up the vertical velocity. While the log has lost the bottom there are no velocities to
-/// take in; the uncertainty then grows with the random walk, and with it the spread of the particles. Readings that
-/// lie too far from what is expected are left out.
+/// The state is (v_x, v_y, v_z, z). The vertical velocity in the map, which follows from the velocity, roll and pitch, changes z,
+/// so that the pressure sensor alone keeps the vertical velocity observable. While the Doppler log has no bottom lock there are no
+/// velocity measurements; the uncertainty then grows with the random walk, and with it the spread of the particles. Readings beyond
+/// the gate are rejected.
 ///
 /// ```
 /// use nalgebra::Vector3;
@@ -112,7 +112,7 @@ pub struct VelocityFilter<T: Real> {
 }
 
 impl<T: Real> VelocityFilter<T> {
-    /// A vehicle at rest at this z, m, of which its velocity is known no better than the first reading will tell.
+    /// A vehicle at this z, m, with zero velocity, whose standard deviation is 1 m/s along each axis.
     ///
     /// # Errors
     /// The noise is out of range, or z not finite.
@@ -126,17 +126,17 @@ impl<T: Real> VelocityFilter<T> {
         Ok(Self { noise, state: Kalman { mean, covariance }, outliers, z_outliers })
     }
 
-    /// Goes on with other noise, between any two steps.
+    /// Replaces the noise. Allowed between any two steps.
     ///
     /// # Errors
-    /// It is out of range; the filter keeps what it had.
+    /// The noise is out of range; the filter keeps the previous one.
     pub fn retune(&mut self, noise: VelocityNoise<T>) -> Result<(), ModelError> {
         noise.check()?;
         self.noise = noise;
         Ok(())
     }
 
-    /// Moves on by `dt` seconds with this roll and pitch, rad.
+    /// Predicts by `dt` seconds with this roll and pitch, rad.
     pub fn predict(&mut self, roll_rad: T, pitch_rad: T, dt: T) {
         let turned = rotation(roll_rad, pitch_rad, T::ZERO);
         let [[_, _, zx], [_, _, zy], [_, _, zz]] = turned.data.0;
@@ -148,7 +148,7 @@ impl<T: Real> VelocityFilter<T> {
         self.state.predict(&transition, &Symmetric::from_diagonal([walk, walk, walk, T::ZERO]));
     }
 
-    /// Takes in the velocity that the Doppler log measured, along the vehicle's own axes, m/s.
+    /// Updates with the velocity from the Doppler log, along the vehicle's axes, m/s.
     pub fn dvl(&mut self, velocity_mps: &Vector3<T>) -> Outcome {
         let h = Matrix3x4::identity();
         let variance = self.noise.dvl_sigma_mps * self.noise.dvl_sigma_mps;
@@ -161,7 +161,7 @@ impl<T: Real> VelocityFilter<T> {
         outcome
     }
 
-    /// Takes in z as the pressure sensor has it, m.
+    /// Updates with z from the pressure sensor, m.
     pub fn z(&mut self, z_m: T) -> Outcome {
         let h = Matrix1x4::new(T::ZERO, T::ZERO, T::ZERO, T::ONE);
         let variance = self.noise.z_sigma_m * self.noise.z_sigma_m;
@@ -180,7 +180,7 @@ impl<T: Real> VelocityFilter<T> {
         outcome
     }
 
-    /// Velocity along the vehicle's own axes, m/s.
+    /// Velocity along the vehicle's axes, m/s.
     #[must_use]
     pub fn velocity_mps(&self) -> Vector3<T> {
         let [[x, y, z, _]] = self.state.mean.data.0;
@@ -200,8 +200,8 @@ impl<T: Real> VelocityFilter<T> {
         z
     }
 
-    /// Time after which a change of the velocity has been taken in for the most part, s: σ_v √(Δt) / q for a log that
-    /// measures every `dvl_interval_s`.
+    /// Time constant of the filter, after which most of a change of the velocity is in the estimate, s: σ_v √(Δt) / q for a log
+    /// that measures every `dvl_interval_s`.
     #[must_use]
     pub fn time_constant_s(noise: &VelocityNoise<T>, dvl_interval_s: T) -> T {
         noise.dvl_sigma_mps * dvl_interval_s.sqrt() / noise.walk_mps_rts

@@ -1,4 +1,4 @@
-//! Axis-aligned boxes, by which pages out of view are passed over.
+//! Axis-aligned bounding boxes, with which pages out of view are skipped.
 
 use crate::{Real, Vector};
 
@@ -23,10 +23,10 @@ pub struct Bounds<D> {
 }
 
 impl<T: Real, D: Vector<Scalar = T>> Bounds<D> {
-    /// The empty box, which meets nothing.
+    /// The empty box, which intersects no other box.
     pub const EMPTY: Self = Self { low: D::INFINITY, high: D::NEG_INFINITY };
 
-    /// The box that everything is in.
+    /// The box that contains all points.
     pub const EVERYWHERE: Self = Self { low: D::NEG_INFINITY, high: D::INFINITY };
 
     /// All zero; a placeholder for unused memory.
@@ -44,7 +44,7 @@ impl<T: Real, D: Vector<Scalar = T>> Bounds<D> {
         Self { low: self.low - more, high: self.high + more }
     }
 
-    /// Grows to take in `point`.
+    /// Extends the box to contain `point`.
     pub fn include(&mut self, point: &D) {
         self.low = D::with(|k| self.low.at(k).at_most(point.at(k)));
         self.high = D::with(|k| self.high.at(k).at_least(point.at(k)));
@@ -58,14 +58,14 @@ impl<T: Real, D: Vector<Scalar = T>> Bounds<D> {
         point.as_slice().iter().zip(self.low.as_slice()).zip(self.high.as_slice()).all(within)
     }
 
-    /// Whether all of the other box is in this one.
+    /// Whether this box contains the whole other box.
     #[inline]
     #[must_use]
     pub fn covers(&self, other: &Self) -> bool {
         self.holds(&other.low) && self.holds(&other.high)
     }
 
-    /// Whether the boxes share a point.
+    /// Whether the boxes intersect.
     #[inline]
     #[must_use]
     pub fn meets(&self, other: &Self) -> bool {

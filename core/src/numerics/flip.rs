@@ -1,4 +1,4 @@
-//! Memory of which a bit can flip, word by word: for tests of failing memory alone.
+//! Fault injection: memory in which a bit can be flipped, word by word.
 
 use crate::{Noise, Symmetric, Vector};
 

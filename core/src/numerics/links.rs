@@ -1,4 +1,4 @@
-//! Lists through an array, by places.
+//! Linked lists of indices in an array.
 
 /// What a component in view is linked to, by their places.
 #[derive(Debug, Clone, Copy)]

@@ -4,7 +4,7 @@ use crate::Real;
 
 /// ln Σ exp(tᵢ), summed term by term without overflow or underflow (appendix A asks for the log domain).
 ///
-/// The sum is held relative to its greatest term, which needs one exponential a term and one logarithm at the end.
+/// The sum is stored relative to its greatest term, which needs one exponential per term and one logarithm at the end.
 ///
 /// ```
 /// use scphd::numerics::LnSum;

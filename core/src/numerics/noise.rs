@@ -40,7 +40,7 @@ impl Noise {
         Self { stream: Xoshiro128PlusPlus::from_seed(bytes) }
     }
 
-    /// Goes on as if so many numbers had been drawn.
+    /// Skips this many numbers.
     pub fn skip(&mut self, numbers: usize) {
         for _ in 0..numbers {
             self.stream.next_u32();

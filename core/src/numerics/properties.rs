@@ -1,4 +1,4 @@
-//! What must hold of the arithmetic for any numbers.
+//! Property tests of the arithmetic.
 
 use crate::numerics::ln_sum::ln_sum;
 use crate::{LnSum, Matrix, Symmetric, wrap};

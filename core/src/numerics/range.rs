@@ -1,4 +1,4 @@
-//! How far numbers may be from zero.
+//! Range of valid numbers.
 
 use crate::{Real, Symmetric, Vector};
 

@@ -1,5 +1,5 @@
-//! The scalar: `f32` or `f64`, with transcendental functions that are the same on every target: from `libm`, or, where that
-//! would leave single precision, from `single.rs`.
+//! The scalar, `f32` or `f64`, with transcendental functions that are the same on every target: from `libm`, or from `single.rs`
+//! where those of `libm` use double precision for `f32`.
 
 use crate::Zero;
 use crate::numerics::single;
@@ -30,7 +30,7 @@ mod sealed {
 pub trait Real:
     sealed::Sealed + Zero + Scalar + Default + Display + PartialOrd + NumAssign + core::ops::Neg<Output = Self>
 {
-    /// 1, usable in constants.
+    /// 1, as a constant.
     const ONE: Self;
     /// Distance from 1 to the next greater number.
     const EPSILON: Self;
@@ -38,8 +38,8 @@ pub trait Real:
     const LEAST_NORMAL: Self;
     /// −∞, the logarithm of a weight of zero.
     const NEG_INFINITY: Self;
-    /// ln of a quarter of [`EPSILON`](Self::EPSILON), or a little less: what is that much below a sum, relative to it, does
-    /// not change it.
+    /// ln of a quarter of [`EPSILON`](Self::EPSILON), or a little less: a term smaller than a sum by this factor does not change
+    /// it.
     const LN_VANISHING: Self;
     /// +∞.
     const INFINITY: Self;
@@ -52,16 +52,16 @@ pub trait Real:
     fn from_usize(n: usize) -> Self;
     /// The nearest scalar to `n`.
     fn from_i32(n: i32) -> Self;
-    /// The same number in full precision.
+    /// The same number as `f64`.
     fn to_f64(self) -> f64;
     /// The nearest integer towards zero, saturating; 0 for NaN.
     fn to_i32(self) -> i32;
     /// The bits of the number (of an `f32`, in the lower half), for digests.
     fn bits(self) -> u64;
-    /// The number of these bits.
+    /// The number with these bits.
     fn from_bits(bits: u64) -> Self;
 
-    /// Neither infinite nor NaN.
+    /// Whether the number is neither infinite nor NaN.
     fn is_finite(self) -> bool;
     /// Absolute value.
     fn abs(self) -> Self;
@@ -69,9 +69,9 @@ pub trait Real:
     fn floor(self) -> Self;
     /// Square root, exactly rounded.
     fn sqrt(self) -> Self;
-    /// 1/√, to a few roundings.
+    /// 1/√`self`, within a few rounding errors.
     fn inverse_sqrt(self) -> Self;
-    /// Not below the square root, and at most a thousandth above it.
+    /// An upper bound of the square root, at most 0.1 % above it.
     fn sqrt_above(self) -> Self;
     /// e to the power of `self`.
     fn exp(self) -> Self;
@@ -84,11 +84,11 @@ pub trait Real:
     /// Angle of the vector (`x`, `self`) in rad, in \[−π, π\].
     fn atan2(self, x: Self) -> Self;
 
-    /// The lesser of two numbers; `other` where `self` is NaN.
+    /// The smaller of two numbers; `other` if `self` is NaN.
     fn at_most(self, other: Self) -> Self {
         if self < other { self } else { other }
     }
-    /// The greater of two numbers; `other` where `self` is NaN.
+    /// The greater of two numbers; `other` if `self` is NaN.
     fn at_least(self, other: Self) -> Self {
         if self > other { self } else { other }
     }

@@ -1,9 +1,9 @@
 //! Transcendental functions in single precision that stay in single precision.
 //!
-//! `libm` computes `expf`, `sincosf` and `tanf` partly in double precision, which a single-precision FPU has to emulate
-//! (over a thousand instructions for a sine). These use nothing but whole numbers and f32 additions, multiplications and
-//! divisions, on every target alike, and so give the same bits everywhere. The polynomials are minimax fits of our own; the tests hold the error
-//! bounds that are stated with each function, over millions of arguments.
+//! `libm` computes `expf`, `sincosf` and `tanf` partly in double precision, which a single-precision FPU must emulate (over a
+//! thousand instructions for a sine). These functions use only integers and f32 additions, multiplications and divisions, on every
+//! target, and so give the same bits everywhere. The polynomials are minimax fits of this project; the tests check the error bounds
+//! in the documentation of each function over millions of arguments.
 
 // The constants are those of the fits; they are rounded to single precision here, once, by the compiler.
 #![allow(clippy::excessive_precision)]

@@ -1,4 +1,4 @@
-//! Sorting in bounded time without recursion, memory or a panic.
+//! Sorting in bounded time without recursion, additional memory or panics.
 
 use crate::numerics::work;
 

@@ -33,7 +33,7 @@ impl<T: Real, V: Vector<Scalar = T>> Symmetric<V> {
     /// The zero matrix.
     pub const ZERO: Self = Self { lower: V::Lower::ZERO };
 
-    /// The matrix with elements `element(row, column)`, asked for `row` ≥ `column` only.
+    /// The matrix with elements `element(row, column)`, which is called only with `row` ≥ `column`.
     #[inline]
     #[must_use]
     pub fn from_fn(mut element: impl FnMut(usize, usize) -> T) -> Self {
@@ -91,7 +91,7 @@ impl<T: Real, V: Vector<Scalar = T>> Symmetric<V> {
         self.lower.as_mut()
     }
 
-    /// All its elements.
+    /// The full matrix.
     #[must_use]
     pub fn to_matrix(&self) -> Linear<V, V> {
         Matrix::with(|row, column| self.get(row, column))
@@ -117,14 +117,14 @@ impl<T: Real, V: Vector<Scalar = T>> Symmetric<V> {
         *self = Self::from_fn(|row, column| self.get(row, column) + weight * v.at(row) * v.at(column));
     }
 
-    /// The upper left block, of the first coordinates: of a feature's covariance, that of its position.
+    /// The upper left block of the first coordinates, for example the covariance of the position of a feature.
     #[inline]
     #[must_use]
     pub fn leading<D: Vector<Scalar = T>>(&self) -> Symmetric<D> {
         Symmetric::from_fn(|row, column| self.get(row, column))
     }
 
-    /// P Hᵀ for a measurement matrix H that sees the first coordinates.
+    /// P Hᵀ for a measurement matrix H that applies to the first coordinates.
     #[inline]
     #[must_use]
     pub fn times_transpose<D: Vector<Scalar = T>, Z: Vector<Scalar = T>>(&self, h: &Linear<Z, D>) -> Linear<V, Z> {
@@ -164,17 +164,17 @@ impl<T: Real, V: Vector<Scalar = T>> Symmetric<V> {
         })
     }
 
-    /// All elements finite.
+    /// Whether all elements are finite.
     #[must_use]
     pub fn is_finite(&self) -> bool {
         self.lower.as_ref().iter().all(|element| element.is_finite())
     }
 
-    /// The matrix itself where it is positive definite beyond rounding; otherwise with as little added to its diagonal
-    /// as makes it so, and `true`. To be used where a covariance comes out of a computation: one that is much longer
-    /// than wide does not survive rounding in single precision.
+    /// The matrix itself if it is positive definite beyond rounding errors; otherwise the matrix with the smallest sufficient
+    /// addition to its diagonal, and `true`. For covariances that result from a computation: rounding errors of single precision
+    /// can make one with a large condition number indefinite.
     ///
-    /// `None` where an element is not finite, or where adding the trace itself does not help.
+    /// `None` if an element is not finite, or if adding the trace itself is not sufficient.
     #[inline]
     #[must_use]
     pub fn kept_positive_definite(self) -> Option<(Self, bool)> {
@@ -211,8 +211,8 @@ impl<T: Real, V: Vector<Scalar = T>> Symmetric<V> {
         None
     }
 
-    /// A lower triangular A with A Aᵀ = the matrix, which need only be positive semidefinite: coordinates without variance
-    /// of their own beyond rounding get columns of zeros.
+    /// A lower triangular A with A Aᵀ = the matrix, which need only be positive semidefinite: coordinates that have no variance of
+    /// their own beyond rounding errors get columns of zeros.
     #[must_use]
     pub fn root(&self) -> Linear<V, V> {
         // Row by row.
@@ -342,7 +342,7 @@ impl<T: Real, V: Vector<Scalar = T>> Factor<V> {
         solved
     }
 
-    /// L⁻ᵀ diag(d)^{-½} v: of a vector of covariance I, one of covariance S⁻¹.
+    /// L⁻ᵀ diag(d)^{-½} v: transforms a vector with covariance I to one with covariance S⁻¹.
     #[inline]
     #[must_use]
     pub fn spread_inverse(&self, v: &V) -> V {

@@ -1,4 +1,4 @@
-//! Vectors and matrices whose dimensions are a type's: what generic code needs of nalgebra's, without a list of numbers.
+//! Vectors and matrices with dimensions as types, for generic code with nalgebra.
 
 use crate::{Real, Zero};
 use core::ops::{Add, AddAssign, Mul, Sub};
@@ -8,22 +8,22 @@ mod sealed {
     pub trait Sealed {}
 }
 
-/// A vector of nalgebra's with one to six coordinates, such as `Vector2<f32>`, as generic code sees it.
+/// A vector of nalgebra with one to six coordinates, for example `Vector2<f32>`, for generic code.
 ///
-/// What is generic over a dimension is generic over the vector that has it: a [`Symmetric`](crate::Symmetric)`<Vector2<f32>>` is the
-/// covariance of a `Vector2<f32>`.
+/// Code that is generic over a dimension is generic over the vector with that dimension: a
+/// [`Symmetric`](crate::Symmetric)`<Vector2<f32>>` is the covariance of a `Vector2<f32>`.
 pub trait Vector:
     sealed::Sealed + Zero + Add<Output = Self> + Sub<Output = Self> + AddAssign + Mul<Self::Scalar, Output = Self>
 {
-    /// Its coordinates.
+    /// Type of its coordinates.
     type Scalar: Real;
-    /// As many of something as it has coordinates.
+    /// An array with one element for each coordinate.
     type Array<X: Zero>: Array<X>;
     /// The lower triangle of a symmetric matrix, row after row.
     type Lower: Array<Self::Scalar>;
-    /// A matrix with as many rows as it has coordinates, and as many columns as `C` has: what turns a `C` into such a vector.
+    /// A matrix that maps a `C` to this vector: one row for each coordinate of this vector, one column for each of `C`.
     type Rows<C: Vector>: Matrix<Scalar = C::Scalar>;
-    /// A matrix of so many rows, each as long as it is.
+    /// A matrix with `R` rows of the length of this vector.
     type Stacked<const R: usize>: Matrix<Scalar = Self::Scalar>;
 
     /// Number of coordinates.
@@ -35,40 +35,40 @@ pub trait Vector:
 
     /// The vector with these coordinates.
     fn with(coordinate: impl FnMut(usize) -> Self::Scalar) -> Self;
-    /// A coordinate; zero where there is no such.
+    /// Coordinate `k`; zero if there is none.
     fn at(&self, k: usize) -> Self::Scalar;
     /// The coordinates.
     fn as_slice(&self) -> &[Self::Scalar];
-    /// The coordinates, to be changed.
+    /// The coordinates, mutable.
     fn as_mut_slice(&mut self) -> &mut [Self::Scalar];
     /// The inner product.
     fn dot(&self, other: &Self) -> Self::Scalar;
 }
 
-/// A vector that tells where a feature is: of one to three coordinates.
+/// A position vector of a feature, with one to three coordinates.
 pub trait Place: Vector {
-    /// The same with its velocity behind it.
+    /// A vector of the position followed by the velocity.
     type Moving: Vector<Scalar = Self::Scalar>;
 }
 
-/// A matrix of nalgebra's, as generic code sees it: a [`Linear`] map.
+/// A matrix of nalgebra, for generic code: a [`Linear`] map.
 pub trait Matrix: sealed::Sealed + Zero + Add<Output = Self> + Mul<Self::Scalar, Output = Self> {
-    /// Its elements.
+    /// Type of its elements.
     type Scalar: Real;
 
     /// The matrix with the elements `element(row, column)`.
     fn with(element: impl FnMut(usize, usize) -> Self::Scalar) -> Self;
-    /// An element; zero where there is no such.
+    /// An element; zero if there is none.
     fn at(&self, row: usize, column: usize) -> Self::Scalar;
     /// The elements, column after column.
     fn as_slice(&self) -> &[Self::Scalar];
 }
 
-/// A fixed number of things.
+/// An array of fixed length.
 pub trait Array<X>: sealed::Sealed + Zero + AsRef<[X]> + AsMut<[X]> {}
 
-/// The matrix that takes a `C` to an `R`: of nalgebra's `SMatrix`, with the rows of one and the columns of the other. Where `R` is
-/// `Vector2<f32>` and `C` is `Vector3<f32>`, a `Matrix2x3<f32>`.
+/// The matrix that maps a `C` to an `R`: an `SMatrix` of nalgebra with the rows of `R` and the columns of `C`. If `R` is
+/// `Vector2<f32>` and `C` is `Vector3<f32>`, it is a `Matrix2x3<f32>`.
 pub type Linear<R, C> = <R as Vector>::Rows<C>;
 
 /// A times x.

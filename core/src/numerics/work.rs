@@ -1,5 +1,5 @@
-//! Counts the rounds of loops over what is linked, weighed or asked for, so that a test can hold them to a bound and fails where
-//! they would not end. Outside of tests there is nothing of it. `docs/performance.md` states the bounds.
+//! Counts the rounds of loops whose bound depends on data, so that a test can compare them with the bound, and fails if a loop does
+//! not end. Only in tests. `docs/performance.md` states the bounds.
 
 #[cfg(test)]
 pub(crate) use counted::{limited, round};

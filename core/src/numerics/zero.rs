@@ -1,8 +1,8 @@
-//! What can be all zero in a constant.
+//! Types with an all-zero constant.
 
 use core::fmt::Debug;
 
-/// What can be all zero, in a constant.
+/// A type with an all-zero constant.
 pub trait Zero: Copy + PartialEq + Debug + Send + Sync + 'static {
     /// All zero.
     const ZERO: Self;

@@ -3,8 +3,8 @@
 use crate::numerics::ln_sum::ln_sum;
 use crate::{Pose, Real, Symmetric, Zero};
 
-/// A sample of the vehicle's pose. Between scans there is one a particle; from the first prediction after a scan to
-/// the next scan there are M.
+/// A sample of the vehicle's pose. Between scans there is one per particle; from the first prediction after a scan to the next scan
+/// there are M per particle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Candidate<P: Pose> {
     /// x.
@@ -44,7 +44,8 @@ pub(crate) fn moments<T: Real, P: Pose<Scalar = T>>(
     (mean, covariance)
 }
 
-/// Sums over the weights of candidates are of so many at a time first, and then of these: several threads can form them, to the same bits.
+/// Number of candidates in a partial sum: weights are summed in parts, and then the parts, so that several threads compute the same
+/// bits.
 pub const PART: usize = 64;
 
 /// Multiplies the weights by the likelihoods and scales them to a sum of one (5.23); returns the logarithm of what the
@@ -103,14 +104,14 @@ fn squares<T: Real, P: Pose<Scalar = T>>(candidates: &[Candidate<P>]) -> T {
     })
 }
 
-/// The weights of some candidates, summed.
+/// Sums over the weights of a part of the candidates.
 #[derive(Debug, Clone, Copy)]
 pub struct PartSums<T> {
     /// Σ ζ².
     pub squares: T,
     /// Σ ζ.
     pub weight: T,
-    /// The last that weighs anything.
+    /// Index of the last candidate with a weight above 0.
     pub last: Option<usize>,
 }
 

@@ -1,4 +1,4 @@
-//! Where the recursion stands.
+//! The position of the recursion between scans: counts, times and the random stream.
 
 use crate::report::watch::Watch;
 use crate::{Noise, Real};

@@ -1,10 +1,11 @@
-//! The informed proposal: poses drawn from where the vehicle's motion and the scan agree.
+//! The informed proposal: poses drawn from the product of motion and scan likelihood.
 //!
-//! Between scans a particle's pose is a Gaussian N(x̄, P). At the scan it is written x = x̄ ⊕ A ξ with A Aᵀ = P and
-//! ξ ~ N(0, I), so that a direction in which the pose is certain costs nothing and needs no inverse. The scan is taken in
-//! by iterated linearisation: every component in view speaks for a measurement with the share of η_z that is its own, as
-//! computed with the pose's uncertainty of the round before, which narrows from round to round. The samples come from the Gaussian found,
-//! and are weighed by prior over proposal, so that what they stand for is what blind samples would stand for.
+//! Between scans the pose of a particle is a Gaussian N(x̄, P). At the scan it is written x = x̄ ⊕ A ξ with A Aᵀ = P and ξ ~ N(0,
+//! I), so that directions without variance need no inverse. The scan is used by iterated linearisation: every component in view
+//! corrects the pose with each measurement, weighted with its share of η_z (association probability), computed with the pose
+//! covariance of the previous iteration, which becomes smaller from iteration to iteration. The samples are drawn from the
+//! resulting Gaussian, with importance weights prior over proposal, so that they represent the same density as samples of the blind
+//! proposal.
 
 use crate::detection::maps::{DynamicMaps, StaticMaps};
 use crate::detection::scan::Scan;

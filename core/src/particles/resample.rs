@@ -1,4 +1,4 @@
-//! Drawing candidates in proportion to their weights.
+//! Resampling: drawing candidates in proportion to their weights.
 
 use crate::numerics::ln_sum::ln_sum;
 use crate::numerics::work;

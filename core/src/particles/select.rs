@@ -1,4 +1,4 @@
-//! From the weighed candidates to the particles that go on (5.2.2).
+//! Selection of the candidates that become particles (5.2.2).
 
 use crate::particles::candidate::Candidate;
 use crate::particles::resample::{one_child, systematic};

@@ -1,9 +1,10 @@
-//! Steps that are short beside the spacing of the numbers that say where the vehicle is.
+//! Steps that are shorter than the resolution of the position in floating-point numbers.
 //!
-//! 5 km from the origin numbers of single precision are half a millimetre apart. A vehicle at 0.04 m/s whose odometry comes at 200 Hz moves by less
-//! than half of that in a step, which is rounded away, every time: it stands. One that is not much faster moves too far or not far enough,
-//! for like steps are rounded alike. Such a step is therefore taken at the origin, where it has all its digits, and what rounding takes
-//! from the sum is kept and added to the next one (compensated summation: Kahan 1965).
+//! At 5 km from the origin the resolution of single precision is half a millimetre. A vehicle at 0.04 m/s with odometry at 200 Hz
+//! moves by less than half of that in a step, which rounding always removes: the estimate stands still. With a slightly higher
+//! speed it moves too far or not far enough, because equal steps are rounded equally. Such a step is therefore computed at the
+//! origin, with all its digits, and the rounding error of the sum is stored and added to the next step (compensated summation:
+//! Kahan 1965).
 
 use crate::{Linearised, Motion, Pose, Real, ScalarOf, TangentOf, Vector, Zero};
 

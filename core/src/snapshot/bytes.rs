@@ -1,8 +1,8 @@
-//! Slices to write a snapshot into and to read one from.
+//! Sinks and sources of snapshots in slices.
 
 use core::fmt;
 
-/// A slice has no more room, or nothing more to read.
+/// The end of the slice was reached in writing or reading.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct SliceEnd;
@@ -15,7 +15,7 @@ impl fmt::Display for SliceEnd {
 
 impl core::error::Error for SliceEnd {}
 
-/// A sink for [`ScPhd::save`](crate::ScPhd::save) that fills a slice from its beginning on.
+/// A sink for [`ScPhd::save`](crate::ScPhd::save) that fills a slice from its start.
 pub fn into_slice(bytes: &mut [u8]) -> impl FnMut(&[u8]) -> Result<(), SliceEnd> {
     let mut at = 0_usize;
     move |chunk| {

@@ -1,18 +1,18 @@
-//! Why a snapshot was not taken, or not gone on from.
+//! Errors of saving and restoring snapshots.
 
 use crate::{Flaw, SetupError};
 use core::fmt;
 
-/// Why no snapshot was taken. The state is as it was.
+/// Errors of saving a snapshot. The state is unchanged.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum SaveError<E> {
-    /// There is nothing to save: the filter has not been reset yet.
+    /// The filter has not been reset yet.
     NotStarted,
-    /// The state is damaged, and no sound snapshot is to be lost for it.
+    /// The state is damaged; no snapshot is written, so that it cannot replace a valid one.
     Damaged(Flaw),
-    /// The sink took no more.
+    /// The sink returned an error.
     Sink(E),
 }
 
@@ -28,41 +28,41 @@ impl<E: fmt::Display> fmt::Display for SaveError<E> {
 
 impl<E: fmt::Debug + fmt::Display> core::error::Error for SaveError<E> {}
 
-/// Why a filter did not go on from a snapshot.
+/// Errors of restoring a snapshot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum RestoreError<E> {
-    /// The source does not give what it is asked for: it ends too early, or fails.
+    /// The source returned an error, or ended too early.
     Source(E),
-    /// It does not begin as a snapshot does.
+    /// The bytes do not begin like a snapshot.
     Foreign,
-    /// It is of a version that this library does not read.
+    /// The snapshot has a format version that this library cannot read.
     Version {
         /// The version.
         found: u16,
     },
-    /// A check does not agree: a bit has changed, or a part is missing.
+    /// A checksum is wrong: a bit has changed, or a part is missing.
     Damaged,
-    /// It is of something else: another filter, scalar, pose or measurement.
+    /// The snapshot is that of another filter, scalar, pose or measurement.
     Content,
-    /// It is of another kind of vehicle.
+    /// The snapshot is that of another type of vehicle.
     Kind {
-        /// The kind that was given when it was saved.
+        /// The `kind` with which it was saved.
         found: u32,
     },
-    /// It does not fit the memory.
+    /// The snapshot does not fit in the memory.
     NoRoom {
-        /// Of what there is too little.
+        /// The data that does not fit.
         what: &'static str,
-        /// How much it takes.
+        /// Its number in the snapshot.
         needed: usize,
-        /// How much there is.
+        /// The capacity of the memory.
         capacity: usize,
     },
-    /// The configuration cannot go on from it.
+    /// The snapshot does not fit the configuration.
     Setup(SetupError),
-    /// The checks agree, but what it holds is no state that a filter leaves.
+    /// The checksums are right, but the content is not a valid state.
     Flawed(Flaw),
 }
 
@@ -77,16 +77,18 @@ impl<E: fmt::Display> fmt::Display for RestoreError<E> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Source(error) => error.fmt(f),
-            Self::Foreign => f.write_str("this is no snapshot"),
-            Self::Version { found } => write!(f, "the snapshot is of version {found}, which is not known"),
+            Self::Foreign => f.write_str("this is not a snapshot"),
+            Self::Version { found } => {
+                write!(f, "the snapshot has format version {found}, which this library cannot read")
+            }
             Self::Damaged => f.write_str("the snapshot is damaged"),
             Self::Content => f.write_str("the snapshot is of another filter, scalar, pose or measurement"),
-            Self::Kind { found } => write!(f, "the snapshot is of a vehicle of kind {found:#x}"),
+            Self::Kind { found } => write!(f, "the snapshot is of another type of vehicle: {found:#x}"),
             Self::NoRoom { what, needed, capacity } => {
-                write!(f, "the snapshot needs {needed} {what}, and there is room for {capacity}")
+                write!(f, "the snapshot needs {needed} {what}, but the memory has room for {capacity}")
             }
             Self::Setup(error) => error.fmt(f),
-            Self::Flawed(flaw) => write!(f, "the snapshot holds no sound state: {flaw}"),
+            Self::Flawed(flaw) => write!(f, "the snapshot is not a valid state: {flaw}"),
         }
     }
 }

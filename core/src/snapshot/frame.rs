@@ -1,9 +1,9 @@
-//! The frame of a snapshot: what it is of, how long it is, and the checks.
+//! The frame of a snapshot: type, length and checksums.
 
 use super::RestoreError;
 use crc::{CRC_32_ISO_HDLC, Crc, Digest, Table};
 
-/// The check of the head, and of the whole: CRC-32 as in Ethernet and zip files.
+/// Checksum of the header and of the whole snapshot: CRC-32 as in Ethernet and zip files.
 static CRC: Crc<u32, Table<1>> = Crc::<u32, Table<1>>::new(&CRC_32_ISO_HDLC);
 /// A check that goes on.
 pub(crate) type Check = Digest<'static, u32, Table<1>>;

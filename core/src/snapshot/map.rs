@@ -1,4 +1,4 @@
-//! A map as bytes: what a vehicle leaves for its next drive.
+//! A map as bytes, which a vehicle stores for its next drive.
 
 use super::frame::{Content, Head, Shape};
 use super::read::{Reader, checked};
@@ -13,9 +13,8 @@ fn shape<D: Vector>(kind: u32) -> Shape {
     Shape { content: Content::Map, scalar: size_of::<D::Scalar>() as u8, dimensions, kind }
 }
 
-/// Writes down a map, as [`JointSlam::features`](crate::JointSlam::features) or
-/// [`ScPhd::estimate_map`](crate::ScPhd::estimate_map) has it, in the format of a [snapshot](crate::ScPhd::save); `kind` tells places or
-/// vehicles apart. Returns how many bytes it took.
+/// Writes a map from [`JointSlam::features`](crate::JointSlam::features) or [`ScPhd::estimate_map`](crate::ScPhd::estimate_map) in
+/// the format of a [snapshot](crate::ScPhd::save). `kind` identifies the area or the type of vehicle. Returns the number of bytes.
 ///
 /// ```
 /// use nalgebra::Vector2;
@@ -37,7 +36,7 @@ fn shape<D: Vector>(kind: u32) -> Shape {
 /// ```
 ///
 /// # Errors
-/// A feature is not finite or its covariance not positive definite, or the sink takes no more.
+/// A feature is not finite, its covariance is not positive definite, or the sink returns an error.
 pub fn save_map<T: Real, D: Vector<Scalar = T>, E>(
     kind: u32,
     features: impl Iterator<Item = Component<D>> + Clone,
@@ -51,11 +50,12 @@ pub fn save_map<T: Real, D: Vector<Scalar = T>, E>(
     write(head, &Features(features), [&mut [], &mut []], sink)
 }
 
-/// Reads a map that [`save_map`] wrote; how many features it has.
+/// Reads a map that [`save_map`] wrote. Returns the number of features.
 ///
 /// # Errors
-/// What is read is no map of this kind, damaged, or has more features than there is room for: then `features` is as it was. If the
-/// source gives something else the second time, or the checks agree on what is no map, its contents mean nothing.
+/// The bytes are not a map of this kind, they are damaged, or the map has more features than fit: then `features` is unchanged. If
+/// the source returns other bytes in the second pass, or the bytes have correct checksums but are not a map, the content of
+/// `features` is undefined.
 pub fn restore_map<T: Real, D: Vector<Scalar = T>, E>(
     kind: u32,
     features: &mut [Component<D>],

@@ -1,5 +1,5 @@
-//! The state as bytes: what walks through it, and the frame in which it is written down and read again. What there is to walk
-//! through stands with each filter. `docs/snapshot.md` has every byte.
+//! The state as bytes: the traversal of a state by a visitor, and the frame in which it is written and read. Each filter defines
+//! its own traversal. `docs/snapshot.md` has the format.
 
 mod bytes;
 mod error;

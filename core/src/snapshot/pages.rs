@@ -1,4 +1,4 @@
-//! Pages by the order in which a walk meets them, so that a snapshot does not depend on where in the pool one lies.
+//! Numbering of pages in the order of the traversal, so that a snapshot does not depend on their positions in the pool.
 
 use crate::map::PageId;
 

@@ -1,4 +1,4 @@
-//! Reading a snapshot: all of it once, to check it, and once more, to take it.
+//! Reading a snapshot in two passes: the first checks all bytes, the second restores them.
 
 use super::RestoreError;
 use super::frame::{CHUNK, Check, HEAD, Head, Shape, WORDS, check};

@@ -1,4 +1,4 @@
-//! What walks through a state: a digest, or a snapshot.
+//! Visitors of a state: a digest, or a snapshot.
 
 use crate::map::PageId;
 use crate::numerics::fnv::Fnv;
@@ -37,7 +37,7 @@ pub(crate) trait Walk {
     fn walk(&self, visit: &mut impl Visit);
 }
 
-/// A digest has the bits of every number and word.
+/// A digest includes the bits of every number and word.
 impl Visit for Fnv {
     fn word(&mut self, word: u32) {
         self.take(word);

@@ -1,4 +1,4 @@
-//! The watch over the estimate, in a snapshot: no digest has it, for it is no part of the estimate.
+//! The divergence monitor in a snapshot. It is not part of the digest, because it is not part of the estimate.
 
 use crate::Real;
 use crate::report::watch::Watch;

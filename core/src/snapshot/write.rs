@@ -1,4 +1,4 @@
-//! Writing a snapshot: a walk that measures, and one that writes.
+//! Writing a snapshot in two traversals: the first measures its length, the second writes it.
 
 use super::SaveError;
 use super::frame::{CHUNK, Check, Head, check};
@@ -31,9 +31,9 @@ pub(crate) fn write<E>(
     writer.words.end()
 }
 
-/// What takes words, one after the other.
+/// A sink for words.
 trait Words {
-    /// Takes one.
+    /// Writes one word.
     fn put(&mut self, word: u32);
 }
 

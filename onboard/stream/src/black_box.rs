@@ -264,14 +264,14 @@ where
 pub(crate) fn unrestored(error: RestoreError<StreamError>) -> Refusal {
     let why = match error {
         RestoreError::Source(_) => "a slice of the snapshot is missing or damaged",
-        RestoreError::Foreign => "this is no snapshot",
-        RestoreError::Version { .. } => "the snapshot is of another version",
+        RestoreError::Foreign => "this is not a snapshot",
+        RestoreError::Version { .. } => "the snapshot has another format version",
         RestoreError::Damaged => "the snapshot is damaged",
         RestoreError::Content => "the snapshot is of another filter, scalar, pose or measurement",
-        RestoreError::Kind { .. } => "the snapshot is of another kind of vehicle",
+        RestoreError::Kind { .. } => "the snapshot is of another type of vehicle",
         RestoreError::NoRoom { .. } => "the snapshot does not fit the memory",
-        RestoreError::Setup(_) => "the tuning cannot go on from the snapshot",
-        RestoreError::Flawed(_) => "the snapshot holds no sound state",
+        RestoreError::Setup(_) => "the snapshot does not fit the tuning",
+        RestoreError::Flawed(_) => "the snapshot is not a valid state",
         _ => "the snapshot cannot be used",
     };
     Refusal::Unusable { why }
@@ -279,7 +279,7 @@ pub(crate) fn unrestored(error: RestoreError<StreamError>) -> Refusal {
 
 /// A head among the records that cannot be read.
 pub(crate) fn unreadable(_error: StreamError) -> Refusal {
-    Refusal::Unusable { why: "a head among the records cannot be read" }
+    Refusal::Unusable { why: "a header among the records cannot be read" }
 }
 
 impl From<ScanError> for Refusal {
