@@ -443,13 +443,13 @@ fn a_snapshot_of_another_filter_is_refused_by_name() {
         let error = replayed::<BlackBox, f32>(&bytes[place..]).unwrap_err();
         assert_eq!(
             error.to_string(),
-            "the filter refuses the head of the stream: the snapshot is of another filter, scalar, pose or measurement"
+            "the filter refuses the stream header: the snapshot is of another filter, scalar, pose or measurement"
         );
         // From its beginning on another filter replays it, and tells that the states are others.
         let (whole, told) = replayed::<BlackBox, f32>(&bytes).unwrap();
         assert!(whole.ended && told.snapshots.iter().all(|&(_, agrees)| !agrees) && told.snapshots.len() == 6);
         let error = replayed::<underwater::BlackBox, f32>(&bytes).unwrap_err();
-        assert_eq!(error.to_string(), "the stream is of vehicle 0, which is of another kind");
+        assert_eq!(error.to_string(), "the stream is for another type of vehicle: 0");
         assert_eq!(find_snapshot::<Underwater>(&bytes, 0), None);
     });
 }

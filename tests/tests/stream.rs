@@ -153,13 +153,12 @@ fn a_dive_that_cannot_be_replayed_is_refused_by_name() {
     assert_eq!(refused(&crowded, &settings).as_deref(), Some(error));
     let mut blind = log.clone();
     blind.camera.projections[1] = [[0.0; 4]; 3];
-    let error =
-        "the filter refuses the head of the stream: right must be finite, with a 3 x 3 part that is not singular";
+    let error = "the filter refuses the stream header: right must be finite, with a 3 x 3 part that is not singular";
     assert_eq!(refused(&blind, &settings).as_deref(), Some(error));
     // Neither kind is taken for the other.
     let bytes = stream::write_underwater(&log, &settings, SEED, Scalar::F32, 3).unwrap().bytes;
     let error = replayed::<f32>(&bytes, u32::MAX).err().unwrap().to_string();
-    assert_eq!(error, "the stream is of vehicle 3, which is of another kind");
+    assert_eq!(error, "the stream is for another type of vehicle: 3");
     let mut unmanned = log;
     unmanned.instruments.clear();
     assert!(stream::write_underwater(&unmanned, &settings, SEED, Scalar::F32, 3).is_err());
@@ -191,7 +190,7 @@ fn what_does_not_fit_on_board_is_refused_by_name() {
     settings.filter.particles = 1000;
     let bytes = stream::write(&log, &settings, SEED, Scalar::F32, 2).unwrap().bytes;
     let error = replayed::<f32>(&bytes, u32::MAX).err().unwrap().to_string();
-    assert_eq!(error, "the filter refuses the head of the stream: 1000 particles do not fit a state for 32");
+    assert_eq!(error, "the filter refuses the stream header: 1000 particles do not fit a state for 32");
     let (mut log, settings) = short_log();
     log.scans[1].detections = vec![[5.0, 0.0]; 65];
     let bytes = stream::write(&log, &settings, SEED, Scalar::F32, 2).unwrap().bytes;

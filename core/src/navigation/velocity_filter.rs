@@ -112,7 +112,7 @@ pub struct VelocityFilter<T: Real> {
 }
 
 impl<T: Real> VelocityFilter<T> {
-    /// A vehicle at this z, m, with zero velocity, whose standard deviation is 1 m/s along each axis.
+    /// A vehicle at this z, m, with zero velocity of standard deviation 1 m/s along each axis; the first reading is never rejected.
     ///
     /// # Errors
     /// The noise is out of range, or z not finite.

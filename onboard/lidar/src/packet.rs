@@ -61,24 +61,24 @@ pub struct Packet {
     pub time_ms: u16,
 }
 
-/// Why bytes are not a packet.
+/// Errors of reading a packet.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum PacketError {
-    /// They begin otherwise.
+    /// The bytes do not begin with a packet header.
     Header,
-    /// The check is another: bytes were changed on the line.
+    /// The checksum is wrong: bytes were changed on the line.
     Check,
-    /// The check is right, but an angle is none, or the readings span more than 60°.
+    /// The checksum is right, but an angle is invalid, or the readings span more than 60°.
     Angles,
 }
 
 impl fmt::Display for PacketError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Self::Header => "the bytes do not begin as a packet does",
+            Self::Header => "the bytes do not begin with a packet header",
             Self::Check => "the packet is damaged",
-            Self::Angles => "the packet has angles that the lidar does not send",
+            Self::Angles => "the packet has invalid angles",
         })
     }
 }
@@ -94,7 +94,7 @@ impl Packet {
     /// Reads a packet.
     ///
     /// # Errors
-    /// The bytes are none.
+    /// The bytes are not a packet.
     pub fn parse(bytes: &[u8; LENGTH]) -> Result<Self, PacketError> {
         let [first, second, s0, s1, a0, a1, points @ .., e0, e1, t0, t1, check] = bytes;
         if [*first, *second] != HEADER {

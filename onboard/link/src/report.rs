@@ -1,4 +1,4 @@
-//! What a receiver has refused.
+//! Frames that a receiver has refused.
 
 use core::fmt;
 
@@ -7,19 +7,19 @@ use core::fmt;
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum Refused {
-    /// Its check fails, or its stuffing; or it is a part of one.
+    /// Its checksum or its byte stuffing is wrong, or a part of it is missing.
     Damaged,
-    /// It has more bytes than the receiver has room for.
+    /// It has more bytes than the receiver has memory for.
     TooLong,
-    /// It is of another version, or of a kind that there is none of.
+    /// It has another version, or an unknown type.
     Unknown,
     /// It belongs to a session that is not open.
     Foreign,
-    /// It was there before.
+    /// It was received before.
     Doubled,
-    /// Later ones were there before, and it was not.
+    /// Later frames were received before it.
     Late,
-    /// One before it is missing, and [`Gaps::Refused`](crate::Gaps::Refused) is asked for.
+    /// A frame before it is missing, with [`Gaps::Refused`](crate::Gaps::Refused).
     Ahead,
 }
 
@@ -28,10 +28,10 @@ impl fmt::Display for Refused {
         f.write_str(match self {
             Self::Damaged => "the frame is damaged",
             Self::TooLong => "the frame is too long",
-            Self::Unknown => "the frame is of another version or of an unknown kind",
+            Self::Unknown => "the frame has another version or an unknown type",
             Self::Foreign => "the frame belongs to a session that is not open",
-            Self::Doubled => "the frame was there before",
-            Self::Late => "the frame comes behind later ones",
+            Self::Doubled => "the frame was received before",
+            Self::Late => "later frames were received before this one",
             Self::Ahead => "a frame before this one is missing",
         })
     }
@@ -39,12 +39,12 @@ impl fmt::Display for Refused {
 
 impl core::error::Error for Refused {}
 
-/// How many frames a receiver has taken and refused. A damaged zero makes one damaged frame of two, a byte that becomes zero two of
-/// one: damage is counted between zeros.
+/// Counts of the accepted and refused frames of a receiver. Damage is counted between zeros: a damaged zero joins two frames to one
+/// damaged frame, and a byte that becomes zero splits one frame in two.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Report {
-    /// Frames that were taken, but for those that ask.
+    /// Accepted frames, without requests for an answer.
     pub accepted: u32,
     /// [`Refused::Damaged`].
     pub damaged: u32,
@@ -60,7 +60,7 @@ pub struct Report {
     pub late: u32,
     /// [`Refused::Ahead`].
     pub ahead: u32,
-    /// Numbers that were passed over, where [`Gaps::Passed`](crate::Gaps::Passed) is asked for.
+    /// Frame numbers that were skipped, with [`Gaps::Passed`](crate::Gaps::Passed).
     pub lost: u32,
 }
 
@@ -71,7 +71,7 @@ impl Report {
     /// No frame yet.
     pub(crate) const NONE: Self = Self::of([0; Self::COUNTS]);
 
-    /// Frames that were refused, whyever.
+    /// Frames that were refused, for any reason.
     #[must_use]
     pub fn refused(&self) -> u32 {
         let [_, refused @ .., _] = self.counts();

@@ -4,24 +4,24 @@ use crate::frame::{Frame, FrameKind, Token};
 use core::fmt;
 use embedded_io::Write;
 
-/// Why a frame was not sent.
+/// Errors of sending a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum SendError<E> {
-    /// The sender has no room for it.
+    /// The record is too long for the sender's buffer.
     TooLong,
-    /// The session has no number left.
+    /// All frame numbers of the session are used.
     SessionFull,
-    /// The line's.
+    /// An error of the line.
     Line(E),
 }
 
 impl<E: fmt::Display> fmt::Display for SendError<E> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::TooLong => f.write_str("the record is longer than the link's frames"),
-            Self::SessionFull => f.write_str("the session has no number left"),
+            Self::TooLong => f.write_str("the record is longer than a frame of the link"),
+            Self::SessionFull => f.write_str("all frame numbers of the session are used"),
             Self::Line(error) => error.fmt(f),
         }
     }

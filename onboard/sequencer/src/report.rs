@@ -1,9 +1,9 @@
-//! What went wrong with the times of the inputs.
+//! Problems with the times of the inputs.
 
 use core::fmt;
 use core::ops::{BitOr, BitOrAssign};
 
-/// A set of conditions, each with one cause. `docs/time.md` says what to do about each.
+/// A set of warnings, each with one cause. `docs/time.md` says what to do about each.
 ///
 /// ```
 /// use scphd_sequencer::Flags;
@@ -15,32 +15,33 @@ use core::ops::{BitOr, BitOrAssign};
 pub struct Flags(u16);
 
 impl Flags {
-    /// Nothing to report.
+    /// No warning.
     pub const NONE: Self = Self(0);
-    /// An input came later than the window: it was refused.
+    /// An input arrived after its reordering window: it was refused.
     pub const LATE: Self = Self(1);
-    /// An input had the time, source and number of one that still waits: it was refused.
+    /// An input had the time, source and number of one that is still queued: it was refused.
     pub const DUPLICATE: Self = Self(1 << 1);
-    /// More controls came within the window than there is room for: one was refused.
+    /// The queue of controls was full: an input was refused.
     pub const CONTROLS_FULL: Self = Self(1 << 2);
-    /// More events came within the window than there is room for: one was refused.
+    /// The queue of events was full: an input was refused.
     pub const EVENTS_FULL: Self = Self(1 << 3);
-    /// For longer than [`gap_ns`](crate::Settings::gap_ns) there was no control.
+    /// There was no control for longer than [`gap_ns`](crate::Settings::gap_ns).
     pub const GAP: Self = Self(1 << 4);
-    /// A stamp, or the time of a tick, was ahead of the newest time by more than [`jump_ns`](crate::Settings::jump_ns):
-    /// it was refused, unless it was believed. Or it was ahead by more than the window, and the next input contradicted it: it was dropped.
+    /// A time stamp, or the time of a tick, was ahead of the newest time by more than [`jump_ns`](crate::Settings::jump_ns): it was
+    /// refused, unless the clock was set to it. Or it was ahead by more than the window, and the next input contradicted it: it was
+    /// dropped.
     pub const JUMP_FORWARD: Self = Self(1 << 5);
-    /// A stamp was behind the newest time by more than [`jump_ns`](crate::Settings::jump_ns): it was refused, unless it
-    /// was believed.
+    /// A time stamp was behind the newest time by more than [`jump_ns`](crate::Settings::jump_ns): it was refused, unless the clock
+    /// was set to it.
     pub const JUMP_BACK: Self = Self(1 << 6);
-    /// [`jumps_believed`](crate::Settings::jumps_believed) inputs in a row came from beyond a jump: the clock was set,
-    /// and the sequencer goes on with it as it is now.
+    /// [`jumps_believed`](crate::Settings::jumps_believed) inputs in a row came from beyond a jump: the clock was set to their
+    /// time, and the sequencer continues with the new time.
     pub const CLOCK_SET: Self = Self(1 << 7);
-    /// [`frozen_inputs`](crate::Settings::frozen_inputs) inputs in a row were none newer than those before: the clock
-    /// that stamps them stands still.
+    /// [`frozen_inputs`](crate::Settings::frozen_inputs) inputs in a row were not newer than the previous ones: the clock of the
+    /// time stamps stands still.
     pub const FROZEN: Self = Self(1 << 8);
-    /// The time of a tick was behind the newest time by more than the window: the clock of the ticks stands still, was
-    /// set back, or is not that of the stamps. The tick did nothing.
+    /// The time of a tick was behind the newest time by more than the window: the clock of the ticks stands still, was set back, or
+    /// is not the clock of the time stamps. The tick was ignored.
     pub const TICK_BEHIND: Self = Self(1 << 9);
 
     const NAMES: [(Self, &'static str); CONDITIONS] = [
@@ -56,24 +57,24 @@ impl Flags {
         (Self::TICK_BEHIND, "TICK_BEHIND"),
     ];
 
-    /// Every condition there is, in the order of the bits.
+    /// All warnings, in the order of the bits.
     pub fn all() -> impl Iterator<Item = Self> {
         Self::NAMES.iter().map(|(condition, _)| *condition)
     }
 
-    /// No condition at all.
+    /// Whether there is no warning.
     #[must_use]
     pub fn is_empty(self) -> bool {
         self == Self::NONE
     }
 
-    /// Whether every condition of `other` holds.
+    /// Whether all warnings of `other` are set.
     #[must_use]
     pub fn contains(self, other: Self) -> bool {
         self.0 & other.0 == other.0
     }
 
-    /// The set as bits, for a telemetry field. A condition keeps its bit from release to release.
+    /// The set as bits, for a telemetry field. The bit of a warning is the same in every release.
     #[must_use]
     pub fn bits(self) -> u16 {
         self.0
@@ -116,11 +117,11 @@ impl defmt::Format for Flags {
 
 const CONDITIONS: usize = 10;
 
-/// What has happened: which conditions since the report was last taken, and how often each since the start.
+/// Warnings since the report was last taken, and their counts since the start.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Report {
-    /// Conditions since [`take_report`](crate::Sequencer::take_report) was last called.
+    /// Warnings since the last call of [`take_report`](crate::Sequencer::take_report).
     pub flags: Flags,
     counts: [u32; CONDITIONS],
 }
@@ -128,7 +129,7 @@ pub struct Report {
 impl Report {
     pub(crate) const NONE: Self = Self { flags: Flags::NONE, counts: [0; CONDITIONS] };
 
-    /// How often a condition came up since the start; of several, how often all together. Stops at `u32::MAX`.
+    /// Count of a warning since the start; of several warnings, the sum of their counts. Saturates at `u32::MAX`.
     #[must_use]
     pub fn count(&self, of: Flags) -> u32 {
         let counted = Flags::all().zip(self.counts).filter(|(condition, _)| of.contains(*condition));
@@ -145,18 +146,18 @@ impl Report {
     }
 }
 
-/// Why an input was refused. Each is counted in the [`Report`], but for the first.
+/// Errors of an input. All but the first are counted in the [`Report`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum PushError {
     /// The sequencer has not been started.
     NotStarted,
-    /// It came later than the window: [`Flags::LATE`].
+    /// The input arrived after its reordering window: [`Flags::LATE`].
     Late,
-    /// An input with this time, source and number waits already: [`Flags::DUPLICATE`].
+    /// An input with this time, source and number is already queued: [`Flags::DUPLICATE`].
     Duplicate,
-    /// There is no room: [`Flags::CONTROLS_FULL`] or [`Flags::EVENTS_FULL`].
+    /// The queue is full: [`Flags::CONTROLS_FULL`] or [`Flags::EVENTS_FULL`].
     Full,
     /// Its time is too far from the newest: [`Flags::JUMP_FORWARD`] or [`Flags::JUMP_BACK`].
     Jump,
@@ -166,10 +167,10 @@ impl fmt::Display for PushError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::NotStarted => "the sequencer has not been started",
-            Self::Late => "the input came later than the window",
-            Self::Duplicate => "an input with this time, source and number waits already",
-            Self::Full => "more inputs wait than there is room for",
-            Self::Jump => "the time of the input is too far from the newest",
+            Self::Late => "the input arrived after its reordering window",
+            Self::Duplicate => "an input with this time, source and number is already queued",
+            Self::Full => "the queue is full",
+            Self::Jump => "the time of the input is too far from the newest time",
         })
     }
 }

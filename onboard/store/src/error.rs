@@ -1,38 +1,39 @@
-//! Why the store cannot do what it is asked for.
+//! Errors of the store.
 
 use core::fmt;
 
-/// Why the store cannot do what it is asked for. The newest snapshot is as it was.
+/// Errors of the store. The newest snapshot is unchanged.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum StoreError<E> {
-    /// The flash's own error.
+    /// An error of the flash.
     Flash(E),
-    /// The range does not begin with a page, leaves no page for a bank, or ends beyond the flash.
+    /// The range does not begin at a page, has less than a page for each bank, or ends beyond the flash.
     Range,
-    /// What the flash reads or writes at once is no divisor of 32 bytes.
+    /// The read or write size of the flash does not divide 32 bytes.
     Word,
     /// The snapshot is longer than a bank.
     Full,
-    /// A part of the draft was not taken, so that it will never be whole.
+    /// A part of the draft could not be written, so that it cannot be committed.
     GivenUp,
-    /// What was written does not read back: the flash is worn. The next draft goes to another bank, if there are more than two.
+    /// The data read back differs from the data written: the flash is worn. The next draft uses another bank, if there are more
+    /// than two.
     Worn,
-    /// What was asked for is not there: the snapshot ends before, or has been written over.
+    /// The requested data is not in the flash: the snapshot is shorter, or was overwritten.
     Missing,
 }
 
 impl<E: fmt::Debug> fmt::Display for StoreError<E> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Self::Flash(error) => return write!(f, "the flash fails: {error:?}"),
-            Self::Range => "the range of the flash is not one that can be used",
-            Self::Word => "what the flash reads or writes at once is no divisor of 32 bytes",
+            Self::Flash(error) => return write!(f, "the flash returned an error: {error:?}"),
+            Self::Range => "the flash range does not begin at a page, is too small, or is beyond the flash",
+            Self::Word => "the read or write size of the flash does not divide 32 bytes",
             Self::Full => "the snapshot is longer than a bank",
-            Self::GivenUp => "a part of the snapshot was not taken",
-            Self::Worn => "what was written does not read back",
-            Self::Missing => "that is not, or no longer, in the flash",
+            Self::GivenUp => "a part of the snapshot could not be written",
+            Self::Worn => "the data read back differs from the data written",
+            Self::Missing => "the requested data is not in the flash, or was overwritten",
         })
     }
 }

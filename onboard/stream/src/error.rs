@@ -1,39 +1,39 @@
-//! Why a stream cannot be read.
+//! Errors of reading a stream.
 
 use crate::front::VERSION;
 use core::fmt;
 
-/// Why a stream cannot be read, or not on.
+/// Errors of reading a stream.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum StreamError {
-    /// It does not begin as a stream does.
+    /// The bytes do not begin like a stream.
     NotAStream,
-    /// It has another version than this code.
+    /// The stream has a format version that this code cannot read.
     Version {
-        /// The version it has.
+        /// Its version.
         found: u16,
     },
-    /// It is of a vehicle of another kind than it is read for.
+    /// The stream is for another type of vehicle.
     Vehicle {
-        /// The vehicle it is of.
+        /// The number of its type.
         found: u8,
     },
-    /// A choice in the head is none this code knows, or the head has another length.
+    /// The header has an unknown value, or another length.
     Header,
-    /// The check of the head fails.
+    /// The checksum of the header is wrong.
     HeaderDamaged,
-    /// It ends before its last record.
+    /// The stream ends before its last record.
     Truncated,
-    /// A record is of no kind this code knows, or its length does not fit its kind.
+    /// A record has an unknown type, or its length does not fit its type.
     Record {
-        /// Its place, counted from 0.
+        /// Its index, from 0.
         index: u32,
     },
-    /// The check of a record fails: it is damaged, or does not follow the one before.
+    /// The checksum of a record is wrong: it is damaged, or does not follow the previous one.
     RecordDamaged {
-        /// Its place, counted from 0.
+        /// Its index, from 0.
         index: u32,
     },
 }
@@ -41,13 +41,13 @@ pub enum StreamError {
 impl fmt::Display for StreamError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::NotAStream => f.write_str("this is no stream of filter inputs"),
+            Self::NotAStream => f.write_str("this is not a stream of filter inputs"),
             Self::Version { found } => write!(f, "the stream has version {found}, this code reads version {VERSION}"),
-            Self::Vehicle { found } => write!(f, "the stream is of vehicle {found}, which is of another kind"),
-            Self::Header => f.write_str("the head of the stream is of no form this code knows"),
-            Self::HeaderDamaged => f.write_str("the head of the stream is damaged"),
+            Self::Vehicle { found } => write!(f, "the stream is for another type of vehicle: {found}"),
+            Self::Header => f.write_str("the stream header has an unknown value or length"),
+            Self::HeaderDamaged => f.write_str("the stream header is damaged"),
             Self::Truncated => f.write_str("the stream ends before its last record"),
-            Self::Record { index } => write!(f, "record {index} is of no form this code knows"),
+            Self::Record { index } => write!(f, "record {index} has an unknown type or a wrong length"),
             Self::RecordDamaged { index } => write!(f, "record {index} is damaged, or the one before it is missing"),
         }
     }

@@ -217,16 +217,16 @@ pub(crate) fn lower<K: Kind, T: Real>(numbers: &[T]) -> K::Covariance {
     lower
 }
 
-/// Why the filter refused the head or a record.
+/// Errors of the filter on board: why it refused the header or a record.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum Refusal {
-    /// A model cannot work with its parameters.
+    /// A parameter of a model is out of range.
     Model(ModelError),
     /// The configuration is out of range or does not fit the memory.
     Setup(SetupError),
-    /// The filter cannot start there.
+    /// The initial pose is out of range.
     Reset(ResetError),
     /// A prediction was refused.
     Predict(PredictError),
@@ -236,12 +236,12 @@ pub enum Refusal {
     Observe(ObserveError),
     /// A map was refused.
     Map(LoadMapError),
-    /// The filter cannot go on from a snapshot, or with a head among the records.
+    /// A snapshot, or a header among the records, cannot be used.
     Unusable {
-        /// Why; in words, for the details would take every image that knows no black box two kilobytes.
+        /// The reason, as a text: with the details of the error, images without a black box would be two kilobytes larger.
         why: &'static str,
     },
-    /// The filter does not do this, or has no such detector.
+    /// The filter does not support the record, or has no such detector.
     NotAboard,
 }
 
@@ -280,7 +280,7 @@ impl fmt::Display for Refusal {
             Self::Observe(error) => error.fmt(f),
             Self::Map(error) => error.fmt(f),
             Self::Unusable { why } => f.write_str(why),
-            Self::NotAboard => f.write_str("the filter aboard does not do this, or has no such detector"),
+            Self::NotAboard => f.write_str("this filter does not support the record, or has no such detector"),
         }
     }
 }

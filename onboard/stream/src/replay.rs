@@ -88,7 +88,7 @@ impl fmt::Display for ReplayError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Stream(error) => error.fmt(f),
-            Self::Start(refusal) => write!(f, "the filter refuses the head of the stream: {refusal}"),
+            Self::Start(refusal) => write!(f, "the filter refuses the stream header: {refusal}"),
             Self::Step { scan, refusal } => write!(f, "scan {scan}: the filter refuses: {refusal}"),
         }
     }
