@@ -103,7 +103,7 @@ pub use report::health::Health;
 pub use report::reports::{PredictReport, ScanReport};
 pub use settings::config::Config;
 
-/// What operations return where they fail; the state is then as it was.
+/// Errors of the operations. An operation that returns an error leaves the state unchanged.
 pub mod errors {
     pub use crate::report::any_error::Error;
     pub use crate::report::config_error::ConfigError;
@@ -112,7 +112,7 @@ pub mod errors {
     };
 }
 
-/// Observers of the stages of a scan, and the search for bits that flipped in the state's memory.
+/// Probes of the stages of a scan, and memory scrubbing.
 pub mod diagnostics {
     pub use crate::filter::scrub::{Scrubbed, Scrubber};
     #[cfg(feature = "embedded-hal")]
@@ -123,7 +123,7 @@ pub mod diagnostics {
     pub use crate::report::reports::Peak;
 }
 
-/// The parts that [`memory!`] and [`joint_memory!`] name, and the threads that share an update.
+/// Types that appear in the expansion of [`memory!`] and [`joint_memory!`], and executors for several cores.
 pub mod storage {
     pub use crate::filter::detector::ScanRoom;
     pub use crate::filter::draft::{Capacities, Draft, UpdateMemory};

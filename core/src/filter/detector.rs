@@ -168,7 +168,7 @@ impl<Z: Vector, const MEASUREMENTS: usize, const WORKERS: usize> DetectorMemory<
         const {
             assert!(MEASUREMENTS >= 1, "a scan needs room for a measurement");
             assert!(MEASUREMENTS <= u16::MAX as usize, "measurements are counted in 16 bits");
-            assert!(WORKERS >= 1, "weighing needs a worker");
+            assert!(WORKERS >= 1, "weighting needs a worker");
         }
         Self {
             measurements: [Measurement::ZERO; MEASUREMENTS],

@@ -62,7 +62,7 @@ where
             assert!(PARTICLES >= 1, "a filter needs a particle");
             assert!(CANDIDATES >= PARTICLES, "CANDIDATES must be at least PARTICLES");
             assert!(CANDIDATES <= u16::MAX as usize, "candidates are counted in 16 bits");
-            assert!(WAITING >= 1 && WAITING <= MOST_WORDS, "births wait on one to four words of 64 measurements");
+            assert!(WAITING >= 1 && WAITING <= MOST_WORDS, "WAITING is one to four words of 64 measurements");
             assert!(S::PARTICLES >= PARTICLES, "every particle needs a static map");
             assert!(V::PARTICLES >= PARTICLES || V::PARTICLES == 0, "every particle needs a moving map, or none");
         }

@@ -1,4 +1,4 @@
-//! Whether a feature's measurements can be told from each other.
+//! Ambiguity of the association of a feature with several measurements.
 
 use super::associations::{AssociationRow, probabilities};
 use crate::{Pose, Real, Sensor, Zero};

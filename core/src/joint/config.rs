@@ -3,7 +3,8 @@
 use super::Persistence;
 use crate::{ConfigError, Plausible, Real};
 
-/// Tuning of a [`JointSlam`](super::JointSlam). The default is what the simulator takes for a recorded log that says nothing of landmarks.
+/// Tuning of a [`JointSlam`](super::JointSlam). The default is that of the simulator for a recorded log without information on its
+/// landmarks.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct JointConfig<T> {

@@ -1,4 +1,4 @@
-//! The update of the joint Gaussian: feature by feature, with all measurements that it has a share of.
+//! The update of the joint Gaussian: feature by feature, with all measurements that are associated with it.
 
 use super::associations::detected;
 use super::covariance::{Common, symmetric};

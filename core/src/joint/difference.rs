@@ -1,9 +1,9 @@
-//! How far two features are apart, and what it takes to make them one.
+//! The difference of two features, and the equality constraint that merges them.
 //!
-//! That two features are one is a measurement without noise, and an exact one however far they are apart: who turns vehicle and new
-//! features by δθ moves what is at p by V(δθ) e, with e the first order of it and V the mean of all turns from none to δθ, so that
-//! what was seen together keeps its shape. As everywhere ([`turn`](super::turn)) errors are those of the places moved to: of the difference
-//! δ of two features that are one in the end, e_b − e_a − δθ ê × δ.
+//! That two features are the same is a measurement without noise, and exact at any distance: a rotation of the vehicle and the new
+//! features by δθ moves the position p by V(δθ) e, with e its first-order displacement and V the mean of all rotations from 0 to
+//! δθ, so that the shape of features that were seen together is kept. As everywhere ([`invariant_error`](super::invariant_error)),
+//! errors refer to the corrected positions: the error of the difference δ of two features that become one is e_b − e_a − δθ ê × δ.
 
 use super::covariance::{Joint, first, symmetric};
 use super::invariant_error::lever;

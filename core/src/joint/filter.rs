@@ -189,7 +189,7 @@ impl<'s, T: Real, M: Motion<Pose: Pose<Scalar = T>>, Z: Vector<Scalar = T>, A> J
 
     fn beside<V>(self, movers: V) -> Result<JointSlam<'s, M, Z, A, V>, SetupError> {
         let Self { motion, config, memory, archive, .. } = self;
-        require(memory.landmarks.len() <= usize::from(MOVES), "FEATURES", "at most 32768 beside movers")?;
+        require(memory.landmarks.len() <= usize::from(MOVES), "FEATURES", "at most 32768 with movers")?;
         Ok(JointSlam { motion, config, memory, archive, movers })
     }
 }

@@ -1,11 +1,12 @@
-//! The invariant error state, in which the covariance is kept.
+//! The invariant error state, in which the covariance is stored.
 //!
-//! What turns vehicle and map together about the origin, by a small δθ, moves what is at p by δθ × p, and no measurement tells it. So the
-//! covariance must keep its share of that, from wherever a place is taken to be: an error e of a place that corrections have moved by Δ is
-//! counted as ξ = e − δθ × Δ, with δθ the error of the heading. Without this every update tells some heading that nothing measured (Huang,
-//! Mourikis & Roumeliotis 2010); with it the errors are those of the invariant filter (Barrau & Bonnabel 2015). Within a scan
-//! Δ is remembered beside every place, and derivatives and corrections are translated; at its end [`reset_error_frame`](Memory::reset_error_frame) makes the
-//! covariance one of errors as they are, with Δ = 0.
+//! A small rotation δθ of vehicle and map together about the origin moves a position p by δθ × p, and no measurement can observe
+//! it. The covariance must keep this unobservable direction, independent of the linearisation point: an error e of a position that
+//! corrections have moved by Δ is therefore expressed as ξ = e − δθ × Δ, with δθ the error of the heading. Without this, every
+//! update gains information on the heading that was not measured (Huang, Mourikis & Roumeliotis 2010); with it the errors are those
+//! of the invariant filter (Barrau & Bonnabel 2015). Within a scan Δ is stored with every position, and derivatives and corrections
+//! are transformed; at its end [`reset_error_frame`](Memory::reset_error_frame) transforms the covariance to that of the actual
+//! errors, with Δ = 0.
 
 use super::covariance::RowsOf;
 use super::state::{Header, Landmark, Memory};

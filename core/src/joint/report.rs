@@ -37,7 +37,7 @@ pub struct JointReport<T> {
     pub movers: usize,
     /// Features after the scan, without those in the archive.
     pub features: usize,
-    /// ln of the likelihood of the scan given all before, up to a constant.
+    /// ln of the likelihood of the scan given all previous inputs, up to a constant.
     pub ln_evidence: T,
     /// Expected number of detections of the features in view: Σ p_D v, with v the probability that a feature exists and is visible.
     pub expected_detections: T,

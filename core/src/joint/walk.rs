@@ -1,4 +1,4 @@
-//! A walk through all that decides how the joint filter goes on, and the way back from what a snapshot has of it.
+//! Traversal of all data of the joint filter that influences later results, and restoring it from a snapshot.
 
 use super::archive::{Anchor, ArchiveView, Entry, Index, Split};
 use super::existence::Existence;

@@ -63,7 +63,7 @@ impl<T: Real> LocatorConfig<T> {
             (self.sure, "sure"),
         ];
         if let Some((_, field)) = shares.into_iter().find(|&(share, _)| !(share > T::ZERO && share < T::ONE)) {
-            return Err(ConfigError { field, range: "between 0 and 1, and neither" });
+            return Err(ConfigError { field, range: "above 0 and below 1" });
         }
         let amounts = [(self.inflation, "inflation"), (self.gate, "gate")];
         if let Some((_, field)) = amounts.into_iter().find(|&(amount, _)| !(amount > T::ZERO && amount.is_finite())) {

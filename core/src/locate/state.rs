@@ -80,9 +80,9 @@ impl<T: Real, const FEATURES: usize, const HYPOTHESES: usize> LocatorState<T, FE
     #[must_use]
     pub const fn new() -> Self {
         const {
-            assert!(FEATURES >= 3, "fewer landmarks are no place");
+            assert!(FEATURES >= 3, "a pose is determined by three landmarks or more");
             assert!(FEATURES < u16::MAX as usize, "landmarks are counted in 16 bits");
-            assert!(HYPOTHESES >= 2, "that another place would do as well must have room");
+            assert!(HYPOTHESES >= 2, "at least two hypotheses are needed, to find an alternative pose");
         }
         Self {
             known: Known {
